@@ -1,0 +1,92 @@
+#include <fmt/format.h>
+
+#include <iostream>
+#include <nlohmann/json.hpp>
+
+#include "apps/brachy/tools.h"
+#include "core/mesh_io/mesh_file.h"
+#include "core/scene/load_tissue.h"
+#include "core/scene/scene_file.h"
+
+namespace brachy {
+namespace {
+
+struct Inspected {
+  SurfaceReport report;
+  std::size_t points = 0;
+};
+
+Inspected inspect_scene(const std::filesystem::path& file) {
+  const Scene scene = load_scene(file);
+  const SurfaceReport report = load_surface(scene).report;
+  // A surface that is not closed has no inside to fill; the report says so.
+  return {report, report.watertight ? load_tissue(scene).tissue.size() : report.vertices};
+}
+
+Inspected inspect_mesh(const InspectOptions& options) {
+  MeshFileOptions file;
+  file.units = options.units == "m" ? MeshUnits::kM : MeshUnits::kMm;
+  file.frame = options.frame == "LPS" ? MeshFrame::kLps : MeshFrame::kRas;
+  const SurfaceReport report =
+      prepare_surface(read_mesh_file(options.file, file),
+                      {options.weld_tolerance_mm, options.min_island_share}, options.file.string())
+          .report;
+  return {report, report.vertices};
+}
+
+nlohmann::ordered_json to_json(const Inspected& i) {
+  const SurfaceReport& r = i.report;
+  const auto point = [](const Vec3& p) { return nlohmann::json{p.x(), p.y(), p.z()}; };
+  return {{"surface_vertices", r.vertices},
+          {"points", i.points},
+          {"triangles", r.triangles},
+          {"volume_cc", r.volume_cc},
+          {"components", r.components},
+          {"cavities", r.cavities},
+          {"watertight", r.watertight},
+          {"bad_edges", r.bad_edges},
+          {"open_edges", r.open_edges},
+          {"nonmanifold_edges", r.nonmanifold_edges},
+          {"twisted_edges", r.twisted_edges},
+          {"dropped_islands", r.dropped_islands},
+          {"dropped_island_volume_cc", r.dropped_island_volume_cc},
+          {"welded_vertices", r.welded_vertices},
+          {"flipped_triangles", r.flipped_triangles},
+          {"bbox_mm", nlohmann::json::array({point(r.min_mm), point(r.max_mm)})}};
+}
+
+std::string to_text(const Inspected& i, const std::string& name) {
+  const SurfaceReport& r = i.report;
+  const Vec3 size = r.max_mm - r.min_mm;
+  std::string text = fmt::format(
+      "{}\n  {} points: {} surface vertices, {} interior; {} triangles\n"
+      "  {} component(s), {} cavities; {}\n"
+      "  {:.2f} cc; {:.1f} × {:.1f} × {:.1f} mm from ({:.1f}, {:.1f}, {:.1f}) to ({:.1f}, {:.1f}, {:.1f})\n",
+      name, i.points, r.vertices, i.points - r.vertices, r.triangles, r.components, r.cavities,
+      r.watertight ? "watertight"
+                   : fmt::format("NOT watertight: {} bad edges ({} open, {} non-manifold, {} twisted)",
+                                 r.bad_edges, r.open_edges, r.nonmanifold_edges, r.twisted_edges),
+      r.volume_cc, size.x(), size.y(), size.z(), r.min_mm.x(), r.min_mm.y(), r.min_mm.z(), r.max_mm.x(),
+      r.max_mm.y(), r.max_mm.z());
+  if (r.dropped_islands)
+    text += fmt::format("  dropped: {} islands, {:.3g} cc together\n", r.dropped_islands,
+                        r.dropped_island_volume_cc);
+  if (r.welded_vertices || r.flipped_triangles)
+    text += fmt::format("  mended: {} vertices welded, {} triangles turned\n", r.welded_vertices,
+                        r.flipped_triangles);
+  return text;
+}
+
+}  // namespace
+
+int inspect(const InspectOptions& options) {
+  const bool is_scene = options.file.extension() == ".toml";
+  const Inspected inspected = is_scene ? inspect_scene(options.file) : inspect_mesh(options);
+  if (options.json)
+    std::cout << to_json(inspected).dump() << "\n";
+  else
+    std::cout << to_text(inspected, options.file.string());
+  return kExitOk;
+}
+
+}  // namespace brachy

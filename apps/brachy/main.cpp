@@ -1,0 +1,34 @@
+#include <iostream>
+
+#include "apps/brachy/tools.h"
+#include "apps/command_line.h"
+#include "core/error.h"
+
+namespace {
+
+using namespace brachy;
+
+struct Run {
+  int operator()(const ReplayOptions& o) const { return o.connect ? replay_live(o) : replay_offline(o); }
+  int operator()(const WatchOptions& o) const { return watch(o); }
+  int operator()(const RecordOptions& o) const { return record(o); }
+  int operator()(const DeformOptions& o) const { return deform(o); }
+  int operator()(const InspectOptions& o) const { return inspect(o); }
+};
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  std::optional<int> exit_code;
+  const ToolOptions options = parse_tool_line(argc, argv, exit_code);
+  if (exit_code) return *exit_code;
+  try {
+    return std::visit(Run{}, options);
+  } catch (const UserError& e) {
+    std::cerr << "brachy: " << e.what() << "\n";
+    return kExitBadInput;
+  } catch (const std::exception& e) {
+    std::cerr << "brachy: " << e.what() << "\n";
+    return kExitFailed;
+  }
+}

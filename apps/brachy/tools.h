@@ -1,0 +1,22 @@
+#pragma once
+
+#include "apps/options.h"
+
+namespace brachy {
+
+// One function a command of `brachy`; each returns an ExitCode and throws UserError for bad input.
+
+/// Steps the simulation through a trajectory without clock or network and prints a hash over every tick's state.
+int replay_offline(const ReplayOptions& options);
+/// Plays a trajectory into a daemon as its device.
+int replay_live(const ReplayOptions& options);
+/// Follows a daemon as a viewer.
+int watch(const WatchOptions& options);
+/// Writes what a daemon sends as files.
+int record(const RecordOptions& options);
+/// Deforms points or a mesh by landmarks.
+int deform(const DeformOptions& options);
+/// Describes a mesh or a scene's tissue.
+int inspect(const InspectOptions& options);
+
+}  // namespace brachy

@@ -1,0 +1,134 @@
+#include <fmt/format.h>
+
+#include <iostream>
+#include <nlohmann/json.hpp>
+
+#include "apps/brachy/client_run.h"
+#include "apps/brachy/quantiles.h"
+#include "apps/brachy/tools.h"
+#include "core/realtime/deadline.h"
+#include "core/realtime/histogram.h"
+
+namespace brachy {
+namespace {
+
+class Watch {
+ public:
+  explicit Watch(const WatchOptions& options)
+      : options_(options), run_(client_options(options), handlers()) {}
+
+  int run() {
+    run_.run(options_.connect, options_.duration_s, [this] { print_line(); });
+    if (options_.json)
+      std::cout << to_json().dump() << "\n";
+    else
+      print_summary();
+    if (run_.failure().empty()) return kExitOk;
+    std::cerr << "brachy watch: " << run_.failure() << "\n";
+    return kExitFailed;
+  }
+
+ private:
+  static net::ClientOptions client_options(const WatchOptions& options) {
+    net::ClientOptions c;
+    c.name = "brachy watch";
+    if (options.full) c.subscription |= net::kSubscribeFullFrames;
+    return c;
+  }
+
+  net::ClientHandlers handlers() {
+    net::ClientHandlers h;
+    h.on_frame = [this](const net::FrameMessage& frame) { take(frame); };
+    h.on_event = [this](const net::EventMessage& event) {
+      if (!options_.json) std::cout << fmt::format("  tick {}: {}\n", event.tick, event.text) << std::flush;
+    };
+    return h;
+  }
+
+  void take(const net::FrameMessage& frame) {
+    const std::int64_t now_ns = monotonic_ns();
+    if (frames_++ == 0) {
+      first_ = frame;
+      first_ns_ = now_ns;
+    }
+    // How old the pose is that this mesh shows: only frames with a new one say so.
+    const auto offset = run_.client().clock_offset();
+    if (offset && frame.input_sequence != last_.input_sequence && frames_ > 1)
+      latency_.record(now_ns + offset->offset_ns - frame.input_received_ns);
+    max_displacement_ = std::max(max_displacement_, frame.max_displacement_mm);
+    moved_ = std::max(moved_, frame.moved_vertices);
+    last_ = frame;
+    last_.positions.clear();
+    last_ns_ = now_ns;
+  }
+
+  std::uint64_t ticks() const { return last_.tick - first_.tick; }
+  std::uint64_t overruns() const { return last_.overruns - first_.overruns; }
+  double sim_hz() const {
+    const double elapsed_s = 1e-9 * static_cast<double>(last_.publish_ns - first_.publish_ns);
+    return elapsed_s > 0 ? static_cast<double>(ticks()) / elapsed_s : 0;
+  }
+  double snapshots_hz() const {
+    const double elapsed_s = 1e-9 * static_cast<double>(last_ns_ - first_ns_);
+    return elapsed_s > 0 ? static_cast<double>(frames_ - 1) / elapsed_s : 0;
+  }
+  double latency_ms(double q) const { return 1e-6 * static_cast<double>(latency_.quantile(q)); }
+
+  void print_line() {
+    if (frames_ == 0) return;
+    const NeedleState needle = last_.needles.empty() ? NeedleState{} : last_.needles[0].state;
+    const std::string line = fmt::format(
+        "t {:7.2f} s  {:9}  depth {:5.1f} mm  displaced {:5.2f} mm  moved {:6}  missed {}  drops {}\n",
+        last_.sim_time_s, needle.present ? to_string(needle.contact) : "no needle", needle.insertion_depth_mm,
+        last_.max_displacement_mm, last_.moved_vertices, overruns(), run_.last_state().snapshots_dropped);
+    (options_.json ? std::cerr : std::cout) << line << std::flush;
+  }
+
+  nlohmann::ordered_json to_json() const {
+    const net::StateMessage& state = run_.last_state();
+    return {{"ticks", ticks()},
+            {"overruns", overruns()},
+            {"control_overruns", state.control_overruns - run_.first_state().control_overruns},
+            {"sim_hz", sim_hz()},
+            {"snapshots", frames_},
+            {"snapshots_hz", snapshots_hz()},
+            {"tick_ms", to_json_ms(state.tick_ms)},
+            {"lateness_ms", to_json_ms(state.lateness_ms)},
+            {"latency_ms", to_json_ms(latency_)},
+            {"drops", state.snapshots_dropped},
+            {"seq_gaps", run_.client().snapshots_missed()},
+            {"max_disp_mm", max_displacement_},
+            {"moved", moved_},
+            {"bytes", run_.client().bytes_received()}};
+  }
+
+  void print_summary() const {
+    const net::StateMessage& state = run_.last_state();
+    std::cout << fmt::format(
+        "watch: {} ticks at {:.1f} Hz, {} missed; {} snapshots at {:.1f} Hz, {} dropped, {} sequence gaps\n"
+        "  tick time p50 {:.3f} ms, p99 {:.3f} ms, max {:.3f} ms; pose to this client p50 {:.1f} ms, p99 "
+        "{:.1f} ms\n"
+        "  largest displacement {:.2f} mm; at most {} points moved; {:.1f} MB received\n",
+        ticks(), sim_hz(), overruns(), frames_, snapshots_hz(), state.snapshots_dropped,
+        run_.client().snapshots_missed(), state.tick_ms.p50, state.tick_ms.p99, state.tick_ms.max,
+        latency_ms(0.5), latency_ms(0.99), max_displacement_, moved_,
+        1e-6 * static_cast<double>(run_.client().bytes_received()));
+  }
+
+  WatchOptions options_;
+  std::uint64_t frames_ = 0;
+  net::FrameMessage first_, last_;
+  std::int64_t first_ns_ = 0, last_ns_ = 0;
+  double max_displacement_ = 0;
+  std::uint32_t moved_ = 0;
+  Histogram latency_;
+  ClientRun run_;
+};
+
+}  // namespace
+
+int watch(const WatchOptions& options) {
+  return Watch(options).run();
+}
+
+}  // namespace brachy

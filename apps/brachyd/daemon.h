@@ -1,0 +1,50 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include "apps/brachyd/loop_statistics.h"
+#include "apps/options.h"
+#include "core/scene/scene.h"
+
+namespace brachy {
+
+/// What a daemon did, for its last words.
+struct DaemonSummary {
+  double elapsed_s = 0;
+  LoopStatistics loop, control;  ///< control is empty without the control thread
+  std::uint64_t snapshots = 0;
+  std::uint64_t poses_accepted = 0, poses_refused = 0;
+  std::string realtime;  ///< what the kernel granted
+};
+
+/// The running system: simulation, device and server, and the only place that creates threads.
+///
+///   deformation thread  200 Hz   device → Simulator::step → triple buffer
+///   snapshot thread      30 Hz   triple buffer → copy → server
+///   control thread      200 Hz   nothing, if asked for: what the machine itself misses
+///   io thread                    run()'s caller: sockets, signals, poses in, frames out
+class Daemon {
+ public:
+  /// Loads what the scene names and binds the port. Throws UserError.
+  Daemon(const Scene& scene, const DaemonOptions& options);
+  ~Daemon();
+  Daemon(const Daemon&) = delete;
+  Daemon& operator=(const Daemon&) = delete;
+
+  std::uint16_t port() const;
+  const std::string& address() const;
+
+  /// Runs until SIGINT, SIGTERM, the options' duration, or stop(). Once only.
+  DaemonSummary run();
+
+  /// Ends run() within a second. Threads: any.
+  void stop();
+
+ private:
+  class Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace brachy

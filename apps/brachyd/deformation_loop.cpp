@@ -1,0 +1,69 @@
+#include "apps/brachyd/deformation_loop.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/realtime/deadline.h"
+
+namespace brachy {
+namespace {
+
+std::int64_t to_ns(double seconds) {
+  return std::llround(seconds * 1e9);
+}
+
+constexpr std::uint64_t kTicksPerReport = 20;  // statistics are 24 kB: ten times a second is enough
+
+}  // namespace
+
+void run_deformation_loop(const std::stop_token& stop, Simulator& simulator, Device& device,
+                          TripleBuffer<MeshState>::Writer& states,
+                          TripleBuffer<LoopStatistics>::Writer& statistics) {
+  const std::int64_t period_ns = to_ns(simulator.period_s());
+  DeadlineTimer timer(period_ns, monotonic_ns() + period_ns);
+  LoopStatistics measured;
+  NeedlePose pose;
+  while (!stop.stop_requested()) {
+    measured.lateness_ns.record(timer.wait());
+    const std::int64_t start_ns = monotonic_ns();
+
+    const bool fresh = device.update(start_ns, pose);
+    MeshState& state = states.slot();
+    simulator.step(pose, state);
+    state.overruns = timer.overruns();
+    state.publish_ns = monotonic_ns();
+
+    measured.ticks = state.tick;
+    measured.overruns = state.overruns;
+    measured.tick_ns.record(state.publish_ns - start_ns);
+    if (fresh) measured.latency_ns.record(state.publish_ns - pose.received_ns);
+    measured.max_displacement_mm = std::max(measured.max_displacement_mm, state.max_displacement_mm);
+    measured.moved_vertices = std::max(measured.moved_vertices, state.moved_vertices);
+    states.publish();
+    if (measured.ticks % kTicksPerReport == 0) {
+      statistics.slot() = measured;
+      statistics.publish();
+    }
+  }
+  statistics.slot() = measured;
+  statistics.publish();
+}
+
+void run_control_loop(const std::stop_token& stop, double period_s,
+                      TripleBuffer<LoopStatistics>::Writer& statistics) {
+  DeadlineTimer timer(to_ns(period_s), monotonic_ns() + to_ns(period_s));
+  LoopStatistics measured;
+  while (!stop.stop_requested()) {
+    measured.lateness_ns.record(timer.wait());
+    ++measured.ticks;
+    measured.overruns = timer.overruns();
+    if (measured.ticks % kTicksPerReport == 0) {
+      statistics.slot() = measured;
+      statistics.publish();
+    }
+  }
+  statistics.slot() = measured;
+  statistics.publish();
+}
+
+}  // namespace brachy

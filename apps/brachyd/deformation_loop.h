@@ -1,0 +1,22 @@
+#pragma once
+
+#include <stop_token>
+
+#include "apps/brachyd/loop_statistics.h"
+#include "core/realtime/triple_buffer.h"
+#include "core/sim/simulator.h"
+#include "haptics/device.h"
+
+namespace brachy {
+
+/// The 200 Hz loop: wait for the deadline, take the newest pose, step, publish; until `stop` is asked for.
+/// Threads: the deformation thread's whole life. Real-time: no allocation, lock or exception.
+void run_deformation_loop(const std::stop_token& stop, Simulator& simulator, Device& device,
+                          TripleBuffer<MeshState>::Writer& states,
+                          TripleBuffer<LoopStatistics>::Writer& statistics);
+
+/// The same deadlines with nothing to do: what it misses, the machine misses. Publishes lateness and overruns.
+void run_control_loop(const std::stop_token& stop, double period_s,
+                      TripleBuffer<LoopStatistics>::Writer& statistics);
+
+}  // namespace brachy

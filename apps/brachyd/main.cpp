@@ -1,0 +1,51 @@
+#include <spdlog/sinks/stdout_color_sinks.h>
+#include <spdlog/spdlog.h>
+
+#include <cstdio>
+#include <iostream>
+
+#include "apps/brachyd/daemon.h"
+#include "apps/brachyd/summary_report.h"
+#include "apps/command_line.h"
+#include "core/error.h"
+#include "core/scene/scene_file.h"
+
+namespace {
+
+using namespace brachy;
+
+int run(const DaemonOptions& options) {
+  const Scene scene = options.config ? load_scene(*options.config) : Scene{};
+  if (options.check_config) {
+    DaemonOptions any_port = options;
+    any_port.port = 0;  // a scene is good whether or not another daemon runs
+    const Daemon daemon(scene, any_port);
+    std::cout << options.config->string() << ": ok\n";
+    return kExitOk;
+  }
+  Daemon daemon(scene, options);
+  std::cout << "brachyd listening on " << daemon.address() << ":" << daemon.port() << std::endl;
+  const DaemonSummary summary = daemon.run();
+  std::cerr << to_text(summary);
+  if (options.json) std::cout << to_json(summary) << std::endl;
+  return kExitOk;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  spdlog::set_default_logger(spdlog::stderr_color_mt("brachyd"));
+  spdlog::set_pattern("%H:%M:%S.%e %^%l%$ %v");
+  std::optional<int> exit_code;
+  const DaemonOptions options = parse_daemon_line(argc, argv, exit_code);
+  if (exit_code) return *exit_code;
+  try {
+    return run(options);
+  } catch (const UserError& e) {
+    std::cerr << "brachyd: " << e.what() << "\n";
+    return kExitBadInput;
+  } catch (const std::exception& e) {
+    std::cerr << "brachyd: " << e.what() << "\n";
+    return kExitFailed;
+  }
+}

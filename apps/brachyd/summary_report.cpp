@@ -1,0 +1,78 @@
+#include "apps/brachyd/summary_report.h"
+
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+
+namespace brachy {
+namespace {
+
+double ms(const Histogram& ns, double q) {
+  return 1e-6 * static_cast<double>(ns.quantile(q));
+}
+double max_ms(const Histogram& ns) {
+  return 1e-6 * static_cast<double>(ns.max());
+}
+
+std::string quantile_text(const Histogram& ns) {
+  return fmt::format("p50 {:.3f}, p99 {:.3f}, p99.9 {:.3f}, max {:.3f}", ms(ns, 0.5), ms(ns, 0.99),
+                     ms(ns, 0.999), max_ms(ns));
+}
+
+nlohmann::ordered_json quantile_json(const Histogram& ns) {
+  return {{"p50", ms(ns, 0.5)}, {"p99", ms(ns, 0.99)}, {"p999", ms(ns, 0.999)}, {"max", max_ms(ns)}};
+}
+
+double rate(std::uint64_t count, double elapsed_s) {
+  return elapsed_s > 0 ? static_cast<double>(count) / elapsed_s : 0;
+}
+
+}  // namespace
+
+std::string to_text(const DaemonSummary& s) {
+  const LoopStatistics& loop = s.loop;
+  std::string text = fmt::format(
+      "brachyd: {:.1f} s, {} ticks ({:.1f} Hz), {} missed ({:.3f} %), {} snapshots ({:.1f} Hz)\n"
+      "  tick time, ms:        {}\n"
+      "  wake-up lateness, ms: {}\n",
+      s.elapsed_s, loop.ticks, rate(loop.ticks, s.elapsed_s), loop.overruns,
+      loop.ticks
+          ? 100.0 * static_cast<double>(loop.overruns) / static_cast<double>(loop.ticks + loop.overruns)
+          : 0.0,
+      s.snapshots, rate(s.snapshots, s.elapsed_s), quantile_text(loop.tick_ns),
+      quantile_text(loop.lateness_ns));
+  if (loop.latency_ns.count())
+    text += fmt::format("  pose to publish, ms:  {}\n", quantile_text(loop.latency_ns));
+  if (s.control.ticks)
+    text += fmt::format("  idle control thread:  {} missed, lateness ms {}\n", s.control.overruns,
+                        quantile_text(s.control.lateness_ns));
+  text += fmt::format(
+      "  poses: {} accepted, {} refused; largest displacement {:.2f} mm, at most {} points moved in a tick\n",
+      s.poses_accepted, s.poses_refused, loop.max_displacement_mm, loop.moved_vertices);
+  text += "  " + s.realtime + "\n";
+  return text;
+}
+
+std::string to_json(const DaemonSummary& s) {
+  const nlohmann::ordered_json json = {
+      {"elapsed_s", s.elapsed_s},
+      {"ticks", s.loop.ticks},
+      {"overruns", s.loop.overruns},
+      {"control_ticks", s.control.ticks},
+      {"control_overruns", s.control.overruns},
+      {"sim_hz", rate(s.loop.ticks, s.elapsed_s)},
+      {"snapshots", s.snapshots},
+      {"snapshots_hz", rate(s.snapshots, s.elapsed_s)},
+      {"tick_ms", quantile_json(s.loop.tick_ns)},
+      {"lateness_ms", quantile_json(s.loop.lateness_ns)},
+      {"latency_ms", quantile_json(s.loop.latency_ns)},
+      {"max_disp_mm", s.loop.max_displacement_mm},
+      {"moved", s.loop.moved_vertices},
+      {"poses_accepted", s.poses_accepted},
+      {"poses_refused", s.poses_refused},
+      {"realtime", s.realtime},
+  };
+  return json.dump();
+}
+
+}  // namespace brachy

@@ -1,0 +1,90 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <variant>
+
+#include "core/math/rigid_transform.h"
+
+namespace brachy {
+
+// What the programs' command lines say, after checking: plain values with their defaults. Lengths in mm, times in s.
+
+struct DaemonOptions {
+  std::optional<std::filesystem::path>
+      config;                        ///< none: the built-in defaults, which are config/prostate.toml's
+  bool check_config = false;         ///< load everything, say so, and end
+  std::optional<int> port;           ///< none: the scene's
+  std::optional<double> duration_s;  ///< none: until SIGINT or SIGTERM
+  std::string simd;                  ///< empty: the scene's
+  bool control_thread = false;
+  bool insecure_allow_remote = false;
+  bool json = false;
+};
+
+struct HostPort {
+  std::string host;
+  std::uint16_t port = 0;
+};
+
+struct ReplayOptions {
+  std::filesystem::path trajectory;
+  std::optional<HostPort> connect;              ///< none: offline
+  std::optional<std::filesystem::path> config;  ///< offline
+  double rate_hz = 200;
+  double speed = 1;
+  bool loop = false;
+  bool centre_on_tissue = false;
+  Vec3 translate_mm = Vec3::Zero();
+  int threads = 0;   ///< offline; 0: the scene's
+  std::string simd;  ///< offline; empty: the scene's
+  bool json = false;
+};
+
+struct WatchOptions {
+  HostPort connect;
+  std::optional<double> duration_s;
+  bool full = false;
+  bool json = false;
+};
+
+struct RecordOptions {
+  HostPort connect;
+  std::filesystem::path out;
+  std::optional<double> duration_s;
+  bool surface = false;  ///< the .vtp hold the surface only
+  bool json = false;
+};
+
+struct DeformOptions {
+  std::filesystem::path landmarks;
+  std::optional<std::filesystem::path> points, mesh;  ///< exactly one
+  std::string kernel = "psi31";
+  double support_mm = 0;
+  std::filesystem::path out;
+  bool jacobian = false;
+  bool strict = false;
+  bool json = false;
+};
+
+struct InspectOptions {
+  std::filesystem::path file;  ///< mesh or scene
+  std::string units = "mm", frame = "RAS";
+  double weld_tolerance_mm = 1e-4;
+  double min_island_share = 0.01;
+  bool json = false;
+};
+
+using ToolOptions = std::variant<ReplayOptions, WatchOptions, RecordOptions, DeformOptions, InspectOptions>;
+
+/// Exit codes of both programs.
+enum ExitCode : int {
+  kExitOk = 0,
+  kExitFailed = 1,    ///< went wrong while running: connection lost, disk full
+  kExitBadInput = 2,  ///< usage, files, settings, a port in use
+  kExitRefused = 3,   ///< the input is well-formed, but its answer would be wrong (brachy deform)
+};
+
+}  // namespace brachy

@@ -1,0 +1,133 @@
+#include "core/field/deformation.h"
+
+#include <algorithm>
+
+namespace brachy {
+namespace {
+
+constexpr std::uint64_t kColumnsForPair =
+    6;  // column multiply-adds in the time of one direct pair, out of cache
+constexpr std::size_t kColumnsAtOnce = 3;  // columns of K⁻¹ for one solve: one a coordinate
+
+}  // namespace
+
+Deformation::Deformation(const Tissue& tissue, Kernel kernel, double support_radius,
+                         const BlockField::Options& options)
+    : system_(kernel, support_radius, static_cast<int>(options.max_landmarks)),
+      blocks_(tissue, kernel, support_radius, options),
+      field_{kernel, support_radius, {}, {}} {
+  const std::size_t n = options.max_landmarks;
+  for (auto* v : {&positions_, &displacements_, &weights_, &unit_, &unit_weights_, &moving_displacements_})
+    v->reserve(n);
+  moving_.reserve(n);
+  inverse_columns_.reserve(n * n);
+}
+
+FactorStatus Deformation::update(std::span<const Vec3> positions,
+                                 std::span<const Vec3> displacements) noexcept {
+  const bool same_positions = is_factored_ && std::ranges::equal(positions, positions_);
+  if (same_positions && std::ranges::equal(displacements, displacements_)) {
+    evaluation_ = Evaluation::kIdle;
+    return {};
+  }
+  if (!same_positions) {
+    const FactorStatus status = system_.factorize(positions);
+    is_factored_ = static_cast<bool>(status);
+    if (!status) return status;
+    positions_.assign(positions.begin(), positions.end());
+    blocks_.set_landmarks(positions_);
+    restart();
+  }
+  displacements_.assign(displacements.begin(), displacements.end());
+  if (same_positions) advance_condensing();
+  compute_weights();
+  blocks_.evaluate(weights_, moving_displacements_);
+
+  const FieldStatistics& s = blocks_.statistics();
+  evaluation_ = s.condensed_blocks == 0                  ? Evaluation::kDirect
+                : s.condensed_blocks == s.touched_blocks ? Evaluation::kCondensed
+                                                         : Evaluation::kMixed;
+  field_.positions = positions_;
+  field_.weights = weights_;
+  return {};
+}
+
+void Deformation::restart() noexcept {
+  settled_ticks_ = 0;
+  columns_done_ = 0;
+  is_condensing_ = has_columns_ = is_complete_ = false;
+  moving_displacements_.clear();
+}
+
+bool Deformation::moves_within_columns() const noexcept {
+  std::size_t k = 0;
+  for (std::uint32_t j = 0; j < displacements_.size(); ++j) {
+    if (k < moving_.size() && moving_[k] == j)
+      ++k;
+    else if (displacements_[j] != Vec3::Zero())
+      return false;
+  }
+  return true;
+}
+
+void Deformation::choose_moving() noexcept {
+  moving_.clear();
+  for (std::uint32_t j = 0; j < displacements_.size(); ++j)
+    if (displacements_[j] != Vec3::Zero()) moving_.push_back(j);
+}
+
+bool Deformation::is_condensable() const noexcept {
+  const std::uint64_t condensed = blocks_.reachable_points() * moving_.size() / kColumnsForPair;
+  return blocks_.can_condense(moving_.size()) && 2 * condensed < blocks_.reachable_pairs();
+}
+
+// One tick's share of the way from direct to condensed.
+void Deformation::advance_condensing() noexcept {
+  ++settled_ticks_;
+  if (is_condensing_ && !moves_within_columns()) {
+    blocks_.set_landmarks(positions_);
+    restart();
+  }
+  if (!is_condensing_) {
+    if (settled_ticks_ < kSettleTicks) return;
+    choose_moving();
+    if (!is_condensable()) return;
+    is_condensing_ = true;
+    inverse_columns_.resize(positions_.size() * moving_.size());
+  }
+  const std::size_t n = positions_.size(), m = moving_.size();
+  if (!has_columns_) {
+    unit_.assign(n, Vec3::Zero());
+    unit_weights_.resize(n);
+    const std::size_t count = std::min(kColumnsAtOnce, m - columns_done_);
+    for (std::size_t k = 0; k < count; ++k)
+      unit_[moving_[columns_done_ + k]][static_cast<Eigen::Index>(k)] = 1;
+    system_.solve(unit_, unit_weights_);
+    for (std::size_t j = 0; j < n; ++j)
+      for (std::size_t k = 0; k < count; ++k)
+        inverse_columns_[j * m + columns_done_ + k] = unit_weights_[j][static_cast<Eigen::Index>(k)];
+    columns_done_ += count;
+    has_columns_ = columns_done_ == m;
+    if (has_columns_) blocks_.begin_condensing(inverse_columns_, m);
+    return;
+  }
+  if (!is_complete_) is_complete_ = !blocks_.condense(std::max<std::uint64_t>(1, blocks_.reachable_pairs()));
+}
+
+void Deformation::compute_weights() noexcept {
+  weights_.resize(positions_.size());
+  moving_displacements_.clear();
+  if (!has_columns_) {
+    system_.solve(displacements_, weights_);
+    return;
+  }
+  const std::size_t m = moving_.size();
+  for (const std::uint32_t j : moving_) moving_displacements_.push_back(displacements_[j]);
+  for (std::size_t j = 0; j < weights_.size(); ++j) {
+    Vec3 w = Vec3::Zero();
+    for (std::size_t k = 0; k < m; ++k) w += inverse_columns_[j * m + k] * moving_displacements_[k];
+    weights_[j] = w;
+  }
+}
+
+}  // namespace brachy

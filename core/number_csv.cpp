@@ -1,0 +1,143 @@
+#include "core/number_csv.h"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <fstream>
+
+#include "core/error.h"
+
+namespace brachy {
+namespace {
+
+/// Text of the file as it may stand in an error: short, printable, in quotes.
+std::string quoted(std::string_view text) {
+  constexpr std::size_t kLongest = 40;
+  std::string out = "'";
+  for (char c : text.substr(0, kLongest)) out += c >= ' ' && c <= '~' ? c : '?';
+  return out + (text.size() > kLongest ? "…'" : "'");
+}
+
+std::string_view trimmed(std::string_view text) {
+  constexpr std::string_view kBlank = " \t\r";
+  const std::size_t first = text.find_first_not_of(kBlank);
+  if (first == text.npos) return {};
+  return text.substr(first, text.find_last_not_of(kBlank) - first + 1);
+}
+
+std::string_view cut(std::string_view& text, char separator) {
+  const std::size_t end = std::min(text.find(separator), text.size());
+  const std::string_view head = text.substr(0, end);
+  text.remove_prefix(std::min(end + 1, text.size()));
+  return head;
+}
+
+std::size_t count_columns(std::string_view line) {
+  return 1 + static_cast<std::size_t>(std::count(line.begin(), line.end(), ','));
+}
+
+struct Place {
+  const std::string& name;
+  std::size_t line;
+  [[noreturn]] void refuse(const std::string& what) const { refuse_line(name, line, what); }
+};
+
+void check_header(std::string_view line, std::string_view header, const Place& place) {
+  if (line == header) return;
+  const std::string expected = "expected the header " + std::string(header);
+  if (line.starts_with(header) && line[header.size()] == ',')
+    place.refuse("unknown columns " + quoted(line.substr(header.size() + 1)) + "; " + expected +
+                 " and no more: remove the others");
+  place.refuse(expected + ", found " + quoted(line) + "; put it in as the first line");
+}
+
+double parse_number(std::string_view cell, std::size_t column, const Place& place) {
+  std::string_view digits = trimmed(cell);
+  if (digits.starts_with('+')) digits.remove_prefix(1);
+  double value = 0;
+  const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
+  const std::string where = "column " + std::to_string(column + 1) + " ";
+  if (error == std::errc::result_out_of_range)
+    place.refuse(where + quoted(cell) + " does not fit a double; write a smaller or rounder number");
+  if (error != std::errc() || end != digits.data() + digits.size())
+    place.refuse(where + "is not a number: " + quoted(cell) + "; write it like -12.5 or 1e-3");
+  if (!std::isfinite(value))
+    place.refuse(where + "is " + quoted(cell) + "; remove the row or mend the value");
+  return value;
+}
+
+void parse_row(std::string_view line, NumberTable& table, std::string_view header, const Place& place) {
+  if (const std::size_t found = count_columns(line); found != table.columns)
+    place.refuse("found " + std::to_string(found) + " columns, expected " + std::to_string(table.columns) +
+                 " (" + std::string(header) + "); is the file cut off?");
+  for (std::size_t i = 0; i < table.columns; ++i)
+    table.values.push_back(parse_number(cut(line, ','), i, place));
+  table.lines.push_back(place.line);
+}
+
+}  // namespace
+
+void refuse_line(const std::string& name, std::size_t line, const std::string& what) {
+  throw UserError(name + ":" + std::to_string(line) + ": " + what);
+}
+
+NumberTable parse_number_csv(std::string_view text, const std::string& name, std::string_view header,
+                             const NumberCsvLimits& limits) {
+  if (text.size() > limits.max_bytes)
+    throw UserError(name + ": larger than " + std::to_string(limits.max_bytes >> 20) + " MiB; split it");
+  if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);  // a spreadsheet's byte order mark
+
+  NumberTable table;
+  table.columns = count_columns(header);
+  bool header_seen = false;
+  std::size_t line_number = 0;
+  while (!text.empty()) {
+    const std::string_view line = trimmed(cut(text, '\n'));
+    const Place place{name, ++line_number};
+    if (line.empty() || line.front() == '#') continue;
+    if (!header_seen) {
+      check_header(line, header, place);
+      header_seen = true;
+      continue;
+    }
+    if (table.rows() == limits.max_rows)
+      place.refuse("more than " + std::to_string(limits.max_rows) + " rows; split the file");
+    parse_row(line, table, header, place);
+  }
+  if (!header_seen)
+    throw UserError(name + ":1: the file is empty; its first line must be " + std::string(header));
+  if (table.rows() == 0) refuse_line(name, line_number, "no rows after the header; add at least one");
+  return table;
+}
+
+NumberTable load_number_csv(const std::filesystem::path& file, std::string_view header,
+                            const NumberCsvLimits& limits) {
+  const std::string name = file.string();
+  std::error_code error;
+  const auto status = std::filesystem::status(file, error);
+  if (!std::filesystem::exists(status))
+    throw UserError(name + ": no such file; give a CSV of " + std::string(header));
+  if (!std::filesystem::is_regular_file(status))
+    throw UserError(name + ": not a file; give a CSV of " + std::string(header));
+  const std::uintmax_t size = std::filesystem::file_size(file, error);
+  if (!error && size > limits.max_bytes)
+    throw UserError(name + ": larger than " + std::to_string(limits.max_bytes >> 20) + " MiB; split it");
+  std::ifstream in(file, std::ios::binary);
+  std::string text(error ? 0 : static_cast<std::size_t>(size), '\0');
+  in.read(text.data(), static_cast<std::streamsize>(text.size()));
+  if (error || !in) throw UserError(name + ": cannot be read; check its permissions");
+  return parse_number_csv(text, name, header, limits);
+}
+
+void append_csv_row(std::string& out, std::span<const double> row) {
+  std::array<char, 32> buffer;  // a double takes at most 24
+  for (std::size_t i = 0; i < row.size(); ++i) {
+    if (i) out += ',';
+    const auto end =
+        std::to_chars(buffer.data(), buffer.data() + buffer.size(), row[i], std::chars_format::general, 17);
+    out.append(buffer.data(), end.ptr);
+  }
+}
+
+}  // namespace brachy

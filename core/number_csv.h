@@ -1,0 +1,43 @@
+#pragma once
+
+#include <filesystem>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace brachy {
+
+/// Rows of numbers from a CSV file, with the line each stood on (for later errors).
+struct NumberTable {
+  std::size_t columns = 0;
+  std::vector<double> values;      ///< rows × columns
+  std::vector<std::size_t> lines;  ///< of the file, from 1
+
+  std::size_t rows() const { return lines.size(); }
+  std::span<const double> row(std::size_t i) const { return {values.data() + i * columns, columns}; }
+};
+
+struct NumberCsvLimits {
+  std::size_t max_bytes = std::size_t{1} << 30;
+  std::size_t max_rows = 10'000'000;
+};
+
+/// Reads a CSV whose first line is exactly `header` (comma-separated names, no spaces) and whose rows are finite
+/// numbers, one per name. Blank lines and lines that start with '#' are skipped; LF or CRLF; a byte order mark is
+/// taken off. At least one row.
+/// Errors: UserError "name:line: what; fix".
+NumberTable parse_number_csv(std::string_view text, const std::string& name, std::string_view header,
+                             const NumberCsvLimits& limits = {});
+
+/// parse_number_csv of a file; UserError also where it is no readable regular file or too large.
+NumberTable load_number_csv(const std::filesystem::path& file, std::string_view header,
+                            const NumberCsvLimits& limits = {});
+
+/// Appends "a,b,…" without a line end: 17 significant digits, so that reading gives the same bits.
+void append_csv_row(std::string& out, std::span<const double> row);
+
+/// Throws UserError "name:line: what".
+[[noreturn]] void refuse_line(const std::string& name, std::size_t line, const std::string& what);
+
+}  // namespace brachy

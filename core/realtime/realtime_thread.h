@@ -1,0 +1,59 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+namespace brachy {
+
+/// What to ask the kernel for; both off by default.
+struct RealtimeOptions {
+  int fifo_priority = 0;  ///< SCHED_FIFO priority 1–99 of the calling thread; 0 = leave the scheduling alone
+  bool lock_memory = false;  ///< keep the whole process in RAM (mlockall), present and future mappings
+};
+
+/// What the process may ask for: its soft limits and effective capabilities.
+struct RealtimeLimits {
+  static constexpr std::uint64_t kUnlimited = ~std::uint64_t{0};
+  std::uint64_t rtprio = 0;         ///< RLIMIT_RTPRIO
+  std::uint64_t memlock_bytes = 0;  ///< RLIMIT_MEMLOCK
+  bool cap_sys_nice = false;
+  bool cap_ipc_lock = false;
+};
+
+enum class Grant : std::uint8_t { kNotAsked, kGranted, kRefused };
+
+/// What was granted, and where not, why not and what to do about it.
+struct RealtimeGrant {
+  Grant fifo = Grant::kNotAsked;
+  int fifo_priority = 0;     ///< in force; 0 unless granted
+  std::string fifo_refusal;  ///< empty unless refused
+  Grant memory = Grant::kNotAsked;
+  std::string memory_refusal;  ///< empty unless refused
+};
+
+/// The limits of this process, read from getrlimit and /proc/self/status (no capability if that is
+/// unreadable).
+RealtimeLimits read_realtime_limits();
+
+/// Why SCHED_FIFO at this priority would be refused, with the fix; empty if the limits allow it.
+std::string fifo_obstacle(const RealtimeLimits& limits, int priority);
+
+/// Why the memory must not be locked, with the fix; empty if the limits allow it. A finite RLIMIT_MEMLOCK
+/// without CAP_IPC_LOCK is such a reason even where mlockall would succeed: under MCL_FUTURE every later
+/// mapping counts, and the first thread created beyond the limit would fail.
+std::string memory_obstacle(const RealtimeLimits& limits);
+
+/// Asks for what the options say: SCHED_FIFO for the calling thread (SCHED_RESET_ON_FORK: threads it creates,
+/// such as OpenMP's workers, are ordinary ones), the memory lock for the process; touches the calling
+/// thread's stack if either was asked for. Never throws and never ends the program: a refusal is in the
+/// report.
+///
+/// Threads: called by the thread that is to be real-time, at its start. Creates none.
+///
+/// Real-time: no; before the first tick.
+RealtimeGrant request_realtime(const RealtimeOptions& options);
+
+/// One line for the log.
+std::string to_string(const RealtimeGrant& grant);
+
+}  // namespace brachy

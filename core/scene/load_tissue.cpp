@@ -1,0 +1,39 @@
+#include "core/scene/load_tissue.h"
+
+#include "core/mesh_io/mesh_file.h"
+#include "core/surface/surface_bvh.h"
+#include "core/tissue/interior_points.h"
+#include "core/tissue/phantom.h"
+
+namespace brachy {
+namespace {
+
+std::string surface_name(const Scene& scene) {
+  return scene.tissue.mesh.empty() ? "the phantom" : scene.resolve(scene.tissue.mesh).string();
+}
+
+}  // namespace
+
+PreparedSurface load_surface(const Scene& scene) {
+  const TissueSettings& s = scene.tissue;
+  if (s.mesh.empty())
+    return prepare_surface(prostate_phantom(s.phantom_surface_vertices), {}, surface_name(scene));
+  MeshFileOptions file;
+  file.units = s.units == "m" ? MeshUnits::kM : MeshUnits::kMm;
+  file.frame = s.frame == "LPS" ? MeshFrame::kLps : MeshFrame::kRas;
+  return prepare_surface(read_mesh_file(scene.resolve(s.mesh), file),
+                         {s.weld_tolerance_mm, s.min_island_share}, surface_name(scene));
+}
+
+LoadedTissue load_tissue(const Scene& scene) {
+  const std::string name = surface_name(scene);
+  PreparedSurface prepared = load_surface(scene);
+  require_closed(prepared.report, name);
+  const std::size_t surface_count = prepared.mesh.vertices.size(), total = scene.tissue.points;
+  const SurfaceBvh surface(prepared.mesh);
+  const std::size_t interior_count = total > surface_count ? total - surface_count : 0;
+  const auto interior = fill_interior(surface, interior_count, scene.tissue.seed, name);
+  return {build_tissue(prepared.mesh, interior), prepared.report};
+}
+
+}  // namespace brachy

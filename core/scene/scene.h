@@ -1,0 +1,101 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+
+#include "core/contact/contact_settings.h"
+#include "core/kernels/kernels.h"
+#include "core/rbf/anchors.h"
+
+namespace brachy {
+
+/// Where the tissue comes from.
+struct TissueSettings {
+  std::string mesh;              ///< STL, OBJ or PLY, relative to the scene file; empty: the phantom
+  std::string units = "mm";      ///< of the mesh file: mm or m
+  std::string frame = "RAS";     ///< of the mesh file: RAS or LPS
+  std::uint64_t points = 14560;  ///< surface and interior together
+  std::uint64_t phantom_surface_vertices = 1200;
+  double min_island_share = 0.01;  ///< islands under this share of the volume are dropped and reported
+  double weld_tolerance_mm = 1e-4;
+  std::uint64_t seed = 1;  ///< of the interior points
+
+  bool operator==(const TissueSettings&) const = default;
+};
+
+struct ModelSettings {
+  std::string kernel = "psi31";
+  double support_radius_mm = 12;
+
+  bool operator==(const ModelSettings&) const = default;
+};
+
+struct RateSettings {
+  double deformation_hz = 200;
+  double snapshot_hz = 30;
+
+  bool operator==(const RateSettings&) const = default;
+};
+
+struct EngineSettings {
+  std::string simd =
+      "auto";       ///< instruction set: auto, generic, sse4, avx2, avx512; pinned for golden hashes
+  int threads = 1;  ///< OpenMP threads of the field evaluation
+
+  bool operator==(const EngineSettings&) const = default;
+};
+
+struct RealtimeSettings {
+  int fifo_priority = 0;     ///< SCHED_FIFO for the deformation thread; 0: off
+  bool lock_memory = false;  ///< mlockall
+  bool control_thread =
+      false;  ///< an idle thread on the same deadlines, to tell the machine's misses from ours
+
+  bool operator==(const RealtimeSettings&) const = default;
+};
+
+struct DeviceSettings {
+  std::string kind = "network";  ///< network, or scripted (plays `trajectory` inside the daemon)
+  std::string trajectory;        ///< for scripted: CSV, relative to the scene file
+  bool loop = false;
+  bool centre_on_tissue =
+      false;  ///< for scripted: move the trajectory so that its tip dwells at the tissue's centre
+  double stale_pose_ms = 100;  ///< poses older than this are refused
+
+  bool operator==(const DeviceSettings&) const = default;
+};
+
+struct ServerSettings {
+  std::string address = "127.0.0.1";
+  int port = 18950;
+  int max_clients = 64;
+  std::uint64_t max_message_bytes = 65536;  ///< from a client
+  double max_poses_per_s = 2000;
+
+  bool operator==(const ServerSettings&) const = default;
+};
+
+/// Everything a scene file says; each field's default is the one of config/prostate.toml. Checked by load_scene.
+struct Scene {
+  std::string name = "prostate";
+  std::filesystem::path directory;  ///< of the scene file: relative paths start here
+  TissueSettings tissue;
+  ModelSettings model;
+  Anchors::Options anchors;
+  NeedleSettings needle;
+  ContactSettings contact;
+  RateSettings rates;
+  EngineSettings engine;
+  RealtimeSettings realtime;
+  DeviceSettings device;
+  ServerSettings server;
+
+  Kernel kernel() const { return *find_kernel(model.kernel); }
+  double period_s() const { return 1 / rates.deformation_hz; }
+  std::filesystem::path resolve(const std::string& path) const { return directory / path; }
+
+  bool operator==(const Scene&) const = default;
+};
+
+}  // namespace brachy

@@ -1,0 +1,86 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string_view>
+#include <vector>
+
+#include "core/sim/needle_pose.h"
+
+namespace brachy {
+
+/// Where the needle stands to the tissue (DESIGN §5). Values go over the wire: append only.
+enum class ContactState : std::uint8_t {
+  kFree = 0,       ///< never touched since the last reset
+  kTouching = 1,   ///< pressing on the intact capsule: one landmark
+  kInserted = 2,   ///< the tip is inside: landmarks along the cut path
+  kThrough = 3,    ///< the tip has left through the far side, the shaft is still inside
+  kWithdrawn = 4,  ///< has been in and is out again; the tissue is at rest
+};
+
+/// The state's name as it stands in logs, events and reports.
+constexpr std::string_view to_string(ContactState state) {
+  switch (state) {
+    case ContactState::kFree:
+      return "free";
+    case ContactState::kTouching:
+      return "touching";
+    case ContactState::kInserted:
+      return "inserted";
+    case ContactState::kThrough:
+      return "through";
+    case ContactState::kWithdrawn:
+      return "withdrawn";
+  }
+  return "unknown";
+}
+
+/// What a step could not do as asked; bits of MeshState::step_flags. Go over the wire: append only.
+enum StepFlag : std::uint32_t {
+  kStepSolveFailed = 1u << 0,  ///< landmark system not positive definite: the last good field is kept
+  kStepSaturated = 1u << 1,    ///< a landmark's displacement was held at contact.max_displacement_mm
+  kStepReseated = 1u << 2,     ///< the needle jumped: it was taken out and put in anew without deformation
+};
+
+/// The pose the simulation used at one tick.
+struct TickPose {
+  std::uint64_t tick = 0;
+  RigidTransform X_WN;
+};
+
+/// Needle as the simulation sees it after a tick.
+struct NeedleState {
+  bool present = false;
+  ContactState contact = ContactState::kFree;
+  RigidTransform X_WN;               ///< world frame W, mm
+  double insertion_depth_mm = 0;     ///< length of the cut path from the entry to the tip, in the rest shape
+  std::uint32_t landmark_count = 0;  ///< landmarks solved in this tick, anchors included
+  std::uint32_t puncture_count = 0;  ///< capsule punctures since start
+};
+
+/// Everything one tick produced: one slot of the triple buffer, and the body of a snapshot.
+///
+/// Points are in tissue order: surface vertices first, then interior points. `block_ticks[b]` is the last tick in
+/// which any coordinate of block b (TissueBlocks) changed, 0 = still at rest: a reader that last saw tick T needs
+/// exactly the blocks with block_ticks[b] > T, however many publishes it skipped.
+struct MeshState {
+  static constexpr std::size_t kPoseHistory = 128;
+
+  std::uint64_t tick = 0;  ///< 1 for the first step
+  double sim_time_s = 0;   ///< tick × period
+  NeedlePose input;        ///< the pose this tick used, with the stamps to echo
+  NeedleState needle;
+  std::uint32_t step_flags = 0;  ///< StepFlag bits
+  double max_displacement_mm = 0;
+  std::uint32_t moved_vertices = 0;      ///< points displaced from rest in this tick
+  std::vector<float> deformed_vertices;  ///< 3N: x0 y0 z0 x1 …, world frame, mm
+  std::vector<std::uint64_t> block_ticks;
+  /// Poses of the last ticks, ring indexed by tick % kPoseHistory: a recorder at 30 Hz still gets every one. An entry
+  /// whose tick is another is of no pose: there was no needle then.
+  std::array<TickPose, kPoseHistory> pose_history{};
+
+  std::uint64_t overruns = 0;   ///< deadlines missed since start (set by the loop)
+  std::int64_t publish_ns = 0;  ///< monotonic clock at publish (set by the loop)
+};
+
+}  // namespace brachy

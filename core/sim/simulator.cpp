@@ -1,0 +1,181 @@
+#include "core/sim/simulator.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+#include "core/error.h"
+
+namespace brachy {
+namespace {
+
+const Scene& check(const Scene& scene, const Tissue& tissue) {
+  if (scene.anchors.count > tissue.surface_count)
+    throw UserError("anchors.count is " + std::to_string(scene.anchors.count) + " but the surface has only " +
+                    std::to_string(tissue.surface_count) + " vertices; lower anchors.count");
+  return scene;
+}
+
+SurfaceMesh surface_of(const Tissue& tissue) {
+  const auto begin = tissue.rest_vertices.begin();
+  return {{begin, begin + static_cast<std::ptrdiff_t>(tissue.surface_count)}, tissue.triangles};
+}
+
+std::size_t max_landmarks(const Scene& scene) {
+  return static_cast<std::size_t>(scene.contact.max_landmarks) + scene.anchors.count;
+}
+
+BlockField::Options field_options(const Scene& scene) {
+  return {.target = resolve_simd_target(scene.engine.simd),
+          .threads = scene.engine.threads,
+          .max_landmarks = max_landmarks(scene)};
+}
+
+}  // namespace
+
+Simulator::Simulator(const Scene& scene, Tissue tissue)
+    : tissue_(std::move(tissue)),
+      surface_(surface_of(tissue_)),
+      period_s_(check(scene, tissue_).period_s()),
+      contact_(surface_, scene.needle, scene.contact),
+      anchors_({tissue_.rest_vertices.data(), tissue_.surface_count}, scene.anchors),
+      anchor_clearance_(scene.anchors.clearance_mm),
+      deformation_(tissue_, scene.kernel(), scene.model.support_radius_mm, field_options(scene)),
+      block_ticks_(tissue_.blocks.size()),
+      block_evaluated_(tissue_.blocks.size()) {
+  positions_.reserve(max_landmarks(scene));
+  displacements_.reserve(max_landmarks(scene));
+  displaced_.reserve(tissue_.blocks.size());
+  was_displaced_.reserve(tissue_.blocks.size());
+  for (auto& blocks : changed_) blocks.reserve(tissue_.blocks.size());
+  rest_.reserve(3 * tissue_.size());
+  for (const Vec3& X : tissue_.rest_vertices)
+    for (int k = 0; k < 3; ++k) rest_.push_back(static_cast<float>(X[k]));
+  deformed_ = rest_;
+}
+
+MeshState Simulator::initial_state() const {
+  MeshState state;
+  state.deformed_vertices = rest_;
+  state.block_ticks.assign(tissue_.blocks.size(), 0);
+  return state;
+}
+
+void Simulator::step(const NeedlePose& pose, MeshState& state) noexcept {
+  ++tick_;
+  gather_landmarks(pose);
+  deform();
+  write(pose, state);
+}
+
+// No needle landmark, no landmarks at all: anchors alone hold nothing back. The tip's landmark, which moves most, is
+// last: the landmark system then only renews its last row.
+void Simulator::gather_landmarks(const NeedlePose& pose) noexcept {
+  positions_.clear();
+  displacements_.clear();
+  flags_ = 0;
+  if (pose.present) {
+    contact_.update(pose.X_WN, deformation_.field());
+    flags_ = contact_.flags();
+  }
+  const auto needle = pose.present ? contact_.positions() : std::span<const Vec3>();
+  anchors_.update(needle.empty() ? 0 : contact_.load(), period_s_);
+  if (needle.empty()) return;
+  for (const Vec3& anchor : anchors_.positions()) {
+    const auto too_near = [&](const Vec3& p) { return (p - anchor).norm() < anchor_clearance_; };
+    if (std::ranges::any_of(needle, too_near)) continue;
+    positions_.push_back(anchor);
+    displacements_.push_back(Vec3::Zero());
+  }
+  positions_.insert(positions_.end(), needle.begin(), needle.end());
+  displacements_.insert(displacements_.end(), contact_.displacements().begin(),
+                        contact_.displacements().end());
+}
+
+void Simulator::deform() noexcept {
+  changed_[tick_ % kChangeHistory].clear();
+  if (!deformation_.update(positions_, displacements_)) {
+    flags_ |= kStepSolveFailed;  // the last field stands
+    return;
+  }
+  ++evaluation_counts_[static_cast<std::size_t>(deformation_.evaluation())];
+  if (deformation_.evaluation() != Evaluation::kIdle) apply_field();
+}
+
+// Blocks in reach take their displacement; those that were displaced and are out of reach now go back to rest. No other
+// block is looked at.
+void Simulator::apply_field() noexcept {
+  max_displacement_ = 0;
+  moved_vertices_ = 0;
+  std::swap(displaced_, was_displaced_);
+  displaced_.clear();
+  for (const std::uint32_t b : deformation_.blocks().touched()) {
+    block_evaluated_[b] = tick_;
+    if (apply_block(b)) changed_[tick_ % kChangeHistory].push_back(b);
+  }
+  for (const std::uint32_t b : was_displaced_) {
+    if (block_evaluated_[b] == tick_) continue;
+    const Block& block = tissue_.blocks[b];
+    std::copy_n(&rest_[3 * block.first], 3 * block.count, &deformed_[3 * block.first]);
+    changed_[tick_ % kChangeHistory].push_back(b);
+  }
+  for (const std::uint32_t b : changed_[tick_ % kChangeHistory]) block_ticks_[b] = tick_;
+}
+
+// True if any coordinate of the block changed.
+bool Simulator::apply_block(std::uint32_t b) noexcept {
+  const Block& block = tissue_.blocks[b];
+  const BlockDisplacement<float>& u = deformation_.blocks().displacement(b);
+  float* out = &deformed_[3 * block.first];
+  const float* rest = &rest_[3 * block.first];
+  bool changed = false;
+  std::uint32_t moved = 0;
+  float largest_squared = 0;
+  for (std::uint32_t i = 0; i < block.count; ++i) {
+    const float x[3] = {rest[3 * i] + u.ux[i], rest[3 * i + 1] + u.uy[i], rest[3 * i + 2] + u.uz[i]};
+    changed |= x[0] != out[3 * i] || x[1] != out[3 * i + 1] || x[2] != out[3 * i + 2];
+    moved += x[0] != rest[3 * i] || x[1] != rest[3 * i + 1] || x[2] != rest[3 * i + 2];
+    std::memcpy(out + 3 * i, x, sizeof x);
+    largest_squared = std::max(largest_squared, u.ux[i] * u.ux[i] + u.uy[i] * u.uy[i] + u.uz[i] * u.uz[i]);
+  }
+  max_displacement_ = std::max(max_displacement_, std::sqrt(static_cast<double>(largest_squared)));
+  moved_vertices_ += moved;
+  if (moved > 0) displaced_.push_back(b);
+  return changed;
+}
+
+void Simulator::write(const NeedlePose& pose, MeshState& state) noexcept {
+  const auto update_block = [&](std::size_t b) {
+    if (state.block_ticks[b] == block_ticks_[b]) return;
+    const Block& block = tissue_.blocks[b];
+    std::copy_n(&deformed_[3 * block.first], 3 * block.count, &state.deformed_vertices[3 * block.first]);
+    state.block_ticks[b] = block_ticks_[b];
+  };
+  if (tick_ - state.tick <= kChangeHistory) {
+    for (std::uint64_t t = state.tick + 1; t <= tick_; ++t)
+      for (const std::uint32_t b : changed_[t % kChangeHistory]) update_block(b);
+  } else {
+    for (std::size_t b = 0; b < tissue_.blocks.size(); ++b) update_block(b);
+  }
+
+  constexpr std::uint64_t kHistory = MeshState::kPoseHistory;
+  if (pose.present) pose_history_[tick_ % kHistory] = {tick_, pose.X_WN};
+  const std::uint64_t oldest_lacking = std::max(state.tick + 1, tick_ < kHistory ? 1 : tick_ - kHistory + 1);
+  for (std::uint64_t t = oldest_lacking; t <= tick_; ++t)
+    state.pose_history[t % kHistory] = pose_history_[t % kHistory];
+
+  state.tick = tick_;
+  state.sim_time_s = static_cast<double>(tick_) * period_s_;
+  state.input = pose;
+  state.needle.present = pose.present;
+  state.needle.contact = contact_.state();
+  state.needle.X_WN = pose.X_WN;
+  state.needle.insertion_depth_mm = contact_.insertion_depth();
+  state.needle.landmark_count = static_cast<std::uint32_t>(positions_.size());
+  state.needle.puncture_count = contact_.puncture_count();
+  state.step_flags = flags_;
+  state.max_displacement_mm = max_displacement_;
+  state.moved_vertices = moved_vertices_;
+}
+
+}  // namespace brachy

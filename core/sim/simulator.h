@@ -1,0 +1,77 @@
+#pragma once
+
+#include <vector>
+
+#include "core/contact/needle_contact.h"
+#include "core/field/deformation.h"
+#include "core/rbf/anchors.h"
+#include "core/scene/scene.h"
+#include "core/sim/mesh_state.h"
+#include "core/surface/surface_bvh.h"
+#include "core/tissue/tissue.h"
+
+namespace brachy {
+
+/// The simulation: pose → contact → landmarks → solve → field → mesh state, one tick a call.
+///
+/// A plain function of its arguments and its own memory, which is the contact state, the anchors' λ and the last
+/// field; every tick's field is computed from the rest shape. The same poses give the same states, bit for bit, on
+/// every run and for any number of threads.
+/// Threads: one caller (OpenMP inside, if the scene asks). Real-time: step does not allocate, lock, throw or read a
+/// clock.
+class Simulator {
+ public:
+  /// `scene` as load_scene checked it. Throws UserError where scene and tissue do not fit (more anchors than surface
+  /// vertices).
+  Simulator(const Scene& scene, Tissue tissue);
+  Simulator(const Simulator&) = delete;
+  Simulator& operator=(const Simulator&) = delete;
+
+  /// The tissue at rest, tick 0: what every slot handed to step must have started as.
+  MeshState initial_state() const;
+
+  /// One tick with the needle at `pose` (not present: no needle). `state` is a slot that only this simulator has
+  /// written since initial_state, however many ticks ago: blocks that it lacks are brought up to date.
+  void step(const NeedlePose& pose, MeshState& state) noexcept;
+
+  const Tissue& tissue() const { return tissue_; }
+  SimdTarget simd_target() const { return deformation_.blocks().target(); }
+  /// Ticks evaluated in each way since construction, indexed by Evaluation.
+  const std::array<std::uint64_t, 4>& evaluation_counts() const { return evaluation_counts_; }
+  double period_s() const { return period_s_; }
+
+ private:
+  void gather_landmarks(const NeedlePose& pose) noexcept;
+  void deform() noexcept;
+  void apply_field() noexcept;
+  bool apply_block(std::uint32_t b) noexcept;
+  void write(const NeedlePose& pose, MeshState& state) noexcept;
+
+  Tissue tissue_;
+  SurfaceBvh surface_;
+  double period_s_;
+  NeedleContact contact_;
+  Anchors anchors_;
+  double anchor_clearance_;
+  Deformation deformation_;
+
+  std::uint64_t tick_ = 0;
+  std::uint32_t flags_ = 0;
+  std::vector<Vec3> positions_,
+      displacements_;  // landmarks of this tick: anchors, then the needle's, its tip last
+  std::array<std::uint64_t, 4> evaluation_counts_{};
+
+  std::vector<float> rest_, deformed_;  // 3N
+  std::vector<std::uint64_t> block_ticks_;
+  std::vector<std::uint64_t> block_evaluated_;  // tick in which the block was last in reach
+  std::vector<std::uint32_t> displaced_,
+      was_displaced_;  // blocks not at rest now, and after the last evaluation
+  /// Blocks that changed in each of the last ticks, ring by tick: what a slot a few publishes behind lacks.
+  static constexpr std::size_t kChangeHistory = 8;
+  std::array<std::vector<std::uint32_t>, kChangeHistory> changed_;
+  double max_displacement_ = 0;
+  std::uint32_t moved_vertices_ = 0;
+  std::array<TickPose, MeshState::kPoseHistory> pose_history_{};
+};
+
+}  // namespace brachy

@@ -1,0 +1,46 @@
+#pragma once
+
+#include <cstdint>
+#include <cstring>
+#include <span>
+
+#include "core/sim/mesh_state.h"
+
+namespace brachy {
+
+/// A running hash over every tick's state: equal hashes mean that two runs did the same, bit for bit. FNV-1a's
+/// constants over 64-bit words, for speed (175 kB a tick); not cryptographic.
+class StateHash {
+ public:
+  void add(const MeshState& state) noexcept {
+    add_word(state.tick);
+    add_word(static_cast<std::uint64_t>(state.needle.contact) |
+             std::uint64_t{state.needle.landmark_count} << 8 | std::uint64_t{state.step_flags} << 32);
+    add_double(state.needle.insertion_depth_mm);
+    add_double(state.max_displacement_mm);
+    add_word(state.moved_vertices);
+    for (int i = 0; i < 3; ++i) add_double(state.needle.X_WN.p[i]);
+    const std::span<const float> x = state.deformed_vertices;
+    for (std::size_t i = 0; i + 2 <= x.size(); i += 2) {
+      std::uint64_t word;
+      std::memcpy(&word, &x[i], sizeof word);
+      add_word(word);
+    }
+    if (x.size() % 2) add_double(x.back());
+  }
+  std::uint64_t value() const { return hash_; }
+
+ private:
+  void add_word(std::uint64_t word) noexcept {
+    hash_ = (hash_ ^ word) * 0x100000001b3ull;
+    hash_ ^= hash_ >> 29;
+  }
+  void add_double(double v) noexcept {
+    std::uint64_t word;
+    std::memcpy(&word, &v, sizeof word);
+    add_word(word);
+  }
+  std::uint64_t hash_ = 0xcbf29ce484222325ull;
+};
+
+}  // namespace brachy

@@ -1,0 +1,49 @@
+#pragma once
+
+#include <cstdint>
+
+#include "core/realtime/triple_buffer.h"
+#include "core/sim/needle_pose.h"
+#include "haptics/device.h"
+#include "haptics/pose_guard.h"
+
+namespace brachy {
+
+/// The needle of whoever holds the device lease: takes poses as they arrive and hands the newest good one to
+/// the simulation. Between leases the needle stays at its last good pose until a new device sends one.
+///
+/// Threads: attach, detach, submit, attached and guard belong to the io thread; update to the 200 Hz thread.
+/// They meet in a triple buffer only. Constructed before both, destroyed after both.
+///
+/// Real-time: update is wait-free.
+class NetworkDevice final : public Device {
+ public:
+  explicit NetworkDevice(const PoseGuardSettings& settings = {}) : guard_(settings) {}
+
+  /// A device got the lease: judge its poses without regard to its predecessor's clock and count.
+  void attach();
+  /// The lease ended. A pose accepted before and not yet used still counts.
+  void detach() { attached_ = false; }
+  bool attached() const { return attached_; }
+
+  /// Judges a pose whose X_WN, sequence, stamp_ns and received_ns are set; an accepted one is marked present
+  /// and replaces any that the simulation has not used yet. The verdict goes back to the sender.
+  PoseVerdict submit(NeedlePose pose);
+
+  const PoseGuard& guard() const { return guard_; }  ///< for its counters
+
+  bool update(std::int64_t now_ns, NeedlePose& pose) override;
+
+ private:
+  TripleBuffer<NeedlePose> poses_;
+
+  // io thread
+  TripleBuffer<NeedlePose>::Writer writer_ = poses_.writer();
+  PoseGuard guard_;
+  bool attached_ = false;
+
+  // 200 Hz thread
+  alignas(64) TripleBuffer<NeedlePose>::Reader reader_ = poses_.reader();
+};
+
+}  // namespace brachy

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <cstdint>
+
+#include "haptics/device.h"
+#include "haptics/trajectory.h"
+
+namespace brachy {
+
+/// Plays a trajectory: the first sample at the first update, from then on in real time. At the end it holds
+/// the last pose, or, looping, jumps back to the first sample (the simulation takes the needle out and puts
+/// it in anew).
+///
+/// Poses carry a sequence from 1 and the tick's time as stamp and arrival.
+///
+/// Threads: constructed anywhere, then the 200 Hz thread only.
+///
+/// Real-time: update is.
+class ScriptedDevice final : public Device {
+ public:
+  explicit ScriptedDevice(Trajectory trajectory, bool loop = false);
+
+  /// True at every tick up to and including the first one at or past the end (looping: always).
+  bool update(std::int64_t now_ns, NeedlePose& pose) override;
+
+  /// Whether the last pose has been given out; never when looping.
+  bool finished() const { return finished_; }
+
+ private:
+  Trajectory trajectory_;
+  bool loop_;
+  std::int64_t duration_ns_;
+  bool started_ = false;
+  bool finished_ = false;
+  std::int64_t start_ns_ = 0;
+  std::uint64_t sequence_ = 0;
+};
+
+}  // namespace brachy

@@ -1,0 +1,79 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/error.h"
+#include "net/clock_offset.h"
+#include "net/wire/frame_assembler.h"
+#include "net/wire/messages.h"
+
+namespace boost::asio {
+class io_context;
+}
+
+namespace brachy::net {
+
+struct ClientOptions {
+  Role role = Role::kViewer;
+  std::uint32_t subscription = 0;  ///< Subscription bits
+  DeviceLimits limits;
+  std::string name = "client";
+  std::chrono::milliseconds connect_timeout{3000};
+  std::chrono::milliseconds silence_timeout{5000};  ///< a server that says nothing for this long is given up
+  std::chrono::milliseconds ping_interval{1000};    ///< for the clock offset, and so that the server hears us
+  std::uint32_t max_message_bytes = 256u << 20;     ///< body from the server
+  std::size_t max_queued_poses = 64;                ///< the oldest waiting pose is dropped beyond this
+};
+
+/// Called on the io thread, in the order the messages came. Empty ones are skipped. A handler may close() the client,
+/// but not destroy it.
+struct ClientHandlers {
+  std::function<void(const WelcomeMessage&)> on_welcome;
+  std::function<void(const TopologyMessage&)> on_topology;
+  std::function<void(const FrameMessage&)> on_frame;  ///< after it was applied to mesh()
+  std::function<void(const StateMessage&)> on_state;
+  std::function<void(const EventMessage&)> on_event;
+  std::function<void(const ErrorMessage&)> on_error;
+  std::function<void(const std::string& reason)> on_closed;  ///< once, last; not after close()
+};
+
+/// A viewer's or device's end of the native protocol, for the tools and tests. Any message that breaks the protocol
+/// ends the connection, told by on_closed. Threads: all on the thread that runs `io`.
+class Client {
+ public:
+  Client(boost::asio::io_context& io, ClientOptions options, ClientHandlers handlers);
+  ~Client();  ///< closes
+  Client(const Client&) = delete;
+  Client& operator=(const Client&) = delete;
+
+  /// Connects and sends HELLO; blocks until connected, at most about connect_timeout and the name's look-up. Once
+  /// only. Throws UserError ("nothing listens on …"). The WELCOME comes by on_welcome when `io` runs.
+  void connect(const std::string& host, std::uint16_t port);
+
+  /// Queues a POSE, taken at `stamp_ns` of our monotonic clock. Frames echo the stamp as input_stamp_ns.
+  void send_pose(const RigidTransform& X_WN, std::int64_t stamp_ns);
+  void request_state();
+  void close();
+
+  bool is_open() const;
+  const FrameAssembler& mesh() const;
+  std::uint64_t poses_sent() const;
+  std::uint64_t poses_dropped() const;  ///< not sent because too many waited
+  std::uint64_t frames() const;
+  std::uint64_t snapshots_missed() const;  ///< gaps in the snapshot sequence since the first frame
+  std::uint64_t bytes_received() const;
+  /// Server's clock − ours, from PING; nullopt before the first answer.
+  std::optional<ClockOffset::Sample> clock_offset() const;
+
+ private:
+  class Impl;
+  std::shared_ptr<Impl> impl_;
+};
+
+}  // namespace brachy::net

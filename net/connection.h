@@ -1,0 +1,44 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+
+#include "net/wire/byte_io.h"
+
+namespace brachy::net {
+
+/// What a connection tells its owner, always from the io thread and never from inside a call of Connection.
+class ConnectionListener {
+ public:
+  virtual ~ConnectionListener() = default;
+  virtual void on_bytes(std::span<const std::byte> bytes) = 0;
+  virtual void on_written() = 0;
+  /// The peer or the network ended it; last call. Not after Connection::close().
+  virtual void on_closed(const std::string& reason) = 0;
+};
+
+/// A byte stream to one peer: the seam between the sessions and the transport (TCP here).
+/// Threads: the io thread only.
+class Connection {
+ public:
+  virtual ~Connection() = default;
+  /// Begins to read. Keeps the listener alive until the end.
+  virtual void start(std::shared_ptr<ConnectionListener> listener) = 0;
+  /// Sends header and body (may be null); one write at a time, on_written() ends it.
+  virtual void write(Bytes header, std::shared_ptr<const Bytes> body) = 0;
+  /// No more writes: the peer reads the end of the stream. Reading goes on.
+  virtual void shutdown_send() = 0;
+  /// Ends at once; no listener call comes after it.
+  virtual void close() = 0;
+  /// When the running write last got rid of bytes (or began).
+  virtual std::int64_t last_progress_ns() const = 0;
+  /// When a write last got rid of bytes after it had had to wait for the peer, 0 = never: a peer that reads slowly,
+  /// but reads.
+  virtual std::int64_t last_waited_progress_ns() const = 0;
+  virtual const std::string& peer() const = 0;  ///< "address:port"
+};
+
+}  // namespace brachy::net

@@ -1,0 +1,290 @@
+#include "net/server.h"
+
+#include <algorithm>
+#include <boost/asio/post.hpp>
+#include <map>
+#include <utility>
+#include <vector>
+
+#include "net/clock.h"
+#include "net/session/device_lease.h"
+#include "net/session/frame_cache.h"
+#include "net/session/pose_counts.h"
+#include "net/session/session.h"
+#include "net/tcp/acceptor.h"
+#include "net/tcp/tcp_connection.h"
+#include "net/wire/codec.h"
+
+namespace brachy::net {
+namespace asio = boost::asio;
+namespace {
+
+constexpr std::chrono::milliseconds kHousekeeping{100};
+constexpr std::size_t kReadBufferBytes = 16 * 1024;
+constexpr std::size_t kMaxRefused = 16;  // connections over max_clients that are still being told BUSY
+constexpr std::uint64_t kOwnDevice = 0;  // session number of the daemon's own device
+
+void check(bool condition, const char* what) {
+  if (!condition) throw UserError(std::string("server settings: ") + what);
+}
+
+ServerOptions checked(ServerOptions options) {
+  check(options.max_clients >= 1, "max_clients must be at least 1");
+  check(options.max_poses_per_s >= 1, "max_poses_per_s must be at least 1");
+  check(options.max_message_bytes >= 256 && options.max_message_bytes <= 64u << 20,
+        "max_message_bytes must be between 256 and 67108864");
+  check(options.max_queued_messages >= 4, "max_queued_messages must be at least 4");
+  check(options.send_buffer_bytes >= 4096, "send_buffer_bytes must be at least 4096");
+  check(options.ping_interval < options.silence_timeout,
+        "ping_interval must be shorter than silence_timeout");
+  return options;
+}
+
+std::shared_ptr<const Bytes> encode_topology(const TopologyMessage& topology) {
+  Bytes body;
+  encode_body(topology, body);
+  return std::make_shared<const Bytes>(std::move(body));
+}
+
+}  // namespace
+
+class Server::Impl final : public SessionHost, public std::enable_shared_from_this<Server::Impl> {
+ public:
+  Impl(asio::io_context& io, ServerOptions given, const TopologyMessage& topology, std::vector<Block> blocks,
+       ServerHandlers handlers)
+      : io_(io),
+        options_(checked(std::move(given))),
+        handlers_(std::move(handlers)),
+        topology_hash_(topology.hash),
+        topology_body_(encode_topology(topology)),
+        frames_(std::move(blocks), topology.hash),
+        acceptor_(std::make_shared<Acceptor>(io, options_)),
+        timer_(io) {}
+
+  void start() {
+    acceptor_->start([this](asio::ip::tcp::socket socket) { on_socket(std::move(socket)); },
+                     [this](const std::string& line) { log(line); });
+    next_state_ns_ = monotonic_ns();
+    keep_house();
+  }
+
+  void publish(std::shared_ptr<const MeshState> state) {
+    if (is_stopped_) return;
+    const bool is_anew = state->tick < frames_.tick();
+    frames_.update(std::move(state));
+    if (is_anew) {
+      for (const auto& session : sessions()) session->forget_mesh();
+    }
+    for (const auto& session : sessions()) session->offer_snapshot();
+  }
+
+  void broadcast(const EventMessage& event) {
+    Bytes encoded;
+    encode_body(event, encoded);
+    const auto body = std::make_shared<const Bytes>(std::move(encoded));
+    for (const auto& session : sessions()) session->send(MessageType::kEvent, body);
+  }
+
+  void stop() {
+    if (is_stopped_) return;
+    is_stopped_ = true;
+    acceptor_->stop();
+    for (const auto& session : sessions()) session->fail(ErrorCode::kShutdown, "the server stops");
+    if (sessions_.empty()) timer_.cancel();
+  }
+
+  void end() {
+    is_stopped_ = true;
+    handlers_ = {};
+    acceptor_->stop();
+    for (const auto& session : sessions()) session->abort("the server is gone");
+    timer_.cancel();
+  }
+
+  std::size_t client_count() const {
+    return static_cast<std::size_t>(std::count_if(
+        sessions_.begin(), sessions_.end(), [](const auto& entry) { return !entry.second->is_closing(); }));
+  }
+
+  // --- SessionHost ---
+
+  std::optional<ErrorMessage> admit(const Session& session, const HelloMessage& hello,
+                                    WelcomeMessage& welcome) override {
+    if (hello.role == Role::kDevice) {
+      if (!lease_.take({session.id(), hello.name, session.address(), monotonic_ns()})) {
+        const auto held_s = (monotonic_ns() - lease_.since_ns()) / 1'000'000'000;
+        return ErrorMessage{ErrorCode::kDeviceBusy, true, 0, 0,
+                            lease_.holder() + " has held the device lease for " + std::to_string(held_s) +
+                                " s: disconnect that device first, or join as a viewer"};
+      }
+      if (handlers_.on_device) handlers_.on_device(true, device_info(session));
+      broadcast({EventKind::kDeviceAttached, 0, frames_.tick(), "device " + lease_.holder() + " attached"});
+    }
+    log("client " + std::to_string(session.id()) + " '" + hello.name + "' from " + session.address() +
+        " joined");
+    welcome.session = session.id();
+    welcome.role = hello.role;
+    welcome.subscription = hello.subscription;
+    welcome.deformation_hz = options_.deformation_hz;
+    welcome.snapshot_hz = options_.snapshot_hz;
+    welcome.max_message_bytes = options_.max_message_bytes;
+    welcome.max_poses_per_s = options_.max_poses_per_s;
+    welcome.topology_hash = topology_hash_;
+    welcome.server = options_.server_name;
+    return std::nullopt;
+  }
+
+  std::shared_ptr<const Bytes> topology_body() override { return topology_body_; }
+  bool has_snapshot() const override { return frames_.has_snapshot(); }
+  std::pair<std::shared_ptr<const Bytes>, std::uint64_t> frame_body(const FrameRequest& request) override {
+    return {frames_.body(request), frames_.tick()};
+  }
+
+  PoseVerdict on_pose(const NeedlePose& pose) override {
+    PoseVerdict verdict = handlers_.on_pose ? handlers_.on_pose(pose) : PoseVerdict{};
+    if (verdict.accepted) poses_.accept();
+    return verdict;
+  }
+  void count_refusal(const PoseVerdict& verdict) override { poses_.refuse(verdict.code, verdict.text); }
+
+  StateMessage common_state() override {
+    StateMessage state = handlers_.state ? handlers_.state() : StateMessage{};
+    poses_.add_to(state);
+    state.snapshots = frames_.snapshots();
+    for (const auto& [id, session] : sessions_) {
+      state.clients += session->is_open();
+      state.viewers += session->is_open() && session->hello().role == Role::kViewer;
+    }
+    state.device_holder = lease_.holder();
+    return state;
+  }
+
+  void on_closed(const Session& session, const std::string& reason) override {
+    log("client " + std::to_string(session.id()) + " '" + session.name() + "' from " + session.address() +
+        " left: " + reason);
+    if (lease_.is_held_by(session.id())) {
+      const std::string holder = lease_.holder();
+      lease_.release(session.id());
+      if (handlers_.on_device) handlers_.on_device(false, device_info(session));
+      if (!is_stopped_) {
+        broadcast({EventKind::kDeviceDetached, 0, frames_.tick(), "device " + holder + " left: " + reason});
+      }
+    }
+    sessions_.erase(session.id());
+    if (is_stopped_ && sessions_.empty()) timer_.cancel();
+  }
+
+  const ServerOptions& options() const { return options_; }
+  std::uint16_t port() const { return acceptor_->port(); }
+  std::uint64_t topology_hash() const { return topology_hash_; }
+  DeviceLease& lease() { return lease_; }
+  asio::io_context& io() { return io_; }
+
+ private:
+  /// A copy: sessions may end while it is walked.
+  std::vector<std::shared_ptr<Session>> sessions() const {
+    std::vector<std::shared_ptr<Session>> all;
+    for (const auto& [id, session] : sessions_) all.push_back(session);
+    return all;
+  }
+
+  static DeviceInfo device_info(const Session& session) {
+    return {session.name(), session.address(), session.hello().limits};
+  }
+
+  void on_socket(asio::ip::tcp::socket socket) {
+    if (sessions_.size() >= options_.max_clients + kMaxRefused) return;  // closes it
+    const bool is_full = client_count() >= options_.max_clients;
+    auto connection =
+        std::make_shared<TcpConnection>(std::move(socket), options_.send_buffer_bytes, kReadBufferBytes);
+    const auto session = std::make_shared<Session>(++last_session_, std::move(connection), *this, options_);
+    sessions_.emplace(session->id(), session);
+    session->start();
+    if (is_full) {
+      session->fail(ErrorCode::kBusy,
+                    "all " + std::to_string(options_.max_clients) + " client places are taken");
+    }
+  }
+
+  void keep_house() {
+    const std::int64_t now = monotonic_ns();
+    for (const auto& session : sessions()) session->check_time(now);
+    if (now >= next_state_ns_ && !is_stopped_) {
+      next_state_ns_ = now + in_ns(options_.state_interval);
+      if (!sessions_.empty()) {
+        const StateMessage state = common_state();
+        for (const auto& session : sessions()) session->send_state(state);
+      }
+    }
+    if (is_stopped_ && sessions_.empty()) return;
+    timer_.expires_after(kHousekeeping);
+    timer_.async_wait([self = shared_from_this()](const boost::system::error_code& error) {
+      if (!error) self->keep_house();
+    });
+  }
+
+  void log(const std::string& line) {
+    if (handlers_.log) handlers_.log(line);
+  }
+
+  asio::io_context& io_;
+  const ServerOptions options_;
+  ServerHandlers handlers_;
+  const std::uint64_t topology_hash_;
+  const std::shared_ptr<const Bytes> topology_body_;
+  FrameCache frames_;
+  const std::shared_ptr<Acceptor> acceptor_;
+  asio::steady_timer timer_;
+  std::map<std::uint64_t, std::shared_ptr<Session>> sessions_;
+  std::uint64_t last_session_ = kOwnDevice;
+  DeviceLease lease_;
+  PoseCounts poses_;
+  std::int64_t next_state_ns_ = 0;
+  bool is_stopped_ = false;
+};
+
+Server::Server(asio::io_context& io, ServerOptions options, const Tissue& tissue, ServerHandlers handlers) {
+  const TopologyMessage topology = make_topology(tissue, options.topology_name);
+  impl_ = std::make_shared<Impl>(io, std::move(options), topology, tissue.blocks, std::move(handlers));
+  impl_->start();
+}
+
+Server::~Server() {
+  impl_->end();
+}
+
+std::uint16_t Server::port() const {
+  return impl_->port();
+}
+const std::string& Server::address() const {
+  return impl_->options().address;
+}
+std::uint64_t Server::topology_hash() const {
+  return impl_->topology_hash();
+}
+
+void Server::publish(std::shared_ptr<const MeshState> state) {
+  asio::post(impl_->io(),
+             [impl = impl_, state = std::move(state)]() mutable { impl->publish(std::move(state)); });
+}
+
+void Server::broadcast(const EventMessage& event) {
+  impl_->broadcast(event);
+}
+bool Server::hold_lease(const std::string& name) {
+  return impl_->lease().take({kOwnDevice, name, "", monotonic_ns()});
+}
+void Server::release_lease() {
+  impl_->lease().release(kOwnDevice);
+}
+std::string Server::lease_holder() const {
+  return impl_->lease().holder();
+}
+std::size_t Server::client_count() const {
+  return impl_->client_count();
+}
+void Server::stop() {
+  impl_->stop();
+}
+
+}  // namespace brachy::net

@@ -1,0 +1,64 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include "core/error.h"
+#include "core/sim/mesh_state.h"
+#include "core/tissue/tissue.h"
+#include "net/server_options.h"
+#include "net/wire/messages.h"
+
+namespace boost::asio {
+class io_context;
+}
+
+namespace brachy::net {
+
+/// The native protocol's server (net/PROTOCOL.md): many viewers, one device, snapshots out, poses in. It makes no
+/// thread: everything happens on the one thread that runs `io`, handlers included. Whatever a peer does ends that
+/// peer's session at worst; no peer delays another.
+///
+/// Threads: publish() from any one thread at a time, also while the io thread runs; all else (constructor and
+/// destructor too) on the io thread or while nothing runs `io`.
+/// Real-time: publish() allocates and takes a lock of Asio's: call it from the snapshot thread, not from the
+/// deformation thread. Snapshots wait in `io` until the io thread takes them.
+class Server {
+ public:
+  /// Binds, listens and accepts from here on; clients are served once `io` runs. Copies what it needs of `tissue`.
+  /// Throws UserError: bad address or option, address not loopback without allow_remote, port in use or forbidden.
+  Server(boost::asio::io_context& io, ServerOptions options, const Tissue& tissue, ServerHandlers handlers);
+  ~Server();  ///< ends every session at once; not from inside a handler
+  Server(const Server&) = delete;
+  Server& operator=(const Server&) = delete;
+
+  std::uint16_t port() const;          ///< the port bound
+  const std::string& address() const;  ///< the address bound
+  std::uint64_t topology_hash() const;
+
+  /// A new snapshot for everybody; `state` must not change any more. Its ticks must not go backwards, unless the
+  /// simulation began anew (then everybody gets a full frame).
+  void publish(std::shared_ptr<const MeshState> state);
+
+  /// To every client.
+  void broadcast(const EventMessage& event);
+
+  /// Takes the device lease for the daemon's own device. False where a network device holds it.
+  bool hold_lease(const std::string& name);
+  /// Gives up what hold_lease took; does nothing otherwise.
+  void release_lease();
+  std::string lease_holder() const;  ///< "NAME (ADDRESS)", empty = nobody
+
+  std::size_t client_count() const;  ///< connected and not being closed
+
+  /// Stops listening, tells every client, and lets what is being sent leave for at most drain_timeout; after that
+  /// `io` has nothing left to do for this server.
+  void stop();
+
+ private:
+  class Impl;
+  std::shared_ptr<Impl> impl_;
+};
+
+}  // namespace brachy::net

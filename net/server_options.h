@@ -1,0 +1,60 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <string>
+
+#include "core/sim/needle_pose.h"
+#include "net/wire/messages.h"
+
+namespace brachy::net {
+
+/// Settings of a Server; all checked by its constructor.
+struct ServerOptions {
+  std::string address = "127.0.0.1";              ///< to bind; an IP address
+  std::uint16_t port = 0;                         ///< 0 = any free one, Server::port() tells
+  bool allow_remote = false;                      ///< bind an address that is not loopback
+  std::uint32_t max_clients = 64;                 ///< ≥ 1
+  std::uint32_t max_message_bytes = 64 * 1024;    ///< body from a client, 256 to 64 MiB
+  std::uint32_t max_poses_per_s = 2000;           ///< ≥ 1; bursts of a tenth of it pass
+  std::chrono::milliseconds hello_timeout{2000};  ///< from connection to a complete HELLO
+  std::chrono::milliseconds ping_interval{1000};  ///< PING a client that said nothing for this long
+  std::chrono::milliseconds silence_timeout{
+      5000};  ///< close a client that completed no message for this long
+  std::chrono::milliseconds stall_timeout{
+      5000};  ///< close a client that took no byte of a write for this long
+  std::chrono::milliseconds drain_timeout{500};   ///< for the last ERROR to leave
+  std::chrono::milliseconds state_interval{500};  ///< between STATE messages
+  int send_buffer_bytes = 256 * 1024;             ///< SO_SNDBUF
+  std::size_t max_queued_messages = 64;           ///< control messages waiting for one client
+  std::string server_name = "brachyd 0.1.0";      ///< told in WELCOME
+  std::string topology_name = "tissue";
+  double deformation_hz = 200;
+  double snapshot_hz = 30;
+};
+
+/// What became of a pose. Codes below 0xFF00 are the daemon's; the text goes to the sender and into STATE.
+struct PoseVerdict {
+  bool accepted = true;
+  std::uint16_t code = 0;
+  std::string text;
+};
+
+/// The device that holds, or held, the lease.
+struct DeviceInfo {
+  std::string name;
+  std::string address;
+  DeviceLimits limits;
+};
+
+/// Called on the io thread; must be quick and not throw. Empty ones are skipped.
+struct ServerHandlers {
+  std::function<PoseVerdict(const NeedlePose&)> on_pose;  ///< none: every pose is accepted
+  std::function<void(bool attached, const DeviceInfo&)>
+      on_device;                        ///< a network device took or left the lease
+  std::function<StateMessage()> state;  ///< the simulation's part of STATE; the server adds its own counts
+  std::function<void(const std::string&)> log;  ///< one line, no line end
+};
+
+}  // namespace brachy::net

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "net/wire/frame_encoder.h"
+
+namespace brachy::net {
+
+/// The newest snapshot and the FRAME bodies made of it: each distinct request is encoded once and shared by all who
+/// ask. One thread.
+class FrameCache {
+ public:
+  FrameCache(std::vector<Block> blocks, std::uint64_t topology_hash)
+      : blocks_(std::move(blocks)), topology_hash_(topology_hash) {}
+
+  /// A new snapshot; what was encoded of the last one is forgotten (senders still hold what they send).
+  void update(std::shared_ptr<const MeshState> state);
+
+  bool has_snapshot() const { return state_ != nullptr; }
+  std::uint64_t tick() const { return state_ ? state_->tick : 0; }
+  std::uint64_t snapshots() const { return snapshots_; }  ///< also the sequence of the newest
+  std::uint64_t encoded() const { return encoded_; }      ///< bodies encoded since start
+
+  /// Precondition: has_snapshot(), and after_tick is not later than tick().
+  std::shared_ptr<const Bytes> body(FrameRequest request);
+
+ private:
+  std::vector<Block> blocks_;
+  std::uint64_t topology_hash_;
+  std::shared_ptr<const MeshState> state_;
+  std::uint64_t snapshots_ = 0;
+  std::uint64_t encoded_ = 0;
+  std::map<FrameRequest, std::shared_ptr<const Bytes>> bodies_;
+};
+
+}  // namespace brachy::net

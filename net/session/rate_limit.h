@@ -1,0 +1,30 @@
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+
+namespace brachy::net {
+
+/// Token bucket: `per_s` events a second on average, bursts of `burst` at once. Starts full.
+class RateLimit {
+ public:
+  RateLimit(double per_s, double burst) : per_s_(per_s), burst_(burst), tokens_(burst) {}
+
+  /// True where an event may pass now; counts it.
+  bool pass(std::int64_t now_ns) {
+    if (last_ns_ != 0)
+      tokens_ = std::min(burst_, tokens_ + static_cast<double>(now_ns - last_ns_) * 1e-9 * per_s_);
+    last_ns_ = now_ns;
+    if (tokens_ < 1) return false;
+    tokens_ -= 1;
+    return true;
+  }
+
+ private:
+  double per_s_;
+  double burst_;
+  double tokens_;
+  std::int64_t last_ns_ = 0;
+};
+
+}  // namespace brachy::net

@@ -1,0 +1,269 @@
+#include "net/session/session.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "net/clock.h"
+
+namespace brachy::net {
+namespace {
+
+std::string seconds(std::chrono::milliseconds duration) {
+  const auto ms = duration.count();
+  return ms % 1000 == 0 ? std::to_string(ms / 1000) + " s" : std::to_string(ms) + " ms";
+}
+
+}  // namespace
+
+Session::Session(std::uint64_t id, std::shared_ptr<Connection> connection, SessionHost& host,
+                 const ServerOptions& options)
+    : id_(id),
+      connection_(std::move(connection)),
+      host_(host),
+      options_(options),
+      parser_(options.max_message_bytes),
+      opened_ns_(monotonic_ns()),
+      last_message_ns_(opened_ns_),
+      poses_(options.max_poses_per_s, std::max(1.0, options.max_poses_per_s / 10.0)) {}
+
+// --- in ---
+
+void Session::on_bytes(std::span<const std::byte> bytes) {
+  if (is_closing()) return;  // read and thrown away, so that the peer gets our ERROR and no reset
+  parser_.feed(bytes);
+  MessageParser::Message message;
+  while (!is_closing()) {
+    const DecodeResult result = parser_.next(message);
+    if (result.is_bad()) return fail(result.code, std::string(result.reason), parser_.last_sequence() + 1);
+    if (!result.is_good()) return;
+    last_message_ns_ = monotonic_ns();
+    handle(message);
+  }
+}
+
+template <class M>
+bool Session::decode(const MessageParser::Message& message, M& decoded) {
+  const DecodeResult result = decode_body(message.body, decoded);
+  if (result.is_good()) return true;
+  fail(result.code, std::string(result.reason), message.header.sequence);
+  return false;
+}
+
+void Session::handle(const MessageParser::Message& message) {
+  const MessageType type = message.header.type;
+  if (phase_ == Phase::kHello) {
+    if (type == MessageType::kHello) return handle_hello(message);
+    return fail(ErrorCode::kProtocol, "the first message must be HELLO", message.header.sequence);
+  }
+  switch (type) {
+    case MessageType::kPose:
+      return handle_pose(message);
+    case MessageType::kPing:
+      return handle_ping(message);
+    case MessageType::kState:
+      if (!message.body.empty()) {
+        return fail(ErrorCode::kProtocol, "a STATE from a client must be empty", message.header.sequence);
+      }
+      if (state_requests_.pass(last_message_ns_)) send_state(host_.common_state());
+      return;
+    case MessageType::kError: {
+      ErrorMessage ignored;  // what a client complains about changes nothing here
+      decode(message, ignored);
+      return;
+    }
+    case MessageType::kHello:
+      return fail(ErrorCode::kProtocol, "a second HELLO", message.header.sequence);
+    case MessageType::kWelcome:
+    case MessageType::kTopology:
+    case MessageType::kFrame:
+    case MessageType::kEvent:
+      return fail(ErrorCode::kProtocol, "only a server sends messages of this type", message.header.sequence);
+  }
+  // Any other type is of a later version: skipped.
+}
+
+void Session::handle_hello(const MessageParser::Message& message) {
+  HelloMessage hello;
+  if (!decode(message, hello)) return;
+  constexpr std::uint32_t kGranted = kSubscribeFullFrames | kSubscribePoseHistory | kSubscribeNoMesh;
+  hello.subscription &= kGranted;
+  hello_ = hello;
+  WelcomeMessage welcome;
+  if (const auto refusal = host_.admit(*this, hello, welcome)) {
+    return fail(refusal->code, refusal->text, message.header.sequence);
+  }
+  phase_ = Phase::kOpen;
+  send_message(welcome);
+  if (!wants_mesh()) return;
+  send(MessageType::kTopology, host_.topology_body());
+  if (host_.has_snapshot()) offer_snapshot();
+}
+
+void Session::handle_pose(const MessageParser::Message& message) {
+  PoseMessage received;
+  if (!decode(message, received)) return;
+  const std::uint64_t sequence = message.header.sequence;
+  if (hello_.role != Role::kDevice) {
+    return refuse_pose({false, kRefusedNotDevice, "only the client with the role device sends poses"},
+                       ErrorCode::kNotDevice, sequence, rate_reports_);
+  }
+  if (!poses_.pass(last_message_ns_)) {
+    return refuse_pose(
+        {false, kRefusedRate, "more than " + std::to_string(options_.max_poses_per_s) + " poses a second"},
+        ErrorCode::kPoseRate, sequence, rate_reports_);
+  }
+  if (received.needle != 0) {
+    return refuse_pose({false, kRefusedNeedle, "there is only needle 0"}, ErrorCode::kPoseRefused, sequence,
+                       refusal_reports_);
+  }
+  NeedlePose pose;
+  pose.X_WN = received.X_WN;
+  pose.sequence = sequence;
+  pose.stamp_ns = message.header.stamp_ns;
+  pose.received_ns = last_message_ns_;
+  pose.present = true;
+  const PoseVerdict verdict = host_.on_pose(pose);
+  if (!verdict.accepted) refuse_pose(verdict, ErrorCode::kPoseRefused, sequence, refusal_reports_);
+}
+
+void Session::refuse_pose(const PoseVerdict& verdict, ErrorCode code, std::uint64_t about_sequence,
+                          RateLimit& reports) {
+  host_.count_refusal(verdict);
+  if (!reports.pass(last_message_ns_)) return;
+  send_message(ErrorMessage{code, false, verdict.code, about_sequence, verdict.text});
+}
+
+void Session::handle_ping(const MessageParser::Message& message) {
+  PingMessage ping;
+  if (!decode(message, ping) || ping.reply || !pings_.pass(last_message_ns_)) return;
+  send_message(PingMessage{ping.nonce, true, message.header.stamp_ns, last_message_ns_});
+}
+
+// --- out ---
+
+template <class M>
+void Session::send_message(const M& message) {
+  Bytes body;
+  encode_body(message, body);
+  send(M::kType, std::make_shared<const Bytes>(std::move(body)));
+}
+
+void Session::send(MessageType type, std::shared_ptr<const Bytes> body) {
+  if (phase_ != Phase::kOpen) return;
+  if (queue_.size() >= options_.max_queued_messages) {
+    return fail(ErrorCode::kTimeout, "too many messages wait to be read");
+  }
+  queue_.push_back({type, std::move(body)});
+  write_next();
+}
+
+void Session::send_state(const StateMessage& common) {
+  const auto is_state = [](const Outgoing& outgoing) { return outgoing.type == MessageType::kState; };
+  if (!is_open() || std::any_of(queue_.begin(), queue_.end(), is_state)) return;  // one waiting is enough
+  StateMessage state = common;
+  state.snapshots_sent = snapshots_sent_;
+  state.snapshots_dropped = snapshots_dropped_;
+  send_message(state);
+}
+
+void Session::offer_snapshot() {
+  if (!is_open() || !wants_mesh()) return;
+  if (snapshot_pending_) ++snapshots_dropped_;
+  snapshot_pending_ = true;
+  write_next();
+}
+
+void Session::write_next() {
+  if (writing_ || phase_ == Phase::kClosed) return;
+  if (!queue_.empty()) {
+    const Outgoing next = std::move(queue_.front());
+    queue_.pop_front();
+    return write(next.type, next.body);
+  }
+  if (phase_ == Phase::kClosing) return connection_->shutdown_send();
+  if (!snapshot_pending_) return;
+  const bool full = !sent_tick_ || (hello_.subscription & kSubscribeFullFrames);
+  const bool history = hello_.subscription & kSubscribePoseHistory;
+  const auto [body, tick] = host_.frame_body({sent_tick_.value_or(0), full, history});
+  snapshot_pending_ = false;
+  sent_tick_ = tick;
+  ++snapshots_sent_;
+  write(MessageType::kFrame, body);
+}
+
+void Session::write(MessageType type, std::shared_ptr<const Bytes> body) {
+  Bytes header;
+  encode_header(
+      {kProtocolVersion, type, 0, static_cast<std::uint32_t>(body->size()), ++sent_sequence_, monotonic_ns()},
+      header);
+  writing_ = true;
+  connection_->write(std::move(header), std::move(body));
+}
+
+void Session::on_written() {
+  writing_ = false;
+  write_next();
+}
+
+// --- time and end ---
+
+void Session::check_time(std::int64_t now_ns) {
+  switch (phase_) {
+    case Phase::kHello:
+      if (now_ns - opened_ns_ >= in_ns(options_.hello_timeout)) {
+        fail(ErrorCode::kTimeout, "no HELLO within " + seconds(options_.hello_timeout));
+      }
+      return;
+    case Phase::kOpen: {
+      if (writing_ && now_ns - connection_->last_progress_ns() >= in_ns(options_.stall_timeout)) {
+        return abort("read nothing for " + seconds(options_.stall_timeout));
+      }
+      const std::int64_t silence = now_ns - last_message_ns_;
+      // A slow reader's answer waits behind what it has still to read: it lives as long as it reads.
+      const bool reads_slowly =
+          now_ns - connection_->last_waited_progress_ns() < in_ns(options_.silence_timeout);
+      if (silence >= in_ns(options_.silence_timeout) && !reads_slowly) {
+        return fail(ErrorCode::kTimeout, "said nothing for " + seconds(options_.silence_timeout));
+      }
+      const std::int64_t since_ping = now_ns - std::max(last_ping_ns_, last_message_ns_);
+      if (since_ping >= in_ns(options_.ping_interval) && queue_.empty()) {
+        last_ping_ns_ = now_ns;
+        send_message(PingMessage{++ping_nonce_, false, 0, 0});
+      }
+      return;
+    }
+    case Phase::kClosing:
+      if (now_ns - closing_ns_ >= in_ns(options_.drain_timeout)) abort(end_reason_);
+      return;
+    case Phase::kClosed:
+      return;
+  }
+}
+
+void Session::fail(ErrorCode code, const std::string& text, std::uint64_t about_sequence) {
+  if (is_closing()) return;
+  phase_ = Phase::kClosing;
+  closing_ns_ = monotonic_ns();
+  end_reason_ = text;
+  queue_.clear();
+  Bytes body;
+  encode_body(ErrorMessage{code, true, 0, about_sequence, text}, body);
+  queue_.push_back({MessageType::kError, std::make_shared<const Bytes>(std::move(body))});
+  write_next();
+}
+
+void Session::abort(const std::string& reason) {
+  if (phase_ == Phase::kClosed) return;
+  phase_ = Phase::kClosed;
+  connection_->close();
+  host_.on_closed(*this, reason);
+}
+
+void Session::on_closed(const std::string& reason) {
+  if (phase_ == Phase::kClosed) return;
+  const std::string why = phase_ == Phase::kClosing ? end_reason_ : reason;
+  phase_ = Phase::kClosed;
+  host_.on_closed(*this, why);
+}
+
+}  // namespace brachy::net

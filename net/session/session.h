@@ -1,0 +1,121 @@
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "net/connection.h"
+#include "net/server_options.h"
+#include "net/session/rate_limit.h"
+#include "net/wire/frame_encoder.h"
+#include "net/wire/message_parser.h"
+
+namespace brachy::net {
+
+class Session;
+
+/// What a session asks of the server. Called on the io thread.
+class SessionHost {
+ public:
+  virtual ~SessionHost() = default;
+  /// Lets the client in, or says why not. On admission the WELCOME is filled in.
+  virtual std::optional<ErrorMessage> admit(const Session& session, const HelloMessage& hello,
+                                            WelcomeMessage& welcome) = 0;
+  virtual std::shared_ptr<const Bytes> topology_body() = 0;
+  virtual bool has_snapshot() const = 0;
+  /// The newest snapshot as asked for, and the tick it holds.
+  virtual std::pair<std::shared_ptr<const Bytes>, std::uint64_t> frame_body(const FrameRequest& request) = 0;
+  /// What becomes of a pose from the device, or of one refused before it came so far.
+  virtual PoseVerdict on_pose(const NeedlePose& pose) = 0;
+  virtual void count_refusal(const PoseVerdict& verdict) = 0;
+  virtual StateMessage common_state() = 0;
+  /// Last call; the session is not used any more.
+  virtual void on_closed(const Session& session, const std::string& reason) = 0;
+};
+
+/// One client, from the connection to its end: handshake, poses in; frames, states and pings out. Knows messages
+/// and time, but no socket and no other session. Holds at most one frame being written; the pending one is only a
+/// flag, encoded from the newest snapshot when its turn comes. Threads: the io thread only.
+class Session final : public ConnectionListener, public std::enable_shared_from_this<Session> {
+ public:
+  Session(std::uint64_t id, std::shared_ptr<Connection> connection, SessionHost& host,
+          const ServerOptions& options);
+
+  void start() { connection_->start(shared_from_this()); }
+  /// Queues a control message. A client that lets more than max_queued_messages wait is closed.
+  void send(MessageType type, std::shared_ptr<const Bytes> body);
+  /// There is a newer snapshot: one still pending is dropped and counted.
+  void offer_snapshot();
+  /// The simulation began anew: what the client was sent counts no more.
+  void forget_mesh() { sent_tick_.reset(); }
+  void send_state(const StateMessage& common);
+  /// Timeouts and pings; to be called every 100 ms or so.
+  void check_time(std::int64_t now_ns);
+  /// Sends a fatal ERROR, then ends within drain_timeout.
+  void fail(ErrorCode code, const std::string& text, std::uint64_t about_sequence = 0);
+  /// Ends at once. `reason` is for the log.
+  void abort(const std::string& reason);
+
+  std::uint64_t id() const { return id_; }
+  const std::string& name() const { return hello_.name; }
+  const std::string& address() const { return connection_->peer(); }
+  bool is_closing() const { return phase_ == Phase::kClosing || phase_ == Phase::kClosed; }
+  bool is_open() const { return phase_ == Phase::kOpen; }
+  const HelloMessage& hello() const { return hello_; }  ///< once open
+
+ private:
+  enum class Phase { kHello, kOpen, kClosing, kClosed };
+  struct Outgoing {
+    MessageType type;
+    std::shared_ptr<const Bytes> body;
+  };
+
+  void on_bytes(std::span<const std::byte> bytes) override;
+  void on_written() override;
+  void on_closed(const std::string& reason) override;
+
+  void handle(const MessageParser::Message& message);
+  void handle_hello(const MessageParser::Message& message);
+  void handle_pose(const MessageParser::Message& message);
+  void handle_ping(const MessageParser::Message& message);
+  void refuse_pose(const PoseVerdict& verdict, ErrorCode code, std::uint64_t about_sequence,
+                   RateLimit& reports);
+  template <class M>
+  bool decode(const MessageParser::Message& message, M& decoded);
+  template <class M>
+  void send_message(const M& message);
+  void write_next();
+  void write(MessageType type, std::shared_ptr<const Bytes> body);
+  bool wants_mesh() const { return (hello_.subscription & kSubscribeNoMesh) == 0; }
+
+  const std::uint64_t id_;
+  const std::shared_ptr<Connection> connection_;
+  SessionHost& host_;
+  const ServerOptions& options_;
+  Phase phase_ = Phase::kHello;
+  MessageParser parser_;
+  HelloMessage hello_;
+  std::string end_reason_;
+  std::int64_t opened_ns_;
+  std::int64_t last_message_ns_;
+  std::int64_t last_ping_ns_ = 0;
+  std::int64_t closing_ns_ = 0;
+  RateLimit poses_;
+  RateLimit rate_reports_{1, 1};     // ERROR kPoseRate and kNotDevice
+  RateLimit refusal_reports_{4, 4};  // ERROR kPoseRefused
+  RateLimit state_requests_{10, 2};
+  RateLimit pings_{50, 50};
+
+  std::deque<Outgoing> queue_;
+  bool writing_ = false;
+  bool snapshot_pending_ = false;
+  std::optional<std::uint64_t> sent_tick_;  // of the last frame written
+  std::uint64_t sent_sequence_ = 0;
+  std::uint64_t snapshots_sent_ = 0;
+  std::uint64_t snapshots_dropped_ = 0;
+  std::uint64_t ping_nonce_ = 0;
+};
+
+}  // namespace brachy::net

@@ -1,0 +1,76 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string_view>
+
+#include "net/wire/byte_io.h"
+#include "net/wire/messages.h"
+
+/// Bytes to messages and back: pure functions, no socket, no clock, any thread. Decoding takes bytes nobody vouches
+/// for: it never reads outside them, never throws but std::bad_alloc, and holds at most a small multiple of the
+/// input in memory. On anything but kGood the output's content is unspecified (but destructible and reusable).
+namespace brachy::net {
+
+struct DecodeResult {
+  enum class Status { kGood, kBad, kNeedMore };
+  Status status = Status::kGood;
+  ErrorCode code = ErrorCode::kProtocol;  ///< with kBad: what to tell the peer
+  std::string_view reason;                ///< with kBad: why; a literal
+
+  static DecodeResult good() { return {}; }
+  static DecodeResult bad(std::string_view reason, ErrorCode code = ErrorCode::kProtocol) {
+    return {Status::kBad, code, reason};
+  }
+  static DecodeResult need_more() { return {Status::kNeedMore, ErrorCode::kProtocol, {}}; }
+  bool is_good() const { return status == Status::kGood; }
+  bool is_bad() const { return status == Status::kBad; }
+};
+
+/// Appends kHeaderSize bytes.
+void encode_header(const Header& header, Bytes& out);
+
+/// Reads a header from the start of `bytes`. Bad as soon as one byte of the magic differs; kNeedMore below
+/// kHeaderSize bytes; bad for another version or a body longer than `max_body_bytes`.
+DecodeResult decode_header(std::span<const std::byte> bytes, std::uint32_t max_body_bytes, Header& header);
+
+// Bodies alone. Too long texts are cut, ill-formed ones mended. Precondition of the mesh messages, asserted: array
+// sizes agree with each other (positions with ranges, ranges with point_count).
+void encode_body(const HelloMessage& message, Bytes& out);
+void encode_body(const WelcomeMessage& message, Bytes& out);
+void encode_body(const TopologyMessage& message, Bytes& out);
+void encode_body(const FrameMessage& message, Bytes& out);
+void encode_body(const PoseMessage& message, Bytes& out);
+void encode_body(const StateMessage& message, Bytes& out);
+void encode_body(const EventMessage& message, Bytes& out);
+void encode_body(const ErrorMessage& message, Bytes& out);
+void encode_body(const PingMessage& message, Bytes& out);
+
+// The whole body must be there: a body that ends early is bad, as are bytes left over.
+DecodeResult decode_body(std::span<const std::byte> body, HelloMessage& message);
+DecodeResult decode_body(std::span<const std::byte> body, WelcomeMessage& message);
+DecodeResult decode_body(std::span<const std::byte> body, TopologyMessage& message);
+DecodeResult decode_body(std::span<const std::byte> body, FrameMessage& message);
+DecodeResult decode_body(std::span<const std::byte> body, PoseMessage& message);
+DecodeResult decode_body(std::span<const std::byte> body, StateMessage& message);
+DecodeResult decode_body(std::span<const std::byte> body, EventMessage& message);
+DecodeResult decode_body(std::span<const std::byte> body, ErrorMessage& message);
+DecodeResult decode_body(std::span<const std::byte> body, PingMessage& message);
+
+/// Appends header and body.
+template <class Message>
+void encode(const Message& message, std::uint64_t sequence, std::int64_t stamp_ns, Bytes& out) {
+  Bytes body;
+  encode_body(message, body);
+  encode_header(
+      {kProtocolVersion, Message::kType, 0, static_cast<std::uint32_t>(body.size()), sequence, stamp_ns},
+      out);
+  out.insert(out.end(), body.begin(), body.end());
+}
+
+/// FNV-1a (64 bit) over surface_vertex_count, point and triangle counts, triangles and rest positions as TOPOLOGY
+/// lays them out.
+std::uint64_t topology_hash(const TopologyMessage& message);
+
+}  // namespace brachy::net

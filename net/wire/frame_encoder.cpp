@@ -1,0 +1,89 @@
+#include "net/wire/frame_encoder.h"
+
+#include <algorithm>
+#include <cassert>
+
+#include "net/wire/codec.h"
+
+namespace brachy::net {
+namespace {
+
+std::vector<PointRange> changed_ranges(const MeshState& state, const std::vector<Block>& blocks,
+                                       std::uint64_t after_tick) {
+  std::vector<PointRange> ranges;
+  for (std::size_t b = 0; b < blocks.size(); ++b) {
+    if (state.block_ticks[b] <= after_tick || blocks[b].count == 0) continue;
+    if (!ranges.empty() && ranges.back().first + ranges.back().count == blocks[b].first) {
+      ranges.back().count += blocks[b].count;
+    } else {
+      ranges.push_back({blocks[b].first, blocks[b].count});
+    }
+  }
+  return ranges;
+}
+
+/// The poses of ticks after_tick + 1 to state.tick that the ring still holds.
+std::vector<TickPose> poses_after(const MeshState& state, std::uint64_t after_tick) {
+  constexpr std::uint64_t kRing = MeshState::kPoseHistory;
+  std::vector<TickPose> poses;
+  const std::uint64_t oldest = state.tick >= kRing ? state.tick - kRing + 1 : 1;
+  for (std::uint64_t tick = std::max(after_tick + 1, oldest); tick <= state.tick; ++tick) {
+    const TickPose& pose = state.pose_history[tick % kRing];
+    if (pose.tick == tick) poses.push_back(pose);
+  }
+  return poses;
+}
+
+}  // namespace
+
+TopologyMessage make_topology(const Tissue& tissue, const std::string& name) {
+  TopologyMessage topology;
+  topology.surface_vertex_count = static_cast<std::uint32_t>(tissue.surface_count);
+  topology.triangles = tissue.triangles;
+  topology.rest_vertices.reserve(3 * tissue.size());
+  for (const Vec3& p : tissue.rest_vertices) {
+    for (int axis = 0; axis < 3; ++axis) topology.rest_vertices.push_back(static_cast<float>(p[axis]));
+  }
+  topology.name = name;
+  topology.hash = topology_hash(topology);
+  return topology;
+}
+
+void encode_frame(const MeshState& state, const std::vector<Block>& blocks, std::uint64_t topology_hash,
+                  std::uint64_t snapshot_sequence, const FrameRequest& request, Bytes& out) {
+  assert(state.block_ticks.size() == blocks.size());
+  assert(state.deformed_vertices.size() % 3 == 0);
+  assert(request.after_tick <= state.tick);
+  FrameMessage frame;
+  frame.topology_hash = topology_hash;
+  frame.tick = state.tick;
+  frame.sim_time_s = state.sim_time_s;
+  frame.snapshot_sequence = snapshot_sequence;
+  frame.base_tick = request.full ? 0 : request.after_tick;
+  frame.overruns = state.overruns;
+  frame.publish_ns = state.publish_ns;
+  frame.input_sequence = state.input.sequence;
+  frame.input_stamp_ns = state.input.stamp_ns;
+  frame.input_received_ns = state.input.received_ns;
+  frame.max_displacement_mm = state.max_displacement_mm;
+  frame.step_flags = state.step_flags;
+  frame.full = request.full;
+  frame.point_count = static_cast<std::uint32_t>(state.deformed_vertices.size() / 3);
+  frame.moved_vertices = state.moved_vertices;
+  frame.needles.push_back({0, state.needle});
+  if (!request.full) {
+    frame.ranges = changed_ranges(state, blocks, request.after_tick);
+  } else if (frame.point_count > 0) {
+    frame.ranges.push_back({0, frame.point_count});
+  }
+  for (const PointRange& range : frame.ranges) {
+    assert(std::uint64_t{range.first} + range.count <= frame.point_count);
+    const float* first = state.deformed_vertices.data() + 3 * std::size_t{range.first};
+    frame.positions.insert(frame.positions.end(), first, first + 3 * std::size_t{range.count});
+  }
+  frame.has_pose_history = request.pose_history;
+  if (request.pose_history) frame.pose_history = poses_after(state, request.after_tick);
+  encode_body(frame, out);
+}
+
+}  // namespace brachy::net

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "core/sim/mesh_state.h"
+#include "core/tissue/tissue.h"
+#include "net/wire/byte_io.h"
+#include "net/wire/messages.h"
+
+namespace brachy::net {
+
+/// What a tissue looks like on the wire; `hash` is filled in. Positions are rounded to f32.
+TopologyMessage make_topology(const Tissue& tissue, const std::string& name);
+
+/// What one receiver needs of a snapshot.
+struct FrameRequest {
+  std::uint64_t after_tick = 0;  ///< the tick the receiver was last sent
+  bool full = true;              ///< all points; else those changed after `after_tick`
+  bool pose_history = false;     ///< add the poses used after `after_tick`
+  auto operator<=>(const FrameRequest&) const =
+      default;  // NOLINT(modernize-use-nullptr): clang-tidy 14 on <=>
+};
+
+/// Appends the body of a FRAME. Changed blocks are those with block_ticks[b] > after_tick; neighbours become one
+/// range. `blocks` are the tissue's, ascending and covering every point; `state.block_ticks` has one tick per block
+/// and after_tick <= state.tick (all asserted).
+void encode_frame(const MeshState& state, const std::vector<Block>& blocks, std::uint64_t topology_hash,
+                  std::uint64_t snapshot_sequence, const FrameRequest& request, Bytes& out);
+
+}  // namespace brachy::net

@@ -1,0 +1,29 @@
+#include "net/wire/message_parser.h"
+
+namespace brachy::net {
+
+void MessageParser::feed(std::span<const std::byte> bytes) {
+  if (bad_.is_bad()) return;
+  buffer_.erase(buffer_.begin(), buffer_.begin() + static_cast<std::ptrdiff_t>(consumed_));
+  consumed_ = 0;
+  buffer_.insert(buffer_.end(), bytes.begin(), bytes.end());
+}
+
+DecodeResult MessageParser::next(Message& message) {
+  if (bad_.is_bad()) return bad_;
+  const auto rest = std::span<const std::byte>(buffer_).subspan(consumed_);
+  if (rest.empty()) return DecodeResult::need_more();
+  DecodeResult result = decode_header(rest, max_body_bytes_, message.header);
+  if (result.is_good() && message.header.sequence != last_sequence_ + 1) {
+    result = DecodeResult::bad("a message is missing: the sequence number is not the last one plus 1");
+  }
+  if (result.is_bad()) bad_ = result;
+  if (!result.is_good()) return result;
+  if (rest.size() < kHeaderSize + message.header.length) return DecodeResult::need_more();
+  message.body = rest.subspan(kHeaderSize, message.header.length);
+  consumed_ += kHeaderSize + message.header.length;
+  last_sequence_ = message.header.sequence;
+  return result;
+}
+
+}  // namespace brachy::net

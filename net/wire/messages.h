@@ -1,0 +1,227 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "core/math/rigid_transform.h"
+#include "core/sim/mesh_state.h"
+#include "core/surface/surface_mesh.h"
+
+/// The messages of the native protocol as plain structs, one per section of net/PROTOCOL.md, which says what each
+/// field means and where its bytes lie. Lengths mm, world frame W = patient RAS; stamps ns of the sender's
+/// monotonic clock unless said otherwise. Every enumeration goes over the wire: append only.
+namespace brachy::net {
+
+constexpr std::uint32_t kMagic = 0x59435242;  ///< bytes 42 52 43 59, "BRCY"
+constexpr std::uint16_t kProtocolVersion = 1;
+constexpr std::size_t kHeaderSize = 32;     ///< bytes
+constexpr std::size_t kMaxNameBytes = 64;   ///< client name, server name, units, frame, topology name
+constexpr std::size_t kMaxTextBytes = 512;  ///< texts of EVENT and ERROR, device holder
+
+enum class MessageType : std::uint16_t {
+  kHello = 1,
+  kWelcome = 2,
+  kTopology = 3,
+  kFrame = 4,
+  kPose = 5,
+  kState = 6,
+  kEvent = 7,
+  kError = 8,
+  kPing = 9,
+};
+
+struct Header {
+  std::uint16_t version = kProtocolVersion;
+  MessageType type = MessageType::kHello;  ///< may hold a value not listed: skip such a message
+  std::uint32_t flags = 0;                 ///< reserved, 0
+  std::uint32_t length = 0;                ///< bytes of the body
+  std::uint64_t sequence = 0;              ///< per connection and direction: 1, 2, 3, …
+  std::int64_t stamp_ns = 0;
+};
+
+enum class Role : std::uint16_t { kViewer = 1, kDevice = 2, kOperator = 3 };
+
+/// Bits of HelloMessage::subscription.
+enum Subscription : std::uint32_t {
+  kSubscribeFullFrames = 1u << 0,   ///< every FRAME carries all points instead of the changes
+  kSubscribePoseHistory = 1u << 1,  ///< FRAMEs carry the section POSE_HISTORY
+  kSubscribeSurface = 1u << 2,      ///< reserved: surface vertices only; not granted by version 0.1 servers
+  kSubscribeNoMesh = 1u << 3,       ///< neither TOPOLOGY nor FRAME is sent (a plain device)
+};
+
+/// What a haptic device can do; NaN = it does not say.
+struct DeviceLimits {
+  double max_force_n = std::numeric_limits<double>::quiet_NaN();
+  double max_stiffness_n_per_mm = std::numeric_limits<double>::quiet_NaN();
+  double damping_n_s_per_mm = std::numeric_limits<double>::quiet_NaN();
+  double rate_hz = std::numeric_limits<double>::quiet_NaN();
+};
+
+struct HelloMessage {
+  static constexpr MessageType kType = MessageType::kHello;
+  Role role = Role::kViewer;
+  std::uint32_t subscription = 0;  ///< Subscription bits
+  DeviceLimits limits;
+  std::string name;
+};
+
+struct WelcomeMessage {
+  static constexpr MessageType kType = MessageType::kWelcome;
+  std::uint64_t session = 0;
+  Role role = Role::kViewer;       ///< granted
+  std::uint32_t subscription = 0;  ///< granted bits
+  double deformation_hz = 0;
+  double snapshot_hz = 0;
+  std::uint32_t max_message_bytes = 0;  ///< largest body the server accepts
+  std::uint32_t max_poses_per_s = 0;
+  std::uint64_t topology_hash = 0;
+  std::string server;  ///< name and version
+  std::string units = "mm,s,N";
+  std::string frame = "RAS";
+};
+
+struct TopologyMessage {
+  static constexpr MessageType kType = MessageType::kTopology;
+  std::uint64_t hash = 0;  ///< topology_hash() of what follows
+  std::uint32_t surface_vertex_count = 0;
+  std::vector<Triangle> triangles;   ///< of the surface, outward
+  std::vector<float> rest_vertices;  ///< 3N: x0 y0 z0 x1 …, surface vertices first, world frame, mm
+  std::string name;
+};
+
+/// Points [first, first + count).
+struct PointRange {
+  std::uint32_t first = 0;
+  std::uint32_t count = 0;
+  bool operator==(const PointRange&) const = default;
+};
+
+struct NeedleRecord {
+  std::uint16_t id = 0;
+  NeedleState state;
+};
+
+struct FrameMessage {
+  static constexpr MessageType kType = MessageType::kFrame;
+  std::uint64_t topology_hash = 0;
+  std::uint64_t tick = 0;
+  double sim_time_s = 0;
+  std::uint64_t snapshot_sequence = 0;  ///< of the server; a jump = snapshots dropped for this client
+  std::uint64_t base_tick = 0;          ///< the ranges hold every point changed after this tick
+  std::uint64_t overruns = 0;
+  std::int64_t publish_ns = 0;         ///< server's clock
+  std::uint64_t input_sequence = 0;    ///< header sequence of the POSE this tick used, 0 = none
+  std::int64_t input_stamp_ns = 0;     ///< that POSE's header stamp (device's clock)
+  std::int64_t input_received_ns = 0;  ///< when it arrived (server's clock)
+  double max_displacement_mm = 0;
+  std::uint32_t step_flags = 0;  ///< StepFlag bits
+  bool full = false;             ///< one range with every point; base_tick is 0
+  std::uint32_t point_count = 0;
+  std::uint32_t moved_vertices = 0;
+  std::vector<NeedleRecord> needles;
+  std::vector<PointRange> ranges;      ///< ascending, disjoint, not empty
+  std::vector<float> positions;        ///< 3 per point of the ranges, in order; world frame, mm
+  bool has_pose_history = false;       ///< the section was there (it may be empty)
+  std::vector<TickPose> pose_history;  ///< ascending ticks
+};
+
+/// Sections of a FRAME. 1 to 3 are reserved until their issues lay them out: absent means "not known", not zero.
+enum class FrameSection : std::uint16_t { kForce = 1, kSeeds = 2, kCertificate = 3, kPoseHistory = 4 };
+
+struct PoseMessage {
+  static constexpr MessageType kType = MessageType::kPose;
+  std::uint16_t needle = 0;
+  std::uint16_t flags = 0;  ///< reserved, 0
+  RigidTransform X_WN;      ///< as received: not checked for rigidity or NaN
+};
+
+/// Of a histogram, ms.
+struct Quantiles {
+  std::uint64_t count = 0;
+  double p50 = 0, p99 = 0, p999 = 0, max = 0;
+};
+
+/// Poses refused for one reason since start.
+struct PoseRefusals {
+  std::uint16_t code = 0;
+  std::uint64_t count = 0;
+  std::string text;  ///< of the last one
+};
+
+struct StateMessage {
+  static constexpr MessageType kType = MessageType::kState;
+  std::uint64_t ticks = 0;
+  std::uint64_t overruns = 0;
+  std::uint64_t control_overruns = 0;  ///< what an idle timer thread of the same period missed
+  Quantiles tick_ms;
+  Quantiles lateness_ms;  ///< wake-up after the deadline
+  Quantiles latency_ms;   ///< pose received to mesh published
+  std::uint64_t poses_accepted = 0;
+  std::vector<PoseRefusals> refusals;
+  std::uint64_t snapshots = 0;          ///< made by the server
+  std::uint64_t snapshots_sent = 0;     ///< to this client
+  std::uint64_t snapshots_dropped = 0;  ///< for this client, newer ones won
+  std::uint32_t clients = 0;
+  std::uint32_t viewers = 0;
+  std::string device_holder;  ///< empty = nobody holds the lease
+};
+
+enum class EventKind : std::uint16_t {
+  kNote = 1,
+  kContact = 2,  ///< the contact state changed
+  kPuncture = 3,
+  kReset = 4,
+  kDeviceAttached = 5,
+  kDeviceDetached = 6,
+  kWarning = 7,
+};
+
+struct EventMessage {
+  static constexpr MessageType kType = MessageType::kEvent;
+  EventKind kind = EventKind::kNote;  ///< may hold a value not listed: show the text
+  std::uint16_t needle = 0;
+  std::uint64_t tick = 0;
+  std::string text;
+};
+
+enum class ErrorCode : std::uint16_t {
+  kProtocol = 1,     ///< the peer broke PROTOCOL.md
+  kVersion = 2,      ///< another protocol version
+  kTooLarge = 3,     ///< a body over max_message_bytes
+  kBusy = 4,         ///< no room for another client
+  kDeviceBusy = 5,   ///< another device holds the lease
+  kNotDevice = 6,    ///< POSE from a client that is not the device
+  kPoseRefused = 7,  ///< `reason` says which rule
+  kPoseRate = 8,     ///< more than max_poses_per_s
+  kTimeout = 9,      ///< no HELLO, no answer, or nothing read in time
+  kShutdown = 10,    ///< the server stops
+};
+
+/// PoseRefusals::code and ErrorMessage::reason from here on are the server's own; lower ones are the daemon's.
+enum PoseRefusalCode : std::uint16_t {
+  kRefusedRate = 0xFF01,
+  kRefusedNeedle = 0xFF02,
+  kRefusedNotDevice = 0xFF03,
+};
+
+struct ErrorMessage {
+  static constexpr MessageType kType = MessageType::kError;
+  ErrorCode code = ErrorCode::kProtocol;
+  bool fatal = false;                ///< the sender closes after it
+  std::uint16_t reason = 0;          ///< with kPoseRefused: the refusal's code
+  std::uint64_t about_sequence = 0;  ///< header sequence of the message it answers, 0 = none
+  std::string text;
+};
+
+struct PingMessage {
+  static constexpr MessageType kType = MessageType::kPing;
+  std::uint64_t nonce = 0;
+  bool reply = false;
+  std::int64_t echoed_stamp_ns = 0;  ///< in a reply: the request's header stamp
+  std::int64_t received_ns = 0;      ///< in a reply: when the request arrived, replier's clock
+};
+
+}  // namespace brachy::net

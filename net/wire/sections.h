@@ -1,0 +1,31 @@
+#pragma once
+
+#include "net/wire/byte_io.h"
+
+/// The list of optional sections that ends HELLO, WELCOME, TOPOLOGY, FRAME and STATE: count u16, reserved u16, then
+/// {id u16, reserved u16, length u32, payload}. Later versions add sections; readers skip those they do not know.
+namespace brachy::net {
+
+inline void write_no_sections(ByteWriter& writer) {
+  writer.u32(0);
+}
+
+/// Calls on_section(id, payload) for each section, in order.
+template <class OnSection>
+void read_sections(ByteReader& reader, OnSection&& on_section) {
+  const std::uint16_t count = reader.u16();
+  reader.u16();
+  for (std::uint16_t i = 0; i < count && reader.ok(); ++i) {
+    const std::uint16_t id = reader.u16();
+    reader.u16();
+    const std::uint32_t length = reader.u32();
+    const auto payload = reader.take(length);
+    if (reader.ok()) on_section(id, payload);
+  }
+}
+
+inline void skip_sections(ByteReader& reader) {
+  read_sections(reader, [](std::uint16_t, std::span<const std::byte>) {});
+}
+
+}  // namespace brachy::net

@@ -1,0 +1,17 @@
+#!/usr/bin/env bash
+# Installs what is missing and builds one preset.   scripts/build.sh [release|debug|asan|tsan] [TARGET…]
+set -euo pipefail
+cd "$(dirname "$0")/.."
+preset=${1:-release}
+shift || true
+
+scripts/setup.sh
+if [[ ! -f build/$preset/build.ninja ]]; then
+  echo "build: configuring $preset"
+  cmake --preset "$preset" >"/tmp/brachy-configure.$$" 2>&1 || { cat "/tmp/brachy-configure.$$" >&2; exit 1; }
+  rm -f "/tmp/brachy-configure.$$"
+  echo "build: compiling $preset (the first time takes a few minutes)"
+fi
+targets=()
+if (($#)); then targets=(--target "$@"); fi
+cmake --build --preset "$preset" "${targets[@]}"

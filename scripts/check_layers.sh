@@ -1,0 +1,45 @@
+#!/usr/bin/env bash
+# The rules of the house that a script can check: who may include whom, and what stays in one file.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+bad=0
+complain() { echo "layers: $1" >&2; bad=1; }
+
+# includes FOLDER FORBIDDEN…: no file of FOLDER includes a header of the others.
+forbid() {
+  local folder=$1; shift
+  for other in "$@"; do
+    while IFS= read -r hit; do complain "$folder must not include $other/: $hit"; done \
+      < <(grep -rnE "#include [\"<]$other/" "$folder" --include='*.h' --include='*.cpp' || true)
+  done
+}
+forbid core net haptics apps tests
+forbid net haptics apps tests
+forbid haptics net apps tests
+forbid apps tests
+
+# only PATTERN WHERE WHAT: the pattern occurs in no file but those matching WHERE.
+only() {
+  local pattern=$1 where=$2 what=$3
+  while IFS= read -r file; do
+    [[ $file =~ $where ]] || complain "$what belongs in one place ($where), found in $file"
+  done < <(grep -rlE "$pattern" core net haptics apps --include='*.h' --include='*.cpp' || true)
+}
+only '#include <assimp/' '^core/mesh_io/mesh_file\.cpp$' 'assimp'
+only '#include <CLI/' '^apps/command_line\.cpp$' 'CLI11'
+only '#include <toml\+\+/' '^core/scene/scene_file\.cpp$' 'tomlplusplus'
+only '#include <boost/beast' '^net/http[a-z_]*\.cpp$' 'Boost.Beast'
+only '#include <atomic>|std::atomic' '^core/realtime/triple_buffer\.h$' 'atomics'
+only 'std::j?thread[ ({]|pthread_create|std::async\(' '^apps/brachyd/daemon\.(h|cpp)$' 'creating threads'
+only 'std::(mutex|condition_variable|shared_mutex|recursive_mutex)' '^$' 'a lock'
+grep -rn 'reinterpret_cast' net && complain 'net must not cast wire bytes to structs'
+
+# No stray top-level entries.
+for entry in *; do
+  case $entry in
+    CMakeLists.txt|CMakePresets.json|LICENSE|README.md|apps|core|net|haptics|config|tests|scripts|build|out) ;;
+    *) git check-ignore -q "$entry" || complain "unexpected top-level entry: $entry" ;;
+  esac
+done
+((bad == 0)) && echo "layers: ok"
+exit $bad

@@ -1,0 +1,24 @@
+#!/usr/bin/env bash
+# Installs what building, testing and running need, where it is missing. Debian 12.
+#   scripts/setup.sh [--all]     --all: also what `scripts/test.sh --all` needs (format, tidy)
+set -euo pipefail
+
+packages=(cmake ninja-build g++ ccache libeigen3-dev libboost-dev libassimp-dev libcli11-dev libtomlplusplus-dev
+          libspdlog-dev nlohmann-json3-dev libgtest-dev libbenchmark-dev)
+if [[ "${1:-}" == --all ]]; then packages+=(clang-format-14 python3); fi
+
+missing=()
+for package in "${packages[@]}"; do
+  dpkg-query -W -f='${Status}' "$package" 2>/dev/null | grep -q 'install ok installed' || missing+=("$package")
+done
+if ((${#missing[@]} == 0)); then exit 0; fi
+
+echo "setup: installing ${missing[*]}"
+as_root=()
+if [[ $(id -u) != 0 ]]; then
+  command -v sudo >/dev/null || { echo "setup: run as root, or install these packages first" >&2; exit 2; }
+  as_root=(sudo)
+fi
+export DEBIAN_FRONTEND=noninteractive
+"${as_root[@]}" apt-get update -qq
+"${as_root[@]}" apt-get install -y -qq --no-install-recommends "${missing[@]}" >/dev/null

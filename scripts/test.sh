@@ -1,0 +1,35 @@
+#!/usr/bin/env bash
+# Builds and runs the tests.
+#   scripts/test.sh          release tests
+#   scripts/test.sh --all    also format, layers, and the tests under AddressSanitizer and ThreadSanitizer
+# BRACHY_DATA_DIR names a folder of shared data; tests that need it say "skipped" without.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+
+all=0
+case "${1:-}" in
+  "") ;;
+  --all) all=1 ;;
+  *) sed -n '2,5s/^# \?//p' "$0" >&2; exit 2 ;;
+esac
+
+run_tests() {  # PRESET [ctest options]
+  local preset=$1; shift
+  scripts/build.sh "$preset"
+  echo "test: $preset"
+  ctest --test-dir "build/$preset" --output-on-failure --no-tests=error -j 2 "$@"
+}
+
+if ((all)); then
+  scripts/setup.sh --all
+  echo "test: format"
+  git ls-files '*.h' '*.cpp' | xargs clang-format-14 --dry-run --Werror
+  scripts/check_layers.sh
+fi
+run_tests release
+if ((all)); then
+  run_tests asan
+  # Threads meet in the buffer, the devices, the server and the daemon: these under ThreadSanitizer.
+  run_tests tsan -R 'TripleBuffer|Device|Server|Daemon|Deadline'
+fi
+echo "test: all passed"

@@ -1,0 +1,60 @@
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "tests/apps/child_process.h"
+
+namespace brachy::test {
+
+inline const std::filesystem::path kConfigFolder = BRACHY_CONFIG_DIR;
+
+/// A folder of this test's own, removed with everything in it.
+class TempFolder {
+ public:
+  TempFolder();
+  ~TempFolder();
+  TempFolder(const TempFolder&) = delete;
+  TempFolder& operator=(const TempFolder&) = delete;
+
+  std::filesystem::path operator/(const std::string& name) const { return path_ / name; }
+  /// Writes a file and returns its path.
+  std::string write(const std::string& name, const std::string& text) const;
+
+ private:
+  std::filesystem::path path_;
+};
+
+std::string read_file(const std::filesystem::path& file);
+
+/// `brachy ARGUMENTS…` and `brachyd ARGUMENTS…`, to their end.
+Ended run_brachy(std::vector<std::string> arguments);
+Ended run_brachyd(std::vector<std::string> arguments);
+
+/// The command lines, for a ChildProcess.
+std::vector<std::string> brachy_line(std::vector<std::string> arguments);
+std::vector<std::string> brachyd_line(std::vector<std::string> arguments);
+
+/// Exited by itself with `code`.
+::testing::AssertionResult exited(const Ended& ended, int code);
+
+/// Exit code 2, nothing on stdout, and one line on stderr that holds every one of `parts`.
+::testing::AssertionResult refused_in_one_line(const Ended& ended, const std::vector<std::string>& parts);
+
+/// The last line of stdout as JSON; discarded() where it is none.
+nlohmann::json json_of(const Ended& ended);
+
+/// A scene of 3,000 points, cheap to load, on a free port; `more` is appended.
+std::string small_scene(const std::string& more = "");
+
+/// A needle straight into the phantom along +z, a sideways push, and out again, in `duration_s`: header and rows.
+std::string short_insertion(double duration_s);
+
+/// Closed ASCII STL of an octahedron with corners at ±size on the axes, mm.
+std::string octahedron_stl(double size);
+
+}  // namespace brachy::test

@@ -1,0 +1,358 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <random>
+#include <sstream>
+
+#include "tests/apps/apps_testing.h"
+#include "tests/apps/dense_field.h"
+
+namespace brachy {
+namespace {
+
+using namespace test;
+using Row = std::vector<double>;
+
+std::string csv_number(double value) {
+  char text[40];
+  std::snprintf(text, sizeof text, "%.17g", value);
+  return text;
+}
+
+std::string to_csv(const std::string& header, const std::vector<Row>& rows) {
+  std::string text = header + "\n";
+  for (const Row& row : rows) {
+    for (std::size_t i = 0; i < row.size(); ++i) {
+      if (i) text += ',';
+      text += csv_number(row[i]);
+    }
+    text += "\n";
+  }
+  return text;
+}
+
+std::vector<std::string> cells_of(const std::string& line) {
+  std::vector<std::string> cells;
+  std::istringstream in(line);
+  for (std::string cell; std::getline(in, cell, ',');) cells.push_back(cell);
+  return cells;
+}
+
+DenseField::Vec vec(const Row& row, std::size_t first) {
+  return {row[first], row[first + 1], row[first + 2]};
+}
+
+DenseField dense(const std::string& kernel, double support, const std::vector<Row>& landmarks) {
+  std::vector<DenseField::Landmark> list;
+  for (const Row& row : landmarks) list.push_back({vec(row, 0), vec(row, 3)});
+  return {kernel, support, list};
+}
+
+// On a jittered grid, a third of the support apart; every fourth is an anchor.
+std::vector<Row> well_separated(int count, double support, std::mt19937& random) {
+  std::uniform_real_distribution<double> jitter(-0.03 * support, 0.03 * support),
+      displace(-0.08 * support, 0.08 * support);
+  std::vector<Row> landmarks;
+  for (int i = 0; i < count; ++i) {
+    Row row = {support / 3 * (i % 4) + jitter(random), support / 3 * (i / 4 % 4) + jitter(random),
+               support / 3 * (i / 16) + jitter(random)};
+    for (int k = 0; k < 3; ++k) row.push_back(i % 4 == 3 ? 0 : displace(random));
+    landmarks.push_back(row);
+  }
+  return landmarks;
+}
+
+std::vector<Row> points_around(const std::vector<Row>& landmarks, double support, std::mt19937& random) {
+  std::uniform_real_distribution<double> coordinate(-support, 2 * support);
+  std::vector<Row> points;
+  for (int i = 0; i < 60; ++i) points.push_back({coordinate(random), coordinate(random), coordinate(random)});
+  for (const Row& row : landmarks) points.push_back({row[0], row[1], row[2]});
+  points.push_back({1000, -1000, 1000});
+  return points;
+}
+
+constexpr const char* kLandmarkHeader = "x,y,z,dx,dy,dz";
+
+struct Deform : ::testing::Test {
+  TempFolder folder;
+  std::string out = (folder / "O.csv").string();
+
+  std::string landmarks(const std::vector<Row>& rows) {
+    return folder.write("L.csv", to_csv(kLandmarkHeader, rows));
+  }
+  std::string points(const std::vector<Row>& rows) { return folder.write("P.csv", to_csv("x,y,z", rows)); }
+
+  // With good defaults for what is not given.
+  Ended deform(const std::string& landmark_file, const std::string& point_file,
+               const std::vector<std::string>& more = {}, const std::string& support = "12") {
+    std::vector<std::string> line = {"deform",    "--landmarks", landmark_file, "--points", point_file,
+                                     "--support", support,       "--out",       out};
+    line.insert(line.end(), more.begin(), more.end());
+    return run_brachy(line);
+  }
+};
+
+const std::vector<Row> kOneLandmark = {{0, 0, 0, 1, 0, 0}};
+const std::vector<Row> kTwoPoints = {{0, 0, 0}, {1, 2, 3}};
+
+class DeformAgainstDense : public Deform,
+                           public ::testing::WithParamInterface<std::tuple<const char*, double>> {};
+
+TEST_P(DeformAgainstDense, EqualsAnIndependentLongDoubleEvaluation) {
+  const auto [kernel, support] = GetParam();
+  std::mt19937 random(42);
+  for (const int count : {1, 7, 40}) {
+    SCOPED_TRACE(std::to_string(count) + " landmarks");
+    const std::vector<Row> given = well_separated(count, support, random);
+    const std::vector<Row> at = points_around(given, support, random);
+    const Ended ended =
+        deform(landmarks(given), points(at), {"--kernel", kernel, "--jacobian"}, csv_number(support));
+    ASSERT_TRUE(exited(ended, 0));
+    const DenseField field = dense(kernel, support, given);
+    const auto lines = lines_of(read_file(out));
+    ASSERT_EQ(lines.size(), at.size() + 1);
+    EXPECT_EQ(lines[0], "x,y,z,dx,dy,dz,det");
+    for (std::size_t i = 0; i < at.size(); ++i) {
+      const auto cells = cells_of(lines[i + 1]);
+      ASSERT_EQ(cells.size(), 7u);
+      for (std::size_t k = 0; k < 3; ++k) EXPECT_EQ(std::stod(cells[k]), at[i][k]);
+      const auto u = field.displacement(vec(at[i], 0));
+      for (std::size_t k = 0; k < 3; ++k)
+        EXPECT_NEAR(std::stod(cells[3 + k]), static_cast<double>(u[k]), 1e-12) << lines[i + 1];
+      EXPECT_NEAR(std::stod(cells[6]), static_cast<double>(field.determinant(vec(at[i], 0))), 1e-12)
+          << lines[i + 1];
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(AllKernels, DeformAgainstDense,
+                         ::testing::Combine(::testing::Values("psi30", "psi31", "psi32", "buhmann"),
+                                            ::testing::Values(6.0, 12.0, 40.0)),
+                         [](const auto& test) {
+                           return std::string(std::get<0>(test.param)) + "_support" +
+                                  csv_number(std::get<1>(test.param));
+                         });
+
+TEST_F(Deform, ReproducesLandmarksAndLeavesWhatIsOutOfReachExactlyThere) {
+  std::mt19937 random(3);
+  const auto given = well_separated(20, 12, random);
+  const auto at = points_around(given, 12, random);
+  ASSERT_TRUE(exited(deform(landmarks(given), points(at)), 0));
+  const auto lines = lines_of(read_file(out));
+  ASSERT_EQ(lines.size(), at.size() + 1);
+  for (std::size_t i = 0; i < given.size(); ++i) {
+    const auto cells = cells_of(lines[1 + 60 + i]);
+    for (std::size_t k = 3; k < 6; ++k) EXPECT_NEAR(std::stod(cells[k]), given[i][k], 1e-9);
+  }
+  EXPECT_EQ(lines.back(), "1000,-1000,1000,0,0,0");
+}
+
+TEST_F(Deform, WritesSeventeenSignificantDigits) {
+  std::mt19937 random(4);
+  const auto given = well_separated(9, 12, random);
+  ASSERT_TRUE(exited(deform(landmarks(given), points(points_around(given, 12, random))), 0));
+  const auto lines = lines_of(read_file(out));
+  ASSERT_GT(lines.size(), 2u);
+  std::size_t longest = 0;
+  for (std::size_t i = 1; i < lines.size(); ++i)
+    for (const std::string& cell : cells_of(lines[i])) {
+      EXPECT_EQ(cell, csv_number(std::stod(cell)));
+      longest = std::max(longest, cell.size());
+    }
+  EXPECT_GE(longest, 19u);  // 17 digits, sign and point
+}
+
+TEST_F(Deform, SaysInJsonWhatItDid) {
+  const Ended ended = deform(landmarks({{0, 0, 0, 1, 0, 0}, {5, 0, 0, 0, 0, 0}}),
+                             points({{0, 0, 0}, {1, 1, 1}, {100, 0, 0}}), {"--json"});
+  ASSERT_TRUE(exited(ended, 0));
+  const auto json = json_of(ended);
+  ASSERT_FALSE(json.is_discarded()) << ended.out;
+  EXPECT_EQ(json.at("landmarks"), 2);
+  EXPECT_EQ(json.at("points"), 3);
+  EXPECT_EQ(json.at("moved"), 2);
+  EXPECT_EQ(json.at("folded"), 0);
+  EXPECT_NEAR(json.at("max_disp_mm").get<double>(), 1, 1e-12);
+  EXPECT_GT(json.at("min_det").get<double>(), 0);
+  EXPECT_LT(json.at("min_det").get<double>(), 1);
+}
+
+TEST_F(Deform, DeformsAMeshIntoAPly) {
+  const std::string mesh = folder.write("in.stl", octahedron_stl(10));
+  const std::vector<Row> given = {{10, 0, 0, 0.5, 1, -0.25}, {0, 10, 0, 0, 0, 0}};
+  const std::string ply = (folder / "out.ply").string();
+  const Ended ended = run_brachy({"deform", "--landmarks", landmarks(given), "--mesh", mesh, "--support",
+                                  "15", "--out", ply, "--jacobian", "--json"});
+  ASSERT_TRUE(exited(ended, 0));
+  EXPECT_EQ(json_of(ended).at("points"), 6);
+
+  const auto lines = lines_of(read_file(ply));
+  const auto body = std::find(lines.begin(), lines.end(), "end_header");
+  ASSERT_NE(body, lines.end());
+  EXPECT_NE(std::find(lines.begin(), body, "element vertex 6"), body);
+  EXPECT_NE(std::find(lines.begin(), body, "element face 8"), body);
+  EXPECT_NE(std::find(lines.begin(), body, "property double det"), body);
+  ASSERT_EQ(lines.end() - body, 1 + 6 + 8);
+  std::vector<Row> written;
+  for (auto line = body + 1; line != body + 7; ++line) {
+    Row row;
+    std::istringstream in(*line);
+    for (double v; in >> v;) row.push_back(v);
+    ASSERT_EQ(row.size(), 4u);
+    written.push_back(row);
+  }
+  const DenseField field = dense("psi31", 15, given);
+  for (int axis = 0; axis < 3; ++axis)
+    for (const double end : {-10.0, 10.0}) {
+      DenseField::Vec x{};
+      x[axis] = end;
+      const auto u = field.displacement(x);
+      const auto same = [&](const Row& row) {
+        for (int k = 0; k < 3; ++k)
+          if (!(std::abs(row[k] - static_cast<double>(x[k] + u[k])) <= 1e-12)) return false;
+        return std::abs(row[3] - static_cast<double>(field.determinant(x))) <= 1e-12;
+      };
+      EXPECT_EQ(std::count_if(written.begin(), written.end(), same), 1) << "axis " << axis << ", " << end;
+    }
+
+  const auto inspected = json_of(run_brachy({"inspect", ply, "--json"}));
+  ASSERT_FALSE(inspected.is_discarded());
+  EXPECT_EQ(inspected.at("surface_vertices"), 6);
+  EXPECT_EQ(inspected.at("bad_edges"), 0);
+  EXPECT_EQ(inspected.at("flipped_triangles"), 0);
+}
+
+TEST_F(Deform, RefusesFilesItCannotUseInOneLineWithTheirPlace) {
+  const std::string good_l = landmarks(kOneLandmark), good_p = points(kTwoPoints);
+  const auto bad = [&](const std::string& text) { return folder.write("bad.csv", text); };
+  const std::string header = std::string(kLandmarkHeader) + "\n";
+  EXPECT_TRUE(refused_in_one_line(deform((folder / "none.csv").string(), good_p), {"none.csv"}));
+  EXPECT_TRUE(refused_in_one_line(deform(bad("x,y,z\n0,0,0\n"), good_p), {"bad.csv:1", kLandmarkHeader}));
+  EXPECT_TRUE(refused_in_one_line(deform(bad(header + "0,0,0,nan,0,0\n"), good_p), {"bad.csv:2", "nan"}));
+  EXPECT_TRUE(refused_in_one_line(deform(bad(header + "0,0,0,inf,0,0\n"), good_p), {"bad.csv:2", "inf"}));
+  EXPECT_TRUE(refused_in_one_line(deform(bad(header + "0,0,0,0,0\n"), good_p), {"bad.csv:2", "5 columns"}));
+  EXPECT_TRUE(refused_in_one_line(deform(bad(header + "0,0,0,x,0,0\n"), good_p), {"bad.csv:2"}));
+  EXPECT_TRUE(refused_in_one_line(deform(bad(header), good_p), {"bad.csv:1", "no rows"}));
+  EXPECT_TRUE(refused_in_one_line(deform(bad(""), good_p), {"bad.csv:1", "empty"}));
+  EXPECT_TRUE(refused_in_one_line(deform(good_l, (folder / "none.csv").string()), {"none.csv"}));
+  EXPECT_TRUE(refused_in_one_line(deform(good_l, bad("x,y,z\n0,0,0\n1,2,nan\n")), {"bad.csv:3", "nan"}));
+  EXPECT_TRUE(refused_in_one_line(deform(good_l, bad("x,y,z\n0,0\n")), {"bad.csv:2", "2 columns"}));
+  EXPECT_FALSE(std::filesystem::exists(out));
+}
+
+TEST_F(Deform, RefusesWrongUsageWithTwo) {
+  const std::string l = landmarks(kOneLandmark), p = points(kTwoPoints);
+  const auto usage = [&](std::vector<std::string> line, const std::string& hint) {
+    line.insert(line.begin(), {"deform", "--landmarks", l, "--out", out});
+    const Ended ended = run_brachy(line);
+    EXPECT_TRUE(exited(ended, 2));
+    EXPECT_EQ(ended.out, "");
+    EXPECT_NE(ended.err.find(hint), std::string::npos) << ended.err;
+  };
+  usage({"--points", p, "--support", "12", "--kernel", "psi33"}, "psi33");
+  usage({"--points", p, "--support", "-12"}, "--support");
+  usage({"--points", p, "--support", "0"}, "--support");
+  usage({"--points", p, "--support", "nan"}, "--support");
+  usage({"--points", p}, "--support");
+  usage({"--support", "12"}, "--points");
+  usage({"--points", p, "--mesh", p, "--support", "12"}, "--mesh");
+  usage({"--points", p, "--support", "12", "--colour", "red"}, "--colour");
+  EXPECT_FALSE(std::filesystem::exists(out));
+}
+
+TEST_F(Deform, RefusesAnOutputItCannotWrite) {
+  const std::string l = landmarks(kOneLandmark), p = points(kTwoPoints);
+  out = (folder / "no/such/folder.csv").string();
+  EXPECT_TRUE(refused_in_one_line(deform(l, p), {"folder.csv", "cannot be written"}));
+  out = folder.write("file", "");
+  std::filesystem::remove(out);
+  std::filesystem::create_directory(out);
+  EXPECT_TRUE(refused_in_one_line(deform(l, p), {"cannot be written"}));
+  EXPECT_TRUE(std::filesystem::is_directory(out));
+  if (std::filesystem::exists("/dev/full")) {
+    out = "/dev/full";
+    EXPECT_TRUE(refused_in_one_line(deform(l, p), {"/dev/full", "cannot be written"}));
+    EXPECT_TRUE(std::filesystem::exists("/dev/full"));
+  }
+}
+
+TEST_F(Deform, RefusesAMeshItCannotRead) {
+  const std::string l = landmarks(kOneLandmark);
+  const auto with_mesh = [&](const std::string& mesh) {
+    return run_brachy({"deform", "--landmarks", l, "--mesh", mesh, "--support", "12", "--out",
+                       (folder / "o.ply").string()});
+  };
+  EXPECT_TRUE(refused_in_one_line(with_mesh((folder / "none.stl").string()), {"none.stl"}));
+  EXPECT_TRUE(refused_in_one_line(with_mesh(folder.write("empty.stl", "")), {"empty.stl"}));
+  EXPECT_TRUE(refused_in_one_line(with_mesh(folder.write("text.xyz", "0 0 0\n")), {"text.xyz"}));
+  EXPECT_FALSE(std::filesystem::exists(folder / "o.ply"));
+}
+
+TEST_F(Deform, RefusesContradictoryLandmarksWithThreeAndNamesBothLines) {
+  const std::string l = landmarks({{0, 0, 0, 1, 0, 0}, {5, 0, 0, 0, 0, 0}, {0, 0, 0, 0, 1, 0}});
+  const Ended ended = deform(l, points(kTwoPoints));
+  ASSERT_TRUE(exited(ended, 3));
+  ASSERT_EQ(lines_of(ended.err).size(), 1u) << ended.err;
+  EXPECT_NE(ended.err.find("L.csv:4"), std::string::npos) << ended.err;
+  EXPECT_NE(ended.err.find("line 2"), std::string::npos) << ended.err;
+  EXPECT_FALSE(std::filesystem::exists(out));
+}
+
+TEST_F(Deform, RefusesSingularLandmarksWithThree) {
+  std::vector<Row> crowd;
+  for (int i = 0; i < 64; ++i)
+    crowd.push_back({1e-3 * (i % 4), 1e-3 * (i / 4 % 4), 1e-3 * (i / 16), i % 2 ? 0.1 : -0.1, 0, 0});
+  const Ended ended = deform(landmarks(crowd), points(kTwoPoints), {"--kernel", "psi32"}, "40");
+  ASSERT_TRUE(exited(ended, 3));
+  ASSERT_EQ(lines_of(ended.err).size(), 1u) << ended.err;
+  EXPECT_NE(ended.err.find("singular"), std::string::npos) << ended.err;
+  EXPECT_NE(ended.err.find("--support"), std::string::npos) << "no fix named: " << ended.err;
+  EXPECT_FALSE(std::filesystem::exists(out));
+}
+
+TEST_F(Deform, MergesLandmarksThatSayTheSame) {
+  std::mt19937 random(5);
+  std::vector<Row> given = well_separated(8, 12, random);
+  const std::string p = points(points_around(given, 12, random));
+  const Ended plain = deform(landmarks(given), p, {"--jacobian"});
+  ASSERT_TRUE(exited(plain, 0));
+  EXPECT_EQ(plain.err, "");
+  const std::string expected = read_file(out);
+  given.insert(given.begin() + 5, given[2]);
+  given.push_back(given[0]);
+  const Ended merged = deform(landmarks(given), p, {"--jacobian", "--json"});
+  ASSERT_TRUE(exited(merged, 0));
+  EXPECT_EQ(read_file(out), expected);
+  EXPECT_EQ(json_of(merged).at("landmarks"), 8);
+  ASSERT_EQ(lines_of(merged.err).size(), 2u) << merged.err;
+  EXPECT_NE(merged.err.find("L.csv:7: merged with line 4"), std::string::npos) << merged.err;
+  EXPECT_NE(merged.err.find("L.csv:11: merged with line 2"), std::string::npos) << merged.err;
+}
+
+TEST_F(Deform, ReportsFoldingAndRefusesItOnlyWhenStrict) {
+  // psi31 at a = 6 folds beyond 2.84 mm, first at a quarter of the support ahead of the push.
+  const std::string p = points({{0, 0, 0}, {1.5, 0, 0}, {-1.5, 0, 0}});
+  const std::string folding = landmarks({{0, 0, 0, 3.0, 0, 0}});
+  const Ended reported = deform(folding, p, {"--json"}, "6");
+  ASSERT_TRUE(exited(reported, 0));
+  EXPECT_NE(reported.err.find("folds"), std::string::npos) << reported.err;
+  EXPECT_NE(reported.err.find("1 of 3"), std::string::npos) << reported.err;
+  EXPECT_EQ(json_of(reported).at("folded"), 1);
+  EXPECT_LT(json_of(reported).at("min_det").get<double>(), 0);
+  EXPECT_TRUE(std::filesystem::exists(out));
+
+  std::filesystem::remove(out);
+  const Ended strict = deform(folding, p, {"--strict"}, "6");
+  EXPECT_TRUE(exited(strict, 3));
+  EXPECT_EQ(lines_of(strict.err).size(), 1u) << strict.err;
+  EXPECT_FALSE(std::filesystem::exists(out));
+
+  const Ended injective = deform(landmarks({{0, 0, 0, 2.7, 0, 0}}), p, {"--strict"}, "6");
+  EXPECT_TRUE(exited(injective, 0));
+  EXPECT_EQ(injective.err, "");
+}
+
+}  // namespace
+}  // namespace brachy

@@ -1,0 +1,112 @@
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <boost/asio/io_context.hpp>
+#include <chrono>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "core/realtime/deadline.h"
+#include "net/client.h"
+
+namespace brachy::test {
+
+/// A client of a daemon, with a record of what it was told. It is served only while its pump runs.
+class Peer {
+ public:
+  static constexpr std::chrono::milliseconds kDeadline{30'000};
+
+  struct Frame {
+    net::FrameMessage message;     ///< without its positions
+    std::vector<float> positions;  ///< of the whole mesh after it, if kept
+  };
+
+  /// `keep_meshes`: a copy of the mesh with every frame.
+  explicit Peer(net::Role role = net::Role::kViewer, std::uint32_t subscription = 0, bool keep_meshes = false,
+                const std::string& name = "peer")
+      : keep_meshes_(keep_meshes), client(io_, options(role, subscription, name), handlers()) {}
+
+  void connect(std::uint16_t port) { client.connect("127.0.0.1", port); }
+
+  /// Serves the connection until `condition()`; false where it does not come within the deadline.
+  template <class Condition>
+  bool until(Condition&& condition) {
+    const auto end = std::chrono::steady_clock::now() + kDeadline;
+    while (!condition()) {
+      if (std::chrono::steady_clock::now() >= end) return false;
+      poll();
+    }
+    return true;
+  }
+  /// Serves it a little: at most until something happens or 5 ms are over.
+  void poll() {
+    if (io_.stopped()) io_.restart();
+    io_.run_one_for(std::chrono::milliseconds(5));
+  }
+
+  bool join(std::uint16_t port) {
+    connect(port);
+    return until([&] { return welcomed || !closed.empty(); }) && welcomed;
+  }
+
+  const Frame& last() const { return frames.back(); }
+  const NeedleState& needle() const { return frames.back().message.needles.at(0).state; }
+
+  /// Sends the pose and serves the connection until a frame shows it.
+  bool show(const RigidTransform& X_WN) {
+    const std::int64_t stamp_ns = monotonic_ns();
+    client.send_pose(X_WN, stamp_ns);
+    return until([&] { return !frames.empty() && last().message.input_stamp_ns == stamp_ns; });
+  }
+
+  /// The newest STATE, asked for now.
+  bool refresh_state() {
+    const std::size_t before = states.size();
+    client.request_state();
+    return until([&] { return states.size() > before || !client.is_open(); }) && client.is_open();
+  }
+
+ private:
+  static net::ClientOptions options(net::Role role, std::uint32_t subscription, const std::string& name) {
+    net::ClientOptions o;
+    o.role = role;
+    o.subscription = subscription;
+    o.name = name;
+    o.silence_timeout = kDeadline;
+    return o;
+  }
+
+  net::ClientHandlers handlers() {
+    net::ClientHandlers h;
+    h.on_welcome = [this](const net::WelcomeMessage&) { welcomed = true; };
+    h.on_topology = [this](const net::TopologyMessage& t) { topology = t; };
+    h.on_frame = [this](const net::FrameMessage& f) {
+      frames.push_back({f, keep_meshes_ ? client.mesh().positions() : std::vector<float>()});
+      frames.back().message.positions.clear();
+      for (const TickPose& pose : f.pose_history) poses[pose.tick] = pose.X_WN;
+    };
+    h.on_state = [this](const net::StateMessage& s) { states.push_back(s); };
+    h.on_event = [this](const net::EventMessage& e) { events.push_back(e); };
+    h.on_error = [this](const net::ErrorMessage& e) { errors.push_back(e); };
+    h.on_closed = [this](const std::string& reason) { closed.push_back(reason); };
+    return h;
+  }
+
+  boost::asio::io_context io_{1};
+  bool keep_meshes_;
+
+ public:
+  bool welcomed = false;
+  net::TopologyMessage topology;
+  std::vector<Frame> frames;
+  std::map<std::uint64_t, RigidTransform> poses;  ///< from POSE_HISTORY, by tick
+  std::vector<net::StateMessage> states;
+  std::vector<net::EventMessage> events;
+  std::vector<net::ErrorMessage> errors;
+  std::vector<std::string> closed;
+  net::Client client;
+};
+
+}  // namespace brachy::test

@@ -1,0 +1,38 @@
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include "tests/apps/apps_testing.h"
+
+namespace brachy::test {
+
+/// A brachyd process on a free port. It ends by itself after a minute at the latest, whatever becomes of the test.
+class RunningBrachyd {
+ public:
+  explicit RunningBrachyd(const std::string& scene, const std::vector<std::string>& more = {})
+      : process(line(scene, more)) {
+    const auto first = process.read_line();
+    constexpr std::string_view kSays = "brachyd listening on 127.0.0.1:";
+    if (!first || !first->starts_with(kSays)) {
+      ADD_FAILURE() << "brachyd's first line: " << first.value_or("none") << "\n" << process.wait().err;
+      return;
+    }
+    address = first->substr(kSays.size() - std::string_view("127.0.0.1:").size());
+    port = static_cast<std::uint16_t>(std::stoi(first->substr(kSays.size())));
+  }
+
+  ChildProcess process;
+  std::string address;  ///< HOST:PORT
+  std::uint16_t port = 0;
+
+ private:
+  static std::vector<std::string> line(const std::string& scene, const std::vector<std::string>& more) {
+    std::vector<std::string> arguments = {"--config", scene, "--port", "0", "--json"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    if (std::find(more.begin(), more.end(), "--duration") == more.end())
+      arguments.insert(arguments.end(), {"--duration", "60"});
+    return brachyd_line(arguments);
+  }
+};
+
+}  // namespace brachy::test

@@ -1,0 +1,337 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/ip/tcp.hpp>
+#include <csignal>
+#include <cstring>
+
+#include "haptics/trajectory.h"
+#include "tests/apps/peer.h"
+#include "tests/apps/running_brachyd.h"
+
+namespace brachy {
+namespace {
+
+using namespace test;
+
+struct Tools : ::testing::Test {
+  TempFolder folder;
+  // Poses that wait behind a busy machine's other work are not stale.
+  std::string scene = folder.write("scene.toml", small_scene("[device]\nstale_pose_ms = 60000\n"));
+  std::string trajectory = folder.write("t.csv", short_insertion(4));
+};
+
+std::string closed_port() {
+  boost::asio::io_context io;
+  const boost::asio::ip::tcp::acceptor acceptor(io, {boost::asio::ip::make_address("127.0.0.1"), 0});
+  return "127.0.0.1:" + std::to_string(acceptor.local_endpoint().port());
+}
+
+// Waits until the daemon serves `viewers` viewers, the asking peer among them.
+bool wait_for_viewers(Peer& peer, std::uint32_t viewers) {
+  return peer.until([&] { return peer.refresh_state() && peer.states.back().viewers == viewers; });
+}
+
+Ended interrupted(ChildProcess& process) {
+  process.send_signal(SIGINT);
+  return process.wait();
+}
+
+// The values of `attribute` in every `<element …>` of an XML text, in order.
+std::vector<std::string> attributes_of(const std::string& xml, const std::string& element,
+                                       const std::string& attribute) {
+  std::vector<std::string> values;
+  const std::string opening = "<" + element + " ", key = " " + attribute + "=\"";
+  for (auto at = xml.find(opening); at != std::string::npos; at = xml.find(opening, at + 1)) {
+    const std::string tag = xml.substr(at, xml.find('>', at) - at);
+    const auto value = tag.find(key);
+    if (value == std::string::npos) continue;
+    const auto from = value + key.size();
+    values.push_back(tag.substr(from, tag.find('"', from) - from));
+  }
+  return values;
+}
+
+std::uint64_t number_of(const std::string& xml, const std::string& element, const std::string& attribute) {
+  const auto values = attributes_of(xml, element, attribute);
+  return values.size() == 1 ? std::stoull(values[0]) : 0;
+}
+
+// Header and appended blocks of a .vtp against each other; returns its point count.
+std::uint64_t check_vtp(const std::filesystem::path& file) {
+  const std::string text = read_file(file);
+  const auto data = text.find("<AppendedData encoding=\"raw\">\n_");
+  if (data == std::string::npos) {
+    ADD_FAILURE() << "no appended data";
+    return 0;
+  }
+  const std::string header = text.substr(0, data);
+  EXPECT_NE(header.find("type=\"PolyData\""), std::string::npos);
+  EXPECT_NE(header.find("byte_order=\"LittleEndian\" header_type=\"UInt64\""), std::string::npos);
+  const std::uint64_t points = number_of(header, "Piece", "NumberOfPoints");
+  const std::uint64_t verts = number_of(header, "Piece", "NumberOfVerts");
+  const std::uint64_t polys = number_of(header, "Piece", "NumberOfPolys");
+  const std::uint64_t expected[] = {12 * points, 12 * points, 4 * verts, 4 * verts, 12 * polys, 4 * polys};
+
+  // Each array's offset leads to a byte count, and the next array begins where its bytes end.
+  const std::size_t begin = data + std::strlen("<AppendedData encoding=\"raw\">\n_");
+  std::vector<std::uint64_t> offsets;
+  for (const std::string& offset : attributes_of(header, "DataArray", "offset"))
+    offsets.push_back(std::stoull(offset));
+  std::sort(offsets.begin(), offsets.end());
+  EXPECT_EQ(offsets.size(), std::size(expected));
+  if (offsets.size() != std::size(expected)) return 0;
+  std::uint64_t at = 0;
+  for (std::size_t i = 0; i < offsets.size(); ++i) {
+    EXPECT_EQ(offsets[i], at);
+    if (begin + at + 8 > text.size()) {
+      ADD_FAILURE() << "cut off";
+      return 0;
+    }
+    std::uint64_t bytes = 0;
+    std::memcpy(&bytes, text.data() + begin + at, sizeof bytes);
+    EXPECT_EQ(bytes, expected[i]) << "array " << i;
+    at += 8 + bytes;
+  }
+  EXPECT_EQ(text.substr(begin + at), "\n</AppendedData>\n</VTKFile>\n");
+  return points;
+}
+
+TEST_F(Tools, RunEndToEndAgainstOneDaemon) {
+  RunningBrachyd daemon(scene);
+  ASSERT_NE(daemon.port, 0);
+  const std::string out = (folder / "recording").string();
+  ChildProcess watch(brachy_line({"watch", "--connect", daemon.address, "--json"}));
+  ChildProcess full_watch(brachy_line({"watch", "--connect", daemon.address, "--full", "--json"}));
+  ChildProcess record(brachy_line({"record", "--connect", daemon.address, "--out", out, "--json"}));
+  Peer peer;
+  ASSERT_TRUE(peer.join(daemon.port));
+  ASSERT_TRUE(wait_for_viewers(peer, 4));
+  const Ended replay =
+      run_brachy({"replay", trajectory, "--connect", daemon.address, "--speed", "2", "--json"});
+  ASSERT_TRUE(
+      peer.until([&] { return !peer.frames.empty() && peer.needle().contact == ContactState::kWithdrawn; }));
+  const Ended watched = interrupted(watch), watched_full = interrupted(full_watch),
+              recorded = interrupted(record);
+  daemon.process.send_signal(SIGTERM);
+  const Ended ended = daemon.process.wait();
+  ASSERT_TRUE(exited(replay, 0));
+  ASSERT_TRUE(exited(watched, 0));
+  ASSERT_TRUE(exited(watched_full, 0));
+  ASSERT_TRUE(exited(recorded, 0));
+  ASSERT_TRUE(exited(ended, 0));
+
+  const auto daemons = json_of(ended), replays = json_of(replay), records = json_of(recorded);
+  ASSERT_FALSE(daemons.is_discarded() || replays.is_discarded() || records.is_discarded());
+  const double largest = daemons.at("max_disp_mm");
+  EXPECT_GT(largest, 0.5);
+  EXPECT_LT(largest, 10);
+
+  EXPECT_GT(replays.at("poses_sent").get<int>(), 20);
+  EXPECT_EQ(replays.at("poses_accepted"), replays.at("poses_sent"));
+  EXPECT_EQ(replays.at("poses_refused"), 0);
+  EXPECT_EQ(daemons.at("poses_accepted"), replays.at("poses_sent"));
+  EXPECT_DOUBLE_EQ(replays.at("duration_s"), 2);
+  EXPECT_GT(replays.at("max_disp_mm").get<double>(), 0.5);
+  EXPECT_GT(replays.at("max_depth_mm").get<double>(), 10);
+  EXPECT_GT(replays.at("round_trip_ms").at("p50").get<double>(), 0);
+
+  for (const Ended* w : {&watched, &watched_full}) {
+    const auto json = json_of(*w);
+    ASSERT_FALSE(json.is_discarded()) << w->out;
+    EXPECT_EQ(lines_of(w->out).size(), 1u) << w->out;
+    EXPECT_GT(json.at("ticks").get<double>(), 50);
+    EXPECT_LE(json.at("ticks").get<double>(), daemons.at("ticks").get<double>());
+    EXPECT_LE(json.at("overruns").get<double>(), daemons.at("overruns").get<double>());
+    EXPECT_GT(json.at("sim_hz").get<double>(), 20);
+    EXPECT_LT(json.at("sim_hz").get<double>(), 202);
+    EXPECT_GT(json.at("snapshots_hz").get<double>(), 3);
+    EXPECT_LT(json.at("snapshots_hz").get<double>(), 33);
+    const auto &tick = json.at("tick_ms"), &latency = json.at("latency_ms");
+    EXPECT_GT(tick.at("p50").get<double>(), 0);
+    EXPECT_LE(tick.at("p50").get<double>(), tick.at("p99").get<double>());
+    EXPECT_LE(tick.at("p99").get<double>(), tick.at("max").get<double>());
+    EXPECT_GT(latency.at("p50").get<double>(), 0);
+    EXPECT_LE(latency.at("p50").get<double>(), latency.at("p99").get<double>());
+    // A gap in the sequence is a snapshot that was dropped for this client, and nothing else.
+    EXPECT_EQ(json.at("seq_gaps"), json.at("drops"));
+    EXPECT_GT(json.at("max_disp_mm").get<double>(), 0.5);
+    EXPECT_LE(json.at("max_disp_mm").get<double>(), largest);
+    EXPECT_GT(json.at("moved").get<int>(), 100);
+    EXPECT_LE(json.at("moved").get<int>(), daemons.at("moved").get<int>());
+  }
+  EXPECT_EQ(json_of(watched).at("seq_gaps"), 0);
+  EXPECT_GT(json_of(watched_full).at("bytes").get<double>(), json_of(watched).at("bytes").get<double>());
+
+  EXPECT_EQ(records.at("seq_gaps"), 0);
+  EXPECT_EQ(records.at("ticks_missed"), 0);
+  const std::string index = read_file(folder / "recording/recording.pvd");
+  const auto times = attributes_of(index, "DataSet", "timestep"),
+             files = attributes_of(index, "DataSet", "file");
+  const std::size_t steps = files.size();
+  ASSERT_EQ(times.size(), steps);
+  for (std::size_t i = 0; i < steps; ++i) {
+    EXPECT_GT(std::stod(times[i]), i ? std::stod(times[i - 1]) : 0);
+    const auto file = folder / ("recording/" + files[i]);
+    ASSERT_TRUE(std::filesystem::exists(file)) << file;
+    EXPECT_EQ(check_vtp(file), 3000u) << file;
+  }
+  EXPECT_GT(steps, 10u);
+  EXPECT_EQ(records.at("snapshots"), steps);
+  EXPECT_TRUE(index.ends_with("</Collection>\n</VTKFile>\n"));
+
+  // The pose log holds every tick's pose, so that the run can be had again without a clock.
+  const Trajectory log = load_trajectory(folder / "recording/poses.csv");
+  EXPECT_EQ(records.at("poses"), log.samples().size());
+  const Ended again = run_brachy({"replay", out + "/poses.csv", "--offline", "--config", scene, "--json"});
+  ASSERT_TRUE(exited(again, 0));
+  EXPECT_EQ(json_of(again).at("ticks"), log.samples().size());
+  EXPECT_NEAR(json_of(again).at("max_disp_mm").get<double>(), largest, 1e-6);
+  EXPECT_EQ(json_of(again).at("moved"), daemons.at("moved"));
+  EXPECT_EQ(json_of(again).at("contact"), "withdrawn");
+}
+
+TEST_F(Tools, WatchAndRecordEndAfterTheirDuration) {
+  RunningBrachyd daemon(scene);
+  ASSERT_NE(daemon.port, 0);
+  const std::string out = (folder / "new/folder").string();
+  ChildProcess watch(brachy_line({"watch", "--connect", daemon.address, "--duration", "0.4"}));
+  ChildProcess record(
+      brachy_line({"record", "--connect", daemon.address, "--out", out, "--duration", "0.4", "--json"}));
+  const Ended watched = watch.wait(), recorded = record.wait();
+  EXPECT_TRUE(exited(watched, 0));
+  EXPECT_NE(watched.out.find("watch: "), std::string::npos) << watched.out;
+  EXPECT_EQ(watched.err, "");
+  ASSERT_TRUE(exited(recorded, 0));
+  EXPECT_EQ(json_of(recorded).at("poses"), 0);  // there was no needle
+  EXPECT_GT(json_of(recorded).at("snapshots").get<int>(), 0);
+}
+
+TEST_F(Tools, WatchAndRecordEndWellWhenTheDaemonStops) {
+  RunningBrachyd daemon(scene);
+  ASSERT_NE(daemon.port, 0);
+  const std::string out = (folder / "r").string();
+  ChildProcess watch(brachy_line({"watch", "--connect", daemon.address, "--json"}));
+  ChildProcess record(brachy_line({"record", "--connect", daemon.address, "--out", out, "--json"}));
+  Peer peer;
+  ASSERT_TRUE(peer.join(daemon.port));
+  ASSERT_TRUE(wait_for_viewers(peer, 3));
+  daemon.process.send_signal(SIGTERM);
+  ASSERT_TRUE(exited(daemon.process.wait(), 0));
+  const Ended watched = watch.wait(), recorded = record.wait();
+  EXPECT_TRUE(exited(watched, 0));
+  EXPECT_FALSE(json_of(watched).is_discarded());
+  EXPECT_TRUE(exited(recorded, 0));
+  EXPECT_FALSE(json_of(recorded).is_discarded());
+}
+
+TEST_F(Tools, AKilledDaemonIsAFailure) {
+  RunningBrachyd daemon(scene);
+  ASSERT_NE(daemon.port, 0);
+  ChildProcess watch(brachy_line({"watch", "--connect", daemon.address, "--json"}));
+  ChildProcess replay(brachy_line({"replay", trajectory, "--connect", daemon.address, "--loop"}));
+  Peer peer;
+  ASSERT_TRUE(peer.join(daemon.port));
+  ASSERT_TRUE(wait_for_viewers(peer, 2));
+  ASSERT_TRUE(peer.until([&] { return peer.refresh_state() && peer.states.back().poses_accepted > 0; }));
+  daemon.process.send_signal(SIGKILL);
+  EXPECT_EQ(daemon.process.wait().signal, SIGKILL);
+  const Ended watched = watch.wait(), replayed = replay.wait();
+  EXPECT_TRUE(exited(watched, 1));
+  EXPECT_NE(watched.err.find("brachy watch: "), std::string::npos) << watched.err;
+  EXPECT_TRUE(exited(replayed, 1));
+  EXPECT_NE(replayed.err.find("brachy replay: "), std::string::npos) << replayed.err;
+}
+
+TEST_F(Tools, AReplayCutShortByTheDaemonIsAFailure) {
+  RunningBrachyd daemon(scene);
+  ASSERT_NE(daemon.port, 0);
+  ChildProcess replay(
+      brachy_line({"replay", trajectory, "--connect", daemon.address, "--speed", "0.1", "--json"}));
+  Peer peer;
+  ASSERT_TRUE(peer.join(daemon.port));
+  ASSERT_TRUE(peer.until([&] { return peer.refresh_state() && peer.states.back().poses_accepted > 0; }));
+  daemon.process.send_signal(SIGTERM);
+  ASSERT_TRUE(exited(daemon.process.wait(), 0));
+  const Ended replayed = replay.wait();
+  EXPECT_TRUE(exited(replayed, 1));
+  EXPECT_EQ(lines_of(replayed.err).size(), 1u) << replayed.err;
+  EXPECT_NE(replayed.err.find("before the trajectory's end"), std::string::npos) << replayed.err;
+}
+
+TEST_F(Tools, RecordOverwritesNothing) {
+  RunningBrachyd daemon(scene);
+  ASSERT_NE(daemon.port, 0);
+  const auto record = [&](const std::string& name) {
+    return run_brachy(
+        {"record", "--connect", daemon.address, "--out", (folder / name).string(), "--duration", "0.1"});
+  };
+  for (const char* file : {"recording.pvd", "poses.csv"}) {
+    const std::string name = std::string("with_") + file;
+    std::filesystem::create_directory(folder / name);
+    folder.write(name + "/" + file, "mine");
+    EXPECT_TRUE(refused_in_one_line(record(name), {name, "nothing is overwritten"}));
+    EXPECT_EQ(read_file(folder / (name + "/" + file)), "mine");
+    EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder / name), {}), 1);
+  }
+  EXPECT_TRUE(refused_in_one_line(record("t.csv"), {"t.csv"}));  // a file where the folder should be
+  ASSERT_TRUE(exited(record("twice"), 0));
+  const std::string index = read_file(folder / "twice/recording.pvd");
+  EXPECT_TRUE(refused_in_one_line(record("twice"), {"twice"}));
+  EXPECT_EQ(read_file(folder / "twice/recording.pvd"), index);
+}
+
+TEST_F(Tools, AClosedPortIsRefusedInOneLine) {
+  const std::string port = closed_port();
+  EXPECT_TRUE(refused_in_one_line(run_brachy({"watch", "--connect", port}), {port}));
+  EXPECT_TRUE(refused_in_one_line(run_brachy({"replay", trajectory, "--connect", port}), {port}));
+  const std::string out = (folder / "r").string();
+  EXPECT_TRUE(refused_in_one_line(run_brachy({"record", "--connect", port, "--out", out}), {port}));
+  // Nothing stands in the way of another try.
+  EXPECT_FALSE(std::filesystem::exists(folder / "r/poses.csv"));
+}
+
+TEST_F(Tools, ASecondReplayIsToldWhoHoldsTheLease) {
+  RunningBrachyd daemon(scene);
+  ASSERT_NE(daemon.port, 0);
+  ChildProcess first(brachy_line({"replay", trajectory, "--connect", daemon.address, "--loop", "--json"}));
+  Peer peer;
+  ASSERT_TRUE(peer.join(daemon.port));
+  ASSERT_TRUE(peer.until([&] { return peer.refresh_state() && peer.states.back().poses_accepted > 0; }));
+  const Ended second = run_brachy({"replay", trajectory, "--connect", daemon.address});
+  EXPECT_TRUE(exited(second, 1));
+  EXPECT_EQ(second.out, "");
+  EXPECT_EQ(lines_of(second.err).size(), 1u) << second.err;
+  EXPECT_NE(second.err.find(peer.states.back().device_holder), std::string::npos) << second.err;
+  EXPECT_NE(second.err.find("brachy replay (127.0.0.1:"), std::string::npos) << second.err;
+
+  const Ended ended = interrupted(first);
+  ASSERT_TRUE(exited(ended, 0));
+  EXPECT_GT(json_of(ended).at("poses_accepted").get<int>(), 0);
+}
+
+TEST_F(Tools, RefuseWrongUsageWithTwo) {
+  for (const std::vector<std::string>& line : std::vector<std::vector<std::string>>{
+           {},
+           {"dance"},
+           {"watch"},
+           {"watch", "--connect", "18950"},
+           {"watch", "--connect", "127.0.0.1:0"},
+           {"watch", "--connect", "127.0.0.1:70000"},
+           {"watch", "--connect", "127.0.0.1:1", "--duration", "nan"},
+           {"record", "--connect", "127.0.0.1:1"},
+           {"replay", "--connect", "127.0.0.1:1"},
+           {"replay", trajectory, "--connect", "127.0.0.1:1", "--rate-hz", "0"},
+           {"replay", trajectory, "--offline", "--speed", "nan"},
+           {"replay", trajectory, "--offline", "--translate-mm", "1,2"},
+           {"replay", trajectory, "--offline", "--translate-mm", "1,2,nan"}}) {
+    const Ended ended = run_brachy(line);
+    EXPECT_TRUE(exited(ended, 2)) << (line.empty() ? "nothing" : line.back());
+    EXPECT_EQ(ended.out, "");
+    EXPECT_FALSE(ended.err.empty());
+  }
+}
+
+}  // namespace
+}  // namespace brachy

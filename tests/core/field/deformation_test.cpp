@@ -1,0 +1,102 @@
+#include "core/field/deformation.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/core/field/small_tissue.h"
+#include "tests/core/rbf/random_landmarks.h"
+#include "tests/core/sim/allocation_guard.h"
+
+namespace brachy {
+namespace {
+
+using test::displacements_of;
+
+class DeformationWays : public ::testing::Test {
+ protected:
+  DeformationWays() {
+    std::mt19937_64 random(5);
+    auto L = test::random_landmarks(random, 20, 18, 4, 3);
+    positions = L.positions;
+    displacements = L.displacements;
+    for (std::size_t j = 4; j < displacements.size(); ++j) displacements[j] = Vec3::Zero();
+  }
+  void nudge(int tick) { displacements[static_cast<std::size_t>(tick % 4)].x() += 0.01; }
+  std::vector<Vec3> fresh() const {
+    Deformation direct(tissue, Wendland31{}, 20, {});
+    EXPECT_TRUE(direct.update(positions, displacements));
+    return displacements_of(direct.blocks(), tissue);
+  }
+
+  const Tissue tissue = test::small_phantom(Vec3::Zero());
+  std::vector<Vec3> positions, displacements;
+  Deformation deformation{tissue, Wendland31{}, 20, {}};
+};
+
+TEST_F(DeformationWays, NothingNewIsIdle) {
+  ASSERT_TRUE(deformation.update(positions, displacements));
+  EXPECT_EQ(deformation.evaluation(), Evaluation::kDirect);
+  ASSERT_TRUE(deformation.update(positions, displacements));
+  EXPECT_EQ(deformation.evaluation(), Evaluation::kIdle);
+}
+
+TEST_F(DeformationWays, LandmarksThatStayAreCondensedWithoutChangingTheResult) {
+  bool was_mixed = false;
+  int tick = 0;
+  for (; tick < 200 && deformation.evaluation() != Evaluation::kCondensed; ++tick) {
+    nudge(tick);
+    ASSERT_TRUE(deformation.update(positions, displacements));
+    was_mixed |= deformation.evaluation() == Evaluation::kMixed;
+    const auto expected = fresh(), u = displacements_of(deformation.blocks(), tissue);
+    for (std::size_t i = 0; i < tissue.size(); ++i) ASSERT_LT((u[i] - expected[i]).norm(), 2e-5) << tick;
+  }
+  EXPECT_EQ(deformation.evaluation(), Evaluation::kCondensed);
+  EXPECT_TRUE(was_mixed);  // it was spread over ticks
+  EXPECT_GT(tick, Deformation::kSettleTicks);
+  EXPECT_EQ(deformation.blocks().statistics().pairs, 0u);
+}
+
+TEST_F(DeformationWays, ANewLandmarkOrAnotherMovingOneStartsOverDirectly) {
+  for (int tick = 0; tick < 200 && deformation.evaluation() != Evaluation::kCondensed; ++tick) {
+    nudge(tick);
+    ASSERT_TRUE(deformation.update(positions, displacements));
+  }
+  ASSERT_EQ(deformation.evaluation(), Evaluation::kCondensed);
+  displacements[10] = Vec3(1, 0, 0);
+  ASSERT_TRUE(deformation.update(positions, displacements));
+  EXPECT_EQ(deformation.evaluation(), Evaluation::kDirect);
+  EXPECT_EQ(displacements_of(deformation.blocks(), tissue), fresh());
+
+  positions.push_back({23, 0, 0});
+  displacements.push_back({0, 0.5, 0});
+  ASSERT_TRUE(deformation.update(positions, displacements));
+  EXPECT_EQ(deformation.evaluation(), Evaluation::kDirect);
+  EXPECT_EQ(displacements_of(deformation.blocks(), tissue), fresh());
+}
+
+TEST_F(DeformationWays, ARefusedSetKeepsTheLastFieldAndTheNextOneIsSolved) {
+  ASSERT_TRUE(deformation.update(positions, displacements));
+  const auto before = displacements_of(deformation.blocks(), tissue);
+  const Vec3 u = deformation.field().displacement({1, 2, 3});
+  auto doubled = positions;
+  doubled[3] = doubled[2];
+  EXPECT_EQ(deformation.update(doubled, displacements).kind, FactorStatus::kDuplicate);
+  EXPECT_EQ(displacements_of(deformation.blocks(), tissue), before);
+  EXPECT_EQ(deformation.field().displacement({1, 2, 3}), u);
+  nudge(0);
+  ASSERT_TRUE(deformation.update(positions, displacements));
+  EXPECT_EQ(displacements_of(deformation.blocks(), tissue), fresh());
+}
+
+TEST_F(DeformationWays, NoWayAllocates) {
+  if (!test::allocations_are_counted()) GTEST_SKIP() << "a sanitizer owns malloc";
+  const std::uint64_t before = test::allocation_count();
+  for (int tick = 0; tick < 100; ++tick) {
+    nudge(tick);
+    ASSERT_TRUE(deformation.update(positions, displacements));
+  }
+  EXPECT_EQ(deformation.evaluation(), Evaluation::kCondensed);
+  EXPECT_EQ(test::allocation_count() - before, 0u);
+}
+
+}  // namespace
+}  // namespace brachy

@@ -1,0 +1,210 @@
+#include "core/sim/simulator.h"
+
+#include <gtest/gtest.h>
+
+#include "core/error.h"
+#include "core/sim/state_hash.h"
+#include "tests/core/rbf/random_landmarks.h"
+#include "tests/core/sim/allocation_guard.h"
+#include "tests/core/sim/phantom_scene.h"
+
+namespace brachy {
+namespace {
+
+using test::insertion;
+using test::needle_pose;
+
+Scene default_scene() {
+  return {};
+}
+
+Tissue phantom(const Scene& scene) {
+  static const Tissue tissue = load_tissue(scene).tissue;
+  return tissue;
+}
+
+TEST(Simulator, TheDefaultSceneHasThePapersPoints) {
+  const Simulator simulator(default_scene(), phantom({}));
+  EXPECT_EQ(simulator.tissue().size(), 14560u);
+  EXPECT_EQ(simulator.tissue().surface_count, 1200u);
+}
+
+TEST(Simulator, WithoutANeedleNothingMoves) {
+  Simulator simulator(default_scene(), phantom({}));
+  MeshState state = simulator.initial_state();
+  const std::vector<float> rest = state.deformed_vertices;
+  simulator.step(NeedlePose{}, state);
+  EXPECT_EQ(state.tick, 1u);
+  EXPECT_EQ(state.deformed_vertices, rest);
+  EXPECT_EQ(state.moved_vertices, 0u);
+  EXPECT_FALSE(state.needle.present);
+}
+
+TEST(Simulator, ReturnsBitwiseToRestAfterWithdrawal) {
+  Scene scene = default_scene();
+  scene.anchors.lambda_loaded = 0.3;  // dynamic anchors, within reach
+  scene.model.support_radius_mm = 25;
+  Simulator simulator(scene, phantom(scene));
+  MeshState state = simulator.initial_state();
+  const std::vector<float> rest = state.deformed_vertices;
+  double largest = 0;
+  for (const RigidTransform& X_WN : insertion()) {
+    simulator.step(needle_pose(X_WN), state);
+    largest = std::max(largest, state.max_displacement_mm);
+    ASSERT_EQ(state.step_flags, 0u);
+  }
+  EXPECT_GT(largest, 2);
+  EXPECT_EQ(state.needle.contact, ContactState::kWithdrawn);
+  EXPECT_EQ(state.deformed_vertices, rest);
+  EXPECT_EQ(state.max_displacement_mm, 0);
+  EXPECT_EQ(state.moved_vertices, 0u);
+}
+
+TEST(Simulator, VerticesOutsideEverySupportNeverChange) {
+  Scene scene = default_scene();
+  scene.anchors.count = 0;
+  Simulator simulator(scene, phantom(scene));
+  MeshState state = simulator.initial_state();
+  const std::vector<float> rest = state.deformed_vertices;
+  std::size_t out_of_reach = 0, moved = 0;
+  for (const RigidTransform& X_WN : insertion()) {
+    simulator.step(needle_pose(X_WN), state);
+    out_of_reach = 0;
+    for (std::size_t i = 0; i < simulator.tissue().size(); ++i) {
+      // Every landmark lies on the line x = 8, y = -4 at rest, from the capsule to the tip.
+      const Vec3& X = simulator.tissue().rest_vertices[i];
+      const bool same = std::equal(&rest[3 * i], &rest[3 * i] + 3, &state.deformed_vertices[3 * i]);
+      const double top = std::min(14.0, X_WN.p.z());
+      const double above = std::max(0.0, X.z() - top);
+      const double distance = std::hypot(X.x() - 8, X.y() + 4, above);
+      if (distance >= scene.model.support_radius_mm) {
+        ++out_of_reach;
+        ASSERT_TRUE(same) << i;
+      }
+      moved += !same;
+    }
+  }
+  EXPECT_GT(out_of_reach, 1000u);
+  EXPECT_GT(moved, 1000u);
+}
+
+TEST(Simulator, LandmarksAtTheTipAreReproducedInTheMesh) {
+  // The vertex nearest to the needle's tip on the capsule goes along with it.
+  Simulator simulator(default_scene(), phantom({}));
+  MeshState state = simulator.initial_state();
+  const auto poses = insertion();
+  for (const RigidTransform& X_WN : poses) {
+    simulator.step(needle_pose(X_WN), state);
+    if (state.needle.contact == ContactState::kTouching && state.max_displacement_mm > 2.5) break;
+  }
+  ASSERT_EQ(state.needle.contact, ContactState::kTouching);
+  EXPECT_GT(state.max_displacement_mm, 2.3);
+  EXPECT_LE(state.max_displacement_mm, 3.0);
+}
+
+// A slot may be any number of publishes behind; after a step it holds this tick all the same, and block_ticks tell a
+// reader that skipped any number of snapshots exactly what it lacks.
+TEST(Simulator, EverySlotAndEverySkippingReaderGetsEveryChange) {
+  Simulator one(default_scene(), phantom({})), many(default_scene(), phantom({}));
+  MeshState reference = one.initial_state();
+  std::vector<MeshState> slots(3, many.initial_state());
+  MeshState reader = many.initial_state();
+  std::mt19937_64 random(7);
+  std::size_t blocks_sent = 0, blocks = 0;
+  for (const RigidTransform& X_WN : insertion()) {
+    one.step(needle_pose(X_WN), reference);
+    MeshState& slot = slots[random() % 3];
+    many.step(needle_pose(X_WN), slot);
+    ASSERT_EQ(slot.deformed_vertices, reference.deformed_vertices);
+    ASSERT_EQ(slot.block_ticks, reference.block_ticks);
+    if (random() % 7 != 0) continue;
+    for (std::size_t b = 0; b < many.tissue().blocks.size(); ++b) {
+      ++blocks;
+      if (slot.block_ticks[b] <= reader.tick) continue;
+      ++blocks_sent;
+      const Block& block = many.tissue().blocks[b];
+      std::copy_n(&slot.deformed_vertices[3 * block.first], 3 * block.count,
+                  &reader.deformed_vertices[3 * block.first]);
+    }
+    reader.tick = slot.tick;
+    ASSERT_EQ(reader.deformed_vertices, slot.deformed_vertices);
+  }
+  EXPECT_LT(blocks_sent, blocks / 2);  // it was not simply everything
+}
+
+TEST(Simulator, PoseHistoryHoldsEveryPoseOfTheLastTicks) {
+  Simulator simulator(default_scene(), phantom({}));
+  std::vector<MeshState> slots(2, simulator.initial_state());
+  const auto poses = insertion();
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    MeshState& slot = slots[i % 5 == 0];
+    simulator.step(needle_pose(poses[i]), slot);
+    for (std::size_t back = 0; back < MeshState::kPoseHistory && back <= i; ++back) {
+      const TickPose& entry = slot.pose_history[(i + 1 - back) % MeshState::kPoseHistory];
+      ASSERT_EQ(entry.tick, i + 1 - back);
+      ASSERT_EQ(entry.X_WN, poses[i - back]);
+    }
+  }
+}
+
+std::uint64_t run_hash(const Scene& scene, std::size_t ticks) {
+  Simulator simulator(scene, phantom(scene));
+  MeshState state = simulator.initial_state();
+  StateHash hash;
+  const auto poses = insertion();
+  for (std::size_t i = 0; i < ticks; ++i) {
+    simulator.step(needle_pose(poses[i]), state);
+    hash.add(state);
+  }
+  EXPECT_NE(state.needle.contact, ContactState::kFree);
+  return hash.value();
+}
+
+TEST(Simulator, IsTheSameBitForBitOnEveryRunAndForAnyNumberOfThreads) {
+  Scene scene = default_scene();
+  const std::size_t all = insertion().size(), some = 200;  // a tick on two threads may cost a scheduler slice
+  const std::uint64_t whole = run_hash(scene, all), part = run_hash(scene, some);
+  EXPECT_EQ(run_hash(scene, all), whole);
+  scene.engine.threads = 2;
+  EXPECT_EQ(run_hash(scene, some), part);
+  scene.model.support_radius_mm = 11.999;
+  EXPECT_NE(run_hash(scene, some), part);
+}
+
+TEST(Simulator, TicksDoNotAllocate) {
+  if (!test::allocations_are_counted()) GTEST_SKIP() << "a sanitizer owns malloc";
+  for (const char* kernel : {"psi31", "buhmann"}) {
+    Scene scene = default_scene();
+    scene.model.kernel = kernel;
+    Simulator simulator(scene, phantom(scene));
+    MeshState state = simulator.initial_state();
+    const auto poses = insertion();
+    const std::uint64_t before = test::allocation_count();
+    for (const RigidTransform& X_WN : poses) simulator.step(needle_pose(X_WN), state);
+    EXPECT_EQ(test::allocation_count() - before, 0u);
+  }
+}
+
+TEST(Simulator, AFailedSolveKeepsTheLastGoodFieldAndSaysSo) {
+  Scene scene = default_scene();
+  scene.model.kernel = "psi32";
+  scene.model.support_radius_mm = 500;  // with anchors 0.1 mm apart: singular to rounding
+  scene.anchors.count = 64;
+  scene.anchors.lambda_rest = scene.anchors.lambda_loaded = 0.01;
+  Simulator simulator(scene, phantom(scene));
+  MeshState state = simulator.initial_state();
+  const std::vector<float> rest = state.deformed_vertices;
+  const auto poses = insertion();
+  for (std::size_t i = 0; i < 120; ++i) simulator.step(needle_pose(poses[i]), state);
+  EXPECT_EQ(state.step_flags & kStepSolveFailed, kStepSolveFailed);
+  EXPECT_EQ(state.deformed_vertices, rest);
+}
+
+TEST(Simulator, MoreAnchorsThanVerticesAreRefused) {
+  Scene scene = default_scene();
+  scene.anchors.count = 1201;
+  EXPECT_THROW(Simulator(scene, phantom(scene)), UserError);
+}
+
+}  // namespace
+}  // namespace brachy

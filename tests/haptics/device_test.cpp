@@ -1,0 +1,182 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <latch>
+#include <thread>
+
+#include "haptics/network_device.h"
+#include "haptics/scripted_device.h"
+
+namespace brachy {
+namespace {
+
+constexpr std::int64_t kTick = 5'000'000;
+constexpr std::int64_t kStart = 123 * kTick;
+
+RigidTransform tip_at(double z_mm) {
+  return {Mat3::Identity(), Vec3(0, 0, z_mm)};
+}
+
+/// 1 s along z at 10 mm/s, its first sample not at time 0.
+Trajectory ten_mm() {
+  return Trajectory({{0.25, tip_at(0)}, {0.75, tip_at(5)}, {1.25, tip_at(10)}});
+}
+
+TEST(ScriptedDevice, StartsWithTheFirstSampleAtTheFirstUpdate) {
+  ScriptedDevice device(ten_mm());
+  NeedlePose pose;
+  ASSERT_TRUE(device.update(kStart, pose));
+  EXPECT_TRUE(pose.present);
+  EXPECT_EQ(pose.X_WN, tip_at(0));
+  EXPECT_EQ(pose.sequence, 1u);
+  EXPECT_EQ(pose.stamp_ns, kStart);
+  EXPECT_EQ(pose.received_ns, kStart);
+}
+
+TEST(ScriptedDevice, PlaysInRealTimeAlsoOverMissedTicks) {
+  ScriptedDevice device(ten_mm());
+  NeedlePose pose;
+  device.update(kStart, pose);
+  for (std::int64_t tick : {1, 2, 3, 50, 51, 100, 150, 199}) {
+    ASSERT_TRUE(device.update(kStart + tick * kTick, pose));
+    EXPECT_NEAR(pose.X_WN.p.z(), 0.05 * static_cast<double>(tick), 1e-9);
+    EXPECT_EQ(pose.stamp_ns, kStart + tick * kTick);
+  }
+  EXPECT_EQ(pose.sequence, 9u);
+  EXPECT_FALSE(device.finished());
+}
+
+TEST(ScriptedDevice, HoldsTheLastPoseAfterTheEnd) {
+  ScriptedDevice device(ten_mm());
+  NeedlePose pose;
+  device.update(kStart, pose);
+  EXPECT_TRUE(device.update(kStart + 203 * kTick, pose));
+  EXPECT_EQ(pose.X_WN, tip_at(10));
+  EXPECT_TRUE(device.finished());
+  EXPECT_FALSE(device.update(kStart + 204 * kTick, pose));
+  EXPECT_EQ(pose.X_WN, tip_at(10));
+  EXPECT_TRUE(pose.present);
+}
+
+TEST(ScriptedDevice, LoopsWithoutEndAndWithoutDrift) {
+  ScriptedDevice device(ten_mm(), true);
+  NeedlePose pose;
+  for (std::int64_t tick = 0; tick < 2000; ++tick) {
+    ASSERT_TRUE(device.update(kStart + tick * kTick, pose));
+    ASSERT_NEAR(pose.X_WN.p.z(), 0.05 * static_cast<double>(tick % 200), 1e-9) << tick;
+    ASSERT_EQ(pose.sequence, static_cast<std::uint64_t>(tick) + 1);
+  }
+  EXPECT_FALSE(device.finished());
+}
+
+TEST(ScriptedDevice, LoopsOverASinglePose) {
+  ScriptedDevice device(Trajectory({{3.0, tip_at(4)}}), true);
+  NeedlePose pose;
+  for (std::int64_t tick = 0; tick < 3; ++tick) {
+    EXPECT_TRUE(device.update(kStart + tick * kTick, pose));
+    EXPECT_EQ(pose.X_WN, tip_at(4));
+  }
+}
+
+NeedlePose pose_number(std::uint64_t n) {
+  NeedlePose pose;
+  pose.X_WN = {Eigen::AngleAxisd(1e-3 * static_cast<double>(n), Vec3::UnitX()).toRotationMatrix(),
+               Vec3::Constant(1e-3 * static_cast<double>(n))};
+  pose.sequence = n;
+  pose.stamp_ns = static_cast<std::int64_t>(n) * kTick;
+  pose.received_ns = pose.stamp_ns + kStart;
+  return pose;
+}
+
+TEST(NetworkDevice, HasNoPoseUntilADeviceSpeaks) {
+  NetworkDevice device;
+  NeedlePose pose;
+  EXPECT_FALSE(device.update(kStart, pose));
+  device.attach();
+  EXPECT_FALSE(device.update(kStart, pose));
+  EXPECT_FALSE(pose.present);
+}
+
+TEST(NetworkDevice, GivesTheNewestAcceptedPoseOnce) {
+  NetworkDevice device;
+  NeedlePose pose;
+  device.attach();
+  for (std::uint64_t n : {1, 2, 3}) EXPECT_EQ(device.submit(pose_number(n)), PoseVerdict::kAccepted);
+  ASSERT_TRUE(device.update(kStart, pose));
+  EXPECT_EQ(pose.sequence, 3u);
+  EXPECT_EQ(pose.X_WN, pose_number(3).X_WN);
+  EXPECT_EQ(pose.stamp_ns, pose_number(3).stamp_ns);
+  EXPECT_TRUE(pose.present);
+  EXPECT_FALSE(device.update(kStart, pose));
+}
+
+TEST(NetworkDevice, ARefusedPoseNeverReachesTheSimulation) {
+  NetworkDevice device;
+  NeedlePose pose;
+  device.attach();
+  device.submit(pose_number(1));
+  device.update(kStart, pose);
+  NeedlePose bad = pose_number(2);
+  bad.X_WN.p.x() = std::nan("");
+  EXPECT_EQ(device.submit(bad), PoseVerdict::kNotFinite);
+  EXPECT_FALSE(device.update(kStart, pose));
+  EXPECT_EQ(pose.sequence, 1u);
+  EXPECT_EQ(device.guard().count(PoseVerdict::kNotFinite), 1u);
+}
+
+TEST(NetworkDevice, KeepsTheLastGoodPoseWhenTheLeaseEnds) {
+  NetworkDevice device;
+  NeedlePose pose;
+  device.attach();
+  device.submit(pose_number(8));
+  device.detach();
+  EXPECT_FALSE(device.attached());
+  EXPECT_EQ(device.submit(pose_number(9)), PoseVerdict::kNotAttached);
+  EXPECT_EQ(device.guard().count(PoseVerdict::kNotAttached), 1u);
+  EXPECT_TRUE(device.update(kStart, pose));
+  EXPECT_FALSE(device.update(kStart + kTick, pose));
+  EXPECT_EQ(pose.sequence, 8u);
+}
+
+TEST(NetworkDevice, ANewDeviceStartsItsCountAndClockAnew) {
+  NetworkDevice device;
+  NeedlePose pose;
+  device.attach();
+  device.submit(pose_number(1000));
+  device.detach();
+  device.attach();
+  EXPECT_EQ(device.submit(pose_number(1)), PoseVerdict::kAccepted);
+  EXPECT_TRUE(device.update(kStart, pose));
+  EXPECT_EQ(pose.sequence, 1u);
+}
+
+TEST(NetworkDevice, HandsWholePosesFromTheIoThreadToTheSimulation) {
+  constexpr std::uint64_t kPoses = 50'000;
+  NetworkDevice device;
+  std::latch start(2);
+  std::thread io([&] {
+    device.attach();
+    start.arrive_and_wait();
+    for (std::uint64_t n = 1; n <= kPoses; ++n) device.submit(pose_number(n));
+  });
+  NeedlePose pose;
+  std::uint64_t last = 0, torn = 0, backwards = 0;
+  start.arrive_and_wait();
+  while (last < kPoses) {
+    if (!device.update(kStart, pose)) {
+      std::this_thread::yield();
+      continue;
+    }
+    const NeedlePose expected = pose_number(pose.sequence);
+    if (pose.X_WN != expected.X_WN || pose.stamp_ns != expected.stamp_ns) ++torn;
+    if (pose.sequence <= last) ++backwards;
+    last = pose.sequence;
+  }
+  io.join();
+  EXPECT_EQ(torn, 0u);
+  EXPECT_EQ(backwards, 0u);
+  EXPECT_EQ(device.guard().refused(), 0u);
+}
+
+}  // namespace
+}  // namespace brachy

@@ -1,0 +1,199 @@
+#include "haptics/pose_guard.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <set>
+
+namespace brachy {
+namespace {
+
+constexpr std::int64_t kMs = 1'000'000;
+constexpr std::int64_t kDeviceClockAhead = 7'000'000 * kMs;
+
+/// Pose number n of a 200 Hz device whose clock is ahead of ours by an arbitrary amount; 1 ms under way.
+NeedlePose pose_number(std::uint64_t n, std::int64_t extra_delay_ns = 0) {
+  NeedlePose pose;
+  pose.X_WN.R =
+      Eigen::AngleAxisd(0.01 * static_cast<double>(n), Vec3(1, 2, 3).normalized()).toRotationMatrix();
+  pose.X_WN.p = Vec3(1.25, -2.5, 1e-3 * static_cast<double>(n));
+  pose.sequence = n;
+  const std::int64_t taken_ns = static_cast<std::int64_t>(n) * 5 * kMs;
+  pose.stamp_ns = taken_ns + kDeviceClockAhead;
+  pose.received_ns = taken_ns + kMs + extra_delay_ns;
+  return pose;
+}
+
+PoseVerdict check(PoseGuard& guard, NeedlePose pose) {
+  return guard.check(pose);
+}
+
+TEST(PoseGuard, GoodPosesPassBitForBit) {
+  PoseGuard guard;
+  for (std::uint64_t n = 1; n < 100; ++n) {
+    NeedlePose pose = pose_number(n);
+    pose.X_WN.R(0, 0) += 4e-10;  // as 9 digits on the wire leave it
+    const NeedlePose before = pose;
+    ASSERT_EQ(guard.check(pose), PoseVerdict::kAccepted) << n;
+    EXPECT_EQ(pose.X_WN, before.X_WN);
+    EXPECT_EQ(pose.sequence, before.sequence);
+    EXPECT_EQ(pose.stamp_ns, before.stamp_ns);
+    EXPECT_EQ(pose.received_ns, before.received_ns);
+  }
+  EXPECT_EQ(guard.count(PoseVerdict::kAccepted), 99u);
+  EXPECT_EQ(guard.refused(), 0u);
+}
+
+TEST(PoseGuard, ARotationOffByLittleIsReplacedByTheNearest) {
+  PoseGuard guard;
+  NeedlePose pose = pose_number(1);
+  const Mat3 right = pose.X_WN.R;
+  pose.X_WN.R *= 1.0003;
+  EXPECT_EQ(guard.check(pose), PoseVerdict::kAccepted);
+  EXPECT_LT((pose.X_WN.R - right).norm(), 1e-14);
+}
+
+TEST(PoseGuard, NanAndInfinityAreRefusedInEveryEntry) {
+  PoseGuard guard;
+  for (double bad :
+       {std::nan(""), std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()}) {
+    for (int i = 0; i < 3; ++i) {
+      NeedlePose pose = pose_number(1);
+      pose.X_WN.p[i] = bad;
+      EXPECT_EQ(guard.check(pose), PoseVerdict::kNotFinite);
+      for (int j = 0; j < 3; ++j) {
+        pose = pose_number(1);
+        pose.X_WN.R(i, j) = bad;
+        EXPECT_EQ(guard.check(pose), PoseVerdict::kNotFinite);
+      }
+    }
+  }
+  EXPECT_EQ(guard.count(PoseVerdict::kNotFinite), 36u);
+}
+
+TEST(PoseGuard, WhatIsNoRotationIsRefused) {
+  PoseGuard guard;
+  const Mat3 R = pose_number(1).X_WN.R;
+  for (const Mat3& bad : {Mat3(1.001 * R), Mat3(-R), Mat3(Mat3::Zero()), Mat3(1e200 * R), Mat3(1e-200 * R)}) {
+    NeedlePose pose = pose_number(1);
+    pose.X_WN.R = bad;
+    EXPECT_EQ(guard.check(pose), PoseVerdict::kNotRigid) << bad;
+  }
+  EXPECT_EQ(guard.count(PoseVerdict::kNotRigid), 5u);
+}
+
+TEST(PoseGuard, ATipBeyondTenMetresIsRefused) {
+  PoseGuard guard;
+  for (double x : {10'001.0, -10'001.0, 1e300}) {
+    NeedlePose pose = pose_number(1);
+    pose.X_WN.p.y() = x;
+    EXPECT_EQ(guard.check(pose), PoseVerdict::kOutOfRange);
+  }
+  NeedlePose pose = pose_number(1);
+  pose.X_WN.p.y() = -10'000;
+  EXPECT_EQ(guard.check(pose), PoseVerdict::kAccepted);
+}
+
+TEST(PoseGuard, GoingBackInTimeIsRefused) {
+  PoseGuard guard;
+  EXPECT_EQ(check(guard, pose_number(10)), PoseVerdict::kAccepted);
+  EXPECT_EQ(check(guard, pose_number(10)), PoseVerdict::kOutOfOrder);
+  EXPECT_EQ(check(guard, pose_number(9)), PoseVerdict::kOutOfOrder);
+  NeedlePose pose = pose_number(11);
+  pose.sequence = 10;
+  EXPECT_EQ(check(guard, pose), PoseVerdict::kOutOfOrder);
+  pose = pose_number(11);
+  pose.stamp_ns = pose_number(10).stamp_ns;
+  EXPECT_EQ(check(guard, pose), PoseVerdict::kOutOfOrder);
+  pose.stamp_ns = -1;
+  EXPECT_EQ(check(guard, pose), PoseVerdict::kOutOfOrder);
+  EXPECT_EQ(guard.count(PoseVerdict::kOutOfOrder), 5u);
+  EXPECT_EQ(check(guard, pose_number(11)), PoseVerdict::kAccepted);
+}
+
+TEST(PoseGuard, ARefusedPoseDoesNotCountAsTheLastOne) {
+  PoseGuard guard;
+  NeedlePose pose = pose_number(50);
+  pose.X_WN.p.x() = std::nan("");
+  EXPECT_EQ(check(guard, pose), PoseVerdict::kNotFinite);
+  EXPECT_EQ(check(guard, pose_number(1)), PoseVerdict::kAccepted);
+}
+
+TEST(PoseGuard, APoseThatWaitedTooLongIsStaleWhateverTheClocksOffset) {
+  PoseGuard guard;
+  EXPECT_EQ(check(guard, pose_number(1)), PoseVerdict::kAccepted);
+  EXPECT_EQ(check(guard, pose_number(2, 100 * kMs)), PoseVerdict::kAccepted);
+  EXPECT_EQ(check(guard, pose_number(3, 101 * kMs)), PoseVerdict::kStale);
+  EXPECT_EQ(check(guard, pose_number(4)), PoseVerdict::kAccepted);
+}
+
+TEST(PoseGuard, AStallsBacklogIsRefusedUntilItIsFresh) {
+  PoseGuard guard;
+  ASSERT_EQ(check(guard, pose_number(1)), PoseVerdict::kAccepted);
+  for (std::uint64_t n = 2; n <= 101; ++n) {  // 500 ms of poses arrive at once
+    NeedlePose pose = pose_number(n);
+    pose.received_ns = pose_number(101).received_ns;
+    EXPECT_EQ(check(guard, pose), n < 81 ? PoseVerdict::kStale : PoseVerdict::kAccepted) << n;
+  }
+}
+
+TEST(PoseGuard, TheFastestPoseSoFarSetsTheOffset) {
+  PoseGuard guard;
+  EXPECT_EQ(check(guard, pose_number(1, 300 * kMs)), PoseVerdict::kAccepted);  // nothing to compare with yet
+  EXPECT_EQ(check(guard, pose_number(2, 300 * kMs)), PoseVerdict::kAccepted);
+  EXPECT_EQ(check(guard, pose_number(3)), PoseVerdict::kAccepted);
+  EXPECT_EQ(check(guard, pose_number(4, 300 * kMs)), PoseVerdict::kStale);
+}
+
+TEST(PoseGuard, StaleLimitIsASetting) {
+  PoseGuard guard({.stale_ns = 10 * kMs});
+  EXPECT_EQ(check(guard, pose_number(1)), PoseVerdict::kAccepted);
+  EXPECT_EQ(check(guard, pose_number(2, 11 * kMs)), PoseVerdict::kStale);
+}
+
+TEST(PoseGuard, ASlowDeviceClockDoesNotGoStaleOverAnEightHourDay) {
+  PoseGuard guard;
+  for (std::uint64_t n = 1; n < 8 * 3600 * 200; n += 20) {
+    NeedlePose pose = pose_number(n);
+    pose.stamp_ns -= static_cast<std::int64_t>(n) * 500;  // 100 ppm: 2.9 s by the end
+    ASSERT_EQ(guard.check(pose), PoseVerdict::kAccepted) << n;
+  }
+}
+
+TEST(PoseGuard, AStampFromTheEndsOfTimeDoesNotOverflow) {
+  constexpr std::int64_t kEnd = std::numeric_limits<std::int64_t>::max();
+  PoseGuard guard;
+  NeedlePose pose = pose_number(1);
+  pose.stamp_ns = 0;
+  pose.received_ns = kEnd;
+  EXPECT_EQ(check(guard, pose), PoseVerdict::kAccepted);
+  pose = pose_number(2);
+  pose.stamp_ns = kEnd;
+  pose.received_ns = 0;
+  EXPECT_EQ(check(guard, pose), PoseVerdict::kAccepted);
+  pose = pose_number(3);
+  pose.stamp_ns = std::numeric_limits<std::int64_t>::min();
+  EXPECT_EQ(check(guard, pose), PoseVerdict::kOutOfOrder);
+}
+
+TEST(PoseGuard, AResetForgetsTheClockAndTheCountButNotTheCounters) {
+  PoseGuard guard;
+  EXPECT_EQ(check(guard, pose_number(1000)), PoseVerdict::kAccepted);
+  EXPECT_EQ(check(guard, pose_number(1)), PoseVerdict::kOutOfOrder);
+  guard.reset();
+  EXPECT_EQ(check(guard, pose_number(1, 5000 * kMs)), PoseVerdict::kAccepted);
+  EXPECT_EQ(guard.count(PoseVerdict::kAccepted), 2u);
+  EXPECT_EQ(guard.refused(), 1u);
+}
+
+TEST(PoseGuard, EveryVerdictHasASentenceOfItsOwn) {
+  std::set<std::string_view> sentences;
+  for (std::size_t i = 0; i < kPoseVerdicts; ++i) sentences.insert(to_string(static_cast<PoseVerdict>(i)));
+  EXPECT_EQ(sentences.size(), kPoseVerdicts);
+  EXPECT_FALSE(sentences.contains("unknown verdict"));
+}
+
+}  // namespace
+}  // namespace brachy

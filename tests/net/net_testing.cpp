@@ -1,0 +1,89 @@
+#include "tests/net/net_testing.h"
+
+namespace brachy::net::test {
+
+Tissue line_tissue(std::uint32_t blocks) {
+  constexpr std::uint32_t kBlock = 5;
+  Tissue tissue;
+  tissue.surface_count = kBlock;
+  for (std::uint32_t i = 0; i < blocks * kBlock; ++i)
+    tissue.rest_vertices.push_back(Vec3(i, 0.5 * i, -1.0 * i));
+  tissue.triangles = {{0, 1, 2}};
+  for (std::uint32_t b = 0; b < blocks; ++b) {
+    const std::uint32_t first = b * kBlock;
+    tissue.blocks.push_back(
+        {first, kBlock, tissue.rest_vertices[first], tissue.rest_vertices[first + kBlock - 1]});
+  }
+  return tissue;
+}
+
+FakeSimulation::FakeSimulation(const Tissue& tissue, std::uint32_t seed)
+    : blocks_(tissue.blocks), random_(seed) {
+  for (const Vec3& p : tissue.rest_vertices) {
+    for (int axis = 0; axis < 3; ++axis) state_.deformed_vertices.push_back(static_cast<float>(p[axis]));
+  }
+  state_.block_ticks.resize(blocks_.size());
+}
+
+void FakeSimulation::step() {
+  ++state_.tick;
+  state_.sim_time_s = 0.005 * static_cast<double>(state_.tick);
+  std::uniform_real_distribution<float> coordinate(-50, 50);
+  for (std::size_t b = 0; b < blocks_.size(); ++b) {
+    if (random_() % 8 != 0) continue;
+    state_.block_ticks[b] = state_.tick;
+    for (std::size_t i = 0; i < 3 * std::size_t{blocks_[b].count}; ++i) {
+      state_.deformed_vertices[3 * std::size_t{blocks_[b].first} + i] = coordinate(random_);
+    }
+  }
+  state_.needle.present = true;
+  state_.needle.X_WN.p.x() = static_cast<double>(state_.tick);
+  state_.pose_history[state_.tick % MeshState::kPoseHistory] = {state_.tick, state_.needle.X_WN};
+}
+
+ClientHandlers Recorder::handlers() {
+  ClientHandlers handlers;
+  handlers.on_welcome = [this](const WelcomeMessage& message) { ++welcomes, welcome = message; };
+  handlers.on_topology = [this](const TopologyMessage& message) { ++topologies, topology = message; };
+  handlers.on_frame = [this](const FrameMessage& message) { frames.push_back(message); };
+  handlers.on_state = [this](const StateMessage& message) { states.push_back(message); };
+  handlers.on_event = [this](const EventMessage& message) { events.push_back(message); };
+  handlers.on_error = [this](const ErrorMessage& message) { errors.push_back(message); };
+  handlers.on_closed = [this](const std::string& reason) { closed.push_back(reason); };
+  return handlers;
+}
+
+void ServerFixture::start(ServerOptions options) {
+  ServerHandlers handlers;
+  handlers.on_pose = [this](const NeedlePose& pose) {
+    poses.push_back(pose);
+    return verdict;
+  };
+  handlers.on_device = [this](bool attached, const DeviceInfo& device) {
+    devices.emplace_back(attached, device.name);
+  };
+  handlers.state = [] {
+    StateMessage state;
+    state.ticks = 1234;
+    return state;
+  };
+  handlers.log = [this](const std::string& line) { log.push_back(line); };
+  server = std::make_unique<Server>(io, options, tissue, handlers);
+}
+
+std::unique_ptr<Recorder> ServerFixture::join(ClientOptions options) {
+  auto recorder = std::make_unique<Recorder>(io, options);
+  recorder->client.connect("127.0.0.1", server->port());
+  return recorder;
+}
+
+std::unique_ptr<Recorder> ServerFixture::join_as(Role role, const std::string& name) {
+  ClientOptions options;
+  options.role = role;
+  options.name = name;
+  auto recorder = join(options);
+  EXPECT_TRUE(until([&] { return recorder->welcomes == 1 || !recorder->closed.empty(); }));
+  return recorder;
+}
+
+}  // namespace brachy::net::test

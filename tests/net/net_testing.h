@@ -1,0 +1,94 @@
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <boost/asio/io_context.hpp>
+#include <chrono>
+#include <cstdint>
+#include <memory>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "core/sim/mesh_state.h"
+#include "core/tissue/tissue.h"
+#include "net/client.h"
+#include "net/server.h"
+
+namespace brachy::net::test {
+
+/// Runs `io` until `condition()` holds; false where it does not within `deadline`.
+template <class Condition>
+bool pump(boost::asio::io_context& io, Condition&& condition,
+          std::chrono::milliseconds deadline = std::chrono::milliseconds(8000)) {
+  const auto end = std::chrono::steady_clock::now() + deadline;
+  while (!condition()) {
+    if (std::chrono::steady_clock::now() >= end) return false;
+    if (io.stopped()) io.restart();
+    io.run_one_for(std::chrono::milliseconds(5));
+  }
+  return true;
+}
+
+/// `blocks` blocks of 5 points on a line; a triangle as the surface.
+Tissue line_tissue(std::uint32_t blocks);
+
+/// Stands in for the simulator: moves the points of random blocks, one tick at a time.
+class FakeSimulation {
+ public:
+  explicit FakeSimulation(const Tissue& tissue, std::uint32_t seed = 1);
+  void step();
+  void steps(int count) {
+    for (int i = 0; i < count; ++i) step();
+  }
+  std::shared_ptr<const MeshState> snapshot() const { return std::make_shared<const MeshState>(state_); }
+  const MeshState& state() const { return state_; }
+
+ private:
+  std::vector<Block> blocks_;
+  MeshState state_;
+  std::mt19937 random_;
+};
+
+/// A Client that keeps what it was told.
+struct Recorder {
+  explicit Recorder(boost::asio::io_context& io, ClientOptions options = {})
+      : client(io, options, handlers()) {}
+  ClientHandlers handlers();
+
+  int welcomes = 0, topologies = 0;
+  WelcomeMessage welcome;
+  TopologyMessage topology;
+  std::vector<FrameMessage> frames;
+  std::vector<StateMessage> states;
+  std::vector<EventMessage> events;
+  std::vector<ErrorMessage> errors;
+  std::vector<std::string> closed;
+  Client client;
+};
+
+/// A server on a free port of the loopback with a fake simulation behind it, all on one io_context.
+struct ServerFixture : ::testing::Test {
+  void start(ServerOptions options = {});
+  void publish() {
+    simulation.step();
+    server->publish(simulation.snapshot());
+  }
+  std::unique_ptr<Recorder> join(ClientOptions options = {});  ///< connected, not yet welcomed
+  std::unique_ptr<Recorder> join_as(Role role, const std::string& name);
+  template <class Condition>
+  bool until(Condition&& condition) {
+    return pump(io, condition);
+  }
+
+  boost::asio::io_context io;
+  Tissue tissue = line_tissue(40);
+  FakeSimulation simulation{tissue};
+  std::vector<NeedlePose> poses;
+  std::vector<std::pair<bool, std::string>> devices;
+  std::vector<std::string> log;
+  PoseVerdict verdict;
+  std::unique_ptr<Server> server;
+};
+
+}  // namespace brachy::net::test

@@ -1,0 +1,54 @@
+#pragma once
+
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/ip/tcp.hpp>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "net/wire/frame_assembler.h"
+#include "net/wire/message_parser.h"
+
+namespace brachy::net::test {
+
+/// A peer that sends any bytes, well-formed or not, and reads only when told to.
+class RawPeer {
+ public:
+  /// `receive_buffer` > 0 sets SO_RCVBUF, so that a peer that does not read soon blocks the server.
+  RawPeer(boost::asio::io_context& io, std::uint16_t port, int receive_buffer = 0);
+
+  /// Sends at once; false where the server has closed.
+  bool send(std::span<const std::byte> bytes);
+  template <class Message>
+  bool send_message(const Message& message) {
+    Bytes bytes;
+    encode(message, ++sent_, 1, bytes);
+    return send(bytes);
+  }
+  bool hello(Role role = Role::kViewer, std::uint32_t subscription = 0);
+
+  /// Reads what has come, `max_bytes` at most, and keeps what it says.
+  void take(std::size_t max_bytes = SIZE_MAX);
+  void close();
+
+  bool is_ended() const { return is_ended_; }  ///< the server's end of the stream was read
+  /// Of the fatal ERROR that came, 0 without.
+  ErrorCode fatal() const { return fatal_; }
+
+  std::vector<MessageType> types;
+  std::vector<FrameMessage> frames;
+  std::vector<ErrorMessage> errors;
+  std::vector<StateMessage> states;
+  FrameAssembler mesh;
+  std::uint64_t sent_ = 0;  ///< sequence of the last message sent
+
+ private:
+  void keep(const MessageParser::Message& message);
+
+  boost::asio::ip::tcp::socket socket_;
+  MessageParser parser_{64u << 20};
+  bool is_ended_ = false;
+  ErrorCode fatal_{};
+};
+
+}  // namespace brachy::net::test

@@ -1,0 +1,321 @@
+// Peers that break the rules, stall, lie or leave: the server ends their session and nobody else's.
+#include <fcntl.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <random>
+
+#include "net/clock.h"
+#include "tests/net/net_testing.h"
+#include "tests/net/raw_peer.h"
+
+namespace brachy::net::test {
+namespace {
+
+struct HostileServerTest : ServerFixture {
+  /// Waits for the server to end the connection with a fatal error; returns its code.
+  ErrorCode end_of(RawPeer& peer) {
+    EXPECT_TRUE(until([&] {
+      peer.take();
+      return peer.is_ended();
+    }));
+    return peer.fatal();
+  }
+  /// A good client is still served.
+  void expect_alive() {
+    const auto viewer = join_as(Role::kViewer, "good");
+    publish();
+    EXPECT_TRUE(until(
+        [&] { return !viewer->frames.empty() && viewer->frames.back().tick == simulation.state().tick; }));
+    EXPECT_EQ(viewer->client.mesh().positions(), simulation.state().deformed_vertices);
+  }
+};
+
+TEST_F(HostileServerTest, AnHttpRequestIsRefusedAtItsFirstByte) {
+  start();
+  RawPeer peer(io, server->port());
+  const std::string request = "GET / HTTP/1.1\r\n";
+  peer.send(std::as_bytes(std::span(request)));
+  EXPECT_EQ(end_of(peer), ErrorCode::kProtocol);
+  expect_alive();
+}
+
+TEST_F(HostileServerTest, RandomBytesAndMutatedMessagesHarmNobody) {
+  start();
+  std::mt19937 random(99);
+  Bytes good;
+  encode(HelloMessage{}, 1, 0, good);
+  encode(PoseMessage{}, 2, 0, good);
+  encode(PingMessage{}, 3, 0, good);
+  for (int i = 0; i < 200; ++i) {
+    RawPeer peer(io, server->port());
+    Bytes bytes = good;
+    for (int flips = 0; flips < 3; ++flips)
+      bytes[random() % bytes.size()] = static_cast<std::byte>(random() & 0xFF);
+    if (i % 4 == 0) bytes.resize(random() % bytes.size());
+    peer.send(bytes);
+    for (int round = 0; round < 3; ++round) io.poll_one();
+    peer.take();
+  }
+  ASSERT_TRUE(until([&] { return server->client_count() == 0; }));
+  expect_alive();
+}
+
+TEST_F(HostileServerTest, ALengthLieIsAnsweredAndClosedAtOnce) {
+  start();
+  for (const std::uint32_t length : {64u * 1024 + 1, 0x7FFFFFFFu, 0xFFFFFFFFu}) {
+    RawPeer peer(io, server->port());
+    Bytes header;
+    encode_header({kProtocolVersion, MessageType::kHello, 0, length, 1, 0}, header);
+    const auto begin = std::chrono::steady_clock::now();
+    peer.send(header);
+    EXPECT_EQ(end_of(peer), ErrorCode::kTooLarge);
+    EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::milliseconds(400));
+  }
+}
+
+TEST_F(HostileServerTest, TheOrderOfMessagesIsKept) {
+  start();
+  RawPeer no_hello(io, server->port());
+  no_hello.send_message(PoseMessage{});
+  EXPECT_EQ(end_of(no_hello), ErrorCode::kProtocol);
+  RawPeer twice(io, server->port());
+  twice.hello();
+  twice.hello();
+  EXPECT_EQ(end_of(twice), ErrorCode::kProtocol);
+  RawPeer wrong_side(io, server->port());
+  wrong_side.hello();
+  wrong_side.send_message(FrameMessage{});
+  EXPECT_EQ(end_of(wrong_side), ErrorCode::kProtocol);
+  RawPeer gap(io, server->port());
+  gap.hello();
+  ++gap.sent_;
+  gap.send_message(PingMessage{});
+  EXPECT_EQ(end_of(gap), ErrorCode::kProtocol);
+  RawPeer version(io, server->port());
+  Bytes header;
+  encode_header({7, MessageType::kHello, 0, 0, 1, 0}, header);
+  version.send(header);
+  EXPECT_EQ(end_of(version), ErrorCode::kVersion);
+}
+
+TEST_F(HostileServerTest, MessagesOfLaterVersionsAreSkipped) {
+  start();
+  RawPeer peer(io, server->port());
+  peer.hello();
+  Bytes later;
+  encode_header({kProtocolVersion, static_cast<MessageType>(1000), 0xFF, 4, ++peer.sent_, 0}, later);
+  later.resize(later.size() + 4);
+  peer.send(later);
+  peer.send_message(PingMessage{});
+  ASSERT_TRUE(until([&] {
+    peer.take();
+    return std::count(peer.types.begin(), peer.types.end(), MessageType::kPing) == 1;
+  }));
+  EXPECT_TRUE(peer.errors.empty());
+}
+
+TEST_F(HostileServerTest, MessagesInPiecesOfOneByteAreUnderstood) {
+  start();
+  RawPeer peer(io, server->port());
+  Bytes bytes;
+  HelloMessage hello;
+  hello.role = Role::kDevice;
+  encode(hello, 1, 0, bytes);
+  encode(PoseMessage{}, 2, 5, bytes);
+  for (const std::byte& byte : bytes) {
+    peer.send({&byte, 1});
+    io.poll();
+  }
+  ASSERT_TRUE(until([&] { return poses.size() == 1; }));
+  EXPECT_EQ(poses[0].stamp_ns, 5);
+}
+
+TEST_F(HostileServerTest, AClientThatLeavesAtAnyByteIsForgotten) {
+  start();
+  Bytes bytes;
+  HelloMessage hello;
+  hello.role = Role::kDevice;
+  encode(hello, 1, 0, bytes);
+  encode(PoseMessage{}, 2, 0, bytes);
+  for (std::size_t size = 0; size < bytes.size(); size += 3) {
+    RawPeer peer(io, server->port());
+    peer.send(std::span<const std::byte>(bytes).first(size));
+    peer.close();
+    ASSERT_TRUE(until([&] { return server->client_count() == 0 && server->lease_holder().empty(); }));
+    io.poll();
+  }
+  EXPECT_EQ(join_as(Role::kDevice, "touch")->welcomes, 1);
+}
+
+TEST_F(HostileServerTest, AStalledViewerDelaysNobodyAndCatchesUpBitwise) {
+  tissue = line_tissue(4000);
+  simulation = FakeSimulation(tissue);
+  ServerOptions options;
+  options.send_buffer_bytes = 4096;
+  start(options);
+  const auto good = join_as(Role::kViewer, "good");
+  RawPeer stalled(io, server->port(), 4096);
+  stalled.hello();
+  ASSERT_TRUE(until([&] { return server->client_count() == 2; }));
+  for (std::size_t i = 1; i <= 60; ++i) {
+    publish();
+    ASSERT_TRUE(until([&] { return good->frames.size() == i; }));
+    ASSERT_EQ(good->client.mesh().positions(), simulation.state().deformed_vertices);
+  }
+  EXPECT_TRUE(stalled.frames.empty());
+  ASSERT_TRUE(until([&] {
+    stalled.take();
+    return stalled.mesh.tick() == simulation.state().tick;
+  }));
+  EXPECT_EQ(stalled.mesh.positions(), simulation.state().deformed_vertices);
+  EXPECT_LT(stalled.frames.size(), 10u);
+  stalled.send_message(PingMessage{});
+  stalled.states.clear();
+  ASSERT_TRUE(until([&] {
+    stalled.take();
+    return !stalled.states.empty();
+  }));
+  EXPECT_EQ(stalled.states[0].snapshots_sent, stalled.frames.size());
+  EXPECT_EQ(stalled.states[0].snapshots_sent + stalled.states[0].snapshots_dropped, 60u);
+  EXPECT_EQ(good->client.snapshots_missed(), 0u);
+}
+
+TEST_F(HostileServerTest, AViewerThatNeverReadsIsClosed) {
+  tissue = line_tissue(4000);
+  simulation = FakeSimulation(tissue);
+  ServerOptions options;
+  options.send_buffer_bytes = 4096;
+  options.stall_timeout = std::chrono::milliseconds(300);
+  start(options);
+  RawPeer stalled(io, server->port(), 4096);
+  stalled.hello();
+  ASSERT_TRUE(until([&] { return server->client_count() == 1; }));
+  publish();
+  ASSERT_TRUE(until([&] { return server->client_count() == 0; }));
+  EXPECT_NE(log.back().find("read nothing for 300 ms"), std::string::npos) << log.back();
+  expect_alive();
+}
+
+TEST_F(HostileServerTest, AViewerThatReadsSlowlyButSteadilyStays) {
+  tissue = line_tissue(20000);
+  simulation = FakeSimulation(tissue);
+  ServerOptions options;
+  options.send_buffer_bytes = 4096;
+  options.ping_interval = std::chrono::milliseconds(50);
+  options.silence_timeout = std::chrono::milliseconds(400);
+  start(options);
+  RawPeer slow(io, server->port(), 4096);
+  slow.hello(Role::kViewer, kSubscribeFullFrames);  // and says nothing more, not even to a PING
+  simulation.step();
+  const auto snapshot = simulation.snapshot();
+  const std::int64_t begin = monotonic_ns();
+  std::int64_t published = 0;
+  ASSERT_TRUE(until([&] {
+    const std::int64_t now = monotonic_ns();
+    if (now - published > 10'000'000) server->publish(snapshot), published = now;
+    slow.take(4096);
+    return now - begin > 1'200'000'000 || slow.is_ended();
+  }));
+  EXPECT_FALSE(slow.is_ended());
+  EXPECT_EQ(server->client_count(), 1u);
+}
+
+TEST_F(HostileServerTest, WhoSaysNoHelloIsClosed) {
+  ServerOptions options;
+  options.hello_timeout = std::chrono::milliseconds(100);
+  start(options);
+  RawPeer silent(io, server->port());
+  EXPECT_EQ(end_of(silent), ErrorCode::kTimeout);
+  RawPeer dripping(io, server->port());
+  Bytes bytes;
+  encode(HelloMessage{}, 1, 0, bytes);
+  std::size_t at = 0;
+  EXPECT_TRUE(until([&] {  // a byte at a time is not enough
+    if (at + 1 < bytes.size() && at < 20) dripping.send({&bytes[at++], 1});
+    dripping.take();
+    return dripping.is_ended();
+  }));
+  EXPECT_EQ(dripping.fatal(), ErrorCode::kTimeout);
+}
+
+TEST_F(HostileServerTest, WhoAnswersNoPingIsClosed) {
+  ServerOptions options;
+  options.ping_interval = std::chrono::milliseconds(50);
+  options.silence_timeout = std::chrono::milliseconds(300);
+  start(options);
+  const auto good = join_as(Role::kViewer, "good");
+  RawPeer silent(io, server->port());
+  silent.hello();
+  EXPECT_EQ(end_of(silent), ErrorCode::kTimeout);
+  EXPECT_GE(std::count(silent.types.begin(), silent.types.end(), MessageType::kPing), 2);
+  EXPECT_TRUE(good->closed.empty());
+}
+
+TEST_F(HostileServerTest, OneClientTooManyIsToldBusy) {
+  ServerOptions options;
+  options.max_clients = 3;
+  start(options);
+  std::vector<std::unique_ptr<Recorder>> viewers;
+  for (int i = 0; i < 3; ++i) viewers.push_back(join_as(Role::kViewer, "watch"));
+  const auto late = join();
+  ASSERT_TRUE(until([&] { return !late->closed.empty(); }));
+  EXPECT_EQ(late->errors.at(0).code, ErrorCode::kBusy);
+  EXPECT_EQ(server->client_count(), 3u);
+  viewers.pop_back();
+  ASSERT_TRUE(until([&] { return server->client_count() == 2; }));
+  EXPECT_EQ(join_as(Role::kViewer, "watch")->welcomes, 1);
+}
+
+TEST_F(HostileServerTest, AFloodOfConnectionsIsBounded) {
+  ServerOptions options;
+  options.max_clients = 2;
+  start(options);
+  std::vector<std::unique_ptr<RawPeer>> peers;
+  for (int i = 0; i < 100; ++i) {
+    peers.push_back(std::make_unique<RawPeer>(io, server->port()));
+    io.poll();
+    ASSERT_LE(server->client_count(), 2u);
+  }
+  peers.clear();
+  ASSERT_TRUE(until([&] { return server->client_count() == 0; }));
+  expect_alive();
+}
+
+TEST_F(HostileServerTest, AFloodOfPingsIsAnsweredAtABoundedRate) {
+  start();
+  RawPeer peer(io, server->port());
+  peer.hello();
+  for (int i = 0; i < 1000; ++i) peer.send_message(PingMessage{});
+  peer.send_message(StateMessage{});  // not empty: a protocol error, so everything before was read
+  EXPECT_EQ(end_of(peer), ErrorCode::kProtocol);
+  EXPECT_LE(std::count(peer.types.begin(), peer.types.end(), MessageType::kPing), 200);
+}
+
+TEST_F(HostileServerTest, RunningOutOfDescriptorsIsSurvived) {
+  start();
+  const auto before = join_as(Role::kViewer, "before");
+  auto waiting = std::make_unique<RawPeer>(io, server->port());  // connected, not accepted yet
+  rlimit limit{};
+  ASSERT_EQ(getrlimit(RLIMIT_NOFILE, &limit), 0);
+  const int next_free = ::open("/dev/null", O_RDONLY);
+  ASSERT_GE(next_free, 0);
+  ::close(next_free);
+  const rlimit none_left{static_cast<rlim_t>(next_free), limit.rlim_max};
+  ASSERT_EQ(setrlimit(RLIMIT_NOFILE, &none_left), 0);
+  const bool was_noticed =
+      until([&] { return !log.empty() && log.back().find("cannot accept") != std::string::npos; });
+  publish();
+  const bool is_served = until([&] { return before->frames.size() == 1; });
+  ASSERT_EQ(setrlimit(RLIMIT_NOFILE, &limit), 0);
+  EXPECT_TRUE(was_noticed);
+  EXPECT_TRUE(is_served);
+  waiting->hello();
+  EXPECT_TRUE(until([&] {
+    waiting->take();
+    return !waiting->frames.empty();
+  }));
+}
+
+}  // namespace
+}  // namespace brachy::net::test

@@ -1,0 +1,204 @@
+#include "net/wire/codec.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+#include "net/wire/sections.h"
+#include "tests/net/wire/sample_messages.h"
+
+namespace brachy::net::test {
+namespace {
+
+std::string reason_of(const FrameMessage& frame) {
+  FrameMessage decoded;
+  return std::string(decode_body(body_of(frame), decoded).reason);
+}
+
+void put_u32(Bytes& bytes, std::size_t at, std::uint32_t value) {
+  for (std::size_t i = 0; i < 4; ++i) bytes[at + i] = static_cast<std::byte>(value >> (8 * i) & 0xFF);
+}
+
+TEST(Codec, FieldsComeBackAsTheyWere) {
+  FrameMessage frame;
+  ASSERT_TRUE(decode_body(body_of(sample_frame()), frame).is_good());
+  EXPECT_EQ(frame.tick, 42u);
+  EXPECT_EQ(frame.input_received_ns, 1'999'990'000);
+  EXPECT_EQ(frame.ranges, sample_frame().ranges);
+  EXPECT_EQ(frame.positions, sample_frame().positions);
+  ASSERT_EQ(frame.needles.size(), 1u);
+  EXPECT_EQ(frame.needles[0].state.X_WN, sample_frame().needles[0].state.X_WN);
+  EXPECT_EQ(frame.needles[0].state.contact, ContactState::kInserted);
+  ASSERT_EQ(frame.pose_history.size(), 2u);
+  EXPECT_EQ(frame.pose_history[0].tick, 41u);
+
+  HelloMessage hello;
+  ASSERT_TRUE(decode_body(body_of(sample_hello()), hello).is_good());
+  EXPECT_EQ(hello.name, "touch");
+  EXPECT_EQ(hello.limits.max_force_n, 3.3);
+  EXPECT_TRUE(std::isnan(hello.limits.damping_n_s_per_mm));
+
+  StateMessage state;
+  ASSERT_TRUE(decode_body(body_of(sample_state()), state).is_good());
+  EXPECT_EQ(state.latency_ms.p999, 6);
+  ASSERT_EQ(state.refusals.size(), 1u);
+  EXPECT_EQ(state.refusals[0].text, "too many");
+  EXPECT_EQ(state.device_holder, "touch (127.0.0.1:5)");
+}
+
+TEST(Codec, PosesThatAreNotFiniteAreLeftToTheDeviceToRefuse) {
+  PoseMessage pose = sample_pose(), decoded;
+  pose.X_WN.p.x() = std::nan("");
+  ASSERT_TRUE(decode_body(body_of(pose), decoded).is_good());
+  EXPECT_TRUE(std::isnan(decoded.X_WN.p.x()));
+}
+
+TEST(Codec, EveryTruncationAndEveryAdditionIsRefused) {
+  for (const auto& [type, body] : sample_bodies()) {
+    Bytes reencoded;
+    std::size_t held = 0;
+    for (std::size_t size = 0; size < body.size(); ++size) {
+      const Bytes cut(body.begin(),
+                      body.begin() + static_cast<std::ptrdiff_t>(size));  // exact, so that asan sees
+      const DecodeResult result = decode_any(type, cut, reencoded, held);
+      EXPECT_TRUE(result.is_bad()) << static_cast<int>(type) << " cut to " << size;
+      EXPECT_FALSE(result.reason.empty());
+    }
+    Bytes longer = body;
+    longer.push_back(std::byte{0});
+    EXPECT_TRUE(decode_any(type, longer, reencoded, held).is_bad()) << static_cast<int>(type);
+  }
+}
+
+TEST(Codec, AnyBytesAreDecodedWithoutHarmAndWithoutLargeAllocations) {
+  std::mt19937 random(20240607);
+  const auto samples = sample_bodies();
+  Bytes reencoded, again;
+  std::size_t held = 0, good = 0;
+  for (int i = 0; i < 200'000; ++i) {
+    const auto& [type, body] = samples[random() % samples.size()];
+    Bytes mutated = body;
+    for (auto flips = 1 + random() % 4; flips > 0; --flips) {
+      mutated[random() % mutated.size()] = static_cast<std::byte>(random() % 3 ? random() & 0xFF : 0xFF);
+    }
+    if (random() % 8 == 0) mutated.resize(random() % (mutated.size() + 8));
+    const DecodeResult result = decode_any(type, mutated, reencoded, held);
+    ASSERT_LE(held, 8 * mutated.size() + 256);
+    if (!result.is_good()) continue;
+    ++good;  // what was accepted must survive its own encoding
+    ASSERT_TRUE(decode_any(type, reencoded, again, held).is_good());
+    ASSERT_EQ(again, reencoded);
+  }
+  EXPECT_GT(good, 1000u);
+}
+
+TEST(Codec, CountsThatLieAboutTheBodyAreRefusedBeforeAllocating) {
+  Bytes reencoded;
+  std::size_t held = 0;
+  Bytes topology = body_of(sample_topology());
+  put_u32(topology, 12, 0xFFFFFFFF);  // point_count
+  EXPECT_TRUE(decode_any(MessageType::kTopology, topology, reencoded, held).is_bad());
+  EXPECT_LT(held, 1000u);
+  topology = body_of(sample_topology());
+  put_u32(topology, 16, 0xFFFFFFFF);  // triangle_count
+  EXPECT_TRUE(decode_any(MessageType::kTopology, topology, reencoded, held).is_bad());
+  EXPECT_LT(held, 1000u);
+  Bytes frame = body_of(sample_frame());
+  put_u32(frame, 96, 0xFFFFFFFF);                 // point_count, so that any range is inside
+  put_u32(frame, 108 + 116 + 4 + 4, 0x55555556);  // range 0: count × 12 overflows 32 bits
+  EXPECT_TRUE(decode_any(MessageType::kFrame, frame, reencoded, held).is_bad());
+  EXPECT_LT(held, 1000u);
+}
+
+TEST(Codec, RangesMustAscendBeDisjointAndLieWithinThePoints) {
+  FrameMessage frame = sample_frame();
+  frame.positions.resize(6);
+  frame.ranges = {{3, 1}, {1, 1}};
+  EXPECT_NE(reason_of(frame).find("order"), std::string::npos);
+  frame.ranges = {{1, 1}, {1, 1}};
+  EXPECT_NE(reason_of(frame).find("overlap"), std::string::npos);
+  frame.ranges = {{4, 2}};
+  EXPECT_NE(reason_of(frame).find("last point"), std::string::npos);
+  frame.ranges = {{0xFFFFFFFF, 2}};
+  EXPECT_NE(reason_of(frame).find("last point"), std::string::npos);
+  frame.positions.clear();
+  frame.ranges = {{1, 0}};
+  EXPECT_NE(reason_of(frame).find("empty"), std::string::npos);
+}
+
+TEST(Codec, AFullFrameHoldsEveryPoint) {
+  FrameMessage frame = sample_frame();
+  frame.full = true;
+  EXPECT_NE(reason_of(frame).find("full frame"), std::string::npos);
+  frame.base_tick = 0;
+  frame.ranges = {{0, 5}};
+  frame.positions.resize(15);
+  EXPECT_EQ(reason_of(frame), "");
+  frame.base_tick = frame.tick + 1;
+  frame.full = false;
+  EXPECT_NE(reason_of(frame).find("base tick"), std::string::npos);
+}
+
+TEST(Codec, TrianglesMustNameSurfaceVertices) {
+  TopologyMessage topology = sample_topology(), decoded;
+  topology.triangles[2][1] = 4;  // an interior point
+  EXPECT_TRUE(decode_body(body_of(topology), decoded).is_bad());
+}
+
+TEST(Codec, UnknownSectionsAreSkipped) {
+  FrameMessage frame = sample_frame(), decoded;
+  frame.has_pose_history = false;
+  Bytes body = body_of(frame);
+  body.resize(body.size() - 4);  // its empty list of sections
+  ByteWriter writer(body);
+  writer.u32(2);
+  writer.u32(77);  // id 77
+  writer.u32(3);
+  for (int i = 0; i < 3; ++i) writer.u8(9);
+  writer.u32(static_cast<std::uint32_t>(FrameSection::kForce));
+  writer.u32(0);
+  const DecodeResult result = decode_body(body, decoded);
+  EXPECT_TRUE(result.is_good()) << result.reason;
+  EXPECT_FALSE(decoded.has_pose_history);
+}
+
+TEST(Codec, TextsThatAreNotUtf8AreRefused) {
+  for (const char* bad : {"\xC0\xAF", "\xE0\x80\xAF", "\xED\xA0\x80", "\xF4\x90\x80\x80", "\xF8\x88\x80\x80",
+                          "\x80", "\xE2\x82", "a\x1B[2J", "\xC2\x9B", "\x7F"}) {
+    EXPECT_FALSE(is_wire_text(bad)) << bad;
+    Bytes body = body_of(sample_event());
+    body.resize(16);
+    ByteWriter writer(body);
+    const std::string_view text = bad;
+    writer.u16(static_cast<std::uint16_t>(text.size()));
+    for (const char c : text) writer.u8(static_cast<std::uint8_t>(c));
+    EventMessage event;
+    EXPECT_TRUE(decode_body(body, event).is_bad()) << bad;
+  }
+  EXPECT_TRUE(is_wire_text("Nadel 18 G, \xC3\xA4\xE2\x82\xAC\xF0\x9F\x98\x80"));
+}
+
+TEST(Codec, TextsAreMendedAndCutAtACharacterWhenEncoded) {
+  EventMessage event = sample_event(), decoded;
+  event.text = "a\nb\xFF";
+  ASSERT_TRUE(decode_body(body_of(event), decoded).is_good());
+  EXPECT_EQ(decoded.text, "a?b?");
+  event.text = std::string(kMaxTextBytes - 1, 'x') + "\xC3\xA4";
+  ASSERT_TRUE(decode_body(body_of(event), decoded).is_good());
+  EXPECT_EQ(decoded.text, std::string(kMaxTextBytes - 1, 'x'));
+}
+
+TEST(Codec, LimitsOfTextsHold) {
+  HelloMessage hello = sample_hello(), decoded;
+  hello.name = std::string(kMaxNameBytes, 'n');
+  Bytes body = body_of(hello);
+  EXPECT_TRUE(decode_body(body, decoded).is_good());
+  body[40] = std::byte{kMaxNameBytes + 1};
+  body.insert(body.begin() + 42, std::byte{'n'});
+  EXPECT_TRUE(decode_body(body, decoded).is_bad());
+}
+
+}  // namespace
+}  // namespace brachy::net::test

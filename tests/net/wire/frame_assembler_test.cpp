@@ -1,0 +1,106 @@
+#include "net/wire/frame_assembler.h"
+
+#include <gtest/gtest.h>
+
+#include "net/wire/codec.h"
+#include "net/wire/frame_encoder.h"
+#include "tests/net/net_testing.h"
+
+namespace brachy::net::test {
+namespace {
+
+struct FrameAssemblerTest : ::testing::Test {
+  FrameMessage frame(const FrameRequest& request) {
+    Bytes body;
+    encode_frame(simulation.state(), tissue.blocks, topology.hash, 1, request, body);
+    FrameMessage decoded;
+    const DecodeResult result = decode_body(body, decoded);
+    EXPECT_TRUE(result.is_good()) << result.reason;
+    return decoded;
+  }
+
+  Tissue tissue = line_tissue(30);
+  TopologyMessage topology = make_topology(tissue, "line");
+  FakeSimulation simulation{tissue};
+  FrameAssembler mesh;
+};
+
+TEST_F(FrameAssemblerTest, StaysBitwiseEqualHoweverManyTicksAreSkipped) {
+  ASSERT_EQ(mesh.start(topology), "");
+  EXPECT_EQ(mesh.positions(), topology.rest_vertices);
+  simulation.steps(3);
+  ASSERT_EQ(mesh.apply(frame({0, true, false})), "");
+  for (int skipped = 0; skipped < 40; ++skipped) {
+    simulation.steps(1 + skipped % 7);
+    ASSERT_EQ(mesh.apply(frame({mesh.tick(), false, false})), "");
+    ASSERT_EQ(mesh.positions(), simulation.state().deformed_vertices);
+    ASSERT_EQ(mesh.tick(), simulation.state().tick);
+  }
+}
+
+TEST_F(FrameAssemblerTest, OnlyChangedBlocksTravelAndNeighboursShareARange) {
+  simulation.steps(1);
+  const FrameMessage changes = frame({0, false, false});
+  std::size_t changed_blocks = 0;
+  for (const auto tick : simulation.state().block_ticks) changed_blocks += tick > 0;
+  EXPECT_EQ(changes.positions.size(), 15 * changed_blocks);
+  EXPECT_LT(changed_blocks, tissue.blocks.size());
+  for (std::size_t i = 1; i < changes.ranges.size(); ++i) {
+    EXPECT_GT(changes.ranges[i].first, changes.ranges[i - 1].first + changes.ranges[i - 1].count);
+  }
+  EXPECT_TRUE(frame({1, false, false}).ranges.empty());
+}
+
+TEST_F(FrameAssemblerTest, ChangesSinceEarlierThanItsTickAreFine) {
+  mesh.start(topology);
+  simulation.steps(5);
+  mesh.apply(frame({0, true, false}));
+  simulation.steps(2);
+  EXPECT_EQ(mesh.apply(frame({3, false, false})), "");
+  EXPECT_EQ(mesh.positions(), simulation.state().deformed_vertices);
+}
+
+TEST_F(FrameAssemblerTest, RefusesWhatItCannotApplyAndStaysAsItWas) {
+  simulation.steps(5);
+  EXPECT_NE(mesh.apply(frame({0, true, false})), "");  // no topology
+  mesh.start(topology);
+  EXPECT_NE(mesh.apply(frame({0, false, false})), "");  // not full
+  ASSERT_EQ(mesh.apply(frame({0, true, false})), "");
+  const auto before = mesh.positions();
+  simulation.steps(5);
+  EXPECT_NE(mesh.apply(frame({7, false, false})), "");  // base later than its tick
+  FrameMessage other = frame({5, false, false});
+  other.topology_hash ^= 1;
+  EXPECT_NE(mesh.apply(other), "");
+  other = frame({5, false, false});
+  other.point_count += 1;
+  EXPECT_NE(mesh.apply(other), "");
+  other = frame({2, false, false});
+  other.tick = 4;
+  EXPECT_NE(mesh.apply(other), "");  // older than its tick
+  EXPECT_EQ(mesh.positions(), before);
+  EXPECT_EQ(mesh.tick(), 5u);
+}
+
+TEST_F(FrameAssemblerTest, RefusesATopologyWhoseHashIsNotItsContents) {
+  topology.rest_vertices[4] += 1;
+  EXPECT_NE(mesh.start(topology), "");
+}
+
+TEST_F(FrameAssemblerTest, PoseHistoryHoldsEveryTickSinceTheLastFrameThatTheRingHas) {
+  simulation.steps(10);
+  const auto recent = frame({6, false, true}).pose_history;
+  ASSERT_EQ(recent.size(), 4u);
+  EXPECT_EQ(recent.front().tick, 7u);
+  EXPECT_EQ(recent.back().tick, 10u);
+  EXPECT_EQ(recent.back().X_WN.p.x(), 10);
+  EXPECT_EQ(frame({6, true, true}).pose_history.size(), 4u);  // a full frame does not repeat them
+  EXPECT_FALSE(frame({6, false, false}).has_pose_history);
+  simulation.steps(500);
+  const auto all = frame({6, false, true}).pose_history;
+  ASSERT_EQ(all.size(), MeshState::kPoseHistory);
+  EXPECT_EQ(all.front().tick, 510 - MeshState::kPoseHistory + 1);
+}
+
+}  // namespace
+}  // namespace brachy::net::test

@@ -1,0 +1,71 @@
+// The golden bytes of net/PROTOCOL.md against the codec. They were packed from the document's tables by a program
+// that knows nothing of the codec.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <string>
+
+#include "tests/net/wire/sample_messages.h"
+
+namespace brachy::net::test {
+namespace {
+
+/// The blocks fenced as ```hex NAME; comments start at '#'.
+std::map<std::string, Bytes> golden_blocks() {
+  const auto path = std::filesystem::path(__FILE__).parent_path() / "../../../net/PROTOCOL.md";
+  std::ifstream file(path);
+  EXPECT_TRUE(file) << path;
+  std::map<std::string, Bytes> blocks;
+  std::string line, name;
+  while (std::getline(file, line)) {
+    if (line.starts_with("```")) {
+      name = line.starts_with("```hex ") ? line.substr(7) : "";
+    } else if (!name.empty()) {
+      std::istringstream words(line.substr(0, line.find('#')));
+      for (std::string word; words >> word;) {
+        blocks[name].push_back(static_cast<std::byte>(std::stoi(word, nullptr, 16)));
+      }
+    }
+  }
+  return blocks;
+}
+
+template <class Message>
+void expect_golden(const std::string& name, const Message& message, std::uint64_t sequence,
+                   std::int64_t stamp_ns) {
+  static const auto blocks = golden_blocks();
+  ASSERT_TRUE(blocks.contains(name)) << name;
+  const Bytes& golden = blocks.at(name);
+  Bytes encoded;
+  encode(message, sequence, stamp_ns, encoded);
+  EXPECT_EQ(encoded, golden) << name;
+
+  Header header;
+  ASSERT_TRUE(decode_header(golden, 1 << 20, header).is_good()) << name;
+  EXPECT_EQ(header.type, Message::kType);
+  EXPECT_EQ(header.sequence, sequence);
+  EXPECT_EQ(header.stamp_ns, stamp_ns);
+  Message decoded;
+  const DecodeResult result = decode_body(std::span<const std::byte>(golden).subspan(kHeaderSize), decoded);
+  ASSERT_TRUE(result.is_good()) << name << ": " << result.reason;
+  encoded.clear();
+  encode(decoded, sequence, stamp_ns, encoded);
+  EXPECT_EQ(encoded, golden) << name;
+}
+
+TEST(Protocol, GoldenBytesOfTheDocumentAreWhatTheCodecWritesAndReads) {
+  expect_golden("HELLO", sample_hello(), 1, 1'000'000'001);
+  expect_golden("WELCOME", sample_welcome(), 1, 2'000'000'001);
+  expect_golden("TOPOLOGY", sample_topology(), 2, 2'000'000'002);
+  expect_golden("FRAME", sample_frame(), 3, 2'000'000'003);
+  expect_golden("POSE", sample_pose(), 17, 1'000'000'500);
+  expect_golden("STATE", sample_state(), 4, 2'000'000'004);
+  expect_golden("EVENT", sample_event(), 5, 2'000'000'005);
+  expect_golden("ERROR", sample_error(), 6, 2'000'000'006);
+  expect_golden("PING", sample_ping(), 18, 1'000'000'600);
+}
+
+}  // namespace
+}  // namespace brachy::net::test

@@ -1,0 +1,194 @@
+#include "tests/net/wire/sample_messages.h"
+
+namespace brachy::net::test {
+namespace {
+
+RigidTransform quarter_turn() {
+  RigidTransform X;
+  X.R << 0, -1, 0, 1, 0, 0, 0, 0, 1;
+  X.p = {1.5, -2.0, 30.25};
+  return X;
+}
+
+std::size_t held(const HelloMessage& m) {
+  return m.name.capacity();
+}
+std::size_t held(const WelcomeMessage& m) {
+  return m.server.capacity() + m.units.capacity() + m.frame.capacity();
+}
+std::size_t held(const TopologyMessage& m) {
+  return m.triangles.capacity() * sizeof(Triangle) + m.rest_vertices.capacity() * 4 + m.name.capacity();
+}
+std::size_t held(const FrameMessage& m) {
+  return m.needles.capacity() * sizeof(NeedleRecord) + m.ranges.capacity() * sizeof(PointRange) +
+         m.positions.capacity() * 4 + m.pose_history.capacity() * sizeof(TickPose);
+}
+std::size_t held(const PoseMessage&) {
+  return 0;
+}
+std::size_t held(const StateMessage& m) {
+  std::size_t bytes = m.device_holder.capacity() + m.refusals.capacity() * sizeof(PoseRefusals);
+  for (const PoseRefusals& refusal : m.refusals) bytes += refusal.text.capacity();
+  return bytes;
+}
+std::size_t held(const EventMessage& m) {
+  return m.text.capacity();
+}
+std::size_t held(const ErrorMessage& m) {
+  return m.text.capacity();
+}
+std::size_t held(const PingMessage&) {
+  return 0;
+}
+
+template <class Message>
+DecodeResult decode_as(std::span<const std::byte> body, Bytes& reencoded, std::size_t& held_bytes) {
+  Message message;
+  const DecodeResult result = decode_body(body, message);
+  reencoded.clear();
+  if (result.is_good()) encode_body(message, reencoded);
+  held_bytes = held(message);
+  return result;
+}
+
+}  // namespace
+
+HelloMessage sample_hello() {
+  HelloMessage hello;
+  hello.role = Role::kDevice;
+  hello.subscription = kSubscribePoseHistory;
+  hello.limits.max_force_n = 3.3;
+  hello.limits.max_stiffness_n_per_mm = 1.0;
+  hello.limits.rate_hz = 1000;
+  hello.name = "touch";
+  return hello;
+}
+
+WelcomeMessage sample_welcome() {
+  WelcomeMessage welcome;
+  welcome.session = 7;
+  welcome.role = Role::kDevice;
+  welcome.subscription = kSubscribePoseHistory;
+  welcome.deformation_hz = 200;
+  welcome.snapshot_hz = 30;
+  welcome.max_message_bytes = 65536;
+  welcome.max_poses_per_s = 2000;
+  welcome.topology_hash = sample_topology().hash;
+  welcome.server = "brachyd 0.1.0";
+  return welcome;
+}
+
+TopologyMessage sample_topology() {
+  TopologyMessage topology;
+  topology.surface_vertex_count = 4;
+  topology.triangles = {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}};
+  topology.rest_vertices = {0, 0, 0, 10, 0, 0, 0, 10, 0, 0, 0, 10, 2.5, 2.5, 2.5};
+  topology.name = "tetrahedron";
+  topology.hash = topology_hash(topology);
+  return topology;
+}
+
+FrameMessage sample_frame() {
+  FrameMessage frame;
+  frame.topology_hash = sample_topology().hash;
+  frame.tick = 42;
+  frame.sim_time_s = 0.21;
+  frame.snapshot_sequence = 9;
+  frame.base_tick = 40;
+  frame.overruns = 3;
+  frame.publish_ns = 2'000'000'000;
+  frame.input_sequence = 17;
+  frame.input_stamp_ns = 1'000'000'500;
+  frame.input_received_ns = 1'999'990'000;
+  frame.max_displacement_mm = 1.25;
+  frame.step_flags = kStepSaturated;
+  frame.point_count = 5;
+  frame.moved_vertices = 2;
+  NeedleRecord needle;
+  needle.state.present = true;
+  needle.state.contact = ContactState::kInserted;
+  needle.state.X_WN = quarter_turn();
+  needle.state.insertion_depth_mm = 12.5;
+  needle.state.landmark_count = 11;
+  needle.state.puncture_count = 1;
+  frame.needles = {needle};
+  frame.ranges = {{1, 1}, {3, 1}};
+  frame.positions = {10, 0.5, -0.25, 0, 0, 9};
+  frame.has_pose_history = true;
+  RigidTransform before;
+  before.p = {0.5, 0.25, -40};
+  frame.pose_history = {{41, before}, {42, quarter_turn()}};
+  return frame;
+}
+
+PoseMessage sample_pose() {
+  return {0, 0, quarter_turn()};
+}
+
+StateMessage sample_state() {
+  StateMessage state;
+  state.ticks = 1000;
+  state.overruns = 3;
+  state.control_overruns = 2;
+  state.tick_ms = {1000, 0.25, 0.5, 0.75, 1.5};
+  state.lateness_ms = {1000, 0.0625, 1, 2, 4};
+  state.latency_ms = {900, 2.5, 5, 6, 8};
+  state.poses_accepted = 900;
+  state.refusals = {{kRefusedRate, 5, "too many"}};
+  state.snapshots = 150;
+  state.snapshots_sent = 140;
+  state.snapshots_dropped = 10;
+  state.clients = 4;
+  state.viewers = 3;
+  state.device_holder = "touch (127.0.0.1:5)";
+  return state;
+}
+
+EventMessage sample_event() {
+  return {EventKind::kPuncture, 0, 42, "capsule punctured"};
+}
+ErrorMessage sample_error() {
+  return {ErrorCode::kPoseRefused, false, 3, 17, "not rigid"};
+}
+PingMessage sample_ping() {
+  return {5, true, 2'000'000'007, 1'000'000'590};
+}
+
+std::vector<std::pair<MessageType, Bytes>> sample_bodies() {
+  return {{MessageType::kHello, body_of(sample_hello())},
+          {MessageType::kWelcome, body_of(sample_welcome())},
+          {MessageType::kTopology, body_of(sample_topology())},
+          {MessageType::kFrame, body_of(sample_frame())},
+          {MessageType::kPose, body_of(sample_pose())},
+          {MessageType::kState, body_of(sample_state())},
+          {MessageType::kEvent, body_of(sample_event())},
+          {MessageType::kError, body_of(sample_error())},
+          {MessageType::kPing, body_of(sample_ping())}};
+}
+
+DecodeResult decode_any(MessageType type, std::span<const std::byte> body, Bytes& reencoded,
+                        std::size_t& held_bytes) {
+  switch (type) {
+    case MessageType::kHello:
+      return decode_as<HelloMessage>(body, reencoded, held_bytes);
+    case MessageType::kWelcome:
+      return decode_as<WelcomeMessage>(body, reencoded, held_bytes);
+    case MessageType::kTopology:
+      return decode_as<TopologyMessage>(body, reencoded, held_bytes);
+    case MessageType::kFrame:
+      return decode_as<FrameMessage>(body, reencoded, held_bytes);
+    case MessageType::kPose:
+      return decode_as<PoseMessage>(body, reencoded, held_bytes);
+    case MessageType::kState:
+      return decode_as<StateMessage>(body, reencoded, held_bytes);
+    case MessageType::kEvent:
+      return decode_as<EventMessage>(body, reencoded, held_bytes);
+    case MessageType::kError:
+      return decode_as<ErrorMessage>(body, reencoded, held_bytes);
+    case MessageType::kPing:
+      return decode_as<PingMessage>(body, reencoded, held_bytes);
+  }
+  return DecodeResult::bad("unknown type");
+}
+
+}  // namespace brachy::net::test

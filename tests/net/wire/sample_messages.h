@@ -1,0 +1,37 @@
+#pragma once
+
+#include <utility>
+#include <vector>
+
+#include "net/wire/codec.h"
+#include "net/wire/message_parser.h"
+
+namespace brachy::net::test {
+
+/// The messages of the golden bytes in net/PROTOCOL.md.
+HelloMessage sample_hello();
+WelcomeMessage sample_welcome();
+TopologyMessage sample_topology();
+FrameMessage sample_frame();
+PoseMessage sample_pose();
+StateMessage sample_state();
+EventMessage sample_event();
+ErrorMessage sample_error();
+PingMessage sample_ping();
+
+template <class Message>
+Bytes body_of(const Message& message) {
+  Bytes body;
+  encode_body(message, body);
+  return body;
+}
+
+/// Type and body of each sample.
+std::vector<std::pair<MessageType, Bytes>> sample_bodies();
+
+/// Decodes a body of any type. `reencoded` gets the message's encoding where it was good, `held_bytes` what the
+/// decoded message holds in memory, about.
+DecodeResult decode_any(MessageType type, std::span<const std::byte> body, Bytes& reencoded,
+                        std::size_t& held_bytes);
+
+}  // namespace brachy::net::test
