@@ -54,6 +54,8 @@ CLI::Validator between(double least, double most) {
 
 const CLI::Validator kDurations = between(0.001, 1e7);
 
+const CLI::IsMember kSimdChoices({"auto", "generic", "sse4", "avx2", "avx512"});
+
 std::vector<std::string> kernel_choices() {
   std::vector<std::string> names;
   for_each_kernel([&](auto kernel) { names.emplace_back(kernel.kName); });
@@ -80,6 +82,8 @@ DaemonOptions parse_daemon_line(int argc, char** argv, std::optional<int>& exit_
   check_option->excludes("--config");
   app.add_option("--port", options.port, "TCP port; 0: a free one")->check(CLI::Range(0, 65535));
   app.add_option("--duration", options.duration_s, "end after this many seconds")->check(kDurations);
+  app.add_option("--simd", options.simd, "instruction set of the field evaluation; default: the scene's")
+      ->check(kSimdChoices);
   app.add_flag(
       "--control-thread", options.control_thread,
       "run an idle thread on the same deadlines, to tell the machine's misses from the simulation's");
@@ -122,7 +126,7 @@ ToolOptions parse_tool_line(int argc, char** argv, std::optional<int>& exit_code
       ->check(CLI::Range(1, 64));
   replay_cmd->add_option("--simd", replay.simd, "instruction set for --offline; default: the scene's")
       ->needs(offline_flag)
-      ->check(CLI::IsMember(kSimdChoices));
+      ->check(kSimdChoices);
   replay_cmd->add_option("--rate-hz", replay.rate_hz, "poses a second; between samples they are interpolated")
       ->needs(replay_connect)
       ->check(between(1.0, 2000.0))

@@ -17,6 +17,7 @@ int replay_offline(const ReplayOptions& options) {
   Trajectory trajectory = load_trajectory(options.trajectory);
   Scene scene = options.config ? load_scene(*options.config) : Scene{};
   if (options.threads) scene.engine.threads = options.threads;
+  if (!options.simd.empty()) scene.engine.simd = options.simd;
   Simulator simulator(scene, load_tissue(scene).tissue);
   trajectory =
       place(std::move(trajectory), options, options.centre_on_tissue || scene.device.centre_on_tissue,
@@ -44,6 +45,8 @@ int replay_offline(const ReplayOptions& options) {
     in_contact += state.needle.landmark_count > 0;
   }
 
+  const auto& evaluations = simulator.evaluation_counts();
+  const auto ticks_of = [&](Evaluation e) { return evaluations[static_cast<std::size_t>(e)]; };
   const std::string state_hash = fmt::format("{:016x}", hash.value());
   if (options.json) {
     const nlohmann::ordered_json json = {
@@ -56,6 +59,11 @@ int replay_offline(const ReplayOptions& options) {
         {"ticks_in_contact", in_contact},
         {"punctures", state.needle.puncture_count},
         {"contact", to_string(state.needle.contact)},
+        {"simd", to_string(simulator.simd_target())},
+        {"ticks_idle", ticks_of(Evaluation::kIdle)},
+        {"ticks_direct", ticks_of(Evaluation::kDirect)},
+        {"ticks_mixed", ticks_of(Evaluation::kMixed)},
+        {"ticks_condensed", ticks_of(Evaluation::kCondensed)},
         {"solve_failed", (all_flags & kStepSolveFailed) != 0},
         {"saturated", (all_flags & kStepSaturated) != 0},
         {"reseated", (all_flags & kStepReseated) != 0},
@@ -65,12 +73,15 @@ int replay_offline(const ReplayOptions& options) {
     std::cout << fmt::format(
         "{} ticks of {} points, {} in contact, {} punctures, ends {}\n"
         "largest displacement {:.3f} mm, deepest insertion {:.1f} mm, at most {} points moved{}{}{}\n"
+        "fields: {} idle, {} direct, {} mixed, {} condensed, on {}\n"
         "state hash {}\n",
         ticks, simulator.tissue().size(), in_contact, state.needle.puncture_count,
         to_string(state.needle.contact), max_displacement, max_depth, max_moved,
         all_flags & kStepSolveFailed ? "; a solve FAILED" : "",
         all_flags & kStepSaturated ? "; a landmark was held at its limit" : "",
-        all_flags & kStepReseated ? "; the needle jumped" : "", state_hash);
+        all_flags & kStepReseated ? "; the needle jumped" : "", ticks_of(Evaluation::kIdle),
+        ticks_of(Evaluation::kDirect), ticks_of(Evaluation::kMixed), ticks_of(Evaluation::kCondensed),
+        to_string(simulator.simd_target()), state_hash);
   }
   return kExitOk;
 }

@@ -78,6 +78,8 @@ class Daemon::Impl {
         network_device_(dynamic_cast<NetworkDevice*>(device_.get())),
         states_(simulator_.initial_state()),
         server_(io_, server_options(scene, options), simulator_.tissue(), handlers()) {
+    spdlog::info("engine: {}, {} thread{}", to_string(simulator_.simd_target()), scene.engine.threads,
+                 scene.engine.threads == 1 ? "" : "s");
     if (!network_device_) server_.hold_lease("scripted device: " + scene.device.trajectory);
   }
 
@@ -133,6 +135,8 @@ class Daemon::Impl {
     control_reader_.update();
     summary.loop = loop_reader_.value();
     summary.control = control_reader_.value();
+    summary.simd = to_string(simulator_.simd_target());
+    summary.evaluations = simulator_.evaluation_counts();  // its thread has ended
     if (network_device_) {
       summary.poses_accepted = network_device_->guard().count(PoseVerdict::kAccepted);
       summary.poses_refused = network_device_->guard().refused();

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <string>
@@ -16,7 +17,9 @@ struct DaemonSummary {
   LoopStatistics loop, control;  ///< control is empty without the control thread
   std::uint64_t snapshots = 0;
   std::uint64_t poses_accepted = 0, poses_refused = 0;
-  std::string realtime;  ///< what the kernel granted
+  std::string realtime;                        ///< what the kernel granted
+  std::string simd;                            ///< instruction set of the field evaluation
+  std::array<std::uint64_t, 4> evaluations{};  ///< ticks evaluated in each way, indexed by Evaluation
 };
 
 /// The running system: simulation, device and server, and the only place that creates threads.

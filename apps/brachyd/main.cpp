@@ -15,7 +15,8 @@ namespace {
 using namespace brachy;
 
 int run(const DaemonOptions& options) {
-  const Scene scene = options.config ? load_scene(*options.config) : Scene{};
+  Scene scene = options.config ? load_scene(*options.config) : Scene{};
+  if (!options.simd.empty()) scene.engine.simd = options.simd;
   if (options.check_config) {
     DaemonOptions any_port = options;
     any_port.port = 0;  // a scene is good whether or not another daemon runs

@@ -4,6 +4,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "core/field/deformation.h"
+
 namespace brachy {
 namespace {
 
@@ -25,6 +27,10 @@ nlohmann::ordered_json quantile_json(const Histogram& ns) {
 
 double rate(std::uint64_t count, double elapsed_s) {
   return elapsed_s > 0 ? static_cast<double>(count) / elapsed_s : 0;
+}
+
+std::uint64_t ticks_of(const DaemonSummary& s, Evaluation e) {
+  return s.evaluations[static_cast<std::size_t>(e)];
 }
 
 }  // namespace
@@ -49,6 +55,9 @@ std::string to_text(const DaemonSummary& s) {
   text += fmt::format(
       "  poses: {} accepted, {} refused; largest displacement {:.2f} mm, at most {} points moved in a tick\n",
       s.poses_accepted, s.poses_refused, loop.max_displacement_mm, loop.moved_vertices);
+  text += fmt::format("  fields: {} idle, {} direct, {} mixed, {} condensed, on {}\n",
+                      ticks_of(s, Evaluation::kIdle), ticks_of(s, Evaluation::kDirect),
+                      ticks_of(s, Evaluation::kMixed), ticks_of(s, Evaluation::kCondensed), s.simd);
   text += "  " + s.realtime + "\n";
   return text;
 }
@@ -68,6 +77,11 @@ std::string to_json(const DaemonSummary& s) {
       {"latency_ms", quantile_json(s.loop.latency_ns)},
       {"max_disp_mm", s.loop.max_displacement_mm},
       {"moved", s.loop.moved_vertices},
+      {"simd", s.simd},
+      {"ticks_idle", ticks_of(s, Evaluation::kIdle)},
+      {"ticks_direct", ticks_of(s, Evaluation::kDirect)},
+      {"ticks_mixed", ticks_of(s, Evaluation::kMixed)},
+      {"ticks_condensed", ticks_of(s, Evaluation::kCondensed)},
       {"poses_accepted", s.poses_accepted},
       {"poses_refused", s.poses_refused},
       {"realtime", s.realtime},
