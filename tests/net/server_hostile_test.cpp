@@ -303,18 +303,17 @@ TEST_F(HostileServerTest, RunningOutOfDescriptorsIsSurvived) {
   ::close(next_free);
   const rlimit none_left{static_cast<rlim_t>(next_free), limit.rlim_max};
   ASSERT_EQ(setrlimit(RLIMIT_NOFILE, &none_left), 0);
+  const bool is_enforced = ::open("/dev/null", O_RDONLY) < 0;
   const bool was_noticed =
       until([&] { return !log.empty() && log.back().find("cannot accept") != std::string::npos; });
   publish();
   const bool is_served = until([&] { return before->frames.size() == 1; });
   ASSERT_EQ(setrlimit(RLIMIT_NOFILE, &limit), 0);
+  if (!is_enforced) GTEST_SKIP() << "this kernel gives out descriptors beyond RLIMIT_NOFILE";
   EXPECT_TRUE(was_noticed);
   EXPECT_TRUE(is_served);
-  waiting->hello();
-  EXPECT_TRUE(until([&] {
-    waiting->take();
-    return !waiting->frames.empty();
-  }));
+  // Linux keeps `waiting` in the backlog, other kernels drop it; whoever comes now must get in.
+  EXPECT_EQ(join_as(Role::kViewer, "after")->welcomes, 1);
 }
 
 }  // namespace
