@@ -22,6 +22,8 @@ constexpr std::uint64_t kBuildPair =
     3;  // a pair in double with its column share, against a direct float pair
 constexpr std::uint64_t kColumnsForOne = 3;  // columns updated in the time of one direct pair
 
+constexpr float kFarAway = 1e15f;  // a landmark there reaches nothing; its square is still finite
+
 constexpr std::int32_t kNotCondensed = -1, kOutOfReach = -2;  // instead of a slot
 
 bool is_near(const Vec3& landmark, double support_radius, const Block& block) {
@@ -31,13 +33,14 @@ bool is_near(const Vec3& landmark, double support_radius, const Block& block) {
 
 }  // namespace
 
-/// A cluster's landmarks in its coordinates: planes for the box test, records for the loops.
-struct BlockField::LocalLandmarks {
-  static constexpr std::size_t kChunk = 256;  // on the stack; more landmarks go in rounds
-  alignas(64) float x[kChunk], y[kChunk], z[kChunk], squared_distance[kChunk];
-  BlockLandmark<float> all[kChunk], chosen[kChunk];
-  float size[kChunk];  // |w|
-};
+BlockField::LocalLandmarks::LocalLandmarks(std::size_t capacity) {
+  const std::size_t padded = (capacity + kGroupSize - 1) / kGroupSize * kGroupSize;
+  for (auto* plane : {&x, &y, &z}) plane->resize(padded);
+  landmarks.resize(capacity);
+  exact.resize(capacity);
+  size.resize(capacity);
+  chosen.resize(capacity + BlockKernels::kSpare);
+}
 
 BlockField::BlockField(const Tissue& tissue, Kernel kernel, double support_radius, const Options& options)
     : tissue_(tissue),
@@ -48,6 +51,8 @@ BlockField::BlockField(const Tissue& tissue, Kernel kernel, double support_radiu
   assert(is_supported(options.target));
   const std::size_t blocks = tissue.blocks.size();
   positions_.reserve(options.max_landmarks);
+  local_.assign(static_cast<std::size_t>(std::max(options.threads, 1)),
+                LocalLandmarks(options.max_landmarks));
   results_.resize(clusters_.size());
   touched_.reserve(blocks);
   displacements_.resize(blocks);
@@ -83,18 +88,20 @@ void BlockField::evaluate(std::span<const Vec3> weights, std::span<const Vec3> m
       moving_[3 * k + static_cast<std::size_t>(axis)] = static_cast<float>(moving[k][axis]);
 
   const auto reached = clusters_.reached();
-  const auto count = static_cast<std::ptrdiff_t>(reached.size());
   const bool all_condensed = m_ > 0 && next_cluster_ == reached.size();
   const bool worth_threads = (!all_condensed && reachable_pairs_ > kPairsWorthThreads) ||
                              slots_ * kPoints * m_ > kColumnsWorthThreads;
+  const std::size_t threads = worth_threads ? local_.size() : 1;
+  const auto evaluate_share = [&](std::size_t thread) {
+    for (std::size_t c = thread; c < reached.size(); c += threads)
+      results_[c] = evaluate_cluster(reached[c], weights, local_[thread]);
+  };
   // One thread does not enter OpenMP at all: libgomp allocates at every parallel region.
-  if (options_.threads == 1 || !worth_threads) {
-    for (std::ptrdiff_t c = 0; c < count; ++c)
-      results_[static_cast<std::size_t>(c)] = evaluate_cluster(reached[static_cast<std::size_t>(c)], weights);
+  if (threads == 1) {
+    evaluate_share(0);
   } else {
-#pragma omp parallel for schedule(dynamic, 4) num_threads(options_.threads)
-    for (std::ptrdiff_t c = 0; c < count; ++c)
-      results_[static_cast<std::size_t>(c)] = evaluate_cluster(reached[static_cast<std::size_t>(c)], weights);
+#pragma omp parallel for schedule(static, 1) num_threads(static_cast <int>(threads))
+    for (std::size_t thread = 0; thread < threads; ++thread) evaluate_share(thread);
   }
 
   touched_.clear();
@@ -105,112 +112,93 @@ void BlockField::evaluate(std::span<const Vec3> weights, std::span<const Vec3> m
     for (std::uint32_t i = 0; i < cluster.block_count; ++i)
       if (result.touched_mask >> i & 1) touched_.push_back(cluster.first_block + i);
     statistics_.pairs += result.pairs;
-    statistics_.double_blocks += result.double_blocks;
+    statistics_.double_groups += result.double_groups;
     statistics_.condensed_blocks += result.condensed_blocks;
   }
   statistics_.touched_blocks = static_cast<std::uint32_t>(touched_.size());
 }
 
 BlockField::ClusterResult BlockField::evaluate_cluster(const Clusters::Reached& reached,
-                                                       std::span<const Vec3> weights) noexcept {
+                                                       std::span<const Vec3> weights,
+                                                       LocalLandmarks& local) noexcept {
   const Clusters::Cluster& cluster = clusters_.cluster(reached.cluster);
-  const auto indices = clusters_.landmark_indices().subspan(reached.first, reached.count);
   ClusterResult result;
-  LocalLandmarks local;
-  const double scale = 1 / support_radius_;
-  const std::size_t n = std::min(indices.size(), LocalLandmarks::kChunk);
-  const bool in_one_chunk = indices.size() <= LocalLandmarks::kChunk;
   bool are_local = false;  // condensed blocks need no landmarks
-  const auto localize = [&] {
-    are_local = true;
-    for (std::size_t j = 0; j < n; ++j) {
-      const Vec3 p = (positions_[indices[j]] - cluster.centre) * scale;
-      const Vec3& w = weights[indices[j]];
-      local.x[j] = static_cast<float>(p.x());
-      local.y[j] = static_cast<float>(p.y());
-      local.z[j] = static_cast<float>(p.z());
-      local.all[j] = {local.x[j],
-                      local.y[j],
-                      local.z[j],
-                      static_cast<float>(w.x()),
-                      static_cast<float>(w.y()),
-                      static_cast<float>(w.z())};
-      local.size[j] = static_cast<float>(w.norm());
-    }
-  };
   for (std::uint32_t i = 0; i < cluster.block_count; ++i) {
     const std::size_t block = cluster.first_block + i;
-    if (column_of_block_[block] == kOutOfReach) continue;
-    if (column_of_block_[block] >= 0) {
-      loops_.condensed(columns_.data() + static_cast<std::size_t>(column_of_block_[block]) * m_ * kPoints,
-                       moving_.data(), m_, displacements_[block]);
-      result.touched_mask |= 1u << i;
+    const std::int32_t slot = column_of_block_[block];
+    if (slot == kOutOfReach) continue;
+    bool is_touched = true;
+    if (slot >= 0) {
+      loops_.condensed(columns_.data() + static_cast<std::size_t>(slot) * m_ * kPoints, moving_.data(), m_,
+                       displacements_[block]);
       ++result.condensed_blocks;
-      continue;
-    }
-    if (!in_one_chunk) {
-      evaluate_block_exactly(block, cluster, indices, weights);
-      result.touched_mask |= 1u << i;
-      ++result.double_blocks;
-      result.pairs += kPoints * indices.size();
-      continue;
-    }
-    if (!are_local) localize();
-    const Clusters::LocalBox& box = clusters_.box(block);
-    for (std::size_t j = 0; j < n; ++j) {
-      const float dx = std::max(std::max(box.min[0] - local.x[j], local.x[j] - box.max[0]), 0.0f);
-      const float dy = std::max(std::max(box.min[1] - local.y[j], local.y[j] - box.max[1]), 0.0f);
-      const float dz = std::max(std::max(box.min[2] - local.z[j], local.z[j] - box.max[2]), 0.0f);
-      local.squared_distance[j] = dx * dx + dy * dy + dz * dz;
-    }
-    std::size_t chosen = 0;
-    float total_size = 0;
-    for (std::size_t j = 0; j < n; ++j) {
-      const bool near = local.squared_distance[j] < 1.0f;
-      local.chosen[chosen] = local.all[j];
-      chosen += near;
-      total_size += near ? local.size[j] : 0.0f;
-    }
-    if (chosen == 0) continue;
-    result.touched_mask |= 1u << i;
-    result.pairs += kPoints * chosen;
-    if (static_cast<double>(total_size) * kFloatErrorPerWeight > kFloatError) {
-      evaluate_block_exactly(block, cluster, indices, weights);
-      ++result.double_blocks;
     } else {
-      loops_.direct_float(clusters_.points(block), local.chosen, chosen, displacements_[block]);
+      if (!are_local) localize(reached, weights, local);
+      are_local = true;
+      const std::size_t chosen =
+          loops_.direct_float(clusters_.points(block), clusters_.boxes(block), local.planes(),
+                              local.landmarks.data(), local.chosen.data(), displacements_[block]);
+      is_touched = chosen > 0;
+      result.pairs += kGroupSize * chosen;
+      if (local.may_need_double)
+        result.double_groups += sum_large_groups_in_double(block, cluster.centre, local);
     }
+    result.touched_mask |= static_cast<std::uint32_t>(is_touched) << i;
   }
   return result;
 }
 
-void BlockField::evaluate_block_exactly(std::size_t block, const Clusters::Cluster& cluster,
-                                        std::span<const std::uint32_t> landmarks,
-                                        std::span<const Vec3> weights) noexcept {
-  const BlockPoints<double> X = clusters_.exact_points(block, cluster.centre);
-  BlockDisplacement<double> sum = {}, part;
-  constexpr std::size_t kChunk = 64;
-  BlockLandmark<double> local[kChunk];
-  for (std::size_t first = 0; first < landmarks.size(); first += kChunk) {
-    const std::size_t n = std::min(kChunk, landmarks.size() - first);
-    for (std::size_t j = 0; j < n; ++j) {
-      const Vec3 p = (positions_[landmarks[first + j]] - cluster.centre) / support_radius_;
-      const Vec3& w = weights[landmarks[first + j]];
-      local[j] = {p.x(), p.y(), p.z(), w.x(), w.y(), w.z()};
-    }
-    loops_.direct_double(X, local, n, part);
-    for (std::size_t i = 0; i < kPoints; ++i) {
-      sum.ux[i] += part.ux[i];
-      sum.uy[i] += part.uy[i];
-      sum.uz[i] += part.uz[i];
+void BlockField::localize(const Clusters::Reached& reached, std::span<const Vec3> weights,
+                          LocalLandmarks& local) const noexcept {
+  const Vec3& centre = clusters_.cluster(reached.cluster).centre;
+  const auto indices = clusters_.landmark_indices().subspan(reached.first, reached.count);
+  const double scale = 1 / support_radius_;
+  double total_size = 0;
+  local.count = indices.size();
+  for (std::size_t j = 0; j < indices.size(); ++j) {
+    const Vec3 p = (positions_[indices[j]] - centre) * scale;
+    const Vec3& w = weights[indices[j]];
+    const double size = w.norm();
+    total_size += size;
+    local.exact[j] = {p.x(), p.y(), p.z(), w.x(), w.y(), w.z()};
+    local.x[j] = static_cast<float>(p.x());
+    local.y[j] = static_cast<float>(p.y());
+    local.z[j] = static_cast<float>(p.z());
+    local.size[j] = size;
+    local.landmarks[j] = {local.x[j],
+                          local.y[j],
+                          local.z[j],
+                          static_cast<float>(w.x()),
+                          static_cast<float>(w.y()),
+                          static_cast<float>(w.z())};
+  }
+  for (std::size_t j = indices.size(); j % kGroupSize != 0; ++j) local.x[j] = kFarAway;
+  local.may_need_double = total_size * kFloatErrorPerWeight > kFloatError;
+}
+
+// Sums groups whose weights are too large for float once more; returns how many.
+std::uint32_t BlockField::sum_large_groups_in_double(std::size_t block, const Vec3& centre,
+                                                     LocalLandmarks& local) noexcept {
+  std::uint32_t groups = 0;
+  for (std::size_t g = 0; g < kGroupsInBlock; ++g) {
+    const std::size_t first = g * kGroupSize;
+    const std::size_t count = loops_.choose(local.planes(), clusters_.boxes(block)[g], local.chosen.data());
+    double size = 0;
+    for (std::size_t j = 0; j < count; ++j) size += local.size[local.chosen[j]];
+    if (size * kFloatErrorPerWeight <= kFloatError) continue;
+    ++groups;
+    BlockDisplacement<double> sum;
+    loops_.direct_double(clusters_.exact_points(block, centre), first, local.exact.data(),
+                         local.chosen.data(), count, sum);
+    BlockDisplacement<float>& u = displacements_[block];
+    for (std::size_t i = first; i < first + kGroupSize; ++i) {
+      u.ux[i] = static_cast<float>(sum.ux[i]);
+      u.uy[i] = static_cast<float>(sum.uy[i]);
+      u.uz[i] = static_cast<float>(sum.uz[i]);
     }
   }
-  BlockDisplacement<float>& u = displacements_[block];
-  for (std::size_t i = 0; i < kPoints; ++i) {
-    u.ux[i] = static_cast<float>(sum.ux[i]);
-    u.uy[i] = static_cast<float>(sum.uy[i]);
-    u.uz[i] = static_cast<float>(sum.uz[i]);
-  }
+  return groups;
 }
 
 bool BlockField::can_condense(std::size_t m) const noexcept {

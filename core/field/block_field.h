@@ -15,19 +15,19 @@ namespace brachy {
 struct FieldStatistics {
   std::uint32_t touched_blocks = 0;    ///< some support reaches them
   std::uint32_t condensed_blocks = 0;  ///< of these, evaluated by their condensed columns
-  std::uint32_t double_blocks = 0;     ///< of these, summed in double because their weights are large
+  std::uint32_t double_groups = 0;     ///< groups of points summed in double because their weights are large
   std::uint64_t pairs = 0;             ///< points × landmarks summed directly
 };
 
 /// The displacement field at all points of a tissue, block by block: only blocks that a landmark's support reaches
-/// are visited, and only with the landmarks that reach them. Two ways for a block:
+/// are visited, and each group of kGroupSize neighbours only with the landmarks that reach it. Two ways for a block:
 ///
-/// direct     u = Σ_j ψ(|X − p_j|/a) w_j, vectorised over the points;
+/// direct     u = Σ_j ψ(|X − p_j|/a) w_j, vectorised over the points of a group;
 /// condensed  u = Σ_k B_k d_k with B = Ψ K⁻¹ restricted to the columns of the landmarks that move, once condense has
 ///            built them: a few multiply-adds a point while the landmarks' rest positions stay put.
 ///
-/// Weights are double. Sums are float about the cluster's centre; where a block's Σ|w| is so large that float could be
-/// wrong by more than kFloatError, the block is summed in double. The order of a sum is that of the landmarks, for
+/// Weights are double. Sums are float about the cluster's centre; where a group's Σ|w| is so large that float could be
+/// wrong by more than kFloatError, the group is summed in double. The order of a sum is that of the landmarks, for
 /// every point and any number of threads: results are bitwise the same on one SIMD target.
 /// Threads: one caller; inside, OpenMP over clusters when `threads` > 1 and the work is worth it. Real-time: with one
 /// thread no allocation after construction.
@@ -70,15 +70,28 @@ class BlockField {
 
  private:
   struct ClusterResult {
-    std::uint32_t touched_mask = 0, double_blocks = 0, condensed_blocks = 0;
+    std::uint32_t touched_mask = 0, double_groups = 0, condensed_blocks = 0;
     std::uint64_t pairs = 0;
   };
-  struct LocalLandmarks;
+  /// A cluster's landmarks in its coordinates; one for each thread.
+  struct LocalLandmarks {
+    explicit LocalLandmarks(std::size_t capacity);
+    LandmarkPlanes planes() const { return {x.data(), y.data(), z.data(), count}; }
+    std::size_t count = 0;
+    std::vector<float> x, y, z;
+    std::vector<LocalLandmark<float>> landmarks;
+    std::vector<LocalLandmark<double>> exact;
+    std::vector<double> size;  // |w|, mm
+    std::vector<std::uint32_t> chosen;
+    bool may_need_double = false;  // Σ|w| of all of them is large
+  };
 
-  ClusterResult evaluate_cluster(const Clusters::Reached& reached, std::span<const Vec3> weights) noexcept;
-  void evaluate_block_exactly(std::size_t block, const Clusters::Cluster& cluster,
-                              std::span<const std::uint32_t> landmarks,
-                              std::span<const Vec3> weights) noexcept;
+  ClusterResult evaluate_cluster(const Clusters::Reached& reached, std::span<const Vec3> weights,
+                                 LocalLandmarks& local) noexcept;
+  void localize(const Clusters::Reached& reached, std::span<const Vec3> weights,
+                LocalLandmarks& local) const noexcept;
+  std::uint32_t sum_large_groups_in_double(std::size_t block, const Vec3& centre,
+                                           LocalLandmarks& local) noexcept;
   void condense_block(std::size_t block, const Clusters::Reached& reached) noexcept;
 
   const Tissue& tissue_;
@@ -89,6 +102,7 @@ class BlockField {
   std::vector<Vec3> positions_;
   std::uint64_t reachable_pairs_ = 0, reachable_points_ = 0;
 
+  std::vector<LocalLandmarks> local_;
   std::vector<ClusterResult> results_;
   std::vector<std::uint32_t> touched_;
   std::vector<BlockDisplacement<float>> displacements_;

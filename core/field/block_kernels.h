@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 
 #include "core/field/simd_target.h"
 #include "core/kernels/kernels.h"
@@ -21,25 +22,48 @@ struct BlockDisplacement {
   alignas(64) T ux[Tissue::kBlockSize], uy[Tissue::kBlockSize], uz[Tissue::kBlockSize];
 };
 
-/// A landmark as one block sees it: place relative to the block's centre in support radii, weight in mm.
+/// Points of a block are summed in groups of so many neighbours, one AVX-512 vector, each with its own landmarks.
+constexpr std::size_t kGroupSize = 16;
+constexpr std::size_t kGroupsInBlock = Tissue::kBlockSize / kGroupSize;
+static_assert(Tissue::kBlockSize % kGroupSize == 0);
+
+/// A landmark as one cluster sees it: place relative to the cluster's centre in support radii, weight in mm.
 template <class T>
-struct BlockLandmark {
-  T x, y, z;
-  T wx, wy, wz;
+struct LocalLandmark {
+  T x = 0, y = 0, z = 0;
+  T wx = 0, wy = 0, wz = 0;
 };
 
-/// The inner loops over one block, for one kernel and one instruction set. No bounds, no branches on data.
+/// The same places in planes, padded to a multiple of kGroupSize with places that are out of reach.
+struct LandmarkPlanes {
+  const float *x, *y, *z;
+  std::size_t count;
+};
+
+/// A box about a group of points, in the coordinates of its cluster.
+struct GroupBox {
+  float min[3], max[3];
+};
+
+/// The inner loops, for one kernel and one instruction set. `chosen` has room for kSpare more than the landmarks.
 /// Threads: any. Real-time: no allocation.
 struct BlockKernels {
-  /// u = Σ_j ψ(|X − p_j|/a) w_j over n landmarks, in their order.
-  void (*direct_float)(const BlockPoints<float>& X, const BlockLandmark<float>* landmarks, std::size_t n,
-                       BlockDisplacement<float>& u);
-  /// The same in double.
-  void (*direct_double)(const BlockPoints<double>& X, const BlockLandmark<double>* landmarks, std::size_t n,
-                        BlockDisplacement<double>& u);
-  /// u = Σ_m columns[m] d_m: m planes of kBlockSize, d as m × 3 (mm).
+  static constexpr std::size_t kSpare = kGroupSize;
+
+  /// The landmarks nearer than 1 to the box, ascending, into `chosen`; returns how many.
+  std::size_t (*choose)(const LandmarkPlanes& planes, const GroupBox& box, std::uint32_t* chosen);
+  /// u = Σ_j ψ(|X − p_j|/a) w_j for a block, each group over the landmarks that reach its box, in their order. Returns
+  /// how many these were, over all groups.
+  std::size_t (*direct_float)(const BlockPoints<float>& X, const GroupBox* boxes,
+                              const LandmarkPlanes& planes, const LocalLandmark<float>* landmarks,
+                              std::uint32_t* chosen, BlockDisplacement<float>& u);
+  /// The same in double for one group, that of the points from `first`, over the `count` ≥ 1 landmarks chosen.
+  void (*direct_double)(const BlockPoints<double>& X, std::size_t first,
+                        const LocalLandmark<double>* landmarks, const std::uint32_t* chosen,
+                        std::size_t count, BlockDisplacement<double>& u);
+  /// u = Σ_m columns[m] d_m for a block: m planes of kBlockSize, d as m × 3 (mm).
   void (*condensed)(const float* columns, const float* d, std::size_t m, BlockDisplacement<float>& u);
-  /// columns[k] += ψ(|X − p|/a) z[k], k < m, in double: one landmark's share of the condensed columns.
+  /// columns[k] += ψ(|X − p|/a) z[k], k < m, in double: one landmark's share of a block's condensed columns.
   void (*condense)(const BlockPoints<double>& X, double x, double y, double z, const double* shares,
                    std::size_t m, double* columns);
 };

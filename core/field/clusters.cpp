@@ -1,5 +1,6 @@
 #include "core/field/clusters.h"
 
+#include <algorithm>
 #include <bit>
 #include <numeric>
 
@@ -11,6 +12,17 @@ constexpr std::size_t kMaxDepth = 32;  // 2³² clusters are more than any tissu
 bool reaches(const Vec3& landmark, double support_radius, const Vec3& min, const Vec3& max) {
   return (min - landmark).cwiseMax(landmark - max).cwiseMax(0.0).squaredNorm() <
          support_radius * support_radius;
+}
+
+GroupBox box_of(const BlockPoints<float>& points, std::size_t first) {
+  GroupBox box;
+  const float* planes[3] = {points.x + first, points.y + first, points.z + first};
+  for (int k = 0; k < 3; ++k) {
+    const auto [min, max] = std::minmax_element(planes[k], planes[k] + kGroupSize);
+    box.min[k] = *min;
+    box.max[k] = *max;
+  }
+  return box;
 }
 
 }  // namespace
@@ -25,7 +37,7 @@ Clusters::Clusters(const Tissue& tissue, double support_radius, std::size_t capa
   if (surface_blocks < tissue.blocks.size()) roots_.push_back(build(surface_blocks, tissue.blocks.size()));
 
   points_.resize(tissue.blocks.size());
-  boxes_.resize(tissue.blocks.size());
+  boxes_.resize(kGroupsInBlock * tissue.blocks.size());
   for (const Cluster& cluster : clusters_) {
     for (std::size_t b = cluster.first_block; b < cluster.first_block + cluster.block_count; ++b) {
       const BlockPoints<double> exact = exact_points(b, cluster.centre);
@@ -34,10 +46,8 @@ Clusters::Clusters(const Tissue& tissue, double support_radius, std::size_t capa
         points_[b].y[i] = static_cast<float>(exact.y[i]);
         points_[b].z[i] = static_cast<float>(exact.z[i]);
       }
-      for (int k = 0; k < 3; ++k) {
-        boxes_[b].min[k] = static_cast<float>((tissue.blocks[b].min[k] - cluster.centre[k]) / support_radius);
-        boxes_[b].max[k] = static_cast<float>((tissue.blocks[b].max[k] - cluster.centre[k]) / support_radius);
-      }
+      for (std::size_t g = 0; g < kGroupsInBlock; ++g)
+        boxes_[b * kGroupsInBlock + g] = box_of(points_[b], g * kGroupSize);
     }
   }
   scratch_.resize((kMaxDepth + 1) * capacity);

@@ -24,11 +24,6 @@ class Clusters {
     Vec3 centre, min, max;  ///< mm
   };
 
-  /// A block's box in its cluster's coordinates (about the centre, in support radii).
-  struct LocalBox {
-    float min[3], max[3];
-  };
-
   /// A cluster and the landmarks whose support reaches its box, ascending.
   struct Reached {
     std::uint32_t cluster = 0;
@@ -46,7 +41,8 @@ class Clusters {
   const Cluster& cluster(std::size_t c) const { return clusters_[c]; }
   std::size_t size() const { return clusters_.size(); }
   const BlockPoints<float>& points(std::size_t block) const { return points_[block]; }
-  const LocalBox& box(std::size_t block) const { return boxes_[block]; }
+  /// Boxes of a block's groups, kGroupsInBlock of them.
+  const GroupBox* boxes(std::size_t block) const { return &boxes_[block * kGroupsInBlock]; }
   /// The same coordinates in double, computed anew.
   BlockPoints<double> exact_points(std::size_t block, const Vec3& centre) const noexcept;
 
@@ -64,7 +60,7 @@ class Clusters {
   std::size_t capacity_;
   std::vector<Cluster> clusters_;
   std::vector<BlockPoints<float>> points_;
-  std::vector<LocalBox> boxes_;
+  std::vector<GroupBox> boxes_;
   std::vector<Node> nodes_;
   std::vector<std::uint32_t> roots_;
 

@@ -23,21 +23,22 @@ TEST(BlockField, VisitsOnlyBlocksWithinReach) {
   EXPECT_GT(field.touched().size(), 0u);
   EXPECT_LT(field.touched().size(), tissue.blocks.size() / 2);
   EXPECT_TRUE(std::ranges::is_sorted(field.touched()));
-  EXPECT_EQ(field.statistics().pairs, 64 * field.touched().size());
+  EXPECT_LE(field.statistics().pairs, 64 * field.touched().size());
+  EXPECT_GE(field.statistics().pairs, 16 * field.touched().size());
   field.set_landmarks({});
   field.evaluate({});
   EXPECT_TRUE(field.touched().empty());
   EXPECT_EQ(field.statistics().pairs, 0u);
 }
 
-TEST(BlockField, BlocksWithLargeWeightsAreSummedInDouble) {
+TEST(BlockField, PointsWithLargeWeightsAreSummedInDouble) {
   const Tissue tissue = small_phantom(Vec3::Zero());
   BlockField field(tissue, Wendland31{}, 12, {});
   // Two landmarks a hair apart that almost cancel: 3000 mm of weight, a few mm of field.
   const std::vector<Vec3> p{{0, 0, 0}, {0.01, 0, 0}}, w{{3000, 0, 0}, {-3000, 0, 0}};
   field.set_landmarks(p);
   field.evaluate(w);
-  EXPECT_GT(field.statistics().double_blocks, 0u);
+  EXPECT_GT(field.statistics().double_groups, 0u);
   const RbfField plain{Wendland31{}, 12, p, w};
   const auto u = displacements_of(field, tissue);
   for (std::size_t i = 0; i < tissue.size(); ++i)
@@ -61,7 +62,7 @@ TEST(BlockField, IsTheSameForAnyNumberOfThreads) {
   EXPECT_EQ(results[0], results[2]);
 }
 
-TEST(BlockField, MoreLandmarksThanFitOnTheStackGiveTheSameField) {
+TEST(BlockField, ManyLandmarksGiveTheSameField) {
   const Tissue tissue = small_phantom(Vec3::Zero());
   std::mt19937_64 random(4);
   const auto L = test::random_landmarks(random, 600, 20, 1, 0.01);
