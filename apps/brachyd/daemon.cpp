@@ -120,6 +120,7 @@ class Daemon::Impl {
     std::jthread control;
     if (options_.control_thread || scene_.realtime.control_thread)
       control = std::jthread([&](const std::stop_token& stop) {
+        request_realtime({scene_.realtime.fifo_priority, false});  // woken on the same terms
         run_control_loop(stop, simulator_.period_s(), control_writer_);
       });
     summary.realtime = granted.get_future().get();
