@@ -136,11 +136,15 @@ BlockField::ClusterResult BlockField::evaluate_cluster(const Clusters::Reached& 
     } else {
       if (!are_local) localize(reached, weights, local);
       are_local = true;
-      const std::size_t chosen =
-          loops_.direct_float(clusters_.points(block), clusters_.boxes(block), local.planes(),
-                              local.landmarks.data(), local.chosen.data(), displacements_[block]);
-      is_touched = chosen > 0;
-      result.pairs += kGroupSize * chosen;
+      const BlockPoints<float>& X = clusters_.points(block);
+      const std::size_t pairs =
+          cluster.is_dense
+              ? loops_.direct_by_block(X, &clusters_.block_box(block), local.planes(), local.landmarks.data(),
+                                       local.chosen.data(), displacements_[block])
+              : loops_.direct_by_group(X, clusters_.group_boxes(block), local.planes(),
+                                       local.landmarks.data(), local.chosen.data(), displacements_[block]);
+      is_touched = pairs > 0;
+      result.pairs += pairs;
       if (local.may_need_double)
         result.double_groups += sum_large_groups_in_double(block, cluster.centre, local);
     }
@@ -183,7 +187,8 @@ std::uint32_t BlockField::sum_large_groups_in_double(std::size_t block, const Ve
   std::uint32_t groups = 0;
   for (std::size_t g = 0; g < kGroupsInBlock; ++g) {
     const std::size_t first = g * kGroupSize;
-    const std::size_t count = loops_.choose(local.planes(), clusters_.boxes(block)[g], local.chosen.data());
+    const std::size_t count =
+        loops_.choose(local.planes(), clusters_.group_boxes(block)[g], local.chosen.data());
     double size = 0;
     for (std::size_t j = 0; j < count; ++j) size += local.size[local.chosen[j]];
     if (size * kFloatErrorPerWeight <= kFloatError) continue;

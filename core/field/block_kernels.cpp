@@ -37,13 +37,13 @@ BRACHY_INLINE T psi(T dx, T dy, T dz) {
   return K::inside(r < T(1) ? r : T(1));
 }
 
-template <class K, class T, std::size_t kCount, bool kFirst>
+template <class K, class T, std::size_t kRun, std::size_t kCount, bool kFirst>
 BRACHY_INLINE void add_landmarks(const BlockPoints<T>& __restrict X, std::size_t first,
                                  const LocalLandmark<T>* __restrict landmarks,
                                  const std::uint32_t* __restrict chosen, BlockDisplacement<T>& __restrict u) {
   LocalLandmark<T> p[kCount];
   for (std::size_t j = 0; j < kCount; ++j) p[j] = landmarks[chosen[j]];
-  for (std::size_t i = first; i < first + kGroupSize; ++i) {
+  for (std::size_t i = first; i < first + kRun; ++i) {
     T ux = kFirst ? T(0) : u.ux[i], uy = kFirst ? T(0) : u.uy[i], uz = kFirst ? T(0) : u.uz[i];
 #pragma GCC unroll 4
     for (std::size_t j = 0; j < kCount; ++j) {
@@ -58,26 +58,27 @@ BRACHY_INLINE void add_landmarks(const BlockPoints<T>& __restrict X, std::size_t
   }
 }
 
-// The sums of a group are kept in memory between passes: 12 instructions of some 80 for four landmarks.
-template <class K, class T>
+// u for the kRun points from `first`. Sums are kept in memory between passes: 12 instructions of some 80 for four
+// landmarks and one vector of points.
+template <class K, class T, std::size_t kRun>
 BRACHY_INLINE void direct(const BlockPoints<T>& X, std::size_t first, const LocalLandmark<T>* landmarks,
                           const std::uint32_t* chosen, std::size_t count, BlockDisplacement<T>& u) {
   std::size_t j = count % 4;
   if (j == 0) {
-    add_landmarks<K, T, 4, true>(X, first, landmarks, chosen, u);
+    add_landmarks<K, T, kRun, 4, true>(X, first, landmarks, chosen, u);
     j = 4;
   } else if (j == 1) {
-    add_landmarks<K, T, 1, true>(X, first, landmarks, chosen, u);
+    add_landmarks<K, T, kRun, 1, true>(X, first, landmarks, chosen, u);
   } else if (j == 2) {
-    add_landmarks<K, T, 2, true>(X, first, landmarks, chosen, u);
+    add_landmarks<K, T, kRun, 2, true>(X, first, landmarks, chosen, u);
   } else {
-    add_landmarks<K, T, 3, true>(X, first, landmarks, chosen, u);
+    add_landmarks<K, T, kRun, 3, true>(X, first, landmarks, chosen, u);
   }
-  for (; j < count; j += 4) add_landmarks<K, T, 4, false>(X, first, landmarks, chosen + j, u);
+  for (; j < count; j += 4) add_landmarks<K, T, kRun, 4, false>(X, first, landmarks, chosen + j, u);
 }
 
 // Squared distance of a landmark from a box.
-BRACHY_INLINE float squared_distance(float x, float y, float z, const GroupBox& box) {
+BRACHY_INLINE float squared_distance(float x, float y, float z, const LocalBox& box) {
   const float dx = std::max(std::max(box.min[0] - x, x - box.max[0]), 0.0f);
   const float dy = std::max(std::max(box.min[1] - y, y - box.max[1]), 0.0f);
   const float dz = std::max(std::max(box.min[2] - z, z - box.max[2]), 0.0f);
@@ -85,7 +86,7 @@ BRACHY_INLINE float squared_distance(float x, float y, float z, const GroupBox& 
 }
 
 struct Choose {
-  BRACHY_INLINE static std::size_t choose(const LandmarkPlanes& p, const GroupBox& box,
+  BRACHY_INLINE static std::size_t choose(const LandmarkPlanes& p, const LocalBox& box,
                                           std::uint32_t* chosen) {
     std::size_t count = 0;
     for (std::size_t first = 0; first < p.count; first += kGroupSize) {
@@ -104,7 +105,7 @@ struct Choose {
 #if defined(__x86_64__)
 // The same with a compression by mask, which no compiler makes of the loop above.
 struct ChooseAvx512 {
-  BRACHY_AVX512 static std::size_t choose(const LandmarkPlanes& p, const GroupBox& box,
+  BRACHY_AVX512 static std::size_t choose(const LandmarkPlanes& p, const LocalBox& box,
                                           std::uint32_t* chosen) {
     const __m512 one = _mm512_set1_ps(1);
     __m512i index = _mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
@@ -126,22 +127,21 @@ struct ChooseAvx512 {
 using ChooseAvx512 = Choose;
 #endif
 
-template <class K, class Choose>
-BRACHY_INLINE std::size_t direct_block(const BlockPoints<float>& X, const GroupBox* boxes,
+template <class K, class Choose, std::size_t kRun>
+BRACHY_INLINE std::size_t direct_block(const BlockPoints<float>& X, const LocalBox* boxes,
                                        const LandmarkPlanes& planes, const LocalLandmark<float>* landmarks,
                                        std::uint32_t* chosen, BlockDisplacement<float>& u) {
-  std::size_t total = 0;
-  for (std::size_t g = 0; g < kGroupsInBlock; ++g) {
-    const std::size_t first = g * kGroupSize;
-    const std::size_t count = Choose::choose(planes, boxes[g], chosen);
-    total += count;
+  std::size_t pairs = 0;
+  for (std::size_t first = 0; first < kPoints; first += kRun) {
+    const std::size_t count = Choose::choose(planes, boxes[first / kRun], chosen);
+    pairs += kRun * count;
     if (count > 0) {
-      direct<K, float>(X, first, landmarks, chosen, count, u);
+      direct<K, float, kRun>(X, first, landmarks, chosen, count, u);
       continue;
     }
-    for (std::size_t i = first; i < first + kGroupSize; ++i) u.ux[i] = u.uy[i] = u.uz[i] = 0;
+    for (std::size_t i = first; i < first + kRun; ++i) u.ux[i] = u.uy[i] = u.uz[i] = 0;
   }
-  return total;
+  return pairs;
 }
 
 template <int kCount, bool kFirst>
@@ -192,19 +192,20 @@ BRACHY_INLINE void condense(const BlockPoints<double>& X, double x, double y, do
 #define BRACHY_TARGET(name, attribute, Choose)                                                        \
   template <class K>                                                                                  \
   struct name {                                                                                       \
-    attribute static std::size_t choose(const LandmarkPlanes& p, const GroupBox& box,                 \
+    attribute static std::size_t choose(const LandmarkPlanes& p, const LocalBox& box,                 \
                                         std::uint32_t* chosen) {                                      \
       return Choose::choose(p, box, chosen);                                                          \
     }                                                                                                 \
-    attribute static std::size_t direct_float(const BlockPoints<float>& X, const GroupBox* boxes,     \
+    template <std::size_t kRun>                                                                       \
+    attribute static std::size_t direct_float(const BlockPoints<float>& X, const LocalBox* boxes,     \
                                               const LandmarkPlanes& p, const LocalLandmark<float>* l, \
                                               std::uint32_t* chosen, BlockDisplacement<float>& u) {   \
-      return direct_block<K, Choose>(X, boxes, p, l, chosen, u);                                      \
+      return direct_block<K, Choose, kRun>(X, boxes, p, l, chosen, u);                                \
     }                                                                                                 \
     attribute static void direct_double(const BlockPoints<double>& X, std::size_t first,              \
                                         const LocalLandmark<double>* l, const std::uint32_t* chosen,  \
                                         std::size_t count, BlockDisplacement<double>& u) {            \
-      direct<K, double>(X, first, l, chosen, count, u);                                               \
+      direct<K, double, kGroupSize>(X, first, l, chosen, count, u);                                   \
     }                                                                                                 \
     attribute static void apply(const float* columns, const float* d, std::size_t m,                  \
                                 BlockDisplacement<float>& u) {                                        \
@@ -214,7 +215,8 @@ BRACHY_INLINE void condense(const BlockPoints<double>& X, double x, double y, do
                                 const double* shares, std::size_t m, double* columns) {               \
       condense<K>(X, x, y, z, shares, m, columns);                                                    \
     }                                                                                                 \
-    static constexpr BlockKernels kLoops{choose, direct_float, direct_double, apply, build};          \
+    static constexpr BlockKernels kLoops{                                                             \
+        choose, direct_float<kGroupSize>, direct_float<kPoints>, direct_double, apply, build};        \
   }
 
 BRACHY_TARGET(Generic, , Choose);

@@ -22,7 +22,7 @@ struct BlockDisplacement {
   alignas(64) T ux[Tissue::kBlockSize], uy[Tissue::kBlockSize], uz[Tissue::kBlockSize];
 };
 
-/// Points of a block are summed in groups of so many neighbours, one AVX-512 vector, each with its own landmarks.
+/// Neighbours that share a list of landmarks where points are sparse: one AVX-512 vector.
 constexpr std::size_t kGroupSize = 16;
 constexpr std::size_t kGroupsInBlock = Tissue::kBlockSize / kGroupSize;
 static_assert(Tissue::kBlockSize % kGroupSize == 0);
@@ -40,8 +40,8 @@ struct LandmarkPlanes {
   std::size_t count;
 };
 
-/// A box about a group of points, in the coordinates of its cluster.
-struct GroupBox {
+/// A box about points, in the coordinates of their cluster.
+struct LocalBox {
   float min[3], max[3];
 };
 
@@ -51,12 +51,15 @@ struct BlockKernels {
   static constexpr std::size_t kSpare = kGroupSize;
 
   /// The landmarks nearer than 1 to the box, ascending, into `chosen`; returns how many.
-  std::size_t (*choose)(const LandmarkPlanes& planes, const GroupBox& box, std::uint32_t* chosen);
-  /// u = Σ_j ψ(|X − p_j|/a) w_j for a block, each group over the landmarks that reach its box, in their order. Returns
-  /// how many these were, over all groups.
-  std::size_t (*direct_float)(const BlockPoints<float>& X, const GroupBox* boxes,
-                              const LandmarkPlanes& planes, const LocalLandmark<float>* landmarks,
-                              std::uint32_t* chosen, BlockDisplacement<float>& u);
+  std::size_t (*choose)(const LandmarkPlanes& planes, const LocalBox& box, std::uint32_t* chosen);
+  using DirectFloat = std::size_t (*)(const BlockPoints<float>& X, const LocalBox* boxes,
+                                      const LandmarkPlanes& planes, const LocalLandmark<float>* landmarks,
+                                      std::uint32_t* chosen, BlockDisplacement<float>& u);
+  /// u = Σ_j ψ(|X − p_j|/a) w_j for a block, each group over the landmarks that reach its own box, in their order.
+  /// Returns the number of pairs of a point and a landmark.
+  DirectFloat direct_by_group;
+  /// The same, all the block over the landmarks that reach the one box: where blocks are small beside the support.
+  DirectFloat direct_by_block;
   /// The same in double for one group, that of the points from `first`, over the `count` ≥ 1 landmarks chosen.
   void (*direct_double)(const BlockPoints<double>& X, std::size_t first,
                         const LocalLandmark<double>* landmarks, const std::uint32_t* chosen,

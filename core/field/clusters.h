@@ -22,6 +22,7 @@ class Clusters {
   struct Cluster {
     std::uint32_t first_block = 0, block_count = 0;
     Vec3 centre, min, max;  ///< mm
+    bool is_dense = false;  ///< its blocks are so small beside the support that culling groups would not pay
   };
 
   /// A cluster and the landmarks whose support reaches its box, ascending.
@@ -41,8 +42,9 @@ class Clusters {
   const Cluster& cluster(std::size_t c) const { return clusters_[c]; }
   std::size_t size() const { return clusters_.size(); }
   const BlockPoints<float>& points(std::size_t block) const { return points_[block]; }
-  /// Boxes of a block's groups, kGroupsInBlock of them.
-  const GroupBox* boxes(std::size_t block) const { return &boxes_[block * kGroupsInBlock]; }
+  /// Boxes of a block's groups, kGroupsInBlock of them, and of the block as a whole.
+  const LocalBox* group_boxes(std::size_t block) const { return &group_boxes_[block * kGroupsInBlock]; }
+  const LocalBox& block_box(std::size_t block) const { return block_boxes_[block]; }
   /// The same coordinates in double, computed anew.
   BlockPoints<double> exact_points(std::size_t block, const Vec3& centre) const noexcept;
 
@@ -60,7 +62,7 @@ class Clusters {
   std::size_t capacity_;
   std::vector<Cluster> clusters_;
   std::vector<BlockPoints<float>> points_;
-  std::vector<GroupBox> boxes_;
+  std::vector<LocalBox> group_boxes_, block_boxes_;
   std::vector<Node> nodes_;
   std::vector<std::uint32_t> roots_;
 
