@@ -1,0 +1,88 @@
+// The table of issue 3: what each line measures in a run's rows, and its target.
+#include <algorithm>
+#include <cmath>
+
+#include "apps/bench/report.h"
+
+namespace brachy::bench {
+namespace {
+
+constexpr bool kAtLeast = true, kAtMost = false;
+
+std::vector<const Row*> rows_called(const Report& report, std::string_view name) {
+  std::vector<const Row*> found;
+  for (const Row& row : report.rows)
+    if (row.name == name) found.push_back(&row);
+  return found;
+}
+
+/// Least-squares slope of log time over log points.
+double log_log_slope(const std::vector<const Row*>& rows) {
+  double x = 0, y = 0, xx = 0, xy = 0;
+  const auto n = static_cast<double>(rows.size());
+  for (const Row* row : rows) {
+    const double log_points = std::log(row->more.at("points_inside")), log_ms = std::log(row->ms);
+    x += log_points;
+    y += log_ms;
+    xx += log_points * log_points;
+    xy += log_points * log_ms;
+  }
+  return (n * xy - x * y) / (n * xx - x * x);
+}
+
+}  // namespace
+
+std::vector<Goal> goals(const Report& report) {
+  constexpr std::size_t kPaper = 14560, kMillion = 1'000'000;
+  std::vector<Goal> goals;
+  const auto add_speed_up = [&](const std::string& work, const Row* row, double target) {
+    if (row) goals.push_back({work, "times the baseline", row->ratio(), kAtLeast, target});
+  };
+  const auto add_ticks = [&](bool moving, std::size_t n, double target) {
+    add_speed_up(
+        (moving ? "moving, all rebuilt, 14,560 points, n = " : "fixed, 4 moving, 14,560 points, n = ") +
+            std::to_string(n),
+        report.find("tick", kPaper, n, 1, moving), target);
+  };
+  add_ticks(true, 10, 15);
+  add_ticks(true, 30, 20);
+  add_ticks(true, 100, 17);
+  add_ticks(false, 10, 70);
+  add_ticks(false, 30, 200);
+  add_ticks(false, 100, 600);
+  add_speed_up("moving, 1M points, n = 100, 2 threads", report.find("tick", kMillion, 100, 2, true), 60);
+  add_speed_up("fixed, 1M points, n = 100, 2 threads", report.find("tick", kMillion, 100, 2, false), 300);
+
+  for (const std::size_t points : {kPaper, kMillion}) {
+    const std::string where = points == kPaper ? "14,560 points" : "1M points";
+    const Row* psi31 = report.find("direct", points, 100, 1, true);
+    const Row* buhmann = report.find("direct", points, 100, 1, true, "buhmann");
+    if (buhmann)
+      goals.push_back({"Buhmann direct, n = 100, " + where, "times psi31's time",
+                       buhmann->ms / buhmann->more.at("psi31_ms"), kAtMost, 3});
+    if (psi31)
+      goals.push_back(
+          {"direct, n = 100, " + where, "share of FMA peak", psi31->more.at("fma_share"), kAtLeast, 0.35});
+  }
+  if (const auto rows = rows_called(report, "inside"); rows.size() >= 2)
+    goals.push_back({"tick, n = 10, 1e3 to 1e6 points inside supports", "log-log slope", log_log_slope(rows),
+                     kAtMost, 1.1});
+  if (const auto rows = rows_called(report, "outside"); rows.size() >= 2)
+    goals.push_back({"tick, n = 10, 1e4 points inside, 1e4 to 1e6 outside", "growth of time",
+                     rows.back()->ms / rows.front()->ms, kAtMost, 1.1});
+
+  for (const Row* row : rows_called(report, "append"))
+    goals.push_back({"adding a landmark, n = " + std::to_string(row->landmarks), "share of refactorising",
+                     row->ms / row->baseline_ms, kAtMost, 0.1});
+  for (const Row* row : rows_called(report, "remove"))
+    goals.push_back({"removing a landmark, n = " + std::to_string(row->landmarks), "share of refactorising",
+                     row->ms / row->baseline_ms, kAtMost, 0.1});
+  for (const Row* row : rows_called(report, "sparse")) {
+    const std::string work = "sparse factor, a = 4 spacings, n = " + std::to_string(row->landmarks);
+    goals.push_back({work, "times the dense one", row->ratio(), kAtLeast, 5});
+    goals.push_back({work, "largest difference", row->more.at("difference"), kAtMost, 1e-9});
+  }
+  return goals;
+}
+
+}  // namespace brachy::bench
