@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 
 namespace brachy::bench {
 namespace {
@@ -54,6 +55,12 @@ void time_row(benchmark::State& state, Row& row, const Work& ours, const Work& b
   state.counters["median_ms"] = row.ms;
   state.counters["baseline_ms"] = row.baseline_ms;
   state.counters["ratio"] = row.ratio();
+}
+
+std::string name_of(const Row& row) {
+  return row.name + "/" + row.kernel + "/N:" + std::to_string(row.points) +
+         "/n:" + std::to_string(row.landmarks) + "/a:" + std::to_string(std::lround(row.support_mm)) +
+         "/threads:" + std::to_string(row.threads) + (row.moving ? "/moving" : "/fixed");
 }
 
 }  // namespace brachy::bench

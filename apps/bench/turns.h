@@ -26,6 +26,9 @@ std::vector<double> time_in_turns(benchmark::State& state, const std::vector<Wor
 /// The common case: times `ours` and `baseline` into `row`, and shows both beside the benchmark's name.
 void time_row(benchmark::State& state, Row& row, const Work& ours, const Work& baseline);
 
+/// "tick/psi31/N:14560/n:10/a:12/threads:1/moving": the name of a row's benchmark.
+std::string name_of(const Row& row);
+
 /// Registers `run` under `name`, with the number of turns every ratio is the median of.
 template <class Run>
 void add_benchmark(const std::string& name, Run run) {
