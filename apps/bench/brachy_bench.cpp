@@ -37,8 +37,10 @@ void run(int argc, char** argv) {
 
   Report report;
   report.simd_target = to_string(options.target);
-  std::printf("brachy_bench: simd %s; measuring the machine's limits and memory\n",
-              report.simd_target.c_str());
+  report.machine = processor_name();
+  const OthersLoad others;
+  std::printf("brachy_bench: %s, simd %s; measuring the machine's limits and memory\n",
+              report.machine.c_str(), report.simd_target.c_str());
   report.limits = measure_limits();
   report.memory = measure_memory();
   add_tick_benches(report, options);
@@ -46,6 +48,7 @@ void run(int argc, char** argv) {
   add_scaling_benches(report, options);
   add_figure6_benches(report, options);
   benchmark::RunSpecifiedBenchmarks();
+  report.others_load = others.share();
 
   for (const auto& [name, value] : report.limits) std::printf("limit   %-32s %.4g\n", name.c_str(), value);
   for (const auto& [name, value] : report.memory) std::printf("memory  %-32s %.4g\n", name.c_str(), value);

@@ -65,11 +65,12 @@ std::vector<Goal> goals(const Report& report) {
           {"direct, n = 100, " + where, "share of FMA peak", psi31->more.at("fma_share"), kAtLeast, 0.35});
   }
   if (const auto rows = rows_called(report, "inside"); rows.size() >= 2)
-    goals.push_back({"tick, n = 10, 1e3 to 1e6 points inside supports", "log-log slope", log_log_slope(rows),
-                     kAtMost, 1.1});
-  if (const auto rows = rows_called(report, "outside"); rows.size() >= 2)
-    goals.push_back({"tick, n = 10, 1e4 points inside, 1e4 to 1e6 outside", "growth of time",
-                     rows.back()->ms / rows.front()->ms, kAtMost, 1.1});
+    goals.push_back({"rebuilt tick, n = 10, 1e3 to 1e6 points inside supports", "log-log slope",
+                     log_log_slope(rows), kAtMost, 1.1});
+  // Without any points around them, no block straddles the supports' border: the first row is no measure of growth.
+  if (const auto rows = rows_called(report, "outside"); rows.size() == 3)
+    goals.push_back({"rebuilt tick, n = 10, 1e4 points inside, 1e5 to 1e6 outside", "growth of time",
+                     rows[2]->ms / rows[1]->ms, kAtMost, 1.1});
 
   for (const Row* row : rows_called(report, "append"))
     goals.push_back({"adding a landmark, n = " + std::to_string(row->landmarks), "share of refactorising",

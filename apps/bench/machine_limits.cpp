@@ -2,9 +2,12 @@
 #include "apps/bench/machine_limits.h"
 
 #include <benchmark/benchmark.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <chrono>
+#include <ctime>
+#include <fstream>
 #include <vector>
 
 #define BRACHY_INLINE inline __attribute__((always_inline))
@@ -75,7 +78,51 @@ double write_gb_per_s(std::size_t bytes, int times) {
   return best;
 }
 
+struct Usage {
+  double busy_s = 0, total_s = 0, own_s = 0;
+};
+
+Usage read_usage() {
+  const double tick = static_cast<double>(sysconf(_SC_CLK_TCK));
+  Usage usage;
+  usage.own_s = static_cast<double>(std::clock()) / CLOCKS_PER_SEC;
+  std::ifstream file("/proc/stat");
+  std::string cpu;
+  file >> cpu;
+  double value = 0;
+  for (int field = 0; field < 8 && file >> value;
+       ++field) {  // user nice system idle iowait irq softirq steal
+    usage.total_s += value / tick;
+    if (field != 3 && field != 4) usage.busy_s += value / tick;
+  }
+  return usage;
+}
+
 }  // namespace
+
+OthersLoad::OthersLoad() {
+  const Usage usage = read_usage();
+  busy_s_ = usage.busy_s;
+  total_s_ = usage.total_s;
+  own_s_ = usage.own_s;
+}
+
+double OthersLoad::share() const {
+  const Usage now = read_usage();
+  const double total_s = now.total_s - total_s_;
+  return total_s > 0 ? std::clamp((now.busy_s - busy_s_ - (now.own_s - own_s_)) / total_s, 0.0, 1.0) : 0;
+}
+
+std::string processor_name() {
+  std::ifstream file("/proc/cpuinfo");
+  std::string name = "unknown processor";
+  for (std::string line; std::getline(file, line);)
+    if (line.starts_with("model name")) {
+      name = line.substr(line.find(':') + 2);
+      break;
+    }
+  return name + ", " + std::to_string(sysconf(_SC_NPROCESSORS_ONLN)) + " cores";
+}
 
 double run_multiply_adds(SimdTarget target) {
   int lanes = 4;
@@ -115,8 +162,11 @@ std::map<std::string, double> measure_limits() {
       limits["fma_gflops_" + std::string(to_string(target))] = gflops;
       best = std::max(best, gflops);
     }
+  constexpr std::size_t kPointBytes = 3 * sizeof(float);
   limits["write_gb_per_s"] = write_gb_per_s(std::size_t{256} << 20, 1);
-  limits["write_cached_gb_per_s"] = write_gb_per_s(14'560 * 12, 200);
+  for (const std::size_t points : {14'560, 100'000, 1'000'000})
+    limits["write_gb_per_s_" + std::to_string(points) + "_points"] =
+        write_gb_per_s(points * kPointBytes, static_cast<int>(3'000'000 / points));
   return limits;
 }
 

@@ -19,7 +19,8 @@ const Row* Report::find(std::string_view name, std::size_t points, std::size_t l
 
 void Report::write_json(const std::string& path) const {
   using Json = nlohmann::ordered_json;
-  Json json{{"simd", simd_target}, {"limits", limits}, {"memory", memory}, {"rows", Json::array()}};
+  Json json{{"simd", simd_target}, {"machine", machine}, {"others_load", others_load},
+            {"limits", limits},    {"memory", memory},   {"rows", Json::array()}};
   for (const Row& row : rows) {
     Json entry{{"case", row.name},
                {"kernel", row.kernel},
@@ -47,7 +48,10 @@ void Report::write_json(const std::string& path) const {
 }
 
 void print_goals(const Report& report) {
-  std::printf("\n%-66s %-24s %9s  %-9s %s\n", "work (psi31, a = 12 mm, unless said)", "figure", "measured",
+  std::printf("\n%s, simd %s; others used %.0f %% of it meanwhile%s\n", report.machine.c_str(),
+              report.simd_target.c_str(), 100 * report.others_load,
+              report.others_load > 0.05 ? ": repeat this on a quiet machine" : "");
+  std::printf("%-66s %-24s %9s  %-9s %s\n", "work (psi31, a = 12 mm, unless said)", "figure", "measured",
               "target", "met");
   for (const Goal& goal : goals(report))
     std::printf("%-66s %-24s %9.3g  %s %-6g %s\n", goal.work.c_str(), goal.figure.c_str(), goal.measured,

@@ -25,7 +25,8 @@ struct Row {
 
 /// What one run measured. Rows in the order in which they were added.
 struct Report {
-  std::string simd_target;
+  std::string simd_target, machine;
+  double others_load = 0;                ///< share of the machine that others used meanwhile
   std::map<std::string, double> limits;  ///< of the machine
   std::map<std::string, double> memory;
   std::vector<Row> rows;
@@ -33,7 +34,7 @@ struct Report {
   /// The row of that work, or nothing: it was filtered out.
   const Row* find(std::string_view name, std::size_t points, std::size_t landmarks, int threads, bool moving,
                   std::string_view kernel = "psi31", double support_mm = 12) const;
-  /// {"simd", "limits", "memory", "rows", "goals"}. Throws UserError where `path` cannot be written.
+  /// {"simd", "machine", "others_load", "limits", "memory", "rows", "goals"}. Throws UserError where `path` cannot be written.
   void write_json(const std::string& path) const;
 };
 

@@ -1,4 +1,7 @@
 // How a tick's time grows with points inside supports, and that it does not with points outside.
+#include <algorithm>
+#include <cmath>
+#include <memory>
 #include <random>
 
 #include "apps/bench/benches.h"
@@ -32,48 +35,80 @@ Tissue scatter(std::span<const Vec3> landmarks, std::size_t inside, std::size_t 
   };
   const double half_side = 20 + kSupport;  // holds every support
   const double tries = add(inside, true, half_side);
-  add(outside, false, half_side * std::cbrt(static_cast<double>(inside + outside) / tries));
+  add(outside, false, half_side * std::max(1.0, std::cbrt(static_cast<double>(inside + outside) / tries)));
   return build_tissue({}, points);
 }
 
-void run_scattered(benchmark::State& state, Report& report, SimdTarget target, Row row, std::size_t inside) {
-  const LandmarkCycle landmarks(kLandmarks, false);
-  const auto p = landmarks.positions(), d = landmarks.displacements();
-  const Tissue tissue = scatter(p, inside, row.points - inside);
-  RebuiltTick engine(tissue, row.kernel, kSupport, kLandmarks, target);
-  PaperBaseline paper(row.kernel, kSupport);
-  std::vector<Vec3> u(tissue.size());
-  const auto tick = [&] {
+/// A tissue, and the tick rebuilt on it by both.
+struct Scattered {
+  Scattered(const LandmarkCycle& landmarks, std::size_t inside, std::size_t outside, SimdTarget target)
+      : p(landmarks.positions()),
+        d(landmarks.displacements()),
+        tissue(scatter(p, inside, outside)),
+        engine(tissue, "psi31", kSupport, kLandmarks, target),
+        paper("psi31", kSupport),
+        u(tissue.size()) {}
+
+  void tick() {
     engine.solve(p, d);
     engine.cull(p);
     engine.evaluate();
-  };
-  const auto paper_tick = [&] {
+  }
+  void paper_tick() {
     paper.solve(p, d);
     paper.evaluate(tissue.rest_vertices, u);
-  };
-  time_row(state, row, {tick}, {paper_tick});
-  row.more["points_inside"] = static_cast<double>(inside);
-  row.more["pairs_inside"] = static_cast<double>(count_reach(tissue.rest_vertices, p, kSupport).pairs);
-  report.rows.push_back(row);
+  }
+
+  std::span<const Vec3> p, d;
+  Tissue tissue;
+  RebuiltTick engine;
+  PaperBaseline paper;
+  std::vector<Vec3> u;
+};
+
+struct Counts {
+  std::size_t inside, outside;
+};
+
+/// All sizes in turns, since their times are compared with each other.
+void run_scattered(benchmark::State& state, Report& report, SimdTarget target, const std::string& name,
+                   const std::vector<Counts>& sizes) {
+  const LandmarkCycle landmarks(kLandmarks, false);
+  std::vector<std::unique_ptr<Scattered>> sets;
+  std::vector<Work> works;
+  for (const Counts& c : sizes) {
+    sets.push_back(std::make_unique<Scattered>(landmarks, c.inside, c.outside, target));
+    works.push_back({[set = sets.back().get()] { set->tick(); }});
+    works.push_back({[set = sets.back().get()] { set->paper_tick(); }});
+  }
+  const auto ms = time_in_turns(state, works);
+  for (std::size_t i = 0; i < sets.size(); ++i) {
+    Row row{.name = name,
+            .points = sets[i]->tissue.size(),
+            .landmarks = kLandmarks,
+            .support_mm = kSupport,
+            .moving = true};
+    row.ms = ms[2 * i];
+    row.baseline_ms = ms[2 * i + 1];
+    row.more["points_inside"] = static_cast<double>(sizes[i].inside);
+    row.more["pairs_inside"] =
+        static_cast<double>(count_reach(sets[i]->tissue.rest_vertices, sets[i]->p, kSupport).pairs);
+    row.more["pairs_visited"] = static_cast<double>(sets[i]->engine.field().statistics().pairs);
+    state.counters["ms_" + std::to_string(row.points)] = row.ms;
+    report.rows.push_back(row);
+  }
 }
 
 }  // namespace
 
 void add_scaling_benches(Report& report, const BenchOptions& options) {
-  const auto add = [&](const char* name, std::size_t inside, std::size_t outside) {
-    Row row{.name = name,
-            .points = inside + outside,
-            .landmarks = kLandmarks,
-            .support_mm = kSupport,
-            .moving = true};
-    add_benchmark(name_of(row) + "/inside:" + std::to_string(inside),
-                  [&report, target = options.target, row, inside](benchmark::State& state) {
-                    run_scattered(state, report, target, row, inside);
-                  });
+  const auto add = [&](const std::string& name, const std::vector<Counts>& sizes) {
+    add_benchmark(name, [&report, target = options.target, name, sizes](benchmark::State& state) {
+      run_scattered(state, report, target, name, sizes);
+    });
   };
-  for (const std::size_t inside : {1'000, 10'000, 100'000, 1'000'000}) add("inside", inside, 0);
-  for (const std::size_t outside : {0, 10'000, 100'000, 1'000'000}) add("outside", 10'000, outside);
+  add("inside", {{1'000, 0}, {10'000, 0}, {100'000, 0}, {1'000'000, 0}});
+  add("outside", {{10'000, 0}, {10'000, 100'000}, {10'000, 1'000'000}});
 }
 
 }  // namespace brachy::bench
