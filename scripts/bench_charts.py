@@ -50,8 +50,8 @@ def draw_ticks(bench, x, title, path, **wanted):
     line(axes, moving, x, fma_ms, "limit: 22 flops a pair at the FMA peak", color="tab:red", linestyle=":")
     line(axes, moving, x, write_ms, "limit: writing the displacements", color="tab:purple", linestyle=":")
     axes.set(xscale="log", yscale="log", xlabel=x, ylabel="ms a tick, one thread", title=title)
-    axes.legend()
-    figure.savefig(path)
+    axes.legend(loc="upper left", bbox_to_anchor=(0, -0.13), ncol=2)
+    figure.savefig(path, bbox_inches="tight")
 
 
 def draw_scaling(bench, path):
@@ -62,8 +62,8 @@ def draw_scaling(bench, path):
     line(axes, outside, "points", "ms", "ours, 10⁴ inside and the rest outside", color="tab:green", marker="o")
     axes.set(xscale="log", yscale="log", xlabel="points", ylabel="ms a rebuilt tick, one thread",
              title="Time against points inside and outside supports, ψ3,1, n = 10, a = 12 mm")
-    axes.legend()
-    figure.savefig(path)
+    axes.legend(loc="upper left", bbox_to_anchor=(0, -0.13), ncol=2)
+    figure.savefig(path, bbox_inches="tight")
 
 
 def draw_figure6(bench, path):
@@ -83,10 +83,10 @@ def draw_figure6(bench, path):
         axes.set_ylabel("ms")
     for axes in grid[1]:
         axes.set_xlabel("landmarks")
-    grid[1][0].legend(ncol=2, fontsize=7)
+    figure.legend(*grid[0][0].get_legend_handles_labels(), loc="lower center", ncol=4)
     figure.suptitle(f"Figure 6 of the paper, redrawn: time for 14,560 displacements, a = 12 mm ({bench['machine']}, "
                     f"{bench['simd']})")
-    figure.tight_layout()
+    figure.tight_layout(rect=(0, 0.07, 1, 1))
     figure.savefig(path)
 
 

@@ -72,6 +72,13 @@ std::vector<Goal> goals(const Report& report) {
     goals.push_back({"rebuilt tick, n = 10, 1e4 points inside, 1e5 to 1e6 outside", "growth of time",
                      rows[2]->ms / rows[1]->ms, kAtMost, 1.1});
 
+  if (const auto rows = rows_called(report, "tick"); !rows.empty()) {
+    double largest = 0;
+    for (const Row* row : rows) largest = std::max(largest, row->more.at("difference_mm"));
+    goals.push_back({"every tick timed, ours against the baseline's field", "largest difference, mm", largest,
+                     kAtMost, 2e-5});
+  }
+
   for (const Row* row : rows_called(report, "append"))
     goals.push_back({"adding a landmark, n = " + std::to_string(row->landmarks), "share of refactorising",
                      row->ms / row->baseline_ms, kAtMost, 0.1});
