@@ -3,8 +3,8 @@
 #include <benchmark/benchmark.h>
 
 #include <cstdio>
-#include <cstring>
 #include <exception>
+#include <string_view>
 
 #include "apps/bench/benches.h"
 #include "apps/bench/machine_limits.h"
@@ -12,15 +12,18 @@
 
 namespace {
 
-/// Takes `--name=` off the command line, which Google Benchmark reads after us; its value, or nothing.
-const char* take_option(int& argc, char** argv, const char* name) {
+/// Takes `name`, or what starts with it where it ends in "=", off the command line, which Google Benchmark reads after
+/// us; what follows it, or nothing.
+const char* take_option(int& argc, char** argv, std::string_view name) {
   const char* value = nullptr;
   int kept = 0;
-  for (int i = 0; i < argc; ++i)
-    if (std::strncmp(argv[i], name, std::strlen(name)) == 0)
-      value = argv[i] + std::strlen(name);
+  for (int i = 0; i < argc; ++i) {
+    const std::string_view argument = argv[i];
+    if (name.ends_with('=') ? argument.starts_with(name) : argument == name)
+      value = argv[i] + name.size();
     else
       argv[kept++] = argv[i];
+  }
   argc = kept;
   return value;
 }

@@ -8,6 +8,8 @@
 namespace brachy::bench {
 namespace {
 
+constexpr std::size_t kFew = 500'000, kMany = 1'000'000;
+
 /// Bytes the program holds now. Exact, where the resident size would depend on what the allocator keeps back.
 double heap_bytes() {
   const auto info = mallinfo2();
@@ -31,13 +33,16 @@ Bytes bytes_of(std::size_t points) {
 }  // namespace
 
 std::map<std::string, double> measure_memory() {
-  const double few = 100'000, many = 1'000'000;
-  const Bytes at_paper = bytes_of(kPaperPoints), at_few = bytes_of(100'000), at_many = bytes_of(1'000'000);
-  return {{"simulator_bytes_per_point", (at_many.simulator - at_few.simulator) / (many - few)},
-          {"mesh_state_bytes_per_point", (at_many.mesh_state - at_few.mesh_state) / (many - few)},
-          {"simulator_bytes_at_14560", at_paper.simulator},
-          {"simulator_bytes_at_100000", at_few.simulator},
-          {"simulator_bytes_at_1000000", at_many.simulator}};
+  std::map<std::string, double> memory;
+  std::map<std::size_t, Bytes> at;
+  for (const std::size_t points : {kPaperPoints, kFew, kMany}) {
+    at[points] = bytes_of(points);
+    memory["simulator_bytes_at_" + std::to_string(points)] = at[points].simulator;
+  }
+  constexpr double kMore = kMany - kFew;
+  memory["simulator_bytes_per_point"] = (at[kMany].simulator - at[kFew].simulator) / kMore;
+  memory["mesh_state_bytes_per_point"] = (at[kMany].mesh_state - at[kFew].mesh_state) / kMore;
+  return memory;
 }
 
 }  // namespace brachy::bench

@@ -48,13 +48,12 @@ Psi find_psi(std::string_view name) {
 struct PaperBaseline::System {
   Psi kernel;
   double support_radius;
-  int threads;
   std::vector<Vec3> positions;
   Eigen::Matrix<double, Eigen::Dynamic, 3> weights;
 };
 
-PaperBaseline::PaperBaseline(std::string_view kernel, double support_radius, int threads)
-    : system_(std::make_unique<System>(System{find_psi(kernel), support_radius, threads, {}, {}})) {}
+PaperBaseline::PaperBaseline(std::string_view kernel, double support_radius)
+    : system_(std::make_unique<System>(System{find_psi(kernel), support_radius, {}, {}})) {}
 
 PaperBaseline::~PaperBaseline() = default;
 
@@ -76,11 +75,11 @@ void PaperBaseline::solve(std::span<const Vec3> positions, std::span<const Vec3>
   s.weights = K.llt().solve(d);
 }
 
-void PaperBaseline::evaluate(std::span<const Vec3> points, std::span<Vec3> u) const {
+void PaperBaseline::evaluate(std::span<const Vec3> points, std::span<Vec3> u, int threads) const {
   const System& s = *system_;
   with_psi(s.kernel, [&]<Psi kPsi>() {
     const auto count = static_cast<std::ptrdiff_t>(points.size());
-#pragma omp parallel for schedule(static) num_threads(s.threads)
+#pragma omp parallel for schedule(static) num_threads(threads)
     for (std::ptrdiff_t q = 0; q < count; ++q) {
       Vec3 sum = Vec3::Zero();
       for (std::size_t i = 0; i < s.positions.size(); ++i) {

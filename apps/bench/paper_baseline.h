@@ -14,12 +14,12 @@ namespace brachy::bench {
 class __attribute__((visibility("default"))) PaperBaseline {
  public:
   /// `kernel`: psi30, psi31, psi32 or buhmann. `support_radius` in mm.
-  PaperBaseline(std::string_view kernel, double support_radius, int threads = 1);
+  PaperBaseline(std::string_view kernel, double support_radius);
   ~PaperBaseline();
 
   void solve(std::span<const Vec3> positions, std::span<const Vec3> displacements);
   /// u at each of `points`.
-  void evaluate(std::span<const Vec3> points, std::span<Vec3> u) const;
+  void evaluate(std::span<const Vec3> points, std::span<Vec3> u, int threads = 1) const;
 
  private:
   struct System;  // Eigen's types in here are the baseline's own

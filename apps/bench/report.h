@@ -15,7 +15,7 @@ struct Row {
   std::string kernel = "psi31";
   std::size_t points = 0, landmarks = 0;
   double support_mm = 12;
-  int threads = 1;      ///< of ours; the baseline's are one unless more says so
+  int threads = 1;      ///< of ours; the baseline has one
   bool moving = false;  ///< landmark rest positions change every tick
   double ms = 0, baseline_ms = 0;
   std::map<std::string, double> more = {};  ///< further fields of the row; units in their names

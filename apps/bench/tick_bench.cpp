@@ -36,7 +36,8 @@ void run_tick(benchmark::State& state, Report& report, SimdTarget target, Row ro
   };
   paper_tick();
   row.more["difference_mm"] = largest_difference_mm(tissue, deformation.blocks(), u);
-  time_row(state, row, {tick, [&] { cycle.advance(); }}, {paper_tick, [&] { paper_cycle.advance(); }});
+  time_row(state, row, {tick, [&] { cycle.advance(); }, row.threads},
+           {paper_tick, [&] { paper_cycle.advance(); }});
 
   const Reach reach = count_reach(tissue.rest_vertices, cycle.positions(), row.support_mm);
   row.more["pairs_inside"] = static_cast<double>(reach.pairs);
@@ -71,12 +72,13 @@ std::vector<Case> all_cases() {
       for (const int threads : {1, 2}) cases.push_back({N, n, "psi31", 12, threads});
   for (const std::string_view kernel : {"psi30", "psi32", "buhmann"}) {
     for (const std::size_t n : numbers) cases.push_back({kPaperPoints, n, kernel});
-    for (const std::size_t n : {10, 100}) cases.push_back({100'000, n, kernel});
+    for (const std::size_t n : {1, 4, 10, 20, 30, 100, 300}) cases.push_back({100'000, n, kernel});
     cases.push_back({1'000'000, 100, kernel});
   }
   for (const double support_mm : {6.0, 40.0})
     for (const std::string_view kernel : {"psi30", "psi31", "psi32", "buhmann"}) {
-      for (const std::size_t n : {10, 30, 100}) cases.push_back({kPaperPoints, n, kernel, support_mm});
+      for (const std::size_t n : numbers) cases.push_back({kPaperPoints, n, kernel, support_mm});
+      cases.push_back({100'000, 100, kernel, support_mm});
       cases.push_back({1'000'000, 100, kernel, support_mm});
     }
   return cases;

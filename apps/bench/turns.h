@@ -13,6 +13,7 @@ namespace brachy::bench {
 struct Work {
   std::function<void()> run;
   std::function<void()> prepare = {};
+  int threads = 1;  ///< it uses
 };
 
 /// Median time of one call of each work, ms.
@@ -20,7 +21,8 @@ struct Work {
 /// Machines are shared and drift, so the works take turns, one turn of each an iteration of `state`; only quotients of
 /// times from one call of this function mean something. A turn is some 20 calls back to back (more where they are
 /// short, fewer where they take long) and counts as their median: a work that has just had the other's caches and
-/// clocks pays for it once, not at every call.
+/// clocks pays for it once, not at every call. Of a work with one thread, what other programs took of its core does not
+/// count: otherwise the long calls of a baseline would suffer more from them than our short ones.
 std::vector<double> time_in_turns(benchmark::State& state, const std::vector<Work>& works);
 
 /// The common case: times `ours` and `baseline` into `row`, and shows both beside the benchmark's name.
