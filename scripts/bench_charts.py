@@ -49,7 +49,7 @@ def draw_ticks(bench, x, title, path, **wanted):
         line(axes, series, x, "ms", f"{kind}, 2 threads", color=color, marker="x", linestyle="--")
     line(axes, moving, x, fma_ms, "limit: 22 flops a pair at the FMA peak", color="tab:red", linestyle=":")
     line(axes, moving, x, write_ms, "limit: writing the displacements", color="tab:purple", linestyle=":")
-    axes.set(xscale="log", yscale="log", xlabel=x, ylabel="ms a tick, one thread", title=title)
+    axes.set(xscale="log", yscale="log", xlabel=x, ylabel="ms a tick, one thread unless said", title=title)
     axes.legend(loc="upper left", bbox_to_anchor=(0, -0.13), ncol=2)
     figure.savefig(path, bbox_inches="tight")
 
