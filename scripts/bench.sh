@@ -3,6 +3,7 @@
 # whether it is met; writes JSON and SVG charts. Wants a quiet machine; takes some 20 minutes, --quick two.
 #   scripts/bench.sh [--quick] [--json FILE] [--charts DIR] [--simd TARGET] [Google Benchmark's options]
 set -euo pipefail
+from=$PWD
 cd "$(dirname "$0")/.."
 
 out=out/bench-$(date +%Y%m%d-%H%M%S)-$$
@@ -12,8 +13,8 @@ options=()
 while (($#)); do
   case $1 in
     --json | --charts | --simd) (($# > 1)) || { sed -n '2,4s/^# \?//p' "$0" >&2; exit 2; } ;;&
-    --json) json=$2; shift ;;
-    --charts) charts=$2; shift ;;
+    --json) json=$(cd "$from" && realpath -m "$2"); shift ;;
+    --charts) charts=$(cd "$from" && realpath -m "$2"); shift ;;
     --simd) options+=("--simd=$2"); shift ;;
     --quick | --benchmark_*) options+=("$1") ;;
     *) sed -n '2,4s/^# \?//p' "$0" >&2; exit 2 ;;
