@@ -1,11 +1,18 @@
 #!/usr/bin/env bash
 # Installs what building, testing and running need, where it is missing. Debian 12.
-#   scripts/setup.sh [--all]     --all: also what `scripts/test.sh --all` needs (format, tidy)
+#   scripts/setup.sh [--all] [--charts]     --all: also what `scripts/test.sh --all` needs (format, tidy)
+#                                           --charts: also what draws the charts of `scripts/bench.sh`
 set -euo pipefail
 
 packages=(cmake ninja-build g++ ccache libeigen3-dev libboost-dev libassimp-dev libcli11-dev libtomlplusplus-dev
           libspdlog-dev nlohmann-json3-dev libgtest-dev libbenchmark-dev)
-if [[ "${1:-}" == --all ]]; then packages+=(clang-format-14 python3); fi
+for option in "$@"; do
+  case $option in
+    --all) packages+=(clang-format-14 python3) ;;
+    --charts) packages+=(python3-matplotlib python3-numpy) ;;
+    *) sed -n '3,4s/^# \?//p' "$0" >&2; exit 2 ;;
+  esac
+done
 
 missing=()
 for package in "${packages[@]}"; do

@@ -1,0 +1,21 @@
+#pragma once
+
+#include "apps/bench/report.h"
+#include "core/field/simd_target.h"
+
+namespace brachy::bench {
+
+struct BenchOptions {
+  bool is_quick = false;  ///< only what the goals and the charts need, in under three minutes
+  SimdTarget target = best_simd_target();
+};
+
+// Each registers its benchmarks, which add their rows to `report` as they run. Both arguments must outlive the run.
+void add_tick_benches(Report& report, const BenchOptions& options);  ///< whole ticks, moving and fixed
+void add_direct_benches(Report& report,
+                        const BenchOptions& options);  ///< direct evaluation, against the FMA peak
+void add_scaling_benches(Report& report,
+                         const BenchOptions& options);  ///< points inside and outside supports
+void add_figure6_benches(Report& report, const BenchOptions& options);  ///< the paper's figure 6
+
+}  // namespace brachy::bench

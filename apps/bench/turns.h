@@ -1,0 +1,44 @@
+#pragma once
+
+#include <benchmark/benchmark.h>
+
+#include <functional>
+#include <vector>
+
+#include "apps/bench/report.h"
+
+namespace brachy::bench {
+
+/// Something to time: one call of `run`; `prepare`, if any, comes before each call and is not timed.
+struct Work {
+  std::function<void()> run;
+  std::function<void()> prepare = {};
+  int threads = 1;  ///< it uses
+};
+
+/// Median time of one call of each work, ms.
+///
+/// Machines are shared and drift, so the works take turns, one turn of each an iteration of `state`; only quotients of
+/// times from one call of this function mean something. A turn is some 20 calls back to back (more where they are
+/// short, fewer where they take long) and counts as their median: a work that has just had the other's caches and
+/// clocks pays for it once, not at every call. Of a work with one thread, what other programs took of its core does not
+/// count: otherwise the long calls of a baseline would suffer more from them than our short ones.
+std::vector<double> time_in_turns(benchmark::State& state, const std::vector<Work>& works);
+
+/// The common case: times `ours` and `baseline` into `row`, and shows both beside the benchmark's name.
+void time_row(benchmark::State& state, Row& row, const Work& ours, const Work& baseline);
+
+/// "tick/psi31/N:14560/n:10/a:12/threads:1/moving": the name of a row's benchmark.
+std::string name_of(const Row& row);
+
+/// Registers `run` under `name`, with the number of turns every ratio is the median of.
+template <class Run>
+void add_benchmark(const std::string& name, Run run) {
+  constexpr int kTurns = 7;
+  benchmark::RegisterBenchmark(name.c_str(), run)
+      ->Iterations(kTurns)
+      ->UseManualTime()
+      ->Unit(benchmark::kMillisecond);
+}
+
+}  // namespace brachy::bench
