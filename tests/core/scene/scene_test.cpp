@@ -21,8 +21,7 @@ std::string refusal(const std::string& text) {
 }
 
 TEST(Scene, TheDefaultFileSaysTheDefaults) {
-  const Scene file =
-      load_scene(std::filesystem::path(__FILE__).parent_path() / "../../../config/prostate.toml");
+  const Scene file = load_scene(BRACHY_SOURCE_DIR "/config/prostate.toml");
   const Scene built_in = parse_scene("", "nothing");
   EXPECT_EQ(file.name, built_in.name);
   EXPECT_EQ(file.tissue, built_in.tissue);
@@ -73,7 +72,7 @@ TEST(Scene, TextThatIsNotTomlIsRefusedWithItsLine) {
 }
 
 TEST(Scene, AnyTruncationOfTheDefaultFileIsAcceptedOrRefusedInOneLine) {
-  std::ifstream in(std::filesystem::path(__FILE__).parent_path() / "../../../config/prostate.toml");
+  std::ifstream in(BRACHY_SOURCE_DIR "/config/prostate.toml");
   const std::string text((std::istreambuf_iterator<char>(in)), {});
   ASSERT_GT(text.size(), 1000u);
   for (std::size_t n = 0; n < text.size(); ++n) refusal(text.substr(0, n));

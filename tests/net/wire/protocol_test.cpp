@@ -14,7 +14,7 @@ namespace {
 
 /// The blocks fenced as ```hex NAME; comments start at '#'.
 std::map<std::string, Bytes> golden_blocks() {
-  const auto path = std::filesystem::path(__FILE__).parent_path() / "../../../net/PROTOCOL.md";
+  const std::filesystem::path path = BRACHY_SOURCE_DIR "/net/PROTOCOL.md";
   std::ifstream file(path);
   EXPECT_TRUE(file) << path;
   std::map<std::string, Bytes> blocks;
