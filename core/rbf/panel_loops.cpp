@@ -100,19 +100,19 @@ BRACHY_INLINE void factor_below(const PanelMatrix& matrix, int I, int J) {
     for (int row = 0; row < kRows; row += 2 * W::kLanes) update_block<W, true>(matrix, I, J, row, j);
 }
 
-// Cholesky of the columns [j, j + kColumns) on panel I's diagonal, already updated by the columns before.
+// Cholesky of `count` ≤ kColumns columns from j on panel I's diagonal, already updated by the columns before.
 template <class W>
-BRACHY_INLINE bool factor_columns(const PanelMatrix& matrix, int I, int j) {
+BRACHY_INLINE bool factor_columns(const PanelMatrix& matrix, int I, int j, int count) {
   PanelColumn* column = matrix.panel(I) + j;
   const int row_j = j - I * kRows;
-  for (int q = 0; q < W::kColumns; ++q) {
+  for (int q = 0; q < count; ++q) {
     const int pivot_row = row_j + q;
     const double pivot = column[q].row[pivot_row];
     if (!(pivot > 0)) return false;
     const double inverse = 1 / std::sqrt(pivot);
     matrix.inverse_diagonal[j + q] = inverse;
     for (int i = 0; i < kRows; ++i) column[q].row[i] = i < pivot_row ? 0.0 : column[q].row[i] * inverse;
-    for (int p = q + 1; p < W::kColumns; ++p) {
+    for (int p = q + 1; p < count; ++p) {
       const double l = column[q].row[row_j + p];
       for (int i = 0; i < kRows; ++i) column[p].row[i] -= column[q].row[i] * l;
     }
@@ -134,7 +134,7 @@ BRACHY_INLINE bool factor(const PanelMatrix& matrix, int begin, int end, int n) 
       for (int j = I * kRows; j < last; j += W::kColumns) {
         const int above = (j - I * kRows) / (2 * W::kLanes) * (2 * W::kLanes);
         for (int row = above; row < kRows; row += 2 * W::kLanes) update_block<W, false>(matrix, I, I, row, j);
-        if (!factor_columns<W>(matrix, I, j)) return false;
+        if (!factor_columns<W>(matrix, I, j, std::min(W::kColumns, last - j))) return false;
       }
     }
   }
@@ -221,35 +221,40 @@ BRACHY_INLINE void rotate(double* __restrict x, double* __restrict y, double c, 
   }
 }
 
+// ψ of eight rows of a panel against one landmark; `self`: which of the eight that landmark is, if any.
+constexpr int kHalf = kRows / 2;
+template <class K>
+BRACHY_INLINE void assemble_rows(const double* px, const double* py, const double* pz, double x, double y,
+                                 double z, double inverse_radius, int self, double* __restrict row,
+                                 double* __restrict least) {
+  for (int i = 0; i < kHalf; ++i) {
+    const double dx = px[i] - x, dy = py[i] - y, dz = pz[i] - z;
+    const double squared = dx * dx + dy * dy + dz * dz;
+    const double other = i == self ? least[i] : squared;
+    least[i] = other < least[i] ? other : least[i];
+    const double r = std::sqrt(squared) * inverse_radius;
+    row[i] = K::inside(r < 1 ? r : 1.0);
+  }
+}
+
 template <class K>
 BRACHY_INLINE double assemble(const PanelMatrix& matrix, const PanelPositions& p, double support_radius,
                               int I, int n) {
-  const double inverse_radius = 1 / support_radius;
-  const int diagonal = I * kRows;
-  const int last =
-      std::min((n + PanelMatrix::kColumnStep - 1) / PanelMatrix::kColumnStep * PanelMatrix::kColumnStep,
-               diagonal + kRows);
-  double px[kRows], py[kRows], pz[kRows], least[kRows];
-  for (int i = 0; i < kRows; ++i) {
-    px[i] = p.x[diagonal + i];
-    py[i] = p.y[diagonal + i];
-    pz[i] = p.z[diagonal + i];
-    least[i] = support_radius * support_radius;
-  }
-  for (int j = matrix.first_column[I]; j < last; ++j) {
-    double* __restrict row = matrix.panel(I)[j].row;
-    const double x = p.x[j], y = p.y[j], z = p.z[j];
-    const int self = j - diagonal;
-    for (int i = 0; i < kRows; ++i) {
-      const double dx = px[i] - x, dy = py[i] - y, dz = pz[i] - z;
-      const double squared = dx * dx + dy * dy + dz * dz;
-      const double other = i == self ? least[i] : squared;
-      least[i] = other < least[i] ? other : least[i];
-      const double r = std::sqrt(squared) * inverse_radius;
-      row[i] = K::inside(r < 1 ? r : 1.0);
+  double least[kHalf];
+  for (double& l : least) l = support_radius * support_radius;
+  for (int first = I * kRows; first < (I + 1) * kRows; first += kHalf) {
+    PanelColumn* panel = matrix.panel(I);
+    const int row = first - I * kRows,
+              last = std::min(n, first + kHalf);  // columns right of these rows' are not read
+    if (first >= n) {
+      for (int j = matrix.first_column[I]; j < n; ++j) std::fill_n(panel[j].row + row, kHalf, 0.0);
+      break;
     }
+    for (int j = matrix.first_column[I]; j < last; ++j)
+      assemble_rows<K>(p.x + first, p.y + first, p.z + first, p.x[j], p.y[j], p.z[j], 1 / support_radius,
+                       j - first, panel[j].row + row, least);
   }
-  return *std::min_element(least, least + kRows);
+  return *std::min_element(least, least + kHalf);
 }
 
 // One copy of the loops for a target.

@@ -15,7 +15,7 @@ struct alignas(64) PanelColumn {
 
 /// The lower triangle of an n × n matrix as panels of 16 rows, column after column, each panel as wide as its last row:
 /// panel I begins at column panel_begin(I) of `columns`. Columns of panel I left of first_column[I] are zero and
-/// never read (an envelope; 0 everywhere is a dense matrix). Rows from n on are those of the unit matrix.
+/// never read (an envelope; 0 everywhere is a dense matrix). Rows from n on are zero.
 struct PanelMatrix {
   static constexpr int kRows = PanelColumn::kRows;
   static constexpr int kColumnStep = 8;  ///< first_column is a multiple of this
