@@ -70,8 +70,7 @@ double LandmarkFactor::assemble(int first_row) noexcept {
   update_panel_begins(first_panel);
   double least = support_radius_ * support_radius_;
   for (int I = first_panel; I < panels(n_); ++I)
-    least =
-        std::min(least, loops_.assemble(matrix(), {x_.data(), y_.data(), z_.data()}, support_radius_, I, n_));
+    least = std::min(least, loops_.assemble(matrix(), places(), support_radius_, I, n_));
   return least;
 }
 
@@ -130,7 +129,7 @@ void LandmarkFactor::remove(int k) noexcept {
   std::copy(panel_begins_.begin(), panel_begins_.end(), old_begins_.begin());
   const int last = n_ - 1;
   for (int row = k; row < last; ++row) {
-    place(row, position(row + 1));
+    place(row, {x_[at(row + 1)], y_[at(row + 1)], z_[at(row + 1)]});
     const int first = first_neighbours_[at(row + 1)];
     first_neighbours_[at(row)] = first > k ? first - 1 : first;
   }

@@ -9,7 +9,7 @@
 namespace brachy {
 
 /// The Cholesky factor L of K_ij = ψ(|p_i − p_j| / a), row by row in the order given, stored as an envelope: row i
-/// begins at its first neighbour. Dense is the envelope in which every row begins at 0.
+/// begins at its first neighbour, the earliest row whose landmark is nearer than a. Dense is the envelope in which every row begins at 0.
 ///
 /// A row of L depends on the rows before it only, so that a landmark is added by solving for the last panel's rows
 /// anew (a bordered update, O(n²)); with the same bits as in a factorisation from scratch.
@@ -19,7 +19,10 @@ class LandmarkFactor {
   LandmarkFactor(const PanelLoops& loops, double support_radius, int capacity);
 
   int size() const { return n_; }  ///< rows, pushed ones included
-  Vec3 position(int row) const { return {x_[at(row)], y_[at(row)], z_[at(row)]}; }
+  /// For push_back and append: a row at or shortly before the first whose landmark is nearer than a to p.
+  int first_neighbour(const Vec3& p) const noexcept {
+    return loops_.first_within(places(), p.x(), p.y(), p.z(), support_radius_, 0, n_);
+  }
 
   /// Adds a row (mm) that factor must be called for. `first_neighbour`: no landmark in a row before it is nearer than a.
   void push_back(const Vec3& p, int first_neighbour) noexcept;
@@ -44,6 +47,7 @@ class LandmarkFactor {
  private:
   static std::size_t at(int row) { return static_cast<std::size_t>(row); }
   static int panels(int n) { return (n + PanelMatrix::kRows - 1) / PanelMatrix::kRows; }
+  PanelPositions places() const { return {x_.data(), y_.data(), z_.data()}; }
   PanelMatrix matrix() noexcept { return {columns_.data(), panel_begins_.data(), inverse_diagonal_.data()}; }
   void place(int row, const Vec3& p) noexcept;
   void place_far(int row) noexcept;

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <cstring>
 
 // Each function with one of these attributes is a copy of the loops below for its target (as in block_kernels.cpp).
@@ -221,6 +222,20 @@ BRACHY_INLINE void rotate(double* __restrict x, double* __restrict y, double c, 
   }
 }
 
+BRACHY_INLINE int first_within(const PanelPositions& p, double x, double y, double z, double radius,
+                               int begin, int end) {
+  constexpr int kStep = PanelMatrix::kColumnStep;
+  for (; begin + kStep <= end; begin += kStep) {
+    std::int64_t hits = 0;  // as wide as a double: the loop vectorises
+    for (int i = 0; i < kStep; ++i) {
+      const double dx = p.x[begin + i] - x, dy = p.y[begin + i] - y, dz = p.z[begin + i] - z;
+      hits += dx * dx + dy * dy + dz * dz < radius * radius ? 1 : 0;
+    }
+    if (hits > 0) break;
+  }
+  return begin;
+}
+
 // ψ of eight rows of a panel against one landmark; `self`: which of the eight that landmark is, if any.
 constexpr int kHalf = kRows / 2;
 template <class K>
@@ -274,11 +289,15 @@ BRACHY_INLINE double assemble(const PanelMatrix& matrix, const PanelPositions& p
     attribute static void turn(double* x, double* y, double c, double s, std::size_t count) {          \
       rotate(x, y, c, s, count);                                                                       \
     }                                                                                                  \
+    attribute static int search(const PanelPositions& p, double x, double y, double z, double radius,  \
+                                int begin, int end) {                                                  \
+      return first_within(p, x, y, z, radius, begin, end);                                             \
+    }                                                                                                  \
     attribute static double fill(const PanelMatrix& m, const PanelPositions& p, double radius, int I,  \
                                  int n) {                                                              \
       return assemble<K>(m, p, radius, I, n);                                                          \
     }                                                                                                  \
-    static constexpr PanelLoops kLoops{factor_panels, solve_lower, solve_upper, turn, fill};           \
+    static constexpr PanelLoops kLoops{factor_panels, solve_lower, solve_upper, turn, search, fill};   \
   }
 
 BRACHY_TARGET(Generic, , 16, 4);

@@ -57,6 +57,10 @@ struct PanelLoops {
   void (*backward)(const PanelMatrix& matrix, int n, const PanelVectors& v);
   /// (x, y) = (c x + s y, c y − s x), element by element: a Givens rotation of two columns.
   void (*rotate)(double* x, double* y, double c, double s, std::size_t count);
+  /// No row of [begin, result) is nearer than `radius` to the place (x, y, z); the result is at most end, and at most
+  /// kColumnStep − 1 rows before the first that is nearer.
+  int (*first_within)(const PanelPositions& p, double x, double y, double z, double radius, int begin,
+                      int end);
   /// K of panel I, columns from first_column[I] to n; returns the least |p_i − p_j|² met with i ≠ j.
   double (*assemble)(const PanelMatrix& matrix, const PanelPositions& p, double support_radius, int I, int n);
 };

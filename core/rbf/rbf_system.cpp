@@ -19,7 +19,7 @@ FactorStatus check_finite(std::span<const Vec3> positions) {
 RbfSystem::RbfSystem(Kernel kernel, double support_radius, int capacity, SimdTarget target, Sparse sparse)
     : support_radius_(support_radius),
       sparse_(sparse),
-      sweep_(capacity),
+      sweep_(panel_loops(kernel, target), capacity),
       factor_(panel_loops(kernel, target), support_radius, capacity) {
   positions_.reserve(static_cast<std::size_t>(capacity));
   row_of_.reserve(static_cast<std::size_t>(capacity));
@@ -105,16 +105,6 @@ FactorStatus RbfSystem::find_duplicate() const noexcept {
   return {FactorStatus::kNotPositiveDefinite, -1, -1};
 }
 
-// Row of the first landmark that `position` is coupled with; 0 in a dense factor, which has no empty part.
-int RbfSystem::first_neighbour(const Vec3& position) const noexcept {
-  if (!is_sparse_) return 0;
-  int row = 0;
-  while (row < size() &&
-         (factor_.position(row) - position).squaredNorm() >= support_radius_ * support_radius_)
-    ++row;
-  return row;
-}
-
 FactorStatus RbfSystem::append(const Vec3& position) noexcept {
   assert(positions_.size() < positions_.capacity());
   const int n = size();
@@ -122,7 +112,7 @@ FactorStatus RbfSystem::append(const Vec3& position) noexcept {
   for (int i = 0; i < n; ++i)
     if ((positions_[static_cast<std::size_t>(i)] - position).norm() < kDuplicateDistance * support_radius_)
       return {FactorStatus::kDuplicate, i, n};
-  if (!factor_.append(position, first_neighbour(position)))
+  if (!factor_.append(position, is_sparse_ ? factor_.first_neighbour(position) : 0))
     return {FactorStatus::kNotPositiveDefinite, -1, -1};
   positions_.push_back(position);
   row_of_.push_back(n);

@@ -78,7 +78,6 @@ class RbfSystem {
   bool prefers_sparse(std::span<const Vec3> positions) noexcept;
   FactorStatus factor_rows(int first_row) noexcept;
   FactorStatus find_duplicate() const noexcept;
-  int first_neighbour(const Vec3& position) const noexcept;
 
   double support_radius_;
   Sparse sparse_;

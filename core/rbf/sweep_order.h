@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "core/math/rigid_transform.h"
+#include "core/rbf/panel_loops.h"
 
 namespace brachy {
 
@@ -16,7 +17,7 @@ namespace brachy {
 /// Threads: one. Real-time: no allocation after construction.
 class SweepOrder {
  public:
-  explicit SweepOrder(int capacity);
+  SweepOrder(const PanelLoops& loops, int capacity);
 
   /// Orders `positions` (n ≤ capacity, mm).
   void compute(std::span<const Vec3> positions, double support_radius) noexcept;
@@ -30,9 +31,14 @@ class SweepOrder {
 
  private:
   void sort_along(const Vec3& direction, std::span<const Vec3> positions) noexcept;
+  void find_reach(double support_radius) noexcept;
   void find_first_neighbours(std::span<const Vec3> positions, double support_radius) noexcept;
+  void sort_windows() noexcept;
 
+  const PanelLoops& loops_;
   std::vector<std::pair<double, int>> keys_;  // place along the sweep, landmark
+  std::vector<std::pair<int, int>> window_;   // first neighbour, landmark
+  std::vector<double> x_, y_, z_;             // places in the order
   std::vector<int> order_, first_neighbours_;
 };
 
