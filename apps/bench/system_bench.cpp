@@ -2,6 +2,7 @@
 // within one run.
 #include <benchmark/benchmark.h>
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 
@@ -26,6 +27,20 @@ std::vector<Vec3> in_volume(int n) {
       }
   std::shuffle(p.begin(), p.end(), random);
   p.resize(static_cast<std::size_t>(n));
+  return p;
+}
+
+/// n random points in the ellipsoid, at least 1 mm apart.
+std::vector<Vec3> at_random(int n) {
+  std::mt19937_64 random(2);
+  const auto coordinate = [&] { return 2 * (static_cast<double>(random() >> 11) * 0x1p-53) - 1; };
+  const double scale = std::cbrt(n / 0.6 / (4.0 / 3 * M_PI * 20 * 16 * 19));  // 0.6 a mm³ still find room
+  std::vector<Vec3> p;
+  while (static_cast<int>(p.size()) < n) {
+    const Vec3 q(coordinate(), coordinate(), coordinate()), x = scale * q.cwiseProduct(Vec3(20, 16, 19));
+    if (q.norm() < 1 && std::ranges::all_of(p, [&](const Vec3& y) { return (x - y).norm() >= 1; }))
+      p.push_back(x);
+  }
   return p;
 }
 
@@ -75,7 +90,7 @@ using Points = std::vector<Vec3> (*)(int);
 const struct {
   const char* name;
   Points points;
-} kClouds[] = {{"volume", in_volume}, {"surface", on_surface}};
+} kClouds[] = {{"grid", in_volume}, {"random", at_random}, {"surface", on_surface}};
 const struct {
   const char* name;
   Sparse sparse;

@@ -20,8 +20,7 @@ std::vector<Vec3> grid(int n) {
   std::mt19937_64 random(7);
   std::vector<Vec3> p;
   for (int i = 0; i < n; ++i)
-    p.push_back(Vec3(i % 10, i / 10 % 10, i / 100) +
-                test::uniform_point(random, 0.2));  // NOLINT: whole cells
+    p.push_back(Vec3(i % 10, i / 10 % 10, i / 100) + test::uniform_point(random, 0.2));
   for (std::size_t i = p.size(); i > 1; --i) std::swap(p[i - 1], p[random() % i]);
   return p;
 }
@@ -58,6 +57,15 @@ TEST(SparseSystem, EqualsTheDenseOneAt2000Landmarks) {
     const auto d = some_displacements(p.size());
     EXPECT_LT(relative_difference(solve(sparse, d), solve(dense, d)), 1e-9);
   }
+}
+
+TEST(RbfSystem, ALargeDenseFactorGrowsBitForBit) {
+  const auto p = grid(400);
+  const auto d = some_displacements(p.size());
+  RbfSystem grown(Wendland31{}, 4, 400, best_simd_target(), Sparse::kNever), fresh = make(p, Sparse::kNever);
+  ASSERT_TRUE(grown.factorize(std::span(p).first(390)));
+  for (std::size_t i = 390; i < 400; ++i) ASSERT_TRUE(grown.append(p[i]));
+  EXPECT_EQ(solve(grown, d), solve(fresh, d));
 }
 
 TEST(SparseSystem, StaysEqualWhileLandmarksComeAndGo) {
