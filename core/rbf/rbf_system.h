@@ -56,12 +56,14 @@ class RbfSystem {
   /// dense factor the result is that of factorize bit for bit; with a sparse one it differs by rounding.
   FactorStatus refactorize(std::span<const Vec3> positions) noexcept;
 
-  /// Adds landmark n (mm): one row of the factor, O(n²). Unless it returns kOk, the factor is as it was. With a dense
-  /// factor from factorize, the result is that of factorizing all of them, bit for bit.
+  /// Adds landmark n < capacity (mm): a bordered update, O(n²). Unless it returns kOk, the factor is as it was. With a
+  /// dense factor from factorize, the result is that of factorizing all of them, bit for bit. A sparse factor keeps it
+  /// last, where its row is long, until the next factorize.
   FactorStatus append(const Vec3& position) noexcept;
 
-  /// Takes landmark `index` out, O(n²); those after it move up by one. Cannot fail: rotations, and K without a landmark
-  /// is better conditioned than with it.
+  /// Takes landmark `index` out, O(n²); those after it move up by one. Cannot fail: it is done by rotations, and K
+  /// without a landmark is no worse conditioned than with it. Other bits than factorizing the rest, unless it was the
+  /// last.
   void remove(int index) noexcept;
 
   /// weights = K⁻¹ displacements (both n, mm).

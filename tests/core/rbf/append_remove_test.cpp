@@ -136,25 +136,44 @@ INSTANTIATE_TEST_SUITE_P(Kernels, AppendRemove,
                          [](const auto& k) { return std::string(name_of(k.param)); });
 
 TEST(RbfSystem, ALandmarkThatCostsDefinitenessIsRefusedAndTheFactorStands) {
-  // ψ3,2 at a = 40, landmarks 1e-3 mm apart: soon λmin is below rounding (DESIGN §4).
-  RbfSystem system(Wendland32{}, 40, 40);
-  std::vector<Vec3> p, d;
+  // ψ3,2 at a = 40: 27 landmarks well apart, one of them gone again, then more 1e-3 mm apart: soon λmin is below
+  // rounding (DESIGN §4).
+  std::mt19937_64 random(6);
+  const auto L = test::random_landmarks(random, 28, 40, 12, 5);
+  RbfSystem system(Wendland32{}, 40, 64);
+  ASSERT_TRUE(system.factorize(L.positions));
+  system.remove(3);
+  auto p = L.positions, d = L.displacements;
+  p.erase(p.begin() + 3);
+  d.erase(d.begin() + 3);
+  std::vector<Vec3> before;
+  Vec3 next;
   FactorStatus status;
-  for (int i = 0; i < 30 && status; ++i) {
-    status = system.append({i * 1e-3, 0, 0});
+  for (int i = 0; i < 40 && status; ++i) {
+    before = solve(system, d);
+    next = Vec3(100 + i * 1e-3, 0, 0);
+    status = system.append(next);
     if (!status) break;
-    p.push_back({i * 1e-3, 0, 0});
+    p.push_back(next);
     d.push_back({1, 2, 3});
   }
   ASSERT_EQ(status.kind, FactorStatus::kNotPositiveDefinite);
-  RbfSystem fresh(Wendland32{}, 40, 40);
-  ASSERT_TRUE(fresh.factorize(p));
-  EXPECT_EQ(solve(system, d), solve(fresh, d));
-  p.push_back({0, 30, 0});
+  ASSERT_NE(system.size() % 16, 0);  // the refused row shared its panel with others
+  EXPECT_EQ(solve(system, d), before);
+  p.push_back({0, 100, 0});
   d.push_back({0, 0, 1});
   ASSERT_TRUE(system.append(p.back()));
+  EXPECT_LT((solve(system, d).back() - d.back()).norm(), 1e-15);  // out of reach of all others
+
+  system.remove(system.size() - 1);
+  EXPECT_EQ(system.append(next).kind, FactorStatus::kNotPositiveDefinite);
+  p.resize(p.size() - 2);
+  d.resize(p.size());
+  p.back().y() += 5;
+  ASSERT_TRUE(system.refactorize(p));
+  RbfSystem fresh(Wendland32{}, 40, 64);
   ASSERT_TRUE(fresh.factorize(p));
-  EXPECT_EQ(solve(system, d), solve(fresh, d));
+  EXPECT_LT(relative_difference(solve(system, d), solve(fresh, d)), 1e-6);
 }
 
 TEST(RbfSystem, FillsToItsCapacityAndEmpties) {
