@@ -151,7 +151,7 @@ TEST(RbfSystem, ALandmarkThatCostsDefinitenessIsRefusedAndTheFactorStands) {
   FactorStatus status;
   for (int i = 0; i < 40 && status; ++i) {
     before = solve(system, d);
-    next = Vec3(100 + i * 1e-3, 0, 0);
+    next = Vec3(50 + i * 1e-3, 0, 0);
     status = system.append(next);
     if (!status) break;
     p.push_back(next);
@@ -160,7 +160,7 @@ TEST(RbfSystem, ALandmarkThatCostsDefinitenessIsRefusedAndTheFactorStands) {
   ASSERT_EQ(status.kind, FactorStatus::kNotPositiveDefinite);
   ASSERT_NE(system.size() % 16, 0);  // the refused row shared its panel with others
   EXPECT_EQ(solve(system, d), before);
-  p.push_back({0, 100, 0});
+  p.push_back({0, 200, 0});
   d.push_back({0, 0, 1});
   ASSERT_TRUE(system.append(p.back()));
   EXPECT_LT((solve(system, d).back() - d.back()).norm(), 1e-15);  // out of reach of all others
