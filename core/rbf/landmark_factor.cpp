@@ -7,20 +7,20 @@
 namespace brachy {
 namespace {
 
-constexpr int kRows = PanelMatrix::kRows;
+constexpr int kRows = PanelMatrix::kRows, kStep = PanelMatrix::kColumnStep;
 
 }  // namespace
 
-LandmarkFactor::LandmarkFactor(const PanelLoops& loops, double support_radius, int capacity)
-    : loops_(loops), support_radius_(support_radius) {
+LandmarkFactor::LandmarkFactor(const Kernel& kernel, SimdTarget target, double support_radius, int capacity)
+    : assembly_(assembly_loops(kernel, target)),
+      loops_(panel_loops(target)),
+      support_radius_(support_radius) {
   assert(support_radius > 0 && capacity > 0);
   const std::size_t rows = at(panels(capacity)) * kRows;
   columns_.resize(PanelMatrix::panel_begin(panels(capacity)));
-  spare_.resize(rows);
   first_neighbours_.resize(rows);
   for (auto* v : {&panel_begins_, &old_begins_}) v->resize(at(panels(capacity)));
   for (auto* v : {&inverse_diagonal_, &x_, &y_, &z_, &carry_, &column_}) v->resize(rows);
-  spare_diagonal_.resize(kRows);
   planes_.resize(3 * rows);
   for (std::size_t c = 0; c < 3; ++c) vectors_.plane[c] = planes_.data() + c * rows;
   for (int row = 0; row < static_cast<int>(rows); ++row) place_far(row);
@@ -61,7 +61,7 @@ void LandmarkFactor::update_panel_begins(int first_panel) noexcept {
   for (int I = first_panel; I < panels(n_); ++I) {
     const auto rows = first_neighbours_.begin() + I * kRows;
     const int begin = *std::min_element(rows, rows + kRows);
-    panel_begins_[at(I)] = begin / PanelMatrix::kColumnStep * PanelMatrix::kColumnStep;
+    panel_begins_[at(I)] = begin / kStep * kStep;
   }
 }
 
@@ -70,7 +70,7 @@ double LandmarkFactor::assemble(int first_row) noexcept {
   update_panel_begins(first_panel);
   double least = support_radius_ * support_radius_;
   for (int I = first_panel; I < panels(n_); ++I)
-    least = std::min(least, loops_.assemble(matrix(), places(), support_radius_, I, n_));
+    least = std::min(least, assembly_.assemble(matrix(), places(), support_radius_, I, n_));
   return least;
 }
 
@@ -78,22 +78,31 @@ bool LandmarkFactor::factor(int first_row) noexcept {
   return loops_.factor(matrix(), first_row / kRows, panels(n_), n_);
 }
 
+// The bordered matrix [K k; kᵀ 1] has the factor [L 0; vᵀ √(1 − |v|²)] with v = L⁻¹ k (Golub & Van Loan, Matrix
+// Computations, 4th ed., section 4.2).
 bool LandmarkFactor::append(const Vec3& p, int first_neighbour) noexcept {
-  const int row = n_, I = row / kRows;
-  const std::size_t width = at(I + 1) * kRows;
+  const int row = n_, I = row / kRows, begin = first_neighbour / kStep * kStep;
   const PanelMatrix m = matrix();
-  std::copy_n(m.panel(I), width, spare_.data());
-  std::copy_n(m.inverse_diagonal + I * kRows, kRows, spare_diagonal_.data());
-  const int begin = panel_begins_[at(I)];
+  double* v = vectors_.plane[0];
+  std::fill(v + begin / kRows * kRows, v + begin, 0.0);
+  assembly_.assemble_row(places(), p.x(), p.y(), p.z(), support_radius_, begin, row, v);
+  std::fill(v + row, v + (I + 1) * kRows, 0.0);
+  const double pivot = loops_.factor_row(m, row, begin, v);
+  if (!(pivot > 0)) return false;
+
+  const bool is_new_panel = row % kRows == 0;
+  const int old_begin = is_new_panel ? (I + 1) * kRows : panel_begins_[at(I)];
+  if (begin < old_begin) {
+    std::fill(m.panel(I) + begin, m.panel(I) + old_begin, PanelColumn{});
+    panel_begins_[at(I)] = begin;
+  }
+  for (int j = begin; j < row; ++j) m.panel(I)[j].row[row % kRows] = v[j];
+  const double inverse = 1 / std::sqrt(pivot);
+  m.panel(I)[row] = PanelColumn{};
+  m.panel(I)[row].row[row % kRows] = pivot * inverse;
+  inverse_diagonal_[at(row)] = inverse;
   push_back(p, first_neighbour);
-  assemble(row);
-  if (factor(row)) return true;
-  place_far(row);
-  n_ = row;
-  panel_begins_[at(I)] = begin;
-  std::copy_n(spare_.data(), width, m.panel(I));
-  std::copy_n(spare_diagonal_.data(), kRows, m.inverse_diagonal + I * kRows);
-  return false;
+  return true;
 }
 
 // Column `column` of L into values[row], rows from from_row to n; zero left of the envelope.

@@ -4,24 +4,24 @@
 #include <vector>
 
 #include "core/math/rigid_transform.h"
-#include "core/rbf/panel_loops.h"
+#include "core/rbf/assembly_loops.h"
 
 namespace brachy {
 
 /// The Cholesky factor L of K_ij = ψ(|p_i − p_j| / a), row by row in the order given, stored as an envelope: row i
 /// begins at its first neighbour, the earliest row whose landmark is nearer than a. Dense is the envelope in which every row begins at 0.
 ///
-/// A row of L depends on the rows before it only, so that a landmark is added by solving for the last panel's rows
-/// anew (a bordered update, O(n²)); with the same bits as in a factorisation from scratch.
+/// A row of L depends on the rows before it only, so that a landmark is added by one triangular solve, O(n²), with the
+/// same bits as in a factorisation from scratch.
 /// Threads: one. Real-time: no allocation after construction, at any n ≤ capacity; no exceptions.
 class LandmarkFactor {
  public:
-  LandmarkFactor(const PanelLoops& loops, double support_radius, int capacity);
+  LandmarkFactor(const Kernel& kernel, SimdTarget target, double support_radius, int capacity);
 
   int size() const { return n_; }  ///< rows, pushed ones included
   /// For push_back and append: a row at or shortly before the first whose landmark is nearer than a to p.
   int first_neighbour(const Vec3& p) const noexcept {
-    return loops_.first_within(places(), p.x(), p.y(), p.z(), support_radius_, 0, n_);
+    return assembly_.first_within(places(), p.x(), p.y(), p.z(), support_radius_, 0, n_);
   }
 
   /// Adds a row (mm) that factor must be called for. `first_neighbour`: no landmark in a row before it is nearer than a.
@@ -34,7 +34,7 @@ class LandmarkFactor {
   double assemble(int first_row) noexcept;
   /// Factors what assemble(first_row) filled. False: not positive definite; truncate(0) before going on.
   bool factor(int first_row) noexcept;
-  /// push_back, assemble and factor; false leaves the factor as it was.
+  /// Adds a row to the factor (a bordered update); false leaves it as it was.
   bool append(const Vec3& p, int first_neighbour) noexcept;
   /// Deletes row and column `row` of K from the factor: O((n − row)²) by Givens rotations, which cannot break down.
   void remove(int row) noexcept;
@@ -55,14 +55,14 @@ class LandmarkFactor {
   void load_column(int column, int from_row, std::span<const int> begins, double* values) noexcept;
   void store_column(int column, int from_row, int end_row, const double* values) noexcept;
 
+  const AssemblyLoops& assembly_;
   const PanelLoops& loops_;
   double support_radius_;
   int n_ = 0;
   std::vector<PanelColumn> columns_;   // PanelMatrix
-  std::vector<PanelColumn> spare_;     // one panel, to take back a failed append
   std::vector<int> first_neighbours_;  // of each row
   std::vector<int> panel_begins_, old_begins_;
-  std::vector<double> inverse_diagonal_, spare_diagonal_;
+  std::vector<double> inverse_diagonal_;
   std::vector<double> x_, y_, z_;
   std::vector<double> planes_;          // 3 × padded capacity
   std::vector<double> carry_, column_;  // of remove

@@ -3,25 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
 #include <cstring>
 
-// Each function with one of these attributes is a copy of the loops below for its target (as in block_kernels.cpp).
-#if defined(__x86_64__)
-#define BRACHY_SSE4 __attribute__((target("sse4.2"), flatten))
-#define BRACHY_AVX2 __attribute__((target("avx2,fma"), flatten))
-#if defined(__clang__)
-#define BRACHY_AVX512 __attribute__((target("avx512f,avx512bw,avx512dq,avx512vl,fma"), flatten))
-#else
-#define BRACHY_AVX512 \
-  __attribute__((target("avx512f,avx512bw,avx512dq,avx512vl,fma,prefer-vector-width=512"), flatten))
-#endif
-#else
-#define BRACHY_SSE4
-#define BRACHY_AVX2
-#define BRACHY_AVX512
-#endif
-#define BRACHY_INLINE inline __attribute__((always_inline))
+#include "core/rbf/simd_attributes.h"
 
 namespace brachy {
 namespace {
@@ -142,7 +126,7 @@ BRACHY_INLINE bool factor(const PanelMatrix& matrix, int begin, int end, int n) 
   return true;
 }
 
-template <class W>
+template <class W, int kPlanes>
 BRACHY_INLINE void forward(const PanelMatrix& matrix, int n, int first, const PanelVectors& v) {
   using V = typename W::Vector;
   constexpr int kVectors = kRows / W::kLanes;
@@ -151,20 +135,20 @@ BRACHY_INLINE void forward(const PanelMatrix& matrix, int n, int first, const Pa
     const int diagonal = I * kRows, last = std::min(n, diagonal + kRows);
     const int k0 = std::max(matrix.first_column[I], first / kRows * kRows);
     for (int half = 0; half < kVectors; half += 2) {  // two registers of rows at a time
-      V sum[kCount][2];
-      for (int c = 0; c < kCount; ++c)
+      V sum[kPlanes][2];
+      for (int c = 0; c < kPlanes; ++c)
         for (int h = 0; h < 2; ++h) sum[c][h] = load<V>(v.plane[c] + diagonal + (half + h) * W::kLanes);
       for (int k = k0; k < diagonal; ++k) {
         const V l0 = load<V>(L[k].row + half * W::kLanes), l1 = load<V>(L[k].row + (half + 1) * W::kLanes);
-        for (int c = 0; c < kCount; ++c) {
+        for (int c = 0; c < kPlanes; ++c) {
           sum[c][0] -= l0 * v.plane[c][k];
           sum[c][1] -= l1 * v.plane[c][k];
         }
       }
-      for (int c = 0; c < kCount; ++c)
+      for (int c = 0; c < kPlanes; ++c)
         for (int h = 0; h < 2; ++h) store<V>(v.plane[c] + diagonal + (half + h) * W::kLanes, sum[c][h]);
     }
-    for (int c = 0; c < kCount; ++c) {
+    for (int c = 0; c < kPlanes; ++c) {
       double* y = v.plane[c] + diagonal;
       for (int j = diagonal; j < last; ++j) {
         const double solved = y[j - diagonal] * matrix.inverse_diagonal[j];
@@ -173,6 +157,20 @@ BRACHY_INLINE void forward(const PanelMatrix& matrix, int n, int first, const Pa
       }
     }
   }
+}
+
+template <class W>
+BRACHY_INLINE double factor_row(const PanelMatrix& matrix, int n, int first, double* v) {
+  forward<W, 1>(matrix, n, first, {{v}});
+  // As update_block does it, bit for bit: in registers of which lane 0 counts, or the compiler would multiply ahead and
+  // not fuse. The loads end within v's last panel or the plane after it.
+  using V = typename W::Vector;
+  V pivot = V{} + 1.0;
+  for (int j = first; j < n; ++j) {
+    const V l = load<V>(v + j);
+    pivot -= l * l;
+  }
+  return pivot[0];
 }
 
 template <class W>
@@ -222,66 +220,18 @@ BRACHY_INLINE void rotate(double* __restrict x, double* __restrict y, double c, 
   }
 }
 
-BRACHY_INLINE int first_within(const PanelPositions& p, double x, double y, double z, double radius,
-                               int begin, int end) {
-  constexpr int kStep = PanelMatrix::kColumnStep;
-  for (; begin + kStep <= end; begin += kStep) {
-    std::int64_t hits = 0;  // as wide as a double: the loop vectorises
-    for (int i = 0; i < kStep; ++i) {
-      const double dx = p.x[begin + i] - x, dy = p.y[begin + i] - y, dz = p.z[begin + i] - z;
-      hits += dx * dx + dy * dy + dz * dz < radius * radius ? 1 : 0;
-    }
-    if (hits > 0) break;
-  }
-  return begin;
-}
-
-// ψ of eight rows of a panel against one landmark; `self`: which of the eight that landmark is, if any.
-constexpr int kHalf = kRows / 2;
-template <class K>
-BRACHY_INLINE void assemble_rows(const double* px, const double* py, const double* pz, double x, double y,
-                                 double z, double inverse_radius, int self, double* __restrict row,
-                                 double* __restrict least) {
-  for (int i = 0; i < kHalf; ++i) {
-    const double dx = px[i] - x, dy = py[i] - y, dz = pz[i] - z;
-    const double squared = dx * dx + dy * dy + dz * dz;
-    const double other = i == self ? least[i] : squared;
-    least[i] = other < least[i] ? other : least[i];
-    const double r = std::sqrt(squared) * inverse_radius;
-    row[i] = K::inside(r < 1 ? r : 1.0);
-  }
-}
-
-template <class K>
-BRACHY_INLINE double assemble(const PanelMatrix& matrix, const PanelPositions& p, double support_radius,
-                              int I, int n) {
-  double least[kHalf];
-  for (double& l : least) l = support_radius * support_radius;
-  for (int first = I * kRows; first < (I + 1) * kRows; first += kHalf) {
-    PanelColumn* panel = matrix.panel(I);
-    const int row = first - I * kRows,
-              last = std::min(n, first + kHalf);  // columns right of these rows' are not read
-    if (first >= n) {
-      for (int j = matrix.first_column[I]; j < n; ++j) std::fill_n(panel[j].row + row, kHalf, 0.0);
-      break;
-    }
-    for (int j = matrix.first_column[I]; j < last; ++j)
-      assemble_rows<K>(p.x + first, p.y + first, p.z + first, p.x[j], p.y[j], p.z[j], 1 / support_radius,
-                       j - first, panel[j].row + row, least);
-  }
-  return *std::min_element(least, least + kHalf);
-}
-
 // One copy of the loops for a target.
 #define BRACHY_TARGET(name, attribute, bytes, columns)                                                 \
-  template <class K>                                                                                   \
   struct name {                                                                                        \
     using W = Width<bytes, columns>;                                                                   \
     attribute static bool factor_panels(const PanelMatrix& m, int begin, int end, int n) {             \
       return factor<W>(m, begin, end, n);                                                              \
     }                                                                                                  \
+    attribute static double border(const PanelMatrix& m, int n, int first, double* v) {                \
+      return factor_row<W>(m, n, first, v);                                                            \
+    }                                                                                                  \
     attribute static void solve_lower(const PanelMatrix& m, int n, int first, const PanelVectors& v) { \
-      forward<W>(m, n, first, v);                                                                      \
+      forward<W, kCount>(m, n, first, v);                                                              \
     }                                                                                                  \
     attribute static void solve_upper(const PanelMatrix& m, int n, const PanelVectors& v) {            \
       backward<W>(m, n, v);                                                                            \
@@ -289,15 +239,7 @@ BRACHY_INLINE double assemble(const PanelMatrix& matrix, const PanelPositions& p
     attribute static void turn(double* x, double* y, double c, double s, std::size_t count) {          \
       rotate(x, y, c, s, count);                                                                       \
     }                                                                                                  \
-    attribute static int search(const PanelPositions& p, double x, double y, double z, double radius,  \
-                                int begin, int end) {                                                  \
-      return first_within(p, x, y, z, radius, begin, end);                                             \
-    }                                                                                                  \
-    attribute static double fill(const PanelMatrix& m, const PanelPositions& p, double radius, int I,  \
-                                 int n) {                                                              \
-      return assemble<K>(m, p, radius, I, n);                                                          \
-    }                                                                                                  \
-    static constexpr PanelLoops kLoops{factor_panels, solve_lower, solve_upper, turn, search, fill};   \
+    static constexpr PanelLoops kLoops{factor_panels, border, solve_lower, solve_upper, turn};         \
   }
 
 BRACHY_TARGET(Generic, , 16, 4);
@@ -307,22 +249,18 @@ BRACHY_TARGET(Avx512, BRACHY_AVX512, 64, 8);
 
 }  // namespace
 
-const PanelLoops& panel_loops(const Kernel& kernel, SimdTarget target) {
-  return std::visit(
-      [&]<class K>(K) -> const PanelLoops& {
-        switch (target) {
-          case SimdTarget::kSse4:
-            return Sse4<K>::kLoops;
-          case SimdTarget::kAvx2:
-            return Avx2<K>::kLoops;
-          case SimdTarget::kAvx512:
-            return Avx512<K>::kLoops;
-          case SimdTarget::kGeneric:
-            break;
-        }
-        return Generic<K>::kLoops;
-      },
-      kernel);
+const PanelLoops& panel_loops(SimdTarget target) {
+  switch (target) {
+    case SimdTarget::kSse4:
+      return Sse4::kLoops;
+    case SimdTarget::kAvx2:
+      return Avx2::kLoops;
+    case SimdTarget::kAvx512:
+      return Avx512::kLoops;
+    case SimdTarget::kGeneric:
+      break;
+  }
+  return Generic::kLoops;
 }
 
 }  // namespace brachy

@@ -19,8 +19,8 @@ FactorStatus check_finite(std::span<const Vec3> positions) {
 RbfSystem::RbfSystem(Kernel kernel, double support_radius, int capacity, SimdTarget target, Sparse sparse)
     : support_radius_(support_radius),
       sparse_(sparse),
-      sweep_(panel_loops(kernel, target), capacity),
-      factor_(panel_loops(kernel, target), support_radius, capacity) {
+      sweep_(assembly_loops(kernel, target), capacity),
+      factor_(kernel, target, support_radius, capacity) {
   positions_.reserve(static_cast<std::size_t>(capacity));
   row_of_.reserve(static_cast<std::size_t>(capacity));
 }

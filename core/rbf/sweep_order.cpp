@@ -11,7 +11,7 @@ constexpr int kWindow = 48;  // rows: three panels
 
 }  // namespace
 
-SweepOrder::SweepOrder(const PanelLoops& loops, int capacity) : loops_(loops) {
+SweepOrder::SweepOrder(const AssemblyLoops& loops, int capacity) : loops_(loops) {
   const auto n = static_cast<std::size_t>(capacity);
   keys_.reserve(n);
   for (auto* v : {&x_, &y_, &z_}) v->reserve(n);

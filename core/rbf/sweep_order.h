@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "core/math/rigid_transform.h"
-#include "core/rbf/panel_loops.h"
+#include "core/rbf/assembly_loops.h"
 
 namespace brachy {
 
@@ -17,7 +17,7 @@ namespace brachy {
 /// Threads: one. Real-time: no allocation after construction.
 class SweepOrder {
  public:
-  SweepOrder(const PanelLoops& loops, int capacity);
+  SweepOrder(const AssemblyLoops& loops, int capacity);
 
   /// Orders `positions` (n ≤ capacity, mm).
   void compute(std::span<const Vec3> positions, double support_radius) noexcept;
@@ -35,7 +35,7 @@ class SweepOrder {
   void find_first_neighbours(std::span<const Vec3> positions, double support_radius) noexcept;
   void sort_windows() noexcept;
 
-  const PanelLoops& loops_;
+  const AssemblyLoops& loops_;
   std::vector<std::pair<double, int>> keys_;  // place along the sweep, landmark
   std::vector<std::pair<int, int>> window_;   // first neighbour, landmark
   std::vector<double> x_, y_, z_;             // places in the order
