@@ -7,18 +7,18 @@ namespace {
 
 constexpr std::uint64_t kColumnsForPair =
     6;  // column multiply-adds in the time of one direct pair, out of cache
-constexpr std::size_t kColumnsAtOnce = 3;  // columns of K⁻¹ for one solve: one a coordinate
+constexpr std::size_t kColumnsAtOnce =
+    3;  // columns of K⁻¹ a tick: they cost as much as the solve for weights
 
 }  // namespace
 
 Deformation::Deformation(const Tissue& tissue, Kernel kernel, double support_radius,
                          const BlockField::Options& options)
-    : system_(kernel, support_radius, static_cast<int>(options.max_landmarks)),
+    : system_(kernel, support_radius, static_cast<int>(options.max_landmarks), options.target),
       blocks_(tissue, kernel, support_radius, options),
       field_{kernel, support_radius, {}, {}} {
   const std::size_t n = options.max_landmarks;
-  for (auto* v : {&positions_, &displacements_, &weights_, &unit_, &unit_weights_, &moving_displacements_})
-    v->reserve(n);
+  for (auto* v : {&positions_, &displacements_, &weights_, &moving_displacements_}) v->reserve(n);
   moving_.reserve(n);
   inverse_columns_.reserve(n * n);
 }
@@ -31,7 +31,7 @@ FactorStatus Deformation::update(std::span<const Vec3> positions,
     return {};
   }
   if (!same_positions) {
-    const FactorStatus status = system_.factorize(positions);
+    const FactorStatus status = system_.refactorize(positions);  // the tip, last, moves alone
     is_factored_ = static_cast<bool>(status);
     if (!status) return status;
     positions_.assign(positions.begin(), positions.end());
@@ -95,17 +95,11 @@ void Deformation::advance_condensing() noexcept {
     is_condensing_ = true;
     inverse_columns_.resize(positions_.size() * moving_.size());
   }
-  const std::size_t n = positions_.size(), m = moving_.size();
+  const std::size_t m = moving_.size();
   if (!has_columns_) {
-    unit_.assign(n, Vec3::Zero());
-    unit_weights_.resize(n);
     const std::size_t count = std::min(kColumnsAtOnce, m - columns_done_);
-    for (std::size_t k = 0; k < count; ++k)
-      unit_[moving_[columns_done_ + k]][static_cast<Eigen::Index>(k)] = 1;
-    system_.solve(unit_, unit_weights_);
-    for (std::size_t j = 0; j < n; ++j)
-      for (std::size_t k = 0; k < count; ++k)
-        inverse_columns_[j * m + columns_done_ + k] = unit_weights_[j][static_cast<Eigen::Index>(k)];
+    system_.solve_columns(std::span(moving_).subspan(columns_done_, count),
+                          inverse_columns_.data() + columns_done_, m);
     columns_done_ += count;
     has_columns_ = columns_done_ == m;
     if (has_columns_) blocks_.begin_condensing(inverse_columns_, m);

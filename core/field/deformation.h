@@ -65,7 +65,7 @@ class Deformation {
   bool is_condensing_ = false;  // moving_ is chosen
   bool has_columns_ = false;    // inverse_columns_ is complete
   bool is_complete_ = false;    // every block is condensed
-  std::vector<Vec3> unit_, unit_weights_, moving_displacements_;
+  std::vector<Vec3> moving_displacements_;
 };
 
 }  // namespace brachy

@@ -1,15 +1,17 @@
 #pragma once
 
-#include <Eigen/Core>
+#include <cstdint>
 #include <span>
-#include <string>
+#include <vector>
 
 #include "core/kernels/kernels.h"
 #include "core/math/rigid_transform.h"
+#include "core/rbf/landmark_factor.h"
+#include "core/rbf/sweep_order.h"
 
 namespace brachy {
 
-/// How factorize ended.
+/// How factorize or append ended.
 struct FactorStatus {
   enum Kind {
     kOk,
@@ -25,28 +27,67 @@ struct FactorStatus {
 /// The landmark system K α = d with K_ij = ψ(|p_i − p_j| / a), solved by Cholesky in double (paper, section 2.1;
 /// u(p_i) = d_i = q_i − p_i and φ = 0). K is positive definite for distinct landmarks, one common a, dimension ≤ 3.
 ///
-/// Phases: factorize(positions), then solve(displacements) as often as they change; RbfField evaluates.
-/// Threads: one. Real-time: no allocation after construction while n ≤ capacity ≤ 128; no exceptions.
+/// Phases: factorize(positions), then solve(displacements) as often as they change; RbfField evaluates. A landmark
+/// more or less is append or remove, O(n²); refactorize finds out by itself. From kSparseFrom landmarks on, where the
+/// support leaves enough of K empty, rows are ordered by a sweep and only their envelope is stored and computed; that
+/// is decided from the landmarks alone. The same calls give the same bits on one SIMD target.
+/// Threads: one. Real-time: no allocation after construction at any n ≤ capacity; no exceptions.
 class RbfSystem {
  public:
   /// Landmarks closer than this share of the support radius are duplicates, refused by name (DESIGN §4).
   static constexpr double kDuplicateDistance = 1e-6;
+  /// Below, a dense factorisation takes too little time to look for a better one.
+  static constexpr int kSparseFrom = 256;
+  /// Largest share of a dense factorisation's operations at which the envelope is used: above, it gains little and
+  /// gives up the landmarks' own order.
+  static constexpr double kSparseFill = 0.6;
 
-  /// `support_radius` a in mm, > 0; `capacity`: the most landmarks factorize will be given.
-  RbfSystem(Kernel kernel, double support_radius, int capacity);
+  /// When K is factored within its envelope. kNever and kAlways are for measurements and tests.
+  enum class Sparse : std::uint8_t { kAuto, kNever, kAlways };
 
-  /// Assembles and factors K for `positions` (n points, mm). Unless it returns kOk, solve must not be called.
+  /// `support_radius` a in mm, > 0; `capacity`: the most landmarks there will be. Memory: 4 capacity² B and a little.
+  RbfSystem(Kernel kernel, double support_radius, int capacity, SimdTarget target = best_simd_target(),
+            Sparse sparse = Sparse::kAuto);
+
+  /// Assembles and factors K for `positions` (n points, mm). Unless it returns kOk, there are no landmarks.
   FactorStatus factorize(std::span<const Vec3> positions) noexcept;
 
-  /// weights = K⁻¹ displacements (both n, mm), n as in the last factorize.
+  /// The same for a set that may begin like the last one: the leading landmarks that are equal keep their rows. With a
+  /// dense factor the result is that of factorize bit for bit; with a sparse one it differs by rounding.
+  FactorStatus refactorize(std::span<const Vec3> positions) noexcept;
+
+  /// Adds landmark n < capacity (mm): a bordered update, O(n²). Unless it returns kOk, the factor is as it was. With a
+  /// dense factor from factorize, the result is that of factorizing all of them, bit for bit. A sparse factor keeps it
+  /// last, where its row is long, until the next factorize.
+  FactorStatus append(const Vec3& position) noexcept;
+
+  /// Takes landmark `index` out, O(n²); those after it move up by one. Cannot fail: it is done by rotations, and K
+  /// without a landmark is no worse conditioned than with it. Other bits than factorizing the rest, unless it was the
+  /// last.
+  void remove(int index) noexcept;
+
+  /// weights = K⁻¹ displacements (both n, mm).
   void solve(std::span<const Vec3> displacements, std::span<Vec3> weights) noexcept;
 
+  /// Columns of K⁻¹: columns[j · stride + k] = (K⁻¹)_{j, landmarks[k]}, j < n. Three cost as much as a solve.
+  void solve_columns(std::span<const std::uint32_t> landmarks, double* columns, std::size_t stride) noexcept;
+
+  int size() const { return static_cast<int>(positions_.size()); }
+  bool is_sparse() const { return is_sparse_; }  ///< the factor is an envelope in the order of a sweep
+
  private:
-  Kernel kernel_;
+  void clear() noexcept;
+  bool prefers_sparse(std::span<const Vec3> positions) noexcept;
+  FactorStatus factor_rows(int first_row) noexcept;
+  FactorStatus find_duplicate() const noexcept;
+
   double support_radius_;
-  int n_ = 0;
-  Eigen::MatrixXd K_;  // capacity × capacity; the top-left n × n holds the factor L
-  Eigen::Matrix<double, Eigen::Dynamic, 3> rhs_;  // capacity × 3
+  Sparse sparse_;
+  SweepOrder sweep_;
+  LandmarkFactor factor_;
+  std::vector<Vec3> positions_;
+  std::vector<int> row_of_;  // of each landmark in the factor
+  bool is_sparse_ = false;
 };
 
 }  // namespace brachy

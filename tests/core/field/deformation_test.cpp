@@ -73,6 +73,23 @@ TEST_F(DeformationWays, ANewLandmarkOrAnotherMovingOneStartsOverDirectly) {
   EXPECT_EQ(displacements_of(deformation.blocks(), tissue), fresh());
 }
 
+TEST_F(DeformationWays, ATipThatMovesGivesTheFieldOfAFreshStart) {
+  for (int tick = 0; tick < 30; ++tick) {
+    positions.back() += Vec3(0.01, 0.02, -0.03);
+    nudge(tick);
+    if (tick == 10) {  // the cut path grows before the tip
+      positions.insert(positions.end() - 1, Vec3(23, 0, 0));
+      displacements.insert(displacements.end() - 1, Vec3(0, 0.5, 0));
+    }
+    if (tick == 20) {
+      positions.erase(positions.end() - 2);
+      displacements.erase(displacements.end() - 2);
+    }
+    ASSERT_TRUE(deformation.update(positions, displacements));
+    ASSERT_EQ(displacements_of(deformation.blocks(), tissue), fresh()) << tick;
+  }
+}
+
 TEST_F(DeformationWays, ARefusedSetKeepsTheLastFieldAndTheNextOneIsSolved) {
   ASSERT_TRUE(deformation.update(positions, displacements));
   const auto before = displacements_of(deformation.blocks(), tissue);
