@@ -15,7 +15,8 @@ void add_tick_benches(Report& report, const BenchOptions& options);  ///< whole 
 void add_direct_benches(Report& report,
                         const BenchOptions& options);  ///< direct evaluation, against the FMA peak
 void add_scaling_benches(Report& report,
-                         const BenchOptions& options);  ///< points inside and outside supports
+                         const BenchOptions& options);                 ///< points inside and outside supports
+void add_system_benches(Report& report, const BenchOptions& options);  ///< the landmark system by itself
 void add_figure6_benches(Report& report, const BenchOptions& options);  ///< the paper's figure 6
 
 }  // namespace brachy::bench

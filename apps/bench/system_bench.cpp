@@ -1,16 +1,18 @@
 // The landmark system by itself (ψ3,1): one landmark more against factorizing anew, and sparse against dense. Compare
 // within one run.
-#include <benchmark/benchmark.h>
-
 #include <algorithm>
 #include <cmath>
 #include <random>
 
+#include "apps/bench/benches.h"
+#include "apps/bench/paper_baseline.h"
+#include "apps/bench/turns.h"
 #include "core/rbf/rbf_system.h"
 
 namespace brachy::bench {
 namespace {
 
+using Points = std::vector<Vec3> (*)(int);
 using Sparse = RbfSystem::Sparse;
 
 /// The first n points of a cubic grid of 1 mm, each moved by up to 0.2 mm an axis, that lie in a gland's ellipsoid.
@@ -56,63 +58,83 @@ std::vector<Vec3> on_surface(int n) {
   return p;
 }
 
-void factorize(benchmark::State& state, const std::vector<Vec3>& p, double support, Sparse sparse) {
-  RbfSystem system(Wendland31{}, support, static_cast<int>(p.size()), best_simd_target(), sparse);
-  for (auto _ : state)
-    if (!system.factorize(p)) state.SkipWithError("not positive definite");
-  state.counters["sparse"] = system.is_sparse();
+/// Landmarks and their support, 4 spacings of 1 mm: what every work here has.
+struct Cloud {
+  std::string name;
+  std::vector<Vec3> positions;
+  static constexpr double kSupport = 4;  // mm
+
+  RbfSystem system(SimdTarget target, Sparse sparse) const {
+    return {Wendland31{}, kSupport, static_cast<int>(positions.size()), target, sparse};
+  }
+};
+
+void check(benchmark::State& state, const FactorStatus& status) {
+  if (!status) state.SkipWithError("not positive definite");
 }
 
-void append(benchmark::State& state, const std::vector<Vec3>& p, double support, Sparse sparse) {
-  RbfSystem system(Wendland31{}, support, static_cast<int>(p.size()), best_simd_target(), sparse);
-  if (!system.factorize(std::span(p).first(p.size() - 1))) state.SkipWithError("not positive definite");
-  for (auto _ : state) {
-    if (!system.append(p.back())) state.SkipWithError("not positive definite");
-    system.remove(system.size() - 1);  // the last one: clears its row
+Row row_of(const std::string& work, const Cloud& cloud) {
+  return {
+      .name = work + "/" + cloud.name, .landmarks = cloud.positions.size(), .support_mm = Cloud::kSupport};
+}
+
+/// One landmark more, and one of those in the middle less, against factorizing all of them anew.
+void run_changes(benchmark::State& state, Report& report, SimdTarget target, const Cloud& cloud) {
+  const auto& p = cloud.positions;
+  const auto before = std::span(p).first(p.size() - 1);
+  RbfSystem appended = cloud.system(target, Sparse::kNever), removed = cloud.system(target, Sparse::kNever),
+            anew = cloud.system(target, Sparse::kNever);
+  const auto ms = time_in_turns(state, {{.run = [&] { check(state, appended.append(p.back())); },
+                                         .prepare = [&] { check(state, appended.refactorize(before)); }},
+                                        {.run = [&] { removed.remove(static_cast<int>(p.size() / 2)); },
+                                         .prepare = [&] { check(state, removed.factorize(p)); }},
+                                        {[&] { check(state, anew.factorize(p)); }}});
+  for (int k = 0; k < 2; ++k) {
+    Row row = row_of(k == 0 ? "append" : "remove", cloud);
+    row.ms = ms[static_cast<std::size_t>(k)];
+    row.baseline_ms = ms[2];
+    state.counters[row.name] = row.ms / row.baseline_ms;
+    report.rows.push_back(row);
   }
 }
 
-void remove(benchmark::State& state, const std::vector<Vec3>& p, double support, Sparse sparse) {
-  RbfSystem system(Wendland31{}, support, static_cast<int>(p.size()), best_simd_target(), sparse);
-  std::size_t index = 0;
-  for (auto _ : state) {
-    if (system.size() < static_cast<int>(p.size()) - 10) index = 0;
-    if (index == 0) {
-      state.PauseTiming();
-      if (!system.factorize(p)) state.SkipWithError("not positive definite");
-      state.ResumeTiming();
-    }
-    system.remove(static_cast<int>(++index * 37 % p.size() / 2));
-  }
+/// Sparse against dense factorisation, both ours, and the paper's; and whether their solutions are the same.
+void run_sparse(benchmark::State& state, Report& report, SimdTarget target, const Cloud& cloud) {
+  const auto& p = cloud.positions;
+  RbfSystem sparse = cloud.system(target, Sparse::kAlways), dense = cloud.system(target, Sparse::kNever);
+  PaperBaseline paper("psi31", Cloud::kSupport);
+  const std::vector<Vec3> zero(p.size(), Vec3::Zero());
+  const auto ms = time_in_turns(state, {{[&] { check(state, sparse.factorize(p)); }},
+                                        {[&] { check(state, dense.factorize(p)); }},
+                                        {[&] { paper.solve(p, zero); }}});
+  Row row = row_of("sparse", cloud);
+  row.ms = ms[0];
+  row.baseline_ms = ms[1];
+  row.more["paper_ms"] = ms[2];
+  state.counters["ratio"] = row.ratio();
+  std::vector<Vec3> d, by_sparse(p.size()), by_dense(p.size());
+  for (const Vec3& x : p) d.emplace_back(std::sin(x.y()), std::cos(x.z()), std::sin(x.x() + x.y()));
+  sparse.solve(d, by_sparse);
+  dense.solve(d, by_dense);
+  double& difference = row.more["difference_mm"];
+  for (std::size_t i = 0; i < p.size(); ++i)
+    difference = std::max(difference, (by_sparse[i] - by_dense[i]).cwiseAbs().maxCoeff());
+  report.rows.push_back(row);
 }
-
-using Points = std::vector<Vec3> (*)(int);
-const struct {
-  const char* name;
-  Points points;
-} kClouds[] = {{"grid", in_volume}, {"random", at_random}, {"surface", on_surface}};
-const struct {
-  const char* name;
-  Sparse sparse;
-} kWays[] = {{"dense", Sparse::kNever}, {"sparse", Sparse::kAlways}};
-const struct {
-  const char* name;
-  void (*run)(benchmark::State&, const std::vector<Vec3>&, double, Sparse);
-} kWorks[] = {{"Factorize", factorize}, {"Append", append}, {"Remove", remove}};
-
-const bool registered = [] {
-  for (const int n : {1000, 2000})
-    for (const auto& cloud : kClouds)
-      for (const auto& way : kWays)
-        for (const auto& work : kWorks)
-          benchmark::RegisterBenchmark(
-              (std::string("System") + work.name + "/" + cloud.name + "/" + way.name + "/" +
-               std::to_string(n))
-                  .c_str(),
-              [&, n](benchmark::State& state) { work.run(state, cloud.points(n), 4, way.sparse); })
-              ->Unit(benchmark::kMillisecond);
-  return true;
-}();
 
 }  // namespace
+
+void add_system_benches(Report& report, const BenchOptions& options) {
+  const auto add = [&](auto run, const std::string& work, const char* name, Points points, int n) {
+    add_benchmark("system/" + work + "/" + name + "/n:" + std::to_string(n),
+                  [&report, target = options.target, run, name, points, n](benchmark::State& state) {
+                    run(state, report, target, Cloud{name, points(n)});
+                  });
+  };
+  add(run_changes, "change", "volume", in_volume, 1000);
+  add(run_sparse, "sparse", "volume", in_volume, 2000);
+  add(run_sparse, "sparse", "random", at_random, 2000);
+  add(run_sparse, "sparse", "surface", on_surface, 2000);
+}
+
 }  // namespace brachy::bench
