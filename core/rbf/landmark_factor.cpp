@@ -22,7 +22,6 @@ LandmarkFactor::LandmarkFactor(const Kernel& kernel, SimdTarget target, double s
   for (auto* v : {&panel_begins_, &old_begins_}) v->resize(at(panels(capacity)));
   for (auto* v : {&inverse_diagonal_, &x_, &y_, &z_, &carry_, &column_}) v->resize(rows);
   planes_.resize(3 * rows);
-  for (std::size_t c = 0; c < 3; ++c) vectors_.plane[c] = planes_.data() + c * rows;
   for (int row = 0; row < static_cast<int>(rows); ++row) place_far(row);
 }
 
@@ -83,7 +82,7 @@ bool LandmarkFactor::factor(int first_row) noexcept {
 bool LandmarkFactor::append(const Vec3& p, int first_neighbour) noexcept {
   const int row = n_, I = row / kRows, begin = first_neighbour / kStep * kStep;
   const PanelMatrix m = matrix();
-  double* v = vectors_.plane[0];
+  double* v = vectors().plane[0];
   std::fill(v + begin / kRows * kRows, v + begin, 0.0);
   assembly_.assemble_row(places(), p.x(), p.y(), p.z(), support_radius_, begin, row, v);
   std::fill(v + row, v + (I + 1) * kRows, 0.0);
@@ -165,9 +164,10 @@ void LandmarkFactor::remove(int k) noexcept {
 }
 
 void LandmarkFactor::solve(int first) noexcept {
-  for (double* plane : vectors_.plane) std::fill(plane + n_, plane + panels(n_) * kRows, 0.0);
-  loops_.forward(matrix(), n_, first, vectors_);
-  loops_.backward(matrix(), n_, vectors_);
+  const PanelVectors v = vectors();
+  for (double* plane : v.plane) std::fill(plane + n_, plane + panels(n_) * kRows, 0.0);
+  loops_.forward(matrix(), n_, first, v);
+  loops_.backward(matrix(), n_, v);
 }
 
 }  // namespace brachy

@@ -40,7 +40,10 @@ class LandmarkFactor {
   void remove(int row) noexcept;
 
   /// Right-hand sides for solve: three planes of capacity, of which size() count. Solve overwrites them.
-  const PanelVectors& vectors() const { return vectors_; }
+  PanelVectors vectors() noexcept {
+    const std::size_t rows = planes_.size() / 3;
+    return {{planes_.data(), planes_.data() + rows, planes_.data() + 2 * rows}};
+  }
   /// vectors = K⁻¹ vectors, which are zero before row `first`.
   void solve(int first = 0) noexcept;
 
@@ -66,7 +69,6 @@ class LandmarkFactor {
   std::vector<double> x_, y_, z_;
   std::vector<double> planes_;          // 3 × padded capacity
   std::vector<double> carry_, column_;  // of remove
-  PanelVectors vectors_;
 };
 
 }  // namespace brachy

@@ -134,7 +134,7 @@ void RbfSystem::remove(int index) noexcept {
 
 void RbfSystem::solve(std::span<const Vec3> displacements, std::span<Vec3> weights) noexcept {
   assert(displacements.size() == positions_.size() && weights.size() == positions_.size());
-  const PanelVectors& v = factor_.vectors();
+  const PanelVectors v = factor_.vectors();
   for (std::size_t i = 0; i < displacements.size(); ++i)
     for (int c = 0; c < 3; ++c) v.plane[c][row_of_[i]] = displacements[i][c];
   factor_.solve();
@@ -145,7 +145,7 @@ void RbfSystem::solve(std::span<const Vec3> displacements, std::span<Vec3> weigh
 void RbfSystem::solve_columns(std::span<const std::uint32_t> landmarks, double* columns,
                               std::size_t stride) noexcept {
   constexpr std::size_t kCount = PanelVectors::kCount;
-  const PanelVectors& v = factor_.vectors();
+  const PanelVectors v = factor_.vectors();
   for (std::size_t k = 0; k < landmarks.size(); k += kCount) {
     const std::size_t count = std::min(kCount, landmarks.size() - k);
     for (double* plane : v.plane) std::fill_n(plane, positions_.size(), 0.0);
