@@ -1,7 +1,7 @@
 #pragma once
 
 #include "apps/bench/report.h"
-#include "core/field/simd_target.h"
+#include "core/simd/simd_target.h"
 
 namespace brachy::bench {
 

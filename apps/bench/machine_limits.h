@@ -4,7 +4,7 @@
 #include <map>
 #include <string>
 
-#include "core/field/simd_target.h"
+#include "core/simd/simd_target.h"
 
 namespace brachy::bench {
 

@@ -4,26 +4,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/simd/simd_attributes.h"
 #if defined(__x86_64__)
 #include <immintrin.h>
 #endif
-
-// The loops below are plain; each function with one of these attributes is a copy of them, vectorised for its target.
-#if defined(__clang__)
-#define BRACHY_WIDE ""  // clang chooses the width itself
-#else
-#define BRACHY_WIDE ",prefer-vector-width=512"
-#endif
-#if defined(__x86_64__)
-#define BRACHY_SSE4 __attribute__((target("sse4.2"), flatten))
-#define BRACHY_AVX2 __attribute__((target("avx2,fma"), flatten))
-#define BRACHY_AVX512 __attribute__((target("avx512f,avx512bw,avx512dq,avx512vl,fma" BRACHY_WIDE), flatten))
-#else
-#define BRACHY_SSE4
-#define BRACHY_AVX2
-#define BRACHY_AVX512
-#endif
-#define BRACHY_INLINE inline __attribute__((always_inline))
 
 namespace brachy {
 namespace {

@@ -3,8 +3,8 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "core/field/simd_target.h"
 #include "core/kernels/kernels.h"
+#include "core/simd/simd_target.h"
 #include "core/tissue/tissue.h"
 
 namespace brachy {

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstdint>
 
-#include "core/rbf/simd_attributes.h"
+#include "core/simd/simd_attributes.h"
 
 namespace brachy {
 namespace {

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <cstring>
 
-#include "core/rbf/simd_attributes.h"
+#include "core/simd/simd_attributes.h"
 
 namespace brachy {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <cstddef>
 
-#include "core/field/simd_target.h"
+#include "core/simd/simd_target.h"
 
 namespace brachy {
 

@@ -1,4 +1,4 @@
-#include "core/field/simd_target.h"
+#include "core/simd/simd_target.h"
 
 #include "core/error.h"
 
