@@ -1,11 +1,19 @@
 #!/usr/bin/env bash
 # Installs what building, testing and running need, where it is missing. Debian 12.
-#   scripts/setup.sh [--all]     --all: also what `scripts/test.sh --all` needs (format, tidy)
+#   scripts/setup.sh [--all] [--reference]
+#     --all: also what `scripts/test.sh --all` needs (format, tidy)
+#     --reference: also what `scripts/reference` needs (CalculiX and gmsh as programs, numpy, scipy)
 set -euo pipefail
 
 packages=(cmake ninja-build g++ ccache libeigen3-dev libboost-dev libassimp-dev libcli11-dev libtomlplusplus-dev
           libspdlog-dev nlohmann-json3-dev libgtest-dev libbenchmark-dev)
-if [[ "${1:-}" == --all ]]; then packages+=(clang-format-14 python3); fi
+for option in "$@"; do
+  case $option in
+    --all) packages+=(clang-format-14 python3) ;;
+    --reference) packages+=(calculix-ccx gmsh python3 python3-numpy python3-scipy) ;;
+    *) echo "setup: unknown option $option; there are --all and --reference" >&2; exit 2 ;;
+  esac
+done
 
 missing=()
 for package in "${packages[@]}"; do

@@ -115,7 +115,7 @@ def sphere(work, nu):
     scene = Scene("sphere", np.full(3, 60.0), ["-x", "+x", "-y", "+y", "-z", "+z"], MU, nu, np.zeros(3),
                   np.array([20.0, 18, 16]), MU, radius,
                   Load("shaft", np.array([0.0, 0, radius]), moved, np.array([0.0, 0, -radius]), 3.0),
-                  ["x", "y"], False, [1.0], 1.0, 3.5)
+                  ["x", "y"], [], False, [1.0], 1.0, 3.5)
     results = []
     for factor, tolerance in ((1.0, 0.02), (0.7, 0.01)):
         mesh = tet_mesh.build(tet_mesh.geo_text(scene, factor), work, "sphere")
@@ -126,7 +126,7 @@ def sphere(work, nu):
         (u,), cost = solve(posed, work, "sphere")
         points = np.random.default_rng(1).uniform(-18, 18, (4000, 3))
         points = points[scene.in_gland(points) & (scene.needle_distance(points) > radius)]
-        folded, signs = problem.fold(points, scene.symmetry)
+        folded, signs = problem.fold(points, scene)
         found = tet_mesh.Locator(mesh, folded).evaluate(u) * signs
         what = f"relative L2 in the gland, sizes × {factor:g}, {len(mesh.nodes)} nodes, {cost.cpu_s:.0f} s"
         results.append(("rigid sphere", what, relative_l2(found, rigid_sphere(points, radius, moved, nu)), tolerance))

@@ -35,10 +35,12 @@ def needle_nodes(mesh, scene):
 def conditions(mesh, scene):
     """node → [ux, uy, uz], None where free. The needle overrules a held face, which overrules symmetry."""
     prescribed = {}
-    for axis in scene.symmetry:
+    for axis in scene.symmetry + scene.antisymmetry:
         k = "xyz".index(axis)
+        zero = [k] if axis in scene.symmetry else [j for j in range(3) if j != k]
         for node in np.flatnonzero(np.abs(mesh.nodes[:, k]) < 1e-7):
-            prescribed.setdefault(int(node), [None] * 3)[k] = 0.0
+            for j in zero:
+                prescribed.setdefault(int(node), [None] * 3)[j] = 0.0
     for face in scene.held:
         k, side = FACES[face]
         for node in np.flatnonzero(np.abs(mesh.nodes[:, k] - side * scene.size[k] / 2) < 1e-7):
@@ -59,11 +61,13 @@ def pose(mesh, scene):
                    conditions(mesh, scene), nonlinear=scene.neo_hookean, amplitudes=tuple(scene.amplitudes))
 
 
-def fold(points, symmetry):
+def fold(points, scene):
     """Points (n×3) mirrored into the solved part, and the signs (n×3) that bring displacements back."""
     folded, signs = points.copy(), np.ones_like(points)
-    for axis in symmetry:
+    for axis in scene.symmetry + scene.antisymmetry:
         k = "xyz".index(axis)
-        signs[points[:, k] < 0, k] = -1
+        signs[points[:, k] < 0, k] *= -1
+        if axis in scene.antisymmetry:
+            signs[points[:, k] < 0] *= -1
         folded[:, k] = np.abs(points[:, k])
     return folded, signs

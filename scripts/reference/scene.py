@@ -44,10 +44,12 @@ class Scene:
     radius: float              # mm, of the needle
     load: Load
     symmetry: list             # of axes: the field mirrors in these planes through the origin, half of it is solved
+    antisymmetry: list         # of axes: it mirrors with its sign turned (motion across the plane; linear scenes only)
     neo_hookean: bool
     amplitudes: list           # shares of the displacement that are solved one after the other
     mesh_needle: float         # mm, element size at the needle, level "coarse"
     mesh_gland: float          # mm, in the gland away from it
+    mesh_growth: float = 0.25  # of the size, mm for each mm away from the needle (level "coarse")
 
     def in_gland(self, points):
         """Which of the points (n×3) lie in the gland."""
@@ -81,7 +83,7 @@ class Scene:
             axis = (tip - start) / np.linalg.norm(tip - start)
             length = np.linalg.norm(tip - start)
             if self.shaft_leaves_box():  # up to the face it leaves by
-                with np.errstate(divide="ignore"):
+                with np.errstate(divide="ignore", invalid="ignore"):
                     exits = np.where(axis != 0, (np.sign(-axis) * self.size / 2 - tip) / -axis, np.inf)
                 length = exits.min()
             intervals = max(1, round(length / self.load.landmark_spacing))
@@ -124,9 +126,11 @@ def load_scene(folder):
             load=Load(kind=load["kind"], tip=tip, displacement=np.array(load["displacement_mm"], float),
                       start=np.array(load.get("start_mm", tip), float),
                       landmark_spacing=load.get("landmark_spacing_mm", 3.0)),
-            symmetry=list(motion.get("symmetry", [])), neo_hookean=motion.get("neo_hookean", False),
+            symmetry=list(motion.get("symmetry", [])), antisymmetry=list(motion.get("antisymmetry", [])),
+            neo_hookean=motion.get("neo_hookean", False),
             amplitudes=list(motion.get("amplitudes", [1.0])),
-            mesh_needle=mesh["needle_mm"], mesh_gland=mesh["gland_mm"])
+            mesh_needle=mesh["needle_mm"], mesh_gland=mesh["gland_mm"],
+            mesh_growth=mesh.get("growth", 0.25))
     except KeyError as error:
         raise UserError(f"{folder}: the key {error} is missing in scene.toml or load.toml") from error
     _check(scene, folder)
@@ -146,7 +150,14 @@ def _check(scene, folder):
         raise UserError(f"{folder}/load.toml: the shaft is shorter than its two round ends; move start_mm away")
     if scene.amplitudes[-1] != 1.0:
         raise UserError(f"{folder}/load.toml: amplitudes must end with 1.0")
-    for axis in scene.symmetry:
+    for axis in scene.symmetry + scene.antisymmetry:
         k = "xyz".index(axis)
-        if scene.load.tip[k] or scene.load.start[k] or scene.load.displacement[k] or scene.centre[k]:
-            raise UserError(f"{folder}/load.toml: needle, motion and gland must lie in the plane of symmetry {axis} = 0")
+        if scene.load.tip[k] or scene.load.start[k] or scene.centre[k]:
+            raise UserError(f"{folder}/load.toml: needle and gland must lie in the plane of symmetry {axis} = 0")
+        across = np.arange(3) == k
+        if scene.load.displacement[across if axis in scene.symmetry else ~across].any():
+            raise UserError(f"{folder}/load.toml: the motion must lie in a plane of symmetry, across one of antisymmetry")
+        if ("-" + axis in scene.held) != ("+" + axis in scene.held):
+            raise UserError(f"{folder}: of the faces -{axis} and +{axis} one is held: {axis} = 0 is no plane of symmetry")
+    if scene.antisymmetry and scene.neo_hookean:
+        raise UserError(f"{folder}/load.toml: antisymmetry holds for linear scenes only")

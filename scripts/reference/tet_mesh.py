@@ -33,7 +33,7 @@ class TetMesh:
 def geo_text(scene, factor):
     """The body without the needle as a .geo: half or quarter of the box by symmetry, gland and surround sharing nodes."""
     half = scene.size / 2
-    low = [0.0 if axis in scene.symmetry else -half[k] for k, axis in enumerate("xyz")]
+    low = [0.0 if axis in scene.symmetry + scene.antisymmetry else -half[k] for k, axis in enumerate("xyz")]
     extent = half - np.array(low)
     c, s, r = scene.centre, scene.semi_axes, scene.radius
     tip, start = scene.load.tip, scene.load.start
@@ -109,9 +109,10 @@ def _sizes(scene, factor):
         distance = f"(sqrt(abs({square}-({along})^2)+{beyond}^2)-{r:.12g})"
     else:  # from the rim, where a bonded rigid patch has a square-root singularity
         square = "+".join(f"({x}-({o:.12g}))^2" for x, o in zip("xyz", tip))
-        distance = f"abs(sqrt({square})-{r:.12g})"
+        slope = np.linalg.norm((tip - c) / s ** 2)  # |∇q| at the contact: (q − 1)/slope is the distance to the capsule
+        distance = f"sqrt((sqrt({square})-{r:.12g})^2+(({q}-1)/{slope:.12g})^2)"
     return ["Field[1] = MathEval;", f'Field[1].F = "{outside}";',
-            "Field[2] = MathEval;", f'Field[2].F = "{needle:.6g}+{0.25 * factor ** 0.5:.6g}*abs({distance})";',
+            "Field[2] = MathEval;", f'Field[2].F = "{needle:.6g}+{scene.mesh_growth * factor ** 0.5:.6g}*abs({distance})";',
             "Field[3] = Min; Field[3].FieldsList = {1, 2}; Background Field = 3;"]
 
 
@@ -173,33 +174,39 @@ def _shape_derivatives(b):
 class Locator:
     """Finds points in a mesh once; evaluates as many nodal fields there as wanted."""
 
-    def __init__(self, mesh, points, candidates=24):
-        near = cKDTree(mesh.centroids()).query(points, min(candidates, len(mesh.tets)))[1]
-        n, k = near.shape
-        tets = mesh.tets[near.ravel()]
-        X = mesh.nodes[tets]                                   # (n·k)×10×3
-        target = np.repeat(points, k, axis=0)
-        b = np.full((n * k, 4), 0.25)
-        for _ in range(8):  # Newton on the curved map; straight elements are done after the first
-            residual = target - np.einsum("ea,eai->ei", shape_functions(b), X)
-            D = np.einsum("eab,eai->eib", _shape_derivatives(b), X)
-            J = D[:, :, 1:] - D[:, :, :1]
-            singular = np.abs(np.linalg.det(J)) < 1e-12
-            J[singular] = np.eye(3)
-            step = np.linalg.solve(J, residual[:, :, None])[:, :, 0]
-            step = np.clip(step, -1, 1)
-            b[:, 1:] = np.clip(b[:, 1:] + step, -3, 3)
-            b[:, 0] = 1 - b[:, 1:].sum(axis=1)
-        worst = b.min(axis=1)
-        miss = np.linalg.norm(target - np.einsum("ea,eai->ei", shape_functions(b), X), axis=1)
-        worst[miss > 1e-6] = -np.inf
-        best = worst.reshape(n, k).argmax(axis=1)
-        pick = np.arange(n) * k + best
-        if (worst[pick] < -1e-3).any():
-            lost = points[worst[pick] < -1e-3]
-            raise UserError(f"{len(lost)} points lie in no element, the first at {lost[0]}; are they in the needle?")
-        self.tets, self.shape = tets[pick], shape_functions(b[pick])
+    def __init__(self, mesh, points):
+        tree = cKDTree(mesh.centroids())
+        found, inside, b = _find(mesh, tree, points, 24)
+        lost = np.flatnonzero(~inside)
+        if len(lost):  # a large element among many small ones: its centroid is not among the nearest
+            found[lost], inside[lost], b[lost] = _find(mesh, tree, points[lost], 1000)
+        if not inside.all():
+            raise UserError(f"{(~inside).sum()} points lie in no element, the first at {points[~inside][0]}; "
+                            "are they in the needle?")
+        self.tets, self.shape = mesh.tets[found], shape_functions(b)
 
     def evaluate(self, nodal):
         """n×3 from a nodal field (nodes×3)."""
         return np.einsum("pa,pai->pi", self.shape, nodal[self.tets])
+
+
+def _find(mesh, tree, points, candidates):
+    """For each point the element (n) that holds it best, whether it does (n), and the barycentric coordinates (n×4)."""
+    k = min(candidates, len(mesh.tets))
+    near = tree.query(points, k)[1].reshape(len(points), k)
+    X = mesh.nodes[mesh.tets[near.ravel()]]                # (n·k)×10×3
+    target = np.repeat(points, k, axis=0)
+    b = np.full((len(target), 4), 0.25)
+    for _ in range(8):  # Newton on the curved map; straight elements are done after the first
+        residual = target - np.einsum("ea,eai->ei", shape_functions(b), X)
+        D = np.einsum("eab,eai->eib", _shape_derivatives(b), X)
+        J = D[:, :, 1:] - D[:, :, :1]
+        J[np.abs(np.linalg.det(J)) < 1e-12] = np.eye(3)    # a far candidate's map may be singular out there
+        step = np.linalg.solve(J, residual[:, :, None])[:, :, 0]
+        b[:, 1:] = np.clip(b[:, 1:] + np.clip(step, -4, 4), -20, 20)
+        b[:, 0] = 1 - b[:, 1:].sum(axis=1)
+    worst = b.min(axis=1)
+    miss = np.linalg.norm(target - np.einsum("ea,eai->ei", shape_functions(b), X), axis=1)
+    worst[miss > 1e-6] = -np.inf
+    pick = np.arange(len(points)) * k + worst.reshape(len(points), k).argmax(axis=1)
+    return near.ravel()[pick], worst[pick] > -1e-3, b[pick]
