@@ -41,7 +41,8 @@ class Problem:
     prescribed: dict     # node → [ux, uy, uz], None where free
     forces: dict = dataclasses.field(default_factory=dict)   # node → [fx, fy, fz] in N
     nonlinear: bool = False
-    amplitudes: tuple = (1.0,)
+    amplitudes: tuple = (1.0,)        # shares of the prescribed values; more than one only if nonlinear
+    first_increment: float = 0.125
 
 
 def deck_text(problem):
@@ -55,18 +56,22 @@ def deck_text(problem):
             out.append(f"{row + 1}, " + ", ".join(map(str, ids)))
         out.append(material.cards(name).rstrip())
         out.append(f"*SOLID SECTION, ELSET={name}, MATERIAL={name}")
-    # Zero-valued boundary conditions are given before the first step so that they hold in all of them.
-    for share in problem.amplitudes:
-        out.append("*STEP, NLGEOM, INC=200" if problem.nonlinear else "*STEP")
-        out.append("*STATIC\n1., 1." if problem.nonlinear else "*STATIC")
-        out.append("*BOUNDARY")
-        for node, values in problem.prescribed.items():
-            out += [f"{node + 1}, {k + 1}, {k + 1}, {v * share:.12g}" for k, v in enumerate(values) if v is not None]
-        if problem.forces:
-            out.append("*CLOAD")
-            for node, values in problem.forces.items():
-                out += [f"{node + 1}, {k + 1}, {v * share:.12g}" for k, v in enumerate(values) if v]
-        out.append("*NODE PRINT, NSET=ALL, FREQUENCY=100000\nU\n*END STEP")
+    if problem.nonlinear:
+        # One step for all amplitudes: within a step ccx extrapolates from the increment before; at a step's start it does
+        # not, and the elements at the needle are turned inside out by the first guess.
+        out.append("*TIME POINTS, NAME=SHARES")
+        out += [f"{share:.12g}" for share in problem.amplitudes]
+        out.append(f"*STEP, NLGEOM, INC=200\n*STATIC\n{problem.first_increment:.12g}, 1.")
+    else:
+        out.append("*STEP\n*STATIC")
+    out.append("*BOUNDARY")
+    for node, values in problem.prescribed.items():
+        out += [f"{node + 1}, {k + 1}, {k + 1}, {v:.12g}" for k, v in enumerate(values) if v is not None]
+    if problem.forces:
+        out.append("*CLOAD")
+        for node, values in problem.forces.items():
+            out += [f"{node + 1}, {k + 1}, {v:.12g}" for k, v in enumerate(values) if v]
+    out.append("*NODE PRINT, NSET=ALL" + (", TIME POINTS=SHARES" if problem.nonlinear else "") + "\nU\n*END STEP")
     return "\n".join(out) + "\n"
 
 

@@ -2,6 +2,7 @@
 """Checks the solver set-up (gmsh mesh, C3D10, deck, reading back) against closed forms.
 
   uniaxial      a block stretched along z, sides free: exact, to the digits ccx prints
+  neo-Hookean   the same block stretched by a quarter, large displacement: the lateral stretch at which its sides are free
   kelvin        a point force in a block that carries Kelvin's displacement on its faces
   held kelvin   the same block with its faces held: how far a finite box is from the infinite medium (told, not judged)
   rigid sphere  the needle's boundary condition: a rigid ball moved in a block that carries the closed form on its faces
@@ -19,6 +20,7 @@ import sys
 import tempfile
 
 import numpy as np
+from scipy.optimize import brentq
 
 import problem
 import tet_mesh
@@ -62,20 +64,36 @@ def on_faces(nodes, faces):
     return np.flatnonzero(np.any([np.abs(nodes[:, k] - at) < 1e-7 for k, at in faces], axis=0))
 
 
+def lateral_stretch(stretch, nu):
+    """Of a neo-Hookean bar, W = μ/2 (Ī1 − 3) + κ/2 (J − 1)²: where dW/dλt = 0. Only κ/μ matters."""
+    bulk = 2 * (1 + nu) / (3 * (1 - 2 * nu))
+
+    def slope(t):
+        j, square = stretch * t * t, stretch ** 2 + 2 * t * t
+        dj = 2 * stretch * t
+        return (4 * t * j ** (-2 / 3) - 2 / 3 * j ** (-5 / 3) * dj * square) / 2 + bulk * (j - 1) * dj
+    return brentq(slope, 0.5, 1.5, xtol=1e-14)
+
+
 def uniaxial(work, nu):
-    """One octant: symmetry on three faces, +z moved, two free. u = ε(−νx, −νy, z) is in the element's span."""
+    """One octant: symmetry on three faces, +z moved, two free. The displacement is linear, so in the elements' span."""
     mesh = tet_mesh.build(box_geo("uniaxial", (0, 0, 0), (10, 12, 14), "3"), work, "uniaxial")
-    strain = 0.01
-    prescribed = {}
-    for k in range(3):
-        for node in on_faces(mesh.nodes, [(k, 0)]):
-            prescribed.setdefault(int(node), [None] * 3)[k] = 0.0
-    for node in on_faces(mesh.nodes, [(2, 14)]):
-        prescribed.setdefault(int(node), [None] * 3)[2] = strain * 14
-    (u,), _ = solve(Problem(mesh, {"BLOCK": (np.arange(len(mesh.tets)), Material(MU, nu))}, prescribed), work, "uniaxial")
-    exact = strain * mesh.nodes * [-nu, -nu, 1]
-    return [("uniaxial", f"largest error / largest displacement, {len(mesh.nodes)} nodes",
-             np.abs(u - exact).max() / np.abs(exact).max(), 2e-6)]  # ccx prints seven digits
+    results = []
+    for label, nonlinear, strain, tolerance in (("uniaxial", False, 0.01, 2e-6),  # ccx prints seven digits
+                                                ("neo-Hookean", True, 0.25, 2e-5)):  # and iterates to a tolerance
+        lateral = lateral_stretch(1 + strain, nu) - 1 if nonlinear else -nu * strain
+        prescribed = {}
+        for k in range(3):
+            for node in on_faces(mesh.nodes, [(k, 0)]):
+                prescribed.setdefault(int(node), [None] * 3)[k] = 0.0
+        for node in on_faces(mesh.nodes, [(2, 14)]):
+            prescribed.setdefault(int(node), [None] * 3)[2] = strain * 14
+        block = {"BLOCK": (np.arange(len(mesh.tets)), Material(MU, nu, nonlinear))}
+        (u,), _ = solve(Problem(mesh, block, prescribed, nonlinear=nonlinear), work, "uniaxial")
+        exact = mesh.nodes * [lateral, lateral, strain]
+        results.append((label, f"largest error / largest displacement, {len(mesh.nodes)} nodes",
+                        np.abs(u - exact).max() / np.abs(exact).max(), tolerance))
+    return results
 
 
 def point_force(work, nu):

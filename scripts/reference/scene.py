@@ -148,8 +148,10 @@ def _check(scene, folder):
         raise UserError(f"{folder}/load.toml: the tip of a contact must lie on the capsule")
     if scene.load.kind == "shaft" and np.linalg.norm(scene.load.tip - scene.load.start) < 2 * scene.radius - 1e-9:
         raise UserError(f"{folder}/load.toml: the shaft is shorter than its two round ends; move start_mm away")
-    if scene.amplitudes[-1] != 1.0:
-        raise UserError(f"{folder}/load.toml: amplitudes must end with 1.0")
+    if scene.amplitudes[-1] != 1.0 or sorted(set(scene.amplitudes)) != scene.amplitudes:
+        raise UserError(f"{folder}/load.toml: amplitudes must rise and end with 1.0")
+    if len(scene.amplitudes) > 1 and not scene.neo_hookean:
+        raise UserError(f"{folder}/load.toml: a linear scene needs no amplitudes, its answer scales")
     for axis in scene.symmetry + scene.antisymmetry:
         k = "xyz".index(axis)
         if scene.load.tip[k] or scene.load.start[k] or scene.centre[k]:
