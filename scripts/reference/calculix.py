@@ -42,7 +42,8 @@ class Problem:
     forces: dict = dataclasses.field(default_factory=dict)   # node → [fx, fy, fz] in N
     nonlinear: bool = False
     amplitudes: tuple = (1.0,)        # shares of the prescribed values; more than one only if nonlinear
-    first_increment: float = 0.125
+    first_increment: float = 0.125    # of a nonlinear step
+    largest_increment: float = 0.25   # larger ones diverge at the needle and are thrown away
 
 
 def deck_text(problem):
@@ -61,7 +62,7 @@ def deck_text(problem):
         # not, and the elements at the needle are turned inside out by the first guess.
         out.append("*TIME POINTS, NAME=SHARES")
         out += [f"{share:.12g}" for share in problem.amplitudes]
-        out.append(f"*STEP, NLGEOM, INC=200\n*STATIC\n{problem.first_increment:.12g}, 1.")
+        out.append(f"*STEP, NLGEOM, INC=200\n*STATIC\n{problem.first_increment:.12g}, 1., 1e-6, {problem.largest_increment:.12g}")
     else:
         out.append("*STEP\n*STATIC")
     out.append("*BOUNDARY")

@@ -23,10 +23,9 @@ import calculix
 import problem
 import stored
 import tet_mesh
-from scene import UserError, load_scene
+from scene import LEVELS, UserError, load_scene
 
 ROOT = pathlib.Path(__file__).resolve().parents[2] / "tests" / "reference"
-LEVELS = {"coarse": 1.0, "medium": 0.7, "fine": 0.5}  # factors on a scene's element sizes
 ENOUGH = 0.01    # two levels differing by less: no further refinement
 ACCEPTED = 0.02  # the most that the last two levels may differ
 
@@ -78,7 +77,7 @@ def regenerate(folder, work, timeout_s):
                   f"(at most {row['max_mm_to_previous']:.3f} mm)", flush=True)
         solutions.append(solution)
         rows.append(row)
-        if row["rel_l2_to_previous"] != "" and row["rel_l2_to_previous"] < ENOUGH:
+        if level == scene.finest or (row["rel_l2_to_previous"] != "" and row["rel_l2_to_previous"] < ENOUGH):
             break
     finest = solutions[-1]
     linearity = linear_beside(scene, finest, judged, timeout_s) if scene.neo_hookean else None

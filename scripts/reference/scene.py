@@ -13,6 +13,7 @@ import tomllib
 import numpy as np
 
 FACES = {"-x": (0, -1), "+x": (0, 1), "-y": (1, -1), "+y": (1, 1), "-z": (2, -1), "+z": (2, 1)}
+LEVELS = {"coarse": 1.0, "medium": 0.7, "fine": 0.5}  # factors on a scene's element sizes
 LANDMARK_COLUMNS = "x,y,z,dx,dy,dz"
 
 
@@ -49,6 +50,7 @@ class Scene:
     amplitudes: list           # shares of the displacement that are solved one after the other
     mesh_needle: float         # mm, element size at the needle, level "coarse"
     mesh_gland: float          # mm, in the gland away from it
+    finest: str = "fine"       # the last level to refine to
     mesh_growth: float = 0.25  # of the size, mm for each mm away from the needle (level "coarse")
 
     def in_gland(self, points):
@@ -130,7 +132,7 @@ def load_scene(folder):
             neo_hookean=motion.get("neo_hookean", False),
             amplitudes=list(motion.get("amplitudes", [1.0])),
             mesh_needle=mesh["needle_mm"], mesh_gland=mesh["gland_mm"],
-            mesh_growth=mesh.get("growth", 0.25))
+            finest=mesh.get("finest", "fine"), mesh_growth=mesh.get("growth", 0.25))
     except KeyError as error:
         raise UserError(f"{folder}: the key {error} is missing in scene.toml or load.toml") from error
     _check(scene, folder)
@@ -152,6 +154,8 @@ def _check(scene, folder):
         raise UserError(f"{folder}/load.toml: amplitudes must rise and end with 1.0")
     if len(scene.amplitudes) > 1 and not scene.neo_hookean:
         raise UserError(f"{folder}/load.toml: a linear scene needs no amplitudes, its answer scales")
+    if scene.finest not in LEVELS:
+        raise UserError(f"{folder}/load.toml: finest is one of {', '.join(LEVELS)}, not \"{scene.finest}\"")
     for axis in scene.symmetry + scene.antisymmetry:
         k = "xyz".index(axis)
         if scene.load.tip[k] or scene.load.start[k] or scene.centre[k]:
