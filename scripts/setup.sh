@@ -1,7 +1,9 @@
 #!/usr/bin/env bash
 # Installs what building, testing and running need, where it is missing. Debian 12.
-#   scripts/setup.sh [--all] [--charts]     --all: also what `scripts/test.sh --all` needs (format, tidy)
-#                                           --charts: also what draws the charts of `scripts/bench.sh`
+#   scripts/setup.sh [--all] [--charts] [--reference]
+#     --all: also what `scripts/test.sh --all` needs (format)
+#     --charts: also what draws the charts of scripts/bench.sh
+#     --reference: also what scripts/reference needs (CalculiX and gmsh as programs, numpy, scipy)
 set -euo pipefail
 
 packages=(cmake ninja-build g++ ccache libeigen3-dev libboost-dev libassimp-dev libcli11-dev libtomlplusplus-dev
@@ -10,7 +12,8 @@ for option in "$@"; do
   case $option in
     --all) packages+=(clang-format-14 python3) ;;
     --charts) packages+=(python3-matplotlib python3-numpy) ;;
-    *) sed -n '3,4s/^# \?//p' "$0" >&2; exit 2 ;;
+    --reference) packages+=(calculix-ccx gmsh python3 python3-numpy python3-scipy) ;;
+    *) echo "setup: unknown option $option; there are --all, --charts and --reference" >&2; exit 2 ;;
   esac
 done
 

@@ -173,6 +173,7 @@ BRACHY_INLINE void condense(const BlockPoints<double>& X, double x, double y, do
 }
 
 // One copy of the loops for a target.
+// NOLINTBEGIN(bugprone-macro-parentheses): an attribute or a template cannot stand in parentheses.
 #define BRACHY_TARGET(name, attribute, Choose)                                                        \
   template <class K>                                                                                  \
   struct name {                                                                                       \
@@ -202,6 +203,7 @@ BRACHY_INLINE void condense(const BlockPoints<double>& X, double x, double y, do
     static constexpr BlockKernels kLoops{                                                             \
         choose, direct_float<kGroupSize>, direct_float<kPoints>, direct_double, apply, build};        \
   }
+// NOLINTEND(bugprone-macro-parentheses)
 
 BRACHY_TARGET(Generic, , Choose);
 BRACHY_TARGET(Sse4, BRACHY_SSE4, Choose);

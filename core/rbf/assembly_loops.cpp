@@ -70,6 +70,7 @@ BRACHY_INLINE double assemble(const PanelMatrix& matrix, const PanelPositions& p
 }
 
 // One copy of the loops for a target.
+// NOLINTBEGIN(bugprone-macro-parentheses): an attribute or a template cannot stand in parentheses.
 #define BRACHY_TARGET(name, attribute)                                                                   \
   template <class K>                                                                                     \
   struct name {                                                                                          \
@@ -87,6 +88,7 @@ BRACHY_INLINE double assemble(const PanelMatrix& matrix, const PanelPositions& p
     }                                                                                                    \
     static constexpr AssemblyLoops kLoops{fill, fill_row, search};                                       \
   }
+// NOLINTEND(bugprone-macro-parentheses)
 
 BRACHY_TARGET(Generic, );
 BRACHY_TARGET(Sse4, BRACHY_SSE4);

@@ -221,6 +221,7 @@ BRACHY_INLINE void rotate(double* __restrict x, double* __restrict y, double c, 
 }
 
 // One copy of the loops for a target.
+// NOLINTBEGIN(bugprone-macro-parentheses): an attribute or a template cannot stand in parentheses.
 #define BRACHY_TARGET(name, attribute, bytes, columns)                                                 \
   struct name {                                                                                        \
     using W = Width<bytes, columns>;                                                                   \
@@ -241,6 +242,7 @@ BRACHY_INLINE void rotate(double* __restrict x, double* __restrict y, double c, 
     }                                                                                                  \
     static constexpr PanelLoops kLoops{factor_panels, border, solve_lower, solve_upper, turn};         \
   }
+// NOLINTEND(bugprone-macro-parentheses)
 
 BRACHY_TARGET(Generic, , 16, 4);
 BRACHY_TARGET(Sse4, BRACHY_SSE4, 16, 4);

@@ -1,0 +1,24 @@
+// oblique_stiff, element sizes × 1; written by scripts/reference, lengths in mm
+SetFactory("OpenCASCADE");
+General.NumThreads = 1; Mesh.RandomSeed = 1;  // the same mesh every time
+Mesh.ElementOrder = 2; Mesh.HighOrderOptimize = 1; Mesh.Optimize = 1;
+Mesh.MshFileVersion = 2.2; Mesh.SaveAll = 1;
+Mesh.CharacteristicLengthExtendFromBoundary = 0; Mesh.CharacteristicLengthFromPoints = 0;
+Mesh.CharacteristicLengthFromCurvature = 0;
+Box(1) = {-48, 0, -48, 96, 48, 96};
+Sphere(2) = {0, 0, 0, 1};
+Dilate {{0, 0, 0}, {24, 18, 21}} { Volume{2}; }
+Translate {0, 0, 0} { Volume{2}; }
+Sphere(4) = {0, 0, -2, 2, 0, Pi/2, 2*Pi};
+Cylinder(3) = {0, 0, -43.9673797382, 0, 0, 41.9673797382, 2};
+Sphere(5) = {0, 0, -43.9673797382, 2, -Pi/2, 0, 2*Pi};
+Rotate {{0, 1, 0}, {0, 0, 0}, 0.770014761616853} { Volume{4, 3, 5}; }
+Translate {8, 0, 5} { Volume{4, 3, 5}; }
+tissue() = BooleanDifference{ Volume{1}; Delete; }{ Volume{4, 3, 5}; Delete; };
+gland() = BooleanIntersection{ Volume{2}; Delete; }{ Volume{tissue()}; };
+all() = BooleanFragments{ Volume{tissue()}; Delete; }{ Volume{gland()}; Delete; };
+Field[1] = MathEval;
+Field[1].F = "3.2+4.5*(abs(sqrt(((x-(0))/24)^2+((y-(0))/18)^2+((z-(0))/21)^2)-1)+sqrt(((x-(0))/24)^2+((y-(0))/18)^2+((z-(0))/21)^2)-1)/2";
+Field[2] = MathEval;
+Field[2].F = "1+0.25*abs((sqrt(abs((x-(-8))^2+(y-(0))^2+(z-(-11.5))^2-((0.696145836074)*(x-(-8))+(0)*(y-(0))+(0.717900393451)*(z-(-11.5)))^2)+((abs(abs((0.696145836074)*(x-(-8))+(0)*(y-(0))+(0.717900393451)*(z-(-11.5)))-20.9836898691)+abs((0.696145836074)*(x-(-8))+(0)*(y-(0))+(0.717900393451)*(z-(-11.5)))-20.9836898691)/2)^2)-2))";
+Field[3] = Min; Field[3].FieldsList = {1, 2}; Background Field = 3;
