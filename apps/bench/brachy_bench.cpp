@@ -1,9 +1,12 @@
 // The engine beside the paper's way and the machine's limits, in one run: compare the ratios, not the times.
-//   brachy_bench [--quick] [--json=FILE] [--simd=TARGET] [Google Benchmark's options]
+//   brachy_bench [--quick] [--json FILE] [--simd TARGET] [Google Benchmark's options]
 #include <benchmark/benchmark.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <exception>
+#include <optional>
+#include <string>
 #include <string_view>
 
 #include "apps/bench/benches.h"
@@ -12,29 +15,42 @@
 
 namespace {
 
-/// Takes `name`, or what starts with it where it ends in "=", off the command line, which Google Benchmark reads after
-/// us; what follows it, or nothing.
-const char* take_option(int& argc, char** argv, std::string_view name) {
-  const char* value = nullptr;
-  int kept = 0;
-  for (int i = 0; i < argc; ++i) {
-    const std::string_view argument = argv[i];
-    if (name.ends_with('=') ? argument.starts_with(name) : argument == name)
-      value = argv[i] + name.size();
-    else
-      argv[kept++] = argv[i];
+/// Takes the flag `name` off the command line, which Google Benchmark reads after us.
+bool take_flag(int& argc, char** argv, std::string_view name) {
+  char** end = std::remove_if(argv + 1, argv + argc, [&](const char* argument) { return argument == name; });
+  const bool is_there = end != argv + argc;
+  argc = static_cast<int>(end - argv);
+  return is_there;
+}
+
+/// The same for "name=VALUE" or "name VALUE"; the value, or nothing.
+std::optional<std::string> take_option(int& argc, char** argv, const std::string& name) {
+  for (int i = 1; i < argc; ++i) {
+    const std::string argument = argv[i];
+    int taken = 0;
+    std::string value;
+    if (argument.starts_with(name + "=")) {
+      value = argument.substr(name.size() + 1);
+      taken = 1;
+    } else if (argument == name && i + 1 < argc) {
+      value = argv[i + 1];
+      taken = 2;
+    }
+    if (taken == 0) continue;
+    std::copy(argv + i + taken, argv + argc, argv + i);
+    argc -= taken;
+    return value;
   }
-  argc = kept;
-  return value;
+  return std::nullopt;
 }
 
 void run(int argc, char** argv) {
   using namespace brachy::bench;
   BenchOptions options;
-  options.is_quick = take_option(argc, argv, "--quick");
-  const char* json = take_option(argc, argv, "--json=");
-  if (const char* simd = take_option(argc, argv, "--simd="))
-    options.target = brachy::resolve_simd_target(simd);
+  options.is_quick = take_flag(argc, argv, "--quick");
+  const auto json = take_option(argc, argv, "--json");
+  if (const auto simd = take_option(argc, argv, "--simd"))
+    options.target = brachy::resolve_simd_target(*simd);
   benchmark::Initialize(&argc, argv);
   if (benchmark::ReportUnrecognizedArguments(argc, argv)) std::exit(2);
 
@@ -57,7 +73,7 @@ void run(int argc, char** argv) {
   for (const auto& [name, value] : report.limits) std::printf("limit   %-32s %.4g\n", name.c_str(), value);
   for (const auto& [name, value] : report.memory) std::printf("memory  %-32s %.4g\n", name.c_str(), value);
   print_goals(report);
-  if (json) report.write_json(json);
+  if (json) report.write_json(*json);
 }
 
 }  // namespace

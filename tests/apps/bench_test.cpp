@@ -13,7 +13,7 @@ using Json = nlohmann::json;
 TEST(Bench, WritesLimitsAndRowsOfWhatItRan) {
   TempFolder folder;
   const std::string file = (folder / "bench.json").string();
-  const Ended ended = run_process({BRACHY_BENCH_BINARY, "--quick", "--simd=generic", "--json=" + file,
+  const Ended ended = run_process({BRACHY_BENCH_BINARY, "--quick", "--simd=generic", "--json", file,
                                    "--benchmark_filter=^tick/psi31/N:14560/n:10/"});
   ASSERT_TRUE(exited(ended, 0));
   EXPECT_NE(ended.out.find("simd generic"), std::string::npos);
