@@ -75,7 +75,8 @@ void PaperBaseline::solve(std::span<const Vec3> positions, std::span<const Vec3>
   s.weights = K.llt().solve(d);
 }
 
-void PaperBaseline::evaluate(std::span<const Vec3> points, std::span<Vec3> u, int threads) const {
+void PaperBaseline::evaluate(std::span<const Vec3> points, std::span<Vec3> u,
+                             [[maybe_unused]] int threads) const {
   const System& s = *system_;
   with_psi(s.kernel, [&]<Psi kPsi>() {
     const auto count = static_cast<std::ptrdiff_t>(points.size());

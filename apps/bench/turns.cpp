@@ -42,19 +42,19 @@ int calls_in_a_turn(const Work& work) {
 }  // namespace
 
 std::vector<double> time_in_turns(benchmark::State& state, const std::vector<Work>& works) {
-  std::vector<int> calls;
-  for (const Work& work : works) calls.push_back(calls_in_a_turn(work));
+  std::vector<int> calls(works.size());
+  std::ranges::transform(works, calls.begin(), calls_in_a_turn);
   std::vector<std::vector<double>> turns(works.size());
-  for (auto _ : state) {
+  for ([[maybe_unused]] auto _ : state) {
     for (std::size_t w = 0; w < works.size(); ++w) {
-      std::vector<double> times;
-      for (int c = 0; c < calls[w]; ++c) times.push_back(call_ms(works[w]));
+      std::vector<double> times(static_cast<std::size_t>(calls[w]));
+      for (double& ms : times) ms = call_ms(works[w]);
       turns[w].push_back(median(std::move(times)));
     }
     state.SetIterationTime(turns[0].back() * 1e-3);
   }
-  std::vector<double> medians;
-  for (auto& values : turns) medians.push_back(median(std::move(values)));
+  std::vector<double> medians(works.size());
+  std::ranges::transform(turns, medians.begin(), median);
   return medians;
 }
 

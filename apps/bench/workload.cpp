@@ -26,7 +26,8 @@ LandmarkCycle::LandmarkCycle(std::size_t n, bool moving) {
     for (std::size_t i = 0; i < n; ++i) {
       Vec3 p, d = Vec3::Zero();
       if (i < needle) {
-        p = {4.0 * static_cast<double>(i % 2), 4.0 * static_cast<double>(i / 2), -20};
+        const std::size_t row = i / 2;
+        p = {4.0 * static_cast<double>(i % 2), 4.0 * static_cast<double>(row), -20};
         d = {0.2 * std::sin(phase), 0.2 * std::cos(phase), 5};
       } else {
         const auto k = static_cast<double>(i - needle), m = static_cast<double>(n - needle);
