@@ -1,0 +1,291 @@
+"""Candidate models of the ladder study: walls, needle and stiff gland as observations of one kernel."""
+import pathlib
+import sys
+import time
+
+import numpy as np
+import scipy.linalg as la
+
+import kelvin
+from scene import FACES, load_scene
+
+ROOT = pathlib.Path(__file__).resolve().parents[2] / "tests" / "reference"
+HOMOGENEOUS = ["push_homogeneous", "straight_homogeneous", "oblique_homogeneous", "lateral_homogeneous"]
+STIFF = ["push_stiff", "straight_stiff", "oblique_stiff", "lateral_stiff"]
+FREE = ["free_face_homogeneous", "free_face_stiff_lateral"]
+LINEAR = HOMOGENEOUS + STIFF + FREE
+
+
+class Case:
+    def __init__(self, name):
+        self.name = name
+        self.scene = load_scene(ROOT / name)
+        read = lambda f: np.loadtxt(ROOT / name / f, delimiter=",", skiprows=1, ndmin=2)
+        self.field, self.landmarks = read("field.csv"), read("landmarks.csv")
+        self.X, self.U = self.field[:, :3], self.field[:, 3:]
+        self.nu = self.scene.poisson
+        self.k = self.scene.gland_shear_modulus / self.scene.shear_modulus
+
+    def error(self, u):
+        return np.linalg.norm(u - self.U) / np.linalg.norm(self.U)
+
+
+class Points:
+    """Observations: points, s = core²/2, group matrix (rows of point values -> one value), optional normals (tractions)."""
+    def __init__(self, P, s, n=None, W=None):
+        self.P = np.atleast_2d(P)
+        self.s = np.broadcast_to(np.asarray(s, float), len(self.P)).copy()
+        self.n, self.W = n, W  # W: k×len(P), averages
+
+    def fold(self, rows):
+        if self.W is None:
+            return rows
+        return np.einsum("kp,pcm->kcm", self.W, rows.reshape(len(self.P), 3, -1)).reshape(3 * len(self.W), -1)
+
+
+def block(a, b, nu):
+    """Observations a of the kernel's sources b; shear modulus 1."""
+    if a.n is None and b.n is None:
+        K = kelvin.displacement(a.P, a.s, b.P, b.s, nu)
+    elif a.n is not None and b.n is None:
+        K = kelvin.traction(a.P, a.n, a.s, b.P, b.s, nu)
+    elif a.n is None:
+        K = kelvin.traction(b.P, b.n, b.s, a.P, a.s, nu).T
+    else:
+        K = kelvin.traction_traction(a.P, a.n, a.s, b.P, b.n, b.s, nu)
+    return b.fold(a.fold(K).T).T
+
+
+def faces(scene, names, n, core, grade=0.0):
+    """n×n cells a face, points at the cells' centres, core in cell sizes; grade > 0 pulls the points to the middle."""
+    P, N, h = [], [], []
+    t = (np.arange(n) + 0.5) / n * 2 - 1
+    t = (1 - grade) * t + grade * t**3
+    for name in names:
+        axis, sign = FACES[name]
+        o = [k for k in range(3) if k != axis]
+        half = scene.size / 2
+        A, B = np.meshgrid(t * half[o[0]], t * half[o[1]], indexing="ij")
+        p = np.zeros((n * n, 3))
+        p[:, axis] = sign * half[axis]
+        p[:, o[0]], p[:, o[1]] = A.ravel(), B.ravel()
+        m = np.zeros_like(p)
+        m[:, axis] = sign
+        P.append(p), N.append(m)
+        h.append(np.full(n * n, 2 * half[o[0]] / n))
+    if not P:
+        return np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0)
+    return np.vstack(P), np.vstack(N), core * np.concatenate(h)
+
+
+def axis_frame(case):
+    L = case.landmarks[:, :3]
+    if len(L) == 1:
+        return None
+    a = L[0] - L[-1]
+    a /= np.linalg.norm(a)
+    e = np.cross(a, [0, 1, 0] if abs(a[1]) < 0.9 else [1, 0, 0])
+    e /= np.linalg.norm(e)
+    return a, e, np.cross(a, e)
+
+
+def needle_axis(case, core):
+    """Stored landmarks, core in needle radii."""
+    c = core * case.scene.radius
+    return Points(case.landmarks[:, :3], c * c / 2), case.landmarks[:, 3:]
+
+
+def shaft_stations(case, spacing):
+    """Distances from the tip along the axis, and whether the far end is a round end inside the box."""
+    L = case.landmarks[:, :3]
+    length = np.linalg.norm(L[0] - L[-1])
+    n = max(1, round(length / spacing))
+    return np.linspace(0, length, n + 1), not case.scene.shaft_leaves_box()
+
+
+def needle_ring(case, spacing, m=6, core=0.5, average=True, radius=1.0, end=0.0):
+    """Rings of m points on the needle's surface; on the round ends the ring shrinks with the cap. `core` in mm = core*R.
+    average: one landmark a ring (its points share one force); else each point is a landmark of its own."""
+    R = case.scene.radius
+    frame = axis_frame(case)
+    if frame is None:
+        c = 4 / np.pi * R  # a rigid disc's resistance
+        return Points(case.landmarks[:, :3], c * c / 2), case.landmarks[:, 3:]
+    a, e, f = frame
+    t, rounded = shaft_stations(case, spacing)
+    t = t.copy()
+    length = t[-1]
+    # pull end stations inward by `end` radii
+    t = end * R + t * (length - (2 if rounded else 1) * end * R) / length
+    depth = np.minimum(t, length - t) if rounded else t
+    r = radius * np.where(depth < R, np.sqrt(np.maximum(0, R**2 - (R - depth) ** 2)), R)
+    P, W = [], []
+    for i, (ti, ri) in enumerate(zip(t, r)):
+        mm = m if ri > 0.05 * R else 1
+        th = 2 * np.pi * (np.arange(mm) + 0.5 * (i % 2)) / mm
+        q = case.landmarks[0, :3] - ti * a + ri * (np.cos(th)[:, None] * e + np.sin(th)[:, None] * f) * (mm > 1)
+        P.append(q)
+    sizes = [len(p) for p in P]
+    P = np.vstack(P)
+    c = core * R
+    if average:
+        W = np.zeros((len(sizes), len(P)))
+        k = 0
+        for i, z in enumerate(sizes):
+            W[i, k:k + z] = 1 / z
+            k += z
+        return Points(P, c * c / 2, W=W), np.tile(case.landmarks[0, 3:], (len(sizes), 1))
+    return Points(P, c * c / 2), np.tile(case.landmarks[0, 3:], (len(P), 1))
+
+
+def solve_spd(K, rhs):
+    K = 0.5 * (K + K.T)
+    d = 1 / np.sqrt(np.diag(K))
+    Ks = K * d[:, None] * d[None]
+    jitter = 1e-12
+    while True:
+        try:
+            c = la.cho_factor(Ks + jitter * np.eye(len(Ks)), lower=True, check_finite=False)
+            break
+        except la.LinAlgError:
+            jitter *= 100
+    return d.reshape(-1, *[1] * (rhs.ndim - 1)) * la.cho_solve(c, d.reshape(-1, *[1] * (rhs.ndim - 1)) * rhs), jitter
+
+
+def elastic_homogeneous(case, needle, walls, free=None, s_field=None):
+    """One medium (the surround's modulus drops out): needle, held walls, traction-free faces."""
+    nd, d = needle
+    obs = [nd, walls] + ([free] if free is not None and len(free.P) else [])
+    K = np.block([[block(a, b, case.nu) for b in obs] for a in obs])
+    rhs = np.zeros(len(K))
+    rhs[:d.size] = d.ravel()
+    alpha, jitter = solve_spd(K, rhs)
+    s = nd.s[0] if s_field is None else s_field
+    F = Points(case.X, s)
+    B = np.hstack([block(F, b, case.nu) for b in obs])
+    return (B @ alpha).reshape(-1, 3)
+
+
+def ellipsoid_points(scene, n):
+    """n points of the gland's capsule, about evenly by area, their outward normals and the area of each."""
+    a = scene.semi_axes
+    def spiral(m):
+        i = np.arange(m) + 0.5
+        z, t = 1 - 2 * i / m, np.pi * (1 + 5**0.5) * i
+        r = np.sqrt(1 - z * z)
+        return np.stack([r * np.cos(t), r * np.sin(t), z], axis=1)
+    u = spiral(n)
+    stretch = np.prod(a) * np.sqrt(((u / a) ** 2).sum(1))  # area on the ellipsoid for area on the sphere
+    N = u / a
+    N /= np.linalg.norm(N, axis=1)[:, None]
+    return scene.centre + u * a, N, stretch * 4 * np.pi / n
+
+
+def two_block(a, b, nu, k):
+    """a, b: (Points, weight inside per point, weight outside per point); tractions carry the modulus of their side."""
+    (pa, ia, oa), (pb, ib, ob) = a, b
+    K = block_raw(pa, pb, nu)
+    ta, tb = pa.n is not None, pb.n is not None
+    win = np.outer(ia, ib) * (k ** (int(ta) + int(tb) - 1))
+    wout = np.outer(oa, ob)
+    K = K * np.repeat(np.repeat(win + wout, 3, 0), 3, 1)
+    return pb.fold(pa.fold(K).T).T
+
+
+def block_raw(a, b, nu):
+    if a.n is None and b.n is None:
+        return kelvin.displacement(a.P, a.s, b.P, b.s, nu)
+    if a.n is not None and b.n is None:
+        return kelvin.traction(a.P, a.n, a.s, b.P, b.s, nu)
+    if a.n is None:
+        return kelvin.traction(b.P, b.n, b.s, a.P, a.s, nu).T
+    return kelvin.traction_traction(a.P, a.n, a.s, b.P, b.n, b.s, nu)
+
+
+def sided(case, p, blend=0.0):
+    """A landmark in the tissue: its force is felt on the side it lies on."""
+    q = np.sqrt((((p.P - case.scene.centre) / case.scene.semi_axes) ** 2).sum(1))
+    i = np.where(np.abs(q - 1) < 1e-4, 0.5, (q < 1) * 1.0)
+    return p, i, 1 - i
+
+
+def elastic_two(case, needle, walls, free, interface, s_field=0.0):
+    """Gland and surround each with their own kernel; displacement and traction jumps observed to be 0 on the capsule."""
+    nd, d = needle
+    n = len(walls.P)
+    obs = [sided(case, nd), (walls, np.zeros(n), np.ones(n))]
+    if free is not None and len(free.P):
+        obs.append((free, np.zeros(len(free.P)), np.ones(len(free.P))))
+    iu, it = interface
+    one = lambda p: np.ones(len(p.P))
+    obs += [(iu, one(iu), -one(iu)), (it, one(it), -one(it))]
+    rows = []
+    for i, a in enumerate(obs):
+        rows.append([two_block(a, b, case.nu, case.k) if j >= i else None for j, b in enumerate(obs)])
+    for i in range(len(obs)):
+        for j in range(i):
+            rows[i][j] = rows[j][i].T
+    K = np.block(rows)
+    rhs = np.zeros(len(K))
+    rhs[:d.size] = d.ravel()
+    alpha, jitter = solve_spd(K, rhs)
+    F = Points(case.X, s_field)
+    B = np.hstack([two_block((F, np.ones(len(case.X)), np.zeros(len(case.X))), b, case.nu, case.k) for b in obs])
+    case.jitter = jitter
+    return (B @ alpha).reshape(-1, 3)
+
+
+def local_modulus(case, p):
+    """The modulus a landmark's force works against, relative to the surround: that of its side, the mean on the capsule."""
+    q = np.sqrt((((p.P - case.scene.centre) / case.scene.semi_axes) ** 2).sum(1))
+    return np.where(np.abs(q - 1) < 1e-4, 0.5 * (case.k + 1), np.where(q < 1, case.k, 1.0))
+
+
+def elastic_layer(case, needle, walls, free, capsule, s_field=0.0, free_second_kind=False, out=None):
+    """One unit-modulus kernel; a force in tissue of modulus k enters as f/k; the capsule carries a single layer g whose
+    traction balance is (K' g + T0) + lambda g/A = 0, lambda = ½ (k+1)/(k-1); a free face is the same with lambda = ½."""
+    nd, d = needle
+    P, N, A, core = capsule
+    first = [nd, walls]
+    if free is not None and len(free.P) and not free_second_kind:
+        first.append(free)
+    layers = []
+    if case.k != 1:
+        layers.append((P, N, A, core, 0.5 * (case.k + 1) / (case.k - 1)))
+    if free is not None and len(free.P) and free_second_kind:
+        layers.append((free.P, free.n, free.area, np.sqrt(2 * free.s), 0.5))
+    src = first + [Points(p, c * c / 2) for p, n, a, c, l in layers]
+    tst = first + [Points(p, c * c / 2, n) for p, n, a, c, l in layers]
+    K = np.block([[block(t, s, case.nu) for s in src] for t in tst])
+    diag = np.zeros(len(K))
+    o = len(K)
+    for p, n, a, c, l in reversed(layers):
+        diag[o - 3 * len(p):o] = np.repeat(l / a, 3)
+        o -= 3 * len(p)
+    K[np.diag_indices(len(K))] += diag
+    if layers:
+        m = o
+        A_ = K[m:, m:]
+        lu = la.lu_factor(A_)
+        S = K[:m, :m] - K[:m, m:] @ la.lu_solve(lu, K[m:, :m])
+        n0 = 3 * len(d)
+        # Asymmetry of what the landmarks see, walls condensed as well.
+        rhs = np.zeros(m)
+        rhs[:d.size] = d.ravel()
+        x = la.solve(S, rhs)
+        if out is not None:
+            Sw = S[:n0, :n0] - S[:n0, n0:] @ la.solve(S[n0:, n0:], S[n0:, :n0])
+            if nd.W is None:
+                kl = local_modulus(case, nd)
+            else:
+                kl = 1 / (nd.W @ (1 / local_modulus(case, nd)))
+            C = Sw / np.repeat(kl, 3)[None]
+            out["asymmetry"] = np.linalg.norm(C - C.T) / np.linalg.norm(C + C.T)
+            out["min_eig"] = np.linalg.eigvalsh(0.5 * (C + C.T)).min() / np.linalg.eigvalsh(0.5 * (C + C.T)).max()
+        alpha = np.concatenate([x, -la.lu_solve(lu, K[m:, :m] @ x)])
+    else:
+        rhs = np.zeros(len(K))
+        rhs[:d.size] = d.ravel()
+        alpha, _ = solve_spd(K, rhs)
+    B = np.hstack([block(Points(case.X, s_field), s, case.nu) for s in src])
+    return (B @ alpha).reshape(-1, 3)
