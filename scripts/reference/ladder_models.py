@@ -289,3 +289,32 @@ def elastic_layer(case, needle, walls, free, capsule, s_field=0.0, free_second_k
         alpha, _ = solve_spd(K, rhs)
     B = np.hstack([block(Points(case.X, s_field), s, case.nu) for s in src])
     return (B @ alpha).reshape(-1, 3)
+
+
+KAPPA = 0.385  # core of a surface lattice's points, in √(area of a point): 1.5/3.9003 (see LADDER_STUDY.md)
+
+
+def needle_rule(case, m=6, kappa=0.4, tip=0.3, tail=0.3, spacing=1.5, disc=4 / np.pi):
+    """The rule: a landmark on a shaft is a ring of m points on the needle's surface that share one force. Landmarks more
+    than `spacing` radii apart get rings between them (displacement interpolated); the tip's ring lies `tip` radii behind it
+    where the round end is sqrt(1-(1-tip)²) radii wide. One landmark alone is a contact: a disc, core 4/pi radii."""
+    R, L = case.scene.radius, case.landmarks
+    if len(L) == 1:
+        return Points(L[:, :3], (disc * R) ** 2 / 2), L[:, 3:]
+    a, e, f = axis_frame(case)
+    t = np.linalg.norm(L[:, :3] - L[0, :3], axis=1)
+    parts = np.maximum(1, np.ceil(np.diff(t) / (spacing * R) - 1e-6).astype(int))
+    fine = np.concatenate([t[i] + (t[i + 1] - t[i]) * np.arange(q) / q for i, q in enumerate(parts)] + [[t[-1]]])
+    d = np.stack([np.interp(fine, t, L[:, 3 + k]) for k in range(3)], axis=1)
+    h = t[-1] / (len(fine) - 1)
+    c = kappa * np.sqrt(2 * np.pi * R / m * h)
+    r = np.full(len(fine), R)
+    fine = fine.copy()
+    fine[0] += tip * R
+    r[0] = R * np.sqrt(1 - (1 - tip) ** 2)
+    if tail and not case.scene.shaft_leaves_box():
+        fine[-1] -= tail * R
+        r[-1] = R * np.sqrt(1 - (1 - tail) ** 2)
+    th = 2 * np.pi * (np.arange(m)[None] + 0.5 * (np.arange(len(fine)) % 2)[:, None]) / m
+    P = L[0, :3] - fine[:, None, None] * a + r[:, None, None] * (np.cos(th)[..., None] * e + np.sin(th)[..., None] * f)
+    return Points(P.reshape(-1, 3), c * c / 2, W=np.kron(np.eye(len(fine)), np.full((1, m), 1 / m))), d
