@@ -278,10 +278,14 @@ def elastic_layer(case, needle, walls, free, capsule, s_field=0.0, free_second_k
             if nd.W is None:
                 kl = local_modulus(case, nd)
             else:
-                kl = 1 / (nd.W @ (1 / local_modulus(case, nd)))
+                kl = nd.W @ local_modulus(case, nd)
             C = Sw / np.repeat(kl, 3)[None]
             out["asymmetry"] = np.linalg.norm(C - C.T) / np.linalg.norm(C + C.T)
             out["min_eig"] = np.linalg.eigvalsh(0.5 * (C + C.T)).min() / np.linalg.eigvalsh(0.5 * (C + C.T)).max()
+            if out.get("symmetrise"):  # what a contact solve would use: forces from the symmetric part
+                force = la.solve(0.5 * (C + C.T), d.ravel(), assume_a="pos")
+                phi = force / np.repeat(kl, 3)
+                x = np.concatenate([phi, -la.solve(S[n0:, n0:], S[n0:, :n0] @ phi)])
         alpha = np.concatenate([x, -la.lu_solve(lu, K[m:, :m] @ x)])
     else:
         rhs = np.zeros(len(K))
@@ -318,3 +322,96 @@ def needle_rule(case, m=6, kappa=0.4, tip=0.3, tail=0.3, spacing=1.5, disc=4 / n
     th = 2 * np.pi * (np.arange(m)[None] + 0.5 * (np.arange(len(fine)) % 2)[:, None]) / m
     P = L[0, :3] - fine[:, None, None] * a + r[:, None, None] * (np.cos(th)[..., None] * e + np.sin(th)[..., None] * f)
     return Points(P.reshape(-1, 3), c * c / 2, W=np.kron(np.eye(len(fine)), np.full((1, m), 1 / m))), d
+
+
+def elastic_condensed(case, needle, walls, free, capsule, kappa_s=None, s_field=0.0, w_cross=None, free_core=None, out=None):
+    """Positive definite by construction. G: the kernel with the walls condensed. On a surface between moduli k (inside its
+    normal) and 1: S = L L' the single layer, v = L^-1 G(surface, .), kappa = sym(L' A K' L^-T),
+        C(x,y) = w(x,y) [G(x,y) - v(x)'v(y)] + v(x)' [½(k+1) I + (k-1) kappa]^-1 v(y),
+    w = 1/k both inside, 1 both outside, 2/(k+1) across: surface held, plus the compliance of its motion."""
+    nd, d = needle
+    P, N, A, core = capsule
+    F = Points(case.X, s_field)
+    nu, k = case.nu, case.k
+    t0 = time.time()
+
+    def condense(base, obs_l, obs_r, G, left=None):
+        return G
+
+    # 1 walls: a function giving the condensed block of any two observations
+    Kw = block(walls, walls, nu)
+    cw = la.cho_factor(0.5 * (Kw + Kw.T) , lower=True)
+    memo = {}
+
+    def half(o, key):
+        if key not in memo:
+            memo[key] = la.solve_triangular(cw[0], block(walls, o, nu), lower=True)
+        return memo[key]
+
+    def Gt(a, ka, b, kb):
+        return block(a, b, nu) - half(a, ka).T @ half(b, kb)
+
+    base = {}
+    keys = {"n": nd, "f": F}
+
+    def surface(G_uu, G_tu, G_ul, A, k):
+        """G_uu: S; G_tu: traction rows (K'); returns L, M."""
+        L = la.cholesky(0.5 * (G_uu + G_uu.T), lower=True)
+        AK = np.repeat(A, 3)[:, None] * G_tu
+        SK = L.T @ AK
+        kap = la.solve_triangular(L, SK.T, lower=True).T
+        skew = np.linalg.norm(kap - kap.T) / np.linalg.norm(kap + kap.T)
+        kap = 0.5 * (kap + kap.T)
+        e, Q = np.linalg.eigh(kap)
+        if out is not None:
+            out["kappa"] = (e.min(), e.max(), skew)
+        return L, e, Q
+
+    s_src = Points(P, core * core / 2)
+    s_trc = Points(P, core * core / 2, N)
+    if free is not None and len(free.P):
+        fs, ft = Points(free.P, free.s), Points(free.P, free.s, free.n)
+        Lf, e, Qf = surface(Gt(fs, "fs", fs, "fs"), Gt(ft, "ft", fs, "fs"), None, free.area, 0)
+        e = np.clip(e, -0.49, 0.5)
+        Mf = 1 / (0.5 + e) - 1  # tissue inside its normal, nothing outside: k = 1 | 0
+        def vf(o, key):
+            kk = "vf" + key
+            if kk not in memo:
+                memo[kk] = Qf.T @ la.solve_triangular(Lf, Gt(fs, "fs", o, key), lower=True)
+            return memo[kk]
+        def Gb(a, ka, b, kb):
+            return Gt(a, ka, b, kb) + vf(a, ka).T @ (Mf[:, None] * vf(b, kb))
+    else:
+        Gb = Gt
+    if k == 1:
+        C, B = Gb(nd, "n", nd, "n"), Gb(F, "f", nd, "n")
+    else:
+        L, e2, Q2 = surface(Gb(s_src, "s", s_src, "s"), Gb(s_trc, "t", s_src, "s"), None, A, k)
+        e2 = np.clip(e2, -0.5, 0.5)
+        M = 1 / (0.5 * (k + 1) + (k - 1) * e2)
+        raw = Points(nd.P, nd.s)
+        vs = lambda o, key: Q2.T @ la.solve_triangular(L, Gb(s_src, "s", o, key), lower=True)
+        vn, vF = vs(raw, "r"), vs(F, "f")
+        inside = ((( nd.P - case.scene.centre) / case.scene.semi_axes) ** 2).sum(1)
+        side = np.where(np.abs(inside - 1) < 1e-4, 0.5, (inside < 1) * 1.0)
+        wc = 2 / (k + 1) if w_cross is None else w_cross
+        def weight(p, q):
+            w = (np.outer(p, q) / k + np.outer(1 - p, 1 - q) + wc * (np.outer(p, 1 - q) + np.outer(1 - p, q)))
+            return np.repeat(np.repeat(w, 3, 0), 3, 1)
+        C = weight(side, side) * (Gb(raw, "r", raw, "r") - vn.T @ vn) + vn.T @ (M[:, None] * vn)
+        B = weight(np.ones(len(case.X)), side) * (Gb(F, "f", raw, "r") - vF.T @ vn) + vF.T @ (M[:, None] * vn)
+        C = raw_fold(nd, raw_fold(nd, C).T).T
+        B = raw_fold(nd, B.T).T
+    C = 0.5 * (C + C.T)
+    if out is not None:
+        ev = np.linalg.eigvalsh(C)
+        out["min_eig"] = ev[0] / ev[-1]
+        out["C"] = C
+    f = la.cho_solve(la.cho_factor(C, lower=True), d.ravel())
+    if out is not None:
+        out["force"] = f.reshape(-1, 3).sum(0) * case.scene.shear_modulus
+    return (B @ f).reshape(-1, 3)
+
+
+def raw_fold(p, rows):
+    return p.fold(rows)
