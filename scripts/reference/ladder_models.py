@@ -324,7 +324,7 @@ def needle_rule(case, m=6, kappa=0.4, tip=0.3, tail=0.3, spacing=1.5, disc=4 / n
     return Points(P.reshape(-1, 3), c * c / 2, W=np.kron(np.eye(len(fine)), np.full((1, m), 1 / m))), d
 
 
-def elastic_condensed(case, needle, walls, free, capsule, kappa_s=None, s_field=0.0, w_cross=None, free_core=None, out=None):
+def elastic_condensed(case, needle, walls, free, capsule, kappa_s=None, s_field=0.0, w_cross=None, modes=0, out=None):
     """Positive definite by construction. G: the kernel with the walls condensed. On a surface between moduli k (inside its
     normal) and 1: S = L L' the single layer, v = L^-1 G(surface, .), kappa = sym(L' A K' L^-T),
         C(x,y) = w(x,y) [G(x,y) - v(x)'v(y)] + v(x)' [½(k+1) I + (k-1) kappa]^-1 v(y),
@@ -334,9 +334,6 @@ def elastic_condensed(case, needle, walls, free, capsule, kappa_s=None, s_field=
     F = Points(case.X, s_field)
     nu, k = case.nu, case.k
     t0 = time.time()
-
-    def condense(base, obs_l, obs_r, G, left=None):
-        return G
 
     # 1 walls: a function giving the condensed block of any two observations
     Kw = block(walls, walls, nu)
@@ -350,9 +347,6 @@ def elastic_condensed(case, needle, walls, free, capsule, kappa_s=None, s_field=
 
     def Gt(a, ka, b, kb):
         return block(a, b, nu) - half(a, ka).T @ half(b, kb)
-
-    base = {}
-    keys = {"n": nd, "f": F}
 
     def surface(G_uu, G_tu, G_ul, A, k):
         """G_uu: S; G_tu: traction rows (K'); returns L, M."""
@@ -398,8 +392,21 @@ def elastic_condensed(case, needle, walls, free, capsule, kappa_s=None, s_field=
         def weight(p, q):
             w = (np.outer(p, q) / k + np.outer(1 - p, 1 - q) + wc * (np.outer(p, 1 - q) + np.outer(1 - p, q)))
             return np.repeat(np.repeat(w, 3, 0), 3, 1)
-        C = weight(side, side) * (Gb(raw, "r", raw, "r") - vn.T @ vn) + vn.T @ (M[:, None] * vn)
-        B = weight(np.ones(len(case.X)), side) * (Gb(F, "f", raw, "r") - vF.T @ vn) + vF.T @ (M[:, None] * vn)
+        if modes:  # the capsule moves in polynomials of degree `modes` only
+            y = (P - case.scene.centre) / case.scene.semi_axes
+            poly = [np.ones(len(P))] + [y[:, i] for i in range(3)]
+            if modes > 1:
+                poly += [y[:, i] * y[:, j] for i in range(3) for j in range(i, 3)]
+            if modes > 2:
+                poly += [y[:, i] * y[:, j] * y[:, l] for i in range(3) for j in range(i, 3) for l in range(j, 3)]
+            E = np.kron(np.stack(poly, 1), np.eye(3))
+            z = Q2.T @ la.solve_triangular(L, E, lower=True)
+            Zi = np.linalg.pinv(z.T @ (z / M[:, None]), rcond=1e-10)
+            motion = lambda p, q: (p.T @ z) @ Zi @ (z.T @ q)
+        else:
+            motion = lambda p, q: p.T @ (M[:, None] * q)
+        C = weight(side, side) * (Gb(raw, "r", raw, "r") - vn.T @ vn) + motion(vn, vn)
+        B = weight(np.ones(len(case.X)), side) * (Gb(F, "f", raw, "r") - vF.T @ vn) + motion(vF, vn)
         C = raw_fold(nd, raw_fold(nd, C).T).T
         B = raw_fold(nd, B.T).T
     C = 0.5 * (C + C.T)
@@ -415,3 +422,96 @@ def elastic_condensed(case, needle, walls, free, capsule, kappa_s=None, s_field=
 
 def raw_fold(p, rows):
     return p.fold(rows)
+
+
+# ---- strain landmarks (Lippmann–Schwinger): the prototype's way, for comparison --------------------------------------
+
+VOIGT = [(0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1)]
+
+
+def strain_cells(scene, h):
+    """Cells of a cubic grid of spacing h that fill the gland: centres and volumes (8³ samples a cell)."""
+    n = np.ceil(scene.semi_axes / h).astype(int) + 1
+    g = np.stack(np.meshgrid(*[np.arange(-m, m) + 0.5 for m in n], indexing="ij"), -1).reshape(-1, 3) * h
+    o = (np.arange(6) + 0.5) / 6 - 0.5
+    o = np.stack(np.meshgrid(o, o, o, indexing="ij"), -1).reshape(-1, 3) * h
+    inside = ((((g[:, None] + o[None]) / scene.semi_axes) ** 2).sum(-1) < 1)
+    share = inside.mean(1)
+    keep = share > 0.1
+    centre = np.array([(g[i] + o[inside[i]]).mean(0) for i in np.flatnonzero(keep)])
+    return centre + scene.centre, share[keep] * h**3
+
+
+def strain_rows(P, sp, Y, sy, nu):
+    """6n×3m: strains (Voigt, engineering shear) at P of unit forces at Y."""
+    D = kelvin._gradient(P[:, None] - Y[None], sp[:, None] + sy[None], nu)  # n,m,i,j,k
+    return np.stack([D[:, :, 0, :, 0], D[:, :, 1, :, 1], D[:, :, 2, :, 2], D[:, :, 1, :, 2] + D[:, :, 2, :, 1],
+                     D[:, :, 0, :, 2] + D[:, :, 2, :, 0], D[:, :, 0, :, 1] + D[:, :, 1, :, 0]], 2
+                    ).transpose(0, 2, 1, 3).reshape(6 * len(P), 3 * len(Y))
+
+
+def strain_strain(P, s, nu):
+    """6n×6n, the same observation on both sides; by central differences of strain_rows in the source (1e-4 mm)."""
+    e, n = 1e-3, len(P)
+    out = np.zeros((6 * n, n, 6))
+    for k in range(3):
+        d = np.zeros(3)
+        d[k] = e
+        g = -(strain_rows(P, s, P + d, s, nu) - strain_rows(P, s, P - d, s, nu)).reshape(6 * n, n, 3) / (2 * e)
+        # source strain component from derivative d/dy_k of force j: -d/dx
+        for v, (a, b) in enumerate(VOIGT):
+            if a == b == k:
+                out[:, :, v] -= g[:, :, a]
+            elif a != b and k in (a, b):
+                out[:, :, v] -= g[:, :, b if k == a else a]
+    return out.reshape(6 * n, 6 * n)
+
+
+def elastic_strain(case, needle, walls, free, h, core=0.8, s_field=None, out=None, average=0):
+    """K_eff = K - K_t' (K_tt + (dC V)^-1)^-1 K_t with walls and strain landmarks condensed jointly; unit modulus = surround.
+    average: strains averaged over average³ points a cell instead of taken at its centre."""
+    nd, d = needle
+    obs = [nd, walls] + ([free] if free is not None and len(free.P) else [])
+    K = np.block([[block(a, b, case.nu) for b in obs] for a in obs])
+    F = Points(case.X, nd.s[0] if s_field is None else s_field)
+    B = np.hstack([block(F, b, case.nu) for b in obs])
+    if case.k != 1:
+        P, V = strain_cells(case.scene, h)
+        s = (core * V ** (1 / 3)) ** 2  # cores sqrt(s)
+        dl = (case.k - 1) * 2 * case.nu / (1 - 2 * case.nu)
+        dC = np.diag([2.0, 2, 2, 1, 1, 1]) * (case.k - 1)
+        dC[:3, :3] += dl
+        noise = np.linalg.inv(dC)
+        parts = []
+        for b in obs:
+            if b.n is None:
+                parts.append(b.fold(strain_rows(P, s, b.P, b.s, case.nu).T).T)
+            else:  # a traction source, by differences along its derivative directions
+                e = 1e-3
+                col = np.zeros((6 * len(P), len(b.P), 3))
+                lam = 2 * case.nu / (1 - 2 * case.nu)
+                g = []
+                for k in range(3):
+                    t = np.zeros(3)
+                    t[k] = e
+                    g.append((strain_rows(P, s, b.P + t, b.s, case.nu) - strain_rows(P, s, b.P - t, b.s, case.nu)
+                              ).reshape(6 * len(P), len(b.P), 3) / (2 * e))
+                g = np.stack(g, -1)  # rows, point, j, k
+                col += lam * b.n[None] * np.einsum("rpkk->rp", g)[..., None]
+                col += np.einsum("rpjk,pk->rpj", g, b.n) + np.einsum("rpkj,pk->rpj", g, b.n)
+                parts.append(col.reshape(6 * len(P), -1))
+        T = np.hstack(parts)
+        TT = strain_strain(P, s, case.nu)
+        for i in range(len(P)):
+            TT[6 * i:6 * i + 6, 6 * i:6 * i + 6] += noise / V[i]
+        TF = strain_rows(P, s, case.X, F.s, case.nu).T
+        K = np.block([[K, T.T], [T, TT]])
+        B = np.hstack([B, TF])
+        if out is not None:
+            out["cells"] = len(P)
+    rhs = np.zeros(len(K))
+    rhs[:d.size] = d.ravel()
+    alpha, j = solve_spd(K, rhs)
+    if out is not None:
+        out["jitter"] = j
+    return (B @ alpha).reshape(-1, 3)
