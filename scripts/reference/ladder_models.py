@@ -280,6 +280,7 @@ def elastic_layer(case, needle, walls, free, capsule, s_field=0.0, free_second_k
             else:
                 kl = nd.W @ local_modulus(case, nd)
             C = Sw / np.repeat(kl, 3)[None]
+            out["force"] = (x[:n0].reshape(-1, 3) * kl[:, None]).sum(0) * case.scene.shear_modulus
             out["asymmetry"] = np.linalg.norm(C - C.T) / np.linalg.norm(C + C.T)
             out["min_eig"] = np.linalg.eigvalsh(0.5 * (C + C.T)).min() / np.linalg.eigvalsh(0.5 * (C + C.T)).max()
             if out.get("symmetrise"):  # what a contact solve would use: forces from the symmetric part
