@@ -215,17 +215,7 @@ BRACHY_TARGET(Avx512, BRACHY_AVX512, ChooseAvx512);
 const BlockKernels& block_kernels(const Kernel& kernel, SimdTarget target) {
   return std::visit(
       [&]<class K>(K) -> const BlockKernels& {
-        switch (target) {
-          case SimdTarget::kSse4:
-            return Sse4<K>::kLoops;
-          case SimdTarget::kAvx2:
-            return Avx2<K>::kLoops;
-          case SimdTarget::kAvx512:
-            return Avx512<K>::kLoops;
-          case SimdTarget::kGeneric:
-            break;
-        }
-        return Generic<K>::kLoops;
+        return loops_for(target, Generic<K>::kLoops, Sse4<K>::kLoops, Avx2<K>::kLoops, Avx512<K>::kLoops);
       },
       kernel);
 }

@@ -252,17 +252,7 @@ BRACHY_TARGET(Avx512, BRACHY_AVX512, 64, 8);
 }  // namespace
 
 const PanelLoops& panel_loops(SimdTarget target) {
-  switch (target) {
-    case SimdTarget::kSse4:
-      return Sse4::kLoops;
-    case SimdTarget::kAvx2:
-      return Avx2::kLoops;
-    case SimdTarget::kAvx512:
-      return Avx512::kLoops;
-    case SimdTarget::kGeneric:
-      break;
-  }
-  return Generic::kLoops;
+  return loops_for(target, Generic::kLoops, Sse4::kLoops, Avx2::kLoops, Avx512::kLoops);
 }
 
 }  // namespace brachy
