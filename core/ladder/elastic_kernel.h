@@ -1,0 +1,34 @@
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "core/ladder/elastic_body.h"
+#include "core/ladder/matrix_kernel.h"
+#include "core/ladder/remainder.h"
+
+namespace brachy {
+
+/// The kernel of an elastic body, C = w (G − Q) + P over μ (remainder.h): Kelvin's solution near the needle, and a
+/// remainder for bounds and regions, which is what sets the rungs `elastic` and `fem` apart.
+class ElasticKernel : public MatrixKernel {
+ public:
+  /// `remainder` none: an unbounded, homogeneous solid.
+  ElasticKernel(ElasticBody body, std::unique_ptr<const Remainder> remainder);
+
+  /// Landmarks on a needle's shaft become rings on its surface, one alone a disc (needle_groups.h).
+  PointGroups groups(std::span<const Vec3> positions, std::span<const double> cores) const override;
+  Eigen::MatrixXd between(const PointGroups& a, const PointGroups& b) const override;
+  Eigen::MatrixXd fields(std::span<const Vec3> X, const PointGroups& b,
+                         const Eigen::MatrixXd& forces) const override;
+  std::size_t bytes() const override;
+
+  const ElasticBody& body() const { return body_; }
+
+ private:
+  ElasticBody body_;
+  std::unique_ptr<const Remainder> remainder_;
+  std::vector<double> materials_;
+};
+
+}  // namespace brachy

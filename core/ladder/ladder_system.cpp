@@ -1,0 +1,71 @@
+#include "core/ladder/ladder_system.h"
+
+namespace brachy {
+namespace {
+
+Eigen::VectorXd stacked(std::span<const Vec3> vectors) {
+  Eigen::VectorXd all(static_cast<Eigen::Index>(3 * vectors.size()));
+  for (std::size_t i = 0; i < vectors.size(); ++i) all.segment<3>(static_cast<Eigen::Index>(3 * i)) = vectors[i];
+  return all;
+}
+
+std::vector<Vec3> unstacked(const Eigen::VectorXd& all) {
+  std::vector<Vec3> vectors(static_cast<std::size_t>(all.size()) / 3);
+  for (std::size_t i = 0; i < vectors.size(); ++i) vectors[i] = all.segment<3>(static_cast<Eigen::Index>(3 * i));
+  return vectors;
+}
+
+FactorStatus check(std::span<const Vec3> positions) {
+  for (std::size_t i = 0; i < positions.size(); ++i) {
+    if (!positions[i].allFinite()) return {FactorStatus::kNotFinite, static_cast<int>(i)};
+    for (std::size_t j = 0; j < i; ++j)
+      if (positions[i] == positions[j])
+        return {FactorStatus::kDuplicate, static_cast<int>(j), static_cast<int>(i)};
+  }
+  return {};
+}
+
+}  // namespace
+
+FactorStatus LadderSystem::factorize(std::span<const Vec3> positions, std::span<const double> cores) {
+  groups_.clear();
+  if (const FactorStatus status = check(positions); !status) return status;
+  PointGroups groups = kernel_.groups(positions, cores);
+  matrix_ = kernel_.between(groups, groups);
+  matrix_ = 0.5 * (matrix_ + matrix_.transpose()).eval();
+  factor_.compute(matrix_);
+  if (factor_.info() != Eigen::Success) return {FactorStatus::kNotPositiveDefinite};
+  groups_ = std::move(groups);
+  return {};
+}
+
+std::vector<Vec3> LadderSystem::solve(std::span<const Vec3> displacements) const {
+  return unstacked(factor_.solve(stacked(displacements)));
+}
+
+std::vector<Vec3> LadderSystem::evaluate(std::span<const Vec3> X, std::span<const Vec3> forces) const {
+  return unstacked(kernel_.fields(X, groups_, stacked(forces)));
+}
+
+std::vector<double> LadderSystem::jacobians(std::span<const Vec3> X, std::span<const Vec3> forces) const {
+  constexpr double h = 1e-3;  // mm: rounding leaves 1e-12 mm / h, curvature h² / 6 of the third derivative
+  std::vector<Vec3> shifted;
+  shifted.reserve(6 * X.size());
+  for (const Vec3& x : X)
+    for (int k = 0; k < 3; ++k)
+      for (const double step : {h, -h}) shifted.push_back(x + step * Vec3::Unit(k));
+  const std::vector<Vec3> u = evaluate(shifted, forces);
+  std::vector<double> det;
+  det.reserve(X.size());
+  for (std::size_t i = 0; i < X.size(); ++i) {
+    Mat3 F = Mat3::Identity();
+    for (int k = 0; k < 3; ++k) {
+      const std::size_t at = 6 * i + 2 * static_cast<std::size_t>(k);
+      F.col(k) += (u[at] - u[at + 1]) / (2 * h);
+    }
+    det.push_back(F.determinant());
+  }
+  return det;
+}
+
+}  // namespace brachy

@@ -1,0 +1,43 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include <Eigen/Cholesky>
+
+#include "core/ladder/matrix_kernel.h"
+#include "core/rbf/rbf_system.h"
+
+namespace brachy {
+
+/// Landmarks solved with a kernel of the ladder, exactly and in double: factorize the landmarks, solve for the forces,
+/// evaluate anywhere. What `brachy deform` does; the daemon's ticks go through TabulatedField.
+/// Threads: one. It allocates.
+class LadderSystem {
+ public:
+  /// The kernel must outlive this.
+  explicit LadderSystem(const MatrixKernel& kernel) : kernel_(kernel) {}
+
+  /// Assembles and factors K for landmarks at rest positions (n, mm). Unless it returns kOk, there are no landmarks.
+  FactorStatus factorize(std::span<const Vec3> positions, std::span<const double> cores = {});
+
+  /// The landmarks' forces, N, that displace them by `displacements` (n, mm).
+  std::vector<Vec3> solve(std::span<const Vec3> displacements) const;
+
+  /// u at the points X, mm, of the landmarks' `forces` (n, N).
+  std::vector<Vec3> evaluate(std::span<const Vec3> X, std::span<const Vec3> forces) const;
+
+  /// det(I + ∇u) at the points X by central differences over 2·10⁻³ mm; ≤ 0 where the field folds.
+  std::vector<double> jacobians(std::span<const Vec3> X, std::span<const Vec3> forces) const;
+
+  std::size_t size() const { return groups_.size(); }
+  const Eigen::MatrixXd& matrix() const { return matrix_; }  ///< K, 3n × 3n, mm/N
+
+ private:
+  const MatrixKernel& kernel_;
+  PointGroups groups_;
+  Eigen::MatrixXd matrix_;
+  Eigen::LLT<Eigen::MatrixXd> factor_;
+};
+
+}  // namespace brachy
