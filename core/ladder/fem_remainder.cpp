@@ -1,6 +1,7 @@
 #include "core/ladder/fem_remainder.h"
 
-#include <algorithm>
+#include <cmath>
+#include <memory>
 
 #include "core/ladder/kelvin.h"
 
@@ -93,10 +94,22 @@ FemRemainder::FemRemainder(const ElasticBody& body, const FemOptions& options)
       unbounded_(HexMesh(with_outer_cells(mesh_planes(body, options.sizes))), body.poisson, modulus_one,
                  on_faces({true, true, true, true, true, true}), options.target) {}
 
-PointGroups FemRemainder::inside(const PointGroups& groups) const {
-  PointGroups moved = groups;
-  for (Vec3& p : moved.points) p = p.cwiseMax(min_).cwiseMin(max_);
-  return moved;
+PointGroups FemRemainder::loads(const PointGroups& groups) const {
+  PointGroups spread;
+  const auto add = [&](const Vec3& p, double s, double weight) {
+    spread.add(p.cwiseMax(min_).cwiseMin(max_), s, weight);
+  };
+  for (std::size_t g = 0; g < groups.size(); ++g) {
+    spread.begin_group();
+    for (std::uint32_t i = groups.first[g]; i < groups.first[g + 1]; ++i) {
+      const double s = groups.s[i], weight = groups.weights[i], r = std::sqrt(1.5 * s);
+      if (s == 0) add(groups.points[i], 0, weight);
+      for (int k = 0; k < 6 && s > 0; ++k)
+        add(groups.points[i] + (k % 2 ? r : -r) * Vec3::Unit(k / 2), s, weight / 6);
+    }
+  }
+  spread.finish();
+  return spread;
 }
 
 MeshSystem::FixedMotion FemRemainder::kelvin_motion() const {
@@ -109,13 +122,13 @@ MeshSystem::FixedMotion FemRemainder::kelvin_motion() const {
 }
 
 Remainder::Parts FemRemainder::between(const PointGroups& a, const PointGroups& b) const {
-  const PointGroups at_a = inside(a), at_b = inside(b);
+  const PointGroups at_a = loads(a), at_b = loads(b);
   return {unbounded_.between(at_a, at_b, kelvin_motion()), tissue_.between(at_a, at_b, {})};
 }
 
 Remainder::Parts FemRemainder::fields(std::span<const Vec3> X, const PointGroups& b,
                                       const Eigen::MatrixXd& forces) const {
-  const PointGroups at_X = inside(PointGroups::single(X, 0)), at_b = inside(b);
+  const PointGroups at_X = loads(PointGroups::single(X, 0)), at_b = loads(b);
   return {unbounded_.fields(at_X, at_b, forces, kelvin_motion()), tissue_.fields(at_X, at_b, forces, {})};
 }
 

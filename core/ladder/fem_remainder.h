@@ -19,12 +19,11 @@ struct FemOptions {
 ///     Kelvin's displacement itself.
 ///
 /// So G − Q is what the mesh cannot resolve, a few cells wide, and C = w (G − Q) + P has the exact singular field with the
-/// modulus of the place and the mesh's answer for everything else: at cells of 5–6 mm within 2–5 % of references whose
-/// needle is 0.8–3 mm thick, where P alone is off by 20–120 %.
+/// modulus of the place and the mesh's answer for everything else: at 250 cells in the gland (5–6 mm) within 2–4 % of
+/// references with shafts 0.8–2 mm thick, where P alone is off by 20–120 %.
 ///
-/// P is symmetric. Q(a, b) is not quite, since Kelvin's solution about b is interpolated at the bounds and that about a is
-/// not: the parts stand as b's forces give them, in `between` as in `fields`.
-/// Cores do not enter the mesh's loads; they are in G, and what is left, P − wQ, is smooth.
+/// P is symmetric. Q(a, b) is not quite (10⁻⁴ to 3·10⁻³ of C), since Kelvin's solution about b is interpolated at the
+/// outer cells and that about a is not: the parts are as b's forces give them, in `between` as in `fields`.
 /// Points outside the box are taken to its nearest point (a shaft leaves through a wall).
 class FemRemainder : public Remainder {
  public:
@@ -37,7 +36,9 @@ class FemRemainder : public Remainder {
   const MeshSystem& tissue() const { return tissue_; }
 
  private:
-  PointGroups inside(const PointGroups& groups) const;
+  /// What acts on the mesh: a point of core s as six points at √(3s/2) from it, the mean distance (rms) of Kelvin's
+  /// regularised force 15 s² / 8π(r² + s)^7/2; none outside the box.
+  PointGroups loads(const PointGroups& groups) const;
   MeshSystem::FixedMotion kelvin_motion() const;
 
   Vec3 min_, max_;

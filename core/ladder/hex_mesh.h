@@ -15,7 +15,7 @@ using MeshPlanes = std::array<std::vector<double>, 3>;
 
 /// How fine a body's mesh is: one rule for bodies of any size.
 struct MeshSizes {
-  int core_cells = 700;  ///< equal cells, nearly cubes, in the bounding box of the regions
+  int core_cells = 250;  ///< equal cells, nearly cubes, in the bounding box of the regions
   double margin = 0.6;   ///< of the bounding box to the regions, in cells
   double growth = 1.4;   ///< each cell over the one before, from there to the walls
 };

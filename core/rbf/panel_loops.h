@@ -31,7 +31,8 @@ struct PanelMatrix {
   }
   /// Where column 0 of the panel is, or would be.
   PanelColumn* panel(int I) const {
-    return columns + (band > 0 ? (static_cast<std::size_t>(I) + 1) * static_cast<std::size_t>(band) : panel_begin(I));
+    return columns +
+           (band > 0 ? (static_cast<std::size_t>(I) + 1) * static_cast<std::size_t>(band) : panel_begin(I));
   }
 };
 
