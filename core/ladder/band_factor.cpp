@@ -21,7 +21,7 @@ BandFactor::BandFactor(int n, int half_band, SimdTarget target)
 }
 
 bool BandFactor::factor() {
-  return panel_loops(target_).factor(matrix(), 0, static_cast<int>(first_column_.size()), n_);
+  return panel_loops(target_).factor_band(matrix(), 0, static_cast<int>(first_column_.size()), n_);
 }
 
 void BandFactor::solve(BandRow* x, int zero_before, int from) const {

@@ -32,9 +32,10 @@ class BandFactor {
   std::size_t bytes() const { return columns_.size() * sizeof(PanelColumn); }
 
  private:
-  PanelMatrix matrix() const {
-    return {const_cast<PanelColumn*>(columns_.data()), first_column_.data(),
-            const_cast<double*>(inverse_diagonal_.data()), band_};
+  BandMatrix matrix() const {
+    return {{const_cast<PanelColumn*>(columns_.data()), first_column_.data(),
+             const_cast<double*>(inverse_diagonal_.data())},
+            band_};
   }
 
   int n_, band_;

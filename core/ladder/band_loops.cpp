@@ -68,7 +68,7 @@ BRACHY_INLINE void subtract_one(BandRow& y, const BandRow& x, double l) {
 }
 
 template <class W>
-BRACHY_INLINE void forward(const PanelMatrix& matrix, int n, int first, BandRow* x) {
+BRACHY_INLINE void forward(const BandMatrix& matrix, int n, int first, BandRow* x) {
   for (int I = first / kRows; I * kRows < n; ++I) {
     const int diagonal = I * kRows, last = std::min(n, diagonal + kRows);
     const int begin = std::min(diagonal, std::max(matrix.first_column[I], first / kRows * kRows));
@@ -85,7 +85,7 @@ BRACHY_INLINE void forward(const PanelMatrix& matrix, int n, int first, BandRow*
 }
 
 template <class W>
-BRACHY_INLINE void backward(const PanelMatrix& matrix, int n, int first, BandRow* x) {
+BRACHY_INLINE void backward(const BandMatrix& matrix, int n, int first, BandRow* x) {
   const int panels = (n + kRows - 1) / kRows;
   for (int I = panels - 1; I >= first / kRows; --I) {
     const int diagonal = I * kRows, last = std::min(n, diagonal + kRows);
@@ -104,16 +104,16 @@ BRACHY_INLINE void backward(const PanelMatrix& matrix, int n, int first, BandRow
 
 // One copy of the loops for a target.
 // NOLINTBEGIN(bugprone-macro-parentheses): an attribute or a template cannot stand in parentheses.
-#define BRACHY_TARGET(name, attribute, bytes, vectors, unrolled)                            \
-  struct name {                                                                             \
-    using W = Width<bytes, vectors, unrolled>;                                              \
-    attribute static void solve_lower(const PanelMatrix& m, int n, int first, BandRow* x) { \
-      forward<W>(m, n, first, x);                                                           \
-    }                                                                                       \
-    attribute static void solve_upper(const PanelMatrix& m, int n, int first, BandRow* x) { \
-      backward<W>(m, n, first, x);                                                          \
-    }                                                                                       \
-    static constexpr BandLoops kLoops{solve_lower, solve_upper};                            \
+#define BRACHY_TARGET(name, attribute, bytes, vectors, unrolled)                           \
+  struct name {                                                                            \
+    using W = Width<bytes, vectors, unrolled>;                                             \
+    attribute static void solve_lower(const BandMatrix& m, int n, int first, BandRow* x) { \
+      forward<W>(m, n, first, x);                                                          \
+    }                                                                                      \
+    attribute static void solve_upper(const BandMatrix& m, int n, int first, BandRow* x) { \
+      backward<W>(m, n, first, x);                                                         \
+    }                                                                                      \
+    static constexpr BandLoops kLoops{solve_lower, solve_upper};                           \
   }
 // NOLINTEND(bugprone-macro-parentheses)
 

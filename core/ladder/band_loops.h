@@ -10,13 +10,13 @@ struct BandRow {
   alignas(64) double column[kCount];
 };
 
-/// Triangular solves with a factored PanelMatrix of n rows. x has n rows, rounded up to whole panels.
+/// Triangular solves with a factored BandMatrix of n rows. x has n rows, rounded up to whole panels.
 /// Threads: any. Real-time: no allocation.
 struct BandLoops {
   /// x = L⁻¹ x, given that x is zero before row `first`.
-  void (*forward)(const PanelMatrix& matrix, int n, int first, BandRow* x);
+  void (*forward)(const BandMatrix& matrix, int n, int first, BandRow* x);
   /// x = L⁻ᵀ x, rows from `first` on; those before are left undefined.
-  void (*backward)(const PanelMatrix& matrix, int n, int first, BandRow* x);
+  void (*backward)(const BandMatrix& matrix, int n, int first, BandRow* x);
 };
 
 /// The loops for `target`, which this processor must support.

@@ -37,8 +37,8 @@ BRACHY_INLINE void store(double* p, V v) {
 
 // Rows [row, row + 2 vectors) of panel I, columns [j, j + kColumns) of L, which belong to the rows of panel J: subtract
 // Σ_k L_ik L_jk over the columns before j; with kSolve also divide by the triangle on J's diagonal.
-template <class W, bool kSolve>
-BRACHY_INLINE void update_block(const PanelMatrix& matrix, int I, int J, int row, int j) {
+template <class W, bool kSolve, class Matrix>
+BRACHY_INLINE void update_block(const Matrix& matrix, int I, int J, int row, int j) {
   using V = typename W::Vector;
   const int k0 = std::max(matrix.first_column[I], matrix.first_column[J]), row_j = j - J * kRows;
   double* c = matrix.panel(I)[j].row + row;
@@ -79,15 +79,15 @@ BRACHY_INLINE void update_block(const PanelMatrix& matrix, int I, int J, int row
 }
 
 // The square block of panel I under the rows of panel J < I.
-template <class W>
-BRACHY_INLINE void factor_below(const PanelMatrix& matrix, int I, int J) {
+template <class W, class Matrix>
+BRACHY_INLINE void factor_below(const Matrix& matrix, int I, int J) {
   for (int j = std::max(J * kRows, matrix.first_column[I]); j < (J + 1) * kRows; j += W::kColumns)
     for (int row = 0; row < kRows; row += 2 * W::kLanes) update_block<W, true>(matrix, I, J, row, j);
 }
 
 // Cholesky of `count` ≤ kColumns columns from j on panel I's diagonal, already updated by the columns before.
-template <class W>
-BRACHY_INLINE bool factor_columns(const PanelMatrix& matrix, int I, int j, int count) {
+template <class W, class Matrix>
+BRACHY_INLINE bool factor_columns(const Matrix& matrix, int I, int j, int count) {
   PanelColumn* column = matrix.panel(I) + j;
   const int row_j = j - I * kRows;
   for (int q = 0; q < count; ++q) {
@@ -105,8 +105,8 @@ BRACHY_INLINE bool factor_columns(const PanelMatrix& matrix, int I, int j, int c
   return true;
 }
 
-template <class W>
-BRACHY_INLINE bool factor(const PanelMatrix& matrix, int begin, int end, int n) {
+template <class W, class Matrix>
+BRACHY_INLINE bool factor(const Matrix& matrix, int begin, int end, int n) {
   for (int group = begin; group < end; group += kGroup) {
     const int group_end = std::min(group + kGroup, end);
     int first = group;
@@ -228,6 +228,9 @@ BRACHY_INLINE void rotate(double* __restrict x, double* __restrict y, double c, 
     attribute static bool factor_panels(const PanelMatrix& m, int begin, int end, int n) {             \
       return factor<W>(m, begin, end, n);                                                              \
     }                                                                                                  \
+    attribute static bool factor_band_panels(const BandMatrix& m, int begin, int end, int n) {         \
+      return factor<W>(m, begin, end, n);                                                              \
+    }                                                                                                  \
     attribute static double border(const PanelMatrix& m, int n, int first, double* v) {                \
       return factor_row<W>(m, n, first, v);                                                            \
     }                                                                                                  \
@@ -240,7 +243,8 @@ BRACHY_INLINE void rotate(double* __restrict x, double* __restrict y, double c, 
     attribute static void turn(double* x, double* y, double c, double s, std::size_t count) {          \
       rotate(x, y, c, s, count);                                                                       \
     }                                                                                                  \
-    static constexpr PanelLoops kLoops{factor_panels, border, solve_lower, solve_upper, turn};         \
+    static constexpr PanelLoops kLoops{factor_panels, factor_band_panels, border,                      \
+                                       solve_lower,   solve_upper,        turn};                       \
   }
 // NOLINTEND(bugprone-macro-parentheses)
 

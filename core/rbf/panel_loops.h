@@ -14,8 +14,7 @@ struct alignas(64) PanelColumn {
 
 /// The lower triangle of an n × n matrix as panels of 16 rows, column after column, each panel as wide as its last row:
 /// panel I begins at column panel_begin(I) of `columns`. Columns of panel I left of first_column[I] are zero and
-/// never read (an envelope; 0 everywhere is a dense matrix). Rows from n on are zero. In a band of `band` > 0 columns left
-/// of the 16 on the diagonal, every panel keeps those and no more.
+/// never read (an envelope; 0 everywhere is a dense matrix). Rows from n on are zero.
 struct PanelMatrix {
   static constexpr int kRows = PanelColumn::kRows;
   static constexpr int kColumnStep = 8;  ///< first_column is a multiple of this
@@ -23,16 +22,22 @@ struct PanelMatrix {
   PanelColumn* columns;
   const int* first_column;   ///< one a panel, ≤ 16 I
   double* inverse_diagonal;  ///< 1/L_jj, n
-  int band = 0;              ///< a multiple of kColumnStep
 
   static constexpr std::size_t panel_begin(int panel) {
     return static_cast<std::size_t>(kRows) / 2 * static_cast<std::size_t>(panel) *
            (static_cast<std::size_t>(panel) + 1);
   }
-  /// Where column 0 of the panel is, or would be.
+  PanelColumn* panel(int I) const { return columns + panel_begin(I); }
+};
+
+/// The same of a band: every panel keeps `band` columns left of the 16 on its diagonal, no more. A type of its own, since a
+/// choice in PanelMatrix::panel costs the dense factor its bits (the compiler fuses other products).
+struct BandMatrix : PanelMatrix {
+  int band;  ///< a multiple of kColumnStep
+
+  /// Where column 0 of the panel would be.
   PanelColumn* panel(int I) const {
-    return columns +
-           (band > 0 ? (static_cast<std::size_t>(I) + 1) * static_cast<std::size_t>(band) : panel_begin(I));
+    return columns + (static_cast<std::size_t>(I) + 1) * static_cast<std::size_t>(band);
   }
 };
 
@@ -50,6 +55,7 @@ struct PanelLoops {
   /// Replaces K in panels [begin, end) by L, for n rows in all; the panels before are factored. False where a pivot is
   /// not positive.
   bool (*factor)(const PanelMatrix& matrix, int begin, int end, int n);
+  bool (*factor_band)(const BandMatrix& matrix, int begin, int end, int n);
   /// Row n of L, from row n of K in v (n entries from column `first` on, zero before): v = L⁻¹ v. Returns the pivot
   /// 1 − |v|². v may be read, not used, 7 entries beyond its last panel.
   double (*factor_row)(const PanelMatrix& matrix, int n, int first, double* v);
