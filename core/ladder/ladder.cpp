@@ -5,6 +5,7 @@
 
 #include "core/error.h"
 #include "core/kernels/kernels.h"
+#include "core/ladder/compact_kernel.h"
 #include "core/ladder/elastic_kernel.h"
 
 namespace brachy {
@@ -26,6 +27,10 @@ bool is_matrix_rung(std::string_view rung) {
 }
 
 std::unique_ptr<MatrixKernel> make_matrix_kernel(std::string_view rung, const ElasticBody& body) {
+  if (rung == "multiscale")
+    return std::make_unique<CompactKernel>(CompactKernel::of_body(body, CompactRung::kMultiscale));
+  if (rung == "compact_elastic")
+    return std::make_unique<CompactKernel>(CompactKernel::of_body(body, CompactRung::kCompactElastic));
   if (rung != "elastic") throw UserError(std::string(rung) + ": not built yet");
   return std::make_unique<ElasticKernel>(body, nullptr);
 }
