@@ -7,6 +7,7 @@
 #include "core/kernels/kernels.h"
 #include "core/ladder/compact_kernel.h"
 #include "core/ladder/elastic_kernel.h"
+#include "core/ladder/surface_remainder.h"
 
 namespace brachy {
 namespace {
@@ -32,7 +33,7 @@ std::unique_ptr<MatrixKernel> make_matrix_kernel(std::string_view rung, const El
   if (rung == "compact_elastic")
     return std::make_unique<CompactKernel>(CompactKernel::of_body(body, CompactRung::kCompactElastic));
   if (rung != "elastic") throw UserError(std::string(rung) + ": not built yet");
-  return std::make_unique<ElasticKernel>(body, nullptr);
+  return std::make_unique<ElasticKernel>(body, std::make_unique<SurfaceRemainder>(body));
 }
 
 }  // namespace brachy
