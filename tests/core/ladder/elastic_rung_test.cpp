@@ -53,7 +53,7 @@ INSTANTIATE_TEST_SUITE_P(
     StoredScenes, ElasticRung,
     testing::Values(StoredScene{"push_homogeneous", 3.57}, StoredScene{"straight_homogeneous", 2.60},
                     StoredScene{"oblique_homogeneous", 1.30}, StoredScene{"lateral_homogeneous", 3.04},
-                    StoredScene{"push_stiff", 14.38}, StoredScene{"straight_stiff", 2.67},
+                    StoredScene{"push_stiff", 9.94}, StoredScene{"straight_stiff", 2.67},
                     StoredScene{"oblique_stiff", 2.96}, StoredScene{"lateral_stiff", 4.99},
                     StoredScene{"free_face_homogeneous", 6.42}, StoredScene{"free_face_stiff_lateral", 5.53}),
     [](const auto& test) { return std::string(test.param.name); });
