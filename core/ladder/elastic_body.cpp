@@ -84,7 +84,8 @@ struct MeshRegion::Impl {
   double size;
 };
 
-MeshRegion::MeshRegion(SurfaceMesh surface, double modulus) : impl_(std::make_unique<Impl>(std::move(surface))) {
+MeshRegion::MeshRegion(SurfaceMesh surface, double modulus)
+    : impl_(std::make_unique<Impl>(std::move(surface))) {
   shear_modulus = modulus;
 }
 MeshRegion::~MeshRegion() = default;
@@ -94,7 +95,9 @@ double MeshRegion::inside_share(const Vec3& X) const {
   return impl_->bvh.inside(X) ? 1 : 0;
 }
 
-std::vector<SurfacePatch> MeshRegion::surface(std::size_t n) const { return patches_of(impl_->mesh, n); }
+std::vector<SurfacePatch> MeshRegion::surface(std::size_t n) const {
+  return patches_of(impl_->mesh, n);
+}
 
 std::vector<double> ElasticBody::materials() const {
   std::vector<double> k = {1};

@@ -58,12 +58,12 @@ inline constexpr std::array<const char*, 6> kFaceNames = {"-x", "+x", "-y", "+y"
 /// What is known of the body around the needle: a box of tissue, held at some faces (displacement 0) and free at the
 /// others (traction 0), with regions of another shear modulus in it. Linear, isotropic; one Poisson's ratio.
 struct ElasticBody {
-  Vec3 box_centre = Vec3::Zero(), box_size = Vec3::Constant(96);          ///< mm
-  std::array<bool, 6> held = {true, true, true, true, true, true};        ///< by kFaceNames
-  double shear_modulus = 2e-3;                                            ///< of what is in no region, N/mm²
-  double poisson = 0.49;                                                  ///< in [0, 0.4995]
-  std::vector<std::shared_ptr<const Region>> regions;                     ///< a later one lies over an earlier one
-  double needle_radius = 0.635;                                           ///< mm
+  Vec3 box_centre = Vec3::Zero(), box_size = Vec3::Constant(96);    ///< mm
+  std::array<bool, 6> held = {true, true, true, true, true, true};  ///< by kFaceNames
+  double shear_modulus = 2e-3;                                      ///< of what is in no region, N/mm²
+  double poisson = 0.49;                                            ///< in [0, 0.4995]
+  std::vector<std::shared_ptr<const Region>> regions;               ///< a later one lies over an earlier one
+  double needle_radius = 0.635;                                     ///< mm
 
   /// Shear moduli relative to what is in no region: materials()[0] = 1, then each region's.
   std::vector<double> materials() const;

@@ -5,13 +5,15 @@ namespace {
 
 Eigen::VectorXd stacked(std::span<const Vec3> vectors) {
   Eigen::VectorXd all(static_cast<Eigen::Index>(3 * vectors.size()));
-  for (std::size_t i = 0; i < vectors.size(); ++i) all.segment<3>(static_cast<Eigen::Index>(3 * i)) = vectors[i];
+  for (std::size_t i = 0; i < vectors.size(); ++i)
+    all.segment<3>(static_cast<Eigen::Index>(3 * i)) = vectors[i];
   return all;
 }
 
 std::vector<Vec3> unstacked(const Eigen::VectorXd& all) {
   std::vector<Vec3> vectors(static_cast<std::size_t>(all.size()) / 3);
-  for (std::size_t i = 0; i < vectors.size(); ++i) vectors[i] = all.segment<3>(static_cast<Eigen::Index>(3 * i));
+  for (std::size_t i = 0; i < vectors.size(); ++i)
+    vectors[i] = all.segment<3>(static_cast<Eigen::Index>(3 * i));
   return vectors;
 }
 

@@ -30,7 +30,8 @@ class Remainder {
   virtual Parts between(const PointGroups& a, const PointGroups& b) const = 0;
 
   /// Q f and P f at the points X: 3|X| × m, for m sets of forces on groups b (3|b| × m).
-  virtual Parts fields(std::span<const Vec3> X, const PointGroups& b, const Eigen::MatrixXd& forces) const = 0;
+  virtual Parts fields(std::span<const Vec3> X, const PointGroups& b,
+                       const Eigen::MatrixXd& forces) const = 0;
 
   /// What it keeps, B.
   virtual std::size_t bytes() const = 0;

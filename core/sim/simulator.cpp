@@ -40,7 +40,7 @@ Simulator::Simulator(const Scene& scene, Tissue tissue)
       contact_(surface_, scene.needle, scene.contact),
       anchors_({tissue_.rest_vertices.data(), tissue_.surface_count}, scene.anchors),
       anchor_clearance_(scene.anchors.clearance_mm),
-      deformation_(tissue_, scene.kernel(), scene.model.support_radius_mm, field_options(scene)),
+      deformation_(tissue_, *find_kernel(scene.model.kernel), scene.model.support_radius_mm, field_options(scene)),
       block_ticks_(tissue_.blocks.size()),
       block_evaluated_(tissue_.blocks.size()) {
   positions_.reserve(max_landmarks(scene));

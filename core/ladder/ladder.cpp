@@ -1,0 +1,33 @@
+#include "core/ladder/ladder.h"
+
+#include <algorithm>
+#include <array>
+
+#include "core/error.h"
+#include "core/kernels/kernels.h"
+#include "core/ladder/elastic_kernel.h"
+
+namespace brachy {
+namespace {
+
+constexpr std::array<std::string_view, 4> kMatrixRungs = {"multiscale", "compact_elastic", "elastic", "fem"};
+
+}  // namespace
+
+std::vector<std::string> rung_names() {
+  std::vector<std::string> names;
+  for_each_kernel([&](auto kernel) { names.emplace_back(kernel.kName); });
+  names.insert(names.end(), kMatrixRungs.begin(), kMatrixRungs.end());
+  return names;
+}
+
+bool is_matrix_rung(std::string_view rung) {
+  return std::find(kMatrixRungs.begin(), kMatrixRungs.end(), rung) != kMatrixRungs.end();
+}
+
+std::unique_ptr<MatrixKernel> make_matrix_kernel(std::string_view rung, const ElasticBody& body) {
+  if (rung != "elastic") throw UserError(std::string(rung) + ": not built yet");
+  return std::make_unique<ElasticKernel>(body, nullptr);
+}
+
+}  // namespace brachy
