@@ -37,6 +37,9 @@ class ComparedModel {
   /// det(I + ∇u) at X; by central differences over 2·10⁻³ mm unless a model knows better.
   virtual std::vector<double> jacobians(std::span<const Vec3> X) const;
 
+  /// Whether ticks take now what they will go on to take while the landmarks' rest positions stay.
+  virtual bool is_warm() const { return true; }
+
   static constexpr double kTickPeriod = 0.005;  ///< s, 200 Hz
 };
 
