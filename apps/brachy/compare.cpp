@@ -34,6 +34,15 @@ void write_text(const std::filesystem::path& file, const std::string& text) {
   if (!out) throw UserError(file.string() + ": cannot be written; check the folder and the free space");
 }
 
+/// Known before the minutes of work, not after.
+void check_folder_of(const std::optional<std::filesystem::path>& file) {
+  if (!file) return;
+  const auto folder = file->has_parent_path() ? file->parent_path() : std::filesystem::path(".");
+  std::error_code ignored;
+  if (!std::filesystem::is_directory(folder, ignored))
+    throw UserError(file->string() + ": cannot be written; there is no folder " + folder.string());
+}
+
 std::vector<ModelEntry> choose_models(const CompareOptions& options) {
   // A name that is asked for is run in quick form too.
   std::vector<ModelEntry> models = all_models(options.quick && options.models.empty());
@@ -56,15 +65,18 @@ std::vector<std::filesystem::path> choose_scenes(const CompareOptions& options) 
 }  // namespace
 
 int compare(const CompareOptions& options) {
+  check_folder_of(options.json);
+  check_folder_of(options.markdown);
   const std::vector<ModelEntry> models = choose_models(options);
   const auto folders = choose_scenes(options);
   Effort effort;
   if (options.quick) effort = {.tick_budget_ms = 20, .least_ticks = 5, .most_ticks = 100};
 
+  std::vector<ReferenceScene> scenes;  // all of them first, so that a bad file is known at once
+  for (const auto& folder : folders) scenes.push_back(load_reference_scene(folder));
   std::vector<CompareRow> rows;
   std::size_t answered = 0;
-  for (const auto& folder : folders) {
-    const ReferenceScene scene = load_reference_scene(folder);
+  for (const ReferenceScene& scene : scenes) {
     std::cerr << fmt::format("compare: {}, {} landmarks, {} models\n", scene.name, scene.displacements.size(),
                              models.size());
     for (const ModelEntry& model : models) {

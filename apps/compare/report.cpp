@@ -77,8 +77,8 @@ std::string to_markdown(const std::vector<CompareRow>& rows) {
   std::string text =
       "| model | homogeneous, % | stiff gland, % | free face, % | neo-Hookean, % | worst point, mm | "
       "targets, mm | "
-      "tick, ms | set-up, ms | memory, MB | least det |\n"
-      "|---|---|---|---|---|---|---|---|---|---|---|\n";
+      "tick, ms | ticks to rest | set-up, ms | memory, MB | least det |\n"
+      "|---|---|---|---|---|---|---|---|---|---|---|---|\n";
   for (const std::string& model : order) {
     Means means;
     for (const CompareRow& row : rows)
@@ -90,6 +90,8 @@ std::string to_markdown(const std::vector<CompareRow>& rows) {
     text += " | " + cell(means.over("", [](const CompareRow& row) { return row.max_mm; }), "{:.2f}");
     text += " | " + cell(means.over("", [](const CompareRow& row) { return row.target_mm; }), "{:.2f}");
     text += " | " + cell(means.over("", [](const CompareRow& row) { return row.tick_ms; }), "{:.3g}");
+    text += " | " +
+            cell(means.over("", [](const CompareRow& row) { return double(row.ticks_to_rest); }), "{:.0f}");
     text += " | " + cell(means.over("", [](const CompareRow& row) { return row.setup_ms; }), "{:.0f}");
     text +=
         " | " + cell(means.over("", [](const CompareRow& row) { return double(row.bytes); }), "{:.1f}", 1e-6);
