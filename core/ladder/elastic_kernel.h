@@ -24,6 +24,7 @@ class ElasticKernel : public MatrixKernel {
   std::size_t bytes() const override;
 
   const ElasticBody& body() const { return body_; }
+  const Remainder* remainder() const { return remainder_.get(); }
 
  private:
   ElasticBody body_;

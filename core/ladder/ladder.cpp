@@ -5,7 +5,9 @@
 
 #include "core/error.h"
 #include "core/kernels/kernels.h"
+#include "core/ladder/compact_kernel.h"
 #include "core/ladder/elastic_kernel.h"
+#include "core/ladder/surface_remainder.h"
 
 namespace brachy {
 namespace {
@@ -26,8 +28,12 @@ bool is_matrix_rung(std::string_view rung) {
 }
 
 std::unique_ptr<MatrixKernel> make_matrix_kernel(std::string_view rung, const ElasticBody& body) {
+  if (rung == "multiscale")
+    return std::make_unique<CompactKernel>(CompactKernel::of_body(body, CompactRung::kMultiscale));
+  if (rung == "compact_elastic")
+    return std::make_unique<CompactKernel>(CompactKernel::of_body(body, CompactRung::kCompactElastic));
   if (rung != "elastic") throw UserError(std::string(rung) + ": not built yet");
-  return std::make_unique<ElasticKernel>(body, nullptr);
+  return std::make_unique<ElasticKernel>(body, std::make_unique<SurfaceRemainder>(body));
 }
 
 }  // namespace brachy

@@ -313,7 +313,7 @@ def needle_rule(case, m=6, kappa=0.4, tip=0.3, tail=0.3, spacing=1.5, disc=4 / n
     d = np.stack([np.interp(fine, t, L[:, 3 + k]) for k in range(3)], axis=1)
     h = t[-1] / (len(fine) - 1)
     c = kappa * np.sqrt(2 * np.pi * R / m * h)
-    r = np.full(len(fine), R)
+    r = np.full(len(fine), float(R))  # a radius of "2" in a scene is an int, which would cut the ends to 1 mm
     fine = fine.copy()
     fine[0] += tip * R
     r[0] = R * np.sqrt(1 - (1 - tip) ** 2)
