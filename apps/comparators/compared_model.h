@@ -28,6 +28,9 @@ class ComparedModel {
   /// by kTickPeriod, and is asked again until it rests.
   virtual void tick(std::span<const Vec3> displacements) = 0;
 
+  /// Other rest positions of the landmarks (n, mm) from the next tick on; false where that takes another set-up.
+  virtual bool move(std::span<const Vec3> /*landmarks*/) { return false; }
+
   /// u at the scene's points after the last tick (N, mm), in their order.
   virtual void read(std::span<Vec3> u) const = 0;
 

@@ -59,6 +59,11 @@ void PaperCsrbf::tick(std::span<const Vec3> displacements) {
       kernel_);
 }
 
+bool PaperCsrbf::move(std::span<const Vec3> landmarks) {
+  std::ranges::copy(landmarks, positions_.begin());
+  return true;
+}
+
 void PaperCsrbf::read(std::span<Vec3> u) const {
   std::ranges::copy(u_, u.begin());
 }

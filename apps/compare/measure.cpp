@@ -55,29 +55,42 @@ void take_errors(CompareRow& row, const ReferenceScene& scene, const std::vector
   }
 }
 
-/// Median time of ticks with displacements that vary by a twentieth, after the model has adjusted to them.
-double time_ticks(ComparedModel& model, const std::vector<Vec3>& displacements, const Effort& effort) {
+/// Median time of calls of `tick`, which returns its ms.
+template <class Tick>
+double median_ms(const Effort& effort, Tick tick) {
+  std::vector<double> times;
+  for (double spent = 0;
+       static_cast<int>(times.size()) < effort.least_ticks ||
+       (spent < effort.tick_budget_ms && static_cast<int>(times.size()) < effort.most_ticks);
+       spent += times.back())
+    times.push_back(tick());
+  const auto middle = times.begin() + static_cast<std::ptrdiff_t>(times.size() / 2);
+  std::nth_element(times.begin(), middle, times.end());
+  return *middle;
+}
+
+/// Ticks whose displacements vary by a twentieth, after the model has adjusted to them; then with the first landmark,
+/// the tip, at another place by up to 0.2 mm each time.
+void time_ticks(CompareRow& row, ComparedModel& model, const ReferenceScene& scene, const Effort& effort) {
   constexpr int kMostWarmUp = 200;
-  std::vector<Vec3> d(displacements.size());
+  std::vector<Vec3> d = scene.displacements, landmarks = scene.given.landmarks;
   int count = 0;
   const auto tick_ms = [&] {
     const double share = 1 + 0.05 * std::sin(0.7 * ++count);
-    for (std::size_t i = 0; i < d.size(); ++i) d[i] = share * displacements[i];
+    for (std::size_t i = 0; i < d.size(); ++i) d[i] = share * scene.displacements[i];
     const double start = thread_cpu_ms();
     model.tick(d);
     return thread_cpu_ms() - start;
   };
   tick_ms();
   for (int i = 0; i < kMostWarmUp && !model.is_warm(); ++i) tick_ms();
-  std::vector<double> times;
-  for (double spent = 0;
-       static_cast<int>(times.size()) < effort.least_ticks ||
-       (spent < effort.tick_budget_ms && static_cast<int>(times.size()) < effort.most_ticks);
-       spent += times.back())
-    times.push_back(tick_ms());
-  const auto middle = times.begin() + static_cast<std::ptrdiff_t>(times.size() / 2);
-  std::nth_element(times.begin(), middle, times.end());
-  return *middle;
+  row.tick_ms = median_ms(effort, tick_ms);
+  if (!model.move(landmarks)) return;
+  row.advance_ms = median_ms(effort, [&] {
+    landmarks[0] = scene.given.landmarks[0] + Vec3(0, 0, 0.2 * std::sin(0.7 * count));
+    model.move(landmarks);
+    return tick_ms();
+  });
 }
 
 }  // namespace
@@ -107,7 +120,7 @@ CompareRow measure(const ModelEntry& entry, const ReferenceScene& scene, const E
     const std::vector<double> det =
         model->jacobians({scene.given.points.begin(), scene.given.points.begin() + judged});
     row.min_det = std::ranges::min(det);
-    row.tick_ms = time_ticks(*model, scene.displacements, effort);
+    time_ticks(row, *model, scene, effort);
     const std::size_t now = heap_bytes();
     row.bytes = now > heap ? now - heap : 0;
   } catch (const std::exception& e) {

@@ -31,6 +31,8 @@ struct CompareRow {
   int ticks_to_rest = 0;     ///< until the field stands still; 1 unless the model has inertia
   double setup_ms = 0;       ///< from scene and points to the first tick's end, once
   double tick_ms = 0;  ///< median of ticks whose displacements move while the landmarks' rest positions stay
+  double advance_ms =
+      0;  ///< the same where the tip's rest position is another each tick; 0: takes another set-up
   std::size_t bytes = 0;  ///< heap it holds after the ticks
   std::string error;      ///< why the model has no answer; then the figures mean nothing
 };

@@ -9,8 +9,8 @@
 #include "apps/comparators/global_spline.h"
 #include "apps/comparators/mass_spring.h"
 #include "apps/comparators/paper_csrbf.h"
-#include "apps/compare/ladder_model.h"
-#include "apps/compare/psi_model.h"
+#include "apps/compare/engine_model.h"
+#include "apps/compare/exact_model.h"
 
 namespace brachy {
 namespace {
@@ -48,9 +48,8 @@ void add_psi(std::vector<ModelEntry>& models, bool quick) {
   for_each_kernel([&](auto kernel) {
     for (const double support : kSupports)
       for (const bool anchors : {false, true}) {
-        ModelEntry model =
-            entry<PsiModel>(fmt::format("{}_a{:g}{}", kernel.kName, support, anchors ? "_anchors" : ""),
-                            "psi", Kernel(kernel), support, anchors);
+        ModelEntry model{fmt::format("{}_a{:g}{}", kernel.kName, support, anchors ? "_anchors" : ""), "psi",
+                         [=] { return EngineModel::psi(kernel, support, anchors); }};
         model.listed = std::ranges::find(kListedSupports, support) != kListedSupports.end();
         model.kernel = kernel.kName;
         model.support_mm = support;
@@ -66,7 +65,9 @@ std::vector<ModelEntry> all_models(bool quick) {
   std::vector<ModelEntry> models;
   add_psi(models, quick);
   for (const std::string& rung : rung_names())
-    if (is_matrix_rung(rung)) models.push_back(entry<LadderModel>(rung, "ladder", rung));
+    if (is_matrix_rung(rung)) models.push_back({rung, "ladder", [=] { return EngineModel::ladder(rung); }});
+  for (const char* rung : {"elastic", "fem"})
+    models.push_back(entry<ExactModel>(std::string(rung) + "_exact", "exact", std::string(rung)));
   for (const bool walls : {false, true}) {
     const std::string suffix = walls ? "_walls" : "";
     models.push_back(entry<GlobalSpline>("thin_plate" + suffix, "spline", SplineBasis::thin_plate(), walls));

@@ -11,8 +11,9 @@ namespace brachy {
 
 /// A model by name, and how to make it.
 struct ModelEntry {
-  std::string name;    ///< psi31_a12, psi31_a12_anchors, thin_plate, elastic, …
-  std::string family;  ///< psi, ladder, or another's: spline, springs, chainmail, paper
+  std::string name;  ///< psi31_a12, psi31_a12_anchors, thin_plate, elastic, …
+  std::string
+      family;  ///< psi, ladder, exact (ladder, unrounded), or another's: spline, springs, chainmail, paper
   std::function<std::unique_ptr<ComparedModel>()> make;
   bool listed =
       true;  ///< in the table and the charts by name; the others are there for the sweep over supports

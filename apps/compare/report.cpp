@@ -29,6 +29,7 @@ Json to_json(const CompareRow& row) {
   json["target_max_mm"] = row.target_max_mm;
   json["setup_ms"] = row.setup_ms;
   json["tick_ms"] = row.tick_ms;
+  if (row.advance_ms > 0) json["advance_ms"] = row.advance_ms;
   json["ticks_to_rest"] = row.ticks_to_rest;
   json["bytes"] = row.bytes;
   json["min_det"] = row.min_det;
@@ -77,8 +78,8 @@ std::string to_markdown(const std::vector<CompareRow>& rows) {
   std::string text =
       "| model | homogeneous, % | stiff gland, % | free face, % | neo-Hookean, % | worst point, mm | "
       "targets, mm | "
-      "tick, ms | ticks to rest | set-up, ms | memory, MB | least det |\n"
-      "|---|---|---|---|---|---|---|---|---|---|---|---|\n";
+      "tick, ms | tip advancing, ms | ticks to rest | set-up, ms | memory, MB | least det |\n"
+      "|---|---|---|---|---|---|---|---|---|---|---|---|---|\n";
   for (const std::string& model : order) {
     Means means;
     for (const CompareRow& row : rows)
@@ -90,6 +91,8 @@ std::string to_markdown(const std::vector<CompareRow>& rows) {
     text += " | " + cell(means.over("", [](const CompareRow& row) { return row.max_mm; }), "{:.2f}");
     text += " | " + cell(means.over("", [](const CompareRow& row) { return row.target_mm; }), "{:.2f}");
     text += " | " + cell(means.over("", [](const CompareRow& row) { return row.tick_ms; }), "{:.3g}");
+    const auto advance = means.over("", [](const CompareRow& row) { return row.advance_ms; });
+    text += " | " + (advance.empty() || mean(advance) > 0 ? cell(advance, "{:.3g}") : "set-up");
     text += " | " +
             cell(means.over("", [](const CompareRow& row) { return double(row.ticks_to_rest); }), "{:.0f}");
     text += " | " + cell(means.over("", [](const CompareRow& row) { return row.setup_ms; }), "{:.0f}");

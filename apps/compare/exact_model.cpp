@@ -1,4 +1,4 @@
-#include "apps/compare/ladder_model.h"
+#include "apps/compare/exact_model.h"
 
 #include <stdexcept>
 
@@ -6,7 +6,7 @@
 
 namespace brachy {
 
-void LadderModel::set_up(const ComparedScene& scene) {
+void ExactModel::set_up(const ComparedScene& scene) {
   kernel_ = make_matrix_kernel(rung_, scene.body);
   system_ = std::make_unique<LadderSystem>(*kernel_);
   if (!system_->factorize(scene.landmarks)) throw std::runtime_error("the landmarks' matrix is singular");
@@ -17,29 +17,29 @@ void LadderModel::set_up(const ComparedScene& scene) {
   u_.setZero(columns_.rows());
 }
 
-void LadderModel::tick(std::span<const Vec3> displacements) {
+void ExactModel::tick(std::span<const Vec3> displacements) {
   for (std::size_t i = 0; i < displacements.size(); ++i)
     moving_.segment<3>(static_cast<Eigen::Index>(3 * i)) = displacements[i].cast<float>();
   u_.noalias() = columns_ * moving_;
 }
 
-void LadderModel::read(std::span<Vec3> u) const {
+void ExactModel::read(std::span<Vec3> u) const {
   for (std::size_t i = 0; i < u.size(); ++i)
     u[i] = u_.segment<3>(static_cast<Eigen::Index>(3 * i)).cast<double>();
 }
 
-std::vector<Vec3> LadderModel::forces() const {
+std::vector<Vec3> ExactModel::forces() const {
   std::vector<Vec3> displacements(system_->size());
   for (std::size_t i = 0; i < displacements.size(); ++i)
     displacements[i] = moving_.segment<3>(static_cast<Eigen::Index>(3 * i)).cast<double>();
   return system_->solve(displacements);
 }
 
-std::vector<Vec3> LadderModel::displacements_at(std::span<const Vec3> X) const {
+std::vector<Vec3> ExactModel::displacements_at(std::span<const Vec3> X) const {
   return system_->evaluate(X, forces());
 }
 
-std::vector<double> LadderModel::jacobians(std::span<const Vec3> X) const {
+std::vector<double> ExactModel::jacobians(std::span<const Vec3> X) const {
   return system_->jacobians(X, forces());
 }
 

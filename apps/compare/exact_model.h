@@ -11,12 +11,12 @@
 
 namespace brachy {
 
-/// A matrix rung of the ladder: its kernel's columns for the landmarks, times K⁻¹, are kept for all points as floats, and
-/// a tick multiplies. The field elsewhere through LadderSystem.
-class LadderModel : public ComparedModel {
+/// A matrix rung of the ladder without what the daemon rounds off to be quick: the kernel's columns for the landmarks,
+/// times K⁻¹, are kept for all points as floats, and a tick multiplies; other landmarks are another set-up.
+class ExactModel : public ComparedModel {
  public:
   /// `rung`: of rung_names().
-  explicit LadderModel(std::string rung) : rung_(std::move(rung)) {}
+  explicit ExactModel(std::string rung) : rung_(std::move(rung)) {}
 
   void set_up(const ComparedScene& scene) override;
   void tick(std::span<const Vec3> displacements) override;
