@@ -208,6 +208,7 @@ ToolOptions parse_tool_line(int argc, char** argv, std::optional<int>& exit_code
   inspect_cmd->add_option("--min-island-share", inspect.min_island_share, "smaller islands are dropped")
       ->check(between(0.0, 0.5))
       ->capture_default_str();
+  inspect_cmd->add_option("--out", inspect.out, "also write the surface, welded and outward, as PLY");
   inspect_cmd->add_flag("--json", inspect.json, "print the report as JSON");
 
   CompareOptions compare;

@@ -75,6 +75,7 @@ struct InspectOptions {
   std::string units = "mm", frame = "RAS";
   double weld_tolerance_mm = 1e-4;
   double min_island_share = 0.01;
+  std::optional<std::filesystem::path> out;  ///< PLY of the surface
   bool json = false;
 };
 

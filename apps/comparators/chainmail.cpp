@@ -76,6 +76,11 @@ void ChainMail::tick(std::span<const Vec3> displacements) {
     u_[i] = lattice_->interpolate(places_[i], mail_->displacements());
 }
 
+bool ChainMail::move(std::span<const Vec3> landmarks) {
+  imposed_ = impose(*lattice_, landmarks);
+  return true;
+}
+
 void ChainMail::read(std::span<Vec3> u) const {
   std::ranges::copy(u_, u.begin());
 }

@@ -53,6 +53,7 @@ class ChainMail : public ComparedModel {
 
   void set_up(const ComparedScene& scene) override;
   void tick(std::span<const Vec3> displacements) override;
+  bool move(std::span<const Vec3> landmarks) override;
   void read(std::span<Vec3> u) const override;
   std::vector<Vec3> displacements_at(std::span<const Vec3> X) const override;
 

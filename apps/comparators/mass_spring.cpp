@@ -166,8 +166,11 @@ void MassSpring::set_up(const ComparedScene& scene) {
     for (std::size_t m = 0; m < shares.size(); ++m) modulus += body.shear_modulus * materials[m] * shares[m];
     return modulus;
   });
-  for (std::size_t node = 0; node < lattice_->size(); ++node)
-    if (lattice_->is_held(node, body)) springs_->prescribe(node, Vec3::Zero());
+  is_held_.resize(lattice_->size());
+  for (std::size_t node = 0; node < lattice_->size(); ++node) {
+    is_held_[node] = lattice_->is_held(node, body);
+    if (is_held_[node]) springs_->prescribe(node, Vec3::Zero());
+  }
   imposed_ = impose(*lattice_, scene.landmarks);
   for (const Vec3& X : scene.points) places_.push_back(lattice_->locate(X));
   u_.assign(places_.size(), Vec3::Zero());
@@ -178,6 +181,13 @@ void MassSpring::tick(std::span<const Vec3> displacements) {
   springs_->advance(kTickPeriod);
   for (std::size_t i = 0; i < places_.size(); ++i)
     u_[i] = lattice_->interpolate(places_[i], springs_->displacements());
+}
+
+bool MassSpring::move(std::span<const Vec3> landmarks) {
+  for (const ImposedNode& node : imposed_)
+    if (!is_held_[node.node]) springs_->release(node.node);
+  imposed_ = impose(*lattice_, landmarks);
+  return true;
 }
 
 void MassSpring::read(std::span<Vec3> u) const {

@@ -24,6 +24,9 @@ class SpringLattice {
   /// A node that is put, not moved by its springs.
   void prescribe(std::size_t node, const Vec3& displacement);
 
+  /// Leaves it to its springs again.
+  void release(std::size_t node) { inverse_mass_[node] = 1 / mass_[node]; }
+
   /// Advances by `period` s in equal steps within the limit.
   void advance(double period);
 
@@ -53,6 +56,7 @@ class MassSpring : public ComparedModel {
 
   void set_up(const ComparedScene& scene) override;
   void tick(std::span<const Vec3> displacements) override;
+  bool move(std::span<const Vec3> landmarks) override;
   void read(std::span<Vec3> u) const override;
   std::vector<Vec3> displacements_at(std::span<const Vec3> X) const override;
 
@@ -60,6 +64,7 @@ class MassSpring : public ComparedModel {
   double spacing_;
   std::unique_ptr<const Lattice> lattice_;
   std::unique_ptr<SpringLattice> springs_;
+  std::vector<bool> is_held_;  // by node
   std::vector<ImposedNode> imposed_;
   std::vector<Lattice::Place> places_;
   std::vector<Vec3> u_;
