@@ -62,8 +62,9 @@ struct RecordOptions {
 struct DeformOptions {
   std::filesystem::path landmarks;
   std::optional<std::filesystem::path> points, mesh;  ///< exactly one
-  std::string kernel = "psi31";
-  double support_mm = 0;
+  std::optional<std::filesystem::path> scene;         ///< body and kernel
+  std::string kernel;                                 ///< empty: the scene's, or psi31
+  std::optional<double> support_mm, poisson, shear_modulus_kpa, core_radius_mm;
   std::filesystem::path out;
   bool jacobian = false;
   bool strict = false;
