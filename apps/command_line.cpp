@@ -220,7 +220,30 @@ ToolOptions parse_tool_line(int argc, char** argv, std::optional<int>& exit_code
   inspect_cmd->add_option("--min-island-share", inspect.min_island_share, "smaller islands are dropped")
       ->check(between(0.0, 0.5))
       ->capture_default_str();
+  inspect_cmd->add_option("--out", inspect.out, "also write the surface, welded and outward, as PLY");
   inspect_cmd->add_flag("--json", inspect.json, "print the report as JSON");
+
+  CompareOptions compare;
+  auto* compare_cmd = app.add_subcommand(
+      "compare", "Run every model on every reference scene: errors, times, memory, as a table.");
+  compare_cmd->footer(
+      "Examples:\n"
+      "  brachy compare --quick                                       the listed models, a minute\n"
+      "  brachy compare --json compare.json --markdown compare.md     all, with the sweep over supports\n"
+      "  brachy compare --models psi31_a12,elastic --scenes lateral   those whose names begin so\n"
+      "scripts/compare.sh does the same and draws the charts. Times are one thread's; leave the cores "
+      "alone.\n"
+      "Exit codes: 0 done, 1 no model had an answer, 2 bad input.");
+  compare_cmd->add_option(
+      "--references", compare.references,
+      "folder of reference scenes; default: the installed or the sources' tests/reference");
+  compare_cmd->add_option("--json", compare.json, "write all rows as JSON");
+  compare_cmd->add_option("--markdown", compare.markdown, "write the table, which is printed anyway");
+  compare_cmd->add_option("--models", compare.models, "beginnings of model names, comma-separated")
+      ->delimiter(',');
+  compare_cmd->add_option("--scenes", compare.scenes, "beginnings of scene names, comma-separated")
+      ->delimiter(',');
+  compare_cmd->add_flag("--quick", compare.quick, "listed models only, ticks timed for less long");
 
   exit_code = parse(app, argc, argv);
   if (exit_code) return inspect;
@@ -248,6 +271,7 @@ ToolOptions parse_tool_line(int argc, char** argv, std::optional<int>& exit_code
     if (!deform.points && !deform.mesh) return refuse(deform_cmd, "needs --points FILE or --mesh FILE");
     return deform;
   }
+  if (*compare_cmd) return compare;
   return inspect;
 }
 

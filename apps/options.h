@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 #include <variant>
+#include <vector>
 
 #include "core/math/rigid_transform.h"
 
@@ -75,10 +76,19 @@ struct InspectOptions {
   std::string units = "mm", frame = "RAS";
   double weld_tolerance_mm = 1e-4;
   double min_island_share = 0.01;
+  std::optional<std::filesystem::path> out;  ///< PLY of the surface
   bool json = false;
 };
 
-using ToolOptions = std::variant<ReplayOptions, WatchOptions, RecordOptions, DeformOptions, InspectOptions>;
+struct CompareOptions {
+  std::optional<std::filesystem::path> references;      ///< none: the installed scenes, or the sources'
+  std::optional<std::filesystem::path> json, markdown;  ///< files to write
+  std::vector<std::string> models, scenes;              ///< beginnings of names; empty: all
+  bool quick = false;                                   ///< listed models only, ticks timed for less long
+};
+
+using ToolOptions =
+    std::variant<ReplayOptions, WatchOptions, RecordOptions, DeformOptions, InspectOptions, CompareOptions>;
 
 /// Exit codes of both programs.
 enum ExitCode : int {
