@@ -37,15 +37,17 @@ CompactFit fit_compact(double poisson, double core, double wall, bool divergence
     const double r = wall * static_cast<double>(i) / (kDistances - 1), weight = std::sqrt(r + core);
     Pair G = regularised_kelvin(r, core, poisson);
     if (!divergence_free) G.across = G.along = G.mean();
-    aim.segment<2>(2 * i) = weight * (Eigen::Vector2d(G.across, G.along).array() - rest).matrix();
+    aim[2 * i] = weight * (G.across - rest);
+    aim[2 * i + 1] = weight * (G.along - rest);
     for (Eigen::Index k = 0; k < n; ++k) {
       const CompactTerm psi{kSupports[k] * wall, 1, 0}, phi{kSupports[k] * wall, 0, 1};
-      const auto column = [&](const CompactTerm& term) {
+      const auto set = [&](Eigen::Index column, const CompactTerm& term) {
         const CompactValue C = compact_value(term, r);
-        return weight * Eigen::Vector2d(C.across, C.across + C.outer * r * r);
+        A(2 * i, column) = weight * C.across;
+        A(2 * i + 1, column) = weight * (C.across + C.outer * r * r);
       };
-      A.block<2, 1>(2 * i, k) = column(psi);
-      if (divergence_free) A.block<2, 1>(2 * i, n + k) = column(phi);
+      set(k, psi);
+      if (divergence_free) set(n + k, phi);
     }
   }
   const Eigen::VectorXd x = nonnegative_least_squares(A, aim);

@@ -24,8 +24,8 @@ CompactKernel::CompactKernel(std::vector<CompactTerm> terms, double compliance)
 }
 
 CompactKernel CompactKernel::of_body(const ElasticBody& body, CompactRung rung, double* residual) {
-  CompactFit fit = fit_compact(body.poisson, kCompactCore * body.needle_radius, 0.5 * body.box_size.minCoeff(),
-                               rung == CompactRung::kCompactElastic);
+  CompactFit fit = fit_compact(body.poisson, kCompactCore * body.needle_radius,
+                               0.5 * body.box_size.minCoeff(), rung == CompactRung::kCompactElastic);
   if (residual) *residual = fit.residual;
   return {std::move(fit.terms), 1 / (4 * std::numbers::pi * body.shear_modulus)};
 }
@@ -50,8 +50,8 @@ Mat3 CompactKernel::value(const Vec3& x) const {
 }
 
 Eigen::MatrixXd CompactKernel::between(const PointGroups& a, const PointGroups& b) const {
-  Eigen::MatrixXd K = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(3 * a.size()),
-                                            static_cast<Eigen::Index>(3 * b.size()));
+  Eigen::MatrixXd K =
+      Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(3 * a.size()), static_cast<Eigen::Index>(3 * b.size()));
   for (std::size_t i = 0; i < a.size(); ++i)
     for (std::size_t j = 0; j < b.size(); ++j) {
       auto block = K.block<3, 3>(static_cast<Eigen::Index>(3 * i), static_cast<Eigen::Index>(3 * j));
