@@ -210,6 +210,17 @@ ToolOptions parse_tool_line(int argc, char** argv, std::optional<int>& exit_code
       ->capture_default_str();
   inspect_cmd->add_flag("--json", inspect.json, "print the report as JSON");
 
+  CompareOptions compare;
+  auto* compare_cmd =
+      app.add_subcommand("compare", "Score the rungs of the model ladder against measurements.");
+  compare_cmd->footer(
+      "Example:\n  brachy compare --beads truthcube/beads.csv --json rows.json\n"
+      "Beads: i,j,k,x0,y0,z0,x1,y1,z1,… mm at rest and under loads. Those at the ends of the lattice predict "
+      "the "
+      "others;\nparameters are chosen on the first load's outer beads alone and applied to every load.");
+  compare_cmd->add_option("--beads", compare.beads, "CSV i,j,k,x0,y0,z0,x1,y1,z1,…")->required();
+  compare_cmd->add_option("--json", compare.json, "also write {\"rows\": […]} to this file");
+
   exit_code = parse(app, argc, argv);
   if (exit_code) return inspect;
 
@@ -236,6 +247,7 @@ ToolOptions parse_tool_line(int argc, char** argv, std::optional<int>& exit_code
     if (!deform.points && !deform.mesh) return refuse(deform_cmd, "needs --points FILE or --mesh FILE");
     return deform;
   }
+  if (*compare_cmd) return compare;
   return inspect;
 }
 

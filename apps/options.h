@@ -77,7 +77,13 @@ struct InspectOptions {
   bool json = false;
 };
 
-using ToolOptions = std::variant<ReplayOptions, WatchOptions, RecordOptions, DeformOptions, InspectOptions>;
+struct CompareOptions {
+  std::filesystem::path beads;                ///< measured beads
+  std::optional<std::filesystem::path> json;  ///< file to write as well
+};
+
+using ToolOptions =
+    std::variant<ReplayOptions, WatchOptions, RecordOptions, DeformOptions, InspectOptions, CompareOptions>;
 
 /// Exit codes of both programs.
 enum ExitCode : int {
