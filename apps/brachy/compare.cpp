@@ -5,6 +5,7 @@
 #include <iostream>
 
 #include "apps/brachy/tools.h"
+#include "apps/compare/compare_beads.h"
 #include "apps/compare/report.h"
 #include "core/error.h"
 
