@@ -13,16 +13,30 @@ namespace {
 using Eigen::Index;
 using Eigen::MatrixXd;
 
+// The modulus at a point over that outside all regions. On a region's surface it is the mean of the two sides: tissue
+// bonded there gives way to a force on the bond as a solid of the mean modulus would, and w stays a Cauchy matrix.
+class ModulusAt {
+ public:
+  ModulusAt(const ElasticBody& body, std::span<const double> materials)
+      : body_(body), materials_(materials), shares_(materials.size()) {}
+  double operator()(const Vec3& X) {
+    body_.material_shares(X, shares_);
+    return std::inner_product(shares_.begin(), shares_.end(), materials_.begin(), 0.0);
+  }
+
+ private:
+  const ElasticBody& body_;
+  std::span<const double> materials_;
+  std::vector<double> shares_;
+};
+
 // Groups cut where their points lie in different moduli: each piece is a group of its own, in one modulus.
 struct Pieces {
-  // A point on a region's surface has the mean of its two sides: tissue bonded there gives way to a force on the bond as a
-  // solid of the mean modulus would. w stays a Cauchy matrix.
   Pieces(const PointGroups& groups, const ElasticBody& body, std::span<const double> materials) {
-    std::vector<double> shares(materials.size());
+    ModulusAt modulus_at(body, materials);
     std::vector<std::size_t> of_point;
     for (const Vec3& X : groups.points) {
-      body.material_shares(X, shares);
-      const double k = std::inner_product(shares.begin(), shares.end(), materials.begin(), 0.0);
+      const double k = modulus_at(X);
       of_point.push_back(static_cast<std::size_t>(std::ranges::find(moduli, k) - moduli.begin()));
       if (of_point.back() == moduli.size()) moduli.push_back(k);
     }
@@ -45,7 +59,7 @@ struct Pieces {
   PointGroups pieces;
   std::vector<Index> group;          // of each piece
   std::vector<std::size_t> modulus;  // of each piece, in `moduli`
-  std::vector<double> moduli;        // over that outside all regions
+  std::vector<double> moduli;
 };
 
 // G f at the points X, the groups' forces laid on their points.
@@ -114,10 +128,9 @@ MatrixXd ElasticKernel::fields(std::span<const Vec3> X, const PointGroups& b, co
     near -= parts.held;
   }
   MatrixXd u = MatrixXd::Zero(rows, sets);
-  std::vector<double> shares(materials_.size());
+  ModulusAt modulus_at(body_, materials_);
   for (std::size_t i = 0; i < X.size(); ++i) {
-    body_.material_shares(X[i], shares);
-    const double k = std::inner_product(shares.begin(), shares.end(), materials_.begin(), 0.0);
+    const double k = modulus_at(X[i]);
     for (std::size_t m = 0; m < of_b.moduli.size(); ++m)
       u.middleRows<3>(static_cast<Index>(3 * i)) +=
           modulus_weight(k, of_b.moduli[m]) *
@@ -127,26 +140,25 @@ MatrixXd ElasticKernel::fields(std::span<const Vec3> X, const PointGroups& b, co
   return u / body_.shear_modulus;
 }
 
-Eigen::MatrixXd ElasticKernel::smooth_fields(std::span<const Vec3> X, std::size_t main, const PointGroups& b,
-                                             const Eigen::MatrixXd& forces) const {
-  Eigen::MatrixXd u = Eigen::MatrixXd::Zero(static_cast<Index>(3 * X.size()), forces.cols());
-  if (!remainder_) return u;
-  const Split of_b(b, body_);
-  for (std::size_t j = 0; j < of_b.parts.size(); ++j) {
-    const Remainder::Parts parts = remainder_->fields(X, of_b.parts[j], forces);
-    u -= modulus_weight(materials_[main], materials_[of_b.materials[j]]) * parts.held;
-    if (parts.motion.size() > 0) u += parts.motion;
+MatrixXd ElasticKernel::smooth_fields(std::span<const Vec3> X, std::size_t main, const PointGroups& b,
+                                      const MatrixXd& forces) const {
+  const Index sets = forces.cols();
+  if (!remainder_) return MatrixXd::Zero(static_cast<Index>(3 * X.size()), sets);
+  const Pieces of_b(b, body_, materials_);
+  MatrixXd twice(static_cast<Index>(3 * of_b.group.size()), 2 * sets);  // weighted for Q, as they are for P
+  for (std::size_t j = 0; j < of_b.group.size(); ++j) {
+    const auto force = forces.middleRows<3>(3 * of_b.group[j]);
+    const double w = modulus_weight(materials_[main], of_b.moduli[of_b.modulus[j]]);
+    twice.middleRows<3>(static_cast<Index>(3 * j)) << w * force, force;
   }
+  const Remainder::Parts parts = remainder_->fields(X, of_b.pieces, twice);
+  MatrixXd u = -parts.held.leftCols(sets);
+  if (parts.motion.size() > 0) u += parts.motion.rightCols(sets);
   return u / body_.shear_modulus;
 }
 
 double ElasticKernel::near_weight(std::size_t main, const Vec3& Y) const {
-  std::vector<double> shares(materials_.size());
-  body_.material_shares(Y, shares);
-  double w = 0;
-  for (std::size_t m = 0; m < shares.size(); ++m)
-    w += shares[m] * modulus_weight(materials_[main], materials_[m]);
-  return w;
+  return modulus_weight(materials_[main], ModulusAt(body_, materials_)(Y));
 }
 
 std::size_t ElasticKernel::bytes() const {
