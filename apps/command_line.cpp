@@ -3,7 +3,7 @@
 #include <CLI/CLI.hpp>
 #include <iostream>
 
-#include "core/kernels/kernels.h"
+#include "core/ladder/ladder.h"
 
 namespace brachy {
 namespace {
@@ -55,12 +55,6 @@ CLI::Validator between(double least, double most) {
 const CLI::Validator kDurations = between(0.001, 1e7);
 
 const CLI::IsMember kSimdChoices({"auto", "generic", "sse4", "avx2", "avx512"});
-
-std::vector<std::string> kernel_choices() {
-  std::vector<std::string> names;
-  for_each_kernel([&](auto kernel) { names.emplace_back(kernel.kName); });
-  return names;
-}
 
 }  // namespace
 
@@ -169,22 +163,40 @@ ToolOptions parse_tool_line(int argc, char** argv, std::optional<int>& exit_code
 
   DeformOptions deform;
   auto* deform_cmd =
-      app.add_subcommand("deform", "Deform points or a mesh by landmarks: the plain interpolant.");
+      app.add_subcommand("deform", "Deform points or a mesh by landmarks, exactly and without a clock.");
   deform_cmd->footer(
-      "Example:\n  brachy deform --landmarks L.csv --points P.csv --kernel psi31 --support 12 --out O.csv\n"
-      "Landmarks: x,y,z,dx,dy,dz (an anchor has zeros). Points: x,y,z. Out: x,y,z,dx,dy,dz[,det]. mm.\n"
+      "Examples:\n"
+      "  brachy deform --landmarks L.csv --points P.csv --kernel psi31 --support 12 --out O.csv\n"
+      "  brachy deform --landmarks L.csv --points P.csv --scene scene.toml --kernel elastic --out O.csv\n"
+      "  brachy deform --landmarks L.csv --mesh M.stl --kernel elastic --poisson 0.49 --core-radius 2 --out "
+      "O.ply\n"
+      "Landmarks: x,y,z,dx,dy,dz[,core_mm] (an anchor has zeros). Points: x,y,z. Out: x,y,z,dx,dy,dz[,det]. "
+      "mm.\n"
+      "elastic and fem take landmarks that follow each other along a line for a needle's shaft of the "
+      "scene's\n"
+      "radius, one alone for a contact; a core_mm > 0 makes a landmark a point of that core radius instead.\n"
+      "Without --scene, elastic is an unbounded solid and needs a core radius; fem needs a scene.\n"
       "Exit codes: 0 done, 2 bad input, 3 refused (singular or contradictory landmarks; with --strict, "
       "folding).");
-  deform_cmd->add_option("--landmarks", deform.landmarks, "CSV x,y,z,dx,dy,dz")->required();
+  deform_cmd->add_option("--landmarks", deform.landmarks, "CSV x,y,z,dx,dy,dz[,core_mm]")->required();
   auto* points = deform_cmd->add_option("--points", deform.points, "CSV x,y,z");
   auto* mesh = deform_cmd->add_option("--mesh", deform.mesh, "STL, OBJ or PLY; --out is then a PLY");
   points->excludes(mesh);
-  deform_cmd->add_option("--kernel", deform.kernel, "")
-      ->check(CLI::IsMember(kernel_choices()))
-      ->capture_default_str();
-  deform_cmd->add_option("--support", deform.support_mm, "support radius a, mm")
-      ->required()
+  deform_cmd->add_option("--scene", deform.scene, "body, moduli, regions, needle and kernel (TOML)");
+  deform_cmd->add_option("--kernel", deform.kernel, "rung of the ladder; default: the scene's, or psi31")
+      ->check(CLI::IsMember(rung_names()));
+  deform_cmd
+      ->add_option("--support", deform.support_mm,
+                   "support radius a of a psi kernel, mm; largest one of a compact rung (default 48)")
       ->check(between(1e-6, 1e6));
+  deform_cmd->add_option("--poisson", deform.poisson, "Poisson's ratio; default: the scene's, or 0.49")
+      ->check(between(0.0, 0.4995));
+  deform_cmd
+      ->add_option("--shear-modulus-kpa", deform.shear_modulus_kpa,
+                   "of the tissue; default: the scene's, or 6")
+      ->check(between(1e-3, 1e6));
+  deform_cmd->add_option("--core-radius", deform.core_radius_mm, "of every landmark without a core_mm, mm")
+      ->check(between(1e-3, 1e3));
   deform_cmd->add_option("--out", deform.out, "file to write")->required();
   deform_cmd->add_flag("--jacobian", deform.jacobian, "also write det(I + ∇u)");
   deform_cmd->add_flag("--strict", deform.strict, "refuse a field that folds at a point");
@@ -208,7 +220,36 @@ ToolOptions parse_tool_line(int argc, char** argv, std::optional<int>& exit_code
   inspect_cmd->add_option("--min-island-share", inspect.min_island_share, "smaller islands are dropped")
       ->check(between(0.0, 0.5))
       ->capture_default_str();
+  inspect_cmd->add_option("--out", inspect.out, "also write the surface, welded and outward, as PLY");
   inspect_cmd->add_flag("--json", inspect.json, "print the report as JSON");
+
+  CompareOptions compare;
+  auto* compare_cmd = app.add_subcommand(
+      "compare", "Run every model on every reference scene: errors, times, memory, as a table.");
+  compare_cmd->footer(
+      "Examples:\n"
+      "  brachy compare --quick                                       the listed models, a minute\n"
+      "  brachy compare --json compare.json --markdown compare.md     all, with the sweep over supports\n"
+      "  brachy compare --models psi31_a12,elastic --scenes lateral   those whose names begin so\n"
+      "  brachy compare --beads truthcube/beads.csv                   against measured beads instead\n"
+      "Beads: i,j,k,x0,y0,z0,x1,y1,z1,… mm at rest and under loads. Those at the ends of the lattice predict the\n"
+      "others; parameters are chosen on the first load's outer beads alone and applied to every load.\n"
+      "scripts/compare.sh does the same and draws the charts. Times are one thread's; leave the cores "
+      "alone.\n"
+      "Exit codes: 0 done, 1 no model had an answer, 2 bad input.");
+  compare_cmd->add_option(
+      "--references", compare.references,
+      "folder of reference scenes; default: the installed or the sources' tests/reference");
+  auto* beads = compare_cmd->add_option("--beads", compare.beads, "CSV i,j,k,x0,y0,z0,x1,y1,z1,…");
+  compare_cmd->add_option("--json", compare.json, "write all rows as JSON");
+  compare_cmd->add_option("--markdown", compare.markdown, "write the table, which is printed anyway");
+  compare_cmd->add_option("--models", compare.models, "beginnings of model names, comma-separated")
+      ->delimiter(',');
+  compare_cmd->add_option("--scenes", compare.scenes, "beginnings of scene names, comma-separated")
+      ->delimiter(',');
+  compare_cmd->add_flag("--quick", compare.quick, "listed models only, ticks timed for less long");
+  for (const char* other : {"--references", "--markdown", "--models", "--scenes", "--quick"})
+    beads->excludes(compare_cmd->get_option(other));
 
   exit_code = parse(app, argc, argv);
   if (exit_code) return inspect;
@@ -236,6 +277,7 @@ ToolOptions parse_tool_line(int argc, char** argv, std::optional<int>& exit_code
     if (!deform.points && !deform.mesh) return refuse(deform_cmd, "needs --points FILE or --mesh FILE");
     return deform;
   }
+  if (*compare_cmd) return compare;
   return inspect;
 }
 

@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 #include <variant>
+#include <vector>
 
 #include "core/math/rigid_transform.h"
 
@@ -61,8 +62,9 @@ struct RecordOptions {
 struct DeformOptions {
   std::filesystem::path landmarks;
   std::optional<std::filesystem::path> points, mesh;  ///< exactly one
-  std::string kernel = "psi31";
-  double support_mm = 0;
+  std::optional<std::filesystem::path> scene;         ///< body and kernel
+  std::string kernel;                                 ///< empty: the scene's, or psi31
+  std::optional<double> support_mm, poisson, shear_modulus_kpa, core_radius_mm;
   std::filesystem::path out;
   bool jacobian = false;
   bool strict = false;
@@ -74,10 +76,20 @@ struct InspectOptions {
   std::string units = "mm", frame = "RAS";
   double weld_tolerance_mm = 1e-4;
   double min_island_share = 0.01;
+  std::optional<std::filesystem::path> out;  ///< PLY of the surface
   bool json = false;
 };
 
-using ToolOptions = std::variant<ReplayOptions, WatchOptions, RecordOptions, DeformOptions, InspectOptions>;
+struct CompareOptions {
+  std::optional<std::filesystem::path> references;      ///< none: the installed scenes, or the sources'
+  std::optional<std::filesystem::path> beads;           ///< measured beads instead of reference scenes
+  std::optional<std::filesystem::path> json, markdown;  ///< files to write
+  std::vector<std::string> models, scenes;              ///< beginnings of names; empty: all
+  bool quick = false;                                   ///< listed models only, ticks timed for less long
+};
+
+using ToolOptions =
+    std::variant<ReplayOptions, WatchOptions, RecordOptions, DeformOptions, InspectOptions, CompareOptions>;
 
 /// Exit codes of both programs.
 enum ExitCode : int {

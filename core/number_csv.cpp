@@ -90,6 +90,9 @@ NumberTable parse_number_csv(std::string_view text, const std::string& name, std
 
   NumberTable table;
   table.columns = count_columns(header);
+  std::string longer;
+  if (!limits.optional_column.empty())
+    longer = std::string(header) + "," + std::string(limits.optional_column);
   bool header_seen = false;
   std::size_t line_number = 0;
   while (!text.empty()) {
@@ -97,6 +100,10 @@ NumberTable parse_number_csv(std::string_view text, const std::string& name, std
     const Place place{name, ++line_number};
     if (line.empty() || line.front() == '#') continue;
     if (!header_seen) {
+      if (!longer.empty() && line == longer) {
+        header = longer;
+        ++table.columns;
+      }
       check_header(line, header, place);
       header_seen = true;
       continue;

@@ -21,10 +21,11 @@ struct NumberTable {
 struct NumberCsvLimits {
   std::size_t max_bytes = std::size_t{1} << 30;
   std::size_t max_rows = 10'000'000;
+  std::string_view optional_column = {};  ///< a name; none: no other header is taken
 };
 
-/// Reads a CSV whose first line is exactly `header` (comma-separated names, no spaces) and whose rows are finite
-/// numbers, one per name. Blank lines and lines that start with '#' are skipped; LF or CRLF; a byte order mark is
+/// Reads a CSV whose first line is exactly `header` (comma-separated names, no spaces), or `header` and one more column
+/// called limits.optional_column, and whose rows are finite numbers, one per name. Blank lines and lines that start with '#' are skipped; LF or CRLF; a byte order mark is
 /// taken off. At least one row.
 /// Errors: UserError "name:line: what; fix".
 NumberTable parse_number_csv(std::string_view text, const std::string& name, std::string_view header,

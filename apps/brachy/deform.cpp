@@ -5,84 +5,16 @@
 #include <iostream>
 #include <nlohmann/json.hpp>
 
+#include "apps/brachy/landmark_field.h"
 #include "apps/brachy/tools.h"
 #include "core/error.h"
 #include "core/mesh_io/mesh_file.h"
 #include "core/mesh_io/ply_writer.h"
 #include "core/number_csv.h"
-#include "core/rbf/rbf_field.h"
-#include "core/rbf/rbf_system.h"
 #include "core/surface/surface_check.h"
 
 namespace brachy {
 namespace {
-
-/// The landmarks are well-formed, but no field can be had from them: exit code 3.
-class Refused : public std::runtime_error {
- public:
-  using std::runtime_error::runtime_error;
-};
-
-struct Landmarks {
-  std::vector<Vec3> positions, displacements;
-  std::vector<std::size_t> lines;
-};
-
-Vec3 vec3(std::span<const double> row, std::size_t first) {
-  return {row[first], row[first + 1], row[first + 2]};
-}
-
-Landmarks load_landmarks(const std::filesystem::path& file) {
-  const NumberTable table = load_number_csv(file, "x,y,z,dx,dy,dz", {.max_rows = 20'000});
-  Landmarks landmarks;
-  for (std::size_t i = 0; i < table.rows(); ++i) {
-    landmarks.positions.push_back(vec3(table.row(i), 0));
-    landmarks.displacements.push_back(vec3(table.row(i), 3));
-    landmarks.lines.push_back(table.lines[i]);
-  }
-  return landmarks;
-}
-
-/// Of landmarks that are one to the solver, the later is dropped if both say the same; otherwise they contradict.
-void merge_duplicates(Landmarks& landmarks, double support, const std::string& name) {
-  Landmarks kept;
-  for (std::size_t i = 0; i < landmarks.positions.size(); ++i) {
-    bool merged = false;
-    for (std::size_t j = 0; j < kept.positions.size() && !merged; ++j) {
-      if ((kept.positions[j] - landmarks.positions[i]).norm() >= RbfSystem::kDuplicateDistance * support)
-        continue;
-      const double differ = (kept.displacements[j] - landmarks.displacements[i]).norm();
-      if (differ > RbfSystem::kDuplicateDistance * support)
-        throw Refused(
-            fmt::format("{}:{}: contradicts line {}: the same place is displaced by {:g} mm more or less; "
-                        "remove one of them",
-                        name, landmarks.lines[i], kept.lines[j], differ));
-      std::cerr << fmt::format("brachy: {}:{}: merged with line {}, which says the same\n", name,
-                               landmarks.lines[i], kept.lines[j]);
-      merged = true;
-    }
-    if (merged) continue;
-    kept.positions.push_back(landmarks.positions[i]);
-    kept.displacements.push_back(landmarks.displacements[i]);
-    kept.lines.push_back(landmarks.lines[i]);
-  }
-  landmarks = std::move(kept);
-}
-
-std::vector<Vec3> solve(const Landmarks& landmarks, const Kernel& kernel, double support,
-                        const std::string& name) {
-  RbfSystem system(kernel, support, static_cast<int>(landmarks.positions.size()));
-  if (!system.factorize(landmarks.positions))
-    throw Refused(name +
-                  ": the landmark system is singular to rounding: landmarks lie too close together for " +
-                  std::string(name_of(kernel)) + fmt::format(" at --support {:g}", support) +
-                  "; lower --support, take psi30, or thin them out");
-  std::vector<Vec3> weights(landmarks.positions.size());
-  system.solve(landmarks.displacements, weights);
-  for (const Vec3& w : weights)
-    if (!w.allFinite()) throw Refused(name + ": the weights overflow; are the displacements in mm?");
-  return weights;
-}
 
 void write_text(const std::filesystem::path& file, const std::string& text) {
   std::ofstream out(file, std::ios::binary);
@@ -128,13 +60,7 @@ void write_points(const DeformOptions& options, const std::vector<Vec3>& points,
 }
 
 int run(const DeformOptions& options) {
-  const std::string name = options.landmarks.string();
-  const Kernel kernel = *find_kernel(options.kernel);
-  Landmarks landmarks = load_landmarks(options.landmarks);
-  merge_duplicates(landmarks, options.support_mm, name);
-  const std::vector<Vec3> weights = solve(landmarks, kernel, options.support_mm, name);
-  const RbfField field{kernel, options.support_mm, landmarks.positions, weights};
-
+  const LandmarkField field(options);
   SurfaceMesh mesh;
   std::vector<Vec3> points;
   if (options.mesh) {
@@ -143,14 +69,11 @@ int run(const DeformOptions& options) {
     points = mesh.vertices;
   } else {
     const NumberTable table = load_number_csv(*options.points, "x,y,z");
-    for (std::size_t i = 0; i < table.rows(); ++i) points.push_back(vec3(table.row(i), 0));
+    for (std::size_t i = 0; i < table.rows(); ++i)
+      points.emplace_back(table.row(i)[0], table.row(i)[1], table.row(i)[2]);
   }
-  std::vector<Vec3> u;
-  std::vector<double> det;
-  for (const Vec3& X : points) {
-    u.push_back(field.displacement(X));
-    det.push_back(field.jacobian(X));
-  }
+  const std::vector<Vec3> u = field.displacements(points);
+  const std::vector<double> det = field.jacobians(points);
 
   const Result result = summarize(points, u, det);
   if (result.folded) {
@@ -167,9 +90,12 @@ int run(const DeformOptions& options) {
   }
 
   if (options.json) {
-    const nlohmann::ordered_json json = {
-        {"landmarks", landmarks.positions.size()},   {"points", result.points},   {"moved", result.moved},
-        {"max_disp_mm", result.max_displacement_mm}, {"min_det", result.min_det}, {"folded", result.folded}};
+    nlohmann::ordered_json json = {
+        {"landmarks", field.landmarks()}, {"points", result.points},
+        {"moved", result.moved},          {"max_disp_mm", result.max_displacement_mm},
+        {"min_det", result.min_det},      {"folded", result.folded},
+        {"kernel", field.kernel()}};
+    if (const auto force = field.total_force()) json["force_n"] = {force->x(), force->y(), force->z()};
     std::cout << json.dump() << "\n";
   } else {
     std::cout << fmt::format("{}: {} of {} points moved, by up to {:.4g} mm; least det {:.4g}\n",

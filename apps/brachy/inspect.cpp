@@ -5,6 +5,7 @@
 
 #include "apps/brachy/tools.h"
 #include "core/mesh_io/mesh_file.h"
+#include "core/mesh_io/ply_writer.h"
 #include "core/scene/load_tissue.h"
 #include "core/scene/scene_file.h"
 
@@ -13,25 +14,28 @@ namespace {
 
 struct Inspected {
   SurfaceReport report;
+  SurfaceMesh mesh;
   std::size_t points = 0;
 };
 
 Inspected inspect_scene(const std::filesystem::path& file) {
   const Scene scene = load_scene(file);
-  const SurfaceReport report = load_surface(scene).report;
+  PreparedSurface surface = load_surface(scene);
   // A surface that is not closed has no inside to fill; the report says so.
-  return {report, report.watertight ? load_tissue(scene).tissue.size() : report.vertices};
+  const SurfaceReport& report = surface.report;
+  const std::size_t points = report.watertight ? load_tissue(scene).tissue.size() : report.vertices;
+  return {report, std::move(surface.mesh), points};
 }
 
 Inspected inspect_mesh(const InspectOptions& options) {
   MeshFileOptions file;
   file.units = options.units == "m" ? MeshUnits::kM : MeshUnits::kMm;
   file.frame = options.frame == "LPS" ? MeshFrame::kLps : MeshFrame::kRas;
-  const SurfaceReport report =
+  PreparedSurface surface =
       prepare_surface(read_mesh_file(options.file, file),
-                      {options.weld_tolerance_mm, options.min_island_share}, options.file.string())
-          .report;
-  return {report, report.vertices};
+                      {options.weld_tolerance_mm, options.min_island_share}, options.file.string());
+  const std::size_t vertices = surface.report.vertices;
+  return {surface.report, std::move(surface.mesh), vertices};
 }
 
 nlohmann::ordered_json to_json(const Inspected& i) {
@@ -82,6 +86,7 @@ std::string to_text(const Inspected& i, const std::string& name) {
 int inspect(const InspectOptions& options) {
   const bool is_scene = options.file.extension() == ".toml";
   const Inspected inspected = is_scene ? inspect_scene(options.file) : inspect_mesh(options);
+  if (options.out) write_ply(*options.out, inspected.mesh);
   if (options.json)
     std::cout << to_json(inspected).dump() << "\n";
   else

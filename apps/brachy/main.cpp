@@ -14,6 +14,7 @@ struct Run {
   int operator()(const RecordOptions& o) const { return record(o); }
   int operator()(const DeformOptions& o) const { return deform(o); }
   int operator()(const InspectOptions& o) const { return inspect(o); }
+  int operator()(const CompareOptions& o) const { return compare(o); }
 };
 
 }  // namespace

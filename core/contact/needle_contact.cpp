@@ -21,7 +21,7 @@ NeedleContact::NeedleContact(const SurfaceBvh& surface, const NeedleSettings& ne
   displacements_.reserve(capacity);
 }
 
-void NeedleContact::update(const RigidTransform& X_WN, const RbfField& last_field) noexcept {
+void NeedleContact::update(const RigidTransform& X_WN, const TissueField* last_field) noexcept {
   const Vec3 axis = X_WN.R.col(2);
   const Needle needle{X_WN.p - needle_settings_.length_mm * axis, X_WN.p, axis};
   const Vec3 motion = needle.tip - last_tip_;
@@ -69,7 +69,7 @@ void NeedleContact::seat(const Needle& needle) noexcept {
   path_.start(entry);
   path_.extend_to(inside ? needle.tip : exit);
   tip_s_ = path_.length();
-  move_shaft(needle, 0, RbfField{});
+  move_shaft(needle, 0, nullptr);
 }
 
 void NeedleContact::approach(const Needle& needle) noexcept {
@@ -163,7 +163,7 @@ void NeedleContact::cut(const Needle& needle, double distance) noexcept {
 // Shaft landmarks stand on the cut path every spacing, from the entry on. One is set when the tip is half a spacing
 // past it and taken up at a quarter, so that it never comes near the tip's own landmark and does not flicker.
 void NeedleContact::move_shaft(const Needle& needle, double axial_motion,
-                               const RbfField& last_field) noexcept {
+                               const TissueField* last_field) noexcept {
   const double friction = settings_.friction_displacement_mm, spacing = settings_.landmark_spacing_mm;
   if (state_ != ContactState::kInserted && state_ != ContactState::kThrough) return;
   for (ShaftLandmark& landmark : shaft_)
@@ -174,7 +174,8 @@ void NeedleContact::move_shaft(const Needle& needle, double axial_motion,
   while (tip_s_ >= s_of_last() + 1.5 * spacing &&
          shaft_.size() + 1 < static_cast<std::size_t>(settings_.max_landmarks)) {
     const Vec3 X = path_.at(s_of_last() + spacing);
-    shaft_.push_back({X, std::clamp(last_field.displacement(X).dot(needle.axis), -friction, friction)});
+    const double carried = last_field ? last_field->displacement_at(X).dot(needle.axis) : 0;
+    shaft_.push_back({X, std::clamp(carried, -friction, friction)});
   }
 }
 
@@ -194,11 +195,12 @@ void NeedleContact::collect(const Needle& needle) noexcept {
   } else if (state_ == ContactState::kInserted || state_ == ContactState::kThrough) {
     const Vec3 X_tip = path_.at(tip_s_);
     insertion_depth_ = tip_s_;
-    if (state_ == ContactState::kInserted) add_landmark(X_tip, needle.tip - X_tip);
     for (const ShaftLandmark& landmark : shaft_) {
       const Vec3 lateral = needle.nearest_on_line(landmark.position) - landmark.position;
       add_landmark(landmark.position, lateral + landmark.axial * needle.axis);
     }
+    // In order along the shaft; and the tip, which moves most, last: the landmark systems then renew its rows only.
+    if (state_ == ContactState::kInserted) add_landmark(X_tip, needle.tip - X_tip);
   }
 }
 

@@ -6,7 +6,7 @@
 
 #include "core/contact/contact_settings.h"
 #include "core/contact/cut_path.h"
-#include "core/rbf/rbf_field.h"
+#include "core/field/tissue_field.h"
 #include "core/sim/mesh_state.h"
 #include "core/surface/surface_bvh.h"
 
@@ -33,8 +33,8 @@ class NeedleContact {
   NeedleContact(const SurfaceBvh& surface, const NeedleSettings& needle, const ContactSettings& settings);
 
   /// Takes the pose of this tick. `last_field` is the field solved in the last tick: a new shaft landmark starts
-  /// with its displacement.
-  void update(const RigidTransform& X_WN, const RbfField& last_field) noexcept;
+  /// with its displacement. None: at rest.
+  void update(const RigidTransform& X_WN, const TissueField* last_field) noexcept;
 
   ContactState state() const { return state_; }
   std::span<const Vec3> positions() const { return positions_; }          ///< landmarks at rest, mm
@@ -62,7 +62,7 @@ class NeedleContact {
   void puncture(const Needle& needle) noexcept;
   void move_tip(const Needle& needle) noexcept;
   void cut(const Needle& needle, double distance) noexcept;
-  void move_shaft(const Needle& needle, double axial_motion, const RbfField& last_field) noexcept;
+  void move_shaft(const Needle& needle, double axial_motion, const TissueField* last_field) noexcept;
   void release() noexcept;
   void collect(const Needle& needle) noexcept;
   void add_landmark(const Vec3& position, const Vec3& displacement) noexcept;

@@ -5,20 +5,13 @@
 #include <vector>
 
 #include "core/field/block_field.h"
+#include "core/field/tissue_field.h"
 #include "core/rbf/rbf_field.h"
 #include "core/rbf/rbf_system.h"
 
 namespace brachy {
 
-/// How a tick was evaluated.
-enum class Evaluation : std::uint8_t {
-  kIdle,       ///< landmarks and displacements as in the last tick: nothing to do
-  kDirect,     ///< every block summed over its landmarks
-  kMixed,      ///< some blocks condensed already, the others directly
-  kCondensed,  ///< every block by its condensed columns
-};
-
-/// From landmarks to displaced points: the landmark system and the field of one model, evaluated by the cheaper way.
+/// The scalar kernels' way from landmarks to displaced points: the landmark system and the field of one kernel, evaluated by the cheaper way.
 ///
 /// When the landmarks' rest positions have stayed put for kSettleTicks, the columns of K⁻¹ that belong to moving
 /// landmarks are computed, three a tick, then the blocks' condensed columns, each tick no more than a direct
@@ -26,7 +19,7 @@ enum class Evaluation : std::uint8_t {
 /// them moving, starts over with direct evaluation. What is chosen depends on counts only, never on measured time: the
 /// same landmarks give the same bits. The two ways differ by less than 2e-5 mm.
 /// Threads: one caller. Real-time: no allocation after construction with one thread, no exceptions.
-class Deformation {
+class Deformation : public TissueField {
  public:
   static constexpr int kSettleTicks = 4;
 
@@ -35,11 +28,17 @@ class Deformation {
 
   /// Solves u(p_i) = d_i for landmarks at `positions` (n, mm) with `displacements` (n, mm), and evaluates u at every
   /// point in reach. Unless it returns kOk, the last field stands.
-  FactorStatus update(std::span<const Vec3> positions, std::span<const Vec3> displacements) noexcept;
+  FactorStatus update(std::span<const Vec3> positions, std::span<const Vec3> displacements) noexcept override;
 
-  Evaluation evaluation() const { return evaluation_; }  ///< of the last update
-  const BlockField& blocks() const { return blocks_; }   ///< displacements of the points in reach
-  const RbfField& field() const { return field_; }       ///< the same field at single points, in double
+  Evaluation evaluation() const override { return evaluation_; }
+  std::span<const std::uint32_t> touched() const override { return blocks_.touched(); }
+  const BlockDisplacement<float>& displacement(std::uint32_t block) const override {
+    return blocks_.displacement(block);
+  }
+  Vec3 displacement_at(const Vec3& X) const noexcept override { return field_.displacement(X); }
+  SimdTarget target() const override { return blocks_.target(); }
+  const BlockField& blocks() const { return blocks_; }  ///< displacements of the points in reach
+  const RbfField& field() const { return field_; }      ///< the same field at single points, in double
 
  private:
   void choose_moving() noexcept;

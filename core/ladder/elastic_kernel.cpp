@@ -1,72 +1,76 @@
 #include "core/ladder/elastic_kernel.h"
 
-#include "core/ladder/kelvin.h"
+#include <algorithm>
+#include <numeric>
+#include <optional>
+
+#include "core/ladder/kelvin_sums.h"
 #include "core/ladder/needle_rings.h"
 
 namespace brachy {
 namespace {
 
 using Eigen::Index;
+using Eigen::MatrixXd;
 
-// Groups restricted to one material: their points' weights times the share of it at the point.
-PointGroups of_material(const PointGroups& groups, const ElasticBody& body, std::size_t material, bool& any) {
-  PointGroups part;
-  std::vector<double> shares(body.regions.size() + 1);
-  for (std::size_t g = 0; g < groups.size(); ++g) {
-    part.begin_group();
-    for (std::uint32_t i = groups.first[g]; i < groups.first[g + 1]; ++i) {
-      body.material_shares(groups.points[i], shares);
-      if (shares[material] == 0) continue;
-      part.add(groups.points[i], groups.s[i], groups.weights[i] * shares[material]);
-      any = true;
-    }
+// The modulus at a point over that outside all regions. On a region's surface it is the mean of the two sides: tissue
+// bonded there gives way to a force on the bond as a solid of the mean modulus would, and w stays a Cauchy matrix.
+class ModulusAt {
+ public:
+  ModulusAt(const ElasticBody& body, std::span<const double> materials)
+      : body_(body), materials_(materials), shares_(materials.size()) {}
+  double operator()(const Vec3& X) {
+    body_.material_shares(X, shares_);
+    return std::inner_product(shares_.begin(), shares_.end(), materials_.begin(), 0.0);
   }
-  part.finish();
-  return part;
-}
 
-// The same split once for all materials; those without a point are left out.
-struct Split {
-  Split(const PointGroups& groups, const ElasticBody& body) {
-    for (std::size_t m = 0; m <= body.regions.size(); ++m) {
-      bool any = false;
-      PointGroups part = of_material(groups, body, m, any);
-      if (!any) continue;
-      parts.push_back(std::move(part));
-      materials.push_back(m);
-    }
-  }
-  std::vector<PointGroups> parts;
-  std::vector<std::size_t> materials;
+ private:
+  const ElasticBody& body_;
+  std::span<const double> materials_;
+  std::vector<double> shares_;
 };
 
-Eigen::MatrixXd kelvin_between(const PointGroups& a, const PointGroups& b, double poisson) {
-  Eigen::MatrixXd G =
-      Eigen::MatrixXd::Zero(static_cast<Index>(3 * a.size()), static_cast<Index>(3 * b.size()));
-  for (std::size_t i = 0; i < a.size(); ++i)
-    for (std::size_t j = 0; j < b.size(); ++j) {
-      Mat3 sum = Mat3::Zero();
-      for (std::uint32_t p = a.first[i]; p < a.first[i + 1]; ++p)
-        for (std::uint32_t q = b.first[j]; q < b.first[j + 1]; ++q)
-          sum += a.weights[p] * b.weights[q] * kelvin(a.points[p] - b.points[q], a.s[p] + b.s[q], poisson);
-      G.block<3, 3>(static_cast<Index>(3 * i), static_cast<Index>(3 * j)) = sum;
+// Groups cut where their points lie in different moduli: each piece is a group of its own, in one modulus.
+struct Pieces {
+  Pieces(const PointGroups& groups, const ElasticBody& body, std::span<const double> materials) {
+    ModulusAt modulus_at(body, materials);
+    std::vector<std::size_t> of_point;
+    for (const Vec3& X : groups.points) {
+      const double k = modulus_at(X);
+      of_point.push_back(static_cast<std::size_t>(std::ranges::find(moduli, k) - moduli.begin()));
+      if (of_point.back() == moduli.size()) moduli.push_back(k);
     }
-  return G;
-}
+    for (std::size_t g = 0; g < groups.size(); ++g)
+      for (std::size_t m = 0; m < moduli.size(); ++m) {
+        bool any = false;
+        for (std::uint32_t i = groups.first[g]; i < groups.first[g + 1]; ++i) {
+          if (of_point[i] != m) continue;
+          if (!any) pieces.begin_group();
+          any = true;
+          pieces.add(groups.points[i], groups.s[i], groups.weights[i]);
+        }
+        if (!any) continue;
+        group.push_back(static_cast<Index>(g));
+        modulus.push_back(m);
+      }
+    pieces.finish();
+  }
 
-// G f at points X: 3|X| × m.
-Eigen::MatrixXd kelvin_fields(std::span<const Vec3> X, const PointGroups& b, const Eigen::MatrixXd& forces,
-                              double poisson) {
-  Eigen::MatrixXd u = Eigen::MatrixXd::Zero(static_cast<Index>(3 * X.size()), forces.cols());
-  for (std::size_t i = 0; i < X.size(); ++i)
-    for (std::size_t j = 0; j < b.size(); ++j) {
-      Mat3 sum = Mat3::Zero();
-      for (std::uint32_t q = b.first[j]; q < b.first[j + 1]; ++q)
-        sum += b.weights[q] * kelvin(X[i] - b.points[q], b.s[q], poisson);
-      u.middleRows<3>(static_cast<Index>(3 * i)).noalias() +=
-          sum * forces.middleRows<3>(static_cast<Index>(3 * j));
-    }
-  return u;
+  PointGroups pieces;
+  std::vector<Index> group;          // of each piece
+  std::vector<std::size_t> modulus;  // of each piece, in `moduli`
+  std::vector<double> moduli;
+};
+
+// G f at the points X, the groups' forces laid on their points.
+MatrixXd fields_of_groups(std::span<const Vec3> X, const PointGroups& b, const MatrixXd& forces,
+                          double poisson) {
+  MatrixXd of_points(static_cast<Index>(3 * b.points.size()), forces.cols());
+  for (std::size_t g = 0; g < b.size(); ++g)
+    for (std::uint32_t i = b.first[g]; i < b.first[g + 1]; ++i)
+      of_points.middleRows<3>(3 * static_cast<Index>(i)) =
+          b.weights[i] * forces.middleRows<3>(static_cast<Index>(3 * g));
+  return kelvin_fields(X, b.points, b.s, of_points, poisson);
 }
 
 double modulus_weight(double k_x, double k_y) {
@@ -84,45 +88,77 @@ PointGroups ElasticKernel::groups(std::span<const Vec3> positions, std::span<con
   return rings.groups(positions.size());
 }
 
-Eigen::MatrixXd ElasticKernel::between(const PointGroups& a, const PointGroups& b) const {
-  const Split of_a(a, body_), of_b(b, body_);
-  Eigen::MatrixXd C =
-      Eigen::MatrixXd::Zero(static_cast<Index>(3 * a.size()), static_cast<Index>(3 * b.size()));
-  for (std::size_t i = 0; i < of_a.parts.size(); ++i)
-    for (std::size_t j = 0; j < of_b.parts.size(); ++j) {
-      const double w = modulus_weight(materials_[of_a.materials[i]], materials_[of_b.materials[j]]);
-      C += w * kelvin_between(of_a.parts[i], of_b.parts[j], body_.poisson);
-      if (!remainder_) continue;
-      const Remainder::Parts parts = remainder_->between(of_a.parts[i], of_b.parts[j]);
-      C -= w * parts.held;
-      if (parts.motion.size() > 0) C += parts.motion;
+MatrixXd ElasticKernel::between(const PointGroups& a, const PointGroups& b) const {
+  const Pieces of_a(a, body_, materials_);
+  std::optional<Pieces> other;
+  if (&a != &b) other.emplace(b, body_, materials_);
+  const Pieces& of_b = other ? *other : of_a;  // one object twice costs the remainder half
+  MatrixXd near = kelvin_between(of_a.pieces, of_b.pieces, body_.poisson);
+  Remainder::Parts parts;
+  if (remainder_) {
+    parts = remainder_->between(of_a.pieces, of_b.pieces);
+    near -= parts.held;
+  }
+  MatrixXd C = MatrixXd::Zero(static_cast<Index>(3 * a.size()), static_cast<Index>(3 * b.size()));
+  for (std::size_t j = 0; j < of_b.group.size(); ++j)
+    for (std::size_t i = 0; i < of_a.group.size(); ++i) {
+      const auto row = static_cast<Index>(3 * i), column = static_cast<Index>(3 * j);
+      const double w = modulus_weight(of_a.moduli[of_a.modulus[i]], of_b.moduli[of_b.modulus[j]]);
+      auto sum = C.block<3, 3>(3 * of_a.group[i], 3 * of_b.group[j]);
+      sum += w * near.block<3, 3>(row, column);
+      if (parts.motion.size() > 0) sum += parts.motion.block<3, 3>(row, column);
     }
   return C / body_.shear_modulus;
 }
 
-Eigen::MatrixXd ElasticKernel::fields(std::span<const Vec3> X, const PointGroups& b,
-                                      const Eigen::MatrixXd& forces) const {
-  const Split of_b(b, body_);
-  Eigen::MatrixXd u = Eigen::MatrixXd::Zero(static_cast<Index>(3 * X.size()), forces.cols());
-  std::vector<double> shares(materials_.size()), weights(X.size());
-  for (std::size_t j = 0; j < of_b.parts.size(); ++j) {
-    for (std::size_t i = 0; i < X.size(); ++i) {
-      body_.material_shares(X[i], shares);
-      weights[i] = 0;
-      for (std::size_t m = 0; m < shares.size(); ++m)
-        weights[i] += shares[m] * modulus_weight(materials_[m], materials_[of_b.materials[j]]);
-    }
-    Eigen::MatrixXd near = kelvin_fields(X, of_b.parts[j], forces, body_.poisson);
-    Remainder::Parts parts;
-    if (remainder_) {
-      parts = remainder_->fields(X, of_b.parts[j], forces);
-      near -= parts.held;
-    }
-    for (std::size_t i = 0; i < X.size(); ++i) near.middleRows<3>(static_cast<Index>(3 * i)) *= weights[i];
-    u += near;
-    if (parts.motion.size() > 0) u += parts.motion;
+MatrixXd ElasticKernel::fields(std::span<const Vec3> X, const PointGroups& b, const MatrixXd& forces) const {
+  const Pieces of_b(b, body_, materials_);
+  const auto rows = static_cast<Index>(3 * X.size());
+  // One set of forces for each modulus, since their weights at X differ.
+  const Index sets = forces.cols();
+  MatrixXd of_moduli = MatrixXd::Zero(static_cast<Index>(3 * of_b.group.size()),
+                                      sets * static_cast<Index>(of_b.moduli.size()));
+  for (std::size_t j = 0; j < of_b.group.size(); ++j)
+    of_moduli.block(static_cast<Index>(3 * j), sets * static_cast<Index>(of_b.modulus[j]), 3, sets) =
+        forces.middleRows<3>(3 * of_b.group[j]);
+  MatrixXd near = fields_of_groups(X, of_b.pieces, of_moduli, body_.poisson);
+  Remainder::Parts parts;
+  if (remainder_) {
+    parts = remainder_->fields(X, of_b.pieces, of_moduli);
+    near -= parts.held;
   }
+  MatrixXd u = MatrixXd::Zero(rows, sets);
+  ModulusAt modulus_at(body_, materials_);
+  for (std::size_t i = 0; i < X.size(); ++i) {
+    const double k = modulus_at(X[i]);
+    for (std::size_t m = 0; m < of_b.moduli.size(); ++m)
+      u.middleRows<3>(static_cast<Index>(3 * i)) +=
+          modulus_weight(k, of_b.moduli[m]) *
+          near.block(static_cast<Index>(3 * i), sets * static_cast<Index>(m), 3, sets);
+  }
+  for (Index m = 0; m < parts.motion.cols(); m += sets) u += parts.motion.middleCols(m, sets);
   return u / body_.shear_modulus;
+}
+
+MatrixXd ElasticKernel::smooth_fields(std::span<const Vec3> X, std::size_t main, const PointGroups& b,
+                                      const MatrixXd& forces) const {
+  const Index sets = forces.cols();
+  if (!remainder_) return MatrixXd::Zero(static_cast<Index>(3 * X.size()), sets);
+  const Pieces of_b(b, body_, materials_);
+  MatrixXd twice(static_cast<Index>(3 * of_b.group.size()), 2 * sets);  // weighted for Q, as they are for P
+  for (std::size_t j = 0; j < of_b.group.size(); ++j) {
+    const auto force = forces.middleRows<3>(3 * of_b.group[j]);
+    const double w = modulus_weight(materials_[main], of_b.moduli[of_b.modulus[j]]);
+    twice.middleRows<3>(static_cast<Index>(3 * j)) << w * force, force;
+  }
+  const Remainder::Parts parts = remainder_->fields(X, of_b.pieces, twice);
+  MatrixXd u = -parts.held.leftCols(sets);
+  if (parts.motion.size() > 0) u += parts.motion.rightCols(sets);
+  return u / body_.shear_modulus;
+}
+
+double ElasticKernel::near_weight(std::size_t main, const Vec3& Y) const {
+  return modulus_weight(materials_[main], ModulusAt(body_, materials_)(Y));
 }
 
 std::size_t ElasticKernel::bytes() const {

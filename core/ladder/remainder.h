@@ -13,9 +13,10 @@ namespace brachy {
 ///     C(x, y) = w(x, y) [ G(x, y) − Q(x, y) ] + P(x, y)
 ///
 /// G of kelvin.h; Q, `held`: what G would do at the bounds (and at a region's surface), taken back; P, `motion`: the
-/// compliance of what moves there. w = 2/(k(x) + k(y)), k the modulus at a point over that outside all regions: each
-/// material has its own modulus. G − Q and P are positive semidefinite, and so is w, a Cauchy matrix; then w ∘ (G − Q) is
-/// (Schur's product) and C is a covariance, like every rung's kernel. P − wQ is smooth except near a region's surface.
+/// compliance of what moves there. w = 2/(k(x) + k(y)), k the modulus at a point over that outside all regions, on a
+/// region's surface the mean of its sides: each material has its own modulus. G − Q and P are positive semidefinite, and
+/// so is w, a Cauchy matrix; then w ∘ (G − Q) is (Schur's product) and C is a covariance, like every rung's kernel. P − wQ
+/// is smooth except near a region's surface.
 /// All for shear modulus 1 outside; divide by μ.
 /// Threads: const functions may be called from any. They allocate.
 class Remainder {

@@ -1,11 +1,13 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <string>
+#include <vector>
 
 #include "core/contact/contact_settings.h"
-#include "core/kernels/kernels.h"
+#include "core/math/rigid_transform.h"
 #include "core/rbf/anchors.h"
 
 namespace brachy {
@@ -20,13 +22,35 @@ struct TissueSettings {
   double min_island_share = 0.01;  ///< islands under this share of the volume are dropped and reported
   double weld_tolerance_mm = 1e-4;
   std::uint64_t seed = 1;  ///< of the interior points
+  double shear_modulus_kpa =
+      6;  ///< of tissue in no region; 17 kPa Young's modulus of a gland (DESIGN §5), a third of it
+  double poisson = 0.49;  ///< of all tissue
 
   bool operator==(const TissueSettings&) const = default;
 };
 
+/// What holds the tissue: a box around it. For the rungs that know elasticity.
+struct BoxSettings {
+  Vec3 size_mm = Vec3::Constant(96);
+  Vec3 centre_mm = Vec3::Zero();
+  std::array<bool, 6> held = {true, true, true, true, true, true};  ///< by kFaceNames; the others are free
+
+  bool operator==(const BoxSettings&) const = default;
+};
+
+/// A part of the tissue with a modulus of its own.
+struct RegionSettings {
+  std::string shape = "ellipsoid";  ///< ellipsoid (axes along x, y, z), or mesh
+  Vec3 centre_mm = Vec3::Zero(), semi_axes_mm = Vec3::Constant(20);
+  std::string file;  ///< for mesh: STL, OBJ or PLY, mm, relative to the scene file
+  double shear_modulus_kpa = 6;
+
+  bool operator==(const RegionSettings&) const = default;
+};
+
 struct ModelSettings {
-  std::string kernel = "psi31";
-  double support_radius_mm = 12;
+  std::string kernel = "psi31";   ///< a rung of the ladder (core/ladder/ladder.h)
+  double support_radius_mm = 12;  ///< of the ψ rungs
 
   bool operator==(const ModelSettings&) const = default;
 };
@@ -81,6 +105,8 @@ struct Scene {
   std::string name = "prostate";
   std::filesystem::path directory;  ///< of the scene file: relative paths start here
   TissueSettings tissue;
+  BoxSettings box;
+  std::vector<RegionSettings> regions;
   ModelSettings model;
   Anchors::Options anchors;
   NeedleSettings needle;
@@ -91,7 +117,6 @@ struct Scene {
   DeviceSettings device;
   ServerSettings server;
 
-  Kernel kernel() const { return *find_kernel(model.kernel); }
   double period_s() const { return 1 / rates.deformation_hz; }
   std::filesystem::path resolve(const std::string& path) const { return directory / path; }
 

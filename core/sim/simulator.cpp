@@ -5,6 +5,10 @@
 #include <cstring>
 
 #include "core/error.h"
+#include "core/field/deformation.h"
+#include "core/ladder/ladder.h"
+#include "core/ladder/ladder_deformation.h"
+#include "core/scene/load_body.h"
 
 namespace brachy {
 namespace {
@@ -25,10 +29,24 @@ std::size_t max_landmarks(const Scene& scene) {
   return static_cast<std::size_t>(scene.contact.max_landmarks) + scene.anchors.count;
 }
 
-BlockField::Options field_options(const Scene& scene) {
-  return {.target = resolve_simd_target(scene.engine.simd),
-          .threads = scene.engine.threads,
-          .max_landmarks = max_landmarks(scene)};
+std::unique_ptr<TissueField> make_field(const Scene& scene, const Tissue& tissue) {
+  const SimdTarget target = resolve_simd_target(scene.engine.simd);
+  const std::size_t landmarks = max_landmarks(scene);
+  if (is_matrix_rung(scene.model.kernel))
+    return std::make_unique<LadderDeformation>(
+        tissue, scene.model.kernel, load_body(scene),
+        LadderDeformation::Options{
+            .target = target, .threads = scene.engine.threads, .max_landmarks = landmarks});
+  return std::make_unique<Deformation>(
+      tissue, *find_kernel(scene.model.kernel), scene.model.support_radius_mm,
+      BlockField::Options{.target = target, .threads = scene.engine.threads, .max_landmarks = landmarks});
+}
+
+// Anchors stand in for what holds the tissue where a kernel knows nothing of it; the matrix rungs know.
+Anchors::Options anchor_options(const Scene& scene) {
+  Anchors::Options options = scene.anchors;
+  if (is_matrix_rung(scene.model.kernel)) options.count = 0;
+  return options;
 }
 
 }  // namespace
@@ -38,9 +56,9 @@ Simulator::Simulator(const Scene& scene, Tissue tissue)
       surface_(surface_of(tissue_)),
       period_s_(check(scene, tissue_).period_s()),
       contact_(surface_, scene.needle, scene.contact),
-      anchors_({tissue_.rest_vertices.data(), tissue_.surface_count}, scene.anchors),
+      anchors_({tissue_.rest_vertices.data(), tissue_.surface_count}, anchor_options(scene)),
       anchor_clearance_(scene.anchors.clearance_mm),
-      deformation_(tissue_, scene.kernel(), scene.model.support_radius_mm, field_options(scene)),
+      field_(make_field(scene, tissue_)),
       block_ticks_(tissue_.blocks.size()),
       block_evaluated_(tissue_.blocks.size()) {
   positions_.reserve(max_landmarks(scene));
@@ -75,7 +93,7 @@ void Simulator::gather_landmarks(const NeedlePose& pose) noexcept {
   displacements_.clear();
   flags_ = 0;
   if (pose.present) {
-    contact_.update(pose.X_WN, deformation_.field());
+    contact_.update(pose.X_WN, field_.get());
     flags_ = contact_.flags();
   }
   const auto needle = pose.present ? contact_.positions() : std::span<const Vec3>();
@@ -94,12 +112,12 @@ void Simulator::gather_landmarks(const NeedlePose& pose) noexcept {
 
 void Simulator::deform() noexcept {
   changed_[tick_ % kChangeHistory].clear();
-  if (!deformation_.update(positions_, displacements_)) {
+  if (!field_->update(positions_, displacements_)) {
     flags_ |= kStepSolveFailed;  // the last field stands
     return;
   }
-  ++evaluation_counts_[static_cast<std::size_t>(deformation_.evaluation())];
-  if (deformation_.evaluation() != Evaluation::kIdle) apply_field();
+  ++evaluation_counts_[static_cast<std::size_t>(field_->evaluation())];
+  if (field_->evaluation() != Evaluation::kIdle) apply_field();
 }
 
 // Blocks in reach take their displacement; those that were displaced and are out of reach now go back to rest. No other
@@ -109,7 +127,7 @@ void Simulator::apply_field() noexcept {
   moved_vertices_ = 0;
   std::swap(displaced_, was_displaced_);
   displaced_.clear();
-  for (const std::uint32_t b : deformation_.blocks().touched()) {
+  for (const std::uint32_t b : field_->touched()) {
     block_evaluated_[b] = tick_;
     if (apply_block(b)) changed_[tick_ % kChangeHistory].push_back(b);
   }
@@ -125,7 +143,7 @@ void Simulator::apply_field() noexcept {
 // True if any coordinate of the block changed.
 bool Simulator::apply_block(std::uint32_t b) noexcept {
   const Block& block = tissue_.blocks[b];
-  const BlockDisplacement<float>& u = deformation_.blocks().displacement(b);
+  const BlockDisplacement<float>& u = field_->displacement(b);
   float* out = &deformed_[3 * block.first];
   const float* rest = &rest_[3 * block.first];
   bool changed = false;

@@ -1,9 +1,11 @@
 #pragma once
 
+#include <array>
+#include <memory>
 #include <vector>
 
 #include "core/contact/needle_contact.h"
-#include "core/field/deformation.h"
+#include "core/field/tissue_field.h"
 #include "core/rbf/anchors.h"
 #include "core/scene/scene.h"
 #include "core/sim/mesh_state.h"
@@ -22,7 +24,7 @@ namespace brachy {
 class Simulator {
  public:
   /// `scene` as load_scene checked it. Throws UserError where scene and tissue do not fit (more anchors than surface
-  /// vertices).
+  /// vertices, tissue outside the box) or a region's file cannot be read.
   Simulator(const Scene& scene, Tissue tissue);
   Simulator(const Simulator&) = delete;
   Simulator& operator=(const Simulator&) = delete;
@@ -35,7 +37,7 @@ class Simulator {
   void step(const NeedlePose& pose, MeshState& state) noexcept;
 
   const Tissue& tissue() const { return tissue_; }
-  SimdTarget simd_target() const { return deformation_.blocks().target(); }
+  SimdTarget simd_target() const { return field_->target(); }
   /// Ticks evaluated in each way since construction, indexed by Evaluation.
   const std::array<std::uint64_t, 4>& evaluation_counts() const { return evaluation_counts_; }
   double period_s() const { return period_s_; }
@@ -53,7 +55,7 @@ class Simulator {
   NeedleContact contact_;
   Anchors anchors_;
   double anchor_clearance_;
-  Deformation deformation_;
+  std::unique_ptr<TissueField> field_;
 
   std::uint64_t tick_ = 0;
   std::uint32_t flags_ = 0;

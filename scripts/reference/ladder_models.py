@@ -313,7 +313,7 @@ def needle_rule(case, m=6, kappa=0.4, tip=0.3, tail=0.3, spacing=1.5, disc=4 / n
     d = np.stack([np.interp(fine, t, L[:, 3 + k]) for k in range(3)], axis=1)
     h = t[-1] / (len(fine) - 1)
     c = kappa * np.sqrt(2 * np.pi * R / m * h)
-    r = np.full(len(fine), R)
+    r = np.full(len(fine), float(R))  # a radius of "2" in a scene is an int, which would cut the ends to 1 mm
     fine = fine.copy()
     fine[0] += tip * R
     r[0] = R * np.sqrt(1 - (1 - tip) ** 2)
@@ -325,11 +325,12 @@ def needle_rule(case, m=6, kappa=0.4, tip=0.3, tail=0.3, spacing=1.5, disc=4 / n
     return Points(P.reshape(-1, 3), c * c / 2, W=np.kron(np.eye(len(fine)), np.full((1, m), 1 / m))), d
 
 
-def elastic_condensed(case, needle, walls, free, capsule, kappa_s=None, s_field=0.0, w_cross=None, modes=0, on_side=0.5, out=None):
+def elastic_condensed(case, needle, walls, free, capsule, kappa_s=None, s_field=0.0, modes=0, on_side=0.5, out=None):
     """Positive definite by construction. G: the kernel with the walls condensed. On a surface between moduli k (inside its
     normal) and 1: S = L L' the single layer, v = L^-1 G(surface, .), kappa = sym(L' A K' L^-T),
         C(x,y) = w(x,y) [G(x,y) - v(x)'v(y)] + v(x)' [½(k+1) I + (k-1) kappa]^-1 v(y),
-    w = 1/k both inside, 1 both outside, 2/(k+1) across: surface held, plus the compliance of its motion."""
+    w = 2/(k(x)+k(y)), k(x) = k inside, 1 outside, their mean on the surface: surface held, plus the compliance of its
+    motion."""
     nd, d = needle
     P, N, A, core = capsule
     F = Points(case.X, s_field)
@@ -389,9 +390,8 @@ def elastic_condensed(case, needle, walls, free, capsule, kappa_s=None, s_field=
         vn, vF = vs(raw, "r"), vs(F, "f")
         inside = ((( nd.P - case.scene.centre) / case.scene.semi_axes) ** 2).sum(1)
         side = np.where(np.abs(inside - 1) < 1e-4, on_side, (inside < 1) * 1.0)
-        wc = 2 / (k + 1) if w_cross is None else w_cross
         def weight(p, q):
-            w = (np.outer(p, q) / k + np.outer(1 - p, 1 - q) + wc * (np.outer(p, 1 - q) + np.outer(1 - p, q)))
+            w = 2 / ((p * k + 1 - p)[:, None] + (q * k + 1 - q)[None])
             return np.repeat(np.repeat(w, 3, 0), 3, 1)
         if modes:  # the capsule moves in polynomials of degree `modes` only
             y = (P - case.scene.centre) / case.scene.semi_axes

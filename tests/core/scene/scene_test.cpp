@@ -4,6 +4,7 @@
 #include <fstream>
 
 #include "core/error.h"
+#include "core/scene/load_body.h"
 #include "core/scene/load_tissue.h"
 #include "core/scene/scene_file.h"
 
@@ -25,6 +26,8 @@ TEST(Scene, TheDefaultFileSaysTheDefaults) {
   const Scene built_in = parse_scene("", "nothing");
   EXPECT_EQ(file.name, built_in.name);
   EXPECT_EQ(file.tissue, built_in.tissue);
+  EXPECT_EQ(file.box, built_in.box);
+  EXPECT_EQ(file.regions, built_in.regions);
   EXPECT_EQ(file.model, built_in.model);
   EXPECT_EQ(file.anchors, built_in.anchors);
   EXPECT_EQ(file.needle, built_in.needle);
@@ -40,6 +43,34 @@ TEST(Scene, UnknownKeysAreRefusedWithLineAndNearestName) {
   EXPECT_EQ(refusal("[model]\nkernel = \"psi31\"\nsuport_radius_mm = 12\n"),
             "scene.toml:3: unknown key 'model.suport_radius_mm'; did you mean 'model.support_radius_mm'?");
   EXPECT_EQ(refusal("\n[modle]\n"), "scene.toml:2: unknown key 'modle'; did you mean 'model'?");
+}
+
+TEST(Scene, ABodyIsReadAsAReferenceSceneSaysIt) {
+  const Scene scene = load_scene(BRACHY_SOURCE_DIR "/tests/reference/free_face_stiff_lateral/scene.toml");
+  EXPECT_EQ(scene.box.size_mm, Vec3(96, 96, 96));
+  EXPECT_EQ(scene.box.held, (std::array<bool, 6>{true, true, true, true, false, true}));
+  ASSERT_EQ(scene.regions.size(), 1u);
+  EXPECT_EQ(scene.regions[0].semi_axes_mm, Vec3(24, 18, 21));
+  EXPECT_EQ(scene.needle.diameter_mm, 4);
+  const ElasticBody body = load_body(scene);
+  EXPECT_DOUBLE_EQ(body.shear_modulus, 1e-3 * scene.tissue.shear_modulus_kpa);
+  EXPECT_DOUBLE_EQ(body.materials().at(1), 3);
+  EXPECT_EQ(body.needle_radius, 2);
+}
+
+TEST(Scene, ABodyThatMakesNoSenseIsRefused) {
+  const std::string ellipsoid = "[[region]]\nshape = \"ellipsoid\"\nshear_modulus_kpa = 2\n";
+  EXPECT_NE(refusal(ellipsoid).find("scene.toml:1: 'region.centre_mm' is missing"), std::string::npos);
+  EXPECT_NE(refusal("[[region]]\nshape = \"mesh\"\nshear_modulus_kpa = 2").find("'region.file' is missing"),
+            std::string::npos);
+  EXPECT_NE(refusal("[box]\nheld = [\"-x\", \"up\"]").find("scene.toml:2: 'box.held' has \"up\""),
+            std::string::npos);
+  EXPECT_NE(refusal("[box]\nheld = []").find("is empty"), std::string::npos);
+  EXPECT_NE(refusal("[box]\nsize_mm = [1, 2]").find("needs three numbers"), std::string::npos);
+  EXPECT_NE(refusal("[needle]\ndiameter_mm = 2\nradius_mm = 2").find("is not half of"), std::string::npos);
+  const Scene far =
+      parse_scene(ellipsoid + "centre_mm = [40, 0, 0]\nsemi_axes_mm = [10, 10, 10]", "scene.toml");
+  EXPECT_THROW(load_body(far), UserError);
 }
 
 TEST(Scene, ValuesOutOfRangeAreRefusedWithTheRange) {

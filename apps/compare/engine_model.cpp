@@ -1,0 +1,85 @@
+#include "apps/compare/engine_model.h"
+
+#include <algorithm>
+#include <numeric>
+#include <stdexcept>
+
+#include "apps/comparators/paper_csrbf.h"
+#include "core/field/deformation.h"
+#include "core/ladder/ladder_deformation.h"
+
+namespace brachy {
+namespace {
+
+bool precedes(const Vec3& a, const Vec3& b) {
+  return std::lexicographical_compare(a.data(), a.data() + 3, b.data(), b.data() + 3);
+}
+
+std::vector<std::uint32_t> sorted_order(const std::vector<Vec3>& points) {
+  std::vector<std::uint32_t> order(points.size());
+  std::iota(order.begin(), order.end(), 0u);
+  std::ranges::sort(order, [&](std::uint32_t a, std::uint32_t b) { return precedes(points[a], points[b]); });
+  return order;
+}
+
+}  // namespace
+
+std::unique_ptr<EngineModel> EngineModel::psi(Kernel kernel, double support_radius, bool has_anchors) {
+  const auto make = [=](const Tissue& tissue, const ElasticBody&, std::size_t landmarks) {
+    BlockField::Options options;
+    options.max_landmarks = landmarks;
+    return std::make_unique<Deformation>(tissue, kernel, support_radius, options);
+  };
+  return std::unique_ptr<EngineModel>(new EngineModel(make, has_anchors, true));
+}
+
+std::unique_ptr<EngineModel> EngineModel::ladder(const std::string& rung) {
+  const auto make = [=](const Tissue& tissue, const ElasticBody& body, std::size_t landmarks) {
+    LadderDeformation::Options options;
+    options.max_landmarks = landmarks;
+    return std::make_unique<LadderDeformation>(tissue, rung, body, options);
+  };
+  return std::unique_ptr<EngineModel>(new EngineModel(make, false, false));
+}
+
+void EngineModel::set_up(const ComparedScene& scene) {
+  positions_ = scene.landmarks;
+  if (has_anchors_)
+    for (const Vec3& anchor : paper_anchors(scene.body, scene.landmarks)) positions_.push_back(anchor);
+  displacements_.assign(positions_.size(), Vec3::Zero());
+  tissue_ = build_tissue({}, scene.points);
+  // The tissue has the same points in an order of its own: both sorted, they stand in the same places.
+  order_.resize(tissue_.size());
+  const auto given = sorted_order(scene.points), ours = sorted_order(tissue_.rest_vertices);
+  for (std::size_t i = 0; i < ours.size(); ++i) order_[ours[i]] = given[i];
+  field_ = make_field_(tissue_, scene.body, positions_.size());
+}
+
+void EngineModel::tick(std::span<const Vec3> displacements) {
+  std::ranges::copy(displacements, displacements_.begin());
+  if (!field_->update(positions_, displacements_))
+    throw std::runtime_error("the landmarks' matrix is singular to rounding");
+}
+
+bool EngineModel::move(std::span<const Vec3> landmarks) {
+  std::ranges::copy(landmarks, positions_.begin());
+  return true;
+}
+
+void EngineModel::read(std::span<Vec3> u) const {
+  std::ranges::fill(u, Vec3::Zero());
+  for (const std::uint32_t b : field_->touched()) {
+    const Block& block = tissue_.blocks[b];
+    const auto& moved = field_->displacement(b);
+    for (std::uint32_t i = 0; i < block.count; ++i)
+      u[order_[block.first + i]] = Vec3(moved.ux[i], moved.uy[i], moved.uz[i]);
+  }
+}
+
+std::vector<Vec3> EngineModel::displacements_at(std::span<const Vec3> X) const {
+  std::vector<Vec3> u;
+  for (const Vec3& x : X) u.push_back(field_->displacement_at(x));
+  return u;
+}
+
+}  // namespace brachy

@@ -1,0 +1,86 @@
+#include "apps/compare/models.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+
+#include "apps/comparators/chainmail.h"
+#include "apps/comparators/global_spline.h"
+#include "apps/comparators/mass_spring.h"
+#include "apps/comparators/paper_csrbf.h"
+#include "apps/compare/engine_model.h"
+#include "apps/compare/exact_model.h"
+
+namespace brachy {
+namespace {
+
+/// GlobalSpline with c of a multiquadric from the scene: the needle's radius, on which its landmarks stand for a needle.
+class Multiquadric : public ComparedModel {
+ public:
+  explicit Multiquadric(bool holds_walls) : holds_walls_(holds_walls) {}
+  void set_up(const ComparedScene& scene) override {
+    spline_ =
+        std::make_unique<GlobalSpline>(SplineBasis::multiquadric(scene.body.needle_radius), holds_walls_);
+    spline_->set_up(scene);
+  }
+  void tick(std::span<const Vec3> displacements) override { spline_->tick(displacements); }
+  void read(std::span<Vec3> u) const override { spline_->read(u); }
+  std::vector<Vec3> displacements_at(std::span<const Vec3> X) const override {
+    return spline_->displacements_at(X);
+  }
+
+ private:
+  bool holds_walls_;
+  std::unique_ptr<GlobalSpline> spline_;
+};
+
+template <class Model, class... Settings>
+ModelEntry entry(std::string name, std::string family, Settings... settings) {
+  return {std::move(name), std::move(family), [=] { return std::make_unique<Model>(settings...); }};
+}
+
+// mm. The paper's 6 and 12; 24 is about the best for every kernel, 48 reaches the walls.
+constexpr std::array<double, 9> kSupports = {6, 8, 12, 16, 24, 32, 48, 64, 96};
+constexpr std::array<double, 2> kListedSupports = {12, 24};
+
+void add_psi(std::vector<ModelEntry>& models, bool quick) {
+  for_each_kernel([&](auto kernel) {
+    for (const double support : kSupports)
+      for (const bool anchors : {false, true}) {
+        ModelEntry model{fmt::format("{}_a{:g}{}", kernel.kName, support, anchors ? "_anchors" : ""), "psi",
+                         [=] { return EngineModel::psi(kernel, support, anchors); }};
+        model.listed = std::ranges::find(kListedSupports, support) != kListedSupports.end();
+        model.kernel = kernel.kName;
+        model.support_mm = support;
+        model.has_anchors = anchors;
+        if (!quick || model.listed) models.push_back(std::move(model));
+      }
+  });
+}
+
+}  // namespace
+
+std::vector<ModelEntry> all_models(bool quick) {
+  std::vector<ModelEntry> models;
+  add_psi(models, quick);
+  for (const std::string& rung : rung_names())
+    if (is_matrix_rung(rung)) models.push_back({rung, "ladder", [=] { return EngineModel::ladder(rung); }});
+  for (const char* rung : {"elastic", "fem"})
+    models.push_back(entry<ExactModel>(std::string(rung) + "_exact", "exact", std::string(rung)));
+  for (const bool walls : {false, true}) {
+    const std::string suffix = walls ? "_walls" : "";
+    models.push_back(entry<GlobalSpline>("thin_plate" + suffix, "spline", SplineBasis::thin_plate(), walls));
+    models.push_back(entry<Multiquadric>("multiquadric" + suffix, "spline", walls));
+  }
+  for (const double spacing : {8.0, 4.0})
+    models.push_back(entry<MassSpring>(fmt::format("mass_spring_{:g}mm", spacing), "springs", spacing));
+  models.push_back(entry<ChainMail>("chainmail_4mm", "chainmail", 4.0));
+  models.push_back(entry<PaperCsrbf>("paper_csrbf_psi31_a12", "paper", Kernel(Wendland31{}), 12.0));
+  models.back().kernel = "psi31";
+  models.back().support_mm = 12;
+  models.back().has_anchors = true;
+  return models;
+}
+
+}  // namespace brachy

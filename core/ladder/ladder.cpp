@@ -1,0 +1,42 @@
+#include "core/ladder/ladder.h"
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+
+#include "core/kernels/kernels.h"
+#include "core/ladder/compact_kernel.h"
+#include "core/ladder/elastic_kernel.h"
+#include "core/ladder/fem_remainder.h"
+#include "core/ladder/surface_remainder.h"
+
+namespace brachy {
+namespace {
+
+constexpr std::array<std::string_view, 4> kMatrixRungs = {"multiscale", "compact_elastic", "elastic", "fem"};
+
+}  // namespace
+
+std::vector<std::string> rung_names() {
+  std::vector<std::string> names;
+  for_each_kernel([&](auto kernel) { names.emplace_back(kernel.kName); });
+  names.insert(names.end(), kMatrixRungs.begin(), kMatrixRungs.end());
+  return names;
+}
+
+bool is_matrix_rung(std::string_view rung) {
+  return std::find(kMatrixRungs.begin(), kMatrixRungs.end(), rung) != kMatrixRungs.end();
+}
+
+std::unique_ptr<MatrixKernel> make_matrix_kernel(std::string_view rung, const ElasticBody& body) {
+  if (rung == "multiscale")
+    return std::make_unique<CompactKernel>(CompactKernel::of_body(body, CompactRung::kMultiscale));
+  if (rung == "compact_elastic")
+    return std::make_unique<CompactKernel>(CompactKernel::of_body(body, CompactRung::kCompactElastic));
+  if (rung == "elastic")
+    return std::make_unique<ElasticKernel>(body, std::make_unique<SurfaceRemainder>(body));
+  assert(rung == "fem");
+  return std::make_unique<ElasticKernel>(body, std::make_unique<FemRemainder>(body));
+}
+
+}  // namespace brachy

@@ -1,0 +1,56 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "core/ladder/elastic_kernel.h"
+#include "core/ladder/near_loops.h"
+#include "core/tissue/tissue.h"
+
+namespace brachy {
+
+/// The smooth part of an elastic kernel, D(x, y) = (P − ŵQ)/μ (remainder.h), between the nodes of a grid over a tissue:
+/// what a tick reads instead of some hundred sources on walls and capsule. Between nodes it is cubic in x and in y.
+/// ŵ is the weight of the material that most of the tissue is made of; where the tissue has more than one, what the others
+/// add is smoothed over a node's spacing.
+/// Memory: (3M)² floats for M nodes. Threads: const functions may be called from any. Real-time: they do not allocate.
+class RemainderTable {
+ public:
+  /// Nodes lie at most `spacing` mm apart, four at least along each axis.
+  RemainderTable(const Tissue& tissue, const ElasticKernel& kernel, double spacing, SimdTarget target);
+
+  std::size_t nodes() const { return static_cast<std::size_t>(count_[0]) * count_[1] * count_[2]; }
+  /// Numbers of floats of a field at the nodes (interleaved x, y, z, x fastest), to the next row and slice of nodes; a
+  /// field has `field_size` floats, of which the last few are never written.
+  std::size_t row() const { return 3 * std::size_t{count_[0]}; }
+  std::size_t slice() const { return row() * count_[1]; }
+  std::size_t field_size() const { return 3 * nodes() + 4; }
+
+  /// Where X lies; a point outside is taken as the nearest one inside.
+  GridPoint locate(const Vec3& X) const noexcept;
+  /// The node (kx, ky, kz), each 0 … 3, of a located point's stencil.
+  std::uint32_t node(const GridPoint& p, std::size_t kx, std::size_t ky, std::size_t kz) const {
+    return p.base + static_cast<std::uint32_t>(kx + count_[0] * (ky + count_[1] * kz));
+  }
+
+  /// field += weight · D(·, node) e_axis: the nodes' displacement, mm/N.
+  void add_column(std::uint32_t node, std::size_t axis, float weight, float* field) const noexcept;
+
+  /// Whether X lies in the grid, within half a millimetre.
+  bool covers(const Vec3& X) const noexcept;
+  Vec3 position(std::uint32_t node) const noexcept;  ///< mm
+
+  double near_weight() const { return near_weight_; }  ///< ŵ
+  std::size_t material() const { return material_; }   ///< that ŵ is of
+  std::size_t bytes() const { return table_.size() * sizeof(float); }
+
+ private:
+  Vec3 min_, spacing_;
+  std::array<std::uint32_t, 3> count_{};
+  double near_weight_ = 1;
+  std::size_t material_ = 0;
+  const NearLoops& loops_;
+  std::vector<float> table_;  // row 3 node + axis
+};
+
+}  // namespace brachy

@@ -1,0 +1,45 @@
+#include "core/scene/load_body.h"
+
+#include "core/error.h"
+#include "core/mesh_io/mesh_file.h"
+#include "core/surface/surface_check.h"
+
+namespace brachy {
+namespace {
+
+constexpr double kPerKilopascal = 1e-3;  // N/mm²
+
+std::shared_ptr<const Region> load_region(const Scene& scene, const RegionSettings& s) {
+  const double modulus = kPerKilopascal * s.shear_modulus_kpa;
+  if (s.shape == "ellipsoid") return std::make_shared<EllipsoidRegion>(s.centre_mm, s.semi_axes_mm, modulus);
+  const auto file = scene.resolve(s.file);
+  PreparedSurface prepared = prepare_surface(read_mesh_file(file), {}, file.string());
+  require_closed(prepared.report, file.string());
+  return std::make_shared<MeshRegion>(std::move(prepared.mesh), modulus);
+}
+
+void require_inside(const ElasticBody& body, const Region& region, std::size_t number) {
+  for (const SurfacePatch& patch : region.surface(200))
+    if (((patch.position - body.box_centre).cwiseAbs() - 0.5 * body.box_size).maxCoeff() > 0)
+      throw UserError("[[region]] " + std::to_string(number) +
+                      " reaches out of [box]; raise box.size_mm or move box.centre_mm");
+}
+
+}  // namespace
+
+ElasticBody load_body(const Scene& scene) {
+  ElasticBody body;
+  body.box_centre = scene.box.centre_mm;
+  body.box_size = scene.box.size_mm;
+  body.held = scene.box.held;
+  body.shear_modulus = kPerKilopascal * scene.tissue.shear_modulus_kpa;
+  body.poisson = scene.tissue.poisson;
+  body.needle_radius = 0.5 * scene.needle.diameter_mm;
+  for (const RegionSettings& region : scene.regions) {
+    body.regions.push_back(load_region(scene, region));
+    require_inside(body, *body.regions.back(), body.regions.size());
+  }
+  return body;
+}
+
+}  // namespace brachy

@@ -1,0 +1,173 @@
+#include "core/scene/toml_table.h"
+
+#include <algorithm>
+#include <numeric>
+#include <optional>
+#include <sstream>
+
+namespace brachy {
+namespace {
+
+std::size_t edit_distance(std::string_view a, std::string_view b) {
+  std::vector<std::size_t> row(b.size() + 1);
+  std::iota(row.begin(), row.end(), std::size_t{0});
+  for (std::size_t i = 1; i <= a.size(); ++i) {
+    std::size_t diagonal = row[0];
+    row[0] = i;
+    for (std::size_t j = 1; j <= b.size(); ++j) {
+      const std::size_t substitute = diagonal + (a[i - 1] == b[j - 1] ? 0 : 1);
+      diagonal = row[j];
+      row[j] = std::min({row[j] + 1, row[j - 1] + 1, substitute});
+    }
+  }
+  return row.back();
+}
+
+std::string nearest(std::string_view word, const std::vector<std::string>& candidates) {
+  const auto best = std::min_element(candidates.begin(), candidates.end(), [&](const auto& a, const auto& b) {
+    return edit_distance(word, a) < edit_distance(word, b);
+  });
+  return best == candidates.end() ? std::string() : *best;
+}
+
+std::string listed(const std::vector<std::string>& names) {
+  std::string list;
+  for (const auto& name : names) list += (list.empty() ? "" : ", ") + name;
+  return list;
+}
+
+}  // namespace
+
+std::string text_of(double v) {
+  std::ostringstream out;
+  out << v;
+  return out.str();
+}
+
+const toml::node* TomlTable::find(const char* key) {
+  known_.emplace_back(key);
+  return table_ ? table_->get(key) : nullptr;
+}
+
+void TomlTable::fail(const toml::node& node, const char* key, const std::string& what) const {
+  throw UserError(file_ + ":" + std::to_string(node.source().begin.line) + ": '" + prefix_ + key + "' " +
+                  what);
+}
+
+void TomlTable::require_between(const toml::node& node, const char* key, double v, double least,
+                                double most) const {
+  if (!(v >= least && v <= most))
+    fail(node, key, "is " + text_of(v) + "; it must be between " + text_of(least) + " and " + text_of(most));
+}
+
+void TomlTable::number(const char* key, double& value, double least, double most) {
+  const toml::node* node = find(key);
+  if (!node) return;
+  const auto v = node->is_number() ? node->value<double>() : std::optional<double>();
+  if (!v) fail(*node, key, "needs a number");
+  require_between(*node, key, *v, least, most);
+  value = *v;
+}
+
+void TomlTable::numbers(const char* key, Vec3& value, double least, double most) {
+  const toml::node* node = find(key);
+  if (!node) return;
+  const toml::array* list = node->as_array();
+  if (!list || list->size() != 3) fail(*node, key, "needs three numbers in brackets, such as [24, 18, 21]");
+  for (std::size_t k = 0; k < 3; ++k) {
+    const toml::node& entry = *list->get(k);
+    if (!entry.is_number()) fail(*node, key, "needs three numbers in brackets, such as [24, 18, 21]");
+    require_between(*node, key, *entry.value<double>(), least, most);
+    value[static_cast<Eigen::Index>(k)] = *entry.value<double>();
+  }
+}
+
+bool TomlTable::whole_number(const char* key, std::int64_t& value, std::int64_t least, std::int64_t most) {
+  const toml::node* node = find(key);
+  if (!node) return false;
+  if (!node->is_integer()) fail(*node, key, "needs a whole number");
+  const std::int64_t v = node->as_integer()->get();
+  if (v < least || v > most)
+    fail(*node, key,
+         "is " + std::to_string(v) + "; it must be between " + std::to_string(least) + " and " +
+             std::to_string(most));
+  value = v;
+  return true;
+}
+
+void TomlTable::flag(const char* key, bool& value) {
+  const toml::node* node = find(key);
+  if (!node) return;
+  if (!node->is_boolean()) fail(*node, key, "needs true or false");
+  value = node->as_boolean()->get();
+}
+
+void TomlTable::text(const char* key, std::string& value, const std::vector<std::string>& allowed) {
+  const toml::node* node = find(key);
+  if (!node) return;
+  if (!node->is_string()) fail(*node, key, "needs a text in quotes");
+  const std::string v = node->as_string()->get();
+  if (!allowed.empty() && std::find(allowed.begin(), allowed.end(), v) == allowed.end())
+    fail(*node, key, "is \"" + v + "\"; it must be one of: " + listed(allowed));
+  value = v;
+}
+
+bool TomlTable::texts(const char* key, std::vector<std::string>& values,
+                      const std::vector<std::string>& allowed) {
+  const toml::node* node = find(key);
+  if (!node) return false;
+  const toml::array* list = node->as_array();
+  if (!list) fail(*node, key, "needs a list in brackets, of: " + listed(allowed));
+  values.clear();
+  for (const toml::node& entry : *list) {
+    const auto v = entry.value<std::string>();
+    if (!v || std::find(allowed.begin(), allowed.end(), *v) == allowed.end())
+      fail(*node, key,
+           (v ? "has \"" + *v + "\"" : std::string("has an entry that is no text")) +
+               "; its entries must be of: " + listed(allowed));
+    if (std::find(values.begin(), values.end(), *v) != values.end())
+      fail(*node, key, "has \"" + *v + "\" twice");
+    values.push_back(*v);
+  }
+  return true;
+}
+
+TomlTable TomlTable::table(const char* key) {
+  const toml::node* node = find(key);
+  if (node && !node->is_table()) fail(*node, key, "needs to be a table: write [" + std::string(key) + "]");
+  return {node ? node->as_table() : nullptr, std::string(key) + ".", file_};
+}
+
+std::vector<TomlTable> TomlTable::tables(const char* key) {
+  const toml::node* node = find(key);
+  if (!node) return {};
+  const toml::array* list = node->as_array();
+  if (!list || !list->is_homogeneous(toml::node_type::table))
+    fail(*node, key, "needs to be a list of tables: write [[" + std::string(key) + "]]");
+  std::vector<TomlTable> all;
+  for (const toml::node& entry : *list) all.emplace_back(entry.as_table(), std::string(key) + ".", file_);
+  return all;
+}
+
+void TomlTable::refuse_unknown() const {
+  if (!table_) return;
+  for (const auto& [key, node] : *table_) {
+    const std::string name(key.str());
+    if (std::find(known_.begin(), known_.end(), name) == known_.end())
+      throw UserError(file_ + ":" + std::to_string(node.source().begin.line) + ": unknown key '" + prefix_ +
+                      name + "'; did you mean '" + prefix_ + nearest(name, known_) + "'?");
+  }
+}
+
+void TomlTable::contradiction(const char* key, const std::string& what) const {
+  const toml::node* node = table_ ? table_->get(key) : nullptr;
+  const std::string line = node ? ":" + std::to_string(node->source().begin.line) : "";
+  throw UserError(file_ + line + ": '" + prefix_ + key + "' " + what);
+}
+
+void TomlTable::missing(const char* key, const std::string& what) const {
+  const std::string line = table_ ? ":" + std::to_string(table_->source().begin.line) : "";
+  throw UserError(file_ + line + ": '" + prefix_ + key + "' is missing; " + what);
+}
+
+}  // namespace brachy

@@ -1,0 +1,136 @@
+#include "core/ladder/ladder_deformation.h"
+
+#include <gtest/gtest.h>
+
+#include "core/error.h"
+#include "core/ladder/ladder_system.h"
+#include "core/scene/load_tissue.h"
+
+namespace brachy {
+namespace {
+
+const Tissue& phantom() {
+  static const Tissue tissue = load_tissue(Scene{}).tissue;
+  return tissue;
+}
+
+ElasticBody body_of(double stiffness) {
+  ElasticBody body;
+  if (stiffness != 1)
+    body.regions.push_back(
+        std::make_shared<EllipsoidRegion>(Vec3(0, 0, 0), Vec3(30, 25, 27), stiffness * body.shear_modulus));
+  return body;
+}
+
+struct Needle {
+  std::vector<Vec3> positions, displacements;
+};
+
+// A shaft through the gland, dragged along and aside, its tip last.
+Needle shaft() {
+  Needle needle;
+  for (int k = 0; k <= 6; ++k) {
+    needle.positions.push_back(Vec3(3, -2, -19) + 5.0 * k * Vec3(0.1, 0, 0.99));
+    needle.displacements.push_back(Vec3(0.3, 0.1 * k, 1.5));
+  }
+  return needle;
+}
+
+// Largest difference at the tissue's points from the exact system, over the largest displacement.
+double difference(const LadderDeformation& fast, const Needle& needle) {
+  LadderSystem system(fast.kernel());
+  EXPECT_TRUE(system.factorize(needle.positions));
+  const std::vector<Vec3> forces = system.solve(needle.displacements);
+  double worst = 0, largest = 0;
+  std::vector<Vec3> X, u;
+  for (const std::uint32_t b : fast.touched()) {
+    const Block& block = phantom().blocks[b];
+    const BlockDisplacement<float>& d = fast.displacement(b);
+    for (std::uint32_t i = 0; i < block.count; i += 7) {
+      X.push_back(phantom().rest_vertices[block.first + i]);
+      u.emplace_back(d.ux[i], d.uy[i], d.uz[i]);
+    }
+  }
+  const std::vector<Vec3> exact = system.evaluate(X, forces);
+  for (std::size_t i = 0; i < X.size(); ++i) {
+    worst = std::max(worst, (u[i] - exact[i]).norm());
+    largest = std::max(largest, exact[i].norm());
+  }
+  return worst / largest;
+}
+
+class EveryRung : public testing::TestWithParam<const char*> {};
+
+TEST_P(EveryRung, TicksAreTheExactSystemsFieldWithinOnePercent) {
+  for (const double stiffness : {1.0, 3.0}) {
+    LadderDeformation fast(phantom(), GetParam(), body_of(stiffness), {});
+    const Needle needle = shaft();
+    ASSERT_TRUE(fast.update(needle.positions, needle.displacements));
+    EXPECT_EQ(fast.evaluation(), Evaluation::kDirect);
+    EXPECT_LT(difference(fast, needle), 0.01) << stiffness;
+  }
+}
+
+TEST_P(EveryRung, ShaftsThatComeFromOutsideAreAsExact) {
+  Needle needle = shaft();
+  for (int k = 1; k <= 5; ++k) {
+    needle.positions.insert(needle.positions.begin(), needle.positions.front() - 4.0 * Vec3(0.1, 0, 0.99));
+    needle.displacements.insert(needle.displacements.begin(), Vec3(0.3, 0, 1.5));
+  }
+  for (const double stiffness : {1.0, 3.0}) {
+    LadderDeformation fast(phantom(), GetParam(), body_of(stiffness), {});
+    ASSERT_TRUE(fast.update(needle.positions, needle.displacements));
+    EXPECT_LT(difference(fast, needle), 0.01) << stiffness;
+  }
+}
+
+TEST_P(EveryRung, LandmarksGoWhereTheyAreTold) {
+  LadderDeformation fast(phantom(), GetParam(), body_of(1), {});
+  const Needle contact{{Vec3(0, 0, -22)}, {Vec3(0, 0, 2)}};
+  ASSERT_TRUE(fast.update(contact.positions, contact.displacements));
+  // A point's own core is not that of the field looked at: what the landmark observes is what is told.
+  LadderSystem system(fast.kernel());
+  ASSERT_TRUE(system.factorize(contact.positions));
+  EXPECT_LT((system.solve(contact.displacements)[0] - fast.forces()[0]).norm(),
+            2e-3 * fast.forces()[0].norm());
+}
+
+TEST_P(EveryRung, TheSameTicksInAnyHistoryGiveTheSameBits) {
+  const Needle needle = shaft();
+  LadderDeformation a(phantom(), GetParam(), body_of(1), {});
+  LadderDeformation b(phantom(), GetParam(), body_of(1), {.threads = 2});
+  for (std::size_t n = 2; n <= needle.positions.size(); ++n)
+    ASSERT_TRUE(a.update(std::span(needle.positions).first(n), std::span(needle.displacements).first(n)));
+  ASSERT_TRUE(b.update(needle.positions, needle.displacements));
+  for (const std::uint32_t block : a.touched())
+    for (std::size_t i = 0; i < Tissue::kBlockSize; ++i)
+      ASSERT_EQ(a.displacement(block).uz[i], b.displacement(block).uz[i]);
+}
+
+INSTANTIATE_TEST_SUITE_P(Ladder, EveryRung, testing::Values("multiscale", "compact_elastic", "elastic", "fem"),
+                         [](const auto& rung) { return rung.param; });
+
+TEST(LadderDeformation, NoLandmarksNoField) {
+  LadderDeformation fast(phantom(), "compact_elastic", body_of(1), {});
+  ASSERT_TRUE(fast.update({}, {}));
+  EXPECT_TRUE(fast.touched().empty());
+  EXPECT_EQ(fast.displacement_at({1, 2, 3}), Vec3(0, 0, 0));
+}
+
+TEST(LadderDeformation, RefusesWhatCannotBeSolvedByName) {
+  LadderDeformation fast(phantom(), "compact_elastic", body_of(1), {});
+  const std::vector<Vec3> twice = {{0, 0, 0}, {1, 0, 0}, {0, 0, 0}}, d(3, Vec3(0, 0, 1));
+  const FactorStatus status = fast.update(twice, d);
+  EXPECT_EQ(status.kind, FactorStatus::kDuplicate);
+  EXPECT_EQ(status.first, 0);
+  EXPECT_EQ(status.second, 2);
+}
+
+TEST(LadderDeformation, RefusesTissueOutsideTheBox) {
+  ElasticBody body;
+  body.box_size = Vec3::Constant(30);
+  EXPECT_THROW(LadderDeformation(phantom(), "compact_elastic", body, {}), UserError);
+}
+
+}  // namespace
+}  // namespace brachy
