@@ -231,12 +231,16 @@ ToolOptions parse_tool_line(int argc, char** argv, std::optional<int>& exit_code
       "  brachy compare --quick                                       the listed models, a minute\n"
       "  brachy compare --json compare.json --markdown compare.md     all, with the sweep over supports\n"
       "  brachy compare --models psi31_a12,elastic --scenes lateral   those whose names begin so\n"
+      "  brachy compare --beads truthcube/beads.csv                   against measured beads instead\n"
+      "Beads: i,j,k,x0,y0,z0,x1,y1,z1,… mm at rest and under loads. Those at the ends of the lattice predict the\n"
+      "others; parameters are chosen on the first load's outer beads alone and applied to every load.\n"
       "scripts/compare.sh does the same and draws the charts. Times are one thread's; leave the cores "
       "alone.\n"
       "Exit codes: 0 done, 1 no model had an answer, 2 bad input.");
   compare_cmd->add_option(
       "--references", compare.references,
       "folder of reference scenes; default: the installed or the sources' tests/reference");
+  auto* beads = compare_cmd->add_option("--beads", compare.beads, "CSV i,j,k,x0,y0,z0,x1,y1,z1,…");
   compare_cmd->add_option("--json", compare.json, "write all rows as JSON");
   compare_cmd->add_option("--markdown", compare.markdown, "write the table, which is printed anyway");
   compare_cmd->add_option("--models", compare.models, "beginnings of model names, comma-separated")
@@ -244,6 +248,8 @@ ToolOptions parse_tool_line(int argc, char** argv, std::optional<int>& exit_code
   compare_cmd->add_option("--scenes", compare.scenes, "beginnings of scene names, comma-separated")
       ->delimiter(',');
   compare_cmd->add_flag("--quick", compare.quick, "listed models only, ticks timed for less long");
+  for (const char* other : {"--references", "--markdown", "--models", "--scenes", "--quick"})
+    beads->excludes(compare_cmd->get_option(other));
 
   exit_code = parse(app, argc, argv);
   if (exit_code) return inspect;

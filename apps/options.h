@@ -82,6 +82,7 @@ struct InspectOptions {
 
 struct CompareOptions {
   std::optional<std::filesystem::path> references;      ///< none: the installed scenes, or the sources'
+  std::optional<std::filesystem::path> beads;           ///< measured beads instead of reference scenes
   std::optional<std::filesystem::path> json, markdown;  ///< files to write
   std::vector<std::string> models, scenes;              ///< beginnings of names; empty: all
   bool quick = false;                                   ///< listed models only, ticks timed for less long

@@ -5,6 +5,7 @@
 #include <iostream>
 
 #include "apps/brachy/tools.h"
+#include "apps/compare/compare_beads.h"
 #include "apps/compare/report.h"
 #include "core/error.h"
 
@@ -65,6 +66,7 @@ std::vector<std::filesystem::path> choose_scenes(const CompareOptions& options) 
 }  // namespace
 
 int compare(const CompareOptions& options) {
+  if (options.beads) return compare_beads(*options.beads, options.json, std::cout);
   check_folder_of(options.json);
   check_folder_of(options.markdown);
   const std::vector<ModelEntry> models = choose_models(options);

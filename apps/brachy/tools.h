@@ -18,7 +18,7 @@ int record(const RecordOptions& options);
 int deform(const DeformOptions& options);
 /// Describes a mesh or a scene's tissue.
 int inspect(const InspectOptions& options);
-/// Runs every model on every reference scene: errors, times, memory.
+/// Runs every model on every reference scene: errors, times, memory; or scores rungs against measured beads.
 int compare(const CompareOptions& options);
 
 }  // namespace brachy

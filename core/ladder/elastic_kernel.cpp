@@ -125,6 +125,28 @@ Eigen::MatrixXd ElasticKernel::fields(std::span<const Vec3> X, const PointGroups
   return u / body_.shear_modulus;
 }
 
+Eigen::MatrixXd ElasticKernel::smooth_fields(std::span<const Vec3> X, std::size_t main, const PointGroups& b,
+                                             const Eigen::MatrixXd& forces) const {
+  Eigen::MatrixXd u = Eigen::MatrixXd::Zero(static_cast<Index>(3 * X.size()), forces.cols());
+  if (!remainder_) return u;
+  const Split of_b(b, body_);
+  for (std::size_t j = 0; j < of_b.parts.size(); ++j) {
+    const Remainder::Parts parts = remainder_->fields(X, of_b.parts[j], forces);
+    u -= modulus_weight(materials_[main], materials_[of_b.materials[j]]) * parts.held;
+    if (parts.motion.size() > 0) u += parts.motion;
+  }
+  return u / body_.shear_modulus;
+}
+
+double ElasticKernel::near_weight(std::size_t main, const Vec3& Y) const {
+  std::vector<double> shares(materials_.size());
+  body_.material_shares(Y, shares);
+  double w = 0;
+  for (std::size_t m = 0; m < shares.size(); ++m)
+    w += shares[m] * modulus_weight(materials_[main], materials_[m]);
+  return w;
+}
+
 std::size_t ElasticKernel::bytes() const {
   return remainder_ ? remainder_->bytes() : 0;
 }

@@ -2,11 +2,12 @@
 
 #include <algorithm>
 #include <array>
+#include <cassert>
 
-#include "core/error.h"
 #include "core/kernels/kernels.h"
 #include "core/ladder/compact_kernel.h"
 #include "core/ladder/elastic_kernel.h"
+#include "core/ladder/fem_remainder.h"
 #include "core/ladder/surface_remainder.h"
 
 namespace brachy {
@@ -32,8 +33,10 @@ std::unique_ptr<MatrixKernel> make_matrix_kernel(std::string_view rung, const El
     return std::make_unique<CompactKernel>(CompactKernel::of_body(body, CompactRung::kMultiscale));
   if (rung == "compact_elastic")
     return std::make_unique<CompactKernel>(CompactKernel::of_body(body, CompactRung::kCompactElastic));
-  if (rung != "elastic") throw UserError(std::string(rung) + ": not built yet");
-  return std::make_unique<ElasticKernel>(body, std::make_unique<SurfaceRemainder>(body));
+  if (rung == "elastic")
+    return std::make_unique<ElasticKernel>(body, std::make_unique<SurfaceRemainder>(body));
+  assert(rung == "fem");
+  return std::make_unique<ElasticKernel>(body, std::make_unique<FemRemainder>(body));
 }
 
 }  // namespace brachy

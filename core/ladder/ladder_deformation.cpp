@@ -61,6 +61,7 @@ LadderDeformation::LadderDeformation(const Tissue& tissue, std::string_view rung
   for (auto* v : {&positions_, &displacements_wanted_, &forces_}) v->reserve(n);
   rings_.reserve(n);
   ring_forces_.reserve(n * NeedleRings::kMaxRingsBetween);
+  near_weights_.reserve(n * NeedleRings::kMaxRingsBetween);
   const auto rows = static_cast<Eigen::Index>(3 * n);
   matrix_.resize(rows, rows);
   table_matrix_.resize(rows, rows);
@@ -117,6 +118,7 @@ FactorStatus LadderDeformation::update(std::span<const Vec3> positions,
     rings_.build(positions, point_cores_, needle_radius_);
     positions_.assign(positions.begin(), positions.end());
     if (table_) refresh_columns(positions);
+    weigh_rings();
     assemble();
     ring_forces_.clear();
     if (!factor()) return {FactorStatus::kNotPositiveDefinite};
@@ -140,8 +142,24 @@ void LadderDeformation::refresh_columns(std::span<const Vec3> positions) noexcep
     column.before = before;
     column.at = at;
     column.after = after;
-    gather(column, static_cast<std::uint32_t>(l));
+    column.is_exact = !table_->covers(at);
+    if (column.is_exact)
+      gather_exactly(column, static_cast<std::uint32_t>(l));
+    else
+      gather(column, static_cast<std::uint32_t>(l));
   }
+  any_exact_ = false;
+  for (std::size_t l = 0; l < positions.size(); ++l) any_exact_ |= columns_[l].is_exact;
+}
+
+void LadderDeformation::weigh_rings() noexcept {
+  near_weights_.assign(rings_.rings().size(), {1, 1});
+  if (!any_exact_) return;
+  for (std::size_t r = 0; r < near_weights_.size(); ++r)
+    for (std::size_t side = 0; side < 2; ++side)
+      if (columns_[rings_.rings()[r].landmark[side]].is_exact)
+        near_weights_[r][side] =
+            elastic_->near_weight(table_->material(), rings_.rings()[r].centre) / table_->near_weight();
 }
 
 // The nodes' field of unit forces on one landmark: its rings' centres spread to nodes by their weights, then the table's
@@ -172,6 +190,36 @@ void LadderDeformation::gather(Column& column, std::uint32_t landmark) noexcept 
     node_weight_[node] = 0;
     is_node_taken_[node] = 0;
   }
+}
+
+void LadderDeformation::gather_exactly(Column& column, std::uint32_t landmark) {
+  column.nodes.clear();
+  column.weights.clear();
+  PointGroups group;
+  group.begin_group();
+  rings_.add_to(group, landmark);
+  group.finish();
+  std::vector<Vec3> nodes;
+  for (std::uint32_t node = 0; node < table_->nodes(); ++node) nodes.push_back(table_->position(node));
+  const Eigen::MatrixXd u =
+      elastic_->smooth_fields(nodes, table_->material(), group, Eigen::MatrixXd::Identity(3, 3));
+  const std::size_t size = table_->field_size();
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    for (Eigen::Index i = 0; i < u.rows(); ++i)
+      column.fields[axis * size + static_cast<std::size_t>(i)] =
+          static_cast<float>(u(i, static_cast<Eigen::Index>(axis)));
+}
+
+// Between landmarks that both lie outside the table the kernel itself is asked.
+void LadderDeformation::assemble_exact_pairs() {
+  const PointGroups groups = rings_.groups(positions_.size());
+  const Eigen::MatrixXd C = kernel_->between(groups, groups);
+  for (std::size_t i = 0; i < positions_.size(); ++i)
+    for (std::size_t j = 0; j <= i; ++j)
+      if (columns_[i].is_exact && columns_[j].is_exact) {
+        const auto row = static_cast<Eigen::Index>(3 * i), column = static_cast<Eigen::Index>(3 * j);
+        matrix_.block<3, 3>(row, column) = C.block<3, 3>(row, column);
+      }
 }
 
 Mat3 LadderDeformation::near_value(const Vec3& x, double s) const noexcept {
@@ -207,7 +255,10 @@ void LadderDeformation::assemble() noexcept {
     for (Eigen::Index i = 0; i < n; ++i)
       for (Eigen::Index j = 0; j <= i; ++j) {
         const Column &a = columns_[static_cast<std::size_t>(i)], &b = columns_[static_cast<std::size_t>(j)];
-        if (a.is_fresh || b.is_fresh) table_matrix_.block<3, 3>(3 * i, 3 * j) = table_value(a, b);
+        if (!a.is_fresh && !b.is_fresh) continue;
+        const bool through_b = a.is_exact && !b.is_exact;
+        table_matrix_.block<3, 3>(3 * i, 3 * j) =
+            through_b ? Mat3(table_value(b, a).transpose()) : table_value(a, b);
       }
     K = table_matrix_.topLeftCorner(3 * n, 3 * n);
   } else {
@@ -224,12 +275,13 @@ void LadderDeformation::assemble() noexcept {
       const Mat3 value = near(a, b);
       for (std::size_t s = 0; s < 2; ++s)
         for (std::size_t t = 0; t < 2; ++t) {
-          const double weight = a.weight[s] * b.weight[t];
+          const double weight = a.weight[s] * near_weights_[i][s] * b.weight[t] * near_weights_[j][t];
           if (weight == 0) continue;
           add(a.landmark[s], b.landmark[t], weight, value);
           if (i != j) add(b.landmark[t], a.landmark[s], weight, value.transpose());
         }
     }
+  if (any_exact_) assemble_exact_pairs();
 }
 
 bool LadderDeformation::factor() noexcept {

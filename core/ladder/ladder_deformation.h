@@ -23,7 +23,10 @@ namespace brachy {
 /// parts and factored anew whenever a landmark's rest position changes: 3n ≤ 123 unknowns. What a landmark reads from
 /// the table is kept while it and its neighbours stay put.
 /// The field differs from LadderSystem's by what the table rounds off, under 1 % where the tissue is one material (tests).
-/// Threads: one caller (OpenMP over blocks if the options ask). Real-time: update does not allocate, lock or throw.
+/// A landmark outside the tissue's box, such as a shaft's on its way to the gland, is prepared from the kernel itself.
+/// That allocates and takes tens of milliseconds: not for a daemon's loop, where a needle is known inside tissue only.
+/// Threads: one caller (OpenMP over blocks if the options ask). Real-time: update does not allocate, lock or throw
+/// (with landmarks inside the tissue's box, one thread).
 class LadderDeformation : public TissueField {
  public:
   static constexpr double kFarRadii = 8;      ///< from here on a ring is its centre: 0.2 % of its field there
@@ -62,11 +65,15 @@ class LadderDeformation : public TissueField {
     std::vector<float> weights;        // … and their shares
     std::vector<float> fields;         // three, of unit forces along x, y, z, at the nodes
     bool is_fresh = false;             // made in this update
+    bool is_exact = false;             // outside the table: `fields` from the kernel, no nodes of its own
   };
 
   void refresh_columns(std::span<const Vec3> positions) noexcept;
   void gather(Column& column, std::uint32_t landmark) noexcept;
+  void weigh_rings() noexcept;
+  void gather_exactly(Column& column, std::uint32_t landmark);
   void assemble() noexcept;
+  void assemble_exact_pairs();
   bool factor() noexcept;
   Mat3 near(const NeedleRings::Ring& a, const NeedleRings::Ring& b) const noexcept;
   Mat3 near_value(const Vec3& x, double s) const noexcept;
@@ -89,11 +96,14 @@ class LadderDeformation : public TissueField {
   std::vector<Vec3> positions_, displacements_wanted_, forces_;
   std::vector<double> point_cores_;  // > 0: the compact kernels see points
   NeedleRings rings_;
-  std::vector<Vec3> ring_forces_;
+  std::vector<std::array<double, 2>>
+      near_weights_;               // of each ring's share in its landmarks, over ŵ: 1 in the table
+  std::vector<Vec3> ring_forces_;  // near part
   std::vector<Column> columns_;
   std::vector<float> node_weight_;           // of the column being gathered, by node …
   std::vector<std::uint8_t> is_node_taken_;  // … and which nodes it has
   Eigen::MatrixXd matrix_, table_matrix_;    // K; the table's share of it
+  bool any_exact_ = false;
   Eigen::VectorXd solution_;
   bool is_factored_ = false;
   Evaluation evaluation_ = Evaluation::kIdle;

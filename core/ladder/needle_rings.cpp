@@ -132,15 +132,19 @@ void NeedleRings::normalize(std::size_t first_ring, std::uint32_t first_landmark
   }
 }
 
+void NeedleRings::add_to(PointGroups& groups, std::uint32_t landmark) const {
+  for (const Ring& ring : rings_)
+    for (std::size_t side = 0; side < 2; ++side)
+      if (ring.landmark[side] == landmark && ring.weight[side] > 0)
+        for (const Vec3& p : points(ring))
+          groups.add(p, ring.s, ring.weight[side] / static_cast<double>(ring.count));
+}
+
 PointGroups NeedleRings::groups(std::size_t landmarks) const {
   PointGroups groups;
   for (std::uint32_t l = 0; l < landmarks; ++l) {
     groups.begin_group();
-    for (const Ring& ring : rings_)
-      for (std::size_t side = 0; side < 2; ++side)
-        if (ring.landmark[side] == l && ring.weight[side] > 0)
-          for (const Vec3& p : points(ring))
-            groups.add(p, ring.s, ring.weight[side] / static_cast<double>(ring.count));
+    add_to(groups, l);
   }
   groups.finish();
   return groups;

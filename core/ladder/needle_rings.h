@@ -55,6 +55,8 @@ class NeedleRings {
   std::span<const Vec3> points() const { return points_; }
   std::span<const Vec3> points(const Ring& ring) const { return points().subspan(ring.first, ring.count); }
 
+  /// Adds the points that carry a landmark's force to `groups`, in the group that is open there.
+  void add_to(PointGroups& groups, std::uint32_t landmark) const;
   /// The same as groups, one a landmark.
   PointGroups groups(std::size_t landmarks) const;
 

@@ -50,12 +50,11 @@ RemainderTable::RemainderTable(const Tissue& tissue, const ElasticKernel& kernel
   }
   std::vector<Vec3> at;
   at.reserve(nodes());
-  for (std::uint32_t z = 0; z < count_[2]; ++z)
-    for (std::uint32_t y = 0; y < count_[1]; ++y)
-      for (std::uint32_t x = 0; x < count_[0]; ++x) at.push_back(min_ + Vec3(x, y, z).cwiseProduct(spacing_));
+  for (std::uint32_t node = 0; node < nodes(); ++node) at.push_back(position(node));
 
   const ElasticBody& body = kernel.body();
   const Makeup makeup = makeup_of(tissue, body);
+  material_ = makeup.main;
   near_weight_ = 1 / body.materials()[makeup.main];
   const double s = makeup.is_mixed ? 0.5 * spacing_.squaredNorm() / 3 : 0;
   const PointGroups groups = PointGroups::single(at, s);
@@ -77,6 +76,19 @@ RemainderTable::RemainderTable(const Tissue& tissue, const ElasticKernel& kernel
   for (Eigen::Index j = 0; j < (D.size() > 0 ? n : 0); ++j)
     for (Eigen::Index i = 0; i < n; ++i)
       table_[static_cast<std::size_t>(j * n + i)] = static_cast<float>(0.5 * (D(i, j) + D(j, i)));
+}
+
+bool RemainderTable::covers(const Vec3& X) const noexcept {
+  constexpr double kSlack = 0.5;  // mm: a contact lies on the surface, an entry a hair outside
+  const Vec3 cells(count_[0] - 1.0, count_[1] - 1.0, count_[2] - 1.0);
+  const Vec3 half = 0.5 * cells.cwiseProduct(spacing_);
+  return ((X - min_ - half).cwiseAbs() - half).maxCoeff() <= kSlack;
+}
+
+Vec3 RemainderTable::position(std::uint32_t node) const noexcept {
+  const std::uint32_t x = node % count_[0], y = node / count_[0] % count_[1],
+                      z = node / count_[0] / count_[1];
+  return min_ + Vec3(x, y, z).cwiseProduct(spacing_);
 }
 
 GridPoint RemainderTable::locate(const Vec3& X) const noexcept {

@@ -36,13 +36,19 @@ class RemainderTable {
   /// field += weight · D(·, node) e_axis: the nodes' displacement, mm/N.
   void add_column(std::uint32_t node, std::size_t axis, float weight, float* field) const noexcept;
 
+  /// Whether X lies in the grid, within half a millimetre.
+  bool covers(const Vec3& X) const noexcept;
+  Vec3 position(std::uint32_t node) const noexcept;  ///< mm
+
   double near_weight() const { return near_weight_; }  ///< ŵ
+  std::size_t material() const { return material_; }   ///< that ŵ is of
   std::size_t bytes() const { return table_.size() * sizeof(float); }
 
  private:
   Vec3 min_, spacing_;
   std::array<std::uint32_t, 3> count_{};
   double near_weight_ = 1;
+  std::size_t material_ = 0;
   const NearLoops& loops_;
   std::vector<float> table_;  // row 3 node + axis
 };

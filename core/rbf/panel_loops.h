@@ -14,7 +14,8 @@ struct alignas(64) PanelColumn {
 
 /// The lower triangle of an n × n matrix as panels of 16 rows, column after column, each panel as wide as its last row:
 /// panel I begins at column panel_begin(I) of `columns`. Columns of panel I left of first_column[I] are zero and
-/// never read (an envelope; 0 everywhere is a dense matrix). Rows from n on are zero.
+/// never read (an envelope; 0 everywhere is a dense matrix). Rows from n on are zero. In a band of `band` > 0 columns left
+/// of the 16 on the diagonal, every panel keeps those and no more.
 struct PanelMatrix {
   static constexpr int kRows = PanelColumn::kRows;
   static constexpr int kColumnStep = 8;  ///< first_column is a multiple of this
@@ -22,12 +23,17 @@ struct PanelMatrix {
   PanelColumn* columns;
   const int* first_column;   ///< one a panel, ≤ 16 I
   double* inverse_diagonal;  ///< 1/L_jj, n
+  int band = 0;              ///< a multiple of kColumnStep
 
   static constexpr std::size_t panel_begin(int panel) {
     return static_cast<std::size_t>(kRows) / 2 * static_cast<std::size_t>(panel) *
            (static_cast<std::size_t>(panel) + 1);
   }
-  PanelColumn* panel(int I) const { return columns + panel_begin(I); }
+  /// Where column 0 of the panel is, or would be.
+  PanelColumn* panel(int I) const {
+    return columns +
+           (band > 0 ? (static_cast<std::size_t>(I) + 1) * static_cast<std::size_t>(band) : panel_begin(I));
+  }
 };
 
 /// Three right-hand sides as planes of n rounded up to whole panels.

@@ -2,8 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Eigenvalues>
 #include <chrono>
+#include <Eigen/Eigenvalues>
 #include <numbers>
 #include <random>
 
@@ -145,7 +145,7 @@ TEST(CompactFit, FindsTheStudysWeights) {
     ASSERT_EQ(found.size(), expected.size());
     for (std::size_t k = 0; k < found.size(); ++k) EXPECT_NEAR(found[k], expected[k], 0.5001e-4) << k;
   };
-  const auto column = [](const CompactFit& fit, double CompactTerm::* member) {
+  const auto column = [](const CompactFit& fit, double CompactTerm::*member) {
     std::vector<double> values;
     for (const CompactTerm& t : fit.terms) values.push_back(t.*member);
     return values;
@@ -201,14 +201,20 @@ TEST(CompactKernel, ErrsOnTheReferenceScenesAsTheStudySays) {
     const char* scene;
     double poisson, multiscale, compact_elastic;  // %: LADDER_STUDY.md, the rows "supports to the wall"
   } kRows[] = {
-      {"push_homogeneous", 0.49, 50.1, 31.9},     {"straight_homogeneous", 0.49, 47.9, 23.0},
-      {"oblique_homogeneous", 0.45, 28.4, 11.2},  {"lateral_homogeneous", 0.49, 53.0, 36.2},
-      {"push_stiff", 0.49, 49.7, 34.6},           {"straight_stiff", 0.45, 29.4, 35.8},
-      {"oblique_stiff", 0.49, 21.5, 28.0},        {"lateral_stiff", 0.49, 45.2, 31.2},
-      {"free_face_homogeneous", 0.49, 30.2, 15.2}, {"free_face_stiff_lateral", 0.49, 44.5, 32.4},
+      {"push_homogeneous", 0.49, 50.1, 31.9},
+      {"straight_homogeneous", 0.49, 47.9, 23.0},
+      {"oblique_homogeneous", 0.45, 28.4, 11.2},
+      {"lateral_homogeneous", 0.49, 53.0, 36.2},
+      {"push_stiff", 0.49, 49.7, 34.6},
+      {"straight_stiff", 0.45, 29.4, 35.8},
+      {"oblique_stiff", 0.49, 21.5, 28.0},
+      {"lateral_stiff", 0.49, 45.2, 31.2},
+      {"free_face_homogeneous", 0.49, 30.2, 15.2},
+      {"free_face_stiff_lateral", 0.49, 44.5, 32.4},
   };
   for (const auto& row : kRows) {
-    EXPECT_NEAR(error_of(row.scene, row.poisson, CompactRung::kMultiscale), row.multiscale, 0.0501) << row.scene;
+    EXPECT_NEAR(error_of(row.scene, row.poisson, CompactRung::kMultiscale), row.multiscale, 0.0501)
+        << row.scene;
     EXPECT_NEAR(error_of(row.scene, row.poisson, CompactRung::kCompactElastic), row.compact_elastic, 0.0501)
         << row.scene;
   }
