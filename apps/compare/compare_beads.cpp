@@ -11,6 +11,7 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/compare/bead_model.h"
+#include "apps/options.h"
 #include "core/error.h"
 
 namespace brachy {
