@@ -77,7 +77,7 @@ def square():
 
 def figures_2_and_3(engine, folder):
     lines = square()
-    loads, pushes = 20 * np.array([[1, 0, 0], [0, 1, 0], [-1, 0, 0], [0, -1, 0]]), None
+    loads = 20 * np.array([[1, 0, 0], [0, 1, 0], [-1, 0, 0], [0, -1, 0]])
     pushes = -3 / 20 * loads
     angle = 2 * np.pi * (np.arange(10) + 0.5) / 10
     anchors = 10 * np.stack([np.cos(angle), np.sin(angle), 0 * angle], 1)
@@ -94,7 +94,6 @@ def figures_2_and_3(engine, folder):
             axes.set(xlim=(-23, 23), ylim=(-23, 23), aspect="equal", xticks=[], yticks=[],
                      title=f"({letter}) {KERNELS[kernel]}, a = {a}; least det {det.min():.2f}")
             axes.axis("off")
-            axes.set_title(axes.get_title())
         handles, labels = grid[0, 0].get_legend_handles_labels()
         used = [i for i, name in enumerate(labels) if name != "anchors" or len(held)]
         figure.legend([handles[i] for i in used], [labels[i] for i in used], loc="lower center", ncol=2)
@@ -115,7 +114,7 @@ class Gland:
         centre = self.vertices.mean(axis=0)
         chosen = self.vertices[np.random.RandomState(1).choice(len(self.vertices), 8, replace=False)]
         self.anchors = centre + 0.5 * (chosen - centre)
-        turn, tilt = np.radians(25), np.radians(-50)
+        turn, tilt = np.radians(25), np.radians(50)
         about_z = np.array([[np.cos(turn), -np.sin(turn), 0], [np.sin(turn), np.cos(turn), 0], [0, 0, 1]])
         about_x = np.array([[1, 0, 0], [0, np.cos(tilt), -np.sin(tilt)], [0, np.sin(tilt), np.cos(tilt)]])
         # Screen: x right, z up, y away from the eye.
@@ -123,9 +122,8 @@ class Gland:
 
     def deformed(self, kernel, support, has_anchors):
         held = self.anchors if has_anchors else np.empty((0, 3))
-        u, det = self.engine.deform(np.vstack([self.contact, held]), np.vstack([[0, 0, self.PUSH], 0 * held]),
-                                    self.vertices, kernel, support)
-        return u, det
+        return self.engine.deform(np.vstack([self.contact, held]), np.vstack([[0, 0, self.PUSH], 0 * held]),
+                                  self.vertices, kernel, support)[0]
 
     def draw(self, axes, u, wire):
         seen = (self.vertices + u) @ self.view.T
@@ -140,7 +138,7 @@ class Gland:
             faces.set_array(size)
             faces.set_clim(0, self.PUSH)
         else:
-            light = np.array([-0.4, -0.8, 0.45])
+            light = np.array([-0.55, -0.8, -0.1])
             shade = 0.25 + 0.75 * np.clip(normal[order] @ (light / np.linalg.norm(light)), 0, 1)
             colors = np.outer(shade, [0.86, 0.52, 0.45])
             faces = PolyCollection(flat, facecolors=colors, edgecolors=colors, linewidths=0.3, rasterized=True)
@@ -158,25 +156,25 @@ def figure4(gland, folder):
     figure, grid = plt.subplots(2, 2, figsize=(8, 7.6))
     cases = [("psi30", 12), ("psi31", 12), ("psi30", 6), ("psi31", 6)]
     for axes, letter, (kernel, a) in zip(grid.flat, "abcd", cases):
-        u, det = gland.deformed(kernel, a, True)
+        u = gland.deformed(kernel, a, True)
         faces = gland.draw(axes, u, wire=True)
-        axes.set_title(f"({letter}) {KERNELS[kernel]}, a = {a} mm; least det at a vertex {det.min():.2f}")
+        axes.set_title(f"({letter}) {KERNELS[kernel]}, a = {a} mm")
     figure.suptitle(f"Figure 4: the gland's mesh, eight anchors, pushed {gland.PUSH} mm at the apex")
-    figure.tight_layout(rect=(0, 0, 0.93, 1))
-    bar = figure.colorbar(faces, cax=figure.add_axes((0.94, 0.25, 0.015, 0.5)))
+    figure.tight_layout(rect=(0, 0, 0.9, 1))
+    bar = figure.colorbar(faces, cax=figure.add_axes((0.92, 0.25, 0.015, 0.5)))
     bar.set_label("displacement, mm")
-    figure.savefig(folder / "figure4.svg", dpi=150, metadata={"Date": None})
+    figure.savefig(folder / "figure4.svg", dpi=100, metadata={"Date": None})
 
 
 def figure5(gland, folder):
-    figure, pair = plt.subplots(1, 2, figsize=(8, 4))
+    figure, pair = plt.subplots(1, 2, figsize=(8, 4.3))
     for axes, letter, (kernel, a, anchors) in zip(pair, "ab", (("psi30", 6, True), ("psi31", 12, False))):
-        u, _ = gland.deformed(kernel, a, anchors)
+        u = gland.deformed(kernel, a, anchors)
         gland.draw(axes, u, wire=False)
         axes.set_title(f"({letter}) {KERNELS[kernel]}, a = {a} mm, {'eight anchors' if anchors else 'no anchors'}")
     figure.suptitle(f"Figure 5: the gland's surface, pushed {gland.PUSH} mm at the apex")
-    figure.tight_layout()
-    figure.savefig(folder / "figure5.svg", dpi=150, metadata={"Date": None})
+    figure.tight_layout(rect=(0, 0, 1, 0.97))
+    figure.savefig(folder / "figure5.svg", dpi=100, metadata={"Date": None})
 
 
 def main():

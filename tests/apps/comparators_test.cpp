@@ -234,6 +234,24 @@ TEST(ChainMail, DoesNotMoveWhatIsHeld) {
   EXPECT_NEAR(u[1].x(), 2.6, 1e-6);
 }
 
+// A landmark that moves on takes other nodes along and lets go of the ones before.
+TEST(Lattices, FollowALandmarkThatMovesOn) {
+  ComparedScene scene{gland(), {{0, 0, -16}}, {Vec3(0, 0, -16), Vec3(0, 0, 16)}};
+  ChainMail mail(8);
+  MassSpring springs(8);
+  for (ComparedModel* model : std::initializer_list<ComparedModel*>{&mail, &springs}) {
+    model->set_up(scene);
+    const std::vector<Vec3> d = {Vec3(1, 0, 0)};
+    std::vector<Vec3> u(2);
+    model->tick(d);
+    ASSERT_TRUE(model->move(std::vector<Vec3>{{0, 0, 16}}));
+    for (int tick = 0; tick < 60; ++tick) model->tick(d);
+    model->read(u);
+    EXPECT_NEAR(u[1].x(), 1, 1e-6);
+    EXPECT_LT(u[0].norm(), 0.3);
+  }
+}
+
 TEST(PaperCsrbf, EqualsTheEnginesField) {
   ComparedScene scene{gland(), {{0, 0, 4}, {0, 0, 1}, {0, 0, -2}}, random_points(60, 50, 8)};
   const std::vector<Vec3> d(3, Vec3(1, 0, 2));

@@ -47,6 +47,16 @@ TEST(Inspect, DescribesTheDefaultScene) {
   EXPECT_LT(json.at("volume_cc").get<double>(), 60);
 }
 
+TEST(Inspect, WritesTheSurfaceItDescribes) {
+  const TempFolder folder;
+  const std::string file = (folder / "gland.ply").string();
+  ASSERT_TRUE(exited(run_brachy({"inspect", (kConfigFolder / "prostate.toml").string(), "--out", file}), 0));
+  const auto json = json_of(run_brachy({"inspect", file, "--json"}));
+  EXPECT_EQ(json.at("surface_vertices"), 1200);
+  EXPECT_EQ(json.at("watertight"), true);
+  EXPECT_EQ(json.at("flipped_triangles"), 0);
+}
+
 TEST(Inspect, DescribesAMeshInItsUnitsAndFrame) {
   const TempFolder folder;
   const std::string mesh = folder.write("o.stl", octahedron_stl(30));
