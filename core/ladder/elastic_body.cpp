@@ -115,6 +115,16 @@ void ElasticBody::material_shares(const Vec3& X, std::span<double> shares) const
   shares[0] = left;
 }
 
+double ElasticBody::relative_modulus(const Vec3& X) const {
+  double left = 1, modulus = 0;
+  for (std::size_t r = regions.size(); r > 0 && left > 0; --r) {
+    const double share = left * regions[r - 1]->inside_share(X);
+    modulus += share * regions[r - 1]->shear_modulus / shear_modulus;
+    left -= share;
+  }
+  return modulus + left;
+}
+
 Vec3 ElasticBody::face_normal(std::size_t f) {
   return (f % 2 ? 1.0 : -1.0) * Vec3::Unit(static_cast<Eigen::Index>(f / 2));
 }

@@ -70,6 +70,9 @@ struct ElasticBody {
   /// Share of each material at X, summing to 1: one of them 1, or on a region's surface half of each side.
   void material_shares(const Vec3& X, std::span<double> shares) const;
 
+  /// The modulus at X relative to what is in no region; on a region's surface the mean of its sides. Does not allocate.
+  double relative_modulus(const Vec3& X) const;
+
   /// Outward normal of face f, and its centre.
   static Vec3 face_normal(std::size_t f);
   Vec3 face_centre(std::size_t f) const;

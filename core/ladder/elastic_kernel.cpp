@@ -1,7 +1,6 @@
 #include "core/ladder/elastic_kernel.h"
 
 #include <algorithm>
-#include <numeric>
 #include <optional>
 
 #include "core/ladder/kelvin_sums.h"
@@ -13,30 +12,15 @@ namespace {
 using Eigen::Index;
 using Eigen::MatrixXd;
 
-// The modulus at a point over that outside all regions. On a region's surface it is the mean of the two sides: tissue
-// bonded there gives way to a force on the bond as a solid of the mean modulus would, and w stays a Cauchy matrix.
-class ModulusAt {
- public:
-  ModulusAt(const ElasticBody& body, std::span<const double> materials)
-      : body_(body), materials_(materials), shares_(materials.size()) {}
-  double operator()(const Vec3& X) {
-    body_.material_shares(X, shares_);
-    return std::inner_product(shares_.begin(), shares_.end(), materials_.begin(), 0.0);
-  }
-
- private:
-  const ElasticBody& body_;
-  std::span<const double> materials_;
-  std::vector<double> shares_;
-};
+// On a region's surface w takes the mean modulus of the two sides: tissue bonded there gives way to a force on the bond
+// as a solid of that modulus would, and w stays a Cauchy matrix.
 
 // Groups cut where their points lie in different moduli: each piece is a group of its own, in one modulus.
 struct Pieces {
-  Pieces(const PointGroups& groups, const ElasticBody& body, std::span<const double> materials) {
-    ModulusAt modulus_at(body, materials);
+  Pieces(const PointGroups& groups, const ElasticBody& body) {
     std::vector<std::size_t> of_point;
     for (const Vec3& X : groups.points) {
-      const double k = modulus_at(X);
+      const double k = body.relative_modulus(X);
       of_point.push_back(static_cast<std::size_t>(std::ranges::find(moduli, k) - moduli.begin()));
       if (of_point.back() == moduli.size()) moduli.push_back(k);
     }
@@ -80,7 +64,7 @@ double modulus_weight(double k_x, double k_y) {
 }  // namespace
 
 ElasticKernel::ElasticKernel(ElasticBody body, std::unique_ptr<const Remainder> remainder)
-    : body_(std::move(body)), remainder_(std::move(remainder)), materials_(body_.materials()) {}
+    : body_(std::move(body)), remainder_(std::move(remainder)) {}
 
 PointGroups ElasticKernel::groups(std::span<const Vec3> positions, std::span<const double> cores) const {
   NeedleRings rings;
@@ -89,9 +73,9 @@ PointGroups ElasticKernel::groups(std::span<const Vec3> positions, std::span<con
 }
 
 MatrixXd ElasticKernel::between(const PointGroups& a, const PointGroups& b) const {
-  const Pieces of_a(a, body_, materials_);
+  const Pieces of_a(a, body_);
   std::optional<Pieces> other;
-  if (&a != &b) other.emplace(b, body_, materials_);
+  if (&a != &b) other.emplace(b, body_);
   const Pieces& of_b = other ? *other : of_a;  // one object twice costs the remainder half
   MatrixXd near = kelvin_between(of_a.pieces, of_b.pieces, body_.poisson);
   Remainder::Parts parts;
@@ -112,7 +96,7 @@ MatrixXd ElasticKernel::between(const PointGroups& a, const PointGroups& b) cons
 }
 
 MatrixXd ElasticKernel::fields(std::span<const Vec3> X, const PointGroups& b, const MatrixXd& forces) const {
-  const Pieces of_b(b, body_, materials_);
+  const Pieces of_b(b, body_);
   const auto rows = static_cast<Index>(3 * X.size());
   // One set of forces for each modulus, since their weights at X differ.
   const Index sets = forces.cols();
@@ -128,9 +112,8 @@ MatrixXd ElasticKernel::fields(std::span<const Vec3> X, const PointGroups& b, co
     near -= parts.held;
   }
   MatrixXd u = MatrixXd::Zero(rows, sets);
-  ModulusAt modulus_at(body_, materials_);
   for (std::size_t i = 0; i < X.size(); ++i) {
-    const double k = modulus_at(X[i]);
+    const double k = body_.relative_modulus(X[i]);
     for (std::size_t m = 0; m < of_b.moduli.size(); ++m)
       u.middleRows<3>(static_cast<Index>(3 * i)) +=
           modulus_weight(k, of_b.moduli[m]) *
@@ -140,25 +123,21 @@ MatrixXd ElasticKernel::fields(std::span<const Vec3> X, const PointGroups& b, co
   return u / body_.shear_modulus;
 }
 
-MatrixXd ElasticKernel::smooth_fields(std::span<const Vec3> X, std::size_t main, const PointGroups& b,
+MatrixXd ElasticKernel::smooth_fields(std::span<const Vec3> X, double modulus, const PointGroups& b,
                                       const MatrixXd& forces) const {
   const Index sets = forces.cols();
   if (!remainder_) return MatrixXd::Zero(static_cast<Index>(3 * X.size()), sets);
-  const Pieces of_b(b, body_, materials_);
+  const Pieces of_b(b, body_);
   MatrixXd twice(static_cast<Index>(3 * of_b.group.size()), 2 * sets);  // weighted for Q, as they are for P
   for (std::size_t j = 0; j < of_b.group.size(); ++j) {
     const auto force = forces.middleRows<3>(3 * of_b.group[j]);
-    const double w = modulus_weight(materials_[main], of_b.moduli[of_b.modulus[j]]);
+    const double w = modulus_weight(modulus, of_b.moduli[of_b.modulus[j]]);
     twice.middleRows<3>(static_cast<Index>(3 * j)) << w * force, force;
   }
   const Remainder::Parts parts = remainder_->fields(X, of_b.pieces, twice);
   MatrixXd u = -parts.held.leftCols(sets);
   if (parts.motion.size() > 0) u += parts.motion.rightCols(sets);
   return u / body_.shear_modulus;
-}
-
-double ElasticKernel::near_weight(std::size_t main, const Vec3& Y) const {
-  return modulus_weight(materials_[main], ModulusAt(body_, materials_)(Y));
 }
 
 std::size_t ElasticKernel::bytes() const {

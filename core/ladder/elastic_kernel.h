@@ -23,20 +23,16 @@ class ElasticKernel : public MatrixKernel {
                          const Eigen::MatrixXd& forces) const override;
   std::size_t bytes() const override;
 
-  /// Σ_m (P − w Q) f / μ, w = 2/(k_main + k_m), at the points X: what a tissue of material `main` takes from groups b
-  /// (forces 3|b| × m, N) beside Kelvin's solution with the same w for each part of them (near_weight).
-  Eigen::MatrixXd smooth_fields(std::span<const Vec3> X, std::size_t main, const PointGroups& b,
+  /// Σ_m (P − w Q) f / μ, w = 2/(modulus + k_m), at the points X: what tissue of relative modulus `modulus` takes from groups b
+  /// (forces 3|b| × m, N) beside Kelvin's solution with the same w for each part of them.
+  Eigen::MatrixXd smooth_fields(std::span<const Vec3> X, double modulus, const PointGroups& b,
                                 const Eigen::MatrixXd& forces) const;
-  /// w for a force at Y and points of material `main`.
-  double near_weight(std::size_t main, const Vec3& Y) const;
-
   const ElasticBody& body() const { return body_; }
   const Remainder* remainder() const { return remainder_.get(); }
 
  private:
   ElasticBody body_;
   std::unique_ptr<const Remainder> remainder_;
-  std::vector<double> materials_;
 };
 
 }  // namespace brachy

@@ -31,6 +31,7 @@ class FemRemainder : public Remainder {
 
   Parts between(const PointGroups& a, const PointGroups& b) const override;
   Parts fields(std::span<const Vec3> X, const PointGroups& b, const Eigen::MatrixXd& forces) const override;
+  std::array<std::vector<double>, 3> planes() const override { return tissue_.mesh().all_planes(); }
   std::size_t bytes() const override { return tissue_.bytes() + unbounded_.bytes(); }
 
   const MeshSystem& tissue() const { return tissue_; }

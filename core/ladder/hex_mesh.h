@@ -35,6 +35,7 @@ class HexMesh {
   using Place = std::array<int, 3>;  ///< a plane along each axis; of a cell: its lower ones
 
   int nodes() const { return stride_[slowest_] * planes(slowest_); }
+  const MeshPlanes& all_planes() const { return planes_; }
   int planes(std::size_t axis) const { return static_cast<int>(planes_[axis].size()); }
   int node(const Place& p) const { return p[0] * stride_[0] + p[1] * stride_[1] + p[2] * stride_[2]; }
   Place place(int node) const;

@@ -61,10 +61,12 @@ LadderDeformation::LadderDeformation(const Tissue& tissue, std::string_view rung
   for (auto* v : {&positions_, &displacements_wanted_, &forces_}) v->reserve(n);
   rings_.reserve(n);
   ring_forces_.reserve(n * NeedleRings::kMaxRingsBetween);
-  near_weights_.reserve(n * NeedleRings::kMaxRingsBetween);
+  moduli_.reserve(n * NeedleRings::kMaxRingsBetween);
   const auto rows = static_cast<Eigen::Index>(3 * n);
   matrix_.resize(rows, rows);
   table_matrix_.resize(rows, rows);
+  exact_matrix_.resize(rows, rows);
+  is_outside_.reserve(n);
   solution_.resize(rows);
   columns_.resize(n);
   for (Column& column : columns_) {
@@ -73,6 +75,7 @@ LadderDeformation::LadderDeformation(const Tissue& tissue, std::string_view rung
     column.nodes.reserve(table_->nodes());
     column.weights.reserve(table_->nodes());
     column.fields.assign(3 * table_->field_size(), 0);
+    if (!body.regions.empty()) column.held_fields.assign(column.fields.size(), 0);
   }
 
   for (auto& sources : sources_) sources.reserve(n * NeedleRings::kMaxRingsBetween * NeedleRings::kPoints);
@@ -95,7 +98,8 @@ LadderDeformation::LadderDeformation(const Tissue& tissue, std::string_view rung
 
 std::size_t LadderDeformation::bytes() const {
   std::size_t bytes = kernel_->bytes() + (table_ ? table_->bytes() : 0);
-  for (const Column& column : columns_) bytes += column.fields.size() * sizeof(float);
+  for (const Column& column : columns_)
+    bytes += (column.fields.size() + column.held_fields.size()) * sizeof(float);
   return bytes + displacements_.size() * (sizeof(displacements_[0]) + sizeof(block_points_[0])) +
          grid_points_.size() * sizeof(GridPoint);
 }
@@ -117,8 +121,8 @@ FactorStatus LadderDeformation::update(std::span<const Vec3> positions,
     }
     rings_.build(positions, point_cores_, needle_radius_);
     positions_.assign(positions.begin(), positions.end());
+    take_moduli();
     if (table_) refresh_columns(positions);
-    weigh_rings();
     assemble();
     ring_forces_.clear();
     if (!factor()) return {FactorStatus::kNotPositiveDefinite};
@@ -142,24 +146,35 @@ void LadderDeformation::refresh_columns(std::span<const Vec3> positions) noexcep
     column.before = before;
     column.at = at;
     column.after = after;
-    column.is_exact = !table_->covers(at);
+    column.is_exact = is_outside_[l] != 0;
     if (column.is_exact)
       gather_exactly(column, static_cast<std::uint32_t>(l));
     else
       gather(column, static_cast<std::uint32_t>(l));
   }
-  any_exact_ = false;
-  for (std::size_t l = 0; l < positions.size(); ++l) any_exact_ |= columns_[l].is_exact;
+  const auto used = std::span(columns_).first(positions.size());
+  if (std::ranges::any_of(used, [](const Column& c) { return c.is_exact && c.is_fresh; }))
+    prepare_exact_pairs();
 }
 
-void LadderDeformation::weigh_rings() noexcept {
-  near_weights_.assign(rings_.rings().size(), {1, 1});
-  if (!any_exact_) return;
-  for (std::size_t r = 0; r < near_weights_.size(); ++r)
+// A landmark some of whose rings lie outside the table is asked of the kernel itself. Inside, tissue is all of one
+// modulus, but for contacts, which may lie on a region's surface.
+void LadderDeformation::take_moduli() noexcept {
+  const auto rings = rings_.rings();
+  moduli_.assign(rings.size(), {1, 1});
+  is_outside_.assign(positions_.size(), 0);
+  if (!elastic_) return;
+  for (const NeedleRings::Ring& ring : rings) {
+    if (table_->covers(ring.centre)) continue;
     for (std::size_t side = 0; side < 2; ++side)
-      if (columns_[rings_.rings()[r].landmark[side]].is_exact)
-        near_weights_[r][side] =
-            elastic_->near_weight(table_->material(), rings_.rings()[r].centre) / table_->near_weight();
+      if (ring.weight[side] > 0) is_outside_[ring.landmark[side]] = 1;
+  }
+  const bool has_regions = !elastic_->body().regions.empty();
+  for (std::size_t r = 0; r < rings.size(); ++r)
+    for (std::size_t side = 0; side < 2; ++side)
+      moduli_[r][side] = has_regions && (rings[r].count == 1 || is_outside_[rings[r].landmark[side]])
+                             ? elastic_->body().relative_modulus(rings[r].centre)
+                             : table_->modulus();
 }
 
 // The nodes' field of unit forces on one landmark: its rings' centres spread to nodes by their weights, then the table's
@@ -167,34 +182,58 @@ void LadderDeformation::weigh_rings() noexcept {
 void LadderDeformation::gather(Column& column, std::uint32_t landmark) noexcept {
   column.nodes.clear();
   column.weights.clear();
-  for (const NeedleRings::Ring& ring : rings_.rings()) {
+  column.modulus = table_->modulus();
+  const auto rings = rings_.rings();
+  for (std::size_t r = 0; r < rings.size(); ++r) {
+    const NeedleRings::Ring& ring = rings[r];
     const double share = (ring.landmark[0] == landmark ? ring.weight[0] : 0) +
                          (ring.landmark[1] == landmark && ring.weight[1] > 0 ? ring.weight[1] : 0);
     if (share == 0) continue;
+    if (ring.count == 1) column.modulus = moduli_[r][0];
     const GridPoint p = table_->locate(ring.centre);
     for (std::size_t z = 0; z < 4; ++z)
       for (std::size_t y = 0; y < 4; ++y)
         for (std::size_t x = 0; x < 4; ++x) {
+          const float weight = static_cast<float>(share) * p.wx[x] * p.wy[y] * p.wz[z];
+          if (weight == 0) continue;
           const std::uint32_t node = table_->node(p, x, y, z);
           if (!is_node_taken_[node]) column.nodes.push_back(node);
           is_node_taken_[node] = 1;
-          node_weight_[node] += static_cast<float>(share) * p.wx[x] * p.wy[y] * p.wz[z];
+          node_weight_[node] += weight;
         }
   }
-  std::ranges::fill(column.fields, 0.0f);
-  const std::size_t size = table_->field_size();
   for (const std::uint32_t node : column.nodes) {
     column.weights.push_back(node_weight_[node]);
-    for (std::size_t axis = 0; axis < 3; ++axis)
-      table_->add_column(node, axis, node_weight_[node], &column.fields[axis * size]);
     node_weight_[node] = 0;
     is_node_taken_[node] = 0;
   }
+  std::ranges::fill(column.fields, 0.0f);
+  add_nodes(column, false, 1, column.fields);
+  if (column.modulus == table_->modulus()) return;
+  std::ranges::fill(column.held_fields, 0.0f);
+  add_nodes(column, true, 1, column.held_fields);
+  const double excess = 2 / (column.modulus + table_->modulus()) - table_->near_weight();
+  loops_.axpy(static_cast<float>(-excess), column.held_fields.data(), column.fields.data(),
+              column.fields.size());
+}
+
+void LadderDeformation::add_nodes(const Column& column, bool held, double factor,
+                                  std::vector<float>& fields) const noexcept {
+  for (std::size_t i = 0; i < column.nodes.size(); ++i)
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      float* field = &fields[axis * table_->field_size()];
+      const auto weight = static_cast<float>(factor) * column.weights[i];
+      if (held)
+        table_->add_held_column(column.nodes[i], axis, weight, field);
+      else
+        table_->add_column(column.nodes[i], axis, weight, field);
+    }
 }
 
 void LadderDeformation::gather_exactly(Column& column, std::uint32_t landmark) {
   column.nodes.clear();
   column.weights.clear();
+  column.modulus = table_->modulus();  // the kernel has seen to it
   PointGroups group;
   group.begin_group();
   rings_.add_to(group, landmark);
@@ -202,7 +241,7 @@ void LadderDeformation::gather_exactly(Column& column, std::uint32_t landmark) {
   std::vector<Vec3> nodes;
   for (std::uint32_t node = 0; node < table_->nodes(); ++node) nodes.push_back(table_->position(node));
   const Eigen::MatrixXd u =
-      elastic_->smooth_fields(nodes, table_->material(), group, Eigen::MatrixXd::Identity(3, 3));
+      elastic_->smooth_fields(nodes, table_->modulus(), group, Eigen::MatrixXd::Identity(3, 3));
   const std::size_t size = table_->field_size();
   for (std::size_t axis = 0; axis < 3; ++axis)
     for (Eigen::Index i = 0; i < u.rows(); ++i)
@@ -210,16 +249,22 @@ void LadderDeformation::gather_exactly(Column& column, std::uint32_t landmark) {
           static_cast<float>(u(i, static_cast<Eigen::Index>(axis)));
 }
 
-// Between landmarks that both lie outside the table the kernel itself is asked.
-void LadderDeformation::assemble_exact_pairs() {
-  const PointGroups groups = rings_.groups(positions_.size());
+// K between landmarks that both lie outside the table.
+void LadderDeformation::prepare_exact_pairs() {
+  PointGroups groups;
+  std::vector<Eigen::Index> rows;
+  for (std::uint32_t l = 0; l < positions_.size(); ++l) {
+    if (!columns_[l].is_exact) continue;
+    groups.begin_group();
+    rings_.add_to(groups, l);
+    rows.push_back(3 * static_cast<Eigen::Index>(l));
+  }
+  groups.finish();
   const Eigen::MatrixXd C = kernel_->between(groups, groups);
-  for (std::size_t i = 0; i < positions_.size(); ++i)
+  for (std::size_t i = 0; i < rows.size(); ++i)
     for (std::size_t j = 0; j <= i; ++j)
-      if (columns_[i].is_exact && columns_[j].is_exact) {
-        const auto row = static_cast<Eigen::Index>(3 * i), column = static_cast<Eigen::Index>(3 * j);
-        matrix_.block<3, 3>(row, column) = C.block<3, 3>(row, column);
-      }
+      exact_matrix_.block<3, 3>(rows[i], rows[j]) =
+          C.block<3, 3>(3 * static_cast<Eigen::Index>(i), 3 * static_cast<Eigen::Index>(j));
 }
 
 Mat3 LadderDeformation::near_value(const Vec3& x, double s) const noexcept {
@@ -236,15 +281,24 @@ Mat3 LadderDeformation::near(const NeedleRings::Ring& a, const NeedleRings::Ring
   return sum / static_cast<double>(a.count * b.count);
 }
 
-Mat3 LadderDeformation::table_value(const Column& a, const Column& b) const noexcept {
+Mat3 LadderDeformation::observe(const Column& a, const std::vector<float>& fields) const noexcept {
   Mat3 value = Mat3::Zero();
   const std::size_t size = table_->field_size();
   for (std::size_t i = 0; i < a.nodes.size(); ++i)
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      const float* u = &b.fields[axis * size + 3 * std::size_t{a.nodes[i]}];
+      const float* u = &fields[axis * size + 3 * std::size_t{a.nodes[i]}];
       value.col(static_cast<Eigen::Index>(axis)) += a.weights[i] * Vec3(u[0], u[1], u[2]);
     }
   return value;
+}
+
+// b's field as a sees it. It is weighted for tissue of the table's modulus; where a has another, so has the weight of Q.
+Mat3 LadderDeformation::table_value(const Column& a, const Column& b) const noexcept {
+  const double k = table_->modulus();
+  Mat3 value = observe(a, b.fields);
+  if (a.modulus == k || b.is_exact) return value;
+  const Mat3 held = b.modulus == k ? Mat3(observe(b, a.held_fields).transpose()) : observe(a, b.held_fields);
+  return value + (2 / (b.modulus + k) - 2 / (a.modulus + b.modulus)) * held;
 }
 
 // K in the lower triangle.
@@ -275,13 +329,17 @@ void LadderDeformation::assemble() noexcept {
       const Mat3 value = near(a, b);
       for (std::size_t s = 0; s < 2; ++s)
         for (std::size_t t = 0; t < 2; ++t) {
-          const double weight = a.weight[s] * near_weights_[i][s] * b.weight[t] * near_weights_[j][t];
+          double weight = a.weight[s] * b.weight[t];
           if (weight == 0) continue;
+          if (table_) weight *= 2 / ((moduli_[i][s] + moduli_[j][t]) * table_->near_weight());
           add(a.landmark[s], b.landmark[t], weight, value);
           if (i != j) add(b.landmark[t], a.landmark[s], weight, value.transpose());
         }
     }
-  if (any_exact_) assemble_exact_pairs();
+  for (Eigen::Index i = 0; i < n; ++i)
+    for (Eigen::Index j = 0; j <= i; ++j)
+      if (columns_[static_cast<std::size_t>(i)].is_exact && columns_[static_cast<std::size_t>(j)].is_exact)
+        K.block<3, 3>(3 * i, 3 * j) = exact_matrix_.block<3, 3>(3 * i, 3 * j);
 }
 
 bool LadderDeformation::factor() noexcept {

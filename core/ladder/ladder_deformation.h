@@ -63,20 +63,25 @@ class LadderDeformation : public TissueField {
     Vec3 before, at, after;            // it and its neighbours at rest: what its rings follow from
     std::vector<std::uint32_t> nodes;  // that carry its force …
     std::vector<float> weights;        // … and their shares
-    std::vector<float> fields;         // three, of unit forces along x, y, z, at the nodes
-    bool is_fresh = false;             // made in this update
-    bool is_exact = false;             // outside the table: `fields` from the kernel, no nodes of its own
+    double modulus =
+        1;  // relative, where its force acts: the tissue's, or on a region's surface the mean of its sides
+    std::vector<float> held_fields;  // Q alone, filled where the modulus is not the tissue's
+    std::vector<float> fields;       // three, of unit forces along x, y, z, at the nodes
+    bool is_fresh = false;           // made in this update
+    bool is_exact = false;           // outside the table: `fields` from the kernel, no nodes of its own
   };
 
   void refresh_columns(std::span<const Vec3> positions) noexcept;
   void gather(Column& column, std::uint32_t landmark) noexcept;
-  void weigh_rings() noexcept;
+  void take_moduli() noexcept;
+  void add_nodes(const Column& column, bool held, double factor, std::vector<float>& fields) const noexcept;
   void gather_exactly(Column& column, std::uint32_t landmark);
   void assemble() noexcept;
-  void assemble_exact_pairs();
+  void prepare_exact_pairs();
   bool factor() noexcept;
   Mat3 near(const NeedleRings::Ring& a, const NeedleRings::Ring& b) const noexcept;
   Mat3 near_value(const Vec3& x, double s) const noexcept;
+  Mat3 observe(const Column& a, const std::vector<float>& fields) const noexcept;
   Mat3 table_value(const Column& a, const Column& b) const noexcept;
   void solve() noexcept;
   void evaluate() noexcept;
@@ -96,14 +101,14 @@ class LadderDeformation : public TissueField {
   std::vector<Vec3> positions_, displacements_wanted_, forces_;
   std::vector<double> point_cores_;  // > 0: the compact kernels see points
   NeedleRings rings_;
-  std::vector<std::array<double, 2>>
-      near_weights_;               // of each ring's share in its landmarks, over ŵ: 1 in the table
-  std::vector<Vec3> ring_forces_;  // near part
+  std::vector<std::uint8_t> is_outside_;       // of each landmark: the table
+  std::vector<std::array<double, 2>> moduli_;  // relative, of each ring's share in its landmarks
+  std::vector<Vec3> ring_forces_;              // near part
   std::vector<Column> columns_;
   std::vector<float> node_weight_;           // of the column being gathered, by node …
   std::vector<std::uint8_t> is_node_taken_;  // … and which nodes it has
   Eigen::MatrixXd matrix_, table_matrix_;    // K; the table's share of it
-  bool any_exact_ = false;
+  Eigen::MatrixXd exact_matrix_;             // K between landmarks outside the table
   Eigen::VectorXd solution_;
   bool is_factored_ = false;
   Evaluation evaluation_ = Evaluation::kIdle;

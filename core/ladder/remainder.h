@@ -1,6 +1,8 @@
 #pragma once
 
+#include <array>
 #include <span>
+#include <vector>
 
 #include <Eigen/Core>
 
@@ -33,6 +35,9 @@ class Remainder {
   /// Q f and P f at the points X: 3|X| × m, for m sets of forces on groups b (3|b| × m).
   virtual Parts fields(std::span<const Vec3> X, const PointGroups& b,
                        const Eigen::MatrixXd& forces) const = 0;
+
+  /// Planes along x, y and z between which P and Q are trilinear, if they are; empty: they are smooth.
+  virtual std::array<std::vector<double>, 3> planes() const { return {}; }
 
   /// What it keeps, B.
   virtual std::size_t bytes() const = 0;

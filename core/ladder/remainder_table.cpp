@@ -37,58 +37,84 @@ Makeup makeup_of(const Tissue& tissue, const ElasticBody& body) {
 RemainderTable::RemainderTable(const Tissue& tissue, const ElasticKernel& kernel, double spacing,
                                SimdTarget target)
     : loops_(near_loops(target)) {
-  Vec3 max = min_ = tissue.rest_vertices.front();
+  place_planes(tissue, kernel.remainder(), spacing);
+  const Makeup makeup = makeup_of(tissue, kernel.body());
+  near_weight_ = 1 / kernel.body().materials()[makeup.main];
+  fill(kernel, makeup.is_mixed);
+}
+
+void RemainderTable::place_planes(const Tissue& tissue, const Remainder* remainder, double spacing) {
+  Vec3 min = tissue.rest_vertices.front(), max = min;
   for (const Vec3& X : tissue.rest_vertices) {
-    min_ = min_.cwiseMin(X);
+    min = min.cwiseMin(X);
     max = max.cwiseMax(X);
   }
-  for (Eigen::Index k = 0; k < 3; ++k) {
-    const double extent = std::max(max[k] - min_[k], 1e-3);
-    const auto n = std::max(4.0, std::ceil(extent / spacing) + 1);
-    count_[static_cast<std::size_t>(k)] = static_cast<std::uint32_t>(n);
-    spacing_[k] = extent / (n - 1);
+  if (remainder) planes_ = remainder->planes();
+  is_linear_ = !planes_[0].empty();
+  for (std::size_t k = 0; k < 3; ++k) {
+    const auto axis = static_cast<Eigen::Index>(k);
+    std::vector<double>& p = planes_[k];
+    if (is_linear_) {  // those that the tissue lies between, and four at least
+      auto first = std::prev(std::upper_bound(p.begin() + 1, p.end() - 4, min[axis]));
+      auto last = std::max(std::lower_bound(p.begin(), p.end() - 1, max[axis]) + 1, first + 4);
+      p = std::vector<double>(first, last);
+    } else {
+      const double extent = std::max(max[axis] - min[axis], 1e-3),
+                   n = std::max(3.0, std::ceil(extent / spacing));
+      for (double i = 0; i <= n; ++i) p.push_back(min[axis] + extent * i / n);
+    }
+    count_[k] = static_cast<std::uint32_t>(p.size());
   }
-  std::vector<Vec3> at;
-  at.reserve(nodes());
-  for (std::uint32_t node = 0; node < nodes(); ++node) at.push_back(position(node));
+}
 
+void RemainderTable::fill(const ElasticKernel& kernel, bool is_mixed) {
   const ElasticBody& body = kernel.body();
-  const Makeup makeup = makeup_of(tissue, body);
-  material_ = makeup.main;
-  near_weight_ = 1 / body.materials()[makeup.main];
-  const double s = makeup.is_mixed ? 0.5 * spacing_.squaredNorm() / 3 : 0;
-  const PointGroups groups = PointGroups::single(at, s);
-  Eigen::MatrixXd D;
-  if (makeup.is_mixed) {
-    D = kernel.between(groups, groups);
+  const auto n = static_cast<Eigen::Index>(3 * nodes());
+  table_.resize(static_cast<std::size_t>(n) * static_cast<std::size_t>(n));
+  if (!kernel.remainder()) return;
+  std::vector<Vec3> at;
+  for (std::uint32_t node = 0; node < nodes(); ++node) at.push_back(position(node));
+  const auto copy = [n](const Eigen::MatrixXd& D, double factor, std::vector<float>& to) {
+    for (Eigen::Index j = 0; j < n; ++j)
+      for (Eigen::Index i = 0; i < n; ++i)
+        to[static_cast<std::size_t>(j * n + i)] = static_cast<float>(0.5 * factor * (D(i, j) + D(j, i)));
+  };
+  if (is_mixed) {
+    const Vec3 cell =
+        (at.back() - at.front()).cwiseQuotient(Vec3(count_[0] - 1, count_[1] - 1, count_[2] - 1));
+    const double s = 0.5 * cell.squaredNorm() / 3;
+    const PointGroups groups = PointGroups::single(at, s);
+    Eigen::MatrixXd D = kernel.between(groups, groups);
     for (std::size_t i = 0; i < at.size(); ++i)
       for (std::size_t j = 0; j < at.size(); ++j)
         D.block<3, 3>(static_cast<Eigen::Index>(3 * i), static_cast<Eigen::Index>(3 * j)) -=
             near_weight_ / body.shear_modulus * kelvin(at[i] - at[j], 2 * s, body.poisson);
-  } else if (kernel.remainder()) {
-    Remainder::Parts parts = kernel.remainder()->between(groups, groups);
-    D = -near_weight_ * std::move(parts.held);
-    if (parts.motion.size() > 0) D += parts.motion;
-    D /= body.shear_modulus;
+    return copy(D, 1, table_);
   }
-  const auto n = static_cast<Eigen::Index>(3 * at.size());
-  table_.resize(static_cast<std::size_t>(n) * static_cast<std::size_t>(n));
-  for (Eigen::Index j = 0; j < (D.size() > 0 ? n : 0); ++j)
-    for (Eigen::Index i = 0; i < n; ++i)
-      table_[static_cast<std::size_t>(j * n + i)] = static_cast<float>(0.5 * (D(i, j) + D(j, i)));
+  const PointGroups groups = PointGroups::single(at, 0);
+  Remainder::Parts parts = kernel.remainder()->between(groups, groups);
+  if (!body.regions.empty()) {
+    held_.resize(table_.size());
+    copy(parts.held, 1 / body.shear_modulus, held_);
+  }
+  parts.held *= -near_weight_;
+  if (parts.motion.size() > 0) parts.held += parts.motion;
+  copy(parts.held, 1 / body.shear_modulus, table_);
 }
 
 bool RemainderTable::covers(const Vec3& X) const noexcept {
   constexpr double kSlack = 0.5;  // mm: a contact lies on the surface, an entry a hair outside
-  const Vec3 cells(count_[0] - 1.0, count_[1] - 1.0, count_[2] - 1.0);
-  const Vec3 half = 0.5 * cells.cwiseProduct(spacing_);
-  return ((X - min_ - half).cwiseAbs() - half).maxCoeff() <= kSlack;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const double x = X[static_cast<Eigen::Index>(k)];
+    if (!(x >= planes_[k].front() - kSlack && x <= planes_[k].back() + kSlack)) return false;
+  }
+  return true;
 }
 
 Vec3 RemainderTable::position(std::uint32_t node) const noexcept {
   const std::uint32_t x = node % count_[0], y = node / count_[0] % count_[1],
                       z = node / count_[0] / count_[1];
-  return min_ + Vec3(x, y, z).cwiseProduct(spacing_);
+  return {planes_[0][x], planes_[1][y], planes_[2][z]};
 }
 
 GridPoint RemainderTable::locate(const Vec3& X) const noexcept {
@@ -96,10 +122,19 @@ GridPoint RemainderTable::locate(const Vec3& X) const noexcept {
   std::array<std::array<float, 4>*, 3> weights = {&p.wx, &p.wy, &p.wz};
   std::array<std::uint32_t, 3> first{};
   for (std::size_t k = 0; k < 3; ++k) {
-    const auto axis = static_cast<Eigen::Index>(k);
-    const double t = std::clamp((X[axis] - min_[axis]) / spacing_[axis], 0.0, count_[k] - 1.0);
-    first[k] = static_cast<std::uint32_t>(std::clamp(std::floor(t) - 1, 0.0, count_[k] - 4.0));
-    *weights[k] = cubic_weights(t - first[k]);
+    const std::vector<double>& planes = planes_[k];
+    const double x = std::clamp(X[static_cast<Eigen::Index>(k)], planes.front(), planes.back());
+    const auto cell = static_cast<std::uint32_t>(
+        std::prev(std::upper_bound(planes.begin() + 1, planes.end() - 1, x)) - planes.begin());
+    const double t = (x - planes[cell]) / (planes[cell + 1] - planes[cell]);
+    first[k] = std::clamp(cell, 1u, count_[k] - 3) - 1;
+    const std::uint32_t node = cell - first[k];  // 0, 1 or 2 of the four
+    if (is_linear_) {
+      (*weights[k])[node] = static_cast<float>(1 - t);
+      (*weights[k])[node + 1] = static_cast<float>(t);
+    } else {
+      *weights[k] = cubic_weights(node + t);
+    }
   }
   p.base = first[0] + count_[0] * (first[1] + count_[1] * first[2]);
   return p;
@@ -109,6 +144,12 @@ void RemainderTable::add_column(std::uint32_t node, std::size_t axis, float weig
                                 float* field) const noexcept {
   const std::size_t n = 3 * nodes();
   loops_.axpy(weight, &table_[(3 * std::size_t{node} + axis) * n], field, n);
+}
+
+void RemainderTable::add_held_column(std::uint32_t node, std::size_t axis, float weight,
+                                     float* field) const noexcept {
+  const std::size_t n = 3 * nodes();
+  loops_.axpy(weight, &held_[(3 * std::size_t{node} + axis) * n], field, n);
 }
 
 }  // namespace brachy

@@ -10,10 +10,11 @@
 namespace brachy {
 
 /// The smooth part of an elastic kernel, D(x, y) = (P − ŵQ)/μ (remainder.h), between the nodes of a grid over a tissue:
-/// what a tick reads instead of some hundred sources on walls and capsule. Between nodes it is cubic in x and in y.
+/// what a tick reads instead of some hundred sources on walls and capsule. Between nodes it is cubic in x and in y, or trilinear on the remainder's own planes where it has them (fem).
 /// ŵ is the weight of the material that most of the tissue is made of; where the tissue has more than one, what the others
 /// add is smoothed over a node's spacing.
-/// Memory: (3M)² floats for M nodes. Threads: const functions may be called from any. Real-time: they do not allocate.
+/// Where the body has regions Q is kept as well, for landmarks on a region's surface, where w is another.
+/// Memory: (3M)² floats for M nodes, twice that with regions. Threads: const functions may be called from any. Real-time: they do not allocate.
 class RemainderTable {
  public:
   /// Nodes lie at most `spacing` mm apart, four at least along each axis.
@@ -35,22 +36,27 @@ class RemainderTable {
 
   /// field += weight · D(·, node) e_axis: the nodes' displacement, mm/N.
   void add_column(std::uint32_t node, std::size_t axis, float weight, float* field) const noexcept;
+  /// The same of Q/μ; only with regions.
+  void add_held_column(std::uint32_t node, std::size_t axis, float weight, float* field) const noexcept;
 
   /// Whether X lies in the grid, within half a millimetre.
   bool covers(const Vec3& X) const noexcept;
   Vec3 position(std::uint32_t node) const noexcept;  ///< mm
 
   double near_weight() const { return near_weight_; }  ///< ŵ
-  std::size_t material() const { return material_; }   ///< that ŵ is of
-  std::size_t bytes() const { return table_.size() * sizeof(float); }
+  double modulus() const { return 1 / near_weight_; }  ///< relative, of the tissue
+  std::size_t bytes() const { return (table_.size() + held_.size()) * sizeof(float); }
 
  private:
-  Vec3 min_, spacing_;
+  void place_planes(const Tissue& tissue, const Remainder* remainder, double spacing);
+  void fill(const ElasticKernel& kernel, bool is_mixed);
+
+  std::array<std::vector<double>, 3> planes_;  // along x, y, z, mm
+  bool is_linear_ = false;
   std::array<std::uint32_t, 3> count_{};
   double near_weight_ = 1;
-  std::size_t material_ = 0;
   const NearLoops& loops_;
-  std::vector<float> table_;  // row 3 node + axis
+  std::vector<float> table_, held_;  // row 3 node + axis
 };
 
 }  // namespace brachy
