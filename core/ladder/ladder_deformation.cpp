@@ -177,6 +177,21 @@ void LadderDeformation::take_moduli() noexcept {
                              : table_->modulus();
 }
 
+// A force at X on the nodes around it.
+void LadderDeformation::spread(const Vec3& X, double share, Column& column) noexcept {
+  const GridPoint p = table_->locate(X);
+  for (std::size_t z = 0; z < 4; ++z)
+    for (std::size_t y = 0; y < 4; ++y)
+      for (std::size_t x = 0; x < 4; ++x) {
+        const float weight = static_cast<float>(share) * p.wx[x] * p.wy[y] * p.wz[z];
+        if (weight == 0) continue;
+        const std::uint32_t node = table_->node(p, x, y, z);
+        if (!is_node_taken_[node]) column.nodes.push_back(node);
+        is_node_taken_[node] = 1;
+        node_weight_[node] += weight;
+      }
+}
+
 // The nodes' field of unit forces on one landmark: its rings' centres spread to nodes by their weights, then the table's
 // columns of those nodes.
 void LadderDeformation::gather(Column& column, std::uint32_t landmark) noexcept {
@@ -190,17 +205,13 @@ void LadderDeformation::gather(Column& column, std::uint32_t landmark) noexcept 
                          (ring.landmark[1] == landmark && ring.weight[1] > 0 ? ring.weight[1] : 0);
     if (share == 0) continue;
     if (ring.count == 1) column.modulus = moduli_[r][0];
-    const GridPoint p = table_->locate(ring.centre);
-    for (std::size_t z = 0; z < 4; ++z)
-      for (std::size_t y = 0; y < 4; ++y)
-        for (std::size_t x = 0; x < 4; ++x) {
-          const float weight = static_cast<float>(share) * p.wx[x] * p.wy[y] * p.wz[z];
-          if (weight == 0) continue;
-          const std::uint32_t node = table_->node(p, x, y, z);
-          if (!is_node_taken_[node]) column.nodes.push_back(node);
-          is_node_taken_[node] = 1;
-          node_weight_[node] += weight;
-        }
+    if (ring.count > 1) {
+      spread(ring.centre, share, column);
+      continue;
+    }
+    // A contact's core is as wide as a cell: six points at the mean distance (rms) of its force, 15 s² / 8π(r² + s)^7/2.
+    for (Eigen::Index k = 0; k < 6; ++k)
+      spread(ring.centre + std::sqrt(1.5 * ring.s) * (k % 2 ? 1 : -1) * Vec3::Unit(k / 2), share / 6, column);
   }
   for (const std::uint32_t node : column.nodes) {
     column.weights.push_back(node_weight_[node]);
@@ -364,9 +375,15 @@ void LadderDeformation::solve() noexcept {
   for (std::size_t l = 0; l < count; ++l) forces_[l] = x.segment<3>(static_cast<Eigen::Index>(3 * l));
 
   ring_forces_.clear();
-  for (const NeedleRings::Ring& ring : rings_.rings())
-    ring_forces_.push_back(ring.weight[0] * forces_[ring.landmark[0]] +
-                           ring.weight[1] * forces_[ring.landmark[1]]);
+  for (std::size_t r = 0; r < rings_.rings().size(); ++r) {
+    const NeedleRings::Ring& ring = rings_.rings()[r];
+    Vec3 force = Vec3::Zero();
+    for (std::size_t side = 0; side < 2; ++side) {
+      const double w = table_ ? 2 / ((moduli_[r][side] + table_->modulus()) * table_->near_weight()) : 1;
+      force += w * ring.weight[side] * forces_[ring.landmark[side]];
+    }
+    ring_forces_.push_back(force);
+  }
   if (!table_) return;
   std::ranges::fill(node_field_, 0.0f);
   const std::size_t size = table_->field_size();

@@ -72,6 +72,7 @@ class LadderDeformation : public TissueField {
   };
 
   void refresh_columns(std::span<const Vec3> positions) noexcept;
+  void spread(const Vec3& X, double share, Column& column) noexcept;
   void gather(Column& column, std::uint32_t landmark) noexcept;
   void take_moduli() noexcept;
   void add_nodes(const Column& column, bool held, double factor, std::vector<float>& fields) const noexcept;
