@@ -232,7 +232,8 @@ ToolOptions parse_tool_line(int argc, char** argv, std::optional<int>& exit_code
       "  brachy compare --json compare.json --markdown compare.md     all, with the sweep over supports\n"
       "  brachy compare --models psi31_a12,elastic --scenes lateral   those whose names begin so\n"
       "  brachy compare --beads truthcube/beads.csv                   against measured beads instead\n"
-      "Beads: i,j,k,x0,y0,z0,x1,y1,z1,… mm at rest and under loads. Those at the ends of the lattice predict the\n"
+      "Beads: i,j,k,x0,y0,z0,x1,y1,z1,… mm at rest and under loads. Those at the ends of the lattice predict "
+      "the\n"
       "others; parameters are chosen on the first load's outer beads alone and applied to every load.\n"
       "scripts/compare.sh does the same and draws the charts. Times are one thread's; leave the cores "
       "alone.\n"
@@ -250,6 +251,22 @@ ToolOptions parse_tool_line(int argc, char** argv, std::optional<int>& exit_code
   compare_cmd->add_flag("--quick", compare.quick, "listed models only, ticks timed for less long");
   for (const char* other : {"--references", "--markdown", "--models", "--scenes", "--quick"})
     beads->excludes(compare_cmd->get_option(other));
+
+  AdviseOptions advise;
+  auto* advise_cmd = app.add_subcommand(
+      "advise", "Say which model a scene needs: supports, errors and costs, and the choice.");
+  advise_cmd->footer(
+      "Examples:\n  brachy advise config/prostate.toml\n"
+      "  brachy advise config/prostate.toml --tolerance-mm 0.2 --tick-budget-ms 5 --json\n"
+      "Errors and times are those of the comparison stored in the program (brachy compare), not measured "
+      "now.");
+  advise_cmd->add_option("scene", advise.scene, "scene file (TOML)")->required();
+  advise_cmd
+      ->add_option("--tolerance-mm", advise.tolerance_mm, "largest error at a target; default: the scene's")
+      ->check(between(1e-3, 100));
+  advise_cmd->add_option("--tick-budget-ms", advise.tick_budget_ms, "default: the scene's")
+      ->check(between(1e-3, 1000));
+  advise_cmd->add_flag("--json", advise.json, "print the advice as JSON");
 
   exit_code = parse(app, argc, argv);
   if (exit_code) return inspect;
@@ -278,6 +295,7 @@ ToolOptions parse_tool_line(int argc, char** argv, std::optional<int>& exit_code
     return deform;
   }
   if (*compare_cmd) return compare;
+  if (*advise_cmd) return advise;
   return inspect;
 }
 

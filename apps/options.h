@@ -88,8 +88,14 @@ struct CompareOptions {
   bool quick = false;                                   ///< listed models only, ticks timed for less long
 };
 
-using ToolOptions =
-    std::variant<ReplayOptions, WatchOptions, RecordOptions, DeformOptions, InspectOptions, CompareOptions>;
+struct AdviseOptions {
+  std::filesystem::path scene;
+  std::optional<double> tolerance_mm, tick_budget_ms;  ///< none: the scene's
+  bool json = false;
+};
+
+using ToolOptions = std::variant<ReplayOptions, WatchOptions, RecordOptions, DeformOptions, InspectOptions,
+                                 CompareOptions, AdviseOptions>;
 
 /// Exit codes of both programs.
 enum ExitCode : int {

@@ -4,6 +4,7 @@
 
 #include <iostream>
 
+#include "core/choice/choice.h"
 #include "core/error.h"
 #include "core/ladder/compact_kernel.h"
 #include "core/ladder/elastic_kernel.h"
@@ -136,7 +137,11 @@ LandmarkField::LandmarkField(const DeformOptions& options) : impl_(std::make_uni
   Impl& m = *impl_;
   m.name = options.landmarks.string();
   std::optional<Scene> scene;
-  if (options.scene) scene = load_scene(*options.scene);
+  if (options.scene) {
+    std::string choice;
+    scene = with_choice(load_scene(*options.scene), &choice);
+    if (!choice.empty() && options.kernel.empty()) std::cerr << "brachy: " << choice << "\n";
+  }
   m.rung = !options.kernel.empty() ? options.kernel : scene ? scene->model.kernel : "psi31";
   m.landmarks = load_landmarks(options.landmarks, options.core_radius_mm.value_or(0));
   if (is_matrix_rung(m.rung)) {

@@ -6,6 +6,7 @@
 #include "apps/brachy/place_trajectory.h"
 #include "apps/brachy/tools.h"
 #include "apps/tissue_box.h"
+#include "core/choice/choice.h"
 #include "core/scene/load_tissue.h"
 #include "core/scene/scene_file.h"
 #include "core/sim/simulator.h"
@@ -18,6 +19,9 @@ int replay_offline(const ReplayOptions& options) {
   Scene scene = options.config ? load_scene(*options.config) : Scene{};
   if (options.threads) scene.engine.threads = options.threads;
   if (!options.simd.empty()) scene.engine.simd = options.simd;
+  std::string choice;
+  scene = with_choice(scene, &choice);
+  if (!choice.empty()) std::cerr << "brachy: " << choice << "\n";
   Simulator simulator(scene, load_tissue(scene).tissue);
   trajectory =
       place(std::move(trajectory), options, options.centre_on_tissue || scene.device.centre_on_tissue,

@@ -20,5 +20,7 @@ int deform(const DeformOptions& options);
 int inspect(const InspectOptions& options);
 /// Runs every model on every reference scene: errors, times, memory; or scores rungs against measured beads.
 int compare(const CompareOptions& options);
+/// Says what a scene needs: valid supports, expected error and cost of each rung, the choice.
+int advise(const AdviseOptions& options);
 
 }  // namespace brachy

@@ -7,6 +7,7 @@
 #include "apps/brachyd/daemon.h"
 #include "apps/brachyd/summary_report.h"
 #include "apps/command_line.h"
+#include "core/choice/choice.h"
 #include "core/error.h"
 #include "core/scene/scene_file.h"
 
@@ -17,6 +18,9 @@ using namespace brachy;
 int run(const DaemonOptions& options) {
   Scene scene = options.config ? load_scene(*options.config) : Scene{};
   if (!options.simd.empty()) scene.engine.simd = options.simd;
+  std::string choice;
+  scene = with_choice(scene, &choice);
+  if (!choice.empty()) spdlog::info("{}", choice);
   if (options.check_config) {
     DaemonOptions any_port = options;
     any_port.port = 0;  // a scene is good whether or not another daemon runs

@@ -24,45 +24,54 @@ std::vector<std::uint32_t> sorted_order(const std::vector<Vec3>& points) {
 
 }  // namespace
 
-std::unique_ptr<EngineModel> EngineModel::psi(Kernel kernel, double support_radius, bool has_anchors) {
+std::unique_ptr<EngineModel> EngineModel::psi(Kernel kernel, double support_radius, bool has_anchors,
+                                              Sparing sparing) {
   const auto make = [=](const Tissue& tissue, const ElasticBody&, std::size_t landmarks) {
     BlockField::Options options;
     options.max_landmarks = landmarks;
     return std::make_unique<Deformation>(tissue, kernel, support_radius, options);
   };
-  return std::unique_ptr<EngineModel>(new EngineModel(make, has_anchors, true));
+  return std::unique_ptr<EngineModel>(new EngineModel(make, has_anchors, true, sparing));
 }
 
-std::unique_ptr<EngineModel> EngineModel::ladder(const std::string& rung) {
+std::unique_ptr<EngineModel> EngineModel::ladder(const std::string& rung, Sparing sparing) {
   const auto make = [=](const Tissue& tissue, const ElasticBody& body, std::size_t landmarks) {
     LadderDeformation::Options options;
     options.max_landmarks = landmarks;
     return std::make_unique<LadderDeformation>(tissue, rung, body, options);
   };
-  return std::unique_ptr<EngineModel>(new EngineModel(make, false, false));
+  return std::unique_ptr<EngineModel>(new EngineModel(make, false, false, sparing));
 }
 
 void EngineModel::set_up(const ComparedScene& scene) {
-  positions_ = scene.landmarks;
+  kept_.clear();
+  for (std::size_t i = 0; i < scene.landmarks.size(); i += sparing_.every) kept_.push_back(i);
+  if (kept_.back() + 1 < scene.landmarks.size()) kept_.push_back(scene.landmarks.size() - 1);
+  positions_.clear();
+  for (const std::size_t i : kept_) positions_.push_back(scene.landmarks[i]);
   if (has_anchors_)
     for (const Vec3& anchor : paper_anchors(scene.body, scene.landmarks)) positions_.push_back(anchor);
   displacements_.assign(positions_.size(), Vec3::Zero());
-  tissue_ = build_tissue({}, scene.points);
+  const std::size_t count =
+      sparing_.points > 0 ? std::min(sparing_.points, scene.points.size()) : scene.points.size();
+  const std::vector<Vec3> points(scene.points.begin(),
+                                 scene.points.begin() + static_cast<std::ptrdiff_t>(count));
+  tissue_ = build_tissue({}, points);
   // The tissue has the same points in an order of its own: both sorted, they stand in the same places.
   order_.resize(tissue_.size());
-  const auto given = sorted_order(scene.points), ours = sorted_order(tissue_.rest_vertices);
+  const auto given = sorted_order(points), ours = sorted_order(tissue_.rest_vertices);
   for (std::size_t i = 0; i < ours.size(); ++i) order_[ours[i]] = given[i];
   field_ = make_field_(tissue_, scene.body, positions_.size());
 }
 
 void EngineModel::tick(std::span<const Vec3> displacements) {
-  std::ranges::copy(displacements, displacements_.begin());
+  for (std::size_t k = 0; k < kept_.size(); ++k) displacements_[k] = displacements[kept_[k]];
   if (!field_->update(positions_, displacements_))
     throw std::runtime_error("the landmarks' matrix is singular to rounding");
 }
 
 bool EngineModel::move(std::span<const Vec3> landmarks) {
-  std::ranges::copy(landmarks, positions_.begin());
+  for (std::size_t k = 0; k < kept_.size(); ++k) positions_[k] = landmarks[kept_[k]];
   return true;
 }
 

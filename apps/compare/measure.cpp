@@ -106,6 +106,9 @@ CompareRow measure(const ModelEntry& entry, const ReferenceScene& scene, const E
   row.kernel = entry.kernel;
   row.support_mm = entry.support_mm;
   row.has_anchors = entry.has_anchors;
+  row.is_surface = entry.is_surface;
+  if (const auto& p = scene.given.landmarks; p.size() > 1)
+    row.landmark_spacing_mm = static_cast<double>(entry.every_landmark) * (p[1] - p[0]).norm();
   try {
     std::vector<Vec3> u(scene.given.points.size());
     const std::size_t heap = heap_bytes();

@@ -21,7 +21,8 @@ struct CompareRow {
   bool listed = true;  ///< by name in table and charts
   std::string kernel;
   double support_mm = 0;
-  bool has_anchors = false;
+  bool has_anchors = false, is_surface = false;
+  double landmark_spacing_mm = 0;  ///< 0: one landmark
 
   double rel_l2 = 0;         ///< |u − u_ref| / |u_ref| over field.csv
   double max_mm = 0;         ///< largest |u − u_ref| there

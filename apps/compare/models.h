@@ -20,6 +20,8 @@ struct ModelEntry {
   std::string kernel = {};  ///< of psi and paper
   double support_mm = 0;
   bool has_anchors = false;
+  std::size_t every_landmark = 1;  ///< of the scene's, whose spacing is 1.5 needle radii
+  bool is_surface = false;         ///< ticks move as many points as a surface has, not a volume's
 };
 
 /// Every model `brachy compare` knows, in the order of its table: psi rungs, ladder, comparators. `quick`: only listed

@@ -15,9 +15,10 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 Json to_json(const CompareRow& row) {
-  Json json = {{"model", row.model},   {"family", row.family},      {"scene", row.scene},
-               {"group", row.group},   {"counts", row.counts},      {"listed", row.listed},
-               {"kernel", row.kernel}, {"anchors", row.has_anchors}};
+  Json json = {{"model", row.model},   {"family", row.family},       {"scene", row.scene},
+               {"group", row.group},   {"counts", row.counts},       {"listed", row.listed},
+               {"kernel", row.kernel}, {"anchors", row.has_anchors}, {"surface", row.is_surface}};
+  if (row.landmark_spacing_mm > 0) json["landmark_spacing_mm"] = row.landmark_spacing_mm;
   if (row.support_mm > 0) json["support_mm"] = row.support_mm;
   if (!row.error.empty()) {
     json["error"] = row.error;

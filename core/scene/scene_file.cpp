@@ -35,7 +35,12 @@ void read_tissue(TomlTable t, TissueSettings& s) {
 }
 
 void read_model(TomlTable t, ModelSettings& s) {
-  t.text("kernel", s.kernel, rung_names());
+  std::vector<std::string> kernels = rung_names();
+  kernels.emplace_back("auto");
+  t.text("kernel", s.kernel, kernels);
+  t.number("tolerance_mm", s.tolerance_mm, 1e-3, 100);
+  t.number("tick_budget_ms", s.tick_budget_ms, 1e-3, 1000);
+  t.text("needs", s.needs, {"volume", "surface"});
   t.number("support_radius_mm", s.support_radius_mm, 0.5, 500);
   t.refuse_unknown();
 }
