@@ -5,7 +5,7 @@ cd "$(dirname "$0")/.."
 bad=0
 complain() { echo "layers: $1" >&2; bad=1; }
 
-# includes FOLDER FORBIDDEN…: no file of FOLDER includes a header of the others.
+# forbid FOLDER OTHER…: no file of FOLDER includes a header of the others.
 forbid() {
   local folder=$1; shift
   for other in "$@"; do
@@ -17,6 +17,11 @@ forbid core net haptics apps tests
 forbid net haptics apps tests
 forbid haptics net apps tests
 forbid apps tests
+# The rooms of the elastic rungs, one way: ladder → fem, compact → elastic → kernels.
+forbid core/elastic core/fem core/compact core/ladder
+forbid core/fem core/compact core/ladder
+forbid core/compact core/fem core/ladder
+forbid core/kernels core/elastic core/fem core/compact core/ladder
 
 # only PATTERN WHERE WHAT: the pattern occurs in no file but those matching WHERE.
 only() {
@@ -27,7 +32,8 @@ only() {
 }
 only '#include <assimp/' '^core/mesh_io/mesh_file\.cpp$' 'assimp'
 only '#include <CLI/' '^apps/command_line\.cpp$' 'CLI11'
-only '#include <toml\+\+/' '^core/scene/scene_file\.cpp$' 'tomlplusplus'
+only '#include <toml\+\+/' '^core/scene/toml_table\.h$' 'tomlplusplus'
+only '#include "core/scene/toml_table\.h"' '^core/scene/(toml_table|scene_file)\.cpp$' 'what includes tomlplusplus'
 only '#include <boost/beast' '^net/http[a-z_]*\.cpp$' 'Boost.Beast'
 only '#include <atomic>|std::atomic' '^core/realtime/triple_buffer\.h$' 'atomics'
 only 'std::j?thread[ ({]|pthread_create|std::async\(' '^apps/brachyd/daemon\.(h|cpp)$' 'creating threads'

@@ -5,9 +5,9 @@
 #include <iostream>
 
 #include "core/choice/choice.h"
+#include "core/compact/compact_kernel.h"
+#include "core/elastic/elastic_kernel.h"
 #include "core/error.h"
-#include "core/ladder/compact_kernel.h"
-#include "core/ladder/elastic_kernel.h"
 #include "core/ladder/ladder.h"
 #include "core/ladder/ladder_system.h"
 #include "core/number_csv.h"

@@ -3,7 +3,7 @@
 #include <span>
 #include <vector>
 
-#include "core/ladder/elastic_body.h"
+#include "core/elastic/elastic_body.h"
 
 namespace brachy {
 

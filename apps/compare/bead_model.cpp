@@ -4,9 +4,9 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 
+#include "core/compact/compact_kernel.h"
+#include "core/elastic/kelvin.h"
 #include "core/kernels/kernels.h"
-#include "core/ladder/compact_kernel.h"
-#include "core/ladder/kelvin.h"
 
 namespace brachy {
 namespace {

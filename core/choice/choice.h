@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "core/choice/comparison.h"
-#include "core/ladder/elastic_body.h"
+#include "core/elastic/elastic_body.h"
 #include "core/scene/scene.h"
 
 namespace brachy {

@@ -4,11 +4,11 @@
 #include <array>
 #include <cassert>
 
+#include "core/compact/compact_kernel.h"
+#include "core/elastic/elastic_kernel.h"
+#include "core/elastic/surface_remainder.h"
+#include "core/fem/fem_remainder.h"
 #include "core/kernels/kernels.h"
-#include "core/ladder/compact_kernel.h"
-#include "core/ladder/elastic_kernel.h"
-#include "core/ladder/fem_remainder.h"
-#include "core/ladder/surface_remainder.h"
 
 namespace brachy {
 namespace {

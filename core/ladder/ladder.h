@@ -5,8 +5,8 @@
 #include <string_view>
 #include <vector>
 
-#include "core/ladder/elastic_body.h"
-#include "core/ladder/matrix_kernel.h"
+#include "core/elastic/elastic_body.h"
+#include "core/kernels/matrix_kernel.h"
 
 namespace brachy {
 

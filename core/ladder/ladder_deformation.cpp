@@ -5,8 +5,8 @@
 #include <limits>
 #include <numbers>
 
+#include "core/elastic/kelvin.h"
 #include "core/error.h"
-#include "core/ladder/kelvin.h"
 #include "core/ladder/ladder.h"
 
 namespace brachy {

@@ -7,10 +7,10 @@
 
 #include <Eigen/Core>
 
+#include "core/compact/compact_kernel.h"
+#include "core/elastic/elastic_kernel.h"
+#include "core/elastic/needle_rings.h"
 #include "core/field/tissue_field.h"
-#include "core/ladder/compact_kernel.h"
-#include "core/ladder/elastic_kernel.h"
-#include "core/ladder/needle_rings.h"
 #include "core/ladder/remainder_table.h"
 
 namespace brachy {

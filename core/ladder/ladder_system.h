@@ -5,13 +5,13 @@
 
 #include <Eigen/Cholesky>
 
-#include "core/ladder/matrix_kernel.h"
+#include "core/kernels/matrix_kernel.h"
 #include "core/rbf/rbf_system.h"
 
 namespace brachy {
 
 /// Landmarks solved with a kernel of the ladder, exactly and in double: factorize the landmarks, solve for the forces,
-/// evaluate anywhere. What `brachy deform` does; the daemon's ticks go through TabulatedField.
+/// evaluate anywhere. What `brachy deform` does; the daemon's ticks go through LadderDeformation.
 /// Threads: one. It allocates.
 class LadderSystem {
  public:

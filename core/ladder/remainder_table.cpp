@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/ladder/kelvin.h"
+#include "core/elastic/kelvin.h"
 
 namespace brachy {
 namespace {

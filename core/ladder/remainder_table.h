@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "core/ladder/elastic_kernel.h"
+#include "core/elastic/elastic_kernel.h"
 #include "core/ladder/near_loops.h"
 #include "core/tissue/tissue.h"
 

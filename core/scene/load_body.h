@@ -1,6 +1,6 @@
 #pragma once
 
-#include "core/ladder/elastic_body.h"
+#include "core/elastic/elastic_body.h"
 #include "core/scene/scene.h"
 
 namespace brachy {

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Prints the constants of tests/core/ladder/surface_remainder_test.cpp: the rung `elastic` by the study's Python.
+"""Prints the constants of tests/core/elastic/surface_remainder_test.cpp: the rung `elastic` by the study's Python.
 
 Four points, two in the gland, on two stored scenes: C g for g = (1, 2, …, 12), and the displacements at three points of the
 gland when the four are displaced by d. Shear modulus 1 outside the gland. Exit code: 0 done.

@@ -88,8 +88,7 @@ TEST_F(Contact, LandmarksStandAtMaterialPointsAlongTheCutPath) {
     EXPECT_NEAR(d.x(), 0, 1e-9);  // straight: nothing is pushed aside
     EXPECT_LE(d.z(), settings.cutting_displacement_mm + 1e-9);
   }
-  for (int k = 0; k < 6; ++k)
-    EXPECT_LE(contact.displacements()[k].z(), settings.friction_displacement_mm);
+  for (int k = 0; k < 6; ++k) EXPECT_LE(contact.displacements()[k].z(), settings.friction_displacement_mm);
 }
 
 TEST_F(Contact, SidewaysTheTissueFollowsTheShaft) {

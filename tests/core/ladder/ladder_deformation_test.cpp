@@ -107,7 +107,8 @@ TEST_P(EveryRung, TheSameTicksInAnyHistoryGiveTheSameBits) {
       ASSERT_EQ(a.displacement(block).uz[i], b.displacement(block).uz[i]);
 }
 
-INSTANTIATE_TEST_SUITE_P(Ladder, EveryRung, testing::Values("multiscale", "compact_elastic", "elastic", "fem"),
+INSTANTIATE_TEST_SUITE_P(Ladder, EveryRung,
+                         testing::Values("multiscale", "compact_elastic", "elastic", "fem"),
                          [](const auto& rung) { return rung.param; });
 
 TEST(LadderDeformation, NoLandmarksNoField) {
