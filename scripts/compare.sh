@@ -1,15 +1,17 @@
 #!/usr/bin/env bash
 # Runs every model on every reference scene (`brachy compare`) and draws the charts; --quick: the listed models only.
 # Under ten minutes on two cores, --quick under two; leave the cores alone meanwhile, times are compared.
-#   scripts/compare.sh [--quick] [--charts DIR] [--json FILE] [--references DIR] [--models LIST] [--scenes LIST]
-# To renew what the README shows: scripts/compare.sh --charts tests/reference/charts
+#   scripts/compare.sh [--quick] [--charts DIR] [--json FILE] [--store] [--references DIR] [--models LIST] [--scenes LIST]
+# --store: what `[model] kernel = "auto"` chooses from (core/choice/comparison.csv) becomes what was measured now.
+# To renew what the README shows: scripts/compare.sh --charts tests/reference/charts --store
 set -euo pipefail
 from=$PWD
 cd "$(dirname "$0")/.."
-usage() { sed -n '2,5s/^# \?//p' "$0" >&2; exit 2; }
+usage() { sed -n '2,6s/^# \?//p' "$0" >&2; exit 2; }
 
 charts=out/compare-$(date +%Y%m%d-%H%M%S)-$$
 json=
+store=
 options=()
 while (($#)); do
   case $1 in
@@ -18,7 +20,8 @@ while (($#)); do
     --json) json=$(cd "$from" && realpath -m "$2"); shift ;;
     --references) options+=(--references "$(cd "$from" && realpath -m "$2")"); shift ;;
     --models | --scenes) options+=("$1" "$2"); shift ;;
-    --quick) options+=("$1") ;;
+    --quick) options+=("$1"); store= ;;
+    --store) store=1 ;;
     *) usage ;;
   esac
   shift
@@ -31,4 +34,7 @@ kept=${json:-out/compare.json}
 mkdir -p "$(dirname "$kept")"
 build/release/bin/brachy compare "${options[@]}" --json "$kept" --markdown "$charts/compare.md"
 /usr/bin/python3 scripts/compare_charts.py "$kept" "$charts"
+if [[ $store ]]; then
+  /usr/bin/python3 scripts/compare_store.py "$kept" tests/reference core/choice/comparison.csv
+fi
 echo "compare: figures in $kept, table and charts in $charts"

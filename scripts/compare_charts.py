@@ -162,6 +162,8 @@ def draw_supports(rows, path):
 
 def main():
     rows, folder = json.loads(Path(sys.argv[1]).read_text())["rows"], Path(sys.argv[2])
+    # Half the landmarks and a surface's points are there to choose from (compare_store.py), not to look at.
+    rows = [row for row in rows if not row.get("surface") and "_sparse" not in row["model"]]
     folder.mkdir(parents=True, exist_ok=True)
     models = means_of(rows)
     if not models:

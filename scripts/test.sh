@@ -2,6 +2,7 @@
 # Builds and runs the tests.
 #   scripts/test.sh          release tests
 #   scripts/test.sh --all    also format, layers, and the tests under AddressSanitizer and ThreadSanitizer
+#                            and the charts of `brachy compare --quick`
 # BRACHY_DATA_DIR names a folder of shared data; tests that need it say "skipped" without.
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -10,7 +11,7 @@ all=0
 case "${1:-}" in
   "") ;;
   --all) all=1 ;;
-  *) sed -n '2,5s/^# \?//p' "$0" >&2; exit 2 ;;
+  *) sed -n '2,6s/^# \?//p' "$0" >&2; exit 2 ;;
 esac
 
 run_tests() {  # PRESET [ctest options]
@@ -28,6 +29,7 @@ if ((all)); then
 fi
 run_tests release
 if ((all)); then
+  scripts/compare.sh --quick --charts out/compare-quick
   run_tests asan
   # Threads meet in the buffer, the devices, the server and the daemon: these under ThreadSanitizer.
   run_tests tsan -R 'TripleBuffer|Device|Server|Daemon|Deadline'
