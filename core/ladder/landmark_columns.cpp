@@ -18,7 +18,7 @@ LandmarkColumns::LandmarkColumns(const ElasticKernel& kernel, const RemainderTab
       is_node_taken_(table.nodes(), 0) {
   const bool has_regions = !kernel.body().regions.empty();
   for (Column& column : columns_) {
-    column.at = Vec3::Constant(std::numeric_limits<double>::quiet_NaN());
+    forget(column);
     column.nodes.reserve(table.nodes());
     column.weights.reserve(table.nodes());
     column.fields.assign(3 * table.field_size(), 0);
@@ -37,7 +37,13 @@ std::size_t LandmarkColumns::bytes() const {
   return floats * sizeof(float);
 }
 
+void LandmarkColumns::forget(Column& column) noexcept {
+  column.at = Vec3::Constant(std::numeric_limits<double>::quiet_NaN());
+}
+
 void LandmarkColumns::place(std::span<const Vec3> positions, const NeedleRings& rings) noexcept {
+  // One that comes back is read anew: others may have moved, which its pairs with them do not know.
+  for (std::size_t l = positions.size(); l < count_; ++l) forget(columns_[l]);
   count_ = positions.size();
   take_moduli(count_, rings.rings());
   bool any_exact_is_fresh = false;

@@ -53,6 +53,7 @@ class LandmarkColumns {
     bool is_exact = false;             // outside the table: `fields` from the kernel, no nodes of its own
   };
 
+  static void forget(Column& column) noexcept;
   void take_moduli(std::size_t landmarks, std::span<const NeedleRings::Ring> rings) noexcept;
   void gather(Column& column, std::uint32_t landmark, std::span<const NeedleRings::Ring> rings) noexcept;
   void spread(const Vec3& X, double share, Column& column) noexcept;
