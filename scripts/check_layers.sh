@@ -31,7 +31,8 @@ only() {
   done < <(grep -rlE "$pattern" core net haptics apps --include='*.h' --include='*.cpp' || true)
 }
 only '#include <assimp/' '^core/mesh_io/mesh_file\.cpp$' 'assimp'
-only '#include <CLI/' '^apps/command_line\.cpp$' 'CLI11'
+only '#include <CLI/' '^apps/command_line_parts\.h$' 'CLI11'
+only '#include "apps/command_line_parts\.h"' '^apps/command_line[a-z_]*\.cpp$' 'what includes CLI11'
 only '#include <toml\+\+/' '^core/scene/toml_table\.h$' 'tomlplusplus'
 only '#include "core/scene/toml_table\.h"' '^core/scene/(toml_table|scene_file)\.cpp$' 'what includes tomlplusplus'
 only '#include <boost/beast' '^net/http[a-z_]*\.cpp$' 'Boost.Beast'

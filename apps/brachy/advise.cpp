@@ -6,6 +6,7 @@
 
 #include "apps/brachy/tools.h"
 #include "core/choice/choice.h"
+#include "core/compact/compact_kernel.h"
 #include "core/kernels/kernels.h"
 #include "core/scene/load_body.h"
 #include "core/scene/scene_file.h"
@@ -41,6 +42,13 @@ std::vector<Window> windows(const Scene& scene) {
   return all;
 }
 
+/// How far the fitted rungs are from the elastic kernel that they are fitted to, in the scene's tissue.
+double fit_residual(const ElasticBody& body, CompactRung rung) {
+  double residual = 0;
+  CompactKernel::of_body(body, rung, &residual);
+  return residual;
+}
+
 /// Of each kernel, with or without anchors, the candidate with the least error; and whatever is chosen.
 std::vector<Candidate> worth_listing(const std::vector<Candidate>& all, const Candidate& chosen) {
   std::vector<Candidate> best;
@@ -74,6 +82,10 @@ int advise(const AdviseOptions& options) {
   const auto listed = worth_listing(candidates(scenes, rows, needs.surface_only), choice.candidate);
   const std::vector<Window> valid = windows(scene);
 
+  const std::array<std::pair<const char*, double>, 2> fits = {
+      {{"multiscale", fit_residual(body, CompactRung::kMultiscale)},
+       {"compact_elastic", fit_residual(body, CompactRung::kCompactElastic)}}};
+
   if (options.json) {
     nlohmann::ordered_json json = {{"nearest_scenes", scenes},
                                    {"tolerance_mm", needs.tolerance_mm},
@@ -83,6 +95,7 @@ int advise(const AdviseOptions& options) {
                                    {"reason", choice.reason}};
     for (const Window& w : valid)
       json["supports_mm"][w.kernel] = {{"least", w.least_mm}, {"most", w.most_mm}};
+    for (const auto& [rung, residual] : fits) json["fit_residual"][rung] = residual;
     for (const Candidate& c : listed)
       json["rungs"].push_back({{"model", c.settings.model},
                                {"kernel", c.settings.kernel},
@@ -95,6 +108,9 @@ int advise(const AdviseOptions& options) {
   std::cout << "support radii that neither fold nor lose their digits:\n";
   for (const Window& w : valid)
     std::cout << fmt::format("  {:8} {:6.1f} … {:.4g} mm\n", w.kernel, w.least_mm, w.most_mm);
+  for (const auto& [rung, residual] : fits)
+    std::cout << fmt::format("weights of {}, fitted: {:.1f} % from the elastic kernel\n", rung,
+                             100 * residual);
   std::cout << "rungs, as charted on the nearest reference scenes (";
   for (std::size_t i = 0; i < scenes.size(); ++i) std::cout << (i ? ", " : "") << scenes[i];
   std::cout << "):\n  model                       error, mm   tick, ms\n";

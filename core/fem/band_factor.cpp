@@ -16,7 +16,7 @@ BandFactor::BandFactor(int n, int half_band, SimdTarget target)
   assert(n > 0 && half_band > 0);
   const int panels = (n + kRows - 1) / kRows;
   columns_.resize(static_cast<std::size_t>(panels) * static_cast<std::size_t>(band_ + kRows));
-  inverse_diagonal_.resize(static_cast<std::size_t>(panels * kRows));
+  inverse_diagonal_.resize(static_cast<std::size_t>(panels) * kRows);
   for (int I = 0; I < panels; ++I) first_column_.push_back(std::max(0, I * kRows - band_));
 }
 

@@ -109,9 +109,9 @@ int MeshSystem::load(std::span<const Load> loads, const PointGroups& b, const st
   int first = factor_.rows() - 1;
   const auto add = [&](int row, const Forces& forces, double share) {
     first = std::min(first, row);
+    BandRow* rows = &x[static_cast<std::size_t>(row)];
     for (int i = 0; i < 3; ++i)
-      for (int c = 0; c < kColumns; ++c)
-        x[static_cast<std::size_t>(row + i)].column[c] += share * forces(i, c);
+      for (int c = 0; c < kColumns; ++c) rows[i].column[c] += share * forces(i, c);
   };
   for (const Load& l : loads)
     for (const Term& term : of_b[l.group]) add(term.row, l.forces, term.share);
@@ -134,10 +134,11 @@ void MeshSystem::solve(std::span<const Load> loads, const PointGroups& b,
   factor_.solve(x.data(), load(loads, b, of_b, fixed_motion, x), last);
   for (std::size_t g = 0; g < of_a.size(); ++g) {
     Forces sum = Forces::Zero();
-    for (const Term& term : of_a[g])
+    for (const Term& term : of_a[g]) {
+      const BandRow* rows = &x[static_cast<std::size_t>(term.row)];
       for (int i = 0; i < 3; ++i)
-        sum.row(i) += term.share * Eigen::Map<const Eigen::Matrix<double, 1, kColumns>>(
-                                       x[static_cast<std::size_t>(term.row + i)].column);
+        sum.row(i) += term.share * Eigen::Map<const Eigen::Matrix<double, 1, kColumns>>(rows[i].column);
+    }
     out.middleRows<3>(static_cast<Index>(3 * g)) = sum.leftCols(out.cols());
   }
 }

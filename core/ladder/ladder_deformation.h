@@ -2,26 +2,25 @@
 
 #include <memory>
 #include <optional>
+#include <span>
 #include <string_view>
 #include <vector>
 
 #include <Eigen/Core>
 
-#include "core/compact/compact_kernel.h"
-#include "core/elastic/elastic_kernel.h"
 #include "core/elastic/needle_rings.h"
 #include "core/field/tissue_field.h"
-#include "core/ladder/remainder_table.h"
+#include "core/kernels/matrix_kernel.h"
+#include "core/ladder/near_field.h"
+#include "core/ladder/smooth_field.h"
 
 namespace brachy {
 
 /// A tick of the matrix-valued rungs (multiscale, compact_elastic, elastic, fem): landmarks → forces → field.
 ///
-/// C(x, y) = near part + table. The near part, Kelvin's solution (or the compact kernel), is summed over the needle's
-/// rings directly, by their points where a block of tissue is near and by their centres where it is farther than
-/// kFarRadii; the rest is read from a table made at construction (remainder_table.h). K is assembled with the same two
-/// parts and factored anew whenever a landmark's rest position changes: 3n ≤ 123 unknowns. What a landmark reads from
-/// the table is kept while it and its neighbours stay put.
+/// C(x, y) = near part + smooth part: Kelvin's solution (or the compact kernel) summed over the needle's rings directly
+/// (near_field.h), and what bounds and regions add read from a table made at construction (smooth_field.h). K is
+/// assembled with the same two parts and factored anew whenever a landmark's rest position changes: 3n ≤ 123 unknowns.
 /// The field differs from LadderSystem's by what the table rounds off, under 1 % where the tissue is one material (tests).
 /// A landmark outside the tissue's box, such as a shaft's on its way to the gland, is prepared from the kernel itself.
 /// That allocates and takes tens of milliseconds: not for a daemon's loop, where a needle is known inside tissue only.
@@ -29,10 +28,6 @@ namespace brachy {
 /// (with landmarks inside the tissue's box, one thread).
 class LadderDeformation : public TissueField {
  public:
-  static constexpr double kFarRadii = 8;      ///< from here on a ring is its centre: 0.2 % of its field there
-  static constexpr double kTableSpacing = 5;  ///< mm, where a region's surface is near
-  static constexpr double kSmoothSpacing = 10;  ///< mm, where only the box's faces are felt
-
   struct Options {
     SimdTarget target = best_simd_target();
     int threads = 1;
@@ -58,68 +53,30 @@ class LadderDeformation : public TissueField {
   std::size_t bytes() const;  ///< kernel, table and columns
 
  private:
-  /// What a landmark reads from the table, kept while its rings stay put.
-  struct Column {
-    Vec3 before, at, after;            // it and its neighbours at rest: what its rings follow from
-    std::vector<std::uint32_t> nodes;  // that carry its force …
-    std::vector<float> weights;        // … and their shares
-    double modulus =
-        1;  // relative, where its force acts: the tissue's, or on a region's surface the mean of its sides
-    std::vector<float> held_fields;  // Q alone, filled where the modulus is not the tissue's
-    std::vector<float> fields;       // three, of unit forces along x, y, z, at the nodes
-    bool is_fresh = false;           // made in this update
-    bool is_exact = false;           // outside the table: `fields` from the kernel, no nodes of its own
-  };
-
-  void refresh_columns(std::span<const Vec3> positions) noexcept;
-  void spread(const Vec3& X, double share, Column& column) noexcept;
-  void gather(Column& column, std::uint32_t landmark) noexcept;
-  void take_moduli() noexcept;
-  void add_nodes(const Column& column, bool held, double factor, std::vector<float>& fields) const noexcept;
-  void gather_exactly(Column& column, std::uint32_t landmark);
   void assemble() noexcept;
-  void prepare_exact_pairs();
   bool factor() noexcept;
-  Mat3 near(const NeedleRings::Ring& a, const NeedleRings::Ring& b) const noexcept;
-  Mat3 near_value(const Vec3& x, double s) const noexcept;
-  Mat3 observe(const Column& a, const std::vector<float>& fields) const noexcept;
-  Mat3 table_value(const Column& a, const Column& b) const noexcept;
   void solve() noexcept;
+  void spread_forces() noexcept;
   void evaluate() noexcept;
   void evaluate_block(std::uint32_t b, std::vector<NearSource>& sources) noexcept;
 
-  const Tissue& tissue_;
   Options options_;
-  std::unique_ptr<const MatrixKernel> kernel_;
-  const ElasticKernel* elastic_ = nullptr;  // one of these two is kernel_
-  const CompactKernel* compact_ = nullptr;
-  CompactShape shape_;
-  double near_scale_ = 1;  // of a force: ŵ/μ, over 4π for the loops
   double needle_radius_;
-  std::optional<RemainderTable> table_;
-  const NearLoops& loops_;
+  std::unique_ptr<const MatrixKernel> kernel_;
+  std::optional<NearField> near_;
+  std::optional<SmoothField> smooth_;  // the compact rungs have none
+  std::vector<double> point_cores_;    // > 0: the compact kernels see points
 
   std::vector<Vec3> positions_, displacements_wanted_, forces_;
-  std::vector<double> point_cores_;  // > 0: the compact kernels see points
   NeedleRings rings_;
-  std::vector<std::uint8_t> is_outside_;       // of each landmark: the table
-  std::vector<std::array<double, 2>> moduli_;  // relative, of each ring's share in its landmarks
-  std::vector<Vec3> ring_forces_;              // near part
-  std::vector<Column> columns_;
-  std::vector<float> node_weight_;           // of the column being gathered, by node …
-  std::vector<std::uint8_t> is_node_taken_;  // … and which nodes it has
-  Eigen::MatrixXd matrix_, table_matrix_;    // K; the table's share of it
-  Eigen::MatrixXd exact_matrix_;             // K between landmarks outside the table
+  std::vector<Vec3> ring_forces_;  // near part
+  Eigen::MatrixXd matrix_;         // K's lower triangle, then its factor
   Eigen::VectorXd solution_;
   bool is_factored_ = false;
   Evaluation evaluation_ = Evaluation::kIdle;
 
-  std::vector<float> node_field_;  // at the table's nodes
   std::vector<std::uint32_t> all_blocks_;
   std::span<const std::uint32_t> touched_;
-  std::vector<Vec3> block_centres_;
-  std::vector<BlockPoints<float>> block_points_;  // about the block's centre, mm
-  std::vector<GridPoint> grid_points_;            // blocks × kBlockSize
   std::vector<BlockDisplacement<float>> displacements_;
   std::vector<std::vector<NearSource>> sources_;  // one for each thread
 };

@@ -49,7 +49,8 @@ struct RegionSettings {
 };
 
 struct ModelSettings {
-  std::string kernel = "psi31";   ///< a rung of the ladder (core/ladder/ladder.h), or auto (core/choice/choice.h)
+  std::string kernel =
+      "psi31";  ///< a rung of the ladder (core/ladder/ladder.h), or auto (core/choice/choice.h)
   double support_radius_mm = 12;  ///< of the ψ rungs
   double tolerance_mm = 1;        ///< auto: error at a target that is not to be exceeded
   double tick_budget_ms = 2.5;    ///< auto: time of a tick, one thread

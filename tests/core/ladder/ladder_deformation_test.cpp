@@ -107,6 +107,18 @@ TEST_P(EveryRung, TheSameTicksInAnyHistoryGiveTheSameBits) {
       ASSERT_EQ(a.displacement(block).uz[i], b.displacement(block).uz[i]);
 }
 
+TEST_P(EveryRung, LandmarksThatLeftAreReadAnewWhenTheyComeBack) {
+  Needle before = shaft(), after = shaft();
+  after.positions.front() += Vec3(0.2, 0, 0);
+  LadderDeformation a(phantom(), GetParam(), body_of(1), {}), b(phantom(), GetParam(), body_of(1), {});
+  ASSERT_TRUE(a.update(before.positions, before.displacements));
+  // The first one moves while the last three are away, which are then where they were.
+  ASSERT_TRUE(a.update(std::span(after.positions).first(4), std::span(after.displacements).first(4)));
+  ASSERT_TRUE(a.update(after.positions, after.displacements));
+  ASSERT_TRUE(b.update(after.positions, after.displacements));
+  for (std::size_t l = 0; l < a.forces().size(); ++l) EXPECT_EQ(a.forces()[l], b.forces()[l]) << l;
+}
+
 INSTANTIATE_TEST_SUITE_P(Ladder, EveryRung,
                          testing::Values("multiscale", "compact_elastic", "elastic", "fem"),
                          [](const auto& rung) { return rung.param; });

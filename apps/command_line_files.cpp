@@ -1,0 +1,129 @@
+// The command lines of the tools that work on files alone: deform, inspect, compare, advise.
+#include <memory>
+
+#include "apps/command_line_parts.h"
+#include "core/error.h"
+#include "core/ladder/ladder.h"
+
+namespace brachy {
+
+ToolLine add_deform(CLI::App& app) {
+  auto options = std::make_shared<DeformOptions>();
+  auto* command =
+      app.add_subcommand("deform", "Deform points or a mesh by landmarks, exactly and without a clock.");
+  command->footer(
+      "Examples:\n"
+      "  brachy deform --landmarks L.csv --points P.csv --kernel psi31 --support 12 --out O.csv\n"
+      "  brachy deform --landmarks L.csv --points P.csv --scene scene.toml --kernel elastic --out O.csv\n"
+      "  brachy deform --landmarks L.csv --mesh M.stl --kernel elastic --poisson 0.49 --core-radius 2 --out "
+      "O.ply\n"
+      "Landmarks: x,y,z,dx,dy,dz[,core_mm] (an anchor has zeros). Points: x,y,z. Out: x,y,z,dx,dy,dz[,det]. "
+      "mm.\n"
+      "elastic and fem take landmarks that follow each other along a line for a needle's shaft of the "
+      "scene's\n"
+      "radius, one alone for a contact; a core_mm > 0 makes a landmark a point of that core radius instead.\n"
+      "Without --scene, elastic is an unbounded solid and needs a core radius; fem needs a scene.\n"
+      "Exit codes: 0 done, 2 bad input, 3 refused (singular or contradictory landmarks; with --strict, "
+      "folding).");
+  command->add_option("--landmarks", options->landmarks, "CSV x,y,z,dx,dy,dz[,core_mm]")->required();
+  auto* points = command->add_option("--points", options->points, "CSV x,y,z");
+  auto* mesh = command->add_option("--mesh", options->mesh, "STL, OBJ or PLY; --out is then a PLY");
+  points->excludes(mesh);
+  command->add_option("--scene", options->scene, "body, moduli, regions, needle and kernel (TOML)");
+  command->add_option("--kernel", options->kernel, "rung of the ladder; default: the scene's, or psi31")
+      ->check(CLI::IsMember(rung_names()));
+  command
+      ->add_option("--support", options->support_mm,
+                   "support radius a of a psi kernel, mm; largest one of a compact rung (default 48)")
+      ->check(between(1e-6, 1e6));
+  command->add_option("--poisson", options->poisson, "Poisson's ratio; default: the scene's, or 0.49")
+      ->check(between(0.0, 0.4995));
+  command
+      ->add_option("--shear-modulus-kpa", options->shear_modulus_kpa,
+                   "of the tissue; default: the scene's, or 6")
+      ->check(between(1e-3, 1e6));
+  command->add_option("--core-radius", options->core_radius_mm, "of every landmark without a core_mm, mm")
+      ->check(between(1e-3, 1e3));
+  command->add_option("--out", options->out, "file to write")->required();
+  command->add_flag("--jacobian", options->jacobian, "also write det(I + ∇u)");
+  command->add_flag("--strict", options->strict, "refuse a field that folds at a point");
+  command->add_flag("--json", options->json, "print the result as JSON");
+  return {command, [options]() -> ToolOptions {
+            if (!options->points && !options->mesh) throw UserError("needs --points FILE or --mesh FILE");
+            return *options;
+          }};
+}
+
+ToolLine add_inspect(CLI::App& app) {
+  auto options = std::make_shared<InspectOptions>();
+  auto* command = app.add_subcommand("inspect", "Say what a mesh or a scene's tissue is made of.");
+  command->footer("Examples:\n  brachy inspect prostate.stl\n  brachy inspect config/prostate.toml --json");
+  command->add_option("file", options->file, "STL, OBJ or PLY, or a scene (.toml)")->required();
+  command->add_option("--units", options->units, "of a mesh")
+      ->check(CLI::IsMember({"mm", "m"}))
+      ->capture_default_str();
+  command->add_option("--frame", options->frame, "of a mesh")
+      ->check(CLI::IsMember({"RAS", "LPS"}))
+      ->capture_default_str();
+  command->add_option("--weld-tolerance-mm", options->weld_tolerance_mm, "vertices closer than this are one")
+      ->check(between(0.0, 1.0))
+      ->capture_default_str();
+  command->add_option("--min-island-share", options->min_island_share, "smaller islands are dropped")
+      ->check(between(0.0, 0.5))
+      ->capture_default_str();
+  command->add_option("--out", options->out, "also write the surface, welded and outward, as PLY");
+  command->add_flag("--json", options->json, "print the report as JSON");
+  return {command, [options]() -> ToolOptions { return *options; }};
+}
+
+ToolLine add_compare(CLI::App& app) {
+  auto options = std::make_shared<CompareOptions>();
+  auto* command = app.add_subcommand(
+      "compare", "Run every model on every reference scene: errors, times, memory, as a table.");
+  command->footer(
+      "Examples:\n"
+      "  brachy compare --quick                                       the listed models, a minute\n"
+      "  brachy compare --json compare.json --markdown compare.md     all, with the sweep over supports\n"
+      "  brachy compare --models psi31_a12,elastic --scenes lateral   those whose names begin so\n"
+      "  brachy compare --beads truthcube/beads.csv                   against measured beads instead\n"
+      "Beads: i,j,k,x0,y0,z0,x1,y1,z1,… mm at rest and under loads. Those at the ends of the lattice predict "
+      "the\n"
+      "others; parameters are chosen on the first load's outer beads alone and applied to every load.\n"
+      "scripts/compare.sh does the same and draws the charts. Times are one thread's; leave the cores "
+      "alone.\n"
+      "Exit codes: 0 done, 1 no model had an answer, 2 bad input.");
+  command->add_option("--references", options->references,
+                      "folder of reference scenes; default: the installed or the sources' tests/reference");
+  auto* beads = command->add_option("--beads", options->beads, "CSV i,j,k,x0,y0,z0,x1,y1,z1,…");
+  command->add_option("--json", options->json, "write all rows as JSON");
+  command->add_option("--markdown", options->markdown, "write the table, which is printed anyway");
+  command->add_option("--models", options->models, "beginnings of model names, comma-separated")
+      ->delimiter(',');
+  command->add_option("--scenes", options->scenes, "beginnings of scene names, comma-separated")
+      ->delimiter(',');
+  command->add_flag("--quick", options->quick, "listed models only, ticks timed for less long");
+  for (const char* other : {"--references", "--markdown", "--models", "--scenes", "--quick"})
+    beads->excludes(command->get_option(other));
+  return {command, [options]() -> ToolOptions { return *options; }};
+}
+
+ToolLine add_advise(CLI::App& app) {
+  auto options = std::make_shared<AdviseOptions>();
+  auto* command = app.add_subcommand(
+      "advise", "Say which model a scene needs: supports, errors and costs, and the choice.");
+  command->footer(
+      "Examples:\n  brachy advise config/prostate.toml\n"
+      "  brachy advise config/prostate.toml --tolerance-mm 0.2 --tick-budget-ms 5 --json\n"
+      "Errors and times are those of the comparison stored in the program (brachy compare), not measured "
+      "now.");
+  command->add_option("scene", options->scene, "scene file (TOML)")->required();
+  command
+      ->add_option("--tolerance-mm", options->tolerance_mm, "largest error at a target; default: the scene's")
+      ->check(between(1e-3, 100));
+  command->add_option("--tick-budget-ms", options->tick_budget_ms, "of one thread; default: the scene's")
+      ->check(between(1e-3, 1000));
+  command->add_flag("--json", options->json, "print the advice as JSON");
+  return {command, [options]() -> ToolOptions { return *options; }};
+}
+
+}  // namespace brachy

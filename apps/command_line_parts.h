@@ -1,0 +1,34 @@
+#pragma once
+
+#include <functional>
+#include <string>
+
+#include <CLI/CLI.hpp>
+
+#include "apps/options.h"
+
+namespace brachy {
+
+// What the files apps/command_line*.cpp share, and no other includes: CLI11 ends here.
+
+/// One tool's subcommand. `take`, once it was parsed: what was said. Errors: UserError where that does not fit together.
+struct ToolLine {
+  CLI::App* command;
+  std::function<ToolOptions()> take;
+};
+
+ToolLine add_replay(CLI::App& app);
+ToolLine add_watch(CLI::App& app);
+ToolLine add_record(CLI::App& app);
+ToolLine add_deform(CLI::App& app);
+ToolLine add_inspect(CLI::App& app);
+ToolLine add_compare(CLI::App& app);
+ToolLine add_advise(CLI::App& app);
+
+CLI::Validator host_port();  ///< "HOST:PORT", which host_port_of then splits
+HostPort host_port_of(const std::string& text);
+CLI::Validator between(double least, double most);  ///< CLI::Range, but NaN is not between
+CLI::Validator durations();                         ///< seconds
+CLI::Validator simd_choices();
+
+}  // namespace brachy

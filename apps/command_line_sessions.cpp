@@ -1,0 +1,99 @@
+// The command lines of the tools that meet a daemon: replay, watch, record.
+#include <memory>
+
+#include "apps/command_line_parts.h"
+#include "core/error.h"
+
+namespace brachy {
+
+ToolLine add_replay(CLI::App& app) {
+  struct Said : ReplayOptions {
+    std::string daemon;
+    std::vector<double> translate;
+    bool offline = false;
+  };
+  auto options = std::make_shared<Said>();
+  auto* command = app.add_subcommand("replay", "Play a needle trajectory into a daemon, or step it offline.");
+  command->footer(
+      "Examples:\n"
+      "  brachy replay config/insertion.csv --connect 127.0.0.1:18950\n"
+      "  brachy replay insertion.csv --offline --config config/prostate.toml --json");
+  command->add_option("trajectory", options->trajectory, "CSV: t_s,m00,…,m23 (X_WN, mm)")->required();
+  auto* replay_connect =
+      command->add_option("--connect", options->daemon, "the daemon to play into")->check(host_port());
+  auto* offline_flag =
+      command->add_flag("--offline", options->offline, "no clock, no network: step and print a hash");
+  offline_flag->excludes(replay_connect);
+  command->add_option("--config", options->config, "scene for --offline; default: the built-in phantom")
+      ->needs(offline_flag);
+  command->add_option("--threads", options->threads, "OpenMP threads for --offline; default: the scene's")
+      ->needs(offline_flag)
+      ->check(CLI::Range(1, 64));
+  command->add_option("--simd", options->simd, "instruction set for --offline; default: the scene's")
+      ->needs(offline_flag)
+      ->check(simd_choices());
+  command->add_option("--rate-hz", options->rate_hz, "poses a second; between samples they are interpolated")
+      ->needs(replay_connect)
+      ->check(between(1.0, 2000.0))
+      ->capture_default_str();
+  command->add_option("--speed", options->speed, "1: as recorded, 2: twice as fast")
+      ->check(between(0.01, 100.0))
+      ->capture_default_str();
+  command->add_flag("--loop", options->loop, "start over at the end, until interrupted")
+      ->needs(replay_connect);
+  command->add_flag("--centre-on-tissue", options->centre_on_tissue,
+                    "move the trajectory so that the place where its tip dwells is the tissue's centre");
+  command->add_option("--translate-mm", options->translate, "then move it by x,y,z")
+      ->delimiter(',')
+      ->expected(3)
+      ->check(between(-1e4, 1e4));
+  command->add_flag("--json", options->json, "print the result as JSON");
+  return {command, [options]() -> ToolOptions {
+            if (!options->offline && options->daemon.empty())
+              throw UserError("needs --connect HOST:PORT or --offline");
+            ReplayOptions replay = *options;
+            if (!options->offline) replay.connect = host_port_of(options->daemon);
+            if (const auto& mm = options->translate; !mm.empty())
+              replay.translate_mm = Vec3(mm[0], mm[1], mm[2]);
+            return replay;
+          }};
+}
+
+ToolLine add_watch(CLI::App& app) {
+  auto options = std::make_shared<WatchOptions>();
+  auto daemon = std::make_shared<std::string>();
+  auto* command = app.add_subcommand("watch", "Follow a daemon as a viewer and print its counters.");
+  command->footer("Example:\n  brachy watch --connect 127.0.0.1:18950 --duration 10 --json");
+  command->add_option("--connect", *daemon, "the daemon")->required()->check(host_port());
+  command->add_option("--duration", options->duration_s, "seconds; default: until the daemon ends")
+      ->check(durations());
+  command->add_flag("--full", options->full, "ask for whole meshes instead of changes");
+  command->add_flag("--json", options->json, "print the counters as JSON at the end");
+  return {command, [options, daemon]() -> ToolOptions {
+            options->connect = host_port_of(*daemon);
+            return *options;
+          }};
+}
+
+ToolLine add_record(CLI::App& app) {
+  auto options = std::make_shared<RecordOptions>();
+  auto daemon = std::make_shared<std::string>();
+  auto* command = app.add_subcommand(
+      "record", "Write what a daemon sends as a .pvd/.vtp series and a pose log that replays.");
+  command->footer(
+      "Example:\n  brachy record --connect 127.0.0.1:18950 --out out/run1 --duration 10\n"
+      "  paraview out/run1/recording.pvd; brachy replay out/run1/poses.csv --offline");
+  command->add_option("--connect", *daemon, "the daemon")->required()->check(host_port());
+  command->add_option("--out", options->out, "folder to write; made if missing, must hold no recording")
+      ->required();
+  command->add_option("--duration", options->duration_s, "seconds; default: until the daemon ends")
+      ->check(durations());
+  command->add_flag("--surface", options->surface, "write the surface only: a tenth of the space");
+  command->add_flag("--json", options->json, "print the result as JSON");
+  return {command, [options, daemon]() -> ToolOptions {
+            options->connect = host_port_of(*daemon);
+            return *options;
+          }};
+}
+
+}  // namespace brachy

@@ -1,0 +1,54 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "core/compact/compact_kernel.h"
+#include "core/elastic/elastic_kernel.h"
+#include "core/elastic/needle_rings.h"
+#include "core/ladder/near_loops.h"
+#include "core/tissue/tissue.h"
+
+namespace brachy {
+
+/// The near part of a matrix rung's kernel: Kelvin's solution, weighted for one modulus, or the compact kernel, between
+/// the rings of a needle and from them at a tissue's points. A ring is summed by its points where what looks at it is
+/// near, and is its centre where that is farther than kFarRadii.
+/// Threads: const functions may be called from any. Real-time: they do not allocate within `sources`' capacity.
+class NearField {
+ public:
+  static constexpr double kFarRadii = 8;  ///< from here on a ring is its centre: 0.2 % of its field there
+
+  /// The kernel must outlive this. `weight`: w of the modulus that near parts are weighted for (remainder.h).
+  NearField(const Tissue& tissue, const ElasticKernel& kernel, double weight, SimdTarget target);
+  NearField(const Tissue& tissue, const CompactKernel& kernel, double needle_radius, SimdTarget target);
+
+  /// Between two rings of one needle: the mean over their points, mm/N.
+  Mat3 between(const NeedleRings& rings, const NeedleRings::Ring& a,
+               const NeedleRings::Ring& b) const noexcept;
+
+  /// u += the field of the rings' forces (N) at the points of block b; `sources` is room to work in.
+  void add_to_block(std::uint32_t b, const NeedleRings& rings, std::span<const Vec3> ring_forces,
+                    std::vector<NearSource>& sources, BlockDisplacement<float>& u) const noexcept;
+  /// The same at X, mm, by every ring's points.
+  Vec3 displacement_at(const Vec3& X, const NeedleRings& rings,
+                       std::span<const Vec3> ring_forces) const noexcept;
+
+  std::size_t bytes() const { return block_points_.size() * sizeof(block_points_[0]); }
+
+ private:
+  NearField(const Tissue& tissue, double scale, double needle_radius, SimdTarget target);
+  Mat3 value(const Vec3& x, double s) const noexcept;
+
+  const Tissue& tissue_;
+  const ElasticKernel* elastic_ = nullptr;  // one of these two
+  const CompactKernel* compact_ = nullptr;
+  CompactShape shape_;
+  double scale_;         // of a force: ŵ/μ, over 4π for the loops
+  double far_distance_;  // mm
+  const NearLoops& loops_;
+  std::vector<Vec3> block_centres_;
+  std::vector<BlockPoints<float>> block_points_;  // about the block's centre, mm
+};
+
+}  // namespace brachy
