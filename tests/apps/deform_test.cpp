@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <nlohmann/json.hpp>
 #include <random>
 #include <sstream>
 
@@ -352,6 +353,87 @@ TEST_F(Deform, ReportsFoldingAndRefusesItOnlyWhenStrict) {
   const Ended injective = deform(landmarks({{0, 0, 0, 2.7, 0, 0}}), p, {"--strict"}, "6");
   EXPECT_TRUE(exited(injective, 0));
   EXPECT_EQ(injective.err, "");
+}
+
+const std::string kScene =
+    "[box]\nsize_mm = [96, 96, 96]\nheld = [\"-x\", \"+x\", \"-y\", \"+y\", \"-z\", \"+z\"]\n"
+    "[needle]\nradius_mm = 2\n[model]\nkernel = \"elastic\"\n";
+const std::vector<Row> kShaft = {{0, 0, 4, 0, 0, 3}, {0, 0, 1, 0, 0, 3}, {0, 0, -2, 0, 0, 3}};
+
+struct DeformByScene : Deform {
+  Ended by_scene(const std::string& landmark_file, const std::vector<std::string>& more = {}) {
+    std::vector<std::string> line = {"deform",
+                                     "--landmarks",
+                                     landmark_file,
+                                     "--points",
+                                     points({{0, 0, 0}, {0, 5, 0}, {0, 47.9, 0}}),
+                                     "--scene",
+                                     folder.write("S.toml", kScene),
+                                     "--out",
+                                     out,
+                                     "--json"};
+    line.insert(line.end(), more.begin(), more.end());
+    return run_brachy(line);
+  }
+  double displacement(std::size_t point) {  // along z
+    return std::stod(cells_of(lines_of(read_file(out)).at(point + 1)).at(5));
+  }
+};
+
+TEST_F(DeformByScene, AShaftMovesWhatIsInsideItRigidlyAndHeldWallsStay) {
+  const Ended ended = by_scene(landmarks(kShaft));
+  ASSERT_TRUE(exited(ended, 0));
+  EXPECT_NEAR(displacement(0), 3, 0.15);
+  EXPECT_GT(displacement(1), 0.5);
+  EXPECT_LT(displacement(1), 2.9);
+  EXPECT_LT(std::abs(displacement(2)), 0.05);
+  const nlohmann::json json = nlohmann::json::parse(ended.out);
+  EXPECT_EQ(json.at("kernel"), "elastic");
+  EXPECT_GT(json.at("force_n").at(2), 0.1);
+}
+
+TEST_F(DeformByScene, ForcesFollowTheModulusAndDisplacementsDoNot) {
+  const Ended soft = by_scene(landmarks(kShaft), {"--shear-modulus-kpa", "2"});
+  ASSERT_TRUE(exited(soft, 0));
+  const double u = displacement(1);
+  const Ended stiff = by_scene(landmarks(kShaft), {"--shear-modulus-kpa", "6"});
+  ASSERT_TRUE(exited(stiff, 0));
+  EXPECT_NEAR(displacement(1), u, 1e-9);
+  EXPECT_NEAR(nlohmann::json::parse(stiff.out)["force_n"][2].get<double>() /
+                  nlohmann::json::parse(soft.out)["force_n"][2].get<double>(),
+              3, 1e-9);
+}
+
+TEST_F(DeformByScene, ACoreOfItsOwnMakesALandmarkAPoint) {
+  const std::string cored = folder.write("C.csv", "x,y,z,dx,dy,dz,core_mm\n0,0,4,0,0,3,5\n0,0,-8,0,0,3,0\n");
+  ASSERT_TRUE(exited(by_scene(cored), 0));
+  const double wide = displacement(1);
+  ASSERT_TRUE(
+      exited(by_scene(folder.write("D.csv", "x,y,z,dx,dy,dz,core_mm\n0,0,4,0,0,3,2\n0,0,-8,0,0,3,0\n")), 0));
+  EXPECT_GT(wide, displacement(1));
+  EXPECT_TRUE(refused_in_one_line(by_scene(folder.write("E.csv", "x,y,z,dx,dy,dz,core_mm\n0,0,4,0,0,3,-2\n")),
+                                  {"core_mm is negative"}));
+}
+
+TEST_F(DeformByScene, EveryRungOfTheLadderCanBeAskedFor) {
+  for (const char* rung : {"multiscale", "compact_elastic", "elastic", "fem"}) {
+    ASSERT_TRUE(exited(by_scene(landmarks(kShaft), {"--kernel", rung}), 0)) << rung;
+    EXPECT_GT(displacement(1), 0.3) << rung;
+  }
+}
+
+TEST_F(Deform, WithoutASceneElasticNeedsACore) {
+  const std::string at = points(kTwoPoints), from = landmarks(kOneLandmark);
+  const auto run = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> line = {"deform", "--landmarks", from, "--points", at, "--out", out};
+    line.insert(line.end(), more.begin(), more.end());
+    return run_brachy(line);
+  };
+  EXPECT_TRUE(refused_in_one_line(run({"--kernel", "elastic"}), {"give --core-radius"}));
+  EXPECT_TRUE(refused_in_one_line(run({"--kernel", "compact_elastic"}), {"--core-radius"}));
+  EXPECT_TRUE(refused_in_one_line(run({"--kernel", "fem"}), {"--scene"}));
+  EXPECT_TRUE(refused_in_one_line(run({"--kernel", "psi31"}), {"--support"}));
+  EXPECT_TRUE(exited(run({"--kernel", "elastic", "--core-radius", "2", "--poisson", "0.3"}), 0));
 }
 
 }  // namespace

@@ -185,6 +185,34 @@ TEST(Simulator, TicksDoNotAllocate) {
   }
 }
 
+class MatrixRungs : public testing::TestWithParam<const char*> {};
+
+TEST_P(MatrixRungs, InsertAndReturnToRestWithoutAllocating) {
+  Scene scene = default_scene();
+  scene.model.kernel = GetParam();
+  Simulator simulator(scene, phantom(scene));
+  MeshState state = simulator.initial_state();
+  const std::vector<float> rest = state.deformed_vertices;
+  double largest = 0;
+  const auto poses = insertion();
+  const std::uint64_t before = test::allocation_count();
+  for (const RigidTransform& X_WN : poses) {
+    simulator.step(needle_pose(X_WN), state);
+    largest = std::max(largest, state.max_displacement_mm);
+  }
+  if (test::allocations_are_counted()) {
+    EXPECT_EQ(test::allocation_count() - before, 0u);
+  }
+  EXPECT_EQ(state.step_flags, 0u);
+  EXPECT_GT(largest, 1);
+  EXPECT_EQ(state.needle.contact, ContactState::kWithdrawn);
+  EXPECT_EQ(state.deformed_vertices, rest);
+}
+
+INSTANTIATE_TEST_SUITE_P(Simulator, MatrixRungs,
+                         testing::Values("multiscale", "compact_elastic", "elastic", "fem"),
+                         [](const auto& rung) { return std::string(rung.param); });
+
 TEST(Simulator, AFailedSolveKeepsTheLastGoodFieldAndSaysSo) {
   Scene scene = default_scene();
   scene.model.kernel = "psi32";
