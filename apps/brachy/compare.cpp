@@ -57,6 +57,7 @@ std::vector<ModelEntry> choose_models(const CompareOptions& options) {
 std::vector<std::filesystem::path> choose_scenes(const CompareOptions& options) {
   auto folders = find_reference_scenes(options.references ? *options.references : default_references());
   std::vector<std::string> names;
+  names.reserve(folders.size());
   for (const auto& folder : folders) names.push_back(folder.filename().string());
   check_wanted(options.scenes, names, "--scenes");
   std::erase_if(folders, [&](const auto& f) { return !is_wanted(f.filename().string(), options.scenes); });
@@ -75,6 +76,7 @@ int compare(const CompareOptions& options) {
   if (options.quick) effort = {.tick_budget_ms = 20, .least_ticks = 5, .most_ticks = 100};
 
   std::vector<ReferenceScene> scenes;  // all of them first, so that a bad file is known at once
+  scenes.reserve(folders.size());
   for (const auto& folder : folders) scenes.push_back(load_reference_scene(folder));
   std::vector<CompareRow> rows;
   std::size_t answered = 0;

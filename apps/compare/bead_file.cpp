@@ -66,7 +66,7 @@ std::vector<int> loads_of(const std::map<std::string, std::size_t>& columns) {
       numbers.push_back(number);
   }
   std::ranges::sort(numbers);
-  numbers.erase(std::ranges::unique(numbers).begin(), numbers.end());
+  numbers.erase(std::unique(numbers.begin(), numbers.end()), numbers.end());
   return numbers;
 }
 

@@ -50,12 +50,13 @@ std::vector<Vec3> LadderSystem::evaluate(std::span<const Vec3> X, std::span<cons
 }
 
 std::vector<double> LadderSystem::jacobians(std::span<const Vec3> X, std::span<const Vec3> forces) const {
-  constexpr double h = 1e-3;  // mm: rounding leaves 1e-12 mm / h, curvature h² / 6 of the third derivative
+  // Rounding leaves 1e-12 mm over the step, curvature a sixth of its square of the third derivative.
+  constexpr double kStep = 1e-3;  // mm
   std::vector<Vec3> shifted;
   shifted.reserve(6 * X.size());
   for (const Vec3& x : X)
     for (int k = 0; k < 3; ++k)
-      for (const double step : {h, -h}) shifted.push_back(x + step * Vec3::Unit(k));
+      for (const double step : {kStep, -kStep}) shifted.push_back(x + step * Vec3::Unit(k));
   const std::vector<Vec3> u = evaluate(shifted, forces);
   std::vector<double> det;
   det.reserve(X.size());
@@ -63,7 +64,7 @@ std::vector<double> LadderSystem::jacobians(std::span<const Vec3> X, std::span<c
     Mat3 F = Mat3::Identity();
     for (int k = 0; k < 3; ++k) {
       const std::size_t at = 6 * i + 2 * static_cast<std::size_t>(k);
-      F.col(k) += (u[at] - u[at + 1]) / (2 * h);
+      F.col(k) += (u[at] - u[at + 1]) / (2 * kStep);
     }
     det.push_back(F.determinant());
   }
