@@ -24,7 +24,7 @@ void check_wanted(const std::vector<std::string>& wanted, const std::vector<std:
     if (std::ranges::any_of(names, [&](const auto& name) { return name.starts_with(w); })) continue;
     std::string all;
     for (const auto& name : names) all.append(all.empty() ? "" : ", ").append(name);
-    throw UserError(option + ": there is no " + w + "; there are " + all);
+    throw UserError(fmt::format("{}: there is no {}; there are {}", option, w, all));
   }
 }
 
