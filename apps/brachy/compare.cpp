@@ -23,8 +23,8 @@ void check_wanted(const std::vector<std::string>& wanted, const std::vector<std:
   for (const std::string& w : wanted) {
     if (std::ranges::any_of(names, [&](const auto& name) { return name.starts_with(w); })) continue;
     std::string all;
-    for (const auto& name : names) all += (all.empty() ? "" : ", ") + name;
-    throw UserError(option + ": there is no " + w + "; there are " + all);
+    for (const auto& name : names) all.append(all.empty() ? "" : ", ").append(name);
+    throw UserError(fmt::format("{}: there is no {}; there are {}", option, w, all));
   }
 }
 
@@ -48,6 +48,7 @@ std::vector<ModelEntry> choose_models(const CompareOptions& options) {
   // A name that is asked for is run in quick form too.
   std::vector<ModelEntry> models = all_models(options.quick && options.models.empty());
   std::vector<std::string> names;
+  names.reserve(models.size());
   for (const ModelEntry& model : models) names.push_back(model.name);
   check_wanted(options.models, names, "--models");
   std::erase_if(models, [&](const ModelEntry& model) { return !is_wanted(model.name, options.models); });

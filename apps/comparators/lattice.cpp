@@ -63,7 +63,7 @@ Lattice::Place Lattice::locate(const Vec3& X) const {
 }
 
 Vec3 Lattice::interpolate(const Place& place, const std::array<std::vector<float>, 3>& u) const {
-  const auto [x, y, z] = place.share;
+  const float x = place.share[0], y = place.share[1], z = place.share[2];
   Vec3 result;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const float* v = u[axis].data() + place.first;

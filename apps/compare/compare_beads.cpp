@@ -19,6 +19,7 @@ namespace {
 
 std::vector<Vec3> picked(const std::vector<Vec3>& all, const std::vector<std::size_t>& which) {
   std::vector<Vec3> some;
+  some.reserve(which.size());
   for (const std::size_t i : which) some.push_back(all[i]);
   return some;
 }
@@ -110,6 +111,7 @@ std::vector<BeadRow> compare_beads(const Beads& beads) {
     Choice best;
     for (const std::string rung = at->model; at != kernels.end() && at->model == rung; ++at)
       if (const Choice found = best_smoothing(*at, P, first); found.error < best.error) best = found;
+    if (!best.kernel) continue;  // none of them could be fitted
     const BeadModel model(*best.kernel, P);
     auto parameters = best.kernel->parameters;
     parameters.emplace_back("smoothing", best.smoothing.lambda);

@@ -75,7 +75,7 @@ std::vector<fs::path> find_reference_scenes(const fs::path& references) {
 fs::path default_references() {
   std::error_code error;
   const fs::path program = fs::read_symlink("/proc/self/exe", error);
-  const fs::path installed = program.parent_path().parent_path() / "share/brachy/reference";
+  fs::path installed = program.parent_path().parent_path() / "share/brachy/reference";
   if (!error && fs::is_directory(installed, error)) return installed;
   return fs::path(BRACHY_SOURCE_DIR) / "tests/reference";
 }

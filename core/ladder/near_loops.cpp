@@ -111,6 +111,7 @@ BRACHY_INLINE void axpy_loop(float a, const float* __restrict x, float* __restri
   for (std::size_t i = 0; i < n; ++i) y[i] += a * x[i];
 }
 
+// NOLINTBEGIN(bugprone-macro-parentheses): an attribute or a template cannot stand in parentheses.
 #define BRACHY_NEAR_LOOPS(Name, Target)                                                                  \
   struct Name {                                                                                          \
     Target static void kelvin(const BlockPoints<float>& X, const NearSource* s, std::size_t n, float b,  \
@@ -129,6 +130,7 @@ BRACHY_INLINE void axpy_loop(float a, const float* __restrict x, float* __restri
     Target static void axpy(float a, const float* x, float* y, std::size_t n) { axpy_loop(a, x, y, n); } \
     static constexpr NearLoops kLoops = {kelvin, compact, interpolate, axpy};                            \
   }
+// NOLINTEND(bugprone-macro-parentheses)
 
 BRACHY_NEAR_LOOPS(Generic, );
 BRACHY_NEAR_LOOPS(Sse4, BRACHY_SSE4);

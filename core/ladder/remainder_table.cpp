@@ -59,9 +59,9 @@ void RemainderTable::place_planes(const Tissue& tissue, const Remainder* remaind
       auto last = std::max(std::lower_bound(p.begin(), p.end() - 1, max[axis]) + 1, first + 4);
       p = std::vector<double>(first, last);
     } else {
-      const double extent = std::max(max[axis] - min[axis], 1e-3),
-                   n = std::max(3.0, std::ceil(extent / spacing));
-      for (double i = 0; i <= n; ++i) p.push_back(min[axis] + extent * i / n);
+      const double extent = std::max(max[axis] - min[axis], 1e-3);
+      const int cells = std::max(3, static_cast<int>(std::ceil(extent / spacing)));
+      for (int i = 0; i <= cells; ++i) p.push_back(min[axis] + extent * i / cells);
     }
     count_[k] = static_cast<std::uint32_t>(p.size());
   }
