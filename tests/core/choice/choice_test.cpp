@@ -12,6 +12,7 @@
 #include "core/rbf/rbf_system.h"
 #include "core/scene/load_body.h"
 #include "core/scene/scene_file.h"
+#include "tests/sanitized.h"
 
 namespace brachy {
 namespace {
@@ -116,6 +117,7 @@ double error_at_targets(const ChartedRow& settings, const std::string& folder) {
 }
 
 TEST(Choice, OnTheDefaultSceneEachToleranceTakesTheCheapestStoredRowAndItsErrorIsWhatTheReferenceSays) {
+  if (test::kIsSanitized) GTEST_SKIP() << "a minute of arithmetic";
   const Scene scene = load_scene(BRACHY_SOURCE_DIR "/config/prostate.toml");
   const ElasticBody body = load_body(scene);
   const auto& rows = stored_comparison();
