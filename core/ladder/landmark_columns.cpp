@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 namespace brachy {
 
@@ -17,8 +16,10 @@ LandmarkColumns::LandmarkColumns(const ElasticKernel& kernel, const RemainderTab
       node_weight_(table.nodes(), 0),
       is_node_taken_(table.nodes(), 0) {
   const bool has_regions = !kernel.body().regions.empty();
+  constexpr std::size_t kMostParts = 2 * NeedleRings::kMaxRingsBetween + 1;
+  parts_.reserve(kMostParts);
   for (Column& column : columns_) {
-    forget(column);
+    column.parts.reserve(kMostParts);
     column.nodes.reserve(table.nodes());
     column.weights.reserve(table.nodes());
     column.fields.assign(3 * table.field_size(), 0);
@@ -38,7 +39,7 @@ std::size_t LandmarkColumns::bytes() const {
 }
 
 void LandmarkColumns::forget(Column& column) noexcept {
-  column.at = Vec3::Constant(std::numeric_limits<double>::quiet_NaN());
+  column.parts.clear();
 }
 
 void LandmarkColumns::place(std::span<const Vec3> positions, const NeedleRings& rings) noexcept {
@@ -49,14 +50,10 @@ void LandmarkColumns::place(std::span<const Vec3> positions, const NeedleRings& 
   bool any_exact_is_fresh = false;
   for (std::size_t l = 0; l < count_; ++l) {
     Column& column = columns_[l];
-    const Vec3& at = positions[l];
-    const Vec3& before = l > 0 ? positions[l - 1] : at;
-    const Vec3& after = l + 1 < count_ ? positions[l + 1] : at;
-    column.is_fresh = column.at != at || column.before != before || column.after != after;
+    take_parts(static_cast<std::uint32_t>(l), rings);
+    column.is_fresh = column.parts != parts_;
     if (!column.is_fresh) continue;
-    column.before = before;
-    column.at = at;
-    column.after = after;
+    column.parts = parts_;
     column.is_exact = is_outside_[l] != 0;
     any_exact_is_fresh |= column.is_exact;
     if (column.is_exact)
@@ -65,6 +62,14 @@ void LandmarkColumns::place(std::span<const Vec3> positions, const NeedleRings& 
       gather(column, static_cast<std::uint32_t>(l), rings.rings());
   }
   if (any_exact_is_fresh) prepare_exact_pairs(rings);
+}
+
+void LandmarkColumns::take_parts(std::uint32_t landmark, const NeedleRings& rings) noexcept {
+  parts_.clear();
+  for (const NeedleRings::Ring& ring : rings.rings())
+    for (std::size_t side = 0; side < 2; ++side)
+      if (ring.landmark[side] == landmark && ring.weight[side] > 0)
+        parts_.push_back({ring.centre, rings.points(ring).front(), ring.weight[side], ring.s});
 }
 
 // Inside, tissue is all of one modulus, but for contacts, which may lie on a region's surface.

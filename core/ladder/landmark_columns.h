@@ -14,7 +14,7 @@
 namespace brachy {
 
 /// What landmarks read from a RemainderTable: the field at its nodes of unit forces on each, a column, and by columns the
-/// table's share of K. A column is kept while its landmark and the neighbours stay put: its rings follow from these three.
+/// table's share of K. A column is kept while the rings that carry its landmark's force stay put.
 /// A landmark some of whose rings lie outside the table is asked of the kernel itself, and so are pairs of such. That
 /// allocates and takes tens of milliseconds.
 /// Threads: one. Real-time: nothing allocates with landmarks inside the table.
@@ -42,8 +42,14 @@ class LandmarkColumns {
   std::size_t bytes() const;
 
  private:
+  /// A ring's part in a landmark: all that a column follows from. `first_point` tells how the ring is turned and how wide it is.
+  struct Part {
+    Vec3 centre, first_point;
+    double share, s;
+    bool operator==(const Part&) const = default;
+  };
   struct Column {
-    Vec3 before, at, after;            // it and its neighbours at rest: what its rings follow from
+    std::vector<Part> parts;
     std::vector<std::uint32_t> nodes;  // that carry its force …
     std::vector<float> weights;        // … and their shares
     double modulus = 1;                // relative, where its force acts
@@ -54,6 +60,7 @@ class LandmarkColumns {
   };
 
   static void forget(Column& column) noexcept;
+  void take_parts(std::uint32_t landmark, const NeedleRings& rings) noexcept;
   void take_moduli(std::size_t landmarks, std::span<const NeedleRings::Ring> rings) noexcept;
   void gather(Column& column, std::uint32_t landmark, std::span<const NeedleRings::Ring> rings) noexcept;
   void spread(const Vec3& X, double share, Column& column) noexcept;
@@ -68,6 +75,7 @@ class LandmarkColumns {
   const NearLoops& loops_;
   std::vector<Column> columns_;  // of these `count_` are in use
   std::size_t count_ = 0;
+  std::vector<Part> parts_;                      // of the landmark being looked at
   std::vector<std::uint8_t> is_outside_;         // of each landmark: the table
   std::vector<std::array<double, 2>> moduli_;    // of each ring's share in its landmarks
   std::vector<float> node_weight_;               // of the column being gathered, by node …

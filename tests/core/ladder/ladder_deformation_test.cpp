@@ -120,6 +120,17 @@ TEST_P(EveryRung, LandmarksThatLeftAreReadAnewWhenTheyComeBack) {
   for (std::size_t l = 0; l < a.forces().size(); ++l) EXPECT_EQ(a.forces()[l], b.forces()[l]) << l;
 }
 
+// A landmark's rings follow from its whole shaft: where the line turns too far it breaks, two landmarks further on.
+TEST_P(EveryRung, AShaftThatBreaksIsReadAnew) {
+  Needle needle = shaft();
+  LadderDeformation a(phantom(), GetParam(), body_of(1), {}), b(phantom(), GetParam(), body_of(1), {});
+  ASSERT_TRUE(a.update(needle.positions, needle.displacements));
+  needle.positions[1] += Vec3(4, 0, 0);  // the line turns by more than 30° at landmarks 1 and 2
+  ASSERT_TRUE(a.update(needle.positions, needle.displacements));
+  ASSERT_TRUE(b.update(needle.positions, needle.displacements));
+  for (std::size_t l = 0; l < needle.positions.size(); ++l) EXPECT_EQ(a.forces()[l], b.forces()[l]) << l;
+}
+
 std::vector<const char*> rungs_to_run() {
   std::vector<const char*> rungs = {"multiscale", "compact_elastic", "elastic"};
   if (!test::kIsSanitized) rungs.push_back("fem");
