@@ -9,6 +9,7 @@
 #include "core/elastic/elastic_kernel.h"
 #include "core/error.h"
 #include "core/ladder/ladder.h"
+#include "core/ladder/ladder_system.h"
 
 namespace brachy {
 namespace {
@@ -22,16 +23,6 @@ void require_inside(const Tissue& tissue, const ElasticBody& body) {
         throw UserError(
             "the tissue reaches out of [box], which says what holds it; raise box.size_mm or move "
             "box.centre_mm");
-}
-
-FactorStatus check(std::span<const Vec3> positions) noexcept {
-  for (std::size_t i = 0; i < positions.size(); ++i) {
-    if (!positions[i].allFinite()) return {FactorStatus::kNotFinite, static_cast<int>(i)};
-    for (std::size_t j = 0; j < i; ++j)
-      if (positions[i] == positions[j])
-        return {FactorStatus::kDuplicate, static_cast<int>(j), static_cast<int>(i)};
-  }
-  return {};
 }
 
 }  // namespace
@@ -77,7 +68,7 @@ FactorStatus LadderDeformation::update(std::span<const Vec3> positions,
   }
   if (!same_positions) {
     is_factored_ = false;
-    if (const FactorStatus status = check(positions); !status) return status;
+    if (const FactorStatus status = check_landmarks(positions); !status) return status;
     positions_.assign(positions.begin(), positions.end());
     rings_.build(positions, point_cores_, needle_radius_);
     if (smooth_) smooth_->columns().place(positions, rings_);

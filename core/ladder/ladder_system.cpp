@@ -17,7 +17,9 @@ std::vector<Vec3> unstacked(const Eigen::VectorXd& all) {
   return vectors;
 }
 
-FactorStatus check(std::span<const Vec3> positions) {
+}  // namespace
+
+FactorStatus check_landmarks(std::span<const Vec3> positions) noexcept {
   for (std::size_t i = 0; i < positions.size(); ++i) {
     if (!positions[i].allFinite()) return {FactorStatus::kNotFinite, static_cast<int>(i)};
     for (std::size_t j = 0; j < i; ++j)
@@ -27,11 +29,9 @@ FactorStatus check(std::span<const Vec3> positions) {
   return {};
 }
 
-}  // namespace
-
 FactorStatus LadderSystem::factorize(std::span<const Vec3> positions, std::span<const double> cores) {
   groups_.clear();
-  if (const FactorStatus status = check(positions); !status) return status;
+  if (const FactorStatus status = check_landmarks(positions); !status) return status;
   PointGroups groups = kernel_.groups(positions, cores);
   matrix_ = kernel_.between(groups, groups);
   matrix_ = 0.5 * (matrix_ + matrix_.transpose()).eval();

@@ -10,6 +10,10 @@
 
 namespace brachy {
 
+/// Whether landmarks at `positions` (n, mm) are finite and distinct: kNotFinite or kDuplicate name the first that is not.
+/// Real-time: does not allocate.
+FactorStatus check_landmarks(std::span<const Vec3> positions) noexcept;
+
 /// Landmarks solved with a kernel of the ladder, exactly and in double: factorize the landmarks, solve for the forces,
 /// evaluate anywhere. What `brachy deform` does; the daemon's ticks go through LadderDeformation.
 /// Threads: one. It allocates.
