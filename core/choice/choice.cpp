@@ -109,8 +109,7 @@ Scene with_choice(const Scene& scene, std::string* reason) {
   Scene chosen = scene;
   chosen.model.kernel = settings.kernel;
   if (settings.support_mm > 0) chosen.model.support_radius_mm = settings.support_mm;
-  if (!settings.has_anchors) chosen.anchors.count = 0;
-  if (settings.has_anchors) chosen.anchors.count = 8;
+  chosen.anchors.count = settings.has_anchors ? 8 : 0;
   if (settings.landmark_spacing_mm > 0) {
     chosen.contact.landmark_spacing_mm = settings.landmark_spacing_mm;
     const double most = std::ceil(scene.needle.length_mm / settings.landmark_spacing_mm) + 1;

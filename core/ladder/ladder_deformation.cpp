@@ -71,7 +71,7 @@ FactorStatus LadderDeformation::update(std::span<const Vec3> positions,
     if (const FactorStatus status = check_landmarks(positions); !status) return status;
     positions_.assign(positions.begin(), positions.end());
     rings_.build(positions, point_cores_, needle_radius_);
-    if (smooth_) smooth_->columns().place(positions, rings_);
+    if (smooth_) smooth_->columns().place(positions.size(), rings_);
     assemble();
     ring_forces_.clear();
     if (!factor()) return {FactorStatus::kNotPositiveDefinite};

@@ -38,14 +38,10 @@ std::size_t LandmarkColumns::bytes() const {
   return floats * sizeof(float);
 }
 
-void LandmarkColumns::forget(Column& column) noexcept {
-  column.parts.clear();
-}
-
-void LandmarkColumns::place(std::span<const Vec3> positions, const NeedleRings& rings) noexcept {
+void LandmarkColumns::place(std::size_t landmarks, const NeedleRings& rings) noexcept {
   // One that comes back is read anew: others may have moved, which its pairs with them do not know.
-  for (std::size_t l = positions.size(); l < count_; ++l) forget(columns_[l]);
-  count_ = positions.size();
+  for (std::size_t l = landmarks; l < count_; ++l) columns_[l].parts.clear();
+  count_ = landmarks;
   take_moduli(count_, rings.rings());
   bool any_exact_is_fresh = false;
   for (std::size_t l = 0; l < count_; ++l) {

@@ -24,8 +24,8 @@ class LandmarkColumns {
   LandmarkColumns(const ElasticKernel& kernel, const RemainderTable& table, SimdTarget target,
                   std::size_t max_landmarks);
 
-  /// For landmarks at rest `positions` (n, mm), whose rings are `rings`.
-  void place(std::span<const Vec3> positions, const NeedleRings& rings) noexcept;
+  /// For so many landmarks, whose rings are `rings`.
+  void place(std::size_t landmarks, const NeedleRings& rings) noexcept;
 
   /// Relative modulus where a ring carries its share of a landmark's force: the tissue's, or on a region's surface the
   /// mean of its sides.
@@ -59,7 +59,6 @@ class LandmarkColumns {
     bool is_exact = false;             // outside the table: `fields` from the kernel, no nodes of its own
   };
 
-  static void forget(Column& column) noexcept;
   void take_parts(std::uint32_t landmark, const NeedleRings& rings) noexcept;
   void take_moduli(std::size_t landmarks, std::span<const NeedleRings::Ring> rings) noexcept;
   void gather(Column& column, std::uint32_t landmark, std::span<const NeedleRings::Ring> rings) noexcept;
