@@ -14,6 +14,8 @@ namespace brachy {
 namespace {
 
 const Scene& check(const Scene& scene, const Tissue& tissue) {
+  if (scene.model.kernel == "auto")
+    throw UserError("model.kernel is still \"auto\"; the scene has to go through with_choice first");
   if (scene.anchors.count > tissue.surface_count)
     throw UserError("anchors.count is " + std::to_string(scene.anchors.count) + " but the surface has only " +
                     std::to_string(tissue.surface_count) + " vertices; lower anchors.count");
