@@ -12,6 +12,7 @@ usage() { sed -n '2,6s/^# \?//p' "$0" >&2; exit 2; }
 charts=out/compare-$(date +%Y%m%d-%H%M%S)-$$
 json=
 store=
+quick=
 options=()
 while (($#)); do
   case $1 in
@@ -20,13 +21,14 @@ while (($#)); do
     --json) json=$(cd "$from" && realpath -m "$2"); shift ;;
     --references) options+=(--references "$(cd "$from" && realpath -m "$2")"); shift ;;
     --models | --scenes) options+=("$1" "$2"); shift ;;
-    --quick) options+=("$1"); store= ;;
+    --quick) options+=("$1"); quick=1 ;;
     --store) store=1 ;;
     *) usage ;;
   esac
   shift
 done
 
+if [[ $store && $quick ]]; then echo "compare: --store takes every row; leave out --quick" >&2; exit 2; fi
 scripts/setup.sh --charts
 scripts/build.sh release brachy
 mkdir -p "$charts" out
