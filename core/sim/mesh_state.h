@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/sim/needle_pose.h"
+#include "core/stability/certificate.h"
 
 namespace brachy {
 
@@ -40,6 +41,12 @@ enum StepFlag : std::uint32_t {
   kStepSolveFailed = 1u << 0,  ///< landmark system not positive definite: the last good field is kept
   kStepSaturated = 1u << 1,    ///< a landmark's displacement was held at contact.max_displacement_mm
   kStepReseated = 1u << 2,     ///< the needle jumped: it was taken out and put in anew without deformation
+  kStepFolded = 1u << 3,       ///< the field folds (Certificate::place)
+  kStepUncertified = 1u << 4,  ///< whether the field folds is not known
+  kStepSubstepped = 1u << 5,   ///< sub-steps were composed (Certificate::substeps)
+  kStepClamped = 1u << 6,      ///< landmarks were held at the last injective position (Certificate::held_mm)
+  kStepMerged = 1u << 7,       ///< landmarks that say the same at the same place were made one
+  kStepDropped = 1u << 8,      ///< landmarks were left out: contradictory, or too close for a stable solve
 };
 
 /// The pose the simulation used at one tick.
@@ -71,6 +78,7 @@ struct MeshState {
   NeedlePose input;        ///< the pose this tick used, with the stamps to echo
   NeedleState needle;
   std::uint32_t step_flags = 0;  ///< StepFlag bits
+  Certificate certificate;       ///< of this tick's field
   double max_displacement_mm = 0;
   std::uint32_t moved_vertices = 0;      ///< points displaced from rest in this tick
   std::vector<float> deformed_vertices;  ///< 3N: x0 y0 z0 x1 …, world frame, mm
