@@ -49,6 +49,23 @@ Mat3 CompactKernel::value(const Vec3& x) const {
   return C;
 }
 
+// φ f + χ x (x·f): P = φ′/r, Q = χ, S = χ′/r (near_loops.cpp has the same in single precision).
+Mat3 CompactKernel::gradient(const Vec3& x, const Vec3& f) const {
+  const double r = x.norm(), dot = x.dot(f);
+  double P = 0, Q = 0, S = 0;
+  for (const CompactTerm& term : terms_) {
+    const double t = r / term.support, inverse2 = 1 / (term.support * term.support);
+    if (!(t < 1)) continue;
+    const double q = 1 - t, q3 = q * q * q;
+    P -= inverse2 * q3 * (20 * term.w + 60 * term.v * (1 - 2 * t));
+    Q += 15 * inverse2 * term.v * q3 * q;
+    S -= 60 * inverse2 * inverse2 * term.v * q3 / std::max(t, 1e-9);
+  }
+  Mat3 A = P * f * x.transpose() + Q * x * f.transpose() + S * dot * x * x.transpose();
+  A.diagonal().array() += Q * dot;
+  return compliance_ * A;
+}
+
 Eigen::MatrixXd CompactKernel::between(const PointGroups& a, const PointGroups& b) const {
   Eigen::MatrixXd K =
       Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(3 * a.size()), static_cast<Eigen::Index>(3 * b.size()));

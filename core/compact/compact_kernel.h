@@ -48,6 +48,9 @@ class CompactKernel : public MatrixKernel {
   /// C of two points x apart, mm/N.
   Mat3 value(const Vec3& x) const;
 
+  /// ∇(C(x) f): row i, column j is ∂(C f)_i/∂x_j, 1 for f in N.
+  Mat3 gradient(const Vec3& x, const Vec3& f) const;
+
   const std::vector<CompactTerm>& terms() const { return terms_; }
   double compliance() const { return compliance_; }  ///< mm/N
   double support() const { return support_; }        ///< the largest of a positive weight, mm

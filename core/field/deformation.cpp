@@ -16,7 +16,8 @@ Deformation::Deformation(const Tissue& tissue, Kernel kernel, double support_rad
                          const BlockField::Options& options)
     : system_(kernel, support_radius, static_cast<int>(options.max_landmarks), options.target),
       blocks_(tissue, kernel, support_radius, options),
-      field_{kernel, support_radius, {}, {}} {
+      field_{kernel, support_radius, {}, {}},
+      cells_(kernel, support_radius, options.target, options.max_landmarks) {
   const std::size_t n = options.max_landmarks;
   for (auto* v : {&positions_, &displacements_, &weights_, &moving_displacements_}) v->reserve(n);
   moving_.reserve(n);
@@ -50,6 +51,12 @@ FactorStatus Deformation::update(std::span<const Vec3> positions,
   field_.positions = positions_;
   field_.weights = weights_;
   return {};
+}
+
+void Deformation::rescale(double scale) noexcept {
+  for (auto* vectors : {&weights_, &displacements_, &moving_displacements_})
+    for (Vec3& v : *vectors) v *= scale;
+  blocks_.evaluate(weights_, moving_displacements_);
 }
 
 void Deformation::restart() noexcept {

@@ -45,9 +45,11 @@ LadderDeformation::LadderDeformation(const Tissue& tissue, std::string_view rung
     point_cores_.assign(n, 1);
   }
 
+  const std::size_t rings = max_sources();
+  cells_.emplace(tissue, *near_, smooth_ ? &*smooth_ : nullptr, needle_radius_, options.target, rings);
   for (auto* v : {&positions_, &displacements_wanted_, &forces_}) v->reserve(n);
   rings_.reserve(n);
-  ring_forces_.reserve(n * NeedleRings::kMaxRingsBetween);
+  ring_forces_.reserve(rings);
   matrix_.resize(static_cast<Eigen::Index>(3 * n), static_cast<Eigen::Index>(3 * n));
   solution_.resize(static_cast<Eigen::Index>(3 * n));
   std::iota(all_blocks_.begin(), all_blocks_.end(), 0u);
@@ -173,6 +175,24 @@ void LadderDeformation::evaluate_block(std::uint32_t b, std::vector<NearSource>&
   else
     u = {};
   near_->add_to_block(b, rings_, ring_forces_, sources, u);
+}
+
+void LadderDeformation::rescale(double scale) noexcept {
+  for (auto* vectors : {&forces_, &displacements_wanted_})
+    for (Vec3& v : *vectors) v *= scale;
+  spread_forces();
+  evaluate();
+}
+
+double LadderDeformation::total_force_n() const {
+  Vec3 sum = Vec3::Zero();
+  for (const Vec3& f : forces_) sum += f;
+  return sum.norm();
+}
+
+const CellField& LadderDeformation::cells() noexcept {
+  cells_->set_field(rings_, ring_forces_);
+  return *cells_;
 }
 
 Vec3 LadderDeformation::displacement_at(const Vec3& X) const noexcept {

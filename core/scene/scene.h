@@ -9,6 +9,7 @@
 #include "core/contact/contact_settings.h"
 #include "core/math/rigid_transform.h"
 #include "core/rbf/anchors.h"
+#include "core/stability/guard_settings.h"
 
 namespace brachy {
 
@@ -112,6 +113,7 @@ struct Scene {
   BoxSettings box;
   std::vector<RegionSettings> regions;
   ModelSettings model;
+  GuardSettings stability;
   Anchors::Options anchors;
   NeedleSettings needle;
   ContactSettings contact;

@@ -31,17 +31,27 @@ std::size_t max_landmarks(const Scene& scene) {
   return static_cast<std::size_t>(scene.contact.max_landmarks) + scene.anchors.count;
 }
 
-std::unique_ptr<TissueField> make_field(const Scene& scene, const Tissue& tissue) {
+std::unique_ptr<GuardedField> make_field(const Scene& scene, const Tissue& tissue) {
   const SimdTarget target = resolve_simd_target(scene.engine.simd);
   const std::size_t landmarks = max_landmarks(scene);
-  if (is_matrix_rung(scene.model.kernel))
-    return std::make_unique<LadderDeformation>(
+  std::unique_ptr<TissueField> field;
+  std::unique_ptr<Composition> composition;
+  if (is_matrix_rung(scene.model.kernel)) {
+    field = std::make_unique<LadderDeformation>(
         tissue, scene.model.kernel, load_body(scene),
         LadderDeformation::Options{
             .target = target, .threads = scene.engine.threads, .max_landmarks = landmarks});
-  return std::make_unique<Deformation>(
-      tissue, *find_kernel(scene.model.kernel), scene.model.support_radius_mm,
-      BlockField::Options{.target = target, .threads = scene.engine.threads, .max_landmarks = landmarks});
+  } else {
+    const Kernel kernel = *find_kernel(scene.model.kernel);
+    const double radius = scene.model.support_radius_mm;
+    field = std::make_unique<Deformation>(
+        tissue, kernel, radius,
+        BlockField::Options{.target = target, .threads = scene.engine.threads, .max_landmarks = landmarks});
+    composition = std::make_unique<Composition>(tissue, kernel, radius, target, landmarks,
+                                                static_cast<std::size_t>(scene.stability.max_substeps));
+  }
+  return std::make_unique<GuardedField>(tissue, std::move(field), std::move(composition), scene.stability,
+                                        landmarks);
 }
 
 // Anchors stand in for what holds the tissue where a kernel knows nothing of it; the matrix rungs know.
@@ -118,6 +128,7 @@ void Simulator::deform() noexcept {
     flags_ |= kStepSolveFailed;  // the last field stands
     return;
   }
+  flags_ |= field_->flags();
   ++evaluation_counts_[static_cast<std::size_t>(field_->evaluation())];
   if (field_->evaluation() != Evaluation::kIdle) apply_field();
 }
@@ -194,6 +205,7 @@ void Simulator::write(const NeedlePose& pose, MeshState& state) noexcept {
   state.needle.landmark_count = static_cast<std::uint32_t>(positions_.size());
   state.needle.puncture_count = contact_.puncture_count();
   state.step_flags = flags_;
+  state.certificate = field_->certificate();
   state.max_displacement_mm = max_displacement_;
   state.moved_vertices = moved_vertices_;
 }

@@ -5,10 +5,10 @@
 #include <vector>
 
 #include "core/contact/needle_contact.h"
-#include "core/field/tissue_field.h"
 #include "core/rbf/anchors.h"
 #include "core/scene/scene.h"
 #include "core/sim/mesh_state.h"
+#include "core/stability/guarded_field.h"
 #include "core/surface/surface_bvh.h"
 #include "core/tissue/tissue.h"
 
@@ -55,7 +55,7 @@ class Simulator {
   NeedleContact contact_;
   Anchors anchors_;
   double anchor_clearance_;
-  std::unique_ptr<TissueField> field_;
+  std::unique_ptr<GuardedField> field_;
 
   std::uint64_t tick_ = 0;
   std::uint32_t flags_ = 0;
