@@ -51,8 +51,7 @@ double estimate_inverse_norm(std::size_t n, std::span<double* const> x, InverseP
     for (std::size_t i = 0; i < n; ++i) column[i] = column[i] < 0 ? -1 : 1;
   solve();
   for (std::size_t c = 0; c < x.size(); ++c)
-    for (std::size_t i = 0; i < n; ++i)
-      promised[i] = std::max(c > 0 ? promised[i] : 0.0, std::abs(x[c][i]));
+    for (std::size_t i = 0; i < n; ++i) promised[i] = std::max(c > 0 ? promised[i] : 0.0, std::abs(x[c][i]));
   if (!(*std::max_element(promised, promised + n) > estimate)) return estimate;
   take_most_promising();
   solve();

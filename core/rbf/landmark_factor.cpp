@@ -203,9 +203,9 @@ double LandmarkFactor::condition() noexcept {
   if (n_ == 0) return 1;
   const double norm_of_K = norm();
   const PanelVectors x = vectors();
-  return norm_of_K * estimate_inverse_norm(
-                         at(n_), x.plane, [&](std::size_t row) { return inverse_diagonal_[row]; },
-                         [&] { solve(); });
+  return norm_of_K *
+         estimate_inverse_norm(
+             at(n_), x.plane, [&](std::size_t row) { return inverse_diagonal_[row]; }, [&] { solve(); });
 }
 
 }  // namespace brachy
