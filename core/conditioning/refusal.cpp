@@ -53,7 +53,8 @@ std::vector<std::size_t> thinned(std::span<const Vec3> positions, double spacing
   return kept;
 }
 
-std::string reason(const FactorStatus& why, std::span<const Vec3> positions) {
+// `by`: the kernel, and what it is set to.
+std::string reason(const FactorStatus& why, std::span<const Vec3> positions, const std::string& by) {
   switch (why.kind) {
     case FactorStatus::kOk:
       return "the landmark system can be solved";
@@ -63,12 +64,12 @@ std::string reason(const FactorStatus& why, std::span<const Vec3> positions) {
       return "landmarks " + std::to_string(why.first) + " and " + std::to_string(why.second) +
              " (from 0) are one place to the solver";
     case FactorStatus::kNotPositiveDefinite:
-      return "the landmark system is singular to rounding, with landmarks " +
+      return "the landmark system of " + by + " is singular to rounding, with landmarks " +
              number(least_distance(positions)) + " mm apart";
     case FactorStatus::kIllConditioned:
-      return "the landmark system is nearly singular, with landmarks " + number(least_distance(positions)) +
-             " mm apart: its condition number is " + number(why.condition) + ", above " +
-             number(FactorStatus::kMaxCondition);
+      return "the landmark system of " + by + " is nearly singular, with landmarks " +
+             number(least_distance(positions)) + " mm apart and a condition number of " +
+             number(why.condition) + ", above " + number(FactorStatus::kMaxCondition);
   }
   return {};
 }
@@ -103,9 +104,9 @@ double least_stable_spacing(std::span<const Vec3> positions, const ConditionOf& 
 std::string explain_refusal(const FactorStatus& why, std::span<const Vec3> positions,
                             std::span<const Vec3> displacements, const Kernel& kernel,
                             double support_radius) {
-  std::string text = reason(why, positions);
+  std::string text = reason(
+      why, positions, std::string(name_of(kernel)) + " with a support of " + number(support_radius) + " mm");
   if (!is_crowded(why)) return text;
-  text += " under " + std::string(name_of(kernel)) + " with a support of " + number(support_radius) + " mm";
 
   double pushed = 0;
   for (const Vec3& d : displacements) pushed = std::max(pushed, d.norm());
@@ -129,10 +130,10 @@ std::string explain_refusal(const FactorStatus& why, std::span<const Vec3> posit
 
 std::string explain_refusal(const FactorStatus& why, std::span<const Vec3> positions, std::string_view rung,
                             const ConditionOf& condition_of) {
-  std::string text = reason(why, positions);
+  std::string text = reason(why, positions, std::string(rung));
   if (!is_crowded(why)) return text;
-  return text + " under " + std::string(rung) + "; landmarks thinned to " +
-         number(least_stable_spacing(positions, condition_of)) + " mm apart would do";
+  return text + "; landmarks thinned to " + number(least_stable_spacing(positions, condition_of)) +
+         " mm apart would do";
 }
 
 }  // namespace brachy

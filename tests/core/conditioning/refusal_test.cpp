@@ -88,7 +88,7 @@ TEST(Refusal, SaysTheNumberWhereThereIsOne) {
   const FactorStatus why = status(Wendland32{}, 40, p);
   ASSERT_EQ(why.kind, FactorStatus::kIllConditioned);
   const std::string text = explain_refusal(why, p, d, Wendland32{}, 40);
-  EXPECT_NE(text.find("condition number is "), std::string::npos) << text;
+  EXPECT_NE(text.find("condition number of "), std::string::npos) << text;
   EXPECT_NE(text.find("above 1e+12"), std::string::npos) << text;
   EXPECT_EQ(text.find("does not fold"), std::string::npos) << text;  // nothing is displaced
 }
