@@ -110,7 +110,8 @@ FactorStatus RbfSystem::append(const Vec3& position) noexcept {
   const int n = size();
   if (!position.allFinite()) return {FactorStatus::kNotFinite, n, -1};
   for (int i = 0; i < n; ++i)
-    if ((positions_[static_cast<std::size_t>(i)] - position).norm() < FactorStatus::kDuplicateDistance * support_radius_)
+    if ((positions_[static_cast<std::size_t>(i)] - position).norm() <
+        FactorStatus::kDuplicateDistance * support_radius_)
       return {FactorStatus::kDuplicate, i, n};
   if (!factor_.append(position, is_sparse_ ? factor_.first_neighbour(position) : 0))
     return {FactorStatus::kNotPositiveDefinite, -1, -1};
