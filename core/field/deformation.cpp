@@ -32,9 +32,12 @@ FactorStatus Deformation::update(std::span<const Vec3> positions,
     return {};
   }
   if (!same_positions) {
-    const FactorStatus status = system_.refactorize(positions);  // the tip, last, moves alone
+    FactorStatus status = system_.refactorize(positions);  // the tip, last, moves alone
+    const double condition = status ? system_.condition() : 0;
+    if (status) status = FactorStatus::of_condition(condition);
     is_factored_ = static_cast<bool>(status);
     if (!status) return status;
+    condition_ = condition;
     positions_.assign(positions.begin(), positions.end());
     blocks_.set_landmarks(positions_);
     restart();

@@ -33,6 +33,7 @@ class Deformation : public TissueField {
 
   void rescale(double scale) noexcept override;
   Evaluation evaluation() const override { return evaluation_; }
+  double condition() const override { return condition_; }
   std::span<const std::uint32_t> touched() const override { return blocks_.touched(); }
   const BlockDisplacement<float>& displacement(std::uint32_t block) const override {
     return blocks_.displacement(block);
@@ -62,6 +63,7 @@ class Deformation : public TissueField {
   Evaluation evaluation_ = Evaluation::kIdle;
 
   bool is_factored_ = false;  // system_ holds positions_
+  double condition_ = 1;
   std::vector<Vec3> positions_, displacements_, weights_;
   int settled_ticks_ = 0;
 

@@ -37,6 +37,10 @@ class TissueField {
 
   virtual Evaluation evaluation() const = 0;  ///< of the last update
 
+  /// Condition number of the landmark system, 1-norm, estimated each time that the set changes; 1 for no landmarks. Above
+  /// FactorStatus::kMaxCondition update refuses, and the last field's stands.
+  virtual double condition() const = 0;
+
   /// Blocks that the field reaches, ascending; the others are at rest.
   virtual std::span<const std::uint32_t> touched() const = 0;
   /// u at the points of a touched block, mm.

@@ -43,6 +43,7 @@ class LadderDeformation : public TissueField {
   FactorStatus update(std::span<const Vec3> positions, std::span<const Vec3> displacements) noexcept override;
   void rescale(double scale) noexcept override;
   Evaluation evaluation() const override { return evaluation_; }
+  double condition() const override { return condition_; }
   std::span<const std::uint32_t> touched() const override { return touched_; }
   const BlockDisplacement<float>& displacement(std::uint32_t block) const override {
     return displacements_[block];
@@ -59,7 +60,7 @@ class LadderDeformation : public TissueField {
 
  private:
   void assemble() noexcept;
-  bool factor() noexcept;
+  FactorStatus factor() noexcept;
   void solve() noexcept;
   void spread_forces() noexcept;
   void evaluate() noexcept;
@@ -78,7 +79,9 @@ class LadderDeformation : public TissueField {
   std::vector<Vec3> ring_forces_;  // near part
   Eigen::MatrixXd matrix_;         // K's lower triangle, then its factor
   Eigen::VectorXd solution_;
+  Eigen::MatrixXd scratch_;  // 3n × 3, for the condition number
   bool is_factored_ = false;
+  double condition_ = 1;
   Evaluation evaluation_ = Evaluation::kIdle;
 
   std::vector<std::uint32_t> all_blocks_;

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "core/conditioning/landmark_hygiene.h"
 #include "core/error.h"
 #include "core/field/deformation.h"
 #include "core/ladder/ladder.h"
@@ -124,13 +125,27 @@ void Simulator::gather_landmarks(const NeedlePose& pose) noexcept {
 
 void Simulator::deform() noexcept {
   changed_[tick_ % kChangeHistory].clear();
-  if (!field_->update(positions_, displacements_)) {
+  if (!solve()) {
     flags_ |= kStepSolveFailed;  // the last field stands
     return;
   }
   flags_ |= field_->flags();
   ++evaluation_counts_[static_cast<std::size_t>(field_->evaluation())];
   if (field_->evaluation() != Evaluation::kIdle) apply_field();
+}
+
+// The tick's landmarks, or what is left of them once those are out that keep them from being solved.
+FactorStatus Simulator::solve() noexcept {
+  FactorStatus status = field_->update(positions_, displacements_);
+  if (status) return status;
+  LandmarkMender mender(positions_, displacements_, positions_.size() - contact_.positions().size());
+  while (!status) {
+    const Mended mended = mender.mend(status);
+    if (mended == Mended::kNothing) break;
+    flags_ |= mended == Mended::kMerged ? kStepMerged : kStepDropped;
+    status = field_->update(positions_, displacements_);
+  }
+  return status;
 }
 
 // Blocks in reach take their displacement; those that were displaced and are out of reach now go back to rest. No other
@@ -206,6 +221,7 @@ void Simulator::write(const NeedlePose& pose, MeshState& state) noexcept {
   state.needle.puncture_count = contact_.puncture_count();
   state.step_flags = flags_;
   state.certificate = field_->certificate();
+  state.certificate.condition = field_->condition();
   state.max_displacement_mm = max_displacement_;
   state.moved_vertices = moved_vertices_;
 }

@@ -45,6 +45,7 @@ class Simulator {
  private:
   void gather_landmarks(const NeedlePose& pose) noexcept;
   void deform() noexcept;
+  FactorStatus solve() noexcept;
   void apply_field() noexcept;
   bool apply_block(std::uint32_t b) noexcept;
   void write(const NeedlePose& pose, MeshState& state) noexcept;

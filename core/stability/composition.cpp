@@ -53,7 +53,9 @@ void Composition::move_landmarks() noexcept {
 FactorStatus Composition::solve() noexcept {
   move_landmarks();
   Step& step = steps_[count_];
-  if (const FactorStatus status = system_.factorize(step.positions); !status) return status;
+  FactorStatus status = system_.factorize(step.positions);
+  if (status) status = FactorStatus::of_condition(system_.condition());
+  if (!status) return status;
   step.weights.resize(landmarks_.size());
   system_.solve(ways_, step.weights);
   cells_.set_field(field(step));

@@ -37,6 +37,7 @@ class GuardedField : public TissueField {
   Vec3 displacement_at(const Vec3& X) const noexcept override;
   const CellField& cells() noexcept override { return field_->cells(); }
   std::size_t max_sources() const override { return field_->max_sources(); }
+  double condition() const override { return field_->condition(); }
   double total_force_n() const override { return field_->total_force_n(); }
   SimdTarget target() const override { return field_->target(); }
 
