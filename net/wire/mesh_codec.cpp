@@ -121,8 +121,9 @@ void read_pose_history(ByteReader& reader, FrameMessage& message) {
 }  // namespace
 
 void encode_body(const FrameMessage& message, Bytes& out) {
-  out.reserve(out.size() + 128 + kCertificateBytes + kNeedleBytes * message.needles.size() + 8 * message.ranges.size() +
-              4 * message.positions.size() + kTickPoseBytes * message.pose_history.size());
+  out.reserve(out.size() + 128 + kCertificateBytes + kNeedleBytes * message.needles.size() +
+              8 * message.ranges.size() + 4 * message.positions.size() +
+              kTickPoseBytes * message.pose_history.size());
   ByteWriter writer(out);
   writer.u64(message.topology_hash);
   writer.u64(message.tick);

@@ -123,10 +123,11 @@ struct FrameMessage {
   std::uint32_t point_count = 0;
   std::uint32_t moved_vertices = 0;
   std::vector<NeedleRecord> needles;
-  std::vector<PointRange> ranges;      ///< ascending, disjoint, not empty
-  std::vector<float> positions;        ///< 3 per point of the ranges, in order; world frame, mm
-  std::optional<Certificate> certificate;  ///< of the tick's field; none: the section was not there, nothing is known
-  bool has_pose_history = false;       ///< the section was there (it may be empty)
+  std::vector<PointRange> ranges;  ///< ascending, disjoint, not empty
+  std::vector<float> positions;    ///< 3 per point of the ranges, in order; world frame, mm
+  std::optional<Certificate>
+      certificate;                ///< of the tick's field; none: the section was not there, nothing is known
+  bool has_pose_history = false;  ///< the section was there (it may be empty)
   std::vector<TickPose> pose_history;  ///< ascending ticks
 };
 
