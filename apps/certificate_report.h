@@ -29,6 +29,16 @@ inline void add_to_json(nlohmann::ordered_json& json, const std::string& counted
   json["nonfinite"] = tally.nonfinite;
 }
 
+/// Of one tick: the verdict, the least det that is known, and what guarded the field.
+inline std::string one_line(const std::optional<Certificate>& certificate, std::uint32_t step_flags) {
+  if (!certificate) return std::string(to_string(Verdict::kUnknown));
+  const Certificate& c = *certificate;
+  std::string text = fmt::format("{} det {:.3f}", to_string(c.verdict), std::fmin(c.det_bound, c.vertex_det));
+  if (step_flags & kStepSubstepped) text += fmt::format(" sub-steps {}", c.substeps);
+  if (step_flags & kStepClamped) text += fmt::format(" held {:.1f} mm", c.held_mm);
+  return text;
+}
+
 /// Two lines for people; `counted` is "ticks" or "frames".
 inline std::string to_text(const std::string& counted, const CertificateTally& tally) {
   const auto known = [](double det) {

@@ -76,25 +76,14 @@ class Watch {
   }
   double latency_ms(double q) const { return 1e-6 * static_cast<double>(latency_.quantile(q)); }
 
-  // The verdict, the least det that is known, and what the guard did.
-  static std::string certificate_text(const net::FrameMessage& frame) {
-    if (!frame.certificate) return "unknown";
-    const Certificate& c = *frame.certificate;
-    std::string text =
-        fmt::format("{} det {:.3f}", to_string(c.verdict), std::fmin(c.det_bound, c.vertex_det));
-    if (frame.step_flags & kStepSubstepped) text += fmt::format(" sub-steps {}", c.substeps);
-    if (frame.step_flags & kStepClamped) text += fmt::format(" held {:.1f} mm", c.held_mm);
-    return text;
-  }
-
   void print_line() {
     if (frames_ == 0) return;
     const NeedleState needle = last_.needles.empty() ? NeedleState{} : last_.needles[0].state;
     const std::string line = fmt::format(
         "t {:7.2f} s  {:9}  depth {:5.1f} mm  displaced {:5.2f} mm  moved {:6}  {}  missed {}  drops {}\n",
         last_.sim_time_s, needle.present ? to_string(needle.contact) : "no needle", needle.insertion_depth_mm,
-        last_.max_displacement_mm, last_.moved_vertices, certificate_text(last_), overruns(),
-        run_.last_state().snapshots_dropped);
+        last_.max_displacement_mm, last_.moved_vertices, one_line(last_.certificate, last_.step_flags),
+        overruns(), run_.last_state().snapshots_dropped);
     (options_.json ? std::cerr : std::cout) << line << std::flush;
   }
 
