@@ -14,12 +14,9 @@
 namespace brachy {
 namespace {
 
-const Scene& check(const Scene& scene, const Tissue& tissue) {
+const Scene& check(const Scene& scene) {
   if (scene.model.kernel == "auto")
     throw UserError("model.kernel is still \"auto\"; the scene has to go through with_choice first");
-  if (scene.anchors.count > tissue.surface_count)
-    throw UserError("anchors.count is " + std::to_string(scene.anchors.count) + " but the surface has only " +
-                    std::to_string(tissue.surface_count) + " vertices; lower anchors.count");
   return scene;
 }
 
@@ -55,21 +52,24 @@ std::unique_ptr<GuardedField> make_field(const Scene& scene, const Tissue& tissu
                                         landmarks);
 }
 
+}  // namespace
+
 // Anchors stand in for what holds the tissue where a kernel knows nothing of it; the matrix rungs know.
-Anchors::Options anchor_options(const Scene& scene) {
+Anchors make_anchors(const Scene& scene, const Tissue& tissue) {
+  if (scene.anchors.count > tissue.surface_count)
+    throw UserError("anchors.count is " + std::to_string(scene.anchors.count) + " but the surface has only " +
+                    std::to_string(tissue.surface_count) + " vertices; lower anchors.count");
   Anchors::Options options = scene.anchors;
   if (is_matrix_rung(scene.model.kernel)) options.count = 0;
-  return options;
+  return {{tissue.rest_vertices.data(), tissue.surface_count}, options};
 }
-
-}  // namespace
 
 Simulator::Simulator(const Scene& scene, Tissue tissue)
     : tissue_(std::move(tissue)),
       surface_(surface_of(tissue_)),
-      period_s_(check(scene, tissue_).period_s()),
+      period_s_(check(scene).period_s()),
       contact_(surface_, scene.needle, scene.contact),
-      anchors_({tissue_.rest_vertices.data(), tissue_.surface_count}, anchor_options(scene)),
+      anchors_(make_anchors(scene, tissue_)),
       anchor_clearance_(scene.anchors.clearance_mm),
       field_(make_field(scene, tissue_)),
       block_ticks_(tissue_.blocks.size()),

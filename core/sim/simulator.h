@@ -14,6 +14,10 @@
 
 namespace brachy {
 
+/// The scene's anchors at rest in `tissue`: none where the kernel knows what holds the tissue. Throws UserError where
+/// the scene has more of them than the surface has vertices.
+Anchors make_anchors(const Scene& scene, const Tissue& tissue);
+
 /// The simulation: pose → contact → landmarks → solve → field → mesh state, one tick a call.
 ///
 /// A plain function of its arguments and its own memory, which is the contact state, the anchors' λ and the last
