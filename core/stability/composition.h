@@ -54,8 +54,14 @@ class Composition {
   void move_landmarks() noexcept;
   RbfField field(const Step& step) const { return {kernel_, support_radius_, step.positions, step.weights}; }
   void apply(const Step& step, std::uint32_t b) noexcept;
-  void add_displacement(const Step& step, std::uint32_t b, std::span<const std::uint32_t> sources) noexcept;
-
+  void multiply_determinants(const Step& step, std::uint32_t b, const Cell& cell,
+                             std::span<const std::uint32_t> sources, float* product) noexcept;
+  void add_displacement(const Step& step, std::uint32_t b, const Cell& cell,
+                        std::span<const std::uint32_t> sources) noexcept;
+  void add_in_double(const Step& step, std::uint32_t b, const Cell& cell,
+                     std::span<const std::uint32_t> sources) noexcept;
+  template <class T>
+  BlockPoints<T> moved_points(std::uint32_t b, const Vec3& centre) const noexcept;
   const Tissue& tissue_;
   Kernel kernel_;
   double support_radius_;
@@ -75,7 +81,10 @@ class Composition {
   double least_determinant_ = 1;
   Vec3 least_place_ = Vec3::Zero();
   std::vector<std::uint32_t> all_, near_;  // landmarks
-  std::vector<LocalLandmark<double>> local_;
+  std::vector<LocalLandmark<double>> double_;
+  std::vector<LocalLandmark<float>> single_;
+  std::vector<std::uint32_t> chosen_;
+  std::vector<float> x_, y_, z_;
 };
 
 }  // namespace brachy
