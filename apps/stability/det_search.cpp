@@ -52,8 +52,8 @@ DetSearch::Found DetSearch::extreme(double push, double sign) {
   order.resize(std::min(order.size(), kLookedAt));
   std::vector<std::size_t> all(value.size());
   std::iota(all.begin(), all.end(), 0u);
-  std::ranges::partial_sort_copy(all, order, {}, [&](std::size_t i) { return value[i]; },
-                                 [&](std::size_t i) { return value[i]; });
+  std::ranges::partial_sort_copy(
+      all, order, {}, [&](std::size_t i) { return value[i]; }, [&](std::size_t i) { return value[i]; });
 
   std::vector<Descent> descents;  // from the best, each beyond the others' reach
   for (const std::size_t i : order) {

@@ -46,11 +46,13 @@ Solved solve_in(const Eigen::MatrixXd& matrix, bool is_definite);
 
 /// Landmark systems that grow worse as a parameter runs from `from` to `to`.
 struct SystemFamily {
-  std::string method, landmarks, parameter;
-  double from, to;
+  /// Of one value of the parameter; nothing where the method refuses the landmarks by itself.
+  using Matrix = std::function<std::optional<Eigen::MatrixXd>(double value)>;
+
+  std::string method = {}, landmarks = {}, parameter = {};
+  double from = 0, to = 0;
   bool is_definite = true;
-  /// Of one value; nothing where the method refuses the landmarks by itself.
-  std::function<std::optional<Eigen::MatrixXd>(double)> matrix;
+  Matrix matrix = {};
   std::optional<double> singular_by_theory = {};  ///< where DESIGN's λmin puts a condition of kSingular
 };
 /// Spacing against support, core or needle, of every method that solves a system. The scene must outlive them.
@@ -59,7 +61,9 @@ std::vector<SystemFamily> system_families(StabilityScene& scene);
 /// `n` points in an unbounded solid, each with a core radius of 2.5 mm (DESIGN §4's example), on a line.
 SystemFamily core_line(const ElasticBody& body, std::size_t n);
 
-/// The first value on the way from `from` to `to`, by factors of 1.3 and then by bisection within 1 %, at which `fails`.
-std::optional<double> first_failure(double from, double to, const std::function<bool(double)>& fails);
+/// The first value on the way from `from` to `to`, by factors of 1.3 and then by bisection to `within` of itself, at
+/// which `fails`.
+std::optional<double> first_failure(double from, double to, const std::function<bool(double)>& fails,
+                                    double within = 0.01);
 
 }  // namespace brachy

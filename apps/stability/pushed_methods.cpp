@@ -93,7 +93,8 @@ PushedField chained(const PushedLandmarks& landmarks, const ElasticBody& body, d
 
 }  // namespace
 
-PushedField linear_field(Gradients gradients, std::vector<Vec3> samples, double reach, DetSearch::Counts counts) {
+PushedField linear_field(Gradients gradients, std::vector<Vec3> samples, double reach,
+                         DetSearch::Counts counts) {
   if (!gradients) return {};
   const auto search =
       std::make_shared<DetSearch>(std::move(gradients), std::move(samples), reach, std::move(counts));
@@ -132,8 +133,7 @@ Gradients matrix_gradients(const MatrixKernel& kernel, const PushedLandmarks& la
   const auto system = std::make_shared<LadderSystem>(kernel);
   if (!system->factorize(landmarks.positions)) return {};
   const std::vector<Vec3> forces = system->solve(landmarks.directions);
-  return gradients_by_differences(
-      [=](std::span<const Vec3> X) { return system->evaluate(X, forces); });
+  return gradients_by_differences([=](std::span<const Vec3> X) { return system->evaluate(X, forces); });
 }
 
 Gradients gradients_by_differences(std::function<std::vector<Vec3>(std::span<const Vec3>)> displacements) {

@@ -34,14 +34,16 @@ Gradients gradients_by_differences(std::function<std::vector<Vec3>(std::span<con
 /// A field of landmarks that are pushed ever farther.
 struct PushedField {
   std::function<double(double push)> least_det;  ///< det(I + ∇u) at a push, mm; none: there is no field
-  std::function<std::optional<double>(double most_push)> fold;  ///< the least push that folds it, mm, if one does
+  std::function<std::optional<double>(double most_push)>
+      fold;  ///< the least push that folds it, mm, if one does
 
   explicit operator bool() const { return static_cast<bool>(least_det); }
 };
 
 /// Of gradients that are linear in the push (none: no field), searched at `samples`; `reach` and `counts` as DetSearch has
 /// them.
-PushedField linear_field(Gradients gradients, std::vector<Vec3> samples, double reach, DetSearch::Counts counts = {});
+PushedField linear_field(Gradients gradients, std::vector<Vec3> samples, double reach,
+                         DetSearch::Counts counts = {});
 
 /// A method as the sweeps over pushes see it.
 struct PushedMethod {

@@ -23,7 +23,8 @@ void measure_laws(StabilityReport& report) {
     std::vector<Vec3> points;
   } sets[] = {{EigenvalueLaw::kShaft, "shaft of 41", unit_shaft(41)},
               {EigenvalueLaw::kCubicGrid, fmt::format("cubic grid of {0}³", per_side), unit_grid(per_side)},
-              {EigenvalueLaw::kJitteredGrid, fmt::format("jittered grid of {0}³", per_side), jittered_grid(per_side)}};
+              {EigenvalueLaw::kJitteredGrid, fmt::format("jittered grid of {0}³", per_side),
+               jittered_grid(per_side)}};
   for (const auto& [which, name, points] : sets) {
     const double q = least_spacing(points);
     for_each_kernel([&](auto kernel) {
@@ -38,12 +39,13 @@ void measure_laws(StabilityReport& report) {
         curve.at.push_back(a_over_q);
         curve.condition.push_back(eigenvalues.condition());
       }
-      report.rows.push_back({.method = curve.method,
-                             .sweep = fmt::format("least eigenvalue × (a/q)^{}, {}, a/q = 8 … 64", law.power, name),
-                             .parameter = "constant",
-                             .at_failure = farthest,
-                             .kind = "law",
-                             .theory = law.constant});
+      report.rows.push_back(
+          {.method = curve.method,
+           .sweep = fmt::format("least eigenvalue × (a/q)^{}, {}, a/q = 8 … 64", law.power, name),
+           .parameter = "constant",
+           .at_failure = farthest,
+           .kind = "law",
+           .theory = law.constant});
       report.curves.push_back(std::move(curve));
     });
   }

@@ -10,15 +10,16 @@ namespace brachy {
 /// Where one method fails along one swept parameter; or, of kind "law", a constant that DESIGN states and a sweep measured.
 /// Kinds: fold (det ≤ 0), singular (condition above 1e12), not definite (no Cholesky factor, or a determinant that changed
 /// sign), inaccurate (a landmark missed by more than 1e-3 mm, or by what the sweep's name says), overshoot, diverges,
-/// order, refused (by name, before it could fail), fixed; law.
+/// order, locking, not finite, refused (by name, before it could fail), fixed; law.
 struct StabilityRow {
-  std::string method = {};  ///< psi31, …, fem, thin_plate, multiquadric, mass_spring, chainmail; phi: Φ of compact_elastic
-  std::string sweep = {};   ///< what is swept, and on what: "push, one landmark"
-  std::string parameter = {};              ///< what at_failure counts: "|d|/a", "mm", "a/q", …
-  std::optional<double> at_failure = {};   ///< none: it did not fail up to `swept_to`
-  double swept_to = 0;                     ///< where the sweep ended, or was to end
-  std::string kind = {};                   ///< of the failure, below
-  std::optional<double> theory = {};       ///< DESIGN's value, or one the sweep's file derives
+  std::string method =
+      {};  ///< psi31, …, fem, thin_plate, multiquadric, mass_spring, chainmail; phi: Φ of compact_elastic
+  std::string sweep = {};                 ///< what is swept, and on what: "push, one landmark"
+  std::string parameter = {};             ///< what at_failure counts: "|d|/a", "mm", "a/q", …
+  std::optional<double> at_failure = {};  ///< none: it did not fail up to `swept_to`
+  double swept_to = 0;                    ///< where the sweep ended, or was to end
+  std::string kind = {};                  ///< of the failure, below
+  std::optional<double> theory = {};      ///< DESIGN's value, or one the sweep's file derives
   std::optional<std::array<double, 2>> theory_range = {};  ///< where DESIGN gives a range instead
 };
 
@@ -33,10 +34,10 @@ struct StabilityCurve {
 /// The border of failure in the plane of spacing / support and push / support.
 struct PlaneBorder {
   std::string method;
-  std::string load;              ///< which landmarks are pushed; empty: the border is a spacing, whatever the push
-  std::string kind;              ///< as in StabilityRow
-  std::vector<double> spacing;   ///< over the support; one for a border without pushes
-  std::vector<double> push;      ///< over the support
+  std::string load;  ///< which landmarks are pushed; empty: the border is a spacing, whatever the push
+  std::string kind;  ///< as in StabilityRow
+  std::vector<double> spacing;  ///< over the support; one for a border without pushes
+  std::vector<double> push;     ///< over the support
 };
 
 struct StabilityReport {

@@ -21,8 +21,8 @@ class StabilityScene {
 
   const ElasticBody& body() const { return body_; }
   Vec3 middle() const { return body_.box_centre; }
-  double support() const { return support_; }            ///< a of the ψ kernels, mm
-  double landmark_spacing() const { return spacing_; }   ///< on a shaft, mm
+  double support() const { return support_; }                    ///< a of the ψ kernels, mm
+  double landmark_spacing() const { return spacing_; }           ///< on a shaft, mm
   const std::vector<Vec3>& surface() const { return surface_; }  ///< vertices of the tissue's surface, mm
   std::span<const Vec3> anchors() const { return anchors_.positions(); }
   bool is_quick() const { return is_quick_; }
