@@ -1,6 +1,6 @@
 // An anchor beside a needle's path. Theory (DESIGN §4): at 0.25 mm it folds at 0.8–1.35 mm, at 1 mm at 2.1–3.4: reproduced by a
 // needle pushed along itself, landmarks every 2.5 mm, the anchor midway between two of them, a = 6 and 12 mm. (ψ3,0 is a
-// little below the second range.) Pushed towards an anchor beside a landmark nothing passes: it folds at the distance.
+// little below the second range.) Pushed towards an anchor beside a landmark nothing passes: it folds before the distance.
 #include <fmt/format.h>
 
 #include <algorithm>

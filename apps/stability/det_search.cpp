@@ -101,13 +101,18 @@ double DetSearch::least_known(double push) const {
   return least;
 }
 
-// Bisection over what is known, then a descent where that folds, which may find that it folds sooner.
+// Bisection over what is known, then descents where that folds, which may find that it folds sooner; until they do not.
 std::optional<double> DetSearch::fold(double most_push) {
-  constexpr double kSettled = 5e-4;
+  constexpr double kSettled = 1e-3;
+  const auto known_fold = [&] {
+    return push_at_fold([this](double p) { return least_known(p); }, most_push);
+  };
+  std::optional<double> push = known_fold();
   for (;;) {
-    const auto push = push_at_fold([this](double p) { return least_known(p); }, most_push);
-    const double known = least_known(push.value_or(most_push)), found = least(push.value_or(most_push)).det;
-    if (push ? found > known - kSettled : found > 0) return push;
+    least(push.value_or(most_push));
+    const auto sooner = known_fold();
+    if (!sooner || (push && *sooner > (1 - kSettled) * *push)) return sooner;
+    push = sooner;
   }
 }
 

@@ -15,9 +15,6 @@ struct EigenvalueLaw {
   int power;
 
   double least_eigenvalue(double a_over_q) const { return constant * std::pow(a_over_q, -power); }
-  double support_at(double least_eigenvalue) const {
-    return std::pow(constant / least_eigenvalue, 1.0 / power);
-  }
 };
 
 inline EigenvalueLaw eigenvalue_law(std::string_view kernel, EigenvalueLaw::Landmarks landmarks) {

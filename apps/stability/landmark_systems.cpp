@@ -47,9 +47,7 @@ void add_psi(std::vector<SystemFamily>& families, const std::string& name,
     SystemFamily family{
         .method = std::string(kernel.kName), .landmarks = name, .parameter = "a/q", .from = 4, .to = 1e6};
     family.matrix = [=](double a_over_q) { return psi_matrix(kernel, a_over_q * q, points); };
-    // λmax ≤ n, and n as soon as the support is much wider than the landmarks.
-    const double theory = law.support_at(n / kSingular);
-    if (theory <= family.to) family.singular_by_theory = theory;
+    family.condition_by_theory = [=](double a_over_q) { return n / law.least_eigenvalue(a_over_q); };
     families.push_back(std::move(family));
   });
 }

@@ -53,7 +53,9 @@ struct SystemFamily {
   double from = 0, to = 0;
   bool is_definite = true;
   Matrix matrix = {};
-  std::optional<double> singular_by_theory = {};  ///< where DESIGN's λmin puts a condition of kSingular
+  /// n over DESIGN's λmin, where it has one: no eigenvalue is above n, and one is near it once the support is much wider
+  /// than the landmarks.
+  std::function<double(double value)> condition_by_theory = {};
 };
 /// Spacing against support, core or needle, of every method that solves a system. The scene must outlive them.
 std::vector<SystemFamily> system_families(StabilityScene& scene);

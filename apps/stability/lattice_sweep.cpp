@@ -17,7 +17,7 @@ double missed(ComparedModel& model, const StabilityScene& scene, const Vec3& nod
   const ComparedScene compared{scene.body(), {node + off * Vec3::UnitX()}, {}};
   model.set_up(compared);
   const Vec3 push = Vec3::UnitZ();
-  for (int tick = 0; tick < 40; ++tick) model.tick(std::vector{push});
+  for (int tick = 0; tick < 20; ++tick) model.tick(std::vector{push});
   return (model.displacements_at(compared.landmarks).front() - push).norm();
 }
 

@@ -4,11 +4,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "apps/stability/pushed_methods.h"
 #include "apps/stability/sweeps.h"
 #include "core/compact/compact_kernel.h"
 #include "core/elastic/kelvin.h"
+#include "core/ladder/ladder_system.h"
 
 namespace brachy {
 namespace {
@@ -33,9 +35,9 @@ Gradients kelvin_point(double poisson, double core_of_fields) {
 }
 
 void add_curve(StabilityReport& report, const StabilityRow& row, const PushedField& field, double unit) {
-  StabilityCurve curve{row.method, row.sweep, row.parameter, {}, {}, {}};
+  StabilityCurve curve{row.method, row.sweep, row.parameter, {}};
   const double most = row.at_failure ? 1.6 * *row.at_failure : row.swept_to;
-  for (int k = 1; k <= 16; ++k) {
+  for (int k = 0; k <= 16; ++k) {
     curve.at.push_back(most * k / 16);
     curve.min_det.push_back(field.least_det(curve.at.back() * unit));
   }
@@ -54,6 +56,23 @@ void add_fold(StabilityReport& report, StabilityRow row, const PushedField& fiel
     add_curve(report, row, field, unit);
   }
   report.rows.push_back(std::move(row));
+}
+
+/// What a rung with cores makes of a lone landmark itself: √2 times its push, since it is the mean about the landmark that it
+/// puts where it belongs.
+void measure_lone_landmark(StabilityScene& scene, const std::string& rung, StabilityReport& report) {
+  const std::vector<std::string> rungs = scene.rungs();
+  if (std::ranges::find(rungs, rung) == rungs.end()) return;
+  const PushedLandmarks one = one_landmark(scene.middle());
+  LadderSystem system(scene.kernel(rung));
+  if (!system.factorize(one.positions)) return;
+  const Vec3 u = system.evaluate(one.positions, system.solve(one.directions)).front();
+  report.rows.push_back({.method = rung,
+                         .sweep = "displacement at a lone landmark over its push",
+                         .parameter = "ratio",
+                         .at_failure = u.norm(),
+                         .kind = "inaccurate",
+                         .theory = std::numbers::sqrt2});
 }
 
 void sweep_one_landmark(StabilityScene& scene, StabilityReport& report) {
@@ -84,6 +103,7 @@ void sweep_one_landmark(StabilityScene& scene, StabilityReport& report) {
               .parameter = "|d|/core",
               .theory = has_core ? 2.57 : 2.57 / 2},
              search_one(kelvin_point(poisson, has_core ? 1 : 0), Vec3::Zero(), 3), 1);
+  for (const std::string rung : {"elastic", "fem"}) measure_lone_landmark(scene, rung, report);
   for (const PushedMethod& method : other_methods(scene))
     add_fold(report, {.method = method.name, .sweep = "push, one landmark", .parameter = "mm"},
              method.field(one), 1);

@@ -29,7 +29,7 @@ void measure_laws(StabilityReport& report) {
     const double q = least_spacing(points);
     for_each_kernel([&](auto kernel) {
       const EigenvalueLaw law = eigenvalue_law(kernel.kName, which);
-      StabilityCurve curve{std::string(kernel.kName), "landmark spacing, " + name, "a/q", {}, {}, {}};
+      StabilityCurve curve{std::string(kernel.kName), "landmark spacing, " + name, "a/q", {}};
       double farthest = law.constant;
       for (const double a_over_q : kSupports) {
         const Spectrum eigenvalues = spectrum(psi_matrix(kernel, a_over_q * q, points));
@@ -68,12 +68,12 @@ void sweep_duplicates(StabilityReport& report) {
     const auto is_refused = [&](double a_over_q) {
       RbfSystem system(kernel, 1, 2);
       const Vec3 pair[] = {Vec3::Zero(), Vec3(0, 0, 1 / a_over_q)};
-      return system.factorize(pair).kind == FactorStatus::kDuplicate;
+      return !system.factorize(pair);
     };
     report.rows.push_back({.method = std::string(kernel.kName),
                            .sweep = "landmark spacing, two landmarks",
                            .parameter = "a/q",
-                           .at_failure = first_failure(1e3, 1e9, is_refused),
+                           .at_failure = first_failure(1e3, 1e9, is_refused, 1e-6),
                            .swept_to = 1e9,
                            .kind = "refused",
                            .theory = 1 / RbfSystem::kDuplicateDistance});
@@ -81,6 +81,10 @@ void sweep_duplicates(StabilityReport& report) {
 }
 
 void sweep_family(const SystemFamily& family, StabilityReport& report) {
+  std::optional<double> singular_by_theory;
+  if (family.condition_by_theory)
+    singular_by_theory = first_failure(
+        family.from, family.to, [&](double v) { return family.condition_by_theory(v) > kSingular; }, 1e-3);
   const auto add = [&](const char* kind, std::optional<double> theory, const auto& fails) {
     const auto judge = [&](double value) {
       const auto K = family.matrix(value);
@@ -94,14 +98,14 @@ void sweep_family(const SystemFamily& family, StabilityReport& report) {
                            .kind = kind,
                            .theory = theory});
   };
-  add("singular", family.singular_by_theory,
+  add("singular", singular_by_theory,
       [](const Eigen::MatrixXd& K) { return !(spectrum(K).condition() < kSingular); });
   if (family.is_definite)
     add("not definite", std::nullopt,
         [](const Eigen::MatrixXd& K) { return !solve_in<double>(K, true).has_factor; });
   add("inaccurate", std::nullopt,
       [&](const Eigen::MatrixXd& K) { return !(solve_in<double>(K, family.is_definite).missed < kMissed); });
-  StabilityCurve curve{family.method, "landmark spacing, " + family.landmarks, family.parameter, {}, {}, {}};
+  StabilityCurve curve{family.method, "landmark spacing, " + family.landmarks, family.parameter, {}};
   const double end = report.rows.back().at_failure.value_or(family.to);
   for (int k = 0; k <= 12; ++k) {
     const double value = family.from * std::pow(end / family.from, k / 12.0);
@@ -109,6 +113,7 @@ void sweep_family(const SystemFamily& family, StabilityReport& report) {
     if (!K) break;
     curve.at.push_back(value);
     curve.condition.push_back(spectrum(*K).condition());
+    if (family.condition_by_theory) curve.condition_by_theory.push_back(family.condition_by_theory(value));
   }
   report.curves.push_back(std::move(curve));
 }

@@ -43,6 +43,7 @@ Json to_json(const StabilityCurve& curve) {
                {"parameter", curve.parameter},
                {"at", numbers(curve.at)}};
   if (!curve.condition.empty()) json["condition"] = numbers(curve.condition);
+  if (!curve.condition_by_theory.empty()) json["condition_by_theory"] = numbers(curve.condition_by_theory);
   if (!curve.min_det.empty()) json["min_det"] = numbers(curve.min_det);
   return json;
 }
@@ -102,12 +103,14 @@ std::string to_markdown(const std::vector<StabilityRow>& rows) {
 }
 
 std::string to_csv(const std::vector<StabilityCurve>& curves) {
-  std::string text = "method,sweep,parameter,at,condition,min_det\n";
-  for (const StabilityCurve& curve : curves)
-    for (std::size_t i = 0; i < curve.at.size(); ++i)
-      text += fmt::format("{},\"{}\",\"{}\",{:g},{},{}\n", curve.method, curve.sweep, curve.parameter,
-                          curve.at[i], curve.condition.empty() ? "" : fmt::format("{:g}", curve.condition[i]),
-                          curve.min_det.empty() ? "" : fmt::format("{:g}", curve.min_det[i]));
+  const auto value = [](const std::vector<double>& values, std::size_t i) {
+    return values.empty() ? "" : fmt::format("{:g}", values[i]);
+  };
+  std::string text = "method,sweep,parameter,at,condition,condition_by_theory,min_det\n";
+  for (const StabilityCurve& c : curves)
+    for (std::size_t i = 0; i < c.at.size(); ++i)
+      text += fmt::format("{},\"{}\",\"{}\",{:g},{},{},{}\n", c.method, c.sweep, c.parameter, c.at[i],
+                          value(c.condition, i), value(c.condition_by_theory, i), value(c.min_det, i));
   return text;
 }
 

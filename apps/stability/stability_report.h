@@ -26,9 +26,10 @@ struct StabilityRow {
 /// What grows worse along a sweep: for the charts.
 struct StabilityCurve {
   std::string method, sweep, parameter;
-  std::vector<double> at;         ///< values of the parameter
-  std::vector<double> condition;  ///< of the landmark system, 2-norm; empty: not asked
-  std::vector<double> min_det;    ///< least det(I + ∇u); empty: not asked
+  std::vector<double> at;                        ///< values of the parameter
+  std::vector<double> condition = {};            ///< of the landmark system; empty: not asked
+  std::vector<double> condition_by_theory = {};  ///< n over DESIGN's λmin; empty: there is none
+  std::vector<double> min_det = {};              ///< least det(I + ∇u); empty: not asked
 };
 
 /// The border of failure in the plane of spacing / support and push / support.
@@ -50,7 +51,7 @@ struct StabilityReport {
 std::string to_json(const StabilityReport& report);
 /// The rows as a table, GitHub's way.
 std::string to_markdown(const std::vector<StabilityRow>& rows);
-/// One line a point: method,sweep,parameter,at,condition,min_det.
+/// One line a point: method,sweep,parameter,at,condition,condition_by_theory,min_det.
 std::string to_csv(const std::vector<StabilityCurve>& curves);
 /// One line a point: method,load,kind,spacing,push.
 std::string to_csv(const std::vector<PlaneBorder>& plane);

@@ -101,11 +101,14 @@ void sweep_triple(StabilityReport& report) {
         1, kMostRatio, [&](double ratio) { return has_crossed(papers_matrix(kernel, triple(ratio))); },
         1e-12);
     if (kernel.kName == Wendland31::kName) row.theory = 11.660167858376596 / 4;
-    StabilityCurve curve{row.method, row.sweep, row.parameter, {}, {}, {}};
-    for (int k = 0; k <= 60; ++k) {
-      curve.at.push_back(std::pow(kMostRatio, k / 60.0));
-      curve.condition.push_back(condition_of(papers_matrix(kernel, triple(curve.at.back()))));
-    }
+    StabilityCurve curve{row.method, row.sweep, row.parameter, {}};
+    for (int k = 0; k <= 60; ++k) curve.at.push_back(std::pow(kMostRatio, k / 60.0));
+    if (row.at_failure)  // the peak
+      for (const double off : {-1e-2, -1e-4, -1e-6, -1e-8, 0.0, 1e-8, 1e-6, 1e-4, 1e-2})
+        curve.at.push_back(*row.at_failure * (1 + off));
+    std::ranges::sort(curve.at);
+    for (const double ratio : curve.at)
+      curve.condition.push_back(condition_of(papers_matrix(kernel, triple(ratio))));
     report.curves.push_back(std::move(curve));
     report.rows.push_back(row);
     row.sweep = "support ratio, three landmarks in a line, the positive definite rule";
@@ -118,7 +121,7 @@ void sweep_triple(StabilityReport& report) {
 }
 
 void sweep_random(StabilityReport& report) {
-  const unsigned sets = report.quick ? 100 : 1000;
+  const unsigned sets = report.quick ? 50 : 1000, fewer = report.quick ? 20 : 100;
   const std::string which = fmt::format("{} random sets, n to 200, ratio 10", sets);
   for_each_kernel([&](auto kernel) {
     unsigned crossed = 0, singular = 0, indefinite = 0, definite_failed = 0;
@@ -141,7 +144,6 @@ void sweep_random(StabilityReport& report) {
     add("the paper's rule: determinant below 0", crossed);
     add("the paper's rule: condition above 1e12", singular);
     add("the positive definite rule", definite_failed);
-    const unsigned fewer = sets / 10;
     row.sweep =
         fmt::format("support ratio, {} random sets, n to 200, the paper's rule: determinant below 0", fewer);
     row.parameter = "ratio";
