@@ -1,5 +1,6 @@
 // Push depth over support. Theory (DESIGN §4): one landmark folds at |d| = a/M, M = max|ψ′|; Φ at a = 2.4576 |d|; a
-// regularised Kelvin point at 2.57 core radii.
+// regularised Kelvin point at 2.57 core radii c, a force of 32 μc². Eight anchors at λ = ½ have no effect at a = 6 mm; from
+// a = 40 mm on they cap the push of a contact at about half the local radius, 9–11 mm (§2).
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -103,7 +104,14 @@ void sweep_one_landmark(StabilityScene& scene, StabilityReport& report) {
               .parameter = "|d|/core",
               .theory = has_core ? 2.57 : 2.57 / 2},
              search_one(kelvin_point(poisson, has_core ? 1 : 0), Vec3::Zero(), 3), 1);
-  for (const std::string rung : {"elastic", "fem"}) measure_lone_landmark(scene, rung, report);
+  const StabilityRow with_core = report.rows[report.rows.size() - 2];
+  report.rows.push_back({.method = "elastic",
+                         .sweep = "force at the fold of a point looked at with its core, over μ core²",
+                         .parameter = "ratio",
+                         .at_failure = *with_core.at_failure / kelvin(Vec3::Zero(), 1, poisson)(2, 2),
+                         .kind = "law",
+                         .theory = 32});
+  for (const char* rung : {"elastic", "fem"}) measure_lone_landmark(scene, rung, report);
   for (const PushedMethod& method : other_methods(scene))
     add_fold(report, {.method = method.name, .sweep = "push, one landmark", .parameter = "mm"},
              method.field(one), 1);
@@ -125,14 +133,17 @@ void sweep_shaft(StabilityScene& scene, StabilityReport& report) {
 
 /// The tip on the surface, pushing towards the middle, and the scene's anchors: the least over contacts all round.
 void sweep_contact(const StabilityScene& scene, StabilityReport& report) {
-  for (const double a : {12.0, 40.0})
+  for (const double a : {6.0, 40.0})
     for (const PushedMethod& method : psi_methods(a)) {
       StabilityRow row{.method = method.name,
                        .sweep = fmt::format("push, contact with the scene's anchors, a = {:g} mm", a),
                        .parameter = "mm",
                        .swept_to = kMostPush,
                        .kind = "fold"};
-      if (a >= 40) row.theory_range = {{9, 11}};
+      if (a < 40)  // the anchors are out of reach
+        row.theory = a / max_slope(*find_kernel(method.name));
+      else
+        row.theory_range = {{9, 11}};
       for (std::size_t k = 0; k < compass().size(); k += scene.is_quick() ? 5 : 1) {
         const Vec3& direction = compass()[k];
         const Vec3 tip = *std::ranges::max_element(scene.surface(), {}, [&](const Vec3& v) {

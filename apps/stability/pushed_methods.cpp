@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <stdexcept>
+#include <memory>
 
 #include "apps/comparators/chainmail.h"
 #include "apps/comparators/global_spline.h"
@@ -52,9 +52,8 @@ PushedMethod spline_method(std::string name, const SplineBasis& basis, const Ela
 
 /// The springs' rest position, which is linear in the push.
 PushedField springs_at_rest(const PushedLandmarks& landmarks, const ElasticBody& body, double spacing) {
-  const ComparedScene scene{body, landmarks.positions, {}};
   const auto springs = std::make_shared<MassSpring>(spacing);
-  springs->set_up(scene);
+  springs->set_up({body, landmarks.positions, {}});
   const std::vector<Vec3> watched = samples_around(landmarks.positions, 3 * spacing, 300);
   std::vector<Vec3> before(watched.size(), Vec3::Zero());
   for (double moved = 1; moved > 1e-5;) {  // mm of the push's 1
@@ -71,9 +70,8 @@ PushedField springs_at_rest(const PushedLandmarks& landmarks, const ElasticBody&
 /// Slack links make it anything but linear: each push is a field of its own. It folds where a chain ends, at a wall, so
 /// every cell is looked at.
 PushedField chained(const PushedLandmarks& landmarks, const ElasticBody& body, double spacing) {
-  const auto scene = std::make_shared<ComparedScene>(ComparedScene{body, landmarks.positions, {}});
   const auto mail = std::make_shared<ChainMail>(spacing);
-  mail->set_up(*scene);
+  mail->set_up({body, landmarks.positions, {}});
   std::vector<Vec3> samples = samples_around(landmarks.positions, 3 * spacing);
   const Vec3 cells = (body.box_size / spacing).array().round();
   for (const Vec3& cell : samples_around(std::vector{body.box_centre}, 0.5 * body.box_size.minCoeff(),

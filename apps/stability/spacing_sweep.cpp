@@ -62,7 +62,7 @@ void measure_elastic(const StabilityScene& scene, StabilityReport& report) {
                          .theory = 6e11});
 }
 
-/// Two landmarks ever closer: the engine refuses them by name before they are one to its solver.
+/// Two landmarks ever closer: nearer than 1e-6 a the engine refuses them by name (DESIGN §4).
 void sweep_duplicates(StabilityReport& report) {
   for_each_kernel([&](auto kernel) {
     const auto is_refused = [&](double a_over_q) {
@@ -76,7 +76,7 @@ void sweep_duplicates(StabilityReport& report) {
                            .at_failure = first_failure(1e3, 1e9, is_refused, 1e-6),
                            .swept_to = 1e9,
                            .kind = "refused",
-                           .theory = 1 / RbfSystem::kDuplicateDistance});
+                           .theory = 1e6});
   });
 }
 

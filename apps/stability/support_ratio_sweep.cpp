@@ -84,9 +84,12 @@ double condition_of(const MatrixXd& K) {
   return K.cwiseAbs().colwise().sum().maxCoeff() * lu.inverse().cwiseAbs().colwise().sum().maxCoeff();
 }
 
-/// A determinant below 0: between one common radius, where it is above, and these radii lies a singular system.
+/// A determinant below 0: between one common radius, where it is above, and these radii lies a singular system. By the signs
+/// of the pivots: the determinant itself may be too small for a double.
 bool has_crossed(const MatrixXd& K) {
-  return !(K.partialPivLu().determinant() > 0);
+  const Eigen::PartialPivLU<MatrixXd> lu(K);
+  const Eigen::VectorXd pivots = lu.matrixLU().diagonal();
+  return lu.permutationP().determinant() * pivots.cwiseSign().prod() <= 0;
 }
 
 void sweep_triple(StabilityReport& report) {
