@@ -82,10 +82,10 @@ def draw_min_det(curves, rows, path):
     one.set(xlabel="push over support, |d|/a", ylabel="least det(I + ∇u)", title="one landmark", xlim=(0, 0.75))
     others = [name for name in METHODS if name not in KERNELS and name != "phi"]
     for (name, color, style), curve in chosen(curves, "push, one landmark", others):
-        contact.plot(curve["at"], curve["min_det"], color=color, linestyle=style, label=name)
+        contact.plot(curve["at"][1:], curve["min_det"][1:], color=color, linestyle=style, label=name)
     contact.set(xscale="log", xlabel="push, mm", title="one landmark, the default scene", xlim=(0.1, 40))
     for (name, color, style), curve in chosen(curves, "push, shaft, across"):
-        shaft.plot(curve["at"], curve["min_det"], color=color, linestyle=style, label=name)
+        shaft.plot(curve["at"][1:], curve["min_det"][1:], color=color, linestyle=style, label=name)
     shaft.set(xscale="log", xlabel="push, mm", title="shaft of five pushed across, the default scene", xlim=(0.1, 40))
     for axes in panels:
         axes.axhline(0, color="black", linewidth=0.8, linestyle="--")

@@ -16,7 +16,8 @@ double overshoot(const SplineBasis& basis, double uneven) {
   Eigen::VectorXd d(25);
   for (int i = 0; i < 25; ++i) {
     const int up = i * i % 3 == 0 ? 1 : -1, pushed = i * i % 5 < 2 ? 1 : -1;
-    positions.emplace_back(kSpacing * (i % 5 - 2), kSpacing * (i / 5 - 2), up * uneven);
+    const int column = i % 5 - 2, row = i / 5 - 2;
+    positions.emplace_back(kSpacing * column, kSpacing * row, up * uneven);
     d[i] = pushed;
     for (const double height : {-20.0, -10.0, 10.0, 20.0})
       X.emplace_back(positions.back().x(), positions.back().y(), height);

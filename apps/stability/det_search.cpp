@@ -127,9 +127,11 @@ std::vector<Vec3> samples_around(std::span<const Vec3> positions, double scale, 
       for (const Vec3& direction : compass()) samples.push_back(p + shell * scale * direction);
   }
   const double spacing = std::cbrt((max - min).prod() / static_cast<double>(lattice_points));
-  for (double x = min.x() + spacing / 2; x < max.x(); x += spacing)
-    for (double y = min.y() + spacing / 2; y < max.y(); y += spacing)
-      for (double z = min.z() + spacing / 2; z < max.z(); z += spacing) samples.emplace_back(x, y, z);
+  const Eigen::Array3i count = ((max - min) / spacing).array().ceil().cast<int>();
+  for (int x = 0; x < count.x(); ++x)
+    for (int y = 0; y < count.y(); ++y)
+      for (int z = 0; z < count.z(); ++z)
+        samples.emplace_back(min + spacing * Vec3(x + 0.5, y + 0.5, z + 0.5));
   return samples;
 }
 

@@ -39,7 +39,7 @@ void add_curve(StabilityReport& report, const StabilityRow& row, const PushedFie
   StabilityCurve curve{row.method, row.sweep, row.parameter, {}};
   const double most = row.at_failure ? 1.6 * *row.at_failure : row.swept_to;
   for (int k = 0; k <= 16; ++k) {
-    curve.at.push_back(most * k / 16);
+    curve.at.push_back(most * k * k / 256);
     curve.min_det.push_back(field.least_det(curve.at.back() * unit));
   }
   report.curves.push_back(std::move(curve));

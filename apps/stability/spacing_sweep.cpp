@@ -25,14 +25,14 @@ void measure_laws(StabilityReport& report) {
               {EigenvalueLaw::kCubicGrid, fmt::format("cubic grid of {0}³", per_side), unit_grid(per_side)},
               {EigenvalueLaw::kJitteredGrid, fmt::format("jittered grid of {0}³", per_side),
                jittered_grid(per_side)}};
-  for (const auto& [which, name, points] : sets) {
-    const double q = least_spacing(points);
+  for (const auto& set : sets) {
+    const double q = least_spacing(set.points);
     for_each_kernel([&](auto kernel) {
-      const EigenvalueLaw law = eigenvalue_law(kernel.kName, which);
-      StabilityCurve curve{std::string(kernel.kName), "landmark spacing, " + name, "a/q", {}};
+      const EigenvalueLaw law = eigenvalue_law(kernel.kName, set.which);
+      StabilityCurve curve{std::string(kernel.kName), "landmark spacing, " + set.name, "a/q", {}};
       double farthest = law.constant;
       for (const double a_over_q : kSupports) {
-        const Spectrum eigenvalues = spectrum(psi_matrix(kernel, a_over_q * q, points));
+        const Spectrum eigenvalues = spectrum(psi_matrix(kernel, a_over_q * q, set.points));
         const double constant = eigenvalues.least * std::pow(a_over_q, law.power);
         if (std::abs(std::log(constant / law.constant)) > std::abs(std::log(farthest / law.constant)))
           farthest = constant;
@@ -41,11 +41,18 @@ void measure_laws(StabilityReport& report) {
       }
       report.rows.push_back(
           {.method = curve.method,
-           .sweep = fmt::format("least eigenvalue × (a/q)^{}, {}, a/q = 8 … 64", law.power, name),
+           .sweep = fmt::format("least eigenvalue × (a/q)^{}, {}, a/q = 8 … 64", law.power, set.name),
            .parameter = "constant",
            .at_failure = farthest,
            .kind = "law",
            .theory = law.constant});
+      if (set.which == EigenvalueLaw::kJitteredGrid && !report.quick)
+        report.rows.push_back({.method = curve.method,
+                               .sweep = "condition at a/q = 64, " + set.name,
+                               .parameter = "condition",
+                               .at_failure = curve.condition.back(),
+                               .kind = "law",
+                               .theory = law.condition_of_1000});
       report.curves.push_back(std::move(curve));
     });
   }

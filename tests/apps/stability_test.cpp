@@ -54,9 +54,7 @@ TEST(DetSearch, FindsAnIsolatedMinimumBetweenItsSamples) {
     return gradients;
   };
   std::vector<Vec3> samples;
-  for (double x = -1; x < 1; x += 0.17)
-    for (double y = -1; y < 1; y += 0.17)
-      for (double z = -1; z < 1; z += 0.17) samples.emplace_back(x, y, z);
+  for (const Vec3& place : unit_grid(12)) samples.emplace_back(0.17 * place - Vec3::Ones());
   DetSearch search(bump, samples, 0.1);
   const double slope = 10 * std::exp(-0.5);
   EXPECT_NEAR(search.least(0.05).det, 1 - 0.05 * slope, 1e-4);
@@ -73,7 +71,7 @@ TEST(DetSearch, LooksOnlyWhereThereIsTissue) {
     return gradients;
   };
   std::vector<Vec3> samples;
-  for (double x = -2; x < 2; x += 0.3) samples.emplace_back(x, 0.1, 0.2);
+  for (const Vec3& place : unit_shaft(14)) samples.emplace_back(0.1, 0.2, 0.3 * place.z() - 2);
   DetSearch all(squeeze, samples, 0.3),
       outside(squeeze, samples, 0.3, [](const Vec3&X) { return X.norm() > 1; });
   EXPECT_NEAR(all.fold(10).value(), 1, 1e-3);
@@ -108,7 +106,9 @@ TEST(Stability, LeastEigenvaluesFollowTheLawWithin30Percent) {
       {EigenvalueLaw::kShaft, unit_shaft(41)},
       {EigenvalueLaw::kCubicGrid, unit_grid(6)},
       {EigenvalueLaw::kJitteredGrid, jittered_grid(6)}};
-  for (const auto& [landmarks, points] : sets) {
+  for (const auto& set : sets) {
+    const auto landmarks = set.first;
+    const std::vector<Vec3>& points = set.second;
     const double q = least_spacing(points);
     for_each_kernel([&](auto kernel) {
       for (const double a_over_q : {8.0, 64.0}) {
