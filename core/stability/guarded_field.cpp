@@ -9,7 +9,9 @@
 namespace brachy {
 namespace {
 
-constexpr double kReach = 0.7;    // share of the way to the nearest suspected fold that one field may go
+// Shares of the way to the nearest suspected fold that one field may go: as a sub-step, which leaves room for a bound that
+// is found quickly, and where landmarks are held.
+constexpr double kSubstepReach = 0.6, kHoldReach = 0.9;
 constexpr double kShorter = 0.7;  // of a step that could not be certified
 constexpr int kTries = 3;
 constexpr double kMargin = 0.8;  // share of the way to a fold that the margin asks for
@@ -68,7 +70,7 @@ void GuardedField::guard() noexcept {
   const CellField& cells = field_->cells();
   Suspect suspect = search_.find_suspect(cells);
   certificate_.substeps = 1;
-  if (is_flagged_only() || suspect.scale * kReach >= 1) {
+  if (is_flagged_only() || suspect.scale * (may_compose() ? kSubstepReach : kHoldReach) >= 1) {
     const CellSearch::Result result = search(cells, 1, suspect);
     if (is_flagged_only() || result.verdict != Verdict::kFolded) {
       take(result);
@@ -78,7 +80,7 @@ void GuardedField::guard() noexcept {
     }
     suspect = {1, result.place};
   }
-  if (settings_.policy == "substep" && composition_)
+  if (may_compose())
     compose();
   else
     hold_back(cells, suspect);
@@ -115,7 +117,7 @@ CellSearch::Result GuardedField::find_step(const CellField& cells, const Suspect
 }
 
 void GuardedField::hold_back(const CellField& cells, const Suspect& suspect) noexcept {
-  double scale = std::min(1.0, kReach * suspect.scale);
+  double scale = std::min(1.0, kHoldReach * suspect.scale);
   take(find_step(cells, suspect, scale));
   find_least_vertex(cells, scale);
   certificate_.margin_mm = 0;
@@ -130,10 +132,10 @@ void GuardedField::compose() noexcept {
   certificate_.substeps = 0;
   while (composition_->reached() < 1 &&
          composition_->steps() < static_cast<std::size_t>(settings_.max_substeps)) {
-    if (!composition_->solve()) break;
+    if (work_left_ == 0 || !composition_->solve()) break;
     const CellField& cells = composition_->cells();
     const Suspect suspect = search_.find_suspect(cells);
-    const double rest = 1 - composition_->reached(), most = kReach * suspect.scale;
+    const double rest = 1 - composition_->reached(), most = kSubstepReach * suspect.scale;
     double scale = std::min(rest, most);
     const CellSearch::Result result = find_step(cells, suspect, scale);
     if (result.verdict == Verdict::kFolded) break;

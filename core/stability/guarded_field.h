@@ -58,6 +58,7 @@ class GuardedField : public TissueField {
   void find_least_vertex(const CellField& cells, double scale = 1) noexcept;
   double largest_displacement() const noexcept;
   bool is_flagged_only() const { return settings_.policy == "flag"; }
+  bool may_compose() const { return settings_.policy == "substep" && composition_; }
 
   const Tissue& tissue_;
   std::unique_ptr<TissueField> field_;
