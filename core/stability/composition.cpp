@@ -80,13 +80,6 @@ FactorStatus Composition::solve() noexcept {
   return {};
 }
 
-void Composition::take_first(std::span<const Vec3> weights) noexcept {
-  assert(count_ == 0);
-  move_landmarks();
-  steps_[0].weights.assign(weights.begin(), weights.end());
-  cells_.set_field(field(steps_[0]));
-}
-
 void Composition::accept(double scale) noexcept {
   steps_[count_].scale = scale;
   reached_ = scale >= 1 - reached_ ? 1 : reached_ + scale;

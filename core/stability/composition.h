@@ -27,8 +27,6 @@ class Composition {
   void begin(std::span<const Vec3> positions, std::span<const Vec3> displacements) noexcept;
   /// Solves for the field of the next step. Unless it returns kOk there is none.
   FactorStatus solve() noexcept;
-  /// The same with the first step's weights, n, mm, known already.
-  void take_first(std::span<const Vec3> weights) noexcept;
   /// That field, unscaled: for the certificate.
   const CellField& cells() const { return cells_; }
   /// Goes on by the share `scale` of all of the way.

@@ -41,6 +41,8 @@ FactorStatus GuardedField::update(std::span<const Vec3> positions,
       std::ranges::equal(displacements, displacements_))
     return {};
   is_updated_ = false;
+  for (std::size_t i = 0; i < displacements.size(); ++i)
+    if (!displacements[i].allFinite()) return {FactorStatus::kNotFinite, static_cast<int>(i)};
   if (const FactorStatus status = field_->update(positions, displacements); !status) return status;
   is_updated_ = true;
   positions_.assign(positions.begin(), positions.end());

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
 
 #include "core/field/deformation.h"
 #include "core/sim/mesh_state.h"
@@ -163,6 +164,17 @@ TEST(GuardedField, TheMarginIsInjectiveToo) {
     ASSERT_TRUE(field->update(p.positions, p.displacements));
     EXPECT_EQ(field->certificate().verdict, Verdict::kInjective);
   }
+}
+
+TEST(GuardedField, ADisplacementThatIsNotFiniteIsRefusedAndTheLastFieldStands) {
+  const Tissue tissue = test::small_phantom(Vec3::Zero());
+  const auto field = guarded(tissue, Wendland31{}, 12, "substep");
+  Push p = push(true, 3);
+  ASSERT_TRUE(field->update(p.positions, p.displacements));
+  const Vec3 before = field->displacement_at({1, 2, 3});
+  p.displacements[3].y() = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_EQ(field->update(p.positions, p.displacements).kind, FactorStatus::kNotFinite);
+  EXPECT_EQ(field->displacement_at({1, 2, 3}), before);
 }
 
 }  // namespace
