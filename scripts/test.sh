@@ -34,6 +34,6 @@ if ((all)); then
   scripts/stability.sh --quick --charts out/stability-quick
   run_tests asan ''
   # Threads meet in the buffer, the devices, the server and the daemon: these under ThreadSanitizer.
-  run_tests tsan 'core_tests haptics_tests net_tests apps_tests' -R 'TripleBuffer|Device|Server|Daemon|Deadline'
+  run_tests tsan 'realtime_tests haptics_tests net_tests daemon_tests' -R 'TripleBuffer|Device|Server|Daemon|Deadline'
 fi
 echo "test: all passed"
