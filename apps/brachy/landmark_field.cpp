@@ -3,17 +3,20 @@
 #include <fmt/format.h>
 
 #include <iostream>
+#include <variant>
 
 #include "core/choice/choice.h"
 #include "core/compact/compact_kernel.h"
 #include "core/elastic/elastic_kernel.h"
 #include "core/error.h"
+#include "core/heterogeneous/heterogeneous_system.h"
 #include "core/ladder/ladder.h"
 #include "core/ladder/ladder_system.h"
 #include "core/number_csv.h"
 #include "core/rbf/rbf_field.h"
 #include "core/rbf/rbf_system.h"
 #include "core/scene/load_body.h"
+#include "core/scene/load_tissues.h"
 #include "core/scene/scene_file.h"
 
 namespace brachy {
@@ -106,29 +109,48 @@ struct LandmarkField::Impl {
   Landmarks landmarks;
   std::vector<Vec3> weights;
 
-  RbfField scalar;  // of a ψ kernel …
+  // Of a ψ kernel, or of a rung in tissues of different supports: u at a point …
+  std::variant<RbfField, HeterogeneousField<ScalarKernels>, HeterogeneousField<CompactKernels>> at_point;
+  std::variant<std::monostate, TissueModel<ScalarKernels>, TissueModel<CompactKernels>> tissues;
+  std::vector<double> shares;
+  // … or of a matrix rung.
   std::unique_ptr<MatrixKernel> kernel;
-  std::unique_ptr<LadderSystem> system;  // … or these two
+  std::unique_ptr<LadderSystem> system;
+
+  [[noreturn]] void refuse_singular(const std::string& at, const std::string& fix) const {
+    throw Refused(name +
+                  ": the landmark system is singular to rounding: landmarks lie too close together for " +
+                  rung + at + "; " + fix + ", or thin them out");
+  }
 
   void solve_scalar(double support) {
+    merge_duplicates(landmarks, RbfSystem::kDuplicateDistance * support, name);
     const Kernel psi = *find_kernel(rung);
     RbfSystem rows(psi, support, static_cast<int>(landmarks.positions.size()));
     if (!rows.factorize(landmarks.positions))
-      throw Refused(name +
-                    ": the landmark system is singular to rounding: landmarks lie too close together for " +
-                    rung + fmt::format(" at --support {:g}", support) +
-                    "; lower --support, take psi30, or thin them out");
+      refuse_singular(fmt::format(" at --support {:g}", support), "lower --support, take psi30");
     weights.resize(landmarks.positions.size());
     rows.solve(landmarks.displacements, weights);
-    scalar = {psi, support, landmarks.positions, weights};
+    at_point = RbfField{psi, support, landmarks.positions, weights};
+  }
+
+  template <class Kernels>
+  void solve_tissues(TissueModel<Kernels> model) {
+    const auto& kept = tissues.emplace<TissueModel<Kernels>>(std::move(model));
+    merge_duplicates(landmarks, RbfSystem::kDuplicateDistance * kept.largest_support(), name);
+    HeterogeneousSystem<Kernels> rows(kept, landmarks.positions.size());
+    if (!rows.factorize(landmarks.positions))
+      refuse_singular(" and the scene's supports", "lower region.support_radius_mm");
+    weights.resize(landmarks.positions.size());
+    rows.solve(landmarks.displacements, weights);
+    shares.assign(rows.shares().begin(), rows.shares().end());
+    at_point = HeterogeneousField<Kernels>{&kept, landmarks.positions, shares, weights};
   }
 
   void solve_matrix() {
     system = std::make_unique<LadderSystem>(*kernel);
     if (!system->factorize(landmarks.positions, landmarks.cores))
-      throw Refused(name +
-                    ": the landmark system is singular to rounding: landmarks lie too close together for " +
-                    rung + "; keep them 0.8 core radii apart, or thin them out");
+      refuse_singular("", "keep them 0.8 core radii apart");
     weights = system->solve(landmarks.displacements);
   }
 };
@@ -144,7 +166,10 @@ LandmarkField::LandmarkField(const DeformOptions& options) : impl_(std::make_uni
   }
   m.rung = !options.kernel.empty() ? options.kernel : scene ? scene->model.kernel : "psi31";
   m.landmarks = load_landmarks(options.landmarks, options.core_radius_mm.value_or(0));
-  if (is_matrix_rung(m.rung)) {
+  const bool heterogeneous = scene && has_supports(*scene, m.rung);
+  if (const auto compact = find_compact_rung(m.rung); compact && heterogeneous) {
+    m.solve_tissues(load_compact_tissues(*scene, *compact, body_of(scene, options)));
+  } else if (is_matrix_rung(m.rung)) {
     m.kernel = kernel_of(m.rung, scene, options);
     if (!scene && m.rung == "elastic")
       for (std::size_t i = 0; i < m.landmarks.cores.size(); ++i)
@@ -158,8 +183,10 @@ LandmarkField::LandmarkField(const DeformOptions& options) : impl_(std::make_uni
     if (!options.support_mm && !scene)
       throw UserError("--kernel " + m.rung + " needs --support MM, its support radius, or --scene FILE");
     const double support = options.support_mm ? *options.support_mm : scene->model.support_radius_mm;
-    merge_duplicates(m.landmarks, RbfSystem::kDuplicateDistance * support, m.name);
-    m.solve_scalar(support);
+    if (heterogeneous)
+      m.solve_tissues(load_scalar_tissues(*scene, *find_kernel(m.rung), support));
+    else
+      m.solve_scalar(support);
   }
   require_finite(m.weights, m.name);
 }
@@ -170,7 +197,8 @@ std::vector<Vec3> LandmarkField::displacements(std::span<const Vec3> X) const {
   if (impl_->system) return impl_->system->evaluate(X, impl_->weights);
   std::vector<Vec3> u;
   u.reserve(X.size());
-  for (const Vec3& x : X) u.push_back(impl_->scalar.displacement(x));
+  for (const Vec3& x : X)
+    u.push_back(std::visit([&](const auto& field) { return Vec3(field.displacement(x)); }, impl_->at_point));
   return u;
 }
 
@@ -178,7 +206,8 @@ std::vector<double> LandmarkField::jacobians(std::span<const Vec3> X) const {
   if (impl_->system) return impl_->system->jacobians(X, impl_->weights);
   std::vector<double> det;
   det.reserve(X.size());
-  for (const Vec3& x : X) det.push_back(impl_->scalar.jacobian(x));
+  for (const Vec3& x : X)
+    det.push_back(std::visit([&](const auto& field) { return field.jacobian(x); }, impl_->at_point));
   return det;
 }
 
@@ -190,7 +219,7 @@ const std::string& LandmarkField::kernel() const {
 }
 
 std::optional<Vec3> LandmarkField::total_force() const {
-  if (!impl_->system) return std::nullopt;
+  if (!is_matrix_rung(impl_->rung)) return std::nullopt;
   Vec3 sum = Vec3::Zero();
   for (const Vec3& f : impl_->weights) sum += f;
   return sum;

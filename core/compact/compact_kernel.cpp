@@ -16,6 +16,15 @@ CompactValue compact_value(const CompactTerm& term, double r) {
           term.v * q4 * 15 / (term.support * term.support)};
 }
 
+// With t = r/a, q = 1 − t: d/dt [q⁴(1 + 4t − 20t²)] = 60 t q³ (2t − 1), d/dt [15 q⁴/a²] = −60 q³/a².
+CompactSlope compact_slope(const CompactTerm& term, double r) {
+  const double t = r / term.support;
+  if (!(t < 1)) return {};
+  const double q = 1 - t, q3 = q * q * q, inverse = 1 / (term.support * term.support);
+  return {inverse * (term.w * Wendland31::derivative_over_r(t) + term.v * 60 * q3 * (2 * t - 1)),
+          -term.v * 60 * q3 * inverse / term.support};
+}
+
 CompactKernel::CompactKernel(std::vector<CompactTerm> terms, double compliance)
     : terms_(std::move(terms)), compliance_(compliance) {
   std::erase_if(terms_, [](const CompactTerm& t) { return t.w <= 0 && t.v <= 0; });
@@ -47,6 +56,23 @@ Mat3 CompactKernel::value(const Vec3& x) const {
   Mat3 C = compliance_ * sum.outer * (x * x.transpose());
   C.diagonal().array() += compliance_ * sum.across;
   return C;
+}
+
+Mat3 CompactKernel::gradient(const Vec3& x, const Vec3& f) const {
+  const double r = x.norm();
+  if (!(r < support_)) return Mat3::Zero();
+  CompactSlope slope;
+  double outer = 0;
+  for (const CompactTerm& t : terms_) {
+    const CompactSlope s = compact_slope(t, r);
+    slope.across += s.across;
+    slope.outer_r += s.outer_r;
+    outer += compact_value(t, r).outer;
+  }
+  const double along = x.dot(f), radial = r > 0 ? slope.outer_r / r * along : 0;
+  Mat3 G = (slope.across * f + radial * x) * x.transpose() + outer * x * f.transpose();
+  G.diagonal().array() += outer * along;
+  return compliance_ * G;
 }
 
 Eigen::MatrixXd CompactKernel::between(const PointGroups& a, const PointGroups& b) const {

@@ -6,9 +6,11 @@
 
 #include "core/error.h"
 #include "core/field/deformation.h"
+#include "core/heterogeneous/heterogeneous_deformation.h"
 #include "core/ladder/ladder.h"
 #include "core/ladder/ladder_deformation.h"
 #include "core/scene/load_body.h"
+#include "core/scene/load_tissues.h"
 
 namespace brachy {
 namespace {
@@ -34,14 +36,27 @@ std::size_t max_landmarks(const Scene& scene) {
 std::unique_ptr<TissueField> make_field(const Scene& scene, const Tissue& tissue) {
   const SimdTarget target = resolve_simd_target(scene.engine.simd);
   const std::size_t landmarks = max_landmarks(scene);
-  if (is_matrix_rung(scene.model.kernel))
-    return std::make_unique<LadderDeformation>(
-        tissue, scene.model.kernel, load_body(scene),
-        LadderDeformation::Options{
-            .target = target, .threads = scene.engine.threads, .max_landmarks = landmarks});
-  return std::make_unique<Deformation>(
-      tissue, *find_kernel(scene.model.kernel), scene.model.support_radius_mm,
-      BlockField::Options{.target = target, .threads = scene.engine.threads, .max_landmarks = landmarks});
+  const BlockField::Options options{
+      .target = target, .threads = scene.engine.threads, .max_landmarks = landmarks};
+  const std::string& rung = scene.model.kernel;
+  const bool heterogeneous = has_supports(scene, rung);
+  if (is_matrix_rung(rung)) {
+    const ElasticBody body = load_body(scene);
+    if (!heterogeneous)
+      return std::make_unique<LadderDeformation>(
+          tissue, rung, body,
+          LadderDeformation::Options{
+              .target = target, .threads = scene.engine.threads, .max_landmarks = landmarks});
+    require_in_box(tissue, body);
+    return std::make_unique<HeterogeneousDeformation<CompactKernels>>(
+        tissue, load_compact_tissues(scene, *find_compact_rung(rung), body), options);
+  }
+  const Kernel psi = *find_kernel(rung);
+  const double support = scene.model.support_radius_mm;
+  if (heterogeneous)
+    return std::make_unique<HeterogeneousDeformation<ScalarKernels>>(
+        tissue, load_scalar_tissues(scene, psi, support), options);
+  return std::make_unique<Deformation>(tissue, psi, support, options);
 }
 
 // Anchors stand in for what holds the tissue where a kernel knows nothing of it; the matrix rungs know.

@@ -1,0 +1,244 @@
+#include "core/heterogeneous/heterogeneous_system.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Eigenvalues>
+
+#include "core/ladder/ladder_system.h"
+#include "core/rbf/rbf_field.h"
+#include "tests/core/heterogeneous/random_tissues.h"
+#include "tests/sanitized.h"
+
+namespace brachy {
+namespace {
+
+using test::RandomTissues;
+using test::uniform_point;
+
+const std::array<Kernel, 4> kKernels = {Wendland30{}, Wendland31{}, Wendland32{}, Buhmann{}};
+
+std::shared_ptr<const Region> sphere(const Vec3& centre, double radius) {
+  return std::make_shared<EllipsoidRegion>(centre, Vec3::Constant(radius), 1);
+}
+
+// A set solved, with all that its field refers to.
+template <class Kernels>
+struct Solved {
+  Solved(const TissueModel<Kernels>& model, const std::vector<Vec3>& positions,
+         const std::vector<Vec3>& displacements)
+      : system(model, positions.size()), weights(positions.size()) {
+    status = system.factorize(positions);
+    if (!status) return;
+    system.solve(displacements, weights);
+    field = {&model, positions, system.shares(), weights};
+  }
+  HeterogeneousSystem<Kernels> system;
+  std::vector<Vec3> weights;
+  FactorStatus status;
+  HeterogeneousField<Kernels> field{};
+};
+
+TEST(HeterogeneousSystem, AThousandRandomSetsAreSolvedAndTheirLandmarksReproduced) {
+  std::mt19937_64 random(2024);
+  const int sets = test::kIsSanitized ? 50 : 1000;
+  double worst = 0;
+  std::size_t largest = 0;
+  for (int k = 0; k < sets; ++k) {
+    const RandomTissues set = test::random_tissues(random, kKernels[static_cast<std::size_t>(k % 4)]);
+    const Solved solved(set.model, set.positions, set.displacements);
+    ASSERT_TRUE(solved.status) << "set " << k << ", kernel " << name_of(set.model.kernels.psi) << ", n "
+                               << set.positions.size();
+    for (std::size_t i = 0; i < set.positions.size(); i += 5)
+      worst = std::max(worst, (solved.field.displacement(set.positions[i]) - set.displacements[i]).norm());
+    largest = std::max(largest, set.positions.size());
+  }
+  EXPECT_LT(worst, 1e-8);
+  EXPECT_EQ(largest, test::kIsSanitized ? largest : 200);
+}
+
+// K is a kernel's matrix: every principal part is positive definite too, and its least eigenvalue is not below that of
+// the support that is worst conditioned, for Σ_m (w_m α)ᵀ Ψ_m (w_m α) ≥ min λ(Ψ_m) |α|².
+TEST(HeterogeneousSystem, LeastEigenvalueIsNotBelowThatOfTheWorstSupport) {
+  std::mt19937_64 random(5);
+  for (int k = 0; k < 20; ++k) {
+    const RandomTissues set = test::random_tissues(random, kKernels[static_cast<std::size_t>(k % 4)], 40);
+    const auto n = static_cast<Eigen::Index>(set.positions.size());
+    const auto& kernels = set.model.kernels;
+    Eigen::MatrixXd K = Eigen::MatrixXd::Zero(n, n);
+    double worst = 1;
+    for (std::size_t m = 0; m < kernels.size(); ++m) {
+      Eigen::MatrixXd psi(n, n), w(n, 1);
+      std::vector<double> shares(kernels.size());
+      for (Eigen::Index i = 0; i < n; ++i) {
+        const auto& p = set.positions;
+        set.model.membership.shares(p[static_cast<std::size_t>(i)], shares);
+        w(i) = shares[m];
+        for (Eigen::Index j = 0; j < n; ++j)
+          psi(i, j) = kernels.value(m, p[static_cast<std::size_t>(i)] - p[static_cast<std::size_t>(j)]);
+      }
+      K += (w * w.transpose()).cwiseProduct(psi);
+      worst = std::min(worst, psi.selfadjointView<Eigen::Lower>().eigenvalues().minCoeff());
+    }
+    EXPECT_NEAR(K.diagonal().minCoeff(), 1, 1e-12);
+    EXPECT_NEAR(K.diagonal().maxCoeff(), 1, 1e-12);
+    EXPECT_GT(K.selfadjointView<Eigen::Lower>().eigenvalues().minCoeff(), worst - 1e-12);
+  }
+}
+
+// The exact singular triple of DESIGN §2 under the paper's rule, each landmark in a tissue of its own.
+TEST(HeterogeneousSystem, SolvesTheTripleOnWhichThePapersRuleIsSingular) {
+  const double h = 2, a = 4 * h, b = 11.660167858376596 * h;
+  const std::vector<Vec3> p = {{-h, 0, 0}, {0, 0, 0}, {h, 0, 0}}, d = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+  const TissueModel<ScalarKernels> model{{{{sphere({0, 0, 0}, h), h, 1}}, 2}, {Wendland31{}, {a, b}}};
+  const Solved solved(model, p, d);
+  ASSERT_TRUE(solved.status);
+  for (std::size_t i = 0; i < 3; ++i) EXPECT_LT((solved.field.displacement(p[i]) - d[i]).norm(), 1e-12);
+}
+
+TEST(HeterogeneousSystem, ClearOfABlendATissuesFieldIsThatOfItsSupportAlone) {
+  const TissueModel<ScalarKernels> model{{{{sphere({0, 0, 0}, 10), 4, 1}}, 2}, {Wendland31{}, {6, 15}}};
+  const std::vector<Vec3> p = {{0, 0, 1}, {2, 0, -3}, {40, 0, 0}}, d = {{1, 0, 0}, {0, 1, 0}, {0, 0, 2}};
+  const Solved solved(model, p, d);
+  ASSERT_TRUE(solved.status);
+  RbfSystem inner(Wendland31{}, 15, 2), outer(Wendland31{}, 6, 1);
+  const std::vector<Vec3> q(p.begin(), p.begin() + 2);
+  std::vector<Vec3> w(2), v(1);
+  ASSERT_TRUE(inner.factorize(q));
+  ASSERT_TRUE(outer.factorize(std::vector<Vec3>{p[2]}));
+  inner.solve(std::vector<Vec3>(d.begin(), d.begin() + 2), w);
+  outer.solve(std::vector<Vec3>{d[2]}, v);
+  const RbfField inside{Wendland31{}, 15, q, w}, outside{Wendland31{}, 6, std::span(p).subspan(2), v};
+  for (const Vec3& X : {Vec3(0, 0, 0), Vec3(3, -4, 1), Vec3(0, 7.9, 0)})
+    EXPECT_LT((solved.field.displacement(X) - inside.displacement(X)).norm(), 1e-12);
+  EXPECT_LT((solved.field.displacement({43, 1, 0}) - outside.displacement({43, 1, 0})).norm(), 1e-12);
+  EXPECT_EQ(solved.field.displacement({0, 12.1, 0}), Vec3(0, 0, 0));  // within reach of 15 mm, but no share
+}
+
+TEST(HeterogeneousSystem, OneSupportEverywhereIsTheHomogeneousField) {
+  std::mt19937_64 random(8);
+  for (const Kernel& psi : kKernels) {
+    const RandomTissues set = test::random_tissues(random, psi, 40);
+    std::vector<Membership::Part> parts;
+    for (int r = 0; r < 3; ++r) parts.push_back({sphere(uniform_point(random, 15), 8), 4, 0});
+    const TissueModel<ScalarKernels> model{{parts, 1}, {psi, {14}}};
+    const Solved solved(model, set.positions, set.displacements);
+    ASSERT_TRUE(solved.status);
+    RbfSystem system(psi, 14, 40);
+    ASSERT_TRUE(system.factorize(set.positions));
+    std::vector<Vec3> weights(set.positions.size());
+    system.solve(set.displacements, weights);
+    const RbfField field{psi, 14, set.positions, weights};
+    for (int k = 0; k < 50; ++k) {
+      const Vec3 X = uniform_point(random, 22);
+      EXPECT_LT((solved.field.displacement(X) - field.displacement(X)).norm(), 1e-9);
+      EXPECT_LT((solved.field.deformation_gradient(X) - field.deformation_gradient(X)).norm(), 1e-9);
+    }
+  }
+}
+
+TissueModel<CompactKernels> compact_model(CompactRung rung) {
+  ElasticBody body;
+  CompactKernels kernels;
+  for (const double wall : {48.0, 20.0, 9.0}) {
+    body.box_size.setConstant(2 * wall);
+    body.shear_modulus = 0.1 / wall;
+    kernels.kernels.push_back(CompactKernel::of_body(body, rung));
+  }
+  return {{{{sphere({0, 0, 0}, 14), 5, 1}, {sphere({4, 0, 0}, 5), 3, 2}}, 3}, std::move(kernels)};
+}
+
+TEST(HeterogeneousSystem, CompactRungsAreSolvedToo) {
+  std::mt19937_64 random(4);
+  for (const CompactRung rung : {CompactRung::kMultiscale, CompactRung::kCompactElastic}) {
+    const auto model = compact_model(rung);
+    for (int k = 0; k < 10; ++k) {
+      const auto set = test::random_landmarks(random, 30, 18, 2, 3);
+      const Solved solved(model, set.positions, set.displacements);
+      ASSERT_TRUE(solved.status);
+      for (std::size_t i = 0; i < set.positions.size(); ++i)
+        EXPECT_LT((solved.field.displacement(set.positions[i]) - set.displacements[i]).norm(), 1e-10);
+    }
+  }
+}
+
+TEST(HeterogeneousSystem, OneCompactKernelEverywhereIsTheLaddersField) {
+  std::mt19937_64 random(6);
+  const CompactKernel kernel = CompactKernel::of_body({}, CompactRung::kCompactElastic);
+  const TissueModel<CompactKernels> model{{{{sphere({0, 0, 0}, 14), 5, 0}}, 1}, {{kernel}}};
+  const auto set = test::random_landmarks(random, 20, 18, 3, 3);
+  const Solved solved(model, set.positions, set.displacements);
+  ASSERT_TRUE(solved.status);
+  LadderSystem system(kernel);
+  ASSERT_TRUE(system.factorize(set.positions));
+  const std::vector<Vec3> forces = system.solve(set.displacements);
+  const std::vector<Vec3> X = {{0, 0, 0}, {13, 0, 1}, {-4, 8, 20}};
+  const std::vector<Vec3> u = system.evaluate(X, forces);
+  for (std::size_t i = 0; i < X.size(); ++i)
+    EXPECT_LT((solved.field.displacement(X[i]) - u[i]).norm(), 1e-10);
+}
+
+template <class Kernels>
+double gradient_error(const HeterogeneousField<Kernels>& field, std::mt19937_64& random) {
+  double worst = 0;
+  for (int k = 0; k < 200; ++k) {
+    const Vec3 X = uniform_point(random, 22);
+    Mat3 F = Mat3::Identity();
+    constexpr double kStep = 1e-4;
+    for (int axis = 0; axis < 3; ++axis) {
+      const Vec3 h = kStep * Vec3::Unit(axis);
+      F.col(axis) += (field.displacement(X + h) - field.displacement(X - h)) / (2 * kStep);
+    }
+    worst = std::max(worst, (field.deformation_gradient(X) - F).norm());
+  }
+  return worst;
+}
+
+TEST(HeterogeneousField, GradientIsThatOfTheDisplacement) {
+  std::mt19937_64 random(7);
+  for (const Kernel& psi : {kKernels[1], kKernels[2], kKernels[3]}) {  // psi30 has cusps
+    const RandomTissues set = test::random_tissues(random, psi, 30);
+    const Solved solved(set.model, set.positions, set.displacements);
+    ASSERT_TRUE(solved.status);
+    EXPECT_LT(gradient_error(solved.field, random), 1e-5) << name_of(psi);
+  }
+  const auto model = compact_model(CompactRung::kCompactElastic);
+  const auto set = test::random_landmarks(random, 20, 18, 4, 3);
+  const Solved solved(model, set.positions, set.displacements);
+  ASSERT_TRUE(solved.status);
+  EXPECT_LT(gradient_error(solved.field, random), 1e-5);
+}
+
+// Tissues do not feel each other but where they blend, so what moves one tears at the other: a blend folds unless it is
+// wider than kMaxSlope displacements (the support so wide that ψ hardly falls across it).
+TEST(HeterogeneousField, ABlendFoldsWhereItIsNarrowerThanItsLaw) {
+  const double blend = 5;
+  const TissueModel<ScalarKernels> model{{{{sphere({0, 0, 0}, 20), blend, 1}}, 2},
+                                         {Wendland31{}, {400, 400.1}}};
+  const std::vector<Vec3> p = {{17.4, 0, 0}};
+  const auto least_det = [&](double push) {
+    const Solved solved(model, p, {Vec3(push, 0, 0)});
+    double least = 1;
+    for (double x = 17.5; x < 22.5; x += 0.01) least = std::min(least, solved.field.jacobian({x, 0, 0}));
+    return least;
+  };
+  EXPECT_GT(least_det(0.98 * blend / Membership::kMaxSlope), 0);
+  EXPECT_LT(least_det(1.02 * blend / Membership::kMaxSlope), 0);
+}
+
+TEST(HeterogeneousSystem, RefusesWhatCannotBeSolvedByNameAndSolvesTheNextSet) {
+  const TissueModel<ScalarKernels> model{{{{sphere({0, 0, 0}, 10), 4, 1}}, 2}, {Wendland31{}, {6, 15}}};
+  HeterogeneousSystem<ScalarKernels> system(model, 3);
+  FactorStatus status = system.factorize(std::vector<Vec3>{{0, 0, 0}, {1, 0, 0}, {0, 0, 1e-5}});
+  EXPECT_EQ(status.kind, FactorStatus::kDuplicate);
+  EXPECT_EQ(status.first, 0);
+  EXPECT_EQ(status.second, 2);
+  EXPECT_EQ(system.size(), 0u);
+  status = system.factorize(std::vector<Vec3>{{0, 0, 0}, {std::nan(""), 0, 0}});
+  EXPECT_EQ(status.kind, FactorStatus::kNotFinite);
+  EXPECT_EQ(status.first, 1);
+  EXPECT_TRUE(system.factorize(std::vector<Vec3>{{0, 0, 0}, {1, 0, 0}}));
+  EXPECT_EQ(system.size(), 2u);
+}
+
+}  // namespace
+}  // namespace brachy
