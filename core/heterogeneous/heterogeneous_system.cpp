@@ -25,6 +25,7 @@ HeterogeneousSystem<Kernels>::HeterogeneousSystem(const TissueModel<Kernels>& mo
   shares_.reserve(capacity * kernels.size());
   const auto rows = index(Kernels::kRows * capacity);
   matrix_.resize(rows, rows);
+  solution_.resize(rows);
 }
 
 template <class Kernels>
@@ -90,19 +91,22 @@ void HeterogeneousSystem<Kernels>::assemble() noexcept {
 
 template <class Kernels>
 void HeterogeneousSystem<Kernels>::solve(std::span<const Vec3> displacements,
-                                         std::span<Vec3> weights) const noexcept {
+                                         std::span<Vec3> weights) noexcept {
   assert(displacements.size() == size_ && weights.size() == size_);
   if (size_ == 0) return;
-  std::ranges::copy(displacements, weights.begin());
-  // n rows of three components where these share one matrix, else 3n rows of one: the same numbers in a row.
-  constexpr int kColumns = 3 / Kernels::kRows;
-  using Rows =
-      Eigen::Matrix<double, Eigen::Dynamic, kColumns, kColumns == 1 ? Eigen::ColMajor : Eigen::RowMajor>;
   const auto n = index(Kernels::kRows * size_);
-  Eigen::Map<Rows> x(weights.front().data(), n, kColumns);
   const auto L = matrix_.topLeftCorner(n, n).template triangularView<Eigen::Lower>();
-  L.solveInPlace(x);
-  L.transpose().solveInPlace(x);
+  auto x = solution_.head(n);
+  // Components that share one matrix one by one: several right-hand sides at a time allocate (DESIGN §9).
+  for (int c = 0; c < 3 / Kernels::kRows; ++c) {
+    for (std::size_t i = 0; i < size_; ++i)
+      x.template segment<Kernels::kRows>(Kernels::kRows * index(i)) =
+          displacements[i].segment<Kernels::kRows>(c);
+    L.solveInPlace(x);
+    L.transpose().solveInPlace(x);
+    for (std::size_t i = 0; i < size_; ++i)
+      weights[i].segment<Kernels::kRows>(c) = x.template segment<Kernels::kRows>(Kernels::kRows * index(i));
+  }
 }
 
 template <class Kernels>

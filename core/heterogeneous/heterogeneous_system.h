@@ -29,7 +29,7 @@ class HeterogeneousSystem {
   FactorStatus factorize(std::span<const Vec3> positions) noexcept;
 
   /// weights = K⁻¹ displacements (both n, mm).
-  void solve(std::span<const Vec3> displacements, std::span<Vec3> weights) const noexcept;
+  void solve(std::span<const Vec3> displacements, std::span<Vec3> weights) noexcept;
 
   std::size_t size() const { return size_; }
   /// w_m(p_i), n rows of tissues.
@@ -46,6 +46,7 @@ class HeterogeneousSystem {
   std::vector<Vec3> positions_;  // whose shares_ are known, factored or not
   std::vector<double> shares_;
   Eigen::MatrixXd matrix_;  // K's lower triangle, then its factor
+  Eigen::VectorXd solution_;
 };
 
 /// The displacement field u(X) = Σ_m w_m(X) Σ_i C_m(X − p_i) w_m(p_i) α_i at single points, in double: exact and plain.

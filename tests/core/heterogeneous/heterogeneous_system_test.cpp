@@ -7,6 +7,7 @@
 #include "core/ladder/ladder_system.h"
 #include "core/rbf/rbf_field.h"
 #include "tests/core/heterogeneous/random_tissues.h"
+#include "tests/core/sim/allocation_guard.h"
 #include "tests/sanitized.h"
 
 namespace brachy {
@@ -226,6 +227,30 @@ TEST(HeterogeneousField, ABlendFoldsWhereItIsNarrowerThanItsLaw) {
   };
   EXPECT_GT(least_det(0.98 * blend / Membership::kMaxSlope), 0);
   EXPECT_LT(least_det(1.02 * blend / Membership::kMaxSlope), 0);
+}
+
+template <class Kernels>
+void expect_no_allocation(const TissueModel<Kernels>& model, int n) {
+  std::mt19937_64 random(9);
+  const auto set = test::random_landmarks(random, n, 20, 2, 3);
+  const auto most = static_cast<std::size_t>(n);
+  HeterogeneousSystem<Kernels> system(model, most);
+  std::vector<Vec3> weights(most);
+  const std::uint64_t before = test::allocation_count();
+  ASSERT_TRUE(system.factorize(set.positions));
+  system.solve(set.displacements, weights);
+  const HeterogeneousField<Kernels> field{&model, set.positions, system.shares(), weights};
+  EXPECT_LT((field.displacement(set.positions[3]) - set.displacements[3]).norm(), 1e-8);
+  EXPECT_TRUE(field.deformation_gradient({1, 2, 3}).allFinite());
+  EXPECT_EQ(test::allocation_count() - before, 0u);
+}
+
+// As many landmarks as a scene may have: 100 of the needle, and for the ψ kernels 64 anchors.
+TEST(HeterogeneousSystem, DoesNotAllocateAtAnySize) {
+  if (!test::allocations_are_counted()) GTEST_SKIP() << "a sanitizer owns malloc";
+  const TissueModel<ScalarKernels> model{{{{sphere({0, 0, 0}, 10), 4, 1}}, 2}, {Wendland31{}, {6, 15}}};
+  for (const int n : {5, 40, 164}) expect_no_allocation(model, n);
+  for (const int n : {5, 40, 100}) expect_no_allocation(compact_model(CompactRung::kCompactElastic), n);
 }
 
 TEST(HeterogeneousSystem, RefusesWhatCannotBeSolvedByNameAndSolvesTheNextSet) {
