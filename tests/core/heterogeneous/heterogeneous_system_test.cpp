@@ -253,6 +253,29 @@ TEST(HeterogeneousSystem, DoesNotAllocateAtAnySize) {
   for (const int n : {5, 40, 100}) expect_no_allocation(compact_model(CompactRung::kCompactElastic), n);
 }
 
+// The needle of the default scene on its way through a nodule: every 5 mm of shaft drags 1 mm along, the tip 1.5 mm.
+TEST(HeterogeneousField, AShaftFoldsANarrowBlendAndNotTheDefaultOne) {
+  const auto least_det = [](double blend) {
+    const TissueModel<ScalarKernels> model{{{{sphere({0, 0, 4}, 9), blend, 1}}, 2}, {Wendland31{}, {12, 6}}};
+    double least = 1;
+    for (const double tip : {-10.0, -7.0, -5.0, -3.0, 2.0, 10.0, 12.0, 15.0}) {
+      std::vector<Vec3> p, d;
+      for (double z = -20; z < tip - 1; z += 5) {
+        p.emplace_back(0, 0, z);
+        d.emplace_back(0, 0, 1);
+      }
+      p.emplace_back(0, 0, tip);
+      d.emplace_back(0, 0, 1.5);
+      const Solved solved(model, p, d);
+      for (double z = -23; z < 22; z += 0.1)
+        for (double x = 0; x < 6; x += 0.5) least = std::min(least, solved.field.jacobian({x, 0, z}));
+    }
+    return least;
+  };
+  EXPECT_LT(least_det(3), 0);
+  EXPECT_GT(least_det(5), 0.29);
+}
+
 TEST(HeterogeneousSystem, RefusesWhatCannotBeSolvedByNameAndSolvesTheNextSet) {
   const TissueModel<ScalarKernels> model{{{{sphere({0, 0, 0}, 10), 4, 1}}, 2}, {Wendland31{}, {6, 15}}};
   HeterogeneousSystem<ScalarKernels> system(model, 3);
