@@ -27,7 +27,7 @@ inline RandomTissues random_tissues(std::mt19937_64& random, const Kernel& psi, 
     const bool is_sphere = random() % 2 == 0;
     const double radius = uniform(random, 5, 18);
     Vec3 axes = Vec3::Constant(radius);
-    if (!is_sphere) axes += Vec3(uniform(random, 0, 6), uniform(random, 0, 6), uniform(random, 0, 6));
+    if (!is_sphere) axes += Vec3::Constant(3) + uniform_point(random, 3);
     supports.push_back(least_support * uniform(random, 1, 10));
     parts.push_back({std::make_shared<EllipsoidRegion>(uniform_point(random, 20), axes, 1),
                      uniform(random, 1, 8), supports.size() - 1});
@@ -42,7 +42,8 @@ inline RandomTissues random_tissues(std::mt19937_64& random, const Kernel& psi, 
     next += step;
     if (!on_shafts || next.cwiseAbs().maxCoeff() > 20 || step == Vec3::Zero()) {
       next = uniform_point(random, 20);
-      step = uniform(random, 1.6, 5) * uniform_point(random, 1).normalized();
+      step = uniform_point(random, 1).normalized();
+      step *= uniform(random, 1.6, 5);
     }
     bool is_far = true;
     for (const Vec3& p : set.positions) is_far = is_far && (p - next).norm() >= 1.5;
