@@ -17,15 +17,21 @@ ToolLine add_deform(CLI::App& app) {
       "  brachy deform --landmarks L.csv --points P.csv --scene scene.toml --kernel elastic --out O.csv\n"
       "  brachy deform --landmarks L.csv --mesh M.stl --kernel elastic --poisson 0.49 --core-radius 2 --out "
       "O.ply\n"
-      "Landmarks: x,y,z,dx,dy,dz[,core_mm] (an anchor has zeros). Points: x,y,z. Out: x,y,z,dx,dy,dz[,det]. "
-      "mm.\n"
+      "Landmarks: x,y,z,dx,dy,dz[,core_mm][,support] (an anchor has zeros). Points: x,y,z. Out: "
+      "x,y,z,dx,dy,dz[,det]. mm.\n"
       "elastic and fem take landmarks that follow each other along a line for a needle's shaft of the "
       "scene's\n"
       "radius, one alone for a contact; a core_mm > 0 makes a landmark a point of that core radius instead.\n"
+      "A column support gives every landmark a support radius of its own (psi kernels), as the paper has it, "
+      "for\n"
+      "comparison: nothing keeps such a system regular, and it is refused where its condition number is "
+      "above "
+      "1e12.\n"
       "Without --scene, elastic is an unbounded solid and needs a core radius; fem needs a scene.\n"
       "Exit codes: 0 done, 2 bad input, 3 refused (singular or contradictory landmarks; with --strict, "
       "folding).");
-  command->add_option("--landmarks", options->landmarks, "CSV x,y,z,dx,dy,dz[,core_mm]")->required();
+  command->add_option("--landmarks", options->landmarks, "CSV x,y,z,dx,dy,dz[,core_mm][,support]")
+      ->required();
   auto* points = command->add_option("--points", options->points, "CSV x,y,z");
   auto* mesh = command->add_option("--mesh", options->mesh, "STL, OBJ or PLY; --out is then a PLY");
   points->excludes(mesh);

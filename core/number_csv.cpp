@@ -52,6 +52,21 @@ void check_header(std::string_view line, std::string_view header, const Place& p
   place.refuse(expected + ", found " + quoted(line) + "; put it in as the first line");
 }
 
+/// The columns of `known` that stand in `line` right after `header`, none twice.
+std::vector<std::string> find_optional(std::string_view line, std::string_view header,
+                                       std::span<const std::string_view> known) {
+  std::vector<std::string> found;
+  if (!line.starts_with(header)) return found;
+  line.remove_prefix(header.size());
+  while (line.starts_with(',')) {
+    const std::string_view rest = line.substr(1), name = rest.substr(0, rest.find(','));
+    if (std::ranges::count(known, name) == 0 || std::ranges::count(found, name) > 0) break;
+    found.emplace_back(name);
+    line = rest.substr(name.size());
+  }
+  return found;
+}
+
 double parse_number(std::string_view cell, std::size_t column, const Place& place) {
   std::string_view digits = trimmed(cell);
   if (digits.starts_with('+')) digits.remove_prefix(1);
@@ -78,6 +93,12 @@ void parse_row(std::string_view line, NumberTable& table, std::string_view heade
 
 }  // namespace
 
+std::optional<double> NumberTable::optional(std::size_t i, std::string_view name) const {
+  const auto found = std::ranges::find(optional_columns, name);
+  if (found == optional_columns.end()) return std::nullopt;
+  return row(i)[columns - static_cast<std::size_t>(optional_columns.end() - found)];
+}
+
 void refuse_line(const std::string& name, std::size_t line, const std::string& what) {
   throw UserError(name + ":" + std::to_string(line) + ": " + what);
 }
@@ -90,9 +111,7 @@ NumberTable parse_number_csv(std::string_view text, const std::string& name, std
 
   NumberTable table;
   table.columns = count_columns(header);
-  std::string longer;
-  if (!limits.optional_column.empty())
-    longer = std::string(header) + "," + std::string(limits.optional_column);
+  std::string whole_header(header);
   bool header_seen = false;
   std::size_t line_number = 0;
   while (!text.empty()) {
@@ -100,17 +119,16 @@ NumberTable parse_number_csv(std::string_view text, const std::string& name, std
     const Place place{name, ++line_number};
     if (line.empty() || line.front() == '#') continue;
     if (!header_seen) {
-      if (!longer.empty() && line == longer) {
-        header = longer;
-        ++table.columns;
-      }
-      check_header(line, header, place);
+      table.optional_columns = find_optional(line, header, limits.optional_columns);
+      table.columns += table.optional_columns.size();
+      for (const std::string& column : table.optional_columns) whole_header += "," + column;
+      check_header(line, whole_header, place);
       header_seen = true;
       continue;
     }
     if (table.rows() == limits.max_rows)
       place.refuse("more than " + std::to_string(limits.max_rows) + " rows; split the file");
-    parse_row(line, table, header, place);
+    parse_row(line, table, whole_header, place);
   }
   if (!header_seen)
     throw UserError(name + ":1: the file is empty; its first line must be " + std::string(header));

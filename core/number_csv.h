@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -11,22 +12,25 @@ namespace brachy {
 /// Rows of numbers from a CSV file, with the line each stood on (for later errors).
 struct NumberTable {
   std::size_t columns = 0;
-  std::vector<double> values;      ///< rows × columns
-  std::vector<std::size_t> lines;  ///< of the file, from 1
+  std::vector<double> values;                 ///< rows × columns
+  std::vector<std::size_t> lines;             ///< of the file, from 1
+  std::vector<std::string> optional_columns;  ///< those it has, the last of `columns`, in the file's order
 
   std::size_t rows() const { return lines.size(); }
   std::span<const double> row(std::size_t i) const { return {values.data() + i * columns, columns}; }
+  /// Row i's number in optional column `name`, or nothing where the file has no such column.
+  std::optional<double> optional(std::size_t i, std::string_view name) const;
 };
 
 struct NumberCsvLimits {
   std::size_t max_bytes = std::size_t{1} << 30;
   std::size_t max_rows = 10'000'000;
-  std::string_view optional_column = {};  ///< a name; none: no other header is taken
+  std::span<const std::string_view> optional_columns = {};  ///< names
 };
 
-/// Reads a CSV whose first line is exactly `header` (comma-separated names, no spaces), or `header` and one more column
-/// called limits.optional_column, and whose rows are finite numbers, one per name. Blank lines and lines that start with '#' are skipped; LF or CRLF; a byte order mark is
-/// taken off. At least one row.
+/// Reads a CSV whose first line is exactly `header` (comma-separated names, no spaces), then any of
+/// limits.optional_columns, and whose rows are finite numbers, one per name. Blank lines and lines that start with '#' are
+/// skipped; LF or CRLF; a byte order mark is taken off. At least one row.
 /// Errors: UserError "name:line: what; fix".
 NumberTable parse_number_csv(std::string_view text, const std::string& name, std::string_view header,
                              const NumberCsvLimits& limits = {});

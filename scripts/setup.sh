@@ -7,12 +7,12 @@
 set -euo pipefail
 
 packages=(cmake ninja-build g++ ccache libeigen3-dev libboost-dev libassimp-dev libcli11-dev libtomlplusplus-dev
-          libspdlog-dev nlohmann-json3-dev libgtest-dev libbenchmark-dev)
+          libspdlog-dev nlohmann-json3-dev libgtest-dev libbenchmark-dev python3)
 for option in "$@"; do
   case $option in
-    --all) packages+=(clang-format-14 python3) ;;
+    --all) packages+=(clang-format-14) ;;
     --charts) packages+=(python3-matplotlib python3-numpy) ;;
-    --reference) packages+=(calculix-ccx gmsh python3 python3-numpy python3-scipy) ;;
+    --reference) packages+=(calculix-ccx gmsh python3-numpy python3-scipy) ;;
     *) echo "setup: unknown option $option; there are --all, --charts and --reference" >&2; exit 2 ;;
   esac
 done

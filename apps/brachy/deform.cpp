@@ -94,7 +94,7 @@ int run(const DeformOptions& options) {
         {"landmarks", field.landmarks()}, {"points", result.points},
         {"moved", result.moved},          {"max_disp_mm", result.max_displacement_mm},
         {"min_det", result.min_det},      {"folded", result.folded},
-        {"kernel", field.kernel()}};
+        {"kernel", field.kernel()},       {"condition", field.condition()}};
     if (const auto force = field.total_force()) json["force_n"] = {force->x(), force->y(), force->z()};
     std::cout << json.dump() << "\n";
   } else {

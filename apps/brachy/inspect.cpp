@@ -2,12 +2,15 @@
 
 #include <iostream>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "apps/brachy/tools.h"
+#include "core/choice/choice.h"
 #include "core/mesh_io/mesh_file.h"
 #include "core/mesh_io/ply_writer.h"
 #include "core/scene/load_tissue.h"
 #include "core/scene/scene_file.h"
+#include "core/sim/simulator.h"
 
 namespace brachy {
 namespace {
@@ -16,6 +19,7 @@ struct Inspected {
   SurfaceReport report;
   SurfaceMesh mesh;
   std::size_t points = 0;
+  std::optional<std::vector<Vec3>> anchors;  // of a scene with a closed surface: where they stand at rest
 };
 
 Inspected inspect_scene(const std::filesystem::path& file) {
@@ -23,8 +27,11 @@ Inspected inspect_scene(const std::filesystem::path& file) {
   PreparedSurface surface = load_surface(scene);
   // A surface that is not closed has no inside to fill; the report says so.
   const SurfaceReport& report = surface.report;
-  const std::size_t points = report.watertight ? load_tissue(scene).tissue.size() : report.vertices;
-  return {report, std::move(surface.mesh), points};
+  if (!report.watertight) return {report, std::move(surface.mesh), report.vertices, {}};
+  const Tissue tissue = load_tissue(scene).tissue;
+  const Anchors anchors = make_anchors(with_choice(scene), tissue);
+  return {report, std::move(surface.mesh), tissue.size(),
+          std::vector(anchors.positions().begin(), anchors.positions().end())};
 }
 
 Inspected inspect_mesh(const InspectOptions& options) {
@@ -35,28 +42,34 @@ Inspected inspect_mesh(const InspectOptions& options) {
       prepare_surface(read_mesh_file(options.file, file),
                       {options.weld_tolerance_mm, options.min_island_share}, options.file.string());
   const std::size_t vertices = surface.report.vertices;
-  return {surface.report, std::move(surface.mesh), vertices};
+  return {surface.report, std::move(surface.mesh), vertices, {}};
 }
 
 nlohmann::ordered_json to_json(const Inspected& i) {
   const SurfaceReport& r = i.report;
   const auto point = [](const Vec3& p) { return nlohmann::json{p.x(), p.y(), p.z()}; };
-  return {{"surface_vertices", r.vertices},
-          {"points", i.points},
-          {"triangles", r.triangles},
-          {"volume_cc", r.volume_cc},
-          {"components", r.components},
-          {"cavities", r.cavities},
-          {"watertight", r.watertight},
-          {"bad_edges", r.bad_edges},
-          {"open_edges", r.open_edges},
-          {"nonmanifold_edges", r.nonmanifold_edges},
-          {"twisted_edges", r.twisted_edges},
-          {"dropped_islands", r.dropped_islands},
-          {"dropped_island_volume_cc", r.dropped_island_volume_cc},
-          {"welded_vertices", r.welded_vertices},
-          {"flipped_triangles", r.flipped_triangles},
-          {"bbox_mm", nlohmann::json::array({point(r.min_mm), point(r.max_mm)})}};
+  nlohmann::ordered_json json = {{"surface_vertices", r.vertices},
+                                 {"points", i.points},
+                                 {"triangles", r.triangles},
+                                 {"volume_cc", r.volume_cc},
+                                 {"components", r.components},
+                                 {"cavities", r.cavities},
+                                 {"watertight", r.watertight},
+                                 {"bad_edges", r.bad_edges},
+                                 {"open_edges", r.open_edges},
+                                 {"nonmanifold_edges", r.nonmanifold_edges},
+                                 {"twisted_edges", r.twisted_edges},
+                                 {"dropped_islands", r.dropped_islands},
+                                 {"dropped_island_volume_cc", r.dropped_island_volume_cc},
+                                 {"welded_vertices", r.welded_vertices},
+                                 {"flipped_triangles", r.flipped_triangles},
+                                 {"bbox_mm", nlohmann::json::array({point(r.min_mm), point(r.max_mm)})}};
+  if (i.anchors) {
+    auto anchors = nlohmann::json::array();
+    for (const Vec3& anchor : *i.anchors) anchors.push_back(point(anchor));
+    json["anchors_mm"] = anchors;
+  }
+  return json;
 }
 
 std::string to_text(const Inspected& i, const std::string& name) {

@@ -2,17 +2,22 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
 #include <iostream>
 #include <variant>
 
+#include "apps/brachy/landmark_file.h"
 #include "core/choice/choice.h"
 #include "core/compact/compact_kernel.h"
+#include "core/conditioning/refusal.h"
 #include "core/elastic/elastic_kernel.h"
 #include "core/error.h"
 #include "core/heterogeneous/heterogeneous_system.h"
 #include "core/ladder/ladder.h"
 #include "core/ladder/ladder_system.h"
 #include "core/number_csv.h"
+#include "core/rbf/per_landmark_support.h"
 #include "core/rbf/rbf_field.h"
 #include "core/rbf/rbf_system.h"
 #include "core/scene/load_body.h"
@@ -24,82 +29,41 @@ namespace {
 
 constexpr double kWall = 48;  // mm: largest support of a compact rung without a scene
 
-struct Landmarks {
-  std::vector<Vec3> positions, displacements;
-  std::vector<double> cores;  // mm, 0: the rung's rule
-  std::vector<std::size_t> lines;
-};
-
-Vec3 vec3(std::span<const double> row, std::size_t first) {
-  return {row[first], row[first + 1], row[first + 2]};
-}
-
-Landmarks load_landmarks(const std::filesystem::path& file, double default_core) {
-  const NumberTable table =
-      load_number_csv(file, "x,y,z,dx,dy,dz", {.max_rows = 20'000, .optional_column = "core_mm"});
-  Landmarks landmarks;
-  for (std::size_t i = 0; i < table.rows(); ++i) {
-    const std::span<const double> row = table.row(i);
-    if (table.columns > 6 && row[6] < 0)
-      refuse_line(file.string(), table.lines[i], "core_mm is negative; 0 takes the kernel's own rule");
-    landmarks.positions.push_back(vec3(row, 0));
-    landmarks.displacements.push_back(vec3(row, 3));
-    landmarks.cores.push_back(table.columns > 6 && row[6] > 0 ? row[6] : default_core);
-    landmarks.lines.push_back(table.lines[i]);
-  }
-  return landmarks;
-}
-
-/// Of landmarks that are one to the solver (nearer than `distance` mm), the later is dropped if both say the same;
-/// otherwise they contradict.
-void merge_duplicates(Landmarks& landmarks, double distance, const std::string& name) {
-  Landmarks kept;
-  for (std::size_t i = 0; i < landmarks.positions.size(); ++i) {
-    bool merged = false;
-    for (std::size_t j = 0; j < kept.positions.size() && !merged; ++j) {
-      if ((kept.positions[j] - landmarks.positions[i]).norm() >= distance) continue;
-      const double differ = (kept.displacements[j] - landmarks.displacements[i]).norm();
-      if (differ > distance)
-        throw Refused(
-            fmt::format("{}:{}: contradicts line {}: the same place is displaced by {:g} mm more or less; "
-                        "remove one of them",
-                        name, landmarks.lines[i], kept.lines[j], differ));
-      std::cerr << fmt::format("brachy: {}:{}: merged with line {}, which says the same\n", name,
-                               landmarks.lines[i], kept.lines[j]);
-      merged = true;
-    }
-    if (merged) continue;
-    kept.positions.push_back(landmarks.positions[i]);
-    kept.displacements.push_back(landmarks.displacements[i]);
-    kept.cores.push_back(landmarks.cores[i]);
-    kept.lines.push_back(landmarks.lines[i]);
-  }
-  landmarks = std::move(kept);
-}
-
 void require_finite(std::span<const Vec3> weights, const std::string& name) {
   for (const Vec3& w : weights)
     if (!w.allFinite()) throw Refused(name + ": the weights overflow; are the displacements in mm?");
 }
 
-ElasticBody body_of(const std::optional<Scene>& scene, const DeformOptions& options) {
+ElasticBody body_of(const std::string& rung, const std::optional<Scene>& scene,
+                    const DeformOptions& options) {
   ElasticBody body = scene ? load_body(*scene) : ElasticBody{};
   if (options.poisson) body.poisson = *options.poisson;
   if (options.shear_modulus_kpa) body.shear_modulus = 1e-3 * *options.shear_modulus_kpa;
-  return body;
-}
-
-std::unique_ptr<MatrixKernel> kernel_of(const std::string& rung, const std::optional<Scene>& scene,
-                                        const DeformOptions& options) {
-  ElasticBody body = body_of(scene, options);
-  if (scene) return make_matrix_kernel(rung, body);
+  if (scene || rung == "elastic") return body;
   if (rung == "fem") throw UserError("--kernel fem meshes a body: give one with --scene FILE");
-  if (rung == "elastic") return std::make_unique<ElasticKernel>(body, nullptr);  // unbounded
   if (!options.core_radius_mm)
     throw UserError("--kernel " + rung + " is fitted to a needle: give --scene FILE or --core-radius MM");
   body.needle_radius = *options.core_radius_mm / kCompactCore;
   body.box_size = Vec3::Constant(2 * options.support_mm.value_or(kWall));
+  return body;
+}
+
+std::unique_ptr<MatrixKernel> kernel_of(const std::string& rung, bool has_scene, const ElasticBody& body) {
+  if (!has_scene && rung == "elastic") return std::make_unique<ElasticKernel>(body, nullptr);  // unbounded
   return make_matrix_kernel(rung, body);
+}
+
+/// The least core radius of the landmarks and a needle's, mm; refused where a landmark `needs_one` and has none.
+double least_core(const Landmarks& landmarks, double needle_radius, bool needs_one, const std::string& name) {
+  double least = needle_radius;
+  for (std::size_t i = 0; i < landmarks.cores.size(); ++i) {
+    const double core = landmarks.cores[i];
+    if (core > 0) least = std::min(least, core);
+    if (core == 0 && needs_one)
+      refuse_line(name, landmarks.lines[i],
+                  "no core radius; give --core-radius MM, a column core_mm, or --scene FILE with a needle");
+  }
+  return least;
 }
 
 }  // namespace
@@ -108,52 +72,103 @@ struct LandmarkField::Impl {
   std::string name, rung;
   Landmarks landmarks;
   std::vector<Vec3> weights;
+  double condition = 1;
 
-  // Of a ψ kernel, or of a rung in tissues of different supports: u at a point …
-  std::variant<RbfField, HeterogeneousField<ScalarKernels>, HeterogeneousField<CompactKernels>> at_point;
+  // Of a ψ kernel, of one with supports of the landmarks' own, or of a rung in tissues of different supports: u at a point …
+  std::variant<RbfField, PerLandmarkSystem, HeterogeneousField<ScalarKernels>,
+               HeterogeneousField<CompactKernels>>
+      at_point;
   std::variant<std::monostate, TissueModel<ScalarKernels>, TissueModel<CompactKernels>> tissues;
   std::vector<double> shares;
   // … or of a matrix rung.
   std::unique_ptr<MatrixKernel> kernel;
   std::unique_ptr<LadderSystem> system;
 
-  [[noreturn]] void refuse_singular(const std::string& at, const std::string& fix) const {
-    throw Refused(name +
-                  ": the landmark system is singular to rounding: landmarks lie too close together for " +
-                  rung + at + "; " + fix + ", or thin them out");
-  }
-
-  void solve_scalar(double support) {
-    merge_duplicates(landmarks, RbfSystem::kDuplicateDistance * support, name);
-    const Kernel psi = *find_kernel(rung);
-    RbfSystem rows(psi, support, static_cast<int>(landmarks.positions.size()));
-    if (!rows.factorize(landmarks.positions))
-      refuse_singular(fmt::format(" at --support {:g}", support), "lower --support, take psi30");
-    weights.resize(landmarks.positions.size());
-    rows.solve(landmarks.displacements, weights);
-    at_point = RbfField{psi, support, landmarks.positions, weights};
-  }
-
+  void solve_scalar(double support);
+  void solve_by_paper();
   template <class Kernels>
-  void solve_tissues(TissueModel<Kernels> model) {
-    const auto& kept = tissues.emplace<TissueModel<Kernels>>(std::move(model));
-    merge_duplicates(landmarks, RbfSystem::kDuplicateDistance * kept.largest_support(), name);
-    HeterogeneousSystem<Kernels> rows(kept, landmarks.positions.size());
-    if (!rows.factorize(landmarks.positions))
-      refuse_singular(" and the scene's supports", "lower region.support_radius_mm");
-    weights.resize(landmarks.positions.size());
-    rows.solve(landmarks.displacements, weights);
-    shares.assign(rows.shares().begin(), rows.shares().end());
-    at_point = HeterogeneousField<Kernels>{&kept, landmarks.positions, shares, weights};
-  }
-
-  void solve_matrix() {
-    system = std::make_unique<LadderSystem>(*kernel);
-    if (!system->factorize(landmarks.positions, landmarks.cores))
-      refuse_singular("", "keep them 0.8 core radii apart");
-    weights = system->solve(landmarks.displacements);
-  }
+  void solve_tissues(TissueModel<Kernels> model);
+  void solve_matrix();
 };
+
+void LandmarkField::Impl::solve_scalar(double support) {
+  const Kernel psi = *find_kernel(rung);
+  merge_twins(landmarks, FactorStatus::kDuplicateDistance * support, name);
+  RbfSystem rows(psi, support, static_cast<int>(landmarks.positions.size()));
+  FactorStatus status = rows.factorize(landmarks.positions);
+  condition = rows.condition();
+  if (status) status = FactorStatus::of_condition(condition);
+  if (!status)
+    throw Refused(
+        fmt::format("{}: {}; change --support, take psi30, or thin them out", name,
+                    explain_refusal(status, landmarks.positions, landmarks.displacements, psi, support)));
+  weights.resize(landmarks.positions.size());
+  rows.solve(landmarks.displacements, weights);
+  at_point = RbfField{psi, support, landmarks.positions, weights};
+}
+
+void LandmarkField::Impl::solve_by_paper() {
+  const double least = *std::ranges::min_element(landmarks.supports);
+  merge_twins(landmarks, FactorStatus::kDuplicateDistance * least, name);
+  auto& by_paper = at_point.emplace<PerLandmarkSystem>(*find_kernel(rung));
+  const FactorStatus status = by_paper.factorize(landmarks.positions, landmarks.supports);
+  condition = by_paper.condition();
+  if (!status)
+    throw Refused(fmt::format(
+        "{}: with supports of their own the landmarks are {}: the condition number is {:.3g}, above {:g}; "
+        "nothing keeps such a matrix regular: take one --support for all, or change a support by some "
+        "percent",
+        name, std::isfinite(condition) ? "nearly singular" : "singular", condition,
+        FactorStatus::kMaxCondition));
+  weights.resize(landmarks.positions.size());
+  by_paper.solve(landmarks.displacements, weights);
+}
+
+template <class Kernels>
+void LandmarkField::Impl::solve_tissues(TissueModel<Kernels> model) {
+  const auto& kept = tissues.emplace<TissueModel<Kernels>>(std::move(model));
+  merge_twins(landmarks, FactorStatus::kDuplicateDistance * kept.largest_support(), name);
+  HeterogeneousSystem<Kernels> rows(kept, landmarks.positions.size());
+  const FactorStatus status = rows.factorize(landmarks.positions);
+  condition = rows.condition();
+  if (!status) {
+    const auto condition_of = [&](std::span<const std::size_t> chosen) {
+      std::vector<Vec3> positions;
+      for (const std::size_t i : chosen) positions.push_back(landmarks.positions[i]);
+      HeterogeneousSystem<Kernels> tried(kept, positions.size());
+      tried.factorize(positions);
+      return tried.condition();
+    };
+    throw Refused(fmt::format("{}: {}; lower region.support_radius_mm, or thin them out", name,
+                              explain_refusal(status, landmarks.positions, rung, condition_of)));
+  }
+  weights.resize(landmarks.positions.size());
+  rows.solve(landmarks.displacements, weights);
+  shares.assign(rows.shares().begin(), rows.shares().end());
+  at_point = HeterogeneousField<Kernels>{&kept, landmarks.positions, shares, weights};
+}
+
+void LandmarkField::Impl::solve_matrix() {
+  system = std::make_unique<LadderSystem>(*kernel);
+  const FactorStatus status = system->factorize(landmarks.positions, landmarks.cores);
+  condition = system->condition();
+  if (!status) {
+    const auto condition_of = [&](std::span<const std::size_t> chosen) {
+      std::vector<Vec3> positions;
+      std::vector<double> cores;
+      for (const std::size_t i : chosen) {
+        positions.push_back(landmarks.positions[i]);
+        cores.push_back(landmarks.cores[i]);
+      }
+      LadderSystem tried(*kernel);
+      tried.factorize(positions, cores);
+      return tried.condition();
+    };
+    throw Refused(fmt::format("{}: {}; keep them 0.8 core radii apart, or thin them out", name,
+                              explain_refusal(status, landmarks.positions, rung, condition_of)));
+  }
+  weights = system->solve(landmarks.displacements);
+}
 
 LandmarkField::LandmarkField(const DeformOptions& options) : impl_(std::make_unique<Impl>()) {
   Impl& m = *impl_;
@@ -165,23 +180,26 @@ LandmarkField::LandmarkField(const DeformOptions& options) : impl_(std::make_uni
     if (!choice.empty() && options.kernel.empty()) std::cerr << "brachy: " << choice << "\n";
   }
   m.rung = !options.kernel.empty() ? options.kernel : scene ? scene->model.kernel : "psi31";
-  m.landmarks = load_landmarks(options.landmarks, options.core_radius_mm.value_or(0));
+  m.landmarks = load_landmarks(options);
   const bool heterogeneous = scene && has_supports(*scene, m.rung);
-  if (const auto compact = find_compact_rung(m.rung); compact && heterogeneous) {
-    m.solve_tissues(load_compact_tissues(*scene, *compact, body_of(scene, options)));
-  } else if (is_matrix_rung(m.rung)) {
-    m.kernel = kernel_of(m.rung, scene, options);
-    if (!scene && m.rung == "elastic")
-      for (std::size_t i = 0; i < m.landmarks.cores.size(); ++i)
-        if (m.landmarks.cores[i] == 0)
-          refuse_line(
-              m.name, m.landmarks.lines[i],
-              "no core radius; give --core-radius MM, a column core_mm, or --scene FILE with a needle");
-    merge_duplicates(m.landmarks, RbfSystem::kDuplicateDistance, m.name);
-    m.solve_matrix();
+  if (is_matrix_rung(m.rung)) {
+    if (!m.landmarks.supports.empty())
+      throw UserError(m.name + ": the column support is for a psi kernel; remove it, or take --kernel psi31");
+    const ElasticBody body = body_of(m.rung, scene, options);
+    if (heterogeneous) {
+      m.solve_tissues(load_compact_tissues(*scene, *find_compact_rung(m.rung), body));
+    } else {
+      m.kernel = kernel_of(m.rung, scene.has_value(), body);
+      const double least = least_core(m.landmarks, body.needle_radius, !scene && m.rung == "elastic", m.name);
+      merge_twins(m.landmarks, FactorStatus::kDuplicateDistance * least, m.name);
+      m.solve_matrix();
+    }
+  } else if (!m.landmarks.supports.empty()) {
+    m.solve_by_paper();
   } else {
     if (!options.support_mm && !scene)
-      throw UserError("--kernel " + m.rung + " needs --support MM, its support radius, or --scene FILE");
+      throw UserError("--kernel " + m.rung +
+                      " needs --support MM, its support radius, a column support, or --scene FILE");
     const double support = options.support_mm ? *options.support_mm : scene->model.support_radius_mm;
     if (heterogeneous)
       m.solve_tissues(load_scalar_tissues(*scene, *find_kernel(m.rung), support));
@@ -207,12 +225,16 @@ std::vector<double> LandmarkField::jacobians(std::span<const Vec3> X) const {
   std::vector<double> det;
   det.reserve(X.size());
   for (const Vec3& x : X)
-    det.push_back(std::visit([&](const auto& field) { return field.jacobian(x); }, impl_->at_point));
+    det.push_back(std::visit([&](const auto& field) { return field.deformation_gradient(x).determinant(); },
+                             impl_->at_point));
   return det;
 }
 
 std::size_t LandmarkField::landmarks() const {
   return impl_->landmarks.positions.size();
+}
+double LandmarkField::condition() const {
+  return impl_->condition;
 }
 const std::string& LandmarkField::kernel() const {
   return impl_->rung;

@@ -28,6 +28,7 @@ class LandmarkField {
   std::vector<double> jacobians(std::span<const Vec3> X) const;    ///< det(I + ∇u)
 
   std::size_t landmarks() const;
+  double condition() const;  ///< of the landmark system, 1-norm, estimated
   const std::string& kernel() const;
   std::optional<Vec3> total_force() const;  ///< on the landmarks, N, where the rung knows forces
 

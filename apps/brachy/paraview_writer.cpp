@@ -37,6 +37,12 @@ std::string array(const char* type, const char* name, int components, std::size_
       components, offset);
 }
 
+/// One value for the whole mesh.
+std::string field(const char* type, const char* name, std::size_t offset) {
+  return fmt::format(R"(<DataArray type="{}" Name="{}" NumberOfTuples="1" format="appended" offset="{}"/>)",
+                     type, name, offset);
+}
+
 std::vector<std::int32_t> offsets(std::size_t count, std::int32_t stride) {
   std::vector<std::int32_t> result(count);
   for (std::size_t i = 0; i < count; ++i) result[i] = static_cast<std::int32_t>(i + 1) * stride;
@@ -59,9 +65,10 @@ ParaviewWriter::ParaviewWriter(std::filesystem::path folder, std::vector<Triangl
   if (!index_) throw std::runtime_error((folder_ / "recording.pvd").string() + ": cannot be written");
 }
 
-void ParaviewWriter::add(double time_s, const std::vector<float>& deformed_vertices) {
+void ParaviewWriter::add(double time_s, const std::vector<float>& deformed_vertices,
+                         const std::optional<Certificate>& certificate) {
   const std::string name = fmt::format("mesh_{:06}.vtp", ++steps_);
-  write_step(folder_ / name, deformed_vertices);
+  write_step(folder_ / name, deformed_vertices, certificate);
   index_.seekp(-static_cast<std::streamoff>(std::string_view(kIndexEnd).size()), std::ios::end);
   index_ << fmt::format("    <DataSet timestep=\"{}\" file=\"{}\"/>\n", time_s, name) << kIndexEnd
          << std::flush;
@@ -70,7 +77,8 @@ void ParaviewWriter::add(double time_s, const std::vector<float>& deformed_verti
 }
 
 void ParaviewWriter::write_step(const std::filesystem::path& file,
-                                const std::vector<float>& deformed_vertices) {
+                                const std::vector<float>& deformed_vertices,
+                                const std::optional<Certificate>& certificate) {
   const std::size_t points = rest_.size() / 3, interior = points - surface_count_;
   std::vector<float> displacement(rest_.size());
   for (std::size_t i = 0; i < rest_.size(); ++i) displacement[i] = deformed_vertices[i] - rest_[i];
@@ -83,10 +91,16 @@ void ParaviewWriter::write_step(const std::filesystem::path& file,
   const std::size_t x = data.add(deformed_vertices), u = data.add(displacement);
   const std::size_t verts = data.add(vertices), vert_ends = data.add(offsets(interior, 1));
   const std::size_t polys = data.add(corners), poly_ends = data.add(offsets(triangles_.size(), 3));
+  const Verdict known = certificate ? certificate->verdict : Verdict::kUnknown;
+  const std::size_t verdict = data.add(std::vector{static_cast<std::int32_t>(known)});
+  const std::size_t det_bound =
+      data.add(std::vector{certificate ? certificate->det_bound : Certificate::kNotKnown});
   std::ofstream out(file, std::ios::binary);
   out << "<?xml version=\"1.0\"?>\n"
          "<VTKFile type=\"PolyData\" version=\"1.0\" byte_order=\"LittleEndian\" "
          "header_type=\"UInt64\">\n<PolyData>\n"
+      << "<FieldData>" << field("Int32", "verdict", verdict) << field("Float64", "det_bound", det_bound)
+      << "</FieldData>\n"
       << fmt::format(
              "<Piece NumberOfPoints=\"{}\" NumberOfVerts=\"{}\" NumberOfLines=\"0\" NumberOfStrips=\"0\" "
              "NumberOfPolys=\"{}\">\n",

@@ -59,7 +59,8 @@ class Recorder {
     };
     h.on_frame = [this](const net::FrameMessage& frame) {
       attempt([&] {
-        paraview_->add(frame.sim_time_s, points_of(run_.client().mesh().positions(), surface_count_));
+        paraview_->add(frame.sim_time_s, points_of(run_.client().mesh().positions(), surface_count_),
+                       frame.certificate);
         log_poses(frame);
       });
     };

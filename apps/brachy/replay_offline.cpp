@@ -5,6 +5,7 @@
 
 #include "apps/brachy/place_trajectory.h"
 #include "apps/brachy/tools.h"
+#include "apps/certificate_report.h"
 #include "apps/tissue_box.h"
 #include "core/choice/choice.h"
 #include "core/scene/load_tissue.h"
@@ -34,6 +35,7 @@ int replay_offline(const ReplayOptions& options) {
   NeedlePose pose;
   pose.present = true;
   StateHash hash;
+  CertificateTally certificates;
   double max_displacement = 0, max_depth = 0;
   std::uint32_t max_moved = 0, all_flags = 0;
   std::uint64_t in_contact = 0;
@@ -42,6 +44,8 @@ int replay_offline(const ReplayOptions& options) {
     pose.sequence = k + 1;
     simulator.step(pose, state);
     hash.add(state);
+    certificates.add(state.certificate, state.step_flags,
+                     changes_are_finite(state, simulator.tissue().blocks));
     max_displacement = std::max(max_displacement, state.max_displacement_mm);
     max_depth = std::max(max_depth, state.needle.insertion_depth_mm);
     max_moved = std::max(max_moved, state.moved_vertices);
@@ -53,7 +57,7 @@ int replay_offline(const ReplayOptions& options) {
   const auto ticks_of = [&](Evaluation e) { return evaluations[static_cast<std::size_t>(e)]; };
   const std::string state_hash = fmt::format("{:016x}", hash.value());
   if (options.json) {
-    const nlohmann::ordered_json json = {
+    nlohmann::ordered_json json = {
         {"ticks", ticks},
         {"state_hash", state_hash},
         {"points", simulator.tissue().size()},
@@ -72,20 +76,21 @@ int replay_offline(const ReplayOptions& options) {
         {"saturated", (all_flags & kStepSaturated) != 0},
         {"reseated", (all_flags & kStepReseated) != 0},
     };
+    add_to_json(json, "ticks", certificates);
     std::cout << json.dump() << "\n";
   } else {
     std::cout << fmt::format(
         "{} ticks of {} points, {} in contact, {} punctures, ends {}\n"
         "largest displacement {:.3f} mm, deepest insertion {:.1f} mm, at most {} points moved{}{}{}\n"
         "fields: {} idle, {} direct, {} mixed, {} condensed, on {}\n"
-        "state hash {}\n",
+        "{}state hash {}\n",
         ticks, simulator.tissue().size(), in_contact, state.needle.puncture_count,
         to_string(state.needle.contact), max_displacement, max_depth, max_moved,
         all_flags & kStepSolveFailed ? "; a solve FAILED" : "",
         all_flags & kStepSaturated ? "; a landmark was held at its limit" : "",
         all_flags & kStepReseated ? "; the needle jumped" : "", ticks_of(Evaluation::kIdle),
         ticks_of(Evaluation::kDirect), ticks_of(Evaluation::kMixed), ticks_of(Evaluation::kCondensed),
-        to_string(simulator.simd_target()), state_hash);
+        to_string(simulator.simd_target()), to_text("ticks", certificates), state_hash);
   }
   return kExitOk;
 }

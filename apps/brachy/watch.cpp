@@ -6,6 +6,7 @@
 #include "apps/brachy/client_run.h"
 #include "apps/brachy/quantiles.h"
 #include "apps/brachy/tools.h"
+#include "apps/certificate_report.h"
 #include "core/realtime/deadline.h"
 #include "core/realtime/histogram.h"
 
@@ -57,6 +58,7 @@ class Watch {
       latency_.record(now_ns + offset->offset_ns - frame.input_received_ns);
     max_displacement_ = std::max(max_displacement_, frame.max_displacement_mm);
     moved_ = std::max(moved_, frame.moved_vertices);
+    certificates_.add(frame.certificate, frame.step_flags, all_finite(frame.positions));
     last_ = frame;
     last_.positions.clear();
     last_ns_ = now_ns;
@@ -78,28 +80,32 @@ class Watch {
     if (frames_ == 0) return;
     const NeedleState needle = last_.needles.empty() ? NeedleState{} : last_.needles[0].state;
     const std::string line = fmt::format(
-        "t {:7.2f} s  {:9}  depth {:5.1f} mm  displaced {:5.2f} mm  moved {:6}  missed {}  drops {}\n",
+        "t {:7.2f} s  {:9}  depth {:5.1f} mm  displaced {:5.2f} mm  moved {:6}  {}  missed {}  drops {}\n",
         last_.sim_time_s, needle.present ? to_string(needle.contact) : "no needle", needle.insertion_depth_mm,
-        last_.max_displacement_mm, last_.moved_vertices, overruns(), run_.last_state().snapshots_dropped);
+        last_.max_displacement_mm, last_.moved_vertices, one_line(last_.certificate, last_.step_flags),
+        overruns(), run_.last_state().snapshots_dropped);
     (options_.json ? std::cerr : std::cout) << line << std::flush;
   }
 
   nlohmann::ordered_json to_json() const {
     const net::StateMessage& state = run_.last_state();
-    return {{"ticks", ticks()},
-            {"overruns", overruns()},
-            {"control_overruns", state.control_overruns - run_.first_state().control_overruns},
-            {"sim_hz", sim_hz()},
-            {"snapshots", frames_},
-            {"snapshots_hz", snapshots_hz()},
-            {"tick_ms", to_json_ms(state.tick_ms)},
-            {"lateness_ms", to_json_ms(state.lateness_ms)},
-            {"latency_ms", to_json_ms(latency_)},
-            {"drops", state.snapshots_dropped},
-            {"seq_gaps", run_.client().snapshots_missed()},
-            {"max_disp_mm", max_displacement_},
-            {"moved", moved_},
-            {"bytes", run_.client().bytes_received()}};
+    nlohmann::ordered_json json = {
+        {"ticks", ticks()},
+        {"overruns", overruns()},
+        {"control_overruns", state.control_overruns - run_.first_state().control_overruns},
+        {"sim_hz", sim_hz()},
+        {"snapshots", frames_},
+        {"snapshots_hz", snapshots_hz()},
+        {"tick_ms", to_json_ms(state.tick_ms)},
+        {"lateness_ms", to_json_ms(state.lateness_ms)},
+        {"latency_ms", to_json_ms(latency_)},
+        {"drops", state.snapshots_dropped},
+        {"seq_gaps", run_.client().snapshots_missed()},
+        {"max_disp_mm", max_displacement_},
+        {"moved", moved_},
+        {"bytes", run_.client().bytes_received()}};
+    add_to_json(json, "frames", certificates_);
+    return json;
   }
 
   void print_summary() const {
@@ -108,11 +114,11 @@ class Watch {
         "watch: {} ticks at {:.1f} Hz, {} missed; {} snapshots at {:.1f} Hz, {} dropped, {} sequence gaps\n"
         "  tick time p50 {:.3f} ms, p99 {:.3f} ms, max {:.3f} ms; pose to this client p50 {:.1f} ms, p99 "
         "{:.1f} ms\n"
-        "  largest displacement {:.2f} mm; at most {} points moved; {:.1f} MB received\n",
+        "  largest displacement {:.2f} mm; at most {} points moved; {:.1f} MB received\n{}",
         ticks(), sim_hz(), overruns(), frames_, snapshots_hz(), state.snapshots_dropped,
         run_.client().snapshots_missed(), state.tick_ms.p50, state.tick_ms.p99, state.tick_ms.max,
         latency_ms(0.5), latency_ms(0.99), max_displacement_, moved_,
-        1e-6 * static_cast<double>(run_.client().bytes_received()));
+        1e-6 * static_cast<double>(run_.client().bytes_received()), to_text("frames", certificates_));
   }
 
   WatchOptions options_;
@@ -121,6 +127,7 @@ class Watch {
   std::int64_t first_ns_ = 0, last_ns_ = 0;
   double max_displacement_ = 0;
   std::uint32_t moved_ = 0;
+  CertificateTally certificates_;
   Histogram latency_;
   ClientRun run_;
 };

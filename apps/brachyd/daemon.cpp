@@ -11,6 +11,7 @@
 #include <thread>
 
 #include "apps/brachyd/deformation_loop.h"
+#include "apps/brachyd/guard_events.h"
 #include "apps/brachyd/snapshot_loop.h"
 #include "apps/tissue_box.h"
 #include "core/realtime/deadline.h"
@@ -188,6 +189,8 @@ class Daemon::Impl {
     if (needle.contact != last_needle_.contact)
       announce({net::EventKind::kContact, 0, state->tick, std::string(to_string(needle.contact))});
     last_needle_ = needle;
+    if (auto warning = guard_events_.update(*state))
+      announce({net::EventKind::kWarning, 0, state->tick, std::move(*warning)});
     server_.publish(std::move(state));
   }
   void announce(net::EventMessage event) {
@@ -210,6 +213,7 @@ class Daemon::Impl {
   TripleBuffer<LoopStatistics>::Writer control_writer_ = control_.writer();  // control thread
   TripleBuffer<LoopStatistics>::Reader control_reader_ = control_.reader();  // io thread
   NeedleState last_needle_;                                                  // snapshot thread
+  GuardEvents guard_events_;                                                 // snapshot thread
 
   boost::asio::io_context io_{1};
   boost::asio::signal_set signals_{io_, SIGINT,

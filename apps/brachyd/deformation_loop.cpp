@@ -25,16 +25,18 @@ void run_deformation_loop(const std::stop_token& stop, Simulator& simulator, Dev
   NeedlePose pose;
   while (!stop.stop_requested()) {
     measured.lateness_ns.record(timer.wait());
+    measured.count_overruns(timer.overruns());
     const std::int64_t start_ns = monotonic_ns();
 
     const bool fresh = device.update(start_ns, pose);
     MeshState& state = states.slot();
     simulator.step(pose, state);
-    state.overruns = timer.overruns();
+    state.overruns = measured.overruns;
+    measured.certificates.add(state.certificate, state.step_flags,
+                              changes_are_finite(state, simulator.tissue().blocks));
     state.publish_ns = monotonic_ns();
 
     measured.ticks = state.tick;
-    measured.overruns = state.overruns;
     measured.tick_ns.record(state.publish_ns - start_ns);
     if (fresh) measured.latency_ns.record(state.publish_ns - pose.received_ns);
     measured.max_displacement_mm = std::max(measured.max_displacement_mm, state.max_displacement_mm);
@@ -56,7 +58,7 @@ void run_control_loop(const std::stop_token& stop, double period_s,
   while (!stop.stop_requested()) {
     measured.lateness_ns.record(timer.wait());
     ++measured.ticks;
-    measured.overruns = timer.overruns();
+    measured.count_overruns(timer.overruns());
     if (measured.ticks % kTicksPerReport == 0) {
       statistics.slot() = measured;
       statistics.publish();

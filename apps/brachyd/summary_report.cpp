@@ -4,6 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "apps/certificate_report.h"
 #include "core/field/deformation.h"
 
 namespace brachy {
@@ -58,17 +59,20 @@ std::string to_text(const DaemonSummary& s) {
   text += fmt::format("  fields: {} idle, {} direct, {} mixed, {} condensed, on {}\n",
                       ticks_of(s, Evaluation::kIdle), ticks_of(s, Evaluation::kDirect),
                       ticks_of(s, Evaluation::kMixed), ticks_of(s, Evaluation::kCondensed), s.simd);
+  text += to_text("ticks", loop.certificates);
   text += "  " + s.realtime + "\n";
   return text;
 }
 
 std::string to_json(const DaemonSummary& s) {
-  const nlohmann::ordered_json json = {
+  nlohmann::ordered_json json = {
       {"elapsed_s", s.elapsed_s},
       {"ticks", s.loop.ticks},
       {"overruns", s.loop.overruns},
+      {"longest_overrun", s.loop.longest_overrun},
       {"control_ticks", s.control.ticks},
       {"control_overruns", s.control.overruns},
+      {"control_longest_overrun", s.control.longest_overrun},
       {"sim_hz", rate(s.loop.ticks, s.elapsed_s)},
       {"snapshots", s.snapshots},
       {"snapshots_hz", rate(s.snapshots, s.elapsed_s)},
@@ -86,6 +90,7 @@ std::string to_json(const DaemonSummary& s) {
       {"poses_refused", s.poses_refused},
       {"realtime", s.realtime},
   };
+  add_to_json(json, "ticks", s.loop.certificates);
   return json.dump();
 }
 

@@ -16,15 +16,6 @@ CompactValue compact_value(const CompactTerm& term, double r) {
           term.v * q4 * 15 / (term.support * term.support)};
 }
 
-// With t = r/a, q = 1 − t: d/dt [q⁴(1 + 4t − 20t²)] = 60 t q³ (2t − 1), d/dt [15 q⁴/a²] = −60 q³/a².
-CompactSlope compact_slope(const CompactTerm& term, double r) {
-  const double t = r / term.support;
-  if (!(t < 1)) return {};
-  const double q = 1 - t, q3 = q * q * q, inverse = 1 / (term.support * term.support);
-  return {inverse * (term.w * Wendland31::derivative_over_r(t) + term.v * 60 * q3 * (2 * t - 1)),
-          -term.v * 60 * q3 * inverse / term.support};
-}
-
 CompactKernel::CompactKernel(std::vector<CompactTerm> terms, double compliance)
     : terms_(std::move(terms)), compliance_(compliance) {
   std::erase_if(terms_, [](const CompactTerm& t) { return t.w <= 0 && t.v <= 0; });
@@ -58,21 +49,21 @@ Mat3 CompactKernel::value(const Vec3& x) const {
   return C;
 }
 
+// φ f + χ x (x·f): P = φ′/r, Q = χ, S = χ′/r (near_loops.cpp has the same in single precision).
 Mat3 CompactKernel::gradient(const Vec3& x, const Vec3& f) const {
-  const double r = x.norm();
-  if (!(r < support_)) return Mat3::Zero();
-  CompactSlope slope;
-  double outer = 0;
-  for (const CompactTerm& t : terms_) {
-    const CompactSlope s = compact_slope(t, r);
-    slope.across += s.across;
-    slope.outer_r += s.outer_r;
-    outer += compact_value(t, r).outer;
+  const double r = x.norm(), dot = x.dot(f);
+  double P = 0, Q = 0, S = 0;
+  for (const CompactTerm& term : terms_) {
+    const double t = r / term.support, inverse2 = 1 / (term.support * term.support);
+    if (!(t < 1)) continue;
+    const double q = 1 - t, q3 = q * q * q;
+    P -= inverse2 * q3 * (20 * term.w + 60 * term.v * (1 - 2 * t));
+    Q += 15 * inverse2 * term.v * q3 * q;
+    S -= 60 * inverse2 * inverse2 * term.v * q3 / std::max(t, 1e-9);
   }
-  const double along = x.dot(f), radial = r > 0 ? slope.outer_r / r * along : 0;
-  Mat3 G = (slope.across * f + radial * x) * x.transpose() + outer * x * f.transpose();
-  G.diagonal().array() += outer * along;
-  return compliance_ * G;
+  Mat3 A = P * f * x.transpose() + Q * x * f.transpose() + S * dot * x * x.transpose();
+  A.diagonal().array() += Q * dot;
+  return compliance_ * A;
 }
 
 Eigen::MatrixXd CompactKernel::between(const PointGroups& a, const PointGroups& b) const {

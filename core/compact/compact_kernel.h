@@ -12,18 +12,11 @@ namespace brachy {
 struct CompactValue {
   double across = 0, outer = 0;
 };
-/// Their derivatives by r over r; outer's, which grows like 1/r, times r.
-struct CompactSlope {
-  double across = 0, outer_r = 0;
-};
 
 /// w ψ3,1(r/a) I + v Φ(x/a) at |x| = r mm, where Φ(x) = (1−|x|)⁴₊ [ (1 + 4|x| − 20|x|²) I + 15 x xᵀ ]: divergence-free,
 /// positive definite, Φ(0) = I, exactly 0 from |x| = 1 on. It is (−Δ I + ∇∇ᵀ) ψ3,2 over its value at 0, 112/3 (the way:
 /// F. J. Narcowich and J. D. Ward, Math. Comp. 63 (1994) 661).
 CompactValue compact_value(const CompactTerm& term, double r);
-
-/// Of the same term at |x| = r mm.
-CompactSlope compact_slope(const CompactTerm& term, double r);
 
 enum class CompactRung {
   kMultiscale,      ///< Σ w_k ψ3,1(r/a_k) I
@@ -55,7 +48,8 @@ class CompactKernel : public MatrixKernel {
 
   /// C of two points x apart, mm/N.
   Mat3 value(const Vec3& x) const;
-  /// ∇(C(x) f) of a force f, N: column k is its derivative along axis k.
+
+  /// ∇(C(x) f): row i, column j is ∂(C f)_i/∂x_j, 1 for f in N.
   Mat3 gradient(const Vec3& x, const Vec3& f) const;
 
   const std::vector<CompactTerm>& terms() const { return terms_; }

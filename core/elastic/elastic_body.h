@@ -6,9 +6,51 @@
 #include <vector>
 
 #include "core/math/rigid_transform.h"
-#include "core/tissue/region.h"
+#include "core/surface/surface_mesh.h"
 
 namespace brachy {
+
+/// A point of a region's surface that stands for a patch of it.
+struct SurfacePatch {
+  Vec3 position, normal;  ///< mm; outward, unit
+  double area;            ///< mm²
+};
+
+/// A part of the body with a modulus of its own: a gland, a tumour.
+class Region {
+ public:
+  virtual ~Region() = default;
+  /// 1 inside, 0 outside, ½ on the surface itself (within 1e-4 of its size).
+  virtual double inside_share(const Vec3& X) const = 0;
+  /// About n points of the surface, spread evenly by area.
+  virtual std::vector<SurfacePatch> surface(std::size_t n) const = 0;
+
+  double shear_modulus = 1;  ///< N/mm²
+};
+
+/// Axes along x, y, z; mm.
+class EllipsoidRegion : public Region {
+ public:
+  EllipsoidRegion(const Vec3& centre, const Vec3& semi_axes, double shear_modulus);
+  double inside_share(const Vec3& X) const override;
+  std::vector<SurfacePatch> surface(std::size_t n) const override;
+
+ private:
+  Vec3 centre_, semi_axes_;
+};
+
+/// The inside of a closed, outward surface (mm).
+class MeshRegion : public Region {
+ public:
+  MeshRegion(SurfaceMesh surface, double shear_modulus);
+  ~MeshRegion() override;
+  double inside_share(const Vec3& X) const override;
+  std::vector<SurfacePatch> surface(std::size_t n) const override;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
 
 /// Faces of the box, in the order in which `held` lists them.
 inline constexpr std::array<const char*, 6> kFaceNames = {"-x", "+x", "-y", "+y", "-z", "+z"};

@@ -23,4 +23,14 @@ inline Mat3 kelvin(const Vec3& x, double s, double poisson) {
   return G;
 }
 
+/// ∇(G(x) f): row i, column j is ∂(G f)_i/∂x_j; 1/(N/mm² · mm²) per N.
+inline Mat3 kelvin_gradient(const Vec3& x, double s, double poisson, const Vec3& f) {
+  const double b = 1 / (4 * (1 - poisson));
+  const double r2 = x.squaredNorm() + s, i1 = 1 / std::sqrt(r2), i3 = i1 / r2, i5 = i3 / r2, dot = x.dot(f);
+  Mat3 A = -((1 - b) * i3 + 1.5 * s * i5) * f * x.transpose() + b * i3 * x * f.transpose() -
+           3 * b * i5 * dot * x * x.transpose();
+  A.diagonal().array() += b * i3 * dot;
+  return A / (4 * std::numbers::pi);
+}
+
 }  // namespace brachy

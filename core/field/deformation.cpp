@@ -16,7 +16,8 @@ Deformation::Deformation(const Tissue& tissue, Kernel kernel, double support_rad
                          const BlockField::Options& options)
     : system_(kernel, support_radius, static_cast<int>(options.max_landmarks), options.target),
       blocks_(tissue, kernel, support_radius, options),
-      field_{kernel, support_radius, {}, {}} {
+      field_{kernel, support_radius, {}, {}},
+      cells_(kernel, support_radius, options.target, options.max_landmarks) {
   const std::size_t n = options.max_landmarks;
   for (auto* v : {&positions_, &displacements_, &weights_, &moving_displacements_}) v->reserve(n);
   moving_.reserve(n);
@@ -31,9 +32,12 @@ FactorStatus Deformation::update(std::span<const Vec3> positions,
     return {};
   }
   if (!same_positions) {
-    const FactorStatus status = system_.refactorize(positions);  // the tip, last, moves alone
+    FactorStatus status = system_.refactorize(positions);  // the tip, last, moves alone
+    const double condition = status ? system_.condition() : 0;
+    if (status) status = FactorStatus::of_condition(condition);
     is_factored_ = static_cast<bool>(status);
     if (!status) return status;
+    condition_ = condition;
     positions_.assign(positions.begin(), positions.end());
     blocks_.set_landmarks(positions_);
     restart();
@@ -50,6 +54,12 @@ FactorStatus Deformation::update(std::span<const Vec3> positions,
   field_.positions = positions_;
   field_.weights = weights_;
   return {};
+}
+
+void Deformation::rescale(double scale) noexcept {
+  for (auto* vectors : {&weights_, &displacements_, &moving_displacements_})
+    for (Vec3& v : *vectors) v *= scale;
+  blocks_.evaluate(weights_, moving_displacements_);
 }
 
 void Deformation::restart() noexcept {

@@ -8,6 +8,7 @@
 #include "core/field/tissue_field.h"
 #include "core/rbf/rbf_field.h"
 #include "core/rbf/rbf_system.h"
+#include "core/stability/scalar_cells.h"
 
 namespace brachy {
 
@@ -30,12 +31,19 @@ class Deformation : public TissueField {
   /// point in reach. Unless it returns kOk, the last field stands.
   FactorStatus update(std::span<const Vec3> positions, std::span<const Vec3> displacements) noexcept override;
 
+  void rescale(double scale) noexcept override;
   Evaluation evaluation() const override { return evaluation_; }
+  double condition() const override { return condition_; }
   std::span<const std::uint32_t> touched() const override { return blocks_.touched(); }
   const BlockDisplacement<float>& displacement(std::uint32_t block) const override {
     return blocks_.displacement(block);
   }
   Vec3 displacement_at(const Vec3& X) const noexcept override { return field_.displacement(X); }
+  const CellField& cells() noexcept override {
+    cells_.set_field(field_);
+    return cells_;
+  }
+  std::size_t max_sources() const override { return positions_.capacity(); }
   SimdTarget target() const override { return blocks_.target(); }
   const BlockField& blocks() const { return blocks_; }  ///< displacements of the points in reach
   const RbfField& field() const { return field_; }      ///< the same field at single points, in double
@@ -51,9 +59,11 @@ class Deformation : public TissueField {
   RbfSystem system_;
   BlockField blocks_;
   RbfField field_;
+  ScalarCells cells_;
   Evaluation evaluation_ = Evaluation::kIdle;
 
   bool is_factored_ = false;  // system_ holds positions_
+  double condition_ = 1;
   std::vector<Vec3> positions_, displacements_, weights_;
   int settled_ticks_ = 0;
 

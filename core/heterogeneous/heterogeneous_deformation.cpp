@@ -1,6 +1,7 @@
 #include "core/heterogeneous/heterogeneous_deformation.h"
 
 #include <algorithm>
+#include <limits>
 
 namespace brachy {
 namespace {
@@ -32,6 +33,7 @@ HeterogeneousDeformation<Kernels>::HeterogeneousDeformation(const Tissue& tissue
     : model_(std::move(model)),
       options_(options),
       system_(model_, options.max_landmarks),
+      cells_(model_, options.target, options.max_landmarks),
       is_touched_(tissue.blocks.size()),
       displacements_(tissue.blocks.size()) {
   BlockField::Options direct = options;
@@ -57,6 +59,7 @@ FactorStatus HeterogeneousDeformation<Kernels>::update(std::span<const Vec3> pos
     const FactorStatus status = system_.factorize(positions);
     is_factored_ = static_cast<bool>(status);
     if (!status) return status;
+    condition_ = system_.condition();
     positions_.assign(positions.begin(), positions.end());
     shares_.assign(system_.shares().begin(), system_.shares().end());
     share_out_landmarks();
@@ -67,6 +70,21 @@ FactorStatus HeterogeneousDeformation<Kernels>::update(std::span<const Vec3> pos
   evaluate();
   evaluation_ = Evaluation::kDirect;
   return {};
+}
+
+template <class Kernels>
+void HeterogeneousDeformation<Kernels>::rescale(double scale) noexcept {
+  for (auto* vectors : {&weights_, &displacements_wanted_})
+    for (Vec3& v : *vectors) v *= scale;
+  evaluate();
+}
+
+template <class Kernels>
+double HeterogeneousDeformation<Kernels>::total_force_n() const {
+  if constexpr (Kernels::kRows == 1) return std::numeric_limits<double>::quiet_NaN();
+  Vec3 sum = Vec3::Zero();
+  for (const Vec3& f : weights_) sum += f;
+  return sum.norm();
 }
 
 template <class Kernels>

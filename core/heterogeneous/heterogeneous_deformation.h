@@ -8,6 +8,7 @@
 #include "core/field/block_field.h"
 #include "core/field/tissue_field.h"
 #include "core/heterogeneous/compact_blocks.h"
+#include "core/heterogeneous/heterogeneous_cells.h"
 #include "core/heterogeneous/heterogeneous_system.h"
 #include "core/heterogeneous/tissue_part.h"
 
@@ -27,12 +28,20 @@ class HeterogeneousDeformation : public TissueField {
                            const BlockField::Options& options);
 
   FactorStatus update(std::span<const Vec3> positions, std::span<const Vec3> displacements) noexcept override;
+  void rescale(double scale) noexcept override;
   Evaluation evaluation() const override { return evaluation_; }
+  double condition() const override { return condition_; }
   std::span<const std::uint32_t> touched() const override { return touched_; }
   const BlockDisplacement<float>& displacement(std::uint32_t block) const override {
     return displacements_[block];
   }
   Vec3 displacement_at(const Vec3& X) const noexcept override { return field().displacement(X); }
+  const CellField& cells() noexcept override {
+    cells_.set_field(field());
+    return cells_;
+  }
+  std::size_t max_sources() const override { return options_.max_landmarks; }
+  double total_force_n() const override;
   SimdTarget target() const override { return options_.target; }
 
   /// The last update's field at single points, in double.
@@ -56,11 +65,13 @@ class HeterogeneousDeformation : public TissueField {
   TissueModel<Kernels> model_;
   BlockField::Options options_;
   HeterogeneousSystem<Kernels> system_;
+  HeterogeneousCells<Kernels> cells_;
   std::vector<std::unique_ptr<Part>> parts_;
 
   std::vector<Vec3> positions_, displacements_wanted_, weights_;
   std::vector<double> shares_;
   bool is_factored_ = false;  // system_ holds positions_
+  double condition_ = 1;
   Evaluation evaluation_ = Evaluation::kIdle;
 
   std::vector<std::uint32_t> touched_;

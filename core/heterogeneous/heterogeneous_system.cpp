@@ -3,8 +3,11 @@
 #include <algorithm>
 #include <array>
 #include <cassert>
+#include <limits>
 
 #include <Eigen/Cholesky>
+
+#include "core/ladder/matrix_condition.h"
 
 namespace brachy {
 namespace {
@@ -20,26 +23,30 @@ HeterogeneousSystem<Kernels>::HeterogeneousSystem(const TissueModel<Kernels>& mo
     : model_(model) {
   const Kernels& kernels = model.kernels;
   assert(model.membership.tissues() == kernels.size());
-  duplicate_distance_ = RbfSystem::kDuplicateDistance * model.largest_support();
+  duplicate_distance_ = FactorStatus::kDuplicateDistance * model.largest_support();
   positions_.reserve(capacity);
   shares_.reserve(capacity * kernels.size());
   const auto rows = index(Kernels::kRows * capacity);
   matrix_.resize(rows, rows);
-  solution_.resize(rows);
+  scratch_.resize(rows, 3);
 }
 
 template <class Kernels>
 FactorStatus HeterogeneousSystem<Kernels>::factorize(std::span<const Vec3> positions) noexcept {
   assert(positions.size() <= positions_.capacity());
   size_ = 0;
+  condition_ = positions.empty() ? 1 : std::numeric_limits<double>::infinity();
   take_shares(positions);
   if (const FactorStatus status = find_unfit(); !status) return status;
   if (positions.empty()) return {};
   assemble();
   const auto n = index(Kernels::kRows * positions.size());
   Eigen::Ref<Eigen::MatrixXd> K = matrix_.topLeftCorner(n, n);
+  const double norm = symmetric_norm(K, scratch_.col(0).head(n));
   if (Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>>(K).info() != Eigen::Success)
     return {FactorStatus::kNotPositiveDefinite, -1, -1};
+  condition_ = norm * inverse_norm(K, scratch_.topRows(n));
+  if (const FactorStatus status = FactorStatus::of_condition(condition_); !status) return status;
   size_ = positions.size();
   return {};
 }
@@ -96,7 +103,7 @@ void HeterogeneousSystem<Kernels>::solve(std::span<const Vec3> displacements,
   if (size_ == 0) return;
   const auto n = index(Kernels::kRows * size_);
   const auto L = matrix_.topLeftCorner(n, n).template triangularView<Eigen::Lower>();
-  auto x = solution_.head(n);
+  auto x = scratch_.col(0).head(n);
   // Components that share one matrix one by one: several right-hand sides at a time allocate (DESIGN §9).
   for (int c = 0; c < 3 / Kernels::kRows; ++c) {
     for (std::size_t i = 0; i < size_; ++i)

@@ -5,9 +5,9 @@
 
 #include <Eigen/Core>
 
+#include "core/conditioning/factor_status.h"
 #include "core/heterogeneous/membership.h"
 #include "core/heterogeneous/tissue_kernels.h"
-#include "core/rbf/rbf_system.h"
 
 namespace brachy {
 
@@ -25,13 +25,15 @@ class HeterogeneousSystem {
   HeterogeneousSystem(const TissueModel<Kernels>& model, std::size_t capacity);
 
   /// Assembles and factors K for `positions` (n, mm). Unless it returns kOk, there are no landmarks. Landmarks nearer than
-  /// RbfSystem::kDuplicateDistance of the largest support are duplicates.
+  /// FactorStatus::kDuplicateDistance of the largest support are duplicates; above kMaxCondition K is refused.
   FactorStatus factorize(std::span<const Vec3> positions) noexcept;
 
   /// weights = K⁻¹ displacements (both n, mm).
   void solve(std::span<const Vec3> displacements, std::span<Vec3> weights) noexcept;
 
   std::size_t size() const { return size_; }
+  /// Of K, 1-norm, estimated from below; of what was last factorized, infinity where it could not be. 1 for no landmarks.
+  double condition() const { return condition_; }
   /// w_m(p_i), n rows of tissues.
   std::span<const double> shares() const { return std::span(shares_).first(size_ * model_.kernels.size()); }
 
@@ -45,8 +47,9 @@ class HeterogeneousSystem {
   std::size_t size_ = 0;
   std::vector<Vec3> positions_;  // whose shares_ are known, factored or not
   std::vector<double> shares_;
-  Eigen::MatrixXd matrix_;  // K's lower triangle, then its factor
-  Eigen::VectorXd solution_;
+  Eigen::MatrixXd matrix_;   // K's lower triangle, then its factor
+  Eigen::MatrixXd scratch_;  // three columns, for the condition number and right-hand sides
+  double condition_ = 1;
 };
 
 /// The displacement field u(X) = Σ_m w_m(X) Σ_i C_m(X − p_i) w_m(p_i) α_i at single points, in double: exact and plain.

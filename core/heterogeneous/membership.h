@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "core/tissue/region.h"
+#include "core/heterogeneous/region_distance.h"
 
 namespace brachy {
 
@@ -20,10 +20,30 @@ namespace brachy {
 class Membership {
  public:
   struct Part {
-    std::shared_ptr<const Region> region;
+    std::shared_ptr<const RegionDistance> region;
     double blend_mm;     ///< > 0, half of it on either side of the surface
     std::size_t tissue;  ///< < tissues(); 0 returns to what lies in no region
   };
+  /// w_m and its gradient at a cell's points.
+  struct CellShares {
+    alignas(64) float w[CellPoints::kCount], g[3][CellPoints::kCount];
+  };
+  /// The same at points within `radius` of `centre`, in single precision.
+  void shares(const Vec3& centre, double radius, const CellPoints& X,
+              std::span<CellShares> shares) const noexcept;
+
+  /// What that takes at most, in pairs of CellSearch.
+  std::size_t work() const;
+
+  /// What w and its derivatives are at most, somewhere.
+  struct ShareBounds {
+    double value = 0;  ///< w
+    double slope = 0;  ///< |∇w|, 1/mm
+    double bend = 0;   ///< |D²w| (Frobenius), 1/mm²
+    double bends = 0;  ///< Σ_k |∂²w/∂x_k²|, 1/mm²
+    double third = 0;  ///< Σ_k |∂²∇w/∂x_k²|, 1/mm³
+  };
+
   /// Largest |dw/d distance| of one blend, over its width: max 30t²(1−t)² π/2 cos(π/2 S), at t = 0.40627. A displacement d across
   /// a blend towards tissue that a landmark does not share folds there unless blend > kMaxSlope |d|.
   static constexpr double kMaxSlope = 2.38523963934774;
@@ -38,6 +58,9 @@ class Membership {
   void shares(const Vec3& X, std::span<double> w) const noexcept;
   /// The same and ∇w_m(X), 1/mm.
   void shares(const Vec3& X, std::span<double> w, std::span<Vec3> gradients) const noexcept;
+  /// What they can be over the ball of `radius` about X, `bounds` of size tissues(). Where regions of one tissue meet another
+  /// inside the ball, higher derivatives are not known: 10³⁰.
+  void bound(const Vec3& X, double radius, std::span<ShareBounds> bounds) const noexcept;
 
  private:
   std::vector<Part> parts_;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cmath>
 #include <optional>
 #include <string>
@@ -17,6 +18,8 @@ namespace brachy {
 //   inside(r)              the same for 0 ≤ r ≤ 1 only, exactly 0 at 1, without branches: a loop over it vectorises
 //   derivative(r)          ψ′(r), exactly 0 for r ≥ 1
 //   derivative_over_r(r)   ψ′(r)/r, what a gradient needs: ∇ψ(|x|/a) = (ψ′(r)/r) x/a²; finite at r = 0 for C² kernels
+//   inside_over_r(r)       the same for 0 ≤ r ≤ 1 only, without branches
+//   over_r_derivatives(r)  its first two derivatives for 0 < r < 1, from which the third derivatives of ψ(|x|) follow
 //   kMaxSlope              M = max|ψ′|: one landmark's field is injective iff a > M |d|
 // To add one: write its functor here, add it to Kernel below; the scene, the tools and the tests find it by kName.
 // Sources: H. Wendland, Adv. Comput. Math. 4 (1995) 389; M. D. Buhmann, Math. Comp. 70 (2001) 307; as used in the
@@ -44,6 +47,11 @@ struct Wendland30 {
   static T derivative_over_r(T r) {
     return r > T(0) ? derivative(r) / r : T(0);
   }
+  template <class T>
+  static T inside_over_r(T r) {
+    return T(-2) * (T(1) - r) / (r > T(1e-6) ? r : T(1e-6));
+  }
+  static std::array<double, 2> over_r_derivatives(double r) { return {2 / (r * r), -4 / (r * r * r)}; }
 };
 
 /// ψ3,1(r) = (1−r)⁴(4r+1), C².
@@ -66,8 +74,15 @@ struct Wendland31 {
   }
   template <class T>
   static T derivative_over_r(T r) {
+    return r < T(1) ? inside_over_r(r) : T(0);
+  }
+  template <class T>
+  static T inside_over_r(T r) {
     const T t = T(1) - r;
-    return r < T(1) ? T(-20) * t * t * t : T(0);
+    return T(-20) * t * t * t;
+  }
+  static std::array<double, 2> over_r_derivatives(double r) {
+    return {60 * (1 - r) * (1 - r), -120 * (1 - r)};
   }
 };
 
@@ -91,8 +106,16 @@ struct Wendland32 {
   }
   template <class T>
   static T derivative_over_r(T r) {
+    return r < T(1) ? inside_over_r(r) : T(0);
+  }
+  template <class T>
+  static T inside_over_r(T r) {
     const T t = T(1) - r, t2 = t * t;
-    return r < T(1) ? T(-56) / T(3) * (T(1) + T(5) * r) * t2 * t2 * t : T(0);
+    return T(-56) / T(3) * (T(1) + T(5) * r) * t2 * t2 * t;
+  }
+  static std::array<double, 2> over_r_derivatives(double r) {
+    const double t = 1 - r, t2 = t * t;
+    return {560 * r * t2 * t2, 560 * t2 * t * (1 - 5 * r)};
   }
 };
 
@@ -131,6 +154,13 @@ struct Buhmann {
     if (!(r < T(1))) return T(0);
     if (r <= T(0)) return T(-24);
     return r * (r * (T(48) * std::log(r) - T(72)) + T(96)) - T(24);
+  }
+  template <class T>
+  static T inside_over_r(T r) {
+    return r * (r * (T(48) * vector_log(r) - T(72)) + T(96)) - T(24);
+  }
+  static std::array<double, 2> over_r_derivatives(double r) {
+    return {96 * (r * std::log(r) - r + 1), 96 * std::log(r)};
   }
 };
 

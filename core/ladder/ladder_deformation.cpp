@@ -10,6 +10,7 @@
 #include "core/error.h"
 #include "core/ladder/ladder.h"
 #include "core/ladder/ladder_system.h"
+#include "core/ladder/matrix_condition.h"
 
 namespace brachy {
 namespace {
@@ -45,11 +46,14 @@ LadderDeformation::LadderDeformation(const Tissue& tissue, std::string_view rung
     point_cores_.assign(n, 1);
   }
 
+  const std::size_t rings = max_sources();
+  cells_.emplace(tissue, *near_, smooth_ ? &*smooth_ : nullptr, needle_radius_, options.target, rings);
   for (auto* v : {&positions_, &displacements_wanted_, &forces_}) v->reserve(n);
   rings_.reserve(n);
-  ring_forces_.reserve(n * NeedleRings::kMaxRingsBetween);
+  ring_forces_.reserve(rings);
   matrix_.resize(static_cast<Eigen::Index>(3 * n), static_cast<Eigen::Index>(3 * n));
   solution_.resize(static_cast<Eigen::Index>(3 * n));
+  scratch_.resize(static_cast<Eigen::Index>(3 * n), 3);
   std::iota(all_blocks_.begin(), all_blocks_.end(), 0u);
   for (auto& sources : sources_) sources.reserve(n * NeedleRings::kMaxRingsBetween * NeedleRings::kPoints);
 }
@@ -68,13 +72,14 @@ FactorStatus LadderDeformation::update(std::span<const Vec3> positions,
   }
   if (!same_positions) {
     is_factored_ = false;
-    if (const FactorStatus status = check_landmarks(positions); !status) return status;
+    const double duplicate = FactorStatus::kDuplicateDistance * needle_radius_;
+    if (const FactorStatus status = check_landmarks(positions, duplicate); !status) return status;
     positions_.assign(positions.begin(), positions.end());
     rings_.build(positions, point_cores_, needle_radius_);
     if (smooth_) smooth_->columns().place(positions.size(), rings_);
     assemble();
     ring_forces_.clear();
-    if (!factor()) return {FactorStatus::kNotPositiveDefinite};
+    if (const FactorStatus status = factor(); !status) return status;
     is_factored_ = true;
   }
   displacements_wanted_.assign(displacements.begin(), displacements.end());
@@ -114,11 +119,20 @@ void LadderDeformation::assemble() noexcept {
   if (smooth_) smooth_->columns().finish_matrix(K);
 }
 
-bool LadderDeformation::factor() noexcept {
+FactorStatus LadderDeformation::factor() noexcept {
   const auto n = static_cast<Eigen::Index>(3 * positions_.size());
-  if (n == 0) return true;
+  if (n == 0) {
+    condition_ = 1;
+    return {};
+  }
   Eigen::Ref<Eigen::MatrixXd> K = matrix_.topLeftCorner(n, n);
-  return Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>>(K).info() == Eigen::Success;
+  const double norm = symmetric_norm(K, scratch_.col(0).head(n));
+  if (Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>>(K).info() != Eigen::Success)
+    return {FactorStatus::kNotPositiveDefinite};
+  const double condition = norm * inverse_norm(K, scratch_.topRows(n));
+  const FactorStatus status = FactorStatus::of_condition(condition);
+  if (status) condition_ = condition;
+  return status;
 }
 
 void LadderDeformation::solve() noexcept {
@@ -173,6 +187,24 @@ void LadderDeformation::evaluate_block(std::uint32_t b, std::vector<NearSource>&
   else
     u = {};
   near_->add_to_block(b, rings_, ring_forces_, sources, u);
+}
+
+void LadderDeformation::rescale(double scale) noexcept {
+  for (auto* vectors : {&forces_, &displacements_wanted_})
+    for (Vec3& v : *vectors) v *= scale;
+  spread_forces();
+  evaluate();
+}
+
+double LadderDeformation::total_force_n() const {
+  Vec3 sum = Vec3::Zero();
+  for (const Vec3& f : forces_) sum += f;
+  return sum.norm();
+}
+
+const CellField& LadderDeformation::cells() noexcept {
+  cells_->set_field(rings_, ring_forces_);
+  return *cells_;
 }
 
 Vec3 LadderDeformation::displacement_at(const Vec3& X) const noexcept {

@@ -11,6 +11,7 @@
 #include "core/elastic/needle_rings.h"
 #include "core/field/tissue_field.h"
 #include "core/kernels/matrix_kernel.h"
+#include "core/ladder/ladder_cells.h"
 #include "core/ladder/near_field.h"
 #include "core/ladder/smooth_field.h"
 
@@ -43,12 +44,17 @@ class LadderDeformation : public TissueField {
                     const Options& options);
 
   FactorStatus update(std::span<const Vec3> positions, std::span<const Vec3> displacements) noexcept override;
+  void rescale(double scale) noexcept override;
   Evaluation evaluation() const override { return evaluation_; }
+  double condition() const override { return condition_; }
   std::span<const std::uint32_t> touched() const override { return touched_; }
   const BlockDisplacement<float>& displacement(std::uint32_t block) const override {
     return displacements_[block];
   }
   Vec3 displacement_at(const Vec3& X) const noexcept override;
+  const CellField& cells() noexcept override;
+  std::size_t max_sources() const override { return options_.max_landmarks * NeedleRings::kMaxRingsBetween; }
+  double total_force_n() const override;
   SimdTarget target() const override { return options_.target; }
 
   std::span<const Vec3> forces() const { return forces_; }  ///< on the landmarks, N, of the last update
@@ -57,7 +63,7 @@ class LadderDeformation : public TissueField {
 
  private:
   void assemble() noexcept;
-  bool factor() noexcept;
+  FactorStatus factor() noexcept;
   void solve() noexcept;
   void spread_forces() noexcept;
   void evaluate() noexcept;
@@ -68,14 +74,17 @@ class LadderDeformation : public TissueField {
   std::unique_ptr<const MatrixKernel> kernel_;
   std::optional<NearField> near_;
   std::optional<SmoothField> smooth_;  // the compact rungs have none
-  std::vector<double> point_cores_;    // > 0: the compact kernels see points
+  std::optional<LadderCells> cells_;
+  std::vector<double> point_cores_;  // > 0: the compact kernels see points
 
   std::vector<Vec3> positions_, displacements_wanted_, forces_;
   NeedleRings rings_;
   std::vector<Vec3> ring_forces_;  // near part
   Eigen::MatrixXd matrix_;         // K's lower triangle, then its factor
   Eigen::VectorXd solution_;
+  Eigen::MatrixXd scratch_;  // 3n × 3, for the condition number
   bool is_factored_ = false;
+  double condition_ = 1;
   Evaluation evaluation_ = Evaluation::kIdle;
 
   std::vector<std::uint32_t> all_blocks_;

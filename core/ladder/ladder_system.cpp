@@ -1,5 +1,9 @@
 #include "core/ladder/ladder_system.h"
 
+#include <limits>
+
+#include "core/ladder/matrix_condition.h"
+
 namespace brachy {
 namespace {
 
@@ -19,11 +23,11 @@ std::vector<Vec3> unstacked(const Eigen::VectorXd& all) {
 
 }  // namespace
 
-FactorStatus check_landmarks(std::span<const Vec3> positions) noexcept {
+FactorStatus check_landmarks(std::span<const Vec3> positions, double distance) noexcept {
   for (std::size_t i = 0; i < positions.size(); ++i) {
     if (!positions[i].allFinite()) return {FactorStatus::kNotFinite, static_cast<int>(i)};
     for (std::size_t j = 0; j < i; ++j)
-      if (positions[i] == positions[j])
+      if ((positions[i] - positions[j]).squaredNorm() <= distance * distance)
         return {FactorStatus::kDuplicate, static_cast<int>(j), static_cast<int>(i)};
   }
   return {};
@@ -31,12 +35,18 @@ FactorStatus check_landmarks(std::span<const Vec3> positions) noexcept {
 
 FactorStatus LadderSystem::factorize(std::span<const Vec3> positions, std::span<const double> cores) {
   groups_.clear();
-  if (const FactorStatus status = check_landmarks(positions); !status) return status;
+  condition_ = std::numeric_limits<double>::infinity();
+  if (const FactorStatus status = check_landmarks(positions, 0); !status) return status;
   PointGroups groups = kernel_.groups(positions, cores);
   matrix_ = kernel_.between(groups, groups);
   matrix_ = 0.5 * (matrix_ + matrix_.transpose()).eval();
   factor_.compute(matrix_);
   if (factor_.info() != Eigen::Success) return {FactorStatus::kNotPositiveDefinite};
+  Eigen::MatrixXd scratch(matrix_.rows(), 3);
+  condition_ = positions.empty()
+                   ? 1
+                   : symmetric_norm(matrix_, scratch.col(0)) * inverse_norm(factor_.matrixLLT(), scratch);
+  if (const FactorStatus status = FactorStatus::of_condition(condition_); !status) return status;
   groups_ = std::move(groups);
   return {};
 }

@@ -10,9 +10,10 @@
 
 namespace brachy {
 
-/// Whether landmarks at `positions` (n, mm) are finite and distinct: kNotFinite or kDuplicate name the first that is not.
+/// Whether landmarks at `positions` (n, mm) are finite and more than `distance` mm apart: kNotFinite or kDuplicate name the
+/// first that is not.
 /// Real-time: does not allocate.
-FactorStatus check_landmarks(std::span<const Vec3> positions) noexcept;
+FactorStatus check_landmarks(std::span<const Vec3> positions, double distance) noexcept;
 
 /// Landmarks solved with a kernel of the ladder, exactly and in double: factorize the landmarks, solve for the forces,
 /// evaluate anywhere. What `brachy deform` does; the daemon's ticks go through LadderDeformation.
@@ -22,7 +23,8 @@ class LadderSystem {
   /// The kernel must outlive this.
   explicit LadderSystem(const MatrixKernel& kernel) : kernel_(kernel) {}
 
-  /// Assembles and factors K for landmarks at rest positions (n, mm). Unless it returns kOk, there are no landmarks.
+  /// Assembles and factors K for landmarks at rest positions (n, mm); those at the very same place are duplicates. Unless
+  /// it returns kOk, there are no landmarks.
   FactorStatus factorize(std::span<const Vec3> positions, std::span<const double> cores = {});
 
   /// The landmarks' forces, N, that displace them by `displacements` (n, mm).
@@ -35,6 +37,8 @@ class LadderSystem {
   std::vector<double> jacobians(std::span<const Vec3> X, std::span<const Vec3> forces) const;
 
   std::size_t size() const { return groups_.size(); }
+  /// Of K, 1-norm, estimated from below; of what was last factorized. 1 for no landmarks.
+  double condition() const { return condition_; }
   const Eigen::MatrixXd& matrix() const { return matrix_; }  ///< K, 3n × 3n, mm/N
 
  private:
@@ -42,6 +46,7 @@ class LadderSystem {
   PointGroups groups_;
   Eigen::MatrixXd matrix_;
   Eigen::LLT<Eigen::MatrixXd> factor_;
+  double condition_ = 1;
 };
 
 }  // namespace brachy

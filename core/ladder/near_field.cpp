@@ -1,5 +1,6 @@
 #include "core/ladder/near_field.h"
 
+#include <limits>
 #include <numbers>
 
 #include "core/elastic/kelvin.h"
@@ -33,6 +34,7 @@ NearField::NearField(const Tissue& tissue, double scale, double needle_radius, S
 NearField::NearField(const Tissue& tissue, const ElasticKernel& kernel, double weight, SimdTarget target)
     : NearField(tissue, weight / kernel.body().shear_modulus, kernel.body().needle_radius, target) {
   elastic_ = &kernel;
+  kelvin_b_ = static_cast<float>(1 / (4 * (1 - kernel.body().poisson)));
 }
 
 NearField::NearField(const Tissue& tissue, const CompactKernel& kernel, double needle_radius,
@@ -56,29 +58,61 @@ Mat3 NearField::between(const NeedleRings& rings, const NeedleRings::Ring& a,
   return sum / static_cast<double>(a.count * b.count);
 }
 
-void NearField::add_to_block(std::uint32_t b, const NeedleRings& rings, std::span<const Vec3> ring_forces,
-                             std::vector<NearSource>& sources, BlockDisplacement<float>& u) const noexcept {
-  const Vec3& centre = blocks_.centres[b];
+void NearField::add_sources(const NeedleRings& rings, const NeedleRings::Ring& ring, bool as_one,
+                            const Vec3& force, const Vec3& centre,
+                            std::vector<NearSource>& sources) const noexcept {
   const double scale = elastic_ ? scale_ / (4 * std::numbers::pi) : scale_;
-  sources.clear();
   const auto add = [&](const Vec3& at, double s, const Vec3& f) {
     const Eigen::Vector3f p = (at - centre).cast<float>(), g = (scale * f).cast<float>();
     sources.push_back({p.x(), p.y(), p.z(), static_cast<float>(s), g.x(), g.y(), g.z(), 0});
   };
+  if (as_one) return add(ring.centre, ring.s, force);
+  for (const Vec3& p : rings.points(ring)) add(p, ring.s, force / static_cast<double>(ring.count));
+}
+
+void NearField::add_to_block(std::uint32_t b, const NeedleRings& rings, std::span<const Vec3> ring_forces,
+                             std::vector<NearSource>& sources, BlockDisplacement<float>& u) const noexcept {
+  sources.clear();
   for (std::size_t r = 0; r < ring_forces.size(); ++r) {
     const NeedleRings::Ring& ring = rings.rings()[r];
-    if (ring.count == 1 || squared_distance(ring.centre, tissue_.blocks[b]) > far_distance_ * far_distance_) {
-      add(ring.centre, ring.s, ring_forces[r]);
-    } else {
-      for (const Vec3& p : rings.points(ring))
-        add(p, ring.s, ring_forces[r] / static_cast<double>(ring.count));
-    }
+    const bool as_one =
+        ring.count == 1 || squared_distance(ring.centre, tissue_.blocks[b]) > far_distance_ * far_distance_;
+    add_sources(rings, ring, as_one, ring_forces[r], blocks_.centres[b], sources);
   }
   if (elastic_)
-    loops_.kelvin(blocks_.points[b], sources.data(), sources.size(),
-                  static_cast<float>(1 / (4 * (1 - elastic_->body().poisson))), u);
+    loops_.kelvin(blocks_.points[b], sources.data(), sources.size(), kelvin_b_, u);
   else
     loops_.compact(blocks_.points[b], sources.data(), sources.size(), shape_, u);
+}
+
+double NearField::reach() const {
+  return elastic_ ? std::numeric_limits<double>::infinity() : compact_->support();
+}
+
+NearBounds NearField::bounds() const {
+  // The compact kernel's gradient has its compliance in it already.
+  return elastic_ ? NearBounds(elastic_->body().poisson) : NearBounds(*compact_, 1 / compact_->compliance());
+}
+
+void NearField::add_gradients(const CellPoints& X, std::span<const NearSource> sources,
+                              CellGradients& A) const noexcept {
+  if (elastic_)
+    loops_.kelvin_gradients(X, sources.data(), sources.size(), kelvin_b_, A);
+  else
+    loops_.compact_gradients(X, sources.data(), sources.size(), shape_, A);
+}
+
+Mat3 NearField::gradient_at(const Vec3& X, const NeedleRings& rings,
+                            std::span<const Vec3> ring_forces) const noexcept {
+  Mat3 A = Mat3::Zero();
+  for (std::size_t r = 0; r < ring_forces.size(); ++r) {
+    const NeedleRings::Ring& ring = rings.rings()[r];
+    const Vec3 force = ring_forces[r] / static_cast<double>(ring.count);
+    for (const Vec3& p : rings.points(ring))
+      A += elastic_ ? Mat3(scale_ * kelvin_gradient(X - p, ring.s, elastic_->body().poisson, force))
+                    : compact_->gradient(X - p, force);
+  }
+  return A;
 }
 
 Vec3 NearField::displacement_at(const Vec3& X, const NeedleRings& rings,

@@ -7,6 +7,7 @@
 #include "core/elastic/elastic_kernel.h"
 #include "core/elastic/needle_rings.h"
 #include "core/ladder/centred_blocks.h"
+#include "core/ladder/near_bounds.h"
 #include "core/ladder/near_loops.h"
 #include "core/tissue/tissue.h"
 
@@ -38,6 +39,22 @@ class NearField {
   Vec3 displacement_at(const Vec3& X, const NeedleRings& rings,
                        std::span<const Vec3> ring_forces) const noexcept;
 
+  // For the certificate (ladder_cells.h):
+  bool is_far(double distance) const {
+    return distance > far_distance_;
+  }                      ///< a ring is its centre from there
+  double reach() const;  ///< mm, from where on a force displaces nothing
+  double scale() const { return scale_; }
+  NearBounds bounds() const;  ///< of a force times scale()
+  /// Adds the ring's points, or as one its centre, to `sources`, about `centre`.
+  void add_sources(const NeedleRings& rings, const NeedleRings::Ring& ring, bool as_one, const Vec3& force,
+                   const Vec3& centre, std::vector<NearSource>& sources) const noexcept;
+  /// A += ∇u by such sources.
+  void add_gradients(const CellPoints& X, std::span<const NearSource> sources,
+                     CellGradients& A) const noexcept;
+  /// ∇u at X by every ring's points.
+  Mat3 gradient_at(const Vec3& X, const NeedleRings& rings, std::span<const Vec3> ring_forces) const noexcept;
+
   std::size_t bytes() const { return blocks_.points.size() * sizeof(blocks_.points[0]); }
 
  private:
@@ -50,6 +67,7 @@ class NearField {
   CompactShape shape_;
   double scale_;         // of a force: ŵ/μ, over 4π for the loops
   double far_distance_;  // mm
+  float kelvin_b_ = 0;   // 1/(4(1 − ν))
   const NearLoops& loops_;
   CentredBlocks blocks_;
 };

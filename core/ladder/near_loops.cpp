@@ -88,6 +88,64 @@ BRACHY_INLINE void add_compact(const BlockPoints<float>& __restrict X, const Nea
   }
 }
 
+// u = φ f + χ x (x·f) has ∂u_i/∂x_j = P f_i x_j + Q (x_i f_j + δ_ij x·f) + S x_i x_j (x·f), P = φ′/r, Q = χ, S = χ′/r.
+BRACHY_INLINE void add_gradient(float x, float y, float z, const NearSource& p, float P, float Q, float S,
+                                std::size_t i, CellGradients& __restrict A) {
+  const float dot = x * p.fx + y * p.fy + z * p.fz, SD = S * dot, QD = Q * dot;
+  const float Px = P * x, Py = P * y, Pz = P * z, Qx = Q * x, Qy = Q * y, Qz = Q * z;
+  A.a[0][i] += p.fx * Px + Qx * p.fx + QD + SD * x * x;
+  A.a[1][i] += p.fx * Py + Qx * p.fy + SD * x * y;
+  A.a[2][i] += p.fx * Pz + Qx * p.fz + SD * x * z;
+  A.a[3][i] += p.fy * Px + Qy * p.fx + SD * y * x;
+  A.a[4][i] += p.fy * Py + Qy * p.fy + QD + SD * y * y;
+  A.a[5][i] += p.fy * Pz + Qy * p.fz + SD * y * z;
+  A.a[6][i] += p.fz * Px + Qz * p.fx + SD * z * x;
+  A.a[7][i] += p.fz * Py + Qz * p.fy + SD * z * y;
+  A.a[8][i] += p.fz * Pz + Qz * p.fz + QD + SD * z * z;
+}
+
+BRACHY_INLINE void add_kelvin_gradients(const CellPoints& __restrict X, const NearSource* __restrict sources,
+                                        std::size_t count, float b, CellGradients& __restrict A) {
+  for (std::size_t j = 0; j < count; ++j) {
+    const NearSource p = sources[j];
+    for (std::size_t i = 0; i < CellPoints::kCount; ++i) {
+      const float dx = X.x[i] - p.x, dy = X.y[i] - p.y, dz = X.z[i] - p.z;
+      const float i1 = vector_rsqrt(dx * dx + dy * dy + dz * dz + p.s), i2 = i1 * i1, i3 = i1 * i2;
+      add_gradient(dx, dy, dz, p, -i3 * ((1 - b) + 1.5f * p.s * i2), b * i3, -3 * b * i3 * i2, i, A);
+    }
+  }
+}
+
+BRACHY_INLINE void add_compact_gradients(const CellPoints& __restrict X, const NearSource* __restrict sources,
+                                         std::size_t count, const CompactShape& shape,
+                                         CellGradients& __restrict A) {
+  constexpr std::size_t n = CellPoints::kCount;
+  alignas(64) float dx[n], dy[n], dz[n], distance[n], P[n], Q[n], S[n];
+  for (std::size_t j = 0; j < count; ++j) {
+    const NearSource p = sources[j];
+    for (std::size_t i = 0; i < n; ++i) {
+      dx[i] = X.x[i] - p.x;
+      dy[i] = X.y[i] - p.y;
+      dz[i] = X.z[i] - p.z;
+      const float r2 = dx[i] * dx[i] + dy[i] * dy[i] + dz[i] * dz[i];
+      distance[i] = r2 * vector_rsqrt(r2 + 1e-30f);
+      P[i] = Q[i] = S[i] = 0;
+    }
+    for (std::size_t k = 0; k < shape.count; ++k) {
+      const float inverse = shape.inverse_radius[k], inverse2 = inverse * inverse, w = shape.w[k],
+                  v = shape.v[k];
+      for (std::size_t i = 0; i < n; ++i) {
+        const float r = distance[i] * inverse < 1.0f ? distance[i] * inverse : 1.0f;
+        const float t = 1 - r, t3 = t * t * t;
+        P[i] -= inverse2 * t3 * (20 * w + 60 * v * (1 - 2 * r));
+        Q[i] += 15 * inverse2 * v * t3 * t;
+        S[i] -= 60 * inverse2 * inverse2 * v * t3 / (r > 1e-6f ? r : 1e-6f);
+      }
+    }
+    for (std::size_t i = 0; i < n; ++i) add_gradient(dx[i], dy[i], dz[i], p, P[i], Q[i], S[i], i, A);
+  }
+}
+
 // 16 rows of four nodes, each a run of 12 floats: sums along the run, then x's weights.
 BRACHY_INLINE void interpolate_loop(const float* __restrict values, std::size_t row, std::size_t slice,
                                     const GridPoint* __restrict points, std::size_t count,
@@ -112,23 +170,32 @@ BRACHY_INLINE void axpy_loop(float a, const float* __restrict x, float* __restri
 }
 
 // NOLINTBEGIN(bugprone-macro-parentheses): an attribute or a template cannot stand in parentheses.
-#define BRACHY_NEAR_LOOPS(Name, Target)                                                                  \
-  struct Name {                                                                                          \
-    Target static void kelvin(const BlockPoints<float>& X, const NearSource* s, std::size_t n, float b,  \
-                              BlockDisplacement<float>& u) {                                             \
-      add_all(X, s, n, Kelvin{b}, u);                                                                    \
-    }                                                                                                    \
-    Target static void compact(const BlockPoints<float>& X, const NearSource* s, std::size_t n,          \
-                               const CompactShape& shape, BlockDisplacement<float>& u) {                 \
-      add_compact(X, s, n, shape, u);                                                                    \
-    }                                                                                                    \
-    Target static void interpolate(const float* values, std::size_t row, std::size_t slice,              \
-                                   const GridPoint* points, std::size_t count,                           \
-                                   BlockDisplacement<float>& u) {                                        \
-      interpolate_loop(values, row, slice, points, count, u);                                            \
-    }                                                                                                    \
-    Target static void axpy(float a, const float* x, float* y, std::size_t n) { axpy_loop(a, x, y, n); } \
-    static constexpr NearLoops kLoops = {kelvin, compact, interpolate, axpy};                            \
+#define BRACHY_NEAR_LOOPS(Name, Target)                                                                   \
+  struct Name {                                                                                           \
+    Target static void kelvin(const BlockPoints<float>& X, const NearSource* s, std::size_t n, float b,   \
+                              BlockDisplacement<float>& u) {                                              \
+      add_all(X, s, n, Kelvin{b}, u);                                                                     \
+    }                                                                                                     \
+    Target static void compact(const BlockPoints<float>& X, const NearSource* s, std::size_t n,           \
+                               const CompactShape& shape, BlockDisplacement<float>& u) {                  \
+      add_compact(X, s, n, shape, u);                                                                     \
+    }                                                                                                     \
+    Target static void kelvin_gradients(const CellPoints& X, const NearSource* s, std::size_t n, float b, \
+                                        CellGradients& A) {                                               \
+      add_kelvin_gradients(X, s, n, b, A);                                                                \
+    }                                                                                                     \
+    Target static void compact_gradients(const CellPoints& X, const NearSource* s, std::size_t n,         \
+                                         const CompactShape& shape, CellGradients& A) {                   \
+      add_compact_gradients(X, s, n, shape, A);                                                           \
+    }                                                                                                     \
+    Target static void interpolate(const float* values, std::size_t row, std::size_t slice,               \
+                                   const GridPoint* points, std::size_t count,                            \
+                                   BlockDisplacement<float>& u) {                                         \
+      interpolate_loop(values, row, slice, points, count, u);                                             \
+    }                                                                                                     \
+    Target static void axpy(float a, const float* x, float* y, std::size_t n) { axpy_loop(a, x, y, n); }  \
+    static constexpr NearLoops kLoops = {kelvin,      compact, kelvin_gradients, compact_gradients,       \
+                                         interpolate, axpy};                                              \
   }
 // NOLINTEND(bugprone-macro-parentheses)
 

@@ -6,6 +6,7 @@
 
 #include "core/field/block_kernels.h"
 #include "core/simd/simd_target.h"
+#include "core/stability/cell_loops.h"
 
 namespace brachy {
 
@@ -36,6 +37,11 @@ struct NearLoops {
   /// u += Σ_j [φ(r) I + …] f_j for a compact kernel; s is not read.
   void (*compact)(const BlockPoints<float>& X, const NearSource* sources, std::size_t count,
                   const CompactShape& shape, BlockDisplacement<float>& u);
+  /// A += the gradients of these two.
+  void (*kelvin_gradients)(const CellPoints& X, const NearSource* sources, std::size_t count, float b,
+                           CellGradients& A);
+  void (*compact_gradients)(const CellPoints& X, const NearSource* sources, std::size_t count,
+                            const CompactShape& shape, CellGradients& A);
   /// u = Σ_nodes weight · value for `count` points. Values are interleaved x, y, z, x fastest; `row` and `slice` are the
   /// numbers of floats to the next y and z. Four floats beyond a row may be read.
   void (*interpolate)(const float* values, std::size_t row, std::size_t slice, const GridPoint* points,

@@ -15,6 +15,14 @@ std::array<float, 4> cubic_weights(double t) {
           static_cast<float>(-a * b * d / 2), static_cast<float>(a * b * c / 6)};
 }
 
+std::array<float, 4> cubic_slopes(double t, double spacing) {
+  const double a = t, b = t - 1, c = t - 2, d = t - 3, h = 6 * spacing;
+  return {static_cast<float>(-(c * d + b * d + b * c) / h),
+          static_cast<float>((c * d + a * d + a * c) / (h / 3)),
+          static_cast<float>(-(b * d + a * d + a * b) / (h / 3)),
+          static_cast<float>((b * c + a * c + a * b) / h)};
+}
+
 struct Makeup {
   std::size_t main = 0;   // material of most points
   bool is_mixed = false;  // some inner point is of another
@@ -118,26 +126,42 @@ Vec3 RemainderTable::position(std::uint32_t node) const noexcept {
 }
 
 GridPoint RemainderTable::locate(const Vec3& X) const noexcept {
+  GridPoint slopes;
+  return locate(X, slopes);
+}
+
+GridPoint RemainderTable::locate(const Vec3& X, GridPoint& slopes) const noexcept {
   GridPoint p;
-  std::array<std::array<float, 4>*, 3> weights = {&p.wx, &p.wy, &p.wz};
+  slopes = {};
+  const std::array<std::array<float, 4>*, 3> weights = {&p.wx, &p.wy, &p.wz},
+                                             derivatives = {&slopes.wx, &slopes.wy, &slopes.wz};
   std::array<std::uint32_t, 3> first{};
   for (std::size_t k = 0; k < 3; ++k) {
     const std::vector<double>& planes = planes_[k];
     const double x = std::clamp(X[static_cast<Eigen::Index>(k)], planes.front(), planes.back());
     const auto cell = static_cast<std::uint32_t>(
         std::prev(std::upper_bound(planes.begin() + 1, planes.end() - 1, x)) - planes.begin());
-    const double t = (x - planes[cell]) / (planes[cell + 1] - planes[cell]);
+    const double spacing = planes[cell + 1] - planes[cell], t = (x - planes[cell]) / spacing;
     first[k] = std::clamp(cell, 1u, count_[k] - 3) - 1;
     const std::uint32_t node = cell - first[k];  // 0, 1 or 2 of the four
     if (is_linear_) {
       (*weights[k])[node] = static_cast<float>(1 - t);
       (*weights[k])[node + 1] = static_cast<float>(t);
+      (*derivatives[k])[node] = static_cast<float>(-1 / spacing);
+      (*derivatives[k])[node + 1] = static_cast<float>(1 / spacing);
     } else {
       *weights[k] = cubic_weights(node + t);
+      *derivatives[k] = cubic_slopes(node + t, spacing);
     }
   }
-  p.base = first[0] + count_[0] * (first[1] + count_[1] * first[2]);
+  p.base = slopes.base = first[0] + count_[0] * (first[1] + count_[1] * first[2]);
   return p;
+}
+
+bool RemainderTable::is_at_end(const Vec3& X, double within, std::size_t axis) const noexcept {
+  const double x = X[static_cast<Eigen::Index>(axis)];
+  const std::vector<double>& planes = planes_[axis];
+  return x - within < planes[1] || x + within > planes[planes.size() - 2];
 }
 
 void RemainderTable::add_column(std::uint32_t node, std::size_t axis, float weight,

@@ -30,6 +30,13 @@ class RemainderTable {
 
   /// Where X lies; a point outside is taken as the nearest one inside.
   GridPoint locate(const Vec3& X) const noexcept;
+  /// The same with `slopes` the derivatives of the weights, 1/mm.
+  GridPoint locate(const Vec3& X, GridPoint& slopes) const noexcept;
+  /// Whether the weights at X extrapolate along an axis from the middle of their nodes: in the grid's outermost cells.
+  bool is_at_end(const Vec3& X, double within, std::size_t axis) const noexcept;
+  const std::vector<double>& planes(std::size_t axis) const { return planes_[axis]; }
+  bool is_linear() const { return is_linear_; }
+  std::array<std::uint32_t, 3> counts() const { return count_; }
   /// The node (kx, ky, kz), each 0 … 3, of a located point's stencil.
   std::uint32_t node(const GridPoint& p, std::size_t kx, std::size_t ky, std::size_t kz) const {
     return p.base + static_cast<std::uint32_t>(kx + count_[0] * (ky + count_[1] * kz));

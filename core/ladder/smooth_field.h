@@ -37,16 +37,23 @@ class SmoothField {
   void interpolate(std::uint32_t b, BlockDisplacement<float>& u) const noexcept;
   void add_displacement_at(const Vec3& X, Vec3& u) const noexcept;  ///< u += the field at X, mm
 
+  Mat3 gradient_at(const Vec3& X) const noexcept;  ///< ∇ of the field between the table's nodes
+  /// Over a cube of half side `half` mm about X the gradient differs from that at X by at most this (nuclear norm).
+  double gradient_varies(const Vec3& X, double half) const noexcept;
+
   std::size_t bytes() const;
 
  private:
+  void measure_roughness() noexcept;
+
   double factor_between(double k_a, double k_b) const { return 2 / ((k_a + k_b) * table_.near_weight()); }
 
   RemainderTable table_;
   LandmarkColumns columns_;  // refers to table_
   const NearLoops& loops_;
   std::vector<float> node_field_;
-  std::vector<GridPoint> grid_points_;  // blocks × kBlockSize
+  double bend_ = 0, twist_ = 0, jump_ = 0;  // of the nodes' field: see measure_roughness
+  std::vector<GridPoint> grid_points_;      // blocks × kBlockSize
 };
 
 }  // namespace brachy

@@ -4,6 +4,8 @@
 #include <cassert>
 #include <cmath>
 
+#include "core/conditioning/norm_estimate.h"
+
 namespace brachy {
 namespace {
 
@@ -168,6 +170,42 @@ void LandmarkFactor::solve(int first) noexcept {
   for (double* plane : v.plane) std::fill(plane + n_, plane + panels(n_) * kRows, 0.0);
   loops_.forward(matrix(), n_, first, v);
   loops_.backward(matrix(), n_, v);
+}
+
+// ‖K‖₁ = max_i (L Lᵀ 1)_i, as no ψ is negative.
+double LandmarkFactor::norm() noexcept {
+  const PanelMatrix m = matrix();
+  double* sums = vectors().plane[0];  // Lᵀ 1
+  std::fill_n(sums, n_, 0.0);
+  const auto columns = [&](int I, auto&& visit) {
+    const int end = std::min((I + 1) * kRows, n_);
+    for (int j = panel_begins_[at(I)]; j < end; ++j) visit(m.panel(I)[j].row, sums[j]);
+  };
+  for (int I = 0; I < panels(n_); ++I)
+    columns(I, [](const double* row, double& sum) {
+      double s[kRows / 2];  // a tree: a chain of additions waits for each
+      for (int i = 0; i < 8; ++i) s[i] = row[i] + row[i + 8];
+      for (int i = 0; i < 4; ++i) s[i] += s[i + 4];
+      sum += s[0] + s[1] + (s[2] + s[3]);
+    });
+  double largest = 0;
+  for (int I = 0; I < panels(n_); ++I) {
+    double rows[kRows] = {};
+    columns(I, [&](const double* row, double sum) {
+      for (int i = 0; i < kRows; ++i) rows[i] += row[i] * sum;
+    });
+    largest = std::max(largest, *std::max_element(rows, rows + kRows));
+  }
+  return largest;
+}
+
+double LandmarkFactor::condition() noexcept {
+  if (n_ == 0) return 1;
+  const double norm_of_K = norm();
+  const PanelVectors x = vectors();
+  return norm_of_K *
+         estimate_inverse_norm(
+             at(n_), x.plane, [&](std::size_t row) { return inverse_diagonal_[row]; }, [&] { solve(); });
 }
 
 }  // namespace brachy

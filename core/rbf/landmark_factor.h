@@ -47,6 +47,9 @@ class LandmarkFactor {
   /// vectors = K⁻¹ vectors, which are zero before row `first`.
   void solve(int first = 0) noexcept;
 
+  /// ‖K‖₁ times an estimate of ‖K⁻¹‖₁ (norm_estimate.h): at most 3 solves, and overwrites the vectors. 1 without rows.
+  double condition() noexcept;
+
  private:
   static std::size_t at(int row) { return static_cast<std::size_t>(row); }
   static int panels(int n) { return (n + PanelMatrix::kRows - 1) / PanelMatrix::kRows; }
@@ -55,6 +58,7 @@ class LandmarkFactor {
   void place(int row, const Vec3& p) noexcept;
   void place_far(int row) noexcept;
   void update_panel_begins(int first_panel) noexcept;
+  double norm() noexcept;
   void load_column(int column, int from_row, std::span<const int> begins, double* values) noexcept;
   void store_column(int column, int from_row, int end_row, const double* values) noexcept;
 

@@ -85,7 +85,7 @@ FactorStatus RbfSystem::refactorize(std::span<const Vec3> positions) noexcept {
 }
 
 FactorStatus RbfSystem::factor_rows(int first_row) noexcept {
-  const double duplicate = kDuplicateDistance * support_radius_;
+  const double duplicate = FactorStatus::kDuplicateDistance * support_radius_;
   FactorStatus status;
   if (factor_.assemble(first_row) < duplicate * duplicate)
     status = find_duplicate();
@@ -97,7 +97,7 @@ FactorStatus RbfSystem::factor_rows(int first_row) noexcept {
 
 // Which two: looked for only once it is known that there are some.
 FactorStatus RbfSystem::find_duplicate() const noexcept {
-  const double least = kDuplicateDistance * support_radius_;
+  const double least = FactorStatus::kDuplicateDistance * support_radius_;
   for (std::size_t j = 0; j < positions_.size(); ++j)
     for (std::size_t i = j + 1; i < positions_.size(); ++i)
       if ((positions_[i] - positions_[j]).squaredNorm() < least * least)
@@ -110,7 +110,8 @@ FactorStatus RbfSystem::append(const Vec3& position) noexcept {
   const int n = size();
   if (!position.allFinite()) return {FactorStatus::kNotFinite, n, -1};
   for (int i = 0; i < n; ++i)
-    if ((positions_[static_cast<std::size_t>(i)] - position).norm() < kDuplicateDistance * support_radius_)
+    if ((positions_[static_cast<std::size_t>(i)] - position).norm() <
+        FactorStatus::kDuplicateDistance * support_radius_)
       return {FactorStatus::kDuplicate, i, n};
   if (!factor_.append(position, is_sparse_ ? factor_.first_neighbour(position) : 0))
     return {FactorStatus::kNotPositiveDefinite, -1, -1};

@@ -10,7 +10,7 @@ namespace brachy {
 /// Errors: UserError where a region's file cannot be used or a region leaves the box.
 ElasticBody load_body(const Scene& scene);
 
-/// One region's shape and modulus, without one the tissue's. Errors: UserError where its file cannot be used.
-std::shared_ptr<const Region> load_region(const Scene& scene, const RegionSettings& settings);
+/// The surface of a region of shape "mesh", closed and outward. Errors: UserError where its file cannot be used.
+SurfaceMesh load_region_mesh(const Scene& scene, const RegionSettings& settings);
 
 }  // namespace brachy

@@ -19,14 +19,18 @@ struct Kind {
   bool operator==(const Kind&) const = default;
 };
 
+std::shared_ptr<const RegionDistance> load_distance(const Scene& scene, const RegionSettings& s) {
+  if (s.shape != "mesh") return std::make_shared<EllipsoidDistance>(s.centre_mm, s.semi_axes_mm);
+  return std::make_shared<SampledDistance>(SurfaceBvh(load_region_mesh(scene, s)), s.blend_mm);
+}
+
 /// Every region's membership in kinds[0], which is what lies in no region, or one that is appended here.
 Membership sort_regions(const Scene& scene, bool by_modulus, std::vector<Kind>& kinds) {
   std::vector<Membership::Part> parts;
   for (const RegionSettings& settings : scene.regions) {
-    const auto region = load_region(scene, settings);
     const bool has_modulus = by_modulus && settings.shear_modulus_kpa;
     const Kind kind{*settings.support_radius_mm,
-                    has_modulus ? region->shear_modulus : kinds.front().shear_modulus};
+                    has_modulus ? 1e-3 * *settings.shear_modulus_kpa : kinds.front().shear_modulus};
     auto at = std::ranges::find(kinds, kind);
     if (at == kinds.end()) {
       if (kinds.size() == Membership::kMaxTissues)
@@ -34,7 +38,8 @@ Membership sort_regions(const Scene& scene, bool by_modulus, std::vector<Kind>& 
                              " tissues; give some regions the same support_radius_mm");
       at = kinds.insert(at, kind);
     }
-    parts.push_back({region, settings.blend_mm, static_cast<std::size_t>(at - kinds.begin())});
+    parts.push_back(
+        {load_distance(scene, settings), settings.blend_mm, static_cast<std::size_t>(at - kinds.begin())});
   }
   return {std::move(parts), kinds.size()};
 }

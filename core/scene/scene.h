@@ -10,6 +10,7 @@
 #include "core/contact/contact_settings.h"
 #include "core/math/rigid_transform.h"
 #include "core/rbf/anchors.h"
+#include "core/stability/guard_settings.h"
 
 namespace brachy {
 
@@ -41,7 +42,9 @@ struct BoxSettings {
 
 /// A part of the tissue with a modulus or a support radius of its own, or both; a later one lies over an earlier one.
 struct RegionSettings {
-  static constexpr double kBlendMm = 5;  ///< of blend_mm; less where the region is narrower
+  /// Of blend_mm; less where the region is narrower. A push of up to 3.3 mm does not fold it (Membership::kMaxSlope): the
+  /// default capsule gives way at 3.
+  static constexpr double kBlendMm = 8;
 
   std::string shape = "ellipsoid";  ///< ellipsoid (axes along x, y, z), sphere, or mesh
   Vec3 centre_mm = Vec3::Zero();
@@ -119,6 +122,7 @@ struct Scene {
   BoxSettings box;
   std::vector<RegionSettings> regions;
   ModelSettings model;
+  GuardSettings stability;
   Anchors::Options anchors;
   NeedleSettings needle;
   ContactSettings contact;

@@ -124,6 +124,12 @@ void read_region(TomlTable t, RegionSettings& s) {
   s.blend_mm = widest;
 }
 
+void read_stability(TomlTable t, GuardSettings& s) {
+  t.text("policy", s.policy, {"flag", "clamp", "substep"});
+  t.integer("max_substeps", s.max_substeps, 1, 64);
+  t.refuse_unknown();
+}
+
 void read_anchors(TomlTable t, Anchors::Options& s) {
   t.integer("count", s.count, 0, 64);
   t.number("lambda_rest", s.lambda_rest, 0.01, 0.99);
@@ -226,6 +232,7 @@ Scene parse_scene(std::string_view text, const std::string& name) {
   read_box(top.table("box"), scene.box);
   for (TomlTable& region : top.tables("region")) read_region(region, scene.regions.emplace_back());
   read_model(top.table("model"), scene.regions, scene.model);
+  read_stability(top.table("stability"), scene.stability);
   read_anchors(top.table("anchors"), scene.anchors);
   read_needle(top.table("needle"), scene.needle);
   read_contact(top.table("contact"), scene.contact, scene.needle.length_mm);

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "core/conditioning/landmark_hygiene.h"
 #include "core/error.h"
 #include "core/field/deformation.h"
 #include "core/heterogeneous/heterogeneous_deformation.h"
@@ -15,12 +16,9 @@
 namespace brachy {
 namespace {
 
-const Scene& check(const Scene& scene, const Tissue& tissue) {
+const Scene& check(const Scene& scene) {
   if (scene.model.kernel == "auto")
     throw UserError("model.kernel is still \"auto\"; the scene has to go through with_choice first");
-  if (scene.anchors.count > tissue.surface_count)
-    throw UserError("anchors.count is " + std::to_string(scene.anchors.count) + " but the surface has only " +
-                    std::to_string(tissue.surface_count) + " vertices; lower anchors.count");
   return scene;
 }
 
@@ -33,47 +31,61 @@ std::size_t max_landmarks(const Scene& scene) {
   return static_cast<std::size_t>(scene.contact.max_landmarks) + scene.anchors.count;
 }
 
-std::unique_ptr<TissueField> make_field(const Scene& scene, const Tissue& tissue) {
+std::unique_ptr<GuardedField> make_field(const Scene& scene, const Tissue& tissue) {
   const SimdTarget target = resolve_simd_target(scene.engine.simd);
   const std::size_t landmarks = max_landmarks(scene);
   const BlockField::Options options{
       .target = target, .threads = scene.engine.threads, .max_landmarks = landmarks};
   const std::string& rung = scene.model.kernel;
   const bool heterogeneous = has_supports(scene, rung);
+  std::unique_ptr<TissueField> field;
+  std::unique_ptr<Composition> composition;
   if (is_matrix_rung(rung)) {
     const ElasticBody body = load_body(scene);
-    if (!heterogeneous)
-      return std::make_unique<LadderDeformation>(
+    if (heterogeneous) {
+      require_in_box(tissue, body);
+      field = std::make_unique<HeterogeneousDeformation<CompactKernels>>(
+          tissue, load_compact_tissues(scene, *find_compact_rung(rung), body), options);
+    } else {
+      field = std::make_unique<LadderDeformation>(
           tissue, rung, body,
           LadderDeformation::Options{
               .target = target, .threads = scene.engine.threads, .max_landmarks = landmarks});
-    require_in_box(tissue, body);
-    return std::make_unique<HeterogeneousDeformation<CompactKernels>>(
-        tissue, load_compact_tissues(scene, *find_compact_rung(rung), body), options);
+    }
+  } else {
+    const Kernel kernel = *find_kernel(rung);
+    const double radius = scene.model.support_radius_mm;
+    if (heterogeneous) {
+      field = std::make_unique<HeterogeneousDeformation<ScalarKernels>>(
+          tissue, load_scalar_tissues(scene, kernel, radius), options);
+    } else {
+      field = std::make_unique<Deformation>(tissue, kernel, radius, options);
+      composition = std::make_unique<Composition>(tissue, kernel, radius, target, landmarks,
+                                                  static_cast<std::size_t>(scene.stability.max_substeps));
+    }
   }
-  const Kernel psi = *find_kernel(rung);
-  const double support = scene.model.support_radius_mm;
-  if (heterogeneous)
-    return std::make_unique<HeterogeneousDeformation<ScalarKernels>>(
-        tissue, load_scalar_tissues(scene, psi, support), options);
-  return std::make_unique<Deformation>(tissue, psi, support, options);
-}
-
-// Anchors stand in for what holds the tissue where a kernel knows nothing of it; the matrix rungs know.
-Anchors::Options anchor_options(const Scene& scene) {
-  Anchors::Options options = scene.anchors;
-  if (is_matrix_rung(scene.model.kernel)) options.count = 0;
-  return options;
+  return std::make_unique<GuardedField>(tissue, std::move(field), std::move(composition), scene.stability,
+                                        landmarks);
 }
 
 }  // namespace
 
+// Anchors stand in for what holds the tissue where a kernel knows nothing of it; the matrix rungs know.
+Anchors make_anchors(const Scene& scene, const Tissue& tissue) {
+  if (scene.anchors.count > tissue.surface_count)
+    throw UserError("anchors.count is " + std::to_string(scene.anchors.count) + " but the surface has only " +
+                    std::to_string(tissue.surface_count) + " vertices; lower anchors.count");
+  Anchors::Options options = scene.anchors;
+  if (is_matrix_rung(scene.model.kernel)) options.count = 0;
+  return {{tissue.rest_vertices.data(), tissue.surface_count}, options};
+}
+
 Simulator::Simulator(const Scene& scene, Tissue tissue)
     : tissue_(std::move(tissue)),
       surface_(surface_of(tissue_)),
-      period_s_(check(scene, tissue_).period_s()),
+      period_s_(check(scene).period_s()),
       contact_(surface_, scene.needle, scene.contact),
-      anchors_({tissue_.rest_vertices.data(), tissue_.surface_count}, anchor_options(scene)),
+      anchors_(make_anchors(scene, tissue_)),
       anchor_clearance_(scene.anchors.clearance_mm),
       field_(make_field(scene, tissue_)),
       block_ticks_(tissue_.blocks.size()),
@@ -129,12 +141,27 @@ void Simulator::gather_landmarks(const NeedlePose& pose) noexcept {
 
 void Simulator::deform() noexcept {
   changed_[tick_ % kChangeHistory].clear();
-  if (!field_->update(positions_, displacements_)) {
+  if (!solve()) {
     flags_ |= kStepSolveFailed;  // the last field stands
     return;
   }
+  flags_ |= field_->flags();
   ++evaluation_counts_[static_cast<std::size_t>(field_->evaluation())];
   if (field_->evaluation() != Evaluation::kIdle) apply_field();
+}
+
+// The tick's landmarks, or what is left of them once those are out that keep them from being solved.
+FactorStatus Simulator::solve() noexcept {
+  FactorStatus status = field_->update(positions_, displacements_);
+  if (status) return status;
+  LandmarkMender mender(positions_, displacements_, positions_.size() - contact_.positions().size());
+  while (!status) {
+    const Mended mended = mender.mend(status);
+    if (mended == Mended::kNothing) break;
+    flags_ |= mended == Mended::kMerged ? kStepMerged : kStepDropped;
+    status = field_->update(positions_, displacements_);
+  }
+  return status;
 }
 
 // Blocks in reach take their displacement; those that were displaced and are out of reach now go back to rest. No other
@@ -209,6 +236,8 @@ void Simulator::write(const NeedlePose& pose, MeshState& state) noexcept {
   state.needle.landmark_count = static_cast<std::uint32_t>(positions_.size());
   state.needle.puncture_count = contact_.puncture_count();
   state.step_flags = flags_;
+  state.certificate = field_->certificate();
+  state.certificate.condition = field_->condition();
   state.max_displacement_mm = max_displacement_;
   state.moved_vertices = moved_vertices_;
 }

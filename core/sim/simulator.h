@@ -5,14 +5,18 @@
 #include <vector>
 
 #include "core/contact/needle_contact.h"
-#include "core/field/tissue_field.h"
 #include "core/rbf/anchors.h"
 #include "core/scene/scene.h"
 #include "core/sim/mesh_state.h"
+#include "core/stability/guarded_field.h"
 #include "core/surface/surface_bvh.h"
 #include "core/tissue/tissue.h"
 
 namespace brachy {
+
+/// The scene's anchors at rest in `tissue`: none where the kernel knows what holds the tissue. Throws UserError where
+/// the scene has more of them than the surface has vertices.
+Anchors make_anchors(const Scene& scene, const Tissue& tissue);
 
 /// The simulation: pose → contact → landmarks → solve → field → mesh state, one tick a call.
 ///
@@ -45,6 +49,7 @@ class Simulator {
  private:
   void gather_landmarks(const NeedlePose& pose) noexcept;
   void deform() noexcept;
+  FactorStatus solve() noexcept;
   void apply_field() noexcept;
   bool apply_block(std::uint32_t b) noexcept;
   void write(const NeedlePose& pose, MeshState& state) noexcept;
@@ -55,7 +60,7 @@ class Simulator {
   NeedleContact contact_;
   Anchors anchors_;
   double anchor_clearance_;
-  std::unique_ptr<TissueField> field_;
+  std::unique_ptr<GuardedField> field_;
 
   std::uint64_t tick_ = 0;
   std::uint32_t flags_ = 0;

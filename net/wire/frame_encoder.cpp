@@ -81,6 +81,7 @@ void encode_frame(const MeshState& state, const std::vector<Block>& blocks, std:
     const float* first = state.deformed_vertices.data() + 3 * std::size_t{range.first};
     frame.positions.insert(frame.positions.end(), first, first + 3 * std::size_t{range.count});
   }
+  frame.certificate = state.certificate;
   frame.has_pose_history = request.pose_history;
   if (request.pose_history) frame.pose_history = poses_after(state, request.after_tick);
   encode_body(frame, out);

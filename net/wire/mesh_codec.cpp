@@ -10,6 +10,7 @@ constexpr std::uint32_t kFrameFull = 1;      // bit of the FRAME's own flags
 constexpr std::size_t kNeedleBytes = 116;    // wire size of one needle record
 constexpr std::size_t kTickPoseBytes = 104;  // wire size of one POSE_HISTORY entry
 constexpr std::size_t kPointBytes = 12;      // three f32
+constexpr std::size_t kCertificateBytes = 80;
 
 void write_needle(ByteWriter& writer, const NeedleRecord& needle) {
   writer.u16(needle.id);
@@ -58,6 +59,51 @@ std::uint64_t read_ranges(ByteReader& reader, FrameMessage& message) {
   return points;
 }
 
+void write_section_head(ByteWriter& writer, FrameSection id, std::size_t length) {
+  writer.u16(static_cast<std::uint16_t>(id));
+  writer.u16(0);
+  writer.u32(static_cast<std::uint32_t>(length));
+}
+
+void write_certificate(ByteWriter& writer, const Certificate& certificate) {
+  write_section_head(writer, FrameSection::kCertificate, kCertificateBytes);
+  writer.u8(static_cast<std::uint8_t>(certificate.verdict));
+  for (int reserved = 0; reserved < 3; ++reserved) writer.u8(0);
+  writer.u32(certificate.substeps);
+  writer.f64(certificate.det_bound);
+  writer.f64(certificate.vertex_det);
+  for (int axis = 0; axis < 3; ++axis) writer.f64(certificate.place(axis));
+  writer.f64(certificate.margin_mm);
+  writer.f64(certificate.held_mm);
+  writer.f64(certificate.held_n);
+  writer.f64(certificate.condition);
+}
+
+/// A verdict of a later version stays as it is, like a contact state: its name is "unknown".
+Certificate read_certificate(ByteReader& reader) {
+  Certificate certificate;
+  certificate.verdict = static_cast<Verdict>(reader.u8());
+  reader.take(3);
+  certificate.substeps = reader.u32();
+  certificate.det_bound = reader.f64();
+  certificate.vertex_det = reader.f64();
+  for (int axis = 0; axis < 3; ++axis) certificate.place(axis) = reader.f64();
+  certificate.margin_mm = reader.f64();
+  certificate.held_mm = reader.f64();
+  certificate.held_n = reader.f64();
+  certificate.condition = reader.f64();
+  return certificate;
+}
+
+void write_pose_history(ByteWriter& writer, const std::vector<TickPose>& history) {
+  write_section_head(writer, FrameSection::kPoseHistory, 4 + kTickPoseBytes * history.size());
+  writer.u32(static_cast<std::uint32_t>(history.size()));
+  for (const TickPose& entry : history) {
+    writer.u64(entry.tick);
+    writer.pose(entry.X_WN);
+  }
+}
+
 void read_pose_history(ByteReader& reader, FrameMessage& message) {
   const std::uint32_t count = reader.u32();
   message.has_pose_history = true;
@@ -75,8 +121,9 @@ void read_pose_history(ByteReader& reader, FrameMessage& message) {
 }  // namespace
 
 void encode_body(const FrameMessage& message, Bytes& out) {
-  out.reserve(out.size() + 128 + kNeedleBytes * message.needles.size() + 8 * message.ranges.size() +
-              4 * message.positions.size() + kTickPoseBytes * message.pose_history.size());
+  out.reserve(out.size() + 128 + kCertificateBytes + kNeedleBytes * message.needles.size() +
+              8 * message.ranges.size() + 4 * message.positions.size() +
+              kTickPoseBytes * message.pose_history.size());
   ByteWriter writer(out);
   writer.u64(message.topology_hash);
   writer.u64(message.tick);
@@ -105,20 +152,10 @@ void encode_body(const FrameMessage& message, Bytes& out) {
   }
   assert(message.positions.size() == 3 * points);
   writer.floats(message.positions);
-  if (!message.has_pose_history) {
-    write_no_sections(writer);
-    return;
-  }
-  writer.u16(1);
+  writer.u16(static_cast<std::uint16_t>((message.certificate ? 1 : 0) + (message.has_pose_history ? 1 : 0)));
   writer.u16(0);
-  writer.u16(static_cast<std::uint16_t>(FrameSection::kPoseHistory));
-  writer.u16(0);
-  writer.u32(static_cast<std::uint32_t>(4 + kTickPoseBytes * message.pose_history.size()));
-  writer.u32(static_cast<std::uint32_t>(message.pose_history.size()));
-  for (const TickPose& entry : message.pose_history) {
-    writer.u64(entry.tick);
-    writer.pose(entry.X_WN);
-  }
+  if (message.certificate) write_certificate(writer, *message.certificate);
+  if (message.has_pose_history) write_pose_history(writer, message.pose_history);
 }
 
 DecodeResult decode_body(std::span<const std::byte> body, FrameMessage& message) {
@@ -149,15 +186,19 @@ DecodeResult decode_body(std::span<const std::byte> body, FrameMessage& message)
   const std::uint64_t points = read_ranges(reader, message);
   if (reader.fits(points, kPointBytes)) reader.floats(3 * points, message.positions);
 
+  message.certificate.reset();
   message.has_pose_history = false;
   message.pose_history.clear();
-  std::string_view section_reason;
   read_sections(reader, [&](std::uint16_t id, std::span<const std::byte> payload) {
-    if (id != static_cast<std::uint16_t>(FrameSection::kPoseHistory)) return;
     ByteReader section(payload);
-    read_pose_history(section, message);
-    section_reason = section.finish();
-    if (!section_reason.empty()) reader.fail(section_reason);
+    if (id == static_cast<std::uint16_t>(FrameSection::kCertificate)) {
+      message.certificate = read_certificate(section);
+    } else if (id == static_cast<std::uint16_t>(FrameSection::kPoseHistory)) {
+      read_pose_history(section, message);
+    } else {
+      return;
+    }
+    if (const std::string_view reason = section.finish(); !reason.empty()) reader.fail(reason);
   });
   const std::string_view reason = reader.finish();
   return reason.empty() ? DecodeResult::good() : DecodeResult::bad(reason);

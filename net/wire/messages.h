@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -122,13 +123,15 @@ struct FrameMessage {
   std::uint32_t point_count = 0;
   std::uint32_t moved_vertices = 0;
   std::vector<NeedleRecord> needles;
-  std::vector<PointRange> ranges;      ///< ascending, disjoint, not empty
-  std::vector<float> positions;        ///< 3 per point of the ranges, in order; world frame, mm
-  bool has_pose_history = false;       ///< the section was there (it may be empty)
+  std::vector<PointRange> ranges;  ///< ascending, disjoint, not empty
+  std::vector<float> positions;    ///< 3 per point of the ranges, in order; world frame, mm
+  std::optional<Certificate>
+      certificate;                ///< of the tick's field; none: the section was not there, nothing is known
+  bool has_pose_history = false;  ///< the section was there (it may be empty)
   std::vector<TickPose> pose_history;  ///< ascending ticks
 };
 
-/// Sections of a FRAME. 1 to 3 are reserved until their issues lay them out: absent means "not known", not zero.
+/// Sections of a FRAME. 1 and 2 are reserved until their issues lay them out. Absent means "not known", not zero.
 enum class FrameSection : std::uint16_t { kForce = 1, kSeeds = 2, kCertificate = 3, kPoseHistory = 4 };
 
 struct PoseMessage {

@@ -55,6 +55,12 @@ TEST_F(Brachyd, SaysItsAddressThenRunsForItsDurationAndSumsUp) {
   }
   EXPECT_EQ(json.at("max_disp_mm"), 0);
   EXPECT_EQ(json.at("moved"), 0);
+  // At rest every tick is certified, and nothing guards it.
+  EXPECT_EQ(json.at("ticks_injective"), json.at("ticks"));
+  EXPECT_EQ(json.at("ticks_substepped"), 0);
+  EXPECT_EQ(json.at("min_det_bound"), 1);
+  EXPECT_EQ(json.at("nonfinite"), 0);
+  EXPECT_LE(json.at("longest_overrun").get<int>(), json.at("overruns").get<int>());
   EXPECT_EQ(json.at("poses_accepted"), 0);
   EXPECT_EQ(json.at("control_ticks"), 0);
   EXPECT_FALSE(json.at("realtime").get<std::string>().empty());

@@ -313,6 +313,103 @@ TEST_F(Deform, RefusesSingularLandmarksWithThree) {
   EXPECT_FALSE(std::filesystem::exists(out));
 }
 
+// The supports and the spacing that the refusal names do.
+TEST_F(Deform, ARefusalNamesSupportsThatWouldDo) {
+  std::vector<Row> row;
+  for (int i = 0; i < 12; ++i) row.push_back({0, 0, 0.02 * i, 0.01, 0, 0});
+  const Ended ended = deform(landmarks(row), points(kTwoPoints), {"--kernel", "psi32"}, "40");
+  ASSERT_TRUE(exited(ended, 3));
+  const auto after = [&](const std::string& words) {
+    const std::size_t at = ended.err.find(words);
+    return at == std::string::npos ? 0 : std::stod(ended.err.substr(at + words.size()));
+  };
+  const double support = after("supports up to "), spacing = after("thinned to ");
+  EXPECT_GT(support, 0.02) << ended.err;
+  EXPECT_GT(spacing, 0.02) << ended.err;
+  EXPECT_TRUE(
+      exited(deform(landmarks(row), points(kTwoPoints), {"--kernel", "psi32"}, csv_number(support)), 0));
+  EXPECT_TRUE(exited(
+      deform(landmarks(row), points(kTwoPoints), {"--kernel", "psi32"}, csv_number(1.05 * support)), 3));
+  std::vector<Row> thin;
+  for (const Row& landmark : row)
+    if (thin.empty() || landmark[2] - thin.back()[2] >= spacing) thin.push_back(landmark);
+  EXPECT_GT(thin.size(), 1u);
+  EXPECT_TRUE(exited(deform(landmarks(thin), points(kTwoPoints), {"--kernel", "psi32"}, "40"), 0));
+}
+
+// The paper's rule, K_ij = ψ(|p_i − p_j| / a_j): exactly singular here (DESIGN §2), regular some percent beside it.
+TEST_F(Deform, ASupportOfTheLandmarksOwnIsThePapersRule) {
+  const auto triple = [&](double h, double share) {
+    const double a = 4 * h, b = share * 11.660167858376596 * h;
+    return folder.write("T.csv",
+                        to_csv("x,y,z,dx,dy,dz,support",
+                               {{0, 0, 0, 1, 0, 0, a}, {0, 0, h, 0, 1, 0, b}, {0, 0, 2 * h, 0, 0, 1, a}}));
+  };
+  const auto run = [&](const std::string& file, const std::vector<Row>& at) {
+    return run_brachy({"deform", "--landmarks", file, "--points", points(at), "--out", out, "--json"});
+  };
+  for (const double h : {0.1, 1.0, 3.0}) {
+    const Ended singular = run(triple(h, 1), kTwoPoints);
+    ASSERT_TRUE(exited(singular, 3));
+    ASSERT_EQ(lines_of(singular.err).size(), 1u) << singular.err;
+    EXPECT_NE(singular.err.find("condition number"), std::string::npos) << singular.err;
+    EXPECT_NE(singular.err.find("1e+12"), std::string::npos) << singular.err;
+    EXPECT_FALSE(std::filesystem::exists(out));
+
+    const Ended solved = run(triple(h, 1.04), {{0, 0, 0}, {0, 0, h}, {0, 0, 2 * h}, {0, 0, -4 * h}});
+    ASSERT_TRUE(exited(solved, 0));
+    EXPECT_GT(json_of(solved).at("condition").get<double>(), 30);
+    const auto lines = lines_of(read_file(out));
+    ASSERT_EQ(lines.size(), 5u);
+    for (std::size_t i = 0; i < 3; ++i)
+      for (std::size_t k = 0; k < 3; ++k)
+        EXPECT_NEAR(std::stod(cells_of(lines[1 + i])[3 + k]), i == k, 1e-12) << lines[1 + i];
+    std::filesystem::remove(out);
+  }
+}
+
+TEST_F(Deform, SupportsOfTheirOwnThatAreAllTheSameAreTheCommonOne) {
+  std::mt19937 random(6);
+  const std::vector<Row> given = well_separated(12, 12, random);
+  const std::string p = points(points_around(given, 12, random));
+  ASSERT_TRUE(exited(deform(landmarks(given), p), 0));
+  const auto common = lines_of(read_file(out));
+  std::vector<Row> own = given;
+  for (Row& row : own) row.push_back(12);
+  own[3].back() = 0;  // takes --support
+  ASSERT_TRUE(exited(deform(folder.write("S.csv", to_csv("x,y,z,dx,dy,dz,support", own)), p), 0));
+  const auto lines = lines_of(read_file(out));
+  ASSERT_EQ(lines.size(), common.size());
+  for (std::size_t i = 1; i < lines.size(); ++i)
+    for (std::size_t k = 3; k < 6; ++k)
+      EXPECT_NEAR(std::stod(cells_of(lines[i])[k]), std::stod(cells_of(common[i])[k]), 1e-12);
+}
+
+TEST_F(Deform, RefusesSupportsItCannotUse) {
+  const auto own = [&](const std::string& text) { return folder.write("S.csv", text); };
+  const std::string p = points(kTwoPoints);
+  const auto run = [&](const std::string& file, const std::vector<std::string>& more = {}) {
+    std::vector<std::string> line = {"deform", "--landmarks", file, "--points", p, "--out", out};
+    line.insert(line.end(), more.begin(), more.end());
+    return run_brachy(line);
+  };
+  const std::string header = "x,y,z,dx,dy,dz,support\n";
+  EXPECT_TRUE(refused_in_one_line(run(own(header + "0,0,0,1,0,0,-2\n")), {"S.csv:2", "not positive"}));
+  EXPECT_TRUE(refused_in_one_line(run(own(header + "0,0,0,1,0,0,0\n")), {"S.csv:2", "--support"}));
+  EXPECT_TRUE(
+      refused_in_one_line(run(own(header + "0,0,0,1,0,0,5\n"), {"--kernel", "elastic", "--core-radius", "2"}),
+                          {"S.csv", "--kernel psi31"}));
+  EXPECT_TRUE(refused_in_one_line(run(own("x,y,z,dx,dy,dz,support,support\n0,0,0,1,0,0,5,5\n")),
+                                  {"S.csv:1", "unknown columns 'support'"}));
+  EXPECT_TRUE(refused_in_one_line(run(own("x,y,z,dx,dy,dz,colour\n0,0,0,1,0,0,5\n")),
+                                  {"S.csv:1", "unknown columns 'colour'"}));
+  for (const char* both : {"support,core_mm", "core_mm,support"})
+    EXPECT_TRUE(exited(run(own("x,y,z,dx,dy,dz," + std::string(both) + "\n0,0,0,1,0,0,5,5\n")), 0));
+  const Ended twice = run(own(header + "0,0,0,1,0,0,5\n0,0,0,1,0,0,6\n"));
+  ASSERT_TRUE(exited(twice, 3));
+  EXPECT_NE(twice.err.find("S.csv:3: contradicts line 2"), std::string::npos) << twice.err;
+}
+
 TEST_F(Deform, MergesLandmarksThatSayTheSame) {
   std::mt19937 random(5);
   std::vector<Row> given = well_separated(8, 12, random);
@@ -418,6 +515,37 @@ TEST_F(DeformByScene, ACoreOfItsOwnMakesALandmarkAPoint) {
   EXPECT_GT(wide, displacement(1));
   EXPECT_TRUE(refused_in_one_line(by_scene(folder.write("E.csv", "x,y,z,dx,dy,dz,core_mm\n0,0,4,0,0,3,-2\n")),
                                   {"core_mm is negative"}));
+}
+
+TEST_F(DeformByScene, RefusesACrowdAndNamesASpacingThatWouldDo) {
+  std::vector<Row> crowd;
+  for (int i = 0; i < 8; ++i) crowd.push_back({0, 0, 1e-3 * i, 0, 0, 1});
+  const std::string cored = "x,y,z,dx,dy,dz,core_mm";
+  for (Row& row : crowd) row.push_back(2.5);
+  const Ended ended = by_scene(folder.write("C.csv", to_csv(cored, crowd)));
+  ASSERT_TRUE(exited(ended, 3));
+  ASSERT_EQ(lines_of(ended.err).size(), 1u) << ended.err;
+  const std::size_t at = ended.err.find("thinned to ");
+  ASSERT_NE(at, std::string::npos) << ended.err;
+  const double spacing = std::stod(ended.err.substr(at + 11));
+  std::vector<Row> thin;
+  for (const Row& row : crowd)
+    if (thin.empty() || row[2] - thin.back()[2] >= spacing) thin.push_back(row);
+  EXPECT_TRUE(exited(by_scene(folder.write("C.csv", to_csv(cored, thin))), 0));
+}
+
+TEST_F(DeformByScene, NearDuplicatesOnANeedleAreOnePlace) {
+  std::vector<Row> twice = kShaft;
+  twice.insert(twice.begin() + 4, twice[3]);
+  twice[4][2] += 1e-6;  // under a millionth of the needle's 2 mm
+  const Ended merged = by_scene(landmarks(twice));
+  ASSERT_TRUE(exited(merged, 0));
+  EXPECT_NE(merged.err.find("merged with line 5"), std::string::npos) << merged.err;
+  EXPECT_EQ(json_of(merged).at("landmarks"), kShaft.size());
+  twice[4][5] = 2;
+  const Ended contradictory = by_scene(landmarks(twice));
+  ASSERT_TRUE(exited(contradictory, 3));
+  EXPECT_NE(contradictory.err.find("contradicts line 5"), std::string::npos) << contradictory.err;
 }
 
 TEST_F(DeformByScene, EveryRungOfTheLadderCanBeAskedFor) {

@@ -1,7 +1,10 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <numeric>
 
+#include "core/scene/load_tissue.h"
+#include "core/scene/scene_file.h"
 #include "tests/apps/apps_testing.h"
 #include "tests/data_dir.h"
 
@@ -45,6 +48,37 @@ TEST(Inspect, DescribesTheDefaultScene) {
   EXPECT_EQ(json.at("bbox_mm"), nlohmann::json::parse("[[-25,-20,-22.5],[25,20,22.5]]"));
   EXPECT_GT(json.at("volume_cc").get<double>(), 20);
   EXPECT_LT(json.at("volume_cc").get<double>(), 60);
+}
+
+TEST(Inspect, ListsTheAnchorsAScenesSimulationHas) {
+  const TempFolder folder;
+  const auto anchors_of = [&](const std::string& scene) {
+    return json_of(run_brachy({"inspect", scene, "--json"})).at("anchors_mm");
+  };
+  const std::string scene = folder.write("s.toml", small_scene());
+  const auto anchors = anchors_of(scene);
+  ASSERT_EQ(anchors.size(), 8u);
+  // Each is a surface point, half way to the centroid.
+  const Tissue tissue = load_tissue(load_scene(scene)).tissue;
+  const std::vector<Vec3> surface(
+      tissue.rest_vertices.begin(),
+      tissue.rest_vertices.begin() + static_cast<std::ptrdiff_t>(tissue.surface_count));
+  const Vec3 centroid =
+      std::accumulate(surface.begin(), surface.end(), Vec3(0, 0, 0)) / static_cast<double>(surface.size());
+  for (const auto& anchor : anchors) {
+    const Vec3 on_surface = 2 * Vec3(anchor[0], anchor[1], anchor[2]) - centroid;
+    EXPECT_TRUE(std::ranges::any_of(surface, [&](const Vec3& v) { return (v - on_surface).norm() < 1e-9; }))
+        << anchor;
+  }
+  EXPECT_EQ(anchors_of(folder.write("three.toml", small_scene("[anchors]\ncount = 3\n"))).size(), 3u);
+  // An elastic body is held by its box.
+  EXPECT_EQ(anchors_of(folder.write("e.toml", small_scene("[model]\nkernel = \"compact_elastic\"\n"))).size(),
+            0u);
+  const std::string mesh = folder.write("o.stl", octahedron_stl(30));
+  EXPECT_FALSE(json_of(run_brachy({"inspect", mesh, "--json"})).contains("anchors_mm"));
+  EXPECT_TRUE(refused_in_one_line(
+      run_brachy({"inspect", folder.write("many.toml", "[tissue]\npoints = 500\nmesh = \"o.stl\"\n")}),
+      {"anchors.count is 8", "6 vertices"}));
 }
 
 TEST(Inspect, WritesTheSurfaceItDescribes) {

@@ -33,6 +33,12 @@ TEST(ReplayOffline, DefaultSceneAndTrajectoryGiveTheSameHashOnEveryRun) {
   EXPECT_EQ(first.at("solve_failed"), false);
   EXPECT_EQ(first.at("saturated"), false);
   EXPECT_EQ(first.at("reseated"), false);
+  // Every tick has a verdict, and what is not injective says so.
+  EXPECT_EQ(first.at("ticks_injective").get<int>() + first.at("ticks_folded").get<int>() +
+                first.at("ticks_unknown").get<int>(),
+            3001);
+  EXPECT_EQ(first.at("ticks_unflagged"), 0);
+  EXPECT_EQ(first.at("nonfinite"), 0);
   EXPECT_GT(first.at("max_disp_mm").get<double>(), 1);
   EXPECT_LT(first.at("max_disp_mm").get<double>(), 10);
   EXPECT_GT(first.at("moved").get<int>(), 1000);

@@ -72,7 +72,8 @@ std::uint64_t check_vtp(const std::filesystem::path& file) {
   const std::uint64_t points = number_of(header, "Piece", "NumberOfPoints");
   const std::uint64_t verts = number_of(header, "Piece", "NumberOfVerts");
   const std::uint64_t polys = number_of(header, "Piece", "NumberOfPolys");
-  const std::uint64_t expected[] = {12 * points, 12 * points, 4 * verts, 4 * verts, 12 * polys, 4 * polys};
+  const std::uint64_t expected[] = {12 * points, 12 * points, 4 * verts, 4 * verts,
+                                    12 * polys,  4 * polys,   4,         8};
 
   // Each array's offset leads to a byte count, and the next array begins where its bytes end.
   const std::size_t begin = data + std::strlen("<AppendedData encoding=\"raw\">\n_");

@@ -38,12 +38,12 @@ double error_of(const TissueField& field) {
   return largest_difference(displacements_of(field), exact);
 }
 
-std::shared_ptr<const Region> sphere(const Vec3& centre, double radius) {
-  return std::make_shared<EllipsoidRegion>(centre, Vec3::Constant(radius), 1);
+std::shared_ptr<const RegionDistance> sphere(const Vec3& centre, double radius) {
+  return std::make_shared<EllipsoidDistance>(centre, Vec3::Constant(radius));
 }
 
 std::vector<Membership::Part> tumour_in_a_lobe() {
-  return {{std::make_shared<EllipsoidRegion>(Vec3(6, 0, 0), Vec3(15, 14, 16), 1), 5, 1},
+  return {{std::make_shared<EllipsoidDistance>(Vec3(6, 0, 0), Vec3(15, 14, 16)), 5, 1},
           {sphere({8, -4, 3}, 6), 4, 2}};
 }
 

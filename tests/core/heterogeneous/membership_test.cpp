@@ -11,8 +11,8 @@ namespace {
 
 using test::uniform_point;
 
-std::shared_ptr<const Region> sphere(const Vec3& centre, double radius) {
-  return std::make_shared<EllipsoidRegion>(centre, Vec3::Constant(radius), 1);
+std::shared_ptr<const RegionDistance> sphere(const Vec3& centre, double radius) {
+  return std::make_shared<EllipsoidDistance>(centre, Vec3::Constant(radius));
 }
 
 std::vector<double> shares(const Membership& membership, const Vec3& X) {

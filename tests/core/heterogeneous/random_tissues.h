@@ -29,7 +29,7 @@ inline RandomTissues random_tissues(std::mt19937_64& random, const Kernel& psi, 
     Vec3 axes = Vec3::Constant(radius);
     if (!is_sphere) axes += Vec3::Constant(3) + uniform_point(random, 3);
     supports.push_back(least_support * uniform(random, 1, 10));
-    parts.push_back({std::make_shared<EllipsoidRegion>(uniform_point(random, 20), axes, 1),
+    parts.push_back({std::make_shared<EllipsoidDistance>(uniform_point(random, 20), axes),
                      uniform(random, 1, 8), supports.size() - 1});
   }
   std::swap(supports[0], supports[random() % supports.size()]);

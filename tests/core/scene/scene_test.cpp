@@ -85,7 +85,7 @@ TEST(Scene, RegionsHaveAModulusOrASupportOrBoth) {
   EXPECT_EQ(scene.regions[0].semi_axes_mm, Vec3(9, 9, 9));
   EXPECT_EQ(scene.regions[0].support_radius_mm, 20);
   EXPECT_FALSE(scene.regions[0].shear_modulus_kpa);
-  EXPECT_EQ(scene.regions[0].blend_mm, 5);
+  EXPECT_EQ(scene.regions[0].blend_mm, 8);
   EXPECT_EQ(scene.regions[0].place, "scene.toml:1");
   EXPECT_EQ(scene.regions[1].shear_modulus_kpa, 3);
   EXPECT_EQ(scene.regions[1].blend_mm, 4);  // the region is no wider

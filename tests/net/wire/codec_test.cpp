@@ -33,6 +33,16 @@ TEST(Codec, FieldsComeBackAsTheyWere) {
   EXPECT_EQ(frame.needles[0].state.contact, ContactState::kInserted);
   ASSERT_EQ(frame.pose_history.size(), 2u);
   EXPECT_EQ(frame.pose_history[0].tick, 41u);
+  ASSERT_TRUE(frame.certificate);
+  EXPECT_EQ(frame.certificate->verdict, Verdict::kInjective);
+  EXPECT_EQ(frame.certificate->substeps, 3u);
+  EXPECT_EQ(frame.certificate->det_bound, 0.25);
+  EXPECT_EQ(frame.certificate->vertex_det, 0.5);
+  EXPECT_EQ(frame.certificate->place, Vec3(1.5, -2, 28));
+  EXPECT_EQ(frame.certificate->margin_mm, 0.75);
+  EXPECT_EQ(frame.certificate->held_mm, 2.125);
+  EXPECT_TRUE(std::isnan(frame.certificate->held_n));
+  EXPECT_EQ(frame.certificate->condition, 1024);
 
   HelloMessage hello;
   ASSERT_TRUE(decode_body(body_of(sample_hello()), hello).is_good());
@@ -147,8 +157,38 @@ TEST(Codec, TrianglesMustNameSurfaceVertices) {
   EXPECT_TRUE(decode_body(body_of(topology), decoded).is_bad());
 }
 
+TEST(Codec, AFrameWithoutACertificateSaysNothingOfTheField) {
+  FrameMessage frame = sample_frame(), decoded = sample_frame();
+  frame.certificate.reset();
+  ASSERT_TRUE(decode_body(body_of(frame), decoded).is_good());
+  EXPECT_FALSE(decoded.certificate);
+  EXPECT_EQ(decoded.pose_history.size(), 2u);
+}
+
+TEST(Codec, AVerdictOfALaterVersionReadsAsUnknownAndStaysItself) {
+  FrameMessage frame = sample_frame(), decoded;
+  frame.certificate->verdict = static_cast<Verdict>(9);
+  ASSERT_TRUE(decode_body(body_of(frame), decoded).is_good());
+  ASSERT_TRUE(decoded.certificate);
+  EXPECT_EQ(to_string(decoded.certificate->verdict), "unknown");
+  EXPECT_EQ(body_of(decoded), body_of(frame));
+}
+
+TEST(Codec, ACertificateOfAnotherLengthIsRefused) {
+  FrameMessage frame = sample_frame(), decoded;
+  frame.has_pose_history = false;
+  const Bytes body = body_of(frame);
+  for (const std::size_t length : {0u, 79u, 81u}) {
+    Bytes other = body;
+    put_u32(other, body.size() - 84, static_cast<std::uint32_t>(length));
+    other.resize(body.size() - 80 + length);
+    EXPECT_TRUE(decode_body(other, decoded).is_bad()) << length;
+  }
+}
+
 TEST(Codec, UnknownSectionsAreSkipped) {
   FrameMessage frame = sample_frame(), decoded;
+  frame.certificate.reset();
   frame.has_pose_history = false;
   Bytes body = body_of(frame);
   body.resize(body.size() - 4);  // its empty list of sections

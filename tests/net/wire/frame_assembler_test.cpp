@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "net/wire/codec.h"
 #include "net/wire/frame_encoder.h"
 #include "tests/net/net_testing.h"
@@ -49,6 +51,29 @@ TEST_F(FrameAssemblerTest, OnlyChangedBlocksTravelAndNeighboursShareARange) {
     EXPECT_GT(changes.ranges[i].first, changes.ranges[i - 1].first + changes.ranges[i - 1].count);
   }
   EXPECT_TRUE(frame({1, false, false}).ranges.empty());
+}
+
+TEST_F(FrameAssemblerTest, EveryFrameCarriesTheTicksCertificateAndFlags) {
+  MeshState state = simulation.state();
+  state.step_flags = kStepFolded | kStepClamped;
+  state.certificate.verdict = Verdict::kFolded;
+  state.certificate.det_bound = Certificate::kNotKnown;
+  state.certificate.vertex_det = -0.25;
+  state.certificate.place = {1, 2, 3};
+  state.certificate.held_mm = 2.1;
+  for (const bool full : {true, false}) {
+    Bytes body;
+    encode_frame(state, tissue.blocks, topology.hash, 1, {0, full, false}, body);
+    FrameMessage decoded;
+    ASSERT_TRUE(decode_body(body, decoded).is_good());
+    ASSERT_TRUE(decoded.certificate);
+    EXPECT_EQ(decoded.certificate->verdict, Verdict::kFolded);
+    EXPECT_TRUE(std::isnan(decoded.certificate->det_bound));
+    EXPECT_EQ(decoded.certificate->vertex_det, -0.25);
+    EXPECT_EQ(decoded.certificate->place, Vec3(1, 2, 3));
+    EXPECT_EQ(decoded.certificate->held_mm, 2.1);
+    EXPECT_EQ(decoded.step_flags, kStepFolded | kStepClamped);
+  }
 }
 
 TEST_F(FrameAssemblerTest, ChangesSinceEarlierThanItsTickAreFine) {

@@ -101,7 +101,7 @@ FrameMessage sample_frame() {
   frame.input_stamp_ns = 1'000'000'500;
   frame.input_received_ns = 1'999'990'000;
   frame.max_displacement_mm = 1.25;
-  frame.step_flags = kStepSaturated;
+  frame.step_flags = kStepSaturated | kStepSubstepped | kStepClamped;
   frame.point_count = 5;
   frame.moved_vertices = 2;
   NeedleRecord needle;
@@ -114,6 +114,15 @@ FrameMessage sample_frame() {
   frame.needles = {needle};
   frame.ranges = {{1, 1}, {3, 1}};
   frame.positions = {10, 0.5, -0.25, 0, 0, 9};
+  Certificate certificate;
+  certificate.det_bound = 0.25;
+  certificate.vertex_det = 0.5;
+  certificate.place = {1.5, -2.0, 28};
+  certificate.margin_mm = 0.75;
+  certificate.substeps = 3;
+  certificate.held_mm = 2.125;
+  certificate.condition = 1024;
+  frame.certificate = certificate;
   frame.has_pose_history = true;
   RigidTransform before;
   before.p = {0.5, 0.25, -40};

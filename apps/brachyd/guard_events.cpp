@@ -1,0 +1,61 @@
+#include "apps/brachyd/guard_events.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <vector>
+
+namespace brachy {
+namespace {
+
+constexpr std::uint32_t kActions =
+    kStepSubstepped | kStepClamped | kStepMerged | kStepDropped | kStepSolveFailed;
+
+std::string actions_of(const MeshState& state) {
+  const Certificate& c = state.certificate;
+  std::vector<std::string> parts;
+  const auto add = [&](StepFlag flag, std::string text) {
+    if (state.step_flags & flag) parts.push_back(std::move(text));
+  };
+  add(kStepSubstepped, fmt::format("sub-steps: {}", c.substeps));
+  add(kStepClamped, fmt::format("landmarks held back {:.1f} mm{}", c.held_mm,
+                                std::isfinite(c.held_n) ? fmt::format(" ({:.2f} N)", c.held_n) : ""));
+  add(kStepMerged, "landmarks merged");
+  add(kStepDropped, "landmarks left out");
+  add(kStepSolveFailed, "landmarks not solved: the last field stands");
+  return fmt::format("{}", fmt::join(parts, ", "));
+}
+
+std::string verdict_of(const MeshState& state) {
+  const Vec3& p = state.certificate.place;
+  switch (state.certificate.verdict) {
+    case Verdict::kInjective:
+      return "injective again";
+    case Verdict::kFolded:
+      return fmt::format("field folds at ({:.1f}, {:.1f}, {:.1f}) mm", p.x(), p.y(), p.z());
+    case Verdict::kUnknown:
+      break;
+  }
+  return "not known whether the field folds";
+}
+
+}  // namespace
+
+std::optional<std::string> GuardEvents::update(const MeshState& state) {
+  const Guard now{state.certificate.verdict, state.step_flags & kActions};
+  if (now != seen_) ++passed_over_;
+  seen_ = now;
+  if (now == told_ || !rate_.pass(std::llround(state.sim_time_s * 1e9))) return {};
+
+  // An injective field that is guarded is told by its guards; that it is injective, only where that is the news.
+  const bool verdict_is_news =
+      now.verdict != Verdict::kInjective || now.verdict != told_.verdict || now.actions == 0;
+  std::string text = verdict_is_news ? verdict_of(state) : "";
+  if (now.actions != 0) text += (text.empty() ? "" : ", ") + actions_of(state);
+  if (passed_over_ > 1) text += fmt::format(" ({} changes before it not told)", passed_over_ - 1);
+  passed_over_ = 0;
+  told_ = now;
+  return text;
+}
+
+}  // namespace brachy

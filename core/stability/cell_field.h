@@ -1,0 +1,68 @@
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "core/math/rigid_transform.h"
+#include "core/stability/cell_loops.h"
+
+namespace brachy {
+
+/// A cube, mm.
+struct Cell {
+  Vec3 centre;
+  double half = 0;  ///< of its side
+
+  double squared_distance(const Vec3& p) const {
+    return ((p - centre).cwiseAbs().array() - half).max(0.0).matrix().squaredNorm();
+  }
+};
+
+/// What is known of a field over a cell before looking at any point of it.
+struct CellBounds {
+  double slope = 0;    ///< |∇u|₁ is at most this (nuclear norm)
+  double squeeze = 0;  ///< no eigenvalue of ∇u's symmetric part is below −squeeze
+  double curvature = 0;  ///< Σ_k |∂²∇u/∂x_k²|₁ is at most this, 1/mm², but for the source with a cusp
+  double rounding = 0;   ///< error of gradients' single precision
+  std::size_t work = 0;    ///< of gradients, in sources
+  std::size_t looked = 0;  ///< work that narrow itself did beside looking at its sources
+  std::int32_t cusp =
+      -1;  ///< a source whose gradient has no limit in or beside the cell; left out of gradients
+  Vec3 cusp_weight = Vec3::Zero();
+  double cusp_slope = 0;  ///< its ∇u is cusp_weight gᵀ with |g| at most this, 1/mm
+};
+
+/// A displacement field as the certificate looks at it: cell by cell, from the sources that reach the cell.
+/// Threads: one. Real-time: no allocation after construction.
+class CellField {
+ public:
+  virtual ~CellField() = default;
+
+  virtual std::size_t sources() const = 0;
+  /// Outside this cube nothing is displaced, or nothing is asked.
+  virtual Cell domain() const = 0;
+  /// Cells larger than this (half a side, mm) are not worth looking at point by point.
+  virtual double resolution() const = 0;
+
+  /// Of the sources `from` those that reach `cell`, into `to`, and what they can do there. None: u is constant there, or
+  /// nothing is asked.
+  virtual std::size_t narrow(const Cell& cell, std::span<const std::uint32_t> from, std::uint32_t* to,
+                             CellBounds& bounds) const noexcept = 0;
+  /// ∇u by those sources at points about the cell's centre.
+  virtual void gradients(const Cell& cell, std::span<const std::uint32_t> sources, const CellBounds& bounds,
+                         const CellPoints& X, CellGradients& A) const noexcept = 0;
+  virtual const CellLoops& loops() const = 0;
+
+  /// Where a field by source `i` would fold first: kCount points about a cell's centre. False: nowhere.
+  virtual bool suspects(std::uint32_t i, Cell& cell, CellPoints& X) const noexcept = 0;
+
+  /// Whether anything is asked of the field at X.
+  virtual bool covers(const Vec3& /*X*/) const noexcept { return true; }
+
+  /// ∇u at X in double.
+  virtual Mat3 gradient(const Vec3& X) const noexcept = 0;
+};
+
+}  // namespace brachy

@@ -1,0 +1,204 @@
+#include "core/stability/guarded_field.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "core/sim/mesh_state.h"
+
+namespace brachy {
+namespace {
+
+constexpr double kReach = 0.7;    // share of the way to the nearest suspected fold that one field may go
+constexpr double kShorter = 0.7;  // of a step that could not be certified
+constexpr int kTries = 4;
+constexpr double kMargin = 0.8;  // share of the way to a fold that the margin asks for
+
+}  // namespace
+
+GuardedField::GuardedField(const Tissue& tissue, std::unique_ptr<TissueField> field,
+                           std::unique_ptr<Composition> composition, const GuardSettings& settings,
+                           std::size_t max_landmarks)
+    : tissue_(tissue),
+      field_(std::move(field)),
+      composition_(std::move(composition)),
+      settings_(settings),
+      search_(field_->max_sources()),
+      all_(field_->max_sources()),
+      near_(field_->max_sources()) {
+  positions_.reserve(max_landmarks);
+  displacements_.reserve(max_landmarks);
+  block_bounds_.reserve(tissue.blocks.size());
+  std::iota(all_.begin(), all_.end(), 0u);
+}
+
+FactorStatus GuardedField::update(std::span<const Vec3> positions,
+                                  std::span<const Vec3> displacements) noexcept {
+  evaluation_ = Evaluation::kIdle;
+  if (is_updated_ && std::ranges::equal(positions, positions_) &&
+      std::ranges::equal(displacements, displacements_))
+    return {};
+  is_updated_ = false;
+  if (const FactorStatus status = field_->update(positions, displacements); !status) return status;
+  is_updated_ = true;
+  positions_.assign(positions.begin(), positions.end());
+  displacements_.assign(displacements.begin(), displacements.end());
+  // The field may have been rescaled or composed since it was last evaluated: it counts as new in any case.
+  evaluation_ = field_->evaluation() == Evaluation::kIdle ? Evaluation::kDirect : field_->evaluation();
+  is_composed_ = false;
+  flags_ = 0;
+  certificate_ = {};
+  if (!positions.empty()) guard();
+  return {};
+}
+
+Vec3 GuardedField::displacement_at(const Vec3& X) const noexcept {
+  return is_composed_ ? composition_->displacement_at(X) : field_->displacement_at(X);
+}
+
+void GuardedField::guard() noexcept {
+  const CellField& cells = field_->cells();
+  Suspect suspect = search_.find_suspect(cells);
+  certificate_.substeps = 1;
+  if (is_flagged_only() || suspect.scale * kReach >= 1) {
+    const CellSearch::Result result = search_.run(cells, 1, suspect, kWork);
+    if (is_flagged_only() || result.verdict != Verdict::kFolded) {
+      take(result);
+      find_margin(cells, 1, suspect);
+      find_least_vertex(cells);
+      return;
+    }
+    suspect = {1, result.place};
+  }
+  if (settings_.policy == "substep" && composition_)
+    compose();
+  else
+    hold_back(cells, suspect);
+}
+
+// What a tick may say of one more field.
+void GuardedField::take(const CellSearch::Result& result) noexcept {
+  certificate_.place = result.place;
+  if (result.verdict == Verdict::kInjective) {
+    certificate_.det_bound *= result.det_bound;
+    return;
+  }
+  certificate_.verdict = result.verdict;
+  certificate_.det_bound = Certificate::kNotKnown;
+  flags_ |= result.verdict == Verdict::kFolded ? kStepFolded : kStepUncertified;
+}
+
+// The longest step towards `scale` that is certified. What stays unknown at a shorter one too is taken as it was wanted:
+// no fold was found there, and holding back more would not tell more.
+CellSearch::Result GuardedField::find_step(const CellField& cells, const Suspect& suspect,
+                                           double& scale) noexcept {
+  const double wanted = scale;
+  CellSearch::Result first, result;
+  for (int i = 0; i < kTries; ++i) {
+    result = search_.run(cells, scale, suspect, kWork);
+    if (i == 0) first = result;
+    if (result.verdict == Verdict::kInjective) return result;
+    if (result.verdict == Verdict::kUnknown && i > 0) break;
+    scale *= kShorter;
+  }
+  if (first.verdict != Verdict::kUnknown) return result;
+  scale = wanted;
+  return first;
+}
+
+void GuardedField::hold_back(const CellField& cells, const Suspect& suspect) noexcept {
+  double scale = std::min(1.0, kReach * suspect.scale);
+  take(find_step(cells, suspect, scale));
+  find_least_vertex(cells, scale);
+  certificate_.margin_mm = 0;
+  certificate_.held_mm = (1 - scale) * largest_displacement();
+  certificate_.held_n = (1 - scale) * field_->total_force_n();
+  flags_ |= kStepClamped;
+  field_->rescale(scale);
+}
+
+void GuardedField::compose() noexcept {
+  composition_->begin(positions_, displacements_);
+  certificate_.substeps = 0;
+  while (composition_->reached() < 1 &&
+         composition_->steps() < static_cast<std::size_t>(settings_.max_substeps)) {
+    if (!composition_->solve()) break;
+    const CellField& cells = composition_->cells();
+    const Suspect suspect = search_.find_suspect(cells);
+    const double rest = 1 - composition_->reached(), most = kReach * suspect.scale;
+    double scale = std::min(rest, most);
+    const CellSearch::Result result = find_step(cells, suspect, scale);
+    if (result.verdict == Verdict::kFolded) break;
+    take(result);
+    if (scale == rest) find_margin(cells, scale, suspect);
+    composition_->accept(scale == rest ? 1 : scale);
+    ++certificate_.substeps;
+  }
+  composition_->evaluate();
+  is_composed_ = true;
+  evaluation_ = Evaluation::kDirect;
+  certificate_.vertex_det = composition_->least_determinant();
+  certificate_.place = composition_->least_place();
+  if (certificate_.substeps > 1) flags_ |= kStepSubstepped;
+  if (composition_->reached() < 1) {
+    flags_ |= kStepClamped;
+    certificate_.margin_mm = 0;
+    certificate_.held_mm = (1 - composition_->reached()) * largest_displacement();
+  }
+}
+
+void GuardedField::find_margin(const CellField& cells, double scale, const Suspect& suspect) noexcept {
+  certificate_.margin_mm = 0;
+  if (certificate_.verdict != Verdict::kInjective || suspect.scale <= scale) return;
+  const double further = kMargin * (suspect.scale - scale);
+  if (search_.run(cells, scale + further, suspect, kWork / 2).verdict == Verdict::kInjective)
+    certificate_.margin_mm = further * largest_displacement();
+}
+
+// Block after block, those first whose bound is least, until no other can be below what was found.
+void GuardedField::find_least_vertex(const CellField& cells, double scale) noexcept {
+  const auto cell_of = [&](std::uint32_t b) {
+    const Block& block = tissue_.blocks[b];
+    return Cell{0.5 * (block.min + block.max), 0.5 * (block.max - block.min).maxCoeff()};
+  };
+  const std::span<const std::uint32_t> all(all_.data(), cells.sources());
+  block_bounds_.clear();
+  CellBounds bounds;
+  for (const std::uint32_t b : field_->touched())
+    if (cells.narrow(cell_of(b), all, near_.data(), bounds) > 0)
+      block_bounds_.push_back({CellSearch::bound_by_norms(bounds, scale), b});
+  std::ranges::sort(block_bounds_);
+  for (const auto& [bound, b] : block_bounds_) {
+    if (bound >= certificate_.vertex_det) return;
+    const Block& block = tissue_.blocks[b];
+    const Cell cell = cell_of(b);
+    const std::size_t count = cells.narrow(cell, all, near_.data(), bounds);
+    bounds.cusp = -1;
+    for (std::size_t first = 0; first < block.count; first += CellPoints::kCount) {
+      const std::size_t points = std::min(CellPoints::kCount, block.count - first);
+      const Vec3* rest = &tissue_.rest_vertices[block.first + first];
+      CellPoints X{};
+      for (std::size_t i = 0; i < points; ++i) {
+        const Vec3 x = rest[i] - cell.centre;
+        X.x[i] = static_cast<float>(x.x());
+        X.y[i] = static_cast<float>(x.y());
+        X.z[i] = static_cast<float>(x.z());
+      }
+      CellGradients A;
+      cells.gradients(cell, {near_.data(), count}, bounds, X, A);
+      alignas(64) float det[CellPoints::kCount];
+      cells.loops().determinants(A, static_cast<float>(scale), det);
+      for (std::size_t i = 0; i < points; ++i)
+        if (static_cast<double>(det[i]) < certificate_.vertex_det && cells.covers(rest[i]))
+          certificate_.vertex_det = static_cast<double>(det[i]);
+    }
+  }
+}
+
+double GuardedField::largest_displacement() const noexcept {
+  double largest = 0;
+  for (const Vec3& d : displacements_) largest = std::max(largest, d.norm());
+  return largest;
+}
+
+}  // namespace brachy
