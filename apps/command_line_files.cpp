@@ -1,4 +1,4 @@
-// The command lines of the tools that work on files alone: deform, inspect, compare, advise.
+// The command lines of the tools that work on files alone: deform, inspect, compare, stability, advise.
 #include <memory>
 
 #include "apps/command_line_parts.h"
@@ -111,6 +111,35 @@ ToolLine add_compare(CLI::App& app) {
   command->add_flag("--quick", options->quick, "listed models only, ticks timed for less long");
   for (const char* other : {"--references", "--markdown", "--models", "--scenes", "--quick"})
     beads->excludes(command->get_option(other));
+  return {command, [options]() -> ToolOptions { return *options; }};
+}
+
+ToolLine add_stability(CLI::App& app) {
+  auto options = std::make_shared<StabilityOptions>();
+  auto* command =
+      app.add_subcommand("stability", "Sweep every method until it fails: where, how, and what theory says.");
+  command->footer(
+      "Examples:\n"
+      "  brachy stability --quick                            smaller cases, seconds\n"
+      "  brachy stability --json stability.json --out data   all; table, curves and borders as files too\n"
+      "  brachy stability --scene my.toml --sweeps push,anchor\n"
+      "Sweeps: push, plane, anchor, spacing, precision, support_ratio, poisson, time_step, lattice, "
+      "coplanar.\n"
+      "JSON: rows (method, sweep, parameter, at_failure or null where it did not fail up to swept_to, theory "
+      "or "
+      "null\n"
+      "or theory_range, kind), curves (condition, min_det against the parameter), plane (borders of failure "
+      "over\n"
+      "spacing/support and push/support). kind law: a constant that theory states, measured; nothing "
+      "failed.\n"
+      "scripts/stability.sh does the same and draws the charts.\n"
+      "Exit codes: 0 done, 2 bad input.");
+  command->add_option("--scene", options->scene,
+                      "body, needle, support and anchors (TOML); default: the phantom");
+  command->add_option("--json", options->json, "write rows, curves and borders as JSON");
+  command->add_option("--out", options->out, "folder for stability.md, curves.csv and plane.csv");
+  command->add_option("--sweeps", options->sweeps, "names, comma-separated; default: all")->delimiter(',');
+  command->add_flag("--quick", options->quick, "fewer and smaller cases");
   return {command, [options]() -> ToolOptions { return *options; }};
 }
 

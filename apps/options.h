@@ -88,6 +88,15 @@ struct CompareOptions {
   bool quick = false;                                   ///< listed models only, ticks timed for less long
 };
 
+struct StabilityOptions {
+  std::optional<std::filesystem::path>
+      scene;  ///< none: the built-in defaults, which are config/prostate.toml's
+  std::optional<std::filesystem::path> json;  ///< file to write
+  std::optional<std::filesystem::path> out;   ///< folder of the table and the charts' data
+  std::vector<std::string> sweeps;            ///< names; empty: all
+  bool quick = false;                         ///< fewer and smaller cases
+};
+
 struct AdviseOptions {
   std::filesystem::path scene;
   std::optional<double> tolerance_mm, tick_budget_ms;  ///< none: the scene's
@@ -95,7 +104,7 @@ struct AdviseOptions {
 };
 
 using ToolOptions = std::variant<ReplayOptions, WatchOptions, RecordOptions, DeformOptions, InspectOptions,
-                                 CompareOptions, AdviseOptions>;
+                                 CompareOptions, StabilityOptions, AdviseOptions>;
 
 /// Exit codes of both programs.
 enum ExitCode : int {

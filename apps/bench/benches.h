@@ -17,6 +17,8 @@ void add_direct_benches(Report& report,
 void add_scaling_benches(Report& report,
                          const BenchOptions& options);                 ///< points inside and outside supports
 void add_system_benches(Report& report, const BenchOptions& options);  ///< the landmark system by itself
+void add_guard_benches(Report& report,
+                       const BenchOptions& options);  ///< what certificate and guard add to a tick
 void add_figure6_benches(Report& report, const BenchOptions& options);  ///< the paper's figure 6
 
 }  // namespace brachy::bench

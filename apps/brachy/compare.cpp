@@ -1,9 +1,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <fstream>
 #include <iostream>
 
+#include "apps/brachy/output_file.h"
 #include "apps/brachy/tools.h"
 #include "apps/compare/compare_beads.h"
 #include "apps/compare/report.h"
@@ -26,22 +26,6 @@ void check_wanted(const std::vector<std::string>& wanted, const std::vector<std:
     for (const auto& name : names) all.append(all.empty() ? "" : ", ").append(name);
     throw UserError(fmt::format("{}: there is no {}; there are {}", option, w, all));
   }
-}
-
-void write_text(const std::filesystem::path& file, const std::string& text) {
-  std::ofstream out(file, std::ios::binary);
-  out << text;
-  out.close();
-  if (!out) throw UserError(file.string() + ": cannot be written; check the folder and the free space");
-}
-
-/// Known before the minutes of work, not after.
-void check_folder_of(const std::optional<std::filesystem::path>& file) {
-  if (!file) return;
-  const auto folder = file->has_parent_path() ? file->parent_path() : std::filesystem::path(".");
-  std::error_code ignored;
-  if (!std::filesystem::is_directory(folder, ignored))
-    throw UserError(file->string() + ": cannot be written; there is no folder " + folder.string());
 }
 
 std::vector<ModelEntry> choose_models(const CompareOptions& options) {

@@ -15,6 +15,7 @@ struct Run {
   int operator()(const DeformOptions& o) const { return deform(o); }
   int operator()(const InspectOptions& o) const { return inspect(o); }
   int operator()(const CompareOptions& o) const { return compare(o); }
+  int operator()(const StabilityOptions& o) const { return stability(o); }
   int operator()(const AdviseOptions& o) const { return advise(o); }
 };
 

@@ -20,6 +20,8 @@ int deform(const DeformOptions& options);
 int inspect(const InspectOptions& options);
 /// Runs every model on every reference scene: errors, times, memory; or scores rungs against measured beads.
 int compare(const CompareOptions& options);
+/// Sweeps every method to failure.
+int stability(const StabilityOptions& options);
 /// Says what a scene needs: valid supports, expected error and cost of each rung, the choice.
 int advise(const AdviseOptions& options);
 

@@ -39,13 +39,17 @@ SplineMap::SplineMap(SplineBasis basis, std::vector<Vec3> positions, std::size_t
   const Eigen::Index n = index(positions_.size());
   for (const Vec3& p : positions_) centre_ += p / static_cast<double>(n);
   if (basis_.degree > 0) directions_ = spread(positions_, centre_);
-  const Eigen::Index q = 1 + directions_.rows();
+  const Eigen::FullPivLU<Eigen::MatrixXd> lu(matrix());
+  if (!lu.isInvertible()) throw std::runtime_error("two landmarks are the same place");
+  weights_ = lu.solve(Eigen::MatrixXd::Identity(lu.rows(), index(m)));
+}
+
+Eigen::MatrixXd SplineMap::matrix() const {
+  const Eigen::Index n = index(positions_.size()), q = 1 + directions_.rows();
   Eigen::MatrixXd M = Eigen::MatrixXd::Zero(n + q, n + q);
   for (Eigen::Index i = 0; i < n; ++i) M.row(i) = basis_at(positions_[static_cast<std::size_t>(i)]);
   M.bottomLeftCorner(q, n) = M.topRightCorner(n, q).transpose();
-  const Eigen::FullPivLU<Eigen::MatrixXd> lu(M);
-  if (!lu.isInvertible()) throw std::runtime_error("two landmarks are the same place");
-  weights_ = lu.solve(Eigen::MatrixXd::Identity(n + q, index(m)));
+  return M;
 }
 
 Eigen::RowVectorXd SplineMap::basis_at(const Vec3& x) const {

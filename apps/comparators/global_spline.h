@@ -35,6 +35,9 @@ class SplineMap {
   /// What unit displacements of the m landmarks do at X: |X| × m, no unit.
   Eigen::MatrixXd influence(std::span<const Vec3> X) const;
 
+  /// What was inverted, (n + q) × (n + q): φ between the landmarks, bordered by p's q terms. Assembled anew.
+  Eigen::MatrixXd matrix() const;
+
  private:
   Eigen::RowVectorXd basis_at(const Vec3& x) const;
 

@@ -135,17 +135,18 @@ void SpringLattice::compute_forces() {
 
 void SpringLattice::advance(double period) {
   const int steps = static_cast<int>(std::ceil(period / largest_step_));
-  const auto dt = static_cast<float>(period / steps);
-  const auto kept = static_cast<float>(1 / (1 + damping_ * period / steps));
-  for (int step = 0; step < steps; ++step) {
-    compute_forces();
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      float *u = u_[axis].data(), *v = velocity_[axis].data();
-      const float *f = force_[axis].data(), *w = inverse_mass_.data();
-      for (std::size_t i = 0; i < lattice_.size(); ++i) {
-        v[i] = kept * (v[i] + dt * w[i] * f[i]);
-        u[i] += dt * v[i];
-      }
+  for (int k = 0; k < steps; ++k) step(period / steps);
+}
+
+void SpringLattice::step(double dt) {
+  const auto t = static_cast<float>(dt), kept = static_cast<float>(1 / (1 + damping_ * dt));
+  compute_forces();
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    float *u = u_[axis].data(), *v = velocity_[axis].data();
+    const float *f = force_[axis].data(), *w = inverse_mass_.data();
+    for (std::size_t i = 0; i < lattice_.size(); ++i) {
+      v[i] = kept * (v[i] + t * w[i] * f[i]);
+      u[i] += t * v[i];
     }
   }
 }

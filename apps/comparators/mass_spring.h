@@ -30,7 +30,11 @@ class SpringLattice {
   /// Advances by `period` s in equal steps within the limit.
   void advance(double period);
 
+  /// One step of `dt` s, whatever the limit: above it the lattice may blow up.
+  void step(double dt);
+
   double largest_step() const { return largest_step_; }  ///< s; 2/ω of Gershgorin's bound, less a tenth
+  double damping() const { return damping_; }            ///< 1/s; velocities fall by 1 + damping · dt a step
   const std::array<std::vector<float>, 3>& displacements() const { return u_; }  ///< planes, mm
   Vec3 spring_force(std::size_t node);  ///< on a node by its springs, N
 

@@ -99,7 +99,11 @@ CellSearch::Result CellSearch::run(const CellField& field, double scale, const S
   std::iota(candidates_.begin(), candidates_.begin() + static_cast<std::ptrdiff_t>(counts_[0]), 0u);
   if (counts_[0] > 0) stack_.push_back({field.domain(), 0});
 
-  while (!stack_.empty() && result_.verdict != Verdict::kFolded) {
+  // Once some cell is left open for want of work, none of the others would be looked at either.
+  const auto is_over = [&] {
+    return result_.verdict == Verdict::kFolded || (is_unsettled_ && result_.work >= budget_);
+  };
+  while (!stack_.empty() && !is_over()) {
     const Node node = stack_.back();
     stack_.pop_back();
     const std::span from(&candidates_[node.depth * max_sources_], counts_[node.depth]);

@@ -19,8 +19,8 @@ struct Suspect {
 /// Whether x = X + s u(X) keeps points apart: cells of the continuum are bounded, cheaply at first, and split into eighths
 /// where the bound does not do.
 ///
-/// A cell is settled when 1 − s max|∇u|₁ (nuclear norm) is above what is wanted, or when the lower bound from ∇u at a lattice of 27 points
-/// is: ∇u is trilinear between lattice points up to h²/8 Σ_k |∂_k²∇u|, h their spacing. A point with det ≤ 0 ends the search.
+/// A cell is settled when a bound from norms of ∇u is above what is wanted, or one from ∇u at a lattice of 27 points: ∇u is
+/// trilinear between lattice points up to h²/8 Σ_k |∂_k²∇u|, h their spacing. A point with det ≤ 0 ends the search.
 /// Where u is 0 outside of a bounded set, det > 0 everywhere makes x a bijection (Hadamard).
 /// Threads: one. Real-time: no allocation after construction; work is bounded by `work`, counted, not timed.
 class CellSearch {
@@ -59,8 +59,7 @@ class CellSearch {
   static constexpr std::uint32_t kMaxDepth = 24;
   std::size_t max_sources_;
   std::vector<Node> stack_;
-  std::vector<std::uint32_t>
-      candidates_;  // (kMaxDepth + 1) × max_sources: those of the cells above the one looked at
+  std::vector<std::uint32_t> candidates_;  // by depth: sources that reach the cells above the one looked at
   std::vector<std::size_t> counts_;
 
   // during run

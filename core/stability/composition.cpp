@@ -2,13 +2,28 @@
 
 #include <algorithm>
 #include <cassert>
-#include <cmath>
+
 #include <numeric>
+
+#include "core/stability/cell_search.h"
 
 namespace brachy {
 namespace {
 
 constexpr std::size_t kPoints = Tissue::kBlockSize;
+constexpr double kHardlyStrained = 0.9;  // a bound of the determinant above which it stands for it
+
+constexpr double kLargeWeights = 40;  // mm
+constexpr double kFarAway = 1e15;     // support radii: reaches nothing; its square is still finite
+
+template <class T>
+void add(const BlockDisplacement<T>& more, BlockDisplacement<float>& u) {
+  for (std::size_t i = 0; i < kPoints; ++i) {
+    u.ux[i] += static_cast<float>(more.ux[i]);
+    u.uy[i] += static_cast<float>(more.uy[i]);
+    u.uz[i] += static_cast<float>(more.uz[i]);
+  }
+}
 
 }  // namespace
 
@@ -26,7 +41,10 @@ Composition::Composition(const Tissue& tissue, const Kernel& kernel, double supp
       determinants_(tissue.blocks.size() * kPoints),
       all_(max_landmarks),
       near_(max_landmarks),
-      local_(max_landmarks) {
+      double_(max_landmarks),
+      single_(max_landmarks),
+      chosen_(max_landmarks + BlockKernels::kSpare) {
+  for (auto* plane : {&x_, &y_, &z_}) plane->resize(max_landmarks + kGroupSize);
   for (Step& step : steps_) {
     step.positions.reserve(max_landmarks);
     step.weights.reserve(max_landmarks);
@@ -62,16 +80,9 @@ FactorStatus Composition::solve() noexcept {
   return {};
 }
 
-void Composition::take_first(std::span<const Vec3> weights) noexcept {
-  assert(count_ == 0);
-  move_landmarks();
-  steps_[0].weights.assign(weights.begin(), weights.end());
-  cells_.set_field(field(steps_[0]));
-}
-
 void Composition::accept(double scale) noexcept {
   steps_[count_].scale = scale;
-  reached_ = std::min(1.0, reached_ + scale);
+  reached_ = scale >= 1 - reached_ ? 1 : reached_ + scale;
   ++count_;
 }
 
@@ -116,8 +127,19 @@ void Composition::apply(const Step& step, std::uint32_t b) noexcept {
   if (count == 0) return;
   is_touched_[b] = 1;
   const std::span<const std::uint32_t> near(near_.data(), count);
-  bounds.cusp = -1;
 
+  float* det_product = &determinants_[b * kPoints];
+  if (const double bound = CellSearch::bound_by_norms(bounds, step.scale); bound > kHardlyStrained)
+    for (std::size_t i = 0; i < kPoints; ++i) det_product[i] *= static_cast<float>(bound);
+  else
+    multiply_determinants(step, b, cell, near, det_product);
+  add_displacement(step, b, cell, near);
+}
+
+void Composition::multiply_determinants(const Step& step, std::uint32_t b, const Cell& cell,
+                                        std::span<const std::uint32_t> sources, float* product) noexcept {
+  const Block& block = tissue_.blocks[b];
+  const BlockDisplacement<float>& u = displacements_[b];
   for (std::size_t half = 0; half < kPoints; half += CellPoints::kCount) {
     CellPoints X{};
     for (std::size_t i = 0; i < CellPoints::kCount; ++i) {
@@ -128,42 +150,73 @@ void Composition::apply(const Step& step, std::uint32_t b) noexcept {
       X.z[i] = static_cast<float>(x.z());
     }
     CellGradients A;
-    cells_.gradients(cell, near, bounds, X, A);
+    cells_.gradients(cell, sources, CellBounds{}, X, A);
     alignas(64) float det[CellPoints::kCount];
     cells_.loops().determinants(A, static_cast<float>(step.scale), det);
-    for (std::size_t i = 0; i < CellPoints::kCount; ++i) determinants_[b * kPoints + half + i] *= det[i];
+    for (std::size_t i = 0; i < CellPoints::kCount; ++i) product[half + i] *= det[i];
   }
-  add_displacement(step, b, near);
 }
 
-// In double throughout: sub-steps are where weights are large.
-void Composition::add_displacement(const Step& step, std::uint32_t b,
+// Single precision is good to 1e-5 mm where the weights in reach add up to no more than kLargeWeights (block_field.cpp).
+void Composition::add_displacement(const Step& step, std::uint32_t b, const Cell& cell,
                                    std::span<const std::uint32_t> sources) noexcept {
-  const Block& block = tissue_.blocks[b];
-  BlockDisplacement<float>& u = displacements_[b];
-  const Vec3 centre = 0.5 * (block.min + block.max);
+  double size = 0;
+  for (const std::uint32_t j : sources) size += step.scale * step.weights[j].norm();
+  if (size > kLargeWeights) return add_in_double(step, b, cell, sources);
+
+  const double inverse = 1 / support_radius_;
+  const std::size_t padded = (sources.size() + kGroupSize - 1) / kGroupSize * kGroupSize;
+  for (std::size_t j = 0; j < padded; ++j) {
+    const bool is_one = j < sources.size();
+    const Vec3 p =
+        is_one ? Vec3(inverse * (step.positions[sources[j]] - cell.centre)) : Vec3::Constant(kFarAway);
+    x_[j] = static_cast<float>(p.x());
+    y_[j] = static_cast<float>(p.y());
+    z_[j] = static_cast<float>(p.z());
+    if (!is_one) continue;
+    const Eigen::Vector3f w = (step.scale * step.weights[sources[j]]).cast<float>();
+    single_[j] = {x_[j], y_[j], z_[j], w.x(), w.y(), w.z()};
+  }
+  const auto half = static_cast<float>(inverse * cell.half);
+  const LocalBox box{{-half, -half, -half}, {half, half, half}};
+  const BlockPoints<float> X = moved_points<float>(b, cell.centre);
+  BlockDisplacement<float> more;
+  loops_.direct_by_block(X, &box, {x_.data(), y_.data(), z_.data(), padded}, single_.data(), chosen_.data(),
+                         more);
+  add(more, displacements_[b]);
+}
+
+void Composition::add_in_double(const Step& step, std::uint32_t b, const Cell& cell,
+                                std::span<const std::uint32_t> sources) noexcept {
   const double inverse = 1 / support_radius_;
   for (std::size_t j = 0; j < sources.size(); ++j) {
-    const Vec3 p = inverse * (step.positions[sources[j]] - centre), w = step.scale * step.weights[sources[j]];
-    local_[j] = {p.x(), p.y(), p.z(), w.x(), w.y(), w.z()};
+    const Vec3 p = inverse * (step.positions[sources[j]] - cell.centre),
+               w = step.scale * step.weights[sources[j]];
+    double_[j] = {p.x(), p.y(), p.z(), w.x(), w.y(), w.z()};
   }
-  BlockPoints<double> X;
+  const BlockPoints<double> X = moved_points<double>(b, cell.centre);
+  BlockDisplacement<double> more;
+  for (std::size_t first = 0; first < kPoints; first += kGroupSize)
+    loops_.direct_double(X, first, double_.data(), all_.data(), sources.size(), more);
+  add(more, displacements_[b]);
+}
+
+// A block's points where earlier steps have moved them, about `centre`, in support radii.
+template <class T>
+BlockPoints<T> Composition::moved_points(std::uint32_t b, const Vec3& centre) const noexcept {
+  const Block& block = tissue_.blocks[b];
+  const BlockDisplacement<float>& u = displacements_[b];
+  const double inverse = 1 / support_radius_;
+  BlockPoints<T> X;
   for (std::size_t i = 0; i < kPoints; ++i) {
     const std::size_t k = i < block.count ? i : 0;
     const Vec3 x =
         inverse * (tissue_.rest_vertices[block.first + k] + Vec3(u.ux[k], u.uy[k], u.uz[k]) - centre);
-    X.x[i] = x.x();
-    X.y[i] = x.y();
-    X.z[i] = x.z();
+    X.x[i] = static_cast<T>(x.x());
+    X.y[i] = static_cast<T>(x.y());
+    X.z[i] = static_cast<T>(x.z());
   }
-  BlockDisplacement<double> more;
-  for (std::size_t first = 0; first < kPoints; first += kGroupSize)
-    loops_.direct_double(X, first, local_.data(), all_.data(), sources.size(), more);
-  for (std::size_t i = 0; i < kPoints; ++i) {
-    u.ux[i] += static_cast<float>(more.ux[i]);
-    u.uy[i] += static_cast<float>(more.uy[i]);
-    u.uz[i] += static_cast<float>(more.uz[i]);
-  }
+  return X;
 }
 
 Vec3 Composition::displacement_at(const Vec3& X) const noexcept {

@@ -27,8 +27,6 @@ class Composition {
   void begin(std::span<const Vec3> positions, std::span<const Vec3> displacements) noexcept;
   /// Solves for the field of the next step. Unless it returns kOk there is none.
   FactorStatus solve() noexcept;
-  /// The same with the first step's weights, n, mm, known already.
-  void take_first(std::span<const Vec3> weights) noexcept;
   /// That field, unscaled: for the certificate.
   const CellField& cells() const { return cells_; }
   /// Goes on by the share `scale` of all of the way.
@@ -54,8 +52,14 @@ class Composition {
   void move_landmarks() noexcept;
   RbfField field(const Step& step) const { return {kernel_, support_radius_, step.positions, step.weights}; }
   void apply(const Step& step, std::uint32_t b) noexcept;
-  void add_displacement(const Step& step, std::uint32_t b, std::span<const std::uint32_t> sources) noexcept;
-
+  void multiply_determinants(const Step& step, std::uint32_t b, const Cell& cell,
+                             std::span<const std::uint32_t> sources, float* product) noexcept;
+  void add_displacement(const Step& step, std::uint32_t b, const Cell& cell,
+                        std::span<const std::uint32_t> sources) noexcept;
+  void add_in_double(const Step& step, std::uint32_t b, const Cell& cell,
+                     std::span<const std::uint32_t> sources) noexcept;
+  template <class T>
+  BlockPoints<T> moved_points(std::uint32_t b, const Vec3& centre) const noexcept;
   const Tissue& tissue_;
   Kernel kernel_;
   double support_radius_;
@@ -75,7 +79,10 @@ class Composition {
   double least_determinant_ = 1;
   Vec3 least_place_ = Vec3::Zero();
   std::vector<std::uint32_t> all_, near_;  // landmarks
-  std::vector<LocalLandmark<double>> local_;
+  std::vector<LocalLandmark<double>> double_;
+  std::vector<LocalLandmark<float>> single_;
+  std::vector<std::uint32_t> chosen_;
+  std::vector<float> x_, y_, z_;
 };
 
 }  // namespace brachy

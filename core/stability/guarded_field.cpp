@@ -9,9 +9,11 @@
 namespace brachy {
 namespace {
 
-constexpr double kReach = 0.7;    // share of the way to the nearest suspected fold that one field may go
+// Shares of the way to the nearest suspected fold that one field may go: as a sub-step, which leaves room for a bound that
+// is found quickly, and where landmarks are held.
+constexpr double kSubstepReach = 0.6, kHoldReach = 0.9;
 constexpr double kShorter = 0.7;  // of a step that could not be certified
-constexpr int kTries = 4;
+constexpr int kTries = 3;
 constexpr double kMargin = 0.8;  // share of the way to a fold that the margin asks for
 
 }  // namespace
@@ -39,6 +41,8 @@ FactorStatus GuardedField::update(std::span<const Vec3> positions,
       std::ranges::equal(displacements, displacements_))
     return {};
   is_updated_ = false;
+  for (std::size_t i = 0; i < displacements.size(); ++i)
+    if (!displacements[i].allFinite()) return {FactorStatus::kNotFinite, static_cast<int>(i)};
   if (const FactorStatus status = field_->update(positions, displacements); !status) return status;
   is_updated_ = true;
   positions_.assign(positions.begin(), positions.end());
@@ -48,7 +52,14 @@ FactorStatus GuardedField::update(std::span<const Vec3> positions,
   is_composed_ = false;
   flags_ = 0;
   certificate_ = {};
-  if (!positions.empty()) guard();
+  if (positions.empty()) return {};
+  guard();
+  // What the search could not settle a vertex may.
+  if (certificate_.vertex_det <= 0 && certificate_.verdict != Verdict::kFolded) {
+    certificate_.verdict = Verdict::kFolded;
+    certificate_.det_bound = Certificate::kNotKnown;
+    flags_ = (flags_ & ~kStepUncertified) | kStepFolded;
+  }
   return {};
 }
 
@@ -57,11 +68,12 @@ Vec3 GuardedField::displacement_at(const Vec3& X) const noexcept {
 }
 
 void GuardedField::guard() noexcept {
+  work_left_ = kTickWork;
   const CellField& cells = field_->cells();
   Suspect suspect = search_.find_suspect(cells);
   certificate_.substeps = 1;
-  if (is_flagged_only() || suspect.scale * kReach >= 1) {
-    const CellSearch::Result result = search_.run(cells, 1, suspect, kWork);
+  if (is_flagged_only() || suspect.scale * (may_compose() ? kSubstepReach : kHoldReach) >= 1) {
+    const CellSearch::Result result = search(cells, 1, suspect);
     if (is_flagged_only() || result.verdict != Verdict::kFolded) {
       take(result);
       find_margin(cells, 1, suspect);
@@ -70,7 +82,7 @@ void GuardedField::guard() noexcept {
     }
     suspect = {1, result.place};
   }
-  if (settings_.policy == "substep" && composition_)
+  if (may_compose())
     compose();
   else
     hold_back(cells, suspect);
@@ -88,26 +100,26 @@ void GuardedField::take(const CellSearch::Result& result) noexcept {
   flags_ |= result.verdict == Verdict::kFolded ? kStepFolded : kStepUncertified;
 }
 
-// The longest step towards `scale` that is certified. What stays unknown at a shorter one too is taken as it was wanted:
-// no fold was found there, and holding back more would not tell more.
+CellSearch::Result GuardedField::search(const CellField& cells, double scale, const Suspect& suspect,
+                                        std::uint64_t most) noexcept {
+  const CellSearch::Result result = search_.run(cells, scale, suspect, std::min({most, kWork, work_left_}));
+  work_left_ -= std::min(work_left_, result.work);
+  return result;
+}
+
+// The longest of some steps towards `scale` that is certified; if none is, the shortest.
 CellSearch::Result GuardedField::find_step(const CellField& cells, const Suspect& suspect,
                                            double& scale) noexcept {
-  const double wanted = scale;
-  CellSearch::Result first, result;
-  for (int i = 0; i < kTries; ++i) {
-    result = search_.run(cells, scale, suspect, kWork);
-    if (i == 0) first = result;
-    if (result.verdict == Verdict::kInjective) return result;
-    if (result.verdict == Verdict::kUnknown && i > 0) break;
+  CellSearch::Result result = search(cells, scale, suspect);
+  for (int i = 1; i < kTries && result.verdict != Verdict::kInjective; ++i) {
     scale *= kShorter;
+    result = search(cells, scale, suspect);
   }
-  if (first.verdict != Verdict::kUnknown) return result;
-  scale = wanted;
-  return first;
+  return result;
 }
 
 void GuardedField::hold_back(const CellField& cells, const Suspect& suspect) noexcept {
-  double scale = std::min(1.0, kReach * suspect.scale);
+  double scale = std::min(1.0, kHoldReach * suspect.scale);
   take(find_step(cells, suspect, scale));
   find_least_vertex(cells, scale);
   certificate_.margin_mm = 0;
@@ -122,16 +134,16 @@ void GuardedField::compose() noexcept {
   certificate_.substeps = 0;
   while (composition_->reached() < 1 &&
          composition_->steps() < static_cast<std::size_t>(settings_.max_substeps)) {
-    if (!composition_->solve()) break;
+    if (work_left_ == 0 || !composition_->solve()) break;
     const CellField& cells = composition_->cells();
     const Suspect suspect = search_.find_suspect(cells);
-    const double rest = 1 - composition_->reached(), most = kReach * suspect.scale;
+    const double rest = 1 - composition_->reached(), most = kSubstepReach * suspect.scale;
     double scale = std::min(rest, most);
     const CellSearch::Result result = find_step(cells, suspect, scale);
     if (result.verdict == Verdict::kFolded) break;
     take(result);
     if (scale == rest) find_margin(cells, scale, suspect);
-    composition_->accept(scale == rest ? 1 : scale);
+    composition_->accept(scale);
     ++certificate_.substeps;
   }
   composition_->evaluate();
@@ -151,7 +163,7 @@ void GuardedField::find_margin(const CellField& cells, double scale, const Suspe
   certificate_.margin_mm = 0;
   if (certificate_.verdict != Verdict::kInjective || suspect.scale <= scale) return;
   const double further = kMargin * (suspect.scale - scale);
-  if (search_.run(cells, scale + further, suspect, kWork / 2).verdict == Verdict::kInjective)
+  if (search(cells, scale + further, suspect, kWork / 2).verdict == Verdict::kInjective)
     certificate_.margin_mm = further * largest_displacement();
 }
 

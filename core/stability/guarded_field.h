@@ -20,6 +20,8 @@ class GuardedField : public TissueField {
   /// The most work spent on one certificate, in pairs of CellSearch: about 0.2 ms.
   static constexpr std::uint64_t kWork = 8000;
 
+  static constexpr std::uint64_t kTickWork = 4 * kWork;  ///< and on all of a tick
+
   /// The tissue must outlive this. `composition`: none where the field knows no sub-steps.
   GuardedField(const Tissue& tissue, std::unique_ptr<TissueField> field,
                std::unique_ptr<Composition> composition, const GuardSettings& settings,
@@ -48,12 +50,15 @@ class GuardedField : public TissueField {
   void guard() noexcept;
   void hold_back(const CellField& cells, const Suspect& suspect) noexcept;
   void compose() noexcept;
+  CellSearch::Result search(const CellField& cells, double scale, const Suspect& suspect,
+                            std::uint64_t most = kWork) noexcept;
   CellSearch::Result find_step(const CellField& cells, const Suspect& suspect, double& scale) noexcept;
   void take(const CellSearch::Result& result) noexcept;
   void find_margin(const CellField& cells, double scale, const Suspect& suspect) noexcept;
   void find_least_vertex(const CellField& cells, double scale = 1) noexcept;
   double largest_displacement() const noexcept;
   bool is_flagged_only() const { return settings_.policy == "flag"; }
+  bool may_compose() const { return settings_.policy == "substep" && composition_; }
 
   const Tissue& tissue_;
   std::unique_ptr<TissueField> field_;
@@ -64,6 +69,7 @@ class GuardedField : public TissueField {
   std::vector<Vec3> positions_, displacements_;
   bool is_updated_ = false;  // the field is that of these landmarks
   bool is_composed_ = false;
+  std::uint64_t work_left_ = 0;  // of this tick
   Evaluation evaluation_ = Evaluation::kIdle;
   Certificate certificate_;
   std::uint32_t flags_ = 0;

@@ -59,6 +59,17 @@ TEST(Scene, ABodyIsReadAsAReferenceSceneSaysIt) {
   EXPECT_EQ(body.needle_radius, 2);
 }
 
+TEST(Scene, SaysWhatGuardsAgainstFolds) {
+  EXPECT_EQ(parse_scene("", "scene.toml").stability.policy, "substep");
+  const Scene scene = parse_scene("[stability]\npolicy = \"clamp\"\nmax_substeps = 3", "scene.toml");
+  EXPECT_EQ(scene.stability.policy, "clamp");
+  EXPECT_EQ(scene.stability.max_substeps, 3);
+  EXPECT_NE(refusal("[stability]\npolicy = \"hope\"").find("scene.toml:2: 'stability.policy'"),
+            std::string::npos);
+  EXPECT_NE(refusal("[stability]\nmax_substeps = 0").find("scene.toml:2: 'stability.max_substeps'"),
+            std::string::npos);
+}
+
 TEST(Scene, ABodyThatMakesNoSenseIsRefused) {
   const std::string ellipsoid = "[[region]]\nshape = \"ellipsoid\"\nshear_modulus_kpa = 2\n";
   EXPECT_NE(refusal(ellipsoid).find("scene.toml:1: 'region.centre_mm' is missing"), std::string::npos);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <numbers>
 #include <random>
 #include <vector>
@@ -15,6 +16,12 @@ struct RandomScene {
   std::vector<Vec3> positions, displacements;
   double support = 12;  ///< a, mm
 };
+
+/// How many scenes a test goes through: `usual`, or what BRACHY_SCENES says (scripts/campaign.sh).
+inline int scene_count(int usual) {
+  const char* asked = std::getenv("BRACHY_SCENES");
+  return asked ? std::atoi(asked) : usual;
+}
 
 /// Scenes that a simulator meets and that fields fold in: a shaft pushed and bent, a cluster, a shaft beside an anchor,
 /// landmarks at the edge of each other's support. Displacements up to 20 mm, small ones as often as large ones.

@@ -1,0 +1,11 @@
+#!/usr/bin/env bash
+# The long form of the property tests: many random scenes through every kernel and rung, verdicts against brute force.
+#   scripts/campaign.sh [SCENES]     default 100000 through the fields, a tenth of them against a grid of 0.25 mm
+set -euo pipefail
+cd "$(dirname "$0")/.."
+scenes=${1:-100000}
+scripts/build.sh release core_tests
+echo "campaign: $scenes scenes, every result finite and within its certificate or flagged"
+BRACHY_SCENES=$scenes build/release/bin/core_tests --gtest_brief=1 --gtest_filter='Property/*'
+echo "campaign: $((scenes / 10)) scenes, verdicts against det(I + grad u) on a grid of 0.25 mm"
+BRACHY_SCENES=$((scenes / 10)) build/release/bin/core_tests --gtest_brief=1 --gtest_filter='CellSearch.IsNever*'
