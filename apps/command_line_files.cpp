@@ -35,7 +35,8 @@ ToolLine add_deform(CLI::App& app) {
   auto* points = command->add_option("--points", options->points, "CSV x,y,z");
   auto* mesh = command->add_option("--mesh", options->mesh, "STL, OBJ or PLY; --out is then a PLY");
   points->excludes(mesh);
-  command->add_option("--scene", options->scene, "body, moduli, regions, needle and kernel (TOML)");
+  command->add_option("--scene", options->scene,
+                      "body, moduli, regions and their supports, needle and kernel (TOML)");
   command->add_option("--kernel", options->kernel, "rung of the ladder; default: the scene's, or psi31")
       ->check(CLI::IsMember(rung_names()));
   command

@@ -22,6 +22,7 @@ forbid core/elastic core/fem core/compact core/ladder
 forbid core/fem core/compact core/ladder
 forbid core/compact core/fem core/ladder
 forbid core/kernels core/elastic core/fem core/compact core/ladder
+for room in kernels rbf field tissue elastic fem compact ladder; do forbid core/$room core/heterogeneous; done
 
 # only PATTERN WHERE WHAT: the pattern occurs in no file but those matching WHERE.
 only() {

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iostream>
+#include <variant>
 
 #include "apps/brachy/landmark_file.h"
 #include "core/choice/choice.h"
@@ -12,6 +13,7 @@
 #include "core/conditioning/refusal.h"
 #include "core/elastic/elastic_kernel.h"
 #include "core/error.h"
+#include "core/heterogeneous/heterogeneous_system.h"
 #include "core/ladder/ladder.h"
 #include "core/ladder/ladder_system.h"
 #include "core/number_csv.h"
@@ -19,6 +21,7 @@
 #include "core/rbf/rbf_field.h"
 #include "core/rbf/rbf_system.h"
 #include "core/scene/load_body.h"
+#include "core/scene/load_tissues.h"
 #include "core/scene/scene_file.h"
 
 namespace brachy {
@@ -50,6 +53,19 @@ std::unique_ptr<MatrixKernel> kernel_of(const std::string& rung, bool has_scene,
   return make_matrix_kernel(rung, body);
 }
 
+/// The least core radius of the landmarks and a needle's, mm; refused where a landmark `needs_one` and has none.
+double least_core(const Landmarks& landmarks, double needle_radius, bool needs_one, const std::string& name) {
+  double least = needle_radius;
+  for (std::size_t i = 0; i < landmarks.cores.size(); ++i) {
+    const double core = landmarks.cores[i];
+    if (core > 0) least = std::min(least, core);
+    if (core == 0 && needs_one)
+      refuse_line(name, landmarks.lines[i],
+                  "no core radius; give --core-radius MM, a column core_mm, or --scene FILE with a needle");
+  }
+  return least;
+}
+
 }  // namespace
 
 struct LandmarkField::Impl {
@@ -58,13 +74,20 @@ struct LandmarkField::Impl {
   std::vector<Vec3> weights;
   double condition = 1;
 
-  RbfField scalar;                              // of a ψ kernel, …
-  std::unique_ptr<PerLandmarkSystem> by_paper;  // … of one with supports of the landmarks' own, …
+  // Of a ψ kernel, of one with supports of the landmarks' own, or of a rung in tissues of different supports: u at a point …
+  std::variant<RbfField, PerLandmarkSystem, HeterogeneousField<ScalarKernels>,
+               HeterogeneousField<CompactKernels>>
+      at_point;
+  std::variant<std::monostate, TissueModel<ScalarKernels>, TissueModel<CompactKernels>> tissues;
+  std::vector<double> shares;
+  // … or of a matrix rung.
   std::unique_ptr<MatrixKernel> kernel;
-  std::unique_ptr<LadderSystem> system;  // … or these two
+  std::unique_ptr<LadderSystem> system;
 
   void solve_scalar(double support);
   void solve_by_paper();
+  template <class Kernels>
+  void solve_tissues(TissueModel<Kernels> model);
   void solve_matrix();
 };
 
@@ -81,15 +104,15 @@ void LandmarkField::Impl::solve_scalar(double support) {
                     explain_refusal(status, landmarks.positions, landmarks.displacements, psi, support)));
   weights.resize(landmarks.positions.size());
   rows.solve(landmarks.displacements, weights);
-  scalar = {psi, support, landmarks.positions, weights};
+  at_point = RbfField{psi, support, landmarks.positions, weights};
 }
 
 void LandmarkField::Impl::solve_by_paper() {
   const double least = *std::ranges::min_element(landmarks.supports);
   merge_twins(landmarks, FactorStatus::kDuplicateDistance * least, name);
-  by_paper = std::make_unique<PerLandmarkSystem>(*find_kernel(rung));
-  const FactorStatus status = by_paper->factorize(landmarks.positions, landmarks.supports);
-  condition = by_paper->condition();
+  auto& by_paper = at_point.emplace<PerLandmarkSystem>(*find_kernel(rung));
+  const FactorStatus status = by_paper.factorize(landmarks.positions, landmarks.supports);
+  condition = by_paper.condition();
   if (!status)
     throw Refused(fmt::format(
         "{}: with supports of their own the landmarks are {}: the condition number is {:.3g}, above {:g}; "
@@ -98,7 +121,31 @@ void LandmarkField::Impl::solve_by_paper() {
         name, std::isfinite(condition) ? "nearly singular" : "singular", condition,
         FactorStatus::kMaxCondition));
   weights.resize(landmarks.positions.size());
-  by_paper->solve(landmarks.displacements, weights);
+  by_paper.solve(landmarks.displacements, weights);
+}
+
+template <class Kernels>
+void LandmarkField::Impl::solve_tissues(TissueModel<Kernels> model) {
+  const auto& kept = tissues.emplace<TissueModel<Kernels>>(std::move(model));
+  merge_twins(landmarks, FactorStatus::kDuplicateDistance * kept.largest_support(), name);
+  HeterogeneousSystem<Kernels> rows(kept, landmarks.positions.size());
+  const FactorStatus status = rows.factorize(landmarks.positions);
+  condition = rows.condition();
+  if (!status) {
+    const auto condition_of = [&](std::span<const std::size_t> chosen) {
+      std::vector<Vec3> positions;
+      for (const std::size_t i : chosen) positions.push_back(landmarks.positions[i]);
+      HeterogeneousSystem<Kernels> tried(kept, positions.size());
+      tried.factorize(positions);
+      return tried.condition();
+    };
+    throw Refused(fmt::format("{}: {}; lower region.support_radius_mm, or thin them out", name,
+                              explain_refusal(status, landmarks.positions, rung, condition_of)));
+  }
+  weights.resize(landmarks.positions.size());
+  rows.solve(landmarks.displacements, weights);
+  shares.assign(rows.shares().begin(), rows.shares().end());
+  at_point = HeterogeneousField<Kernels>{&kept, landmarks.positions, shares, weights};
 }
 
 void LandmarkField::Impl::solve_matrix() {
@@ -134,28 +181,30 @@ LandmarkField::LandmarkField(const DeformOptions& options) : impl_(std::make_uni
   }
   m.rung = !options.kernel.empty() ? options.kernel : scene ? scene->model.kernel : "psi31";
   m.landmarks = load_landmarks(options);
+  const bool heterogeneous = scene && has_supports(*scene, m.rung);
   if (is_matrix_rung(m.rung)) {
     if (!m.landmarks.supports.empty())
       throw UserError(m.name + ": the column support is for a psi kernel; remove it, or take --kernel psi31");
     const ElasticBody body = body_of(m.rung, scene, options);
-    m.kernel = kernel_of(m.rung, scene.has_value(), body);
-    double least_core = body.needle_radius;
-    for (std::size_t i = 0; i < m.landmarks.cores.size(); ++i) {
-      const double core = m.landmarks.cores[i];
-      if (core > 0) least_core = std::min(least_core, core);
-      if (core == 0 && !scene && m.rung == "elastic")
-        refuse_line(m.name, m.landmarks.lines[i],
-                    "no core radius; give --core-radius MM, a column core_mm, or --scene FILE with a needle");
+    if (heterogeneous) {
+      m.solve_tissues(load_compact_tissues(*scene, *find_compact_rung(m.rung), body));
+    } else {
+      m.kernel = kernel_of(m.rung, scene.has_value(), body);
+      const double least = least_core(m.landmarks, body.needle_radius, !scene && m.rung == "elastic", m.name);
+      merge_twins(m.landmarks, FactorStatus::kDuplicateDistance * least, m.name);
+      m.solve_matrix();
     }
-    merge_twins(m.landmarks, FactorStatus::kDuplicateDistance * least_core, m.name);
-    m.solve_matrix();
   } else if (!m.landmarks.supports.empty()) {
     m.solve_by_paper();
   } else {
     if (!options.support_mm && !scene)
       throw UserError("--kernel " + m.rung +
                       " needs --support MM, its support radius, a column support, or --scene FILE");
-    m.solve_scalar(options.support_mm ? *options.support_mm : scene->model.support_radius_mm);
+    const double support = options.support_mm ? *options.support_mm : scene->model.support_radius_mm;
+    if (heterogeneous)
+      m.solve_tissues(load_scalar_tissues(*scene, *find_kernel(m.rung), support));
+    else
+      m.solve_scalar(support);
   }
   require_finite(m.weights, m.name);
 }
@@ -167,7 +216,7 @@ std::vector<Vec3> LandmarkField::displacements(std::span<const Vec3> X) const {
   std::vector<Vec3> u;
   u.reserve(X.size());
   for (const Vec3& x : X)
-    u.push_back(impl_->by_paper ? impl_->by_paper->displacement(x) : impl_->scalar.displacement(x));
+    u.push_back(std::visit([&](const auto& field) { return Vec3(field.displacement(x)); }, impl_->at_point));
   return u;
 }
 
@@ -176,8 +225,8 @@ std::vector<double> LandmarkField::jacobians(std::span<const Vec3> X) const {
   std::vector<double> det;
   det.reserve(X.size());
   for (const Vec3& x : X)
-    det.push_back(impl_->by_paper ? impl_->by_paper->deformation_gradient(x).determinant()
-                                  : impl_->scalar.jacobian(x));
+    det.push_back(std::visit([&](const auto& field) { return field.deformation_gradient(x).determinant(); },
+                             impl_->at_point));
   return det;
 }
 
@@ -192,7 +241,7 @@ const std::string& LandmarkField::kernel() const {
 }
 
 std::optional<Vec3> LandmarkField::total_force() const {
-  if (!impl_->system) return std::nullopt;
+  if (!is_matrix_rung(impl_->rung)) return std::nullopt;
   Vec3 sum = Vec3::Zero();
   for (const Vec3& f : impl_->weights) sum += f;
   return sum;

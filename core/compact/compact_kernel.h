@@ -27,7 +27,8 @@ enum class CompactRung {
 inline constexpr double kCompactCore = 1.25;
 
 /// The rungs with compact support and elastic weights: positive definite for any distinct landmarks, exactly 0 from the
-/// largest support on. Boxes and regions are not seen, but for the support that ends at the nearest wall.
+/// largest support on. Boxes and regions are not seen, but for the support that ends at the nearest wall. (Regions with a
+/// support of their own: core/heterogeneous.)
 class CompactKernel : public MatrixKernel {
  public:
   /// `compliance`, mm/N, multiplies the terms' weights. At least one weight is positive.

@@ -4,7 +4,6 @@
 #include <array>
 #include <cassert>
 
-#include "core/compact/compact_kernel.h"
 #include "core/elastic/elastic_kernel.h"
 #include "core/elastic/surface_remainder.h"
 #include "core/fem/fem_remainder.h"
@@ -28,11 +27,15 @@ bool is_matrix_rung(std::string_view rung) {
   return std::find(kMatrixRungs.begin(), kMatrixRungs.end(), rung) != kMatrixRungs.end();
 }
 
+std::optional<CompactRung> find_compact_rung(std::string_view rung) {
+  if (rung == "multiscale") return CompactRung::kMultiscale;
+  if (rung == "compact_elastic") return CompactRung::kCompactElastic;
+  return {};
+}
+
 std::unique_ptr<MatrixKernel> make_matrix_kernel(std::string_view rung, const ElasticBody& body) {
-  if (rung == "multiscale")
-    return std::make_unique<CompactKernel>(CompactKernel::of_body(body, CompactRung::kMultiscale));
-  if (rung == "compact_elastic")
-    return std::make_unique<CompactKernel>(CompactKernel::of_body(body, CompactRung::kCompactElastic));
+  if (const auto compact = find_compact_rung(rung))
+    return std::make_unique<CompactKernel>(CompactKernel::of_body(body, *compact));
   if (rung == "elastic")
     return std::make_unique<ElasticKernel>(body, std::make_unique<SurfaceRemainder>(body));
   assert(rung == "fem");

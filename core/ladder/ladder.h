@@ -1,10 +1,12 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "core/compact/compact_kernel.h"
 #include "core/elastic/elastic_body.h"
 #include "core/kernels/matrix_kernel.h"
 
@@ -18,6 +20,9 @@ std::vector<std::string> rung_names();
 
 /// Whether `rung` is one of the matrix-valued kernels (multiscale and up).
 bool is_matrix_rung(std::string_view rung);
+
+/// Which of the two compact matrix rungs `rung` is, or nothing.
+std::optional<CompactRung> find_compact_rung(std::string_view rung);
 
 /// The kernel of matrix rung `rung` for a body. `elastic` and `fem` take some tenths of a second to some seconds.
 /// Errors: UserError where the rung cannot have the body (elastic: more than one region).

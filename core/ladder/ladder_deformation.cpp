@@ -17,7 +17,9 @@ namespace {
 
 constexpr double kOutside = 1e-6;  // mm
 
-void require_inside(const Tissue& tissue, const ElasticBody& body) {
+}  // namespace
+
+void require_in_box(const Tissue& tissue, const ElasticBody& body) {
   for (const Block& block : tissue.blocks)
     for (const Vec3& corner : {block.min, block.max})
       if (((corner - body.box_centre).cwiseAbs() - 0.5 * body.box_size).maxCoeff() > kOutside)
@@ -26,8 +28,6 @@ void require_inside(const Tissue& tissue, const ElasticBody& body) {
             "box.centre_mm");
 }
 
-}  // namespace
-
 LadderDeformation::LadderDeformation(const Tissue& tissue, std::string_view rung, const ElasticBody& body,
                                      const Options& options)
     : options_(options),
@@ -35,7 +35,7 @@ LadderDeformation::LadderDeformation(const Tissue& tissue, std::string_view rung
       all_blocks_(tissue.blocks.size()),
       displacements_(tissue.blocks.size()),
       sources_(static_cast<std::size_t>(std::max(1, options.threads))) {
-  require_inside(tissue, body);
+  require_in_box(tissue, body);
   const std::size_t n = options.max_landmarks;
   kernel_ = make_matrix_kernel(rung, body);
   if (const auto* elastic = dynamic_cast<const ElasticKernel*>(kernel_.get())) {

@@ -17,6 +17,9 @@
 
 namespace brachy {
 
+/// Errors: UserError where the tissue is not within the body's box.
+void require_in_box(const Tissue& tissue, const ElasticBody& body);
+
 /// A tick of the matrix-valued rungs (multiscale, compact_elastic, elastic, fem): landmarks → forces → field.
 ///
 /// C(x, y) = near part + smooth part: Kelvin's solution (or the compact kernel) summed over the needle's rings directly

@@ -15,7 +15,6 @@ LandmarkColumns::LandmarkColumns(const ElasticKernel& kernel, const RemainderTab
       columns_(max_landmarks),
       node_weight_(table.nodes(), 0),
       is_node_taken_(table.nodes(), 0) {
-  const bool has_regions = !kernel.body().regions.empty();
   constexpr std::size_t kMostParts = 2 * NeedleRings::kMaxRingsBetween + 1;
   parts_.reserve(kMostParts);
   for (Column& column : columns_) {
@@ -23,7 +22,7 @@ LandmarkColumns::LandmarkColumns(const ElasticKernel& kernel, const RemainderTab
     column.nodes.reserve(table.nodes());
     column.weights.reserve(table.nodes());
     column.fields.assign(3 * table.field_size(), 0);
-    if (has_regions) column.held_fields.assign(column.fields.size(), 0);
+    if (table.keeps_held()) column.held_fields.assign(column.fields.size(), 0);
   }
   is_outside_.reserve(max_landmarks);
   moduli_.reserve(max_landmarks * NeedleRings::kMaxRingsBetween);
@@ -68,7 +67,8 @@ void LandmarkColumns::take_parts(std::uint32_t landmark, const NeedleRings& ring
         parts_.push_back({ring.centre, rings.points(ring).front(), ring.weight[side], ring.s});
 }
 
-// Inside, tissue is all of one modulus, but for contacts, which may lie on a region's surface.
+// Inside, tissue is all of one modulus, but for contacts, which may lie on a region's surface. Where a region fills part of
+// the tissue the table has everything but Kelvin's solution for its own modulus.
 void LandmarkColumns::take_moduli(std::size_t landmarks, std::span<const NeedleRings::Ring> rings) noexcept {
   moduli_.assign(rings.size(), {1, 1});
   is_outside_.assign(landmarks, 0);
@@ -77,10 +77,9 @@ void LandmarkColumns::take_moduli(std::size_t landmarks, std::span<const NeedleR
     for (std::size_t side = 0; side < 2; ++side)
       if (ring.weight[side] > 0) is_outside_[ring.landmark[side]] = 1;
   }
-  const bool has_regions = !kernel_.body().regions.empty();
   for (std::size_t r = 0; r < rings.size(); ++r)
     for (std::size_t side = 0; side < 2; ++side)
-      moduli_[r][side] = has_regions && (rings[r].count == 1 || is_outside_[rings[r].landmark[side]])
+      moduli_[r][side] = is_outside_[rings[r].landmark[side]] || (rings[r].count == 1 && table_.keeps_held())
                              ? kernel_.body().relative_modulus(rings[r].centre)
                              : table_.modulus();
 }

@@ -14,20 +14,22 @@ double squared_distance(const Vec3& p, const Block& box) {
 
 }  // namespace
 
-NearField::NearField(const Tissue& tissue, double scale, double needle_radius, SimdTarget target)
-    : tissue_(tissue), scale_(scale), far_distance_(kFarRadii * needle_radius), loops_(near_loops(target)) {
-  for (const Block& block : tissue.blocks) {
-    block_centres_.push_back(0.5 * (block.min + block.max));
-    BlockPoints<float>& points = block_points_.emplace_back();
-    for (std::size_t i = 0; i < Tissue::kBlockSize; ++i) {
-      const Vec3 local =
-          tissue.rest_vertices[block.first + (i < block.count ? i : 0)] - block_centres_.back();
-      points.x[i] = static_cast<float>(local.x());
-      points.y[i] = static_cast<float>(local.y());
-      points.z[i] = static_cast<float>(local.z());
-    }
+CompactShape shape_of(const CompactKernel& kernel) {
+  CompactShape shape;
+  for (const CompactTerm& term : kernel.terms()) {
+    shape.inverse_radius[shape.count] = static_cast<float>(1 / term.support);
+    shape.w[shape.count] = static_cast<float>(term.w);
+    shape.v[shape.count++] = static_cast<float>(term.v);
   }
+  return shape;
 }
+
+NearField::NearField(const Tissue& tissue, double scale, double needle_radius, SimdTarget target)
+    : tissue_(tissue),
+      scale_(scale),
+      far_distance_(kFarRadii * needle_radius),
+      loops_(near_loops(target)),
+      blocks_(tissue) {}
 
 NearField::NearField(const Tissue& tissue, const ElasticKernel& kernel, double weight, SimdTarget target)
     : NearField(tissue, weight / kernel.body().shear_modulus, kernel.body().needle_radius, target) {
@@ -39,11 +41,7 @@ NearField::NearField(const Tissue& tissue, const CompactKernel& kernel, double n
                      SimdTarget target)
     : NearField(tissue, kernel.compliance(), needle_radius, target) {
   compact_ = &kernel;
-  for (const CompactTerm& term : kernel.terms()) {
-    shape_.inverse_radius[shape_.count] = static_cast<float>(1 / term.support);
-    shape_.w[shape_.count] = static_cast<float>(term.w);
-    shape_.v[shape_.count++] = static_cast<float>(term.v);
-  }
+  shape_ = shape_of(kernel);
 }
 
 Mat3 NearField::value(const Vec3& x, double s) const noexcept {
@@ -79,12 +77,12 @@ void NearField::add_to_block(std::uint32_t b, const NeedleRings& rings, std::spa
     const NeedleRings::Ring& ring = rings.rings()[r];
     const bool as_one =
         ring.count == 1 || squared_distance(ring.centre, tissue_.blocks[b]) > far_distance_ * far_distance_;
-    add_sources(rings, ring, as_one, ring_forces[r], block_centres_[b], sources);
+    add_sources(rings, ring, as_one, ring_forces[r], blocks_.centres[b], sources);
   }
   if (elastic_)
-    loops_.kelvin(block_points_[b], sources.data(), sources.size(), kelvin_b_, u);
+    loops_.kelvin(blocks_.points[b], sources.data(), sources.size(), kelvin_b_, u);
   else
-    loops_.compact(block_points_[b], sources.data(), sources.size(), shape_, u);
+    loops_.compact(blocks_.points[b], sources.data(), sources.size(), shape_, u);
 }
 
 double NearField::reach() const {

@@ -6,11 +6,15 @@
 #include "core/compact/compact_kernel.h"
 #include "core/elastic/elastic_kernel.h"
 #include "core/elastic/needle_rings.h"
+#include "core/ladder/centred_blocks.h"
 #include "core/ladder/near_bounds.h"
 #include "core/ladder/near_loops.h"
 #include "core/tissue/tissue.h"
 
 namespace brachy {
+
+/// `kernel` as the loops take it: without its compliance.
+CompactShape shape_of(const CompactKernel& kernel);
 
 /// The near part of a matrix rung's kernel: Kelvin's solution, weighted for one modulus, or the compact kernel, between
 /// the rings of a needle and from them at a tissue's points. A ring is summed by its points where what looks at it is
@@ -51,7 +55,7 @@ class NearField {
   /// ∇u at X by every ring's points.
   Mat3 gradient_at(const Vec3& X, const NeedleRings& rings, std::span<const Vec3> ring_forces) const noexcept;
 
-  std::size_t bytes() const { return block_points_.size() * sizeof(block_points_[0]); }
+  std::size_t bytes() const { return blocks_.points.size() * sizeof(blocks_.points[0]); }
 
  private:
   NearField(const Tissue& tissue, double scale, double needle_radius, SimdTarget target);
@@ -65,8 +69,7 @@ class NearField {
   double far_distance_;  // mm
   float kelvin_b_ = 0;   // 1/(4(1 − ν))
   const NearLoops& loops_;
-  std::vector<Vec3> block_centres_;
-  std::vector<BlockPoints<float>> block_points_;  // about the block's centre, mm
+  CentredBlocks blocks_;
 };
 
 }  // namespace brachy

@@ -13,7 +13,8 @@ namespace brachy {
 /// what a tick reads instead of some hundred sources on walls and capsule. Between nodes it is cubic in x and in y, or trilinear on the remainder's own planes where it has them (fem).
 /// ŵ is the weight of the material that most of the tissue is made of; where the tissue has more than one, what the others
 /// add is smoothed over a node's spacing.
-/// Where the body has regions Q is kept as well, for landmarks on a region's surface, where w is another.
+/// Where the body has regions, none of which fills only part of the tissue, Q is kept as well, for landmarks on a region's
+/// surface, where w is another.
 /// Memory: (3M)² floats for M nodes, twice that with regions. Threads: const functions may be called from any. Real-time: they do not allocate.
 class RemainderTable {
  public:
@@ -43,7 +44,8 @@ class RemainderTable {
 
   /// field += weight · D(·, node) e_axis: the nodes' displacement, mm/N.
   void add_column(std::uint32_t node, std::size_t axis, float weight, float* field) const noexcept;
-  /// The same of Q/μ; only with regions.
+  bool keeps_held() const { return !held_.empty(); }
+  /// The same of Q/μ; only where it is kept.
   void add_held_column(std::uint32_t node, std::size_t axis, float weight, float* field) const noexcept;
 
   /// Whether X lies in the grid, within half a millimetre.

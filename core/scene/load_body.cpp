@@ -9,15 +9,6 @@ namespace {
 
 constexpr double kPerKilopascal = 1e-3;  // N/mm²
 
-std::shared_ptr<const Region> load_region(const Scene& scene, const RegionSettings& s) {
-  const double modulus = kPerKilopascal * s.shear_modulus_kpa;
-  if (s.shape == "ellipsoid") return std::make_shared<EllipsoidRegion>(s.centre_mm, s.semi_axes_mm, modulus);
-  const auto file = scene.resolve(s.file);
-  PreparedSurface prepared = prepare_surface(read_mesh_file(file), {}, file.string());
-  require_closed(prepared.report, file.string());
-  return std::make_shared<MeshRegion>(std::move(prepared.mesh), modulus);
-}
-
 void require_inside(const ElasticBody& body, const Region& region, std::size_t number) {
   for (const SurfacePatch& patch : region.surface(200))
     if (((patch.position - body.box_centre).cwiseAbs() - 0.5 * body.box_size).maxCoeff() > 0)
@@ -25,7 +16,20 @@ void require_inside(const ElasticBody& body, const Region& region, std::size_t n
                       " reaches out of [box]; raise box.size_mm or move box.centre_mm");
 }
 
+std::shared_ptr<const Region> load_region(const Scene& scene, const RegionSettings& s) {
+  const double modulus = kPerKilopascal * *s.shear_modulus_kpa;
+  if (s.shape == "mesh") return std::make_shared<MeshRegion>(load_region_mesh(scene, s), modulus);
+  return std::make_shared<EllipsoidRegion>(s.centre_mm, s.semi_axes_mm, modulus);
+}
+
 }  // namespace
+
+SurfaceMesh load_region_mesh(const Scene& scene, const RegionSettings& settings) {
+  const auto file = scene.resolve(settings.file);
+  PreparedSurface prepared = prepare_surface(read_mesh_file(file), {}, file.string());
+  require_closed(prepared.report, file.string());
+  return std::move(prepared.mesh);
+}
 
 ElasticBody load_body(const Scene& scene) {
   ElasticBody body;
@@ -35,9 +39,10 @@ ElasticBody load_body(const Scene& scene) {
   body.shear_modulus = kPerKilopascal * scene.tissue.shear_modulus_kpa;
   body.poisson = scene.tissue.poisson;
   body.needle_radius = 0.5 * scene.needle.diameter_mm;
-  for (const RegionSettings& region : scene.regions) {
-    body.regions.push_back(load_region(scene, region));
-    require_inside(body, *body.regions.back(), body.regions.size());
+  for (std::size_t r = 0; r < scene.regions.size(); ++r) {
+    if (!scene.regions[r].shear_modulus_kpa) continue;
+    body.regions.push_back(load_region(scene, scene.regions[r]));
+    require_inside(body, *body.regions.back(), r + 1);
   }
   return body;
 }

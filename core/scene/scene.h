@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -39,12 +40,20 @@ struct BoxSettings {
   bool operator==(const BoxSettings&) const = default;
 };
 
-/// A part of the tissue with a modulus of its own.
+/// A part of the tissue with a modulus or a support radius of its own, or both; a later one lies over an earlier one.
 struct RegionSettings {
-  std::string shape = "ellipsoid";  ///< ellipsoid (axes along x, y, z), or mesh
-  Vec3 centre_mm = Vec3::Zero(), semi_axes_mm = Vec3::Constant(20);
-  std::string file;  ///< for mesh: STL, OBJ or PLY, mm, relative to the scene file
-  double shear_modulus_kpa = 6;
+  /// Of blend_mm; less where the region is narrower. A push of up to 3.3 mm does not fold it (Membership::kMaxSlope): the
+  /// default capsule gives way at 3.
+  static constexpr double kBlendMm = 8;
+
+  std::string shape = "ellipsoid";  ///< ellipsoid (axes along x, y, z), sphere, or mesh
+  Vec3 centre_mm = Vec3::Zero();
+  Vec3 semi_axes_mm = Vec3::Constant(20);  ///< of a sphere: its radius, three times
+  std::string file;                        ///< for mesh: STL, OBJ or PLY, mm, relative to the scene file
+  std::optional<double> shear_modulus_kpa;
+  std::optional<double> support_radius_mm;  ///< of the ψ rungs; the compact ones' largest
+  double blend_mm = kBlendMm;               ///< across the surface, from one support to the other
+  std::string place;                        ///< file:line, for messages
 
   bool operator==(const RegionSettings&) const = default;
 };

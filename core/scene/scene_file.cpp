@@ -34,7 +34,7 @@ void read_tissue(TomlTable t, TissueSettings& s) {
                                   "); raise one or lower the other");
 }
 
-void read_model(TomlTable t, ModelSettings& s) {
+void read_model(TomlTable t, const std::vector<RegionSettings>& regions, ModelSettings& s) {
   std::vector<std::string> kernels = rung_names();
   kernels.emplace_back("auto");
   t.text("kernel", s.kernel, kernels);
@@ -43,6 +43,13 @@ void read_model(TomlTable t, ModelSettings& s) {
   t.text("needs", s.needs, {"volume", "surface"});
   t.number("support_radius_mm", s.support_radius_mm, 0.5, 500);
   t.refuse_unknown();
+  const auto with_support = std::ranges::find_if(
+      regions, [](const RegionSettings& region) { return region.support_radius_mm.has_value(); });
+  if (s.kernel == "auto" && with_support != regions.end())
+    t.contradiction("kernel",
+                    "is \"auto\", which is charted for one support only; name a rung, or take "
+                    "region.support_radius_mm out of " +
+                        with_support->place);
 }
 
 void read_box(TomlTable t, BoxSettings& s) {
@@ -58,25 +65,63 @@ void read_box(TomlTable t, BoxSettings& s) {
   t.refuse_unknown();
 }
 
+// What each shape is given by.
+struct ShapeKeys {
+  const char* shape;
+  std::vector<const char*> keys;
+  const char* what;
+};
+const std::vector<ShapeKeys>& shapes() {
+  static const std::vector<ShapeKeys> all = {
+      {"ellipsoid", {"centre_mm", "semi_axes_mm"}, "an ellipsoid has centre_mm and semi_axes_mm"},
+      {"sphere", {"centre_mm", "radius_mm"}, "a sphere has centre_mm and radius_mm"},
+      {"mesh",
+       {"file"},
+       "a region of shape \"mesh\" names its STL, OBJ or PLY file, and lies where that says"}};
+  return all;
+}
+
+void check_shape(const TomlTable& t, const std::string& shape) {
+  const auto mine = std::ranges::find(shapes(), shape, &ShapeKeys::shape);
+  for (const char* key : mine->keys)
+    if (!t.has(key)) t.missing(key, mine->what);
+  for (const ShapeKeys& other : shapes())
+    for (const char* key : other.keys)
+      if (t.has(key) && std::ranges::find(mine->keys, std::string_view(key)) == mine->keys.end())
+        t.contradiction(key, "belongs to shape = \"" + std::string(other.shape) + "\"; " + mine->what);
+}
+
+void optional_number(TomlTable& t, const char* key, std::optional<double>& value, double least, double most) {
+  double v = 0;
+  t.number(key, v, least, most);
+  if (t.has(key)) value = v;
+}
+
 void read_region(TomlTable t, RegionSettings& s) {
-  t.text("shape", s.shape, {"ellipsoid", "mesh"});
+  s.place = t.place();
+  t.text("shape", s.shape, {"ellipsoid", "sphere", "mesh"});
   t.numbers("centre_mm", s.centre_mm, -1e5, 1e5);
   t.numbers("semi_axes_mm", s.semi_axes_mm, 0.5, 1e4);
+  double radius = s.semi_axes_mm[0];
+  t.number("radius_mm", radius, 0.5, 1e4);
   t.text("file", s.file);
-  t.number("shear_modulus_kpa", s.shear_modulus_kpa, 1e-3, 1e6);
+  optional_number(t, "shear_modulus_kpa", s.shear_modulus_kpa, 1e-3, 1e6);
+  optional_number(t, "support_radius_mm", s.support_radius_mm, 0.5, 500);
+  t.number("blend_mm", s.blend_mm, 0.1, 1000);
   t.refuse_unknown();
-  for (const char* key : {"shape", "shear_modulus_kpa"})
-    if (!t.has(key)) t.missing(key, "a [[region]] has a shape and a shear_modulus_kpa");
-  if (s.shape == "mesh") {
-    if (!t.has("file")) t.missing("file", "a region of shape \"mesh\" names its STL, OBJ or PLY file");
-    for (const char* key : {"centre_mm", "semi_axes_mm"})
-      if (t.has(key))
-        t.contradiction(key, "belongs to shape = \"ellipsoid\"; a mesh lies where its file says");
-  } else {
-    for (const char* key : {"centre_mm", "semi_axes_mm"})
-      if (!t.has(key)) t.missing(key, "an ellipsoid has centre_mm and semi_axes_mm");
-    if (t.has("file")) t.contradiction("file", "belongs to shape = \"mesh\"");
-  }
+  if (!t.has("shape")) t.missing("shape", "a [[region]] is an ellipsoid, a sphere or a mesh");
+  check_shape(t, s.shape);
+  if (s.shape == "sphere") s.semi_axes_mm.setConstant(radius);
+  if (!s.shear_modulus_kpa && !s.support_radius_mm)
+    t.missing("shear_modulus_kpa", "a [[region]] has that, or a support_radius_mm, or both");
+  if (!s.support_radius_mm && t.has("blend_mm"))
+    t.contradiction("blend_mm", "belongs to region.support_radius_mm, which this region has not");
+  // Wider, and the middle would not be the region's own.
+  const double widest = 2 * s.semi_axes_mm.minCoeff();
+  if (s.shape == "mesh" || s.blend_mm <= widest) return;
+  if (t.has("blend_mm"))
+    t.contradiction("blend_mm", "is wider than the region; lower it to at most " + text_of(widest));
+  s.blend_mm = widest;
 }
 
 void read_stability(TomlTable t, GuardSettings& s) {
@@ -186,7 +231,7 @@ Scene parse_scene(std::string_view text, const std::string& name) {
   read_tissue(top.table("tissue"), scene.tissue);
   read_box(top.table("box"), scene.box);
   for (TomlTable& region : top.tables("region")) read_region(region, scene.regions.emplace_back());
-  read_model(top.table("model"), scene.model);
+  read_model(top.table("model"), scene.regions, scene.model);
   read_stability(top.table("stability"), scene.stability);
   read_anchors(top.table("anchors"), scene.anchors);
   read_needle(top.table("needle"), scene.needle);

@@ -166,8 +166,11 @@ void TomlTable::contradiction(const char* key, const std::string& what) const {
 }
 
 void TomlTable::missing(const char* key, const std::string& what) const {
-  const std::string line = table_ ? ":" + std::to_string(table_->source().begin.line) : "";
-  throw UserError(file_ + line + ": '" + prefix_ + key + "' is missing; " + what);
+  throw UserError(place() + ": '" + prefix_ + key + "' is missing; " + what);
+}
+
+std::string TomlTable::place() const {
+  return table_ ? file_ + ":" + std::to_string(table_->source().begin.line) : file_;
 }
 
 }  // namespace brachy

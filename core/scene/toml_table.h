@@ -40,6 +40,7 @@ class TomlTable {
   [[noreturn]] void contradiction(const char* key, const std::string& what) const;
   /// Refuses the table for the lack of `key`.
   [[noreturn]] void missing(const char* key, const std::string& what) const;
+  std::string place() const;  ///< file:line
 
  private:
   const toml::node* find(const char* key);

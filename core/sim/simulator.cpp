@@ -7,9 +7,11 @@
 #include "core/conditioning/landmark_hygiene.h"
 #include "core/error.h"
 #include "core/field/deformation.h"
+#include "core/heterogeneous/heterogeneous_deformation.h"
 #include "core/ladder/ladder.h"
 #include "core/ladder/ladder_deformation.h"
 #include "core/scene/load_body.h"
+#include "core/scene/load_tissues.h"
 
 namespace brachy {
 namespace {
@@ -32,21 +34,35 @@ std::size_t max_landmarks(const Scene& scene) {
 std::unique_ptr<GuardedField> make_field(const Scene& scene, const Tissue& tissue) {
   const SimdTarget target = resolve_simd_target(scene.engine.simd);
   const std::size_t landmarks = max_landmarks(scene);
+  const BlockField::Options options{
+      .target = target, .threads = scene.engine.threads, .max_landmarks = landmarks};
+  const std::string& rung = scene.model.kernel;
+  const bool heterogeneous = has_supports(scene, rung);
   std::unique_ptr<TissueField> field;
   std::unique_ptr<Composition> composition;
-  if (is_matrix_rung(scene.model.kernel)) {
-    field = std::make_unique<LadderDeformation>(
-        tissue, scene.model.kernel, load_body(scene),
-        LadderDeformation::Options{
-            .target = target, .threads = scene.engine.threads, .max_landmarks = landmarks});
+  if (is_matrix_rung(rung)) {
+    const ElasticBody body = load_body(scene);
+    if (heterogeneous) {
+      require_in_box(tissue, body);
+      field = std::make_unique<HeterogeneousDeformation<CompactKernels>>(
+          tissue, load_compact_tissues(scene, *find_compact_rung(rung), body), options);
+    } else {
+      field = std::make_unique<LadderDeformation>(
+          tissue, rung, body,
+          LadderDeformation::Options{
+              .target = target, .threads = scene.engine.threads, .max_landmarks = landmarks});
+    }
   } else {
-    const Kernel kernel = *find_kernel(scene.model.kernel);
+    const Kernel kernel = *find_kernel(rung);
     const double radius = scene.model.support_radius_mm;
-    field = std::make_unique<Deformation>(
-        tissue, kernel, radius,
-        BlockField::Options{.target = target, .threads = scene.engine.threads, .max_landmarks = landmarks});
-    composition = std::make_unique<Composition>(tissue, kernel, radius, target, landmarks,
-                                                static_cast<std::size_t>(scene.stability.max_substeps));
+    if (heterogeneous) {
+      field = std::make_unique<HeterogeneousDeformation<ScalarKernels>>(
+          tissue, load_scalar_tissues(scene, kernel, radius), options);
+    } else {
+      field = std::make_unique<Deformation>(tissue, kernel, radius, options);
+      composition = std::make_unique<Composition>(tissue, kernel, radius, target, landmarks,
+                                                  static_cast<std::size_t>(scene.stability.max_substeps));
+    }
   }
   return std::make_unique<GuardedField>(tissue, std::move(field), std::move(composition), scene.stability,
                                         landmarks);

@@ -111,7 +111,7 @@ CellSearch::Result CellSearch::run(const CellField& field, double scale, const S
     const std::size_t count =
         field.narrow(node.cell, from, &candidates_[(node.depth + 1) * max_sources_], bounds);
     counts_[node.depth + 1] = count;
-    result_.work += 1 + from.size() / 8;
+    result_.work += 1 + from.size() / 8 + bounds.looked;
     if (count > 0) settle(node, count, bounds);
   }
   if (result_.verdict != Verdict::kFolded)

@@ -555,6 +555,76 @@ TEST_F(DeformByScene, EveryRungOfTheLadderCanBeAskedFor) {
   }
 }
 
+// Clear of the blend, inside and outside are fields of their own, each of its own support: what an independent long-double
+// evaluation says of the landmarks there alone.
+TEST_F(Deform, RegionsOfASceneHaveSupportsOfTheirOwn) {
+  const std::string scene = folder.write(
+      "S.toml",
+      "[model]\nkernel = \"psi32\"\nsupport_radius_mm = 12\n"
+      "[[region]]\nshape = \"sphere\"\ncentre_mm = [0, 0, 0]\nradius_mm = 10\nsupport_radius_mm = 18\n"
+      "blend_mm = 4\n");
+  const std::vector<Row> inside = {{0, 0, 0, 1, 0.5, 0}, {4, 0, -3, 0, -1, 0.3}},
+                         outside = {{20, 0, 0, 0, 0, 1}, {16, 3, 5, 0.4, 0, 0}};
+  std::vector<Row> given = inside;
+  given.insert(given.end(), outside.begin(), outside.end());
+  const std::vector<Row> at = {{1, 2, 3}, {-5, 5, 0}, {18, 2, 1}, {12.5, 0, 0}, {-30, 0, 0}};
+  const auto by_scene = [&](const std::vector<Row>& rows, const std::vector<std::string>& more) {
+    std::vector<std::string> line = {"deform",  "--landmarks", landmarks(rows), "--points", points(at),
+                                     "--scene", scene,         "--out",         out,        "--jacobian"};
+    line.insert(line.end(), more.begin(), more.end());
+    return run_brachy(line);
+  };
+  ASSERT_TRUE(exited(by_scene(given, {}), 0));
+  const DenseField within = dense("psi32", 18, inside), around = dense("psi32", 12, outside);
+  const auto lines = lines_of(read_file(out));
+  ASSERT_EQ(lines.size(), at.size() + 1);
+  for (std::size_t i = 0; i < at.size(); ++i) {
+    const auto cells = cells_of(lines[i + 1]);
+    const DenseField& field = i < 2 ? within : around;
+    const auto u = field.displacement(vec(at[i], 0));
+    for (std::size_t k = 0; k < 3; ++k)
+      EXPECT_NEAR(std::stod(cells[3 + k]), static_cast<double>(u[k]), 1e-12) << lines[i + 1];
+    EXPECT_NEAR(std::stod(cells[6]), static_cast<double>(field.determinant(vec(at[i], 0))), 1e-12);
+  }
+
+  given.push_back({0, 10, 0, 0, 0.5, 0.5});  // amid the blend
+  for (const char* rung : {"psi30", "buhmann"}) {
+    const Ended ended = by_scene(given, {"--kernel", rung, "--json"});
+    ASSERT_TRUE(exited(ended, 0)) << rung;
+    EXPECT_FALSE(json_of(ended).contains("force_n")) << rung;
+  }
+  for (const char* rung : {"multiscale", "compact_elastic"}) {
+    const Ended ended = by_scene(given, {"--kernel", rung, "--json"});
+    ASSERT_TRUE(exited(ended, 0)) << rung;
+    EXPECT_TRUE(json_of(ended).contains("force_n")) << rung;
+  }
+  EXPECT_TRUE(refused_in_one_line(by_scene(given, {"--kernel", "fem"}),
+                                  {"S.toml:4", "'region.shear_modulus_kpa' is missing", "fem"}));
+}
+
+TEST_F(Deform, LandmarksAmidABlendAreReproduced) {
+  const std::string scene =
+      folder.write("S.toml",
+                   "[[region]]\nshape = \"ellipsoid\"\ncentre_mm = [0, 0, 0]\nsemi_axes_mm = [12, 9, 10]\n"
+                   "support_radius_mm = 40\nblend_mm = 8\n");
+  std::vector<Row> given, at;
+  for (int k = 0; k < 12; ++k) {
+    given.push_back({2.5 * k - 14, 1, 0.3 * k, 0.3, -0.2 * k, 1});
+    at.push_back({2.5 * k - 14, 1, 0.3 * k});
+  }
+  for (const char* rung : {"psi31", "compact_elastic"}) {
+    ASSERT_TRUE(exited(run_brachy({"deform", "--landmarks", landmarks(given), "--points", points(at),
+                                   "--scene", scene, "--kernel", rung, "--out", out}),
+                       0))
+        << rung;
+    const auto lines = lines_of(read_file(out));
+    ASSERT_EQ(lines.size(), at.size() + 1);
+    for (std::size_t i = 0; i < at.size(); ++i)
+      for (std::size_t k = 3; k < 6; ++k)
+        EXPECT_NEAR(std::stod(cells_of(lines[i + 1])[k]), given[i][k], 1e-9) << rung;
+  }
+}
+
 TEST_F(Deform, WithoutASceneElasticNeedsACore) {
   const std::string at = points(kTwoPoints), from = landmarks(kOneLandmark);
   const auto run = [&](const std::vector<std::string>& more) {

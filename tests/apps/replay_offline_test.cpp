@@ -86,6 +86,30 @@ TEST(ReplayOffline, EveryKernelGivesAnotherHash) {
   }
 }
 
+// A region's mesh is read beside the scene.
+TEST(ReplayOffline, RegionsOfOtherSupportChangeTheHash) {
+  const TempFolder folder;
+  folder.write("nodule.stl", octahedron_stl(14));
+  const std::string trajectory = folder.write("t.csv", short_insertion(0.5));
+  const std::string regions =
+      "[[region]]\nshape = \"mesh\"\nfile = \"nodule.stl\"\nsupport_radius_mm = 20\n"
+      "[[region]]\nshape = \"sphere\"\ncentre_mm = [8, -4, 4]\nradius_mm = 6\nsupport_radius_mm = 6\n";
+  for (const char* kernel : {"psi30", "psi32", "compact_elastic"}) {
+    const std::string model = "[model]\nkernel = \"" + std::string(kernel) + "\"\n";
+    const auto plain = json_of(offline(trajectory, folder.write("p.toml", small_scene(model))));
+    const auto json = json_of(offline(trajectory, folder.write("s.toml", small_scene(model + regions))));
+    ASSERT_FALSE(json.is_discarded()) << kernel;
+    EXPECT_EQ(json.at("solve_failed"), false) << kernel;
+    EXPECT_EQ(json.at("contact"), "withdrawn") << kernel;
+    EXPECT_GT(json.at("max_disp_mm").get<double>(), 1) << kernel;
+    EXPECT_NE(json.at("state_hash"), plain.at("state_hash")) << kernel;
+    EXPECT_EQ(json_of(offline(trajectory, folder.write("s.toml", small_scene(model + regions)))), json);
+  }
+  EXPECT_TRUE(refused_in_one_line(
+      offline(trajectory, folder.write("s.toml", small_scene("[model]\nkernel = \"elastic\"\n" + regions))),
+      {"s.toml:8", "region.shear_modulus_kpa", "elastic"}));
+}
+
 TEST(ReplayOffline, SpeedAndTranslationMoveTheTrajectory) {
   const TempFolder folder;
   const std::string trajectory = folder.write("t.csv", short_insertion(1));

@@ -76,6 +76,21 @@ TEST(CompactKernel, IsExactlyZeroFromItsSupportOn) {
   EXPECT_EQ(system.evaluate(std::vector<Vec3>{{0, -48, 0}}, system.solve(d))[0], Vec3(0, 0, 0));
 }
 
+TEST(CompactKernel, GradientIsThatOfTheValue) {
+  const CompactKernel kernel({{6, 1.5, 0.3}, {12, 0.4, 2}}, 0.7);
+  const Vec3 f(0.3, -1, 2);
+  const double h = 1e-5;
+  for (const Vec3& x : random_points(200, Vec3::Constant(8), 4)) {
+    Mat3 differences;
+    for (int k = 0; k < 3; ++k)
+      differences.col(k) =
+          (kernel.value(x + h * Vec3::Unit(k)) - kernel.value(x - h * Vec3::Unit(k))) * f / (2 * h);
+    EXPECT_LT((kernel.gradient(x, f) - differences).norm(), 1e-8) << x.transpose();
+  }
+  EXPECT_EQ(kernel.gradient(Vec3::Zero(), f), Mat3(Mat3::Zero()));
+  EXPECT_EQ(kernel.gradient({12, 0, 0}, f), Mat3(Mat3::Zero()));
+}
+
 TEST(CompactKernel, EndsAtTheNearestWall) {
   ElasticBody body = body_of(0.49);
   body.box_size = Vec3(120, 60, 90);

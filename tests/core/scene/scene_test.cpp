@@ -6,6 +6,7 @@
 #include "core/error.h"
 #include "core/scene/load_body.h"
 #include "core/scene/load_tissue.h"
+#include "core/scene/load_tissues.h"
 #include "core/scene/scene_file.h"
 
 namespace brachy {
@@ -82,6 +83,116 @@ TEST(Scene, ABodyThatMakesNoSenseIsRefused) {
   const Scene far =
       parse_scene(ellipsoid + "centre_mm = [40, 0, 0]\nsemi_axes_mm = [10, 10, 10]", "scene.toml");
   EXPECT_THROW(load_body(far), UserError);
+}
+
+TEST(Scene, RegionsHaveAModulusOrASupportOrBoth) {
+  const Scene scene = parse_scene(
+      "[[region]]\nshape = \"sphere\"\ncentre_mm = [1, 2, 3]\nradius_mm = 9\nsupport_radius_mm = 20\n"
+      "[[region]]\nshape = \"ellipsoid\"\ncentre_mm = [0, 0, 0]\nsemi_axes_mm = [5, 2, 7]\n"
+      "support_radius_mm = 6\nshear_modulus_kpa = 3\n"
+      "[[region]]\nshape = \"mesh\"\nfile = \"gland.stl\"\nsupport_radius_mm = 6\nblend_mm = 7.5\n",
+      "scene.toml");
+  ASSERT_EQ(scene.regions.size(), 3u);
+  EXPECT_EQ(scene.regions[0].semi_axes_mm, Vec3(9, 9, 9));
+  EXPECT_EQ(scene.regions[0].support_radius_mm, 20);
+  EXPECT_FALSE(scene.regions[0].shear_modulus_kpa);
+  EXPECT_EQ(scene.regions[0].blend_mm, 8);
+  EXPECT_EQ(scene.regions[0].place, "scene.toml:1");
+  EXPECT_EQ(scene.regions[1].shear_modulus_kpa, 3);
+  EXPECT_EQ(scene.regions[1].blend_mm, 4);  // the region is no wider
+  EXPECT_EQ(scene.regions[1].place, "scene.toml:6");
+  EXPECT_EQ(scene.regions[2].blend_mm, 7.5);
+}
+
+TEST(Scene, ARegionThatMakesNoSenseIsRefused) {
+  const std::string sphere = "[[region]]\nshape = \"sphere\"\ncentre_mm = [0, 0, 0]\nradius_mm = 9\n";
+  EXPECT_EQ(refusal(sphere),
+            "scene.toml:1: 'region.shear_modulus_kpa' is missing; a [[region]] has that, or "
+            "a support_radius_mm, or both");
+  EXPECT_EQ(refusal("[[region]]\nshape = \"sphere\"\ncentre_mm = [0, 0, 0]\nsupport_radius_mm = 9"),
+            "scene.toml:1: 'region.radius_mm' is missing; a sphere has centre_mm and radius_mm");
+  EXPECT_EQ(
+      refusal(sphere + "semi_axes_mm = [1, 2, 3]\nsupport_radius_mm = 9"),
+      "scene.toml:5: 'region.semi_axes_mm' belongs to shape = \"ellipsoid\"; a sphere has centre_mm and "
+      "radius_mm");
+  EXPECT_NE(refusal("[[region]]\nshape = \"mesh\"\nfile = \"a.stl\"\nsupport_radius_mm = 9\n"
+                    "centre_mm = [0, 0, 0]")
+                .find("scene.toml:5: 'region.centre_mm' belongs to shape = \"ellipsoid\""),
+            std::string::npos);
+  EXPECT_EQ(refusal("[[region]]\nsupport_radius_mm = 9"),
+            "scene.toml:1: 'region.shape' is missing; a [[region]] is an ellipsoid, a sphere or a mesh");
+  EXPECT_EQ(refusal(sphere + "support_radius_mm = 20\nblend_mm = 18.5"),
+            "scene.toml:6: 'region.blend_mm' is wider than the region; lower it to at most 18");
+  EXPECT_EQ(refusal(sphere + "shear_modulus_kpa = 2\nblend_mm = 3"),
+            "scene.toml:6: 'region.blend_mm' belongs to region.support_radius_mm, which this region has not");
+  EXPECT_EQ(refusal(sphere + "suport_radius_mm = 2"),
+            "scene.toml:5: unknown key 'region.suport_radius_mm'; did you mean 'region.support_radius_mm'?");
+  EXPECT_EQ(
+      refusal(sphere + "support_radius_mm = 20\n[model]\nkernel = \"auto\""),
+      "scene.toml:7: 'model.kernel' is \"auto\", which is charted for one support only; name a rung, or "
+      "take region.support_radius_mm out of scene.toml:1");
+}
+
+std::string rung_refusal(const std::string& text, std::string_view rung) {
+  try {
+    return has_supports(parse_scene(text, "scene.toml"), rung) ? "supports" : "none";
+  } catch (const UserError& e) {
+    return e.what();
+  }
+}
+
+TEST(Scene, ARungSaysWhatItLacksOfARegion) {
+  const std::string soft =
+                        "[[region]]\nshape = \"sphere\"\ncentre_mm = [0, 0, 0]\nradius_mm = 9\n"
+                        "shear_modulus_kpa = 2\n",
+                    wide =
+                        "[[region]]\nshape = \"sphere\"\ncentre_mm = [0, 0, 0]\nradius_mm = 9\n"
+                        "support_radius_mm = 20\n",
+                    both = wide + "shear_modulus_kpa = 4\n";
+  for (const char* rung : {"psi31", "buhmann", "multiscale", "compact_elastic"}) {
+    EXPECT_EQ(rung_refusal("", rung), "none");
+    EXPECT_EQ(rung_refusal(soft, rung), "none");
+    EXPECT_EQ(rung_refusal(wide, rung), "supports");
+    EXPECT_EQ(rung_refusal(wide + both, rung), "supports");
+    EXPECT_EQ(rung_refusal(wide + soft, rung), "scene.toml:6: 'region.support_radius_mm' is missing; " +
+                                                   std::string(rung) +
+                                                   " needs it of every region where one has it");
+  }
+  for (const char* rung : {"elastic", "fem"}) {
+    EXPECT_EQ(rung_refusal(soft + both, rung), "none");
+    EXPECT_EQ(rung_refusal(soft + wide, rung), "scene.toml:6: 'region.shear_modulus_kpa' is missing; " +
+                                                   std::string(rung) + " needs it of every region");
+  }
+  EXPECT_EQ(load_body(parse_scene(soft + wide, "scene.toml")).regions.size(), 1u);
+}
+
+TEST(Scene, RegionsOfOneSupportAreOneTissue) {
+  const auto sphere = [](const std::string& more) {
+    return "[[region]]\nshape = \"sphere\"\ncentre_mm = [0, 0, 0]\nradius_mm = 9\n" + more;
+  };
+  const Scene scene = parse_scene(sphere("support_radius_mm = 20\n") + sphere("support_radius_mm = 12\n") +
+                                      sphere("support_radius_mm = 20\nshear_modulus_kpa = 30\n"),
+                                  "scene.toml");
+  const auto scalar = load_scalar_tissues(scene, Wendland31{}, 12);
+  EXPECT_EQ(scalar.membership.tissues(), 2u);
+  EXPECT_EQ(scalar.kernels.supports, (std::vector<double>{12, 20}));
+  // Forces know moduli.
+  const auto compact = load_compact_tissues(scene, CompactRung::kCompactElastic, load_body(scene));
+  ASSERT_EQ(compact.kernels.size(), 4u);
+  EXPECT_EQ(compact.kernels.support(0), 48);
+  EXPECT_EQ(compact.kernels.support(1), 20);
+  EXPECT_EQ(compact.kernels.support(3), 20);
+  EXPECT_NEAR(compact.kernels.kernels[1].compliance() / compact.kernels.kernels[3].compliance(), 5, 1e-12);
+
+  std::string many;
+  for (int r = 0; r < 16; ++r) many += sphere("support_radius_mm = " + std::to_string(20 + r) + "\n");
+  try {
+    load_scalar_tissues(parse_scene(many, "scene.toml"), Wendland31{}, 12);
+    FAIL();
+  } catch (const UserError& e) {
+    EXPECT_NE(std::string(e.what()).find("scene.toml:76: more than 16 tissues"), std::string::npos)
+        << e.what();
+  }
 }
 
 TEST(Scene, ValuesOutOfRangeAreRefusedWithTheRange) {

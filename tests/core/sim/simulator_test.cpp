@@ -220,6 +220,44 @@ std::vector<const char*> matrix_rungs() {
 INSTANTIATE_TEST_SUITE_P(Simulator, MatrixRungs, testing::ValuesIn(matrix_rungs()),
                          [](const auto& rung) { return std::string(rung.param); });
 
+class RungsWithRegions : public testing::TestWithParam<const char*> {};
+
+TEST_P(RungsWithRegions, InsertAndReturnToRestWithoutAllocating) {
+  Scene scene = default_scene();
+  scene.model.kernel = GetParam();
+  const std::uint64_t homogeneous = run_hash(scene, 200);
+  scene.regions.resize(2);
+  scene.regions[0].centre_mm = Vec3(4, 0, 0);
+  scene.regions[0].semi_axes_mm = Vec3(18, 14, 16);
+  scene.regions[0].support_radius_mm = 24;
+  scene.regions[1].centre_mm = Vec3(9, -4, 4);
+  scene.regions[1].semi_axes_mm = Vec3::Constant(6);
+  scene.regions[1].support_radius_mm = 7;
+  EXPECT_NE(run_hash(scene, 200), homogeneous);
+  std::uint32_t flags = 0;
+  Simulator simulator(scene, phantom(scene));
+  MeshState state = simulator.initial_state();
+  const std::vector<float> rest = state.deformed_vertices;
+  double largest = 0;
+  const auto poses = insertion();
+  const std::uint64_t before = test::allocation_count();
+  for (const RigidTransform& X_WN : poses) {
+    simulator.step(needle_pose(X_WN), state);
+    largest = std::max(largest, state.max_displacement_mm);
+    flags |= state.step_flags;
+  }
+  if (test::allocations_are_counted()) {
+    EXPECT_EQ(test::allocation_count() - before, 0u);
+  }
+  EXPECT_EQ(flags & ~(kStepUncertified | kStepClamped), 0u);
+  EXPECT_GT(largest, 1);
+  EXPECT_EQ(state.needle.contact, ContactState::kWithdrawn);
+  EXPECT_EQ(state.deformed_vertices, rest);
+}
+
+INSTANTIATE_TEST_SUITE_P(Simulator, RungsWithRegions, testing::Values("psi31", "compact_elastic"),
+                         [](const auto& rung) { return std::string(rung.param); });
+
 bool is_finite(const MeshState& state) {
   return std::ranges::all_of(state.deformed_vertices, [](float x) { return std::isfinite(x); });
 }
