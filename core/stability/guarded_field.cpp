@@ -12,8 +12,8 @@ namespace {
 // Shares of the way to the nearest suspected fold that one field may go: as a sub-step, which leaves room for a bound that
 // is found quickly, and where landmarks are held.
 constexpr double kSubstepReach = 0.6, kHoldReach = 0.9;
-constexpr double kShorter = 0.7;  // of a step that could not be certified
-constexpr int kTries = 3;
+constexpr double kShorter = 0.6;  // of a step that could not be certified
+constexpr int kTries = 2;
 constexpr double kMargin = 0.8;  // share of the way to a fold that the margin asks for
 
 }  // namespace
@@ -107,11 +107,12 @@ CellSearch::Result GuardedField::search(const CellField& cells, double scale, co
   return result;
 }
 
-// The longest of some steps towards `scale` that is certified; if none is, the shortest.
+// The longest of some steps towards `scale` that is certified; if none is, the shortest. Once a tick's work is spent its
+// steps are only kept from their suspects, and said to be uncertified.
 CellSearch::Result GuardedField::find_step(const CellField& cells, const Suspect& suspect,
                                            double& scale) noexcept {
   CellSearch::Result result = search(cells, scale, suspect);
-  for (int i = 1; i < kTries && result.verdict != Verdict::kInjective; ++i) {
+  for (int i = 1; i < kTries && result.verdict != Verdict::kInjective && work_left_ > 0; ++i) {
     scale *= kShorter;
     result = search(cells, scale, suspect);
   }
@@ -134,7 +135,7 @@ void GuardedField::compose() noexcept {
   certificate_.substeps = 0;
   while (composition_->reached() < 1 &&
          composition_->steps() < static_cast<std::size_t>(settings_.max_substeps)) {
-    if (work_left_ == 0 || !composition_->solve()) break;
+    if (!composition_->solve()) break;
     const CellField& cells = composition_->cells();
     const Suspect suspect = search_.find_suspect(cells);
     const double rest = 1 - composition_->reached(), most = kSubstepReach * suspect.scale;
