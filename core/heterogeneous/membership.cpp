@@ -43,9 +43,10 @@ class BlendBounds {
     for (std::size_t bin = 0; bin < kBins; ++bin)
       for (int i = 0; i <= kSamples; ++i) {
         const double t = (static_cast<double>(bin) + static_cast<double>(i) / kSamples) / kBins, u = 1 - t;
-        constexpr double k = 0.5 * std::numbers::pi;
-        const double angle = k * t * t * t * (10 + t * (-15 + 6 * t)), d1 = 30 * k * t * t * u * u,
-                     d2 = 60 * k * t * u * (1 - 2 * t), d3 = 60 * k * (1 + t * (-6 + 6 * t));
+        constexpr double kQuarter = 0.5 * std::numbers::pi;  // turn
+        const double angle = kQuarter * t * t * t * (10 + t * (-15 + 6 * t)),
+                     d1 = 30 * kQuarter * t * t * u * u, d2 = 60 * kQuarter * t * u * (1 - 2 * t),
+                     d3 = 60 * kQuarter * (1 + t * (-6 + 6 * t));
         const double s = std::sin(angle), c = std::cos(angle);
         const auto take = [&](At& at, double value, double slope) {  // value″ = −value
           const At here = {std::abs(value), std::abs(slope * d1), std::abs(slope * d2 - value * d1 * d1),
