@@ -25,7 +25,7 @@ struct CellBounds {
   double slope = 0;    ///< |∇u|₁ is at most this (nuclear norm)
   double squeeze = 0;  ///< no eigenvalue of ∇u's symmetric part is below −squeeze
   double curvature = 0;  ///< Σ_k |∂²∇u/∂x_k²|₁ is at most this, 1/mm², but for the source with a cusp
-  double rounding = 0;     ///< error of gradients' single precision
+  double rounding = 0;     ///< error of gradients' single precision and of what is not smooth
   std::size_t work = 0;    ///< of gradients, in sources
   std::size_t looked = 0;  ///< work that narrow itself did beside looking at its sources
   std::int32_t cusp =

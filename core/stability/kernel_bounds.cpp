@@ -42,6 +42,7 @@ KernelBounds::KernelBounds(const Kernel& kernel) {
           slope_[k] = std::min(slope_[k], K::kMaxSlope);
         }
         slope_[0] = K::kMaxSlope;
+        kink_ = std::abs(K::over_r_derivatives(1)[0]);  // ψ″ = h + r h′, and h(1) = 0
         if (third_derivative<K>(kNearZero) > 1e6) third_[0] = std::numeric_limits<double>::infinity();
       },
       kernel);

@@ -18,6 +18,8 @@ class KernelBounds {
   /// max over unit vectors of |D³ψ(|x|)[v, v, v]| from r on; infinite at the cusp of ψ3,0. As a symmetric form's norm it
   /// bounds D³ψ[e, e, v] too (Banach).
   double third(double r) const { return third_[bin(r)]; }
+  /// Jump of ψ″ at r = 1, where the support ends: 0 but for ψ3,0.
+  double kink() const { return kink_; }
   bool has_cusp() const { return third_[0] > 1e300; }  ///< ∇ψ has no limit at 0
 
  private:
@@ -25,6 +27,7 @@ class KernelBounds {
   static std::size_t bin(double r) { return r < 1 ? static_cast<std::size_t>(r * kBins) : kBins; }
 
   std::array<double, kBins + 1> slope_{}, third_{};  // over [k/kBins, ∞)
+  double kink_ = 0;
 };
 
 }  // namespace brachy

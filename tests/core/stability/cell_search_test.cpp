@@ -76,6 +76,33 @@ TEST(KernelBounds, BoundTheKernelsDerivatives) {
   });
 }
 
+// Between the points of a lattice ∇u is trilinear up to what narrow says, at a support's edge and beside a source too.
+TEST(ScalarCells, GradientsBetweenLatticePointsAreWithinTheBound) {
+  for_each_kernel([&](auto kernel) {
+    SCOPED_TRACE(kernel.kName);
+    test::RandomScenes random(4);
+    const double a = 12;
+    const std::vector<Vec3> p{Vec3::Zero()}, w{{3, -4, 0}};
+    const RbfField field{kernel, a, p, w};
+    ScalarCells cells(kernel, a, best_simd_target(), kLandmarks);
+    cells.set_field(field);
+    for (int i = 0; i < 4000; ++i) {
+      const double half = random.between(0.1, 2);
+      const double distance = i % 2 ? a + random.between(-2, 2) * half : random.between(0, a);
+      const Cell cell{distance * random.direction(), half};
+      const std::uint32_t from[] = {0};
+      std::uint32_t to[1];
+      CellBounds bounds;
+      if (cells.narrow(cell, from, to, bounds) == 0 || bounds.cusp >= 0) continue;
+      Mat3 mean = Mat3::Zero();
+      for (int corner = 0; corner < 8; ++corner)
+        mean += cells.gradient(cell.centre + half * Vec3(corner & 1, corner >> 1 & 1, corner >> 2)) / 8;
+      const double error = (mean - cells.gradient(cell.centre + Vec3::Constant(0.5 * half))).norm();
+      EXPECT_LE(error, half * half / 8 * bounds.curvature + bounds.rounding) << distance << " " << half;
+    }
+  });
+}
+
 struct Tally {
   int injective = 0, folded = 0, unknown = 0, wrong = 0;
 };
