@@ -9,10 +9,6 @@ namespace {
 
 constexpr std::size_t kPoints = Tissue::kBlockSize;
 
-// A float sum of ψ w is off by at most about this share of Σ|w|: six roundings of 2⁻²⁴ in ψ and its distance, one in the
-// product, and those of the sum (block_field_test measures it).
-constexpr double kFloatErrorPerWeight = 2.5e-7;
-
 // Work below which threads cost more than they save: fork-join is 1 µs on free cores but a scheduler slice of 8 ms on
 // taken ones, so only ticks of some milliseconds are shared out.
 constexpr std::uint64_t kPairsWorthThreads = 4'000'000;
@@ -25,11 +21,6 @@ constexpr std::uint64_t kColumnsForOne = 3;  // columns updated in the time of o
 constexpr float kFarAway = 1e15f;  // a landmark there reaches nothing; its square is still finite
 
 constexpr std::int32_t kNotCondensed = -1, kOutOfReach = -2;  // instead of a slot
-
-bool is_near(const Vec3& landmark, double support_radius, const Block& block) {
-  return (block.min - landmark).cwiseMax(landmark - block.max).cwiseMax(0.0).squaredNorm() <
-         support_radius * support_radius;
-}
 
 }  // namespace
 
@@ -240,7 +231,7 @@ void BlockField::condense_block(std::size_t block, const Clusters::Reached& reac
   std::fill_n(build_.begin(), m_ * kPoints, 0.0);
   bool reaches_any = false;
   for (const std::uint32_t j : clusters_.landmark_indices().subspan(reached.first, reached.count)) {
-    if (!is_near(positions_[j], support_radius_, tissue_.blocks[block])) continue;
+    if (tissue_.blocks[block].squared_distance(positions_[j]) >= support_radius_ * support_radius_) continue;
     reaches_any = true;
     const Vec3 p = (positions_[j] - cluster.centre) / support_radius_;
     loops_.condense(X, p.x(), p.y(), p.z(), inverse_columns_.data() + j * m_, m_, build_.data());

@@ -40,6 +40,9 @@ class BlockField {
     std::size_t max_condensed_bytes = std::size_t{64} << 20;  ///< memory for condensed columns
   };
   static constexpr double kFloatError = 1e-5;  ///< mm
+  /// A float sum of ψ w is off by at most about this share of Σ|w|: six roundings of 2⁻²⁴ in ψ and its distance, one in
+  /// the product, and those of the sum (block_field_test measures it).
+  static constexpr double kFloatErrorPerWeight = 2.5e-7;
 
   /// `support_radius` a in mm. The tissue must outlive the field.
   BlockField(const Tissue& tissue, Kernel kernel, double support_radius, const Options& options);

@@ -22,8 +22,7 @@ CompactBlocks::CompactBlocks(const Tissue& tissue, const CompactKernel& kernel,
 }
 
 bool CompactBlocks::reaches(const Vec3& position, const Block& block) const noexcept {
-  return (block.min - position).cwiseMax(position - block.max).cwiseMax(0.0).squaredNorm() <
-         support_ * support_;
+  return block.squared_distance(position) < support_ * support_;
 }
 
 void CompactBlocks::set_landmarks(std::span<const Vec3> positions) noexcept {

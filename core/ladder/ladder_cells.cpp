@@ -35,7 +35,7 @@ LadderCells::LadderCells(const Tissue& tissue, const NearField& near, const Smoo
     min_ = min_.cwiseMin(X);
     max_ = max_.cwiseMax(X);
   }
-  domain_ = {0.5 * (min_ + max_), 0.5 * (max_ - min_).maxCoeff()};
+  domain_ = Cell::around(min_, max_);
   chosen_.reserve(max_rings * NeedleRings::kPoints);
 }
 
@@ -128,18 +128,12 @@ bool LadderCells::suspects(std::uint32_t i, Cell& cell, CellPoints& X) const noe
   surround(ring_forces_[i] / force, distance, X);
   // Within the needle nothing is asked: such points go where the first one is that is outside.
   std::size_t outside = CellPoints::kCount;
-  const auto point = [&](std::size_t k) {
-    return Vec3(ring.centre + Eigen::Vector3f(X.x[k], X.y[k], X.z[k]).cast<double>());
-  };
+  const auto point = [&](std::size_t k) -> Vec3 { return ring.centre + X.at(k); };
   for (std::size_t k = 0; k < CellPoints::kCount && outside == CellPoints::kCount; ++k)
     if (covers(point(k))) outside = k;
   if (outside == CellPoints::kCount) return false;
-  for (std::size_t k = 0; k < CellPoints::kCount; ++k) {
-    if (covers(point(k))) continue;
-    X.x[k] = X.x[outside];
-    X.y[k] = X.y[outside];
-    X.z[k] = X.z[outside];
-  }
+  for (std::size_t k = 0; k < CellPoints::kCount; ++k)
+    if (!covers(point(k))) X.set(k, X.at(outside));
   return true;
 }
 

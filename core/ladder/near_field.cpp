@@ -6,13 +6,6 @@
 #include "core/elastic/kelvin.h"
 
 namespace brachy {
-namespace {
-
-double squared_distance(const Vec3& p, const Block& box) {
-  return (box.min - p).cwiseMax(p - box.max).cwiseMax(0.0).squaredNorm();
-}
-
-}  // namespace
 
 CompactShape shape_of(const CompactKernel& kernel) {
   CompactShape shape;
@@ -76,7 +69,7 @@ void NearField::add_to_block(std::uint32_t b, const NeedleRings& rings, std::spa
   for (std::size_t r = 0; r < ring_forces.size(); ++r) {
     const NeedleRings::Ring& ring = rings.rings()[r];
     const bool as_one =
-        ring.count == 1 || squared_distance(ring.centre, tissue_.blocks[b]) > far_distance_ * far_distance_;
+        ring.count == 1 || tissue_.blocks[b].squared_distance(ring.centre) > far_distance_ * far_distance_;
     add_sources(rings, ring, as_one, ring_forces[r], blocks_.centres[b], sources);
   }
   if (elastic_)

@@ -15,6 +15,11 @@ struct Cell {
   Vec3 centre;
   double half = 0;  ///< of its side
 
+  /// The least one about a box.
+  static Cell around(const Vec3& min, const Vec3& max) {
+    return {0.5 * (min + max), 0.5 * (max - min).maxCoeff()};
+  }
+
   double squared_distance(const Vec3& p) const {
     return ((p - centre).cwiseAbs().array() - half).max(0.0).matrix().squaredNorm();
   }

@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "core/kernels/kernels.h"
+#include "core/math/rigid_transform.h"
 #include "core/simd/simd_target.h"
 
 namespace brachy {
@@ -13,6 +14,13 @@ struct CellPoints {
   static constexpr std::size_t kCount = 32;  ///< room for as many
   static constexpr std::size_t kLattice = 27;
   alignas(64) float x[kCount], y[kCount], z[kCount];
+
+  Vec3 at(std::size_t i) const { return Eigen::Vector3f(x[i], y[i], z[i]).cast<double>(); }
+  void set(std::size_t i, const Vec3& p) {
+    x[i] = static_cast<float>(p.x());
+    y[i] = static_cast<float>(p.y());
+    z[i] = static_cast<float>(p.z());
+  }
 };
 
 /// ∇u at a cell's points: a[3 i + j] = ∂u_i/∂x_j.

@@ -78,7 +78,7 @@ Suspect CellSearch::find_suspect(const CellField& field) noexcept {
         G(static_cast<Eigen::Index>(c / 3), static_cast<Eigen::Index>(c % 3)) =
             static_cast<double>(A.a[c][k]);
       if (const double s = first_root(G, suspect.scale); s < suspect.scale)
-        suspect = {s, cell.centre + Vec3(X.x[k], X.y[k], X.z[k]).cast<double>()};
+        suspect = {s, cell.centre + X.at(k)};
     }
   }
   return suspect;

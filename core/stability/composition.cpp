@@ -5,6 +5,7 @@
 
 #include <numeric>
 
+#include "core/field/block_field.h"
 #include "core/stability/cell_search.h"
 
 namespace brachy {
@@ -13,8 +14,7 @@ namespace {
 constexpr std::size_t kPoints = Tissue::kBlockSize;
 constexpr double kHardlyStrained = 0.9;  // a bound of the determinant above which it stands for it
 
-constexpr double kLargeWeights = 40;  // mm
-constexpr double kFarAway = 1e15;     // support radii: reaches nothing; its square is still finite
+constexpr double kFarAway = 1e15;  // support radii: reaches nothing; its square is still finite
 
 template <class T>
 void add(const BlockDisplacement<T>& more, BlockDisplacement<float>& u) {
@@ -121,7 +121,7 @@ void Composition::apply(const Step& step, std::uint32_t b) noexcept {
     min += Vec3(*x0, *y0, *z0);
     max += Vec3(*x1, *y1, *z1);
   }
-  const Cell cell{0.5 * (min + max), 0.5 * (max - min).maxCoeff()};
+  const Cell cell = Cell::around(min, max);
   CellBounds bounds;
   const std::size_t count = cells_.narrow(cell, {all_.data(), step.positions.size()}, near_.data(), bounds);
   if (count == 0) return;
@@ -144,10 +144,7 @@ void Composition::multiply_determinants(const Step& step, std::uint32_t b, const
     CellPoints X{};
     for (std::size_t i = 0; i < CellPoints::kCount; ++i) {
       const std::size_t k = half + i < block.count ? half + i : 0;
-      const Vec3 x = tissue_.rest_vertices[block.first + k] + Vec3(u.ux[k], u.uy[k], u.uz[k]) - cell.centre;
-      X.x[i] = static_cast<float>(x.x());
-      X.y[i] = static_cast<float>(x.y());
-      X.z[i] = static_cast<float>(x.z());
+      X.set(i, tissue_.rest_vertices[block.first + k] + Vec3(u.ux[k], u.uy[k], u.uz[k]) - cell.centre);
     }
     CellGradients A;
     cells_.gradients(cell, sources, CellBounds{}, X, A);
@@ -157,12 +154,13 @@ void Composition::multiply_determinants(const Step& step, std::uint32_t b, const
   }
 }
 
-// Single precision is good to 1e-5 mm where the weights in reach add up to no more than kLargeWeights (block_field.cpp).
+// In double where BlockField would.
 void Composition::add_displacement(const Step& step, std::uint32_t b, const Cell& cell,
                                    std::span<const std::uint32_t> sources) noexcept {
   double size = 0;
   for (const std::uint32_t j : sources) size += step.scale * step.weights[j].norm();
-  if (size > kLargeWeights) return add_in_double(step, b, cell, sources);
+  if (size * BlockField::kFloatErrorPerWeight > BlockField::kFloatError)
+    return add_in_double(step, b, cell, sources);
 
   const double inverse = 1 / support_radius_;
   const std::size_t padded = (sources.size() + kGroupSize - 1) / kGroupSize * kGroupSize;

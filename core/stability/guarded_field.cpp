@@ -57,6 +57,7 @@ FactorStatus GuardedField::update(std::span<const Vec3> positions,
   // What the search could not settle a vertex may.
   if (certificate_.vertex_det <= 0 && certificate_.verdict != Verdict::kFolded) {
     certificate_.verdict = Verdict::kFolded;
+    certificate_.place = least_vertex_;
     certificate_.det_bound = Certificate::kNotKnown;
     flags_ = (flags_ & ~kStepUncertified) | kStepFolded;
   }
@@ -151,7 +152,7 @@ void GuardedField::compose() noexcept {
   is_composed_ = true;
   evaluation_ = Evaluation::kDirect;
   certificate_.vertex_det = composition_->least_determinant();
-  certificate_.place = composition_->least_place();
+  certificate_.place = least_vertex_ = composition_->least_place();
   if (certificate_.substeps > 1) flags_ |= kStepSubstepped;
   if (composition_->reached() < 1) {
     flags_ |= kStepClamped;
@@ -172,7 +173,7 @@ void GuardedField::find_margin(const CellField& cells, double scale, const Suspe
 void GuardedField::find_least_vertex(const CellField& cells, double scale) noexcept {
   const auto cell_of = [&](std::uint32_t b) {
     const Block& block = tissue_.blocks[b];
-    return Cell{0.5 * (block.min + block.max), 0.5 * (block.max - block.min).maxCoeff()};
+    return Cell::around(block.min, block.max);
   };
   const std::span<const std::uint32_t> all(all_.data(), cells.sources());
   block_bounds_.clear();
@@ -191,19 +192,16 @@ void GuardedField::find_least_vertex(const CellField& cells, double scale) noexc
       const std::size_t points = std::min(CellPoints::kCount, block.count - first);
       const Vec3* rest = &tissue_.rest_vertices[block.first + first];
       CellPoints X{};
-      for (std::size_t i = 0; i < points; ++i) {
-        const Vec3 x = rest[i] - cell.centre;
-        X.x[i] = static_cast<float>(x.x());
-        X.y[i] = static_cast<float>(x.y());
-        X.z[i] = static_cast<float>(x.z());
-      }
+      for (std::size_t i = 0; i < points; ++i) X.set(i, rest[i] - cell.centre);
       CellGradients A;
       cells.gradients(cell, {near_.data(), count}, bounds, X, A);
       alignas(64) float det[CellPoints::kCount];
       cells.loops().determinants(A, static_cast<float>(scale), det);
-      for (std::size_t i = 0; i < points; ++i)
-        if (static_cast<double>(det[i]) < certificate_.vertex_det && cells.covers(rest[i]))
-          certificate_.vertex_det = static_cast<double>(det[i]);
+      for (std::size_t i = 0; i < points; ++i) {
+        if (static_cast<double>(det[i]) >= certificate_.vertex_det || !cells.covers(rest[i])) continue;
+        certificate_.vertex_det = static_cast<double>(det[i]);
+        least_vertex_ = rest[i];
+      }
     }
   }
 }

@@ -72,6 +72,7 @@ class GuardedField : public TissueField {
   std::uint64_t work_left_ = 0;  // of this tick
   Evaluation evaluation_ = Evaluation::kIdle;
   Certificate certificate_;
+  Vec3 least_vertex_ = Vec3::Zero();  // rest position of that of certificate_.vertex_det
   std::uint32_t flags_ = 0;
   std::vector<std::uint32_t> all_, near_;  // sources
   std::vector<std::pair<double, std::uint32_t>> block_bounds_;

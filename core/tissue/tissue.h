@@ -13,6 +13,11 @@ struct Block {
   std::uint32_t first = 0;
   std::uint32_t count = 0;
   Vec3 min, max;
+
+  /// Of p from the box, mm².
+  double squared_distance(const Vec3& p) const {
+    return (min - p).cwiseMax(p - max).cwiseMax(0.0).squaredNorm();
+  }
 };
 
 /// The tissue at rest: surface vertices [0, surface_count), then interior points, each part in the order of a k-d tree
