@@ -47,10 +47,10 @@ int replay_offline(const ReplayOptions& options) {
     certificates.add(state.certificate, state.step_flags,
                      changes_are_finite(state, simulator.tissue().blocks));
     max_displacement = std::max(max_displacement, state.max_displacement_mm);
-    max_depth = std::max(max_depth, state.needle.insertion_depth_mm);
+    max_depth = std::max(max_depth, state.needles[0].insertion_depth_mm);
     max_moved = std::max(max_moved, state.moved_vertices);
     all_flags |= state.step_flags;
-    in_contact += state.needle.landmark_count > 0;
+    in_contact += state.landmark_count > 0;
   }
 
   const auto& evaluations = simulator.evaluation_counts();
@@ -65,8 +65,8 @@ int replay_offline(const ReplayOptions& options) {
         {"max_depth_mm", max_depth},
         {"moved", max_moved},
         {"ticks_in_contact", in_contact},
-        {"punctures", state.needle.puncture_count},
-        {"contact", to_string(state.needle.contact)},
+        {"punctures", state.needles[0].puncture_count},
+        {"contact", to_string(state.needles[0].contact)},
         {"simd", to_string(simulator.simd_target())},
         {"ticks_idle", ticks_of(Evaluation::kIdle)},
         {"ticks_direct", ticks_of(Evaluation::kDirect)},
@@ -84,8 +84,8 @@ int replay_offline(const ReplayOptions& options) {
         "largest displacement {:.3f} mm, deepest insertion {:.1f} mm, at most {} points moved{}{}{}\n"
         "fields: {} idle, {} direct, {} mixed, {} condensed, on {}\n"
         "{}state hash {}\n",
-        ticks, simulator.tissue().size(), in_contact, state.needle.puncture_count,
-        to_string(state.needle.contact), max_displacement, max_depth, max_moved,
+        ticks, simulator.tissue().size(), in_contact, state.needles[0].puncture_count,
+        to_string(state.needles[0].contact), max_displacement, max_depth, max_moved,
         all_flags & kStepSolveFailed ? "; a solve FAILED" : "",
         all_flags & kStepSaturated ? "; a landmark was held at its limit" : "",
         all_flags & kStepReseated ? "; the needle jumped" : "", ticks_of(Evaluation::kIdle),

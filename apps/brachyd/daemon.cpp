@@ -183,7 +183,7 @@ class Daemon::Impl {
 
   // On the snapshot thread.
   void deliver(std::shared_ptr<const MeshState> state) {
-    const NeedleState& needle = state->needle;
+    const NeedleState& needle = state->needles[0];
     if (needle.puncture_count != last_needle_.puncture_count)
       announce({net::EventKind::kPuncture, 0, state->tick, "capsule punctured"});
     if (needle.contact != last_needle_.contact)

@@ -5,6 +5,8 @@
 #include <string_view>
 #include <vector>
 
+#include "core/contact/local_contact_model.h"
+#include "core/contact/needle_forces.h"
 #include "core/sim/needle_pose.h"
 #include "core/stability/certificate.h"
 
@@ -55,14 +57,17 @@ struct TickPose {
   RigidTransform X_WN;
 };
 
-/// Needle as the simulation sees it after a tick.
+/// One needle as the simulation sees it after a tick.
 struct NeedleState {
   bool present = false;
+  NeedlePose input;  ///< the pose this tick used, with the stamps to echo
   ContactState contact = ContactState::kFree;
   RigidTransform X_WN;               ///< world frame W, mm
   double insertion_depth_mm = 0;     ///< length of the cut path from the entry to the tip, in the rest shape
-  std::uint32_t landmark_count = 0;  ///< landmarks solved in this tick, anchors included
+  std::uint32_t landmark_count = 0;  ///< this needle's landmarks in this tick
   std::uint32_t puncture_count = 0;  ///< capsule punctures since start
+  NeedleForces forces;
+  LocalContactModel local_model;
 };
 
 /// Everything one tick produced: one slot of the triple buffer, and the body of a snapshot.
@@ -72,20 +77,21 @@ struct NeedleState {
 /// exactly the blocks with block_ticks[b] > T, however many publishes it skipped.
 struct MeshState {
   static constexpr std::size_t kPoseHistory = 128;
+  using PoseHistory = std::array<TickPose, kPoseHistory>;
 
-  std::uint64_t tick = 0;  ///< 1 for the first step
-  double sim_time_s = 0;   ///< tick × period
-  NeedlePose input;        ///< the pose this tick used, with the stamps to echo
-  NeedleState needle;
-  std::uint32_t step_flags = 0;  ///< StepFlag bits
-  Certificate certificate;       ///< of this tick's field
+  std::uint64_t tick = 0;            ///< 1 for the first step
+  double sim_time_s = 0;             ///< tick × period
+  std::vector<NeedleState> needles;  ///< as many as the scene has, by id
+  std::uint32_t step_flags = 0;      ///< StepFlag bits
+  std::uint32_t landmark_count = 0;  ///< solved in this tick: all needles' and the anchors
+  Certificate certificate;           ///< of this tick's field
   double max_displacement_mm = 0;
   std::uint32_t moved_vertices = 0;      ///< points displaced from rest in this tick
   std::vector<float> deformed_vertices;  ///< 3N: x0 y0 z0 x1 …, world frame, mm
   std::vector<std::uint64_t> block_ticks;
-  /// Poses of the last ticks, ring indexed by tick % kPoseHistory: a recorder at 30 Hz still gets every one. An entry
-  /// whose tick is another is of no pose: there was no needle then.
-  std::array<TickPose, kPoseHistory> pose_history{};
+  /// Each needle's poses of the last ticks, ring indexed by tick % kPoseHistory: a recorder at 30 Hz still gets every one.
+  /// An entry whose tick is another is of no pose: there was no needle then.
+  std::vector<PoseHistory> pose_histories;
 
   std::uint64_t overruns = 0;   ///< deadlines missed since start (set by the loop)
   std::int64_t publish_ns = 0;  ///< monotonic clock at publish (set by the loop)

@@ -92,6 +92,8 @@ Simulator::Simulator(const Scene& scene, Tissue tissue)
       block_evaluated_(tissue_.blocks.size()) {
   positions_.reserve(max_landmarks(scene));
   displacements_.reserve(max_landmarks(scene));
+  needles_.resize(1);
+  pose_histories_.resize(1);
   displaced_.reserve(tissue_.blocks.size());
   was_displaced_.reserve(tissue_.blocks.size());
   for (auto& blocks : changed_) blocks.reserve(tissue_.blocks.size());
@@ -105,19 +107,27 @@ MeshState Simulator::initial_state() const {
   MeshState state;
   state.deformed_vertices = rest_;
   state.block_ticks.assign(tissue_.blocks.size(), 0);
+  state.needles = needles_;
+  state.pose_histories = pose_histories_;
   return state;
 }
 
-void Simulator::step(const NeedlePose& pose, MeshState& state) noexcept {
+void Simulator::step(std::span<const NeedlePose> poses, MeshState& state) noexcept {
   ++tick_;
-  gather_landmarks(pose);
+  gather_landmarks(poses);
   deform();
-  write(pose, state);
+  write(state);
 }
 
 // No needle landmark, no landmarks at all: anchors alone hold nothing back. The tip's landmark, which moves most, is
 // last: the landmark system then only renews its last row.
-void Simulator::gather_landmarks(const NeedlePose& pose) noexcept {
+void Simulator::gather_landmarks(std::span<const NeedlePose> poses) noexcept {
+  const NeedlePose pose = poses.empty() ? NeedlePose{} : poses[0];
+  NeedleState& state = needles_[0];
+  state.present = pose.present;
+  state.input = pose;
+  state.X_WN = pose.X_WN;
+  if (pose.present) pose_histories_[0][tick_ % MeshState::kPoseHistory] = {tick_, pose.X_WN};
   positions_.clear();
   displacements_.clear();
   flags_ = 0;
@@ -206,7 +216,7 @@ bool Simulator::apply_block(std::uint32_t b) noexcept {
   return changed;
 }
 
-void Simulator::write(const NeedlePose& pose, MeshState& state) noexcept {
+void Simulator::write(MeshState& state) noexcept {
   const auto update_block = [&](std::size_t b) {
     if (state.block_ticks[b] == block_ticks_[b]) return;
     const Block& block = tissue_.blocks[b];
@@ -221,20 +231,19 @@ void Simulator::write(const NeedlePose& pose, MeshState& state) noexcept {
   }
 
   constexpr std::uint64_t kHistory = MeshState::kPoseHistory;
-  if (pose.present) pose_history_[tick_ % kHistory] = {tick_, pose.X_WN};
   const std::uint64_t oldest_lacking = std::max(state.tick + 1, tick_ < kHistory ? 1 : tick_ - kHistory + 1);
-  for (std::uint64_t t = oldest_lacking; t <= tick_; ++t)
-    state.pose_history[t % kHistory] = pose_history_[t % kHistory];
+  for (std::size_t n = 0; n < needles_.size(); ++n)
+    for (std::uint64_t t = oldest_lacking; t <= tick_; ++t)
+      state.pose_histories[n][t % kHistory] = pose_histories_[n][t % kHistory];
 
   state.tick = tick_;
   state.sim_time_s = static_cast<double>(tick_) * period_s_;
-  state.input = pose;
-  state.needle.present = pose.present;
-  state.needle.contact = contact_.state();
-  state.needle.X_WN = pose.X_WN;
-  state.needle.insertion_depth_mm = contact_.insertion_depth();
-  state.needle.landmark_count = static_cast<std::uint32_t>(positions_.size());
-  state.needle.puncture_count = contact_.puncture_count();
+  needles_[0].contact = contact_.state();
+  needles_[0].insertion_depth_mm = contact_.insertion_depth();
+  needles_[0].landmark_count = static_cast<std::uint32_t>(contact_.positions().size());
+  needles_[0].puncture_count = contact_.puncture_count();
+  state.needles = needles_;
+  state.landmark_count = static_cast<std::uint32_t>(positions_.size());
   state.step_flags = flags_;
   state.certificate = field_->certificate();
   state.certificate.condition = field_->condition();

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "core/contact/needle_contact.h"
@@ -36,9 +37,12 @@ class Simulator {
   /// The tissue at rest, tick 0: what every slot handed to step must have started as.
   MeshState initial_state() const;
 
-  /// One tick with the needle at `pose` (not present: no needle). `state` is a slot that only this simulator has
-  /// written since initial_state, however many ticks ago: blocks that it lacks are brought up to date.
-  void step(const NeedlePose& pose, MeshState& state) noexcept;
+  /// One tick with the needles at `poses`, by id (not present, or fewer than the scene has: no needle). `state` is a slot
+  /// that only this simulator has written since initial_state, however many ticks ago: blocks that it lacks are brought
+  /// up to date.
+  void step(std::span<const NeedlePose> poses, MeshState& state) noexcept;
+  /// The same for a scene of one needle.
+  void step(const NeedlePose& pose, MeshState& state) noexcept { step(std::span(&pose, 1), state); }
 
   const Tissue& tissue() const { return tissue_; }
   SimdTarget simd_target() const { return field_->target(); }
@@ -47,12 +51,12 @@ class Simulator {
   double period_s() const { return period_s_; }
 
  private:
-  void gather_landmarks(const NeedlePose& pose) noexcept;
+  void gather_landmarks(std::span<const NeedlePose> poses) noexcept;
   void deform() noexcept;
   FactorStatus solve() noexcept;
   void apply_field() noexcept;
   bool apply_block(std::uint32_t b) noexcept;
-  void write(const NeedlePose& pose, MeshState& state) noexcept;
+  void write(MeshState& state) noexcept;
 
   Tissue tissue_;
   SurfaceBvh surface_;
@@ -78,7 +82,8 @@ class Simulator {
   std::array<std::vector<std::uint32_t>, kChangeHistory> changed_;
   double max_displacement_ = 0;
   std::uint32_t moved_vertices_ = 0;
-  std::array<TickPose, MeshState::kPoseHistory> pose_history_{};
+  std::vector<NeedleState> needles_;
+  std::vector<MeshState::PoseHistory> pose_histories_;
 };
 
 }  // namespace brachy

@@ -14,12 +14,15 @@ class StateHash {
  public:
   void add(const MeshState& state) noexcept {
     add_word(state.tick);
-    add_word(static_cast<std::uint64_t>(state.needle.contact) |
-             std::uint64_t{state.needle.landmark_count} << 8 | std::uint64_t{state.step_flags} << 32);
-    add_double(state.needle.insertion_depth_mm);
+    add_word(std::uint64_t{state.landmark_count} | std::uint64_t{state.step_flags} << 32);
+    for (const NeedleState& needle : state.needles) {
+      add_word(static_cast<std::uint64_t>(needle.contact) | std::uint64_t{needle.landmark_count} << 8);
+      add_double(needle.insertion_depth_mm);
+      for (int i = 0; i < 3; ++i) add_double(needle.X_WN.p[i]);
+      for (int i = 0; i < 3; ++i) add_double(needle.forces.force_n[i]);
+    }
     add_double(state.max_displacement_mm);
     add_word(state.moved_vertices);
-    for (int i = 0; i < 3; ++i) add_double(state.needle.X_WN.p[i]);
     const std::span<const float> x = state.deformed_vertices;
     for (std::size_t i = 0; i + 2 <= x.size(); i += 2) {
       std::uint64_t word;

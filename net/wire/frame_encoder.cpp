@@ -23,12 +23,12 @@ std::vector<PointRange> changed_ranges(const MeshState& state, const std::vector
 }
 
 /// The poses of ticks after_tick + 1 to state.tick that the ring still holds.
-std::vector<TickPose> poses_after(const MeshState& state, std::uint64_t after_tick) {
+std::vector<TickPose> poses_after(const MeshState& state, std::size_t needle, std::uint64_t after_tick) {
   constexpr std::uint64_t kRing = MeshState::kPoseHistory;
   std::vector<TickPose> poses;
   const std::uint64_t oldest = state.tick >= kRing ? state.tick - kRing + 1 : 1;
   for (std::uint64_t tick = std::max(after_tick + 1, oldest); tick <= state.tick; ++tick) {
-    const TickPose& pose = state.pose_history[tick % kRing];
+    const TickPose& pose = state.pose_histories[needle][tick % kRing];
     if (pose.tick == tick) poses.push_back(pose);
   }
   return poses;
@@ -62,15 +62,17 @@ void encode_frame(const MeshState& state, const std::vector<Block>& blocks, std:
   frame.base_tick = request.full ? 0 : request.after_tick;
   frame.overruns = state.overruns;
   frame.publish_ns = state.publish_ns;
-  frame.input_sequence = state.input.sequence;
-  frame.input_stamp_ns = state.input.stamp_ns;
-  frame.input_received_ns = state.input.received_ns;
+  const NeedlePose& input = state.needles[0].input;
+  frame.input_sequence = input.sequence;
+  frame.input_stamp_ns = input.stamp_ns;
+  frame.input_received_ns = input.received_ns;
   frame.max_displacement_mm = state.max_displacement_mm;
   frame.step_flags = state.step_flags;
   frame.full = request.full;
   frame.point_count = static_cast<std::uint32_t>(state.deformed_vertices.size() / 3);
   frame.moved_vertices = state.moved_vertices;
-  frame.needles.push_back({0, state.needle});
+  for (std::size_t n = 0; n < state.needles.size(); ++n)
+    frame.needles.push_back({static_cast<std::uint16_t>(n), state.needles[n]});
   if (!request.full) {
     frame.ranges = changed_ranges(state, blocks, request.after_tick);
   } else if (frame.point_count > 0) {
@@ -83,7 +85,7 @@ void encode_frame(const MeshState& state, const std::vector<Block>& blocks, std:
   }
   frame.certificate = state.certificate;
   frame.has_pose_history = request.pose_history;
-  if (request.pose_history) frame.pose_history = poses_after(state, request.after_tick);
+  if (request.pose_history) frame.pose_history = poses_after(state, 0, request.after_tick);
   encode_body(frame, out);
 }
 

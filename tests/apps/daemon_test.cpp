@@ -123,10 +123,10 @@ void expect_frames_equal_simulation(const Scene& scene, const std::vector<Peer::
     ASSERT_EQ(m.sim_time_s, state.sim_time_s);
     ASSERT_EQ(m.needles.size(), 1u);
     const NeedleState& needle = m.needles[0].state;
-    ASSERT_EQ(needle.present, state.needle.present) << "at tick " << m.tick;
-    ASSERT_EQ(needle.contact, state.needle.contact) << "at tick " << m.tick;
-    ASSERT_EQ(needle.insertion_depth_mm, state.needle.insertion_depth_mm) << "at tick " << m.tick;
-    ASSERT_EQ(needle.landmark_count, state.needle.landmark_count) << "at tick " << m.tick;
+    ASSERT_EQ(needle.present, state.needles[0].present) << "at tick " << m.tick;
+    ASSERT_EQ(needle.contact, state.needles[0].contact) << "at tick " << m.tick;
+    ASSERT_EQ(needle.insertion_depth_mm, state.needles[0].insertion_depth_mm) << "at tick " << m.tick;
+    ASSERT_EQ(needle.landmark_count, state.needles[0].landmark_count) << "at tick " << m.tick;
     ++compared;
   }
   EXPECT_GT(compared, 0u);

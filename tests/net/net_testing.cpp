@@ -23,6 +23,8 @@ FakeSimulation::FakeSimulation(const Tissue& tissue, std::uint32_t seed)
     for (int axis = 0; axis < 3; ++axis) state_.deformed_vertices.push_back(static_cast<float>(p[axis]));
   }
   state_.block_ticks.resize(blocks_.size());
+  state_.needles.resize(1);
+  state_.pose_histories.resize(1);
 }
 
 void FakeSimulation::step() {
@@ -36,9 +38,10 @@ void FakeSimulation::step() {
       state_.deformed_vertices[3 * std::size_t{blocks_[b].first} + i] = coordinate(random_);
     }
   }
-  state_.needle.present = true;
-  state_.needle.X_WN.p.x() = static_cast<double>(state_.tick);
-  state_.pose_history[state_.tick % MeshState::kPoseHistory] = {state_.tick, state_.needle.X_WN};
+  NeedleState& needle = state_.needles[0];
+  needle.present = true;
+  needle.X_WN.p.x() = static_cast<double>(state_.tick);
+  state_.pose_histories[0][state_.tick % MeshState::kPoseHistory] = {state_.tick, needle.X_WN};
 }
 
 ClientHandlers Recorder::handlers() {

@@ -39,7 +39,7 @@ TEST(Simulator, WithoutANeedleNothingMoves) {
   EXPECT_EQ(state.tick, 1u);
   EXPECT_EQ(state.deformed_vertices, rest);
   EXPECT_EQ(state.moved_vertices, 0u);
-  EXPECT_FALSE(state.needle.present);
+  EXPECT_FALSE(state.needles[0].present);
 }
 
 TEST(Simulator, ReturnsBitwiseToRestAfterWithdrawal) {
@@ -56,7 +56,7 @@ TEST(Simulator, ReturnsBitwiseToRestAfterWithdrawal) {
     ASSERT_EQ(state.step_flags & ~kStepUncertified, 0u);  // weights are large at a = 25 mm
   }
   EXPECT_GT(largest, 2);
-  EXPECT_EQ(state.needle.contact, ContactState::kWithdrawn);
+  EXPECT_EQ(state.needles[0].contact, ContactState::kWithdrawn);
   EXPECT_EQ(state.deformed_vertices, rest);
   EXPECT_EQ(state.max_displacement_mm, 0);
   EXPECT_EQ(state.moved_vertices, 0u);
@@ -97,9 +97,9 @@ TEST(Simulator, LandmarksAtTheTipAreReproducedInTheMesh) {
   const auto poses = insertion();
   for (const RigidTransform& X_WN : poses) {
     simulator.step(needle_pose(X_WN), state);
-    if (state.needle.contact == ContactState::kTouching && state.max_displacement_mm > 2.5) break;
+    if (state.needles[0].contact == ContactState::kTouching && state.max_displacement_mm > 2.5) break;
   }
-  ASSERT_EQ(state.needle.contact, ContactState::kTouching);
+  ASSERT_EQ(state.needles[0].contact, ContactState::kTouching);
   EXPECT_GT(state.max_displacement_mm, 2.3);
   EXPECT_LE(state.max_displacement_mm, 3.0);
 }
@@ -142,7 +142,7 @@ TEST(Simulator, PoseHistoryHoldsEveryPoseOfTheLastTicks) {
     MeshState& slot = slots[i % 5 == 0];
     simulator.step(needle_pose(poses[i]), slot);
     for (std::size_t back = 0; back < MeshState::kPoseHistory && back <= i; ++back) {
-      const TickPose& entry = slot.pose_history[(i + 1 - back) % MeshState::kPoseHistory];
+      const TickPose& entry = slot.pose_histories[0][(i + 1 - back) % MeshState::kPoseHistory];
       ASSERT_EQ(entry.tick, i + 1 - back);
       ASSERT_EQ(entry.X_WN, poses[i - back]);
     }
@@ -158,7 +158,7 @@ std::uint64_t run_hash(const Scene& scene, std::size_t ticks) {
     simulator.step(needle_pose(poses[i]), state);
     hash.add(state);
   }
-  EXPECT_NE(state.needle.contact, ContactState::kFree);
+  EXPECT_NE(state.needles[0].contact, ContactState::kFree);
   return hash.value();
 }
 
@@ -207,7 +207,7 @@ TEST_P(MatrixRungs, InsertAndReturnToRestWithoutAllocating) {
   }
   EXPECT_EQ(state.step_flags, 0u);
   EXPECT_GT(largest, 1);
-  EXPECT_EQ(state.needle.contact, ContactState::kWithdrawn);
+  EXPECT_EQ(state.needles[0].contact, ContactState::kWithdrawn);
   EXPECT_EQ(state.deformed_vertices, rest);
 }
 
@@ -251,7 +251,7 @@ TEST_P(RungsWithRegions, InsertAndReturnToRestWithoutAllocating) {
   }
   EXPECT_EQ(flags & ~(kStepUncertified | kStepClamped), 0u);
   EXPECT_GT(largest, 1);
-  EXPECT_EQ(state.needle.contact, ContactState::kWithdrawn);
+  EXPECT_EQ(state.needles[0].contact, ContactState::kWithdrawn);
   EXPECT_EQ(state.deformed_vertices, rest);
 }
 
@@ -276,17 +276,17 @@ TEST(Simulator, AnchorsThatCrowdAreLeftOutUntilTheRestCanBeSolved) {
     const std::uint64_t before = test::allocation_count();
     simulator.step(needle_pose(X_WN), state);
     allocated += test::allocation_count() - before;
-    if (state.needle.landmark_count == 0) continue;
+    if (state.landmark_count == 0) continue;
     ++in_contact;
     ASSERT_EQ(state.step_flags & ~(kStepUncertified | kStepFolded | kStepSubstepped | kStepClamped),
               kStepDropped);
-    ASSERT_LT(state.needle.landmark_count, 64u);
+    ASSERT_LT(state.landmark_count, 64u);
     ASSERT_LE(state.certificate.condition, FactorStatus::kMaxCondition);
     ASSERT_TRUE(is_finite(state));
   }
   EXPECT_GT(in_contact, 100u);
   EXPECT_EQ(allocated, 0u);
-  EXPECT_EQ(state.needle.contact, ContactState::kWithdrawn);
+  EXPECT_EQ(state.needles[0].contact, ContactState::kWithdrawn);
   EXPECT_EQ(state.deformed_vertices, rest);
   EXPECT_EQ(state.certificate.condition, 1);
 }
@@ -315,7 +315,7 @@ TEST(Simulator, AnAnchorAtTheTipsOwnPlaceGivesWay) {
     EXPECT_TRUE(is_finite(state));
     EXPECT_NEAR(state.max_displacement_mm, push, 0.3 * push);
     ASSERT_EQ(state.deformed_vertices, expected_state.deformed_vertices) << push;
-    EXPECT_EQ(state.needle.landmark_count, expected_state.needle.landmark_count);
+    EXPECT_EQ(state.landmark_count, expected_state.landmark_count);
     EXPECT_EQ(state.certificate.condition, expected_state.certificate.condition);
   }
   EXPECT_EQ(allocated, 0u);
@@ -330,7 +330,7 @@ TEST(Simulator, SaysHowWellConditionedTheTickIs) {
   double largest = 0;
   for (const RigidTransform& X_WN : insertion()) {
     simulator.step(needle_pose(X_WN), state);
-    if (state.needle.landmark_count == 0) {
+    if (state.landmark_count == 0) {
       ASSERT_EQ(state.certificate.condition, 1);
     } else {
       ASSERT_GE(state.certificate.condition, 1);
