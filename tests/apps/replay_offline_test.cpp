@@ -213,6 +213,14 @@ TEST(ReplayOffline, ShippedTrajectoriesGoInAndComeOut) {
   EXPECT_EQ(load_force_log(log).size(), 4401u);
 }
 
+TEST(ReplayOffline, ATrajectoryOfMoreNeedlesThanTheSceneHasNamesTheSettingToRaise) {
+  const TempFolder folder;
+  EXPECT_TRUE(refused_in_one_line(
+      offline((kConfigFolder / "insertion_three_needles.csv").string(),
+              folder.write("s.toml", small_scene())),
+      {"insertion_three_needles.csv:5: moves needle 1", "raise needle.count in the scene to 2"}));
+}
+
 TEST(ReplayOffline, SpeedAndTranslationMoveTheTrajectory) {
   const TempFolder folder;
   const std::string trajectory = folder.write("t.csv", short_insertion(1));
