@@ -1,5 +1,6 @@
 #include "haptics/scripted_device.h"
 
+#include <cassert>
 #include <cmath>
 #include <utility>
 
@@ -8,7 +9,16 @@ namespace brachy {
 ScriptedDevice::ScriptedDevice(Trajectory trajectory, bool loop)
     : trajectory_(std::move(trajectory)),
       loop_(loop),
+      start_s_(trajectory_.start_s()),
       duration_ns_(std::llround(trajectory_.duration_s() * 1e9)) {}
+
+ScriptedDevice::ScriptedDevice(Trajectory trajectory, bool loop, double start_s, double end_s)
+    : trajectory_(std::move(trajectory)),
+      loop_(loop),
+      start_s_(start_s),
+      duration_ns_(std::llround((end_s - start_s) * 1e9)) {
+  assert(start_s <= trajectory_.start_s() && trajectory_.end_s() <= end_s);
+}
 
 bool ScriptedDevice::update(std::int64_t now_ns, NeedlePose& pose) {
   if (finished_) return false;
@@ -22,7 +32,9 @@ bool ScriptedDevice::update(std::int64_t now_ns, NeedlePose& pose) {
   } else {
     finished_ = elapsed_ns >= duration_ns_;
   }
-  pose.X_WN = trajectory_.sample(trajectory_.start_s() + static_cast<double>(elapsed_ns) * 1e-9);
+  const double t_s = start_s_ + static_cast<double>(elapsed_ns) * 1e-9;
+  if (t_s < trajectory_.start_s() - kSameTime) return std::exchange(pose.present, false);
+  pose.X_WN = trajectory_.sample(t_s);
   pose.sequence = ++sequence_;
   pose.stamp_ns = now_ns;
   pose.received_ns = now_ns;

@@ -19,8 +19,12 @@ namespace brachy {
 class ScriptedDevice final : public Device {
  public:
   explicit ScriptedDevice(Trajectory trajectory, bool loop = false);
+  /// One of several needles (NeedleTrajectories) whose devices are updated together: its clock runs from start_s, at or
+  /// before the trajectory's start, to end_s, at or after its end. Before its first sample there is no needle.
+  ScriptedDevice(Trajectory trajectory, bool loop, double start_s, double end_s);
 
-  /// True at every tick up to and including the first one at or past the end (looping: always).
+  /// True at every tick up to and including the first one at or past the end (looping: always), but not where there is no
+  /// needle; that a looping one has gone for a while is told once, by a pose that is not present.
   bool update(std::int64_t now_ns, NeedlePose& pose) override;
 
   /// Whether the last pose has been given out; never when looping.
@@ -29,6 +33,7 @@ class ScriptedDevice final : public Device {
  private:
   Trajectory trajectory_;
   bool loop_;
+  double start_s_;
   std::int64_t duration_ns_;
   bool started_ = false;
   bool finished_ = false;

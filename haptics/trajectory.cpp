@@ -8,12 +8,6 @@
 
 namespace brachy {
 
-namespace {
-
-constexpr double kSameTime = 1e-9;
-
-}  // namespace
-
 Trajectory::Trajectory(std::vector<TrajectorySample> samples) : samples_(std::move(samples)) {
   assert(!samples_.empty());
   assert(std::adjacent_find(samples_.begin(), samples_.end(),

@@ -17,6 +17,9 @@ struct TrajectorySample {
   bool operator==(const TrajectorySample&) const = default;
 };
 
+/// Times this near to a sample's are the sample's, s.
+inline constexpr double kSameTime = 1e-9;
+
 /// A needle's motion: poses at strictly increasing times, at least one. Immutable.
 ///
 /// Threads: any number may read.

@@ -1,11 +1,12 @@
+#include <array>
 #include <cmath>
 #include <ostream>
 #include <sstream>
 #include <utility>
 
 #include "core/number_csv.h"
+#include "haptics/needle_trajectories.h"
 #include "haptics/rigid_pose.h"
-#include "haptics/trajectory.h"
 
 namespace brachy {
 
@@ -13,6 +14,8 @@ namespace {
 
 constexpr double kMaxTime = 4e9;  // seconds since 1970 are fine, and fit 64 bits in ns
 constexpr NumberCsvLimits kLimits{kMaxTrajectoryBytes, kMaxTrajectorySamples};
+constexpr std::array kNeedleColumns = {kNeedleColumn};
+constexpr NumberCsvLimits kSeveralLimits{kMaxTrajectoryBytes, kMaxTrajectorySamples, kNeedleColumns};
 
 std::string short_number(double value) {
   std::ostringstream out;
@@ -44,19 +47,62 @@ RigidTransform to_pose(std::span<const double> row, const std::string& name, std
   return X_WN;
 }
 
+double to_time(std::span<const double> row, const std::string& name, std::size_t line) {
+  if (std::abs(row[0]) > kMaxTime)
+    refuse_line(name, line, "t_s " + short_number(row[0]) + " is too large; it is in seconds");
+  return row[0];
+}
+
 Trajectory to_trajectory(const NumberTable& table, const std::string& name) {
   std::vector<TrajectorySample> samples;
   samples.reserve(table.rows());
   for (std::size_t i = 0; i < table.rows(); ++i) {
     const std::size_t line = table.lines[i];
-    const double t_s = table.row(i)[0];
-    if (std::abs(t_s) > kMaxTime)
-      refuse_line(name, line, "t_s " + short_number(t_s) + " is too large; it is in seconds");
+    const double t_s = to_time(table.row(i), name, line);
     if (!samples.empty() && !(t_s > samples.back().t_s))
       refuse_line(name, line, "t_s does not increase; sort the rows and remove those with equal times");
     samples.push_back({t_s, to_pose(table.row(i), name, line)});
   }
   return Trajectory(std::move(samples));
+}
+
+std::uint32_t to_needle(double id, int needle_count, const std::string& name, std::size_t line) {
+  if (!(id >= 0 && id < kMaxTrajectoryNeedles && id == std::floor(id)))
+    refuse_line(name, line,
+                "needle " + short_number(id) + " is no needle's id; they are whole numbers from 0 to " +
+                    std::to_string(kMaxTrajectoryNeedles - 1));
+  const int needle = static_cast<int>(id);
+  if (needle >= needle_count)
+    refuse_line(name, line,
+                "moves needle " + std::to_string(needle) + ", and the scene has " +
+                    (needle_count == 1 ? "needle 0 alone" : std::to_string(needle_count) + " from 0 on") +
+                    "; raise needle.count in the scene to " + std::to_string(needle + 1) + " or more");
+  return static_cast<std::uint32_t>(needle);
+}
+
+NeedleTrajectories to_trajectories(const NumberTable& table, const std::string& name, int needle_count) {
+  std::array<std::vector<TrajectorySample>, kMaxTrajectoryNeedles> samples;
+  double last_s = -kMaxTime;
+  for (std::size_t i = 0; i < table.rows(); ++i) {
+    const std::size_t line = table.lines[i];
+    const double t_s = to_time(table.row(i), name, line);
+    const std::uint32_t id =
+        to_needle(table.optional(i, kNeedleColumn).value_or(0), needle_count, name, line);
+    auto& own = samples[id];
+    if (!own.empty() && !(t_s > own.back().t_s))
+      refuse_line(name, line,
+                  "t_s does not increase for needle " + std::to_string(id) +
+                      "; sort the rows and remove those with equal times");
+    if (t_s < last_s)
+      refuse_line(name, line,
+                  "t_s goes back to " + short_number(t_s) + "; sort the rows of all needles by time");
+    last_s = t_s;
+    own.push_back({t_s, to_pose(table.row(i), name, line)});
+  }
+  std::vector<NeedleTrajectories::Needle> needles;
+  for (std::uint32_t id = 0; id < samples.size(); ++id)
+    if (!samples[id].empty()) needles.push_back({id, Trajectory(std::move(samples[id]))});
+  return NeedleTrajectories(std::move(needles));
 }
 
 }  // namespace
@@ -67,6 +113,19 @@ Trajectory parse_trajectory(std::string_view text, const std::string& name) {
 
 Trajectory load_trajectory(const std::filesystem::path& file) {
   return to_trajectory(load_number_csv(file, kTrajectoryHeader, kLimits), file.string());
+}
+
+NeedleTrajectories parse_trajectories(std::string_view text, const std::string& name, int needle_count) {
+  return to_trajectories(parse_number_csv(text, name, kTrajectoryHeader, kSeveralLimits), name, needle_count);
+}
+
+NeedleTrajectories load_trajectories(const std::filesystem::path& file, int needle_count) {
+  return to_trajectories(load_number_csv(file, kTrajectoryHeader, kSeveralLimits), file.string(),
+                         needle_count);
+}
+
+std::string trajectory_row(const TrajectorySample& sample, std::uint32_t needle) {
+  return trajectory_row(sample) + ',' + std::to_string(needle);
 }
 
 std::string trajectory_row(const TrajectorySample& sample) {

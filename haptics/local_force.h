@@ -1,0 +1,158 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "core/contact/local_contact_model.h"
+#include "haptics/force_limiter.h"
+#include "haptics/model_limits.h"
+
+namespace brachy {
+
+/// What LocalForce::evaluate had to do; bits of DeviceForce::flags.
+enum LocalForceFlag : std::uint32_t {
+  kLocalExpired = 1u << 0,           ///< no model, or none for its time to live: the force goes to 0
+  kLocalNotFinite = 1u << 1,         ///< the tip is NaN or infinite: the force goes to 0
+  kLocalClamped = 1u << 2,           ///< more was asked for than the force limit
+  kLocalSlewed = 1u << 3,            ///< the force is on its way at 0.5 N/ms
+  kLocalStiffnessLimited = 1u << 4,  ///< the model was stiffer than the limit
+};
+
+struct DeviceForce {
+  Vec3 force_n = Vec3::Zero();  ///< on the needle, at its tip, world frame: no torque about the tip
+  std::uint32_t flags = 0;      ///< LocalForceFlag bits
+
+  /// About another point of the device (mm, world frame), N·mm.
+  Vec3 moment_about(const Vec3& point, const Vec3& tip) const { return (tip - point).cross(force_n); }
+};
+
+/// Beside the device: the force at 1 kHz or more from the newest LocalContactModel, as core/contact/local_contact_model.h
+/// defines it. A driver needs this header and three calls:
+///
+///     LocalForce local(limits);
+///     every cycle:       force = local.evaluate(tip, now_ns);  client.send_pose(X_WN, now_ns);
+///     at LOCAL_MODEL:    local.take(model, input_stamp_ns, now_ns);
+///
+/// A model is of a pose the device sent some time ago. Since then the hand may have gone on, slipped or turned: take()
+/// drags the model's contact point through the tips seen since that pose, so that a model that is late says the same as
+/// one that is not. Without that, a hand that turns would feel the friction of the way before for as long as the
+/// network's delay, and friction that pushes along feeds an oscillation.
+///
+/// Whatever a new model says, the force moves by at most 0.5 N/ms and is no longer than the limit.
+///
+/// Threads: one. Real-time: no allocation, lock or exception; evaluate O(1), take O(tips since its pose) ≤ kTips.
+class LocalForce {
+ public:
+  static constexpr std::size_t kTips = 512;  ///< that are remembered: half a second at 1 kHz
+  static constexpr std::int64_t kUnknown = INT64_MIN;
+
+  explicit LocalForce(const ForceLimits& limits = {}) : limits_(limits), limiter_(limits.max_force_n) {}
+
+  /// A model arrived. `pose_stamp_ns` is the stamp under which evaluate() was given the pose that the model is of
+  /// (kUnknown: it is used at the present tip as it is). One that is not usable is refused: false, the last one stays.
+  bool take(const LocalContactModel& model, std::int64_t pose_stamp_ns, std::int64_t now_ns) noexcept {
+    if (!is_usable(model)) return false;
+    model_ = model;
+    stiffness_limited_ = stiffness_limiter_.apply(model_, limits_.max_stiffness_n_per_mm);
+    arrived_ns_ = now_ns;
+    has_model_ = true;
+    if (pose_stamp_ns != kUnknown) drag_through_tips_since(pose_stamp_ns);
+    return true;
+  }
+
+  /// What the hand gets with the needle's tip (world frame, mm) here now.
+  DeviceForce evaluate(const Vec3& tip, std::int64_t now_ns) noexcept {
+    return evaluate(tip, now_ns, now_ns);
+  }
+  /// The same where the tip is of a pose that another clock stamped.
+  DeviceForce evaluate(const Vec3& tip, std::int64_t pose_stamp_ns, std::int64_t now_ns) noexcept {
+    DeviceForce result;
+    result.force_n = limiter_.step(wanted(tip, pose_stamp_ns, now_ns, result.flags), now_ns);
+    if (limiter_.clamped()) result.flags |= kLocalClamped;
+    if (limiter_.slewed()) result.flags |= kLocalSlewed;
+    return result;
+  }
+
+  /// The model's force alone, without limits of size and slew, for who has a limiter of his own (ForceGate); adds to
+  /// `flags`.
+  Vec3 wanted(const Vec3& tip, std::int64_t pose_stamp_ns, std::int64_t now_ns,
+              std::uint32_t& flags) noexcept {
+    if (!tip.allFinite()) {
+      flags |= kLocalNotFinite;
+      return Vec3::Zero();
+    }
+    remember(tip, pose_stamp_ns);
+    if (has_model_ && static_cast<double>(now_ns - arrived_ns_) > 1e9 * model_.time_to_live_s)
+      has_model_ = false;
+    if (!has_model_) {
+      flags |= kLocalExpired;
+      return Vec3::Zero();
+    }
+    if (stiffness_limited_) flags |= kLocalStiffnessLimited;
+    drag(tip);
+    return force_at(tip);
+  }
+
+  const LocalContactModel& model() const { return model_; }  ///< with the contact point where it has got to
+  bool has_model() const { return has_model_; }              ///< that was not too old at the last evaluate()
+
+ private:
+  struct StampedTip {
+    Vec3 tip;
+    std::int64_t stamp_ns;
+  };
+
+  double beyond(const Vec3& tip) const { return (tip - model_.contact_point).dot(model_.axis); }
+
+  // Slip: where the spring would exceed a limit, the contact point goes along.
+  void drag(const Vec3& tip) noexcept {
+    if (!model_.in_contact && !model_.is_capsule) return;
+    const double k = model_.axial_stiffness_n_per_mm, z = beyond(tip);
+    if (k * z > model_.axial_max_n) {
+      if (model_.is_capsule) puncture();
+      model_.contact_point += std::max(z - model_.axial_max_n / k, 0.0) * model_.axis;
+    } else if (model_.axial_min_n < 0 && k * z < model_.axial_min_n) {
+      model_.contact_point += (z - model_.axial_min_n / k) * model_.axis;
+    }
+  }
+
+  void puncture() noexcept {
+    model_.is_capsule = false;
+    model_.in_contact = true;
+    model_.axial_max_n = std::min(model_.axial_max_n, model_.after_puncture_n);
+  }
+
+  Vec3 force_at(const Vec3& tip) const noexcept {
+    const double z = beyond(tip);
+    const bool touches = model_.is_capsule ? z > 0 : model_.in_contact;
+    if (!touches) return Vec3::Zero();
+    const double axial =
+        std::clamp(model_.axial_stiffness_n_per_mm * z, model_.axial_min_n, model_.axial_max_n);
+    const Vec3 moved = tip - model_.reference_tip;
+    const Vec3 across = moved - moved.dot(model_.axis) * model_.axis;
+    return model_.lateral_n - model_.lateral_stiffness_n_per_mm * across - axial * model_.axis;
+  }
+
+  void remember(const Vec3& tip, std::int64_t stamp_ns) noexcept {
+    if (tips_seen_ > 0 && stamp_ns <= tips_[(tips_seen_ - 1) % kTips].stamp_ns) return;
+    tips_[tips_seen_++ % kTips] = {tip, stamp_ns};
+  }
+
+  void drag_through_tips_since(std::int64_t stamp_ns) noexcept {
+    const std::uint64_t oldest = tips_seen_ > kTips ? tips_seen_ - kTips : 0;
+    std::uint64_t first = tips_seen_;
+    while (first > oldest && tips_[(first - 1) % kTips].stamp_ns > stamp_ns) --first;
+    for (std::uint64_t i = first; i < tips_seen_; ++i) drag(tips_[i % kTips].tip);
+  }
+
+  ForceLimits limits_;
+  LocalContactModel model_;
+  bool has_model_ = false, stiffness_limited_ = false;
+  std::int64_t arrived_ns_ = 0;
+  StiffnessLimiter stiffness_limiter_;
+  ForceLimiter limiter_;
+  std::array<StampedTip, kTips> tips_{};
+  std::uint64_t tips_seen_ = 0;
+};
+
+}  // namespace brachy

@@ -1,0 +1,72 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/contact/local_contact_model.h"
+
+namespace brachy {
+
+/// Whether a model from outside can be used: finite but for its bounds, which may be infinite, the axis a unit vector,
+/// stiffnesses ≥ 0, min ≤ 0 ≤ max.
+inline bool is_usable(const LocalContactModel& m) {
+  const bool finite = m.reference_tip.allFinite() && m.contact_point.allFinite() && m.axis.allFinite() &&
+                      m.lateral_n.allFinite() && std::isfinite(m.axial_stiffness_n_per_mm) &&
+                      std::isfinite(m.lateral_stiffness_n_per_mm) && std::isfinite(m.time_to_live_s);
+  return finite && std::abs(m.axis.squaredNorm() - 1) < 1e-6 && m.axial_stiffness_n_per_mm >= 0 &&
+         m.lateral_stiffness_n_per_mm >= 0 && m.axial_min_n <= 0 && m.axial_max_n >= 0 &&
+         m.after_puncture_n >= 0;
+}
+
+/// The same contact with `gain` (0 … 1) times the force at every tip: stiffnesses and forces scaled, slip where it was.
+inline LocalContactModel scaled(LocalContactModel m, double gain) {
+  const auto bound = [gain](double n) { return gain > 0 ? gain * n : 0; };  // which may be infinite
+  m.axial_stiffness_n_per_mm *= gain;
+  m.axial_min_n = bound(m.axial_min_n);
+  m.axial_max_n = bound(m.axial_max_n);
+  m.after_puncture_n = bound(m.after_puncture_n);
+  m.lateral_n *= gain;
+  m.lateral_stiffness_n_per_mm *= gain;
+  return m;
+}
+
+/// Makes one needle's models no stiffer than a limit, one after another.
+///
+/// Across the shaft the whole spring is made weaker, force and stiffness. Along it only the stiffness is: the tissue
+/// slips at the same force as before, but after a longer way. The contact point of what slips is then this class's own,
+/// dragged along by limit over stiffness; the simulation's, which belongs to the stiffer tissue, would let the slipping
+/// force never be reached. To let the force itself jump to the simulation's at each model would close the loop at the
+/// full stiffness over the network: that is what the limit is against.
+///
+/// Threads: one. Real-time: O(1), no allocation, lock or exception.
+class StiffnessLimiter {
+ public:
+  /// `limit` in N/mm, > 0. Returns whether the model, which is usable, had to be changed.
+  bool apply(LocalContactModel& m, double limit) noexcept {
+    const bool lateral = m.lateral_stiffness_n_per_mm > limit, axial = m.axial_stiffness_n_per_mm > limit;
+    if (lateral) {
+      m.lateral_n *= limit / m.lateral_stiffness_n_per_mm;
+      m.lateral_stiffness_n_per_mm = limit;
+    }
+    if (axial) m.axial_stiffness_n_per_mm = limit;
+    // A capsule that is only pushed stays where the simulation says.
+    if (axial && m.in_contact && !m.is_capsule) {
+      if (dragging_) {
+        const double z = (m.reference_tip - contact_point_).dot(m.axis);
+        const double kept = std::clamp(z, m.axial_min_n / limit, m.axial_max_n / limit);
+        m.contact_point = m.reference_tip - kept * m.axis;
+      }
+      contact_point_ = m.contact_point;
+      dragging_ = true;
+    } else {
+      dragging_ = false;
+    }
+    return axial || lateral;
+  }
+
+ private:
+  bool dragging_ = false;
+  Vec3 contact_point_ = Vec3::Zero();  // of the last model, where it was limited
+};
+
+}  // namespace brachy

@@ -1,0 +1,71 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <iosfwd>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "haptics/trajectory.h"
+
+namespace brachy {
+
+/// Most needles that one file may move; as many as a scene may have.
+inline constexpr int kMaxTrajectoryNeedles = 16;
+
+/// The motions of several needles on one clock: that of the file they stand in, or several recordings of one session. A
+/// needle is not there before its first sample and stays at its last one. Immutable.
+///
+/// Threads: any number may read.
+class NeedleTrajectories {
+ public:
+  struct Needle {
+    std::uint32_t id = 0;
+    Trajectory motion;
+  };
+
+  /// At least one; ids strictly increasing.
+  explicit NeedleTrajectories(std::vector<Needle> needles);
+
+  const std::vector<Needle>& needles() const { return needles_; }
+  std::size_t id_count() const { return needles_.back().id + std::size_t{1}; }  ///< 1 + the highest id
+  double start_s() const { return start_s_; }  ///< the first sample of any needle
+  double end_s() const { return end_s_; }      ///< the last sample of any
+  double duration_s() const { return end_s_ - start_s_; }
+
+  /// Trajectory::sample of needle `id`; nothing before its first sample (less 1e-9 s) and for a needle it has not.
+  /// Real-time: yes.
+  std::optional<RigidTransform> sample(std::uint32_t id, double t_s) const;
+
+  /// Every motion as Trajectory::transformed has it.
+  NeedleTrajectories transformed(const RigidTransform& X_VW) const;
+  /// All of them shifted alike, so that the mean of their dwelling points comes to p_W (mm).
+  NeedleTrajectories centred_on(const Vec3& p_W) const;
+  /// The same played `factor` (> 0) times as fast.
+  NeedleTrajectories sped_up(double factor) const;
+
+ private:
+  std::vector<Needle> needles_;
+  double start_s_, end_s_;
+};
+
+/// The last column of a trajectory file that moves several needles: their ids, 0 … 15.
+inline constexpr std::string_view kNeedleColumn = "needle";
+
+/// Reads a trajectory file of one needle or, with the column `needle` last, of several: rows sorted by time, at equal times
+/// rows of different needles. Without the column all rows are needle 0's. Otherwise as parse_trajectory.
+/// Throws UserError "name:line: what; fix", also for a needle that a scene of `needle_count` needles has not.
+NeedleTrajectories parse_trajectories(std::string_view text, const std::string& name,
+                                      int needle_count = kMaxTrajectoryNeedles);
+
+/// parse_trajectories of a file. Throws UserError, also where it is no readable regular file or too large.
+NeedleTrajectories load_trajectories(const std::filesystem::path& file,
+                                     int needle_count = kMaxTrajectoryNeedles);
+
+/// trajectory_row with the needle's id behind.
+std::string trajectory_row(const TrajectorySample& sample, std::uint32_t needle);
+
+}  // namespace brachy

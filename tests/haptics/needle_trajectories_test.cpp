@@ -1,0 +1,178 @@
+#include "haptics/needle_trajectories.h"
+
+#include <gtest/gtest.h>
+
+#include "core/error.h"
+#include "haptics/scripted_device.h"
+
+namespace brachy {
+namespace {
+
+const std::string kPlain = std::string(kTrajectoryHeader) + "\n";
+const std::string kSeveral = std::string(kTrajectoryHeader) + ",needle\n";
+
+/// A row at t with the tip at (x, 0, 0) and no rotation.
+std::string row(const std::string& t, const std::string& x, const std::string& needle = "") {
+  return t + ",1,0,0," + x + ",0,1,0,0,0,0,1,0" + (needle.empty() ? "" : "," + needle) + "\n";
+}
+
+std::string parse_error(const std::string& text, int needle_count = kMaxTrajectoryNeedles) {
+  try {
+    parse_trajectories(text, "t.csv", needle_count);
+  } catch (const UserError& error) {
+    return error.what();
+  }
+  return "no error";
+}
+
+/// Needle 0 from 1 s to 3 s, needle 5 from 2 s to 4 s.
+NeedleTrajectories two_needles() {
+  return parse_trajectories(
+      kSeveral + row("1", "0", "0") + row("2", "100", "5") + row("3", "20", "0") + row("4", "140", "5"),
+      "t.csv");
+}
+
+TEST(NeedleTrajectories, AFileWithoutTheColumnIsNeedleZeros) {
+  const NeedleTrajectories read = parse_trajectories(kPlain + row("1", "2") + row("3", "4"), "t.csv", 1);
+  ASSERT_EQ(read.needles().size(), 1u);
+  EXPECT_EQ(read.needles()[0].id, 0u);
+  EXPECT_EQ(read.id_count(), 1u);
+  EXPECT_EQ(read.needles()[0].motion.samples(),
+            parse_trajectory(kPlain + row("1", "2") + row("3", "4"), "t.csv").samples());
+}
+
+TEST(NeedleTrajectories, RowsGoToTheirNeedlesOnOneClock) {
+  const NeedleTrajectories read = two_needles();
+  ASSERT_EQ(read.needles().size(), 2u);
+  EXPECT_EQ(read.needles()[1].id, 5u);
+  EXPECT_EQ(read.id_count(), 6u);
+  EXPECT_EQ(read.start_s(), 1);
+  EXPECT_EQ(read.end_s(), 4);
+  EXPECT_EQ(read.duration_s(), 3);
+  EXPECT_EQ(read.sample(0, 2)->p.x(), 10);
+  EXPECT_EQ(read.sample(5, 2.5)->p.x(), 110);
+}
+
+TEST(NeedleTrajectories, ANeedleIsAbsentBeforeItsFirstRowAndHeldAfterItsLast) {
+  const NeedleTrajectories read = two_needles();
+  EXPECT_FALSE(read.sample(5, 1.999999));
+  EXPECT_TRUE(read.sample(5, 2 - 1e-10));  // a tick's time is a product, a row's is what was written
+  EXPECT_EQ(read.sample(0, 4)->p.x(), 20);
+  for (std::uint32_t id : {1u, 4u, 6u, 4'000'000'000u}) EXPECT_FALSE(read.sample(id, 3)) << id;
+}
+
+TEST(NeedleTrajectories, DifferentNeedlesMayHaveRowsAtTheSameTime) {
+  const NeedleTrajectories read =
+      parse_trajectories(kSeveral + row("0", "1", "1") + row("0", "2", "0"), "t.csv", 2);
+  EXPECT_EQ(read.sample(0, 0)->p.x(), 2);
+  EXPECT_EQ(read.sample(1, 0)->p.x(), 1);
+}
+
+TEST(NeedleTrajectories, RefusesTimesThatGoBackOrStandStillForANeedle) {
+  const std::string first = kSeveral + row("0", "1", "0") + row("1", "1", "1");
+  EXPECT_TRUE(
+      parse_error(first + row("1", "2", "1")).starts_with("t.csv:4: t_s does not increase for needle 1"));
+  EXPECT_TRUE(
+      parse_error(first + row("0.5", "2", "1")).starts_with("t.csv:4: t_s does not increase for needle 1"));
+  const std::string sorted = parse_error(first + row("0.5", "2", "0"));
+  EXPECT_TRUE(sorted.starts_with("t.csv:4: t_s goes back to 0.5")) << sorted;
+  EXPECT_NE(sorted.find("sort the rows"), sorted.npos) << sorted;
+  EXPECT_EQ(parse_error(first + row("1", "2", "0")), "no error");
+}
+
+TEST(NeedleTrajectories, RefusesIdsThatAreNone) {
+  for (const char* id : {"-1", "16", "0.5", "1e9", "-0.25"}) {
+    const std::string message = parse_error(kSeveral + row("0", "1", "0") + row("1", "1", id));
+    EXPECT_TRUE(message.starts_with("t.csv:3: needle ")) << message;
+    EXPECT_NE(message.find("whole numbers from 0 to 15"), message.npos) << message;
+  }
+  EXPECT_TRUE(parse_error(kSeveral + row("0", "1", "nan")).starts_with("t.csv:2: column 14 is 'nan'"));
+  EXPECT_TRUE(parse_error(kSeveral + row("0", "1")).starts_with("t.csv:2: found 13 columns, expected 14"));
+  EXPECT_EQ(parse_error(kSeveral + row("0", "1", "15")), "no error");
+}
+
+TEST(NeedleTrajectories, ANeedleThatTheSceneHasNotNamesTheSettingToRaise) {
+  const std::string text = kSeveral + row("0", "1", "0") + row("1", "1", "3");
+  const std::string message = parse_error(text, 2);
+  EXPECT_TRUE(message.starts_with("t.csv:3: moves needle 3")) << message;
+  EXPECT_NE(message.find("raise needle.count in the scene to 4"), message.npos) << message;
+  EXPECT_EQ(parse_error(text, 4), "no error");
+}
+
+TEST(NeedleTrajectories, RefusesOtherColumns) {
+  EXPECT_TRUE(parse_error(std::string(kTrajectoryHeader) + ",force\n" + row("0", "1", "0"))
+                  .starts_with("t.csv:1: unknown columns 'force'"));
+  EXPECT_TRUE(parse_error(std::string(kTrajectoryHeader) + ",needle,needle\n" + row("0", "1", "0"))
+                  .starts_with("t.csv:1: unknown columns 'needle'"));
+}
+
+TEST(NeedleTrajectories, MovingAndSpeedingUpMovesAllNeedlesAlike) {
+  const NeedleTrajectories read = two_needles();
+  const NeedleTrajectories moved = read.transformed({Mat3::Identity(), Vec3(1, 2, 3)});
+  EXPECT_EQ(moved.sample(0, 2)->p, Vec3(11, 2, 3));
+  EXPECT_EQ(moved.sample(5, 2)->p, Vec3(101, 2, 3));
+  const NeedleTrajectories fast = read.sped_up(2);
+  EXPECT_EQ(fast.duration_s(), 1.5);
+  EXPECT_EQ(fast.sample(5, 1.25)->p.x(), 110);
+  const NeedleTrajectories centred = read.centred_on(Vec3(0, 0, 7));
+  EXPECT_EQ(centred.sample(5, 2)->p - centred.sample(0, 2)->p, Vec3(90, 0, 0));
+  EXPECT_EQ(centred.sample(0, 2)->p.z(), 7);
+}
+
+TEST(NeedleTrajectories, OneNeedleIsCentredAsItsTrajectoryIs) {
+  const std::string text = kPlain + row("0", "3") + row("1", "4.7") + row("7", "9.1");
+  const Vec3 centre(0.1, 0.2, 0.3);
+  EXPECT_EQ(parse_trajectories(text, "t.csv").centred_on(centre).needles()[0].motion.samples(),
+            parse_trajectory(text, "t.csv").centred_on(centre).samples());
+}
+
+TEST(NeedleTrajectories, ARowWithItsNeedleIsReadBackBitForBit) {
+  const TrajectorySample sample{0.1, {Mat3::Identity(), Vec3(1.0 / 3, -2e-17, 1e3)}};
+  const NeedleTrajectories read = parse_trajectories(kSeveral + trajectory_row(sample, 7) + "\n", "t.csv");
+  ASSERT_EQ(read.needles()[0].id, 7u);
+  EXPECT_EQ(read.needles()[0].motion.samples()[0], sample);
+}
+
+constexpr std::int64_t kTick = 5'000'000;
+
+/// The device of one needle of `all`, as the daemon makes it.
+ScriptedDevice device_of(const NeedleTrajectories& all, std::size_t index, bool loop) {
+  return ScriptedDevice(all.needles()[index].motion, loop, all.start_s(), all.end_s());
+}
+
+TEST(NeedleTrajectories, DevicesOfOneFileRunOnItsClock) {
+  const NeedleTrajectories all = two_needles();
+  ScriptedDevice first = device_of(all, 0, false), second = device_of(all, 1, false);
+  NeedlePose a, b;
+  for (std::int64_t tick = 0; tick <= 600; ++tick) {
+    const double t_s = all.start_s() + 5e-3 * static_cast<double>(tick);
+    EXPECT_TRUE(first.update(tick * kTick, a));
+    EXPECT_EQ(second.update(tick * kTick, b), tick >= 200) << tick;
+    EXPECT_TRUE(a.present);
+    EXPECT_EQ(b.present, tick >= 200) << tick;
+    EXPECT_NEAR(a.X_WN.p.x(), all.sample(0, t_s)->p.x(), 1e-6);
+    if (b.present) {
+      EXPECT_NEAR(b.X_WN.p.x(), all.sample(5, t_s)->p.x(), 1e-6);
+    }
+  }
+  EXPECT_TRUE(first.finished());
+  EXPECT_TRUE(second.finished());
+}
+
+TEST(NeedleTrajectories, ALoopingDeviceTakesItsNeedleAwayUntilItsFirstRowComesAgain) {
+  const NeedleTrajectories all = two_needles();
+  ScriptedDevice device = device_of(all, 1, true);
+  NeedlePose pose;
+  for (std::int64_t tick = 0; tick < 600; ++tick) device.update(tick * kTick, pose);
+  EXPECT_TRUE(pose.present);
+  EXPECT_TRUE(device.update(600 * kTick, pose));  // told once
+  EXPECT_FALSE(pose.present);
+  EXPECT_FALSE(device.update(601 * kTick, pose));
+  EXPECT_FALSE(pose.present);
+  EXPECT_TRUE(device.update(800 * kTick, pose));
+  EXPECT_TRUE(pose.present);
+  EXPECT_EQ(pose.X_WN.p.x(), 100);
+}
+
+}  // namespace
+}  // namespace brachy
