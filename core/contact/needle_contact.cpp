@@ -374,10 +374,10 @@ void NeedleContact::sum_forces() noexcept {
     const double along = landmark.reaction_n.dot(needle_.axis);
     const double rubbed = std::clamp(along, -landmark.friction_n, landmark.friction_n);
     forces_.friction_n += rubbed;
-    forces_.cutting_n += along - rubbed;
+    forces_.cutting_n += std::max(0.0, along - rubbed);
   }
   forces_.hub_torque_nmm = forces_.tip_torque_nmm + (needle_.tip - needle_.hub).cross(forces_.force_n);
-  forces_.axial_n = -forces_.force_n.dot(needle_.axis);
+  forces_.axial_n = forces_.cutting_n + forces_.friction_n;
   forces_.lateral_n = needle_.across(forces_.force_n).norm();
 }
 
