@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 
 #include "apps/forces/force_log.h"
@@ -219,6 +220,49 @@ TEST(ReplayOffline, ATrajectoryOfMoreNeedlesThanTheSceneHasNamesTheSettingToRais
       offline((kConfigFolder / "insertion_three_needles.csv").string(),
               folder.write("s.toml", small_scene())),
       {"insertion_three_needles.csv:5: moves needle 1", "raise needle.count in the scene to 2"}));
+}
+
+std::string several_needles(int count) {
+  return small_scene("[needle]\ncount = " + std::to_string(count) + "\n");
+}
+
+// Sped up: what is tested is who moves when, not the tissue.
+TEST(ReplayOffline, SeveralNeedlesComeAndStayAsTheFileSays) {
+  const TempFolder folder;
+  const std::string scene = folder.write("s.toml", several_needles(3)), log = (folder / "f.csv").string();
+  const auto json = json_of(offline((kConfigFolder / "insertion_three_needles.csv").string(), scene,
+                                    {"--log", log, "--speed", "4"}));
+  ASSERT_FALSE(json.is_discarded());
+  EXPECT_EQ(json.at("ticks"), 1551);
+  ASSERT_EQ(json.at("needles").size(), 3u);
+  EXPECT_EQ(json.at("needles")[0].at("contact"), "withdrawn");
+  EXPECT_EQ(json.at("needles")[1].at("contact"), "inserted");
+  EXPECT_EQ(json.at("needles")[2].at("contact"), "inserted");
+  EXPECT_EQ(json.at("punctures"), 3);
+  std::array<double, 3> first_s = {-1, -1, -1}, depth_mm{};
+  std::array<std::size_t, 3> rows{};
+  for (const ForceSample& row : load_force_log(log)) {
+    expect_consistent(row);
+    ASSERT_LT(row.needle, 3u);
+    if (rows[row.needle]++ == 0) first_s[row.needle] = row.t_s;
+    depth_mm[row.needle] = row.depth_mm;
+  }
+  EXPECT_EQ(first_s, (std::array<double, 3>{2.25, 0, 1.125}));
+  EXPECT_EQ(rows, (std::array<std::size_t, 3>{1101, 1551, 1326}));
+  EXPECT_EQ(depth_mm[0], 0);
+  EXPECT_GT(depth_mm[1], 25);
+  EXPECT_GT(depth_mm[2], 25);
+}
+
+TEST(ReplayOffline, OneNeedleIsTheSameInASceneOfSeveral) {
+  const TempFolder folder;
+  const std::string trajectory = folder.write("t.csv", short_insertion(0.5));
+  const std::string log1 = (folder / "1.csv").string(), log3 = (folder / "3.csv").string();
+  const auto one = json_of(offline(trajectory, folder.write("1.toml", several_needles(1)), {"--log", log1}));
+  const auto three = json_of(offline(trajectory, folder.write("3.toml", several_needles(3)), {"--log", log3}));
+  ASSERT_FALSE(one.is_discarded());
+  EXPECT_EQ(three.at("needles"), one.at("needles"));
+  EXPECT_EQ(read_file(log3), read_file(log1));
 }
 
 TEST(ReplayOffline, SpeedAndTranslationMoveTheTrajectory) {
