@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "core/contact/landmark_stiffness.h"
 #include "core/error.h"
 #include "core/field/deformation.h"
 #include "core/heterogeneous/heterogeneous_deformation.h"
@@ -38,6 +39,8 @@ std::unique_ptr<GuardedField> make_field(const Scene& scene, const Tissue& tissu
       .target = target, .threads = scene.engine.threads, .max_landmarks = landmarks};
   const std::string& rung = scene.model.kernel;
   const bool heterogeneous = has_supports(scene, rung);
+  const double stiffness = elastic_landmark_stiffness(1e-3 * scene.tissue.shear_modulus_kpa,
+                                                      scene.tissue.poisson, scene.contact.tip_core_mm);
   std::unique_ptr<TissueField> field;
   std::unique_ptr<Composition> composition;
   if (is_matrix_rung(rung)) {
@@ -45,21 +48,23 @@ std::unique_ptr<GuardedField> make_field(const Scene& scene, const Tissue& tissu
     if (heterogeneous) {
       require_in_box(tissue, body);
       field = std::make_unique<HeterogeneousDeformation<CompactKernels>>(
-          tissue, load_compact_tissues(scene, *find_compact_rung(rung), body), options);
+          tissue, load_compact_tissues(scene, *find_compact_rung(rung), body), options, stiffness);
     } else {
       field = std::make_unique<LadderDeformation>(
           tissue, rung, body,
-          LadderDeformation::Options{
-              .target = target, .threads = scene.engine.threads, .max_landmarks = landmarks});
+          LadderDeformation::Options{.target = target,
+                                     .threads = scene.engine.threads,
+                                     .max_landmarks = landmarks,
+                                     .landmark_stiffness_n_per_mm = stiffness});
     }
   } else {
     const Kernel kernel = *find_kernel(rung);
     const double radius = scene.model.support_radius_mm;
     if (heterogeneous) {
       field = std::make_unique<HeterogeneousDeformation<ScalarKernels>>(
-          tissue, load_scalar_tissues(scene, kernel, radius), options);
+          tissue, load_scalar_tissues(scene, kernel, radius), options, stiffness);
     } else {
-      field = std::make_unique<Deformation>(tissue, kernel, radius, options);
+      field = std::make_unique<Deformation>(tissue, kernel, radius, options, stiffness);
       composition = std::make_unique<Composition>(tissue, kernel, radius, target, landmarks,
                                                   static_cast<std::size_t>(scene.stability.max_substeps));
     }

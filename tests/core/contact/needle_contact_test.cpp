@@ -195,7 +195,7 @@ TEST_F(Contact, GoingForwardInTheOldPathCutsNothing) {
   EXPECT_EQ(contact.forces().cutting_n, 0);
   EXPECT_NEAR(axial(), 0.02 * contact.insertion_depth(), 0.03);
   drive(at_depth(24), at_depth(30));
-  EXPECT_NEAR(contact.forces().cutting_n, 3, 1e-9);
+  EXPECT_NEAR(contact.forces().cutting_n, 3, 0.01);
   EXPECT_NEAR(contact.insertion_depth(), depth, 0.02);
   EXPECT_EQ(contact.puncture_count(), 1u);
 }
