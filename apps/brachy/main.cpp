@@ -17,6 +17,7 @@ struct Run {
   int operator()(const CompareOptions& o) const { return compare(o); }
   int operator()(const StabilityOptions& o) const { return stability(o); }
   int operator()(const AdviseOptions& o) const { return advise(o); }
+  int operator()(const PlotForceOptions& o) const { return plot_force(o); }
 };
 
 }  // namespace

@@ -4,7 +4,9 @@
 #include <chrono>
 #include <cmath>
 #include <iostream>
+#include <memory>
 #include <nlohmann/json.hpp>
+#include <vector>
 
 #include "apps/brachy/client_run.h"
 #include "apps/brachy/place_trajectory.h"
@@ -16,18 +18,26 @@
 namespace brachy {
 namespace {
 
-/// The mock device: plays a trajectory over TCP and measures how long its poses take to come back as meshes.
+/// The mock devices: play a trajectory file over TCP, each needle on a connection of its own, and measure how long poses
+/// take to come back as meshes. The first needle's connection is the one that follows the daemon.
 class LiveReplay {
  public:
-  LiveReplay(const ReplayOptions& options, Trajectory trajectory)
+  LiveReplay(const ReplayOptions& options, NeedleTrajectories trajectories)
       : options_(options),
-        trajectory_(std::move(trajectory)),
-        run_(client_options(options), handlers()),
-        timer_(run_.io()) {}
+        trajectories_(std::move(trajectories)),
+        run_(client_options(0), handlers()),
+        timer_(run_.io()) {
+    for (std::size_t i = 1; i < trajectories_.needles().size(); ++i) {
+      net::ClientOptions c = client_options(i);
+      c.subscription = net::kSubscribeNoMesh;
+      others_.push_back(std::make_unique<net::Client>(run_.io(), std::move(c), other_handlers(i)));
+    }
+  }
 
   int run() {
+    for (auto& other : others_) other->connect(options_.connect->host, options_.connect->port);
     run_.run(*options_.connect, std::nullopt);
-    std::string failure = run_.failure();
+    std::string failure = run_.failure().empty() ? failure_ : run_.failure();
     if (run_.server_stopped() && !options_.loop && !played_)
       failure = "the daemon stopped before the trajectory's end";
     if (!failure.empty()) {
@@ -41,12 +51,37 @@ class LiveReplay {
  private:
   using Clock = std::chrono::steady_clock;
 
-  static net::ClientOptions client_options(const ReplayOptions& options) {
+  std::uint32_t id_of(std::size_t i) const { return trajectories_.needles()[i].id; }
+  net::Client& client_of(std::size_t i) { return i == 0 ? run_.client() : *others_[i - 1]; }
+
+  net::ClientOptions client_options(std::size_t i) const {
     net::ClientOptions c;
     c.role = net::Role::kDevice;
-    c.name = "brachy replay";
-    c.limits.rate_hz = options.rate_hz;
+    c.needle = static_cast<std::uint16_t>(id_of(i));
+    c.name =
+        trajectories_.needles().size() == 1 ? "brachy replay" : fmt::format("brachy replay {}", id_of(i));
+    c.limits.rate_hz = options_.rate_hz;
     return c;
+  }
+
+  void show_refusal(const net::ErrorMessage& error) {
+    if (!error.fatal && refusals_shown_++ < 5) std::cerr << "brachy replay: " << error.text << "\n";
+  }
+
+  net::ClientHandlers other_handlers(std::size_t i) {
+    net::ClientHandlers h;
+    h.on_welcome = [this](const net::WelcomeMessage&) { start_when_ready(); };
+    h.on_error = [this, i](const net::ErrorMessage& error) {
+      if (error.fatal && error.code != net::ErrorCode::kShutdown)
+        failure_ = fmt::format("needle {}: {}", id_of(i), error.text);
+      show_refusal(error);
+    };
+    h.on_closed = [this, i](const std::string& reason) {
+      if (failure_.empty() && !run_.server_stopped())
+        failure_ = fmt::format("needle {}: {}", id_of(i), reason);
+      run_.finish();
+    };
+    return h;
   }
 
   net::ClientHandlers handlers() {
@@ -60,28 +95,35 @@ class LiveReplay {
     };
     h.on_topology = [this](const net::TopologyMessage& topology) { start(topology); };
     h.on_frame = [this](const net::FrameMessage& frame) {
-      if (frame.input_sequence == last_input_ || frame.input_stamp_ns < first_stamp_ns_) return;
-      last_input_ = frame.input_sequence;
+      // By its stamp: the needles' connections count each for itself, their clock is one.
+      if (frame.input_stamp_ns == last_input_ns_ || frame.input_stamp_ns < first_stamp_ns_) return;
+      last_input_ns_ = frame.input_stamp_ns;
       round_trip_.record(monotonic_ns() - frame.input_stamp_ns);
       max_displacement_ = std::max(max_displacement_, frame.max_displacement_mm);
-      if (!frame.needles.empty()) deepest_ = std::max(deepest_, frame.needles[0].state.insertion_depth_mm);
+      for (const net::NeedleRecord& needle : frame.needles)
+        deepest_ = std::max(deepest_, needle.state.insertion_depth_mm);
     };
-    h.on_error = [this](const net::ErrorMessage& error) {
-      if (!error.fatal && refusals_shown_++ < 5) std::cerr << "brachy replay: " << error.text << "\n";
-    };
+    h.on_error = [this](const net::ErrorMessage& error) { show_refusal(error); };
     return h;
   }
 
   void start(const net::TopologyMessage& topology) {
-    if (started_) return;
-    started_ = true;
+    if (placed_) return;
+    placed_ = true;
     Vec3 min = Vec3::Constant(INFINITY), max = Vec3::Constant(-INFINITY);
     for (std::size_t i = 0; i + 2 < topology.rest_vertices.size(); i += 3) {
       const Vec3 x(topology.rest_vertices[i], topology.rest_vertices[i + 1], topology.rest_vertices[i + 2]);
       min = min.cwiseMin(x);
       max = max.cwiseMax(x);
     }
-    trajectory_ = place(std::move(trajectory_), options_, options_.centre_on_tissue, 0.5 * (min + max));
+    trajectories_ = place(std::move(trajectories_), options_, options_.centre_on_tissue, 0.5 * (min + max));
+    start_when_ready();
+  }
+
+  // Once every needle was granted and the tissue is known: one clock for all.
+  void start_when_ready() {
+    ready_ += 1;
+    if (ready_ <= others_.size()) return;
     begin_ = Clock::now();
     first_stamp_ns_ = monotonic_ns();
     send();
@@ -90,12 +132,11 @@ class LiveReplay {
   // Poses leave on a fixed grid of times; those we wake too late for are left out, not sent in a burst.
   void send() {
     const double elapsed_s = std::chrono::duration<double>(Clock::now() - begin_).count();
-    const double duration_s = trajectory_.duration_s();
+    const double duration_s = trajectories_.duration_s();
     double t_s = elapsed_s;
     if (options_.loop && duration_s > 0) t_s = std::fmod(t_s, duration_s);
     const bool last = !options_.loop && elapsed_s >= duration_s;
-    run_.client().send_pose(trajectory_.sample(trajectory_.start_s() + std::min(t_s, duration_s)),
-                            monotonic_ns());
+    send_poses(trajectories_.start_s() + std::min(t_s, duration_s));
     if (last) {
       played_ = true;
       timer_.expires_after(std::chrono::milliseconds(200));  // for the last poses to come back
@@ -111,6 +152,19 @@ class LiveReplay {
     });
   }
 
+  // A device cannot say that its needle is gone: looping, one waits at its last pose for its first row.
+  void send_poses(double t_s) {
+    const std::int64_t now_ns = monotonic_ns();
+    for (std::size_t i = 0; i < trajectories_.needles().size(); ++i) {
+      const auto& needle = trajectories_.needles()[i];
+      net::Client& client = client_of(i);
+      if (const auto X_WN = trajectories_.sample(needle.id, t_s))
+        client.send_pose(*X_WN, now_ns);
+      else if (client.poses_sent() > 0)
+        client.send_pose(needle.motion.samples().back().X_WN, now_ns);
+    }
+  }
+
   static std::uint64_t refused(const net::StateMessage& state) {
     std::uint64_t count = 0;
     for (const net::PoseRefusals& r : state.refusals) count += r.count;
@@ -118,14 +172,20 @@ class LiveReplay {
   }
 
   void report() {
+    std::uint64_t sent = 0, dropped = 0;
+    for (std::size_t i = 0; i < trajectories_.needles().size(); ++i) {
+      sent += client_of(i).poses_sent();
+      dropped += client_of(i).poses_dropped();
+    }
     const std::uint64_t accepted = run_.last_state().poses_accepted - run_.first_state().poses_accepted;
     const std::uint64_t turned_down = refused(run_.last_state()) - refused(run_.first_state());
     if (options_.json) {
-      const nlohmann::ordered_json json = {{"poses_sent", run_.client().poses_sent()},
+      const nlohmann::ordered_json json = {{"poses_sent", sent},
                                            {"poses_accepted", accepted},
                                            {"poses_refused", turned_down},
-                                           {"poses_dropped", run_.client().poses_dropped()},
-                                           {"duration_s", trajectory_.duration_s()},
+                                           {"poses_dropped", dropped},
+                                           {"needles", trajectories_.needles().size()},
+                                           {"duration_s", trajectories_.duration_s()},
                                            {"round_trip_ms", to_json_ms(round_trip_)},
                                            {"max_disp_mm", max_displacement_},
                                            {"max_depth_mm", deepest_}};
@@ -136,28 +196,31 @@ class LiveReplay {
         "replay: {} poses sent in {:.1f} s, {} accepted, {} refused; pose to mesh and back: p50 {:.1f} ms, "
         "p99 {:.1f} "
         "ms\n  deepest insertion {:.1f} mm, largest displacement {:.2f} mm\n",
-        run_.client().poses_sent(), trajectory_.duration_s(), accepted, turned_down,
+        sent, trajectories_.duration_s(), accepted, turned_down,
         1e-6 * static_cast<double>(round_trip_.quantile(0.5)),
         1e-6 * static_cast<double>(round_trip_.quantile(0.99)), deepest_, max_displacement_);
   }
 
   ReplayOptions options_;
-  Trajectory trajectory_;
-  bool started_ = false, played_ = false;
+  NeedleTrajectories trajectories_;
+  bool placed_ = false, played_ = false;
+  std::size_t ready_ = 0;  // of the other connections' WELCOMEs and our TOPOLOGY
+  std::string failure_;    // of one of the others
   Clock::time_point begin_;
   std::int64_t first_stamp_ns_ = 0;
-  std::uint64_t last_input_ = 0;
+  std::int64_t last_input_ns_ = 0;
   int refusals_shown_ = 0;
   double max_displacement_ = 0, deepest_ = 0;
   Histogram round_trip_;
   ClientRun run_;
+  std::vector<std::unique_ptr<net::Client>> others_;  // of the needles after the first, in order
   boost::asio::steady_timer timer_;
 };
 
 }  // namespace
 
 int replay_live(const ReplayOptions& options) {
-  return LiveReplay(options, load_trajectory(options.trajectory)).run();
+  return LiveReplay(options, load_trajectories(options.trajectory)).run();
 }
 
 }  // namespace brachy

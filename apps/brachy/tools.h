@@ -24,5 +24,7 @@ int compare(const CompareOptions& options);
 int stability(const StabilityOptions& options);
 /// Says what a scene needs: valid supports, expected error and cost of each rung, the choice.
 int advise(const AdviseOptions& options);
+/// Draws a force log: force against depth and against time.
+int plot_force(const PlotForceOptions& options);
 
 }  // namespace brachy
