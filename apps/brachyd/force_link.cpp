@@ -113,8 +113,8 @@ void ForceLink::take(const TickForces& tick, std::int64_t now_ns) {
 void ForceLink::take(Hand& hand, std::int64_t now_ns) {
   hand.limits = negotiate_with(hand);
   net::LocalModelMessage message;
-  message.model.tick = tick_;
   if (is_usable(hand.tick.model)) message.model = hand.tick.model;  // else one without contact: no force
+  message.model.tick = tick_;
   hand.is_stiffness_limited = hand.stiffness.apply(message.model, hand.limits.max_stiffness_n_per_mm);
   hand.gate.note_stiffness(hand.is_stiffness_limited);
 

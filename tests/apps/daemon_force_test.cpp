@@ -24,13 +24,13 @@ class Hand {
   bool join(std::uint16_t port) { return peer.join(port); }
 
   void poll() {
-    if (is_sending) peer.client.send_pose(X_WN, monotonic_ns());
+    send();
     peer.poll();
   }
   template <class Condition>
   bool until(Condition&& condition) {
     return peer.until([&] {
-      if (is_sending) peer.client.send_pose(X_WN, monotonic_ns());
+      send();
       return condition();
     });
   }
@@ -74,6 +74,15 @@ class Hand {
   bool is_sending = true;
 
  private:
+  /// 500 a second at most: the server takes 2000.
+  void send() {
+    const std::int64_t now_ns = monotonic_ns();
+    if (!is_sending || now_ns - sent_ns_ < 2'000'000) return;
+    sent_ns_ = now_ns;
+    peer.client.send_pose(X_WN, now_ns);
+  }
+  std::int64_t sent_ns_ = 0;
+
   static net::ClientOptions options(std::uint16_t needle, bool evaluates_local_model,
                                     const std::string& name) {
     net::ClientOptions o;
