@@ -6,6 +6,7 @@
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <utility>
 #include <vector>
 
 #include "apps/brachy/client_run.h"
@@ -98,7 +99,9 @@ class LiveReplay {
             options_.rate_hz, welcome.max_poses_per_s);
       run_.client().request_state();  // what was counted before us
     };
-    h.on_state = [this](const net::StateMessage&) { start_when_ready(); };
+    h.on_state = [this](const net::StateMessage&) {
+      if (!std::exchange(counted_, true)) start_when_ready();
+    };
     h.on_topology = [this](const net::TopologyMessage& topology) { start(topology); };
     h.on_frame = [this](const net::FrameMessage& frame) {
       // By its stamp: the needles' connections count each for itself, their clock is one.
@@ -209,7 +212,7 @@ class LiveReplay {
 
   ReplayOptions options_;
   NeedleTrajectories trajectories_;
-  bool placed_ = false, played_ = false;
+  bool counted_ = false, placed_ = false, played_ = false;
   std::size_t ready_ = 0;  // of the others' WELCOMEs, our TOPOLOGY and our first STATE
   std::string failure_;    // of one of the others
   Clock::time_point begin_;
