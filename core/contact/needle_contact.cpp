@@ -242,6 +242,7 @@ void NeedleContact::add_contact() noexcept {
   add(landmark);
 }
 
+// One alone is no shaft to `elastic` and `fem` but a needle's point, which its friction would fold.
 void NeedleContact::add_shaft(double motion) noexcept {
   has_tip_landmark_ = state_ == ContactState::kInserted;
   for (std::size_t i = 0; i < shaft_.size(); ++i) {
@@ -252,7 +253,8 @@ void NeedleContact::add_shaft(double motion) noexcept {
          .if_stuck = across + (shaft.axial + motion) * needle_.axis,
          .low_n = -friction,
          .high_n = friction,
-         .friction_n = friction});
+         .friction_n = friction,
+         .core_mm = shaft_.size() == 1 ? settings_.landmark_spacing_mm : 0});
   }
 }
 

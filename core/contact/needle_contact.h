@@ -54,6 +54,9 @@ class NeedleContact {
   std::span<const NeedleLandmark> landmarks() const { return landmarks_; }
   bool has_tip_landmark() const { return has_tip_landmark_; }
   const Vec3& axis() const { return needle_.axis; }
+  Vec3 nearest_on_line(const Vec3& p) const {
+    return needle_.nearest_on_line(p);
+  }  ///< the shaft's, without end
 
   /// With slips known: whether the tip came to the end of its old cut within this tick. Its landmark then has the bounds
   /// that hold there, and the tick has to be solved again.
@@ -125,8 +128,8 @@ class NeedleContact {
 
   // touching
   Vec3 contact_point_ = Vec3::Zero();  // material, on the surface
-  bool by_tip_ = false;         // the tip presses; otherwise the shaft lies against the surface
-  bool has_punctured_ = false;  // in the last tick
+  bool by_tip_ = false;                // the tip presses; otherwise the shaft lies against the surface
+  bool has_punctured_ = false;         // in the last tick
 
   // inserted, through
   CutPath path_;

@@ -155,15 +155,8 @@ void Simulator::gather_landmarks() noexcept {
   }
   anchors_.update(touches ? load : 0, period_s_);
   if (!touches) return;
-  for (const Vec3& anchor : anchors_.positions()) {
-    const auto too_near = [&](const NeedleLandmark& landmark) {
-      return (landmark.position - anchor).norm() < anchor_clearance_;
-    };
-    if (std::ranges::none_of(contacts_, [&](const NeedleContact& contact) {
-          return std::ranges::any_of(contact.landmarks(), too_near);
-        }))
-      landmarks_.add(anchor, Vec3::Zero(), 0);
-  }
+  for (Vec3 anchor : anchors_.positions())
+    if (keep_clear(anchor)) landmarks_.add(anchor, Vec3::Zero(), 0);
   landmarks_.anchors = landmarks_.positions.size();
   for (const bool tips : {false, true})
     for (std::size_t n = 0; n < contacts_.size(); ++n) {
@@ -174,6 +167,24 @@ void Simulator::gather_landmarks() noexcept {
         landmarks_.owners.push_back({static_cast<std::uint32_t>(n), static_cast<std::uint32_t>(i)});
       }
     }
+}
+
+// Moves an anchor aside that lies in a needle's way: left out once the tip comes near, it would let go of the tissue at
+// once, and the force with it. False where several needles leave it no place.
+bool Simulator::keep_clear(Vec3& anchor) const noexcept {
+  for (const NeedleContact& contact : contacts_) {
+    if (contact.landmarks().empty()) continue;
+    const Vec3 on_line = contact.nearest_on_line(anchor), aside = anchor - on_line;
+    const double distance = aside.norm();
+    if (distance >= anchor_clearance_) continue;
+    const Vec3 direction = distance > 0 ? Vec3(aside / distance) : contact.axis().unitOrthogonal();
+    anchor = on_line + anchor_clearance_ * direction;
+  }
+  return std::ranges::none_of(contacts_, [&](const NeedleContact& contact) {
+    return std::ranges::any_of(contact.landmarks(), [&](const NeedleLandmark& landmark) {
+      return (landmark.position - anchor).norm() < 0.5 * anchor_clearance_;
+    });
+  });
 }
 
 void Simulator::deform() noexcept {

@@ -55,6 +55,7 @@ class Simulator {
  private:
   void touch(std::span<const NeedlePose> poses) noexcept;
   void gather_landmarks() noexcept;
+  bool keep_clear(Vec3& anchor) const noexcept;
   void deform() noexcept;
   void apply_field() noexcept;
   bool apply_block(std::uint32_t b) noexcept;
