@@ -97,6 +97,12 @@ struct StabilityOptions {
   bool quick = false;                         ///< fewer and smaller cases
 };
 
+struct ZWidthOptions {
+  double mass_kg = 0.1, damping_n_s_per_mm = 0.0005;    ///< of the device
+  std::optional<std::filesystem::path> json, markdown;  ///< files to write
+  bool quick = false;                                   ///< fewer cases
+};
+
 struct AdviseOptions {
   std::filesystem::path scene;
   std::optional<double> tolerance_mm, tick_budget_ms;  ///< none: the scene's
@@ -104,7 +110,7 @@ struct AdviseOptions {
 };
 
 using ToolOptions = std::variant<ReplayOptions, WatchOptions, RecordOptions, DeformOptions, InspectOptions,
-                                 CompareOptions, StabilityOptions, AdviseOptions>;
+                                 CompareOptions, StabilityOptions, ZWidthOptions, AdviseOptions>;
 
 /// Exit codes of both programs.
 enum ExitCode : int {
