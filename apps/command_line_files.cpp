@@ -1,4 +1,4 @@
-// The command lines of the tools that work on files alone: deform, inspect, compare, stability, advise.
+// The command lines of the tools that work on files alone: deform, inspect, compare, stability, advise, plot-force.
 #include <memory>
 
 #include "apps/command_line_parts.h"
@@ -189,6 +189,24 @@ ToolLine add_advise(CLI::App& app) {
   command->add_option("--tick-budget-ms", options->tick_budget_ms, "of one thread; default: the scene's")
       ->check(between(1e-3, 1000));
   command->add_flag("--json", options->json, "print the advice as JSON");
+  return {command, [options]() -> ToolOptions { return *options; }};
+}
+
+ToolLine add_plot_force(CLI::App& app) {
+  auto options = std::make_shared<PlotForceOptions>();
+  auto* command = app.add_subcommand("plot-force", "Draw a force log: force against depth and against time.");
+  command->footer(
+      "Examples:\n"
+      "  brachy replay config/insertion_5mm_s.csv --offline --log force.csv; brachy plot-force force.csv\n"
+      "  brachy plot-force out/run1/forces.csv --needle 2 --out needle2.svg --json\n"
+      "Solid lines: on the way in; dashed ones: on the way out. Axial forces above 0 push the needle out.\n"
+      "Exit codes: 0 done, 2 bad input.");
+  command->add_option("log", options->log, "CSV of `brachy replay --offline --log` or `brachy record`")
+      ->required();
+  command->add_option("--out", options->out, "SVG to write; default: the log's name with .svg");
+  command->add_option("--needle", options->needle, "default: the first one in the log")
+      ->check(CLI::Range(0, 15));
+  command->add_flag("--json", options->json, "print what was read and its peaks as JSON");
   return {command, [options]() -> ToolOptions { return *options; }};
 }
 

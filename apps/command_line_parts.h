@@ -26,6 +26,7 @@ ToolLine add_compare(CLI::App& app);
 ToolLine add_stability(CLI::App& app);
 ToolLine add_zwidth(CLI::App& app);
 ToolLine add_advise(CLI::App& app);
+ToolLine add_plot_force(CLI::App& app);
 
 CLI::Validator host_port();  ///< "HOST:PORT", which host_port_of then splits
 HostPort host_port_of(const std::string& text);

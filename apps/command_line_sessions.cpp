@@ -17,8 +17,15 @@ ToolLine add_replay(CLI::App& app) {
   command->footer(
       "Examples:\n"
       "  brachy replay config/insertion.csv --connect 127.0.0.1:18950\n"
-      "  brachy replay insertion.csv --offline --config config/prostate.toml --json");
-  command->add_option("trajectory", options->trajectory, "CSV: t_s,m00,…,m23 (X_WN, mm)")->required();
+      "  brachy replay insertion.csv --offline --config config/prostate.toml --json\n"
+      "  brachy replay config/insertion_5mm_s.csv --offline --log force.csv\n"
+      "  brachy replay config/insertion_three_needles.csv --offline --config three.toml   needle.count = 3 "
+      "there\n"
+      "A file with the column needle behind m23 moves several needles; one without moves needle 0.\n"
+      "The log has a row a tick and needle: t_s,needle,state,depth_mm,fx_n,fy_n,fz_n,axial_n,lateral_n,\n"
+      "cutting_n,friction_n,landmarks,min_det; brachy plot-force draws it.");
+  command->add_option("trajectory", options->trajectory, "CSV: t_s,m00,…,m23[,needle] (X_WN, mm)")
+      ->required();
   auto* replay_connect =
       command->add_option("--connect", options->daemon, "the daemon to play into")->check(host_port());
   auto* offline_flag =
@@ -32,6 +39,10 @@ ToolLine add_replay(CLI::App& app) {
   command->add_option("--simd", options->simd, "instruction set for --offline; default: the scene's")
       ->needs(offline_flag)
       ->check(simd_choices());
+  command
+      ->add_option("--log", options->log,
+                   "for --offline: the force on every needle in every tick, as CSV; must not be there yet")
+      ->needs(offline_flag);
   command->add_option("--rate-hz", options->rate_hz, "poses a second; between samples they are interpolated")
       ->needs(replay_connect)
       ->check(between(1.0, 2000.0))

@@ -39,8 +39,9 @@ struct ReplayOptions {
   bool loop = false;
   bool centre_on_tissue = false;
   Vec3 translate_mm = Vec3::Zero();
-  int threads = 0;   ///< offline; 0: the scene's
-  std::string simd;  ///< offline; empty: the scene's
+  int threads = 0;                           ///< offline; 0: the scene's
+  std::string simd;                          ///< offline; empty: the scene's
+  std::optional<std::filesystem::path> log;  ///< offline: the force log to write
   bool json = false;
 };
 
@@ -103,14 +104,22 @@ struct ZWidthOptions {
   bool quick = false;                                   ///< fewer cases
 };
 
+struct PlotForceOptions {
+  std::filesystem::path log;
+  std::optional<std::filesystem::path> out;  ///< none: the log's name with .svg
+  std::optional<std::uint32_t> needle;       ///< none: the first one in the log
+  bool json = false;
+};
+
 struct AdviseOptions {
   std::filesystem::path scene;
   std::optional<double> tolerance_mm, tick_budget_ms;  ///< none: the scene's
   bool json = false;
 };
 
-using ToolOptions = std::variant<ReplayOptions, WatchOptions, RecordOptions, DeformOptions, InspectOptions,
-                                 CompareOptions, StabilityOptions, ZWidthOptions, AdviseOptions>;
+using ToolOptions =
+    std::variant<ReplayOptions, WatchOptions, RecordOptions, DeformOptions, InspectOptions, CompareOptions,
+                 StabilityOptions, ZWidthOptions, AdviseOptions, PlotForceOptions>;
 
 /// Exit codes of both programs.
 enum ExitCode : int {

@@ -14,7 +14,7 @@
 namespace brachy {
 
 /// Most needles that one file may move; as many as a scene may have.
-inline constexpr int kMaxTrajectoryNeedles = 16;
+inline constexpr std::size_t kMaxTrajectoryNeedles = 16;
 
 /// The motions of several needles on one clock: that of the file they stand in, or several recordings of one session. A
 /// needle is not there before its first sample and stays at its last one. Immutable.
@@ -59,11 +59,11 @@ inline constexpr std::string_view kNeedleColumn = "needle";
 /// rows of different needles. Without the column all rows are needle 0's. Otherwise as parse_trajectory.
 /// Throws UserError "name:line: what; fix", also for a needle that a scene of `needle_count` needles has not.
 NeedleTrajectories parse_trajectories(std::string_view text, const std::string& name,
-                                      int needle_count = kMaxTrajectoryNeedles);
+                                      std::size_t needle_count = kMaxTrajectoryNeedles);
 
 /// parse_trajectories of a file. Throws UserError, also where it is no readable regular file or too large.
 NeedleTrajectories load_trajectories(const std::filesystem::path& file,
-                                     int needle_count = kMaxTrajectoryNeedles);
+                                     std::size_t needle_count = kMaxTrajectoryNeedles);
 
 /// trajectory_row with the needle's id behind.
 std::string trajectory_row(const TrajectorySample& sample, std::uint32_t needle);

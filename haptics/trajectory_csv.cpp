@@ -66,21 +66,22 @@ Trajectory to_trajectory(const NumberTable& table, const std::string& name) {
   return Trajectory(std::move(samples));
 }
 
-std::uint32_t to_needle(double id, int needle_count, const std::string& name, std::size_t line) {
-  if (!(id >= 0 && id < kMaxTrajectoryNeedles && id == std::floor(id)))
+std::uint32_t to_needle(double id, std::size_t needle_count, const std::string& name, std::size_t line) {
+  if (!(id >= 0 && id < static_cast<double>(kMaxTrajectoryNeedles) && id == std::floor(id)))
     refuse_line(name, line,
                 "needle " + short_number(id) + " is no needle's id; they are whole numbers from 0 to " +
                     std::to_string(kMaxTrajectoryNeedles - 1));
-  const int needle = static_cast<int>(id);
+  const auto needle = static_cast<std::uint32_t>(id);
   if (needle >= needle_count)
     refuse_line(name, line,
                 "moves needle " + std::to_string(needle) + ", and the scene has " +
                     (needle_count == 1 ? "needle 0 alone" : std::to_string(needle_count) + " from 0 on") +
                     "; raise needle.count in the scene to " + std::to_string(needle + 1) + " or more");
-  return static_cast<std::uint32_t>(needle);
+  return needle;
 }
 
-NeedleTrajectories to_trajectories(const NumberTable& table, const std::string& name, int needle_count) {
+NeedleTrajectories to_trajectories(const NumberTable& table, const std::string& name,
+                                   std::size_t needle_count) {
   std::array<std::vector<TrajectorySample>, kMaxTrajectoryNeedles> samples;
   double last_s = -kMaxTime;
   for (std::size_t i = 0; i < table.rows(); ++i) {
@@ -115,11 +116,12 @@ Trajectory load_trajectory(const std::filesystem::path& file) {
   return to_trajectory(load_number_csv(file, kTrajectoryHeader, kLimits), file.string());
 }
 
-NeedleTrajectories parse_trajectories(std::string_view text, const std::string& name, int needle_count) {
+NeedleTrajectories parse_trajectories(std::string_view text, const std::string& name,
+                                      std::size_t needle_count) {
   return to_trajectories(parse_number_csv(text, name, kTrajectoryHeader, kSeveralLimits), name, needle_count);
 }
 
-NeedleTrajectories load_trajectories(const std::filesystem::path& file, int needle_count) {
+NeedleTrajectories load_trajectories(const std::filesystem::path& file, std::size_t needle_count) {
   return to_trajectories(load_number_csv(file, kTrajectoryHeader, kSeveralLimits), file.string(),
                          needle_count);
 }

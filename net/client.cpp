@@ -32,14 +32,17 @@ class Client::Impl final : public ConnectionListener, public std::enable_shared_
         handlers_(std::move(handlers)),
         io_(io),
         timer_(io),
-        parser_(options_.max_message_bytes) {}
+        parser_(options_.max_message_bytes),
+        needle_(options_.needle == kAnyNeedle ? std::uint16_t{0} : options_.needle) {}
 
   void connect(const std::string& host, std::uint16_t port) {
     connection_ = std::make_shared<TcpConnection>(connect_tcp(io_, host, port, options_.connect_timeout),
                                                   kSendBufferBytes, kReadBufferBytes);
     last_heard_ns_ = monotonic_ns();
     connection_->start(shared_from_this());
-    send(HelloMessage{options_.role, options_.subscription, options_.limits, options_.name});
+    const auto flags = static_cast<std::uint16_t>(options_.evaluates_local_model ? kEvaluatesLocalModel : 0);
+    send(HelloMessage{options_.role, options_.subscription, options_.limits, options_.name, options_.needle,
+                      flags});
     keep_house();
   }
 
@@ -64,7 +67,7 @@ class Client::Impl final : public ConnectionListener, public std::enable_shared_
       ++poses_dropped_;
     }
     Bytes body;
-    encode_body(PoseMessage{0, 0, X_WN}, body);
+    encode_body(PoseMessage{needle_, 0, X_WN}, body);
     poses_.push_back({MessageType::kPose, stamp_ns, std::move(body)});
     write_next();
   }
@@ -79,6 +82,8 @@ class Client::Impl final : public ConnectionListener, public std::enable_shared_
   }
 
   void forget_handlers() { handlers_ = {}; }
+
+  std::uint16_t needle() const { return needle_; }
 
   const ClientOptions options_;
   ClientHandlers handlers_;
@@ -133,7 +138,10 @@ class Client::Impl final : public ConnectionListener, public std::enable_shared_
     switch (message.header.type) {
       case MessageType::kWelcome: {
         WelcomeMessage welcome;
-        return decode(message, welcome, [&] { call(handlers_.on_welcome, welcome); });
+        return decode(message, welcome, [&] {
+          if (welcome.needle != kAnyNeedle) needle_ = welcome.needle;
+          call(handlers_.on_welcome, welcome);
+        });
       }
       case MessageType::kTopology: {
         TopologyMessage topology;
@@ -163,8 +171,17 @@ class Client::Impl final : public ConnectionListener, public std::enable_shared_
         PingMessage ping;
         return decode(message, ping, [&] { handle_ping(ping, message.header); });
       }
+      case MessageType::kForce: {
+        ForceMessage force;
+        return decode(message, force, [&] { call(handlers_.on_force, force); });
+      }
+      case MessageType::kLocalModel: {
+        LocalModelMessage model;
+        return decode(message, model, [&] { call(handlers_.on_local_model, model); });
+      }
       case MessageType::kHello:
       case MessageType::kPose:
+      case MessageType::kArm:
         return end("bad message from the server: only a client sends messages of this type");
     }
   }
@@ -218,6 +235,7 @@ class Client::Impl final : public ConnectionListener, public std::enable_shared_
   asio::steady_timer timer_;
   MessageParser parser_;
   FrameMessage frame_;
+  std::uint16_t needle_;
   std::deque<Outgoing> queue_;
   std::deque<Outgoing> poses_;
   bool is_writing_ = false;
@@ -242,6 +260,12 @@ void Client::connect(const std::string& host, std::uint16_t port) {
 }
 void Client::send_pose(const RigidTransform& X_WN, std::int64_t stamp_ns) {
   impl_->send_pose(X_WN, stamp_ns);
+}
+void Client::arm(std::uint16_t needle) {
+  impl_->send(ArmMessage{needle});
+}
+std::uint16_t Client::needle() const {
+  return impl_->needle();
 }
 void Client::request_state() {
   impl_->send_body(MessageType::kState, {});

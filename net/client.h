@@ -23,6 +23,8 @@ struct ClientOptions {
   Role role = Role::kViewer;
   std::uint32_t subscription = 0;  ///< Subscription bits
   DeviceLimits limits;
+  std::uint16_t needle = kAnyNeedle;   ///< of a device: the one it wants
+  bool evaluates_local_model = false;  ///< a device that works out its force itself
   std::string name = "client";
   std::chrono::milliseconds connect_timeout{3000};
   std::chrono::milliseconds silence_timeout{5000};  ///< a server that says nothing for this long is given up
@@ -40,7 +42,9 @@ struct ClientHandlers {
   std::function<void(const StateMessage&)> on_state;
   std::function<void(const EventMessage&)> on_event;
   std::function<void(const ErrorMessage&)> on_error;
-  std::function<void(const std::string& reason)> on_closed;  ///< once, last; not after close()
+  std::function<void(const ForceMessage&)> on_force;  ///< of several at once only the last is current
+  std::function<void(const LocalModelMessage&)> on_local_model;  ///< likewise
+  std::function<void(const std::string& reason)> on_closed;      ///< once, last; not after close()
 };
 
 /// A viewer's or device's end of the native protocol, for the tools and tests. Any message that breaks the protocol
@@ -56,13 +60,18 @@ class Client {
   /// only. Throws UserError ("nothing listens on …"). The WELCOME comes by on_welcome when `io` runs.
   void connect(const std::string& host, std::uint16_t port);
 
-  /// Queues a POSE, taken at `stamp_ns` of our monotonic clock. Frames echo the stamp as input_stamp_ns.
+  /// Queues a POSE of our needle, taken at `stamp_ns` of our monotonic clock. Frames echo the stamp as input_stamp_ns.
   void send_pose(const RigidTransform& X_WN, std::int64_t stamp_ns);
+  /// Ends a latched fault of our needle, or as operator of `needle`: its force comes back by a ramp.
+  void arm() { arm(needle()); }
+  void arm(std::uint16_t needle);
   void request_state();
   void close();
 
   bool is_open() const;
   const FrameAssembler& mesh() const;
+  /// Of a device: granted by WELCOME; before it the one asked for, or 0.
+  std::uint16_t needle() const;
   std::uint64_t poses_sent() const;
   std::uint64_t poses_dropped() const;  ///< not sent because too many waited
   std::uint64_t frames() const;

@@ -38,6 +38,8 @@ class Connection {
   /// When a write last got rid of bytes after it had had to wait for the peer, 0 = never: a peer that reads slowly,
   /// but reads.
   virtual std::int64_t last_waited_progress_ns() const = 0;
+  /// Bytes that were written and still wait in this machine for a peer that reads too slowly, where the system tells.
+  virtual std::size_t unsent_bytes() const = 0;
   virtual const std::string& peer() const = 0;  ///< "address:port"
 };
 

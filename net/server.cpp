@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <boost/asio/post.hpp>
+#include <cassert>
 #include <map>
 #include <utility>
 #include <vector>
@@ -29,6 +30,7 @@ void check(bool condition, const char* what) {
 }
 
 ServerOptions checked(ServerOptions options) {
+  check(options.needles >= 1 && options.needles <= 1024, "needles must be between 1 and 1024");
   check(options.max_clients >= 1, "max_clients must be at least 1");
   check(options.max_poses_per_s >= 1, "max_poses_per_s must be at least 1");
   check(options.max_message_bytes >= 256 && options.max_message_bytes <= 64u << 20,
@@ -59,7 +61,8 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
         topology_body_(encode_topology(topology)),
         frames_(std::move(blocks), topology.hash),
         acceptor_(std::make_shared<Acceptor>(io, options_)),
-        timer_(io) {}
+        timer_(io),
+        leases_(options_.needles) {}
 
   void start() {
     acceptor_->start([this](asio::ip::tcp::socket socket) { on_socket(std::move(socket)); },
@@ -111,14 +114,11 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
   std::optional<ErrorMessage> admit(const Session& session, const HelloMessage& hello,
                                     WelcomeMessage& welcome) override {
     if (hello.role == Role::kDevice) {
-      if (!lease_.take({session.id(), hello.name, session.address(), monotonic_ns()})) {
-        const auto held_s = (monotonic_ns() - lease_.since_ns()) / 1'000'000'000;
-        return ErrorMessage{ErrorCode::kDeviceBusy, true, 0, 0,
-                            lease_.holder() + " has held the device lease for " + std::to_string(held_s) +
-                                " s: disconnect that device first, or join as a viewer"};
-      }
-      if (handlers_.on_device) handlers_.on_device(true, device_info(session));
-      broadcast({EventKind::kDeviceAttached, 0, frames_.tick(), "device " + lease_.holder() + " attached"});
+      if (auto refusal = lend(session, hello, welcome)) return refusal;
+      const std::uint16_t needle = welcome.needle;
+      if (handlers_.on_device) handlers_.on_device(true, device_info(session, needle));
+      broadcast({EventKind::kDeviceAttached, needle, frames_.tick(),
+                 "device " + leases_[needle].holder() + " attached" + of_needle(needle)});
     }
     log("client " + std::to_string(session.id()) + " '" + hello.name + "' from " + session.address() +
         " joined");
@@ -131,6 +131,7 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
     welcome.max_poses_per_s = options_.max_poses_per_s;
     welcome.topology_hash = topology_hash_;
     welcome.server = options_.server_name;
+    welcome.needle_count = options_.needles;
     return std::nullopt;
   }
 
@@ -140,10 +141,13 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
     return {frames_.body(request), frames_.tick()};
   }
 
-  PoseVerdict on_pose(const NeedlePose& pose) override {
-    PoseVerdict verdict = handlers_.on_pose ? handlers_.on_pose(pose) : PoseVerdict{};
+  PoseVerdict on_pose(std::uint16_t needle, const NeedlePose& pose) override {
+    PoseVerdict verdict = handlers_.on_pose ? handlers_.on_pose(needle, pose) : PoseVerdict{};
     if (verdict.accepted) poses_.accept();
     return verdict;
+  }
+  void on_arm(const Session& session, std::uint16_t needle) override {
+    if (handlers_.on_arm) handlers_.on_arm(needle, session.name() + " (" + session.address() + ")");
   }
   void count_refusal(const PoseVerdict& verdict) override { poses_.refuse(verdict.code, verdict.text); }
 
@@ -155,19 +159,25 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
       state.clients += session->is_open();
       state.viewers += session->is_open() && session->hello().role == Role::kViewer;
     }
-    state.device_holder = lease_.holder();
+    state.device_holder = holders();
     return state;
   }
 
   void on_closed(const Session& session, const std::string& reason) override {
     log("client " + std::to_string(session.id()) + " '" + session.name() + "' from " + session.address() +
         " left: " + reason);
-    if (lease_.is_held_by(session.id())) {
-      const std::string holder = lease_.holder();
-      lease_.release(session.id());
-      if (handlers_.on_device) handlers_.on_device(false, device_info(session));
+    const std::uint16_t needle = session.needle();
+    if (needle < leases_.size() && leases_[needle].is_held_by(session.id())) {
+      const std::string holder = leases_[needle].holder();
+      leases_[needle].release(session.id());
+      if (handlers_.on_device) {
+        DeviceInfo info = device_info(session, needle);
+        info.reason = reason;
+        handlers_.on_device(false, info);
+      }
       if (!is_stopped_) {
-        broadcast({EventKind::kDeviceDetached, 0, frames_.tick(), "device " + holder + " left: " + reason});
+        broadcast({EventKind::kDeviceDetached, needle, frames_.tick(),
+                   "device " + holder + " left" + of_needle(needle) + ": " + reason});
       }
     }
     sessions_.erase(session.id());
@@ -177,7 +187,29 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
   const ServerOptions& options() const { return options_; }
   std::uint16_t port() const { return acceptor_->port(); }
   std::uint64_t topology_hash() const { return topology_hash_; }
-  DeviceLease& lease() { return lease_; }
+  DeviceLease& lease(std::uint16_t needle) {
+    assert(needle < leases_.size());
+    return leases_[needle];
+  }
+  std::uint64_t forces_replaced() const { return forces_replaced_; }
+
+  template <class M>
+  bool send(std::uint16_t needle, const M& message) {
+    const auto session = device_of(needle);
+    if (!session) return false;
+    Bytes body;
+    encode_body(message, body);
+    const bool is_first = session->send_newest(M::kType, std::make_shared<const Bytes>(std::move(body)));
+    forces_replaced_ += is_first ? 0 : 1;
+    return is_first;
+  }
+
+  std::optional<double> round_trip_s(std::uint16_t needle) const {
+    const auto session = device_of(needle);
+    const auto ns = session ? session->round_trip().median_ns() : std::nullopt;
+    return ns ? std::optional(1e-9 * static_cast<double>(*ns)) : std::nullopt;
+  }
+
   asio::io_context& io() { return io_; }
 
  private:
@@ -188,8 +220,61 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
     return all;
   }
 
-  static DeviceInfo device_info(const Session& session) {
-    return {session.name(), session.address(), session.hello().limits};
+  /// Gives the device the needle it asks for, or says why not; `welcome` gets the needle.
+  std::optional<ErrorMessage> lend(const Session& session, const HelloMessage& hello,
+                                   WelcomeMessage& welcome) {
+    const auto refusal = [](ErrorCode code, const std::string& text) {
+      return ErrorMessage{code, true, 0, 0, text};
+    };
+    std::size_t needle = hello.needle;
+    if (hello.needle == kAnyNeedle) {
+      const auto free = std::find_if(leases_.begin(), leases_.end(),
+                                     [](const DeviceLease& lease) { return !lease.is_held(); });
+      needle = free == leases_.end() ? 0 : static_cast<std::size_t>(free - leases_.begin());
+      if (free == leases_.end() && leases_.size() > 1) {
+        return refusal(ErrorCode::kDeviceBusy, "every needle has a device (" + holders() +
+                                                   "): disconnect one first, or join as a viewer");
+      }
+    } else if (needle >= leases_.size()) {
+      return refusal(ErrorCode::kNoNeedle, "there is no needle " + std::to_string(needle) +
+                                               ": needles are 0 to " + std::to_string(leases_.size() - 1));
+    }
+    DeviceLease& lease = leases_[needle];
+    welcome.needle = static_cast<std::uint16_t>(needle);
+    if (lease.take({session.id(), hello.name, session.address(), monotonic_ns()})) return std::nullopt;
+    const auto held_s = (monotonic_ns() - lease.since_ns()) / 1'000'000'000;
+    return refusal(ErrorCode::kDeviceBusy, lease.holder() + " has held the device lease" +
+                                               of_needle(welcome.needle) + " for " + std::to_string(held_s) +
+                                               " s: disconnect that device first, or join as a viewer");
+  }
+
+  /// Empty where there is only one.
+  std::string of_needle(std::uint16_t needle) const {
+    return leases_.size() > 1 ? " (needle " + std::to_string(needle) + ")" : "";
+  }
+
+  /// "NAME (ADDRESS)"; of several needles "0: NAME (ADDRESS), 2: …".
+  std::string holders() const {
+    if (leases_.size() == 1) return leases_[0].holder();
+    std::string text;
+    for (std::size_t needle = 0; needle < leases_.size(); ++needle) {
+      if (!leases_[needle].is_held()) continue;
+      text += (text.empty() ? "" : ", ") + std::to_string(needle) + ": " + leases_[needle].holder();
+    }
+    return text;
+  }
+
+  /// Null: the needle has no network device.
+  std::shared_ptr<Session> device_of(std::uint16_t needle) const {
+    assert(needle < leases_.size());
+    const auto found = sessions_.find(leases_[needle].session());
+    return found == sessions_.end() || !found->second->is_open() ? nullptr : found->second;
+  }
+
+  static DeviceInfo device_info(const Session& session, std::uint16_t needle) {
+    const HelloMessage& hello = session.hello();
+    const bool is_evaluator = (hello.device_flags & kEvaluatesLocalModel) != 0;
+    return {session.name(), session.address(), hello.limits, needle, is_evaluator, ""};
   }
 
   void on_socket(asio::ip::tcp::socket socket) {
@@ -237,7 +322,8 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
   asio::steady_timer timer_;
   std::map<std::uint64_t, std::shared_ptr<Session>> sessions_;
   std::uint64_t last_session_ = kOwnDevice;
-  DeviceLease lease_;
+  std::vector<DeviceLease> leases_;  // by needle
+  std::uint64_t forces_replaced_ = 0;
   PoseCounts poses_;
   std::int64_t next_state_ns_ = 0;
   bool is_stopped_ = false;
@@ -271,14 +357,26 @@ void Server::publish(std::shared_ptr<const MeshState> state) {
 void Server::broadcast(const EventMessage& event) {
   impl_->broadcast(event);
 }
-bool Server::hold_lease(const std::string& name) {
-  return impl_->lease().take({kOwnDevice, name, "", monotonic_ns()});
+bool Server::hold_lease(std::uint16_t needle, const std::string& name) {
+  return impl_->lease(needle).take({kOwnDevice, name, "", monotonic_ns()});
 }
-void Server::release_lease() {
-  impl_->lease().release(kOwnDevice);
+void Server::release_lease(std::uint16_t needle) {
+  impl_->lease(needle).release(kOwnDevice);
 }
-std::string Server::lease_holder() const {
-  return impl_->lease().holder();
+std::string Server::lease_holder(std::uint16_t needle) const {
+  return impl_->lease(needle).holder();
+}
+bool Server::send(std::uint16_t needle, const ForceMessage& message) {
+  return impl_->send(needle, message);
+}
+bool Server::send(std::uint16_t needle, const LocalModelMessage& message) {
+  return impl_->send(needle, message);
+}
+std::uint64_t Server::forces_replaced() const {
+  return impl_->forces_replaced();
+}
+std::optional<double> Server::round_trip_s(std::uint16_t needle) const {
+  return impl_->round_trip_s(needle);
 }
 std::size_t Server::client_count() const {
   return impl_->client_count();

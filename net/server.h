@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "core/error.h"
@@ -16,8 +17,8 @@ class io_context;
 
 namespace brachy::net {
 
-/// The native protocol's server (net/PROTOCOL.md): many viewers, one device, snapshots out, poses in. It makes no
-/// thread: everything happens on the one thread that runs `io`, handlers included. Whatever a peer does ends that
+/// The native protocol's server (net/PROTOCOL.md): many viewers, one device a needle; snapshots and forces out, poses
+/// in. It makes no thread: everything happens on the one thread that runs `io`, handlers included. Whatever a peer does ends that
 /// peer's session at worst; no peer delays another.
 ///
 /// Threads: publish() from any one thread at a time, also while the io thread runs; all else (constructor and
@@ -44,11 +45,25 @@ class Server {
   /// To every client.
   void broadcast(const EventMessage& event);
 
-  /// Takes the device lease for the daemon's own device. False where a network device holds it.
-  bool hold_lease(const std::string& name);
+  // Needles are counted from 0 and are fewer than ServerOptions::needles (asserted).
+
+  /// Takes the needle's device lease for the daemon's own device. False where a network device holds it.
+  bool hold_lease(std::uint16_t needle, const std::string& name);
   /// Gives up what hold_lease took; does nothing otherwise.
-  void release_lease();
-  std::string lease_holder() const;  ///< "NAME (ADDRESS)", empty = nobody
+  void release_lease(std::uint16_t needle);
+  std::string lease_holder(std::uint16_t needle) const;  ///< "NAME (ADDRESS)", empty = nobody
+
+  /// To the needle's network device, if there is one. Of each kind at most one waits: a newer one replaces it and is
+  /// counted, so that a slow device gets few messages but never old ones. False where the message replaced one or there
+  /// is no device.
+  bool send(std::uint16_t needle, const ForceMessage& message);
+  bool send(std::uint16_t needle, const LocalModelMessage& message);
+  std::uint64_t forces_replaced() const;  ///< of both kinds, since start
+
+  /// From a PING to its answer, of the needle's network device: median of the last few, asked about every 100 ms.
+  /// nullopt without a device and before its first answer. In it is whatever keeps the device from answering; its own
+  /// stamps are not.
+  std::optional<double> round_trip_s(std::uint16_t needle) const;
 
   std::size_t client_count() const;  ///< connected and not being closed
 

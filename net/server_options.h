@@ -15,6 +15,7 @@ struct ServerOptions {
   std::string address = "127.0.0.1";              ///< to bind; an IP address
   std::uint16_t port = 0;                         ///< 0 = any free one, Server::port() tells
   bool allow_remote = false;                      ///< bind an address that is not loopback
+  std::uint16_t needles = 1;                      ///< 1 to 1024: one device lease each
   std::uint32_t max_clients = 64;                 ///< ≥ 1
   std::uint32_t max_message_bytes = 64 * 1024;    ///< body from a client, 256 to 64 MiB
   std::uint32_t max_poses_per_s = 2000;           ///< ≥ 1; bursts of a tenth of it pass
@@ -41,18 +42,23 @@ struct PoseVerdict {
   std::string text;
 };
 
-/// The device that holds, or held, the lease.
+/// The device that holds, or held, the lease of a needle.
 struct DeviceInfo {
   std::string name;
   std::string address;
-  DeviceLimits limits;
+  DeviceLimits limits;  ///< as stated, not checked
+  std::uint16_t needle = 0;
+  bool evaluates_local_model = false;
+  std::string reason;  ///< why it left; empty while it is there
 };
 
 /// Called on the io thread; must be quick and not throw. Empty ones are skipped.
 struct ServerHandlers {
-  std::function<PoseVerdict(const NeedlePose&)> on_pose;  ///< none: every pose is accepted
-  std::function<void(bool attached, const DeviceInfo&)>
-      on_device;                        ///< a network device took or left the lease
+  std::function<PoseVerdict(std::uint16_t needle, const NeedlePose&)>
+      on_pose;                                                      ///< none: every pose is accepted
+  std::function<void(bool attached, const DeviceInfo&)> on_device;  ///< a network device took or left a lease
+  /// The needle's device or an operator ends a latched fault; `who` is "NAME (ADDRESS)".
+  std::function<void(std::uint16_t needle, const std::string& who)> on_arm;
   std::function<StateMessage()> state;  ///< the simulation's part of STATE; the server adds its own counts
   std::function<void(const std::string&)> log;  ///< one line, no line end
 };

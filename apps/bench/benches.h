@@ -19,6 +19,8 @@ void add_scaling_benches(Report& report,
 void add_system_benches(Report& report, const BenchOptions& options);  ///< the landmark system by itself
 void add_guard_benches(Report& report,
                        const BenchOptions& options);  ///< what certificate and guard add to a tick
+void add_reactions_benches(Report& report,
+                           const BenchOptions& options);  ///< what contact mechanics asks of a field
 void add_figure6_benches(Report& report, const BenchOptions& options);  ///< the paper's figure 6
 
 }  // namespace brachy::bench

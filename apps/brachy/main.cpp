@@ -18,6 +18,7 @@ struct Run {
   int operator()(const StabilityOptions& o) const { return stability(o); }
   int operator()(const ZWidthOptions& o) const { return zwidth(o); }
   int operator()(const AdviseOptions& o) const { return advise(o); }
+  int operator()(const PlotForceOptions& o) const { return plot_force(o); }
 };
 
 }  // namespace

@@ -1,19 +1,16 @@
 #pragma once
 
 #include "apps/options.h"
-#include "haptics/trajectory.h"
+#include "haptics/needle_trajectories.h"
 
 namespace brachy {
 
-/// The trajectory where the options put it: centred on the tissue's box if asked, then translated, then sped up.
-inline Trajectory place(Trajectory trajectory, const ReplayOptions& options, bool centre,
-                        const Vec3& tissue_centre) {
-  if (centre) trajectory = trajectory.centred_on(tissue_centre);
-  trajectory = trajectory.transformed({Mat3::Identity(), options.translate_mm});
-  if (options.speed == 1) return trajectory;
-  std::vector<TrajectorySample> samples = trajectory.samples();
-  for (TrajectorySample& sample : samples) sample.t_s /= options.speed;
-  return Trajectory(std::move(samples));
+/// The trajectories where the options put them: centred on the tissue's box if asked, then translated, then sped up.
+inline NeedleTrajectories place(NeedleTrajectories trajectories, const ReplayOptions& options, bool centre,
+                                const Vec3& tissue_centre) {
+  if (centre) trajectories = trajectories.centred_on(tissue_centre);
+  trajectories = trajectories.transformed({Mat3::Identity(), options.translate_mm});
+  return options.speed == 1 ? trajectories : trajectories.sped_up(options.speed);
 }
 
 }  // namespace brachy

@@ -81,7 +81,10 @@ class LiveReplay {
       min = min.cwiseMin(x);
       max = max.cwiseMax(x);
     }
-    trajectory_ = place(std::move(trajectory_), options_, options_.centre_on_tissue, 0.5 * (min + max));
+    trajectory_ = place(NeedleTrajectories({{0, std::move(trajectory_)}}), options_, options_.centre_on_tissue,
+                        0.5 * (min + max))
+                      .needles()[0]
+                      .motion;
     begin_ = Clock::now();
     first_stamp_ns_ = monotonic_ns();
     send();

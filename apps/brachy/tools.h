@@ -26,5 +26,7 @@ int stability(const StabilityOptions& options);
 int zwidth(const ZWidthOptions& options);
 /// Says what a scene needs: valid supports, expected error and cost of each rung, the choice.
 int advise(const AdviseOptions& options);
+/// Draws a force log: force against depth and against time.
+int plot_force(const PlotForceOptions& options);
 
 }  // namespace brachy

@@ -81,7 +81,7 @@ class Daemon::Impl {
         server_(io_, server_options(scene, options), simulator_.tissue(), handlers()) {
     spdlog::info("engine: {}, {} thread{}", to_string(simulator_.simd_target()), scene.engine.threads,
                  scene.engine.threads == 1 ? "" : "s");
-    if (!network_device_) server_.hold_lease("scripted device: " + scene.device.trajectory);
+    if (!network_device_) server_.hold_lease(0, "scripted device: " + scene.device.trajectory);
   }
 
   const net::Server& server() const { return server_; }
@@ -159,7 +159,7 @@ class Daemon::Impl {
     h.on_device = [this](bool attached, const net::DeviceInfo&) {
       if (network_device_) attached ? network_device_->attach() : network_device_->detach();
     };
-    h.on_pose = [this](const NeedlePose& pose) -> net::PoseVerdict {
+    h.on_pose = [this](std::uint16_t, const NeedlePose& pose) -> net::PoseVerdict {
       const PoseVerdict verdict = network_device_->submit(pose);
       if (verdict == PoseVerdict::kAccepted) return {};
       return {false, static_cast<std::uint16_t>(verdict), std::string(to_string(verdict))};

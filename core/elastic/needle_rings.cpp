@@ -44,17 +44,20 @@ void NeedleRings::build(std::span<const Vec3> positions, std::span<const double>
     const auto landmark = static_cast<std::uint32_t>(begin);
     if (end - begin > 1)
       add_shaft(positions.subspan(begin, end - begin), landmark, radius);
+    else if (has_core(begin))
+      add_point(positions[begin], cores[begin], cores[begin], landmark);
     else
-      add_point(positions[begin], has_core(begin) ? cores[begin] : kDiscCore * radius, landmark);
+      add_point(positions[begin], kDiscCore * radius, 0, landmark);
     begin = end;
   }
 }
 
-void NeedleRings::add_point(const Vec3& position, double core, std::uint32_t landmark) {
+void NeedleRings::add_point(const Vec3& position, double core, double field_core, std::uint32_t landmark) {
   Ring ring;
   ring.centre = position;
   ring.axis = Vec3::Zero();
   ring.s = core * core / 2;
+  ring.field_s = ring.s + field_core * field_core / 2;
   ring.first = static_cast<std::uint32_t>(points_.size());
   ring.landmark = {landmark, landmark};
   ring.weight = {1, 0};
@@ -93,7 +96,7 @@ void NeedleRings::add_shaft(std::span<const Vec3> p, std::uint32_t first_landmar
   for (std::size_t k = first_ring; k < rings_.size();
        ++k) {  // cores by the shaft's own radius: end rings are narrower
     const double area = 2 * std::numbers::pi * radius / kPoints * spacing_[k];
-    rings_[k].s = kCore * kCore * area / 2;
+    rings_[k].s = rings_[k].field_s = kCore * kCore * area / 2;
   }
   normalize(first_ring, first_landmark, p.size());
 }

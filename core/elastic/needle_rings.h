@@ -19,7 +19,9 @@ namespace brachy {
 /// share of the surface: a lattice of points that carries a surface force then moves as the smooth layer does (by
 /// theory 0.385, for any ν).
 /// Alone: a contact; one point of core (4/π) R, the resistance of a rigid disc of radius R.
-/// With a core of its own: one point of that core.
+/// With a core c of its own: one point of that core. What is looked at then takes the same core (field_s = c²): tissue at
+/// the landmark goes as far as the landmark does, and folds at 2.57 cores (DESIGN §4). Where the rule holds, what is looked
+/// at has none: rings carry the needle's surface, and tissue there goes with it already.
 /// Threads: one. Real-time: build does not allocate where reserve was called for as many landmarks.
 class NeedleRings {
  public:
@@ -39,6 +41,7 @@ class NeedleRings {
     Vec3 axis;                                ///< unit, or 0 for a single point
     double radius = 0;                        ///< mm; 0: a single point
     double s = 0;                             ///< c²/2 of each of its points, mm²
+    double field_s = 0;                       ///< the same plus that of the tissue it moves, mm²
     std::uint32_t first = 0, count = 1;       ///< its points
     std::array<std::uint32_t, 2> landmark{};  ///< the one or two whose force it carries
     std::array<double, 2> weight{};           ///< their shares; those of a landmark sum to 1 over its rings
@@ -61,7 +64,7 @@ class NeedleRings {
   PointGroups groups(std::size_t landmarks) const;
 
  private:
-  void add_point(const Vec3& position, double core, std::uint32_t landmark);
+  void add_point(const Vec3& position, double core, double field_core, std::uint32_t landmark);
   void add_shaft(std::span<const Vec3> positions, std::uint32_t first_landmark, double radius);
   void add_ring(const Vec3& centre, const Vec3& axis, double radius, double spacing);
   void normalize(std::size_t first_ring, std::uint32_t first_landmark, std::size_t landmarks);

@@ -1,6 +1,7 @@
 #include "core/field/deformation.h"
 
 #include <algorithm>
+#include <cassert>
 
 namespace brachy {
 namespace {
@@ -13,31 +14,41 @@ constexpr std::size_t kColumnsAtOnce =
 }  // namespace
 
 Deformation::Deformation(const Tissue& tissue, Kernel kernel, double support_radius,
-                         const BlockField::Options& options)
-    : system_(kernel, support_radius, static_cast<int>(options.max_landmarks), options.target),
+                         const BlockField::Options& options, double landmark_stiffness_n_per_mm)
+    : landmark_stiffness_(landmark_stiffness_n_per_mm),
+      system_(kernel, support_radius, static_cast<int>(options.max_landmarks), options.target),
+      inverse_block_(options.max_landmarks, options.max_landmarks, options.target),
       blocks_(tissue, kernel, support_radius, options),
       field_{kernel, support_radius, {}, {}},
       cells_(kernel, support_radius, options.target, options.max_landmarks) {
   const std::size_t n = options.max_landmarks;
-  for (auto* v : {&positions_, &displacements_, &weights_, &moving_displacements_}) v->reserve(n);
+  for (auto* v : {&placed_, &positions_, &displacements_, &weights_, &moving_displacements_}) v->reserve(n);
   moving_.reserve(n);
   inverse_columns_.reserve(n * n);
 }
 
-FactorStatus Deformation::update(std::span<const Vec3> positions,
-                                 std::span<const Vec3> displacements) noexcept {
-  const bool same_positions = is_factored_ && std::ranges::equal(positions, positions_);
+FactorStatus Deformation::place(std::span<const Vec3> positions, std::span<const double> /*cores*/) noexcept {
+  if (is_factored_ && std::ranges::equal(positions, placed_)) return {};
+  FactorStatus status = system_.refactorize(positions);  // the tip, last, moves alone
+  const double condition = status ? system_.condition() : 0;
+  if (status) status = FactorStatus::of_condition(condition);
+  is_factored_ = static_cast<bool>(status);
+  if (!status) return status;
+  condition_ = condition;
+  placed_.assign(positions.begin(), positions.end());
+  return {};
+}
+
+FactorStatus Deformation::update(std::span<const Vec3> positions, std::span<const Vec3> displacements,
+                                 std::span<const double> /*cores*/) noexcept {
+  if (const FactorStatus status = place(positions); !status) return status;
+  const bool same_positions = has_field_ && std::ranges::equal(positions, positions_);
   if (same_positions && std::ranges::equal(displacements, displacements_)) {
     evaluation_ = Evaluation::kIdle;
     return {};
   }
   if (!same_positions) {
-    FactorStatus status = system_.refactorize(positions);  // the tip, last, moves alone
-    const double condition = status ? system_.condition() : 0;
-    if (status) status = FactorStatus::of_condition(condition);
-    is_factored_ = static_cast<bool>(status);
-    if (!status) return status;
-    condition_ = condition;
+    has_field_ = true;
     positions_.assign(positions.begin(), positions.end());
     blocks_.set_landmarks(positions_);
     restart();
@@ -54,6 +65,25 @@ FactorStatus Deformation::update(std::span<const Vec3> positions,
   field_.positions = positions_;
   field_.weights = weights_;
   return {};
+}
+
+void Deformation::reactions(std::span<const Vec3> displacements, std::span<Vec3> forces) noexcept {
+  assert(is_factored_);
+  system_.solve(displacements, forces);
+  for (Vec3& f : forces) f *= landmark_stiffness_;
+}
+
+void Deformation::axial_stiffness(std::size_t first, std::span<const Vec3> axes,
+                                  Eigen::Ref<Eigen::MatrixXd> H) noexcept {
+  assert(is_factored_ && first + axes.size() <= placed_.size());
+  system_.scale_inverse(first, axes, inverse_block_, H);
+  H *= landmark_stiffness_;
+}
+
+double Deformation::total_force_n() const {
+  Vec3 sum = Vec3::Zero();
+  for (const Vec3& w : weights_) sum += w;
+  return landmark_stiffness_ * sum.norm();
 }
 
 void Deformation::rescale(double scale) noexcept {

@@ -24,12 +24,17 @@ class Deformation : public TissueField {
  public:
   static constexpr int kSettleTicks = 4;
 
-  /// `support_radius` a in mm; the tissue must outlive this.
-  Deformation(const Tissue& tissue, Kernel kernel, double support_radius, const BlockField::Options& options);
+  /// `support_radius` a in mm; the tissue must outlive this. `landmark_stiffness`, N/mm: of one landmark alone, which is
+  /// what makes forces of the weights; displacements do not depend on it.
+  Deformation(const Tissue& tissue, Kernel kernel, double support_radius, const BlockField::Options& options,
+              double landmark_stiffness_n_per_mm = 1);
 
-  /// Solves u(p_i) = d_i for landmarks at `positions` (n, mm) with `displacements` (n, mm), and evaluates u at every
-  /// point in reach. Unless it returns kOk, the last field stands.
-  FactorStatus update(std::span<const Vec3> positions, std::span<const Vec3> displacements) noexcept override;
+  FactorStatus place(std::span<const Vec3> positions, std::span<const double> cores = {}) noexcept override;
+  FactorStatus update(std::span<const Vec3> positions, std::span<const Vec3> displacements,
+                      std::span<const double> cores = {}) noexcept override;
+  void reactions(std::span<const Vec3> displacements, std::span<Vec3> forces) noexcept override;
+  void axial_stiffness(std::size_t first, std::span<const Vec3> axes,
+                       Eigen::Ref<Eigen::MatrixXd> H) noexcept override;
 
   void rescale(double scale) noexcept override;
   Evaluation evaluation() const override { return evaluation_; }
@@ -44,6 +49,7 @@ class Deformation : public TissueField {
     return cells_;
   }
   std::size_t max_sources() const override { return positions_.capacity(); }
+  double total_force_n() const override;
   SimdTarget target() const override { return blocks_.target(); }
   const BlockField& blocks() const { return blocks_; }  ///< displacements of the points in reach
   const RbfField& field() const { return field_; }      ///< the same field at single points, in double
@@ -56,15 +62,19 @@ class Deformation : public TissueField {
   void advance_condensing() noexcept;
   void compute_weights() noexcept;
 
+  double landmark_stiffness_;  // ψ(0) = 1: of weights of 1 mm
   RbfSystem system_;
+  InverseBlock inverse_block_;
   BlockField blocks_;
   RbfField field_;
   ScalarCells cells_;
   Evaluation evaluation_ = Evaluation::kIdle;
 
-  bool is_factored_ = false;  // system_ holds positions_
+  bool is_factored_ = false;  // system_ holds placed_
   double condition_ = 1;
-  std::vector<Vec3> positions_, displacements_, weights_;
+  std::vector<Vec3> placed_;
+  bool has_field_ = false;
+  std::vector<Vec3> positions_, displacements_, weights_;  // of the field
   int settled_ticks_ = 0;
 
   // condensing: the moving landmarks, their columns of K⁻¹ (n × m by rows), and how far it has got

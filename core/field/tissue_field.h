@@ -2,8 +2,9 @@
 
 #include <array>
 #include <cstdint>
-#include <limits>
 #include <span>
+
+#include <Eigen/Core>
 
 #include "core/field/block_kernels.h"
 #include "core/rbf/rbf_system.h"
@@ -27,18 +28,37 @@ class TissueField {
  public:
   virtual ~TissueField() = default;
 
-  /// Solves u(p_i) = d_i for landmarks at rest `positions` (n, mm) with `displacements` (n, mm) and evaluates u at the
-  /// tissue's points. Unless it returns kOk, the last field stands.
-  virtual FactorStatus update(std::span<const Vec3> positions,
-                              std::span<const Vec3> displacements) noexcept = 0;
+  /// Makes `positions` (n, at rest, mm) the landmark set and factors its system K; displacements and field stay as they
+  /// were. `cores`: the landmarks' core radii, mm, 0 where the rung's own rule holds; empty: 0 for all. Only `elastic` and
+  /// `fem` look at them; there other cores are another set. The same set again costs a comparison. Unless it returns kOk,
+  /// no set is placed. Threads: the caller's. Real-time: does not allocate.
+  virtual FactorStatus place(std::span<const Vec3> positions,
+                             std::span<const double> cores = {}) noexcept = 0;
+
+  /// Places the set, solves u(p_i) = d_i for `displacements` (n, mm) and evaluates u at the tissue's points. Unless it
+  /// returns kOk, the last field stands.
+  virtual FactorStatus update(std::span<const Vec3> positions, std::span<const Vec3> displacements,
+                              std::span<const double> cores = {}) noexcept = 0;
+
+  /// The forces on the placed landmarks that displace them by `displacements`: f = K⁻¹ d, N (both n). What the field shows
+  /// does not change. On rungs whose K is no compliance it is scaled so that a lone landmark has the stiffness that the
+  /// rung was made with (landmark_stiffness.h). Threads: the caller's. Real-time: does not allocate; 2 solves' time.
+  virtual void reactions(std::span<const Vec3> displacements, std::span<Vec3> forces) noexcept = 0;
+
+  /// H_ij = axes_i · (K⁻¹)_ij axes_j, N/mm (H m × m, symmetric), of the placed landmarks first … first + m − 1, each with
+  /// its unit axis (`axes` m): the forces along their axes that displacements along their axes take while they are held
+  /// across them, and the other landmarks altogether. Scaled as reactions. Threads: the caller's. Real-time: does not
+  /// allocate; m³/3 multiply-adds on the ψ rungs, 3 m³ on the matrix ones.
+  virtual void axial_stiffness(std::size_t first, std::span<const Vec3> axes,
+                               Eigen::Ref<Eigen::MatrixXd> H) noexcept = 0;
 
   /// Multiplies the last update's field by `scale`, everywhere.
   virtual void rescale(double scale) noexcept = 0;
 
   virtual Evaluation evaluation() const = 0;  ///< of the last update
 
-  /// Condition number of the landmark system, 1-norm, estimated each time that the set changes; 1 for no landmarks. Above
-  /// FactorStatus::kMaxCondition update refuses, and the last field's stands.
+  /// Condition number of the placed landmarks' system, 1-norm, estimated each time that the set changes; 1 for no
+  /// landmarks. Above FactorStatus::kMaxCondition place and update refuse, and the last one's stands.
   virtual double condition() const = 0;
 
   /// Blocks that the field reaches, ascending; the others are at rest.
@@ -55,8 +75,8 @@ class TissueField {
   /// The most sources that cells() can have.
   virtual std::size_t max_sources() const = 0;
 
-  /// The force on all landmarks together, N; NaN on rungs whose weights are no forces.
-  virtual double total_force_n() const { return std::numeric_limits<double>::quiet_NaN(); }
+  /// Size of the force on all landmarks of the field together, N; scaled as reactions.
+  virtual double total_force_n() const = 0;
 
   virtual SimdTarget target() const = 0;
 };

@@ -1,7 +1,7 @@
 #include "core/heterogeneous/heterogeneous_deformation.h"
 
 #include <algorithm>
-#include <limits>
+#include <cassert>
 
 namespace brachy {
 namespace {
@@ -14,6 +14,20 @@ BlockField blocks_for(const Tissue& points, const ScalarKernels& kernels, std::s
 CompactBlocks blocks_for(const Tissue& points, const CompactKernels& kernels, std::size_t tissue,
                          const BlockField::Options& options) {
   return {points, kernels.kernels[tissue], options};
+}
+
+double lone_compliance(const ScalarKernels& kernels) {
+  return kernels.value(0, Vec3::Zero());
+}
+
+double lone_compliance(const CompactKernels& kernels) {
+  return kernels.value(0, Vec3::Zero())(0, 0);
+}
+
+// So that a lone landmark in tissue 0 has this stiffness.
+template <class Kernels>
+double scale_to(double landmark_stiffness, const Kernels& kernels) {
+  return landmark_stiffness > 0 ? landmark_stiffness * lone_compliance(kernels) : 1;
 }
 
 }  // namespace
@@ -29,11 +43,13 @@ HeterogeneousDeformation<Kernels>::Part::Part(TissuePart points, const Kernels& 
 
 template <class Kernels>
 HeterogeneousDeformation<Kernels>::HeterogeneousDeformation(const Tissue& tissue, TissueModel<Kernels> model,
-                                                            const BlockField::Options& options)
+                                                            const BlockField::Options& options,
+                                                            double landmark_stiffness_n_per_mm)
     : model_(std::move(model)),
       options_(options),
-      system_(model_, options.max_landmarks),
+      system_(model_, options.max_landmarks, options.target),
       cells_(model_, options.target, options.max_landmarks),
+      force_scale_(scale_to(landmark_stiffness_n_per_mm, model_.kernels)),
       is_touched_(tissue.blocks.size()),
       displacements_(tissue.blocks.size()) {
   BlockField::Options direct = options;
@@ -42,24 +58,35 @@ HeterogeneousDeformation<Kernels>::HeterogeneousDeformation(const Tissue& tissue
   for (std::size_t m = 0; m < points.size(); ++m)
     parts_.push_back(std::make_unique<Part>(std::move(points[m]), model_.kernels, m, direct));
   const std::size_t n = options.max_landmarks;
-  for (auto* v : {&positions_, &displacements_wanted_, &weights_}) v->reserve(n);
+  for (auto* v : {&placed_, &positions_, &displacements_wanted_, &weights_}) v->reserve(n);
   shares_.reserve(n * model_.membership.tissues());
   touched_.reserve(tissue.blocks.size());
 }
 
 template <class Kernels>
+FactorStatus HeterogeneousDeformation<Kernels>::place(std::span<const Vec3> positions,
+                                                      std::span<const double> /*cores*/) noexcept {
+  if (is_factored_ && std::ranges::equal(positions, placed_)) return {};
+  const FactorStatus status = system_.factorize(positions);
+  is_factored_ = static_cast<bool>(status);
+  if (!status) return status;
+  condition_ = system_.condition();
+  placed_.assign(positions.begin(), positions.end());
+  return {};
+}
+
+template <class Kernels>
 FactorStatus HeterogeneousDeformation<Kernels>::update(std::span<const Vec3> positions,
-                                                       std::span<const Vec3> displacements) noexcept {
-  const bool same_positions = is_factored_ && std::ranges::equal(positions, positions_);
+                                                       std::span<const Vec3> displacements,
+                                                       std::span<const double> /*cores*/) noexcept {
+  if (const FactorStatus status = place(positions); !status) return status;
+  const bool same_positions = has_field_ && std::ranges::equal(positions, positions_);
   if (same_positions && std::ranges::equal(displacements, displacements_wanted_)) {
     evaluation_ = Evaluation::kIdle;
     return {};
   }
   if (!same_positions) {
-    const FactorStatus status = system_.factorize(positions);
-    is_factored_ = static_cast<bool>(status);
-    if (!status) return status;
-    condition_ = system_.condition();
+    has_field_ = true;
     positions_.assign(positions.begin(), positions.end());
     shares_.assign(system_.shares().begin(), system_.shares().end());
     share_out_landmarks();
@@ -73,6 +100,22 @@ FactorStatus HeterogeneousDeformation<Kernels>::update(std::span<const Vec3> pos
 }
 
 template <class Kernels>
+void HeterogeneousDeformation<Kernels>::reactions(std::span<const Vec3> displacements,
+                                                  std::span<Vec3> forces) noexcept {
+  assert(is_factored_);
+  system_.solve(displacements, forces);
+  for (Vec3& f : forces) f *= force_scale_;
+}
+
+template <class Kernels>
+void HeterogeneousDeformation<Kernels>::axial_stiffness(std::size_t first, std::span<const Vec3> axes,
+                                                        Eigen::Ref<Eigen::MatrixXd> H) noexcept {
+  assert(is_factored_);
+  system_.project_inverse(first, axes, H);
+  H *= force_scale_;
+}
+
+template <class Kernels>
 void HeterogeneousDeformation<Kernels>::rescale(double scale) noexcept {
   for (auto* vectors : {&weights_, &displacements_wanted_})
     for (Vec3& v : *vectors) v *= scale;
@@ -81,10 +124,9 @@ void HeterogeneousDeformation<Kernels>::rescale(double scale) noexcept {
 
 template <class Kernels>
 double HeterogeneousDeformation<Kernels>::total_force_n() const {
-  if constexpr (Kernels::kRows == 1) return std::numeric_limits<double>::quiet_NaN();
   Vec3 sum = Vec3::Zero();
-  for (const Vec3& f : weights_) sum += f;
-  return sum.norm();
+  for (const Vec3& w : weights_) sum += w;
+  return force_scale_ * sum.norm();
 }
 
 template <class Kernels>

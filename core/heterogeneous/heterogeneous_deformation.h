@@ -23,11 +23,18 @@ namespace brachy {
 template <class Kernels>
 class HeterogeneousDeformation : public TissueField {
  public:
-  /// The tissue must outlive this. Of `options`: target, threads and max_landmarks.
+  /// The tissue must outlive this. Of `options`: target, threads and max_landmarks. `landmark_stiffness`, N/mm: of one
+  /// landmark alone in tissue 0, the base; 0: what the kernel itself has there (the ψ kernels 1). Displacements do not
+  /// depend on it.
   HeterogeneousDeformation(const Tissue& tissue, TissueModel<Kernels> model,
-                           const BlockField::Options& options);
+                           const BlockField::Options& options, double landmark_stiffness_n_per_mm = 0);
 
-  FactorStatus update(std::span<const Vec3> positions, std::span<const Vec3> displacements) noexcept override;
+  FactorStatus place(std::span<const Vec3> positions, std::span<const double> cores = {}) noexcept override;
+  FactorStatus update(std::span<const Vec3> positions, std::span<const Vec3> displacements,
+                      std::span<const double> cores = {}) noexcept override;
+  void reactions(std::span<const Vec3> displacements, std::span<Vec3> forces) noexcept override;
+  void axial_stiffness(std::size_t first, std::span<const Vec3> axes,
+                       Eigen::Ref<Eigen::MatrixXd> H) noexcept override;
   void rescale(double scale) noexcept override;
   Evaluation evaluation() const override { return evaluation_; }
   double condition() const override { return condition_; }
@@ -68,9 +75,12 @@ class HeterogeneousDeformation : public TissueField {
   HeterogeneousCells<Kernels> cells_;
   std::vector<std::unique_ptr<Part>> parts_;
 
-  std::vector<Vec3> positions_, displacements_wanted_, weights_;
+  double force_scale_;        // N for a weight of 1
+  bool is_factored_ = false;  // system_ holds placed_
+  std::vector<Vec3> placed_;
+  bool has_field_ = false;
+  std::vector<Vec3> positions_, displacements_wanted_, weights_;  // of the field
   std::vector<double> shares_;
-  bool is_factored_ = false;  // system_ holds positions_
   double condition_ = 1;
   Evaluation evaluation_ = Evaluation::kIdle;
 

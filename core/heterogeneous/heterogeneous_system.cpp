@@ -19,8 +19,9 @@ constexpr Eigen::Index index(std::size_t i) {
 }  // namespace
 
 template <class Kernels>
-HeterogeneousSystem<Kernels>::HeterogeneousSystem(const TissueModel<Kernels>& model, std::size_t capacity)
-    : model_(model) {
+HeterogeneousSystem<Kernels>::HeterogeneousSystem(const TissueModel<Kernels>& model, std::size_t capacity,
+                                                  SimdTarget target)
+    : model_(model), inverse_block_(Kernels::kRows * capacity, capacity, target) {
   const Kernels& kernels = model.kernels;
   assert(model.membership.tissues() == kernels.size());
   duplicate_distance_ = FactorStatus::kDuplicateDistance * model.largest_support();
@@ -114,6 +115,17 @@ void HeterogeneousSystem<Kernels>::solve(std::span<const Vec3> displacements,
     for (std::size_t i = 0; i < size_; ++i)
       weights[i].segment<Kernels::kRows>(c) = x.template segment<Kernels::kRows>(Kernels::kRows * index(i));
   }
+}
+
+template <class Kernels>
+void HeterogeneousSystem<Kernels>::project_inverse(std::size_t first, std::span<const Vec3> axes,
+                                                   Eigen::Ref<Eigen::MatrixXd> H) noexcept {
+  assert(first + axes.size() <= size_);
+  const auto n = index(Kernels::kRows * size_);
+  if constexpr (Kernels::kRows == 1)
+    inverse_block_.scale(matrix_.topLeftCorner(n, n), first, axes, H);
+  else
+    inverse_block_.project(matrix_.topLeftCorner(n, n), first, axes, H);
 }
 
 template <class Kernels>

@@ -8,6 +8,7 @@
 #include "core/conditioning/factor_status.h"
 #include "core/heterogeneous/membership.h"
 #include "core/heterogeneous/tissue_kernels.h"
+#include "core/rbf/inverse_block.h"
 
 namespace brachy {
 
@@ -22,7 +23,8 @@ template <class Kernels>
 class HeterogeneousSystem {
  public:
   /// The model must outlive this. `capacity`: the most landmarks there will be.
-  HeterogeneousSystem(const TissueModel<Kernels>& model, std::size_t capacity);
+  HeterogeneousSystem(const TissueModel<Kernels>& model, std::size_t capacity,
+                      SimdTarget target = best_simd_target());
 
   /// Assembles and factors K for `positions` (n, mm). Unless it returns kOk, there are no landmarks. Landmarks nearer than
   /// FactorStatus::kDuplicateDistance of the largest support are duplicates; above kMaxCondition K is refused.
@@ -30,6 +32,9 @@ class HeterogeneousSystem {
 
   /// weights = K⁻¹ displacements (both n, mm).
   void solve(std::span<const Vec3> displacements, std::span<Vec3> weights) noexcept;
+
+  /// H_ij = axes_i · (K⁻¹)_ij axes_j of the landmarks first … first + m − 1 (`axes` m, H m × m).
+  void project_inverse(std::size_t first, std::span<const Vec3> axes, Eigen::Ref<Eigen::MatrixXd> H) noexcept;
 
   std::size_t size() const { return size_; }
   /// Of K, 1-norm, estimated from below; of what was last factorized, infinity where it could not be. 1 for no landmarks.
@@ -49,6 +54,7 @@ class HeterogeneousSystem {
   std::vector<double> shares_;
   Eigen::MatrixXd matrix_;   // K's lower triangle, then its factor
   Eigen::MatrixXd scratch_;  // three columns, for the condition number and right-hand sides
+  InverseBlock inverse_block_;
   double condition_ = 1;
 };
 

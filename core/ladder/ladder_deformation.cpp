@@ -1,6 +1,7 @@
 #include "core/ladder/ladder_deformation.h"
 
 #include <algorithm>
+#include <cassert>
 #include <numeric>
 
 #include <Eigen/Cholesky>
@@ -32,6 +33,7 @@ LadderDeformation::LadderDeformation(const Tissue& tissue, std::string_view rung
                                      const Options& options)
     : options_(options),
       needle_radius_(body.needle_radius),
+      inverse_block_(3 * options.max_landmarks, options.max_landmarks, options.target),
       all_blocks_(tissue.blocks.size()),
       displacements_(tissue.blocks.size()),
       sources_(static_cast<std::size_t>(std::max(1, options.threads))) {
@@ -42,14 +44,18 @@ LadderDeformation::LadderDeformation(const Tissue& tissue, std::string_view rung
     smooth_.emplace(tissue, *elastic, options.target, n);
     near_.emplace(tissue, *elastic, smooth_->near_weight(), options.target);
   } else {
-    near_.emplace(tissue, dynamic_cast<const CompactKernel&>(*kernel_), needle_radius_, options.target);
-    point_cores_.assign(n, 1);
+    const auto& compact = dynamic_cast<const CompactKernel&>(*kernel_);
+    near_.emplace(tissue, compact, needle_radius_, options.target);
+    if (options.landmark_stiffness_n_per_mm > 0)
+      force_scale_ = options.landmark_stiffness_n_per_mm * compact.value(Vec3::Zero())(0, 0);
   }
 
   const std::size_t rings = max_sources();
   cells_.emplace(tissue, *near_, smooth_ ? &*smooth_ : nullptr, needle_radius_, options.target, rings);
   for (auto* v : {&positions_, &displacements_wanted_, &forces_}) v->reserve(n);
+  cores_.reserve(n);
   rings_.reserve(n);
+  field_rings_.reserve(n);
   ring_forces_.reserve(rings);
   matrix_.resize(static_cast<Eigen::Index>(3 * n), static_cast<Eigen::Index>(3 * n));
   solution_.resize(static_cast<Eigen::Index>(3 * n));
@@ -63,31 +69,62 @@ std::size_t LadderDeformation::bytes() const {
          displacements_.size() * sizeof(displacements_[0]);
 }
 
-FactorStatus LadderDeformation::update(std::span<const Vec3> positions,
-                                       std::span<const Vec3> displacements) noexcept {
-  const bool same_positions = is_factored_ && std::ranges::equal(positions, positions_);
-  if (same_positions && std::ranges::equal(displacements, displacements_wanted_)) {
+// Whether the kernel looks at cores: the compact ones see points.
+bool LadderDeformation::is_placed(std::span<const Vec3> positions,
+                                  std::span<const double> cores) const noexcept {
+  if (!is_factored_ || !std::ranges::equal(positions, positions_)) return false;
+  if (!smooth_) return true;
+  for (std::size_t l = 0; l < positions.size(); ++l)
+    if ((l < cores.size() ? cores[l] : 0) != cores_[l]) return false;
+  return true;
+}
+
+FactorStatus LadderDeformation::place(std::span<const Vec3> positions,
+                                      std::span<const double> cores) noexcept {
+  if (is_placed(positions, cores)) return {};
+  is_factored_ = is_field_of_placed_ = false;
+  const double duplicate = FactorStatus::kDuplicateDistance * needle_radius_;
+  if (const FactorStatus status = check_landmarks(positions, duplicate); !status) return status;
+  positions_.assign(positions.begin(), positions.end());
+  cores_.assign(positions.size(), smooth_ ? 0.0 : 1.0);  // one of its own makes a landmark a point
+  if (smooth_) std::ranges::copy(cores.first(std::min(cores.size(), positions.size())), cores_.begin());
+  rings_.build(positions_, cores_, needle_radius_);
+  if (smooth_) smooth_->columns().place(positions_.size(), rings_);
+  assemble();
+  const FactorStatus status = factor();
+  is_factored_ = static_cast<bool>(status);
+  return status;
+}
+
+FactorStatus LadderDeformation::update(std::span<const Vec3> positions, std::span<const Vec3> displacements,
+                                       std::span<const double> cores) noexcept {
+  if (const FactorStatus status = place(positions, cores); !status) return status;
+  if (is_field_of_placed_ && std::ranges::equal(displacements, displacements_wanted_)) {
     evaluation_ = Evaluation::kIdle;
     return {};
   }
-  if (!same_positions) {
-    is_factored_ = false;
-    const double duplicate = FactorStatus::kDuplicateDistance * needle_radius_;
-    if (const FactorStatus status = check_landmarks(positions, duplicate); !status) return status;
-    positions_.assign(positions.begin(), positions.end());
-    rings_.build(positions, point_cores_, needle_radius_);
-    if (smooth_) smooth_->columns().place(positions.size(), rings_);
-    assemble();
-    ring_forces_.clear();
-    if (const FactorStatus status = factor(); !status) return status;
-    is_factored_ = true;
-  }
+  if (!is_field_of_placed_) field_rings_ = rings_;
+  is_field_of_placed_ = true;
   displacements_wanted_.assign(displacements.begin(), displacements.end());
-  solve();
+  forces_.resize(positions.size());
+  solve(displacements_wanted_, forces_);
   spread_forces();
   evaluate();
   evaluation_ = Evaluation::kDirect;
   return {};
+}
+
+void LadderDeformation::reactions(std::span<const Vec3> displacements, std::span<Vec3> forces) noexcept {
+  solve(displacements, forces);
+  for (Vec3& f : forces) f *= force_scale_;
+}
+
+void LadderDeformation::axial_stiffness(std::size_t first, std::span<const Vec3> axes,
+                                        Eigen::Ref<Eigen::MatrixXd> H) noexcept {
+  assert(is_factored_ && first + axes.size() <= positions_.size());
+  const auto n = static_cast<Eigen::Index>(3 * positions_.size());
+  inverse_block_.project(matrix_.topLeftCorner(n, n), first, axes, H);
+  H *= force_scale_;
 }
 
 // K in the lower triangle.
@@ -135,19 +172,18 @@ FactorStatus LadderDeformation::factor() noexcept {
   return status;
 }
 
-void LadderDeformation::solve() noexcept {
+void LadderDeformation::solve(std::span<const Vec3> displacements, std::span<Vec3> forces) noexcept {
   const std::size_t count = positions_.size();
+  assert(is_factored_ && displacements.size() == count && forces.size() == count);
   const auto n = static_cast<Eigen::Index>(3 * count);
-  forces_.resize(count);
   auto x = solution_.head(n);
-  for (std::size_t l = 0; l < count; ++l)
-    x.segment<3>(static_cast<Eigen::Index>(3 * l)) = displacements_wanted_[l];
+  for (std::size_t l = 0; l < count; ++l) x.segment<3>(static_cast<Eigen::Index>(3 * l)) = displacements[l];
   const auto L = matrix_.topLeftCorner(n, n).triangularView<Eigen::Lower>();
   if (n > 0) {
     L.solveInPlace(x);
     L.transpose().solveInPlace(x);
   }
-  for (std::size_t l = 0; l < count; ++l) forces_[l] = x.segment<3>(static_cast<Eigen::Index>(3 * l));
+  for (std::size_t l = 0; l < count; ++l) forces[l] = x.segment<3>(static_cast<Eigen::Index>(3 * l));
 }
 
 // The landmarks' forces over the rings and the table's nodes.
@@ -166,7 +202,7 @@ void LadderDeformation::spread_forces() noexcept {
 }
 
 void LadderDeformation::evaluate() noexcept {
-  touched_ = positions_.empty() ? std::span<const std::uint32_t>() : all_blocks_;
+  touched_ = ring_forces_.empty() ? std::span<const std::uint32_t>() : all_blocks_;
   const auto blocks = static_cast<std::ptrdiff_t>(touched_.size());
   // One thread does not enter OpenMP at all: libgomp allocates at every parallel region.
   if (options_.threads <= 1) {
@@ -186,29 +222,29 @@ void LadderDeformation::evaluate_block(std::uint32_t b, std::vector<NearSource>&
     smooth_->interpolate(b, u);
   else
     u = {};
-  near_->add_to_block(b, rings_, ring_forces_, sources, u);
+  near_->add_to_block(b, field_rings_, ring_forces_, sources, u);
 }
 
 void LadderDeformation::rescale(double scale) noexcept {
-  for (auto* vectors : {&forces_, &displacements_wanted_})
+  for (auto* vectors : {&forces_, &displacements_wanted_, &ring_forces_})
     for (Vec3& v : *vectors) v *= scale;
-  spread_forces();
+  if (smooth_) smooth_->rescale(scale);
   evaluate();
 }
 
 double LadderDeformation::total_force_n() const {
   Vec3 sum = Vec3::Zero();
   for (const Vec3& f : forces_) sum += f;
-  return sum.norm();
+  return force_scale_ * sum.norm();
 }
 
 const CellField& LadderDeformation::cells() noexcept {
-  cells_->set_field(rings_, ring_forces_);
+  cells_->set_field(field_rings_, ring_forces_);
   return *cells_;
 }
 
 Vec3 LadderDeformation::displacement_at(const Vec3& X) const noexcept {
-  Vec3 u = near_->displacement_at(X, rings_, ring_forces_);
+  Vec3 u = near_->displacement_at(X, field_rings_, ring_forces_);
   if (smooth_) smooth_->add_displacement_at(X, u);
   return u;
 }

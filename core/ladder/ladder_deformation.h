@@ -14,6 +14,7 @@
 #include "core/ladder/ladder_cells.h"
 #include "core/ladder/near_field.h"
 #include "core/ladder/smooth_field.h"
+#include "core/rbf/inverse_block.h"
 
 namespace brachy {
 
@@ -36,6 +37,9 @@ class LadderDeformation : public TissueField {
     SimdTarget target = best_simd_target();
     int threads = 1;
     std::size_t max_landmarks = 64;
+    /// Of one landmark alone, on the compact rungs; 0: what their kernel has. Displacements do not depend on it. `elastic`
+    /// and `fem` know their forces.
+    double landmark_stiffness_n_per_mm = 0;
   };
 
   /// `rung` as in ladder.h. The tissue must outlive this. Takes up to some seconds (fem).
@@ -43,7 +47,12 @@ class LadderDeformation : public TissueField {
   LadderDeformation(const Tissue& tissue, std::string_view rung, const ElasticBody& body,
                     const Options& options);
 
-  FactorStatus update(std::span<const Vec3> positions, std::span<const Vec3> displacements) noexcept override;
+  FactorStatus place(std::span<const Vec3> positions, std::span<const double> cores = {}) noexcept override;
+  FactorStatus update(std::span<const Vec3> positions, std::span<const Vec3> displacements,
+                      std::span<const double> cores = {}) noexcept override;
+  void reactions(std::span<const Vec3> displacements, std::span<Vec3> forces) noexcept override;
+  void axial_stiffness(std::size_t first, std::span<const Vec3> axes,
+                       Eigen::Ref<Eigen::MatrixXd> H) noexcept override;
   void rescale(double scale) noexcept override;
   Evaluation evaluation() const override { return evaluation_; }
   double condition() const override { return condition_; }
@@ -57,14 +66,16 @@ class LadderDeformation : public TissueField {
   double total_force_n() const override;
   SimdTarget target() const override { return options_.target; }
 
-  std::span<const Vec3> forces() const { return forces_; }  ///< on the landmarks, N, of the last update
+  /// On the landmarks, of the last update, N by the kernel's own compliance.
+  std::span<const Vec3> forces() const { return forces_; }
   const MatrixKernel& kernel() const { return *kernel_; }
   std::size_t bytes() const;  ///< kernel, table and columns
 
  private:
   void assemble() noexcept;
   FactorStatus factor() noexcept;
-  void solve() noexcept;
+  bool is_placed(std::span<const Vec3> positions, std::span<const double> cores) const noexcept;
+  void solve(std::span<const Vec3> displacements, std::span<Vec3> forces) noexcept;
   void spread_forces() noexcept;
   void evaluate() noexcept;
   void evaluate_block(std::uint32_t b, std::vector<NearSource>& sources) noexcept;
@@ -75,16 +86,24 @@ class LadderDeformation : public TissueField {
   std::optional<NearField> near_;
   std::optional<SmoothField> smooth_;  // the compact rungs have none
   std::optional<LadderCells> cells_;
-  std::vector<double> point_cores_;  // > 0: the compact kernels see points
+  double force_scale_ = 1;  // from the kernel's own forces to N
 
-  std::vector<Vec3> positions_, displacements_wanted_, forces_;
+  // The placed landmarks.
+  std::vector<Vec3> positions_;
+  std::vector<double> cores_;
   NeedleRings rings_;
-  std::vector<Vec3> ring_forces_;  // near part
-  Eigen::MatrixXd matrix_;         // K's lower triangle, then its factor
+  Eigen::MatrixXd matrix_;  // K's lower triangle, then its factor
   Eigen::VectorXd solution_;
   Eigen::MatrixXd scratch_;  // 3n × 3, for the condition number
+  InverseBlock inverse_block_;
   bool is_factored_ = false;
   double condition_ = 1;
+
+  // The field's landmarks, which may be others.
+  bool is_field_of_placed_ = false;
+  std::vector<Vec3> displacements_wanted_, forces_;
+  NeedleRings field_rings_;
+  std::vector<Vec3> ring_forces_;  // near part
   Evaluation evaluation_ = Evaluation::kIdle;
 
   std::vector<std::uint32_t> all_blocks_;

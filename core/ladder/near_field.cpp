@@ -59,8 +59,8 @@ void NearField::add_sources(const NeedleRings& rings, const NeedleRings::Ring& r
     const Eigen::Vector3f p = (at - centre).cast<float>(), g = (scale * f).cast<float>();
     sources.push_back({p.x(), p.y(), p.z(), static_cast<float>(s), g.x(), g.y(), g.z(), 0});
   };
-  if (as_one) return add(ring.centre, ring.s, force);
-  for (const Vec3& p : rings.points(ring)) add(p, ring.s, force / static_cast<double>(ring.count));
+  if (as_one) return add(ring.centre, ring.field_s, force);
+  for (const Vec3& p : rings.points(ring)) add(p, ring.field_s, force / static_cast<double>(ring.count));
 }
 
 void NearField::add_to_block(std::uint32_t b, const NeedleRings& rings, std::span<const Vec3> ring_forces,
@@ -102,7 +102,7 @@ Mat3 NearField::gradient_at(const Vec3& X, const NeedleRings& rings,
     const NeedleRings::Ring& ring = rings.rings()[r];
     const Vec3 force = ring_forces[r] / static_cast<double>(ring.count);
     for (const Vec3& p : rings.points(ring))
-      A += elastic_ ? Mat3(scale_ * kelvin_gradient(X - p, ring.s, elastic_->body().poisson, force))
+      A += elastic_ ? Mat3(scale_ * kelvin_gradient(X - p, ring.field_s, elastic_->body().poisson, force))
                     : compact_->gradient(X - p, force);
   }
   return A;
@@ -114,7 +114,7 @@ Vec3 NearField::displacement_at(const Vec3& X, const NeedleRings& rings,
   for (std::size_t r = 0; r < ring_forces.size(); ++r) {
     const NeedleRings::Ring& ring = rings.rings()[r];
     for (const Vec3& p : rings.points(ring))
-      u += value(X - p, ring.s) * ring_forces[r] / static_cast<double>(ring.count);
+      u += value(X - p, ring.field_s) * ring_forces[r] / static_cast<double>(ring.count);
   }
   return u;
 }

@@ -12,7 +12,7 @@ namespace brachy {
 
 /// A force and where it acts, in the coordinates of a block (mm about its centre).
 struct NearSource {
-  float x, y, z, s;     ///< s: c²/2 of the source, mm² (kelvin.h)
+  float x, y, z, s;     ///< s: c²/2 of the source and of what it is looked at from, mm² (kelvin.h)
   float fx, fy, fz, _;  ///< force over 4πμ times the modulus weight, mm²
 };
 

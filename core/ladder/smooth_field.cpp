@@ -23,6 +23,11 @@ void SmoothField::set_forces(std::span<const Vec3> forces) noexcept {
   measure_roughness();
 }
 
+void SmoothField::rescale(double scale) noexcept {
+  for (float& u : node_field_) u *= static_cast<float>(scale);
+  measure_roughness();
+}
+
 void SmoothField::interpolate(std::uint32_t b, BlockDisplacement<float>& u) const noexcept {
   loops_.interpolate(node_field_.data(), table_.row(), table_.slice(), &grid_points_[b * Tissue::kBlockSize],
                      Tissue::kBlockSize, u);

@@ -33,6 +33,7 @@ class SmoothField {
 
   /// Takes the landmarks' forces, n, N, for the functions below.
   void set_forces(std::span<const Vec3> forces) noexcept;
+  void rescale(double scale) noexcept;  ///< multiplies their field
   /// u = the field at the points of block b.
   void interpolate(std::uint32_t b, BlockDisplacement<float>& u) const noexcept;
   void add_displacement_at(const Vec3& X, Vec3& u) const noexcept;  ///< u += the field at X, mm

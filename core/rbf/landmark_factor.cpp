@@ -165,11 +165,15 @@ void LandmarkFactor::remove(int k) noexcept {
   n_ = last;
 }
 
-void LandmarkFactor::solve(int first) noexcept {
+void LandmarkFactor::solve_lower(int first) noexcept {
   const PanelVectors v = vectors();
   for (double* plane : v.plane) std::fill(plane + n_, plane + panels(n_) * kRows, 0.0);
   loops_.forward(matrix(), n_, first, v);
-  loops_.backward(matrix(), n_, v);
+}
+
+void LandmarkFactor::solve(int first) noexcept {
+  solve_lower(first);
+  loops_.backward(matrix(), n_, vectors());
 }
 
 // ‖K‖₁ = max_i (L Lᵀ 1)_i, as no ψ is negative.

@@ -46,6 +46,8 @@ class LandmarkFactor {
   }
   /// vectors = K⁻¹ vectors, which are zero before row `first`.
   void solve(int first = 0) noexcept;
+  /// vectors = L⁻¹ vectors, which are zero before row `first`.
+  void solve_lower(int first) noexcept;
 
   /// ‖K‖₁ times an estimate of ‖K⁻¹‖₁ (norm_estimate.h): at most 3 solves, and overwrites the vectors. 1 without rows.
   double condition() noexcept;

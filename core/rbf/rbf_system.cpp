@@ -162,4 +162,28 @@ void RbfSystem::solve_columns(std::span<const std::uint32_t> landmarks, double* 
   }
 }
 
+// L⁻¹ of unit vectors, three at a time, in the order of the factor's rows.
+void RbfSystem::scale_inverse(std::size_t first, std::span<const Vec3> axes, InverseBlock& block,
+                              Eigen::Ref<Eigen::MatrixXd> H) noexcept {
+  constexpr std::size_t kCount = PanelVectors::kCount;
+  const std::size_t n = positions_.size();
+  const PanelVectors v = factor_.vectors();
+  block.begin(n, axes.size());
+  for (std::size_t k = 0; k < axes.size(); k += kCount) {
+    const std::size_t count = std::min(kCount, axes.size() - k);
+    for (double* plane : v.plane) std::fill_n(plane, n, 0.0);
+    int start = size();
+    for (std::size_t c = 0; c < count; ++c) {
+      const int row = row_of_[first + k + c];
+      v.plane[c][row] = 1;
+      block.set_start(k + c, static_cast<std::size_t>(row));
+      start = std::min(start, row);
+    }
+    factor_.solve_lower(start);
+    for (auto row = static_cast<std::size_t>(start); row < n; ++row)
+      for (std::size_t c = 0; c < count; ++c) block.row(row)[k + c] = v.plane[c][row];
+  }
+  block.finish_scaled(axes, H);
+}
+
 }  // namespace brachy

@@ -7,6 +7,7 @@
 #include "core/conditioning/factor_status.h"
 #include "core/kernels/kernels.h"
 #include "core/math/rigid_transform.h"
+#include "core/rbf/inverse_block.h"
 #include "core/rbf/landmark_factor.h"
 #include "core/rbf/sweep_order.h"
 
@@ -57,6 +58,11 @@ class RbfSystem {
 
   /// Columns of K⁻¹: columns[j · stride + k] = (K⁻¹)_{j, landmarks[k]}, j < n. Three cost as much as a solve.
   void solve_columns(std::span<const std::uint32_t> landmarks, double* columns, std::size_t stride) noexcept;
+
+  /// H_ij = (K⁻¹)_ij (axes_i · axes_j) of the landmarks first … first + m − 1 (`axes` m, H m × m). `block`: of at least as
+  /// many rows as there are landmarks, and m columns.
+  void scale_inverse(std::size_t first, std::span<const Vec3> axes, InverseBlock& block,
+                     Eigen::Ref<Eigen::MatrixXd> H) noexcept;
 
   /// K's condition number in the 1-norm, estimated from below, seldom under half of it (norm_estimate.h); 1 for no
   /// landmarks. As dear as four solves: 0.03 ms at n = 141, which is a factorisation, a fifth of one at n = 1000. So it is

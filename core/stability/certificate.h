@@ -41,7 +41,7 @@ struct Certificate {
   std::uint32_t substeps = 0;  ///< fields composed: 0 at rest, 1 the plain field
   double held_mm =
       0;  ///< the largest part of a landmark's displacement that the tissue was not made to follow
-  double held_n = kNotKnown;  ///< the force of that part, N; NaN on rungs whose weights are no forces
+  double held_n = kNotKnown;  ///< the force of that part, N; NaN: nothing is held, or sub-steps were composed
   double condition = 1;       ///< estimated condition number of the landmark system, 1-norm
 };
 

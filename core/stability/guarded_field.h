@@ -27,7 +27,18 @@ class GuardedField : public TissueField {
                std::unique_ptr<Composition> composition, const GuardSettings& settings,
                std::size_t max_landmarks);
 
-  FactorStatus update(std::span<const Vec3> positions, std::span<const Vec3> displacements) noexcept override;
+  FactorStatus place(std::span<const Vec3> positions, std::span<const double> cores = {}) noexcept override {
+    return field_->place(positions, cores);
+  }
+  FactorStatus update(std::span<const Vec3> positions, std::span<const Vec3> displacements,
+                      std::span<const double> cores = {}) noexcept override;
+  void reactions(std::span<const Vec3> displacements, std::span<Vec3> forces) noexcept override {
+    field_->reactions(displacements, forces);
+  }
+  void axial_stiffness(std::size_t first, std::span<const Vec3> axes,
+                       Eigen::Ref<Eigen::MatrixXd> H) noexcept override {
+    field_->axial_stiffness(first, axes, H);
+  }
   void rescale(double scale) noexcept override { field_->rescale(scale); }
   Evaluation evaluation() const override { return evaluation_; }
   std::span<const std::uint32_t> touched() const override {
@@ -67,6 +78,7 @@ class GuardedField : public TissueField {
   CellSearch search_;
 
   std::vector<Vec3> positions_, displacements_;
+  std::vector<double> cores_;
   bool is_updated_ = false;  // the field is that of these landmarks
   bool is_composed_ = false;
   std::uint64_t work_left_ = 0;  // of this tick

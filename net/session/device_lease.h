@@ -6,7 +6,7 @@
 
 namespace brachy::net {
 
-/// One device at a time may send poses. The daemon's own scripted device holds the lease as session 0.
+/// One device at a time may send the poses of a needle. The daemon's own scripted device holds the lease as session 0.
 class DeviceLease {
  public:
   struct Holder {
@@ -26,6 +26,7 @@ class DeviceLease {
   void release(std::uint64_t session) {
     if (is_held_by(session)) holder_.reset();
   }
+  bool is_held() const { return holder_.has_value(); }
   bool is_held_by(std::uint64_t session) const { return holder_ && holder_->session == session; }
 
   /// "NAME (ADDRESS)", or "" where nobody holds it.
@@ -33,6 +34,9 @@ class DeviceLease {
     if (!holder_) return {};
     return holder_->address.empty() ? holder_->name : holder_->name + " (" + holder_->address + ")";
   }
+  std::uint64_t session() const {
+    return holder_ ? holder_->session : 0;
+  }  ///< 0: the daemon's own, or nobody
   std::int64_t since_ns() const { return holder_ ? holder_->since_ns : 0; }
 
  private:

@@ -60,6 +60,8 @@ void Session::handle(const MessageParser::Message& message) {
       return handle_pose(message);
     case MessageType::kPing:
       return handle_ping(message);
+    case MessageType::kArm:
+      return handle_arm(message);
     case MessageType::kState:
       if (!message.body.empty()) {
         return fail(ErrorCode::kProtocol, "a STATE from a client must be empty", message.header.sequence);
@@ -77,6 +79,8 @@ void Session::handle(const MessageParser::Message& message) {
     case MessageType::kTopology:
     case MessageType::kFrame:
     case MessageType::kEvent:
+    case MessageType::kForce:
+    case MessageType::kLocalModel:
       return fail(ErrorCode::kProtocol, "only a server sends messages of this type", message.header.sequence);
   }
   // Any other type is of a later version: skipped.
@@ -93,6 +97,7 @@ void Session::handle_hello(const MessageParser::Message& message) {
     return fail(refusal->code, refusal->text, message.header.sequence);
   }
   phase_ = Phase::kOpen;
+  needle_ = welcome.needle;
   send_message(welcome);
   if (!wants_mesh()) return;
   send(MessageType::kTopology, host_.topology_body());
@@ -112,9 +117,10 @@ void Session::handle_pose(const MessageParser::Message& message) {
         {false, kRefusedRate, "more than " + std::to_string(options_.max_poses_per_s) + " poses a second"},
         ErrorCode::kPoseRate, sequence, rate_reports_);
   }
-  if (received.needle != 0) {
-    return refuse_pose({false, kRefusedNeedle, "there is only needle 0"}, ErrorCode::kPoseRefused, sequence,
-                       refusal_reports_);
+  if (received.needle != needle_) {
+    return refuse_pose(
+        {false, kRefusedNeedle, "this device has needle " + std::to_string(needle_) + ": WELCOME says so"},
+        ErrorCode::kPoseRefused, sequence, refusal_reports_);
   }
   NeedlePose pose;
   pose.X_WN = received.X_WN;
@@ -122,7 +128,7 @@ void Session::handle_pose(const MessageParser::Message& message) {
   pose.stamp_ns = message.header.stamp_ns;
   pose.received_ns = last_message_ns_;
   pose.present = true;
-  const PoseVerdict verdict = host_.on_pose(pose);
+  const PoseVerdict verdict = host_.on_pose(needle_, pose);
   if (!verdict.accepted) refuse_pose(verdict, ErrorCode::kPoseRefused, sequence, refusal_reports_);
 }
 
@@ -135,8 +141,27 @@ void Session::refuse_pose(const PoseVerdict& verdict, ErrorCode code, std::uint6
 
 void Session::handle_ping(const MessageParser::Message& message) {
   PingMessage ping;
-  if (!decode(message, ping) || ping.reply || !pings_.pass(last_message_ns_)) return;
+  if (!decode(message, ping)) return;
+  if (ping.reply) return round_trip_.answered(ping.nonce, last_message_ns_);
+  if (!pings_.pass(last_message_ns_)) return;
   send_message(PingMessage{ping.nonce, true, message.header.stamp_ns, last_message_ns_});
+}
+
+void Session::handle_arm(const MessageParser::Message& message) {
+  ArmMessage arm;
+  if (!decode(message, arm) || !arms_.pass(last_message_ns_)) return;
+  const std::uint64_t sequence = message.header.sequence;
+  if (arm.needle >= options_.needles) {
+    return send_message(ErrorMessage{ErrorCode::kNoNeedle, false, 0, sequence,
+                                     "there is no needle " + std::to_string(arm.needle) +
+                                         ": needles are 0 to " + std::to_string(options_.needles - 1)});
+  }
+  if (hello_.role != Role::kOperator && arm.needle != needle_) {
+    return send_message(ErrorMessage{ErrorCode::kNotDevice, false, kRefusedNotDevice, sequence,
+                                     "only the device of needle " + std::to_string(arm.needle) +
+                                         " or a client with the role operator may arm it"});
+  }
+  host_.on_arm(*this, arm.needle);
 }
 
 // --- out ---
@@ -173,8 +198,32 @@ void Session::offer_snapshot() {
   write_next();
 }
 
+bool Session::send_newest(MessageType type, std::shared_ptr<const Bytes> body) {
+  if (!is_open()) return false;
+  auto& waiting = type == MessageType::kForce ? waiting_force_ : waiting_model_;
+  const bool is_first = waiting == nullptr;
+  waiting = std::move(body);
+  write_next();
+  return is_first;
+}
+
+/// False where no force waits, or it has to: for what else waits, or because the peer does not read what it got.
+bool Session::write_newest() {
+  if (!is_open() || (!waiting_force_ && !waiting_model_)) return false;
+  const bool was_newest = last_written_ == MessageType::kForce || last_written_ == MessageType::kLocalModel;
+  if (was_newest && (!queue_.empty() || snapshot_pending_)) return false;
+  if (connection_->unsent_bytes() > 0) return false;  // it would grow old in the kernel
+  const bool is_force = waiting_force_ && (!waiting_model_ || last_written_ == MessageType::kLocalModel);
+  if (is_force) {
+    write(MessageType::kForce, std::exchange(waiting_force_, nullptr));
+  } else {
+    write(MessageType::kLocalModel, std::exchange(waiting_model_, nullptr));
+  }
+  return true;
+}
+
 void Session::write_next() {
-  if (writing_ || phase_ == Phase::kClosed) return;
+  if (writing_ || phase_ == Phase::kClosed || write_newest()) return;
   if (!queue_.empty()) {
     const Outgoing next = std::move(queue_.front());
     queue_.pop_front();
@@ -197,6 +246,7 @@ void Session::write(MessageType type, std::shared_ptr<const Bytes> body) {
       {kProtocolVersion, type, 0, static_cast<std::uint32_t>(body->size()), ++sent_sequence_, monotonic_ns()},
       header);
   writing_ = true;
+  last_written_ = type;
   connection_->write(std::move(header), std::move(body));
 }
 
@@ -225,12 +275,8 @@ void Session::check_time(std::int64_t now_ns) {
       if (silence >= in_ns(options_.silence_timeout) && !reads_slowly) {
         return fail(ErrorCode::kTimeout, "said nothing for " + seconds(options_.silence_timeout));
       }
-      const std::int64_t since_ping = now_ns - std::max(last_ping_ns_, last_message_ns_);
-      if (since_ping >= in_ns(options_.ping_interval) && queue_.empty()) {
-        last_ping_ns_ = now_ns;
-        send_message(PingMessage{++ping_nonce_, false, 0, 0});
-      }
-      return;
+      ping(now_ns);
+      return write_next();  // a force that had to wait for a slow reader
     }
     case Phase::kClosing:
       if (now_ns - closing_ns_ >= in_ns(options_.drain_timeout)) abort(end_reason_);
@@ -240,12 +286,26 @@ void Session::check_time(std::int64_t now_ns) {
   }
 }
 
+/// A device is asked every time, but once a second at most while it owes an answer; others only when they are silent.
+void Session::ping(std::int64_t now_ns) {
+  if (!queue_.empty()) return;
+  const std::int64_t last_ns =
+      hello_.role == Role::kDevice ? last_ping_ns_ : std::max(last_ping_ns_, last_message_ns_);
+  const bool is_due = now_ns - last_ns >= in_ns(options_.ping_interval);
+  const bool is_measured = hello_.role == Role::kDevice && !round_trip_.waiting_since_ns();
+  if (!is_due && !is_measured) return;
+  last_ping_ns_ = now_ns;
+  round_trip_.asked(++ping_nonce_, monotonic_ns());
+  send_message(PingMessage{ping_nonce_, false, 0, 0});
+}
+
 void Session::fail(ErrorCode code, const std::string& text, std::uint64_t about_sequence) {
   if (is_closing()) return;
   phase_ = Phase::kClosing;
   closing_ns_ = monotonic_ns();
   end_reason_ = text;
   queue_.clear();
+  waiting_force_ = waiting_model_ = nullptr;
   Bytes body;
   encode_body(ErrorMessage{code, true, 0, about_sequence, text}, body);
   queue_.push_back({MessageType::kError, std::make_shared<const Bytes>(std::move(body))});

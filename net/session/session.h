@@ -9,6 +9,7 @@
 #include "net/connection.h"
 #include "net/server_options.h"
 #include "net/session/rate_limit.h"
+#include "net/session/round_trip.h"
 #include "net/wire/frame_encoder.h"
 #include "net/wire/message_parser.h"
 
@@ -28,7 +29,8 @@ class SessionHost {
   /// The newest snapshot as asked for, and the tick it holds.
   virtual std::pair<std::shared_ptr<const Bytes>, std::uint64_t> frame_body(const FrameRequest& request) = 0;
   /// What becomes of a pose from the device, or of one refused before it came so far.
-  virtual PoseVerdict on_pose(const NeedlePose& pose) = 0;
+  virtual PoseVerdict on_pose(std::uint16_t needle, const NeedlePose& pose) = 0;
+  virtual void on_arm(const Session& session, std::uint16_t needle) = 0;
   virtual void count_refusal(const PoseVerdict& verdict) = 0;
   virtual StateMessage common_state() = 0;
   /// Last call; the session is not used any more.
@@ -37,7 +39,8 @@ class SessionHost {
 
 /// One client, from the connection to its end: handshake, poses in; frames, states and pings out. Knows messages
 /// and time, but no socket and no other session. Holds at most one frame being written; the pending one is only a
-/// flag, encoded from the newest snapshot when its turn comes. Threads: the io thread only.
+/// flag, encoded from the newest snapshot when its turn comes. Forces go before all else, but only every other message
+/// while anything else waits. Threads: the io thread only.
 class Session final : public ConnectionListener, public std::enable_shared_from_this<Session> {
  public:
   Session(std::uint64_t id, std::shared_ptr<Connection> connection, SessionHost& host,
@@ -46,6 +49,9 @@ class Session final : public ConnectionListener, public std::enable_shared_from_
   void start() { connection_->start(shared_from_this()); }
   /// Queues a control message. A client that lets more than max_queued_messages wait is closed.
   void send(MessageType type, std::shared_ptr<const Bytes> body);
+  /// Sends a FORCE or LOCAL_MODEL as soon as nothing written before waits for the peer; one of the same type that has not
+  /// left is replaced, and false returned.
+  bool send_newest(MessageType type, std::shared_ptr<const Bytes> body);
   /// There is a newer snapshot: one still pending is dropped and counted.
   void offer_snapshot();
   /// The simulation began anew: what the client was sent counts no more.
@@ -64,6 +70,8 @@ class Session final : public ConnectionListener, public std::enable_shared_from_
   bool is_closing() const { return phase_ == Phase::kClosing || phase_ == Phase::kClosed; }
   bool is_open() const { return phase_ == Phase::kOpen; }
   const HelloMessage& hello() const { return hello_; }  ///< once open
+  std::uint16_t needle() const { return needle_; }      ///< granted; kAnyNeedle: none
+  const RoundTrip& round_trip() const { return round_trip_; }
 
  private:
   enum class Phase { kHello, kOpen, kClosing, kClosed };
@@ -80,6 +88,9 @@ class Session final : public ConnectionListener, public std::enable_shared_from_
   void handle_hello(const MessageParser::Message& message);
   void handle_pose(const MessageParser::Message& message);
   void handle_ping(const MessageParser::Message& message);
+  void handle_arm(const MessageParser::Message& message);
+  void ping(std::int64_t now_ns);
+  bool write_newest();
   void refuse_pose(const PoseVerdict& verdict, ErrorCode code, std::uint64_t about_sequence,
                    RateLimit& reports);
   template <class M>
@@ -107,8 +118,13 @@ class Session final : public ConnectionListener, public std::enable_shared_from_
   RateLimit refusal_reports_{4, 4};  // ERROR kPoseRefused
   RateLimit state_requests_{10, 2};
   RateLimit pings_{50, 50};
+  RateLimit arms_{10, 10};
 
+  std::uint16_t needle_ = kAnyNeedle;
+  RoundTrip round_trip_;  // of a device
   std::deque<Outgoing> queue_;
+  std::shared_ptr<const Bytes> waiting_force_, waiting_model_;  // null: none
+  MessageType last_written_{};
   bool writing_ = false;
   bool snapshot_pending_ = false;
   std::optional<std::uint64_t> sent_tick_;  // of the last frame written

@@ -1,5 +1,8 @@
 #include "net/tcp/tcp_connection.h"
 
+#include <linux/sockios.h>
+#include <sys/ioctl.h>
+
 #include <algorithm>
 #include <array>
 #include <boost/asio/buffer.hpp>
@@ -92,6 +95,12 @@ void TcpConnection::write_some(bool has_waited) {
     const auto listener = self->listener_;  // on_written may close
     listener->on_written();
   });
+}
+
+std::size_t TcpConnection::unsent_bytes() const {
+  int bytes = 0;
+  if (::ioctl(socket_.native_handle(), SIOCOUTQNSD, &bytes) != 0) return 0;
+  return bytes > 0 ? static_cast<std::size_t>(bytes) : 0;
 }
 
 void TcpConnection::shutdown_send() {

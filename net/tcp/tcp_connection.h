@@ -21,6 +21,7 @@ class TcpConnection final : public Connection, public std::enable_shared_from_th
   void close() override;
   std::int64_t last_progress_ns() const override { return last_progress_ns_; }
   std::int64_t last_waited_progress_ns() const override { return last_waited_progress_ns_; }
+  std::size_t unsent_bytes() const override;
   const std::string& peer() const override { return peer_; }
 
  private:
@@ -28,7 +29,7 @@ class TcpConnection final : public Connection, public std::enable_shared_from_th
   void write_some(bool has_waited);
   void lost(const boost::system::error_code& error);
 
-  boost::asio::ip::tcp::socket socket_;
+  mutable boost::asio::ip::tcp::socket socket_;  // native_handle() is not const
   std::string peer_;
   std::shared_ptr<ConnectionListener> listener_;  // null once closed
   std::vector<std::byte> read_buffer_;

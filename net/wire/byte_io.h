@@ -39,6 +39,10 @@ class ByteWriter {
     raw(clean.data(), clean.size());
   }
 
+  void vec3(const Vec3& v) {
+    for (int axis = 0; axis < 3; ++axis) f64(v(axis));
+  }
+
   /// 3×4 row-major [R | p], 12 f64, mm.
   void pose(const RigidTransform& X) {
     for (int row = 0; row < 3; ++row) {
@@ -111,6 +115,12 @@ class ByteReader {
       s.clear();
     }
     return s;
+  }
+
+  Vec3 vec3() {
+    Vec3 v;
+    for (int axis = 0; axis < 3; ++axis) v(axis) = f64();
+    return v;
   }
 
   RigidTransform pose() {

@@ -46,6 +46,9 @@ void encode_body(const StateMessage& message, Bytes& out);
 void encode_body(const EventMessage& message, Bytes& out);
 void encode_body(const ErrorMessage& message, Bytes& out);
 void encode_body(const PingMessage& message, Bytes& out);
+void encode_body(const ForceMessage& message, Bytes& out);
+void encode_body(const LocalModelMessage& message, Bytes& out);
+void encode_body(const ArmMessage& message, Bytes& out);
 
 // The whole body must be there: a body that ends early is bad, as are bytes left over.
 DecodeResult decode_body(std::span<const std::byte> body, HelloMessage& message);
@@ -57,6 +60,9 @@ DecodeResult decode_body(std::span<const std::byte> body, StateMessage& message)
 DecodeResult decode_body(std::span<const std::byte> body, EventMessage& message);
 DecodeResult decode_body(std::span<const std::byte> body, ErrorMessage& message);
 DecodeResult decode_body(std::span<const std::byte> body, PingMessage& message);
+DecodeResult decode_body(std::span<const std::byte> body, ForceMessage& message);
+DecodeResult decode_body(std::span<const std::byte> body, LocalModelMessage& message);
+DecodeResult decode_body(std::span<const std::byte> body, ArmMessage& message);
 
 /// Appends header and body.
 template <class Message>

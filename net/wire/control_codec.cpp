@@ -4,6 +4,9 @@
 namespace brachy::net {
 namespace {
 
+constexpr std::uint16_t kDeviceSection = 1;  // of HELLO and of WELCOME
+constexpr std::uint16_t kSafetySection = 1;  // of STATE
+
 DecodeResult result(ByteReader& reader) {
   const std::string_view reason = reader.finish();
   return reason.empty() ? DecodeResult::good() : DecodeResult::bad(reason);
@@ -27,6 +30,42 @@ void write_quantiles(ByteWriter& writer, const Quantiles& q) {
   writer.f64(q.p99);
   writer.f64(q.p999);
   writer.f64(q.max);
+}
+
+void write_safety(const std::vector<SafetyCount>& counts, Bytes& out) {
+  ByteWriter writer(out);
+  writer.u16(static_cast<std::uint16_t>(counts.size()));
+  writer.u16(0);
+  for (const SafetyCount& count : counts) {
+    writer.u16(count.needle);
+    writer.u16(count.code);
+    writer.u64(count.count);
+    writer.text(count.text, kMaxTextBytes);
+  }
+}
+
+void read_safety(ByteReader& reader, std::vector<SafetyCount>& counts) {
+  const std::uint16_t size = reader.u16();
+  reader.u16();
+  counts.clear();  // the section may stand there twice: the last one counts
+  if (reader.fits(size, 14)) counts.resize(size);
+  for (SafetyCount& count : counts) {
+    count.needle = reader.u16();
+    count.code = reader.u16();
+    count.count = reader.u64();
+    count.text = reader.text(kMaxTextBytes);
+  }
+}
+
+/// Of the sections that end a body, reads the one that is known; others are skipped.
+template <class Read>
+void read_section(ByteReader& reader, std::uint16_t known, const Read& read) {
+  read_sections(reader, [&](std::uint16_t id, std::span<const std::byte> payload) {
+    if (id != known) return;
+    ByteReader section(payload);
+    read(section);
+    if (const std::string_view reason = section.finish(); !reason.empty()) reader.fail(reason);
+  });
 }
 
 Quantiles read_quantiles(ByteReader& reader) {
@@ -86,7 +125,12 @@ void encode_body(const HelloMessage& message, Bytes& out) {
   writer.f64(message.limits.damping_n_s_per_mm);
   writer.f64(message.limits.rate_hz);
   writer.text(message.name, kMaxNameBytes);
-  write_no_sections(writer);
+  if (message.needle == kAnyNeedle && message.device_flags == 0) return write_no_sections(writer);
+  writer.u32(1);
+  write_section_head(writer, kDeviceSection, 8);
+  writer.u16(message.needle);
+  writer.u16(message.device_flags);
+  writer.u32(0);
 }
 
 DecodeResult decode_body(std::span<const std::byte> body, HelloMessage& message) {
@@ -99,7 +143,13 @@ DecodeResult decode_body(std::span<const std::byte> body, HelloMessage& message)
   message.limits.damping_n_s_per_mm = reader.f64();
   message.limits.rate_hz = reader.f64();
   message.name = reader.text(kMaxNameBytes);
-  skip_sections(reader);
+  message.needle = kAnyNeedle;
+  message.device_flags = 0;
+  read_section(reader, kDeviceSection, [&](ByteReader& section) {
+    message.needle = section.u16();
+    message.device_flags = section.u16();
+    section.u32();
+  });
   return result(reader);
 }
 
@@ -117,7 +167,11 @@ void encode_body(const WelcomeMessage& message, Bytes& out) {
   writer.text(message.server, kMaxNameBytes);
   writer.text(message.units, kMaxNameBytes);
   writer.text(message.frame, kMaxNameBytes);
-  write_no_sections(writer);
+  writer.u32(1);
+  write_section_head(writer, kDeviceSection, 8);
+  writer.u16(message.needle);
+  writer.u16(message.needle_count);
+  writer.u32(0);
 }
 
 DecodeResult decode_body(std::span<const std::byte> body, WelcomeMessage& message) {
@@ -134,7 +188,13 @@ DecodeResult decode_body(std::span<const std::byte> body, WelcomeMessage& messag
   message.server = reader.text(kMaxNameBytes);
   message.units = reader.text(kMaxNameBytes);
   message.frame = reader.text(kMaxNameBytes);
-  skip_sections(reader);
+  message.needle = kAnyNeedle;
+  message.needle_count = 1;
+  read_section(reader, kDeviceSection, [&](ByteReader& section) {
+    message.needle = section.u16();
+    message.needle_count = section.u16();
+    section.u32();
+  });
   return result(reader);
 }
 
@@ -177,7 +237,12 @@ void encode_body(const StateMessage& message, Bytes& out) {
     writer.text(refusal.text, kMaxTextBytes);
   }
   writer.text(message.device_holder, kMaxTextBytes);
-  write_no_sections(writer);
+  if (message.safety.empty()) return write_no_sections(writer);
+  Bytes safety;
+  write_safety(message.safety, safety);
+  writer.u32(1);
+  write_section_head(writer, kSafetySection, safety.size());
+  out.insert(out.end(), safety.begin(), safety.end());
 }
 
 DecodeResult decode_body(std::span<const std::byte> body, StateMessage& message) {
@@ -204,7 +269,8 @@ DecodeResult decode_body(std::span<const std::byte> body, StateMessage& message)
     refusal.text = reader.text(kMaxTextBytes);
   }
   message.device_holder = reader.text(kMaxTextBytes);
-  skip_sections(reader);
+  message.safety.clear();
+  read_section(reader, kSafetySection, [&](ByteReader& section) { read_safety(section, message.safety); });
   return result(reader);
 }
 

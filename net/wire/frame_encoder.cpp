@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <cmath>
 
 #include "net/wire/codec.h"
 
@@ -34,6 +35,20 @@ std::vector<TickPose> poses_after(const MeshState& state, std::size_t needle, st
   return poses;
 }
 
+const NeedlePose& last_arrived(const MeshState& state) {
+  return std::max_element(state.needles.begin(), state.needles.end(),
+                          [](const NeedleState& a, const NeedleState& b) {
+                            return a.input.received_ns < b.input.received_ns;
+                          })
+      ->input;
+}
+
+bool is_finite(const NeedleForces& f) {
+  return f.force_n.allFinite() && f.tip_torque_nmm.allFinite() && f.hub_torque_nmm.allFinite() &&
+         std::isfinite(f.axial_n) && std::isfinite(f.lateral_n) && std::isfinite(f.cutting_n) &&
+         std::isfinite(f.friction_n);
+}
+
 }  // namespace
 
 TopologyMessage make_topology(const Tissue& tissue, const std::string& name) {
@@ -54,6 +69,7 @@ void encode_frame(const MeshState& state, const std::vector<Block>& blocks, std:
   assert(state.block_ticks.size() == blocks.size());
   assert(state.deformed_vertices.size() % 3 == 0);
   assert(request.after_tick <= state.tick);
+  assert(!state.needles.empty());
   FrameMessage frame;
   frame.topology_hash = topology_hash;
   frame.tick = state.tick;
@@ -62,7 +78,7 @@ void encode_frame(const MeshState& state, const std::vector<Block>& blocks, std:
   frame.base_tick = request.full ? 0 : request.after_tick;
   frame.overruns = state.overruns;
   frame.publish_ns = state.publish_ns;
-  const NeedlePose& input = state.needles[0].input;
+  const NeedlePose& input = last_arrived(state);
   frame.input_sequence = input.sequence;
   frame.input_stamp_ns = input.stamp_ns;
   frame.input_received_ns = input.received_ns;
@@ -71,8 +87,10 @@ void encode_frame(const MeshState& state, const std::vector<Block>& blocks, std:
   frame.full = request.full;
   frame.point_count = static_cast<std::uint32_t>(state.deformed_vertices.size() / 3);
   frame.moved_vertices = state.moved_vertices;
-  for (std::size_t n = 0; n < state.needles.size(); ++n)
-    frame.needles.push_back({static_cast<std::uint16_t>(n), state.needles[n]});
+  for (std::size_t n = 0; n < state.needles.size(); ++n) {
+    const NeedleState& needle = state.needles[n];
+    frame.needles.push_back({static_cast<std::uint16_t>(n), needle, is_finite(needle.forces)});
+  }
   if (!request.full) {
     frame.ranges = changed_ranges(state, blocks, request.after_tick);
   } else if (frame.point_count > 0) {
@@ -85,7 +103,12 @@ void encode_frame(const MeshState& state, const std::vector<Block>& blocks, std:
   }
   frame.certificate = state.certificate;
   frame.has_pose_history = request.pose_history;
-  if (request.pose_history) frame.pose_history = poses_after(state, 0, request.after_tick);
+  if (request.pose_history) {
+    frame.pose_history = poses_after(state, 0, request.after_tick);
+    for (std::size_t n = 1; n < state.needles.size(); ++n)
+      frame.poses_of_needles.push_back(
+          {static_cast<std::uint16_t>(n), poses_after(state, n, request.after_tick)});
+  }
   encode_body(frame, out);
 }
 

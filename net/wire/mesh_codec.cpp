@@ -1,6 +1,8 @@
+#include <algorithm>
 #include <cassert>
 
 #include "net/wire/codec.h"
+#include "net/wire/force_codec.h"
 #include "net/wire/sections.h"
 
 namespace brachy::net {
@@ -11,6 +13,7 @@ constexpr std::size_t kNeedleBytes = 116;    // wire size of one needle record
 constexpr std::size_t kTickPoseBytes = 104;  // wire size of one POSE_HISTORY entry
 constexpr std::size_t kPointBytes = 12;      // three f32
 constexpr std::size_t kCertificateBytes = 80;
+constexpr std::size_t kForceBytes = 24 + 13 * 8;  // one entry of FORCE
 
 void write_needle(ByteWriter& writer, const NeedleRecord& needle) {
   writer.u16(needle.id);
@@ -59,14 +62,52 @@ std::uint64_t read_ranges(ByteReader& reader, FrameMessage& message) {
   return points;
 }
 
-void write_section_head(ByteWriter& writer, FrameSection id, std::size_t length) {
-  writer.u16(static_cast<std::uint16_t>(id));
+constexpr std::uint16_t number(FrameSection section) {
+  return static_cast<std::uint16_t>(section);
+}
+
+std::size_t forces_count(const FrameMessage& message) {
+  return static_cast<std::size_t>(
+      std::count_if(message.needles.begin(), message.needles.end(),
+                    [](const NeedleRecord& needle) { return needle.has_forces; }));
+}
+
+void write_forces(ByteWriter& writer, const FrameMessage& message) {
+  const std::size_t count = forces_count(message);
+  write_section_head(writer, number(FrameSection::kForce), 4 + kForceBytes * count);
+  writer.u16(static_cast<std::uint16_t>(count));
   writer.u16(0);
-  writer.u32(static_cast<std::uint32_t>(length));
+  for (const NeedleRecord& needle : message.needles) {
+    if (!needle.has_forces) continue;
+    writer.u16(needle.id);
+    writer.u16(0);
+    writer.u32(0);
+    writer.u64(needle.state.input.sequence);
+    writer.time(needle.state.input.stamp_ns);
+    write_needle_forces(writer, needle.state.forces);
+  }
+}
+
+void read_forces(ByteReader& reader, FrameMessage& message) {
+  const std::uint16_t count = reader.u16();
+  reader.u16();
+  reader.fits(count, kForceBytes);
+  for (std::uint16_t i = 0; i < count && reader.ok(); ++i) {
+    const std::uint16_t id = reader.u16();
+    const auto needle = std::find_if(message.needles.begin(), message.needles.end(),
+                                     [&](const NeedleRecord& record) { return record.id == id; });
+    if (needle == message.needles.end()) return reader.fail("a force names a needle that is not there");
+    reader.u16();
+    reader.u32();
+    needle->has_forces = true;
+    needle->state.input.sequence = reader.u64();
+    needle->state.input.stamp_ns = reader.time();
+    needle->state.forces = read_needle_forces(reader);
+  }
 }
 
 void write_certificate(ByteWriter& writer, const Certificate& certificate) {
-  write_section_head(writer, FrameSection::kCertificate, kCertificateBytes);
+  write_section_head(writer, number(FrameSection::kCertificate), kCertificateBytes);
   writer.u8(static_cast<std::uint8_t>(certificate.verdict));
   for (int reserved = 0; reserved < 3; ++reserved) writer.u8(0);
   writer.u32(certificate.substeps);
@@ -95,33 +136,61 @@ Certificate read_certificate(ByteReader& reader) {
   return certificate;
 }
 
-void write_pose_history(ByteWriter& writer, const std::vector<TickPose>& history) {
-  write_section_head(writer, FrameSection::kPoseHistory, 4 + kTickPoseBytes * history.size());
-  writer.u32(static_cast<std::uint32_t>(history.size()));
-  for (const TickPose& entry : history) {
+void write_poses(ByteWriter& writer, const std::vector<TickPose>& poses) {
+  writer.u32(static_cast<std::uint32_t>(poses.size()));
+  for (const TickPose& entry : poses) {
     writer.u64(entry.tick);
     writer.pose(entry.X_WN);
   }
 }
 
-void read_pose_history(ByteReader& reader, FrameMessage& message) {
+void read_poses(ByteReader& reader, std::uint64_t newest_tick, std::vector<TickPose>& poses) {
   const std::uint32_t count = reader.u32();
-  message.has_pose_history = true;
-  message.pose_history.clear();  // the section may stand there twice: the last one counts
-  if (reader.fits(count, kTickPoseBytes)) message.pose_history.resize(count);
+  poses.clear();  // the section may stand there twice: the last one counts
+  if (reader.fits(count, kTickPoseBytes)) poses.resize(count);
   std::uint64_t last = 0;
-  for (TickPose& entry : message.pose_history) {
+  for (TickPose& entry : poses) {
     entry.tick = reader.u64();
     entry.X_WN = reader.pose();
-    if (entry.tick <= last || entry.tick > message.tick) reader.fail("the pose history is out of order");
+    if (entry.tick <= last || entry.tick > newest_tick) reader.fail("the pose history is out of order");
     last = entry.tick;
+  }
+}
+
+void write_pose_history(ByteWriter& writer, const std::vector<TickPose>& history) {
+  write_section_head(writer, number(FrameSection::kPoseHistory), 4 + kTickPoseBytes * history.size());
+  write_poses(writer, history);
+}
+
+void write_poses_of_needles(ByteWriter& writer, const std::vector<NeedlePoses>& needles) {
+  std::size_t length = 4;
+  for (const NeedlePoses& needle : needles) length += 8 + kTickPoseBytes * needle.poses.size();
+  write_section_head(writer, number(FrameSection::kPosesOfNeedles), length);
+  writer.u16(static_cast<std::uint16_t>(needles.size()));
+  writer.u16(0);
+  for (const NeedlePoses& needle : needles) {
+    writer.u16(needle.needle);
+    writer.u16(0);
+    write_poses(writer, needle.poses);
+  }
+}
+
+void read_poses_of_needles(ByteReader& reader, FrameMessage& message) {
+  const std::uint16_t count = reader.u16();
+  reader.u16();
+  message.poses_of_needles.clear();
+  if (reader.fits(count, 8)) message.poses_of_needles.resize(count);
+  for (NeedlePoses& needle : message.poses_of_needles) {
+    needle.needle = reader.u16();
+    reader.u16();
+    read_poses(reader, message.tick, needle.poses);
   }
 }
 
 }  // namespace
 
 void encode_body(const FrameMessage& message, Bytes& out) {
-  out.reserve(out.size() + 128 + kCertificateBytes + kNeedleBytes * message.needles.size() +
+  out.reserve(out.size() + 128 + kCertificateBytes + (kNeedleBytes + kForceBytes) * message.needles.size() +
               8 * message.ranges.size() + 4 * message.positions.size() +
               kTickPoseBytes * message.pose_history.size());
   ByteWriter writer(out);
@@ -152,10 +221,15 @@ void encode_body(const FrameMessage& message, Bytes& out) {
   }
   assert(message.positions.size() == 3 * points);
   writer.floats(message.positions);
-  writer.u16(static_cast<std::uint16_t>((message.certificate ? 1 : 0) + (message.has_pose_history ? 1 : 0)));
+  const bool has_forces = forces_count(message) > 0;
+  const bool has_poses = !message.poses_of_needles.empty();
+  writer.u16(static_cast<std::uint16_t>(has_forces + message.certificate.has_value() +
+                                        message.has_pose_history + has_poses));
   writer.u16(0);
+  if (has_forces) write_forces(writer, message);
   if (message.certificate) write_certificate(writer, *message.certificate);
   if (message.has_pose_history) write_pose_history(writer, message.pose_history);
+  if (has_poses) write_poses_of_needles(writer, message.poses_of_needles);
 }
 
 DecodeResult decode_body(std::span<const std::byte> body, FrameMessage& message) {
@@ -189,14 +263,25 @@ DecodeResult decode_body(std::span<const std::byte> body, FrameMessage& message)
   message.certificate.reset();
   message.has_pose_history = false;
   message.pose_history.clear();
+  message.poses_of_needles.clear();
   read_sections(reader, [&](std::uint16_t id, std::span<const std::byte> payload) {
     ByteReader section(payload);
-    if (id == static_cast<std::uint16_t>(FrameSection::kCertificate)) {
-      message.certificate = read_certificate(section);
-    } else if (id == static_cast<std::uint16_t>(FrameSection::kPoseHistory)) {
-      read_pose_history(section, message);
-    } else {
-      return;
+    switch (static_cast<FrameSection>(id)) {
+      case FrameSection::kForce:
+        read_forces(section, message);
+        break;
+      case FrameSection::kCertificate:
+        message.certificate = read_certificate(section);
+        break;
+      case FrameSection::kPoseHistory:
+        message.has_pose_history = true;
+        read_poses(section, message.tick, message.pose_history);
+        break;
+      case FrameSection::kPosesOfNeedles:
+        read_poses_of_needles(section, message);
+        break;
+      default:
+        return;  // of a later version, or reserved
     }
     if (const std::string_view reason = section.finish(); !reason.empty()) reader.fail(reason);
   });

@@ -32,6 +32,9 @@ enum class MessageType : std::uint16_t {
   kEvent = 7,
   kError = 8,
   kPing = 9,
+  kForce = 10,
+  kLocalModel = 11,
+  kArm = 12,
 };
 
 struct Header {
@@ -61,12 +64,22 @@ struct DeviceLimits {
   double rate_hz = std::numeric_limits<double>::quiet_NaN();
 };
 
+constexpr std::uint16_t kAnyNeedle = 0xFFFF;  ///< in HELLO: whichever is free; in WELCOME: none was granted
+
+/// Bits of HelloMessage::device_flags.
+enum DeviceFlag : std::uint16_t {
+  kEvaluatesLocalModel =
+      1u << 0,  ///< works out its force from LOCAL_MODEL beside the device, at its own rate
+};
+
 struct HelloMessage {
   static constexpr MessageType kType = MessageType::kHello;
   Role role = Role::kViewer;
   std::uint32_t subscription = 0;  ///< Subscription bits
   DeviceLimits limits;
   std::string name;
+  std::uint16_t needle = kAnyNeedle;  ///< asked for; section DEVICE, which is left out where both say nothing
+  std::uint16_t device_flags = 0;     ///< DeviceFlag bits
 };
 
 struct WelcomeMessage {
@@ -82,6 +95,8 @@ struct WelcomeMessage {
   std::string server;  ///< name and version
   std::string units = "mm,s,N";
   std::string frame = "RAS";
+  std::uint16_t needle = kAnyNeedle;  ///< granted to a device
+  std::uint16_t needle_count = 1;     ///< of the scene: ids 0 … count − 1
 };
 
 struct TopologyMessage {
@@ -100,9 +115,17 @@ struct PointRange {
   bool operator==(const PointRange&) const = default;
 };
 
+/// Of `state` a FRAME carries neither the local model nor, of the input, more than sequence and stamp.
 struct NeedleRecord {
   std::uint16_t id = 0;
   NeedleState state;
+  bool has_forces = false;  ///< state.forces and the input's sequence and stamp are known (section FORCE)
+};
+
+/// One needle's part of section POSES_OF_NEEDLES.
+struct NeedlePoses {
+  std::uint16_t needle = 0;
+  std::vector<TickPose> poses;  ///< ascending ticks
 };
 
 struct FrameMessage {
@@ -114,7 +137,7 @@ struct FrameMessage {
   std::uint64_t base_tick = 0;          ///< the ranges hold every point changed after this tick
   std::uint64_t overruns = 0;
   std::int64_t publish_ns = 0;         ///< server's clock
-  std::uint64_t input_sequence = 0;    ///< header sequence of the POSE this tick used, 0 = none
+  std::uint64_t input_sequence = 0;    ///< header sequence of the last-arrived POSE this tick used, 0 = none
   std::int64_t input_stamp_ns = 0;     ///< that POSE's header stamp (device's clock)
   std::int64_t input_received_ns = 0;  ///< when it arrived (server's clock)
   double max_displacement_mm = 0;
@@ -128,17 +151,64 @@ struct FrameMessage {
   std::optional<Certificate>
       certificate;                ///< of the tick's field; none: the section was not there, nothing is known
   bool has_pose_history = false;  ///< the section was there (it may be empty)
-  std::vector<TickPose> pose_history;  ///< ascending ticks
+  std::vector<TickPose> pose_history;         ///< of needle 0, ascending ticks
+  std::vector<NeedlePoses> poses_of_needles;  ///< of needles 1 …; empty: the section was not there
 };
 
-/// Sections of a FRAME. 1 and 2 are reserved until their issues lay them out. Absent means "not known", not zero.
-enum class FrameSection : std::uint16_t { kForce = 1, kSeeds = 2, kCertificate = 3, kPoseHistory = 4 };
+/// Sections of a FRAME. 2 is reserved until its issue lays it out. Absent means "not known", not zero.
+enum class FrameSection : std::uint16_t {
+  kForce = 1,
+  kSeeds = 2,
+  kCertificate = 3,
+  kPoseHistory = 4,
+  kPosesOfNeedles = 5,
+};
 
 struct PoseMessage {
   static constexpr MessageType kType = MessageType::kPose;
+  std::uint16_t needle = 0;  ///< the device's own
+  std::uint16_t flags = 0;   ///< reserved, 0
+  RigidTransform X_WN;       ///< as received: not checked for rigidity or NaN
+};
+
+/// Bits of ForceMessage::flags and LocalModelMessage::flags.
+enum ForceFlag : std::uint16_t {
+  kForceArmed = 1u << 0,    ///< the hand may get a force
+  kForceRamping = 1u << 1,  ///< on the way from one gain to the other, or held back by the slew limit
+  kForceLatched = 1u << 2,  ///< a fault: no force until ARM
+  kForceLimited = 1u << 3,  ///< force scaled to max_force_n, or a stiffness cut to max_stiffness_n_per_mm
+  kForceExpired = 1u << 4,  ///< the local model is past its time to live: the force goes to 0
+};
+
+/// What the hand is to get now, and where it comes from.
+struct ForceMessage {
+  static constexpr MessageType kType = MessageType::kForce;
   std::uint16_t needle = 0;
-  std::uint16_t flags = 0;  ///< reserved, 0
-  RigidTransform X_WN;      ///< as received: not checked for rigidity or NaN
+  std::uint16_t flags = 0;           ///< ForceFlag bits
+  std::uint64_t tick = 0;            ///< of the simulation that it rests on
+  std::uint64_t input_sequence = 0;  ///< header sequence of the POSE it answers, 0 = none
+  std::int64_t input_stamp_ns = 0;   ///< that POSE's header stamp (device's clock)
+  NeedleForces forces;               ///< limited; finite
+};
+
+/// What a device needs to work out its force itself until the next one comes.
+struct LocalModelMessage {
+  static constexpr MessageType kType = MessageType::kLocalModel;
+  std::uint16_t needle = 0;
+  std::uint16_t flags = 0;  ///< ForceFlag bits
+  std::uint64_t input_sequence = 0;
+  std::int64_t input_stamp_ns = 0;
+  LocalContactModel model;  ///< its stiffnesses within the limit below; only its three bounds may be infinite
+  double max_force_n = 0;   ///< negotiated, also below
+  double max_stiffness_n_per_mm = 0;
+  double max_slew_n_per_ms = 0;  ///< of what the hand gets, always
+  double ramp_s = 0;             ///< gain 0 → 1 after connecting or ARM
+};
+
+/// Ends a latched fault of a needle. From its device, or from an operator.
+struct ArmMessage {
+  static constexpr MessageType kType = MessageType::kArm;
+  std::uint16_t needle = 0;
 };
 
 /// Of a histogram, ms.
@@ -150,6 +220,14 @@ struct Quantiles {
 /// Poses refused for one reason since start.
 struct PoseRefusals {
   std::uint16_t code = 0;
+  std::uint64_t count = 0;
+  std::string text;  ///< of the last one
+};
+
+/// What was done for a needle's safety, of one kind, since start.
+struct SafetyCount {
+  std::uint16_t needle = 0;
+  std::uint16_t code = 0;  ///< the daemon's: net/PROTOCOL.md
   std::uint64_t count = 0;
   std::string text;  ///< of the last one
 };
@@ -169,7 +247,8 @@ struct StateMessage {
   std::uint64_t snapshots_dropped = 0;  ///< for this client, newer ones won
   std::uint32_t clients = 0;
   std::uint32_t viewers = 0;
-  std::string device_holder;  ///< empty = nobody holds the lease
+  std::string device_holder;  ///< empty = nobody holds a lease
+  std::vector<SafetyCount> safety;
 };
 
 enum class EventKind : std::uint16_t {
@@ -180,6 +259,7 @@ enum class EventKind : std::uint16_t {
   kDeviceAttached = 5,
   kDeviceDetached = 6,
   kWarning = 7,
+  kSafety = 8,  ///< the force was held back, taken away or given again
 };
 
 struct EventMessage {
@@ -196,11 +276,12 @@ enum class ErrorCode : std::uint16_t {
   kTooLarge = 3,     ///< a body over max_message_bytes
   kBusy = 4,         ///< no room for another client
   kDeviceBusy = 5,   ///< another device holds the lease
-  kNotDevice = 6,    ///< POSE from a client that is not the device
+  kNotDevice = 6,    ///< POSE or ARM from a client that may not
   kPoseRefused = 7,  ///< `reason` says which rule
   kPoseRate = 8,     ///< more than max_poses_per_s
   kTimeout = 9,      ///< no HELLO, no answer, or nothing read in time
   kShutdown = 10,    ///< the server stops
+  kNoNeedle = 11,    ///< HELLO or ARM names a needle that the scene has not
 };
 
 /// PoseRefusals::code and ErrorMessage::reason from here on are the server's own; lower ones are the daemon's.

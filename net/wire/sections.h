@@ -10,6 +10,12 @@ inline void write_no_sections(ByteWriter& writer) {
   writer.u32(0);
 }
 
+inline void write_section_head(ByteWriter& writer, std::uint16_t id, std::size_t length) {
+  writer.u16(id);
+  writer.u16(0);
+  writer.u32(static_cast<std::uint32_t>(length));
+}
+
 /// Calls on_section(id, payload) for each section, in order.
 template <class OnSection>
 void read_sections(ByteReader& reader, OnSection&& on_section) {

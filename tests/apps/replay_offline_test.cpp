@@ -1,5 +1,8 @@
 #include <gtest/gtest.h>
 
+#include <cmath>
+
+#include "apps/forces/force_log.h"
 #include "tests/apps/apps_testing.h"
 
 namespace brachy {
@@ -108,6 +111,114 @@ TEST(ReplayOffline, RegionsOfOtherSupportChangeTheHash) {
   EXPECT_TRUE(refused_in_one_line(
       offline(trajectory, folder.write("s.toml", small_scene("[model]\nkernel = \"elastic\"\n" + regions))),
       {"s.toml:8", "region.shear_modulus_kpa", "elastic"}));
+}
+
+/// What must hold for every row, whatever the tissue does.
+void expect_consistent(const ForceSample& row) {
+  const NeedleForces& f = row.forces;
+  EXPECT_NEAR(f.axial_n, f.cutting_n + f.friction_n, 1e-9 * (1 + std::abs(f.axial_n))) << row.t_s;
+  EXPECT_NEAR(f.force_n.squaredNorm(), f.axial_n * f.axial_n + f.lateral_n * f.lateral_n,
+              1e-9 * (1 + f.force_n.squaredNorm()))
+      << row.t_s;
+  EXPECT_GE(f.lateral_n, 0) << row.t_s;
+  EXPECT_GE(f.cutting_n, 0) << row.t_s;
+  if (row.landmarks == 0) {
+    EXPECT_EQ(f.force_n, Vec3::Zero()) << row.t_s;
+  }
+}
+
+TEST(ReplayOffline, TheLogHasARowATick) {
+  const TempFolder folder;
+  const std::string scene = folder.write("s.toml", small_scene()), log = (folder / "f.csv").string();
+  const std::string trajectory = folder.write("t.csv", short_insertion(1));
+  const auto json = json_of(offline(trajectory, scene, {"--log", log}));
+  ASSERT_FALSE(json.is_discarded());
+  EXPECT_EQ(
+      lines_of(read_file(log))[0],
+      "t_s,needle,state,depth_mm,fx_n,fy_n,fz_n,axial_n,lateral_n,cutting_n,friction_n,landmarks,min_det");
+  const std::vector<ForceSample> rows = load_force_log(log);
+  ASSERT_EQ(rows.size(), json.at("ticks").get<std::size_t>());
+  EXPECT_EQ(rows[0].t_s, 0);
+  EXPECT_EQ(rows[0].state, ContactState::kFree);
+  EXPECT_EQ(rows.back().t_s, 1);
+  EXPECT_EQ(rows.back().state, ContactState::kWithdrawn);
+  double depth = 0, out = 0, in = 0, det = 1;
+  std::uint64_t in_contact = 0;
+  for (const ForceSample& row : rows) {
+    EXPECT_EQ(row.needle, 0u);
+    expect_consistent(row);
+    depth = std::max(depth, row.depth_mm);
+    out = std::max(out, row.forces.axial_n);
+    in = std::max(in, -row.forces.axial_n);
+    det = std::min(det, row.min_det);
+    in_contact += row.landmarks > 0;
+  }
+  // The summary is the log's.
+  EXPECT_GT(depth, 10);
+  EXPECT_GT(in_contact, 50u);
+  EXPECT_EQ(json.at("max_depth_mm"), depth);
+  EXPECT_EQ(json.at("min_vertex_det"), det);
+  const auto& needle = json.at("needles").at(0);
+  EXPECT_EQ(needle.at("needle"), 0);
+  EXPECT_EQ(needle.at("contact"), "withdrawn");
+  EXPECT_EQ(needle.at("max_depth_mm"), depth);
+  EXPECT_EQ(needle.at("peak_out_n"), out);
+  EXPECT_EQ(needle.at("peak_in_n"), in);
+  for (const char* key :
+       {"puncture_n", "cutting_share_at_deepest", "friction_share_at_deepest", "cutting_share_of_work",
+        "friction_share_of_work", "insertion_work_nmm", "dissipated_nmm"})
+    EXPECT_TRUE(needle.contains(key)) << key;
+}
+
+TEST(ReplayOffline, TheLogHasTheTrajectorysTimes) {
+  const TempFolder folder;
+  const std::string trajectory =
+      folder.write("t.csv", std::string(kHeader) +
+                                "\n100.5,1,0,0,8,0,1,0,-4,0,0,1,-40\n100.7,1,0,0,8,0,1,0,-4,0,0,1,-39\n");
+  const std::string log = (folder / "f.csv").string();
+  ASSERT_TRUE(
+      exited(offline(trajectory, folder.write("s.toml", small_scene()), {"--log", log, "--speed", "2"}), 0));
+  const std::vector<ForceSample> rows = load_force_log(log);
+  ASSERT_EQ(rows.size(), 21u);
+  EXPECT_EQ(rows.front().t_s, 50.25);
+  EXPECT_NEAR(rows.back().t_s, 50.35, 1e-12);
+}
+
+TEST(ReplayOffline, ALogIsNeverWrittenOverAndAFullDiskCostsOnlyTheLog) {
+  const TempFolder folder;
+  const std::string scene = folder.write("s.toml", small_scene()), log = folder.write("f.csv", "mine\n");
+  const std::string trajectory = folder.write("t.csv", short_insertion(0.5));
+  EXPECT_TRUE(refused_in_one_line(offline(trajectory, scene, {"--log", log}), {"f.csv", "already"}));
+  EXPECT_EQ(read_file(log), "mine\n");
+  EXPECT_TRUE(refused_in_one_line(offline(trajectory, scene, {"--log", (folder / "no/f.csv").string()}),
+                                  {"no/f.csv"}));
+  const Ended full = offline(trajectory, scene, {"--log", "/dev/full"});
+  EXPECT_TRUE(exited(full, 1));
+  EXPECT_EQ(json_of(full).at("ticks"), 101);
+  EXPECT_NE(full.err.find("/dev/full"), std::string::npos) << full.err;
+  EXPECT_NE(full.err.find("No space left"), std::string::npos) << full.err;
+  EXPECT_TRUE(exited(run_brachy({"replay", trajectory, "--connect", "127.0.0.1:1", "--log", log + "x"}), 2));
+}
+
+TEST(ReplayOffline, ShippedTrajectoriesGoInAndComeOut) {
+  const TempFolder folder;
+  const std::string log = (folder / "f.csv").string();
+  const auto json = json_of(offline((kConfigFolder / "insertion_5mm_s.csv").string(),
+                                    folder.write("s.toml", small_scene()), {"--log", log}));
+  ASSERT_FALSE(json.is_discarded());
+  EXPECT_EQ(json.at("contact"), "withdrawn");
+  EXPECT_EQ(json.at("reseated"), false);
+  EXPECT_GT(json.at("max_depth_mm").get<double>(), 30);
+  EXPECT_LT(json.at("max_depth_mm").get<double>(), 45);
+  EXPECT_EQ(load_force_log(log).size(), 4401u);
+}
+
+TEST(ReplayOffline, ATrajectoryOfMoreNeedlesThanTheSceneHasNamesTheSettingToRaise) {
+  const TempFolder folder;
+  EXPECT_TRUE(refused_in_one_line(
+      offline((kConfigFolder / "insertion_three_needles.csv").string(),
+              folder.write("s.toml", small_scene())),
+      {"insertion_three_needles.csv:5: moves needle 1", "raise needle.count in the scene to 2"}));
 }
 
 TEST(ReplayOffline, SpeedAndTranslationMoveTheTrajectory) {

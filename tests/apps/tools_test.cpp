@@ -325,6 +325,10 @@ TEST_F(Tools, RefuseWrongUsageWithTwo) {
            {"replay", "--connect", "127.0.0.1:1"},
            {"replay", trajectory, "--connect", "127.0.0.1:1", "--rate-hz", "0"},
            {"replay", trajectory, "--offline", "--speed", "nan"},
+           {"plot-force"},
+           {"plot-force", "none.csv"},
+           {"plot-force", trajectory},
+           {"plot-force", trajectory, "--needle", "16"},
            {"replay", trajectory, "--offline", "--translate-mm", "1,2"},
            {"replay", trajectory, "--offline", "--translate-mm", "1,2,nan"}}) {
     const Ended ended = run_brachy(line);

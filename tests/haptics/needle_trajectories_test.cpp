@@ -16,7 +16,7 @@ std::string row(const std::string& t, const std::string& x, const std::string& n
   return t + ",1,0,0," + x + ",0,1,0,0,0,0,1,0" + (needle.empty() ? "" : "," + needle) + "\n";
 }
 
-std::string parse_error(const std::string& text, int needle_count = kMaxTrajectoryNeedles) {
+std::string parse_error(const std::string& text, std::size_t needle_count = kMaxTrajectoryNeedles) {
   try {
     parse_trajectories(text, "t.csv", needle_count);
   } catch (const UserError& error) {

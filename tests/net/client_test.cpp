@@ -3,6 +3,7 @@
 #include <boost/asio/buffer.hpp>
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/write.hpp>
+#include <cmath>
 
 #include "net/clock.h"
 #include "net/wire/codec.h"
@@ -86,6 +87,14 @@ TEST_F(ClientTest, ClosesOnAnythingThatIsNotTheProtocol) {
   bytes.clear();
   encode(HelloMessage{}, 1, 0, bytes);
   EXPECT_NE(closed_after(bytes).find("only a client"), std::string::npos);
+  bytes.clear();
+  encode(ArmMessage{}, 1, 0, bytes);
+  EXPECT_NE(closed_after(bytes).find("only a client"), std::string::npos);
+  bytes.clear();
+  ForceMessage force;
+  force.forces.force_n.x() = std::nan("");
+  encode(force, 1, 0, bytes);
+  EXPECT_NE(closed_after(bytes).find("not finite"), std::string::npos);
   bytes.clear();
   encode_header({kProtocolVersion, MessageType::kFrame, 0, 0xFFFFFFFF, 1, 0}, bytes);
   EXPECT_NE(closed_after(bytes).find("limit"), std::string::npos);

@@ -17,14 +17,14 @@ Tissue line_tissue(std::uint32_t blocks) {
   return tissue;
 }
 
-FakeSimulation::FakeSimulation(const Tissue& tissue, std::uint32_t seed)
+FakeSimulation::FakeSimulation(const Tissue& tissue, std::uint32_t seed, std::size_t needles)
     : blocks_(tissue.blocks), random_(seed) {
   for (const Vec3& p : tissue.rest_vertices) {
     for (int axis = 0; axis < 3; ++axis) state_.deformed_vertices.push_back(static_cast<float>(p[axis]));
   }
   state_.block_ticks.resize(blocks_.size());
-  state_.needles.resize(1);
-  state_.pose_histories.resize(1);
+  state_.needles.resize(needles);
+  state_.pose_histories.resize(needles);
 }
 
 void FakeSimulation::step() {
@@ -38,10 +38,16 @@ void FakeSimulation::step() {
       state_.deformed_vertices[3 * std::size_t{blocks_[b].first} + i] = coordinate(random_);
     }
   }
-  NeedleState& needle = state_.needles[0];
-  needle.present = true;
-  needle.X_WN.p.x() = static_cast<double>(state_.tick);
-  state_.pose_histories[0][state_.tick % MeshState::kPoseHistory] = {state_.tick, needle.X_WN};
+  for (std::size_t n = 0; n < state_.needles.size(); ++n) {
+    NeedleState& needle = state_.needles[n];
+    const auto number = static_cast<double>(n);
+    needle.present = true;
+    needle.X_WN.p.x() = static_cast<double>(state_.tick) + 100 * number;
+    needle.input.sequence = state_.tick + 1000 * n;
+    needle.input.received_ns = static_cast<std::int64_t>(state_.tick + n);
+    needle.forces.force_n = Vec3(0, 1, -number);
+    state_.pose_histories[n][state_.tick % MeshState::kPoseHistory] = {state_.tick, needle.X_WN};
+  }
 }
 
 ClientHandlers Recorder::handlers() {
@@ -52,19 +58,24 @@ ClientHandlers Recorder::handlers() {
   handlers.on_state = [this](const StateMessage& message) { states.push_back(message); };
   handlers.on_event = [this](const EventMessage& message) { events.push_back(message); };
   handlers.on_error = [this](const ErrorMessage& message) { errors.push_back(message); };
+  handlers.on_force = [this](const ForceMessage& message) { forces.push_back(message); };
+  handlers.on_local_model = [this](const LocalModelMessage& message) { models.push_back(message); };
   handlers.on_closed = [this](const std::string& reason) { closed.push_back(reason); };
   return handlers;
 }
 
 void ServerFixture::start(ServerOptions options) {
   ServerHandlers handlers;
-  handlers.on_pose = [this](const NeedlePose& pose) {
+  handlers.on_pose = [this](std::uint16_t needle, const NeedlePose& pose) {
     poses.push_back(pose);
+    pose_needles.push_back(needle);
     return verdict;
   };
   handlers.on_device = [this](bool attached, const DeviceInfo& device) {
     devices.emplace_back(attached, device.name);
+    last_device = device;
   };
+  handlers.on_arm = [this](std::uint16_t needle, const std::string& who) { arms.emplace_back(needle, who); };
   handlers.state = [] {
     StateMessage state;
     state.ticks = 1234;

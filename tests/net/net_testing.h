@@ -33,16 +33,17 @@ bool pump(boost::asio::io_context& io, Condition&& condition,
 /// `blocks` blocks of 5 points on a line; a triangle as the surface.
 Tissue line_tissue(std::uint32_t blocks);
 
-/// Stands in for the simulator: moves the points of random blocks, one tick at a time.
+/// Stands in for the simulator: moves the points of random blocks and every needle, one tick at a time.
 class FakeSimulation {
  public:
-  explicit FakeSimulation(const Tissue& tissue, std::uint32_t seed = 1);
+  explicit FakeSimulation(const Tissue& tissue, std::uint32_t seed = 1, std::size_t needles = 1);
   void step();
   void steps(int count) {
     for (int i = 0; i < count; ++i) step();
   }
   std::shared_ptr<const MeshState> snapshot() const { return std::make_shared<const MeshState>(state_); }
   const MeshState& state() const { return state_; }
+  MeshState& state() { return state_; }
 
  private:
   std::vector<Block> blocks_;
@@ -63,6 +64,8 @@ struct Recorder {
   std::vector<StateMessage> states;
   std::vector<EventMessage> events;
   std::vector<ErrorMessage> errors;
+  std::vector<ForceMessage> forces;
+  std::vector<LocalModelMessage> models;
   std::vector<std::string> closed;
   Client client;
 };
@@ -85,7 +88,10 @@ struct ServerFixture : ::testing::Test {
   Tissue tissue = line_tissue(40);
   FakeSimulation simulation{tissue};
   std::vector<NeedlePose> poses;
+  std::vector<std::uint16_t> pose_needles;  ///< of each of `poses`
   std::vector<std::pair<bool, std::string>> devices;
+  DeviceInfo last_device;
+  std::vector<std::pair<std::uint16_t, std::string>> arms;
   std::vector<std::string> log;
   PoseVerdict verdict;
   std::unique_ptr<Server> server;

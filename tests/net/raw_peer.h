@@ -39,6 +39,8 @@ class RawPeer {
   std::vector<FrameMessage> frames;
   std::vector<ErrorMessage> errors;
   std::vector<StateMessage> states;
+  std::vector<ForceMessage> forces;
+  std::vector<LocalModelMessage> models;
   FrameAssembler mesh;
   std::uint64_t sent_ = 0;  ///< sequence of the last message sent
 

@@ -47,6 +47,7 @@ TEST_F(HostileServerTest, RandomBytesAndMutatedMessagesHarmNobody) {
   encode(HelloMessage{}, 1, 0, good);
   encode(PoseMessage{}, 2, 0, good);
   encode(PingMessage{}, 3, 0, good);
+  encode(ArmMessage{}, 4, 0, good);
   for (int i = 0; i < 200; ++i) {
     RawPeer peer(io, server->port());
     Bytes bytes = good;
@@ -87,6 +88,10 @@ TEST_F(HostileServerTest, TheOrderOfMessagesIsKept) {
   wrong_side.hello();
   wrong_side.send_message(FrameMessage{});
   EXPECT_EQ(end_of(wrong_side), ErrorCode::kProtocol);
+  RawPeer force_from_a_client(io, server->port());
+  force_from_a_client.hello(Role::kDevice);
+  force_from_a_client.send_message(ForceMessage{});
+  EXPECT_EQ(end_of(force_from_a_client), ErrorCode::kProtocol);
   RawPeer gap(io, server->port());
   gap.hello();
   ++gap.sent_;
@@ -142,7 +147,7 @@ TEST_F(HostileServerTest, AClientThatLeavesAtAnyByteIsForgotten) {
     RawPeer peer(io, server->port());
     peer.send(std::span<const std::byte>(bytes).first(size));
     peer.close();
-    ASSERT_TRUE(until([&] { return server->client_count() == 0 && server->lease_holder().empty(); }));
+    ASSERT_TRUE(until([&] { return server->client_count() == 0 && server->lease_holder(0).empty(); }));
     io.poll();
   }
   EXPECT_EQ(join_as(Role::kDevice, "touch")->welcomes, 1);

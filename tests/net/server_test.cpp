@@ -111,23 +111,23 @@ TEST_F(ServerTest, ASecondDeviceIsToldWhoHoldsTheLeaseUntilItIsReleased) {
   EXPECT_EQ(second->errors[0].code, ErrorCode::kDeviceBusy);
   EXPECT_NE(second->errors[0].text.find("touch (127.0.0.1:"), std::string::npos) << second->errors[0].text;
   EXPECT_NE(second->errors[0].text.find(" for 0 s"), std::string::npos) << second->errors[0].text;
-  EXPECT_FALSE(server->hold_lease("scripted device"));
+  EXPECT_FALSE(server->hold_lease(0, "scripted device"));
   first.reset();
   ASSERT_TRUE(until([&] { return devices.size() == 2; }));
   EXPECT_FALSE(devices[1].first);
-  EXPECT_EQ(server->lease_holder(), "");
+  EXPECT_EQ(server->lease_holder(0), "");
   const auto third = join_as(Role::kDevice, "falcon");
   EXPECT_EQ(third->welcomes, 1);
 }
 
 TEST_F(ServerTest, TheScriptedDeviceHoldsTheLeaseToo) {
   start();
-  ASSERT_TRUE(server->hold_lease("scripted device insertion.csv"));
+  ASSERT_TRUE(server->hold_lease(0, "scripted device insertion.csv"));
   const auto device = join_as(Role::kDevice, "touch");
   ASSERT_TRUE(until([&] { return !device->closed.empty(); }));
   EXPECT_EQ(device->errors[0].code, ErrorCode::kDeviceBusy);
   EXPECT_NE(device->closed[0].find("scripted device insertion.csv"), std::string::npos);
-  server->release_lease();
+  server->release_lease(0);
   EXPECT_EQ(join_as(Role::kDevice, "touch")->welcomes, 1);
 }
 
@@ -149,7 +149,7 @@ TEST_F(ServerTest, RefusedPosesAreReportedToTheSenderAndCounted) {
   ASSERT_EQ(state.refusals.size(), 1u);
   EXPECT_EQ(state.refusals[0].code, 3);
   EXPECT_EQ(state.refusals[0].count, 20u);
-  EXPECT_EQ(state.device_holder, server->lease_holder());
+  EXPECT_EQ(state.device_holder, server->lease_holder(0));
   EXPECT_GE(device->errors.size(), 1u);
   EXPECT_LE(device->errors.size(), 8u);  // rate-limited
   EXPECT_EQ(device->errors[0].code, ErrorCode::kPoseRefused);

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/core/field/reactions.h"
 #include "tests/core/field/small_tissue.h"
 #include "tests/core/rbf/random_landmarks.h"
 #include "tests/core/sim/allocation_guard.h"
@@ -113,6 +114,77 @@ TEST_F(DeformationWays, NoWayAllocates) {
   }
   EXPECT_EQ(deformation.evaluation(), Evaluation::kCondensed);
   EXPECT_EQ(test::allocation_count() - before, 0u);
+}
+
+TEST(Reactions, OfALoneLandmarkAreItsStiffness) {
+  const Tissue tissue = test::small_phantom(Vec3::Zero());
+  for_each_kernel([&](auto kernel) {
+    Deformation field(tissue, kernel, 12, {}, 0.3);
+    ASSERT_TRUE(field.place(std::vector<Vec3>{{1, 2, 3}}));
+    const std::vector<Vec3> d = {{1, -2, 0.5}};
+    std::vector<Vec3> f(1);
+    field.reactions(d, f);
+    EXPECT_LT((f[0] - 0.3 * d[0]).norm(), 1e-15) << kernel.kName;
+    ASSERT_TRUE(field.update(std::vector<Vec3>{{1, 2, 3}}, d, std::vector<double>{5}));
+    EXPECT_NEAR(field.total_force_n(), 0.3 * d[0].norm(), 1e-15);
+  });
+}
+
+TEST(Reactions, AreThoseOfTheWholeMatrix) {
+  const Tissue tissue = test::small_phantom(Vec3::Zero());
+  std::mt19937_64 random(11);
+  const auto L = test::random_landmarks(random, 60, 18, 3, 3);
+  const auto n = static_cast<Eigen::Index>(L.positions.size());
+  Deformation field(tissue, Wendland31{}, 14, {}, 0.25);
+  ASSERT_TRUE(field.place(L.positions));
+  std::vector<Vec3> f(L.positions.size());
+  field.reactions(L.displacements, f);
+  Eigen::MatrixXd K(n, n), d(n, 3);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const auto at = static_cast<std::size_t>(i);
+    d.row(i) = L.displacements[at];
+    for (Eigen::Index j = 0; j < n; ++j)
+      K(i, j) = Wendland31::value((L.positions[at] - L.positions[static_cast<std::size_t>(j)]).norm() / 14);
+  }
+  const Eigen::MatrixXd expected = 0.25 * K.inverse() * d;
+  for (Eigen::Index i = 0; i < n; ++i)
+    EXPECT_LT((f[static_cast<std::size_t>(i)].transpose() - expected.row(i)).norm(), 1e-10);
+}
+
+TEST(Reactions, AxialStiffnessIsTheInversesBlockWithAnchorsFirst) {
+  const Tissue tissue = test::small_phantom(Vec3::Zero());
+  std::mt19937_64 random(12);
+  for_each_kernel([&](auto kernel) {
+    for (const SimdTarget target : test::supported_targets())
+      for (const int n : {1, 2, 7, 50, 120}) {
+        SCOPED_TRACE(std::string(kernel.kName) + " " + std::string(to_string(target)));
+        const auto L = test::random_landmarks(random, n, 20, 2, 3);
+        Deformation field(tissue, kernel, 14, {.target = target, .max_landmarks = 120}, 0.7);
+        for (const int first : {0, n / 2})
+          test::expect_axial_stiffness(field, L.positions, {}, static_cast<std::size_t>(first));
+      }
+  });
+}
+
+TEST(Reactions, AreRightInASparseFactorToo) {
+  const Tissue tissue = test::small_phantom(Vec3::Zero());
+  std::mt19937_64 random(13);
+  const auto L = test::random_landmarks(random, 300, 30, 3, 3);
+  RbfSystem system(Wendland31{}, 8, 300);
+  ASSERT_TRUE(system.factorize(L.positions));
+  ASSERT_TRUE(system.is_sparse());  // or this test shows nothing
+  Deformation field(tissue, Wendland31{}, 8, {.max_landmarks = 300}, 2);
+  test::expect_axial_stiffness(field, L.positions, {}, 0);
+  test::expect_axial_stiffness(field, L.positions, {}, 210);
+}
+
+TEST(Reactions, PlacingLeavesTheFieldAlone) {
+  const Tissue tissue = test::small_phantom(Vec3::Zero());
+  std::mt19937_64 random(14);
+  const auto now = test::random_landmarks(random, 12, 10, 3, 3),
+             next = test::random_landmarks(random, 20, 10, 3, 3);
+  Deformation field(tissue, Wendland31{}, 14, {}), fresh(tissue, Wendland31{}, 14, {});
+  test::expect_place_leaves_the_field(field, fresh, now, next);
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 
 #include "core/field/deformation.h"
 #include "core/ladder/ladder_deformation.h"
+#include "tests/core/field/reactions.h"
 #include "tests/core/field/small_tissue.h"
 #include "tests/core/heterogeneous/random_tissues.h"
 
@@ -181,6 +182,30 @@ TEST(HeterogeneousDeformation, ARefusedSetKeepsTheLastFieldAndTheNextOneIsSolved
   EXPECT_EQ(field.displacement_at({8, -3, 1}), u);
   ASSERT_TRUE(field.update(needle.positions, needle.displacements));
   EXPECT_EQ(displacements_of(field), before);
+}
+
+template <class Model>
+void expect_reactions(const Model& model) {
+  std::mt19937_64 random(21);
+  HeterogeneousDeformation field(phantom(), model, {}, 0.4), fresh(phantom(), model, {}, 0.4);
+  const std::vector<Vec3> d = {{1, -2, 0.5}};
+  std::vector<Vec3> f(1);
+  ASSERT_TRUE(field.place(std::vector<Vec3>{{-18, 0, 0}}));  // in no region
+  field.reactions(d, f);
+  EXPECT_LT((f[0] - 0.4 * d[0]).norm(), 1e-12);
+  const auto now = test::random_landmarks(random, 12, 10, 3, 3),
+             next = test::random_landmarks(random, 30, 18, 3, 3);
+  test::expect_axial_stiffness(field, next.positions, {}, 0);
+  test::expect_axial_stiffness(field, next.positions, {}, 11);
+  test::expect_axial_stiffness(field, shaft().positions, {}, 3);
+  test::expect_place_leaves_the_field(field, fresh, now, next);
+}
+
+TEST(HeterogeneousDeformation, ReactionsAreForcesInUnitsOfTheBasesLoneLandmark) {
+  expect_reactions(scalar_model(Wendland31{}));
+  expect_reactions(scalar_model(Buhmann{}));
+  expect_reactions(compact_model(CompactRung::kMultiscale));
+  expect_reactions(compact_model(CompactRung::kCompactElastic));
 }
 
 }  // namespace

@@ -3,8 +3,10 @@
 #include <gtest/gtest.h>
 
 #include "core/error.h"
+#include "core/ladder/ladder.h"
 #include "core/ladder/ladder_system.h"
 #include "core/scene/load_tissue.h"
+#include "tests/core/field/reactions.h"
 #include "tests/sanitized.h"
 
 namespace brachy {
@@ -129,6 +131,46 @@ TEST_P(EveryRung, AShaftThatBreaksIsReadAnew) {
   ASSERT_TRUE(a.update(needle.positions, needle.displacements));
   ASSERT_TRUE(b.update(needle.positions, needle.displacements));
   for (std::size_t l = 0; l < needle.positions.size(); ++l) EXPECT_EQ(a.forces()[l], b.forces()[l]) << l;
+}
+
+TEST_P(EveryRung, ReactionsAreForcesOfThePlacedLandmarks) {
+  const bool is_compact = find_compact_rung(GetParam()).has_value();
+  LadderDeformation field(phantom(), GetParam(), body_of(1), {.landmark_stiffness_n_per_mm = 0.2});
+  const std::vector<Vec3> lone = {{1, 2, 3}}, d = {{1, -2, 0.5}};
+  std::vector<Vec3> f(1);
+  ASSERT_TRUE(field.place(lone));
+  field.reactions(d, f);
+  LadderSystem system(field.kernel());
+  ASSERT_TRUE(system.factorize(lone));
+  const Vec3 expected = is_compact ? 0.2 * d[0] : system.solve(d)[0];
+  EXPECT_LT((f[0] - expected).norm(), (is_compact ? 1e-12 : 2e-3) * expected.norm());
+
+  test::expect_axial_stiffness(field, shaft().positions, {}, 0);
+  test::expect_axial_stiffness(field, shaft().positions, {}, 3);
+  std::mt19937_64 random(31);
+  const auto now = test::random_landmarks(random, 9, 12, 5, 2),
+             next = test::random_landmarks(random, 30, 15, 4, 2);
+  test::expect_axial_stiffness(field, next.positions, {}, 12);
+  LadderDeformation fresh(phantom(), GetParam(), body_of(1), {.landmark_stiffness_n_per_mm = 0.2});
+  test::expect_place_leaves_the_field(field, fresh, now, next);
+}
+
+TEST_P(EveryRung, CoresAreAnotherSetWhereTheyAreLookedAt) {
+  const bool is_compact = find_compact_rung(GetParam()).has_value();
+  LadderDeformation field(phantom(), GetParam(), body_of(1), {});
+  const std::vector<Vec3> positions = {{0, 0, 0}, {0, 0, 9}}, d = {{0, 0, 1}, {1, 0, 1}};
+  const std::vector<double> cores = {0, 6}, none = {0, 0};
+  ASSERT_TRUE(field.update(positions, d));
+  const double force = field.total_force_n();
+  ASSERT_TRUE(field.update(positions, d, none));
+  EXPECT_EQ(field.evaluation(), Evaluation::kIdle);
+  ASSERT_TRUE(field.update(positions, d, cores));
+  EXPECT_EQ(field.evaluation(), is_compact ? Evaluation::kIdle : Evaluation::kDirect);
+  if (is_compact)
+    EXPECT_EQ(field.total_force_n(), force);
+  else
+    EXPECT_GT(field.total_force_n(), 1.5 * force);
+  test::expect_axial_stiffness(field, positions, cores, 0);
 }
 
 std::vector<const char*> rungs_to_run() {

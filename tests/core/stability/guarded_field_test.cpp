@@ -7,6 +7,7 @@
 
 #include "core/field/deformation.h"
 #include "core/sim/mesh_state.h"
+#include "tests/core/field/reactions.h"
 #include "tests/core/field/small_tissue.h"
 #include "tests/core/stability/random_scene.h"
 
@@ -136,7 +137,8 @@ TEST(GuardedField, ClampHoldsLandmarksAtTheLastInjectivePosition) {
   EXPECT_LT(shown, 12 / Wendland31::kMaxSlope);
   EXPECT_GT(shown, 0.85 * 12 / Wendland31::kMaxSlope);
   EXPECT_GT(determinant_at(*field, p.positions.back() + Vec3(0, 0, 3)), 0);
-  EXPECT_TRUE(std::isnan(c.held_n));  // a psi kernel's weights are no forces
+  // Of what is held of both: a kernel's weights are forces in units of its lone landmark's 1 N/mm.
+  EXPECT_NEAR(c.held_n, c.held_mm, 0.2 * c.held_mm);
 }
 
 TEST(GuardedField, BeyondTheLastSubstepLandmarksAreHeld) {
@@ -164,6 +166,26 @@ TEST(GuardedField, TheMarginIsInjectiveToo) {
     ASSERT_TRUE(field->update(p.positions, p.displacements));
     EXPECT_EQ(field->certificate().verdict, Verdict::kInjective);
   }
+}
+
+TEST(GuardedField, ReactionsAreThoseOfThePlacedLandmarksWhateverIsShown) {
+  const Tissue tissue = test::small_phantom(Vec3::Zero());
+  const auto field = guarded(tissue, Wendland31{}, 12, "substep");
+  const Push shown = push(true, 12), other = push(true, 2);
+  ASSERT_TRUE(field->update(shown.positions, shown.displacements));
+  ASSERT_GT(field->certificate().substeps, 1u);
+  const Vec3 u = field->displacement_at({1, 2, 3});
+  std::vector<Vec3> more = other.positions, f(shown.positions.size()), again(f.size());
+  field->reactions(shown.displacements, f);
+  more.emplace_back(9, 0, 0);
+  test::expect_axial_stiffness(*field, more, {}, 2);
+  EXPECT_EQ(field->displacement_at({1, 2, 3}), u);
+  // The same update again shows nothing new, but its landmarks are the placed ones then.
+  ASSERT_TRUE(field->update(shown.positions, shown.displacements));
+  EXPECT_EQ(field->evaluation(), Evaluation::kIdle);
+  EXPECT_EQ(field->displacement_at({1, 2, 3}), u);
+  field->reactions(shown.displacements, again);
+  for (std::size_t i = 0; i < f.size(); ++i) EXPECT_LT((again[i] - f[i]).norm(), 1e-9);
 }
 
 TEST(GuardedField, ADisplacementThatIsNotFiniteIsRefusedAndTheLastFieldStands) {

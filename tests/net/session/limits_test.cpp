@@ -3,6 +3,7 @@
 #include "net/session/device_lease.h"
 #include "net/session/pose_counts.h"
 #include "net/session/rate_limit.h"
+#include "net/session/round_trip.h"
 
 namespace brachy::net::test {
 namespace {
@@ -32,6 +33,38 @@ TEST(DeviceLease, OnlyTheHolderReleasesIt) {
   EXPECT_EQ(lease.holder(), "");
   EXPECT_TRUE(lease.take({0, "scripted", "", 3}));
   EXPECT_EQ(lease.holder(), "scripted");
+}
+
+TEST(RoundTrip, IsTheMedianOfTheLastAnswers) {
+  RoundTrip trip;
+  EXPECT_FALSE(trip.median_ns());
+  std::uint64_t nonce = 0;
+  const auto add = [&](std::int64_t ns) {
+    trip.asked(++nonce, kSecond);
+    EXPECT_TRUE(trip.waiting_since_ns());
+    trip.answered(nonce, kSecond + ns);
+    EXPECT_FALSE(trip.waiting_since_ns());
+  };
+  add(100);
+  EXPECT_EQ(trip.median_ns(), 100);
+  for (const std::int64_t ns : {300, 200, 5'000'000, 400}) add(ns);
+  EXPECT_EQ(trip.median_ns(), 300);
+  for (std::size_t i = 0; i < RoundTrip::kWindow; ++i) add(50);
+  EXPECT_EQ(trip.median_ns(), 50);
+}
+
+TEST(RoundTrip, OnlyTheFirstAnswerToTheNewestQuestionCounts) {
+  RoundTrip trip;
+  trip.asked(1, 1000);
+  trip.answered(2, 1001);
+  EXPECT_FALSE(trip.median_ns());
+  trip.asked(2, 2000);
+  trip.answered(1, 2001);
+  EXPECT_FALSE(trip.median_ns());
+  trip.answered(2, 2500);
+  trip.answered(2, 2501);
+  trip.answered(2, 2502);
+  EXPECT_EQ(trip.median_ns(), 500);
 }
 
 TEST(PoseCounts, AddToWhatTheDaemonCountedAndStayFew) {

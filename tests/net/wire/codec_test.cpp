@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <random>
 
 #include "net/wire/sections.h"
@@ -44,8 +45,19 @@ TEST(Codec, FieldsComeBackAsTheyWere) {
   EXPECT_TRUE(std::isnan(frame.certificate->held_n));
   EXPECT_EQ(frame.certificate->condition, 1024);
 
+  EXPECT_TRUE(frame.needles[0].has_forces);
+  EXPECT_EQ(frame.needles[0].state.forces, sample_frame().needles[0].state.forces);
+  EXPECT_EQ(frame.needles[0].state.input.sequence, 17u);
+  EXPECT_EQ(frame.needles[0].state.input.stamp_ns, 1'000'000'500);
+  ASSERT_EQ(frame.poses_of_needles.size(), 1u);
+  EXPECT_EQ(frame.poses_of_needles[0].needle, 1);
+  ASSERT_EQ(frame.poses_of_needles[0].poses.size(), 1u);
+  EXPECT_EQ(frame.poses_of_needles[0].poses[0].X_WN.p, Vec3(0.5, 0.25, -40));
+
   HelloMessage hello;
   ASSERT_TRUE(decode_body(body_of(sample_hello()), hello).is_good());
+  EXPECT_EQ(hello.needle, 2);
+  EXPECT_EQ(hello.device_flags, kEvaluatesLocalModel);
   EXPECT_EQ(hello.name, "touch");
   EXPECT_EQ(hello.limits.max_force_n, 3.3);
   EXPECT_TRUE(std::isnan(hello.limits.damping_n_s_per_mm));
@@ -56,6 +68,18 @@ TEST(Codec, FieldsComeBackAsTheyWere) {
   ASSERT_EQ(state.refusals.size(), 1u);
   EXPECT_EQ(state.refusals[0].text, "too many");
   EXPECT_EQ(state.device_holder, "touch (127.0.0.1:5)");
+  ASSERT_EQ(state.safety.size(), 1u);
+  EXPECT_EQ(state.safety[0].needle, 2);
+  EXPECT_EQ(state.safety[0].code, 3);
+  EXPECT_EQ(state.safety[0].count, 7u);
+  EXPECT_EQ(state.safety[0].text, "stalled");
+
+  LocalModelMessage model;
+  ASSERT_TRUE(decode_body(body_of(sample_local_model()), model).is_good());
+  EXPECT_EQ(model.model, sample_local_model().model);
+  EXPECT_EQ(model.input_stamp_ns, 1'000'000'500);
+  EXPECT_EQ(model.max_force_n, 3.3);
+  EXPECT_EQ(model.ramp_s, 0.5);
 }
 
 TEST(Codec, PosesThatAreNotFiniteAreLeftToTheDeviceToRefuse) {
@@ -63,6 +87,56 @@ TEST(Codec, PosesThatAreNotFiniteAreLeftToTheDeviceToRefuse) {
   pose.X_WN.p.x() = std::nan("");
   ASSERT_TRUE(decode_body(body_of(pose), decoded).is_good());
   EXPECT_TRUE(std::isnan(decoded.X_WN.p.x()));
+}
+
+// They go to a motor: what a driver forgets to check does not reach it.
+TEST(Codec, ForcesAndModelsThatAreNotFiniteAreRefusedSaveInfiniteBounds) {
+  constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+  constexpr double kInfinite = std::numeric_limits<double>::infinity();
+  const auto put_f64 = [](Bytes& bytes, std::size_t at, double value) {
+    Bytes encoded;
+    ByteWriter(encoded).f64(value);
+    std::copy(encoded.begin(), encoded.end(), bytes.begin() + static_cast<std::ptrdiff_t>(at));
+  };
+  for (std::size_t at = 32; at < 136; at += 8) {
+    for (const double bad : {kNaN, kInfinite, -kInfinite}) {
+      Bytes body = body_of(sample_force());
+      put_f64(body, at, bad);
+      ForceMessage force;
+      EXPECT_TRUE(decode_body(body, force).is_bad()) << "FORCE, offset " << at;
+    }
+  }
+  for (std::size_t at = 32; at < 208; at += 8) {
+    const bool is_bound = at >= 112 && at < 136;
+    for (const double bad : {kNaN, kInfinite, -kInfinite}) {
+      Bytes body = body_of(sample_local_model());
+      put_f64(body, at, bad);
+      LocalModelMessage model;
+      EXPECT_EQ(decode_body(body, model).is_good(), is_bound && !std::isnan(bad))
+          << "LOCAL_MODEL, offset " << at;
+    }
+  }
+}
+
+TEST(Codec, AForceOfANeedleThatTheFrameHasNotIsRefused) {
+  FrameMessage frame = sample_frame(), decoded;
+  frame.certificate.reset();
+  frame.has_pose_history = false;
+  frame.poses_of_needles.clear();
+  Bytes body = body_of(frame);
+  body[body.size() - 128] = std::byte{7};  // the only entry's needle
+  EXPECT_EQ(decode_body(body, decoded).reason, "a force names a needle that is not there");
+}
+
+TEST(Codec, AnOldClientsHelloAsksForAnyNeedle) {
+  HelloMessage hello = sample_hello(), decoded = sample_hello();
+  hello.needle = kAnyNeedle;
+  hello.device_flags = 0;
+  const Bytes body = body_of(hello);
+  EXPECT_EQ(Bytes(body.end() - 4, body.end()), Bytes(4));  // no sections: bytes of version 1's first servers
+  ASSERT_TRUE(decode_body(body, decoded).is_good());
+  EXPECT_EQ(decoded.needle, kAnyNeedle);
+  EXPECT_EQ(decoded.device_flags, 0);
 }
 
 TEST(Codec, EveryTruncationAndEveryAdditionIsRefused) {
@@ -177,6 +251,7 @@ TEST(Codec, AVerdictOfALaterVersionReadsAsUnknownAndStaysItself) {
 TEST(Codec, ACertificateOfAnotherLengthIsRefused) {
   FrameMessage frame = sample_frame(), decoded;
   frame.has_pose_history = false;
+  frame.poses_of_needles.clear();
   const Bytes body = body_of(frame);
   for (const std::size_t length : {0u, 79u, 81u}) {
     Bytes other = body;
@@ -190,6 +265,8 @@ TEST(Codec, UnknownSectionsAreSkipped) {
   FrameMessage frame = sample_frame(), decoded;
   frame.certificate.reset();
   frame.has_pose_history = false;
+  frame.poses_of_needles.clear();
+  frame.needles[0].has_forces = false;
   Bytes body = body_of(frame);
   body.resize(body.size() - 4);  // its empty list of sections
   ByteWriter writer(body);
@@ -197,7 +274,7 @@ TEST(Codec, UnknownSectionsAreSkipped) {
   writer.u32(77);  // id 77
   writer.u32(3);
   for (int i = 0; i < 3; ++i) writer.u8(9);
-  writer.u32(static_cast<std::uint32_t>(FrameSection::kForce));
+  writer.u32(static_cast<std::uint32_t>(FrameSection::kSeeds));
   writer.u32(0);
   const DecodeResult result = decode_body(body, decoded);
   EXPECT_TRUE(result.is_good()) << result.reason;

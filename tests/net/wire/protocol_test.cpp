@@ -65,6 +65,9 @@ TEST(Protocol, GoldenBytesOfTheDocumentAreWhatTheCodecWritesAndReads) {
   expect_golden("EVENT", sample_event(), 5, 2'000'000'005);
   expect_golden("ERROR", sample_error(), 6, 2'000'000'006);
   expect_golden("PING", sample_ping(), 18, 1'000'000'600);
+  expect_golden("FORCE", sample_force(), 7, 2'000'000'008);
+  expect_golden("LOCAL_MODEL", sample_local_model(), 8, 2'000'000'009);
+  expect_golden("ARM", sample_arm(), 19, 1'000'000'700);
 }
 
 }  // namespace

@@ -10,6 +10,10 @@ RigidTransform quarter_turn() {
   return X;
 }
 
+NeedleForces sample_forces() {
+  return {{0.5, -0.25, 2}, {8, -4, 1}, {-128, 64, 16}, 2, 0.5, 1.25, 0.75};
+}
+
 std::size_t held(const HelloMessage& m) {
   return m.name.capacity();
 }
@@ -20,7 +24,9 @@ std::size_t held(const TopologyMessage& m) {
   return m.triangles.capacity() * sizeof(Triangle) + m.rest_vertices.capacity() * 4 + m.name.capacity();
 }
 std::size_t held(const FrameMessage& m) {
-  return m.needles.capacity() * sizeof(NeedleRecord) + m.ranges.capacity() * sizeof(PointRange) +
+  std::size_t bytes = m.poses_of_needles.capacity() * sizeof(NeedlePoses);
+  for (const NeedlePoses& needle : m.poses_of_needles) bytes += needle.poses.capacity() * sizeof(TickPose);
+  return bytes + m.needles.capacity() * sizeof(NeedleRecord) + m.ranges.capacity() * sizeof(PointRange) +
          m.positions.capacity() * 4 + m.pose_history.capacity() * sizeof(TickPose);
 }
 std::size_t held(const PoseMessage&) {
@@ -29,6 +35,8 @@ std::size_t held(const PoseMessage&) {
 std::size_t held(const StateMessage& m) {
   std::size_t bytes = m.device_holder.capacity() + m.refusals.capacity() * sizeof(PoseRefusals);
   for (const PoseRefusals& refusal : m.refusals) bytes += refusal.text.capacity();
+  bytes += m.safety.capacity() * sizeof(SafetyCount);
+  for (const SafetyCount& count : m.safety) bytes += count.text.capacity();
   return bytes;
 }
 std::size_t held(const EventMessage& m) {
@@ -38,6 +46,15 @@ std::size_t held(const ErrorMessage& m) {
   return m.text.capacity();
 }
 std::size_t held(const PingMessage&) {
+  return 0;
+}
+std::size_t held(const ForceMessage&) {
+  return 0;
+}
+std::size_t held(const LocalModelMessage&) {
+  return 0;
+}
+std::size_t held(const ArmMessage&) {
   return 0;
 }
 
@@ -61,6 +78,8 @@ HelloMessage sample_hello() {
   hello.limits.max_stiffness_n_per_mm = 1.0;
   hello.limits.rate_hz = 1000;
   hello.name = "touch";
+  hello.needle = 2;
+  hello.device_flags = kEvaluatesLocalModel;
   return hello;
 }
 
@@ -75,6 +94,8 @@ WelcomeMessage sample_welcome() {
   welcome.max_poses_per_s = 2000;
   welcome.topology_hash = sample_topology().hash;
   welcome.server = "brachyd 0.1.0";
+  welcome.needle = 2;
+  welcome.needle_count = 3;
   return welcome;
 }
 
@@ -111,6 +132,10 @@ FrameMessage sample_frame() {
   needle.state.insertion_depth_mm = 12.5;
   needle.state.landmark_count = 11;
   needle.state.puncture_count = 1;
+  needle.state.input.sequence = 17;
+  needle.state.input.stamp_ns = 1'000'000'500;
+  needle.state.forces = sample_forces();
+  needle.has_forces = true;
   frame.needles = {needle};
   frame.ranges = {{1, 1}, {3, 1}};
   frame.positions = {10, 0.5, -0.25, 0, 0, 9};
@@ -127,11 +152,12 @@ FrameMessage sample_frame() {
   RigidTransform before;
   before.p = {0.5, 0.25, -40};
   frame.pose_history = {{41, before}, {42, quarter_turn()}};
+  frame.poses_of_needles = {{1, {{42, before}}}};
   return frame;
 }
 
 PoseMessage sample_pose() {
-  return {0, 0, quarter_turn()};
+  return {2, 0, quarter_turn()};
 }
 
 StateMessage sample_state() {
@@ -150,6 +176,7 @@ StateMessage sample_state() {
   state.clients = 4;
   state.viewers = 3;
   state.device_holder = "touch (127.0.0.1:5)";
+  state.safety = {{2, 3, 7, "stalled"}};
   return state;
 }
 
@@ -163,6 +190,42 @@ PingMessage sample_ping() {
   return {5, true, 2'000'000'007, 1'000'000'590};
 }
 
+ForceMessage sample_force() {
+  return {2, kForceArmed | kForceRamping, 42, 17, 1'000'000'500, sample_forces()};
+}
+
+LocalModelMessage sample_local_model() {
+  LocalModelMessage message;
+  message.needle = 2;
+  message.flags = kForceArmed | kForceLimited;
+  message.input_sequence = 17;
+  message.input_stamp_ns = 1'000'000'500;
+  LocalContactModel& model = message.model;
+  model.tick = 42;
+  model.in_contact = true;
+  model.is_capsule = true;
+  model.is_stuck = false;
+  model.reference_tip = {1.5, -2.0, 30.25};
+  model.contact_point = {1.5, -2.0, 28};
+  model.axis = {0, 0, 1};
+  model.axial_stiffness_n_per_mm = 0.5;
+  model.axial_min_n = -0.25;
+  model.axial_max_n = std::numeric_limits<double>::infinity();
+  model.after_puncture_n = 1.75;
+  model.lateral_n = {0.125, -0.5, 0};
+  model.lateral_stiffness_n_per_mm = 0.75;
+  model.time_to_live_s = 0.05;
+  message.max_force_n = 3.3;
+  message.max_stiffness_n_per_mm = 1;
+  message.max_slew_n_per_ms = 0.5;
+  message.ramp_s = 0.5;
+  return message;
+}
+
+ArmMessage sample_arm() {
+  return {2};
+}
+
 std::vector<std::pair<MessageType, Bytes>> sample_bodies() {
   return {{MessageType::kHello, body_of(sample_hello())},
           {MessageType::kWelcome, body_of(sample_welcome())},
@@ -172,7 +235,10 @@ std::vector<std::pair<MessageType, Bytes>> sample_bodies() {
           {MessageType::kState, body_of(sample_state())},
           {MessageType::kEvent, body_of(sample_event())},
           {MessageType::kError, body_of(sample_error())},
-          {MessageType::kPing, body_of(sample_ping())}};
+          {MessageType::kPing, body_of(sample_ping())},
+          {MessageType::kForce, body_of(sample_force())},
+          {MessageType::kLocalModel, body_of(sample_local_model())},
+          {MessageType::kArm, body_of(sample_arm())}};
 }
 
 DecodeResult decode_any(MessageType type, std::span<const std::byte> body, Bytes& reencoded,
@@ -196,6 +262,12 @@ DecodeResult decode_any(MessageType type, std::span<const std::byte> body, Bytes
       return decode_as<ErrorMessage>(body, reencoded, held_bytes);
     case MessageType::kPing:
       return decode_as<PingMessage>(body, reencoded, held_bytes);
+    case MessageType::kForce:
+      return decode_as<ForceMessage>(body, reencoded, held_bytes);
+    case MessageType::kLocalModel:
+      return decode_as<LocalModelMessage>(body, reencoded, held_bytes);
+    case MessageType::kArm:
+      return decode_as<ArmMessage>(body, reencoded, held_bytes);
   }
   return DecodeResult::bad("unknown type");
 }

@@ -18,6 +18,9 @@ StateMessage sample_state();
 EventMessage sample_event();
 ErrorMessage sample_error();
 PingMessage sample_ping();
+ForceMessage sample_force();
+LocalModelMessage sample_local_model();
+ArmMessage sample_arm();
 
 template <class Message>
 Bytes body_of(const Message& message) {

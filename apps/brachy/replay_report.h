@@ -1,0 +1,44 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "apps/certificate_tally.h"
+#include "apps/forces/force_summary.h"
+#include "core/sim/simulator.h"
+
+namespace brachy {
+
+/// What `brachy replay --offline` found out over a run.
+class ReplayTally {
+ public:
+  /// `needles`: ids that the trajectory moves, ascending.
+  explicit ReplayTally(const std::vector<std::uint32_t>& needles);
+
+  /// One tick. `finite`: all that it changed is.
+  void add(double t_s, const MeshState& state, bool finite);
+
+  /// The result as JSON on one line, or as lines for people.
+  std::string to_json(const Simulator& simulator, const std::string& state_hash) const;
+  std::string to_text(const Simulator& simulator, const std::string& state_hash) const;
+
+ private:
+  struct Needle {
+    std::uint32_t id = 0;
+    ContactState contact = ContactState::kFree;
+    std::uint32_t punctures = 0;
+    ForcePeaks peaks;
+    ForceWork work;
+  };
+  std::uint32_t punctures() const;
+  double max_depth_mm() const;
+
+  std::vector<Needle> needles_;
+  CertificateTally certificates_;
+  std::uint64_t ticks_ = 0, in_contact_ = 0;
+  double max_displacement_ = 0;
+  std::uint32_t max_moved_ = 0, all_flags_ = 0;
+};
+
+}  // namespace brachy

@@ -1,0 +1,155 @@
+// The text of a force log: a row, and back.
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <fstream>
+#include <map>
+#include <sstream>
+
+#include "apps/forces/force_log.h"
+#include "core/error.h"
+#include "core/number_csv.h"
+
+namespace brachy {
+namespace {
+
+constexpr std::size_t kColumns = 13;
+constexpr std::array kStates = {ContactState::kFree, ContactState::kTouching, ContactState::kInserted,
+                                ContactState::kThrough, ContactState::kWithdrawn};
+
+template <class T>
+void append(std::string& row, T value) {
+  std::array<char, 32> buffer;
+  const auto end = std::to_chars(buffer.data(), buffer.data() + buffer.size(), value);
+  row.append(buffer.data(), end.ptr);
+}
+
+std::string_view cut(std::string_view& text, char separator) {
+  const std::size_t end = std::min(text.find(separator), text.size());
+  const std::string_view head = text.substr(0, end);
+  text.remove_prefix(std::min(end + 1, text.size()));
+  return head;
+}
+
+/// One row's cells, in order; each column's name and what is wrong with a cell come from the header.
+class Cells {
+ public:
+  Cells(std::string_view row, const std::string& name, std::size_t line)
+      : row_(row), name_(name), line_(line) {
+    const auto found = 1 + static_cast<std::size_t>(std::count(row.begin(), row.end(), ','));
+    if (found != kColumns)
+      refuse_line(name_, line_,
+                  "found " + std::to_string(found) + " columns, expected " + std::to_string(kColumns) +
+                      "; is the file cut off?");
+  }
+
+  template <class T>
+  T number() {
+    const std::string_view column = cut(header_, ','), cell = cut(row_, ',');
+    T value{};
+    const auto [end, error] = std::from_chars(cell.data(), cell.data() + cell.size(), value);
+    if (error != std::errc() || end != cell.data() + cell.size())
+      refuse_line(name_, line_,
+                  std::string(column) + " is not a number it may be; was the log changed by hand?");
+    return value;
+  }
+
+  ContactState state() {
+    cut(header_, ',');
+    const std::string_view cell = cut(row_, ',');
+    for (ContactState state : kStates)
+      if (to_string(state) == cell) return state;
+    refuse_line(name_, line_, "state must be free, touching, inserted, through or withdrawn");
+  }
+
+ private:
+  std::string_view header_ = kForceLogHeader, row_;
+  const std::string& name_;
+  std::size_t line_;
+};
+
+ForceSample parse_row(std::string_view row, const std::string& name, std::size_t line) {
+  Cells cells(row, name, line);
+  ForceSample sample;
+  sample.t_s = cells.number<double>();
+  sample.needle = cells.number<std::uint32_t>();
+  sample.state = cells.state();
+  sample.depth_mm = cells.number<double>();
+  for (int i = 0; i < 3; ++i) sample.forces.force_n[i] = cells.number<double>();
+  sample.forces.axial_n = cells.number<double>();
+  sample.forces.lateral_n = cells.number<double>();
+  sample.forces.cutting_n = cells.number<double>();
+  sample.forces.friction_n = cells.number<double>();
+  sample.landmarks = cells.number<std::uint32_t>();
+  sample.min_det = cells.number<double>();
+  return sample;
+}
+
+}  // namespace
+
+std::string force_row(const ForceSample& sample) {
+  const NeedleForces& f = sample.forces;
+  std::string row;
+  append(row, sample.t_s);
+  row += ',';
+  append(row, sample.needle);
+  row += ',';
+  row += to_string(sample.state);
+  for (double value : {sample.depth_mm, f.force_n.x(), f.force_n.y(), f.force_n.z(), f.axial_n, f.lateral_n,
+                       f.cutting_n, f.friction_n}) {
+    row += ',';
+    append(row, value);
+  }
+  row += ',';
+  append(row, sample.landmarks);
+  row += ',';
+  append(row, sample.min_det);
+  return row;
+}
+
+std::vector<ForceSample> parse_force_log(std::string_view text, const std::string& name) {
+  std::vector<ForceSample> samples;
+  std::map<std::uint32_t, double> last_s;
+  bool header_seen = false;
+  std::size_t line_number = 0;
+  while (!text.empty()) {
+    std::string_view line = cut(text, '\n');
+    ++line_number;
+    if (line.ends_with('\r')) line.remove_suffix(1);
+    if (line.empty() || line.front() == '#') continue;
+    if (!header_seen) {
+      if (line != kForceLogHeader)
+        refuse_line(name, line_number,
+                    "is no force log: expected the header " + std::string(kForceLogHeader) +
+                        "; `brachy replay --offline --log` and `brachy record` write them");
+      header_seen = true;
+      continue;
+    }
+    samples.push_back(parse_row(line, name, line_number));
+    const ForceSample& sample = samples.back();
+    const auto [last, first] = last_s.try_emplace(sample.needle, sample.t_s);
+    if (!first && !(sample.t_s > last->second))
+      refuse_line(
+          name, line_number,
+          "t_s does not increase for needle " + std::to_string(sample.needle) + "; was the log sorted?");
+    last->second = sample.t_s;
+  }
+  if (samples.empty())
+    throw UserError(name + ":" + std::to_string(std::max<std::size_t>(line_number, 1)) +
+                    ": holds no rows; was there a needle?");
+  return samples;
+}
+
+std::vector<ForceSample> load_force_log(const std::filesystem::path& file) {
+  std::error_code ignored;
+  if (!std::filesystem::is_regular_file(file, ignored))
+    throw UserError(file.string() +
+                    ": no such file; give a log of `brachy replay --offline --log` or `brachy record`");
+  std::ifstream in(file, std::ios::binary);
+  std::ostringstream text;
+  text << in.rdbuf();
+  if (!in) throw UserError(file.string() + ": cannot be read; check its permissions");
+  return parse_force_log(text.view(), file.string());
+}
+
+}  // namespace brachy

@@ -1,0 +1,69 @@
+#pragma once
+
+#include <cstdint>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/sim/mesh_state.h"
+
+namespace brachy {
+
+/// One needle in one tick, as a force log has it.
+struct ForceSample {
+  double t_s = 0;
+  std::uint32_t needle = 0;
+  ContactState state = ContactState::kFree;
+  double depth_mm = 0;  ///< NeedleState::insertion_depth_mm
+  NeedleForces forces;  ///< without the torques
+  std::uint32_t landmarks = 0;
+  double min_det = 1;  ///< the least det(I + ∇u) at the tissue's vertices in this tick, all needles' field
+
+  bool operator==(const ForceSample&) const = default;
+};
+
+ForceSample force_sample(double t_s, std::uint32_t needle, const NeedleState& state, double min_det);
+
+/// The first line of a force log.
+inline constexpr std::string_view kForceLogHeader =
+    "t_s,needle,state,depth_mm,fx_n,fy_n,fz_n,axial_n,lateral_n,cutting_n,friction_n,landmarks,min_det";
+
+/// One line without its end: as few digits as give the same bits back.
+std::string force_row(const ForceSample& sample);
+
+/// Writes a force log, buffered. A failure (disk full) stops the writing and is told by close(): rows written before stay,
+/// and the caller's work goes on.
+class ForceLogWriter {
+ public:
+  /// Throws UserError where the file is there already (nothing is overwritten) or cannot be made.
+  explicit ForceLogWriter(const std::filesystem::path& file);
+
+  void add(const ForceSample& sample);
+  void flush();
+  /// Throws std::runtime_error, naming the file and the reason, where not every row was written.
+  void close();
+  std::uint64_t rows() const { return rows_; }  ///< added and, so far as is known, written
+
+ private:
+  struct Closer {
+    void operator()(std::FILE* file) const { std::fclose(file); }
+  };
+  void check(bool written);
+
+  std::string name_;
+  std::unique_ptr<std::FILE, Closer> file_;
+  std::uint64_t rows_ = 0;
+  int failure_ = 0;  // errno of the first failure
+};
+
+/// Reads a force log; `name` is what errors call it. Blank lines and lines that start with '#' are skipped. At least one
+/// row; each needle's times increase. Throws UserError "name:line: what; fix".
+std::vector<ForceSample> parse_force_log(std::string_view text, const std::string& name);
+
+/// parse_force_log of a file. Throws UserError, also where it is no readable regular file.
+std::vector<ForceSample> load_force_log(const std::filesystem::path& file);
+
+}  // namespace brachy

@@ -1,0 +1,167 @@
+#include "apps/forces/svg_chart.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace brachy {
+namespace {
+
+constexpr double kWidth = 820, kPanel = 400;                        // px, one chart
+constexpr double kLeft = 70, kRight = 20, kTop = 62, kBottom = 52;  // margins around its axes
+constexpr double kNear = 0.5;                                       // px: nearer points are left out
+constexpr const char* kFont = "font-family=\"sans-serif\" fill=\"#222\"";
+
+std::string escaped(const std::string& text) {
+  std::string out;
+  for (char c : text) {
+    if (c == '&')
+      out += "&amp;";
+    else if (c == '<')
+      out += "&lt;";
+    else if (c == '>')
+      out += "&gt;";
+    else if (c == '"')
+      out += "&quot;";
+    else if (static_cast<unsigned char>(c) >= ' ')
+      out += c;
+  }
+  return out;
+}
+
+/// From values to px along one axis.
+struct Axis {
+  double least = INFINITY, most = -INFINITY;
+  double from_px = 0, to_px = 0;
+
+  void take_in(double value) {
+    if (!std::isfinite(value)) return;
+    least = std::min(least, value);
+    most = std::max(most, value);
+  }
+  void close(double margin) {
+    if (!(least <= most)) least = 0, most = 0;
+    const double pad = most > least ? margin * (most - least) : 1;
+    least -= pad;
+    most += pad;
+  }
+  double operator()(double value) const {
+    return from_px + (value - least) / (most - least) * (to_px - from_px);
+  }
+};
+
+std::string text_at(double x, double y, const std::string& text, const char* anchor, int size,
+                    const std::string& more = "") {
+  return fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" font-size=\"{}\" text-anchor=\"{}\" {}{}>{}</text>\n",
+                     x, y, size, anchor, kFont, more, escaped(text));
+}
+
+std::string segment(double x1, double y1, double x2, double y2, const std::string& style) {
+  return fmt::format("<line x1=\"{:.1f}\" y1=\"{:.1f}\" x2=\"{:.1f}\" y2=\"{:.1f}\" {}/>\n", x1, y1, x2, y2,
+                     style);
+}
+
+std::string stroke(const ChartLine& line) {
+  return fmt::format("stroke=\"{}\" stroke-width=\"{}\"{}", escaped(line.colour), line.width_px,
+                     line.dashed ? " stroke-dasharray=\"6 3\"" : "");
+}
+
+std::string polylines(const ChartLine& line, const Axis& x, const Axis& y) {
+  const std::string opening =
+      "<polyline fill=\"none\" stroke-linejoin=\"round\" " + stroke(line) + " points=\"";
+  std::string out;
+  bool open = false;
+  double last_x = 0, last_y = 0;
+  const auto put = [&](double px, double py) {
+    out += fmt::format("{:.2f},{:.2f} ", last_x = px, last_y = py);
+  };
+  for (std::size_t i = 0; i < line.x.size(); ++i) {
+    if (!std::isfinite(line.x[i]) || !std::isfinite(line.y[i])) {
+      if (std::exchange(open, false)) out += "\"/>\n";
+      continue;
+    }
+    const double px = x(line.x[i]), py = y(line.y[i]);
+    const bool ends =
+        i + 1 == line.x.size() || !std::isfinite(line.x[i + 1]) || !std::isfinite(line.y[i + 1]);
+    if (open && !ends && std::hypot(px - last_x, py - last_y) < kNear) continue;
+    if (!std::exchange(open, true)) out += opening;
+    put(px, py);
+  }
+  return open ? out + "\"/>\n" : out;
+}
+
+std::string axes(const Chart& chart, const Axis& x, const Axis& y) {
+  std::string out;
+  for (double value : round_ticks(x.least, x.most, 10)) {
+    out += segment(x(value), y.from_px, x(value), y.to_px, "stroke=\"#e4e4e4\"");
+    out += text_at(x(value), y.from_px + 18, fmt::format("{:g}", value), "middle", 12);
+  }
+  for (double value : round_ticks(y.least, y.most, 7)) {
+    out += segment(x.from_px, y(value), x.to_px, y(value),
+                   value == 0 ? "stroke=\"#888\"" : "stroke=\"#e4e4e4\"");
+    out += text_at(x.from_px - 7, y(value) + 4, fmt::format("{:g}", value), "end", 12);
+  }
+  out += fmt::format(
+      "<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"{:.1f}\" height=\"{:.1f}\" fill=\"none\" stroke=\"#444\"/>\n",
+      x.from_px, y.to_px, x.to_px - x.from_px, y.from_px - y.to_px);
+  const double middle = 0.5 * (y.from_px + y.to_px);
+  out += text_at(0.5 * (x.from_px + x.to_px), y.from_px + 40, chart.x_label, "middle", 13);
+  return out + text_at(18, middle, chart.y_label, "middle", 13,
+                       fmt::format(" transform=\"rotate(-90 18 {:.1f})\"", middle));
+}
+
+std::string legend(const Chart& chart, double top) {
+  std::string out;
+  double x = kLeft;
+  for (const ChartLine& line : chart.lines) {
+    if (line.name.empty()) continue;
+    out += segment(x, top + 44, x + 26, top + 44, stroke(line));
+    out += text_at(x + 32, top + 48, line.name, "start", 12);
+    x += 46 + 6.2 * static_cast<double>(line.name.size());
+  }
+  return out;
+}
+
+std::string panel(const Chart& chart, double top) {
+  Axis x, y;
+  for (const ChartLine& line : chart.lines) {
+    for (double value : line.x) x.take_in(value);
+    for (double value : line.y) y.take_in(value);
+  }
+  y.take_in(0);
+  x.close(0.02);
+  y.close(0.05);
+  x.from_px = kLeft, x.to_px = kWidth - kRight;
+  y.from_px = top + kPanel - kBottom, y.to_px = top + kTop;
+  std::string out = text_at(kLeft, top + 24, chart.title, "start", 15) + axes(chart, x, y);
+  for (const ChartLine& line : chart.lines) out += polylines(line, x, y);
+  return out + legend(chart, top);
+}
+
+}  // namespace
+
+std::vector<double> round_ticks(double least, double most, int count) {
+  const double raw = (most - least) / count, unit = std::pow(10, std::floor(std::log10(raw)));
+  const double ratio = raw / unit;
+  const double step = unit * (ratio <= 1 ? 1 : ratio <= 2 ? 2 : ratio <= 5 ? 5 : 10);
+  std::vector<double> ticks;
+  // Multiples of the step, not sums of it: 0 stays 0.
+  for (double k = std::ceil(least / step); k * step <= most; ++k) ticks.push_back(k == 0 ? 0 : k * step);
+  return ticks;
+}
+
+std::string to_svg(const std::vector<Chart>& charts) {
+  const double height = kPanel * static_cast<double>(charts.size());
+  std::string out = fmt::format(
+      "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n"
+      "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{0:.0f}\" height=\"{1:.0f}\" viewBox=\"0 0 {0:.0f} "
+      "{1:.0f}\">\n"
+      "<rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n",
+      kWidth, height);
+  for (std::size_t i = 0; i < charts.size(); ++i) out += panel(charts[i], kPanel * static_cast<double>(i));
+  return out + "</svg>\n";
+}
+
+}  // namespace brachy

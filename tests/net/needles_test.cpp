@@ -1,0 +1,270 @@
+// Several needles and their devices; forces and local models on the way to them.
+#include <algorithm>
+#include <cmath>
+
+#include "net/server.h"
+#include "tests/net/net_testing.h"
+#include "tests/net/raw_peer.h"
+#include "tests/net/wire/sample_messages.h"
+
+namespace brachy::net::test {
+namespace {
+
+struct NeedlesTest : ServerFixture {
+  void start_with_needles(std::uint16_t needles) {
+    ServerOptions options;
+    options.needles = needles;
+    start(options);
+  }
+  std::unique_ptr<Recorder> join_needle(std::uint16_t needle, const std::string& name = "touch") {
+    ClientOptions options;
+    options.role = Role::kDevice;
+    options.needle = needle;
+    options.name = name;
+    auto recorder = join(options);
+    EXPECT_TRUE(until([&] { return recorder->welcomes == 1 || !recorder->closed.empty(); }));
+    return recorder;
+  }
+};
+
+TEST_F(NeedlesTest, EachHasALeaseOfItsOwn) {
+  start_with_needles(3);
+  const auto left = join_needle(1, "left");
+  EXPECT_EQ(left->welcome.needle, 1);
+  EXPECT_EQ(left->welcome.needle_count, 3);
+  EXPECT_EQ(last_device.needle, 1);
+  const auto first = join_needle(kAnyNeedle, "first");
+  const auto second = join_needle(kAnyNeedle, "second");
+  EXPECT_EQ(first->client.needle(), 0);
+  EXPECT_EQ(second->client.needle(), 2);
+  left->client.send_pose({}, 11);
+  ASSERT_TRUE(until([&] { return poses.size() == 1; }));
+  second->client.send_pose({}, 22);
+  ASSERT_TRUE(until([&] { return poses.size() == 2; }));
+  EXPECT_EQ(pose_needles, (std::vector<std::uint16_t>{1, 2}));
+  EXPECT_EQ(poses[1].stamp_ns, 22);
+  left->client.request_state();
+  ASSERT_TRUE(until([&] { return !left->states.empty() && left->states.back().poses_accepted == 2; }));
+  const std::string holders = left->states.back().device_holder;
+  EXPECT_EQ(holders.find("0: first (127.0.0.1:"), 0u) << holders;
+  EXPECT_NE(holders.find(", 1: left ("), std::string::npos) << holders;
+}
+
+TEST_F(NeedlesTest, ATakenOneAndOneThatIsNotThereAreRefusedWithTheReason) {
+  start_with_needles(2);
+  const auto left = join_needle(1, "left");
+  const auto taken = join_needle(1, "other");
+  ASSERT_TRUE(until([&] { return !taken->closed.empty(); }));
+  EXPECT_EQ(taken->errors.at(0).code, ErrorCode::kDeviceBusy);
+  EXPECT_NE(taken->errors[0].text.find("left (127.0.0.1:"), std::string::npos) << taken->errors[0].text;
+  EXPECT_NE(taken->errors[0].text.find("(needle 1)"), std::string::npos) << taken->errors[0].text;
+  const auto beyond = join_needle(2, "other");
+  ASSERT_TRUE(until([&] { return !beyond->closed.empty(); }));
+  EXPECT_EQ(beyond->errors.at(0).code, ErrorCode::kNoNeedle);
+  EXPECT_EQ(beyond->errors[0].text, "there is no needle 2: needles are 0 to 1");
+  ASSERT_TRUE(server->hold_lease(0, "scripted device"));
+  const auto any = join_needle(kAnyNeedle, "other");
+  ASSERT_TRUE(until([&] { return !any->closed.empty(); }));
+  EXPECT_EQ(any->errors.at(0).code, ErrorCode::kDeviceBusy);
+  EXPECT_NE(any->errors[0].text.find("0: scripted device, 1: left ("), std::string::npos)
+      << any->errors[0].text;
+}
+
+TEST_F(NeedlesTest, APoseOfAnotherOnesIsRefused) {
+  start_with_needles(2);
+  const auto viewer = join_as(Role::kViewer, "watch");
+  EXPECT_EQ(viewer->welcome.needle, kAnyNeedle);
+  RawPeer device(io, server->port());
+  device.hello(Role::kDevice);
+  PoseMessage pose;
+  pose.needle = 1;
+  device.send_message(pose);
+  ASSERT_TRUE(until([&] {
+    device.take();
+    return !device.errors.empty();
+  }));
+  EXPECT_EQ(device.errors[0].code, ErrorCode::kPoseRefused);
+  EXPECT_EQ(device.errors[0].reason, kRefusedNeedle);
+  EXPECT_NE(device.errors[0].text.find("has needle 0"), std::string::npos) << device.errors[0].text;
+  EXPECT_TRUE(poses.empty());
+}
+
+TEST_F(NeedlesTest, ADevicesLimitsAndItsEndAreTold) {
+  start_with_needles(2);
+  ClientOptions options;
+  options.role = Role::kDevice;
+  options.needle = 1;
+  options.evaluates_local_model = true;
+  options.limits.max_force_n = 7.5;
+  {
+    const auto device = join(options);
+    ASSERT_TRUE(until([&] { return device->welcomes == 1; }));
+    EXPECT_TRUE(last_device.evaluates_local_model);
+    EXPECT_EQ(last_device.limits.max_force_n, 7.5);
+    EXPECT_EQ(last_device.reason, "");
+  }
+  ASSERT_TRUE(until([&] { return devices.size() == 2; }));
+  EXPECT_EQ(last_device.needle, 1);
+  EXPECT_EQ(last_device.reason, "closed by the peer");
+}
+
+TEST_F(NeedlesTest, ForcesAndModelsReachTheirDeviceOnly) {
+  start_with_needles(2);
+  const auto zero = join_needle(0);
+  const auto one = join_needle(1);
+  ForceMessage force = sample_force();
+  force.needle = 1;
+  LocalModelMessage model = sample_local_model();
+  model.needle = 1;
+  EXPECT_TRUE(server->send(1, force));
+  EXPECT_TRUE(server->send(1, model));
+  ASSERT_TRUE(until([&] { return one->forces.size() == 1 && one->models.size() == 1; }));
+  EXPECT_EQ(one->forces[0].forces, force.forces);
+  EXPECT_EQ(one->forces[0].flags, force.flags);
+  EXPECT_EQ(one->models[0].model, model.model);
+  server->broadcast({EventKind::kNote, 0, 0, "all"});
+  ASSERT_TRUE(until([&] { return !zero->events.empty() && zero->events.back().text == "all"; }));
+  EXPECT_TRUE(zero->forces.empty());
+  EXPECT_TRUE(zero->models.empty());
+}
+
+TEST_F(NeedlesTest, ForcesWithoutADeviceGoNowhere) {
+  start_with_needles(2);
+  EXPECT_FALSE(server->send(1, sample_force()));
+  ASSERT_TRUE(server->hold_lease(1, "scripted device"));
+  EXPECT_FALSE(server->send(1, sample_force()));
+  EXPECT_FALSE(server->round_trip_s(1));
+}
+
+TEST_F(NeedlesTest, ADeviceThatDoesNotReadGetsTheNewestForceAndFewOldOnes) {
+  ServerOptions options;
+  options.send_buffer_bytes = 4096;
+  start(options);
+  RawPeer device(io, server->port(), 4096);
+  device.hello(Role::kDevice, kSubscribeNoMesh);
+  ASSERT_TRUE(until([&] { return !devices.empty(); }));
+  constexpr std::uint64_t kSent = 20'000;
+  ForceMessage force;
+  LocalModelMessage model;
+  for (force.tick = 1; force.tick <= kSent; ++force.tick) {
+    model.model.tick = force.tick;
+    server->send(0, force);
+    server->send(0, model);
+    while (io.poll_one() > 0) {
+    }
+  }
+  EXPECT_GT(server->forces_replaced(), kSent);  // of twice as many
+  ASSERT_TRUE(until([&] {
+    device.take();
+    return !device.forces.empty() && device.forces.back().tick == kSent && !device.models.empty() &&
+           device.models.back().model.tick == kSent;
+  }));
+  EXPECT_EQ(device.forces.size() + device.models.size() + server->forces_replaced(), 2 * kSent);
+  EXPECT_TRUE(std::is_sorted(device.forces.begin(), device.forces.end(),
+                             [](const ForceMessage& a, const ForceMessage& b) { return a.tick < b.tick; }));
+}
+
+TEST_F(NeedlesTest, ForcesLeaveRoomForEverythingElse) {
+  start();
+  ClientOptions options;
+  options.role = Role::kDevice;
+  const auto device = join(options);
+  ASSERT_TRUE(until([&] { return device->topologies == 1; }));
+  publish();
+  ForceMessage force;
+  ASSERT_TRUE(until([&] {  // a force waits whenever anything could be written
+    for (int i = 0; i < 3; ++i) {
+      ++force.tick;
+      server->send(0, force);
+    }
+    return device->states.size() >= 2 && device->frames.size() == 1;
+  }));
+  EXPECT_GT(device->forces.size(), 10u);
+}
+
+TEST_F(NeedlesTest, TheRoundTripOfADeviceIsMeasured) {
+  start_with_needles(2);
+  const auto viewer = join_as(Role::kViewer, "watch");
+  const auto device = join_needle(1);
+  EXPECT_FALSE(server->round_trip_s(1));
+  ASSERT_TRUE(until([&] { return server->round_trip_s(1).has_value(); }));
+  EXPECT_GT(*server->round_trip_s(1), 0);
+  EXPECT_LT(*server->round_trip_s(1), 8);
+  EXPECT_FALSE(server->round_trip_s(0));
+}
+
+TEST_F(NeedlesTest, ADeviceThatOwesAnAnswerIsNotAskedAgainAtOnce) {
+  start();
+  RawPeer device(io, server->port());
+  device.hello(Role::kDevice, kSubscribeNoMesh);
+  const auto pings = [&] {
+    device.take();
+    return std::count(device.types.begin(), device.types.end(), MessageType::kPing);
+  };
+  ASSERT_TRUE(until([&] { return pings() >= 1; }));
+  const auto viewer = join_as(Role::kViewer, "watch");
+  ASSERT_TRUE(until([&] { return viewer->states.size() >= 2; }));  // half a second
+  EXPECT_LE(pings(), 2);
+  EXPECT_FALSE(server->round_trip_s(0));
+}
+
+TEST_F(NeedlesTest, MayBeArmedByTheirDeviceOrAnOperatorAndByNobodyElse) {
+  start_with_needles(2);
+  const auto viewer = join_as(Role::kViewer, "watch");
+  const auto chief = join_as(Role::kOperator, "chief");
+  const auto device = join_needle(1, "hand");
+  device->client.arm();
+  ASSERT_TRUE(until([&] { return arms.size() == 1; }));
+  EXPECT_EQ(arms[0].first, 1);
+  EXPECT_EQ(arms[0].second.find("hand (127.0.0.1:"), 0u) << arms[0].second;
+  chief->client.arm(0);
+  ASSERT_TRUE(until([&] { return arms.size() == 2; }));
+  EXPECT_EQ(arms[1].first, 0);
+  device->client.arm(0);
+  viewer->client.arm(1);
+  chief->client.arm(2);
+  ASSERT_TRUE(
+      until([&] { return !device->errors.empty() && !viewer->errors.empty() && !chief->errors.empty(); }));
+  EXPECT_EQ(device->errors[0].code, ErrorCode::kNotDevice);
+  EXPECT_EQ(viewer->errors[0].code, ErrorCode::kNotDevice);
+  EXPECT_EQ(chief->errors[0].code, ErrorCode::kNoNeedle);
+  for (const auto& client : {&device, &viewer, &chief}) EXPECT_FALSE((*client)->errors[0].fatal);
+  EXPECT_EQ(arms.size(), 2u);
+}
+
+TEST_F(NeedlesTest, FramesCarryEachOnesForcesAndPoses) {
+  simulation = FakeSimulation(tissue, 1, 2);
+  start_with_needles(2);
+  ClientOptions options;
+  options.subscription = kSubscribePoseHistory;
+  const auto viewer = join(options);
+  simulation.steps(4);
+  publish();
+  ASSERT_TRUE(until([&] { return viewer->frames.size() == 1; }));
+  const FrameMessage& frame = viewer->frames[0];
+  ASSERT_EQ(frame.needles.size(), 2u);
+  for (std::size_t n = 0; n < 2; ++n) {
+    EXPECT_TRUE(frame.needles[n].has_forces);
+    EXPECT_EQ(frame.needles[n].state.forces, simulation.state().needles[n].forces);
+    EXPECT_EQ(frame.needles[n].state.input.sequence, simulation.state().needles[n].input.sequence);
+  }
+  EXPECT_NE(frame.needles[0].state.forces, frame.needles[1].state.forces);
+  EXPECT_EQ(frame.input_sequence, simulation.state().needles[1].input.sequence);  // the last to arrive
+  EXPECT_EQ(frame.pose_history.size(), 5u);
+  ASSERT_EQ(frame.poses_of_needles.size(), 1u);
+  EXPECT_EQ(frame.poses_of_needles[0].needle, 1);
+  ASSERT_EQ(frame.poses_of_needles[0].poses.size(), 5u);
+  EXPECT_EQ(frame.poses_of_needles[0].poses[4].X_WN, simulation.state().needles[1].X_WN);
+}
+
+TEST_F(NeedlesTest, AForceThatIsNotFiniteIsNotKnown) {
+  simulation.state().needles[0].forces.axial_n = std::nan("");
+  start();
+  const auto viewer = join();
+  publish();
+  ASSERT_TRUE(until([&] { return viewer->frames.size() == 1; }));
+  EXPECT_FALSE(viewer->frames[0].needles.at(0).has_forces);
+}
+
+}  // namespace
+}  // namespace brachy::net::test
