@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/brachy/client_run.h"
+#include "apps/brachy/live_device.h"
 #include "apps/brachy/place_trajectory.h"
 #include "apps/brachy/quantiles.h"
 #include "apps/brachy/tools.h"
@@ -45,17 +46,23 @@ class LiveReplay {
     net::ClientOptions c;
     c.role = net::Role::kDevice;
     c.name = "brachy replay";
-    c.limits.rate_hz = options.rate_hz;
+    const SimulatedDeviceOptions device = options.device.value_or(SimulatedDeviceOptions{});
+    c.limits.rate_hz = options.device ? device.rate_hz : options.rate_hz;
+    c.limits.max_force_n = device.max_force_n;
+    c.limits.damping_n_s_per_mm = 1e-3 * device.damping_n_s_per_m;
+    // What it adds of delay no PING shows.
+    if (options.device) c.limits.max_stiffness_n_per_mm = loop_settings(device).limits.max_stiffness_n_per_mm;
+    c.evaluates_local_model = options.device && !device.simple_client;
     return c;
   }
 
   net::ClientHandlers handlers() {
     net::ClientHandlers h;
     h.on_welcome = [this](const net::WelcomeMessage& welcome) {
-      if (options_.rate_hz > welcome.max_poses_per_s)
+      if (rate_hz() > welcome.max_poses_per_s)
         std::cerr << fmt::format(
-            "brachy replay: --rate-hz {} is above what the daemon takes ({}); the rest is lost\n",
-            options_.rate_hz, welcome.max_poses_per_s);
+            "brachy replay: {} poses a second are above what the daemon takes ({}); the rest is lost\n",
+            rate_hz(), welcome.max_poses_per_s);
       run_.client().request_state();  // what was counted before us
     };
     h.on_topology = [this](const net::TopologyMessage& topology) { start(topology); };
@@ -66,10 +73,24 @@ class LiveReplay {
       max_displacement_ = std::max(max_displacement_, frame.max_displacement_mm);
       if (!frame.needles.empty()) deepest_ = std::max(deepest_, frame.needles[0].state.insertion_depth_mm);
     };
+    h.on_force = [this](const net::ForceMessage& force) {
+      arm_if_latched_before_us(force.flags);
+      if (device_) device_->take(force.forces.force_n, monotonic_ns());
+    };
+    h.on_local_model = [this](const net::LocalModelMessage& local) {
+      arm_if_latched_before_us(local.flags);
+      if (device_) device_->take(local.model, local.input_stamp_ns, monotonic_ns());
+    };
     h.on_error = [this](const net::ErrorMessage& error) {
       if (!error.fatal && refusals_shown_++ < 5) std::cerr << "brachy replay: " << error.text << "\n";
     };
     return h;
+  }
+
+  // A predecessor's fault is not ours; one that comes later stays, so that it is seen.
+  void arm_if_latched_before_us(std::uint16_t flags) {
+    if (!heard_of_force_ && (flags & net::kForceLatched) != 0) run_.client().arm();
+    heard_of_force_ = true;
   }
 
   void start(const net::TopologyMessage& topology) {
@@ -81,24 +102,40 @@ class LiveReplay {
       min = min.cwiseMin(x);
       max = max.cwiseMax(x);
     }
-    trajectory_ = place(NeedleTrajectories({{0, std::move(trajectory_)}}), options_, options_.centre_on_tissue,
-                        0.5 * (min + max))
+    trajectory_ = place(NeedleTrajectories({{0, std::move(trajectory_)}}), options_,
+                        options_.centre_on_tissue, 0.5 * (min + max))
                       .needles()[0]
                       .motion;
     begin_ = Clock::now();
     first_stamp_ns_ = monotonic_ns();
+    if (options_.device)
+      device_.emplace(
+          *options_.device, [this](double t_s) { return pose_at(t_s); }, first_stamp_ns_);
     send();
   }
+
+  // Of the needle, or of the hand that holds the device.
+  RigidTransform pose_at(double elapsed_s) const {
+    const double duration_s = trajectory_.duration_s();
+    const double t_s = options_.loop && duration_s > 0 ? std::fmod(elapsed_s, duration_s) : elapsed_s;
+    return trajectory_.sample(trajectory_.start_s() + std::min(t_s, duration_s));
+  }
+
+  void send_pose(double elapsed_s) {
+    const std::int64_t now_ns = monotonic_ns();
+    if (!device_)
+      run_.client().send_pose(pose_at(elapsed_s), now_ns);
+    else if (const auto pose = device_->advance(now_ns))
+      run_.client().send_pose(pose->X_WN, pose->stamp_ns);
+  }
+
+  double rate_hz() const { return options_.device ? options_.device->rate_hz : options_.rate_hz; }
 
   // Poses leave on a fixed grid of times; those we wake too late for are left out, not sent in a burst.
   void send() {
     const double elapsed_s = std::chrono::duration<double>(Clock::now() - begin_).count();
-    const double duration_s = trajectory_.duration_s();
-    double t_s = elapsed_s;
-    if (options_.loop && duration_s > 0) t_s = std::fmod(t_s, duration_s);
-    const bool last = !options_.loop && elapsed_s >= duration_s;
-    run_.client().send_pose(trajectory_.sample(trajectory_.start_s() + std::min(t_s, duration_s)),
-                            monotonic_ns());
+    const bool last = !options_.loop && elapsed_s >= trajectory_.duration_s();
+    send_pose(elapsed_s);
     if (last) {
       played_ = true;
       timer_.expires_after(std::chrono::milliseconds(200));  // for the last poses to come back
@@ -107,8 +144,8 @@ class LiveReplay {
       });
       return;
     }
-    const double next = std::floor(elapsed_s * options_.rate_hz) + 1;
-    timer_.expires_at(begin_ + std::chrono::nanoseconds(std::llround(next / options_.rate_hz * 1e9)));
+    const double next = std::floor(elapsed_s * rate_hz()) + 1;
+    timer_.expires_at(begin_ + std::chrono::nanoseconds(std::llround(next / rate_hz() * 1e9)));
     timer_.async_wait([this](const auto& error) {
       if (!error && run_.client().is_open()) send();
     });
@@ -132,27 +169,32 @@ class LiveReplay {
                                            {"round_trip_ms", to_json_ms(round_trip_)},
                                            {"max_disp_mm", max_displacement_},
                                            {"max_depth_mm", deepest_}};
-      std::cout << json.dump() << "\n";
+      std::cout << with_hand(json.dump() + "\n", options_.device, hand());
       return;
     }
     std::cout << fmt::format(
-        "replay: {} poses sent in {:.1f} s, {} accepted, {} refused; pose to mesh and back: p50 {:.1f} ms, "
-        "p99 {:.1f} "
-        "ms\n  deepest insertion {:.1f} mm, largest displacement {:.2f} mm\n",
-        run_.client().poses_sent(), trajectory_.duration_s(), accepted, turned_down,
-        1e-6 * static_cast<double>(round_trip_.quantile(0.5)),
-        1e-6 * static_cast<double>(round_trip_.quantile(0.99)), deepest_, max_displacement_);
+                     "replay: {} poses sent in {:.1f} s, {} accepted, {} refused; pose to mesh and back: p50 "
+                     "{:.1f} ms, "
+                     "p99 {:.1f} "
+                     "ms\n  deepest insertion {:.1f} mm, largest displacement {:.2f} mm\n",
+                     run_.client().poses_sent(), trajectory_.duration_s(), accepted, turned_down,
+                     1e-6 * static_cast<double>(round_trip_.quantile(0.5)),
+                     1e-6 * static_cast<double>(round_trip_.quantile(0.99)), deepest_, max_displacement_)
+              << to_text(options_.device, hand());
   }
+
+  HandReport hand() const { return device_ ? device_->report() : HandReport(); }
 
   ReplayOptions options_;
   Trajectory trajectory_;
-  bool started_ = false, played_ = false;
+  bool started_ = false, played_ = false, heard_of_force_ = false;
   Clock::time_point begin_;
   std::int64_t first_stamp_ns_ = 0;
   std::uint64_t last_input_ = 0;
   int refusals_shown_ = 0;
   double max_displacement_ = 0, deepest_ = 0;
   Histogram round_trip_;
+  std::optional<LiveDevice> device_;
   ClientRun run_;
   boost::asio::steady_timer timer_;
 };
