@@ -56,7 +56,8 @@ ToolLine add_replay(CLI::App& app) {
       "force and\n"
       "moves the needle (the file's first). Reported: peak force, largest jump in a millisecond, "
       "oscillation.\n"
-      "A file with the column needle behind m23 moves several needles; one without moves needle 0.\n"
+      "A file with the column needle behind m23 moves several needles, with --connect each as a\n"
+      "device of its own; one without moves needle 0.\n"
       "The log has a row a tick and needle: t_s,needle,state,depth_mm,fx_n,fy_n,fz_n,axial_n,lateral_n,\n"
       "cutting_n,friction_n,landmarks,min_det; brachy plot-force draws it.");
   command->add_option("trajectory", options->trajectory, "CSV: t_s,m00,…,m23[,needle] (X_WN, mm)")
@@ -129,10 +130,12 @@ ToolLine add_record(CLI::App& app) {
   auto options = std::make_shared<RecordOptions>();
   auto daemon = std::make_shared<std::string>();
   auto* command = app.add_subcommand(
-      "record", "Write what a daemon sends as a .pvd/.vtp series and a pose log that replays.");
+      "record", "Write what a daemon sends: a .pvd/.vtp series, a pose log that replays, and a force log.");
   command->footer(
       "Example:\n  brachy record --connect 127.0.0.1:18950 --out out/run1 --duration 10\n"
-      "  paraview out/run1/recording.pvd; brachy replay out/run1/poses.csv --offline");
+      "  paraview out/run1/recording.pvd; brachy replay out/run1/poses.csv --offline\n"
+      "  brachy plot-force out/run1/forces.csv\n"
+      "poses.csv has every tick's pose of every needle, forces.csv each snapshot's force on it.");
   command->add_option("--connect", *daemon, "the daemon")->required()->check(host_port());
   command->add_option("--out", options->out, "folder to write; made if missing, must hold no recording")
       ->required();

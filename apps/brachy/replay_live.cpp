@@ -1,10 +1,14 @@
 #include <fmt/format.h>
 
+#include <array>
 #include <boost/asio/steady_timer.hpp>
 #include <chrono>
 #include <cmath>
 #include <iostream>
+#include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
+#include <vector>
 
 #include "apps/brachy/client_run.h"
 #include "apps/brachy/live_device.h"
@@ -17,18 +21,26 @@
 namespace brachy {
 namespace {
 
-/// The mock device: plays a trajectory over TCP and measures how long its poses take to come back as meshes.
+/// The mock devices: play a trajectory file over TCP, each needle on a connection of its own, and measure how long poses
+/// take to come back as meshes. The first needle's connection is the one that follows the daemon.
 class LiveReplay {
  public:
-  LiveReplay(const ReplayOptions& options, Trajectory trajectory)
+  LiveReplay(const ReplayOptions& options, NeedleTrajectories trajectories)
       : options_(options),
-        trajectory_(std::move(trajectory)),
-        run_(client_options(options), handlers()),
-        timer_(run_.io()) {}
+        trajectories_(std::move(trajectories)),
+        run_(client_options(0), handlers()),
+        timer_(run_.io()) {
+    for (std::size_t i = 1; i < trajectories_.needles().size(); ++i) {
+      net::ClientOptions c = client_options(i);
+      c.subscription = net::kSubscribeNoMesh;
+      others_.push_back(std::make_unique<net::Client>(run_.io(), std::move(c), other_handlers(i)));
+    }
+  }
 
   int run() {
+    for (auto& other : others_) other->connect(options_.connect->host, options_.connect->port);
     run_.run(*options_.connect, std::nullopt);
-    std::string failure = run_.failure();
+    std::string failure = run_.failure().empty() ? failure_ : run_.failure();
     if (run_.server_stopped() && !options_.loop && !played_)
       failure = "the daemon stopped before the trajectory's end";
     if (!failure.empty()) {
@@ -42,22 +54,69 @@ class LiveReplay {
  private:
   using Clock = std::chrono::steady_clock;
 
-  static net::ClientOptions client_options(const ReplayOptions& options) {
+  std::uint32_t id_of(std::size_t i) const { return trajectories_.needles()[i].id; }
+  net::Client& client_of(std::size_t i) { return i == 0 ? run_.client() : *others_[i - 1]; }
+
+  net::ClientOptions client_options(std::size_t i) const {
     net::ClientOptions c;
     c.role = net::Role::kDevice;
-    c.name = "brachy replay";
-    const SimulatedDeviceOptions device = options.device.value_or(SimulatedDeviceOptions{});
-    c.limits.rate_hz = options.device ? device.rate_hz : options.rate_hz;
+    c.needle = static_cast<std::uint16_t>(id_of(i));
+    c.name =
+        trajectories_.needles().size() == 1 ? "brachy replay" : fmt::format("brachy replay {}", id_of(i));
+    const SimulatedDeviceOptions device = options_.device.value_or(SimulatedDeviceOptions{});
+    c.limits.rate_hz = rate_hz();
     c.limits.max_force_n = device.max_force_n;
     c.limits.damping_n_s_per_mm = 1e-3 * device.damping_n_s_per_m;
+    if (i > 0 || !options_.device) return c;
     // What it adds of delay no PING shows.
-    if (options.device) c.limits.max_stiffness_n_per_mm = loop_settings(device).limits.max_stiffness_n_per_mm;
-    c.evaluates_local_model = options.device && !device.simple_client;
+    c.limits.max_stiffness_n_per_mm = loop_settings(device).limits.max_stiffness_n_per_mm;
+    c.evaluates_local_model = !device.simple_client;
     return c;
+  }
+
+  double rate_hz() const { return options_.device ? options_.device->rate_hz : options_.rate_hz; }
+
+  // A predecessor's fault is not ours; one that comes later stays, so that it is seen.
+  void arm_if_latched_before_us(std::size_t i, std::uint16_t flags) {
+    if (!heard_of_force_[i] && (flags & net::kForceLatched) != 0) client_of(i).arm();
+    heard_of_force_[i] = true;
+  }
+
+  void feel(net::ClientHandlers& h, std::size_t i) {
+    h.on_force = [this, i](const net::ForceMessage& force) {
+      arm_if_latched_before_us(i, force.flags);
+      if (i == 0 && device_) device_->take(force.forces.force_n, monotonic_ns());
+    };
+    h.on_local_model = [this, i](const net::LocalModelMessage& local) {
+      arm_if_latched_before_us(i, local.flags);
+      if (i == 0 && device_) device_->take(local.model, local.input_stamp_ns, monotonic_ns());
+    };
+  }
+
+  void show_refusal(const net::ErrorMessage& error) {
+    if (!error.fatal && refusals_shown_++ < 5) std::cerr << "brachy replay: " << error.text << "\n";
+  }
+
+  net::ClientHandlers other_handlers(std::size_t i) {
+    net::ClientHandlers h;
+    feel(h, i);
+    h.on_welcome = [this](const net::WelcomeMessage&) { start_when_ready(); };
+    h.on_error = [this, i](const net::ErrorMessage& error) {
+      if (error.fatal && error.code != net::ErrorCode::kShutdown)
+        failure_ = fmt::format("needle {}: {}", id_of(i), error.text);
+      show_refusal(error);
+    };
+    h.on_closed = [this, i](const std::string& reason) {
+      if (failure_.empty() && !run_.server_stopped())
+        failure_ = fmt::format("needle {}: {}", id_of(i), reason);
+      run_.finish();
+    };
+    return h;
   }
 
   net::ClientHandlers handlers() {
     net::ClientHandlers h;
+    feel(h, 0);
     h.on_welcome = [this](const net::WelcomeMessage& welcome) {
       if (rate_hz() > welcome.max_poses_per_s)
         std::cerr << fmt::format(
@@ -67,75 +126,49 @@ class LiveReplay {
     };
     h.on_topology = [this](const net::TopologyMessage& topology) { start(topology); };
     h.on_frame = [this](const net::FrameMessage& frame) {
-      if (frame.input_sequence == last_input_ || frame.input_stamp_ns < first_stamp_ns_) return;
-      last_input_ = frame.input_sequence;
+      // By its stamp: the needles' connections count each for itself, their clock is one.
+      if (frame.input_stamp_ns == last_input_ns_ || frame.input_stamp_ns < first_stamp_ns_) return;
+      last_input_ns_ = frame.input_stamp_ns;
       round_trip_.record(monotonic_ns() - frame.input_stamp_ns);
       max_displacement_ = std::max(max_displacement_, frame.max_displacement_mm);
-      if (!frame.needles.empty()) deepest_ = std::max(deepest_, frame.needles[0].state.insertion_depth_mm);
+      for (const net::NeedleRecord& needle : frame.needles)
+        deepest_ = std::max(deepest_, needle.state.insertion_depth_mm);
     };
-    h.on_force = [this](const net::ForceMessage& force) {
-      arm_if_latched_before_us(force.flags);
-      if (device_) device_->take(force.forces.force_n, monotonic_ns());
-    };
-    h.on_local_model = [this](const net::LocalModelMessage& local) {
-      arm_if_latched_before_us(local.flags);
-      if (device_) device_->take(local.model, local.input_stamp_ns, monotonic_ns());
-    };
-    h.on_error = [this](const net::ErrorMessage& error) {
-      if (!error.fatal && refusals_shown_++ < 5) std::cerr << "brachy replay: " << error.text << "\n";
-    };
+    h.on_error = [this](const net::ErrorMessage& error) { show_refusal(error); };
     return h;
   }
 
-  // A predecessor's fault is not ours; one that comes later stays, so that it is seen.
-  void arm_if_latched_before_us(std::uint16_t flags) {
-    if (!heard_of_force_ && (flags & net::kForceLatched) != 0) run_.client().arm();
-    heard_of_force_ = true;
-  }
-
   void start(const net::TopologyMessage& topology) {
-    if (started_) return;
-    started_ = true;
+    if (placed_) return;
+    placed_ = true;
     Vec3 min = Vec3::Constant(INFINITY), max = Vec3::Constant(-INFINITY);
     for (std::size_t i = 0; i + 2 < topology.rest_vertices.size(); i += 3) {
       const Vec3 x(topology.rest_vertices[i], topology.rest_vertices[i + 1], topology.rest_vertices[i + 2]);
       min = min.cwiseMin(x);
       max = max.cwiseMax(x);
     }
-    trajectory_ = place(NeedleTrajectories({{0, std::move(trajectory_)}}), options_,
-                        options_.centre_on_tissue, 0.5 * (min + max))
-                      .needles()[0]
-                      .motion;
+    trajectories_ = place(std::move(trajectories_), options_, options_.centre_on_tissue, 0.5 * (min + max));
+    start_when_ready();
+  }
+
+  // Once every needle was granted and the tissue is known: one clock for all.
+  void start_when_ready() {
+    ready_ += 1;
+    if (ready_ <= others_.size()) return;
     begin_ = Clock::now();
     first_stamp_ns_ = monotonic_ns();
     if (options_.device)
       device_.emplace(
-          *options_.device, [this](double t_s) { return pose_at(t_s); }, first_stamp_ns_);
+          *options_.device, [this](double t_s) { return hand_at(t_s); }, first_stamp_ns_);
     send();
   }
-
-  // Of the needle, or of the hand that holds the device.
-  RigidTransform pose_at(double elapsed_s) const {
-    const double duration_s = trajectory_.duration_s();
-    const double t_s = options_.loop && duration_s > 0 ? std::fmod(elapsed_s, duration_s) : elapsed_s;
-    return trajectory_.sample(trajectory_.start_s() + std::min(t_s, duration_s));
-  }
-
-  void send_pose(double elapsed_s) {
-    const std::int64_t now_ns = monotonic_ns();
-    if (!device_)
-      run_.client().send_pose(pose_at(elapsed_s), now_ns);
-    else if (const auto pose = device_->advance(now_ns))
-      run_.client().send_pose(pose->X_WN, pose->stamp_ns);
-  }
-
-  double rate_hz() const { return options_.device ? options_.device->rate_hz : options_.rate_hz; }
 
   // Poses leave on a fixed grid of times; those we wake too late for are left out, not sent in a burst.
   void send() {
     const double elapsed_s = std::chrono::duration<double>(Clock::now() - begin_).count();
-    const bool last = !options_.loop && elapsed_s >= trajectory_.duration_s();
-    send_pose(elapsed_s);
+    const double duration_s = trajectories_.duration_s();
+    const bool last = !options_.loop && elapsed_s >= duration_s;
+    send_poses(played_s(elapsed_s));
     if (last) {
       played_ = true;
       timer_.expires_after(std::chrono::milliseconds(200));  // for the last poses to come back
@@ -151,6 +184,34 @@ class LiveReplay {
     });
   }
 
+  // The trajectories' time.
+  double played_s(double elapsed_s) const {
+    const double duration_s = trajectories_.duration_s();
+    const double t_s = options_.loop && duration_s > 0 ? std::fmod(elapsed_s, duration_s) : elapsed_s;
+    return trajectories_.start_s() + std::min(t_s, duration_s);
+  }
+
+  RigidTransform hand_at(double elapsed_s) const {
+    return trajectories_.needles()[0].motion.sample(played_s(elapsed_s));
+  }
+
+  // A device cannot say that its needle is gone: looping, one waits at its last pose for its first row.
+  void send_poses(double t_s) {
+    const std::int64_t now_ns = monotonic_ns();
+    for (std::size_t i = 0; i < trajectories_.needles().size(); ++i) {
+      const auto& needle = trajectories_.needles()[i];
+      net::Client& client = client_of(i);
+      if (i == 0 && device_) {
+        if (const auto pose = device_->advance(now_ns)) client.send_pose(pose->X_WN, pose->stamp_ns);
+        continue;
+      }
+      if (const auto X_WN = trajectories_.sample(needle.id, t_s))
+        client.send_pose(*X_WN, now_ns);
+      else if (client.poses_sent() > 0)
+        client.send_pose(needle.motion.samples().back().X_WN, now_ns);
+    }
+  }
+
   static std::uint64_t refused(const net::StateMessage& state) {
     std::uint64_t count = 0;
     for (const net::PoseRefusals& r : state.refusals) count += r.count;
@@ -158,14 +219,20 @@ class LiveReplay {
   }
 
   void report() {
+    std::uint64_t sent = 0, dropped = 0;
+    for (std::size_t i = 0; i < trajectories_.needles().size(); ++i) {
+      sent += client_of(i).poses_sent();
+      dropped += client_of(i).poses_dropped();
+    }
     const std::uint64_t accepted = run_.last_state().poses_accepted - run_.first_state().poses_accepted;
     const std::uint64_t turned_down = refused(run_.last_state()) - refused(run_.first_state());
     if (options_.json) {
-      const nlohmann::ordered_json json = {{"poses_sent", run_.client().poses_sent()},
+      const nlohmann::ordered_json json = {{"poses_sent", sent},
                                            {"poses_accepted", accepted},
                                            {"poses_refused", turned_down},
-                                           {"poses_dropped", run_.client().poses_dropped()},
-                                           {"duration_s", trajectory_.duration_s()},
+                                           {"poses_dropped", dropped},
+                                           {"needles", trajectories_.needles().size()},
+                                           {"duration_s", trajectories_.duration_s()},
                                            {"round_trip_ms", to_json_ms(round_trip_)},
                                            {"max_disp_mm", max_displacement_},
                                            {"max_depth_mm", deepest_}};
@@ -177,7 +244,7 @@ class LiveReplay {
                      "{:.1f} ms, "
                      "p99 {:.1f} "
                      "ms\n  deepest insertion {:.1f} mm, largest displacement {:.2f} mm\n",
-                     run_.client().poses_sent(), trajectory_.duration_s(), accepted, turned_down,
+                     sent, trajectories_.duration_s(), accepted, turned_down,
                      1e-6 * static_cast<double>(round_trip_.quantile(0.5)),
                      1e-6 * static_cast<double>(round_trip_.quantile(0.99)), deepest_, max_displacement_)
               << to_text(options_.device, hand());
@@ -186,23 +253,27 @@ class LiveReplay {
   HandReport hand() const { return device_ ? device_->report() : HandReport(); }
 
   ReplayOptions options_;
-  Trajectory trajectory_;
-  bool started_ = false, played_ = false, heard_of_force_ = false;
+  NeedleTrajectories trajectories_;
+  bool placed_ = false, played_ = false;
+  std::size_t ready_ = 0;  // of the other connections' WELCOMEs and our TOPOLOGY
+  std::string failure_;    // of one of the others
   Clock::time_point begin_;
   std::int64_t first_stamp_ns_ = 0;
-  std::uint64_t last_input_ = 0;
+  std::int64_t last_input_ns_ = 0;
   int refusals_shown_ = 0;
   double max_displacement_ = 0, deepest_ = 0;
   Histogram round_trip_;
-  std::optional<LiveDevice> device_;
+  std::array<bool, kMaxTrajectoryNeedles> heard_of_force_{};
+  std::optional<LiveDevice> device_;  // that moves the first needle
   ClientRun run_;
+  std::vector<std::unique_ptr<net::Client>> others_;  // of the needles after the first, in order
   boost::asio::steady_timer timer_;
 };
 
 }  // namespace
 
 int replay_live(const ReplayOptions& options) {
-  return LiveReplay(options, load_trajectory(options.trajectory)).run();
+  return LiveReplay(options, load_trajectories(options.trajectory)).run();
 }
 
 }  // namespace brachy

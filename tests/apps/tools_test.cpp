@@ -6,6 +6,7 @@
 #include <csignal>
 #include <cstring>
 
+#include "apps/forces/force_log.h"
 #include "haptics/trajectory.h"
 #include "tests/apps/peer.h"
 #include "tests/apps/running_brachyd.h"
@@ -185,6 +186,24 @@ TEST_F(Tools, RunEndToEndAgainstOneDaemon) {
   // The pose log holds every tick's pose, so that the run can be had again without a clock.
   const Trajectory log = load_trajectory(folder / "recording/poses.csv");
   EXPECT_EQ(records.at("poses"), log.samples().size());
+  // The force log: a row a snapshot once there is a needle, as a replay's.
+  const std::vector<ForceSample> forces = load_force_log(folder / "recording/forces.csv");
+  EXPECT_EQ(records.at("forces"), forces.size());
+  EXPECT_GT(forces.size(), 10u);
+  EXPECT_LE(forces.size(), steps);
+  double deepest = 0;
+  for (const ForceSample& row : forces) {
+    EXPECT_EQ(row.needle, 0u);
+    EXPECT_NEAR(row.forces.axial_n, row.forces.cutting_n + row.forces.friction_n, 1e-9) << row.t_s;
+    EXPECT_GE(row.t_s, log.start_s() - 1e-9);
+    EXPECT_LE(row.t_s, log.end_s() + 1e-9);
+    EXPECT_LE(row.min_det, 1) << row.t_s;
+    deepest = std::max(deepest, row.depth_mm);
+  }
+  EXPECT_GT(deepest, 10);
+  EXPECT_EQ(forces.back().state, ContactState::kWithdrawn);
+  EXPECT_TRUE(exited(run_brachy({"plot-force", out + "/forces.csv"}), 0));
+
   const Ended again = run_brachy({"replay", out + "/poses.csv", "--offline", "--config", scene, "--json"});
   ASSERT_TRUE(exited(again, 0));
   EXPECT_EQ(json_of(again).at("ticks"), log.samples().size());
