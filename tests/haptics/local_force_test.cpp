@@ -98,6 +98,19 @@ TEST(LocalForce, ACapsuleAheadOnlyPushesAndGivesWayAtItsPuncture) {
   EXPECT_NEAR(axial(local, 5, ++t), 0.3, 1e-12);
 }
 
+TEST(LocalForce, ACapsuleInsideDoesNotTakeTheFrictionBehindIt) {
+  LocalForce local;
+  LocalContactModel m = tissue();
+  m.is_capsule = true;
+  m.after_puncture_n = 0.5;
+  local.take(m, LocalForce::kUnknown, 0);
+  std::int64_t t = 0;
+  EXPECT_NEAR(axial(local, -0.6, ++t), -0.6, 1e-12) << "withdrawn: held back";
+  EXPECT_NEAR(axial(local, 1.4, ++t), 1.4, 1e-12);
+  EXPECT_NEAR(axial(local, 1.6, ++t), 0.5, 1e-12) << "through";
+  EXPECT_NEAR(axial(local, 0, ++t), -1, 1e-12);
+}
+
 TEST(LocalForce, AcrossTheShaftASpringAboutTheReference) {
   LocalForce local;
   LocalContactModel m = tissue();
