@@ -7,6 +7,8 @@
 #include <limits>
 #include <random>
 
+#include "tests/core/sim/allocation_guard.h"
+
 namespace brachy {
 namespace {
 
@@ -251,6 +253,17 @@ TEST(LocalForce, IsNoStifferThanTheLimitAndStillSlipsAtTheFullForce) {
   }
   EXPECT_NEAR(last, 1.5, 1e-9);
   EXPECT_TRUE(local.evaluate(at(30), t += kMs).flags & kLocalStiffnessLimited);
+}
+
+TEST(LocalForce, DoesNotAllocate) {
+  if (!test::allocations_are_counted()) GTEST_SKIP() << "the sanitizers own malloc";
+  LocalForce local({.max_stiffness_n_per_mm = 0.5});
+  const std::uint64_t before = test::allocation_count();
+  for (std::int64_t ms = 0; ms < 2000; ++ms) {
+    if (ms % 5 == 0) local.take(tissue(), (ms - 100) * kMs, ms * kMs);
+    local.evaluate(at(0.002 * static_cast<double>(ms)), ms * kMs);
+  }
+  EXPECT_EQ(test::allocation_count(), before);
 }
 
 TEST(ModelLimits, AcrossTheShaftForceAndStiffnessAreMadeSmallerAlike) {
