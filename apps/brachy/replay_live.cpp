@@ -53,6 +53,7 @@ class LiveReplay {
 
  private:
   using Clock = std::chrono::steady_clock;
+  static constexpr double kHeldS = 0.2;
 
   std::uint32_t id_of(std::size_t i) const { return trajectories_.needles()[i].id; }
   net::Client& client_of(std::size_t i) { return i == 0 ? run_.client() : *others_[i - 1]; }
@@ -167,11 +168,12 @@ class LiveReplay {
   void send() {
     const double elapsed_s = std::chrono::duration<double>(Clock::now() - begin_).count();
     const double duration_s = trajectories_.duration_s();
-    const bool last = !options_.loop && elapsed_s >= duration_s;
+    played_ = !options_.loop && elapsed_s >= duration_s;
+    // The last pose is held for its mesh to come back; then the end comes before the daemon misses poses.
+    const bool last = !options_.loop && elapsed_s >= duration_s + kHeldS;
     send_poses(played_s(elapsed_s));
     if (last) {
-      played_ = true;
-      timer_.expires_after(std::chrono::milliseconds(200));  // for the last poses to come back
+      timer_.expires_after(std::chrono::milliseconds(30));
       timer_.async_wait([this](const auto& error) {
         if (!error) run_.finish();
       });

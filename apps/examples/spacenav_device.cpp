@@ -115,8 +115,8 @@ class Adapter {
       X_WN_ = moved(X_WN_, axes_, 1e-3 * static_cast<double>(kCycle.count()));
       client_.send_pose(X_WN_, monotonic_ns());
     }
-    // What is queued at the end goes out before the connection closes.
-    timer_.expires_at(timer_.expiry() + (is_over_ ? 20 * kCycle : kCycle));
+    // What is queued at the end goes out before the connection closes, that before the daemon misses poses (50 ms).
+    timer_.expires_at(timer_.expiry() + (is_over_ ? 6 * kCycle : kCycle));
     wait();
   }
 
