@@ -27,7 +27,7 @@ std::string_view to_string(Intervention intervention) {
 void ForceGate::connect(double max_force_n) {
   connected_ = true;
   has_pose_ = false;
-  limiter_.set_max_force_n(max_force_n);
+  limiter_ = ForceLimiter(max_force_n);  // another hand: it has no force yet, whatever the one before had
   for (const Intervention limit :
        {Intervention::kForceLimited, Intervention::kSlewLimited, Intervention::kStiffnessLimited}) {
     holds_[static_cast<std::size_t>(limit)] = announced_[static_cast<std::size_t>(limit)] = false;

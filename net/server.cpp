@@ -114,11 +114,12 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
   std::optional<ErrorMessage> admit(const Session& session, const HelloMessage& hello,
                                     WelcomeMessage& welcome) override {
     if (hello.role == Role::kDevice) {
-      if (auto refusal = lend(session, hello, welcome)) return refusal;
+      const DeviceLease::Holder holder{session.id(), hello.name, session.address(), monotonic_ns()};
+      if (auto refusal = leases_.lend(holder, hello.needle, welcome.needle)) return refusal;
       const std::uint16_t needle = welcome.needle;
       if (handlers_.on_device) handlers_.on_device(true, device_info(session, needle));
       broadcast({EventKind::kDeviceAttached, needle, frames_.tick(),
-                 "device " + leases_[needle].holder() + " attached" + of_needle(needle)});
+                 "device " + leases_[needle].holder() + " attached" + leases_.of_needle(needle)});
     }
     log("client " + std::to_string(session.id()) + " '" + hello.name + "' from " + session.address() +
         " joined");
@@ -159,7 +160,7 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
       state.clients += session->is_open();
       state.viewers += session->is_open() && session->hello().role == Role::kViewer;
     }
-    state.device_holder = holders();
+    state.device_holder = leases_.holders();
     return state;
   }
 
@@ -177,7 +178,7 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
       }
       if (!is_stopped_) {
         broadcast({EventKind::kDeviceDetached, needle, frames_.tick(),
-                   "device " + holder + " left" + of_needle(needle) + ": " + reason});
+                   "device " + holder + " left" + leases_.of_needle(needle) + ": " + reason});
       }
     }
     sessions_.erase(session.id());
@@ -218,50 +219,6 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
     std::vector<std::shared_ptr<Session>> all;
     for (const auto& [id, session] : sessions_) all.push_back(session);
     return all;
-  }
-
-  /// Gives the device the needle it asks for, or says why not; `welcome` gets the needle.
-  std::optional<ErrorMessage> lend(const Session& session, const HelloMessage& hello,
-                                   WelcomeMessage& welcome) {
-    const auto refusal = [](ErrorCode code, const std::string& text) {
-      return ErrorMessage{code, true, 0, 0, text};
-    };
-    std::size_t needle = hello.needle;
-    if (hello.needle == kAnyNeedle) {
-      const auto free = std::find_if(leases_.begin(), leases_.end(),
-                                     [](const DeviceLease& lease) { return !lease.is_held(); });
-      needle = free == leases_.end() ? 0 : static_cast<std::size_t>(free - leases_.begin());
-      if (free == leases_.end() && leases_.size() > 1) {
-        return refusal(ErrorCode::kDeviceBusy, "every needle has a device (" + holders() +
-                                                   "): disconnect one first, or join as a viewer");
-      }
-    } else if (needle >= leases_.size()) {
-      return refusal(ErrorCode::kNoNeedle, "there is no needle " + std::to_string(needle) +
-                                               ": needles are 0 to " + std::to_string(leases_.size() - 1));
-    }
-    DeviceLease& lease = leases_[needle];
-    welcome.needle = static_cast<std::uint16_t>(needle);
-    if (lease.take({session.id(), hello.name, session.address(), monotonic_ns()})) return std::nullopt;
-    const auto held_s = (monotonic_ns() - lease.since_ns()) / 1'000'000'000;
-    return refusal(ErrorCode::kDeviceBusy, lease.holder() + " has held the device lease" +
-                                               of_needle(welcome.needle) + " for " + std::to_string(held_s) +
-                                               " s: disconnect that device first, or join as a viewer");
-  }
-
-  /// Empty where there is only one.
-  std::string of_needle(std::uint16_t needle) const {
-    return leases_.size() > 1 ? " (needle " + std::to_string(needle) + ")" : "";
-  }
-
-  /// "NAME (ADDRESS)"; of several needles "0: NAME (ADDRESS), 2: …".
-  std::string holders() const {
-    if (leases_.size() == 1) return leases_[0].holder();
-    std::string text;
-    for (std::size_t needle = 0; needle < leases_.size(); ++needle) {
-      if (!leases_[needle].is_held()) continue;
-      text += (text.empty() ? "" : ", ") + std::to_string(needle) + ": " + leases_[needle].holder();
-    }
-    return text;
   }
 
   /// Null: the needle has no network device.
@@ -322,7 +279,7 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
   asio::steady_timer timer_;
   std::map<std::uint64_t, std::shared_ptr<Session>> sessions_;
   std::uint64_t last_session_ = kOwnDevice;
-  std::vector<DeviceLease> leases_;  // by needle
+  DeviceLeases leases_;
   std::uint64_t forces_replaced_ = 0;
   PoseCounts poses_;
   std::int64_t next_state_ns_ = 0;

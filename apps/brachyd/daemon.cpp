@@ -9,14 +9,17 @@
 #include <future>
 #include <optional>
 #include <thread>
+#include <vector>
 
 #include "apps/brachyd/deformation_loop.h"
+#include "apps/brachyd/force_link.h"
 #include "apps/brachyd/guard_events.h"
 #include "apps/brachyd/snapshot_loop.h"
 #include "apps/tissue_box.h"
 #include "core/realtime/deadline.h"
 #include "core/realtime/realtime_thread.h"
 #include "core/scene/load_tissue.h"
+#include "haptics/needle_trajectories.h"
 #include "haptics/network_device.h"
 #include "haptics/scripted_device.h"
 #include "net/server.h"
@@ -37,18 +40,27 @@ Simulator make_simulator(const Scene& scene) {
   return Simulator(scene, std::move(loaded.tissue));
 }
 
-std::unique_ptr<Device> make_device(const Scene& scene, const Tissue& tissue) {
+/// By needle id: those that the scene's trajectory moves are scripted, or else all of the network.
+std::vector<std::unique_ptr<Device>> make_devices(const Scene& scene, const Tissue& tissue,
+                                                  std::size_t count) {
+  std::vector<std::unique_ptr<Device>> devices(count);
   if (scene.device.kind == "scripted") {
-    Trajectory trajectory = load_trajectory(scene.resolve(scene.device.trajectory));
-    if (scene.device.centre_on_tissue) trajectory = trajectory.centred_on(centre_of(tissue));
-    return std::make_unique<ScriptedDevice>(std::move(trajectory), scene.device.loop);
+    NeedleTrajectories all =
+        load_trajectories(scene.resolve(scene.device.trajectory), static_cast<int>(count));
+    if (scene.device.centre_on_tissue) all = all.centred_on(centre_of(tissue));
+    for (const auto& needle : all.needles())
+      devices[needle.id] =
+          std::make_unique<ScriptedDevice>(needle.motion, scene.device.loop, all.start_s(), all.end_s());
   }
-  return std::make_unique<NetworkDevice>(
-      PoseGuardSettings{static_cast<std::int64_t>(scene.device.stale_pose_ms * 1e6)});
+  const PoseGuardSettings guard{static_cast<std::int64_t>(scene.device.stale_pose_ms * 1e6)};
+  for (auto& device : devices)
+    if (!device) device = std::make_unique<NetworkDevice>(guard);
+  return devices;
 }
 
-net::ServerOptions server_options(const Scene& scene, const DaemonOptions& options) {
+net::ServerOptions server_options(const Scene& scene, const DaemonOptions& options, std::size_t needles) {
   net::ServerOptions s;
+  s.needles = static_cast<std::uint16_t>(needles);
   s.address = scene.server.address;
   s.port = static_cast<std::uint16_t>(options.port.value_or(scene.server.port));
   s.allow_remote = options.insecure_allow_remote;
@@ -75,13 +87,18 @@ class Daemon::Impl {
       : scene_(scene),
         options_(options),
         simulator_(make_simulator(scene)),
-        device_(make_device(scene, simulator_.tissue())),
-        network_device_(dynamic_cast<NetworkDevice*>(device_.get())),
         states_(simulator_.initial_state()),
-        server_(io_, server_options(scene, options), simulator_.tissue(), handlers()) {
+        needle_count_(simulator_.initial_state().needles.size()),
+        devices_(make_devices(scene, simulator_.tissue(), needle_count_)),
+        tick_forces_(TickForces(needle_count_)),
+        last_needles_(needle_count_),
+        force_link_(needle_count_, force_outputs()),
+        server_(io_, server_options(scene, options, needle_count_), simulator_.tissue(), handlers()) {
     spdlog::info("engine: {}, {} thread{}", to_string(simulator_.simd_target()), scene.engine.threads,
                  scene.engine.threads == 1 ? "" : "s");
-    if (!network_device_) server_.hold_lease(0, "scripted device: " + scene.device.trajectory);
+    for (std::size_t n = 0; n < needle_count_; ++n)
+      if (!network_device(n))
+        server_.hold_lease(static_cast<std::uint16_t>(n), "scripted device: " + scene.device.trajectory);
   }
 
   const net::Server& server() const { return server_; }
@@ -91,6 +108,8 @@ class Daemon::Impl {
     const auto end = [&] {
       signals_.cancel();
       duration.cancel();
+      is_ending_ = true;
+      cycle_timer_.cancel();
       server_.stop();
     };
     end_ = end;
@@ -112,7 +131,9 @@ class Daemon::Impl {
     std::jthread deformation([&](const std::stop_token& stop) {
       granted.set_value(
           to_string(request_realtime({scene_.realtime.fifo_priority, scene_.realtime.lock_memory})));
-      run_deformation_loop(stop, simulator_, *device_, state_writer_, loop_writer_);
+      std::vector<Device*> devices;
+      for (const auto& device : devices_) devices.push_back(device.get());
+      run_deformation_loop(stop, simulator_, devices, state_writer_, force_writer_, loop_writer_);
     });
     std::jthread snapshots([&](const std::stop_token& stop) {
       summary.snapshots = run_snapshot_loop(stop, scene_.rates.snapshot_hz, state_reader_,
@@ -139,10 +160,14 @@ class Daemon::Impl {
     summary.control = control_reader_.value();
     summary.simd = to_string(simulator_.simd_target());
     summary.evaluations = simulator_.evaluation_counts();  // its thread has ended
-    if (network_device_) {
-      summary.poses_accepted = network_device_->guard().count(PoseVerdict::kAccepted);
-      summary.poses_refused = network_device_->guard().refused();
+    for (std::size_t n = 0; n < needle_count_; ++n) {
+      const NetworkDevice* device = network_device(n);
+      if (!device) continue;
+      summary.poses_accepted += device->guard().count(PoseVerdict::kAccepted);
+      summary.poses_refused += device->guard().refused();
     }
+    summary.interventions = force_link_.interventions();
+    summary.forces_replaced = server_.forces_replaced();
     return summary;
   }
 
@@ -151,20 +176,69 @@ class Daemon::Impl {
   }
 
  private:
+  /// Null: the needle is the scripted device's.
+  NetworkDevice* network_device(std::size_t needle) const {
+    return dynamic_cast<NetworkDevice*>(devices_[needle].get());
+  }
+
   // All on the io thread.
   net::ServerHandlers handlers() {
     net::ServerHandlers h;
     h.log = [](const std::string& line) { spdlog::info("{}", line); };
     h.state = [this] { return state_message(); };
-    h.on_device = [this](bool attached, const net::DeviceInfo&) {
-      if (network_device_) attached ? network_device_->attach() : network_device_->detach();
+    h.on_device = [this](bool attached, const net::DeviceInfo& device) {
+      NetworkDevice* needle = network_device(device.needle);
+      attached ? needle->attach() : needle->detach();
+      if (is_ending_) return;  // that it leaves now is no fault of its own
+      attached ? force_link_.attach(device) : force_link_.detach(device);
+      start_cycling();
     };
-    h.on_pose = [this](std::uint16_t, const NeedlePose& pose) -> net::PoseVerdict {
-      const PoseVerdict verdict = network_device_->submit(pose);
-      if (verdict == PoseVerdict::kAccepted) return {};
-      return {false, static_cast<std::uint16_t>(verdict), std::string(to_string(verdict))};
-    };
+    h.on_pose = [this](std::uint16_t needle, const NeedlePose& pose) { return on_pose(needle, pose); };
+    h.on_arm = [this](std::uint16_t needle, const std::string& who) { force_link_.arm(needle, who); };
     return h;
+  }
+
+  net::PoseVerdict on_pose(std::uint16_t needle, const NeedlePose& pose) {
+    const PoseVerdict verdict = network_device(needle)->submit(pose);
+    if (verdict == PoseVerdict::kAccepted) {
+      force_link_.pose_accepted(needle, pose);
+      return {};
+    }
+    if (verdict == PoseVerdict::kNotFinite) force_link_.pose_not_finite(needle);
+    return {false, static_cast<std::uint16_t>(verdict), std::string(to_string(verdict))};
+  }
+
+  ForceLinkOutputs force_outputs() {
+    ForceLinkOutputs o;
+    o.send_force = [this](const net::ForceMessage& message) { server_.send(message.needle, message); };
+    o.send_model = [this](const net::LocalModelMessage& message) { server_.send(message.needle, message); };
+    o.round_trip_s = [this](std::uint16_t needle) { return server_.round_trip_s(needle); };
+    o.announce = [this](const net::EventMessage& event) {
+      spdlog::warn("safety: {}", event.text);
+      server_.broadcast(event);
+    };
+    return o;
+  }
+
+  /// Keeps the forces going out for as long as there is a hand, or one that is being let go.
+  void start_cycling() {
+    if (is_cycling_ || is_ending_) return;
+    is_cycling_ = true;
+    cycle_timer_.expires_at(std::chrono::steady_clock::now());
+    cycle_forces();
+  }
+  void cycle_forces() {
+    const std::int64_t now_ns = monotonic_ns();
+    if (force_reader_.update()) force_link_.take(force_reader_.value(), now_ns);
+    force_link_.cycle(now_ns);
+    is_cycling_ = force_link_.is_active();
+    if (!is_cycling_) return;
+    const auto now = std::chrono::steady_clock::now();  // a cycle that was missed is not made up for
+    const auto due = cycle_timer_.expiry() + std::chrono::nanoseconds(force_link_.period_ns());
+    cycle_timer_.expires_at(std::max(due, now));
+    cycle_timer_.async_wait([this](const auto& error) {
+      if (!error && !is_ending_) cycle_forces();
+    });
   }
 
   net::StateMessage state_message() {
@@ -178,17 +252,21 @@ class Daemon::Impl {
     m.tick_ms = quantiles_ms(loop.tick_ns);
     m.lateness_ms = quantiles_ms(loop.lateness_ns);
     m.latency_ms = quantiles_ms(loop.latency_ns);
+    force_link_.add_to(m);
     return m;
   }
 
   // On the snapshot thread.
   void deliver(std::shared_ptr<const MeshState> state) {
-    const NeedleState& needle = state->needles[0];
-    if (needle.puncture_count != last_needle_.puncture_count)
-      announce({net::EventKind::kPuncture, 0, state->tick, "capsule punctured"});
-    if (needle.contact != last_needle_.contact)
-      announce({net::EventKind::kContact, 0, state->tick, std::string(to_string(needle.contact))});
-    last_needle_ = needle;
+    for (std::size_t n = 0; n < needle_count_; ++n) {
+      const NeedleState& needle = state->needles[n];
+      const auto id = static_cast<std::uint16_t>(n);
+      if (needle.puncture_count != last_needles_[n].puncture_count)
+        announce({net::EventKind::kPuncture, id, state->tick, "capsule punctured"});
+      if (needle.contact != last_needles_[n].contact)
+        announce({net::EventKind::kContact, id, state->tick, std::string(to_string(needle.contact))});
+      last_needles_[n] = needle;
+    }
     if (auto warning = guard_events_.update(*state))
       announce({net::EventKind::kWarning, 0, state->tick, std::move(*warning)});
     server_.publish(std::move(state));
@@ -200,24 +278,30 @@ class Daemon::Impl {
   Scene scene_;
   DaemonOptions options_;
   Simulator simulator_;
-  std::unique_ptr<Device> device_;
-  NetworkDevice* network_device_;  // device_, where it is one
-
   TripleBuffer<MeshState> states_;
   TripleBuffer<MeshState>::Writer state_writer_ = states_.writer();  // deformation thread
   TripleBuffer<MeshState>::Reader state_reader_ = states_.reader();  // snapshot thread
+  std::size_t needle_count_;
+  std::vector<std::unique_ptr<Device>> devices_;  // by needle
+  TripleBuffer<TickForces> tick_forces_;
+  TripleBuffer<TickForces>::Writer force_writer_ = tick_forces_.writer();  // deformation thread
+  TripleBuffer<TickForces>::Reader force_reader_ = tick_forces_.reader();  // io thread
   TripleBuffer<LoopStatistics> loop_;
   TripleBuffer<LoopStatistics>::Writer loop_writer_ = loop_.writer();  // deformation thread
   TripleBuffer<LoopStatistics>::Reader loop_reader_ = loop_.reader();  // io thread
   TripleBuffer<LoopStatistics> control_;
   TripleBuffer<LoopStatistics>::Writer control_writer_ = control_.writer();  // control thread
   TripleBuffer<LoopStatistics>::Reader control_reader_ = control_.reader();  // io thread
-  NeedleState last_needle_;                                                  // snapshot thread
+  std::vector<NeedleState> last_needles_;                                    // snapshot thread
   GuardEvents guard_events_;                                                 // snapshot thread
 
   boost::asio::io_context io_{1};
   boost::asio::signal_set signals_{io_, SIGINT,
                                    SIGTERM};  // from here on: one that comes before run() is not lost
+  boost::asio::steady_timer cycle_timer_{io_};
+  ForceLink force_link_;  // io thread, as the two below
+  bool is_cycling_ = false;
+  bool is_ending_ = false;
   net::Server server_;
   std::function<void()> end_ = [] {};
 };

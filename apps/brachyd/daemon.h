@@ -8,6 +8,7 @@
 #include "apps/brachyd/loop_statistics.h"
 #include "apps/options.h"
 #include "core/scene/scene.h"
+#include "haptics/force_gate.h"
 
 namespace brachy {
 
@@ -20,14 +21,16 @@ struct DaemonSummary {
   std::string realtime;                        ///< what the kernel granted
   std::string simd;                            ///< instruction set of the field evaluation
   std::array<std::uint64_t, 4> evaluations{};  ///< ticks evaluated in each way, indexed by Evaluation
+  std::array<std::uint64_t, kInterventions> interventions{};  ///< for the hands' safety, by Intervention
+  std::uint64_t forces_replaced = 0;  ///< messages with forces that a newer one replaced before they left
 };
 
-/// The running system: simulation, device and server, and the only place that creates threads.
+/// The running system: simulation, devices and server, and the only place that creates threads.
 ///
-///   deformation thread  200 Hz   device → Simulator::step → triple buffer
+///   deformation thread  200 Hz   devices → Simulator::step → triple buffers: the mesh; the forces
 ///   snapshot thread      30 Hz   triple buffer → copy → server
 ///   control thread      200 Hz   nothing, if asked for: what the machine itself misses
-///   io thread                    run()'s caller: sockets, signals, poses in, frames out
+///   io thread                    run()'s caller: sockets, signals, poses in, frames out; ≤ 1 kHz forces out
 class Daemon {
  public:
   /// Loads what the scene names and binds the port. Throws UserError.

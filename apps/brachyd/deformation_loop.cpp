@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
 #include "core/realtime/deadline.h"
 
@@ -16,21 +17,24 @@ constexpr std::uint64_t kTicksPerReport = 20;  // statistics are 24 kB: ten time
 
 }  // namespace
 
-void run_deformation_loop(const std::stop_token& stop, Simulator& simulator, Device& device,
-                          TripleBuffer<MeshState>::Writer& states,
+void run_deformation_loop(const std::stop_token& stop, Simulator& simulator, std::span<Device* const> devices,
+                          TripleBuffer<MeshState>::Writer& states, TripleBuffer<TickForces>::Writer& forces,
                           TripleBuffer<LoopStatistics>::Writer& statistics) {
   const std::int64_t period_ns = to_ns(simulator.period_s());
   DeadlineTimer timer(period_ns, monotonic_ns() + period_ns);
   LoopStatistics measured;
-  NeedlePose pose;
+  std::vector<NeedlePose> poses(devices.size());
+  std::vector<char> is_fresh(devices.size());
   while (!stop.stop_requested()) {
     measured.lateness_ns.record(timer.wait());
     measured.count_overruns(timer.overruns());
     const std::int64_t start_ns = monotonic_ns();
 
-    const bool fresh = device.update(start_ns, pose);
+    for (std::size_t n = 0; n < devices.size(); ++n) is_fresh[n] = devices[n]->update(start_ns, poses[n]);
     MeshState& state = states.slot();
-    simulator.step(pose, state);
+    simulator.step(std::span<const NeedlePose>(poses), state);
+    forces.slot().copy_from(state);
+    forces.publish();
     state.overruns = measured.overruns;
     measured.certificates.add(state.certificate, state.step_flags,
                               changes_are_finite(state, simulator.tissue().blocks));
@@ -38,7 +42,8 @@ void run_deformation_loop(const std::stop_token& stop, Simulator& simulator, Dev
 
     measured.ticks = state.tick;
     measured.tick_ns.record(state.publish_ns - start_ns);
-    if (fresh) measured.latency_ns.record(state.publish_ns - pose.received_ns);
+    for (std::size_t n = 0; n < devices.size(); ++n)
+      if (is_fresh[n]) measured.latency_ns.record(state.publish_ns - poses[n].received_ns);
     measured.max_displacement_mm = std::max(measured.max_displacement_mm, state.max_displacement_mm);
     measured.moved_vertices = std::max(measured.moved_vertices, state.moved_vertices);
     states.publish();

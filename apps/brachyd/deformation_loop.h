@@ -1,18 +1,21 @@
 #pragma once
 
+#include <span>
 #include <stop_token>
 
 #include "apps/brachyd/loop_statistics.h"
+#include "apps/brachyd/tick_forces.h"
 #include "core/realtime/triple_buffer.h"
 #include "core/sim/simulator.h"
 #include "haptics/device.h"
 
 namespace brachy {
 
-/// The 200 Hz loop: wait for the deadline, take the newest pose, step, publish; until `stop` is asked for.
+/// The 200 Hz loop: wait for the deadline, take each needle's newest pose, step, publish; until `stop` is asked for.
+/// `devices` by needle id, none null, as many as the simulator has needles.
 /// Threads: the deformation thread's whole life. Real-time: no allocation, lock or exception.
-void run_deformation_loop(const std::stop_token& stop, Simulator& simulator, Device& device,
-                          TripleBuffer<MeshState>::Writer& states,
+void run_deformation_loop(const std::stop_token& stop, Simulator& simulator, std::span<Device* const> devices,
+                          TripleBuffer<MeshState>::Writer& states, TripleBuffer<TickForces>::Writer& forces,
                           TripleBuffer<LoopStatistics>::Writer& statistics);
 
 /// The same deadlines with nothing to do: what it misses, the machine misses. Publishes lateness and overruns.

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <array>
 #include <nlohmann/json.hpp>
 
 #include "apps/certificate_report.h"
@@ -28,6 +29,18 @@ nlohmann::ordered_json quantile_json(const Histogram& ns) {
 
 double rate(std::uint64_t count, double elapsed_s) {
   return elapsed_s > 0 ? static_cast<double>(count) / elapsed_s : 0;
+}
+
+constexpr std::array<const char*, kInterventions> kInterventionNames = {
+    "not_finite", "stale", "disconnected", "force_limited", "slew_limited", "stiffness_limited"};
+
+/// One line of what happened, none where nothing did.
+std::string safety_text(const DaemonSummary& s) {
+  std::string text;
+  for (std::size_t i = 0; i < kInterventions; ++i)
+    if (s.interventions[i])
+      text += fmt::format("{} {} {}", text.empty() ? "" : ",", s.interventions[i], kInterventionNames[i]);
+  return text.empty() ? "" : "  safety:" + text + "\n";
 }
 
 std::uint64_t ticks_of(const DaemonSummary& s, Evaluation e) {
@@ -60,6 +73,7 @@ std::string to_text(const DaemonSummary& s) {
                       ticks_of(s, Evaluation::kIdle), ticks_of(s, Evaluation::kDirect),
                       ticks_of(s, Evaluation::kMixed), ticks_of(s, Evaluation::kCondensed), s.simd);
   text += to_text("ticks", loop.certificates);
+  text += safety_text(s);
   text += "  " + s.realtime + "\n";
   return text;
 }
@@ -90,6 +104,8 @@ std::string to_json(const DaemonSummary& s) {
       {"poses_refused", s.poses_refused},
       {"realtime", s.realtime},
   };
+  for (std::size_t i = 0; i < kInterventions; ++i) json["safety"][kInterventionNames[i]] = s.interventions[i];
+  json["forces_replaced"] = s.forces_replaced;
   add_to_json(json, "ticks", s.loop.certificates);
   return json.dump();
 }

@@ -3,6 +3,9 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
+
+#include "net/wire/messages.h"
 
 namespace brachy::net {
 
@@ -41,6 +44,29 @@ class DeviceLease {
 
  private:
   std::optional<Holder> holder_;
+};
+
+/// The leases of a scene's needles, by id.
+class DeviceLeases {
+ public:
+  explicit DeviceLeases(std::uint16_t needles) : leases_(needles) {}
+
+  std::size_t size() const { return leases_.size(); }
+  DeviceLease& operator[](std::size_t needle) { return leases_.at(needle); }
+  const DeviceLease& operator[](std::size_t needle) const { return leases_.at(needle); }
+
+  /// Gives `holder` the needle it asks for (kAnyNeedle: the first that is free) and writes it to `granted`, or says why
+  /// not.
+  std::optional<ErrorMessage> lend(const DeviceLease::Holder& holder, std::uint16_t wanted,
+                                   std::uint16_t& granted);
+
+  /// "NAME (ADDRESS)"; of several needles "0: NAME (ADDRESS), 2: …". Empty: nobody holds one.
+  std::string holders() const;
+  /// " (needle N)", or "" where there is only one.
+  std::string of_needle(std::size_t needle) const;
+
+ private:
+  std::vector<DeviceLease> leases_;
 };
 
 }  // namespace brachy::net

@@ -6,6 +6,7 @@
 #include <chrono>
 #include <map>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/realtime/deadline.h"
@@ -26,7 +27,9 @@ class Peer {
   /// `keep_meshes`: a copy of the mesh with every frame.
   explicit Peer(net::Role role = net::Role::kViewer, std::uint32_t subscription = 0, bool keep_meshes = false,
                 const std::string& name = "peer")
-      : keep_meshes_(keep_meshes), client(io_, options(role, subscription, name), handlers()) {}
+      : Peer(options(role, subscription, name), keep_meshes) {}
+  explicit Peer(net::ClientOptions options, bool keep_meshes = false)
+      : keep_meshes_(keep_meshes), client(io_, with_patience(std::move(options)), handlers()) {}
 
   void connect(std::uint16_t port) { client.connect("127.0.0.1", port); }
 
@@ -74,6 +77,9 @@ class Peer {
     o.role = role;
     o.subscription = subscription;
     o.name = name;
+    return o;
+  }
+  static net::ClientOptions with_patience(net::ClientOptions o) {
     o.silence_timeout = kDeadline;
     return o;
   }
@@ -90,6 +96,8 @@ class Peer {
     h.on_state = [this](const net::StateMessage& s) { states.push_back(s); };
     h.on_event = [this](const net::EventMessage& e) { events.push_back(e); };
     h.on_error = [this](const net::ErrorMessage& e) { errors.push_back(e); };
+    h.on_force = [this](const net::ForceMessage& m) { forces.push_back(m); };
+    h.on_local_model = [this](const net::LocalModelMessage& m) { models.push_back(m); };
     h.on_closed = [this](const std::string& reason) { closed.push_back(reason); };
     return h;
   }
@@ -105,6 +113,8 @@ class Peer {
   std::vector<net::StateMessage> states;
   std::vector<net::EventMessage> events;
   std::vector<net::ErrorMessage> errors;
+  std::vector<net::ForceMessage> forces;
+  std::vector<net::LocalModelMessage> models;
   std::vector<std::string> closed;
   net::Client client;
 };
