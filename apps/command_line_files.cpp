@@ -143,6 +143,36 @@ ToolLine add_stability(CLI::App& app) {
   return {command, [options]() -> ToolOptions { return *options; }};
 }
 
+ToolLine add_zwidth(CLI::App& app) {
+  auto options = std::make_shared<ZWidthOptions>();
+  auto damping = std::make_shared<double>(1e3 * options->damping_n_s_per_mm);
+  auto* command = app.add_subcommand(
+      "zwidth", "Find the stiffest spring a device renders without ringing, against rate and delay.");
+  command->footer(
+      "Examples:\n"
+      "  brachy zwidth --quick                                some cases, a second\n"
+      "  brachy zwidth --json zwidth.json --markdown zwidth.md\n"
+      "  brachy zwidth --mass-kg 0.045 --damping 1.5\n"
+      "A free mass on a spring, in virtual time, through the same code as a device's "
+      "(haptics/local_force.h): local: the\n"
+      "device works out its force; wire: the daemon does. scripts/zwidth.sh does the same and draws the "
+      "chart.\n"
+      "Exit codes: 0 every case under the negotiated limit is calm, 1 one rings, 2 bad input.");
+  command->add_option("--mass-kg", options->mass_kg, "of the device at its tip")
+      ->check(between(0.001, 10.0))
+      ->capture_default_str();
+  command->add_option("--damping", *damping, "of the device, N·s/m")
+      ->check(between(0.001, 1000.0))
+      ->capture_default_str();
+  command->add_option("--json", options->json, "write the points as JSON");
+  command->add_option("--markdown", options->markdown, "write the table");
+  command->add_flag("--quick", options->quick, "fewer cases");
+  return {command, [options, damping]() -> ToolOptions {
+            options->damping_n_s_per_mm = 1e-3 * *damping;
+            return *options;
+          }};
+}
+
 ToolLine add_advise(CLI::App& app) {
   auto options = std::make_shared<AdviseOptions>();
   auto* command = app.add_subcommand(

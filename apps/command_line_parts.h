@@ -24,6 +24,7 @@ ToolLine add_deform(CLI::App& app);
 ToolLine add_inspect(CLI::App& app);
 ToolLine add_compare(CLI::App& app);
 ToolLine add_stability(CLI::App& app);
+ToolLine add_zwidth(CLI::App& app);
 ToolLine add_advise(CLI::App& app);
 ToolLine add_plot_force(CLI::App& app);
 

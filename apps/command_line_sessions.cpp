@@ -6,11 +6,39 @@
 
 namespace brachy {
 
+namespace {
+
+void add_device_options(CLI::App& command, SimulatedDeviceOptions& device, CLI::Option* dynamics) {
+  const auto number = [&](const char* name, double& value, const char* what, double least, double most) {
+    command.add_option(name, value, what)
+        ->needs(dynamics)
+        ->check(between(least, most))
+        ->capture_default_str();
+  };
+  number("--mass-kg", device.mass_kg, "of the device at its tip", 0.001, 10);
+  number("--damping", device.damping_n_s_per_m, "of the device, N·s/m", 0.001, 1000);
+  number("--hand-stiffness", device.hand_stiffness_n_per_m, "of the grip, N/m", 0, 1e5);
+  number("--hand-damping", device.hand_damping_n_s_per_m, "of the grip, N·s/m", 0, 1000);
+  number("--device-hz", device.rate_hz, "cycles a second", 50, 4000);
+  number("--encoder-um", device.encoder_um, "step of its positions; 0: none", 0, 1000);
+  number("--max-force", device.max_force_n, "N that it can take", 0.01, 100);
+  number("--delay-ms", device.delay_ms, "added each way between device and simulation", 0, 1000);
+  number("--drop", device.drop_share, "share of the poses that are lost", 0, 1);
+  command.add_option("--seed", device.seed, "of which are lost")->needs(dynamics)->capture_default_str();
+  command
+      .add_flag("--simple-client", device.simple_client,
+                "forces come over the wire, not from the local model")
+      ->needs(dynamics);
+}
+
+}  // namespace
+
 ToolLine add_replay(CLI::App& app) {
   struct Said : ReplayOptions {
     std::string daemon;
     std::vector<double> translate;
-    bool offline = false;
+    bool offline = false, dynamics = false;
+    SimulatedDeviceOptions simulated;
   };
   auto options = std::make_shared<Said>();
   auto* command = app.add_subcommand("replay", "Play a needle trajectory into a daemon, or step it offline.");
@@ -21,6 +49,13 @@ ToolLine add_replay(CLI::App& app) {
       "  brachy replay config/insertion_5mm_s.csv --offline --log force.csv\n"
       "  brachy replay config/insertion_three_needles.csv --offline --config three.toml   needle.count = 3 "
       "there\n"
+      "  brachy replay config/insertion.csv --offline --device-dynamics --delay-ms 20 --drop 0.01\n"
+      "  brachy replay config/insertion.csv --connect 127.0.0.1:18950 --device-dynamics --hand-stiffness "
+      "800\n"
+      "With --device-dynamics the trajectory is the hand's: it holds a device with mass, which feels the "
+      "force and\n"
+      "moves the needle (the file's first). Reported: peak force, largest jump in a millisecond, "
+      "oscillation.\n"
       "A file with the column needle behind m23 moves several needles, with --connect each as a\n"
       "device of its own; one without moves needle 0.\n"
       "The log has a row a tick and needle: t_s,needle,state,depth_mm,fx_n,fy_n,fz_n,axial_n,lateral_n,\n"
@@ -59,12 +94,16 @@ ToolLine add_replay(CLI::App& app) {
       ->delimiter(',')
       ->expected(3)
       ->check(between(-1e4, 1e4));
+  auto* dynamics =
+      command->add_flag("--device-dynamics", options->dynamics, "a device with mass between hand and needle");
+  add_device_options(*command, options->simulated, dynamics);
   command->add_flag("--json", options->json, "print the result as JSON");
   return {command, [options]() -> ToolOptions {
             if (!options->offline && options->daemon.empty())
               throw UserError("needs --connect HOST:PORT or --offline");
             ReplayOptions replay = *options;
             if (!options->offline) replay.connect = host_port_of(options->daemon);
+            if (options->dynamics) replay.device = options->simulated;
             if (const auto& mm = options->translate; !mm.empty())
               replay.translate_mm = Vec3(mm[0], mm[1], mm[2]);
             return replay;

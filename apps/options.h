@@ -30,6 +30,20 @@ struct HostPort {
   std::uint16_t port = 0;
 };
 
+/// The device with mass that `replay --device-dynamics` puts between the trajectory, which is the hand's, and the needle.
+struct SimulatedDeviceOptions {
+  double mass_kg = 0.1;
+  double damping_n_s_per_m = 0.5;                                   ///< of the device
+  double hand_stiffness_n_per_m = 300, hand_damping_n_s_per_m = 5;  ///< of the grip
+  double rate_hz = 1000;
+  double encoder_um = 20;
+  double max_force_n = 3.3;
+  double delay_ms = 0;    ///< added each way
+  double drop_share = 0;  ///< of the poses
+  std::uint64_t seed = 1;
+  bool simple_client = false;  ///< forces come over the wire instead of the local model
+};
+
 struct ReplayOptions {
   std::filesystem::path trajectory;
   std::optional<HostPort> connect;              ///< none: offline
@@ -39,9 +53,10 @@ struct ReplayOptions {
   bool loop = false;
   bool centre_on_tissue = false;
   Vec3 translate_mm = Vec3::Zero();
-  int threads = 0;                           ///< offline; 0: the scene's
-  std::string simd;                          ///< offline; empty: the scene's
-  std::optional<std::filesystem::path> log;  ///< offline: the force log to write
+  int threads = 0;                               ///< offline; 0: the scene's
+  std::string simd;                              ///< offline; empty: the scene's
+  std::optional<std::filesystem::path> log;      ///< offline: the force log to write
+  std::optional<SimulatedDeviceOptions> device;  ///< none: the trajectory is the needle's
   bool json = false;
 };
 
@@ -98,6 +113,12 @@ struct StabilityOptions {
   bool quick = false;                         ///< fewer and smaller cases
 };
 
+struct ZWidthOptions {
+  double mass_kg = 0.1, damping_n_s_per_mm = 0.0005;    ///< of the device
+  std::optional<std::filesystem::path> json, markdown;  ///< files to write
+  bool quick = false;                                   ///< fewer cases
+};
+
 struct PlotForceOptions {
   std::filesystem::path log;
   std::optional<std::filesystem::path> out;  ///< none: the log's name with .svg
@@ -111,8 +132,9 @@ struct AdviseOptions {
   bool json = false;
 };
 
-using ToolOptions = std::variant<ReplayOptions, WatchOptions, RecordOptions, DeformOptions, InspectOptions,
-                                 CompareOptions, StabilityOptions, AdviseOptions, PlotForceOptions>;
+using ToolOptions =
+    std::variant<ReplayOptions, WatchOptions, RecordOptions, DeformOptions, InspectOptions, CompareOptions,
+                 StabilityOptions, ZWidthOptions, AdviseOptions, PlotForceOptions>;
 
 /// Exit codes of both programs.
 enum ExitCode : int {

@@ -124,7 +124,7 @@ class LocalForce {
 
   Vec3 force_at(const Vec3& tip) const noexcept {
     const double z = beyond(tip);
-    const bool touches = model_.is_capsule ? z > 0 : model_.in_contact;
+    const bool touches = only_pushes(model_) ? z > 0 : model_.in_contact;
     if (!touches) return Vec3::Zero();
     const double axial =
         std::clamp(model_.axial_stiffness_n_per_mm * z, model_.axial_min_n, model_.axial_max_n);

@@ -18,6 +18,12 @@ inline bool is_usable(const LocalContactModel& m) {
          m.after_puncture_n >= 0;
 }
 
+/// Whether only pushing makes contact: a capsule from outside. One that the tip meets inside, in another tissue's grip, has
+/// that grip's friction besides (axial_min_n < 0).
+inline bool only_pushes(const LocalContactModel& m) {
+  return m.is_capsule && m.axial_min_n == 0;
+}
+
 /// The same contact with `gain` (0 … 1) times the force at every tip: stiffnesses and forces scaled, slip where it was.
 inline LocalContactModel scaled(LocalContactModel m, double gain) {
   const auto bound = [gain](double n) { return gain > 0 ? gain * n : 0; };  // which may be infinite
@@ -50,7 +56,7 @@ class StiffnessLimiter {
     }
     if (axial) m.axial_stiffness_n_per_mm = limit;
     // A capsule that is only pushed stays where the simulation says.
-    if (axial && m.in_contact && !m.is_capsule) {
+    if (axial && m.in_contact && !only_pushes(m)) {
       if (dragging_) {
         const double z = (m.reference_tip - contact_point_).dot(m.axis);
         const double kept = std::clamp(z, m.axial_min_n / limit, m.axial_max_n / limit);

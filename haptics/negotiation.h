@@ -35,6 +35,13 @@ inline double passive_stiffness_n_per_mm(double damping_n_s_per_mm, const Closed
   return 2 * damping_n_s_per_mm / (loop.period_s + 2 * loop.delay_s);
 }
 
+/// No less than the delay τ of a loop over the wire whose forces are worked out every `period_s`: a pose waits up to a
+/// period for its evaluation, its force up to one for the device's next cycle, and both travel. A server that answers
+/// each pose as it comes saves one of them, a device that applies each force as it comes the other.
+inline double wire_delay_s(double round_trip_s, double period_s) {
+  return round_trip_s + 2 * period_s;
+}
+
 /// Whether a number is stated: finite and above 0.
 inline bool is_stated(double value) {
   return std::isfinite(value) && value > 0;

@@ -2,7 +2,7 @@
 # Builds and runs the tests.
 #   scripts/test.sh          release tests
 #   scripts/test.sh --all    also format, layers, and the tests under AddressSanitizer and ThreadSanitizer
-#                            and the charts of `brachy compare --quick` and `brachy stability --quick`
+#                            and the charts of `brachy compare --quick`, `brachy stability --quick` and `brachy zwidth --quick`
 # BRACHY_DATA_DIR names a folder of shared data; tests that need it say "skipped" without.
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -32,6 +32,7 @@ run_tests release ''
 if ((all)); then
   scripts/compare.sh --quick --charts out/compare-quick
   scripts/stability.sh --quick --charts out/stability-quick
+  scripts/zwidth.sh --quick --charts out/zwidth-quick
   run_tests asan ''
   # Threads meet in the buffer, the devices, the server and the daemon: these under ThreadSanitizer.
   run_tests tsan 'realtime_tests haptics_tests net_tests daemon_tests' -R 'TripleBuffer|Device|Server|Daemon|Deadline'

@@ -16,6 +16,7 @@ struct Run {
   int operator()(const InspectOptions& o) const { return inspect(o); }
   int operator()(const CompareOptions& o) const { return compare(o); }
   int operator()(const StabilityOptions& o) const { return stability(o); }
+  int operator()(const ZWidthOptions& o) const { return zwidth(o); }
   int operator()(const AdviseOptions& o) const { return advise(o); }
   int operator()(const PlotForceOptions& o) const { return plot_force(o); }
 };

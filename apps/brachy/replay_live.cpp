@@ -1,14 +1,17 @@
 #include <fmt/format.h>
 
+#include <array>
 #include <boost/asio/steady_timer.hpp>
 #include <chrono>
 #include <cmath>
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <vector>
 
 #include "apps/brachy/client_run.h"
+#include "apps/brachy/live_device.h"
 #include "apps/brachy/place_trajectory.h"
 #include "apps/brachy/quantiles.h"
 #include "apps/brachy/tools.h"
@@ -50,6 +53,7 @@ class LiveReplay {
 
  private:
   using Clock = std::chrono::steady_clock;
+  static constexpr double kHeldS = 0.2;
 
   std::uint32_t id_of(std::size_t i) const { return trajectories_.needles()[i].id; }
   net::Client& client_of(std::size_t i) { return i == 0 ? run_.client() : *others_[i - 1]; }
@@ -60,8 +64,34 @@ class LiveReplay {
     c.needle = static_cast<std::uint16_t>(id_of(i));
     c.name =
         trajectories_.needles().size() == 1 ? "brachy replay" : fmt::format("brachy replay {}", id_of(i));
-    c.limits.rate_hz = options_.rate_hz;
+    const SimulatedDeviceOptions device = options_.device.value_or(SimulatedDeviceOptions{});
+    c.limits.rate_hz = rate_hz();
+    c.limits.max_force_n = device.max_force_n;
+    c.limits.damping_n_s_per_mm = 1e-3 * device.damping_n_s_per_m;
+    if (i > 0 || !options_.device) return c;
+    // What it adds of delay no PING shows.
+    c.limits.max_stiffness_n_per_mm = loop_settings(device).limits.max_stiffness_n_per_mm;
+    c.evaluates_local_model = !device.simple_client;
     return c;
+  }
+
+  double rate_hz() const { return options_.device ? options_.device->rate_hz : options_.rate_hz; }
+
+  // A predecessor's fault is not ours; one that comes later stays, so that it is seen.
+  void arm_if_latched_before_us(std::size_t i, std::uint16_t flags) {
+    if (!heard_of_force_[i] && (flags & net::kForceLatched) != 0) client_of(i).arm();
+    heard_of_force_[i] = true;
+  }
+
+  void feel(net::ClientHandlers& h, std::size_t i) {
+    h.on_force = [this, i](const net::ForceMessage& force) {
+      arm_if_latched_before_us(i, force.flags);
+      if (i == 0 && device_) device_->take(force.forces.force_n, monotonic_ns());
+    };
+    h.on_local_model = [this, i](const net::LocalModelMessage& local) {
+      arm_if_latched_before_us(i, local.flags);
+      if (i == 0 && device_) device_->take(local.model, local.input_stamp_ns, monotonic_ns());
+    };
   }
 
   void show_refusal(const net::ErrorMessage& error) {
@@ -70,6 +100,7 @@ class LiveReplay {
 
   net::ClientHandlers other_handlers(std::size_t i) {
     net::ClientHandlers h;
+    feel(h, i);
     h.on_welcome = [this](const net::WelcomeMessage&) { start_when_ready(); };
     h.on_error = [this, i](const net::ErrorMessage& error) {
       if (error.fatal && error.code != net::ErrorCode::kShutdown)
@@ -86,11 +117,12 @@ class LiveReplay {
 
   net::ClientHandlers handlers() {
     net::ClientHandlers h;
+    feel(h, 0);
     h.on_welcome = [this](const net::WelcomeMessage& welcome) {
-      if (options_.rate_hz > welcome.max_poses_per_s)
+      if (rate_hz() > welcome.max_poses_per_s)
         std::cerr << fmt::format(
-            "brachy replay: --rate-hz {} is above what the daemon takes ({}); the rest is lost\n",
-            options_.rate_hz, welcome.max_poses_per_s);
+            "brachy replay: {} poses a second are above what the daemon takes ({}); the rest is lost\n",
+            rate_hz(), welcome.max_poses_per_s);
       run_.client().request_state();  // what was counted before us
     };
     h.on_topology = [this](const net::TopologyMessage& topology) { start(topology); };
@@ -126,6 +158,9 @@ class LiveReplay {
     if (ready_ <= others_.size()) return;
     begin_ = Clock::now();
     first_stamp_ns_ = monotonic_ns();
+    if (options_.device)
+      device_.emplace(
+          *options_.device, [this](double t_s) { return hand_at(t_s); }, first_stamp_ns_);
     send();
   }
 
@@ -133,23 +168,33 @@ class LiveReplay {
   void send() {
     const double elapsed_s = std::chrono::duration<double>(Clock::now() - begin_).count();
     const double duration_s = trajectories_.duration_s();
-    double t_s = elapsed_s;
-    if (options_.loop && duration_s > 0) t_s = std::fmod(t_s, duration_s);
-    const bool last = !options_.loop && elapsed_s >= duration_s;
-    send_poses(trajectories_.start_s() + std::min(t_s, duration_s));
+    played_ = !options_.loop && elapsed_s >= duration_s;
+    // The last pose is held for its mesh to come back; then the end comes before the daemon misses poses.
+    const bool last = !options_.loop && elapsed_s >= duration_s + kHeldS;
+    send_poses(played_s(elapsed_s));
     if (last) {
-      played_ = true;
-      timer_.expires_after(std::chrono::milliseconds(200));  // for the last poses to come back
+      timer_.expires_after(std::chrono::milliseconds(30));
       timer_.async_wait([this](const auto& error) {
         if (!error) run_.finish();
       });
       return;
     }
-    const double next = std::floor(elapsed_s * options_.rate_hz) + 1;
-    timer_.expires_at(begin_ + std::chrono::nanoseconds(std::llround(next / options_.rate_hz * 1e9)));
+    const double next = std::floor(elapsed_s * rate_hz()) + 1;
+    timer_.expires_at(begin_ + std::chrono::nanoseconds(std::llround(next / rate_hz() * 1e9)));
     timer_.async_wait([this](const auto& error) {
       if (!error && run_.client().is_open()) send();
     });
+  }
+
+  // The trajectories' time.
+  double played_s(double elapsed_s) const {
+    const double duration_s = trajectories_.duration_s();
+    const double t_s = options_.loop && duration_s > 0 ? std::fmod(elapsed_s, duration_s) : elapsed_s;
+    return trajectories_.start_s() + std::min(t_s, duration_s);
+  }
+
+  RigidTransform hand_at(double elapsed_s) const {
+    return trajectories_.needles()[0].motion.sample(played_s(elapsed_s));
   }
 
   // A device cannot say that its needle is gone: looping, one waits at its last pose for its first row.
@@ -158,6 +203,10 @@ class LiveReplay {
     for (std::size_t i = 0; i < trajectories_.needles().size(); ++i) {
       const auto& needle = trajectories_.needles()[i];
       net::Client& client = client_of(i);
+      if (i == 0 && device_) {
+        if (const auto pose = device_->advance(now_ns)) client.send_pose(pose->X_WN, pose->stamp_ns);
+        continue;
+      }
       if (const auto X_WN = trajectories_.sample(needle.id, t_s))
         client.send_pose(*X_WN, now_ns);
       else if (client.poses_sent() > 0)
@@ -189,17 +238,21 @@ class LiveReplay {
                                            {"round_trip_ms", to_json_ms(round_trip_)},
                                            {"max_disp_mm", max_displacement_},
                                            {"max_depth_mm", deepest_}};
-      std::cout << json.dump() << "\n";
+      std::cout << with_hand(json.dump() + "\n", options_.device, hand());
       return;
     }
     std::cout << fmt::format(
-        "replay: {} poses sent in {:.1f} s, {} accepted, {} refused; pose to mesh and back: p50 {:.1f} ms, "
-        "p99 {:.1f} "
-        "ms\n  deepest insertion {:.1f} mm, largest displacement {:.2f} mm\n",
-        sent, trajectories_.duration_s(), accepted, turned_down,
-        1e-6 * static_cast<double>(round_trip_.quantile(0.5)),
-        1e-6 * static_cast<double>(round_trip_.quantile(0.99)), deepest_, max_displacement_);
+                     "replay: {} poses sent in {:.1f} s, {} accepted, {} refused; pose to mesh and back: p50 "
+                     "{:.1f} ms, "
+                     "p99 {:.1f} "
+                     "ms\n  deepest insertion {:.1f} mm, largest displacement {:.2f} mm\n",
+                     sent, trajectories_.duration_s(), accepted, turned_down,
+                     1e-6 * static_cast<double>(round_trip_.quantile(0.5)),
+                     1e-6 * static_cast<double>(round_trip_.quantile(0.99)), deepest_, max_displacement_)
+              << to_text(options_.device, hand());
   }
+
+  HandReport hand() const { return device_ ? device_->report() : HandReport(); }
 
   ReplayOptions options_;
   NeedleTrajectories trajectories_;
@@ -212,6 +265,8 @@ class LiveReplay {
   int refusals_shown_ = 0;
   double max_displacement_ = 0, deepest_ = 0;
   Histogram round_trip_;
+  std::array<bool, kMaxTrajectoryNeedles> heard_of_force_{};
+  std::optional<LiveDevice> device_;  // that moves the first needle
   ClientRun run_;
   std::vector<std::unique_ptr<net::Client>> others_;  // of the needles after the first, in order
   boost::asio::steady_timer timer_;

@@ -5,6 +5,7 @@
 
 #include "apps/brachy/place_trajectory.h"
 #include "apps/brachy/replay_report.h"
+#include "apps/brachy/simulated_device.h"
 #include "apps/brachy/tools.h"
 #include "apps/tissue_box.h"
 #include "core/choice/choice.h"
@@ -55,8 +56,9 @@ int replay_offline(const ReplayOptions& options) {
   std::vector<NeedlePose> poses(trajectories.id_count());
   StateHash hash;
   ReplayTally tally(ids_of(trajectories));
-  for (std::uint64_t k = 0; k < ticks; ++k) {
-    const double t_s = trajectories.start_s() + static_cast<double>(k) * period_s;
+  std::uint64_t k = 0;
+  const auto tick = [&](const NeedlePose* held) {
+    const double t_s = trajectories.start_s() + static_cast<double>(k++) * period_s;
     for (const auto& needle : trajectories.needles()) {
       const auto X_WN = trajectories.sample(needle.id, t_s);
       NeedlePose& pose = poses[needle.id];
@@ -65,16 +67,28 @@ int replay_offline(const ReplayOptions& options) {
       pose.X_WN = *X_WN;
       ++pose.sequence;
     }
+    const std::uint32_t held_id = trajectories.needles().front().id;
+    if (held) poses[held_id] = *held;
     simulator.step(poses, state);
     hash.add(state);
     tally.add(t_s, state, changes_are_finite(state, simulator.tissue().blocks));
     if (log) add_to_log(*log, t_s, state);
-  }
+    return state.needles[held_id].local_model;
+  };
+  HandReport hand;
+  if (options.device)
+    hand = hold(*options.device, trajectories.needles().front().motion, period_s, ticks,
+                [&](const NeedlePose& pose) { return tick(&pose); });
+  else
+    while (k < ticks) tick(nullptr);
 
   // The result first: a full disk costs the log's end, not the run.
   const std::string state_hash = fmt::format("{:016x}", hash.value());
-  std::cout << (options.json ? tally.to_json(simulator, state_hash) : tally.to_text(simulator, state_hash))
-            << std::flush;
+  if (options.json)
+    std::cout << with_hand(tally.to_json(simulator, state_hash), options.device, hand);
+  else
+    std::cout << tally.to_text(simulator, state_hash) << to_text(options.device, hand);
+  std::cout << std::flush;
   if (log) log->close();
   return kExitOk;
 }

@@ -22,6 +22,8 @@ int inspect(const InspectOptions& options);
 int compare(const CompareOptions& options);
 /// Sweeps every method to failure.
 int stability(const StabilityOptions& options);
+/// Finds the stiffest spring that a device renders stably, against rate and delay.
+int zwidth(const ZWidthOptions& options);
 /// Says what a scene needs: valid supports, expected error and cost of each rung, the choice.
 int advise(const AdviseOptions& options);
 /// Draws a force log: force against depth and against time.

@@ -7,6 +7,8 @@
 #include <limits>
 #include <random>
 
+#include "tests/core/sim/allocation_guard.h"
+
 namespace brachy {
 namespace {
 
@@ -96,6 +98,19 @@ TEST(LocalForce, ACapsuleAheadOnlyPushesAndGivesWayAtItsPuncture) {
   EXPECT_NEAR(axial(local, 1.49, ++t), 1.192, 1e-12);
   EXPECT_NEAR(axial(local, 1.51, ++t), 0.3, 1e-12) << "through";
   EXPECT_NEAR(axial(local, 5, ++t), 0.3, 1e-12);
+}
+
+TEST(LocalForce, ACapsuleInsideDoesNotTakeTheFrictionBehindIt) {
+  LocalForce local;
+  LocalContactModel m = tissue();
+  m.is_capsule = true;
+  m.after_puncture_n = 0.5;
+  local.take(m, LocalForce::kUnknown, 0);
+  std::int64_t t = 0;
+  EXPECT_NEAR(axial(local, -0.6, ++t), -0.6, 1e-12) << "withdrawn: held back";
+  EXPECT_NEAR(axial(local, 1.4, ++t), 1.4, 1e-12);
+  EXPECT_NEAR(axial(local, 1.6, ++t), 0.5, 1e-12) << "through";
+  EXPECT_NEAR(axial(local, 0, ++t), -1, 1e-12);
 }
 
 TEST(LocalForce, AcrossTheShaftASpringAboutTheReference) {
@@ -238,6 +253,17 @@ TEST(LocalForce, IsNoStifferThanTheLimitAndStillSlipsAtTheFullForce) {
   }
   EXPECT_NEAR(last, 1.5, 1e-9);
   EXPECT_TRUE(local.evaluate(at(30), t += kMs).flags & kLocalStiffnessLimited);
+}
+
+TEST(LocalForce, DoesNotAllocate) {
+  if (!test::allocations_are_counted()) GTEST_SKIP() << "the sanitizers own malloc";
+  LocalForce local({.max_stiffness_n_per_mm = 0.5});
+  const std::uint64_t before = test::allocation_count();
+  for (std::int64_t ms = 0; ms < 2000; ++ms) {
+    if (ms % 5 == 0) local.take(tissue(), (ms - 100) * kMs, ms * kMs);
+    local.evaluate(at(0.002 * static_cast<double>(ms)), ms * kMs);
+  }
+  EXPECT_EQ(test::allocation_count(), before);
 }
 
 TEST(ModelLimits, AcrossTheShaftForceAndStiffnessAreMadeSmallerAlike) {

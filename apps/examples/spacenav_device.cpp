@@ -1,0 +1,142 @@
+// An adapter for a real device, to copy from: a six-degree input device (a SpaceNavigator and its kin, by evdev) moves
+// the needle. What it takes: open the device, connect as role device, send poses with our clock's stamp.
+//
+//   spacenav_device HOST:PORT /dev/input/by-id/usb-3Dconnexion_SpaceNavigator-event-mouse
+//
+// Reading it needs membership of the group `input`. A regular file of struct input_event is played instead, a report each
+// cycle, then it ends: for tests, and to replay what `cat /dev/input/…` kept. This device renders no force: FORCE and
+// LOCAL_MODEL are left unread. One that does sets evaluates_local_model, hands on_local_model to LocalForce::take and
+// calls LocalForce::evaluate in its own cycle (haptics/local_force.h).
+
+#include <fcntl.h>
+#include <linux/input.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <array>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <cerrno>
+#include <chrono>
+#include <iostream>
+#include <string>
+
+#include "core/realtime/deadline.h"
+#include "net/client.h"
+
+namespace {
+
+using namespace brachy;
+
+constexpr double kFullDeflection = 350;  // counts
+constexpr double kSpeedMmPerS = 30, kTurnRadPerS = 0.5;
+constexpr auto kCycle = std::chrono::milliseconds(5);
+
+/// Deflections of the six axes, −1 … 1: the device's x, y, z, then turns about them.
+class SixAxes {
+ public:
+  explicit SixAxes(const char* path) : file_(open(path, O_RDONLY | O_NONBLOCK | O_CLOEXEC)) {
+    struct stat status {};
+    if (file_ < 0 || fstat(file_, &status) != 0)
+      throw UserError(std::string(path) +
+                      ": cannot be read; is it plugged in, are you in the group `input`?");
+    is_played_ = S_ISREG(status.st_mode);
+  }
+
+  /// Takes what has come; false: the device is gone, or the file is at its end.
+  bool update() {
+    input_event event{};
+    for (;;) {
+      const ssize_t got = read(file_, &event, sizeof event);
+      if (got < 0) return errno == EAGAIN || errno == EINTR;
+      if (got != sizeof event) return false;
+      const bool axis = (event.type == EV_REL || event.type == EV_ABS) && event.code < at.size();
+      if (axis) at[event.code] = event.value / kFullDeflection;
+      if (is_played_ && event.type == EV_SYN) return true;
+    }
+  }
+
+  std::array<double, 6> at{};
+
+ private:
+  int file_;  // until the program ends
+  bool is_played_ = false;
+};
+
+/// The cap's deflection is a speed. The device's frame is x right, y towards the user, z down: z pushes the needle in.
+RigidTransform moved(const RigidTransform& X_WN, const SixAxes& axes, double dt_s) {
+  const Vec3 push(axes.at[0], axes.at[1], axes.at[2]), turn(axes.at[3], axes.at[4], axes.at[5]);
+  const double angle = turn.norm() * kTurnRadPerS * dt_s;
+  RigidTransform X_NM;  // the needle's step, in its own frame
+  X_NM.p = push * kSpeedMmPerS * dt_s;
+  if (angle > 0) X_NM.R = Eigen::AngleAxisd(angle, turn.normalized()).toRotationMatrix();
+  RigidTransform X_WM = X_WN * X_NM;
+  X_WM.R = Eigen::Quaterniond(X_WM.R).normalized().toRotationMatrix();  // rounding does not add up
+  return X_WM;
+}
+
+class Adapter {
+ public:
+  explicit Adapter(const char* device) : axes_(device), timer_(io_), client_(io_, options(), handlers()) {
+    X_WN_.p = Vec3(0, 0, -60);  // in front of the default phantom, which lies about the origin
+  }
+
+  void run(const std::string& host, std::uint16_t port) {
+    client_.connect(host, port);
+    io_.run();
+    std::cout << client_.poses_sent() << " poses sent, tip at " << X_WN_.p.transpose() << " mm\n";
+  }
+
+ private:
+  static net::ClientOptions options() {
+    net::ClientOptions o;
+    o.role = net::Role::kDevice;
+    o.subscription = net::kSubscribeNoMesh;
+    o.name = "spacenav_device";
+    o.limits.rate_hz = 1e3 / static_cast<double>(kCycle.count());
+    return o;
+  }
+
+  net::ClientHandlers handlers() {
+    net::ClientHandlers h;
+    h.on_welcome = [this](const net::WelcomeMessage&) { timer_.expires_after(kCycle), wait(); };
+    h.on_error = [](const net::ErrorMessage& error) { std::cerr << error.text << "\n"; };
+    h.on_closed = [](const std::string& reason) { throw std::runtime_error(reason); };
+    return h;
+  }
+
+  void wait() {
+    timer_.async_wait([this](const auto&) { is_over_ ? io_.stop() : cycle(); });
+  }
+
+  void cycle() {
+    is_over_ = !axes_.update();
+    if (!is_over_) {
+      X_WN_ = moved(X_WN_, axes_, 1e-3 * static_cast<double>(kCycle.count()));
+      client_.send_pose(X_WN_, monotonic_ns());
+    }
+    // What is queued at the end goes out before the connection closes, that before the daemon misses poses (50 ms).
+    timer_.expires_at(timer_.expiry() + (is_over_ ? 6 * kCycle : kCycle));
+    wait();
+  }
+
+  SixAxes axes_;
+  RigidTransform X_WN_;
+  bool is_over_ = false;
+  boost::asio::io_context io_{1};
+  boost::asio::steady_timer timer_;
+  net::Client client_;
+};
+
+}  // namespace
+
+int main(int argc, char** argv) try {
+  const std::string server = argc == 3 ? argv[1] : "";
+  const std::size_t colon = server.rfind(':');
+  if (colon == std::string::npos) throw UserError("usage: spacenav_device HOST:PORT /dev/input/eventN");
+  Adapter(argv[2]).run(server.substr(0, colon),
+                       static_cast<std::uint16_t>(std::stoi(server.substr(colon + 1))));
+} catch (const std::exception& e) {
+  std::cerr << "spacenav_device: " << e.what() << "\n";
+  return 2;
+}
