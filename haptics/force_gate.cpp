@@ -70,7 +70,7 @@ double ForceGate::gain(std::int64_t now_ns) const {
 Vec3 ForceGate::pass(const Vec3& wanted, std::int64_t now_ns) {
   check(now_ns);
   const double share = wanted.allFinite() ? gain(now_ns) : 0;
-  const Vec3 force_n = limiter_.step(share > 0 ? Vec3(share * wanted) : Vec3(Vec3::Zero()), now_ns);
+  Vec3 force_n = limiter_.step(share > 0 ? Vec3(share * wanted) : Vec3(Vec3::Zero()), now_ns);
   if (share > 0) {  // the way to 0 after a fault is the fault's
     note(Intervention::kForceLimited, limiter_.clamped());
     note(Intervention::kSlewLimited, limiter_.slewed());

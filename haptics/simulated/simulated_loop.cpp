@@ -30,7 +30,7 @@ SimulatedLoop::SimulatedLoop(const LoopSettings& settings, LoopSimulation simula
 Vec3 SimulatedLoop::step(const RigidTransform& hand) {
   serve_until(now_ns_);
   const Vec3 tip = device_.measured_tip();
-  const Vec3 force_n = force_now(tip);
+  Vec3 force_n = force_now(tip);
   poses_.push({.X_WN = {R_WN_, tip}, .sequence = ++sequence_, .stamp_ns = now_ns_, .present = true}, now_ns_);
   device_.advance(force_n, hand.p);
   R_WN_ = hand.R;

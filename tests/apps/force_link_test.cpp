@@ -40,7 +40,7 @@ struct ForceLinkTest : ::testing::Test {
     return o;
   }
 
-  void attach(net::DeviceInfo device = {}) { link.attach(device); }
+  void attach(const net::DeviceInfo& device = {}) { link.attach(device); }
 
   NeedlePose pose() {
     NeedlePose pose;

@@ -8,6 +8,7 @@
 #include <memory>
 #include <random>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/sim/mesh_state.h"
@@ -54,7 +55,7 @@ class FakeSimulation {
 /// A Client that keeps what it was told.
 struct Recorder {
   explicit Recorder(boost::asio::io_context& io, ClientOptions options = {})
-      : client(io, options, handlers()) {}
+      : client(io, std::move(options), handlers()) {}
   ClientHandlers handlers();
 
   int welcomes = 0, topologies = 0;

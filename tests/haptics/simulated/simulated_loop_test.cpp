@@ -66,6 +66,76 @@ TEST(SimulatedLoop, WellUnderTheLimitTheMassComesToRestAndFarAboveItDoesNot) {
   }
 }
 
+/// Peak to peak of z over the next second.
+double swing(SimulatedLoop& loop, double rate_hz) {
+  double low = INFINITY, high = -INFINITY;
+  for (int i = 0; i < static_cast<int>(rate_hz); ++i) {
+    loop.step({});
+    low = std::min(low, loop.device().tip().z());
+    high = std::max(high, loop.device().tip().z());
+  }
+  return high - low;
+}
+
+// Encoder steps put in energy that the limit knows nothing of. A free mass keeps a tremor: of a step at half the limit, of
+// ten near it, where next to no damping is left over. Any hand ends it.
+TEST(SimulatedLoop, UnderTheLimitEncoderStepsLeaveATremorThatDoesNotGrow) {
+  struct Grip {
+    double stiffness, damping, share, steps;
+  };
+  for (const double rate_hz : {200.0, 1000.0, 2000.0}) {
+    for (const Grip& grip :
+         {Grip{0, 0, 0.1, 2}, Grip{0, 0, 0.5, 2}, Grip{0, 0, 0.9, 10}, Grip{0.05, 0.001, 0.99, 2}}) {
+      LoopSettings s = free_mass(rate_hz, 0.01, true);
+      s.device.hand_stiffness_n_per_mm = grip.stiffness;
+      s.device.hand_damping_n_s_per_mm = grip.damping;
+      s.device.encoder_mm = 0.05;
+      const double limit = passive_stiffness_n_per_mm(s.device.damping_n_s_per_mm, {.period_s = 1 / rate_hz});
+      SimulatedLoop loop(s, bonded(grip.share * limit), {});
+      loop.device().displace(Vec3(0, 0, 0.5));
+      for (int second = 0; second < 30; ++second) swing(loop, rate_hz);
+      EXPECT_LE(swing(loop, rate_hz), grip.steps * s.device.encoder_mm) << rate_hz << " Hz, " << grip.share;
+    }
+  }
+}
+
+/// A wall that only pushes, from z = 0 on.
+LoopSimulation wall(double stiffness) {
+  return [stiffness](const NeedlePose& pose) {
+    LocalContactModel m;
+    m.tick = 1;
+    m.is_capsule = true;
+    m.in_contact = pose.X_WN.p.z() > 0;
+    m.reference_tip = pose.X_WN.p;
+    m.axial_stiffness_n_per_mm = stiffness;
+    m.axial_max_n = m.after_puncture_n = 1e9;
+    return m;
+  };
+}
+
+// Let go inside a wall, it is thrown out with no more than the spring held.
+TEST(SimulatedLoop, UnderTheLimitAWallGivesNoEnergyWhateverTheNetworksDelay) {
+  for (const double delay_s : {0.0, 0.01, 0.05}) {
+    for (const bool local_model : {true, false}) {
+      LoopSettings s = free_mass(1000, delay_s, local_model);
+      const ClosedLoop closed{.period_s = 0.001,
+                              .delay_s = local_model ? 0 : wire_delay_s(2 * delay_s, 0.001)};
+      SimulatedLoop loop(s, wall(passive_stiffness_n_per_mm(s.device.damping_n_s_per_mm, closed)),
+                         {Mat3::Identity(), Vec3(0, 0, -1)});
+      loop.device().displace(Vec3(0, 0, 2));
+      double energy = 0.5 * passive_stiffness_n_per_mm(s.device.damping_n_s_per_mm, closed) * 4;
+      for (int i = 0; i < 3000; ++i) {
+        loop.step({});
+        if (loop.device().tip().z() >= 0) continue;
+        const double kinetic = 0.5 * 1e-3 * s.device.mass_kg * loop.device().velocity().squaredNorm();
+        EXPECT_LE(kinetic, energy * (1 + 1e-9)) << delay_s << " " << local_model;
+        energy = kinetic;
+      }
+      EXPECT_LT(loop.device().tip().z(), 0) << "it was thrown out";
+    }
+  }
+}
+
 TEST(SimulatedLoop, RunsAreAlike) {
   LoopSettings s = free_mass(1000, 0.01, true);
   s.drop_share = 0.3;
