@@ -7,6 +7,7 @@
 #include "apps/brachy/tools.h"
 #include "core/choice/choice.h"
 #include "core/compact/compact_kernel.h"
+#include "core/contact/landmark_stiffness.h"
 #include "core/kernels/kernels.h"
 #include "core/scene/load_body.h"
 #include "core/scene/scene_file.h"
@@ -28,11 +29,20 @@ struct Conditioning {
 constexpr std::array<Conditioning, 4> kShaft = {
     {{"psi31", 5.0, 3}, {"psi30", 1.0, 1}, {"psi32", 77, 5}, {"buhmann", 8.0, 3}}};
 
-// Below, a landmark displaced as far as the contact lets it folds the field (a > M |d|); above, K's condition exceeds
-// 10¹⁰, for landmarks as near as the tip comes to one on the shaft.
+// How far a tip takes the tissue along before it punctures or cuts, mm.
+double largest_push(const Scene& scene) {
+  const TissueContact& contact = scene.tissue.contact;
+  return std::max(contact.puncture_force_n, contact.cutting_force_n) /
+         elastic_landmark_stiffness(1e-3 * scene.tissue.shear_modulus_kpa, scene.tissue.poisson,
+                                    scene.contact.tip_core_mm);
+}
+
+// Below, a landmark displaced as far as the contact lets it folds the field (a > M |d|), or takes more than three
+// sub-steps where the scene composes them; above, K's condition exceeds 10¹⁰, for landmarks as near as the tip comes to
+// one on the shaft.
 std::vector<Window> windows(const Scene& scene) {
   constexpr double kMostCondition = 1e10, kTipDistance = 0.25;
-  const double d = std::max(scene.contact.puncture_indentation_mm, scene.contact.cutting_displacement_mm);
+  const double d = largest_push(scene) / (scene.stability.policy == "substep" ? 3 : 1);
   const double q = kTipDistance * scene.contact.landmark_spacing_mm;
   std::vector<Window> all;
   for (const Conditioning& k : kShaft) {

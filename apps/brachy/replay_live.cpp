@@ -8,6 +8,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "apps/brachy/client_run.h"
@@ -98,18 +99,23 @@ class LiveReplay {
     if (!error.fatal && refusals_shown_++ < 5) std::cerr << "brachy replay: " << error.text << "\n";
   }
 
+  // The first failure is the cause of the others.
+  void fail(std::size_t i, const std::string& what, net::ErrorCode code = {}) {
+    if (!failure_.empty()) return;
+    failure_ = fmt::format("needle {}: {}", id_of(i), what);
+    if (code == net::ErrorCode::kNoNeedle) failure_ += "; raise needle.count in the daemon's scene";
+  }
+
   net::ClientHandlers other_handlers(std::size_t i) {
     net::ClientHandlers h;
     feel(h, i);
     h.on_welcome = [this](const net::WelcomeMessage&) { start_when_ready(); };
     h.on_error = [this, i](const net::ErrorMessage& error) {
-      if (error.fatal && error.code != net::ErrorCode::kShutdown)
-        failure_ = fmt::format("needle {}: {}", id_of(i), error.text);
+      if (error.fatal && error.code != net::ErrorCode::kShutdown) fail(i, error.text, error.code);
       show_refusal(error);
     };
     h.on_closed = [this, i](const std::string& reason) {
-      if (failure_.empty() && !run_.server_stopped())
-        failure_ = fmt::format("needle {}: {}", id_of(i), reason);
+      if (!run_.server_stopped()) fail(i, reason);
       run_.finish();
     };
     return h;
@@ -124,6 +130,9 @@ class LiveReplay {
             "brachy replay: {} poses a second are above what the daemon takes ({}); the rest is lost\n",
             rate_hz(), welcome.max_poses_per_s);
       run_.client().request_state();  // what was counted before us
+    };
+    h.on_state = [this](const net::StateMessage&) {
+      if (!std::exchange(counted_, true)) start_when_ready();
     };
     h.on_topology = [this](const net::TopologyMessage& topology) { start(topology); };
     h.on_frame = [this](const net::FrameMessage& frame) {
@@ -152,10 +161,10 @@ class LiveReplay {
     start_when_ready();
   }
 
-  // Once every needle was granted and the tissue is known: one clock for all.
+  // Once every needle was granted, the tissue is known and what was counted before us: one clock for all.
   void start_when_ready() {
-    ready_ += 1;
-    if (ready_ <= others_.size()) return;
+    const std::size_t awaited = others_.size() + 2;
+    if (++ready_ != awaited) return;
     begin_ = Clock::now();
     first_stamp_ns_ = monotonic_ns();
     if (options_.device)
@@ -256,8 +265,8 @@ class LiveReplay {
 
   ReplayOptions options_;
   NeedleTrajectories trajectories_;
-  bool placed_ = false, played_ = false;
-  std::size_t ready_ = 0;  // of the other connections' WELCOMEs and our TOPOLOGY
+  bool counted_ = false, placed_ = false, played_ = false;
+  std::size_t ready_ = 0;  // of the others' WELCOMEs, our TOPOLOGY and our first STATE
   std::string failure_;    // of one of the others
   Clock::time_point begin_;
   std::int64_t first_stamp_ns_ = 0;

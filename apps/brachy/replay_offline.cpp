@@ -42,7 +42,7 @@ void add_to_log(ForceLogWriter& log, double t_s, const MeshState& state) {
 
 int replay_offline(const ReplayOptions& options) {
   const Scene scene = scene_of(options);
-  NeedleTrajectories trajectories = load_trajectories(options.trajectory, 1);
+  NeedleTrajectories trajectories = load_trajectories(options.trajectory, scene.needle.count);
   Simulator simulator(scene, load_tissue(scene).tissue);
   trajectories = place(trajectories, options, options.centre_on_tissue || scene.device.centre_on_tissue,
                        centre_of(simulator.tissue()));

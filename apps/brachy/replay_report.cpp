@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "apps/certificate_report.h"
@@ -31,7 +32,7 @@ nlohmann::ordered_json json_of(const ForcePeaks& peaks, const ForceWork& work) {
       {"insertion_work_nmm", work.insertion_nmm()},
       {"cutting_share_of_work", share_of(work.cutting_nmm(), work.insertion_nmm())},
       {"friction_share_of_work", share_of(work.friction_nmm(), work.insertion_nmm())},
-      {"dissipated_nmm", work.hand_nmm()},
+      {"hand_work_nmm", work.hand_nmm()},
   };
 }
 
@@ -40,7 +41,7 @@ std::string text_of(const ForcePeaks& peaks, const ForceWork& work) {
   return fmt::format(
       "  force: at most {:.2f} N out, {:.2f} N in, {:.2f} N across; puncture {}\n"
       "  at {:.1f} mm, its deepest: {:.2f} N, cutting {}, friction {}\n"
-      "  work: {:.1f} N·mm going in, cutting {}, friction {}; {:.1f} N·mm dissipated in all\n",
+      "  work: {:.1f} N·mm going in, cutting {}, friction {}; {:.1f} N·mm by the hand in all\n",
       peaks.out_n(), peaks.in_n(), peaks.lateral_n(),
       std::isnan(peaks.puncture_n()) ? "none" : fmt::format("at {:.2f} N", peaks.puncture_n()),
       peaks.depth_mm(), deepest.axial_n, percent(share_of(deepest.cutting_n, deepest.axial_n)),
@@ -84,6 +85,15 @@ std::uint32_t ReplayTally::punctures() const {
   return count;
 }
 
+double ReplayTally::dissipated_nmm() const {
+  double work = 0;
+  for (const Needle& needle : needles_) {
+    const bool out = needle.contact == ContactState::kFree || needle.contact == ContactState::kWithdrawn;
+    work += out ? needle.work.hand_nmm() : ForcePeaks::kNone;
+  }
+  return work;
+}
+
 double ReplayTally::max_depth_mm() const {
   double depth = 0;
   for (const Needle& needle : needles_) depth = std::max(depth, needle.peaks.depth_mm());
@@ -100,6 +110,7 @@ std::string ReplayTally::to_json(const Simulator& simulator, const std::string& 
       {"moved", max_moved_},
       {"ticks_in_contact", in_contact_},
       {"punctures", punctures()},
+      {"dissipated_nmm", dissipated_nmm()},
       {"contact", to_string(needles_.front().contact)},
       {"simd", to_string(simulator.simd_target())},
       {"ticks_idle", ticks_of(simulator, Evaluation::kIdle)},
@@ -123,8 +134,10 @@ std::string ReplayTally::to_json(const Simulator& simulator, const std::string& 
 std::string ReplayTally::to_text(const Simulator& simulator, const std::string& state_hash) const {
   std::string text = fmt::format(
       "{} ticks of {} points, {} in contact, {} punctures\n"
-      "largest displacement {:.3f} mm, at most {} points moved{}{}{}\n",
+      "largest displacement {:.3f} mm, at most {} points moved; {}{}{}{}\n",
       ticks_, simulator.tissue().size(), in_contact_, punctures(), max_displacement_, max_moved_,
+      std::isnan(dissipated_nmm()) ? "tissue not at rest in the end"
+                                   : fmt::format("{:.1f} N·mm dissipated", dissipated_nmm()),
       all_flags_ & kStepSolveFailed ? "; a solve FAILED" : "",
       all_flags_ & kStepSaturated ? "; a landmark was held at its limit" : "",
       all_flags_ & kStepReseated ? "; a needle jumped" : "");

@@ -33,6 +33,8 @@ class ReplayTally {
   };
   std::uint32_t punctures() const;
   double max_depth_mm() const;
+  /// The hands' work, all of which is dissipated where no needle is in the tissue in the end; else NaN: part is stored.
+  double dissipated_nmm() const;
 
   std::vector<Needle> needles_;
   CertificateTally certificates_;

@@ -1,25 +1,45 @@
 #pragma once
 
+#include <cstddef>
+
 namespace brachy {
 
 /// The needle's body. Lengths in mm.
 struct NeedleSettings {
-  double length_mm = 200;     ///< hub to tip; 18 G brachytherapy needle (DESIGN §6)
-  double diameter_mm = 1.27;  ///< 18 G
+  static constexpr double kReferenceDiameter = 1.27;  ///< 18 G, mm: what TissueContact's forces are for
+  static constexpr std::size_t kMaxCount = 16;
+
+  double length_mm = 200;  ///< hub to tip; 18 G brachytherapy needle (DESIGN §6)
+  double diameter_mm = kReferenceDiameter;
+  std::size_t count = 1;  ///< needles that may be in the scene at once, all of this body
 
   bool operator==(const NeedleSettings&) const = default;
 };
 
-/// How needle and tissue meet while reactions are not yet forces: stick and slip are bounds on displacement, mm.
+/// What a needle meets in one tissue: an 18 G one, others in proportion to their diameter. config/prostate.toml has the
+/// sources.
+struct TissueContact {
+  double puncture_force_n = 5.6;  ///< at which the tissue's capsule gives way; 0: it has none
+  double capsule_n_per_mm = 0.3;  ///< a₁: an indentation δ of the capsule takes at most a₁δ + a₂δ², N
+  double capsule_n_per_mm2 = 0.06;  ///< a₂
+  double cutting_force_n = 3;       ///< at which the tip cuts on
+  double friction_n_per_mm = 0.02;  ///< along the shaft, for each mm in the tissue
+
+  bool operator==(const TissueContact&) const = default;
+};
+
+/// How a needle's landmarks are set. Lengths in mm.
 struct ContactSettings {
-  double puncture_indentation_mm = 3.0;   ///< the capsule gives way at this push along the needle
-  double cutting_displacement_mm = 1.5;   ///< tissue at the tip is carried this far before it is cut
-  double friction_displacement_mm = 1.0;  ///< tissue along the shaft is carried this far before it slips
-  double surface_slip_mm = 2.0;           ///< on the intact capsule the contact point slides beyond this drag
-  double landmark_spacing_mm = 5.0;       ///< between shaft landmarks along the cut path
-  double max_displacement_mm = 10.0;      ///< a landmark's displacement is held at this and flagged
-  double max_jump_mm = 10.0;  ///< a tip that moves farther in a tick has jumped, and is seated anew
-  int max_landmarks = 41;     ///< tip and shaft; spacing × (max − 1) must cover the needle
+  /// Radius over which a contact's or a tip's force is spread: it sets how stiff the tissue is to it, on every rung
+  /// (core/contact/landmark_stiffness.h). At least √(F/32μ) for the largest force F that it takes (DESIGN §5), 5.4 mm for
+  /// 5.6 N at 6 kPa, or the tissue folds there.
+  double tip_core_mm = 10;
+  double surface_slip_mm = 2;       ///< on the intact capsule the contact point slides beyond this drag
+  double landmark_spacing_mm = 5;   ///< between shaft landmarks along the cut path
+  double leave_path_mm = 2;         ///< a tip this far beside an old cut cuts a new one
+  double max_displacement_mm = 15;  ///< a landmark's displacement is held at this and flagged
+  double max_jump_mm = 10;          ///< a tip that moves farther in a tick has jumped, and is seated anew
+  int max_landmarks = 41;           ///< of a needle, tip and shaft; spacing × (max − 1) must cover it
 
   bool operator==(const ContactSettings&) const = default;
 };

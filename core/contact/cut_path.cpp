@@ -27,6 +27,13 @@ void CutPath::extend_to(const Vec3& point) noexcept {
   end_length_ = s;
 }
 
+void CutPath::cut_off(double s) noexcept {
+  if (s >= end_length_) return;
+  end_ = at(s);
+  end_length_ = std::max(0.0, s);
+  while (knots_.size() > 1 && knots_.back().s > end_length_) knots_.pop_back();
+}
+
 Vec3 CutPath::at(double s) const noexcept {
   if (s >= end_length_) return end_;
   if (s <= 0) return knots_.front().point;

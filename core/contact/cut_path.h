@@ -22,6 +22,12 @@ class CutPath {
   /// Moves the end of the path to `point` (a straight cut from the present end).
   void extend_to(const Vec3& point) noexcept;
 
+  /// Forgets what lies beyond arc length s.
+  void cut_off(double s) noexcept;
+
+  bool empty() const noexcept { return knots_.empty(); }  ///< nothing has been started
+  void clear() noexcept { knots_.clear(); }
+
   /// Arc length from the entry to the end, mm.
   double length() const noexcept { return end_length_; }
 

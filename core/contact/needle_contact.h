@@ -6,90 +6,148 @@
 
 #include "core/contact/contact_settings.h"
 #include "core/contact/cut_path.h"
+#include "core/contact/needle_landmark.h"
+#include "core/contact/needle_tissues.h"
 #include "core/field/tissue_field.h"
 #include "core/sim/mesh_state.h"
 #include "core/surface/surface_bvh.h"
 
 namespace brachy {
 
-/// From the needle's pose to the landmarks that carry the tissue along.
+/// One needle's contact: from its pose to the landmarks that carry the tissue along, and from their reactions to what it
+/// cut and what it feels (DESIGN §5).
 ///
 /// free → touching: the tip's sweep since the last tick crosses the surface, or the shaft lies across it.
-/// touching → inserted: the tip has pushed puncture_indentation_mm past the contact point along the needle.
+/// touching → inserted: the tip's force has reached the capsule's puncture force. Before that an indentation δ takes at
+///   most a₁δ + a₂δ²; what the tissue as a whole does not yield to is the tip's own dent.
+/// inserted: the tip cuts on at its cutting force; the shaft sticks up to its friction. A region with a capsule holds the
+///   tip at its surface up to its own puncture force.
 /// inserted → through: the tip's material point leaves through the far side; back again when the tip returns.
-/// inserted → withdrawn: the tip is back at the entry and out; every landmark is released.
-/// A pose that starts inside, or jumps, is seated: the needle stands in the tissue as if it had always been there.
+/// inserted → withdrawn: the tip is back at the entry and out; every landmark is released. Pushed in again at the same
+///   place the needle follows its old cut, which takes friction only, until it is leave_path_mm beside it.
+/// A pose that starts inside, or jumps, is seated: the needle stands in the tissue as if it had always been there, and
+/// feels nothing until it moves.
 ///
-/// Contact with the deformed surface is decided in the rest shape: landmarks exist only because of this needle, so
-/// tissue springs back to rest where it is not held, and X + u(X) crosses the deformed surface exactly where the
-/// material point X crosses the surface at rest.
+/// Contact with the deformed surface is decided in the rest shape: tissue springs back to rest where it is not held, and
+/// X + u(X) crosses the deformed surface exactly where the material point X crosses the surface at rest.
 ///
-/// The only memory is here: contact point or cut path, shaft landmarks, last pose.
-/// Limits: a tip that leaves and enters a second lobe stays `through`; one needle.
+/// A tick is begin, which sets the landmarks' bounds, then the solve of all needles together (contact_solve.h), then finish.
+/// Limits: a tip that leaves and enters a second lobe stays `through`; a needle's cuts are its own, and it remembers
+/// kOldPaths of them.
 /// Threads: one. Real-time: no allocation after construction, no exceptions; a few BVH queries a call.
 class NeedleContact {
  public:
-  /// `surface` (closed, outward, at rest) must outlive this.
-  NeedleContact(const SurfaceBvh& surface, const NeedleSettings& needle, const ContactSettings& settings);
+  static constexpr std::size_t kOldPaths = 4;
 
-  /// Takes the pose of this tick. `last_field` is the field solved in the last tick: a new shaft landmark starts
-  /// with its displacement. None: at rest.
-  void update(const RigidTransform& X_WN, const TissueField* last_field) noexcept;
+  /// `surface` (closed, outward, at rest) and `tissues` must outlive this.
+  NeedleContact(const SurfaceBvh& surface, const NeedleTissues& tissues, const NeedleSettings& needle,
+                const ContactSettings& settings);
+
+  /// Takes the pose of this tick. `last_field` is the field of the last one: a new shaft landmark starts with its
+  /// displacement. None: at rest.
+  void begin(const RigidTransform& X_WN, const TissueField* last_field) noexcept;
+  /// No pose: no landmarks, and what was in contact stays where it is.
+  void skip() noexcept;
+
+  /// Shaft landmarks from the entry on, then the tip's, if it is in the tissue.
+  std::span<NeedleLandmark> landmarks() { return landmarks_; }
+  std::span<const NeedleLandmark> landmarks() const { return landmarks_; }
+  bool has_tip_landmark() const { return has_tip_landmark_; }
+  const Vec3& axis() const { return needle_.axis; }
+  Vec3 nearest_on_line(const Vec3& p) const {
+    return needle_.nearest_on_line(p);
+  }  ///< the shaft's, without end
+
+  /// With slips known: whether the tip came to the end of its old cut within this tick. Its landmark then has the bounds
+  /// that hold there, and the tick has to be solved again.
+  bool reaches_uncut_tissue() noexcept;
+
+  /// Takes reactions and slips: cuts, punctures, slips. The stiffnesses are those of all landmarks together, stuck, N/mm.
+  void finish(std::uint64_t tick, double axial_stiffness, double lateral_stiffness) noexcept;
 
   ContactState state() const { return state_; }
-  std::span<const Vec3> positions() const { return positions_; }          ///< landmarks at rest, mm
-  std::span<const Vec3> displacements() const { return displacements_; }  ///< mm
-  double insertion_depth() const { return insertion_depth_; }             ///< mm, along the cut path
+  double insertion_depth() const { return insertion_depth_; }  ///< mm, along the cut path
   std::uint32_t puncture_count() const { return puncture_count_; }
   std::uint32_t flags() const { return flags_; }  ///< StepFlag bits of this tick
+  const NeedleForces& forces() const { return forces_; }
+  const LocalContactModel& local_model() const { return local_model_; }
 
-  /// Share of the puncture's push that the hardest driven landmark carries, 0 … 1: what loads dynamic anchors.
+  /// Share of the outer capsule's puncture force that the needle carries, 0 … 1: what loads dynamic anchors.
   double load() const noexcept;
 
  private:
   struct Needle {  // this tick's pose, taken apart
-    Vec3 hub, tip, axis;
+    Vec3 hub = Vec3::Zero(), tip = Vec3::Zero(), axis = Vec3::UnitZ();
     Vec3 nearest_on_line(const Vec3& p) const { return tip + (p - tip).dot(axis) * axis; }
+    Vec3 across(const Vec3& v) const { return v - v.dot(axis) * axis; }
   };
   struct ShaftLandmark {
     Vec3 position;     // material point on the cut path
+    double friction;   // N/mm
     double axial = 0;  // how far friction has carried it along the needle, mm
   };
 
-  void seat(const Needle& needle) noexcept;
-  void approach(const Needle& needle) noexcept;
-  void press(const Needle& needle) noexcept;
-  void puncture(const Needle& needle) noexcept;
-  void move_tip(const Needle& needle) noexcept;
-  void cut(const Needle& needle, double distance) noexcept;
-  void move_shaft(const Needle& needle, double axial_motion, const TissueField* last_field) noexcept;
+  // geometry, before the solve
+  void seat() noexcept;
+  void approach() noexcept;
+  bool enter_old_path(const Vec3& entry) noexcept;
+  void press() noexcept;
+  void enter() noexcept;
+  void follow_path(const TissueField* last_field) noexcept;
+  void set_shaft(const TissueField* last_field) noexcept;
   void release() noexcept;
-  void collect(const Needle& needle) noexcept;
-  void add_landmark(const Vec3& position, const Vec3& displacement) noexcept;
+
+  // landmarks
+  void add_contact() noexcept;
+  void add_shaft(double motion) noexcept;
+  void add_tip() noexcept;
+  void add(const NeedleLandmark& landmark) noexcept;
+  double resistance() const noexcept;
+  double tributary(std::size_t landmark) const noexcept;
+
+  // after the solve
+  void move_tip(double distance) noexcept;
+  void cut(double distance) noexcept;
+  double stop_at_capsule(const Vec3& from, const Vec3& to) noexcept;
+  void sum_forces() noexcept;
+  void describe(std::uint64_t tick, double axial_stiffness, double lateral_stiffness) noexcept;
+  void describe_ahead() noexcept;
+
+  bool is_in() const { return state_ == ContactState::kInserted || state_ == ContactState::kThrough; }
 
   const SurfaceBvh& surface_;
+  const NeedleTissues& tissues_;
   NeedleSettings needle_settings_;
   ContactSettings settings_;
 
   ContactState state_ = ContactState::kFree;
   bool has_last_pose_ = false;
+  Needle needle_;
   Vec3 last_tip_ = Vec3::Zero();
   bool was_inserted_ = false;  // decides between free and withdrawn
 
   // touching
   Vec3 contact_point_ = Vec3::Zero();  // material, on the surface
-  Vec3 contact_normal_ = Vec3::Zero();
-  bool by_tip_ = false;  // the tip presses; otherwise the shaft lies against the surface
+  bool by_tip_ = false;                // the tip presses; otherwise the shaft lies against the surface
+  bool has_punctured_ = false;         // in the last tick
 
   // inserted, through
   CutPath path_;
-  double tip_s_ = 0;  // arc length of the tip's material point
+  double tip_s_ = 0;            // arc length of the tip's material point
+  std::size_t tissue_ = 0;      // that the end of the path lies in
+  std::size_t capsule_of_ = 0;  // the tissue whose capsule stops the path's end; 0: none
+  double gap_taken_ = 0;        // of this tick's slip, in the old cut
   std::vector<ShaftLandmark> shaft_;
+  std::vector<CutPath> old_paths_;  // kOldPaths, unused ones empty
+  std::size_t next_old_path_ = 0;
 
-  std::vector<Vec3> positions_, displacements_;
+  std::vector<NeedleLandmark> landmarks_;
+  bool has_tip_landmark_ = false;
   double insertion_depth_ = 0;
   std::uint32_t puncture_count_ = 0;
   std::uint32_t flags_ = 0;
+  NeedleForces forces_;
+  LocalContactModel local_model_;
 };
 
 }  // namespace brachy

@@ -19,7 +19,7 @@ class Anchors {
     double lambda_loaded = 0.5;  ///< in (0, λ_rest]: λ under full load; equal to λ_rest: λ never moves
     double relaxation_s = 0.2;   ///< time to cross from one to the other
     double clearance_mm =
-        3;  ///< an anchor this near to a needle landmark is left out: it would fold the field
+        5;  ///< an anchor this near to a needle's line is moved aside: it would fold the field
     std::uint64_t seed = 1;
 
     bool operator==(const Options&) const = default;

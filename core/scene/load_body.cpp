@@ -16,13 +16,13 @@ void require_inside(const ElasticBody& body, const Region& region, std::size_t n
                       " reaches out of [box]; raise box.size_mm or move box.centre_mm");
 }
 
+}  // namespace
+
 std::shared_ptr<const Region> load_region(const Scene& scene, const RegionSettings& s) {
-  const double modulus = kPerKilopascal * *s.shear_modulus_kpa;
+  const double modulus = kPerKilopascal * s.shear_modulus_kpa.value_or(scene.tissue.shear_modulus_kpa);
   if (s.shape == "mesh") return std::make_shared<MeshRegion>(load_region_mesh(scene, s), modulus);
   return std::make_shared<EllipsoidRegion>(s.centre_mm, s.semi_axes_mm, modulus);
 }
-
-}  // namespace
 
 SurfaceMesh load_region_mesh(const Scene& scene, const RegionSettings& settings) {
   const auto file = scene.resolve(settings.file);

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <memory>
+
 #include "core/elastic/elastic_body.h"
 #include "core/scene/scene.h"
 
@@ -9,6 +11,9 @@ namespace brachy {
 /// Regions without a modulus are as the tissue around them and left out.
 /// Errors: UserError where a region's file cannot be used or a region leaves the box.
 ElasticBody load_body(const Scene& scene);
+
+/// A region's shape, with its modulus or the one around it. Errors: UserError where its file cannot be used.
+std::shared_ptr<const Region> load_region(const Scene& scene, const RegionSettings& settings);
 
 /// The surface of a region of shape "mesh", closed and outward. Errors: UserError where its file cannot be used.
 SurfaceMesh load_region_mesh(const Scene& scene, const RegionSettings& settings);

@@ -24,10 +24,16 @@ std::shared_ptr<const RegionDistance> load_distance(const Scene& scene, const Re
   return std::make_shared<SampledDistance>(SurfaceBvh(load_region_mesh(scene, s)), s.blend_mm);
 }
 
+/// It only says what a needle meets there.
+bool is_only_contact(const RegionSettings& region) {
+  return !region.shear_modulus_kpa && !region.support_radius_mm;
+}
+
 /// Every region's membership in kinds[0], which is what lies in no region, or one that is appended here.
 Membership sort_regions(const Scene& scene, bool by_modulus, std::vector<Kind>& kinds) {
   std::vector<Membership::Part> parts;
   for (const RegionSettings& settings : scene.regions) {
+    if (is_only_contact(settings)) continue;
     const bool has_modulus = by_modulus && settings.shear_modulus_kpa;
     const Kind kind{*settings.support_radius_mm,
                     has_modulus ? 1e-3 * *settings.shear_modulus_kpa : kinds.front().shear_modulus};
@@ -50,14 +56,14 @@ bool has_supports(const Scene& scene, std::string_view rung) {
   const std::string name(rung);
   if (is_matrix_rung(rung) && !find_compact_rung(rung)) {
     for (const RegionSettings& region : scene.regions)
-      if (!region.shear_modulus_kpa)
+      if (!region.shear_modulus_kpa && !is_only_contact(region))
         refuse(region, "'region.shear_modulus_kpa' is missing; " + name + " needs it of every region");
     return false;
   }
   const auto has_support = [](const RegionSettings& region) { return region.support_radius_mm.has_value(); };
   if (std::ranges::none_of(scene.regions, has_support)) return false;
   for (const RegionSettings& region : scene.regions)
-    if (!has_support(region))
+    if (!has_support(region) && !is_only_contact(region))
       refuse(region,
              "'region.support_radius_mm' is missing; " + name + " needs it of every region where one has it");
   return true;

@@ -27,6 +27,7 @@ struct TissueSettings {
   double shear_modulus_kpa =
       6;  ///< of tissue in no region; 17 kPa Young's modulus of a gland (DESIGN §5), a third of it
   double poisson = 0.49;  ///< of all tissue
+  TissueContact contact;  ///< of tissue in no region, and of the outer surface
 
   bool operator==(const TissueSettings&) const = default;
 };
@@ -40,7 +41,7 @@ struct BoxSettings {
   bool operator==(const BoxSettings&) const = default;
 };
 
-/// A part of the tissue with a modulus or a support radius of its own, or both; a later one lies over an earlier one.
+/// A part of the tissue with a modulus, a support radius or needle forces of its own; a later one lies over an earlier one.
 struct RegionSettings {
   /// Of blend_mm; less where the region is narrower. A push of up to 3.3 mm does not fold it (Membership::kMaxSlope): the
   /// default capsule gives way at 3.
@@ -52,8 +53,10 @@ struct RegionSettings {
   std::string file;                        ///< for mesh: STL, OBJ or PLY, mm, relative to the scene file
   std::optional<double> shear_modulus_kpa;
   std::optional<double> support_radius_mm;  ///< of the ψ rungs; the compact ones' largest
-  double blend_mm = kBlendMm;               ///< across the surface, from one support to the other
-  std::string place;                        ///< file:line, for messages
+  /// What a needle meets here: what the file does not say is as in [tissue], but there is no capsule then.
+  std::optional<TissueContact> contact;
+  double blend_mm = kBlendMm;  ///< across the surface, from one support to the other
+  std::string place;           ///< file:line, for messages
 
   bool operator==(const RegionSettings&) const = default;
 };

@@ -16,6 +16,18 @@ namespace {
 
 constexpr std::uintmax_t kMaxSceneBytes = 1 << 20;
 
+void read_contact_of_tissue(TomlTable& t, TissueContact& s) {
+  t.number("puncture_force_n", s.puncture_force_n, 0, 100);
+  t.number("capsule_n_per_mm", s.capsule_n_per_mm, 0, 1000);
+  t.number("capsule_n_per_mm2", s.capsule_n_per_mm2, 0, 1000);
+  t.number("cutting_force_n", s.cutting_force_n, 0, 100);
+  t.number("friction_n_per_mm", s.friction_n_per_mm, 0, 1e6);
+  if (s.puncture_force_n > 0 && s.capsule_n_per_mm <= 0 && s.capsule_n_per_mm2 <= 0)
+    t.contradiction("capsule_n_per_mm",
+                    "and capsule_n_per_mm2 are both 0: the capsule would never reach its "
+                    "puncture_force_n; raise one of them");
+}
+
 void read_tissue(TomlTable t, TissueSettings& s) {
   t.text("mesh", s.mesh);
   t.text("units", s.units, {"mm", "m"});
@@ -27,6 +39,7 @@ void read_tissue(TomlTable t, TissueSettings& s) {
   t.integer("seed", s.seed, 0, std::numeric_limits<std::int64_t>::max());
   t.number("shear_modulus_kpa", s.shear_modulus_kpa, 1e-3, 1e6);
   t.number("poisson", s.poisson, 0, 0.4995);
+  read_contact_of_tissue(t, s.contact);
   t.refuse_unknown();
   if (s.mesh.empty() && s.points < s.phantom_surface_vertices)
     t.contradiction("points", "is less than tissue.phantom_surface_vertices (" +
@@ -97,7 +110,16 @@ void optional_number(TomlTable& t, const char* key, std::optional<double>& value
   if (t.has(key)) value = v;
 }
 
-void read_region(TomlTable t, RegionSettings& s) {
+void read_contact_of_region(TomlTable& t, const TissueContact& around, RegionSettings& s) {
+  TissueContact contact = around;
+  contact.puncture_force_n = 0;
+  read_contact_of_tissue(t, contact);
+  for (const char* key :
+       {"puncture_force_n", "capsule_n_per_mm", "capsule_n_per_mm2", "cutting_force_n", "friction_n_per_mm"})
+    if (t.has(key)) s.contact = contact;
+}
+
+void read_region(TomlTable t, const TissueContact& around, RegionSettings& s) {
   s.place = t.place();
   t.text("shape", s.shape, {"ellipsoid", "sphere", "mesh"});
   t.numbers("centre_mm", s.centre_mm, -1e5, 1e5);
@@ -108,12 +130,14 @@ void read_region(TomlTable t, RegionSettings& s) {
   optional_number(t, "shear_modulus_kpa", s.shear_modulus_kpa, 1e-3, 1e6);
   optional_number(t, "support_radius_mm", s.support_radius_mm, 0.5, 500);
   t.number("blend_mm", s.blend_mm, 0.1, 1000);
+  read_contact_of_region(t, around, s);
   t.refuse_unknown();
   if (!t.has("shape")) t.missing("shape", "a [[region]] is an ellipsoid, a sphere or a mesh");
   check_shape(t, s.shape);
   if (s.shape == "sphere") s.semi_axes_mm.setConstant(radius);
-  if (!s.shear_modulus_kpa && !s.support_radius_mm)
-    t.missing("shear_modulus_kpa", "a [[region]] has that, or a support_radius_mm, or both");
+  if (!s.shear_modulus_kpa && !s.support_radius_mm && !s.contact)
+    t.missing("shear_modulus_kpa",
+              "a [[region]] has that, a support_radius_mm or forces of its own (cutting_force_n …)");
   if (!s.support_radius_mm && t.has("blend_mm"))
     t.contradiction("blend_mm", "belongs to region.support_radius_mm, which this region has not");
   // Wider, and the middle would not be the region's own.
@@ -146,6 +170,7 @@ void read_anchors(TomlTable t, Anchors::Options& s) {
 
 void read_needle(TomlTable t, NeedleSettings& s) {
   t.number("length_mm", s.length_mm, 10, 500);
+  t.integer("count", s.count, 1, NeedleSettings::kMaxCount);
   t.number("diameter_mm", s.diameter_mm, 0.1, 10);
   if (double radius = 0.5 * s.diameter_mm; t.has("radius_mm")) {
     t.number("radius_mm", radius, 0.05, 5);
@@ -158,11 +183,10 @@ void read_needle(TomlTable t, NeedleSettings& s) {
 }
 
 void read_contact(TomlTable t, ContactSettings& s, double needle_length_mm) {
-  t.number("puncture_indentation_mm", s.puncture_indentation_mm, 0.01, 50);
-  t.number("cutting_displacement_mm", s.cutting_displacement_mm, 0, 50);
-  t.number("friction_displacement_mm", s.friction_displacement_mm, 0, 50);
+  t.number("tip_core_mm", s.tip_core_mm, 0.1, 100);
   t.number("surface_slip_mm", s.surface_slip_mm, 0, 50);
   t.number("landmark_spacing_mm", s.landmark_spacing_mm, 0.5, 50);
+  t.number("leave_path_mm", s.leave_path_mm, 0.1, 50);
   t.number("max_displacement_mm", s.max_displacement_mm, 0.1, 100);
   t.number("max_jump_mm", s.max_jump_mm, 0.1, 1000);
   t.integer("max_landmarks", s.max_landmarks, 2, 100);
@@ -230,7 +254,8 @@ Scene parse_scene(std::string_view text, const std::string& name) {
   top.text("name", scene.name);
   read_tissue(top.table("tissue"), scene.tissue);
   read_box(top.table("box"), scene.box);
-  for (TomlTable& region : top.tables("region")) read_region(region, scene.regions.emplace_back());
+  for (TomlTable& region : top.tables("region"))
+    read_region(region, scene.tissue.contact, scene.regions.emplace_back());
   read_model(top.table("model"), scene.regions, scene.model);
   read_stability(top.table("stability"), scene.stability);
   read_anchors(top.table("anchors"), scene.anchors);

@@ -49,6 +49,7 @@ enum StepFlag : std::uint32_t {
   kStepClamped = 1u << 6,      ///< landmarks were held at the last injective position (Certificate::held_mm)
   kStepMerged = 1u << 7,       ///< landmarks that say the same at the same place were made one
   kStepDropped = 1u << 8,      ///< landmarks were left out: contradictory, or too close for a stable solve
+  kStepSlipUnsettled = 1u << 9,  ///< stick and slip did not converge: a reaction may be out of its bounds
 };
 
 /// The pose the simulation used at one tick.

@@ -4,13 +4,14 @@
 #include <cmath>
 #include <cstring>
 
-#include "core/conditioning/landmark_hygiene.h"
+#include "core/contact/landmark_stiffness.h"
 #include "core/error.h"
 #include "core/field/deformation.h"
 #include "core/heterogeneous/heterogeneous_deformation.h"
 #include "core/ladder/ladder.h"
 #include "core/ladder/ladder_deformation.h"
 #include "core/scene/load_body.h"
+#include "core/scene/load_needle_tissues.h"
 #include "core/scene/load_tissues.h"
 
 namespace brachy {
@@ -28,7 +29,7 @@ SurfaceMesh surface_of(const Tissue& tissue) {
 }
 
 std::size_t max_landmarks(const Scene& scene) {
-  return static_cast<std::size_t>(scene.contact.max_landmarks) + scene.anchors.count;
+  return scene.needle.count * static_cast<std::size_t>(scene.contact.max_landmarks) + scene.anchors.count;
 }
 
 std::unique_ptr<GuardedField> make_field(const Scene& scene, const Tissue& tissue) {
@@ -38,6 +39,8 @@ std::unique_ptr<GuardedField> make_field(const Scene& scene, const Tissue& tissu
       .target = target, .threads = scene.engine.threads, .max_landmarks = landmarks};
   const std::string& rung = scene.model.kernel;
   const bool heterogeneous = has_supports(scene, rung);
+  const double stiffness = elastic_landmark_stiffness(1e-3 * scene.tissue.shear_modulus_kpa,
+                                                      scene.tissue.poisson, scene.contact.tip_core_mm);
   std::unique_ptr<TissueField> field;
   std::unique_ptr<Composition> composition;
   if (is_matrix_rung(rung)) {
@@ -45,21 +48,23 @@ std::unique_ptr<GuardedField> make_field(const Scene& scene, const Tissue& tissu
     if (heterogeneous) {
       require_in_box(tissue, body);
       field = std::make_unique<HeterogeneousDeformation<CompactKernels>>(
-          tissue, load_compact_tissues(scene, *find_compact_rung(rung), body), options);
+          tissue, load_compact_tissues(scene, *find_compact_rung(rung), body), options, stiffness);
     } else {
       field = std::make_unique<LadderDeformation>(
           tissue, rung, body,
-          LadderDeformation::Options{
-              .target = target, .threads = scene.engine.threads, .max_landmarks = landmarks});
+          LadderDeformation::Options{.target = target,
+                                     .threads = scene.engine.threads,
+                                     .max_landmarks = landmarks,
+                                     .landmark_stiffness_n_per_mm = stiffness});
     }
   } else {
     const Kernel kernel = *find_kernel(rung);
     const double radius = scene.model.support_radius_mm;
     if (heterogeneous) {
       field = std::make_unique<HeterogeneousDeformation<ScalarKernels>>(
-          tissue, load_scalar_tissues(scene, kernel, radius), options);
+          tissue, load_scalar_tissues(scene, kernel, radius), options, stiffness);
     } else {
-      field = std::make_unique<Deformation>(tissue, kernel, radius, options);
+      field = std::make_unique<Deformation>(tissue, kernel, radius, options, stiffness);
       composition = std::make_unique<Composition>(tissue, kernel, radius, target, landmarks,
                                                   static_cast<std::size_t>(scene.stability.max_substeps));
     }
@@ -84,16 +89,18 @@ Simulator::Simulator(const Scene& scene, Tissue tissue)
     : tissue_(std::move(tissue)),
       surface_(surface_of(tissue_)),
       period_s_(check(scene).period_s()),
-      contact_(surface_, scene.needle, scene.contact),
+      needle_tissues_(load_needle_tissues(scene)),
+      contact_solve_(max_landmarks(scene)),
       anchors_(make_anchors(scene, tissue_)),
       anchor_clearance_(scene.anchors.clearance_mm),
       field_(make_field(scene, tissue_)),
       block_ticks_(tissue_.blocks.size()),
       block_evaluated_(tissue_.blocks.size()) {
-  positions_.reserve(max_landmarks(scene));
-  displacements_.reserve(max_landmarks(scene));
-  needles_.resize(1);
-  pose_histories_.resize(1);
+  for (std::size_t n = 0; n < scene.needle.count; ++n)
+    contacts_.emplace_back(surface_, needle_tissues_, scene.needle, scene.contact);
+  landmarks_.reserve(max_landmarks(scene));
+  needles_.resize(scene.needle.count);
+  pose_histories_.resize(scene.needle.count);
   displaced_.reserve(tissue_.blocks.size());
   was_displaced_.reserve(tissue_.blocks.size());
   for (auto& blocks : changed_) blocks.reserve(tissue_.blocks.size());
@@ -114,64 +121,82 @@ MeshState Simulator::initial_state() const {
 
 void Simulator::step(std::span<const NeedlePose> poses, MeshState& state) noexcept {
   ++tick_;
-  gather_landmarks(poses);
+  touch(poses);
+  gather_landmarks();
   deform();
   write(state);
 }
 
-// No needle landmark, no landmarks at all: anchors alone hold nothing back. The tip's landmark, which moves most, is
-// last: the landmark system then only renews its last row.
-void Simulator::gather_landmarks(std::span<const NeedlePose> poses) noexcept {
-  const NeedlePose pose = poses.empty() ? NeedlePose{} : poses[0];
-  NeedleState& state = needles_[0];
-  state.present = pose.present;
-  state.input = pose;
-  state.X_WN = pose.X_WN;
-  if (pose.present) pose_histories_[0][tick_ % MeshState::kPoseHistory] = {tick_, pose.X_WN};
-  positions_.clear();
-  displacements_.clear();
+void Simulator::touch(std::span<const NeedlePose> poses) noexcept {
   flags_ = 0;
-  if (pose.present) {
-    contact_.update(pose.X_WN, field_.get());
-    flags_ = contact_.flags();
+  for (std::size_t n = 0; n < contacts_.size(); ++n) {
+    const NeedlePose pose = n < poses.size() ? poses[n] : NeedlePose{};
+    needles_[n].present = pose.present;
+    needles_[n].input = pose;
+    needles_[n].X_WN = pose.X_WN;
+    if (!pose.present) {
+      contacts_[n].skip();
+      continue;
+    }
+    pose_histories_[n][tick_ % MeshState::kPoseHistory] = {tick_, pose.X_WN};
+    contacts_[n].begin(pose.X_WN, field_.get());
+    flags_ |= contacts_[n].flags();
   }
-  const auto needle = pose.present ? contact_.positions() : std::span<const Vec3>();
-  anchors_.update(needle.empty() ? 0 : contact_.load(), period_s_);
-  if (needle.empty()) return;
-  for (const Vec3& anchor : anchors_.positions()) {
-    const auto too_near = [&](const Vec3& p) { return (p - anchor).norm() < anchor_clearance_; };
-    if (std::ranges::any_of(needle, too_near)) continue;
-    positions_.push_back(anchor);
-    displacements_.push_back(Vec3::Zero());
+}
+
+// No needle landmark, no landmarks at all: anchors alone hold nothing back.
+void Simulator::gather_landmarks() noexcept {
+  landmarks_.clear();
+  double load = 0;
+  bool touches = false;
+  for (const NeedleContact& contact : contacts_) {
+    touches |= !contact.landmarks().empty();
+    load = std::max(load, contact.load());
   }
-  positions_.insert(positions_.end(), needle.begin(), needle.end());
-  displacements_.insert(displacements_.end(), contact_.displacements().begin(),
-                        contact_.displacements().end());
+  anchors_.update(touches ? load : 0, period_s_);
+  if (!touches) return;
+  for (Vec3 anchor : anchors_.positions())
+    if (keep_clear(anchor)) landmarks_.add(anchor, Vec3::Zero(), 0);
+  landmarks_.anchors = landmarks_.positions.size();
+  for (const bool tips : {false, true})
+    for (std::size_t n = 0; n < contacts_.size(); ++n) {
+      const auto of_needle = std::as_const(contacts_[n]).landmarks();
+      for (std::size_t i = 0; i < of_needle.size(); ++i) {
+        if ((contacts_[n].has_tip_landmark() && i + 1 == of_needle.size()) != tips) continue;
+        landmarks_.add(of_needle[i].position, of_needle[i].if_stuck, of_needle[i].core_mm);
+        landmarks_.owners.push_back({static_cast<std::uint32_t>(n), static_cast<std::uint32_t>(i)});
+      }
+    }
+}
+
+// Moves an anchor aside that lies in a needle's way: left out once the tip comes near, it would let go of the tissue at
+// once, and the force with it. False where several needles leave it no place.
+bool Simulator::keep_clear(Vec3& anchor) const noexcept {
+  for (const NeedleContact& contact : contacts_) {
+    if (contact.landmarks().empty()) continue;
+    const Vec3 on_line = contact.nearest_on_line(anchor), aside = anchor - on_line;
+    const double distance = aside.norm();
+    if (distance >= anchor_clearance_) continue;
+    const Vec3 direction = distance > 0 ? Vec3(aside / distance) : contact.axis().unitOrthogonal();
+    anchor = on_line + anchor_clearance_ * direction;
+  }
+  return std::ranges::none_of(contacts_, [&](const NeedleContact& contact) {
+    return std::ranges::any_of(contact.landmarks(), [&](const NeedleLandmark& landmark) {
+      return (landmark.position - anchor).norm() < 0.5 * anchor_clearance_;
+    });
+  });
 }
 
 void Simulator::deform() noexcept {
   changed_[tick_ % kChangeHistory].clear();
-  if (!solve()) {
+  if (!contact_solve_.solve(tick_, contacts_, landmarks_, *field_, flags_) ||
+      !field_->update(landmarks_.positions, landmarks_.displacements, landmarks_.cores)) {
     flags_ |= kStepSolveFailed;  // the last field stands
     return;
   }
   flags_ |= field_->flags();
   ++evaluation_counts_[static_cast<std::size_t>(field_->evaluation())];
   if (field_->evaluation() != Evaluation::kIdle) apply_field();
-}
-
-// The tick's landmarks, or what is left of them once those are out that keep them from being solved.
-FactorStatus Simulator::solve() noexcept {
-  FactorStatus status = field_->update(positions_, displacements_);
-  if (status) return status;
-  LandmarkMender mender(positions_, displacements_, positions_.size() - contact_.positions().size());
-  while (!status) {
-    const Mended mended = mender.mend(status);
-    if (mended == Mended::kNothing) break;
-    flags_ |= mended == Mended::kMerged ? kStepMerged : kStepDropped;
-    status = field_->update(positions_, displacements_);
-  }
-  return status;
 }
 
 // Blocks in reach take their displacement; those that were displaced and are out of reach now go back to rest. No other
@@ -238,12 +263,17 @@ void Simulator::write(MeshState& state) noexcept {
 
   state.tick = tick_;
   state.sim_time_s = static_cast<double>(tick_) * period_s_;
-  needles_[0].contact = contact_.state();
-  needles_[0].insertion_depth_mm = contact_.insertion_depth();
-  needles_[0].landmark_count = static_cast<std::uint32_t>(contact_.positions().size());
-  needles_[0].puncture_count = contact_.puncture_count();
+  for (std::size_t n = 0; n < needles_.size(); ++n) {
+    const NeedleContact& contact = contacts_[n];
+    needles_[n].contact = contact.state();
+    needles_[n].insertion_depth_mm = contact.insertion_depth();
+    needles_[n].landmark_count = static_cast<std::uint32_t>(contact.landmarks().size());
+    needles_[n].puncture_count = contact.puncture_count();
+    needles_[n].forces = contact.forces();
+    needles_[n].local_model = contact.local_model();
+  }
   state.needles = needles_;
-  state.landmark_count = static_cast<std::uint32_t>(positions_.size());
+  state.landmark_count = static_cast<std::uint32_t>(landmarks_.positions.size());
   state.step_flags = flags_;
   state.certificate = field_->certificate();
   state.certificate.condition = field_->condition();

@@ -5,7 +5,9 @@
 #include <span>
 #include <vector>
 
+#include "core/contact/contact_solve.h"
 #include "core/contact/needle_contact.h"
+#include "core/contact/needle_tissues.h"
 #include "core/rbf/anchors.h"
 #include "core/scene/scene.h"
 #include "core/sim/mesh_state.h"
@@ -19,9 +21,9 @@ namespace brachy {
 /// the scene has more of them than the surface has vertices.
 Anchors make_anchors(const Scene& scene, const Tissue& tissue);
 
-/// The simulation: pose → contact → landmarks → solve → field → mesh state, one tick a call.
+/// The simulation: poses → contact → landmarks → stick and slip → field → mesh state, one tick a call.
 ///
-/// A plain function of its arguments and its own memory, which is the contact state, the anchors' λ and the last
+/// A plain function of its arguments and its own memory, which is the needles' contact, the anchors' λ and the last
 /// field; every tick's field is computed from the rest shape. The same poses give the same states, bit for bit, on
 /// every run and for any number of threads.
 /// Threads: one caller (OpenMP inside, if the scene asks). Real-time: step does not allocate, lock, throw or read a
@@ -51,9 +53,10 @@ class Simulator {
   double period_s() const { return period_s_; }
 
  private:
-  void gather_landmarks(std::span<const NeedlePose> poses) noexcept;
+  void touch(std::span<const NeedlePose> poses) noexcept;
+  void gather_landmarks() noexcept;
+  bool keep_clear(Vec3& anchor) const noexcept;
   void deform() noexcept;
-  FactorStatus solve() noexcept;
   void apply_field() noexcept;
   bool apply_block(std::uint32_t b) noexcept;
   void write(MeshState& state) noexcept;
@@ -61,15 +64,16 @@ class Simulator {
   Tissue tissue_;
   SurfaceBvh surface_;
   double period_s_;
-  NeedleContact contact_;
+  NeedleTissues needle_tissues_;
+  std::vector<NeedleContact> contacts_;  // by needle
+  ContactSolve contact_solve_;
   Anchors anchors_;
   double anchor_clearance_;
   std::unique_ptr<GuardedField> field_;
 
   std::uint64_t tick_ = 0;
   std::uint32_t flags_ = 0;
-  std::vector<Vec3> positions_,
-      displacements_;  // landmarks of this tick: anchors, then the needle's, its tip last
+  LandmarkSet landmarks_;  // of this tick
   std::array<std::uint64_t, 4> evaluation_counts_{};
 
   std::vector<float> rest_, deformed_;  // 3N

@@ -1,13 +1,14 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/tcp.hpp>
 #include <csignal>
 #include <cstring>
 
 #include "apps/forces/force_log.h"
-#include "haptics/trajectory.h"
+#include "haptics/needle_trajectories.h"
 #include "tests/apps/peer.h"
 #include "tests/apps/running_brachyd.h"
 
@@ -210,6 +211,60 @@ TEST_F(Tools, RunEndToEndAgainstOneDaemon) {
   EXPECT_NEAR(json_of(again).at("max_disp_mm").get<double>(), largest, 1e-6);
   EXPECT_EQ(json_of(again).at("moved"), daemons.at("moved"));
   EXPECT_EQ(json_of(again).at("contact"), "withdrawn");
+}
+
+// A device for each needle on one clock; the recording tells whose pose and whose force it was.
+TEST_F(Tools, SeveralNeedlesArePlayedAndRecorded) {
+  const std::string three =
+      folder.write("three.toml", small_scene("[needle]\ncount = 3\n[device]\nstale_pose_ms = 60000\n"));
+  RunningBrachyd daemon(three);
+  ASSERT_NE(daemon.port, 0);
+  const std::string out = (folder / "r").string();
+  ChildProcess record(
+      brachy_line({"record", "--connect", daemon.address, "--surface", "--out", out, "--json"}));
+  Peer peer;
+  ASSERT_TRUE(peer.join(daemon.port));
+  ASSERT_TRUE(wait_for_viewers(peer, 2));
+  const Ended replay = run_brachy({"replay", (kConfigFolder / "insertion_three_needles.csv").string(),
+                                   "--connect", daemon.address, "--speed", "8", "--json"});
+  ASSERT_TRUE(exited(replay, 0));
+  ASSERT_TRUE(
+      peer.until([&] { return !peer.frames.empty() && peer.needle().contact == ContactState::kWithdrawn; }));
+  const Ended recorded = interrupted(record);
+  daemon.process.send_signal(SIGTERM);
+  ASSERT_TRUE(exited(daemon.process.wait(), 0));
+  ASSERT_TRUE(exited(recorded, 0));
+  EXPECT_EQ(json_of(replay).at("needles"), 3);
+  EXPECT_EQ(json_of(replay).at("poses_accepted"), json_of(replay).at("poses_sent"));
+
+  const NeedleTrajectories poses = load_trajectories(out + "/poses.csv");
+  ASSERT_EQ(poses.needles().size(), 3u);
+  EXPECT_GT(poses.needles()[2].motion.start_s(), poses.needles()[1].motion.start_s());
+  EXPECT_GT(poses.needles()[0].motion.start_s(), poses.needles()[2].motion.start_s());
+  EXPECT_NEAR(poses.needles()[1].motion.samples().back().X_WN.p.x(), -10, 1e-6);
+  EXPECT_NEAR(poses.needles()[2].motion.samples().back().X_WN.p.x(), 10, 1e-6);
+  std::array<ContactState, 3> last{};
+  for (const ForceSample& row : load_force_log(out + "/forces.csv")) {
+    ASSERT_LT(row.needle, 3u);
+    last[row.needle] = row.state;
+  }
+  EXPECT_EQ(last, (std::array{ContactState::kWithdrawn, ContactState::kInserted, ContactState::kInserted}));
+  const auto again =
+      json_of(run_brachy({"replay", out + "/poses.csv", "--offline", "--config", three, "--json"}));
+  ASSERT_FALSE(again.is_discarded());
+  EXPECT_EQ(again.at("needles").size(), 3u);
+  EXPECT_EQ(again.at("needles")[0].at("contact"), "withdrawn");
+  EXPECT_EQ(again.at("needles")[1].at("contact"), "inserted");
+}
+
+TEST_F(Tools, ANeedleThatTheDaemonHasNotIsAFailureThatNamesIt) {
+  RunningBrachyd daemon(scene);
+  ASSERT_NE(daemon.port, 0);
+  const Ended replay = run_brachy(
+      {"replay", (kConfigFolder / "insertion_three_needles.csv").string(), "--connect", daemon.address});
+  EXPECT_TRUE(exited(replay, 1));
+  EXPECT_TRUE(replay.err.starts_with("brachy replay: needle ")) << replay.err;
+  EXPECT_NE(replay.err.find("raise needle.count"), std::string::npos) << replay.err;
 }
 
 TEST_F(Tools, WatchAndRecordEndAfterTheirDuration) {

@@ -104,11 +104,33 @@ TEST(Scene, RegionsHaveAModulusOrASupportOrBoth) {
   EXPECT_EQ(scene.regions[2].blend_mm, 7.5);
 }
 
+TEST(Scene, ATissuesNeedleForcesAreItsOwnAndARegionsWhatItSays) {
+  const Scene scene = parse_scene(
+      "[tissue]\npuncture_force_n = 9\ncutting_force_n = 2\n"
+      "[[region]]\nshape = \"sphere\"\ncentre_mm = [0, 0, 0]\nradius_mm = 9\nfriction_n_per_mm = 0.05\n"
+      "[[region]]\nshape = \"sphere\"\ncentre_mm = [0, 0, 0]\nradius_mm = 5\nshear_modulus_kpa = 3\n",
+      "scene.toml");
+  EXPECT_EQ(scene.tissue.contact.puncture_force_n, 9);
+  ASSERT_TRUE(scene.regions[0].contact);
+  EXPECT_EQ(scene.regions[0].contact->friction_n_per_mm, 0.05);
+  EXPECT_EQ(scene.regions[0].contact->cutting_force_n, 2);   // as around it
+  EXPECT_EQ(scene.regions[0].contact->puncture_force_n, 0);  // but it has no capsule
+  EXPECT_FALSE(scene.regions[1].contact);
+}
+
+TEST(Scene, ACapsuleThatNeverGivesWayIsRefused) {
+  EXPECT_EQ(refusal("[tissue]\ncapsule_n_per_mm = 0\ncapsule_n_per_mm2 = 0\n"),
+            "scene.toml:2: 'tissue.capsule_n_per_mm' and capsule_n_per_mm2 are both 0: the capsule would "
+            "never reach "
+            "its puncture_force_n; raise one of them");
+}
+
 TEST(Scene, ARegionThatMakesNoSenseIsRefused) {
   const std::string sphere = "[[region]]\nshape = \"sphere\"\ncentre_mm = [0, 0, 0]\nradius_mm = 9\n";
-  EXPECT_EQ(refusal(sphere),
-            "scene.toml:1: 'region.shear_modulus_kpa' is missing; a [[region]] has that, or "
-            "a support_radius_mm, or both");
+  EXPECT_EQ(
+      refusal(sphere),
+      "scene.toml:1: 'region.shear_modulus_kpa' is missing; a [[region]] has that, a support_radius_mm or "
+      "forces of its own (cutting_force_n …)");
   EXPECT_EQ(refusal("[[region]]\nshape = \"sphere\"\ncentre_mm = [0, 0, 0]\nsupport_radius_mm = 9"),
             "scene.toml:1: 'region.radius_mm' is missing; a sphere has centre_mm and radius_mm");
   EXPECT_EQ(

@@ -53,7 +53,8 @@ TEST(Simulator, ReturnsBitwiseToRestAfterWithdrawal) {
   for (const RigidTransform& X_WN : insertion()) {
     simulator.step(needle_pose(X_WN), state);
     largest = std::max(largest, state.max_displacement_mm);
-    ASSERT_EQ(state.step_flags & ~kStepUncertified, 0u);  // weights are large at a = 25 mm
+    ASSERT_EQ(state.step_flags & ~(kStepUncertified | kStepSubstepped),
+              0u);  // weights are large at a = 25 mm
   }
   EXPECT_GT(largest, 2);
   EXPECT_EQ(state.needles[0].contact, ContactState::kWithdrawn);
@@ -65,18 +66,20 @@ TEST(Simulator, ReturnsBitwiseToRestAfterWithdrawal) {
 TEST(Simulator, VerticesOutsideEverySupportNeverChange) {
   Scene scene = default_scene();
   scene.anchors.count = 0;
+  scene.stability.policy = "flag";  // where sub-steps are composed, supports go along with the landmarks
   Simulator simulator(scene, phantom(scene));
   MeshState state = simulator.initial_state();
   const std::vector<float> rest = state.deformed_vertices;
   std::size_t out_of_reach = 0, moved = 0;
+  double top = -40;  // of the needle so far: what it carries springs no higher
   for (const RigidTransform& X_WN : insertion()) {
     simulator.step(needle_pose(X_WN), state);
     out_of_reach = 0;
+    top = std::max(top, X_WN.p.z());
     for (std::size_t i = 0; i < simulator.tissue().size(); ++i) {
       // Every landmark lies on the line x = 8, y = -4 at rest, from the capsule to the tip.
       const Vec3& X = simulator.tissue().rest_vertices[i];
       const bool same = std::equal(&rest[3 * i], &rest[3 * i] + 3, &state.deformed_vertices[3 * i]);
-      const double top = std::min(14.0, X_WN.p.z());
       const double above = std::max(0.0, X.z() - top);
       const double distance = std::hypot(X.x() - 8, X.y() + 4, above);
       if (distance >= scene.model.support_radius_mm) {
@@ -299,27 +302,25 @@ TEST(Simulator, AnAnchorAtTheTipsOwnPlaceGivesWay) {
   const Tissue tissue = phantom(scene);
   const Anchors anchors({tissue.rest_vertices.data(), tissue.surface_count}, scene.anchors);
   const Vec3 at = anchors.positions()[6];  // no other lies near the needle's way there
-  Scene without = scene;
-  without.anchors.clearance_mm = 1e-3;  // as it was: the anchor is left out beforehand
-  Simulator simulator(scene, tissue), expected(without, tissue);
-  MeshState state = simulator.initial_state(), expected_state = expected.initial_state();
+  Simulator simulator(scene, tissue);
+  MeshState state = simulator.initial_state();
   std::uint64_t allocated = 0;
+  std::uint32_t all = 0;
   for (const double push : {0.0, 0.3, 0.6, 0.6, 1.0}) {
     const NeedlePose pose = needle_pose(test::pose_at(at + Vec3(0, 0, push), Vec3::UnitZ()));
     const std::uint64_t before = test::allocation_count();
     simulator.step(pose, state);
     allocated += test::allocation_count() - before;
-    expected.step(pose, expected_state);
     EXPECT_EQ(state.step_flags, push > 0 ? kStepDropped : kStepMerged) << push;
-    EXPECT_EQ(expected_state.step_flags, 0u);
     EXPECT_TRUE(is_finite(state));
     EXPECT_NEAR(state.max_displacement_mm, push, 0.3 * push);
-    ASSERT_EQ(state.deformed_vertices, expected_state.deformed_vertices) << push;
-    EXPECT_EQ(state.landmark_count, expected_state.landmark_count);
-    EXPECT_EQ(state.certificate.condition, expected_state.certificate.condition);
+    EXPECT_LT(state.certificate.condition, 100);
+    if (push == 0) all = state.landmark_count;
+    EXPECT_EQ(state.landmark_count, all) << push;
   }
   EXPECT_EQ(allocated, 0u);
   EXPECT_GT(state.max_displacement_mm, 0.7);
+  EXPECT_GT(state.needles[0].forces.axial_n, 0.5);  // it is felt
 }
 
 TEST(Simulator, SaysHowWellConditionedTheTickIs) {

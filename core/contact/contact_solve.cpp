@@ -1,0 +1,146 @@
+#include "core/contact/contact_solve.h"
+
+#include <algorithm>
+
+#include "core/conditioning/landmark_hygiene.h"
+
+namespace brachy {
+
+void LandmarkSet::reserve(std::size_t capacity) {
+  positions.reserve(capacity);
+  displacements.reserve(capacity);
+  cores.reserve(capacity);
+  owners.reserve(capacity);
+  is_kept_.reserve(capacity);
+}
+
+void LandmarkSet::clear() noexcept {
+  positions.clear();
+  displacements.clear();
+  cores.clear();
+  owners.clear();
+  anchors = 0;
+}
+
+void LandmarkSet::add(const Vec3& position, const Vec3& displacement, double core) noexcept {
+  positions.push_back(position);
+  displacements.push_back(displacement);
+  cores.push_back(core);
+}
+
+// Of two at one place the mender keeps the later one on a needle: matching begins at the end.
+void LandmarkSet::keep_rest_of(std::span<const Vec3> before) noexcept {
+  is_kept_.assign(before.size(), 0);
+  for (std::size_t i = before.size(), left = positions.size(); i > 0 && left > 0; --i) {
+    if (before[i - 1] != positions[left - 1]) continue;
+    is_kept_[i - 1] = 1;
+    --left;
+  }
+  std::size_t kept = 0, kept_anchors = 0;
+  for (std::size_t i = 0; i < before.size(); ++i) {
+    if (!is_kept_[i]) continue;
+    cores[kept] = cores[i];
+    if (i < anchors)
+      ++kept_anchors;
+    else
+      owners[kept - kept_anchors] = owners[i - anchors];
+    ++kept;
+  }
+  anchors = kept_anchors;
+  cores.resize(kept);
+  owners.resize(kept - kept_anchors);
+}
+
+ContactSolve::ContactSolve(std::size_t max_landmarks) : solver_(max_landmarks) {
+  const auto n = static_cast<Eigen::Index>(max_landmarks);
+  stiffness_.resize(n, n);
+  for (auto* v : {&axes_, &reactions_, &unit_, &last_positions_}) v->reserve(max_landmarks);
+  for (auto* v : {&stuck_, &low_, &high_, &slips_, &axial_}) v->reserve(max_landmarks);
+}
+
+FactorStatus ContactSolve::solve(std::uint64_t tick, std::span<NeedleContact> needles, LandmarkSet& landmarks,
+                                 TissueField& field, std::uint32_t& flags) noexcept {
+  if (const FactorStatus status = place(landmarks, field, flags); !status) return status;
+  for (NeedleContact& needle : needles)
+    for (NeedleLandmark& landmark : needle.landmarks()) {
+      landmark.reaction_n.setZero();
+      landmark.slip_mm = 0;
+    }
+  if (!landmarks.owners.empty()) find_slips(needles, landmarks, field, flags);
+  for (std::size_t n = 0; n < needles.size(); ++n) {
+    NeedleContact& needle = needles[n];
+    const Vec3 across = needle.axis().unitOrthogonal();
+    const bool touches = !needle.landmarks().empty();
+    needle.finish(tick, touches ? stiffness_of(n, needle.axis(), landmarks, field) : 0,
+                  touches ? stiffness_of(n, across, landmarks, field) : 0);
+  }
+  return {};
+}
+
+// What is too crowded to be solved is left out, with what belongs to it.
+FactorStatus ContactSolve::place(LandmarkSet& landmarks, TissueField& field, std::uint32_t& flags) noexcept {
+  FactorStatus status = field.place(landmarks.positions, landmarks.cores);
+  if (status) return status;
+  last_positions_.assign(landmarks.positions.begin(), landmarks.positions.end());
+  LandmarkMender mender(landmarks.positions, landmarks.displacements, landmarks.anchors);
+  while (!status) {
+    const Mended mended = mender.mend(status);
+    if (mended == Mended::kNothing) break;
+    flags |= mended == Mended::kMerged ? kStepMerged : kStepDropped;
+    landmarks.keep_rest_of(last_positions_);
+    last_positions_.assign(landmarks.positions.begin(), landmarks.positions.end());
+    status = field.place(landmarks.positions, landmarks.cores);
+  }
+  return status;
+}
+
+void ContactSolve::find_slips(std::span<NeedleContact> needles, LandmarkSet& landmarks, TissueField& field,
+                              std::uint32_t& flags) noexcept {
+  const std::size_t first = landmarks.anchors, count = landmarks.owners.size();
+  const auto landmark = [&](std::size_t i) -> NeedleLandmark& {
+    const LandmarkSet::Owner owner = landmarks.owners[i];
+    return needles[owner.needle].landmarks()[owner.index];
+  };
+  axes_.clear();
+  for (const LandmarkSet::Owner owner : landmarks.owners) axes_.push_back(needles[owner.needle].axis());
+  const auto m = static_cast<Eigen::Index>(count);
+  auto H = stiffness_.topLeftCorner(m, m);
+  field.axial_stiffness(first, axes_, H);
+  for (auto* v : {&stuck_, &low_, &high_, &slips_, &axial_}) v->resize(count);
+  reactions_.resize(landmarks.positions.size());
+
+  for (bool again = true; again;) {
+    field.reactions(landmarks.displacements, reactions_);
+    for (std::size_t i = 0; i < count; ++i) {
+      stuck_[i] = axes_[i].dot(reactions_[first + i]);
+      low_[i] = landmark(i).low_n;
+      high_[i] = landmark(i).high_n;
+    }
+    const ReactionSolver::Result result = solver_.solve(H, stuck_, low_, high_, slips_, axial_);
+    if (!result.converged) flags |= kStepSlipUnsettled;
+    for (std::size_t i = 0; i < count; ++i) landmark(i).slip_mm = slips_[i];
+    again = false;
+    for (NeedleContact& needle : needles) again |= needle.reaches_uncut_tissue();
+    for (std::size_t i = 0; i < count; ++i)
+      landmarks.displacements[first + i] = landmark(i).if_stuck - (again ? 0 : slips_[i]) * axes_[i];
+  }
+  field.reactions(landmarks.displacements, reactions_);
+  for (std::size_t i = 0; i < count; ++i) landmark(i).reaction_n = reactions_[first + i];
+}
+
+// What it takes to move one needle's landmarks together by 1 mm, all others held.
+double ContactSolve::stiffness_of(std::size_t needle, const Vec3& direction, const LandmarkSet& landmarks,
+                                  TissueField& field) noexcept {
+  const std::size_t first = landmarks.anchors;
+  unit_.assign(landmarks.positions.size(), Vec3::Zero());
+  for (std::size_t i = 0; i < landmarks.owners.size(); ++i)
+    if (landmarks.owners[i].needle == needle) unit_[first + i] = direction;
+  reactions_.resize(unit_.size());
+  field.reactions(unit_, reactions_);
+  double sum = 0;
+  for (std::size_t i = 0; i < landmarks.owners.size(); ++i)
+    if (landmarks.owners[i].needle == needle) sum += direction.dot(reactions_[first + i]);
+  return sum;
+}
+
+}  // namespace brachy
