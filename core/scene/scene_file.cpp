@@ -34,6 +34,7 @@ void read_tissue(TomlTable t, TissueSettings& s) {
   t.text("frame", s.frame, {"RAS", "LPS"});
   t.integer("points", s.points, 4, 5'000'000);
   t.integer("phantom_surface_vertices", s.phantom_surface_vertices, 100, 1'000'000);
+  t.numbers("phantom_size_mm", s.phantom_size_mm, 5, 1000);
   t.number("min_island_share", s.min_island_share, 0, 0.5);
   t.number("weld_tolerance_mm", s.weld_tolerance_mm, 0, 1);
   t.integer("seed", s.seed, 0, std::numeric_limits<std::int64_t>::max());

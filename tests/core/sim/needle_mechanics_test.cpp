@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "core/contact/landmark_stiffness.h"
+#include "core/scene/scene_file.h"
 #include "tests/core/rbf/random_landmarks.h"
 #include "tests/core/sim/allocation_guard.h"
 #include "tests/core/sim/phantom_scene.h"
@@ -119,6 +120,25 @@ std::vector<const char*> force_rungs() {
 
 INSTANTIATE_TEST_SUITE_P(Mechanics, ForceDepth, testing::ValuesIn(force_rungs()),
                          [](const auto& rung) { return std::string(rung.param); });
+
+// Skin and perineum first, about 9 N, then the gland's own capsule, 5.6 N with the friction of the way there.
+TEST(Mechanics, ThePerineumTakesNineNewtonsAndTheGlandBehindItFivePointSix) {
+  Scene scene = load_scene(std::filesystem::path(BRACHY_SOURCE_DIR) / "config/perineum.toml");
+  const std::vector<Row> rows = clinical_insertion(scene, {5, -4, -50}, {5, -4, 30});
+  double skin = 0, gland = 0, between = INFINITY;
+  for (const Row& row : rows) {
+    const double axial = row.needle.forces.axial_n;
+    if (row.needle.insertion_depth_mm < 5) skin = std::max(skin, axial);
+    const double z = -43 + row.needle.insertion_depth_mm;  // about
+    if (z > -10 && z < 0) gland = std::max(gland, axial);
+    if (z > -30 && z < -10 && axial > 0) between = std::min(between, axial);
+  }
+  EXPECT_NEAR(skin, 9.0, 0.1);
+  EXPECT_NEAR(gland, 5.6, 0.1);
+  EXPECT_LT(between, 4);
+  EXPECT_EQ(rows.back().needle.puncture_count, 2u);
+  EXPECT_EQ(rows.back().needle.contact, ContactState::kWithdrawn);
+}
 
 // A capsule that never gives way and takes any force: the landmark sticks, and the force is K⁻¹ d.
 TEST(Mechanics, OneStuckLandmarkIsTheInverseOfTheKernel) {
