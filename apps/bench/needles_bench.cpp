@@ -1,6 +1,7 @@
 // A whole tick with three needles at work, each with 30 landmarks, all of them pushed on and drawn back at 12 cm/s: ours is
 // Simulator::step, the baseline the same with one needle. The quantiles are of every tick's thread time, which no one
 // else's load is part of.
+#include <cmath>
 #include <ctime>
 #include <memory>
 
@@ -8,13 +9,14 @@
 #include "apps/bench/turns.h"
 #include "apps/bench/workload.h"
 #include "core/realtime/histogram.h"
+#include "core/scene/load_tissue.h"
 #include "core/sim/simulator.h"
 
 namespace brachy::bench {
 namespace {
 
 constexpr double kStride = 0.6;  // mm a tick: 12 cm/s at 200 Hz, clinical (DESIGN §4)
-constexpr double kStart = -30, kDeepest = 17.5;
+constexpr double kStart = -50, kDeepest = 32;
 
 std::int64_t thread_ns() {
   timespec t{};
@@ -26,12 +28,13 @@ std::int64_t thread_ns() {
 class Insertion {
  public:
   Insertion(std::size_t count, const std::string& kernel, SimdTarget target)
-      : simulator_(scene(count, kernel, target), phantom(kPaperPoints)),
-        state_(simulator_.initial_state()),
-        poses_(count) {
+      : simulator_(scene(count, kernel, target), body()), state_(simulator_.initial_state()), poses_(count) {
     for (double z = kStart; z < kDeepest; z += kStride) step_at(z);
   }
-  void advance() { z_ = kDeepest + kStride * static_cast<double>(tick_++ % 8) - 4 * kStride; }
+  void advance() {
+    const auto phase = static_cast<double>(tick_++ % 16);
+    z_ = kDeepest + kStride * (4 - std::abs(phase - 8));
+  }
   void step() {
     const std::int64_t start = thread_ns();
     step_at(z_);
@@ -43,13 +46,23 @@ class Insertion {
   std::uint32_t flags() const { return flags_; }
 
  private:
-  static Scene scene(std::size_t count, const std::string& kernel, SimdTarget target) {
+  /// Of the paper's number of points, and as deep as 30 landmarks take.
+  static Scene body_scene() {
     Scene scene;
+    scene.tissue.points = kPaperPoints;
+    scene.tissue.phantom_size_mm = Vec3(84, 76, 90);
+    return scene;
+  }
+  static const Tissue& body() {
+    static const Tissue tissue = load_tissue(body_scene()).tissue;
+    return tissue;
+  }
+  static Scene scene(std::size_t count, const std::string& kernel, SimdTarget target) {
+    Scene scene = body_scene();
     scene.model.kernel = kernel;
     scene.engine.simd = to_string(target);
     scene.needle.count = count;
-    scene.needle.length_mm = 100;
-    scene.contact.landmark_spacing_mm = 1.25;
+    scene.contact.landmark_spacing_mm = 2.5;
     scene.contact.max_landmarks = 81;
     return scene;
   }

@@ -145,7 +145,7 @@ TEST(Mechanics, OneStuckLandmarkIsTheInverseOfTheKernel) {
   Scene scene = small_scene();
   scene.tissue.contact.puncture_force_n = 100;
   scene.tissue.contact.capsule_n_per_mm = 1000;
-  const double stiffness = elastic_landmark_stiffness(0.006, 0.49, 10);
+  const double stiffness = elastic_landmark_stiffness(0.006, 0.49, 12);
   Session session(scene);
   session.go(kBelow, {8, -4, -15}, 0.1);
   ASSERT_EQ(session.state.needles[0].contact, ContactState::kTouching);
