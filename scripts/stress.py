@@ -13,6 +13,7 @@ import sys
 SPEED = 280.0     # mm/s: a needle's worst
 JUMP_S = 1e-6     # a teleport's length: no pose is sent from the middle of it
 OUTSIDE_MM = 55.0  # from a target inside the gland to outside of it
+ASIDE_MM = 20.0   # beyond contact.max_displacement_mm
 HEADER = "t_s,m00,m01,m02,m03,m10,m11,m12,m13,m20,m21,m22,m23"
 
 
@@ -86,11 +87,11 @@ class Stress:
         return add(self.centre, [0.6 * r * u for r, u in zip(self.radii, self.direction())])
 
     def sweep(self):
-        """In, to both sides, out at the far side and back, all at full speed."""
+        """In, to both sides as far as landmarks are held back, out at the far side and back, all at full speed."""
         axis, target = self.direction(), self.inside()
         side, entry = across(axis), add(target, axis, -OUTSIDE_MM)
         self.needle.jump(entry, axis)
-        for tip in (target, add(target, side, 15), add(target, side, -15), target,
+        for tip in (target, add(target, side, ASIDE_MM), add(target, side, -ASIDE_MM), target,
                     add(target, axis, OUTSIDE_MM), entry):
             self.needle.move(tip)
 
@@ -131,7 +132,7 @@ class Stress:
         self.needle.move(anchor, speed=50)
 
     def rows(self, seconds):
-        """Rounds of 4.8 s of all of these, cut at `seconds`; then out, so that the tissue comes to rest."""
+        """Rounds of 4.9 s of all of these, cut at `seconds`; then out, so that the tissue comes to rest."""
         number = 0
         while self.needle.t < seconds:
             self.sweep()

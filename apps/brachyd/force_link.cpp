@@ -13,7 +13,7 @@ constexpr double kMaxWireHz = 1000;
 constexpr double kMinRateHz = 1, kMaxRateHz = 100'000;  // what a device says of itself is kept within reason
 constexpr double kRampS = 1e-9 * static_cast<double>(ForceGateSettings{}.ramp_in_ns);
 
-/// The tissue's forces in the size the hand gets: cutting and friction sum up to the axial part, as they must.
+/// The tissue's forces in the size the hand gets: of its axial part cutting and friction have the shares they have there.
 NeedleForces sized(const NeedleForces& tissue, const Vec3& force_n, const Vec3& axis) {
   const double full = tissue.force_n.norm(), share = full > 0 ? std::min(force_n.norm() / full, 1.0) : 0;
   NeedleForces hand;
@@ -22,7 +22,8 @@ NeedleForces sized(const NeedleForces& tissue, const Vec3& force_n, const Vec3& 
   hand.hub_torque_nmm = share * tissue.hub_torque_nmm;
   hand.axial_n = -force_n.dot(axis);
   hand.lateral_n = (force_n + hand.axial_n * axis).norm();
-  hand.cutting_n = std::clamp(share * tissue.cutting_n, 0.0, std::max(hand.axial_n, 0.0));
+  const double cut = tissue.axial_n > 0 ? std::clamp(tissue.cutting_n / tissue.axial_n, 0.0, 1.0) : 0;
+  hand.cutting_n = cut * std::max(hand.axial_n, 0.0);
   hand.friction_n = hand.axial_n - hand.cutting_n;
   return hand;
 }

@@ -27,6 +27,7 @@ std::vector<PointRange> changed_ranges(const MeshState& state, const std::vector
 std::vector<TickPose> poses_after(const MeshState& state, std::size_t needle, std::uint64_t after_tick) {
   constexpr std::uint64_t kRing = MeshState::kPoseHistory;
   std::vector<TickPose> poses;
+  if (needle >= state.pose_histories.size()) return poses;
   const std::uint64_t oldest = state.tick >= kRing ? state.tick - kRing + 1 : 1;
   for (std::uint64_t tick = std::max(after_tick + 1, oldest); tick <= state.tick; ++tick) {
     const TickPose& pose = state.pose_histories[needle][tick % kRing];
@@ -35,12 +36,11 @@ std::vector<TickPose> poses_after(const MeshState& state, std::size_t needle, st
   return poses;
 }
 
-const NeedlePose& last_arrived(const MeshState& state) {
-  return std::max_element(state.needles.begin(), state.needles.end(),
-                          [](const NeedleState& a, const NeedleState& b) {
-                            return a.input.received_ns < b.input.received_ns;
-                          })
-      ->input;
+NeedlePose last_arrived(const MeshState& state) {
+  const auto newest = std::max_element(
+      state.needles.begin(), state.needles.end(),
+      [](const NeedleState& a, const NeedleState& b) { return a.input.received_ns < b.input.received_ns; });
+  return newest == state.needles.end() ? NeedlePose{} : newest->input;
 }
 
 bool is_finite(const NeedleForces& f) {
@@ -69,7 +69,6 @@ void encode_frame(const MeshState& state, const std::vector<Block>& blocks, std:
   assert(state.block_ticks.size() == blocks.size());
   assert(state.deformed_vertices.size() % 3 == 0);
   assert(request.after_tick <= state.tick);
-  assert(!state.needles.empty());
   FrameMessage frame;
   frame.topology_hash = topology_hash;
   frame.tick = state.tick;
@@ -78,7 +77,7 @@ void encode_frame(const MeshState& state, const std::vector<Block>& blocks, std:
   frame.base_tick = request.full ? 0 : request.after_tick;
   frame.overruns = state.overruns;
   frame.publish_ns = state.publish_ns;
-  const NeedlePose& input = last_arrived(state);
+  const NeedlePose input = last_arrived(state);
   frame.input_sequence = input.sequence;
   frame.input_stamp_ns = input.stamp_ns;
   frame.input_received_ns = input.received_ns;

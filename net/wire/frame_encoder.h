@@ -25,8 +25,8 @@ struct FrameRequest {
 
 /// Appends the body of a FRAME, always with the section CERTIFICATE, and with the forces of each needle that are finite.
 /// Changed blocks are those with block_ticks[b] > after_tick; neighbours become one range. `blocks` are the tissue's,
-/// ascending and covering every point; `state.block_ticks` has one tick per block, after_tick <= state.tick, and there is
-/// a needle (all asserted).
+/// ascending and covering every point; `state.block_ticks` has one tick per block, and after_tick <= state.tick (both
+/// asserted). A state may be without needles, or without their histories: then the frame is without them too.
 void encode_frame(const MeshState& state, const std::vector<Block>& blocks, std::uint64_t topology_hash,
                   std::uint64_t snapshot_sequence, const FrameRequest& request, Bytes& out);
 

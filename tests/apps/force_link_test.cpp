@@ -130,6 +130,20 @@ TEST_F(ForceLinkTest, AForceIsToldWithItsPartsAndThePoseItAnswers) {
   EXPECT_NEAR(force.forces.cutting_n + force.forces.friction_n, force.forces.axial_n, 1e-12);
 }
 
+TEST_F(ForceLinkTest, OfALesserForceCuttingAndFrictionKeepTheirShares) {
+  NeedleForces& tissue = tick.needles[0].forces;
+  tissue.force_n = Vec3(6, 0, -4);
+  tissue.axial_n = 4;
+  tissue.lateral_n = 6;
+  tissue.cutting_n = 3;
+  tissue.friction_n = 1;
+  attach();
+  run(600);
+  EXPECT_NEAR(forces.back().forces.axial_n, 2, 1e-9);
+  EXPECT_NEAR(forces.back().forces.cutting_n, 1.5, 1e-9);
+  EXPECT_NEAR(forces.back().forces.friction_n, 0.5, 1e-9);
+}
+
 struct Stall : ForceLinkTest, ::testing::WithParamInterface<int> {};
 
 TEST_P(Stall, TakesTheForceAwayAndLatchesUntilArmed) {

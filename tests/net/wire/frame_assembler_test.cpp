@@ -76,6 +76,23 @@ TEST_F(FrameAssemblerTest, EveryFrameCarriesTheTicksCertificateAndFlags) {
   }
 }
 
+TEST_F(FrameAssemblerTest, AFrameMayBeWithoutNeedles) {
+  simulation.steps(3);
+  MeshState state = simulation.state();
+  state.needles.clear();
+  state.pose_histories.clear();
+  Bytes body;
+  encode_frame(state, tissue.blocks, topology.hash, 1, {0, true, true}, body);
+  FrameMessage decoded;
+  ASSERT_TRUE(decode_body(body, decoded).is_good());
+  EXPECT_TRUE(decoded.needles.empty());
+  EXPECT_TRUE(decoded.pose_history.empty());
+  EXPECT_EQ(decoded.input_sequence, 0u);
+  ASSERT_EQ(mesh.start(topology), "");
+  ASSERT_EQ(mesh.apply(decoded), "");
+  EXPECT_EQ(mesh.positions(), state.deformed_vertices);
+}
+
 TEST_F(FrameAssemblerTest, ChangesSinceEarlierThanItsTickAreFine) {
   mesh.start(topology);
   simulation.steps(5);
