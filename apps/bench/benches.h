@@ -21,6 +21,8 @@ void add_guard_benches(Report& report,
                        const BenchOptions& options);  ///< what certificate and guard add to a tick
 void add_reactions_benches(Report& report,
                            const BenchOptions& options);  ///< what contact mechanics asks of a field
+void add_needles_benches(Report& report,
+                         const BenchOptions& options);  ///< whole ticks with three needles at work
 void add_figure6_benches(Report& report, const BenchOptions& options);  ///< the paper's figure 6
 
 }  // namespace brachy::bench

@@ -9,7 +9,7 @@ namespace brachy {
 namespace {
 
 constexpr std::uint32_t kActions =
-    kStepSubstepped | kStepClamped | kStepMerged | kStepDropped | kStepSolveFailed;
+    kStepSubstepped | kStepClamped | kStepMerged | kStepDropped | kStepSolveFailed | kStepSlipUnsettled;
 
 std::string actions_of(const MeshState& state) {
   const Certificate& c = state.certificate;
@@ -23,6 +23,7 @@ std::string actions_of(const MeshState& state) {
   add(kStepMerged, "landmarks merged");
   add(kStepDropped, "landmarks left out");
   add(kStepSolveFailed, "landmarks not solved: the last field stands");
+  add(kStepSlipUnsettled, "stick and slip not settled");
   return fmt::format("{}", fmt::join(parts, ", "));
 }
 

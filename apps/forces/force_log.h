@@ -17,7 +17,7 @@ struct ForceSample {
   double t_s = 0;
   std::uint32_t needle = 0;
   ContactState state = ContactState::kFree;
-  double depth_mm = 0;  ///< NeedleState::insertion_depth_mm
+  double depth_mm = 0;  ///< NeedleState::tip_depth_mm
   NeedleForces forces;  ///< without the torques
   std::uint32_t landmarks = 0;
   double min_det = 1;  ///< the least det(I + ∇u) at the tissue's vertices in this tick, all needles' field

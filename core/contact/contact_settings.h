@@ -33,7 +33,7 @@ struct ContactSettings {
   /// Radius over which a contact's or a tip's force is spread: it sets how stiff the tissue is to it, on every rung
   /// (core/contact/landmark_stiffness.h). At least √(F/32μ) for the largest force F that it takes (DESIGN §5), 5.4 mm for
   /// 5.6 N at 6 kPa, or the tissue folds there.
-  double tip_core_mm = 10;
+  double tip_core_mm = 12;
   double surface_slip_mm = 2;       ///< on the intact capsule the contact point slides beyond this drag
   double landmark_spacing_mm = 5;   ///< between shaft landmarks along the cut path
   double leave_path_mm = 2;         ///< a tip this far beside an old cut cuts a new one

@@ -54,6 +54,7 @@ void NeedleContact::begin(const RigidTransform& X_WN, const TissueField* last_fi
   last_tip_ = needle_.tip;
   has_last_pose_ = true;
 
+  tip_depth_ = std::max(0.0, depth_of_tip());
   if (state_ == ContactState::kTouching) add_contact();
   if (!is_in()) return;
   insertion_depth_ = tip_s_;
@@ -68,6 +69,7 @@ void NeedleContact::skip() noexcept {
   flags_ = 0;
   forces_ = {};
   local_model_ = {};
+  tip_depth_ = 0;
 }
 
 // The needle stands where it stands, without having dragged anything.
@@ -223,6 +225,12 @@ void NeedleContact::release() noexcept {
   tip_s_ = 0;
   capsule_of_ = 0;
   has_punctured_ = false;
+}
+
+double NeedleContact::depth_of_tip() const noexcept {
+  if (state_ == ContactState::kTouching)
+    return by_tip_ ? (needle_.tip - contact_point_).dot(needle_.axis) : 0;
+  return is_in() ? tip_s_ + (needle_.tip - path_.at(tip_s_)).dot(needle_.axis) : 0;
 }
 
 void NeedleContact::add_contact() noexcept {

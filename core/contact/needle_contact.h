@@ -67,6 +67,7 @@ class NeedleContact {
 
   ContactState state() const { return state_; }
   double insertion_depth() const { return insertion_depth_; }  ///< mm, along the cut path
+  double tip_depth() const { return tip_depth_; }              ///< mm, NeedleState::tip_depth_mm
   std::uint32_t puncture_count() const { return puncture_count_; }
   std::uint32_t flags() const { return flags_; }  ///< StepFlag bits of this tick
   const NeedleForces& forces() const { return forces_; }
@@ -98,6 +99,7 @@ class NeedleContact {
   void release() noexcept;
 
   // landmarks
+  double depth_of_tip() const noexcept;
   void add_contact() noexcept;
   void add_shaft(double motion) noexcept;
   void add_tip() noexcept;
@@ -143,7 +145,7 @@ class NeedleContact {
 
   std::vector<NeedleLandmark> landmarks_;
   bool has_tip_landmark_ = false;
-  double insertion_depth_ = 0;
+  double insertion_depth_ = 0, tip_depth_ = 0;
   std::uint32_t puncture_count_ = 0;
   std::uint32_t flags_ = 0;
   NeedleForces forces_;

@@ -16,8 +16,11 @@ std::string surface_name(const Scene& scene) {
 
 PreparedSurface load_surface(const Scene& scene) {
   const TissueSettings& s = scene.tissue;
-  if (s.mesh.empty())
-    return prepare_surface(prostate_phantom(s.phantom_surface_vertices), {}, surface_name(scene));
+  if (s.mesh.empty()) {
+    SurfaceMesh phantom = prostate_phantom(s.phantom_surface_vertices);
+    for (Vec3& v : phantom.vertices) v = v.cwiseProduct(s.phantom_size_mm.cwiseQuotient(kPhantomSize));
+    return prepare_surface(std::move(phantom), {}, surface_name(scene));
+  }
   MeshFileOptions file;
   file.units = s.units == "m" ? MeshUnits::kM : MeshUnits::kMm;
   file.frame = s.frame == "LPS" ? MeshFrame::kLps : MeshFrame::kRas;

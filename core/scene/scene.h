@@ -11,6 +11,7 @@
 #include "core/math/rigid_transform.h"
 #include "core/rbf/anchors.h"
 #include "core/stability/guard_settings.h"
+#include "core/tissue/phantom.h"
 
 namespace brachy {
 
@@ -21,7 +22,8 @@ struct TissueSettings {
   std::string frame = "RAS";     ///< of the mesh file: RAS or LPS
   std::uint64_t points = 14560;  ///< surface and interior together
   std::uint64_t phantom_surface_vertices = 1200;
-  double min_island_share = 0.01;  ///< islands under this share of the volume are dropped and reported
+  Vec3 phantom_size_mm = kPhantomSize;  ///< its bounding box
+  double min_island_share = 0.01;       ///< islands under this share of the volume are dropped and reported
   double weld_tolerance_mm = 1e-4;
   std::uint64_t seed = 1;  ///< of the interior points
   double shear_modulus_kpa =

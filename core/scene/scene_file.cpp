@@ -1,6 +1,7 @@
 #include "core/scene/scene_file.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <fstream>
 #include <limits>
@@ -34,6 +35,7 @@ void read_tissue(TomlTable t, TissueSettings& s) {
   t.text("frame", s.frame, {"RAS", "LPS"});
   t.integer("points", s.points, 4, 5'000'000);
   t.integer("phantom_surface_vertices", s.phantom_surface_vertices, 100, 1'000'000);
+  t.numbers("phantom_size_mm", s.phantom_size_mm, 5, 1000);
   t.number("min_island_share", s.min_island_share, 0, 0.5);
   t.number("weld_tolerance_mm", s.weld_tolerance_mm, 0, 1);
   t.integer("seed", s.seed, 0, std::numeric_limits<std::int64_t>::max());
@@ -168,13 +170,39 @@ void read_anchors(TomlTable t, Anchors::Options& s) {
                                          "): anchors retreat under load");
 }
 
+// Outer diameters of regular-wall needles, mm (ISO 9626).
+constexpr std::array<std::pair<int, double>, 12> kGauges = {{{14, 2.11},
+                                                             {15, 1.83},
+                                                             {16, 1.65},
+                                                             {17, 1.47},
+                                                             {18, NeedleSettings::kReferenceDiameter},
+                                                             {19, 1.07},
+                                                             {20, 0.91},
+                                                             {21, 0.82},
+                                                             {22, 0.72},
+                                                             {23, 0.64},
+                                                             {24, 0.57},
+                                                             {25, 0.51}}};
+
+void read_gauge(TomlTable& t, NeedleSettings& s) {
+  int gauge = 18;
+  t.integer("gauge", gauge, kGauges.front().first, kGauges.back().first);
+  if (!t.has("gauge")) return;
+  const double diameter = kGauges[static_cast<std::size_t>(gauge - kGauges.front().first)].second;
+  if (t.has("diameter_mm") && s.diameter_mm != diameter)
+    t.contradiction("gauge",
+                    "is " + text_of(diameter) + " mm and needle.diameter_mm another; give one of them");
+  s.diameter_mm = diameter;
+}
+
 void read_needle(TomlTable t, NeedleSettings& s) {
   t.number("length_mm", s.length_mm, 10, 500);
   t.integer("count", s.count, 1, NeedleSettings::kMaxCount);
   t.number("diameter_mm", s.diameter_mm, 0.1, 10);
+  read_gauge(t, s);
   if (double radius = 0.5 * s.diameter_mm; t.has("radius_mm")) {
     t.number("radius_mm", radius, 0.05, 5);
-    if (t.has("diameter_mm") && radius != 0.5 * s.diameter_mm)
+    if ((t.has("diameter_mm") || t.has("gauge")) && radius != 0.5 * s.diameter_mm)
       t.contradiction("radius_mm",
                       "is not half of needle.diameter_mm (" + text_of(s.diameter_mm) + "); give one of them");
     s.diameter_mm = 2 * radius;

@@ -63,8 +63,11 @@ struct NeedleState {
   bool present = false;
   NeedlePose input;  ///< the pose this tick used, with the stamps to echo
   ContactState contact = ContactState::kFree;
-  RigidTransform X_WN;               ///< world frame W, mm
-  double insertion_depth_mm = 0;     ///< length of the cut path from the entry to the tip, in the rest shape
+  RigidTransform X_WN;            ///< world frame W, mm
+  double insertion_depth_mm = 0;  ///< length of the cut path from the entry to the tip, in the rest shape
+  /// How far the tip itself has come along the needle since it met the surface at rest, its push included, mm: what
+  /// published forces are drawn against. 0 outside.
+  double tip_depth_mm = 0;
   std::uint32_t landmark_count = 0;  ///< this needle's landmarks in this tick
   std::uint32_t puncture_count = 0;  ///< capsule punctures since start
   NeedleForces forces;

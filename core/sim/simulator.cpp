@@ -267,6 +267,7 @@ void Simulator::write(MeshState& state) noexcept {
     const NeedleContact& contact = contacts_[n];
     needles_[n].contact = contact.state();
     needles_[n].insertion_depth_mm = contact.insertion_depth();
+    needles_[n].tip_depth_mm = contact.tip_depth();
     needles_[n].landmark_count = static_cast<std::uint32_t>(contact.landmarks().size());
     needles_[n].puncture_count = contact.puncture_count();
     needles_[n].forces = contact.forces();

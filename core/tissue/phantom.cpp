@@ -13,7 +13,7 @@ namespace brachy {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
-const Vec3 kHalfSize(25, 20, 22.5);  // mm: x right–left, y front–back, z base–apex
+const Vec3 kHalfSize = 0.5 * kPhantomSize;  // x right–left, y front–back, z base–apex
 
 double square(double x) {
   return x * x;

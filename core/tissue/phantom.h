@@ -6,6 +6,9 @@
 
 namespace brachy {
 
+/// Bounding box of the phantom as it is made, mm.
+inline const Vec3 kPhantomSize(50, 40, 45);
+
 /// A prostate's shape for scenes without a patient: closed, outward, smooth, star-shaped about the origin, with
 /// exactly `surface_vertices` vertices (50 … 1,000,000); mm, RAS.
 ///

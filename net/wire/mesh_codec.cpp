@@ -13,7 +13,7 @@ constexpr std::size_t kNeedleBytes = 116;    // wire size of one needle record
 constexpr std::size_t kTickPoseBytes = 104;  // wire size of one POSE_HISTORY entry
 constexpr std::size_t kPointBytes = 12;      // three f32
 constexpr std::size_t kCertificateBytes = 80;
-constexpr std::size_t kForceBytes = 24 + 13 * 8;  // one entry of FORCE
+constexpr std::size_t kForceBytes = 24 + 14 * 8;  // one entry of FORCE
 
 void write_needle(ByteWriter& writer, const NeedleRecord& needle) {
   writer.u16(needle.id);
@@ -85,6 +85,7 @@ void write_forces(ByteWriter& writer, const FrameMessage& message) {
     writer.u64(needle.state.input.sequence);
     writer.time(needle.state.input.stamp_ns);
     write_needle_forces(writer, needle.state.forces);
+    writer.f64(needle.state.tip_depth_mm);
   }
 }
 
@@ -103,6 +104,7 @@ void read_forces(ByteReader& reader, FrameMessage& message) {
     needle->state.input.sequence = reader.u64();
     needle->state.input.stamp_ns = reader.time();
     needle->state.forces = read_needle_forces(reader);
+    needle->state.tip_depth_mm = reader.f64();
   }
 }
 

@@ -118,6 +118,13 @@ TEST(Scene, ATissuesNeedleForcesAreItsOwnAndARegionsWhatItSays) {
   EXPECT_FALSE(scene.regions[1].contact);
 }
 
+TEST(Scene, ANeedleIsGivenByItsGaugeOrItsDiameter) {
+  EXPECT_EQ(parse_scene("[needle]\ngauge = 18\n", "s").needle.diameter_mm, 1.27);
+  EXPECT_EQ(parse_scene("[needle]\ngauge = 25\n", "s").needle.diameter_mm, 0.51);
+  EXPECT_EQ(refusal("[needle]\ngauge = 18\ndiameter_mm = 1\n"),
+            "scene.toml:2: 'needle.gauge' is 1.27 mm and needle.diameter_mm another; give one of them");
+}
+
 TEST(Scene, ACapsuleThatNeverGivesWayIsRefused) {
   EXPECT_EQ(refusal("[tissue]\ncapsule_n_per_mm = 0\ncapsule_n_per_mm2 = 0\n"),
             "scene.toml:2: 'tissue.capsule_n_per_mm' and capsule_n_per_mm2 are both 0: the capsule would "

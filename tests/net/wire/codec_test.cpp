@@ -124,7 +124,7 @@ TEST(Codec, AForceOfANeedleThatTheFrameHasNotIsRefused) {
   frame.has_pose_history = false;
   frame.poses_of_needles.clear();
   Bytes body = body_of(frame);
-  body[body.size() - 128] = std::byte{7};  // the only entry's needle
+  body[body.size() - 136] = std::byte{7};  // the only entry's needle
   EXPECT_EQ(decode_body(body, decoded).reason, "a force names a needle that is not there");
 }
 

@@ -135,6 +135,7 @@ FrameMessage sample_frame() {
   needle.state.input.sequence = 17;
   needle.state.input.stamp_ns = 1'000'000'500;
   needle.state.forces = sample_forces();
+  needle.state.tip_depth_mm = 14.5;
   needle.has_forces = true;
   frame.needles = {needle};
   frame.ranges = {{1, 1}, {3, 1}};
