@@ -154,7 +154,7 @@ ToolLine add_zwidth(CLI::App& app) {
       "  brachy zwidth --json zwidth.json --markdown zwidth.md\n"
       "  brachy zwidth --mass-kg 0.045 --damping 1.5\n"
       "A free mass on a spring, in virtual time, through the same code as a device's "
-      "(haptics/local_force.h): local: the\n"
+      "(haptics/force/local_force.h): local: the\n"
       "device works out its force; wire: the daemon does. scripts/zwidth.sh does the same and draws the "
       "chart.\n"
       "Exit codes: 0 every case under the negotiated limit is calm, 1 one rings, 2 bad input.");

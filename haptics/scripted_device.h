@@ -3,7 +3,7 @@
 #include <cstdint>
 
 #include "haptics/device.h"
-#include "haptics/trajectory.h"
+#include "haptics/trajectory/trajectory.h"
 
 namespace brachy {
 

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "apps/options.h"
-#include "haptics/needle_trajectories.h"
+#include "haptics/trajectory/needle_trajectories.h"
 
 namespace brachy {
 

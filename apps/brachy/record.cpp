@@ -11,7 +11,7 @@
 #include "apps/brachy/tools.h"
 #include "apps/forces/force_log.h"
 #include "core/error.h"
-#include "haptics/needle_trajectories.h"
+#include "haptics/trajectory/needle_trajectories.h"
 
 namespace brachy {
 namespace {

@@ -4,10 +4,10 @@
 #include <string>
 
 #include "apps/options.h"
-#include "haptics/negotiation.h"
+#include "haptics/force/negotiation.h"
 #include "haptics/simulated/hand_report.h"
 #include "haptics/simulated/simulated_loop.h"
-#include "haptics/trajectory.h"
+#include "haptics/trajectory/trajectory.h"
 
 namespace brachy {
 

@@ -19,9 +19,9 @@
 #include "core/realtime/deadline.h"
 #include "core/realtime/realtime_thread.h"
 #include "core/scene/load_tissue.h"
-#include "haptics/needle_trajectories.h"
 #include "haptics/network_device.h"
 #include "haptics/scripted_device.h"
+#include "haptics/trajectory/needle_trajectories.h"
 #include "net/server.h"
 
 namespace brachy {

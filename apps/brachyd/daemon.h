@@ -8,7 +8,7 @@
 #include "apps/brachyd/loop_statistics.h"
 #include "apps/options.h"
 #include "core/scene/scene.h"
-#include "haptics/force_gate.h"
+#include "haptics/force/force_gate.h"
 
 namespace brachy {
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-#include "haptics/negotiation.h"
+#include "haptics/force/negotiation.h"
 
 namespace brachy {
 namespace {

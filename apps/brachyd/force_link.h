@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "apps/brachyd/tick_forces.h"
-#include "haptics/force_gate.h"
-#include "haptics/local_force.h"
-#include "haptics/model_limits.h"
+#include "haptics/force/force_gate.h"
+#include "haptics/force/local_force.h"
+#include "haptics/force/model_limits.h"
 #include "net/server_options.h"
 
 namespace brachy {

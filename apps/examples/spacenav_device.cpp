@@ -6,7 +6,7 @@
 // Reading it needs membership of the group `input`. A regular file of struct input_event is played instead, a report each
 // cycle, then it ends: for tests, and to replay what `cat /dev/input/…` kept. This device renders no force: FORCE and
 // LOCAL_MODEL are left unread. One that does sets evaluates_local_model, hands on_local_model to LocalForce::take and
-// calls LocalForce::evaluate in its own cycle (haptics/local_force.h).
+// calls LocalForce::evaluate in its own cycle (haptics/force/local_force.h).
 
 #include <fcntl.h>
 #include <linux/input.h>

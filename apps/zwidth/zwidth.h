@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "haptics/negotiation.h"
+#include "haptics/force/negotiation.h"
 #include "haptics/simulated/device_dynamics.h"
 
 namespace brachy {

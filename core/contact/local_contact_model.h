@@ -7,7 +7,7 @@
 namespace brachy {
 
 /// One needle's contact around one pose, small enough to travel every tick, from which whoever is beside the device works
-/// out the force at 1 kHz or more without asking again (haptics/local_force.h does): the stiff loop never closes over a
+/// out the force at 1 kHz or more without asking again (haptics/force/local_force.h does): the stiff loop never closes over a
 /// network. World frame W, mm, N.
 ///
 /// Along the shaft, z = (tip − contact_point)·axis, axial force axial_n > 0 pushes the needle out:

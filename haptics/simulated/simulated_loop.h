@@ -6,7 +6,7 @@
 
 #include "core/contact/local_contact_model.h"
 #include "core/sim/needle_pose.h"
-#include "haptics/local_force.h"
+#include "haptics/force/local_force.h"
 #include "haptics/simulated/delay_line.h"
 #include "haptics/simulated/device_dynamics.h"
 

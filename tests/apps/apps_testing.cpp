@@ -6,7 +6,7 @@
 #include <sstream>
 #include <stdexcept>
 
-#include "haptics/trajectory.h"
+#include "haptics/trajectory/trajectory.h"
 
 namespace brachy::test {
 

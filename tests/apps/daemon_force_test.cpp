@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "haptics/force_gate.h"
+#include "haptics/force/force_gate.h"
 #include "tests/apps/peer.h"
 #include "tests/apps/running_daemon.h"
 

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-#include "haptics/negotiation.h"
+#include "haptics/force/negotiation.h"
 
 namespace brachy {
 namespace {

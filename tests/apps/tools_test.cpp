@@ -8,7 +8,7 @@
 #include <cstring>
 
 #include "apps/forces/force_log.h"
-#include "haptics/needle_trajectories.h"
+#include "haptics/trajectory/needle_trajectories.h"
 #include "tests/apps/peer.h"
 #include "tests/apps/running_brachyd.h"
 

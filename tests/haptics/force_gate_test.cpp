@@ -1,4 +1,4 @@
-#include "haptics/force_gate.h"
+#include "haptics/force/force_gate.h"
 
 #include <gtest/gtest.h>
 

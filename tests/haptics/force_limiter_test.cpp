@@ -1,4 +1,4 @@
-#include "haptics/force_limiter.h"
+#include "haptics/force/force_limiter.h"
 
 #include <gtest/gtest.h>
 

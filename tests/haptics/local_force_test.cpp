@@ -1,4 +1,4 @@
-#include "haptics/local_force.h"
+#include "haptics/force/local_force.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "haptics/negotiation.h"
+#include "haptics/force/negotiation.h"
 
 #include <gtest/gtest.h>
 

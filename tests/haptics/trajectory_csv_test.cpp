@@ -7,7 +7,7 @@
 
 #include "core/error.h"
 #include "haptics/rigid_pose.h"
-#include "haptics/trajectory.h"
+#include "haptics/trajectory/trajectory.h"
 
 namespace brachy {
 namespace {

@@ -1,4 +1,4 @@
-#include "haptics/trajectory.h"
+#include "haptics/trajectory/trajectory.h"
 
 #include <gtest/gtest.h>
 

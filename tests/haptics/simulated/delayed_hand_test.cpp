@@ -6,7 +6,7 @@
 #include <numbers>
 #include <string>
 
-#include "haptics/negotiation.h"
+#include "haptics/force/negotiation.h"
 #include "haptics/simulated/hand_report.h"
 #include "haptics/simulated/simulated_loop.h"
 #include "tests/haptics/simulated/tissue_model.h"

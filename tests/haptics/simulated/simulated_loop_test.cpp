@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "haptics/negotiation.h"
+#include "haptics/force/negotiation.h"
 
 namespace brachy {
 namespace {

@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "haptics/trajectory.h"
+#include "haptics/trajectory/trajectory.h"
 
 namespace brachy {
 

@@ -17,7 +17,7 @@ inline constexpr std::int64_t kLongestSlewNs =
 /// What a hand may get.
 struct ForceLimits {
   double max_force_n = kDefaultMaxForceN;  ///< > 0, of the vector's length
-  /// N/mm, > 0; of the loop that is closed (haptics/negotiation.h).
+  /// N/mm, > 0; of the loop that is closed (haptics/force/negotiation.h).
   double max_stiffness_n_per_mm = std::numeric_limits<double>::infinity();
 };
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "haptics/force_limiter.h"
+#include "haptics/force/force_limiter.h"
 
 namespace brachy {
 

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <string_view>
 
-#include "haptics/force_limiter.h"
+#include "haptics/force/force_limiter.h"
 
 namespace brachy {
 

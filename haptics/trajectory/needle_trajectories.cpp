@@ -1,4 +1,4 @@
-#include "haptics/needle_trajectories.h"
+#include "haptics/trajectory/needle_trajectories.h"
 
 #include <algorithm>
 #include <cassert>

@@ -5,8 +5,8 @@
 #include <utility>
 
 #include "core/number_csv.h"
-#include "haptics/needle_trajectories.h"
 #include "haptics/rigid_pose.h"
+#include "haptics/trajectory/needle_trajectories.h"
 
 namespace brachy {
 

@@ -4,8 +4,8 @@
 #include <cstdint>
 
 #include "core/contact/local_contact_model.h"
-#include "haptics/force_limiter.h"
-#include "haptics/model_limits.h"
+#include "haptics/force/force_limiter.h"
+#include "haptics/force/model_limits.h"
 
 namespace brachy {
 
