@@ -113,14 +113,15 @@ void ForceLink::take(const TickForces& tick, std::int64_t now_ns) {
 
 void ForceLink::take(Hand& hand, std::int64_t now_ns) {
   hand.limits = negotiate_with(hand);
+  // A pose of the device before this one is none that this one knows: its model would be felt at another place. Until there
+  // is one of its own, and where there is none to use, a model without contact: no force.
+  const bool is_own = hand.pose && hand.tick.input_received_ns >= hand.first_pose_ns;
   net::LocalModelMessage message;
-  if (is_usable(hand.tick.model)) message.model = hand.tick.model;  // else one without contact: no force
+  if (is_own && is_usable(hand.tick.model)) message.model = hand.tick.model;
   message.model.tick = tick_;
   hand.is_stiffness_limited = hand.stiffness.apply(message.model, hand.limits.max_stiffness_n_per_mm);
   hand.gate.note_stiffness(hand.is_stiffness_limited);
 
-  // A pose of the device before this one is none that this one knows.
-  const bool is_own = hand.pose && hand.tick.input_received_ns >= hand.first_pose_ns;
   hand.local.take(message.model, is_own ? hand.tick.input_received_ns : LocalForce::kUnknown, now_ns);
   if (!hand.device.evaluates_local_model) return;
 

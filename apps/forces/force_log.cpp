@@ -21,12 +21,7 @@ ForceSample force_sample(double t_s, std::uint32_t needle, const NeedleState& st
 }
 
 ForceLogWriter::ForceLogWriter(const std::filesystem::path& file) : name_(file.string()) {
-  // "x": of two that start at once, one is told. What is no regular file (/dev/stdout) cannot be overwritten.
-  std::error_code ignored;
-  const bool special = std::filesystem::is_other(file, ignored);
-  file_.reset(std::fopen(name_.c_str(), special ? "w" : "wx"));
-  if (!file_ && errno == EEXIST)
-    throw UserError(name_ + ": is there already; give another name, nothing is overwritten");
+  file_.reset(std::fopen(name_.c_str(), "w"));
   if (!file_)
     throw UserError(name_ + ": cannot be made: " + std::strerror(errno) +
                     "; give a file in a folder of yours");

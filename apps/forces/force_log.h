@@ -38,7 +38,7 @@ std::string force_row(const ForceSample& sample);
 /// and the caller's work goes on.
 class ForceLogWriter {
  public:
-  /// Throws UserError where the file is there already (nothing is overwritten) or cannot be made.
+  /// Replaces the file, as the other tools do theirs. Throws UserError where it cannot be made.
   explicit ForceLogWriter(const std::filesystem::path& file);
 
   void add(const ForceSample& sample);

@@ -103,7 +103,7 @@ void NeedleContact::seat() noexcept {
 
 void NeedleContact::approach() noexcept {
   if (const auto hit = surface_.first_hit(last_tip_, needle_.tip); hit && hit->entering) {
-    if (enter_old_path(hit->point)) return;
+    if (CutPath* old = find_old_path(hit->point)) return enter_old_path(*old);
     contact_point_ = hit->point;
     by_tip_ = true;
   } else if (surface_.inside(needle_.tip)) {
@@ -119,20 +119,23 @@ void NeedleContact::approach() noexcept {
 }
 
 // The capsule has a hole where the needle was before, and the tissue behind it a cut.
-bool NeedleContact::enter_old_path(const Vec3& entry) noexcept {
+CutPath* NeedleContact::find_old_path(const Vec3& entry) noexcept {
   for (CutPath& old : old_paths_) {
     if (old.empty()) continue;
     const Vec3 start = old.at(0), way = old.at(settings_.landmark_spacing_mm) - start;
-    if ((start - entry).norm() > kSameEntry * needle_settings_.diameter_mm ||
-        way.dot(needle_.axis) < kSameDirection * way.norm())
-      continue;
-    std::swap(path_, old);
-    old.clear();
-    state_ = ContactState::kInserted;
-    tip_s_ = 0;
-    return true;
+    if ((start - entry).norm() <= kSameEntry * needle_settings_.diameter_mm &&
+        way.dot(needle_.axis) >= kSameDirection * way.norm())
+      return &old;
   }
-  return false;
+  return nullptr;
+}
+
+void NeedleContact::enter_old_path(CutPath& old) noexcept {
+  std::swap(path_, old);
+  old.clear();
+  state_ = ContactState::kInserted;
+  tip_s_ = 0;
+  tissue_ = tissues_.at(path_.at(path_.length()));
 }
 
 void NeedleContact::press() noexcept {
@@ -269,7 +272,7 @@ void NeedleContact::add_shaft(double motion) noexcept {
 // The tip rubs too; and it pushes what it does not cut.
 void NeedleContact::add_tip() noexcept {
   const Vec3 X = path_.at(tip_s_);
-  const double friction = tissues_[tissue_].friction_n_per_mm * tributary(shaft_.size());
+  const double friction = tissues_[tissues_.at(X)].friction_n_per_mm * tributary(shaft_.size());
   add({.position = X,
        .if_stuck = needle_.tip - X,
        .low_n = -friction,
@@ -425,7 +428,7 @@ void NeedleContact::describe(std::uint64_t tick, double axial_stiffness, double 
 
 void NeedleContact::describe_ahead() noexcept {
   const auto hit = surface_.first_hit(needle_.tip, needle_.tip + kLookAhead * needle_.axis);
-  if (!hit || !hit->entering) return;
+  if (!hit || !hit->entering || find_old_path(hit->point)) return;
   const TissueContact& capsule = tissues_[0];
   local_model_.contact_point = hit->point;
   local_model_.is_capsule = true;

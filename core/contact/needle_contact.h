@@ -91,7 +91,8 @@ class NeedleContact {
   // geometry, before the solve
   void seat() noexcept;
   void approach() noexcept;
-  bool enter_old_path(const Vec3& entry) noexcept;
+  CutPath* find_old_path(const Vec3& entry) noexcept;
+  void enter_old_path(CutPath& old) noexcept;
   void press() noexcept;
   void enter() noexcept;
   void follow_path(const TissueField* last_field) noexcept;

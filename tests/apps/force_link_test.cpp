@@ -306,6 +306,35 @@ TEST_F(ForceLinkTest, AModelOfAnotherDevicesPoseNamesNoPose) {
   EXPECT_EQ(models.back().input_stamp_ns, 0);
 }
 
+// A device that comes back elsewhere: until a tick has used a pose of its own, the tissue of the last one is not its.
+TEST_F(ForceLinkTest, TheTissueWhereThePredecessorWasIsNotFelt) {
+  attach();
+  run(600);
+  ASSERT_GT(hand().norm(), 1.5);
+  tick.needles[0].is_in_contact = false;
+  run(5);
+  link.detach({});
+  forces.clear();
+  models.clear();
+  net::DeviceInfo next;
+  next.evaluates_local_model = true;
+  attach(next);
+  is_ticking = false;
+  now_ns += kMs;
+  link.pose_accepted(0, pose());
+  ++tick.tick;  // of the old pose still
+  link.take(tick, now_ns);
+  link.cycle(now_ns);
+  ASSERT_FALSE(models.empty());
+  EXPECT_FALSE(models.back().model.in_contact);
+  for (int i = 0; i < 100; ++i) run(1);
+  EXPECT_EQ(hand(), Vec3(Vec3::Zero()));
+  is_ticking = true;
+  run(600);
+  EXPECT_TRUE(models.back().model.in_contact);
+  EXPECT_GT(hand().norm(), 1.5);
+}
+
 TEST_F(ForceLinkTest, AFarClientGetsASofterTissueAndIsToldOnce) {
   round_trip_s = 0.03;
   attach();

@@ -224,7 +224,9 @@ TEST_F(Contact, InAgainAtTheSamePlaceItFollowsItsOldCut) {
   drive(below, at_depth(30));
   const double depth = contact.insertion_depth();
   drive(at_depth(30), below, 0.3);
-  drive(below, at_depth(20));
+  drive(below, at_depth(-5));
+  EXPECT_EQ(contact.local_model().axial_max_n, 0);  // the capsule ahead has a hole
+  drive(at_depth(-5), at_depth(20));
   EXPECT_EQ(contact.state(), ContactState::kInserted);
   EXPECT_EQ(contact.puncture_count(), 1u);
   EXPECT_LT(axial(), 0.02 * 20 + 0.05);
