@@ -28,11 +28,6 @@ NeedleForces sized(const NeedleForces& tissue, const Vec3& force_n, const Vec3& 
   return hand;
 }
 
-bool is_finite(const NeedleForces& f) {
-  return f.force_n.allFinite() && f.tip_torque_nmm.allFinite() && f.hub_torque_nmm.allFinite() &&
-         std::isfinite(f.cutting_n);
-}
-
 }  // namespace
 
 double ForceLink::Hand::rate_hz() const {
@@ -182,7 +177,7 @@ void ForceLink::send_force(Hand& hand, std::int64_t now_ns) {
     message.input_stamp_ns = hand.pose->stamp_ns;
     const NeedleForces& tissue = hand.tick.forces;
     message.forces =
-        sized(is_finite(tissue) ? tissue : NeedleForces{}, hand.force_n, hand.pose->X_WN.R.col(2));
+        sized(tissue.is_finite() ? tissue : NeedleForces{}, hand.force_n, hand.pose->X_WN.R.col(2));
   }
   outputs_.send_force(message);
 }

@@ -34,6 +34,7 @@ Mended LandmarkMender::mend(const FactorStatus& why) noexcept {
 Mended LandmarkMender::take_out_one_of(const Twins& pair) noexcept {
   const std::size_t out = pair.second < anchors_ ? pair.second : pair.first;
   if (out < anchors_) --anchors_;
+  if (taken_out_) taken_out_->push_back(out);
   for (auto* v : {&positions_, &displacements_}) v->erase(v->begin() + static_cast<std::ptrdiff_t>(out));
   return pair.agree ? Mended::kMerged : Mended::kDropped;
 }

@@ -41,9 +41,11 @@ enum class Mended {
 /// Threads: one. Real-time: no allocation, no exceptions.
 class LandmarkMender {
  public:
-  /// `positions`, `displacements` (n, mm) are changed in place; the first `anchors` are anchors.
-  LandmarkMender(std::vector<Vec3>& positions, std::vector<Vec3>& displacements, std::size_t anchors)
-      : positions_(positions), displacements_(displacements), anchors_(anchors) {}
+  /// `positions`, `displacements` (n, mm) are changed in place; the first `anchors` are anchors. `taken_out`, with room for
+  /// n, gets what every mend takes out: indices in order, each of the set as it was just before.
+  LandmarkMender(std::vector<Vec3>& positions, std::vector<Vec3>& displacements, std::size_t anchors,
+                 std::vector<std::size_t>* taken_out = nullptr)
+      : positions_(positions), displacements_(displacements), anchors_(anchors), taken_out_(taken_out) {}
 
   /// Takes out what the solver refused with `why`.
   Mended mend(const FactorStatus& why) noexcept;
@@ -54,6 +56,7 @@ class LandmarkMender {
 
   std::vector<Vec3>&positions_, &displacements_;
   std::size_t anchors_;
+  std::vector<std::size_t>* taken_out_;
   std::size_t crowded_ = 1;  // how many the next refusal of the whole set takes out
 };
 

@@ -11,7 +11,6 @@ void LandmarkSet::reserve(std::size_t capacity) {
   displacements.reserve(capacity);
   cores.reserve(capacity);
   owners.reserve(capacity);
-  is_kept_.reserve(capacity);
 }
 
 void LandmarkSet::clear() noexcept {
@@ -28,33 +27,19 @@ void LandmarkSet::add(const Vec3& position, const Vec3& displacement, double cor
   cores.push_back(core);
 }
 
-// Of two at one place the mender keeps the later one on a needle: matching begins at the end.
-void LandmarkSet::keep_rest_of(std::span<const Vec3> before) noexcept {
-  is_kept_.assign(before.size(), 0);
-  for (std::size_t i = before.size(), left = positions.size(); i > 0 && left > 0; --i) {
-    if (before[i - 1] != positions[left - 1]) continue;
-    is_kept_[i - 1] = 1;
-    --left;
-  }
-  std::size_t kept = 0, kept_anchors = 0;
-  for (std::size_t i = 0; i < before.size(); ++i) {
-    if (!is_kept_[i]) continue;
-    cores[kept] = cores[i];
-    if (i < anchors)
-      ++kept_anchors;
-    else
-      owners[kept - kept_anchors] = owners[i - anchors];
-    ++kept;
-  }
-  anchors = kept_anchors;
-  cores.resize(kept);
-  owners.resize(kept - kept_anchors);
+void LandmarkSet::forget(std::size_t i) noexcept {
+  cores.erase(cores.begin() + static_cast<std::ptrdiff_t>(i));
+  if (i < anchors)
+    --anchors;
+  else
+    owners.erase(owners.begin() + static_cast<std::ptrdiff_t>(i - anchors));
 }
 
 ContactSolve::ContactSolve(std::size_t max_landmarks) : solver_(max_landmarks) {
   const auto n = static_cast<Eigen::Index>(max_landmarks);
   stiffness_.resize(n, n);
-  for (auto* v : {&axes_, &reactions_, &unit_, &last_positions_}) v->reserve(max_landmarks);
+  for (auto* v : {&axes_, &reactions_, &unit_}) v->reserve(max_landmarks);
+  taken_out_.reserve(max_landmarks);
   for (auto* v : {&stuck_, &low_, &high_, &slips_, &axial_}) v->reserve(max_landmarks);
 }
 
@@ -81,14 +66,13 @@ FactorStatus ContactSolve::solve(std::uint64_t tick, std::span<NeedleContact> ne
 FactorStatus ContactSolve::place(LandmarkSet& landmarks, TissueField& field, std::uint32_t& flags) noexcept {
   FactorStatus status = field.place(landmarks.positions, landmarks.cores);
   if (status) return status;
-  last_positions_.assign(landmarks.positions.begin(), landmarks.positions.end());
-  LandmarkMender mender(landmarks.positions, landmarks.displacements, landmarks.anchors);
+  LandmarkMender mender(landmarks.positions, landmarks.displacements, landmarks.anchors, &taken_out_);
   while (!status) {
+    taken_out_.clear();
     const Mended mended = mender.mend(status);
     if (mended == Mended::kNothing) break;
     flags |= mended == Mended::kMerged ? kStepMerged : kStepDropped;
-    landmarks.keep_rest_of(last_positions_);
-    last_positions_.assign(landmarks.positions.begin(), landmarks.positions.end());
+    for (const std::size_t i : taken_out_) landmarks.forget(i);
     status = field.place(landmarks.positions, landmarks.cores);
   }
   return status;

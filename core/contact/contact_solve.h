@@ -27,11 +27,8 @@ struct LandmarkSet {
   void reserve(std::size_t capacity);
   void clear() noexcept;
   void add(const Vec3& position, const Vec3& displacement, double core) noexcept;
-  /// Brings cores, owners and the count of anchors in line with positions, which are some of `before` in the same order.
-  void keep_rest_of(std::span<const Vec3> before) noexcept;
-
- private:
-  std::vector<std::uint8_t> is_kept_;
+  /// Takes out what belongs to landmark i, which positions and displacements no longer have.
+  void forget(std::size_t i) noexcept;
 };
 
 /// Stick and slip of all needles' landmarks at once: reactions of what sticks, from the field's own landmark system, and who
@@ -56,7 +53,8 @@ class ContactSolve {
 
   ReactionSolver solver_;
   Eigen::MatrixXd stiffness_;
-  std::vector<Vec3> axes_, reactions_, unit_, last_positions_;
+  std::vector<Vec3> axes_, reactions_, unit_;
+  std::vector<std::size_t> taken_out_;
   std::vector<double> stuck_, low_, high_, slips_, axial_;
 };
 

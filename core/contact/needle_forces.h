@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cmath>
+
 #include "core/math/rigid_transform.h"
 
 namespace brachy {
@@ -15,6 +17,11 @@ struct NeedleForces {
   double cutting_n = 0;   ///< of axial_n, what acts on the tip: capsule or cut, ≥ 0
   double friction_n = 0;  ///< of axial_n, what acts along the shaft: < 0 on the way out
 
+  bool is_finite() const {
+    return force_n.allFinite() && tip_torque_nmm.allFinite() && hub_torque_nmm.allFinite() &&
+           std::isfinite(axial_n) && std::isfinite(lateral_n) && std::isfinite(cutting_n) &&
+           std::isfinite(friction_n);
+  }
   bool operator==(const NeedleForces&) const = default;
 };
 

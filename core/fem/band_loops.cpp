@@ -2,9 +2,9 @@
 #include "core/fem/band_loops.h"
 
 #include <algorithm>
-#include <cstring>
 
 #include "core/simd/simd_attributes.h"
+#include "core/simd/vector_memory.h"
 
 namespace brachy {
 namespace {
@@ -20,18 +20,6 @@ struct Width {
   static constexpr int kColumns = kLanes * kVectors;
   static_assert(BandRow::kCount % kColumns == 0 && kStep % kUnrolled == 0);
 };
-
-template <class V>
-BRACHY_INLINE V load(const double* p) {
-  V v;
-  std::memcpy(&v, p, sizeof v);
-  return v;
-}
-
-template <class V>
-BRACHY_INLINE void store(double* p, V v) {
-  std::memcpy(p, &v, sizeof v);
-}
 
 // y[q] −= Σ_k factor(k, q) x[k] for kUnrolled rows y and `count` rows x, columns from `column` on.
 template <class W, class Factor>

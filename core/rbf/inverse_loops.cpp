@@ -2,9 +2,9 @@
 #include "core/rbf/inverse_loops.h"
 
 #include <algorithm>
-#include <cstring>
 
 #include "core/simd/simd_attributes.h"
+#include "core/simd/vector_memory.h"
 
 namespace brachy {
 namespace {
@@ -17,18 +17,6 @@ struct Width {
   static constexpr std::size_t kLanes = kBytes / sizeof(double);
   static constexpr std::size_t kTogether = 2 * kLanes;  // columns in registers at once
 };
-
-template <class V>
-BRACHY_INLINE V load(const double* p) {
-  V v;
-  std::memcpy(&v, p, sizeof v);
-  return v;
-}
-
-template <class V>
-BRACHY_INLINE void store(double* p, V v) {
-  std::memcpy(p, &v, sizeof v);
-}
 
 template <class W, std::size_t kCount>
 struct Tile {

@@ -3,9 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 
 #include "core/simd/simd_attributes.h"
+#include "core/simd/vector_memory.h"
 
 namespace brachy {
 namespace {
@@ -22,18 +22,6 @@ struct Width {
   static constexpr int kLanes = kBytes / static_cast<int>(sizeof(double));
   static constexpr int kColumns = kColumns_;
 };
-
-template <class V>
-BRACHY_INLINE V load(const double* p) {
-  V v;
-  std::memcpy(&v, p, sizeof v);
-  return v;
-}
-
-template <class V>
-BRACHY_INLINE void store(double* p, V v) {
-  std::memcpy(p, &v, sizeof v);
-}
 
 // Rows [row, row + 2 vectors) of panel I, columns [j, j + kColumns) of L, which belong to the rows of panel J: subtract
 // Σ_k L_ik L_jk over the columns before j; with kSolve also divide by the triangle on J's diagonal.

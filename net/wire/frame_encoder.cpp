@@ -43,12 +43,6 @@ NeedlePose last_arrived(const MeshState& state) {
   return newest == state.needles.end() ? NeedlePose{} : newest->input;
 }
 
-bool is_finite(const NeedleForces& f) {
-  return f.force_n.allFinite() && f.tip_torque_nmm.allFinite() && f.hub_torque_nmm.allFinite() &&
-         std::isfinite(f.axial_n) && std::isfinite(f.lateral_n) && std::isfinite(f.cutting_n) &&
-         std::isfinite(f.friction_n);
-}
-
 }  // namespace
 
 TopologyMessage make_topology(const Tissue& tissue, const std::string& name) {
@@ -88,7 +82,7 @@ void encode_frame(const MeshState& state, const std::vector<Block>& blocks, std:
   frame.moved_vertices = state.moved_vertices;
   for (std::size_t n = 0; n < state.needles.size(); ++n) {
     const NeedleState& needle = state.needles[n];
-    frame.needles.push_back({static_cast<std::uint16_t>(n), needle, is_finite(needle.forces)});
+    frame.needles.push_back({static_cast<std::uint16_t>(n), needle, needle.forces.is_finite()});
   }
   if (!request.full) {
     frame.ranges = changed_ranges(state, blocks, request.after_tick);
