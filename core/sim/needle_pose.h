@@ -13,6 +13,7 @@ struct NeedlePose {
   std::uint64_t sequence = 0;    ///< the device's own count; echoed to clients
   std::int64_t stamp_ns = 0;     ///< the device's monotonic clock when the pose was taken; echoed to clients
   std::int64_t received_ns = 0;  ///< this process's monotonic clock when it arrived
+  bool button = false;           ///< the device's button is held: it drops seeds (core/seeds)
   bool present = false;          ///< false until a device has sent a pose: no needle, no contact
 };
 

@@ -1,0 +1,38 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "core/dose/dose_seed.h"
+#include "core/plan/template_grid.h"
+
+namespace brachy {
+
+/// One needle of a plan.
+struct PlanNeedle {
+  std::string hole;          ///< of the template, "D4"
+  double retraction_mm = 0;  ///< how far short of the base plane its tip stops, ≥ 0
+  std::string train;         ///< from the tip backwards: s a seed (4.5 mm), - a spacer (5.5 mm); "s-s--s"
+};
+
+/// A planned seed: DoseSeed, and where it belongs.
+struct PlannedSeed : DoseSeed {
+  std::size_t needle = 0;  ///< index in Plan::needles
+  double offset_mm = 0;    ///< its centre behind the needle's tip
+};
+
+/// Which needle goes through which hole how far, and what it leaves there.
+struct Plan {
+  std::string name;
+  SourceModel source = SourceModel::kAmersham6711;
+  double air_kerma_strength_u = 0.5;  ///< of each seed
+  double prescription_gy = 145;
+  double base_plane_mm = 0;  ///< from the template's plane along the needles to the base plane
+  std::vector<PlanNeedle> needles;
+
+  Vec3 planned_tip(const TemplateGrid& grid, std::size_t needle) const;  ///< mm, world
+  /// All of them, needle by needle in order, in each from the tip backwards: a seed's index here is its number in the plan.
+  std::vector<PlannedSeed> seeds(const TemplateGrid& grid) const;
+};
+
+}  // namespace brachy
