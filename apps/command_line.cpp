@@ -35,6 +35,7 @@ DaemonOptions parse_daemon_line(int argc, char** argv, std::optional<int>& exit_
       "Examples:\n"
       "  brachyd --config config/prostate.toml              until Ctrl-C, on the scene's port\n"
       "  brachyd --config my.toml --port 0 --duration 60    a free port, printed on the first line\n"
+      "  brachyd --config config/session.toml --session out/monday   keeps every seed, ends with a report\n"
       "  brachyd --check-config my.toml                     says what is wrong with a scene, or that nothing "
       "is\n"
       "Exit codes: 0 ended cleanly, 1 failed while running, 2 bad scene, mesh or usage, or the port is in "
@@ -44,6 +45,9 @@ DaemonOptions parse_daemon_line(int argc, char** argv, std::optional<int>& exit_
   check_option->excludes("--config");
   app.add_option("--port", options.port, "TCP port; 0: a free one")->check(CLI::Range(0, 65535));
   app.add_option("--duration", options.duration_s, "end after this many seconds")->check(durations());
+  app.add_option("--session", options.session,
+                 "folder to record poses, forces and seeds in, and the report at the end; one that holds a session\n"
+                 "(also one that was killed) is gone on with, its seeds are in the tissue again");
   app.add_option("--simd", options.simd, "instruction set of the field evaluation; default: the scene's")
       ->check(simd_choices());
   app.add_flag(

@@ -19,6 +19,7 @@ struct DaemonOptions {
   bool check_config = false;         ///< load everything, say so, and end
   std::optional<int> port;           ///< none: the scene's
   std::optional<double> duration_s;  ///< none: until SIGINT or SIGTERM
+  std::optional<std::filesystem::path> session;  ///< folder to record into, or to go on with; none: nothing is kept
   std::string simd;                  ///< empty: the scene's
   bool control_thread = false;
   bool insecure_allow_remote = false;
@@ -56,6 +57,7 @@ struct ReplayOptions {
   int threads = 0;                               ///< offline; 0: the scene's
   std::string simd;                              ///< offline; empty: the scene's
   std::optional<std::filesystem::path> log;      ///< offline: the force log to write
+  std::optional<std::filesystem::path> session;  ///< offline: folder to record into and to report in
   std::optional<SimulatedDeviceOptions> device;  ///< none: the trajectory is the needle's
   bool json = false;
 };

@@ -12,7 +12,7 @@ class Device {
   virtual ~Device() = default;
 
   /// Called once a tick with the monotonic clock. Writes the newest pose and returns true if there is one
-  /// that no earlier call has given; else leaves `pose` alone and returns false. The caller keeps its pose
+  /// that no earlier call has given; else leaves `pose` alone, save its button, and returns false. The caller keeps its pose
   /// from tick to tick, so that the needle stays where it was last seen.
   ///
   /// Threads: the 200 Hz thread only.

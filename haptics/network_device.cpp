@@ -18,10 +18,24 @@ PoseVerdict NetworkDevice::submit(NeedlePose pose) {
   return verdict;
 }
 
+void NetworkDevice::detach() {
+  press(false);
+  attached_ = false;
+}
+
+void NetworkDevice::press(bool pressed) {
+  if (!attached_ || pressed == (changes_told_ % 2 == 1)) return;
+  change_writer_.slot() = ++changes_told_;
+  change_writer_.publish();
+}
+
 bool NetworkDevice::update(std::int64_t /*now_ns*/, NeedlePose& pose) {
-  if (!reader_.update()) return false;
-  pose = reader_.value();
-  return true;
+  const bool is_fresh = reader_.update();
+  if (is_fresh) pose = reader_.value();
+  change_reader_.update();
+  if (pose.present && changes_seen_ < change_reader_.value()) ++changes_seen_;
+  pose.button = changes_seen_ % 2 == 1;
+  return is_fresh;
 }
 
 }  // namespace brachy

@@ -1,5 +1,6 @@
 #include "net/client.h"
 
+#include <algorithm>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include <deque>
@@ -63,12 +64,25 @@ class Client::Impl final : public ConnectionListener, public std::enable_shared_
   void send_pose(const RigidTransform& X_WN, std::int64_t stamp_ns) {
     if (!connection_) return;
     if (poses_.size() >= options_.max_queued_poses) {
-      poses_.pop_front();
-      ++poses_dropped_;
+      const auto is_pose = [](const Outgoing& waiting) { return waiting.type == MessageType::kPose; };
+      if (const auto oldest = std::ranges::find_if(poses_, is_pose); oldest != poses_.end()) {
+        poses_.erase(oldest);
+        ++poses_dropped_;
+      }
     }
     Bytes body;
     encode_body(PoseMessage{needle_, 0, X_WN}, body);
     poses_.push_back({MessageType::kPose, stamp_ns, std::move(body)});
+    write_next();
+  }
+
+  void press(bool pressed) {
+    if (!connection_) return;
+    if (poses_.size() >= options_.max_queued_poses + kMaxQueuedMessages)
+      return end("the server does not read");
+    Bytes body;
+    encode_body(DropMessage{needle_, pressed}, body);
+    poses_.push_back({MessageType::kDrop, monotonic_ns(), std::move(body)});
     write_next();
   }
 
@@ -179,9 +193,14 @@ class Client::Impl final : public ConnectionListener, public std::enable_shared_
         LocalModelMessage model;
         return decode(message, model, [&] { call(handlers_.on_local_model, model); });
       }
+      case MessageType::kDose: {
+        DoseMessage dose;
+        return decode(message, dose, [&] { call(handlers_.on_dose, dose); });
+      }
       case MessageType::kHello:
       case MessageType::kPose:
       case MessageType::kArm:
+      case MessageType::kDrop:
         return end("bad message from the server: only a client sends messages of this type");
     }
   }
@@ -237,7 +256,7 @@ class Client::Impl final : public ConnectionListener, public std::enable_shared_
   FrameMessage frame_;
   std::uint16_t needle_;
   std::deque<Outgoing> queue_;
-  std::deque<Outgoing> poses_;
+  std::deque<Outgoing> poses_;  // and button presses among them
   bool is_writing_ = false;
   std::string fatal_;  // text of the fatal ERROR that came
   std::uint64_t sent_sequence_ = 0;
@@ -263,6 +282,9 @@ void Client::send_pose(const RigidTransform& X_WN, std::int64_t stamp_ns) {
 }
 void Client::arm(std::uint16_t needle) {
   impl_->send(ArmMessage{needle});
+}
+void Client::press(bool pressed) {
+  impl_->press(pressed);
 }
 std::uint16_t Client::needle() const {
   return impl_->needle();

@@ -42,6 +42,7 @@ struct ClientHandlers {
   std::function<void(const StateMessage&)> on_state;
   std::function<void(const EventMessage&)> on_event;
   std::function<void(const ErrorMessage&)> on_error;
+  std::function<void(const DoseMessage&)> on_dose;
   std::function<void(const ForceMessage&)> on_force;  ///< of several at once only the last is current
   std::function<void(const LocalModelMessage&)> on_local_model;  ///< likewise
   std::function<void(const std::string& reason)> on_closed;      ///< once, last; not after close()
@@ -65,6 +66,8 @@ class Client {
   /// Ends a latched fault of our needle, or as operator of `needle`: its force comes back by a ramp.
   void arm() { arm(needle()); }
   void arm(std::uint16_t needle);
+  /// Tells that our needle's button went down or up; in order with the poses, and never dropped.
+  void press(bool pressed);
   void request_state();
   void close();
 

@@ -88,6 +88,14 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
     for (const auto& session : sessions()) session->send(MessageType::kEvent, body);
   }
 
+  void publish(const DoseMessage& dose) {
+    Bytes encoded;
+    encode_body(dose, encoded);
+    dose_body_ = std::make_shared<const Bytes>(std::move(encoded));
+    for (const auto& session : sessions())
+      if (session->wants_mesh()) session->send(MessageType::kDose, dose_body_);
+  }
+
   void stop() {
     if (is_stopped_) return;
     is_stopped_ = true;
@@ -137,6 +145,7 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
   }
 
   std::shared_ptr<const Bytes> topology_body() override { return topology_body_; }
+  std::shared_ptr<const Bytes> dose_body() override { return dose_body_; }
   bool has_snapshot() const override { return frames_.has_snapshot(); }
   std::pair<std::shared_ptr<const Bytes>, std::uint64_t> frame_body(const FrameRequest& request) override {
     return {frames_.body(request), frames_.tick()};
@@ -149,6 +158,9 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
   }
   void on_arm(const Session& session, std::uint16_t needle) override {
     if (handlers_.on_arm) handlers_.on_arm(needle, session.name() + " (" + session.address() + ")");
+  }
+  void on_drop(std::uint16_t needle, bool pressed) override {
+    if (handlers_.on_drop) handlers_.on_drop(needle, pressed);
   }
   void count_refusal(const PoseVerdict& verdict) override { poses_.refuse(verdict.code, verdict.text); }
 
@@ -274,6 +286,7 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
   ServerHandlers handlers_;
   const std::uint64_t topology_hash_;
   const std::shared_ptr<const Bytes> topology_body_;
+  std::shared_ptr<const Bytes> dose_body_;  // null: none yet
   FrameCache frames_;
   const std::shared_ptr<Acceptor> acceptor_;
   asio::steady_timer timer_;
@@ -313,6 +326,10 @@ void Server::publish(std::shared_ptr<const MeshState> state) {
 
 void Server::broadcast(const EventMessage& event) {
   impl_->broadcast(event);
+}
+
+void Server::publish(const DoseMessage& dose) {
+  impl_->publish(dose);
 }
 bool Server::hold_lease(std::uint16_t needle, const std::string& name) {
   return impl_->lease(needle).take({kOwnDevice, name, "", monotonic_ns()});

@@ -45,6 +45,9 @@ class Server {
   /// To every client.
   void broadcast(const EventMessage& event);
 
+  /// To every client that gets the mesh, now or once it is there.
+  void publish(const DoseMessage& dose);
+
   // Needles are counted from 0 and are fewer than ServerOptions::needles (asserted).
 
   /// Takes the needle's device lease for the daemon's own device. False where a network device holds it.

@@ -13,12 +13,15 @@
 
 #include "apps/brachyd/deformation_loop.h"
 #include "apps/brachyd/force_link.h"
-#include "apps/brachyd/guard_events.h"
 #include "apps/brachyd/snapshot_loop.h"
+#include "apps/brachyd/tick_events.h"
+#include "apps/session/session_log.h"
 #include "apps/tissue_box.h"
 #include "core/realtime/deadline.h"
+#include "core/plan/plan_file.h"
 #include "core/realtime/realtime_thread.h"
 #include "core/scene/load_tissue.h"
+#include "core/structures/load_structures.h"
 #include "haptics/network_device.h"
 #include "haptics/scripted_device.h"
 #include "haptics/trajectory/needle_trajectories.h"
@@ -74,6 +77,19 @@ net::ServerOptions server_options(const Scene& scene, const DaemonOptions& optio
   return s;
 }
 
+std::unique_ptr<SessionLog> open_session(const Scene& scene, const DaemonOptions& options) {
+  if (!options.session) return nullptr;
+  auto session = std::make_unique<SessionLog>(*options.session, scene.needle.count, scene.period_s());
+  if (!session->restored_text().empty())
+    spdlog::info("session {}: {}", options.session->string(), session->restored_text());
+  return session;
+}
+
+MeshState start_state(Simulator& simulator, const SessionLog* session) {
+  if (session) simulator.restore_seeds(session->restored());
+  return simulator.initial_state();
+}
+
 net::Quantiles quantiles_ms(const Histogram& ns) {
   const auto ms = [&](double q) { return 1e-6 * static_cast<double>(ns.quantile(q)); };
   return {ns.count(), ms(0.5), ms(0.99), ms(0.999), 1e-6 * static_cast<double>(ns.max())};
@@ -86,12 +102,17 @@ class Daemon::Impl {
   Impl(const Scene& scene, const DaemonOptions& options)
       : scene_(scene),
         options_(options),
+        plan_(load_plan(scene)),
+        structures_(load_structures(scene)),
+        session_(open_session(scene, options)),
         simulator_(make_simulator(scene)),
-        states_(simulator_.initial_state()),
+        states_(start_state(simulator_, session_.get())),
+        fallen_(FallenSeeds(simulator_.initial_state())),
         needle_count_(simulator_.initial_state().needles.size()),
         devices_(make_devices(scene, simulator_.tissue(), needle_count_)),
         tick_forces_(TickForces(needle_count_)),
-        last_needles_(needle_count_),
+        events_(simulator_.initial_state(),
+                plan_ ? plan_->seeds(scene.template_grid) : std::vector<PlannedSeed>()),
         force_link_(needle_count_, force_outputs()),
         server_(io_, server_options(scene, options, needle_count_), simulator_.tissue(), handlers()) {
     spdlog::info("engine: {}, {} thread{}", to_string(simulator_.simd_target()), scene.engine.threads,
@@ -133,11 +154,16 @@ class Daemon::Impl {
           to_string(request_realtime({scene_.realtime.fifo_priority, scene_.realtime.lock_memory})));
       std::vector<Device*> devices;
       for (const auto& device : devices_) devices.push_back(device.get());
-      run_deformation_loop(stop, simulator_, devices, state_writer_, force_writer_, loop_writer_);
+      run_deformation_loop(stop, simulator_, devices, state_writer_, force_writer_, fallen_writer_, loop_writer_);
     });
     std::jthread snapshots([&](const std::stop_token& stop) {
       summary.snapshots = run_snapshot_loop(stop, scene_.rates.snapshot_hz, state_reader_,
                                             [&](auto state) { deliver(std::move(state)); });
+    });
+    std::jthread dose([&](const std::stop_token& stop) {
+      summary.dose = run_dose_loop(stop, structures_, dose_settings(), fallen_reader_, [&](auto seeds, auto structures) {
+        deliver_dose(seeds, std::move(structures));
+      });
     });
     std::jthread control;
     if (options_.control_thread || scene_.realtime.control_thread)
@@ -150,9 +176,11 @@ class Daemon::Impl {
 
     io_.run();
 
-    for (std::jthread* thread : {&deformation, &snapshots, &control}) thread->request_stop();
-    for (std::jthread* thread : {&deformation, &snapshots, &control})
+    // In this order: what the deformation did last is in the last snapshot.
+    for (std::jthread* thread : {&deformation, &snapshots, &dose, &control}) {
+      thread->request_stop();
       if (thread->joinable()) thread->join();
+    }
     summary.elapsed_s = 1e-9 * static_cast<double>(monotonic_ns() - start_ns);
     loop_reader_.update();
     control_reader_.update();
@@ -168,6 +196,10 @@ class Daemon::Impl {
     }
     summary.interventions = force_link_.interventions();
     summary.forces_replaced = server_.forces_replaced();
+    take_last_state();
+    summary.seeds_dropped = events_.seeds_dropped();
+    summary.drops_refused = events_.drops_refused();
+    if (session_) summary.session = end_session();
     return summary;
   }
 
@@ -194,6 +226,7 @@ class Daemon::Impl {
       start_cycling();
     };
     h.on_pose = [this](std::uint16_t needle, const NeedlePose& pose) { return on_pose(needle, pose); };
+    h.on_drop = [this](std::uint16_t needle, bool pressed) { network_device(needle)->press(pressed); };
     h.on_arm = [this](std::uint16_t needle, const std::string& who) { force_link_.arm(needle, who); };
     return h;
   }
@@ -257,30 +290,70 @@ class Daemon::Impl {
   }
 
   // On the snapshot thread.
+  // A seed is in the ledger before anybody is told of it.
   void deliver(std::shared_ptr<const MeshState> state) {
-    for (std::size_t n = 0; n < needle_count_; ++n) {
-      const NeedleState& needle = state->needles[n];
-      const auto id = static_cast<std::uint16_t>(n);
-      if (needle.puncture_count != last_needles_[n].puncture_count)
-        announce({net::EventKind::kPuncture, id, state->tick, "capsule punctured"});
-      if (needle.contact != last_needles_[n].contact)
-        announce({net::EventKind::kContact, id, state->tick, std::string(to_string(needle.contact))});
-      last_needles_[n] = needle;
-    }
-    if (auto warning = guard_events_.update(*state))
-      announce({net::EventKind::kWarning, 0, state->tick, std::move(*warning)});
+    if (session_) keep(*state);
+    for (net::EventMessage& event : events_.update(*state)) announce(std::move(event));
     server_.publish(std::move(state));
   }
+  void keep(const MeshState& state) {
+    try {
+      session_->add(state);
+      session_->flush();
+    } catch (const std::runtime_error& e) {
+      if (session_failure_.empty()) announce({net::EventKind::kWarning, 0, state.tick, e.what()});
+      session_failure_ = e.what();
+    }
+  }
+  /// What came after the last snapshot; its thread has ended.
+  void take_last_state() {
+    if (!state_reader_.update()) return;
+    if (session_) keep(state_reader_.value());
+    events_.update(state_reader_.value());
+  }
+  std::string end_session() {
+    try {
+      session_->close();
+    } catch (const std::runtime_error& e) {
+      session_failure_ = e.what();
+    }
+    if (!session_failure_.empty()) spdlog::error("session: {}", session_failure_);
+    return fmt::format("{}: {} seeds, {} poses", options_.session->string(), session_->seeds(), session_->poses());
+  }
+
+  // On the dose thread.
+  DoseSettings dose_settings() const {
+    DoseSettings settings = scene_.dose;
+    if (plan_) settings.prescription_gy = plan_->prescription_gy;
+    return settings;
+  }
+  void deliver_dose(std::span<const Seed> seeds, std::vector<StructureDose> structures) {
+    if (session_) session_->sync_seeds();
+    net::DoseMessage message;
+    message.seeds = static_cast<std::uint32_t>(seeds.size());
+    message.prescription_gy = dose_settings().prescription_gy;
+    for (const Seed& seed : seeds) message.air_kerma_strength_u += seed.air_kerma_strength_u;
+    message.structures = std::move(structures);
+    boost::asio::post(io_, [this, message = std::move(message)] { server_.publish(message); });
+  }
+
   void announce(net::EventMessage event) {
     boost::asio::post(io_, [this, event = std::move(event)] { server_.broadcast(event); });
   }
 
   Scene scene_;
   DaemonOptions options_;
+  std::optional<Plan> plan_;
+  std::vector<Structure> structures_;
+  std::unique_ptr<SessionLog> session_;  // snapshot thread; its sync the dose thread; null: none
+  std::string session_failure_;          // snapshot thread
   Simulator simulator_;
   TripleBuffer<MeshState> states_;
   TripleBuffer<MeshState>::Writer state_writer_ = states_.writer();  // deformation thread
   TripleBuffer<MeshState>::Reader state_reader_ = states_.reader();  // snapshot thread
+  TripleBuffer<FallenSeeds> fallen_;
+  TripleBuffer<FallenSeeds>::Writer fallen_writer_ = fallen_.writer();  // deformation thread
+  TripleBuffer<FallenSeeds>::Reader fallen_reader_ = fallen_.reader();  // dose thread
   std::size_t needle_count_;
   std::vector<std::unique_ptr<Device>> devices_;  // by needle
   TripleBuffer<TickForces> tick_forces_;
@@ -292,8 +365,7 @@ class Daemon::Impl {
   TripleBuffer<LoopStatistics> control_;
   TripleBuffer<LoopStatistics>::Writer control_writer_ = control_.writer();  // control thread
   TripleBuffer<LoopStatistics>::Reader control_reader_ = control_.reader();  // io thread
-  std::vector<NeedleState> last_needles_;                                    // snapshot thread
-  GuardEvents guard_events_;                                                 // snapshot thread
+  TickEvents events_;                                                        // snapshot thread
 
   boost::asio::io_context io_{1};
   boost::asio::signal_set signals_{io_, SIGINT,

@@ -5,6 +5,7 @@
 #include <memory>
 #include <string>
 
+#include "apps/brachyd/dose_loop.h"
 #include "apps/brachyd/loop_statistics.h"
 #include "apps/options.h"
 #include "core/scene/scene.h"
@@ -22,13 +23,17 @@ struct DaemonSummary {
   std::string simd;                            ///< instruction set of the field evaluation
   std::array<std::uint64_t, 4> evaluations{};  ///< ticks evaluated in each way, indexed by Evaluation
   std::array<std::uint64_t, kInterventions> interventions{};  ///< for the hands' safety, by Intervention
+  std::uint32_t seeds_dropped = 0, drops_refused = 0;  ///< in this run
+  DoseStatistics dose;
+  std::string session;                ///< the session's folder and what is in it; empty: none was asked for
   std::uint64_t forces_replaced = 0;  ///< messages with forces that a newer one replaced before they left
 };
 
 /// The running system: simulation, devices and server, and the only place that creates threads.
 ///
-///   deformation thread  200 Hz   devices → Simulator::step → triple buffers: the mesh; the forces
-///   snapshot thread      30 Hz   triple buffer → copy → server
+///   deformation thread  200 Hz   devices → Simulator::step → triple buffers: the mesh; the forces; the seeds
+///   snapshot thread      30 Hz   triple buffer → copy → session log, server
+///   dose thread         200 Hz   seeds that fell → dose → server
 ///   control thread      200 Hz   nothing, if asked for: what the machine itself misses
 ///   io thread                    run()'s caller: sockets, signals, poses in, frames out; ≤ 1 kHz forces out
 class Daemon {

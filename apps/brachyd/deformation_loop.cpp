@@ -19,12 +19,14 @@ constexpr std::uint64_t kTicksPerReport = 20;  // statistics are 24 kB: ten time
 
 void run_deformation_loop(const std::stop_token& stop, Simulator& simulator, std::span<Device* const> devices,
                           TripleBuffer<MeshState>::Writer& states, TripleBuffer<TickForces>::Writer& forces,
+                          TripleBuffer<FallenSeeds>::Writer& fallen,
                           TripleBuffer<LoopStatistics>::Writer& statistics) {
   const std::int64_t period_ns = to_ns(simulator.period_s());
   DeadlineTimer timer(period_ns, monotonic_ns() + period_ns);
   LoopStatistics measured;
   std::vector<NeedlePose> poses(devices.size());
   std::vector<char> is_fresh(devices.size());
+  std::uint32_t seeds_told = states.slot().seed_count;
   while (!stop.stop_requested()) {
     measured.lateness_ns.record(timer.wait());
     measured.count_overruns(timer.overruns());
@@ -39,6 +41,12 @@ void run_deformation_loop(const std::stop_token& stop, Simulator& simulator, std
     measured.certificates.add(state.certificate, state.step_flags,
                               changes_are_finite(state, simulator.tissue().blocks));
     state.publish_ns = monotonic_ns();
+    if (state.seed_count != seeds_told) {
+      seeds_told = state.seed_count;
+      fallen.slot().copy_from(state);
+      fallen.slot().publish_ns = state.publish_ns;
+      fallen.publish();
+    }
 
     measured.ticks = state.tick;
     measured.tick_ns.record(state.publish_ns - start_ns);

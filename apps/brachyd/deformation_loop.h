@@ -3,6 +3,7 @@
 #include <span>
 #include <stop_token>
 
+#include "apps/brachyd/fallen_seeds.h"
 #include "apps/brachyd/loop_statistics.h"
 #include "apps/brachyd/tick_forces.h"
 #include "core/realtime/triple_buffer.h"
@@ -16,6 +17,7 @@ namespace brachy {
 /// Threads: the deformation thread's whole life. Real-time: no allocation, lock or exception.
 void run_deformation_loop(const std::stop_token& stop, Simulator& simulator, std::span<Device* const> devices,
                           TripleBuffer<MeshState>::Writer& states, TripleBuffer<TickForces>::Writer& forces,
+                          TripleBuffer<FallenSeeds>::Writer& fallen,
                           TripleBuffer<LoopStatistics>::Writer& statistics);
 
 /// The same deadlines with nothing to do: what it misses, the machine misses. Publishes lateness and overruns.

@@ -43,6 +43,16 @@ std::string safety_text(const DaemonSummary& s) {
   return text.empty() ? "" : "  safety:" + text + "\n";
 }
 
+/// Nothing where nobody asked for a seed.
+std::string seed_text(const DaemonSummary& s) {
+  std::string text;
+  if (s.seeds_dropped || s.drops_refused)
+    text += fmt::format("  seeds: {} dropped, {} not; from the drop to the DVH, ms: {}\n", s.seeds_dropped, s.drops_refused,
+                        quantile_text(s.dose.drop_to_dvh_ns));
+  if (!s.session.empty()) text += "  session: " + s.session + "\n";
+  return text;
+}
+
 std::uint64_t ticks_of(const DaemonSummary& s, Evaluation e) {
   return s.evaluations[static_cast<std::size_t>(e)];
 }
@@ -74,6 +84,7 @@ std::string to_text(const DaemonSummary& s) {
                       ticks_of(s, Evaluation::kMixed), ticks_of(s, Evaluation::kCondensed), s.simd);
   text += to_text("ticks", loop.certificates);
   text += safety_text(s);
+  text += seed_text(s);
   text += "  " + s.realtime + "\n";
   return text;
 }
@@ -106,6 +117,9 @@ std::string to_json(const DaemonSummary& s) {
   };
   for (std::size_t i = 0; i < kInterventions; ++i) json["safety"][kInterventionNames[i]] = s.interventions[i];
   json["forces_replaced"] = s.forces_replaced;
+  json["seeds_dropped"] = s.seeds_dropped;
+  json["drops_refused"] = s.drops_refused;
+  json["drop_to_dvh_ms"] = quantile_json(s.dose.drop_to_dvh_ns);
   add_to_json(json, "ticks", s.loop.certificates);
   return json.dump();
 }

@@ -20,12 +20,15 @@ ForceSample force_sample(double t_s, std::uint32_t needle, const NeedleState& st
   return sample;
 }
 
-ForceLogWriter::ForceLogWriter(const std::filesystem::path& file) : name_(file.string()) {
-  file_.reset(std::fopen(name_.c_str(), "w"));
+ForceLogWriter::ForceLogWriter(const std::filesystem::path& file, Start start) : name_(file.string()) {
+  std::error_code none;
+  const bool goes_on = start == Start::kGoOn && std::filesystem::file_size(file, none) > 0 && !none;
+  file_.reset(std::fopen(name_.c_str(), goes_on ? "a" : "w"));
   if (!file_)
     throw UserError(name_ + ": cannot be made: " + std::strerror(errno) +
                     "; give a file in a folder of yours");
   std::setvbuf(file_.get(), nullptr, _IOFBF, kBufferBytes);
+  if (goes_on) return;
   check(std::fprintf(file_.get(), "%.*s\n", static_cast<int>(kForceLogHeader.size()),
                      kForceLogHeader.data()) > 0);
 }

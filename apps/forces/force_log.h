@@ -38,8 +38,11 @@ std::string force_row(const ForceSample& sample);
 /// and the caller's work goes on.
 class ForceLogWriter {
  public:
-  /// Replaces the file, as the other tools do theirs. Throws UserError where it cannot be made.
-  explicit ForceLogWriter(const std::filesystem::path& file);
+  /// Whether a file that is there is replaced, as the other tools do theirs, or added to.
+  enum class Start { kAnew, kGoOn };
+
+  /// Throws UserError where the file cannot be made.
+  explicit ForceLogWriter(const std::filesystem::path& file, Start start = Start::kAnew);
 
   void add(const ForceSample& sample);
   void flush();

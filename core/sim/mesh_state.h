@@ -2,11 +2,14 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
 #include <string_view>
 #include <vector>
 
 #include "core/contact/local_contact_model.h"
 #include "core/contact/needle_forces.h"
+#include "core/seeds/seed.h"
+#include "core/seeds/seed_drop.h"
 #include "core/sim/needle_pose.h"
 #include "core/stability/certificate.h"
 
@@ -56,6 +59,7 @@ enum StepFlag : std::uint32_t {
 struct TickPose {
   std::uint64_t tick = 0;
   RigidTransform X_WN;
+  bool button = false;
 };
 
 /// One needle as the simulation sees it after a tick.
@@ -72,6 +76,7 @@ struct NeedleState {
   std::uint32_t puncture_count = 0;  ///< capsule punctures since start
   NeedleForces forces;
   LocalContactModel local_model;
+  DropCounts drops;
 };
 
 /// Everything one tick produced: one slot of the triple buffer, and the body of a snapshot.
@@ -96,6 +101,12 @@ struct MeshState {
   /// Each needle's poses of the last ticks, ring indexed by tick % kPoseHistory: a recorder at 30 Hz still gets every one.
   /// An entry whose tick is another is of no pose: there was no needle then.
   std::vector<PoseHistory> pose_histories;
+  /// Seeds in the tissue in the order of falling, seed_count of them; the rest is room. seed_ticks[i] is to seed i what
+  /// block_ticks is to a block.
+  std::vector<Seed> seed_slots;
+  std::vector<std::uint64_t> seed_ticks;
+  std::uint32_t seed_count = 0;
+  std::span<const Seed> seeds() const { return {seed_slots.data(), seed_count}; }
 
   std::uint64_t overruns = 0;   ///< deadlines missed since start (set by the loop)
   std::int64_t publish_ns = 0;  ///< monotonic clock at publish (set by the loop)

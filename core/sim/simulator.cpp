@@ -10,6 +10,7 @@
 #include "core/heterogeneous/heterogeneous_deformation.h"
 #include "core/ladder/ladder.h"
 #include "core/ladder/ladder_deformation.h"
+#include "core/plan/plan_file.h"
 #include "core/scene/load_body.h"
 #include "core/scene/load_needle_tissues.h"
 #include "core/scene/load_tissues.h"
@@ -94,6 +95,8 @@ Simulator::Simulator(const Scene& scene, Tissue tissue)
       anchors_(make_anchors(scene, tissue_)),
       anchor_clearance_(scene.anchors.clearance_mm),
       field_(make_field(scene, tissue_)),
+      seed_loading_(scene.seeds, scene.template_grid, load_plan(scene), scene.needle.count),
+      implant_(static_cast<std::size_t>(scene.seeds.max_count)),
       block_ticks_(tissue_.blocks.size()),
       block_evaluated_(tissue_.blocks.size()) {
   for (std::size_t n = 0; n < scene.needle.count; ++n)
@@ -110,12 +113,21 @@ Simulator::Simulator(const Scene& scene, Tissue tissue)
   deformed_ = rest_;
 }
 
+void Simulator::restore_seeds(std::span<const Seed> seeds) {
+  implant_.restore(seeds);
+  for (const Seed& seed : seeds) seed_loading_.take_out(seed.planned);
+}
+
 MeshState Simulator::initial_state() const {
   MeshState state;
   state.deformed_vertices = rest_;
   state.block_ticks.assign(tissue_.blocks.size(), 0);
   state.needles = needles_;
   state.pose_histories = pose_histories_;
+  state.seed_slots.resize(implant_.max_count());
+  state.seed_ticks.resize(implant_.max_count());
+  state.seed_count = static_cast<std::uint32_t>(implant_.seeds().size());
+  std::ranges::copy(implant_.seeds(), state.seed_slots.begin());
   return state;
 }
 
@@ -124,6 +136,8 @@ void Simulator::step(std::span<const NeedlePose> poses, MeshState& state) noexce
   touch(poses);
   gather_landmarks();
   deform();
+  drop_seeds();
+  implant_.move(tick_, *field_);
   write(state);
 }
 
@@ -138,7 +152,7 @@ void Simulator::touch(std::span<const NeedlePose> poses) noexcept {
       contacts_[n].skip();
       continue;
     }
-    pose_histories_[n][tick_ % MeshState::kPoseHistory] = {tick_, pose.X_WN};
+    pose_histories_[n][tick_ % MeshState::kPoseHistory] = {tick_, pose.X_WN, pose.button};
     contacts_[n].begin(pose.X_WN, field_.get());
     flags_ |= contacts_[n].flags();
   }
@@ -241,6 +255,49 @@ bool Simulator::apply_block(std::uint32_t b) noexcept {
   return changed;
 }
 
+void Simulator::drop_seeds() noexcept {
+  for (std::size_t n = 0; n < needles_.size(); ++n) {
+    seed_loading_.update(n, needles_[n].input);
+    if (seed_loading_.asked_in_vain(n)) refuse_drop(n, DropRefusal::kNothingLoaded);
+    while (const auto due = seed_loading_.due(n)) drop(n, *due);
+  }
+}
+
+void Simulator::drop(std::size_t needle, const SeedDrop& due) noexcept {
+  const ContactState contact = contacts_[needle].state();
+  DropRefusal refusal = DropRefusal::kNotInTissue;
+  if (contact == ContactState::kInserted || contact == ContactState::kThrough) {
+    Seed seed;
+    seed.tick = tick_;
+    seed.t_s = static_cast<double>(tick_) * period_s_;
+    seed.needle = static_cast<std::uint16_t>(needle);
+    seed.planned = due.planned;
+    seed.source = due.source;
+    seed.air_kerma_strength_u = due.air_kerma_strength_u;
+    seed.dropped = due.at;
+    seed.dropped_axis = needles_[needle].X_WN.R.col(2);
+    seed.gland_motion = mean_displacement();
+    refusal = implant_.drop(seed, *field_, field_->certificate().verdict);
+  }
+  if (refusal == DropRefusal::kNone) {
+    seed_loading_.dropped(needle);
+    ++needles_[needle].drops.dropped;
+  } else if (seed_loading_.refused(needle)) {
+    refuse_drop(needle, refusal);
+  }
+}
+
+void Simulator::refuse_drop(std::size_t needle, DropRefusal why) noexcept {
+  ++needles_[needle].drops.refused;
+  needles_[needle].drops.last_refusal = why;
+}
+
+Vec3 Simulator::mean_displacement() const noexcept {
+  Vec3 sum = Vec3::Zero();
+  for (std::size_t i = 0; i < rest_.size(); ++i) sum[static_cast<int>(i % 3)] += deformed_[i] - rest_[i];
+  return sum / static_cast<double>(tissue_.size());
+}
+
 void Simulator::write(MeshState& state) noexcept {
   const auto update_block = [&](std::size_t b) {
     if (state.block_ticks[b] == block_ticks_[b]) return;
@@ -260,6 +317,14 @@ void Simulator::write(MeshState& state) noexcept {
   for (std::size_t n = 0; n < needles_.size(); ++n)
     for (std::uint64_t t = oldest_lacking; t <= tick_; ++t)
       state.pose_histories[n][t % kHistory] = pose_histories_[n][t % kHistory];
+
+  const std::span<const Seed> seeds = implant_.seeds();
+  for (std::size_t i = 0; i < seeds.size(); ++i) {
+    if (i < state.seed_count && implant_.changed_tick(i) <= state.tick) continue;
+    state.seed_slots[i] = seeds[i];
+    state.seed_ticks[i] = implant_.changed_tick(i);
+  }
+  state.seed_count = static_cast<std::uint32_t>(seeds.size());
 
   state.tick = tick_;
   state.sim_time_s = static_cast<double>(tick_) * period_s_;

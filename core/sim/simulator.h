@@ -10,6 +10,8 @@
 #include "core/contact/needle_tissues.h"
 #include "core/rbf/anchors.h"
 #include "core/scene/scene.h"
+#include "core/seeds/implant.h"
+#include "core/seeds/seed_loading.h"
 #include "core/sim/mesh_state.h"
 #include "core/stability/guarded_field.h"
 #include "core/surface/surface_bvh.h"
@@ -21,7 +23,7 @@ namespace brachy {
 /// the scene has more of them than the surface has vertices.
 Anchors make_anchors(const Scene& scene, const Tissue& tissue);
 
-/// The simulation: poses → contact → landmarks → stick and slip → field → mesh state, one tick a call.
+/// The simulation: poses → contact → landmarks → stick and slip → field → seeds → mesh state, one tick a call.
 ///
 /// A plain function of its arguments and its own memory, which is the needles' contact, the anchors' λ and the last
 /// field; every tick's field is computed from the rest shape. The same poses give the same states, bit for bit, on
@@ -35,6 +37,10 @@ class Simulator {
   Simulator(const Scene& scene, Tissue tissue);
   Simulator(const Simulator&) = delete;
   Simulator& operator=(const Simulator&) = delete;
+
+  /// Seeds of an earlier run, in the order of falling: in the tissue from the start, and gone from their needles. Before the
+  /// first step and before initial_state. Throws UserError where they are more than seeds.max_count.
+  void restore_seeds(std::span<const Seed> seeds);
 
   /// The tissue at rest, tick 0: what every slot handed to step must have started as.
   MeshState initial_state() const;
@@ -59,6 +65,10 @@ class Simulator {
   void deform() noexcept;
   void apply_field() noexcept;
   bool apply_block(std::uint32_t b) noexcept;
+  void drop_seeds() noexcept;
+  void drop(std::size_t needle, const SeedDrop& due) noexcept;
+  void refuse_drop(std::size_t needle, DropRefusal why) noexcept;
+  Vec3 mean_displacement() const noexcept;
   void write(MeshState& state) noexcept;
 
   Tissue tissue_;
@@ -70,6 +80,8 @@ class Simulator {
   Anchors anchors_;
   double anchor_clearance_;
   std::unique_ptr<GuardedField> field_;
+  SeedLoading seed_loading_;
+  Implant implant_;
 
   std::uint64_t tick_ = 0;
   std::uint32_t flags_ = 0;

@@ -21,6 +21,11 @@ class StateHash {
       for (int i = 0; i < 3; ++i) add_double(needle.X_WN.p[i]);
       for (int i = 0; i < 3; ++i) add_double(needle.forces.force_n[i]);
     }
+    for (const Seed& seed : state.seeds()) {
+      add_word(seed.id);
+      for (const Vec3* v : {&seed.rest, &seed.position, &seed.axis})
+        for (int i = 0; i < 3; ++i) add_double((*v)[i]);
+    }
     add_double(state.max_displacement_mm);
     add_word(state.moved_vertices);
     const std::span<const float> x = state.deformed_vertices;

@@ -62,6 +62,8 @@ void Session::handle(const MessageParser::Message& message) {
       return handle_ping(message);
     case MessageType::kArm:
       return handle_arm(message);
+    case MessageType::kDrop:
+      return handle_drop(message);
     case MessageType::kState:
       if (!message.body.empty()) {
         return fail(ErrorCode::kProtocol, "a STATE from a client must be empty", message.header.sequence);
@@ -81,6 +83,7 @@ void Session::handle(const MessageParser::Message& message) {
     case MessageType::kEvent:
     case MessageType::kForce:
     case MessageType::kLocalModel:
+    case MessageType::kDose:
       return fail(ErrorCode::kProtocol, "only a server sends messages of this type", message.header.sequence);
   }
   // Any other type is of a later version: skipped.
@@ -101,6 +104,7 @@ void Session::handle_hello(const MessageParser::Message& message) {
   send_message(welcome);
   if (!wants_mesh()) return;
   send(MessageType::kTopology, host_.topology_body());
+  if (auto dose = host_.dose_body()) send(MessageType::kDose, std::move(dose));
   if (host_.has_snapshot()) offer_snapshot();
 }
 
@@ -162,6 +166,20 @@ void Session::handle_arm(const MessageParser::Message& message) {
                                          " or a client with the role operator may arm it"});
   }
   host_.on_arm(*this, arm.needle);
+}
+
+void Session::handle_drop(const MessageParser::Message& message) {
+  DropMessage drop;
+  if (!decode(message, drop)) return;
+  const std::uint64_t sequence = message.header.sequence;
+  if (!drops_.pass(last_message_ns_))
+    return fail(ErrorCode::kProtocol, "more than 100 DROPs a second", sequence);
+  if (hello_.role != Role::kDevice || drop.needle != needle_) {
+    return send_message(
+        ErrorMessage{ErrorCode::kNotDevice, false, kRefusedNotDevice, sequence,
+                     "only the device of needle " + std::to_string(drop.needle) + " drops its seeds"});
+  }
+  host_.on_drop(needle_, drop.pressed);
 }
 
 // --- out ---

@@ -25,12 +25,14 @@ class SessionHost {
   virtual std::optional<ErrorMessage> admit(const Session& session, const HelloMessage& hello,
                                             WelcomeMessage& welcome) = 0;
   virtual std::shared_ptr<const Bytes> topology_body() = 0;
+  virtual std::shared_ptr<const Bytes> dose_body() = 0;  ///< the newest; null: none yet
   virtual bool has_snapshot() const = 0;
   /// The newest snapshot as asked for, and the tick it holds.
   virtual std::pair<std::shared_ptr<const Bytes>, std::uint64_t> frame_body(const FrameRequest& request) = 0;
   /// What becomes of a pose from the device, or of one refused before it came so far.
   virtual PoseVerdict on_pose(std::uint16_t needle, const NeedlePose& pose) = 0;
   virtual void on_arm(const Session& session, std::uint16_t needle) = 0;
+  virtual void on_drop(std::uint16_t needle, bool pressed) = 0;
   virtual void count_refusal(const PoseVerdict& verdict) = 0;
   virtual StateMessage common_state() = 0;
   /// Last call; the session is not used any more.
@@ -70,7 +72,8 @@ class Session final : public ConnectionListener, public std::enable_shared_from_
   bool is_closing() const { return phase_ == Phase::kClosing || phase_ == Phase::kClosed; }
   bool is_open() const { return phase_ == Phase::kOpen; }
   const HelloMessage& hello() const { return hello_; }  ///< once open
-  std::uint16_t needle() const { return needle_; }      ///< granted; kAnyNeedle: none
+  bool wants_mesh() const { return (hello_.subscription & kSubscribeNoMesh) == 0; }
+  std::uint16_t needle() const { return needle_; }  ///< granted; kAnyNeedle: none
   const RoundTrip& round_trip() const { return round_trip_; }
 
  private:
@@ -89,6 +92,7 @@ class Session final : public ConnectionListener, public std::enable_shared_from_
   void handle_pose(const MessageParser::Message& message);
   void handle_ping(const MessageParser::Message& message);
   void handle_arm(const MessageParser::Message& message);
+  void handle_drop(const MessageParser::Message& message);
   void ping(std::int64_t now_ns);
   bool write_newest();
   void refuse_pose(const PoseVerdict& verdict, ErrorCode code, std::uint64_t about_sequence,
@@ -99,7 +103,6 @@ class Session final : public ConnectionListener, public std::enable_shared_from_
   void send_message(const M& message);
   void write_next();
   void write(MessageType type, std::shared_ptr<const Bytes> body);
-  bool wants_mesh() const { return (hello_.subscription & kSubscribeNoMesh) == 0; }
 
   const std::uint64_t id_;
   const std::shared_ptr<Connection> connection_;
@@ -119,6 +122,7 @@ class Session final : public ConnectionListener, public std::enable_shared_from_
   RateLimit state_requests_{10, 2};
   RateLimit pings_{50, 50};
   RateLimit arms_{10, 10};
+  RateLimit drops_{100, 100};
 
   std::uint16_t needle_ = kAnyNeedle;
   RoundTrip round_trip_;  // of a device

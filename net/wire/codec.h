@@ -49,6 +49,8 @@ void encode_body(const PingMessage& message, Bytes& out);
 void encode_body(const ForceMessage& message, Bytes& out);
 void encode_body(const LocalModelMessage& message, Bytes& out);
 void encode_body(const ArmMessage& message, Bytes& out);
+void encode_body(const DropMessage& message, Bytes& out);
+void encode_body(const DoseMessage& message, Bytes& out);
 
 // The whole body must be there: a body that ends early is bad, as are bytes left over.
 DecodeResult decode_body(std::span<const std::byte> body, HelloMessage& message);
@@ -63,6 +65,8 @@ DecodeResult decode_body(std::span<const std::byte> body, PingMessage& message);
 DecodeResult decode_body(std::span<const std::byte> body, ForceMessage& message);
 DecodeResult decode_body(std::span<const std::byte> body, LocalModelMessage& message);
 DecodeResult decode_body(std::span<const std::byte> body, ArmMessage& message);
+DecodeResult decode_body(std::span<const std::byte> body, DropMessage& message);
+DecodeResult decode_body(std::span<const std::byte> body, DoseMessage& message);
 
 /// Appends header and body.
 template <class Message>

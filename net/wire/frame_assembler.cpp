@@ -13,6 +13,7 @@ std::string_view FrameAssembler::start(const TopologyMessage& topology) {
   has_topology_ = true;
   has_frame_ = false;
   positions_ = topology.rest_vertices;
+  seeds_.clear();
   return {};
 }
 
@@ -26,6 +27,7 @@ std::string_view FrameAssembler::apply(const FrameMessage& frame) {
     if (frame.base_tick > tick_) return "the frame's base tick is later than this mesh's tick";
     if (frame.tick < tick_) return "the frame is older than this mesh";
   }
+  if (!adds_up(frame)) return "the frame lacks seeds that this mesh has not";
   std::size_t from = 0;
   for (const PointRange& range : frame.ranges) {
     const std::size_t count = 3 * std::size_t{range.count};
@@ -33,9 +35,21 @@ std::string_view FrameAssembler::apply(const FrameMessage& frame) {
                 positions_.begin() + 3 * static_cast<std::ptrdiff_t>(range.first));
     from += count;
   }
+  if (frame.has_seeds) seeds_.resize(frame.seed_count);
+  if (frame.full && !frame.has_seeds) seeds_.clear();
+  for (const Seed& seed : frame.seeds) seeds_[seed.id - 1] = seed;
   tick_ = frame.tick;
   has_frame_ = true;
   return {};
+}
+
+// Seeds are never taken out: those that are new here must be in the frame.
+bool FrameAssembler::adds_up(const FrameMessage& frame) const {
+  if (!frame.has_seeds) return frame.full || seeds_.empty();
+  const std::size_t known = frame.full ? 0 : seeds_.size();
+  if (frame.seed_count < known) return false;
+  const auto is_new = [&](const Seed& seed) { return seed.id > known; };
+  return static_cast<std::size_t>(std::ranges::count_if(frame.seeds, is_new)) == frame.seed_count - known;
 }
 
 }  // namespace brachy::net

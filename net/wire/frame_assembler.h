@@ -16,21 +16,25 @@ class FrameAssembler {
   std::string_view start(const TopologyMessage& topology);
 
   /// Returns "" or why the frame is refused; a refused frame changes nothing. Refused: no topology yet or another
-  /// one, another point count, no full frame yet, changes since a tick later than this mesh's, or a change that goes
+  /// one, another point count, no full frame yet, seeds of which nothing is known, changes since a tick later than this mesh's, or a change that goes
   /// back in time.
   std::string_view apply(const FrameMessage& frame);
 
   /// 3N: x0 y0 z0 x1 …, world frame, mm.
   const std::vector<float>& positions() const { return positions_; }
-  std::uint64_t tick() const { return tick_; }  ///< of the last frame applied
+  const std::vector<Seed>& seeds() const { return seeds_; }  ///< in the order of falling
+  std::uint64_t tick() const { return tick_; }               ///< of the last frame applied
   bool has_frame() const { return has_frame_; }
 
  private:
+  bool adds_up(const FrameMessage& frame) const;
+
   std::uint64_t hash_ = 0;
   std::uint64_t tick_ = 0;
   bool has_topology_ = false;
   bool has_frame_ = false;
   std::vector<float> positions_;
+  std::vector<Seed> seeds_;
 };
 
 }  // namespace brachy::net

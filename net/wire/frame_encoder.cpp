@@ -102,6 +102,10 @@ void encode_frame(const MeshState& state, const std::vector<Block>& blocks, std:
       frame.poses_of_needles.push_back(
           {static_cast<std::uint16_t>(n), poses_after(state, n, request.after_tick)});
   }
+  frame.seed_count = state.seed_count;
+  frame.has_seeds = state.seed_count > 0;
+  for (std::size_t i = 0; i < state.seed_count; ++i)
+    if (request.full || state.seed_ticks[i] > request.after_tick) frame.seeds.push_back(state.seed_slots[i]);
   encode_body(frame, out);
 }
 

@@ -23,7 +23,8 @@ struct FrameRequest {
       default;  // NOLINT(modernize-use-nullptr): clang-tidy 14 on <=>
 };
 
-/// Appends the body of a FRAME, always with the section CERTIFICATE, and with the forces of each needle that are finite.
+/// Appends the body of a FRAME, always with the section CERTIFICATE, with the forces of each needle that are finite, and
+/// with the seeds that fell or moved after `after_tick` once any has fallen.
 /// Changed blocks are those with block_ticks[b] > after_tick; neighbours become one range. `blocks` are the tissue's,
 /// ascending and covering every point; `state.block_ticks` has one tick per block, and after_tick <= state.tick (both
 /// asserted). A state may be without needles, or without their histories: then the frame is without them too.

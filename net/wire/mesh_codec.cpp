@@ -4,6 +4,7 @@
 #include "net/wire/codec.h"
 #include "net/wire/force_codec.h"
 #include "net/wire/sections.h"
+#include "net/wire/seed_codec.h"
 
 namespace brachy::net {
 namespace {
@@ -224,14 +225,16 @@ void encode_body(const FrameMessage& message, Bytes& out) {
   assert(message.positions.size() == 3 * points);
   writer.floats(message.positions);
   const bool has_forces = forces_count(message) > 0;
-  const bool has_poses = !message.poses_of_needles.empty();
-  writer.u16(static_cast<std::uint16_t>(has_forces + message.certificate.has_value() +
-                                        message.has_pose_history + has_poses));
+  const bool has_poses = !message.poses_of_needles.empty(), has_held = has_buttons(message);
+  writer.u16(static_cast<std::uint16_t>(has_forces + message.has_seeds + message.certificate.has_value() +
+                                        message.has_pose_history + has_poses + has_held));
   writer.u16(0);
   if (has_forces) write_forces(writer, message);
+  if (message.has_seeds) write_seeds(writer, message);
   if (message.certificate) write_certificate(writer, *message.certificate);
   if (message.has_pose_history) write_pose_history(writer, message.pose_history);
   if (has_poses) write_poses_of_needles(writer, message.poses_of_needles);
+  if (has_held) write_buttons(writer, message);
 }
 
 DecodeResult decode_body(std::span<const std::byte> body, FrameMessage& message) {
@@ -266,11 +269,19 @@ DecodeResult decode_body(std::span<const std::byte> body, FrameMessage& message)
   message.has_pose_history = false;
   message.pose_history.clear();
   message.poses_of_needles.clear();
+  message.has_seeds = false;
+  message.seed_count = 0;
+  message.seeds.clear();
+  std::vector<HeldTicks> held;
   read_sections(reader, [&](std::uint16_t id, std::span<const std::byte> payload) {
     ByteReader section(payload);
     switch (static_cast<FrameSection>(id)) {
       case FrameSection::kForce:
         read_forces(section, message);
+        break;
+      case FrameSection::kSeeds:
+        message.has_seeds = true;
+        read_seeds(section, message);
         break;
       case FrameSection::kCertificate:
         message.certificate = read_certificate(section);
@@ -282,11 +293,15 @@ DecodeResult decode_body(std::span<const std::byte> body, FrameMessage& message)
       case FrameSection::kPosesOfNeedles:
         read_poses_of_needles(section, message);
         break;
+      case FrameSection::kButtons:
+        held = read_buttons(section);
+        break;
       default:
-        return;  // of a later version, or reserved
+        return;  // of a later version
     }
     if (const std::string_view reason = section.finish(); !reason.empty()) reader.fail(reason);
   });
+  apply_buttons(held, message);
   const std::string_view reason = reader.finish();
   return reason.empty() ? DecodeResult::good() : DecodeResult::bad(reason);
 }

@@ -7,7 +7,9 @@
 #include <string>
 #include <vector>
 
+#include "core/dose/implant_dose.h"
 #include "core/math/rigid_transform.h"
+#include "core/seeds/seed.h"
 #include "core/sim/mesh_state.h"
 #include "core/surface/surface_mesh.h"
 
@@ -35,6 +37,8 @@ enum class MessageType : std::uint16_t {
   kForce = 10,
   kLocalModel = 11,
   kArm = 12,
+  kDrop = 13,
+  kDose = 14,
 };
 
 struct Header {
@@ -153,15 +157,19 @@ struct FrameMessage {
   bool has_pose_history = false;  ///< the section was there (it may be empty)
   std::vector<TickPose> pose_history;         ///< of needle 0, ascending ticks
   std::vector<NeedlePoses> poses_of_needles;  ///< of needles 1 …; empty: the section was not there
+  bool has_seeds = false;                     ///< the section was there: seeds have fallen
+  std::uint32_t seed_count = 0;               ///< in the tissue
+  std::vector<Seed> seeds;                    ///< those that fell or moved after base_tick, ascending ids
 };
 
-/// Sections of a FRAME. 2 is reserved until its issue lays it out. Absent means "not known", not zero.
+/// Sections of a FRAME. Absent means "not known", not zero.
 enum class FrameSection : std::uint16_t {
   kForce = 1,
   kSeeds = 2,
   kCertificate = 3,
   kPoseHistory = 4,
   kPosesOfNeedles = 5,
+  kButtons = 6,
 };
 
 struct PoseMessage {
@@ -209,6 +217,22 @@ struct LocalModelMessage {
 struct ArmMessage {
   static constexpr MessageType kType = MessageType::kArm;
   std::uint16_t needle = 0;
+};
+
+/// The button of a needle's device went down or up: that drops seeds (core/seeds/seed_loading.h). From its device.
+struct DropMessage {
+  static constexpr MessageType kType = MessageType::kDrop;
+  std::uint16_t needle = 0;
+  bool pressed = false;
+};
+
+/// The dose of all seeds in the tissue at rest, by structure.
+struct DoseMessage {
+  static constexpr MessageType kType = MessageType::kDose;
+  std::uint32_t seeds = 0;  ///< that are in it
+  double prescription_gy = 0;
+  double air_kerma_strength_u = 0;  ///< of all of them
+  std::vector<StructureDose> structures;
 };
 
 /// Of a histogram, ms.
@@ -260,6 +284,7 @@ enum class EventKind : std::uint16_t {
   kDeviceDetached = 6,
   kWarning = 7,
   kSafety = 8,  ///< the force was held back, taken away or given again
+  kSeed = 9,    ///< a seed fell, or could not
 };
 
 struct EventMessage {
@@ -276,7 +301,7 @@ enum class ErrorCode : std::uint16_t {
   kTooLarge = 3,     ///< a body over max_message_bytes
   kBusy = 4,         ///< no room for another client
   kDeviceBusy = 5,   ///< another device holds the lease
-  kNotDevice = 6,    ///< POSE or ARM from a client that may not
+  kNotDevice = 6,    ///< POSE, ARM or DROP from a client that may not
   kPoseRefused = 7,  ///< `reason` says which rule
   kPoseRate = 8,     ///< more than max_poses_per_s
   kTimeout = 9,      ///< no HELLO, no answer, or nothing read in time

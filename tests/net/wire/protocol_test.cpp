@@ -68,6 +68,8 @@ TEST(Protocol, GoldenBytesOfTheDocumentAreWhatTheCodecWritesAndReads) {
   expect_golden("FORCE", sample_force(), 7, 2'000'000'008);
   expect_golden("LOCAL_MODEL", sample_local_model(), 8, 2'000'000'009);
   expect_golden("ARM", sample_arm(), 19, 1'000'000'700);
+  expect_golden("DROP", sample_drop(), 20, 1'000'000'800);
+  expect_golden("DOSE", sample_dose(), 9, 2'000'000'010);
 }
 
 }  // namespace

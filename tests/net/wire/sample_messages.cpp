@@ -27,7 +27,8 @@ std::size_t held(const FrameMessage& m) {
   std::size_t bytes = m.poses_of_needles.capacity() * sizeof(NeedlePoses);
   for (const NeedlePoses& needle : m.poses_of_needles) bytes += needle.poses.capacity() * sizeof(TickPose);
   return bytes + m.needles.capacity() * sizeof(NeedleRecord) + m.ranges.capacity() * sizeof(PointRange) +
-         m.positions.capacity() * 4 + m.pose_history.capacity() * sizeof(TickPose);
+         m.positions.capacity() * 4 + m.pose_history.capacity() * sizeof(TickPose) +
+         m.seeds.capacity() * sizeof(Seed);
 }
 std::size_t held(const PoseMessage&) {
   return 0;
@@ -56,6 +57,14 @@ std::size_t held(const LocalModelMessage&) {
 }
 std::size_t held(const ArmMessage&) {
   return 0;
+}
+std::size_t held(const DropMessage&) {
+  return 0;
+}
+std::size_t held(const DoseMessage& m) {
+  std::size_t bytes = m.structures.capacity() * sizeof(StructureDose);
+  for (const StructureDose& dose : m.structures) bytes += dose.name.capacity() + dose.volume_share.capacity() * 4;
+  return bytes;
 }
 
 template <class Message>
@@ -152,9 +161,27 @@ FrameMessage sample_frame() {
   frame.has_pose_history = true;
   RigidTransform before;
   before.p = {0.5, 0.25, -40};
-  frame.pose_history = {{41, before}, {42, quarter_turn()}};
-  frame.poses_of_needles = {{1, {{42, before}}}};
+  frame.pose_history = {{41, before, true}, {42, quarter_turn(), true}};
+  frame.poses_of_needles = {{1, {{42, before, true}}}};
+  frame.has_seeds = true;
+  frame.seed_count = 2;
+  frame.seeds = {sample_seed()};
   return frame;
+}
+
+Seed sample_seed() {
+  Seed seed;
+  seed.id = 2;
+  seed.tick = 40;
+  seed.t_s = 0.2;
+  seed.is_certified = true;
+  seed.planned = 1;
+  seed.air_kerma_strength_u = 0.5;
+  seed.dropped = {1.5, -2.0, 28};
+  seed.rest = {1.5, -2.0, 26.5};
+  seed.gland_motion = {0, 0, 0.25};
+  seed.position = {1.5, -2.0, 27.75};
+  return seed;
 }
 
 PoseMessage sample_pose() {
@@ -227,6 +254,29 @@ ArmMessage sample_arm() {
   return {2};
 }
 
+DropMessage sample_drop() {
+  return {2, true};
+}
+
+DoseMessage sample_dose() {
+  StructureDose prostate;
+  prostate.name = "prostate";
+  prostate.volume_cc = 47.5;
+  prostate.mean_gy = 2.5;
+  prostate.min_gy = 0.25;
+  prostate.max_gy = 500;
+  prostate.v100_percent = 0.5;
+  prostate.v150_percent = 0.25;
+  prostate.v200_percent = 0.125;
+  prostate.v100_cc = 0.25;
+  prostate.d90_gy = 0.5;
+  prostate.d30_gy = 1.5;
+  prostate.d10_gy = 3;
+  prostate.d2cc_gy = std::numeric_limits<double>::quiet_NaN();
+  prostate.volume_share = {1, 0.5, 0.25};
+  return {2, 145, 1, {prostate}};
+}
+
 std::vector<std::pair<MessageType, Bytes>> sample_bodies() {
   return {{MessageType::kHello, body_of(sample_hello())},
           {MessageType::kWelcome, body_of(sample_welcome())},
@@ -239,7 +289,9 @@ std::vector<std::pair<MessageType, Bytes>> sample_bodies() {
           {MessageType::kPing, body_of(sample_ping())},
           {MessageType::kForce, body_of(sample_force())},
           {MessageType::kLocalModel, body_of(sample_local_model())},
-          {MessageType::kArm, body_of(sample_arm())}};
+          {MessageType::kArm, body_of(sample_arm())},
+          {MessageType::kDrop, body_of(sample_drop())},
+          {MessageType::kDose, body_of(sample_dose())}};
 }
 
 DecodeResult decode_any(MessageType type, std::span<const std::byte> body, Bytes& reencoded,
@@ -269,6 +321,10 @@ DecodeResult decode_any(MessageType type, std::span<const std::byte> body, Bytes
       return decode_as<LocalModelMessage>(body, reencoded, held_bytes);
     case MessageType::kArm:
       return decode_as<ArmMessage>(body, reencoded, held_bytes);
+    case MessageType::kDrop:
+      return decode_as<DropMessage>(body, reencoded, held_bytes);
+    case MessageType::kDose:
+      return decode_as<DoseMessage>(body, reencoded, held_bytes);
   }
   return DecodeResult::bad("unknown type");
 }

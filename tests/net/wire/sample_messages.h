@@ -21,6 +21,9 @@ PingMessage sample_ping();
 ForceMessage sample_force();
 LocalModelMessage sample_local_model();
 ArmMessage sample_arm();
+DropMessage sample_drop();
+DoseMessage sample_dose();
+Seed sample_seed();
 
 template <class Message>
 Bytes body_of(const Message& message) {

@@ -1,0 +1,28 @@
+#pragma once
+
+#include <functional>
+#include <stop_token>
+#include <vector>
+
+#include "apps/brachyd/fallen_seeds.h"
+#include "core/dose/implant_dose.h"
+#include "core/realtime/histogram.h"
+#include "core/realtime/triple_buffer.h"
+
+namespace brachy {
+
+/// What the dose thread did.
+struct DoseStatistics {
+  Histogram drop_to_dvh_ns;  ///< from the tick that published a seed to the DVH with it in
+  std::uint32_t seeds = 0;
+};
+
+/// Adds every seed that has fallen to the dose of those before it, at its material point (where it gives its dose for months),
+/// and tells the structures' new dose; until `stop`. Looks for seeds every 5 ms. `deliver(seeds in it, structures)` is called
+/// for each time that seeds were found. Seeds that are there at the start count, but not in the statistics.
+/// Threads: the dose thread's whole life; it never holds another up.
+DoseStatistics run_dose_loop(const std::stop_token& stop, std::vector<Structure> structures,
+                             const DoseSettings& settings, TripleBuffer<FallenSeeds>::Reader& fallen,
+                             const std::function<void(std::span<const Seed>, std::vector<StructureDose>)>& deliver);
+
+}  // namespace brachy

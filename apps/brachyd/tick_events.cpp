@@ -1,0 +1,47 @@
+#include "apps/brachyd/tick_events.h"
+
+#include <fmt/format.h>
+
+namespace brachy {
+
+TickEvents::TickEvents(const MeshState& start, std::vector<PlannedSeed> planned)
+    : planned_(std::move(planned)),
+      last_(start.needles),
+      first_seed_count_(start.seed_count),
+      seed_count_(start.seed_count) {}
+
+std::vector<net::EventMessage> TickEvents::update(const MeshState& state) {
+  std::vector<net::EventMessage> events;
+  for (std::size_t n = 0; n < last_.size(); ++n) {
+    const NeedleState& needle = state.needles[n];
+    const auto id = static_cast<std::uint16_t>(n);
+    if (needle.puncture_count != last_[n].puncture_count)
+      events.push_back({net::EventKind::kPuncture, id, state.tick, "capsule punctured"});
+    if (needle.contact != last_[n].contact)
+      events.push_back({net::EventKind::kContact, id, state.tick, std::string(to_string(needle.contact))});
+    if (const std::uint32_t refused = needle.drops.refused - last_[n].drops.refused) {
+      drops_refused_ += refused;
+      events.push_back({net::EventKind::kSeed, id, state.tick,
+                        "no seed dropped: " + std::string(to_string(needle.drops.last_refusal))});
+    }
+    last_[n] = needle;
+  }
+  for (; seed_count_ < state.seed_count; ++seed_count_) {
+    const Seed& seed = state.seeds()[seed_count_];
+    events.push_back({net::EventKind::kSeed, seed.needle, seed.tick, text_of(seed)});
+  }
+  if (auto warning = guard_.update(state))
+    events.push_back({net::EventKind::kWarning, 0, state.tick, std::move(*warning)});
+  return events;
+}
+
+std::string TickEvents::text_of(const Seed& seed) const {
+  const Vec3& at = seed.rest;
+  std::string text = fmt::format("seed {} dropped, at rest at ({:.1f}, {:.1f}, {:.1f}) mm", seed.id, at.x(), at.y(), at.z());
+  if (seed.planned >= 0 && static_cast<std::size_t>(seed.planned) < planned_.size())
+    text += fmt::format(", {:.1f} mm from where the plan has it",
+                        (at - planned_[static_cast<std::size_t>(seed.planned)].position).norm());
+  return text;
+}
+
+}  // namespace brachy

@@ -1,0 +1,71 @@
+#include "core/seeds/implant.h"
+
+#include "core/error.h"
+#include "core/seeds/material_point.h"
+
+#include <Eigen/LU>
+
+namespace brachy {
+namespace {
+
+constexpr double kAlong = 0.01;  // mm, over which a seed's direction is looked at
+
+DropRefusal refusal_of(Inversion result) {
+  switch (result) {
+    case Inversion::kFound:
+      return DropRefusal::kNone;
+    case Inversion::kFolded:
+      return DropRefusal::kFolded;
+    case Inversion::kAmbiguous:
+      return DropRefusal::kAmbiguous;
+    case Inversion::kNotConverged:
+      break;
+  }
+  return DropRefusal::kNotConverged;
+}
+
+}  // namespace
+
+Implant::Implant(std::size_t max_count) : max_count_(max_count) {
+  seeds_.reserve(max_count);
+  changed_.reserve(max_count);
+}
+
+void Implant::restore(std::span<const Seed> seeds) {
+  if (seeds.size() > max_count_)
+    throw UserError("the session has " + std::to_string(seeds.size()) + " seeds, the scene takes " +
+                    std::to_string(max_count_) + "; raise seeds.max_count");
+  seeds_.assign(seeds.begin(), seeds.end());
+  changed_.assign(seeds.size(), 0);
+}
+
+DropRefusal Implant::drop(Seed seed, const TissueField& field, Verdict verdict) noexcept {
+  if (seeds_.size() == max_count_) return DropRefusal::kFull;
+  const MaterialPoint point = find_material_point(field, verdict, seed.dropped);
+  if (point.result != Inversion::kFound) return refusal_of(point.result);
+  seed.id = static_cast<std::uint32_t>(seeds_.size() + 1);
+  seed.is_certified = verdict == Verdict::kInjective;
+  seed.rest = point.X;
+  seed.rest_axis = (point.F.inverse() * seed.dropped_axis).normalized();
+  seed.position = seed.dropped;
+  seed.axis = seed.dropped_axis;
+  seeds_.push_back(seed);
+  changed_.push_back(seed.tick);
+  return DropRefusal::kNone;
+}
+
+void Implant::move(std::uint64_t tick, const TissueField& field) noexcept {
+  for (std::size_t i = 0; i < seeds_.size(); ++i) {
+    Seed& seed = seeds_[i];
+    const Vec3 u = field.displacement_at(seed.rest);
+    const Vec3 turned = field.displacement_at(seed.rest + kAlong * seed.rest_axis) - u;
+    const Vec3 position = seed.rest + u;
+    const Vec3 axis = turned.isZero(0) ? seed.rest_axis : (kAlong * seed.rest_axis + turned).normalized();
+    if (position == seed.position && axis == seed.axis) continue;
+    seed.position = position;
+    seed.axis = axis;
+    changed_[i] = tick;
+  }
+}
+
+}  // namespace brachy

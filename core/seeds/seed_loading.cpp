@@ -1,0 +1,111 @@
+#include "core/seeds/seed_loading.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace brachy {
+
+SeedLoading::SeedLoading(const SeedSettings& settings, const TemplateGrid& grid,
+                         const std::optional<Plan>& plan, std::size_t needles)
+    : settings_(settings), grid_(grid), held_(needles) {
+  if (!plan) return;
+  planned_ = plan->seeds(grid);
+  is_gone_.assign(planned_.size(), 0);
+  for (std::size_t n = 0, seed = 0; n < plan->needles.size(); ++n) {
+    holes_.push_back(plan->planned_tip(grid, n));
+    first_of_needle_.push_back(seed);
+    seed += plan->needles[n].seed_offsets_mm().size();
+  }
+  first_of_needle_.push_back(planned_.size());
+}
+
+void SeedLoading::update(std::size_t n, const NeedlePose& pose) noexcept {
+  Held& held = held_[n];
+  held.asked_in_vain = false;
+  held.waits = false;
+  if (!pose.present) return;
+  held.last_tip = held.is_known ? held.tip : pose.X_WN.p;
+  held.is_known = true;
+  held.tip = pose.X_WN.p;
+  const bool was_held = held.button;
+  held.button = pose.button;
+  if (held.button && !was_held) press(held, pose.X_WN.R.col(2));
+  if (!held.button && is_train()) held.plan_needle.reset();
+}
+
+void SeedLoading::press(Held& held, const Vec3& axis) noexcept {
+  held.plan_needle = plan_needle_at(held.tip, axis);
+  held.has_refused = false;
+  if (!is_train()) {
+    held.is_asked = true;
+    return;
+  }
+  const std::optional<std::size_t> first = held.plan_needle ? first_left(*held.plan_needle) : std::nullopt;
+  held.asked_in_vain = !first;
+  if (!first) return held.plan_needle.reset();
+  // A whole train lies as planned; of one that was begun, the stylet has pushed the rest to the tip.
+  const bool is_whole = *first == first_of_needle_[*held.plan_needle];
+  held.pushed_mm = is_whole ? 0 : planned_[*first].offset_mm - 0.5 * PlanNeedle::kSeedMm;
+  held.press_tip = held.tip;
+  held.axis = axis;
+}
+
+// The plan's needle whose hole the line passes within half a spacing, in x and in y.
+std::optional<std::size_t> SeedLoading::plan_needle_at(const Vec3& tip, const Vec3& axis) const noexcept {
+  const Vec3 met = tip + (grid_.origin_mm.z() - tip.z()) / axis.z() * axis;
+  for (std::size_t n = 0; n < holes_.size(); ++n) {
+    const Vec3 off = (met - holes_[n]).cwiseAbs();
+    if (std::max(off.x(), off.y()) < 0.5 * grid_.spacing_mm)
+      return n;  // false where the line never meets the template
+  }
+  return {};
+}
+
+std::optional<std::size_t> SeedLoading::first_left(std::size_t plan_needle) const noexcept {
+  for (std::size_t i = first_of_needle_[plan_needle]; i < first_of_needle_[plan_needle + 1]; ++i)
+    if (!is_gone_[i]) return i;
+  return {};
+}
+
+std::optional<SeedDrop> SeedLoading::due(std::size_t n) const noexcept {
+  const Held& held = held_[n];
+  if (held.waits || !(is_train() ? held.plan_needle.has_value() : held.is_asked)) return {};
+  const std::optional<std::size_t> next = held.plan_needle ? first_left(*held.plan_needle) : std::nullopt;
+  if (!is_train() && !next)
+    return SeedDrop{Seed::kUnplanned, settings_.source, settings_.air_kerma_strength_u, held.tip};
+  if (!next) return {};
+  const PlannedSeed& seed = planned_[*next];
+  SeedDrop drop{static_cast<std::int32_t>(*next), seed.source, seed.air_kerma_strength_u, held.tip};
+  if (!is_train()) return drop;
+  const auto retracted = [&](const Vec3& tip) { return (held.press_tip - tip).dot(held.axis); };
+  const double due_at = seed.offset_mm - held.pushed_mm, now = retracted(held.tip),
+               before = retracted(held.last_tip);
+  if (now < due_at) return {};
+  // The tip passed it between two ticks: it lies where it passed.
+  if (before < due_at)
+    drop.at = held.last_tip + (due_at - before) / (now - before) * (held.tip - held.last_tip);
+  return drop;
+}
+
+void SeedLoading::dropped(std::size_t n) noexcept {
+  Held& held = held_[n];
+  if (const auto drop = due(n); drop && drop->planned >= 0) take_out(drop->planned);
+  held.is_asked = false;
+  held.has_refused = false;
+}
+
+bool SeedLoading::refused(std::size_t n) noexcept {
+  Held& held = held_[n];
+  held.is_asked = false;
+  held.waits = true;
+  const bool is_news = !held.has_refused;
+  held.has_refused = true;
+  return is_news;
+}
+
+void SeedLoading::take_out(std::int32_t planned) noexcept {
+  if (planned >= 0 && static_cast<std::size_t>(planned) < is_gone_.size())
+    is_gone_[static_cast<std::size_t>(planned)] = 1;
+}
+
+}  // namespace brachy

@@ -1,0 +1,82 @@
+// From where a seed fell to where it belongs at rest, on every rung and wherever the field can be trusted or not.
+#include "core/seeds/material_point.h"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "core/field/deformation.h"
+#include "tests/core/sim/phantom_scene.h"
+
+namespace brachy {
+namespace {
+
+Tissue small_tissue() {
+  Scene scene;
+  scene.tissue.points = 2000;
+  return load_tissue(scene).tissue;
+}
+
+/// One landmark at the centre, displaced along x by `d`; ψ3,1, a = 12 mm: folds beyond 5.69 mm.
+std::unique_ptr<Deformation> one_landmark(const Tissue& tissue, double d) {
+  auto field = std::make_unique<Deformation>(tissue, Wendland31{}, 12, BlockField::Options{.max_landmarks = 4});
+  const std::vector<Vec3> p = {Vec3::Zero()}, u = {Vec3(d, 0, 0)};
+  EXPECT_TRUE(field->update(p, u));
+  return field;
+}
+
+TEST(MaterialPoint, IsWhereTheFieldTakesItFrom) {
+  const Tissue tissue = small_tissue();
+  const auto field = one_landmark(tissue, 5);
+  std::mt19937 random(1);
+  std::uniform_real_distribution<double> coordinate(-14, 14);
+  for (int i = 0; i < 2000; ++i) {
+    const Vec3 X(coordinate(random), coordinate(random), coordinate(random));
+    const Vec3 x = X + field->displacement_at(X);
+    const MaterialPoint found = find_material_point(*field, Verdict::kInjective, x);
+    ASSERT_EQ(found.result, Inversion::kFound) << X.transpose();
+    EXPECT_LT((found.X - X).norm(), 1e-5) << X.transpose();
+    EXPECT_LT((found.X + field->displacement_at(found.X) - x).norm(), kInversionTolerance);
+    EXPECT_GT(found.F.determinant(), 0);
+  }
+}
+
+TEST(MaterialPoint, OutOfReachIsItself) {
+  const Tissue tissue = small_tissue();
+  const auto field = one_landmark(tissue, 5);
+  const MaterialPoint found = find_material_point(*field, Verdict::kInjective, {0, 0, 20});
+  EXPECT_EQ(found.result, Inversion::kFound);
+  EXPECT_EQ(found.X, Vec3(0, 0, 20));
+  EXPECT_EQ(found.F, Mat3::Identity());
+}
+
+TEST(MaterialPoint, OfAFoldedFieldIsRefused) {
+  const Tissue tissue = small_tissue();
+  const auto field = one_landmark(tissue, 7);
+  EXPECT_EQ(find_material_point(*field, Verdict::kFolded, {7, 0, 0}).result, Inversion::kFolded);
+}
+
+// Nobody said that it folds: where there are several material points it must be noticed, elsewhere one is found.
+TEST(MaterialPoint, WhereSeveralPlacesComeToOneItIsAmbiguousUnlessCertified) {
+  const Tissue tissue = small_tissue();
+  const auto field = one_landmark(tissue, 9);
+  std::mt19937 random(2);
+  std::uniform_real_distribution<double> coordinate(-13, 13);
+  int refused = 0, found_right = 0;
+  for (int i = 0; i < 1000; ++i) {
+    const Vec3 X(coordinate(random), coordinate(random), coordinate(random));
+    const Vec3 x = X + field->displacement_at(X);
+    const MaterialPoint found = find_material_point(*field, Verdict::kUnknown, x);
+    if (found.result != Inversion::kFound) {
+      ++refused;
+      continue;
+    }
+    EXPECT_LT((found.X - X).norm(), 1e-5) << "the place of another point, " << X.transpose();
+    ++found_right;
+  }
+  EXPECT_GT(refused, 0);
+  EXPECT_GT(found_right, 700);
+}
+
+}  // namespace
+}  // namespace brachy
