@@ -11,8 +11,7 @@ namespace brachy {
 
 /// One needle of a plan.
 struct PlanNeedle {
-  static constexpr double kSeedMm = 4.5,
-                          kSpacerMm = 5.5;  ///< lengths: seeds and spacers come in steps of 10 mm
+  static constexpr double kSpacerMm = 5.5;  ///< long; with kSeedLengthMm, 4.5, seeds come in steps of 10 mm
 
   std::string hole;          ///< of the template, "D4"
   double retraction_mm = 0;  ///< how far short of the base plane its tip stops, ≥ 0
