@@ -2,7 +2,6 @@
 
 #include <algorithm>
 
-#include "core/dose/source.h"
 #include "core/error.h"
 
 namespace brachy {
@@ -11,15 +10,15 @@ std::vector<double> PlanNeedle::seed_offsets_mm() const {
   std::vector<double> offsets;
   double behind = 0;
   for (const char c : train) {
-    if (c == 's') offsets.push_back(behind + 0.5 * kSeedLengthMm);
-    behind += c == 's' ? kSeedLengthMm : kSpacerMm;
+    if (c == 's') offsets.push_back(behind + 0.5 * kSeedMm);
+    behind += c == 's' ? kSeedMm : kSpacerMm;
   }
   return offsets;
 }
 
 double PlanNeedle::train_length_mm() const {
   double length = 0;
-  for (const char c : train) length += c == 's' ? kSeedLengthMm : kSpacerMm;
+  for (const char c : train) length += c == 's' ? kSeedMm : kSpacerMm;
   return length;
 }
 
