@@ -132,7 +132,8 @@ NumberTable parse_number_csv(std::string_view text, const std::string& name, std
   }
   if (!header_seen)
     throw UserError(name + ":1: the file is empty; its first line must be " + std::string(header));
-  if (table.rows() == 0) refuse_line(name, line_number, "no rows after the header; add at least one");
+  if (table.rows() == 0 && !limits.may_be_empty)
+    refuse_line(name, line_number, "no rows after the header; add at least one");
   return table;
 }
 

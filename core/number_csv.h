@@ -26,11 +26,12 @@ struct NumberCsvLimits {
   std::size_t max_bytes = std::size_t{1} << 30;
   std::size_t max_rows = 10'000'000;
   std::span<const std::string_view> optional_columns = {};  ///< names
+  bool may_be_empty = false;                                ///< a header alone will do
 };
 
 /// Reads a CSV whose first line is exactly `header` (comma-separated names, no spaces), then any of
 /// limits.optional_columns, and whose rows are finite numbers, one per name. Blank lines and lines that start with '#' are
-/// skipped; LF or CRLF; a byte order mark is taken off. At least one row.
+/// skipped; LF or CRLF; a byte order mark is taken off. At least one row, unless limits.may_be_empty.
 /// Errors: UserError "name:line: what; fix".
 NumberTable parse_number_csv(std::string_view text, const std::string& name, std::string_view header,
                              const NumberCsvLimits& limits = {});

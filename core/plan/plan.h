@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <string>
 #include <vector>
 
@@ -10,9 +11,18 @@ namespace brachy {
 
 /// One needle of a plan.
 struct PlanNeedle {
+  static constexpr double kSeedMm = 4.5,
+                          kSpacerMm = 5.5;  ///< lengths: seeds and spacers come in steps of 10 mm
+
   std::string hole;          ///< of the template, "D4"
   double retraction_mm = 0;  ///< how far short of the base plane its tip stops, ≥ 0
-  std::string train;         ///< from the tip backwards: s a seed (4.5 mm), - a spacer (5.5 mm); "s-s--s"
+  std::string train;         ///< from the tip backwards: s a seed, - a spacer; "s-s--s"
+
+  /// Each seed's centre behind the needle's tip, mm, in the train's order.
+  std::vector<double> seed_offsets_mm() const;
+  double train_length_mm() const;
+
+  bool operator==(const PlanNeedle&) const = default;
 };
 
 /// A planned seed: DoseSeed, and where it belongs.
@@ -30,9 +40,14 @@ struct Plan {
   double base_plane_mm = 0;  ///< from the template's plane along the needles to the base plane
   std::vector<PlanNeedle> needles;
 
-  Vec3 planned_tip(const TemplateGrid& grid, std::size_t needle) const;  ///< mm, world
-  /// All of them, needle by needle in order, in each from the tip backwards: a seed's index here is its number in the plan.
+  /// mm, world. Throws UserError where the needle's hole is not in the grid.
+  Vec3 planned_tip(const TemplateGrid& grid, std::size_t needle) const;
+  /// All of them, needle by needle in order, in each from the tip backwards: a seed's index here is its number in the
+  /// plan. Axes are +z. Throws as planned_tip.
   std::vector<PlannedSeed> seeds(const TemplateGrid& grid) const;
+  std::size_t seed_count() const;
+
+  bool operator==(const Plan&) const = default;
 };
 
 }  // namespace brachy

@@ -9,17 +9,23 @@
 namespace brachy {
 
 /// The template's holes: columns A, B, … along +x, rows 1, 2, … along +y; needles go through them along +z (from the
-/// perineum to the base).
+/// perineum to the base). mm, world frame W. The default lies 37.5 mm before the default phantom's apex, and its middle
+/// hole, G7, on the phantom's axis.
 struct TemplateGrid {
-  int columns = 13, rows = 13;  ///< 1 … 26, 1 … 99
+  static constexpr int kMaxColumns = 26, kMaxRows = 99;
+
+  int columns = 13, rows = 13;  ///< 1 … kMaxColumns, 1 … kMaxRows
   double spacing_mm = 5;
   Vec3 origin_mm{-30, -30, -60};  ///< hole A1
 
-  std::optional<Vec3> position(
-      std::string_view hole) const;             ///< "D4" (also "d4"), mm; nothing for one that is not there
-  std::string name(int column, int row) const;  ///< from 0
+  /// Where "D4" (also "d4") is, mm; nothing for one that is not there.
+  std::optional<Vec3> position(std::string_view hole) const;
+  Vec3 position(int column, int row) const;     ///< from 0, mm; also beside the grid
+  std::string name(int column, int row) const;  ///< from 0, of a hole that is there
   /// The hole that the line through p along `axis` passes within half a spacing of (in x and in y); nothing beside the grid.
   std::optional<std::string> nearest(const Vec3& p, const Vec3& axis) const;
+  std::string extent() const;  ///< "A1 … M13", for messages
+
   bool operator==(const TemplateGrid&) const = default;
 };
 

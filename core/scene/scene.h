@@ -8,8 +8,11 @@
 #include <vector>
 
 #include "core/contact/contact_settings.h"
+#include "core/dose/dose_settings.h"
 #include "core/math/rigid_transform.h"
+#include "core/plan/template_grid.h"
 #include "core/rbf/anchors.h"
+#include "core/seeds/seed_settings.h"
 #include "core/stability/guard_settings.h"
 #include "core/tissue/phantom.h"
 
@@ -119,6 +122,15 @@ struct ServerSettings {
   bool operator==(const ServerSettings&) const = default;
 };
 
+/// A structure of the patient that the scene brings: dose is reported for it (core/structures/load_structures.h).
+struct StructureSettings {
+  std::string name;   ///< "urethra", "rectum" or any other of letters, digits, _ and -; once; not "prostate"
+  std::string file;   ///< STL, OBJ or PLY, mm, relative to the scene file
+  std::string place;  ///< file:line, for messages
+
+  bool operator==(const StructureSettings&) const = default;
+};
+
 /// Everything a scene file says; each field's default is the one of config/prostate.toml. Checked by load_scene.
 struct Scene {
   std::string name = "prostate";
@@ -131,6 +143,11 @@ struct Scene {
   Anchors::Options anchors;
   NeedleSettings needle;
   ContactSettings contact;
+  TemplateGrid template_grid;
+  SeedSettings seeds;
+  std::string plan_file;  ///< TOML or CSV, relative to the scene file (core/plan/plan_file.h); empty: no plan
+  DoseSettings dose;
+  std::vector<StructureSettings> structures;
   RateSettings rates;
   EngineSettings engine;
   RealtimeSettings realtime;

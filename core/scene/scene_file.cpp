@@ -10,6 +10,7 @@
 
 #include "core/error.h"
 #include "core/ladder/ladder.h"
+#include "core/scene/implant_keys.h"
 #include "core/scene/toml_table.h"
 
 namespace brachy {
@@ -289,6 +290,7 @@ Scene parse_scene(std::string_view text, const std::string& name) {
   read_anchors(top.table("anchors"), scene.anchors);
   read_needle(top.table("needle"), scene.needle);
   read_contact(top.table("contact"), scene.contact, scene.needle.length_mm);
+  read_implant(top, scene);
   read_rates(top.table("rates"), scene.rates);
   read_engine(top.table("engine"), scene.engine);
   read_realtime(top.table("realtime"), scene.realtime);

@@ -33,6 +33,11 @@ TEST(Scene, TheDefaultFileSaysTheDefaults) {
   EXPECT_EQ(file.anchors, built_in.anchors);
   EXPECT_EQ(file.needle, built_in.needle);
   EXPECT_EQ(file.contact, built_in.contact);
+  EXPECT_EQ(file.template_grid, built_in.template_grid);
+  EXPECT_EQ(file.seeds, built_in.seeds);
+  EXPECT_EQ(file.plan_file, built_in.plan_file);
+  EXPECT_EQ(file.dose, built_in.dose);
+  EXPECT_EQ(file.structures, built_in.structures);
   EXPECT_EQ(file.rates, built_in.rates);
   EXPECT_EQ(file.engine, built_in.engine);
   EXPECT_EQ(file.realtime, built_in.realtime);
