@@ -17,8 +17,8 @@
 #include "apps/brachyd/tick_events.h"
 #include "apps/session/session_log.h"
 #include "apps/tissue_box.h"
-#include "core/realtime/deadline.h"
 #include "core/plan/plan_file.h"
+#include "core/realtime/deadline.h"
 #include "core/realtime/realtime_thread.h"
 #include "core/scene/load_tissue.h"
 #include "core/structures/load_structures.h"
@@ -154,16 +154,17 @@ class Daemon::Impl {
           to_string(request_realtime({scene_.realtime.fifo_priority, scene_.realtime.lock_memory})));
       std::vector<Device*> devices;
       for (const auto& device : devices_) devices.push_back(device.get());
-      run_deformation_loop(stop, simulator_, devices, state_writer_, force_writer_, fallen_writer_, loop_writer_);
+      run_deformation_loop(stop, simulator_, devices, state_writer_, force_writer_, fallen_writer_,
+                           loop_writer_);
     });
     std::jthread snapshots([&](const std::stop_token& stop) {
       summary.snapshots = run_snapshot_loop(stop, scene_.rates.snapshot_hz, state_reader_,
                                             [&](auto state) { deliver(std::move(state)); });
     });
     std::jthread dose([&](const std::stop_token& stop) {
-      summary.dose = run_dose_loop(stop, structures_, dose_settings(), fallen_reader_, [&](auto seeds, auto structures) {
-        deliver_dose(seeds, std::move(structures));
-      });
+      summary.dose =
+          run_dose_loop(stop, structures_, dose_settings(), fallen_reader_,
+                        [&](auto seeds, auto structures) { deliver_dose(seeds, std::move(structures)); });
     });
     std::jthread control;
     if (options_.control_thread || scene_.realtime.control_thread)
@@ -318,7 +319,8 @@ class Daemon::Impl {
       session_failure_ = e.what();
     }
     if (!session_failure_.empty()) spdlog::error("session: {}", session_failure_);
-    return fmt::format("{}: {} seeds, {} poses", options_.session->string(), session_->seeds(), session_->poses());
+    return fmt::format("{}: {} seeds, {} poses", options_.session->string(), session_->seeds(),
+                       session_->poses());
   }
 
   // On the dose thread.

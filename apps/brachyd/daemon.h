@@ -23,7 +23,7 @@ struct DaemonSummary {
   std::string simd;                            ///< instruction set of the field evaluation
   std::array<std::uint64_t, 4> evaluations{};  ///< ticks evaluated in each way, indexed by Evaluation
   std::array<std::uint64_t, kInterventions> interventions{};  ///< for the hands' safety, by Intervention
-  std::uint32_t seeds_dropped = 0, drops_refused = 0;  ///< in this run
+  std::uint32_t seeds_dropped = 0, drops_refused = 0;         ///< in this run
   DoseStatistics dose;
   std::string session;                ///< the session's folder and what is in it; empty: none was asked for
   std::uint64_t forces_replaced = 0;  ///< messages with forces that a newer one replaced before they left

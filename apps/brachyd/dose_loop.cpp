@@ -9,9 +9,10 @@ constexpr std::int64_t kPeriodNs = 5'000'000;
 
 }  // namespace
 
-DoseStatistics run_dose_loop(const std::stop_token& stop, std::vector<Structure> structures,
-                             const DoseSettings& settings, TripleBuffer<FallenSeeds>::Reader& fallen,
-                             const std::function<void(std::span<const Seed>, std::vector<StructureDose>)>& deliver) {
+DoseStatistics run_dose_loop(
+    const std::stop_token& stop, std::vector<Structure> structures, const DoseSettings& settings,
+    TripleBuffer<FallenSeeds>::Reader& fallen,
+    const std::function<void(std::span<const Seed>, std::vector<StructureDose>)>& deliver) {
   ImplantDose dose(std::move(structures), settings);
   DoseStatistics statistics;
   DeadlineTimer timer(kPeriodNs, monotonic_ns() + kPeriodNs);

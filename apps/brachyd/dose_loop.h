@@ -21,8 +21,9 @@ struct DoseStatistics {
 /// and tells the structures' new dose; until `stop`. Looks for seeds every 5 ms. `deliver(seeds in it, structures)` is called
 /// for each time that seeds were found. Seeds that are there at the start count, but not in the statistics.
 /// Threads: the dose thread's whole life; it never holds another up.
-DoseStatistics run_dose_loop(const std::stop_token& stop, std::vector<Structure> structures,
-                             const DoseSettings& settings, TripleBuffer<FallenSeeds>::Reader& fallen,
-                             const std::function<void(std::span<const Seed>, std::vector<StructureDose>)>& deliver);
+DoseStatistics run_dose_loop(
+    const std::stop_token& stop, std::vector<Structure> structures, const DoseSettings& settings,
+    TripleBuffer<FallenSeeds>::Reader& fallen,
+    const std::function<void(std::span<const Seed>, std::vector<StructureDose>)>& deliver);
 
 }  // namespace brachy

@@ -47,8 +47,8 @@ std::string safety_text(const DaemonSummary& s) {
 std::string seed_text(const DaemonSummary& s) {
   std::string text;
   if (s.seeds_dropped || s.drops_refused)
-    text += fmt::format("  seeds: {} dropped, {} not; from the drop to the DVH, ms: {}\n", s.seeds_dropped, s.drops_refused,
-                        quantile_text(s.dose.drop_to_dvh_ns));
+    text += fmt::format("  seeds: {} dropped, {} not; from the drop to the DVH, ms: {}\n", s.seeds_dropped,
+                        s.drops_refused, quantile_text(s.dose.drop_to_dvh_ns));
   if (!s.session.empty()) text += "  session: " + s.session + "\n";
   return text;
 }

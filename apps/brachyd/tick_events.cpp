@@ -37,7 +37,8 @@ std::vector<net::EventMessage> TickEvents::update(const MeshState& state) {
 
 std::string TickEvents::text_of(const Seed& seed) const {
   const Vec3& at = seed.rest;
-  std::string text = fmt::format("seed {} dropped, at rest at ({:.1f}, {:.1f}, {:.1f}) mm", seed.id, at.x(), at.y(), at.z());
+  std::string text =
+      fmt::format("seed {} dropped, at rest at ({:.1f}, {:.1f}, {:.1f}) mm", seed.id, at.x(), at.y(), at.z());
   if (seed.planned >= 0 && static_cast<std::size_t>(seed.planned) < planned_.size())
     text += fmt::format(", {:.1f} mm from where the plan has it",
                         (at - planned_[static_cast<std::size_t>(seed.planned)].position).norm());

@@ -20,7 +20,8 @@ SeedLedger::SeedLedger(const std::filesystem::path& file) : name_(file.string())
     if (std::filesystem::file_size(file) > 0) restored_ = load_seeds(file);
   }
   file_ = ::open(name_.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0644);
-  if (file_ < 0) throw UserError(name_ + ": cannot be written: " + std::strerror(errno) + "; give another folder");
+  if (file_ < 0)
+    throw UserError(name_ + ": cannot be written: " + std::strerror(errno) + "; give another folder");
   if (::flock(file_, LOCK_EX | LOCK_NB) != 0)
     throw UserError(name_ + ": another process records into it; end that one or give another folder");
   size_ = static_cast<std::int64_t>(std::filesystem::file_size(file));
@@ -28,7 +29,8 @@ SeedLedger::SeedLedger(const std::filesystem::path& file) : name_(file.string())
   if (size_ > 0) return;
   const std::string header = std::string(kSeedHeader) + "\n";
   if (::write(file_, header.data(), header.size()) != static_cast<ssize_t>(header.size()))
-    throw UserError(name_ + ": cannot be written: " + std::strerror(errno) + "; make room or give another folder");
+    throw UserError(name_ + ": cannot be written: " + std::strerror(errno) +
+                    "; make room or give another folder");
   size_ = static_cast<std::int64_t>(header.size());
 }
 

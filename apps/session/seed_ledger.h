@@ -23,7 +23,7 @@ class SeedLedger {
   SeedLedger& operator=(const SeedLedger&) = delete;
 
   const std::vector<Seed>& restored() const { return restored_; }
-  bool was_torn() const { return was_torn_; }  ///< a row without its end was cut off
+  bool was_torn() const { return was_torn_; }   ///< a row without its end was cut off
   std::size_t count() const { return count_; }  ///< rows
 
   /// Writes those of `seeds`, all there are, that it has not yet; their times, of this run, are put `offset_s` later.

@@ -48,7 +48,8 @@ SessionLog::SessionLog(std::filesystem::path folder, std::size_t needle_count, d
   open_poses();
   if (!ledger_.restored().empty())
     restored_text_ = std::to_string(ledger_.restored().size()) + " seeds of an earlier run are in the tissue";
-  if (ledger_.was_torn()) restored_text_ += (restored_text_.empty() ? "" : "; ") + std::string("an unfinished row was cut off");
+  if (ledger_.was_torn())
+    restored_text_ += (restored_text_.empty() ? "" : "; ") + std::string("an unfinished row was cut off");
 }
 
 void SessionLog::open_poses() {
@@ -58,7 +59,8 @@ void SessionLog::open_poses() {
   if (goes_on) {
     cut_off_torn_line(file);
     if (first_line(file) != header)
-      throw UserError(file.string() + ":1: not a recording of a scene with as many needles; give another folder");
+      throw UserError(file.string() +
+                      ":1: not a recording of a scene with as many needles; give another folder");
     const std::string row = last_line(file);
     double last_s = 0;
     if (std::from_chars(row.data(), row.data() + row.size(), last_s).ec == std::errc()) offset_s_ = last_s;
@@ -76,7 +78,8 @@ void SessionLog::add(const MeshState& state) {
   std::vector<UsedPose> used;
   for (std::uint32_t n = 0; n < state.needles.size(); ++n) {
     for (std::uint64_t tick = oldest; tick <= state.tick; ++tick)
-      if (const TickPose& pose = state.pose_histories[n][tick % kRing]; pose.tick == tick) used.push_back({n, pose});
+      if (const TickPose& pose = state.pose_histories[n][tick % kRing]; pose.tick == tick)
+        used.push_back({n, pose});
     if (state.needles[n].present) add_forces(state.tick, n, state.needles[n], state.certificate.vertex_det);
   }
   add_poses(std::move(used));
@@ -94,7 +97,8 @@ void SessionLog::add_poses(std::vector<UsedPose> poses) {
   last_tick_ = poses.back().pose.tick;
 }
 
-void SessionLog::add_forces(std::uint64_t tick, std::uint32_t needle, const NeedleState& state, double min_det) {
+void SessionLog::add_forces(std::uint64_t tick, std::uint32_t needle, const NeedleState& state,
+                            double min_det) {
   forces_.add(force_sample(time_of(tick), needle, state, min_det));
 }
 

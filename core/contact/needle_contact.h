@@ -68,6 +68,9 @@ class NeedleContact {
   ContactState state() const { return state_; }
   double insertion_depth() const { return insertion_depth_; }  ///< mm, along the cut path
   double tip_depth() const { return tip_depth_; }              ///< mm, NeedleState::tip_depth_mm
+  Vec3 material_tip() const {
+    return path_.at(tip_s_);
+  }  ///< while in the tissue: the tip's material point, mm
   std::uint32_t puncture_count() const { return puncture_count_; }
   std::uint32_t flags() const { return flags_; }  ///< StepFlag bits of this tick
   const NeedleForces& forces() const { return forces_; }

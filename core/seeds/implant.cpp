@@ -8,7 +8,7 @@
 namespace brachy {
 namespace {
 
-constexpr double kAlong = 0.01;  // mm, over which a seed's direction is looked at
+constexpr double kAlong = 1e-3;  // mm, to either side: over which a seed's direction is looked at
 
 DropRefusal refusal_of(Inversion result) {
   switch (result) {
@@ -39,9 +39,10 @@ void Implant::restore(std::span<const Seed> seeds) {
   changed_.assign(seeds.size(), 0);
 }
 
-DropRefusal Implant::drop(Seed seed, const TissueField& field, Verdict verdict) noexcept {
+DropRefusal Implant::drop(Seed seed, const TissueField& field, Verdict verdict,
+                          const Vec3& material_tip) noexcept {
   if (seeds_.size() == max_count_) return DropRefusal::kFull;
-  const MaterialPoint point = find_material_point(field, verdict, seed.dropped);
+  const MaterialPoint point = find_material_point(field, verdict, seed.dropped, material_tip);
   if (point.result != Inversion::kFound) return refusal_of(point.result);
   seed.id = static_cast<std::uint32_t>(seeds_.size() + 1);
   seed.is_certified = verdict == Verdict::kInjective;
@@ -58,9 +59,12 @@ void Implant::move(std::uint64_t tick, const TissueField& field) noexcept {
   for (std::size_t i = 0; i < seeds_.size(); ++i) {
     Seed& seed = seeds_[i];
     const Vec3 u = field.displacement_at(seed.rest);
-    const Vec3 turned = field.displacement_at(seed.rest + kAlong * seed.rest_axis) - u;
+    const Vec3 half =
+        kAlong * seed.rest_axis;  // to both sides: a field may have a cusp where its landmark is
+    const Vec3 turned =
+        0.5 * (field.displacement_at(seed.rest + half) - field.displacement_at(seed.rest - half));
     const Vec3 position = seed.rest + u;
-    const Vec3 axis = turned.isZero(0) ? seed.rest_axis : (kAlong * seed.rest_axis + turned).normalized();
+    const Vec3 axis = turned.isZero(0) ? seed.rest_axis : (half + turned).normalized();
     if (position == seed.position && axis == seed.axis) continue;
     seed.position = position;
     seed.axis = axis;

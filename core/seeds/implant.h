@@ -22,8 +22,8 @@ class Implant {
   void restore(std::span<const Seed> seeds);
 
   /// Leaves a seed: `seed` has what is known of it when it falls, `dropped` and `dropped_axis` above all; its material point
-  /// in `field` (whose verdict is given) is found, or the reason returned and nothing left.
-  DropRefusal drop(Seed seed, const TissueField& field, Verdict verdict) noexcept;
+  /// in `field` (whose verdict is given) is found, beside the needle's material tip, or the reason returned and nothing left.
+  DropRefusal drop(Seed seed, const TissueField& field, Verdict verdict, const Vec3& material_tip) noexcept;
 
   /// Takes the seeds to where `field` carries them.
   void move(std::uint64_t tick, const TissueField& field) noexcept;

@@ -1,7 +1,5 @@
 #include "core/seeds/material_point.h"
 
-#include <array>
-
 #include <Eigen/LU>
 
 namespace brachy {
@@ -50,21 +48,17 @@ MaterialPoint search_from(const TissueField& field, const Vec3& x, const Vec3& s
 
 }  // namespace
 
-MaterialPoint find_material_point(const TissueField& field, Verdict verdict, const Vec3& x) noexcept {
+MaterialPoint find_material_point(const TissueField& field, Verdict verdict, const Vec3& x,
+                                  const Vec3& guess) noexcept {
   if (verdict == Verdict::kFolded) return {.result = Inversion::kFolded, .X = x};
-  const Vec3 u = field.displacement_at(x);
-  MaterialPoint found = search_from(field, x, x - u);
+  MaterialPoint found = search_from(field, x, guess);
   if (verdict == Verdict::kInjective && found.result == Inversion::kFound) return found;
-
-  const double reach = 2 * u.norm() + 1;  // mm: a fold that matters is about as far off as things move
-  const std::array<Vec3, 7> ways = {Vec3::Zero(),   Vec3::UnitX(), -Vec3::UnitX(), Vec3::UnitY(),
-                                    -Vec3::UnitY(), Vec3::UnitZ(), -Vec3::UnitZ()};
-  for (const Vec3& way : ways) {
-    const MaterialPoint other = search_from(field, x, x + reach * way);
-    if (other.result == Inversion::kNotConverged) continue;
+  // The far side of a fold, if there is one, is what these come to.
+  for (const Vec3& start : {Vec3(x - field.displacement_at(x)), x}) {
+    const MaterialPoint other = search_from(field, x, start);
     if (verdict == Verdict::kInjective && other.result == Inversion::kFound) return other;
-    if (found.result == Inversion::kNotConverged) found = other;
-    if (other.result == Inversion::kAmbiguous || (other.X - found.X).norm() > kSamePoint)
+    if (found.result == Inversion::kFound &&
+        (other.result != Inversion::kFound || (other.X - found.X).norm() > kSamePoint))
       found.result = Inversion::kAmbiguous;
   }
   return found;

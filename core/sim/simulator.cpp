@@ -277,7 +277,7 @@ void Simulator::drop(std::size_t needle, const SeedDrop& due) noexcept {
     seed.dropped = due.at;
     seed.dropped_axis = needles_[needle].X_WN.R.col(2);
     seed.gland_motion = mean_displacement();
-    refusal = implant_.drop(seed, *field_, field_->certificate().verdict);
+    refusal = implant_.drop(seed, *field_, field_->certificate().verdict, contacts_[needle].material_tip());
   }
   if (refusal == DropRefusal::kNone) {
     seed_loading_.dropped(needle);

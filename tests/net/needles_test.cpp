@@ -266,5 +266,65 @@ TEST_F(NeedlesTest, AForceThatIsNotFiniteIsNotKnown) {
   EXPECT_FALSE(viewer->frames[0].needles.at(0).has_forces);
 }
 
+TEST_F(NeedlesTest, AButtonIsPressedByTheNeedlesDeviceAlone) {
+  start_with_needles(2);
+  const auto device = join_needle(1);
+  device->client.press(true);
+  device->client.press(false);
+  ASSERT_TRUE(until([&] { return drops.size() == 2; }));
+  EXPECT_EQ(drops, (std::vector<std::pair<std::uint16_t, bool>>{{1, true}, {1, false}}));
+
+  const auto viewer = join_as(Role::kViewer, "viewer");
+  viewer->client.press(true);
+  ASSERT_TRUE(until([&] { return viewer->errors.size() == 1; }));
+  EXPECT_EQ(viewer->errors[0].code, ErrorCode::kNotDevice);
+  EXPECT_FALSE(viewer->errors[0].fatal);
+  EXPECT_EQ(drops.size(), 2u);
+}
+
+TEST_F(NeedlesTest, TooManyDropsEndTheConnectionRatherThanBeingLost) {
+  start_with_needles(1);
+  const auto device = join_needle(0);
+  for (int i = 0; i < 101; ++i) device->client.press(i % 2 == 0);
+  ASSERT_TRUE(until([&] { return !device->closed.empty(); }));
+  EXPECT_EQ(drops.size(), 100u);
+  EXPECT_NE(device->closed[0].find("100 DROPs"), std::string::npos) << device->closed[0];
+}
+
+TEST_F(NeedlesTest, PressesAreInOrderWithPosesAndOutliveThem) {
+  start_with_needles(1);
+  ClientOptions options;
+  options.role = Role::kDevice;
+  options.max_queued_poses = 4;
+  const auto device = join(options);
+  ASSERT_TRUE(until([&] { return device->welcomes == 1; }));
+  // Nothing is written while the io does not run: poses are dropped, presses are not.
+  for (int i = 0; i < 20; ++i) {
+    device->client.send_pose({}, i);
+    if (i % 5 == 0) device->client.press(i % 10 == 0);
+  }
+  ASSERT_TRUE(until([&] { return drops.size() == 4; }));
+  EXPECT_EQ(drops[3], (std::pair<std::uint16_t, bool>{0, false}));
+  EXPECT_GT(device->client.poses_dropped(), 0u);
+}
+
+TEST_F(NeedlesTest, TheDoseGoesToWhoGetsTheMeshAlsoToWhoComesLater) {
+  start_with_needles(1);
+  const auto viewer = join_as(Role::kViewer, "early");
+  ClientOptions plain;
+  plain.role = Role::kDevice;
+  plain.subscription = kSubscribeNoMesh;
+  const auto device = join(plain);
+  ASSERT_TRUE(until([&] { return device->welcomes == 1; }));
+  server->publish(sample_dose());
+  ASSERT_TRUE(until([&] { return viewer->doses.size() == 1; }));
+  const auto late = join_as(Role::kViewer, "late");
+  ASSERT_TRUE(until([&] { return late->doses.size() == 1; }));
+  EXPECT_EQ(late->doses[0].structures.at(0).name, "prostate");
+  device->client.request_state();
+  ASSERT_TRUE(until([&] { return !device->states.empty(); }));
+  EXPECT_TRUE(device->doses.empty());
+}
+
 }  // namespace
 }  // namespace brachy::net::test

@@ -56,6 +56,7 @@ ClientHandlers Recorder::handlers() {
   handlers.on_topology = [this](const TopologyMessage& message) { ++topologies, topology = message; };
   handlers.on_frame = [this](const FrameMessage& message) { frames.push_back(message); };
   handlers.on_state = [this](const StateMessage& message) { states.push_back(message); };
+  handlers.on_dose = [this](const DoseMessage& message) { doses.push_back(message); };
   handlers.on_event = [this](const EventMessage& message) { events.push_back(message); };
   handlers.on_error = [this](const ErrorMessage& message) { errors.push_back(message); };
   handlers.on_force = [this](const ForceMessage& message) { forces.push_back(message); };
@@ -76,6 +77,7 @@ void ServerFixture::start(ServerOptions options) {
     last_device = device;
   };
   handlers.on_arm = [this](std::uint16_t needle, const std::string& who) { arms.emplace_back(needle, who); };
+  handlers.on_drop = [this](std::uint16_t needle, bool pressed) { drops.emplace_back(needle, pressed); };
   handlers.state = [] {
     StateMessage state;
     state.ticks = 1234;

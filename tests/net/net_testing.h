@@ -64,6 +64,7 @@ struct Recorder {
   std::vector<FrameMessage> frames;
   std::vector<StateMessage> states;
   std::vector<EventMessage> events;
+  std::vector<DoseMessage> doses;
   std::vector<ErrorMessage> errors;
   std::vector<ForceMessage> forces;
   std::vector<LocalModelMessage> models;
@@ -93,6 +94,7 @@ struct ServerFixture : ::testing::Test {
   std::vector<std::pair<bool, std::string>> devices;
   DeviceInfo last_device;
   std::vector<std::pair<std::uint16_t, std::string>> arms;
+  std::vector<std::pair<std::uint16_t, bool>> drops;
   std::vector<std::string> log;
   PoseVerdict verdict;
   std::unique_ptr<Server> server;

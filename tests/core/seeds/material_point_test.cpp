@@ -19,7 +19,8 @@ Tissue small_tissue() {
 
 /// One landmark at the centre, displaced along x by `d`; ψ3,1, a = 12 mm: folds beyond 5.69 mm.
 std::unique_ptr<Deformation> one_landmark(const Tissue& tissue, double d) {
-  auto field = std::make_unique<Deformation>(tissue, Wendland31{}, 12, BlockField::Options{.max_landmarks = 4});
+  auto field =
+      std::make_unique<Deformation>(tissue, Wendland31{}, 12, BlockField::Options{.max_landmarks = 4});
   const std::vector<Vec3> p = {Vec3::Zero()}, u = {Vec3(d, 0, 0)};
   EXPECT_TRUE(field->update(p, u));
   return field;
@@ -33,7 +34,7 @@ TEST(MaterialPoint, IsWhereTheFieldTakesItFrom) {
   for (int i = 0; i < 2000; ++i) {
     const Vec3 X(coordinate(random), coordinate(random), coordinate(random));
     const Vec3 x = X + field->displacement_at(X);
-    const MaterialPoint found = find_material_point(*field, Verdict::kInjective, x);
+    const MaterialPoint found = find_material_point(*field, Verdict::kInjective, x, i % 2 ? X : x);
     ASSERT_EQ(found.result, Inversion::kFound) << X.transpose();
     EXPECT_LT((found.X - X).norm(), 1e-5) << X.transpose();
     EXPECT_LT((found.X + field->displacement_at(found.X) - x).norm(), kInversionTolerance);
@@ -44,16 +45,16 @@ TEST(MaterialPoint, IsWhereTheFieldTakesItFrom) {
 TEST(MaterialPoint, OutOfReachIsItself) {
   const Tissue tissue = small_tissue();
   const auto field = one_landmark(tissue, 5);
-  const MaterialPoint found = find_material_point(*field, Verdict::kInjective, {0, 0, 20});
+  const MaterialPoint found = find_material_point(*field, Verdict::kInjective, {0, 0, 20}, {0, 0, 19});
   EXPECT_EQ(found.result, Inversion::kFound);
-  EXPECT_EQ(found.X, Vec3(0, 0, 20));
-  EXPECT_EQ(found.F, Mat3::Identity());
+  EXPECT_TRUE(found.X.isApprox(Vec3(0, 0, 20), 1e-12));
+  EXPECT_TRUE(found.F.isApprox(Mat3::Identity(), 1e-9));
 }
 
 TEST(MaterialPoint, OfAFoldedFieldIsRefused) {
   const Tissue tissue = small_tissue();
   const auto field = one_landmark(tissue, 7);
-  EXPECT_EQ(find_material_point(*field, Verdict::kFolded, {7, 0, 0}).result, Inversion::kFolded);
+  EXPECT_EQ(find_material_point(*field, Verdict::kFolded, {7, 0, 0}, {0, 0, 0}).result, Inversion::kFolded);
 }
 
 // Nobody said that it folds: where there are several material points it must be noticed, elsewhere one is found.
@@ -66,7 +67,7 @@ TEST(MaterialPoint, WhereSeveralPlacesComeToOneItIsAmbiguousUnlessCertified) {
   for (int i = 0; i < 1000; ++i) {
     const Vec3 X(coordinate(random), coordinate(random), coordinate(random));
     const Vec3 x = X + field->displacement_at(X);
-    const MaterialPoint found = find_material_point(*field, Verdict::kUnknown, x);
+    const MaterialPoint found = find_material_point(*field, Verdict::kUnknown, x, X);
     if (found.result != Inversion::kFound) {
       ++refused;
       continue;

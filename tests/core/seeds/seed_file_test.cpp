@@ -48,7 +48,8 @@ TEST(SeedFile, ReadsBackTheSameBits) {
 }
 
 TEST(SeedFile, RefusesWhatNoLedgerSays) {
-  EXPECT_NE(refusal_of(text_of({seed(2)})).find("seeds.csv:2: seed is 2 where 1 comes next"), std::string::npos);
+  EXPECT_NE(refusal_of(text_of({seed(2)})).find("seeds.csv:2: seed is 2 where 1 comes next"),
+            std::string::npos);
   EXPECT_NE(refusal_of(text_of({seed(1), seed(1)})).find("seeds.csv:3"), std::string::npos);
   Seed weak = seed(1);
   weak.air_kerma_strength_u = 0;

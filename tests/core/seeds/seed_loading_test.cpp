@@ -63,8 +63,7 @@ TEST(SeedLoading, ASinglePressInAHoleOfThePlanTakesItsSeedsFromTheTipBackwardsTh
     loading.update(0, pose(at("D4", 0) + Vec3(2.4, -2.4, 0), true));
     ASSERT_TRUE(loading.due(0));
     EXPECT_EQ(loading.due(0)->planned, planned);
-    EXPECT_EQ(loading.due(0)->source,
-              planned < 0 ? SourceModel::kTheraSeed200 : SourceModel::kAmersham6711);
+    EXPECT_EQ(loading.due(0)->source, planned < 0 ? SourceModel::kTheraSeed200 : SourceModel::kAmersham6711);
     loading.dropped(0);
     loading.update(0, pose(at("D4", 0), false));
   }
@@ -98,10 +97,11 @@ TEST(SeedLoading, ATrainStaysBehindAsTheNeedleIsDrawnBack) {
       loading.dropped(0);
     }
   }
+  const double behind[] = {2.25, 12.25, 16.75};
   ASSERT_EQ(fallen.size(), 3u);
-  for (int i = 0; i < 3; ++i) {
-    EXPECT_EQ(fallen[static_cast<std::size_t>(i)].first, i);
-    EXPECT_NEAR(fallen[static_cast<std::size_t>(i)].second, deep - std::array{2.25, 12.25, 16.75}[static_cast<std::size_t>(i)], 1e-12);
+  for (std::size_t i = 0; i < 3; ++i) {
+    EXPECT_EQ(fallen[i].first, static_cast<int>(i));
+    EXPECT_NEAR(fallen[i].second, deep - behind[i], 1e-12);
   }
 }
 

@@ -122,6 +122,8 @@ TEST(Codec, AForceOfANeedleThatTheFrameHasNotIsRefused) {
   FrameMessage frame = sample_frame(), decoded;
   frame.certificate.reset();
   frame.has_pose_history = false;
+  frame.pose_history.clear();
+  frame.has_seeds = false;
   frame.poses_of_needles.clear();
   Bytes body = body_of(frame);
   body[body.size() - 136] = std::byte{7};  // the only entry's needle
@@ -219,10 +221,49 @@ TEST(Codec, AFullFrameHoldsEveryPoint) {
   frame.base_tick = 0;
   frame.ranges = {{0, 5}};
   frame.positions.resize(15);
+  EXPECT_NE(reason_of(frame).find("lacks seeds"), std::string::npos);
+  frame.seed_count = 0;
+  frame.seeds.clear();
   EXPECT_EQ(reason_of(frame), "");
   frame.base_tick = frame.tick + 1;
   frame.full = false;
   EXPECT_NE(reason_of(frame).find("base tick"), std::string::npos);
+}
+
+TEST(Codec, SeedsComeInOrderAndAreFinite) {
+  FrameMessage frame = sample_frame();
+  frame.seeds = {sample_seed(), sample_seed()};
+  EXPECT_EQ(reason_of(frame), "the seeds are out of order");  // one twice
+  frame.seeds[0].id = 1;
+  EXPECT_EQ(reason_of(frame), "");
+  frame.seeds[0].id = 0;
+  EXPECT_EQ(reason_of(frame), "the seeds are out of order");
+  frame.seeds = {sample_seed()};
+  frame.seeds[0].id = 3;  // of two
+  EXPECT_EQ(reason_of(frame), "the seeds are out of order");
+  frame.seeds = {sample_seed()};
+  frame.seeds[0].rest.y() = std::numeric_limits<double>::infinity();
+  EXPECT_NE(reason_of(frame).find("not finite"), std::string::npos);
+}
+
+TEST(Codec, ButtonsStandAtThePosesTheyWereHeldIn) {
+  FrameMessage frame = sample_frame(), decoded;
+  frame.pose_history = {{38, {}, true}, {39, {}, true}, {40, {}, false}, {42, {}, true}};
+  frame.poses_of_needles = {{1, {{41, {}, false}, {42, {}, true}}}, {3, {{42, {}, false}}}};
+  ASSERT_TRUE(decode_body(body_of(frame), decoded).is_good());
+  ASSERT_EQ(decoded.pose_history.size(), 4u);
+  for (std::size_t i = 0; i < 4; ++i)
+    EXPECT_EQ(decoded.pose_history[i].button, frame.pose_history[i].button) << i;
+  EXPECT_FALSE(decoded.poses_of_needles[0].poses[0].button);
+  EXPECT_TRUE(decoded.poses_of_needles[0].poses[1].button);
+  EXPECT_FALSE(decoded.poses_of_needles[1].poses[0].button);
+}
+
+TEST(Codec, ADoseOfMoreStructuresThanTheBodyHoldsIsRefused) {
+  Bytes body = body_of(sample_dose());
+  DoseMessage decoded;
+  body[4] = std::byte{200};
+  EXPECT_TRUE(decode_body(body, decoded).is_bad());
 }
 
 TEST(Codec, TrianglesMustNameSurfaceVertices) {
@@ -265,17 +306,17 @@ TEST(Codec, UnknownSectionsAreSkipped) {
   FrameMessage frame = sample_frame(), decoded;
   frame.certificate.reset();
   frame.has_pose_history = false;
+  frame.pose_history.clear();
+  frame.has_seeds = false;
   frame.poses_of_needles.clear();
   frame.needles[0].has_forces = false;
   Bytes body = body_of(frame);
   body.resize(body.size() - 4);  // its empty list of sections
   ByteWriter writer(body);
-  writer.u32(2);
+  writer.u32(1);
   writer.u32(77);  // id 77
   writer.u32(3);
   for (int i = 0; i < 3; ++i) writer.u8(9);
-  writer.u32(static_cast<std::uint32_t>(FrameSection::kSeeds));
-  writer.u32(0);
   const DecodeResult result = decode_body(body, decoded);
   EXPECT_TRUE(result.is_good()) << result.reason;
   EXPECT_FALSE(decoded.has_pose_history);

@@ -144,5 +144,53 @@ TEST_F(FrameAssemblerTest, PoseHistoryHoldsEveryTickSinceTheLastFrameThatTheRing
   EXPECT_EQ(all.front().tick, 510 - MeshState::kPoseHistory + 1);
 }
 
+// Seeds fall and move; a receiver that skips ticks gets what it lacks, and holds what the server holds.
+TEST_F(FrameAssemblerTest, SeedsArriveOnceAndMoveAfterwards) {
+  MeshState& state = simulation.state();
+  state.seed_slots.resize(8);
+  state.seed_ticks.resize(8);
+  ASSERT_EQ(mesh.start(topology), "");
+  simulation.step();
+  ASSERT_EQ(mesh.apply(frame({0, true, false})), "");
+  EXPECT_TRUE(mesh.seeds().empty());
+  const auto touch = [&](std::size_t i) {
+    state.seed_slots[i].id = static_cast<std::uint32_t>(i + 1);
+    state.seed_slots[i].position.x() += 1;
+    state.seed_ticks[i] = state.tick;
+    state.seed_count = std::max(state.seed_count, static_cast<std::uint32_t>(i + 1));
+  };
+  const std::vector<std::vector<std::size_t>> touched = {{0}, {}, {0, 1}, {1}, {2, 3}, {0, 3}};
+  for (std::size_t k = 0; k < touched.size(); ++k) {
+    simulation.step();
+    for (const std::size_t i : touched[k]) touch(i);
+    if (k % 2 == 0) continue;  // not sent
+    const FrameMessage changes = frame({mesh.tick(), false, false});
+    EXPECT_LT(changes.seeds.size(), 4u);
+    ASSERT_EQ(mesh.apply(changes), "");
+    EXPECT_TRUE(std::ranges::equal(mesh.seeds(), state.seeds())) << k;
+  }
+  FrameAssembler late;
+  ASSERT_EQ(late.start(topology), "");
+  ASSERT_EQ(late.apply(frame({0, true, false})), "");
+  EXPECT_TRUE(std::ranges::equal(late.seeds(), state.seeds()));
+}
+
+TEST_F(FrameAssemblerTest, AFrameThatLacksANewSeedIsRefusedAndChangesNothing) {
+  MeshState& state = simulation.state();
+  state.seed_slots.resize(2);
+  state.seed_ticks.resize(2);
+  ASSERT_EQ(mesh.start(topology), "");
+  simulation.step();
+  ASSERT_EQ(mesh.apply(frame({0, true, false})), "");
+  simulation.step();
+  state.seed_slots[0].id = 1;
+  state.seed_ticks[0] = state.tick;
+  state.seed_count = 1;
+  FrameMessage lacking = frame({mesh.tick(), false, false});
+  lacking.seeds.clear();
+  EXPECT_NE(mesh.apply(lacking), "");
+  EXPECT_TRUE(mesh.seeds().empty());
+}
+
 }  // namespace
 }  // namespace brachy::net::test

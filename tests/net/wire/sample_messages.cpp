@@ -63,7 +63,8 @@ std::size_t held(const DropMessage&) {
 }
 std::size_t held(const DoseMessage& m) {
   std::size_t bytes = m.structures.capacity() * sizeof(StructureDose);
-  for (const StructureDose& dose : m.structures) bytes += dose.name.capacity() + dose.volume_share.capacity() * 4;
+  for (const StructureDose& dose : m.structures)
+    bytes += dose.name.capacity() + dose.volume_share.capacity() * 4;
   return bytes;
 }
 
