@@ -4,18 +4,11 @@
 #include <vector>
 
 #include "core/dose/dose_grid.h"
+#include "core/dose/dose_settings.h"
 #include "core/dose/dvh.h"
 #include "core/structures/structure.h"
 
 namespace brachy {
-
-/// What is computed of the dose of an implant.
-struct DoseSettings {
-  double prescription_gy = 145;  ///< > 0
-  double spacing_mm = 1;         ///< of the grid, > 0
-  double margin_mm = 10;         ///< of the grid around the prostate, ≥ 0
-  bool operator==(const DoseSettings&) const = default;
-};
 
 /// The dose of an implant, seed by seed: a grid over the prostate plus margin, and the structures' share of its voxels.
 /// Parts of structures outside the grid are in no figure.
