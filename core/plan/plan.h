@@ -5,14 +5,15 @@
 #include <vector>
 
 #include "core/dose/dose_seed.h"
+#include "core/dose/source.h"
 #include "core/plan/template_grid.h"
 
 namespace brachy {
 
 /// One needle of a plan.
 struct PlanNeedle {
-  static constexpr double kSeedMm = 4.5,
-                          kSpacerMm = 5.5;  ///< lengths: seeds and spacers come in steps of 10 mm
+  // Lengths: seeds and spacers come in steps of 10 mm.
+  static constexpr double kSeedMm = kSeedLengthMm, kSpacerMm = 5.5;
 
   std::string hole;          ///< of the template, "D4"
   double retraction_mm = 0;  ///< how far short of the base plane its tip stops, ≥ 0

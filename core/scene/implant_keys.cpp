@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <string_view>
 
+#include "core/dose/source.h"
+
 namespace brachy {
 namespace {
 
@@ -18,7 +20,7 @@ void read_seeds(TomlTable t, const std::string& plan_file, SeedSettings& s) {
   t.text("applicator", s.applicator, {"single", "train"});
   std::string source = "6711";
   t.text("source", source, {"6711", "200"});
-  s.source = source == "200" ? SourceModel::kTheraSeed200 : SourceModel::kAmersham6711;
+  s.source = *find_source(source);
   t.number("air_kerma_strength_u", s.air_kerma_strength_u, 1e-3, 100);
   t.integer("max_count", s.max_count, 1, SeedSettings::kMaxCount);
   t.refuse_unknown();
