@@ -21,8 +21,8 @@ struct StructureVoxels {
   double volume_cc = 0;  ///< of all of these; what lies outside the grid is not in it
 };
 
-/// By rays along z, no more than kRaySpacingMm apart and at least four by four a voxel or piece: their lengths inside are
-/// exact. A structure of few voxels, whose DVH these would tell coarsely, is cut into pieces of a voxel, more than
+/// By rays along z, no more than kRaySpacingMm apart and at least four by four a voxel or piece: their lengths inside
+/// are exact. A structure of few voxels, whose DVH these would tell coarsely, is cut into pieces of a voxel, more than
 /// kPieces in all (but no more than kFinest a side).
 StructureVoxels structure_voxels(const SurfaceBvh& surface, const DoseGrid& grid);
 inline constexpr double kRaySpacingMm = 0.25, kPieces = 20'000, kFinest = 8;
