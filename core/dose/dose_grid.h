@@ -34,7 +34,8 @@ class DoseGrid {
   /// Takes all out.
   void clear();
 
-  /// Trilinear between the grid's points, Gy; NaN outside them. Near a seed it is too high: dose falls as 1/r².
+  /// Between the grid's points, Gy: 1/√dose is trilinear, as it is linear in the distance from a single source. In the
+  /// outer half of the outermost voxels that of the nearest place among the points; NaN farther out.
   double at(const Vec3& p) const;
 
  private:

@@ -1,7 +1,6 @@
 #include "core/dose/dvh.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -50,65 +49,7 @@ class Histogram {
   std::vector<double> volume_, above_;
 };
 
-// Adds to column[k] the length of ray (x, y) inside the surface within voxel k, in voxels.
-void add_ray(const SurfaceBvh& surface, const DoseGrid& grid, double x, double y,
-             std::vector<double>& column) {
-  constexpr std::size_t kMaxHits = 256;
-  std::array<SurfaceHit, kMaxHits> hits;
-  const double from = surface.min().z() - 1, to = surface.max().z() + 1;
-  const std::size_t count = surface.all_hits({x, y, from}, {x, y, to}, hits);
-  const double first = grid.origin().z() - grid.spacing_mm() / 2;
-  int depth = 0;
-  double entered = 0;
-  for (std::size_t h = 0; h < count; ++h) {
-    if (hits[h].entering) {
-      if (depth++ == 0) entered = (hits[h].point.z() - first) / grid.spacing_mm();
-      continue;
-    }
-    if (--depth != 0) continue;
-    const double left =
-        std::min((hits[h].point.z() - first) / grid.spacing_mm(), static_cast<double>(column.size()));
-    entered = std::max(entered, 0.0);
-    for (auto k = static_cast<std::size_t>(entered); static_cast<double>(k) < left; ++k)
-      column[k] += std::min(left, static_cast<double>(k + 1)) - std::max(entered, static_cast<double>(k));
-  }
-}
-
 }  // namespace
-
-StructureVoxels structure_voxels(const SurfaceBvh& surface, const DoseGrid& grid) {
-  const double h = grid.spacing_mm();
-  const auto rays = static_cast<std::size_t>(std::max(2.0, std::ceil(h / kRaySpacingMm)));
-  const auto [nx, ny, nz] = grid.size();
-  std::vector<float> shares(nx * ny * nz);
-  std::vector<double> column(nz);
-  for (std::size_t j = 0; j < ny; ++j)
-    for (std::size_t i = 0; i < nx; ++i) {
-      const Vec3 centre = grid.position(i, j, 0);
-      if (centre.x() + h < surface.min().x() || centre.x() - h > surface.max().x() ||
-          centre.y() + h < surface.min().y() || centre.y() - h > surface.max().y())
-        continue;
-      std::fill(column.begin(), column.end(), 0);
-      for (std::size_t ray = 0; ray < rays * rays; ++ray) {
-        const double n = static_cast<double>(rays);
-        const double dx = (static_cast<double>(ray % rays) + 0.5) / n - 0.5,
-                     dy = (static_cast<double>(ray / rays) + 0.5) / n - 0.5;
-        add_ray(surface, grid, centre.x() + h * dx, centre.y() + h * dy, column);
-      }
-      for (std::size_t k = 0; k < nz; ++k)
-        shares[grid.index(i, j, k)] = static_cast<float>(column[k] / static_cast<double>(rays * rays));
-    }
-  StructureVoxels voxels;
-  double sum = 0;
-  for (std::size_t v = 0; v < shares.size(); ++v) {
-    if (!(shares[v] > 0)) continue;
-    voxels.voxel.push_back(static_cast<std::uint32_t>(v));
-    voxels.share.push_back(shares[v]);
-    sum += static_cast<double>(shares[v]);
-  }
-  voxels.volume_cc = sum * h * h * h / 1000;
-  return voxels;
-}
 
 StructureDose structure_dose(std::string name, const StructureVoxels& voxels, const DoseGrid& grid,
                              double prescription_gy) {
@@ -118,15 +59,15 @@ StructureDose structure_dose(std::string name, const StructureVoxels& voxels, co
   result.volume_share.assign(kDvhPercents, 0);
   Histogram histogram(prescription_gy);
   double sum = 0, max = 0, min = std::numeric_limits<double>::infinity();
-  const float* dose = grid.dose_gy().data();
-  for (std::size_t v = 0; v < voxels.voxel.size(); ++v) {
-    const double gy = static_cast<double>(dose[voxels.voxel[v]]),
-                 share = static_cast<double>(voxels.share[v]);
-    histogram.add(gy, share);
-    sum += share * gy;
+  const auto take = [&](double gy, double volume) {
+    histogram.add(gy, volume);
+    sum += volume * gy;
     max = std::max(max, gy);
     min = std::min(min, gy);
-  }
+  };
+  const double voxel_mm3 = std::pow(grid.spacing_mm(), 3);
+  for (const std::uint32_t voxel : voxels.whole) take(static_cast<double>(grid.dose_gy()[voxel]), voxel_mm3);
+  for (const StructureVoxels::Part& part : voxels.parts) take(grid.at(part.centre), part.volume_mm3);
   histogram.sum_up(max);
   const double total = histogram.total();
   if (!(total > 0)) {

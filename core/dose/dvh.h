@@ -1,24 +1,12 @@
 #pragma once
 
-#include <cstdint>
 #include <string>
 #include <vector>
 
 #include "core/dose/dose_grid.h"
-#include "core/surface/surface_bvh.h"
+#include "core/dose/structure_voxels.h"
 
 namespace brachy {
-
-/// Which of a grid's voxels (cubes of one spacing about its points) a structure fills, and how far.
-struct StructureVoxels {
-  std::vector<std::uint32_t> voxel;  ///< index in DoseGrid::dose_gy(), each once, increasing
-  std::vector<float> share;          ///< of that voxel's volume inside the structure, 0 < share ≤ 1
-  double volume_cc = 0;              ///< of all of these; what lies outside the grid is not in it
-};
-
-/// By rays along z, no more than kRaySpacingMm apart and at least two by two a voxel: their lengths inside are exact.
-StructureVoxels structure_voxels(const SurfaceBvh& surface, const DoseGrid& grid);
-inline constexpr double kRaySpacingMm = 0.25;
 
 /// A structure's dose-volume histogram and what is read off it, as ABS and ESTRO guidelines define them: V100 is the
 /// volume that gets at least 100 % of the prescription, D90 the dose that 90 % of the volume gets at least, D2cc the
@@ -35,8 +23,9 @@ struct StructureDose {
       volume_share;  ///< cumulative DVH: of the volume, with at least k % of the prescription, k = 0 … 300
 };
 
-/// Reads them off a histogram of 0.1 % of the prescription a bin, linear within a bin; above kHistogramEnd × the
-/// prescription one bin up to the largest dose. A structure without a voxel has zeros, and NaN for doses.
+/// Each whole voxel gets the dose of its centre, each part that between the grid's points at its own centre. Read off a
+/// histogram of 0.1 % of the prescription a bin, linear within a bin; above kHistogramEnd × the prescription one bin up
+/// to the largest dose. A structure without a voxel has zeros, and NaN for doses.
 StructureDose structure_dose(std::string name, const StructureVoxels& voxels, const DoseGrid& grid,
                              double prescription_gy);
 inline constexpr double kHistogramEnd = 10;
