@@ -45,9 +45,10 @@ DaemonOptions parse_daemon_line(int argc, char** argv, std::optional<int>& exit_
   check_option->excludes("--config");
   app.add_option("--port", options.port, "TCP port; 0: a free one")->check(CLI::Range(0, 65535));
   app.add_option("--duration", options.duration_s, "end after this many seconds")->check(durations());
-  app.add_option("--session", options.session,
-                 "folder to record poses, forces and seeds in, and the report at the end; one that holds a session\n"
-                 "(also one that was killed) is gone on with, its seeds are in the tissue again");
+  app.add_option(
+      "--session", options.session,
+      "folder to record poses, forces and seeds in, and the report at the end; one that holds a session\n"
+      "(also one that was killed) is gone on with, its seeds are in the tissue again");
   app.add_option("--simd", options.simd, "instruction set of the field evaluation; default: the scene's")
       ->check(simd_choices());
   app.add_flag(

@@ -81,6 +81,10 @@ ToolLine add_replay(CLI::App& app) {
       ->add_option("--log", options->log,
                    "for --offline: the force on every needle in every tick, as CSV; must not be there yet")
       ->needs(offline_flag);
+  command
+      ->add_option("--session", options->session,
+                   "for --offline: folder for poses, forces and seeds, as brachyd --session records them")
+      ->needs(offline_flag);
   command->add_option("--rate-hz", options->rate_hz, "poses a second; between samples they are interpolated")
       ->needs(replay_connect)
       ->check(between(1.0, 2000.0))

@@ -9,9 +9,8 @@
 #include "apps/brachy/client_run.h"
 #include "apps/brachy/paraview_writer.h"
 #include "apps/brachy/tools.h"
-#include "apps/forces/force_log.h"
+#include "apps/session/session_log.h"
 #include "core/error.h"
-#include "haptics/trajectory/needle_trajectories.h"
 
 namespace brachy {
 namespace {
@@ -22,18 +21,15 @@ class Recorder {
     std::error_code error;
     std::filesystem::create_directories(options.out, error);
     if (error) throw UserError(options.out.string() + ": cannot be made: " + error.message());
-    for (const char* file : {"recording.pvd", "poses.csv", "forces.csv"})
-      if (std::filesystem::exists(options.out / file))
-        throw UserError(options.out.string() +
-                        ": holds a recording already; give another folder, nothing is overwritten");
+    if (SessionLog::is_recording(options.out) || std::filesystem::exists(options.out / "recording.pvd"))
+      throw UserError(options.out.string() +
+                      ": holds a recording already; give another folder, nothing is overwritten");
   }
 
   int run() {
     run_.run(options_.connect, options_.duration_s);
-    poses_.flush();
-    if (!poses_ && failure_.empty()) failure_ = (options_.out / "poses.csv").string() + ": cannot be written";
     attempt([&] {
-      if (forces_) forces_->close();
+      if (log_) log_->close();
     });
     report();
     if (failure_.empty()) failure_ = run_.failure();
@@ -54,26 +50,24 @@ class Recorder {
     net::ClientHandlers h;
     h.on_welcome = [this](const net::WelcomeMessage& welcome) {
       period_s_ = 1 / welcome.deformation_hz;
-      several_ = welcome.needle_count > 1;
+      needle_count_ = welcome.needle_count;
     };
     h.on_topology = [this](const net::TopologyMessage& t) {
       attempt([&] {
         surface_count_ = t.surface_vertex_count;
         paraview_.emplace(options_.out, t.triangles, points_of(t.rest_vertices, surface_count_),
                           surface_count_);
-        poses_.open(options_.out / "poses.csv", std::ios::binary);
-        poses_ << kTrajectoryHeader;
-        if (several_) poses_ << ',' << kNeedleColumn;
-        poses_ << "\n" << std::flush;
-        forces_.emplace(options_.out / "forces.csv");
+        log_.emplace(options_.out, needle_count_, period_s_);
       });
     };
     h.on_frame = [this](const net::FrameMessage& frame) {
       attempt([&] {
         paraview_->add(frame.sim_time_s, points_of(run_.client().mesh().positions(), surface_count_),
                        frame.certificate);
+        log_->add_seeds(run_.client().mesh().seeds());
         log_poses(frame);
         log_forces(frame);
+        log_->flush();
       });
     };
     return h;
@@ -97,29 +91,13 @@ class Recorder {
     }
   }
 
-  // Every pose the simulation used, at its tick's time: replayed offline at the same rate they give the same ticks. A frame
-  // has all ticks since the last one, of all needles, unless that is too long ago: by tick they are sorted.
+  // Every pose the simulation used, at its tick's time: replayed offline at the same rate they give the same ticks.
   void log_poses(const net::FrameMessage& frame) {
-    struct Used {
-      std::uint16_t needle;
-      TickPose pose;
-    };
-    std::vector<Used> used;
-    const auto add = [&](std::uint16_t needle, const std::vector<TickPose>& history) {
-      for (const TickPose& pose : history)
-        if (pose.tick > last_tick_) used.push_back({needle, pose});
-    };
-    add(0, frame.pose_history);
-    for (const net::NeedlePoses& other : frame.poses_of_needles) add(other.needle, other.poses);
-    std::ranges::stable_sort(used, {}, [](const Used& u) { return u.pose.tick; });
-    for (const Used& u : used) {
-      const TrajectorySample sample{static_cast<double>(u.pose.tick) * period_s_, u.pose.X_WN};
-      poses_ << (several_ ? trajectory_row(sample, u.needle) : trajectory_row(sample)) << "\n";
-    }
-    poses_written_ += used.size();
-    poses_.flush();
-    if (!used.empty() && last_tick_ != 0) missed_ticks_ += used.front().pose.tick - last_tick_ - 1;
-    if (!used.empty()) last_tick_ = used.back().pose.tick;
+    std::vector<UsedPose> used;
+    for (const TickPose& pose : frame.pose_history) used.push_back({0, pose});
+    for (const net::NeedlePoses& other : frame.poses_of_needles)
+      for (const TickPose& pose : other.poses) used.push_back({other.needle, pose});
+    log_->add_poses(std::move(used));
   }
 
   // Snapshots only: what happened between two is not sent.
@@ -127,36 +105,38 @@ class Recorder {
     const double det = frame.certificate ? frame.certificate->vertex_det : Certificate::kNotKnown;
     for (const net::NeedleRecord& needle : frame.needles)
       if (needle.state.present && needle.has_forces)
-        forces_->add(force_sample(static_cast<double>(frame.tick) * period_s_, needle.id, needle.state, det));
-    forces_->flush();
+        log_->add_forces(frame.tick, needle.id, needle.state, det);
   }
 
   void report() const {
-    const std::size_t steps = paraview_ ? paraview_->steps() : 0;
+    const std::size_t steps = paraview_ ? paraview_->steps() : 0, seeds = log_ ? log_->seeds() : 0;
+    const std::uint64_t poses = log_ ? log_->poses() : 0, forces = log_ ? log_->forces() : 0;
+    const std::uint64_t missed = log_ ? log_->ticks_missed() : 0;
     if (options_.json) {
-      const nlohmann::ordered_json json = {
-          {"out", options_.out.string()},  {"snapshots", steps},
-          {"poses", poses_written_},       {"forces", forces_ ? forces_->rows() : 0},
-          {"ticks_missed", missed_ticks_}, {"seq_gaps", run_.client().snapshots_missed()}};
+      const nlohmann::ordered_json json = {{"out", options_.out.string()},
+                                           {"snapshots", steps},
+                                           {"poses", poses},
+                                           {"forces", forces},
+                                           {"seeds", seeds},
+                                           {"ticks_missed", missed},
+                                           {"seq_gaps", run_.client().snapshots_missed()}};
       std::cout << json.dump() << "\n";
       return;
     }
     std::cout << fmt::format(
                      "record: {} snapshots in {}/recording.pvd (ParaView), {} poses in {}/poses.csv, "
-                     "{} forces in {}/forces.csv",
-                     steps, options_.out.string(), poses_written_, options_.out.string(),
-                     forces_ ? forces_->rows() : 0, options_.out.string())
-              << (missed_ticks_ ? fmt::format("; {} ticks' poses were missed\n", missed_ticks_) : "\n");
+                     "{} forces in {}/forces.csv, {} seeds in {}/seeds.csv",
+                     steps, options_.out.string(), poses, options_.out.string(), forces,
+                     options_.out.string(), seeds, options_.out.string())
+              << (missed ? fmt::format("; {} ticks' poses were missed\n", missed) : "\n");
   }
 
   RecordOptions options_;
   double period_s_ = 0;
   std::size_t surface_count_ = 0;
   std::optional<ParaviewWriter> paraview_;
-  std::ofstream poses_;
-  std::optional<ForceLogWriter> forces_;
-  bool several_ = false;  // needles in the scene
-  std::uint64_t last_tick_ = 0, poses_written_ = 0, missed_ticks_ = 0;
+  std::optional<SessionLog> log_;
+  std::size_t needle_count_ = 1;
   std::string failure_;
   ClientRun run_;
 };

@@ -214,13 +214,26 @@ class LiveReplay {
       net::Client& client = client_of(i);
       if (i == 0 && device_) {
         if (const auto pose = device_->advance(now_ns)) client.send_pose(pose->X_WN, pose->stamp_ns);
+        press(i, t_s);
         continue;
       }
+      press(i, t_s);
       if (const auto X_WN = trajectories_.sample(needle.id, t_s))
         client.send_pose(*X_WN, now_ns);
       else if (client.poses_sent() > 0)
         client.send_pose(needle.motion.samples().back().X_WN, now_ns);
     }
+  }
+
+  // A press between two poses is told with the later one, however short it was.
+  void press(std::size_t i, double t_s) {
+    const std::uint32_t id = id_of(i);
+    Button& button = buttons_[id];
+    const bool starts_over = t_s < button.last_s;
+    const bool is_down =
+        starts_over ? trajectories_.button(id, t_s) : trajectories_.button(id, button.last_s, t_s);
+    button.last_s = t_s;
+    if (is_down != std::exchange(button.is_down, is_down)) client_of(i).press(is_down);
   }
 
   static std::uint64_t refused(const net::StateMessage& state) {
@@ -246,7 +259,8 @@ class LiveReplay {
                                            {"duration_s", trajectories_.duration_s()},
                                            {"round_trip_ms", to_json_ms(round_trip_)},
                                            {"max_disp_mm", max_displacement_},
-                                           {"max_depth_mm", deepest_}};
+                                           {"max_depth_mm", deepest_},
+                                           {"seeds", seeds()}};
       std::cout << with_hand(json.dump() + "\n", options_.device, hand());
       return;
     }
@@ -254,13 +268,15 @@ class LiveReplay {
                      "replay: {} poses sent in {:.1f} s, {} accepted, {} refused; pose to mesh and back: p50 "
                      "{:.1f} ms, "
                      "p99 {:.1f} "
-                     "ms\n  deepest insertion {:.1f} mm, largest displacement {:.2f} mm\n",
+                     "ms\n  deepest insertion {:.1f} mm, largest displacement {:.2f} mm{}\n",
                      sent, trajectories_.duration_s(), accepted, turned_down,
                      1e-6 * static_cast<double>(round_trip_.quantile(0.5)),
-                     1e-6 * static_cast<double>(round_trip_.quantile(0.99)), deepest_, max_displacement_)
+                     1e-6 * static_cast<double>(round_trip_.quantile(0.99)), deepest_, max_displacement_,
+                     seeds() ? fmt::format("; {} seeds in the tissue", seeds()) : "")
               << to_text(options_.device, hand());
   }
 
+  std::size_t seeds() const { return run_.client().mesh().seeds().size(); }
   HandReport hand() const { return device_ ? device_->report() : HandReport(); }
 
   ReplayOptions options_;
@@ -275,6 +291,11 @@ class LiveReplay {
   double max_displacement_ = 0, deepest_ = 0;
   Histogram round_trip_;
   std::array<bool, kMaxTrajectoryNeedles> heard_of_force_{};
+  struct Button {
+    bool is_down = false;
+    double last_s = -INFINITY;  // told up to here
+  };
+  std::array<Button, kMaxTrajectoryNeedles> buttons_;
   std::optional<LiveDevice> device_;  // that moves the first needle
   ClientRun run_;
   std::vector<std::unique_ptr<net::Client>> others_;  // of the needles after the first, in order

@@ -8,8 +8,10 @@
 #include "apps/brachy/replay_report.h"
 #include "apps/brachy/simulated_device.h"
 #include "apps/brachy/tools.h"
+#include "apps/session/session_log.h"
 #include "apps/tissue_box.h"
 #include "core/choice/choice.h"
+#include "core/error.h"
 #include "core/scene/load_tissue.h"
 #include "core/scene/scene_file.h"
 #include "core/sim/state_hash.h"
@@ -49,6 +51,12 @@ int replay_offline(const ReplayOptions& options) {
                        centre_of(simulator.tissue()));
   std::optional<ForceLogWriter> log;
   if (options.log) log.emplace(*options.log);
+  std::optional<SessionLog> session;
+  if (options.session) {
+    if (SessionLog::is_recording(*options.session))
+      throw UserError(options.session->string() + ": holds a recording already; give another folder");
+    session.emplace(*options.session, scene.needle.count, simulator.period_s());
+  }
 
   // One tick for each period from the first sample to the last, as the recorder's pose log counts them.
   const double period_s = simulator.period_s();
@@ -84,6 +92,7 @@ int replay_offline(const ReplayOptions& options) {
     hash.add(state);
     tally.add(t_s, state, changes_are_finite(state, simulator.tissue().blocks));
     if (log) add_to_log(*log, t_s, state);
+    if (session) session->add(state);
     return state.needles[held_id].local_model;
   };
   HandReport hand;
@@ -101,6 +110,7 @@ int replay_offline(const ReplayOptions& options) {
     std::cout << tally.to_text(simulator, state_hash) << to_text(options.device, hand);
   std::cout << std::flush;
   if (log) log->close();
+  if (session) session->close();
   return kExitOk;
 }
 

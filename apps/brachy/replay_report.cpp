@@ -65,6 +65,7 @@ void ReplayTally::add(double t_s, const MeshState& state, bool finite) {
   max_displacement_ = std::max(max_displacement_, state.max_displacement_mm);
   max_moved_ = std::max(max_moved_, state.moved_vertices);
   all_flags_ |= state.step_flags;
+  seeds_ = state.seed_count;
   in_contact_ += state.landmark_count > 0;
   for (Needle& needle : needles_) {
     const NeedleState& now = state.needles[needle.id];
@@ -110,6 +111,7 @@ std::string ReplayTally::to_json(const Simulator& simulator, const std::string& 
       {"moved", max_moved_},
       {"ticks_in_contact", in_contact_},
       {"punctures", punctures()},
+      {"seeds", seeds_},
       {"dissipated_nmm", dissipated_nmm()},
       {"contact", to_string(needles_.front().contact)},
       {"simd", to_string(simulator.simd_target())},
@@ -133,9 +135,10 @@ std::string ReplayTally::to_json(const Simulator& simulator, const std::string& 
 
 std::string ReplayTally::to_text(const Simulator& simulator, const std::string& state_hash) const {
   std::string text = fmt::format(
-      "{} ticks of {} points, {} in contact, {} punctures\n"
+      "{} ticks of {} points, {} in contact, {} punctures{}\n"
       "largest displacement {:.3f} mm, at most {} points moved; {}{}{}{}\n",
-      ticks_, simulator.tissue().size(), in_contact_, punctures(), max_displacement_, max_moved_,
+      ticks_, simulator.tissue().size(), in_contact_, punctures(),
+      seeds_ ? fmt::format(", {} seeds dropped", seeds_) : "", max_displacement_, max_moved_,
       std::isnan(dissipated_nmm()) ? "tissue not at rest in the end"
                                    : fmt::format("{:.1f} N·mm dissipated", dissipated_nmm()),
       all_flags_ & kStepSolveFailed ? "; a solve FAILED" : "",

@@ -39,6 +39,7 @@ class ReplayTally {
   std::vector<Needle> needles_;
   CertificateTally certificates_;
   std::uint64_t ticks_ = 0, in_contact_ = 0;
+  std::uint32_t seeds_ = 0;
   double max_displacement_ = 0;
   std::uint32_t max_moved_ = 0, all_flags_ = 0;
 };
