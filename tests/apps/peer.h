@@ -98,6 +98,7 @@ class Peer {
     h.on_error = [this](const net::ErrorMessage& e) { errors.push_back(e); };
     h.on_force = [this](const net::ForceMessage& m) { forces.push_back(m); };
     h.on_local_model = [this](const net::LocalModelMessage& m) { models.push_back(m); };
+    h.on_dose = [this](const net::DoseMessage& m) { doses.push_back(m); };
     h.on_closed = [this](const std::string& reason) { closed.push_back(reason); };
     return h;
   }
@@ -115,6 +116,7 @@ class Peer {
   std::vector<net::ErrorMessage> errors;
   std::vector<net::ForceMessage> forces;
   std::vector<net::LocalModelMessage> models;
+  std::vector<net::DoseMessage> doses;
   std::vector<std::string> closed;
   net::Client client;
 };

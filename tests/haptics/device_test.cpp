@@ -178,5 +178,38 @@ TEST(NetworkDevice, HandsWholePosesFromTheIoThreadToTheSimulation) {
   EXPECT_EQ(device.guard().refused(), 0u);
 }
 
+TEST(NetworkDevice, ShowsEachChangeOfTheButtonToOneTickAtLeast) {
+  NetworkDevice device;
+  NeedlePose pose;
+  device.press(true);  // nobody is attached
+  device.attach();
+  device.press(true);
+  device.update(kStart, pose);
+  EXPECT_FALSE(pose.button);  // there is no needle yet to press for
+  NeedlePose sent;
+  sent.X_WN = tip_at(0);
+  sent.sequence = 1;
+  sent.stamp_ns = sent.received_ns = kStart;
+  ASSERT_EQ(device.submit(sent), PoseVerdict::kAccepted);
+  EXPECT_TRUE(device.update(kStart, pose));
+  EXPECT_TRUE(pose.button);
+  EXPECT_FALSE(device.update(kStart + kTick, pose));
+  EXPECT_TRUE(pose.button);
+  device.press(true);  // again: no change
+  device.press(false);
+  device.press(true);
+  device.press(false);
+  for (const bool shown : {false, true, false, false}) {
+    device.update(kStart + 2 * kTick, pose);
+    EXPECT_EQ(pose.button, shown);
+  }
+  device.press(true);
+  device.detach();
+  for (const bool shown : {true, false, false}) {
+    device.update(kStart + 3 * kTick, pose);
+    EXPECT_EQ(pose.button, shown);
+  }
+}
+
 }  // namespace
 }  // namespace brachy

@@ -1,0 +1,190 @@
+// A session's files while they are written, killed, gone on with and short of room.
+#include "apps/session/session_log.h"
+
+#include <sys/resource.h>
+
+#include <csignal>
+#include <fstream>
+
+#include "core/error.h"
+#include "core/seeds/seed_file.h"
+#include "tests/apps/apps_testing.h"
+
+namespace brachy {
+namespace {
+
+using test::TempFolder;
+
+std::vector<Seed> seeds(std::size_t count) {
+  std::vector<Seed> all(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    all[i].id = static_cast<std::uint32_t>(i + 1);
+    all[i].t_s = 0.5 * static_cast<double>(i + 1);
+    all[i].air_kerma_strength_u = 0.4;
+    all[i].rest = all[i].position = Vec3(static_cast<double>(i), 1.0 / 3, 2);
+  }
+  return all;
+}
+
+void append_text(const std::filesystem::path& file, const std::string& text) {
+  std::ofstream(file, std::ios::app | std::ios::binary) << text;
+}
+
+TEST(SeedLedger, KeepsWhatWasAppendedAndOnlyWhatIsNew) {
+  const TempFolder folder;
+  {
+    SeedLedger ledger(folder / "seeds.csv");
+    ledger.append(seeds(2));
+    ledger.append(seeds(2));
+    EXPECT_EQ(load_seeds(folder / "seeds.csv"), seeds(2));  // before it is closed
+    ledger.append(seeds(5));
+    EXPECT_EQ(ledger.count(), 5u);
+  }
+  SeedLedger again(folder / "seeds.csv");
+  EXPECT_EQ(again.restored(), seeds(5));
+  again.append(seeds(6), 100);
+  const std::vector<Seed> all = load_seeds(folder / "seeds.csv");
+  ASSERT_EQ(all.size(), 6u);
+  EXPECT_EQ(all[5].t_s, 103);
+  EXPECT_EQ(all[4].t_s, 2.5);
+}
+
+// A process may die at any byte of a row.
+TEST(SeedLedger, CutsOffARowThatWasNotFinishedWhereverItEnds) {
+  const TempFolder folder;
+  const std::string whole = std::string(kSeedHeader) + "\n" + seed_row(seeds(1)[0]) + "\n";
+  const std::string row = seed_row(seeds(2)[1]);
+  for (const std::size_t torn : {std::size_t{1}, std::size_t{2}, row.size() / 2, row.size()}) {
+    const std::string file = folder.write("seeds.csv", whole + row.substr(0, torn));
+    SeedLedger ledger(file);
+    EXPECT_TRUE(ledger.was_torn());
+    EXPECT_EQ(ledger.restored(), seeds(1));
+    ledger.append(seeds(2));
+    EXPECT_EQ(load_seeds(file), seeds(2));
+  }
+  folder.write("seeds.csv", std::string(kSeedHeader).substr(0, 10));
+  EXPECT_TRUE(SeedLedger(folder / "seeds.csv").restored().empty());
+}
+
+TEST(SeedLedger, OfWhichARowInTheMiddleIsWrongIsRefused) {
+  const TempFolder folder;
+  const std::string file =
+      folder.write("seeds.csv", std::string(kSeedHeader) + "\nnonsense\n" + seed_row(seeds(1)[0]) + "\n");
+  try {
+    SeedLedger ledger(file);
+    FAIL() << "taken";
+  } catch (const UserError& e) {
+    EXPECT_NE(std::string(e.what()).find("seeds.csv:2"), std::string::npos) << e.what();
+  }
+}
+
+TEST(SeedLedger, BelongsToOneProcessAtATime) {
+  const TempFolder folder;
+  const SeedLedger ledger(folder / "seeds.csv");
+  EXPECT_THROW(SeedLedger(folder / "seeds.csv"), UserError);
+}
+
+// The file may grow no further than into the middle of the third row.
+TEST(SeedLedger, WithoutRoomNothingIsHalfWrittenAndTheNextCallTriesAgain) {
+  const TempFolder folder;
+  SeedLedger ledger(folder / "seeds.csv");
+  ledger.append(seeds(2));
+  rlimit before{};
+  ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &before), 0);
+  const auto previous = std::signal(SIGXFSZ, SIG_IGN);
+  rlimit small = before;
+  small.rlim_cur = std::filesystem::file_size(folder / "seeds.csv") + 20;
+  ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &small), 0);
+  EXPECT_THROW(ledger.append(seeds(4)), std::runtime_error);
+  EXPECT_THROW(ledger.append(seeds(4)), std::runtime_error);
+  ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &before), 0);
+  std::signal(SIGXFSZ, previous);
+  EXPECT_EQ(load_seeds(folder / "seeds.csv"), seeds(2));
+  ledger.append(seeds(4));
+  EXPECT_EQ(load_seeds(folder / "seeds.csv"), seeds(4));
+}
+
+/// A state of one needle whose poses of the last ticks are known.
+MeshState state_at(std::uint64_t tick) {
+  MeshState state;
+  state.tick = tick;
+  state.needles.resize(1);
+  state.needles[0].present = true;
+  state.pose_histories.resize(1);
+  const std::uint64_t kRing = MeshState::kPoseHistory;
+  for (std::uint64_t t = tick > kRing ? tick - kRing + 1 : 1; t <= tick; ++t) {
+    TickPose& pose = state.pose_histories[0][t % kRing];
+    pose.tick = t;
+    pose.X_WN.p.z() = static_cast<double>(t);
+    pose.button = t % 10 == 0;
+  }
+  state.seed_slots = seeds(tick / 50);
+  state.seed_count = static_cast<std::uint32_t>(tick / 50);
+  return state;
+}
+
+TEST(SessionLog, HasEveryTicksPoseOfSnapshotsThatSkipTicks) {
+  const TempFolder folder;
+  SessionLog log(folder / "s", 1, 0.005);
+  for (const std::uint64_t tick : {1, 7, 14, 100, 200}) log.add(state_at(tick));
+  log.close();
+  EXPECT_EQ(log.poses(), 200u);
+  EXPECT_EQ(log.forces(), 5u);
+  EXPECT_EQ(log.ticks_missed(), 0u);
+  const NeedleTrajectories poses = load_trajectories(folder / "s/poses.csv");
+  const auto& samples = poses.needles()[0].motion.samples();
+  ASSERT_EQ(samples.size(), 200u);
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    EXPECT_DOUBLE_EQ(samples[i].t_s, 0.005 * static_cast<double>(i + 1));
+    EXPECT_EQ(samples[i].X_WN.p.z(), static_cast<double>(i + 1));
+    EXPECT_EQ(samples[i].button, (i + 1) % 10 == 0);
+  }
+  EXPECT_EQ(load_seeds(folder / "s/seeds.csv").size(), 4u);
+}
+
+TEST(SessionLog, CountsTicksThatCameTooLate) {
+  const TempFolder folder;
+  SessionLog log(folder / "s", 1, 0.005);
+  log.add(state_at(1));
+  log.add(state_at(200));
+  EXPECT_EQ(log.ticks_missed(), 200 - 1 - MeshState::kPoseHistory);
+}
+
+TEST(SessionLog, GoesOnWithAKilledOnesWhereItsTimeEnded) {
+  const TempFolder folder;
+  {
+    SessionLog log(folder / "s", 1, 0.005);
+    log.add(state_at(100));
+    log.close();
+  }
+  append_text(folder / "s/poses.csv", "0.505,1,0");
+  append_text(folder / "s/forces.csv", "0.50");
+  append_text(folder / "s/seeds.csv", "3,");
+  {
+    SessionLog log(folder / "s", 1, 0.005);
+    EXPECT_EQ(log.restored(), seeds(2));
+    EXPECT_DOUBLE_EQ(log.offset_s(), 0.5);
+    EXPECT_NE(log.restored_text().find("2 seeds"), std::string::npos) << log.restored_text();
+    MeshState state = state_at(10);
+    state.seed_slots = seeds(3);
+    state.seed_count = 3;
+    log.add(state);
+    log.close();
+  }
+  const auto poses = load_trajectories(folder / "s/poses.csv");
+  EXPECT_EQ(poses.needles()[0].motion.samples().size(), 110u);
+  EXPECT_DOUBLE_EQ(poses.end_s(), 0.55);
+  EXPECT_EQ(load_force_log(folder / "s/forces.csv").size(), 2u);
+  const std::vector<Seed> all = load_seeds(folder / "s/seeds.csv");
+  ASSERT_EQ(all.size(), 3u);
+  EXPECT_DOUBLE_EQ(all[2].t_s, 2);  // 1.5 s into the second run
+}
+
+TEST(SessionLog, OfAnotherNumberOfNeedlesIsRefused) {
+  const TempFolder folder;
+  { SessionLog log(folder / "s", 1, 0.005); }
+  EXPECT_THROW(SessionLog(folder / "s", 2, 0.005), UserError);
+}
+
+}  // namespace
+}  // namespace brachy
