@@ -21,6 +21,7 @@ ToolLine add_replay(CLI::App& app);
 ToolLine add_watch(CLI::App& app);
 ToolLine add_record(CLI::App& app);
 ToolLine add_deform(CLI::App& app);
+ToolLine add_dose(CLI::App& app);
 ToolLine add_inspect(CLI::App& app);
 ToolLine add_compare(CLI::App& app);
 ToolLine add_stability(CLI::App& app);

@@ -89,6 +89,14 @@ struct DeformOptions {
   bool json = false;
 };
 
+struct DoseOptions {
+  std::filesystem::path seeds;                       ///< CSV
+  std::optional<std::filesystem::path> points, out;  ///< CSVs; both or neither
+  std::optional<std::filesystem::path> scene;        ///< its structures' DVH
+  std::optional<std::filesystem::path> grid;         ///< .nrrd to write; only with a scene
+  bool json = false;
+};
+
 struct InspectOptions {
   std::filesystem::path file;  ///< mesh or scene
   std::string units = "mm", frame = "RAS";
@@ -140,9 +148,9 @@ struct AdviseOptions {
   bool json = false;
 };
 
-using ToolOptions =
-    std::variant<ReplayOptions, WatchOptions, RecordOptions, DeformOptions, InspectOptions, CompareOptions,
-                 StabilityOptions, ZWidthOptions, AdviseOptions, PlotForceOptions, MetricsOptions>;
+using ToolOptions = std::variant<ReplayOptions, WatchOptions, RecordOptions, DeformOptions, DoseOptions,
+                                 InspectOptions, CompareOptions, StabilityOptions, ZWidthOptions,
+                                 AdviseOptions, PlotForceOptions, MetricsOptions>;
 
 /// Exit codes of both programs.
 enum ExitCode : int {

@@ -13,6 +13,7 @@ struct Run {
   int operator()(const WatchOptions& o) const { return watch(o); }
   int operator()(const RecordOptions& o) const { return record(o); }
   int operator()(const DeformOptions& o) const { return deform(o); }
+  int operator()(const DoseOptions& o) const { return dose(o); }
   int operator()(const InspectOptions& o) const { return inspect(o); }
   int operator()(const CompareOptions& o) const { return compare(o); }
   int operator()(const StabilityOptions& o) const { return stability(o); }

@@ -16,6 +16,8 @@ int watch(const WatchOptions& options);
 int record(const RecordOptions& options);
 /// Deforms points or a mesh by landmarks.
 int deform(const DeformOptions& options);
+/// Adds up the dose of seeds at points, exactly, and on a grid with its structures' DVH.
+int dose(const DoseOptions& options);
 /// Describes a mesh or a scene's tissue.
 int inspect(const InspectOptions& options);
 /// Runs every model on every reference scene: errors, times, memory; or scores rungs against measured beads.
