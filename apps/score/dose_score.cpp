@@ -61,7 +61,7 @@ std::span<const DoseFigure> dose_figures() {
 
 double figure_of(const DoseStage& stage, const DoseFigure& figure) {
   const auto found = std::ranges::find(stage.structures, figure.structure, &StructureDose::name);
-  return found == stage.structures.end() ? kUnknown : (*found).*figure.value;
+  return found == stage.structures.end() ? kNoNumber : (*found).*figure.value;
 }
 
 }  // namespace brachy

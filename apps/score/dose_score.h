@@ -47,7 +47,7 @@ struct DoseFigure {
 /// Those that a session is judged by, in the order of reports.
 std::span<const DoseFigure> dose_figures();
 
-/// A stage's figure; kUnknown where the scene has no such structure or its dose is not known.
+/// A stage's figure; kNoNumber where the scene has no such structure or its dose is not known.
 double figure_of(const DoseStage& stage, const DoseFigure& figure);
 
 }  // namespace brachy

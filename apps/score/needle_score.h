@@ -19,8 +19,8 @@ struct NeedleScore {
   std::string hole;                    ///< empty: in the tissue, but not through a hole of the template
   std::optional<std::size_t> planned;  ///< index in Plan::needles; nothing: the plan has no needle here
   std::optional<std::uint32_t> passes, punctures;
-  double path_in_tissue_mm = kUnknown, time_in_tissue_s = kUnknown;
-  double largest_force_n = kUnknown;
+  double path_in_tissue_mm = kNoNumber, time_in_tissue_s = kNoNumber;
+  double largest_force_n = kNoNumber;
 };
 
 struct NeedlesScore {
@@ -28,7 +28,7 @@ struct NeedlesScore {
       needles;  ///< the plan's in its order, then other holes by name, then beside the template
   std::optional<NeedleMetrics> motion;  ///< of all the device's needles; nothing: no poses
   std::optional<std::uint32_t> punctures;
-  double largest_force_n = kUnknown;
+  double largest_force_n = kNoNumber;
 };
 
 /// A device's needle is the plan's whose hole its line goes through while its tip is in the tissue (for most of the time

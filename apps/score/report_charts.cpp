@@ -77,7 +77,7 @@ Chart dvh_chart(const DoseScore& dose) {
 Chart displacement_chart(const SeedsScore& seeds, const Plan& plan, const TemplateGrid& grid,
                          const SurfaceMesh& prostate, int away) {
   const int across = 1 - away;
-  constexpr double kGap = kUnknown;
+  constexpr double kGap = kNoNumber;
   ChartLine outline{.colour = "#bbbbbb", .width_px = 1};
   std::vector<Point> shadow;
   for (const Vec3& v : prostate.vertices) shadow.push_back({v[across], v.z()});
@@ -122,7 +122,7 @@ Chart error_chart(const SeedsScore& seeds) {
     add(rest, s.rest.axial_mm, s.rest.lateral_mm);
     add(moved, s.dropped.axial_mm, s.dropped.lateral_mm);
     add(moved, s.rest.axial_mm, s.rest.lateral_mm);
-    add(moved, kUnknown, kUnknown);
+    add(moved, kNoNumber, kNoNumber);
   }
   return {.title = "Error of each seed against its plan",
           .x_label = "along the needle, mm (> 0: too deep)",

@@ -66,7 +66,7 @@ std::string keys(const Score& score) {
     for (const DoseFigure& f : dose_figures())
       if (f.structure == std::string_view("prostate") && f.name == std::string_view(name))
         return figure_in(stage, f);
-    return figure(kUnknown, 0);
+    return figure(kNoNumber, 0);
   };
   const auto change = [&](const char* name, const char* unit) {
     return fmt::format("{} → {} {}", of_prostate(score.dose.plan, name), of_prostate(score.dose.rest, name),
@@ -77,9 +77,9 @@ std::string keys(const Score& score) {
                          score.planned_seeds),
              fmt::format("planned seeds implanted, {} beside the plan",
                          s ? std::to_string(s->unplanned.size()) : "–")) +
-         key(figure(s ? s->rest.total_mm.mean : kUnknown, 1) + " mm",
+         key(figure(s ? s->rest.total_mm.mean : kNoNumber, 1) + " mm",
              fmt::format("mean misplacement, {} mm of it along the needle",
-                         figure(s ? s->rest.axial_mm.mean : kUnknown, 1))) +
+                         figure(s ? s->rest.axial_mm.mean : kNoNumber, 1))) +
          key(change("D90", "Gy"), "prostate D90, planned → delivered") +
          key(change("V100", "%"), "prostate V100, planned → delivered") + "</div>\n";
 }
@@ -164,8 +164,8 @@ std::string needle_rows(const NeedlesScore& score, const Plan& plan, const Seeds
   for (std::size_t count : fell) all += count;
   const NeedleMetrics* m = score.motion ? &*score.motion : nullptr;
   return rows + row(std::string("all"), std::to_string(plan.seed_count()), seeds ? std::to_string(all) : "–",
-                    figure(m ? m->path_in_tissue_mm : kUnknown, 1),
-                    figure(m ? m->time_in_tissue_s : kUnknown, 1), m ? std::to_string(m->passes) : "–",
+                    figure(m ? m->path_in_tissue_mm : kNoNumber, 1),
+                    figure(m ? m->time_in_tissue_s : kNoNumber, 1), m ? std::to_string(m->passes) : "–",
                     figure(score.punctures), figure(score.largest_force_n, 2));
 }
 

@@ -76,7 +76,7 @@ Json to_json_needles(const NeedlesScore& score) {
                     {"punctures", or_null(n.punctures)},
                     {"largest_force_n", n.largest_force_n}});
   const NeedleMetrics* m = score.motion ? &*score.motion : nullptr;
-  const auto of = [&](double NeedleMetrics::*value) { return m ? m->*value : kUnknown; };
+  const auto of = [&](double NeedleMetrics::*value) { return m ? m->*value : kNoNumber; };
   const Json total = {{"elapsed_time_s", of(&NeedleMetrics::elapsed_time_s)},
                       {"path_length_mm", of(&NeedleMetrics::path_length_mm)},
                       {"path_in_tissue_mm", of(&NeedleMetrics::path_in_tissue_mm)},

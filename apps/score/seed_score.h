@@ -29,9 +29,9 @@ struct SeedScore {
 
 /// Over the planned seeds that fell.
 struct MisplacementSpread {
-  Spread total_mm, axial_mm, lateral_mm;   ///< axial: of its size
-  double mean_signed_axial_mm = kUnknown;  ///< > 0: too deep on the whole
-  double axial_share = kUnknown;           ///< mean size of the axial part over the mean of the whole
+  Spread total_mm, axial_mm, lateral_mm;    ///< axial: of its size
+  double mean_signed_axial_mm = kNoNumber;  ///< > 0: too deep on the whole
+  double axial_share = kNoNumber;           ///< mean size of the axial part over the mean of the whole
 };
 
 struct SeedsScore {

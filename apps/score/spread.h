@@ -9,12 +9,12 @@
 namespace brachy {
 
 /// What is not known, or is of nothing.
-inline constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+inline constexpr double kNoNumber = std::numeric_limits<double>::quiet_NaN();
 
-/// Mean, standard deviation (of the sample, n − 1) and largest of some numbers; kUnknown where there are too few.
+/// Mean, standard deviation (of the sample, n − 1) and largest of some numbers; kNoNumber where there are too few.
 struct Spread {
   std::size_t count = 0;
-  double mean = kUnknown, sd = kUnknown, max = kUnknown;
+  double mean = kNoNumber, sd = kNoNumber, max = kNoNumber;
 };
 
 inline Spread spread_of(std::span<const double> values) {

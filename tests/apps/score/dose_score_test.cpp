@@ -94,7 +94,7 @@ TEST(DoseScore, GoalsAreThoseOfTheDesignInProportionToThePrescription) {
   const DoseFigure& v100 = figure_named("prostate", "V100");
   EXPECT_TRUE(v100.is_met_by(95.1, 145));
   EXPECT_FALSE(v100.is_met_by(95, 145));
-  EXPECT_FALSE(v100.is_met_by(kUnknown, 145));
+  EXPECT_FALSE(v100.is_met_by(kNoNumber, 145));
   const DoseFigure& v150 = figure_named("prostate", "V150");
   EXPECT_TRUE(v150.is_met_by(59.9, 145));
   EXPECT_FALSE(v150.is_met_by(60, 145));
