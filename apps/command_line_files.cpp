@@ -66,12 +66,7 @@ ToolLine add_inspect(CLI::App& app) {
   auto* command = app.add_subcommand("inspect", "Say what a mesh or a scene's tissue is made of.");
   command->footer("Examples:\n  brachy inspect prostate.stl\n  brachy inspect config/prostate.toml --json");
   command->add_option("file", options->file, "STL, OBJ or PLY, or a scene (.toml)")->required();
-  command->add_option("--units", options->units, "of a mesh")
-      ->check(CLI::IsMember({"mm", "m"}))
-      ->capture_default_str();
-  command->add_option("--frame", options->frame, "of a mesh")
-      ->check(CLI::IsMember({"RAS", "LPS"}))
-      ->capture_default_str();
+  add_mesh_options(*command, options->units, options->frame);
   command->add_option("--weld-tolerance-mm", options->weld_tolerance_mm, "vertices closer than this are one")
       ->check(between(0.0, 1.0))
       ->capture_default_str();

@@ -2,6 +2,13 @@
 
 namespace brachy {
 
+void add_mesh_options(CLI::App& command, std::string& units, std::string& frame) {
+  command.add_option("--units", units, "of a mesh")->check(CLI::IsMember({"mm", "m"}))->capture_default_str();
+  command.add_option("--frame", frame, "of a mesh")
+      ->check(CLI::IsMember({"RAS", "LPS"}))
+      ->capture_default_str();
+}
+
 CLI::Validator host_port() {
   return {[](const std::string& text) -> std::string {
             const auto colon = text.rfind(':');

@@ -27,6 +27,10 @@ ToolLine add_stability(CLI::App& app);
 ToolLine add_zwidth(CLI::App& app);
 ToolLine add_advise(CLI::App& app);
 ToolLine add_plot_force(CLI::App& app);
+ToolLine add_metrics(CLI::App& app);
+
+/// --units and --frame of a mesh file.
+void add_mesh_options(CLI::App& command, std::string& units, std::string& frame);
 
 CLI::Validator host_port();  ///< "HOST:PORT", which host_port_of then splits
 HostPort host_port_of(const std::string& text);

@@ -57,10 +57,12 @@ ToolLine add_replay(CLI::App& app) {
       "moves the needle (the file's first). Reported: peak force, largest jump in a millisecond, "
       "oscillation.\n"
       "A file with the column needle behind m23 moves several needles, with --connect each as a\n"
-      "device of its own; one without moves needle 0.\n"
+      "device of its own; one without moves needle 0. In the column button, the last, 1 is a button held "
+      "from that\n"
+      "row to the needle's next: pressed, it drops seeds.\n"
       "The log has a row a tick and needle: t_s,needle,state,depth_mm,fx_n,fy_n,fz_n,axial_n,lateral_n,\n"
       "cutting_n,friction_n,landmarks,min_det; brachy plot-force draws it.");
-  command->add_option("trajectory", options->trajectory, "CSV: t_s,m00,…,m23[,needle] (X_WN, mm)")
+  command->add_option("trajectory", options->trajectory, "CSV: t_s,m00,…,m23[,needle][,button] (X_WN, mm)")
       ->required();
   auto* replay_connect =
       command->add_option("--connect", options->daemon, "the daemon to play into")->check(host_port());

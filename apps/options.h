@@ -126,6 +126,12 @@ struct PlotForceOptions {
   bool json = false;
 };
 
+struct MetricsOptions {
+  std::filesystem::path trajectory, mesh;
+  std::string units = "mm", frame = "RAS";  ///< of the mesh
+  bool json = false;
+};
+
 struct AdviseOptions {
   std::filesystem::path scene;
   std::optional<double> tolerance_mm, tick_budget_ms;  ///< none: the scene's
@@ -134,7 +140,7 @@ struct AdviseOptions {
 
 using ToolOptions =
     std::variant<ReplayOptions, WatchOptions, RecordOptions, DeformOptions, InspectOptions, CompareOptions,
-                 StabilityOptions, ZWidthOptions, AdviseOptions, PlotForceOptions>;
+                 StabilityOptions, ZWidthOptions, AdviseOptions, PlotForceOptions, MetricsOptions>;
 
 /// Exit codes of both programs.
 enum ExitCode : int {

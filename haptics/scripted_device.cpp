@@ -33,8 +33,13 @@ bool ScriptedDevice::update(std::int64_t now_ns, NeedlePose& pose) {
     finished_ = elapsed_ns >= duration_ns_;
   }
   const double t_s = start_s_ + static_cast<double>(elapsed_ns) * 1e-9;
-  if (t_s < trajectory_.start_s() - kSameTime) return std::exchange(pose.present, false);
+  const double last_s = std::exchange(last_s_, t_s);
+  if (t_s < trajectory_.start_s() - kSameTime) {
+    pose.button = false;
+    return std::exchange(pose.present, false);
+  }
   pose.X_WN = trajectory_.sample(t_s);
+  pose.button = trajectory_.button(last_s < t_s ? last_s : kBeforeAll, t_s);
   pose.sequence = ++sequence_;
   pose.stamp_ns = now_ns;
   pose.received_ns = now_ns;

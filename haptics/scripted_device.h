@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 
 #include "haptics/device.h"
 #include "haptics/trajectory/trajectory.h"
@@ -11,7 +12,8 @@ namespace brachy {
 /// the last pose, or, looping, jumps back to the first sample (the simulation takes the needle out and puts
 /// it in anew).
 ///
-/// Poses carry a sequence from 1 and the tick's time as stamp and arrival.
+/// Poses carry a sequence from 1, the tick's time as stamp and arrival, and the button with every press since the last tick
+/// (looping: in this lap).
 ///
 /// Threads: constructed anywhere, then the 200 Hz thread only.
 ///
@@ -39,6 +41,8 @@ class ScriptedDevice final : public Device {
   bool finished_ = false;
   std::int64_t start_ns_ = 0;
   std::uint64_t sequence_ = 0;
+  static constexpr double kBeforeAll = -std::numeric_limits<double>::infinity();
+  double last_s_ = kBeforeAll;  // the trajectory's time at the last update
 };
 
 }  // namespace brachy

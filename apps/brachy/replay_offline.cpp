@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <cmath>
 #include <iostream>
 #include <optional>
 
@@ -58,17 +59,27 @@ int replay_offline(const ReplayOptions& options) {
   ReplayTally tally(ids_of(trajectories));
   std::uint64_t k = 0;
   const auto tick = [&](const NeedlePose* held) {
-    const double t_s = trajectories.start_s() + static_cast<double>(k++) * period_s;
+    const auto time_of = [&](std::uint64_t i) {
+      return trajectories.start_s() + static_cast<double>(i) * period_s;
+    };
+    const double t_s = time_of(k), last_s = k == 0 ? -INFINITY : time_of(k - 1);
+    ++k;
     for (const auto& needle : trajectories.needles()) {
       const auto X_WN = trajectories.sample(needle.id, t_s);
       NeedlePose& pose = poses[needle.id];
       pose.present = X_WN.has_value();
       if (!X_WN) continue;
       pose.X_WN = *X_WN;
+      pose.button = trajectories.button(needle.id, last_s, t_s);
       ++pose.sequence;
     }
     const std::uint32_t held_id = trajectories.needles().front().id;
-    if (held) poses[held_id] = *held;
+    if (held) {
+      const bool button =
+          poses[held_id].button;  // is the trajectory's: only the motion goes through the device
+      poses[held_id] = *held;
+      poses[held_id].button = button;
+    }
     simulator.step(poses, state);
     hash.add(state);
     tally.add(t_s, state, changes_are_finite(state, simulator.tissue().blocks));

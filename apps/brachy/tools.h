@@ -28,5 +28,7 @@ int zwidth(const ZWidthOptions& options);
 int advise(const AdviseOptions& options);
 /// Draws a force log: force against depth and against time.
 int plot_force(const PlotForceOptions& options);
+/// Measures a needle trajectory against a tissue surface: times, paths, passes, speeds.
+int metrics(const MetricsOptions& options);
 
 }  // namespace brachy

@@ -29,9 +29,9 @@ double anisotropy_function(const Tg43Source& source, double r_cm, double theta_d
 /// Ḋ at `along_mm` along the axis from the centre and `away_mm` ≥ 0 from it for 1 U, cGy/h/U. Either sign of `along_mm`
 /// gives the same bits.
 ///
-/// Inside the capsule, where the protocol says nothing, a point is first moved outwards, by as much along the axis (from
-/// the middle) as away from it, until it lies on the capsule's surface. That is continuous, finite, symmetric and leaves
-/// the surface's own values (the nearest surface point would jump between the side and the ends).
+/// Inside the capsule, where the protocol says nothing, a point is first moved outwards, by as much along the axis
+/// (from the middle) as away from it, until it lies on the capsule's surface. That is continuous, finite, symmetric and
+/// leaves the surface's own values (the nearest surface point would jump between the side and the ends).
 double dose_rate_per_u(const Tg43Source& source, double along_mm, double away_mm);
 
 /// Ḋ of a seed at p (mm, world frame), cGy/h, when it is implanted. Finite wherever p is; NaN for a p that is not.

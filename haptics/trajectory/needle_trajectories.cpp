@@ -35,10 +35,24 @@ NeedleTrajectories::NeedleTrajectories(std::vector<Needle> needles) : needles_(s
 }
 
 std::optional<RigidTransform> NeedleTrajectories::sample(std::uint32_t id, double t_s) const {
+  const Trajectory* motion = find(id);
+  if (!motion || t_s < motion->start_s() - kSameTime) return std::nullopt;
+  return motion->sample(t_s);
+}
+
+bool NeedleTrajectories::button(std::uint32_t id, double t_s) const {
+  const Trajectory* motion = find(id);
+  return motion && motion->button(t_s);
+}
+
+bool NeedleTrajectories::button(std::uint32_t id, double after_s, double until_s) const {
+  const Trajectory* motion = find(id);
+  return motion && motion->button(after_s, until_s);
+}
+
+const Trajectory* NeedleTrajectories::find(std::uint32_t id) const {
   const auto needle = std::ranges::lower_bound(needles_, id, {}, &Needle::id);
-  if (needle == needles_.end() || needle->id != id || t_s < needle->motion.start_s() - kSameTime)
-    return std::nullopt;
-  return needle->motion.sample(t_s);
+  return needle == needles_.end() || needle->id != id ? nullptr : &needle->motion;
 }
 
 NeedleTrajectories NeedleTrajectories::transformed(const RigidTransform& X_VW) const {

@@ -40,6 +40,11 @@ class NeedleTrajectories {
   /// Real-time: yes.
   std::optional<RigidTransform> sample(std::uint32_t id, double t_s) const;
 
+  /// Trajectory::button of needle `id`; false for a needle it has not.
+  /// Real-time: yes.
+  bool button(std::uint32_t id, double t_s) const;
+  bool button(std::uint32_t id, double after_s, double until_s) const;
+
   /// Every motion as Trajectory::transformed has it.
   NeedleTrajectories transformed(const RigidTransform& X_VW) const;
   /// All of them shifted alike, so that the mean of their dwelling points comes to p_W (mm).
@@ -48,14 +53,16 @@ class NeedleTrajectories {
   NeedleTrajectories sped_up(double factor) const;
 
  private:
+  const Trajectory* find(std::uint32_t id) const;  // null: it has no such needle
+
   std::vector<Needle> needles_;
   double start_s_, end_s_;
 };
 
-/// The last column of a trajectory file that moves several needles: their ids, 0 … 15.
+/// The column of a trajectory file that moves several needles: their ids, 0 … 15. Last but for kButtonColumn.
 inline constexpr std::string_view kNeedleColumn = "needle";
 
-/// Reads a trajectory file of one needle or, with the column `needle` last, of several: rows sorted by time, at equal times
+/// Reads a trajectory file of one needle or, with the column `needle`, of several: rows sorted by time, at equal times
 /// rows of different needles. Without the column all rows are needle 0's. Otherwise as parse_trajectory.
 /// Throws UserError "name:line: what; fix", also for a needle that a scene of `needle_count` needles has not.
 NeedleTrajectories parse_trajectories(std::string_view text, const std::string& name,
@@ -67,5 +74,15 @@ NeedleTrajectories load_trajectories(const std::filesystem::path& file,
 
 /// trajectory_row with the needle's id behind.
 std::string trajectory_row(const TrajectorySample& sample, std::uint32_t needle);
+
+/// Which optional columns a trajectory file has.
+struct TrajectoryColumns {
+  bool needle = false, button = false;
+};
+
+/// The first line of such a file, without the line end.
+std::string trajectory_header(TrajectoryColumns columns);
+/// A line of such a file: trajectory_row with what `columns` has behind.
+std::string trajectory_row(const TrajectorySample& sample, std::uint32_t needle, TrajectoryColumns columns);
 
 }  // namespace brachy

@@ -8,6 +8,16 @@
 
 namespace brachy {
 
+namespace {
+
+/// The first sample that is not yet there at t_s.
+auto first_after(const std::vector<TrajectorySample>& samples, double t_s) {
+  return std::upper_bound(samples.begin(), samples.end(), t_s,
+                          [](double t, const TrajectorySample& s) { return t < s.t_s - kSameTime; });
+}
+
+}  // namespace
+
 Trajectory::Trajectory(std::vector<TrajectorySample> samples) : samples_(std::move(samples)) {
   assert(!samples_.empty());
   assert(std::adjacent_find(samples_.begin(), samples_.end(),
@@ -25,6 +35,17 @@ RigidTransform Trajectory::sample(double t_s) const {
   const double until_b = b.t_s - t_s;
   if (std::min(since_a, until_b) <= kSameTime) return since_a < until_b ? a.X_WN : b.X_WN;
   return interpolate(a.X_WN, b.X_WN, since_a / (b.t_s - a.t_s));
+}
+
+bool Trajectory::button(double t_s) const {
+  const auto after = first_after(samples_, t_s);
+  return after != samples_.begin() && (after - 1)->button;
+}
+
+bool Trajectory::button(double after_s, double until_s) const {
+  const auto end = first_after(samples_, until_s);
+  const auto pressed = [](const TrajectorySample& s) { return s.button; };
+  return button(until_s) || std::any_of(std::min(first_after(samples_, after_s), end), end, pressed);
 }
 
 double Trajectory::tip_path_mm() const {

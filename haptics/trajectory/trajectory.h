@@ -14,6 +14,7 @@ namespace brachy {
 struct TrajectorySample {
   double t_s = 0;
   RigidTransform X_WN;  ///< needle frame N (origin = tip, +z along the shaft towards the tip) in world W, mm
+  bool button = false;  ///< the device's, held from here to the next sample
   bool operator==(const TrajectorySample&) const = default;
 };
 
@@ -39,6 +40,18 @@ class Trajectory {
   /// Real-time: yes, O(log samples).
   RigidTransform sample(double t_s) const;
 
+  /// Whether the button is held at t_s: as the last sample at or before it (less 1e-9 s) says; not before the first one.
+  ///
+  /// Real-time: yes, O(log samples).
+  bool button(double t_s) const;
+
+  /// The button as a tick at until_s sees it that comes after one at after_s < until_s: held at until_s, or pressed by a
+  /// sample in between, so that no press is too short to be seen; what was released since after_s that tick has seen.
+  /// Samples at ticks are thus seen as they are. A release between two ticks is not seen.
+  ///
+  /// Real-time: yes, O(log samples + samples in between).
+  bool button(double after_s, double until_s) const;
+
   /// Length of the polyline of tip positions, mm.
   double tip_path_mm() const;
 
@@ -59,11 +72,14 @@ class Trajectory {
 /// The first line of a trajectory file: seconds, then the 3×4 matrix of X_WN row by row, mm.
 inline constexpr std::string_view kTrajectoryHeader = "t_s,m00,m01,m02,m03,m10,m11,m12,m13,m20,m21,m22,m23";
 
+/// The last column of a trajectory file with a button: 0 or 1.
+inline constexpr std::string_view kButtonColumn = "button";
+
 /// Limits of a file; an hour at 200 Hz has 720,000 samples and about 180 MB.
 inline constexpr std::size_t kMaxTrajectorySamples = 1'000'000;
 inline constexpr std::size_t kMaxTrajectoryBytes = std::size_t{320} << 20;
 
-/// Reads a trajectory from the text of a CSV file; `name` is what errors call it.
+/// Reads a trajectory from the text of a CSV file, with or without kButtonColumn; `name` is what errors call it.
 ///
 /// Lines that are blank or start with '#' are skipped; lines end with LF or CRLF, the last one need not end
 /// at all. A rotation within 1e-3 of a rigid one is replaced by the nearest rotation, within 1e-9 it is kept
@@ -73,11 +89,12 @@ Trajectory parse_trajectory(std::string_view text, const std::string& name);
 /// parse_trajectory of a file. Throws UserError, also where it is no readable regular file or too large.
 Trajectory load_trajectory(const std::filesystem::path& file);
 
-/// One line of a trajectory file without the line end: 17 significant digits, so that reading it gives the
+/// One line of a trajectory file without button and line end: 17 significant digits, so that reading it gives the
 /// same bits.
 std::string trajectory_row(const TrajectorySample& sample);
 
-/// Header and rows; what parse_trajectory reads back bit for bit. The caller checks the stream.
+/// Header and rows, with kButtonColumn if the button is ever held; what parse_trajectory reads back bit for bit. The caller
+/// checks the stream.
 void write_trajectory(std::ostream& out, const Trajectory& trajectory);
 
 }  // namespace brachy

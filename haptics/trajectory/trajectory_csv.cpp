@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <ostream>
@@ -13,9 +14,10 @@ namespace brachy {
 namespace {
 
 constexpr double kMaxTime = 4e9;  // seconds since 1970 are fine, and fit 64 bits in ns
-constexpr NumberCsvLimits kLimits{kMaxTrajectoryBytes, kMaxTrajectorySamples};
-constexpr std::array kNeedleColumns = {kNeedleColumn};
-constexpr NumberCsvLimits kSeveralLimits{kMaxTrajectoryBytes, kMaxTrajectorySamples, kNeedleColumns};
+constexpr std::array kOneNeedlesColumns = {kButtonColumn};
+constexpr std::array kSeveralNeedlesColumns = {kNeedleColumn, kButtonColumn};
+constexpr NumberCsvLimits kLimits{kMaxTrajectoryBytes, kMaxTrajectorySamples, kOneNeedlesColumns};
+constexpr NumberCsvLimits kSeveralLimits{kMaxTrajectoryBytes, kMaxTrajectorySamples, kSeveralNeedlesColumns};
 
 std::string short_number(double value) {
   std::ostringstream out;
@@ -53,6 +55,14 @@ double to_time(std::span<const double> row, const std::string& name, std::size_t
   return row[0];
 }
 
+bool to_button(const NumberTable& table, std::size_t i, const std::string& name) {
+  const double button = table.optional(i, kButtonColumn).value_or(0);
+  if (button != 0 && button != 1)
+    refuse_line(name, table.lines[i],
+                "button " + short_number(button) + " is neither up nor down; write 0 or 1 (held)");
+  return button == 1;
+}
+
 Trajectory to_trajectory(const NumberTable& table, const std::string& name) {
   std::vector<TrajectorySample> samples;
   samples.reserve(table.rows());
@@ -61,7 +71,7 @@ Trajectory to_trajectory(const NumberTable& table, const std::string& name) {
     const double t_s = to_time(table.row(i), name, line);
     if (!samples.empty() && !(t_s > samples.back().t_s))
       refuse_line(name, line, "t_s does not increase; sort the rows and remove those with equal times");
-    samples.push_back({t_s, to_pose(table.row(i), name, line)});
+    samples.push_back({t_s, to_pose(table.row(i), name, line), to_button(table, i, name)});
   }
   return Trajectory(std::move(samples));
 }
@@ -98,7 +108,7 @@ NeedleTrajectories to_trajectories(const NumberTable& table, const std::string& 
       refuse_line(name, line,
                   "t_s goes back to " + short_number(t_s) + "; sort the rows of all needles by time");
     last_s = t_s;
-    own.push_back({t_s, to_pose(table.row(i), name, line)});
+    own.push_back({t_s, to_pose(table.row(i), name, line), to_button(table, i, name)});
   }
   std::vector<NeedleTrajectories::Needle> needles;
   for (std::uint32_t id = 0; id < samples.size(); ++id)
@@ -130,6 +140,19 @@ std::string trajectory_row(const TrajectorySample& sample, std::uint32_t needle)
   return trajectory_row(sample) + ',' + std::to_string(needle);
 }
 
+std::string trajectory_header(TrajectoryColumns columns) {
+  std::string header(kTrajectoryHeader);
+  if (columns.needle) (header += ',') += kNeedleColumn;
+  if (columns.button) (header += ',') += kButtonColumn;
+  return header;
+}
+
+std::string trajectory_row(const TrajectorySample& sample, std::uint32_t needle, TrajectoryColumns columns) {
+  std::string row = columns.needle ? trajectory_row(sample, needle) : trajectory_row(sample);
+  if (columns.button) row += sample.button ? ",1" : ",0";
+  return row;
+}
+
 std::string trajectory_row(const TrajectorySample& sample) {
   const Mat3& R = sample.X_WN.R;
   const Vec3& p = sample.X_WN.p;
@@ -141,8 +164,10 @@ std::string trajectory_row(const TrajectorySample& sample) {
 }
 
 void write_trajectory(std::ostream& out, const Trajectory& trajectory) {
-  out << kTrajectoryHeader << '\n';
-  for (const TrajectorySample& sample : trajectory.samples()) out << trajectory_row(sample) << '\n';
+  const auto& samples = trajectory.samples();
+  const TrajectoryColumns columns{.button = std::ranges::any_of(samples, &TrajectorySample::button)};
+  out << trajectory_header(columns) << '\n';
+  for (const TrajectorySample& sample : samples) out << trajectory_row(sample, 0, columns) << '\n';
 }
 
 }  // namespace brachy

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "core/error.h"
 #include "haptics/scripted_device.h"
 
@@ -10,6 +12,8 @@ namespace {
 
 const std::string kPlain = std::string(kTrajectoryHeader) + "\n";
 const std::string kSeveral = std::string(kTrajectoryHeader) + ",needle\n";
+const std::string kPlainButton = std::string(kTrajectoryHeader) + ",button\n";
+const std::string kSeveralButton = std::string(kTrajectoryHeader) + ",needle,button\n";
 
 /// A row at t with the tip at (x, 0, 0) and no rotation.
 std::string row(const std::string& t, const std::string& x, const std::string& needle = "") {
@@ -133,6 +137,118 @@ TEST(NeedleTrajectories, ARowWithItsNeedleIsReadBackBitForBit) {
   EXPECT_EQ(read.needles()[0].motion.samples()[0], sample);
 }
 
+/// Needle 2 presses at 1 s and lets go at 1.5 s and again from 2 s to 2.001 s; needle 0 never does.
+NeedleTrajectories two_presses() {
+  return parse_trajectories(kSeveralButton + row("0", "0", "0,0") + row("0", "0", "2,0") +
+                                row("1", "1", "2,1") + row("1.2", "1", "0,0") + row("1.5", "2", "2,0") +
+                                row("2", "3", "2,1") + row("2.001", "3", "2,0") + row("3", "3", "2,0"),
+                            "t.csv");
+}
+
+TEST(NeedleTrajectories, AButtonIsHeldFromItsRowToTheNextRowOfItsNeedle) {
+  const NeedleTrajectories read = two_presses();
+  for (const auto& [t_s, held] : {std::pair{-1.0, false},
+                                  {0.999, false},
+                                  {1.0, true},
+                                  {1.0 - 1e-10, true},
+                                  {1.499, true},
+                                  {1.5, false},
+                                  {1.999, false},
+                                  {2.0005, true},
+                                  {2.001, false},
+                                  {9, false}})
+    EXPECT_EQ(read.button(2, t_s), held) << t_s;
+  EXPECT_FALSE(read.button(0, 1.2));
+  EXPECT_FALSE(read.button(1, 1.2));
+}
+
+TEST(NeedleTrajectories, APressBetweenTwoTicksIsSeenOnceByTheLaterOne) {
+  const NeedleTrajectories read = two_presses();
+  EXPECT_FALSE(read.button(2, 1.98, 1.99));
+  EXPECT_TRUE(read.button(2, 1.99, 2.01));  // pressed and let go in between
+  EXPECT_FALSE(read.button(2, 2.01, 2.03));
+  EXPECT_TRUE(read.button(2, 1.99, 2));
+  EXPECT_FALSE(read.button(2, 2, 2.01));  // the tick at 2 s has seen it
+  EXPECT_TRUE(read.button(2, -INFINITY, 3));
+  EXPECT_FALSE(read.button(0, -INFINITY, 3));
+  EXPECT_FALSE(read.button(7, -INFINITY, 3));
+}
+
+TEST(NeedleTrajectories, TicksOfAnyRateSeeEveryPressOnce) {
+  const NeedleTrajectories read = two_presses();
+  for (const double period_s : {0.0007, 0.005, 0.02, 0.3}) {
+    int presses = 0;
+    double last_s = -INFINITY;
+    for (bool before = false; last_s < 3;) {
+      const double t_s = std::isfinite(last_s) ? last_s + period_s : 0;
+      const bool now = read.button(2, last_s, t_s);
+      presses += now && !before;
+      before = now;
+      last_s = t_s;
+    }
+    EXPECT_EQ(presses, 2) << period_s;
+  }
+}
+
+TEST(NeedleTrajectories, SamplesAtTicksAreSeenAsTheyAre) {
+  // What a recorder wrote tick by tick, an up of a single tick among it, replays as the same ups and downs.
+  const std::vector<bool> pressed = {false, true, false, true, true, false, true};
+  std::vector<TrajectorySample> samples;
+  const auto time_of = [](std::size_t tick) { return 0.005 * static_cast<double>(tick); };
+  for (std::size_t i = 0; i < pressed.size(); ++i) samples.push_back({time_of(i), {}, pressed[i]});
+  const Trajectory recorded(samples);
+  for (std::size_t i = 0; i < pressed.size(); ++i)
+    EXPECT_EQ(recorded.button(i == 0 ? -INFINITY : time_of(i - 1), time_of(i)), pressed[i]) << i;
+}
+
+TEST(NeedleTrajectories, AButtonThatIsNeitherUpNorDownIsRefused) {
+  for (const char* button : {"2", "-1", "0.5", "1e9"}) {
+    const std::string message = parse_error(kPlainButton + row("0", "1", "1") + row("1", "1", button));
+    EXPECT_TRUE(message.starts_with("t.csv:3: button ")) << message;
+    EXPECT_NE(message.find("write 0 or 1"), message.npos) << message;
+  }
+  EXPECT_TRUE(
+      parse_error(kPlainButton + row("0", "1", "down")).starts_with("t.csv:2: column 14 is not a number"));
+  EXPECT_TRUE(
+      parse_error(kSeveralButton + row("0", "1", "0")).starts_with("t.csv:2: found 14 columns, expected 15"));
+}
+
+TEST(NeedleTrajectories, AFileWithoutTheButtonIsReadAsOneThatNeverPresses) {
+  const auto never = parse_trajectories(kPlainButton + row("1", "2", "0") + row("3", "4", "0"), "t.csv");
+  const auto without = parse_trajectories(kPlain + row("1", "2") + row("3", "4"), "t.csv");
+  EXPECT_EQ(never.needles()[0].motion.samples(), without.needles()[0].motion.samples());
+  EXPECT_FALSE(without.button(0, -INFINITY, INFINITY));
+  EXPECT_EQ(two_presses().sample(2, 1.25)->p.x(), 1.5);
+}
+
+TEST(NeedleTrajectories, ChangesToTheMotionKeepTheButton) {
+  const NeedleTrajectories read = two_presses();
+  for (const NeedleTrajectories& changed :
+       {read.transformed({Mat3::Identity(), Vec3(1, 2, 3)}), read.centred_on(Vec3(1, 2, 3))}) {
+    EXPECT_TRUE(changed.button(2, 1.25));
+    EXPECT_FALSE(changed.button(2, 1.75));
+  }
+  EXPECT_TRUE(read.sped_up(4).button(2, 0.3));
+  EXPECT_FALSE(read.sped_up(4).button(2, 0.4));
+}
+
+TEST(NeedleTrajectories, RowsWithTheirButtonAreReadBackBitForBit) {
+  const TrajectorySample held{0.1, {Mat3::Identity(), Vec3(1.0 / 3, -2e-17, 1e3)}, true},
+      up{0.2, {Mat3::Identity(), Vec3(2.0 / 3, 0, 1)}, false};
+  for (const bool needle : {false, true}) {
+    const TrajectoryColumns columns{needle, true};
+    const NeedleTrajectories read =
+        parse_trajectories(trajectory_header(columns) + "\n" + trajectory_row(held, 7, columns) + "\n" +
+                               trajectory_row(up, 7, columns) + "\n",
+                           "t.csv");
+    ASSERT_EQ(read.needles()[0].id, needle ? 7u : 0u);
+    EXPECT_EQ(read.needles()[0].motion.samples(), (std::vector{held, up}));
+  }
+  EXPECT_EQ(trajectory_header({}), kTrajectoryHeader);
+  EXPECT_EQ(trajectory_row(held, 7, {.needle = true}), trajectory_row(held, 7));
+  EXPECT_EQ(trajectory_row(held, 7, {}), trajectory_row(held));
+}
+
 constexpr std::int64_t kTick = 5'000'000;
 
 /// The device of one needle of `all`, as the daemon makes it.
@@ -157,6 +273,38 @@ TEST(NeedleTrajectories, DevicesOfOneFileRunOnItsClock) {
   }
   EXPECT_TRUE(first.finished());
   EXPECT_TRUE(second.finished());
+}
+
+TEST(NeedleTrajectories, DevicesPressAsTheFileSaysAlsoOverMissedTicks) {
+  const NeedleTrajectories all = two_presses();
+  for (const std::int64_t stride : {1, 7}) {
+    ScriptedDevice device = device_of(all, 1, false);
+    NeedlePose pose;
+    int presses = 0;
+    for (std::int64_t tick = 0; !device.finished(); tick += stride) {
+      const bool before = pose.button;
+      ASSERT_TRUE(device.update(tick * kTick, pose));
+      presses += pose.button && !before;
+      if (tick % 1000 == 210) {
+        EXPECT_TRUE(pose.button);
+      }
+    }
+    EXPECT_EQ(presses, 2) << stride;
+    EXPECT_FALSE(pose.button);
+  }
+}
+
+TEST(NeedleTrajectories, ALoopingDevicePressesInEveryLap) {
+  const NeedleTrajectories all = two_presses();
+  ScriptedDevice device = device_of(all, 1, true);
+  NeedlePose pose;
+  int presses = 0;
+  for (std::int64_t tick = 0; tick < 3 * 600; ++tick) {
+    const bool before = pose.button;
+    device.update(tick * kTick, pose);
+    presses += pose.button && !before;
+  }
+  EXPECT_EQ(presses, 6);
 }
 
 TEST(NeedleTrajectories, ALoopingDeviceTakesItsNeedleAwayUntilItsFirstRowComesAgain) {

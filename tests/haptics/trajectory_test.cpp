@@ -130,6 +130,16 @@ TEST(Trajectory, InterpolatedAndTransformedPosesSurviveTheFileBitForBit) {
   EXPECT_EQ(parse_trajectory(out.str(), "log").samples(), ticks);
 }
 
+TEST(Trajectory, AButtonSurvivesTheFileAndWithoutOneTheFileHasNoColumn) {
+  std::vector<TrajectorySample> samples = random_trajectory(20).samples();
+  std::ostringstream without, with;
+  write_trajectory(without, Trajectory(samples));
+  EXPECT_TRUE(without.str().starts_with(std::string(kTrajectoryHeader) + "\n"));
+  samples[7].button = true;
+  write_trajectory(with, Trajectory(samples));
+  EXPECT_EQ(parse_trajectory(with.str(), "log").samples(), samples);
+}
+
 TEST(Trajectory, ExtremeNumbersSurviveTheFile) {
   RigidTransform X_WN;
   X_WN.p = Vec3(5e-324, -0.0, 1e4);

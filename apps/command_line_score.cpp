@@ -1,0 +1,31 @@
+// The command lines of the tools that judge what a hand did: metrics.
+#include <memory>
+
+#include "apps/command_line_parts.h"
+
+namespace brachy {
+
+ToolLine add_metrics(CLI::App& app) {
+  auto options = std::make_shared<MetricsOptions>();
+  auto* command = app.add_subcommand(
+      "metrics", "Measure a needle trajectory against a tissue: times, paths, passes, speeds.");
+  command->footer(
+      "Examples:\n"
+      "  brachy metrics out/run1/poses.csv --mesh prostate.stl\n"
+      "  brachy metrics tracked.csv --mesh tissue.stl --frame LPS --json\n"
+      "  brachy inspect config/prostate.toml --out gland.ply; brachy metrics t.csv --mesh gland.ply\n"
+      "As Perk Tutor defines them: a segment between two poses is in the tissue when its end is inside the "
+      "closed\n"
+      "mesh; a pass is from outside to inside of the tip and of the points 1 mm before and behind it. "
+      "Percentiles are\n"
+      "of the tip's speed over each segment. With several needles paths, times in tissue and passes add up.\n"
+      "Exit codes: 0 done, 2 bad input.");
+  command->add_option("trajectory", options->trajectory, "CSV: t_s,m00,…,m23[,needle][,button] (X_WN, mm)")
+      ->required();
+  command->add_option("--mesh", options->mesh, "STL, OBJ or PLY of the tissue, closed")->required();
+  add_mesh_options(*command, options->units, options->frame);
+  command->add_flag("--json", options->json, "print the metrics as JSON");
+  return {command, [options]() -> ToolOptions { return *options; }};
+}
+
+}  // namespace brachy

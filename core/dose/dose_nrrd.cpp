@@ -1,0 +1,55 @@
+#include "core/dose/dose_nrrd.h"
+
+#include <array>
+#include <bit>
+#include <charconv>
+#include <cstdint>
+
+namespace brachy {
+namespace {
+
+// With as many digits as give the same bits back.
+std::string text_of(double value) {
+  std::array<char, 32> buffer;
+  return {buffer.data(), std::to_chars(buffer.data(), buffer.data() + buffer.size(), value).ptr};
+}
+
+std::string text_of(const Vec3& v) {
+  std::string text;
+  for (int k = 0; k < 3; ++k) text.append(k == 0 ? "(" : ",").append(text_of(v[k]));
+  return text.append(")");
+}
+
+}  // namespace
+
+std::string to_nrrd(const DoseGrid& grid) {
+  const auto [nx, ny, nz] = grid.size();
+  const double h = grid.spacing_mm();
+  std::string text =
+      "NRRD0004\n"
+      "# Total dose of the seeds' whole decay, AAPM TG-43U1\n"
+      "content: dose\n"
+      "type: float\n"
+      "dimension: 3\n"
+      "space: right-anterior-superior\n"
+      "sizes: " +
+      std::to_string(nx) + " " + std::to_string(ny) + " " + std::to_string(nz) + "\n" +
+      "space directions: " + text_of(Vec3(h, 0, 0)) + " " + text_of(Vec3(0, h, 0)) + " " +
+      text_of(Vec3(0, 0, h)) +
+      "\n"
+      "kinds: domain domain domain\n"
+      "sample units: Gy\n"
+      "endian: little\n"
+      "encoding: raw\n"
+      "space units: \"mm\" \"mm\" \"mm\"\n"
+      "space origin: " +
+      text_of(grid.origin()) + "\n\n";
+  text.reserve(text.size() + 4 * grid.dose_gy().size());
+  for (const float dose : grid.dose_gy()) {
+    const auto bits = std::bit_cast<std::uint32_t>(dose);
+    for (int byte = 0; byte < 4; ++byte) text += static_cast<char>(bits >> (8 * byte) & 0xff);
+  }
+  return text;
+}
+
+}  // namespace brachy
