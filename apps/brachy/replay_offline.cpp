@@ -8,10 +8,12 @@
 #include "apps/brachy/replay_report.h"
 #include "apps/brachy/simulated_device.h"
 #include "apps/brachy/tools.h"
+#include "apps/score/report.h"
 #include "apps/session/session_log.h"
 #include "apps/tissue_box.h"
 #include "core/choice/choice.h"
 #include "core/error.h"
+#include "core/plan/plan_file.h"
 #include "core/scene/load_tissue.h"
 #include "core/scene/scene_file.h"
 #include "core/sim/state_hash.h"
@@ -111,6 +113,11 @@ int replay_offline(const ReplayOptions& options) {
   std::cout << std::flush;
   if (log) log->close();
   if (session) session->close();
+  const std::optional<Plan> plan = session ? load_plan(scene) : std::nullopt;
+  if (!plan) return kExitOk;
+  const std::filesystem::path page = *options.session / "report.html";
+  const std::string report = to_text(write_report(*options.session, *plan, scene, page));
+  if (!options.json) std::cout << report << page.string() << "\n";
   return kExitOk;
 }
 

@@ -13,9 +13,9 @@
 
 #include "apps/brachyd/deformation_loop.h"
 #include "apps/brachyd/force_link.h"
+#include "apps/brachyd/recorded_session.h"
 #include "apps/brachyd/snapshot_loop.h"
 #include "apps/brachyd/tick_events.h"
-#include "apps/session/session_log.h"
 #include "apps/tissue_box.h"
 #include "core/plan/plan_file.h"
 #include "core/realtime/deadline.h"
@@ -77,15 +77,13 @@ net::ServerOptions server_options(const Scene& scene, const DaemonOptions& optio
   return s;
 }
 
-std::unique_ptr<SessionLog> open_session(const Scene& scene, const DaemonOptions& options) {
+std::unique_ptr<RecordedSession> open_session(const Scene& scene, const DaemonOptions& options,
+                                              const std::optional<Plan>& plan) {
   if (!options.session) return nullptr;
-  auto session = std::make_unique<SessionLog>(*options.session, scene.needle.count, scene.period_s());
-  if (!session->restored_text().empty())
-    spdlog::info("session {}: {}", options.session->string(), session->restored_text());
-  return session;
+  return std::make_unique<RecordedSession>(*options.session, scene, plan);
 }
 
-MeshState start_state(Simulator& simulator, const SessionLog* session) {
+MeshState start_state(Simulator& simulator, const RecordedSession* session) {
   if (session) simulator.restore_seeds(session->restored());
   return simulator.initial_state();
 }
@@ -104,7 +102,7 @@ class Daemon::Impl {
         options_(options),
         plan_(load_plan(scene)),
         structures_(load_structures(scene)),
-        session_(open_session(scene, options)),
+        session_(open_session(scene, options, plan_)),
         simulator_(make_simulator(scene)),
         states_(start_state(simulator_, session_.get())),
         fallen_(FallenSeeds(simulator_.initial_state())),
@@ -200,7 +198,7 @@ class Daemon::Impl {
     take_last_state();
     summary.seeds_dropped = events_.seeds_dropped();
     summary.drops_refused = events_.drops_refused();
-    if (session_) summary.session = end_session();
+    if (session_) summary.session = session_->end();
     return summary;
   }
 
@@ -298,29 +296,14 @@ class Daemon::Impl {
     server_.publish(std::move(state));
   }
   void keep(const MeshState& state) {
-    try {
-      session_->add(state);
-      session_->flush();
-    } catch (const std::runtime_error& e) {
-      if (session_failure_.empty()) announce({net::EventKind::kWarning, 0, state.tick, e.what()});
-      session_failure_ = e.what();
-    }
+    if (auto failure = session_->keep(state))
+      announce({net::EventKind::kWarning, 0, state.tick, std::move(*failure)});
   }
   /// What came after the last snapshot; its thread has ended.
   void take_last_state() {
     if (!state_reader_.update()) return;
     if (session_) keep(state_reader_.value());
     events_.update(state_reader_.value());
-  }
-  std::string end_session() {
-    try {
-      session_->close();
-    } catch (const std::runtime_error& e) {
-      session_failure_ = e.what();
-    }
-    if (!session_failure_.empty()) spdlog::error("session: {}", session_failure_);
-    return fmt::format("{}: {} seeds, {} poses", options_.session->string(), session_->seeds(),
-                       session_->poses());
   }
 
   // On the dose thread.
@@ -330,7 +313,7 @@ class Daemon::Impl {
     return settings;
   }
   void deliver_dose(std::span<const Seed> seeds, std::vector<StructureDose> structures) {
-    if (session_) session_->sync_seeds();
+    if (session_) session_->sync();
     net::DoseMessage message;
     message.seeds = static_cast<std::uint32_t>(seeds.size());
     message.prescription_gy = dose_settings().prescription_gy;
@@ -347,8 +330,7 @@ class Daemon::Impl {
   DaemonOptions options_;
   std::optional<Plan> plan_;
   std::vector<Structure> structures_;
-  std::unique_ptr<SessionLog> session_;  // snapshot thread; its sync the dose thread; null: none
-  std::string session_failure_;          // snapshot thread
+  std::unique_ptr<RecordedSession> session_;  // snapshot thread; its sync the dose thread; null: none
   Simulator simulator_;
   TripleBuffer<MeshState> states_;
   TripleBuffer<MeshState>::Writer state_writer_ = states_.writer();  // deformation thread

@@ -1,0 +1,50 @@
+#include "apps/brachyd/recorded_session.h"
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include "apps/score/report.h"
+
+namespace brachy {
+
+RecordedSession::RecordedSession(const std::filesystem::path& folder, const Scene& scene,
+                                 std::optional<Plan> plan)
+    : folder_(folder),
+      scene_(scene),
+      plan_(std::move(plan)),
+      log_(folder, scene.needle.count, scene.period_s()) {
+  if (!log_.restored_text().empty()) spdlog::info("session {}: {}", folder.string(), log_.restored_text());
+}
+
+std::optional<std::string> RecordedSession::keep(const MeshState& state) {
+  try {
+    log_.add(state);
+    log_.flush();
+  } catch (const std::runtime_error& e) {
+    const bool is_new = failure_.empty();
+    failure_ = e.what();
+    if (is_new) return "session: " + failure_;
+  }
+  return std::nullopt;
+}
+
+std::string RecordedSession::end() {
+  try {
+    log_.close();
+  } catch (const std::runtime_error& e) {
+    failure_ = e.what();
+  }
+  if (!failure_.empty()) spdlog::error("session: {}", failure_);
+  const std::string kept =
+      fmt::format("{}: {} seeds, {} poses", folder_.string(), log_.seeds(), log_.poses());
+  if (!plan_) return kept;
+  const std::filesystem::path page = folder_ / "report.html";
+  try {
+    return kept + "\n" + to_text(write_report(folder_, *plan_, scene_, page)) + page.string();
+  } catch (const std::exception& e) {  // what was recorded is there all the same, for `brachy score`
+    spdlog::error("session: no report: {}", e.what());
+    return kept;
+  }
+}
+
+}  // namespace brachy
