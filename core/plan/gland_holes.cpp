@@ -5,7 +5,7 @@
 #include <optional>
 
 #include "core/error.h"
-#include "core/scene/toml_table.h"
+#include "core/number_text.h"
 #include "core/structures/load_structures.h"
 #include "core/surface/surface_bvh.h"
 

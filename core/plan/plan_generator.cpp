@@ -7,7 +7,7 @@
 
 #include "core/dose/dose_rate.h"
 #include "core/error.h"
-#include "core/scene/toml_table.h"
+#include "core/number_text.h"
 #include "core/structures/load_structures.h"
 #include "core/surface/surface_bvh.h"
 #include "core/tissue/interior_points.h"
