@@ -28,6 +28,7 @@ ToolLine add_stability(CLI::App& app);
 ToolLine add_zwidth(CLI::App& app);
 ToolLine add_advise(CLI::App& app);
 ToolLine add_plot_force(CLI::App& app);
+ToolLine add_plan(CLI::App& app);
 ToolLine add_metrics(CLI::App& app);
 ToolLine add_score(CLI::App& app);
 

@@ -149,6 +149,15 @@ struct ScoreOptions {
   bool json = false;
 };
 
+struct PlanOptions {
+  std::optional<std::filesystem::path> plan;    ///< none: the scene's
+  bool generate = false;                        ///< make one instead
+  std::optional<std::filesystem::path> config;  ///< none: the built-in phantom
+  std::optional<std::filesystem::path> out, csv, seeds, structures, trajectory;  ///< to write
+  double speed_mm_s = 50, drop_speed_mm_s = 20;                                  ///< of the trajectory
+  bool json = false;
+};
+
 struct AdviseOptions {
   std::filesystem::path scene;
   std::optional<double> tolerance_mm, tick_budget_ms;  ///< none: the scene's
@@ -157,7 +166,7 @@ struct AdviseOptions {
 
 using ToolOptions = std::variant<ReplayOptions, WatchOptions, RecordOptions, DeformOptions, DoseOptions,
                                  InspectOptions, CompareOptions, StabilityOptions, ZWidthOptions,
-                                 AdviseOptions, PlotForceOptions, MetricsOptions, ScoreOptions>;
+                                 AdviseOptions, PlotForceOptions, MetricsOptions, ScoreOptions, PlanOptions>;
 
 /// Exit codes of both programs.
 enum ExitCode : int {

@@ -20,6 +20,7 @@ struct Run {
   int operator()(const ZWidthOptions& o) const { return zwidth(o); }
   int operator()(const AdviseOptions& o) const { return advise(o); }
   int operator()(const PlotForceOptions& o) const { return plot_force(o); }
+  int operator()(const PlanOptions& o) const { return plan(o); }
   int operator()(const MetricsOptions& o) const { return metrics(o); }
   int operator()(const ScoreOptions& o) const { return score(o); }
 };

@@ -30,6 +30,8 @@ int zwidth(const ZWidthOptions& options);
 int advise(const AdviseOptions& options);
 /// Draws a force log: force against depth and against time.
 int plot_force(const PlotForceOptions& options);
+/// Makes a plan for a scene, or checks one.
+int plan(const PlanOptions& options);
 /// Measures a needle trajectory against a tissue surface: times, paths, passes, speeds.
 int metrics(const MetricsOptions& options);
 /// Judges a recording against its plan and writes the report.
