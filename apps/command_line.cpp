@@ -66,7 +66,8 @@ ToolOptions parse_tool_line(int argc, char** argv, std::optional<int>& exit_code
   app.footer("brachy COMMAND --help tells more, with examples.");
   const ToolLine tools[] = {add_replay(app), add_watch(app),   add_record(app),     add_deform(app),
                             add_dose(app),   add_inspect(app), add_compare(app),    add_stability(app),
-                            add_zwidth(app), add_advise(app),  add_plot_force(app), add_metrics(app)};
+                            add_zwidth(app), add_advise(app),  add_plot_force(app), add_metrics(app),
+                            add_score(app)};
   exit_code = parse(app, argc, argv);
   if (exit_code) return {};
   for (const ToolLine& tool : tools) {

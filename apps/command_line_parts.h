@@ -29,6 +29,7 @@ ToolLine add_zwidth(CLI::App& app);
 ToolLine add_advise(CLI::App& app);
 ToolLine add_plot_force(CLI::App& app);
 ToolLine add_metrics(CLI::App& app);
+ToolLine add_score(CLI::App& app);
 
 /// --units and --frame of a mesh file.
 void add_mesh_options(CLI::App& command, std::string& units, std::string& frame);

@@ -1,4 +1,4 @@
-// The command lines of the tools that judge what a hand did: metrics.
+// The command lines of the tools that judge what a hand did: metrics, score.
 #include <memory>
 
 #include "apps/command_line_parts.h"
@@ -25,6 +25,32 @@ ToolLine add_metrics(CLI::App& app) {
   command->add_option("--mesh", options->mesh, "STL, OBJ or PLY of the tissue, closed")->required();
   add_mesh_options(*command, options->units, options->frame);
   command->add_flag("--json", options->json, "print the metrics as JSON");
+  return {command, [options]() -> ToolOptions { return *options; }};
+}
+
+ToolLine add_score(CLI::App& app) {
+  auto options = std::make_shared<ScoreOptions>();
+  auto* command =
+      app.add_subcommand("score", "Judge a recorded session against its plan; write report.html and .json.");
+  command->footer(
+      "Examples:\n"
+      "  brachy score out/run1 --plan plan.toml\n"
+      "  brachy score out/run1 --plan plan.csv --config patient.toml --out run1.html --json\n"
+      "A recording is a folder with poses.csv, forces.csv and seeds.csv; what is missing or cut off is said, "
+      "and the\n"
+      "rest is scored. Per seed: error against plan, its part along the needle apart, where it fell and "
+      "after\n"
+      "relaxation. Per needle: path and time in the prostate, passes, punctures, largest force. Dose of "
+      "plan, of seeds\n"
+      "as dropped and after relaxation. For training and research. Not a medical device.\n"
+      "Exit codes: 0 done, 2 bad input.");
+  command->add_option("recording", options->recording, "folder of a session or of `brachy record`")
+      ->required();
+  command->add_option("--plan", options->plan, "TOML or CSV; default: the scene's");
+  command->add_option("--config", options->config, "the session's scene; default: the built-in phantom");
+  command->add_option("--out", options->out,
+                      "page to write, the JSON beside it; default: report.html in the recording");
+  command->add_flag("--json", options->json, "print the whole report as JSON");
   return {command, [options]() -> ToolOptions { return *options; }};
 }
 

@@ -140,6 +140,13 @@ struct MetricsOptions {
   bool json = false;
 };
 
+struct ScoreOptions {
+  std::filesystem::path recording;                    ///< folder
+  std::optional<std::filesystem::path> plan, config;  ///< none: the scene's plan; the built-in phantom
+  std::optional<std::filesystem::path> out;           ///< none: report.html in the recording
+  bool json = false;
+};
+
 struct AdviseOptions {
   std::filesystem::path scene;
   std::optional<double> tolerance_mm, tick_budget_ms;  ///< none: the scene's
@@ -148,7 +155,7 @@ struct AdviseOptions {
 
 using ToolOptions = std::variant<ReplayOptions, WatchOptions, RecordOptions, DeformOptions, DoseOptions,
                                  InspectOptions, CompareOptions, StabilityOptions, ZWidthOptions,
-                                 AdviseOptions, PlotForceOptions, MetricsOptions>;
+                                 AdviseOptions, PlotForceOptions, MetricsOptions, ScoreOptions>;
 
 /// Exit codes of both programs.
 enum ExitCode : int {

@@ -21,6 +21,7 @@ struct Run {
   int operator()(const AdviseOptions& o) const { return advise(o); }
   int operator()(const PlotForceOptions& o) const { return plot_force(o); }
   int operator()(const MetricsOptions& o) const { return metrics(o); }
+  int operator()(const ScoreOptions& o) const { return score(o); }
 };
 
 }  // namespace

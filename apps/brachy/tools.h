@@ -32,5 +32,7 @@ int advise(const AdviseOptions& options);
 int plot_force(const PlotForceOptions& options);
 /// Measures a needle trajectory against a tissue surface: times, paths, passes, speeds.
 int metrics(const MetricsOptions& options);
+/// Judges a recording against its plan and writes the report.
+int score(const ScoreOptions& options);
 
 }  // namespace brachy

@@ -2,7 +2,7 @@
 
 #include <limits>
 
-#include "apps/forces/svg_chart.h"
+#include "apps/charts/svg_chart.h"
 
 namespace brachy {
 namespace {
@@ -21,8 +21,10 @@ constexpr Part kParts[] = {{"axial", "#222222", 3.2, &NeedleForces::axial_n},
 ChartLine line_of(const std::vector<ForceSample>& samples, const std::vector<bool>& out, bool way_out,
                   const Part& part, double ForceSample::*x) {
   constexpr double kGap = std::numeric_limits<double>::quiet_NaN();
-  ChartLine line{
-      std::string(part.name) + (way_out ? ", out" : ", in"), part.colour, way_out, part.width_px, {}, {}};
+  ChartLine line{.name = std::string(part.name) + (way_out ? ", out" : ", in"),
+                 .colour = part.colour,
+                 .dashes = way_out ? "6 3" : "",
+                 .width_px = part.width_px};
   for (std::size_t i = 0; i < samples.size(); ++i) {
     const bool belongs = out[i] == way_out || (i + 1 < samples.size() && out[i + 1] == way_out);
     line.x.push_back(samples[i].*x);

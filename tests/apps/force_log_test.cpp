@@ -4,9 +4,9 @@
 
 #include <limits>
 
+#include "apps/charts/svg_chart.h"
 #include "apps/forces/force_chart.h"
 #include "apps/forces/force_summary.h"
-#include "apps/forces/svg_chart.h"
 #include "core/error.h"
 #include "tests/apps/apps_testing.h"
 

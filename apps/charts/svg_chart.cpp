@@ -1,4 +1,4 @@
-#include "apps/forces/svg_chart.h"
+#include "apps/charts/svg_chart.h"
 
 #include <fmt/format.h>
 
@@ -9,27 +9,9 @@
 namespace brachy {
 namespace {
 
-constexpr double kWidth = 820, kPanel = 400;                        // px, one chart
 constexpr double kLeft = 70, kRight = 20, kTop = 62, kBottom = 52;  // margins around its axes
 constexpr double kNear = 0.5;                                       // px: nearer points are left out
 constexpr const char* kFont = "font-family=\"sans-serif\" fill=\"#222\"";
-
-std::string escaped(const std::string& text) {
-  std::string out;
-  for (char c : text) {
-    if (c == '&')
-      out += "&amp;";
-    else if (c == '<')
-      out += "&lt;";
-    else if (c == '>')
-      out += "&gt;";
-    else if (c == '"')
-      out += "&quot;";
-    else if (static_cast<unsigned char>(c) >= ' ')
-      out += c;
-  }
-  return out;
-}
 
 /// From values to px along one axis.
 struct Axis {
@@ -47,6 +29,13 @@ struct Axis {
     least -= pad;
     most += pad;
   }
+  double px_per_unit() const { return std::abs(to_px - from_px) / (most - least); }
+  /// Takes in as much more, on both sides, as it takes for no more px to a unit.
+  void loosen(double px) {
+    const double pad = 0.5 * (std::abs(to_px - from_px) / px - (most - least));
+    least -= pad;
+    most += pad;
+  }
   double operator()(double value) const {
     return from_px + (value - least) / (most - least) * (to_px - from_px);
   }
@@ -55,7 +44,7 @@ struct Axis {
 std::string text_at(double x, double y, const std::string& text, const char* anchor, int size,
                     const std::string& more = "") {
   return fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" font-size=\"{}\" text-anchor=\"{}\" {}{}>{}</text>\n",
-                     x, y, size, anchor, kFont, more, escaped(text));
+                     x, y, size, anchor, kFont, more, xml_escaped(text));
 }
 
 std::string segment(double x1, double y1, double x2, double y2, const std::string& style) {
@@ -64,37 +53,63 @@ std::string segment(double x1, double y1, double x2, double y2, const std::strin
 }
 
 std::string stroke(const ChartLine& line) {
-  return fmt::format("stroke=\"{}\" stroke-width=\"{}\"{}", escaped(line.colour), line.width_px,
-                     line.dashed ? " stroke-dasharray=\"6 3\"" : "");
+  return fmt::format("stroke=\"{}\" stroke-width=\"{}\"{}", xml_escaped(line.colour), line.width_px,
+                     line.dashes.empty() ? "" : " stroke-dasharray=\"" + xml_escaped(line.dashes) + "\"");
+}
+
+/// A head at (x, y) px for what comes from (from_x, from_y); none where that is nearer than the head is long.
+std::string arrow_head(const ChartLine& line, double from_x, double from_y, double x, double y) {
+  constexpr double kLong = 5, kWide = 2.2;
+  const double dx = x - from_x, dy = y - from_y, length = std::hypot(dx, dy);
+  if (length < kLong) return "";
+  const double ux = dx / length, uy = dy / length, base_x = x - kLong * ux, base_y = y - kLong * uy;
+  return fmt::format("<path fill=\"{}\" d=\"M{:.2f},{:.2f} L{:.2f},{:.2f} L{:.2f},{:.2f} Z\"/>\n",
+                     xml_escaped(line.colour), x, y, base_x - kWide * uy, base_y + kWide * ux,
+                     base_x + kWide * uy, base_y - kWide * ux);
 }
 
 std::string polylines(const ChartLine& line, const Axis& x, const Axis& y) {
   const std::string opening =
       "<polyline fill=\"none\" stroke-linejoin=\"round\" " + stroke(line) + " points=\"";
-  std::string out;
+  std::string out, head;
   bool open = false;
   double last_x = 0, last_y = 0;
   const auto put = [&](double px, double py) {
+    if (open && line.arrows) head = arrow_head(line, last_x, last_y, px, py);
     out += fmt::format("{:.2f},{:.2f} ", last_x = px, last_y = py);
+  };
+  const auto close = [&] {
+    if (std::exchange(open, false)) out += "\"/>\n" + std::exchange(head, "");
   };
   for (std::size_t i = 0; i < line.x.size(); ++i) {
     if (!std::isfinite(line.x[i]) || !std::isfinite(line.y[i])) {
-      if (std::exchange(open, false)) out += "\"/>\n";
+      close();
       continue;
     }
     const double px = x(line.x[i]), py = y(line.y[i]);
     const bool ends =
         i + 1 == line.x.size() || !std::isfinite(line.x[i + 1]) || !std::isfinite(line.y[i + 1]);
     if (open && !ends && std::hypot(px - last_x, py - last_y) < kNear) continue;
-    if (!std::exchange(open, true)) out += opening;
+    if (!open) out += opening;
     put(px, py);
+    open = true;
   }
-  return open ? out + "\"/>\n" : out;
+  close();
+  return out;
+}
+
+std::string dots(const ChartLine& line, const Axis& x, const Axis& y) {
+  std::string out;
+  for (std::size_t i = 0; i < line.x.size(); ++i)
+    if (std::isfinite(line.x[i]) && std::isfinite(line.y[i]))
+      out += fmt::format("<circle cx=\"{:.2f}\" cy=\"{:.2f}\" r=\"{}\" fill=\"{}\"/>\n", x(line.x[i]),
+                         y(line.y[i]), line.dot_px, xml_escaped(line.colour));
+  return out;
 }
 
 std::string axes(const Chart& chart, const Axis& x, const Axis& y) {
   std::string out;
-  for (double value : round_ticks(x.least, x.most, 10)) {
+  for (double value : round_ticks(x.least, x.most, chart.width_px < 600 ? 6 : 10)) {
     out += segment(x(value), y.from_px, x(value), y.to_px, "stroke=\"#e4e4e4\"");
     out += text_at(x(value), y.from_px + 18, fmt::format("{:g}", value), "middle", 12);
   }
@@ -117,7 +132,10 @@ std::string legend(const Chart& chart, double top) {
   double x = kLeft;
   for (const ChartLine& line : chart.lines) {
     if (line.name.empty()) continue;
-    out += segment(x, top + 44, x + 26, top + 44, stroke(line));
+    if (line.width_px > 0) out += segment(x, top + 44, x + 26, top + 44, stroke(line));
+    if (line.dot_px > 0)
+      out += fmt::format("<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"{}\" fill=\"{}\"/>\n", x + 13, top + 44,
+                         line.dot_px, xml_escaped(line.colour));
     out += text_at(x + 32, top + 48, line.name, "start", 12);
     x += 46 + 6.2 * static_cast<double>(line.name.size());
   }
@@ -130,14 +148,30 @@ std::string panel(const Chart& chart, double top) {
     for (double value : line.x) x.take_in(value);
     for (double value : line.y) y.take_in(value);
   }
-  y.take_in(0);
+  if (!chart.equal_scale) y.take_in(0);
   x.close(0.02);
   y.close(0.05);
-  x.from_px = kLeft, x.to_px = kWidth - kRight;
-  y.from_px = top + kPanel - kBottom, y.to_px = top + kTop;
+  x.from_px = kLeft, x.to_px = chart.width_px - kRight;
+  y.from_px = top + chart.height_px - kBottom, y.to_px = top + kTop;
+  if (chart.equal_scale) {
+    const double px = std::min(x.px_per_unit(), y.px_per_unit());
+    x.loosen(px);
+    y.loosen(px);
+  }
   std::string out = text_at(kLeft, top + 24, chart.title, "start", 15) + axes(chart, x, y);
-  for (const ChartLine& line : chart.lines) out += polylines(line, x, y);
+  for (const ChartLine& line : chart.lines) {
+    if (line.width_px > 0) out += polylines(line, x, y);
+    if (line.dot_px > 0) out += dots(line, x, y);
+  }
   return out + legend(chart, top);
+}
+
+std::string opening(double width, double height) {
+  return fmt::format(
+      "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{0:.0f}\" height=\"{1:.0f}\" viewBox=\"0 0 {0:.0f} "
+      "{1:.0f}\">\n"
+      "<rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n",
+      width, height);
 }
 
 }  // namespace
@@ -153,15 +187,41 @@ std::vector<double> round_ticks(double least, double most, int count) {
 }
 
 std::string to_svg(const std::vector<Chart>& charts) {
-  const double height = kPanel * static_cast<double>(charts.size());
-  std::string out = fmt::format(
-      "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n"
-      "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{0:.0f}\" height=\"{1:.0f}\" viewBox=\"0 0 {0:.0f} "
-      "{1:.0f}\">\n"
-      "<rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n",
-      kWidth, height);
-  for (std::size_t i = 0; i < charts.size(); ++i) out += panel(charts[i], kPanel * static_cast<double>(i));
+  double width = 0, height = 0;
+  for (const Chart& chart : charts) {
+    width = std::max(width, chart.width_px);
+    height += chart.height_px;
+  }
+  std::string out = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n" + opening(width, height);
+  double top = 0;
+  for (const Chart& chart : charts) {
+    out += panel(chart, top);
+    top += chart.height_px;
+  }
   return out + "</svg>\n";
+}
+
+std::string to_svg_element(const Chart& chart) {
+  return opening(chart.width_px, chart.height_px) + panel(chart, 0) + "</svg>\n";
+}
+
+std::string xml_escaped(const std::string& text) {
+  std::string out;
+  for (char c : text) {
+    if (c == '&')
+      out += "&amp;";
+    else if (c == '<')
+      out += "&lt;";
+    else if (c == '>')
+      out += "&gt;";
+    else if (c == '"')
+      out += "&quot;";
+    else if (c == '\'')
+      out += "&#39;";
+    else if (static_cast<unsigned char>(c) >= ' ')
+      out += c;
+  }
+  return out;
 }
 
 }  // namespace brachy

@@ -1,0 +1,67 @@
+#include "apps/score/dose_score.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "apps/score/spread.h"
+
+namespace brachy {
+namespace {
+
+using Goal = DoseFigure::Goal;
+
+constexpr std::array kFigures = {
+    DoseFigure{"prostate", "V100", "%", &StructureDose::v100_percent, Goal::kAbove, 95},
+    DoseFigure{"prostate", "V150", "%", &StructureDose::v150_percent, Goal::kBelow, 60},
+    DoseFigure{"prostate", "V200", "%", &StructureDose::v200_percent},
+    DoseFigure{"prostate", "D90", "Gy", &StructureDose::d90_gy, Goal::kAbove, 140.0 / 145, true},
+    DoseFigure{"urethra", "D30", "Gy", &StructureDose::d30_gy, Goal::kBelow, 1.25, true},
+    DoseFigure{"urethra", "D10", "Gy", &StructureDose::d10_gy},
+    DoseFigure{"rectum", "V100", "cm³", &StructureDose::v100_cc, Goal::kBelow, 1},
+    DoseFigure{"rectum", "D2cc", "Gy", &StructureDose::d2cc_gy}};
+
+template <class Seeds, class ToDose>
+DoseStage stage_of(ImplantDose& dose, const Seeds& seeds, ToDose&& to_dose) {
+  dose.clear();
+  for (const auto& seed : seeds) dose.add(to_dose(seed));
+  return {seeds.size(), dose.evaluate()};
+}
+
+}  // namespace
+
+DoseScore score_dose(const Plan& plan, const TemplateGrid& grid, const std::vector<Structure>& structures,
+                     DoseSettings settings, const std::vector<Seed>* seeds) {
+  settings.prescription_gy = plan.prescription_gy;
+  ImplantDose dose(structures, settings);
+  DoseScore score;
+  score.prescription_gy = plan.prescription_gy;
+  score.plan = stage_of(dose, plan.seeds(grid), [](const PlannedSeed& s) -> DoseSeed { return s; });
+  if (!seeds) return score;
+  score.dropped = stage_of(dose, *seeds, [](const Seed& s) { return s.as_dropped(); });
+  score.rest = stage_of(dose, *seeds, [](const Seed& s) { return s.at_rest(); });
+  return score;
+}
+
+bool DoseFigure::is_met_by(double figure, double prescription_gy) const {
+  switch (goal) {
+    case Goal::kAbove:
+      return figure > limit_for(prescription_gy);
+    case Goal::kBelow:
+      return figure < limit_for(prescription_gy);
+    case Goal::kNone:
+      break;
+  }
+  return true;
+}
+
+std::span<const DoseFigure> dose_figures() {
+  return kFigures;
+}
+
+double figure_of(const DoseStage& stage, const DoseFigure& figure) {
+  const auto found = std::ranges::find(stage.structures, figure.structure, &StructureDose::name);
+  return found == stage.structures.end() ? kNoNumber : (*found).*figure.value;
+}
+
+}  // namespace brachy

@@ -1,0 +1,53 @@
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/dose/implant_dose.h"
+#include "core/plan/plan.h"
+#include "core/seeds/seed.h"
+
+namespace brachy {
+
+/// What some seeds give to the structures at rest.
+struct DoseStage {
+  std::size_t seeds = 0;
+  std::vector<StructureDose> structures;  ///< as ImplantDose has them; empty: not known
+};
+
+/// The same structures, at rest, under the planned seeds, under those that fell where they fell (while the needles held the
+/// gland away from rest), and under those where they are once all needles are out.
+struct DoseScore {
+  double prescription_gy = 0;  ///< the plan's
+  DoseStage plan, dropped, rest;
+};
+
+/// `seeds` null: what was implanted is not known. `settings`: its prescription is the plan's instead.
+DoseScore score_dose(const Plan& plan, const TemplateGrid& grid, const std::vector<Structure>& structures,
+                     DoseSettings settings, const std::vector<Seed>* seeds);
+
+/// A figure that dose is judged by, and its goal (DESIGN §6; those in Gy and % of the prescription for 145 Gy, in proportion
+/// for others).
+struct DoseFigure {
+  const char* structure;  ///< whose
+  const char* name;       ///< "V100"
+  const char* unit;       ///< "%", "Gy", "cm³"
+  double StructureDose::*value;
+  enum class Goal { kNone, kAbove, kBelow } goal = Goal::kNone;
+  double limit = 0;               ///< of the goal, in `unit` or …
+  bool per_prescription = false;  ///< … as a share of the prescription
+
+  double limit_for(double prescription_gy) const {
+    return per_prescription ? limit * prescription_gy : limit;
+  }
+  bool is_met_by(double figure, double prescription_gy) const;  ///< kNone: true; NaN: false
+};
+
+/// Those that a session is judged by, in the order of reports.
+std::span<const DoseFigure> dose_figures();
+
+/// A stage's figure; kNoNumber where the scene has no such structure or its dose is not known.
+double figure_of(const DoseStage& stage, const DoseFigure& figure);
+
+}  // namespace brachy

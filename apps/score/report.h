@@ -1,0 +1,31 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "apps/score/score.h"
+#include "core/scene/scene.h"
+
+namespace brachy {
+
+inline constexpr const char* kNotice = "For training and research. Not a medical device.";
+
+/// The report as one HTML page that needs no other file and runs no script; prints on A4. Charts are SVG within it.
+/// `plan`, `grid` and `structures` are those that were scored with.
+std::string to_html(const Score& score, const Plan& plan, const TemplateGrid& grid,
+                    const std::vector<Structure>& structures);
+
+/// The same as a JSON object on one line; what is not known is null. DVHs are shares of each structure's volume that get
+/// at least k % of the prescription, k = 0 … 300.
+std::string to_json(const Score& score);
+
+/// A few lines for a terminal.
+std::string to_text(const Score& score);
+
+/// Scores the recording in `folder` against `plan` in `scene` and writes `html` and, beside it with the ending .json, the
+/// JSON; a file that is there already is replaced. Throws UserError as load_recording and score_session do, and where the
+/// files cannot be written.
+Score write_report(const std::filesystem::path& folder, const Plan& plan, const Scene& scene,
+                   const std::filesystem::path& html);
+
+}  // namespace brachy

@@ -1,0 +1,36 @@
+#pragma once
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "apps/score/dose_score.h"
+
+namespace brachy {
+
+// How a report's figures stand in text: what is not known is a dash.
+
+inline std::string figure(double value, int digits) {
+  return std::isfinite(value) ? fmt::format("{:.{}f}", value, digits) : "–";
+}
+
+inline std::string figure(const std::optional<std::uint32_t>& count) {
+  return count ? std::to_string(*count) : "–";
+}
+
+/// "> 95 %", "< 181 Gy"; empty for a figure without a goal.
+inline std::string goal_of(const DoseFigure& f, double prescription_gy) {
+  if (f.goal == DoseFigure::Goal::kNone) return "";
+  return fmt::format("{} {:.4g} {}", f.goal == DoseFigure::Goal::kAbove ? ">" : "<",
+                     f.limit_for(prescription_gy), f.unit);
+}
+
+/// As many as say something: percents and Gy to a tenth, cm³ to a hundredth.
+inline std::string figure_in(const DoseStage& stage, const DoseFigure& f) {
+  return figure(figure_of(stage, f), f.unit == std::string_view("cm³") ? 2 : 1);
+}
+
+}  // namespace brachy

@@ -1,0 +1,228 @@
+#include <fmt/format.h>
+
+#include "apps/score/report.h"
+#include "apps/score/report_charts.h"
+#include "apps/score/report_figures.h"
+
+namespace brachy {
+namespace {
+
+constexpr const char* kHead = R"(<!DOCTYPE html>
+<html lang="en">
+<head>
+<meta charset="utf-8">
+<title>Implant score: {}</title>
+<style>
+@page {{ size: A4; margin: 11mm }}
+body {{ font: 10pt/1.3 sans-serif; color: #222; max-width: 188mm; margin: 6mm auto; padding: 0 2mm }}
+h1 {{ font-size: 15pt; margin: 0 }}
+h2 {{ font-size: 11.5pt; margin: 4mm 0 1mm }}
+p {{ margin: 1mm 0 }}
+table {{ border-collapse: collapse; font-variant-numeric: tabular-nums }}
+th, td {{ padding: .4mm 2mm; text-align: right; border-bottom: .2mm solid #ddd }}
+th {{ font-weight: 600; border-bottom-color: #888; vertical-align: bottom }}
+th:first-child, td:first-child, .left {{ text-align: left }}
+tr {{ break-inside: avoid }}
+svg {{ width: 100%; height: auto; display: block }}
+.pair {{ display: grid; grid-template-columns: 1fr 1fr; gap: 2mm; align-items: center; break-inside: avoid }}
+.keys {{ display: grid; grid-template-columns: repeat(4, 1fr); gap: 3mm; margin: 3mm 0 }}
+.keys div {{ border: .2mm solid #bbb; padding: 1.5mm 2mm }}
+.keys b {{ display: block; font-size: 13pt }}
+.small {{ font-size: 8.5pt; color: #555 }}
+.remarks {{ border-left: 1mm solid #d55e00; padding-left: 2mm; margin: 2mm 0 }}
+.missed {{ font-weight: 700; color: #b03000 }}
+.long {{ font-size: 8pt; width: 100% }}
+.long th, .long td {{ padding: .2mm 1.2mm }}
+</style>
+</head>
+<body>
+)";
+
+std::string cell(const std::string& text, const char* attributes = "") {
+  return fmt::format("<td{}>{}</td>", attributes, xml_escaped(text));
+}
+
+template <class... Text>
+std::string row(const Text&... cells) {
+  return "<tr>" + (cell(cells) + ...) + "</tr>\n";
+}
+
+/// Headings may hold line breaks, and are ours: not escaped.
+std::string table(const char* attributes, std::initializer_list<const char*> headings,
+                  const std::string& rows) {
+  std::string out = fmt::format("<table{}>\n<thead><tr>", attributes);
+  for (const char* heading : headings) out += fmt::format("<th>{}</th>", heading);
+  return out + "</tr></thead>\n<tbody>\n" + rows + "</tbody>\n</table>\n";
+}
+
+std::string key(const std::string& value, const std::string& what) {
+  return fmt::format("<div><b>{}</b>{}</div>\n", xml_escaped(value), xml_escaped(what));
+}
+
+/// The session in four figures.
+std::string keys(const Score& score) {
+  const SeedsScore* s = score.seeds ? &*score.seeds : nullptr;
+  const auto of_prostate = [&](const DoseStage& stage, const char* name) {
+    for (const DoseFigure& f : dose_figures())
+      if (f.structure == std::string_view("prostate") && f.name == std::string_view(name))
+        return figure_in(stage, f);
+    return figure(kNoNumber, 0);
+  };
+  const auto change = [&](const char* name, const char* unit) {
+    return fmt::format("{} → {} {}", of_prostate(score.dose.plan, name), of_prostate(score.dose.rest, name),
+                       unit);
+  };
+  return "<div class=\"keys\">\n" +
+         key(fmt::format("{} of {}", s ? std::to_string(score.planned_seeds - s->missing.size()) : "–",
+                         score.planned_seeds),
+             fmt::format("planned seeds implanted, {} beside the plan",
+                         s ? std::to_string(s->unplanned.size()) : "–")) +
+         key(figure(s ? s->rest.total_mm.mean : kNoNumber, 1) + " mm",
+             fmt::format("mean misplacement, {} mm of it along the needle",
+                         figure(s ? s->rest.axial_mm.mean : kNoNumber, 1))) +
+         key(change("D90", "Gy"), "prostate D90, planned → delivered") +
+         key(change("V100", "%"), "prostate V100, planned → delivered") + "</div>\n";
+}
+
+std::string remarks(const Score& score) {
+  std::string out;
+  for (const std::string& remark : score.remarks) out += "<p>" + xml_escaped(remark) + "</p>\n";
+  return out.empty() ? "" : "<div class=\"remarks\">\n" + out + "</div>\n";
+}
+
+std::string dose_section(const DoseScore& dose) {
+  std::string rows;
+  for (const DoseFigure& f : dose_figures()) {
+    const auto with_goal = [&](const DoseStage& stage) {
+      const double value = figure_of(stage, f);
+      const bool missed = std::isfinite(value) && !f.is_met_by(value, dose.prescription_gy);
+      return cell(figure_in(stage, f), missed ? " class=\"missed\"" : "");
+    };
+    rows += "<tr>" + cell(fmt::format("{} {}, {}", f.structure, f.name, f.unit)) + with_goal(dose.plan) +
+            with_goal(dose.dropped) + with_goal(dose.rest) + cell(goal_of(f, dose.prescription_gy)) +
+            "</tr>\n";
+  }
+  return "<h2>Dose</h2>\n" + table("", {"", "planned", "as dropped", "after relaxation", "goal"}, rows) +
+         fmt::format(
+             "<p class=\"small\">Prescription {:g} Gy; total dose by TG-43U1 in water. {} seeds planned, {} "
+             "implanted. Structures are at rest throughout; &ldquo;as dropped&rdquo; takes the seeds where "
+             "they "
+             "fell, while needles held the gland away from rest. Bold: goal missed.</p>\n",
+             dose.prescription_gy, dose.plan.seeds,
+             dose.dropped.structures.empty() ? "–" : std::to_string(dose.dropped.seeds)) +
+         to_svg_element(dvh_chart(dose));
+}
+
+std::string error_table(const SeedsScore& s) {
+  const auto spread = [](const char* what, const Spread& v) {
+    return row(std::string(what), figure(v.mean, 2), figure(v.sd, 2), figure(v.max, 2));
+  };
+  const auto errors = [&](const char* when, const MisplacementSpread& m) {
+    return fmt::format("<tr><th class=\"left\" colspan=\"4\">{}</th></tr>\n", when) +
+           spread("whole", m.total_mm) + spread("along the needle", m.axial_mm) +
+           spread("across it", m.lateral_mm) +
+           row(std::string("along, with its sign"), figure(m.mean_signed_axial_mm, 2), std::string(),
+               std::string()) +
+           row(std::string("share along, %"), figure(100 * m.axial_share, 0), std::string(), std::string());
+  };
+  return table("", {"error, mm", "mean", "SD", "max"},
+               errors("where they fell", s.dropped) + errors("after relaxation", s.rest) +
+                   "<tr><th class=\"left\" colspan=\"4\">the gland</th></tr>\n" +
+                   spread("motion as they fell", s.gland_motion_mm));
+}
+
+std::string seed_section(const Score& score, const Plan& plan, const TemplateGrid& grid,
+                         const SurfaceMesh& prostate) {
+  if (!score.seeds) return "<h2>Seeds</h2>\n<p>Not known.</p>\n";
+  const SeedsScore& s = *score.seeds;
+  const auto map = [&](int away) {
+    return to_svg_element(displacement_chart(s, plan, grid, prostate, away));
+  };
+  return "<h2>Where the seeds are</h2>\n<div class=\"pair\">\n" + map(1) + map(0) +
+         to_svg_element(error_chart(s)) + "<div>\n" + error_table(s) +
+         "</div>\n</div>\n"
+         "<p class=\"small\">Arrows go from where a seed was planned to where it fell and on to where it "
+         "lies once all "
+         "needles are out. Grey outline: the prostate&rsquo;s convex hull. Errors &gt; 0 along the needle: "
+         "too deep.</p>\n";
+}
+
+std::string needle_rows(const NeedlesScore& score, const Plan& plan, const SeedsScore* seeds) {
+  std::vector<std::size_t> fell(plan.needles.size(), 0);
+  if (seeds)
+    for (const SeedScore& s : seeds->planned) ++fell[s.planned.needle];
+  std::string rows;
+  for (const NeedleScore& n : score.needles) {
+    const std::string planned =
+        n.planned ? std::to_string(plan.needles[*n.planned].seed_offsets_mm().size()) : "none";
+    const std::string fallen = n.planned && seeds ? std::to_string(fell[*n.planned]) : "–";
+    rows += row(n.hole.empty() ? std::string("beside the template") : n.hole, planned, fallen,
+                figure(n.path_in_tissue_mm, 1), figure(n.time_in_tissue_s, 1), figure(n.passes),
+                figure(n.punctures), figure(n.largest_force_n, 2));
+  }
+  std::size_t all = 0;
+  for (std::size_t count : fell) all += count;
+  const NeedleMetrics* m = score.motion ? &*score.motion : nullptr;
+  return rows + row(std::string("all"), std::to_string(plan.seed_count()), seeds ? std::to_string(all) : "–",
+                    figure(m ? m->path_in_tissue_mm : kNoNumber, 1),
+                    figure(m ? m->time_in_tissue_s : kNoNumber, 1), m ? std::to_string(m->passes) : "–",
+                    figure(score.punctures), figure(score.largest_force_n, 2));
+}
+
+std::string needle_section(const NeedlesScore& score, const Plan& plan, const SeedsScore* seeds) {
+  std::string out = "<h2>Needles</h2>\n" +
+                    table(" class=\"long\"",
+                          {"hole", "seeds<br>planned", "implanted", "path in<br>tissue, mm",
+                           "time in<br>tissue, s", "passes", "capsule<br>punctures", "largest<br>force, N"},
+                          needle_rows(score, plan, seeds));
+  if (const auto& m = score.motion)
+    out += fmt::format(
+        "<p class=\"small\">{} s in all, {} mm of tip path; tip speed p50 {}, p95 {}, at most {} mm/s. Path, "
+        "time "
+        "and passes as Perk Tutor defines them, against the prostate at rest. Punctures are of the outer "
+        "capsule, as the force log shows them.</p>\n",
+        figure(m->elapsed_time_s, 1), figure(m->path_length_mm, 0), figure(m->speed_p50_mm_s, 1),
+        figure(m->speed_p95_mm_s, 1), figure(m->speed_max_mm_s, 1));
+  return out;
+}
+
+std::string seed_table(const SeedsScore& s, const Plan& plan, const TemplateGrid& grid) {
+  std::string rows;
+  for (const SeedScore& seed : s.planned)
+    rows += row(std::to_string(seed.seed.id), std::to_string(seed.seed.planned), seed.hole,
+                figure(seed.planned.offset_mm, 1), figure(seed.seed.t_s, 1), figure(seed.dropped.total_mm, 2),
+                figure(seed.dropped.axial_mm, 2), figure(seed.dropped.lateral_mm, 2),
+                figure(seed.rest.total_mm, 2), figure(seed.rest.axial_mm, 2), figure(seed.rest.lateral_mm, 2),
+                figure(seed.seed.gland_motion.norm(), 2));
+  const std::string unknown = "–";
+  for (const Seed& seed : s.unplanned)
+    rows += row(std::to_string(seed.id), std::string("none"), unknown, unknown, figure(seed.t_s, 1), unknown,
+                unknown, unknown, unknown, unknown, unknown, figure(seed.gland_motion.norm(), 2));
+  const std::vector<PlannedSeed> planned = plan.seeds(grid);
+  for (std::size_t i : s.missing)
+    rows += row(std::string("missing"), std::to_string(i), plan.needles[planned[i].needle].hole,
+                figure(planned[i].offset_mm, 1), unknown, unknown, unknown, unknown, unknown, unknown,
+                unknown, unknown);
+  return "<h2>Each seed</h2>\n" + table(" class=\"long\"",
+                                        {"seed", "in the<br>plan", "hole", "behind the<br>tip, mm",
+                                         "fell<br>at, s", "as dropped:<br>error, mm", "along", "across",
+                                         "at rest:<br>error, mm", "along", "across", "gland<br>motion, mm"},
+                                        rows);
+}
+
+}  // namespace
+
+std::string to_html(const Score& score, const Plan& plan, const TemplateGrid& grid,
+                    const std::vector<Structure>& structures) {
+  const SeedsScore* seeds = score.seeds ? &*score.seeds : nullptr;
+  std::string out = fmt::format(kHead, xml_escaped(score.recording));
+  out += fmt::format("<h1>Implant score</h1>\n<p>Recording <b>{}</b>, plan <b>{}</b>. {}</p>\n",
+                     xml_escaped(score.recording), xml_escaped(score.plan), kNotice);
+  out += remarks(score) + keys(score) + dose_section(score.dose) +
+         seed_section(score, plan, grid, structures.front().mesh) +
+         needle_section(score.needles, plan, seeds);
+  if (seeds) out += seed_table(*seeds, plan, grid);
+  return out + "</body>\n</html>\n";
+}
+
+}  // namespace brachy

@@ -1,0 +1,59 @@
+#include <fmt/format.h>
+
+#include "apps/score/report.h"
+#include "apps/score/report_figures.h"
+
+namespace brachy {
+namespace {
+
+std::string error_line(const char* when, const MisplacementSpread& s) {
+  return fmt::format("  {:<22}{:>8}{:>8}{:>8}{:>9}{:>9}{:>9}\n", when, figure(s.total_mm.mean, 2),
+                     figure(s.total_mm.sd, 2), figure(s.total_mm.max, 2), figure(s.axial_mm.mean, 2),
+                     figure(s.lateral_mm.mean, 2), figure(100 * s.axial_share, 0));
+}
+
+std::string seed_lines(const Score& score) {
+  if (!score.seeds) return fmt::format("seeds: {} planned, not known what fell\n", score.planned_seeds);
+  const SeedsScore& s = *score.seeds;
+  return fmt::format("seeds: {} planned, {} of them fell, {} missing, {} unplanned\n", score.planned_seeds,
+                     score.planned_seeds - s.missing.size(), s.missing.size(), s.unplanned.size()) +
+         fmt::format("  {:<22}{:>8}{:>8}{:>8}{:>9}{:>9}{:>9}\n", "error, mm", "mean", "SD", "max", "axial",
+                     "lateral", "axial, %") +
+         error_line("where they fell", s.dropped) + error_line("after relaxation", s.rest) +
+         fmt::format("  {:<22}{:>8}{:>8}{:>8}\n", "gland motion", figure(s.gland_motion_mm.mean, 2),
+                     figure(s.gland_motion_mm.sd, 2), figure(s.gland_motion_mm.max, 2));
+}
+
+std::string needle_line(const NeedlesScore& n) {
+  const auto of = [&](double NeedleMetrics::*value, int digits) {
+    return n.motion ? figure((*n.motion).*value, digits) : "–";
+  };
+  return fmt::format(
+      "needles: {} s, {} mm of path, {} mm and {} s in tissue, {} passes, {} punctures, at most {} N\n",
+      of(&NeedleMetrics::elapsed_time_s, 1), of(&NeedleMetrics::path_length_mm, 0),
+      of(&NeedleMetrics::path_in_tissue_mm, 0), of(&NeedleMetrics::time_in_tissue_s, 1),
+      n.motion ? std::to_string(n.motion->passes) : "–", figure(n.punctures), figure(n.largest_force_n, 2));
+}
+
+std::string dose_lines(const DoseScore& dose) {
+  std::string text = fmt::format("dose, {:g} Gy:\n  {:<22}{:>9}{:>12}{:>18}  {}\n", dose.prescription_gy, "",
+                                 "planned", "as dropped", "after relaxation", "goal");
+  for (const DoseFigure& f : dose_figures()) {
+    const double delivered = figure_of(dose.rest, f);
+    const bool missed = std::isfinite(delivered) && !f.is_met_by(delivered, dose.prescription_gy);
+    text += fmt::format("  {:<22}{:>9}{:>12}{:>18}  {}{}\n",
+                        fmt::format("{} {}, {}", f.structure, f.name, f.unit), figure_in(dose.plan, f),
+                        figure_in(dose.dropped, f), figure_in(dose.rest, f), goal_of(f, dose.prescription_gy),
+                        missed ? "  MISSED" : "");
+  }
+  return text;
+}
+
+}  // namespace
+
+std::string to_text(const Score& score) {
+  return fmt::format("{}, plan \"{}\"\n", score.recording, score.plan) + seed_lines(score) +
+         needle_line(score.needles) + dose_lines(score.dose) + kNotice + "\n";
+}
+
+}  // namespace brachy

@@ -1,0 +1,77 @@
+// `brachy score`, from outside.
+#include <gtest/gtest.h>
+
+#include "core/plan/plan_file.h"
+#include "core/seeds/seed_file.h"
+#include "tests/apps/apps_testing.h"
+#include "tests/apps/score/score_fixtures.h"
+
+namespace brachy {
+namespace {
+
+using namespace test;
+
+struct ScoreTool : ::testing::Test {
+  TempFolder folder;
+  std::string plan = folder.write("plan.toml", to_toml(small_plan()));
+  std::string recording = (folder / "").string();
+
+  ScoreTool() {
+    std::string seeds = std::string(kSeedHeader) + "\n";
+    for (const Seed& seed : small_seeds()) seeds += seed_row(seed) + "\n";
+    folder.write("seeds.csv", seeds);
+    folder.write("poses.csv", short_insertion(2));
+  }
+};
+
+TEST_F(ScoreTool, WritesPageAndJsonIntoTheRecordingAndSaysWhatIsMissing) {
+  const Ended ended = run_brachy({"score", recording, "--plan", plan});
+  ASSERT_TRUE(exited(ended, 0));
+  EXPECT_NE(ended.err.find("forces.csv is missing"), std::string::npos) << ended.err;
+  EXPECT_NE(ended.out.find("3 planned, 3 of them fell"), std::string::npos) << ended.out;
+  const auto json = nlohmann::json::parse(read_file(folder / "report.json"));
+  EXPECT_NEAR(json.at("seeds").at("rest_error").at("total_mm").at("mean").get<double>(), 8.0 / 3, 1e-12);
+  EXPECT_EQ(json.at("dose").at("plan").at("structures").size(), 3u);  // the phantom's
+  EXPECT_EQ(json.at("needles").at("total").at("passes"), 1);
+  EXPECT_TRUE(json.at("needles").at("total").at("punctures").is_null());
+  const std::string html = read_file(folder / "report.html");
+  EXPECT_NE(html.find("forces.csv is missing"), html.npos);
+  EXPECT_NE(html.find("rectum"), html.npos);
+}
+
+TEST_F(ScoreTool, WritesWhereItIsAskedToAndPrintsTheJson) {
+  const std::string out = (folder / "other.html").string();
+  const Ended ended = run_brachy({"score", recording, "--plan", plan, "--out", out, "--json"});
+  ASSERT_TRUE(exited(ended, 0));
+  EXPECT_EQ(json_of(ended), nlohmann::json::parse(read_file(folder / "other.json")));
+  EXPECT_FALSE(std::filesystem::exists(folder / "report.html"));
+}
+
+TEST_F(ScoreTool, TakesThePlanOfTheScene) {
+  const std::string scene = folder.write("s.toml", small_scene("[plan]\nfile = \"plan.toml\"\n"));
+  const Ended ended = run_brachy({"score", recording, "--config", scene, "--json"});
+  ASSERT_TRUE(exited(ended, 0));
+  EXPECT_EQ(json_of(ended).at("plan"), "small");
+}
+
+TEST_F(ScoreTool, RefusesWhatItCannotScore) {
+  EXPECT_TRUE(refused_in_one_line(run_brachy({"score", recording}), {"no plan", "--plan"}));
+  EXPECT_TRUE(refused_in_one_line(run_brachy({"score", (folder / "none").string(), "--plan", plan}),
+                                  {"none", "no such folder"}));
+  EXPECT_TRUE(refused_in_one_line(run_brachy({"score", recording, "--plan", (folder / "no.toml").string()}),
+                                  {"no.toml"}));
+  EXPECT_TRUE(refused_in_one_line(
+      run_brachy({"score", recording, "--plan", plan, "--out", (folder / "no/r.html").string()}),
+      {"no folder"}));
+  EXPECT_TRUE(refused_in_one_line(
+      run_brachy({"score", recording, "--plan", plan, "--out", (folder / "r.json").string()}),
+      {"r.json", "page"}));
+  Plan one = small_plan();
+  one.needles.resize(1);
+  EXPECT_TRUE(
+      refused_in_one_line(run_brachy({"score", recording, "--plan", folder.write("one.toml", to_toml(one))}),
+                          {"seed 3", "give the plan"}));
+}
+
+}  // namespace
+}  // namespace brachy

@@ -1,0 +1,107 @@
+#include "apps/score/seed_score.h"
+
+#include <gtest/gtest.h>
+
+#include "core/error.h"
+#include "tests/apps/score/score_fixtures.h"
+
+namespace brachy {
+namespace {
+
+using namespace test;
+
+const Plan kPlan = small_plan();
+const TemplateGrid kGrid;
+
+TEST(SeedScore, ErrorsAreSplitAlongAndAcrossThePlannedNeedle) {
+  const SeedsScore score = score_seeds(kPlan, kGrid, small_seeds());
+  ASSERT_EQ(score.planned.size(), 3u);
+  const SeedScore& first = score.planned[0];
+  EXPECT_EQ(first.hole, "D4");
+  EXPECT_EQ(first.planned.offset_mm, 2.25);
+  EXPECT_NEAR(first.dropped.total_mm, 1.3, 1e-12);
+  EXPECT_NEAR(first.dropped.axial_mm, -1.2, 1e-12);
+  EXPECT_NEAR(first.dropped.lateral_mm, 0.5, 1e-12);
+  EXPECT_NEAR(first.rest.axial_mm, 3, 1e-12);
+  EXPECT_NEAR(first.rest.lateral_mm, 0, 1e-12);
+  EXPECT_NEAR(score.planned[1].rest.total_mm, 5, 1e-12);
+  EXPECT_NEAR(score.planned[1].rest.lateral_mm, 4, 1e-12);
+  EXPECT_EQ(score.planned[2].rest.total_mm, 0);
+  EXPECT_EQ(score.planned[2].hole, "F6");
+}
+
+TEST(SeedScore, AlongIsAlongTheNeedleHoweverItLies) {
+  PlannedSeed planned;
+  planned.position = Vec3(1, 2, 3);
+  planned.axis = Vec3(0.6, 0, 0.8);
+  const Misplacement m = misplacement(planned, Vec3(1, 2, 3) + 5 * planned.axis + 2 * Vec3(-0.8, 0, 0.6));
+  EXPECT_NEAR(m.axial_mm, 5, 1e-12);
+  EXPECT_NEAR(m.lateral_mm, 2, 1e-12);
+  EXPECT_NEAR(m.total_mm, std::sqrt(29.0), 1e-12);
+}
+
+TEST(SeedScore, MeansAreOfTheirSizesAndTheSignIsKeptApart) {
+  const SeedsScore score = score_seeds(kPlan, kGrid, small_seeds());
+  // At rest 3, 5 and 0 mm, of which along +3, −3, 0 and across 0, 4, 0.
+  EXPECT_EQ(score.rest.total_mm.count, 3u);
+  EXPECT_NEAR(score.rest.total_mm.mean, 8.0 / 3, 1e-12);
+  EXPECT_NEAR(score.rest.total_mm.sd, std::sqrt((1.0 / 9 + 49.0 / 9 + 64.0 / 9) / 2), 1e-12);
+  EXPECT_NEAR(score.rest.total_mm.max, 5, 1e-12);
+  EXPECT_NEAR(score.rest.axial_mm.mean, 2, 1e-12);
+  EXPECT_NEAR(score.rest.axial_mm.max, 3, 1e-12);
+  EXPECT_NEAR(score.rest.lateral_mm.mean, 4.0 / 3, 1e-12);
+  EXPECT_NEAR(score.rest.mean_signed_axial_mm, 0, 1e-12);
+  EXPECT_NEAR(score.rest.axial_share, 0.75, 1e-12);
+  EXPECT_NEAR(score.dropped.total_mm.mean, 1.3 / 3, 1e-12);
+  EXPECT_NEAR(score.dropped.mean_signed_axial_mm, -0.4, 1e-12);
+  EXPECT_NEAR(score.gland_motion_mm.mean, 4, 1e-12);
+  EXPECT_NEAR(score.gland_motion_mm.sd, 2, 1e-12);
+  EXPECT_NEAR(score.gland_motion_mm.max, 6, 1e-12);
+}
+
+TEST(SeedScore, UnplannedAndMissingSeedsAreListedApart) {
+  std::vector<Seed> seeds = small_seeds();
+  seeds[1].planned = Seed::kUnplanned;
+  const SeedsScore score = score_seeds(kPlan, kGrid, seeds);
+  ASSERT_EQ(score.planned.size(), 2u);
+  ASSERT_EQ(score.unplanned.size(), 1u);
+  EXPECT_EQ(score.unplanned[0].id, 2u);
+  EXPECT_EQ(score.missing, std::vector<std::size_t>{1});
+  EXPECT_EQ(score.rest.total_mm.count, 2u);
+  EXPECT_NEAR(score.rest.total_mm.mean, 1.5, 1e-12);
+  EXPECT_EQ(score.gland_motion_mm.count, 3u);  // it moved for all that fell
+}
+
+TEST(SeedScore, OfNoSeedsNothingIsKnown) {
+  const SeedsScore score = score_seeds(kPlan, kGrid, {});
+  EXPECT_EQ(score.missing.size(), 3u);
+  EXPECT_TRUE(std::isnan(score.rest.total_mm.mean));
+  EXPECT_TRUE(std::isnan(score.rest.total_mm.max));
+  EXPECT_TRUE(std::isnan(score.rest.axial_share));
+  EXPECT_TRUE(std::isnan(score.gland_motion_mm.mean));
+}
+
+TEST(SeedScore, OfOneSeedThereIsNoDeviationAndOfExactOnesNoShare) {
+  const SeedsScore score = score_seeds(kPlan, kGrid, std::vector{small_seeds()[2]});
+  EXPECT_EQ(score.rest.total_mm.mean, 0);
+  EXPECT_TRUE(std::isnan(score.rest.total_mm.sd));
+  EXPECT_TRUE(std::isnan(score.rest.axial_share));
+}
+
+TEST(SeedScore, SeedsOfAnotherPlanAreRefused) {
+  std::vector<Seed> seeds = small_seeds();
+  for (const std::int32_t index : {3, -2}) {
+    seeds[1].planned = index;
+    try {
+      score_seeds(kPlan, kGrid, seeds);
+      ADD_FAILURE() << index;
+    } catch (const UserError& error) {
+      EXPECT_NE(std::string(error.what()).find("seed 2 is the plan's seed " + std::to_string(index)),
+                std::string::npos)
+          << error.what();
+    }
+  }
+}
+
+}  // namespace
+}  // namespace brachy
