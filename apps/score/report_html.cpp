@@ -13,10 +13,11 @@ constexpr const char* kHead = R"(<!DOCTYPE html>
 <meta charset="utf-8">
 <title>Implant score: {}</title>
 <style>
-@page {{ size: A4; margin: 11mm }}
+@page {{ size: A4; margin: 9mm 11mm }}
 body {{ font: 10pt/1.3 sans-serif; color: #222; max-width: 188mm; margin: 6mm auto; padding: 0 2mm }}
 h1 {{ font-size: 15pt; margin: 0 }}
-h2 {{ font-size: 11.5pt; margin: 4mm 0 1mm }}
+@media print {{ body {{ margin: 0 auto }} }}
+h2 {{ font-size: 11.5pt; margin: 3mm 0 1mm; break-after: avoid }}
 p {{ margin: 1mm 0 }}
 table {{ border-collapse: collapse; font-variant-numeric: tabular-nums }}
 th, td {{ padding: .4mm 2mm; text-align: right; border-bottom: .2mm solid #ddd }}
@@ -102,15 +103,19 @@ std::string dose_section(const DoseScore& dose) {
             with_goal(dose.dropped) + with_goal(dose.rest) + cell(goal_of(f, dose.prescription_gy)) +
             "</tr>\n";
   }
-  return "<h2>Dose</h2>\n" + table("", {"", "planned", "as dropped", "after relaxation", "goal"}, rows) +
+  return "<h2>Dose</h2>\n<div class=\"pair\">\n<div>\n" +
+         table("", {"", "planned", "as<br>dropped", "after<br>relaxation", "goal"}, rows) +
          fmt::format(
              "<p class=\"small\">Prescription {:g} Gy; total dose by TG-43U1 in water. {} seeds planned, {} "
-             "implanted. Structures are at rest throughout; &ldquo;as dropped&rdquo; takes the seeds where "
-             "they "
-             "fell, while needles held the gland away from rest. Bold: goal missed.</p>\n",
+             "implanted. "
+             "Structures are at rest throughout; &ldquo;as dropped&rdquo; takes the seeds where they fell, "
+             "while needles "
+             "held the gland away from rest. What lies more than {:g} mm beyond the prostate&rsquo;s box is "
+             "in no figure. "
+             "Bold: goal missed.</p>\n",
              dose.prescription_gy, dose.plan.seeds,
-             dose.dropped.structures.empty() ? "–" : std::to_string(dose.dropped.seeds)) +
-         to_svg_element(dvh_chart(dose));
+             dose.dropped.structures.empty() ? "–" : std::to_string(dose.dropped.seeds), dose.margin_mm) +
+         "</div>\n" + to_svg_element(dvh_chart(dose)) + "</div>\n";
 }
 
 std::string error_table(const SeedsScore& s) {
@@ -190,7 +195,7 @@ std::string seed_table(const SeedsScore& s, const Plan& plan, const TemplateGrid
   std::string rows;
   for (const SeedScore& seed : s.planned)
     rows += row(std::to_string(seed.seed.id), std::to_string(seed.seed.planned), seed.hole,
-                figure(seed.planned.offset_mm, 1), figure(seed.seed.t_s, 1), figure(seed.dropped.total_mm, 2),
+                figure(seed.planned.offset_mm, 2), figure(seed.seed.t_s, 1), figure(seed.dropped.total_mm, 2),
                 figure(seed.dropped.axial_mm, 2), figure(seed.dropped.lateral_mm, 2),
                 figure(seed.rest.total_mm, 2), figure(seed.rest.axial_mm, 2), figure(seed.rest.lateral_mm, 2),
                 figure(seed.seed.gland_motion.norm(), 2));
@@ -201,7 +206,7 @@ std::string seed_table(const SeedsScore& s, const Plan& plan, const TemplateGrid
   const std::vector<PlannedSeed> planned = plan.seeds(grid);
   for (std::size_t i : s.missing)
     rows += row(std::string("missing"), std::to_string(i), plan.needles[planned[i].needle].hole,
-                figure(planned[i].offset_mm, 1), unknown, unknown, unknown, unknown, unknown, unknown,
+                figure(planned[i].offset_mm, 2), unknown, unknown, unknown, unknown, unknown, unknown,
                 unknown, unknown);
   return "<h2>Each seed</h2>\n" + table(" class=\"long\"",
                                         {"seed", "in the<br>plan", "hole", "behind the<br>tip, mm",
