@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "core/scene/toml_table.h"
+#include "core/number_text.h"
 
 namespace brachy {
 

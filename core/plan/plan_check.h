@@ -22,8 +22,8 @@ struct PlanLimits {
 /// Refuses what a file says of `key` (without the table's name): throws UserError with its place.
 using RefuseKey = std::function<void(const char* key, const std::string& what)>;
 
-/// Checks needle n, the last one read, against the plan, the needles before it and the template; its hole gets its proper name
-/// ("d4": "D4").
+/// Checks needle n, the last one read, against the plan, the needles before it and the template; its hole gets its
+/// proper name ("d4": "D4").
 void check_needle(Plan& plan, std::size_t n, const PlanLimits& limits, const RefuseKey& refuse);
 
 /// Checks the plan's name: one line of text.

@@ -4,9 +4,9 @@
 
 #include "core/dose/source.h"
 #include "core/number_csv.h"
+#include "core/number_text.h"
 #include "core/plan/plan_check.h"
 #include "core/plan/plan_file.h"
-#include "core/scene/toml_table.h"
 
 namespace brachy {
 namespace {
@@ -99,6 +99,16 @@ void read_row(const std::vector<std::string>& cells, Plan& plan, const PlanLimit
   check_needle(plan, plan.needles.size() - 1, limits, line.refuse_key());
 }
 
+/// What stands between the quotes.
+std::string escaped(const std::string& text) {
+  std::string out;
+  for (const char c : text) {
+    if (c == '"') out += '"';
+    out += c;
+  }
+  return out;
+}
+
 }  // namespace
 
 Plan parse_plan_csv(std::string_view text, const std::string& name, const TemplateGrid& grid,
@@ -120,6 +130,16 @@ Plan parse_plan_csv(std::string_view text, const std::string& name, const Templa
     refuse_line(name, std::max<std::size_t>(number, 1),
                 "no needle; give the header " + std::string(kPlanCsvHeader) + " and a row for each needle");
   return plan;
+}
+
+std::string to_csv(const Plan& plan) {
+  const std::string of_plan = exact_text(plan.base_plane_mm) + "," + std::string(to_string(plan.source)) +
+                              "," + exact_text(plan.air_kerma_strength_u) + "," +
+                              exact_text(plan.prescription_gy) + ",\"" + escaped(plan.name) + "\"\n";
+  std::string out = std::string(kPlanCsvHeader) + "\n";
+  for (const PlanNeedle& needle : plan.needles)
+    out += needle.hole + "," + exact_text(needle.retraction_mm) + "," + needle.train + "," + of_plan;
+  return out;
 }
 
 }  // namespace brachy

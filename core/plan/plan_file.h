@@ -11,13 +11,14 @@ namespace brachy {
 
 /// Reads a plan from a file: .toml, or .csv by its extension.
 ///
-/// TOML: name, source ("6711", "200"), air_kerma_strength_u, prescription_gy, base_plane_mm, and for each needle a [[needle]]
-/// with hole, retraction_mm (0 where it is not said) and train. CSV: the header kPlanCsvHeader and a row for each needle; the
-/// columns after `train` are the plan's and say the same in every row. Lines that start with # are skipped.
+/// TOML: name, source ("6711", "200"), air_kerma_strength_u, prescription_gy, base_plane_mm, and for each needle a
+/// [[needle]] with hole, retraction_mm (0 where it is not said) and train. CSV: the header kPlanCsvHeader and a row
+/// for each needle; the columns after `train` are the plan's and say the same in every row. Lines that start with #
+/// are skipped.
 ///
-/// Errors: UserError "file:line: what; fix": no such file, not TOML or CSV, an unknown key (with the nearest), a value out of
-/// range, a hole that the template lacks or that comes twice, a train without a seed or with another letter than s and -,
-/// one that reaches back to the template, a tip that the needle does not reach. Not real-time.
+/// Errors: UserError "file:line: what; fix": no such file, not TOML or CSV, an unknown key (with the nearest), a
+/// value out of range, a hole that the template lacks or that comes twice, a train without a seed or with another
+/// letter than s and -, one that reaches back to the template, a tip that the needle does not reach. Not real-time.
 Plan load_plan(const std::filesystem::path& file, const TemplateGrid& grid,
                double needle_length_mm = NeedleSettings().length_mm);
 

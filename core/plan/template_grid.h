@@ -22,7 +22,8 @@ struct TemplateGrid {
   std::optional<Vec3> position(std::string_view hole) const;
   Vec3 position(int column, int row) const;     ///< from 0, mm; also beside the grid
   std::string name(int column, int row) const;  ///< from 0, of a hole that is there
-  /// The hole that the line through p along `axis` passes within half a spacing of (in x and in y); nothing beside the grid.
+  /// The hole that the line through p along `axis` passes within half a spacing of (in x and in y); nothing beside
+  /// the grid.
   std::optional<std::string> nearest(const Vec3& p, const Vec3& axis) const;
   std::string extent() const;  ///< "A1 … M13", for messages
 

@@ -4,6 +4,8 @@
 #include <string_view>
 
 #include "core/dose/source.h"
+#include "core/scene/scene.h"
+#include "core/scene/toml_table.h"
 
 namespace brachy {
 namespace {

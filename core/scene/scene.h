@@ -46,10 +46,11 @@ struct BoxSettings {
   bool operator==(const BoxSettings&) const = default;
 };
 
-/// A part of the tissue with a modulus, a support radius or needle forces of its own; a later one lies over an earlier one.
+/// A part of the tissue with a modulus, a support radius or needle forces of its own; a later one lies over an
+/// earlier one.
 struct RegionSettings {
-  /// Of blend_mm; less where the region is narrower. A push of up to 3.3 mm does not fold it (Membership::kMaxSlope), which
-  /// is what the default tip carries along while it cuts; a capsule there is held back before it gives way.
+  /// Of blend_mm; less where the region is narrower. A push of up to 3.3 mm does not fold it (Membership::kMaxSlope),
+  /// which is what the default tip carries along while it cuts; a capsule there is held back before it gives way.
   static constexpr double kBlendMm = 8;
 
   std::string shape = "ellipsoid";  ///< ellipsoid (axes along x, y, z), sphere, or mesh

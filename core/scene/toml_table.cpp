@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <numeric>
 #include <optional>
-#include <sstream>
 
 namespace brachy {
 namespace {
@@ -37,12 +36,6 @@ std::string listed(const std::vector<std::string>& names) {
 }
 
 }  // namespace
-
-std::string text_of(double v) {
-  std::ostringstream out;
-  out << v;
-  return out.str();
-}
 
 const toml::node* TomlTable::find(const char* key) {
   known_.emplace_back(key);

@@ -8,6 +8,7 @@
 
 #include "core/error.h"
 #include "core/math/rigid_transform.h"
+#include "core/number_text.h"
 
 namespace brachy {
 
@@ -53,8 +54,5 @@ class TomlTable {
   std::string file_;
   std::vector<std::string> known_;
 };
-
-/// A number as a message shows it.
-std::string text_of(double v);
 
 }  // namespace brachy

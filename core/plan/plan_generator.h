@@ -1,0 +1,38 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "core/plan/gland_loading.h"
+#include "core/plan/plan.h"
+#include "core/structures/structure.h"
+
+namespace brachy {
+
+/// What a generated plan is for.
+struct PlanSettings {
+  std::string name;  ///< one line
+  SourceModel source = SourceModel::kAmersham6711;
+  double prescription_gy = 145;
+  double needle_length_mm = 200;
+};
+
+/// What a plan must reach (DESIGN §6); percent of the volume, and of the prescription.
+struct PlanGoals {
+  static constexpr double kLeastV100 = 95, kMostV150 = 60, kMostUrethraD30 = 125;
+};
+
+/// A plan for any gland, `structures.front()`: modified peripheral loading by a rule (core/plan/gland_loading.h),
+/// scaled to the prescription. No optimiser: rules are tried in a fixed order (needles 5 mm off the urethra, then 3;
+/// seeds of the rim about 7 mm apart, then 10; four ways of loading the interior), each with the strength that gives
+/// 96 % of the gland the prescription, for dose is linear in it; the first that stays below 95 % of both V150's and
+/// urethra D30's goal is taken, else the one that comes nearest. Doses are exact sums (core/dose/dose_rate.h) at
+/// 6,000 points spread evenly over the gland and 1,500 over the urethra. The strength is rounded up to 0.001 U. Where
+/// no rule reaches the goals the plan misses them: `brachy plan` says so.
+///
+/// Deterministic. Takes up to a second. Errors: UserError where the template does not face the gland, no needle fits
+/// into it, or its base is farther from the template than a needle reaches.
+Plan generate_plan(const std::vector<Structure>& structures, const TemplateGrid& grid,
+                   const PlanSettings& settings);
+
+}  // namespace brachy
