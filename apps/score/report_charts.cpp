@@ -56,7 +56,7 @@ Chart dvh_chart(const DoseScore& dose) {
               .x_label = "dose, % of the prescription",
               .y_label = "volume with at least that dose, %",
               .width_px = kHalfPage,
-              .height_px = 370};
+              .height_px = 330};
   for (std::size_t i = 0; i < dose.plan.structures.size(); ++i) {
     const std::string colour = kStructureColours[i % kStructureColours.size()];
     chart.lines.push_back(
@@ -111,7 +111,7 @@ Chart displacement_chart(const SeedsScore& seeds, const Plan& plan, const Templa
           .y_label = "z, mm",
           .lines = {outline, to_fall, to_rest, planned, fell, rest},
           .width_px = kHalfPage,
-          .height_px = 360,
+          .height_px = 350,
           .equal_scale = true};
 }
 
@@ -131,7 +131,7 @@ Chart error_chart(const SeedsScore& seeds) {
           .y_label = "across the needle, mm",
           .lines = {moved, fell, rest},
           .width_px = kHalfPage,
-          .height_px = 310};
+          .height_px = 280};
 }
 
 }  // namespace brachy
