@@ -98,12 +98,15 @@ std::string polylines(const ChartLine& line, const Axis& x, const Axis& y) {
   return out;
 }
 
+std::string dot(const ChartLine& line, double x_px, double y_px) {
+  return fmt::format("<circle cx=\"{:.2f}\" cy=\"{:.2f}\" r=\"{}\" fill=\"{}\"/>\n", x_px, y_px, line.dot_px,
+                     xml_escaped(line.colour));
+}
+
 std::string dots(const ChartLine& line, const Axis& x, const Axis& y) {
   std::string out;
   for (std::size_t i = 0; i < line.x.size(); ++i)
-    if (std::isfinite(line.x[i]) && std::isfinite(line.y[i]))
-      out += fmt::format("<circle cx=\"{:.2f}\" cy=\"{:.2f}\" r=\"{}\" fill=\"{}\"/>\n", x(line.x[i]),
-                         y(line.y[i]), line.dot_px, xml_escaped(line.colour));
+    if (std::isfinite(line.x[i]) && std::isfinite(line.y[i])) out += dot(line, x(line.x[i]), y(line.y[i]));
   return out;
 }
 
@@ -127,17 +130,32 @@ std::string axes(const Chart& chart, const Axis& x, const Axis& y) {
                        fmt::format(" transform=\"rotate(-90 18 {:.1f})\"", middle));
 }
 
+/// In a row above the axes, or in two where one is too short.
 std::string legend(const Chart& chart, double top) {
-  std::string out;
+  struct Entry {
+    const ChartLine& line;
+    double x;
+    int row;
+  };
+  std::vector<Entry> entries;
   double x = kLeft;
+  int rows = 1;
   for (const ChartLine& line : chart.lines) {
     if (line.name.empty()) continue;
-    if (line.width_px > 0) out += segment(x, top + 44, x + 26, top + 44, stroke(line));
-    if (line.dot_px > 0)
-      out += fmt::format("<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"{}\" fill=\"{}\"/>\n", x + 13, top + 44,
-                         line.dot_px, xml_escaped(line.colour));
-    out += text_at(x + 32, top + 48, line.name, "start", 12);
-    x += 46 + 6.2 * static_cast<double>(line.name.size());
+    const double width = 46 + 6.2 * static_cast<double>(line.name.size());
+    if (x > kLeft && x + width > chart.width_px) {
+      x = kLeft;
+      ++rows;
+    }
+    entries.push_back({line, x, rows - 1});
+    x += width;
+  }
+  std::string out;
+  for (const Entry& e : entries) {
+    const double y = top + 44 + 15 * (e.row - 0.5 * (rows - 1));
+    if (e.line.width_px > 0) out += segment(e.x, y, e.x + 26, y, stroke(e.line));
+    if (e.line.dot_px > 0) out += dot(e.line, e.x + 13, y);
+    out += text_at(e.x + 32, y + 4, e.line.name, "start", 12);
   }
   return out;
 }

@@ -36,6 +36,7 @@ DoseScore score_dose(const Plan& plan, const TemplateGrid& grid, const std::vect
   ImplantDose dose(structures, settings);
   DoseScore score;
   score.prescription_gy = plan.prescription_gy;
+  score.margin_mm = settings.margin_mm;
   score.plan = stage_of(dose, plan.seeds(grid), [](const PlannedSeed& s) -> DoseSeed { return s; });
   if (!seeds) return score;
   score.dropped = stage_of(dose, *seeds, [](const Seed& s) { return s.as_dropped(); });

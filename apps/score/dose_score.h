@@ -20,6 +20,7 @@ struct DoseStage {
 /// gland away from rest), and under those where they are once all needles are out.
 struct DoseScore {
   double prescription_gy = 0;  ///< the plan's
+  double margin_mm = 0;        ///< of the dose grid around the prostate's box: nothing is known beyond
   DoseStage plan, dropped, rest;
 };
 

@@ -8,6 +8,7 @@ namespace {
 
 // Told apart by the colour-blind too.
 constexpr std::array kStructureColours = {"#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9"};
+constexpr double kHalfPage = 430;  // px
 constexpr const char* kPlanned = "#888888";
 constexpr const char* kFell = "#d55e00";
 constexpr const char* kRest = "#0072b2";
@@ -53,8 +54,9 @@ Chart dvh_chart(const DoseScore& dose) {
                           {&dose.rest, "after relaxation", "", 1.8}};
   Chart chart{.title = "Dose-volume histograms",
               .x_label = "dose, % of the prescription",
-              .y_label = "volume with at least that, %",
-              .height_px = 380};
+              .y_label = "volume with at least that dose, %",
+              .width_px = kHalfPage,
+              .height_px = 330};
   for (std::size_t i = 0; i < dose.plan.structures.size(); ++i) {
     const std::string colour = kStructureColours[i % kStructureColours.size()];
     chart.lines.push_back(
@@ -108,8 +110,8 @@ Chart displacement_chart(const SeedsScore& seeds, const Plan& plan, const Templa
           .x_label = across == 0 ? "x, mm" : "y, mm",
           .y_label = "z, mm",
           .lines = {outline, to_fall, to_rest, planned, fell, rest},
-          .width_px = 430,
-          .height_px = 420,
+          .width_px = kHalfPage,
+          .height_px = 350,
           .equal_scale = true};
 }
 
@@ -128,8 +130,8 @@ Chart error_chart(const SeedsScore& seeds) {
           .x_label = "along the needle, mm (> 0: too deep)",
           .y_label = "across the needle, mm",
           .lines = {moved, fell, rest},
-          .width_px = 430,
-          .height_px = 340};
+          .width_px = kHalfPage,
+          .height_px = 280};
 }
 
 }  // namespace brachy

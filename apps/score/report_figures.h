@@ -21,11 +21,11 @@ inline std::string figure(const std::optional<std::uint32_t>& count) {
   return count ? std::to_string(*count) : "–";
 }
 
-/// "> 95 %", "< 181 Gy"; empty for a figure without a goal.
+/// "> 95", in the figure's unit; empty for one without a goal.
 inline std::string goal_of(const DoseFigure& f, double prescription_gy) {
   if (f.goal == DoseFigure::Goal::kNone) return "";
-  return fmt::format("{} {:.4g} {}", f.goal == DoseFigure::Goal::kAbove ? ">" : "<",
-                     f.limit_for(prescription_gy), f.unit);
+  return fmt::format("{} {:.4g}", f.goal == DoseFigure::Goal::kAbove ? ">" : "<",
+                     f.limit_for(prescription_gy));
 }
 
 /// As many as say something: percents and Gy to a tenth, cm³ to a hundredth.

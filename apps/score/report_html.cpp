@@ -13,10 +13,11 @@ constexpr const char* kHead = R"(<!DOCTYPE html>
 <meta charset="utf-8">
 <title>Implant score: {}</title>
 <style>
-@page {{ size: A4; margin: 11mm }}
+@page {{ size: A4; margin: 9mm 11mm }}
 body {{ font: 10pt/1.3 sans-serif; color: #222; max-width: 188mm; margin: 6mm auto; padding: 0 2mm }}
 h1 {{ font-size: 15pt; margin: 0 }}
-h2 {{ font-size: 11.5pt; margin: 4mm 0 1mm }}
+@media print {{ body {{ margin: 0 auto }} }}
+h2 {{ font-size: 11.5pt; margin: 3mm 0 1mm; break-after: avoid }}
 p {{ margin: 1mm 0 }}
 table {{ border-collapse: collapse; font-variant-numeric: tabular-nums }}
 th, td {{ padding: .4mm 2mm; text-align: right; border-bottom: .2mm solid #ddd }}
@@ -24,12 +25,15 @@ th {{ font-weight: 600; border-bottom-color: #888; vertical-align: bottom }}
 th:first-child, td:first-child, .left {{ text-align: left }}
 tr {{ break-inside: avoid }}
 svg {{ width: 100%; height: auto; display: block }}
-.pair {{ display: grid; grid-template-columns: 1fr 1fr; gap: 2mm; align-items: center; break-inside: avoid }}
-.keys {{ display: grid; grid-template-columns: repeat(4, 1fr); gap: 3mm; margin: 3mm 0 }}
+.pair {{ display: grid; grid-template-columns: repeat(2, minmax(0, 1fr)); gap: 2mm; align-items: center; break-inside: avoid }}
+.keys {{ display: grid; grid-template-columns: repeat(4, 1fr); gap: 3mm; margin: 2mm 0; font-size: 9pt }}
 .keys div {{ border: .2mm solid #bbb; padding: 1.5mm 2mm }}
 .keys b {{ display: block; font-size: 13pt }}
-.small {{ font-size: 8.5pt; color: #555 }}
+.small {{ font-size: 8pt; color: #555 }}
 .remarks {{ border-left: 1mm solid #d55e00; padding-left: 2mm; margin: 2mm 0 }}
+.dose {{ grid-template-columns: minmax(0, 1.2fr) minmax(0, 1fr) }}
+.pair table {{ font-size: 8.5pt; width: 100% }}
+.pair th, .pair td {{ padding: .3mm 1.2mm; white-space: nowrap }}
 .missed {{ font-weight: 700; color: #b03000 }}
 .long {{ font-size: 8pt; width: 100% }}
 .long th, .long td {{ padding: .2mm 1.2mm }}
@@ -102,33 +106,41 @@ std::string dose_section(const DoseScore& dose) {
             with_goal(dose.dropped) + with_goal(dose.rest) + cell(goal_of(f, dose.prescription_gy)) +
             "</tr>\n";
   }
-  return "<h2>Dose</h2>\n" + table("", {"", "planned", "as dropped", "after relaxation", "goal"}, rows) +
+  return "<h2>Dose</h2>\n<div class=\"pair dose\">\n<div>\n" +
+         table("", {"", "planned", "as<br>dropped", "after<br>relaxation", "goal"}, rows) +
          fmt::format(
              "<p class=\"small\">Prescription {:g} Gy; total dose by TG-43U1 in water. {} seeds planned, {} "
-             "implanted. Structures are at rest throughout; &ldquo;as dropped&rdquo; takes the seeds where "
-             "they "
-             "fell, while needles held the gland away from rest. Bold: goal missed.</p>\n",
+             "implanted. "
+             "Structures are at rest throughout; &ldquo;as dropped&rdquo; takes the seeds where they fell, "
+             "while needles "
+             "held the gland away from rest. What lies more than {:g} mm beyond the prostate&rsquo;s box is "
+             "in no figure. "
+             "Bold: goal missed.</p>\n",
              dose.prescription_gy, dose.plan.seeds,
-             dose.dropped.structures.empty() ? "–" : std::to_string(dose.dropped.seeds)) +
-         to_svg_element(dvh_chart(dose));
+             dose.dropped.structures.empty() ? "–" : std::to_string(dose.dropped.seeds), dose.margin_mm) +
+         "</div>\n" + to_svg_element(dvh_chart(dose)) + "</div>\n";
 }
 
 std::string error_table(const SeedsScore& s) {
-  const auto spread = [](const char* what, const Spread& v) {
-    return row(std::string(what), figure(v.mean, 2), figure(v.sd, 2), figure(v.max, 2));
+  const auto spread = [](const Spread& v) {
+    return cell(figure(v.mean, 2)) + cell(figure(v.sd, 2)) + cell(figure(v.max, 2));
   };
-  const auto errors = [&](const char* when, const MisplacementSpread& m) {
-    return fmt::format("<tr><th class=\"left\" colspan=\"4\">{}</th></tr>\n", when) +
-           spread("whole", m.total_mm) + spread("along the needle", m.axial_mm) +
-           spread("across it", m.lateral_mm) +
-           row(std::string("along, with its sign"), figure(m.mean_signed_axial_mm, 2), std::string(),
-               std::string()) +
-           row(std::string("share along, %"), figure(100 * m.axial_share, 0), std::string(), std::string());
+  const auto line = [](const char* what, const std::string& cells) {
+    return "<tr>" + cell(what) + cells + "</tr>\n";
   };
-  return table("", {"error, mm", "mean", "SD", "max"},
-               errors("where they fell", s.dropped) + errors("after relaxation", s.rest) +
-                   "<tr><th class=\"left\" colspan=\"4\">the gland</th></tr>\n" +
-                   spread("motion as they fell", s.gland_motion_mm));
+  const auto means = [](double dropped, double rest, int digits) {
+    const std::string none = cell("") + cell("");
+    return cell(figure(dropped, digits)) + none + cell(figure(rest, digits)) + none;
+  };
+  const std::string rows =
+      "<tr><th></th><th colspan=\"3\">where they fell</th><th colspan=\"3\">after relaxation</th></tr>\n" +
+      line("whole", spread(s.dropped.total_mm) + spread(s.rest.total_mm)) +
+      line("along", spread(s.dropped.axial_mm) + spread(s.rest.axial_mm)) +
+      line("across", spread(s.dropped.lateral_mm) + spread(s.rest.lateral_mm)) +
+      line("along, signed", means(s.dropped.mean_signed_axial_mm, s.rest.mean_signed_axial_mm, 2)) +
+      line("along, %", means(100 * s.dropped.axial_share, 100 * s.rest.axial_share, 0)) +
+      line("gland's motion", spread(s.gland_motion_mm) + cell("") + cell("") + cell(""));
+  return table("", {"error, mm", "mean", "SD", "max", "mean", "SD", "max"}, rows);
 }
 
 std::string seed_section(const Score& score, const Plan& plan, const TemplateGrid& grid,
@@ -138,13 +150,19 @@ std::string seed_section(const Score& score, const Plan& plan, const TemplateGri
   const auto map = [&](int away) {
     return to_svg_element(displacement_chart(s, plan, grid, prostate, away));
   };
-  return "<h2>Where the seeds are</h2>\n<div class=\"pair\">\n" + map(1) + map(0) +
-         to_svg_element(error_chart(s)) + "<div>\n" + error_table(s) +
-         "</div>\n</div>\n"
-         "<p class=\"small\">Arrows go from where a seed was planned to where it fell and on to where it "
-         "lies once all "
-         "needles are out. Grey outline: the prostate&rsquo;s convex hull. Errors &gt; 0 along the needle: "
-         "too deep.</p>\n";
+  const auto pair = [](const std::string& left, const std::string& right) {
+    return "<div class=\"pair\">\n" + left + right + "</div>\n";
+  };
+  return "<h2>Where the seeds are</h2>\n" + pair(map(1), map(0)) +
+         pair(to_svg_element(error_chart(s)),
+              "<div>\n" + error_table(s) +
+                  "<p class=\"small\">Arrows go from where a seed was planned to where it fell and on to "
+                  "where it lies "
+                  "once all needles are out. Grey outline: the prostate&rsquo;s convex hull. Along: on the "
+                  "planned needle, "
+                  "&gt; 0 too deep; across: off it. Along, %: mean size of that part over the mean of the "
+                  "whole. Gland: mean "
+                  "motion of the tissue when a seed fell.</p>\n</div>\n");
 }
 
 std::string needle_rows(const NeedlesScore& score, const Plan& plan, const SeedsScore* seeds) {
@@ -190,7 +208,7 @@ std::string seed_table(const SeedsScore& s, const Plan& plan, const TemplateGrid
   std::string rows;
   for (const SeedScore& seed : s.planned)
     rows += row(std::to_string(seed.seed.id), std::to_string(seed.seed.planned), seed.hole,
-                figure(seed.planned.offset_mm, 1), figure(seed.seed.t_s, 1), figure(seed.dropped.total_mm, 2),
+                figure(seed.planned.offset_mm, 2), figure(seed.seed.t_s, 1), figure(seed.dropped.total_mm, 2),
                 figure(seed.dropped.axial_mm, 2), figure(seed.dropped.lateral_mm, 2),
                 figure(seed.rest.total_mm, 2), figure(seed.rest.axial_mm, 2), figure(seed.rest.lateral_mm, 2),
                 figure(seed.seed.gland_motion.norm(), 2));
@@ -201,7 +219,7 @@ std::string seed_table(const SeedsScore& s, const Plan& plan, const TemplateGrid
   const std::vector<PlannedSeed> planned = plan.seeds(grid);
   for (std::size_t i : s.missing)
     rows += row(std::string("missing"), std::to_string(i), plan.needles[planned[i].needle].hole,
-                figure(planned[i].offset_mm, 1), unknown, unknown, unknown, unknown, unknown, unknown,
+                figure(planned[i].offset_mm, 2), unknown, unknown, unknown, unknown, unknown, unknown,
                 unknown, unknown);
   return "<h2>Each seed</h2>\n" + table(" class=\"long\"",
                                         {"seed", "in the<br>plan", "hole", "behind the<br>tip, mm",

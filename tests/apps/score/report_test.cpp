@@ -127,7 +127,7 @@ TEST_F(Report, ThePageShowsEverySeedAndNeedle) {
   EXPECT_NE(html.find("<td>2</td><td>none</td>"), html.npos);
   EXPECT_NE(
       html.find(
-          "<td>1</td><td>0</td><td>D4</td><td>2.2</td><td>1.0</td><td>1.30</td><td>-1.20</td><td>0.50</td>"),
+          "<td>1</td><td>0</td><td>D4</td><td>2.25</td><td>1.0</td><td>1.30</td><td>-1.20</td><td>0.50</td>"),
       html.npos);
   EXPECT_NE(html.find("<tr><td>F6</td><td>1</td><td>1</td><td>40.0</td>"), html.npos);
   EXPECT_NE(html.find("1 beside the plan"), html.npos);
