@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <iostream>
 #include <nlohmann/json.hpp>
 
@@ -61,14 +62,14 @@ nlohmann::ordered_json to_json(const StructureDose& dose) {
 }
 
 void print_table(const std::vector<StructureDose>& doses, double prescription_gy) {
-  std::cout << fmt::format("{:<14}{:>9}{:>8}{:>8}{:>8}{:>9}{:>8}{:>8}{:>8}{:>8}   of {:g} Gy\n", "structure",
+  std::cout << fmt::format("{:<14}{:>8}{:>8}{:>8}{:>8}{:>10}{:>8}{:>8}{:>8}{:>9}   of {:g} Gy\n", "structure",
                            "cm³", "V100 %", "V150 %", "V200 %", "V100 cm³", "D90 Gy", "D30 Gy", "D10 Gy",
                            "D2cc Gy", prescription_gy);
   for (const StructureDose& d : doses)
-    std::cout << fmt::format(
-        "{:<14}{:>8.2f}{:>8.1f}{:>8.1f}{:>8.1f}{:>8.2f}{:>8.1f}{:>8.1f}{:>8.1f}{:>8.1f}\n", d.name,
-        d.volume_cc, d.v100_percent, d.v150_percent, d.v200_percent, d.v100_cc, d.d90_gy, d.d30_gy, d.d10_gy,
-        d.d2cc_gy);
+    std::cout << fmt::format("{:<14}{:>8.2f}{:>8.1f}{:>8.1f}{:>8.1f}{:>10.2f}{:>8.1f}{:>8.1f}{:>8.1f}{:>9}\n",
+                             d.name, d.volume_cc, d.v100_percent, d.v150_percent, d.v200_percent, d.v100_cc,
+                             d.d90_gy, d.d30_gy, d.d10_gy,
+                             std::isnan(d.d2cc_gy) ? "-" : fmt::format("{:.1f}", d.d2cc_gy));
 }
 
 }  // namespace
