@@ -15,16 +15,12 @@ ToolLine add_dose(CLI::App& app) {
       "  brachy dose --seeds S.csv --points P.csv --out O.csv\n"
       "  brachy dose --seeds S.csv --config config/prostate.toml --grid dose.nrrd\n"
       "  brachy dose --seeds S.csv --config config/prostate.toml --json\n"
-      "Seeds: x,y,z,ax,ay,az,source,strength_u (the axis of any length; source 6711 or 200). Points: x,y,z. "
-      "Out:\n"
-      "x,y,z,dose_rate_cgy_h,total_gy: the rate at implantation and the dose of the whole decay, the exact "
-      "sums of\n"
-      "AAPM TG-43U1's line source in water. mm. Inside a capsule the dose is that at its surface, further "
-      "outwards.\n"
-      "--config: V100, D90 and the like of the scene's structures, from a grid of its [dose] spacing and "
-      "margin over\n"
-      "the prostate (within 0.1 % of the exact sum at the grid's points); --grid writes it, Gy, as 3D Slicer "
-      "reads it.\n"
+      "Seeds: x,y,z,ax,ay,az,source,strength_u (axis of any length, source 6711 or 200). Points: x,y,z. mm.\n"
+      "Out: x,y,z,dose_rate_cgy_h,total_gy: the rate at implantation and the dose of the whole decay, the\n"
+      "exact sums of AAPM TG-43U1's line source in water. Inside a capsule: as on its surface, outwards.\n"
+      "--config: V100, D90 and the like of the scene's structures, of what of them lies in a grid of its\n"
+      "[dose] spacing and margin about the prostate, within 0.05 % of the exact sum at the grid's points.\n"
+      "--grid writes it, in Gy, as 3D Slicer reads it.\n"
       "Exit codes: 0 done, 2 bad input.");
   command->add_option("--seeds", options->seeds, "CSV x,y,z,ax,ay,az,source,strength_u")->required();
   auto* points = command->add_option("--points", options->points, "CSV x,y,z");

@@ -69,6 +69,7 @@ void run(int argc, char** argv) {
   add_guard_benches(report, options);
   add_reactions_benches(report, options);
   add_needles_benches(report, options);
+  add_dose_benches(report, options);
   add_figure6_benches(report, options);
   benchmark::RunSpecifiedBenchmarks();
   report.others_load = others.share();

@@ -1,4 +1,4 @@
-// The table of issue 3: what each line measures in a run's rows, and its target.
+// The table of issue 3, and what issue 7 asks of dose: what each line measures in a run's rows, and its target.
 #include <algorithm>
 #include <cmath>
 
@@ -91,6 +91,16 @@ std::vector<Goal> goals(const Report& report) {
                      row->more.at("paper_ms") / row->ms, kAtLeast, 5});
     goals.push_back(
         {"solution, " + about(row), "largest difference, mm", row->more.at("difference_mm"), kAtMost, 1e-9});
+  }
+  for (const Row* row : rows_called(report, "dose/seed"))
+    goals.push_back({"dose: a seed on 1 mm over 60 mm", "ms", row->ms, kAtMost, 3});
+  for (const Row* row : rows_called(report, "dose/evaluate"))
+    goals.push_back({"dose: DVH of all structures, 1 mm", "ms", row->ms, kAtMost, 5});
+  for (const Row* row : rows_called(report, "dose/spacing")) {
+    if (row->more.at("spacing_mm") != 1) continue;
+    for (const char* figure : {"v100_error_percent", "d90_error_percent"})
+      goals.push_back({"dose: 100 seeds, 1 mm, against exact sums at random points", figure,
+                       std::abs(row->more.at(figure)), kAtMost, 1});
   }
   return goals;
 }

@@ -38,7 +38,7 @@ struct Report {
   void write_json(const std::string& path) const;
 };
 
-/// What issue 3 asks of a run, beside what it measured.
+/// What issues 3 and 7 ask of a run, beside what it measured.
 struct Goal {
   std::string work;
   std::string figure;  ///< what is measured

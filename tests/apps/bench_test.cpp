@@ -1,5 +1,6 @@
 // What brachy_bench writes, on its smallest case; how long it takes is no matter of tests.
 #ifdef BRACHY_BENCH_BINARY
+#include <cmath>
 #include <set>
 
 #include "tests/apps/apps_testing.h"
@@ -41,6 +42,34 @@ TEST(Bench, WritesLimitsAndRowsOfWhatItRan) {
   EXPECT_EQ(bench["rows"].size(), 2u);
   EXPECT_EQ(moving.size(), 2u);
   EXPECT_FALSE(bench["goals"].empty());
+}
+
+TEST(Bench, SaysHowFarDoseOnAGridIsOff) {
+  TempFolder folder;
+  const std::string file = (folder / "bench.json").string();
+  ASSERT_TRUE(exited(run_process({BRACHY_BENCH_BINARY, "--quick", "--json", file,
+                                  "--benchmark_filter=^dose/(seed|evaluate|spacing/3.0)"}),
+                     0));
+  std::set<std::string> cases;
+  const Json bench = Json::parse(read_file(file));
+  for (const Json& row : bench["rows"]) {
+    const std::string name = row.at("case");
+    cases.insert(name);
+    EXPECT_GT(row.at("ms"), 0.0) << name;
+    EXPECT_GT(row.at("baseline_ms"), 0.0) << name;
+    if (name == "dose/seed") {
+      EXPECT_EQ(row.at("points"), 61 * 61 * 61);
+      EXPECT_LT(row.at("largest_error_percent"), 0.05) << "the grid is not the exact sum";
+    }
+    if (name == "dose/spacing") {
+      EXPECT_EQ(row.at("spacing_mm"), 3);
+      // Both against 10⁴ random points, whose own error is 0.3 %.
+      EXPECT_LT(std::abs(row.at("v100_error_percent").get<double>()), 2);
+      EXPECT_LT(std::abs(row.at("d90_error_percent").get<double>()), 2);
+      EXPECT_GT(row.at("mean_error_percent"), 0.0);
+    }
+  }
+  EXPECT_EQ(cases, (std::set<std::string>{"dose/seed", "dose/evaluate", "dose/spacing"}));
 }
 
 TEST(Bench, RefusesATargetThatDoesNotExist) {

@@ -88,7 +88,7 @@ TEST(DoseGrid, IsTheExactSumCloseToASeedAndInsideIt) {
           .position = Vec3::Zero(), .axis = axis.normalized(), .source = model, .air_kerma_strength_u = 0.5};
       DoseGrid grid = cube(4, 0.1);
       grid.add(seed);
-      EXPECT_LT(largest_error(grid, {seed}), 1e-3) << to_string(model) << " " << axis.transpose();
+      EXPECT_LT(largest_error(grid, {seed}), 5e-4) << to_string(model) << " " << axis.transpose();
     }
 }
 
