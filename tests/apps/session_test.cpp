@@ -11,8 +11,8 @@ namespace {
 using namespace test;
 
 constexpr const char* kTwoNeedles =
-    "base_plane_mm = 82\n"
-    "air_kerma_strength_u = 0.5\n"
+    "name = \"two needles\"\nsource = \"6711\"\nair_kerma_strength_u = 0.5\n"
+    "prescription_gy = 145\nbase_plane_mm = 82\n"
     "[[needle]]\nhole = \"H7\"\nretraction_mm = 2\ntrain = \"s-s-s\"\n"
     "[[needle]]\nhole = \"F8\"\nretraction_mm = 5\ntrain = \"ss\"\n";
 
