@@ -48,8 +48,8 @@ Holes choose_needles(const Holes& holes, const LoadingRule& rule) {
 /// How many spacers lie in each gap between a needle's seeds.
 std::vector<int> spread_evenly(int spacers, int gaps) {
   const auto before = [&](int gap) { return (2 * gap * spacers + gaps) / (2 * gaps); };  // rounded
-  std::vector<int> in_gap;
-  for (int g = 0; g < gaps; ++g) in_gap.push_back(before(g + 1) - before(g));
+  std::vector<int> in_gap(static_cast<std::size_t>(gaps));
+  for (int g = 0; g < gaps; ++g) in_gap[static_cast<std::size_t>(g)] = before(g + 1) - before(g);
   return in_gap;
 }
 
