@@ -10,9 +10,8 @@ cd "$(dirname "$0")/.."
 scripts/build.sh release brachyd brachy
 bin=build/release/bin
 work=$(mktemp -d)
-daemon=
-stop_daemon() { if [[ $daemon ]]; then kill "$daemon" 2>/dev/null || true; fi; rm -rf "$work"; }
-trap stop_daemon EXIT
+. scripts/daemon.sh
+trap 'kill_daemon; rm -rf "$work"' EXIT
 
 # Ten ways along +z; in each ten presses of the button on the way back.
 /usr/bin/python3 - >"$work/needles.csv" <<'PYTHON'
@@ -31,18 +30,10 @@ for x, y in [(-15, 0), (-10, 8), (-10, -6), (-5, 4), (-5, -6), (5, 4), (5, -6), 
     t += 0.3
     row(x, y, -35); t += 0.2
 PYTHON
-$bin/brachyd --port 0 --control-thread --json >"$work/daemon.out" 2>"$work/daemon.log" &
-daemon=$!
-until grep -q '^brachyd listening on ' "$work/daemon.out"; do
-  kill -0 $daemon 2>/dev/null || { cat "$work/daemon.log" >&2; exit 2; }
-  sleep 0.05
-done
-address=$(sed -n 's/^brachyd listening on //p' "$work/daemon.out")
+start_daemon "$work" --port 0 --control-thread --json
 echo "dose latency: 100 seeds in 34 s on $address"
 $bin/brachy replay "$work/needles.csv" --connect "$address" --json >"$work/replay.json"
-kill -TERM $daemon
-wait $daemon
-daemon=
+end_daemon
 tail -n 1 "$work/daemon.out" >"$work/summary.json"
 /usr/bin/python3 - "$work/summary.json" <<'PYTHON'
 import json, sys

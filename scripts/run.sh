@@ -12,19 +12,13 @@ bin=build/release/bin
 out=out/run-$(date +%Y%m%d-%H%M%S)-$$
 mkdir -p "$out"
 
-daemon=
+. scripts/daemon.sh
 clients=()
-stop_all() { for pid in "${clients[@]}" $daemon; do kill "$pid" 2>/dev/null || true; done; }
+stop_all() { for pid in "${clients[@]}"; do kill "$pid" 2>/dev/null || true; done; kill_daemon; }
 trap stop_all EXIT
 
 echo "run: starting the daemon with $scene"
-$bin/brachyd --config "$scene" --port 0 --control-thread >"$out/daemon.out" 2>"$out/daemon.log" &
-daemon=$!
-until grep -q '^brachyd listening on ' "$out/daemon.out"; do
-  kill -0 $daemon 2>/dev/null || { cat "$out/daemon.log" >&2; exit 2; }
-  sleep 0.05
-done
-address=$(sed -n 's/^brachyd listening on //p' "$out/daemon.out")
+start_daemon "$out" --config "$scene" --port 0 --control-thread
 
 echo "run: daemon on $address; a viewer watches, a recorder writes, the needle goes in"
 $bin/brachy watch --connect "$address" >"$out/watch.log" &
@@ -39,9 +33,7 @@ $bin/brachy replay "$trajectory" --connect "$address" >"$out/replay.log"
 kill -INT $watcher $recorder
 wait $watcher $recorder || true
 clients=()
-kill -TERM $daemon
-wait $daemon
-daemon=
+end_daemon
 
 echo
 echo "=== Summary ==="

@@ -25,16 +25,8 @@ if ((offline)); then
   exit
 fi
 
-daemon=
-stop_daemon() { if [[ $daemon ]]; then kill "$daemon" 2>/dev/null || true; fi; }
-trap stop_daemon EXIT
-$bin/brachyd --config "$scene" --port 0 --control-thread --session "$out/session" >"$out/daemon.out" 2>"$out/daemon.log" &
-daemon=$!
-until grep -q '^brachyd listening on ' "$out/daemon.out"; do
-  kill -0 $daemon 2>/dev/null || { cat "$out/daemon.log" >&2; exit 2; }
-  sleep 0.05
-done
-address=$(sed -n 's/^brachyd listening on //p' "$out/daemon.out")
+. scripts/daemon.sh
+start_daemon "$out" --config "$scene" --port 0 --control-thread --session "$out/session"
 seconds=$(tail -n 1 "$out/needles.csv" | awk -F, -v s=$speed '{print int($1 / s)}')
 echo "session: daemon on $address; $seconds s of needles"
 $bin/brachy watch --connect "$address" >"$out/watch.log" &
@@ -42,9 +34,7 @@ watcher=$!
 tail -n +1 -f --pid=$watcher "$out/watch.log" 2>/dev/null | grep --line-buffered -E '^  tick [0-9]+: .*seed' &
 $bin/brachy replay "$out/needles.csv" --connect "$address" --speed $speed >"$out/replay.log"
 kill -INT $watcher && wait $watcher || true
-kill -TERM $daemon
-wait $daemon
-daemon=
+end_daemon
 echo
 cat "$out/replay.log"
 sed -n '/^brachyd:/,$p' "$out/daemon.log"

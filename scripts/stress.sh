@@ -11,9 +11,9 @@ seconds=${1:-60}
 scripts/build.sh release brachyd brachy
 bin=build/release/bin
 work=$(mktemp -d)
-daemon=
+. scripts/daemon.sh
 watcher=
-stop_all() { for pid in $watcher $daemon; do kill "$pid" 2>/dev/null || true; done; }
+stop_all() { if [[ $watcher ]]; then kill "$watcher" 2>/dev/null || true; fi; kill_daemon; }
 trap stop_all EXIT
 
 # Without clearance no anchor steps out of the needle's way.
@@ -27,13 +27,7 @@ SCENE
 $bin/brachy inspect "$work/scene.toml" --out "$work/surface.ply" --json >"$work/inspect.json"
 /usr/bin/python3 scripts/stress.py trajectory "$seconds" "$work/inspect.json" "$work/surface.ply" >"$work/trajectory.csv"
 
-$bin/brachyd --config "$work/scene.toml" --control-thread --json >"$work/daemon.out" 2>"$work/daemon.log" &
-daemon=$!
-until grep -q '^brachyd listening on ' "$work/daemon.out"; do
-  kill -0 $daemon 2>/dev/null || { cat "$work/daemon.log" >&2; exit 2; }
-  sleep 0.05
-done
-address=$(sed -n 's/^brachyd listening on //p' "$work/daemon.out")
+start_daemon "$work" --config "$work/scene.toml" --control-thread --json
 echo "stress: $seconds s on $address"
 $bin/brachy watch --connect "$address" --json >"$work/watch.json" 2>"$work/watch.log" &
 watcher=$!
@@ -42,9 +36,7 @@ $bin/brachy replay "$work/trajectory.csv" --connect "$address" --json >"$work/re
 kill -INT $watcher
 wait $watcher
 watcher=
-kill -TERM $daemon
-wait $daemon
-daemon=
+end_daemon
 
 status=0
 /usr/bin/python3 scripts/stress.py judge "$seconds" "$work/daemon.out" "$work/watch.json" "$work/replay.json" || status=$?
