@@ -40,12 +40,12 @@ void SeedLoading::press(Held& held, const Vec3& axis) noexcept {
     held.is_asked = true;
     return;
   }
-  const std::optional<std::size_t> first = held.plan_needle ? first_left(*held.plan_needle) : std::nullopt;
-  held.asked_in_vain = !first;
-  if (!first) return held.plan_needle.reset();
+  const std::size_t first = first_left(held.plan_needle);
+  held.asked_in_vain = first == planned_.size();
+  if (held.asked_in_vain) return held.plan_needle.reset();
   // A whole train lies as planned; of one that was begun, the stylet has pushed the rest to the tip.
-  const bool is_whole = *first == first_of_needle_[*held.plan_needle];
-  held.pushed_mm = is_whole ? 0 : planned_[*first].offset_mm - 0.5 * PlanNeedle::kSeedMm;
+  const bool is_whole = first == first_of_needle_[*held.plan_needle];
+  held.pushed_mm = is_whole ? 0 : planned_[first].offset_mm - 0.5 * PlanNeedle::kSeedMm;
   held.press_tip = held.tip;
   held.axis = axis;
 }
@@ -61,21 +61,23 @@ std::optional<std::size_t> SeedLoading::plan_needle_at(const Vec3& tip, const Ve
   return {};
 }
 
-std::optional<std::size_t> SeedLoading::first_left(std::size_t plan_needle) const noexcept {
-  for (std::size_t i = first_of_needle_[plan_needle]; i < first_of_needle_[plan_needle + 1]; ++i)
+std::size_t SeedLoading::first_left(const std::optional<std::size_t>& plan_needle) const noexcept {
+  if (!plan_needle) return planned_.size();
+  for (std::size_t i = first_of_needle_[*plan_needle]; i < first_of_needle_[*plan_needle + 1]; ++i)
     if (!is_gone_[i]) return i;
-  return {};
+  return planned_.size();
 }
 
 std::optional<SeedDrop> SeedLoading::due(std::size_t n) const noexcept {
   const Held& held = held_[n];
   if (held.waits || !(is_train() ? held.plan_needle.has_value() : held.is_asked)) return {};
-  const std::optional<std::size_t> next = held.plan_needle ? first_left(*held.plan_needle) : std::nullopt;
-  if (!is_train() && !next)
+  const std::size_t next = first_left(held.plan_needle);
+  if (next == planned_.size()) {
+    if (is_train()) return {};
     return SeedDrop{Seed::kUnplanned, settings_.source, settings_.air_kerma_strength_u, held.tip};
-  if (!next) return {};
-  const PlannedSeed& seed = planned_[*next];
-  SeedDrop drop{static_cast<std::int32_t>(*next), seed.source, seed.air_kerma_strength_u, held.tip};
+  }
+  const PlannedSeed& seed = planned_[next];
+  SeedDrop drop{static_cast<std::int32_t>(next), seed.source, seed.air_kerma_strength_u, held.tip};
   if (!is_train()) return drop;
   const auto retracted = [&](const Vec3& tip) { return (held.press_tip - tip).dot(held.axis); };
   const double due_at = seed.offset_mm - held.pushed_mm, now = retracted(held.tip),

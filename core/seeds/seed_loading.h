@@ -58,7 +58,8 @@ class SeedLoading {
   };
   void press(Held& held, const Vec3& axis) noexcept;
   std::optional<std::size_t> plan_needle_at(const Vec3& tip, const Vec3& axis) const noexcept;
-  std::optional<std::size_t> first_left(std::size_t plan_needle) const noexcept;
+  /// Its first seed that is not gone; planned_.size() where there is none.
+  std::size_t first_left(const std::optional<std::size_t>& plan_needle) const noexcept;
   bool is_train() const { return settings_.applicator == "train"; }
 
   SeedSettings settings_;
