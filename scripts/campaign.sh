@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # The long form of the property tests: many random scenes through every kernel and rung, verdicts against brute force;
-# and the tests of the ladder and the tools under AddressSanitizer, which scripts/test.sh --all has no time for.
+# and the tests of the engine and the tools under AddressSanitizer, which scripts/test.sh --all has no time for.
 #   scripts/campaign.sh [SCENES]     default 100000 through the fields, a tenth of them against a grid of 0.25 mm
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -10,7 +10,8 @@ echo "campaign: $scenes scenes, every result finite and within its certificate o
 BRACHY_SCENES=$scenes build/release/bin/core_tests --gtest_brief=1 --gtest_filter='Property/*'
 echo "campaign: $((scenes / 10)) scenes, verdicts against det(I + grad u) on a grid of 0.25 mm"
 BRACHY_SCENES=$((scenes / 10)) build/release/bin/core_tests --gtest_brief=1 --gtest_filter='CellSearch.IsNever*'
-echo "campaign: the ladder and the tools under AddressSanitizer"
-scripts/build.sh asan ladder_tests apps_tests
+echo "campaign: the engine, the ladder and the tools under AddressSanitizer"
+scripts/build.sh asan core_tests ladder_tests apps_tests
+build/asan/bin/core_tests --gtest_brief=1
 build/asan/bin/ladder_tests --gtest_brief=1
 build/asan/bin/apps_tests --gtest_brief=1

@@ -33,9 +33,9 @@ if ((all)); then
   scripts/compare.sh --quick --charts out/compare-quick
   scripts/stability.sh --quick --charts out/stability-quick
   scripts/zwidth.sh --quick --charts out/zwidth-quick
-  # The ladder's and the tools' tests, half of the build, are under AddressSanitizer in scripts/campaign.sh: CI has half an
-  # hour, and what comes from outside is read in the others.
-  run_tests asan 'core_tests realtime_tests haptics_tests net_tests daemon_tests' -E 'NOT_BUILT|Package'
+  # What only computes, most of the build, is under AddressSanitizer in scripts/campaign.sh, and the tools with it: CI has
+  # half an hour, and what comes from outside is read in these.
+  run_tests asan 'input_tests realtime_tests haptics_tests net_tests daemon_tests' -E 'NOT_BUILT|Package'
   # Threads meet in the buffer, the devices, the server and the daemon: these under ThreadSanitizer.
   run_tests tsan 'realtime_tests haptics_tests net_tests daemon_tests' -R 'TripleBuffer|Device|Server|Daemon|Deadline'
 fi

@@ -20,9 +20,9 @@ namespace {
 
 Plan get_plan(const PlanOptions& options, const Scene& scene, const std::vector<Structure>& structures) {
   if (options.generate) {
-    return generate_plan(
-        structures, scene.template_grid,
-        {scene.name, scene.seeds.source, scene.dose.prescription_gy, scene.needle.length_mm});
+    return generate_plan(structures, scene.template_grid,
+                         {scene.name, scene.seeds.source, scene.dose.prescription_gy, scene.needle.length_mm,
+                          static_cast<std::size_t>(scene.seeds.max_count)});
   }
   if (options.plan) return load_plan(*options.plan, scene.template_grid, scene.needle.length_mm);
   if (auto plan = load_plan(scene)) return *plan;

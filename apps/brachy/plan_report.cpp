@@ -26,9 +26,10 @@ std::string dose_lines(const PlanReport& r) {
   std::string text;
   for (const DoseFigure& f : dose_figures()) {
     if (!std::isfinite(figure_of(r.dose, f))) continue;  // the scene has no such structure
-    text += fmt::format("  {:<22}{:>9}  {}{}\n", fmt::format("{} {}, {}", f.structure, f.name, f.unit),
-                        figure_in(r.dose, f), goal_of(f, r.plan.prescription_gy),
-                        is_missed(r, f) ? "  MISSED" : "");
+    const std::string goal = goal_of(f, r.plan.prescription_gy);
+    text +=
+        fmt::format("  {:<22}{:>9}{}{}{}\n", fmt::format("{} {}, {}", f.structure, f.name, f.unit),
+                    figure_in(r.dose, f), goal.empty() ? "" : "  ", goal, is_missed(r, f) ? "  MISSED" : "");
   }
   return text;
 }

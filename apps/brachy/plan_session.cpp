@@ -5,6 +5,7 @@ namespace {
 
 constexpr double kOutsideMm = 5;  // from the template's plane
 constexpr double kRestS = 0.5;    // before the button is pressed
+constexpr double kHoldS = 0.1;    // before it is drawn back: the press is seen where it was made
 constexpr double kReleaseS = 0.1;
 
 /// Keyframes, one after another.
@@ -43,6 +44,7 @@ Trajectory session_of(const Plan& plan, const TemplateGrid& grid, const SessionS
     device.go_to(tip, speeds.speed_mm_s);
     device.wait(kRestS);
     device.set_button(true);
+    device.wait(kHoldS);
     device.go_to(tip - train * Vec3::UnitZ(), speeds.drop_speed_mm_s);
     device.go_to(start(n), speeds.speed_mm_s);
     device.set_button(false);

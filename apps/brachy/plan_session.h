@@ -11,7 +11,7 @@ struct SessionSpeeds {
 };
 
 /// A device that does what a plan says, for seeds.applicator = "train": needle by needle, in the plan's order, the
-/// tip starts 5 mm outside its hole, goes along +z to the planned tip, rests for 0.5 s, presses the button, is drawn
+/// tip starts 5 mm outside its hole, goes along +z to the planned tip, rests for 0.5 s, presses the button, is after 0.1 s drawn
 /// back over the train's length, then out, lets the button go, and moves on to the next hole. It knows nothing of the
 /// tissue: the tip goes to where it was planned in the world, and what the tissue in front of it does is what a
 /// session is about. The plan has a needle, and its holes are the grid's (load_plan).

@@ -40,6 +40,10 @@ class Watch {
   net::ClientHandlers handlers() {
     net::ClientHandlers h;
     h.on_frame = [this](const net::FrameMessage& frame) { take(frame); };
+    h.on_dose = [this](const net::DoseMessage& dose) {
+      dose_ = dose;
+      if (!options_.json) std::cout << dose_line() << std::flush;
+    };
     h.on_event = [this](const net::EventMessage& event) {
       if (!options_.json) std::cout << fmt::format("  tick {}: {}\n", event.tick, event.text) << std::flush;
     };
@@ -62,6 +66,14 @@ class Watch {
     last_ = frame;
     last_.positions.clear();
     last_ns_ = now_ns;
+  }
+
+  /// Of the first structure, the gland.
+  std::string dose_line() const {
+    if (dose_.structures.empty()) return "";
+    const StructureDose& gland = dose_.structures.front();
+    return fmt::format("  dose of {} seeds: {} V100 {:.1f} %, D90 {:.1f} Gy\n", dose_.seeds, gland.name,
+                       gland.v100_percent, gland.d90_gy);
   }
 
   std::uint64_t ticks() const { return last_.tick - first_.tick; }
@@ -105,6 +117,12 @@ class Watch {
         {"moved", moved_},
         {"bytes", run_.client().bytes_received()}};
     add_to_json(json, "frames", certificates_);
+    json["seeds"] = run_.client().mesh().seeds().size();
+    if (!dose_.structures.empty()) {
+      json["dose_seeds"] = dose_.seeds;
+      json["v100_percent"] = dose_.structures.front().v100_percent;
+      json["d90_gy"] = dose_.structures.front().d90_gy;
+    }
     return json;
   }
 
@@ -119,6 +137,7 @@ class Watch {
         run_.client().snapshots_missed(), state.tick_ms.p50, state.tick_ms.p99, state.tick_ms.max,
         latency_ms(0.5), latency_ms(0.99), max_displacement_, moved_,
         1e-6 * static_cast<double>(run_.client().bytes_received()), to_text("frames", certificates_));
+    std::cout << dose_line();
   }
 
   WatchOptions options_;
@@ -128,6 +147,7 @@ class Watch {
   double max_displacement_ = 0;
   std::uint32_t moved_ = 0;
   CertificateTally certificates_;
+  net::DoseMessage dose_;  // the newest
   Histogram latency_;
   ClientRun run_;
 };

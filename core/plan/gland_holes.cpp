@@ -39,7 +39,9 @@ std::optional<GlandHole> look_through(const SurfaceBvh& gland, const UrethraDist
   if (count < 2) return {};
   const double near = hits[0].point.z(), far = hits[count - 1].point.z();
   GlandHole found{{}, hole, near - hole.z(), far - hole.z(), 0, urethra(at(far))};
-  for (double z = near; z < far; z += kStepMm) {
+  const int steps = static_cast<int>((far - near) / kStepMm);
+  for (int i = 0; i <= steps; ++i) {
+    const double z = near + kStepMm * i;
     found.depth_mm = std::max(found.depth_mm, -gland.closest_point(at(z)).signed_distance);
     found.urethra_mm = std::min(found.urethra_mm, urethra(at(z)));
   }

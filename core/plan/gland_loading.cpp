@@ -27,14 +27,14 @@ Holes choose_needles(const Holes& holes, const LoadingRule& rule) {
   });
   std::ranges::stable_sort(candidates, {}, &GlandHole::depth_mm);
   for (const GlandHole& hole : candidates)
-    if (is_rim(hole) && gap_to(chosen, hole) >= LoadingRule::kSpacing) chosen.push_back(hole);
+    if (is_rim(hole) && gap_to(chosen, hole) >= rule.spacing) chosen.push_back(hole);
   std::erase_if(candidates, is_rim);
   const auto farther = [&](const GlandHole& a, const GlandHole& b) {
     return gap_to(chosen, a) < gap_to(chosen, b);
   };
   while (!candidates.empty()) {
     const auto next = std::ranges::max_element(candidates, farther);
-    if (gap_to(chosen, *next) < LoadingRule::kSpacing) break;
+    if (gap_to(chosen, *next) < rule.spacing) break;
     chosen.push_back(*next);
     candidates.erase(next);
   }
@@ -48,8 +48,8 @@ Holes choose_needles(const Holes& holes, const LoadingRule& rule) {
 /// How many spacers lie in each gap between a needle's seeds.
 std::vector<int> spread_evenly(int spacers, int gaps) {
   const auto before = [&](int gap) { return (2 * gap * spacers + gaps) / (2 * gaps); };  // rounded
-  std::vector<int> in_gap;
-  for (int g = 0; g < gaps; ++g) in_gap.push_back(before(g + 1) - before(g));
+  std::vector<int> in_gap(static_cast<std::size_t>(gaps));
+  for (int g = 0; g < gaps; ++g) in_gap[static_cast<std::size_t>(g)] = before(g + 1) - before(g);
   return in_gap;
 }
 

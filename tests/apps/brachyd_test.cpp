@@ -159,7 +159,7 @@ TEST_F(Brachyd, RefusesAnAddressThatIsNotLoopback) {
 TEST_F(Brachyd, CheckConfigSaysOkToEveryShippedScene) {
   int scenes = 0;
   for (const auto& entry : std::filesystem::directory_iterator(kConfigFolder)) {
-    if (entry.path().extension() != ".toml") continue;
+    if (entry.path().extension() != ".toml" || entry.path().filename() == "plan.toml") continue;  // no scene
     ++scenes;
     const std::string file = entry.path().string();
     const Ended ended = run_brachyd({"--check-config", file});

@@ -28,7 +28,8 @@ Planned plan_for(const std::string& scene_text) {
   Planned all{parse_scene(scene_text, "scene.toml"), {}, {}};
   all.structures = load_structures(all.scene);
   all.plan = generate_plan(all.structures, all.scene.template_grid,
-                           {"test", all.scene.seeds.source, all.scene.dose.prescription_gy, 200});
+                           {"test", all.scene.seeds.source, all.scene.dose.prescription_gy, 200,
+                            static_cast<std::size_t>(all.scene.seeds.max_count)});
   return all;
 }
 
@@ -149,6 +150,25 @@ TEST(PlanGenerator, GivesTheSamePlanAgainAndOneThatLoads) {
   const Planned& p = for_the_phantom();
   EXPECT_EQ(plan_for("").plan, p.plan);
   EXPECT_EQ(parse_plan_toml(to_toml(p.plan), "plan.toml", p.scene.template_grid, 200), p.plan);
+}
+
+TEST(PlanGenerator, SmallAndLargePhantomsReachTheGoalsToo) {
+  for (const char* size : {"[35, 28, 32]", "[40, 32, 36]", "[70, 55, 60]"}) {
+    const Planned p = plan_for(std::string("[tissue]\nphantom_size_mm = ") + size);
+    const auto gland = random_doses(p, "prostate", 5'000), urethra = random_doses(p, "urethra", 3'000);
+    EXPECT_GT(percent_above(gland, 1), 95) << size;
+    EXPECT_LT(percent_above(gland, 1.5), 60) << size;
+    EXPECT_LT(100 * urethra[urethra.size() * 3 / 10], 125) << size;
+    EXPECT_GT(total_strength_u(p.plan), 0.65 * customary_strength_u(p)) << size;
+    EXPECT_LT(total_strength_u(p.plan), 1.15 * customary_strength_u(p)) << size;
+  }
+}
+
+TEST(PlanGenerator, NoPlanHasMoreSeedsThanTheSceneTakes) {
+  const Planned p = plan_for("[seeds]\nmax_count = 72");
+  EXPECT_LE(p.plan.seed_count(), 72u);
+  EXPECT_EQ(user_error([] { plan_for("[seeds]\nmax_count = 30"); }),
+            "the gland takes at least 53 seeds, and the scene 30; raise seeds.max_count");
 }
 
 TEST(PlanGenerator, RealGlandsReachTheGoalsWithoutAUrethraToSpare) {

@@ -69,8 +69,23 @@ TEST_P(SeedsOnRungs, DroppedAtADisplacedTipASeedComesHomeToItsMaterialPoint) {
 INSTANTIATE_TEST_SUITE_P(Seeds, SeedsOnRungs, ::testing::Values("psi30", "psi31", "psi32", "buhmann"),
                          [](const auto& test) { return test.param; });
 
-// A tracer placed at a material point beforehand: where its tissue is under the tip a seed falls, and both are at one place
-// when the tissue is at rest.
+// The tissue under the tip is known without any inversion: it is as far along the straight cut as the needle has cut. Pushed
+// aside by 5 mm, it is still that tissue.
+TEST(Seeds, BelongToTheTissueThatTheTipHasCutTo) {
+  Session session(small_scene());
+  const SurfaceBvh surface(load_surface(small_scene()).mesh);
+  const double entry_z = surface.first_hit(kBelow, kDeep)->point.z();
+  session.go(kBelow, kDeep, 0.25);
+  const Vec3 aside = kDeep + Vec3(4, 3, 0);
+  session.go(kDeep, aside, 0.1);
+  session.step(aside, true);
+  ASSERT_EQ(session.state.seed_count, 1u);
+  const Vec3 under_tip(kDeep.x(), kDeep.y(), entry_z + session.state.needles[0].insertion_depth_mm);
+  ASSERT_GT((under_tip - aside).norm(), 5);
+  EXPECT_LT((session.seed(0).rest - under_tip).norm(), 0.05);
+}
+
+// Beside a point of the mesh that stands next to the tip.
 TEST(Seeds, LandWithinAFewMicrometresOfTheTissueTheyFellInto) {
   Session session(small_scene());
   session.go(kBelow, kDeep, 0.25);

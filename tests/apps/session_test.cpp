@@ -1,0 +1,75 @@
+// A whole implant from the tools: plan, needles, seeds, report; and the same over the network.
+#include <csignal>
+
+#include "core/seeds/seed_file.h"
+#include "tests/apps/apps_testing.h"
+#include "tests/apps/running_brachyd.h"
+
+namespace brachy {
+namespace {
+
+using namespace test;
+
+constexpr const char* kTwoNeedles =
+    "name = \"two needles\"\nsource = \"6711\"\nair_kerma_strength_u = 0.5\n"
+    "prescription_gy = 145\nbase_plane_mm = 82\n"
+    "[[needle]]\nhole = \"H7\"\nretraction_mm = 2\ntrain = \"s-s-s\"\n"
+    "[[needle]]\nhole = \"F8\"\nretraction_mm = 5\ntrain = \"ss\"\n";
+
+struct SessionTest : ::testing::Test {
+  void SetUp() override {
+    folder.write("plan.toml", kTwoNeedles);
+    scene = folder.write("scene.toml",
+                         small_scene("[plan]\nfile = \"plan.toml\"\n[seeds]\napplicator = \"train\"\n"));
+    needles = (folder / "needles.csv").string();
+    ASSERT_TRUE(
+        exited(run_brachy({"plan", "--config", scene, "--trajectory", needles, "--speed-mm-s", "100"}), 0));
+  }
+  std::string in(const std::string& name) const { return (folder / name).string(); }
+
+  TempFolder folder;
+  std::string scene, needles;
+};
+
+TEST_F(SessionTest, OfAPlanEndsWithAllSeedsInTheTissueAndAReport) {
+  const Ended ended =
+      run_brachy({"replay", needles, "--offline", "--config", scene, "--session", in("s"), "--json"});
+  ASSERT_TRUE(exited(ended, 0));
+  EXPECT_EQ(json_of(ended).at("seeds"), 5);
+  const std::vector<Seed> seeds = load_seeds(in("s/seeds.csv"));
+  ASSERT_EQ(seeds.size(), 5u);
+  for (std::size_t i = 0; i < seeds.size(); ++i) EXPECT_EQ(seeds[i].planned, static_cast<int>(i));
+  const auto report = nlohmann::json::parse(read_file(in("s/report.json")));
+  EXPECT_NE(read_file(in("s/report.html")).find("<svg"), std::string::npos);
+  EXPECT_FALSE(report.empty());
+  // Nothing is overwritten.
+  EXPECT_TRUE(refused_in_one_line(
+      run_brachy({"replay", needles, "--offline", "--config", scene, "--session", in("s")}),
+      {"holds a recording already"}));
+}
+
+// What was recorded live, stepped again: the same seeds at the same places, bit for bit.
+TEST_F(SessionTest, PlayedOverTheNetworkRepeatsOffline) {
+  RunningBrachyd brachyd(scene, {"--session", in("live")});
+  ASSERT_TRUE(exited(run_brachy({"replay", needles, "--connect", brachyd.address, "--speed", "2"}), 0));
+  brachyd.process.send_signal(SIGTERM);
+  const Ended ended = brachyd.process.wait();
+  ASSERT_TRUE(exited(ended, 0));
+  EXPECT_EQ(json_of(ended).at("seeds_dropped"), 5);
+  EXPECT_NE(ended.err.find("report.html"), std::string::npos) << ended.err;
+  ASSERT_TRUE(exited(
+      run_brachy({"replay", in("live/poses.csv"), "--offline", "--config", scene, "--session", in("again")}),
+      0));
+  const std::vector<Seed> live = load_seeds(in("live/seeds.csv")), again = load_seeds(in("again/seeds.csv"));
+  ASSERT_EQ(live.size(), 5u);
+  ASSERT_EQ(again.size(), 5u);
+  for (std::size_t i = 0; i < 5; ++i) {
+    EXPECT_EQ(live[i].rest, again[i].rest) << i;
+    EXPECT_EQ(live[i].dropped, again[i].dropped) << i;
+    EXPECT_EQ(live[i].planned, again[i].planned) << i;
+    EXPECT_EQ(live[i].gland_motion, again[i].gland_motion) << i;
+  }
+}
+
+}  // namespace
+}  // namespace brachy
