@@ -35,7 +35,7 @@ struct Implant {
     const auto inside = [&] {
       for (;;) {
         const double x = one(random), y = one(random), z = one(random);
-        const Vec3 p = gland.min() + Vec3(x, y, z).cwiseProduct(gland.max() - gland.min());
+        Vec3 p = gland.min() + Vec3(x, y, z).cwiseProduct(gland.max() - gland.min());
         if (gland.inside(p)) return p;
       }
     };
