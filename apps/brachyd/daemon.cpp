@@ -11,71 +11,21 @@
 #include <thread>
 #include <vector>
 
+#include "apps/brachyd/daemon_setup.h"
 #include "apps/brachyd/deformation_loop.h"
 #include "apps/brachyd/force_link.h"
 #include "apps/brachyd/recorded_session.h"
 #include "apps/brachyd/snapshot_loop.h"
 #include "apps/brachyd/tick_events.h"
-#include "apps/tissue_box.h"
 #include "core/plan/plan_file.h"
 #include "core/realtime/deadline.h"
 #include "core/realtime/realtime_thread.h"
-#include "core/scene/load_tissue.h"
 #include "core/structures/load_structures.h"
 #include "haptics/network_device.h"
-#include "haptics/scripted_device.h"
-#include "haptics/trajectory/needle_trajectories.h"
 #include "net/server.h"
 
 namespace brachy {
 namespace {
-
-Simulator make_simulator(const Scene& scene) {
-  LoadedTissue loaded = load_tissue(scene);
-  const SurfaceReport& report = loaded.report;
-  spdlog::info("tissue: {} points, {} on the surface, {:.1f} cc", loaded.tissue.size(),
-               loaded.tissue.surface_count, report.volume_cc);
-  if (report.dropped_islands)
-    spdlog::warn("tissue: {} islands of {:.2g} cc together were dropped", report.dropped_islands,
-                 report.dropped_island_volume_cc);
-  if (report.flipped_triangles)
-    spdlog::info("tissue: {} triangles turned outwards", report.flipped_triangles);
-  return Simulator(scene, std::move(loaded.tissue));
-}
-
-/// By needle id: those that the scene's trajectory moves are scripted, or else all of the network.
-std::vector<std::unique_ptr<Device>> make_devices(const Scene& scene, const Tissue& tissue,
-                                                  std::size_t count) {
-  std::vector<std::unique_ptr<Device>> devices(count);
-  if (scene.device.kind == "scripted") {
-    NeedleTrajectories all =
-        load_trajectories(scene.resolve(scene.device.trajectory), static_cast<int>(count));
-    if (scene.device.centre_on_tissue) all = all.centred_on(centre_of(tissue));
-    for (const auto& needle : all.needles())
-      devices[needle.id] =
-          std::make_unique<ScriptedDevice>(needle.motion, scene.device.loop, all.start_s(), all.end_s());
-  }
-  const PoseGuardSettings guard{static_cast<std::int64_t>(scene.device.stale_pose_ms * 1e6)};
-  for (auto& device : devices)
-    if (!device) device = std::make_unique<NetworkDevice>(guard);
-  return devices;
-}
-
-net::ServerOptions server_options(const Scene& scene, const DaemonOptions& options, std::size_t needles) {
-  net::ServerOptions s;
-  s.needles = static_cast<std::uint16_t>(needles);
-  s.address = scene.server.address;
-  s.port = static_cast<std::uint16_t>(options.port.value_or(scene.server.port));
-  s.allow_remote = options.insecure_allow_remote;
-  s.max_clients = static_cast<std::uint32_t>(scene.server.max_clients);
-  s.max_message_bytes = static_cast<std::uint32_t>(scene.server.max_message_bytes);
-  s.max_poses_per_s = static_cast<std::uint32_t>(scene.server.max_poses_per_s);
-  s.server_name = "brachyd " BRACHY_VERSION;
-  s.topology_name = scene.name;
-  s.deformation_hz = scene.rates.deformation_hz;
-  s.snapshot_hz = scene.rates.snapshot_hz;
-  return s;
-}
 
 std::unique_ptr<RecordedSession> open_session(const Scene& scene, const DaemonOptions& options,
                                               const std::optional<Plan>& plan) {

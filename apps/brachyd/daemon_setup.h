@@ -1,0 +1,25 @@
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "apps/options.h"
+#include "core/scene/scene.h"
+#include "core/sim/simulator.h"
+#include "haptics/device.h"
+#include "net/server_options.h"
+
+namespace brachy {
+
+// From a scene to the parts of a daemon. All throw UserError for what the scene names and is not there or not good.
+
+/// Loads the tissue and says what it found.
+Simulator make_simulator(const Scene& scene);
+
+/// By needle id: those that the scene's trajectory moves are scripted, or else all of the network.
+std::vector<std::unique_ptr<Device>> make_devices(const Scene& scene, const Tissue& tissue,
+                                                  std::size_t count);
+
+net::ServerOptions server_options(const Scene& scene, const DaemonOptions& options, std::size_t needles);
+
+}  // namespace brachy
