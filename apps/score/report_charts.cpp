@@ -115,6 +115,9 @@ Chart displacement_chart(const SeedsScore& seeds, const Plan& plan, const Templa
           .equal_scale = true};
 }
 
+// Of the axis across the needle: rounding is no error to look at.
+constexpr double kLeastErrorMm = 0.5;
+
 Chart error_chart(const SeedsScore& seeds) {
   ChartLine fell{.name = "fell", .colour = kFell, .width_px = 0, .dot_px = 2},
       rest{.name = "at rest", .colour = kRest, .width_px = 0, .dot_px = 2.6},
@@ -126,6 +129,7 @@ Chart error_chart(const SeedsScore& seeds) {
     add(moved, s.rest.axial_mm, s.rest.lateral_mm);
     add(moved, kNoNumber, kNoNumber);
   }
+  add(moved, 0, kLeastErrorMm);  // alone it is no line
   return {.title = "Error of each seed against its plan",
           .x_label = "along the needle, mm (> 0: too deep)",
           .y_label = "across the needle, mm",
