@@ -1,43 +1,13 @@
-// Seeds over real sockets: dropped by a device's button, told to viewers with their dose, kept through a kill.
+// Seeds over real sockets: dropped by a device's button, told to viewers with their dose.
 #include <gtest/gtest.h>
 
-#include <csignal>
-
-#include "core/seeds/seed_file.h"
-#include "tests/apps/peer.h"
-#include "tests/apps/running_brachyd.h"
+#include "tests/apps/applicator.h"
 #include "tests/apps/running_daemon.h"
 
 namespace brachy {
 namespace {
 
 using namespace test;
-
-/// A device beside whose poses the button is pressed.
-class Applicator {
- public:
-  explicit Applicator(const std::string& name = "applicator")
-      : peer(net::Role::kDevice, net::kSubscribePoseHistory, false, name) {}
-
-  bool join(std::uint16_t port) { return peer.join(port); }
-  bool go(const std::vector<RigidTransform>& way) {
-    return std::all_of(way.begin(), way.end(), [&](const RigidTransform& to) { return peer.show(to); });
-  }
-  const std::vector<Seed>& seeds() const { return peer.client.mesh().seeds(); }
-  /// Presses and lets go, until one more seed is seen.
-  bool drop() {
-    const std::size_t before = seeds().size();
-    peer.client.press(true);
-    peer.client.press(false);
-    return peer.until([&] { return seeds().size() > before; });
-  }
-  bool has_event(const std::string& part) const {
-    return std::ranges::any_of(peer.events, [&](const net::EventMessage& e) {
-      return e.kind == net::EventKind::kSeed && e.text.find(part) != std::string::npos;
-    });
-  }
-  Peer peer;
-};
 
 TEST(DaemonSeeds, APressOfTheButtonDropsOneThatAllSeeWithItsDose) {
   RunningDaemon daemon(small());
@@ -105,38 +75,6 @@ TEST(DaemonSeeds, TheButtonIsInThePoseHistory) {
       if (pose.button) held.push_back(pose.tick);
   ASSERT_EQ(held.size(), 1u);
   EXPECT_EQ(held[0], device.seeds().front().tick);
-}
-
-// Whoever was told of a seed finds it again: order, count and places, however the daemon ended.
-TEST(DaemonSeeds, SurviveKillMinusNine) {
-  const TempFolder folder;
-  const std::string scene = folder.write("scene.toml", small_scene());
-  const std::string session = (folder / "session").string();
-  std::vector<Seed> told;
-  for (int run = 0; run < 3; ++run) {
-    RunningBrachyd brachyd(scene, {"--session", session});
-    Applicator device;
-    ASSERT_TRUE(device.join(brachyd.port));
-    ASSERT_TRUE(device.peer.until([&] { return !device.peer.frames.empty(); }));
-    ASSERT_GE(device.seeds().size(), told.size());
-    for (std::size_t i = 0; i < told.size(); ++i) {
-      EXPECT_EQ(device.seeds()[i].id, told[i].id);
-      EXPECT_EQ(device.seeds()[i].rest, told[i].rest);
-      EXPECT_EQ(device.seeds()[i].dropped, told[i].dropped);
-    }
-    ASSERT_TRUE(device.go(way_in()));
-    for (int i = 0; i < 3; ++i) ASSERT_TRUE(device.drop());
-    device.peer.client.press(true);  // and one that nobody waits for
-    device.peer.client.press(false);
-    device.peer.poll();
-    told = device.seeds();
-    brachyd.process.send_signal(SIGKILL);
-    EXPECT_EQ(brachyd.process.wait().signal, SIGKILL);
-    const std::vector<Seed> kept = load_seeds(session + "/seeds.csv");
-    ASSERT_GE(kept.size(), told.size());
-    EXPECT_LE(kept.size(), told.size() + 1);
-  }
-  EXPECT_GE(told.size(), 9u);
 }
 
 }  // namespace

@@ -2,8 +2,10 @@
 #include <csignal>
 
 #include "core/seeds/seed_file.h"
+#include "tests/apps/applicator.h"
 #include "tests/apps/apps_testing.h"
 #include "tests/apps/running_brachyd.h"
+#include "tests/apps/running_daemon.h"
 
 namespace brachy {
 namespace {
@@ -69,6 +71,38 @@ TEST_F(SessionTest, PlayedOverTheNetworkRepeatsOffline) {
     EXPECT_EQ(live[i].planned, again[i].planned) << i;
     EXPECT_EQ(live[i].gland_motion, again[i].gland_motion) << i;
   }
+}
+
+// Whoever was told of a seed finds it again: order, count and places, however the daemon ended.
+TEST(Session, KeepsItsSeedsThroughKillMinusNine) {
+  const TempFolder folder;
+  const std::string scene = folder.write("scene.toml", small_scene());
+  const std::string session = (folder / "session").string();
+  std::vector<Seed> told;
+  for (int run = 0; run < 3; ++run) {
+    RunningBrachyd brachyd(scene, {"--session", session});
+    Applicator device;
+    ASSERT_TRUE(device.join(brachyd.port));
+    ASSERT_TRUE(device.peer.until([&] { return !device.peer.frames.empty(); }));
+    ASSERT_GE(device.seeds().size(), told.size());
+    for (std::size_t i = 0; i < told.size(); ++i) {
+      EXPECT_EQ(device.seeds()[i].id, told[i].id);
+      EXPECT_EQ(device.seeds()[i].rest, told[i].rest);
+      EXPECT_EQ(device.seeds()[i].dropped, told[i].dropped);
+    }
+    ASSERT_TRUE(device.go(way_in()));
+    for (int i = 0; i < 3; ++i) ASSERT_TRUE(device.drop());
+    device.peer.client.press(true);  // and one that nobody waits for
+    device.peer.client.press(false);
+    device.peer.poll();
+    told = device.seeds();
+    brachyd.process.send_signal(SIGKILL);
+    EXPECT_EQ(brachyd.process.wait().signal, SIGKILL);
+    const std::vector<Seed> kept = load_seeds(session + "/seeds.csv");
+    ASSERT_GE(kept.size(), told.size());
+    EXPECT_LE(kept.size(), told.size() + 1);
+  }
+  EXPECT_GE(told.size(), 9u);
 }
 
 }  // namespace
