@@ -66,7 +66,9 @@ TEST_P(SeedsOnRungs, DroppedAtADisplacedTipASeedComesHomeToItsMaterialPoint) {
   EXPECT_EQ(session.seed(0).axis, fallen.rest_axis);
 }
 
-INSTANTIATE_TEST_SUITE_P(Seeds, SeedsOnRungs, ::testing::Values("psi30", "psi31", "psi32", "buhmann"),
+INSTANTIATE_TEST_SUITE_P(Seeds, SeedsOnRungs,
+                         ::testing::Values("psi30", "psi31", "psi32", "buhmann", "elastic",
+                                           "compact_elastic"),
                          [](const auto& test) { return test.param; });
 
 // The tissue under the tip is known without any inversion: it is as far along the straight cut as the needle has cut. Pushed
