@@ -19,8 +19,9 @@ struct DaemonOptions {
   bool check_config = false;         ///< load everything, say so, and end
   std::optional<int> port;           ///< none: the scene's
   std::optional<double> duration_s;  ///< none: until SIGINT or SIGTERM
-  std::optional<std::filesystem::path> session;  ///< folder to record into, or to go on with; none: nothing is kept
-  std::string simd;                  ///< empty: the scene's
+  std::optional<std::filesystem::path>
+      session;       ///< folder to record into, or to go on with; none: nothing is kept
+  std::string simd;  ///< empty: the scene's
   bool control_thread = false;
   bool insecure_allow_remote = false;
   bool json = false;
