@@ -23,7 +23,6 @@ DoseStatistics run_dose_loop(
     for (const Seed& seed : all.seeds().subspan(dose.seed_count())) dose.add(seed.at_rest());
     deliver(all.seeds(), dose.evaluate());
     if (all.publish_ns) statistics.drop_to_dvh_ns.record(monotonic_ns() - all.publish_ns);
-    statistics.seeds = all.count;
   }
   return statistics;
 }

@@ -14,7 +14,6 @@ namespace brachy {
 /// What the dose thread did.
 struct DoseStatistics {
   Histogram drop_to_dvh_ns;  ///< from the tick that published a seed to the DVH with it in
-  std::uint32_t seeds = 0;
 };
 
 /// Adds every seed that has fallen to the dose of those before it, at its material point (where it gives its dose for months),

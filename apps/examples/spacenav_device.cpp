@@ -1,5 +1,6 @@
 // An adapter for a real device, to copy from: a six-degree input device (a SpaceNavigator and its kin, by evdev) moves
-// the needle. What it takes: open the device, connect as role device, send poses with our clock's stamp.
+// the needle, and its buttons drop seeds. What it takes: open the device, connect as role device, send poses with our
+// clock's stamp.
 //
 //   spacenav_device HOST:PORT /dev/input/by-id/usb-3Dconnexion_SpaceNavigator-event-mouse
 //
@@ -20,6 +21,7 @@
 #include <chrono>
 #include <iostream>
 #include <string>
+#include <vector>
 
 #include "core/realtime/deadline.h"
 #include "net/client.h"
@@ -52,15 +54,17 @@ class SixAxes {
       if (got != sizeof event) return false;
       const bool axis = (event.type == EV_REL || event.type == EV_ABS) && event.code < at.size();
       if (axis) at[event.code] = event.value / kFullDeflection;
+      if (event.type == EV_KEY && (event.value != 0) != is_down_) buttons.push_back(is_down_ = !is_down_);
       if (is_played_ && event.type == EV_SYN) return true;
     }
   }
 
   std::array<double, 6> at{};
+  std::vector<bool> buttons;  ///< that went down or up since this was last cleared
 
  private:
   int file_;  // until the program ends
-  bool is_played_ = false;
+  bool is_played_ = false, is_down_ = false;
 };
 
 /// The cap's deflection is a speed. The device's frame is x right, y towards the user, z down: z pushes the needle in.
@@ -114,6 +118,8 @@ class Adapter {
     if (!is_over_) {
       X_WN_ = moved(X_WN_, axes_, 1e-3 * static_cast<double>(kCycle.count()));
       client_.send_pose(X_WN_, monotonic_ns());
+      for (const bool is_down : axes_.buttons) client_.press(is_down);  // drops a seed
+      axes_.buttons.clear();
     }
     // What is queued at the end goes out before the connection closes, that before the daemon misses poses (50 ms).
     timer_.expires_at(timer_.expiry() + (is_over_ ? 6 * kCycle : kCycle));

@@ -1,22 +1,17 @@
 #include "core/dose/dose_nrrd.h"
 
-#include <array>
 #include <bit>
-#include <charconv>
 #include <cstdint>
+
+#include "core/number_text.h"
 
 namespace brachy {
 namespace {
 
 // With as many digits as give the same bits back.
-std::string text_of(double value) {
-  std::array<char, 32> buffer;
-  return {buffer.data(), std::to_chars(buffer.data(), buffer.data() + buffer.size(), value).ptr};
-}
-
 std::string text_of(const Vec3& v) {
   std::string text;
-  for (int k = 0; k < 3; ++k) text.append(k == 0 ? "(" : ",").append(text_of(v[k]));
+  for (int k = 0; k < 3; ++k) text.append(k == 0 ? "(" : ",").append(exact_text(v[k]));
   return text.append(")");
 }
 

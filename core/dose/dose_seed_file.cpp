@@ -1,32 +1,24 @@
 #include "core/dose/dose_seed_file.h"
 
-#include <array>
-#include <charconv>
-
 #include "core/dose/source.h"
 #include "core/number_csv.h"
+#include "core/number_text.h"
 
 namespace brachy {
 namespace {
-
-// Shortest, as a user would write it.
-std::string text_of(double value) {
-  std::array<char, 32> buffer;
-  return {buffer.data(), std::to_chars(buffer.data(), buffer.data() + buffer.size(), value).ptr};
-}
 
 DoseSeed read_seed(std::span<const double> cells, const std::string& name, std::size_t line) {
   const Vec3 axis(cells[3], cells[4], cells[5]);
   const double largest = axis.cwiseAbs().maxCoeff();
   if (largest == 0)
     refuse_line(name, line, "the axis ax,ay,az is 0; give the direction the seed lies along, e.g. 0,0,1");
-  const std::optional<SourceModel> source = find_source(text_of(cells[6]));
+  const std::optional<SourceModel> source = find_source(exact_text(cells[6]));
   if (!source)
     refuse_line(name, line,
-                "no source " + text_of(cells[6]) + "; there are 6711 (I-125) and 200 (Pd-103, TheraSeed)");
+                "no source " + exact_text(cells[6]) + "; there are 6711 (I-125) and 200 (Pd-103, TheraSeed)");
   if (!(cells[7] > 0))
     refuse_line(name, line,
-                "strength_u is " + text_of(cells[7]) + "; give an air-kerma strength above 0, in U");
+                "strength_u is " + exact_text(cells[7]) + "; give an air-kerma strength above 0, in U");
   return {
       .position = {cells[0], cells[1], cells[2]},
       .axis =

@@ -31,7 +31,9 @@ TEST(SpacenavDevice, PushesTheNeedleAsFarAsTheEventsSay) {
   ASSERT_TRUE(exited(ended, 0)) << ended.err;
   EXPECT_EQ(ended.out, "100 poses sent, tip at   0   0 -45 mm\n");
   daemon.process.send_signal(SIGTERM);
-  EXPECT_EQ(json_of(daemon.process.wait()).at("poses_accepted"), 100);
+  const auto summary = json_of(daemon.process.wait());
+  EXPECT_EQ(summary.at("poses_accepted"), 100);
+  EXPECT_EQ(summary.at("drops_refused"), 1);  // one press, in the air
 }
 
 TEST(SpacenavDevice, SaysWhatIsWrong) {

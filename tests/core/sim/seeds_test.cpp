@@ -67,8 +67,7 @@ TEST_P(SeedsOnRungs, DroppedAtADisplacedTipASeedComesHomeToItsMaterialPoint) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Seeds, SeedsOnRungs,
-                         ::testing::Values("psi30", "psi31", "psi32", "buhmann", "elastic",
-                                           "compact_elastic"),
+                         ::testing::Values("psi30", "psi31", "psi32", "buhmann", "elastic"),
                          [](const auto& test) { return test.param; });
 
 // The tissue under the tip is known without any inversion: it is as far along the straight cut as the needle has cut. Pushed
