@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # The long form of the property tests: many random scenes through every kernel and rung, verdicts against brute force;
-# and the tests of the engine and the tools under AddressSanitizer, which scripts/test.sh --all has no time for.
+# and the tests under AddressSanitizer and ThreadSanitizer that scripts/test.sh --all has no time for.
 #   scripts/campaign.sh [SCENES]     default 100000 through the fields, a tenth of them against a grid of 0.25 mm
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -15,3 +15,7 @@ scripts/build.sh asan core_tests ladder_tests apps_tests
 build/asan/bin/core_tests --gtest_brief=1
 build/asan/bin/ladder_tests --gtest_brief=1
 build/asan/bin/apps_tests --gtest_brief=1
+echo "campaign: devices and server under ThreadSanitizer"
+scripts/build.sh tsan haptics_tests net_tests
+build/tsan/bin/haptics_tests --gtest_brief=1 --gtest_filter='*Device*'
+build/tsan/bin/net_tests --gtest_brief=1
