@@ -35,8 +35,7 @@ std::string RecordedSession::end() {
     failure_ = e.what();
   }
   if (!failure_.empty()) spdlog::error("session: {}", failure_);
-  const std::string kept =
-      fmt::format("{}: {} seeds, {} poses", folder_.string(), log_.seeds(), log_.poses());
+  std::string kept = fmt::format("{}: {} seeds, {} poses", folder_.string(), log_.seeds(), log_.poses());
   if (!plan_) return kept;
   const std::filesystem::path page = folder_ / "report.html";
   try {

@@ -1,6 +1,7 @@
 #include "apps/session/session_log.h"
 
 #include <algorithm>
+#include <array>
 #include <charconv>
 #include <stdexcept>
 
@@ -39,7 +40,7 @@ bool SessionLog::is_recording(const std::filesystem::path& folder) {
                              [&](const char* file) { return std::filesystem::exists(folder / file); });
 }
 
-SessionLog::SessionLog(std::filesystem::path folder, std::size_t needle_count, double period_s)
+SessionLog::SessionLog(const std::filesystem::path& folder, std::size_t needle_count, double period_s)
     : folder_(made(folder)),
       period_s_(period_s),
       columns_{needle_count > 1, true},

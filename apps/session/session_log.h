@@ -28,7 +28,7 @@ struct UsedPose {
 class SessionLog {
  public:
   /// Makes the folder. Throws UserError where it cannot be written or what it holds is no recording of such a scene.
-  SessionLog(std::filesystem::path folder, std::size_t needle_count, double period_s);
+  SessionLog(const std::filesystem::path& folder, std::size_t needle_count, double period_s);
 
   /// Whether a folder holds (part of) a recording.
   static bool is_recording(const std::filesystem::path& folder);
