@@ -24,6 +24,20 @@ DropRefusal refusal_of(Inversion result) {
   return DropRefusal::kNotConverged;
 }
 
+// Takes the seed to where the field has it; true if that is elsewhere.
+bool carry(Seed& seed, const TissueField& field) {
+  const Vec3 u = field.displacement_at(seed.rest);
+  const Vec3 half = kAlong * seed.rest_axis;  // to both sides: a field may have a cusp where its landmark is
+  const Vec3 turned =
+      0.5 * (field.displacement_at(seed.rest + half) - field.displacement_at(seed.rest - half));
+  const Vec3 position = seed.rest + u;
+  const Vec3 axis = turned.isZero(0) ? seed.rest_axis : (half + turned).normalized();
+  if (position == seed.position && axis == seed.axis) return false;
+  seed.position = position;
+  seed.axis = axis;
+  return true;
+}
+
 }  // namespace
 
 Implant::Implant(std::size_t max_count) : max_count_(max_count) {
@@ -48,28 +62,15 @@ DropRefusal Implant::drop(Seed seed, const TissueField& field, Verdict verdict,
   seed.is_certified = verdict == Verdict::kInjective;
   seed.rest = point.X;
   seed.rest_axis = (point.F.inverse() * seed.dropped_axis).normalized();
-  seed.position = seed.dropped;
-  seed.axis = seed.dropped_axis;
+  carry(seed, field);
   seeds_.push_back(seed);
   changed_.push_back(seed.tick);
   return DropRefusal::kNone;
 }
 
 void Implant::move(std::uint64_t tick, const TissueField& field) noexcept {
-  for (std::size_t i = 0; i < seeds_.size(); ++i) {
-    Seed& seed = seeds_[i];
-    const Vec3 u = field.displacement_at(seed.rest);
-    const Vec3 half =
-        kAlong * seed.rest_axis;  // to both sides: a field may have a cusp where its landmark is
-    const Vec3 turned =
-        0.5 * (field.displacement_at(seed.rest + half) - field.displacement_at(seed.rest - half));
-    const Vec3 position = seed.rest + u;
-    const Vec3 axis = turned.isZero(0) ? seed.rest_axis : (half + turned).normalized();
-    if (position == seed.position && axis == seed.axis) continue;
-    seed.position = position;
-    seed.axis = axis;
-    changed_[i] = tick;
-  }
+  for (std::size_t i = 0; i < seeds_.size(); ++i)
+    if (carry(seeds_[i], field)) changed_[i] = tick;
 }
 
 }  // namespace brachy

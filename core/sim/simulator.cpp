@@ -137,7 +137,6 @@ void Simulator::step(std::span<const NeedlePose> poses, MeshState& state) noexce
   gather_landmarks();
   deform();
   drop_seeds();
-  implant_.move(tick_, *field_);
   write(state);
 }
 
@@ -210,7 +209,9 @@ void Simulator::deform() noexcept {
   }
   flags_ |= field_->flags();
   ++evaluation_counts_[static_cast<std::size_t>(field_->evaluation())];
-  if (field_->evaluation() != Evaluation::kIdle) apply_field();
+  if (field_->evaluation() == Evaluation::kIdle) return;
+  apply_field();
+  implant_.move(tick_, *field_);
 }
 
 // Blocks in reach take their displacement; those that were displaced and are out of reach now go back to rest. No other
