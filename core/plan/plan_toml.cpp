@@ -1,5 +1,4 @@
 #include "core/dose/source.h"
-#include "core/error.h"
 #include "core/number_text.h"
 #include "core/plan/plan_check.h"
 #include "core/plan/plan_file.h"
@@ -38,13 +37,7 @@ std::string escaped(const std::string& text) {
 
 Plan parse_plan_toml(std::string_view text, const std::string& name, const TemplateGrid& grid,
                      double needle_length_mm) {
-  toml::table root;
-  try {
-    root = toml::parse(text, name);
-  } catch (const toml::parse_error& e) {
-    throw UserError(name + ":" + std::to_string(e.source().begin.line) +
-                    ": not valid TOML: " + std::string(e.description()));
-  }
+  const toml::table root = parse_toml(text, name);
   TomlTable t(&root, "", name);
   Plan plan;
   std::string source = "6711";

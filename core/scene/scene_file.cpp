@@ -272,13 +272,7 @@ void read_realtime(TomlTable t, RealtimeSettings& s) {
 
 Scene parse_scene(std::string_view text, const std::string& name) {
   Scene scene;
-  toml::table root;
-  try {
-    root = toml::parse(text, name);
-  } catch (const toml::parse_error& e) {
-    throw UserError(name + ":" + std::to_string(e.source().begin.line) +
-                    ": not valid TOML: " + std::string(e.description()));
-  }
+  const toml::table root = parse_toml(text, name);
   TomlTable top(&root, "", name);
   top.text("name", scene.name);
   read_tissue(top.table("tissue"), scene.tissue);

@@ -37,6 +37,15 @@ std::string listed(const std::vector<std::string>& names) {
 
 }  // namespace
 
+toml::table parse_toml(std::string_view text, const std::string& name) {
+  try {
+    return toml::parse(text, name);
+  } catch (const toml::parse_error& e) {
+    throw UserError(name + ":" + std::to_string(e.source().begin.line) +
+                    ": not valid TOML: " + std::string(e.description()));
+  }
+}
+
 const toml::node* TomlTable::find(const char* key) {
   known_.emplace_back(key);
   return table_ ? table_->get(key) : nullptr;

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <toml++/toml.h>
@@ -11,6 +12,9 @@
 #include "core/number_text.h"
 
 namespace brachy {
+
+/// A file's text, whose `name` is what errors call it. Throws UserError "name:line: not valid TOML: …".
+toml::table parse_toml(std::string_view text, const std::string& name);
 
 /// One [table] of a scene file: takes the keys it is asked for, then refuses what is left over. Every refusal is a
 /// UserError that names the file, the line, the key and what it may be.

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "core/dose/source.h"
 #include "core/number_csv.h"
 
 namespace brachy {
@@ -59,13 +60,9 @@ Seed read_seed(Row row, std::size_t expected_id) {
   seed.needle = row.whole<std::uint16_t>("needle", 0, 65535);
   seed.planned = row.whole<std::int32_t>("planned", -1, kMaxSeeds);
   seed.is_certified = row.whole<int>("certified", 0, 1) == 1;
-  const int source = row.whole<int>("source", 0, 1e9);
-  if (source == 6711)
-    seed.source = SourceModel::kAmersham6711;
-  else if (source == 200)
-    seed.source = SourceModel::kTheraSeed200;
-  else
-    row.refuse("source is neither 6711 nor 200");
+  const auto source = find_source(std::to_string(row.whole<int>("source", 0, 1e9)));
+  if (!source) row.refuse("source is neither 6711 nor 200");
+  seed.source = *source;
   seed.air_kerma_strength_u = row.number();
   if (!(seed.air_kerma_strength_u > 0)) row.refuse("strength_u is not positive");
   seed.dropped = row.vector();
