@@ -225,16 +225,17 @@ void encode_body(const FrameMessage& message, Bytes& out) {
   assert(message.positions.size() == 3 * points);
   writer.floats(message.positions);
   const bool has_forces = forces_count(message) > 0;
-  const bool has_poses = !message.poses_of_needles.empty(), has_held = has_buttons(message);
+  const bool has_poses = !message.poses_of_needles.empty();
+  const std::vector<HeldTicks> held = held_ticks(message);
   writer.u16(static_cast<std::uint16_t>(has_forces + message.has_seeds + message.certificate.has_value() +
-                                        message.has_pose_history + has_poses + has_held));
+                                        message.has_pose_history + has_poses + !held.empty()));
   writer.u16(0);
   if (has_forces) write_forces(writer, message);
   if (message.has_seeds) write_seeds(writer, message);
   if (message.certificate) write_certificate(writer, *message.certificate);
   if (message.has_pose_history) write_pose_history(writer, message.pose_history);
   if (has_poses) write_poses_of_needles(writer, message.poses_of_needles);
-  if (has_held) write_buttons(writer, message);
+  if (!held.empty()) write_buttons(writer, held);
 }
 
 DecodeResult decode_body(std::span<const std::byte> body, FrameMessage& message) {

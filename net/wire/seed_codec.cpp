@@ -71,13 +71,6 @@ void add_held(std::uint16_t needle, const std::vector<TickPose>& poses, std::vec
   }
 }
 
-std::vector<HeldTicks> held_ticks(const FrameMessage& message) {
-  std::vector<HeldTicks> held;
-  add_held(0, message.pose_history, held);
-  for (const NeedlePoses& needle : message.poses_of_needles) add_held(needle.needle, needle.poses, held);
-  return held;
-}
-
 }  // namespace
 
 void write_seeds(ByteWriter& writer, const FrameMessage& message) {
@@ -102,12 +95,14 @@ void read_seeds(ByteReader& reader, FrameMessage& message) {
   if (message.full && count != message.seed_count) reader.fail("a full frame lacks seeds");
 }
 
-bool has_buttons(const FrameMessage& message) {
-  return !held_ticks(message).empty();
+std::vector<HeldTicks> held_ticks(const FrameMessage& message) {
+  std::vector<HeldTicks> held;
+  add_held(0, message.pose_history, held);
+  for (const NeedlePoses& needle : message.poses_of_needles) add_held(needle.needle, needle.poses, held);
+  return held;
 }
 
-void write_buttons(ByteWriter& writer, const FrameMessage& message) {
-  const std::vector<HeldTicks> held = held_ticks(message);
+void write_buttons(ByteWriter& writer, const std::vector<HeldTicks>& held) {
   write_section_head(writer, static_cast<std::uint16_t>(FrameSection::kButtons),
                      4 + kHeldBytes * held.size());
   writer.u32(static_cast<std::uint32_t>(held.size()));
