@@ -8,32 +8,9 @@ from=$PWD
 cd "$(dirname "$0")/.."
 usage() { sed -n '2,5s/^# \?//p' "$0" >&2; exit 2; }
 
-charts=out/dose-$(date +%Y%m%d-%H%M%S)-$$
-json=
-store=
-options=()
-while (($#)); do
-  case $1 in
-    --charts | --json) (($# > 1)) || usage ;;&
-    --charts) charts=$(cd "$from" && realpath -m "$2"); shift ;;
-    --json) json=$(cd "$from" && realpath -m "$2"); shift ;;
-    --quick) options+=("$1") ;;
-    --store) store=1 ;;
-    *) usage ;;
-  esac
-  shift
-done
+. scripts/chart_options.sh
 
-if [[ $store && ${#options[@]} -gt 0 ]]; then
-  echo "dose: --store takes the whole run; leave out --quick" >&2
-  exit 2
-fi
-if [[ $store ]]; then charts=tests/reference/dose; fi
-scripts/setup.sh --charts
 scripts/build.sh release brachy_bench
-mkdir -p "$charts" out
-kept=${json:-out/dose.json}
-mkdir -p "$(dirname "$kept")"
 build/release/bin/brachy_bench "${options[@]}" --benchmark_filter=^dose/ --json="$kept"
 /usr/bin/python3 scripts/dose_chart.py "$kept" "$charts"
 echo "dose: figures in $kept, table and chart in $charts"
