@@ -19,18 +19,14 @@ constexpr std::size_t kReadBufferBytes = 128 * 1024;
 constexpr int kSendBufferBytes = 64 * 1024;
 constexpr std::size_t kMaxQueuedMessages = 64;  // pings, answers and state requests
 
-template <class Handler, class... Args>
-void call(const Handler& handler, const Args&... args) {
-  if (handler) handler(args...);
-}
-
 }  // namespace
 
 class Client::Impl final : public ConnectionListener, public std::enable_shared_from_this<Client::Impl> {
  public:
   Impl(asio::io_context& io, ClientOptions given, ClientHandlers handlers)
       : options_(std::move(given)),
-        handlers_(std::move(handlers)),
+        on_closed_(handlers.on_closed),
+        messages_(wrap(std::move(handlers))),
         io_(io),
         timer_(io),
         parser_(options_.max_message_bytes),
@@ -92,22 +88,18 @@ class Client::Impl final : public ConnectionListener, public std::enable_shared_
     connection_->close();
     connection_.reset();
     timer_.cancel();
-    if (!reason.empty()) call(handlers_.on_closed, reason);
+    if (!reason.empty() && on_closed_) on_closed_(reason);
   }
-
-  void forget_handlers() { handlers_ = {}; }
 
   std::uint16_t needle() const { return needle_; }
 
   const ClientOptions options_;
-  ClientHandlers handlers_;
-  FrameAssembler mesh_;
+  std::function<void(const std::string&)> on_closed_;
+  ServerMessages messages_;
   ClockOffset clock_;
   std::shared_ptr<Connection> connection_;  // null before connect() and after the end
   std::uint64_t poses_sent_ = 0;
   std::uint64_t poses_dropped_ = 0;
-  std::uint64_t frames_ = 0;
-  std::uint64_t snapshots_missed_ = 0;
   std::uint64_t bytes_received_ = 0;
 
  private:
@@ -126,7 +118,8 @@ class Client::Impl final : public ConnectionListener, public std::enable_shared_
       const DecodeResult result = parser_.next(message);
       if (result.is_bad()) return end("bad message from the server: " + std::string(result.reason));
       if (!result.is_good()) return;
-      handle(message);
+      if (const auto why = take(message); !why.empty())
+        return end("bad message from the server: " + std::string(why));
     }
   }
 
@@ -138,81 +131,28 @@ class Client::Impl final : public ConnectionListener, public std::enable_shared_
   void on_closed(const std::string& reason) override {
     connection_.reset();
     timer_.cancel();
-    call(handlers_.on_closed, fatal_.empty() ? reason : fatal_);
+    if (on_closed_) on_closed_(fatal_.empty() ? reason : fatal_);
   }
 
-  template <class M, class Handle>
-  void decode(const MessageParser::Message& message, M& decoded, const Handle& handle_decoded) {
-    const DecodeResult result = decode_body(message.body, decoded);
-    if (!result.is_good()) return end("bad message from the server: " + std::string(result.reason));
-    handle_decoded();
+  // We know of some before their handlers do.
+  MessageHandlers wrap(MessageHandlers handlers) {
+    handlers.on_welcome = [this, own = std::move(handlers.on_welcome)](const WelcomeMessage& welcome) {
+      if (welcome.needle != kAnyNeedle) needle_ = welcome.needle;
+      if (own) own(welcome);
+    };
+    handlers.on_error = [this, own = std::move(handlers.on_error)](const ErrorMessage& error) {
+      if (error.fatal) fatal_ = error.text;
+      if (own) own(error);
+    };
+    return handlers;
   }
 
-  void handle(const MessageParser::Message& message) {
-    switch (message.header.type) {
-      case MessageType::kWelcome: {
-        WelcomeMessage welcome;
-        return decode(message, welcome, [&] {
-          if (welcome.needle != kAnyNeedle) needle_ = welcome.needle;
-          call(handlers_.on_welcome, welcome);
-        });
-      }
-      case MessageType::kTopology: {
-        TopologyMessage topology;
-        return decode(message, topology, [&] {
-          if (const auto why = mesh_.start(topology); !why.empty()) return end(std::string(why));
-          call(handlers_.on_topology, topology);
-        });
-      }
-      case MessageType::kFrame:
-        return decode(message, frame_, [&] { handle_frame(); });
-      case MessageType::kState: {
-        StateMessage state;
-        return decode(message, state, [&] { call(handlers_.on_state, state); });
-      }
-      case MessageType::kEvent: {
-        EventMessage event;
-        return decode(message, event, [&] { call(handlers_.on_event, event); });
-      }
-      case MessageType::kError: {
-        ErrorMessage error;
-        return decode(message, error, [&] {
-          if (error.fatal) fatal_ = error.text;
-          call(handlers_.on_error, error);
-        });
-      }
-      case MessageType::kPing: {
-        PingMessage ping;
-        return decode(message, ping, [&] { handle_ping(ping, message.header); });
-      }
-      case MessageType::kForce: {
-        ForceMessage force;
-        return decode(message, force, [&] { call(handlers_.on_force, force); });
-      }
-      case MessageType::kLocalModel: {
-        LocalModelMessage model;
-        return decode(message, model, [&] { call(handlers_.on_local_model, model); });
-      }
-      case MessageType::kDose: {
-        DoseMessage dose;
-        return decode(message, dose, [&] { call(handlers_.on_dose, dose); });
-      }
-      case MessageType::kHello:
-      case MessageType::kPose:
-      case MessageType::kArm:
-      case MessageType::kDrop:
-        return end("bad message from the server: only a client sends messages of this type");
-    }
-  }
-
-  void handle_frame() {
-    if (const auto why = mesh_.apply(frame_); !why.empty()) return end(std::string(why));
-    if (frames_ > 0 && frame_.snapshot_sequence > last_snapshot_) {
-      snapshots_missed_ += frame_.snapshot_sequence - last_snapshot_ - 1;
-    }
-    last_snapshot_ = frame_.snapshot_sequence;
-    ++frames_;
-    call(handlers_.on_frame, frame_);
+  std::string_view take(const MessageParser::Message& message) {
+    if (message.header.type != MessageType::kPing) return messages_.take(message.header, message.body);
+    PingMessage ping;
+    const DecodeResult result = decode_body(message.body, ping);
+    if (result.is_good()) handle_ping(ping, message.header);
+    return result.reason;
   }
 
   void handle_ping(const PingMessage& ping, const Header& header) {
@@ -253,14 +193,12 @@ class Client::Impl final : public ConnectionListener, public std::enable_shared_
   asio::io_context& io_;
   asio::steady_timer timer_;
   MessageParser parser_;
-  FrameMessage frame_;
   std::uint16_t needle_;
   std::deque<Outgoing> queue_;
   std::deque<Outgoing> poses_;  // and button presses among them
   bool is_writing_ = false;
   std::string fatal_;  // text of the fatal ERROR that came
   std::uint64_t sent_sequence_ = 0;
-  std::uint64_t last_snapshot_ = 0;
   std::uint64_t ping_nonce_ = 0;
   std::int64_t last_heard_ns_ = 0;
   std::int64_t last_ping_ns_ = 0;
@@ -270,7 +208,7 @@ Client::Client(asio::io_context& io, ClientOptions options, ClientHandlers handl
     : impl_(std::make_shared<Impl>(io, std::move(options), std::move(handlers))) {}
 
 Client::~Client() {
-  impl_->forget_handlers();
+  impl_->on_closed_ = {};
   impl_->end("");
 }
 
@@ -299,7 +237,7 @@ bool Client::is_open() const {
   return impl_->connection_ != nullptr;
 }
 const FrameAssembler& Client::mesh() const {
-  return impl_->mesh_;
+  return impl_->messages_.mesh();
 }
 std::uint64_t Client::poses_sent() const {
   return impl_->poses_sent_;
@@ -308,10 +246,10 @@ std::uint64_t Client::poses_dropped() const {
   return impl_->poses_dropped_;
 }
 std::uint64_t Client::frames() const {
-  return impl_->frames_;
+  return impl_->messages_.frames();
 }
 std::uint64_t Client::snapshots_missed() const {
-  return impl_->snapshots_missed_;
+  return impl_->messages_.snapshots_missed();
 }
 std::uint64_t Client::bytes_received() const {
   return impl_->bytes_received_;

@@ -10,8 +10,7 @@
 
 #include "core/error.h"
 #include "net/clock_offset.h"
-#include "net/wire/frame_assembler.h"
-#include "net/wire/messages.h"
+#include "net/server_messages.h"
 
 namespace boost::asio {
 class io_context;
@@ -35,17 +34,8 @@ struct ClientOptions {
 
 /// Called on the io thread, in the order the messages came. Empty ones are skipped. A handler may close() the client,
 /// but not destroy it.
-struct ClientHandlers {
-  std::function<void(const WelcomeMessage&)> on_welcome;
-  std::function<void(const TopologyMessage&)> on_topology;
-  std::function<void(const FrameMessage&)> on_frame;  ///< after it was applied to mesh()
-  std::function<void(const StateMessage&)> on_state;
-  std::function<void(const EventMessage&)> on_event;
-  std::function<void(const ErrorMessage&)> on_error;
-  std::function<void(const DoseMessage&)> on_dose;
-  std::function<void(const ForceMessage&)> on_force;  ///< of several at once only the last is current
-  std::function<void(const LocalModelMessage&)> on_local_model;  ///< likewise
-  std::function<void(const std::string& reason)> on_closed;      ///< once, last; not after close()
+struct ClientHandlers : MessageHandlers {
+  std::function<void(const std::string& reason)> on_closed;  ///< once, last; not after close()
 };
 
 /// A viewer's or device's end of the native protocol, for the tools and tests. Any message that breaks the protocol

@@ -100,6 +100,36 @@ TEST_F(ClientTest, ClosesOnAnythingThatIsNotTheProtocol) {
   EXPECT_NE(closed_after(bytes).find("limit"), std::string::npos);
 }
 
+TEST_F(ClientTest, HandsOutEveryMessageAsItCameBeforeItsHandler) {
+  FakeServer fake(io);
+  std::vector<std::string> order;
+  Bytes handed_out;
+  ClientHandlers h;
+  h.on_message = [&](const Header& header, std::span<const std::byte> body) {
+    order.push_back("message");
+    encode_header(header, handed_out);
+    handed_out.insert(handed_out.end(), body.begin(), body.end());
+  };
+  h.on_welcome = [&](const WelcomeMessage&) { order.push_back("welcome"); };
+  h.on_event = [&](const EventMessage&) { order.push_back("event"); };
+  h.on_closed = [&](const std::string&) { order.push_back("closed"); };
+  Client client(io, {}, std::move(h));
+  client.connect("127.0.0.1", fake.port());
+  Bytes said, event, rest;
+  encode(WelcomeMessage{}, 1, 5, said);
+  encode(EventMessage{EventKind::kNote, 0, 7, "a"}, 2, 6, event);
+  said.insert(said.end(), event.begin(), event.end());
+  const Bytes good = said;
+  encode(PingMessage{}, 3, 7, rest);                                                   // not what is recorded
+  encode_header({kProtocolVersion, static_cast<MessageType>(999), 0, 0, 4, 8}, rest);  // of a later version
+  encode(FrameMessage{}, 5, 9, rest);  // before any topology: refused
+  said.insert(said.end(), rest.begin(), rest.end());
+  fake.say(said);
+  ASSERT_TRUE(until([&] { return !client.is_open(); }));
+  EXPECT_EQ(handed_out, good);
+  EXPECT_EQ(order, (std::vector<std::string>{"message", "welcome", "message", "event", "closed"}));
+}
+
 TEST_F(ClientTest, GivesUpAServerThatSaysNothing) {
   FakeServer fake(io);
   ClientOptions options;
