@@ -15,12 +15,14 @@ class ConnectionListener {
  public:
   virtual ~ConnectionListener() = default;
   virtual void on_bytes(std::span<const std::byte> bytes) = 0;
+  /// From a transport with messages of its own, such as WebSocket: one whole message, as it was sent.
+  virtual void on_message(std::span<const std::byte> bytes) { on_bytes(bytes); }
   virtual void on_written() = 0;
   /// The peer or the network ended it; last call. Not after Connection::close().
   virtual void on_closed(const std::string& reason) = 0;
 };
 
-/// A byte stream to one peer: the seam between the sessions and the transport (TCP here).
+/// A byte stream to one peer: the seam between the sessions and the transport (TCP, WebSocket).
 /// Threads: the io thread only.
 class Connection {
  public:

@@ -60,7 +60,8 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
         topology_hash_(topology.hash),
         topology_body_(encode_topology(topology)),
         frames_(std::move(blocks), topology.hash),
-        acceptor_(std::make_shared<Acceptor>(io, options_)),
+        acceptor_(std::make_shared<Acceptor>(
+            io, ListenOptions{options_.address, options_.port, options_.allow_remote, "--port"})),
         timer_(io),
         leases_(options_.needles) {}
 
@@ -69,6 +70,18 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
                      [this](const std::string& line) { log(line); });
     next_state_ns_ = monotonic_ns();
     keep_house();
+  }
+
+  void adopt(std::shared_ptr<Connection> connection) {
+    if (is_stopped_ || sessions_.size() >= options_.max_clients + kMaxRefused) return connection->close();
+    const bool is_full = client_count() >= options_.max_clients;
+    const auto session = std::make_shared<Session>(++last_session_, std::move(connection), *this, options_);
+    sessions_.emplace(session->id(), session);
+    session->start();
+    if (is_full) {
+      session->fail(ErrorCode::kBusy,
+                    "all " + std::to_string(options_.max_clients) + " client places are taken");
+    }
   }
 
   void publish(std::shared_ptr<const MeshState> state) {
@@ -247,17 +260,7 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
   }
 
   void on_socket(asio::ip::tcp::socket socket) {
-    if (sessions_.size() >= options_.max_clients + kMaxRefused) return;  // closes it
-    const bool is_full = client_count() >= options_.max_clients;
-    auto connection =
-        std::make_shared<TcpConnection>(std::move(socket), options_.send_buffer_bytes, kReadBufferBytes);
-    const auto session = std::make_shared<Session>(++last_session_, std::move(connection), *this, options_);
-    sessions_.emplace(session->id(), session);
-    session->start();
-    if (is_full) {
-      session->fail(ErrorCode::kBusy,
-                    "all " + std::to_string(options_.max_clients) + " client places are taken");
-    }
+    adopt(std::make_shared<TcpConnection>(std::move(socket), options_.send_buffer_bytes, kReadBufferBytes));
   }
 
   void keep_house() {
@@ -317,6 +320,13 @@ const std::string& Server::address() const {
 }
 std::uint64_t Server::topology_hash() const {
   return impl_->topology_hash();
+}
+
+const ServerOptions& Server::options() const {
+  return impl_->options();
+}
+void Server::adopt(std::shared_ptr<Connection> connection) {
+  impl_->adopt(std::move(connection));
 }
 
 void Server::publish(std::shared_ptr<const MeshState> state) {

@@ -8,6 +8,7 @@
 #include "core/error.h"
 #include "core/sim/mesh_state.h"
 #include "core/tissue/tissue.h"
+#include "net/connection.h"
 #include "net/server_options.h"
 #include "net/wire/messages.h"
 
@@ -37,6 +38,11 @@ class Server {
   std::uint16_t port() const;          ///< the port bound
   const std::string& address() const;  ///< the address bound
   std::uint64_t topology_hash() const;
+  const ServerOptions& options() const;
+
+  /// Starts a session on a connection that another listener made: one of max_clients like those over TCP. One too many
+  /// is told BUSY; far too many, or any after stop(), are closed at once.
+  void adopt(std::shared_ptr<Connection> connection);
 
   /// A new snapshot for everybody; `state` must not change any more. Its ticks must not go backwards, unless the
   /// simulation began anew (then everybody gets a full frame).

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "net/clock.h"
+#include "net/wire/codec.h"
 
 namespace brachy::net {
 namespace {
@@ -39,6 +40,16 @@ void Session::on_bytes(std::span<const std::byte> bytes) {
     last_message_ns_ = monotonic_ns();
     handle(message);
   }
+}
+
+void Session::on_message(std::span<const std::byte> bytes) {
+  Header header;
+  const DecodeResult result = decode_header(bytes, options_.max_message_bytes, header);
+  if (result.is_bad() || (result.is_good() && bytes.size() == kHeaderSize + header.length))
+    return on_bytes(bytes);  // on_bytes says what is bad
+  if (!is_closing())
+    fail(ErrorCode::kProtocol, "a WebSocket message must hold exactly one message",
+         parser_.last_sequence() + 1);
 }
 
 template <class M>

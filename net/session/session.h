@@ -84,6 +84,7 @@ class Session final : public ConnectionListener, public std::enable_shared_from_
   };
 
   void on_bytes(std::span<const std::byte> bytes) override;
+  void on_message(std::span<const std::byte> bytes) override;
   void on_written() override;
   void on_closed(const std::string& reason) override;
 

@@ -3,6 +3,7 @@
 #include <boost/asio/error.hpp>
 #include <boost/asio/ip/address.hpp>
 #include <boost/asio/socket_base.hpp>
+#include <chrono>
 #include <utility>
 
 #include "core/error.h"
@@ -13,7 +14,7 @@ namespace {
 
 constexpr std::chrono::milliseconds kRetryDelay{100};
 
-asio::ip::tcp::endpoint checked_endpoint(const ServerOptions& options) {
+asio::ip::tcp::endpoint checked_endpoint(const ListenOptions& options) {
   boost::system::error_code error;
   const std::string literal = options.address == "localhost" ? "127.0.0.1" : options.address;
   const auto address = asio::ip::make_address(literal, error);
@@ -28,20 +29,18 @@ asio::ip::tcp::endpoint checked_endpoint(const ServerOptions& options) {
   return {address, options.port};
 }
 
-[[noreturn]] void refuse(const ServerOptions& options, const boost::system::error_code& error) {
+[[noreturn]] void refuse(const ListenOptions& options, const boost::system::error_code& error) {
   const std::string place = "port " + std::to_string(options.port) + " on " + options.address;
+  const std::string with = " with " + options.port_option + " (0 = any free one)";
   if (error == asio::error::address_in_use) {
-    throw UserError(place +
-                    " is in use: stop the program that holds it, or choose another with --port (0 = any "
-                    "free one)");
+    throw UserError(place + " is in use: stop the program that holds it, or choose another" + with);
   }
-  throw UserError("cannot listen on " + place + ": " + error.message() +
-                  "; choose another with --port (0 = any " + "free one)");
+  throw UserError("cannot listen on " + place + ": " + error.message() + "; choose another" + with);
 }
 
 }  // namespace
 
-Acceptor::Acceptor(asio::io_context& io, const ServerOptions& options) : acceptor_(io), retry_(io) {
+Acceptor::Acceptor(asio::io_context& io, const ListenOptions& options) : acceptor_(io), retry_(io) {
   const auto endpoint = checked_endpoint(options);
   boost::system::error_code error;
   acceptor_.open(endpoint.protocol(), error);

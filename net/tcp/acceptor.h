@@ -8,9 +8,15 @@
 #include <memory>
 #include <string>
 
-#include "net/server_options.h"
-
 namespace brachy::net {
+
+/// Where to listen.
+struct ListenOptions {
+  std::string address = "127.0.0.1";   ///< an IP address, or localhost
+  std::uint16_t port = 0;              ///< 0 = any free one
+  bool allow_remote = false;           ///< take an address that is not loopback
+  std::string port_option = "--port";  ///< what the user gives to choose another port
+};
 
 /// Listens and hands over connected sockets. An accept that fails (no descriptors left, …) is tried again after
 /// 100 ms, for ever. Threads: the io thread.
@@ -20,7 +26,7 @@ class Acceptor : public std::enable_shared_from_this<Acceptor> {
   using Log = std::function<void(const std::string&)>;
 
   /// Binds and listens. Throws UserError that names the fix.
-  Acceptor(boost::asio::io_context& io, const ServerOptions& options);
+  Acceptor(boost::asio::io_context& io, const ListenOptions& options);
 
   void start(OnSocket on_socket, Log log);
   void stop();  ///< no call of on_socket or log after it

@@ -1,41 +1,22 @@
 #include "net/tcp/tcp_connection.h"
 
-#include <linux/sockios.h>
-#include <sys/ioctl.h>
-
 #include <algorithm>
 #include <array>
 #include <boost/asio/buffer.hpp>
 #include <boost/asio/error.hpp>
 #include <boost/asio/post.hpp>
-#include <boost/asio/socket_base.hpp>
 #include <cassert>
 #include <utility>
 
 #include "net/clock.h"
+#include "net/tcp/tcp_socket.h"
 
 namespace brachy::net {
 namespace asio = boost::asio;
-namespace {
-
-std::string describe(const asio::ip::tcp::socket& socket) {
-  boost::system::error_code error;
-  const auto endpoint = socket.remote_endpoint(error);
-  if (error) return "unknown";
-  const std::string address = endpoint.address().to_string();
-  const std::string shown = endpoint.address().is_v6() ? "[" + address + "]" : address;
-  return shown + ":" + std::to_string(endpoint.port());
-}
-
-}  // namespace
-
 TcpConnection::TcpConnection(asio::ip::tcp::socket socket, int send_buffer_bytes,
                              std::size_t read_buffer_bytes)
-    : socket_(std::move(socket)), peer_(describe(socket_)), read_buffer_(read_buffer_bytes) {
-  boost::system::error_code ignored;
-  socket_.non_blocking(true, ignored);
-  socket_.set_option(asio::ip::tcp::no_delay(true), ignored);
-  socket_.set_option(asio::socket_base::send_buffer_size(send_buffer_bytes), ignored);
+    : socket_(std::move(socket)), peer_(peer_of(socket_)), read_buffer_(read_buffer_bytes) {
+  set_up(socket_, send_buffer_bytes);
 }
 
 void TcpConnection::start(std::shared_ptr<ConnectionListener> listener) {
@@ -98,9 +79,7 @@ void TcpConnection::write_some(bool has_waited) {
 }
 
 std::size_t TcpConnection::unsent_bytes() const {
-  int bytes = 0;
-  if (::ioctl(socket_.native_handle(), SIOCOUTQNSD, &bytes) != 0) return 0;
-  return bytes > 0 ? static_cast<std::size_t>(bytes) : 0;
+  return net::unsent_bytes(socket_);
 }
 
 void TcpConnection::shutdown_send() {

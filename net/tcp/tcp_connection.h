@@ -9,8 +9,7 @@
 
 namespace brachy::net {
 
-/// Connection over TCP: TCP_NODELAY, and a send buffer of `send_buffer_bytes`, so that little stale mesh waits in
-/// the kernel. Errors of the socket options are ignored: the connection still works.
+/// Connection over TCP. `send_buffer_bytes` is SO_SNDBUF (tcp_socket.h).
 class TcpConnection final : public Connection, public std::enable_shared_from_this<TcpConnection> {
  public:
   TcpConnection(boost::asio::ip::tcp::socket socket, int send_buffer_bytes, std::size_t read_buffer_bytes);

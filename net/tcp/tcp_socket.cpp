@@ -1,0 +1,33 @@
+#include "net/tcp/tcp_socket.h"
+
+#include <linux/sockios.h>
+#include <sys/ioctl.h>
+
+#include <boost/asio/socket_base.hpp>
+
+namespace brachy::net {
+namespace asio = boost::asio;
+
+std::string peer_of(const asio::ip::tcp::socket& socket) {
+  boost::system::error_code error;
+  const auto endpoint = socket.remote_endpoint(error);
+  if (error) return "unknown";
+  const std::string address = endpoint.address().to_string();
+  const std::string shown = endpoint.address().is_v6() ? "[" + address + "]" : address;
+  return shown + ":" + std::to_string(endpoint.port());
+}
+
+void set_up(asio::ip::tcp::socket& socket, int send_buffer_bytes) {
+  boost::system::error_code ignored;
+  socket.non_blocking(true, ignored);
+  socket.set_option(asio::ip::tcp::no_delay(true), ignored);
+  socket.set_option(asio::socket_base::send_buffer_size(send_buffer_bytes), ignored);
+}
+
+std::size_t unsent_bytes(asio::ip::tcp::socket& socket) {
+  int bytes = 0;
+  if (::ioctl(socket.native_handle(), SIOCOUTQNSD, &bytes) != 0) return 0;
+  return bytes > 0 ? static_cast<std::size_t>(bytes) : 0;
+}
+
+}  // namespace brachy::net
