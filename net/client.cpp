@@ -72,12 +72,12 @@ class Client::Impl final : public ConnectionListener, public std::enable_shared_
     write_next();
   }
 
-  void press(bool pressed) {
+  void press(std::uint16_t needle, bool pressed) {
     if (!connection_) return;
     if (poses_.size() >= options_.max_queued_poses + kMaxQueuedMessages)
       return end("the server does not read");
     Bytes body;
-    encode_body(DropMessage{needle_, pressed}, body);
+    encode_body(DropMessage{needle, pressed}, body);
     poses_.push_back({MessageType::kDrop, monotonic_ns(), std::move(body)});
     write_next();
   }
@@ -222,7 +222,13 @@ void Client::arm(std::uint16_t needle) {
   impl_->send(ArmMessage{needle});
 }
 void Client::press(bool pressed) {
-  impl_->press(pressed);
+  impl_->press(impl_->needle(), pressed);
+}
+void Client::press(std::uint16_t needle, bool pressed) {
+  impl_->press(needle, pressed);
+}
+void Client::control(const ControlMessage& message) {
+  impl_->send(message);
 }
 std::uint16_t Client::needle() const {
   return impl_->needle();

@@ -56,6 +56,10 @@ class Client {
   /// Ends a latched fault of our needle, or as operator of `needle`: its force comes back by a ramp.
   void arm() { arm(needle()); }
   void arm(std::uint16_t needle);
+  /// As operator: what the running simulation is to do. A refusal comes by on_error.
+  void control(const ControlMessage& message);
+  /// As operator: the button of a needle that the daemon's own device has.
+  void press(std::uint16_t needle, bool pressed);
   /// Tells that our needle's button went down or up; in order with the poses, and never dropped.
   void press(bool pressed);
   void request_state();

@@ -42,6 +42,11 @@ ServerOptions checked(ServerOptions options) {
   return options;
 }
 
+/// What the two kinds of viewers see.
+struct MeshTopologies {
+  TopologyMessage volume, surface;
+};
+
 std::shared_ptr<const Bytes> encode_topology(const TopologyMessage& topology) {
   Bytes body;
   encode_body(topology, body);
@@ -52,14 +57,16 @@ std::shared_ptr<const Bytes> encode_topology(const TopologyMessage& topology) {
 
 class Server::Impl final : public SessionHost, public std::enable_shared_from_this<Server::Impl> {
  public:
-  Impl(asio::io_context& io, ServerOptions given, const TopologyMessage& topology, std::vector<Block> blocks,
+  Impl(asio::io_context& io, ServerOptions given, const Tissue& tissue, const MeshTopologies& topologies,
        ServerHandlers handlers)
       : io_(io),
         options_(checked(std::move(given))),
         handlers_(std::move(handlers)),
-        topology_hash_(topology.hash),
-        topology_body_(encode_topology(topology)),
-        frames_(std::move(blocks), topology.hash),
+        topology_hash_(topologies.volume.hash),
+        surface_hash_(topologies.surface.hash),
+        topology_body_(encode_topology(topologies.volume)),
+        surface_body_(encode_topology(topologies.surface)),
+        frames_(make_layout(tissue, topologies.volume), make_layout(tissue, topologies.surface)),
         acceptor_(std::make_shared<Acceptor>(
             io, ListenOptions{options_.address, options_.port, options_.allow_remote, "--port"})),
         timer_(io),
@@ -86,7 +93,8 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
 
   void publish(std::shared_ptr<const MeshState> state) {
     if (is_stopped_) return;
-    const bool is_anew = state->tick < frames_.tick();
+    const bool is_anew =
+        state->tick < frames_.tick();  // a later run that keeps the time has all blocks changed
     frames_.update(std::move(state));
     if (is_anew) {
       for (const auto& session : sessions()) session->forget_mesh();
@@ -125,6 +133,19 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
     timer_.cancel();
   }
 
+  void show_scene(const SceneMessage& scene) {
+    Bytes encoded;
+    encode_body(scene, encoded);
+    scene_body_ = std::make_shared<const Bytes>(std::move(encoded));
+  }
+
+  /// To everybody, now.
+  void tell_state() {
+    if (sessions_.empty()) return;
+    const StateMessage state = common_state();
+    for (const auto& session : sessions()) session->send_state(state);
+  }
+
   std::size_t client_count() const {
     return static_cast<std::size_t>(std::count_if(
         sessions_.begin(), sessions_.end(), [](const auto& entry) { return !entry.second->is_closing(); }));
@@ -151,13 +172,16 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
     welcome.snapshot_hz = options_.snapshot_hz;
     welcome.max_message_bytes = options_.max_message_bytes;
     welcome.max_poses_per_s = options_.max_poses_per_s;
-    welcome.topology_hash = topology_hash_;
+    welcome.topology_hash = (hello.subscription & kSubscribeSurface) ? surface_hash_ : topology_hash_;
     welcome.server = options_.server_name;
     welcome.needle_count = options_.needles;
     return std::nullopt;
   }
 
-  std::shared_ptr<const Bytes> topology_body() override { return topology_body_; }
+  std::shared_ptr<const Bytes> topology_body(bool surface) override {
+    return surface ? surface_body_ : topology_body_;
+  }
+  std::shared_ptr<const Bytes> scene_body() override { return scene_body_; }
   std::shared_ptr<const Bytes> dose_body() override { return dose_body_; }
   bool has_snapshot() const override { return frames_.has_snapshot(); }
   std::pair<std::shared_ptr<const Bytes>, std::uint64_t> frame_body(const FrameRequest& request) override {
@@ -172,8 +196,17 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
   void on_arm(const Session& session, std::uint16_t needle) override {
     if (handlers_.on_arm) handlers_.on_arm(needle, session.name() + " (" + session.address() + ")");
   }
+  bool is_own_device(std::uint16_t needle) const override {
+    return needle < leases_.size() && leases_[needle].is_held_by(kOwnDevice);
+  }
   void on_drop(std::uint16_t needle, bool pressed) override {
     if (handlers_.on_drop) handlers_.on_drop(needle, pressed);
+  }
+  std::string on_control(const Session& session, const ControlMessage& control) override {
+    if (!handlers_.on_control) return "this server has no controls";
+    std::string refusal = handlers_.on_control(control, session.name() + " (" + session.address() + ")");
+    if (refusal.empty()) tell_state();
+    return refusal;
   }
   void count_refusal(const PoseVerdict& verdict) override { poses_.refuse(verdict.code, verdict.text); }
 
@@ -268,10 +301,7 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
     for (const auto& session : sessions()) session->check_time(now);
     if (now >= next_state_ns_ && !is_stopped_) {
       next_state_ns_ = now + in_ns(options_.state_interval);
-      if (!sessions_.empty()) {
-        const StateMessage state = common_state();
-        for (const auto& session : sessions()) session->send_state(state);
-      }
+      tell_state();
     }
     if (is_stopped_ && sessions_.empty()) return;
     timer_.expires_after(kHousekeeping);
@@ -287,9 +317,10 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
   asio::io_context& io_;
   const ServerOptions options_;
   ServerHandlers handlers_;
-  const std::uint64_t topology_hash_;
-  const std::shared_ptr<const Bytes> topology_body_;
-  std::shared_ptr<const Bytes> dose_body_;  // null: none yet
+  const std::uint64_t topology_hash_, surface_hash_;
+  const std::shared_ptr<const Bytes> topology_body_, surface_body_;
+  std::shared_ptr<const Bytes> scene_body_;  // null: none was given
+  std::shared_ptr<const Bytes> dose_body_;   // null: none yet
   FrameCache frames_;
   const std::shared_ptr<Acceptor> acceptor_;
   asio::steady_timer timer_;
@@ -303,8 +334,9 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
 };
 
 Server::Server(asio::io_context& io, ServerOptions options, const Tissue& tissue, ServerHandlers handlers) {
-  const TopologyMessage topology = make_topology(tissue, options.topology_name);
-  impl_ = std::make_shared<Impl>(io, std::move(options), topology, tissue.blocks, std::move(handlers));
+  const MeshTopologies topologies{make_topology(tissue, options.topology_name),
+                                  make_topology(tissue, options.topology_name, true)};
+  impl_ = std::make_shared<Impl>(io, std::move(options), tissue, topologies, std::move(handlers));
   impl_->start();
 }
 
@@ -340,6 +372,12 @@ void Server::broadcast(const EventMessage& event) {
 
 void Server::publish(const DoseMessage& dose) {
   impl_->publish(dose);
+}
+void Server::show_scene(const SceneMessage& scene) {
+  impl_->show_scene(scene);
+}
+void Server::tell_state() {
+  impl_->tell_state();
 }
 bool Server::hold_lease(std::uint16_t needle, const std::string& name) {
   return impl_->lease(needle).take({kOwnDevice, name, "", monotonic_ns()});

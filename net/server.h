@@ -35,9 +35,9 @@ class Server {
   Server(const Server&) = delete;
   Server& operator=(const Server&) = delete;
 
-  std::uint16_t port() const;          ///< the port bound
-  const std::string& address() const;  ///< the address bound
-  std::uint64_t topology_hash() const;
+  std::uint16_t port() const;           ///< the port bound
+  const std::string& address() const;   ///< the address bound
+  std::uint64_t topology_hash() const;  ///< of all points
   const ServerOptions& options() const;
 
   /// Starts a session on a connection that another listener made: one of max_clients like those over TCP. One too many
@@ -53,6 +53,12 @@ class Server {
 
   /// To every client that gets the mesh, now or once it is there.
   void publish(const DoseMessage& dose);
+
+  /// For every client that asks for the scene from here on.
+  void show_scene(const SceneMessage& scene);
+
+  /// A STATE to everybody, now.
+  void tell_state();
 
   // Needles are counted from 0 and are fewer than ServerOptions::needles (asserted).
 

@@ -41,12 +41,15 @@ std::string_view ServerMessages::take(const Header& header, std::span<const std:
       return decode(handlers_.on_local_model);
     case MessageType::kDose:
       return decode(handlers_.on_dose);
+    case MessageType::kScene:
+      return decode(handlers_.on_scene);
     case MessageType::kPing:
       return {};
     case MessageType::kHello:
     case MessageType::kPose:
     case MessageType::kArm:
     case MessageType::kDrop:
+    case MessageType::kControl:
       return "only a client sends messages of this type";
   }
   return {};  // a later version's

@@ -24,6 +24,7 @@ struct MessageHandlers {
   std::function<void(const EventMessage&)> on_event;
   std::function<void(const ErrorMessage&)> on_error;
   std::function<void(const DoseMessage&)> on_dose;
+  std::function<void(const SceneMessage&)> on_scene;
   std::function<void(const ForceMessage&)> on_force;  ///< of several at once only the last is current
   std::function<void(const LocalModelMessage&)> on_local_model;  ///< likewise
 };

@@ -59,7 +59,10 @@ struct ServerHandlers {
   std::function<void(bool attached, const DeviceInfo&)> on_device;  ///< a network device took or left a lease
   /// The needle's device or an operator ends a latched fault; `who` is "NAME (ADDRESS)".
   std::function<void(std::uint16_t needle, const std::string& who)> on_arm;
-  std::function<void(std::uint16_t needle, bool pressed)> on_drop;  ///< its device's button went down or up
+  std::function<void(std::uint16_t needle, bool pressed)>
+      on_drop;  ///< its device's button went down or up; or an operator's, where the device is the daemon's
+  /// What an operator asks; returns "" where it is or will be done, else why not.
+  std::function<std::string(const ControlMessage&, const std::string& who)> on_control;
   std::function<StateMessage()> state;  ///< the simulation's part of STATE; the server adds its own counts
   std::function<void(const std::string&)> log;  ///< one line, no line end
 };

@@ -14,7 +14,7 @@ std::shared_ptr<const Bytes> FrameCache::body(FrameRequest request) {
   auto& body = bodies_[request];
   if (!body) {
     Bytes bytes;
-    encode_frame(*state_, blocks_, topology_hash_, snapshots_, request, bytes);
+    encode_frame(*state_, request.surface ? surface_ : volume_, snapshots_, request, bytes);
     body = std::make_shared<const Bytes>(std::move(bytes));
     ++encoded_;
   }

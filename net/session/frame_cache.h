@@ -4,7 +4,6 @@
 #include <map>
 #include <memory>
 #include <utility>
-#include <vector>
 
 #include "net/wire/frame_encoder.h"
 
@@ -14,8 +13,9 @@ namespace brachy::net {
 /// ask. One thread.
 class FrameCache {
  public:
-  FrameCache(std::vector<Block> blocks, std::uint64_t topology_hash)
-      : blocks_(std::move(blocks)), topology_hash_(topology_hash) {}
+  /// Of all points, and of the surface's alone.
+  FrameCache(FrameLayout volume, FrameLayout surface)
+      : volume_(std::move(volume)), surface_(std::move(surface)) {}
 
   /// A new snapshot; what was encoded of the last one is forgotten (senders still hold what they send).
   void update(std::shared_ptr<const MeshState> state);
@@ -29,8 +29,7 @@ class FrameCache {
   std::shared_ptr<const Bytes> body(FrameRequest request);
 
  private:
-  std::vector<Block> blocks_;
-  std::uint64_t topology_hash_;
+  const FrameLayout volume_, surface_;
   std::shared_ptr<const MeshState> state_;
   std::uint64_t snapshots_ = 0;
   std::uint64_t encoded_ = 0;

@@ -75,6 +75,8 @@ void Session::handle(const MessageParser::Message& message) {
       return handle_arm(message);
     case MessageType::kDrop:
       return handle_drop(message);
+    case MessageType::kControl:
+      return handle_control(message);
     case MessageType::kState:
       if (!message.body.empty()) {
         return fail(ErrorCode::kProtocol, "a STATE from a client must be empty", message.header.sequence);
@@ -95,6 +97,7 @@ void Session::handle(const MessageParser::Message& message) {
     case MessageType::kForce:
     case MessageType::kLocalModel:
     case MessageType::kDose:
+    case MessageType::kScene:
       return fail(ErrorCode::kProtocol, "only a server sends messages of this type", message.header.sequence);
   }
   // Any other type is of a later version: skipped.
@@ -103,7 +106,8 @@ void Session::handle(const MessageParser::Message& message) {
 void Session::handle_hello(const MessageParser::Message& message) {
   HelloMessage hello;
   if (!decode(message, hello)) return;
-  constexpr std::uint32_t kGranted = kSubscribeFullFrames | kSubscribePoseHistory | kSubscribeNoMesh;
+  constexpr std::uint32_t kGranted =
+      kSubscribeFullFrames | kSubscribePoseHistory | kSubscribeSurface | kSubscribeNoMesh | kSubscribeScene;
   hello.subscription &= kGranted;
   hello_ = hello;
   WelcomeMessage welcome;
@@ -113,8 +117,11 @@ void Session::handle_hello(const MessageParser::Message& message) {
   phase_ = Phase::kOpen;
   needle_ = welcome.needle;
   send_message(welcome);
+  if (wants_mesh())
+    send(MessageType::kTopology, host_.topology_body((hello_.subscription & kSubscribeSurface) != 0));
+  if (auto scene = host_.scene_body(); scene && (hello_.subscription & kSubscribeScene))
+    send(MessageType::kScene, std::move(scene));
   if (!wants_mesh()) return;
-  send(MessageType::kTopology, host_.topology_body());
   if (auto dose = host_.dose_body()) send(MessageType::kDose, std::move(dose));
   if (host_.has_snapshot()) offer_snapshot();
 }
@@ -185,12 +192,29 @@ void Session::handle_drop(const MessageParser::Message& message) {
   const std::uint64_t sequence = message.header.sequence;
   if (!drops_.pass(last_message_ns_))
     return fail(ErrorCode::kProtocol, "more than 100 DROPs a second", sequence);
-  if (hello_.role != Role::kDevice || drop.needle != needle_) {
+  const bool is_device = hello_.role == Role::kDevice && drop.needle == needle_;
+  if (!is_device && !(hello_.role == Role::kOperator && host_.is_own_device(drop.needle))) {
     return send_message(
         ErrorMessage{ErrorCode::kNotDevice, false, kRefusedNotDevice, sequence,
-                     "only the device of needle " + std::to_string(drop.needle) + " drops its seeds"});
+                     "only the device of needle " + std::to_string(drop.needle) +
+                         " drops its seeds; an operator does where the daemon's own device has the needle"});
   }
-  host_.on_drop(needle_, drop.pressed);
+  host_.on_drop(drop.needle, drop.pressed);
+}
+
+void Session::handle_control(const MessageParser::Message& message) {
+  ControlMessage control;
+  if (!decode(message, control)) return;
+  const std::uint64_t sequence = message.header.sequence;
+  const auto refuse = [&](ErrorCode code, const std::string& why) {
+    send_message(ErrorMessage{code, false, 0, sequence, why});
+  };
+  if (hello_.role != Role::kOperator)
+    return refuse(ErrorCode::kNotOperator, "only a client with the role operator has the controls");
+  if (!controls_.pass(last_message_ns_))
+    return refuse(ErrorCode::kControlRefused, "more than 10 CONTROLs a second");
+  if (const std::string why = host_.on_control(*this, control); !why.empty())
+    refuse(ErrorCode::kControlRefused, why);
 }
 
 // --- out ---
@@ -262,7 +286,8 @@ void Session::write_next() {
   if (!snapshot_pending_) return;
   const bool full = !sent_tick_ || (hello_.subscription & kSubscribeFullFrames);
   const bool history = hello_.subscription & kSubscribePoseHistory;
-  const auto [body, tick] = host_.frame_body({sent_tick_.value_or(0), full, history});
+  const bool surface = hello_.subscription & kSubscribeSurface;
+  const auto [body, tick] = host_.frame_body({sent_tick_.value_or(0), full, history, surface});
   snapshot_pending_ = false;
   sent_tick_ = tick;
   ++snapshots_sent_;

@@ -24,15 +24,19 @@ class SessionHost {
   /// Lets the client in, or says why not. On admission the WELCOME is filled in.
   virtual std::optional<ErrorMessage> admit(const Session& session, const HelloMessage& hello,
                                             WelcomeMessage& welcome) = 0;
-  virtual std::shared_ptr<const Bytes> topology_body() = 0;
-  virtual std::shared_ptr<const Bytes> dose_body() = 0;  ///< the newest; null: none yet
+  virtual std::shared_ptr<const Bytes> topology_body(bool surface) = 0;
+  virtual std::shared_ptr<const Bytes> scene_body() = 0;  ///< null: there is none
+  virtual std::shared_ptr<const Bytes> dose_body() = 0;   ///< the newest; null: none yet
   virtual bool has_snapshot() const = 0;
   /// The newest snapshot as asked for, and the tick it holds.
   virtual std::pair<std::shared_ptr<const Bytes>, std::uint64_t> frame_body(const FrameRequest& request) = 0;
   /// What becomes of a pose from the device, or of one refused before it came so far.
   virtual PoseVerdict on_pose(std::uint16_t needle, const NeedlePose& pose) = 0;
   virtual void on_arm(const Session& session, std::uint16_t needle) = 0;
+  virtual bool is_own_device(std::uint16_t needle) const = 0;  ///< of the daemon, not a client's
   virtual void on_drop(std::uint16_t needle, bool pressed) = 0;
+  /// "" where it is or will be done, else why not.
+  virtual std::string on_control(const Session& session, const ControlMessage& control) = 0;
   virtual void count_refusal(const PoseVerdict& verdict) = 0;
   virtual StateMessage common_state() = 0;
   /// Last call; the session is not used any more.
@@ -94,6 +98,7 @@ class Session final : public ConnectionListener, public std::enable_shared_from_
   void handle_ping(const MessageParser::Message& message);
   void handle_arm(const MessageParser::Message& message);
   void handle_drop(const MessageParser::Message& message);
+  void handle_control(const MessageParser::Message& message);
   void ping(std::int64_t now_ns);
   bool write_newest();
   void refuse_pose(const PoseVerdict& verdict, ErrorCode code, std::uint64_t about_sequence,
@@ -124,6 +129,7 @@ class Session final : public ConnectionListener, public std::enable_shared_from_
   RateLimit pings_{50, 50};
   RateLimit arms_{10, 10};
   RateLimit drops_{100, 100};
+  RateLimit controls_{10, 10};
 
   std::uint16_t needle_ = kAnyNeedle;
   RoundTrip round_trip_;  // of a device

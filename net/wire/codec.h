@@ -51,6 +51,8 @@ void encode_body(const LocalModelMessage& message, Bytes& out);
 void encode_body(const ArmMessage& message, Bytes& out);
 void encode_body(const DropMessage& message, Bytes& out);
 void encode_body(const DoseMessage& message, Bytes& out);
+void encode_body(const ControlMessage& message, Bytes& out);
+void encode_body(const SceneMessage& message, Bytes& out);
 
 // The whole body must be there: a body that ends early is bad, as are bytes left over.
 DecodeResult decode_body(std::span<const std::byte> body, HelloMessage& message);
@@ -67,6 +69,8 @@ DecodeResult decode_body(std::span<const std::byte> body, LocalModelMessage& mes
 DecodeResult decode_body(std::span<const std::byte> body, ArmMessage& message);
 DecodeResult decode_body(std::span<const std::byte> body, DropMessage& message);
 DecodeResult decode_body(std::span<const std::byte> body, DoseMessage& message);
+DecodeResult decode_body(std::span<const std::byte> body, ControlMessage& message);
+DecodeResult decode_body(std::span<const std::byte> body, SceneMessage& message);
 
 /// Appends header and body.
 template <class Message>

@@ -6,6 +6,7 @@ namespace {
 
 constexpr std::uint16_t kDeviceSection = 1;  // of HELLO and of WELCOME
 constexpr std::uint16_t kSafetySection = 1;  // of STATE
+constexpr std::uint16_t kControlsSection = 2;
 
 DecodeResult result(ByteReader& reader) {
   const std::string_view reason = reader.finish();
@@ -57,15 +58,17 @@ void read_safety(ByteReader& reader, std::vector<SafetyCount>& counts) {
   }
 }
 
-/// Of the sections that end a body, reads the one that is known; others are skipped.
-template <class Read>
-void read_section(ByteReader& reader, std::uint16_t known, const Read& read) {
-  read_sections(reader, [&](std::uint16_t id, std::span<const std::byte> payload) {
-    if (id != known) return;
-    ByteReader section(payload);
-    read(section);
-    if (const std::string_view reason = section.finish(); !reason.empty()) reader.fail(reason);
-  });
+void write_controls(const ControlsState& controls, Bytes& out) {
+  ByteWriter writer(out);
+  writer.text(controls.kernel, kMaxNameBytes);
+  writer.f64(controls.support_radius_mm);
+  writer.u32(controls.flags);
+}
+
+void read_controls(ByteReader& reader, ControlsState& controls) {
+  controls.kernel = reader.text(kMaxNameBytes);
+  controls.support_radius_mm = reader.f64();
+  controls.flags = reader.u32();
 }
 
 Quantiles read_quantiles(ByteReader& reader) {
@@ -145,10 +148,12 @@ DecodeResult decode_body(std::span<const std::byte> body, HelloMessage& message)
   message.name = reader.text(kMaxNameBytes);
   message.needle = kAnyNeedle;
   message.device_flags = 0;
-  read_section(reader, kDeviceSection, [&](ByteReader& section) {
+  read_known_sections(reader, [&](std::uint16_t id, ByteReader& section) {
+    if (id != kDeviceSection) return false;
     message.needle = section.u16();
     message.device_flags = section.u16();
     section.u32();
+    return true;
   });
   return result(reader);
 }
@@ -190,10 +195,12 @@ DecodeResult decode_body(std::span<const std::byte> body, WelcomeMessage& messag
   message.frame = reader.text(kMaxNameBytes);
   message.needle = kAnyNeedle;
   message.needle_count = 1;
-  read_section(reader, kDeviceSection, [&](ByteReader& section) {
+  read_known_sections(reader, [&](std::uint16_t id, ByteReader& section) {
+    if (id != kDeviceSection) return false;
     message.needle = section.u16();
     message.needle_count = section.u16();
     section.u32();
+    return true;
   });
   return result(reader);
 }
@@ -237,12 +244,16 @@ void encode_body(const StateMessage& message, Bytes& out) {
     writer.text(refusal.text, kMaxTextBytes);
   }
   writer.text(message.device_holder, kMaxTextBytes);
-  if (message.safety.empty()) return write_no_sections(writer);
-  Bytes safety;
-  write_safety(message.safety, safety);
-  writer.u32(1);
-  write_section_head(writer, kSafetySection, safety.size());
-  out.insert(out.end(), safety.begin(), safety.end());
+  std::vector<std::pair<std::uint16_t, Bytes>> sections;
+  if (!message.safety.empty())
+    write_safety(message.safety, sections.emplace_back(kSafetySection, Bytes()).second);
+  if (!message.controls.kernel.empty())
+    write_controls(message.controls, sections.emplace_back(kControlsSection, Bytes()).second);
+  writer.u32(static_cast<std::uint32_t>(sections.size()));
+  for (const auto& [id, payload] : sections) {
+    write_section_head(writer, id, payload.size());
+    out.insert(out.end(), payload.begin(), payload.end());
+  }
 }
 
 DecodeResult decode_body(std::span<const std::byte> body, StateMessage& message) {
@@ -270,7 +281,12 @@ DecodeResult decode_body(std::span<const std::byte> body, StateMessage& message)
   }
   message.device_holder = reader.text(kMaxTextBytes);
   message.safety.clear();
-  read_section(reader, kSafetySection, [&](ByteReader& section) { read_safety(section, message.safety); });
+  message.controls = {};
+  read_known_sections(reader, [&](std::uint16_t id, ByteReader& section) {
+    if (id == kSafetySection) return read_safety(section, message.safety), true;
+    if (id == kControlsSection) return read_controls(section, message.controls), true;
+    return false;
+  });
   return result(reader);
 }
 

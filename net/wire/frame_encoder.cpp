@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <span>
 
 #include "net/wire/codec.h"
 
@@ -45,12 +46,13 @@ NeedlePose last_arrived(const MeshState& state) {
 
 }  // namespace
 
-TopologyMessage make_topology(const Tissue& tissue, const std::string& name) {
+TopologyMessage make_topology(const Tissue& tissue, const std::string& name, bool surface) {
   TopologyMessage topology;
   topology.surface_vertex_count = static_cast<std::uint32_t>(tissue.surface_count);
   topology.triangles = tissue.triangles;
-  topology.rest_vertices.reserve(3 * tissue.size());
-  for (const Vec3& p : tissue.rest_vertices) {
+  const std::span points(tissue.rest_vertices.data(), surface ? tissue.surface_count : tissue.size());
+  topology.rest_vertices.reserve(3 * points.size());
+  for (const Vec3& p : points) {
     for (int axis = 0; axis < 3; ++axis) topology.rest_vertices.push_back(static_cast<float>(p[axis]));
   }
   topology.name = name;
@@ -58,13 +60,20 @@ TopologyMessage make_topology(const Tissue& tissue, const std::string& name) {
   return topology;
 }
 
-void encode_frame(const MeshState& state, const std::vector<Block>& blocks, std::uint64_t topology_hash,
-                  std::uint64_t snapshot_sequence, const FrameRequest& request, Bytes& out) {
-  assert(state.block_ticks.size() == blocks.size());
-  assert(state.deformed_vertices.size() % 3 == 0);
+FrameLayout make_layout(const Tissue& tissue, const TopologyMessage& topology) {
+  FrameLayout layout{{}, static_cast<std::uint32_t>(topology.rest_vertices.size() / 3), topology.hash};
+  for (const Block& block : tissue.blocks)
+    if (block.first < layout.point_count) layout.blocks.push_back(block);  // none straddles the surface's end
+  return layout;
+}
+
+void encode_frame(const MeshState& state, const FrameLayout& layout, std::uint64_t snapshot_sequence,
+                  const FrameRequest& request, Bytes& out) {
+  assert(state.block_ticks.size() >= layout.blocks.size());
+  assert(state.deformed_vertices.size() >= 3 * std::size_t{layout.point_count});
   assert(request.after_tick <= state.tick);
   FrameMessage frame;
-  frame.topology_hash = topology_hash;
+  frame.topology_hash = layout.topology_hash;
   frame.tick = state.tick;
   frame.sim_time_s = state.sim_time_s;
   frame.snapshot_sequence = snapshot_sequence;
@@ -78,14 +87,14 @@ void encode_frame(const MeshState& state, const std::vector<Block>& blocks, std:
   frame.max_displacement_mm = state.max_displacement_mm;
   frame.step_flags = state.step_flags;
   frame.full = request.full;
-  frame.point_count = static_cast<std::uint32_t>(state.deformed_vertices.size() / 3);
+  frame.point_count = layout.point_count;
   frame.moved_vertices = state.moved_vertices;
   for (std::size_t n = 0; n < state.needles.size(); ++n) {
     const NeedleState& needle = state.needles[n];
     frame.needles.push_back({static_cast<std::uint16_t>(n), needle, needle.forces.is_finite()});
   }
   if (!request.full) {
-    frame.ranges = changed_ranges(state, blocks, request.after_tick);
+    frame.ranges = changed_ranges(state, layout.blocks, request.after_tick);
   } else if (frame.point_count > 0) {
     frame.ranges.push_back({0, frame.point_count});
   }

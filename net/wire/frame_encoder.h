@@ -11,24 +11,33 @@
 
 namespace brachy::net {
 
-/// What a tissue looks like on the wire; `hash` is filled in. Positions are rounded to f32.
-TopologyMessage make_topology(const Tissue& tissue, const std::string& name);
+/// What a tissue looks like on the wire; `hash` is filled in. Positions are rounded to f32. `surface`: its surface alone.
+TopologyMessage make_topology(const Tissue& tissue, const std::string& name, bool surface = false);
+
+/// Whose points FRAMEs hold: all of a tissue's, or its surface vertices alone.
+struct FrameLayout {
+  std::vector<Block> blocks;  ///< the tissue's; of its surface alone those come first
+  std::uint32_t point_count = 0;
+  std::uint64_t topology_hash = 0;
+};
+FrameLayout make_layout(const Tissue& tissue, const TopologyMessage& topology);
 
 /// What one receiver needs of a snapshot.
 struct FrameRequest {
   std::uint64_t after_tick = 0;  ///< the tick the receiver was last sent
   bool full = true;              ///< all points; else those changed after `after_tick`
   bool pose_history = false;     ///< add the poses used after `after_tick`
+  bool surface = false;          ///< of the surface vertices alone
   auto operator<=>(const FrameRequest&) const =
       default;  // NOLINT(modernize-use-nullptr): clang-tidy 14 on <=>
 };
 
 /// Appends the body of a FRAME, always with the section CERTIFICATE, with the forces of each needle that are finite, and
 /// with the seeds that fell or moved after `after_tick` once any has fallen.
-/// Changed blocks are those with block_ticks[b] > after_tick; neighbours become one range. `blocks` are the tissue's,
-/// ascending and covering every point; `state.block_ticks` has one tick per block, and after_tick <= state.tick (both
-/// asserted). A state may be without needles, or without their histories: then the frame is without them too.
-void encode_frame(const MeshState& state, const std::vector<Block>& blocks, std::uint64_t topology_hash,
-                  std::uint64_t snapshot_sequence, const FrameRequest& request, Bytes& out);
+/// Changed blocks are those with block_ticks[b] > after_tick; neighbours become one range. `layout` is what the request asks
+/// for; `state.block_ticks` has one tick per block at least, and after_tick <= state.tick (both asserted). A state may be
+/// without needles, or without their histories: then the frame is without them too.
+void encode_frame(const MeshState& state, const FrameLayout& layout, std::uint64_t snapshot_sequence,
+                  const FrameRequest& request, Bytes& out);
 
 }  // namespace brachy::net

@@ -9,6 +9,7 @@
 
 #include "core/dose/implant_dose.h"
 #include "core/math/rigid_transform.h"
+#include "core/plan/template_grid.h"
 #include "core/seeds/seed.h"
 #include "core/sim/mesh_state.h"
 #include "core/surface/surface_mesh.h"
@@ -39,6 +40,8 @@ enum class MessageType : std::uint16_t {
   kArm = 12,
   kDrop = 13,
   kDose = 14,
+  kControl = 15,
+  kScene = 16,
 };
 
 struct Header {
@@ -56,8 +59,9 @@ enum class Role : std::uint16_t { kViewer = 1, kDevice = 2, kOperator = 3 };
 enum Subscription : std::uint32_t {
   kSubscribeFullFrames = 1u << 0,   ///< every FRAME carries all points instead of the changes
   kSubscribePoseHistory = 1u << 1,  ///< FRAMEs carry the section POSE_HISTORY
-  kSubscribeSurface = 1u << 2,      ///< reserved: surface vertices only; not granted by version 0.1 servers
+  kSubscribeSurface = 1u << 2,      ///< TOPOLOGY and FRAMEs hold the surface vertices alone
   kSubscribeNoMesh = 1u << 3,       ///< neither TOPOLOGY nor FRAME is sent (a plain device)
+  kSubscribeScene = 1u << 4,        ///< SCENE comes after TOPOLOGY
 };
 
 /// What a haptic device can do; NaN = it does not say.
@@ -233,6 +237,51 @@ struct DoseMessage {
   double prescription_gy = 0;
   double air_kerma_strength_u = 0;  ///< of all of them
   std::vector<StructureDose> structures;
+  std::vector<float> surface_gy;  ///< at each surface vertex at rest; NaN = not known; empty: none of it is
+};
+
+enum class ControlAction : std::uint16_t {
+  kPlay = 1,   ///< the scripted needle starts at its beginning
+  kStop = 2,   ///< … and is gone
+  kReset = 3,  ///< tissue, needles and seeds anew
+  kModel = 4,  ///< another kernel or support from here on
+};
+
+/// What an operator asks of the running simulation.
+struct ControlMessage {
+  static constexpr MessageType kType = MessageType::kControl;
+  ControlAction action = ControlAction::kPlay;  ///< may hold a value not listed: refuse it
+  bool loop = false;                            ///< kPlay: over and over
+  double support_radius_mm = std::numeric_limits<double>::quiet_NaN();  ///< kModel; NaN: as it is
+  std::string kernel;                                                   ///< kModel; empty: as it is
+};
+
+struct ScenePlannedNeedle {
+  Vec3 tip = Vec3::Zero();  ///< where it goes to, mm
+  std::string hole;
+};
+struct ScenePlannedSeed {
+  Vec3 position = Vec3::Zero();  ///< mm
+  Vec3 axis = Vec3::UnitZ();
+  std::uint32_t needle = 0;  ///< of SceneMessage::planned_needles
+};
+struct SceneStructure {
+  std::string name;
+  std::vector<float> vertices;  ///< 3 a vertex, at rest, mm
+  std::vector<Triangle> triangles;
+};
+
+/// What stands around the tissue and does not change while the daemon runs; world frame W.
+struct SceneMessage {
+  static constexpr MessageType kType = MessageType::kScene;
+  double needle_length_mm = 0, needle_diameter_mm = 0;
+  double seed_length_mm = 0, seed_diameter_mm = 0;
+  double prescription_gy = 0;
+  TemplateGrid template_grid;
+  std::vector<ScenePlannedNeedle> planned_needles;
+  std::vector<ScenePlannedSeed> planned_seeds;  ///< in the plan's order
+  std::vector<SceneStructure> structures;       ///< all but the tissue itself
+  std::vector<std::string> kernels;             ///< that kModel may ask for
 };
 
 /// Of a histogram, ms.
@@ -256,6 +305,21 @@ struct SafetyCount {
   std::string text;  ///< of the last one
 };
 
+/// What an operator can change, as it is now.
+struct ControlsState {
+  std::string kernel;  ///< empty: not told
+  double support_radius_mm = 0;
+  std::uint32_t flags = 0;  ///< ControlFlag bits
+};
+
+/// Bits of ControlsState::flags.
+enum ControlFlag : std::uint32_t {
+  kScriptIsThere = 1u << 0,
+  kScriptPlays = 1u << 1,
+  kScriptLoops = 1u << 2,
+  kPreparesModel = 1u << 3,  ///< one is being made, which comes into use once it is
+};
+
 struct StateMessage {
   static constexpr MessageType kType = MessageType::kState;
   std::uint64_t ticks = 0;
@@ -273,6 +337,7 @@ struct StateMessage {
   std::uint32_t viewers = 0;
   std::string device_holder;  ///< empty = nobody holds a lease
   std::vector<SafetyCount> safety;
+  ControlsState controls;
 };
 
 enum class EventKind : std::uint16_t {
@@ -296,17 +361,19 @@ struct EventMessage {
 };
 
 enum class ErrorCode : std::uint16_t {
-  kProtocol = 1,     ///< the peer broke PROTOCOL.md
-  kVersion = 2,      ///< another protocol version
-  kTooLarge = 3,     ///< a body over max_message_bytes
-  kBusy = 4,         ///< no room for another client
-  kDeviceBusy = 5,   ///< another device holds the lease
-  kNotDevice = 6,    ///< POSE, ARM or DROP from a client that may not
-  kPoseRefused = 7,  ///< `reason` says which rule
-  kPoseRate = 8,     ///< more than max_poses_per_s
-  kTimeout = 9,      ///< no HELLO, no answer, or nothing read in time
-  kShutdown = 10,    ///< the server stops
-  kNoNeedle = 11,    ///< HELLO or ARM names a needle that the scene has not
+  kProtocol = 1,         ///< the peer broke PROTOCOL.md
+  kVersion = 2,          ///< another protocol version
+  kTooLarge = 3,         ///< a body over max_message_bytes
+  kBusy = 4,             ///< no room for another client
+  kDeviceBusy = 5,       ///< another device holds the lease
+  kNotDevice = 6,        ///< POSE, ARM or DROP from a client that may not
+  kPoseRefused = 7,      ///< `reason` says which rule
+  kPoseRate = 8,         ///< more than max_poses_per_s
+  kTimeout = 9,          ///< no HELLO, no answer, or nothing read in time
+  kShutdown = 10,        ///< the server stops
+  kNoNeedle = 11,        ///< HELLO or ARM names a needle that the scene has not
+  kNotOperator = 12,     ///< CONTROL from a client that is none
+  kControlRefused = 13,  ///< a CONTROL that cannot be done; the text says why
 };
 
 /// PoseRefusals::code and ErrorMessage::reason from here on are the server's own; lower ones are the daemon's.

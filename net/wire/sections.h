@@ -30,6 +30,16 @@ void read_sections(ByteReader& reader, OnSection&& on_section) {
   }
 }
 
+/// Reads the sections that are known: read(id, section) says whether it is, and reads all of its payload; others are skipped.
+template <class Read>
+void read_known_sections(ByteReader& reader, Read&& read) {
+  read_sections(reader, [&](std::uint16_t id, std::span<const std::byte> payload) {
+    ByteReader section(payload);
+    if (!read(id, section)) return;
+    if (const std::string_view reason = section.finish(); !reason.empty()) reader.fail(reason);
+  });
+}
+
 inline void skip_sections(ByteReader& reader) {
   read_sections(reader, [](std::uint16_t, std::span<const std::byte>) {});
 }

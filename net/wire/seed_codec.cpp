@@ -15,6 +15,7 @@ constexpr std::size_t kHeldBytes = 16;
 constexpr std::uint32_t kCertified = 1;  // bit of a seed's flags
 constexpr std::size_t kStructureBytes = 2 + 12 * 8 + 2;
 constexpr std::uint16_t kMaxBins = 4096;
+constexpr std::uint16_t kAtSurfaceSection = 1;  // of DOSE
 
 DecodeResult result(ByteReader& reader) {
   const std::string_view reason = reader.finish();
@@ -184,7 +185,12 @@ void encode_body(const DoseMessage& message, Bytes& out) {
     writer.u16(static_cast<std::uint16_t>(dose.volume_share.size()));
     writer.floats(dose.volume_share);
   }
-  write_no_sections(writer);
+  if (message.surface_gy.empty()) return write_no_sections(writer);
+  writer.u32(1);
+  write_section_head(writer, kAtSurfaceSection, 8 + 4 * message.surface_gy.size());
+  writer.u32(static_cast<std::uint32_t>(message.surface_gy.size()));
+  writer.u32(0);
+  writer.floats(message.surface_gy);
 }
 
 DecodeResult decode_body(std::span<const std::byte> body, DoseMessage& message) {
@@ -203,7 +209,14 @@ DecodeResult decode_body(std::span<const std::byte> body, DoseMessage& message) 
     if (bins > kMaxBins) reader.fail("a structure has too many bins");
     if (reader.fits(bins, sizeof(float))) reader.floats(bins, dose.volume_share);
   }
-  skip_sections(reader);
+  message.surface_gy.clear();
+  read_known_sections(reader, [&](std::uint16_t id, ByteReader& section) {
+    if (id != kAtSurfaceSection) return false;
+    const std::uint32_t vertices = section.u32();
+    section.u32();
+    section.floats(vertices, message.surface_gy);
+    return true;
+  });
   return result(reader);
 }
 

@@ -57,6 +57,7 @@ ClientHandlers Recorder::handlers() {
   handlers.on_frame = [this](const FrameMessage& message) { frames.push_back(message); };
   handlers.on_state = [this](const StateMessage& message) { states.push_back(message); };
   handlers.on_dose = [this](const DoseMessage& message) { doses.push_back(message); };
+  handlers.on_scene = [this](const SceneMessage& message) { scenes.push_back(message); };
   handlers.on_event = [this](const EventMessage& message) { events.push_back(message); };
   handlers.on_error = [this](const ErrorMessage& message) { errors.push_back(message); };
   handlers.on_force = [this](const ForceMessage& message) { forces.push_back(message); };
@@ -78,9 +79,14 @@ void ServerFixture::start(ServerOptions options) {
   };
   handlers.on_arm = [this](std::uint16_t needle, const std::string& who) { arms.emplace_back(needle, who); };
   handlers.on_drop = [this](std::uint16_t needle, bool pressed) { drops.emplace_back(needle, pressed); };
-  handlers.state = [] {
+  handlers.on_control = [this](const ControlMessage& control, const std::string& who) {
+    controls.emplace_back(control, who);
+    return control_refusal;
+  };
+  handlers.state = [this] {
     StateMessage state;
     state.ticks = 1234;
+    state.controls = {"psi31", 12, controls.empty() ? 0u : kScriptPlays};
     return state;
   };
   handlers.log = [this](const std::string& line) { log.push_back(line); };

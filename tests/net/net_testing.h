@@ -65,6 +65,7 @@ struct Recorder {
   std::vector<StateMessage> states;
   std::vector<EventMessage> events;
   std::vector<DoseMessage> doses;
+  std::vector<SceneMessage> scenes;
   std::vector<ErrorMessage> errors;
   std::vector<ForceMessage> forces;
   std::vector<LocalModelMessage> models;
@@ -95,6 +96,8 @@ struct ServerFixture : ::testing::Test {
   DeviceInfo last_device;
   std::vector<std::pair<std::uint16_t, std::string>> arms;
   std::vector<std::pair<std::uint16_t, bool>> drops;
+  std::vector<std::pair<ControlMessage, std::string>> controls;
+  std::string control_refusal;  ///< what the handler answers
   std::vector<std::string> log;
   PoseVerdict verdict;
   std::unique_ptr<Server> server;

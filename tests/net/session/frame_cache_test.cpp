@@ -8,7 +8,8 @@ namespace {
 TEST(FrameCache, EncodesEachDistinctRequestOnceASnapshot) {
   const Tissue tissue = line_tissue(20);
   FakeSimulation simulation(tissue);
-  FrameCache cache(tissue.blocks, 1);
+  const FrameLayout layout = make_layout(tissue, make_topology(tissue, "line"));
+  FrameCache cache(layout, layout);
   EXPECT_FALSE(cache.has_snapshot());
   for (std::uint64_t snapshot = 1; snapshot <= 5; ++snapshot) {
     simulation.steps(6);

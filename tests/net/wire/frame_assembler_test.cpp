@@ -14,7 +14,7 @@ namespace {
 struct FrameAssemblerTest : ::testing::Test {
   FrameMessage frame(const FrameRequest& request) {
     Bytes body;
-    encode_frame(simulation.state(), tissue.blocks, topology.hash, 1, request, body);
+    encode_frame(simulation.state(), make_layout(tissue, topology), 1, request, body);
     FrameMessage decoded;
     const DecodeResult result = decode_body(body, decoded);
     EXPECT_TRUE(result.is_good()) << result.reason;
@@ -63,7 +63,7 @@ TEST_F(FrameAssemblerTest, EveryFrameCarriesTheTicksCertificateAndFlags) {
   state.certificate.held_mm = 2.1;
   for (const bool full : {true, false}) {
     Bytes body;
-    encode_frame(state, tissue.blocks, topology.hash, 1, {0, full, false}, body);
+    encode_frame(state, make_layout(tissue, topology), 1, {0, full, false}, body);
     FrameMessage decoded;
     ASSERT_TRUE(decode_body(body, decoded).is_good());
     ASSERT_TRUE(decoded.certificate);
@@ -82,7 +82,7 @@ TEST_F(FrameAssemblerTest, AFrameMayBeWithoutNeedles) {
   state.needles.clear();
   state.pose_histories.clear();
   Bytes body;
-  encode_frame(state, tissue.blocks, topology.hash, 1, {0, true, true}, body);
+  encode_frame(state, make_layout(tissue, topology), 1, {0, true, true}, body);
   FrameMessage decoded;
   ASSERT_TRUE(decode_body(body, decoded).is_good());
   EXPECT_TRUE(decoded.needles.empty());

@@ -65,6 +65,20 @@ std::size_t held(const DoseMessage& m) {
   std::size_t bytes = m.structures.capacity() * sizeof(StructureDose);
   for (const StructureDose& dose : m.structures)
     bytes += dose.name.capacity() + dose.volume_share.capacity() * 4;
+  return bytes + m.surface_gy.capacity() * 4;
+}
+std::size_t held(const ControlMessage& m) {
+  return m.kernel.capacity();
+}
+std::size_t held(const SceneMessage& m) {
+  std::size_t bytes = m.planned_needles.capacity() * sizeof(ScenePlannedNeedle) +
+                      m.planned_seeds.capacity() * sizeof(ScenePlannedSeed) +
+                      m.structures.capacity() * sizeof(SceneStructure) +
+                      m.kernels.capacity() * sizeof(std::string);
+  for (const SceneStructure& structure : m.structures)
+    bytes += structure.name.capacity() + structure.vertices.capacity() * 4 +
+             structure.triangles.capacity() * sizeof(Triangle);
+  for (const std::string& kernel : m.kernels) bytes += kernel.capacity();
   return bytes;
 }
 
@@ -206,6 +220,7 @@ StateMessage sample_state() {
   state.viewers = 3;
   state.device_holder = "touch (127.0.0.1:5)";
   state.safety = {{2, 3, 7, "stalled"}};
+  state.controls = {"psi31", 12, kScriptIsThere | kScriptPlays};
   return state;
 }
 
@@ -275,7 +290,26 @@ DoseMessage sample_dose() {
   prostate.d10_gy = 3;
   prostate.d2cc_gy = std::numeric_limits<double>::quiet_NaN();
   prostate.volume_share = {1, 0.5, 0.25};
-  return {2, 145, 1, {prostate}};
+  return {2, 145, 1, {prostate}, {150, std::numeric_limits<float>::quiet_NaN()}};
+}
+
+ControlMessage sample_control() {
+  return {ControlAction::kModel, true, 18.5, "psi32"};
+}
+
+SceneMessage sample_scene() {
+  SceneMessage scene;
+  scene.needle_length_mm = 200;
+  scene.needle_diameter_mm = 1.25;
+  scene.seed_length_mm = 4.5;
+  scene.seed_diameter_mm = 0.75;
+  scene.prescription_gy = 145;
+  scene.template_grid.rows = 12;
+  scene.planned_needles = {{{5, -10, 20.5}, "G5"}};
+  scene.planned_seeds = {{{5, -10, 18.25}, {0, 0, 1}, 0}};
+  scene.structures = {{"urethra", {0, 0, 0, 1, 0, 0, 0, 1, 0.5}, {{0, 1, 2}}}};
+  scene.kernels = {"psi31", "elastic"};
+  return scene;
 }
 
 std::vector<std::pair<MessageType, Bytes>> sample_bodies() {
@@ -292,7 +326,9 @@ std::vector<std::pair<MessageType, Bytes>> sample_bodies() {
           {MessageType::kLocalModel, body_of(sample_local_model())},
           {MessageType::kArm, body_of(sample_arm())},
           {MessageType::kDrop, body_of(sample_drop())},
-          {MessageType::kDose, body_of(sample_dose())}};
+          {MessageType::kDose, body_of(sample_dose())},
+          {MessageType::kControl, body_of(sample_control())},
+          {MessageType::kScene, body_of(sample_scene())}};
 }
 
 DecodeResult decode_any(MessageType type, std::span<const std::byte> body, Bytes& reencoded,
@@ -326,6 +362,10 @@ DecodeResult decode_any(MessageType type, std::span<const std::byte> body, Bytes
       return decode_as<DropMessage>(body, reencoded, held_bytes);
     case MessageType::kDose:
       return decode_as<DoseMessage>(body, reencoded, held_bytes);
+    case MessageType::kControl:
+      return decode_as<ControlMessage>(body, reencoded, held_bytes);
+    case MessageType::kScene:
+      return decode_as<SceneMessage>(body, reencoded, held_bytes);
   }
   return DecodeResult::bad("unknown type");
 }

@@ -23,6 +23,8 @@ LocalModelMessage sample_local_model();
 ArmMessage sample_arm();
 DropMessage sample_drop();
 DoseMessage sample_dose();
+ControlMessage sample_control();
+SceneMessage sample_scene();
 Seed sample_seed();
 
 template <class Message>
