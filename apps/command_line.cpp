@@ -35,6 +35,8 @@ DaemonOptions parse_daemon_line(int argc, char** argv, std::optional<int>& exit_
       "Examples:\n"
       "  brachyd --config config/prostate.toml              until Ctrl-C, on the scene's port\n"
       "  brachyd --config my.toml --port 0 --duration 60    a free port, printed on the first line\n"
+      "  brachyd --config config/prostate.toml --http-port 18951     the viewer: open "
+      "http://127.0.0.1:18951\n"
       "  brachyd --config config/session.toml --session out/monday   keeps every seed, ends with a report\n"
       "  brachyd --check-config my.toml                     says what is wrong with a scene, or that nothing "
       "is\n"
@@ -44,6 +46,9 @@ DaemonOptions parse_daemon_line(int argc, char** argv, std::optional<int>& exit_
   auto* check_option = app.add_option("--check-config", check, "load this scene and its files, then end");
   check_option->excludes("--config");
   app.add_option("--port", options.port, "TCP port; 0: a free one")->check(CLI::Range(0, 65535));
+  app.add_option("--http-port", options.http_port,
+                 "port of the viewer for browsers and its WebSocket; 0: a free one")
+      ->check(CLI::Range(0, 65535));
   app.add_option("--duration", options.duration_s, "end after this many seconds")->check(durations());
   app.add_option(
       "--session", options.session,

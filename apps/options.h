@@ -18,6 +18,7 @@ struct DaemonOptions {
       config;                        ///< none: the built-in defaults, which are config/prostate.toml's
   bool check_config = false;         ///< load everything, say so, and end
   std::optional<int> port;           ///< none: the scene's
+  std::optional<int> http_port;      ///< none: the scene's
   std::optional<double> duration_s;  ///< none: until SIGINT or SIGTERM
   std::optional<std::filesystem::path>
       session;       ///< folder to record into, or to go on with; none: nothing is kept

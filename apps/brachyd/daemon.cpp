@@ -22,6 +22,7 @@
 #include "core/realtime/realtime_thread.h"
 #include "core/structures/load_structures.h"
 #include "haptics/network_device.h"
+#include "net/http/http_listener.h"
 #include "net/server.h"
 
 namespace brachy {
@@ -68,9 +69,16 @@ class Daemon::Impl {
     for (std::size_t n = 0; n < needle_count_; ++n)
       if (!network_device(n))
         server_.hold_lease(static_cast<std::uint16_t>(n), "scripted device: " + scene.device.trajectory);
+    const int http_port = options.http_port.value_or(scene.server.http_port);
+    if (http_port >= 0)
+      http_.emplace(io_, server_, net::HttpOptions{static_cast<std::uint16_t>(http_port)}, viewer_files(),
+                    log);
   }
 
   const net::Server& server() const { return server_; }
+  std::optional<std::uint16_t> http_port() const {
+    return http_ ? std::optional(http_->port()) : std::nullopt;
+  }
 
   DaemonSummary run() {
     boost::asio::steady_timer duration(io_);
@@ -80,6 +88,7 @@ class Daemon::Impl {
       is_ending_ = true;
       cycle_timer_.cancel();
       server_.stop();
+      if (http_) http_->stop();
     };
     end_ = end;
     signals_.async_wait([&](const auto& error, int number) {
@@ -163,9 +172,10 @@ class Daemon::Impl {
   }
 
   // All on the io thread.
+  static void log(const std::string& line) { spdlog::info("{}", line); }
   net::ServerHandlers handlers() {
     net::ServerHandlers h;
-    h.log = [](const std::string& line) { spdlog::info("{}", line); };
+    h.log = log;
     h.state = [this] { return state_message(); };
     h.on_device = [this](bool attached, const net::DeviceInfo& device) {
       NetworkDevice* needle = network_device(device.needle);
@@ -309,6 +319,7 @@ class Daemon::Impl {
   bool is_cycling_ = false;
   bool is_ending_ = false;
   net::Server server_;
+  std::optional<net::HttpListener> http_;  // its sessions are server_'s
   std::function<void()> end_ = [] {};
 };
 
@@ -320,6 +331,9 @@ std::uint16_t Daemon::port() const {
 }
 const std::string& Daemon::address() const {
   return impl_->server().address();
+}
+std::optional<std::uint16_t> Daemon::http_port() const {
+  return impl_->http_port();
 }
 DaemonSummary Daemon::run() {
   return impl_->run();

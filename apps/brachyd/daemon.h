@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "apps/brachyd/dose_loop.h"
@@ -38,7 +39,7 @@ struct DaemonSummary {
 ///   io thread                    run()'s caller: sockets, signals, poses in, frames out; ≤ 1 kHz forces out
 class Daemon {
  public:
-  /// Loads what the scene names and binds the port. Throws UserError.
+  /// Loads what the scene names and binds the ports. Throws UserError.
   Daemon(const Scene& scene, const DaemonOptions& options);
   ~Daemon();
   Daemon(const Daemon&) = delete;
@@ -46,6 +47,7 @@ class Daemon {
 
   std::uint16_t port() const;
   const std::string& address() const;
+  std::optional<std::uint16_t> http_port() const;  ///< nullopt: off
 
   /// Runs until SIGINT, SIGTERM, the options' duration, or stop(). Once only.
   DaemonSummary run();

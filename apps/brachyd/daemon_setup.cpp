@@ -2,6 +2,8 @@
 
 #include <spdlog/spdlog.h>
 
+#include <filesystem>
+
 #include "apps/tissue_box.h"
 #include "core/scene/load_tissue.h"
 #include "haptics/network_device.h"
@@ -54,6 +56,16 @@ net::ServerOptions server_options(const Scene& scene, const DaemonOptions& optio
   s.deformation_hz = scene.rates.deformation_hz;
   s.snapshot_hz = scene.rates.snapshot_hz;
   return s;
+}
+
+net::ServedFiles viewer_files() {
+  std::error_code error;
+  const auto bin = std::filesystem::read_symlink("/proc/self/exe", error).parent_path();
+  for (const char* folder : {"../viewer", "../share/brachy/viewer"})
+    if (std::filesystem::is_regular_file(bin / folder / "index.html", error))
+      return net::ServedFiles(bin / folder);
+  spdlog::warn("the viewer is not built: browsers get a page that says how");
+  return {};
 }
 
 }  // namespace brachy

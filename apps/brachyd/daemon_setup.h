@@ -7,6 +7,7 @@
 #include "core/scene/scene.h"
 #include "core/sim/simulator.h"
 #include "haptics/device.h"
+#include "net/http/served_files.h"
 #include "net/server_options.h"
 
 namespace brachy {
@@ -21,5 +22,9 @@ std::vector<std::unique_ptr<Device>> make_devices(const Scene& scene, const Tiss
                                                   std::size_t count);
 
 net::ServerOptions server_options(const Scene& scene, const DaemonOptions& options, std::size_t needles);
+
+/// The viewer, from beside the program that runs: ../viewer in a build folder, ../share/brachy/viewer where it is
+/// installed; else a page that says how to build it.
+net::ServedFiles viewer_files();
 
 }  // namespace brachy

@@ -1,0 +1,219 @@
+#include "net/http/http_listener.h"
+
+#include <algorithm>
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/beast/core/flat_buffer.hpp>
+#include <boost/beast/core/tcp_stream.hpp>
+#include <boost/beast/http/empty_body.hpp>
+#include <boost/beast/http/parser.hpp>
+#include <boost/beast/http/read.hpp>
+#include <boost/beast/http/span_body.hpp>
+#include <boost/beast/http/write.hpp>
+#include <boost/beast/websocket/rfc6455.hpp>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "net/http/http_answer.h"
+#include "net/http/websocket_connection.h"
+#include "net/session/rate_limit.h"
+#include "net/tcp/acceptor.h"
+
+namespace brachy::net {
+namespace asio = boost::asio;
+namespace http = boost::beast::http;
+using asio::ip::tcp;
+namespace {
+
+constexpr std::uint32_t kMaxHeaderBytes = 8 * 1024;
+constexpr std::size_t kMaxBufferBytes = 2 * kMaxHeaderBytes;
+constexpr int kMaxRequests = 100;                // of one connection
+constexpr std::uint32_t kSpareConnections = 48;  // beyond max_clients: for the viewer's files, and BUSY
+
+std::string_view view(boost::beast::string_view s) {
+  return {s.data(), s.size()};
+}
+
+/// What the connections of one listener share.
+struct Shared {
+  Server* server;  // null once stopped
+  HttpOptions options;
+  ServedFiles files;
+  HttpListener::Log log;
+  RateLimit log_lines{1, 5};
+};
+
+/// One connection, from its first byte until it ends or becomes a session of the server.
+class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
+ public:
+  HttpConnection(tcp::socket socket, std::shared_ptr<Shared> shared, std::shared_ptr<void> place)
+      : peer_(peer_of(socket)),
+        stream_(std::move(socket)),
+        shared_(std::move(shared)),
+        place_(std::move(place)) {}
+
+  void read() {
+    parser_.emplace();
+    parser_->header_limit(kMaxHeaderBytes);
+    stream_.expires_after(shared_->options.request_timeout);
+    http::async_read_header(stream_, buffer_, *parser_,
+                            [self = shared_from_this()](const boost::system::error_code& error, std::size_t) {
+                              self->on_header(error);
+                            });
+  }
+
+  void close() {
+    stream_.close();
+    if (websocket_) websocket_->close();
+  }
+
+ private:
+  void on_header(const boost::system::error_code& error) {
+    if (!shared_->server) return;
+    ++requests_;
+    if (error == http::error::header_limit || error == http::error::buffer_overflow)
+      return send(refusal(431, "The header is longer than 8 KiB."), false);
+    if (error == http::error::end_of_stream || error == http::error::partial_message) return close();
+    if (error && error.category() == make_error_code(http::error::bad_target).category())
+      return send(refusal(400, "This is not HTTP/1.1: " + error.message() + "."), false);
+    if (error) return close();
+
+    boost::system::error_code ignored;
+    const auto local = stream_.socket().local_endpoint(ignored);
+    HttpAnswer answer = answer_to(query(), shared_->files, local.address());
+    if (answer.status == 403 && shared_->log_lines.pass(monotonic_ns()))
+      shared_->log("http: " + peer_ + " refused: " + answer.text.substr(0, answer.text.size() - 1));
+    if (answer.status == 101) return upgrade();
+    const bool keeps_alive = parser_->get().keep_alive() && requests_ < kMaxRequests && !answer.closes;
+    send(std::move(answer), keeps_alive);
+  }
+
+  HttpQuery query() const {
+    const auto& request = parser_->get();
+    HttpQuery query;
+    query.method = view(request.method_string());
+    query.target = view(request.target());
+    if (request.count(http::field::host) == 1) query.host = view(request[http::field::host]);
+    if (request.count(http::field::origin) > 0) query.origin = view(request[http::field::origin]);
+    query.accept_encoding = view(request[http::field::accept_encoding]);
+    query.if_none_match = view(request[http::field::if_none_match]);
+    query.has_body = parser_->chunked() || parser_->content_length().value_or(0) > 0;
+    query.is_upgrade = websocket::is_upgrade(request);
+    return query;
+  }
+
+  void send(HttpAnswer answer, bool keeps_alive) {
+    answer_ = std::move(answer);
+    response_.emplace();
+    response_->result(static_cast<unsigned>(answer_.status));
+    for (const auto& [name, value] : answer_.headers) response_->set(name, value);
+    response_->keep_alive(keeps_alive);
+    const std::string_view body = answer_.body();
+    if (answer_.status != 304) response_->content_length(body.size());
+    if (answer_.sends_body) response_->body() = {body.data(), body.size()};
+    stream_.expires_after(shared_->options.answer_timeout);
+    http::async_write(
+        stream_, *response_,
+        [self = shared_from_this(), keeps_alive](const boost::system::error_code& error, std::size_t) {
+          if (error || !self->shared_->server) return self->close();
+          if (keeps_alive) return self->read();
+          boost::system::error_code ignored;
+          self->stream_.socket().shutdown(tcp::socket::shutdown_send, ignored);
+          self->stream_.expires_after(self->shared_->server->options().drain_timeout);
+          self->drain();
+        });
+  }
+
+  /// Reads and forgets what still comes, for a moment: closing before would take our answer from the peer.
+  void drain() {
+    buffer_.clear();
+    stream_.async_read_some(buffer_.prepare(kMaxHeaderBytes),
+                            [self = shared_from_this()](const boost::system::error_code& error, std::size_t) {
+                              error ? self->close() : self->drain();
+                            });
+  }
+
+  void upgrade() {
+    if (buffer_.size() > 0)
+      return send(refusal(400, "Frames may follow only after the answer to the upgrade."), false);
+    stream_.expires_never();
+    websocket_ =
+        std::make_shared<WebSocketConnection>(stream_.release_socket(), shared_->server->options(), place_);
+    websocket_->accept(parser_->get(), [self = shared_from_this()](const boost::system::error_code& error) {
+      const auto connection = std::exchange(self->websocket_, nullptr);
+      if (error || !self->shared_->server) return connection->close();
+      self->shared_->server->adopt(connection);
+    });
+  }
+
+  const std::string peer_;
+  boost::beast::tcp_stream stream_;
+  const std::shared_ptr<Shared> shared_;
+  const std::shared_ptr<void> place_;
+  std::shared_ptr<WebSocketConnection> websocket_;  // while the upgrade is being answered
+  boost::beast::flat_buffer buffer_{kMaxBufferBytes};
+  std::optional<http::request_parser<http::empty_body>> parser_;
+  HttpAnswer answer_;
+  std::optional<http::response<http::span_body<const char>>> response_;  // into answer_
+  int requests_ = 0;
+};
+
+}  // namespace
+
+class HttpListener::Impl {
+ public:
+  Impl(asio::io_context& io, Server& server, HttpOptions options, ServedFiles files, Log log)
+      : shared_(std::make_shared<Shared>(Shared{&server, options, std::move(files), std::move(log)})),
+        acceptor_(std::make_shared<Acceptor>(
+            io,
+            ListenOptions{server.address(), options.port, server.options().allow_remote, "--http-port"})) {}
+
+  void start() {
+    acceptor_->start([this](tcp::socket socket) { on_socket(std::move(socket)); },
+                     [this](const std::string& line) { shared_->log("http: " + line); });
+  }
+
+  void stop() {
+    acceptor_->stop();
+    shared_->server = nullptr;
+    for (const auto& connection : std::exchange(connections_, {}))
+      if (const auto alive = connection.lock()) alive->close();
+  }
+
+  std::uint16_t port() const { return acceptor_->port(); }
+
+ private:
+  void on_socket(tcp::socket socket) {
+    const auto taken = static_cast<std::uint32_t>(places_.use_count() - 1);
+    if (taken >= shared_->server->options().max_clients + kSpareConnections) return;  // closes it
+    std::erase_if(connections_, [](const auto& connection) { return connection.expired(); });
+    const auto connection = std::make_shared<HttpConnection>(std::move(socket), shared_, places_);
+    connections_.push_back(connection);
+    connection->read();
+  }
+
+  const std::shared_ptr<Shared> shared_;
+  const std::shared_ptr<Acceptor> acceptor_;
+  const std::shared_ptr<int> places_ = std::make_shared<int>();  // each connection holds one reference
+  std::vector<std::weak_ptr<HttpConnection>> connections_;       // those that are not sessions
+};
+
+HttpListener::HttpListener(asio::io_context& io, Server& server, HttpOptions options, ServedFiles files,
+                           Log log)
+    : impl_(std::make_unique<Impl>(io, server, options, std::move(files), std::move(log))) {
+  impl_->start();
+}
+
+HttpListener::~HttpListener() {
+  impl_->stop();
+}
+
+std::uint16_t HttpListener::port() const {
+  return impl_->port();
+}
+
+void HttpListener::stop() {
+  impl_->stop();
+}
+
+}  // namespace brachy::net
