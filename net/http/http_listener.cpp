@@ -2,11 +2,10 @@
 
 #include <algorithm>
 #include <boost/asio/ip/tcp.hpp>
-#include <boost/beast/core/flat_buffer.hpp>
+#include <boost/asio/read_until.hpp>
 #include <boost/beast/core/tcp_stream.hpp>
 #include <boost/beast/http/empty_body.hpp>
 #include <boost/beast/http/parser.hpp>
-#include <boost/beast/http/read.hpp>
 #include <boost/beast/http/span_body.hpp>
 #include <boost/beast/http/write.hpp>
 #include <boost/beast/websocket/rfc6455.hpp>
@@ -25,8 +24,7 @@ namespace http = boost::beast::http;
 using asio::ip::tcp;
 namespace {
 
-constexpr std::uint32_t kMaxHeaderBytes = 8 * 1024;
-constexpr std::size_t kMaxBufferBytes = 2 * kMaxHeaderBytes;
+constexpr std::size_t kMaxHeaderBytes = 8 * 1024;
 constexpr int kMaxRequests = 100;                // of one connection
 constexpr std::uint32_t kSpareConnections = 48;  // beyond max_clients: for the viewer's files, and BUSY
 
@@ -53,13 +51,10 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
         place_(std::move(place)) {}
 
   void read() {
-    parser_.emplace();
-    parser_->header_limit(kMaxHeaderBytes);
     stream_.expires_after(shared_->options.request_timeout);
-    http::async_read_header(stream_, buffer_, *parser_,
-                            [self = shared_from_this()](const boost::system::error_code& error, std::size_t) {
-                              self->on_header(error);
-                            });
+    asio::async_read_until(stream_, asio::dynamic_buffer(unread_, kMaxHeaderBytes), "\r\n\r\n",
+                           [self = shared_from_this()](const boost::system::error_code& error,
+                                                       std::size_t size) { self->on_header(error, size); });
   }
 
   void close() {
@@ -68,15 +63,18 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
   }
 
  private:
-  void on_header(const boost::system::error_code& error) {
+  void on_header(boost::system::error_code error, std::size_t size) {
     if (!shared_->server) return;
     ++requests_;
-    if (error == http::error::header_limit || error == http::error::buffer_overflow)
+    if (error == asio::error::not_found)  // the buffer is full
       return send(refusal(431, "The header is longer than 8 KiB."), false);
-    if (error == http::error::end_of_stream || error == http::error::partial_message) return close();
-    if (error && error.category() == make_error_code(http::error::bad_target).category())
-      return send(refusal(400, "This is not HTTP/1.1: " + error.message() + "."), false);
     if (error) return close();
+    parser_.emplace();
+    parser_.emplace();
+    const std::size_t parsed = parser_->put(asio::buffer(unread_.data(), size), error);
+    if (error || !parser_->is_header_done())
+      return send(refusal(400, "This is not HTTP/1.1: " + error.message() + "."), false);
+    unread_.erase(0, parsed);
 
     boost::system::error_code ignored;
     const auto local = stream_.socket().local_endpoint(ignored);
@@ -126,15 +124,15 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
 
   /// Reads and forgets what still comes, for a moment: closing before would take our answer from the peer.
   void drain() {
-    buffer_.clear();
-    stream_.async_read_some(buffer_.prepare(kMaxHeaderBytes),
+    unread_.resize(kMaxHeaderBytes);
+    stream_.async_read_some(asio::buffer(unread_),
                             [self = shared_from_this()](const boost::system::error_code& error, std::size_t) {
                               error ? self->close() : self->drain();
                             });
   }
 
   void upgrade() {
-    if (buffer_.size() > 0)
+    if (!unread_.empty())
       return send(refusal(400, "Frames may follow only after the answer to the upgrade."), false);
     stream_.expires_never();
     websocket_ =
@@ -151,7 +149,7 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
   const std::shared_ptr<Shared> shared_;
   const std::shared_ptr<void> place_;
   std::shared_ptr<WebSocketConnection> websocket_;  // while the upgrade is being answered
-  boost::beast::flat_buffer buffer_{kMaxBufferBytes};
+  std::string unread_;  // at most a header: Beast's own header_limit() forgets the lines that it has parsed
   std::optional<http::request_parser<http::empty_body>> parser_;
   HttpAnswer answer_;
   std::optional<http::response<http::span_body<const char>>> response_;  // into answer_

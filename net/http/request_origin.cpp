@@ -47,10 +47,8 @@ std::string_view refusal_of_origin(std::string_view host, std::optional<std::str
            "that brachyd listens on.";
   }
   if (!origin) return "";
-  std::string_view authority = *origin;
-  for (const std::string_view scheme : {"http://", "https://"})
-    if (authority.starts_with(scheme)) authority.remove_prefix(scheme.size());
-  if (authority.size() == origin->size() || lower(authority) != lower(host)) {
+  const std::string page = lower(*origin), authority = lower(host);
+  if (page != "http://" + authority && page != "https://" + authority) {
     return "The request comes from a page of another site (Origin): only the viewer that this server serves "
            "may "
            "connect from a browser.";

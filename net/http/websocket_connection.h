@@ -32,7 +32,7 @@ struct MeteredSocket {
     return socket.async_read_some(buffers, std::forward<Handler>(handler));
   }
 
-  /// Writes at once if there is room, else once there is: only this can tell a peer that had to be waited for.
+  /// Writes at once if there is room, else once there is, so that it knows a peer that had to be waited for.
   template <class Buffers, class Handler>
   auto async_write_some(const Buffers& buffers, Handler&& handler) {
     enum class Step { kTry, kWaited, kPosted };
@@ -45,11 +45,12 @@ struct MeteredSocket {
             step = Step::kWaited;
             return socket.async_wait(socket.wait_write, std::move(self));
           }
-          if (size > 0) last_progress_ns = monotonic_ns();
-          if (step == Step::kWaited) {
-            if (size > 0) last_waited_progress_ns = last_progress_ns;
-            return self.complete(error, size);
+          if (size > 0) {
+            last_progress_ns = monotonic_ns();
+            if (was_full || step == Step::kWaited) last_waited_progress_ns = last_progress_ns;
+            was_full = size < boost::asio::buffer_size(buffers);
           }
+          if (step == Step::kWaited) return self.complete(error, size);
           step = Step::kPosted;
           result = error;
           boost::asio::post(socket.get_executor(), std::move(self));
@@ -60,6 +61,7 @@ struct MeteredSocket {
   boost::asio::ip::tcp::socket socket;
   std::int64_t last_progress_ns = 0;
   std::int64_t last_waited_progress_ns = 0;
+  bool was_full = false;  // the last write found no room for all of it
 };
 
 // Beast finds these by their argument.
@@ -117,7 +119,7 @@ class WebSocketConnection final : public Connection,
                         [self = shared_from_this()](const boost::system::error_code& error, std::size_t) {
                           self->header_.clear();
                           self->body_.reset();
-                          if (!self->listener_) return;
+                          if (!self->listener_ || (error && self->is_ending_)) return;  // end() tells
                           if (error) return self->lost(error);
                           const auto listener = self->listener_;  // on_written may close
                           listener->on_written();

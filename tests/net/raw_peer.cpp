@@ -44,16 +44,20 @@ void RawPeer::take(std::size_t max_bytes) {
       break;
     }
     max_bytes -= size;
-    parser_.feed(std::span<const std::byte>(buffer).first(size));
-    MessageParser::Message message;
-    DecodeResult result;
-    while ((result = parser_.next(message)).is_good()) keep(message);
-    EXPECT_FALSE(result.is_bad()) << result.reason;
+    hear(std::span<const std::byte>(buffer).first(size));
   }
   socket_.non_blocking(false);
 }
 
-void RawPeer::keep(const MessageParser::Message& message) {
+void Heard::hear(std::span<const std::byte> bytes) {
+  parser_.feed(bytes);
+  MessageParser::Message message;
+  DecodeResult result;
+  while ((result = parser_.next(message)).is_good()) keep(message);
+  EXPECT_FALSE(result.is_bad()) << result.reason;
+}
+
+void Heard::keep(const MessageParser::Message& message) {
   types.push_back(message.header.type);
   if (message.header.type == MessageType::kTopology) {
     TopologyMessage topology;
@@ -64,6 +68,7 @@ void RawPeer::keep(const MessageParser::Message& message) {
     EXPECT_TRUE(decode_body(message.body, frame).is_good());
     EXPECT_EQ(mesh.apply(frame), "");
     frames.push_back(std::move(frame));
+    frame_bodies.emplace_back(message.body.begin(), message.body.end());
   } else if (message.header.type == MessageType::kError) {
     ErrorMessage error;
     EXPECT_TRUE(decode_body(message.body, error).is_good());

@@ -11,8 +11,33 @@
 
 namespace brachy::net::test {
 
+/// What a server's messages said to a peer.
+struct Heard {
+  std::vector<MessageType> types;
+  std::vector<FrameMessage> frames;
+  std::vector<Bytes> frame_bodies;
+  std::vector<ErrorMessage> errors;
+  std::vector<StateMessage> states;
+  std::vector<ForceMessage> forces;
+  std::vector<LocalModelMessage> models;
+  FrameAssembler mesh;
+
+  /// Of the fatal ERROR that came, 0 without.
+  ErrorCode fatal() const { return fatal_; }
+
+ protected:
+  /// The next bytes of the stream.
+  void hear(std::span<const std::byte> bytes);
+
+ private:
+  void keep(const MessageParser::Message& message);
+
+  MessageParser parser_{64u << 20};
+  ErrorCode fatal_{};
+};
+
 /// A peer that sends any bytes, well-formed or not, and reads only when told to.
-class RawPeer {
+class RawPeer : public Heard {
  public:
   /// `receive_buffer` > 0 sets SO_RCVBUF, so that a peer that does not read soon blocks the server.
   RawPeer(boost::asio::io_context& io, std::uint16_t port, int receive_buffer = 0);
@@ -32,25 +57,11 @@ class RawPeer {
   void close();
 
   bool is_ended() const { return is_ended_; }  ///< the server's end of the stream was read
-  /// Of the fatal ERROR that came, 0 without.
-  ErrorCode fatal() const { return fatal_; }
-
-  std::vector<MessageType> types;
-  std::vector<FrameMessage> frames;
-  std::vector<ErrorMessage> errors;
-  std::vector<StateMessage> states;
-  std::vector<ForceMessage> forces;
-  std::vector<LocalModelMessage> models;
-  FrameAssembler mesh;
-  std::uint64_t sent_ = 0;  ///< sequence of the last message sent
+  std::uint64_t sent_ = 0;                     ///< sequence of the last message sent
 
  private:
-  void keep(const MessageParser::Message& message);
-
   boost::asio::ip::tcp::socket socket_;
-  MessageParser parser_{64u << 20};
   bool is_ended_ = false;
-  ErrorCode fatal_{};
 };
 
 }  // namespace brachy::net::test

@@ -1,0 +1,133 @@
+#include "tests/net/http/http_testing.h"
+
+#include <stdlib.h>
+
+#include <algorithm>
+#include <array>
+#include <boost/asio/buffer.hpp>
+#include <boost/asio/write.hpp>
+#include <fstream>
+#include <stdexcept>
+
+namespace brachy::net::test {
+
+using boost::asio::ip::tcp;
+
+TemporaryFolder::TemporaryFolder() {
+  std::string name = (std::filesystem::temp_directory_path() / "brachy_http_XXXXXX").string();
+  if (!::mkdtemp(name.data())) throw std::runtime_error("no temporary folder");
+  path_ = name;
+}
+
+TemporaryFolder::~TemporaryFolder() {
+  std::error_code ignored;
+  std::filesystem::remove_all(path_, ignored);
+}
+
+void TemporaryFolder::write(const std::string& name, const std::string& content) const {
+  std::ofstream(path_ / name, std::ios::binary) << content;
+}
+
+HttpPeer::HttpPeer(boost::asio::io_context& io, std::uint16_t port) : socket_(io) {
+  socket_.connect({boost::asio::ip::address_v4::loopback(), port});
+  socket_.set_option(tcp::no_delay(true));
+}
+
+bool HttpPeer::send(const std::string& text) {
+  boost::system::error_code error;
+  boost::asio::write(socket_, boost::asio::buffer(text), error);
+  return !error;
+}
+
+void HttpPeer::take() {
+  std::array<char, 16 * 1024> buffer{};
+  socket_.non_blocking(true);
+  while (!is_ended_) {
+    boost::system::error_code error;
+    const std::size_t size = socket_.read_some(boost::asio::buffer(buffer), error);
+    if (error == boost::asio::error::would_block) break;
+    is_ended_ = bool{error};
+    unread_.append(buffer.data(), size);
+  }
+  socket_.non_blocking(false);
+}
+
+bool HttpPeer::next(HttpReply& reply, bool to_head) {
+  const std::size_t end = unread_.find("\r\n\r\n");
+  if (end == std::string::npos) return false;
+  reply = {};
+  reply.status = std::stoi(unread_.substr(unread_.find(' ') + 1));
+  for (std::size_t at = unread_.find("\r\n") + 2; at < end + 2;) {
+    const std::size_t line_end = unread_.find("\r\n", at);
+    const std::string line = unread_.substr(at, line_end - at);
+    std::string name = line.substr(0, line.find(':'));
+    std::transform(name.begin(), name.end(), name.begin(), [](unsigned char c) { return std::tolower(c); });
+    reply.headers[name] = line.substr(line.find(':') + 2);
+    at = line_end + 2;
+  }
+  const auto length = reply.headers.find("content-length");
+  const std::size_t size = to_head || length == reply.headers.end() ? 0 : std::stoul(length->second);
+  if (unread_.size() < end + 4 + size) return false;
+  reply.body = unread_.substr(end + 4, size);
+  unread_.erase(0, end + 4 + size);
+  return true;
+}
+
+void HttpFixture::start_http(ServerOptions options, HttpOptions http_options, ServedFiles files) {
+  start(options);
+  http = std::make_unique<HttpListener>(io, *server, http_options, std::move(files),
+                                        [this](const std::string& line) { log.push_back(line); });
+}
+
+HttpReply HttpFixture::get(const std::string& target, const std::string& more, const std::string& method) {
+  const HttpReply reply =
+      ask(method + " " + target + " HTTP/1.1\r\n" + host_line() + more + "\r\n", method == "HEAD");
+  EXPECT_NE(reply.status, 0) << method << " " << target;
+  return reply;
+}
+
+HttpReply HttpFixture::ask(const std::string& request, bool to_head) {
+  HttpPeer peer(io, http->port());
+  peer.send(request);
+  HttpReply reply;
+  EXPECT_TRUE(until([&] {
+    peer.take();
+    return peer.next(reply, to_head) || peer.is_ended();
+  }));
+  return reply;
+}
+
+bool HttpFixture::ends(HttpPeer& peer) {
+  return until([&] {
+    peer.take();
+    return peer.is_ended();
+  });
+}
+
+std::unique_ptr<WebSocketPeer> HttpFixture::open_page(int receive_buffer) {
+  auto page = std::make_unique<WebSocketPeer>(io, http->port(), receive_buffer);
+  EXPECT_TRUE(until([&] {
+    page->take();
+    return page->is_open();
+  })) << page->answer();
+  return page;
+}
+
+std::unique_ptr<WebSocketPeer> HttpFixture::join_page(Role role, std::uint32_t subscription) {
+  auto page = open_page();
+  page->hello(role, subscription);
+  EXPECT_TRUE(until([&] {
+    page->take();
+    return !page->types.empty() || page->is_ended();
+  }));
+  return page;
+}
+
+bool HttpFixture::ends(WebSocketPeer& page) {
+  return until([&] {
+    page.take();
+    return page.is_ended();
+  });
+}
+
+}  // namespace brachy::net::test
