@@ -74,10 +74,10 @@ ToolOptions parse_tool_line(int argc, char** argv, std::optional<int>& exit_code
   CLI::App app("Tools for the brachytherapy simulator.", "brachy");
   app.require_subcommand(1);
   app.footer("brachy COMMAND --help tells more, with examples.");
-  const ToolLine tools[] = {add_replay(app), add_watch(app),   add_record(app),     add_deform(app),
-                            add_dose(app),   add_inspect(app), add_compare(app),    add_stability(app),
-                            add_zwidth(app), add_advise(app),  add_plot_force(app), add_metrics(app),
-                            add_score(app),  add_plan(app)};
+  const ToolLine tools[] = {add_replay(app),    add_watch(app),  add_record(app),  add_export(app),
+                            add_deform(app),    add_dose(app),   add_inspect(app), add_compare(app),
+                            add_stability(app), add_zwidth(app), add_advise(app),  add_plot_force(app),
+                            add_metrics(app),   add_score(app),  add_plan(app)};
   exit_code = parse(app, argc, argv);
   if (exit_code) return {};
   for (const ToolLine& tool : tools) {

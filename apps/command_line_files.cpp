@@ -63,9 +63,12 @@ ToolLine add_deform(CLI::App& app) {
 
 ToolLine add_inspect(CLI::App& app) {
   auto options = std::make_shared<InspectOptions>();
-  auto* command = app.add_subcommand("inspect", "Say what a mesh or a scene's tissue is made of.");
-  command->footer("Examples:\n  brachy inspect prostate.stl\n  brachy inspect config/prostate.toml --json");
-  command->add_option("file", options->file, "STL, OBJ or PLY, or a scene (.toml)")->required();
+  auto* command =
+      app.add_subcommand("inspect", "Say what a mesh, a scene's tissue or a recording is made of.");
+  command->footer(
+      "Examples:\n  brachy inspect prostate.stl\n  brachy inspect config/prostate.toml --json\n"
+      "  brachy inspect run1.brachy                      a recording: length, rates, gaps, seeds, damage");
+  command->add_option("file", options->file, "STL, OBJ or PLY, a scene (.toml), or a recording")->required();
   add_mesh_options(*command, options->units, options->frame);
   command->add_option("--weld-tolerance-mm", options->weld_tolerance_mm, "vertices closer than this are one")
       ->check(between(0.0, 1.0))

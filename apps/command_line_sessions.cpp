@@ -1,4 +1,4 @@
-// The command lines of the tools that meet a daemon: replay, watch, record.
+// The command lines of the tools that meet a daemon: replay, watch, record; and export of what was recorded.
 #include <memory>
 
 #include "apps/command_line_parts.h"
@@ -45,6 +45,8 @@ ToolLine add_replay(CLI::App& app) {
   command->footer(
       "Examples:\n"
       "  brachy replay config/insertion.csv --connect 127.0.0.1:18950\n"
+      "  brachy replay run1.brachy --offline --config config/prostate.toml      a recording: the same ticks "
+      "again\n"
       "  brachy replay insertion.csv --offline --config config/prostate.toml --json\n"
       "  brachy replay config/insertion_5mm_s.csv --offline --log force.csv\n"
       "  brachy replay config/insertion_three_needles.csv --offline --config three.toml   needle.count = 3 "
@@ -62,7 +64,9 @@ ToolLine add_replay(CLI::App& app) {
       "row to the needle's next: pressed, it drops seeds.\n"
       "The log has a row a tick and needle: t_s,needle,state,depth_mm,fx_n,fy_n,fz_n,axial_n,lateral_n,\n"
       "cutting_n,friction_n,landmarks,min_det; brachy plot-force draws it.");
-  command->add_option("trajectory", options->trajectory, "CSV: t_s,m00,…,m23[,needle][,button] (X_WN, mm)")
+  command
+      ->add_option("trajectory", options->trajectory,
+                   "CSV: t_s,m00,…,m23[,needle][,button] (X_WN, mm), or a recording")
       ->required();
   auto* replay_connect =
       command->add_option("--connect", options->daemon, "the daemon to play into")->check(host_port());
@@ -136,23 +140,54 @@ ToolLine add_record(CLI::App& app) {
   auto options = std::make_shared<RecordOptions>();
   auto daemon = std::make_shared<std::string>();
   auto* command = app.add_subcommand(
-      "record", "Write what a daemon sends: a .pvd/.vtp series, a pose log that replays, and a force log.");
+      "record", "Write what a daemon sends: a recording, or a .pvd/.vtp series with pose log and force log.");
   command->footer(
-      "Example:\n  brachy record --connect 127.0.0.1:18950 --out out/run1 --duration 10\n"
+      "Examples:\n"
+      "  brachy record --connect 127.0.0.1:18950 --out run1.brachy           one file, a fraction of the "
+      "space\n"
+      "  brachy export run1.brachy --out out/run1; brachy replay run1.brachy --offline\n"
+      "  brachy record --connect 127.0.0.1:18950 --out out/run1 --duration 10\n"
       "  paraview out/run1/recording.pvd; brachy replay out/run1/poses.csv --offline\n"
       "  brachy plot-force out/run1/forces.csv\n"
-      "poses.csv has every tick's pose of every needle, forces.csv each snapshot's force on it.");
+      "A file NAME.brachy (\"Recording file\" in net/PROTOCOL.md) has the mesh's changes, every tick's "
+      "poses, "
+      "events,\n"
+      "states, seeds and dose as they came; killed at any moment it is good up to there. The browser viewer "
+      "opens "
+      "it.\n"
+      "In a folder poses.csv has every tick's pose of every needle, forces.csv each snapshot's force on it.\n"
+      "Exit codes: 0 done, 1 the connection or the disk failed, 2 bad usage, or --out is there already.");
   command->add_option("--connect", *daemon, "the daemon")->required()->check(host_port());
-  command->add_option("--out", options->out, "folder to write; made if missing, must hold no recording")
+  command->add_option("--out", options->out, "file NAME.brachy, or folder to write; nothing is overwritten")
       ->required();
   command->add_option("--duration", options->duration_s, "seconds; default: until the daemon ends")
       ->check(durations());
-  command->add_flag("--surface", options->surface, "write the surface only: a tenth of the space");
+  command->add_flag("--surface", options->surface, "ask for the surface only: a tenth of the space");
   command->add_flag("--json", options->json, "print the result as JSON");
   return {command, [options, daemon]() -> ToolOptions {
             options->connect = host_port_of(*daemon);
             return *options;
           }};
+}
+
+ToolLine add_export(CLI::App& app) {
+  auto options = std::make_shared<ExportOptions>();
+  auto* command = app.add_subcommand("export", "Write a recording as files for ParaView and spreadsheets.");
+  command->footer(
+      "Examples:\n"
+      "  brachy export run1.brachy --out out/run1\n"
+      "  paraview out/run1/recording.pvd; brachy plot-force out/run1/forces.csv; brachy score out/run1\n"
+      "The same files as `brachy record --out DIR` writes: recording.pvd with a .vtp a snapshot, poses.csv, "
+      "forces.csv,\n"
+      "seeds.csv, events.csv, structures/. After a reset of the simulation what follows goes into run_2, … "
+      "within.\n"
+      "Exit codes: 0 done, 1 the disk failed, 2 no recording, or --out holds one already.");
+  command->add_option("recording", options->recording, "of `brachy record --out NAME.brachy`")->required();
+  command->add_option("--out", options->out, "folder to write; made if missing, must hold no recording")
+      ->required();
+  command->add_flag("--surface", options->surface, "write the surface only: a tenth of the space");
+  command->add_flag("--json", options->json, "print the result as JSON");
+  return {command, [options]() -> ToolOptions { return *options; }};
 }
 
 }  // namespace brachy

@@ -48,7 +48,7 @@ struct SimulatedDeviceOptions {
 };
 
 struct ReplayOptions {
-  std::filesystem::path trajectory;
+  std::filesystem::path trajectory;             ///< CSV or recording
   std::optional<HostPort> connect;              ///< none: offline
   std::optional<std::filesystem::path> config;  ///< offline
   double rate_hz = 200;
@@ -73,9 +73,16 @@ struct WatchOptions {
 
 struct RecordOptions {
   HostPort connect;
-  std::filesystem::path out;
+  std::filesystem::path out;  ///< a file NAME.brachy, or a folder
   std::optional<double> duration_s;
-  bool surface = false;  ///< the .vtp hold the surface only
+  bool surface = false;  ///< the surface's points only
+  bool json = false;
+};
+
+struct ExportOptions {
+  std::filesystem::path recording;
+  std::filesystem::path out;  ///< folder
+  bool surface = false;       ///< the .vtp hold the surface only
   bool json = false;
 };
 
@@ -100,7 +107,7 @@ struct DoseOptions {
 };
 
 struct InspectOptions {
-  std::filesystem::path file;  ///< mesh or scene
+  std::filesystem::path file;  ///< mesh, scene or recording
   std::string units = "mm", frame = "RAS";
   double weld_tolerance_mm = 1e-4;
   double min_island_share = 0.01;
@@ -166,8 +173,8 @@ struct AdviseOptions {
   bool json = false;
 };
 
-using ToolOptions = std::variant<ReplayOptions, WatchOptions, RecordOptions, DeformOptions, DoseOptions,
-                                 InspectOptions, CompareOptions, StabilityOptions, ZWidthOptions,
+using ToolOptions = std::variant<ReplayOptions, WatchOptions, RecordOptions, ExportOptions, DeformOptions,
+                                 DoseOptions, InspectOptions, CompareOptions, StabilityOptions, ZWidthOptions,
                                  AdviseOptions, PlotForceOptions, MetricsOptions, ScoreOptions, PlanOptions>;
 
 /// Exit codes of both programs.

@@ -5,6 +5,8 @@
 #include <optional>
 
 #include "apps/brachy/tools.h"
+#include "apps/recording/recording_tally.h"
+#include "apps/terminal/progress.h"
 #include "core/choice/choice.h"
 #include "core/mesh_io/mesh_file.h"
 #include "core/mesh_io/ply_writer.h"
@@ -94,9 +96,25 @@ std::string to_text(const Inspected& i, const std::string& name) {
   return text;
 }
 
+int inspect_recording(const InspectOptions& options) {
+  RecordingReader reader(options.file);
+  RecordingTally tally;
+  net::ServerMessages messages(tally.handlers());
+  const auto bytes = static_cast<double>(std::filesystem::file_size(options.file));
+  Progress progress("inspect");
+  read_recording(reader, messages, [&] { progress.show(static_cast<double>(reader.offset()) / bytes); });
+  progress.finish();
+  if (options.json)
+    std::cout << tally.to_json(reader.offset(), reader.damage());
+  else
+    std::cout << options.file.string() << "\n" << tally.to_text(reader.offset(), reader.damage());
+  return kExitOk;
+}
+
 }  // namespace
 
 int inspect(const InspectOptions& options) {
+  if (is_recording_file(options.file)) return inspect_recording(options);
   const bool is_scene = options.file.extension() == ".toml";
   const Inspected inspected = is_scene ? inspect_scene(options.file) : inspect_mesh(options);
   if (options.out) write_ply(*options.out, inspected.mesh);

@@ -1,15 +1,16 @@
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <fstream>
 #include <iostream>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <optional>
 
 #include "apps/brachy/client_run.h"
-#include "apps/brachy/paraview_writer.h"
+#include "apps/brachy/output_file.h"
+#include "apps/brachy/recording_folder.h"
 #include "apps/brachy/tools.h"
-#include "apps/session/session_log.h"
+#include "apps/recording/recording_tally.h"
+#include "apps/terminal/progress.h"
 #include "core/error.h"
 
 namespace brachy {
@@ -17,20 +18,25 @@ namespace {
 
 class Recorder {
  public:
-  explicit Recorder(const RecordOptions& options) : options_(options), run_(client_options(), handlers()) {
-    std::error_code error;
-    std::filesystem::create_directories(options.out, error);
-    if (error) throw UserError(options.out.string() + ": cannot be made: " + error.message());
-    if (SessionLog::is_recording(options.out) || std::filesystem::exists(options.out / "recording.pvd"))
-      throw UserError(options.out.string() +
-                      ": holds a recording already; give another folder, nothing is overwritten");
+  explicit Recorder(const RecordOptions& options)
+      : options_(options),
+        is_file_(options.out.extension() == kRecordingExtension),
+        run_(client_options(), handlers()) {
+    if (!is_file_) {
+      folder_.emplace(options.out, options.surface);
+      return;
+    }
+    check_folder_of(options.out);
+    if (std::filesystem::exists(options.out))
+      throw UserError(options.out.string() + ": is there already; give another name, nothing is overwritten");
   }
 
   int run() {
-    run_.run(options_.connect, options_.duration_s);
+    run_.run(options_.connect, options_.duration_s, [this] { show_progress(); });
     attempt([&] {
-      if (log_) log_->close();
+      if (folder_) folder_->close();
     });
+    progress_.finish();
     report();
     if (failure_.empty()) failure_ = run_.failure();
     if (failure_.empty()) return kExitOk;
@@ -39,44 +45,38 @@ class Recorder {
   }
 
  private:
-  static net::ClientOptions client_options() {
+  net::ClientOptions client_options() const {
     net::ClientOptions c;
     c.name = "brachy record";
-    c.subscription = net::kSubscribePoseHistory;
+    c.subscription = net::kSubscribePoseHistory | net::kSubscribeScene;
+    if (options_.surface) c.subscription |= net::kSubscribeSurface;
     return c;
   }
 
   net::ClientHandlers handlers() {
-    net::ClientHandlers h;
-    h.on_welcome = [this](const net::WelcomeMessage& welcome) {
-      period_s_ = 1 / welcome.deformation_hz;
-      needle_count_ = welcome.needle_count;
-    };
-    h.on_topology = [this](const net::TopologyMessage& t) {
+    net::ClientHandlers h{tally_.handlers(), {}};
+    h.on_message = [this, count = h.on_message](const net::Header& header, std::span<const std::byte> body) {
       attempt([&] {
-        surface_count_ = t.surface_vertex_count;
-        paraview_.emplace(options_.out, t.triangles, points_of(t.rest_vertices, surface_count_),
-                          surface_count_);
-        log_.emplace(options_.out, needle_count_, period_s_);
+        write(header, body);
+        count(header, body);
       });
     };
-    h.on_frame = [this](const net::FrameMessage& frame) {
-      attempt([&] {
-        paraview_->add(frame.sim_time_s, points_of(run_.client().mesh().positions(), surface_count_),
-                       frame.certificate);
-        log_->add_seeds(run_.client().mesh().seeds());
-        log_poses(frame);
-        log_forces(frame);
-        log_->flush();
-      });
+    h.on_welcome = [this, take = h.on_welcome](const net::WelcomeMessage& welcome) {
+      take(welcome);
+      if (is_file_ && options_.surface && !(welcome.subscription & net::kSubscribeSurface))
+        std::cerr << "brachy record: the daemon sends no surface alone; all points are recorded\n";
     };
     return h;
   }
 
-  // All points, or with --surface the first ones, which are the surface's.
-  std::vector<float> points_of(const std::vector<float>& positions, std::size_t surface_count) const {
-    const std::size_t count = options_.surface ? 3 * surface_count : positions.size();
-    return {positions.begin(), positions.begin() + static_cast<std::ptrdiff_t>(count)};
+  // The file is made once there is something to write: nothing stands in the way of another try.
+  void write(const net::Header& header, std::span<const std::byte> body) {
+    if (folder_) {
+      folder_->messages().take(header, body);
+      return;
+    }
+    if (!file_) file_.emplace(options_.out);
+    file_->add(header, body);
   }
 
   // What has been written stays; the first failure ends the recording.
@@ -91,52 +91,43 @@ class Recorder {
     }
   }
 
-  // Every pose the simulation used, at its tick's time: replayed offline at the same rate they give the same ticks.
-  void log_poses(const net::FrameMessage& frame) {
-    std::vector<UsedPose> used;
-    for (const TickPose& pose : frame.pose_history) used.push_back({0, pose});
-    for (const net::NeedlePoses& other : frame.poses_of_needles)
-      for (const TickPose& pose : other.poses) used.push_back({other.needle, pose});
-    log_->add_poses(std::move(used));
-  }
-
-  // Snapshots only: what happened between two is not sent.
-  void log_forces(const net::FrameMessage& frame) {
-    const double det = frame.certificate ? frame.certificate->vertex_det : Certificate::kNotKnown;
-    for (const net::NeedleRecord& needle : frame.needles)
-      if (needle.state.present && needle.has_forces)
-        log_->add_forces(frame.tick, needle.id, needle.state, det);
+  void show_progress() {
+    const double share = options_.duration_s ? tally_.duration_s() / *options_.duration_s
+                                             : std::numeric_limits<double>::quiet_NaN();
+    progress_.show(
+        share,
+        fmt::format("{} snapshots, {} seeds{}", tally_.frames(), tally_.seeds(),
+                    file_ ? fmt::format(", {:.1f} MB", 1e-6 * static_cast<double>(file_->bytes())) : ""));
   }
 
   void report() const {
-    const std::size_t steps = paraview_ ? paraview_->steps() : 0, seeds = log_ ? log_->seeds() : 0;
-    const std::uint64_t poses = log_ ? log_->poses() : 0, forces = log_ ? log_->forces() : 0;
-    const std::uint64_t missed = log_ ? log_->ticks_missed() : 0;
+    const std::string out = options_.out.string();
+    const std::uint64_t missed = tally_.ticks_missed();
     if (options_.json) {
-      const nlohmann::ordered_json json = {{"out", options_.out.string()},
-                                           {"snapshots", steps},
-                                           {"poses", poses},
-                                           {"forces", forces},
-                                           {"seeds", seeds},
-                                           {"ticks_missed", missed},
-                                           {"seq_gaps", run_.client().snapshots_missed()}};
+      nlohmann::ordered_json json = {{"out", out}, {"snapshots", tally_.frames()}, {"poses", tally_.poses()}};
+      if (folder_) json["forces"] = folder_->counts().forces;
+      if (is_file_) json["bytes"] = file_ ? file_->bytes() : 0;
+      json["seeds"] = tally_.seeds();
+      json["events"] = tally_.events();
+      json["ticks_missed"] = missed;
+      json["seq_gaps"] = run_.client().snapshots_missed();
       std::cout << json.dump() << "\n";
       return;
     }
-    std::cout << fmt::format(
-                     "record: {} snapshots in {}/recording.pvd (ParaView), {} poses in {}/poses.csv, "
-                     "{} forces in {}/forces.csv, {} seeds in {}/seeds.csv",
-                     steps, options_.out.string(), poses, options_.out.string(), forces,
-                     options_.out.string(), seeds, options_.out.string())
-              << (missed ? fmt::format("; {} ticks' poses were missed\n", missed) : "\n");
+    std::cout << "record: "
+              << (folder_ ? to_text(*folder_)
+                          : fmt::format("{} snapshots, {} poses, {} seeds, {} events in {}, {:.1f} MB",
+                                        tally_.frames(), tally_.poses(), tally_.seeds(), tally_.events(), out,
+                                        1e-6 * static_cast<double>(file_ ? file_->bytes() : 0)))
+              << (missed && !folder_ ? fmt::format("; {} ticks' poses were missed\n", missed) : "\n");
   }
 
   RecordOptions options_;
-  double period_s_ = 0;
-  std::size_t surface_count_ = 0;
-  std::optional<ParaviewWriter> paraview_;
-  std::optional<SessionLog> log_;
-  std::size_t needle_count_ = 1;
+  const bool is_file_;
+  RecordingTally tally_;
+  std::optional<RecordingWriter> file_;
+  std::optional<RecordingFolder> folder_;
+  Progress progress_{"record"};
   std::string failure_;
   ClientRun run_;
 };

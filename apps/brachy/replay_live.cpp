@@ -13,6 +13,7 @@
 
 #include "apps/brachy/client_run.h"
 #include "apps/brachy/live_device.h"
+#include "apps/brachy/load_motion.h"
 #include "apps/brachy/place_trajectory.h"
 #include "apps/brachy/quantiles.h"
 #include "apps/brachy/tools.h"
@@ -305,7 +306,7 @@ class LiveReplay {
 }  // namespace
 
 int replay_live(const ReplayOptions& options) {
-  return LiveReplay(options, load_trajectories(options.trajectory)).run();
+  return LiveReplay(options, load_motion(options.trajectory, ReplayedModel::kDaemons)).run();
 }
 
 }  // namespace brachy

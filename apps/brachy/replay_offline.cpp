@@ -4,6 +4,7 @@
 #include <iostream>
 #include <optional>
 
+#include "apps/brachy/load_motion.h"
 #include "apps/brachy/place_trajectory.h"
 #include "apps/brachy/replay_report.h"
 #include "apps/brachy/simulated_device.h"
@@ -47,7 +48,8 @@ void add_to_log(ForceLogWriter& log, double t_s, const MeshState& state) {
 
 int replay_offline(const ReplayOptions& options) {
   const Scene scene = scene_of(options);
-  NeedleTrajectories trajectories = load_trajectories(options.trajectory, scene.needle.count);
+  NeedleTrajectories trajectories =
+      load_motion(options.trajectory, ReplayedModel::kRecorded, scene.needle.count);
   Simulator simulator(scene, load_tissue(scene).tissue);
   trajectories = place(trajectories, options, options.centre_on_tissue || scene.device.centre_on_tissue,
                        centre_of(simulator.tissue()));

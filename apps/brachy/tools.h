@@ -14,11 +14,13 @@ int replay_live(const ReplayOptions& options);
 int watch(const WatchOptions& options);
 /// Writes what a daemon sends as files.
 int record(const RecordOptions& options);
+/// Writes a recording as files to look at and to compute with.
+int export_recording(const ExportOptions& options);
 /// Deforms points or a mesh by landmarks.
 int deform(const DeformOptions& options);
 /// Adds up the dose of seeds at points, exactly, and on a grid with its structures' DVH.
 int dose(const DoseOptions& options);
-/// Describes a mesh or a scene's tissue.
+/// Describes a mesh, a scene's tissue, or a recording.
 int inspect(const InspectOptions& options);
 /// Runs every model on every reference scene: errors, times, memory; or scores rungs against measured beads.
 int compare(const CompareOptions& options);

@@ -1,83 +1,18 @@
 // What a viewer is shown of states that no simulation needs to reach: a server in this process, the tool outside.
 #include <gtest/gtest.h>
 
-#include <boost/asio/io_context.hpp>
-#include <chrono>
 #include <limits>
 
-#include "net/server.h"
-#include "tests/apps/apps_testing.h"
+#include "tests/apps/served_states.h"
 
 namespace brachy {
 namespace {
 
 using namespace test;
 
-Tissue one_triangle() {
-  Tissue tissue;
-  tissue.surface_count = 3;
-  tissue.rest_vertices = {{0, 0, 0}, {10, 0, 0}, {0, 10, 0}};
-  tissue.triangles = {{0, 1, 2}};
-  tissue.blocks = {{0, 3, {0, 0, 0}, {10, 10, 0}}};
-  return tissue;
-}
-
-/// Serves one `brachy watch` the states it is given, none left out.
-class WatchedStates {
- public:
-  explicit WatchedStates(const std::vector<std::string>& more = {})
-      : server_(io_, net::ServerOptions{}, one_triangle(), handlers()), watch_(line(more)) {
-    const auto deadline = std::chrono::steady_clock::now() + ChildProcess::kDeadline;
-    while (!joined_ && std::chrono::steady_clock::now() < deadline)
-      io_.run_one_for(std::chrono::milliseconds(50));
-    EXPECT_TRUE(joined_);
-  }
-
-  template <class Change>
-  void show(Change&& change) {
-    MeshState state;
-    state.tick = ++tick_;
-    state.deformed_vertices = {0, 0, 0, 10, 0, 0, 0, 10, 0};
-    state.block_ticks = {tick_};
-    change(state);
-    server_.publish(std::make_shared<const MeshState>(std::move(state)));
-    serve();
-  }
-  void tell(const std::string& warning) {
-    server_.broadcast({net::EventKind::kWarning, 0, tick_, warning});
-    serve();
-  }
-
-  Ended end() {
-    server_.stop();
-    io_.restart();
-    io_.run();
-    return watch_.wait();
-  }
-
- private:
-  net::ServerHandlers handlers() {
-    net::ServerHandlers h;
-    h.log = [this](const std::string& text) { joined_ |= text.ends_with("joined"); };
-    return h;
-  }
-  std::vector<std::string> line(const std::vector<std::string>& more) const {
-    auto arguments = brachy_line({"watch", "--connect", "127.0.0.1:" + std::to_string(server_.port())});
-    arguments.insert(arguments.end(), more.begin(), more.end());
-    return arguments;
-  }
-  // Until nothing is ready: frames of three points leave at once, so that none is replaced by a newer one.
-  void serve() {
-    io_.restart();
-    while (io_.poll() > 0) {
-    }
-  }
-
-  boost::asio::io_context io_{1};
-  bool joined_ = false;
-  std::uint64_t tick_ = 0;
-  net::Server server_;
-  ChildProcess watch_;
+struct WatchedStates : ServedStates {
+  explicit WatchedStates(std::vector<std::string> more = {}) { start({"watch"}, std::move(more)); }
+  Ended end() { return ServedStates::end().front(); }
 };
 
 void show_one_of_each(WatchedStates& states) {

@@ -2,35 +2,13 @@
 // that knows nothing of the codec.
 #include <gtest/gtest.h>
 
-#include <filesystem>
-#include <fstream>
-#include <map>
 #include <string>
 
+#include "tests/net/wire/golden_blocks.h"
 #include "tests/net/wire/sample_messages.h"
 
 namespace brachy::net::test {
 namespace {
-
-/// The blocks fenced as ```hex NAME; comments start at '#'.
-std::map<std::string, Bytes> golden_blocks() {
-  const std::filesystem::path path = BRACHY_SOURCE_DIR "/net/PROTOCOL.md";
-  std::ifstream file(path);
-  EXPECT_TRUE(file) << path;
-  std::map<std::string, Bytes> blocks;
-  std::string line, name;
-  while (std::getline(file, line)) {
-    if (line.starts_with("```")) {
-      name = line.starts_with("```hex ") ? line.substr(7) : "";
-    } else if (!name.empty()) {
-      std::istringstream words(line.substr(0, line.find('#')));
-      for (std::string word; words >> word;) {
-        blocks[name].push_back(static_cast<std::byte>(std::stoi(word, nullptr, 16)));
-      }
-    }
-  }
-  return blocks;
-}
 
 template <class Message>
 void expect_golden(const std::string& name, const Message& message, std::uint64_t sequence,

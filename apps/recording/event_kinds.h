@@ -1,0 +1,34 @@
+#pragma once
+
+#include <string_view>
+
+#include "net/wire/messages.h"
+
+namespace brachy {
+
+/// An event's kind as it stands in events.csv and reports.
+constexpr std::string_view to_string(net::EventKind kind) {
+  switch (kind) {
+    case net::EventKind::kNote:
+      return "note";
+    case net::EventKind::kContact:
+      return "contact";
+    case net::EventKind::kPuncture:
+      return "puncture";
+    case net::EventKind::kReset:
+      return "reset";
+    case net::EventKind::kDeviceAttached:
+      return "device_attached";
+    case net::EventKind::kDeviceDetached:
+      return "device_detached";
+    case net::EventKind::kWarning:
+      return "warning";
+    case net::EventKind::kSafety:
+      return "safety";
+    case net::EventKind::kSeed:
+      return "seed";
+  }
+  return "other";
+}
+
+}  // namespace brachy

@@ -1,0 +1,56 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+namespace brachy {
+
+/// When a long command says how far it is, and how. Pure: it is told the time.
+class ProgressText {
+ public:
+  /// Between two lines: of one that is redrawn, and of plain ones.
+  static constexpr double kRedrawS = 0.1, kPlainS = 5;
+
+  ProgressText(std::string command, bool is_redrawn)
+      : command_(std::move(command)),
+        between_s_(is_redrawn ? kRedrawS : kPlainS),
+        last_s_(is_redrawn ? -1 : 0) {}
+
+  /// At `t_s` since the beginning `share` (0 … 1) is done, NaN: nobody knows; `detail` is what is being done. The line to
+  /// show, without its end, if it is time for one.
+  std::optional<std::string> at(double t_s, double share, const std::string& detail);
+
+ private:
+  std::string command_;
+  double between_s_, last_s_;
+};
+
+/// "8 s", "3 min 20 s", "2 h 5 min".
+std::string duration_text(double seconds);
+
+/// Shows on standard error how far a long command is: on a terminal by one line that is redrawn and in the end taken away,
+/// otherwise by a plain line every few seconds. What is quick says nothing.
+/// Threads: one.
+class Progress {
+ public:
+  explicit Progress(std::string command);
+  ~Progress() { finish(); }
+  Progress(const Progress&) = delete;
+  Progress& operator=(const Progress&) = delete;
+
+  /// As ProgressText::at; costs a look at the clock where it is not time for a line.
+  void show(double share, const std::string& detail = "");
+  /// Of `count` equal steps `done` are done.
+  void show_step(std::size_t done, std::size_t count, const std::string& detail = "");
+  /// Takes the line away, so that something else can be printed.
+  void finish();
+
+ private:
+  const bool is_redrawn_;
+  ProgressText text_;
+  const std::int64_t begin_ns_;
+  bool is_shown_ = false;
+};
+
+}  // namespace brachy
