@@ -1,0 +1,175 @@
+// The page: a daemon or a recording feeds a Session; pictures, charts and panels show it.
+import 'uplot/dist/uPlot.min.css';
+import {DvhPanel} from './charts/dvh.js';
+import {NeedleCharts} from './charts/needle_charts.js';
+import {Session} from './model/session.js';
+import {defaultSettings, wantsVolume} from './model/settings.js';
+import {Role} from './protocol/server_messages.js';
+import {UploadCount, expose} from './probe.js';
+import {NeedleDrag} from './scene/drag.js';
+import {Gizmo} from './scene/gizmo.js';
+import type {View} from './scene/views.js';
+import {Viewport} from './scene/viewport.js';
+import {LiveConnection} from './transport/live.js';
+import {DisplayPanel} from './ui/display.js';
+import {byId, setText, toast} from './ui/dom.js';
+import {HandPanel} from './ui/hand.js';
+import {Keyboard} from './ui/keyboard.js';
+import {setUpDrawers, setUpTabs} from './ui/layout.js';
+import {Playback} from './ui/playback.js';
+import {SimulationPanel} from './ui/simulation.js';
+import {showConnection, showCounters, showEvents, showReadouts, showVerdict} from './ui/status.js';
+
+const CHARTS_MS = 100;
+const COUNTERS_MS = 500;
+
+const served = location.protocol.startsWith('http');
+const url = served ? `${location.protocol === 'https:' ? 'wss' : 'ws'}://${location.host}/ws` : 'ws://localhost/ws';
+const role = new URLSearchParams(location.search).get('role') === 'viewer' ? Role.Viewer : Role.Operator;
+
+const settings = defaultSettings();
+const session = new Session();
+const live = new LiveConnection(url, role, session);
+const viewport = new Viewport(byId<HTMLCanvasElement>('scene'), session, settings);
+const uploads = new UploadCount(viewport.renderer.getContext() as WebGL2RenderingContext);
+const gizmo = new Gizmo(byId<HTMLCanvasElement>('gizmo'));
+const charts = new NeedleCharts({forceDepth: byId('c-depth'), forceTime: byId('c-force'), det: byId('c-det'), ticks: byId('c-ticks')});
+const dvh = new DvhPanel(byId('c-dvh'), byId('dvh-legend'), byId('figures'));
+
+const display = new DisplayPanel(settings, () => live.wantVolume(wantsVolume(settings)));
+const simulation = new SimulationPanel(live, session);
+const hand = new HandPanel(url, session, live, settings, () => simulation.plays, (hole) => display.change({hole}));
+new NeedleDrag(byId<HTMLCanvasElement>('scene'), viewport.camera, hand);
+const playback: Playback = new Playback(session, () => {
+  hand.release();
+  live.end();
+}, () => {
+  if (playback.player || playback.state === 'none') return;
+  if (served) backToLive();
+});
+
+function backToLive(): void {
+  session.recordsHistory = true;
+  session.forget();
+  live.connect();
+}
+byId('live').addEventListener('click', () => {
+  playback.close();
+  backToLive();
+});
+byId('banner').querySelector('button')!.addEventListener('click', () => live.connect());
+for (const button of byId('views').querySelectorAll('button'))
+  button.addEventListener('click', () => viewport.views.go(button.dataset['view'] as View));
+live.onError = (error) => toast(error.text, true);
+
+let shownNeedle = 0;
+byId<HTMLSelectElement>('needle').addEventListener('change', (event) => (shownNeedle = Number((event.target as HTMLSelectElement).value)));
+setUpDrawers();
+const selectTab = setUpTabs(() => (chartsDueMs = 0));
+let chartsDueMs = 0;
+let countersDueMs = 0;
+let beforeMs = performance.now();
+let hasMesh = false;
+
+function animate(nowMs: number): void {
+  requestAnimationFrame(animate);
+  if (playback.player?.playing) playback.player.advance((nowMs - beforeMs) / 1000);
+  beforeMs = nowMs;
+  const steady = {...session.versions};
+  const shownFrame = drawn.frame !== steady.frame && drawn.topology === steady.topology && drawn.seeds === steady.seeds &&
+    drawn.dose === steady.dose && drawn.scene === steady.scene && drawn.settings === settings.version;
+  drawn = {...steady, settings: settings.version};
+  if (viewport.draw(nowMs)) {
+    gizmo.draw(viewport.camera);
+    uploads.finish(shownFrame);
+  }
+  if (!hasMesh && session.frame) {
+    hasMesh = true;
+    performance.mark('first-mesh');
+  }
+  playback.update();
+  if (nowMs >= chartsDueMs) {
+    chartsDueMs = nowMs + CHARTS_MS;
+    updateCharts();
+  }
+  if (nowMs >= countersDueMs) {
+    countersDueMs = nowMs + COUNTERS_MS;
+    showCounters(live, playback.player, session);
+  }
+}
+let drawn = {...session.versions, settings: -1};
+let shownDose: unknown;
+
+function updateCharts(): void {
+  showConnection(live, playback.player, session);
+  showVerdict(session);
+  showEvents(session);
+  simulation.update();
+  hand.update();
+  display.update(viewport.sliceBox, viewport.scales, session.dose?.surfaceGy != null);
+  byId('empty').hidden = session.topology !== null || live.status.phase === 'connecting';
+  setText(byId('empty-text'), served
+    ? 'As soon as the daemon answers, its gland appears here. A recording plays without one.'
+    : 'This page was opened from a file. It plays recordings; for a running daemon open the address that it prints.');
+  const ids = session.frame?.needles.map((needle) => needle.id) ?? [];
+  byId('needle-row').hidden = ids.length < 2;
+  const select = byId<HTMLSelectElement>('needle');
+  if (select.options.length !== ids.length) select.replaceChildren(...ids.map((id) => new Option(String(id), String(id))));
+  showReadouts(session, shownNeedle);
+  const fallen = session.assembler.seeds.length;
+  const planned = session.scene?.plannedSeeds.length ?? 0;
+  setText(byId('seed-count'), fallen || planned ? `${fallen}${planned ? `/${planned}` : ''}` : '');
+  if (!byId('panel-needle').hidden) charts.update(session.history, shownNeedle);
+  if (!byId('panel-dose').hidden && shownDose !== session.dose) {
+    shownDose = session.dose;
+    dvh.show(session.dose);
+    setText(byId('dose-note'), session.dose ? `${session.dose.seeds} seeds, ${session.dose.airKermaStrengthU.toFixed(1)} U, prescription ${session.dose.prescriptionGy} Gy; where they lie once all needles are out.` : '');
+  }
+}
+dvh.show(null);
+
+const toggles = (key: 'wireframe' | 'points' | 'structures' | 'template' | 'plan' | 'clip' | 'field') => () => display.change({[key]: !settings[key]});
+const nudge = (dx: number, dy: number, dz: number, seek: number) => () => {
+  if (hand.held) hand.move(dx, dy, dz);
+  else if (seek) playback.step(seek);
+};
+const keyboard = new Keyboard([
+  {key: ' ', shown: 'Space', does: 'start or stop the script; play or pause', run: () => (playback.player ? playback.toggle() : simulation.togglePlay())},
+  {key: 'l', does: 'loop the script', run: () => simulation.toggleLoop()},
+  {key: 'n', does: 'take the needle, let it go', run: () => hand.toggle()},
+  {key: 's', does: 'drop a seed', run: () => hand.press(true), released: () => hand.press(false)},
+  {key: 'r', does: 'reset (asks first)', run: () => simulation.askReset()},
+  {key: 'o', does: 'open a recording', run: () => byId('file').click()},
+  {key: '1', does: 'axial view', run: () => viewport.views.go('axial')},
+  {key: '2', does: 'sagittal view', run: () => viewport.views.go('sagittal')},
+  {key: '3', does: 'coronal view', run: () => viewport.views.go('coronal')},
+  {key: '0', does: 'first view', run: () => viewport.views.go('reset')},
+  {key: 'c', does: 'colour: plain, shift, dose', run: () => display.change({colour: ({none: 'displacement', displacement: 'dose', dose: 'none'} as const)[settings.colour]})},
+  {key: 'w', does: 'wireframe', run: toggles('wireframe')},
+  {key: 'i', does: 'inner points', run: toggles('points')},
+  {key: 'g', does: 'organs', run: toggles('structures')},
+  {key: 't', does: 'template', run: toggles('template')},
+  {key: 'p', does: 'planned seeds', run: toggles('plan')},
+  {key: 'x', does: 'clipping plane', run: toggles('clip')},
+  {key: 'a', does: 'its next axis', run: () => display.change({clip: true, clipAxis: ((settings.clipAxis + 1) % 3) as 0 | 1 | 2})},
+  {key: '[', shown: '[ ]', does: 'move it', run: () => display.change({clipShare: Math.max(0, settings.clipShare - 0.02)})},
+  {key: ']', does: '', run: () => display.change({clipShare: Math.min(1, settings.clipShare + 0.02)})},
+  {key: 'd', does: 'needle or dose charts', run: () => selectTab(byId('panel-needle').hidden ? 'needle' : 'dose')},
+  {key: 'arrowleft', shown: '← → ↑ ↓', does: 'needle by hand 1 mm; 5 s in a recording', run: nudge(1, 0, 0, -5)},
+  {key: 'arrowright', does: '', run: nudge(-1, 0, 0, 5)},
+  {key: 'arrowup', does: '', run: nudge(0, 1, 0, 0)},
+  {key: 'arrowdown', does: '', run: nudge(0, -1, 0, 0)},
+  {key: 'pageup', shown: 'PgUp PgDn', does: 'needle by hand deeper, out', run: nudge(0, 0, 1, 0)},
+  {key: 'pagedown', does: '', run: nudge(0, 0, -1, 0)},
+  {key: '?', does: 'this help', run: () => keyboard.help()},
+]);
+
+document.addEventListener('visibilitychange', () => {
+  if (document.visibilityState === 'visible') live.wake();
+  else hand.release();
+});
+addEventListener('online', () => live.wake());
+
+expose(session, live, playback, viewport, uploads);
+if (served) live.connect();
+requestAnimationFrame(animate);

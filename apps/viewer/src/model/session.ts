@@ -1,0 +1,189 @@
+// What is known of one simulation, from a daemon or from a recording: the scene draws it, panels and charts show it.
+import {FrameAssembler} from '../protocol/assembler.js';
+import type {Frame} from '../protocol/frame.js';
+import type {Message} from '../protocol/message.js';
+import type {SceneMessage} from '../protocol/scene_message.js';
+import {EventKind, type Dose, type ServerError, type ServerEvent, type State, type Welcome} from '../protocol/server_messages.js';
+import type {Topology} from '../protocol/topology.js';
+import {History} from './history.js';
+import {Rate, Recent} from './rates.js';
+
+const MOST_EVENTS = 100;
+
+export interface LoggedEvent extends ServerEvent {
+  timeS: number;
+}
+
+export class Session {
+  welcome: Welcome | null = null;
+  topology: Topology | null = null;
+  scene: SceneMessage | null = null;
+  frame: Frame | null = null;
+  state: State | null = null;
+  dose: Dose | null = null;
+  readonly assembler = new FrameAssembler();
+  history = new History();
+  events: LoggedEvent[] = [];
+
+  /** Count up when the thing is another one: whoever shows it compares. */
+  readonly versions = {topology: 0, scene: 0, seeds: 0, dose: 0, events: 0, frame: 0};
+  /** Points changed since they were last drawn: [first, end). */
+  private changedFirst = Infinity;
+  private changedEnd = 0;
+
+  frames = 0;
+  snapshotsMissed = 0;
+  refusedFrames = 0;
+  readonly snapshotRate = new Rate();
+  readonly tickRate = new Rate();
+  readonly byteRate = new Rate();
+  /** From the mesh's publishing by the server to its arrival here, ms. */
+  readonly meshAge = new Recent();
+
+  /** Where the points of a new topology are kept: set by the scene, whose buffer it is. */
+  storage: (topology: Topology) => Float32Array = (topology) => new Float32Array(topology.restPositions.length);
+  /** Charts of a recording are filled from its index, not as it plays. */
+  recordsHistory = true;
+
+  private firstStampNs = NaN;
+
+  /** Everything but the mesh, which the next TOPOLOGY replaces if it is another one. */
+  forget(): void {
+    this.frame = null;
+    this.state = null;
+    this.dose = null;
+    this.scene = null;
+    this.events = [];
+    this.history = new History();
+    this.firstStampNs = NaN;
+    for (const key of Object.keys(this.versions) as (keyof Session['versions'])[]) if (key !== 'topology') this.versions[key] += 1;
+  }
+
+  /** Returns '' or why the message breaks the protocol. */
+  apply(message: Message): string {
+    switch (message.kind) {
+      case 'welcome':
+        this.welcome = message.body;
+        this.frame = null;
+        return '';
+      case 'topology':
+        return this.applyTopology(message.body);
+      case 'scene':
+        this.scene = message.body;
+        this.versions.scene += 1;
+        return '';
+      case 'frame':
+        return this.applyFrame(message.body, message.header.stampNs);
+      case 'state':
+        this.state = message.body;
+        if (this.recordsHistory) recordState(this.history, message.body, this.timeS(message.header.stampNs));
+        return '';
+      case 'event':
+        this.log(message.body, this.timeS(message.header.stampNs));
+        return '';
+      case 'error':
+        this.logError(message.body, this.timeS(message.header.stampNs));
+        return '';
+      case 'dose':
+        this.dose = message.body;
+        this.versions.dose += 1;
+        return '';
+      default:
+        return '';
+    }
+  }
+
+  /** Points that changed since the last call, [first, end); null: none. */
+  takeChangedPoints(): [number, number] | null {
+    if (this.changedFirst >= this.changedEnd) return null;
+    const range: [number, number] = [this.changedFirst, this.changedEnd];
+    this.changedFirst = Infinity;
+    this.changedEnd = 0;
+    return range;
+  }
+
+  allPointsChanged(): void {
+    this.changedFirst = 0;
+    this.changedEnd = this.assembler.positions.length / 3;
+    this.versions.seeds += 1;
+  }
+
+  /** Seconds since this session's first message, on the server's clock. */
+  timeS(stampNs: number): number {
+    if (Number.isNaN(this.firstStampNs)) this.firstStampNs = stampNs;
+    if (stampNs < this.firstStampNs) {  // another daemon's clock
+      this.history.clear();
+      this.firstStampNs = stampNs;
+    }
+    return (stampNs - this.firstStampNs) / 1e9;
+  }
+
+  private applyTopology(topology: Topology): string {
+    const same = this.topology?.hash === topology.hash && this.assembler.positions.length === topology.restPositions.length;
+    const refusal = this.assembler.start(topology, same ? this.assembler.positions : this.storage(topology));
+    if (refusal) return refusal;
+    this.topology = topology;
+    this.dose = null;
+    this.versions.dose += 1;
+    if (!same) this.versions.topology += 1;
+    this.allPointsChanged();
+    return '';
+  }
+
+  private applyFrame(frame: Frame, stampNs: number): string {
+    const refusal = this.assembler.apply(frame);
+    if (refusal) {
+      this.refusedFrames += 1;
+      return refusal;
+    }
+    const timeS = this.timeS(stampNs);
+    const before = this.frame;
+    if (before && frame.snapshotSequence > before.snapshotSequence)
+      this.snapshotsMissed += frame.snapshotSequence - before.snapshotSequence - 1;
+    for (let i = 0; i < frame.ranges.length; i += 2) {
+      this.changedFirst = Math.min(this.changedFirst, frame.ranges[i]!);
+      this.changedEnd = Math.max(this.changedEnd, frame.ranges[i]! + frame.ranges[i + 1]!);
+    }
+    if (frame.full || (frame.seeds && frame.seeds.entries.length > 0)) this.versions.seeds += 1;
+    if (before && frame.seeds === null && this.assembler.seeds.length === 0 && this.dose) {  // the daemon was reset
+      this.dose = null;
+      this.versions.dose += 1;
+    }
+    this.frame = frame;
+    this.frames += 1;
+    this.versions.frame += 1;
+    const nowMs = performance.now();
+    this.snapshotRate.add(nowMs);
+    if (before && frame.tick > before.tick) this.tickRate.add(nowMs, frame.tick - before.tick);
+    if (this.recordsHistory) {
+      recordFrame(this.history, frame, timeS);
+      this.history.forgetOld();
+    }
+    return '';
+  }
+
+  private log(event: ServerEvent, timeS: number): void {
+    if (event.kind === EventKind.Reset && this.recordsHistory) this.history.clear();
+    this.events.push({...event, timeS});
+    if (this.recordsHistory && this.events.length > MOST_EVENTS) this.events.shift();
+    this.versions.events += 1;
+  }
+
+  private logError(error: ServerError, timeS: number): void {
+    this.log({kind: EventKind.Warning, needle: 0, tick: this.frame?.tick ?? 0, text: error.text}, timeS);
+  }
+}
+
+export function recordFrame(history: History, frame: Frame, timeS: number): void {
+  history.nowS = timeS;
+  for (const needle of frame.needles) {
+    const forces = needle.present ? needle.forces : null;
+    history.needle(needle.id).push(timeS, forces?.tipDepthMm ?? NaN, forces?.axial ?? NaN, forces?.lateral ?? NaN);
+  }
+  const certificate = frame.certificate;
+  history.det.push(timeS, certificate?.vertexDet ?? NaN, certificate?.detBound ?? NaN);
+}
+
+export function recordState(history: History, state: State, timeS: number): void {
+  if (state.tickMs.count > 0) history.ticks.push(timeS, state.tickMs.p50, state.tickMs.p99);
+}

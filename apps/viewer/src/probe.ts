@@ -1,0 +1,68 @@
+// window.brachy: what this page knows, for tests and for a curious console. It only reads.
+import type {Session} from './model/session.js';
+import type {LiveConnection} from './transport/live.js';
+import type {Playback} from './ui/playback.js';
+import type {Viewport} from './scene/viewport.js';
+
+/** Counts what goes to the graphics card's buffers, picture by picture. */
+export class UploadCount {
+  private buffers = 0;
+  private data = 0;
+  /** Of the last picture that showed a new snapshot, and the most of any such. */
+  last = {updates: 0, rebuilds: 0};
+  most = {updates: 0, rebuilds: 0};
+
+  constructor(gl: WebGL2RenderingContext) {
+    const update = gl.bufferSubData.bind(gl) as (...all: unknown[]) => void;
+    const make = gl.bufferData.bind(gl) as (...all: unknown[]) => void;
+    gl.bufferSubData = ((...all: unknown[]) => {
+      this.buffers += 1;
+      update(...all);
+    }) as typeof gl.bufferSubData;
+    gl.bufferData = ((...all: unknown[]) => {
+      this.data += 1;
+      make(...all);
+    }) as typeof gl.bufferData;
+  }
+
+  /** After a picture. `steady`: nothing but a snapshot's positions was new in it. */
+  finish(steady: boolean): void {
+    if (steady) {
+      this.last = {updates: this.buffers, rebuilds: this.data};
+      this.most = {updates: Math.max(this.most.updates, this.buffers), rebuilds: Math.max(this.most.rebuilds, this.data)};
+    }
+    this.buffers = this.data = 0;
+  }
+}
+
+export function expose(session: Session, live: LiveConnection, playback: Playback, viewport: Viewport, uploads: UploadCount): void {
+  const brachy = {
+    get connection() {  // 'connecting', 'open', 'waiting' or 'off', with the problem in words
+      return {phase: live.status.phase, problem: 'problem' in live.status ? live.status.problem : '', reconnects: live.reconnects};
+    },
+    get frames() { return session.frames; },
+    get sequenceGaps() { return live.sequenceGaps; },
+    get refusedFrames() { return session.refusedFrames; },
+    get tick() { return session.frame?.tick ?? 0; },
+    get points() { return session.topology?.pointCount ?? 0; },
+    positions: () => session.assembler.positions.slice(),  // 3N, mm, as of `tick`
+    get seeds() { return structuredClone(session.assembler.seeds); },
+    get needle() {  // X_WN of needle 0, or null
+      const needle = session.frame?.needles[0];
+      return needle?.present ? Array.from(needle.pose) : null;
+    },
+    get model() { return session.state?.controls?.kernel ?? ''; },
+    get supportRadiusMm() { return session.state?.controls?.supportRadiusMm ?? NaN; },
+    get dose() { return session.dose ? {seeds: session.dose.seeds, atSurface: session.dose.surfaceGy !== null} : null; },
+    get pictures() { return viewport.pictures; },
+    get uploads() { return {...uploads.last, most: {...uploads.most}}; },  // of a picture with a new snapshot
+    get geometries() { return viewport.renderer.info.memory.geometries; },
+    get firstPaintMs() { return performance.getEntriesByName('first-contentful-paint')[0]?.startTime ?? NaN; },
+    get firstMeshMs() { return performance.getEntriesByName('first-mesh')[0]?.startTime ?? NaN; },
+    get recording() {
+      const player = playback.player;
+      return {state: playback.state, positionS: player?.positionS ?? NaN, durationS: player?.durationS ?? NaN, playing: player?.playing ?? false, damage: player?.damage ?? ''};
+    },
+  };
+  Object.assign(window, {brachy: Object.freeze(brachy)});
+}

@@ -1,0 +1,47 @@
+// Colour maps: one table for shaders, colour bars and text.
+import {ClampToEdgeWrapping, DataTexture, LinearFilter, RGBAFormat} from 'three';
+
+type Rgb = [number, number, number];
+
+const hex = (colour: string): Rgb => [1, 3, 5].map((i) => parseInt(colour.slice(i, i + 2), 16)) as Rgb;
+
+/** Displacement: dark to bright, in even steps of lightness (mako to yellow). */
+const DISPLACEMENT = ['#1d2b4f', '#20527f', '#1f7f93', '#37a98b', '#86cb74', '#dfe26d', '#fff3b0'].map(hex);
+/** Dose, 0 … 200 % of the prescription: cold below it, warm above. */
+const DOSE = ['#20305f', '#2a5da8', '#3aa0b5', '#57b96d', '#d9cf5a', '#ee9a3a', '#e2552f', '#b71f3c', '#7a1450'].map(hex);
+
+export type Quantity = 'displacement' | 'dose';
+
+const anchors = (quantity: Quantity): Rgb[] => (quantity === 'dose' ? DOSE : DISPLACEMENT);
+
+/** `share` 0 … 1 of the scale. */
+export function colourAt(quantity: Quantity, share: number): Rgb {
+  const colours = anchors(quantity);
+  const at = Math.min(Math.max(share, 0), 1) * (colours.length - 1);
+  const i = Math.min(Math.floor(at), colours.length - 2);
+  return [0, 1, 2].map((c) => colours[i]![c]! + (at - i) * (colours[i + 1]![c]! - colours[i]![c]!)) as Rgb;
+}
+
+export function cssGradient(quantity: Quantity): string {
+  return `linear-gradient(to top, ${anchors(quantity).map((c) => `rgb(${c.join(',')})`).join(', ')})`;
+}
+
+/** 256 × 2: displacement, dose. */
+export function colourTable(): DataTexture {
+  const data = new Uint8Array(256 * 2 * 4);
+  (['displacement', 'dose'] as const).forEach((quantity, row) => {
+    for (let i = 0; i < 256; ++i) data.set([...colourAt(quantity, i / 255), 255], 4 * (256 * row + i));
+  });
+  const texture = new DataTexture(data, 256, 2, RGBAFormat);
+  texture.minFilter = texture.magFilter = LinearFilter;
+  texture.wrapS = texture.wrapT = ClampToEdgeWrapping;
+  texture.needsUpdate = true;
+  return texture;
+}
+
+/** The next of 1, 2, 3, 5, 8, 10, … that holds `value`: colour bars that do not flicker. */
+export function roundUp(value: number): number {
+  if (!(value > 0)) return 1;
+  const decade = 10 ** Math.floor(Math.log10(value));
+  return [1, 2, 3, 5, 8, 10].map((step) => step * decade).find((step) => step >= value * 0.999)!;
+}

@@ -1,0 +1,49 @@
+// The points nearest to a place, found through a grid of cells.
+
+export class PointGrid {
+  private readonly cells = new Map<number, number[]>();
+  private readonly cell: number;
+  private readonly low: [number, number, number] = [Infinity, Infinity, Infinity];
+
+  /** `points`: 3N. */
+  constructor(private readonly points: Float32Array) {
+    const high = [-Infinity, -Infinity, -Infinity];
+    for (let i = 0; i < points.length; ++i) {
+      const axis = i % 3;
+      this.low[axis] = Math.min(this.low[axis]!, points[i]!);
+      high[axis] = Math.max(high[axis]!, points[i]!);
+    }
+    const volume = high.reduce((product, h, axis) => product * Math.max(h - this.low[axis]!, 1e-3), 1);
+    this.cell = Math.cbrt((volume / Math.max(points.length / 3, 1)) * 4);
+    for (let i = 0; i < points.length / 3; ++i) {
+      const key = this.key(this.index(points[3 * i]!, 0), this.index(points[3 * i + 1]!, 1), this.index(points[3 * i + 2]!, 2));
+      const members = this.cells.get(key);
+      if (members) members.push(i);
+      else this.cells.set(key, [i]);
+    }
+  }
+
+  private index(value: number, axis: 0 | 1 | 2): number {
+    return Math.floor((value - this.low[axis]) / this.cell) + 64;
+  }
+
+  private key(x: number, y: number, z: number): number {
+    return (x * 4096 + y) * 4096 + z;
+  }
+
+  /** Up to `count` nearest points within three cells, nearest first, with their squared distances. */
+  nearest(x: number, y: number, z: number, count: number): {point: number; d2: number}[] {
+    const [cx, cy, cz] = [this.index(x, 0), this.index(y, 1), this.index(z, 2)];
+    for (let reach = 1; ; ++reach) {
+      const found: {point: number; d2: number}[] = [];
+      for (let i = cx - reach; i <= cx + reach; ++i)
+        for (let j = cy - reach; j <= cy + reach; ++j)
+          for (let k = cz - reach; k <= cz + reach; ++k)
+            for (const point of this.cells.get(this.key(i, j, k)) ?? []) {
+              const dx = this.points[3 * point]! - x, dy = this.points[3 * point + 1]! - y, dz = this.points[3 * point + 2]! - z;
+              found.push({point, d2: dx * dx + dy * dy + dz * dz});
+            }
+      if (found.length >= count || reach === 3) return found.sort((a, b) => a.d2 - b.d2).slice(0, count);
+    }
+  }
+}

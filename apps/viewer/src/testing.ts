@@ -1,0 +1,9 @@
+// What tests/viewer reads of the viewer without a page.
+export {decodeMessage} from './protocol/message.js';
+export {encodeMessage} from './protocol/header.js';
+export * from './protocol/client_messages.js';
+export {FrameAssembler} from './protocol/assembler.js';
+export {RecordingReader} from './protocol/recording.js';
+export {crc32} from './protocol/crc32.js';
+export {Session} from './model/session.js';
+export {Player} from './transport/player.js';

@@ -1,0 +1,52 @@
+// The needle in the mouse's hand: a second connection with the role device.
+import {encodeDrop, encodeHello, encodePose} from '../protocol/client_messages.js';
+import {MessageType} from '../protocol/header.js';
+import {ANY_NEEDLE, Role, Subscription} from '../protocol/server_messages.js';
+import {Socket} from './socket.js';
+
+/** Below the 120 poses a second that are promised; the force a hand would get lapses after 50 ms without one. */
+const PERIOD_MS = 12;
+
+export class Device {
+  /** −1 until the daemon has granted one. */
+  needle = -1;
+  axialN = NaN;
+  private readonly socket: Socket;
+  private timer: ReturnType<typeof setInterval> | undefined;
+
+  /** `pose` is asked for the pose to send next, `elapsedS` after the one before. `ended` is called once, with why. */
+  constructor(url: string, wanted: number, pose: (elapsedS: number) => Float64Array, ended: (reason: string) => void,
+              granted: () => void) {
+    this.socket = new Socket(url, {
+      opened: () => this.socket.send(MessageType.Hello, encodeHello({
+        role: Role.Device, subscription: Subscription.NoMesh, name: 'viewer, by hand',
+        device: {needle: wanted < 0 ? ANY_NEEDLE : wanted, rateHz: 30},
+      })),
+      message: (message) => {
+        if (message.kind === 'force') this.axialN = message.body.axial;
+        if (message.kind !== 'welcome') return;
+        this.needle = message.body.needle;
+        granted();
+        let before = performance.now();
+        this.timer = setInterval(() => {
+          const now = performance.now();
+          if (this.socket.waiting === 0) this.socket.send(MessageType.Pose, encodePose(this.needle, pose((now - before) / 1000)));
+          before = now;
+        }, PERIOD_MS);
+      },
+      closed: (reason, wasOpen) => {
+        clearInterval(this.timer);
+        ended(reason || (wasOpen ? 'The daemon ended the connection of the needle.' : 'No daemon answers.'));
+      },
+    });
+  }
+
+  /** The device's button went down or up. */
+  press(pressed: boolean): void {
+    this.socket.send(MessageType.Drop, encodeDrop(this.needle, pressed));
+  }
+
+  end(): void {
+    this.socket.close('released');
+  }
+}

@@ -1,0 +1,129 @@
+// The connection to a daemon: keeps a Session fed, and comes back by itself.
+import type {Session} from '../model/session.js';
+import {encodeControl, encodeDrop, encodeHello, type Control} from '../protocol/client_messages.js';
+import {MessageType} from '../protocol/header.js';
+import type {Message} from '../protocol/message.js';
+import {ErrorCode, Role, Subscription, type ServerError} from '../protocol/server_messages.js';
+import {nowNs} from './clock.js';
+import {Socket} from './socket.js';
+
+const FIRST_WAIT_MS = 500;
+const LONGEST_WAIT_MS = 10000;
+
+export type Status =
+  | {phase: 'connecting'; problem: string}
+  | {phase: 'open'}
+  | {phase: 'waiting'; problem: string; untilMs: number}
+  | {phase: 'off'};
+
+export class LiveConnection {
+  status: Status = {phase: 'off'};
+  /** Told of every change of `status` and of every message. */
+  onChange: () => void = () => {};
+  /** Refusals of what this viewer asked for. */
+  onError: (error: ServerError) => void = () => {};
+  reconnects = 0;
+
+  private socket: Socket | null = null;
+  private waitMs = FIRST_WAIT_MS;
+  private timer: ReturnType<typeof setTimeout> | undefined;
+  private volume = false;
+  private gapsBefore = 0;
+
+  constructor(private readonly url: string, private readonly role: number, private readonly session: Session) {}
+
+  get sequenceGaps(): number {
+    return this.gapsBefore + (this.socket?.sequenceGaps ?? 0);
+  }
+  get roundTripMs(): number {
+    return this.socket?.clock.roundTripMs ?? NaN;
+  }
+  get mayControl(): boolean {
+    return this.status.phase === 'open' && this.session.welcome?.role === Role.Operator;
+  }
+
+  connect(problem = ''): void {
+    clearTimeout(this.timer);
+    this.drop();
+    this.status = {phase: 'connecting', problem};
+    const socket: Socket = new Socket(this.url, {
+      opened: () => socket.send(MessageType.Hello, encodeHello({
+        role: this.role, name: 'viewer', device: null, subscription: Subscription.Scene | (this.volume ? 0 : Subscription.Surface),
+      })),
+      message: (message, size) => this.receive(socket, message, size),
+      closed: (reason, wasOpen) => {
+        if (this.socket === socket) this.lost(reason, wasOpen);
+      },
+    });
+    this.socket = socket;
+    this.onChange();
+  }
+
+  /** Ends the connection for good, until connect(). */
+  end(): void {
+    clearTimeout(this.timer);
+    this.drop();
+    this.status = {phase: 'off'};
+    this.onChange();
+  }
+
+  /** Whether points inside the tissue are wanted too. */
+  wantVolume(volume: boolean): void {
+    if (this.volume === volume) return;
+    this.volume = volume;
+    if (this.status.phase === 'open') this.connect();
+  }
+
+  /** A page that was asleep does not wait out a long pause. */
+  wake(): void {
+    if (this.status.phase === 'waiting') this.connect(this.status.problem);
+  }
+
+  control(control: Control): void {
+    this.socket?.send(MessageType.Control, encodeControl(control));
+  }
+
+  /** The button of a needle that the daemon's own script has. */
+  press(needle: number, pressed: boolean): void {
+    this.socket?.send(MessageType.Drop, encodeDrop(needle, pressed));
+  }
+
+  private receive(socket: Socket, message: Message, size: number): void {
+    const nowMs = performance.now();
+    this.session.byteRate.add(nowMs, size);
+    const refusal = this.session.apply(message);
+    if (refusal) return socket.close(`The daemon sent what does not fit: ${refusal}.`);
+    if (message.kind === 'welcome') {
+      if (this.status.phase !== 'open') this.status = {phase: 'open'};
+      this.waitMs = FIRST_WAIT_MS;
+    } else if (message.kind === 'frame') {
+      const ageMs = (Number(nowNs()) - socket.clock.toLocalNs(message.body.publishNs)) / 1e6;
+      if (!Number.isNaN(ageMs)) this.session.meshAge.add(ageMs);
+    } else if (message.kind === 'error' && !message.body.fatal) {
+      if (message.body.code === ErrorCode.Shutdown) return;
+      this.onError(message.body);
+    }
+    this.onChange();
+  }
+
+  private drop(): void {
+    const socket = this.socket;
+    this.socket = null;
+    this.gapsBefore += socket?.sequenceGaps ?? 0;
+    socket?.close('');
+  }
+
+  private lost(reason: string, wasOpen: boolean): void {
+    this.gapsBefore += this.socket?.sequenceGaps ?? 0;
+    this.socket = null;
+    this.reconnects += 1;
+    const host = new URL(this.url).host;
+    const problem = reason || (wasOpen ? 'The daemon ended the connection.'
+                                       : `No daemon answers at ${host}. Start it with: brachyd --http-port ${new URL(this.url).port || 80}`);
+    const waitMs = this.waitMs * (0.8 + 0.4 * Math.random());  // viewers of one daemon do not all come at once
+    this.waitMs = Math.min(2 * this.waitMs, LONGEST_WAIT_MS);
+    this.status = {phase: 'waiting', problem, untilMs: performance.now() + waitMs};
+    this.timer = setTimeout(() => this.connect(problem), waitMs);
+    this.onChange();
+  }
+}

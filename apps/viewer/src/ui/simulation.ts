@@ -1,0 +1,85 @@
+// What an operator may ask of the simulation: the script, reset, model and support.
+import type {Session} from '../model/session.js';
+import type {LiveConnection} from '../transport/live.js';
+import {byId, setDisabled, setText} from './dom.js';
+
+const SETTLE_MS = 300;  // a slider on its way asks for nothing
+
+export class SimulationPanel {
+  private loop = true;
+  private settle: ReturnType<typeof setTimeout> | undefined;
+  private kernels = '';
+  /** A support that is asked for and not confirmed yet. */
+  private asked = NaN;
+
+  constructor(private readonly live: LiveConnection, private readonly session: Session) {
+    byId('play').addEventListener('click', () => this.togglePlay());
+    byId('loop').addEventListener('click', () => this.toggleLoop());
+    byId('reset').addEventListener('click', () => this.askReset());
+    byId<HTMLSelectElement>('kernel').addEventListener('change', (event) =>
+      live.control({action: 'model', kernel: (event.target as HTMLSelectElement).value, supportRadiusMm: NaN}));
+    byId<HTMLInputElement>('support').addEventListener('input', (event) => {
+      this.asked = Number((event.target as HTMLInputElement).value);
+      this.update();
+      clearTimeout(this.settle);
+      this.settle = setTimeout(() => live.control({action: 'model', kernel: '', supportRadiusMm: this.asked}), SETTLE_MS);
+    });
+    byId<HTMLInputElement>('support').addEventListener('change', () => setTimeout(() => (this.asked = NaN), 2000));
+    byId<HTMLDialogElement>('confirm').addEventListener('close', () => {
+      if (byId<HTMLDialogElement>('confirm').returnValue === 'yes') live.control({action: 'reset'});
+    });
+  }
+
+  get plays(): boolean {
+    return this.session.state?.controls?.scriptPlays ?? false;
+  }
+
+  togglePlay(): void {
+    if (byId<HTMLButtonElement>('play').disabled) return;
+    this.live.control(this.plays ? {action: 'stop'} : {action: 'play', loop: this.loop});
+  }
+
+  toggleLoop(): void {
+    this.loop = !this.loop;
+    byId('loop').setAttribute('aria-pressed', String(this.loop));
+    if (this.plays) this.live.control({action: 'play', loop: this.loop});
+  }
+
+  askReset(): void {
+    if (byId<HTMLButtonElement>('reset').disabled) return;
+    const seeds = this.session.assembler.seeds.length;
+    setText(byId('confirm-text'), `Tissue, needles and seeds start anew for everybody${seeds ? `: ${seeds} seed${seeds > 1 ? 's' : ''} will be gone` : ''}.`);
+    const dialog = byId<HTMLDialogElement>('confirm');
+    dialog.returnValue = 'no';
+    dialog.showModal();
+  }
+
+  update(): void {
+    const may = this.live.mayControl;
+    const controls = this.session.state?.controls ?? null;
+    setText(byId('role-note'), may ? '' : this.live.status.phase === 'open' ? '· only an operator changes it' : '');
+    setDisabled('play', !may || !controls?.scriptIsThere);
+    setDisabled('loop', !may || !controls?.scriptIsThere);
+    setDisabled('reset', !may || !controls);
+    setText(byId('play'), this.plays ? '■ Stop' : '▶ Start');
+    byId('play').title = controls && !controls.scriptIsThere ? 'The scene has no scripted needle: [device] trajectory' : 'Start or stop the scripted needle (Space)';
+
+    const kernels = this.session.scene?.kernels ?? [];
+    const select = byId<HTMLSelectElement>('kernel');
+    const listed = controls && !kernels.includes(controls.kernel) ? [controls.kernel, ...kernels] : kernels;
+    if (this.kernels !== listed.join()) {
+      this.kernels = listed.join();
+      select.replaceChildren(...listed.map((kernel) => new Option(kernel, kernel)));
+    }
+    setDisabled('kernel', !may || !controls || kernels.length === 0);
+    if (controls && document.activeElement !== select) select.value = controls.kernel;
+
+    const support = byId<HTMLInputElement>('support');
+    const usesSupport = controls !== null && /^(psi|buhmann)/.test(controls.kernel);
+    setDisabled('support', !may || !usesSupport);
+    const radius = Number.isNaN(this.asked) ? controls?.supportRadiusMm ?? NaN : this.asked;
+    if (Number.isNaN(this.asked) && Number.isFinite(radius)) support.value = String(radius);
+    setText(byId('support-value'), usesSupport && Number.isFinite(radius) ? `${radius.toFixed(1)} mm` : '—');
+    setText(byId('model-note'), controls?.preparesModel ? 'A model is being prepared; the old one goes on meanwhile.' : '');
+  }
+}
