@@ -78,10 +78,10 @@ void main() {
   if (facing < 0.0) { n = -n; facing = -facing; }
   vec3 light = normalize(vec3(-0.35, 0.6, 0.75));
   float diffuse = 0.5 + 0.5 * dot(n, light);
-  float highlight = pow(max(dot(reflect(-light, n), v), 0.0), 24.0);
+  float highlight = gl_FrontFacing ? pow(max(dot(reflect(-light, n), v), 0.0), 40.0) : 0.0;
   float rim = pow(1.0 - facing, 2.0);
-  colour = colour * (0.38 + 0.68 * diffuse) + 0.16 * highlight + rim * 0.10 * vec3(0.75, 0.85, 1.0);
-  alpha = opacity >= 1.0 ? 1.0 : clamp(opacity * mix(0.62, 1.5, rim) + 0.25 * highlight * opacity, 0.0, 1.0);
+  colour = colour * (0.45 + 0.70 * diffuse) + 0.22 * highlight + rim * 0.22 * vec3(0.75, 0.85, 1.0);
+  alpha = opacity >= 1.0 ? 1.0 : clamp(opacity * mix(0.7, 1.7, rim) + 0.3 * highlight * opacity, 0.0, 1.0);
   #endif
   #ifdef POINTS
   vec2 c = gl_PointCoord - 0.5;

@@ -112,7 +112,7 @@ export class HandPanel {
   private show(): void {
     byId('view').classList.toggle('by-hand', this.held);
     byId('take').setAttribute('aria-pressed', String(this.device !== null));
-    setText(byId('take'), this.device ? (this.held ? '✋ Let go' : '✋ Asking…') : '✋ Take the needle');
+    setText(byId('take'), this.device ? (this.held ? 'Let go of it' : 'Asking…') : 'Take the needle');
   }
 
   update(): void {

@@ -1,0 +1,17 @@
+# Run by the build, in apps/viewer: cmake -DNPM= -DNODE= -DOUT= -P build.cmake. What it depends on comes from the npm registry;
+# where that cannot be reached the build goes on without the viewer, and tries again the next time.
+set(installed node_modules/.package-lock.json)
+if(NOT EXISTS ${installed} OR package-lock.json IS_NEWER_THAN ${installed})
+  execute_process(COMMAND ${NPM} ci --no-audit --no-fund --loglevel=error RESULT_VARIABLE failed OUTPUT_VARIABLE said ERROR_VARIABLE said)
+  if(failed)
+    message("viewer: npm ci failed, so it is not built; brachyd serves a page that says how to:\n${said}")
+    return()
+  endif()
+  file(TOUCH ${installed})
+endif()
+foreach(command "node_modules/typescript/bin/tsc;--noEmit" "build.mjs;--out;${OUT};--protocol;${OUT}/protocol/protocol.mjs")
+  execute_process(COMMAND ${NODE} ${command} RESULT_VARIABLE failed)
+  if(failed)
+    message(FATAL_ERROR "viewer: ${command} failed")
+  endif()
+endforeach()
