@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Installs what building, testing and running need, where it is missing. Debian 12.
 #   scripts/setup.sh [--all] [--charts] [--reference]
-#     --all: also what `scripts/test.sh --all` needs (format)
+#     --all: also what `scripts/test.sh --all` needs (format; node and npm for the viewer, a browser for its tests)
 #     --charts: also what draws the charts of scripts/bench.sh
 #     --reference: also what scripts/reference needs (CalculiX and gmsh as programs, numpy, scipy)
 set -euo pipefail
@@ -10,7 +10,11 @@ packages=(cmake ninja-build g++ ccache libeigen3-dev libboost-dev libassimp-dev 
           libspdlog-dev nlohmann-json3-dev libgtest-dev libbenchmark-dev python3)
 for option in "$@"; do
   case $option in
-    --all) packages+=(clang-format-14) ;;
+    --all)
+      packages+=(clang-format-14 chromium)
+      # Another vendor's node stays as it is; Debian's packages would replace it.
+      command -v npm >/dev/null || packages+=(nodejs npm)
+      ;;
     --charts) packages+=(python3-matplotlib python3-numpy) ;;
     --reference) packages+=(calculix-ccx gmsh python3-numpy python3-scipy) ;;
     *) echo "setup: unknown option $option; there are --all, --charts and --reference" >&2; exit 2 ;;

@@ -39,7 +39,7 @@ const dvh = new DvhPanel(byId('c-dvh'), byId('dvh-legend'), byId('figures'));
 const display = new DisplayPanel(settings, () => live.wantVolume(wantsVolume(settings)));
 const simulation = new SimulationPanel(live, session);
 const hand = new HandPanel(url, session, live, settings, () => simulation.plays, (hole) => display.change({hole}));
-new NeedleDrag(byId<HTMLCanvasElement>('scene'), viewport.camera, hand);
+new NeedleDrag(byId<HTMLCanvasElement>('scene'), viewport, hand);
 const playback: Playback = new Playback(session, () => {
   hand.release();
   live.end();

@@ -1,4 +1,5 @@
 // window.brachy: what this page knows, for tests and for a curious console. It only reads.
+import {Vector3} from 'three';
 import type {Session} from './model/session.js';
 import type {LiveConnection} from './transport/live.js';
 import type {Playback} from './ui/playback.js';
@@ -51,9 +52,11 @@ export function expose(session: Session, live: LiveConnection, playback: Playbac
       const needle = session.frame?.needles[0];
       return needle?.present ? Array.from(needle.pose) : null;
     },
+    get device() { return session.state?.deviceHolder ?? ''; },
     get model() { return session.state?.controls?.kernel ?? ''; },
     get supportRadiusMm() { return session.state?.controls?.supportRadiusMm ?? NaN; },
     get dose() { return session.dose ? {seeds: session.dose.seeds, atSurface: session.dose.surfaceGy !== null} : null; },
+    onScreen: (place: number[]) => viewport.toScreen(new Vector3().fromArray(place)),  // CSS pixels of a place in mm
     get pictures() { return viewport.pictures; },
     get uploads() { return {...uploads.last, most: {...uploads.most}}; },  // of a picture with a new snapshot
     get geometries() { return viewport.renderer.info.memory.geometries; },

@@ -1,6 +1,7 @@
 // What tests/viewer reads of the viewer without a page.
 export {decodeMessage} from './protocol/message.js';
 export {encodeMessage} from './protocol/header.js';
+export {ProtocolError} from './protocol/bytes.js';
 export * from './protocol/client_messages.js';
 export {FrameAssembler} from './protocol/assembler.js';
 export {RecordingReader} from './protocol/recording.js';

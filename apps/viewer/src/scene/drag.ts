@@ -1,5 +1,6 @@
 // Dragging the needle with a pointer: who starts near the needle moves it, who starts elsewhere turns the view.
 import {type Camera, Plane, Raycaster, Vector2, Vector3} from 'three';
+import type {Viewport} from './viewport.js';
 
 const NEAR_PX = {mouse: 30, touch: 48};
 const AXIS = new Vector3(0, 0, 1);
@@ -18,8 +19,10 @@ export class NeedleDrag {
   private readonly plane = new Plane();
   private readonly ray = new Raycaster();
   private lastY = 0;
+  private readonly camera: Camera;
 
-  constructor(private readonly canvas: HTMLCanvasElement, private readonly camera: Camera, private readonly hand: Held) {
+  constructor(private readonly canvas: HTMLCanvasElement, private readonly viewport: Viewport, private readonly hand: Held) {
+    this.camera = viewport.camera;
     // Before the camera's own listeners, which are on the same element.
     canvas.addEventListener('pointerdown', (event) => this.down(event), {capture: true});
     canvas.addEventListener('pointermove', (event) => this.moved(event), {capture: true});
@@ -81,9 +84,8 @@ export class NeedleDrag {
   }
 
   private toScreen(place: Vector3): Vector2 {
-    const box = this.canvas.getBoundingClientRect();
-    const projected = place.clone().project(this.camera);
-    return new Vector2(box.left + ((projected.x + 1) / 2) * box.width, box.top + ((1 - projected.y) / 2) * box.height);
+    const {x, y} = this.viewport.toScreen(place);
+    return new Vector2(x, y);
   }
 
   private millimetresPerPixel(): number {

@@ -157,6 +157,14 @@ export class Viewport {
     }
   }
 
+  /** Pixels of the page. */
+  toScreen(place: Vector3): {x: number; y: number} {
+    const box = this.canvas.getBoundingClientRect();
+    this.camera.updateMatrixWorld();
+    const projected = place.clone().project(this.camera);
+    return {x: box.left + ((projected.x + 1) / 2) * box.width, y: box.top + ((1 - projected.y) / 2) * box.height};
+  }
+
   /** The tops of the colour bars, mm and Gy. */
   get scales(): {mostMm: number; mostGy: number} {
     return {mostMm: this.uniforms.mostMm.value, mostGy: this.uniforms.mostGy.value};

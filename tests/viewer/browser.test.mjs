@@ -1,0 +1,273 @@
+// The page in a real browser in front of the real daemon.
+import assert from 'node:assert/strict';
+import {mkdirSync, readFileSync, statSync, writeFileSync} from 'node:fs';
+import {join, resolve} from 'node:path';
+import {after, before, test} from 'node:test';
+import {fileURLToPath, pathToFileURL} from 'node:url';
+import {launch} from './browser.mjs';
+import {Daemon} from './daemon.mjs';
+import {recording} from './messages.mjs';
+import {NativeClient} from './native_client.mjs';
+import {viewerFolder} from './viewer_module.mjs';
+
+const SURFACE = 1 << 2;
+const SCENE = 1 << 4;
+const artefacts = resolve(process.env.BRACHY_ARTEFACTS ?? 'build/release/viewer-artefacts');
+const configs = fileURLToPath(new URL('../../config/', import.meta.url));
+const PATIENCE_MS = 40000;  // until a wait is a failure
+
+let browser, daemon, page, blank, config;
+const errors = [];
+const log = join(artefacts, 'brachyd.log');
+
+before(async () => {
+  mkdirSync(artefacts, {recursive: true});
+  writeFileSync(log, '');
+  config = join(artefacts, 'scene.toml');
+  writeFileSync(config, `name = "prostate"\n[plan]\nfile = "${configs}plan.toml"\n[device]\nkind = "scripted"\ntrajectory = "${configs}insertion.csv"\nloop = true\n`);
+  daemon = await Daemon.start(config, log);
+  browser = await launch();
+  blank = await browser.newPage();
+  page = await newPage();
+  await page.goto(daemon.url);
+});
+after(async () => {
+  await browser?.close();
+  await daemon?.stop();
+});
+
+async function newPage() {
+  const made = await browser.newPage({viewport: {width: 1280, height: 720}});
+  made.on('pageerror', (error) => errors.push(error.message));
+  made.on('console', (message) => message.type() === 'error' && !/WebSocket|ERR_CONNECTION/.test(message.text()) && errors.push(message.text()));
+  return made;
+}
+
+const ask = (expression) => page.evaluate(expression);
+/** Asks from outside: the page's own security policy lets nobody evaluate text inside. */
+async function until(expression, where = page) {
+  for (const start = Date.now(); Date.now() - start < PATIENCE_MS;) {
+    if (await where.evaluate(expression)) return;
+    await new Promise((resolve) => setTimeout(resolve, 30));
+  }
+  throw new Error(`never came true: ${expression}; ${await where.evaluate('JSON.stringify([brachy.connection, brachy.frames, brachy.tick, brachy.needle, brachy.recording])')}`);
+}
+const frames = async (count) => until(`brachy.frames >= ${(await ask('brachy.frames')) + count}`);
+const pictures = async (count) => until(`brachy.pictures >= ${(await ask('brachy.pictures')) + count}`);
+
+/** A picture of the scene, kept for people; returns the PNG. */
+async function picture(name) {
+  const png = await page.locator('#scene').screenshot();
+  writeFileSync(join(artefacts, `${name}.png`), png);
+  return png;
+}
+
+/** Pixels that clearly differ between two PNGs, which an empty page decodes. */
+const difference = (...pngs) => blank.evaluate(async (sources) => {
+  const [a, b] = await Promise.all(sources.map(async (data) => {
+    const bitmap = await createImageBitmap(await (await fetch(`data:image/png;base64,${data}`)).blob());
+    const context = new OffscreenCanvas(bitmap.width, bitmap.height).getContext('2d');
+    context.drawImage(bitmap, 0, 0);
+    return context.getImageData(0, 0, bitmap.width, bitmap.height).data;
+  }));
+  let count = 0;
+  for (let i = 0; i < a.length; i += 4)
+    if (Math.abs(a[i] - b[i]) + Math.abs(a[i + 1] - b[i + 1]) + Math.abs(a[i + 2] - b[i + 2]) > 40) ++count;
+  return count;
+}, pngs.map((png) => png.toString('base64')));
+
+/** Turns the wheel over the scene until the needle is this much deeper. */
+async function deeper(mm) {
+  const from = (await ask('brachy.needle'))[11];
+  const box = await page.locator('#scene').boundingBox();
+  await page.mouse.move(box.x + 0.5 * box.width, box.y + 0.3 * box.height);
+  for (let turned = 0; turned < Math.abs(mm); turned += 3) await page.mouse.wheel(0, -150 * Math.sign(mm));
+  await until(`Math.abs(brachy.needle[11] - ${from}) > ${Math.abs(mm) - 0.1}`);
+}
+
+test('the page is small and paints soon', async () => {
+  const zipped = statSync(join(viewerFolder, 'index.html.gz')).size;
+  await until('brachy.frames > 0 && brachy.firstPaintMs > 0 && brachy.firstMeshMs > 0');
+  const [paint, mesh] = await ask('[brachy.firstPaintMs, brachy.firstMeshMs]');
+  console.log(`# page: ${(zipped / 1000).toFixed(1)} kB gzipped; first paint ${paint.toFixed(0)} ms, first mesh ${mesh.toFixed(0)} ms after navigation`);
+  assert.ok(zipped < 300_000);
+  assert.ok(paint < 3000);
+});
+
+test('ten seconds of snapshots come without a sequence gap, each with one update of one buffer and nothing built anew', async () => {
+  await until('brachy.connection.phase === "open" && brachy.pictures > 3');
+  const geometries = await ask('brachy.geometries');
+  await frames(300);
+  const seen = await ask('({gaps: brachy.sequenceGaps, refused: brachy.refusedFrames, reconnects: brachy.connection.reconnects, uploads: brachy.uploads, geometries: brachy.geometries, pictures: brachy.pictures})');
+  console.log(`# ${JSON.stringify(seen)}`);
+  assert.deepEqual([seen.gaps, seen.refused, seen.reconnects], [0, 0, 0]);
+  assert.deepEqual(seen.uploads.most, {updates: 1, rebuilds: 0});
+  assert.equal(seen.geometries, geometries);
+});
+
+test("the page's mesh has the bits of a native client's, surface or volume", async () => {
+  for (const subscription of [SURFACE | SCENE, SCENE]) {
+    const surface = (subscription & SURFACE) !== 0;
+    await page.locator('#points').setChecked(!surface);
+    await until(surface ? 'brachy.points === 1200' : 'brachy.points === 14560');
+    await frames(1);
+    const native = new NativeClient(daemon.ports.tcp, subscription);
+    let compared = 0;
+    let moved = false;
+    while (compared < 5 || !moved) {
+      await frames(2);
+      const seen = await ask('({tick: brachy.tick, positions: Array.from(brachy.positions())})');
+      const mesh = native.meshes.get(seen.tick);
+      if (!mesh) continue;  // this one was given to only one of the two
+      ++compared;
+      assert.deepEqual(Float32Array.from(seen.positions), mesh, `tick ${seen.tick}`);
+      const first = native.meshes.values().next().value;
+      moved ||= mesh.some((value, i) => value !== first[i]);
+    }
+    native.end();
+  }
+  await page.locator('#points').setChecked(false);
+  await until('brachy.points === 1200');
+});
+
+test('the script is stopped and started', async () => {
+  await page.locator('#play').click();
+  await until('brachy.needle === null');
+  await page.locator('#scene').press(' ');
+  await until('brachy.needle !== null');
+  await page.locator('#scene').press(' ');
+  await until('brachy.needle === null');
+});
+
+test('the needle is taken by hand, and pixels change when it moves', async () => {
+  await page.locator('#take').click();
+  await until('brachy.needle !== null');
+  await page.locator('#scene').focus();
+  await pictures(1);
+  const outside = await picture('needle-outside');
+  const from = (await ask('brachy.needle'))[11];
+  for (let i = 0; i < 3; ++i) await page.keyboard.press('PageUp');
+  await until(`brachy.needle[11] > ${from + 2.9}`);
+  await deeper(30);
+  await frames(3);
+  await pictures(0);
+  const changed = await difference(outside, await picture('needle-inside'));
+  console.log(`# the needle went from z = ${from.toFixed(1)} mm 30 mm on: ${changed} pixels changed`);
+  assert.ok(changed > 500);
+});
+
+test('the needle is dragged with the mouse', async () => {
+  await page.locator('#views [data-view=sagittal]').click();
+  const before = await ask('brachy.needle');
+  const place = await ask(`brachy.onScreen([${before[3]}, ${before[7]}, ${before[11] - 10}])`);
+  await page.mouse.move(place.x, place.y);
+  await page.mouse.down();
+  await page.mouse.move(place.x, place.y - 60, {steps: 6});
+  await page.mouse.up();
+  await until(`brachy.needle[11] > ${before[11] + 3}`);
+});
+
+test('a seed is dropped and seen, until a reset, which asks first', async () => {
+  await page.locator('#plan').setChecked(false);
+  await page.locator('#opacity').fill('0.2');
+  await page.locator('#scene').press('s');
+  await until('brachy.seeds.length === 1');
+  await deeper(-45);
+  await frames(3);
+  await pictures(0);
+  const [seed] = await ask('brachy.seeds');
+  const place = await ask(`brachy.onScreen(${JSON.stringify(seed.position)})`);
+  const around = {clip: {x: place.x - 10, y: place.y - 10, width: 20, height: 20}};
+  const withSeed = await page.screenshot(around);
+  await picture('seed');
+  await until('brachy.dose !== null && brachy.dose.seeds === 1');
+  await page.locator('#tab-dose').click();
+  await page.locator('#figures tr').first().waitFor();
+  await page.locator('#take').click();
+  await until('brachy.device === ""');
+
+  await page.locator('#reset').click();
+  await page.locator('#confirm button[value=yes]').click();
+  await until('brachy.seeds.length === 0');
+  await frames(3);
+  await pictures(0);
+  const changed = await difference(withSeed, await page.screenshot(around));
+  console.log(`# of 400 pixels around the seed ${changed} are others once a reset has taken it away`);
+  assert.ok(changed > 10);
+  assert.equal(await ask('brachy.refusedFrames'), 0);
+});
+
+test('the support radius is changed while the simulation runs', async () => {
+  await page.locator('#play').click();
+  await until('brachy.needle !== null');
+  await page.locator('#support').fill('18');
+  await until('brachy.supportRadiusMm === 18 && brachy.model === "psi31"');
+  await page.locator('#kernel').selectOption('psi32');
+  await until('brachy.model === "psi32" && brachy.supportRadiusMm === 18');
+  await frames(10);
+  assert.equal(await ask('brachy.refusedFrames'), 0);
+});
+
+test('the clipping plane shows the displacement, still with one update a picture', async () => {
+  await page.locator('#field').setChecked(true);
+  await page.locator('#clip').setChecked(true);
+  await until('brachy.points === 14560');
+  await frames(30);
+  await picture('clipping-plane');
+  assert.deepEqual(await ask('brachy.uploads.most'), {updates: 1, rebuilds: 0});
+  await page.locator('#clip').setChecked(false);
+  await until('brachy.points === 1200');
+});
+
+test('who looks on may not control', async () => {
+  const other = await newPage();
+  await other.goto(`${daemon.url}?role=viewer`);
+  await until('brachy.frames > 3', other);
+  for (const id of ['play', 'reset', 'kernel', 'support']) assert.equal(await other.locator(`#${id}`).isDisabled(), true, id);
+  await other.close();
+});
+
+test('a lost connection is said, and regained', async () => {
+  const ports = daemon.ports;
+  await daemon.stop();
+  await until('brachy.connection.phase === "waiting"');
+  assert.match(await page.locator('#banner p').textContent(), /Trying/);
+  writeFileSync(join(artefacts, 'connection-lost.png'), await page.screenshot());
+  daemon = await Daemon.start(config, log, ports);
+  await until('brachy.connection.phase === "open"');
+  const tick = await ask('brachy.tick');
+  await frames(10);
+  assert.ok((await ask('brachy.tick')) > tick);
+  assert.equal(await page.locator('#banner').isHidden(), true);
+});
+
+test('a recording plays from a file, without a daemon', async () => {
+  const native = new NativeClient(daemon.ports.tcp, SURFACE | SCENE);
+  while (native.meshes.size < 60) await frames(5);
+  native.end();
+  const file = join(artefacts, 'session.brachy');
+  const whole = recording(native.messages);
+  writeFileSync(file, whole.subarray(0, whole.length - 5));  // its end is damaged
+
+  page = await newPage();
+  await page.goto(pathToFileURL(join(resolve(viewerFolder), 'index.html')).href);
+  assert.equal(await ask('brachy.connection.phase'), 'off');
+  await page.locator('#file').setInputFiles(file);
+  await until('brachy.recording.state === "ready"');
+  await until('brachy.recording.positionS > 0.2');
+  assert.match(await page.locator('#pb-damage').textContent(), /middle of a message/);
+  await until('!brachy.recording.playing');
+  const last = await ask('({tick: brachy.tick, positions: Array.from(brachy.positions())})');
+  assert.deepEqual(Float32Array.from(last.positions), native.meshes.get(last.tick));
+  const ticks = [...native.meshes.keys()];
+  await page.locator('#pb-seek').fill('0');
+  await until(`brachy.tick === ${ticks[0]}`);
+  assert.deepEqual(Float32Array.from(await ask('Array.from(brachy.positions())')), native.meshes.get(ticks[0]));
+  await pictures(0);
+  await picture('recording');
+
+  await page.locator('#file').setInputFiles({name: 'notes.txt', mimeType: 'text/plain', buffer: readFileSync(config)});
+  await until('/no brachy recording/.test(brachy.recording.state)');
+});
+
+test('nothing went wrong in the page', () => assert.deepEqual(errors, []));

@@ -1,0 +1,101 @@
+// Recordings: good ones, cut-off ones, damaged ones, and going to and fro in them.
+import assert from 'node:assert/strict';
+import {test} from 'node:test';
+import {event, frame, recording, topology} from './messages.mjs';
+import {viewer} from './viewer_module.mjs';
+
+const START = 1e9;
+const FRAMES = 200;
+const stamp = (i) => START + i * 1e8;  // ten a second
+const messages = [
+  topology,
+  ...Array.from({length: FRAMES}, (_, i) => frame(i + 1, stamp(i), i, i === 0)),
+];
+messages.splice(101, 0, event(stamp(99) + 1, 'half way'));
+
+const entriesOf = (file) => {
+  const reader = new viewer.RecordingReader(file);
+  let count = 0;
+  while (reader.next()) ++count;
+  return {count, damage: reader.damage};
+};
+const open = async (file) => {
+  const session = new viewer.Session();
+  return {session, player: await viewer.Player.open('test.brachy', new Uint8Array(file), session, () => {})};
+};
+const x = (session) => session.assembler.positions[0];
+
+test('a check sum is that of zlib', () => {
+  assert.equal(viewer.crc32(new TextEncoder().encode('123456789')), 0xcbf43926);
+});
+
+test('a whole file is read to its end', () => {
+  assert.deepEqual(entriesOf(recording(messages)), {count: messages.length, damage: ''});
+});
+
+test('a file that ends anywhere in its last message is good up to there, and says so', () => {
+  const short = [topology, frame(1, START, 1, true)];
+  const whole = recording(short);
+  const before = recording(short.slice(0, 1)).length;
+  for (let length = before + 1; length < whole.length; ++length) {
+    const {count, damage} = entriesOf(whole.subarray(0, length));
+    assert.equal(count, 1);
+    assert.match(damage, /middle of a message after 1 good messages/);
+  }
+});
+
+test('a wrong check sum ends the file there', () => {
+  const file = recording(messages);
+  file[file.length - 20] ^= 1;
+  assert.deepEqual(entriesOf(file).count, messages.length - 1);
+  assert.match(entriesOf(file).damage, /wrong check sum/);
+});
+
+test('another file is refused', () => {
+  assert.throws(() => new viewer.RecordingReader(new TextEncoder().encode('<VTKFile>')), /no brachy recording/);
+  assert.throws(() => new viewer.RecordingReader(new Uint8Array()), /no brachy recording/);
+});
+
+test('a recording without a snapshot is refused', async () => {
+  await assert.rejects(open(recording([topology])), /holds no snapshot/);
+});
+
+test('seeking shows the mesh of that time, to and fro', async () => {
+  const {session, player} = await open(recording(messages));
+  assert.ok(Math.abs(player.durationS - (FRAMES - 1) / 10) < 1e-9);
+  assert.equal(x(session), 0);
+  for (const i of [3, 150, 20, 199, 0, 61, 60, 59]) {
+    player.seek(i / 10 + 0.01);
+    assert.equal(x(session), i, `frame ${i}`);
+    assert.equal(session.frame.tick, i + 1);
+    assert.equal(session.events.length, i > 99 ? 1 : 0);
+  }
+});
+
+test('playing keeps the pace it is given and stops at the end', async () => {
+  const {session, player} = await open(recording(messages));
+  player.speed = 2;
+  player.play();
+  player.advance(1);
+  assert.equal(x(session), 20);
+  player.advance(100);
+  assert.equal(x(session), FRAMES - 1);
+  assert.equal(player.playing, false);
+  player.play();
+  assert.equal(player.positionS, 0);
+});
+
+test('a damaged end is said and the rest plays', async () => {
+  const whole = recording(messages);
+  const {session, player} = await open(whole.subarray(0, whole.length - 10));
+  assert.match(player.damage, /middle of a message/);
+  player.seek(1e9);
+  assert.equal(x(session), FRAMES - 2);
+});
+
+test('a message that does not fit ends the recording there', async () => {
+  const {session, player} = await open(recording([topology, frame(1, stamp(0), 1, true), frame(2, stamp(1), 2), frame(9, stamp(2), 9), frame(10, stamp(3), 10)]));
+  assert.match(player.damage, /Message 4 of the file does not fit/);
+  player.seek(1e9);
+  assert.equal(x(session), 2);
+});

@@ -1,0 +1,180 @@
+// The viewer's codec against the bytes that net/PROTOCOL.md shows, and its mesh by the rules of the native client's.
+import assert from 'node:assert/strict';
+import {test} from 'node:test';
+import {HEADER, bodyOf, golden} from './golden.mjs';
+import {viewer} from './viewer_module.mjs';
+
+const decode = (name) => viewer.decodeMessage(golden.get(name)).body;
+
+test('every message that a server sends is decoded, or skipped where the viewer has no use for it', () => {
+  for (const [name, bytes] of golden) {
+    const message = viewer.decodeMessage(bytes);
+    const fromServer = !['HELLO', 'POSE', 'ARM', 'DROP', 'CONTROL', 'LOCAL_MODEL'].includes(name);
+    assert.equal(message.kind, fromServer ? name.toLowerCase() : 'other', name);
+  }
+});
+
+test('a body that is cut short or has a byte too many is refused', () => {
+  for (const [name, bytes] of golden) {
+    if (viewer.decodeMessage(bytes).kind === 'other') continue;
+    const resized = (length) => {
+      const other = new Uint8Array(length);
+      other.set(bytes.subarray(0, length));
+      new DataView(other.buffer).setUint32(12, length - HEADER, true);
+      return other;
+    };
+    for (let length = HEADER; length < bytes.length; ++length)
+      assert.throws(() => viewer.decodeMessage(resized(length)), viewer.ProtocolError, `${name} of ${length} bytes`);
+    assert.throws(() => viewer.decodeMessage(resized(bytes.length + 1)), viewer.ProtocolError, `${name} with a byte too many`);
+  }
+});
+
+test('another magic, version or length is refused', () => {
+  for (const at of [0, 4, 12]) {
+    const bytes = golden.get('EVENT').slice();
+    bytes[at] ^= 1;
+    assert.throws(() => viewer.decodeMessage(bytes), viewer.ProtocolError);
+  }
+});
+
+test('WELCOME says who we are and what comes', () => {
+  const welcome = decode('WELCOME');
+  assert.deepEqual([welcome.session, welcome.role, welcome.deformationHz, welcome.snapshotHz, welcome.needle, welcome.needleCount],
+                   [7, 2, 200, 30, 2, 3]);
+  assert.equal(welcome.topologyHash, 0x2f2673dd4fb1cdb3n);
+  assert.equal(welcome.server, 'brachyd 0.1.0');
+});
+
+test('TOPOLOGY has points, triangles and a hash that holds', () => {
+  const topology = decode('TOPOLOGY');
+  assert.deepEqual([topology.surfaceVertexCount, topology.pointCount, topology.triangles.length, topology.name], [4, 5, 12, 'tetrahedron']);
+  assert.deepEqual([...topology.restPositions.slice(12)], [2.5, 2.5, 2.5]);
+  assert.equal(topology.hashHolds, true);
+  const bytes = golden.get('TOPOLOGY').slice();
+  bytes[HEADER + 24 + 48] ^= 1;  // the first position
+  assert.equal(viewer.decodeMessage(bytes).body.hashHolds, false);
+});
+
+test('FRAME has needle, forces, seeds and certificate', () => {
+  const frame = decode('FRAME');
+  assert.deepEqual([frame.tick, frame.baseTick, frame.snapshotSequence, frame.overruns, frame.full, frame.stepFlags], [42, 40, 9, 3, false, 0x62]);
+  assert.deepEqual([...frame.ranges], [1, 1, 3, 1]);
+  assert.deepEqual([...frame.positions], [10, 0.5, -0.25, 0, 0, 9]);
+  const [needle] = frame.needles;
+  assert.deepEqual([needle.id, needle.contact, needle.present, needle.landmarkCount, needle.insertionDepthMm], [0, 2, true, 11, 12.5]);
+  assert.deepEqual([needle.pose[1], needle.pose[3], needle.pose[7], needle.pose[11]], [-1, 1.5, -2, 30.25]);
+  assert.deepEqual(needle.forces, {force: [0.5, -0.25, 2], axial: 2, lateral: 0.5, cutting: 1.25, friction: 0.75, tipDepthMm: 14.5});
+  assert.equal(frame.seeds.count, 2);
+  const [seed] = frame.seeds.entries;
+  assert.deepEqual([seed.id, seed.planned, seed.needle, seed.certified, seed.tick], [2, 1, 0, true, 40]);
+  assert.deepEqual([seed.dropped, seed.rest, seed.position, seed.axis], [[1.5, -2, 28], [1.5, -2, 26.5], [1.5, -2, 27.75], [0, 0, 1]]);
+  assert.deepEqual(frame.certificate, {verdict: 'injective', substeps: 3, detBound: 0.25, vertexDet: 0.5, place: [1.5, -2, 28], heldMm: 2.125});
+});
+
+test('a verdict of a later version is read as unknown', () => {
+  const bytes = golden.get('FRAME').slice();
+  const at = bytes.findLastIndex((_, i) => bytes[i] === 3 && bytes[i + 4] === 80 && bytes[i + 1] === 0 && bytes[i + 5] === 0) + 8;
+  assert.equal(bytes[at], 1);
+  for (const [verdict, name] of [[0, 'unknown'], [2, 'folded'], [9, 'unknown']]) {
+    bytes[at] = verdict;
+    assert.equal(viewer.decodeMessage(bytes).body.certificate.verdict, name);
+  }
+});
+
+test('STATE, EVENT, ERROR, PING and FORCE', () => {
+  const state = decode('STATE');
+  assert.deepEqual([state.ticks, state.overruns, state.posesAccepted, state.snapshotsDropped, state.clients], [1000, 3, 900, 10, 4]);
+  assert.deepEqual(state.latencyMs, {count: 900, p50: 2.5, p99: 5, p999: 6, max: 8});
+  assert.equal(state.deviceHolder, 'touch (127.0.0.1:5)');
+  assert.deepEqual(Object.keys(state.controls), ['kernel', 'supportRadiusMm', 'scriptIsThere', 'scriptPlays', 'scriptLoops', 'preparesModel']);
+  assert.equal(state.controls.kernel, 'psi31');
+  assert.deepEqual(decode('EVENT'), {kind: 3, needle: 0, tick: 42, text: 'capsule punctured'});
+  assert.deepEqual(decode('ERROR'), {code: 7, fatal: false, reason: 3, aboutSequence: 17, text: 'not rigid'});
+  assert.deepEqual(decode('PING'), {nonce: 5n, reply: true, echoedStampNs: 0x77359407, receivedNs: 0x3b9acc4e});
+  assert.deepEqual(decode('FORCE'), {needle: 2, flags: 3, axial: 2, lateral: 0.5});
+});
+
+test('DOSE has figures, a histogram and the surface', () => {
+  const dose = decode('DOSE');
+  assert.deepEqual([dose.seeds, dose.prescriptionGy, dose.airKermaStrengthU], [2, 145, 1]);
+  const [prostate] = dose.structures;
+  assert.deepEqual([prostate.name, prostate.v100Percent, prostate.d90Gy, prostate.d2ccGy], ['prostate', 0.5, 0.5, NaN]);
+  assert.deepEqual([...prostate.volumeShare], [1, 0.5, 0.25]);
+  assert.deepEqual([...dose.surfaceGy], [150, NaN]);
+});
+
+test('SCENE has template, plan, structures and kernels', () => {
+  const scene = decode('SCENE');
+  assert.deepEqual([scene.needleLengthMm, scene.needleDiameterMm, scene.seedLengthMm, scene.prescriptionGy], [200, 1.25, 4.5, 145]);
+  assert.deepEqual(scene.template, {origin: [-30, -30, -60], spacingMm: 5, columns: 13, rows: 12});
+  assert.deepEqual(scene.plannedNeedles, [{tip: [5, -10, 20.5], hole: 'G5'}]);
+  assert.deepEqual(scene.plannedSeeds, [{position: [5, -10, 18.25], axis: [0, 0, 1], needle: 0}]);
+  assert.deepEqual(scene.structures.map((structure) => structure.name), ['urethra']);
+  assert.ok(scene.kernels.length > 0);
+});
+
+test('what the viewer says has the bytes of the page', () => {
+  const pose = new Float64Array(bodyOf('POSE').slice(8).buffer);
+  assert.deepEqual(viewer.encodePose(2, pose), bodyOf('POSE'));
+  assert.deepEqual(viewer.encodeDrop(2, true), bodyOf('DROP'));
+  assert.deepEqual(viewer.encodePing(5n, {echoedStampNs: 0x77359407n, receivedNs: 0x3b9acc4en}), bodyOf('PING'));
+  const model = bodyOf('CONTROL');
+  model[2] = 0;  // the page's example has the flag of PLAY, too
+  assert.deepEqual(viewer.encodeControl({action: 'model', kernel: 'psi32', supportRadiusMm: 18.5}), model);
+  assert.deepEqual([...viewer.encodeControl({action: 'play', loop: true}).slice(0, 4)], [1, 0, 1, 0]);
+
+  const hello = bodyOf('HELLO');
+  const view = new DataView(hello.buffer);
+  view.setFloat64(8, NaN, true);  // a mouse states no force, no stiffness,
+  view.setFloat64(16, NaN, true);
+  hello[hello.length - 6] = 0;    // and does not work out a force itself
+  assert.deepEqual(viewer.encodeHello({role: 2, subscription: 2, name: 'touch', device: {needle: 2, rateHz: 1000}}), hello);
+
+  const header = viewer.encodeMessage(13, 20, 0x3b9acd20n, viewer.encodeDrop(2, true));
+  assert.deepEqual(header, golden.get('DROP'));
+});
+
+const FULL = {base: 0, full: true, ranges: [0, 5], positions: Float32Array.from({length: 15}, (_, i) => i), seeds: null};
+const frame = (tick, some = {}) => {
+  const fields = {base: tick - 1, full: false, ranges: [], positions: [], seeds: null, points: 5, ...some};
+  return {topologyHash: 0x2f2673dd4fb1cdb3n, tick, baseTick: fields.base, full: fields.full, pointCount: fields.points,
+          ranges: Uint32Array.from(fields.ranges), positions: Float32Array.from(fields.positions), seeds: fields.seeds};
+};
+const assembled = () => {
+  const mesh = new viewer.FrameAssembler();
+  assert.equal(mesh.start(decode('TOPOLOGY')), '');
+  return mesh;
+};
+
+test('a mesh takes a full frame and then changes', () => {
+  const mesh = assembled();
+  assert.equal(mesh.apply(frame(4, FULL)), '');
+  assert.equal(mesh.apply(frame(6, {base: 4, ranges: [1, 1], positions: [7, 8, 9]})), '');
+  assert.deepEqual([...mesh.positions.slice(0, 9)], [0, 1, 2, 7, 8, 9, 6, 7, 8]);
+  assert.equal(mesh.tick, 6);
+});
+
+test('frames that do not fit are refused and change nothing', () => {
+  assert.match(new viewer.FrameAssembler().apply(frame(1, FULL)), /before the topology/);
+  assert.match(assembled().start({...decode('TOPOLOGY'), hashHolds: false}), /hash/);
+  const mesh = assembled();
+  assert.match(mesh.apply(frame(2)), /not a full one/);
+  assert.equal(mesh.apply(frame(4, FULL)), '');
+  const before = [...mesh.positions];
+  assert.match(mesh.apply({...frame(5), topologyHash: 1n}), /another topology/);
+  assert.match(mesh.apply(frame(5, {points: 4})), /number of points/);
+  assert.match(mesh.apply(frame(9, {base: 8, ranges: [0, 1], positions: [1, 1, 1]})), /later than this mesh/);
+  assert.match(mesh.apply(frame(3, {base: 2, ranges: [0, 1], positions: [1, 1, 1]})), /older/);
+  assert.match(mesh.apply(frame(5, {seeds: {count: 2, entries: [{id: 2}]}})), /lacks seeds/);
+  assert.deepEqual([...mesh.positions], before);
+});
+
+test('seeds are kept, moved and, by a full frame after a reset, forgotten', () => {
+  const mesh = assembled();
+  mesh.apply(frame(4, {...FULL, seeds: {count: 1, entries: [{id: 1, place: 'a'}]}}));
+  assert.equal(mesh.apply(frame(5, {seeds: {count: 2, entries: [{id: 1, place: 'b'}, {id: 2, place: 'c'}]}})), '');
+  assert.deepEqual(mesh.seeds.map((seed) => seed.place), ['b', 'c']);
+  assert.match(mesh.apply(frame(6)), /lacks seeds/);
+  assert.equal(mesh.apply(frame(1, FULL)), '');
+  assert.deepEqual(mesh.seeds, []);
+});
