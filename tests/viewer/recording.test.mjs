@@ -1,6 +1,7 @@
 // Recordings: good ones, cut-off ones, damaged ones, and going to and fro in them.
 import assert from 'node:assert/strict';
 import {test} from 'node:test';
+import {goldenRecording} from './golden.mjs';
 import {event, frame, recording, topology} from './messages.mjs';
 import {viewer} from './viewer_module.mjs';
 
@@ -27,6 +28,12 @@ const x = (session) => session.assembler.positions[0];
 
 test('a check sum is that of zlib', () => {
   assert.equal(viewer.crc32(new TextEncoder().encode('123456789')), 0xcbf43926);
+});
+
+test("the page's file is read to its end", () => {
+  const {count, damage} = entriesOf(goldenRecording);
+  assert.ok(count > 0);
+  assert.equal(damage, '');
 });
 
 test('a whole file is read to its end', () => {
