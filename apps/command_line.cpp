@@ -51,6 +51,9 @@ DaemonOptions parse_daemon_line(int argc, char** argv, std::optional<int>& exit_
       ->check(CLI::Range(0, 65535));
   app.add_option("--duration", options.duration_s, "end after this many seconds")->check(durations());
   app.add_option(
+      "--trajectory", options.trajectory,
+      "CSV of a scripted needle that an operator can start; default: the scene's device.trajectory");
+  app.add_option(
       "--session", options.session,
       "folder to record poses, forces and seeds in, and the report at the end; one that holds a session\n"
       "(also one that was killed) is gone on with, its seeds are in the tissue again");

@@ -20,6 +20,12 @@ ScriptedDevice::ScriptedDevice(Trajectory trajectory, bool loop, double start_s,
   assert(start_s <= trajectory_.start_s() && trajectory_.end_s() <= end_s);
 }
 
+void ScriptedDevice::restart(bool loop) {
+  loop_ = loop;
+  started_ = finished_ = false;
+  last_s_ = kBeforeAll;
+}
+
 bool ScriptedDevice::update(std::int64_t now_ns, NeedlePose& pose) {
   if (finished_) return false;
   if (!started_) {

@@ -29,6 +29,9 @@ class ScriptedDevice final : public Device {
   /// needle; that a looping one has gone for a while is told once, by a pose that is not present.
   bool update(std::int64_t now_ns, NeedlePose& pose) override;
 
+  /// Plays again from the first sample at the next update.
+  void restart(bool loop);
+
   /// Whether the last pose has been given out; never when looping.
   bool finished() const { return finished_; }
 

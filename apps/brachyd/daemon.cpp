@@ -6,22 +6,26 @@
 #include <boost/asio/post.hpp>
 #include <boost/asio/signal_set.hpp>
 #include <boost/asio/steady_timer.hpp>
+#include <boost/asio/thread_pool.hpp>
 #include <future>
 #include <optional>
 #include <thread>
 #include <vector>
 
+#include "apps/brachyd/controls.h"
 #include "apps/brachyd/daemon_setup.h"
 #include "apps/brachyd/deformation_loop.h"
 #include "apps/brachyd/force_link.h"
 #include "apps/brachyd/recorded_session.h"
+#include "apps/brachyd/scene_message.h"
+#include "apps/brachyd/simulation_runs.h"
 #include "apps/brachyd/snapshot_loop.h"
 #include "apps/brachyd/tick_events.h"
 #include "core/plan/plan_file.h"
 #include "core/realtime/deadline.h"
 #include "core/realtime/realtime_thread.h"
 #include "core/structures/load_structures.h"
-#include "haptics/network_device.h"
+#include "haptics/switched_device.h"
 #include "net/http/http_listener.h"
 #include "net/server.h"
 
@@ -39,6 +43,11 @@ MeshState start_state(Simulator& simulator, const RecordedSession* session) {
   return simulator.initial_state();
 }
 
+std::vector<Vec3> surface_vertices(const Tissue& tissue) {
+  const auto first = tissue.rest_vertices.begin();
+  return {first, first + static_cast<std::ptrdiff_t>(tissue.surface_count)};
+}
+
 net::Quantiles quantiles_ms(const Histogram& ns) {
   const auto ms = [&](double q) { return 1e-6 * static_cast<double>(ns.quantile(q)); };
   return {ns.count(), ms(0.5), ms(0.99), ms(0.999), 1e-6 * static_cast<double>(ns.max())};
@@ -54,21 +63,21 @@ class Daemon::Impl {
         plan_(load_plan(scene)),
         structures_(load_structures(scene)),
         session_(open_session(scene, options, plan_)),
-        simulator_(make_simulator(scene)),
-        states_(start_state(simulator_, session_.get())),
-        fallen_(FallenSeeds(simulator_.initial_state())),
-        needle_count_(simulator_.initial_state().needles.size()),
-        devices_(make_devices(scene, simulator_.tissue(), needle_count_)),
+        runs_(std::make_shared<SimulationRun>(0, false, scene, load_simulated_tissue(scene)), io_, workers_),
+        states_(start_state(simulator(), session_.get())),
+        fallen_(FallenSeeds(simulator().initial_state())),
+        needle_count_(scene.needle.count),
+        devices_(make_devices(scene, simulator().tissue(), needle_count_)),
         tick_forces_(TickForces(needle_count_)),
-        events_(simulator_.initial_state(),
+        events_(simulator().initial_state(),
                 plan_ ? plan_->seeds(scene.template_grid) : std::vector<PlannedSeed>()),
         force_link_(needle_count_, force_outputs()),
-        server_(io_, server_options(scene, options, needle_count_), simulator_.tissue(), handlers()) {
-    spdlog::info("engine: {}, {} thread{}", to_string(simulator_.simd_target()), scene.engine.threads,
+        server_(io_, server_options(scene, options, needle_count_), simulator().tissue(), handlers()),
+        controls_(scene, devices_, runs_, server_, session_ != nullptr) {
+    spdlog::info("engine: {}, {} thread{}", to_string(simulator().simd_target()), scene.engine.threads,
                  scene.engine.threads == 1 ? "" : "s");
-    for (std::size_t n = 0; n < needle_count_; ++n)
-      if (!network_device(n))
-        server_.hold_lease(static_cast<std::uint16_t>(n), "scripted device: " + scene.device.trajectory);
+    server_.show_scene(make_scene_message(scene, plan_, structures_));
+    if (scene.device.kind == "scripted") controls_.play(scene.device.loop);
     const int http_port = options.http_port.value_or(scene.server.http_port);
     if (http_port >= 0)
       http_.emplace(io_, server_, net::HttpOptions{static_cast<std::uint16_t>(http_port)}, viewer_files(),
@@ -111,8 +120,8 @@ class Daemon::Impl {
           to_string(request_realtime({scene_.realtime.fifo_priority, scene_.realtime.lock_memory})));
       std::vector<Device*> devices;
       for (const auto& device : devices_) devices.push_back(device.get());
-      run_deformation_loop(stop, simulator_, devices, state_writer_, force_writer_, fallen_writer_,
-                           loop_writer_);
+      run_deformation_loop(stop, runs_.in_use(), runs_.reader(), devices, state_writer_, force_writer_,
+                           fallen_writer_, loop_writer_);
     });
     std::jthread snapshots([&](const std::stop_token& stop) {
       summary.snapshots = run_snapshot_loop(stop, scene_.rates.snapshot_hz, state_reader_,
@@ -120,19 +129,20 @@ class Daemon::Impl {
     });
     std::jthread dose([&](const std::stop_token& stop) {
       summary.dose =
-          run_dose_loop(stop, structures_, dose_settings(), fallen_reader_,
-                        [&](auto seeds, auto structures) { deliver_dose(seeds, std::move(structures)); });
+          run_dose_loop(stop, structures_, dose_settings(), surface_vertices(simulator().tissue()),
+                        fallen_reader_, [&](net::DoseMessage message) { deliver_dose(std::move(message)); });
     });
     std::jthread control;
     if (options_.control_thread || scene_.realtime.control_thread)
       control = std::jthread([&](const std::stop_token& stop) {
         request_realtime({scene_.realtime.fifo_priority, false});  // woken on the same terms
-        run_control_loop(stop, simulator_.period_s(), control_writer_);
+        run_control_loop(stop, scene_.period_s(), control_writer_);
       });
     summary.realtime = granted.get_future().get();
     if (scene_.realtime.fifo_priority || scene_.realtime.lock_memory) spdlog::info("{}", summary.realtime);
 
     io_.run();
+    workers_.join();
 
     // In this order: what the deformation did last is in the last snapshot.
     for (std::jthread* thread : {&deformation, &snapshots, &dose, &control}) {
@@ -144,13 +154,11 @@ class Daemon::Impl {
     control_reader_.update();
     summary.loop = loop_reader_.value();
     summary.control = control_reader_.value();
-    summary.simd = to_string(simulator_.simd_target());
-    summary.evaluations = simulator_.evaluation_counts();  // its thread has ended
-    for (std::size_t n = 0; n < needle_count_; ++n) {
-      const NetworkDevice* device = network_device(n);
-      if (!device) continue;
-      summary.poses_accepted += device->guard().count(PoseVerdict::kAccepted);
-      summary.poses_refused += device->guard().refused();
+    summary.simd = to_string(simulator().simd_target());
+    summary.evaluations = simulator().evaluation_counts();  // its thread has ended
+    for (const auto& device : devices_) {
+      summary.poses_accepted += device->network().guard().count(PoseVerdict::kAccepted);
+      summary.poses_refused += device->network().guard().refused();
     }
     summary.interventions = force_link_.interventions();
     summary.forces_replaced = server_.forces_replaced();
@@ -166,10 +174,8 @@ class Daemon::Impl {
   }
 
  private:
-  /// Null: the needle is the scripted device's.
-  NetworkDevice* network_device(std::size_t needle) const {
-    return dynamic_cast<NetworkDevice*>(devices_[needle].get());
-  }
+  Simulator& simulator() { return runs_.in_use().simulator; }
+  NetworkDevice& network_device(std::size_t needle) { return devices_[needle]->network(); }
 
   // All on the io thread.
   static void log(const std::string& line) { spdlog::info("{}", line); }
@@ -178,20 +184,23 @@ class Daemon::Impl {
     h.log = log;
     h.state = [this] { return state_message(); };
     h.on_device = [this](bool attached, const net::DeviceInfo& device) {
-      NetworkDevice* needle = network_device(device.needle);
-      attached ? needle->attach() : needle->detach();
+      NetworkDevice& needle = network_device(device.needle);
+      attached ? needle.attach() : needle.detach();
       if (is_ending_) return;  // that it leaves now is no fault of its own
       attached ? force_link_.attach(device) : force_link_.detach(device);
       start_cycling();
     };
     h.on_pose = [this](std::uint16_t needle, const NeedlePose& pose) { return on_pose(needle, pose); };
-    h.on_drop = [this](std::uint16_t needle, bool pressed) { network_device(needle)->press(pressed); };
+    h.on_drop = [this](std::uint16_t needle, bool pressed) { network_device(needle).press(pressed); };
+    h.on_control = [this](const net::ControlMessage& message, const std::string& who) {
+      return is_ending_ ? "the daemon is ending" : controls_.ask(message, who);
+    };
     h.on_arm = [this](std::uint16_t needle, const std::string& who) { force_link_.arm(needle, who); };
     return h;
   }
 
   net::PoseVerdict on_pose(std::uint16_t needle, const NeedlePose& pose) {
-    const PoseVerdict verdict = network_device(needle)->submit(pose);
+    const PoseVerdict verdict = network_device(needle).submit(pose);
     if (verdict == PoseVerdict::kAccepted) {
       force_link_.pose_accepted(needle, pose);
       return {};
@@ -245,6 +254,7 @@ class Daemon::Impl {
     m.lateness_ms = quantiles_ms(loop.lateness_ns);
     m.latency_ms = quantiles_ms(loop.latency_ns);
     force_link_.add_to(m);
+    m.controls = controls_.state();
     return m;
   }
 
@@ -252,6 +262,7 @@ class Daemon::Impl {
   // A seed is in the ledger before anybody is told of it.
   void deliver(std::shared_ptr<const MeshState> state) {
     if (session_) keep(*state);
+    boost::asio::post(io_, [this, run = state->run] { controls_.seen(run); });
     for (net::EventMessage& event : events_.update(*state)) announce(std::move(event));
     server_.publish(std::move(state));
   }
@@ -272,13 +283,8 @@ class Daemon::Impl {
     if (plan_) settings.prescription_gy = plan_->prescription_gy;
     return settings;
   }
-  void deliver_dose(std::span<const Seed> seeds, std::vector<StructureDose> structures) {
+  void deliver_dose(net::DoseMessage message) {
     if (session_) session_->sync();
-    net::DoseMessage message;
-    message.seeds = static_cast<std::uint32_t>(seeds.size());
-    message.prescription_gy = dose_settings().prescription_gy;
-    for (const Seed& seed : seeds) message.air_kerma_strength_u += seed.air_kerma_strength_u;
-    message.structures = std::move(structures);
     boost::asio::post(io_, [this, message = std::move(message)] { server_.publish(message); });
   }
 
@@ -291,7 +297,9 @@ class Daemon::Impl {
   std::optional<Plan> plan_;
   std::vector<Structure> structures_;
   std::unique_ptr<RecordedSession> session_;  // snapshot thread; its sync the dose thread; null: none
-  Simulator simulator_;
+  boost::asio::io_context io_{1};
+  boost::asio::thread_pool workers_{1};  // makes simulators, seldom
+  SimulationRuns runs_;                  // io thread; its reader the deformation thread
   TripleBuffer<MeshState> states_;
   TripleBuffer<MeshState>::Writer state_writer_ = states_.writer();  // deformation thread
   TripleBuffer<MeshState>::Reader state_reader_ = states_.reader();  // snapshot thread
@@ -299,7 +307,7 @@ class Daemon::Impl {
   TripleBuffer<FallenSeeds>::Writer fallen_writer_ = fallen_.writer();  // deformation thread
   TripleBuffer<FallenSeeds>::Reader fallen_reader_ = fallen_.reader();  // dose thread
   std::size_t needle_count_;
-  std::vector<std::unique_ptr<Device>> devices_;  // by needle
+  std::vector<std::unique_ptr<SwitchedDevice>> devices_;  // by needle
   TripleBuffer<TickForces> tick_forces_;
   TripleBuffer<TickForces>::Writer force_writer_ = tick_forces_.writer();  // deformation thread
   TripleBuffer<TickForces>::Reader force_reader_ = tick_forces_.reader();  // io thread
@@ -311,7 +319,6 @@ class Daemon::Impl {
   TripleBuffer<LoopStatistics>::Reader control_reader_ = control_.reader();  // io thread
   TickEvents events_;                                                        // snapshot thread
 
-  boost::asio::io_context io_{1};
   boost::asio::signal_set signals_{io_, SIGINT,
                                    SIGTERM};  // from here on: one that comes before run() is not lost
   boost::asio::steady_timer cycle_timer_{io_};
@@ -320,6 +327,7 @@ class Daemon::Impl {
   bool is_ending_ = false;
   net::Server server_;
   std::optional<net::HttpListener> http_;  // its sessions are server_'s
+  Controls controls_;  // io thread
   std::function<void()> end_ = [] {};
 };
 

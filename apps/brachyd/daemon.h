@@ -36,6 +36,7 @@ struct DaemonSummary {
 ///   snapshot thread      30 Hz   triple buffer → copy → session log, server
 ///   dose thread         200 Hz   seeds that fell → dose → server
 ///   control thread      200 Hz   nothing, if asked for: what the machine itself misses
+///   workers             1        another simulator when an operator asks for one
 ///   io thread                    run()'s caller: sockets, signals, poses in, frames out; ≤ 1 kHz forces out
 class Daemon {
  public:

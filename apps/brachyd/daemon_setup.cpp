@@ -6,13 +6,11 @@
 
 #include "apps/tissue_box.h"
 #include "core/scene/load_tissue.h"
-#include "haptics/network_device.h"
-#include "haptics/scripted_device.h"
 #include "haptics/trajectory/needle_trajectories.h"
 
 namespace brachy {
 
-Simulator make_simulator(const Scene& scene) {
+Tissue load_simulated_tissue(const Scene& scene) {
   LoadedTissue loaded = load_tissue(scene);
   const SurfaceReport& report = loaded.report;
   spdlog::info("tissue: {} points, {} on the surface, {:.1f} cc", loaded.tissue.size(),
@@ -22,23 +20,22 @@ Simulator make_simulator(const Scene& scene) {
                  report.dropped_island_volume_cc);
   if (report.flipped_triangles)
     spdlog::info("tissue: {} triangles turned outwards", report.flipped_triangles);
-  return Simulator(scene, std::move(loaded.tissue));
+  return std::move(loaded.tissue);
 }
 
-std::vector<std::unique_ptr<Device>> make_devices(const Scene& scene, const Tissue& tissue,
-                                                  std::size_t count) {
-  std::vector<std::unique_ptr<Device>> devices(count);
-  if (scene.device.kind == "scripted") {
+std::vector<std::unique_ptr<SwitchedDevice>> make_devices(const Scene& scene, const Tissue& tissue,
+                                                          std::size_t count) {
+  std::vector<std::optional<ScriptedDevice>> scripts(count);
+  if (!scene.device.trajectory.empty()) {
     NeedleTrajectories all =
         load_trajectories(scene.resolve(scene.device.trajectory), static_cast<int>(count));
     if (scene.device.centre_on_tissue) all = all.centred_on(centre_of(tissue));
     for (const auto& needle : all.needles())
-      devices[needle.id] =
-          std::make_unique<ScriptedDevice>(needle.motion, scene.device.loop, all.start_s(), all.end_s());
+      scripts[needle.id].emplace(needle.motion, scene.device.loop, all.start_s(), all.end_s());
   }
   const PoseGuardSettings guard{static_cast<std::int64_t>(scene.device.stale_pose_ms * 1e6)};
-  for (auto& device : devices)
-    if (!device) device = std::make_unique<NetworkDevice>(guard);
+  std::vector<std::unique_ptr<SwitchedDevice>> devices;
+  for (auto& script : scripts) devices.push_back(std::make_unique<SwitchedDevice>(guard, std::move(script)));
   return devices;
 }
 

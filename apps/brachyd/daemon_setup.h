@@ -5,8 +5,8 @@
 
 #include "apps/options.h"
 #include "core/scene/scene.h"
-#include "core/sim/simulator.h"
-#include "haptics/device.h"
+#include "core/tissue/tissue.h"
+#include "haptics/switched_device.h"
 #include "net/http/served_files.h"
 #include "net/server_options.h"
 
@@ -15,11 +15,11 @@ namespace brachy {
 // From a scene to the parts of a daemon. All throw UserError for what the scene names and is not there or not good.
 
 /// Loads the tissue and says what it found.
-Simulator make_simulator(const Scene& scene);
+Tissue load_simulated_tissue(const Scene& scene);
 
-/// By needle id: those that the scene's trajectory moves are scripted, or else all of the network.
-std::vector<std::unique_ptr<Device>> make_devices(const Scene& scene, const Tissue& tissue,
-                                                  std::size_t count);
+/// By needle id; those that the scene's trajectory moves have a script.
+std::vector<std::unique_ptr<SwitchedDevice>> make_devices(const Scene& scene, const Tissue& tissue,
+                                                          std::size_t count);
 
 net::ServerOptions server_options(const Scene& scene, const DaemonOptions& options, std::size_t needles);
 

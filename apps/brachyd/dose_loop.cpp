@@ -1,5 +1,7 @@
 #include "apps/brachyd/dose_loop.h"
 
+#include <utility>
+
 #include "core/realtime/deadline.h"
 
 namespace brachy {
@@ -7,21 +9,35 @@ namespace {
 
 constexpr std::int64_t kPeriodNs = 5'000'000;
 
+net::DoseMessage message_of(std::span<const Seed> seeds, const ImplantDose& dose,
+                            const std::vector<Vec3>& surface) {
+  net::DoseMessage message;
+  message.seeds = static_cast<std::uint32_t>(seeds.size());
+  message.prescription_gy = dose.settings().prescription_gy;
+  for (const Seed& seed : seeds) message.air_kerma_strength_u += seed.air_kerma_strength_u;
+  message.structures = dose.evaluate();
+  for (const Vec3& p : surface) message.surface_gy.push_back(static_cast<float>(dose.grid().at(p)));
+  return message;
+}
+
 }  // namespace
 
-DoseStatistics run_dose_loop(
-    const std::stop_token& stop, std::vector<Structure> structures, const DoseSettings& settings,
-    TripleBuffer<FallenSeeds>::Reader& fallen,
-    const std::function<void(std::span<const Seed>, std::vector<StructureDose>)>& deliver) {
+DoseStatistics run_dose_loop(const std::stop_token& stop, std::vector<Structure> structures,
+                             const DoseSettings& settings, std::vector<Vec3> surface,
+                             TripleBuffer<FallenSeeds>::Reader& fallen,
+                             const std::function<void(net::DoseMessage)>& deliver) {
   ImplantDose dose(std::move(structures), settings);
   DoseStatistics statistics;
   DeadlineTimer timer(kPeriodNs, monotonic_ns() + kPeriodNs);
+  std::uint64_t run = fallen.value().run;
   for (; !stop.stop_requested(); timer.wait()) {
     fallen.update();
     const FallenSeeds& all = fallen.value();
-    if (all.count == dose.seed_count()) continue;
+    const bool is_anew = std::exchange(run, all.run) != all.run && all.count < dose.seed_count();
+    if (is_anew) dose.clear();
+    if (all.count == dose.seed_count() && !is_anew) continue;
     for (const Seed& seed : all.seeds().subspan(dose.seed_count())) dose.add(seed.at_rest());
-    deliver(all.seeds(), dose.evaluate());
+    deliver(message_of(all.seeds(), dose, surface));
     if (all.publish_ns) statistics.drop_to_dvh_ns.record(monotonic_ns() - all.publish_ns);
   }
   return statistics;

@@ -8,6 +8,7 @@
 #include "core/dose/implant_dose.h"
 #include "core/realtime/histogram.h"
 #include "core/realtime/triple_buffer.h"
+#include "net/wire/messages.h"
 
 namespace brachy {
 
@@ -17,12 +18,13 @@ struct DoseStatistics {
 };
 
 /// Adds every seed that has fallen to the dose of those before it, at its material point (where it gives its dose for months),
-/// and tells the structures' new dose; until `stop`. Looks for seeds every 5 ms. `deliver(seeds in it, structures)` is called
-/// for each time that seeds were found. Seeds that are there at the start count, but not in the statistics.
+/// and tells the new dose of the structures and at the points `surface` (at rest, mm); until `stop`. Looks for seeds every
+/// 5 ms. `deliver` is called for each time that seeds were found, or a simulation that began anew has none. Seeds that are
+/// there at the start count, but not in the statistics.
 /// Threads: the dose thread's whole life; it never holds another up.
-DoseStatistics run_dose_loop(
-    const std::stop_token& stop, std::vector<Structure> structures, const DoseSettings& settings,
-    TripleBuffer<FallenSeeds>::Reader& fallen,
-    const std::function<void(std::span<const Seed>, std::vector<StructureDose>)>& deliver);
+DoseStatistics run_dose_loop(const std::stop_token& stop, std::vector<Structure> structures,
+                             const DoseSettings& settings, std::vector<Vec3> surface,
+                             TripleBuffer<FallenSeeds>::Reader& fallen,
+                             const std::function<void(net::DoseMessage)>& deliver);
 
 }  // namespace brachy

@@ -14,6 +14,7 @@ namespace brachy {
 struct FallenSeeds {
   std::vector<Seed> slots;
   std::uint32_t count = 0;
+  std::uint64_t run = 0;        ///< MeshState::run
   std::int64_t publish_ns = 0;  ///< monotonic clock
 
   /// Room for as many as `state` has; holds those that it has.
@@ -24,6 +25,7 @@ struct FallenSeeds {
   void copy_from(const MeshState& state) noexcept {
     std::ranges::copy(state.seeds(), slots.begin());
     count = state.seed_count;
+    run = state.run;
   }
 };
 

@@ -18,6 +18,7 @@ using namespace brachy;
 int run(const DaemonOptions& options) {
   Scene scene = options.config ? load_scene(*options.config) : Scene{};
   if (!options.simd.empty()) scene.engine.simd = options.simd;
+  if (options.trajectory) scene.device.trajectory = std::filesystem::absolute(*options.trajectory).string();
   std::string choice;
   scene = with_choice(scene, &choice);
   if (!choice.empty()) spdlog::info("{}", choice);

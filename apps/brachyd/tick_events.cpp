@@ -2,16 +2,26 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 namespace brachy {
 
 TickEvents::TickEvents(const MeshState& start, std::vector<PlannedSeed> planned)
-    : planned_(std::move(planned)),
-      last_(start.needles),
-      first_seed_count_(start.seed_count),
-      seed_count_(start.seed_count) {}
+    : planned_(std::move(planned)), last_(start.needles), run_(start.run), seed_count_(start.seed_count) {}
+
+// Counters start at 0 there, seeds are gone or have stayed.
+void TickEvents::begin_anew(const MeshState& state) {
+  run_ = state.run;
+  for (std::size_t n = 0; n < last_.size(); ++n) {
+    last_[n].puncture_count = 0;
+    last_[n].drops.refused = std::min(last_[n].drops.refused, state.needles[n].drops.refused);
+  }
+  seed_count_ = std::min(seed_count_, state.seed_count);
+}
 
 std::vector<net::EventMessage> TickEvents::update(const MeshState& state) {
   std::vector<net::EventMessage> events;
+  if (state.run != run_) begin_anew(state);
   for (std::size_t n = 0; n < last_.size(); ++n) {
     const NeedleState& needle = state.needles[n];
     const auto id = static_cast<std::uint16_t>(n);
@@ -28,6 +38,7 @@ std::vector<net::EventMessage> TickEvents::update(const MeshState& state) {
   }
   for (; seed_count_ < state.seed_count; ++seed_count_) {
     const Seed& seed = state.seeds()[seed_count_];
+    ++seeds_dropped_;
     events.push_back({net::EventKind::kSeed, seed.needle, seed.tick, text_of(seed)});
   }
   if (auto warning = guard_.update(state))

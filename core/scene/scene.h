@@ -68,6 +68,8 @@ struct RegionSettings {
 };
 
 struct ModelSettings {
+  static constexpr double kMinSupportMm = 0.5, kMaxSupportMm = 500;
+
   std::string kernel =
       "psi31";  ///< a rung of the ladder (core/ladder/ladder.h), or auto (core/choice/choice.h)
   double support_radius_mm = 12;  ///< of the ψ rungs

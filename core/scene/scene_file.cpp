@@ -57,7 +57,8 @@ void read_model(TomlTable t, const std::vector<RegionSettings>& regions, ModelSe
   t.number("tolerance_mm", s.tolerance_mm, 1e-3, 100);
   t.number("tick_budget_ms", s.tick_budget_ms, 1e-3, 1000);
   t.text("needs", s.needs, {"volume", "surface"});
-  t.number("support_radius_mm", s.support_radius_mm, 0.5, 500);
+  t.number("support_radius_mm", s.support_radius_mm, ModelSettings::kMinSupportMm,
+           ModelSettings::kMaxSupportMm);
   t.refuse_unknown();
   const auto with_support = std::ranges::find_if(
       regions, [](const RegionSettings& region) { return region.support_radius_mm.has_value(); });
@@ -131,7 +132,8 @@ void read_region(TomlTable t, const TissueContact& around, RegionSettings& s) {
   t.number("radius_mm", radius, 0.5, 1e4);
   t.text("file", s.file);
   optional_number(t, "shear_modulus_kpa", s.shear_modulus_kpa, 1e-3, 1e6);
-  optional_number(t, "support_radius_mm", s.support_radius_mm, 0.5, 500);
+  optional_number(t, "support_radius_mm", s.support_radius_mm, ModelSettings::kMinSupportMm,
+                  ModelSettings::kMaxSupportMm);
   t.number("blend_mm", s.blend_mm, 0.1, 1000);
   read_contact_of_region(t, around, s);
   t.refuse_unknown();

@@ -88,6 +88,7 @@ struct MeshState {
   static constexpr std::size_t kPoseHistory = 128;
   using PoseHistory = std::array<TickPose, kPoseHistory>;
 
+  std::uint64_t run = 0;             ///< counts the simulators: anew, or with another model (set by the loop)
   std::uint64_t tick = 0;            ///< 1 for the first step
   double sim_time_s = 0;             ///< tick × period
   std::vector<NeedleState> needles;  ///< as many as the scene has, by id

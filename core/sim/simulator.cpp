@@ -118,6 +118,15 @@ void Simulator::restore_seeds(std::span<const Seed> seeds) {
   for (const Seed& seed : seeds) seed_loading_.take_out(seed.planned);
 }
 
+void Simulator::go_on_from(const Simulator& other) noexcept {
+  tick_ = other.tick_;
+  implant_ = other.implant_;
+  implant_.move(tick_, *field_);
+  seed_loading_ = other.seed_loading_;
+  pose_histories_ = other.pose_histories_;
+  for (std::size_t n = 0; n < needles_.size(); ++n) needles_[n].drops = other.needles_[n].drops;
+}
+
 MeshState Simulator::initial_state() const {
   MeshState state;
   state.deformed_vertices = rest_;

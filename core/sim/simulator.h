@@ -42,6 +42,10 @@ class Simulator {
   /// first step and before initial_state. Throws UserError where they are more than seeds.max_count.
   void restore_seeds(std::span<const Seed> seeds);
 
+  /// Goes on where `other`, of the same scene with another model, stands: with its time, its seeds, what the needles hold.
+  /// The tissue is at rest, and needles in it are put in anew. Before the first step. Real-time: as step.
+  void go_on_from(const Simulator& other) noexcept;
+
   /// The tissue at rest, tick 0: what every slot handed to step must have started as.
   MeshState initial_state() const;
 
