@@ -34,7 +34,7 @@ bool NetworkDevice::update(std::int64_t /*now_ns*/, NeedlePose& pose) {
   if (is_fresh) pose = reader_.value();
   change_reader_.update();
   if (pose.present && changes_seen_ < change_reader_.value()) ++changes_seen_;
-  pose.button = changes_seen_ % 2 == 1;
+  pose.button = pose.present && changes_seen_ % 2 == 1;
   return is_fresh;
 }
 

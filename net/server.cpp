@@ -93,8 +93,7 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
 
   void publish(std::shared_ptr<const MeshState> state) {
     if (is_stopped_) return;
-    const bool is_anew =
-        state->tick < frames_.tick();  // a later run that keeps the time has all blocks changed
+    const bool is_anew = state->run != frames_.run() || state->tick < frames_.tick();
     frames_.update(std::move(state));
     if (is_anew) {
       for (const auto& session : sessions()) session->forget_mesh();

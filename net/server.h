@@ -45,7 +45,7 @@ class Server {
   void adopt(std::shared_ptr<Connection> connection);
 
   /// A new snapshot for everybody; `state` must not change any more. Its ticks must not go backwards, unless the
-  /// simulation began anew (then everybody gets a full frame).
+  /// simulation began anew; then, and with another model, everybody gets a full frame.
   void publish(std::shared_ptr<const MeshState> state);
 
   /// To every client.

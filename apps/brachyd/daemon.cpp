@@ -327,7 +327,7 @@ class Daemon::Impl {
   bool is_ending_ = false;
   net::Server server_;
   std::optional<net::HttpListener> http_;  // its sessions are server_'s
-  Controls controls_;  // io thread
+  Controls controls_;                      // io thread
   std::function<void()> end_ = [] {};
 };
 

@@ -21,6 +21,7 @@ class FrameCache {
   void update(std::shared_ptr<const MeshState> state);
 
   bool has_snapshot() const { return state_ != nullptr; }
+  std::uint64_t run() const { return state_ ? state_->run : 0; }
   std::uint64_t tick() const { return state_ ? state_->tick : 0; }
   std::uint64_t snapshots() const { return snapshots_; }  ///< also the sequence of the newest
   std::uint64_t encoded() const { return encoded_; }      ///< bodies encoded since start

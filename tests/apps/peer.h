@@ -99,6 +99,7 @@ class Peer {
     h.on_force = [this](const net::ForceMessage& m) { forces.push_back(m); };
     h.on_local_model = [this](const net::LocalModelMessage& m) { models.push_back(m); };
     h.on_dose = [this](const net::DoseMessage& m) { doses.push_back(m); };
+    h.on_scene = [this](const net::SceneMessage& m) { scenes.push_back(m); };
     h.on_closed = [this](const std::string& reason) { closed.push_back(reason); };
     return h;
   }
@@ -117,6 +118,7 @@ class Peer {
   std::vector<net::ForceMessage> forces;
   std::vector<net::LocalModelMessage> models;
   std::vector<net::DoseMessage> doses;
+  std::vector<net::SceneMessage> scenes;
   std::vector<std::string> closed;
   net::Client client;
 };

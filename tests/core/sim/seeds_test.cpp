@@ -181,6 +181,32 @@ TEST(Seeds, OfAnEarlierRunAreInTheTissueAndMoveWithIt) {
   EXPECT_THROW(too_small.restore_seeds(state.seeds()), UserError);
 }
 
+// Another model in the middle of an insertion: time and seeds go on, the tissue is at rest and the needle seated anew.
+TEST(Seeds, GoOnWithAnotherModel) {
+  Session first(small_scene());
+  first.go(kBelow, kDeep, 0.25);
+  first.step(kDeep, true);
+  first.step(kDeep + Vec3(2, 0, 0));
+  ASSERT_EQ(first.state.seed_count, 1u);
+  ASSERT_NE(first.seed(0).position, first.seed(0).rest);
+  for (const char* rung : {"psi32", "elastic", "compact_elastic"}) {
+    Session next(small_scene(rung));
+    const std::uint64_t before = test::allocation_count();
+    next.simulator.go_on_from(first.simulator);
+    next.step(kDeep);
+    EXPECT_EQ(test::allocation_count(), before) << rung;
+    EXPECT_EQ(next.state.tick, first.state.tick + 1);
+    EXPECT_EQ(next.state.needles[0].contact, ContactState::kInserted);
+    ASSERT_EQ(next.state.seed_count, 1u);
+    EXPECT_EQ(next.seed(0).position, next.seed(0).rest) << rung;
+    EXPECT_EQ(next.seed(0).rest, first.seed(0).rest);
+    EXPECT_EQ(next.state.moved_vertices, 0u) << rung;
+    EXPECT_EQ(next.state.needles[0].drops.dropped, 1u);
+    next.go(kDeep, kBelow, 0.25);
+    EXPECT_EQ(next.state.deformed_vertices, next.simulator.initial_state().deformed_vertices) << rung;
+  }
+}
+
 TEST(Seeds, FallAndMoveWithoutAllocating) {
   Session session(small_scene());
   session.go(kBelow, kDeep, 0.25);
