@@ -37,6 +37,8 @@ DaemonOptions parse_daemon_line(int argc, char** argv, std::optional<int>& exit_
       "  brachyd --config my.toml --port 0 --duration 60    a free port, printed on the first line\n"
       "  brachyd --config config/prostate.toml --http-port 18951     the viewer: open "
       "http://127.0.0.1:18951\n"
+      "  brachyd --trajectory config/insertion.csv --play --http-port 18980    a needle to look at in a "
+      "browser\n"
       "  brachyd --config config/session.toml --session out/monday   keeps every seed, ends with a report\n"
       "  brachyd --check-config my.toml                     says what is wrong with a scene, or that nothing "
       "is\n"
@@ -53,6 +55,7 @@ DaemonOptions parse_daemon_line(int argc, char** argv, std::optional<int>& exit_
   app.add_option(
       "--trajectory", options.trajectory,
       "CSV of a scripted needle that an operator can start; default: the scene's device.trajectory");
+  app.add_flag("--play", options.play, "start the scripted needle at once, over and over");
   app.add_option(
       "--session", options.session,
       "folder to record poses, forces and seeds in, and the report at the end; one that holds a session\n"

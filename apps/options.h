@@ -21,6 +21,7 @@ struct DaemonOptions {
   std::optional<int> http_port;      ///< none: the scene's
   std::optional<double> duration_s;  ///< none: until SIGINT or SIGTERM
   std::optional<std::filesystem::path> trajectory;  ///< of the scripted needle; none: the scene's
+  bool play = false;                                ///< start it at once, over and over
   std::optional<std::filesystem::path>
       session;       ///< folder to record into, or to go on with; none: nothing is kept
   std::string simd;  ///< empty: the scene's

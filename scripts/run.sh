@@ -1,13 +1,19 @@
 #!/usr/bin/env bash
 # Shows the whole system at work, once, and ends by itself: the daemon deforms the default prostate while a scripted
-# needle is driven in and out over TCP; one client watches, one records. Installs and builds what is missing.
-#   scripts/run.sh [TRAJECTORY.csv] [SCENE.toml]
+# needle is driven in and out over TCP; one client watches, one records. Then leaves a daemon to look at in a browser, for ten
+# minutes, and prints its link. Installs and builds what is missing.
+#   scripts/run.sh [--no-viewer] [TRAJECTORY.csv] [SCENE.toml]      default: one insertion; to look at: a whole implant
 set -euo pipefail
 cd "$(dirname "$0")/.."
+shows=1
+if [[ ${1:-} == --no-viewer ]]; then shows=0; shift; fi
+[[ $# -le 2 && ${1:-} != -* ]] || { sed -n '2,6s/^# \?//p' "$0" >&2; exit 2; }
 trajectory=${1:-config/insertion.csv}
 scene=${2:-config/prostate.toml}
 
-scripts/build.sh release brachyd brachy
+targets=(brachyd brachy)
+if ((shows)); then targets+=(viewer); fi
+scripts/build.sh release "${targets[@]}"
 bin=build/release/bin
 out=out/run-$(date +%Y%m%d-%H%M%S)-$$
 mkdir -p "$out"
@@ -20,10 +26,10 @@ trap stop_all EXIT
 echo "run: starting the daemon with $scene"
 start_daemon "$out" --config "$scene" --port 0 --control-thread
 
-echo "run: daemon on $address; a viewer watches, a recorder writes, the needle goes in"
+echo "run: daemon on $address; a client watches, one records, the needle goes in"
 $bin/brachy watch --connect "$address" >"$out/watch.log" &
 watcher=$!
-$bin/brachy record --connect "$address" --surface --out "$out/recording" >"$out/record.log" &
+$bin/brachy record --connect "$address" --surface --out "$out/recording.brachy" >"$out/record.log" &
 recorder=$!
 clients=($watcher $recorder)
 tail -n +1 -f --pid=$watcher "$out/watch.log" 2>/dev/null | grep --line-buffered -E '^t |^  tick [0-9]+:' &
@@ -41,4 +47,20 @@ cat "$out/replay.log"
 grep -vE '^t |^  tick [0-9]+:' "$out/watch.log" || true
 grep -A20 '^brachyd:' "$out/daemon.log"
 cat "$out/record.log"
-echo "run: everything lies in $out; look at it with: paraview $out/recording/recording.pvd"
+echo "run: everything lies in $out; for ParaView: $bin/brachy export $out/recording.brachy --out $out/paraview"
+if ((!shows)); then exit; fi
+
+if (($#)); then
+  shown=(--config "$scene" --trajectory "$trajectory")
+else
+  $bin/brachy plan --config config/session.toml --trajectory "$out/implant.csv" >"$out/plan.txt"
+  shown=(--config config/session.toml --trajectory "$out/implant.csv")
+fi
+setsid "$bin/brachyd" "${shown[@]}" --play --port 0 --http-port 0 --duration 600 \
+  >"$out/viewer.out" 2>"$out/viewer.log" </dev/null &
+viewer=$!
+until grep -q '^http on ' "$out/viewer.out"; do
+  kill -0 "$viewer" 2>/dev/null || { cat "$out/viewer.log" >&2; exit 1; }
+  sleep 0.05
+done
+echo "run: see it move: http://$(sed -n 's/^http on //p' "$out/viewer.out")   (for ten minutes; kill $viewer ends it)"

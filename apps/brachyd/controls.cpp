@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 
 #include "core/ladder/ladder.h"
 
@@ -47,7 +48,8 @@ std::string Controls::ask(const net::ControlMessage& message, const std::string&
 std::string Controls::play(bool loop) {
   if (std::ranges::none_of(devices_, [](const auto& device) { return device->has_script(); }))
     return kNoScript;
-  const std::string name = "scripted device: " + model_.device.trajectory;
+  const std::string name =
+      "scripted device: " + std::filesystem::path(model_.device.trajectory).filename().string();
   for (std::size_t n = 0; n < devices_.size(); ++n) {
     const auto needle = static_cast<std::uint16_t>(n);
     if (plays_ || !devices_[n]->has_script() || server_.hold_lease(needle, name)) continue;

@@ -77,7 +77,9 @@ class Daemon::Impl {
     spdlog::info("engine: {}, {} thread{}", to_string(simulator().simd_target()), scene.engine.threads,
                  scene.engine.threads == 1 ? "" : "s");
     server_.show_scene(make_scene_message(scene, plan_, structures_));
-    if (scene.device.kind == "scripted") controls_.play(scene.device.loop);
+    if (scene.device.kind == "scripted" || options.play)
+      if (const std::string refusal = controls_.play(scene.device.loop || options.play); !refusal.empty())
+        throw UserError(refusal);
     const int http_port = options.http_port.value_or(scene.server.http_port);
     if (http_port >= 0)
       http_.emplace(io_, server_, net::HttpOptions{static_cast<std::uint16_t>(http_port)}, viewer_files(),
