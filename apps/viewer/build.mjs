@@ -20,7 +20,9 @@ const style = await build({...common, stdin: {contents: `${text('.css')}\n${read
 const fill = (page, mark, content) => page.split(mark).join(content);
 let page = readFileSync(join(here, 'src/index.html'), 'utf8');
 page = fill(page, '/*STYLE*/', style.outputFiles[0].text.trim());
-page = fill(page, '/*SCRIPT*/', text('.js').replaceAll('</script', '<\\/script').trim());
+// The frame of the page is painted before three.js is read.
+const soon = `requestAnimationFrame(()=>setTimeout(()=>{${text('.js').trim()}}))`;
+page = fill(page, '/*SCRIPT*/', soon.replaceAll('</script', '<\\/script'));
 
 const zipped = gzipSync(page, {level: 9});
 mkdirSync(values.out, {recursive: true});

@@ -47,7 +47,7 @@ const ask = (expression) => page.evaluate(expression);
 /** Asks from outside: the page's own security policy lets nobody evaluate text inside. */
 async function until(expression, where = page) {
   for (const start = Date.now(); Date.now() - start < PATIENCE_MS;) {
-    if (await where.evaluate(expression)) return;
+    if (await where.evaluate(`typeof brachy !== 'undefined' && (${expression})`)) return;
     await new Promise((resolve) => setTimeout(resolve, 30));
   }
   throw new Error(`never came true: ${expression}; ${await where.evaluate('JSON.stringify([brachy.connection, brachy.frames, brachy.tick, brachy.needle, brachy.recording])')}`);

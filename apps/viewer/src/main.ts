@@ -144,7 +144,7 @@ const keyboard = new Keyboard([
   {key: '2', does: 'sagittal view', run: () => viewport.views.go('sagittal')},
   {key: '3', does: 'coronal view', run: () => viewport.views.go('coronal')},
   {key: '0', does: 'first view', run: () => viewport.views.go('reset')},
-  {key: 'c', does: 'colour: plain, shift, dose', run: () => display.change({colour: ({none: 'displacement', displacement: 'dose', dose: 'none'} as const)[settings.colour]})},
+  {key: 'c', does: 'colour: plain, displacement, dose', run: () => display.change({colour: ({none: 'displacement', displacement: 'dose', dose: 'none'} as const)[settings.colour]})},
   {key: 'w', does: 'wireframe', run: toggles('wireframe')},
   {key: 'i', does: 'inner points', run: toggles('points')},
   {key: 'g', does: 'organs', run: toggles('structures')},

@@ -20,8 +20,8 @@ export interface Settings {
 }
 
 export const defaultSettings = (): Settings => ({
-  version: 0, opacity: 0.55, colour: 'displacement', wireframe: false, points: false, structures: true, template: true,
-  plan: true, clip: false, clipAxis: 0, clipShare: 0.5, clipFlipped: true, field: true, hole: '',
+  version: 0, opacity: 0.6, colour: 'displacement', wireframe: false, points: false, structures: true, template: true,
+  plan: true, clip: false, clipAxis: 1, clipShare: 0.5, clipFlipped: false, field: true, hole: '',
 });
 
 /** Points inside the tissue are only asked for where they are shown. */

@@ -6,7 +6,7 @@ type Rgb = [number, number, number];
 const hex = (colour: string): Rgb => [1, 3, 5].map((i) => parseInt(colour.slice(i, i + 2), 16)) as Rgb;
 
 /** Displacement: in even steps of lightness, from what stands out against the ground to bright. */
-const DISPLACEMENT = ['#3f5d92', '#3f7fa8', '#45a3ad', '#66c09a', '#a5d883', '#e8e57c', '#fff6c2'].map(hex);
+const DISPLACEMENT = ['#4a6cae', '#4389bb', '#43a9b8', '#62c4a0', '#a3da86', '#e8e67c', '#fff7c8'].map(hex);
 /** Dose, 0 … 200 % of the prescription: cold below it, warm above. */
 const DOSE = ['#33457f', '#2f68b5', '#3aa0b5', '#57b96d', '#d9cf5a', '#ee9a3a', '#e2552f', '#b71f3c', '#7a1450'].map(hex);
 

@@ -13,6 +13,8 @@ export class MeshBuffer {
   /** Of the points at rest: what moves stays near enough to it. */
   readonly bounds: Sphere;
   uploads = 0;
+  /** The largest displacement of a point that has been uploaded, mm. */
+  mostMm = 0;
   private readonly buffer: InterleavedBuffer;
 
   constructor(readonly topology: Topology, sliceVertices: number) {
@@ -31,13 +33,25 @@ export class MeshBuffer {
   }
 
   /** To be called once before a picture, if anything in it has changed: points up to `end`, and the slice if it is shown. */
-  upload(end: number, withSlice: boolean): void {
+  upload(first: number, end: number, withSlice: boolean): void {
     this.updateNormals();
+    this.measure(first, end);
     const floats = withSlice ? this.buffer.array.length : this.normals.length + 3 * end;
     this.buffer.clearUpdateRanges();
     this.buffer.addUpdateRange(0, floats);
     this.buffer.needsUpdate = true;
     this.uploads += 1;
+  }
+
+  private measure(first: number, end: number): void {
+    const {positions: p} = this;
+    const rest = this.topology.restPositions;
+    let most = 0;
+    for (let i = 3 * first; i < 3 * end; i += 3) {
+      const x = p[i]! - rest[i]!, y = p[i + 1]! - rest[i + 1]!, z = p[i + 2]! - rest[i + 2]!;
+      most = Math.max(most, x * x + y * y + z * z);
+    }
+    this.mostMm = Math.max(this.mostMm, Math.sqrt(most));
   }
 
   /** Of a vertex: the sum of its triangles' normals, by area. */

@@ -58,7 +58,7 @@ vec3 scaled(float share, float row) { return texture2D(table, vec2(clamp(share, 
 float contour(float share) {
   float tenths = 10.0 * share;
   float width = fwidth(tenths);
-  return width > 0.4 ? 0.0 : 1.0 - smoothstep(0.6, 1.6, abs(fract(tenths - 0.5) - 0.5) / max(width, 1e-5));
+  return width > 0.4 || tenths < 0.5 ? 0.0 : 1.0 - smoothstep(0.6, 1.6, abs(fract(tenths - 0.5) - 0.5) / max(width, 1e-5));
 }
 
 void main() {
@@ -75,12 +75,13 @@ void main() {
   vec3 n = normalize(vNormal);
   vec3 v = normalize(vView);
   float facing = dot(n, v);
-  if (facing < 0.0) { n = -n; facing = -facing; }
+  bool outside = facing > 0.0;  // gl_FrontFacing is turned round while three.js draws the far side
+  if (!outside) { n = -n; facing = -facing; }
   vec3 light = normalize(vec3(-0.35, 0.6, 0.75));
   float diffuse = 0.5 + 0.5 * dot(n, light);
-  float highlight = gl_FrontFacing ? pow(max(dot(reflect(-light, n), v), 0.0), 40.0) : 0.0;
+  float highlight = outside ? pow(max(dot(reflect(-light, n), v), 0.0), 70.0) : 0.0;
   float rim = pow(1.0 - facing, 2.0);
-  colour = colour * (0.45 + 0.70 * diffuse) + 0.22 * highlight + rim * 0.22 * vec3(0.75, 0.85, 1.0);
+  colour = colour * (0.50 + 0.72 * diffuse) + 0.22 * highlight + rim * 0.22 * vec3(0.75, 0.85, 1.0);
   alpha = opacity >= 1.0 ? 1.0 : clamp(opacity * mix(0.7, 1.7, rim) + 0.3 * highlight * opacity, 0.0, 1.0);
   #endif
   #ifdef POINTS

@@ -131,13 +131,13 @@ export class Viewport {
     if (this.drawn.frame !== versions.frame) {
       this.drawn.frame = versions.frame;
       this.needles.show(frame?.needles ?? []);
-      this.uniforms.mostMm.value = Math.max(this.uniforms.mostMm.value, roundUp(frame?.maxDisplacementMm ?? 0));
       this.dirty = true;
     }
     const changed = this.session.takeChangedPoints();
     if (!changed || !this.buffer) return;
     if (this.slice.mesh.visible) this.slice.update();
-    this.buffer.upload(changed[1], this.slice.mesh.visible);
+    this.buffer.upload(...changed, this.slice.mesh.visible);
+    this.uniforms.mostMm.value = roundUp(this.buffer.mostMm);
     this.dirty = true;
   }
 

@@ -40,7 +40,7 @@ export class Views {
     const target = this.centre.clone();
     if (view === 'reset') target.z -= 0.28 * this.radius;  // some of the needle, too
     const half = Math.tan((this.camera.fov * Math.PI) / 360) * Math.min(1, this.camera.aspect);
-    const distance = ((view === 'reset' ? 1.32 : 1.22) * this.radius) / half;
+    const distance = ((view === 'reset' ? 1.2 : 1.22) * this.radius) / half;
     const place = new Vector3(...FROM[view]).normalize().multiplyScalar(distance).add(target);
     this.move = {from: this.camera.position.clone(), to: place, fromTarget: this.controls.target.clone(), toTarget: target, startMs: performance.now()};
     if (atOnce || matchMedia('(prefers-reduced-motion: reduce)').matches) this.move.startMs -= MOVE_MS;

@@ -34,10 +34,7 @@ export class DisplayPanel {
     byId<HTMLInputElement>('opacity').value = String(s.opacity);
     byId<HTMLInputElement>('clip-share').value = String(s.clipShare);
     for (const [host, value] of [['colour', s.colour], ['clip-axis', s.clip ? String(s.clipAxis) : '']] as const)
-      for (const button of byId(host).querySelectorAll('button')) {
-        button.setAttribute('role', 'radio');
-        button.setAttribute('aria-checked', String(button.dataset['value'] === value));
-      }
+      for (const button of byId(host).querySelectorAll('button')) button.setAttribute('aria-pressed', String(button.dataset['value'] === value));
   }
 
   /** What depends on the mesh: where the plane is, and the colour bar. */

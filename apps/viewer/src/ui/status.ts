@@ -72,8 +72,8 @@ export function showCounters(live: LiveConnection, player: Player | null, sessio
   ];
   if (!player) {
     rows.push(['mesh age', `${figure(session.meshAge.quantile(0.5))} / ${figure(session.meshAge.quantile(0.99))} ms`, "From the mesh's publishing to its arrival here: p50 / p99"],
-      ['band', bytes > 1e6 ? `${(bytes / 1e6).toFixed(2)} MB/s` : `${(bytes / 1e3).toFixed(0)} kB/s`, 'Bytes received'],
-      ['device', state?.deviceHolder || 'none', "Who holds the needle's lease"]);
+      ['received', bytes > 1e6 ? `${(bytes / 1e6).toFixed(2)} MB/s` : `${(bytes / 1e3).toFixed(0)} kB/s`, 'Bytes received in the last two seconds'],
+      ['device', state?.deviceHolder || 'none', `Who holds the needle's lease: ${state?.deviceHolder || 'nobody'}`]);
     if (live.sequenceGaps > 0) rows.push(['gaps', String(live.sequenceGaps), 'Messages that were missing', true]);
   }
   const host = byId('counters');

@@ -1,0 +1,66 @@
+// The pictures of scripts/screenshots.sh: node screenshots.mjs HTTP_ADDRESS ADDRESS WORK_FOLDER PICTURES_FOLDER
+import {spawn} from 'node:child_process';
+import {join, resolve} from 'node:path';
+import {pathToFileURL} from 'node:url';
+import {launch} from './browser.mjs';
+
+const [, , http, address, work, pictures] = process.argv;
+const browser = await launch();
+const context = await browser.newContext({viewport: {width: 1280, height: 720}});
+let page = await context.newPage();
+
+const brachy = (...words) => {
+  const child = spawn(process.env.BRACHY, words, {stdio: ['ignore', 'ignore', 'inherit']});
+  return {child, done: new Promise((done) => child.once('exit', done))};
+};
+async function until(expression) {
+  while (!(await page.evaluate(`typeof brachy !== 'undefined' && (${expression})`))) await new Promise((done) => setTimeout(done, 20));
+}
+async function take(name) {
+  await page.screenshot({path: join(pictures, `${name}.png`)});
+}
+const settled = async () => until(`brachy.pictures > ${await page.evaluate('brachy.pictures')} + 2`);
+
+await page.goto(`http://${http}/`);
+await until('brachy.frames > 10');
+
+// A gland that is moved as a whole, and a plane through the needle's way.
+await page.locator('#kernel').selectOption('elastic');
+await until('brachy.model === "elastic"');
+const recorder = brachy('record', '--connect', address, '--out', join(work, 'session.brachy'));
+let needle = brachy('replay', 'config/insertion.csv', '--connect', address);
+await until('brachy.needle !== null && brachy.needle[11] > 10');
+await take('needle');
+await needle.done;
+recorder.child.kill('SIGINT');
+await recorder.done;
+
+await page.keyboard.press('x');
+await page.locator('#clip-share').fill('0.4');
+await until('brachy.points > 1200');
+needle = brachy('replay', 'config/insertion.csv', '--connect', address);
+await until('brachy.needle[11] < -30');
+await until('brachy.needle[11] > 10');
+await take('clipping-plane');
+await needle.done;
+await page.keyboard.press('x');
+
+// A whole implant, quickly.
+await brachy('replay', join(work, 'needles.csv'), '--connect', address, '--speed', '3').done;
+await until('brachy.dose !== null && brachy.dose.seeds === brachy.seeds.length');
+await page.keyboard.press('c');
+await page.keyboard.press('d');
+await settled();
+await new Promise((done) => setTimeout(done, 1000));
+await take('dose');
+
+// On a tablet, without a daemon.
+page = await context.newPage();
+await page.setViewportSize({width: 1024, height: 768});
+await page.goto(pathToFileURL(resolve('build/release/viewer/index.html')).href);
+await page.locator('#file').setInputFiles(join(work, 'session.brachy'));
+await until('brachy.recording.state === "ready" && brachy.needle !== null && brachy.needle[11] > 5');
+await page.locator('#pb-play').click();
+await new Promise((done) => setTimeout(done, 1000));
+await take('recording');
+await browser.close();
