@@ -7,7 +7,7 @@ cd "$(dirname "$0")/.."
 [[ $# -le 1 && ${1:-} != -* ]] || { sed -n '2,4s/^# \?//p' "$0" >&2; exit 2; }
 pictures=${1:-apps/viewer/pictures}
 
-scripts/setup.sh --all
+scripts/setup.sh --all --pictures
 scripts/build.sh release brachyd brachy viewer
 bin=build/release/bin
 out=$(mktemp -d)
@@ -20,5 +20,6 @@ start_daemon "$out" --config config/session.toml --port 0 --http-port 0
 until grep -q '^http on ' "$out/daemon.out"; do sleep 0.05; done
 echo "screenshots: daemon on $address"
 BRACHY=$bin/brachy node tests/viewer/screenshots.mjs "$(sed -n 's/^http on //p' "$out/daemon.out")" "$address" "$out" "$pictures"
-end_daemon
+end_daemon >/dev/null
+pngquant --force --ext .png --speed 1 256 "$pictures"/*.png  # half a megabyte each, else
 ls -l "$pictures"

@@ -1,8 +1,9 @@
 #!/usr/bin/env bash
 # Installs what building, testing and running need, where it is missing. Debian 12.
-#   scripts/setup.sh [--all] [--charts] [--reference]
+#   scripts/setup.sh [--all] [--charts] [--reference] [--pictures]
 #     --all: also what `scripts/test.sh --all` needs (format; node and npm for the viewer, a browser for its tests)
 #     --charts: also what draws the charts of scripts/bench.sh
+#     --pictures: also what scripts/screenshots.sh needs, beside --all
 #     --reference: also what scripts/reference needs (CalculiX and gmsh as programs, numpy, scipy)
 set -euo pipefail
 
@@ -15,9 +16,10 @@ for option in "$@"; do
       # Another vendor's node stays as it is; Debian's packages would replace it.
       command -v npm >/dev/null || packages+=(nodejs npm)
       ;;
+    --pictures) packages+=(pngquant) ;;
     --charts) packages+=(python3-matplotlib python3-numpy) ;;
     --reference) packages+=(calculix-ccx gmsh python3-numpy python3-scipy) ;;
-    *) echo "setup: unknown option $option; there are --all, --charts and --reference" >&2; exit 2 ;;
+    *) echo "setup: unknown option $option; there are --all, --charts, --pictures and --reference" >&2; exit 2 ;;
   esac
 done
 

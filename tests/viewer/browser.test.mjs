@@ -231,14 +231,30 @@ test('a lost connection is said, and regained', async () => {
   const ports = daemon.ports;
   await daemon.stop();
   await until('brachy.connection.phase === "waiting"');
-  assert.match(await page.locator('#banner p').textContent(), /Trying/);
+  await page.locator('#banner p', {hasText: /Trying again in \d+ s/}).waitFor();
   writeFileSync(join(artefacts, 'connection-lost.png'), await page.screenshot());
   daemon = await Daemon.start(config, log, ports);
   await until('brachy.connection.phase === "open"');
   const tick = await ask('brachy.tick');
   await frames(10);
   assert.ok((await ask('brachy.tick')) > tick);
-  assert.equal(await page.locator('#banner').isHidden(), true);
+  await page.locator('#banner').waitFor({state: 'hidden'});
+});
+
+test('a page that was asleep, and was closed for its silence, comes back by itself', {timeout: 60000}, async () => {
+  const native = new NativeClient(daemon.ports.tcp, SURFACE | SCENE);
+  while ((native.state?.clients ?? 0) < 2) await frames(1);
+  const devtools = await page.context().newCDPSession(page);
+  await devtools.send('Debugger.enable');
+  await devtools.send('Debugger.pause');  // as a machine that sleeps: nothing in the page runs
+  while (native.state.clients > 1) await new Promise((resolve) => native.socket.once('data', resolve));
+  await devtools.send('Debugger.disable');
+  const reconnects = await ask('brachy.connection.reconnects');
+  await until('brachy.connection.phase === "open"');
+  await frames(5);
+  assert.deepEqual(await ask('[brachy.sequenceGaps, brachy.refusedFrames]'), [0, 0]);
+  assert.ok(reconnects >= 1);
+  native.end();
 });
 
 test('a recording plays from a file, without a daemon', async () => {

@@ -44,6 +44,7 @@ export class NativeClient {
     if (message.kind === 'ping')
       return this.#send(9, viewer.encodePing(message.body.nonce, {echoedStampNs: message.header.stampExact, receivedNs: now()}));
     this.messages.push(bytes);
+    if (message.kind === 'state') this.state = message.body;
     if (message.kind === 'topology') this.mesh.start(message.body);
     if (message.kind !== 'frame') return;
     const refusal = this.mesh.apply(message.body);

@@ -24,19 +24,33 @@ const settled = async () => until(`brachy.pictures > ${await page.evaluate('brac
 await page.goto(`http://${http}/`);
 await until('brachy.frames > 10');
 
+// By hand, just before the capsule gives way.
+await page.locator('#hole').selectOption({index: 1});
+await page.locator('#take').click();
+await until('brachy.needle !== null');
+await page.locator('#scene').focus();
+while (!(await page.evaluate('brachy.depthMm > 6'))) {
+  const z = await page.evaluate('brachy.needle[11]');
+  await page.keyboard.press('PageUp');
+  await until(`brachy.needle[11] > ${z} + 0.95`);
+}
+await settled();
+await take('needle');
+await page.locator('#take').click();
+await until('brachy.device === ""');
+
 // A gland that is moved as a whole, and a plane through the needle's way.
 await page.locator('#kernel').selectOption('elastic');
 await until('brachy.model === "elastic"');
 const recorder = brachy('record', '--connect', address, '--out', join(work, 'session.brachy'));
 let needle = brachy('replay', 'config/insertion.csv', '--connect', address);
-await until('brachy.needle !== null && brachy.needle[11] > 10');
-await take('needle');
 await needle.done;
 recorder.child.kill('SIGINT');
 await recorder.done;
 
 await page.keyboard.press('x');
 await page.locator('#clip-share').fill('0.4');
+await page.locator('#scene').focus();
 await until('brachy.points > 1200');
 needle = brachy('replay', 'config/insertion.csv', '--connect', address);
 await until('brachy.needle[11] < -30');
@@ -46,7 +60,9 @@ await needle.done;
 await page.keyboard.press('x');
 
 // A whole implant, quickly.
-await brachy('replay', join(work, 'needles.csv'), '--connect', address, '--speed', '3').done;
+await page.locator('#kernel').selectOption('psi31');
+await until('brachy.model === "psi31"');
+await brachy('replay', join(work, 'needles.csv'), '--connect', address, '--speed', '2').done;
 await until('brachy.dose !== null && brachy.dose.seeds === brachy.seeds.length');
 await page.keyboard.press('c');
 await page.keyboard.press('d');
@@ -59,8 +75,10 @@ page = await context.newPage();
 await page.setViewportSize({width: 1024, height: 768});
 await page.goto(pathToFileURL(resolve('build/release/viewer/index.html')).href);
 await page.locator('#file').setInputFiles(join(work, 'session.brachy'));
-await until('brachy.recording.state === "ready" && brachy.needle !== null && brachy.needle[11] > 5');
+await until('brachy.recording.state === "ready"');
 await page.locator('#pb-play').click();
+await page.locator('#pb-seek').fill(String(0.32 * (await page.evaluate('brachy.recording.durationS'))));
+await page.locator('#toasts p').waitFor({state: 'detached'});
 await new Promise((done) => setTimeout(done, 1000));
 await take('recording');
 await browser.close();

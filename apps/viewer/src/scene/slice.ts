@@ -2,12 +2,14 @@
 // are carried by the points around them, with weights worked out when the plane is moved, not in each snapshot.
 import {BufferAttribute, BufferGeometry, Mesh} from 'three';
 import type {MeshBuffer} from './mesh_buffer.js';
+import {linearWeights} from './interpolation.js';
 import {PointGrid} from './point_grid.js';
 import {outline, signedDistance} from './outline.js';
 import {tissueMaterial, type TissueUniforms} from './tissue_material.js';
 
 const SIDE = 64;
-const NEIGHBOURS = 8;
+const NEIGHBOURS = 16;
+const FAR_OUTSIDE_MM = 3;
 export const SLICE_VERTICES = SIDE * SIDE;
 
 export type Axis = 0 | 1 | 2;
@@ -18,6 +20,7 @@ export class Slice {
   private readonly outside = new BufferAttribute(new Float32Array(SLICE_VERTICES), 1);
   private readonly points = new Uint32Array(SLICE_VERTICES * NEIGHBOURS);
   private readonly weights = new Float32Array(SLICE_VERTICES * NEIGHBOURS);
+  private readonly offsets = new Float64Array(3 * NEIGHBOURS);
   private buffer: MeshBuffer | null = null;
   private grid: PointGrid | null = null;
   private low = [0, 0, 0];
@@ -69,20 +72,21 @@ export class Slice {
     this.outside.needsUpdate = true;
   }
 
-  /** Shepard's weights of the nearest points, which fade to zero at the distance of the next one. */
   private weigh(vertex: number, place: number[]): void {
-    const near = this.grid!.nearest(place[0]!, place[1]!, place[2]!, NEIGHBOURS + 1);
-    const radius = Math.sqrt(near.at(-1)?.d2 ?? 1) + 1e-6;
-    let sum = 0;
-    for (let n = 0; n < NEIGHBOURS; ++n) {
-      const neighbour = near[n];
-      const distance = Math.sqrt(neighbour?.d2 ?? radius * radius) + 1e-6;
-      const weight = neighbour ? (Math.max(0, radius - distance) / (radius * distance)) ** 2 : 0;
-      this.points[vertex * NEIGHBOURS + n] = neighbour?.point ?? 0;
-      this.weights[vertex * NEIGHBOURS + n] = weight;
-      sum += weight;
-    }
-    for (let n = 0; n < NEIGHBOURS; ++n) this.weights[vertex * NEIGHBOURS + n]! /= sum || 1;
+    const first = vertex * NEIGHBOURS;
+    this.weights.fill(0, first, first + NEIGHBOURS);
+    if ((this.outside.array as Float32Array)[vertex]! > FAR_OUTSIDE_MM) return;  // never seen: stays at rest
+    const near = this.grid!.nearest(place[0]!, place[1]!, place[2]!, NEIGHBOURS);
+    if (near.length === 0) return;
+    near.forEach(({point}, n) => {
+      this.points[first + n] = point;
+      for (let axis = 0; axis < 3; ++axis) this.offsets[3 * n + axis] = this.restPoint(point, axis) - place[axis]!;
+    });
+    linearWeights(this.offsets, near.length, 1.05 * Math.sqrt(near.at(-1)!.d2) + 1e-6, this.weights, first);
+  }
+
+  private restPoint(point: number, axis: number): number {
+    return this.buffer!.topology.restPositions[3 * point + axis]!;
   }
 
   /** Carries the vertices with the points as they are now, into the mesh's buffer. */
