@@ -12,7 +12,12 @@ trajectory=${1:-config/insertion.csv}
 scene=${2:-config/prostate.toml}
 
 targets=(brachyd brachy)
-if ((shows)); then targets+=(viewer); fi
+if ((shows)); then
+  scripts/setup.sh --viewer
+  # A build that was configured without npm does not know of it yet.
+  if [[ -f build/release/build.ninja && ! -f build/release/viewer/index.html ]]; then cmake --preset release >/dev/null; fi
+  targets+=(viewer)
+fi
 scripts/build.sh release "${targets[@]}"
 bin=build/release/bin
 out=out/run-$(date +%Y%m%d-%H%M%S)-$$

@@ -1,25 +1,26 @@
 #!/usr/bin/env bash
 # Installs what building, testing and running need, where it is missing. Debian 12.
-#   scripts/setup.sh [--all] [--charts] [--reference] [--pictures]
-#     --all: also what `scripts/test.sh --all` needs (format; node and npm for the viewer, a browser for its tests)
+#   scripts/setup.sh [--viewer] [--all] [--charts] [--reference] [--pictures]
+#     --viewer: also what building the viewer needs (node and npm)
+#     --all: also what `scripts/test.sh --all` needs (format, the viewer, a browser for its tests)
 #     --charts: also what draws the charts of scripts/bench.sh
 #     --pictures: also what scripts/screenshots.sh needs, beside --all
 #     --reference: also what scripts/reference needs (CalculiX and gmsh as programs, numpy, scipy)
 set -euo pipefail
 
-packages=(cmake ninja-build g++ ccache libeigen3-dev libboost-dev libassimp-dev libcli11-dev libtomlplusplus-dev
+packages=(cmake ninja-build g++ lld ccache libeigen3-dev libboost-dev libassimp-dev libcli11-dev libtomlplusplus-dev
           libspdlog-dev nlohmann-json3-dev libgtest-dev libbenchmark-dev python3)
 for option in "$@"; do
   case $option in
-    --all)
-      packages+=(clang-format-14 chromium)
+    --viewer | --all)
       # Another vendor's node stays as it is; Debian's packages would replace it.
       command -v npm >/dev/null || packages+=(nodejs npm)
+      if [[ $option == --all ]]; then packages+=(clang-format-14 chromium); fi
       ;;
     --pictures) packages+=(pngquant) ;;
     --charts) packages+=(python3-matplotlib python3-numpy) ;;
     --reference) packages+=(calculix-ccx gmsh python3-numpy python3-scipy) ;;
-    *) echo "setup: unknown option $option; there are --all, --charts, --pictures and --reference" >&2; exit 2 ;;
+    *) echo "setup: unknown option $option; there are --viewer, --all, --charts, --pictures and --reference" >&2; exit 2 ;;
   esac
 done
 
