@@ -1,6 +1,7 @@
 #include "tests/net/http/websocket_peer.h"
 
 #include <gtest/gtest.h>
+#include <poll.h>
 
 #include <algorithm>
 #include <array>
@@ -83,6 +84,12 @@ std::size_t WebSocketPeer::take(std::size_t max_bytes) {
   }
   if (!is_ended_) socket_.non_blocking(false);
   return taken;
+}
+
+std::size_t WebSocketPeer::take_soon() {
+  pollfd wanted{socket_.native_handle(), POLLIN, 0};
+  if (!is_ended_) ::poll(&wanted, 1, 5);
+  return take();
 }
 
 void WebSocketPeer::understand() {

@@ -54,6 +54,8 @@ class WebSocketPeer : public Heard {
 
   /// Reads what has come, `max_bytes` at most, and keeps what it says; how much that was. Answers nothing by itself.
   std::size_t take(std::size_t max_bytes = SIZE_MAX);
+  /// take() as soon as there is something, 5 ms from now at the latest: for a server in another process.
+  std::size_t take_soon();
   void close();
 
   bool is_open() const { return is_open_; }              ///< the upgrade was accepted
