@@ -6,6 +6,7 @@
 #include <boost/asio/compose.hpp>
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/post.hpp>
+#include <boost/beast/core/bind_handler.hpp>
 #include <boost/beast/core/flat_buffer.hpp>
 #include <boost/beast/websocket/stream.hpp>
 #include <cassert>
@@ -58,6 +59,16 @@ struct MeteredSocket {
         handler, socket);
   }
 
+  /// Closes, without waiting for the peer to do so. What it sent is read first: with bytes unread, Linux takes back what
+  /// has not reached the peer, the close frame too.
+  void end() {
+    boost::system::error_code error;
+    socket.shutdown(boost::asio::ip::tcp::socket::shutdown_send, error);
+    std::array<char, 16 * 1024> ignored;
+    for (int i = 0; i < 64 && !error; ++i) socket.read_some(boost::asio::buffer(ignored), error);
+    socket.close(error);
+  }
+
   boost::asio::ip::tcp::socket socket;
   std::int64_t last_progress_ns = 0;
   std::int64_t last_waited_progress_ns = 0;
@@ -69,12 +80,11 @@ inline void beast_close_socket(MeteredSocket& stream) {
   boost::system::error_code ignored;
   stream.socket.close(ignored);
 }
-inline void teardown(beast::role_type role, MeteredSocket& stream, boost::system::error_code& error) {
-  websocket::teardown(role, stream.socket, error);
-}
 template <class Handler>
-void async_teardown(beast::role_type role, MeteredSocket& stream, Handler&& handler) {
-  websocket::async_teardown(role, stream.socket, std::forward<Handler>(handler));
+void async_teardown(beast::role_type, MeteredSocket& stream, Handler&& handler) {
+  stream.end();
+  boost::asio::post(stream.get_executor(),
+                    beast::bind_front_handler(std::forward<Handler>(handler), boost::system::error_code()));
 }
 
 /// Connection over WebSocket: header and body leave as one binary message, and each message that comes goes to
