@@ -32,6 +32,14 @@ std::string_view view(boost::beast::string_view s) {
   return {s.data(), s.size()};
 }
 
+/// The address that the connection came in on, as its peer knows it.
+asio::ip::address address_of(const tcp::socket& socket) {
+  boost::system::error_code ignored;
+  const auto address = socket.local_endpoint(ignored).address();
+  const bool is_mapped = address.is_v6() && address.to_v6().is_v4_mapped();
+  return is_mapped ? asio::ip::make_address_v4(asio::ip::v4_mapped, address.to_v6()) : address;
+}
+
 /// What the connections of one listener share.
 struct Shared {
   Server* server;  // null once stopped
@@ -76,9 +84,7 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
       return send(refusal(400, "This is not HTTP/1.1: " + error.message() + "."), false);
     unread_.erase(0, parsed);
 
-    boost::system::error_code ignored;
-    const auto local = stream_.socket().local_endpoint(ignored);
-    HttpAnswer answer = answer_to(query(), shared_->files, local.address());
+    HttpAnswer answer = answer_to(query(), shared_->files, address_of(stream_.socket()));
     if (answer.status == 403 && shared_->log_lines.pass(monotonic_ns()))
       shared_->log("http: " + peer_ + " refused: " + answer.text.substr(0, answer.text.size() - 1));
     if (answer.status == 101) return upgrade();

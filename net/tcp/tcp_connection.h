@@ -9,7 +9,7 @@
 
 namespace brachy::net {
 
-/// Connection over TCP. `send_buffer_bytes` is SO_SNDBUF (tcp_socket.h).
+/// Connection over TCP. `send_buffer_bytes` is SO_SNDBUF; what else is set: tcp_socket.h.
 class TcpConnection final : public Connection, public std::enable_shared_from_this<TcpConnection> {
  public:
   TcpConnection(boost::asio::ip::tcp::socket socket, int send_buffer_bytes, std::size_t read_buffer_bytes);

@@ -1,7 +1,9 @@
 #include "net/tcp/tcp_socket.h"
 
 #include <linux/sockios.h>
+#include <netinet/tcp.h>
 #include <sys/ioctl.h>
+#include <sys/socket.h>
 
 #include <boost/asio/socket_base.hpp>
 
@@ -22,6 +24,8 @@ void set_up(asio::ip::tcp::socket& socket, int send_buffer_bytes) {
   socket.non_blocking(true, ignored);
   socket.set_option(asio::ip::tcp::no_delay(true), ignored);
   socket.set_option(asio::socket_base::send_buffer_size(send_buffer_bytes), ignored);
+  ::setsockopt(socket.native_handle(), IPPROTO_TCP, TCP_NOTSENT_LOWAT, &kMaxUnsentBytes,
+               sizeof kMaxUnsentBytes);
 }
 
 std::size_t unsent_bytes(asio::ip::tcp::socket& socket) {

@@ -11,8 +11,12 @@ namespace brachy::net {
 /// "address:port" of the other end.
 std::string peer_of(const boost::asio::ip::tcp::socket& socket);
 
-/// Non-blocking, TCP_NODELAY, and a send buffer of `send_buffer_bytes`, so that little stale mesh waits in the kernel.
-/// Errors are ignored: the connection still works.
+/// What may wait in this machine for a peer that reads too slowly: at 1 Mbit/s an eighth of a second of stale mesh. What is
+/// on its way in the network does not count, so that fast links with long ways stay full.
+constexpr int kMaxUnsentBytes = 16 * 1024;
+
+/// Non-blocking, TCP_NODELAY, a send buffer of `send_buffer_bytes`, and no room in it (TCP_NOTSENT_LOWAT) while
+/// kMaxUnsentBytes have not been sent. Errors are ignored: the connection still works.
 void set_up(boost::asio::ip::tcp::socket& socket, int send_buffer_bytes);
 
 /// Bytes that were written and have not left this machine, because the peer has no room for them.

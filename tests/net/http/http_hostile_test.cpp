@@ -167,7 +167,8 @@ TEST_F(HostileHttpTest, FramesThatBreakTheRulesEndTheConnectionWithTheirCode) {
   const auto code_of = [&](const Bytes& frame) {
     const auto page = join_page();
     page->send(frame);
-    EXPECT_TRUE(until([&] { return server->client_count() == 0; }));  // whether or not the peer closes its end
+    EXPECT_TRUE(
+        until([&] { return server->client_count() == 0; }));  // whether or not the peer closes its end
     EXPECT_TRUE(ends(*page));
     return page->close_code();
   };
