@@ -120,11 +120,12 @@ void RecordingFolder::write(const net::FrameMessage& frame) {
   run_->log.flush();
 }
 
-// An event of before the first frame of a run stands in the run before.
+// A reset's stands in the run that it ends. An event of no tick is told with that of the frame before it.
 void RecordingFolder::write(const net::EventMessage& event) {
   starts_.add(event);
   if (!run_) return;
-  run_->events << fmt::format("{},{},{},{},{}\n", event.tick, static_cast<double>(event.tick) * period_s_,
+  const std::uint64_t tick = event.tick ? event.tick : messages_.mesh().tick();
+  run_->events << fmt::format("{},{},{},{},{}\n", tick, static_cast<double>(tick) * period_s_,
                               to_string(event.kind), event.needle, quoted(event.text))
                << std::flush;
   if (!run_->events)

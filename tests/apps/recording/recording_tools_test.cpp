@@ -229,6 +229,44 @@ TEST_F(RecordingTools, AResetBeginsAnotherRun) {
   EXPECT_EQ(load_trajectories(folder / "ex/run_2/poses.csv").needles()[0].motion.samples().size(), 5u);
 }
 
+TEST_F(RecordingTools, WhatAnOperatorDidIsSeenInARecording) {
+  const std::string scene = folder.write("scene.toml", small_scene());
+  RunningBrachyd daemon(scene);
+  ASSERT_NE(daemon.port, 0);
+  ChildProcess record(brachy_line({"record", "--connect", daemon.address, "--out", path("r.brachy")}));
+  Peer boss(net::Role::kOperator);
+  ASSERT_TRUE(boss.join(daemon.port));
+  ASSERT_TRUE(boss.until([&] { return boss.refresh_state() && boss.states.back().viewers == 1; }));
+  net::ControlMessage control;
+  control.action = net::ControlAction::kModel;
+  control.support_radius_mm = 8;
+  boss.client.control(control);
+  ASSERT_TRUE(
+      boss.until([&] { return boss.refresh_state() && boss.states.back().controls.support_radius_mm == 8; }));
+  const std::uint64_t before = boss.last().message.tick;
+  control.action = net::ControlAction::kReset;
+  boss.client.control(control);
+  ASSERT_TRUE(boss.until([&] { return boss.last().message.tick < before; }));
+  ASSERT_TRUE(boss.until([&] { return boss.refresh_state() && boss.last().message.tick > 20; }));
+  record.send_signal(SIGINT);
+  ASSERT_TRUE(exited(record.wait(), 0));
+  daemon.process.send_signal(SIGTERM);
+  ASSERT_TRUE(exited(daemon.process.wait(), 0));
+
+  const auto inspected = json_of(run_brachy({"inspect", path("r.brachy"), "--json"}));
+  EXPECT_EQ(inspected.at("resets"), 1);
+  EXPECT_EQ(inspected.at("model_changes"), 1);
+  EXPECT_EQ(inspected.at("support_radius_mm"), 8);
+  EXPECT_EQ(inspected.at("scene"), true);
+  EXPECT_TRUE(refused_in_one_line(run_brachy({"replay", path("r.brachy"), "--offline", "--config", scene}),
+                                  {"another model was chosen at tick "}));
+  const auto exported = json_of(run_brachy({"export", path("r.brachy"), "--out", path("ex"), "--json"}));
+  EXPECT_EQ(exported.at("runs"), 2);
+  EXPECT_TRUE(std::filesystem::exists(folder / "ex/run_2/recording.pvd"));
+  EXPECT_NE(read_file(folder / "ex/events.csv").find(",reset,0,\"reset by "), std::string::npos);
+  EXPECT_TRUE(std::filesystem::exists(folder / "ex/structures/urethra.vtp"));
+}
+
 TEST_F(RecordingTools, KilledAtAnyMomentTheFileIsGoodUpToThere) {
   for (const int after : {1, 7, 40, 200}) {
     ServedStates states;
@@ -307,6 +345,8 @@ TEST_F(RecordingTools, RefuseWhatIsNoneAndOverwriteNothing) {
   EXPECT_TRUE(refused_in_one_line(run_brachy({"export", path("none.brachy"), "--out", path("ex")}),
                                   {"no such file"}));
   EXPECT_FALSE(std::filesystem::exists(folder / "ex"));
+  const std::string empty = folder.write("empty.brachy", "BRCYREC1");
+  EXPECT_TRUE(refused_in_one_line(run_brachy({"score", empty}), {empty, "brachy export"}));
   const std::string later = folder.write("later.brachy", "BRCYREC2");
   for (const char* tool : {"inspect", "replay"}) {
     std::vector<std::string> line = {tool, later};
