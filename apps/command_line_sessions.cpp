@@ -123,8 +123,15 @@ ToolLine add_replay(CLI::App& app) {
 ToolLine add_watch(CLI::App& app) {
   auto options = std::make_shared<WatchOptions>();
   auto daemon = std::make_shared<std::string>();
-  auto* command = app.add_subcommand("watch", "Follow a daemon as a viewer and print its counters.");
-  command->footer("Example:\n  brachy watch --connect 127.0.0.1:18950 --duration 10 --json");
+  auto* command =
+      app.add_subcommand("watch", "Follow a daemon as a viewer: a live picture, or its counters.");
+  command->footer(
+      "Examples:\n"
+      "  brachy watch --connect 127.0.0.1:18950                 on a terminal: bars and sparklines, until "
+      "Ctrl-C\n"
+      "  brachy watch --connect 127.0.0.1:18950 > watch.log     otherwise a line a second\n"
+      "  brachy watch --connect 127.0.0.1:18950 --duration 10 --json\n"
+      "NO_COLOR=1: without colours. TERM=dumb: lines on a terminal too.");
   command->add_option("--connect", *daemon, "the daemon")->required()->check(host_port());
   command->add_option("--duration", options->duration_s, "seconds; default: until the daemon ends")
       ->check(durations());

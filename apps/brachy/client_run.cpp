@@ -35,29 +35,29 @@ net::ClientHandlers ClientRun::wrap(net::ClientHandlers handlers) {
   return handlers;
 }
 
-void ClientRun::run(const HostPort& server, std::optional<double> duration_s,
-                    std::function<void()> every_second) {
+void ClientRun::run(const HostPort& server, std::optional<double> duration_s, std::function<void()> regularly,
+                    std::chrono::milliseconds period) {
   client_.connect(server.host, server.port);
 
   boost::asio::signal_set signals(io_, SIGINT, SIGTERM);
   signals.async_wait([&](const auto& error, int) {
     if (!error) finish();
   });
-  boost::asio::steady_timer end(io_), second(io_);
+  boost::asio::steady_timer end(io_), regular(io_);
   if (duration_s) {
     end.expires_after(std::chrono::nanoseconds(std::llround(*duration_s * 1e9)));
     end.async_wait([&](const auto& error) {
       if (!error) finish();
     });
   }
-  second.expires_after(std::chrono::seconds(1));
+  regular.expires_after(period);
   std::function<void(const boost::system::error_code&)> tick = [&](const boost::system::error_code& error) {
     if (error) return;
-    if (every_second) every_second();
-    second.expires_at(second.expiry() + std::chrono::seconds(1));
-    second.async_wait(tick);
+    if (regularly) regularly();
+    regular.expires_at(regular.expiry() + period);
+    regular.async_wait(tick);
   };
-  second.async_wait(tick);
+  regular.async_wait(tick);
   io_.run();
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <boost/asio/io_context.hpp>
+#include <chrono>
 #include <functional>
 #include <optional>
 #include <string>
@@ -18,8 +19,9 @@ class ClientRun {
   /// `handlers` are the tool's own; their on_state, on_error and on_closed are called too.
   ClientRun(net::ClientOptions options, net::ClientHandlers handlers);
 
-  /// Connects (UserError if nothing listens) and runs. `every_second` is called once a second if given.
-  void run(const HostPort& server, std::optional<double> duration_s, std::function<void()> every_second = {});
+  /// Connects (UserError if nothing listens) and runs. `regularly` is called every `period` if given.
+  void run(const HostPort& server, std::optional<double> duration_s, std::function<void()> regularly = {},
+           std::chrono::milliseconds period = std::chrono::seconds(1));
 
   /// Ends run() from a handler.
   void finish();

@@ -1,12 +1,17 @@
 #include <fmt/format.h>
+#include <unistd.h>
 
+#include <deque>
 #include <iostream>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "apps/brachy/client_run.h"
 #include "apps/brachy/quantiles.h"
 #include "apps/brachy/tools.h"
 #include "apps/certificate_report.h"
+#include "apps/terminal/screen.h"
+#include "apps/terminal/watch_screen.h"
 #include "core/realtime/deadline.h"
 #include "core/realtime/histogram.h"
 
@@ -19,7 +24,15 @@ class Watch {
       : options_(options), run_(client_options(options), handlers()) {}
 
   int run() {
-    run_.run(options_.connect, options_.duration_s, [this] { print_line(); });
+    // On a terminal a picture that is redrawn; for a file or a program a line a second.
+    if (!options_.json && is_drawable(STDOUT_FILENO)) {
+      screen_.emplace(STDOUT_FILENO);
+      run_.run(
+          options_.connect, options_.duration_s, [this] { draw(); }, kRedraw);
+      screen_.reset();
+    } else {
+      run_.run(options_.connect, options_.duration_s, [this] { print_line(); });
+    }
     if (options_.json)
       std::cout << to_json().dump() << "\n";
     else
@@ -40,12 +53,19 @@ class Watch {
   net::ClientHandlers handlers() {
     net::ClientHandlers h;
     h.on_frame = [this](const net::FrameMessage& frame) { take(frame); };
+    h.on_welcome = [this](const net::WelcomeMessage& welcome) {
+      view_.server = welcome.server;
+      view_.period_ms = 1e3 / welcome.deformation_hz;
+    };
     h.on_dose = [this](const net::DoseMessage& dose) {
       dose_ = dose;
-      if (!options_.json) std::cout << dose_line() << std::flush;
+      if (prints_lines()) std::cout << dose_line() << std::flush;
     };
     h.on_event = [this](const net::EventMessage& event) {
-      if (!options_.json) std::cout << fmt::format("  tick {}: {}\n", event.tick, event.text) << std::flush;
+      const std::string line = fmt::format("  tick {}: {}", event.tick, event.text);
+      if (prints_lines()) std::cout << line << "\n" << std::flush;
+      view_.events.push_back(line);
+      if (view_.events.size() > kEvents) view_.events.pop_front();
     };
     return h;
   }
@@ -63,9 +83,74 @@ class Watch {
     max_displacement_ = std::max(max_displacement_, frame.max_displacement_mm);
     moved_ = std::max(moved_, frame.moved_vertices);
     certificates_.add(frame.certificate, frame.step_flags, all_finite(frame.positions));
+    if (screen_) remember(frame);
     last_ = frame;
     last_.positions.clear();
     last_ns_ = now_ns;
+  }
+
+  bool prints_lines() const { return !options_.json && !screen_; }
+
+  // For the sparklines.
+  void remember(const net::FrameMessage& frame) {
+    const double t_s = frame.sim_time_s;
+    view_.displacement.add(t_s, frame.max_displacement_mm);
+    view_.det.add(t_s, frame.certificate ? frame.certificate->vertex_det : Certificate::kNotKnown);
+    const std::size_t known = view_.needles.size();
+    view_.needles.resize(frame.needles.size());
+    for (std::size_t i = 0; i < frame.needles.size(); ++i) {
+      const NeedleState& now = frame.needles[i].state;
+      WatchScreen::Needle& needle = view_.needles[i];
+      needle.id = frame.needles[i].id;
+      needle.contact = now.present ? std::string(to_string(now.contact)) : "no needle";
+      needle.depth_mm = now.insertion_depth_mm;
+      needle.axial_n = now.forces.axial_n;
+      needle.lateral_n = now.forces.lateral_n;
+      needle.axial.add(t_s, now.forces.axial_n, i < known && now.puncture_count > needle.punctures);
+      needle.punctures = now.puncture_count;
+    }
+  }
+
+  void draw() {
+    const std::int64_t now_ns = monotonic_ns();
+    const net::StateMessage& state = run_.last_state();
+    WatchScreen& v = view_;
+    v.address = fmt::format("{}:{}", options_.connect.host, options_.connect.port);
+    v.device = state.device_holder;
+    if (const net::ControlsState& model = state.controls; !model.kernel.empty())
+      v.model = fmt::format("{}, {:g} mm{}", model.kernel, model.support_radius_mm,
+                            model.flags & net::kScriptPlays ? ", script plays" : "");
+    v.silence_s = 1e-9 * static_cast<double>(now_ns - (frames_ ? last_ns_ : begin_ns_));
+    v.sim_time_s = last_.sim_time_s;
+    v.ticks = ticks();
+    v.overruns = overruns();
+    v.tick_p50_ms = state.tick_ms.p50;
+    v.tick_p99_ms = state.tick_ms.p99;
+    v.latency_p50_ms = latency_.count() ? latency_ms(0.5) : Certificate::kNotKnown;
+    v.latency_p99_ms = latency_.count() ? latency_ms(0.99) : Certificate::kNotKnown;
+    v.dropped = state.snapshots_dropped;
+    v.gaps = run_.client().snapshots_missed();
+    v.verdict = frames_ ? one_line(last_.certificate, last_.step_flags) : "";
+    v.displacement_mm = last_.max_displacement_mm;
+    v.moved = last_.moved_vertices;
+    v.seeds = static_cast<std::uint32_t>(run_.client().mesh().seeds().size());
+    if (!dose_.structures.empty()) {
+      v.dose_name = dose_.structures.front().name;
+      v.v100_percent = dose_.structures.front().v100_percent;
+      v.d90_gy = dose_.structures.front().d90_gy;
+      v.prescription_gy = dose_.prescription_gy;
+    }
+    counts_.push_back({now_ns, frames_, last_.tick, run_.client().bytes_received()});
+    if (counts_.size() > kCounts) counts_.pop_front();
+    const Counts &then = counts_.front(), &now = counts_.back();
+    const double passed_s = 1e-9 * static_cast<double>(now.at_ns - then.at_ns);
+    const auto rate = [&](std::uint64_t from, std::uint64_t to) {
+      return passed_s > 0 && to > from ? static_cast<double>(to - from) / passed_s : 0;
+    };
+    v.frames_hz = rate(then.frames, now.frames);
+    v.ticks_hz = rate(then.tick, now.tick);
+    v.bytes_per_s = rate(then.bytes, now.bytes);
+    screen_->draw(render(v, screen_->size(), wants_colour()));
   }
 
   /// Of the first structure, the gland.
@@ -140,7 +225,18 @@ class Watch {
     std::cout << dose_line();
   }
 
+  static constexpr std::chrono::milliseconds kRedraw{100};
+  static constexpr std::size_t kEvents = 40, kCounts = 20;  // kept; counts at every redrawing, for the rates
+  struct Counts {
+    std::int64_t at_ns;
+    std::uint64_t frames, tick, bytes;
+  };
+
   WatchOptions options_;
+  const std::int64_t begin_ns_ = monotonic_ns();
+  std::optional<TerminalScreen> screen_;  // none: lines are printed
+  WatchScreen view_;
+  std::deque<Counts> counts_;
   std::uint64_t frames_ = 0;
   net::FrameMessage first_, last_;
   std::int64_t first_ns_ = 0, last_ns_ = 0;

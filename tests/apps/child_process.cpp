@@ -66,12 +66,15 @@ std::vector<std::string> lines_of(const std::string& text) {
   return lines;
 }
 
-ChildProcess::ChildProcess(const std::vector<std::string>& argv) {
+ChildProcess::ChildProcess(const std::vector<std::string>& argv, Output output) {
   Pipe out, err;
   FileActions files;
   check(posix_spawn_file_actions_addopen(&files.actions, STDIN_FILENO, "/dev/null", O_RDONLY, 0), "stdin");
-  check(posix_spawn_file_actions_adddup2(&files.actions, out.write.get(), STDOUT_FILENO), "stdout");
-  check(posix_spawn_file_actions_adddup2(&files.actions, err.write.get(), STDERR_FILENO), "stderr");
+  const auto redirect = [&](int given, const Pipe& pipe, int to, const char* what) {
+    check(posix_spawn_file_actions_adddup2(&files.actions, given >= 0 ? given : pipe.write.get(), to), what);
+  };
+  redirect(output.out, out, STDOUT_FILENO, "stdout");
+  redirect(output.err, err, STDERR_FILENO, "stderr");
 
   std::vector<char*> arguments;
   for (const std::string& argument : argv) arguments.push_back(const_cast<char*>(argument.c_str()));

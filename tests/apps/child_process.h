@@ -44,8 +44,14 @@ class ChildProcess {
   using Milliseconds = std::chrono::milliseconds;
   static constexpr Milliseconds kDeadline{60'000};
 
+  /// Where its output goes instead of a pipe; -1: to the pipe.
+  struct Output {
+    int out = -1, err = -1;
+  };
+
   /// `argv[0]` is the program's path. Throws std::runtime_error where it cannot be started.
-  explicit ChildProcess(const std::vector<std::string>& argv);
+  explicit ChildProcess(const std::vector<std::string>& argv) : ChildProcess(argv, Output()) {}
+  ChildProcess(const std::vector<std::string>& argv, Output output);
   ~ChildProcess();
   ChildProcess(const ChildProcess&) = delete;
   ChildProcess& operator=(const ChildProcess&) = delete;

@@ -23,10 +23,11 @@ class ServedStates {
   ChildProcess& start(std::vector<std::string> command, const std::vector<std::string>& more = {}) {
     return start_line(brachy_line(std::move(command)), more);
   }
-  ChildProcess& start_line(std::vector<std::string> line, const std::vector<std::string>& more = {}) {
+  ChildProcess& start_line(std::vector<std::string> line, const std::vector<std::string>& more = {},
+                           ChildProcess::Output output = {}) {
     line.insert(line.end(), {"--connect", address()});
     line.insert(line.end(), more.begin(), more.end());
-    tools_.push_back(std::make_unique<ChildProcess>(line));
+    tools_.push_back(std::make_unique<ChildProcess>(line, output));
     const std::size_t awaited = joined_ + 1;
     const auto deadline = std::chrono::steady_clock::now() + ChildProcess::kDeadline;
     while (joined_ < awaited && std::chrono::steady_clock::now() < deadline)

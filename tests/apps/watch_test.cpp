@@ -1,9 +1,12 @@
 // What a viewer is shown of states that no simulation needs to reach: a server in this process, the tool outside.
 #include <gtest/gtest.h>
 
+#include <csignal>
 #include <limits>
 
+#include "apps/terminal/terminal.h"
 #include "tests/apps/served_states.h"
+#include "tests/apps/terminal/pseudo_terminal.h"
 
 namespace brachy {
 namespace {
@@ -83,6 +86,105 @@ TEST(Watch, TellsPeopleTheSame) {
         "1 with sub-steps (at most 3), 1 held back (at most 2.12 mm)",
         "tick 4: field folds at (1.0, 2.0, 3.0) mm"})
     EXPECT_NE(ended.out.find(part), std::string::npos) << part << "\n" << ended.out;
+}
+
+const std::string kHome = "\x1b[H";  // begins a picture
+
+/// The pictures that were drawn, without what ends each line.
+std::vector<std::vector<std::string>> pictures_of(const std::string& text) {
+  std::vector<std::vector<std::string>> pictures;
+  constexpr std::string_view kLineEnd = "\x1b[K";
+  for (std::size_t at = text.find(kHome); at != text.npos;) {
+    const std::size_t next = text.find(kHome, at + 1), from = at + kHome.size();
+    std::vector<std::string>& lines = pictures.emplace_back();
+    for (std::string& line : lines_of(text.substr(from, next == text.npos ? next : next - from)))
+      lines.push_back(line.substr(0, line.find(kLineEnd)));
+    at = next;
+  }
+  return pictures;
+}
+
+struct WatchOnATerminal : ::testing::Test {
+  void start(const std::vector<std::string>& environment) {
+    std::vector<std::string> line = {"/usr/bin/env"};
+    line.insert(line.end(), environment.begin(), environment.end());
+    line.insert(line.end(), {BRACHY_BINARY, "watch"});
+    tool = &states.start_line(line, {}, {terminal.end(), -1});
+  }
+  /// Serves the tool until it has written `part`, at or after `from`.
+  bool until(const std::string& part, std::size_t from = 0) {
+    const auto deadline = std::chrono::steady_clock::now() + ChildProcess::kDeadline;
+    while (terminal.read().find(part, from) == std::string::npos) {
+      if (std::chrono::steady_clock::now() > deadline) return false;
+      states.serve();
+    }
+    return true;
+  }
+  void show_a_needle() {
+    states.show([](MeshState& s) {
+      s.needles.resize(1);
+      s.needles[0].present = true;
+      s.needles[0].contact = ContactState::kInserted;
+      s.needles[0].insertion_depth_mm = 12;
+      s.needles[0].forces.axial_n = 2;
+    });
+  }
+  PseudoTerminal terminal{80, 24};
+  ServedStates states;
+  ChildProcess* tool = nullptr;
+};
+
+TEST_F(WatchOnATerminal, RedrawsInPlaceFollowsItsSizeAndGivesTheTerminalBack) {
+  start({"TERM=xterm", "NO_COLOR="});
+  show_a_needle();
+  ASSERT_TRUE(until("inserted   12.0 of 40 mm deep"));
+  EXPECT_TRUE(terminal.read().starts_with("\x1b[?1049h\x1b[?25l"));
+  EXPECT_NE(terminal.read().find("\x1b[32m"), std::string::npos);
+  for (const auto& picture : pictures_of(terminal.read())) {
+    EXPECT_LE(picture.size(), 24u);
+    for (const std::string& line : picture) EXPECT_LE(columns_of(line), 80u) << line;
+  }
+  states.tell("field folds at (1.0, 2.0, 3.0) mm");
+  ASSERT_TRUE(until("tick 1: field folds"));
+  terminal.resize(50, 12);
+  std::size_t second = 0;
+  // The first picture after it may have been begun before it, the second has been written in full when the third begins.
+  std::size_t first = terminal.read().size();
+  for (int picture = 0; picture < 3; ++picture) {
+    ASSERT_TRUE(until(kHome, first + 1));
+    first = terminal.read().find(kHome, first + 1);
+    if (picture == 1) second = first;
+  }
+  const auto pictures = pictures_of(terminal.read().substr(second, first - second));
+  ASSERT_EQ(pictures.size(), 1u);
+  EXPECT_LE(pictures.back().size(), 12u);
+  for (const std::string& line : pictures.back()) EXPECT_LE(columns_of(line), 50u) << line;
+
+  tool->send_signal(SIGINT);
+  ASSERT_TRUE(until("watch: "));
+  ASSERT_TRUE(exited(states.end().front(), 0));
+  const std::string text = terminal.read();
+  const std::size_t back = text.find("\x1b[?25h\x1b[?1049l");
+  ASSERT_NE(back, text.npos);
+  EXPECT_GT(text.find("watch: "), back);
+  EXPECT_EQ(text.find('\x1b', back + 14), text.npos) << text.substr(back);
+}
+
+TEST_F(WatchOnATerminal, UsesNoColourWhereNoneIsWanted) {
+  start({"TERM=xterm", "NO_COLOR=1"});
+  show_a_needle();
+  ASSERT_TRUE(until("inserted   12.0 of 40 mm deep"));
+  EXPECT_EQ(terminal.read().find("m▕"), std::string::npos);
+  states.end();
+}
+
+TEST_F(WatchOnATerminal, ADumbOneGetsTheLinesThatAFileGets) {
+  start({"TERM=dumb"});
+  show_a_needle();
+  ASSERT_TRUE(until("inserted   depth  12.0 mm"));
+  ASSERT_TRUE(exited(states.end().front(), 0));
+  EXPECT_EQ(terminal.read().find('\x1b'), std::string::npos);
+  EXPECT_NE(terminal.read().find("watch: "), std::string::npos);
 }
 
 }  // namespace
