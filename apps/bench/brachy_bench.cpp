@@ -1,17 +1,22 @@
 // The engine beside the paper's way and the machine's limits, in one run: compare the ratios, not the times.
 //   brachy_bench [--quick] [--json FILE] [--simd TARGET] [Google Benchmark's options]
 #include <benchmark/benchmark.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cstdio>
 #include <exception>
 #include <optional>
+#include <regex>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "apps/bench/benches.h"
 #include "apps/bench/machine_limits.h"
 #include "apps/bench/memory.h"
+#include "apps/terminal/progress.h"
+#include "apps/terminal/terminal.h"
 
 namespace {
 
@@ -44,6 +49,37 @@ std::optional<std::string> take_option(int& argc, char** argv, const std::string
   return std::nullopt;
 }
 
+/// Google Benchmark's table, with what is left of it on standard error.
+class WithProgress : public benchmark::ConsoleReporter {
+ public:
+  explicit WithProgress(std::size_t count)
+      : ConsoleReporter(brachy::is_drawable(STDOUT_FILENO) ? OO_Color : OO_None), count_(count) {}
+  void ReportRuns(const std::vector<Run>& runs) override {
+    progress_.finish();
+    ConsoleReporter::ReportRuns(runs);
+    if (++done_ < count_) progress_.show_step(done_, count_, "benchmarks");
+  }
+  void Finalize() override {
+    progress_.finish();
+    ConsoleReporter::Finalize();
+  }
+
+ private:
+  const std::size_t count_;
+  std::size_t done_ = 0;
+  brachy::Progress progress_{"bench"};
+};
+
+/// How many of the benchmarks --benchmark_filter leaves.
+std::size_t count_chosen(const std::vector<std::string>& names) {
+  std::string filter = benchmark::GetBenchmarkFilter();
+  if (filter.empty() || filter == "all") return names.size();
+  const bool is_negative = filter.front() == '-';
+  const std::regex chosen(is_negative ? filter.substr(1) : filter, std::regex::extended);
+  return static_cast<std::size_t>(std::ranges::count_if(
+      names, [&](const std::string& name) { return std::regex_search(name, chosen) != is_negative; }));
+}
+
 void run(int argc, char** argv) {
   using namespace brachy::bench;
   BenchOptions options;
@@ -71,7 +107,8 @@ void run(int argc, char** argv) {
   add_needles_benches(report, options);
   add_dose_benches(report, options);
   add_figure6_benches(report, options);
-  benchmark::RunSpecifiedBenchmarks();
+  WithProgress table(count_chosen(report.benchmarks));
+  benchmark::RunSpecifiedBenchmarks(&table);
   report.others_load = others.share();
 
   for (const auto& [name, value] : report.limits) std::printf("limit   %-32s %.4g\n", name.c_str(), value);

@@ -58,7 +58,7 @@ void run_direct(benchmark::State& state, Report& report, SimdTarget target, Row 
 void add_direct_benches(Report& report, const BenchOptions& options) {
   for (const std::size_t points : {kPaperPoints, std::size_t{1'000'000}}) {
     Row row{.name = "direct", .points = points, .landmarks = 100, .moving = true};
-    add_benchmark(name_of(row), [&report, target = options.target, row](benchmark::State& state) {
+    add_benchmark(report, name_of(row), [&report, target = options.target, row](benchmark::State& state) {
       run_direct(state, report, target, row);
     });
   }

@@ -173,17 +173,18 @@ void run_spacing(benchmark::State& state, Report& report, const BenchOptions& op
 }  // namespace
 
 void add_dose_benches(Report& report, const BenchOptions& options) {
-  add_benchmark("dose/seed/1.0mm",
+  add_benchmark(report, "dose/seed/1.0mm",
                 [&report, options](benchmark::State& state) { run_seed(state, report, options); });
-  add_benchmark("dose/evaluate/1.0mm",
+  add_benchmark(report, "dose/evaluate/1.0mm",
                 [&report, options](benchmark::State& state) { run_evaluate(state, report, options); });
   for (const double spacing_mm : {0.5, 1.0, 1.5, 2.0, 3.0, 5.0}) {
     if (options.is_quick && spacing_mm < 1) continue;
     std::string name = std::to_string(spacing_mm);
     name.erase(name.find('.') + 2);
-    add_benchmark("dose/spacing/" + name + "mm", [&report, options, spacing_mm](benchmark::State& state) {
-      run_spacing(state, report, options, spacing_mm);
-    });
+    add_benchmark(report, "dose/spacing/" + name + "mm",
+                  [&report, options, spacing_mm](benchmark::State& state) {
+                    run_spacing(state, report, options, spacing_mm);
+                  });
   }
 }
 

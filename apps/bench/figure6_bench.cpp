@@ -48,7 +48,7 @@ void add_figure6_benches(Report& report, const BenchOptions& options) {
                 .landmarks = n,
                 .threads = threads,
                 .moving = true};
-        add_benchmark(name_of(row), [&report, target = options.target, row](benchmark::State& state) {
+        add_benchmark(report, name_of(row), [&report, target = options.target, row](benchmark::State& state) {
           run_figure6(state, report, target, row);
         });
       }

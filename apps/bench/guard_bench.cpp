@@ -61,7 +61,7 @@ void add_guard_benches(Report& report, const BenchOptions& options) {
                     .landmarks = n,
                     .moving = true};
       const auto target = options.target;
-      add_benchmark(name_of(row), [&report, target, row, push_mm](benchmark::State& state) {
+      add_benchmark(report, name_of(row), [&report, target, row, push_mm](benchmark::State& state) {
         run_guard(state, report, target, row, push_mm);
       });
     }

@@ -107,7 +107,7 @@ void add_needles_benches(Report& report, const BenchOptions& options) {
     const Row row{
         .name = "needles", .kernel = kernel, .points = kPaperPoints, .landmarks = 90, .moving = true};
     const auto target = options.target;
-    add_benchmark(name_of(row), [&report, target, row](benchmark::State& state) {
+    add_benchmark(report, name_of(row), [&report, target, row](benchmark::State& state) {
       run_needles(state, report, target, row);
     });
   }

@@ -91,7 +91,7 @@ void add_reactions_benches(Report& report, const BenchOptions& options) {
       const Row row{
           .name = "axial_stiffness", .kernel = rung, .points = kPaperPoints, .landmarks = n, .moving = true};
       const auto target = options.target;
-      add_benchmark(name_of(row), [&report, target, row](benchmark::State& state) {
+      add_benchmark(report, name_of(row), [&report, target, row](benchmark::State& state) {
         run_axial_stiffness(state, report, target, row);
       });
     }

@@ -29,6 +29,7 @@ struct Report {
   double others_load = 0;                ///< share of the machine that others used meanwhile
   std::map<std::string, double> limits;  ///< of the machine
   std::map<std::string, double> memory;
+  std::vector<std::string> benchmarks;  ///< that can be run, by name
   std::vector<Row> rows;
 
   /// The row of that work, or nothing: it was filtered out.

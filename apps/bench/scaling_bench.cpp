@@ -103,7 +103,7 @@ void run_scattered(benchmark::State& state, Report& report, SimdTarget target, c
 
 void add_scaling_benches(Report& report, const BenchOptions& options) {
   const auto add = [&](const std::string& name, const std::vector<Counts>& sizes) {
-    add_benchmark(name, [&report, target = options.target, name, sizes](benchmark::State& state) {
+    add_benchmark(report, name, [&report, target = options.target, name, sizes](benchmark::State& state) {
       run_scattered(state, report, target, name, sizes);
     });
   };

@@ -126,7 +126,7 @@ void run_sparse(benchmark::State& state, Report& report, SimdTarget target, cons
 
 void add_system_benches(Report& report, const BenchOptions& options) {
   const auto add = [&](auto run, const std::string& work, const char* name, Points points, int n) {
-    add_benchmark("system/" + work + "/" + name + "/n:" + std::to_string(n),
+    add_benchmark(report, "system/" + work + "/" + name + "/n:" + std::to_string(n),
                   [&report, target = options.target, run, name, points, n](benchmark::State& state) {
                     run(state, report, target, Cloud{name, points(n)});
                   });

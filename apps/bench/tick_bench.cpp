@@ -97,7 +97,7 @@ void add_tick_benches(Report& report, const BenchOptions& options) {
               .threads = c.threads,
               .moving = moving};
       const auto target = options.target;
-      add_benchmark(name_of(row), [&report, target, row](benchmark::State& state) {
+      add_benchmark(report, name_of(row), [&report, target, row](benchmark::State& state) {
         run_tick(state, report, target, row);
       });
     }

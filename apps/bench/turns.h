@@ -31,9 +31,10 @@ void time_row(benchmark::State& state, Row& row, const Work& ours, const Work& b
 /// "tick/psi31/N:14560/n:10/a:12/threads:1/moving": the name of a row's benchmark.
 std::string name_of(const Row& row);
 
-/// Registers `run` under `name`, with the number of turns every ratio is the median of.
+/// Registers `run` under `name`, which `report` remembers, with the number of turns every ratio is the median of.
 template <class Run>
-void add_benchmark(const std::string& name, Run run) {
+void add_benchmark(Report& report, const std::string& name, Run run) {
+  report.benchmarks.push_back(name);
   constexpr int kTurns = 7;
   benchmark::RegisterBenchmark(name.c_str(), run)
       ->Iterations(kTurns)

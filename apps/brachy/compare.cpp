@@ -7,6 +7,7 @@
 #include "apps/brachy/tools.h"
 #include "apps/compare/compare_beads.h"
 #include "apps/compare/report.h"
+#include "apps/terminal/progress.h"
 #include "core/error.h"
 
 namespace brachy {
@@ -65,16 +66,18 @@ int compare(const CompareOptions& options) {
   for (const auto& folder : folders) scenes.push_back(load_reference_scene(folder));
   std::vector<CompareRow> rows;
   std::size_t answered = 0;
+  Progress progress("compare");
   for (const ReferenceScene& scene : scenes) {
-    std::cerr << fmt::format("compare: {}, {} landmarks, {} models\n", scene.name, scene.displacements.size(),
-                             models.size());
     for (const ModelEntry& model : models) {
+      progress.show_step(rows.size(), scenes.size() * models.size(), scene.name + ", " + model.name);
       rows.push_back(measure(model, scene, effort));
       answered += rows.back().error.empty();
-      if (!rows.back().error.empty())
-        std::cerr << fmt::format("compare: {}, {}: {}\n", scene.name, model.name, rows.back().error);
+      if (rows.back().error.empty()) continue;
+      progress.finish();
+      std::cerr << fmt::format("compare: {}, {}: {}\n", scene.name, model.name, rows.back().error);
     }
   }
+  progress.finish();
   const std::string table = to_markdown(rows);
   if (options.json) write_text(*options.json, to_json(rows, options.quick));
   if (options.markdown) write_text(*options.markdown, table);

@@ -1,12 +1,16 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <iostream>
+#include <iterator>
 #include <nlohmann/json.hpp>
+#include <span>
 
 #include "apps/brachy/landmark_field.h"
 #include "apps/brachy/tools.h"
+#include "apps/terminal/progress.h"
 #include "core/error.h"
 #include "core/mesh_io/mesh_file.h"
 #include "core/mesh_io/ply_writer.h"
@@ -26,6 +30,8 @@ void write_text(const std::filesystem::path& file, const std::string& text) {
     throw UserError(file.string() + ": cannot be written; check the folder and the free space");
   }
 }
+
+constexpr std::size_t kPointsAtOnce = 20'000;  // between two looks at the progress
 
 struct Result {
   std::size_t points = 0, moved = 0, folded = 0;
@@ -72,8 +78,16 @@ int run(const DeformOptions& options) {
     for (std::size_t i = 0; i < table.rows(); ++i)
       points.emplace_back(table.row(i)[0], table.row(i)[1], table.row(i)[2]);
   }
-  const std::vector<Vec3> u = field.displacements(points);
-  const std::vector<double> det = field.jacobians(points);
+  std::vector<Vec3> u;
+  std::vector<double> det;
+  Progress progress("deform");
+  for (std::size_t done = 0; done < points.size(); done = u.size()) {
+    progress.show_step(done, points.size(), fmt::format("{} points", points.size()));
+    const auto part = std::span(points).subspan(done, std::min(kPointsAtOnce, points.size() - done));
+    std::ranges::copy(field.displacements(part), std::back_inserter(u));
+    std::ranges::copy(field.jacobians(part), std::back_inserter(det));
+  }
+  progress.finish();
 
   const Result result = summarize(points, u, det);
   if (result.folded) {

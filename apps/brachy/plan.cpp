@@ -6,6 +6,7 @@
 #include "apps/brachy/plan_session.h"
 #include "apps/brachy/structure_files.h"
 #include "apps/brachy/tools.h"
+#include "apps/terminal/progress.h"
 #include "core/dose/dose_seed_file.h"
 #include "core/error.h"
 #include "core/number_text.h"
@@ -20,9 +21,11 @@ namespace {
 
 Plan get_plan(const PlanOptions& options, const Scene& scene, const std::vector<Structure>& structures) {
   if (options.generate) {
+    Progress progress("plan");
     return generate_plan(structures, scene.template_grid,
                          {scene.name, scene.seeds.source, scene.dose.prescription_gy, scene.needle.length_mm,
-                          static_cast<std::size_t>(scene.seeds.max_count)});
+                          static_cast<std::size_t>(scene.seeds.max_count)},
+                         [&](double share) { progress.show(share, "ways to load the gland"); });
   }
   if (options.plan) return load_plan(*options.plan, scene.template_grid, scene.needle.length_mm);
   if (auto plan = load_plan(scene)) return *plan;

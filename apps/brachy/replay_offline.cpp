@@ -11,6 +11,7 @@
 #include "apps/brachy/tools.h"
 #include "apps/score/report.h"
 #include "apps/session/session_log.h"
+#include "apps/terminal/progress.h"
 #include "apps/tissue_box.h"
 #include "core/choice/choice.h"
 #include "core/error.h"
@@ -70,7 +71,9 @@ int replay_offline(const ReplayOptions& options) {
   StateHash hash;
   ReplayTally tally(ids_of(trajectories));
   std::uint64_t k = 0;
+  Progress progress("replay");
   const auto tick = [&](const NeedlePose* held) {
+    progress.show_step(k, ticks);
     const auto time_of = [&](std::uint64_t i) {
       return trajectories.start_s() + static_cast<double>(i) * period_s;
     };
@@ -105,6 +108,8 @@ int replay_offline(const ReplayOptions& options) {
                 [&](const NeedlePose& pose) { return tick(&pose); });
   else
     while (k < ticks) tick(nullptr);
+
+  progress.finish();
 
   // The result first: a full disk costs the log's end, not the run.
   const std::string state_hash = fmt::format("{:016x}", hash.value());

@@ -2,7 +2,9 @@
 
 #include "apps/brachy/output_file.h"
 #include "apps/brachy/tools.h"
+#include "apps/recording/recording_file.h"
 #include "apps/score/report.h"
+#include "apps/terminal/progress.h"
 #include "core/error.h"
 #include "core/plan/plan_file.h"
 #include "core/scene/scene_file.h"
@@ -28,10 +30,17 @@ std::filesystem::path page_of(const ScoreOptions& options) {
 }  // namespace
 
 int score(const ScoreOptions& options) {
+  if (is_recording_file(options.recording))
+    throw UserError(options.recording.string() +
+                    ": is a recording in one file; write it into a folder with `brachy export " +
+                    options.recording.string() + " --out DIR` and score that");
   const std::filesystem::path page = page_of(options);
   if (options.out) check_folder_of(page);
   const Scene scene = options.config ? load_scene(*options.config) : Scene{};
-  const Score score = write_report(options.recording, plan_of(options, scene), scene, page);
+  Progress progress("score");
+  const Score score = write_report(options.recording, plan_of(options, scene), scene, page,
+                                   [&](double share) { progress.show(share); });
+  progress.finish();
   for (const std::string& remark : score.remarks) std::cerr << "brachy: " << remark << "\n";
   if (options.json)
     std::cout << to_json(score) << "\n";

@@ -6,6 +6,7 @@
 #include "apps/brachy/output_file.h"
 #include "apps/brachy/tools.h"
 #include "apps/stability/sweeps.h"
+#include "apps/terminal/progress.h"
 #include "core/error.h"
 #include "core/scene/scene_file.h"
 
@@ -37,10 +38,15 @@ int stability(const StabilityOptions& options) {
     if (failed) throw UserError(options.out->string() + ": cannot be made a folder: " + failed.message());
   }
   StabilityReport report{.quick = options.quick, .rows = {}, .curves = {}, .plane = {}};
+  Progress progress("stability");
+  double done = 0, all = 0;
+  for (const Sweep& sweep : sweeps) all += sweep.weight;
   for (const Sweep& sweep : sweeps) {
-    std::cerr << fmt::format("stability: {}\n", sweep.name);
+    progress.show(done / all, sweep.name);
     sweep.run(scene, report);
+    done += sweep.weight;
   }
+  progress.finish();
   const std::string table = to_markdown(report.rows);
   if (options.json) write_text(*options.json, to_json(report));
   if (options.out) {

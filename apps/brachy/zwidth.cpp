@@ -7,6 +7,7 @@
 
 #include "apps/brachy/output_file.h"
 #include "apps/brachy/tools.h"
+#include "apps/terminal/progress.h"
 
 namespace brachy {
 
@@ -17,7 +18,13 @@ int zwidth(const ZWidthOptions& options) {
   device.mass_kg = options.mass_kg;
   device.damping_n_s_per_mm = options.damping_n_s_per_mm;
   std::vector<ZWidthPoint> points;
-  for (const ZWidthCase& loop : zwidth_cases(options.quick)) points.push_back(measure_zwidth(loop, device));
+  const std::vector<ZWidthCase> cases = zwidth_cases(options.quick);
+  Progress progress("zwidth");
+  for (const ZWidthCase& loop : cases) {
+    progress.show_step(points.size(), cases.size(), fmt::format("{:g} Hz", loop.rate_hz));
+    points.push_back(measure_zwidth(loop, device));
+  }
+  progress.finish();
 
   const bool calm_under =
       std::ranges::all_of(points, [](const auto& p) { return p.greatest_calm_share >= 1; });

@@ -12,6 +12,7 @@
 
 #include "apps/compare/bead_model.h"
 #include "apps/options.h"
+#include "apps/terminal/progress.h"
 #include "core/error.h"
 
 namespace brachy {
@@ -95,7 +96,7 @@ void write_json(const std::filesystem::path& file, const std::vector<BeadRow>& r
 
 }  // namespace
 
-std::vector<BeadRow> compare_beads(const Beads& beads) {
+std::vector<BeadRow> compare_beads(const Beads& beads, Progress* progress) {
   const std::vector<Vec3> P = picked(beads.rest, beads.boundary), X = picked(beads.rest, beads.interior);
   const std::vector<Vec3> first = picked(beads.loads[0].displacements, beads.boundary);
   Vec3 least = P[0], most = P[0];
@@ -109,8 +110,11 @@ std::vector<BeadRow> compare_beads(const Beads& beads) {
   score_affine(beads, rows);
   for (auto at = kernels.begin(); at != kernels.end();) {
     Choice best;
-    for (const std::string rung = at->model; at != kernels.end() && at->model == rung; ++at)
+    for (const std::string rung = at->model; at != kernels.end() && at->model == rung; ++at) {
+      const auto done = static_cast<std::size_t>(at - kernels.begin());
+      if (progress) progress->show_step(done, kernels.size(), rung);
       if (const Choice found = best_smoothing(*at, P, first); found.error < best.error) best = found;
+    }
     if (!best.kernel) continue;  // none of them could be fitted
     const BeadModel model(*best.kernel, P);
     auto parameters = best.kernel->parameters;
@@ -129,7 +133,9 @@ std::vector<BeadRow> compare_beads(const Beads& beads) {
 int compare_beads(const std::filesystem::path& file, const std::optional<std::filesystem::path>& json,
                   std::ostream& out) {
   const Beads beads = load_beads(file);
-  const std::vector<BeadRow> rows = compare_beads(beads);
+  Progress progress("compare");
+  const std::vector<BeadRow> rows = compare_beads(beads, &progress);
+  progress.finish();
   if (json) write_json(*json, rows);
   out << fmt::format(
       "{}: {} boundary beads predict {} interior ones; parameters chosen on the boundary of load {}\n",

@@ -11,6 +11,8 @@
 
 namespace brachy {
 
+class Progress;
+
 /// Beads measured in a block at rest and under loads, on a lattice of indices i, j, k.
 struct Beads {
   struct Load {
@@ -36,8 +38,9 @@ struct BeadRow {
 
 /// Boundary beads as landmarks predict the interior ones. A rung's parameters (bead_model.h: its lengths, the smoothing,
 /// an affine map or none) are those with the least leave-one-out error over the *boundary* beads of the *first* load;
-/// they are applied unchanged to every load. Row "affine": no kernel, the least-squares map. Deterministic, one thread.
-std::vector<BeadRow> compare_beads(const Beads& beads);
+/// they are applied unchanged to every load. Row "affine": no kernel, the least-squares map. Deterministic, one thread, ten
+/// seconds of it: `progress`, if any, is shown.
+std::vector<BeadRow> compare_beads(const Beads& beads, Progress* progress = nullptr);
 
 /// What `brachy compare --beads FILE` does: prints the table; `json`: writes {"rows": […]} there as well. Returns an ExitCode.
 int compare_beads(const std::filesystem::path& file, const std::optional<std::filesystem::path>& json,

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <string>
 
 #include "apps/score/score.h"
@@ -23,9 +24,9 @@ std::string to_json(const Score& score);
 std::string to_text(const Score& score);
 
 /// Scores the recording in `folder` against `plan` in `scene` and writes `html` and, beside it with the ending .json, the
-/// JSON; a file that is there already is replaced. Throws UserError as load_recording and score_session do, and where the
+/// JSON; a file that is there already is replaced. `progress` as score_session. Throws UserError as load_recording and score_session do, and where the
 /// files cannot be written.
 Score write_report(const std::filesystem::path& folder, const Plan& plan, const Scene& scene,
-                   const std::filesystem::path& html);
+                   const std::filesystem::path& html, const std::function<void(double share)>& progress = {});
 
 }  // namespace brachy

@@ -5,9 +5,15 @@
 #include "core/surface/surface_bvh.h"
 
 namespace brachy {
+namespace {
+
+constexpr double kSharePoses = 0.9;  // of a long recording's time; the rest is dose
+
+}  // namespace
 
 Score score_session(const Plan& plan, const TemplateGrid& grid, const std::vector<Structure>& structures,
-                    const DoseSettings& dose, const Recording& recording) {
+                    const DoseSettings& dose, const Recording& recording,
+                    const std::function<void(double share)>& progress) {
   assert(!structures.empty());
   Score score;
   score.recording = recording.name;
@@ -16,8 +22,15 @@ Score score_session(const Plan& plan, const TemplateGrid& grid, const std::vecto
   score.planned_seeds = plan.seed_count();
   if (recording.seeds) score.seeds = score_seeds(plan, grid, *recording.seeds);
   const SurfaceBvh tissue(structures.front().mesh);
-  score.needles = score_needles(plan, grid, recording.poses ? &*recording.poses : nullptr, recording.forces,
-                                [&](const Vec3& p) { return tissue.inside(p); });
+  std::size_t poses = 1, looked_at = 0;
+  if (recording.poses)
+    for (const auto& needle : recording.poses->needles()) poses += needle.motion.samples().size();
+  score.needles = score_needles(
+      plan, grid, recording.poses ? &*recording.poses : nullptr, recording.forces, [&](const Vec3& p) {
+        if (progress) progress(kSharePoses * static_cast<double>(looked_at++) / static_cast<double>(poses));
+        return tissue.inside(p);
+      });
+  if (progress) progress(kSharePoses);
   score.dose = score_dose(plan, grid, structures, dose, recording.seeds ? &*recording.seeds : nullptr);
   return score;
 }

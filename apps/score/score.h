@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -23,8 +24,9 @@ struct Score {
 
 /// Judges a recording. `structures`: the scene's at rest, the tissue's own surface ("prostate") first
 /// (core/structures/load_structures.h). Throws UserError where the seeds are not of this plan or it does not fit the grid.
-/// Deterministic; some tenths of a second, most of it dose.
+/// Deterministic; some tenths of a second, more for a recording of an hour: `progress`, if any, is told the share done.
 Score score_session(const Plan& plan, const TemplateGrid& grid, const std::vector<Structure>& structures,
-                    const DoseSettings& dose, const Recording& recording);
+                    const DoseSettings& dose, const Recording& recording,
+                    const std::function<void(double share)>& progress = {});
 
 }  // namespace brachy

@@ -34,6 +34,7 @@ void sweep_coplanar(StabilityScene& scene, StabilityReport& report);
 struct Sweep {
   const char* name;
   void (*run)(StabilityScene& scene, StabilityReport& report);
+  double weight;  ///< its share of the time that all take, roughly: seconds on one core
 };
 /// All of the above. To add one: a file, and a line in sweeps.cpp.
 std::span<const Sweep> all_sweeps();

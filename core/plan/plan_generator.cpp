@@ -76,7 +76,7 @@ double scale(Plan& plan, const TemplateGrid& grid, const std::vector<Vec3>& glan
 }  // namespace
 
 Plan generate_plan(const std::vector<Structure>& structures, const TemplateGrid& grid,
-                   const PlanSettings& settings) {
+                   const PlanSettings& settings, const std::function<void(double share)>& progress) {
   const std::vector<GlandHole> holes = find_gland_holes(structures, grid);
   const std::vector<Vec3> gland = points_in(structures.front(), kGlandPoints);
   std::vector<Vec3> in_urethra;
@@ -86,7 +86,10 @@ Plan generate_plan(const std::vector<Structure>& structures, const TemplateGrid&
   std::optional<Plan> best;
   double least = std::numeric_limits<double>::infinity();
   std::size_t fewest = std::numeric_limits<std::size_t>::max();
-  for (const LoadingRule& rule : rules()) {
+  const std::vector<LoadingRule> all = rules();
+  std::size_t tried = 0;
+  for (const LoadingRule& rule : all) {
+    if (progress) progress(static_cast<double>(tried++) / static_cast<double>(all.size()));
     Plan plan = load_gland(holes, rule);
     if (plan.needles.empty()) continue;
     fewest = std::min(fewest, plan.seed_count());

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -34,7 +35,8 @@ struct PlanGoals {
 /// Deterministic. 0.1 s for the default phantom, up to some seconds where all rules are tried. Errors: UserError where the
 /// template does not face the gland, no needle fits into it, its base is farther from the template than a needle reaches,
 /// or it takes more seeds than settings.max_seeds.
+/// `progress`, if any, is told before each rule which share of them has been tried.
 Plan generate_plan(const std::vector<Structure>& structures, const TemplateGrid& grid,
-                   const PlanSettings& settings);
+                   const PlanSettings& settings, const std::function<void(double share)>& progress = {});
 
 }  // namespace brachy
