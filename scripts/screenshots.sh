@@ -15,8 +15,9 @@ out=$(mktemp -d)
 trap 'kill_daemon; rm -rf "$out"' EXIT
 mkdir -p "$pictures"
 
-$bin/brachy plan --config config/session.toml --trajectory "$out/needles.csv" >/dev/null
-start_daemon "$out" --config config/session.toml --port 0 --http-port 0
+$bin/brachy plan --config config/session.toml --trajectory "$out/implant.csv" >/dev/null
+awk -F, -v OFS=, 'NR > 1 && /^[0-9]/ {$1 /= 2} {print}' "$out/implant.csv" >"$out/quick.csv"  # 100 mm/s in, 40 mm/s out
+start_daemon "$out" --config config/session.toml --trajectory "$out/quick.csv" --port 0 --http-port 0
 until grep -q '^http on ' "$out/daemon.out"; do sleep 0.05; done
 echo "screenshots: daemon on $address"
 BRACHY=$bin/brachy node tests/viewer/screenshots.mjs "$(sed -n 's/^http on //p' "$out/daemon.out")" "$address" "$out" "$pictures"

@@ -1,10 +1,16 @@
-# Run by the build, in apps/viewer: cmake -DNPM= -DNODE= -DOUT= -P build.cmake. What it depends on comes from the npm registry;
-# where that cannot be reached the build goes on without the viewer, and tries again the next time.
+# Run by the build, in apps/viewer: cmake -DOUT= -P build.cmake. Where npm is missing, or its registry cannot be reached, the
+# build goes on without the viewer, and tries again the next time.
+find_program(NPM npm)
+find_program(NODE node)
+if(NOT NPM OR NOT NODE)
+  message("viewer: not built: npm is missing; apt-get install nodejs npm, or scripts/setup.sh --all")
+  return()
+endif()
 set(installed node_modules/.package-lock.json)
 if(NOT EXISTS ${installed} OR package-lock.json IS_NEWER_THAN ${installed})
   execute_process(COMMAND ${NPM} ci --no-audit --no-fund --loglevel=error RESULT_VARIABLE failed OUTPUT_VARIABLE said ERROR_VARIABLE said)
   if(failed)
-    message("viewer: npm ci failed, so it is not built; brachyd serves a page that says how to:\n${said}")
+    message("viewer: not built: npm ci failed:\n${said}")
     return()
   endif()
   file(TOUCH ${installed})

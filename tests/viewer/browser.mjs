@@ -12,3 +12,29 @@ if (!existsSync(EXECUTABLE)) {
 const {chromium} = createRequire(new URL('../../apps/viewer/package.json', import.meta.url))('playwright-core');
 
 export const launch = () => chromium.launch({executablePath: EXECUTABLE, args: ARGUMENTS});
+
+const PATIENCE_MS = 40000;  // until a wait is a failure
+const WHERE = 'JSON.stringify([brachy.connection, brachy.frames, brachy.tick, brachy.needle, brachy.recording])';
+
+/** Waits until `expression` of window.brachy holds; asks from outside, as the page's security policy evaluates no text. */
+export async function comesTrue(page, expression, patienceMs = PATIENCE_MS) {
+  for (const start = Date.now(); Date.now() - start < patienceMs;) {
+    if (await page.evaluate(`typeof brachy !== 'undefined' && (${expression})`)) return;
+    await new Promise((resolve) => setTimeout(resolve, 30));
+  }
+  throw new Error(`never came true: ${expression}; ${await page.evaluate(WHERE)}`);
+}
+
+/** How many pixels of two PNGs clearly differ; `blank` is an empty page, whose browser decodes them. */
+export const differingPixels = (blank, ...pngs) => blank.evaluate(async (sources) => {
+  const [a, b] = await Promise.all(sources.map(async (data) => {
+    const bitmap = await createImageBitmap(await (await fetch(`data:image/png;base64,${data}`)).blob());
+    const context = new OffscreenCanvas(bitmap.width, bitmap.height).getContext('2d');
+    context.drawImage(bitmap, 0, 0);
+    return context.getImageData(0, 0, bitmap.width, bitmap.height).data;
+  }));
+  let count = 0;
+  for (let i = 0; i < a.length; i += 4)
+    if (Math.abs(a[i] - b[i]) + Math.abs(a[i + 1] - b[i + 1]) + Math.abs(a[i + 2] - b[i + 2]) > 40) ++count;
+  return count;
+}, pngs.map((png) => png.toString('base64')));

@@ -4,7 +4,7 @@ import {mkdirSync, readFileSync, statSync, writeFileSync} from 'node:fs';
 import {join, resolve} from 'node:path';
 import {after, before, test} from 'node:test';
 import {fileURLToPath, pathToFileURL} from 'node:url';
-import {launch} from './browser.mjs';
+import {comesTrue, differingPixels, launch} from './browser.mjs';
 import {Daemon} from './daemon.mjs';
 import {recording} from './messages.mjs';
 import {NativeClient} from './native_client.mjs';
@@ -14,7 +14,6 @@ const SURFACE = 1 << 2;
 const SCENE = 1 << 4;
 const artefacts = resolve(process.env.BRACHY_ARTEFACTS ?? 'build/release/viewer-artefacts');
 const configs = fileURLToPath(new URL('../../config/', import.meta.url));
-const PATIENCE_MS = 40000;  // until a wait is a failure
 
 let browser, daemon, page, blank, config;
 const errors = [];
@@ -44,14 +43,7 @@ async function newPage() {
 }
 
 const ask = (expression) => page.evaluate(expression);
-/** Asks from outside: the page's own security policy lets nobody evaluate text inside. */
-async function until(expression, where = page) {
-  for (const start = Date.now(); Date.now() - start < PATIENCE_MS;) {
-    if (await where.evaluate(`typeof brachy !== 'undefined' && (${expression})`)) return;
-    await new Promise((resolve) => setTimeout(resolve, 30));
-  }
-  throw new Error(`never came true: ${expression}; ${await where.evaluate('JSON.stringify([brachy.connection, brachy.frames, brachy.tick, brachy.needle, brachy.recording])')}`);
-}
+const until = (expression, where = page) => comesTrue(where, expression);
 const frames = async (count) => until(`brachy.frames >= ${(await ask('brachy.frames')) + count}`);
 const pictures = async (count) => until(`brachy.pictures >= ${(await ask('brachy.pictures')) + count}`);
 
@@ -62,19 +54,7 @@ async function picture(name) {
   return png;
 }
 
-/** Pixels that clearly differ between two PNGs, which an empty page decodes. */
-const difference = (...pngs) => blank.evaluate(async (sources) => {
-  const [a, b] = await Promise.all(sources.map(async (data) => {
-    const bitmap = await createImageBitmap(await (await fetch(`data:image/png;base64,${data}`)).blob());
-    const context = new OffscreenCanvas(bitmap.width, bitmap.height).getContext('2d');
-    context.drawImage(bitmap, 0, 0);
-    return context.getImageData(0, 0, bitmap.width, bitmap.height).data;
-  }));
-  let count = 0;
-  for (let i = 0; i < a.length; i += 4)
-    if (Math.abs(a[i] - b[i]) + Math.abs(a[i + 1] - b[i + 1]) + Math.abs(a[i + 2] - b[i + 2]) > 40) ++count;
-  return count;
-}, pngs.map((png) => png.toString('base64')));
+const difference = (a, b) => differingPixels(blank, a, b);
 
 /** Turns the wheel over the scene until the needle is this much deeper. */
 async function deeper(mm) {
@@ -150,7 +130,6 @@ test('the needle is taken by hand, and pixels change when it moves', async () =>
   await until(`brachy.needle[11] > ${from + 2.9}`);
   await deeper(30);
   await frames(3);
-  await pictures(0);
   const changed = await difference(outside, await picture('needle-inside'));
   console.log(`# the needle went from z = ${from.toFixed(1)} mm 30 mm on: ${changed} pixels changed`);
   assert.ok(changed > 500);
@@ -174,7 +153,6 @@ test('a seed is dropped and seen, until a reset, which asks first', async () => 
   await until('brachy.seeds.length === 1');
   await deeper(-45);
   await frames(3);
-  await pictures(0);
   const [seed] = await ask('brachy.seeds');
   const place = await ask(`brachy.onScreen(${JSON.stringify(seed.position)})`);
   const around = {clip: {x: place.x - 10, y: place.y - 10, width: 20, height: 20}};
@@ -190,7 +168,6 @@ test('a seed is dropped and seen, until a reset, which asks first', async () => 
   await page.locator('#confirm button[value=yes]').click();
   await until('brachy.seeds.length === 0');
   await frames(3);
-  await pictures(0);
   const changed = await difference(withSeed, await page.screenshot(around));
   console.log(`# of 400 pixels around the seed ${changed} are others once a reset has taken it away`);
   assert.ok(changed > 10);
@@ -279,7 +256,6 @@ test('a recording plays from a file, without a daemon', async () => {
   await page.locator('#pb-seek').fill('0');
   await until(`brachy.tick === ${ticks[0]}`);
   assert.deepEqual(Float32Array.from(await ask('Array.from(brachy.positions())')), native.meshes.get(ticks[0]));
-  await pictures(0);
   await picture('recording');
 
   await page.locator('#file').setInputFiles({name: 'notes.txt', mimeType: 'text/plain', buffer: readFileSync(config)});

@@ -1,8 +1,9 @@
 // The pictures of scripts/screenshots.sh: node screenshots.mjs HTTP_ADDRESS ADDRESS WORK_FOLDER PICTURES_FOLDER
 import {spawn} from 'node:child_process';
+import {readFileSync} from 'node:fs';
 import {join, resolve} from 'node:path';
 import {pathToFileURL} from 'node:url';
-import {launch} from './browser.mjs';
+import {comesTrue, launch} from './browser.mjs';
 
 const [, , http, address, work, pictures] = process.argv;
 const browser = await launch();
@@ -13,10 +14,9 @@ const brachy = (...words) => {
   const child = spawn(process.env.BRACHY, words, {stdio: ['ignore', 'ignore', 'inherit']});
   return {child, done: new Promise((done) => child.once('exit', done))};
 };
-async function until(expression) {
-  while (!(await page.evaluate(`typeof brachy !== 'undefined' && (${expression})`))) await new Promise((done) => setTimeout(done, 20));
-}
+const until = (expression) => comesTrue(page, expression, 180000);
 async function take(name) {
+  await page.evaluate('document.activeElement?.blur()');  // no ring of the keyboard's focus
   await page.screenshot({path: join(pictures, `${name}.png`)});
 }
 const settled = async () => until(`brachy.pictures > ${await page.evaluate('brachy.pictures')} + 2`);
@@ -62,7 +62,11 @@ await page.keyboard.press('x');
 // A whole implant, quickly.
 await page.locator('#kernel').selectOption('psi31');
 await until('brachy.model === "psi31"');
-await brachy('replay', join(work, 'needles.csv'), '--connect', address, '--speed', '2').done;
+await page.locator('#loop').click();
+await page.locator('#play').click();
+const lastRow = readFileSync(join(work, 'quick.csv'), 'utf8').trim().split('\n').at(-1);
+const end = (await page.evaluate('performance.now()')) + 1000 * (Number.parseFloat(lastRow) + 3);
+await until(`brachy.seeds.length === brachy.plannedSeeds || performance.now() > ${end}`);
 await until('brachy.dose !== null && brachy.dose.seeds === brachy.seeds.length');
 await page.keyboard.press('c');
 await page.keyboard.press('d');
@@ -77,7 +81,7 @@ await page.goto(pathToFileURL(resolve('build/release/viewer/index.html')).href);
 await page.locator('#file').setInputFiles(join(work, 'session.brachy'));
 await until('brachy.recording.state === "ready"');
 await page.locator('#pb-play').click();
-await page.locator('#pb-seek').fill(String(0.32 * (await page.evaluate('brachy.recording.durationS'))));
+await page.locator('#pb-seek').fill(String(Math.round(0.32 * (await page.evaluate('brachy.recording.durationS')))));
 await page.locator('#toasts p').waitFor({state: 'detached'});
 await new Promise((done) => setTimeout(done, 1000));
 await take('recording');

@@ -29,8 +29,9 @@ const role = new URLSearchParams(location.search).get('role') === 'viewer' ? Rol
 
 const settings = defaultSettings();
 const session = new Session();
+let shownNeedle = 0;
 const live = new LiveConnection(url, role, session);
-const viewport = new Viewport(byId<HTMLCanvasElement>('scene'), session, settings);
+const viewport = openViewport();
 const uploads = new UploadCount(viewport.renderer.getContext() as WebGL2RenderingContext);
 const gizmo = new Gizmo(byId<HTMLCanvasElement>('gizmo'));
 const charts = new NeedleCharts({forceDepth: byId('c-depth'), forceTime: byId('c-force'), det: byId('c-det'), ticks: byId('c-ticks')});
@@ -38,7 +39,7 @@ const dvh = new DvhPanel(byId('c-dvh'), byId('dvh-legend'), byId('figures'));
 
 const display = new DisplayPanel(settings, () => live.wantVolume(wantsVolume(settings)));
 const simulation = new SimulationPanel(live, session);
-const hand = new HandPanel(url, session, live, settings, () => simulation.plays, (hole) => display.change({hole}));
+const hand = new HandPanel(url, session, live, settings, () => simulation.plays, () => shownNeedle, (hole) => display.change({hole}));
 new NeedleDrag(byId<HTMLCanvasElement>('scene'), viewport, hand);
 const playback: Playback = new Playback(session, () => {
   hand.release();
@@ -62,7 +63,6 @@ for (const button of byId('views').querySelectorAll('button'))
   button.addEventListener('click', () => viewport.views.go(button.dataset['view'] as View));
 live.onError = (error) => toast(error.text, true);
 
-let shownNeedle = 0;
 byId<HTMLSelectElement>('needle').addEventListener('change', (event) => (shownNeedle = Number((event.target as HTMLSelectElement).value)));
 setUpDrawers();
 const selectTab = setUpTabs(() => (chartsDueMs = 0));
@@ -70,6 +70,17 @@ let chartsDueMs = 0;
 let countersDueMs = 0;
 let beforeMs = performance.now();
 let hasMesh = false;
+
+function openViewport(): Viewport {
+  try {
+    return new Viewport(byId<HTMLCanvasElement>('scene'), session, settings);
+  } catch (error) {
+    byId('empty').hidden = false;
+    byId('empty-open').hidden = true;
+    setText(byId('empty-text'), `This browser draws no WebGL 2, which the gland needs: switch on hardware acceleration, or try another browser. (${(error as Error).message})`);
+    throw error;
+  }
+}
 
 function animate(nowMs: number): void {
   requestAnimationFrame(animate);

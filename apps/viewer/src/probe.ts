@@ -52,6 +52,7 @@ export function expose(session: Session, live: LiveConnection, playback: Playbac
       const needle = session.frame?.needles[0];
       return needle?.present ? Array.from(needle.pose) : null;
     },
+    get plannedSeeds() { return session.scene?.plannedSeeds.length ?? 0; },
     get depthMm() { return session.frame?.needles[0]?.forces?.tipDepthMm ?? NaN; },
     get device() { return session.state?.deviceHolder ?? ''; },
     get model() { return session.state?.controls?.kernel ?? ''; },

@@ -32,7 +32,6 @@ export class Session {
   private changedEnd = 0;
 
   frames = 0;
-  snapshotsMissed = 0;
   refusedFrames = 0;
   readonly snapshotRate = new Rate();
   readonly tickRate = new Rate();
@@ -138,8 +137,6 @@ export class Session {
     }
     const timeS = this.timeS(stampNs);
     const before = this.frame;
-    if (before && frame.snapshotSequence > before.snapshotSequence)
-      this.snapshotsMissed += frame.snapshotSequence - before.snapshotSequence - 1;
     for (let i = 0; i < frame.ranges.length; i += 2) {
       this.changedFirst = Math.min(this.changedFirst, frame.ranges[i]!);
       this.changedEnd = Math.max(this.changedEnd, frame.ranges[i]! + frame.ranges[i + 1]!);

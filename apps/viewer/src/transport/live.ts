@@ -29,6 +29,7 @@ export class LiveConnection {
   private timer: ReturnType<typeof setTimeout> | undefined;
   private volume = false;
   private gapsBefore = 0;
+  private asked: Control[] = [];
 
   constructor(private readonly url: string, private readonly role: number, private readonly session: Session) {}
 
@@ -79,8 +80,10 @@ export class LiveConnection {
     if (this.status.phase === 'waiting') this.connect(this.status.problem);
   }
 
+  /** What is asked while the connection is made anew is sent once it is there. */
   control(control: Control): void {
-    this.socket?.send(MessageType.Control, encodeControl(control));
+    if (this.status.phase === 'connecting') this.asked.push(control);
+    else this.socket?.send(MessageType.Control, encodeControl(control));
   }
 
   /** The button of a needle that the daemon's own script has. */
@@ -96,6 +99,7 @@ export class LiveConnection {
     if (message.kind === 'welcome') {
       if (this.status.phase !== 'open') this.status = {phase: 'open'};
       this.waitMs = FIRST_WAIT_MS;
+      this.asked.splice(0).forEach((control) => this.control(control));
     } else if (message.kind === 'frame') {
       const ageMs = (Number(nowNs()) - socket.clock.toLocalNs(message.body.publishNs)) / 1e6;
       if (!Number.isNaN(ageMs)) this.session.meshAge.add(ageMs);
@@ -117,6 +121,7 @@ export class LiveConnection {
     this.gapsBefore += this.socket?.sequenceGaps ?? 0;
     this.socket = null;
     this.reconnects += 1;
+    this.asked = [];
     const host = new URL(this.url).host;
     const problem = reason || (wasOpen ? 'The daemon ended the connection.'
                                        : `No daemon answers at ${host}. Start it with: brachyd --http-port ${new URL(this.url).port || 80}`);

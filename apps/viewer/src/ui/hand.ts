@@ -19,6 +19,7 @@ export class HandPanel {
 
   constructor(private readonly url: string, private readonly session: Session, private readonly live: LiveConnection,
               private readonly settings: Settings, private readonly scriptPlays: () => boolean,
+              private readonly shownNeedle: () => number,
               private readonly chooseHole: (hole: string) => void) {
     byId('take').addEventListener('click', () => this.toggle());
     byId<HTMLSelectElement>('hole').addEventListener('change', (event) => this.goToHole((event.target as HTMLSelectElement).value));
@@ -29,6 +30,7 @@ export class HandPanel {
       if (event.key === 'Enter' || event.key === ' ') this.press(true);
     });
     drop.addEventListener('keyup', () => this.press(false));
+    addEventListener('blur', () => this.press(false));  // the key's release would go elsewhere
   }
 
   /** Whether the mouse is the needle's device. */
@@ -55,7 +57,7 @@ export class HandPanel {
     if (pressed === this.pressed || (pressed && byId<HTMLButtonElement>('drop').disabled)) return;
     this.pressed = pressed;
     if (this.held) this.device!.press(pressed);
-    else this.live.press(0, pressed);
+    else this.live.press(this.shownNeedle(), pressed);
   }
 
   move(dx: number, dy: number, dz: number): void {
