@@ -51,6 +51,9 @@ DaemonOptions parse_daemon_line(int argc, char** argv, std::optional<int>& exit_
   app.add_option("--http-port", options.http_port,
                  "port of the viewer for browsers and its WebSocket; 0: a free one")
       ->check(CLI::Range(0, 65535));
+  app.add_option("--igtl-port", options.igtl_port,
+                 "port of OpenIGTLink for 3D Slicer and PLUS (usual: 18944); 0: a free one")
+      ->check(CLI::Range(0, 65535));
   app.add_option("--duration", options.duration_s, "end after this many seconds")->check(durations());
   app.add_option(
       "--trajectory", options.trajectory,

@@ -19,6 +19,7 @@ struct DaemonOptions {
   bool check_config = false;         ///< load everything, say so, and end
   std::optional<int> port;           ///< none: the scene's
   std::optional<int> http_port;      ///< none: the scene's
+  std::optional<int> igtl_port;      ///< none: the scene's
   std::optional<double> duration_s;  ///< none: until SIGINT or SIGTERM
   std::optional<std::filesystem::path> trajectory;  ///< of the scripted needle; none: the scene's
   bool play = false;                                ///< start it at once, over and over

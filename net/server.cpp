@@ -157,10 +157,7 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
     if (hello.role == Role::kDevice) {
       const DeviceLease::Holder holder{session.id(), hello.name, session.address(), monotonic_ns()};
       if (auto refusal = leases_.lend(holder, hello.needle, welcome.needle)) return refusal;
-      const std::uint16_t needle = welcome.needle;
-      if (handlers_.on_device) handlers_.on_device(true, device_info(session, needle));
-      broadcast({EventKind::kDeviceAttached, needle, frames_.tick(),
-                 "device " + leases_[needle].holder() + " attached" + leases_.of_needle(needle)});
+      tell_attached(device_info(session, welcome.needle));
     }
     log("client " + std::to_string(session.id()) + " '" + hello.name + "' from " + session.address() +
         " joined");
@@ -226,20 +223,29 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
         " left: " + reason);
     const std::uint16_t needle = session.needle();
     if (needle < leases_.size() && leases_[needle].is_held_by(session.id())) {
-      const std::string holder = leases_[needle].holder();
-      leases_[needle].release(session.id());
-      if (handlers_.on_device) {
-        DeviceInfo info = device_info(session, needle);
-        info.reason = reason;
-        handlers_.on_device(false, info);
-      }
-      if (!is_stopped_) {
-        broadcast({EventKind::kDeviceDetached, needle, frames_.tick(),
-                   "device " + holder + " left" + leases_.of_needle(needle) + ": " + reason});
-      }
+      DeviceInfo info = device_info(session, needle);
+      info.reason = reason;
+      release(session.id(), info);
     }
     sessions_.erase(session.id());
     if (is_stopped_ && sessions_.empty()) timer_.cancel();
+  }
+
+  std::optional<ErrorMessage> attach(const DeviceInfo& device) {
+    std::uint16_t granted = 0;
+    const DeviceLease::Holder holder{++last_session_, device.name, device.address, monotonic_ns()};
+    if (auto refusal = leases_.lend(holder, device.needle, granted)) return refusal;
+    guests_[granted] = {holder.session, device};
+    tell_attached(device);
+    return std::nullopt;
+  }
+  void detach(std::uint16_t needle, const std::string& reason) {
+    const auto guest = guests_.find(needle);
+    if (guest == guests_.end()) return;
+    auto [session, device] = guest->second;
+    guests_.erase(guest);
+    device.reason = reason;
+    release(session, device);
   }
 
   const ServerOptions& options() const { return options_; }
@@ -285,10 +291,26 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
     return found == sessions_.end() || !found->second->is_open() ? nullptr : found->second;
   }
 
+  void tell_attached(const DeviceInfo& device) {
+    if (handlers_.on_device) handlers_.on_device(true, device);
+    broadcast({EventKind::kDeviceAttached, device.needle, frames_.tick(),
+               "device " + leases_[device.needle].holder() + " attached" + leases_.of_needle(device.needle)});
+  }
+
+  /// The needle's lease from `session`, which holds it.
+  void release(std::uint64_t session, const DeviceInfo& device) {
+    const std::string holder = leases_[device.needle].holder();
+    leases_[device.needle].release(session);
+    if (handlers_.on_device) handlers_.on_device(false, device);
+    if (is_stopped_) return;
+    broadcast({EventKind::kDeviceDetached, device.needle, frames_.tick(),
+               "device " + holder + " left" + leases_.of_needle(device.needle) + ": " + device.reason});
+  }
+
   static DeviceInfo device_info(const Session& session, std::uint16_t needle) {
     const HelloMessage& hello = session.hello();
     const bool is_evaluator = (hello.device_flags & kEvaluatesLocalModel) != 0;
-    return {session.name(), session.address(), hello.limits, needle, is_evaluator, ""};
+    return {session.name(), session.address(), hello.limits, needle, is_evaluator, true, ""};
   }
 
   void on_socket(asio::ip::tcp::socket socket) {
@@ -326,6 +348,8 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
   std::map<std::uint64_t, std::shared_ptr<Session>> sessions_;
   std::uint64_t last_session_ = kOwnDevice;
   DeviceLeases leases_;
+  std::map<std::uint16_t, std::pair<std::uint64_t, DeviceInfo>>
+      guests_;  // attach(): who has a needle, as which session
   std::uint64_t forces_replaced_ = 0;
   PoseCounts poses_;
   std::int64_t next_state_ns_ = 0;
@@ -386,6 +410,20 @@ void Server::release_lease(std::uint16_t needle) {
 }
 std::string Server::lease_holder(std::uint16_t needle) const {
   return impl_->lease(needle).holder();
+}
+std::optional<ErrorMessage> Server::attach(const DeviceInfo& device) {
+  return impl_->attach(device);
+}
+void Server::detach(std::uint16_t needle, const std::string& reason) {
+  impl_->detach(needle, reason);
+}
+PoseVerdict Server::submit(std::uint16_t needle, const NeedlePose& pose) {
+  PoseVerdict verdict = impl_->on_pose(needle, pose);
+  if (!verdict.accepted) impl_->count_refusal(verdict);
+  return verdict;
+}
+void Server::count_refusal(const PoseVerdict& verdict) {
+  impl_->count_refusal(verdict);
 }
 bool Server::send(std::uint16_t needle, const ForceMessage& message) {
   return impl_->send(needle, message);

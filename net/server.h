@@ -68,6 +68,16 @@ class Server {
   void release_lease(std::uint16_t needle);
   std::string lease_holder(std::uint16_t needle) const;  ///< "NAME (ADDRESS)", empty = nobody
 
+  /// A device that came in by another protocol takes the lease of device.needle on the same terms as a client of this one,
+  /// or is told why not. Everybody hears of it.
+  std::optional<ErrorMessage> attach(const DeviceInfo& device);
+  /// Ends what attach() gave for this needle; does nothing otherwise.
+  void detach(std::uint16_t needle, const std::string& reason);
+  /// A pose of such a device, with the verdict it gets; counted as any other.
+  PoseVerdict submit(std::uint16_t needle, const NeedlePose& pose);
+  /// One that was refused before it came so far.
+  void count_refusal(const PoseVerdict& verdict);
+
   /// To the needle's network device, if there is one. Of each kind at most one waits: a newer one replaces it and is
   /// counted, so that a slow device gets few messages but never old ones. False where the message replaced one or there
   /// is no device.

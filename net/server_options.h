@@ -49,7 +49,8 @@ struct DeviceInfo {
   DeviceLimits limits;  ///< as stated, not checked
   std::uint16_t needle = 0;
   bool evaluates_local_model = false;
-  std::string reason;  ///< why it left; empty while it is there
+  bool takes_force = true;  ///< false: no hand is on it, no FORCE goes to it
+  std::string reason;       ///< why it left; empty while it is there
 };
 
 /// Called on the io thread; must be quick and not throw. Empty ones are skipped.

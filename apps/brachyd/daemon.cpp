@@ -27,6 +27,7 @@
 #include "core/structures/load_structures.h"
 #include "haptics/switched_device.h"
 #include "net/http/http_listener.h"
+#include "net/igtl/igtl_server.h"
 #include "net/server.h"
 
 namespace brachy {
@@ -84,11 +85,18 @@ class Daemon::Impl {
     if (http_port >= 0)
       http_.emplace(io_, server_, net::HttpOptions{static_cast<std::uint16_t>(http_port)}, viewer_files(),
                     log);
+    const int igtl_port = options.igtl_port.value_or(scene.server.igtl_port);
+    if (igtl_port >= 0)
+      igtl_.emplace(io_, net::igtl::IgtlOptions{static_cast<std::uint16_t>(igtl_port)}, server_,
+                    simulator().tissue(), log);
   }
 
   const net::Server& server() const { return server_; }
   std::optional<std::uint16_t> http_port() const {
     return http_ ? std::optional(http_->port()) : std::nullopt;
+  }
+  std::optional<std::uint16_t> igtl_port() const {
+    return igtl_ ? std::optional(igtl_->port()) : std::nullopt;
   }
 
   DaemonSummary run() {
@@ -98,6 +106,7 @@ class Daemon::Impl {
       duration.cancel();
       is_ending_ = true;
       cycle_timer_.cancel();
+      if (igtl_) igtl_->stop();
       server_.stop();
       if (http_) http_->stop();
     };
@@ -189,6 +198,7 @@ class Daemon::Impl {
       NetworkDevice& needle = network_device(device.needle);
       attached ? needle.attach() : needle.detach();
       if (is_ending_) return;  // that it leaves now is no fault of its own
+      if (!device.takes_force) return;
       attached ? force_link_.attach(device) : force_link_.detach(device);
       start_cycling();
     };
@@ -203,11 +213,12 @@ class Daemon::Impl {
 
   net::PoseVerdict on_pose(std::uint16_t needle, const NeedlePose& pose) {
     const PoseVerdict verdict = network_device(needle).submit(pose);
+    const bool has_hand = force_link_.gate(needle).connected();
     if (verdict == PoseVerdict::kAccepted) {
-      force_link_.pose_accepted(needle, pose);
+      if (has_hand) force_link_.pose_accepted(needle, pose);
       return {};
     }
-    if (verdict == PoseVerdict::kNotFinite) force_link_.pose_not_finite(needle);
+    if (verdict == PoseVerdict::kNotFinite && has_hand) force_link_.pose_not_finite(needle);
     return {false, static_cast<std::uint16_t>(verdict), std::string(to_string(verdict))};
   }
 
@@ -266,6 +277,7 @@ class Daemon::Impl {
     if (session_) keep(*state);
     boost::asio::post(io_, [this, run = state->run] { controls_.seen(run); });
     for (net::EventMessage& event : events_.update(*state)) announce(std::move(event));
+    if (igtl_) igtl_->publish(state);
     server_.publish(std::move(state));
   }
   void keep(const MeshState& state) {
@@ -328,8 +340,9 @@ class Daemon::Impl {
   bool is_cycling_ = false;
   bool is_ending_ = false;
   net::Server server_;
-  std::optional<net::HttpListener> http_;  // its sessions are server_'s
-  Controls controls_;                      // io thread
+  std::optional<net::HttpListener> http_;      // its sessions are server_'s
+  std::optional<net::igtl::IgtlServer> igtl_;  // none: off
+  Controls controls_;                          // io thread
   std::function<void()> end_ = [] {};
 };
 
@@ -338,6 +351,9 @@ Daemon::Daemon(const Scene& scene, const DaemonOptions& options)
 Daemon::~Daemon() = default;
 std::uint16_t Daemon::port() const {
   return impl_->server().port();
+}
+std::optional<std::uint16_t> Daemon::igtl_port() const {
+  return impl_->igtl_port();
 }
 const std::string& Daemon::address() const {
   return impl_->server().address();

@@ -49,6 +49,7 @@ class Daemon {
   std::uint16_t port() const;
   const std::string& address() const;
   std::optional<std::uint16_t> http_port() const;  ///< nullopt: off
+  std::optional<std::uint16_t> igtl_port() const;  ///< none: off
 
   /// Runs until SIGINT, SIGTERM, the options' duration, or stop(). Once only.
   DaemonSummary run();

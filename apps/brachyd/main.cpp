@@ -26,6 +26,7 @@ int run(const DaemonOptions& options) {
     DaemonOptions any_port = options;
     any_port.port = 0;  // a scene is good whether or not another daemon runs
     if (scene.server.http_port > 0) any_port.http_port = 0;
+    if (scene.server.igtl_port > 0) any_port.igtl_port = 0;
     const Daemon daemon(scene, any_port);
     std::cout << options.config->string() << ": ok\n";
     return kExitOk;
@@ -34,6 +35,8 @@ int run(const DaemonOptions& options) {
   std::cout << "brachyd listening on " << daemon.address() << ":" << daemon.port() << std::endl;
   if (const auto port = daemon.http_port())
     std::cout << "http on " << daemon.address() << ":" << *port << std::endl;
+  if (const auto port = daemon.igtl_port())
+    std::cout << "igtl on " << daemon.address() << ":" << *port << std::endl;
   const DaemonSummary summary = daemon.run();
   std::cerr << to_text(summary);
   if (options.json) std::cout << to_json(summary) << std::endl;

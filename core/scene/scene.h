@@ -119,6 +119,7 @@ struct ServerSettings {
   std::string address = "127.0.0.1";
   int port = 18950;
   int http_port = -1;  ///< of the viewer and its WebSocket; 0: a free one, -1: none
+  int igtl_port = -1;  ///< OpenIGTLink's; -1: off
   int max_clients = 64;
   std::uint64_t max_message_bytes = 65536;  ///< from a client
   double max_poses_per_s = 2000;

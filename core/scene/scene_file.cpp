@@ -246,6 +246,7 @@ void read_server(TomlTable t, ServerSettings& s) {
   t.text("address", s.address);
   t.integer("port", s.port, 0, 65535);
   t.integer("http_port", s.http_port, -1, 65535);
+  t.integer("igtl_port", s.igtl_port, -1, 65535);
   t.integer("max_clients", s.max_clients, 1, 1024);
   t.integer("max_message_bytes", s.max_message_bytes, 256, 16 << 20);
   t.number("max_poses_per_s", s.max_poses_per_s, 1, 100000);

@@ -59,6 +59,9 @@ class ChildProcess {
   /// The next line of its stdout without the line end; nothing where none comes before its end or the deadline.
   std::optional<std::string> read_line(Milliseconds deadline = kDeadline);
 
+  /// Waits until its stderr holds `text` so many times; false at its end or the deadline.
+  bool says(const std::string& text, std::size_t times = 1, Milliseconds deadline = kDeadline);
+
   void send_signal(int number);
 
   /// Waits for its end, reading both pipes meanwhile.

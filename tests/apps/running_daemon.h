@@ -28,6 +28,7 @@ class RunningDaemon {
   ~RunningDaemon() { stop(); }
 
   std::uint16_t port() const { return daemon_.port(); }
+  std::uint16_t igtl_port() const { return daemon_.igtl_port().value(); }
   const DaemonSummary& stop() {
     daemon_.stop();
     return wait();

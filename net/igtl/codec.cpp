@@ -1,0 +1,157 @@
+#include "net/igtl/codec.h"
+
+#include <utility>
+
+#include "net/igtl/big_endian.h"
+#include "net/igtl/crc64.h"
+#include "net/wire/text.h"
+
+namespace brachy::net::igtl {
+namespace {
+
+constexpr std::size_t kCrcOffset = 50, kSizeOffset = 42;
+constexpr std::uint16_t kNoMetadataBytes = 2;  // the count of metadata, 0
+
+/// A message whose content is appended to bytes() between construction and finish().
+class Builder {
+ public:
+  Builder(std::string_view type, const Label& label, std::size_t content_bytes) : version_(label.version) {
+    bytes_.reserve(kHeaderSize + kExtendedHeaderSize + content_bytes + kNoMetadataBytes);
+    put(bytes_, label.version);
+    put_name(bytes_, type, kTypeBytes);
+    put_name(bytes_, label.device, kNameBytes);
+    put(bytes_, label.timestamp);
+    bytes_.resize(kHeaderSize);  // size and CRC: finish()
+    if (version_ < 2) return;
+    put(bytes_, static_cast<std::uint16_t>(kExtendedHeaderSize));
+    put(bytes_, kNoMetadataBytes);
+    put(bytes_, std::uint32_t{0});  // of metadata
+    put(bytes_, std::uint32_t{0});  // message id
+  }
+
+  Bytes& bytes() { return bytes_; }
+
+  Bytes finish() {
+    if (version_ >= 2) put(bytes_, std::uint16_t{0});
+    const auto body = std::span<const std::byte>(bytes_).subspan(kHeaderSize);
+    patch(kSizeOffset, body.size());
+    patch(kCrcOffset, crc64(body));
+    return std::move(bytes_);
+  }
+
+ private:
+  void patch(std::size_t offset, std::uint64_t value) {
+    for (std::size_t i = 0; i < 8; ++i) bytes_[offset + i] = static_cast<std::byte>(value >> (56 - 8 * i));
+  }
+
+  std::uint16_t version_;
+  Bytes bytes_;
+};
+
+/// Column by column, the translation last.
+void put_transform(Bytes& out, const RigidTransform& X) {
+  for (int column = 0; column < 3; ++column)
+    for (int row = 0; row < 3; ++row) put(out, static_cast<float>(X.R(row, column)));
+  for (int row = 0; row < 3; ++row) put(out, static_cast<float>(X.p(row)));
+}
+
+}  // namespace
+
+Bytes encode_empty(std::string_view type, const Label& label) {
+  return Builder(type, label, 0).finish();
+}
+
+Bytes encode_transform(const Label& label, const RigidTransform& X) {
+  Builder message("TRANSFORM", label, kTransformBytes);
+  put_transform(message.bytes(), X);
+  return message.finish();
+}
+
+Bytes encode_status(const Label& label, const Status& status) {
+  Builder message("STATUS", label, 31 + status.text.size());
+  Bytes& out = message.bytes();
+  put(out, static_cast<std::uint16_t>(status.code));
+  put(out, static_cast<std::uint64_t>(status.sub_code));
+  put_name(out, status.name, kNameBytes);
+  put_name(out, status.text, status.text.size() + 1);  // ends with a zero
+  return message.finish();
+}
+
+Bytes encode_tracking(const Label& label, std::span<const TrackedTool> tools) {
+  constexpr auto kSixDegrees = std::byte{2};
+  Builder message("TDATA", label, tools.size() * (kNameBytes + 2 + kTransformBytes));
+  for (const TrackedTool& tool : tools) {
+    put_name(message.bytes(), tool.name, kNameBytes);
+    message.bytes().push_back(kSixDegrees);
+    message.bytes().push_back(std::byte{0});
+    put_transform(message.bytes(), tool.X);
+  }
+  return message.finish();
+}
+
+Bytes encode_tracking_answer(const Label& label) {
+  Builder message("RTS_TDATA", label, 1);
+  message.bytes().push_back(std::byte{0});
+  return message.finish();
+}
+
+Bytes encode_capability(const Label& label, std::span<const std::string_view> types) {
+  Builder message("CAPABILITY", label, types.size() * kTypeBytes);
+  for (const std::string_view type : types) put_name(message.bytes(), type, kTypeBytes);
+  return message.finish();
+}
+
+Bytes encode_triangles(std::span<const Triangle> triangles) {
+  Bytes out;
+  out.reserve(triangles.size() * 16);
+  for (const Triangle& triangle : triangles) {
+    put(out, std::uint32_t{3});
+    for (const std::uint32_t corner : triangle) put(out, corner);
+  }
+  return out;
+}
+
+Bytes encode_polydata(const Label& label, std::span<const float> points, std::span<const std::byte> triangles,
+                      std::uint32_t triangle_count) {
+  Builder message("POLYDATA", label, 40 + points.size_bytes() + triangles.size());
+  Bytes& out = message.bytes();
+  put(out, static_cast<std::uint32_t>(points.size() / 3));
+  for (int vertices_and_lines = 0; vertices_and_lines < 4; ++vertices_and_lines) put(out, std::uint32_t{0});
+  put(out, triangle_count);
+  put(out, static_cast<std::uint32_t>(triangles.size()));
+  for (int strips_and_attributes = 0; strips_and_attributes < 3; ++strips_and_attributes)
+    put(out, std::uint32_t{0});
+  for (const float coordinate : points) put(out, coordinate);
+  out.insert(out.end(), triangles.begin(), triangles.end());
+  return message.finish();
+}
+
+Header decode_header(std::span<const std::byte> bytes) {
+  Header header;
+  header.version = get<std::uint16_t>(bytes);
+  header.type = to_wire_text(get_name(bytes.subspan(2, kTypeBytes)), kTypeBytes);
+  header.device = to_wire_text(get_name(bytes.subspan(2 + kTypeBytes, kNameBytes)), kNameBytes);
+  header.timestamp = get<std::uint64_t>(bytes.subspan(kSizeOffset - 8));
+  header.body_size = get<std::uint64_t>(bytes.subspan(kSizeOffset));
+  header.crc = get<std::uint64_t>(bytes.subspan(kCrcOffset));
+  return header;
+}
+
+std::optional<RigidTransform> decode_transform(std::span<const std::byte> content) {
+  if (content.size() != kTransformBytes) return std::nullopt;
+  RigidTransform X;
+  for (int column = 0; column < 3; ++column)
+    for (int row = 0; row < 3; ++row)
+      X.R(row, column) = get_float(content.subspan(static_cast<std::size_t>(4 * (3 * column + row))));
+  for (int row = 0; row < 3; ++row)
+    X.p(row) = get_float(content.subspan(static_cast<std::size_t>(36 + 4 * row)));
+  return X;
+}
+
+std::optional<StartTracking> decode_start_tracking(std::span<const std::byte> content) {
+  constexpr std::size_t kBytes = 36;  // the resolution and the name of a coordinate system
+  if (content.size() != kBytes) return std::nullopt;
+  return StartTracking{get<std::uint32_t>(content)};
+}
+
+}  // namespace brachy::net::igtl

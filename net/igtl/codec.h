@@ -1,0 +1,40 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+
+#include "core/surface/surface_mesh.h"
+#include "net/igtl/messages.h"
+#include "net/wire/byte_io.h"
+
+/// Messages to bytes and back: pure functions, no socket, no clock, any thread. Decoding takes bytes nobody vouches for.
+namespace brachy::net::igtl {
+
+// Whole messages, header and CRC with them. With label.version 2 the body has an extended header and no metadata.
+
+/// A body of 0 bytes: a query, or "there is none" in answer to one.
+Bytes encode_empty(std::string_view type, const Label& label);
+/// Single precision.
+Bytes encode_transform(const Label& label, const RigidTransform& X);
+Bytes encode_status(const Label& label, const Status& status);
+Bytes encode_tracking(const Label& label, std::span<const TrackedTool> tools);
+/// RTS_TDATA, the answer to STT_TDATA and STP_TDATA: done.
+Bytes encode_tracking_answer(const Label& label);
+Bytes encode_capability(const Label& label, std::span<const std::string_view> types);
+
+/// The polygons of a POLYDATA as they stand in it: they are the same each time.
+Bytes encode_triangles(std::span<const Triangle> triangles);
+/// `points`: x y z of each. `triangles`: encode_triangles() of triangle_count.
+Bytes encode_polydata(const Label& label, std::span<const float> points, std::span<const std::byte> triangles,
+                      std::uint32_t triangle_count);
+
+/// Of the first kHeaderSize bytes (precondition: they are there). Names end at the first zero; what is not printable in
+/// them becomes '?'. Nothing is checked.
+Header decode_header(std::span<const std::byte> bytes);
+/// nullopt: the size is wrong. Entries may be anything, also NaN.
+std::optional<RigidTransform> decode_transform(std::span<const std::byte> content);
+std::optional<StartTracking> decode_start_tracking(std::span<const std::byte> content);
+
+}  // namespace brachy::net::igtl

@@ -1,0 +1,183 @@
+#include "net/igtl/igtl_server.h"
+
+#include <algorithm>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/post.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <map>
+#include <utility>
+#include <vector>
+
+#include "net/clock.h"
+#include "net/igtl/igtl_session.h"
+#include "net/igtl/wall_clock.h"
+#include "net/server.h"
+#include "net/tcp/acceptor.h"
+#include "net/tcp/tcp_connection.h"
+
+namespace brachy::net::igtl {
+namespace asio = boost::asio;
+namespace {
+
+constexpr std::chrono::milliseconds kHousekeeping{100};
+constexpr std::size_t kReadBufferBytes = 16 * 1024;
+constexpr std::size_t kMaxRefused = 16;  // connections over max_clients that are still being told so
+
+ListenOptions listen_options(const IgtlOptions& options, const ServerOptions& common) {
+  return {common.address, options.port, common.allow_remote, "--igtl-port"};
+}
+
+}  // namespace
+
+class IgtlServer::Impl : public std::enable_shared_from_this<IgtlServer::Impl> {
+ public:
+  Impl(asio::io_context& io, const IgtlOptions& options, Server& server, const Tissue& tissue, Log log)
+      : io_(io),
+        options_(options),
+        server_(server),
+        log_(std::move(log)),
+        messages_(tissue, server.options().topology_name),
+        acceptor_(std::make_shared<Acceptor>(io, listen_options(options, server.options()))),
+        timer_(io) {
+    restart_rates();
+  }
+
+  void start() {
+    acceptor_->start([this](asio::ip::tcp::socket socket) { on_socket(std::move(socket)); },
+                     [this](const std::string& line) { log_(line); });
+    keep_house();
+  }
+
+  void publish(std::shared_ptr<const MeshState> state) {
+    if (is_stopped_) return;
+    const MeshState* last = messages_.state();
+    if (last && state->tick < last->tick) restart_rates();
+    // Of the simulation's time, so that a snapshot that came late does not cost the next one.
+    const auto time_ns = static_cast<std::int64_t>(1e9 * state->sim_time_s);
+    const std::int64_t age_ns = state->publish_ns != 0 ? monotonic_ns() - state->publish_ns : 0;
+    messages_.update(std::move(state), utc_ns() - age_ns);
+    const bool transforms = transform_rate_.pass(time_ns), surface = surface_rate_.pass(time_ns);
+    for (const auto& session : sessions()) session->offer(transforms, surface);
+  }
+
+  void stop() {
+    if (is_stopped_) return;
+    is_stopped_ = true;
+    acceptor_->stop();
+    for (const auto& session : sessions())
+      session->fail({StatusCode::kShutdown, 0, "Shutdown", "the server stops"});
+    if (sessions_.empty()) timer_.cancel();
+  }
+
+  void end() {
+    is_stopped_ = true;
+    acceptor_->stop();
+    for (const auto& session : sessions()) session->abort("the server is gone");
+    timer_.cancel();
+  }
+
+  std::size_t client_count() const {
+    return static_cast<std::size_t>(std::count_if(
+        sessions_.begin(), sessions_.end(), [](const auto& entry) { return !entry.second->is_closing(); }));
+  }
+  std::uint16_t port() const { return acceptor_->port(); }
+  std::uint64_t surfaces_encoded() const { return messages_.encoded(); }
+  std::uint64_t messages_dropped() const { return messages_dropped_; }
+  asio::io_context& io() { return io_; }
+
+ private:
+  /// A copy: sessions may end while it is walked.
+  std::vector<std::shared_ptr<IgtlSession>> sessions() const {
+    std::vector<std::shared_ptr<IgtlSession>> all;
+    for (const auto& [id, session] : sessions_) all.push_back(session);
+    return all;
+  }
+
+  /// The burst makes up for snapshots that come unevenly; the mean stays within the rate.
+  void restart_rates() {
+    transform_rate_ = RateLimit(options_.transform_hz, 1.5);
+    surface_rate_ = RateLimit(options_.surface_hz, 1.5);
+  }
+
+  void on_socket(asio::ip::tcp::socket socket) {
+    const ServerOptions& common = server_.options();
+    if (sessions_.size() >= common.max_clients + kMaxRefused) return;  // closes it
+    const bool is_full = client_count() >= common.max_clients;
+    auto connection =
+        std::make_shared<TcpConnection>(std::move(socket), common.send_buffer_bytes, kReadBufferBytes);
+    IgtlSession::Environment environment{
+        server_, messages_, options_.first_message_wait,
+        [this](const IgtlSession& session, const std::string& reason) { on_closed(session, reason); },
+        [this] { ++messages_dropped_; }};
+    const auto session = std::make_shared<IgtlSession>(++last_session_, std::move(connection), environment);
+    sessions_.emplace(session->id(), session);
+    log_("OpenIGTLink client from " + session->address() + " joined");
+    session->start();
+    if (is_full)
+      session->fail({StatusCode::kBusy, 0, "Busy",
+                     "all " + std::to_string(common.max_clients) + " client places are taken"});
+  }
+
+  void on_closed(const IgtlSession& session, const std::string& reason) {
+    log_("OpenIGTLink client from " + session.address() + " left: " + reason);
+    sessions_.erase(session.id());
+    if (is_stopped_ && sessions_.empty()) timer_.cancel();
+  }
+
+  void keep_house() {
+    const std::int64_t now = monotonic_ns();
+    for (const auto& session : sessions()) session->check_time(now);
+    if (is_stopped_ && sessions_.empty()) return;
+    timer_.expires_after(kHousekeeping);
+    timer_.async_wait([self = shared_from_this()](const boost::system::error_code& error) {
+      if (!error) self->keep_house();
+    });
+  }
+
+  asio::io_context& io_;
+  const IgtlOptions options_;
+  Server& server_;
+  const Log log_;
+  SnapshotMessages messages_;
+  const std::shared_ptr<Acceptor> acceptor_;
+  asio::steady_timer timer_;
+  RateLimit transform_rate_{1, 1}, surface_rate_{1, 1};
+  std::map<std::uint64_t, std::shared_ptr<IgtlSession>> sessions_;
+  std::uint64_t last_session_ = 0;
+  std::uint64_t messages_dropped_ = 0;
+  bool is_stopped_ = false;
+};
+
+IgtlServer::IgtlServer(asio::io_context& io, const IgtlOptions& options, Server& server, const Tissue& tissue,
+                       Log log)
+    : impl_(std::make_shared<Impl>(io, options, server, tissue, std::move(log))) {
+  impl_->start();
+}
+
+IgtlServer::~IgtlServer() {
+  impl_->end();
+}
+
+std::uint16_t IgtlServer::port() const {
+  return impl_->port();
+}
+
+void IgtlServer::publish(std::shared_ptr<const MeshState> state) {
+  asio::post(impl_->io(),
+             [impl = impl_, state = std::move(state)]() mutable { impl->publish(std::move(state)); });
+}
+
+std::size_t IgtlServer::client_count() const {
+  return impl_->client_count();
+}
+std::uint64_t IgtlServer::surfaces_encoded() const {
+  return impl_->surfaces_encoded();
+}
+std::uint64_t IgtlServer::messages_dropped() const {
+  return impl_->messages_dropped();
+}
+void IgtlServer::stop() {
+  impl_->stop();
+}
+
+}  // namespace brachy::net::igtl

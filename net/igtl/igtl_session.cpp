@@ -1,0 +1,302 @@
+#include "net/igtl/igtl_session.h"
+
+#include <algorithm>
+#include <array>
+#include <utility>
+
+#include "net/clock.h"
+#include "net/igtl/needle_name.h"
+#include "net/igtl/wall_clock.h"
+
+namespace brachy::net::igtl {
+namespace {
+
+constexpr std::size_t kMaxAnswers = 16;  // that wait; queries beyond are ignored
+constexpr std::array<std::string_view, 7> kCapabilities = {
+    "TRANSFORM", "GET_TRANS", "GET_POLYDATA", "GET_STATUS", "GET_CAPABIL", "STT_TDATA", "STP_TDATA"};
+
+}  // namespace
+
+IgtlSession::IgtlSession(std::uint64_t id, std::shared_ptr<Connection> connection,
+                         const Environment& environment)
+    : id_(id),
+      connection_(std::move(connection)),
+      environment_(environment),
+      options_(environment.server.options()),
+      opened_ns_(monotonic_ns()),
+      now_ns_(opened_ns_),
+      poses_(options_.max_poses_per_s, std::max(1.0, options_.max_poses_per_s / 10.0)) {}
+
+// --- in ---
+
+void IgtlSession::on_bytes(std::span<const std::byte> bytes) {
+  if (is_closing()) return;  // read and thrown away, so that the peer gets our STATUS and no reset
+  now_ns_ = monotonic_ns();
+  parser_.feed(bytes);
+  MessageParser::Message message;
+  while (!is_closing()) {
+    switch (parser_.next(message)) {
+      case Parsed::kNeedMore:
+        return;
+      case Parsed::kMessage:
+        note(message.header);
+        handle(message);
+        break;
+      case Parsed::kSkipped:
+        note(message.header);
+        break;
+      case Parsed::kWrongCrc:
+        environment_.on_dropped();
+        report({StatusCode::kChecksumError, 0, "WrongCrc",
+                "a " + message.header.type + " was dropped: its CRC is not that of its body"});
+        break;
+      case Parsed::kMalformed:
+        environment_.on_dropped();
+        report({StatusCode::kIllegalInstruction, 0, "Malformed",
+                "a " + message.header.type +
+                    " was dropped: the sizes in its extended header do not fit its body"});
+        break;
+      case Parsed::kLost:
+        environment_.on_dropped();
+        return fail({StatusCode::kIllegalInstruction, 0, "NotOpenIGTLink",
+                     "no OpenIGTLink header of version 1 or 2, or a body of over 1 GiB"});
+    }
+  }
+}
+
+/// A client's first words tell what it wants; a query for the server's state is none of them.
+void IgtlSession::note(const Header& header) {
+  version_ = std::max(version_, header.version);
+  if (wish_ != Wish::kNotKnown || header.type == "GET_STATUS" || header.type == "GET_CAPABIL") return;
+  const bool is_asking = header.type.starts_with("GET_") || header.type.starts_with("STT_");
+  if (!is_asking) return begin_stream();
+  wish_ = Wish::kAnswers;
+}
+
+void IgtlSession::begin_stream() {
+  wish_ = Wish::kStream;
+  if (environment_.messages.state()) offer(true, true);
+}
+
+void IgtlSession::handle(const MessageParser::Message& message) {
+  if (message.header.type == "TRANSFORM") return handle_transform(message);
+  if (!queries_.pass(now_ns_) || answers_.size() >= kMaxAnswers) return;
+  handle_query(message);
+}
+
+void IgtlSession::handle_query(const MessageParser::Message& message) {
+  const Header& query = message.header;
+  if (query.type == "GET_STATUS") {
+    answer(encode_status(label(options_.topology_name), {StatusCode::kOk, 0, "OK", options_.server_name}));
+  } else if (query.type == "GET_CAPABIL") {
+    answer(encode_capability(label(query.device), kCapabilities));
+  } else if (query.type == "GET_POLYDATA") {
+    surface_pending_ = true;
+    write_next();
+  } else if (query.type == "STT_TDATA") {
+    const auto asked = decode_start_tracking(message.content);
+    if (!asked) return report({StatusCode::kIllegalInstruction, 0, "Malformed", "STT_TDATA has 36 bytes"});
+    tracking_period_s_ = 1e-3 * asked->resolution_ms;
+    answer(encode_tracking_answer(label(query.device)));
+  } else if (query.type == "STP_TDATA") {
+    tracking_period_s_.reset();
+    tracking_pending_ = false;
+    answer(encode_tracking_answer(label(query.device)));
+  } else {
+    answer_transform(query);
+  }
+}
+
+/// By name; without one needle 0's pose. What is not there has an empty body.
+void IgtlSession::answer_transform(const Header& query) {
+  if (const MeshState* state = environment_.messages.state()) {
+    const std::size_t count = state->needles.size();
+    for (const auto& [needle, pose, force] : environment_.messages.transforms(version_)) {
+      if (query.device.empty() || query.device == pose_name(needle, count)) return answer(pose);
+      if (query.device == force_name(needle, count) && !force.empty()) return answer(force);
+    }
+  }
+  answer(encode_empty("TRANSFORM", label(query.device)));
+}
+
+void IgtlSession::handle_transform(const MessageParser::Message& message) {
+  const Header& header = message.header;
+  const auto needle = needle_of(header.device);
+  if (!needle) return;  // a tool of somebody else's
+  if (!poses_.pass(now_ns_)) {
+    return refuse(
+        {false, kRefusedRate, "more than " + std::to_string(options_.max_poses_per_s) + " poses a second"},
+        StatusCode::kOverflow);
+  }
+  const auto X_WN = decode_transform(message.content);
+  if (!X_WN) {
+    environment_.on_dropped();
+    return report({StatusCode::kIllegalInstruction, 0, "Malformed", "TRANSFORM has 48 bytes"});
+  }
+  Held* held = attach(*needle, header.device);
+  if (!held) return;
+  held->last_ns = now_ns_;
+  // PLUS says so where the tracker does not see the tool; the matrix means nothing then.
+  if (message.find_metadata("TransformStatus").value_or("OK") != "OK") return;
+  NeedlePose pose;
+  pose.X_WN = *X_WN;
+  pose.sequence = ++poses_come_;
+  pose.stamp_ns = header.timestamp != 0 ? to_ns(header.timestamp) : now_ns_;
+  pose.received_ns = now_ns_;
+  pose.present = true;
+  const PoseVerdict verdict = environment_.server.submit(*needle, pose);
+  if (!verdict.accepted)
+    report({StatusCode::kUnknownError, verdict.code, "PoseRefused", header.device + ": " + verdict.text});
+}
+
+/// Null: another device has it, or there is no such needle; the client has been told.
+IgtlSession::Held* IgtlSession::attach(std::uint16_t needle, const std::string& device) {
+  const auto held =
+      std::find_if(held_.begin(), held_.end(), [&](const Held& h) { return h.needle == needle; });
+  if (held != held_.end()) return &*held;
+  DeviceInfo info;
+  info.name = device;
+  info.address = "OpenIGTLink " + address();
+  info.needle = needle;
+  info.takes_force = false;
+  if (const auto refused = environment_.server.attach(info)) {
+    const bool is_there = refused->code != ErrorCode::kNoNeedle;
+    refuse({false, is_there ? kRefusedNotDevice : kRefusedNeedle, refused->text},
+           is_there ? StatusCode::kBusy : StatusCode::kNotPresent);
+    return nullptr;
+  }
+  return &held_.emplace_back(Held{needle, now_ns_});
+}
+
+void IgtlSession::refuse(const PoseVerdict& verdict, StatusCode code) {
+  environment_.server.count_refusal(verdict);
+  report({code, verdict.code, "PoseRefused", verdict.text});
+}
+
+/// A few a second at most: who breaks a rule breaks it with each message.
+void IgtlSession::report(const Status& status) {
+  if (answers_.size() >= kMaxAnswers || !reports_.pass(now_ns_)) return;
+  answer(encode_status(label(options_.topology_name), status));
+}
+
+// --- out ---
+
+Label IgtlSession::label(std::string_view device) const {
+  return {version_, device, to_timestamp(utc_ns())};
+}
+
+void IgtlSession::answer(Bytes message) {
+  answers_.push_back(std::move(message));
+  write_next();
+}
+
+void IgtlSession::offer(bool transforms, bool surface) {
+  if (is_closing()) return;
+  if (wish_ == Wish::kStream) {
+    transforms_pending_ |= transforms;
+    surface_pending_ |= surface;
+  }
+  const double now_s = environment_.messages.state()->sim_time_s;
+  if (transforms && tracking_period_s_ &&
+      (now_s < last_tracking_s_ || now_s - last_tracking_s_ >= *tracking_period_s_)) {
+    last_tracking_s_ = now_s;
+    tracking_pending_ = true;
+  }
+  write_next();
+}
+
+void IgtlSession::write_next() {
+  if (writing_ || phase_ == Phase::kClosed) return;
+  if (!answers_.empty()) {
+    Bytes next = std::move(answers_.front());
+    answers_.pop_front();
+    return write(std::move(next), nullptr);
+  }
+  if (phase_ == Phase::kClosing) return connection_->shutdown_send();
+  SnapshotMessages& messages = environment_.messages;
+  if (!messages.state()) return;
+  const bool is_others_turn = was_surface_ || !surface_pending_;
+  was_surface_ = false;
+  if (is_others_turn && std::exchange(tracking_pending_, false))
+    return write({}, messages.tracking(version_));
+  if (is_others_turn && std::exchange(transforms_pending_, false) && write_transforms()) return;
+  if (!std::exchange(surface_pending_, false)) return;
+  was_surface_ = true;
+  write({}, messages.surface(version_));
+}
+
+/// All needles' poses and forces in one write, but not the poses of its own: a client that moves a node of that name
+/// would see it moved back. False where there is none.
+bool IgtlSession::write_transforms() {
+  Bytes all;
+  const auto append = [&](const Bytes& message) { all.insert(all.end(), message.begin(), message.end()); };
+  for (const auto& of_needle : environment_.messages.transforms(version_)) {
+    const bool is_own = std::any_of(held_.begin(), held_.end(),
+                                    [&](const Held& held) { return held.needle == of_needle.needle; });
+    if (!is_own) append(of_needle.pose);
+    append(of_needle.force);
+  }
+  if (all.empty()) return false;
+  write(std::move(all), nullptr);
+  return true;
+}
+
+void IgtlSession::write(Bytes header, std::shared_ptr<const Bytes> body) {
+  writing_ = true;
+  connection_->write(std::move(header), std::move(body));
+}
+
+void IgtlSession::on_written() {
+  writing_ = false;
+  write_next();
+}
+
+// --- time and end ---
+
+void IgtlSession::check_time(std::int64_t now_ns) {
+  if (phase_ == Phase::kClosing && now_ns - closing_ns_ >= in_ns(options_.drain_timeout))
+    return abort(end_reason_);
+  if (is_closing()) return;
+  if (wish_ == Wish::kNotKnown && now_ns - opened_ns_ >= in_ns(environment_.first_message_wait))
+    begin_stream();
+  // Some trackers only send: who does may leave unread what it is sent, it is one message.
+  const std::int64_t alive_ns = std::max(connection_->last_progress_ns(), now_ns_);
+  if (writing_ && now_ns - alive_ns >= in_ns(options_.stall_timeout)) return abort("reads nothing");
+  const auto is_silent = [&](const Held& held) {
+    return now_ns - held.last_ns >= in_ns(options_.silence_timeout);
+  };
+  for (const Held& held : held_)
+    if (is_silent(held)) environment_.server.detach(held.needle, "sent no pose any more");
+  std::erase_if(held_, is_silent);
+}
+
+void IgtlSession::fail(const Status& status) {
+  if (is_closing()) return;
+  phase_ = Phase::kClosing;
+  closing_ns_ = monotonic_ns();
+  end_reason_ = status.text;
+  give_back(status.text);
+  answers_.clear();
+  answer(encode_status(label(options_.topology_name), status));
+}
+
+void IgtlSession::abort(const std::string& reason) {
+  if (phase_ == Phase::kClosed) return;
+  connection_->close();
+  on_closed(reason);
+}
+
+void IgtlSession::on_closed(const std::string& reason) {
+  if (phase_ == Phase::kClosed) return;
+  const std::string why = phase_ == Phase::kClosing ? end_reason_ : reason;
+  phase_ = Phase::kClosed;
+  give_back(why);
+  environment_.on_closed(*this, why);
+}
+
+void IgtlSession::give_back(const std::string& reason) {
+  for (const Held& held : held_) environment_.server.detach(held.needle, reason);
+  held_.clear();
+}
+
+}  // namespace brachy::net::igtl

@@ -1,0 +1,52 @@
+#pragma once
+
+#include <string>
+
+#include "net/igtl/igtl_server.h"
+#include "tests/net/igtl/igtl_peer.h"
+#include "tests/net/net_testing.h"
+
+namespace brachy::net::igtl::test {
+
+/// An OpenIGTLink listener beside a native server, with a fake simulation behind both, all on one io_context.
+struct IgtlFixture : net::test::ServerFixture {
+  /// `wait`: clients that say nothing get the stream from then on.
+  void start_igtl(std::chrono::milliseconds wait = std::chrono::milliseconds(0), ServerOptions options = {}) {
+    options.topology_name = "gland";
+    start(options);
+    igtl.emplace(io, IgtlOptions{0, 10, 30, wait}, *server, tissue,
+                 [this](const std::string& line) { log.push_back(line); });
+  }
+  /// One tick of 5 ms for both.
+  void publish_both() {
+    simulation.step();
+    server->publish(simulation.snapshot());
+    igtl->publish(simulation.snapshot());
+  }
+  /// Serves everybody, the peer reading all it gets, until `condition()`.
+  template <class Condition>
+  bool until_read(IgtlPeer& peer, Condition&& condition) {
+    return until([&] {
+      peer.take();
+      return condition();
+    });
+  }
+  /// Likewise, with a tick in each turn, as fast as it goes.
+  template <class Condition>
+  bool until_ticked(IgtlPeer& peer, Condition&& condition) {
+    const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(20);
+    while (std::chrono::steady_clock::now() < end) {
+      publish_both();
+      io.restart();
+      io.poll();
+      peer.take();
+      if (condition()) return true;
+    }
+    return false;
+  }
+  static RigidTransform at(double x, double y, double z) { return {Mat3::Identity(), Vec3(x, y, z)}; }
+
+  std::optional<IgtlServer> igtl;
+};
+
+}  // namespace brachy::net::igtl::test
