@@ -8,3 +8,6 @@ export {RecordingReader} from './protocol/recording.js';
 export {crc32} from './protocol/crc32.js';
 export {Session} from './model/session.js';
 export {Player} from './transport/player.js';
+export {linearWeights} from './scene/interpolation.js';
+export {outline, signedDistance} from './scene/outline.js';
+export {PointGrid} from './scene/point_grid.js';

@@ -26,6 +26,7 @@ export class DvhPanel {
 
   show(dose: Dose | null): void {
     this.host.classList.toggle('empty', dose === null);
+    this.table.parentElement!.hidden = dose === null;
     this.table.replaceChildren(...(dose ? rows(dose) : []));
     if (!dose) {
       this.chart?.destroy();

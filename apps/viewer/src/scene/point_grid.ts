@@ -31,19 +31,30 @@ export class PointGrid {
     return (x * 4096 + y) * 4096 + z;
   }
 
-  /** Up to `count` nearest points within three cells, nearest first, with their squared distances. */
+  /** The `count` nearest points, as far as four cells hold that many; nearest first, with their squared distances. */
   nearest(x: number, y: number, z: number, count: number): {point: number; d2: number}[] {
     const [cx, cy, cz] = [this.index(x, 0), this.index(y, 1), this.index(z, 2)];
     for (let reach = 1; ; ++reach) {
       const found: {point: number; d2: number}[] = [];
       for (let i = cx - reach; i <= cx + reach; ++i)
         for (let j = cy - reach; j <= cy + reach; ++j)
-          for (let k = cz - reach; k <= cz + reach; ++k)
-            for (const point of this.cells.get(this.key(i, j, k)) ?? []) {
-              const dx = this.points[3 * point]! - x, dy = this.points[3 * point + 1]! - y, dz = this.points[3 * point + 2]! - z;
-              found.push({point, d2: dx * dx + dy * dy + dz * dz});
-            }
-      if (found.length >= count || reach === 3) return found.sort((a, b) => a.d2 - b.d2).slice(0, count);
+          for (let k = cz - reach; k <= cz + reach; ++k) this.insert(this.cells.get(this.key(i, j, k)), x, y, z, count, found);
+      const beyond = (reach * this.cell) ** 2;  // what has not been looked at is at least as far
+      if ((found.length === count && found[count - 1]!.d2 <= beyond) || reach === 4) return found;
+    }
+  }
+
+  /** Keeps `found` sorted and of at most `count`. */
+  private insert(members: number[] | undefined, x: number, y: number, z: number, count: number, found: {point: number; d2: number}[]): void {
+    if (!members) return;
+    for (const point of members) {
+      const dx = this.points[3 * point]! - x, dy = this.points[3 * point + 1]! - y, dz = this.points[3 * point + 2]! - z;
+      const d2 = dx * dx + dy * dy + dz * dz;
+      let at = found.length;
+      if (at === count && d2 >= found[at - 1]!.d2) continue;
+      while (at > 0 && found[at - 1]!.d2 > d2) --at;
+      found.splice(at, 0, {point, d2});
+      if (found.length > count) found.pop();
     }
   }
 }

@@ -137,7 +137,7 @@ export class Viewport {
     if (!changed || !this.buffer) return;
     if (this.slice.mesh.visible) this.slice.update();
     this.buffer.upload(...changed, this.slice.mesh.visible);
-    this.uniforms.mostMm.value = roundUp(this.buffer.mostMm);
+    this.uniforms.mostMm.value = roundUp(Math.max(this.buffer.mostMm, 1));
     this.dirty = true;
   }
 

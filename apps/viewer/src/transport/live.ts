@@ -122,9 +122,10 @@ export class LiveConnection {
     this.socket = null;
     this.reconnects += 1;
     this.asked = [];
-    const host = new URL(this.url).host;
-    const problem = reason || (wasOpen ? 'The daemon ended the connection.'
-                                       : `No daemon answers at ${host}. Start it with: brachyd --http-port ${new URL(this.url).port || 80}`);
+    const {host, port} = new URL(this.url);
+    const problem = reason ? `Not connected: ${reason.replace(/\.$/, '')}.`
+      : wasOpen ? 'The daemon ended the connection.'
+      : `No daemon answers at ${host}. Start it with: brachyd --http-port ${port || 80}.`;
     const waitMs = this.waitMs * (0.8 + 0.4 * Math.random());  // viewers of one daemon do not all come at once
     this.waitMs = Math.min(2 * this.waitMs, LONGEST_WAIT_MS);
     this.status = {phase: 'waiting', problem, untilMs: performance.now() + waitMs};

@@ -44,7 +44,8 @@ export class DisplayPanel {
     setText(byId('clip-value'), `${place.toFixed(1)} mm`);
 
     const dose = s.colour === 'dose';
-    const shown = dose || s.colour === 'displacement' || (s.clip && s.field);
+    const hasMesh = box.high[0]! > box.low[0]!;
+    const shown = hasMesh && (dose || s.colour === 'displacement' || (s.clip && s.field));
     const bar = byId('colour-bar');
     bar.hidden = !shown;
     if (!shown) return;
