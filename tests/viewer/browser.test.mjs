@@ -244,7 +244,7 @@ test('a recording plays from a file, without a daemon', async () => {
 
   page = await newPage();
   await page.goto(pathToFileURL(join(resolve(viewerFolder), 'index.html')).href);
-  assert.equal(await ask('brachy.connection.phase'), 'off');
+  await until('brachy.connection.phase === "off"');
   await page.locator('#file').setInputFiles(file);
   await until('brachy.recording.state === "ready"');
   await until('brachy.recording.positionS > 0.2');
