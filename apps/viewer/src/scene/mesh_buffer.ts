@@ -12,7 +12,6 @@ export class MeshBuffer {
   readonly sliceAttribute: InterleavedBufferAttribute;
   /** Of the points at rest: what moves stays near enough to it. */
   readonly bounds: Sphere;
-  uploads = 0;
   /** The largest displacement of a point that has been uploaded, mm. */
   mostMm = 0;
   private readonly buffer: InterleavedBuffer;
@@ -40,7 +39,6 @@ export class MeshBuffer {
     this.buffer.clearUpdateRanges();
     this.buffer.addUpdateRange(0, floats);
     this.buffer.needsUpdate = true;
-    this.uploads += 1;
   }
 
   private measure(first: number, end: number): void {

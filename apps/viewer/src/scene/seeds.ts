@@ -11,7 +11,6 @@ const PLANNED = new Color('#5fd3c6');
 
 export class Seeds {
   readonly group = new Group();
-  uploads = 0;
   private dropped: InstancedMesh;
   private planned: InstancedMesh;
   private lengthMm = 4.5;
@@ -53,7 +52,6 @@ export class Seeds {
     if (seeds.length > room) this.dropped = this.remake(this.dropped, Math.max(seeds.length, 2 * room), this.droppedMaterial);
     seeds.forEach((seed, i) => this.set(this.dropped, i, seed.position, seed.axis, seed.certified ? CERTIFIED : UNCERTIFIED));
     this.finish(this.dropped, seeds.length);
-    this.uploads += 1;
   }
 
   private set(mesh: InstancedMesh, i: number, position: readonly number[], axis: readonly number[], colour: Color): void {

@@ -10,7 +10,6 @@ const PERIOD_MS = 12;
 export class Device {
   /** −1 until the daemon has granted one. */
   needle = -1;
-  axialN = NaN;
   private readonly socket: Socket;
   private timer: ReturnType<typeof setInterval> | undefined;
 
@@ -23,7 +22,6 @@ export class Device {
         device: {needle: wanted < 0 ? ANY_NEEDLE : wanted, rateHz: 30},
       })),
       message: (message) => {
-        if (message.kind === 'force') this.axialN = message.body.axial;
         if (message.kind !== 'welcome') return;
         this.needle = message.body.needle;
         granted();
