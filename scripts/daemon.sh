@@ -4,6 +4,7 @@
 daemon=
 start_daemon() {
   local folder=$1; shift
+  : >"$folder/daemon.out"  # before the daemon's shell gets to it: lines of an earlier one are not this one's
   build/release/bin/brachyd "$@" >"$folder/daemon.out" 2>"$folder/daemon.log" &
   daemon=$!
   until grep -q '^brachyd listening on ' "$folder/daemon.out"; do
