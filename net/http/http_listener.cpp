@@ -78,7 +78,6 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
       return send(refusal(431, "The header is longer than 8 KiB."), false);
     if (error) return close();
     parser_.emplace();
-    parser_.emplace();
     const std::size_t parsed = parser_->put(asio::buffer(unread_.data(), size), error);
     if (error || !parser_->is_header_done())
       return send(refusal(400, "This is not HTTP/1.1: " + error.message() + "."), false);
