@@ -249,7 +249,8 @@ TEST_F(HostileHttpTest, AStalledPageDelaysNobodyAndIsClosed) {
   simulation = FakeSimulation(tissue);
   ServerOptions options;
   options.send_buffer_bytes = 4096;
-  options.stall_timeout = std::chrono::milliseconds(500);
+  options.stall_timeout =
+      std::chrono::milliseconds(2000);  // longer than a busy machine keeps the good one waiting
   start_http(options);
   const auto good = join_page();
   const auto stalled = open_page(4096);
@@ -262,7 +263,7 @@ TEST_F(HostileHttpTest, AStalledPageDelaysNobodyAndIsClosed) {
     return server->client_count() == 1;
   }));
   EXPECT_GT(good->frames.size(), 1u);
-  EXPECT_NE(log.back().find("read nothing for 500 ms"), std::string::npos) << log.back();
+  EXPECT_NE(log.back().find("read nothing for 2 s"), std::string::npos) << log.back();
   expect_alive();
 }
 
@@ -288,7 +289,6 @@ TEST_F(HostileHttpTest, APageThatReadsSlowlyButSteadilyStays) {
   options.send_buffer_bytes = 4096;
   options.ping_interval = std::chrono::milliseconds(50);
   options.silence_timeout = std::chrono::milliseconds(400);
-  options.stall_timeout = std::chrono::milliseconds(400);
   start_http(options);
   const auto slow = open_page(4096);
   slow->hello(Role::kViewer, kSubscribeFullFrames);  // and says nothing more, not even to a PING
