@@ -34,7 +34,7 @@ start_daemon "$out" --config "$scene" --port 0 --control-thread
 echo "run: daemon on $address; a client watches, one records, the needle goes in"
 $bin/brachy watch --connect "$address" >"$out/watch.log" &
 watcher=$!
-$bin/brachy record --connect "$address" --surface --out "$out/recording.brachy" >"$out/record.log" &
+$bin/brachy record --connect "$address" --surface --out "$out/recording.brachy" >"$out/record.log" 2>"$out/record.err" &
 recorder=$!
 clients=($watcher $recorder)
 tail -n +1 -f --pid=$watcher "$out/watch.log" 2>/dev/null | grep --line-buffered -E '^t |^  tick [0-9]+:' &

@@ -141,7 +141,8 @@ bool ChildProcess::says(const std::string& text, std::size_t times, Milliseconds
   const auto end = Clock::now() + deadline;
   for (;;) {
     std::size_t count = 0;
-    for (std::size_t at = 0; (at = ended_.err.find(text, at)) != std::string::npos; at += text.size()) ++count;
+    for (std::size_t at = 0; (at = ended_.err.find(text, at)) != std::string::npos; at += text.size())
+      ++count;
     if (count >= times) return true;
     if (!err_.is_open() || !poll_once(end)) return false;
   }
