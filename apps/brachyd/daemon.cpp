@@ -124,6 +124,7 @@ class Daemon::Impl {
     }
 
     DaemonSummary summary;
+    std::vector<Vec3> surface = surface_vertices(simulator().tissue());
     const std::int64_t start_ns = monotonic_ns();
     std::promise<std::string> granted;
     std::jthread deformation([&](const std::stop_token& stop) {
@@ -139,9 +140,8 @@ class Daemon::Impl {
                                             [&](auto state) { deliver(std::move(state)); });
     });
     std::jthread dose([&](const std::stop_token& stop) {
-      summary.dose =
-          run_dose_loop(stop, structures_, dose_settings(), surface_vertices(simulator().tissue()),
-                        fallen_reader_, [&](net::DoseMessage message) { deliver_dose(std::move(message)); });
+      summary.dose = run_dose_loop(stop, structures_, dose_settings(), std::move(surface), fallen_reader_,
+                                   [&](net::DoseMessage message) { deliver_dose(std::move(message)); });
     });
     std::jthread control;
     if (options_.control_thread || scene_.realtime.control_thread)

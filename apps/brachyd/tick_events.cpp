@@ -17,6 +17,7 @@ void TickEvents::begin_anew(const MeshState& state) {
     last_[n].drops.refused = std::min(last_[n].drops.refused, state.needles[n].drops.refused);
   }
   seed_count_ = std::min(seed_count_, state.seed_count);
+  guard_ = {};  // its rate is of simulated time, which may have gone back
 }
 
 std::vector<net::EventMessage> TickEvents::update(const MeshState& state) {
