@@ -10,10 +10,11 @@ echo "campaign: $scenes scenes, every result finite and within its certificate o
 BRACHY_SCENES=$scenes build/release/bin/core_tests --gtest_brief=1 --gtest_filter='Property/*'
 echo "campaign: $((scenes / 10)) scenes, verdicts against det(I + grad u) on a grid of 0.25 mm"
 BRACHY_SCENES=$((scenes / 10)) build/release/bin/core_tests --gtest_brief=1 --gtest_filter='CellSearch.IsNever*'
-echo "campaign: the engine, the ladder and the tools under AddressSanitizer"
-scripts/build.sh asan core_tests ladder_tests apps_tests
+echo "campaign: the engine, the ladder, the daemon and the tools under AddressSanitizer"
+scripts/build.sh asan core_tests ladder_tests daemon_tests apps_tests
 build/asan/bin/core_tests --gtest_brief=1
 build/asan/bin/ladder_tests --gtest_brief=1
+build/asan/bin/daemon_tests --gtest_brief=1
 build/asan/bin/apps_tests --gtest_brief=1
 echo "campaign: devices and server under ThreadSanitizer"
 scripts/build.sh tsan haptics_tests net_tests

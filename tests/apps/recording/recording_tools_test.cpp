@@ -1,4 +1,5 @@
 // `brachy record`, `export`, `inspect` and `replay` of recording files, from outside.
+#include <algorithm>
 #include <csignal>
 #include <map>
 
@@ -243,11 +244,14 @@ TEST_F(RecordingTools, WhatAnOperatorDidIsSeenInARecording) {
   boss.client.control(control);
   ASSERT_TRUE(
       boss.until([&] { return boss.refresh_state() && boss.states.back().controls.support_radius_mm == 8; }));
-  const std::uint64_t before = boss.last().message.tick;
   control.action = net::ControlAction::kReset;
   boss.client.control(control);
-  ASSERT_TRUE(boss.until([&] { return boss.last().message.tick < before; }));
-  ASSERT_TRUE(boss.until([&] { return boss.refresh_state() && boss.last().message.tick > 20; }));
+  ASSERT_TRUE(boss.until([&] {
+    return std::ranges::any_of(
+        boss.events, [](const net::EventMessage& event) { return event.kind == net::EventKind::kReset; });
+  }));
+  const std::size_t seen = boss.frames.size();
+  ASSERT_TRUE(boss.until([&] { return boss.frames.size() > seen + 2 && boss.last().message.tick > 20; }));
   record.send_signal(SIGINT);
   ASSERT_TRUE(exited(record.wait(), 0));
   daemon.process.send_signal(SIGTERM);
