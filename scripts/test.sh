@@ -30,12 +30,19 @@ if ((all)); then
 fi
 run_tests release ''
 if ((all)); then
+  mkdir -p out
+  # What only computes, most of the build, is under AddressSanitizer in scripts/campaign.sh, and daemon and tools with it: CI
+  # has half an hour, and what comes from outside is read in these. The charts take one core: meanwhile the other compiles.
+  asan='input_tests realtime_tests haptics_tests net_tests'
+  # shellcheck disable=SC2086
+  scripts/build.sh asan $asan >out/asan-build.log 2>&1 &
+  compiling=$!
   scripts/compare.sh --quick --charts out/compare-quick
   scripts/stability.sh --quick --charts out/stability-quick
   scripts/zwidth.sh --quick --charts out/zwidth-quick
-  # What only computes, most of the build, is under AddressSanitizer in scripts/campaign.sh, and daemon and tools with it: CI
-  # has half an hour, and what comes from outside is read in these.
-  run_tests asan 'input_tests realtime_tests haptics_tests net_tests' -E 'NOT_BUILT|Package'
+  echo "test: compiling asan"
+  wait "$compiling" || { cat out/asan-build.log >&2; exit 1; }
+  run_tests asan "$asan" -E 'NOT_BUILT|Package'
   # Threads meet in the buffer and in the daemon, which has all of them: these under ThreadSanitizer; server and devices by
   # themselves in the campaign.
   run_tests tsan 'realtime_tests daemon_tests' -R 'TripleBuffer|Device|Server|Daemon|Deadline'
