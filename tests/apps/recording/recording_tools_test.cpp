@@ -368,7 +368,9 @@ TEST_F(RecordingTools, ARecordingIsPlayedIntoADaemon) {
   ASSERT_NE(daemon.port, 0);
   const Ended played = run_brachy({"replay", path("r.brachy"), "--connect", daemon.address, "--json"});
   ASSERT_TRUE(exited(played, 0));
-  EXPECT_NEAR(json_of(played).at("duration_s").get<double>(), 59 / 200.0, 1e-9);
+  // These states hold a pose each: one that a newer state replaced on its way is not in the recording.
+  EXPECT_LE(json_of(played).at("duration_s").get<double>(), 59 / 200.0 + 1e-9);
+  EXPECT_GT(json_of(played).at("duration_s").get<double>(), 50 / 200.0);
   EXPECT_GT(json_of(played).at("poses_accepted").get<int>(), 10);
 }
 
