@@ -46,8 +46,7 @@ std::string Controls::ask(const net::ControlMessage& message, const std::string&
 }
 
 std::string Controls::play(bool loop) {
-  if (std::ranges::none_of(devices_, [](const auto& device) { return device->has_script(); }))
-    return kNoScript;
+  if (!has_script()) return kNoScript;
   const std::string name =
       "scripted device: " + std::filesystem::path(model_.device.trajectory).filename().string();
   for (std::size_t n = 0; n < devices_.size(); ++n) {
@@ -66,8 +65,7 @@ std::string Controls::play(bool loop) {
 }
 
 std::string Controls::stop() {
-  if (std::ranges::none_of(devices_, [](const auto& device) { return device->has_script(); }))
-    return kNoScript;
+  if (!has_script()) return kNoScript;
   if (!plays_) return {};
   for (std::size_t n = 0; n < devices_.size(); ++n) {
     if (!devices_[n]->has_script()) continue;
@@ -96,8 +94,7 @@ std::string Controls::change_model(const net::ControlMessage& message, const std
 std::string Controls::begin(const Scene& scene, bool goes_on, net::EventKind kind, const std::string& what) {
   if (is_recorded_)
     return "a session is being recorded, which is to replay as it was: end it first, or start brachyd "
-           "without "
-           "--session";
+           "without --session";
   if (runs_.is_preparing()) return "a model is being prepared: try again once it is in use";
   next_kind_ = kind;
   next_what_ = what;
@@ -116,10 +113,13 @@ void Controls::seen(std::uint64_t run) {
   server_.tell_state();
 }
 
+bool Controls::has_script() const {
+  return std::ranges::any_of(devices_, [](const auto& device) { return device->has_script(); });
+}
+
 net::ControlsState Controls::state() const {
   net::ControlsState state{model_.model.kernel, model_.model.support_radius_mm, 0};
-  if (std::ranges::any_of(devices_, [](const auto& device) { return device->has_script(); }))
-    state.flags |= net::kScriptIsThere;
+  if (has_script()) state.flags |= net::kScriptIsThere;
   if (plays_) state.flags |= net::kScriptPlays;
   if (loops_) state.flags |= net::kScriptLoops;
   if (runs_.is_preparing()) state.flags |= net::kPreparesModel;

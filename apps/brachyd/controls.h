@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cstdint>
-#include <functional>
 #include <memory>
 #include <span>
 #include <string>
@@ -33,6 +32,7 @@ class Controls {
   void seen(std::uint64_t run);
 
  private:
+  bool has_script() const;  ///< for any needle
   std::string stop();
   std::string begin(const Scene& scene, bool goes_on, net::EventKind kind, const std::string& what);
   std::string change_model(const net::ControlMessage& message, const std::string& who);
