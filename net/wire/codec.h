@@ -24,6 +24,11 @@ struct DecodeResult {
     return {Status::kBad, code, reason};
   }
   static DecodeResult need_more() { return {Status::kNeedMore, ErrorCode::kProtocol, {}}; }
+  /// Of a body that was read to its end: bad where bytes were missing, left over, or refused.
+  static DecodeResult of(ByteReader& reader) {
+    const std::string_view reason_if_any = reader.finish();
+    return reason_if_any.empty() ? good() : bad(reason_if_any);
+  }
   bool is_good() const { return status == Status::kGood; }
   bool is_bad() const { return status == Status::kBad; }
 };

@@ -8,11 +8,6 @@ constexpr std::uint16_t kDeviceSection = 1;  // of HELLO and of WELCOME
 constexpr std::uint16_t kSafetySection = 1;  // of STATE
 constexpr std::uint16_t kControlsSection = 2;
 
-DecodeResult result(ByteReader& reader) {
-  const std::string_view reason = reader.finish();
-  return reason.empty() ? DecodeResult::good() : DecodeResult::bad(reason);
-}
-
 Role read_role(ByteReader& reader) {
   const std::uint16_t role = reader.u16();
   if (role < 1 || role > 3) reader.fail("the role is none of viewer (1), device (2), operator (3)");
@@ -115,7 +110,7 @@ DecodeResult decode_header(std::span<const std::byte> bytes, std::uint32_t max_b
   if (header.length > max_body_bytes) {
     return DecodeResult::bad("the body is longer than the limit", ErrorCode::kTooLarge);
   }
-  return result(reader);
+  return DecodeResult::of(reader);
 }
 
 void encode_body(const HelloMessage& message, Bytes& out) {
@@ -155,7 +150,7 @@ DecodeResult decode_body(std::span<const std::byte> body, HelloMessage& message)
     section.u32();
     return true;
   });
-  return result(reader);
+  return DecodeResult::of(reader);
 }
 
 void encode_body(const WelcomeMessage& message, Bytes& out) {
@@ -202,7 +197,7 @@ DecodeResult decode_body(std::span<const std::byte> body, WelcomeMessage& messag
     section.u32();
     return true;
   });
-  return result(reader);
+  return DecodeResult::of(reader);
 }
 
 void encode_body(const PoseMessage& message, Bytes& out) {
@@ -219,7 +214,7 @@ DecodeResult decode_body(std::span<const std::byte> body, PoseMessage& message) 
   message.flags = reader.u16();
   reader.u32();
   message.X_WN = reader.pose();
-  return result(reader);
+  return DecodeResult::of(reader);
 }
 
 void encode_body(const StateMessage& message, Bytes& out) {
@@ -287,7 +282,7 @@ DecodeResult decode_body(std::span<const std::byte> body, StateMessage& message)
     if (id == kControlsSection) return read_controls(section, message.controls), true;
     return false;
   });
-  return result(reader);
+  return DecodeResult::of(reader);
 }
 
 void encode_body(const EventMessage& message, Bytes& out) {
@@ -306,7 +301,7 @@ DecodeResult decode_body(std::span<const std::byte> body, EventMessage& message)
   reader.u32();
   message.tick = reader.u64();
   message.text = reader.text(kMaxTextBytes);
-  return result(reader);
+  return DecodeResult::of(reader);
 }
 
 void encode_body(const ErrorMessage& message, Bytes& out) {
@@ -329,7 +324,7 @@ DecodeResult decode_body(std::span<const std::byte> body, ErrorMessage& message)
   reader.u16();
   message.about_sequence = reader.u64();
   message.text = reader.text(kMaxTextBytes);
-  return result(reader);
+  return DecodeResult::of(reader);
 }
 
 void encode_body(const PingMessage& message, Bytes& out) {
@@ -348,7 +343,7 @@ DecodeResult decode_body(std::span<const std::byte> body, PingMessage& message) 
   for (int i = 0; i < 7; ++i) reader.u8();
   message.echoed_stamp_ns = reader.time();
   message.received_ns = reader.time();
-  return result(reader);
+  return DecodeResult::of(reader);
 }
 
 }  // namespace brachy::net

@@ -12,11 +12,6 @@ constexpr std::uint16_t kInContact = 1;
 constexpr std::uint16_t kIsCapsule = 2;
 constexpr std::uint16_t kIsStuck = 4;
 
-DecodeResult result(ByteReader& reader) {
-  const std::string_view reason = reader.finish();
-  return reason.empty() ? DecodeResult::good() : DecodeResult::bad(reason);
-}
-
 double finite(ByteReader& reader) {
   const double value = reader.f64();
   if (!std::isfinite(value)) reader.fail("a force, a place or a limit is not finite");
@@ -80,7 +75,7 @@ DecodeResult decode_body(std::span<const std::byte> body, ForceMessage& message)
   message.input_sequence = reader.u64();
   message.input_stamp_ns = reader.time();
   message.forces = read_needle_forces(reader);
-  return result(reader);
+  return DecodeResult::of(reader);
 }
 
 void encode_body(const LocalModelMessage& message, Bytes& out) {
@@ -138,7 +133,7 @@ DecodeResult decode_body(std::span<const std::byte> body, LocalModelMessage& mes
   message.max_stiffness_n_per_mm = finite(reader);
   message.max_slew_n_per_ms = finite(reader);
   message.ramp_s = finite(reader);
-  return result(reader);
+  return DecodeResult::of(reader);
 }
 
 void encode_body(const ArmMessage& message, Bytes& out) {
@@ -153,7 +148,7 @@ DecodeResult decode_body(std::span<const std::byte> body, ArmMessage& message) {
   message.needle = reader.u16();
   reader.u16();
   reader.u32();
-  return result(reader);
+  return DecodeResult::of(reader);
 }
 
 }  // namespace brachy::net

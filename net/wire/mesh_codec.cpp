@@ -303,8 +303,7 @@ DecodeResult decode_body(std::span<const std::byte> body, FrameMessage& message)
     if (const std::string_view reason = section.finish(); !reason.empty()) reader.fail(reason);
   });
   apply_buttons(held, message);
-  const std::string_view reason = reader.finish();
-  return reason.empty() ? DecodeResult::good() : DecodeResult::bad(reason);
+  return DecodeResult::of(reader);
 }
 
 namespace {
@@ -352,8 +351,7 @@ DecodeResult decode_body(std::span<const std::byte> body, TopologyMessage& messa
   if (reader.fits(points, kPointBytes)) reader.floats(3 * std::size_t{points}, message.rest_vertices);
   message.name = reader.text(kMaxNameBytes);
   skip_sections(reader);
-  const std::string_view reason = reader.finish();
-  return reason.empty() ? DecodeResult::good() : DecodeResult::bad(reason);
+  return DecodeResult::of(reader);
 }
 
 std::uint64_t topology_hash(const TopologyMessage& message) {

@@ -8,11 +8,6 @@ namespace {
 constexpr std::uint16_t kLoopFlag = 1;
 constexpr std::size_t kSeedBytes = 56, kTriangleBytes = 12;
 
-DecodeResult result(ByteReader& reader) {
-  const std::string_view reason = reader.finish();
-  return reason.empty() ? DecodeResult::good() : DecodeResult::bad(reason);
-}
-
 void write_structure(ByteWriter& writer, const SceneStructure& structure) {
   writer.text(structure.name, kMaxNameBytes);
   writer.u32(static_cast<std::uint32_t>(structure.vertices.size() / 3));
@@ -55,7 +50,7 @@ DecodeResult decode_body(std::span<const std::byte> body, ControlMessage& messag
   message.support_radius_mm = reader.f64();
   message.kernel = reader.text(kMaxNameBytes);
   skip_sections(reader);
-  return result(reader);
+  return DecodeResult::of(reader);
 }
 
 void encode_body(const SceneMessage& message, Bytes& out) {
@@ -130,7 +125,7 @@ DecodeResult decode_body(std::span<const std::byte> body, SceneMessage& message)
   if (reader.fits(kernels, 2)) message.kernels.resize(kernels);
   for (std::string& kernel : message.kernels) kernel = reader.text(kMaxNameBytes);
   skip_sections(reader);
-  return result(reader);
+  return DecodeResult::of(reader);
 }
 
 }  // namespace brachy::net

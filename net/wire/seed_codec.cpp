@@ -17,11 +17,6 @@ constexpr std::size_t kStructureBytes = 2 + 12 * 8 + 2;
 constexpr std::uint16_t kMaxBins = 4096;
 constexpr std::uint16_t kAtSurfaceSection = 1;  // of DOSE
 
-DecodeResult result(ByteReader& reader) {
-  const std::string_view reason = reader.finish();
-  return reason.empty() ? DecodeResult::good() : DecodeResult::bad(reason);
-}
-
 double finite(ByteReader& reader) {
   const double value = reader.f64();
   if (!std::isfinite(value)) reader.fail("a seed's place, time or strength is not finite");
@@ -156,7 +151,7 @@ DecodeResult decode_body(std::span<const std::byte> body, DropMessage& message) 
   message.pressed = pressed == 1;
   reader.u8();
   reader.u32();
-  return result(reader);
+  return DecodeResult::of(reader);
 }
 
 namespace {
@@ -217,7 +212,7 @@ DecodeResult decode_body(std::span<const std::byte> body, DoseMessage& message) 
     section.floats(vertices, message.surface_gy);
     return true;
   });
-  return result(reader);
+  return DecodeResult::of(reader);
 }
 
 }  // namespace brachy::net
