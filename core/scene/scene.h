@@ -120,9 +120,26 @@ struct ServerSettings {
   int port = 18950;
   int http_port = -1;  ///< of the viewer and its WebSocket; 0: a free one, -1: none
   int igtl_port = -1;  ///< OpenIGTLink's; -1: off
+  std::string
+      token_file;  ///< who shows these 32 bytes may have any role; relative to the scene file; empty: none
+  std::string device_token_file;    ///< … may be device or viewer
+  std::string viewer_token_file;    ///< … may be viewer
+  bool igtl_without_token = false;  ///< OpenIGTLink, which knows no tokens, although there are some
+  std::string tls_certificate;      ///< PEM, relative to the scene file; with tls_key: TLS; empty: none
+  std::string tls_key;
+  std::string tls_client_ca;  ///< PEM; clients must show a certificate that it signed; empty: none
   int max_clients = 64;
+  int max_clients_per_address = 48;
   std::uint64_t max_message_bytes = 65536;  ///< from a client
   double max_poses_per_s = 2000;
+  int hello_timeout_ms = 2000;    ///< from connection to a complete HELLO
+  int silence_timeout_ms = 5000;  ///< a client that completes no message for this long is closed
+  int stall_timeout_ms = 5000;    ///< a client that takes no byte of what is sent for this long is closed
+
+  bool has_tokens() const {
+    return !token_file.empty() || !device_token_file.empty() || !viewer_token_file.empty();
+  }
+  bool has_tls() const { return !tls_certificate.empty(); }
 
   bool operator==(const ServerSettings&) const = default;
 };

@@ -247,10 +247,27 @@ void read_server(TomlTable t, ServerSettings& s) {
   t.integer("port", s.port, 0, 65535);
   t.integer("http_port", s.http_port, -1, 65535);
   t.integer("igtl_port", s.igtl_port, -1, 65535);
+  t.text("token_file", s.token_file);
+  t.text("device_token_file", s.device_token_file);
+  t.text("viewer_token_file", s.viewer_token_file);
+  t.flag("igtl_without_token", s.igtl_without_token);
+  t.text("tls_certificate", s.tls_certificate);
+  t.text("tls_key", s.tls_key);
+  t.text("tls_client_ca", s.tls_client_ca);
   t.integer("max_clients", s.max_clients, 1, 1024);
+  t.integer("max_clients_per_address", s.max_clients_per_address, 1, 1024);
   t.integer("max_message_bytes", s.max_message_bytes, 256, 16 << 20);
   t.number("max_poses_per_s", s.max_poses_per_s, 1, 100000);
+  t.integer("hello_timeout_ms", s.hello_timeout_ms, 100, 60'000);
+  t.integer("silence_timeout_ms", s.silence_timeout_ms, 1500, 600'000);  // clients are asked every second
+  t.integer("stall_timeout_ms", s.stall_timeout_ms, 100, 600'000);
   t.refuse_unknown();
+  if (s.tls_certificate.empty() != s.tls_key.empty())
+    t.contradiction(s.tls_key.empty() ? "tls_certificate" : "tls_key",
+                    std::string("needs server.") + (s.tls_key.empty() ? "tls_key" : "tls_certificate") +
+                        " = \"FILE.pem\" beside it");
+  if (!s.tls_client_ca.empty() && s.tls_certificate.empty())
+    t.contradiction("tls_client_ca", "needs TLS: give server.tls_certificate and server.tls_key");
 }
 
 void read_rates(TomlTable t, RateSettings& s) {

@@ -253,6 +253,47 @@ TEST(Scene, SettingsThatContradictEachOtherAreRefused) {
   EXPECT_NE(refusal("[tissue]\npoints = 1000").find("phantom_surface_vertices"), std::string::npos);
 }
 
+TEST(Scene, SaysWhoMayConnect) {
+  const ServerSettings open_to_all = parse_scene("", "scene.toml").server;
+  EXPECT_FALSE(open_to_all.has_tokens());
+  EXPECT_FALSE(open_to_all.has_tls());
+  for (const char* key : {"token_file", "device_token_file", "viewer_token_file"}) {
+    EXPECT_TRUE(parse_scene(std::string("[server]\n") + key + " = \"t\"", "s").server.has_tokens());
+    EXPECT_NE(refusal(std::string("[server]\n") + key + " = 3").find("needs a text"), std::string::npos);
+  }
+  const ServerSettings s =
+      parse_scene(
+          "[server]\nigtl_without_token = true\ntls_certificate = \"c.pem\"\ntls_key = \"k.pem\"\n"
+          "tls_client_ca = \"ca.pem\"\nmax_clients_per_address = 3\nhello_timeout_ms = 100\n"
+          "silence_timeout_ms = 1500\nstall_timeout_ms = 700",
+          "s")
+          .server;
+  EXPECT_TRUE(s.igtl_without_token);
+  EXPECT_TRUE(s.has_tls());
+  EXPECT_EQ(s.tls_key, "k.pem");
+  EXPECT_EQ(s.tls_client_ca, "ca.pem");
+  EXPECT_EQ(s.max_clients_per_address, 3);
+  EXPECT_EQ(s.hello_timeout_ms, 100);
+  EXPECT_EQ(s.silence_timeout_ms, 1500);
+  EXPECT_EQ(s.stall_timeout_ms, 700);
+}
+
+TEST(Scene, AServerThatMakesNoSenseIsRefused) {
+  EXPECT_EQ(refusal("[server]\nport = 1\ntls_certificate = \"c.pem\""),
+            "scene.toml:3: 'server.tls_certificate' needs server.tls_key = \"FILE.pem\" beside it");
+  EXPECT_EQ(refusal("[server]\ntls_key = \"k.pem\""),
+            "scene.toml:2: 'server.tls_key' needs server.tls_certificate = \"FILE.pem\" beside it");
+  EXPECT_EQ(refusal("[server]\ntls_client_ca = \"ca.pem\""),
+            "scene.toml:2: 'server.tls_client_ca' needs TLS: give server.tls_certificate and server.tls_key");
+  EXPECT_EQ(refusal("[server]\nmax_clients_per_address = 0"),
+            "scene.toml:2: 'server.max_clients_per_address' is 0; it must be between 1 and 1024");
+  EXPECT_NE(refusal("[server]\nhello_timeout_ms = 99").find("between 100 and 60000"), std::string::npos);
+  EXPECT_NE(refusal("[server]\nsilence_timeout_ms = 1000").find("between 1500 and 600000"),
+            std::string::npos);
+  EXPECT_NE(refusal("[server]\nstall_timeout_ms = -1").find("between 100 and 600000"), std::string::npos);
+  EXPECT_NE(refusal("[server]\nigtl_without_token = 1").find("needs true or false"), std::string::npos);
+}
+
 TEST(Scene, TextThatIsNotTomlIsRefusedWithItsLine) {
   EXPECT_EQ(refusal("[model]\nkernel = \"psi31\n").find("scene.toml:2: not valid TOML"), 0u);
   EXPECT_EQ(refusal(std::string("\0\xff\xfe", 3)).find("scene.toml:1: not valid TOML"), 0u);
