@@ -25,6 +25,7 @@ struct ClientOptions {
   std::uint16_t needle = kAnyNeedle;   ///< of a device: the one it wants
   bool evaluates_local_model = false;  ///< a device that works out its force itself
   std::string name = "client";
+  std::optional<Token> token;  ///< for a server that wants one
   std::chrono::milliseconds connect_timeout{3000};
   std::chrono::milliseconds silence_timeout{5000};  ///< a server that says nothing for this long is given up
   std::chrono::milliseconds ping_interval{1000};    ///< for the clock offset, and so that the server hears us

@@ -22,7 +22,6 @@ namespace {
 
 constexpr std::chrono::milliseconds kHousekeeping{100};
 constexpr std::size_t kReadBufferBytes = 16 * 1024;
-constexpr std::size_t kMaxRefused = 16;  // connections over max_clients that are still being told BUSY
 constexpr std::uint64_t kOwnDevice = 0;  // session number of the daemon's own device
 
 void check(bool condition, const char* what) {
@@ -32,6 +31,7 @@ void check(bool condition, const char* what) {
 ServerOptions checked(ServerOptions options) {
   check(options.needles >= 1 && options.needles <= 1024, "needles must be between 1 and 1024");
   check(options.max_clients >= 1, "max_clients must be at least 1");
+  check(options.max_clients_per_address >= 1, "max_clients_per_address must be at least 1");
   check(options.max_poses_per_s >= 1, "max_poses_per_s must be at least 1");
   check(options.max_message_bytes >= 256 && options.max_message_bytes <= 64u << 20,
         "max_message_bytes must be between 256 and 67108864");
@@ -67,28 +67,28 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
         topology_body_(encode_topology(topologies.volume)),
         surface_body_(encode_topology(topologies.surface)),
         frames_(make_layout(tissue, topologies.volume), make_layout(tissue, topologies.surface)),
-        acceptor_(std::make_shared<Acceptor>(
-            io, ListenOptions{options_.address, options_.port, options_.allow_remote, "--port"})),
+        gate_(options_.max_clients, options_.max_clients_per_address, options_.tokens),
+        acceptor_(std::make_shared<Acceptor>(io, listen_options(options_, options_.port, "--port"))),
         timer_(io),
         leases_(options_.needles) {}
 
   void start() {
-    acceptor_->start([this](asio::ip::tcp::socket socket) { on_socket(std::move(socket)); },
-                     [this](const std::string& line) { log(line); });
+    acceptor_->start(
+        gate_,
+        [this](asio::ip::tcp::socket socket, auto place) { on_socket(std::move(socket), std::move(place)); },
+        [this](const std::string& line) { log(line); });
     next_state_ns_ = monotonic_ns();
     keep_house();
   }
 
-  void adopt(std::shared_ptr<Connection> connection) {
-    if (is_stopped_ || sessions_.size() >= options_.max_clients + kMaxRefused) return connection->close();
-    const bool is_full = client_count() >= options_.max_clients;
-    const auto session = std::make_shared<Session>(++last_session_, std::move(connection), *this, options_);
+  void adopt(std::shared_ptr<Connection> connection, std::shared_ptr<const Gate::Place> place) {
+    if (is_stopped_) return connection->close();
+    const auto refusal = place->refusal();
+    const auto session =
+        std::make_shared<Session>(++last_session_, std::move(connection), std::move(place), *this, options_);
     sessions_.emplace(session->id(), session);
     session->start();
-    if (is_full) {
-      session->fail(ErrorCode::kBusy,
-                    "all " + std::to_string(options_.max_clients) + " client places are taken");
-    }
+    if (refusal) session->fail(refusal->code, refusal->text);
   }
 
   void publish(std::shared_ptr<const MeshState> state) {
@@ -154,6 +154,8 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
 
   std::optional<ErrorMessage> admit(const Session& session, const HelloMessage& hello,
                                     WelcomeMessage& welcome) override {
+    if (auto refusal = gate_.refusal(session.origin(), hello.token, hello.role, monotonic_ns()))
+      return refusal;
     if (hello.role == Role::kDevice) {
       const DeviceLease::Holder holder{session.id(), hello.name, session.address(), monotonic_ns()};
       if (auto refusal = leases_.lend(holder, hello.needle, welcome.needle)) return refusal;
@@ -249,6 +251,7 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
   }
 
   const ServerOptions& options() const { return options_; }
+  Gate& gate() { return gate_; }
   std::uint16_t port() const { return acceptor_->port(); }
   std::uint64_t topology_hash() const { return topology_hash_; }
   DeviceLease& lease(std::uint16_t needle) {
@@ -313,8 +316,9 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
     return {session.name(), session.address(), hello.limits, needle, is_evaluator, true, ""};
   }
 
-  void on_socket(asio::ip::tcp::socket socket) {
-    adopt(std::make_shared<TcpConnection>(std::move(socket), options_.send_buffer_bytes, kReadBufferBytes));
+  void on_socket(asio::ip::tcp::socket socket, std::shared_ptr<const Gate::Place> place) {
+    adopt(std::make_shared<TcpConnection>(std::move(socket), options_.send_buffer_bytes, kReadBufferBytes),
+          std::move(place));
   }
 
   void keep_house() {
@@ -343,6 +347,7 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
   std::shared_ptr<const Bytes> scene_body_;  // null: none was given
   std::shared_ptr<const Bytes> dose_body_;   // null: none yet
   FrameCache frames_;
+  Gate gate_;
   const std::shared_ptr<Acceptor> acceptor_;
   asio::steady_timer timer_;
   std::map<std::uint64_t, std::shared_ptr<Session>> sessions_;
@@ -380,8 +385,11 @@ std::uint64_t Server::topology_hash() const {
 const ServerOptions& Server::options() const {
   return impl_->options();
 }
-void Server::adopt(std::shared_ptr<Connection> connection) {
-  impl_->adopt(std::move(connection));
+Gate& Server::gate() {
+  return impl_->gate();
+}
+void Server::adopt(std::shared_ptr<Connection> connection, std::shared_ptr<const Gate::Place> place) {
+  impl_->adopt(std::move(connection), std::move(place));
 }
 
 void Server::publish(std::shared_ptr<const MeshState> state) {

@@ -8,6 +8,7 @@
 #include "core/error.h"
 #include "core/sim/mesh_state.h"
 #include "core/tissue/tissue.h"
+#include "net/access/gate.h"
 #include "net/connection.h"
 #include "net/server_options.h"
 #include "net/wire/messages.h"
@@ -40,9 +41,12 @@ class Server {
   std::uint64_t topology_hash() const;  ///< of all points
   const ServerOptions& options() const;
 
-  /// Starts a session on a connection that another listener made: one of max_clients like those over TCP. One too many
-  /// is told BUSY; far too many, or any after stop(), are closed at once.
-  void adopt(std::shared_ptr<Connection> connection);
+  /// Who may connect, for the other listeners too.
+  Gate& gate();
+
+  /// Starts a session on a connection that another listener made, with the place that the gate gave it; where that is none
+  /// to stay in, it is told so. Any after stop() is closed at once.
+  void adopt(std::shared_ptr<Connection> connection, std::shared_ptr<const Gate::Place> place);
 
   /// A new snapshot for everybody; `state` must not change any more. Its ticks must not go backwards, unless the
   /// simulation began anew; then, and with another model, everybody gets a full frame.

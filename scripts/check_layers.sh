@@ -43,6 +43,10 @@ only 'std::j?thread[ ({]|pthread_create|std::async\(' '^apps/brachyd/daemon\.(h|
 only 'std::(mutex|condition_variable|shared_mutex|recursive_mutex)' '^$' 'a lock'
 grep -rn 'reinterpret_cast' net && complain 'net must not cast wire bytes to structs'
 
+# What comes from the network never becomes a file's name or content.
+forbid net core/mesh_io core/scene
+only '#include <(fstream|filesystem)>' '^(core|haptics|apps)/|^net/(http/served_files|access/token_file)\.(h|cpp)$' 'opening files from the network'"'"'s code'
+
 # No stray top-level entries.
 for entry in *; do
   case $entry in

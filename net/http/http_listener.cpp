@@ -15,7 +15,6 @@
 
 #include "net/http/http_answer.h"
 #include "net/http/websocket_connection.h"
-#include "net/session/rate_limit.h"
 #include "net/tcp/acceptor.h"
 
 namespace brachy::net {
@@ -25,8 +24,7 @@ using asio::ip::tcp;
 namespace {
 
 constexpr std::size_t kMaxHeaderBytes = 8 * 1024;
-constexpr int kMaxRequests = 100;                // of one connection
-constexpr std::uint32_t kSpareConnections = 48;  // beyond max_clients: for the viewer's files, and BUSY
+constexpr int kMaxRequests = 100;  // of one connection
 
 std::string_view view(boost::beast::string_view s) {
   return {s.data(), s.size()};
@@ -40,19 +38,27 @@ asio::ip::address address_of(const tcp::socket& socket) {
   return is_mapped ? asio::ip::make_address_v4(asio::ip::v4_mapped, address.to_v6()) : address;
 }
 
+/// Of a connection that may not stay, to a request that is none for a WebSocket.
+HttpAnswer answer_to_refused(const ErrorMessage& why) {
+  const bool is_busy = why.code == ErrorCode::kBusy;
+  HttpAnswer answer = refusal(is_busy ? 503 : 429, why.text);
+  answer.headers.emplace_back("Retry-After", is_busy ? "1" : "60");
+  answer.closes = true;
+  return answer;
+}
+
 /// What the connections of one listener share.
 struct Shared {
   Server* server;  // null once stopped
   HttpOptions options;
   ServedFiles files;
   HttpListener::Log log;
-  RateLimit log_lines{1, 5};
 };
 
 /// One connection, from its first byte until it ends or becomes a session of the server.
 class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
  public:
-  HttpConnection(tcp::socket socket, std::shared_ptr<Shared> shared, std::shared_ptr<void> place)
+  HttpConnection(tcp::socket socket, std::shared_ptr<Shared> shared, std::shared_ptr<const Gate::Place> place)
       : peer_(peer_of(socket)),
         stream_(std::move(socket)),
         shared_(std::move(shared)),
@@ -84,9 +90,10 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
     unread_.erase(0, parsed);
 
     HttpAnswer answer = answer_to(query(), shared_->files, address_of(stream_.socket()));
-    if (answer.status == 403 && shared_->log_lines.pass(monotonic_ns()))
+    if (answer.status == 403)
       shared_->log("http: " + peer_ + " refused: " + answer.text.substr(0, answer.text.size() - 1));
-    if (answer.status == 101) return upgrade();
+    if (answer.status == 101) return upgrade();  // a session tells who may not stay
+    if (place_->refusal()) answer = answer_to_refused(*place_->refusal());
     const bool keeps_alive = parser_->get().keep_alive() && requests_ < kMaxRequests && !answer.closes;
     send(std::move(answer), keeps_alive);
   }
@@ -140,19 +147,18 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
     if (!unread_.empty())
       return send(refusal(400, "Frames may follow only after the answer to the upgrade."), false);
     stream_.expires_never();
-    websocket_ =
-        std::make_shared<WebSocketConnection>(stream_.release_socket(), shared_->server->options(), place_);
+    websocket_ = std::make_shared<WebSocketConnection>(stream_.release_socket(), shared_->server->options());
     websocket_->accept(parser_->get(), [self = shared_from_this()](const boost::system::error_code& error) {
       const auto connection = std::exchange(self->websocket_, nullptr);
       if (error || !self->shared_->server) return connection->close();
-      self->shared_->server->adopt(connection);
+      self->shared_->server->adopt(connection, self->place_);
     });
   }
 
   const std::string peer_;
   boost::beast::tcp_stream stream_;
   const std::shared_ptr<Shared> shared_;
-  const std::shared_ptr<void> place_;
+  const std::shared_ptr<const Gate::Place> place_;
   std::shared_ptr<WebSocketConnection> websocket_;  // while the upgrade is being answered
   std::string unread_;  // at most a header: Beast's own header_limit() forgets the lines that it has parsed
   std::optional<http::request_parser<http::empty_body>> parser_;
@@ -167,13 +173,14 @@ class HttpListener::Impl {
  public:
   Impl(asio::io_context& io, Server& server, HttpOptions options, ServedFiles files, Log log)
       : shared_(std::make_shared<Shared>(Shared{&server, options, std::move(files), std::move(log)})),
-        acceptor_(std::make_shared<Acceptor>(
-            io,
-            ListenOptions{server.address(), options.port, server.options().allow_remote, "--http-port"})) {}
+        acceptor_(
+            std::make_shared<Acceptor>(io, listen_options(server.options(), options.port, "--http-port"))) {}
 
   void start() {
-    acceptor_->start([this](tcp::socket socket) { on_socket(std::move(socket)); },
-                     [this](const std::string& line) { shared_->log("http: " + line); });
+    acceptor_->start(
+        shared_->server->gate(),
+        [this](tcp::socket socket, auto place) { on_socket(std::move(socket), std::move(place)); },
+        [this](const std::string& line) { shared_->log("http: " + line); });
   }
 
   void stop() {
@@ -186,19 +193,16 @@ class HttpListener::Impl {
   std::uint16_t port() const { return acceptor_->port(); }
 
  private:
-  void on_socket(tcp::socket socket) {
-    const auto taken = static_cast<std::uint32_t>(places_.use_count() - 1);
-    if (taken >= shared_->server->options().max_clients + kSpareConnections) return;  // closes it
+  void on_socket(tcp::socket socket, std::shared_ptr<const Gate::Place> place) {
     std::erase_if(connections_, [](const auto& connection) { return connection.expired(); });
-    const auto connection = std::make_shared<HttpConnection>(std::move(socket), shared_, places_);
+    const auto connection = std::make_shared<HttpConnection>(std::move(socket), shared_, std::move(place));
     connections_.push_back(connection);
     connection->read();
   }
 
   const std::shared_ptr<Shared> shared_;
   const std::shared_ptr<Acceptor> acceptor_;
-  const std::shared_ptr<int> places_ = std::make_shared<int>();  // each connection holds one reference
-  std::vector<std::weak_ptr<HttpConnection>> connections_;       // those that are not sessions
+  std::vector<std::weak_ptr<HttpConnection>> connections_;  // those that are not sessions
 };
 
 HttpListener::HttpListener(asio::io_context& io, Server& server, HttpOptions options, ServedFiles files,

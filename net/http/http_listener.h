@@ -19,7 +19,7 @@ struct HttpOptions {
 
 /// Serves the viewer's files over HTTP/1.1 and, at /ws, the native protocol over WebSocket (net/PROTOCOL.md): the sessions
 /// are those of `server`, on its address and with its limits. Whatever a peer sends, it takes a bounded amount of memory,
-/// and of time once it has stalled; at most max_clients + 48 connections are held.
+/// and of time once it has stalled. Its connections are some of max_clients.
 ///
 /// Threads: the one that runs `io`, or while nothing runs it; it makes none.
 class HttpListener {

@@ -93,10 +93,8 @@ void async_teardown(beast::role_type, MeteredSocket& stream, Handler&& handler) 
 class WebSocketConnection final : public Connection,
                                   public std::enable_shared_from_this<WebSocketConnection> {
  public:
-  /// `place` is kept as long as the connection lives.
-  WebSocketConnection(boost::asio::ip::tcp::socket socket, const ServerOptions& options,
-                      std::shared_ptr<void> place)
-      : place_(std::move(place)), peer_(peer_of(socket)), stream_(MeteredSocket{std::move(socket)}) {
+  WebSocketConnection(boost::asio::ip::tcp::socket socket, const ServerOptions& options)
+      : peer_(peer_of(socket)), stream_(MeteredSocket{std::move(socket)}) {
     set_up(stream_.next_layer().socket, options.send_buffer_bytes);
     stream_.read_message_max(options.max_message_bytes + kHeaderSize);
     stream_.auto_fragment(false);
@@ -188,7 +186,6 @@ class WebSocketConnection final : public Connection,
     listener->on_closed(reason);
   }
 
-  const std::shared_ptr<void> place_;
   const std::string peer_;
   mutable websocket::stream<MeteredSocket, false> stream_;  // native_handle() is not const
   std::shared_ptr<ConnectionListener> listener_;            // null once closed

@@ -21,10 +21,15 @@ namespace {
 
 constexpr std::chrono::milliseconds kHousekeeping{100};
 constexpr std::size_t kReadBufferBytes = 16 * 1024;
-constexpr std::size_t kMaxRefused = 16;  // connections over max_clients that are still being told so
 
-ListenOptions listen_options(const IgtlOptions& options, const ServerOptions& common) {
-  return {common.address, options.port, common.allow_remote, "--igtl-port"};
+/// The server's, but loopback where anybody else might reach it.
+std::string checked_address(const IgtlOptions& options, const ServerOptions& common) {
+  if (!common.tokens.is_empty() && !options.without_token)
+    throw UserError(
+        "OpenIGTLink knows no tokens: whoever reaches its port could steer the needle without one; leave the "
+        "port out "
+        "(--igtl-port, server.igtl_port), or set server.igtl_without_token = true");
+  return common.allow_remote || is_loopback(common.address) ? common.address : "127.0.0.1";
 }
 
 }  // namespace
@@ -37,14 +42,19 @@ class IgtlServer::Impl : public std::enable_shared_from_this<IgtlServer::Impl> {
         server_(server),
         log_(std::move(log)),
         messages_(tissue, server.options().topology_name),
-        acceptor_(std::make_shared<Acceptor>(io, listen_options(options, server.options()))),
+        address_(checked_address(options, server.options())),
+        acceptor_(std::make_shared<Acceptor>(
+            io, ListenOptions{address_, options.port, server.options().allow_remote, false, false,
+                              "--igtl-port"})),
         timer_(io) {
     restart_rates();
   }
 
   void start() {
-    acceptor_->start([this](asio::ip::tcp::socket socket) { on_socket(std::move(socket)); },
-                     [this](const std::string& line) { log_(line); });
+    acceptor_->start(
+        server_.gate(),
+        [this](asio::ip::tcp::socket socket, auto place) { on_socket(std::move(socket), std::move(place)); },
+        [this](const std::string& line) { log_(line); });
     keep_house();
   }
 
@@ -80,6 +90,7 @@ class IgtlServer::Impl : public std::enable_shared_from_this<IgtlServer::Impl> {
     return static_cast<std::size_t>(std::count_if(
         sessions_.begin(), sessions_.end(), [](const auto& entry) { return !entry.second->is_closing(); }));
   }
+  const std::string& address() const { return address_; }
   std::uint16_t port() const { return acceptor_->port(); }
   std::uint64_t surfaces_encoded() const { return messages_.encoded(); }
   std::uint64_t messages_dropped() const { return messages_dropped_; }
@@ -99,23 +110,20 @@ class IgtlServer::Impl : public std::enable_shared_from_this<IgtlServer::Impl> {
     surface_rate_ = RateLimit(options_.surface_hz, 1.5);
   }
 
-  void on_socket(asio::ip::tcp::socket socket) {
-    const ServerOptions& common = server_.options();
-    if (sessions_.size() >= common.max_clients + kMaxRefused) return;  // closes it
-    const bool is_full = client_count() >= common.max_clients;
-    auto connection =
-        std::make_shared<TcpConnection>(std::move(socket), common.send_buffer_bytes, kReadBufferBytes);
+  void on_socket(asio::ip::tcp::socket socket, std::shared_ptr<const Gate::Place> place) {
+    const auto refusal = place->refusal();
+    auto connection = std::make_shared<TcpConnection>(std::move(socket), server_.options().send_buffer_bytes,
+                                                      kReadBufferBytes);
     IgtlSession::Environment environment{
         server_, messages_, options_.first_message_wait,
         [this](const IgtlSession& session, const std::string& reason) { on_closed(session, reason); },
         [this] { ++messages_dropped_; }};
-    const auto session = std::make_shared<IgtlSession>(++last_session_, std::move(connection), environment);
+    const auto session =
+        std::make_shared<IgtlSession>(++last_session_, std::move(connection), std::move(place), environment);
     sessions_.emplace(session->id(), session);
     log_("OpenIGTLink client from " + session->address() + " joined");
     session->start();
-    if (is_full)
-      session->fail({StatusCode::kBusy, 0, "Busy",
-                     "all " + std::to_string(common.max_clients) + " client places are taken"});
+    if (refusal) session->fail({StatusCode::kBusy, 0, "Busy", refusal->text});
   }
 
   void on_closed(const IgtlSession& session, const std::string& reason) {
@@ -139,6 +147,7 @@ class IgtlServer::Impl : public std::enable_shared_from_this<IgtlServer::Impl> {
   Server& server_;
   const Log log_;
   SnapshotMessages messages_;
+  const std::string address_;
   const std::shared_ptr<Acceptor> acceptor_;
   asio::steady_timer timer_;
   RateLimit transform_rate_{1, 1}, surface_rate_{1, 1};
@@ -158,6 +167,9 @@ IgtlServer::~IgtlServer() {
   impl_->end();
 }
 
+const std::string& IgtlServer::address() const {
+  return impl_->address();
+}
 std::uint16_t IgtlServer::port() const {
   return impl_->port();
 }

@@ -20,14 +20,15 @@ class Server;
 
 namespace brachy::net::igtl {
 
-/// Settings of an IgtlServer beside those it has in common with the Server: address, allow_remote, max_clients,
-/// max_poses_per_s, timeouts and send buffer.
+/// Settings of an IgtlServer beside those it has in common with the Server: address, allow_remote, places, max_poses_per_s,
+/// timeouts and send buffer.
 struct IgtlOptions {
   std::uint16_t port = 0;    ///< 0 = any free one, IgtlServer::port() tells
   double surface_hz = 10;    ///< POLYDATA a second at most, > 0, ≤ 15
   double transform_hz = 30;  ///< TRANSFORMs of each name a second at most, likewise TDATA; > 0
   /// A client that says nothing for this long after it connected is one that listens.
   std::chrono::milliseconds first_message_wait{1000};
+  bool without_token = false;  ///< also where the server's other clients need one
 };
 
 /// What 3D Slicer and PLUS connect to: OpenIGTLink beside the native protocol, as net/IGTL.md says. Clients that send a
@@ -43,14 +44,16 @@ class IgtlServer {
   using Log = std::function<void(const std::string&)>;  ///< one line, no line end
 
   /// Binds, listens and accepts from here on. `server` must outlive it; copies what it needs of `tissue`.
-  /// Throws UserError: port in use or forbidden, address not loopback without allow_remote.
+  /// The server's address where that is loopback or allow_remote is given, else 127.0.0.1: the protocol knows neither tokens
+  /// nor TLS. Throws UserError: port in use or forbidden; tokens without without_token.
   IgtlServer(boost::asio::io_context& io, const IgtlOptions& options, Server& server, const Tissue& tissue,
              Log log);
   ~IgtlServer();  ///< ends every connection at once
   IgtlServer(const IgtlServer&) = delete;
   IgtlServer& operator=(const IgtlServer&) = delete;
 
-  std::uint16_t port() const;  ///< the port bound
+  const std::string& address() const;  ///< the address bound
+  std::uint16_t port() const;          ///< the port bound
 
   /// A new snapshot for everybody; `state` must not change any more.
   void publish(std::shared_ptr<const MeshState> state);

@@ -18,9 +18,10 @@ constexpr std::array<std::string_view, 7> kCapabilities = {
 }  // namespace
 
 IgtlSession::IgtlSession(std::uint64_t id, std::shared_ptr<Connection> connection,
-                         const Environment& environment)
+                         std::shared_ptr<const Gate::Place> place, const Environment& environment)
     : id_(id),
       connection_(std::move(connection)),
+      place_(std::move(place)),
       environment_(environment),
       options_(environment.server.options()),
       opened_ns_(monotonic_ns()),
@@ -290,6 +291,7 @@ void IgtlSession::on_closed(const std::string& reason) {
   if (phase_ == Phase::kClosed) return;
   const std::string why = phase_ == Phase::kClosing ? end_reason_ : reason;
   phase_ = Phase::kClosed;
+  place_.reset();
   give_back(why);
   environment_.on_closed(*this, why);
 }

@@ -16,10 +16,11 @@ std::string seconds(std::chrono::milliseconds duration) {
 
 }  // namespace
 
-Session::Session(std::uint64_t id, std::shared_ptr<Connection> connection, SessionHost& host,
-                 const ServerOptions& options)
+Session::Session(std::uint64_t id, std::shared_ptr<Connection> connection,
+                 std::shared_ptr<const Gate::Place> place, SessionHost& host, const ServerOptions& options)
     : id_(id),
       connection_(std::move(connection)),
+      place_(std::move(place)),
       host_(host),
       options_(options),
       parser_(options.max_message_bytes),
@@ -110,6 +111,7 @@ void Session::handle_hello(const MessageParser::Message& message) {
       kSubscribeFullFrames | kSubscribePoseHistory | kSubscribeSurface | kSubscribeNoMesh | kSubscribeScene;
   hello.subscription &= kGranted;
   hello_ = hello;
+  hello_.token.reset();
   WelcomeMessage welcome;
   if (const auto refusal = host_.admit(*this, hello, welcome)) {
     return fail(refusal->code, refusal->text, message.header.sequence);
@@ -368,16 +370,19 @@ void Session::fail(ErrorCode code, const std::string& text, std::uint64_t about_
 
 void Session::abort(const std::string& reason) {
   if (phase_ == Phase::kClosed) return;
-  phase_ = Phase::kClosed;
   connection_->close();
-  host_.on_closed(*this, reason);
+  ended(reason);
 }
 
 void Session::on_closed(const std::string& reason) {
   if (phase_ == Phase::kClosed) return;
-  const std::string why = phase_ == Phase::kClosing ? end_reason_ : reason;
+  ended(phase_ == Phase::kClosing ? end_reason_ : reason);
+}
+
+void Session::ended(const std::string& reason) {
   phase_ = Phase::kClosed;
-  host_.on_closed(*this, why);
+  place_.reset();
+  host_.on_closed(*this, reason);
 }
 
 }  // namespace brachy::net

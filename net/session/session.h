@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 
+#include "net/access/gate.h"
 #include "net/connection.h"
 #include "net/server_options.h"
 #include "net/session/rate_limit.h"
@@ -21,7 +22,7 @@ class Session;
 class SessionHost {
  public:
   virtual ~SessionHost() = default;
-  /// Lets the client in, or says why not. On admission the WELCOME is filled in.
+  /// Lets the client in, or says why not. `hello` alone has its token. On admission the WELCOME is filled in.
   virtual std::optional<ErrorMessage> admit(const Session& session, const HelloMessage& hello,
                                             WelcomeMessage& welcome) = 0;
   virtual std::shared_ptr<const Bytes> topology_body(bool surface) = 0;
@@ -49,8 +50,8 @@ class SessionHost {
 /// while anything else waits. Threads: the io thread only.
 class Session final : public ConnectionListener, public std::enable_shared_from_this<Session> {
  public:
-  Session(std::uint64_t id, std::shared_ptr<Connection> connection, SessionHost& host,
-          const ServerOptions& options);
+  Session(std::uint64_t id, std::shared_ptr<Connection> connection, std::shared_ptr<const Gate::Place> place,
+          SessionHost& host, const ServerOptions& options);
 
   void start() { connection_->start(shared_from_this()); }
   /// Queues a control message. A client that lets more than max_queued_messages wait is closed.
@@ -72,10 +73,11 @@ class Session final : public ConnectionListener, public std::enable_shared_from_
 
   std::uint64_t id() const { return id_; }
   const std::string& name() const { return hello_.name; }
-  const std::string& address() const { return connection_->peer(); }
+  const std::string& address() const { return connection_->peer(); }  ///< with its port
+  const std::string& origin() const { return place_->address(); }     ///< the address alone; not once closed
   bool is_closing() const { return phase_ == Phase::kClosing || phase_ == Phase::kClosed; }
   bool is_open() const { return phase_ == Phase::kOpen; }
-  const HelloMessage& hello() const { return hello_; }  ///< once open
+  const HelloMessage& hello() const { return hello_; }  ///< once open; without its token
   bool wants_mesh() const { return (hello_.subscription & kSubscribeNoMesh) == 0; }
   std::uint16_t needle() const { return needle_; }  ///< granted; kAnyNeedle: none
   const RoundTrip& round_trip() const { return round_trip_; }
@@ -103,6 +105,7 @@ class Session final : public ConnectionListener, public std::enable_shared_from_
   bool write_newest();
   void refuse_pose(const PoseVerdict& verdict, ErrorCode code, std::uint64_t about_sequence,
                    RateLimit& reports);
+  void ended(const std::string& reason);
   template <class M>
   bool decode(const MessageParser::Message& message, M& decoded);
   template <class M>
@@ -112,6 +115,7 @@ class Session final : public ConnectionListener, public std::enable_shared_from_
 
   const std::uint64_t id_;
   const std::shared_ptr<Connection> connection_;
+  std::shared_ptr<const Gate::Place> place_;  // null once closed
   SessionHost& host_;
   const ServerOptions& options_;
   Phase phase_ = Phase::kHello;

@@ -7,6 +7,8 @@
 #include <utility>
 
 #include "core/error.h"
+#include "net/clock.h"
+#include "net/tcp/tcp_socket.h"
 
 namespace brachy::net {
 namespace asio = boost::asio;
@@ -14,17 +16,30 @@ namespace {
 
 constexpr std::chrono::milliseconds kRetryDelay{100};
 
+/// Keys of the scene file that a remote address needs and that are not set.
+std::string missing_for_remote(const ListenOptions& options) {
+  constexpr const char* kToken = "server.token_file (`brachy token FILE` makes one)";
+  constexpr const char* kTls = "server.tls_certificate and server.tls_key";
+  if (options.wants_token) return options.has_tls ? "" : kTls;
+  return options.has_tls ? kToken : std::string(kToken) + " and " + kTls;
+}
+
+asio::ip::address parsed(const std::string& address, boost::system::error_code& error) {
+  return asio::ip::make_address(address == "localhost" ? "127.0.0.1" : address, error);
+}
+
 asio::ip::tcp::endpoint checked_endpoint(const ListenOptions& options) {
   boost::system::error_code error;
-  const std::string literal = options.address == "localhost" ? "127.0.0.1" : options.address;
-  const auto address = asio::ip::make_address(literal, error);
+  const auto address = parsed(options.address, error);
   if (error) {
     throw UserError("'" + options.address + "' is not an IP address: give one such as 127.0.0.1 or ::1");
   }
   if (!address.is_loopback() && !options.allow_remote) {
-    throw UserError("refusing to listen on " + options.address +
-                    ": anyone who reaches it could steer the needle; use 127.0.0.1 with a tunnel, or add "
-                    "--insecure-allow-remote on a network you trust");
+    const std::string missing = missing_for_remote(options);
+    if (!missing.empty())
+      throw UserError("refusing to listen on " + options.address +
+                      ": anyone who reaches it could steer the needle; set " + missing +
+                      ", use 127.0.0.1 with a tunnel, or add --insecure-allow-remote on a network you trust");
   }
   return {address, options.port};
 }
@@ -40,6 +55,15 @@ asio::ip::tcp::endpoint checked_endpoint(const ListenOptions& options) {
 
 }  // namespace
 
+ListenOptions listen_options(const ServerOptions& server, std::uint16_t port, const char* port_option) {
+  return {server.address, port, server.allow_remote, !server.tokens.is_empty(), server.has_tls, port_option};
+}
+
+bool is_loopback(const std::string& address) {
+  boost::system::error_code error;
+  return parsed(address, error).is_loopback() && !error;
+}
+
 Acceptor::Acceptor(asio::io_context& io, const ListenOptions& options) : acceptor_(io), retry_(io) {
   const auto endpoint = checked_endpoint(options);
   boost::system::error_code error;
@@ -51,7 +75,8 @@ Acceptor::Acceptor(asio::io_context& io, const ListenOptions& options) : accepto
   if (error) refuse(options, error);
 }
 
-void Acceptor::start(OnSocket on_socket, Log log) {
+void Acceptor::start(Gate& gate, OnSocket on_socket, Log log) {
+  gate_ = &gate;
   on_socket_ = std::move(on_socket);
   log_ = std::move(log);
   accept_next();
@@ -63,7 +88,7 @@ void Acceptor::accept_next() {
         if (!self->acceptor_.is_open()) return;
         if (!error) {
           self->was_refused_ = false;
-          self->on_socket_(std::move(socket));
+          self->on_accepted(std::move(socket));
           if (self->acceptor_.is_open()) self->accept_next();
           return;
         }
@@ -74,6 +99,13 @@ void Acceptor::accept_next() {
           if (self->acceptor_.is_open()) self->accept_next();
         });
       });
+}
+
+void Acceptor::on_accepted(asio::ip::tcp::socket socket) {
+  const std::string address = address_of_peer(socket);
+  auto place = gate_->enter(address, monotonic_ns());
+  if (place) return on_socket_(std::move(socket), std::move(place));
+  log_("connection from " + address + " closed: too many are being refused");
 }
 
 void Acceptor::stop() {

@@ -8,36 +8,50 @@
 #include <memory>
 #include <string>
 
+#include "net/access/gate.h"
+#include "net/server_options.h"
+
 namespace brachy::net {
 
 /// Where to listen.
 struct ListenOptions {
-  std::string address = "127.0.0.1";   ///< an IP address, or localhost
-  std::uint16_t port = 0;              ///< 0 = any free one
-  bool allow_remote = false;           ///< take an address that is not loopback
+  std::string address = "127.0.0.1";  ///< an IP address, or localhost
+  std::uint16_t port = 0;             ///< 0 = any free one
+  // An address that is not loopback takes the first, or both others.
+  bool allow_remote = false;           ///< whoever may connect there
+  bool wants_token = false;            ///< nobody is let in without one
+  bool has_tls = false;                ///< what is said there is for nobody else to read
   std::string port_option = "--port";  ///< what the user gives to choose another port
 };
 
-/// Listens and hands over connected sockets. An accept that fails (no descriptors left, …) is tried again after
+/// Of a server's listener; `port_option`: what chooses its port.
+ListenOptions listen_options(const ServerOptions& server, std::uint16_t port, const char* port_option);
+
+/// Whether nobody but this machine reaches it: an IP address, or localhost. False for what is neither.
+bool is_loopback(const std::string& address);
+
+/// Listens and hands over connected sockets that the gate lets in, or has told why not. An accept that fails (no descriptors left, …) is tried again after
 /// 100 ms, for ever. Threads: the io thread.
 class Acceptor : public std::enable_shared_from_this<Acceptor> {
  public:
-  using OnSocket = std::function<void(boost::asio::ip::tcp::socket)>;
+  using OnSocket = std::function<void(boost::asio::ip::tcp::socket, std::shared_ptr<const Gate::Place>)>;
   using Log = std::function<void(const std::string&)>;
 
   /// Binds and listens. Throws UserError that names the fix.
   Acceptor(boost::asio::io_context& io, const ListenOptions& options);
 
-  void start(OnSocket on_socket, Log log);
+  void start(Gate& gate, OnSocket on_socket, Log log);
   void stop();  ///< no call of on_socket or log after it
   std::uint16_t port() const { return port_; }
 
  private:
   void accept_next();
+  void on_accepted(boost::asio::ip::tcp::socket socket);
 
   boost::asio::ip::tcp::acceptor acceptor_;
   boost::asio::steady_timer retry_;
   std::uint16_t port_ = 0;
+  Gate* gate_ = nullptr;  // null before start()
   OnSocket on_socket_;
   Log log_;
   bool was_refused_ = false;  // the last accept failed: said once

@@ -19,6 +19,15 @@ std::string peer_of(const asio::ip::tcp::socket& socket) {
   return shown + ":" + std::to_string(endpoint.port());
 }
 
+std::string address_of_peer(const asio::ip::tcp::socket& socket) {
+  boost::system::error_code error;
+  const auto address = socket.remote_endpoint(error).address();
+  if (error) return "unknown";
+  const bool is_mapped = address.is_v6() && address.to_v6().is_v4_mapped();
+  return is_mapped ? asio::ip::make_address_v4(asio::ip::v4_mapped, address.to_v6()).to_string()
+                   : address.to_string();
+}
+
 void set_up(asio::ip::tcp::socket& socket, int send_buffer_bytes) {
   boost::system::error_code ignored;
   socket.non_blocking(true, ignored);

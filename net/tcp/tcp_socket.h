@@ -11,6 +11,9 @@ namespace brachy::net {
 /// "address:port" of the other end.
 std::string peer_of(const boost::asio::ip::tcp::socket& socket);
 
+/// The address alone; of an IPv4 peer on an IPv6 socket the IPv4 one.
+std::string address_of_peer(const boost::asio::ip::tcp::socket& socket);
+
 /// What may wait in this machine for a peer that reads too slowly: at 1 Mbit/s an eighth of a second of stale mesh. What is
 /// on its way in the network does not count, so that fast links with long ways stay full.
 constexpr int kMaxUnsentBytes = 16 * 1024;

@@ -1,3 +1,5 @@
+#include <algorithm>
+
 #include "net/wire/codec.h"
 #include "net/wire/sections.h"
 
@@ -5,6 +7,7 @@ namespace brachy::net {
 namespace {
 
 constexpr std::uint16_t kDeviceSection = 1;  // of HELLO and of WELCOME
+constexpr std::uint16_t kTokenSection = 2;   // of HELLO
 constexpr std::uint16_t kSafetySection = 1;  // of STATE
 constexpr std::uint16_t kControlsSection = 2;
 
@@ -18,6 +21,11 @@ bool read_bool(ByteReader& reader) {
   const std::uint8_t value = reader.u8();
   if (value > 1) reader.fail("a yes/no field is neither 0 nor 1");
   return value == 1;
+}
+
+void read_token(ByteReader& reader, HelloMessage& message) {
+  const auto bytes = reader.take(kTokenBytes);
+  if (bytes.size() == kTokenBytes) std::ranges::copy(bytes, message.token.emplace().begin());
 }
 
 void write_quantiles(ByteWriter& writer, const Quantiles& q) {
@@ -123,12 +131,18 @@ void encode_body(const HelloMessage& message, Bytes& out) {
   writer.f64(message.limits.damping_n_s_per_mm);
   writer.f64(message.limits.rate_hz);
   writer.text(message.name, kMaxNameBytes);
-  if (message.needle == kAnyNeedle && message.device_flags == 0) return write_no_sections(writer);
-  writer.u32(1);
-  write_section_head(writer, kDeviceSection, 8);
-  writer.u16(message.needle);
-  writer.u16(message.device_flags);
-  writer.u32(0);
+  const bool has_device = message.needle != kAnyNeedle || message.device_flags != 0;
+  writer.u32((has_device ? 1 : 0) + (message.token ? 1 : 0));
+  if (has_device) {
+    write_section_head(writer, kDeviceSection, 8);
+    writer.u16(message.needle);
+    writer.u16(message.device_flags);
+    writer.u32(0);
+  }
+  if (message.token) {
+    write_section_head(writer, kTokenSection, kTokenBytes);
+    out.insert(out.end(), message.token->begin(), message.token->end());
+  }
 }
 
 DecodeResult decode_body(std::span<const std::byte> body, HelloMessage& message) {
@@ -143,7 +157,9 @@ DecodeResult decode_body(std::span<const std::byte> body, HelloMessage& message)
   message.name = reader.text(kMaxNameBytes);
   message.needle = kAnyNeedle;
   message.device_flags = 0;
+  message.token.reset();
   read_known_sections(reader, [&](std::uint16_t id, ByteReader& section) {
+    if (id == kTokenSection) return read_token(section, message), true;
     if (id != kDeviceSection) return false;
     message.needle = section.u16();
     message.device_flags = section.u16();

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
@@ -80,6 +81,10 @@ enum DeviceFlag : std::uint16_t {
       1u << 0,  ///< works out its force from LOCAL_MODEL beside the device, at its own rate
 };
 
+/// What a client shows to be let in: net/access/token.h.
+constexpr std::size_t kTokenBytes = 32;
+using Token = std::array<std::byte, kTokenBytes>;
+
 struct HelloMessage {
   static constexpr MessageType kType = MessageType::kHello;
   Role role = Role::kViewer;
@@ -88,6 +93,7 @@ struct HelloMessage {
   std::string name;
   std::uint16_t needle = kAnyNeedle;  ///< asked for; section DEVICE, which is left out where both say nothing
   std::uint16_t device_flags = 0;     ///< DeviceFlag bits
+  std::optional<Token> token;         ///< section TOKEN; never in a log or another message
 };
 
 struct WelcomeMessage {
@@ -374,6 +380,7 @@ enum class ErrorCode : std::uint16_t {
   kNoNeedle = 11,        ///< HELLO or ARM names a needle that the scene has not
   kNotOperator = 12,     ///< CONTROL from a client that is none
   kControlRefused = 13,  ///< a CONTROL that cannot be done; the text says why
+  kUnauthorised = 14,    ///< no token, none of this server's, or one for another role
 };
 
 /// PoseRefusals::code and ErrorMessage::reason from here on are the server's own; lower ones are the daemon's.

@@ -10,9 +10,11 @@ namespace brachy::net::test {
 
 using boost::asio::ip::tcp;
 
-RawPeer::RawPeer(boost::asio::io_context& io, std::uint16_t port, int receive_buffer) : socket_(io) {
+RawPeer::RawPeer(boost::asio::io_context& io, std::uint16_t port, int receive_buffer, const std::string& from)
+    : socket_(io) {
   socket_.open(tcp::v4());
   if (receive_buffer > 0) socket_.set_option(boost::asio::socket_base::receive_buffer_size(receive_buffer));
+  socket_.bind({boost::asio::ip::make_address(from), 0});
   socket_.connect({boost::asio::ip::address_v4::loopback(), port});
   socket_.set_option(tcp::no_delay(true));
 }
@@ -23,11 +25,12 @@ bool RawPeer::send(std::span<const std::byte> bytes) {
   return !error;
 }
 
-bool RawPeer::hello(Role role, std::uint32_t subscription) {
+bool RawPeer::hello(Role role, std::uint32_t subscription, std::optional<Token> token) {
   HelloMessage message;
   message.role = role;
   message.subscription = subscription;
   message.name = "raw";
+  message.token = token;
   return send_message(message);
 }
 

@@ -3,7 +3,9 @@
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/tcp.hpp>
 #include <cstdint>
+#include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "net/wire/frame_assembler.h"
@@ -39,8 +41,9 @@ struct Heard {
 /// A peer that sends any bytes, well-formed or not, and reads only when told to.
 class RawPeer : public Heard {
  public:
-  /// `receive_buffer` > 0 sets SO_RCVBUF, so that a peer that does not read soon blocks the server.
-  RawPeer(boost::asio::io_context& io, std::uint16_t port, int receive_buffer = 0);
+  /// `receive_buffer` > 0 sets SO_RCVBUF, so that a peer that does not read soon blocks the server. `from`: its address.
+  RawPeer(boost::asio::io_context& io, std::uint16_t port, int receive_buffer = 0,
+          const std::string& from = "127.0.0.1");
 
   /// Sends at once; false where the server has closed.
   bool send(std::span<const std::byte> bytes);
@@ -50,7 +53,7 @@ class RawPeer : public Heard {
     encode(message, ++sent_, 1, bytes);
     return send(bytes);
   }
-  bool hello(Role role = Role::kViewer, std::uint32_t subscription = 0);
+  bool hello(Role role = Role::kViewer, std::uint32_t subscription = 0, std::optional<Token> token = {});
 
   /// Reads what has come, `max_bytes` at most, and keeps what it says.
   void take(std::size_t max_bytes = SIZE_MAX);

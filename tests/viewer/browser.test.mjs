@@ -234,6 +234,30 @@ test('a page that was asleep, and was closed for its silence, comes back by itse
   native.end();
 });
 
+test('a page without the token is told what it lacks, and one with it joins, also when loaded anew', async () => {
+  const token = Buffer.from(Array.from({length: 32}, (_, i) => 7 * i + 1));
+  writeFileSync(join(artefacts, 'page.token'), token, {mode: 0o600});
+  const guarded = join(artefacts, 'guarded.toml');
+  writeFileSync(guarded, '[server]\ntoken_file = "page.token"\n');
+  const wary = await Daemon.start(guarded, log);
+  const visitor = await newPage();
+  await visitor.goto(wary.url);
+  await until('brachy.connection.phase === "refused"', visitor);
+  await visitor.locator('#banner p', {hasText: /Not let in: .*token/}).waitFor();
+  writeFileSync(join(artefacts, 'no-token.png'), await visitor.screenshot());
+  await visitor.goto(`${wary.url}#token=${'00'.repeat(32)}`);
+  await visitor.locator('#banner p', {hasText: /none of this daemon's/}).waitFor();
+  await visitor.goto(`${wary.url}#token=${token.toString('hex')}`);
+  await until('brachy.connection.phase === "open" && brachy.frames > 0', visitor);
+  assert.equal(await visitor.evaluate('location.hash'), '');
+  await visitor.reload();
+  await until('brachy.connection.phase === "open" && brachy.frames > 0', visitor);
+  await visitor.locator('#take').click();  // the needle by hand is a connection of its own
+  await until('/by hand/.test(brachy.device)', visitor);
+  await visitor.close();
+  await wary.stop();
+});
+
 test('a recording plays from a file, without a daemon', async () => {
   const native = new NativeClient(daemon.ports.tcp, SURFACE | SCENE);
   while (native.meshes.size < 60) await frames(5);

@@ -9,7 +9,7 @@ const decode = (name) => viewer.decodeMessage(golden.get(name)).body;
 test('every message that a server sends is decoded, or skipped where the viewer has no use for it', () => {
   for (const [name, bytes] of golden) {
     const message = viewer.decodeMessage(bytes);
-    const fromServer = !['HELLO', 'POSE', 'ARM', 'DROP', 'CONTROL', 'LOCAL_MODEL'].includes(name);
+    const fromServer = !['HELLO', 'HELLO_TOKEN', 'POSE', 'ARM', 'DROP', 'CONTROL', 'LOCAL_MODEL'].includes(name);
     assert.equal(message.kind, fromServer ? name.toLowerCase() : 'other', name);
   }
 });
@@ -128,7 +128,9 @@ test('what the viewer says has the bytes of the page', () => {
   view.setFloat64(8, NaN, true);  // a mouse states no force, no stiffness,
   view.setFloat64(16, NaN, true);
   hello[hello.length - 6] = 0;    // and does not work out a force itself
-  assert.deepEqual(viewer.encodeHello({role: 2, subscription: 2, name: 'touch', device: {needle: 2, rateHz: 1000}}), hello);
+  assert.deepEqual(viewer.encodeHello({role: 2, subscription: 2, name: 'touch', device: {needle: 2, rateHz: 1000}, token: null}), hello);
+  const token = Uint8Array.from({length: 32}, (_, i) => 0xe0 + i);
+  assert.deepEqual(viewer.encodeHello({role: 3, subscription: 0, name: 'desk', device: null, token}), bodyOf('HELLO_TOKEN'));
 
   const header = viewer.encodeMessage(13, 20, 0x3b9acd20n, viewer.encodeDrop(2, true));
   assert.deepEqual(header, golden.get('DROP'));

@@ -10,6 +10,7 @@ import {NeedleDrag} from './scene/drag.js';
 import {Gizmo} from './scene/gizmo.js';
 import type {View} from './scene/views.js';
 import {Viewport} from './scene/viewport.js';
+import {Endpoint} from './transport/endpoint.js';
 import {LiveConnection} from './transport/live.js';
 import {DisplayPanel} from './ui/display.js';
 import {byId, setText, toast} from './ui/dom.js';
@@ -24,13 +25,13 @@ const CHARTS_MS = 100;
 const COUNTERS_MS = 500;
 
 const served = location.protocol.startsWith('http');
-const url = served ? `${location.protocol === 'https:' ? 'wss' : 'ws'}://${location.host}/ws` : 'ws://localhost/ws';
+const endpoint = new Endpoint(served);
 const role = new URLSearchParams(location.search).get('role') === 'viewer' ? Role.Viewer : Role.Operator;
 
 const settings = defaultSettings();
 const session = new Session();
 let shownNeedle = 0;
-const live = new LiveConnection(url, role, session);
+const live = new LiveConnection(endpoint, role, session);
 const viewport = openViewport();
 const uploads = new UploadCount(viewport.renderer.getContext() as WebGL2RenderingContext);
 const gizmo = new Gizmo(byId<HTMLCanvasElement>('gizmo'));
@@ -39,7 +40,7 @@ const dvh = new DvhPanel(byId('c-dvh'), byId('dvh-legend'), byId('figures'));
 
 const display = new DisplayPanel(settings, () => live.wantVolume(wantsVolume(settings)));
 const simulation = new SimulationPanel(live, session);
-const hand = new HandPanel(url, session, live, settings, () => simulation.plays, () => shownNeedle, (hole) => display.change({hole}));
+const hand = new HandPanel(endpoint, session, live, settings, () => simulation.plays, () => shownNeedle, (hole) => display.change({hole}));
 new NeedleDrag(byId<HTMLCanvasElement>('scene'), viewport, hand);
 const playback: Playback = new Playback(session, () => {
   hand.release();
@@ -178,6 +179,9 @@ const keyboard = new Keyboard([
 document.addEventListener('visibilitychange', () => {
   if (document.visibilityState === 'visible') live.wake();
   else hand.release();
+});
+addEventListener('hashchange', () => {
+  if (served && endpoint.takeToken()) live.connect();
 });
 addEventListener('online', () => live.wake());
 

@@ -38,7 +38,7 @@ export class UploadCount {
 
 export function expose(session: Session, live: LiveConnection, playback: Playback, viewport: Viewport, uploads: UploadCount): void {
   const brachy = {
-    get connection() {  // 'connecting', 'open', 'waiting' or 'off', with the problem in words
+    get connection() {  // 'connecting', 'open', 'waiting', 'refused' or 'off', with the problem in words
       return {phase: live.status.phase, problem: 'problem' in live.status ? live.status.problem : '', reconnects: live.reconnects};
     },
     get frames() { return session.frames; },

@@ -57,11 +57,12 @@ bool WebSocketPeer::send(std::span<const std::byte> bytes) {
   return !error;
 }
 
-bool WebSocketPeer::hello(Role role, std::uint32_t subscription) {
+bool WebSocketPeer::hello(Role role, std::uint32_t subscription, std::optional<Token> token) {
   HelloMessage message;
   message.role = role;
   message.subscription = subscription;
   message.name = "page";
+  message.token = token;
   return send_message(message);
 }
 

@@ -50,7 +50,7 @@ class WebSocketPeer : public Heard {
     encode(message, ++sent_, 1, bytes);
     return bytes;
   }
-  bool hello(Role role = Role::kViewer, std::uint32_t subscription = 0);
+  bool hello(Role role = Role::kViewer, std::uint32_t subscription = 0, std::optional<Token> token = {});
 
   /// Reads what has come, `max_bytes` at most, and keeps what it says; how much that was. Answers nothing by itself.
   std::size_t take(std::size_t max_bytes = SIZE_MAX);

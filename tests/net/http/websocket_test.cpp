@@ -111,7 +111,7 @@ TEST_F(WebSocketTest, ClientsOfBothPortsShareThePlaces) {
   const auto tcp_5 = join();
   ASSERT_TRUE(until([&] { return !tcp_5->closed.empty(); }));
   EXPECT_EQ(tcp_5->errors.at(0).code, ErrorCode::kBusy);
-  EXPECT_EQ(get("/").status, 200);  // whoever comes too late is told so by a page
+  EXPECT_EQ(get("/").status, 503);
   page_3->close();
   ASSERT_TRUE(until([&] { return server->client_count() == 3; }));
   EXPECT_EQ(join_page()->types.at(0), MessageType::kWelcome);

@@ -35,6 +35,7 @@ void expect_golden(const std::string& name, const Message& message, std::uint64_
 
 TEST(Protocol, GoldenBytesOfTheDocumentAreWhatTheCodecWritesAndReads) {
   expect_golden("HELLO", sample_hello(), 1, 1'000'000'001);
+  expect_golden("HELLO_TOKEN", sample_hello_with_token(), 1, 1'000'000'002);
   expect_golden("WELCOME", sample_welcome(), 1, 2'000'000'001);
   expect_golden("TOPOLOGY", sample_topology(), 2, 2'000'000'002);
   expect_golden("FRAME", sample_frame(), 3, 2'000'000'003);

@@ -107,6 +107,15 @@ HelloMessage sample_hello() {
   return hello;
 }
 
+HelloMessage sample_hello_with_token() {
+  HelloMessage hello;
+  hello.role = Role::kOperator;
+  hello.name = "desk";
+  Token& token = hello.token.emplace();
+  for (std::size_t i = 0; i < token.size(); ++i) token[i] = static_cast<std::byte>(0xE0 + i);
+  return hello;
+}
+
 WelcomeMessage sample_welcome() {
   WelcomeMessage welcome;
   welcome.session = 7;
@@ -314,6 +323,7 @@ SceneMessage sample_scene() {
 
 std::vector<std::pair<MessageType, Bytes>> sample_bodies() {
   return {{MessageType::kHello, body_of(sample_hello())},
+          {MessageType::kHello, body_of(sample_hello_with_token())},
           {MessageType::kWelcome, body_of(sample_welcome())},
           {MessageType::kTopology, body_of(sample_topology())},
           {MessageType::kFrame, body_of(sample_frame())},

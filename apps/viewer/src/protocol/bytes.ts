@@ -137,10 +137,14 @@ export class ByteWriter {
   f64(value: number): void {
     this.view.setFloat64(this.take(8), value, true);
   }
+  raw(bytes: Uint8Array): void {
+    const from = this.take(bytes.length);
+    this.bytes.set(bytes, from);
+  }
   text(text: string): void {
     const encoded = new TextEncoder().encode(text);
     this.u16(encoded.length);
-    this.bytes.set(encoded, this.take(encoded.length));
+    this.raw(encoded);
   }
   zeros(count: number): void {
     for (let i = 0; i < count; ++i) this.u8(0);

@@ -7,6 +7,8 @@ export interface Hello {
   name: string;
   /** Of a device: the needle asked for (ANY_NEEDLE: any) and its rate. */
   device: {needle: number; rateHz: number} | null;
+  /** 32 bytes, for a daemon that wants them. */
+  token: Uint8Array | null;
 }
 
 export function encodeHello(hello: Hello): Uint8Array {
@@ -19,7 +21,7 @@ export function encodeHello(hello: Hello): Uint8Array {
   writer.f64(NaN);
   writer.f64(hello.device ? hello.device.rateHz : NaN);
   writer.text(hello.name);
-  writer.u16(hello.device ? 1 : 0);
+  writer.u16((hello.device ? 1 : 0) + (hello.token ? 1 : 0));
   writer.u16(0);
   if (hello.device) {
     writer.u16(1);
@@ -28,6 +30,12 @@ export function encodeHello(hello: Hello): Uint8Array {
     writer.u16(hello.device.needle);
     writer.u16(0);
     writer.u32(0);
+  }
+  if (hello.token) {
+    writer.u16(2);
+    writer.u16(0);
+    writer.u32(hello.token.length);
+    writer.raw(hello.token);
   }
   return writer.result();
 }

@@ -2,6 +2,7 @@
 import {encodeDrop, encodeHello, encodePose} from '../protocol/client_messages.js';
 import {MessageType} from '../protocol/header.js';
 import {ANY_NEEDLE, Role, Subscription} from '../protocol/server_messages.js';
+import type {Endpoint} from './endpoint.js';
 import {Socket} from './socket.js';
 
 /** Below the 120 poses a second that are promised; the force a hand would get lapses after 50 ms without one. */
@@ -14,12 +15,12 @@ export class Device {
   private timer: ReturnType<typeof setInterval> | undefined;
 
   /** `pose` is asked for the pose to send next, `elapsedS` after the one before. `ended` is called once, with why. */
-  constructor(url: string, wanted: number, pose: (elapsedS: number) => Float64Array, ended: (reason: string) => void,
+  constructor(endpoint: Endpoint, wanted: number, pose: (elapsedS: number) => Float64Array, ended: (reason: string) => void,
               granted: () => void) {
-    this.socket = new Socket(url, {
+    this.socket = new Socket(endpoint.url, {
       opened: () => this.socket.send(MessageType.Hello, encodeHello({
         role: Role.Device, subscription: Subscription.NoMesh, name: 'viewer, by hand',
-        device: {needle: wanted < 0 ? ANY_NEEDLE : wanted, rateHz: 30},
+        device: {needle: wanted < 0 ? ANY_NEEDLE : wanted, rateHz: 30}, token: endpoint.token,
       })),
       message: (message) => {
         if (message.kind !== 'welcome') return;

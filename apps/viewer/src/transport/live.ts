@@ -5,6 +5,7 @@ import {MessageType} from '../protocol/header.js';
 import type {Message} from '../protocol/message.js';
 import {ErrorCode, Role, Subscription, type ServerError} from '../protocol/server_messages.js';
 import {nowNs} from './clock.js';
+import type {Endpoint} from './endpoint.js';
 import {Socket} from './socket.js';
 
 const FIRST_WAIT_MS = 500;
@@ -14,6 +15,7 @@ export type Status =
   | {phase: 'connecting'; problem: string}
   | {phase: 'open'}
   | {phase: 'waiting'; problem: string; untilMs: number}
+  | {phase: 'refused'; problem: string}
   | {phase: 'off'};
 
 export class LiveConnection {
@@ -31,7 +33,7 @@ export class LiveConnection {
   private gapsBefore = 0;
   private asked: Control[] = [];
 
-  constructor(private readonly url: string, private readonly role: number, private readonly session: Session) {}
+  constructor(private readonly endpoint: Endpoint, private readonly role: number, private readonly session: Session) {}
 
   get sequenceGaps(): number {
     return this.gapsBefore + (this.socket?.sequenceGaps ?? 0);
@@ -47,9 +49,10 @@ export class LiveConnection {
     clearTimeout(this.timer);
     this.drop();
     this.status = {phase: 'connecting', problem};
-    const socket: Socket = new Socket(this.url, {
+    const socket: Socket = new Socket(this.endpoint.url, {
       opened: () => socket.send(MessageType.Hello, encodeHello({
-        role: this.role, name: 'viewer', device: null, subscription: Subscription.Scene | (this.volume ? 0 : Subscription.Surface),
+        role: this.role, name: 'viewer', device: null, token: this.endpoint.token,
+        subscription: Subscription.Scene | (this.volume ? 0 : Subscription.Surface),
       })),
       message: (message, size) => this.receive(socket, message, size),
       closed: (reason, wasOpen) => {
@@ -118,11 +121,16 @@ export class LiveConnection {
   }
 
   private lost(reason: string, wasOpen: boolean): void {
+    const isRefused = this.socket?.fatalCode === ErrorCode.Unauthorised;
     this.gapsBefore += this.socket?.sequenceGaps ?? 0;
     this.socket = null;
     this.reconnects += 1;
     this.asked = [];
-    const {host, port} = new URL(this.url);
+    if (isRefused) {  // another try with the same token would end the same
+      this.status = {phase: 'refused', problem: `Not let in: ${reason.replace(/\.$/, '')}.`};
+      return this.onChange();
+    }
+    const {host, port} = new URL(this.endpoint.url);
     const problem = reason ? `Not connected: ${reason.replace(/\.$/, '')}.`
       : wasOpen ? 'The daemon ended the connection.'
       : `No daemon answers at ${host}. Start it with: brachyd --http-port ${port || 80}.`;

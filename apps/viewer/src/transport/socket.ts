@@ -15,6 +15,8 @@ export interface SocketHandlers {
 export class Socket {
   readonly clock = new ServerClock();
   sequenceGaps = 0;
+  /** Of the fatal ERROR that came; 0: none. */
+  fatalCode = 0;
   private readonly socket: WebSocket;
   private sent = 0;
   private received = 0;
@@ -72,7 +74,10 @@ export class Socket {
         throw new ProtocolError(`message ${message.header.sequence} came where ${this.received} was due`);
       }
       if (message.kind === 'ping') return this.ping(message, arrivedNs);
-      if (message.kind === 'error' && message.body.fatal) this.reason = message.body.text;
+      if (message.kind === 'error' && message.body.fatal) {
+        this.reason = message.body.text;
+        this.fatalCode = message.body.code;
+      }
       this.handlers.message(message, data.byteLength);
     } catch (error) {
       if (!(error instanceof ProtocolError)) throw error;

@@ -3,6 +3,7 @@ import type {Session} from '../model/session.js';
 import type {Settings} from '../model/settings.js';
 import {holeOf} from '../protocol/scene_message.js';
 import {Device} from '../transport/device.js';
+import type {Endpoint} from '../transport/endpoint.js';
 import type {LiveConnection} from '../transport/live.js';
 import {byId, setDisabled, setText, toast} from './dom.js';
 
@@ -17,7 +18,7 @@ export class HandPanel {
   private pressed = false;
   private holes = '';
 
-  constructor(private readonly url: string, private readonly session: Session, private readonly live: LiveConnection,
+  constructor(private readonly endpoint: Endpoint, private readonly session: Session, private readonly live: LiveConnection,
               private readonly settings: Settings, private readonly scriptPlays: () => boolean,
               private readonly shownNeedle: () => number,
               private readonly chooseHole: (hole: string) => void) {
@@ -49,7 +50,7 @@ export class HandPanel {
     if (this.device) return this.device.end();
     if (byId<HTMLButtonElement>('take').disabled) return;
     this.start();
-    this.device = new Device(this.url, -1, (elapsedS) => this.pose(elapsedS), (reason) => this.ended(reason), () => this.show());
+    this.device = new Device(this.endpoint, -1, (elapsedS) => this.pose(elapsedS), (reason) => this.ended(reason), () => this.show());
     this.show();
   }
 

@@ -21,6 +21,9 @@ export function showConnection(live: LiveConnection, player: Player | null, sess
   if (player) return pill('connection', 'recording', 'warm');
   switch (status.phase) {
     case 'open': return pill('connection', session.welcome ? `live · ${session.welcome.server}` : 'live', 'good');
+    case 'refused':
+      setText(banner.querySelector('p')!, problem);
+      return pill('connection', 'not let in', 'bad');
     case 'off': return pill('connection', 'no daemon', '');
     case 'connecting':
       if (problem) setText(banner.querySelector('p')!, `${problem} Trying…`);

@@ -1,0 +1,27 @@
+// Where the daemon is that served this page, and what it is shown to let the page in.
+
+const KEPT = 'brachy-token';
+
+const token = (digits: string): Uint8Array | null =>
+  /^[0-9a-f]{64}$/i.test(digits) ? Uint8Array.from(digits.match(/../g)!, (byte) => parseInt(byte, 16)) : null;
+
+export class Endpoint {
+  readonly url: string;
+  /** null: none was given. */
+  token: Uint8Array | null = null;
+
+  constructor(served: boolean) {
+    this.url = served ? `${location.protocol === 'https:' ? 'wss' : 'ws'}://${location.host}/ws` : 'ws://localhost/ws';
+    if (served && !this.takeToken()) this.token = token(sessionStorage.getItem(KEPT) ?? '');
+  }
+
+  /** Takes #token=… out of the page's address, where others would see it, and keeps it as long as this tab. False: none is there. */
+  takeToken(): boolean {
+    const given = new URLSearchParams(location.hash.slice(1)).get('token');
+    if (given === null) return false;
+    history.replaceState(null, '', location.pathname + location.search);
+    this.token = token(given);
+    sessionStorage.setItem(KEPT, given);
+    return true;
+  }
+}
