@@ -9,6 +9,7 @@
 #include "net/clock.h"
 #include "net/tcp/connect.h"
 #include "net/tcp/tcp_connection.h"
+#include "net/tls/tls_connection.h"
 #include "net/wire/message_parser.h"
 
 namespace brachy::net {
@@ -33,8 +34,12 @@ class Client::Impl final : public ConnectionListener, public std::enable_shared_
         needle_(options_.needle == kAnyNeedle ? std::uint16_t{0} : options_.needle) {}
 
   void connect(const std::string& host, std::uint16_t port) {
-    connection_ = std::make_shared<TcpConnection>(connect_tcp(io_, host, port, options_.connect_timeout),
-                                                  kSendBufferBytes, kReadBufferBytes);
+    asio::ip::tcp::socket socket = connect_tcp(io_, host, port, options_.connect_timeout);
+    if (options_.tls)
+      connection_ = TlsConnection::at_client(std::move(socket), *options_.tls, host, kSendBufferBytes,
+                                             kReadBufferBytes);
+    else
+      connection_ = std::make_shared<TcpConnection>(std::move(socket), kSendBufferBytes, kReadBufferBytes);
     last_heard_ns_ = monotonic_ns();
     connection_->start(shared_from_this());
     const auto flags = static_cast<std::uint16_t>(options_.evaluates_local_model ? kEvaluatesLocalModel : 0);

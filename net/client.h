@@ -11,6 +11,7 @@
 #include "core/error.h"
 #include "net/clock_offset.h"
 #include "net/server_messages.h"
+#include "net/tls/tls_context.h"
 
 namespace boost::asio {
 class io_context;
@@ -26,6 +27,7 @@ struct ClientOptions {
   bool evaluates_local_model = false;  ///< a device that works out its force itself
   std::string name = "client";
   std::optional<Token> token;  ///< for a server that wants one
+  TlsContext tls;              ///< none: everything is sent in the clear
   std::chrono::milliseconds connect_timeout{3000};
   std::chrono::milliseconds silence_timeout{5000};  ///< a server that says nothing for this long is given up
   std::chrono::milliseconds ping_interval{1000};    ///< for the clock offset, and so that the server hears us
@@ -49,7 +51,8 @@ class Client {
   Client& operator=(const Client&) = delete;
 
   /// Connects and sends HELLO; blocks until connected, at most about connect_timeout and the name's look-up. Once
-  /// only. Throws UserError ("nothing listens on …"). The WELCOME comes by on_welcome when `io` runs.
+  /// only. Throws UserError ("nothing listens on …"). The WELCOME comes by on_welcome when `io` runs; over TLS, what the
+  /// certificates are refused for by on_closed.
   void connect(const std::string& host, std::uint16_t port);
 
   /// Queues a POSE of our needle, taken at `stamp_ns` of our monotonic clock. Frames echo the stamp as input_stamp_ns.

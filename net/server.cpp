@@ -14,6 +14,7 @@
 #include "net/session/session.h"
 #include "net/tcp/acceptor.h"
 #include "net/tcp/tcp_connection.h"
+#include "net/tls/tls_connection.h"
 #include "net/wire/codec.h"
 
 namespace brachy::net {
@@ -317,8 +318,12 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
   }
 
   void on_socket(asio::ip::tcp::socket socket, std::shared_ptr<const Gate::Place> place) {
-    adopt(std::make_shared<TcpConnection>(std::move(socket), options_.send_buffer_bytes, kReadBufferBytes),
-          std::move(place));
+    const int buffer = options_.send_buffer_bytes;
+    if (options_.tls)
+      adopt(TlsConnection::at_server(std::move(socket), *options_.tls, buffer, kReadBufferBytes),
+            std::move(place));
+    else
+      adopt(std::make_shared<TcpConnection>(std::move(socket), buffer, kReadBufferBytes), std::move(place));
   }
 
   void keep_house() {

@@ -7,6 +7,7 @@
 
 #include "core/sim/needle_pose.h"
 #include "net/access/token_grants.h"
+#include "net/tls/tls_context.h"
 #include "net/wire/messages.h"
 
 namespace brachy::net {
@@ -17,9 +18,9 @@ struct ServerOptions {
   std::uint16_t port = 0;             ///< 0 = any free one, Server::port() tells
   bool allow_remote = false;          ///< bind an address that is not loopback whoever may connect
   TokenGrants tokens;                 ///< none: nobody needs one
-  bool has_tls = false;               ///< nobody else reads what is said; with tokens, any address is bound
-  std::uint16_t needles = 1;          ///< 1 to 1024: one device lease each
-  std::uint32_t max_clients = 64;     ///< ≥ 1; connections of all listeners
+  TlsContext tls;  ///< none: everything is sent in the clear; with it and tokens, any address is bound
+  std::uint16_t needles = 1;                      ///< 1 to 1024: one device lease each
+  std::uint32_t max_clients = 64;                 ///< ≥ 1; connections of all listeners
   std::uint32_t max_clients_per_address = 48;     ///< ≥ 1; of them
   std::uint32_t max_message_bytes = 64 * 1024;    ///< body from a client, 256 to 64 MiB
   std::uint32_t max_poses_per_s = 2000;           ///< ≥ 1; bursts of a tenth of it pass

@@ -38,6 +38,7 @@ only '#include <toml\+\+/' '^core/scene/toml_table\.h$' 'tomlplusplus'
 only '#include "core/scene/toml_table\.h"' '^core/(scene/(toml_table|scene_file|implant_keys)|plan/plan_toml)\.cpp$' 'what includes tomlplusplus'
 only '#include <boost/beast' '^net/http/(http_listener\.cpp|websocket_connection\.h)$' 'Boost.Beast'
 only '#include "net/http/websocket_connection\.h"' '^net/http/http_listener\.cpp$' 'what includes Boost.Beast'
+only '#include <(openssl/|boost/asio/ssl)' '^net/(tls|access)/' 'OpenSSL'
 only '#include <atomic>|std::atomic' '^core/realtime/triple_buffer\.h$' 'atomics'
 only 'std::j?thread[ ({]|pthread_create|std::async\(' '^apps/brachyd/daemon\.(h|cpp)$' 'creating threads'
 only 'std::(mutex|condition_variable|shared_mutex|recursive_mutex)' '^$' 'a lock'
@@ -45,7 +46,7 @@ grep -rn 'reinterpret_cast' net && complain 'net must not cast wire bytes to str
 
 # What comes from the network never becomes a file's name or content.
 forbid net core/mesh_io core/scene
-only '#include <(fstream|filesystem)>' '^(core|haptics|apps)/|^net/(http/served_files|access/token_file)\.(h|cpp)$' 'opening files from the network'"'"'s code'
+only '#include <(fstream|filesystem)>' '^(core|haptics|apps)/|^net/(http/served_files|access/token_file|tls/tls_context)\.(h|cpp)$' 'opening files from the network'"'"'s code'
 
 # No stray top-level entries.
 for entry in *; do

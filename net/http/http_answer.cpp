@@ -9,7 +9,8 @@ namespace {
 // to daemons. Nobody may show it in a frame: clicks in it steer a needle.
 constexpr const char* kContentSecurityPolicy =
     "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:; "
-    "connect-src 'self' ws:; worker-src blob:; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
+    "connect-src 'self' ws: wss:; worker-src blob:; base-uri 'none'; form-action 'none'; frame-ancestors "
+    "'none'";
 
 HttpAnswer with_common_headers(HttpAnswer answer) {
   answer.headers.emplace_back("X-Content-Type-Options", "nosniff");
@@ -43,13 +44,13 @@ HttpAnswer refusal(int status, std::string_view text) {
   return with_common_headers(std::move(answer));
 }
 
-HttpAnswer answer_to(const HttpQuery& query, const ServedFiles& files,
-                     const boost::asio::ip::address& bound) {
+HttpAnswer answer_to(const HttpQuery& query, const ServedFiles& files) {
   const bool is_head = query.method == "HEAD";
   HttpAnswer answer = [&] {
     if (!query.host) return refusal(400, "A request has one Host header.");
     if (!query.target.starts_with('/')) return refusal(400, "A request target starts with /.");
-    if (const auto reason = refusal_of_origin(*query.host, query.origin, bound); !reason.empty())
+    if (const auto reason = refusal_of_origin(*query.host, query.origin, query.bound, query.is_tls);
+        !reason.empty())
       return refusal(403, reason);
     if (query.has_body) return refusal(413, "A request has no body here.");
     if (!is_head && query.method != "GET") {

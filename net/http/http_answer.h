@@ -16,6 +16,8 @@ constexpr std::string_view kWebSocketPath = "/ws";
 
 /// What of a request matters; views into it.
 struct HttpQuery {
+  boost::asio::ip::address bound;  ///< that the connection came in on
+  bool is_tls = false;             ///< the connection is
   std::string_view method, target;
   std::optional<std::string_view> host;  ///< nullopt: no Host header, or several
   std::optional<std::string_view> origin;
@@ -35,8 +37,8 @@ struct HttpAnswer {
   std::string_view body() const { return file ? std::string_view(file->content) : text; }
 };
 
-/// What is answered to a request that came in on the address `bound`. Pure.
-HttpAnswer answer_to(const HttpQuery& query, const ServedFiles& files, const boost::asio::ip::address& bound);
+/// What is answered to a request. Pure.
+HttpAnswer answer_to(const HttpQuery& query, const ServedFiles& files);
 
 /// An answer that says what is wrong with the request, as text.
 HttpAnswer refusal(int status, std::string_view text);

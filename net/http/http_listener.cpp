@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/read_until.hpp>
-#include <boost/beast/core/tcp_stream.hpp>
+#include <boost/asio/steady_timer.hpp>
 #include <boost/beast/http/empty_body.hpp>
 #include <boost/beast/http/parser.hpp>
 #include <boost/beast/http/span_body.hpp>
@@ -16,6 +16,8 @@
 #include "net/http/http_answer.h"
 #include "net/http/websocket_connection.h"
 #include "net/tcp/acceptor.h"
+#include "net/tls/first_byte.h"
+#include "net/tls/tls_failure.h"
 
 namespace brachy::net {
 namespace asio = boost::asio;
@@ -61,22 +63,64 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
   HttpConnection(tcp::socket socket, std::shared_ptr<Shared> shared, std::shared_ptr<const Gate::Place> place)
       : peer_(peer_of(socket)),
         stream_(std::move(socket)),
+        timer_(stream_.get_executor()),
         shared_(std::move(shared)),
-        place_(std::move(place)) {}
+        place_(std::move(place)) {
+    set_up(stream_.socket().socket, shared_->server->options().send_buffer_bytes);
+  }
 
-  void read() {
-    stream_.expires_after(shared_->options.request_timeout);
-    asio::async_read_until(stream_, asio::dynamic_buffer(unread_, kMaxHeaderBytes), "\r\n\r\n",
-                           [self = shared_from_this()](const boost::system::error_code& error,
-                                                       std::size_t size) { self->on_header(error, size); });
+  /// Looks at the first bytes, and speaks TLS or not, as this port does.
+  void start() {
+    const ServerOptions& options = shared_->server->options();
+    expires_after(options.tls ? options.hello_timeout : shared_->options.request_timeout);
+    unread_.resize(kMaxHeaderBytes);
+    stream_.async_read_some(asio::buffer(unread_),
+                            [self = shared_from_this()](const boost::system::error_code& error,
+                                                        std::size_t size) { self->on_first(error, size); });
   }
 
   void close() {
+    timer_.cancel();
     stream_.close();
     if (websocket_) websocket_->close();
   }
 
  private:
+  void on_first(const boost::system::error_code& error, std::size_t size) {
+    if (!shared_->server) return;
+    if (error) return close();
+    unread_.resize(size);
+    const bool begins_with_tls = static_cast<unsigned char>(unread_[0]) == kFirstByteOfTls;
+    const TlsContext& context = shared_->server->options().tls;
+    if (begins_with_tls && !context) return refuse(400, "This port speaks HTTP without TLS: open http://.");
+    if (!begins_with_tls && context) return refuse(400, "This port speaks HTTPS: open https://.");
+    if (!context) return read_header();
+    first_ = std::exchange(unread_, {});
+    stream_.async_accept_tls(
+        *context, asio::buffer(first_),
+        [self = shared_from_this()](const boost::system::error_code& failure) { self->on_tls(failure); });
+  }
+
+  void on_tls(const boost::system::error_code& error) {
+    first_.clear();
+    if (!shared_->server) return;
+    if (!error) return read();
+    log(failure_with_client(error, stream_.tls()));
+    stream_.socket().end();  // TLS has told the peer why
+    close();
+  }
+
+  void read() {
+    expires_after(shared_->options.request_timeout);
+    read_header();
+  }
+
+  void read_header() {
+    asio::async_read_until(stream_, asio::dynamic_buffer(unread_, kMaxHeaderBytes), "\r\n\r\n",
+                           [self = shared_from_this()](const boost::system::error_code& error,
+                                                       std::size_t size) { self->on_header(error, size); });
+  }
+
   void on_header(boost::system::error_code error, std::size_t size) {
     if (!shared_->server) return;
     ++requests_;
@@ -89,18 +133,19 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
       return send(refusal(400, "This is not HTTP/1.1: " + error.message() + "."), false);
     unread_.erase(0, parsed);
 
-    HttpAnswer answer = answer_to(query(), shared_->files, address_of(stream_.socket()));
-    if (answer.status == 403)
-      shared_->log("http: " + peer_ + " refused: " + answer.text.substr(0, answer.text.size() - 1));
+    HttpAnswer answer = answer_to(query(), shared_->files);
+    if (answer.status == 403) log(answer.text.substr(0, answer.text.size() - 1));
     if (answer.status == 101) return upgrade();  // a session tells who may not stay
     if (place_->refusal()) answer = answer_to_refused(*place_->refusal());
     const bool keeps_alive = parser_->get().keep_alive() && requests_ < kMaxRequests && !answer.closes;
     send(std::move(answer), keeps_alive);
   }
 
-  HttpQuery query() const {
+  HttpQuery query() {
     const auto& request = parser_->get();
     HttpQuery query;
+    query.bound = address_of(stream_.socket().socket);
+    query.is_tls = stream_.is_tls();
     query.method = view(request.method_string());
     query.target = view(request.target());
     if (request.count(http::field::host) == 1) query.host = view(request[http::field::host]);
@@ -121,33 +166,48 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
     const std::string_view body = answer_.body();
     if (answer_.status != 304) response_->content_length(body.size());
     if (answer_.sends_body) response_->body() = {body.data(), body.size()};
-    stream_.expires_after(shared_->options.answer_timeout);
+    expires_after(shared_->options.answer_timeout);
     http::async_write(
         stream_, *response_,
         [self = shared_from_this(), keeps_alive](const boost::system::error_code& error, std::size_t) {
           if (error || !self->shared_->server) return self->close();
           if (keeps_alive) return self->read();
-          boost::system::error_code ignored;
-          self->stream_.socket().shutdown(tcp::socket::shutdown_send, ignored);
-          self->stream_.expires_after(self->shared_->server->options().drain_timeout);
-          self->drain();
+          self->expires_after(self->shared_->server->options().drain_timeout);
+          self->stream_.async_shutdown_send([self] { self->drain(); });
         });
+  }
+
+  void refuse(int status, const char* text) {
+    log(text);
+    send(refusal(status, text), false);
+  }
+
+  void log(const std::string& why) { shared_->log("http: " + peer_ + " refused: " + why); }
+
+  /// Closes then, unless another time is set before.
+  void expires_after(std::chrono::milliseconds time) {
+    timer_.expires_after(time);
+    timer_.async_wait([weak = weak_from_this()](const boost::system::error_code& error) {
+      const auto self = weak.lock();
+      if (!error && self && self->timer_.expiry() <= asio::steady_timer::clock_type::now()) self->close();
+    });
   }
 
   /// Reads and forgets what still comes, for a moment: closing before would take our answer from the peer.
   void drain() {
     unread_.resize(kMaxHeaderBytes);
-    stream_.async_read_some(asio::buffer(unread_),
-                            [self = shared_from_this()](const boost::system::error_code& error, std::size_t) {
-                              error ? self->close() : self->drain();
-                            });
+    stream_.socket().async_read_some(
+        asio::buffer(unread_),
+        [self = shared_from_this()](const boost::system::error_code& error, std::size_t) {
+          error ? self->close() : self->drain();
+        });
   }
 
   void upgrade() {
     if (!unread_.empty())
       return send(refusal(400, "Frames may follow only after the answer to the upgrade."), false);
-    stream_.expires_never();
-    websocket_ = std::make_shared<WebSocketConnection>(stream_.release_socket(), shared_->server->options());
+    timer_.cancel();
+    websocket_ = std::make_shared<WebSocketConnection>(std::move(stream_), peer_, shared_->server->options());
     websocket_->accept(parser_->get(), [self = shared_from_this()](const boost::system::error_code& error) {
       const auto connection = std::exchange(self->websocket_, nullptr);
       if (error || !self->shared_->server) return connection->close();
@@ -156,10 +216,12 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
   }
 
   const std::string peer_;
-  boost::beast::tcp_stream stream_;
+  HttpStream stream_;
+  asio::steady_timer timer_;
   const std::shared_ptr<Shared> shared_;
   const std::shared_ptr<const Gate::Place> place_;
   std::shared_ptr<WebSocketConnection> websocket_;  // while the upgrade is being answered
+  std::string first_;                               // what TLS begins with, during its handshake
   std::string unread_;  // at most a header: Beast's own header_limit() forgets the lines that it has parsed
   std::optional<http::request_parser<http::empty_body>> parser_;
   HttpAnswer answer_;
@@ -197,7 +259,7 @@ class HttpListener::Impl {
     std::erase_if(connections_, [](const auto& connection) { return connection.expired(); });
     const auto connection = std::make_shared<HttpConnection>(std::move(socket), shared_, std::move(place));
     connections_.push_back(connection);
-    connection->read();
+    connection->start();
   }
 
   const std::shared_ptr<Shared> shared_;

@@ -35,20 +35,21 @@ std::optional<std::string> host_of(std::string_view authority) {
 }  // namespace
 
 std::string_view refusal_of_origin(std::string_view host, std::optional<std::string_view> origin,
-                                   const asio::ip::address& bound) {
+                                   const asio::ip::address& bound, bool is_tls) {
   const auto name = host_of(host);
   if (!name) return "The Host header is not HOST or HOST:PORT.";
   boost::system::error_code error;
   const auto address = asio::ip::make_address(*name, error);
   const bool is_address = !error && (address.is_loopback() || address == bound);
-  if (!is_address && *name != "localhost") {
+  if (!is_tls && !is_address && *name != "localhost") {
     return "The Host header names another machine: open the viewer as http://127.0.0.1:PORT/, or under the "
            "address "
            "that brachyd listens on.";
   }
   if (!origin) return "";
   const std::string page = lower(*origin), authority = lower(host);
-  if (page != "http://" + authority && page != "https://" + authority) {
+  const bool is_http = !is_tls && page == "http://" + authority;
+  if (!is_http && page != "https://" + authority) {
     return "The request comes from a page of another site (Origin): only the viewer that this server serves "
            "may "
            "connect from a browser.";

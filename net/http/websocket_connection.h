@@ -3,10 +3,6 @@
 // With http_listener.cpp, which alone includes it, one translation unit: Boost.Beast takes 18 s to compile.
 
 #include <array>
-#include <boost/asio/compose.hpp>
-#include <boost/asio/ip/tcp.hpp>
-#include <boost/asio/post.hpp>
-#include <boost/beast/core/bind_handler.hpp>
 #include <boost/beast/core/flat_buffer.hpp>
 #include <boost/beast/websocket/stream.hpp>
 #include <cassert>
@@ -16,6 +12,7 @@
 
 #include "net/clock.h"
 #include "net/connection.h"
+#include "net/http/http_stream.h"
 #include "net/server_options.h"
 #include "net/tcp/tcp_socket.h"
 
@@ -23,68 +20,16 @@ namespace brachy::net {
 namespace beast = boost::beast;
 namespace websocket = boost::beast::websocket;
 
-/// A socket as Beast's WebSocket stream wants it, which notes when it gets rid of bytes.
-struct MeteredSocket {
-  using executor_type = boost::asio::ip::tcp::socket::executor_type;
-  executor_type get_executor() { return socket.get_executor(); }
-
-  template <class Buffers, class Handler>
-  auto async_read_some(const Buffers& buffers, Handler&& handler) {
-    return socket.async_read_some(buffers, std::forward<Handler>(handler));
-  }
-
-  /// Writes at once if there is room, else once there is, so that it knows a peer that had to be waited for.
-  template <class Buffers, class Handler>
-  auto async_write_some(const Buffers& buffers, Handler&& handler) {
-    enum class Step { kTry, kWaited, kPosted };
-    return boost::asio::async_compose<Handler, void(boost::system::error_code, std::size_t)>(
-        [this, buffers, step = Step::kTry, size = std::size_t{0}, result = boost::system::error_code()](
-            auto& self, boost::system::error_code error = {}) mutable {
-          if (step == Step::kPosted) return self.complete(result, size);
-          if (!error) size = socket.write_some(buffers, error);
-          if (error == boost::asio::error::would_block || error == boost::asio::error::try_again) {
-            step = Step::kWaited;
-            return socket.async_wait(socket.wait_write, std::move(self));
-          }
-          if (size > 0) {
-            last_progress_ns = monotonic_ns();
-            if (was_full || step == Step::kWaited) last_waited_progress_ns = last_progress_ns;
-            was_full = size < boost::asio::buffer_size(buffers);
-          }
-          if (step == Step::kWaited) return self.complete(error, size);
-          step = Step::kPosted;
-          result = error;
-          boost::asio::post(socket.get_executor(), std::move(self));
-        },
-        handler, socket);
-  }
-
-  /// Closes, without waiting for the peer to do so. What it sent is read first: with bytes unread, Linux takes back what
-  /// has not reached the peer, the close frame too.
-  void end() {
-    boost::system::error_code error;
-    socket.shutdown(boost::asio::ip::tcp::socket::shutdown_send, error);
-    std::array<char, 16 * 1024> ignored;
-    for (int i = 0; i < 64 && !error; ++i) socket.read_some(boost::asio::buffer(ignored), error);
-    socket.close(error);
-  }
-
-  boost::asio::ip::tcp::socket socket;
-  std::int64_t last_progress_ns = 0;
-  std::int64_t last_waited_progress_ns = 0;
-  bool was_full = false;  // the last write found no room for all of it
-};
-
 // Beast finds these by their argument.
-inline void beast_close_socket(MeteredSocket& stream) {
-  boost::system::error_code ignored;
-  stream.socket.close(ignored);
+inline void beast_close_socket(HttpStream& stream) {
+  stream.close();
 }
 template <class Handler>
-void async_teardown(beast::role_type, MeteredSocket& stream, Handler&& handler) {
-  stream.end();
-  boost::asio::post(stream.get_executor(),
-                    beast::bind_front_handler(std::forward<Handler>(handler), boost::system::error_code()));
+void async_teardown(beast::role_type, HttpStream& stream, Handler&& handler) {
+  stream.async_shutdown_send([&stream, handler = std::forward<Handler>(handler)]() mutable {
+    stream.socket().end();
+    handler(boost::system::error_code());
+  });
 }
 
 /// Connection over WebSocket: header and body leave as one binary message, and each message that comes goes to
@@ -93,9 +38,8 @@ void async_teardown(beast::role_type, MeteredSocket& stream, Handler&& handler) 
 class WebSocketConnection final : public Connection,
                                   public std::enable_shared_from_this<WebSocketConnection> {
  public:
-  WebSocketConnection(boost::asio::ip::tcp::socket socket, const ServerOptions& options)
-      : peer_(peer_of(socket)), stream_(MeteredSocket{std::move(socket)}) {
-    set_up(stream_.next_layer().socket, options.send_buffer_bytes);
+  WebSocketConnection(HttpStream stream, std::string peer, const ServerOptions& options)
+      : peer_(std::move(peer)), stream_(std::move(stream)) {
     stream_.read_message_max(options.max_message_bytes + kHeaderSize);
     stream_.auto_fragment(false);
     stream_.binary(true);
@@ -120,7 +64,7 @@ class WebSocketConnection final : public Connection,
     assert(header_.empty());
     header_ = std::move(header);
     body_ = std::move(body);
-    stream_.next_layer().last_progress_ns = monotonic_ns();
+    socket().last_progress_ns = monotonic_ns();
     const std::array<boost::asio::const_buffer, 2> message = {
         boost::asio::buffer(header_), body_ ? boost::asio::buffer(*body_) : boost::asio::const_buffer()};
     stream_.async_write(message,
@@ -138,18 +82,17 @@ class WebSocketConnection final : public Connection,
 
   void close() override {
     listener_.reset();
-    boost::system::error_code ignored;
-    stream_.next_layer().socket.close(ignored);
+    stream_.next_layer().close();
   }
 
-  std::int64_t last_progress_ns() const override { return stream_.next_layer().last_progress_ns; }
-  std::int64_t last_waited_progress_ns() const override {
-    return stream_.next_layer().last_waited_progress_ns;
-  }
-  std::size_t unsent_bytes() const override { return net::unsent_bytes(stream_.next_layer().socket); }
+  std::int64_t last_progress_ns() const override { return socket().last_progress_ns; }
+  std::int64_t last_waited_progress_ns() const override { return socket().last_waited_progress_ns; }
+  std::size_t unsent_bytes() const override { return net::unsent_bytes(socket().socket); }
   const std::string& peer() const override { return peer_; }
 
  private:
+  MeteredSocket& socket() const { return stream_.next_layer().socket(); }
+
   void read() {
     stream_.async_read(
         buffer_, [self = shared_from_this()](const boost::system::error_code& error, std::size_t) {
@@ -187,8 +130,8 @@ class WebSocketConnection final : public Connection,
   }
 
   const std::string peer_;
-  mutable websocket::stream<MeteredSocket, false> stream_;  // native_handle() is not const
-  std::shared_ptr<ConnectionListener> listener_;            // null once closed
+  mutable websocket::stream<HttpStream, false> stream_;  // its accessors are not const
+  std::shared_ptr<ConnectionListener> listener_;         // null once closed
   beast::flat_buffer buffer_;
   Bytes header_;
   std::shared_ptr<const Bytes> body_;

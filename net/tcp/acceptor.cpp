@@ -56,7 +56,8 @@ asio::ip::tcp::endpoint checked_endpoint(const ListenOptions& options) {
 }  // namespace
 
 ListenOptions listen_options(const ServerOptions& server, std::uint16_t port, const char* port_option) {
-  return {server.address, port, server.allow_remote, !server.tokens.is_empty(), server.has_tls, port_option};
+  return {server.address,        port,       server.allow_remote, !server.tokens.is_empty(),
+          server.tls != nullptr, port_option};
 }
 
 bool is_loopback(const std::string& address) {

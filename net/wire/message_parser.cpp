@@ -1,5 +1,7 @@
 #include "net/wire/message_parser.h"
 
+#include "net/tls/first_byte.h"
+
 namespace brachy::net {
 
 void MessageParser::feed(std::span<const std::byte> bytes) {
@@ -17,6 +19,8 @@ DecodeResult MessageParser::next(Message& message) {
   if (result.is_good() && message.header.sequence != last_sequence_ + 1) {
     result = DecodeResult::bad("a message is missing: the sequence number is not the last one plus 1");
   }
+  if (last_sequence_ == 0 && rest[0] == std::byte{kFirstByteOfTls})
+    result = DecodeResult::bad("no TLS is spoken on this port");
   if (result.is_bad()) bad_ = result;
   if (!result.is_good()) return result;
   if (rest.size() < kHeaderSize + message.header.length) return DecodeResult::need_more();

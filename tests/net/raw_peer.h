@@ -1,7 +1,6 @@
 #pragma once
 
 #include <boost/asio/io_context.hpp>
-#include <boost/asio/ip/tcp.hpp>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -10,6 +9,7 @@
 
 #include "net/wire/frame_assembler.h"
 #include "net/wire/message_parser.h"
+#include "tests/net/peer_socket.h"
 
 namespace brachy::net::test {
 
@@ -42,11 +42,12 @@ struct Heard {
 class RawPeer : public Heard {
  public:
   /// `receive_buffer` > 0 sets SO_RCVBUF, so that a peer that does not read soon blocks the server. `from`: its address.
-  RawPeer(boost::asio::io_context& io, std::uint16_t port, int receive_buffer = 0,
-          const std::string& from = "127.0.0.1");
+  RawPeer(boost::asio::io_context& io, std::uint16_t port, int receive_buffer = 0, TlsContext tls = {},
+          const std::string& from = "127.0.0.1")
+      : socket_(io, port, receive_buffer, std::move(tls), from) {}
 
   /// Sends at once; false where the server has closed.
-  bool send(std::span<const std::byte> bytes);
+  bool send(std::span<const std::byte> bytes) { return socket_.send(bytes); }
   template <class Message>
   bool send_message(const Message& message) {
     Bytes bytes;
@@ -56,15 +57,17 @@ class RawPeer : public Heard {
   bool hello(Role role = Role::kViewer, std::uint32_t subscription = 0, std::optional<Token> token = {});
 
   /// Reads what has come, `max_bytes` at most, and keeps what it says.
-  void take(std::size_t max_bytes = SIZE_MAX);
-  void close();
+  void take(std::size_t max_bytes = SIZE_MAX) {
+    socket_.take(max_bytes, [this](std::span<const std::byte> bytes) { hear(bytes); });
+  }
+  void close() { socket_.close(); }
 
-  bool is_ended() const { return is_ended_; }  ///< the server's end of the stream was read
-  std::uint64_t sent_ = 0;                     ///< sequence of the last message sent
+  bool is_ended() const { return socket_.is_ended(); }  ///< the server's end of the stream was read
+  PeerSocket& socket() { return socket_; }
+  std::uint64_t sent_ = 0;  ///< sequence of the last message sent
 
  private:
-  boost::asio::ip::tcp::socket socket_;
-  bool is_ended_ = false;
+  PeerSocket socket_;
 };
 
 }  // namespace brachy::net::test

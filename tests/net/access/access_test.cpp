@@ -1,5 +1,6 @@
 // Who gets in over real sockets, and how many: tokens and roles, and places that all listeners share.
 #include <algorithm>
+#include <boost/asio/ssl/context.hpp>
 
 #include "net/access/token_file.h"
 #include "net/igtl/igtl_server.h"
@@ -9,6 +10,11 @@
 
 namespace brachy::net::test {
 namespace {
+
+/// Enough for the rule which addresses are bound.
+TlsContext some_tls() {
+  return std::make_shared<boost::asio::ssl::context>(boost::asio::ssl::context::tls_server);
+}
 
 using igtl::IgtlOptions;
 using igtl::IgtlServer;
@@ -45,7 +51,7 @@ struct AccessTest : HttpFixture {
     return peer.fatal();
   }
   ErrorCode join_raw(Role role, std::optional<Token> token, const std::string& from = "127.0.0.1") {
-    RawPeer peer(io, server->port(), 0, from);
+    RawPeer peer(io, server->port(), 0, {}, from);
     peer.hello(role, kSubscribeNoMesh, token);
     return answer_to(peer);
   }
@@ -103,12 +109,12 @@ TEST_F(AccessTest, WithoutTokensNobodyNeedsOne) {
 
 TEST_F(AccessTest, WhoGuessesIsShutOutBeforeItSaysAnythingAndNobodyElseIs) {
   start_http(with_tokens());
-  RawPeer before(io, server->port(), 0, "127.0.0.2");
+  RawPeer before(io, server->port(), 0, {}, "127.0.0.2");
   before.hello(Role::kViewer, kSubscribeNoMesh, token_of('v'));
   EXPECT_EQ(answer_to(before), ErrorCode{});
   for (std::size_t i = 0; i < Gate::kMaxWrongTokens; ++i)
     EXPECT_EQ(join_raw(Role::kViewer, token_of('x'), "127.0.0.2"), ErrorCode::kUnauthorised);
-  RawPeer silent(io, server->port(), 0, "127.0.0.2");
+  RawPeer silent(io, server->port(), 0, {}, "127.0.0.2");
   EXPECT_EQ(answer_to(silent), ErrorCode::kUnauthorised);
   ASSERT_EQ(silent.errors.size(), 1u);
   EXPECT_NE(silent.errors[0].text.find("127.0.0.2"), std::string::npos);
@@ -184,9 +190,9 @@ TEST_F(AccessTest, OneAddressTakesNoMoreThanItsPlaces) {
   options.max_clients_per_address = 2;
   start_http(options);
   start_igtl();
-  RawPeer native(io, server->port(), 0, "127.0.0.2"), slicer(io, igtl->port(), 0, "127.0.0.2");
+  RawPeer native(io, server->port(), 0, {}, "127.0.0.2"), slicer(io, igtl->port(), 0, {}, "127.0.0.2");
   ASSERT_TRUE(until([&] { return server->client_count() == 1 && igtl->client_count() == 1; }));
-  RawPeer third(io, server->port(), 0, "127.0.0.2");
+  RawPeer third(io, server->port(), 0, {}, "127.0.0.2");
   EXPECT_EQ(answer_to(third), ErrorCode::kBusy);
   EXPECT_NE(third.errors.at(0).text.find("127.0.0.2"), std::string::npos);
   EXPECT_EQ(join_raw(Role::kViewer, std::nullopt, "127.0.0.3"), ErrorCode{});
@@ -237,13 +243,13 @@ TEST_F(AccessTest, ARemoteAddressNeedsATokenAndTls) {
   const std::string without_tls = refusal(options);
   EXPECT_TRUE(holds(without_tls, "server.tls_certificate")) << without_tls;
   EXPECT_FALSE(holds(without_tls, "server.token_file")) << without_tls;
-  options.has_tls = true;
+  options.tls = some_tls();
   EXPECT_EQ(refusal(options), "");
   options.tokens = {};
   const std::string without_token = refusal(options);
   EXPECT_TRUE(holds(without_token, "server.token_file")) << without_token;
   EXPECT_FALSE(holds(without_token, "server.tls_certificate")) << without_token;
-  options.has_tls = false;
+  options.tls.reset();
   const std::string without_both = refusal(options);
   EXPECT_TRUE(holds(without_both, "server.token_file") && holds(without_both, "server.tls_certificate") &&
               holds(without_both, "--insecure-allow-remote"))
@@ -253,7 +259,7 @@ TEST_F(AccessTest, ARemoteAddressNeedsATokenAndTls) {
 TEST_F(AccessTest, OpenIgtLinkStaysOnLoopbackAndAsksForConsentWhereThereAreTokens) {
   ServerOptions options = with_tokens();
   options.address = "0.0.0.0";
-  options.has_tls = true;
+  options.tls = some_tls();
   start(options);
   try {
     IgtlServer(io, IgtlOptions{}, *server, tissue, [](const std::string&) {});

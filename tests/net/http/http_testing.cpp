@@ -3,15 +3,10 @@
 #include <stdlib.h>
 
 #include <algorithm>
-#include <array>
-#include <boost/asio/buffer.hpp>
-#include <boost/asio/write.hpp>
 #include <fstream>
 #include <stdexcept>
 
 namespace brachy::net::test {
-
-using boost::asio::ip::tcp;
 
 TemporaryFolder::TemporaryFolder() {
   std::string name = (std::filesystem::temp_directory_path() / "brachy_http_XXXXXX").string();
@@ -28,28 +23,10 @@ void TemporaryFolder::write(const std::string& name, const std::string& content)
   std::ofstream(path_ / name, std::ios::binary) << content;
 }
 
-HttpPeer::HttpPeer(boost::asio::io_context& io, std::uint16_t port) : socket_(io) {
-  socket_.connect({boost::asio::ip::address_v4::loopback(), port});
-  socket_.set_option(tcp::no_delay(true));
-}
-
-bool HttpPeer::send(const std::string& text) {
-  boost::system::error_code error;
-  boost::asio::write(socket_, boost::asio::buffer(text), error);
-  return !error;
-}
-
 void HttpPeer::take() {
-  std::array<char, 16 * 1024> buffer{};
-  socket_.non_blocking(true);
-  while (!is_ended_) {
-    boost::system::error_code error;
-    const std::size_t size = socket_.read_some(boost::asio::buffer(buffer), error);
-    if (error == boost::asio::error::would_block) break;
-    is_ended_ = bool{error};
-    unread_.append(buffer.data(), size);
-  }
-  socket_.non_blocking(false);
+  socket_.take(SIZE_MAX, [this](std::span<const std::byte> bytes) {
+    for (const std::byte byte : bytes) unread_ += static_cast<char>(std::to_integer<unsigned char>(byte));
+  });
 }
 
 bool HttpPeer::next(HttpReply& reply, bool to_head) {
@@ -87,7 +64,7 @@ HttpReply HttpFixture::get(const std::string& target, const std::string& more, c
 }
 
 HttpReply HttpFixture::ask(const std::string& request, bool to_head) {
-  HttpPeer peer(io, http->port());
+  HttpPeer peer(io, http->port(), tls);
   peer.send(request);
   HttpReply reply;
   EXPECT_TRUE(until([&] {
@@ -105,7 +82,7 @@ bool HttpFixture::ends(HttpPeer& peer) {
 }
 
 std::unique_ptr<WebSocketPeer> HttpFixture::open_page(int receive_buffer) {
-  auto page = std::make_unique<WebSocketPeer>(io, http->port(), receive_buffer);
+  auto page = std::make_unique<WebSocketPeer>(io, http->port(), receive_buffer, tls);
   EXPECT_TRUE(until([&] {
     page->take();
     return page->is_open();

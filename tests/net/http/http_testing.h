@@ -34,17 +34,20 @@ struct HttpReply {
 /// A client of HTTP that sends any text and reads only when told to.
 class HttpPeer {
  public:
-  HttpPeer(boost::asio::io_context& io, std::uint16_t port);
-  bool send(const std::string& text);  ///< at once; false where the server has closed
-  void take();                         ///< reads what has come
+  HttpPeer(boost::asio::io_context& io, std::uint16_t port, TlsContext tls = {})
+      : socket_(io, port, 0, std::move(tls)) {}
+  bool send(const std::string& text) {
+    return socket_.send(std::as_bytes(std::span(text)));
+  }             ///< at once; false where the server has closed
+  void take();  ///< reads what has come
   /// Takes the first reply out of what was read; false where it is not complete. `to_head`: it has no body.
   bool next(HttpReply& reply, bool to_head = false);
-  bool is_ended() const { return is_ended_; }
+  bool is_ended() const { return socket_.is_ended(); }
+  PeerSocket& socket() { return socket_; }
 
  private:
-  boost::asio::ip::tcp::socket socket_;
+  PeerSocket socket_;
   std::string unread_;
-  bool is_ended_ = false;
 };
 
 /// A server with an HTTP listener on a free port of the loopback, all on one io_context.
@@ -63,6 +66,7 @@ struct HttpFixture : ServerFixture {
   bool ends(WebSocketPeer& page);
 
   std::unique_ptr<HttpListener> http;
+  TlsContext tls;  ///< of the peers made here; none: they speak none
 };
 
 }  // namespace brachy::net::test

@@ -10,7 +10,10 @@ const auto kLoopback = make_address("127.0.0.1");
 
 bool passes(std::string_view host, std::optional<std::string_view> origin = {},
             const boost::asio::ip::address& bound = kLoopback) {
-  return refusal_of_origin(host, origin, bound).empty();
+  return refusal_of_origin(host, origin, bound, false).empty();
+}
+bool passes_over_tls(std::string_view host, std::optional<std::string_view> origin = {}) {
+  return refusal_of_origin(host, origin, kLoopback, true).empty();
 }
 
 TEST(RequestOrigin, NamesOfThisMachineAreHosts) {
@@ -55,6 +58,19 @@ TEST(RequestOrigin, PagesOfOtherSitesMayNot) {
         "http://127.0.0.1:18951.evil.example", "http://127.0.0.1:18951/",
         "http://evil.example@127.0.0.1:18951", "http://https://127.0.0.1:18951"})
     EXPECT_FALSE(passes("127.0.0.1:18951", origin)) << origin;
+}
+
+TEST(RequestOrigin, OverTlsTheBrowserHasCheckedTheName) {
+  EXPECT_TRUE(passes_over_tls("simulator.example:18951"));
+  EXPECT_TRUE(passes_over_tls("simulator.example:18951", "https://simulator.example:18951"));
+  EXPECT_TRUE(passes_over_tls("127.0.0.1:18951", "https://127.0.0.1:18951"));
+  EXPECT_FALSE(passes_over_tls("simulator.example:8x"));
+}
+
+TEST(RequestOrigin, OverTlsAPageThatAnybodyOnTheWayCouldHaveMadeMayNot) {
+  for (const auto* origin : {"http://simulator.example:18951", "https://evil.example",
+                             "https://simulator.example", "https://simulator.example:18952", "null"})
+    EXPECT_FALSE(passes_over_tls("simulator.example:18951", origin)) << origin;
 }
 
 }  // namespace

@@ -1,16 +1,12 @@
 #include "tests/net/http/websocket_peer.h"
 
 #include <gtest/gtest.h>
-#include <poll.h>
 
 #include <algorithm>
 #include <array>
-#include <boost/asio/buffer.hpp>
-#include <boost/asio/write.hpp>
+#include <utility>
 
 namespace brachy::net::test {
-
-using boost::asio::ip::tcp;
 
 std::string upgrade_request(std::uint16_t port, const std::string& more) {
   return "GET /ws HTTP/1.1\r\nHost: 127.0.0.1:" + std::to_string(port) +
@@ -41,20 +37,11 @@ Bytes websocket_frame(Opcode opcode, std::span<const std::byte> payload, bool is
   return frame;
 }
 
-WebSocketPeer::WebSocketPeer(boost::asio::io_context& io, std::uint16_t port, int receive_buffer)
-    : socket_(io) {
-  socket_.open(tcp::v4());
-  if (receive_buffer > 0) socket_.set_option(boost::asio::socket_base::receive_buffer_size(receive_buffer));
-  socket_.connect({boost::asio::ip::address_v4::loopback(), port});
-  socket_.set_option(tcp::no_delay(true));
+WebSocketPeer::WebSocketPeer(boost::asio::io_context& io, std::uint16_t port, int receive_buffer,
+                             TlsContext tls)
+    : socket_(io, port, receive_buffer, std::move(tls)) {
   const std::string request = upgrade_request(port);
   send(std::as_bytes(std::span(request)));
-}
-
-bool WebSocketPeer::send(std::span<const std::byte> bytes) {
-  boost::system::error_code error;
-  boost::asio::write(socket_, boost::asio::buffer(bytes.data(), bytes.size()), error);
-  return !error;
 }
 
 bool WebSocketPeer::hello(Role role, std::uint32_t subscription, std::optional<Token> token) {
@@ -67,29 +54,14 @@ bool WebSocketPeer::hello(Role role, std::uint32_t subscription, std::optional<T
 }
 
 std::size_t WebSocketPeer::take(std::size_t max_bytes) {
-  std::vector<std::byte> buffer(std::min<std::size_t>(max_bytes, 64 * 1024));
-  std::size_t taken = 0;
-  socket_.non_blocking(true);
-  while (taken < max_bytes && !is_ended_) {
-    boost::system::error_code error;
-    const std::size_t size = socket_.read_some(
-        boost::asio::buffer(buffer.data(), std::min(max_bytes - taken, buffer.size())), error);
-    if (error == boost::asio::error::would_block) break;
-    if (error) {
-      is_ended_ = true;
-      break;
-    }
-    taken += size;
-    unread_.insert(unread_.end(), buffer.begin(), buffer.begin() + static_cast<std::ptrdiff_t>(size));
+  return socket_.take(max_bytes, [this](std::span<const std::byte> bytes) {
+    unread_.insert(unread_.end(), bytes.begin(), bytes.end());
     understand();
-  }
-  if (!is_ended_) socket_.non_blocking(false);
-  return taken;
+  });
 }
 
 std::size_t WebSocketPeer::take_soon() {
-  pollfd wanted{socket_.native_handle(), POLLIN, 0};
-  if (!is_ended_) ::poll(&wanted, 1, 5);
+  socket_.wait();
   return take();
 }
 
@@ -138,12 +110,6 @@ void WebSocketPeer::understand() {
     at += header + size;
   }
   unread_.erase(unread_.begin(), unread_.begin() + static_cast<std::ptrdiff_t>(at));
-}
-
-void WebSocketPeer::close() {
-  boost::system::error_code ignored;
-  socket_.close(ignored);
-  is_ended_ = true;
 }
 
 }  // namespace brachy::net::test

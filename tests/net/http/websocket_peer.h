@@ -1,12 +1,12 @@
 #pragma once
 
 #include <boost/asio/io_context.hpp>
-#include <boost/asio/ip/tcp.hpp>
 #include <cstdint>
 #include <span>
 #include <string>
 #include <string_view>
 
+#include "tests/net/peer_socket.h"
 #include "tests/net/raw_peer.h"
 
 namespace brachy::net::test {
@@ -32,10 +32,10 @@ Bytes websocket_frame(Opcode opcode, std::span<const std::byte> payload, bool is
 class WebSocketPeer : public Heard {
  public:
   /// Connects and asks for the upgrade; take() reads the answer. `receive_buffer` as RawPeer's.
-  WebSocketPeer(boost::asio::io_context& io, std::uint16_t port, int receive_buffer = 0);
+  WebSocketPeer(boost::asio::io_context& io, std::uint16_t port, int receive_buffer = 0, TlsContext tls = {});
 
   /// Sends at once; false where the server has closed.
-  bool send(std::span<const std::byte> bytes);
+  bool send(std::span<const std::byte> bytes) { return socket_.send(bytes); }
   bool send_frame(Opcode opcode, std::span<const std::byte> payload) {
     return send(websocket_frame(opcode, payload));
   }
@@ -56,10 +56,10 @@ class WebSocketPeer : public Heard {
   std::size_t take(std::size_t max_bytes = SIZE_MAX);
   /// take() as soon as there is something, 5 ms from now at the latest: for a server in another process.
   std::size_t take_soon();
-  void close();
+  void close() { socket_.close(); }
 
   bool is_open() const { return is_open_; }              ///< the upgrade was accepted
-  bool is_ended() const { return is_ended_; }            ///< the server's end of the stream was read
+  bool is_ended() const { return socket_.is_ended(); }   ///< the server's end of the stream was read
   const std::string& answer() const { return answer_; }  ///< to the request, as far as it has come
   int close_code() const { return close_code_; }         ///< that the server sent; 0: none yet
   std::uint64_t pongs = 0;
@@ -68,12 +68,11 @@ class WebSocketPeer : public Heard {
  private:
   void understand();
 
-  boost::asio::ip::tcp::socket socket_;
+  PeerSocket socket_;
   std::string answer_;
   Bytes unread_;
   std::uint64_t sent_ = 0;  // sequence of the last message
   bool is_open_ = false;
-  bool is_ended_ = false;
   int close_code_ = 0;
 };
 

@@ -1,0 +1,70 @@
+#pragma once
+
+#include <boost/asio/ip/tcp.hpp>
+#include <utility>
+#include <variant>
+
+#include "net/tcp/metered_socket.h"
+#include "net/tls/tls_stream.h"
+
+namespace brachy::net {
+
+/// What an HTTP connection reads from and writes to: a socket, or TLS over one. One type for both, since Boost.Beast takes
+/// many seconds to compile for each.
+class HttpStream {
+ public:
+  using executor_type = MeteredSocket::executor_type;
+
+  explicit HttpStream(boost::asio::ip::tcp::socket socket) : stream_(MeteredSocket{std::move(socket)}) {}
+
+  executor_type get_executor() { return socket().get_executor(); }
+  MeteredSocket& socket() {
+    auto* plain = std::get_if<MeteredSocket>(&stream_);
+    return plain ? *plain : std::get<TlsStream>(stream_).socket();
+  }
+  bool is_tls() const { return std::holds_alternative<TlsStream>(stream_); }
+
+  /// From here on TLS; nothing may be running. `first` was read from the peer before. `handler(error)`.
+  template <class Handler>
+  void async_accept_tls(boost::asio::ssl::context& context, boost::asio::const_buffer first,
+                        Handler handler) {
+    MeteredSocket plain = std::move(std::get<MeteredSocket>(stream_));
+    stream_.emplace<TlsStream>(std::move(plain), context).async_accept(first, std::move(handler));
+  }
+  const SSL* tls() { return std::get<TlsStream>(stream_).handle(); }
+
+  template <class Buffers, class Handler>
+  auto async_read_some(const Buffers& buffers, Handler&& handler) {
+    if (auto* tls = std::get_if<TlsStream>(&stream_))
+      return tls->async_read_some(buffers, std::forward<Handler>(handler));
+    return std::get<MeteredSocket>(stream_).async_read_some(buffers, std::forward<Handler>(handler));
+  }
+  template <class Buffers, class Handler>
+  auto async_write_some(const Buffers& buffers, Handler&& handler) {
+    if (auto* tls = std::get_if<TlsStream>(&stream_))
+      return tls->async_write_some(buffers, std::forward<Handler>(handler));
+    return std::get<MeteredSocket>(stream_).async_write_some(buffers, std::forward<Handler>(handler));
+  }
+
+  /// The peer reads the end of the stream. `handler()`; over TLS once the peer has answered, or left.
+  template <class Handler>
+  void async_shutdown_send(Handler handler) {
+    auto shut = [this, handler = std::move(handler)](const boost::system::error_code& = {}) mutable {
+      boost::system::error_code ignored;
+      socket().socket.shutdown(boost::asio::ip::tcp::socket::shutdown_send, ignored);
+      handler();
+    };
+    if (auto* tls = std::get_if<TlsStream>(&stream_)) return tls->async_shutdown(std::move(shut));
+    boost::asio::post(get_executor(), std::move(shut));
+  }
+
+  void close() {
+    boost::system::error_code ignored;
+    socket().socket.close(ignored);
+  }
+
+ private:
+  std::variant<MeteredSocket, TlsStream> stream_;
+};
+
+}  // namespace brachy::net
