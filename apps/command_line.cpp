@@ -68,8 +68,10 @@ DaemonOptions parse_daemon_line(int argc, char** argv, std::optional<int>& exit_
   app.add_flag(
       "--control-thread", options.control_thread,
       "run an idle thread on the same deadlines, to tell the machine's misses from the simulation's");
-  app.add_flag("--insecure-allow-remote", options.insecure_allow_remote,
-               "allow server.address to be other than loopback: anyone who reaches it may connect");
+  app.add_flag(
+      "--insecure-allow-remote", options.insecure_allow_remote,
+      "allow server.address to be other than loopback without a token and TLS: anyone who reaches it "
+      "may connect");
   app.add_flag("--json", options.json, "print the closing summary as JSON on standard output");
   exit_code = parse(app, argc, argv);
   if (check_option->count()) {
@@ -86,7 +88,7 @@ ToolOptions parse_tool_line(int argc, char** argv, std::optional<int>& exit_code
   const ToolLine tools[] = {add_replay(app),    add_watch(app),  add_record(app),  add_export(app),
                             add_deform(app),    add_dose(app),   add_inspect(app), add_compare(app),
                             add_stability(app), add_zwidth(app), add_advise(app),  add_plot_force(app),
-                            add_metrics(app),   add_score(app),  add_plan(app)};
+                            add_metrics(app),   add_score(app),  add_plan(app),    add_token(app)};
   exit_code = parse(app, argc, argv);
   if (exit_code) return {};
   for (const ToolLine& tool : tools) {

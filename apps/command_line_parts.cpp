@@ -9,21 +9,26 @@ void add_mesh_options(CLI::App& command, std::string& units, std::string& frame)
       ->capture_default_str();
 }
 
-CLI::Validator host_port() {
-  return {[](const std::string& text) -> std::string {
-            const auto colon = text.rfind(':');
-            int port = 0;
-            if (colon == std::string::npos || colon == 0 ||
-                !CLI::detail::lexical_cast(text.substr(colon + 1), port) || port < 1 || port > 65535)
-              return "needs HOST:PORT, such as 127.0.0.1:18950, not '" + text + "'";
-            return "";
-          },
-          "HOST:PORT"};
-}
-
-HostPort host_port_of(const std::string& text) {
-  const auto colon = text.rfind(':');
-  return {text.substr(0, colon), static_cast<std::uint16_t>(std::stoi(text.substr(colon + 1)))};
+CLI::Option* add_connect_options(CLI::App& command, ConnectOptions& connect, const char* what) {
+  const CLI::Validator host_port = {[](const std::string& text) -> std::string {
+                                      const auto colon = text.rfind(':');
+                                      int port = 0;
+                                      if (colon == std::string::npos || colon == 0 ||
+                                          !CLI::detail::lexical_cast(text.substr(colon + 1), port) ||
+                                          port < 1 || port > 65535)
+                                        return "needs HOST:PORT, such as 127.0.0.1:18950, not '" + text + "'";
+                                      return "";
+                                    },
+                                    "HOST:PORT"};
+  const auto split = [&connect](const std::string& text) {
+    const auto colon = text.rfind(':');
+    connect.host = text.substr(0, colon);
+    connect.port = static_cast<std::uint16_t>(std::stoi(text.substr(colon + 1)));
+  };
+  auto* daemon = command.add_option_function<std::string>("--connect", split, what)->check(host_port);
+  command.add_option("--token-file", connect.token_file, "token to show to the daemon, where it wants one")
+      ->needs(daemon);
+  return daemon;
 }
 
 // CLI::Range lets NaN through: no comparison holds for it.

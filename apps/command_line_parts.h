@@ -32,12 +32,13 @@ ToolLine add_plot_force(CLI::App& app);
 ToolLine add_plan(CLI::App& app);
 ToolLine add_metrics(CLI::App& app);
 ToolLine add_score(CLI::App& app);
+ToolLine add_token(CLI::App& app);
 
 /// --units and --frame of a mesh file.
 void add_mesh_options(CLI::App& command, std::string& units, std::string& frame);
 
-CLI::Validator host_port();  ///< "HOST:PORT", which host_port_of then splits
-HostPort host_port_of(const std::string& text);
+/// --connect, which is returned, and what goes with it; `what`: the daemon's part in it. `connect` lives as long as `command`.
+CLI::Option* add_connect_options(CLI::App& command, ConnectOptions& connect, const char* what);
 CLI::Validator between(double least, double most);  ///< CLI::Range, but NaN is not between
 CLI::Validator durations();                         ///< seconds
 CLI::Validator simd_choices();

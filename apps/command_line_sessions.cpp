@@ -35,7 +35,7 @@ void add_device_options(CLI::App& command, SimulatedDeviceOptions& device, CLI::
 
 ToolLine add_replay(CLI::App& app) {
   struct Said : ReplayOptions {
-    std::string daemon;
+    ConnectOptions daemon;
     std::vector<double> translate;
     bool offline = false, dynamics = false;
     SimulatedDeviceOptions simulated;
@@ -68,8 +68,7 @@ ToolLine add_replay(CLI::App& app) {
       ->add_option("trajectory", options->trajectory,
                    "CSV: t_s,m00,…,m23[,needle][,button] (X_WN, mm), or a recording")
       ->required();
-  auto* replay_connect =
-      command->add_option("--connect", options->daemon, "the daemon to play into")->check(host_port());
+  auto* replay_connect = add_connect_options(*command, options->daemon, "the daemon to play into");
   auto* offline_flag =
       command->add_flag("--offline", options->offline, "no clock, no network: step and print a hash");
   offline_flag->excludes(replay_connect);
@@ -109,10 +108,10 @@ ToolLine add_replay(CLI::App& app) {
   add_device_options(*command, options->simulated, dynamics);
   command->add_flag("--json", options->json, "print the result as JSON");
   return {command, [options]() -> ToolOptions {
-            if (!options->offline && options->daemon.empty())
+            if (!options->offline && options->daemon.host.empty())
               throw UserError("needs --connect HOST:PORT or --offline");
             ReplayOptions replay = *options;
-            if (!options->offline) replay.connect = host_port_of(options->daemon);
+            if (!options->offline) replay.connect = options->daemon;
             if (options->dynamics) replay.device = options->simulated;
             if (const auto& mm = options->translate; !mm.empty())
               replay.translate_mm = Vec3(mm[0], mm[1], mm[2]);
@@ -122,7 +121,6 @@ ToolLine add_replay(CLI::App& app) {
 
 ToolLine add_watch(CLI::App& app) {
   auto options = std::make_shared<WatchOptions>();
-  auto daemon = std::make_shared<std::string>();
   auto* command =
       app.add_subcommand("watch", "Follow a daemon as a viewer: a live picture, or its counters.");
   command->footer(
@@ -132,20 +130,16 @@ ToolLine add_watch(CLI::App& app) {
       "  brachy watch --connect 127.0.0.1:18950 > watch.log     otherwise a line a second\n"
       "  brachy watch --connect 127.0.0.1:18950 --duration 10 --json\n"
       "NO_COLOR=1: without colours. TERM=dumb: lines on a terminal too.");
-  command->add_option("--connect", *daemon, "the daemon")->required()->check(host_port());
+  add_connect_options(*command, options->connect, "the daemon")->required();
   command->add_option("--duration", options->duration_s, "seconds; default: until the daemon ends")
       ->check(durations());
   command->add_flag("--full", options->full, "ask for whole meshes instead of changes");
   command->add_flag("--json", options->json, "print the counters as JSON at the end");
-  return {command, [options, daemon]() -> ToolOptions {
-            options->connect = host_port_of(*daemon);
-            return *options;
-          }};
+  return {command, [options]() -> ToolOptions { return *options; }};
 }
 
 ToolLine add_record(CLI::App& app) {
   auto options = std::make_shared<RecordOptions>();
-  auto daemon = std::make_shared<std::string>();
   auto* command = app.add_subcommand(
       "record", "Write what a daemon sends: a recording, or a .pvd/.vtp series with pose log and force log.");
   command->footer(
@@ -164,17 +158,31 @@ ToolLine add_record(CLI::App& app) {
       "it.\n"
       "In a folder poses.csv has every tick's pose of every needle, forces.csv each snapshot's force on it.\n"
       "Exit codes: 0 done, 1 the connection or the disk failed, 2 bad usage, or --out is there already.");
-  command->add_option("--connect", *daemon, "the daemon")->required()->check(host_port());
+  add_connect_options(*command, options->connect, "the daemon")->required();
   command->add_option("--out", options->out, "file NAME.brachy, or folder to write; nothing is overwritten")
       ->required();
   command->add_option("--duration", options->duration_s, "seconds; default: until the daemon ends")
       ->check(durations());
   command->add_flag("--surface", options->surface, "ask for the surface only: a tenth of the space");
   command->add_flag("--json", options->json, "print the result as JSON");
-  return {command, [options, daemon]() -> ToolOptions {
-            options->connect = host_port_of(*daemon);
-            return *options;
-          }};
+  return {command, [options]() -> ToolOptions { return *options; }};
+}
+
+ToolLine add_token(CLI::App& app) {
+  auto options = std::make_shared<TokenOptions>();
+  auto* command =
+      app.add_subcommand("token", "Make a token: what a daemon wants to see before it lets anybody in.");
+  command->footer(
+      "Examples:\n"
+      "  brachy token operator.token                    32 random bytes, for your eyes alone\n"
+      "  brachy watch --connect 127.0.0.1:18950 --token-file operator.token\n"
+      "  brachy token --show operator.token             for a browser: http://127.0.0.1:PORT/#token=…\n"
+      "The daemon's scene names it: token_file (any role), device_token_file (device, viewer) or\n"
+      "viewer_token_file under [server].\n"
+      "Exit codes: 0 done, 2 the file is there already, or is no token.");
+  command->add_option("file", options->file, "to make; nothing is overwritten")->required();
+  command->add_flag("--show", options->show, "print the token that is in it, as 64 hexadecimal digits");
+  return {command, [options]() -> ToolOptions { return *options; }};
 }
 
 ToolLine add_export(CLI::App& app) {

@@ -31,9 +31,11 @@ struct DaemonOptions {
   bool json = false;
 };
 
-struct HostPort {
+/// How a tool reaches a daemon.
+struct ConnectOptions {
   std::string host;
   std::uint16_t port = 0;
+  std::optional<std::filesystem::path> token_file;  ///< none: it shows no token
 };
 
 /// The device with mass that `replay --device-dynamics` puts between the trajectory, which is the hand's, and the needle.
@@ -52,7 +54,7 @@ struct SimulatedDeviceOptions {
 
 struct ReplayOptions {
   std::filesystem::path trajectory;             ///< CSV or recording
-  std::optional<HostPort> connect;              ///< none: offline
+  std::optional<ConnectOptions> connect;        ///< none: offline
   std::optional<std::filesystem::path> config;  ///< offline
   double rate_hz = 200;
   double speed = 1;
@@ -68,14 +70,14 @@ struct ReplayOptions {
 };
 
 struct WatchOptions {
-  HostPort connect;
+  ConnectOptions connect;
   std::optional<double> duration_s;
   bool full = false;
   bool json = false;
 };
 
 struct RecordOptions {
-  HostPort connect;
+  ConnectOptions connect;
   std::filesystem::path out;  ///< a file NAME.brachy, or a folder
   std::optional<double> duration_s;
   bool surface = false;  ///< the surface's points only
@@ -176,9 +178,15 @@ struct AdviseOptions {
   bool json = false;
 };
 
-using ToolOptions = std::variant<ReplayOptions, WatchOptions, RecordOptions, ExportOptions, DeformOptions,
-                                 DoseOptions, InspectOptions, CompareOptions, StabilityOptions, ZWidthOptions,
-                                 AdviseOptions, PlotForceOptions, MetricsOptions, ScoreOptions, PlanOptions>;
+struct TokenOptions {
+  std::filesystem::path file;
+  bool show = false;  ///< print the one that is there instead of making it
+};
+
+using ToolOptions =
+    std::variant<ReplayOptions, WatchOptions, RecordOptions, ExportOptions, DeformOptions, DoseOptions,
+                 InspectOptions, CompareOptions, StabilityOptions, ZWidthOptions, AdviseOptions,
+                 PlotForceOptions, MetricsOptions, ScoreOptions, PlanOptions, TokenOptions>;
 
 /// Exit codes of both programs.
 enum ExitCode : int {

@@ -5,7 +5,15 @@
 #include <cmath>
 #include <csignal>
 
+#include "net/access/token_file.h"
+
 namespace brachy {
+
+net::ClientOptions client_options_for(const ConnectOptions& daemon) {
+  net::ClientOptions options;
+  if (daemon.token_file) options.token = net::load_token(*daemon.token_file);
+  return options;
+}
 
 ClientRun::ClientRun(net::ClientOptions options, net::ClientHandlers handlers)
     : client_(io_, std::move(options), wrap(std::move(handlers))) {}
@@ -35,8 +43,8 @@ net::ClientHandlers ClientRun::wrap(net::ClientHandlers handlers) {
   return handlers;
 }
 
-void ClientRun::run(const HostPort& server, std::optional<double> duration_s, std::function<void()> regularly,
-                    std::chrono::milliseconds period) {
+void ClientRun::run(const ConnectOptions& server, std::optional<double> duration_s,
+                    std::function<void()> regularly, std::chrono::milliseconds period) {
   client_.connect(server.host, server.port);
 
   boost::asio::signal_set signals(io_, SIGINT, SIGTERM);

@@ -11,6 +11,9 @@
 
 namespace brachy {
 
+/// For a client of that daemon. Throws UserError: the token file is not good.
+net::ClientOptions client_options_for(const ConnectOptions& daemon);
+
 /// Runs `io` with a connected client until its time is up, Ctrl-C, or the connection ends. Before it returns for one
 /// of the first two, it asks for a last STATE and waits for it, so that the counters are the newest.
 /// One thread, the caller's.
@@ -20,8 +23,8 @@ class ClientRun {
   ClientRun(net::ClientOptions options, net::ClientHandlers handlers);
 
   /// Connects (UserError if nothing listens) and runs. `regularly` is called every `period` if given.
-  void run(const HostPort& server, std::optional<double> duration_s, std::function<void()> regularly = {},
-           std::chrono::milliseconds period = std::chrono::seconds(1));
+  void run(const ConnectOptions& server, std::optional<double> duration_s,
+           std::function<void()> regularly = {}, std::chrono::milliseconds period = std::chrono::seconds(1));
 
   /// Ends run() from a handler.
   void finish();

@@ -24,6 +24,7 @@ struct Run {
   int operator()(const PlanOptions& o) const { return plan(o); }
   int operator()(const MetricsOptions& o) const { return metrics(o); }
   int operator()(const ScoreOptions& o) const { return score(o); }
+  int operator()(const TokenOptions& o) const { return token(o); }
 };
 
 }  // namespace

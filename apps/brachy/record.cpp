@@ -46,7 +46,7 @@ class Recorder {
 
  private:
   net::ClientOptions client_options() const {
-    net::ClientOptions c;
+    net::ClientOptions c = client_options_for(options_.connect);
     c.name = "brachy record";
     c.subscription = net::kSubscribePoseHistory | net::kSubscribeScene;
     if (options_.surface) c.subscription |= net::kSubscribeSurface;

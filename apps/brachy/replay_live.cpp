@@ -61,7 +61,7 @@ class LiveReplay {
   net::Client& client_of(std::size_t i) { return i == 0 ? run_.client() : *others_[i - 1]; }
 
   net::ClientOptions client_options(std::size_t i) const {
-    net::ClientOptions c;
+    net::ClientOptions c = client_options_for(*options_.connect);
     c.role = net::Role::kDevice;
     c.needle = static_cast<std::uint16_t>(id_of(i));
     c.name =

@@ -38,5 +38,7 @@ int plan(const PlanOptions& options);
 int metrics(const MetricsOptions& options);
 /// Judges a recording against its plan and writes the report.
 int score(const ScoreOptions& options);
+/// Makes a token, or shows one.
+int token(const TokenOptions& options);
 
 }  // namespace brachy

@@ -44,7 +44,7 @@ class Watch {
 
  private:
   static net::ClientOptions client_options(const WatchOptions& options) {
-    net::ClientOptions c;
+    net::ClientOptions c = client_options_for(options.connect);
     c.name = "brachy watch";
     if (options.full) c.subscription |= net::kSubscribeFullFrames;
     return c;

@@ -1,7 +1,6 @@
 #include "apps/brachyd/controls.h"
 
 #include <fmt/format.h>
-#include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <cmath>
@@ -127,7 +126,7 @@ net::ControlsState Controls::state() const {
 }
 
 void Controls::announce(net::EventKind kind, const std::string& text) {
-  spdlog::info("{}", text);
+  log_(text);
   server_.broadcast({kind, 0, 0, text});
 }
 

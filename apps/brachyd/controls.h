@@ -1,9 +1,11 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <span>
 #include <string>
+#include <utility>
 
 #include "apps/brachyd/simulation_runs.h"
 #include "core/scene/scene.h"
@@ -16,10 +18,17 @@ namespace brachy {
 /// another model. Threads: the io thread.
 class Controls {
  public:
+  using Log = std::function<void(const std::string&)>;
+
   /// Everything outlives this. `is_recorded`: a session is, which must stay what its files say.
   Controls(const Scene& scene, std::span<const std::unique_ptr<SwitchedDevice>> devices, SimulationRuns& runs,
-           net::Server& server, bool is_recorded)
-      : model_(scene), devices_(devices), runs_(runs), server_(server), is_recorded_(is_recorded) {}
+           net::Server& server, Log log, bool is_recorded)
+      : model_(scene),
+        devices_(devices),
+        runs_(runs),
+        server_(server),
+        log_(std::move(log)),
+        is_recorded_(is_recorded) {}
 
   /// "" where it is or will be done, else why not; `who` asks.
   std::string ask(const net::ControlMessage& message, const std::string& who);
@@ -45,6 +54,7 @@ class Controls {
   std::span<const std::unique_ptr<SwitchedDevice>> devices_;  // by needle
   SimulationRuns& runs_;
   net::Server& server_;
+  const Log log_;
   bool is_recorded_;
   bool plays_ = false, loops_ = false;
 };

@@ -16,12 +16,14 @@
 #include "apps/brachyd/daemon_setup.h"
 #include "apps/brachyd/deformation_loop.h"
 #include "apps/brachyd/force_link.h"
+#include "apps/brachyd/network_log.h"
 #include "apps/brachyd/recorded_session.h"
 #include "apps/brachyd/scene_message.h"
 #include "apps/brachyd/simulation_runs.h"
 #include "apps/brachyd/snapshot_loop.h"
 #include "apps/brachyd/tick_events.h"
 #include "core/plan/plan_file.h"
+#include "core/realtime/capabilities.h"
 #include "core/realtime/deadline.h"
 #include "core/realtime/realtime_thread.h"
 #include "core/structures/load_structures.h"
@@ -74,7 +76,7 @@ class Daemon::Impl {
                 plan_ ? plan_->seeds(scene.template_grid) : std::vector<PlannedSeed>()),
         force_link_(needle_count_, force_outputs()),
         server_(io_, server_options(scene, options, needle_count_), simulator().tissue(), handlers()),
-        controls_(scene, devices_, runs_, server_, session_ != nullptr) {
+        controls_(scene, devices_, runs_, server_, log_, session_ != nullptr) {
     spdlog::info("engine: {}, {} thread{}", to_string(simulator().simd_target()), scene.engine.threads,
                  scene.engine.threads == 1 ? "" : "s");
     server_.show_scene(make_scene_message(scene, plan_, structures_));
@@ -84,11 +86,9 @@ class Daemon::Impl {
     const int http_port = options.http_port.value_or(scene.server.http_port);
     if (http_port >= 0)
       http_.emplace(io_, server_, net::HttpOptions{static_cast<std::uint16_t>(http_port)}, viewer_files(),
-                    log);
-    const int igtl_port = options.igtl_port.value_or(scene.server.igtl_port);
-    if (igtl_port >= 0)
-      igtl_.emplace(io_, net::igtl::IgtlOptions{static_cast<std::uint16_t>(igtl_port)}, server_,
-                    simulator().tissue(), log);
+                    log_);
+    if (const auto igtl = igtl_options(scene, options))
+      igtl_.emplace(io_, *igtl, server_, simulator().tissue(), log_);
   }
 
   const net::Server& server() const { return server_; }
@@ -98,6 +98,8 @@ class Daemon::Impl {
   std::optional<std::uint16_t> igtl_port() const {
     return igtl_ ? std::optional(igtl_->port()) : std::nullopt;
   }
+
+  const std::string& igtl_address() const { return igtl_.value().address(); }
 
   DaemonSummary run() {
     boost::asio::steady_timer duration(io_);
@@ -128,13 +130,25 @@ class Daemon::Impl {
     const std::int64_t start_ns = monotonic_ns();
     std::promise<std::string> granted;
     std::jthread deformation([&](const std::stop_token& stop) {
-      granted.set_value(
-          to_string(request_realtime({scene_.realtime.fifo_priority, scene_.realtime.lock_memory})));
+      const RealtimeGrant grant =
+          request_realtime({scene_.realtime.fifo_priority, scene_.realtime.lock_memory});
+      drop_capabilities();
+      granted.set_value(to_string(grant));
       std::vector<Device*> devices;
       for (const auto& device : devices_) devices.push_back(device.get());
       run_deformation_loop(stop, runs_.in_use(), runs_.reader(), devices, state_writer_, force_writer_,
                            fallen_writer_, loop_writer_);
     });
+    std::jthread control;
+    if (options_.control_thread || scene_.realtime.control_thread)
+      control = std::jthread([&](const std::stop_token& stop) {
+        request_realtime({scene_.realtime.fifo_priority, false});  // woken on the same terms
+        drop_capabilities();
+        run_control_loop(stop, scene_.period_s(), control_writer_);
+      });
+    // Only those two ask the kernel for anything. What this thread creates from here on has its capabilities: none.
+    drop_capabilities();
+    boost::asio::post(workers_, drop_capabilities);
     std::jthread snapshots([&](const std::stop_token& stop) {
       summary.snapshots = run_snapshot_loop(stop, scene_.rates.snapshot_hz, state_reader_,
                                             [&](auto state) { deliver(std::move(state)); });
@@ -143,12 +157,6 @@ class Daemon::Impl {
       summary.dose = run_dose_loop(stop, structures_, dose_settings(), std::move(surface), fallen_reader_,
                                    [&](net::DoseMessage message) { deliver_dose(std::move(message)); });
     });
-    std::jthread control;
-    if (options_.control_thread || scene_.realtime.control_thread)
-      control = std::jthread([&](const std::stop_token& stop) {
-        request_realtime({scene_.realtime.fifo_priority, false});  // woken on the same terms
-        run_control_loop(stop, scene_.period_s(), control_writer_);
-      });
     summary.realtime = granted.get_future().get();
     if (scene_.realtime.fifo_priority || scene_.realtime.lock_memory) spdlog::info("{}", summary.realtime);
 
@@ -173,9 +181,11 @@ class Daemon::Impl {
     }
     summary.interventions = force_link_.interventions();
     summary.forces_replaced = server_.forces_replaced();
+    summary.wrong_tokens = server_.gate().wrong_tokens();
     take_last_state();
     summary.seeds_dropped = events_.seeds_dropped();
     summary.drops_refused = events_.drops_refused();
+    network_log_.end();
     if (session_) summary.session = session_->end();
     return summary;
   }
@@ -189,10 +199,9 @@ class Daemon::Impl {
   NetworkDevice& network_device(std::size_t needle) { return devices_[needle]->network(); }
 
   // All on the io thread.
-  static void log(const std::string& line) { spdlog::info("{}", line); }
   net::ServerHandlers handlers() {
     net::ServerHandlers h;
-    h.log = log;
+    h.log = log_;
     h.state = [this] { return state_message(); };
     h.on_device = [this](bool attached, const net::DeviceInfo& device) {
       NetworkDevice& needle = network_device(device.needle);
@@ -228,7 +237,7 @@ class Daemon::Impl {
     o.send_model = [this](const net::LocalModelMessage& message) { server_.send(message.needle, message); };
     o.round_trip_s = [this](std::uint16_t needle) { return server_.round_trip_s(needle); };
     o.announce = [this](const net::EventMessage& event) {
-      spdlog::warn("safety: {}", event.text);
+      network_log_.warn("safety: " + event.text);
       server_.broadcast(event);
     };
     return o;
@@ -335,6 +344,10 @@ class Daemon::Impl {
 
   boost::asio::signal_set signals_{io_, SIGINT,
                                    SIGTERM};  // from here on: one that comes before run() is not lost
+  NetworkLog network_log_;                    // io thread
+  const std::function<void(const std::string&)> log_ = [this](const std::string& line) {
+    network_log_.info(line);
+  };
   boost::asio::steady_timer cycle_timer_{io_};
   ForceLink force_link_;  // io thread, as the two below
   bool is_cycling_ = false;
@@ -354,6 +367,9 @@ std::uint16_t Daemon::port() const {
 }
 std::optional<std::uint16_t> Daemon::igtl_port() const {
   return impl_->igtl_port();
+}
+const std::string& Daemon::igtl_address() const {
+  return impl_->igtl_address();
 }
 const std::string& Daemon::address() const {
   return impl_->server().address();

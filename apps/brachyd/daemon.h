@@ -27,6 +27,7 @@ struct DaemonSummary {
   std::uint32_t seeds_dropped = 0, drops_refused = 0;         ///< in this run
   DoseStatistics dose;
   std::string session;                ///< the session's folder and what is in it; empty: none was asked for
+  std::uint64_t wrong_tokens = 0;     ///< shown by clients
   std::uint64_t forces_replaced = 0;  ///< messages with forces that a newer one replaced before they left
 };
 
@@ -50,8 +51,10 @@ class Daemon {
   const std::string& address() const;
   std::optional<std::uint16_t> http_port() const;  ///< nullopt: off
   std::optional<std::uint16_t> igtl_port() const;  ///< none: off
+  const std::string& igtl_address() const;         ///< precondition: it is on
 
-  /// Runs until SIGINT, SIGTERM, the options' duration, or stop(). Once only.
+  /// Runs until SIGINT, SIGTERM, the options' duration, or stop(). Once only. From here on neither the calling thread nor
+  /// any that it creates has a capability.
   DaemonSummary run();
 
   /// Ends run() within a second. Threads: any.

@@ -2,13 +2,30 @@
 
 #include <spdlog/spdlog.h>
 
+#include <chrono>
 #include <filesystem>
 
 #include "apps/tissue_box.h"
 #include "core/scene/load_tissue.h"
 #include "haptics/trajectory/needle_trajectories.h"
+#include "net/access/token_file.h"
 
 namespace brachy {
+namespace {
+
+net::TokenGrants load_tokens(const Scene& scene) {
+  using enum net::Role;
+  net::TokenGrants tokens;
+  const auto add = [&](const std::string& file, std::initializer_list<net::Role> roles) {
+    if (!file.empty()) tokens.add(net::load_token(scene.resolve(file)), roles);
+  };
+  add(scene.server.token_file, {kViewer, kDevice, kOperator});
+  add(scene.server.device_token_file, {kViewer, kDevice});
+  add(scene.server.viewer_token_file, {kViewer});
+  return tokens;
+}
+
+}  // namespace
 
 Tissue load_simulated_tissue(const Scene& scene) {
   LoadedTissue loaded = load_tissue(scene);
@@ -45,14 +62,28 @@ net::ServerOptions server_options(const Scene& scene, const DaemonOptions& optio
   s.address = scene.server.address;
   s.port = static_cast<std::uint16_t>(options.port.value_or(scene.server.port));
   s.allow_remote = options.insecure_allow_remote;
+  s.tokens = load_tokens(scene);
   s.max_clients = static_cast<std::uint32_t>(scene.server.max_clients);
+  s.max_clients_per_address = static_cast<std::uint32_t>(scene.server.max_clients_per_address);
   s.max_message_bytes = static_cast<std::uint32_t>(scene.server.max_message_bytes);
   s.max_poses_per_s = static_cast<std::uint32_t>(scene.server.max_poses_per_s);
+  s.hello_timeout = std::chrono::milliseconds(scene.server.hello_timeout_ms);
+  s.silence_timeout = std::chrono::milliseconds(scene.server.silence_timeout_ms);
+  s.stall_timeout = std::chrono::milliseconds(scene.server.stall_timeout_ms);
   s.server_name = "brachyd " BRACHY_VERSION;
   s.topology_name = scene.name;
   s.deformation_hz = scene.rates.deformation_hz;
   s.snapshot_hz = scene.rates.snapshot_hz;
   return s;
+}
+
+std::optional<net::igtl::IgtlOptions> igtl_options(const Scene& scene, const DaemonOptions& options) {
+  const int port = options.igtl_port.value_or(scene.server.igtl_port);
+  if (port < 0) return std::nullopt;
+  net::igtl::IgtlOptions o;
+  o.port = static_cast<std::uint16_t>(port);
+  o.without_token = scene.server.igtl_without_token;
+  return o;
 }
 
 net::ServedFiles viewer_files() {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "apps/options.h"
@@ -8,6 +9,7 @@
 #include "core/tissue/tissue.h"
 #include "haptics/switched_device.h"
 #include "net/http/served_files.h"
+#include "net/igtl/igtl_server.h"
 #include "net/server_options.h"
 
 namespace brachy {
@@ -22,6 +24,9 @@ std::vector<std::unique_ptr<SwitchedDevice>> make_devices(const Scene& scene, co
                                                           std::size_t count);
 
 net::ServerOptions server_options(const Scene& scene, const DaemonOptions& options, std::size_t needles);
+
+/// nullopt: off.
+std::optional<net::igtl::IgtlOptions> igtl_options(const Scene& scene, const DaemonOptions& options);
 
 /// The viewer, from beside the program that runs: ../viewer in a build folder, ../share/brachy/viewer where it is
 /// installed; else a page that says how to build it.

@@ -36,7 +36,7 @@ int run(const DaemonOptions& options) {
   if (const auto port = daemon.http_port())
     std::cout << "http on " << daemon.address() << ":" << *port << std::endl;
   if (const auto port = daemon.igtl_port())
-    std::cout << "igtl on " << daemon.address() << ":" << *port << std::endl;
+    std::cout << "igtl on " << daemon.igtl_address() << ":" << *port << std::endl;
   const DaemonSummary summary = daemon.run();
   std::cerr << to_text(summary);
   if (options.json) std::cout << to_json(summary) << std::endl;

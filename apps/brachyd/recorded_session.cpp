@@ -2,14 +2,32 @@
 
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include "apps/score/report.h"
+#include "core/error.h"
 
 namespace brachy {
+namespace {
+
+/// What is there already must be writable to the end, when root has no rights over others' files any more.
+const std::filesystem::path& checked(const std::filesystem::path& folder) {
+  struct stat about {};
+  if (::stat(folder.c_str(), &about) == 0 && ::geteuid() == 0 && about.st_uid != 0 &&
+      (about.st_mode & S_IWOTH) == 0)
+    throw UserError(
+        folder.string() +
+        ": belongs to another user, and brachyd gives root's rights over others' files up once it runs; "
+        "start it as that user, or give a folder of root's");
+  return folder;
+}
+
+}  // namespace
 
 RecordedSession::RecordedSession(const std::filesystem::path& folder, const Scene& scene,
                                  std::optional<Plan> plan)
-    : folder_(folder),
+    : folder_(checked(folder)),
       scene_(scene),
       plan_(std::move(plan)),
       log_(folder, scene.needle.count, scene.period_s()) {

@@ -85,6 +85,7 @@ std::string to_text(const DaemonSummary& s) {
   text += to_text("ticks", loop.certificates);
   text += safety_text(s);
   text += seed_text(s);
+  if (s.wrong_tokens) text += fmt::format("  wrong tokens: {}\n", s.wrong_tokens);
   text += "  " + s.realtime + "\n";
   return text;
 }
@@ -116,6 +117,7 @@ std::string to_json(const DaemonSummary& s) {
       {"realtime", s.realtime},
   };
   for (std::size_t i = 0; i < kInterventions; ++i) json["safety"][kInterventionNames[i]] = s.interventions[i];
+  json["wrong_tokens"] = s.wrong_tokens;
   json["forces_replaced"] = s.forces_replaced;
   json["seeds_dropped"] = s.seeds_dropped;
   json["drops_refused"] = s.drops_refused;

@@ -2,7 +2,7 @@
 // the needle, and its buttons drop seeds. What it takes: open the device, connect as role device, send poses with our
 // clock's stamp.
 //
-//   spacenav_device HOST:PORT /dev/input/by-id/usb-3Dconnexion_SpaceNavigator-event-mouse
+//   spacenav_device HOST:PORT /dev/input/by-id/usb-3Dconnexion_SpaceNavigator-event-mouse [TOKEN_FILE]
 //
 // Reading it needs membership of the group `input`. A regular file of struct input_event is played instead, a report each
 // cycle, then it ends: for tests, and to replay what `cat /dev/input/…` kept. This device renders no force: FORCE and
@@ -20,10 +20,12 @@
 #include <cerrno>
 #include <chrono>
 #include <iostream>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "core/realtime/deadline.h"
+#include "net/access/token_file.h"
 #include "net/client.h"
 
 namespace {
@@ -81,7 +83,8 @@ RigidTransform moved(const RigidTransform& X_WN, const SixAxes& axes, double dt_
 
 class Adapter {
  public:
-  explicit Adapter(const char* device) : axes_(device), timer_(io_), client_(io_, options(), handlers()) {
+  Adapter(const char* device, std::optional<net::Token> token)
+      : axes_(device), timer_(io_), client_(io_, options(token), handlers()) {
     X_WN_.p = Vec3(0, 0, -60);  // in front of the default phantom, which lies about the origin
   }
 
@@ -92,8 +95,9 @@ class Adapter {
   }
 
  private:
-  static net::ClientOptions options() {
+  static net::ClientOptions options(const std::optional<net::Token>& token) {
     net::ClientOptions o;
+    o.token = token;
     o.role = net::Role::kDevice;
     o.subscription = net::kSubscribeNoMesh;
     o.name = "spacenav_device";
@@ -137,11 +141,13 @@ class Adapter {
 }  // namespace
 
 int main(int argc, char** argv) try {
-  const std::string server = argc == 3 ? argv[1] : "";
+  const std::string server = argc == 3 || argc == 4 ? argv[1] : "";
   const std::size_t colon = server.rfind(':');
-  if (colon == std::string::npos) throw UserError("usage: spacenav_device HOST:PORT /dev/input/eventN");
-  Adapter(argv[2]).run(server.substr(0, colon),
-                       static_cast<std::uint16_t>(std::stoi(server.substr(colon + 1))));
+  if (colon == std::string::npos)
+    throw UserError("usage: spacenav_device HOST:PORT /dev/input/eventN [TOKEN_FILE]");
+  const auto token = argc == 4 ? std::optional(net::load_token(argv[3])) : std::nullopt;
+  Adapter(argv[2], token)
+      .run(server.substr(0, colon), static_cast<std::uint16_t>(std::stoi(server.substr(colon + 1))));
 } catch (const std::exception& e) {
   std::cerr << "spacenav_device: " << e.what() << "\n";
   return 2;

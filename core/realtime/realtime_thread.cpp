@@ -7,6 +7,7 @@
 
 #include <cerrno>
 #include <cstddef>
+#include <cstdlib>
 #include <cstring>
 #include <fstream>
 
@@ -27,7 +28,7 @@ std::uint64_t soft_limit(__rlimit_resource resource) {
 }
 
 std::uint64_t effective_capabilities() {
-  std::ifstream status("/proc/self/status");
+  std::ifstream status("/proc/thread-self/status");  // each thread has its own
   for (std::string key; status >> key; status.ignore(4096, '\n')) {
     if (key != "CapEff:") continue;
     std::uint64_t bits = 0;
@@ -52,26 +53,39 @@ std::string set_fifo(const RealtimeLimits& limits, int priority) {
          "; in a container, grant it CAP_SYS_NICE and a real-time share (cpu.rt_runtime_us)";
 }
 
-/// Whether a mapping beyond a finite RLIMIT_MEMLOCK still succeeds. CAP_IPC_LOCK of a user namespace shows in
-/// /proc but does not lift the limit. PROT_NONE: the mapping is counted but costs no memory.
-bool limit_is_lifted(std::uint64_t memlock_bytes) {
-  if (memlock_bytes == RealtimeLimits::kUnlimited) return true;
-  const std::size_t size = memlock_bytes + static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
-  void* probe = mmap(nullptr, size, PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
-  if (probe == MAP_FAILED) return false;
-  munmap(probe, size);
+/// The stack of the program's first thread grows as it is used: a locked one beyond a finite limit could not.
+void unlock_first_stack() {
+  std::ifstream maps("/proc/self/maps");
+  for (std::string line; std::getline(maps, line);) {
+    if (!line.ends_with("[stack]")) continue;
+    char* end = nullptr;
+    const std::uintptr_t first = std::strtoull(line.c_str(), &end, 16);
+    const std::uintptr_t last = std::strtoull(end + 1, nullptr, 16);
+    munlock(reinterpret_cast<void*>(first), last - first);
+  }
+}
+
+/// Locks what is there, and what comes later only where no limit will stand against it once the capability that allows
+/// it has been given up (core/realtime/capabilities.h): no memory could be had then. False: errno says why.
+bool lock_all(const RealtimeLimits& limits, bool& is_later_locked) {
+  const rlimit unlimited{RLIM_INFINITY, RLIM_INFINITY};
+  is_later_locked =
+      limits.memlock_bytes == RealtimeLimits::kUnlimited || setrlimit(RLIMIT_MEMLOCK, &unlimited) == 0;
+  if (mlockall(is_later_locked ? MCL_CURRENT | MCL_FUTURE : MCL_CURRENT) != 0) return false;
+  if (!is_later_locked) unlock_first_stack();
   return true;
 }
 
-std::string lock_memory(const RealtimeLimits& limits) {
+std::string lock_memory(const RealtimeLimits& limits, bool& is_later_locked) {
   if (std::string obstacle = memory_obstacle(limits); !obstacle.empty()) return obstacle;
-  if (mlockall(MCL_CURRENT | MCL_FUTURE) != 0) {
-    return std::string("the limits allow it but the kernel says ") + std::strerror(errno) +
-           "; check the memory limit of the container";
-  }
-  if (limit_is_lifted(limits.memlock_bytes)) return {};
-  munlockall();
-  return memory_obstacle({limits.rtprio, limits.memlock_bytes, limits.cap_sys_nice, false});
+  if (lock_all(limits, is_later_locked)) return {};
+  const std::string why = std::strerror(errno);
+  // CAP_IPC_LOCK of a user namespace shows in /proc but does not lift the limit.
+  if (std::string obstacle =
+          memory_obstacle({limits.rtprio, limits.memlock_bytes, limits.cap_sys_nice, false});
+      !obstacle.empty())
+    return obstacle;
+  return "the limits allow it but the kernel says " + why + "; check the memory limit of the container";
 }
 
 std::string describe(Grant grant, const std::string& refusal) {
@@ -118,7 +132,7 @@ RealtimeGrant request_realtime(const RealtimeOptions& options) {
   const RealtimeLimits limits = read_realtime_limits();
   RealtimeGrant grant;
   if (options.lock_memory) {
-    grant.memory_refusal = lock_memory(limits);
+    grant.memory_refusal = lock_memory(limits, grant.memory_is_locked_later);
     grant.memory = grant.memory_refusal.empty() ? Grant::kGranted : Grant::kRefused;
   }
   if (options.fifo_priority != 0) {
@@ -135,6 +149,7 @@ std::string to_string(const RealtimeGrant& grant) {
   if (grant.fifo == Grant::kGranted) line += "priority " + std::to_string(grant.fifo_priority) + " ";
   line += describe(grant.fifo, grant.fifo_refusal);
   line += ", memory lock " + describe(grant.memory, grant.memory_refusal);
+  if (grant.memory == Grant::kGranted && !grant.memory_is_locked_later) line += " for what was there then";
   return line;
 }
 

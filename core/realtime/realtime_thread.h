@@ -11,7 +11,7 @@ struct RealtimeOptions {
   bool lock_memory = false;  ///< keep the whole process in RAM (mlockall), present and future mappings
 };
 
-/// What the process may ask for: its soft limits and effective capabilities.
+/// What a thread may ask for: its process's soft limits and its own effective capabilities.
 struct RealtimeLimits {
   static constexpr std::uint64_t kUnlimited = ~std::uint64_t{0};
   std::uint64_t rtprio = 0;         ///< RLIMIT_RTPRIO
@@ -28,11 +28,12 @@ struct RealtimeGrant {
   int fifo_priority = 0;     ///< in force; 0 unless granted
   std::string fifo_refusal;  ///< empty unless refused
   Grant memory = Grant::kNotAsked;
-  std::string memory_refusal;  ///< empty unless refused
+  bool memory_is_locked_later = false;  ///< also what is had later; false: it would need a capability then
+  std::string memory_refusal;           ///< empty unless refused
 };
 
-/// The limits of this process, read from getrlimit and /proc/self/status (no capability if that is
-/// unreadable).
+/// The limits of this process and the capabilities of the calling thread, from getrlimit and /proc/thread-self/status (no
+/// capability if that is unreadable).
 RealtimeLimits read_realtime_limits();
 
 /// Why SCHED_FIFO at this priority would be refused, with the fix; empty if the limits allow it.
@@ -44,7 +45,8 @@ std::string fifo_obstacle(const RealtimeLimits& limits, int priority);
 std::string memory_obstacle(const RealtimeLimits& limits);
 
 /// Asks for what the options say: SCHED_FIFO for the calling thread (SCHED_RESET_ON_FORK: threads it creates,
-/// such as OpenMP's workers, are ordinary ones), the memory lock for the process; touches the calling
+/// such as OpenMP's workers, are ordinary ones), the memory lock for the process, which holds once capabilities are
+/// given up and raises RLIMIT_MEMLOCK for that where it may; touches the calling
 /// thread's stack if either was asked for. Never throws and never ends the program: a refusal is in the
 /// report.
 ///

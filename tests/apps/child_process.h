@@ -67,6 +67,7 @@ class ChildProcess {
   /// Waits for its end, reading both pipes meanwhile.
   Ended wait(Milliseconds deadline = kDeadline);
 
+  pid_t pid() const { return pid_; }
   bool is_running() const { return !reaped_; }  ///< not yet waited for
 
  private:

@@ -7,8 +7,13 @@
 #include <unistd.h>
 
 #include <cstdlib>
+#include <fstream>
+#include <string>
 #include <system_error>
 #include <thread>
+#include <vector>
+
+#include "core/realtime/capabilities.h"
 
 namespace brachy {
 namespace {
@@ -84,6 +89,53 @@ int ask_for_everything() {
     return 5;
   }
   return 0;
+}
+
+/// Uses `depth` KiB of the stack.
+[[gnu::noinline]] int use_stack(int depth) {
+  volatile char kilobyte[1024] = {};
+  kilobyte[0] = 1;
+  return depth == 0 ? 0 : kilobyte[0] + use_stack(depth - 1);
+}
+
+/// In a child: what was granted stays, and threads, memory and stack can still be had, once there is no capability. Exit
+/// code 0 if so, kNothingToDrop where there was none.
+constexpr int kNothingToDrop = 77;
+int give_up_capabilities() {
+  const auto is_without = [] {
+    std::ifstream status("/proc/thread-self/status");
+    int as_wanted = 0;
+    for (std::string key, value; status >> key >> value; status.ignore(4096, '\n')) {
+      if (key == "CapInh:" || key == "CapPrm:" || key == "CapEff:" || key == "CapAmb:")
+        as_wanted += value.find_first_not_of('0') == std::string::npos;
+      if (key == "NoNewPrivs:") as_wanted += value == "1";
+    }
+    return as_wanted == 5;
+  };
+  const bool had_some = read_realtime_limits().cap_ipc_lock || read_realtime_limits().cap_sys_nice;
+  const RealtimeGrant grant = request_realtime({10, true});
+  drop_capabilities();
+  if (!is_without()) return 1;
+  bool is_thread_without = false;
+  std::thread([&] { is_thread_without = is_without(); }).join();
+  if (!is_thread_without) return 2;
+  const bool is_fifo = (sched_getscheduler(0) & ~SCHED_RESET_ON_FORK) == SCHED_FIFO;
+  if (is_fifo != (grant.fifo == Grant::kGranted)) return 3;
+  const std::vector<char> memory(64 << 20, 1);
+  if (use_stack(2048) != 2048 || memory.back() != 1) return 4;
+  if (request_realtime({11, false}).fifo == Grant::kGranted && read_realtime_limits().rtprio == 0) return 5;
+  return had_some ? 0 : kNothingToDrop;
+}
+
+TEST(RealtimeThread, WithoutCapabilitiesWhatWasGrantedStaysAndMemoryCanBeHad) {
+  const pid_t child = fork();
+  ASSERT_GE(child, 0);
+  if (child == 0) std::_Exit(give_up_capabilities());
+  int status = 0;
+  ASSERT_EQ(waitpid(child, &status, 0), child);
+  ASSERT_TRUE(WIFEXITED(status)) << "signal " << WTERMSIG(status);
+  if (WEXITSTATUS(status) == kNothingToDrop) GTEST_SKIP() << "there is no capability to give up";
+  EXPECT_EQ(WEXITSTATUS(status), 0);
 }
 
 TEST(RealtimeThread, WhateverIsGrantedTheReportIsTrueAndThreadsCanBeCreated) {
