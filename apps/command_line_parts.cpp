@@ -28,6 +28,18 @@ CLI::Option* add_connect_options(CLI::App& command, ConnectOptions& connect, con
   auto* daemon = command.add_option_function<std::string>("--connect", split, what)->check(host_port);
   command.add_option("--token-file", connect.token_file, "token to show to the daemon, where it wants one")
       ->needs(daemon);
+  command.add_flag("--tls", connect.tls, "speak TLS; a CA of this system vouches for the daemon")
+      ->needs(daemon);
+  command
+      .add_option("--tls-ca", connect.tls_ca,
+                  "speak TLS; this CA vouches for the daemon, or is its own certificate (PEM)")
+      ->needs(daemon);
+  auto* certificate = command
+                          .add_option("--tls-certificate", connect.tls_certificate,
+                                      "certificate to show, where the daemon asks for one (PEM)")
+                          ->needs(daemon);
+  auto* key = command.add_option("--tls-key", connect.tls_key, "its key")->needs(certificate);
+  certificate->needs(key);
   return daemon;
 }
 

@@ -36,6 +36,9 @@ struct ConnectOptions {
   std::string host;
   std::uint16_t port = 0;
   std::optional<std::filesystem::path> token_file;  ///< none: it shows no token
+  bool tls = false;                                 ///< also without any of these
+  std::filesystem::path tls_ca;                     ///< empty: the system's
+  std::filesystem::path tls_certificate, tls_key;   ///< the tool's own; empty: it shows none
 };
 
 /// The device with mass that `replay --device-dynamics` puts between the trajectory, which is the hand's, and the needle.

@@ -12,6 +12,8 @@ namespace brachy {
 net::ClientOptions client_options_for(const ConnectOptions& daemon) {
   net::ClientOptions options;
   if (daemon.token_file) options.token = net::load_token(*daemon.token_file);
+  if (daemon.tls || !daemon.tls_ca.empty() || !daemon.tls_certificate.empty())
+    options.tls = net::make_client_context({daemon.tls_ca, daemon.tls_certificate, daemon.tls_key});
   return options;
 }
 

@@ -11,7 +11,7 @@
 
 namespace brachy {
 
-/// For a client of that daemon. Throws UserError: the token file is not good.
+/// For a client of that daemon. Throws UserError: the token file is not good, or one of TLS.
 net::ClientOptions client_options_for(const ConnectOptions& daemon);
 
 /// Runs `io` with a connected client until its time is up, Ctrl-C, or the connection ends. Before it returns for one

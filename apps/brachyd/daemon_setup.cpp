@@ -25,6 +25,15 @@ net::TokenGrants load_tokens(const Scene& scene) {
   return tokens;
 }
 
+net::TlsContext load_tls(const Scene& scene) {
+  const auto resolve = [&](const std::string& file) {
+    return file.empty() ? std::filesystem::path() : scene.resolve(file);
+  };
+  const ServerSettings& s = scene.server;
+  return net::make_server_context({resolve(s.tls_certificate), resolve(s.tls_key), resolve(s.tls_client_ca)},
+                                  [](const std::string& line) { spdlog::warn("{}", line); });
+}
+
 }  // namespace
 
 Tissue load_simulated_tissue(const Scene& scene) {
@@ -63,6 +72,7 @@ net::ServerOptions server_options(const Scene& scene, const DaemonOptions& optio
   s.port = static_cast<std::uint16_t>(options.port.value_or(scene.server.port));
   s.allow_remote = options.insecure_allow_remote;
   s.tokens = load_tokens(scene);
+  if (scene.server.has_tls()) s.tls = load_tls(scene);
   s.max_clients = static_cast<std::uint32_t>(scene.server.max_clients);
   s.max_clients_per_address = static_cast<std::uint32_t>(scene.server.max_clients_per_address);
   s.max_message_bytes = static_cast<std::uint32_t>(scene.server.max_message_bytes);

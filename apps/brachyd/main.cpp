@@ -34,7 +34,8 @@ int run(const DaemonOptions& options) {
   Daemon daemon(scene, options);
   std::cout << "brachyd listening on " << daemon.address() << ":" << daemon.port() << std::endl;
   if (const auto port = daemon.http_port())
-    std::cout << "http on " << daemon.address() << ":" << *port << std::endl;
+    std::cout << (scene.server.has_tls() ? "https on " : "http on ") << daemon.address() << ":" << *port
+              << std::endl;
   if (const auto port = daemon.igtl_port())
     std::cout << "igtl on " << daemon.igtl_address() << ":" << *port << std::endl;
   const DaemonSummary summary = daemon.run();

@@ -1,5 +1,6 @@
 // The page in a real browser in front of the real daemon.
 import assert from 'node:assert/strict';
+import {execFileSync} from 'node:child_process';
 import {mkdirSync, readFileSync, statSync, writeFileSync} from 'node:fs';
 import {join, resolve} from 'node:path';
 import {after, before, test} from 'node:test';
@@ -35,8 +36,8 @@ after(async () => {
   await daemon?.stop();
 });
 
-async function newPage() {
-  const made = await browser.newPage({viewport: {width: 1280, height: 720}});
+async function newPage(more = {}) {
+  const made = await browser.newPage({viewport: {width: 1280, height: 720}, ...more});
   made.on('pageerror', (error) => errors.push(error.message));
   made.on('console', (message) => message.type() === 'error' && !/WebSocket|ERR_CONNECTION/.test(message.text()) && errors.push(message.text()));
   return made;
@@ -256,6 +257,25 @@ test('a page without the token is told what it lacks, and one with it joins, als
   await until('/by hand/.test(brachy.device)', visitor);
   await visitor.close();
   await wary.stop();
+});
+
+test('a page that was served over TLS connects over TLS, by hand too', async () => {
+  const [certificate, key, secure] = ['page.pem', 'page.key', 'tls.toml'].map((name) => join(artefacts, name));
+  execFileSync('openssl', ['req', '-x509', '-newkey', 'ec', '-pkeyopt', 'ec_paramgen_curve:P-256', '-nodes', '-days', '2', '-subj', '/CN=page',
+                           '-addext', 'subjectAltName=IP:127.0.0.1', '-keyout', key, '-out', certificate], {stdio: 'ignore'});
+  writeFileSync(secure, '[server]\ntls_certificate = "page.pem"\ntls_key = "page.key"\n');
+  const tls = await Daemon.start(secure, log);
+  assert.match(tls.url, /^https:/);
+  const visitor = await newPage({ignoreHTTPSErrors: true});
+  const sockets = [];
+  visitor.on('websocket', (socket) => sockets.push(socket.url()));
+  await visitor.goto(tls.url);
+  await until('brachy.connection.phase === "open" && brachy.frames > 0', visitor);
+  await visitor.locator('#take').click();
+  await until('/by hand/.test(brachy.device)', visitor);
+  assert.deepEqual(sockets.map((url) => url.slice(0, 6)), ['wss://', 'wss://']);
+  await visitor.close();
+  await tls.stop();
 });
 
 test('a recording plays from a file, without a daemon', async () => {

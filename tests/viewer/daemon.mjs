@@ -13,8 +13,9 @@ export class Daemon {
     const ended = new Promise((resolve) => child.once('exit', resolve));
     const found = {};
     for await (const line of createInterface({input: child.stdout})) {
-      const port = /^(brachyd listening|http) on .*:(\d+)$/.exec(line);
-      if (port) found[port[1] === 'http' ? 'http' : 'tcp'] = Number(port[2]);
+      const port = /^(brachyd listening|https?) on .*:(\d+)$/.exec(line);
+      if (port) found[port[1].startsWith('http') ? 'http' : 'tcp'] = Number(port[2]);
+      if (port?.[1] === 'https') found.scheme = 'https';
       if (found.http && found.tcp) return new Daemon(child, ended, found);
     }
     throw new Error(`brachyd ended before it listened; see ${log}`);
@@ -28,7 +29,7 @@ export class Daemon {
   }
 
   get url() {
-    return `http://127.0.0.1:${this.ports.http}/`;
+    return `${this.ports.scheme ?? 'http'}://127.0.0.1:${this.ports.http}/`;
   }
 
   async stop() {
