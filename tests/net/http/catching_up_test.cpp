@@ -7,7 +7,7 @@
 #include <span>
 
 #include "net/tcp/tcp_socket.h"
-#include "tests/net/http/http_testing.h"
+#include "tests/net/tls/tls_fixture.h"
 
 namespace brachy::net::test {
 namespace {
@@ -21,12 +21,22 @@ std::size_t heap_bytes() {
   return info.uordblks + info.hblkhd;
 }
 
-struct CatchingUp : HttpFixture, ::testing::WithParamInterface<bool> {
+/// What the pages of a test are.
+struct Pages {
+  const char* name;
+  bool is_surface = false, has_tls = false;
+};
+
+struct CatchingUp : TlsFixture, ::testing::WithParamInterface<Pages> {
   /// The default scene's counts of points.
   void begin(ServerOptions options = {}) {
     tissue = line_tissue(kPoints / 5);
     tissue.surface_count = kSurface;
     simulation = FakeSimulation(tissue);
+    if (GetParam().has_tls) {
+      options.tls = server_context();
+      tls = client_context();
+    }
     start_http(options);
   }
   /// Six ticks on; the server has done with it what it can.
@@ -74,7 +84,7 @@ struct CatchingUp : HttpFixture, ::testing::WithParamInterface<bool> {
     return 3 + kInSockets / page.frame_bodies.back().size();
   }
 
-  bool is_surface() const { return GetParam(); }
+  bool is_surface() const { return GetParam().is_surface; }
   std::uint32_t subscription() const { return is_surface() ? std::uint32_t{kSubscribeSurface} : 0; }
   std::size_t mesh_bytes() const { return 12 * (is_surface() ? kSurface : kPoints); }
 
@@ -215,8 +225,10 @@ TEST_P(CatchingUp, PagesThatComeAndGoInTheMiddleOfAFrameLeaveNothingBehind) {
   EXPECT_TRUE(has_the_mesh(*page));
 }
 
-INSTANTIATE_TEST_SUITE_P(VolumeAndSurface, CatchingUp, ::testing::Bool(),
-                         [](const auto& param) { return param.param ? "Surface" : "Volume"; });
+INSTANTIATE_TEST_SUITE_P(VolumeAndSurface, CatchingUp,
+                         ::testing::Values(Pages{"Volume"}, Pages{"Surface", true},
+                                           Pages{"VolumeOverTls", false, true}),
+                         [](const auto& pages) { return pages.param.name; });
 
 }  // namespace
 }  // namespace brachy::net::test
