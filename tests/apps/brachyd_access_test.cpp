@@ -5,9 +5,11 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <chrono>
 #include <csignal>
 #include <fstream>
 #include <map>
+#include <thread>
 
 #include "apps/brachyd/daemon_setup.h"
 #include "core/error.h"
@@ -15,6 +17,7 @@
 #include "net/access/token_file.h"
 #include "tests/apps/peer.h"
 #include "tests/apps/running_brachyd.h"
+#include "tests/net/raw_peer.h"
 
 namespace brachy {
 namespace {
@@ -83,6 +86,8 @@ TEST_F(BrachydAccess, ToolsWithATokenAreLetInAndOthersAreToldWhatTheyLack) {
   const Ended replay = run_brachy({"replay", motion, "--connect", brachyd.address, "--token-file", viewer});
   EXPECT_TRUE(exited(replay, 1));
   EXPECT_NE(replay.err.find("role"), std::string::npos) << replay.err;
+  brachyd.process.send_signal(SIGTERM);
+  EXPECT_EQ(json_of(brachyd.process.wait()).at("wrong_tokens"), 1);
 }
 
 TEST_F(BrachydAccess, ATokenIsMadeOnceAndShownForTheBrowser) {
@@ -137,6 +142,31 @@ TEST_F(BrachydAccess, ATokenIsInNoFileAndNoLog) {
     EXPECT_EQ(text.find(raw), std::string::npos) << name;
     EXPECT_EQ(text.find(net::to_hex(secret).substr(0, 16)), std::string::npos) << name;
   }
+}
+
+TEST_F(BrachydAccess, AFloodOfClientsFillsNoLog) {
+  RunningBrachyd brachyd(scene(""));
+  boost::asio::io_context io;
+  constexpr int kClients = 300;
+  const auto end = std::chrono::steady_clock::now() + Peer::kDeadline;
+  for (int i = 0; i < kClients; ++i) {
+    net::test::RawPeer peer(io, brachyd.port);
+    peer.send_message(net::PingMessage{});  // no HELLO: an ERROR, and a line in the log
+    while (!peer.is_ended() && std::chrono::steady_clock::now() < end) {
+      peer.take();
+      std::this_thread::yield();
+    }
+  }
+  brachyd.process.send_signal(SIGTERM);
+  const Ended ended = brachyd.process.wait();
+  EXPECT_TRUE(exited(ended, 0));
+  const auto lines = lines_of(ended.err);
+  const auto about_them = std::ranges::count_if(lines, [](const std::string& line) {
+    return line.find("the first message must be HELLO") != std::string::npos;
+  });
+  EXPECT_GE(about_them, 100);
+  EXPECT_LT(about_them, kClients);
+  EXPECT_NE(ended.err.find("lines about the network left out"), std::string::npos);
 }
 
 TEST_F(BrachydAccess, TheScenesLimitsAreTheServers) {
