@@ -61,6 +61,7 @@ std::vector<std::unique_ptr<SwitchedDevice>> make_devices(const Scene& scene, co
   }
   const PoseGuardSettings guard{static_cast<std::int64_t>(scene.device.stale_pose_ms * 1e6)};
   std::vector<std::unique_ptr<SwitchedDevice>> devices;
+  devices.reserve(count);
   for (auto& script : scripts) devices.push_back(std::make_unique<SwitchedDevice>(guard, std::move(script)));
   return devices;
 }

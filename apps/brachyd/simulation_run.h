@@ -13,8 +13,8 @@ namespace brachy {
 struct SimulationRun {
   SimulationRun(std::uint64_t run, bool keeps_time, const Scene& scene, Tissue tissue)
       : number(run), goes_on(keeps_time), simulator(scene, std::move(tissue)) {
-    slots.fill(simulator.initial_state());
-    for (MeshState& slot : slots) slot.run = number;
+    slots_.fill(simulator.initial_state());
+    for (MeshState& slot : slots_) slot.run = number;
   }
 
   const std::uint64_t number;  ///< MeshState::run
@@ -23,11 +23,11 @@ struct SimulationRun {
 
   /// Swaps one of this run's slots into a triple buffer's slot of an earlier one, each of which comes here once.
   /// Real-time: no allocation; what it was is freed with this.
-  void fit(MeshState& slot) noexcept { std::swap(slot, slots[fitted++]); }
+  void fit(MeshState& slot) noexcept { std::swap(slot, slots_[fitted_++]); }
 
  private:
-  std::array<MeshState, 3> slots;
-  std::size_t fitted = 0;
+  std::array<MeshState, 3> slots_;
+  std::size_t fitted_ = 0;
 };
 
 }  // namespace brachy
