@@ -18,7 +18,7 @@ namespace brachy::net {
 class Gate {
  public:
   /// Connections too many that are held all the same, until each has been told so; who comes beyond is closed.
-  static constexpr std::uint32_t kMaxTold = 16;
+  static constexpr std::uint32_t kMaxTold = 64;
   /// An address that showed so many wrong tokens within the time is refused until there are fewer.
   static constexpr std::size_t kMaxWrongTokens = 10;
   static constexpr std::chrono::seconds kWrongTokensWindow{60};

@@ -72,7 +72,7 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
   /// Looks at the first bytes, and speaks TLS or not, as this port does.
   void start() {
     const ServerOptions& options = shared_->server->options();
-    expires_after(options.tls ? options.hello_timeout : shared_->options.request_timeout);
+    expires_after(options.tls ? options.hello_timeout : time_for_request());
     unread_.resize(kMaxHeaderBytes);
     stream_.async_read_some(asio::buffer(unread_),
                             [self = shared_from_this()](const boost::system::error_code& error,
@@ -111,7 +111,7 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
   }
 
   void read() {
-    expires_after(shared_->options.request_timeout);
+    expires_after(time_for_request());
     read_header();
   }
 
@@ -185,6 +185,11 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
   void log(const std::string& why) { shared_->log("http: " + peer_ + " refused: " + why); }
 
   /// Closes then, unless another time is set before.
+  /// Who may not stay is not to keep others from being told so.
+  std::chrono::milliseconds time_for_request() const {
+    return place_->refusal() ? shared_->server->options().hello_timeout : shared_->options.request_timeout;
+  }
+
   void expires_after(std::chrono::milliseconds time) {
     timer_.expires_after(time);
     timer_.async_wait([weak = weak_from_this()](const boost::system::error_code& error) {

@@ -202,7 +202,7 @@ TEST_F(AccessTest, OneAddressTakesNoMoreThanItsPlaces) {
   EXPECT_EQ(join_raw(Role::kViewer, std::nullopt, "127.0.0.2"), ErrorCode{});
 }
 
-TEST_F(AccessTest, AHundredAtOnceGetThePlacesThereAreAndTheRestIsToldBusyOrClosed) {
+TEST_F(AccessTest, AHundredAtOnceGetThePlacesThereAreAndTheRestIsToldBusy) {
   ServerOptions options;
   options.max_clients = 64;
   options.max_clients_per_address = 64;
@@ -221,7 +221,7 @@ TEST_F(AccessTest, AHundredAtOnceGetThePlacesThereAreAndTheRestIsToldBusyOrClose
                64;
   }));
   const auto told = count([](const auto& p) { return p->fatal() == ErrorCode::kBusy; });
-  EXPECT_GE(told, static_cast<long>(Gate::kMaxTold));
+  EXPECT_EQ(told, 36);
   publish();
   EXPECT_EQ(server->client_count(), 64u);
 }
