@@ -137,6 +137,21 @@ TEST(DaemonControls, AModelThatTheSceneCannotHaveIsToldAndTheOldOneStays) {
   EXPECT_NE(boss.errors[1].text.find("0.5 and 500 mm"), std::string::npos) << boss.errors[1].text;
 }
 
+TEST(DaemonControls, AKernelIsOneOfAListAndNeverAFile) {
+  RunningDaemon daemon(small());
+  Operator boss;
+  ASSERT_TRUE(boss.is_there(daemon.port()));
+  net::ControlMessage model = ask(net::ControlAction::kModel);
+  std::size_t refused = 0;
+  for (const char* kernel : {"/etc/hostname", "../gland.stl", "auto", "psi31.toml"}) {
+    model.kernel = kernel;
+    boss.client.control(model);
+    ASSERT_TRUE(boss.until([&] { return boss.errors.size() == refused + 1; })) << kernel;
+    EXPECT_EQ(boss.errors[refused].code, net::ErrorCode::kControlRefused);
+    EXPECT_NE(boss.errors[refused++].text.find("there is no kernel"), std::string::npos) << kernel;
+  }
+}
+
 TEST(DaemonControls, ResetBeginsAnewWithoutSeedsOrDose) {
   RunningDaemon daemon(small());
   Operator boss(true);
