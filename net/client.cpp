@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "net/clock.h"
+#include "net/session/timeout_checks.h"
 #include "net/tcp/connect.h"
 #include "net/tcp/tcp_connection.h"
 #include "net/tls/tls_connection.h"
@@ -168,7 +169,7 @@ class Client::Impl final : public ConnectionListener, public std::enable_shared_
 
   void keep_house() {
     const std::int64_t now = monotonic_ns();
-    if (now - last_heard_ns_ >= in_ns(options_.silence_timeout))
+    if (checks_.as_of(now) && now - last_heard_ns_ >= in_ns(options_.silence_timeout))
       return end("the server says nothing any more");
     if (connection_ && now - last_ping_ns_ >= in_ns(options_.ping_interval)) {
       last_ping_ns_ = now;
@@ -205,6 +206,7 @@ class Client::Impl final : public ConnectionListener, public std::enable_shared_
   std::string fatal_;  // text of the fatal ERROR that came
   std::uint64_t sent_sequence_ = 0;
   std::uint64_t ping_nonce_ = 0;
+  TimeoutChecks checks_;
   std::int64_t last_heard_ns_ = 0;
   std::int64_t last_ping_ns_ = 0;
 };

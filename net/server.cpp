@@ -12,6 +12,7 @@
 #include "net/session/frame_cache.h"
 #include "net/session/pose_counts.h"
 #include "net/session/session.h"
+#include "net/session/timeout_checks.h"
 #include "net/tcp/acceptor.h"
 #include "net/tcp/tcp_connection.h"
 #include "net/tls/tls_connection.h"
@@ -21,7 +22,6 @@ namespace brachy::net {
 namespace asio = boost::asio;
 namespace {
 
-constexpr std::chrono::milliseconds kHousekeeping{100};
 constexpr std::size_t kReadBufferBytes = 16 * 1024;
 constexpr std::uint64_t kOwnDevice = 0;  // session number of the daemon's own device
 
@@ -221,15 +221,14 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
     return state;
   }
 
-  void on_closed(const Session& session, const std::string& reason) override {
+  void on_ending(const Session& session, const std::string& reason) override {
+    const std::uint64_t dropped = session.snapshots_dropped();
     log("client " + std::to_string(session.id()) + " '" + session.name() + "' from " + session.address() +
-        " left: " + reason);
-    const std::uint16_t needle = session.needle();
-    if (needle < leases_.size() && leases_[needle].is_held_by(session.id())) {
-      DeviceInfo info = device_info(session, needle);
-      info.reason = reason;
-      release(session.id(), info);
-    }
+        " left: " + reason + (dropped ? "; " + std::to_string(dropped) + " snapshots dropped" : ""));
+    give_back(session, reason);
+  }
+
+  void on_closed(const Session& session) override {
     sessions_.erase(session.id());
     if (is_stopped_ && sessions_.empty()) timer_.cancel();
   }
@@ -301,6 +300,15 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
                "device " + leases_[device.needle].holder() + " attached" + leases_.of_needle(device.needle)});
   }
 
+  /// A device's needle is free for the next one as soon as the session has failed, while its last ERROR is on its way.
+  void give_back(const Session& session, const std::string& reason) {
+    const std::uint16_t needle = session.needle();
+    if (needle >= leases_.size() || !leases_[needle].is_held_by(session.id())) return;
+    DeviceInfo info = device_info(session, needle);
+    info.reason = reason;
+    release(session.id(), info);
+  }
+
   /// The needle's lease from `session`, which holds it.
   void release(std::uint64_t session, const DeviceInfo& device) {
     const std::string holder = leases_[device.needle].holder();
@@ -328,13 +336,14 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
 
   void keep_house() {
     const std::int64_t now = monotonic_ns();
-    for (const auto& session : sessions()) session->check_time(now);
+    if (const auto time = checks_.as_of(now))
+      for (const auto& session : sessions()) session->check_time(*time);
     if (now >= next_state_ns_ && !is_stopped_) {
       next_state_ns_ = now + in_ns(options_.state_interval);
       tell_state();
     }
     if (is_stopped_ && sessions_.empty()) return;
-    timer_.expires_after(kHousekeeping);
+    timer_.expires_after(TimeoutChecks::kPeriod);
     timer_.async_wait([self = shared_from_this()](const boost::system::error_code& error) {
       if (!error) self->keep_house();
     });
@@ -363,6 +372,7 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
   std::uint64_t forces_replaced_ = 0;
   PoseCounts poses_;
   std::int64_t next_state_ns_ = 0;
+  TimeoutChecks checks_;
   bool is_stopped_ = false;
 };
 

@@ -12,6 +12,7 @@
 #include "net/igtl/igtl_session.h"
 #include "net/igtl/wall_clock.h"
 #include "net/server.h"
+#include "net/session/timeout_checks.h"
 #include "net/tcp/acceptor.h"
 #include "net/tcp/tcp_connection.h"
 
@@ -19,7 +20,6 @@ namespace brachy::net::igtl {
 namespace asio = boost::asio;
 namespace {
 
-constexpr std::chrono::milliseconds kHousekeeping{100};
 constexpr std::size_t kReadBufferBytes = 16 * 1024;
 
 /// The server's, but loopback where anybody else might reach it.
@@ -133,10 +133,10 @@ class IgtlServer::Impl : public std::enable_shared_from_this<IgtlServer::Impl> {
   }
 
   void keep_house() {
-    const std::int64_t now = monotonic_ns();
-    for (const auto& session : sessions()) session->check_time(now);
+    if (const auto time = checks_.as_of(monotonic_ns()))
+      for (const auto& session : sessions()) session->check_time(*time);
     if (is_stopped_ && sessions_.empty()) return;
-    timer_.expires_after(kHousekeeping);
+    timer_.expires_after(TimeoutChecks::kPeriod);
     timer_.async_wait([self = shared_from_this()](const boost::system::error_code& error) {
       if (!error) self->keep_house();
     });
@@ -150,6 +150,7 @@ class IgtlServer::Impl : public std::enable_shared_from_this<IgtlServer::Impl> {
   const std::string address_;
   const std::shared_ptr<Acceptor> acceptor_;
   asio::steady_timer timer_;
+  TimeoutChecks checks_;
   RateLimit transform_rate_{1, 1}, surface_rate_{1, 1};
   std::map<std::uint64_t, std::shared_ptr<IgtlSession>> sessions_;
   std::uint64_t last_session_ = 0;

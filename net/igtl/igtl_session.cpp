@@ -36,8 +36,14 @@ void IgtlSession::on_bytes(std::span<const std::byte> bytes) {
   parser_.feed(bytes);
   MessageParser::Message message;
   while (!is_closing()) {
-    switch (parser_.next(message)) {
+    const Parsed next = parser_.next(message);
+    if (next != Parsed::kNeedMore) begun_ns_ = 0;
+    switch (next) {
       case Parsed::kNeedMore:
+        if (!parser_.has_part())
+          begun_ns_ = 0;
+        else if (begun_ns_ == 0)
+          begun_ns_ = now_ns_;
         return;
       case Parsed::kMessage:
         note(message.header);
@@ -263,6 +269,8 @@ void IgtlSession::check_time(std::int64_t now_ns) {
   // Some trackers only send: who does may leave unread what it is sent, it is one message.
   const std::int64_t alive_ns = std::max(connection_->last_progress_ns(), now_ns_);
   if (writing_ && now_ns - alive_ns >= in_ns(options_.stall_timeout)) return abort("reads nothing");
+  if (begun_ns_ != 0 && now_ns - begun_ns_ >= in_ns(options_.silence_timeout))
+    return fail({StatusCode::kIllegalInstruction, 0, "Unfinished", "a message was begun and not ended"});
   const auto is_silent = [&](const Held& held) {
     return now_ns - held.last_ns >= in_ns(options_.silence_timeout);
   };

@@ -84,7 +84,8 @@ class IgtlSession final : public ConnectionListener, public std::enable_shared_f
   MessageParser parser_;
   std::uint16_t version_ = 1;  // of the headers it gets: the highest it has sent
   const std::int64_t opened_ns_;
-  std::int64_t now_ns_;  // of the bytes that are being handled, or of the last ones
+  std::int64_t now_ns_;        // of the bytes that are being handled, or of the last ones
+  std::int64_t begun_ns_ = 0;  // since when part of a message waits for its rest; 0: none does
   std::int64_t closing_ns_ = 0;
   std::string end_reason_;
   std::vector<Held> held_;

@@ -44,6 +44,8 @@ class MessageParser {
   /// With all answers but kNeedMore message.header is that of the message; its content only with kMessage.
   Parsed next(Message& message);
 
+  /// Whether, after kNeedMore, part of a message that is kept has come. (One that is skipped may take its time.)
+  bool has_part() const { return consumed_ < buffer_.size(); }
   std::size_t allocated_bytes() const { return buffer_.capacity(); }
 
  private:

@@ -9,6 +9,9 @@
 namespace brachy::net {
 namespace {
 
+constexpr std::chrono::milliseconds kMeasureInterval{
+    100};  // between the PINGs that measure a device's round trip
+
 std::string seconds(std::chrono::milliseconds duration) {
   const auto ms = duration.count();
   return ms % 1000 == 0 ? std::to_string(ms / 1000) + " s" : std::to_string(ms) + " ms";
@@ -335,20 +338,21 @@ void Session::check_time(std::int64_t now_ns) {
       return write_next();  // a force that had to wait for a slow reader
     }
     case Phase::kClosing:
-      if (now_ns - closing_ns_ >= in_ns(options_.drain_timeout)) abort(end_reason_);
+      if (now_ns - closing_ns_ >= in_ns(options_.drain_timeout)) abort({});  // why was told
       return;
     case Phase::kClosed:
       return;
   }
 }
 
-/// A device is asked every time, but once a second at most while it owes an answer; others only when they are silent.
+/// A device is asked every 100 ms, but once a second at most while it owes an answer; others only when they are silent.
 void Session::ping(std::int64_t now_ns) {
   if (!queue_.empty()) return;
   const std::int64_t last_ns =
       hello_.role == Role::kDevice ? last_ping_ns_ : std::max(last_ping_ns_, last_message_ns_);
   const bool is_due = now_ns - last_ns >= in_ns(options_.ping_interval);
-  const bool is_measured = hello_.role == Role::kDevice && !round_trip_.waiting_since_ns();
+  const bool is_measured = hello_.role == Role::kDevice && !round_trip_.waiting_since_ns() &&
+                           now_ns - last_ping_ns_ >= in_ns(kMeasureInterval);
   if (!is_due && !is_measured) return;
   last_ping_ns_ = now_ns;
   round_trip_.asked(++ping_nonce_, monotonic_ns());
@@ -359,30 +363,31 @@ void Session::fail(ErrorCode code, const std::string& text, std::uint64_t about_
   if (is_closing()) return;
   phase_ = Phase::kClosing;
   closing_ns_ = monotonic_ns();
-  end_reason_ = text;
   queue_.clear();
   waiting_force_ = waiting_model_ = nullptr;
   Bytes body;
   encode_body(ErrorMessage{code, true, 0, about_sequence, text}, body);
   queue_.push_back({MessageType::kError, std::make_shared<const Bytes>(std::move(body))});
   write_next();
+  host_.on_ending(*this, text);
 }
 
 void Session::abort(const std::string& reason) {
   if (phase_ == Phase::kClosed) return;
   connection_->close();
-  ended(reason);
+  end(reason);
 }
 
 void Session::on_closed(const std::string& reason) {
-  if (phase_ == Phase::kClosed) return;
-  ended(phase_ == Phase::kClosing ? end_reason_ : reason);
+  if (phase_ != Phase::kClosed) end(reason);
 }
 
-void Session::ended(const std::string& reason) {
+void Session::end(const std::string& reason) {
+  const bool was_told = phase_ == Phase::kClosing;
   phase_ = Phase::kClosed;
   place_.reset();
-  host_.on_closed(*this, reason);
+  if (!was_told) host_.on_ending(*this, reason);
+  host_.on_closed(*this);
 }
 
 }  // namespace brachy::net

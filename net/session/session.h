@@ -40,8 +40,10 @@ class SessionHost {
   virtual std::string on_control(const Session& session, const ControlMessage& control) = 0;
   virtual void count_refusal(const PoseVerdict& verdict) = 0;
   virtual StateMessage common_state() = 0;
+  /// It is over, once, before on_closed(): if it failed, a last ERROR is still on its way, and nothing else passes any more.
+  virtual void on_ending(const Session& session, const std::string& reason) = 0;
   /// Last call; the session is not used any more.
-  virtual void on_closed(const Session& session, const std::string& reason) = 0;
+  virtual void on_closed(const Session& session) = 0;
 };
 
 /// One client, from the connection to its end: handshake, poses in; frames, states and pings out. Knows messages
@@ -64,7 +66,7 @@ class Session final : public ConnectionListener, public std::enable_shared_from_
   /// The simulation began anew: what the client was sent counts no more.
   void forget_mesh() { sent_tick_.reset(); }
   void send_state(const StateMessage& common);
-  /// Timeouts and pings; to be called every 100 ms or so.
+  /// Timeouts and pings, as TimeoutChecks says when.
   void check_time(std::int64_t now_ns);
   /// Sends a fatal ERROR, then ends within drain_timeout.
   void fail(ErrorCode code, const std::string& text, std::uint64_t about_sequence = 0);
@@ -80,6 +82,7 @@ class Session final : public ConnectionListener, public std::enable_shared_from_
   const HelloMessage& hello() const { return hello_; }  ///< once open; without its token
   bool wants_mesh() const { return (hello_.subscription & kSubscribeNoMesh) == 0; }
   std::uint16_t needle() const { return needle_; }  ///< granted; kAnyNeedle: none
+  std::uint64_t snapshots_dropped() const { return snapshots_dropped_; }
   const RoundTrip& round_trip() const { return round_trip_; }
 
  private:
@@ -105,11 +108,11 @@ class Session final : public ConnectionListener, public std::enable_shared_from_
   bool write_newest();
   void refuse_pose(const PoseVerdict& verdict, ErrorCode code, std::uint64_t about_sequence,
                    RateLimit& reports);
-  void ended(const std::string& reason);
   template <class M>
   bool decode(const MessageParser::Message& message, M& decoded);
   template <class M>
   void send_message(const M& message);
+  void end(const std::string& reason);
   void write_next();
   void write(MessageType type, std::shared_ptr<const Bytes> body);
 
@@ -121,7 +124,6 @@ class Session final : public ConnectionListener, public std::enable_shared_from_
   Phase phase_ = Phase::kHello;
   MessageParser parser_;
   HelloMessage hello_;
-  std::string end_reason_;
   std::int64_t opened_ns_;
   std::int64_t last_message_ns_;
   std::int64_t last_ping_ns_ = 0;
