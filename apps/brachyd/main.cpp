@@ -1,6 +1,7 @@
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 
+#include <csignal>
 #include <cstdio>
 #include <iostream>
 
@@ -47,6 +48,9 @@ int run(const DaemonOptions& options) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  // A log that nobody reads any more, or a file that may not grow, ends nothing: the write fails, and says so.
+  std::signal(SIGPIPE, SIG_IGN);
+  std::signal(SIGXFSZ, SIG_IGN);
   spdlog::set_default_logger(spdlog::stderr_color_mt("brachyd"));
   spdlog::set_pattern("%H:%M:%S.%e %^%l%$ %v");
   std::optional<int> exit_code;

@@ -39,9 +39,10 @@ std::optional<std::string> RecordedSession::keep(const MeshState& state) {
     log_.add(state);
     log_.flush();
   } catch (const std::runtime_error& e) {
-    const bool is_new = failure_.empty();
+    if (failure_ == e.what()) return std::nullopt;
     failure_ = e.what();
-    if (is_new) return "session: " + failure_;
+    spdlog::error("session: {}", failure_);
+    return "session: " + failure_;
   }
   return std::nullopt;
 }

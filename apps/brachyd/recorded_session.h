@@ -19,7 +19,8 @@ class RecordedSession {
 
   const std::vector<Seed>& restored() const { return log_.restored(); }
 
-  /// Writes what is new in `state`. The text of a failure, once; seeds are tried again next time.
+  /// Writes what is new in `state`. The text of a failure, once, which is logged too; seeds are tried again next
+  /// time.
   std::optional<std::string> keep(const MeshState& state);
   void sync() const noexcept { log_.sync_seeds(); }
 

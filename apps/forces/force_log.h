@@ -1,13 +1,12 @@
 #pragma once
 
 #include <cstdint>
-#include <cstdio>
 #include <filesystem>
-#include <memory>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "apps/forces/row_file.h"
 #include "core/sim/mesh_state.h"
 
 namespace brachy {
@@ -34,32 +33,25 @@ inline constexpr std::string_view kForceLogHeader =
 /// One line without its end: as few digits as give the same bits back.
 std::string force_row(const ForceSample& sample);
 
-/// Writes a force log, buffered. A failure (disk full) stops the writing and is told by close(): rows written before stay,
-/// and the caller's work goes on.
+/// Writes a force log, buffered. A failure (disk full) stops the writing and is told by close(): whole rows written before
+/// stay, and the caller's work goes on.
 class ForceLogWriter {
  public:
-  /// Whether a file that is there is replaced, as the other tools do theirs, or added to.
-  enum class Start { kAnew, kGoOn };
-
   /// Throws UserError where the file cannot be made.
-  explicit ForceLogWriter(const std::filesystem::path& file, Start start = Start::kAnew);
+  explicit ForceLogWriter(const std::filesystem::path& file, RowFile::Start start = RowFile::Start::kAnew)
+      : file_(file, start, kForceLogHeader) {}
 
-  void add(const ForceSample& sample);
-  void flush();
-  /// Throws std::runtime_error, naming the file and the reason, where not every row was written.
+  void add(const ForceSample& sample) { file_.add(force_row(sample)); }
+  void flush() { file_.flush(); }
+  /// Flushes. Throws std::runtime_error, naming the file and the reason, where not every row was written.
   void close();
-  std::uint64_t rows() const { return rows_; }  ///< added and, so far as is known, written
+  bool has_failed() const { return file_.has_failed(); }
+  std::string failure() const { return file_.failure(); }  ///< empty: none
+  /// Added and, so far as is known, written.
+  std::uint64_t rows() const { return file_.rows(); }
 
  private:
-  struct Closer {
-    void operator()(std::FILE* file) const { std::fclose(file); }
-  };
-  void check(bool written);
-
-  std::string name_;
-  std::unique_ptr<std::FILE, Closer> file_;
-  std::uint64_t rows_ = 0;
-  int failure_ = 0;  // errno of the first failure
+  RowFile file_;
 };
 
 /// Reads a force log; `name` is what errors call it. Blank lines and lines that start with '#' are skipped. At least one

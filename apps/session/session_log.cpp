@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
+#include <fstream>
 #include <stdexcept>
 
 #include "apps/session/whole_lines.h"
@@ -23,7 +24,7 @@ std::filesystem::path made(const std::filesystem::path& folder) {
 /// The forces of an earlier run stay where they are.
 ForceLogWriter open_forces(const std::filesystem::path& file) {
   if (std::filesystem::exists(file)) cut_off_torn_line(file);
-  return ForceLogWriter(file, ForceLogWriter::Start::kGoOn);
+  return ForceLogWriter(file, RowFile::Start::kGoOn);
 }
 
 std::string first_line(const std::filesystem::path& file) {
@@ -66,10 +67,9 @@ void SessionLog::open_poses() {
     double last_s = 0;
     if (std::from_chars(row.data(), row.data() + row.size(), last_s).ec == std::errc()) offset_s_ = last_s;
   }
-  poses_.open(file, std::ios::binary | std::ios::app);
-  if (!goes_on) poses_ << header << "\n";
-  poses_.flush();
-  if (!poses_) throw UserError(file.string() + ": cannot be written; give another folder");
+  poses_.emplace(file, RowFile::Start::kGoOn, header);
+  poses_->flush();
+  if (poses_->has_failed()) throw UserError(poses_->failure());
 }
 
 void SessionLog::add(const MeshState& state) {
@@ -92,8 +92,7 @@ void SessionLog::add_poses(std::vector<UsedPose> poses) {
   if (poses.empty()) return;
   std::ranges::stable_sort(poses, {}, [](const UsedPose& used) { return used.pose.tick; });
   for (const auto& [needle, pose] : poses)
-    poses_ << trajectory_row({time_of(pose.tick), pose.X_WN, pose.button}, needle, columns_) << "\n";
-  poses_written_ += poses.size();
+    poses_->add(trajectory_row({time_of(pose.tick), pose.X_WN, pose.button}, needle, columns_));
   if (last_tick_ != 0) ticks_missed_ += poses.front().pose.tick - last_tick_ - 1;
   last_tick_ = poses.back().pose.tick;
 }
@@ -103,17 +102,22 @@ void SessionLog::add_forces(std::uint64_t tick, std::uint32_t needle, const Need
   forces_.add(force_sample(time_of(tick), needle, state, min_det));
 }
 
+std::string SessionLog::failure() const {
+  return poses_->has_failed() ? poses_->failure() : forces_.failure();
+}
+
 void SessionLog::flush() {
-  poses_.flush();
+  poses_->flush();
   forces_.flush();
+  if (has_told_ || failure().empty()) return;
+  has_told_ = true;
+  throw std::runtime_error(failure());
 }
 
 void SessionLog::close() {
-  poses_.close();
-  forces_.close();
-  if (!poses_)
-    throw std::runtime_error((folder_ / kPoses).string() +
-                             ": not all rows could be written; the first ones stay. Make room");
+  poses_->flush();
+  forces_.flush();
+  if (const std::string what = failure(); !what.empty()) throw std::runtime_error(what);
 }
 
 }  // namespace brachy

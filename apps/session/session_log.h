@@ -2,11 +2,12 @@
 
 #include <cstdint>
 #include <filesystem>
-#include <fstream>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "apps/forces/force_log.h"
+#include "apps/forces/row_file.h"
 #include "apps/session/seed_ledger.h"
 #include "core/sim/mesh_state.h"
 #include "haptics/trajectory/needle_trajectories.h"
@@ -47,13 +48,15 @@ class SessionLog {
   /// In any order; those of ticks already written are left out.
   void add_poses(std::vector<UsedPose> poses);
   void add_forces(std::uint64_t tick, std::uint32_t needle, const NeedleState& state, double min_det);
+  /// Throws std::runtime_error, naming the file, once, where poses or forces cannot be written any more: whole rows stay,
+  /// later ones are left out.
   void flush();
   void sync_seeds() const noexcept { ledger_.sync(); }
 
   /// Closes the files. Throws std::runtime_error, naming the file, where poses or forces could not all be written.
   void close();
 
-  std::uint64_t poses() const { return poses_written_; }
+  std::uint64_t poses() const { return poses_->rows(); }
   std::uint64_t forces() const { return forces_.rows(); }
   std::size_t seeds() const { return ledger_.count(); }
   std::uint64_t ticks_missed() const { return ticks_missed_; }  ///< whose poses came too late to be known
@@ -61,6 +64,7 @@ class SessionLog {
  private:
   double time_of(std::uint64_t tick) const { return offset_s_ + static_cast<double>(tick) * period_s_; }
   void open_poses();
+  std::string failure() const;  // of poses or forces; empty: none
 
   std::filesystem::path folder_;
   double period_s_;
@@ -68,9 +72,10 @@ class SessionLog {
   double offset_s_ = 0;
   SeedLedger ledger_;
   ForceLogWriter forces_;
-  std::ofstream poses_;
+  std::optional<RowFile> poses_;
+  bool has_told_ = false;  // that poses or forces cannot be written
   std::string restored_text_;
-  std::uint64_t last_tick_ = 0, poses_written_ = 0, ticks_missed_ = 0;
+  std::uint64_t last_tick_ = 0, ticks_missed_ = 0;
 };
 
 }  // namespace brachy

@@ -9,8 +9,10 @@ namespace brachy::test {
 /// A brachyd process on a free port. It ends by itself after a minute at the latest, whatever becomes of the test.
 class RunningBrachyd {
  public:
-  explicit RunningBrachyd(const std::string& scene, const std::vector<std::string>& more = {})
-      : process(line(scene, more)) {
+  /// `before`: a program, with its arguments, that becomes brachyd.
+  explicit RunningBrachyd(const std::string& scene, const std::vector<std::string>& more = {},
+                          const std::vector<std::string>& before = {})
+      : process(line(scene, more, before)) {
     const auto first = process.read_line();
     constexpr std::string_view kSays = "brachyd listening on 127.0.0.1:";
     if (!first || !first->starts_with(kSays)) {
@@ -26,12 +28,15 @@ class RunningBrachyd {
   std::uint16_t port = 0;
 
  private:
-  static std::vector<std::string> line(const std::string& scene, const std::vector<std::string>& more) {
+  static std::vector<std::string> line(const std::string& scene, const std::vector<std::string>& more,
+                                       std::vector<std::string> before) {
     std::vector<std::string> arguments = {"--config", scene, "--port", "0", "--json"};
     arguments.insert(arguments.end(), more.begin(), more.end());
     if (std::find(more.begin(), more.end(), "--duration") == more.end())
       arguments.insert(arguments.end(), {"--duration", "60"});
-    return brachyd_line(arguments);
+    const auto all = brachyd_line(arguments);
+    before.insert(before.end(), all.begin(), all.end());
+    return before;
   }
 };
 

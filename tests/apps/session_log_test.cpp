@@ -180,6 +180,40 @@ TEST(SessionLog, GoesOnWithAKilledOnesWhereItsTimeEnded) {
   EXPECT_DOUBLE_EQ(all[2].t_s, 2);  // 1.5 s into the second run
 }
 
+// It is told once, by flush(), and by close() again; what was written is whole, and seeds are another file's.
+TEST(SessionLog, WithoutRoomSaysSoOnceAndStaysReadable) {
+  const TempFolder folder;
+  rlimit before{};
+  ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &before), 0);
+  const auto previous = std::signal(SIGXFSZ, SIG_IGN);
+  rlimit small = before;
+  small.rlim_cur = 10'000;
+  SessionLog log(folder / "s", 1, 0.005);
+  ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &small), 0);
+  int told = 0;
+  for (std::uint64_t tick = 7; tick <= 2000; tick += 7) {
+    MeshState state = state_at(tick);
+    state.seed_slots = seeds(tick / 700);
+    state.seed_count = static_cast<std::uint32_t>(tick / 700);
+    log.add(state);
+    try {
+      log.flush();
+    } catch (const std::runtime_error& e) {
+      ++told;
+      EXPECT_NE(std::string(e.what()).find("poses.csv"), std::string::npos) << e.what();
+    }
+  }
+  EXPECT_THROW(log.close(), std::runtime_error);
+  ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &before), 0);
+  std::signal(SIGXFSZ, previous);
+  EXPECT_EQ(told, 1);
+  const auto poses = load_trajectories(folder / "s/poses.csv");
+  EXPECT_GT(poses.needles()[0].motion.samples().size(), 50u);
+  EXPECT_EQ(poses.needles()[0].motion.samples().size(), log.poses());
+  EXPECT_FALSE(load_force_log(folder / "s/forces.csv").empty());
+  EXPECT_EQ(load_seeds(folder / "s/seeds.csv"), seeds(2));
+}
+
 TEST(SessionLog, OfAnotherNumberOfNeedlesIsRefused) {
   const TempFolder folder;
   { SessionLog log(folder / "s", 1, 0.005); }
