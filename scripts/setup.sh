@@ -3,7 +3,7 @@
 #   scripts/setup.sh [--viewer] [--all] [--charts] [--reference] [--pictures]
 #     --viewer: also what building the viewer needs (node and npm)
 #     --all: also what `scripts/test.sh --all` needs (format; the viewer, a browser for its tests; OpenIGTLink's
-#            own programs, as peers)
+#            own programs, as peers; a wall clock that jumps)
 #     --charts: also what draws the charts of scripts/bench.sh
 #     --pictures: also what scripts/screenshots.sh needs, beside --all
 #     --reference: also what scripts/reference needs (CalculiX and gmsh as programs, numpy, scipy)
@@ -17,7 +17,7 @@ for option in "$@"; do
     --viewer | --all)
       # Another vendor's node stays as it is; Debian's packages would replace it.
       command -v npm >/dev/null || packages+=(nodejs npm)
-      if [[ $option == --all ]]; then packages+=(clang-format-14 chromium libopenigtlink-dev openigtlink-examples); fi
+      if [[ $option == --all ]]; then packages+=(clang-format-14 chromium libopenigtlink-dev openigtlink-examples faketime); fi
       ;;
     --pictures) packages+=(pngquant) ;;
     --charts) packages+=(python3-matplotlib python3-numpy) ;;

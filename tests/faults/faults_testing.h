@@ -1,0 +1,71 @@
+#pragma once
+
+#include <boost/asio/ip/tcp.hpp>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "net/http/http_listener.h"
+#include "net/igtl/igtl_server.h"
+#include "tests/net/net_testing.h"
+
+namespace brachy::test {
+
+/// Descriptors that this process has open.
+std::size_t open_descriptors();
+
+/// One side of a conversation as bytes: its parts go out one after the other, each once something has come back for the one
+/// before. What comes is counted and forgotten.
+class Talker : public std::enable_shared_from_this<Talker> {
+ public:
+  Talker(boost::asio::io_context& io, std::uint16_t port, std::vector<net::Bytes> parts);
+  void start();
+  void close();
+  bool has_said_all() const { return said_ == parts_.size(); }
+  bool is_ended() const { return is_ended_; }  ///< the other side's end, or a reset, was read
+  std::uint64_t received() const { return received_; }
+
+ private:
+  void say();
+  void listen();
+
+  boost::asio::ip::tcp::socket socket_;
+  const std::vector<net::Bytes> parts_;
+  std::vector<std::byte> buffer_;
+  std::size_t said_ = 0;
+  std::uint64_t received_ = 0;
+  bool is_saying_ = false, is_ended_ = false;
+};
+
+/// A server with all its listeners over a fake simulation, on one io_context; its timeouts are fractions of a second.
+struct FaultsFixture : net::test::ServerFixture {
+  static net::ServerOptions short_timeouts();
+  void start_all(net::ServerOptions options = short_timeouts());
+  /// One tick of the simulation, to everybody.
+  void publish_all();
+  /// Serves everybody until `condition()`, with a tick every few milliseconds; false where it does not come.
+  template <class Condition>
+  bool until_ticked(Condition&& condition) {
+    return net::test::pump(
+        io,
+        [&] {
+          publish_now_and_then();
+          return condition();
+        },
+        std::chrono::milliseconds(30'000));
+  }
+  /// A client that breaks no rule is served: its mesh is the simulation's, bit for bit.
+  void expect_a_good_client_is_served();
+  bool has_no_lease() const;
+  std::size_t sessions() const { return server->client_count() + igtl->client_count(); }
+
+  std::optional<net::HttpListener> http;
+  std::optional<net::igtl::IgtlServer> igtl;
+
+ private:
+  void publish_now_and_then();
+  std::int64_t published_ns_ = 0;
+};
+
+}  // namespace brachy::test
