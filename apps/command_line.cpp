@@ -72,6 +72,9 @@ DaemonOptions parse_daemon_line(int argc, char** argv, std::optional<int>& exit_
       "--insecure-allow-remote", options.insecure_allow_remote,
       "allow server.address to be other than loopback without a token and TLS: anyone who reaches it "
       "may connect");
+  app.add_option("--report-every", options.report_every_s,
+                 "say every so many seconds what was done in them: to the log, with --json as a line of JSON")
+      ->check(durations());
   app.add_flag("--json", options.json, "print the closing summary as JSON on standard output");
   exit_code = parse(app, argc, argv);
   if (check_option->count()) {

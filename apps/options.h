@@ -28,6 +28,7 @@ struct DaemonOptions {
   std::string simd;  ///< empty: the scene's
   bool control_thread = false;
   bool insecure_allow_remote = false;
+  std::optional<double> report_every_s;  ///< none: only the closing summary
   bool json = false;
 };
 

@@ -17,7 +17,7 @@ namespace brachy::net {
 namespace asio = boost::asio;
 namespace {
 
-constexpr std::size_t kReadBufferBytes = 128 * 1024;
+constexpr std::size_t kFrameReadBytes = 128 * 1024;
 constexpr int kSendBufferBytes = 64 * 1024;
 constexpr std::size_t kMaxQueuedMessages = 64;  // pings, answers and state requests
 
@@ -37,10 +37,10 @@ class Client::Impl final : public ConnectionListener, public std::enable_shared_
   void connect(const std::string& host, std::uint16_t port) {
     asio::ip::tcp::socket socket = connect_tcp(io_, host, port, options_.connect_timeout);
     if (options_.tls)
-      connection_ = TlsConnection::at_client(std::move(socket), *options_.tls, host, kSendBufferBytes,
-                                             kReadBufferBytes);
+      connection_ =
+          TlsConnection::at_client(std::move(socket), *options_.tls, host, kSendBufferBytes, kFrameReadBytes);
     else
-      connection_ = std::make_shared<TcpConnection>(std::move(socket), kSendBufferBytes, kReadBufferBytes);
+      connection_ = std::make_shared<TcpConnection>(std::move(socket), kSendBufferBytes, kFrameReadBytes);
     last_heard_ns_ = monotonic_ns();
     connection_->start(shared_from_this());
     const auto flags = static_cast<std::uint16_t>(options_.evaluates_local_model ? kEvaluatesLocalModel : 0);

@@ -1,11 +1,12 @@
 #!/usr/bin/env bash
 # Installs what building, testing and running need, where it is missing. Debian 12.
-#   scripts/setup.sh [--viewer] [--all] [--charts] [--reference] [--pictures]
+#   scripts/setup.sh [--viewer] [--all] [--charts] [--reference] [--pictures] [--latency]
 #     --viewer: also what building the viewer needs (node and npm)
 #     --all: also what `scripts/test.sh --all` needs (format; the viewer, a browser for its tests; OpenIGTLink's
 #            own programs, as peers; a wall clock that jumps)
 #     --charts: also what draws the charts of scripts/bench.sh
 #     --pictures: also what scripts/screenshots.sh needs, beside --all
+#     --latency: also what scripts/latency.sh compares with
 #     --reference: also what scripts/reference needs (CalculiX and gmsh as programs, numpy, scipy)
 set -euo pipefail
 
@@ -17,12 +18,15 @@ for option in "$@"; do
     --viewer | --all)
       # Another vendor's node stays as it is; Debian's packages would replace it.
       command -v npm >/dev/null || packages+=(nodejs npm)
-      if [[ $option == --all ]]; then packages+=(clang-format-14 chromium libopenigtlink-dev openigtlink-examples faketime); fi
+      if [[ $option == --all ]]; then
+        packages+=(clang-format-14 relacy-dev faketime chromium libopenigtlink-dev openigtlink-examples)
+      fi
       ;;
     --pictures) packages+=(pngquant) ;;
+    --latency) packages+=(rt-tests) ;;
     --charts) packages+=(python3-matplotlib python3-numpy) ;;
     --reference) packages+=(calculix-ccx gmsh python3-numpy python3-scipy) ;;
-    *) echo "setup: unknown option $option; there are --viewer, --all, --charts, --pictures and --reference" >&2; exit 2 ;;
+    *) echo "setup: unknown option $option; there are --viewer, --all, --charts, --pictures, --latency and --reference" >&2; exit 2 ;;
   esac
 done
 

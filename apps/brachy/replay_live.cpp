@@ -4,6 +4,7 @@
 #include <boost/asio/steady_timer.hpp>
 #include <chrono>
 #include <cmath>
+#include <deque>
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -140,7 +141,10 @@ class LiveReplay {
       // By its stamp: the needles' connections count each for itself, their clock is one.
       if (frame.input_stamp_ns == last_input_ns_ || frame.input_stamp_ns < first_stamp_ns_) return;
       last_input_ns_ = frame.input_stamp_ns;
-      round_trip_.record(monotonic_ns() - frame.input_stamp_ns);
+      const std::int64_t now_ns = monotonic_ns();
+      round_trip_.record(now_ns - frame.input_stamp_ns);
+      for (; !unseen_ns_.empty() && unseen_ns_.front() <= frame.input_stamp_ns; unseen_ns_.pop_front())
+        to_vertices_.record(now_ns - unseen_ns_.front());
       max_displacement_ = std::max(max_displacement_, frame.max_displacement_mm);
       for (const net::NeedleRecord& needle : frame.needles)
         deepest_ = std::max(deepest_, needle.state.insertion_depth_mm);
@@ -214,16 +218,21 @@ class LiveReplay {
       const auto& needle = trajectories_.needles()[i];
       net::Client& client = client_of(i);
       if (i == 0 && device_) {
-        if (const auto pose = device_->advance(now_ns)) client.send_pose(pose->X_WN, pose->stamp_ns);
+        if (const auto pose = device_->advance(now_ns)) send_pose(i, pose->X_WN, pose->stamp_ns);
         press(i, t_s);
         continue;
       }
       press(i, t_s);
       if (const auto X_WN = trajectories_.sample(needle.id, t_s))
-        client.send_pose(*X_WN, now_ns);
+        send_pose(i, *X_WN, now_ns);
       else if (client.poses_sent() > 0)
-        client.send_pose(needle.motion.samples().back().X_WN, now_ns);
+        send_pose(i, needle.motion.samples().back().X_WN, now_ns);
     }
+  }
+
+  void send_pose(std::size_t i, const RigidTransform& X_WN, std::int64_t stamp_ns) {
+    client_of(i).send_pose(X_WN, stamp_ns);
+    if (i == 0) unseen_ns_.push_back(stamp_ns);
   }
 
   // A press between two poses is told with the later one, however short it was.
@@ -258,6 +267,7 @@ class LiveReplay {
                                            {"poses_dropped", dropped},
                                            {"needles", trajectories_.needles().size()},
                                            {"duration_s", trajectories_.duration_s()},
+                                           {"pose_to_vertices_ms", to_json_ms(to_vertices_)},
                                            {"round_trip_ms", to_json_ms(round_trip_)},
                                            {"max_disp_mm", max_displacement_},
                                            {"max_depth_mm", deepest_},
@@ -265,18 +275,19 @@ class LiveReplay {
       std::cout << with_hand(json.dump() + "\n", options_.device, hand());
       return;
     }
-    std::cout << fmt::format(
-                     "replay: {} poses sent in {:.1f} s, {} accepted, {} refused; pose to mesh and back: p50 "
-                     "{:.1f} ms, "
-                     "p99 {:.1f} "
-                     "ms\n  deepest insertion {:.1f} mm, largest displacement {:.2f} mm{}\n",
-                     sent, trajectories_.duration_s(), accepted, turned_down,
-                     1e-6 * static_cast<double>(round_trip_.quantile(0.5)),
-                     1e-6 * static_cast<double>(round_trip_.quantile(0.99)), deepest_, max_displacement_,
-                     seeds() ? fmt::format("; {} seeds in the tissue", seeds()) : "")
-              << to_text(options_.device, hand());
+    std::cout
+        << fmt::format(
+               "replay: {} poses sent in {:.1f} s, {} accepted, {} refused\n"
+               "  from a pose to the vertices that follow it: p50 {:.1f} ms, p99 {:.1f} ms; of the poses "
+               "that snapshots used: p50 {:.1f} ms, p99 {:.1f} ms\n"
+               "  deepest insertion {:.1f} mm, largest displacement {:.2f} mm{}\n",
+               sent, trajectories_.duration_s(), accepted, turned_down, ms(to_vertices_, 0.5),
+               ms(to_vertices_, 0.99), ms(round_trip_, 0.5), ms(round_trip_, 0.99), deepest_,
+               max_displacement_, seeds() ? fmt::format("; {} seeds in the tissue", seeds()) : "")
+        << to_text(options_.device, hand());
   }
 
+  static double ms(const Histogram& ns, double q) { return 1e-6 * static_cast<double>(ns.quantile(q)); }
   std::size_t seeds() const { return run_.client().mesh().seeds().size(); }
   HandReport hand() const { return device_ ? device_->report() : HandReport(); }
 
@@ -290,7 +301,9 @@ class LiveReplay {
   std::int64_t last_input_ns_ = 0;
   int refusals_shown_ = 0;
   double max_displacement_ = 0, deepest_ = 0;
-  Histogram round_trip_;
+  std::deque<std::int64_t> unseen_ns_;  // stamps of the first needle's poses that no snapshot has shown
+  Histogram to_vertices_;               // of every pose: until the first vertices that know it or a later one
+  Histogram round_trip_;                // of those poses that a snapshot used
   std::array<bool, kMaxTrajectoryNeedles> heard_of_force_{};
   struct Button {
     bool is_down = false;

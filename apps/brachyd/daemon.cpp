@@ -8,6 +8,7 @@
 #include <boost/asio/steady_timer.hpp>
 #include <boost/asio/thread_pool.hpp>
 #include <future>
+#include <iostream>
 #include <optional>
 #include <thread>
 #include <vector>
@@ -16,6 +17,7 @@
 #include "apps/brachyd/daemon_setup.h"
 #include "apps/brachyd/deformation_loop.h"
 #include "apps/brachyd/force_link.h"
+#include "apps/brachyd/interval_report.h"
 #include "apps/brachyd/network_log.h"
 #include "apps/brachyd/recorded_session.h"
 #include "apps/brachyd/scene_message.h"
@@ -108,6 +110,7 @@ class Daemon::Impl {
       duration.cancel();
       is_ending_ = true;
       cycle_timer_.cancel();
+      report_timer_.cancel();
       if (igtl_) igtl_->stop();
       server_.stop();
       if (http_) http_->stop();
@@ -128,6 +131,7 @@ class Daemon::Impl {
     DaemonSummary summary;
     std::vector<Vec3> surface = surface_vertices(simulator().tissue());
     const std::int64_t start_ns = monotonic_ns();
+    if (options_.report_every_s) report_next(start_ns);
     std::promise<std::string> granted;
     std::jthread deformation([&](const std::stop_token& stop) {
       const RealtimeGrant grant =
@@ -264,6 +268,23 @@ class Daemon::Impl {
     });
   }
 
+  /// Every so often, while the daemon runs.
+  void report_next(std::int64_t start_ns) {
+    report_timer_.expires_after(std::chrono::nanoseconds(std::llround(*options_.report_every_s * 1e9)));
+    report_timer_.async_wait([this, start_ns](const auto& error) {
+      if (error || is_ending_) return;
+      loop_reader_.update();
+      const double elapsed_s = 1e-9 * static_cast<double>(monotonic_ns() - start_ns);
+      const auto interval = interval_report_.next(elapsed_s, loop_reader_.value(), server_.client_count());
+      if (options_.json) {
+        std::cout << to_json(interval) << std::endl;
+      } else {
+        spdlog::info("{}", to_text(interval));
+      }
+      report_next(start_ns);
+    });
+  }
+
   net::StateMessage state_message() {
     loop_reader_.update();
     control_reader_.update();
@@ -350,6 +371,8 @@ class Daemon::Impl {
   };
   boost::asio::steady_timer cycle_timer_{io_};
   ForceLink force_link_;  // io thread, as the two below
+  boost::asio::steady_timer report_timer_{io_};
+  IntervalReport interval_report_;  // io thread
   bool is_cycling_ = false;
   bool is_ending_ = false;
   net::Server server_;

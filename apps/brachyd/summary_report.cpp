@@ -5,27 +5,12 @@
 #include <array>
 #include <nlohmann/json.hpp>
 
+#include "apps/brachyd/quantile_text.h"
 #include "apps/certificate_report.h"
 #include "core/field/deformation.h"
 
 namespace brachy {
 namespace {
-
-double ms(const Histogram& ns, double q) {
-  return 1e-6 * static_cast<double>(ns.quantile(q));
-}
-double max_ms(const Histogram& ns) {
-  return 1e-6 * static_cast<double>(ns.max());
-}
-
-std::string quantile_text(const Histogram& ns) {
-  return fmt::format("p50 {:.3f}, p99 {:.3f}, p99.9 {:.3f}, max {:.3f}", ms(ns, 0.5), ms(ns, 0.99),
-                     ms(ns, 0.999), max_ms(ns));
-}
-
-nlohmann::ordered_json quantile_json(const Histogram& ns) {
-  return {{"p50", ms(ns, 0.5)}, {"p99", ms(ns, 0.99)}, {"p999", ms(ns, 0.999)}, {"max", max_ms(ns)}};
-}
 
 double rate(std::uint64_t count, double elapsed_s) {
   return elapsed_s > 0 ? static_cast<double>(count) / elapsed_s : 0;

@@ -29,8 +29,6 @@ inline float quarter_sine(float x) {
          (1 + b * (-1.0f / 6 + b * (1.0f / 120 + b * (-1.0f / 5040 + b * (1.0f / 362880 - b / 39916800)))));
 }
 
-constexpr double kHuge = 1e30;  // not known; products of a few are still finite
-
 // How large the derivatives of what a blend takes and leaves are, by t.
 class BlendBounds {
  public:

@@ -7,8 +7,6 @@
 namespace brachy {
 namespace {
 
-constexpr double kHuge = 1e30;  // not known; products of a few are still finite
-
 // The first four coefficients of a power series.
 struct Series {
   std::array<double, 4> c{};

@@ -9,6 +9,8 @@
 
 namespace brachy {
 
+inline constexpr double kHuge = 1e30;  ///< a bound that is not known; products of a few are still finite
+
 /// What a distance can be over a ball.
 struct DistanceBounds {
   double least = 0, most = 0;  ///< mm

@@ -100,7 +100,7 @@ void read_row(const std::vector<std::string>& cells, Plan& plan, const PlanLimit
 }
 
 /// What stands between the quotes.
-std::string escaped(const std::string& text) {
+std::string csv_escaped(const std::string& text) {
   std::string out;
   for (const char c : text) {
     if (c == '"') out += '"';
@@ -135,7 +135,7 @@ Plan parse_plan_csv(std::string_view text, const std::string& name, const Templa
 std::string to_csv(const Plan& plan) {
   const std::string of_plan = exact_text(plan.base_plane_mm) + "," + std::string(to_string(plan.source)) +
                               "," + exact_text(plan.air_kerma_strength_u) + "," +
-                              exact_text(plan.prescription_gy) + ",\"" + escaped(plan.name) + "\"\n";
+                              exact_text(plan.prescription_gy) + ",\"" + csv_escaped(plan.name) + "\"\n";
   std::string out = std::string(kPlanCsvHeader) + "\n";
   for (const PlanNeedle& needle : plan.needles)
     out += needle.hole + "," + exact_text(needle.retraction_mm) + "," + needle.train + "," + of_plan;

@@ -24,7 +24,7 @@ void read_needle(TomlTable t, Plan& plan, const PlanLimits& limits) {
 }
 
 /// What stands between the quotes.
-std::string escaped(const std::string& text) {
+std::string toml_escaped(const std::string& text) {
   std::string out;
   for (const char c : text) {
     if (c == '"' || c == '\\') out += '\\';
@@ -62,7 +62,7 @@ Plan parse_plan_toml(std::string_view text, const std::string& name, const Templ
 
 std::string to_toml(const Plan& plan) {
   std::string out = "# Needles through a template and the seeds they leave; mm, U, Gy.\n";
-  out += "name = \"" + escaped(plan.name) + "\"\n";
+  out += "name = \"" + toml_escaped(plan.name) + "\"\n";
   out += "source = \"" + std::string(to_string(plan.source)) + "\"\n";
   out += "air_kerma_strength_u = " + exact_text(plan.air_kerma_strength_u) + "  # of each seed\n";
   out += "prescription_gy = " + exact_text(plan.prescription_gy) + "\n";

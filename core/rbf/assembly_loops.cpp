@@ -9,7 +9,7 @@
 namespace brachy {
 namespace {
 
-constexpr int kRows = PanelMatrix::kRows;
+constexpr int kPanelRows = PanelMatrix::kRows;
 
 BRACHY_INLINE int first_within(const PanelPositions& p, double x, double y, double z, double radius,
                                int begin, int end) {
@@ -26,7 +26,7 @@ BRACHY_INLINE int first_within(const PanelPositions& p, double x, double y, doub
 }
 
 // ψ of eight rows of a panel against one landmark; `self`: which of the eight that landmark is, if any.
-constexpr int kHalf = kRows / 2;
+constexpr int kHalf = kPanelRows / 2;
 template <class K>
 BRACHY_INLINE void assemble_rows(const double* px, const double* py, const double* pz, double x, double y,
                                  double z, double inverse_radius, int self, double* __restrict row,
@@ -54,9 +54,9 @@ BRACHY_INLINE double assemble(const PanelMatrix& matrix, const PanelPositions& p
                               int I, int n) {
   double least[kHalf];
   for (double& l : least) l = support_radius * support_radius;
-  for (int first = I * kRows; first < (I + 1) * kRows; first += kHalf) {
+  for (int first = I * kPanelRows; first < (I + 1) * kPanelRows; first += kHalf) {
     PanelColumn* panel = matrix.panel(I);
-    const int row = first - I * kRows,
+    const int row = first - I * kPanelRows,
               last = std::min(n, first + kHalf);  // columns right of these rows' are not read
     if (first >= n) {
       for (int j = matrix.first_column[I]; j < n; ++j) std::fill_n(panel[j].row + row, kHalf, 0.0);

@@ -37,4 +37,16 @@ void Histogram::merge(const Histogram& other) {
   max_ns_ = std::max(max_ns_, other.max_ns_);
 }
 
+Histogram Histogram::since(const Histogram& earlier) const {
+  Histogram newer;
+  for (std::size_t i = 0; i < kBuckets; ++i) {
+    newer.buckets_[i] = buckets_[i] - earlier.buckets_[i];
+    if (newer.buckets_[i] > 0) newer.max_ns_ = middle_of(i);
+  }
+  newer.count_ = count_ - earlier.count_;
+  newer.sum_ns_ = sum_ns_ - earlier.sum_ns_;
+  if (max_ns_ > earlier.max_ns_) newer.max_ns_ = max_ns_;
+  return newer;
+}
+
 }  // namespace brachy

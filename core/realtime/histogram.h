@@ -42,6 +42,9 @@ class Histogram {
 
   /// Adds the records of another one.
   void merge(const Histogram& other);
+  /// The records made after `earlier`, an older copy of this one. Their maximum is exact where it is the greatest of all,
+  /// else the middle of its bucket.
+  Histogram since(const Histogram& earlier) const;
   void clear() { *this = Histogram(); }
 
   bool operator==(const Histogram&) const = default;

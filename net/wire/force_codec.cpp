@@ -12,7 +12,7 @@ constexpr std::uint16_t kInContact = 1;
 constexpr std::uint16_t kIsCapsule = 2;
 constexpr std::uint16_t kIsStuck = 4;
 
-double finite(ByteReader& reader) {
+double finite_force(ByteReader& reader) {
   const double value = reader.f64();
   if (!std::isfinite(value)) reader.fail("a force, a place or a limit is not finite");
   return value;
@@ -20,7 +20,7 @@ double finite(ByteReader& reader) {
 
 Vec3 finite_vec3(ByteReader& reader) {
   Vec3 v;
-  for (int axis = 0; axis < 3; ++axis) v(axis) = finite(reader);
+  for (int axis = 0; axis < 3; ++axis) v(axis) = finite_force(reader);
   return v;
 }
 
@@ -48,10 +48,10 @@ NeedleForces read_needle_forces(ByteReader& reader) {
   forces.force_n = finite_vec3(reader);
   forces.tip_torque_nmm = finite_vec3(reader);
   forces.hub_torque_nmm = finite_vec3(reader);
-  forces.axial_n = finite(reader);
-  forces.lateral_n = finite(reader);
-  forces.cutting_n = finite(reader);
-  forces.friction_n = finite(reader);
+  forces.axial_n = finite_force(reader);
+  forces.lateral_n = finite_force(reader);
+  forces.cutting_n = finite_force(reader);
+  forces.friction_n = finite_force(reader);
   return forces;
 }
 
@@ -122,17 +122,17 @@ DecodeResult decode_body(std::span<const std::byte> body, LocalModelMessage& mes
   model.reference_tip = finite_vec3(reader);
   model.contact_point = finite_vec3(reader);
   model.axis = finite_vec3(reader);
-  model.axial_stiffness_n_per_mm = finite(reader);
+  model.axial_stiffness_n_per_mm = finite_force(reader);
   model.axial_min_n = bound(reader);
   model.axial_max_n = bound(reader);
   model.after_puncture_n = bound(reader);
   model.lateral_n = finite_vec3(reader);
-  model.lateral_stiffness_n_per_mm = finite(reader);
-  model.time_to_live_s = finite(reader);
-  message.max_force_n = finite(reader);
-  message.max_stiffness_n_per_mm = finite(reader);
-  message.max_slew_n_per_ms = finite(reader);
-  message.ramp_s = finite(reader);
+  model.lateral_stiffness_n_per_mm = finite_force(reader);
+  model.time_to_live_s = finite_force(reader);
+  message.max_force_n = finite_force(reader);
+  message.max_stiffness_n_per_mm = finite_force(reader);
+  message.max_slew_n_per_ms = finite_force(reader);
+  message.ramp_s = finite_force(reader);
   return DecodeResult::of(reader);
 }
 

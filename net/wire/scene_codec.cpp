@@ -6,7 +6,7 @@ namespace brachy::net {
 namespace {
 
 constexpr std::uint16_t kLoopFlag = 1;
-constexpr std::size_t kSeedBytes = 56, kTriangleBytes = 12;
+constexpr std::size_t kPlannedSeedBytes = 56, kTriangleBytes = 12;
 
 void write_structure(ByteWriter& writer, const SceneStructure& structure) {
   writer.text(structure.name, kMaxNameBytes);
@@ -106,7 +106,7 @@ DecodeResult decode_body(std::span<const std::byte> body, SceneMessage& message)
     needle.hole = reader.text(kMaxNameBytes);
   }
   message.planned_seeds.clear();
-  if (reader.fits(seeds, kSeedBytes)) message.planned_seeds.resize(seeds);
+  if (reader.fits(seeds, kPlannedSeedBytes)) message.planned_seeds.resize(seeds);
   for (ScenePlannedSeed& seed : message.planned_seeds) {
     seed.position = reader.vec3();
     seed.axis = reader.vec3();

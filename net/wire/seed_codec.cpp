@@ -17,7 +17,7 @@ constexpr std::size_t kStructureBytes = 2 + 12 * 8 + 2;
 constexpr std::uint16_t kMaxBins = 4096;
 constexpr std::uint16_t kAtSurfaceSection = 1;  // of DOSE
 
-double finite(ByteReader& reader) {
+double finite_seed(ByteReader& reader) {
   const double value = reader.f64();
   if (!std::isfinite(value)) reader.fail("a seed's place, time or strength is not finite");
   return value;
@@ -45,11 +45,11 @@ Seed read_seed(ByteReader& reader) {
   seed.source = static_cast<SourceModel>(reader.u16());  // one of a later version stays as it is
   seed.is_certified = (reader.u32() & kCertified) != 0;
   seed.tick = reader.u64();
-  seed.t_s = finite(reader);
-  seed.air_kerma_strength_u = finite(reader);
+  seed.t_s = finite_seed(reader);
+  seed.air_kerma_strength_u = finite_seed(reader);
   for (Vec3* v : {&seed.dropped, &seed.dropped_axis, &seed.rest, &seed.rest_axis, &seed.gland_motion,
                   &seed.position, &seed.axis})
-    for (int k = 0; k < 3; ++k) (*v)[k] = finite(reader);
+    for (int k = 0; k < 3; ++k) (*v)[k] = finite_seed(reader);
   return seed;
 }
 

@@ -106,6 +106,26 @@ TEST(Histogram, ClampsWhatIsOutOfRange) {
   EXPECT_EQ(histogram.quantile(2), Histogram::kMaxNs);
 }
 
+TEST(Histogram, SinceHoldsWhatWasRecordedLater) {
+  Histogram all, later;
+  for (int i = 0; i < 500; ++i) all.record(1000 + 7 * i);
+  const Histogram earlier = all;
+  for (int i = 0; i < 300; ++i) {
+    all.record(2000 + 11 * i);
+    later.record(2000 + 11 * i);
+  }
+  EXPECT_EQ(all.since(earlier), later);  // its maximum is that of all
+  EXPECT_EQ(all.since(all), Histogram());
+}
+
+TEST(Histogram, SinceKnowsALesserMaximumWithinItsBucket) {
+  Histogram all;
+  all.record(1'000'000);
+  const Histogram earlier = all;
+  all.record(50'000);
+  EXPECT_NEAR(static_cast<double>(all.since(earlier).max()), 50'000, 50'000 * Histogram::kRelativeError);
+}
+
 TEST(Histogram, MergingEqualsRecordingAllInOne) {
   std::mt19937_64 random(3);
   std::uniform_int_distribution<std::int64_t> ns(0, 50'000'000);

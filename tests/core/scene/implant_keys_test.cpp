@@ -6,7 +6,7 @@
 namespace brachy {
 namespace {
 
-std::string refusal(const std::string& text) {
+std::string refusal_of_keys(const std::string& text) {
   try {
     parse_scene(text, "scene.toml");
   } catch (const UserError& e) {
@@ -39,37 +39,37 @@ TEST(ImplantKeys, TheDefaultTemplateHasAHoleOnThePhantomsAxis) {
 }
 
 TEST(ImplantKeys, WhatMakesNoSenseIsRefusedWithItsLineAndTheFix) {
-  EXPECT_EQ(refusal("[seeds]\nmax_count = 5000"),
+  EXPECT_EQ(refusal_of_keys("[seeds]\nmax_count = 5000"),
             "scene.toml:2: 'seeds.max_count' is 5000; it must be between 1 and 4096");
-  EXPECT_EQ(refusal("\n[seeds]\napplicator = \"train\""),
+  EXPECT_EQ(refusal_of_keys("\n[seeds]\napplicator = \"train\""),
             "scene.toml:3: 'seeds.applicator' is \"train\", and trains are a plan's; give plan.file = "
             "\"PLAN.toml\" or make it \"single\"");
-  EXPECT_EQ(refusal("[seeds]\nsource = \"6702\""),
+  EXPECT_EQ(refusal_of_keys("[seeds]\nsource = \"6702\""),
             "scene.toml:2: 'seeds.source' is \"6702\"; it must be one of: 6711, 200");
-  EXPECT_EQ(refusal("[seeds]\nair_kerma_strength_u = 0"),
+  EXPECT_EQ(refusal_of_keys("[seeds]\nair_kerma_strength_u = 0"),
             "scene.toml:2: 'seeds.air_kerma_strength_u' is 0; it must be between 0.001 and 100");
-  EXPECT_EQ(refusal("[template]\ncolumns = 27"),
+  EXPECT_EQ(refusal_of_keys("[template]\ncolumns = 27"),
             "scene.toml:2: 'template.columns' is 27; it must be between 1 and 26");
-  EXPECT_EQ(refusal("[dose]\nspacing = 1"),
+  EXPECT_EQ(refusal_of_keys("[dose]\nspacing = 1"),
             "scene.toml:2: unknown key 'dose.spacing'; did you mean 'dose.spacing_mm'?");
-  EXPECT_EQ(refusal("[plan]\nfile = 3"), "scene.toml:2: 'plan.file' needs a text in quotes");
+  EXPECT_EQ(refusal_of_keys("[plan]\nfile = 3"), "scene.toml:2: 'plan.file' needs a text in quotes");
 }
 
 TEST(ImplantKeys, AStructureHasANameOfItsOwnAndAFile) {
   const std::string urethra = "[[structure]]\nname = \"urethra\"\nfile = \"u.stl\"\n";
-  EXPECT_EQ(refusal("[[structure]]\nfile = \"u.stl\""),
+  EXPECT_EQ(refusal_of_keys("[[structure]]\nfile = \"u.stl\""),
             "scene.toml:1: 'structure.name' is missing; a [[structure]] has a name and the file of its "
             "closed surface");
-  EXPECT_EQ(refusal("[[structure]]\nname = \"u\""),
+  EXPECT_EQ(refusal_of_keys("[[structure]]\nname = \"u\""),
             "scene.toml:1: 'structure.file' is missing; a [[structure]] has a name and the file of its "
             "closed surface");
-  EXPECT_EQ(refusal(urethra + urethra),
+  EXPECT_EQ(refusal_of_keys(urethra + urethra),
             "scene.toml:5: 'structure.name' is \"urethra\" as that at scene.toml:1; call one of them "
             "otherwise");
-  EXPECT_EQ(refusal("[[structure]]\nname = \"prostate\"\nfile = \"p.stl\""),
+  EXPECT_EQ(refusal_of_keys("[[structure]]\nname = \"prostate\"\nfile = \"p.stl\""),
             "scene.toml:2: 'structure.name' is \"prostate\", which is the tissue's own surface; give that "
             "with tissue.mesh");
-  EXPECT_EQ(refusal("[[structure]]\nname = \"../u\"\nfile = \"u.stl\""),
+  EXPECT_EQ(refusal_of_keys("[[structure]]\nname = \"../u\"\nfile = \"u.stl\""),
             "scene.toml:2: 'structure.name' is \"../u\"; name it with 1 to 32 letters, digits, _ and -");
 }
 
