@@ -183,7 +183,8 @@ def run(daemon_out, pid, seconds, work, csv_path):
         text = out.read()
     ports = [int(re.search(rf"^{name} .*:(\d+)$", text, re.M).group(1)) for name in ("brachyd listening on", "http on", "igtl on")]
     soak = Soak(ports, pid, work)
-    viewers = [subprocess.Popen([BRACHY, "watch", "--connect", f"127.0.0.1:{ports[0]}", "--json"] + extra, stdout=subprocess.PIPE)
+    viewers = [subprocess.Popen([BRACHY, "watch", "--connect", f"127.0.0.1:{ports[0]}", "--json"] + extra, stdout=subprocess.PIPE,
+                                stderr=subprocess.DEVNULL)
                for extra in ([], [], ["--full"])]
     start = time.monotonic()
     status = 0
