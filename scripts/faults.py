@@ -431,24 +431,24 @@ def session_rows(folder):
 
 
 def disk(folder, short):
-    """A disk of 1 MB, full."""
+    """A disk that is full."""
     del short
     tried = subprocess.run(["unshare", "-rm", "sh", "-c", f"mount -t tmpfs -o size=1m tmpfs {folder}"], capture_output=True, check=False)
     if tried.returncode != 0:
         return [Row("full disk", "skipped: no file system may be mounted here: " + tried.stderr.decode().strip(), "", True)]
 
-    def before(kept):
+    def before(kept, size):
         os.makedirs(f"{folder}/disk", exist_ok=True)
-        script = (f'mount -t tmpfs -o size=1m tmpfs {folder}/disk && {{ "$@"; code=$?; cp -r {folder}/disk {folder}/{kept}; '
+        script = (f'mount -t tmpfs -o size={size} tmpfs {folder}/disk && {{ "$@"; code=$?; cp -r {folder}/disk {folder}/{kept}; '
                   'exit $code; }')
         return ["unshare", "-rm", "sh", "-c", script, "sh"]
 
     with running(Daemon(folder, "--play", "--trajectory", INSERTION, "--session", f"{folder}/disk/session", "--duration", "40",
-                        before=before("kept"))) as daemon:
+                        before=before("kept", "128k"))) as daemon:
         crowd = Crowd(folder, daemon, viewers=1, seconds=60)
         with running(crowd.process):
             crowd.ready()
-            daemon.says("session: .*No space left", 39)
+            daemon.says("session: .*No space left", 30)
             told = len(re.findall("error.*session: ", read(daemon.log)))
             code = daemon.process.wait(60)
             result = crowd.stop()
@@ -456,7 +456,7 @@ def disk(folder, short):
     rows = [Row("full disk under --session", f"said {told} time in the log, the daemon went on ({result['ticks']} ticks, exit {code}); "
                 f"{len(poses)} poses and {len(forces)} forces are whole", "once, readable", told == 1 and code == 0 and len(poses) > 1000)]
     with running(Daemon(folder, "--play", "--trajectory", INSERTION, name="brachyd2")) as daemon:
-        record = subprocess.run([*before("recorded"), BIN + "brachy", "record", "--connect", daemon.address, "--out",
+        record = subprocess.run([*before("recorded", "1m"), BIN + "brachy", "record", "--connect", daemon.address, "--out",
                                  f"{folder}/disk/r.brachy"], capture_output=True, text=True, timeout=60, check=False)
         found = inspected(f"{folder}/recorded/r.brachy")
     rows.append(Row("full disk under `brachy record`", f"exit {record.returncode}: …{record.stderr.strip()[-90:]}; "
