@@ -59,7 +59,7 @@ void run_deformation_loop(const std::stop_token& stop, SimulationRun& first,
       fallen.publish();
     }
 
-    measured.ticks = state.tick;
+    ++measured.ticks;
     measured.tick_ns.record(state.publish_ns - start_ns);
     for (std::size_t n = 0; n < devices.size(); ++n)
       if (is_fresh[n]) measured.latency_ns.record(state.publish_ns - poses[n].received_ns);

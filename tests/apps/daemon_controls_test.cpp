@@ -174,7 +174,9 @@ TEST(DaemonControls, ResetBeginsAnewWithoutSeedsOrDose) {
   ASSERT_TRUE(device.peer.until([&] { return device.seeds().empty(); }));
   ASSERT_TRUE(device.drop());
   EXPECT_EQ(device.seeds().front().id, 1u);
-  EXPECT_EQ(daemon.stop().seeds_dropped, 2u);
+  const DaemonSummary summary = daemon.stop();
+  EXPECT_EQ(summary.seeds_dropped, 2u);
+  EXPECT_EQ(summary.loop.ticks, summary.loop.tick_ns.count());  // since the daemon's start
 }
 
 TEST(DaemonControls, AnOperatorDropsTheScriptedNeedlesSeeds) {
