@@ -329,8 +329,8 @@ void Session::check_time(std::int64_t now_ns) {
       }
       const std::int64_t silence = now_ns - last_message_ns_;
       // A slow reader's answer waits behind what it has still to read: it lives as long as it reads.
-      const bool reads_slowly =
-          now_ns - connection_->last_waited_progress_ns() < in_ns(options_.silence_timeout);
+      const bool reads_slowly = now_ns - connection_->last_waited_progress_ns() <
+                                in_ns(options_.silence_timeout - options_.ping_interval);
       if (silence >= in_ns(options_.silence_timeout) && !reads_slowly) {
         return fail(ErrorCode::kTimeout, "said nothing for " + seconds(options_.silence_timeout));
       }

@@ -88,11 +88,7 @@ class BadPeer {
   BadPeer(boost::asio::io_context& io, const std::string& kind, std::uint16_t port)
       : kind_(kind), proxy_(io, port), timer_(io), client_(io, client_options(kind), handlers()) {
     proxy_.next.receive_buffer = 4096;
-    if (kind == "slow") {
-      // The least that Linux gives, so that its TCP takes something every second: with more room it does in steps that take longer
-      // than the daemon waits.
-      proxy_.next = {.down = test::Way::at_rate(1000), .receive_buffer = 1};
-    }
+    if (kind == "slow") proxy_.next.down = test::Way::at_rate(1000);
   }
   void connect() { client_.connect("127.0.0.1", proxy_.port()); }
   bool has_settled() const { return welcomed_ || kind_ == "slow"; }  // for that one WELCOME takes its time
