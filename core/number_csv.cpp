@@ -7,6 +7,7 @@
 #include <fstream>
 
 #include "core/error.h"
+#include "core/one_line.h"
 
 namespace brachy {
 namespace {
@@ -36,6 +37,8 @@ std::string_view cut(std::string_view& text, char separator) {
 std::size_t count_columns(std::string_view line) {
   return 1 + static_cast<std::size_t>(std::count(line.begin(), line.end(), ','));
 }
+
+constexpr std::size_t kLongestHeader = 240;  // of ours; `compare --beads` takes the file's own
 
 struct Place {
   const std::string& name;
@@ -85,7 +88,7 @@ double parse_number(std::string_view cell, std::size_t column, const Place& plac
 void parse_row(std::string_view line, NumberTable& table, std::string_view header, const Place& place) {
   if (const std::size_t found = count_columns(line); found != table.columns)
     place.refuse("found " + std::to_string(found) + " columns, expected " + std::to_string(table.columns) +
-                 " (" + std::string(header) + "); is the file cut off?");
+                 " (" + one_short_line(std::string(header), kLongestHeader) + "); is the file cut off?");
   for (std::size_t i = 0; i < table.columns; ++i)
     table.values.push_back(parse_number(cut(line, ','), i, place));
   table.lines.push_back(place.line);
@@ -100,7 +103,7 @@ std::optional<double> NumberTable::optional(std::size_t i, std::string_view name
 }
 
 void refuse_line(const std::string& name, std::size_t line, const std::string& what) {
-  throw UserError(name + ":" + std::to_string(line) + ": " + what);
+  throw UserError(one_line(name + ":" + std::to_string(line) + ": " + what));
 }
 
 NumberTable parse_number_csv(std::string_view text, const std::string& name, std::string_view header,

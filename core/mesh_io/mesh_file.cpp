@@ -19,6 +19,7 @@
 #include "core/error.h"
 #include "core/mesh_io/mesh_precheck.h"
 #include "core/mesh_io/polygon.h"
+#include "core/one_line.h"
 
 namespace brachy {
 namespace {
@@ -42,12 +43,6 @@ class OneFileSystem : public Assimp::IOSystem {
 };
 
 enum class MeshFormat { kStl, kObj, kPly };
-
-std::string one_line(std::string text) {
-  std::replace_if(
-      text.begin(), text.end(), [](unsigned char c) { return std::iscntrl(c); }, ' ');
-  return text;
-}
 
 /// assimp quotes the file in its messages, whatever is in it.
 std::string quoted(std::string text) {

@@ -3,21 +3,23 @@
 #include <algorithm>
 
 #include "core/number_text.h"
+#include "core/one_line.h"
+#include "core/utf8.h"
 
 namespace brachy {
 
 void check_needle(Plan& plan, std::size_t n, const PlanLimits& limits, const RefuseKey& refuse) {
   PlanNeedle& needle = plan.needles[n];
   if (!limits.grid.position(needle.hole))
-    refuse("hole", "is \"" + needle.hole + "\"; the template has " + limits.grid.extent());
+    refuse("hole", "is \"" + one_short_line(needle.hole) + "\"; the template has " + limits.grid.extent());
   if (needle.hole[0] >= 'a') needle.hole[0] = static_cast<char>(needle.hole[0] - 'a' + 'A');
   for (std::size_t before = 0; before < n; ++before)
     if (plan.needles[before].hole == needle.hole)
       refuse("hole", "is \"" + needle.hole + "\" for the second time (needles " + std::to_string(before + 1) +
                          " and " + std::to_string(n + 1) + "); one needle goes through a hole");
   if (needle.train.find_first_not_of("s-") != std::string::npos)
-    refuse("train",
-           "is \"" + needle.train + "\"; it is s for a seed and - for a spacer, from the tip backwards");
+    refuse("train", "is \"" + one_short_line(needle.train) +
+                        "\"; it is s for a seed and - for a spacer, from the tip backwards");
   if (needle.train.find('s') == std::string::npos)
     refuse("train", "has no seed; give it an s or take the needle out");
   const double depth = plan.base_plane_mm - needle.retraction_mm;
@@ -30,8 +32,8 @@ void check_needle(Plan& plan, std::size_t n, const PlanLimits& limits, const Ref
 }
 
 void check_name(const std::string& name, const RefuseKey& refuse) {
-  const bool has_control = std::ranges::any_of(name, [](char c) { return (c >= 0 && c < ' ') || c == 0x7f; });
-  if (has_control) refuse("name", "has a line end or a control character; write it as one line");
+  if (!is_printable(name))
+    refuse("name", "has a line end, a control character or what is not UTF-8; write it as one line of text");
   if (name.size() > PlanLimits::kLongestName)
     refuse("name", "is longer than " + std::to_string(PlanLimits::kLongestName) + " bytes; shorten it");
 }

@@ -5,6 +5,7 @@
 #include "core/dose/source.h"
 #include "core/number_csv.h"
 #include "core/number_text.h"
+#include "core/one_line.h"
 #include "core/plan/plan_check.h"
 #include "core/plan/plan_file.h"
 
@@ -65,7 +66,8 @@ double number(const std::string& cell, const char* key, double least, double mos
 
 SourceModel source(const std::string& cell, const Line& line) {
   const auto model = find_source(cell);
-  if (!model) line.refuse_key()("source", "is \"" + cell + "\"; it must be one of: 6711, 200");
+  if (!model)
+    line.refuse_key()("source", "is \"" + one_short_line(cell) + "\"; it must be one of: 6711, 200");
   return *model;
 }
 

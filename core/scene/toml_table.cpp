@@ -4,6 +4,8 @@
 #include <numeric>
 #include <optional>
 
+#include "core/one_line.h"
+
 namespace brachy {
 namespace {
 
@@ -35,14 +37,19 @@ std::string listed(const std::vector<std::string>& names) {
   return list;
 }
 
+/// A file's texts stand in refusals, and may hold anything.
+[[noreturn]] void refuse(const std::string& what) {
+  throw UserError(one_line(what));
+}
+
 }  // namespace
 
 toml::table parse_toml(std::string_view text, const std::string& name) {
   try {
     return toml::parse(text, name);
   } catch (const toml::parse_error& e) {
-    throw UserError(name + ":" + std::to_string(e.source().begin.line) +
-                    ": not valid TOML: " + std::string(e.description()));
+    refuse(name + ":" + std::to_string(e.source().begin.line) +
+           ": not valid TOML: " + std::string(e.description()));
   }
 }
 
@@ -52,8 +59,7 @@ const toml::node* TomlTable::find(const char* key) {
 }
 
 void TomlTable::fail(const toml::node& node, const char* key, const std::string& what) const {
-  throw UserError(file_ + ":" + std::to_string(node.source().begin.line) + ": '" + prefix_ + key + "' " +
-                  what);
+  refuse(file_ + ":" + std::to_string(node.source().begin.line) + ": '" + prefix_ + key + "' " + what);
 }
 
 void TomlTable::require_between(const toml::node& node, const char* key, double v, double least,
@@ -110,7 +116,7 @@ void TomlTable::text(const char* key, std::string& value, const std::vector<std:
   if (!node->is_string()) fail(*node, key, "needs a text in quotes");
   const std::string v = node->as_string()->get();
   if (!allowed.empty() && std::find(allowed.begin(), allowed.end(), v) == allowed.end())
-    fail(*node, key, "is \"" + v + "\"; it must be one of: " + listed(allowed));
+    fail(*node, key, "is \"" + one_short_line(v) + "\"; it must be one of: " + listed(allowed));
   value = v;
 }
 
@@ -125,7 +131,7 @@ bool TomlTable::texts(const char* key, std::vector<std::string>& values,
     const auto v = entry.value<std::string>();
     if (!v || std::find(allowed.begin(), allowed.end(), *v) == allowed.end())
       fail(*node, key,
-           (v ? "has \"" + *v + "\"" : std::string("has an entry that is no text")) +
+           (v ? "has \"" + one_short_line(*v) + "\"" : std::string("has an entry that is no text")) +
                "; its entries must be of: " + listed(allowed));
     if (std::find(values.begin(), values.end(), *v) != values.end())
       fail(*node, key, "has \"" + *v + "\" twice");
@@ -154,21 +160,21 @@ std::vector<TomlTable> TomlTable::tables(const char* key) {
 void TomlTable::refuse_unknown() const {
   if (!table_) return;
   for (const auto& [key, node] : *table_) {
-    const std::string name(key.str());
-    if (std::find(known_.begin(), known_.end(), name) == known_.end())
-      throw UserError(file_ + ":" + std::to_string(node.source().begin.line) + ": unknown key '" + prefix_ +
-                      name + "'; did you mean '" + prefix_ + nearest(name, known_) + "'?");
+    if (std::find(known_.begin(), known_.end(), key.str()) != known_.end()) continue;
+    const std::string name = one_short_line(std::string(key.str()));
+    refuse(file_ + ":" + std::to_string(node.source().begin.line) + ": unknown key '" + prefix_ + name +
+           "'; did you mean '" + prefix_ + nearest(name, known_) + "'?");
   }
 }
 
 void TomlTable::contradiction(const char* key, const std::string& what) const {
   const toml::node* node = table_ ? table_->get(key) : nullptr;
   const std::string line = node ? ":" + std::to_string(node->source().begin.line) : "";
-  throw UserError(file_ + line + ": '" + prefix_ + key + "' " + what);
+  refuse(file_ + line + ": '" + prefix_ + key + "' " + what);
 }
 
 void TomlTable::missing(const char* key, const std::string& what) const {
-  throw UserError(place() + ": '" + prefix_ + key + "' is missing; " + what);
+  refuse(place() + ": '" + prefix_ + key + "' is missing; " + what);
 }
 
 std::string TomlTable::place() const {

@@ -116,7 +116,8 @@ TEST(PlanFile, WhatHoldsForAllNeedlesIsChecked) {
             std::string::npos);
   EXPECT_NE(toml_refusal("source = \"125\"").find("one of: 6711, 200"), std::string::npos);
   EXPECT_EQ(toml_refusal("name = \"a\\nb\""),
-            "plan.toml:1: 'name' has a line end or a control character; write it as one line");
+            "plan.toml:1: 'name' has a line end, a control character or what is not UTF-8; write it as one "
+            "line of text");
   EXPECT_NE(toml_refusal("name = \"a\"\n" + needle("D4", "s")).find("'source' is missing"),
             std::string::npos);
   EXPECT_NE(toml_refusal(kHead).find("a plan has at least one [[needle]]"), std::string::npos);
@@ -146,6 +147,10 @@ TEST(PlanFile, CsvRowsAreCheckedAsTomlIs) {
             "plan.csv:2: a \" is not closed; close it on the same line");
   EXPECT_EQ(csv_refusal(kCsvHead + "D4,0,s,80,6711,0.5,145,\"test\"s\n").find("plan.csv:2: text follows"),
             0u);
+  EXPECT_EQ(
+      csv_refusal(kCsvHead + "D4,0,s,80,6711,0.5,145,a\xBD\n").find("plan.csv:2: 'name' has a line end"), 0u);
+  EXPECT_EQ(csv_refusal(kCsvHead + "\x1B[2J,0,s,80,6711,0.5,145,\n"),
+            "plan.csv:2: 'hole' is \" [2J\"; the template has A1 … M13");
   EXPECT_EQ(csv_refusal("hole,train\nD4,s\n").find("plan.csv:1: expected the header"), 0u);
   EXPECT_EQ(csv_refusal(kCsvHead).find("plan.csv:1: no needle"), 0u);
   EXPECT_EQ(csv_refusal("").find("plan.csv:1: no needle"), 0u);

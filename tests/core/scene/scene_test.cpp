@@ -51,6 +51,17 @@ TEST(Scene, UnknownKeysAreRefusedWithLineAndNearestName) {
   EXPECT_EQ(refusal("\n[modle]\n"), "scene.toml:2: unknown key 'modle'; did you mean 'model'?");
 }
 
+TEST(Scene, WhatAFileHoldsStandsInARefusalAsOneShortLine) {
+  EXPECT_TRUE(refusal("[model]\nkernel = \"a\\n\\u001b[2J\"")
+                  .starts_with("scene.toml:2: 'model.kernel' is \"a  [2J\"; it"));
+  EXPECT_TRUE(
+      refusal("\"two\\nlines\" = 1").starts_with("scene.toml:1: unknown key 'two lines'; did you mean"));
+  const std::string many(5000, 'x');
+  EXPECT_LT(refusal("[model]\nkernel = \"" + many + "\"").size(), 300u);
+  EXPECT_LT(refusal("[model]\n" + many + " = 1").size(), 300u);
+  EXPECT_LT(refusal("[box]\nheld = [\"" + many + "\"]").size(), 300u);
+}
+
 TEST(Scene, ABodyIsReadAsAReferenceSceneSaysIt) {
   const Scene scene = load_scene(BRACHY_SOURCE_DIR "/tests/reference/free_face_stiff_lateral/scene.toml");
   EXPECT_EQ(scene.box.size_mm, Vec3(96, 96, 96));
