@@ -3,10 +3,12 @@
 // With http_listener.cpp, which alone includes it, one translation unit: Boost.Beast takes 18 s to compile.
 
 #include <array>
-#include <boost/beast/core/flat_buffer.hpp>
+#include <boost/asio/post.hpp>
 #include <boost/beast/websocket/stream.hpp>
 #include <cassert>
 #include <memory>
+#include <optional>
+#include <span>
 #include <string>
 #include <utility>
 
@@ -39,20 +41,20 @@ class WebSocketConnection final : public Connection,
                                   public std::enable_shared_from_this<WebSocketConnection> {
  public:
   WebSocketConnection(HttpStream stream, std::string peer, const ServerOptions& options)
-      : peer_(std::move(peer)), stream_(std::move(stream)) {
-    stream_.read_message_max(options.max_message_bytes + kHeaderSize);
-    stream_.auto_fragment(false);
-    stream_.binary(true);
+      : peer_(std::move(peer)), stream_(std::in_place, std::move(stream)) {
+    stream_->read_message_max(options.max_message_bytes + kHeaderSize);
+    stream_->auto_fragment(false);
+    stream_->binary(true);
     // The session has the timeouts; this one is for how long a close may take.
-    stream_.set_option(
+    stream_->set_option(
         websocket::stream_base::timeout{options.drain_timeout, websocket::stream_base::none(), false});
   }
 
   /// Answers the upgrade; `handler(error)` comes once that has left.
   template <class Request, class Handler>
   void accept(const Request& request, Handler handler) {
-    stream_.async_accept(request, [self = shared_from_this(), handler = std::move(handler)](
-                                      const boost::system::error_code& error) { handler(error); });
+    stream_->async_accept(request, [self = shared_from_this(), handler = std::move(handler)](
+                                       const boost::system::error_code& error) { handler(error); });
   }
 
   void start(std::shared_ptr<ConnectionListener> listener) override {
@@ -67,22 +69,24 @@ class WebSocketConnection final : public Connection,
     socket().last_progress_ns = monotonic_ns();
     const std::array<boost::asio::const_buffer, 2> message = {
         boost::asio::buffer(header_), body_ ? boost::asio::buffer(*body_) : boost::asio::const_buffer()};
-    stream_.async_write(message,
-                        [self = shared_from_this()](const boost::system::error_code& error, std::size_t) {
-                          self->header_.clear();
-                          self->body_.reset();
-                          if (!self->listener_ || (error && self->is_ending_)) return;  // end() tells
-                          if (error) return self->lost(error);
-                          const auto listener = self->listener_;  // on_written may close
-                          listener->on_written();
-                        });
+    stream_->async_write(message,
+                         [self = shared_from_this()](const boost::system::error_code& error, std::size_t) {
+                           self->header_.clear();
+                           self->body_.reset();
+                           if (!self->listener_ || (error && self->is_ending_)) return;  // end() tells
+                           if (error) return self->lost(error);
+                           const auto listener = self->listener_;  // on_written may close
+                           listener->on_written();
+                         });
   }
 
   void shutdown_send() override { end(websocket::close_code::normal, "closed"); }
 
   void close() override {
     listener_.reset();
-    stream_.next_layer().close();
+    if (std::exchange(is_closed_, true)) return;
+    stream_->next_layer().close();
+    drop_stream(kTurns);
   }
 
   std::int64_t last_progress_ns() const override { return socket().last_progress_ns; }
@@ -91,20 +95,26 @@ class WebSocketConnection final : public Connection,
   const std::string& peer() const override { return peer_; }
 
  private:
-  MeteredSocket& socket() const { return stream_.next_layer().socket(); }
+  MeteredSocket& socket() const { return stream_->next_layer().socket(); }
 
+  /// Piece by piece: Beast's reading of whole messages asserts where a close begins amid one.
   void read() {
-    stream_.async_read(
-        buffer_, [self = shared_from_this()](const boost::system::error_code& error, std::size_t) {
+    stream_->async_read_some(
+        boost::asio::buffer(piece_),
+        [self = shared_from_this()](const boost::system::error_code& error, std::size_t size) {
           if (!self->listener_) return;
           if (error) return self->lost(error);
-          if (!self->stream_.got_binary())
+          if (self->is_ending_) return;  // what still comes Beast's close reads
+          if (!self->stream_->got_binary())
             return self->end(websocket::close_code::unknown_data, "sent text; messages are binary");
-          const auto listener = self->listener_;  // on_message may close
-          const auto data = self->buffer_.cdata();
-          listener->on_message({static_cast<const std::byte*>(data.data()), data.size()});
-          self->buffer_.consume(self->buffer_.size());
-          if (self->listener_) self->read();
+          const auto piece = std::span(self->piece_).first(size);
+          self->message_.insert(self->message_.end(), piece.begin(), piece.end());
+          if (self->stream_->is_message_done()) {
+            const auto listener = self->listener_;  // on_message may close
+            listener->on_message(self->message_);
+            self->message_.clear();
+          }
+          if (self->listener_ && !self->is_ending_) self->read();
         });
   }
 
@@ -112,10 +122,10 @@ class WebSocketConnection final : public Connection,
   void end(websocket::close_code code, const char* reason) {
     if (is_ending_) return;
     is_ending_ = true;
-    stream_.async_close({code, reason},
-                        [self = shared_from_this(), reason](const boost::system::error_code&) {
-                          if (self->listener_) self->lost(reason);
-                        });
+    stream_->async_close({code, reason},
+                         [self = shared_from_this(), reason](const boost::system::error_code&) {
+                           if (self->listener_) self->lost(reason);
+                         });
   }
 
   void lost(const boost::system::error_code& error) {
@@ -129,13 +139,25 @@ class WebSocketConnection final : public Connection,
     listener->on_closed(reason);
   }
 
+  /// Beast's operations may wait for each other for ever (a close that was sent, for a read that came upon bad UTF-8), and
+  /// hold this: they go with the stream. Some turns of `io` later, when those that do not wait have ended.
+  void drop_stream(int turns) {
+    boost::asio::post(stream_->get_executor(), [self = shared_from_this(), turns] {
+      if (turns > 0) return self->drop_stream(turns - 1);
+      self->stream_.reset();
+    });
+  }
+  static constexpr int kTurns = 16;  // what is aborted takes a few
+
   const std::string peer_;
-  mutable websocket::stream<HttpStream, false> stream_;  // its accessors are not const
-  std::shared_ptr<ConnectionListener> listener_;         // null once closed
-  beast::flat_buffer buffer_;
+  mutable std::optional<websocket::stream<HttpStream, false>> stream_;  // none once closed
+  std::shared_ptr<ConnectionListener> listener_;                        // null once closed
+  std::array<std::byte, 4096> piece_;
+  Bytes message_;  // as far as it has come
   Bytes header_;
   std::shared_ptr<const Bytes> body_;
   bool is_ending_ = false;
+  bool is_closed_ = false;
 };
 
 }  // namespace brachy::net

@@ -245,6 +245,31 @@ TEST_F(HostileHttpTest, AWebSocketMessageIsOneMessageNoMoreAndNoLess) {
   expect_alive();
 }
 
+TEST_F(HostileHttpTest, NothingIsLeftOfAPageWhoseLastFramesCameTogether) {
+  start_http();
+  const Bytes text = {std::byte{'a'}, std::byte{0xFF}};  // no UTF-8
+  // The first ends the session, which closes; what comes after finds Beast on the way to that.
+  for (int good = 0; good < 4; ++good)
+    for (const Bytes& last :
+         {websocket_frame(Opcode::kText, text), websocket_frame(Opcode::kBinary, text, true, false),
+          websocket_frame(Opcode::kPing, text), websocket_frame(Opcode::kClose, {})}) {
+      const auto page = join_page();
+      Bytes frames = websocket_frame(Opcode::kBinary, page->encoded(FrameMessage{}));
+      for (int i = 0; i < good; ++i) {
+        const Bytes ping = websocket_frame(Opcode::kBinary, page->encoded(PingMessage{}));
+        frames.insert(frames.end(), ping.begin(), ping.end());
+      }
+      frames.insert(frames.end(), last.begin(), last.end());
+      page->send(frames);
+      EXPECT_TRUE(ends(*page));
+    }
+  ASSERT_TRUE(until([&] { return server->client_count() == 0; }));
+  server->stop();
+  http->stop();
+  io.run_for(std::chrono::seconds(20));
+  EXPECT_TRUE(io.stopped()) << "an operation of a connection that is gone still runs";
+}
+
 TEST_F(HostileHttpTest, AStalledPageDelaysNobodyAndIsClosed) {
   tissue = line_tissue(4000);
   simulation = FakeSimulation(tissue);
