@@ -5,7 +5,7 @@ cd "$(dirname "$0")/.."
 preset=${1:-release}
 shift || true
 
-scripts/setup.sh
+if [[ $preset == asan ]]; then scripts/setup.sh --fuzz; else scripts/setup.sh; fi
 if [[ ! -f build/$preset/build.ninja ]]; then
   echo "build: configuring $preset"
   cmake --preset "$preset" >"/tmp/brachy-configure.$$" 2>&1 || { cat "/tmp/brachy-configure.$$" >&2; exit 1; }

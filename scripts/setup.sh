@@ -1,9 +1,10 @@
 #!/usr/bin/env bash
 # Installs what building, testing and running need, where it is missing. Debian 12.
-#   scripts/setup.sh [--viewer] [--all] [--charts] [--reference] [--pictures] [--latency]
+#   scripts/setup.sh [--viewer] [--all] [--fuzz] [--charts] [--reference] [--pictures] [--latency]
 #     --viewer: also what building the viewer needs (node and npm)
 #     --all: also what `scripts/test.sh --all` needs (format; the viewer, a browser for its tests; OpenIGTLink's
-#            own programs, as peers; a wall clock that jumps)
+#            own programs, as peers; a wall clock that jumps; --fuzz)
+#     --fuzz: also what the preset asan needs (clang with its sanitizers and libFuzzer)
 #     --charts: also what draws the charts of scripts/bench.sh
 #     --pictures: also what scripts/screenshots.sh needs, beside --all
 #     --latency: also what scripts/latency.sh compares with
@@ -13,20 +14,22 @@ set -euo pipefail
 packages=(cmake ninja-build g++ lld ccache libeigen3-dev libboost-dev libassimp-dev libcli11-dev libtomlplusplus-dev
           libspdlog-dev nlohmann-json3-dev libgtest-dev libbenchmark-dev libssl-dev libcap-dev python3
           openssl curl)
+fuzz=(clang-14 libclang-rt-14-dev)
 for option in "$@"; do
   case $option in
     --viewer | --all)
       # Another vendor's node stays as it is; Debian's packages would replace it.
       command -v npm >/dev/null || packages+=(nodejs npm)
       if [[ $option == --all ]]; then
-        packages+=(clang-format-14 relacy-dev faketime chromium libopenigtlink-dev openigtlink-examples)
+        packages+=(clang-format-14 relacy-dev faketime chromium libopenigtlink-dev openigtlink-examples "${fuzz[@]}")
       fi
       ;;
+    --fuzz) packages+=("${fuzz[@]}") ;;
     --pictures) packages+=(pngquant) ;;
     --latency) packages+=(rt-tests) ;;
     --charts) packages+=(python3-matplotlib python3-numpy) ;;
     --reference) packages+=(calculix-ccx gmsh python3-numpy python3-scipy) ;;
-    *) echo "setup: unknown option $option; there are --viewer, --all, --charts, --pictures, --latency and --reference" >&2; exit 2 ;;
+    *) echo "setup: unknown option $option; there are --viewer, --all, --fuzz, --charts, --pictures, --latency and --reference" >&2; exit 2 ;;
   esac
 done
 

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Builds and runs the tests.
 #   scripts/test.sh          release tests
-#   scripts/test.sh --all    also format, layers, and the tests under AddressSanitizer and ThreadSanitizer
+#   scripts/test.sh --all    also format, layers, the tests under AddressSanitizer and ThreadSanitizer, ten seconds of each fuzz target
 #                            and the charts of `brachy compare --quick`, `brachy stability --quick` and `brachy zwidth --quick`
 # BRACHY_DATA_DIR names a folder of shared data; tests that need it say "skipped" without.
 set -euo pipefail
@@ -35,19 +35,21 @@ if ((all)); then
   # has half an hour, and what comes from outside is read in these. The charts take one core: meanwhile the other compiles.
   asan='input_tests realtime_tests haptics_tests net_tests'
   # shellcheck disable=SC2086
-  scripts/build.sh asan $asan >out/asan-build.log 2>&1 &
+  scripts/build.sh asan $asan fuzz_targets >out/asan-build.log 2>&1 &
   compiling=$!
   scripts/compare.sh --quick --charts out/compare-quick
   scripts/stability.sh --quick --charts out/stability-quick
   scripts/zwidth.sh --quick --charts out/zwidth-quick
   echo "test: compiling asan"
   wait "$compiling" || { cat out/asan-build.log >&2; exit 1; }
+  scripts/live_fuzz.sh 5000
   nice -n 19 scripts/torn_frames.sh 60 >out/torn-frames.log 2>&1 &
   torn=$!
   run_tests asan "$asan" -E 'NOT_BUILT|Package'
   echo "test: torn frames"
   wait "$torn" || { cat out/torn-frames.log >&2; exit 1; }
   tail -n 2 out/torn-frames.log
+  scripts/fuzz.sh
   # Threads meet in the buffer and in the daemon, which has all of them: these under ThreadSanitizer; server and devices by
   # themselves in the campaign.
   run_tests tsan 'realtime_tests daemon_tests' -R 'TripleBuffer|Device|Server|Daemon|Deadline'

@@ -1,10 +1,27 @@
 #pragma once
 
+// GCC defines a macro, clang answers a question.
+#if defined(__has_feature)
+#define BRACHY_ADDRESS_SANITIZER __has_feature(address_sanitizer)
+#define BRACHY_THREAD_SANITIZER __has_feature(thread_sanitizer)
+#else
+#if defined(__SANITIZE_ADDRESS__)
+#define BRACHY_ADDRESS_SANITIZER 1
+#else
+#define BRACHY_ADDRESS_SANITIZER 0
+#endif
+#if defined(__SANITIZE_THREAD__)
+#define BRACHY_THREAD_SANITIZER 1
+#else
+#define BRACHY_THREAD_SANITIZER 0
+#endif
+#endif
+
 namespace brachy::test {
 
 /// Whether this is a build under a sanitizer, where arithmetic is ten to thirty times slower: tests that do nothing but
 /// compute leave their largest cases to the release build.
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#if BRACHY_ADDRESS_SANITIZER || BRACHY_THREAD_SANITIZER
 constexpr bool kIsSanitized = true;
 #else
 constexpr bool kIsSanitized = false;

@@ -9,7 +9,7 @@
 namespace brachy {
 namespace {
 
-constexpr std::size_t kColumns = InverseLoops::kColumns, kRows = InverseLoops::kRows;
+constexpr std::size_t kRows = InverseLoops::kRows;
 
 template <int kBytes>
 struct Width {

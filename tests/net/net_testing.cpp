@@ -2,54 +2,6 @@
 
 namespace brachy::net::test {
 
-Tissue line_tissue(std::uint32_t blocks) {
-  constexpr std::uint32_t kBlock = 5;
-  Tissue tissue;
-  tissue.surface_count = kBlock;
-  for (std::uint32_t i = 0; i < blocks * kBlock; ++i)
-    tissue.rest_vertices.push_back(Vec3(i, 0.5 * i, -1.0 * i));
-  tissue.triangles = {{0, 1, 2}};
-  for (std::uint32_t b = 0; b < blocks; ++b) {
-    const std::uint32_t first = b * kBlock;
-    tissue.blocks.push_back(
-        {first, kBlock, tissue.rest_vertices[first], tissue.rest_vertices[first + kBlock - 1]});
-  }
-  return tissue;
-}
-
-FakeSimulation::FakeSimulation(const Tissue& tissue, std::uint32_t seed, std::size_t needles)
-    : blocks_(tissue.blocks), random_(seed) {
-  for (const Vec3& p : tissue.rest_vertices) {
-    for (int axis = 0; axis < 3; ++axis) state_.deformed_vertices.push_back(static_cast<float>(p[axis]));
-  }
-  state_.block_ticks.resize(blocks_.size());
-  state_.needles.resize(needles);
-  state_.pose_histories.resize(needles);
-}
-
-void FakeSimulation::step() {
-  ++state_.tick;
-  state_.sim_time_s = 0.005 * static_cast<double>(state_.tick);
-  std::uniform_real_distribution<float> coordinate(-50, 50);
-  for (std::size_t b = 0; b < blocks_.size(); ++b) {
-    if (random_() % 8 != 0) continue;
-    state_.block_ticks[b] = state_.tick;
-    for (std::size_t i = 0; i < 3 * std::size_t{blocks_[b].count}; ++i) {
-      state_.deformed_vertices[3 * std::size_t{blocks_[b].first} + i] = coordinate(random_);
-    }
-  }
-  for (std::size_t n = 0; n < state_.needles.size(); ++n) {
-    NeedleState& needle = state_.needles[n];
-    const auto number = static_cast<double>(n);
-    needle.present = true;
-    needle.X_WN.p.x() = static_cast<double>(state_.tick) + 100 * number;
-    needle.input.sequence = state_.tick + 1000 * n;
-    needle.input.received_ns = static_cast<std::int64_t>(state_.tick + n);
-    needle.forces.force_n = Vec3(0, 1, -number);
-    state_.pose_histories[n][state_.tick % MeshState::kPoseHistory] = {state_.tick, needle.X_WN};
-  }
-}
-
 ClientHandlers Recorder::handlers() {
   ClientHandlers handlers;
   handlers.on_welcome = [this](const WelcomeMessage& message) { ++welcomes, welcome = message; };

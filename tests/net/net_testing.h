@@ -6,15 +6,13 @@
 #include <chrono>
 #include <cstdint>
 #include <memory>
-#include <random>
 #include <string>
 #include <utility>
 #include <vector>
 
-#include "core/sim/mesh_state.h"
-#include "core/tissue/tissue.h"
 #include "net/client.h"
 #include "net/server.h"
+#include "tests/net/fake_simulation.h"
 
 namespace brachy::net::test {
 
@@ -30,27 +28,6 @@ bool pump(boost::asio::io_context& io, Condition&& condition,
   }
   return true;
 }
-
-/// `blocks` blocks of 5 points on a line; a triangle as the surface.
-Tissue line_tissue(std::uint32_t blocks);
-
-/// Stands in for the simulator: moves the points of random blocks and every needle, one tick at a time.
-class FakeSimulation {
- public:
-  explicit FakeSimulation(const Tissue& tissue, std::uint32_t seed = 1, std::size_t needles = 1);
-  void step();
-  void steps(int count) {
-    for (int i = 0; i < count; ++i) step();
-  }
-  std::shared_ptr<const MeshState> snapshot() const { return std::make_shared<const MeshState>(state_); }
-  const MeshState& state() const { return state_; }
-  MeshState& state() { return state_; }
-
- private:
-  std::vector<Block> blocks_;
-  MeshState state_;
-  std::mt19937 random_;
-};
 
 /// A Client that keeps what it was told.
 struct Recorder {

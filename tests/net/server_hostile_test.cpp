@@ -8,6 +8,7 @@
 #include "net/clock.h"
 #include "tests/net/net_testing.h"
 #include "tests/net/raw_peer.h"
+#include "tests/sanitized.h"
 
 namespace brachy::net::test {
 namespace {
@@ -298,7 +299,7 @@ TEST_F(HostileServerTest, AFloodOfPingsIsAnsweredAtABoundedRate) {
 }
 
 TEST_F(HostileServerTest, RunningOutOfDescriptorsIsSurvived) {
-#if defined(__SANITIZE_ADDRESS__)
+#if BRACHY_ADDRESS_SANITIZER
   GTEST_SKIP() << "UBSan opens a pipe to probe memory before it checks a virtual call";
 #endif
   start();

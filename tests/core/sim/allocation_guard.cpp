@@ -2,7 +2,9 @@
 
 #include <cstdlib>
 
-#if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+#include "tests/sanitized.h"
+
+#if defined(__GLIBC__) && !BRACHY_ADDRESS_SANITIZER && !BRACHY_THREAD_SANITIZER
 
 // malloc and its kin, in front of glibc's own: operator new and Eigen both end here.
 namespace {
