@@ -46,10 +46,10 @@ if ((all)); then
   nice -n 19 scripts/torn_frames.sh 60 >out/torn-frames.log 2>&1 &
   torn=$!
   run_tests asan "$asan" -E 'NOT_BUILT|Package'
+  scripts/fuzz.sh
   echo "test: torn frames"
   wait "$torn" || { cat out/torn-frames.log >&2; exit 1; }
   tail -n 2 out/torn-frames.log
-  scripts/fuzz.sh
   # Threads meet in the buffer and in the daemon, which has all of them: these under ThreadSanitizer; server and devices by
   # themselves in the campaign.
   run_tests tsan 'realtime_tests daemon_tests' -R 'TripleBuffer|Device|Server|Daemon|Deadline'
