@@ -93,7 +93,8 @@ for target in "${targets[@]}"; do
     echo "fuzz: $target ended before its time; all it said is in $work/log/$target"
   elif ((keep)); then
     mkdir -p tests/fuzz/corpus/"$target"
-    build/asan/bin/"${target}_fuzz" -merge=1 tests/fuzz/corpus/"$target" $work/corpus/"$target" \
+    # Few and small: one for each edge that no other reaches, and nothing long.
+    build/asan/bin/"${target}_fuzz" -set_cover_merge=1 -use_counters=0 -max_len=400 tests/fuzz/corpus/"$target" $work/corpus/"$target" \
       >$work/log/"$target"-merge 2>&1
   fi
 done

@@ -8,6 +8,7 @@
 #include "apps/compare/compare_beads.h"
 #include "core/error.h"
 #include "core/number_csv.h"
+#include "core/one_line.h"
 
 namespace brachy {
 namespace {
@@ -35,7 +36,7 @@ std::map<std::string, std::size_t> columns_of(const std::string& header, const s
   for (std::size_t from = 0, index = 0; from <= header.size(); ++index) {
     const std::size_t end = std::min(header.find(',', from), header.size());
     if (const std::string column = header.substr(from, end - from); !columns.emplace(column, index).second)
-      throw UserError(name + ":1: column '" + column.substr(0, 40) + "' stands twice; remove one");
+      throw UserError(name + ":1: column '" + one_short_line(column) + "' stands twice; remove one");
     from = end + 1;
   }
   return columns;

@@ -42,8 +42,10 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const HttpAnswer answer = answer_to(query, files);
   EXPECT_EQ(answer.sends_body, query.method != "HEAD");
   if (answer.status == 101 || answer.status == 200 || answer.status == 304) {
-    EXPECT_TRUE(query.host && names_this_machine(*query.host)) << query.host.value_or("none");
-    if (query.origin) {  // http://HOST or https://HOST
+    EXPECT_TRUE(query.host && (query.is_tls || names_this_machine(*query.host)))
+        << query.host.value_or("none");
+    if (query.origin) {  // http://HOST or https://HOST, over TLS the latter
+      EXPECT_TRUE(!query.is_tls || query.origin->size() == query.host->size() + 8);
       EXPECT_TRUE(query.origin->size() == query.host->size() + 7 ||
                   query.origin->size() == query.host->size() + 8);
     }
