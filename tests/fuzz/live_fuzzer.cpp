@@ -27,8 +27,8 @@ using Clock = std::chrono::steady_clock;
 constexpr double kMessagesPerS = 1000;  // of mutated ones; as many again are not
 constexpr std::size_t kPeers = 24;      // at a time
 constexpr double kLeastHalfS = 2;
-constexpr std::size_t kMostHalves = 5;      // quiet ones, and as many fuzzed
-constexpr double kWarmUpShare = 0.1;        // of the messages, but
+constexpr std::size_t kMostHalves = 10;     // quiet ones, and as many fuzzed
+constexpr double kWarmUpShare = 0.2;        // of the messages, but
 constexpr std::size_t kLeastWarmUp = 2000;  // until the allocator has what a busy moment takes
 
 constexpr double kMostGrowthMb = 5;
@@ -147,9 +147,10 @@ class Run {
       const double half_s = measure(fuzzed, [&] { send(goal > sent_ ? goal - sent_ : 0); });
       measure(quiet, [&] { serve_for(half_s); });
       std::printf(
-          "live fuzz: %zu of %zu messages, %zu connections; missed ticks quiet %.3f %%, fuzzed %.3f %%\n",
+          "live fuzz: %zu of %zu messages, %zu connections; missed ticks quiet %.3f %%, fuzzed %.3f %%, "
+          "%+.2f MB\n",
           sent_, messages_, connections_, 100 * quiet.missed_share(good_.deformation_hz()),
-          100 * fuzzed.missed_share(good_.deformation_hz()));
+          100 * fuzzed.missed_share(good_.deformation_hz()), brachyd_.resident_mb() - resident_mb);
       std::fflush(stdout);
     }
     settle(descriptors);
