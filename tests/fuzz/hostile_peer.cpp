@@ -104,7 +104,8 @@ class NativeClient {
         return request;
       }
       default: {  // any message, also those that only a server sends
-        const auto samples = net::test::sample_bodies();
+        auto samples = net::test::sample_bodies();
+        std::erase_if(samples, [](const auto& s) { return s.first == net::MessageType::kControl; });
         const auto& [type, body] = samples[below(random_, samples.size())];
         Bytes message;
         net::encode_header(
@@ -196,6 +197,14 @@ Conversation make_conversation(const Doors& doors, std::mt19937& random) {
     default:
       return native_conversation(doors.native, false, random);
   }
+}
+
+Conversation greedy_conversation(const Doors& doors) {
+  net::HelloMessage hello;
+  hello.subscription = net::kSubscribeFullFrames;
+  Bytes bytes;
+  net::encode(hello, 1, 1, bytes);
+  return {doors.native, {{bytes, false}}};
 }
 
 HostilePeer::HostilePeer(boost::asio::io_context& io, Conversation conversation, std::mt19937& random)

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <boost/asio/ip/tcp.hpp>
+#include <climits>
 #include <cstdint>
 #include <random>
 #include <string>
@@ -25,11 +26,15 @@ struct Conversation {
   std::vector<Send> sends;  ///< in this order, each maybe in pieces
 };
 Conversation make_conversation(const Doors& doors, std::mt19937& random);
+/// A viewer's that wants every frame in full.
+Conversation greedy_conversation(const Doors& doors);
 
 /// One connection that plays a conversation. Nothing in it waits.
 class HostilePeer {
  public:
   HostilePeer(boost::asio::io_context& io, Conversation conversation, std::mt19937& random);
+  /// Reads nothing and stays.
+  void be_deaf() { reads_ = false, lingers_ = true, turns_left_ = INT_MAX; }
 
   /// Sends the next piece and, perhaps, reads; false once it is over and the connection gone.
   bool step();

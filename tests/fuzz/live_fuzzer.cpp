@@ -135,6 +135,7 @@ class Run {
     std::printf("live fuzz: warm-up, %zu messages\n", warm_up);
     std::fflush(stdout);
     send(warm_up);
+    crowd();
     settle(descriptors);
     const double resident_mb = brachyd_.resident_mb();
 
@@ -188,6 +189,51 @@ class Run {
         sent_ += peer.mutated_sent() - before;
         return !goes_on;
       });
+    }
+  }
+
+  /// As many clients as ever come at once, each holding a frame of its own that it does not read: what the daemon's allocator
+  /// has then it keeps, or gives back, whenever so many happen to meet again.
+  void crowd() {
+    peers_.clear();
+    for (std::size_t i = 0; i < kPeers; ++i) {
+      peers_.emplace_back(io_, greedy_conversation(doors_), random_).be_deaf();
+      peers_.back().step();
+      serve_for(0.05);
+    }
+    insert_other_needle();
+    reset();
+  }
+
+  /// Needle 1 goes in where hostile devices take it: what a simulator has for that it touches only then.
+  void insert_other_needle() {
+    net::ClientOptions options;
+    options.role = net::Role::kDevice;
+    options.name = "warm-up";
+    options.needle = 1;
+    options.subscription = net::kSubscribeNoMesh;
+    net::Client device(io_, options, {});
+    device.connect("127.0.0.1", doors_.native);
+    for (double x = 0; x < 20; x += 5)
+      for (double z = -60; z < 30; z += 0.5) {
+        RigidTransform X;
+        X.p = {x, 0, z};
+        device.send_pose(X, monotonic_ns());
+        serve_for(0.005);
+      }
+  }
+
+  /// As a mutated CONTROL may: another simulator beside the one in use.
+  void reset() {
+    net::ClientOptions options;
+    options.role = net::Role::kOperator;
+    options.name = "warm-up";
+    options.subscription = net::kSubscribeNoMesh;
+    net::Client desk(io_, options, {});
+    desk.connect("127.0.0.1", doors_.native);
+    for (int times = 0; times < 2; ++times) {
+      desk.control({net::ControlAction::kReset, false, 0, ""});
+      serve_for(1.5);
     }
   }
 
