@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Mutated messages against a running daemon, over TCP, WebSocket and OpenIGTLink, while a good viewer and a good device go on.
 # Ends with 0 only if it lives and serves on, no memory or descriptor is lost, and ticks are as good as without.
-#   scripts/live_fuzz.sh [MESSAGES]      default: 100000, four minutes; 5000: half a minute
+#   scripts/live_fuzz.sh [MESSAGES]      default: 100000, four minutes; 5000: half a minute, ticks not judged
 set -euo pipefail
 cd "$(dirname "$0")/.."
 messages=${1:-100000}
