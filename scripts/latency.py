@@ -7,16 +7,16 @@ PERIOD_US = 5000
 
 
 def cyclictest(path):
-    """p99 in ms, and the share of wake-ups after the next deadline."""
+    """p99 in ms, and the share of wake-ups after the next deadline, of all its threads together."""
     counts = {}
     overflows = 0
     with open(path) as lines:
         for line in lines:
             if line.startswith("# Histogram Overflows:"):
-                overflows = int(line.split(":")[1])
+                overflows = sum(int(count) for count in line.split(":")[1].split())
             elif not line.startswith("#") and line.strip():
-                late_us, count = line.split()
-                counts[int(late_us)] = int(count)
+                late_us, *of_threads = line.split()
+                counts[int(late_us)] = sum(int(count) for count in of_threads)
     cycles = sum(counts.values()) + overflows
     seen = 0
     for late_us in sorted(counts):

@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # How late brachyd is. First, with the machine to itself: from every pose of a needle that goes in and out to the first vertices at a
 # client that follow it; p50 at most one tick and one snapshot, p99 at most 60 ms. Then beside a busy loop on every core, with
-# SCHED_FIFO: how late the 200 Hz loop wakes up and what it misses, beside cyclictest's thread of the same priority and period in the
-# same run; at most 1.5 times as much. Ends with 0 only if all of that holds. Needs the right to SCHED_FIFO (root, or rtprio in
+# SCHED_FIFO: how late the 200 Hz loop wakes up and what it misses, beside cyclictest's threads, one a core, of the same priority and
+# period in the same run; at most 1.5 times as much. Ends with 0 only if all of that holds. Needs the right to SCHED_FIFO (root, or rtprio in
 # limits.conf).
 #   scripts/latency.sh [SECONDS]      default: a minute of load; leave the machine alone meanwhile
 set -euo pipefail
@@ -33,11 +33,13 @@ for ((core = 0; core < $(nproc); ++core)); do
   bash -c 'while :; do :; done' &
   load+=($!)
 done
+stolen_before=$(awk '/^cpu /{print $9}' /proc/stat)
 start_daemon "$work" --config "$work/scene.toml" --port 0 --json --duration "$seconds" --trajectory config/insertion.csv --play
-cyclictest --quiet --mlockall --threads=1 --priority=$priority --policy=fifo --interval=5000 --duration="$seconds" \
+cyclictest --quiet --mlockall --smp --priority=$priority --policy=fifo --interval=5000 --duration="$seconds" \
   --histogram=50000 >"$work/cyclictest.txt"
 wait "$daemon"
 daemon=
 end_load
 tail -n 1 "$work/daemon.out" >"$work/summary.json"
+echo "latency: the host took $((10 * ($(awk '/^cpu /{print $9}' /proc/stat) - stolen_before))) ms of the cores meanwhile"
 /usr/bin/python3 scripts/latency.py "$work/replay.json" "$work/summary.json" "$work/cyclictest.txt"
