@@ -136,34 +136,6 @@ TEST_F(NeedlesTest, ForcesWithoutADeviceGoNowhere) {
   EXPECT_FALSE(server->round_trip_s(1));
 }
 
-TEST_F(NeedlesTest, ADeviceThatDoesNotReadGetsTheNewestForceAndFewOldOnes) {
-  ServerOptions options;
-  options.send_buffer_bytes = 4096;
-  start(options);
-  RawPeer device(io, server->port(), 4096);
-  device.hello(Role::kDevice, kSubscribeNoMesh);
-  ASSERT_TRUE(until([&] { return !devices.empty(); }));
-  constexpr std::uint64_t kSent = 20'000;
-  ForceMessage force;
-  LocalModelMessage model;
-  for (force.tick = 1; force.tick <= kSent; ++force.tick) {
-    model.model.tick = force.tick;
-    server->send(0, force);
-    server->send(0, model);
-    while (io.poll_one() > 0) {
-    }
-  }
-  EXPECT_GT(server->forces_replaced(), kSent);  // of twice as many
-  ASSERT_TRUE(until([&] {
-    device.take();
-    return !device.forces.empty() && device.forces.back().tick == kSent && !device.models.empty() &&
-           device.models.back().model.tick == kSent;
-  }));
-  EXPECT_EQ(device.forces.size() + device.models.size() + server->forces_replaced(), 2 * kSent);
-  EXPECT_TRUE(std::is_sorted(device.forces.begin(), device.forces.end(),
-                             [](const ForceMessage& a, const ForceMessage& b) { return a.tick < b.tick; }));
-}
-
 TEST_F(NeedlesTest, ForcesLeaveRoomForEverythingElse) {
   start();
   ClientOptions options;

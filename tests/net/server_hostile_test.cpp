@@ -5,7 +5,6 @@
 
 #include <random>
 
-#include "net/clock.h"
 #include "tests/net/net_testing.h"
 #include "tests/net/raw_peer.h"
 #include "tests/sanitized.h"
@@ -152,79 +151,6 @@ TEST_F(HostileServerTest, AClientThatLeavesAtAnyByteIsForgotten) {
     io.poll();
   }
   EXPECT_EQ(join_as(Role::kDevice, "touch")->welcomes, 1);
-}
-
-TEST_F(HostileServerTest, AStalledViewerDelaysNobodyAndCatchesUpBitwise) {
-  tissue = line_tissue(4000);
-  simulation = FakeSimulation(tissue);
-  ServerOptions options;
-  options.send_buffer_bytes = 4096;
-  start(options);
-  const auto good = join_as(Role::kViewer, "good");
-  RawPeer stalled(io, server->port(), 4096);
-  stalled.hello();
-  ASSERT_TRUE(until([&] { return server->client_count() == 2; }));
-  for (std::size_t i = 1; i <= 60; ++i) {
-    publish();
-    ASSERT_TRUE(until([&] { return good->frames.size() == i; }));
-    ASSERT_EQ(good->client.mesh().positions(), simulation.state().deformed_vertices);
-  }
-  EXPECT_TRUE(stalled.frames.empty());
-  ASSERT_TRUE(until([&] {
-    stalled.take();
-    return stalled.mesh.tick() == simulation.state().tick;
-  }));
-  EXPECT_EQ(stalled.mesh.positions(), simulation.state().deformed_vertices);
-  EXPECT_LT(stalled.frames.size(), 10u);
-  stalled.send_message(PingMessage{});
-  stalled.states.clear();
-  ASSERT_TRUE(until([&] {
-    stalled.take();
-    return !stalled.states.empty();
-  }));
-  EXPECT_EQ(stalled.states[0].snapshots_sent, stalled.frames.size());
-  EXPECT_EQ(stalled.states[0].snapshots_sent + stalled.states[0].snapshots_dropped, 60u);
-  EXPECT_EQ(good->client.snapshots_missed(), 0u);
-}
-
-TEST_F(HostileServerTest, AViewerThatNeverReadsIsClosed) {
-  tissue = line_tissue(4000);
-  simulation = FakeSimulation(tissue);
-  ServerOptions options;
-  options.send_buffer_bytes = 4096;
-  options.stall_timeout = std::chrono::milliseconds(300);
-  start(options);
-  RawPeer stalled(io, server->port(), 4096);
-  stalled.hello();
-  ASSERT_TRUE(until([&] { return server->client_count() == 1; }));
-  publish();
-  ASSERT_TRUE(until([&] { return server->client_count() == 0; }));
-  EXPECT_NE(log.back().find("read nothing for 300 ms"), std::string::npos) << log.back();
-  expect_alive();
-}
-
-TEST_F(HostileServerTest, AViewerThatReadsSlowlyButSteadilyStays) {
-  tissue = line_tissue(20000);
-  simulation = FakeSimulation(tissue);
-  ServerOptions options;
-  options.send_buffer_bytes = 4096;
-  options.ping_interval = std::chrono::milliseconds(50);
-  options.silence_timeout = std::chrono::milliseconds(400);
-  start(options);
-  RawPeer slow(io, server->port(), 4096);
-  slow.hello(Role::kViewer, kSubscribeFullFrames);  // and says nothing more, not even to a PING
-  simulation.step();
-  const auto snapshot = simulation.snapshot();
-  const std::int64_t begin = monotonic_ns();
-  std::int64_t published = 0;
-  ASSERT_TRUE(until([&] {
-    const std::int64_t now = monotonic_ns();
-    if (now - published > 10'000'000) server->publish(snapshot), published = now;
-    slow.take(4096);
-    return now - begin > 1'200'000'000 || slow.is_ended();
-  }));
-  EXPECT_FALSE(slow.is_ended());
-  EXPECT_EQ(server->client_count(), 1u);
 }
 
 TEST_F(HostileServerTest, WhoSaysNoHelloIsClosed) {

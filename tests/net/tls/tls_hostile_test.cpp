@@ -1,7 +1,6 @@
-// Peers of a TLS port that stall, lie, leave or speak something else: they end alone.
+// Peers of a TLS port that lie, leave or speak something else: they end alone.
 #include <random>
 
-#include "net/clock.h"
 #include "tests/net/tls/tls_fixture.h"
 
 namespace brachy::net::test {
@@ -142,108 +141,6 @@ TEST_F(TlsHostile, APeerMayLeaveWithoutSayingSoAndAtAnyByte) {
     ASSERT_TRUE(nobody_is_left());
   }
   expect_alive();
-}
-
-TEST_F(TlsHostile, AStalledViewerDelaysNobodyAndCatchesUpBitwise) {
-  tissue = line_tissue(4000);
-  simulation = FakeSimulation(tissue);
-  ServerOptions options;
-  options.send_buffer_bytes = 4096;
-  start_tls(options);
-  const auto good = join_over_tls(client_context());
-  RawPeer stalled(io, server->port(), 4096, client_context());
-  stalled.hello();
-  ASSERT_TRUE(until([&] {
-    stalled.take(100);  // the handshake, and no more
-    return server->client_count() == 2 && stalled.socket().is_secure();
-  }));
-  for (std::size_t i = 1; i <= 60; ++i) {
-    publish();
-    ASSERT_TRUE(until([&] { return good->frames.size() == i; }));
-    ASSERT_EQ(good->client.mesh().positions(), simulation.state().deformed_vertices);
-  }
-  EXPECT_TRUE(stalled.frames.empty());
-  ASSERT_TRUE(until([&] {
-    stalled.take();
-    return stalled.mesh.tick() == simulation.state().tick;
-  }));
-  EXPECT_EQ(stalled.mesh.positions(), simulation.state().deformed_vertices);
-  EXPECT_LT(stalled.frames.size(), 10u);
-  stalled.states.clear();
-  ASSERT_TRUE(until([&] {
-    stalled.take();
-    return !stalled.states.empty();
-  }));
-  EXPECT_EQ(stalled.states[0].snapshots_sent, stalled.frames.size());
-  EXPECT_EQ(stalled.states[0].snapshots_sent + stalled.states[0].snapshots_dropped, 60u);
-  EXPECT_EQ(good->client.snapshots_missed(), 0u);
-}
-
-TEST_F(TlsHostile, AViewerThatNeverReadsIsClosed) {
-  tissue = line_tissue(4000);
-  simulation = FakeSimulation(tissue);
-  ServerOptions options;
-  options.send_buffer_bytes = 4096;
-  options.stall_timeout = std::chrono::milliseconds(300);
-  start_tls(options);
-  RawPeer stalled(io, server->port(), 4096, client_context());
-  stalled.hello();
-  ASSERT_TRUE(until([&] {
-    stalled.take(100);
-    return stalled.socket().is_secure() && server->client_count() == 1;
-  }));
-  publish();
-  ASSERT_TRUE(nobody_is_left());
-  EXPECT_NE(log.back().find("read nothing for 300 ms"), std::string::npos) << log.back();
-}
-
-TEST_F(TlsHostile, AViewerThatReadsSlowlyButSteadilyStays) {
-  tissue = line_tissue(20000);
-  simulation = FakeSimulation(tissue);
-  ServerOptions options;
-  options.send_buffer_bytes = 4096;
-  options.ping_interval = std::chrono::milliseconds(50);
-  options.silence_timeout = std::chrono::milliseconds(400);
-  start_tls(options);
-  RawPeer slow(io, server->port(), 4096, client_context());
-  slow.hello(Role::kViewer, kSubscribeFullFrames);  // and says nothing more, not even to a PING
-  simulation.step();
-  const auto snapshot = simulation.snapshot();
-  const std::int64_t begin = monotonic_ns();
-  std::int64_t published = 0;
-  ASSERT_TRUE(until([&] {
-    const std::int64_t now = monotonic_ns();
-    if (now - published > 10'000'000) server->publish(snapshot), published = now;
-    slow.take(4096);
-    return now - begin > 1'200'000'000 || slow.is_ended();
-  }));
-  EXPECT_FALSE(slow.is_ended());
-  EXPECT_EQ(server->client_count(), 1u);
-}
-
-TEST_F(TlsHostile, ADeviceThatDoesNotReadGetsTheNewestForceAndFewOldOnes) {
-  ServerOptions options;
-  options.send_buffer_bytes = 4096;
-  start_tls(options);
-  RawPeer device(io, server->port(), 4096, client_context());
-  device.hello(Role::kDevice, kSubscribeNoMesh);
-  ASSERT_TRUE(until([&] {
-    if (!device.socket().is_secure()) device.take(100);
-    return !devices.empty();
-  }));
-  constexpr std::uint64_t kSent = 20'000;
-  ForceMessage force;
-  for (force.tick = 1; force.tick <= kSent; ++force.tick) {
-    server->send(0, force);
-    while (io.poll_one() > 0) {
-    }
-  }
-  EXPECT_GT(server->forces_replaced(), kSent / 2);
-  ASSERT_TRUE(until([&] {
-    device.take();
-    return !device.forces.empty() && device.forces.back().tick == kSent;
-  }));
-  EXPECT_EQ(device.forces.size() + server->forces_replaced(), kSent);
 }
 
 }  // namespace
