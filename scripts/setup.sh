@@ -3,7 +3,7 @@
 #   scripts/setup.sh [--viewer] [--all] [--fuzz] [--charts] [--reference] [--pictures] [--latency]
 #     --viewer: also what building the viewer needs (node and npm)
 #     --all: also what `scripts/test.sh --all` needs (format; the viewer, a browser for its tests; OpenIGTLink's
-#            own programs, as peers; a wall clock that jumps; --fuzz)
+#            own programs, as peers; a wall clock that jumps; systemd's check of the unit; --fuzz)
 #     --fuzz: also what the preset asan needs (clang with its sanitizers and libFuzzer)
 #     --charts: also what draws the charts of scripts/bench.sh
 #     --pictures: also what scripts/screenshots.sh needs, beside --all
@@ -12,8 +12,8 @@
 set -euo pipefail
 
 packages=(cmake ninja-build g++ lld ccache libeigen3-dev libboost-dev libassimp-dev libcli11-dev libtomlplusplus-dev
-          libspdlog-dev nlohmann-json3-dev libgtest-dev libbenchmark-dev libssl-dev libcap-dev python3
-          openssl curl)
+          libspdlog-dev nlohmann-json3-dev libgtest-dev libbenchmark-dev libssl-dev libcap-dev libsystemd-dev
+          python3 openssl curl)
 fuzz=(clang-14 libclang-rt-14-dev)
 for option in "$@"; do
   case $option in
@@ -21,7 +21,7 @@ for option in "$@"; do
       # Another vendor's node stays as it is; Debian's packages would replace it.
       command -v npm >/dev/null || packages+=(nodejs npm)
       if [[ $option == --all ]]; then
-        packages+=(clang-format-14 relacy-dev faketime chromium libopenigtlink-dev openigtlink-examples "${fuzz[@]}")
+        packages+=(clang-format-14 relacy-dev faketime systemd chromium libopenigtlink-dev openigtlink-examples "${fuzz[@]}")
       fi
       ;;
     --fuzz) packages+=("${fuzz[@]}") ;;
