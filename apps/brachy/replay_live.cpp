@@ -16,8 +16,8 @@
 #include "apps/brachy/live_device.h"
 #include "apps/brachy/load_motion.h"
 #include "apps/brachy/place_trajectory.h"
-#include "apps/brachy/quantiles.h"
 #include "apps/brachy/tools.h"
+#include "apps/quantiles.h"
 #include "core/realtime/deadline.h"
 #include "core/realtime/histogram.h"
 

@@ -7,9 +7,9 @@
 #include <optional>
 
 #include "apps/brachy/client_run.h"
-#include "apps/brachy/quantiles.h"
 #include "apps/brachy/tools.h"
 #include "apps/certificate_report.h"
+#include "apps/quantiles.h"
 #include "apps/terminal/screen.h"
 #include "apps/terminal/watch_screen.h"
 #include "core/realtime/deadline.h"

@@ -4,7 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "apps/brachyd/quantile_text.h"
+#include "apps/quantiles.h"
 
 namespace brachy {
 
@@ -27,12 +27,10 @@ std::string to_text(const IntervalReport::Interval& i) {
 }
 
 std::string to_json(const IntervalReport::Interval& i) {
-  return nlohmann::ordered_json{{"interval_end_s", i.elapsed_s},
-                                {"ticks", i.ticks},
-                                {"overruns", i.overruns},
-                                {"clients", i.clients},
-                                {"tick_ms", quantile_json(i.tick_ns)},
-                                {"lateness_ms", quantile_json(i.lateness_ns)}}
+  return nlohmann::ordered_json{
+      {"interval_end_s", i.elapsed_s},    {"ticks", i.ticks},
+      {"overruns", i.overruns},           {"clients", i.clients},
+      {"tick_ms", to_json_ms(i.tick_ns)}, {"lateness_ms", to_json_ms(i.lateness_ns)}}
       .dump();
 }
 

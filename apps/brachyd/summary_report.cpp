@@ -5,8 +5,8 @@
 #include <array>
 #include <nlohmann/json.hpp>
 
-#include "apps/brachyd/quantile_text.h"
 #include "apps/certificate_report.h"
+#include "apps/quantiles.h"
 #include "core/field/deformation.h"
 
 namespace brachy {
@@ -87,9 +87,9 @@ std::string to_json(const DaemonSummary& s) {
       {"sim_hz", rate(s.loop.ticks, s.elapsed_s)},
       {"snapshots", s.snapshots},
       {"snapshots_hz", rate(s.snapshots, s.elapsed_s)},
-      {"tick_ms", quantile_json(s.loop.tick_ns)},
-      {"lateness_ms", quantile_json(s.loop.lateness_ns)},
-      {"latency_ms", quantile_json(s.loop.latency_ns)},
+      {"tick_ms", to_json_ms(s.loop.tick_ns)},
+      {"lateness_ms", to_json_ms(s.loop.lateness_ns)},
+      {"latency_ms", to_json_ms(s.loop.latency_ns)},
       {"max_disp_mm", s.loop.max_displacement_mm},
       {"moved", s.loop.moved_vertices},
       {"simd", s.simd},
@@ -106,7 +106,7 @@ std::string to_json(const DaemonSummary& s) {
   json["forces_replaced"] = s.forces_replaced;
   json["seeds_dropped"] = s.seeds_dropped;
   json["drops_refused"] = s.drops_refused;
-  json["drop_to_dvh_ms"] = quantile_json(s.dose.drop_to_dvh_ns);
+  json["drop_to_dvh_ms"] = to_json_ms(s.dose.drop_to_dvh_ns);
   add_to_json(json, "ticks", s.loop.certificates);
   return json.dump();
 }

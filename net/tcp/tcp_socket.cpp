@@ -33,8 +33,14 @@ void set_up(asio::ip::tcp::socket& socket, int send_buffer_bytes) {
   socket.non_blocking(true, ignored);
   socket.set_option(asio::ip::tcp::no_delay(true), ignored);
   socket.set_option(asio::socket_base::send_buffer_size(send_buffer_bytes), ignored);
-  ::setsockopt(socket.native_handle(), IPPROTO_TCP, TCP_NOTSENT_LOWAT, &kMaxUnsentBytes,
-               sizeof kMaxUnsentBytes);
+  const auto set_tcp = [&](int option, int value) {
+    ::setsockopt(socket.native_handle(), IPPROTO_TCP, option, &value, sizeof value);
+  };
+  set_tcp(TCP_NOTSENT_LOWAT, kMaxUnsentBytes);
+  socket.set_option(asio::socket_base::keep_alive(true), ignored);
+  set_tcp(TCP_KEEPIDLE, 2);  // s until the first question
+  set_tcp(TCP_KEEPINTVL, 1);
+  set_tcp(TCP_KEEPCNT, 3);
 }
 
 std::size_t unsent_bytes(asio::ip::tcp::socket& socket) {

@@ -18,8 +18,9 @@ std::string address_of_peer(const boost::asio::ip::tcp::socket& socket);
 /// on its way in the network does not count, so that fast links with long ways stay full.
 constexpr int kMaxUnsentBytes = 16 * 1024;
 
-/// Non-blocking, TCP_NODELAY, a send buffer of `send_buffer_bytes`, and no room in it (TCP_NOTSENT_LOWAT) while
-/// kMaxUnsentBytes have not been sent. Errors are ignored: the connection still works.
+/// Non-blocking, TCP_NODELAY, a send buffer of `send_buffer_bytes`, no room in it (TCP_NOTSENT_LOWAT) while kMaxUnsentBytes have
+/// not been sent, and SO_KEEPALIVE: a machine that no longer answers is noticed within 5 s where nothing else asks, as over
+/// OpenIGTLink. Errors are ignored: the connection still works.
 void set_up(boost::asio::ip::tcp::socket& socket, int send_buffer_bytes);
 
 /// Bytes that were written and have not left this machine, because the peer has no room for them.
