@@ -8,4 +8,4 @@ set -euo pipefail
 cd "$(dirname "$0")/.."
 [[ ${1:-} != -h && ${1:-} != --help ]] || { sed -n '2,6s/^# \?//p' "$0"; exit 0; }
 scripts/build.sh release brachyd brachy brachy_crowd
-exec /usr/bin/python3 scripts/faults.py "$@"
+exec /usr/bin/python3 scripts/faults/main.py "$@"
