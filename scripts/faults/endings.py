@@ -7,15 +7,7 @@ import socket
 import subprocess
 import time
 
-from programs import BIN, Crowd, Daemon, INSERTION, Row, measure, read, running, start
-
-
-def recorder(daemon, folder):
-    return start([BIN + "brachy", "record", "--connect", daemon.address, "--out", f"{folder}/r.brachy"], folder, "record")
-
-
-def player(daemon, folder, trajectory, *options):
-    return start([BIN + "brachy", "replay", trajectory, "--connect", daemon.address, *options], folder, "replay")
+from programs import BIN, Crowd, Daemon, INSERTION, Row, measure, player, read, recorder, running
 
 
 def inspected(recording):

@@ -10,7 +10,7 @@ import struct
 import time
 
 from programs import (BIN, Crowd, Daemon, INSERTION, Row, WITNESSES, gap_row, log_seconds, measure, missed_percent,
-                      read, running, scene_with, start, wait_for)
+                      player, read, running, scene_with, start, wait_for)
 
 
 def sent_queue(daemon, process):

@@ -122,6 +122,14 @@ class Crowd:
         return self.result()
 
 
+def recorder(daemon, folder):
+    return start([BIN + "brachy", "record", "--connect", daemon.address, "--out", f"{folder}/r.brachy"], folder, "record")
+
+
+def player(daemon, folder, trajectory, *options):
+    return start([BIN + "brachy", "replay", trajectory, "--connect", daemon.address, *options], folder, "replay")
+
+
 def measure(folder, daemon, *options, **more):
     with contextlib.ExitStack() as stack:
         crowd = Crowd(folder, daemon, *options, **more)
