@@ -84,6 +84,10 @@ PlyHeader read_ply_header(std::string_view& text, const std::string& name) {
       property.size = ply_type_size(type, name);
       property.name = next_word(line);
       header.elements.back().properties.push_back(property);
+    } else if (line_number > 1 && keyword != "comment" && keyword != "obj_info" && !keyword.empty()) {
+      // What is passed over here assimp may take for something else.
+      throw UserError(name + ": line " + std::to_string(line_number) +
+                      " of the PLY header begins with no word of that format; export the mesh again");
     }
   }
   if (!has_format) throw UserError(name + ": PLY header names no known format; export the mesh again");

@@ -122,6 +122,18 @@ TEST(MeshDamage, AnIndexBeyondTheVerticesIsRefused) {
   }
 }
 
+// assimp left what it had allocated of such a file behind.
+TEST(MeshDamage, APlyHeadersLineOfNoKnownKindIsRefusedAndNamed) {
+  const std::string good = ply(tetrahedron(), "ascii");
+  EXPECT_NE(
+      refusal("a.ply", with(good, "property float y", "0property float y")).find("line 5 of the PLY header"),
+      std::string::npos);
+  EXPECT_NE(refusal("b.ply", with(good, "element vertex", "property float x\nelement vertex")).find("line 3"),
+            std::string::npos);
+  EXPECT_TRUE(reads_closed(
+      TempFile("c.ply", with(good, "element vertex", "comment by hand\nobj_info 1\nelement vertex"))));
+}
+
 TEST(MeshDamage, APointCloudIsRefused) {
   const std::string cloud =
       "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float "
