@@ -151,6 +151,25 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
         sessions_.begin(), sessions_.end(), [](const auto& entry) { return !entry.second->is_closing(); }));
   }
 
+  RoleCounts role_counts() const {
+    RoleCounts counts;
+    counts.devices = guests_.size();
+    for (const auto& [id, session] : sessions_) {
+      if (!session->is_open()) continue;
+      const Role role = session->hello().role;
+      ++(role == Role::kViewer ? counts.viewers : role == Role::kDevice ? counts.devices : counts.operators);
+    }
+    return counts;
+  }
+
+  StateMessage state() {
+    StateMessage state = common_state();
+    state.snapshots_dropped = dropped_of_left_;
+    for (const auto& [id, session] : sessions_)
+      if (!session->is_closing()) state.snapshots_dropped += session->snapshots_dropped();
+    return state;
+  }
+
   // --- SessionHost ---
 
   std::optional<ErrorMessage> admit(const Session& session, const HelloMessage& hello,
@@ -223,6 +242,7 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
 
   void on_ending(const Session& session, const std::string& reason) override {
     const std::uint64_t dropped = session.snapshots_dropped();
+    dropped_of_left_ += dropped;
     log("client " + std::to_string(session.id()) + " '" + session.name() + "' from " + session.address() +
         " left: " + reason + (dropped ? "; " + std::to_string(dropped) + " snapshots dropped" : ""));
     give_back(session, reason);
@@ -370,6 +390,7 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
   std::map<std::uint16_t, std::pair<std::uint64_t, DeviceInfo>>
       guests_;  // attach(): who has a needle, as which session
   std::uint64_t forces_replaced_ = 0;
+  std::uint64_t dropped_of_left_ = 0;  // snapshots, for sessions that have ended
   PoseCounts poses_;
   std::int64_t next_state_ns_ = 0;
   TimeoutChecks checks_;
@@ -462,6 +483,12 @@ std::optional<double> Server::round_trip_s(std::uint16_t needle) const {
 }
 std::size_t Server::client_count() const {
   return impl_->client_count();
+}
+Server::RoleCounts Server::role_counts() const {
+  return impl_->role_counts();
+}
+StateMessage Server::state() const {
+  return impl_->state();
 }
 void Server::stop() {
   impl_->stop();

@@ -96,6 +96,14 @@ class Server {
 
   std::size_t client_count() const;  ///< connected and not being closed
 
+  /// Who is there, by role; devices also those that attach() let in.
+  struct RoleCounts {
+    std::size_t viewers = 0, devices = 0, operators = 0;
+  };
+  RoleCounts role_counts() const;
+  /// What a STATE says to everybody, and what was dropped for all clients since start.
+  StateMessage state() const;
+
   /// Stops listening, tells every client, and lets what is being sent leave for at most drain_timeout; after that
   /// `io` has nothing left to do for this server.
   void stop();

@@ -16,9 +16,6 @@ double rate(std::uint64_t count, double elapsed_s) {
   return elapsed_s > 0 ? static_cast<double>(count) / elapsed_s : 0;
 }
 
-constexpr std::array<const char*, kInterventions> kInterventionNames = {
-    "not_finite", "stale", "disconnected", "force_limited", "slew_limited", "stiffness_limited"};
-
 /// One line of what happened, none where nothing did.
 std::string safety_text(const DaemonSummary& s) {
   std::string text;

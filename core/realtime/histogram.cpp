@@ -30,6 +30,15 @@ double Histogram::mean() const {
   return count_ == 0 ? 0 : static_cast<double>(sum_ns_) / static_cast<double>(count_);
 }
 
+std::uint64_t Histogram::count_up_to(std::int64_t ns) const {
+  if (ns < 0) return 0;
+  if (ns >= kMaxNs) return count_;
+  const std::size_t end = bucket_of(static_cast<std::uint64_t>(ns) + 1);  // the first that may hold more
+  std::uint64_t seen = 0;
+  for (std::size_t bucket = 0; bucket < end; ++bucket) seen += buckets_[bucket];
+  return seen;
+}
+
 void Histogram::merge(const Histogram& other) {
   for (std::size_t i = 0; i < kBuckets; ++i) buckets_[i] += other.buckets_[i];
   count_ += other.count_;

@@ -39,6 +39,9 @@ class Histogram {
   std::uint64_t count() const { return count_; }
   std::int64_t max() const { return static_cast<std::int64_t>(max_ns_); }  ///< ns; 0 if empty
   double mean() const;                                                     ///< ns; 0 if empty
+  std::uint64_t sum() const { return sum_ns_; }                            ///< ns
+  /// Records of at most `ns`, but for those in the last bucket below it (1/32 of the value) where it is no bucket's end.
+  std::uint64_t count_up_to(std::int64_t ns) const;
 
   /// Adds the records of another one.
   void merge(const Histogram& other);

@@ -18,6 +18,9 @@ enum class Intervention : std::uint8_t {
   kStiffnessLimited = 5,  ///< a model was stiffer than the loop renders stably
 };
 inline constexpr std::size_t kInterventions = 6;
+/// As summaries and metrics call them.
+inline constexpr std::array<const char*, kInterventions> kInterventionNames = {
+    "not_finite", "stale", "disconnected", "force_limited", "slew_limited", "stiffness_limited"};
 
 /// A sentence for the operator that names the fix.
 std::string_view to_string(Intervention intervention);

@@ -40,6 +40,7 @@ Gate::Gate(std::uint32_t max_places, std::uint32_t max_of_address, TokenGrants t
 
 std::shared_ptr<const Gate::Place> Gate::enter(const std::string& address, std::int64_t now_ns) {
   auto refused = refusal_at_entry(address, now_ns);
+  refused_ += refused ? 1 : 0;
   if (refused && counts_->told >= kMaxTold) return nullptr;
   return std::make_shared<const Place>(counts_, address, std::move(refused));
 }

@@ -59,6 +59,7 @@ class Gate {
                                       Role role, std::int64_t now_ns);
 
   std::uint64_t wrong_tokens() const { return wrong_tokens_; }  ///< since start
+  std::uint64_t refused() const { return refused_; }            ///< at enter(), since start
   std::size_t remembered_addresses() const { return wrong_at_ns_.size(); }
 
  private:
@@ -70,7 +71,7 @@ class Gate {
   const TokenGrants tokens_;
   const std::shared_ptr<Counts> counts_ = std::make_shared<Counts>();  // places outlive the gate
   std::map<std::string, std::vector<std::int64_t>> wrong_at_ns_;  // the last ones of an address, oldest first
-  std::uint64_t wrong_tokens_ = 0;
+  std::uint64_t wrong_tokens_ = 0, refused_ = 0;
 };
 
 }  // namespace brachy::net

@@ -6,6 +6,7 @@
 
 #include <array>
 #include <cerrno>
+#include <charconv>
 #include <cstring>
 #include <span>
 
@@ -86,6 +87,18 @@ std::string to_hex(const Token& token) {
     hex += kDigits[std::to_integer<unsigned>(byte) & 15];
   }
   return hex;
+}
+
+std::optional<Token> from_hex(std::string_view hex) {
+  Token token{};
+  if (hex.size() != 2 * token.size()) return std::nullopt;
+  for (std::size_t i = 0; i < token.size(); ++i) {
+    unsigned value = 0;
+    const char* first = hex.data() + 2 * i;
+    if (std::from_chars(first, first + 2, value, 16).ptr != first + 2) return std::nullopt;
+    token[i] = static_cast<std::byte>(value);
+  }
+  return token;
 }
 
 }  // namespace brachy::net

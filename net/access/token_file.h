@@ -1,7 +1,9 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
+#include <string_view>
 
 #include "net/wire/messages.h"
 
@@ -16,5 +18,7 @@ void make_token(const std::filesystem::path& file);
 
 /// 64 digits, as the viewer's address takes it.
 std::string to_hex(const Token& token);
+/// nullopt: not 64 digits.
+std::optional<Token> from_hex(std::string_view hex);
 
 }  // namespace brachy::net

@@ -44,7 +44,15 @@ HttpAnswer refusal(int status, std::string_view text) {
   return with_common_headers(std::move(answer));
 }
 
-HttpAnswer answer_to(const HttpQuery& query, const ServedFiles& files) {
+HttpAnswer page_answer(MadePage::Content content) {
+  HttpAnswer answer;
+  answer.status = content.status;
+  answer.headers = {{"Content-Type", std::move(content.content_type)}, {"Cache-Control", "no-store"}};
+  answer.text = std::move(content.text);
+  return with_common_headers(std::move(answer));
+}
+
+HttpAnswer answer_to(const HttpQuery& query, const ServedFiles& files, const MadePages& pages) {
   const bool is_head = query.method == "HEAD";
   HttpAnswer answer = [&] {
     if (!query.host) return refusal(400, "A request has one Host header.");
@@ -58,12 +66,18 @@ HttpAnswer answer_to(const HttpQuery& query, const ServedFiles& files) {
       other.headers.emplace_back("Allow", "GET, HEAD");
       return other;
     }
-    if (query.target.substr(0, query.target.find('?')) == kWebSocketPath) {
+    const std::string_view path = query.target.substr(0, query.target.find('?'));
+    if (path == kWebSocketPath) {
       if (query.is_upgrade) return HttpAnswer{101, {}, {}};
       HttpAnswer other =
           refusal(426, "This is the WebSocket of brachyd's native protocol (net/PROTOCOL.md).");
       other.headers.emplace_back("Upgrade", "websocket");
       return other;
+    }
+    if (const auto page = pages.find(path); page != pages.end()) {
+      HttpAnswer made;
+      made.page = &page->second;
+      return made;
     }
     const ServedFile* file = files.find(query.target, takes_gzip(query.accept_encoding));
     if (!file) return refusal(404, "There is nothing here; the viewer is at /.");

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "net/http/made_pages.h"
 #include "net/http/served_files.h"
 
 namespace brachy::net {
@@ -31,6 +32,7 @@ struct HttpAnswer {
   std::vector<std::pair<std::string, std::string>> headers;
   std::string text;                  ///< the body, where `file` is null
   const ServedFile* file = nullptr;  ///< the body, of the files given
+  const MadePage* page = nullptr;    ///< of the pages given: the answer is what it makes, for who may have it
   bool sends_body = true;            ///< false: only its length is told (HEAD)
   bool closes = false;               ///< the connection is of no further use
 
@@ -38,7 +40,10 @@ struct HttpAnswer {
 };
 
 /// What is answered to a request. Pure.
-HttpAnswer answer_to(const HttpQuery& query, const ServedFiles& files);
+HttpAnswer answer_to(const HttpQuery& query, const ServedFiles& files, const MadePages& pages = {});
+
+/// What a page has made, as an answer.
+HttpAnswer page_answer(MadePage::Content content);
 
 /// An answer that says what is wrong with the request, as text.
 HttpAnswer refusal(int status, std::string_view text);

@@ -13,6 +13,8 @@
 #include <utility>
 #include <vector>
 
+#include "net/access/token_file.h"
+#include "net/clock.h"
 #include "net/http/http_answer.h"
 #include "net/http/websocket_connection.h"
 #include "net/tcp/acceptor.h"
@@ -47,6 +49,15 @@ HttpAnswer answer_to_refused(const ErrorMessage& why) {
   answer.headers.emplace_back("Retry-After", is_busy ? "1" : "60");
   answer.closes = true;
   return answer;
+}
+
+/// The token of "Authorization: Bearer HEX".
+std::optional<Token> bearer_token(std::string_view authorization) {
+  constexpr std::string_view kScheme = "bearer ";
+  const std::string scheme(authorization.substr(0, kScheme.size()));
+  if (!boost::beast::iequals({scheme.data(), scheme.size()}, {kScheme.data(), kScheme.size()}))
+    return std::nullopt;
+  return from_hex(authorization.substr(kScheme.size()));
 }
 
 /// What the connections of one listener share.
@@ -133,10 +144,16 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
       return send(refusal(400, "This is not HTTP/1.1: " + error.message() + "."), false);
     unread_.erase(0, parsed);
 
-    HttpAnswer answer = answer_to(query(), shared_->files);
+    HttpAnswer answer = answer_to(query(), shared_->files, shared_->options.pages);
     if (answer.status == 403) log(answer.text.substr(0, answer.text.size() - 1));
     if (answer.status == 101) return upgrade();  // a session tells who may not stay
-    if (place_->refusal()) answer = answer_to_refused(*place_->refusal());
+    // Who watches the daemon is answered also where all places are taken: that is when it is wanted.
+    const auto& no_place = place_->refusal();
+    if (no_place && !(answer.page && no_place->code == ErrorCode::kBusy))
+      answer = answer_to_refused(*no_place);
+    else if (answer.page)
+      answer = made(*answer.page, answer.sends_body);
+    answer.closes |= no_place.has_value();
     const bool keeps_alive = parser_->get().keep_alive() && requests_ < kMaxRequests && !answer.closes;
     send(std::move(answer), keeps_alive);
   }
@@ -155,6 +172,28 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
     query.has_body = parser_->chunked() || parser_->content_length().value_or(0) > 0;
     query.is_upgrade = websocket::is_upgrade(request);
     return query;
+  }
+
+  HttpAnswer made(const MadePage& page, bool sends_body) {
+    HttpAnswer answer;
+    if (const auto why = page.needs_token ? refusal_of_token() : std::nullopt) {
+      answer = refusal(401, *why);
+      answer.headers.emplace_back("WWW-Authenticate", "Bearer realm=\"brachyd\"");
+    } else {
+      answer = page_answer(page.make());
+    }
+    answer.sends_body = sends_body;
+    return answer;
+  }
+
+  std::optional<std::string> refusal_of_token() {
+    const auto shown = bearer_token(view(parser_->get()[http::field::authorization]));
+    const auto why = shared_->server->gate().refusal(place_->address(), shown, Role::kViewer, monotonic_ns());
+    if (!why) return std::nullopt;
+    if (!shown)
+      return "This page takes a viewer's token, as Authorization: Bearer and what `brachy token --show` "
+             "says.";
+    return why->text;
   }
 
   void send(HttpAnswer answer, bool keeps_alive) {

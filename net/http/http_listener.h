@@ -6,6 +6,7 @@
 #include <memory>
 #include <string>
 
+#include "net/http/made_pages.h"
 #include "net/http/served_files.h"
 #include "net/server.h"
 
@@ -15,9 +16,10 @@ struct HttpOptions {
   std::uint16_t port = 0;                            ///< 0 = any free one
   std::chrono::milliseconds request_timeout{10000};  ///< until a request's header is complete
   std::chrono::milliseconds answer_timeout{60000};   ///< until an answer has left
+  MadePages pages;                                   ///< beside the files
 };
 
-/// Serves the viewer's files over HTTP/1.1 and, at /ws, the native protocol over WebSocket (net/PROTOCOL.md): the sessions
+/// Serves the viewer's files and pages made on demand over HTTP/1.1 and, at /ws, the native protocol over WebSocket (net/PROTOCOL.md): the sessions
 /// are those of `server`, on its address and with its limits. Whatever a peer sends, it takes a bounded amount of memory,
 /// and of time once it has stalled. Its connections are some of max_clients.
 ///

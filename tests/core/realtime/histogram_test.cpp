@@ -141,5 +141,23 @@ TEST(Histogram, MergingEqualsRecordingAllInOne) {
   EXPECT_EQ(a, Histogram());
 }
 
+TEST(Histogram, CountsUpToATimeToWithinABucket) {
+  Histogram histogram;
+  for (std::int64_t us = 1; us <= 1000; ++us) histogram.record(1000 * us);
+  EXPECT_EQ(histogram.count_up_to(-1), 0u);
+  EXPECT_EQ(histogram.count_up_to(Histogram::kMaxNs), 1000u);
+  EXPECT_EQ(histogram.sum(), 1000u * 500'500u);
+  std::uint64_t last = 0;
+  for (std::int64_t us = 1; us <= 1100; ++us) {
+    const std::uint64_t count = histogram.count_up_to(1000 * us);
+    EXPECT_GE(count, last) << us;
+    EXPECT_LE(count, static_cast<std::uint64_t>(us)) << "no record beyond it";
+    EXPECT_GE(static_cast<double>(count), std::min(1000.0, (1 - 1.0 / 32) * static_cast<double>(us) - 1))
+        << us;
+    last = count;
+  }
+  EXPECT_EQ(histogram.count_up_to((1 << 19) - 1), 524u) << "a bucket's end: exact";
+}
+
 }  // namespace
 }  // namespace brachy

@@ -90,5 +90,14 @@ TEST_F(TokenFileTest, ARefusalShowsNothingOfIt) {
     EXPECT_EQ(refusal(file).find("SECRET"), std::string::npos);
 }
 
+TEST_F(TokenFileTest, ItsDigitsReadBackAndNothingElseDoes) {
+  const Token token = load_token(written("t", std::string(31, 'x') + '\0'));
+  const std::string hex = to_hex(token);
+  EXPECT_EQ(from_hex(hex), token);
+  for (const std::string& bad : {std::string(), hex.substr(1), hex + "0", "+" + hex.substr(1),
+                                 " " + hex.substr(1), "g" + hex.substr(1), hex.substr(0, 63) + "x"})
+    EXPECT_EQ(from_hex(bad), std::nullopt) << bad;
+}
+
 }  // namespace
 }  // namespace brachy::net::test

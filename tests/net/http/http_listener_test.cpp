@@ -157,5 +157,25 @@ TEST_F(HttpListenerTest, StoppingLeavesNothingToWaitFor) {
   EXPECT_TRUE(ends(idle) && ends(half));
 }
 
+TEST_F(HttpListenerTest, PagesAreMadeForEachRequestUnderTheSameRules) {
+  int made = 0;
+  HttpOptions options;
+  options.pages["/count"].make = [&] { return MadePage::Content{200, "text/plain", std::to_string(++made)}; };
+  options.pages["/ill"].make = [&] { return MadePage::Content{503, "text/plain", "ill\n"}; };
+  serve(options);
+  HttpReply first = get("/count"), second = get("/count?again");
+  EXPECT_EQ(first.status, 200);
+  EXPECT_EQ(first.body, "1");
+  EXPECT_EQ(first.headers["content-type"], "text/plain");
+  EXPECT_EQ(first.headers["cache-control"], "no-store");
+  EXPECT_EQ(second.body, "2");
+  EXPECT_EQ(get("/ill").status, 503);
+  EXPECT_EQ(get("/count", "", "HEAD").body, "");
+  EXPECT_EQ(get("/counts").status, 404);
+  EXPECT_EQ(ask("POST /count HTTP/1.1\r\n" + host_line() + "\r\n").status, 405);
+  EXPECT_EQ(ask("GET /count HTTP/1.1\r\nHost: elsewhere.example\r\n\r\n").status, 403);
+  EXPECT_EQ(made, 3);
+}
+
 }  // namespace
 }  // namespace brachy::net::test
