@@ -1,0 +1,61 @@
+#include "apps/doctor/doctor.h"
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+
+#include "apps/brachyd/daemon_setup.h"
+#include "apps/doctor/doctor_report.h"
+#include "core/error.h"
+
+namespace brachy {
+namespace {
+
+/// A file of its own in the system's folder for temporary ones, gone with it.
+class TemporaryFile {
+ public:
+  explicit TemporaryFile(const std::string& text) {
+    std::string name = std::filesystem::temp_directory_path() / "brachyd-doctor-XXXXXX";
+    const int descriptor = ::mkstemp(name.data());
+    if (descriptor < 0) throw UserError(name + ": cannot be made; name another folder by TMPDIR");
+    ::close(descriptor);
+    path = name;
+    if (!(std::ofstream(path) << text << std::flush))
+      throw UserError(name + ": cannot be written; name another folder by TMPDIR");
+  }
+  ~TemporaryFile() {
+    std::error_code ignored;
+    std::filesystem::remove(path, ignored);
+  }
+  TemporaryFile(const TemporaryFile&) = delete;
+  TemporaryFile& operator=(const TemporaryFile&) = delete;
+
+  std::filesystem::path path;
+};
+
+}  // namespace
+
+int doctor(const DaemonOptions& options) {
+  spdlog::set_level(spdlog::level::err);
+  ::unsetenv("NOTIFY_SOCKET");  // the daemons that are tried are nobody's service
+  const double seconds = options.doctor_s.value();
+  const Scene scene = read_scene(options);
+  const TemporaryFile insertion(representative_insertion(scene, seconds));
+  std::cerr << fmt::format("doctor: the machine's clock, {:g} s\n", seconds);
+  const Machine machine = look_at_machine(scene, seconds);
+  const Diagnosis diagnosis = diagnose(scene, [&](const Scene& tried) {
+    std::cerr << fmt::format("doctor: {} at {:g} Hz, {:g} s\n", tried.model.kernel,
+                             tried.rates.deformation_hz, seconds);
+    return try_scene(tried, insertion.path, seconds);
+  });
+  std::cout << (options.json ? to_json(machine, scene, diagnosis) + "\n"
+                             : to_text(machine, scene, diagnosis));
+  return diagnosis.fit == std::size_t{0} ? kExitOk : kExitFailed;
+}
+
+}  // namespace brachy

@@ -1,0 +1,150 @@
+#include <gtest/gtest.h>
+
+#include "apps/doctor/doctor_report.h"
+#include "apps/doctor/fitting.h"
+#include "core/scene/load_body.h"
+#include "tests/apps/apps_testing.h"
+
+namespace brachy {
+namespace {
+
+using namespace test;
+
+/// 1,000 ticks of which 99 in 100 take no more than this.
+TrialResult ticks_of(double p99_ms, std::uint64_t missed = 0, std::uint64_t control_missed = 0) {
+  return {.ticks = 1000 - missed,
+          .missed = missed,
+          .control_ticks = 1000 - control_missed,
+          .control_missed = control_missed,
+          .tick_p50_ms = 0.5 * p99_ms,
+          .tick_p99_ms = p99_ms,
+          .tick_max_ms = 1.2 * p99_ms,
+          .lateness_p99_ms = 0.1};
+}
+
+Trial trial(double hz, const TrialResult& result) {
+  return {"psi31", 12, hz, {}, result};
+}
+
+TEST(Doctor, ASceneFitsThatLeavesRoomAndMissesNoMoreThanTheMachine) {
+  EXPECT_TRUE(fits(trial(200, ticks_of(3.7))));
+  EXPECT_FALSE(fits(trial(200, ticks_of(3.8)))) << "three quarters of 5 ms";
+  EXPECT_TRUE(fits(trial(200, ticks_of(1, 2)))) << "one in a thousand, and one";
+  EXPECT_FALSE(fits(trial(200, ticks_of(1, 3))));
+  EXPECT_TRUE(fits(trial(200, ticks_of(1, 12, 10)))) << "the machine misses as many";
+  EXPECT_FALSE(fits(trial(200, TrialResult{})));
+}
+
+TEST(Doctor, ALowerRateLeavesRoom) {
+  EXPECT_EQ(lower_rate(trial(200, ticks_of(5))), 150);
+  EXPECT_EQ(lower_rate(trial(200, ticks_of(6))), 100);
+  EXPECT_EQ(lower_rate(trial(200, ticks_of(1, 50))), 150) << "one that misses although its ticks are short";
+  EXPECT_EQ(lower_rate(trial(1000, ticks_of(1.4))), 500);
+  EXPECT_EQ(lower_rate(trial(200, ticks_of(80))), std::nullopt);
+}
+
+TEST(Doctor, CheaperModelsAreChartedToBeCheaperAndTheMostAccurateOnesFirst) {
+  Scene scene;
+  scene.model.kernel = "elastic";
+  const auto models = cheaper_models(scene, load_body(scene), stored_comparison());
+  ASSERT_FALSE(models.empty());
+  for (std::size_t i = 1; i < models.size(); ++i) {
+    EXPECT_GE(models[i].error_mm, models[i - 1].error_mm);
+    EXPECT_LT(models[i].tick_ms, models[i - 1].tick_ms);
+  }
+  EXPECT_NE(models.front().kernel, "elastic");
+}
+
+/// Scenes whose ticks take as long as `cost_ms` says of the kernel.
+Diagnosis diagnosed(const Scene& scene, const std::function<double(const Scene&)>& cost_ms) {
+  return diagnose(scene, [&](const Scene& tried) { return ticks_of(cost_ms(tried)); });
+}
+
+TEST(Doctor, ASceneThatFitsIsTriedOnce) {
+  const Diagnosis d = diagnosed(Scene{}, [](const Scene&) { return 1; });
+  EXPECT_EQ(d.tried.size(), 1u);
+  EXPECT_EQ(d.fit, 0u);
+}
+
+TEST(Doctor, KeepsTheModelWhereHalfTheRateWillDo) {
+  const Diagnosis d = diagnosed(Scene{}, [](const Scene&) { return 6; });
+  ASSERT_TRUE(d.fit.has_value());
+  EXPECT_EQ(d.tried[*d.fit].deformation_hz, 100);
+  EXPECT_EQ(d.tried[*d.fit].kernel, "psi31");
+}
+
+TEST(Doctor, ElseTakesACheaperModelAtTheScenesRate) {
+  Scene scene;
+  scene.model.kernel = "elastic";
+  const Diagnosis d = diagnosed(scene, [](const Scene& s) { return s.model.kernel == "elastic" ? 30 : 2; });
+  ASSERT_TRUE(d.fit.has_value());
+  EXPECT_EQ(d.tried[*d.fit].deformation_hz, 200);
+  EXPECT_NE(d.tried[*d.fit].kernel, "elastic");
+}
+
+TEST(Doctor, AndWhereNoModelWillDoTheScenesOwnAsSlowAsItMustBe) {
+  const Diagnosis d = diagnosed(Scene{}, [](const Scene&) { return 30; });
+  ASSERT_TRUE(d.fit.has_value());
+  EXPECT_EQ(d.tried[*d.fit].deformation_hz, 20);
+  EXPECT_EQ(d.tried[*d.fit].support_radius_mm, 12);
+  EXPECT_FALSE(diagnosed(Scene{}, [](const Scene&) { return 90; }).fit.has_value());
+}
+
+TEST(Doctor, AnswersInASentenceWithTheKeysThatAreToBeWritten) {
+  Scene scene;
+  const Diagnosis heavy = diagnosed(scene, [](const Scene&) { return 6; });
+  Machine machine;
+  machine.period_s = scene.period_s();
+  const std::string text = to_text(machine, scene, heavy);
+  EXPECT_TRUE(
+      text.starts_with("The scene is too heavy for this machine. psi31 (support 12 mm) at 200 Hz: a tick "
+                       "takes 6.00 ms of 5.0 (p99), 0 of 1000 missed. This fits: psi31 (support 12 mm) "
+                       "at 100 Hz: a tick takes 6.00 ms of 10.0 (p99), 0 of 1000 missed.\n"
+                       "  in the scene:\n    [rates]\n    deformation_hz = 100\n"))
+      << text;
+  const auto json = nlohmann::json::parse(to_json(machine, scene, heavy));
+  EXPECT_EQ(json.at("fits"), false);
+  EXPECT_EQ(json.at("take").at("deformation_hz"), 100);
+  EXPECT_EQ(json.at("take").at("kernel"), "psi31");
+  EXPECT_EQ(json.at("take").at("support_radius_mm"), 12);
+}
+
+TEST(Doctor, SaysWhereTheMachineIsToBlame) {
+  Machine busy;
+  busy.period_s = 0.005;
+  for (int i = 0; i < 100; ++i) busy.lateness_ns.record(2'000'000);
+  const Diagnosis heavy = diagnosed(Scene{}, [](const Scene&) { return 6; });
+  EXPECT_NE(to_text(busy, Scene{}, heavy)
+                .find("wakes even an idle thread 2.0 ms late (p99): free it of other work, or give"),
+            std::string::npos);
+}
+
+TEST(Doctor, OfTheRealDaemonSaysWhatItMeasured) {
+  TempFolder folder;
+  const std::string scene = folder.write("scene.toml", small_scene());
+  const Ended ended = run_brachyd({"doctor", "--config", scene, "--seconds", "0.5", "--json"});
+  const auto json = json_of(ended);
+  ASSERT_FALSE(json.is_discarded()) << ended.out << ended.err;
+  // Whether it fits is the machine's business, which may be busy.
+  EXPECT_TRUE(exited(ended, json.at("fits").get<bool>() ? 0 : 1));
+  EXPECT_GE(json.at("machine").at("cores").get<int>(), 1);
+  EXPECT_GT(json.at("machine").at("wakeup_lateness_ms").at("max").get<double>(), 0);
+  EXPECT_EQ(json.at("machine").at("sched_fifo").at("granted").get<bool>(),
+            json.at("machine").at("sched_fifo").at("refusal").get<std::string>().empty());
+  EXPECT_EQ(json.at("scene").at("points"), 3000);
+  const auto& own = json.at("tried").at(0);
+  EXPECT_EQ(own.at("kernel"), "psi31");
+  EXPECT_EQ(own.at("deformation_hz"), 200);
+  EXPECT_GT(own.at("ticks").get<int>(), 0);
+  EXPECT_GT(own.at("tick_ms").at("p99").get<double>(), 0);
+}
+
+TEST(Doctor, RefusesABadSceneAsTheDaemonDoes) {
+  TempFolder folder;
+  const std::string scene = folder.write("scene.toml", small_scene("prot = 1\n"));
+  EXPECT_TRUE(refused_in_one_line(run_brachyd({"doctor", "--config", scene}), {scene + ":6", "server.prot"}));
+  EXPECT_TRUE(refused_in_one_line(run_brachyd({"doctor", "--config", "/none.toml"}), {"no such scene file"}));
+}
+
+}  // namespace
+}  // namespace brachy
