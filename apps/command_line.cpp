@@ -42,6 +42,8 @@ DaemonOptions parse_daemon_line(int argc, char** argv, std::optional<int>& exit_
       "  brachyd --config config/session.toml --session out/monday   keeps every seed, ends with a report\n"
       "  brachyd --check-config my.toml                     says what is wrong with a scene, or that nothing "
       "is\n"
+      "  brachyd doctor --config my.toml                    says whether this machine can run it\n"
+      "SIGHUP reads the scene file again.\n"
       "Exit codes: 0 ended cleanly, 1 failed while running, 2 bad scene, mesh or usage, or the port is in "
       "use.");
   app.add_option("--config", options.config, "scene file (TOML); default: the built-in phantom");
@@ -76,7 +78,24 @@ DaemonOptions parse_daemon_line(int argc, char** argv, std::optional<int>& exit_
                  "say every so many seconds what was done in them: to the log, with --json as a line of JSON")
       ->check(durations());
   app.add_flag("--json", options.json, "print the closing summary as JSON on standard output");
+  double doctor_s = 10;
+  auto* doctor =
+      app.add_subcommand("doctor", "what this machine grants, and whether the scene is too heavy for it");
+  doctor->footer(
+      "Examples:\n"
+      "  brachyd doctor                                         the default scene\n"
+      "  brachyd doctor --config my.toml                        a sentence, and what to write into the "
+      "scene\n"
+      "  brachyd doctor --config my.toml --seconds 60 --json    for longer, and for machines\n"
+      "The scene runs here as brachyd would run it, with needles that go in and out, on a port of its own.\n"
+      "Exit codes: 0 the scene fits, 1 it does not, 2 bad scene or usage.");
+  doctor->add_option("--config", options.config, "scene file (TOML); default: the built-in phantom");
+  doctor->add_option("--seconds", doctor_s, "of each measurement (default 10)")->check(durations());
+  doctor->add_option("--simd", options.simd, "instruction set of the field evaluation; default: the scene's")
+      ->check(simd_choices());
+  doctor->add_flag("--json", options.json, "print all that was found as JSON");
   exit_code = parse(app, argc, argv);
+  if (*doctor) options.doctor_s = doctor_s;
   if (check_option->count()) {
     options.config = check;
     options.check_config = true;

@@ -29,6 +29,7 @@ struct DaemonOptions {
   bool control_thread = false;
   bool insecure_allow_remote = false;
   std::optional<double> report_every_s;  ///< none: only the closing summary
+  std::optional<double> doctor_s;  ///< `brachyd doctor`: look at machine and scene for so long each, and end
   bool json = false;
 };
 

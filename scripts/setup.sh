@@ -13,7 +13,7 @@ set -euo pipefail
 
 packages=(cmake ninja-build g++ lld ccache libeigen3-dev libboost-dev libassimp-dev libcli11-dev libtomlplusplus-dev
           libspdlog-dev nlohmann-json3-dev libgtest-dev libbenchmark-dev libssl-dev libcap-dev libsystemd-dev
-          python3 openssl curl)
+          pkgconf python3 openssl curl)
 fuzz=(clang-14 libclang-rt-14-dev)
 for option in "$@"; do
   case $option in

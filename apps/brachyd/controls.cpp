@@ -90,7 +90,12 @@ std::string Controls::change_model(const net::ControlMessage& message, const std
   return begin(scene, true, net::EventKind::kNote, "model: " + name_of(model) + " (" + who + ")");
 }
 
-std::string Controls::begin(const Scene& scene, bool goes_on, net::EventKind kind, const std::string& what) {
+std::string Controls::take_up(const Scene& scene, const std::string& what, Done done) {
+  return begin(scene, true, net::EventKind::kNote, what, std::move(done));
+}
+
+std::string Controls::begin(const Scene& scene, bool goes_on, net::EventKind kind, const std::string& what,
+                            Done done) {
   if (is_recorded_)
     return "a session is being recorded, which is to replay as it was: end it first, or start brachyd "
            "without --session";
@@ -98,9 +103,11 @@ std::string Controls::begin(const Scene& scene, bool goes_on, net::EventKind kin
   next_kind_ = kind;
   next_what_ = what;
   next_model_ = scene;
+  next_done_ = std::move(done);
   runs_.begin(next_model_, goes_on, [this](const std::string& why) {
     announce(net::EventKind::kWarning, "not done: " + next_what_ + ": " + why);
     server_.tell_state();
+    if (const Done failed = std::exchange(next_done_, nullptr)) failed(why);
   });
   return {};
 }
@@ -110,6 +117,7 @@ void Controls::seen(std::uint64_t run) {
   model_ = next_model_;
   announce(next_kind_, next_what_);
   server_.tell_state();
+  if (const Done done = std::exchange(next_done_, nullptr)) done("");
 }
 
 bool Controls::has_script() const {

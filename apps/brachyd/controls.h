@@ -19,6 +19,7 @@ namespace brachy {
 class Controls {
  public:
   using Log = std::function<void(const std::string&)>;
+  using Done = std::function<void(const std::string& failure)>;  ///< "" once it is in use
 
   /// Everything outlives this. `is_recorded`: a session is, which must stay what its files say.
   Controls(const Scene& scene, std::span<const std::unique_ptr<SwitchedDevice>> devices, SimulationRuns& runs,
@@ -35,6 +36,12 @@ class Controls {
   /// The scripted needles from their beginning; as ask().
   std::string play(bool loop);
 
+  /// Goes on with a scene of the same tissue and needles. "" where it will be tried, of which `done` is told then; else why
+  /// not. `what` is announced.
+  std::string take_up(const Scene& scene, const std::string& what, Done done);
+
+  const Scene& scene() const { return model_; }  ///< in use
+  bool is_preparing() const { return runs_.is_preparing(); }
   net::ControlsState state() const;
 
   /// The newest snapshot's run.
@@ -43,7 +50,8 @@ class Controls {
  private:
   bool has_script() const;  ///< for any needle
   std::string stop();
-  std::string begin(const Scene& scene, bool goes_on, net::EventKind kind, const std::string& what);
+  std::string begin(const Scene& scene, bool goes_on, net::EventKind kind, const std::string& what,
+                    Done done = nullptr);
   std::string change_model(const net::ControlMessage& message, const std::string& who);
   void announce(net::EventKind kind, const std::string& text);
 
@@ -51,6 +59,7 @@ class Controls {
   Scene next_model_;  // being prepared, as the next
   std::string next_what_;
   net::EventKind next_kind_ = net::EventKind::kNote;
+  Done next_done_;                                            // empty: nobody waits
   std::span<const std::unique_ptr<SwitchedDevice>> devices_;  // by needle
   SimulationRuns& runs_;
   net::Server& server_;

@@ -1,5 +1,7 @@
 #include "apps/brachyd/daemon.h"
 
+#include <fmt/format.h>
+#include <pthread.h>
 #include <spdlog/spdlog.h>
 
 #include <boost/asio/io_context.hpp>
@@ -21,6 +23,10 @@
 #include "apps/brachyd/network_log.h"
 #include "apps/brachyd/recorded_session.h"
 #include "apps/brachyd/scene_message.h"
+#include "apps/brachyd/service/loop_pulse.h"
+#include "apps/brachyd/service/metrics_text.h"
+#include "apps/brachyd/service/scene_reload.h"
+#include "apps/brachyd/service/service_manager.h"
 #include "apps/brachyd/simulation_runs.h"
 #include "apps/brachyd/snapshot_loop.h"
 #include "apps/brachyd/tick_events.h"
@@ -53,6 +59,18 @@ std::vector<Vec3> surface_vertices(const Tissue& tissue) {
   return {first, first + static_cast<std::ptrdiff_t>(tissue.surface_count)};
 }
 
+constexpr int kFeedsPerWatchdog = 4;
+
+/// As top -H and ps -L show it.
+void name_thread(const char* name) {
+  pthread_setname_np(pthread_self(), name);
+}
+
+double wall_clock_s() {
+  const auto since_1970 = std::chrono::system_clock::now().time_since_epoch();
+  return std::chrono::duration<double>(since_1970).count();
+}
+
 net::Quantiles quantiles_ms(const Histogram& ns) {
   const auto ms = [&](double q) { return 1e-6 * static_cast<double>(ns.quantile(q)); };
   return {ns.count(), ms(0.5), ms(0.99), ms(0.999), 1e-6 * static_cast<double>(ns.max())};
@@ -78,7 +96,9 @@ class Daemon::Impl {
                 plan_ ? plan_->seeds(scene.template_grid) : std::vector<PlannedSeed>()),
         force_link_(needle_count_, force_outputs()),
         server_(io_, server_options(scene, options, needle_count_), simulator().tissue(), handlers()),
-        controls_(scene, devices_, runs_, server_, log_, session_ != nullptr) {
+        controls_(scene, devices_, runs_, server_, log_, session_ != nullptr),
+        reload_(io_, workers_, controls_, reload_handlers()),
+        pulse_(scene.period_s(), monotonic_ns()) {
     spdlog::info("engine: {}, {} thread{}", to_string(simulator().simd_target()), scene.engine.threads,
                  scene.engine.threads == 1 ? "" : "s");
     server_.show_scene(make_scene_message(scene, plan_, structures_));
@@ -87,10 +107,14 @@ class Daemon::Impl {
         throw UserError(refusal);
     const int http_port = options.http_port.value_or(scene.server.http_port);
     if (http_port >= 0)
-      http_.emplace(io_, server_, net::HttpOptions{static_cast<std::uint16_t>(http_port)}, viewer_files(),
-                    log_);
+      http_.emplace(io_, server_, http_options(static_cast<std::uint16_t>(http_port)), viewer_files(), log_);
     if (const auto igtl = igtl_options(scene, options))
       igtl_.emplace(io_, *igtl, server_, simulator().tissue(), log_);
+  }
+
+  ~Impl() {
+    workers_.stop();
+    workers_.join();  // what is being made there looks at what is destroyed next
   }
 
   const net::Server& server() const { return server_; }
@@ -109,6 +133,9 @@ class Daemon::Impl {
       signals_.cancel();
       duration.cancel();
       is_ending_ = true;
+      manager_.stopping();
+      hangups_.cancel();
+      watchdog_timer_.cancel();
       cycle_timer_.cancel();
       report_timer_.cancel();
       if (igtl_) igtl_->stop();
@@ -121,6 +148,7 @@ class Daemon::Impl {
       spdlog::info("signal {}: ending", number);
       end();
     });
+    await_hangup();
     if (options_.duration_s) {
       duration.expires_after(std::chrono::nanoseconds(std::llround(*options_.duration_s * 1e9)));
       duration.async_wait([&](const auto& error) {
@@ -134,6 +162,7 @@ class Daemon::Impl {
     if (options_.report_every_s) report_next(start_ns);
     std::promise<std::string> granted;
     std::jthread deformation([&](const std::stop_token& stop) {
+      name_thread("deformation");
       const RealtimeGrant grant =
           request_realtime({scene_.realtime.fifo_priority, scene_.realtime.lock_memory});
       drop_capabilities();
@@ -146,26 +175,37 @@ class Daemon::Impl {
     std::jthread control;
     if (options_.control_thread || scene_.realtime.control_thread)
       control = std::jthread([&](const std::stop_token& stop) {
+        name_thread("control");
         request_realtime({scene_.realtime.fifo_priority, false});  // woken on the same terms
         drop_capabilities();
         run_control_loop(stop, scene_.period_s(), control_writer_);
       });
     // Only those two ask the kernel for anything. What this thread creates from here on has its capabilities: none.
     drop_capabilities();
-    boost::asio::post(workers_, drop_capabilities);
+    boost::asio::post(workers_, [] {
+      name_thread("worker");
+      drop_capabilities();
+    });
     std::jthread snapshots([&](const std::stop_token& stop) {
+      name_thread("snapshot");
       summary.snapshots = run_snapshot_loop(stop, scene_.rates.snapshot_hz, state_reader_,
                                             [&](auto state) { deliver(std::move(state)); });
     });
     std::jthread dose([&](const std::stop_token& stop) {
+      name_thread("dose");
       summary.dose = run_dose_loop(stop, structures_, dose_settings(), std::move(surface), fallen_reader_,
                                    [&](net::DoseMessage message) { deliver_dose(std::move(message)); });
     });
     summary.realtime = granted.get_future().get();
     if (scene_.realtime.fifo_priority || scene_.realtime.lock_memory) spdlog::info("{}", summary.realtime);
+    pulse_.see(monotonic_ns());  // up to here nothing was to tick
+    manager_.ready(status());
+    if (const auto period = manager_.watchdog()) feed_watchdog(*period / kFeedsPerWatchdog);
 
     io_.run();
-    workers_.join();
+    // What a worker still makes, nobody needs any more: it may take seconds.
+    workers_.stop();
+    summary.is_worker_busy = runs_.is_making() || reload_.is_running();
 
     // In this order: what the deformation did last is in the last snapshot.
     for (std::jthread* thread : {&deformation, &snapshots, &dose, &control}) {
@@ -256,7 +296,7 @@ class Daemon::Impl {
   }
   void cycle_forces() {
     const std::int64_t now_ns = monotonic_ns();
-    if (force_reader_.update()) force_link_.take(force_reader_.value(), now_ns);
+    take_tick(now_ns);
     force_link_.cycle(now_ns);
     is_cycling_ = force_link_.is_active();
     if (!is_cycling_) return;
@@ -266,6 +306,92 @@ class Daemon::Impl {
     cycle_timer_.async_wait([this](const auto& error) {
       if (!error && !is_ending_) cycle_forces();
     });
+  }
+
+  /// The newest tick, if it is new.
+  void take_tick(std::int64_t now_ns) {
+    if (!force_reader_.update()) return;
+    pulse_.see(force_reader_.value().start_ns);
+    force_link_.take(force_reader_.value(), now_ns);
+  }
+
+  /// Tells the service manager that the daemon lives: while this thread and the deformation loop do.
+  void feed_watchdog(std::chrono::microseconds every) {
+    watchdog_timer_.expires_after(every);
+    watchdog_timer_.async_wait([this, every](const auto& error) {
+      if (error || is_ending_) return;
+      take_tick(monotonic_ns());
+      if (pulse_.has_ticked()) manager_.alive(status());
+      feed_watchdog(every);
+    });
+  }
+
+  /// One line for the service manager.
+  std::string status() {
+    loop_reader_.update();
+    const LoopStatistics& loop = loop_reader_.value();
+    const std::size_t clients = server_.client_count();
+    return fmt::format("{}:{}, {} client{}, {} ticks, {} missed", server_.address(), server_.port(), clients,
+                       clients == 1 ? "" : "s", loop.ticks, loop.overruns);
+  }
+
+  void await_hangup() {
+    hangups_.async_wait([this](const auto& error, int) {
+      if (error || is_ending_) return;
+      if (options_.config)
+        reload_.ask();
+      else
+        spdlog::warn("SIGHUP: there is no scene file to read again; start brachyd with --config FILE");
+      await_hangup();
+    });
+  }
+
+  SceneReload::Handlers reload_handlers() {
+    SceneReload::Handlers h;
+    h.read = [options = options_] { return read_scene(options); };
+    h.begins = [this] { manager_.reloading(); };
+    h.ends = [this](const std::string& outcome) {
+      if (!is_ending_) manager_.ready(outcome);
+    };
+    return h;
+  }
+
+  net::HttpOptions http_options(std::uint16_t port) {
+    net::HttpOptions o;
+    o.port = port;
+    o.pages["/healthz"] = {false, [this] { return health(); }};
+    o.pages["/metrics"] = {
+        true, [this] {
+          return net::MadePage::Content{200, "text/plain; version=0.0.4; charset=utf-8", metrics()};
+        }};
+    return o;
+  }
+
+  net::MadePage::Content health() {
+    const std::int64_t now_ns = monotonic_ns();
+    take_tick(now_ns);
+    const std::string failure = pulse_.failure(now_ns);
+    return {failure.empty() ? 200 : 503, "text/plain; charset=utf-8",
+            (failure.empty() ? "ok" : failure) + "\n"};
+  }
+
+  std::string metrics() {
+    const net::StateMessage state = server_.state();  // with it loop_reader_ and control_reader_ are new
+    return metrics_text({.simd = std::string(to_string(simulator().simd_target())),
+                         .start_time_s = start_time_s_,
+                         .loop = loop_reader_.value(),
+                         .control = control_reader_.value(),
+                         .scene = controls_.scene(),
+                         .state = state,
+                         .clients = server_.role_counts(),
+                         .igtl_clients = igtl_ ? igtl_->client_count() : 0,
+                         .connections_refused = server_.gate().refused(),
+                         .wrong_tokens = server_.gate().wrong_tokens(),
+                         .forces_replaced = server_.forces_replaced(),
+                         .interventions = force_link_.interventions(),
+                         .seeds = seeds_,
+                         .reloads_done = reload_.done(),
+                         .reloads_refused = reload_.refused()});
   }
 
   /// Every so often, while the daemon runs.
@@ -305,7 +431,11 @@ class Daemon::Impl {
   // A seed is in the ledger before anybody is told of it.
   void deliver(std::shared_ptr<const MeshState> state) {
     if (session_) keep(*state);
-    boost::asio::post(io_, [this, run = state->run] { controls_.seen(run); });
+    boost::asio::post(io_, [this, run = state->run, seeds = state->seed_count] {
+      seeds_ = seeds;
+      controls_.seen(run);
+      reload_.go_on();
+    });
     for (net::EventMessage& event : events_.update(*state)) announce(std::move(event));
     if (igtl_) igtl_->publish(state);
     server_.publish(std::move(state));
@@ -365,7 +495,8 @@ class Daemon::Impl {
 
   boost::asio::signal_set signals_{io_, SIGINT,
                                    SIGTERM};  // from here on: one that comes before run() is not lost
-  NetworkLog network_log_;                    // io thread
+  boost::asio::signal_set hangups_{io_, SIGHUP};
+  NetworkLog network_log_;  // io thread
   const std::function<void(const std::string&)> log_ = [this](const std::string& line) {
     network_log_.info(line);
   };
@@ -378,7 +509,13 @@ class Daemon::Impl {
   net::Server server_;
   std::optional<net::HttpListener> http_;      // its sessions are server_'s
   std::optional<net::igtl::IgtlServer> igtl_;  // none: off
-  Controls controls_;                          // io thread
+  Controls controls_;                          // io thread, as all below
+  SceneReload reload_;
+  LoopPulse pulse_;
+  ServiceManager manager_;
+  boost::asio::steady_timer watchdog_timer_{io_};
+  const double start_time_s_ = wall_clock_s();
+  std::uint32_t seeds_ = 0;  // of the newest snapshot
   std::function<void()> end_ = [] {};
 };
 

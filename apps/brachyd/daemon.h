@@ -29,6 +29,7 @@ struct DaemonSummary {
   std::string session;                ///< the session's folder and what is in it; empty: none was asked for
   std::uint64_t wrong_tokens = 0;     ///< shown by clients
   std::uint64_t forces_replaced = 0;  ///< messages with forces that a newer one replaced before they left
+  bool is_worker_busy = false;        ///< it still makes a simulator that nobody waits for; ~Daemon would
 };
 
 /// The running system: simulation, devices and server, and the only place that creates threads.
@@ -38,7 +39,7 @@ struct DaemonSummary {
 ///   dose thread         200 Hz   seeds that fell → dose → server
 ///   control thread      200 Hz   nothing, if asked for: what the machine itself misses
 ///   workers             1        another simulator when an operator asks for one
-///   io thread                    run()'s caller: sockets, signals, poses in, frames out; ≤ 1 kHz forces out
+///   io thread                    run()'s caller: sockets, signals, poses in, frames out; ≤ 1 kHz forces out; systemd
 class Daemon {
  public:
   /// Loads what the scene names and binds the ports. Throws UserError.
@@ -53,7 +54,7 @@ class Daemon {
   std::optional<std::uint16_t> igtl_port() const;  ///< none: off
   const std::string& igtl_address() const;         ///< precondition: it is on
 
-  /// Runs until SIGINT, SIGTERM, the options' duration, or stop(). Once only. From here on neither the calling thread nor
+  /// Runs until SIGINT, SIGTERM, the options' duration, or stop(); SIGHUP reads the scene file again. Once only. From here on neither the calling thread nor
   /// any that it creates has a capability.
   DaemonSummary run();
 

@@ -6,7 +6,9 @@
 #include <filesystem>
 
 #include "apps/tissue_box.h"
+#include "core/choice/choice.h"
 #include "core/scene/load_tissue.h"
+#include "core/scene/scene_file.h"
 #include "haptics/trajectory/needle_trajectories.h"
 #include "net/access/token_file.h"
 
@@ -35,6 +37,16 @@ net::TlsContext load_tls(const Scene& scene) {
 }
 
 }  // namespace
+
+Scene read_scene(const DaemonOptions& options) {
+  Scene scene = options.config ? load_scene(*options.config) : Scene{};
+  if (!options.simd.empty()) scene.engine.simd = options.simd;
+  if (options.trajectory) scene.device.trajectory = std::filesystem::absolute(*options.trajectory).string();
+  std::string choice;
+  scene = with_choice(scene, &choice);
+  if (!choice.empty()) spdlog::info("{}", choice);
+  return scene;
+}
 
 Tissue load_simulated_tissue(const Scene& scene) {
   LoadedTissue loaded = load_tissue(scene);

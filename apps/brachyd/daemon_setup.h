@@ -16,6 +16,9 @@ namespace brachy {
 
 // From a scene to the parts of a daemon. All throw UserError for what the scene names and is not there or not good.
 
+/// The scene that the options name, with what they and `auto` put in its place; logs what was chosen.
+Scene read_scene(const DaemonOptions& options);
+
 /// Loads the tissue and says what it found.
 Tissue load_simulated_tissue(const Scene& scene);
 

@@ -46,6 +46,7 @@ void run_deformation_loop(const std::stop_token& stop, SimulationRun& first,
     if (state.run != run->number) run->fit(state);
     run->simulator.step(std::span<const NeedlePose>(poses), state);
     forces.slot().copy_from(state);
+    forces.slot().start_ns = start_ns;
     forces.publish();
     state.overruns = measured.overruns;
     measured.certificates.add(state.certificate, state.step_flags,

@@ -1,28 +1,27 @@
+#include <spdlog/sinks/ostream_sink.h>
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
+#include <unistd.h>
 
 #include <csignal>
 #include <cstdio>
+#include <cstdlib>
 #include <iostream>
 
 #include "apps/brachyd/daemon.h"
+#include "apps/brachyd/daemon_setup.h"
+#include "apps/brachyd/service/patient_stderr.h"
 #include "apps/brachyd/summary_report.h"
 #include "apps/command_line.h"
-#include "core/choice/choice.h"
+#include "apps/doctor/doctor.h"
 #include "core/error.h"
-#include "core/scene/scene_file.h"
 
 namespace {
 
 using namespace brachy;
 
 int run(const DaemonOptions& options) {
-  Scene scene = options.config ? load_scene(*options.config) : Scene{};
-  if (!options.simd.empty()) scene.engine.simd = options.simd;
-  if (options.trajectory) scene.device.trajectory = std::filesystem::absolute(*options.trajectory).string();
-  std::string choice;
-  scene = with_choice(scene, &choice);
-  if (!choice.empty()) spdlog::info("{}", choice);
+  const Scene scene = read_scene(options);
   if (options.check_config) {
     DaemonOptions any_port = options;
     any_port.port = 0;  // a scene is good whether or not another daemon runs
@@ -42,6 +41,7 @@ int run(const DaemonOptions& options) {
   const DaemonSummary summary = daemon.run();
   std::cerr << to_text(summary);
   if (options.json) std::cout << to_json(summary) << std::endl;
+  if (summary.is_worker_busy) std::_Exit(kExitOk);  // all is said and closed; not to wait seconds for nothing
   return kExitOk;
 }
 
@@ -51,13 +51,20 @@ int main(int argc, char** argv) {
   // A log that nobody reads any more, or a file that may not grow, ends nothing: the write fails, and says so.
   std::signal(SIGPIPE, SIG_IGN);
   std::signal(SIGXFSZ, SIG_IGN);
-  spdlog::set_default_logger(spdlog::stderr_color_mt("brachyd"));
+  static PatientStderr& patient_stderr = *new PatientStderr(STDERR_FILENO);  // cerr is flushed after all else
+  if (patient_stderr.is_needed()) {
+    std::cerr.rdbuf(&patient_stderr);
+    spdlog::set_default_logger(std::make_shared<spdlog::logger>(
+        "brachyd", std::make_shared<spdlog::sinks::ostream_sink_mt>(std::cerr)));
+  } else {
+    spdlog::set_default_logger(spdlog::stderr_color_mt("brachyd"));
+  }
   spdlog::set_pattern("%H:%M:%S.%e %^%l%$ %v");
   std::optional<int> exit_code;
   const DaemonOptions options = parse_daemon_line(argc, argv, exit_code);
   if (exit_code) return *exit_code;
   try {
-    return run(options);
+    return options.doctor_s ? doctor(options) : run(options);
   } catch (const UserError& e) {
     std::cerr << "brachyd: " << e.what() << "\n";
     return kExitBadInput;

@@ -25,6 +25,8 @@ class SimulationRuns {
   SimulationRun& in_use() { return *in_use_; }
   TripleBuffer<SimulationRun*>::Reader& reader() { return reader_; }  ///< deformation thread
 
+  /// One is being made: `workers` will be done only then.
+  bool is_making() const { return is_preparing_ && !next_; }
   /// Asked for and not yet in use.
   bool is_preparing() const { return is_preparing_; }
 

@@ -20,6 +20,7 @@ struct NeedleTick {
 /// What of a tick decides what the hands get: published every tick, not with the 30 Hz snapshots.
 struct TickForces {
   std::uint64_t tick = 0;
+  std::int64_t start_ns = 0;        ///< when the tick began (set by the loop); 0: before the first
   std::vector<NeedleTick> needles;  ///< by id
 
   explicit TickForces(std::size_t needle_count = 0) : needles(needle_count) {}

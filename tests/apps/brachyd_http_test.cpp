@@ -1,12 +1,10 @@
 // brachyd's HTTP port, from outside: the viewer's files and the WebSocket.
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/tcp.hpp>
-#include <boost/asio/read.hpp>
-#include <boost/asio/write.hpp>
 #include <chrono>
 #include <csignal>
 
-#include "tests/apps/running_brachyd.h"
+#include "tests/apps/http_get.h"
 #include "tests/net/http/websocket_peer.h"
 
 namespace brachy {
@@ -24,28 +22,6 @@ struct BrachydHttp : ::testing::Test {
   tcp::acceptor taken{io, {boost::asio::ip::make_address("127.0.0.1"), 0}};
   std::string taken_port = std::to_string(taken.local_endpoint().port());
 
-  /// From the daemon's second line; 0 without.
-  static std::uint16_t http_port(RunningBrachyd& daemon) {
-    constexpr std::string_view kSays = "http on 127.0.0.1:";
-    const auto line = daemon.process.read_line();
-    if (!line || !line->starts_with(kSays)) {
-      ADD_FAILURE() << "brachyd's second line: " << line.value_or("none");
-      return 0;
-    }
-    return static_cast<std::uint16_t>(std::stoi(line->substr(kSays.size())));
-  }
-
-  std::string get(std::uint16_t port, const std::string& target) {
-    tcp::socket socket(io);
-    socket.connect({boost::asio::ip::address_v4::loopback(), port});
-    boost::asio::write(socket, boost::asio::buffer("GET " + target + " HTTP/1.1\r\nHost: localhost:" +
-                                                   std::to_string(port) + "\r\nConnection: close\r\n\r\n"));
-    std::string reply;
-    boost::system::error_code end;
-    boost::asio::read(socket, boost::asio::dynamic_buffer(reply), end);
-    return reply;
-  }
-
   template <class Condition>
   static bool until(WebSocketPeer& page, Condition&& condition) {
     const auto end = std::chrono::steady_clock::now() + ChildProcess::kDeadline;
@@ -59,10 +35,10 @@ TEST_F(BrachydHttp, ServesThePageAndItsWebSocketAndEndsWithPagesOpen) {
   const std::uint16_t port = http_port(daemon);
   ASSERT_NE(port, 0);
   ASSERT_NE(port, daemon.port);
-  const std::string page = get(port, "/");
+  const std::string page = http_get(port, "/");
   EXPECT_TRUE(page.starts_with("HTTP/1.1 200 OK\r\n")) << page.substr(0, 400);
   EXPECT_NE(page.find("<html"), std::string::npos);
-  EXPECT_TRUE(get(port, "/../../../etc/passwd").starts_with("HTTP/1.1 404 "));
+  EXPECT_TRUE(http_get(port, "/../../../etc/passwd").starts_with("HTTP/1.1 404 "));
 
   WebSocketPeer reading(io, port), stalled(io, port, 4096);
   for (WebSocketPeer* peer : {&reading, &stalled}) {
