@@ -23,10 +23,9 @@
 #include "apps/brachyd/network_log.h"
 #include "apps/brachyd/recorded_session.h"
 #include "apps/brachyd/scene_message.h"
-#include "apps/brachyd/service/loop_pulse.h"
 #include "apps/brachyd/service/metrics_text.h"
 #include "apps/brachyd/service/scene_reload.h"
-#include "apps/brachyd/service/service_manager.h"
+#include "apps/brachyd/service/service_watch.h"
 #include "apps/brachyd/simulation_runs.h"
 #include "apps/brachyd/snapshot_loop.h"
 #include "apps/brachyd/tick_events.h"
@@ -58,8 +57,6 @@ std::vector<Vec3> surface_vertices(const Tissue& tissue) {
   const auto first = tissue.rest_vertices.begin();
   return {first, first + static_cast<std::ptrdiff_t>(tissue.surface_count)};
 }
-
-constexpr int kFeedsPerWatchdog = 4;
 
 /// As top -H and ps -L show it.
 void name_thread(const char* name) {
@@ -97,8 +94,8 @@ class Daemon::Impl {
         force_link_(needle_count_, force_outputs()),
         server_(io_, server_options(scene, options, needle_count_), simulator().tissue(), handlers()),
         controls_(scene, devices_, runs_, server_, log_, session_ != nullptr),
-        reload_(io_, workers_, controls_, reload_handlers()),
-        pulse_(scene.period_s(), monotonic_ns()) {
+        watch_(io_, scene.period_s(), {[this] { take_tick(monotonic_ns()); }, [this] { return status(); }}),
+        reload_(io_, workers_, controls_, watch_, options) {
     spdlog::info("engine: {}, {} thread{}", to_string(simulator().simd_target()), scene.engine.threads,
                  scene.engine.threads == 1 ? "" : "s");
     server_.show_scene(make_scene_message(scene, plan_, structures_));
@@ -133,9 +130,8 @@ class Daemon::Impl {
       signals_.cancel();
       duration.cancel();
       is_ending_ = true;
-      manager_.stopping();
-      hangups_.cancel();
-      watchdog_timer_.cancel();
+      watch_.end();
+      reload_.stop();
       cycle_timer_.cancel();
       report_timer_.cancel();
       if (igtl_) igtl_->stop();
@@ -148,7 +144,6 @@ class Daemon::Impl {
       spdlog::info("signal {}: ending", number);
       end();
     });
-    await_hangup();
     if (options_.duration_s) {
       duration.expires_after(std::chrono::nanoseconds(std::llround(*options_.duration_s * 1e9)));
       duration.async_wait([&](const auto& error) {
@@ -198,9 +193,7 @@ class Daemon::Impl {
     });
     summary.realtime = granted.get_future().get();
     if (scene_.realtime.fifo_priority || scene_.realtime.lock_memory) spdlog::info("{}", summary.realtime);
-    pulse_.see(monotonic_ns());  // up to here nothing was to tick
-    manager_.ready(status());
-    if (const auto period = manager_.watchdog()) feed_watchdog(*period / kFeedsPerWatchdog);
+    watch_.begin();
 
     io_.run();
     // What a worker still makes, nobody needs any more: it may take seconds.
@@ -311,19 +304,8 @@ class Daemon::Impl {
   /// The newest tick, if it is new.
   void take_tick(std::int64_t now_ns) {
     if (!force_reader_.update()) return;
-    pulse_.see(force_reader_.value().start_ns);
+    watch_.see(force_reader_.value().start_ns);
     force_link_.take(force_reader_.value(), now_ns);
-  }
-
-  /// Tells the service manager that the daemon lives: while this thread and the deformation loop do.
-  void feed_watchdog(std::chrono::microseconds every) {
-    watchdog_timer_.expires_after(every);
-    watchdog_timer_.async_wait([this, every](const auto& error) {
-      if (error || is_ending_) return;
-      take_tick(monotonic_ns());
-      if (pulse_.has_ticked()) manager_.alive(status());
-      feed_watchdog(every);
-    });
   }
 
   /// One line for the service manager.
@@ -333,27 +315,6 @@ class Daemon::Impl {
     const std::size_t clients = server_.client_count();
     return fmt::format("{}:{}, {} client{}, {} ticks, {} missed", server_.address(), server_.port(), clients,
                        clients == 1 ? "" : "s", loop.ticks, loop.overruns);
-  }
-
-  void await_hangup() {
-    hangups_.async_wait([this](const auto& error, int) {
-      if (error || is_ending_) return;
-      if (options_.config)
-        reload_.ask();
-      else
-        spdlog::warn("SIGHUP: there is no scene file to read again; start brachyd with --config FILE");
-      await_hangup();
-    });
-  }
-
-  SceneReload::Handlers reload_handlers() {
-    SceneReload::Handlers h;
-    h.read = [options = options_] { return read_scene(options); };
-    h.begins = [this] { manager_.reloading(); };
-    h.ends = [this](const std::string& outcome) {
-      if (!is_ending_) manager_.ready(outcome);
-    };
-    return h;
   }
 
   net::HttpOptions http_options(std::uint16_t port) {
@@ -368,9 +329,7 @@ class Daemon::Impl {
   }
 
   net::MadePage::Content health() {
-    const std::int64_t now_ns = monotonic_ns();
-    take_tick(now_ns);
-    const std::string failure = pulse_.failure(now_ns);
+    const std::string failure = watch_.failure();
     return {failure.empty() ? 200 : 503, "text/plain; charset=utf-8",
             (failure.empty() ? "ok" : failure) + "\n"};
   }
@@ -495,8 +454,7 @@ class Daemon::Impl {
 
   boost::asio::signal_set signals_{io_, SIGINT,
                                    SIGTERM};  // from here on: one that comes before run() is not lost
-  boost::asio::signal_set hangups_{io_, SIGHUP};
-  NetworkLog network_log_;  // io thread
+  NetworkLog network_log_;                    // io thread
   const std::function<void(const std::string&)> log_ = [this](const std::string& line) {
     network_log_.info(line);
   };
@@ -510,10 +468,8 @@ class Daemon::Impl {
   std::optional<net::HttpListener> http_;      // its sessions are server_'s
   std::optional<net::igtl::IgtlServer> igtl_;  // none: off
   Controls controls_;                          // io thread, as all below
+  ServiceWatch watch_;
   SceneReload reload_;
-  LoopPulse pulse_;
-  ServiceManager manager_;
-  boost::asio::steady_timer watchdog_timer_{io_};
   const double start_time_s_ = wall_clock_s();
   std::uint32_t seeds_ = 0;  // of the newest snapshot
   std::function<void()> end_ = [] {};

@@ -49,8 +49,8 @@ int doctor(const DaemonOptions& options) {
   std::cerr << fmt::format("doctor: the machine's clock, {:g} s\n", seconds);
   const Machine machine = look_at_machine(scene, seconds);
   const Diagnosis diagnosis = diagnose(scene, [&](const Scene& tried) {
-    std::cerr << fmt::format("doctor: {} at {:g} Hz, {:g} s\n", tried.model.kernel,
-                             tried.rates.deformation_hz, seconds);
+    std::cerr << fmt::format("doctor: {}, support {:g} mm, at {:g} Hz, {:g} s\n", tried.model.kernel,
+                             tried.model.support_radius_mm, tried.rates.deformation_hz, seconds);
     return try_scene(tried, insertion.path, seconds);
   });
   std::cout << (options.json ? to_json(machine, scene, diagnosis) + "\n"

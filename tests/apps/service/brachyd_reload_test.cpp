@@ -116,5 +116,15 @@ TEST_F(BrachydReload, WhileAModelIsMadeTheDaemonEndsAllTheSame) {
   EXPECT_EQ(ended.err.find("scene read again: region"), std::string::npos) << "it waited for the model";
 }
 
+TEST_F(BrachydReload, SignalsThatComeTogetherEndItAllTheSame) {
+  RunningBrachyd daemon(scene);
+  Peer viewer;
+  ASSERT_TRUE(viewer.join(daemon.port));
+  for (int i = 0; i < 20; ++i) daemon.process.send_signal(SIGHUP);
+  daemon.process.send_signal(SIGTERM);
+  daemon.process.send_signal(SIGHUP);
+  EXPECT_TRUE(exited(daemon.process.wait(), 0));
+}
+
 }  // namespace
 }  // namespace brachy
