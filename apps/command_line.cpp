@@ -8,11 +8,12 @@
 namespace brachy {
 namespace {
 
-constexpr const char* kVersion = "brachy " BRACHY_VERSION;
-
 // CLI11's own exit codes are 100 and up; ours are ExitCode.
 std::optional<int> parse(CLI::App& app, int argc, char** argv) {
-  app.set_version_flag("--version", kVersion);
+  app.set_version_flag(
+      "--version",
+      [&] { return app.count("--json") ? version_json(app.get_name()) : version_text(app.get_name()); },
+      "print version and protocol, with --json also what it is built on, and exit");
   app.failure_message([](const CLI::App* a, const CLI::Error& e) {
     return a->get_name() + ": " + e.what() + "\nTry --help.\n";
   });
@@ -111,7 +112,12 @@ ToolOptions parse_tool_line(int argc, char** argv, std::optional<int>& exit_code
                             add_deform(app),    add_dose(app),   add_inspect(app), add_compare(app),
                             add_stability(app), add_zwidth(app), add_advise(app),  add_plot_force(app),
                             add_metrics(app),   add_score(app),  add_plan(app),    add_token(app)};
+  const auto* json = app.add_flag("--json")->description("with --version: print it as JSON");
   exit_code = parse(app, argc, argv);
+  if (!exit_code && *json) {
+    std::cerr << "brachy: --json before a command goes with --version alone\nTry --help.\n";
+    exit_code = kExitBadInput;
+  }
   if (exit_code) return {};
   for (const ToolLine& tool : tools) {
     if (!*tool.command) continue;

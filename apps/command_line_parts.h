@@ -43,4 +43,8 @@ CLI::Validator between(double least, double most);  ///< CLI::Range, but NaN is 
 CLI::Validator durations();                         ///< seconds
 CLI::Validator simd_choices();
 
+/// What --version prints, and with --json.
+std::string version_text(const std::string& program);
+std::string version_json(const std::string& program);
+
 }  // namespace brachy

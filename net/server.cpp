@@ -181,8 +181,9 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
       if (auto refusal = leases_.lend(holder, hello.needle, welcome.needle)) return refusal;
       tell_attached(device_info(session, welcome.needle));
     }
-    log("client " + std::to_string(session.id()) + " '" + hello.name + "' from " + session.address() +
-        " joined");
+    const std::string software = hello.software.empty() ? "" : " (" + hello.software + ")";
+    log("client " + std::to_string(session.id()) + " '" + hello.name + "'" + software + " from " +
+        session.address() + " joined");
     welcome.session = session.id();
     welcome.role = hello.role;
     welcome.subscription = hello.subscription;

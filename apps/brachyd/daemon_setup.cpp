@@ -9,6 +9,7 @@
 #include "core/choice/choice.h"
 #include "core/scene/load_tissue.h"
 #include "core/scene/scene_file.h"
+#include "core/version.h"
 #include "haptics/trajectory/needle_trajectories.h"
 #include "net/access/token_file.h"
 
@@ -93,7 +94,7 @@ net::ServerOptions server_options(const Scene& scene, const DaemonOptions& optio
   s.hello_timeout = std::chrono::milliseconds(scene.server.hello_timeout_ms);
   s.silence_timeout = std::chrono::milliseconds(scene.server.silence_timeout_ms);
   s.stall_timeout = std::chrono::milliseconds(scene.server.stall_timeout_ms);
-  s.server_name = "brachyd " BRACHY_VERSION;
+  s.server_name = "brachyd " + version();
   s.topology_name = scene.name;
   s.deformation_hz = scene.rates.deformation_hz;
   s.snapshot_hz = scene.rates.snapshot_hz;

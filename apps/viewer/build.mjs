@@ -11,7 +11,8 @@ import {build} from 'esbuild';
 const MOST_BYTES = 300_000;  // gzipped
 const here = dirname(fileURLToPath(import.meta.url));
 const {values} = parseArgs({options: {out: {type: 'string', default: join(here, 'dist')}, protocol: {type: 'string'}}});
-const common = {bundle: true, target: 'es2022', logLevel: 'warning', legalComments: 'none', absWorkingDir: here};
+const {version} = JSON.parse(readFileSync(join(here, 'package.json'), 'utf8'));
+const common = {bundle: true, define: {VIEWER_VERSION: JSON.stringify(version)}, target: 'es2022', logLevel: 'warning', legalComments: 'none', absWorkingDir: here};
 
 const script = await build({...common, entryPoints: ['src/main.ts'], minify: true, format: 'iife', write: false, outdir: 'unused',
                             loader: {'.css': 'css'}, banner: {js: '/* three.js and uPlot: MIT licence */'}});

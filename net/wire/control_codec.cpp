@@ -8,6 +8,7 @@ namespace {
 
 constexpr std::uint16_t kDeviceSection = 1;  // of HELLO and of WELCOME
 constexpr std::uint16_t kTokenSection = 2;   // of HELLO
+constexpr std::uint16_t kSoftwareSection = 3;
 constexpr std::uint16_t kSafetySection = 1;  // of STATE
 constexpr std::uint16_t kControlsSection = 2;
 
@@ -132,7 +133,7 @@ void encode_body(const HelloMessage& message, Bytes& out) {
   writer.f64(message.limits.rate_hz);
   writer.text(message.name, kMaxNameBytes);
   const bool has_device = message.needle != kAnyNeedle || message.device_flags != 0;
-  writer.u32((has_device ? 1 : 0) + (message.token ? 1 : 0));
+  writer.u32((has_device ? 1 : 0) + (message.token ? 1 : 0) + (message.software.empty() ? 0 : 1));
   if (has_device) {
     write_section_head(writer, kDeviceSection, 8);
     writer.u16(message.needle);
@@ -142,6 +143,12 @@ void encode_body(const HelloMessage& message, Bytes& out) {
   if (message.token) {
     write_section_head(writer, kTokenSection, kTokenBytes);
     out.insert(out.end(), message.token->begin(), message.token->end());
+  }
+  if (!message.software.empty()) {
+    Bytes payload;
+    ByteWriter(payload).text(message.software, kMaxNameBytes);
+    write_section_head(writer, kSoftwareSection, payload.size());
+    out.insert(out.end(), payload.begin(), payload.end());
   }
 }
 
@@ -158,8 +165,10 @@ DecodeResult decode_body(std::span<const std::byte> body, HelloMessage& message)
   message.needle = kAnyNeedle;
   message.device_flags = 0;
   message.token.reset();
+  message.software.clear();
   read_known_sections(reader, [&](std::uint16_t id, ByteReader& section) {
     if (id == kTokenSection) return read_token(section, message), true;
+    if (id == kSoftwareSection) return message.software = section.text(kMaxNameBytes), true;
     if (id != kDeviceSection) return false;
     message.needle = section.u16();
     message.device_flags = section.u16();

@@ -94,6 +94,7 @@ struct HelloMessage {
   std::uint16_t needle = kAnyNeedle;  ///< asked for; section DEVICE, which is left out where both say nothing
   std::uint16_t device_flags = 0;     ///< DeviceFlag bits
   std::optional<Token> token;         ///< section TOKEN; never in a log or another message
+  std::string software;               ///< name and version; section SOFTWARE, left out where empty
 };
 
 struct WelcomeMessage {

@@ -5,6 +5,8 @@
 #include <chrono>
 #include <csignal>
 
+#include "core/simd/simd_target.h"
+#include "core/version.h"
 #include "tests/apps/peer.h"
 #include "tests/apps/running_brachyd.h"
 
@@ -278,7 +280,27 @@ TEST_F(Brachyd, ExplainsItself) {
   EXPECT_NE(help.out.find("--check-config"), std::string::npos);
   const Ended version = run_brachyd({"--version"});
   EXPECT_TRUE(exited(version, 0));
-  EXPECT_TRUE(version.out.starts_with("brachy ")) << version.out;
+  EXPECT_EQ(version.out, "brachyd " + brachy::version() + ", protocol 1\n");
+}
+
+TEST_F(Brachyd, SaysWhatItIsBuiltOn) {
+  const auto of = [](const Ended& ended) {
+    EXPECT_TRUE(exited(ended, 0));
+    return nlohmann::json::parse(ended.out);
+  };
+  auto daemon = of(run_brachyd({"--version", "--json"})), tools = of(run_brachy({"--version", "--json"}));
+  EXPECT_EQ(daemon.at("program"), "brachyd");
+  EXPECT_EQ(tools.at("program"), "brachy");
+  daemon.erase("program"), tools.erase("program");
+  EXPECT_EQ(daemon, tools);
+  EXPECT_EQ(daemon.at("version"), brachy::version());
+  EXPECT_EQ(daemon.at("protocol"), 1);
+  EXPECT_NE(daemon.at("build").at("flags").get<std::string>().find("-ffp-contract=off"), std::string::npos);
+  EXPECT_TRUE(find_simd_target(daemon.at("simd").at("best").get<std::string>()));
+  for (const char* library :
+       {"libsystemd", "Eigen", "Boost", "OpenSSL", "assimp", "CLI11", "tomlplusplus", "spdlog", "fmt"})
+    EXPECT_NE(daemon.at("libraries").at(library), "") << library;
+  EXPECT_TRUE(exited(run_brachy({"--json", "token", "x"}), 2)) << "a command has a --json of its own";
 }
 
 }  // namespace

@@ -1,8 +1,10 @@
 // Well-behaved clients: what they are told and when.
 #include "net/server.h"
 
+#include <algorithm>
 #include <thread>
 
+#include "core/version.h"
 #include "tests/net/net_testing.h"
 #include "tests/net/raw_peer.h"
 
@@ -29,6 +31,18 @@ TEST_F(ServerTest, GreetsWithWelcomeTopologyAndAFullFrame) {
   ASSERT_TRUE(until([&] { return viewer->frames.size() == 1; }));
   EXPECT_TRUE(viewer->frames[0].full);
   EXPECT_EQ(viewer->client.mesh().positions(), simulation.state().deformed_vertices);
+}
+
+TEST_F(ServerTest, BothSidesAreToldWhatSoftwareTheOtherIs) {
+  ServerOptions options;
+  options.server_name = "brachyd 7.1";
+  start(options);
+  const auto viewer = join();
+  ASSERT_TRUE(until([&] { return viewer->topologies == 1; }));
+  EXPECT_EQ(viewer->welcome.server, "brachyd 7.1");
+  EXPECT_TRUE(std::ranges::any_of(log, [](const std::string& line) {
+    return line.find(" (brachy " + version() + ") from ") != std::string::npos;
+  }));
 }
 
 TEST_F(ServerTest, ALateJoinerGetsTheFullStateAtOnceAndBothSeeTheSame) {

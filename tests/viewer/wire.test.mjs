@@ -130,7 +130,7 @@ test('what the viewer says has the bytes of the page', () => {
   hello[hello.length - 6] = 0;    // and does not work out a force itself
   assert.deepEqual(viewer.encodeHello({role: 2, subscription: 2, name: 'touch', device: {needle: 2, rateHz: 1000}, token: null}), hello);
   const token = Uint8Array.from({length: 32}, (_, i) => 0xe0 + i);
-  assert.deepEqual(viewer.encodeHello({role: 3, subscription: 0, name: 'desk', device: null, token}), bodyOf('HELLO_TOKEN'));
+  assert.deepEqual(viewer.encodeHello({role: 3, subscription: 0, name: 'desk', device: null, token, software: 'desk 2.1'}), bodyOf('HELLO_TOKEN'));
 
   const header = viewer.encodeMessage(13, 20, 0x3b9acd20n, viewer.encodeDrop(2, true));
   assert.deepEqual(header, golden.get('DROP'));

@@ -8,6 +8,7 @@
 #include <fstream>
 
 #include "apps/brachyd/service/exposition.h"
+#include "core/version.h"
 #include "haptics/pose_guard.h"
 
 namespace brachy {
@@ -114,9 +115,8 @@ void add_process(Exposition& out, double start_time_s) {
 std::string metrics_text(const DaemonMetrics& m) {
   Exposition out;
   out.family("brachy_build_info", "gauge", "Always 1; the labels say what runs.");
-  out.sample(
-      1,
-      {{"version", BRACHY_VERSION}, {"protocol", std::to_string(net::kProtocolVersion)}, {"simd", m.simd}});
+  out.sample(1,
+             {{"version", version()}, {"protocol", std::to_string(net::kProtocolVersion)}, {"simd", m.simd}});
   out.family("brachy_model_info", "gauge", "Always 1; the labels say what is in use.");
   out.sample(1, {{"kernel", m.scene.model.kernel},
                  {"support_radius_mm", fmt::format("{:g}", m.scene.model.support_radius_mm)}});

@@ -141,6 +141,17 @@ TEST(Codec, AnOldClientsHelloAsksForAnyNeedle) {
   EXPECT_EQ(decoded.device_flags, 0);
 }
 
+TEST(Codec, AServerSkipsASectionOfHelloThatItDoesNotKnow) {
+  Bytes body = body_of(sample_hello_with_token());
+  HelloMessage decoded;
+  ASSERT_TRUE(decode_body(body, decoded).is_good());
+  EXPECT_EQ(decoded.software, "desk 2.1");
+  body[body.size() - 18] = std::byte{77};  // SOFTWARE's id, as a server of before 0.1.0 reads it
+  ASSERT_TRUE(decode_body(body, decoded).is_good());
+  EXPECT_EQ(decoded.software, "");
+  EXPECT_TRUE(decoded.token);
+}
+
 TEST(Codec, EveryTruncationAndEveryAdditionIsRefused) {
   for (const auto& [type, body] : sample_bodies()) {
     Bytes reencoded;

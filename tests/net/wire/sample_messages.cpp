@@ -15,7 +15,7 @@ NeedleForces sample_forces() {
 }
 
 std::size_t held(const HelloMessage& m) {
-  return m.name.capacity();
+  return m.name.capacity() + m.software.capacity();
 }
 std::size_t held(const WelcomeMessage& m) {
   return m.server.capacity() + m.units.capacity() + m.frame.capacity();
@@ -113,6 +113,7 @@ HelloMessage sample_hello_with_token() {
   hello.name = "desk";
   Token& token = hello.token.emplace();
   for (std::size_t i = 0; i < token.size(); ++i) token[i] = static_cast<std::byte>(0xE0 + i);
+  hello.software = "desk 2.1";
   return hello;
 }
 

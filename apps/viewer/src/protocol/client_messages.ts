@@ -1,6 +1,11 @@
 // What this viewer says: bodies of HELLO, POSE, PING, DROP, CONTROL.
 import {ByteWriter} from './bytes.js';
 
+declare const VIEWER_VERSION: string;  // the build's
+
+/** What this page says it is. */
+export const SOFTWARE = `brachyd viewer ${VIEWER_VERSION}`;
+
 export interface Hello {
   role: number;
   subscription: number;
@@ -9,6 +14,8 @@ export interface Hello {
   device: {needle: number; rateHz: number} | null;
   /** 32 bytes, for a daemon that wants them. */
   token: Uint8Array | null;
+  /** Name and version; absent: not told. */
+  software?: string;
 }
 
 export function encodeHello(hello: Hello): Uint8Array {
@@ -21,7 +28,7 @@ export function encodeHello(hello: Hello): Uint8Array {
   writer.f64(NaN);
   writer.f64(hello.device ? hello.device.rateHz : NaN);
   writer.text(hello.name);
-  writer.u16((hello.device ? 1 : 0) + (hello.token ? 1 : 0));
+  writer.u16((hello.device ? 1 : 0) + (hello.token ? 1 : 0) + (hello.software ? 1 : 0));
   writer.u16(0);
   if (hello.device) {
     writer.u16(1);
@@ -36,6 +43,15 @@ export function encodeHello(hello: Hello): Uint8Array {
     writer.u16(0);
     writer.u32(hello.token.length);
     writer.raw(hello.token);
+  }
+  if (hello.software) {
+    const payload = new ByteWriter();
+    payload.text(hello.software);
+    const bytes = payload.result();
+    writer.u16(3);
+    writer.u16(0);
+    writer.u32(bytes.length);
+    writer.raw(bytes);
   }
   return writer.result();
 }

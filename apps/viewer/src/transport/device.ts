@@ -1,5 +1,5 @@
 // The needle in the mouse's hand: a second connection with the role device.
-import {encodeDrop, encodeHello, encodePose} from '../protocol/client_messages.js';
+import {SOFTWARE, encodeDrop, encodeHello, encodePose} from '../protocol/client_messages.js';
 import {MessageType} from '../protocol/header.js';
 import {ANY_NEEDLE, Role, Subscription} from '../protocol/server_messages.js';
 import type {Endpoint} from './endpoint.js';
@@ -20,7 +20,7 @@ export class Device {
     this.socket = new Socket(endpoint.url, {
       opened: () => this.socket.send(MessageType.Hello, encodeHello({
         role: Role.Device, subscription: Subscription.NoMesh, name: 'viewer, by hand',
-        device: {needle: wanted < 0 ? ANY_NEEDLE : wanted, rateHz: 30}, token: endpoint.token,
+        device: {needle: wanted < 0 ? ANY_NEEDLE : wanted, rateHz: 30}, token: endpoint.token, software: SOFTWARE,
       })),
       message: (message) => {
         if (message.kind !== 'welcome') return;

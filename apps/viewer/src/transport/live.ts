@@ -1,6 +1,6 @@
 // The connection to a daemon: keeps a Session fed, and comes back by itself.
 import type {Session} from '../model/session.js';
-import {encodeControl, encodeDrop, encodeHello, type Control} from '../protocol/client_messages.js';
+import {SOFTWARE, encodeControl, encodeDrop, encodeHello, type Control} from '../protocol/client_messages.js';
 import {MessageType} from '../protocol/header.js';
 import type {Message} from '../protocol/message.js';
 import {ErrorCode, Role, Subscription, type ServerError} from '../protocol/server_messages.js';
@@ -51,7 +51,7 @@ export class LiveConnection {
     this.status = {phase: 'connecting', problem};
     const socket: Socket = new Socket(this.endpoint.url, {
       opened: () => socket.send(MessageType.Hello, encodeHello({
-        role: this.role, name: 'viewer', device: null, token: this.endpoint.token,
+        role: this.role, name: 'viewer', device: null, token: this.endpoint.token, software: SOFTWARE,
         subscription: Subscription.Scene | (this.volume ? 0 : Subscription.Surface),
       })),
       message: (message, size) => this.receive(socket, message, size),
