@@ -7,6 +7,7 @@
 #include <variant>
 #include <vector>
 
+#include "apps/slices/slice.h"
 #include "core/math/rigid_transform.h"
 
 namespace brachy {
@@ -131,6 +132,8 @@ struct CompareOptions {
   std::optional<std::filesystem::path> json, markdown;  ///< files to write
   std::vector<std::string> models, scenes;              ///< beginnings of names; empty: all
   bool quick = false;                                   ///< listed models only, ticks timed for less long
+  std::optional<Slice> slice;                           ///< of the rows; written to `json`
+  std::vector<std::filesystem::path> merge;             ///< slices' files, instead of running anything
 };
 
 struct StabilityOptions {
@@ -140,6 +143,8 @@ struct StabilityOptions {
   std::optional<std::filesystem::path> out;   ///< folder of the table and the charts' data
   std::vector<std::string> sweeps;            ///< names; empty: all
   bool quick = false;                         ///< fewer and smaller cases
+  std::optional<Slice> slice;                 ///< of the sweeps; written to `json`
+  std::vector<std::filesystem::path> merge;   ///< slices' files, instead of sweeping anything
 };
 
 struct ZWidthOptions {

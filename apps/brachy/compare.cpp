@@ -6,6 +6,7 @@
 #include "apps/brachy/output_file.h"
 #include "apps/brachy/tools.h"
 #include "apps/compare/compare_beads.h"
+#include "apps/compare/compare_slices.h"
 #include "apps/compare/report.h"
 #include "apps/terminal/progress.h"
 #include "core/error.h"
@@ -50,12 +51,59 @@ std::vector<std::filesystem::path> choose_scenes(const CompareOptions& options) 
   return folders;
 }
 
+/// The time of a tick that every slice takes, so that times on different machines can be compared.
+std::optional<double> yardstick_ms(const ReferenceScene& scene, const Effort& effort) {
+  for (const ModelEntry& model : all_models(false)) {
+    if (model.name != kYardstick) continue;
+    const CompareRow row = measure(model, scene, effort);
+    if (row.error.empty()) return row.tick_ms;
+  }
+  return std::nullopt;
+}
+
+std::vector<CompareRow> run(const std::vector<ReferenceScene>& scenes, const std::vector<ModelEntry>& models,
+                            const Slice& slice, const Effort& effort) {
+  const auto slices = static_cast<std::size_t>(slice.count);
+  const std::size_t most = (scenes.size() * models.size() + slices - 1) / slices;
+  std::vector<CompareRow> rows;
+  Progress progress("compare");
+  for (std::size_t s = 0; s < scenes.size(); ++s) {
+    for (std::size_t m = 0; m < models.size(); ++m) {
+      if (!ComparePlan::has_row(slice, s, m)) continue;
+      progress.show_step(rows.size(), most, scenes[s].name + ", " + models[m].name);
+      rows.push_back(measure(models[m], scenes[s], effort));
+      if (rows.back().error.empty()) continue;
+      progress.finish();
+      std::cerr << fmt::format("compare: {}, {}: {}\n", scenes[s].name, models[m].name, rows.back().error);
+    }
+  }
+  return rows;
+}
+
+/// The table is printed and written, and so is the JSON; whether any model had an answer.
+int report(const CompareOptions& options, const std::vector<CompareRow>& rows, const std::string& json,
+           const std::string& below_table = "") {
+  const std::string table = to_markdown(rows) + below_table;
+  if (options.json) write_text(*options.json, json);
+  if (options.markdown) write_text(*options.markdown, table);
+  std::cout << table;
+  // A slice may have none: that is for the merge to say.
+  if (options.slice || std::ranges::any_of(rows, [](const CompareRow& row) { return row.error.empty(); }))
+    return kExitOk;
+  std::cerr << "brachy: no model had an answer for any scene\n";
+  return kExitFailed;
+}
+
 }  // namespace
 
 int compare(const CompareOptions& options) {
   if (options.beads) return compare_beads(*options.beads, options.json, std::cout);
   check_folder_of(options.json);
   check_folder_of(options.markdown);
+  if (!options.merge.empty()) {
+    const MergedComparison merged = merge_comparison(options.merge);
+    return report(options, merged.rows, merged.json, "\n" + merged.times);
+  }
   const std::vector<ModelEntry> models = choose_models(options);
   const auto folders = choose_scenes(options);
   Effort effort;
@@ -64,29 +112,13 @@ int compare(const CompareOptions& options) {
   std::vector<ReferenceScene> scenes;  // all of them first, so that a bad file is known at once
   scenes.reserve(folders.size());
   for (const auto& folder : folders) scenes.push_back(load_reference_scene(folder));
-  std::vector<CompareRow> rows;
-  std::size_t answered = 0;
-  Progress progress("compare");
-  for (const ReferenceScene& scene : scenes) {
-    for (const ModelEntry& model : models) {
-      progress.show_step(rows.size(), scenes.size() * models.size(), scene.name + ", " + model.name);
-      rows.push_back(measure(model, scene, effort));
-      answered += rows.back().error.empty();
-      if (rows.back().error.empty()) continue;
-      progress.finish();
-      std::cerr << fmt::format("compare: {}, {}: {}\n", scene.name, model.name, rows.back().error);
-    }
-  }
-  progress.finish();
-  const std::string table = to_markdown(rows);
-  if (options.json) write_text(*options.json, to_json(rows, options.quick));
-  if (options.markdown) write_text(*options.markdown, table);
-  std::cout << table;
-  if (answered == 0) {
-    std::cerr << "brachy: no model had an answer for any scene\n";
-    return kExitFailed;
-  }
-  return kExitOk;
+  const std::vector<CompareRow> rows = run(scenes, models, options.slice.value_or(Slice{}), effort);
+  if (!options.slice) return report(options, rows, to_json(rows, options.quick));
+
+  ComparePlan plan{.quick = options.quick, .scenes = {}, .models = {}};
+  for (const ReferenceScene& scene : scenes) plan.scenes.push_back(scene.name);
+  for (const ModelEntry& model : models) plan.models.push_back(model.name);
+  return report(options, rows, to_json(plan, *options.slice, yardstick_ms(scenes.at(0), effort), rows));
 }
 
 }  // namespace brachy

@@ -1,11 +1,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <fstream>
 #include <iostream>
 
 #include "apps/brachy/output_file.h"
 #include "apps/brachy/tools.h"
-#include "apps/stability/sweeps.h"
+#include "apps/stability/stability_slices.h"
 #include "apps/terminal/progress.h"
 #include "core/error.h"
 #include "core/scene/scene_file.h"
@@ -26,29 +27,66 @@ std::vector<Sweep> choose_sweeps(const std::vector<std::string>& wanted) {
   return sweeps;
 }
 
-}  // namespace
-
-int stability(const StabilityOptions& options) {
-  const std::vector<Sweep> sweeps = choose_sweeps(options.sweeps);
-  check_folder_of(options.json);
+/// What each of the sweeps finds, by itself.
+std::vector<StabilityReport> run(const std::vector<Sweep>& sweeps, const StabilityOptions& options) {
   StabilityScene scene(options.scene ? load_scene(*options.scene) : Scene{}, options.quick);
-  if (options.out) {
-    std::error_code failed;
-    std::filesystem::create_directories(*options.out, failed);
-    if (failed) throw UserError(options.out->string() + ": cannot be made a folder: " + failed.message());
-  }
-  StabilityReport report{.quick = options.quick, .rows = {}, .curves = {}, .plane = {}};
+  std::vector<StabilityReport> parts;
   Progress progress("stability");
   double done = 0, all = 0;
   for (const Sweep& sweep : sweeps) all += sweep.weight;
   for (const Sweep& sweep : sweeps) {
     progress.show(done / all, sweep.name);
-    sweep.run(scene, report);
+    parts.push_back({.quick = options.quick, .rows = {}, .curves = {}, .plane = {}});
+    sweep.run(scene, parts.back());
     done += sweep.weight;
   }
-  progress.finish();
+  return parts;
+}
+
+template <class Part>
+void append(std::vector<Part>& to, const std::vector<Part>& from) {
+  to.insert(to.end(), from.begin(), from.end());
+}
+
+StabilityReport joined(const std::vector<StabilityReport>& parts, bool quick) {
+  StabilityReport report{.quick = quick, .rows = {}, .curves = {}, .plane = {}};
+  for (const StabilityReport& part : parts) {
+    append(report.rows, part.rows);
+    append(report.curves, part.curves);
+    append(report.plane, part.plane);
+  }
+  return report;
+}
+
+std::string text_of(const std::optional<std::filesystem::path>& file) {
+  if (!file) return "";
+  std::ifstream in(*file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+}  // namespace
+
+int stability(const StabilityOptions& options) {
+  const std::vector<Sweep> sweeps = choose_sweeps(options.sweeps);
+  check_folder_of(options.json);
+  if (options.out) {
+    std::error_code failed;
+    std::filesystem::create_directories(*options.out, failed);
+    if (failed) throw UserError(options.out->string() + ": cannot be made a folder: " + failed.message());
+  }
+  StabilityReport report;
+  if (!options.merge.empty()) {
+    report = merge_stability(options.merge);
+  } else {
+    const std::vector<Sweep> ours = options.slice ? sweeps_of(*options.slice, sweeps) : sweeps;
+    const std::vector<StabilityReport> parts = run(ours, options);
+    report = joined(parts, options.quick);
+    if (options.slice)
+      write_text(*options.json,
+                 to_json(*options.slice, sweeps, text_of(options.scene), options.quick, ours, parts));
+  }
   const std::string table = to_markdown(report.rows);
-  if (options.json) write_text(*options.json, to_json(report));
+  if (options.json && !options.slice) write_text(*options.json, to_json(report));
   if (options.out) {
     write_text(*options.out / "stability.md", table);
     write_text(*options.out / "curves.csv", to_csv(report.curves));
