@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Installs what building, testing and running need, where it is missing. Debian 12.
-#   scripts/setup.sh [--viewer] [--all] [--fuzz] [--charts] [--reference] [--pictures] [--latency]
+#   scripts/setup.sh [--viewer] [--all] [--fuzz] [--charts] [--reference] [--pictures] [--latency] [--packages]
 #     --viewer: also what building the viewer needs (node and npm)
 #     --all: also what `scripts/test.sh --all` needs (format; the viewer, a browser for its tests; OpenIGTLink's
 #            own programs, as peers; a wall clock that jumps; systemd's check of the unit; --fuzz)
@@ -8,12 +8,13 @@
 #     --charts: also what draws the charts of scripts/bench.sh
 #     --pictures: also what scripts/screenshots.sh needs, beside --all
 #     --latency: also what scripts/latency.sh compares with
+#     --packages: also what scripts/package_check.sh needs, with all its options
 #     --reference: also what scripts/reference needs (CalculiX and gmsh as programs, numpy, scipy)
 set -euo pipefail
 
 packages=(cmake ninja-build g++ lld ccache libeigen3-dev libboost-dev libassimp-dev libcli11-dev libtomlplusplus-dev
           libspdlog-dev nlohmann-json3-dev libgtest-dev libbenchmark-dev libssl-dev libcap-dev libsystemd-dev
-          pkgconf python3 openssl curl)
+          pkgconf python3 openssl curl dpkg-dev)
 fuzz=(clang-14 libclang-rt-14-dev)
 for option in "$@"; do
   case $option in
@@ -27,9 +28,10 @@ for option in "$@"; do
     --fuzz) packages+=("${fuzz[@]}") ;;
     --pictures) packages+=(pngquant) ;;
     --latency) packages+=(rt-tests) ;;
+    --packages) packages+=(debootstrap lintian systemd-container) ;;
     --charts) packages+=(python3-matplotlib python3-numpy) ;;
     --reference) packages+=(calculix-ccx gmsh python3-numpy python3-scipy) ;;
-    *) echo "setup: unknown option $option; there are --viewer, --all, --fuzz, --charts, --pictures, --latency and --reference" >&2; exit 2 ;;
+    *) echo "setup: unknown option $option; there are --viewer, --all, --fuzz, --charts, --pictures, --latency, --packages and --reference" >&2; exit 2 ;;
   esac
 done
 

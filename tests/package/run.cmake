@@ -1,4 +1,5 @@
-# Installs the built project into a scratch prefix, builds the README's program against it, and runs it.
+# Packs the Debian packages, unpacks them into a folder, builds the README's program against what they hold, and runs it; where there
+# is no dpkg, against what `cmake --install` leaves in a scratch prefix.
 # cmake -DBUILD=… -DSOURCE=… -DWORK=… -P run.cmake
 file(REMOVE_RECURSE ${WORK})
 function(run)
@@ -17,7 +18,38 @@ if(at EQUAL -1)
 endif()
 
 run(${CMAKE_COMMAND} --install ${BUILD} --prefix ${WORK}/prefix)
-run(${CMAKE_COMMAND} -S ${SOURCE}/tests/package -B ${WORK}/build -DCMAKE_PREFIX_PATH=${WORK}/prefix
+set(usr ${WORK}/prefix)
+find_program(DPKG_DEB dpkg-deb)
+find_program(DPKG_SHLIBDEPS dpkg-shlibdeps)
+if(DPKG_DEB AND DPKG_SHLIBDEPS)
+  # As fast as can be: this is about what is in them.
+  run(${CMAKE_CPACK_COMMAND} --config ${BUILD}/CPackConfig.cmake -B ${WORK}/packed -D CPACK_DEBIAN_COMPRESSION_TYPE=gzip
+      -D CPACK_STRIP_FILES=OFF)
+  set(usr ${WORK}/root/usr)
+  file(GLOB packages ${WORK}/packed/*.deb)
+  list(LENGTH packages count)
+  if(NOT count EQUAL 2)
+    message(FATAL_ERROR "brachyd and libbrachy-dev expected, not: ${packages}")
+  endif()
+  foreach(package ${packages})
+    run(${DPKG_DEB} -x ${package} ${WORK}/root)
+  endforeach()
+  # What `cmake --install` installs is in them, beside what only a system has.
+  file(GLOB_RECURSE installed RELATIVE ${WORK}/prefix LIST_DIRECTORIES false ${WORK}/prefix/*)
+  foreach(file ${installed})
+    if(NOT EXISTS ${usr}/${file})
+      message(FATAL_ERROR "in neither package: ${file}")
+    endif()
+  endforeach()
+  foreach(file etc/brachyd/scene.toml lib/systemd/system/brachyd.service usr/share/doc/brachyd/copyright
+               usr/share/doc/libbrachy-dev/copyright usr/share/man/man1/brachyd.1.gz)
+    if(NOT EXISTS ${WORK}/root/${file})
+      message(FATAL_ERROR "in neither package: /${file}")
+    endif()
+  endforeach()
+  run(${WORK}/root/usr/bin/brachyd --check-config ${WORK}/root/etc/brachyd/scene.toml)
+endif()
+run(${CMAKE_COMMAND} -S ${SOURCE}/tests/package -B ${WORK}/build -DCMAKE_PREFIX_PATH=${usr}
     -DCMAKE_BUILD_TYPE=Release)
 run(${CMAKE_COMMAND} --build ${WORK}/build)
 run(${WORK}/build/deform)
@@ -29,4 +61,4 @@ run(${WORK}/build/driver)
 if(NOT output MATCHES "^-0\\.5 N")
   message(FATAL_ERROR "unexpected force: ${output}")
 endif()
-run(${WORK}/prefix/bin/brachyd --check-config ${WORK}/prefix/share/brachy/prostate.toml)
+run(${usr}/bin/brachyd --check-config ${usr}/share/brachy/prostate.toml)

@@ -1,0 +1,82 @@
+# The manuals; and the Debian packages, which scripts/package.sh makes by CPack: brachyd, to run, and libbrachy-dev, to build against.
+# What only a system has (service, scene in /etc, documentation in /usr/share/doc) is no part of `cmake --install`.
+set(BRACHY_MAINTAINER "brachyd maintainers <brachyd@example.org>" CACHE STRING "whom the Debian packages name")
+set(BRACHY_RELEASE 1 CACHE STRING "the Debian packages' revision of this version")
+set(here ${CMAKE_CURRENT_LIST_DIR})
+
+if(NOT BRACHY_SANITIZE)
+  add_custom_command(
+    OUTPUT ${CMAKE_BINARY_DIR}/brachyd.1.gz ${CMAKE_BINARY_DIR}/brachy.1.gz
+    COMMAND python3 ${here}/man_pages.py $<TARGET_FILE:brachyd> $<TARGET_FILE:brachy> ${PROJECT_VERSION} ${CMAKE_BINARY_DIR}
+    DEPENDS brachyd brachy ${here}/man_pages.py
+    COMMENT "Writing the manuals"
+    VERBATIM)
+  add_custom_target(man_pages ALL DEPENDS ${CMAKE_BINARY_DIR}/brachyd.1.gz)
+  install(FILES ${CMAKE_BINARY_DIR}/brachyd.1.gz ${CMAKE_BINARY_DIR}/brachy.1.gz DESTINATION ${CMAKE_INSTALL_MANDIR}/man1
+          COMPONENT brachyd)
+endif()
+
+set(made ${CMAKE_BINARY_DIR}/deb)
+find_program(GZIP gzip)
+
+# zipped FILE NAME: FILE as made/NAME.gz, without a time in it. Made when CMake runs.
+function(zipped file name)
+  execute_process(COMMAND ${GZIP} -9nc ${file} OUTPUT_FILE ${made}/${name}.gz COMMAND_ERROR_IS_FATAL ANY)
+endfunction()
+
+function(system_files directory)
+  install(FILES ${ARGN} DESTINATION ${directory} COMPONENT brachyd EXCLUDE_FROM_ALL)
+endfunction()
+
+if(GZIP AND NOT BRACHY_SANITIZE)
+  file(MAKE_DIRECTORY ${made})
+  configure_file(${here}/changelog.in ${made}/changelog @ONLY)
+  zipped(${made}/changelog changelog.Debian)
+  zipped(${PROJECT_SOURCE_DIR}/net/PROTOCOL.md PROTOCOL.md)
+  configure_file(${PROJECT_SOURCE_DIR}/config/prostate.toml ${made}/scene.toml COPYONLY)
+  system_files(/etc/brachyd ${made}/scene.toml)
+  system_files(/lib/systemd/system ${PROJECT_SOURCE_DIR}/config/systemd/brachyd.service)
+  system_files(/usr/share/doc/brachyd ${here}/copyright ${made}/changelog.Debian.gz ${made}/PROTOCOL.md.gz
+               ${PROJECT_SOURCE_DIR}/net/IGTL.md)
+  install(FILES ${here}/copyright ${made}/changelog.Debian.gz DESTINATION /usr/share/doc/libbrachy-dev
+          COMPONENT dev EXCLUDE_FROM_ALL)
+endif()
+
+set(CPACK_GENERATOR DEB)
+set(CPACK_PACKAGE_CONTACT "${BRACHY_MAINTAINER}")
+set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
+set(CPACK_STRIP_FILES ON)
+set(CPACK_COMPONENTS_ALL brachyd dev)
+set(CPACK_DEB_COMPONENT_INSTALL ON)
+set(CPACK_COMPONENTS_GROUPING IGNORE)
+set(CPACK_INSTALL_DEFAULT_DIRECTORY_PERMISSIONS OWNER_READ OWNER_WRITE OWNER_EXECUTE GROUP_READ GROUP_EXECUTE WORLD_READ WORLD_EXECUTE)
+set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
+set(CPACK_DEBIAN_PACKAGE_RELEASE ${BRACHY_RELEASE})
+set(CPACK_DEBIAN_COMPRESSION_TYPE xz)
+
+set(CPACK_DEBIAN_BRACHYD_PACKAGE_NAME brachyd)
+set(CPACK_DEBIAN_BRACHYD_PACKAGE_SECTION science)
+set(CPACK_DEBIAN_BRACHYD_PACKAGE_SHLIBDEPS ON)
+set(CPACK_DEBIAN_BRACHYD_PACKAGE_CONTROL_EXTRA ${here}/postinst ${here}/prerm ${here}/postrm ${here}/conffiles)
+set(CPACK_DEBIAN_BRACHYD_PACKAGE_CONTROL_STRICT_PERMISSION ON)
+set(CPACK_DEBIAN_BRACHYD_DESCRIPTION
+    "real-time brachytherapy simulator: a needle deforms a prostate
+The daemon brachyd takes needle poses over TCP, deforms soft tissue around
+the needles 200 times a second and streams the result to any number of
+viewers, a browser and 3D Slicer among them. Trainees drop seeds to a plan,
+and their dose is scored. The tools of brachy replay, watch, record, plan,
+score and compare. The daemon is installed as a systemd service that listens
+on loopback.
+For research and training. Not a medical device.")
+
+set(CPACK_DEBIAN_DEV_PACKAGE_NAME libbrachy-dev)
+set(CPACK_DEBIAN_DEV_PACKAGE_SECTION libdevel)
+set(CPACK_DEBIAN_DEV_PACKAGE_DEPENDS
+    "libeigen3-dev (>= 3.4), libassimp-dev, libtomlplusplus-dev, libcap-dev")
+set(CPACK_DEBIAN_DEV_DESCRIPTION
+    "soft tissue deformed by landmarks: library of the simulator brachyd
+The engine of brachyd as a static C++20 library with its headers and CMake
+package (find_package(brachy), target brachy::core): radial basis functions
+of compact support and elastic models, needle contact, seeds, TG-43 dose. Also
+the header with which a haptic device works out its force by itself.")
+include(CPack)
