@@ -14,7 +14,7 @@ set -euo pipefail
 
 packages=(cmake ninja-build g++ lld ccache libeigen3-dev libboost-dev libassimp-dev libcli11-dev libtomlplusplus-dev
           libspdlog-dev nlohmann-json3-dev libgtest-dev libbenchmark-dev libssl-dev libcap-dev libsystemd-dev
-          pkgconf python3 openssl curl dpkg-dev)
+          pkgconf zlib1g-dev python3 openssl curl dpkg-dev)  # zlib: libassimp-dev forgets it
 fuzz=(clang-14 libclang-rt-14-dev)
 for option in "$@"; do
   case $option in

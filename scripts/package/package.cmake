@@ -72,7 +72,7 @@ For research and training. Not a medical device.")
 set(CPACK_DEBIAN_DEV_PACKAGE_NAME libbrachy-dev)
 set(CPACK_DEBIAN_DEV_PACKAGE_SECTION libdevel)
 set(CPACK_DEBIAN_DEV_PACKAGE_DEPENDS
-    "libeigen3-dev (>= 3.4), libassimp-dev, libtomlplusplus-dev, libcap-dev")
+    "libeigen3-dev (>= 3.4), libassimp-dev, libtomlplusplus-dev, libcap-dev, zlib1g-dev")  # libassimp-dev forgets the last
 set(CPACK_DEBIAN_DEV_DESCRIPTION
     "soft tissue deformed by landmarks: library of the simulator brachyd
 The engine of brachyd as a static C++20 library with its headers and CMake
