@@ -24,7 +24,7 @@ def check(program, binary, folder):
         sections[section.split()[1]] = section
     wanted = [("", help_of(binary))]
     if "\nSubcommands:\n" in wanted[0][1]:
-        names = re.findall(r"^  ([a-z][\w-]*) ", wanted[0][1].split("Subcommands:")[1], re.M)
+        names = re.findall(r"^  ([a-z][\w-]*) ", wanted[0][1].split("Subcommands:")[1].split("\n\n")[0], re.M)
         assert names, program
         wanted += [(name, help_of(binary, name)) for name in names]
     for name, said in wanted:
