@@ -35,7 +35,7 @@ def viewers(folder, short):
                         f"{alone['gap_ms']['max']:.1f} ms", "", alone["served"] == WITNESSES))
         slow = measure(folder, daemon, "--bad", "slow", seconds=seconds)
         rows.append(gap_row("beside a reader at 1 kB/s", slow, alone))
-        joined, _ = daemon.says(r"(\S+) .*'slow' from .* joined")
+        joined, _ = daemon.says(r"(\S+) .*'slow'.* from .* joined")
         left, _ = daemon.says(r"(\S+) .*'slow' from .* left: (.*)")
         after = log_seconds(left[1]) - log_seconds(joined[1])
         dropped = re.search(r"(\d+) snapshots dropped", left[2])
