@@ -13,7 +13,7 @@ struct BuiltWith {
 struct BuildFacts {
   const char *build_type, *compiler;
   const char* flags;  ///< of the compiler, warnings left out
-  bool has_openmp;
+  bool has_openmp, has_nats;
   std::span<const BuiltWith> libraries;
 };
 BuildFacts build_facts();

@@ -26,6 +26,7 @@ std::string version_json(const std::string& program) {
       {"protocol", net::kProtocolVersion},
       {"build", {{"type", facts.build_type}, {"compiler", facts.compiler}, {"flags", facts.flags}}},
       {"openmp", facts.has_openmp},
+      {"nats", facts.has_nats},
       {"simd", {{"run_here", targets}, {"best", to_string(best_simd_target())}}},
       {"libraries", libraries}};
   return json.dump(1);

@@ -300,6 +300,7 @@ TEST_F(Brachyd, SaysWhatItIsBuiltOn) {
   for (const char* library :
        {"libsystemd", "Eigen", "Boost", "OpenSSL", "assimp", "CLI11", "tomlplusplus", "spdlog", "fmt"})
     EXPECT_NE(daemon.at("libraries").at(library), "") << library;
+  EXPECT_EQ(daemon.at("nats").get<bool>(), daemon.at("libraries").contains("libnats"));
   EXPECT_TRUE(exited(run_brachy({"--json", "token", "x"}), 2)) << "a command has a --json of its own";
 }
 
