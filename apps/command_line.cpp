@@ -40,6 +40,9 @@ DaemonOptions parse_daemon_line(int argc, char** argv, std::optional<int>& exit_
       "http://127.0.0.1:18951\n"
       "  brachyd --trajectory config/insertion.csv --play --http-port 18980    a needle to look at in a "
       "browser\n"
+      "  brachyd --config config/prostate.toml --nats nats://127.0.0.1:4222    for viewers on other "
+      "machines: "
+      "brachy relay --help\n"
       "  brachyd --config config/session.toml --session out/monday   keeps every seed, ends with a report\n"
       "  brachyd --check-config my.toml                     says what is wrong with a scene, or that nothing "
       "is\n"
@@ -57,6 +60,9 @@ DaemonOptions parse_daemon_line(int argc, char** argv, std::optional<int>& exit_
   app.add_option("--igtl-port", options.igtl_port,
                  "port of OpenIGTLink for 3D Slicer and PLUS (usual: 18944); 0: a free one")
       ->check(CLI::Range(0, 65535));
+  app.add_option(
+      "--nats", options.broker,
+      "NATS server to publish to, for `brachy relay` on any host; default: the scene's broker.url");
   app.add_option("--duration", options.duration_s, "end after this many seconds")->check(durations());
   app.add_option(
       "--trajectory", options.trajectory,
@@ -108,10 +114,11 @@ ToolOptions parse_tool_line(int argc, char** argv, std::optional<int>& exit_code
   CLI::App app("Tools for the brachytherapy simulator.", "brachy");
   app.require_subcommand(1);
   app.footer("brachy COMMAND --help tells more, with examples.");
-  const ToolLine tools[] = {add_replay(app),    add_watch(app),  add_record(app),  add_export(app),
-                            add_deform(app),    add_dose(app),   add_inspect(app), add_compare(app),
-                            add_stability(app), add_zwidth(app), add_advise(app),  add_plot_force(app),
-                            add_metrics(app),   add_score(app),  add_plan(app),    add_token(app)};
+  const ToolLine tools[] = {add_replay(app),     add_watch(app),     add_record(app), add_relay(app),
+                            add_export(app),     add_deform(app),    add_dose(app),   add_inspect(app),
+                            add_compare(app),    add_stability(app), add_zwidth(app), add_advise(app),
+                            add_plot_force(app), add_metrics(app),   add_score(app),  add_plan(app),
+                            add_token(app)};
   const auto* json = app.add_flag("--json")->description("with --version: print it as JSON");
   exit_code = parse(app, argc, argv);
   if (!exit_code && *json) {

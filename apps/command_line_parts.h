@@ -20,6 +20,7 @@ struct ToolLine {
 ToolLine add_replay(CLI::App& app);
 ToolLine add_watch(CLI::App& app);
 ToolLine add_record(CLI::App& app);
+ToolLine add_relay(CLI::App& app);
 ToolLine add_export(CLI::App& app);
 ToolLine add_deform(CLI::App& app);
 ToolLine add_dose(CLI::App& app);

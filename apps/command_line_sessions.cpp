@@ -168,6 +168,63 @@ ToolLine add_record(CLI::App& app) {
   return {command, [options]() -> ToolOptions { return *options; }};
 }
 
+ToolLine add_relay(CLI::App& app) {
+  auto options = std::make_shared<RelayOptions>();
+  auto* command = app.add_subcommand(
+      "relay", "Serve viewers, on any host, a session that a daemon publishes to a NATS server.");
+  command->footer(
+      "Examples:\n"
+      "  nats-server -a 127.0.0.1                                                  Debian: apt install "
+      "nats-server\n"
+      "  brachyd --config config/prostate.toml --nats nats://127.0.0.1:4222\n"
+      "  brachy relay --nats nats://127.0.0.1:4222 --port 18960 --http-port 18961\n"
+      "  brachy watch --connect 127.0.0.1:18960                                    or a browser at "
+      "http://127.0.0.1:18961\n"
+      "  brachy relay --nats tls://TOKEN@broker.example:4222 --nats-ca ca.pem --session theatre-2 --address "
+      "0.0.0.0 \\\n"
+      "    --token-file viewer.token --tls-certificate relay.pem --tls-key relay.key\n"
+      "Viewers get what they get beside the daemon (net/PROTOCOL.md). Here they only watch: devices and "
+      "operators connect\n"
+      "to the daemon. The first line, once the session is there: brachy relay listening on ADDRESS:PORT. It "
+      "waits for broker\n"
+      "and daemon for as long as they are away.\n"
+      "Exit codes: 0 ended by Ctrl-C or --duration, 1 failed while running, 2 bad usage, or the port is in "
+      "use.");
+  command
+      ->add_option("--nats", options->broker, "the NATS server: nats://[USER:PASSWORD@ or TOKEN@]HOST:4222")
+      ->required();
+  command->add_option("--session", options->session, "the daemon's broker.session")->capture_default_str();
+  command->add_option("--nats-ca", options->broker_ca, "PEM: who signed the NATS server's certificate");
+  auto* own = command->add_option("--nats-certificate", options->broker_certificate, "PEM, shown to it");
+  auto* own_key = command->add_option("--nats-key", options->broker_key, "PEM, of that");
+  own->needs(own_key);
+  own_key->needs(own);
+  command->add_option("--address", options->address, "to listen on; other than loopback takes token and TLS")
+      ->capture_default_str();
+  command->add_option("--port", options->port, "for viewers; 0: a free one")
+      ->check(CLI::Range(0, 65535))
+      ->capture_default_str();
+  command->add_option("--http-port", options->http_port, "of the viewer for browsers; 0: a free one")
+      ->check(CLI::Range(0, 65535));
+  command->add_option("--token-file", options->token_file, "what viewers show (`brachy token`)");
+  auto* certificate =
+      command->add_option("--tls-certificate", options->tls_certificate, "PEM: TLS for viewers");
+  auto* key = command->add_option("--tls-key", options->tls_key, "PEM, of that");
+  certificate->needs(key);
+  key->needs(certificate);
+  command->add_option("--max-clients", options->max_clients, "on all ports together")
+      ->check(CLI::Range(1, 65535))
+      ->capture_default_str();
+  command->add_option("--max-clients-per-address", options->max_clients_per_address, "of them")
+      ->check(CLI::Range(1, 65535))
+      ->capture_default_str();
+  command->add_flag("--insecure-allow-remote", options->insecure_allow_remote,
+                    "allow --address to be other than loopback without a token and TLS");
+  command->add_option("--duration", options->duration_s, "end after this many seconds")->check(durations());
+  command->add_flag("--json", options->json, "print what was relayed as JSON at the end");
+  return {command, [options]() -> ToolOptions { return *options; }};
+}
+
 ToolLine add_token(CLI::App& app) {
   auto options = std::make_shared<TokenOptions>();
   auto* command =

@@ -16,12 +16,13 @@ namespace brachy {
 
 struct DaemonOptions {
   std::optional<std::filesystem::path>
-      config;                        ///< none: the built-in defaults, which are config/prostate.toml's
-  bool check_config = false;         ///< load everything, say so, and end
-  std::optional<int> port;           ///< none: the scene's
-  std::optional<int> http_port;      ///< none: the scene's
-  std::optional<int> igtl_port;      ///< none: the scene's
-  std::optional<double> duration_s;  ///< none: until SIGINT or SIGTERM
+      config;                         ///< none: the built-in defaults, which are config/prostate.toml's
+  bool check_config = false;          ///< load everything, say so, and end
+  std::optional<int> port;            ///< none: the scene's
+  std::optional<int> http_port;       ///< none: the scene's
+  std::optional<int> igtl_port;       ///< none: the scene's
+  std::optional<std::string> broker;  ///< its URL; none: the scene's
+  std::optional<double> duration_s;   ///< none: until SIGINT or SIGTERM
   std::optional<std::filesystem::path> trajectory;  ///< of the scripted needle; none: the scene's
   bool play = false;                                ///< start it at once, over and over
   std::optional<std::filesystem::path>
@@ -87,6 +88,22 @@ struct RecordOptions {
   std::filesystem::path out;  ///< a file NAME.brachy, or a folder
   std::optional<double> duration_s;
   bool surface = false;  ///< the surface's points only
+  bool json = false;
+};
+
+/// Serves a session that a daemon publishes to a broker.
+struct RelayOptions {
+  std::string broker;  ///< URL
+  std::string session = "default";
+  std::filesystem::path broker_ca, broker_certificate, broker_key;  ///< TLS towards the broker; empty: none
+  std::string address = "127.0.0.1";
+  int port = 18950;
+  std::optional<int> http_port;                     ///< none: no page, no WebSocket
+  std::optional<std::filesystem::path> token_file;  ///< viewers show it; none: nobody needs one
+  std::filesystem::path tls_certificate, tls_key;   ///< for viewers; empty: in the clear
+  int max_clients = 1024, max_clients_per_address = 1024;
+  bool insecure_allow_remote = false;
+  std::optional<double> duration_s;  ///< none: until SIGINT or SIGTERM
   bool json = false;
 };
 
@@ -194,8 +211,8 @@ struct TokenOptions {
 };
 
 using ToolOptions =
-    std::variant<ReplayOptions, WatchOptions, RecordOptions, ExportOptions, DeformOptions, DoseOptions,
-                 InspectOptions, CompareOptions, StabilityOptions, ZWidthOptions, AdviseOptions,
+    std::variant<ReplayOptions, WatchOptions, RecordOptions, RelayOptions, ExportOptions, DeformOptions,
+                 DoseOptions, InspectOptions, CompareOptions, StabilityOptions, ZWidthOptions, AdviseOptions,
                  PlotForceOptions, MetricsOptions, ScoreOptions, PlanOptions, TokenOptions>;
 
 /// Exit codes of both programs.

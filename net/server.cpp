@@ -147,8 +147,9 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
   }
 
   std::size_t client_count() const {
-    return static_cast<std::size_t>(std::count_if(
-        sessions_.begin(), sessions_.end(), [](const auto& entry) { return !entry.second->is_closing(); }));
+    return static_cast<std::size_t>(std::count_if(sessions_.begin(), sessions_.end(), [](const auto& entry) {
+      return !entry.second->is_closing() && !entry.second->is_own();
+    }));
   }
 
   RoleCounts role_counts() const {
@@ -174,18 +175,24 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
 
   std::optional<ErrorMessage> admit(const Session& session, const HelloMessage& hello,
                                     WelcomeMessage& welcome) override {
-    if (auto refusal = gate_.refusal(session.origin(), hello.token, hello.role, monotonic_ns()))
-      return refusal;
-    if (hello.role == Role::kDevice) {
+    const bool shows_only = !options_.devices_at.empty();
+    const Role role = shows_only && hello.role == Role::kOperator ? Role::kViewer : hello.role;
+    if (!session.is_own())
+      if (auto refusal = gate_.refusal(session.origin(), hello.token, role, monotonic_ns())) return refusal;
+    if (shows_only && role == Role::kDevice)
+      return ErrorMessage{ErrorCode::kNotDevice, true, kRefusedNotDevice, 0,
+                          "here viewers only watch: devices connect to " + options_.devices_at};
+    if (role == Role::kDevice) {
       const DeviceLease::Holder holder{session.id(), hello.name, session.address(), monotonic_ns()};
       if (auto refusal = leases_.lend(holder, hello.needle, welcome.needle)) return refusal;
       tell_attached(device_info(session, welcome.needle));
     }
     const std::string software = hello.software.empty() ? "" : " (" + hello.software + ")";
-    log("client " + std::to_string(session.id()) + " '" + hello.name + "'" + software + " from " +
-        session.address() + " joined");
+    if (!session.is_own())
+      log("client " + std::to_string(session.id()) + " '" + hello.name + "'" + software + " from " +
+          session.address() + " joined");
     welcome.session = session.id();
-    welcome.role = hello.role;
+    welcome.role = role;
     welcome.subscription = hello.subscription;
     welcome.deformation_hz = options_.deformation_hz;
     welcome.snapshot_hz = options_.snapshot_hz;
@@ -234,14 +241,16 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
     poses_.add_to(state);
     state.snapshots = frames_.snapshots();
     for (const auto& [id, session] : sessions_) {
-      state.clients += session->is_open();
-      state.viewers += session->is_open() && session->hello().role == Role::kViewer;
+      if (!session->is_open() || session->is_own()) continue;
+      ++state.clients;
+      state.viewers += session->hello().role == Role::kViewer;
     }
-    state.device_holder = leases_.holders();
+    if (options_.devices_at.empty()) state.device_holder = leases_.holders();
     return state;
   }
 
   void on_ending(const Session& session, const std::string& reason) override {
+    if (session.is_own()) return;
     const std::uint64_t dropped = session.snapshots_dropped();
     dropped_of_left_ += dropped;
     log("client " + std::to_string(session.id()) + " '" + session.name() + "' from " + session.address() +
@@ -427,6 +436,10 @@ Gate& Server::gate() {
 }
 void Server::adopt(std::shared_ptr<Connection> connection, std::shared_ptr<const Gate::Place> place) {
   impl_->adopt(std::move(connection), std::move(place));
+}
+
+void Server::adopt_own(std::shared_ptr<Connection> connection) {
+  impl_->adopt(std::move(connection), Gate::own_place());
 }
 
 void Server::publish(std::shared_ptr<const MeshState> state) {

@@ -48,6 +48,9 @@ class Server {
   /// to stay in, it is told so. Any after stop() is closed at once.
   void adopt(std::shared_ptr<Connection> connection, std::shared_ptr<const Gate::Place> place);
 
+  /// As adopt(), of a viewer in this process: it takes no place, needs no token and is not counted.
+  void adopt_own(std::shared_ptr<Connection> connection);
+
   /// A new snapshot for everybody; `state` must not change any more. Its ticks must not go backwards, unless the
   /// simulation began anew; then, and with another model, everybody gets a full frame.
   void publish(std::shared_ptr<const MeshState> state);

@@ -34,7 +34,9 @@ struct ServerOptions {
   std::chrono::milliseconds state_interval{500};  ///< between STATE messages
   int send_buffer_bytes = 256 * 1024;             ///< SO_SNDBUF
   std::size_t max_queued_messages = 64;           ///< control messages waiting for one client
-  std::string server_name = "brachyd 0.1.0";      ///< told in WELCOME
+  std::string
+      devices_at;  ///< where devices and operators go, for people; not empty: here everybody is a viewer
+  std::string server_name = "brachyd 0.1.0";  ///< told in WELCOME
   std::string topology_name = "tissue";
   double deformation_hz = 200;
   double snapshot_hz = 30;

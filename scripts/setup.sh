@@ -1,9 +1,10 @@
 #!/usr/bin/env bash
 # Installs what building, testing and running need, where it is missing. Debian 12.
-#   scripts/setup.sh [--viewer] [--all] [--fuzz] [--charts] [--reference] [--pictures] [--latency] [--packages]
+#   scripts/setup.sh [--viewer] [--broker] [--all] [--fuzz] [--charts] [--reference] [--pictures] [--latency] [--packages]
 #     --viewer: also what building the viewer needs (node and npm)
+#     --broker: also what publishing to NATS needs (libnats), and a NATS server
 #     --all: also what `scripts/test.sh --all` needs (format; the viewer, a browser for its tests; OpenIGTLink's
-#            own programs, as peers; a wall clock that jumps; systemd's check of the unit; --fuzz)
+#            own programs, as peers; a wall clock that jumps; systemd's check of the unit; --broker; --fuzz)
 #     --fuzz: also what the preset asan needs (clang with its sanitizers and libFuzzer)
 #     --charts: also what draws the charts of scripts/bench.sh
 #     --pictures: also what scripts/screenshots.sh needs, beside --all
@@ -15,6 +16,7 @@ set -euo pipefail
 packages=(cmake ninja-build g++ lld ccache libeigen3-dev libboost-dev libassimp-dev libcli11-dev libtomlplusplus-dev
           libspdlog-dev nlohmann-json3-dev libgtest-dev libbenchmark-dev libssl-dev libcap-dev libsystemd-dev
           pkgconf zlib1g-dev python3 openssl curl dpkg-dev)  # zlib: libassimp-dev forgets it
+broker=(libnats-dev nats-server)
 fuzz=(clang-14 libclang-rt-14-dev)
 for option in "$@"; do
   case $option in
@@ -22,16 +24,18 @@ for option in "$@"; do
       # Another vendor's node stays as it is; Debian's packages would replace it.
       command -v npm >/dev/null || packages+=(nodejs npm)
       if [[ $option == --all ]]; then
-        packages+=(clang-format-14 relacy-dev faketime systemd chromium libopenigtlink-dev openigtlink-examples "${fuzz[@]}")
+        packages+=(clang-format-14 relacy-dev faketime systemd chromium libopenigtlink-dev openigtlink-examples "${broker[@]}"
+                   "${fuzz[@]}")
       fi
       ;;
+    --broker) packages+=("${broker[@]}") ;;
     --fuzz) packages+=("${fuzz[@]}") ;;
     --pictures) packages+=(pngquant) ;;
     --latency) packages+=(rt-tests) ;;
     --packages) packages+=(debootstrap lintian systemd-container) ;;
     --charts) packages+=(python3-matplotlib python3-numpy) ;;
     --reference) packages+=(calculix-ccx gmsh python3-numpy python3-scipy) ;;
-    *) echo "setup: unknown option $option; there are --viewer, --all, --fuzz, --charts, --pictures, --latency, --packages and --reference" >&2; exit 2 ;;
+    *) echo "setup: unknown option $option; there are --viewer, --broker, --all, --fuzz, --charts, --pictures, --latency, --packages and --reference" >&2; exit 2 ;;
   esac
 done
 

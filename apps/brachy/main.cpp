@@ -12,6 +12,7 @@ struct Run {
   int operator()(const ReplayOptions& o) const { return o.connect ? replay_live(o) : replay_offline(o); }
   int operator()(const WatchOptions& o) const { return watch(o); }
   int operator()(const RecordOptions& o) const { return record(o); }
+  int operator()(const RelayOptions& o) const { return relay(o); }
   int operator()(const ExportOptions& o) const { return export_recording(o); }
   int operator()(const DeformOptions& o) const { return deform(o); }
   int operator()(const DoseOptions& o) const { return dose(o); }

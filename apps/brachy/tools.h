@@ -14,6 +14,8 @@ int replay_live(const ReplayOptions& options);
 int watch(const WatchOptions& options);
 /// Writes what a daemon sends as files.
 int record(const RecordOptions& options);
+/// Serves viewers a session that a daemon publishes to a broker.
+int relay(const RelayOptions& options);
 /// Writes a recording as files to look at and to compute with.
 int export_recording(const ExportOptions& options);
 /// Deforms points or a mesh by landmarks.

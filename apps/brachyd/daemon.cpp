@@ -12,6 +12,7 @@
 #include <future>
 #include <iostream>
 #include <optional>
+#include <stop_token>
 #include <thread>
 #include <vector>
 
@@ -35,6 +36,7 @@
 #include "core/realtime/realtime_thread.h"
 #include "core/structures/load_structures.h"
 #include "haptics/switched_device.h"
+#include "net/broker/publisher.h"
 #include "net/http/http_listener.h"
 #include "net/igtl/igtl_server.h"
 #include "net/server.h"
@@ -80,6 +82,7 @@ class Daemon::Impl {
   Impl(const Scene& scene, const DaemonOptions& options)
       : scene_(scene),
         options_(options),
+        broker_(broker_options(scene, options)),
         plan_(load_plan(scene)),
         structures_(load_structures(scene)),
         session_(open_session(scene, options, plan_)),
@@ -104,7 +107,8 @@ class Daemon::Impl {
         throw UserError(refusal);
     const int http_port = options.http_port.value_or(scene.server.http_port);
     if (http_port >= 0)
-      http_.emplace(io_, server_, http_options(static_cast<std::uint16_t>(http_port)), viewer_files(), log_);
+      http_.emplace(io_, server_, http_options(static_cast<std::uint16_t>(http_port)), served_viewer(), log_);
+    if (broker_) publisher_.emplace(io_, server_, *broker_, log_);
     if (const auto igtl = igtl_options(scene, options))
       igtl_.emplace(io_, *igtl, server_, simulator().tissue(), log_);
   }
@@ -191,6 +195,12 @@ class Daemon::Impl {
       summary.dose = run_dose_loop(stop, structures_, dose_settings(), std::move(surface), fallen_reader_,
                                    [&](net::DoseMessage message) { deliver_dose(std::move(message)); });
     });
+    std::jthread broker;
+    if (publisher_)
+      broker = std::jthread([&](const std::stop_token& stop) {
+        const std::stop_callback end_too(stop, [&] { publisher_->stop(); });
+        publisher_->run();
+      });
     summary.realtime = granted.get_future().get();
     if (scene_.realtime.fifo_priority || scene_.realtime.lock_memory) spdlog::info("{}", summary.realtime);
     watch_.begin();
@@ -201,10 +211,11 @@ class Daemon::Impl {
     summary.is_worker_busy = runs_.is_making() || reload_.is_running();
 
     // In this order: what the deformation did last is in the last snapshot.
-    for (std::jthread* thread : {&deformation, &snapshots, &dose, &control}) {
+    for (std::jthread* thread : {&deformation, &snapshots, &dose, &control, &broker}) {
       thread->request_stop();
       if (thread->joinable()) thread->join();
     }
+    if (publisher_) summary.broker = publisher_->statistics();
     summary.elapsed_s = 1e-9 * static_cast<double>(monotonic_ns() - start_ns);
     loop_reader_.update();
     control_reader_.update();
@@ -427,6 +438,7 @@ class Daemon::Impl {
 
   Scene scene_;
   DaemonOptions options_;
+  std::optional<net::BrokerOptions> broker_;  // none: nothing is published
   std::optional<Plan> plan_;
   std::vector<Structure> structures_;
   std::unique_ptr<RecordedSession> session_;  // snapshot thread; its sync the dose thread; null: none
@@ -467,6 +479,7 @@ class Daemon::Impl {
   net::Server server_;
   std::optional<net::HttpListener> http_;      // its sessions are server_'s
   std::optional<net::igtl::IgtlServer> igtl_;  // none: off
+  std::optional<net::Publisher> publisher_;    // none: off; its run() a thread's of its own
   Controls controls_;                          // io thread, as all below
   ServiceWatch watch_;
   SceneReload reload_;

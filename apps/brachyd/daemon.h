@@ -11,6 +11,7 @@
 #include "apps/options.h"
 #include "core/scene/scene.h"
 #include "haptics/force/force_gate.h"
+#include "net/broker/publisher.h"
 
 namespace brachy {
 
@@ -26,8 +27,9 @@ struct DaemonSummary {
   std::array<std::uint64_t, kInterventions> interventions{};  ///< for the hands' safety, by Intervention
   std::uint32_t seeds_dropped = 0, drops_refused = 0;         ///< in this run
   DoseStatistics dose;
-  std::string session;                ///< the session's folder and what is in it; empty: none was asked for
-  std::uint64_t wrong_tokens = 0;     ///< shown by clients
+  std::string session;             ///< the session's folder and what is in it; empty: none was asked for
+  std::uint64_t wrong_tokens = 0;  ///< shown by clients
+  std::optional<net::PublisherStatistics> broker;  ///< none: nothing was published
   std::uint64_t forces_replaced = 0;  ///< messages with forces that a newer one replaced before they left
   bool is_worker_busy = false;        ///< it still makes a simulator that nobody waits for; ~Daemon would
 };
@@ -38,6 +40,7 @@ struct DaemonSummary {
 ///   snapshot thread      30 Hz   triple buffer → copy → session log, server
 ///   dose thread         200 Hz   seeds that fell → dose → server
 ///   control thread      200 Hz   nothing, if asked for: what the machine itself misses
+///   broker thread               messages → NATS server, where one is configured
 ///   workers             1        another simulator when an operator asks for one
 ///   io thread                    run()'s caller: sockets, signals, poses in, frames out; ≤ 1 kHz forces out; systemd
 class Daemon {

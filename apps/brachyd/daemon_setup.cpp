@@ -6,7 +6,9 @@
 #include <filesystem>
 
 #include "apps/tissue_box.h"
+#include "apps/viewer_files.h"
 #include "core/choice/choice.h"
+#include "core/error.h"
 #include "core/scene/load_tissue.h"
 #include "core/scene/scene_file.h"
 #include "core/version.h"
@@ -101,6 +103,33 @@ net::ServerOptions server_options(const Scene& scene, const DaemonOptions& optio
   return s;
 }
 
+std::optional<net::BrokerOptions> broker_options(const Scene& scene, const DaemonOptions& options) {
+  const BrokerSettings& s = scene.broker;
+  net::BrokerOptions o;
+  o.url = options.broker.value_or(s.url);
+  if (o.url.empty()) return std::nullopt;
+  const auto resolve = [&](const std::string& file, const char* key) {
+    if (file.empty()) return std::string();
+    const std::filesystem::path path = scene.resolve(file);
+    if (!std::filesystem::is_regular_file(path))
+      throw UserError("broker." + std::string(key) + ": there is no file " + path.string());
+    return path.string();
+  };
+  o.session = s.session;
+  o.tls_ca = resolve(s.tls_ca, "tls_ca");
+  o.tls_certificate = resolve(s.tls_certificate, "tls_certificate");
+  o.tls_key = resolve(s.tls_key, "tls_key");
+  o.client_name = "brachyd " + s.session;
+  net::check_broker_options(o, options.broker ? "--nats" : "broker.url");
+  return o;
+}
+
+net::ServedFiles served_viewer() {
+  net::ServedFiles files = viewer_files();
+  if (!files.has_viewer()) spdlog::warn("the viewer is not built: browsers get a page that says how");
+  return files;
+}
+
 std::optional<net::igtl::IgtlOptions> igtl_options(const Scene& scene, const DaemonOptions& options) {
   const int port = options.igtl_port.value_or(scene.server.igtl_port);
   if (port < 0) return std::nullopt;
@@ -108,16 +137,6 @@ std::optional<net::igtl::IgtlOptions> igtl_options(const Scene& scene, const Dae
   o.port = static_cast<std::uint16_t>(port);
   o.without_token = scene.server.igtl_without_token;
   return o;
-}
-
-net::ServedFiles viewer_files() {
-  std::error_code error;
-  const auto bin = std::filesystem::read_symlink("/proc/self/exe", error).parent_path();
-  for (const char* folder : {"../viewer", "../share/brachy/viewer"})
-    if (std::filesystem::is_regular_file(bin / folder / "index.html", error))
-      return net::ServedFiles(bin / folder);
-  spdlog::warn("the viewer is not built: browsers get a page that says how");
-  return {};
 }
 
 }  // namespace brachy

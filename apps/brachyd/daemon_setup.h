@@ -8,6 +8,7 @@
 #include "core/scene/scene.h"
 #include "core/tissue/tissue.h"
 #include "haptics/switched_device.h"
+#include "net/broker/broker_options.h"
 #include "net/http/served_files.h"
 #include "net/igtl/igtl_server.h"
 #include "net/server_options.h"
@@ -31,8 +32,10 @@ net::ServerOptions server_options(const Scene& scene, const DaemonOptions& optio
 /// nullopt: off.
 std::optional<net::igtl::IgtlOptions> igtl_options(const Scene& scene, const DaemonOptions& options);
 
-/// The viewer, from beside the program that runs: ../viewer in a build folder, ../share/brachy/viewer where it is
-/// installed; else a page that says how to build it.
-net::ServedFiles viewer_files();
+/// nullopt: off.
+std::optional<net::BrokerOptions> broker_options(const Scene& scene, const DaemonOptions& options);
+
+/// What browsers get; says so where the viewer is not built.
+net::ServedFiles served_viewer();
 
 }  // namespace brachy

@@ -68,6 +68,11 @@ std::string to_text(const DaemonSummary& s) {
   text += safety_text(s);
   text += seed_text(s);
   if (s.wrong_tokens) text += fmt::format("  wrong tokens: {}\n", s.wrong_tokens);
+  if (s.broker)
+    text += fmt::format(
+        "  broker: {} messages, {:.1f} MB published, {} dropped; connected {} times, all anew {} times\n",
+        s.broker->messages, 1e-6 * static_cast<double>(s.broker->bytes), s.broker->dropped,
+        s.broker->connections, s.broker->epochs);
   text += "  " + s.realtime + "\n";
   return text;
 }
@@ -101,6 +106,12 @@ std::string to_json(const DaemonSummary& s) {
   for (std::size_t i = 0; i < kInterventions; ++i) json["safety"][kInterventionNames[i]] = s.interventions[i];
   json["wrong_tokens"] = s.wrong_tokens;
   json["forces_replaced"] = s.forces_replaced;
+  if (s.broker)
+    json["broker"] = {{"connections", s.broker->connections},
+                      {"epochs", s.broker->epochs},
+                      {"messages", s.broker->messages},
+                      {"bytes", s.broker->bytes},
+                      {"dropped", s.broker->dropped}};
   json["seeds_dropped"] = s.seeds_dropped;
   json["drops_refused"] = s.drops_refused;
   json["drop_to_dvh_ms"] = to_json_ms(s.dose.drop_to_dvh_ns);

@@ -144,6 +144,16 @@ struct ServerSettings {
   bool operator==(const ServerSettings&) const = default;
 };
 
+/// A NATS server, to which the session is published for audiences past this machine.
+struct BrokerSettings {
+  std::string url;                       ///< nats://HOST:4222, tls://…; empty: off
+  std::string session = "default";       ///< what a relay asks for
+  std::string tls_ca;                    ///< PEM, relative to the scene file, also below; empty: the system's
+  std::string tls_certificate, tls_key;  ///< what the broker is shown; empty: nothing
+
+  bool operator==(const BrokerSettings&) const = default;
+};
+
 /// A structure of the patient that the scene brings: dose is reported for it (core/structures/load_structures.h).
 struct StructureSettings {
   std::string name;   ///< "urethra", "rectum" or any other of letters, digits, _ and -; once; not "prostate"
@@ -175,6 +185,7 @@ struct Scene {
   RealtimeSettings realtime;
   DeviceSettings device;
   ServerSettings server;
+  BrokerSettings broker;
 
   double period_s() const { return 1 / rates.deformation_hz; }
   std::filesystem::path resolve(const std::string& path) const { return directory / path; }

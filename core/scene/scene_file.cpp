@@ -270,6 +270,15 @@ void read_server(TomlTable t, ServerSettings& s) {
     t.contradiction("tls_client_ca", "needs TLS: give server.tls_certificate and server.tls_key");
 }
 
+void read_broker(TomlTable t, BrokerSettings& s) {
+  t.text("url", s.url);
+  t.text("session", s.session);
+  t.text("tls_ca", s.tls_ca);
+  t.text("tls_certificate", s.tls_certificate);
+  t.text("tls_key", s.tls_key);
+  t.refuse_unknown();
+}
+
 void read_rates(TomlTable t, RateSettings& s) {
   t.number("deformation_hz", s.deformation_hz, 1, 1000);
   t.number("snapshot_hz", s.snapshot_hz, 1, 120);
@@ -311,6 +320,7 @@ Scene parse_scene(std::string_view text, const std::string& name) {
   read_realtime(top.table("realtime"), scene.realtime);
   read_device(top.table("device"), scene.device);
   read_server(top.table("server"), scene.server);
+  read_broker(top.table("broker"), scene.broker);
   top.refuse_unknown();
   return scene;
 }

@@ -17,6 +17,7 @@ ErrorMessage fatal(ErrorCode code, std::string text) {
 
 Gate::Place::Place(std::shared_ptr<Counts> counts, std::string address, std::optional<ErrorMessage> refusal)
     : counts_(std::move(counts)), address_(std::move(address)), refusal_(std::move(refusal)) {
+  if (!counts_) return;
   if (refusal_) {
     ++counts_->told;
     return;
@@ -26,6 +27,7 @@ Gate::Place::Place(std::shared_ptr<Counts> counts, std::string address, std::opt
 }
 
 Gate::Place::~Place() {
+  if (!counts_) return;
   if (refusal_) {
     --counts_->told;
     return;
@@ -43,6 +45,10 @@ std::shared_ptr<const Gate::Place> Gate::enter(const std::string& address, std::
   refused_ += refused ? 1 : 0;
   if (refused && counts_->told >= kMaxTold) return nullptr;
   return std::make_shared<const Place>(counts_, address, std::move(refused));
+}
+
+std::shared_ptr<const Gate::Place> Gate::own_place() {
+  return std::make_shared<const Place>(nullptr, "", std::nullopt);
 }
 
 std::optional<ErrorMessage> Gate::refusal_at_entry(const std::string& address, std::int64_t now_ns) {

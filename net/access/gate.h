@@ -39,11 +39,12 @@ class Gate {
     Place& operator=(const Place&) = delete;
 
     const std::string& address() const { return address_; }
+    bool is_own() const { return counts_ == nullptr; }  ///< of Gate::own_place
     /// What to tell the peer, and then to close: BUSY or UNAUTHORISED. nullopt: it may stay.
     const std::optional<ErrorMessage>& refusal() const { return refusal_; }
 
    private:
-    const std::shared_ptr<Counts> counts_;
+    const std::shared_ptr<Counts> counts_;  // null: not counted
     const std::string address_;
     const std::optional<ErrorMessage> refusal_;
   };
@@ -53,6 +54,9 @@ class Gate {
 
   /// For a connection from `address`, which has no port. Null: close it without a word.
   std::shared_ptr<const Place> enter(const std::string& address, std::int64_t now_ns);
+
+  /// For the server's own viewer in this process: it is not counted, and needs no token.
+  static std::shared_ptr<const Place> own_place();
 
   /// Why who came from `address` may not have `role`; nullopt: it may.
   std::optional<ErrorMessage> refusal(const std::string& address, const std::optional<Token>& shown,

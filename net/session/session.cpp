@@ -24,6 +24,7 @@ Session::Session(std::uint64_t id, std::shared_ptr<Connection> connection,
     : id_(id),
       connection_(std::move(connection)),
       place_(std::move(place)),
+      is_own_(place_->is_own()),
       host_(host),
       options_(options),
       parser_(options.max_message_bytes),
@@ -122,6 +123,11 @@ void Session::handle_hello(const MessageParser::Message& message) {
   phase_ = Phase::kOpen;
   needle_ = welcome.needle;
   send_message(welcome);
+  if (hello_.role != welcome.role) {  // a viewer is what this server has places for
+    hello_.role = welcome.role;
+    send_message(ErrorMessage{ErrorCode::kNotOperator, false, 0, message.header.sequence,
+                              "here you only watch: operators connect to " + options_.devices_at});
+  }
   if (wants_mesh())
     send(MessageType::kTopology, host_.topology_body((hello_.subscription & kSubscribeSurface) != 0));
   if (auto scene = host_.scene_body(); scene && (hello_.subscription & kSubscribeScene))
@@ -215,7 +221,10 @@ void Session::handle_control(const MessageParser::Message& message) {
     send_message(ErrorMessage{code, false, 0, sequence, why});
   };
   if (hello_.role != Role::kOperator)
-    return refuse(ErrorCode::kNotOperator, "only a client with the role operator has the controls");
+    return refuse(
+        ErrorCode::kNotOperator,
+        "only a client with the role operator has the controls" +
+            (options_.devices_at.empty() ? std::string() : ": operators connect to " + options_.devices_at));
   if (!controls_.pass(last_message_ns_))
     return refuse(ErrorCode::kControlRefused, "more than 10 CONTROLs a second");
   if (const std::string why = host_.on_control(*this, control); !why.empty())
@@ -327,6 +336,7 @@ void Session::check_time(std::int64_t now_ns) {
       if (writing_ && now_ns - connection_->last_progress_ns() >= in_ns(options_.stall_timeout)) {
         return abort("read nothing for " + seconds(options_.stall_timeout));
       }
+      if (is_own_) return;  // nothing can be silent between the two
       const std::int64_t silence = now_ns - last_message_ns_;
       // A slow reader's answer waits behind what it has still to read: it lives as long as it reads.
       const bool reads_slowly = now_ns - connection_->last_waited_progress_ns() <

@@ -77,6 +77,7 @@ class Session final : public ConnectionListener, public std::enable_shared_from_
   const std::string& name() const { return hello_.name; }
   const std::string& address() const { return connection_->peer(); }  ///< with its port
   const std::string& origin() const { return place_->address(); }     ///< the address alone; not once closed
+  bool is_own() const { return is_own_; }  ///< the server's own viewer, in this process
   bool is_closing() const { return phase_ == Phase::kClosing || phase_ == Phase::kClosed; }
   bool is_open() const { return phase_ == Phase::kOpen; }
   const HelloMessage& hello() const { return hello_; }  ///< once open; without its token
@@ -119,6 +120,7 @@ class Session final : public ConnectionListener, public std::enable_shared_from_
   const std::uint64_t id_;
   const std::shared_ptr<Connection> connection_;
   std::shared_ptr<const Gate::Place> place_;  // null once closed
+  const bool is_own_;
   SessionHost& host_;
   const ServerOptions& options_;
   Phase phase_ = Phase::kHello;

@@ -114,11 +114,16 @@ void add_wire(const Corpus& corpus) {
   for (const auto& [type, body] : net::test::sample_bodies())
     corpus.add("wire_bodies", std::to_string(static_cast<int>(type)),
                Steps().u8(static_cast<unsigned>(type)).text(text_of(body)).str());
-  Steps stream, recording;
+  Steps stream, recording, relayed, in_pieces;
   for (const auto& [type, body] : server_messages()) {
     stream.message(type, body);
     recording.u8(0).message(type, body);
+    relayed.u8(0).u8(255).message(type, body);
+    in_pieces.u8(0).u8(20).message(type, body);
   }
+  in_pieces.u8(255).piece("BRCN");
+  corpus.add("relay", "session", relayed.str());
+  corpus.add("relay", "in_pieces", in_pieces.str());
   corpus.add("server_messages", "session", stream.str());
   corpus.add("recording", "session", recording.str());
 }

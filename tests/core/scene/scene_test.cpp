@@ -43,6 +43,7 @@ TEST(Scene, TheDefaultFileSaysTheDefaults) {
   EXPECT_EQ(file.realtime, built_in.realtime);
   EXPECT_EQ(file.device, built_in.device);
   EXPECT_EQ(file.server, built_in.server);
+  EXPECT_EQ(file.broker, built_in.broker);
 }
 
 TEST(Scene, UnknownKeysAreRefusedWithLineAndNearestName) {

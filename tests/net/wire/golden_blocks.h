@@ -12,9 +12,9 @@
 
 namespace brachy::net::test {
 
-/// The blocks of net/PROTOCOL.md fenced as ```hex NAME; comments start at '#'.
-inline std::map<std::string, Bytes> golden_blocks() {
-  const std::filesystem::path path = BRACHY_SOURCE_DIR "/net/PROTOCOL.md";
+/// The blocks of a document of the project fenced as ```hex NAME; comments start at '#'.
+inline std::map<std::string, Bytes> golden_blocks(const std::string& document = "/net/PROTOCOL.md") {
+  const std::filesystem::path path = BRACHY_SOURCE_DIR + document;
   std::ifstream file(path);
   EXPECT_TRUE(file) << path;
   std::map<std::string, Bytes> blocks;

@@ -1,0 +1,354 @@
+#include <fmt/format.h>
+
+#include <boost/asio/executor_work_guard.hpp>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/post.hpp>
+#include <boost/asio/signal_set.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <cmath>
+#include <csignal>
+#include <exception>
+#include <future>
+#include <iostream>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "apps/brachy/tools.h"
+#include "apps/viewer_files.h"
+#include "core/error.h"
+#include "core/realtime/deadline.h"
+#include "net/access/token_file.h"
+#include "net/broker/arrival_offset.h"
+#include "net/broker/relayed_mesh.h"
+#include "net/broker/session_feed.h"
+#include "net/http/http_listener.h"
+#include "net/server.h"
+#include "net/server_messages.h"
+
+namespace brachy {
+namespace {
+
+namespace asio = boost::asio;
+
+constexpr std::uint16_t kMaxNeedles = 1024;  // as a Server takes
+
+net::BrokerOptions broker_options(const RelayOptions& options) {
+  net::BrokerOptions o;
+  o.url = options.broker;
+  o.session = options.session;
+  o.tls_ca = options.broker_ca.string();
+  o.tls_certificate = options.broker_certificate.string();
+  o.tls_key = options.broker_key.string();
+  o.client_name = "brachy relay";
+  net::check_broker_options(o, "--nats");
+  return o;
+}
+
+net::ServerOptions server_options(const RelayOptions& options) {
+  using enum net::Role;
+  net::ServerOptions o;
+  o.address = options.address;
+  o.port = static_cast<std::uint16_t>(options.port);
+  o.allow_remote = options.insecure_allow_remote;
+  if (options.token_file) o.tokens.add(net::load_token(*options.token_file), {kViewer});
+  if (!options.tls_certificate.empty())
+    o.tls = net::make_server_context(
+        {options.tls_certificate, options.tls_key, {}},
+        [](const std::string& line) { std::cerr << "brachy relay: " << line << "\n"; });
+  o.max_clients = static_cast<std::uint32_t>(options.max_clients);
+  o.max_clients_per_address = static_cast<std::uint32_t>(options.max_clients_per_address);
+  o.devices_at = "the daemon itself; this is a relay of its session '" + options.session + "'";
+  return o;
+}
+
+/// Serves viewers what a daemon publishes. Two threads: the caller's is the io thread, where messages are decoded and viewers
+/// served; the feed's waits for the broker and hands it one message after the other.
+class Relay {
+ public:
+  explicit Relay(const RelayOptions& options)
+      : options_(options), broker_(broker_options(options)), server_options_(server_options(options)) {}
+
+  int run() {
+    signals_.async_wait([this](const auto& error, int) {
+      if (!error) end();
+    });
+    if (options_.duration_s) {
+      duration_.expires_after(std::chrono::nanoseconds(std::llround(*options_.duration_s * 1e9)));
+      duration_.async_wait([this](const auto& error) {
+        if (!error) end();
+      });
+    }
+    say("waiting for session " + options_.session + " at " + net::shown_url(broker_));
+    feed_ = std::jthread([this](const std::stop_token& stop) {
+      net::run_session_feed(stop, broker_, feed_handlers());
+      asio::post(io_, [this] { work_.reset(); });  // nobody waits for the io thread any more
+    });
+    for (bool is_over = false; !is_over;) {
+      try {
+        io_.run();
+        is_over = true;
+      } catch (...) {
+        failure_ = std::current_exception();
+        end();  // the feed may wait for this thread
+      }
+    }
+    feed_.join();
+    if (failure_) std::rethrow_exception(failure_);
+    report();
+    return kExitOk;
+  }
+
+ private:
+  /// What viewers of one daemon see.
+  struct Stage {
+    Stage(asio::io_context& io, const net::TopologyMessage& topology, const net::ServerOptions& options,
+          net::ServerHandlers handlers)
+        : mesh(topology, options.needles), server(io, options, mesh.tissue(), std::move(handlers)) {}
+    net::RelayedMesh mesh;
+    net::Server server;
+    std::optional<net::HttpListener> http;
+  };
+
+  // --- on the feed's thread ---
+
+  net::FeedHandlers feed_handlers() {
+    net::FeedHandlers h;
+    h.on_message = [this](const net::ChunkAssembler::Message& message) {
+      std::promise<bool> taken;  // the feed waits meanwhile: what comes too fast waits in libnats' buffer
+      auto answer = taken.get_future();
+      asio::post(io_,
+                 [this, &message, taken = std::move(taken)]() mutable { taken.set_value(take(message)); });
+      return answer.get();
+    };
+    h.on_broker = [this](bool is_connected, const std::string& why) {
+      asio::post(io_, [this, is_connected, why] { on_broker(is_connected, why); });
+    };
+    h.on_asked = [this] { asio::post(io_, [this] { on_asked(); }); };
+    return h;
+  }
+
+  // --- on the io thread ---
+
+  /// False: it makes no sense here.
+  bool take(const net::ChunkAssembler::Message& message) {
+    if (is_ending_) return true;
+    try {
+      const std::string_view why = refusal_of(message);
+      if (!why.empty()) say("a message makes no sense: " + std::string(why));
+      return why.empty();
+    } catch (...) {  // a port in use, no memory
+      failure_ = std::current_exception();
+      end();
+      return true;
+    }
+  }
+
+  std::string_view refusal_of(const net::ChunkAssembler::Message& message) {
+    if (publisher_ != message.chunk.publisher) meet(message.chunk.publisher);
+    arrivals_.add(message.header.stamp_ns, monotonic_ns());
+    ++messages_taken_;
+    bytes_ += net::kHeaderSize + message.body.size();
+    if (message.header.type == net::MessageType::kDose) {  // comes again whenever a relay asks
+      if (std::ranges::equal(dose_body_, message.body)) return {};
+      dose_body_.assign(message.body.begin(), message.body.end());
+    }
+    refusal_ = {};
+    const std::string_view why = messages_.take(message.header, message.body);
+    return why.empty() ? refusal_ : why;
+  }
+
+  /// Another daemon, or the same one started anew: viewers connect again, as they would have to there.
+  void meet(std::uint64_t publisher) {
+    publisher_ = publisher;
+    ++daemons_;
+    arrivals_ = {};
+    messages_ = net::ServerMessages(message_handlers());
+    welcome_.reset();
+    topology_.reset();
+    scene_.reset();
+    dose_.reset();
+    dose_body_.clear();
+    if (!stage_) return;
+    say("another daemon publishes the session");
+    ending_.push_back(std::move(stage_));
+  }
+
+  net::MessageHandlers message_handlers() {
+    net::MessageHandlers h;
+    h.on_welcome = [this](const net::WelcomeMessage& welcome) {
+      if (welcome.needle_count == 0 || welcome.needle_count > kMaxNeedles)
+        refusal_ = "a number of needles that no server has";
+      else
+        welcome_ = welcome;
+    };
+    h.on_topology = [this](const net::TopologyMessage& topology) {
+      if (topology_ && topology_->hash != topology.hash)
+        refusal_ = "the daemon's tissue became another";
+      else if (!topology_)
+        topology_ = topology;
+    };
+    h.on_scene = [this](const net::SceneMessage& scene) { scene_ = scene; };
+    h.on_dose = [this](const net::DoseMessage& dose) {
+      dose_ = dose;
+      if (stage_) stage_->server.publish(dose);
+    };
+    h.on_state = [this](const net::StateMessage& state) { state_ = state; };
+    h.on_event = [this](const net::EventMessage& event) {
+      if (stage_) stage_->server.broadcast(event);
+    };
+    h.on_error = [this](const net::ErrorMessage& error) {
+      tell(net::EventKind::kWarning, "the daemon: " + error.text);
+    };
+    h.on_frame = [this](const net::FrameMessage& frame) {
+      if (!welcome_ || !topology_) {
+        refusal_ = "a frame came before welcome and topology";
+        return;
+      }
+      if (!stage_) open();
+      if (!stage_->mesh.fits(frame)) {
+        refusal_ = "a frame of another tissue";
+        return;
+      }
+      stage_->mesh.take(frame, arrivals_.offset_ns());
+      ++frames_;
+      stage_->server.publish(std::make_shared<const MeshState>(stage_->mesh.state()));
+      if (std::exchange(is_missed_, false)) tell(net::EventKind::kNote, "the daemon is there again");
+    };
+    return h;
+  }
+
+  /// The port is free at once: who is told to come again finds the new simulation there.
+  void clear_stage() {
+    for (const auto& stage : ending_) stop(*stage);
+    clear_timer_.expires_after(2 * server_options_.drain_timeout);
+    clear_timer_.async_wait([this](const auto& error) {
+      if (!error) ending_.clear();
+    });
+  }
+
+  void open() {
+    if (!ending_.empty()) clear_stage();
+    net::ServerOptions o = server_options_;
+    o.needles = welcome_->needle_count;
+    o.deformation_hz = welcome_->deformation_hz;
+    o.snapshot_hz = welcome_->snapshot_hz;
+    o.server_name = welcome_->server + ", relayed";
+    o.topology_name = topology_->name;
+    net::ServerHandlers handlers;
+    handlers.state = [this] {
+      net::StateMessage state = state_;
+      state.clients = state.viewers = 0;  // the server counts those that are here
+      return state;
+    };
+    stage_ = std::make_unique<Stage>(io_, *topology_, o, std::move(handlers));
+    net::Server& server = stage_->server;
+    const bool is_first = !std::exchange(was_opened_, true);
+    server_options_.port = server.port();  // the next daemon's viewers find it there, too
+    if (options_.http_port) {
+      const auto port = http_port_.value_or(static_cast<std::uint16_t>(*options_.http_port));
+      net::ServedFiles files = viewer_files();
+      if (!files.has_viewer()) say("the viewer is not built: browsers get a page that says how");
+      stage_->http.emplace(io_, server, net::HttpOptions{port}, std::move(files), [](const std::string&) {});
+      http_port_ = stage_->http->port();
+    }
+    if (scene_) server.show_scene(*scene_);
+    if (dose_) server.publish(*dose_);
+    if (!is_first) return;
+    std::cout << "brachy relay listening on " << server.address() << ":" << server.port() << std::endl;
+    if (http_port_)
+      std::cout << (o.tls ? "https on " : "http on ") << server.address() << ":" << *http_port_ << std::endl;
+  }
+
+  void on_broker(bool is_connected, const std::string& why) {
+    say((is_connected ? "connected to " : "no connection to ") + net::shown_url(broker_) +
+        (why.empty() ? "" : ": ") + why);
+    connections_ += is_connected;
+    if (!is_connected && stage_ && !std::exchange(is_missed_, true))
+      tell(net::EventKind::kWarning, "no connection to the broker: nothing moves until it is there");
+  }
+
+  void on_asked() {
+    ++asked_;
+    if (stage_ && !std::exchange(is_missed_, true))
+      tell(net::EventKind::kWarning,
+           "messages of the daemon are missing: nothing moves until they are there");
+  }
+
+  /// To everybody who watches, and to the log.
+  void tell(net::EventKind kind, const std::string& what) {
+    if (!stage_) return;
+    say(what);
+    stage_->server.broadcast({kind, 0, stage_->mesh.state().tick, "relay: " + what});
+  }
+
+  static void stop(Stage& stage) {
+    stage.server.stop();
+    if (stage.http) stage.http->stop();
+  }
+
+  void end() {
+    if (std::exchange(is_ending_, true)) return;
+    signals_.cancel();
+    duration_.cancel();
+    clear_timer_.cancel();
+    feed_.request_stop();
+    if (stage_) stop(*stage_);
+    for (const auto& stage : ending_) stop(*stage);
+  }
+
+  void report() const {
+    if (options_.json) {
+      std::cout << nlohmann::ordered_json{{"messages", messages_taken_}, {"bytes", bytes_},
+                                          {"frames", frames_},           {"asked", asked_},
+                                          {"connections", connections_}, {"daemons", daemons_}}
+                       .dump()
+                << std::endl;
+      return;
+    }
+    std::cerr << fmt::format(
+        "relay: {} messages, {:.1f} MB, {} of them frames; connected {} times, all asked for anew {} times\n",
+        messages_taken_, 1e-6 * static_cast<double>(bytes_), frames_, connections_, asked_);
+  }
+
+  static void say(const std::string& what) { std::cerr << "brachy relay: " << what << std::endl; }
+
+  const RelayOptions options_;
+  const net::BrokerOptions broker_;
+  net::ServerOptions server_options_;  // its port is the one bound, once there is one
+  std::optional<std::uint16_t> http_port_;
+  asio::io_context io_{1};
+  asio::executor_work_guard<asio::io_context::executor_type> work_{io_.get_executor()};
+  asio::signal_set signals_{io_, SIGINT, SIGTERM};
+  asio::steady_timer duration_{io_}, clear_timer_{io_};
+  std::exception_ptr failure_;
+  bool is_ending_ = false, was_opened_ = false;
+  bool is_missed_ = false;  // it was told that the daemon is not heard
+
+  std::uint64_t publisher_ = 0;  // the daemon's; 0: none yet
+  net::ArrivalOffset arrivals_;
+  net::ServerMessages messages_{message_handlers()};
+  std::string_view refusal_;  // by a handler, of the message it was given
+  std::optional<net::WelcomeMessage> welcome_;
+  std::optional<net::TopologyMessage> topology_;
+  std::optional<net::SceneMessage> scene_;
+  std::optional<net::DoseMessage> dose_;
+  net::Bytes dose_body_;
+  net::StateMessage state_;
+
+  std::unique_ptr<Stage> stage_;  // null: no frame yet
+  std::vector<std::unique_ptr<Stage>> ending_;
+  std::uint64_t messages_taken_ = 0, bytes_ = 0, frames_ = 0, asked_ = 0, connections_ = 0, daemons_ = 0;
+  std::jthread feed_;
+};
+
+}  // namespace
+
+int relay(const RelayOptions& options) {
+  std::signal(SIGPIPE, SIG_IGN);
+  return Relay(options).run();
+}
+
+}  // namespace brachy

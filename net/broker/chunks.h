@@ -1,0 +1,77 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <string_view>
+
+#include "net/wire/codec.h"
+
+/// A session on a broker: the messages of the wire, cut into chunks that fit into the broker's payload (net/NATS.md). Pure: no
+/// socket, no clock.
+namespace brachy::net {
+
+constexpr std::uint32_t kChunkMagic = 0x4E435242;  ///< bytes 42 52 43 4E, "BRCN"
+constexpr std::uint16_t kChunkVersion = 1;
+constexpr std::size_t kChunkHeaderSize = 40;
+
+/// What stands before the bytes of each chunk.
+struct ChunkHeader {
+  std::uint64_t publisher = 0;  ///< drawn by chance when the publisher starts
+  std::uint64_t epoch = 0;  ///< of that publisher, ascending: each begins with WELCOME and brings everything
+  std::uint64_t sequence = 0;  ///< of the message in the epoch: 1, 2, 3, …
+  std::uint32_t length = 0;    ///< bytes of the message, its header included
+  std::uint32_t offset = 0;    ///< of this chunk's bytes in it
+};
+
+/// Cuts a message into payloads of at most `max_payload` bytes and hands each to `send`, until one returns false. Returns
+/// whether all were sent; false too where `max_payload` leaves no room. `chunk` is where they are made.
+bool send_chunks(const ChunkHeader& message, std::span<const std::byte> header,
+                 std::span<const std::byte> body, std::size_t max_payload, Bytes& chunk,
+                 const std::function<bool(std::span<const std::byte>)>& send);
+
+/// Chunks to messages, from payloads nobody vouches for. It takes an epoch from its first chunk on, in order; what is no chunk,
+/// comes a second time or belongs to another epoch is left out, and where one is missing the rest of the epoch is too. Memory:
+/// the largest message allowed, and only for bytes that have come.
+class ChunkAssembler {
+ public:
+  enum class Taken {
+    kLeftOut,  ///< nothing came of it
+    kPart,     ///< of a message that is not whole
+    kMessage,  ///< message() is whole
+    kLost,     ///< one before it is missing: the epoch is lost
+  };
+  struct Message {
+    ChunkHeader chunk;  ///< of its last one
+    Header header;
+    std::span<const std::byte> body;  ///< valid until the next call
+  };
+
+  explicit ChunkAssembler(std::uint32_t max_message_bytes) : max_bytes_(max_message_bytes) {}
+
+  Taken take(std::span<const std::byte> payload);
+  const Message& message() const { return message_; }  ///< precondition: take() has just answered kMessage
+
+  /// Whether everything is left out until a new epoch begins.
+  bool is_waiting() const { return is_waiting_; }
+  /// Gives the epoch up: a message did not make sense, or what came may have gaps.
+  void lose() { is_waiting_ = true; }
+
+  std::uint64_t left_out() const { return left_out_; }  ///< chunks
+  std::size_t allocated_bytes() const { return bytes_.capacity(); }
+
+ private:
+  Taken leave_out();
+  bool begins_epoch(const ChunkHeader& chunk) const;
+
+  const std::uint32_t max_bytes_;
+  Bytes bytes_;  // of the message that is not whole
+  std::uint64_t publisher_ = 0, epoch_ = 0;
+  std::uint64_t next_sequence_ = 1;
+  std::uint32_t length_ = 0;  // of that message
+  bool is_waiting_ = true, has_epoch_ = false, is_whole_ = false;
+  Message message_;
+  std::uint64_t left_out_ = 0;
+};
+
+}  // namespace brachy::net

@@ -1,0 +1,184 @@
+#include "net/broker/publisher.h"
+
+#include <algorithm>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/post.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <random>
+#include <utility>
+
+#include "net/broker/chunks.h"
+#include "net/broker/nats_link.h"
+#include "net/broker/own_viewer.h"
+#include "net/broker/retry.h"
+#include "net/clock.h"
+#include "net/server.h"
+
+namespace brachy::net {
+namespace asio = boost::asio;
+namespace {
+
+constexpr std::chrono::milliseconds kPeriod{100};  // between looks at the connection, and at who asks
+constexpr int kMaxAsked = 1000;                    // taken at one look: nobody keeps this thread by asking
+// Whatever the broker takes: a link that is rid of less than this within NatsLink::kWriteTimeout is lost.
+constexpr std::size_t kMaxPayload = 256 * 1024;
+
+std::uint64_t random_number() {
+  std::random_device device;
+  return (std::uint64_t{device()} << 32) | device();
+}
+
+}  // namespace
+
+class Publisher::Impl {
+ public:
+  Impl(asio::io_context& io, Server& server, BrokerOptions options, Log log)
+      : io_(io), server_(server), options_(std::move(options)), log_(std::move(log)) {}
+
+  ~Impl() {
+    if (viewer_) viewer_->leave();
+  }
+
+  void run() {
+    watch();
+    broker_.run();
+    link_.reset();
+  }
+  void stop() { broker_.stop(); }
+  const PublisherStatistics& statistics() const { return statistics_; }
+
+ private:
+  // --- on the broker's thread ---
+
+  void watch() {
+    const std::int64_t now_ns = monotonic_ns();
+    if (link_ && !link_->is_up()) disconnect("the broker is gone");
+    if (!link_ && retry_.is_due(now_ns)) connect();
+    for (int i = 0; i < kMaxAsked && link_ && link_->next(std::chrono::milliseconds(0)); ++i)
+      is_asked_ = true;
+    if (link_ && is_asked_ && monotonic_ns() - epoch_ns_ >= kEpochEveryNs) begin_epoch();
+    timer_.expires_after(kPeriod);
+    timer_.async_wait([this](const auto& error) {
+      if (!error) watch();
+    });
+  }
+
+  void disconnect(const std::string& why) {
+    link_.reset();
+    retry_.failed(monotonic_ns());
+    on_io([this, why] { lose(why); });
+  }
+
+  void connect() {
+    try {
+      link_.emplace(options_, options_.ask_subject());
+    } catch (const std::exception& e) {
+      return disconnect(e.what());
+    }
+    retry_.connected();
+    ++statistics_.connections;
+    on_io([this] { come(); });
+    begin_epoch();
+  }
+
+  void begin_epoch() {
+    is_asked_ = false;
+    epoch_ns_ = monotonic_ns();
+    ++epoch_;
+    sequence_ = 0;
+    ++statistics_.epochs;
+    on_io([this, epoch = epoch_] { begin(epoch); });
+  }
+
+  void send(std::uint64_t epoch, const Bytes& header, const Bytes& body) {
+    if (epoch != epoch_ || !link_) return;
+    const bool is_sent = send_chunks({publisher_, epoch, ++sequence_, 0, 0}, header, body,
+                                     std::min(link_->max_payload(), kMaxPayload), chunk_,
+                                     [this](std::span<const std::byte> payload) {
+                                       return link_->publish(options_.stream_subject(), payload);
+                                     });
+    if (is_sent) {
+      ++statistics_.messages;
+      statistics_.bytes += header.size() + body.size();
+      return;
+    }
+    ++statistics_.dropped;
+    disconnect(
+        "the broker takes nothing");  // part of a message may have left: only another connection makes sense
+  }
+
+  template <class F>
+  void on_io(F&& f) {
+    asio::post(io_, std::forward<F>(f));
+  }
+
+  // --- on the io thread ---
+
+  /// A viewer that joins now gets everything, and changes from there on.
+  void begin(std::uint64_t epoch) {
+    if (viewer_) viewer_->leave();
+    viewer_ = std::make_shared<OwnViewer>(
+        "broker " + shown_url(options_), [this](std::function<void()> f) { on_io(std::move(f)); },
+        [this, epoch](Bytes header, std::shared_ptr<const Bytes> body) {
+          hand_over(epoch, std::move(header), std::move(body));
+        },
+        [this] { asio::post(broker_, [this] { is_asked_ = true; }); });
+    server_.adopt_own(viewer_);
+  }
+
+  void hand_over(std::uint64_t epoch, Bytes header, std::shared_ptr<const Bytes> body) {
+    asio::post(broker_, [this, epoch, viewer = viewer_, header = std::move(header), body = std::move(body)] {
+      send(epoch, header, *body);
+      on_io([viewer] { viewer->done(); });
+    });
+  }
+
+  void lose(const std::string& why) {
+    if (viewer_) viewer_->leave();
+    viewer_ = nullptr;
+    if (std::exchange(was_lost_, true)) return;
+    say(why + "; nothing is published until it is there");
+  }
+
+  void come() {
+    was_lost_ = false;
+    say("connected");
+  }
+
+  void say(const std::string& what) {
+    log_("broker " + shown_url(options_) + ", session " + options_.session + ": " + what);
+  }
+
+  asio::io_context& io_;
+  Server& server_;
+  const BrokerOptions options_;
+  const Log log_;
+  std::shared_ptr<OwnViewer> viewer_;  // io thread; null: the broker is away
+  bool was_lost_ = false;              // io thread: it was said
+
+  asio::io_context broker_{1};  // from here on the broker's thread's
+  asio::steady_timer timer_{broker_};
+  std::optional<NatsLink> link_;
+  ConnectRetry retry_;
+  const std::uint64_t publisher_ = random_number();
+  std::uint64_t epoch_ = 0, sequence_ = 0;
+  std::int64_t epoch_ns_ = 0;
+  bool is_asked_ = false;
+  Bytes chunk_;
+  PublisherStatistics statistics_;
+};
+
+Publisher::Publisher(asio::io_context& io, Server& server, BrokerOptions options, Log log)
+    : impl_(std::make_unique<Impl>(io, server, std::move(options), std::move(log))) {}
+Publisher::~Publisher() = default;
+void Publisher::run() {
+  impl_->run();
+}
+void Publisher::stop() {
+  impl_->stop();
+}
+PublisherStatistics Publisher::statistics() const {
+  return impl_->statistics();
+}
+
+}  // namespace brachy::net
