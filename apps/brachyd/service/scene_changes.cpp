@@ -123,6 +123,11 @@ const std::vector<Key>& keys() {
       FIXED("server.hello_timeout_ms", server.hello_timeout_ms),
       FIXED("server.silence_timeout_ms", server.silence_timeout_ms),
       FIXED("server.stall_timeout_ms", server.stall_timeout_ms),
+      FIXED("broker.url", broker.url),
+      FIXED("broker.session", broker.session),
+      FIXED("broker.tls_ca", broker.tls_ca),
+      FIXED("broker.tls_certificate", broker.tls_certificate),
+      FIXED("broker.tls_key", broker.tls_key),
   };
   return all;
 }
