@@ -248,10 +248,11 @@ class Relay {
     const bool is_first = !std::exchange(was_opened_, true);
     server_options_.port = server.port();  // the next daemon's viewers find it there, too
     if (options_.http_port) {
-      const auto port = http_port_.value_or(static_cast<std::uint16_t>(*options_.http_port));
+      net::HttpOptions http;
+      http.port = http_port_.value_or(static_cast<std::uint16_t>(*options_.http_port));
       net::ServedFiles files = viewer_files();
       if (!files.has_viewer()) say("the viewer is not built: browsers get a page that says how");
-      stage_->http.emplace(io_, server, net::HttpOptions{port}, std::move(files), [](const std::string&) {});
+      stage_->http.emplace(io_, server, std::move(http), std::move(files), [](const std::string&) {});
       http_port_ = stage_->http->port();
     }
     if (scene_) server.show_scene(*scene_);
