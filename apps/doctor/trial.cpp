@@ -20,10 +20,11 @@ namespace {
 
 constexpr char kDone = 'd', kRefused = 'r', kFailed = 'f';  // the first byte of a trial's answer
 
-/// The scene on its own: nobody else's port, no token that may not be read, no file that is written.
+/// The scene on its own: nobody else's port, no token that may not be read, no file that is written, nothing published.
 Scene alone(Scene scene, const std::filesystem::path& trajectory) {
   scene.server = {};
   scene.server.port = 0;
+  scene.broker = {};
   scene.device = {};
   scene.device.trajectory = trajectory.string();
   scene.realtime.control_thread = true;
