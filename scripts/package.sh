@@ -6,7 +6,7 @@ set -euo pipefail
 cd "$(dirname "$0")/.."
 [[ $# == 0 ]] || { sed -n '2,4s/^# \?//p' "$0" >&2; exit 2; }
 
-scripts/setup.sh --viewer
+scripts/setup.sh --viewer --broker
 # A build that was configured without npm does not know of it yet.
 if [[ -f build/release/build.ninja && ! -f build/release/viewer/index.html ]]; then cmake --preset release >/dev/null; fi
 scripts/build.sh release brachyd brachy brachy_core viewer man_pages
