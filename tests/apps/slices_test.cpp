@@ -63,17 +63,17 @@ TEST(Slice, IsWrittenAsIOfN) {
 }
 
 TEST(Slice, EveryRowOfAComparisonIsInOneSliceAndNoneHasMuchMore) {
-  constexpr int kScenes = 11, kModels = 60;
+  constexpr int kSceneCount = 11, kModelCount = 60;
   for (const int n : {1, 2, 3, 8, 60, 100}) {
     std::vector<int> rows(static_cast<std::size_t>(n));
     std::vector<std::set<int>> of_a_model(static_cast<std::size_t>(n));
-    for (int s = 0; s < kScenes; ++s)
-      for (int m = 0; m < kModels; ++m)
+    for (int s = 0; s < kSceneCount; ++s)
+      for (int m = 0; m < kModelCount; ++m)
         for (int i = 1; i <= n; ++i)
           if (ComparePlan::has_row({i, n}, static_cast<std::size_t>(s), static_cast<std::size_t>(m)))
             ++rows[static_cast<std::size_t>(i - 1)], of_a_model[static_cast<std::size_t>(i - 1)].insert(m);
-    EXPECT_EQ(std::accumulate(rows.begin(), rows.end(), 0), kScenes * kModels) << n;
-    EXPECT_LE(std::ranges::max(rows) - std::ranges::min(rows), kScenes) << n;
+    EXPECT_EQ(std::accumulate(rows.begin(), rows.end(), 0), kSceneCount * kModelCount) << n;
+    EXPECT_LE(std::ranges::max(rows) - std::ranges::min(rows), kSceneCount) << n;
   }
 }
 
