@@ -4,6 +4,7 @@ import json
 import os
 import re
 import shutil
+import signal
 import socket
 import subprocess
 import sys
@@ -18,9 +19,8 @@ import matplotlib.pyplot as plt
 
 BIN = Path("build/release/bin")
 AUDIENCES = [1, 10, 50, 200]
-SECONDS = 15  # the needle's whole way, which it goes over and over
+SECONDS = 30  # twice the needle's whole way, which it goes over and over
 SHARE = 1.10  # of what one viewer beside the daemon costs
-NAMES = {"direct": ("beside the daemon", "tab:blue"), "relay": ("behind the relay", "tab:orange")}
 plt.rcParams.update({"svg.hashsalt": "brachyd", "svg.fonttype": "none", "font.family": "sans-serif",
                      "font.sans-serif": ["DejaVu Sans", "Verdana", "Arial"], "axes.spines.top": False,
                      "axes.spines.right": False, "axes.grid": True, "grid.alpha": 0.3, "font.size": 9,
@@ -39,9 +39,16 @@ def free_port():
         return listener.getsockname()[1]
 
 
+def place(is_daemon):
+    """Daemons have a core of their own: the caches and turns of others are no cost of an audience."""
+    cores = sorted(os.sched_getaffinity(0))
+    if len(cores) > 1:
+        os.sched_setaffinity(0, cores[:1] if is_daemon else cores[1:])
+
+
 @contextlib.contextmanager
-def running(command, **options):
-    process = subprocess.Popen([str(part) for part in command], text=True, **options)
+def running(command, is_daemon=False, **options):
+    process = subprocess.Popen([str(part) for part in command], text=True, preexec_fn=lambda: place(is_daemon), **options)
     try:
         yield process
     finally:
@@ -57,31 +64,49 @@ def port_of(process, program):
     return int(found[1])
 
 
-def measure(port, viewers, processes):
-    """Shares of a core that `processes` take while so many viewers of the surface watch at `port`."""
-    command = [BIN / "brachy_crowd", "--port", port, "--viewers", viewers, "--surface", "--seconds", SECONDS + 2]
-    with running(command, stdout=subprocess.PIPE) as crowd:
-        if crowd.stdout.readline() != "ready\n":
-            raise SystemExit("relay_load: the crowd did not come")
-        time.sleep(1)
-        begin, before = time.monotonic(), [processor_s(p) for p in processes]
-        time.sleep(SECONDS)
-        passed, after = time.monotonic() - begin, [processor_s(p) for p in processes]
-        seen = json.loads(crowd.stdout.readline())
+def crowd(stack, port, viewers):
+    """So many viewers of the surface at `port`, once all are there."""
+    command = [BIN / "brachy_crowd", "--port", port, "--viewers", viewers, "--surface", "--seconds", 600]
+    process = stack.enter_context(running(command, stdout=subprocess.PIPE))
+    if process.stdout.readline() != "ready\n":
+        raise SystemExit("relay_load: the crowd did not come")
+    return process
+
+
+def last_words(process, viewers):
+    process.send_signal(signal.SIGINT)
+    seen = json.loads(process.stdout.readline())
     if seen["served"] != viewers:
         raise SystemExit(f"relay_load: {seen['served']} of {viewers} viewers were served: {seen['closed']}")
-    return [(b - a) / passed for a, b in zip(before, after)], seen
+    return seen
 
 
-def row(way, viewers, shares, seen):
-    row = {"way": way, "viewers": viewers, "daemon_percent": 100 * shares[0],
-           "frames_hz": seen["frames"] / viewers / (SECONDS + 2), "gap_p99_ms": seen["gap_ms"]["p99"]}
-    if len(shares) > 1:
-        row["relay_percent"], row["broker_percent"] = 100 * shares[1], 100 * shares[2]
-    print(f"{NAMES[way][0]:18} {viewers:4} viewers: daemon {row['daemon_percent']:5.1f} % of a core, "
-          f"{row['frames_hz']:.1f} frames a second" +
-          (f"; relay {row['relay_percent']:.1f} %, broker {row['broker_percent']:.1f} %" if len(shares) > 1 else ""),
-          flush=True)
+def measure(scene, url, broker, viewers):
+    """Three daemons at once, so that whatever else the machine does is the same for all: one with a viewer, one with all of them
+    beside it, one with all of them behind the relay."""
+    with contextlib.ExitStack() as stack:
+        def start(command, program, **options):
+            process = stack.enter_context(running(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, **options))
+            return process, port_of(process, program)
+        daemon = [BIN / "brachyd", "--config", scene, "--port", 0]
+        one, one_port = start(daemon, "brachyd", is_daemon=True)
+        direct, direct_port = start(daemon, "brachyd", is_daemon=True)
+        published, _ = start([*daemon, "--nats", url], "brachyd", is_daemon=True)
+        relay, relay_port = start([BIN / "brachy", "relay", "--nats", url, "--port", 0], "brachy relay")
+        watching = [(crowd(stack, one_port, 1), 1), (crowd(stack, direct_port, viewers), viewers),
+                    (crowd(stack, relay_port, viewers), viewers)]
+        time.sleep(1)
+        begin, before = time.monotonic(), [processor_s(p) for p in (one, direct, published, relay, broker)]
+        time.sleep(SECONDS)
+        passed, after = time.monotonic() - begin, [processor_s(p) for p in (one, direct, published, relay, broker)]
+        seen = [last_words(*crowd) for crowd in watching]
+    names = ["one_percent", "direct_percent", "behind_percent", "relay_percent", "broker_percent"]
+    row = {"viewers": viewers, **{n: 100 * (b - a) / passed for n, a, b in zip(names, before, after)},
+           "gap_p50_ms": [s["gap_ms"]["p50"] for s in seen], "gap_p99_ms": [s["gap_ms"]["p99"] for s in seen]}
+    row["ratio"] = row["behind_percent"] / row["one_percent"]
+    print(f"{viewers:4} viewers: daemon {row['direct_percent']:.1f} % of a core beside it, {row['behind_percent']:.1f} % behind the "
+          f"relay, {row['ratio']:.2f} of one viewer's {row['one_percent']:.1f} %; relay {row['relay_percent']:.1f} %, "
+          f"broker {row['broker_percent']:.1f} %; frames every {row['gap_p50_ms'][2]:.1f} ms", flush=True)
     return row
 
 
@@ -92,47 +117,31 @@ def measure_all(audiences, folder):
         scene, count = re.subn(rf"(?m)^{key} = .*$", f"{key} = {value}", scene, count=1)
         assert count == 1, key
     (folder / "scene.toml").write_text(scene)
-    daemon = [BIN / "brachyd", "--config", folder / "scene.toml", "--port", 0]
     url = f"nats://127.0.0.1:{free_port()}"
     nats = shutil.which("nats-server", path=os.environ["PATH"] + ":/usr/sbin")
-    rows = []
-    with contextlib.ExitStack() as stack:
-        def start(command, **options):
-            return stack.enter_context(running(command, stderr=subprocess.DEVNULL, **options))
-        broker = start([nats, "-a", "127.0.0.1", "-p", url.rsplit(":", 1)[1]])
-        # Never both at once: each daemon has what the machine has.
-        for viewers in audiences:
-            with running(daemon, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL) as direct:
-                shares, seen = measure(port_of(direct, "brachyd"), viewers, [direct])
-                rows.append(row("direct", viewers, shares, seen))
-            with running([*daemon, "--nats", url], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL) as published, \
-                    running([BIN / "brachy", "relay", "--nats", url, "--port", 0], stdout=subprocess.PIPE,
-                            stderr=subprocess.DEVNULL) as relay:
-                port_of(published, "brachyd")
-                shares, seen = measure(port_of(relay, "brachy relay"), viewers, [published, relay, broker])
-                rows.append(row("relay", viewers, shares, seen))
-    return rows
+    with running([nats, "-a", "127.0.0.1", "-p", url.rsplit(":", 1)[1]], stderr=subprocess.DEVNULL) as broker:
+        return [measure(folder / "scene.toml", url, broker, viewers) for viewers in audiences]
 
 
-def table(rows, one):
-    lines = ["| viewers | daemon, % of a core: beside it | behind the relay | of one viewer's beside it | relay, % | broker, % |",
-             "|" + "---|" * 6]
-    for direct in (r for r in rows if r["way"] == "direct"):
-        relay = next(r for r in rows if r["way"] == "relay" and r["viewers"] == direct["viewers"])
-        lines.append(f"| {direct['viewers']} | {direct['daemon_percent']:.1f} | {relay['daemon_percent']:.1f} | "
-                     f"{relay['daemon_percent'] / one:.2f} | {relay['relay_percent']:.1f} | {relay['broker_percent']:.1f} |")
-    lines += ["", f"Default scene, the needle of config/insertion.csv moving; viewers of the surface, 30 Hz; daemon, broker, relay "
-              f"and viewers on one machine of {os.cpu_count()} cores; processor time over {SECONDS} s each, from /proc/PID/stat."]
+def table(rows):
+    lines = ["| viewers | daemon, % of a core: beside it | behind the relay | one viewer beside it | ratio | relay, % | broker, % |",
+             "|" + "---|" * 7]
+    for r in rows:
+        lines.append(f"| {r['viewers']} | {r['direct_percent']:.1f} | {r['behind_percent']:.1f} | {r['one_percent']:.1f} | "
+                     f"{r['ratio']:.2f} | {r['relay_percent']:.1f} | {r['broker_percent']:.1f} |")
+    lines += ["", "Default scene, the needle of config/insertion.csv moving; viewers of the surface, 30 Hz. The three daemons of a row run "
+              f"at the same time on one core, broker, relay and viewers on the other; processor time over {SECONDS} s, from /proc/PID/stat."]
     return "\n".join(lines) + "\n"
 
 
-def draw(rows, one, folder):
+def draw(rows, folder):
     figure, axes = plt.subplots(figsize=(6.4, 4))
-    for way, (name, color) in NAMES.items():
-        at = [r for r in rows if r["way"] == way]
-        axes.plot([r["viewers"] for r in at], [r["daemon_percent"] for r in at], "o-", color=color, label=name)
-    axes.axhspan(one / SHARE, one * SHARE, color="tab:gray", alpha=0.25, linewidth=0, label="one viewer's ± 10 %")
-    viewers = sorted({r["viewers"] for r in rows})
+    viewers = [r["viewers"] for r in rows]
+    one = [r["one_percent"] for r in rows]
+    axes.plot(viewers, [r["direct_percent"] for r in rows], "o-", color="tab:blue", label="beside the daemon")
+    axes.plot(viewers, [r["behind_percent"] for r in rows], "o-", color="tab:orange", label="behind the relay")
+    axes.fill_between(viewers, [o / SHARE for o in one], [o * SHARE for o in one], color="tab:gray", alpha=0.25, linewidth=0,
+                      label="one viewer beside it, ± 10 %")
     axes.set(xscale="log", xlabel="viewers of the surface", ylabel="the daemon's processor time, % of a core", ylim=(0, None))
     axes.set_xticks(viewers, [str(v) for v in viewers])
     axes.minorticks_off()
@@ -145,11 +154,10 @@ def main():
     kept, charts, quick = Path(sys.argv[1]), Path(sys.argv[2]), "--quick" in sys.argv[3:]
     with tempfile.TemporaryDirectory() as folder:
         rows = measure_all([1, 50] if quick else AUDIENCES, Path(folder))
-    one = next(r["daemon_percent"] for r in rows if r["way"] == "direct" and r["viewers"] == 1)
-    worst = max(r["daemon_percent"] for r in rows if r["way"] == "relay") / one
+    worst = max(r["ratio"] for r in rows)
     kept.write_text(json.dumps({"rows": rows, "worst_share": worst, "largest_share": SHARE}, indent=1) + "\n")
-    (charts / "relay_load.md").write_text(table(rows, one))
-    draw(rows, one, charts)
+    (charts / "relay_load.md").write_text(table(rows))
+    draw(rows, charts)
     print(f"relay_load: behind the relay the daemon takes at most {worst:.2f} of what one viewer beside it costs; "
           f"table and chart in {charts}, figures in {kept}")
     return 0 if worst <= SHARE else 1
