@@ -1,12 +1,13 @@
 #!/usr/bin/env bash
 # What an audience costs the daemon: its processor time with 1, 10, 50 and 200 viewers of the surface, the needle moving, beside it and
-# behind `brachy relay`. Ends with 0 only if behind the relay it stays within 10 % of one viewer's beside it. Two minutes and a half; two cores at least.
+# behind `brachy relay`. Ends with 0 only if behind the relay it stays within 10 % of one viewer's beside it. Five minutes; two cores at
+# least.
 #   scripts/relay_load.sh [--quick] [--charts DIR] [--json FILE] [--store]
 # --quick: 1 and 50 viewers. --store: table and chart in tests/reference/relay_load, which the README shows, become those of this run.
 set -euo pipefail
 from=$PWD
 cd "$(dirname "$0")/.."
-usage() { sed -n '2,5s/^# \?//p' "$0" >&2; exit 2; }
+usage() { sed -n '2,6s/^# \?//p' "$0" >&2; exit 2; }
 
 . scripts/chart_options.sh
 scripts/setup.sh --broker
