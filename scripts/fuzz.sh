@@ -45,6 +45,7 @@ fuzz() {  # TARGET, in a shell of its own, which it becomes; its files go to mem
   local corpus=$work/corpus/$1
   mkdir -p "$corpus"
   export TMPDIR=/dev/shm ASAN_OPTIONS=allow_addr2line=1 UBSAN_OPTIONS=print_stacktrace=1:allow_addr2line=1
+  export LSAN_OPTIONS=suppressions=tests/fuzz/leaks.supp:print_suppressions=0
   exec build/asan/bin/"$1_fuzz" -max_total_time="$seconds" -timeout=20 \
     -rss_limit_mb=1024 -malloc_limit_mb=256 -print_final_stats=1 -dict=tests/fuzz/dictionaries/"$(dictionary "$1")".dict \
     -artifact_prefix=$work/findings/"$1"- "$corpus" tests/fuzz/corpus/"$1" >$work/log/"$1" 2>&1
