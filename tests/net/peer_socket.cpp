@@ -18,10 +18,14 @@ using boost::asio::ip::tcp;
 PeerSocket::PeerSocket(boost::asio::io_context& io, std::uint16_t port, int receive_buffer, TlsContext tls,
                        const std::string& from)
     : socket_(io), context_(std::move(tls)) {
-  socket_.open(tcp::v4());
-  if (receive_buffer > 0) socket_.set_option(boost::asio::socket_base::receive_buffer_size(receive_buffer));
-  socket_.bind({boost::asio::ip::make_address(from), 0});
-  socket_.connect({boost::asio::ip::address_v4::loopback(), port});
+  boost::system::error_code error;
+  do {
+    socket_ = tcp::socket(io, tcp::v4());
+    if (receive_buffer > 0) socket_.set_option(boost::asio::socket_base::receive_buffer_size(receive_buffer));
+    socket_.bind({boost::asio::ip::make_address(from), 0});
+    socket_.connect({boost::asio::ip::address_v4::loopback(), port}, error);
+  } while (error == boost::asio::error::interrupted);  // by libFuzzer's clock
+  if (error) throw boost::system::system_error(error, "connect");
   socket_.set_option(tcp::no_delay(true));
   if (!context_) return;
   tls_.reset(SSL_new(context_->native_handle()));
