@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Builds brachy_bench and runs it beside the paper's way and the machine's limits; prints what issue 3 asks for and
-# whether it is met; writes JSON and SVG charts. Wants a quiet machine; takes some 20 minutes, --quick two.
+# Builds brachy_bench and runs it beside the paper's method and the machine's limits; prints the performance goals and
+# whether they are met; writes JSON and SVG charts. Wants a quiet machine; takes some 20 minutes, --quick two.
 #   scripts/bench.sh [--quick] [--json FILE] [--charts DIR] [--simd TARGET] [Google Benchmark's options]
 set -euo pipefail
 from=$PWD
@@ -12,12 +12,12 @@ charts=$out
 options=()
 while (($#)); do
   case $1 in
-    --json | --charts | --simd) (($# > 1)) || { sed -n '2,4s/^# \?//p' "$0" >&2; exit 2; } ;;&
+    --json | --charts | --simd) (($# > 1)) || { sed -n '2,/^[^#]/s/^# \?//p' "$0" >&2; exit 2; } ;;&
     --json) json=$(cd "$from" && realpath -m "$2"); shift ;;
     --charts) charts=$(cd "$from" && realpath -m "$2"); shift ;;
     --simd) options+=("--simd=$2"); shift ;;
     --quick | --benchmark_*) options+=("$1") ;;
-    *) sed -n '2,4s/^# \?//p' "$0" >&2; exit 2 ;;
+    *) sed -n '2,/^[^#]/s/^# \?//p' "$0" >&2; exit 2 ;;
   esac
   shift
 done
@@ -26,5 +26,5 @@ scripts/setup.sh --charts
 scripts/build.sh release brachy_bench
 mkdir -p "$(dirname "$json")" "$charts"
 build/release/bin/brachy_bench "${options[@]}" --json="$json"
-/usr/bin/python3 scripts/bench_charts.py "$json" "$charts"
+/usr/bin/python3 scripts/charts/bench_charts.py "$json" "$charts"
 echo "bench: figures in $json, charts in $charts"

@@ -1,6 +1,6 @@
-# To be sourced: start_daemon FOLDER OPTIONS… starts brachyd with these options and waits until it listens. Then $daemon is its
-# process id and $address its HOST:PORT; its output is in FOLDER/daemon.out and FOLDER/daemon.log. It ends with the script, or
-# by end_daemon, which waits for its last words.
+# To be sourced: start_daemon FOLDER OPTIONS… starts brachyd with these options and waits until it listens. Then
+# $daemon is its process id and $address its HOST:PORT; its output is in FOLDER/daemon.out and FOLDER/daemon.log. It
+# ends with the script, or by end_daemon, which waits for its last words.
 daemon=
 start_daemon() {
   local folder=$1; shift

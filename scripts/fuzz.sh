@@ -1,13 +1,14 @@
 #!/usr/bin/env bash
-# Fuzzes every decoder of what comes from outside, two at a time, under AddressSanitizer and UndefinedBehaviorSanitizer. Ends
-# with 1 if an input was found that crashes, hangs, leaks, or breaks what a target says must hold.
+# Fuzzes every decoder of what comes from outside, two at a time, under AddressSanitizer and
+# UndefinedBehaviorSanitizer. Ends with 1 if an input was found that crashes, hangs, leaks, or breaks what a target
+# says must hold.
 #   scripts/fuzz.sh [--seconds N | --short | --long] [--keep] [TARGET…]
 #     seconds for each target: 10, --short 60, --long 3600; TARGET: a tests/fuzz/TARGET_fuzz.cpp, by default all
 #     --keep: inputs that reach what no kept one does join tests/fuzz/corpus
 set -euo pipefail
 cd "$(dirname "$0")/.."
 seconds=10 keep=0 targets=()
-usage() { sed -n '2,6s/^# \?//p' "$0" >&2; exit 2; }
+usage() { sed -n '2,/^[^#]/s/^# \?//p' "$0" >&2; exit 2; }
 while (($#)); do
   case $1 in
     --seconds) seconds=${2:-}; shift ;;
@@ -47,7 +48,8 @@ fuzz() {  # TARGET, in a shell of its own, which it becomes; its files go to mem
   export TMPDIR=/dev/shm ASAN_OPTIONS=allow_addr2line=1 UBSAN_OPTIONS=print_stacktrace=1:allow_addr2line=1
   export LSAN_OPTIONS=suppressions=tests/fuzz/leaks.supp:print_suppressions=0
   exec build/asan/bin/"$1_fuzz" -max_total_time="$seconds" -timeout=20 \
-    -rss_limit_mb=1024 -malloc_limit_mb=256 -print_final_stats=1 -dict=tests/fuzz/dictionaries/"$(dictionary "$1")".dict \
+    -rss_limit_mb=1024 -malloc_limit_mb=256 -print_final_stats=1 \
+        -dict=tests/fuzz/dictionaries/"$(dictionary "$1")".dict \
     -artifact_prefix=$work/findings/"$1"- "$corpus" tests/fuzz/corpus/"$1" >$work/log/"$1" 2>&1
 }
 
@@ -95,7 +97,8 @@ for target in "${targets[@]}"; do
   elif ((keep)); then
     mkdir -p tests/fuzz/corpus/"$target"
     # Few and small: one for each edge that no other reaches, and nothing long.
-    build/asan/bin/"${target}_fuzz" -set_cover_merge=1 -use_counters=0 -max_len=400 tests/fuzz/corpus/"$target" $work/corpus/"$target" \
+    build/asan/bin/"${target}_fuzz" -set_cover_merge=1 -use_counters=0 -max_len=400 tests/fuzz/corpus/"$target" \
+        $work/corpus/"$target" \
       >$work/log/"$target"-merge 2>&1
   fi
 done

@@ -1,13 +1,13 @@
 #!/usr/bin/env bash
 # Shows the whole system at work, once, and ends by itself: the daemon deforms the default prostate while a scripted
-# needle is driven in and out over TCP; one client watches, one records. Then leaves a daemon to look at in a browser, for ten
-# minutes, and prints its link. Installs and builds what is missing.
+# needle is driven in and out over TCP; one client watches, one records. Then leaves a daemon to look at in a
+# browser, for ten minutes, and prints its link. Installs and builds what is missing.
 #   scripts/run.sh [--no-viewer] [TRAJECTORY.csv] [SCENE.toml]      default: one insertion; to look at: a whole implant
 set -euo pipefail
 cd "$(dirname "$0")/.."
 shows=1
 if [[ ${1:-} == --no-viewer ]]; then shows=0; shift; fi
-[[ $# -le 2 && ${1:-} != -* ]] || { sed -n '2,6s/^# \?//p' "$0" >&2; exit 2; }
+[[ $# -le 2 && ${1:-} != -* ]] || { sed -n '2,/^[^#]/s/^# \?//p' "$0" >&2; exit 2; }
 trajectory=${1:-config/insertion.csv}
 scene=${2:-config/prostate.toml}
 
@@ -15,7 +15,8 @@ targets=(brachyd brachy)
 if ((shows)); then
   scripts/setup.sh --viewer
   # A build that was configured without npm does not know of it yet.
-  if [[ -f build/release/build.ninja && ! -f build/release/viewer/index.html ]]; then cmake --preset release >/dev/null; fi
+  if [[ -f build/release/build.ninja && ! -f build/release/viewer/index.html ]]; then cmake \
+      --preset release >/dev/null; fi
   targets+=(viewer)
 fi
 scripts/build.sh release "${targets[@]}"

@@ -1,13 +1,13 @@
 #!/usr/bin/env bash
-# A whole implant, by a script instead of a hand: the plan's needles go in one after the other through the template, leave
-# their seeds as they are drawn back, and the session ends with its score. Installs and builds what is missing.
+# A whole implant, by a script instead of a hand: the plan's needles go in one after the other through the template,
+# leave their seeds as they are drawn back, and the session ends with its score. Installs and builds what is missing.
 #   scripts/session.sh [--offline] [SCENE.toml]     the scene needs a plan; default: config/session.toml
 #     --offline: the same simulation without daemon and clock, in a few seconds instead of a minute
 set -euo pipefail
 cd "$(dirname "$0")/.."
 offline=0
 if [[ ${1:-} == --offline ]]; then offline=1; shift; fi
-[[ $# -le 1 && ${1:-} != -* ]] || { sed -n '2,5s/^# \?//p' "$0" >&2; exit 2; }
+[[ $# -le 1 && ${1:-} != -* ]] || { sed -n '2,/^[^#]/s/^# \?//p' "$0" >&2; exit 2; }
 scene=${1:-config/session.toml}
 speed=2  # needles at 100 mm/s in, 40 mm/s out
 

@@ -1,15 +1,18 @@
 #!/usr/bin/env bash
 # Installs what building, testing and running need, where it is missing. Debian 12.
-#   scripts/setup.sh [--viewer] [--broker] [--all] [--fuzz] [--charts] [--reference] [--pictures] [--latency] [--packages]
+#   scripts/setup.sh [--viewer] [--broker] [--tests] [--all] [--fuzz] [--charts] [--reference] [--pictures] [--latency]
+#       [--packages]
 #     --viewer: also what building the viewer needs (node and npm)
 #     --broker: also what publishing to NATS needs (libnats), and a NATS server
-#     --all: also what `scripts/test.sh --all` needs (format; the viewer, a browser for its tests; OpenIGTLink's
-#            own programs, as peers; a wall clock that jumps; systemd's check of the unit; --broker; --fuzz)
+#     --tests: also what `scripts/test.sh` needs, so that it skips no test (the viewer, a browser for its tests;
+#            OpenIGTLink's own programs, as peers; a wall clock that jumps; systemd's check of the unit; a model
+#            checker; --broker)
+#     --all: also what `scripts/test.sh --all` needs (--tests; format; names; --fuzz)
 #     --fuzz: also what the preset asan needs (clang with its sanitizers and libFuzzer)
 #     --charts: also what draws the charts of scripts/bench.sh
-#     --pictures: also what scripts/screenshots.sh needs, beside --all
-#     --latency: also what scripts/latency.sh compares with
-#     --packages: also what scripts/package_check.sh needs, with all its options
+#     --pictures: also what scripts/charts/screenshots.sh needs, beside --all
+#     --latency: also what scripts/campaigns/latency.sh compares with
+#     --packages: also what scripts/package/package_check.sh needs, with all its options
 #     --reference: also what scripts/reference needs (CalculiX and gmsh as programs, numpy, scipy)
 set -euo pipefail
 
@@ -20,13 +23,13 @@ broker=(libnats-dev nats-server)
 fuzz=(clang-14 libclang-rt-14-dev)
 for option in "$@"; do
   case $option in
-    --viewer | --all)
+    --viewer | --tests | --all)
       # Another vendor's node stays as it is; Debian's packages would replace it.
       command -v npm >/dev/null || packages+=(nodejs npm)
-      if [[ $option == --all ]]; then
-        packages+=(clang-format-14 relacy-dev faketime systemd chromium libopenigtlink-dev openigtlink-examples "${broker[@]}"
-                   "${fuzz[@]}")
+      if [[ $option != --viewer ]]; then
+        packages+=(relacy-dev faketime systemd chromium libopenigtlink-dev openigtlink-examples "${broker[@]}")
       fi
+      if [[ $option == --all ]]; then packages+=(clang-format-14 clang-tidy-14 "${fuzz[@]}"); fi
       ;;
     --broker) packages+=("${broker[@]}") ;;
     --fuzz) packages+=("${fuzz[@]}") ;;
@@ -35,7 +38,8 @@ for option in "$@"; do
     --packages) packages+=(debootstrap lintian systemd-container) ;;
     --charts) packages+=(python3-matplotlib python3-numpy) ;;
     --reference) packages+=(calculix-ccx gmsh python3-numpy python3-scipy) ;;
-    *) echo "setup: unknown option $option; there are --viewer, --broker, --all, --fuzz, --charts, --pictures, --latency, --packages and --reference" >&2; exit 2 ;;
+    *) echo "setup: unknown option $option; there are --viewer, --broker, --tests, --all, --fuzz, --charts," \
+         "--pictures, --latency, --packages and --reference" >&2; exit 2 ;;
   esac
 done
 

@@ -5,7 +5,7 @@
 
 namespace brachy::test {
 
-/// The shared data folder named by BRACHY_DATA_DIR (set by .ci/run), or empty: such a test says GTEST_SKIP.
+/// The shared data folder named by BRACHY_DATA_DIR (set by .ci/run), or empty: such a test is skipped.
 inline std::filesystem::path data_dir() {
   const char* dir = std::getenv("BRACHY_DATA_DIR");
   return dir && std::filesystem::is_directory(dir) ? std::filesystem::path(dir) : std::filesystem::path();

@@ -1,6 +1,6 @@
 #pragma once
 
-// GCC defines a macro, clang answers a question.
+// GCC defines a macro, clang has __has_feature.
 #if defined(__has_feature)
 #define BRACHY_ADDRESS_SANITIZER __has_feature(address_sanitizer)
 #define BRACHY_THREAD_SANITIZER __has_feature(thread_sanitizer)

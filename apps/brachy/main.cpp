@@ -1,46 +1,54 @@
+// The tools of `brachy`, in the order of its help. A tool is a file of its own and two lines here; see README.md.
 #include <iostream>
+#include <vector>
 
-#include "apps/brachy/tools.h"
-#include "apps/command_line.h"
-#include "core/error.h"
+#include "apps/brachy/exec_study.h"
+#include "apps/command_line/study_commands.h"
+#include "apps/command_line/tool.h"
+
+namespace brachy {
+
+Tool replay_tool();
+Tool watch_tool();
+Tool record_tool();
+Tool relay_tool();
+Tool export_tool();
+Tool deform_tool();
+Tool dose_tool();
+Tool inspect_tool();
+Tool advise_tool();
+Tool plot_force_tool();
+Tool metrics_tool();
+Tool score_tool();
+Tool plan_tool();
+Tool token_tool();
+
+}  // namespace brachy
 
 namespace {
 
 using namespace brachy;
 
-struct Run {
-  int operator()(const ReplayOptions& o) const { return o.connect ? replay_live(o) : replay_offline(o); }
-  int operator()(const WatchOptions& o) const { return watch(o); }
-  int operator()(const RecordOptions& o) const { return record(o); }
-  int operator()(const RelayOptions& o) const { return relay(o); }
-  int operator()(const ExportOptions& o) const { return export_recording(o); }
-  int operator()(const DeformOptions& o) const { return deform(o); }
-  int operator()(const DoseOptions& o) const { return dose(o); }
-  int operator()(const InspectOptions& o) const { return inspect(o); }
-  int operator()(const CompareOptions& o) const { return compare(o); }
-  int operator()(const StabilityOptions& o) const { return stability(o); }
-  int operator()(const ZWidthOptions& o) const { return zwidth(o); }
-  int operator()(const AdviseOptions& o) const { return advise(o); }
-  int operator()(const PlotForceOptions& o) const { return plot_force(o); }
-  int operator()(const PlanOptions& o) const { return plan(o); }
-  int operator()(const MetricsOptions& o) const { return metrics(o); }
-  int operator()(const ScoreOptions& o) const { return score(o); }
-  int operator()(const TokenOptions& o) const { return token(o); }
-};
+std::vector<Tool> all_tools() {
+  std::vector<Tool> tools = {replay_tool(), watch_tool(),  record_tool(), relay_tool(),
+                             export_tool(), deform_tool(), dose_tool(),   inspect_tool()};
+  // Their arguments are parsed by brachy-study.
+  for (const StudyCommand& command : kStudyCommands) tools.push_back({command.name, command.summary, "", {}});
+  for (const auto tool : {advise_tool, plot_force_tool, metrics_tool, score_tool, plan_tool, token_tool})
+    tools.push_back(tool());
+  return tools;
+}
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  std::optional<int> exit_code;
-  const ToolOptions options = parse_tool_line(argc, argv, exit_code);
-  if (exit_code) return *exit_code;
-  try {
-    return std::visit(Run{}, options);
-  } catch (const UserError& e) {
-    std::cerr << "brachy: " << e.what() << "\n";
-    return kExitBadInput;
-  } catch (const std::exception& e) {
-    std::cerr << "brachy: " << e.what() << "\n";
-    return kExitFailed;
+  if (argc > 1 && is_study_command(argv[1])) {
+    try {
+      exec_study(argv);
+    } catch (const UserError& e) {
+      std::cerr << "brachy: " << e.what() << "\n";
+      return kExitBadInput;
+    }
   }
+  return run_tools("brachy", "Tools for the brachytherapy simulator.", all_tools(), argc, argv);
 }

@@ -8,13 +8,13 @@
 #include <cstdlib>
 #include <iostream>
 
-#include "apps/brachyd/daemon.h"
-#include "apps/brachyd/daemon_setup.h"
-#include "apps/brachyd/service/patient_stderr.h"
-#include "apps/brachyd/summary_report.h"
-#include "apps/command_line.h"
+#include "apps/command_line/daemon_line.h"
+#include "apps/daemon/control/read_scene.h"
+#include "apps/daemon/daemon.h"
+#include "apps/daemon/service/non_blocking_stderr.h"
+#include "apps/daemon/telemetry/summary_report.h"
 #include "apps/doctor/doctor.h"
-#include "core/error.h"
+#include "core/base/error.h"
 
 namespace {
 
@@ -24,7 +24,7 @@ int run(const DaemonOptions& options) {
   const Scene scene = read_scene(options);
   if (options.check_config) {
     DaemonOptions any_port = options;
-    any_port.port = 0;  // a scene is good whether or not another daemon runs
+    any_port.port = 0;  // a scene is valid whether or not another daemon uses its ports
     if (scene.server.http_port > 0) any_port.http_port = 0;
     if (scene.server.igtl_port > 0) any_port.igtl_port = 0;
     const Daemon daemon(scene, any_port);
@@ -41,19 +41,20 @@ int run(const DaemonOptions& options) {
   const DaemonSummary summary = daemon.run();
   std::cerr << to_text(summary);
   if (options.json) std::cout << to_json(summary) << std::endl;
-  if (summary.is_worker_busy) std::_Exit(kExitOk);  // all is said and closed; not to wait seconds for nothing
+  if (summary.is_worker_busy) std::_Exit(kExitOk);  // all is reported and closed; do not wait for the worker
   return kExitOk;
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  // A log that nobody reads any more, or a file that may not grow, ends nothing: the write fails, and says so.
+  // A closed log pipe or a file size limit must not kill the daemon: the write fails and is reported.
   std::signal(SIGPIPE, SIG_IGN);
   std::signal(SIGXFSZ, SIG_IGN);
-  static PatientStderr& patient_stderr = *new PatientStderr(STDERR_FILENO);  // cerr is flushed after all else
-  if (patient_stderr.is_needed()) {
-    std::cerr.rdbuf(&patient_stderr);
+  // never destroyed: cerr is flushed last
+  static NonBlockingStderr& non_blocking_stderr = *new NonBlockingStderr(STDERR_FILENO);
+  if (non_blocking_stderr.is_needed()) {
+    std::cerr.rdbuf(&non_blocking_stderr);
     spdlog::set_default_logger(std::make_shared<spdlog::logger>(
         "brachyd", std::make_shared<spdlog::sinks::ostream_sink_mt>(std::cerr)));
   } else {

@@ -10,7 +10,7 @@ namespace brachy {
 namespace {
 
 constexpr double kLeft = 70, kRight = 20, kTop = 62, kBottom = 52;  // margins around its axes
-constexpr double kNear = 0.5;                                       // px: nearer points are left out
+constexpr double kNear = 0.5;                                       // px: nearer points are omitted
 constexpr const char* kFont = "font-family=\"sans-serif\" fill=\"#222\"";
 
 /// From values to px along one axis.
@@ -30,7 +30,7 @@ struct Axis {
     most += pad;
   }
   double px_per_unit() const { return std::abs(to_px - from_px) / (most - least); }
-  /// Takes in as much more, on both sides, as it takes for no more px to a unit.
+  /// Extends the range on both sides until a unit has `px` pixels.
   void loosen(double px) {
     const double pad = 0.5 * (std::abs(to_px - from_px) / px - (most - least));
     least -= pad;
@@ -57,7 +57,7 @@ std::string stroke(const ChartLine& line) {
                      line.dashes.empty() ? "" : " stroke-dasharray=\"" + xml_escaped(line.dashes) + "\"");
 }
 
-/// A head at (x, y) px for what comes from (from_x, from_y); none where that is nearer than the head is long.
+/// An arrow head at (x, y) px for a line from (from_x, from_y); none where the line is shorter than the head.
 std::string arrow_head(const ChartLine& line, double from_x, double from_y, double x, double y) {
   constexpr double kLong = 5, kWide = 2.2;
   const double dx = x - from_x, dy = y - from_y, length = std::hypot(dx, dy);
@@ -74,7 +74,7 @@ std::string polylines(const ChartLine& line, const Axis& x, const Axis& y) {
   std::string out, head;
   bool open = false;
   double last_x = 0, last_y = 0;
-  const auto put = [&](double px, double py) {
+  const auto add_point = [&](double px, double py) {
     if (open && line.arrows) head = arrow_head(line, last_x, last_y, px, py);
     out += fmt::format("{:.2f},{:.2f} ", last_x = px, last_y = py);
   };
@@ -91,7 +91,7 @@ std::string polylines(const ChartLine& line, const Axis& x, const Axis& y) {
         i + 1 == line.x.size() || !std::isfinite(line.x[i + 1]) || !std::isfinite(line.y[i + 1]);
     if (open && !ends && std::hypot(px - last_x, py - last_y) < kNear) continue;
     if (!open) out += opening;
-    put(px, py);
+    add_point(px, py);
     open = true;
   }
   close();
@@ -130,7 +130,7 @@ std::string axes(const Chart& chart, const Axis& x, const Axis& y) {
                        fmt::format(" transform=\"rotate(-90 18 {:.1f})\"", middle));
 }
 
-/// In a row above the axes, or in two where one is too short.
+/// The legend, in one row above the axes, or in two if one is too short.
 std::string legend(const Chart& chart, double top) {
   struct Entry {
     const ChartLine& line;

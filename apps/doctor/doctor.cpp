@@ -9,24 +9,24 @@
 #include <fstream>
 #include <iostream>
 
-#include "apps/brachyd/daemon_setup.h"
+#include "apps/daemon/control/read_scene.h"
 #include "apps/doctor/doctor_report.h"
-#include "core/error.h"
+#include "core/base/error.h"
 
 namespace brachy {
 namespace {
 
-/// A file of its own in the system's folder for temporary ones, gone with it.
+/// A temporary file, removed by the destructor.
 class TemporaryFile {
  public:
   explicit TemporaryFile(const std::string& text) {
     std::string name = std::filesystem::temp_directory_path() / "brachyd-doctor-XXXXXX";
     const int descriptor = ::mkstemp(name.data());
-    if (descriptor < 0) throw UserError(name + ": cannot be made; name another folder by TMPDIR");
+    if (descriptor < 0) throw UserError(name + ": cannot be created; set TMPDIR to another directory");
     ::close(descriptor);
     path = name;
     if (!(std::ofstream(path) << text << std::flush))
-      throw UserError(name + ": cannot be written; name another folder by TMPDIR");
+      throw UserError(name + ": cannot be written; set TMPDIR to another directory");
   }
   ~TemporaryFile() {
     std::error_code ignored;
@@ -42,12 +42,12 @@ class TemporaryFile {
 
 int doctor(const DaemonOptions& options) {
   spdlog::set_level(spdlog::level::err);
-  ::unsetenv("NOTIFY_SOCKET");  // the daemons that are tried are nobody's service
+  ::unsetenv("NOTIFY_SOCKET");  // the daemons on trial are not the service
   const double seconds = options.doctor_s.value();
   const Scene scene = read_scene(options);
   const TemporaryFile insertion(representative_insertion(scene, seconds));
   std::cerr << fmt::format("doctor: the machine's clock, {:g} s\n", seconds);
-  const Machine machine = look_at_machine(scene, seconds);
+  const Machine machine = measure_machine(scene, seconds);
   const Diagnosis diagnosis = diagnose(scene, [&](const Scene& tried) {
     std::cerr << fmt::format("doctor: {}, support {:g} mm, at {:g} Hz, {:g} s\n", tried.model.kernel,
                              tried.model.support_radius_mm, tried.rates.deformation_hz, seconds);

@@ -1,11 +1,12 @@
 #pragma once
 
-#include "apps/options.h"
+#include "apps/command_line/options.h"
 
 namespace brachy {
 
-/// `brachyd doctor`: what this machine grants, and whether the scene is too heavy for it; the answer on standard output. Exit
-/// code 0: the scene fits, 1: it does not. Throws UserError for a scene that is not good. Precondition: one thread.
+/// `brachyd doctor`: checks what this machine grants and whether it runs the scene in time; prints the answer
+/// to standard output. Exit code 0: the scene fits, 1: it does not. Throws UserError for an invalid scene.
+/// Precondition: one thread.
 int doctor(const DaemonOptions& options);
 
 }  // namespace brachy

@@ -4,7 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "apps/quantiles.h"
+#include "apps/reports/quantiles.h"
 
 namespace brachy {
 namespace {
@@ -20,7 +20,7 @@ std::string trial_text(const Trial& t) {
                      t.deformation_hz, r.tick_p99_ms, t.budget_ms(), r.missed, r.ticks + r.missed);
 }
 
-/// Where a thread that has nothing to do is woken late too, the scene is not all to blame.
+/// If an idle thread is woken late too, the machine is part of the cause.
 std::string blame(const Machine& m) {
   const double late_ms = 1e-6 * static_cast<double>(m.lateness_ns.quantile(0.99)),
                period_ms = 1e3 * m.period_s;
@@ -28,7 +28,7 @@ std::string blame(const Machine& m) {
   return fmt::format(" This machine wakes even an idle thread {:.1f} ms late (p99): {}.", late_ms,
                      m.is_measured_with_fifo || !m.fifo_refusal.empty()
                          ? "free it of other work"
-                         : "free it of other work, or give [realtime] fifo_priority");
+                         : "free it of other work, or set [realtime] fifo_priority");
 }
 
 std::string answer(const Machine& m, const Diagnosis& d) {
@@ -37,11 +37,11 @@ std::string answer(const Machine& m, const Diagnosis& d) {
   const std::string heavy =
       fmt::format("The scene is too heavy for this machine. {}.{}", trial_text(own), blame(m));
   if (!d.fit)
-    return heavy + " Nothing that was tried fits: give it fewer points (tissue.points), or a faster machine.";
+    return heavy + " No model and rate that were tried fit: reduce tissue.points, or use a faster machine.";
   return heavy + fmt::format(" This fits: {}.", trial_text(d.tried[*d.fit]));
 }
 
-/// What of the scene's keys the trial differs in, as TOML.
+/// The keys in which the trial differs from the scene, as TOML.
 std::string keys_of(const Trial& t, const Trial& own) {
   std::string keys;
   const bool is_other_support = t.support_radius_mm > 0 && t.support_radius_mm != own.support_radius_mm;
@@ -79,7 +79,7 @@ std::string machine_text(const Machine& m) {
                                  m.cores == 1 ? "" : "s", m.simd);
   text += fmt::format("  SCHED_FIFO {}: {}{}\n", m.fifo_priority, granted(m.fifo_refusal),
                       m.fifo_refusal.empty() && !m.is_measured_with_fifo
-                          ? ", and not asked for: [realtime] fifo_priority"
+                          ? ", but not requested: set [realtime] fifo_priority"
                           : "");
   text += fmt::format("  memory lock: {}\n", granted(m.memory_refusal));
   text += fmt::format("  wake-up lateness over {:g} s at {:g} Hz{}, ms: {}\n", m.seconds, 1 / m.period_s,

@@ -7,9 +7,10 @@
 
 namespace brachy {
 
-/// For people: the answer as a sentence, what to write into the scene where it does not fit, and what was found.
+/// For the terminal: the answer as a sentence, the keys to change if the scene does not fit, and the measurements.
 std::string to_text(const Machine& machine, const Scene& scene, const Diagnosis& diagnosis);
-/// One line. "fits": whether the scene does as it is; "take": what does instead, with the scene's keys.
+/// One line. "fits": whether the scene fits as it is; "take": the recommended model and rate, with the
+/// scene's keys.
 std::string to_json(const Machine& machine, const Scene& scene, const Diagnosis& diagnosis);
 
 }  // namespace brachy

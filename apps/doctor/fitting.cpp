@@ -4,8 +4,8 @@
 #include <array>
 #include <cmath>
 
-#include "core/choice/choice.h"
-#include "core/ladder/ladder.h"
+#include "core/models/matrix_kernel/matrix_models.h"
+#include "core/scene/choice/choice.h"
 #include "core/scene/load_body.h"
 
 namespace brachy {
@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::array kUsualRatesHz = {1000., 500., 400., 250., 200., 150., 100.,
                                       80.,   60.,  50.,  40.,  30.,  20.,  10.};
-constexpr double kCheaper = 2.0 / 3;  // than the scene's own, or it is not worth a try
+constexpr double kCheaper = 2.0 / 3;  // than the scene's own model, else not worth a trial
 constexpr std::size_t kMostModels = 3;
 
 std::vector<Candidate> charted(const Scene& scene, const ElasticBody& body,
@@ -39,17 +39,17 @@ double missed_share(std::uint64_t missed, std::uint64_t ticks) {
 
 class Search {
  public:
-  Search(const Scene& scene, const std::function<TrialResult(const Scene&)>& try_it)
-      : scene_(scene), body_(load_body(scene)), try_it_(try_it) {}
+  Search(const Scene& scene, const std::function<TrialResult(const Scene&)>& run_trial)
+      : scene_(scene), body_(load_body(scene)), run_trial_(run_trial) {}
 
-  /// True if it fits, and is then the one to take.
+  /// True if it fits, and is then recommended.
   bool attempt(const std::string& kernel, double support_radius_mm, double hz) {
     Scene tried = scene_;
     tried.model.kernel = kernel;
     tried.model.support_radius_mm = support_radius_mm;
     tried.rates.deformation_hz = hz;
-    found.tried.push_back({kernel, is_matrix_rung(kernel) ? 0 : support_radius_mm, hz,
-                           charted_error_mm(tried, body_, stored_comparison()), try_it_(tried)});
+    found.tried.push_back({kernel, is_matrix_model(kernel) ? 0 : support_radius_mm, hz,
+                           charted_error_mm(tried, body_, stored_comparison()), run_trial_(tried)});
     if (!fits(found.tried.back())) return false;
     found.fit = found.tried.size() - 1;
     return true;
@@ -86,7 +86,7 @@ class Search {
  private:
   const Scene& scene_;
   const ElasticBody body_;
-  const std::function<TrialResult(const Scene&)>& try_it_;
+  const std::function<TrialResult(const Scene&)>& run_trial_;
   Trial own_;  // the last of the scene's own model
 };
 
@@ -94,7 +94,7 @@ class Search {
 
 bool fits(const Trial& trial) {
   const TrialResult& r = trial.result;
-  // The first tick after the others were woken may be late on any machine: one more miss than its share is none.
+  // The first tick after the other threads were woken may be late on any machine: one extra miss is tolerated.
   const double allowed = missed_share(r.control_missed, r.control_ticks) + kMostMissedShare +
                          1.0 / static_cast<double>(std::max<std::uint64_t>(r.ticks + r.missed, 1));
   return r.ticks > 0 && r.tick_p99_ms <= kMostOfBudget * trial.budget_ms() &&
@@ -130,8 +130,8 @@ std::optional<double> lower_rate(const Trial& trial) {
   return std::nullopt;
 }
 
-Diagnosis diagnose(const Scene& scene, const std::function<TrialResult(const Scene&)>& try_it) {
-  Search search(scene, try_it);
+Diagnosis diagnose(const Scene& scene, const std::function<TrialResult(const Scene&)>& run_trial) {
+  Search search(scene, run_trial);
   const double half = 0.5 * scene.rates.deformation_hz;
   search.try_own() || search.slow_down(half) || search.try_cheaper() || search.slow_down(0);
   return std::move(search.found);

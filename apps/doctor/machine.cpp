@@ -6,13 +6,13 @@
 #include <cmath>
 #include <fstream>
 
+#include "core/base/simd/simd_target.h"
 #include "core/realtime/deadline.h"
-#include "core/simd/simd_target.h"
 
 namespace brachy {
 namespace {
 
-constexpr int kUsualPriority = 80;  // asked for where the scene asks for none
+constexpr int kUsualPriority = 80;  // requested if the scene requests none
 
 std::string cpu_name() {
   std::ifstream info("/proc/cpuinfo");
@@ -51,7 +51,7 @@ void be_ordinary() {
 
 }  // namespace
 
-Machine look_at_machine(const Scene& scene, double seconds) {
+Machine measure_machine(const Scene& scene, double seconds) {
   Machine m;
   m.cores = usable_cores();
   m.cpu = cpu_name();

@@ -10,8 +10,8 @@
 #include <cstring>
 #include <stdexcept>
 
-#include "apps/brachyd/daemon.h"
-#include "core/error.h"
+#include "apps/daemon/daemon.h"
+#include "core/base/error.h"
 #include "core/scene/load_tissue.h"
 #include "haptics/trajectory/needle_trajectories.h"
 
@@ -20,7 +20,7 @@ namespace {
 
 constexpr char kDone = 'd', kRefused = 'r', kFailed = 'f';  // the first byte of a trial's answer
 
-/// The scene on its own: nobody else's port, no token that may not be read, no file that is written, nothing published.
+/// The scene in isolation: a free port, no token files, no file written, nothing published.
 Scene alone(Scene scene, const std::filesystem::path& trajectory) {
   scene.server = {};
   scene.server.port = 0;
@@ -97,20 +97,20 @@ TrialResult try_scene(const Scene& scene, const std::filesystem::path& trajector
     answer(ends[1], tried, seconds);
   }
   ::close(ends[1]);
-  const std::string said = read_to_end(ends[0]);
+  const std::string answer = read_to_end(ends[0]);
   ::close(ends[0]);
   int status = 0;
   while (::waitpid(child, &status, 0) < 0 && errno == EINTR) {
   }
-  if (said.starts_with(kRefused)) throw UserError(said.substr(1));
-  if (said.starts_with(kFailed)) throw std::runtime_error(said.substr(1));
+  if (answer.starts_with(kRefused)) throw UserError(answer.substr(1));
+  if (answer.starts_with(kFailed)) throw std::runtime_error(answer.substr(1));
   TrialResult result;
-  if (said.size() != 1 + sizeof result)
+  if (answer.size() != 1 + sizeof result)
     throw std::runtime_error(
         WIFSIGNALED(status) ? "the scene's daemon was killed by signal " + std::to_string(WTERMSIG(status)) +
                                   (WTERMSIG(status) == SIGKILL ? "; is there enough memory?" : "")
                             : "the scene's daemon ended without an answer");
-  std::memcpy(&result, said.data() + 1, sizeof result);
+  std::memcpy(&result, answer.data() + 1, sizeof result);
   return result;
 }
 
@@ -138,7 +138,7 @@ std::string representative_insertion(const Scene& scene, double seconds) {
   std::string csv = trajectory_header({.needle = true}) + "\n";
   for (const Keyframe& at : way)
     for (int n = 0; n < needles; ++n) {
-      // Side by side in rows of four, beside the middle: there is the urethra.
+      // Side by side in rows of four, beside the middle, where the urethra is.
       const Vec3 beside(kBesideMm * (n % 4 + 1 - 0.5 * std::min(needles - 1, 3)), kBesideMm * (n / 4) - 4, 0);
       const Vec3 tip(middle.x() + beside.x() + at.x, middle.y() + beside.y(), at.z);
       csv += trajectory_row({at.share * seconds, {Mat3::Identity(), tip}}, static_cast<std::uint32_t>(n),

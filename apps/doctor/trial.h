@@ -8,7 +8,7 @@
 
 namespace brachy {
 
-/// What a scene did in a daemon of its own. Times in ms.
+/// Measurement of a scene in a daemon of its own. Times in ms.
 struct TrialResult {
   std::uint64_t ticks = 0, missed = 0;
   std::uint64_t control_ticks = 0, control_missed = 0;  ///< of an idle thread on the same deadlines
@@ -16,13 +16,14 @@ struct TrialResult {
   double lateness_p99_ms = 0;
 };
 
-/// Runs the scene for `seconds` as brachyd would, in a process of its own, on a free port of the loopback, with the needles that
-/// `trajectory` (CSV) moves. Throws UserError where the daemon refuses the scene, std::runtime_error where it does not come to
-/// an end. Precondition: this process has one thread.
+/// Runs the scene for `seconds` as brachyd would, in a process of its own, on a free port of the loopback,
+/// with the needles that `trajectory` (CSV) moves. Throws UserError if the daemon refuses the scene,
+/// std::runtime_error if it does not end by itself. Precondition: this process has one thread.
 TrialResult try_scene(const Scene& scene, const std::filesystem::path& trajectory, double seconds);
 
-/// A trajectory for the scene's needles: through the capsule, to four fifths of the tissue's depth, a push to the side, and out,
-/// in `seconds`; as a CSV's text. The needles go in along +z, side by side. Reads the scene's surface; throws UserError.
+/// A trajectory for the scene's needles: through the capsule, to four fifths of the tissue's depth, a push to
+/// the side, and out, in `seconds`; as a CSV's text. The needles go in along +z, side by side. Reads the
+/// scene's surface; throws UserError.
 std::string representative_insertion(const Scene& scene, double seconds);
 
 }  // namespace brachy

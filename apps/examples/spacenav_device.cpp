@@ -1,13 +1,13 @@
-// An adapter for a real device, to copy from: a six-degree input device (a SpaceNavigator and its kin, by evdev) moves
-// the needle, and its buttons drop seeds. What it takes: open the device, connect as role device, send poses with our
-// clock's stamp.
+// Example of an adapter for a real device: a six-degree input device (a SpaceNavigator or similar, by evdev) moves
+// the needle, and its buttons drop seeds. Its steps: open the device, connect with role device, send poses stamped with
+// the local clock.
 //
 //   spacenav_device HOST:PORT /dev/input/by-id/usb-3Dconnexion_SpaceNavigator-event-mouse [TOKEN_FILE]
 //
-// Reading it needs membership of the group `input`. A regular file of struct input_event is played instead, a report each
-// cycle, then it ends: for tests, and to replay what `cat /dev/input/…` kept. This device renders no force: FORCE and
-// LOCAL_MODEL are left unread. One that does sets evaluates_local_model, hands on_local_model to LocalForce::take and
-// calls LocalForce::evaluate in its own cycle (haptics/force/local_force.h).
+// Reading it needs membership of the group `input`. A regular file of struct input_event is played instead, a report
+// per cycle, then the program ends: for tests, and to replay the output of `cat /dev/input/…`. This device renders no
+// force: FORCE and LOCAL_MODEL are ignored. One that does sets evaluates_local_model, hands on_local_model to
+// LocalForce::take and calls LocalForce::evaluate in its own cycle (haptics/force/local_force.h).
 
 #include <fcntl.h>
 #include <linux/input.h>
@@ -26,7 +26,7 @@
 
 #include "core/realtime/deadline.h"
 #include "net/access/token_file.h"
-#include "net/client.h"
+#include "net/client/client.h"
 
 namespace {
 
@@ -47,7 +47,7 @@ class SixAxes {
     is_played_ = S_ISREG(status.st_mode);
   }
 
-  /// Takes what has come; false: the device is gone, or the file is at its end.
+  /// Reads pending reports; false: the device is gone, or the file is at its end.
   bool update() {
     input_event event{};
     for (;;) {
@@ -125,7 +125,7 @@ class Adapter {
       for (const bool is_down : axes_.buttons) client_.press(is_down);  // drops a seed
       axes_.buttons.clear();
     }
-    // What is queued at the end goes out before the connection closes, that before the daemon misses poses (50 ms).
+    // Sends what is queued before the connection closes, which must be before the daemon misses poses (50 ms).
     timer_.expires_at(timer_.expiry() + (is_over_ ? 6 * kCycle : kCycle));
     wait();
   }

@@ -9,7 +9,7 @@ namespace {
 
 struct Part {
   const char* name;
-  const char* colour;  // told apart by the colour-blind too; the sum, below its parts, is wider
+  const char* colour;  // distinguishable by colour-blind readers; the sum, below its parts, is wider
   double width_px;
   double NeedleForces::*value;
 };
@@ -17,7 +17,8 @@ constexpr Part kParts[] = {{"axial", "#222222", 3.2, &NeedleForces::axial_n},
                            {"cutting", "#d55e00", 1.5, &NeedleForces::cutting_n},
                            {"friction", "#0072b2", 1.5, &NeedleForces::friction_n}};
 
-/// The part's samples of one way, the others as gaps; at a turn the last one of the other way too, so that lines meet.
+/// The part's samples in one direction, the others as gaps; at a turn also the last one of the other direction, so that
+/// the lines meet.
 ChartLine line_of(const std::vector<ForceSample>& samples, const std::vector<bool>& out, bool way_out,
                   const Part& part, double ForceSample::*x) {
   constexpr double kGap = std::numeric_limits<double>::quiet_NaN();
@@ -37,7 +38,7 @@ ChartLine line_of(const std::vector<ForceSample>& samples, const std::vector<boo
 
 std::vector<bool> on_the_way_out(const std::vector<ForceSample>& samples, double least_mm) {
   std::vector<bool> out(samples.size(), false);
-  std::size_t turn = 0;  // the farthest sample of the way it is on
+  std::size_t turn = 0;  // the farthest sample in the present direction
   bool way_out = false;
   for (std::size_t i = 0; i < samples.size(); ++i) {
     const double ahead = (way_out ? -1 : 1) * (samples[i].depth_mm - samples[turn].depth_mm);
@@ -49,7 +50,7 @@ std::vector<bool> on_the_way_out(const std::vector<ForceSample>& samples, double
     }
     out[i] = way_out;
   }
-  // A tip on the capsule has no depth yet to tell its way by; it is about to go in.
+  // A tip on the capsule has no depth yet that shows its direction; it is about to go in.
   for (std::size_t i = 0; i < samples.size(); ++i)
     if (samples[i].state == ContactState::kTouching) out[i] = false;
   return out;

@@ -1,4 +1,4 @@
-// The text of a force log: a row, and back.
+// Writing and parsing the rows of a force log.
 #include <algorithm>
 #include <array>
 #include <charconv>
@@ -7,8 +7,8 @@
 #include <sstream>
 
 #include "apps/forces/force_log.h"
-#include "core/error.h"
-#include "core/number_csv.h"
+#include "core/base/error.h"
+#include "core/base/number_csv.h"
 
 namespace brachy {
 namespace {
@@ -40,7 +40,7 @@ class Cells {
     if (found != kColumns)
       refuse_line(name_, line_,
                   "found " + std::to_string(found) + " columns, expected " + std::to_string(kColumns) +
-                      "; is the file cut off?");
+                      "; is the file truncated?");
   }
 
   template <class T>
@@ -49,8 +49,7 @@ class Cells {
     T value{};
     const auto [end, error] = std::from_chars(cell.data(), cell.data() + cell.size(), value);
     if (error != std::errc() || end != cell.data() + cell.size())
-      refuse_line(name_, line_,
-                  std::string(column) + " is not a number it may be; was the log changed by hand?");
+      refuse_line(name_, line_, std::string(column) + " is not a valid number; was the log edited?");
     return value;
   }
 
@@ -120,7 +119,7 @@ std::vector<ForceSample> parse_force_log(std::string_view text, const std::strin
     if (!header_seen) {
       if (line != kForceLogHeader)
         refuse_line(name, line_number,
-                    "is no force log: expected the header " + std::string(kForceLogHeader) +
+                    "is not a force log: expected the header " + std::string(kForceLogHeader) +
                         "; `brachy replay --offline --log` and `brachy record` write them");
       header_seen = true;
       continue;
@@ -136,7 +135,7 @@ std::vector<ForceSample> parse_force_log(std::string_view text, const std::strin
   }
   if (samples.empty())
     throw UserError(name + ":" + std::to_string(std::max<std::size_t>(line_number, 1)) +
-                    ": holds no rows; was there a needle?");
+                    ": has no rows; was there a needle?");
   return samples;
 }
 

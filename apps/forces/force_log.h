@@ -7,11 +7,11 @@
 #include <vector>
 
 #include "apps/forces/row_file.h"
-#include "core/sim/mesh_state.h"
+#include "core/simulation/mesh_state.h"
 
 namespace brachy {
 
-/// One needle in one tick, as a force log has it.
+/// A row of a force log: one needle in one tick.
 struct ForceSample {
   double t_s = 0;
   std::uint32_t needle = 0;
@@ -30,14 +30,14 @@ ForceSample force_sample(double t_s, std::uint32_t needle, const NeedleState& st
 inline constexpr std::string_view kForceLogHeader =
     "t_s,needle,state,depth_mm,fx_n,fy_n,fz_n,axial_n,lateral_n,cutting_n,friction_n,landmarks,min_det";
 
-/// One line without its end: as few digits as give the same bits back.
+/// One line without its end: the fewest digits from which the same bits are read back.
 std::string force_row(const ForceSample& sample);
 
-/// Writes a force log, buffered. A failure (disk full) stops the writing and is told by close(): whole rows written before
-/// stay, and the caller's work goes on.
+/// Writes a force log, buffered. A failure (disk full) stops the writing and is reported by close(): whole rows written
+/// before stay, and the caller can continue.
 class ForceLogWriter {
  public:
-  /// Throws UserError where the file cannot be made.
+  /// Throws UserError where the file cannot be created.
   explicit ForceLogWriter(const std::filesystem::path& file, RowFile::Start start = RowFile::Start::kAnew)
       : file_(file, start, kForceLogHeader) {}
 
@@ -47,18 +47,18 @@ class ForceLogWriter {
   void close();
   bool has_failed() const { return file_.has_failed(); }
   std::string failure() const { return file_.failure(); }  ///< empty: none
-  /// Added and, so far as is known, written.
+  /// Rows added and, as far as known, written.
   std::uint64_t rows() const { return file_.rows(); }
 
  private:
   RowFile file_;
 };
 
-/// Reads a force log; `name` is what errors call it. Blank lines and lines that start with '#' are skipped. At least one
-/// row; each needle's times increase. Throws UserError "name:line: what; fix".
+/// Parses a force log; `name` stands for the file in errors. Blank lines and lines that start with '#' are skipped. At
+/// least one row; each needle's times increase. Throws UserError "name:line: what; fix".
 std::vector<ForceSample> parse_force_log(std::string_view text, const std::string& name);
 
-/// parse_force_log of a file. Throws UserError, also where it is no readable regular file.
+/// parse_force_log of a file. Throws UserError, also where it is not a readable regular file.
 std::vector<ForceSample> load_force_log(const std::filesystem::path& file);
 
 }  // namespace brachy

@@ -6,7 +6,7 @@
 
 namespace brachy {
 
-/// The figures of one needle's force over a run; all that a log tells by itself. N, mm; NaN: there was none.
+/// The figures of one needle's force over a run, computed from its log alone. N, mm; NaN: not available.
 class ForcePeaks {
  public:
   static constexpr double kNone = Certificate::kNotKnown;
@@ -16,7 +16,7 @@ class ForcePeaks {
 
   std::uint64_t samples() const { return samples_; }
   double out_n() const { return out_n_; }          ///< largest force that pushes the needle out, ≥ 0
-  double in_n() const { return in_n_; }            ///< largest force that holds it back on the way out, ≥ 0
+  double in_n() const { return in_n_; }            ///< largest force that retains it on the way out, ≥ 0
   double lateral_n() const { return lateral_n_; }  ///< largest across the shaft
   double puncture_n() const {
     return puncture_n_;
@@ -34,7 +34,7 @@ class ForcePeaks {
 /// The work of one needle's forces over a run, by the trapezoid rule from tick to tick, N·mm.
 class ForceWork {
  public:
-  /// The needle's state after each tick in which it is present; `jumped`: it was seated anew, no work was done.
+  /// The needle's state after each tick in which it is present; `jumped`: it was reinitialized, no work was done.
   void add(const NeedleState& state, bool jumped);
   void leave() { has_last_ = false; }  ///< it is not present
 
@@ -42,8 +42,8 @@ class ForceWork {
   double insertion_nmm() const { return cutting_nmm_ + friction_nmm_; }
   double cutting_nmm() const { return cutting_nmm_; }
   double friction_nmm() const { return friction_nmm_; }
-  /// What the hand did in all, −∫ force·dp − ∫ torque·dθ: dissipated where the tissue is at rest in the end, else with what
-  /// it still holds.
+  /// The total work of the hand, −∫ force·dp − ∫ torque·dθ: dissipated where the tissue is at rest in the end, else
+  /// with what it still holds.
   double hand_nmm() const { return hand_nmm_; }
 
  private:
@@ -53,7 +53,7 @@ class ForceWork {
   double cutting_nmm_ = 0, friction_nmm_ = 0, hand_nmm_ = 0;
 };
 
-/// `part` of `whole`; NaN where there is no whole to speak of.
+/// `part` of `whole`; NaN where `whole` is negligible.
 double share_of(double part, double whole);
 
 }  // namespace brachy

@@ -8,7 +8,7 @@
 #include <cerrno>
 #include <cstring>
 
-#include "core/error.h"
+#include "core/base/error.h"
 
 namespace brachy {
 namespace {
@@ -23,8 +23,8 @@ RowFile::RowFile(const std::filesystem::path& file, Start start, std::string_vie
   file_ = ::open(name_.c_str(), how, 0644);
   struct stat status {};
   if (file_ < 0 || ::fstat(file_, &status) != 0)
-    throw UserError(name_ + ": cannot be made: " + std::strerror(errno) +
-                    "; give a file in a folder of yours");
+    throw UserError(name_ + ": cannot be created: " + std::strerror(errno) +
+                    "; give a file in a directory that you can write to");
   if (S_ISREG(status.st_mode)) size_ = static_cast<std::uint64_t>(status.st_size);
   if (size_ == 0) (waiting_ = header) += '\n';
 }
@@ -57,7 +57,7 @@ void RowFile::flush() {
         std::count(waiting_.begin() + static_cast<std::ptrdiff_t>(kept), waiting_.end(), '\n'));
     rows_ -= std::min(rows_, lost);  // the header may be among them
     written = kept;
-    // What is no file of its own, such as a pipe, cannot be cut, nor need it be.
+    // A pipe or a device cannot be truncated and need not be.
     [[maybe_unused]] const int is_cut = ::ftruncate(file_, static_cast<off_t>(size_ + kept));
   }
   size_ += written;
@@ -67,7 +67,7 @@ void RowFile::flush() {
 std::string RowFile::failure() const {
   if (!failure_) return {};
   return name_ + ": not all rows could be written: " + std::strerror(failure_) +
-         "; the first ones stay. Make room and take another name";
+         "; the first ones are kept. Free some space and give another name";
 }
 
 }  // namespace brachy

@@ -7,16 +7,16 @@
 
 namespace brachy {
 
-/// A text file that rows are added to. They wait here until flush(), or until there is a megabyte of them, and then go by one
-/// write(2): kill −9 leaves whole rows. Where one cannot be written (full disk) the file ends with the whole row before it,
-/// all later ones are left out, and failure() says why: what others read stays readable, and the caller's work goes on.
-/// Threads: one.
+/// A text file to which rows are added. They are buffered until flush(), or up to a megabyte, and then written by one
+/// write(2): kill −9 leaves whole rows. Where a row cannot be written (full disk) the file ends with the whole row
+/// before it, later rows are dropped, and failure() has the reason: the file stays readable, and the caller can
+/// continue. Threads: one.
 class RowFile {
  public:
-  /// Whether a file that is there is replaced or added to.
+  /// Whether an existing file is replaced or appended to.
   enum class Start { kAnew, kGoOn };
 
-  /// An empty file begins with the line `header`. Throws UserError where the file cannot be made.
+  /// An empty file begins with the line `header`. Throws UserError where the file cannot be created.
   RowFile(const std::filesystem::path& file, Start start, std::string_view header);
   ~RowFile();  ///< flushes
   RowFile(const RowFile&) = delete;
@@ -25,10 +25,10 @@ class RowFile {
   void add(std::string_view row);  ///< without its line end
   void flush();
 
-  /// Added and, so far as is known, written; the header is none.
+  /// Rows added and, as far as known, written; without the header.
   std::uint64_t rows() const { return rows_; }
   bool has_failed() const { return failure_ != 0; }
-  /// "FILE: not all rows could be written: REASON; the first ones stay. …"; empty: nothing failed.
+  /// "FILE: not all rows could be written: REASON; the first ones are kept. …"; empty: nothing failed.
   std::string failure() const;
 
  private:

@@ -6,7 +6,7 @@
 
 namespace brachy {
 
-/// An event's kind as it stands in events.csv and reports.
+/// An event's kind as written in events.csv and reports.
 constexpr std::string_view to_string(net::EventKind kind) {
   switch (kind) {
     case net::EventKind::kNote:

@@ -1,6 +1,6 @@
 #include "apps/recording/read_recording.h"
 
-#include "core/error.h"
+#include "core/base/error.h"
 
 namespace brachy {
 
@@ -9,22 +9,23 @@ void read_recording(RecordingReader& reader, net::ServerMessages& messages,
   RecordingReader::Message message;
   const auto refuse = [&](std::string_view why) {
     throw UserError(reader.name() + ": the message at byte " + std::to_string(message.offset) +
-                    " is whole, but no server sends it: " + std::string(why));
+                    " is intact, but no server sends it: " + std::string(why));
   };
   for (bool is_first = true; reader.next(message); is_first = false) {
-    if (is_first && message.header.type != net::MessageType::kWelcome) refuse("a WELCOME comes first");
+    if (is_first && message.header.type != net::MessageType::kWelcome)
+      refuse("the first message must be a WELCOME");
     if (const auto why = messages.take(message.header, message.body); !why.empty()) refuse(why);
     if (after_each) after_each();
   }
 }
 
 void RunStarts::add(const net::EventMessage& event) {
-  if (event.kind == net::EventKind::kReset) ++told_;
+  if (event.kind == net::EventKind::kReset) ++pending_;
 }
 
 bool RunStarts::is_first_of_a_run(const net::FrameMessage& frame) {
-  const bool is_first = has_frame_ && frame.full && (frame.tick < last_tick_ || told_ > 0);
-  if (is_first) --told_;
+  const bool is_first = has_frame_ && frame.full && (frame.tick < last_tick_ || pending_ > 0);
+  if (is_first) --pending_;
   has_frame_ = true;
   last_tick_ = frame.tick;
   return is_first;

@@ -6,8 +6,8 @@
 #include <cmath>
 
 #include "apps/recording/read_recording.h"
-#include "core/error.h"
-#include "haptics/rigid_pose.h"
+#include "core/base/error.h"
+#include "haptics/trajectory/rigid_pose.h"
 
 namespace brachy {
 namespace {
@@ -39,7 +39,7 @@ class MotionReader {
     h.on_welcome = [this](const net::WelcomeMessage& welcome) {
       period_s_ = 1 / welcome.deformation_hz;
       if (!(std::isfinite(period_s_) && period_s_ > 0))
-        throw UserError(name_ + ": its WELCOME says no rate of ticks; it cannot be replayed");
+        throw UserError(name_ + ": its WELCOME has no tick rate; it cannot be replayed");
     };
     h.on_event = [this](const net::EventMessage& event) { starts_.add(event); };
     h.on_state = [this](const net::StateMessage& state) {
@@ -58,20 +58,20 @@ class MotionReader {
 
   void take(const net::FrameMessage& frame) {
     if (starts_.is_first_of_a_run(frame)) cannot_follow(frame.tick, "the simulation was reset");
-    if (frames_++ == 0) look_at_the_start(frame);
+    if (frames_++ == 0) check_start(frame);
     const std::uint64_t before = last_tick_;
     for (const TickPose& pose : frame.pose_history) add(0, pose, before);
     for (const net::NeedlePoses& other : frame.poses_of_needles)
       for (const TickPose& pose : other.poses) add(other.needle, pose, before);
     for (const net::NeedleRecord& needle : frame.needles)
-      if (needle.id < samples_.size() && !needle.state.present && !samples_[needle.id].empty() && !gone_)
-        gone_ = Gone{needle.id, frame.tick};
+      if (needle.id < samples_.size() && !needle.state.present && !samples_[needle.id].empty() && !removed_)
+        removed_ = Removed{needle.id, frame.tick};
   }
 
-  void look_at_the_start(const net::FrameMessage& frame) {
+  void check_start(const net::FrameMessage& frame) {
     for (const net::NeedleRecord& needle : frame.needles)
       if (needle.state.present && (needle.state.contact != ContactState::kFree || frame.seed_count > 0)) {
-        remarks_.push_back("it was begun when needles had been at work already: a replay begins at rest");
+        remarks_.push_back("it began when needles had already moved: a replay begins at rest");
         return;
       }
   }
@@ -83,7 +83,7 @@ class MotionReader {
           fmt::format("{}: moves needle {}, and the scene has {} from 0 on; raise needle.count in the scene "
                       "to {} or more",
                       name_, id, needle_count_, id + 1));
-    if (gone_) cannot_follow(gone_->tick, fmt::format("needle {} was taken away", gone_->needle));
+    if (removed_) cannot_follow(removed_->tick, fmt::format("needle {} was removed", removed_->needle));
     auto& own = samples_[id];
     TrajectorySample sample{static_cast<double>(pose.tick) * period_s_, pose.X_WN, pose.button};
     if (!own.empty() && !(sample.t_s > own.back().t_s)) return;
@@ -98,7 +98,7 @@ class MotionReader {
     last_tick_ = std::max(last_tick_, pose.tick);
   }
 
-  struct Gone {
+  struct Removed {
     std::uint32_t needle;
     std::uint64_t tick;
   };
@@ -113,7 +113,7 @@ class MotionReader {
   ModelChanges models_;
   std::uint64_t frames_ = 0, last_tick_ = 0, ticks_missed_ = 0;
   std::size_t count_ = 0;
-  std::optional<Gone> gone_;
+  std::optional<Removed> removed_;
   std::vector<std::string> remarks_;
   net::ServerMessages messages_;
 };

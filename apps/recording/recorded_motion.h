@@ -10,18 +10,19 @@
 
 namespace brachy {
 
-/// The needles' motion in a recording: the poses that poses.csv of its export has, bit for bit.
+/// The needles' motion in a recording: bit for bit the poses in poses.csv of its export.
 struct RecordedMotion {
   NeedleTrajectories trajectories;
-  std::vector<std::string> remarks;  ///< why a replay may not be what was recorded, a sentence each
+  /// reasons why a replay may differ from what was recorded, a sentence each
+  std::vector<std::string> remarks;
 };
 
-/// What a replay is to do with the model: a daemon has its own, offline it must not have changed.
+/// Model of a replay: a daemon has its own; offline it must not have changed during the recording.
 enum class ReplayedModel { kDaemons, kRecorded };
 
-/// Reads the motion of a recording for a scene of `needle_count` needles. Throws UserError where it cannot be read, has no
-/// poses or more than kMaxTrajectorySamples, or where a trajectory cannot say what happened: the simulation was reset, took
-/// another model (kRecorded), or a needle went and others went on.
+/// Reads the motion of a recording for a scene of `needle_count` needles. Throws UserError where it cannot be read,
+/// has no poses or more than kMaxTrajectorySamples, or where a trajectory cannot represent it: the simulation was
+/// reset, changed its model (kRecorded), or one needle was removed while others stayed.
 RecordedMotion load_recorded_motion(const std::filesystem::path& file, ReplayedModel model,
                                     std::size_t needle_count = kMaxTrajectoryNeedles);
 

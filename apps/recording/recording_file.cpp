@@ -9,13 +9,13 @@
 #include <cstring>
 #include <stdexcept>
 
-#include "core/error.h"
+#include "core/base/error.h"
 
 namespace brachy {
 namespace {
 
 constexpr std::string_view kMagicOfAnyVersion = kRecordingMagic.substr(0, kRecordingMagic.size() - 1);
-constexpr std::size_t kReadPiece = 1 << 20;  // bytes: a length that lies costs no more memory than this
+constexpr std::size_t kReadPiece = 1 << 20;  // bytes: a false length allocates no more than this
 
 std::uint32_t crc_of(std::span<const std::byte> bytes) {
   boost::crc_32_type crc;
@@ -48,15 +48,15 @@ bool is_recording_file(const std::filesystem::path& file) {
 RecordingWriter::RecordingWriter(const std::filesystem::path& file) : name_(file.string()) {
   file_ = ::open(name_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644);
   if (file_ < 0 && errno == EEXIST)
-    throw UserError(name_ + ": is there already; give another name, nothing is overwritten");
+    throw UserError(name_ + ": exists already; give another name, nothing is overwritten");
   if (file_ < 0)
-    throw UserError(name_ + ": cannot be made: " + std::strerror(errno) + "; give another folder");
+    throw UserError(name_ + ": cannot be created: " + std::strerror(errno) + "; give another directory");
   const auto magic = std::as_bytes(std::span(kRecordingMagic));
   if (::write(file_, magic.data(), magic.size()) != static_cast<ssize_t>(magic.size())) {
     const int reason = errno;
     ::close(file_);
     throw UserError(name_ + ": cannot be written: " + std::strerror(reason) +
-                    "; make room or give another folder");
+                    "; free some space or give another directory");
   }
   bytes_ = magic.size();
 }
@@ -73,11 +73,11 @@ void RecordingWriter::add(const net::Header& header, std::span<const std::byte> 
   errno = 0;
   if (::write(file_, buffer_.data(), buffer_.size()) != static_cast<ssize_t>(buffer_.size())) {
     const int reason = errno ? errno : ENOSPC;
-    // A reader stops at a message that was cut off; without it the file is whole.
+    // A reader stops at a truncated message; without it the file is whole.
     const bool is_whole = ::ftruncate(file_, static_cast<off_t>(bytes_)) == 0;
     throw std::runtime_error(name_ + ": cannot be written any more: " + std::strerror(reason) +
-                             "; what was recorded before is good" +
-                             (is_whole ? "" : ", its last message is cut off"));
+                             "; everything recorded before is intact" +
+                             (is_whole ? "" : ", its last message is truncated"));
   }
   bytes_ += buffer_.size();
 }
@@ -102,13 +102,13 @@ void RecordingReader::check_magic() {
   }
   if (magic.size() == kRecordingMagic.size() && magic.starts_with(kMagicOfAnyVersion))
     throw UserError(name_ + ": a recording of another version (" + magic.substr(4) +
-                    "); this program reads REC1, take a newer one");
-  throw UserError(name_ + ": no recording: it does not begin with " + std::string(kRecordingMagic) +
+                    "); this program reads REC1, use a newer one");
+  throw UserError(name_ + ": not a recording: it does not begin with " + std::string(kRecordingMagic) +
                   "; give a file that `brachy record --out FILE.brachy` made");
 }
 
 bool RecordingReader::stop(const std::string& what) {
-  damage_ = "from byte " + std::to_string(offset_) + " on it is not good: " + what;
+  damage_ = "from byte " + std::to_string(offset_) + " on it is damaged: " + what;
   return false;
 }
 

@@ -17,28 +17,28 @@ namespace brachy {
 /// The first bytes of a recording file.
 inline constexpr std::string_view kRecordingMagic = "BRCYREC1";
 
-/// By it `brachy record --out` knows that a file is meant, not a folder.
+/// Extension by which `brachy record --out` distinguishes a file from a directory.
 inline constexpr std::string_view kRecordingExtension = ".brachy";
 
 /// A message on disk without its body: header and CRC.
 inline constexpr std::size_t kRecordedOverhead = net::kHeaderSize + sizeof(std::uint32_t);
 
-/// Whether the file begins as a recording does, of whatever version. False too where it cannot be read.
+/// Whether the file begins with the magic of a recording, of any version. False also where it cannot be read.
 bool is_recording_file(const std::filesystem::path& file);
 
-/// Writes a recording. Each message reaches the file by one write(2) and nothing waits in this process: kill −9 costs
-/// nothing of what add() has returned for.
+/// Writes a recording. Each message is one write(2) and nothing is buffered in this process: after kill −9 the file has
+/// every message for which add() has returned.
 /// Threads: one.
 class RecordingWriter {
  public:
-  /// Makes the file. Throws UserError where it is there already or cannot be made.
+  /// Creates the file. Throws UserError where it exists already or cannot be created.
   explicit RecordingWriter(const std::filesystem::path& file);
   ~RecordingWriter();
   RecordingWriter(const RecordingWriter&) = delete;
   RecordingWriter& operator=(const RecordingWriter&) = delete;
 
-  /// Throws std::runtime_error, naming the file and the reason, where that cannot be done (full disk): the file then ends
-  /// with the message before.
+  /// Throws std::runtime_error, naming the file and the reason, where that cannot be done (full disk): the file then
+  /// ends with the message before.
   void add(const net::Header& header, std::span<const std::byte> body);
 
   std::uint64_t bytes() const { return bytes_; }  ///< of whole messages, the magic included
@@ -50,7 +50,7 @@ class RecordingWriter {
   net::Bytes buffer_;
 };
 
-/// Reads a recording from front to back. Memory: the largest message, and never more than the file has bytes for.
+/// Reads a recording from front to back. Memory: the largest message, and never more than the file's size.
 /// Threads: one.
 class RecordingReader {
  public:
@@ -62,17 +62,18 @@ class RecordingReader {
 
   static constexpr std::uint32_t kMaxBodyBytes = 256u << 20;
 
-  /// Throws UserError where it cannot be read or is no recording.
+  /// Throws UserError where it cannot be read or is not a recording.
   explicit RecordingReader(const std::filesystem::path& file);
-  /// `stream` outlives the reader; `name` is what errors call it.
+  /// `stream` outlives the reader; `name` is used in error messages.
   RecordingReader(std::istream& stream, std::string name);
 
   /// The next message, of any type; false at the end, or where damage() begins.
   bool next(Message& message);
 
-  /// Where the recording stops being good, and how: it ends within a message, or one is not what was written. Empty: nowhere.
+  /// Where and how the recording is damaged: it ends within a message, or a message differs from what was written.
+  /// Empty: it is not.
   const std::string& damage() const { return damage_; }
-  std::uint64_t offset() const { return offset_; }  ///< up to which it has been read and is good
+  std::uint64_t offset() const { return offset_; }  ///< end of the part that has been read and is valid
   const std::string& name() const { return name_; }
 
  private:

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "apps/certificate_report.h"
+#include "apps/reports/certificate_report.h"
 
 namespace brachy {
 namespace {

@@ -4,12 +4,12 @@
 #include <map>
 #include <string>
 
-#include "apps/certificate_tally.h"
 #include "apps/recording/read_recording.h"
+#include "apps/reports/certificate_tally.h"
 
 namespace brachy {
 
-/// What the messages of a recording come to: of a file (`brachy inspect`) or of one being made (`brachy record`).
+/// Totals over the messages of a recording: of a file (`brachy inspect`) or of one being made (`brachy record`).
 class RecordingTally {
  public:
   /// For ServerMessages, which also keeps the mesh. Valid as long as this is.
@@ -23,7 +23,7 @@ class RecordingTally {
   /// From the first FRAME's stamp to the last one's.
   double duration_s() const { return 1e-9 * static_cast<double>(last_ns_ - first_ns_); }
 
-  /// For people: some lines; for machines: one line. `bytes`: of the file; `damage` as RecordingReader says it.
+  /// Readable text of several lines; JSON on one line. `bytes`: of the file; `damage`: RecordingReader::damage().
   std::string to_text(std::uint64_t bytes, const std::string& damage) const;
   std::string to_json(std::uint64_t bytes, const std::string& damage) const;
 
@@ -40,7 +40,7 @@ class RecordingTally {
   net::TopologyMessage topology_;  // without points and triangles
   std::size_t points_ = 0, triangles_ = 0;
   std::map<net::MessageType, std::uint64_t> messages_;
-  std::int64_t stamp_ns_ = 0;  // of the message at hand
+  std::int64_t stamp_ns_ = 0;  // of the current message
   std::int64_t first_ns_ = 0, last_ns_ = 0, longest_gap_ns_ = 0;
   std::uint64_t first_tick_ = 0, last_tick_ = 0, last_pose_tick_ = 0;
   std::uint64_t full_frames_ = 0, poses_ = 0, ticks_missed_ = 0, last_snapshot_ = 0, snapshots_missed_ = 0;

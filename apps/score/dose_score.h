@@ -4,23 +4,23 @@
 #include <string>
 #include <vector>
 
-#include "core/dose/implant_dose.h"
-#include "core/plan/plan.h"
-#include "core/seeds/seed.h"
+#include "core/brachytherapy/dose/implant_dose.h"
+#include "core/brachytherapy/plan/plan.h"
+#include "core/brachytherapy/seeds/seed.h"
 
 namespace brachy {
 
-/// What some seeds give to the structures at rest.
+/// Dose of some seeds to the structures at rest.
 struct DoseStage {
   std::size_t seeds = 0;
   std::vector<StructureDose> structures;  ///< as ImplantDose has them; empty: not known
 };
 
-/// The same structures, at rest, under the planned seeds, under those that fell where they fell (while the needles held the
-/// gland away from rest), and under those where they are once all needles are out.
+/// The same structures, at rest, under the planned seeds, under the dropped seeds where they fell (while the
+/// needles held the gland away from rest), and under those where they are once all needles are out.
 struct DoseScore {
   double prescription_gy = 0;  ///< the plan's
-  double margin_mm = 0;        ///< of the dose grid around the prostate's box: nothing is known beyond
+  double margin_mm = 0;  ///< of the dose grid around the prostate's bounding box; dose beyond is not known
   DoseStage plan, dropped, rest;
 };
 
@@ -28,8 +28,8 @@ struct DoseScore {
 DoseScore score_dose(const Plan& plan, const TemplateGrid& grid, const std::vector<Structure>& structures,
                      DoseSettings settings, const std::vector<Seed>* seeds);
 
-/// A figure that dose is judged by, and its goal (DESIGN §6; those in Gy and % of the prescription for 145 Gy, in proportion
-/// for others).
+/// A quality figure of the dose, and its goal (core/DESIGN.md, section 6; those in Gy and % of the
+/// prescription for 145 Gy, in proportion for others).
 struct DoseFigure {
   const char* structure;  ///< whose
   const char* name;       ///< "V100"
@@ -45,7 +45,7 @@ struct DoseFigure {
   bool is_met_by(double figure, double prescription_gy) const;  ///< kNone: true; NaN: false
 };
 
-/// Those that a session is judged by, in the order of reports.
+/// The figures of a session, in the order of reports.
 std::span<const DoseFigure> dose_figures();
 
 /// A stage's figure; kNoNumber where the scene has no such structure or its dose is not known.

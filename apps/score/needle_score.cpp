@@ -7,7 +7,7 @@
 namespace brachy {
 namespace {
 
-const std::string kBeside;  // the name of no hole
+const std::string kBeside;  // the empty name: beside the template
 
 std::string hole_of(const TemplateGrid& grid, const RigidTransform& X_WN) {
   return grid.nearest(X_WN.p, X_WN.R.col(2)).value_or(kBeside);

@@ -8,13 +8,13 @@
 
 #include "apps/forces/force_log.h"
 #include "apps/score/spread.h"
-#include "core/plan/plan.h"
+#include "core/brachytherapy/plan/plan.h"
 #include "haptics/trajectory/needle_metrics.h"
 #include "haptics/trajectory/needle_trajectories.h"
 
 namespace brachy {
 
-/// What was done through one hole of the template. Without poses only `hole` and `planned` are known.
+/// The motion through one hole of the template. Without poses only `hole` and `planned` are known.
 struct NeedleScore {
   std::string hole;                    ///< empty: in the tissue, but not through a hole of the template
   std::optional<std::size_t> planned;  ///< index in Plan::needles; nothing: the plan has no needle here
@@ -24,16 +24,16 @@ struct NeedleScore {
 };
 
 struct NeedlesScore {
-  std::vector<NeedleScore>
-      needles;  ///< the plan's in its order, then other holes by name, then beside the template
+  /// the plan's in its order, then other holes by name, then beside the template
+  std::vector<NeedleScore> needles;
   std::optional<NeedleMetrics> motion;  ///< of all the device's needles; nothing: no poses
   std::optional<std::uint32_t> punctures;
   double largest_force_n = kNoNumber;
 };
 
-/// A device's needle is the plan's whose hole its line goes through while its tip is in the tissue (for most of the time
-/// of each stay in it). Punctures are those of the outer capsule that the force log shows: touching in one row, inserted in
-/// the next. `poses` null, `forces` empty: not known.
+/// A device's needle is the plan's whose hole its line goes through while its tip is in the tissue (for most of the
+/// time of each stay in it). Punctures are those of the outer capsule that the force log shows: touching in one row,
+/// inserted in the next. `poses` null, `forces` empty: not known.
 NeedlesScore score_needles(const Plan& plan, const TemplateGrid& grid, const NeedleTrajectories* poses,
                            std::span<const ForceSample> forces, const InsideTest& inside);
 

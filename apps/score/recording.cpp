@@ -3,8 +3,8 @@
 #include <fstream>
 #include <sstream>
 
-#include "core/error.h"
-#include "core/seeds/seed_file.h"
+#include "core/base/error.h"
+#include "core/brachytherapy/seeds/seed_file.h"
 
 namespace brachy {
 namespace {
@@ -50,7 +50,7 @@ class RecordingFiles {
   std::vector<std::string> remarks_;
 };
 
-/// A folder's own name, however the path is written.
+/// A directory's own name, however the path is written.
 std::string name_of(const std::filesystem::path& folder) {
   const std::filesystem::path whole = std::filesystem::absolute(folder).lexically_normal();
   return (whole.has_filename() ? whole : whole.parent_path()).filename().string();
@@ -62,7 +62,7 @@ Recording load_recording(const std::filesystem::path& folder) {
   std::error_code ignored;
   if (!std::filesystem::is_directory(folder, ignored))
     throw UserError(folder.string() +
-                    ": no such folder; give a recording's, of `brachy record` or a session");
+                    ": no such directory; give a recording made by `brachy record`, or a session");
   RecordingFiles files(folder);
   Recording recording;
   recording.name = name_of(folder);
@@ -74,7 +74,7 @@ Recording load_recording(const std::filesystem::path& folder) {
       files.read("seeds.csv", "what was implanted, its errors and its dose are not known.", parse_seeds);
   if (!recording.poses && !forces && !recording.seeds)
     throw UserError(folder.string() +
-                    ": no recording in it that can be read; it should hold poses.csv, forces.csv "
+                    ": has no readable recording; it should contain poses.csv, forces.csv "
                     "and seeds.csv (" +
                     files.take_remarks().front() + ")");
   if (forces) recording.forces = std::move(*forces);

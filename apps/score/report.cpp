@@ -2,8 +2,8 @@
 
 #include <fstream>
 
-#include "core/error.h"
-#include "core/structures/load_structures.h"
+#include "core/base/error.h"
+#include "core/scene/load_structures.h"
 
 namespace brachy {
 namespace {

@@ -16,16 +16,16 @@ inline constexpr const char* kNotice = "For training and research. Not a medical
 std::string to_html(const Score& score, const Plan& plan, const TemplateGrid& grid,
                     const std::vector<Structure>& structures);
 
-/// The same as a JSON object on one line; what is not known is null. DVHs are shares of each structure's volume that get
-/// at least k % of the prescription, k = 0 … 300.
+/// The same as a JSON object on one line; unknown values are null. DVHs are shares of each structure's volume that
+/// receive at least k % of the prescription, k = 0 … 300.
 std::string to_json(const Score& score);
 
 /// A few lines for a terminal.
 std::string to_text(const Score& score);
 
-/// Scores the recording in `folder` against `plan` in `scene` and writes `html` and, beside it with the ending .json, the
-/// JSON; a file that is there already is replaced. `progress` as score_session. Throws UserError as load_recording and score_session do, and where the
-/// files cannot be written.
+/// Scores the recording in `folder` against `plan` in `scene` and writes `html` and, beside it with the ending .json,
+/// the JSON; an existing file is replaced. `progress` as score_session. Throws UserError as load_recording and
+/// score_session do, and where the files cannot be written.
 Score write_report(const std::filesystem::path& folder, const Plan& plan, const Scene& scene,
                    const std::filesystem::path& html, const std::function<void(double share)>& progress = {});
 

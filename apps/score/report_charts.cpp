@@ -6,7 +6,7 @@
 namespace brachy {
 namespace {
 
-// Told apart by the colour-blind too.
+// Distinguishable by colour-blind readers too.
 constexpr std::array kStructureColours = {"#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9"};
 constexpr double kHalfPage = 430;  // px
 constexpr const char* kPlanned = "#888888";
@@ -115,7 +115,7 @@ Chart displacement_chart(const SeedsScore& seeds, const Plan& plan, const Templa
           .equal_scale = true};
 }
 
-// Of the axis across the needle: rounding is no error to look at.
+// Minimum range of the axis across the needle, so that rounding is not drawn as an error.
 constexpr double kLeastErrorMm = 0.5;
 
 Chart error_chart(const SeedsScore& seeds) {
@@ -129,7 +129,7 @@ Chart error_chart(const SeedsScore& seeds) {
     add(moved, s.rest.axial_mm, s.rest.lateral_mm);
     add(moved, kNoNumber, kNoNumber);
   }
-  add(moved, 0, kLeastErrorMm);  // alone it is no line
+  add(moved, 0, kLeastErrorMm);  // a single point draws no line
   return {.title = "Error of each seed against its plan",
           .x_label = "along the needle, mm (> 0: too deep)",
           .y_label = "across the needle, mm",

@@ -8,8 +8,8 @@ namespace brachy {
 /// Cumulative dose-volume histograms of all structures: dashed as planned, dotted as dropped, solid after relaxation.
 Chart dvh_chart(const DoseScore& dose);
 
-/// Each planned seed seen along `away` (0: x, 1: y), arrows from where it was planned to where it fell to where it lies at
-/// rest; grey: the convex hull of the prostate. z upwards.
+/// Each planned seed seen along `away` (0: x, 1: y), arrows from where it was planned to where it fell to where it
+/// lies at rest; grey: the convex hull of the prostate. z upwards.
 Chart displacement_chart(const SeedsScore& seeds, const Plan& plan, const TemplateGrid& grid,
                          const SurfaceMesh& prostate, int away);
 

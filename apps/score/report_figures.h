@@ -11,7 +11,7 @@
 
 namespace brachy {
 
-// How a report's figures stand in text: what is not known is a dash.
+// Figures of a report as text; a dash where the value is not known.
 
 inline std::string figure(double value, int digits) {
   return std::isfinite(value) ? fmt::format("{:.{}f}", value, digits) : "–";
@@ -28,7 +28,7 @@ inline std::string goal_of(const DoseFigure& f, double prescription_gy) {
                      f.limit_for(prescription_gy));
 }
 
-/// As many as say something: percents and Gy to a tenth, cm³ to a hundredth.
+/// Decimal places that are meaningful: percents and Gy to a tenth, cm³ to a hundredth.
 inline std::string figure_in(const DoseStage& stage, const DoseFigure& f) {
   return figure(figure_of(stage, f), f.unit == std::string_view("cm³") ? 2 : 1);
 }

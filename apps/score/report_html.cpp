@@ -25,7 +25,8 @@ th {{ font-weight: 600; border-bottom-color: #888; vertical-align: bottom }}
 th:first-child, td:first-child, .left {{ text-align: left }}
 tr {{ break-inside: avoid }}
 svg {{ width: 100%; height: auto; display: block }}
-.pair {{ display: grid; grid-template-columns: repeat(2, minmax(0, 1fr)); gap: 2mm; align-items: center; break-inside: avoid }}
+.pair {{ display: grid; grid-template-columns: repeat(2, minmax(0, 1fr)); )"
+                              R"(gap: 2mm; align-items: center; break-inside: avoid }}
 .keys {{ display: grid; grid-template-columns: repeat(4, 1fr); gap: 3mm; margin: 2mm 0; font-size: 9pt }}
 .keys div {{ border: .2mm solid #bbb; padding: 1.5mm 2mm }}
 .keys b {{ display: block; font-size: 13pt }}
@@ -110,12 +111,9 @@ std::string dose_section(const DoseScore& dose) {
          table("", {"", "planned", "as<br>dropped", "after<br>relaxation", "goal"}, rows) +
          fmt::format(
              "<p class=\"small\">Prescription {:g} Gy; total dose by TG-43U1 in water. {} seeds planned, {} "
-             "implanted. "
-             "Structures are at rest throughout; &ldquo;as dropped&rdquo; takes the seeds where they fell, "
-             "while needles "
-             "held the gland away from rest. What lies more than {:g} mm beyond the prostate&rsquo;s box is "
-             "in no figure. "
-             "Bold: goal missed.</p>\n",
+             "implanted. Structures are at rest throughout; &ldquo;as dropped&rdquo; takes the seeds where "
+             "they fell, while needles held the gland away from rest. What lies more than {:g} mm beyond "
+             "the prostate&rsquo;s box is in no figure. Bold: goal missed.</p>\n",
              dose.prescription_gy, dose.plan.seeds,
              dose.dropped.structures.empty() ? "–" : std::to_string(dose.dropped.seeds), dose.margin_mm) +
          "</div>\n" + to_svg_element(dvh_chart(dose)) + "</div>\n";
@@ -157,12 +155,10 @@ std::string seed_section(const Score& score, const Plan& plan, const TemplateGri
          pair(to_svg_element(error_chart(s)),
               "<div>\n" + error_table(s) +
                   "<p class=\"small\">Arrows go from where a seed was planned to where it fell and on to "
-                  "where it lies "
-                  "once all needles are out. Grey outline: the prostate&rsquo;s convex hull. Along: on the "
-                  "planned needle, "
-                  "&gt; 0 too deep; across: off it. Along, %: mean size of that part over the mean of the "
-                  "whole. Gland: mean "
-                  "motion of the tissue when a seed fell.</p>\n</div>\n");
+                  "where it lies once all needles are out. Grey outline: the prostate&rsquo;s convex hull. "
+                  "Along: on the planned needle, &gt; 0 too deep; across: off it. Along, %: mean size of "
+                  "that part over the mean of the whole. Gland: mean motion of the tissue when a seed "
+                  "fell.</p>\n</div>\n");
 }
 
 std::string needle_rows(const NeedlesScore& score, const Plan& plan, const SeedsScore* seeds) {
@@ -195,10 +191,9 @@ std::string needle_section(const NeedlesScore& score, const Plan& plan, const Se
                           needle_rows(score, plan, seeds));
   if (const auto& m = score.motion)
     out += fmt::format(
-        "<p class=\"small\">{} s in all, {} mm of tip path; tip speed p50 {}, p95 {}, at most {} mm/s. Path, "
-        "time "
-        "and passes as Perk Tutor defines them, against the prostate at rest. Punctures are of the outer "
-        "capsule, as the force log shows them.</p>\n",
+        "<p class=\"small\">{} s in all, {} mm of tip path; tip speed p50 {}, p95 {}, at most {} mm/s. "
+        "Path, time and passes as Perk Tutor defines them, against the prostate at rest. Punctures are of "
+        "the outer capsule, as the force log shows them.</p>\n",
         figure(m->elapsed_time_s, 1), figure(m->path_length_mm, 0), figure(m->speed_p50_mm_s, 1),
         figure(m->speed_p95_mm_s, 1), figure(m->speed_max_mm_s, 1));
   return out;

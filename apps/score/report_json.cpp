@@ -2,7 +2,7 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/score/report.h"
-#include "core/dose/source.h"
+#include "core/brachytherapy/dose/source.h"
 
 namespace brachy {
 namespace {

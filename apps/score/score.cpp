@@ -2,7 +2,7 @@
 
 #include <cassert>
 
-#include "core/surface/surface_bvh.h"
+#include "core/geometry/surface/surface_bvh.h"
 
 namespace brachy {
 namespace {

@@ -8,23 +8,23 @@
 #include "apps/score/needle_score.h"
 #include "apps/score/recording.h"
 #include "apps/score/seed_score.h"
-#include "core/structures/structure.h"
+#include "core/brachytherapy/structures/structure.h"
 
 namespace brachy {
 
-/// What a session was judged to be, against its plan.
+/// The score of a session against its plan.
 struct Score {
   std::string recording, plan;       ///< names
-  std::vector<std::string> remarks;  ///< what could not be scored and why, a sentence each
+  std::vector<std::string> remarks;  ///< what could not be scored and the reason, a sentence each
   std::size_t planned_seeds = 0;
-  std::optional<SeedsScore> seeds;  ///< nothing: not known what fell
+  std::optional<SeedsScore> seeds;  ///< none: the dropped seeds are not known
   NeedlesScore needles;
   DoseScore dose;
 };
 
-/// Judges a recording. `structures`: the scene's at rest, the tissue's own surface ("prostate") first
-/// (core/structures/load_structures.h). Throws UserError where the seeds are not of this plan or it does not fit the grid.
-/// Deterministic; some tenths of a second, more for a recording of an hour: `progress`, if any, is told the share done.
+/// Scores a recording. `structures`: the scene's at rest, the tissue's own surface ("prostate") first
+/// (core/scene/load_structures.h). Throws UserError where the seeds are not of this plan or it does not fit the grid.
+/// Deterministic; some tenths of a second, more for a recording of an hour: `progress`, if any, gets the share done.
 Score score_session(const Plan& plan, const TemplateGrid& grid, const std::vector<Structure>& structures,
                     const DoseSettings& dose, const Recording& recording,
                     const std::function<void(double share)>& progress = {});

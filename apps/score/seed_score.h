@@ -5,12 +5,12 @@
 #include <vector>
 
 #include "apps/score/spread.h"
-#include "core/plan/plan.h"
-#include "core/seeds/seed.h"
+#include "core/brachytherapy/plan/plan.h"
+#include "core/brachytherapy/seeds/seed.h"
 
 namespace brachy {
 
-/// How far a seed is from where it was planned, mm: total² = axial² + lateral².
+/// Distance of a seed from its planned position, mm: total² = axial² + lateral².
 struct Misplacement {
   double total_mm = 0;
   double axial_mm = 0;    ///< along the planned needle; > 0: too deep, < 0: left behind
@@ -19,7 +19,7 @@ struct Misplacement {
 
 Misplacement misplacement(const PlannedSeed& planned, const Vec3& position);
 
-/// A seed that the plan speaks of, and its errors.
+/// A planned seed and its errors.
 struct SeedScore {
   Seed seed;
   PlannedSeed planned;
@@ -27,7 +27,7 @@ struct SeedScore {
   Misplacement dropped, rest;
 };
 
-/// Over the planned seeds that fell.
+/// Over the planned seeds that were dropped.
 struct MisplacementSpread {
   Spread total_mm, axial_mm, lateral_mm;    ///< axial: of its size
   double mean_signed_axial_mm = kNoNumber;  ///< > 0: too deep on the whole

@@ -8,7 +8,7 @@
 
 namespace brachy {
 
-/// What is not known, or is of nothing.
+/// Not known, or not defined.
 inline constexpr double kNoNumber = std::numeric_limits<double>::quiet_NaN();
 
 /// Mean, standard deviation (of the sample, n − 1) and largest of some numbers; kNoNumber where there are too few.

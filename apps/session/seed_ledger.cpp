@@ -9,28 +9,29 @@
 #include <stdexcept>
 
 #include "apps/session/whole_lines.h"
-#include "core/error.h"
-#include "core/seeds/seed_file.h"
+#include "core/base/error.h"
+#include "core/brachytherapy/seeds/seed_file.h"
 
 namespace brachy {
 
 SeedLedger::SeedLedger(const std::filesystem::path& file) : name_(file.string()) {
   if (std::filesystem::exists(file)) {
-    was_torn_ = cut_off_torn_line(file);
+    had_partial_row_ = truncate_partial_line(file);
     if (std::filesystem::file_size(file) > 0) restored_ = load_seeds(file);
   }
   file_ = ::open(name_.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0644);
   if (file_ < 0)
-    throw UserError(name_ + ": cannot be written: " + std::strerror(errno) + "; give another folder");
+    throw UserError(name_ + ": cannot be written: " + std::strerror(errno) + "; give another directory");
   if (::flock(file_, LOCK_EX | LOCK_NB) != 0)
-    throw UserError(name_ + ": another process records into it; end that one or give another folder");
+    throw UserError(name_ + ": another process records into it; end that process or give another directory");
   size_ = static_cast<std::int64_t>(std::filesystem::file_size(file));
   count_ = restored_.size();
   if (size_ > 0) return;
-  const std::string header = std::string(kSeedHeader) + "\n";
+  std::string header(kSeedHeader);
+  header += '\n';
   if (::write(file_, header.data(), header.size()) != static_cast<ssize_t>(header.size()))
     throw UserError(name_ + ": cannot be written: " + std::strerror(errno) +
-                    "; make room or give another folder");
+                    "; free some space or give another directory");
   size_ = static_cast<std::int64_t>(header.size());
 }
 
@@ -48,7 +49,7 @@ void SeedLedger::append(std::span<const Seed> seeds, double offset_s) {
     errno = 0;
     if (::write(file_, row.data(), row.size()) != bytes) {
       const int reason = errno ? errno : ENOSPC;
-      if (::ftruncate(file_, size_) != 0) throw std::runtime_error(name_ + ": a row is half written");
+      if (::ftruncate(file_, size_) != 0) throw std::runtime_error(name_ + ": a row is incomplete");
       throw std::runtime_error(name_ + ": seed " + std::to_string(seed.id) +
                                " could not be written: " + std::strerror(reason));
     }

@@ -7,7 +7,7 @@
 #include <stdexcept>
 
 #include "apps/session/whole_lines.h"
-#include "core/error.h"
+#include "core/base/error.h"
 
 namespace brachy {
 namespace {
@@ -17,13 +17,13 @@ constexpr const char *kPoses = "poses.csv", *kForces = "forces.csv", *kSeeds = "
 std::filesystem::path made(const std::filesystem::path& folder) {
   std::error_code error;
   std::filesystem::create_directories(folder, error);
-  if (error) throw UserError(folder.string() + ": cannot be made: " + error.message());
+  if (error) throw UserError(folder.string() + ": cannot be created: " + error.message());
   return folder;
 }
 
 /// The forces of an earlier run stay where they are.
 ForceLogWriter open_forces(const std::filesystem::path& file) {
-  if (std::filesystem::exists(file)) cut_off_torn_line(file);
+  if (std::filesystem::exists(file)) truncate_partial_line(file);
   return ForceLogWriter(file, RowFile::Start::kGoOn);
 }
 
@@ -50,19 +50,19 @@ SessionLog::SessionLog(const std::filesystem::path& folder, std::size_t needle_c
   open_poses();
   if (!ledger_.restored().empty())
     restored_text_ = std::to_string(ledger_.restored().size()) + " seeds of an earlier run are in the tissue";
-  if (ledger_.was_torn())
-    restored_text_ += (restored_text_.empty() ? "" : "; ") + std::string("an unfinished row was cut off");
+  if (ledger_.had_partial_row())
+    restored_text_ += (restored_text_.empty() ? "" : "; ") + std::string("an unfinished row was removed");
 }
 
 void SessionLog::open_poses() {
   const std::filesystem::path file = folder_ / kPoses;
   const std::string header = trajectory_header(columns_);
-  const bool goes_on = std::filesystem::exists(file) && std::filesystem::file_size(file) > 0;
-  if (goes_on) {
-    cut_off_torn_line(file);
+  const bool is_continued = std::filesystem::exists(file) && std::filesystem::file_size(file) > 0;
+  if (is_continued) {
+    truncate_partial_line(file);
     if (first_line(file) != header)
       throw UserError(file.string() +
-                      ":1: not a recording of a scene with as many needles; give another folder");
+                      ":1: a recording with another number of needles; give another directory");
     const std::string row = last_line(file);
     double last_s = 0;
     if (std::from_chars(row.data(), row.data() + row.size(), last_s).ec == std::errc()) offset_s_ = last_s;
@@ -73,20 +73,23 @@ void SessionLog::open_poses() {
 }
 
 void SessionLog::add(const MeshState& state) {
-  add_seeds(state.seeds());
-  constexpr std::uint64_t kRing = MeshState::kPoseHistory;
-  const std::uint64_t oldest = std::max(last_tick_ + 1, state.tick < kRing ? 1 : state.tick - kRing + 1);
+  add_seeds(state.seeds.in_tissue());
+  constexpr std::uint64_t kRing = NeedleStates::kPoseHistory;
+  const std::uint64_t newest = state.summary.tick;
+  const std::uint64_t oldest = std::max(last_tick_ + 1, newest < kRing ? 1 : newest - kRing + 1);
   std::vector<UsedPose> used;
-  for (std::uint32_t n = 0; n < state.needles.size(); ++n) {
-    for (std::uint64_t tick = oldest; tick <= state.tick; ++tick)
-      if (const TickPose& pose = state.pose_histories[n][tick % kRing]; pose.tick == tick)
+  for (std::uint32_t n = 0; n < state.needles.states.size(); ++n) {
+    const NeedleState& needle = state.needles.states[n];
+    for (std::uint64_t tick = oldest; tick <= newest; ++tick)
+      if (const TickPose& pose = state.needles.pose_histories[n][tick % kRing]; pose.tick == tick)
         used.push_back({n, pose});
-    if (state.needles[n].present) add_forces(state.tick, n, state.needles[n], state.certificate.vertex_det);
+    if (needle.present) add_forces(newest, n, needle, state.summary.certificate.vertex_det);
   }
   add_poses(std::move(used));
 }
 
-// By tick, as a trajectory is sorted. A frame has all ticks since the last one, of all needles, unless that is too long ago.
+// By tick, as a trajectory is sorted. A frame has all ticks since the last one, of all needles, unless that
+// is too long ago.
 void SessionLog::add_poses(std::vector<UsedPose> poses) {
   std::erase_if(poses, [&](const UsedPose& used) { return used.pose.tick <= last_tick_; });
   if (poses.empty()) return;
@@ -109,8 +112,8 @@ std::string SessionLog::failure() const {
 void SessionLog::flush() {
   poses_->flush();
   forces_.flush();
-  if (has_told_ || failure().empty()) return;
-  has_told_ = true;
+  if (has_reported_ || failure().empty()) return;
+  has_reported_ = true;
   throw std::runtime_error(failure());
 }
 

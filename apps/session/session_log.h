@@ -9,57 +9,60 @@
 #include "apps/forces/force_log.h"
 #include "apps/forces/row_file.h"
 #include "apps/session/seed_ledger.h"
-#include "core/sim/mesh_state.h"
+#include "core/simulation/mesh_state.h"
 #include "haptics/trajectory/needle_trajectories.h"
 
 namespace brachy {
 
-/// A pose that the simulation used, and whose.
+/// A pose that the simulation used, and its needle.
 struct UsedPose {
   std::uint32_t needle = 0;
   TickPose pose;
 };
 
-/// A recording while it is being written: a folder with poses.csv (every tick's poses, a trajectory that replays), forces.csv
-/// (apps/forces) and seeds.csv (the ledger). What `brachy score` reads.
-///
-/// A folder that holds one already is gone on with: its seeds are `restored()`, rows that a killed process left unfinished
-/// are cut off, and times go on from the last pose's.
+/// A recording while it is being written: a directory with poses.csv (every tick's poses, a trajectory that
+/// replays), forces.csv (apps/forces) and seeds.csv (the ledger). `brachy score` reads it. An existing
+/// recording is continued: its seeds are `restored()`, rows that a killed process left unfinished are
+/// truncated, and times continue from the last pose's.
 /// Threads: one; sync_seeds() any other.
 class SessionLog {
  public:
-  /// Makes the folder. Throws UserError where it cannot be written or what it holds is no recording of such a scene.
+  /// Creates the directory. Throws UserError if it cannot be written or holds a recording of a different
+  /// scene.
   SessionLog(const std::filesystem::path& folder, std::size_t needle_count, double period_s);
 
-  /// Whether a folder holds (part of) a recording.
+  /// Whether a directory holds (part of) a recording.
   static bool is_recording(const std::filesystem::path& folder);
 
   const std::vector<Seed>& restored() const { return ledger_.restored(); }
-  double offset_s() const { return offset_s_; }  ///< of this run's time 0 in the files
-  /// What was found and mended; empty: nothing.
+  double offset_s() const { return offset_s_; }  ///< time of this run's start in the files, s
+  /// What was found and repaired; empty: nothing.
   const std::string& restored_text() const { return restored_text_; }
 
-  /// What `state` has that is new since the last call: the poses as far back as its histories go, its seeds, and its forces.
-  /// The seeds come first. Throws std::runtime_error where these could not be written; they are tried again next time.
+  /// Writes what is new in `state` since the last call: the poses as far back as its histories go, its seeds,
+  /// and its forces. The seeds are written first. Throws std::runtime_error if seeds cannot be written; the
+  /// next call retries them.
   void add(const MeshState& state);
 
-  // The same in parts, for what came over the wire.
+  // The same in parts, for data received over the wire.
   void add_seeds(std::span<const Seed> seeds) { ledger_.append(seeds, offset_s_); }
-  /// In any order; those of ticks already written are left out.
+  /// In any order; poses of ticks already written are ignored.
   void add_poses(std::vector<UsedPose> poses);
   void add_forces(std::uint64_t tick, std::uint32_t needle, const NeedleState& state, double min_det);
-  /// Throws std::runtime_error, naming the file, once, where poses or forces cannot be written any more: whole rows stay,
-  /// later ones are left out.
+  /// Throws std::runtime_error with the file, once, if poses or forces can no longer be written: complete
+  /// rows stay, later ones are dropped.
   void flush();
   void sync_seeds() const noexcept { ledger_.sync(); }
 
-  /// Closes the files. Throws std::runtime_error, naming the file, where poses or forces could not all be written.
+  /// Closes the files. Throws std::runtime_error with the file if poses or forces could not all be written.
   void close();
 
   std::uint64_t poses() const { return poses_->rows(); }
   std::uint64_t forces() const { return forces_.rows(); }
   std::size_t seeds() const { return ledger_.count(); }
-  std::uint64_t ticks_missed() const { return ticks_missed_; }  ///< whose poses came too late to be known
+  std::uint64_t ticks_missed() const {
+    return ticks_missed_;
+  }  ///< ticks whose poses are missing: they were no longer in the history
 
  private:
   double time_of(std::uint64_t tick) const { return offset_s_ + static_cast<double>(tick) * period_s_; }
@@ -73,7 +76,7 @@ class SessionLog {
   SeedLedger ledger_;
   ForceLogWriter forces_;
   std::optional<RowFile> poses_;
-  bool has_told_ = false;  // that poses or forces cannot be written
+  bool has_reported_ = false;  // that poses or forces cannot be written
   std::string restored_text_;
   std::uint64_t last_tick_ = 0, ticks_missed_ = 0;
 };

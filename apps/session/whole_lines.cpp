@@ -3,12 +3,12 @@
 #include <algorithm>
 #include <fstream>
 
-#include "core/error.h"
+#include "core/base/error.h"
 
 namespace brachy {
 namespace {
 
-constexpr std::uintmax_t kLongestLine = 8192;  // bytes; a row of ours has below 600
+constexpr std::uintmax_t kLongestLine = 8192;  // bytes; rows have fewer than 600
 
 /// The file's last bytes, enough for two lines.
 std::string tail_of(const std::filesystem::path& file, std::uintmax_t& size) {
@@ -25,16 +25,16 @@ std::string tail_of(const std::filesystem::path& file, std::uintmax_t& size) {
 
 }  // namespace
 
-bool cut_off_torn_line(const std::filesystem::path& file) {
+bool truncate_partial_line(const std::filesystem::path& file) {
   std::uintmax_t size = 0;
   const std::string tail = tail_of(file, size);
   if (tail.empty() || tail.back() == '\n') return false;
   const std::size_t end = tail.find_last_of('\n');
   if (end == tail.npos && size > tail.size())
-    throw UserError(file.string() + ": no text file of ours: its last line has no end");
+    throw UserError(file.string() + ": not a file that brachyd wrote: its last line has no line break");
   std::error_code error;
   std::filesystem::resize_file(file, size - tail.size() + (end == tail.npos ? 0 : end + 1), error);
-  if (error) throw UserError(file.string() + ": cannot be mended: " + error.message());
+  if (error) throw UserError(file.string() + ": cannot be repaired: " + error.message());
   return true;
 }
 

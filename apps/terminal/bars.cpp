@@ -8,7 +8,7 @@
 namespace brachy {
 namespace {
 
-constexpr std::array<const char*, 8> kEighths = {"", "▏", "▎", "▍", "▌", "▋", "▊", "▉"};
+constexpr std::array<const char*, 8> kPartialBlocks = {"", "▏", "▎", "▍", "▌", "▋", "▊", "▉"};
 constexpr std::array<const char*, 8> kHeights = {"▁", "▂", "▃", "▄", "▅", "▆", "▇", "█"};
 
 std::string repeated(const char* piece, std::size_t count) {
@@ -23,7 +23,7 @@ std::string bar(double share, std::size_t columns) {
   share = std::isnan(share) ? 0 : std::clamp(share, 0.0, 1.0);
   const auto eighths = static_cast<std::size_t>(std::lround(share * 8 * static_cast<double>(columns)));
   const std::size_t full = eighths / 8, rest = eighths % 8;
-  return repeated("█", full) + kEighths[rest] + std::string(columns - full - (rest > 0), ' ');
+  return repeated("█", full) + kPartialBlocks[rest] + std::string(columns - full - (rest > 0), ' ');
 }
 
 std::string centred_bar(double share, std::size_t columns) {
@@ -40,7 +40,7 @@ std::string centred_bar(double share, std::size_t columns) {
 void History::add(double t_s, double value, bool is_marked) {
   if (t_s < last_s_) columns_.clear();
   if (columns_.empty() || t_s - last_s_ >= kColumnS) {
-    // Nothing was heard for a while: gaps, as many as are kept at most.
+    // No value for some time: gaps, at most as many as columns are kept.
     const double passed = columns_.empty() ? 1 : std::min((t_s - last_s_) / kColumnS, double{kLongest});
     for (double gap = 2; gap <= passed; ++gap) columns_.push_back({std::nan(""), false});
     columns_.push_back({value, is_marked});

@@ -12,16 +12,17 @@ std::string bar(double share, std::size_t columns);
 /// `share` (−1 … 1) from the middle to the left or the right, about a line; `columns` is odd and at least 3.
 std::string centred_bar(double share, std::size_t columns);
 
-/// What a value was over the last while, one column a quarter of a second: of several within one the farthest from 0.
+/// History of a value, a column per quarter of a second: of several values within one the farthest from 0.
 class History {
  public:
   static constexpr double kColumnS = 0.25;
   static constexpr std::size_t kLongest = 200;  // columns
 
-  /// Times do not go back, or it begins anew. `is_marked`: something happened there. A value that is not finite is a gap.
+  /// Times increase; one that goes back clears the history. `is_marked`: an event to mark. A value that is not finite
+  /// is a gap.
   void add(double t_s, double value, bool is_marked = false);
 
-  /// The last `columns` of it in eight heights from `low` to `high`, to the right; ▼ where something happened.
+  /// The last `columns` of it in eight heights from `low` to `high`, right-aligned; ▼ at marks.
   std::string sparkline(std::size_t columns, double low, double high) const;
 
   double smallest() const;  ///< NaN: there is none

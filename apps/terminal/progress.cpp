@@ -14,8 +14,8 @@
 namespace brachy {
 namespace {
 
-constexpr double kTellingS = 1;          // before, what is left is a guess
-constexpr double kTellingShare = 0.001;  // likewise
+constexpr double kEstimateS = 1;          // before, the remaining time cannot be estimated
+constexpr double kEstimateShare = 0.001;  // likewise
 
 }  // namespace
 
@@ -35,7 +35,7 @@ std::optional<std::string> ProgressText::at(double t_s, double share, const std:
   } else {
     share = std::clamp(share, 0.0, 1.0);
     text += fmt::format("{:.0f} %", std::floor(100 * share));
-    if (t_s >= kTellingS && share >= kTellingShare)
+    if (t_s >= kEstimateS && share >= kEstimateShare)
       text += fmt::format(", {} left", duration_text(t_s * (1 - share) / share));
   }
   return detail.empty() ? text : text + ", " + detail;

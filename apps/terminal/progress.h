@@ -6,7 +6,7 @@
 
 namespace brachy {
 
-/// When a long command says how far it is, and how. Pure: it is told the time.
+/// When and what a long command prints about its progress. Pure: the caller passes the time.
 class ProgressText {
  public:
   /// Between two lines: of one that is redrawn, and of plain ones.
@@ -17,7 +17,7 @@ class ProgressText {
         between_s_(is_redrawn ? kRedrawS : kPlainS),
         last_s_(is_redrawn ? -1 : 0) {}
 
-  /// At `t_s` since the beginning `share` (0 … 1) is done, NaN: nobody knows; `detail` is what is being done. The line to
+  /// At `t_s` since the beginning `share` (0 … 1) is done, NaN: unknown; `detail` is what is being done. The line to
   /// show, without its end, if it is time for one.
   std::optional<std::string> at(double t_s, double share, const std::string& detail);
 
@@ -29,8 +29,8 @@ class ProgressText {
 /// "8 s", "3 min 20 s", "2 h 5 min".
 std::string duration_text(double seconds);
 
-/// Shows on standard error how far a long command is: on a terminal by one line that is redrawn and in the end taken away,
-/// otherwise by a plain line every few seconds. What is quick says nothing.
+/// Shows the progress of a long command on standard error: on a terminal as one line that is redrawn and removed at
+/// the end, otherwise as a plain line every few seconds. A quick command prints nothing.
 /// Threads: one.
 class Progress {
  public:
@@ -39,11 +39,11 @@ class Progress {
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
 
-  /// As ProgressText::at; costs a look at the clock where it is not time for a line.
+  /// As ProgressText::at; costs a reading of the clock where no line is due.
   void show(double share, const std::string& detail = "");
   /// Of `count` equal steps `done` are done.
   void show_step(std::size_t done, std::size_t count, const std::string& detail = "");
-  /// Takes the line away, so that something else can be printed.
+  /// Removes the line, so that something else can be printed.
   void finish();
 
  private:

@@ -23,7 +23,7 @@ void TerminalScreen::draw(const std::vector<std::string>& lines) {
   write(text + "\x1b[J");
 }
 
-// A terminal that has gone takes nothing, and there is nobody to tell.
+// Errors are ignored: the terminal has gone.
 void TerminalScreen::write(const std::string& text) const {
   for (std::size_t done = 0; done < text.size();) {
     const ssize_t count = ::write(fd_, text.data() + done, text.size() - done);

@@ -7,8 +7,8 @@
 
 namespace brachy {
 
-/// A terminal's second screen while it lives: lines that are redrawn in place, without a cursor. The destructor gives the
-/// terminal back as it was.
+/// A terminal's second screen while it lives: lines that are redrawn in place, without a cursor. The destructor
+/// restores the terminal.
 class TerminalScreen {
  public:
   /// `fd` is_drawable().

@@ -12,7 +12,7 @@ struct TerminalSize {
 /// Whether lines may be redrawn on this file descriptor: it is a terminal, and TERM does not say that it is a dumb one.
 bool is_drawable(int fd);
 
-/// Its size now; 80 × 24 where it does not say.
+/// Its present size; 80 × 24 where that is not known.
 TerminalSize size_of_terminal(int fd);
 
 /// Whether colour is wanted: NO_COLOR (no-color.org) is unset or empty.
@@ -21,7 +21,7 @@ bool wants_colour();
 /// Columns that a text takes; escape sequences (CSI … letter) take none, every other character one.
 std::size_t columns_of(const std::string& text);
 
-/// Its first `columns` columns; escape sequences stay, also behind them, so that a colour that was begun ends.
+/// Its first `columns` columns; later escape sequences are kept, so that a colour that was begun ends.
 std::string cut_to(const std::string& text, std::size_t columns);
 
 /// The same, filled up with blanks.

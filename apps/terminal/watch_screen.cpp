@@ -9,7 +9,7 @@ namespace brachy {
 namespace {
 
 constexpr std::size_t kLabelColumns = 11, kTextColumns = 33;
-constexpr double kQuietS = 1;  // without a frame: said
+constexpr double kQuietS = 1;  // longer times without a frame are shown
 enum class Colour { kNone = 0, kRed = 31, kGreen = 32, kYellow = 33, kBlue = 36 };
 
 class Lines {
@@ -19,7 +19,7 @@ class Lines {
   void add(const std::string& line) {
     if (lines_.size() < size_.rows) lines_.push_back(cut_to(line, size_.columns));
   }
-  /// A label, what there is to say, and a picture `columns` wide in what is left of the line.
+  /// A label, a text, and a bar or chart that fills the remaining `columns` of the line.
   template <class Picture>
   void add(const std::string& label, const std::string& text, Colour colour, const Picture& picture) {
     const std::size_t used = kLabelColumns + kTextColumns + 1;

@@ -10,17 +10,17 @@
 
 namespace brachy {
 
-/// What `brachy watch` shows on a terminal. Plain values: whoever fills it in knows where they come from. NaN: not known.
+/// The screen of `brachy watch`: plain values, filled in by the caller. NaN: not known.
 struct WatchScreen {
   struct Needle {
     std::uint32_t id = 0;
-    std::string contact;  ///< or that there is none
+    std::string contact;  ///< the contact state, or "no needle"
     double depth_mm = 0, axial_n = 0, lateral_n = 0;
     std::uint32_t punctures = 0;
     History axial;  ///< marked at punctures
   };
 
-  std::string server, address, model, device;  ///< empty: not told
+  std::string server, address, model, device;  ///< empty: not known
   double silence_s = 0;                        ///< since the last frame
   double sim_time_s = 0, ticks_hz = 0, period_ms = 0;
   std::uint64_t ticks = 0, overruns = 0;
@@ -35,13 +35,13 @@ struct WatchScreen {
   History displacement;
   std::vector<Needle> needles;
   std::uint32_t seeds = 0;
-  std::string dose_name;  ///< of the structure; empty: no dose has come
+  std::string dose_name;  ///< of the structure; empty: no dose was received
   double v100_percent = 0, d90_gy = 0, prescription_gy = 0;
   std::deque<std::string> events;  ///< the newest last
 };
 
-/// Its lines, none wider than the terminal and not more than it has rows: what does not fit is left out from below, the
-/// oldest events first. With `colour`: a fold or a missed deadline in red, and so on; the text says the same without.
+/// Its lines, none wider than the terminal and not more than it has rows: what does not fit is omitted from below, the
+/// oldest events first. With `colour`: a fold or a missed deadline in red, and so on; the text is the same without.
 std::vector<std::string> render(const WatchScreen& screen, TerminalSize size, bool colour);
 
 }  // namespace brachy

@@ -12,7 +12,10 @@ const MOST_BYTES = 300_000;  // gzipped
 const here = dirname(fileURLToPath(import.meta.url));
 const {values} = parseArgs({options: {out: {type: 'string', default: join(here, 'dist')}, protocol: {type: 'string'}}});
 const {version} = JSON.parse(readFileSync(join(here, 'package.json'), 'utf8'));
-const common = {bundle: true, define: {VIEWER_VERSION: JSON.stringify(version)}, target: 'es2022', logLevel: 'warning', legalComments: 'none', absWorkingDir: here};
+// The ψ kernels, which have a support radius: the list of core/kernels.
+const kernels = readFileSync(join(here, '../../core/kernels/kernels.h'), 'utf8').matchAll(/kName = "(\w+)"/g);
+const define = {VIEWER_VERSION: JSON.stringify(version), PSI_KERNELS: JSON.stringify([...kernels].map((found) => found[1]))};
+const common = {bundle: true, define, target: 'es2022', logLevel: 'warning', legalComments: 'none', absWorkingDir: here};
 
 const script = await build({...common, entryPoints: ['src/main.ts'], minify: true, format: 'iife', write: false, outdir: 'unused',
                             loader: {'.css': 'css'}, banner: {js: '/* three.js and uPlot: MIT licence */'}});

@@ -8,12 +8,14 @@
 #include <type_traits>
 #include <variant>
 
+#include "core/kernels/eigenvalue_law.h"
 #include "core/kernels/vector_log.h"
 
 namespace brachy {
 
 // The compactly supported kernels ψ(r), r = distance / support radius, positive definite in three dimensions.
 // Each is one small functor:
+//   kName, kLabel          for scenes and command lines; for charts
 //   value(r)               ψ(r): 1 at r = 0, exactly 0 for r ≥ 1
 //   inside(r)              the same for 0 ≤ r ≤ 1 only, exactly 0 at 1, without branches: a loop over it vectorises
 //   derivative(r)          ψ′(r), exactly 0 for r ≥ 1
@@ -21,14 +23,18 @@ namespace brachy {
 //   inside_over_r(r)       the same for 0 ≤ r ≤ 1 only, without branches
 //   over_r_derivatives(r)  its first two derivatives for 0 < r < 1, from which the third derivatives of ψ(|x|) follow
 //   kMaxSlope              M = max|ψ′|: one landmark's field is injective iff a > M |d|
-// To add one: write its functor here, add it to Kernel below; the scene, the tools and the tests find it by kName.
+//   kEigenvalueLaw         how its system's condition grows (eigenvalue_law.h)
+// To add one: README.md of this directory.
 // Sources: H. Wendland, Adv. Comput. Math. 4 (1995) 389; M. D. Buhmann, Math. Comp. 70 (2001) 307; as used in the
 // paper's equations (2) and (3), with ψ(0) = 1 for Buhmann (the paper prints 0, which is not positive definite).
 
 /// ψ3,0(r) = (1−r)², C⁰: it has a cusp at r = 0, where derivative_over_r is given as 0.
 struct Wendland30 {
   static constexpr std::string_view kName = "psi30";
+  static constexpr std::string_view kLabel = "ψ3,0";
   static constexpr double kMaxSlope = 2.0;  // at r → 0⁺
+  static constexpr EigenvalueLaw kEigenvalueLaw = {
+      .power = 1, .on_jittered_grid = 1.17, .on_cubic_grid = 0.77, .on_shaft = 1.0, .condition_of_1000 = 4e4};
 
   template <class T>
   static T inside(T r) {
@@ -57,7 +63,10 @@ struct Wendland30 {
 /// ψ3,1(r) = (1−r)⁴(4r+1), C².
 struct Wendland31 {
   static constexpr std::string_view kName = "psi31";
+  static constexpr std::string_view kLabel = "ψ3,1";
   static constexpr double kMaxSlope = 135.0 / 64.0;  // at r = 1/4
+  static constexpr EigenvalueLaw kEigenvalueLaw = {
+      .power = 3, .on_jittered_grid = 7.9, .on_cubic_grid = 2.1, .on_shaft = 5.0, .condition_of_1000 = 3e7};
 
   template <class T>
   static T inside(T r) {
@@ -89,7 +98,10 @@ struct Wendland31 {
 /// ψ3,2(r) = (1−r)⁶((35/3)r²+6r+1), C⁴.
 struct Wendland32 {
   static constexpr std::string_view kName = "psi32";
+  static constexpr std::string_view kLabel = "ψ3,2";
   static constexpr double kMaxSlope = 2.49978887758819;  // at r = 0.2355714 (root of 35r² − 4r − 1)
+  static constexpr EigenvalueLaw kEigenvalueLaw = {
+      .power = 5, .on_jittered_grid = 161, .on_cubic_grid = 15.5, .on_shaft = 77, .condition_of_1000 = 5e9};
 
   template <class T>
   static T inside(T r) {
@@ -122,7 +134,10 @@ struct Wendland32 {
 /// Buhmann's function with parameters (½, ½, 1, 2): 12r⁴ln r − 21r⁴ + 32r³ − 12r² + 1, C². 0·ln 0 is 0.
 struct Buhmann {
   static constexpr std::string_view kName = "buhmann";
+  static constexpr std::string_view kLabel = "Buhmann";
   static constexpr double kMaxSlope = 2.17599740815977;  // at r = 0.2284746
+  static constexpr EigenvalueLaw kEigenvalueLaw = {
+      .power = 3, .on_jittered_grid = 12.5, .on_cubic_grid = 3.3, .on_shaft = 8.0, .condition_of_1000 = 2e7};
 
   template <class T>
   static T inside(T r) {
@@ -164,6 +179,7 @@ struct Buhmann {
   }
 };
 
+/// The list of all kernels. Parsers, menus, tools, charts and tests read it; its order is that of their output.
 using Kernel = std::variant<Wendland31, Wendland30, Wendland32, Buhmann>;
 
 /// Calls `visit(functor)` for each kernel in turn.

@@ -8,8 +8,8 @@
 
 namespace brachy {
 
-/// A rung of the ladder above the scalar kernels: a positive definite matrix-valued kernel C(x, y), the displacement at x
-/// (mm) by a force at y (N). LadderSystem solves landmarks with it; LadderDeformation evaluates it at 200 Hz.
+/// A matrix-valued deformation model: a positive definite matrix-valued kernel C(x, y), the displacement at x
+/// (mm) by a force at y (N). MatrixKernelSystem solves landmarks with it; MatrixKernelField evaluates it at 200 Hz.
 /// Threads: const functions may be called from any. They allocate.
 class MatrixKernel {
  public:
@@ -26,7 +26,7 @@ class MatrixKernel {
   virtual Eigen::MatrixXd fields(std::span<const Vec3> X, const PointGroups& b,
                                  const Eigen::MatrixXd& forces) const = 0;
 
-  /// What it keeps, B.
+  /// Memory in use, bytes.
   virtual std::size_t bytes() const = 0;
 };
 

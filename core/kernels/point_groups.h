@@ -4,11 +4,11 @@
 #include <span>
 #include <vector>
 
-#include "core/math/rigid_transform.h"
+#include "core/base/rigid_transform.h"
 
 namespace brachy {
 
-/// Landmarks as a kernel of the ladder sees them: each is a few points that share one force, by `weights`, and whose
+/// Landmarks as a matrix-valued kernel sees them: each is a few points that share one force, by `weights`, and whose
 /// displacement is observed as the same weighted sum. So a landmark keeps three unknowns however many points it is made
 /// of, and the kernel between groups is as positive definite as it is between points.
 struct PointGroups {

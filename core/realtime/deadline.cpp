@@ -46,7 +46,7 @@ std::int64_t DeadlineTimer::wait() {
     overruns_ += static_cast<std::uint64_t>(missed);
     next_ns_ += missed * period_ns_;
   }
-  while (now < next_ns_) {  // again after a signal
+  while (now < next_ns_) {  // a signal ends a wait early
     clock_->sleep_until_ns(next_ns_);
     now = clock_->now_ns();
   }

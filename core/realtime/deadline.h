@@ -4,7 +4,7 @@
 
 namespace brachy {
 
-/// A clock to wait on; the seam behind which the tests put a clock of their own.
+/// A clock to wait on; tests substitute their own.
 class Clock {
  public:
   virtual ~Clock() = default;
@@ -25,9 +25,9 @@ Clock& monotonic_clock();
 
 /// Absolute deadlines start, start + period, start + 2 period, …
 ///
-/// A deadline that has passed before wait is called for it is missed: it is skipped and counted, and the next
-/// one is waited for. So the phase is kept, lateness does not add up and no burst of ticks ever catches up. A
-/// late wake-up alone is no miss unless the work then runs past the next deadline.
+/// A deadline that has passed before wait is called for it is missed: it is skipped and counted, and wait
+/// waits for the next one. The phase is kept, lateness does not accumulate, and there is no burst of ticks to
+/// catch up. A late wake-up alone is not a miss, unless the work then runs past the next deadline.
 ///
 /// Threads: one, the one that waits.
 ///

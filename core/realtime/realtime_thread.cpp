@@ -37,7 +37,7 @@ std::uint64_t effective_capabilities() {
   return 0;
 }
 
-/// Makes the kernel back the stack below us with pages now instead of in a tick.
+/// Pre-faults the stack below this frame, so that no tick takes a page fault there.
 [[gnu::noinline]] void prefault_stack() {
   volatile unsigned char stack[kPrefaultBytes];
   for (std::size_t i = 0; i < kPrefaultBytes; i += 1024) stack[i] = 0;
@@ -53,7 +53,7 @@ std::string set_fifo(const RealtimeLimits& limits, int priority) {
          "; in a container, grant it CAP_SYS_NICE and a real-time share (cpu.rt_runtime_us)";
 }
 
-/// The stack of the program's first thread grows as it is used: a locked one beyond a finite limit could not.
+/// Unlocks the first thread's stack: it grows as it is used, which locked pages under a finite limit prevent.
 void unlock_first_stack() {
   std::ifstream maps("/proc/self/maps");
   for (std::string line; std::getline(maps, line);) {
@@ -65,8 +65,8 @@ void unlock_first_stack() {
   }
 }
 
-/// Locks what is there, and what comes later only where no limit will stand against it once the capability that allows
-/// it has been given up (core/realtime/capabilities.h): no memory could be had then. False: errno says why.
+/// Locks present pages, and future ones only if no limit will apply after the capability that permits it has been
+/// dropped (core/realtime/capabilities.h): allocations would fail otherwise. False: see errno.
 bool lock_all(const RealtimeLimits& limits, bool& is_later_locked) {
   const rlimit unlimited{RLIM_INFINITY, RLIM_INFINITY};
   is_later_locked =
@@ -91,7 +91,7 @@ std::string lock_memory(const RealtimeLimits& limits, bool& is_later_locked) {
 std::string describe(Grant grant, const std::string& refusal) {
   switch (grant) {
     case Grant::kNotAsked:
-      return "not asked for";
+      return "not requested";
     case Grant::kGranted:
       return "granted";
     case Grant::kRefused:
@@ -149,7 +149,7 @@ std::string to_string(const RealtimeGrant& grant) {
   if (grant.fifo == Grant::kGranted) line += "priority " + std::to_string(grant.fifo_priority) + " ";
   line += describe(grant.fifo, grant.fifo_refusal);
   line += ", memory lock " + describe(grant.memory, grant.memory_refusal);
-  if (grant.memory == Grant::kGranted && !grant.memory_is_locked_later) line += " for what was there then";
+  if (grant.memory == Grant::kGranted && !grant.memory_is_locked_later) line += " for present mappings only";
   return line;
 }
 

@@ -12,39 +12,37 @@ namespace brachy {
 /// Hands values of T from one writer thread to one reader thread: the reader always gets the newest published
 /// value, neither ever waits for the other, and no value is ever seen half written.
 ///
-/// Three slots: the writer owns the back slot, the reader the front slot, and the middle slot belongs to
-/// nobody. Publishing swaps back and middle, updating swaps middle and front. All that the threads share is
-/// one atomic byte: the middle slot's index and a bit that says "published and not yet taken".
-///
-/// The atomic is a template parameter so that a model checker can put its own in. It must offer
+/// Three slots: the writer owns the back slot, the reader the front slot, and the middle slot has no owner.
+/// Publishing swaps back and middle, updating swaps middle and front. The threads share only one atomic byte:
+/// the middle slot's index and a bit for "published and not yet taken". The atomic is a template parameter,
+/// so that a model checker can substitute its own. It must offer
 ///   AtomicTemplate<std::uint8_t>(initial),  load(std::memory_order),  exchange(value, std::memory_order);
 /// checked reads and writes of the slots come from a T whose members the checker instruments.
 ///
 /// Threads: one thread uses the Writer, one the Reader (it may be the same one); construct the buffer and
 /// take both handles before the threads start. The buffer outlives its handles.
 ///
-/// Real-time: slot, publish, update and value are wait-free: at most one load and one exchange, no
-/// allocation.
+/// Real-time: slot, publish, update and value are wait-free: at most one load and one exchange, no allocation.
 template <class T, template <class> class AtomicTemplate = std::atomic>
 class TripleBuffer {
  public:
   class Writer;
   class Reader;
 
-  /// All three slots start as copies of `initial`, so that a T with vectors is sized once, before real time
-  /// begins.
+  /// All three slots start as copies of `initial`, so that the vectors in T are allocated once, before the
+  /// real-time loop starts.
   explicit TripleBuffer(const T& initial = T()) : slots_{{{initial}, {initial}, {initial}}} {}
   TripleBuffer(const TripleBuffer&) = delete;
   TripleBuffer& operator=(const TripleBuffer&) = delete;
 
-  /// The writing end; to be taken once.
+  /// The writer's handle; to be called once.
   Writer writer() {
     assert(!writer_taken_ && "a triple buffer has one writer");
     writer_taken_ = true;
     return Writer(*this);
   }
 
-  /// The reading end; to be taken once.
+  /// The reader's handle; to be called once.
   Reader reader() {
     assert(!reader_taken_ && "a triple buffer has one reader");
     reader_taken_ = true;
@@ -82,24 +80,19 @@ class TripleBuffer<T, AtomicTemplate>::Writer {
   Writer& operator=(Writer&&) = delete;
 
   /// The back slot, to be filled before the next publish. It holds an old value, not the last published one:
-  /// the value of two publishes ago, or the initial one, or an older one if the reader kept it for long
-  /// (filling the slot for publish k + 1 one finds k − 1 or older). Rewrite it in full or track what it lacks
-  /// by tick; the reference is void after publish.
+  /// the value of two publishes ago, the initial one, or an older one if the reader kept it for long (the
+  /// slot for publish k + 1 contains k − 1 or older). Rewrite it completely, or track by tick which parts are
+  /// outdated. The reference is invalid after publish.
   T& slot() { return buffer_->slots_[back_].value; }
 
-  /// Makes the back slot the newest value. A published value that the reader has not taken is overwritten
-  /// later.
+  /// Makes the back slot the newest value. A published value that the reader has not taken is overwritten later.
   void publish() {
-    // release: forbids the writes into the back slot from sinking below the exchange; the reader that takes
-    // the
+    // release: forbids the writes into the back slot from sinking below the exchange; the reader that takes the
     //   slot would see them half done.
-    // acquire: forbids the writes into the slot we get from rising above the exchange; it may be the one the
-    // reader
-    //   has just given back, and the reader's reads of it, which precede its releasing exchange, must come
-    //   first.
-    // A single exchange, not a load and a store: between these two the reader could take the middle slot, and
-    // both
-    //   ends would own it.
+    // acquire: forbids the writes into the new back slot from rising above the exchange. It may be the slot that
+    //   the reader has just returned; the reader's reads of it, before its releasing exchange, must come first.
+    // One exchange instead of a load and a store: between these two the reader could take the middle slot, and
+    //   both ends would own it.
     const auto fresh = static_cast<std::uint8_t>(back_ | kFresh);
     back_ = buffer_->middle_.exchange(fresh, std::memory_order_acq_rel) & kIndexMask;
   }
@@ -120,19 +113,15 @@ class TripleBuffer<T, AtomicTemplate>::Reader {
   Reader& operator=(Reader&&) = delete;
 
   /// Takes the newest value if one was published since the last update; true if so. References from value()
-  /// are void after an update that returned true.
+  /// are invalid after an update that returned true.
   bool update() {
-    // relaxed: forbids nothing and needs not: no slot is touched on its account. A stale "not fresh" only
-    // puts the
-    //   update off to the next call, and "fresh" stays true until we ourselves take the slot, for only we
-    //   clear it.
+    // relaxed: forbids nothing, and nothing needs forbidding: no slot is accessed because of this load. A stale
+    //   "not fresh" delays the update to the next call; "fresh" stays true until this reader clears it.
     if ((buffer_->middle_.load(std::memory_order_relaxed) & kFresh) == 0) return false;
-    // acquire: forbids the reads of the slot we get from rising above the exchange, before the writer's
-    // writes,
-    //   which its releasing exchange put first.
-    // release: forbids the reads of the slot we give back from sinking below the exchange; the writer may
-    // fill it
-    //   as soon as it has it.
+    // acquire: forbids the reads of the new front slot from rising above the exchange, before the writer's
+    //   writes, which precede its releasing exchange.
+    // release: forbids the reads of the returned slot from sinking below the exchange; the writer may fill it as
+    //   soon as it owns it.
     front_ = buffer_->middle_.exchange(front_, std::memory_order_acq_rel) & kIndexMask;
     return true;
   }

@@ -1,8 +1,8 @@
 #include "core/scene/load_body.h"
 
-#include "core/error.h"
-#include "core/mesh_io/mesh_file.h"
-#include "core/surface/surface_check.h"
+#include "core/base/error.h"
+#include "core/geometry/mesh_io/mesh_file.h"
+#include "core/geometry/surface/surface_check.h"
 
 namespace brachy {
 namespace {

@@ -1,9 +1,9 @@
 #include "core/scene/load_tissue.h"
 
-#include "core/mesh_io/mesh_file.h"
-#include "core/surface/surface_bvh.h"
-#include "core/tissue/interior_points.h"
-#include "core/tissue/phantom.h"
+#include "core/geometry/mesh_io/mesh_file.h"
+#include "core/geometry/surface/surface_bvh.h"
+#include "core/geometry/tissue/interior_points.h"
+#include "core/geometry/tissue/phantom.h"
 
 namespace brachy {
 namespace {

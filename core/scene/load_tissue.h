@@ -1,18 +1,18 @@
 #pragma once
 
+#include "core/geometry/surface/surface_check.h"
+#include "core/geometry/tissue/tissue.h"
 #include "core/scene/scene.h"
-#include "core/surface/surface_check.h"
-#include "core/tissue/tissue.h"
 
 namespace brachy {
 
 struct LoadedTissue {
   Tissue tissue;
-  SurfaceReport report;  ///< what had to be done to the surface
+  SurfaceReport report;  ///< the changes that were made to the surface
 };
 
-/// The scene's tissue: its mesh file, or the phantom; welded, oriented, freed of islands, refused unless closed;
-/// the interior filled up to tissue.points (a surface with more vertices than that has none inside).
+/// The scene's tissue: its mesh file, or the phantom; welded, oriented, without islands, refused unless closed;
+/// the interior filled up to tissue.points (none where the surface has more vertices than that).
 /// Errors: UserError as the parts throw it. Not real-time.
 LoadedTissue load_tissue(const Scene& scene);
 

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
-#include "core/error.h"
-#include "core/ladder/ladder.h"
+#include "core/base/error.h"
+#include "core/models/matrix_kernel/matrix_models.h"
 #include "core/scene/load_body.h"
 
 namespace brachy {
@@ -52,9 +52,9 @@ Membership sort_regions(const Scene& scene, bool by_modulus, std::vector<Kind>& 
 
 }  // namespace
 
-bool has_supports(const Scene& scene, std::string_view rung) {
-  const std::string name(rung);
-  if (is_matrix_rung(rung) && !find_compact_rung(rung)) {
+bool has_supports(const Scene& scene, std::string_view model_name) {
+  const std::string name(model_name);
+  if (is_matrix_model(model_name) && !is_compact_model(model_name)) {
     for (const RegionSettings& region : scene.regions)
       if (!region.shear_modulus_kpa && !is_only_contact(region))
         refuse(region, "'region.shear_modulus_kpa' is missing; " + name + " needs it of every region");
@@ -77,8 +77,7 @@ TissueModel<ScalarKernels> load_scalar_tissues(const Scene& scene, Kernel psi, d
   return {std::move(membership), std::move(kernels)};
 }
 
-TissueModel<CompactKernels> load_compact_tissues(const Scene& scene, CompactRung rung,
-                                                 const ElasticBody& body) {
+TissueModel<CompactKernels> load_compact_tissues(const Scene& scene, const ElasticBody& body) {
   std::vector<Kind> kinds = {{0.5 * body.box_size.minCoeff(), body.shear_modulus}};
   Membership membership = sort_regions(scene, true, kinds);
   CompactKernels kernels;
@@ -86,7 +85,7 @@ TissueModel<CompactKernels> load_compact_tissues(const Scene& scene, CompactRung
     ElasticBody of_kind = body;
     of_kind.box_size.setConstant(2 * kind.support_mm);
     of_kind.shear_modulus = kind.shear_modulus;
-    kernels.kernels.push_back(CompactKernel::of_body(of_kind, rung));
+    kernels.kernels.push_back(CompactKernel::of_body(of_kind));
   }
   return {std::move(membership), std::move(kernels)};
 }

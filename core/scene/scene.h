@@ -7,18 +7,18 @@
 #include <string>
 #include <vector>
 
-#include "core/contact/contact_settings.h"
-#include "core/dose/dose_settings.h"
-#include "core/math/rigid_transform.h"
-#include "core/plan/template_grid.h"
-#include "core/rbf/anchors.h"
-#include "core/seeds/seed_settings.h"
-#include "core/stability/guard_settings.h"
-#include "core/tissue/phantom.h"
+#include "core/base/rigid_transform.h"
+#include "core/brachytherapy/dose/dose_settings.h"
+#include "core/brachytherapy/plan/template_grid.h"
+#include "core/brachytherapy/seeds/seed_settings.h"
+#include "core/geometry/tissue/phantom.h"
+#include "core/injectivity/guard_settings.h"
+#include "core/needle/contact_settings.h"
+#include "core/solve/anchors.h"
 
 namespace brachy {
 
-/// Where the tissue comes from.
+/// The tissue: its surface, points, moduli and needle forces.
 struct TissueSettings {
   std::string mesh;              ///< STL, OBJ or PLY, relative to the scene file; empty: the phantom
   std::string units = "mm";      ///< of the mesh file: mm or m
@@ -29,19 +29,20 @@ struct TissueSettings {
   double min_island_share = 0.01;       ///< islands under this share of the volume are dropped and reported
   double weld_tolerance_mm = 1e-4;
   std::uint64_t seed = 1;  ///< of the interior points
-  double shear_modulus_kpa =
-      6;  ///< of tissue in no region; 17 kPa Young's modulus of a gland (DESIGN §5), a third of it
+  /// of tissue in no region; 17 kPa Young's modulus of a gland (core/DESIGN.md, section 5), a third of it
+  double shear_modulus_kpa = 6;
   double poisson = 0.49;  ///< of all tissue
   TissueContact contact;  ///< of tissue in no region, and of the outer surface
 
   bool operator==(const TissueSettings&) const = default;
 };
 
-/// What holds the tissue: a box around it. For the rungs that know elasticity.
+/// The box that holds the tissue, for the elastic models.
 struct BoxSettings {
   Vec3 size_mm = Vec3::Constant(96);
   Vec3 centre_mm = Vec3::Zero();
-  std::array<bool, 6> held = {true, true, true, true, true, true};  ///< by kFaceNames; the others are free
+  std::array<bool, 6> held = {true, true, true,
+                              true, true, true};  ///< in the order of kFaceNames; false: free
 
   bool operator==(const BoxSettings&) const = default;
 };
@@ -50,7 +51,7 @@ struct BoxSettings {
 /// earlier one.
 struct RegionSettings {
   /// Of blend_mm; less where the region is narrower. A push of up to 3.3 mm does not fold it (Membership::kMaxSlope),
-  /// which is what the default tip carries along while it cuts; a capsule there is held back before it gives way.
+  /// which is what the default tip carries along while it cuts; a capsule there is clamped before it gives way.
   static constexpr double kBlendMm = 8;
 
   std::string shape = "ellipsoid";  ///< ellipsoid (axes along x, y, z), sphere, or mesh
@@ -58,8 +59,8 @@ struct RegionSettings {
   Vec3 semi_axes_mm = Vec3::Constant(20);  ///< of a sphere: its radius, three times
   std::string file;                        ///< for mesh: STL, OBJ or PLY, mm, relative to the scene file
   std::optional<double> shear_modulus_kpa;
-  std::optional<double> support_radius_mm;  ///< of the ψ rungs; the compact ones' largest
-  /// What a needle meets here: what the file does not say is as in [tissue], but there is no capsule then.
+  std::optional<double> support_radius_mm;  ///< of the ψ models; the compact ones' largest
+  /// Needle forces in the region: those that the file omits are as in [tissue], but without a capsule.
   std::optional<TissueContact> contact;
   double blend_mm = kBlendMm;  ///< across the surface, from one support to the other
   std::string place;           ///< file:line, for messages
@@ -70,12 +71,12 @@ struct RegionSettings {
 struct ModelSettings {
   static constexpr double kMinSupportMm = 0.5, kMaxSupportMm = 500;
 
-  std::string kernel =
-      "psi31";  ///< a rung of the ladder (core/ladder/ladder.h), or auto (core/choice/choice.h)
-  double support_radius_mm = 12;  ///< of the ψ rungs
-  double tolerance_mm = 1;        ///< auto: error at a target that is not to be exceeded
+  /// core/models/matrix_kernel/matrix_models.h, or auto (core/scene/choice/choice.h)
+  std::string kernel = "psi31";
+  double support_radius_mm = 12;  ///< of the ψ models
+  double tolerance_mm = 1;        ///< auto: largest error at a target
   double tick_budget_ms = 2.5;    ///< auto: time of a tick, one thread
-  std::string needs = "volume";   ///< auto: volume, or surface where nobody asks for points inside
+  std::string needs = "volume";   ///< auto: volume, or surface where no client uses the points inside
 
   bool operator==(const ModelSettings&) const = default;
 };
@@ -88,8 +89,8 @@ struct RateSettings {
 };
 
 struct EngineSettings {
-  std::string simd =
-      "auto";       ///< instruction set: auto, generic, sse4, avx2, avx512; pinned for golden hashes
+  /// instruction set: auto, generic, sse4, avx2, avx512; pinned for golden hashes
+  std::string simd = "auto";
   int threads = 1;  ///< OpenMP threads of the field evaluation
 
   bool operator==(const EngineSettings&) const = default;
@@ -98,8 +99,8 @@ struct EngineSettings {
 struct RealtimeSettings {
   int fifo_priority = 0;     ///< SCHED_FIFO for the deformation thread; 0: off
   bool lock_memory = false;  ///< mlockall
-  bool control_thread =
-      false;  ///< an idle thread on the same deadlines, to tell the machine's misses from ours
+  /// an idle thread with the same deadlines: counts what the machine itself misses
+  bool control_thread = false;
 
   bool operator==(const RealtimeSettings&) const = default;
 };
@@ -108,9 +109,9 @@ struct DeviceSettings {
   std::string kind = "network";  ///< network, or scripted (plays `trajectory` inside the daemon)
   std::string trajectory;        ///< for scripted: CSV, relative to the scene file
   bool loop = false;
-  bool centre_on_tissue =
-      false;  ///< for scripted: move the trajectory so that its tip dwells at the tissue's centre
-  double stale_pose_ms = 100;  ///< poses older than this are refused
+  /// for scripted: move the trajectory so that its tip rests at the tissue's centre
+  bool centre_on_tissue = false;
+  double stale_pose_ms = 100;  ///< poses older than this are rejected
 
   bool operator==(const DeviceSettings&) const = default;
 };
@@ -120,21 +121,21 @@ struct ServerSettings {
   int port = 18950;
   int http_port = -1;  ///< of the viewer and its WebSocket; 0: a free one, -1: none
   int igtl_port = -1;  ///< OpenIGTLink's; -1: off
-  std::string
-      token_file;  ///< who shows these 32 bytes may have any role; relative to the scene file; empty: none
-  std::string device_token_file;    ///< … may be device or viewer
-  std::string viewer_token_file;    ///< … may be viewer
-  bool igtl_without_token = false;  ///< OpenIGTLink, which knows no tokens, although there are some
+  /// 32 bytes; its holder may have any role; relative to the scene file; empty: none
+  std::string token_file;
+  std::string device_token_file;    ///< its holder may be device or viewer
+  std::string viewer_token_file;    ///< its holder may be viewer
+  bool igtl_without_token = false;  ///< allows OpenIGTLink, which has no tokens, where tokens are set
   std::string tls_certificate;      ///< PEM, relative to the scene file; with tls_key: TLS; empty: none
   std::string tls_key;
-  std::string tls_client_ca;  ///< PEM; clients must show a certificate that it signed; empty: none
+  std::string tls_client_ca;  ///< PEM; clients must present a certificate signed by it; empty: none
   int max_clients = 64;
   int max_clients_per_address = 48;
   std::uint64_t max_message_bytes = 65536;  ///< from a client
   double max_poses_per_s = 2000;
   int hello_timeout_ms = 2000;    ///< from connection to a complete HELLO
   int silence_timeout_ms = 5000;  ///< a client that completes no message for this long is closed
-  int stall_timeout_ms = 5000;    ///< a client that takes no byte of what is sent for this long is closed
+  int stall_timeout_ms = 5000;    ///< a stalled client, which reads nothing for this long, is closed
 
   bool has_tokens() const {
     return !token_file.empty() || !device_token_file.empty() || !viewer_token_file.empty();
@@ -144,17 +145,17 @@ struct ServerSettings {
   bool operator==(const ServerSettings&) const = default;
 };
 
-/// A NATS server, to which the session is published for audiences past this machine.
+/// A NATS server, to which the session is published for viewers beyond this machine.
 struct BrokerSettings {
   std::string url;                       ///< nats://HOST:4222, tls://…; empty: off
-  std::string session = "default";       ///< what a relay asks for
+  std::string session = "default";       ///< which a relay subscribes to
   std::string tls_ca;                    ///< PEM, relative to the scene file, also below; empty: the system's
-  std::string tls_certificate, tls_key;  ///< what the broker is shown; empty: nothing
+  std::string tls_certificate, tls_key;  ///< presented to the broker; empty: none
 
   bool operator==(const BrokerSettings&) const = default;
 };
 
-/// A structure of the patient that the scene brings: dose is reported for it (core/structures/load_structures.h).
+/// A structure of the patient: dose is reported for it (core/scene/load_structures.h).
 struct StructureSettings {
   std::string name;   ///< "urethra", "rectum" or any other of letters, digits, _ and -; once; not "prostate"
   std::string file;   ///< STL, OBJ or PLY, mm, relative to the scene file
@@ -163,7 +164,8 @@ struct StructureSettings {
   bool operator==(const StructureSettings&) const = default;
 };
 
-/// Everything a scene file says; each field's default is the one of config/prostate.toml. Checked by load_scene.
+/// All settings of a scene file (config/KEYS.md). The defaults are those of config/prostate.toml. Checked by
+/// load_scene.
 struct Scene {
   std::string name = "prostate";
   std::filesystem::path directory;  ///< of the scene file: relative paths start here
@@ -177,7 +179,8 @@ struct Scene {
   ContactSettings contact;
   TemplateGrid template_grid;
   SeedSettings seeds;
-  std::string plan_file;  ///< TOML or CSV, relative to the scene file (core/plan/plan_file.h); empty: no plan
+  /// TOML or CSV, relative to the scene file (core/brachytherapy/plan/plan_file.h); empty: no plan
+  std::string plan_file;
   DoseSettings dose;
   std::vector<StructureSettings> structures;
   RateSettings rates;

@@ -7,17 +7,18 @@ namespace brachy {
 std::string_view to_string(Intervention intervention) {
   switch (intervention) {
     case Intervention::kNotFinite:
-      return "pose has NaN or infinity: force taken away; mend the tracking, then arm";
+      return "pose has NaN or infinity: force removed; repair the tracking, then arm";
     case Intervention::kStale:
-      return "no pose for 50 ms: force taken away; send poses at 20 Hz or more, then arm";
+      return "no pose for 50 ms: force removed; send poses at 20 Hz or more, then arm";
     case Intervention::kDisconnected:
-      return "device lost in contact: force taken away; connect, then arm";
+      return "device lost in contact: force removed; connect, then arm";
     case Intervention::kForceLimited:
-      return "force held at the device's limit; state a higher max_force_n if it can take more";
+      return "force limited to the device's maximum; state a higher max_force_n if it can take more";
     case Intervention::kSlewLimited:
-      return "force held to 0.5 N/ms; move slower, or soften the tissue";
+      return "change of force limited to 0.5 N/ms; move slower, or soften the tissue";
     case Intervention::kStiffnessLimited:
-      return "stiffness held at what the loop renders stably; evaluate the local model, raise the rate, or "
+      return "stiffness limited to what the loop renders stably; evaluate the local model, raise the rate, "
+             "or "
              "state more "
              "damping";
   }
@@ -27,7 +28,7 @@ std::string_view to_string(Intervention intervention) {
 void ForceGate::connect(double max_force_n) {
   connected_ = true;
   has_pose_ = false;
-  limiter_ = ForceLimiter(max_force_n);  // another hand: it has no force yet, whatever the one before had
+  limiter_ = ForceLimiter(max_force_n);  // a new hand starts without force
   for (const Intervention limit :
        {Intervention::kForceLimited, Intervention::kSlewLimited, Intervention::kStiffnessLimited}) {
     holds_[static_cast<std::size_t>(limit)] = announced_[static_cast<std::size_t>(limit)] = false;
@@ -71,14 +72,14 @@ Vec3 ForceGate::pass(const Vec3& wanted, std::int64_t now_ns) {
   check(now_ns);
   const double share = wanted.allFinite() ? gain(now_ns) : 0;
   Vec3 force_n = limiter_.step(share > 0 ? Vec3(share * wanted) : Vec3(Vec3::Zero()), now_ns);
-  if (share > 0) {  // the way to 0 after a fault is the fault's
+  if (share > 0) {  // the decay to 0 after a fault is not a limit of its own
     note(Intervention::kForceLimited, limiter_.clamped());
     note(Intervention::kSlewLimited, limiter_.slewed());
   }
   return force_n;
 }
 
-// A fault while latched is counted, but nobody needs to be told again before the next arm().
+// A fault while latched is counted, but not announced before the next arm().
 void ForceGate::fail(Intervention fault) {
   const auto i = static_cast<std::size_t>(fault);
   ++counts_[i];

@@ -4,26 +4,26 @@
 #include <cstdint>
 #include <limits>
 
-#include "core/math/rigid_transform.h"
+#include "core/base/rigid_transform.h"
 
 namespace brachy {
 
-/// Where a device does not say what it can take.
-inline constexpr double kDefaultMaxForceN = 3.3;  ///< a Touch's
+/// Defaults for a device that does not state its limits.
+inline constexpr double kDefaultMaxForceN = 3.3;  ///< of a Touch
 inline constexpr double kMaxSlewNPerMs = 0.5;     ///< never faster, whatever happens
-inline constexpr std::int64_t kLongestSlewNs =
-    1'000'000;  ///< after a longer pause too, no more than 1 ms' worth
+/// after a longer pause too, no more than 1 ms' worth
+inline constexpr std::int64_t kLongestSlewNs = 1'000'000;
 
-/// What a hand may get.
+/// Limits of the force sent to a hand.
 struct ForceLimits {
-  double max_force_n = kDefaultMaxForceN;  ///< > 0, of the vector's length
+  double max_force_n = kDefaultMaxForceN;  ///< > 0, norm of the vector
   /// N/mm, > 0; of the loop that is closed (haptics/force/negotiation.h).
   double max_stiffness_n_per_mm = std::numeric_limits<double>::infinity();
 };
 
-/// The last thing before the hand: no force longer than the limit, none that changes faster than 0.5 N/ms, and none
-/// at all before the second step (of the first no time is known). A step never jumps by more than 0.5 N either,
-/// however long ago the one before it was.
+/// The last stage before the hand: limits the norm of the force, limits its change to 0.5 N/ms, and gives no
+/// force before the second step (the time since the last step is unknown at the first). A step never changes
+/// the force by more than 0.5 N, however long ago the previous one was.
 ///
 /// Threads: one. Real-time: O(1), no allocation, lock or exception.
 class ForceLimiter {
@@ -31,7 +31,7 @@ class ForceLimiter {
   /// N, > 0.
   explicit ForceLimiter(double max_force_n = kDefaultMaxForceN) : max_force_n_(max_force_n) {}
 
-  /// What the hand gets at `now_ns` (any monotonic clock) when `wanted` (finite, N) is asked for.
+  /// The force to send at `now_ns` (any monotonic clock) for `wanted` (finite, N).
   Vec3 step(const Vec3& wanted, std::int64_t now_ns) noexcept {
     const double size = wanted.norm();
     clamped_ = size > max_force_n_;
@@ -43,9 +43,9 @@ class ForceLimiter {
     return force_n_;
   }
 
-  const Vec3& force_n() const { return force_n_; }      ///< what the last step gave
-  bool clamped() const { return clamped_; }             ///< it was asked for more than the limit
-  bool slewed() const { return slewed_; }               ///< it had to go slower than asked
+  const Vec3& force_n() const { return force_n_; }      ///< result of the last step
+  bool clamped() const { return clamped_; }             ///< the requested force exceeded the limit
+  bool slewed() const { return slewed_; }               ///< the change of force was limited
   void set_max_force_n(double n) { max_force_n_ = n; }  ///< > 0
 
  private:
@@ -53,7 +53,8 @@ class ForceLimiter {
     const std::int64_t last_ns = started_ ? last_ns_ : now_ns;
     started_ = true;
     last_ns_ = now_ns;
-    // A clock that goes backwards gives no time; the difference of extreme stamps is not formed.
+    // Time that goes backwards counts as none. The difference of extreme stamps is not formed: it would
+    // overflow.
     if (now_ns <= last_ns) return 0;
     if (last_ns < now_ns - kLongestSlewNs) return kLongestSlewNs;
     return now_ns - last_ns;

@@ -3,18 +3,18 @@
 #include <array>
 #include <cstdint>
 
-#include "core/contact/local_contact_model.h"
+#include "core/needle/local_contact_model.h"
 #include "haptics/force/force_limiter.h"
 #include "haptics/force/model_limits.h"
 
 namespace brachy {
 
-/// What LocalForce::evaluate had to do; bits of DeviceForce::flags.
+/// Actions of LocalForce::evaluate; bits of DeviceForce::flags.
 enum LocalForceFlag : std::uint32_t {
-  kLocalExpired = 1u << 0,           ///< no model, or none for its time to live: the force goes to 0
+  kLocalExpired = 1u << 0,           ///< no model, or it exceeded its time to live: the force goes to 0
   kLocalNotFinite = 1u << 1,         ///< the tip is NaN or infinite: the force goes to 0
-  kLocalClamped = 1u << 2,           ///< more was asked for than the force limit
-  kLocalSlewed = 1u << 3,            ///< the force is on its way at 0.5 N/ms
+  kLocalClamped = 1u << 2,           ///< the requested force exceeded the limit
+  kLocalSlewed = 1u << 3,            ///< the change of force was limited to 0.5 N/ms
   kLocalStiffnessLimited = 1u << 4,  ///< the model was stiffer than the limit
 };
 
@@ -26,30 +26,31 @@ struct DeviceForce {
   Vec3 moment_about(const Vec3& point, const Vec3& tip) const { return (tip - point).cross(force_n); }
 };
 
-/// Beside the device: the force at 1 kHz or more from the newest LocalContactModel, as core/contact/local_contact_model.h
-/// defines it. A driver needs this header and three calls:
+/// Beside the device: the force at 1 kHz or more from the newest LocalContactModel, as
+/// core/needle/local_contact_model.h defines it. A driver needs this header and three calls:
 ///
 ///     LocalForce local(limits);
 ///     every cycle:       force = local.evaluate(tip, now_ns);  client.send_pose(X_WN, now_ns);
 ///     at LOCAL_MODEL:    local.take(model, input_stamp_ns, now_ns);
+/// A model belongs to a pose the device sent some time ago. Since then the needle may have advanced, slipped
+/// or turned back: take() drags the model's contact point through the tips recorded since that pose, so that
+/// a late model gives the same force as one without delay. Otherwise a hand that turns back would feel the
+/// friction of the previous direction for as long as the network's delay, and friction in the direction of
+/// motion feeds an oscillation. For any new model, the force changes by at most 0.5 N/ms and its norm does
+/// not exceed the limit.
 ///
-/// A model is of a pose the device sent some time ago. Since then the hand may have gone on, slipped or turned: take()
-/// drags the model's contact point through the tips seen since that pose, so that a model that is late says the same as
-/// one that is not. Without that, a hand that turns would feel the friction of the way before for as long as the
-/// network's delay, and friction that pushes along feeds an oscillation.
-///
-/// Whatever a new model says, the force moves by at most 0.5 N/ms and is no longer than the limit.
-///
-/// Threads: one. Real-time: no allocation, lock or exception; evaluate O(1), take O(tips since its pose) ≤ kTips.
+/// Threads: one. Real-time: no allocation, lock or exception; evaluate O(1), take O(tips since its pose) ≤
+/// kTips.
 class LocalForce {
  public:
-  static constexpr std::size_t kTips = 512;  ///< that are remembered: half a second at 1 kHz
+  static constexpr std::size_t kTips = 512;  ///< tips stored: half a second at 1 kHz
   static constexpr std::int64_t kUnknown = INT64_MIN;
 
   explicit LocalForce(const ForceLimits& limits = {}) : limits_(limits), limiter_(limits.max_force_n) {}
 
-  /// A model arrived. `pose_stamp_ns` is the stamp under which evaluate() was given the pose that the model is of
-  /// (kUnknown: it is used at the present tip as it is). One that is not usable is refused: false, the last one stays.
+  /// A model arrived. `pose_stamp_ns` is the stamp that evaluate() received with the pose of the model
+  /// (kUnknown: the model is used at the present tip unchanged). Returns false for a model that is not
+  /// usable; the last one stays.
   bool take(const LocalContactModel& model, std::int64_t pose_stamp_ns, std::int64_t now_ns) noexcept {
     if (!is_usable(model)) return false;
     model_ = model;
@@ -60,11 +61,11 @@ class LocalForce {
     return true;
   }
 
-  /// What the hand gets with the needle's tip (world frame, mm) here now.
+  /// The force with the needle's tip (world frame, mm) at `tip` now.
   DeviceForce evaluate(const Vec3& tip, std::int64_t now_ns) noexcept {
     return evaluate(tip, now_ns, now_ns);
   }
-  /// The same where the tip is of a pose that another clock stamped.
+  /// The same for a tip of a pose stamped by another clock.
   DeviceForce evaluate(const Vec3& tip, std::int64_t pose_stamp_ns, std::int64_t now_ns) noexcept {
     DeviceForce result;
     result.force_n = limiter_.step(wanted(tip, pose_stamp_ns, now_ns, result.flags), now_ns);
@@ -73,8 +74,8 @@ class LocalForce {
     return result;
   }
 
-  /// The model's force alone, without limits of size and slew, for who has a limiter of his own (ForceGate); adds to
-  /// `flags`.
+  /// The model's force alone, without limits of norm and slew, for callers with their own limiter
+  /// (ForceGate); adds to `flags`.
   Vec3 wanted(const Vec3& tip, std::int64_t pose_stamp_ns, std::int64_t now_ns,
               std::uint32_t& flags) noexcept {
     if (!tip.allFinite()) {
@@ -93,8 +94,8 @@ class LocalForce {
     return force_at(tip);
   }
 
-  const LocalContactModel& model() const { return model_; }  ///< with the contact point where it has got to
-  bool has_model() const { return has_model_; }              ///< that was not too old at the last evaluate()
+  const LocalContactModel& model() const { return model_; }  ///< with the contact point as dragged so far
+  bool has_model() const { return has_model_; }  ///< and it had not expired at the last evaluate()
 
  private:
   struct StampedTip {
@@ -104,7 +105,7 @@ class LocalForce {
 
   double beyond(const Vec3& tip) const { return (tip - model_.contact_point).dot(model_.axis); }
 
-  // Slip: where the spring would exceed a limit, the contact point goes along.
+  // Slip: if the spring exceeds a limit, the contact point follows the tip.
   void drag(const Vec3& tip) noexcept {
     if (!model_.in_contact && !model_.is_capsule) return;
     const double k = model_.axial_stiffness_n_per_mm, z = beyond(tip);

@@ -3,12 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/contact/local_contact_model.h"
+#include "core/needle/local_contact_model.h"
 
 namespace brachy {
 
-/// Whether a model from outside can be used: finite but for its bounds, which may be infinite, the axis a unit vector,
-/// stiffnesses ≥ 0, min ≤ 0 ≤ max.
+/// Whether an untrusted model can be used: finite except for its bounds, which may be infinite, the axis a
+/// unit vector, stiffnesses ≥ 0, min ≤ 0 ≤ max.
 inline bool is_usable(const LocalContactModel& m) {
   const bool finite = m.reference_tip.allFinite() && m.contact_point.allFinite() && m.axis.allFinite() &&
                       m.lateral_n.allFinite() && std::isfinite(m.axial_stiffness_n_per_mm) &&
@@ -18,13 +18,14 @@ inline bool is_usable(const LocalContactModel& m) {
          m.after_puncture_n >= 0;
 }
 
-/// Whether only pushing makes contact: a capsule from outside. One that the tip meets inside, in another tissue's grip, has
-/// that grip's friction besides (axial_min_n < 0).
+/// Whether the contact only pushes: a capsule met from outside. A capsule met from within another tissue also
+/// has that tissue's friction (axial_min_n < 0).
 inline bool only_pushes(const LocalContactModel& m) {
   return m.is_capsule && m.axial_min_n == 0;
 }
 
-/// The same contact with `gain` (0 … 1) times the force at every tip: stiffnesses and forces scaled, slip where it was.
+/// The same contact with `gain` (0 … 1) times the force at every tip: stiffnesses and forces scaled, slip
+/// unchanged.
 inline LocalContactModel scaled(LocalContactModel m, double gain) {
   const auto bound = [gain](double n) { return gain > 0 ? gain * n : 0; };  // which may be infinite
   m.axial_stiffness_n_per_mm *= gain;
@@ -36,13 +37,13 @@ inline LocalContactModel scaled(LocalContactModel m, double gain) {
   return m;
 }
 
-/// Makes one needle's models no stiffer than a limit, one after another.
-///
-/// Across the shaft the whole spring is made weaker, force and stiffness. Along it only the stiffness is: the tissue
-/// slips at the same force as before, but after a longer way. The contact point of what slips is then this class's own,
-/// dragged along by limit over stiffness; the simulation's, which belongs to the stiffer tissue, would let the slipping
-/// force never be reached. To let the force itself jump to the simulation's at each model would close the loop at the
-/// full stiffness over the network: that is what the limit is against.
+/// Limits the stiffness of one needle's successive models. Across the shaft the whole spring is weakened,
+/// force and stiffness. Along the shaft only the stiffness: the tissue slips at the same force as before, but
+/// after a longer displacement. The contact point of slipping tissue is then kept by this class and dragged
+/// along at slip force over limited stiffness; with the simulation's contact point, which belongs to the
+/// stiffer tissue, the slip force would never be reached. If the force itself jumped to the simulation's at
+/// each model, the loop would be closed over the network at full stiffness, which the limit is there to
+/// prevent.
 ///
 /// Threads: one. Real-time: O(1), no allocation, lock or exception.
 class StiffnessLimiter {
@@ -55,7 +56,7 @@ class StiffnessLimiter {
       m.lateral_stiffness_n_per_mm = limit;
     }
     if (axial) m.axial_stiffness_n_per_mm = limit;
-    // A capsule that is only pushed stays where the simulation says.
+    // The contact point of a capsule that is only pushed is the simulation's.
     if (axial && m.in_contact && !only_pushes(m)) {
       if (dragging_) {
         const double z = (m.reference_tip - contact_point_).dot(m.axis);
@@ -72,7 +73,7 @@ class StiffnessLimiter {
 
  private:
   bool dragging_ = false;
-  Vec3 contact_point_ = Vec3::Zero();  // of the last model, where it was limited
+  Vec3 contact_point_ = Vec3::Zero();  // of the last model, if it was limited
 };
 
 }  // namespace brachy

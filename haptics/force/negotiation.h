@@ -11,7 +11,7 @@ namespace brachy {
 /// Damping of a device that does not state its own, N·s/mm: half a newton second per metre.
 inline constexpr double kDefaultDampingNsPerMm = 0.0005;
 
-/// What a device said of itself; NaN where it did not.
+/// Limits as a device states them; NaN if it does not.
 struct StatedLimits {
   double max_force_n = std::numeric_limits<double>::quiet_NaN();
   double max_stiffness_n_per_mm = std::numeric_limits<double>::quiet_NaN();
@@ -20,24 +20,25 @@ struct StatedLimits {
 
 /// The loop that is closed from a pose to the force that it causes.
 struct ClosedLoop {
-  double period_s =
-      0.001;  ///< T: how long each force is held. A local model: the device's own; else the wire's
-  /// τ: from the pose's sampling to the begin of its force. A local model: 0; else the whole round trip, with what the
-  /// pose waits for its evaluation and the force for the device's next cycle.
+  /// T: how long each force is held. A local model: the device's own; else the wire's
+  double period_s = 0.001;
+  /// τ: from the pose's sampling to the begin of its force. A local model: 0; else the whole round trip, with
+  /// what the pose waits for its evaluation and the force for the device's next cycle.
   double delay_s = 0;
 };
 
-/// The stiffest virtual spring, N/mm, that a device of damping b (N·s/mm) renders passively through a loop that holds
-/// each force for T and gives it τ late: 2b/(T + 2τ), DESIGN §4. Without delay b > KT/2, Colgate and Schenkel,
-/// Passivity of a class of sampled-data systems, J. Robotic Systems 14 (1997) 37–47, for a spring without damping of
-/// its own; the held sample is on average T/2 old, and τ adds to that.
+/// The stiffest virtual spring, N/mm, that a device of damping b (N·s/mm) renders passively through a loop
+/// that holds each force for T and applies it τ late: 2b/(T + 2τ), core/DESIGN.md, section 4. Without delay b
+/// > KT/2, Colgate and Schenkel, Passivity of a class of sampled-data systems, J. Robotic Systems 14 (1997)
+/// 37–47, for a spring without damping of its own; the held sample is on average T/2 old, and τ adds to that.
 inline double passive_stiffness_n_per_mm(double damping_n_s_per_mm, const ClosedLoop& loop) {
   return 2 * damping_n_s_per_mm / (loop.period_s + 2 * loop.delay_s);
 }
 
-/// No less than the delay τ of a loop over the wire whose forces are worked out every `period_s`: a pose waits up to a
-/// period for its evaluation, its force up to one for the device's next cycle, and both travel. A server that answers
-/// each pose as it comes saves one of them, a device that applies each force as it comes the other.
+/// Upper bound of the delay τ of a loop over the wire whose forces are evaluated every `period_s`: a pose
+/// waits up to one period for its evaluation, its force up to one for the device's next cycle, and both are
+/// transmitted. A server that answers each pose on arrival saves the first period, a device that applies each
+/// force on arrival the second.
 inline double wire_delay_s(double round_trip_s, double period_s) {
   return round_trip_s + 2 * period_s;
 }
@@ -47,7 +48,8 @@ inline bool is_stated(double value) {
   return std::isfinite(value) && value > 0;
 }
 
-/// What the device gets in that loop: its own limits, the defaults where it states none, and never stiffer than passive.
+/// Limits of the device in that loop: its stated limits, defaults for those it does not state, and a
+/// stiffness that is never above the passive one.
 inline ForceLimits negotiate(const StatedLimits& stated, const ClosedLoop& loop) {
   const double damping =
       is_stated(stated.damping_n_s_per_mm) ? stated.damping_n_s_per_mm : kDefaultDampingNsPerMm;

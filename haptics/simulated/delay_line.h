@@ -8,7 +8,8 @@
 
 namespace brachy {
 
-/// A network in virtual time: what goes in comes out later, in order, or is lost. The same seed loses the same.
+/// A network in virtual time: values come out later, in order, or are lost. The same seed loses the same
+/// values.
 /// Threads: one.
 template <typename T>
 class DelayLine {
@@ -18,7 +19,7 @@ class DelayLine {
       : delay_ns_(delay_ns), drop_share_(drop_share), random_(seed) {}
 
   void push(T value, std::int64_t now_ns) {
-    // Not by a standard distribution: those differ between libraries.
+    // No standard distribution: those differ between libraries.
     const bool lost = static_cast<double>(random_() >> 11) * 0x1p-53 < drop_share_;
     if (lost)
       ++lost_;
@@ -26,7 +27,7 @@ class DelayLine {
       under_way_.emplace_back(now_ns + delay_ns_, std::move(value));
   }
 
-  /// The newest that has arrived by now and was not given out before; older ones are passed over.
+  /// The newest value that has arrived by now and was not returned before; older ones are skipped.
   std::optional<T> newest(std::int64_t now_ns) {
     std::optional<T> value;
     while (!under_way_.empty() && under_way_.front().first <= now_ns) {
@@ -42,7 +43,7 @@ class DelayLine {
   std::int64_t delay_ns_;
   double drop_share_;
   std::mt19937_64 random_;
-  std::deque<std::pair<std::int64_t, T>> under_way_;  // arrival, what
+  std::deque<std::pair<std::int64_t, T>> under_way_;  // arrival, value
   std::uint64_t lost_ = 0;
 };
 

@@ -6,13 +6,14 @@
 #include <cstdint>
 #include <deque>
 
-#include "core/math/rigid_transform.h"
+#include "core/base/rigid_transform.h"
 
 namespace brachy {
 
-/// Finds ringing in a motion that also goes somewhere: turning points of one coordinate, not counting turns of less than
-/// `least` (mm). It rings where, within a second, it swings to and fro five times (kSwings + 1 turns) and the last swing is
-/// no smaller than the first: a swing that dies away does not count, nor does friction that lets go once in a while.
+/// Detects oscillation in a motion that also travels: turning points of one coordinate, ignoring turns of
+/// less than `least` (mm). It oscillates if it completes five swings within a second (kSwings + 1 turns) and
+/// the last swing is no smaller than the first: a decaying swing does not count, nor does occasional
+/// stick-slip.
 /// Threads: one.
 class SwingMeter {
  public:
@@ -60,7 +61,8 @@ class SwingMeter {
   std::deque<Turn> turns_;
 };
 
-/// What a hand went through: the largest force, its largest change in a millisecond, and whether the device rang in it.
+/// The load on a hand: the largest force, its largest change in a millisecond, and whether the device
+/// oscillated.
 /// Threads: one.
 class HandReport {
  public:
@@ -68,10 +70,11 @@ class HandReport {
   explicit HandReport(double least_swing_mm = 0.1)
       : meters_{SwingMeter(least_swing_mm), SwingMeter(least_swing_mm), SwingMeter(least_swing_mm)} {}
 
-  /// One device cycle that begins at t_s, of `period_s`: force on the needle, and where the tip is from the hand, mm.
+  /// One device cycle that begins at t_s, of `period_s`: force on the needle, and the tip relative to the
+  /// hand, mm.
   void add(double t_s, double period_s, const Vec3& force_n, const Vec3& tip_from_hand) {
     peak_force_n_ = std::max(peak_force_n_, force_n.norm());
-    // A step of a slow loop is one jump, not its share of a millisecond.
+    // A step of a slow loop counts as one jump, not divided by its milliseconds.
     largest_jump_n_per_ms_ =
         std::max(largest_jump_n_per_ms_, (force_n - force_n_).norm() / std::min(1e3 * period_s, 1.0));
     force_n_ = force_n;
@@ -83,7 +86,7 @@ class HandReport {
   bool oscillated() const {
     return std::ranges::any_of(meters_, [](const SwingMeter& meter) { return meter.rang(); });
   }
-  /// When oscillation was first seen, s; NaN: it was not.
+  /// When oscillation was first detected, s; NaN: never.
   double oscillated_at_s() const {
     double first = NAN;
     for (const SwingMeter& meter : meters_)

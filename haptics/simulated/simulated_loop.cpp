@@ -50,7 +50,7 @@ Vec3 SimulatedLoop::force_now(const Vec3& tip) {
   return force_.force_n;
 }
 
-// The server's ticks and evaluations before `now_ns`, each in its turn; at one instant the tick first.
+// The server's ticks and evaluations before `now_ns`, in order of time; at the same instant the tick first.
 void SimulatedLoop::serve_until(std::int64_t now_ns) {
   for (;;) {
     const bool ticks = settings_.local_model || next_tick_ns_ <= next_evaluation_ns_;

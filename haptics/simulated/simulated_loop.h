@@ -4,47 +4,47 @@
 #include <functional>
 #include <utility>
 
-#include "core/contact/local_contact_model.h"
-#include "core/sim/needle_pose.h"
+#include "core/needle/local_contact_model.h"
+#include "core/needle/needle_pose.h"
 #include "haptics/force/local_force.h"
 #include "haptics/simulated/delay_line.h"
 #include "haptics/simulated/device_dynamics.h"
 
 namespace brachy {
 
-/// What a closed loop of device, network and simulation is made of.
+/// Parameters of a closed loop of device, network and simulation.
 struct LoopSettings {
   DeviceDynamicsSettings device;
-  bool local_model = true;     ///< the device works out its force; false: the server does and sends it
+  bool local_model = true;     ///< the device evaluates its force; false: the server does and sends it
   double delay_s = 0;          ///< of the network, each way, ≥ 0
   double drop_share = 0;       ///< of the poses, 0 … 1
   std::uint64_t seed = 1;      ///< of which poses are lost
   double simulation_hz = 200;  ///< > 0
   double wire_hz = 1000;       ///< forces a second from the server, > 0, if it sends them
-  ForceLimits limits;          ///< of whoever works out the force
+  ForceLimits limits;          ///< applied where the force is evaluated
 };
 
-/// One tick of the simulation with the newest pose that has come (not present: none yet).
+/// One tick of the simulation with the newest pose received (not present: none yet).
 using LoopSimulation = std::function<LocalContactModel(const NeedlePose&)>;
 
-/// A device with mass, a network with delay and losses, and a simulation, closed to a loop in virtual time: no clock, no
-/// socket, every run alike. The simulation ticks and the server evaluates at multiples of their periods; what happens
-/// there at the instant of a device cycle comes after it. So a force from the wire is a device's cycle late even without
-/// delay.
+/// A device with mass, a network with delay and losses, and a simulation, as a closed loop in virtual time:
+/// no clock, no socket, deterministic. The simulation ticks and the server evaluates at multiples of their
+/// periods; at the same instant a device cycle comes first. So a force from the wire is one device cycle late
+/// even without delay.
 /// Threads: one.
 class SimulatedLoop {
  public:
   /// The device starts at rest in the hand at `start`.
   SimulatedLoop(const LoopSettings& settings, LoopSimulation simulation, const RigidTransform& start);
 
-  /// One device cycle: read, work out or receive the force, send, move. The hand is at `hand` at its end. Returns the
-  /// force on the needle during the cycle, N.
+  /// One device cycle: read, evaluate or receive the force, send, move. The hand is at `hand` at its end.
+  /// Returns the force on the needle during the cycle, N.
   Vec3 step(const RigidTransform& hand);
 
   const DeviceDynamics& device() const { return device_; }
   DeviceDynamics& device() { return device_; }
   double time_s() const { return 1e-9 * static_cast<double>(now_ns_); }
-  /// Longest time from a pose's reading to the begin of its force; what negotiation calls the loop's delay.
+  /// Longest time from reading a pose to the begin of its force: the loop's delay in negotiation.h.
   double longest_delay_s() const { return 1e-9 * static_cast<double>(longest_delay_ns_); }
   std::uint64_t poses_lost() const { return poses_.lost(); }
 

@@ -16,8 +16,8 @@ namespace brachy {
 /// Most needles that one file may move; as many as a scene may have.
 inline constexpr std::size_t kMaxTrajectoryNeedles = 16;
 
-/// The motions of several needles on one clock: that of the file they stand in, or several recordings of one session. A
-/// needle is not there before its first sample and stays at its last one. Immutable.
+/// The motions of several needles on one clock: that of their file, or several recordings of one session. A
+/// needle is absent before its first sample and stays at its last one. Immutable.
 ///
 /// Threads: any number may read.
 class NeedleTrajectories {
@@ -36,24 +36,25 @@ class NeedleTrajectories {
   double end_s() const { return end_s_; }      ///< the last sample of any
   double duration_s() const { return end_s_ - start_s_; }
 
-  /// Trajectory::sample of needle `id`; nothing before its first sample (less 1e-9 s) and for a needle it has not.
+  /// Trajectory::sample of needle `id`; nullopt before its first sample (less 1e-9 s) and for an unknown
+  /// needle.
   /// Real-time: yes.
   std::optional<RigidTransform> sample(std::uint32_t id, double t_s) const;
 
-  /// Trajectory::button of needle `id`; false for a needle it has not.
+  /// Trajectory::button of needle `id`; false for an unknown needle.
   /// Real-time: yes.
   bool button(std::uint32_t id, double t_s) const;
   bool button(std::uint32_t id, double after_s, double until_s) const;
 
-  /// Every motion as Trajectory::transformed has it.
+  /// Every motion, as Trajectory::transformed.
   NeedleTrajectories transformed(const RigidTransform& X_VW) const;
-  /// All of them shifted alike, so that the mean of their dwelling points comes to p_W (mm).
+  /// All motions with the same shift, which moves the mean of their dwelling points to p_W (mm).
   NeedleTrajectories centred_on(const Vec3& p_W) const;
-  /// The same played `factor` (> 0) times as fast.
+  /// The same motions `factor` (> 0) times as fast.
   NeedleTrajectories sped_up(double factor) const;
 
  private:
-  const Trajectory* find(std::uint32_t id) const;  // null: it has no such needle
+  const Trajectory* find(std::uint32_t id) const;  // null: unknown needle
 
   std::vector<Needle> needles_;
   double start_s_, end_s_;
@@ -62,9 +63,9 @@ class NeedleTrajectories {
 /// The column of a trajectory file that moves several needles: their ids, 0 … 15. Last but for kButtonColumn.
 inline constexpr std::string_view kNeedleColumn = "needle";
 
-/// Reads a trajectory file of one needle or, with the column `needle`, of several: rows sorted by time, at equal times
-/// rows of different needles. Without the column all rows are needle 0's. Otherwise as parse_trajectory.
-/// Throws UserError "name:line: what; fix", also for a needle that a scene of `needle_count` needles has not.
+/// Reads a trajectory file of one needle or, with the column `needle`, of several: rows sorted by time, at
+/// equal times rows of different needles. Without the column all rows are needle 0's. Otherwise as
+/// parse_trajectory. Throws UserError "name:line: what; fix", also for a needle id ≥ `needle_count`.
 NeedleTrajectories parse_trajectories(std::string_view text, const std::string& name,
                                       std::size_t needle_count = kMaxTrajectoryNeedles);
 

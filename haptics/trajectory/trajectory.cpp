@@ -4,7 +4,7 @@
 #include <cassert>
 #include <utility>
 
-#include "haptics/rigid_pose.h"
+#include "haptics/trajectory/rigid_pose.h"
 
 namespace brachy {
 

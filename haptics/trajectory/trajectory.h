@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-#include "core/math/rigid_transform.h"
+#include "core/base/rigid_transform.h"
 
 namespace brachy {
 
@@ -26,7 +26,7 @@ inline constexpr double kSameTime = 1e-9;
 /// Threads: any number may read.
 class Trajectory {
  public:
-  /// The poses have no defect (haptics/rigid_pose.h); times are finite and strictly increasing.
+  /// The poses have no defect (haptics/trajectory/rigid_pose.h); times are finite and strictly increasing.
   explicit Trajectory(std::vector<TrajectorySample> samples);
 
   const std::vector<TrajectorySample>& samples() const { return samples_; }
@@ -40,14 +40,15 @@ class Trajectory {
   /// Real-time: yes, O(log samples).
   RigidTransform sample(double t_s) const;
 
-  /// Whether the button is held at t_s: as the last sample at or before it (less 1e-9 s) says; not before the first one.
+  /// Whether the button is held at t_s: according to the last sample at or before it (less 1e-9 s); false
+  /// before the first one.
   ///
   /// Real-time: yes, O(log samples).
   bool button(double t_s) const;
 
-  /// The button as a tick at until_s sees it that comes after one at after_s < until_s: held at until_s, or pressed by a
-  /// sample in between, so that no press is too short to be seen; what was released since after_s that tick has seen.
-  /// Samples at ticks are thus seen as they are. A release between two ticks is not seen.
+  /// The button for a tick at until_s after one at after_s < until_s: held at until_s, or pressed by a sample
+  /// in between, so that no press is too short to be seen; a press released since after_s was seen by that
+  /// tick. Samples at ticks are thus seen unchanged. A release between two ticks is not seen.
   ///
   /// Real-time: yes, O(log samples + samples in between).
   bool button(double after_s, double until_s) const;
@@ -58,11 +59,11 @@ class Trajectory {
   /// The same motion seen in another frame V: poses X_VN = X_VW · X_WN. X_VW is rigid to 1e-9.
   Trajectory transformed(const RigidTransform& X_VW) const;
 
-  /// Where the tip dwells: the median of its positions over time, each coordinate for itself, mm. An insertion dwells
-  /// in the tissue, however long its approach.
+  /// The dwelling point: the median of the tip's positions over time, each coordinate separately, mm. An
+  /// insertion dwells in the tissue, however long its approach.
   Vec3 dwelling_point() const;
 
-  /// The same motion shifted so that its dwelling point comes to p_W (mm).
+  /// The same motion shifted so that its dwelling point is p_W (mm).
   Trajectory centred_on(const Vec3& p_W) const;
 
  private:
@@ -79,7 +80,7 @@ inline constexpr std::string_view kButtonColumn = "button";
 inline constexpr std::size_t kMaxTrajectorySamples = 1'000'000;
 inline constexpr std::size_t kMaxTrajectoryBytes = std::size_t{320} << 20;
 
-/// Reads a trajectory from the text of a CSV file, with or without kButtonColumn; `name` is what errors call it.
+/// Reads a trajectory from the text of a CSV file, with or without kButtonColumn; `name` names it in errors.
 ///
 /// Lines that are blank or start with '#' are skipped; lines end with LF or CRLF, the last one need not end
 /// at all. A rotation within 1e-3 of a rigid one is replaced by the nearest rotation, within 1e-9 it is kept
@@ -89,12 +90,12 @@ Trajectory parse_trajectory(std::string_view text, const std::string& name);
 /// parse_trajectory of a file. Throws UserError, also where it is no readable regular file or too large.
 Trajectory load_trajectory(const std::filesystem::path& file);
 
-/// One line of a trajectory file without button and line end: 17 significant digits, so that reading it gives the
-/// same bits.
+/// One line of a trajectory file without button and line end: 17 significant digits, so that reading it gives
+/// the same bits.
 std::string trajectory_row(const TrajectorySample& sample);
 
-/// Header and rows, with kButtonColumn if the button is ever held; what parse_trajectory reads back bit for bit. The caller
-/// checks the stream.
+/// Header and rows, with kButtonColumn if the button is ever held; what parse_trajectory reads back bit for
+/// bit. The caller checks the stream.
 void write_trajectory(std::ostream& out, const Trajectory& trajectory);
 
 }  // namespace brachy

@@ -5,9 +5,9 @@
 #include <sstream>
 #include <utility>
 
-#include "core/number_csv.h"
-#include "haptics/rigid_pose.h"
+#include "core/base/number_csv.h"
 #include "haptics/trajectory/needle_trajectories.h"
+#include "haptics/trajectory/rigid_pose.h"
 
 namespace brachy {
 

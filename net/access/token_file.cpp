@@ -10,7 +10,7 @@
 #include <cstring>
 #include <span>
 
-#include "core/error.h"
+#include "core/base/error.h"
 
 namespace brachy::net {
 namespace {
@@ -44,16 +44,16 @@ std::string make_one(const std::filesystem::path& file) {
 }  // namespace
 
 Token load_token(const std::filesystem::path& path) {
-  const File file(path, O_RDONLY | O_NONBLOCK, 0);  // not to wait for who writes into a pipe
+  const File file(path, O_RDONLY | O_NONBLOCK, 0);  // O_NONBLOCK: do not wait for the writer of a pipe
   if (!file.is_open()) {
     if (errno == ENOENT) refuse(path, "no such token file; " + make_one(path));
     refuse(path, std::string("the token file cannot be read: ") + std::strerror(errno));
   }
   struct stat about {};
   if (::fstat(file.get(), &about) != 0 || !S_ISREG(about.st_mode))
-    refuse(path, "is no regular file, and a token is one of 32 bytes; " + make_one(path));
+    refuse(path, "is not a regular file: a token is a file of 32 bytes; " + make_one(path));
   if (about.st_uid != ::geteuid())
-    refuse(path, "belongs to another user: a token is its user's own; chown it, or make another one");
+    refuse(path, "belongs to another user: chown it, or make a token of your own");
   if ((about.st_mode & (S_IRWXG | S_IRWXO)) != 0)
     refuse(path, "other users may read this token: chmod 600 " + path.string());
   Token token{};
@@ -67,7 +67,7 @@ Token load_token(const std::filesystem::path& path) {
 void make_token(const std::filesystem::path& path) {
   const File file(path, O_WRONLY | O_CREAT | O_EXCL, S_IRUSR | S_IWUSR);
   if (!file.is_open()) {
-    if (errno == EEXIST) refuse(path, "is there already; give another name, nothing is overwritten");
+    if (errno == EEXIST) refuse(path, "exists already: give another name, nothing is overwritten");
     refuse(path, std::string("cannot be made: ") + std::strerror(errno));
   }
   Token token{};

@@ -9,14 +9,14 @@
 
 namespace brachy::net {
 
-/// The token in a file of exactly kTokenBytes. Throws UserError with the fix: not there, not a regular file, of another
-/// size, another user's, or one that others may read.
+/// Reads the token in a file of exactly kTokenBytes. Throws UserError with the fix: the file does not exist, is not
+/// regular, has another size, belongs to another user, or is readable by others.
 Token load_token(const std::filesystem::path& file);
 
-/// Makes one of random bytes, for its owner alone. Throws UserError: `file` is there already, or cannot be written.
+/// Writes a token of random bytes, readable by its owner alone. Throws UserError: `file` exists or cannot be written.
 void make_token(const std::filesystem::path& file);
 
-/// 64 digits, as the viewer's address takes it.
+/// 64 hexadecimal digits, as in the viewer's address.
 std::string to_hex(const Token& token);
 /// nullopt: not 64 digits.
 std::optional<Token> from_hex(std::string_view hex);

@@ -9,7 +9,7 @@
 
 namespace brachy::net {
 
-/// Which roles a token gives. Without any token everybody has every role.
+/// The roles that each token grants. With no tokens configured, every client is granted every role.
 class TokenGrants {
  public:
   void add(const Token& token, std::initializer_list<Role> roles);
@@ -17,7 +17,7 @@ class TokenGrants {
   bool is_empty() const { return grants_.empty(); }
 
   enum class Answer { kGranted, kOtherRole, kUnknown };
-  /// Whether `shown` gives `role`. It takes the same time whatever is shown: all tokens are compared, to their end.
+  /// Whether `shown` grants `role`. Runs in constant time: every token is compared, to its end.
   Answer ask(const Token& shown, Role role) const;
 
  private:

@@ -6,8 +6,9 @@
 
 namespace brachy::net {
 
-/// Our clock minus a sender's, from when its stamped messages arrive: the least difference of the last kWindowNs or twice that, which
-/// is too large by the quickest message's way. Clocks drift: older ones are forgotten. One thread.
+/// Our clock minus a sender's, from the arrival times of its stamped messages: the least difference over the last
+/// kWindowNs to twice that, too large by the shortest transit time. Older ones are forgotten, since clocks drift. One
+/// thread.
 class ArrivalOffset {
  public:
   static constexpr std::int64_t kWindowNs = 30'000'000'000;

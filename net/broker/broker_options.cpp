@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cctype>
 
-#include "core/error.h"
+#include "core/base/error.h"
 
 namespace brachy::net {
 namespace {
@@ -15,7 +15,7 @@ bool is_name_character(char c) {
   return std::isalnum(static_cast<unsigned char>(c)) || c == '-' || c == '_';
 }
 
-/// How long the URL's scheme is, 0 = another than NATS's.
+/// Length of the URL's scheme; 0: not a scheme of NATS.
 std::size_t scheme_bytes(const std::string& url) {
   for (const std::string_view scheme : kSchemes)
     if (url.starts_with(scheme)) return scheme.size();
@@ -24,21 +24,22 @@ std::size_t scheme_bytes(const std::string& url) {
 
 }  // namespace
 
-void check_broker_options(const BrokerOptions& options, const std::string& place) {
+void check_broker_options(const BrokerOptions& options, const std::string& source) {
   const std::size_t scheme = scheme_bytes(options.url);
   const bool is_printable =
       std::ranges::all_of(options.url, [](unsigned char c) { return c > ' ' && c < 0x7F && c != ','; });
   if (scheme == 0 || options.url.size() == scheme || !is_printable)
-    throw UserError(place + " is no broker's address; give nats://HOST:4222, with TLS tls://HOST:4222");
+    throw UserError(source +
+                    " is not the address of a broker: give nats://HOST:4222, with TLS tls://HOST:4222");
   if (options.session.empty() || options.session.size() > kMaxSessionBytes ||
       !std::ranges::all_of(options.session, is_name_character))
     throw UserError("the session's name '" + options.session +
                     "' must be 1 to 64 letters, digits, _ or -: it is a part of subjects");
   if (options.tls_certificate.empty() != options.tls_key.empty())
-    throw UserError(place + ": a broker's TLS certificate and its key are given together");
+    throw UserError(source + ": a broker's TLS certificate and its key must be given together");
   if (nats_version().empty())
-    throw UserError(place + " is given, but this program was built without NATS: install libnats-dev (" +
-                    "scripts/setup.sh --broker) and build it anew");
+    throw UserError(source + " is given, but this program was built without NATS: install libnats-dev (" +
+                    "scripts/setup.sh --broker) and build it again");
 }
 
 std::string shown_url(const BrokerOptions& options) {

@@ -18,7 +18,7 @@ void encode(const ChunkHeader& chunk, Bytes& out) {
   writer.u32(chunk.offset);
 }
 
-/// False where it is none of this version.
+/// False where it is not a chunk of this version.
 bool decode(std::span<const std::byte> payload, ChunkHeader& chunk) {
   ByteReader reader(payload);
   const bool is_ours = reader.u32() == kChunkMagic && reader.u16() == kChunkVersion;
@@ -37,12 +37,12 @@ bool send_chunks(const ChunkHeader& message, std::span<const std::byte> header,
                  std::span<const std::byte> body, std::size_t max_payload, Bytes& chunk,
                  const std::function<bool(std::span<const std::byte>)>& send) {
   if (max_payload <= kChunkHeaderSize) return false;
-  const std::size_t room = max_payload - kChunkHeaderSize;
+  const std::size_t space = max_payload - kChunkHeaderSize;
   ChunkHeader at = message;
   at.length = static_cast<std::uint32_t>(header.size() + body.size());
   for (std::size_t offset = 0; offset < at.length;) {
     at.offset = static_cast<std::uint32_t>(offset);
-    const std::size_t end = std::min<std::size_t>(offset + room, at.length);
+    const std::size_t end = std::min<std::size_t>(offset + space, at.length);
     chunk.clear();
     encode(at, chunk);
     for (const auto& [part, begins] : {std::pair{header, std::size_t{0}}, std::pair{body, header.size()}}) {
@@ -62,7 +62,7 @@ ChunkAssembler::Taken ChunkAssembler::leave_out() {
   return Taken::kLeftOut;
 }
 
-// An epoch that was lost, or one before it, does not come again: what begins it was on its way meanwhile.
+// An epoch that was lost, or an earlier one, is not resumed: its first chunk may have been on its way meanwhile.
 bool ChunkAssembler::begins_epoch(const ChunkHeader& chunk) const {
   if (chunk.sequence != 1 || chunk.offset != 0) return false;
   return !has_epoch_ || chunk.publisher != publisher_ || chunk.epoch > epoch_;

@@ -8,7 +8,7 @@
 namespace brachy::net {
 namespace {
 
-// A connection that breaks without a word is noticed after so many unanswered.
+// A connection that breaks silently is detected after this many unanswered PINGs.
 constexpr std::int64_t kPingIntervalMs = 2000;
 constexpr int kMaxPingsOut = 2;
 constexpr int kBufferBytes = 512 * 1024;  // a chunk leaves by one system call
@@ -17,8 +17,8 @@ void require(natsStatus status, const char* what) {
   if (status == NATS_OK) return;
   const char* last = nats_GetLastError(nullptr);
   std::string why = last && *last ? last : natsStatus_GetText(status);
-  if (const std::size_t place = why.find("): "); why.starts_with("(") && place != std::string::npos)
-    why.erase(0, place + 3);  // of libnats' source
+  if (const std::size_t end = why.find("): "); why.starts_with("(") && end != std::string::npos)
+    why.erase(0, end + 3);  // the position in libnats' source
   throw std::runtime_error(std::string(what) + ": " + why);
 }
 
@@ -30,7 +30,8 @@ Options make_options(const BrokerOptions& broker) {
   Options options(made, natsOptions_Destroy);
   require(natsOptions_SetURL(made, broker.url.c_str()), "the broker's URL");
   require(natsOptions_SetName(made, broker.client_name.c_str()), "the client's name");
-  require(natsOptions_SetAllowReconnect(made, false), "libnats");  // ours notice gaps, and count
+  require(natsOptions_SetAllowReconnect(made, false),
+          "libnats");  // reconnecting is ours: it detects gaps, and counts
   require(natsOptions_SetTimeout(made, NatsLink::kConnectTimeout.count()), "libnats");
   require(natsOptions_SetWriteDeadline(made, NatsLink::kWriteTimeout.count()), "libnats");
   require(natsOptions_SetPingInterval(made, kPingIntervalMs), "libnats");

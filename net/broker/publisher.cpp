@@ -7,20 +7,20 @@
 #include <random>
 #include <utility>
 
+#include "net/base/clock.h"
 #include "net/broker/chunks.h"
+#include "net/broker/in_process_viewer.h"
 #include "net/broker/nats_link.h"
-#include "net/broker/own_viewer.h"
 #include "net/broker/retry.h"
-#include "net/clock.h"
-#include "net/server.h"
+#include "net/server/server.h"
 
 namespace brachy::net {
 namespace asio = boost::asio;
 namespace {
 
-constexpr std::chrono::milliseconds kPeriod{100};  // between looks at the connection, and at who asks
-constexpr int kMaxAsked = 1000;                    // taken at one look: nobody keeps this thread by asking
-// Whatever the broker takes: a link that is rid of less than this within NatsLink::kWriteTimeout is lost.
+constexpr std::chrono::milliseconds kPeriod{100};  // between checks of the connection and of requests
+constexpr int kMaxAsked = 1000;  // requests taken at one check: a flood of them does not occupy this thread
+// A link that writes less than this within NatsLink::kWriteTimeout is lost.
 constexpr std::size_t kMaxPayload = 256 * 1024;
 
 std::uint64_t random_number() {
@@ -104,7 +104,7 @@ class Publisher::Impl {
     }
     ++statistics_.dropped;
     disconnect(
-        "the broker takes nothing");  // part of a message may have left: only another connection makes sense
+        "the broker does not read");  // part of a message may have been sent: only a new connection can go on
   }
 
   template <class F>
@@ -114,10 +114,10 @@ class Publisher::Impl {
 
   // --- on the io thread ---
 
-  /// A viewer that joins now gets everything, and changes from there on.
+  /// A viewer that joins now is sent everything, and changes from then on.
   void begin(std::uint64_t epoch) {
     if (viewer_) viewer_->leave();
-    viewer_ = std::make_shared<OwnViewer>(
+    viewer_ = std::make_shared<InProcessViewer>(
         "broker " + shown_url(options_), [this](std::function<void()> f) { on_io(std::move(f)); },
         [this, epoch](Bytes header, std::shared_ptr<const Bytes> body) {
           hand_over(epoch, std::move(header), std::move(body));
@@ -153,10 +153,10 @@ class Publisher::Impl {
   Server& server_;
   const BrokerOptions options_;
   const Log log_;
-  std::shared_ptr<OwnViewer> viewer_;  // io thread; null: the broker is away
-  bool was_lost_ = false;              // io thread: it was said
+  std::shared_ptr<InProcessViewer> viewer_;  // io thread; null: no broker
+  bool was_lost_ = false;                    // io thread: it was logged
 
-  asio::io_context broker_{1};  // from here on the broker's thread's
+  asio::io_context broker_{1};  // this and what follows: the broker's thread
   asio::steady_timer timer_{broker_};
   std::optional<NatsLink> link_;
   ConnectRetry retry_;

@@ -7,7 +7,7 @@
 namespace brachy::net {
 namespace {
 
-/// As build_tissue cuts: a viewer here gets the ranges that one beside the daemon gets.
+/// Blocks as build_tissue makes them: a viewer of the relay gets the same ranges as a viewer of the daemon.
 void add_blocks(Tissue& tissue, std::size_t first, std::size_t last) {
   for (; first < last; first += Tissue::kBlockSize) {
     const std::size_t count = std::min(Tissue::kBlockSize, last - first);
@@ -16,7 +16,7 @@ void add_blocks(Tissue& tissue, std::size_t first, std::size_t last) {
   }
 }
 
-/// A stamp of the daemon's clock on ours; as it is where that is none.
+/// A stamp of the daemon's clock converted to ours; unchanged where there is none.
 std::int64_t on_our_clock(std::int64_t stamp_ns, std::int64_t clock_offset_ns) {
   std::int64_t sum = 0;
   return __builtin_add_overflow(stamp_ns, clock_offset_ns, &sum) ? stamp_ns : sum;
@@ -38,23 +38,24 @@ Tissue tissue_of(const TopologyMessage& topology) {
 
 RelayedMesh::RelayedMesh(const TopologyMessage& topology, std::size_t needles)
     : topology_hash_(topology.hash), tissue_(tissue_of(topology)) {
-  state_.deformed_vertices = topology.rest_vertices;
-  state_.block_ticks.resize(tissue_.blocks.size());
-  state_.needles.resize(needles);
-  state_.pose_histories.resize(needles);
+  state_.mesh.deformed_vertices = topology.rest_vertices;
+  state_.mesh.block_ticks.resize(tissue_.blocks.size());
+  state_.needles.states.resize(needles);
+  state_.needles.pose_histories.resize(needles);
 }
 
 void RelayedMesh::take(const FrameMessage& frame, std::int64_t clock_offset_ns) {
-  // Only a simulation that began anew goes back in time, or loses seeds.
-  if (frame.tick < state_.tick || frame.seed_count < state_.seed_count) begin_anew();
-  state_.tick = frame.tick;
-  state_.sim_time_s = frame.sim_time_s;
-  state_.overruns = frame.overruns;
-  state_.publish_ns = on_our_clock(frame.publish_ns, clock_offset_ns);
-  state_.step_flags = frame.step_flags;
-  state_.max_displacement_mm = frame.max_displacement_mm;
-  state_.moved_vertices = frame.moved_vertices;
-  state_.certificate = frame.certificate.value_or(Certificate{});
+  // Only a simulation that was reset goes back in time, or loses seeds.
+  if (frame.tick < state_.summary.tick || frame.seed_count < state_.seeds.count) restart_from_full_frame();
+  TickSummary& summary = state_.summary;
+  summary.tick = frame.tick;
+  summary.sim_time_s = frame.sim_time_s;
+  summary.overruns = frame.overruns;
+  summary.publish_ns = on_our_clock(frame.publish_ns, clock_offset_ns);
+  summary.step_flags = frame.step_flags;
+  summary.max_displacement_mm = frame.max_displacement_mm;
+  summary.moved_vertices = frame.moved_vertices;
+  summary.certificate = frame.certificate.value_or(Certificate{});
   take_points(frame);
   take_needles(frame, clock_offset_ns);
   take_poses(0, frame.pose_history);
@@ -62,12 +63,12 @@ void RelayedMesh::take(const FrameMessage& frame, std::int64_t clock_offset_ns) 
   take_seeds(frame);
 }
 
-// The server sends everybody everything once `run` is another.
-void RelayedMesh::begin_anew() {
-  ++state_.run;
-  std::ranges::fill(state_.block_ticks, 0);
-  for (auto& history : state_.pose_histories) history = {};
-  state_.seed_count = 0;
+// The server sends every client everything when `run` changes.
+void RelayedMesh::restart_from_full_frame() {
+  ++state_.summary.run;
+  std::ranges::fill(state_.mesh.block_ticks, 0);
+  for (auto& history : state_.needles.pose_histories) history = {};
+  state_.seeds.count = 0;
 }
 
 void RelayedMesh::take_points(const FrameMessage& frame) {
@@ -81,10 +82,10 @@ void RelayedMesh::take_points(const FrameMessage& frame) {
     for (std::uint32_t point = range.first; point < end;) {
       const std::uint32_t until = std::min(end, block->first + block->count);
       const std::size_t floats = 3 * std::size_t{until - point};
-      float* to = state_.deformed_vertices.data() + 3 * std::size_t{point};
+      float* to = state_.mesh.deformed_vertices.data() + 3 * std::size_t{point};
       if (std::memcmp(to, from, floats * sizeof(float)) != 0) {
         std::copy_n(from, floats, to);
-        state_.block_ticks[static_cast<std::size_t>(block - tissue_.blocks.begin())] = frame.tick;
+        state_.mesh.block_ticks[static_cast<std::size_t>(block - tissue_.blocks.begin())] = frame.tick;
       }
       from += floats;
       point = until;
@@ -94,15 +95,15 @@ void RelayedMesh::take_points(const FrameMessage& frame) {
 }
 
 void RelayedMesh::take_needles(const FrameMessage& frame, std::int64_t clock_offset_ns) {
-  for (NeedleState& needle : state_.needles) {
+  for (NeedleState& needle : state_.needles.states) {
     needle = {};
     needle.forces.axial_n = Certificate::kNotKnown;
   }
-  // Which needle's pose came last is told by its sequence and stamp, or nobody's forces are known.
+  // The needle whose pose arrived last is found by its sequence and stamp; without forces it is not known.
   bool is_told = frame.input_sequence == 0;
   for (const NeedleRecord& record : frame.needles) {
-    if (record.id >= state_.needles.size()) continue;
-    NeedleState& needle = state_.needles[record.id];
+    if (record.id >= state_.needles.states.size()) continue;
+    NeedleState& needle = state_.needles.states[record.id];
     needle = record.state;
     if (!record.has_forces) {
       needle.forces.axial_n = Certificate::kNotKnown;
@@ -119,19 +120,19 @@ void RelayedMesh::take_needles(const FrameMessage& frame, std::int64_t clock_off
 }
 
 void RelayedMesh::take_poses(std::size_t needle, const std::vector<TickPose>& poses) {
-  if (needle >= state_.pose_histories.size()) return;
+  if (needle >= state_.needles.pose_histories.size()) return;
   for (const TickPose& pose : poses)
-    state_.pose_histories[needle][pose.tick % MeshState::kPoseHistory] = pose;
+    state_.needles.pose_histories[needle][pose.tick % NeedleStates::kPoseHistory] = pose;
 }
 
 void RelayedMesh::take_seeds(const FrameMessage& frame) {
   if (!frame.has_seeds) return;
-  state_.seed_count = frame.seed_count;
-  state_.seed_slots.resize(frame.seed_count);
-  state_.seed_ticks.resize(frame.seed_count);
+  state_.seeds.count = frame.seed_count;
+  state_.seeds.slots.resize(frame.seed_count);
+  state_.seeds.ticks.resize(frame.seed_count);
   for (const Seed& seed : frame.seeds) {
-    state_.seed_slots[seed.id - 1] = seed;
-    state_.seed_ticks[seed.id - 1] = frame.tick;
+    state_.seeds.slots[seed.id - 1] = seed;
+    state_.seeds.ticks[seed.id - 1] = frame.tick;
   }
 }
 

@@ -5,7 +5,7 @@
 
 namespace brachy::net {
 
-/// When to connect to a broker again: half a second after it failed, then each time twice as long, 8 s at most. One thread.
+/// When to reconnect to a broker: half a second after a failure, then twice as long each time, 8 s at most. One thread.
 class ConnectRetry {
  public:
   static constexpr std::int64_t kFirstNs = 500'000'000, kLongestNs = 8'000'000'000;

@@ -4,18 +4,18 @@
 #include <thread>
 #include <utility>
 
+#include "net/base/clock.h"
 #include "net/broker/nats_link.h"
 #include "net/broker/retry.h"
-#include "net/clock.h"
 
 namespace brachy::net {
 namespace {
 
 constexpr std::chrono::milliseconds kWait{100};
 constexpr std::int64_t kAskEveryNs = 1'000'000'000;
-// A daemon that has nothing new still says its STATE twice a second.
+// A daemon with nothing new still sends its STATE twice a second.
 constexpr std::int64_t kSilenceNs = 5'000'000'000;
-constexpr std::uint32_t kMaxMessageBytes = 256u << 20;  // as a Client takes
+constexpr std::uint32_t kMaxMessageBytes = 256u << 20;  // as of a Client
 
 class SessionFeed {
  public:
@@ -46,7 +46,7 @@ class SessionFeed {
     }
     retry_.connected();
     was_lost_ = false;
-    chunks_.lose();  // what came meanwhile was not heard
+    chunks_.lose();  // chunks sent meanwhile were missed
     handlers_.on_broker(true, {});
   }
 

@@ -10,19 +10,19 @@
 
 namespace brachy::net {
 
-/// What a session feed is told to do, on its own thread.
+/// Callbacks of a session feed, on its own thread.
 struct FeedHandlers {
-  /// The next message of the session. False: it makes no sense, everything is asked for anew.
+  /// The next message of the session. False: invalid; a complete publication is requested.
   std::function<bool(const ChunkAssembler::Message&)> on_message;
-  /// The broker came, or went (`why`: since when nothing comes). Once each time.
+  /// The broker was connected or lost (`why`); once each time.
   std::function<void(bool is_connected, const std::string& why)> on_broker;
-  /// A message is missing, or none has come: everything was asked for.
+  /// A message is missing, or none has arrived: a complete publication was requested.
   std::function<void()> on_asked;
 };
 
-/// Reads a session that a Publisher publishes, whatever becomes of the broker: connects again, and asks for everything anew, once a
-/// second, until it comes. Messages wait in libnats' buffer (NatsLink::kMaxPendingBytes) while on_message takes one.
-/// Threads: a thread's whole life, until `stop`, which it sees within 0.1 s, or 1 s while it connects.
+/// Reads a session that a Publisher publishes. Reconnects when the broker is lost, and requests a complete
+/// publication once a second until it arrives. Messages wait in libnats' buffer (NatsLink::kMaxPendingBytes) while
+/// on_message runs. Threads: occupies one, until `stop`, which it checks every 0.1 s, or every 1 s while connecting.
 void run_session_feed(const std::stop_token& stop, const BrokerOptions& options,
                       const FeedHandlers& handlers);
 

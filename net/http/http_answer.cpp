@@ -5,8 +5,8 @@
 namespace brachy::net {
 namespace {
 
-// One page with everything in it: its own scripts and styles, pictures and workers that it makes itself, and connections
-// to daemons. Nobody may show it in a frame: clicks in it steer a needle.
+// One page with everything in it: its own scripts and styles, pictures and workers that it makes itself, and
+// connections to daemons. Nobody may show it in a frame: clicks in it steer a needle.
 constexpr const char* kContentSecurityPolicy =
     "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:; "
     "connect-src 'self' ws: wss:; worker-src blob:; base-uri 'none'; form-action 'none'; frame-ancestors "
@@ -44,7 +44,7 @@ HttpAnswer refusal(int status, std::string_view text) {
   return with_common_headers(std::move(answer));
 }
 
-HttpAnswer page_answer(MadePage::Content content) {
+HttpAnswer page_answer(DynamicPage::Content content) {
   HttpAnswer answer;
   answer.status = content.status;
   answer.headers = {{"Content-Type", std::move(content.content_type)}, {"Cache-Control", "no-store"}};
@@ -52,7 +52,7 @@ HttpAnswer page_answer(MadePage::Content content) {
   return with_common_headers(std::move(answer));
 }
 
-HttpAnswer answer_to(const HttpQuery& query, const ServedFiles& files, const MadePages& pages) {
+HttpAnswer answer_to(const HttpQuery& query, const ServedFiles& files, const DynamicPages& pages) {
   const bool is_head = query.method == "HEAD";
   HttpAnswer answer = [&] {
     if (!query.host) return refusal(400, "A request has one Host header.");

@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "net/http/made_pages.h"
+#include "net/http/dynamic_pages.h"
 #include "net/http/served_files.h"
 
 namespace brachy::net {
@@ -15,10 +15,10 @@ namespace brachy::net {
 /// The path of the WebSocket.
 constexpr std::string_view kWebSocketPath = "/ws";
 
-/// What of a request matters; views into it.
+/// The parts of a request that matter; views into it.
 struct HttpQuery {
-  boost::asio::ip::address bound;  ///< that the connection came in on
-  bool is_tls = false;             ///< the connection is
+  boost::asio::ip::address bound;  ///< local address of the connection
+  bool is_tls = false;             ///< of the connection
   std::string_view method, target;
   std::optional<std::string_view> host;  ///< nullopt: no Host header, or several
   std::optional<std::string_view> origin;
@@ -28,24 +28,24 @@ struct HttpQuery {
 };
 
 struct HttpAnswer {
-  int status = 200;  ///< 101: go on as WebSocket, nothing else is set
+  int status = 200;  ///< 101: continue as WebSocket, nothing else is set
   std::vector<std::pair<std::string, std::string>> headers;
-  std::string text;                  ///< the body, where `file` is null
-  const ServedFile* file = nullptr;  ///< the body, of the files given
-  const MadePage* page = nullptr;    ///< of the pages given: the answer is what it makes, for who may have it
-  bool sends_body = true;            ///< false: only its length is told (HEAD)
-  bool closes = false;               ///< the connection is of no further use
+  std::string text;                   ///< the body, where `file` is null
+  const ServedFile* file = nullptr;   ///< the body, of the files given
+  const DynamicPage* page = nullptr;  ///< of the pages given: generates the answer, for an authorised client
+  bool sends_body = true;             ///< false: its length alone is sent (HEAD)
+  bool closes = false;                ///< of the connection of no further use
 
   std::string_view body() const { return file ? std::string_view(file->content) : text; }
 };
 
-/// What is answered to a request. Pure.
-HttpAnswer answer_to(const HttpQuery& query, const ServedFiles& files, const MadePages& pages = {});
+/// The answer to a request. Pure.
+HttpAnswer answer_to(const HttpQuery& query, const ServedFiles& files, const DynamicPages& pages = {});
 
-/// What a page has made, as an answer.
-HttpAnswer page_answer(MadePage::Content content);
+/// An answer with the content of a dynamic page.
+HttpAnswer page_answer(DynamicPage::Content content);
 
-/// An answer that says what is wrong with the request, as text.
+/// An error answer; `text` says what is wrong with the request.
 HttpAnswer refusal(int status, std::string_view text);
 
 }  // namespace brachy::net

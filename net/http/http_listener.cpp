@@ -14,12 +14,12 @@
 #include <vector>
 
 #include "net/access/token_file.h"
-#include "net/clock.h"
+#include "net/base/clock.h"
 #include "net/http/http_answer.h"
 #include "net/http/websocket_connection.h"
-#include "net/tcp/acceptor.h"
-#include "net/tls/first_byte.h"
-#include "net/tls/tls_failure.h"
+#include "net/session/acceptor.h"
+#include "net/transport/tls/tls_failure.h"
+#include "net/wire/first_byte.h"
 
 namespace brachy::net {
 namespace asio = boost::asio;
@@ -34,7 +34,7 @@ std::string_view view(boost::beast::string_view s) {
   return {s.data(), s.size()};
 }
 
-/// The address that the connection came in on, as its peer knows it.
+/// The local address of the connection, as its peer sees it.
 asio::ip::address address_of(const tcp::socket& socket) {
   boost::system::error_code ignored;
   const auto address = socket.local_endpoint(ignored).address();
@@ -42,8 +42,8 @@ asio::ip::address address_of(const tcp::socket& socket) {
   return is_mapped ? asio::ip::make_address_v4(asio::ip::v4_mapped, address.to_v6()) : address;
 }
 
-/// Of a connection that may not stay, to a request that is none for a WebSocket.
-HttpAnswer answer_to_refused(const ErrorMessage& why) {
+/// The answer to any request but a WebSocket upgrade on a connection that was refused.
+HttpAnswer answer_of_refused_connection(const ErrorMessage& why) {
   const bool is_busy = why.code == ErrorCode::kBusy;
   HttpAnswer answer = refusal(is_busy ? 503 : 429, why.text);
   answer.headers.emplace_back("Retry-After", is_busy ? "1" : "60");
@@ -60,7 +60,7 @@ std::optional<Token> bearer_token(std::string_view authorization) {
   return from_hex(authorization.substr(kScheme.size()));
 }
 
-/// What the connections of one listener share.
+/// Shared by the connections of one listener.
 struct Shared {
   Server* server;  // null once stopped
   HttpOptions options;
@@ -71,16 +71,17 @@ struct Shared {
 /// One connection, from its first byte until it ends or becomes a session of the server.
 class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
  public:
-  HttpConnection(tcp::socket socket, std::shared_ptr<Shared> shared, std::shared_ptr<const Gate::Place> place)
+  HttpConnection(tcp::socket socket, std::shared_ptr<Shared> shared,
+                 std::shared_ptr<const ConnectionSlot> slot)
       : peer_(peer_of(socket)),
         stream_(std::move(socket)),
         timer_(stream_.get_executor()),
         shared_(std::move(shared)),
-        place_(std::move(place)) {
+        slot_(std::move(slot)) {
     set_up(stream_.socket().socket, shared_->server->options().send_buffer_bytes);
   }
 
-  /// Looks at the first bytes, and speaks TLS or not, as this port does.
+  /// Reads the first bytes and continues with TLS or without, as configured for this port.
   void start() {
     const ServerOptions& options = shared_->server->options();
     expires_after(options.tls ? options.hello_timeout : time_for_request());
@@ -117,7 +118,7 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
     if (!shared_->server) return;
     if (!error) return read();
     log(failure_with_client(error, stream_.tls()));
-    stream_.socket().end();  // TLS has told the peer why
+    stream_.socket().end();  // TLS has sent the reason to the peer
     close();
   }
 
@@ -146,14 +147,14 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
 
     HttpAnswer answer = answer_to(query(), shared_->files, shared_->options.pages);
     if (answer.status == 403) log(answer.text.substr(0, answer.text.size() - 1));
-    if (answer.status == 101) return upgrade();  // a session tells who may not stay
-    // Who watches the daemon is answered also where all places are taken: that is when it is wanted.
-    const auto& no_place = place_->refusal();
-    if (no_place && !(answer.page && no_place->code == ErrorCode::kBusy))
-      answer = answer_to_refused(*no_place);
+    if (answer.status == 101) return upgrade();  // the session sends the refusal
+    // Monitoring is answered also when all slots are in use: that is when it matters.
+    const auto& refusal = slot_->refusal();
+    if (refusal && !(answer.page && refusal->code == ErrorCode::kBusy))
+      answer = answer_of_refused_connection(*refusal);
     else if (answer.page)
-      answer = made(*answer.page, answer.sends_body);
-    answer.closes |= no_place.has_value();
+      answer = page_content(*answer.page, answer.sends_body);
+    answer.closes |= refusal.has_value();
     const bool keeps_alive = parser_->get().keep_alive() && requests_ < kMaxRequests && !answer.closes;
     send(std::move(answer), keeps_alive);
   }
@@ -174,7 +175,7 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
     return query;
   }
 
-  HttpAnswer made(const MadePage& page, bool sends_body) {
+  HttpAnswer page_content(const DynamicPage& page, bool sends_body) {
     HttpAnswer answer;
     if (const auto why = page.needs_token ? refusal_of_token() : std::nullopt) {
       answer = refusal(401, *why);
@@ -188,11 +189,11 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
 
   std::optional<std::string> refusal_of_token() {
     const auto shown = bearer_token(view(parser_->get()[http::field::authorization]));
-    const auto why = shared_->server->gate().refusal(place_->address(), shown, Role::kViewer, monotonic_ns());
+    const auto why = shared_->server->gate().refusal(slot_->address(), shown, Role::kViewer, monotonic_ns());
     if (!why) return std::nullopt;
     if (!shown)
-      return "This page takes a viewer's token, as Authorization: Bearer and what `brachy token --show` "
-             "says.";
+      return "This page requires a viewer's token: Authorization: Bearer and the output of `brachy token "
+             "--show`.";
     return why->text;
   }
 
@@ -223,12 +224,12 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
 
   void log(const std::string& why) { shared_->log("http: " + peer_ + " refused: " + why); }
 
-  /// Closes then, unless another time is set before.
-  /// Who may not stay is not to keep others from being told so.
+  /// Refused connections get less time: they must not keep others from receiving their refusal.
   std::chrono::milliseconds time_for_request() const {
-    return place_->refusal() ? shared_->server->options().hello_timeout : shared_->options.request_timeout;
+    return slot_->refusal() ? shared_->server->options().hello_timeout : shared_->options.request_timeout;
   }
 
+  /// Closes the connection then, unless another time is set before.
   void expires_after(std::chrono::milliseconds time) {
     timer_.expires_after(time);
     timer_.async_wait([weak = weak_from_this()](const boost::system::error_code& error) {
@@ -237,7 +238,7 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
     });
   }
 
-  /// Reads and forgets what still comes, for a moment: closing before would take our answer from the peer.
+  /// Reads and discards further input for a moment: closing at once could destroy the answer before the peer reads it.
   void drain() {
     unread_.resize(kMaxHeaderBytes);
     stream_.socket().async_read_some(
@@ -255,7 +256,7 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
     websocket_->accept(parser_->get(), [self = shared_from_this()](const boost::system::error_code& error) {
       const auto connection = std::exchange(self->websocket_, nullptr);
       if (error || !self->shared_->server) return connection->close();
-      self->shared_->server->adopt(connection, self->place_);
+      self->shared_->server->adopt(connection, self->slot_);
     });
   }
 
@@ -263,10 +264,10 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
   HttpStream stream_;
   asio::steady_timer timer_;
   const std::shared_ptr<Shared> shared_;
-  const std::shared_ptr<const Gate::Place> place_;
+  const std::shared_ptr<const ConnectionSlot> slot_;
   std::shared_ptr<WebSocketConnection> websocket_;  // while the upgrade is being answered
-  std::string first_;                               // what TLS begins with, during its handshake
-  std::string unread_;  // at most a header: Beast's own header_limit() forgets the lines that it has parsed
+  std::string first_;                               // the first bytes received, during the TLS handshake
+  std::string unread_;  // at most a header: Beast's own header_limit() does not count lines already parsed
   std::optional<http::request_parser<http::empty_body>> parser_;
   HttpAnswer answer_;
   std::optional<http::response<http::span_body<const char>>> response_;  // into answer_
@@ -285,7 +286,7 @@ class HttpListener::Impl {
   void start() {
     acceptor_->start(
         shared_->server->gate(),
-        [this](tcp::socket socket, auto place) { on_socket(std::move(socket), std::move(place)); },
+        [this](tcp::socket socket, auto slot) { on_socket(std::move(socket), std::move(slot)); },
         [this](const std::string& line) { shared_->log("http: " + line); });
   }
 
@@ -299,16 +300,16 @@ class HttpListener::Impl {
   std::uint16_t port() const { return acceptor_->port(); }
 
  private:
-  void on_socket(tcp::socket socket, std::shared_ptr<const Gate::Place> place) {
+  void on_socket(tcp::socket socket, std::shared_ptr<const ConnectionSlot> slot) {
     std::erase_if(connections_, [](const auto& connection) { return connection.expired(); });
-    const auto connection = std::make_shared<HttpConnection>(std::move(socket), shared_, std::move(place));
+    const auto connection = std::make_shared<HttpConnection>(std::move(socket), shared_, std::move(slot));
     connections_.push_back(connection);
     connection->start();
   }
 
   const std::shared_ptr<Shared> shared_;
   const std::shared_ptr<Acceptor> acceptor_;
-  std::vector<std::weak_ptr<HttpConnection>> connections_;  // those that are not sessions
+  std::vector<std::weak_ptr<HttpConnection>> connections_;  // those that are not sessions yet
 };
 
 HttpListener::HttpListener(asio::io_context& io, Server& server, HttpOptions options, ServedFiles files,

@@ -6,9 +6,9 @@
 #include <memory>
 #include <string>
 
-#include "net/http/made_pages.h"
+#include "net/http/dynamic_pages.h"
 #include "net/http/served_files.h"
-#include "net/server.h"
+#include "net/server/server.h"
 
 namespace brachy::net {
 
@@ -16,14 +16,14 @@ struct HttpOptions {
   std::uint16_t port = 0;                            ///< 0 = any free one
   std::chrono::milliseconds request_timeout{10000};  ///< until a request's header is complete
   std::chrono::milliseconds answer_timeout{60000};   ///< until an answer has left
-  MadePages pages;                                   ///< beside the files
+  DynamicPages pages;                                ///< beside the files
 };
 
-/// Serves the viewer's files and pages made on demand over HTTP/1.1 and, at /ws, the native protocol over WebSocket (net/PROTOCOL.md): the sessions
-/// are those of `server`, on its address and with its limits. Whatever a peer sends, it takes a bounded amount of memory,
-/// and of time once it has stalled. Its connections are some of max_clients.
+/// Serves the viewer's files and dynamic pages over HTTP/1.1 and, at /ws, the native protocol over WebSocket
+/// (net/PROTOCOL.md). Its sessions are those of `server`, on its address and with its limits; its connections count
+/// towards max_clients. A peer can use only a bounded amount of memory, and a stalled one a bounded amount of time.
 ///
-/// Threads: the one that runs `io`, or while nothing runs it; it makes none.
+/// Threads: the one that runs `io`, or any while nothing runs it; it makes none.
 class HttpListener {
  public:
   using Log = std::function<void(const std::string&)>;
@@ -37,7 +37,7 @@ class HttpListener {
 
   std::uint16_t port() const;
 
-  /// Stops listening and ends what has not become a session; sessions are the server's.
+  /// Stops listening and closes connections that have not become sessions; sessions belong to the server.
   void stop();
 
  private:

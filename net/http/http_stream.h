@@ -4,13 +4,13 @@
 #include <utility>
 #include <variant>
 
-#include "net/tcp/metered_socket.h"
-#include "net/tls/tls_stream.h"
+#include "net/transport/tcp/metered_socket.h"
+#include "net/transport/tls/tls_stream.h"
 
 namespace brachy::net {
 
-/// What an HTTP connection reads from and writes to: a socket, or TLS over one. One type for both, since Boost.Beast takes
-/// many seconds to compile for each.
+/// The stream under an HTTP connection: a socket, or TLS over one. One type for both, since Boost.Beast takes many
+/// seconds to compile for each.
 class HttpStream {
  public:
   using executor_type = MeteredSocket::executor_type;
@@ -24,7 +24,7 @@ class HttpStream {
   }
   bool is_tls() const { return std::holds_alternative<TlsStream>(stream_); }
 
-  /// From here on TLS; nothing may be running. `first` was read from the peer before. `handler(error)`.
+  /// Starts TLS; no operation may be running. `first` was read from the peer before. `handler(error)`.
   template <class Handler>
   void async_accept_tls(boost::asio::ssl::context& context, boost::asio::const_buffer first,
                         Handler handler) {

@@ -7,16 +7,17 @@
 #include <iterator>
 #include <utility>
 
-#include "core/error.h"
+#include "core/base/error.h"
 
 namespace brachy::net {
 namespace {
 
 constexpr std::string_view kNotBuilt = R"(<!doctype html>
 <html lang="en"><head><meta charset="utf-8"><title>brachyd: the viewer is not built</title>
-<style>body{font:16px/1.5 sans-serif;max-width:42em;margin:3em auto;padding:0 1em}code{background:#eee;padding:.1em .3em}</style>
+<style>body{font:16px/1.5 sans-serif;max-width:42em;margin:3em auto;padding:0 1em}
+code{background:#eee;padding:.1em .3em}</style>
 </head><body><h1>brachyd runs, its viewer is not built</h1>
-<p>The page is built where npm is there. In brachyd's source folder:</p>
+<p>Building it needs npm. In brachyd's source folder:</p>
 <p><code>apt-get install nodejs npm</code> (as root), then <code>./scripts/build.sh</code>, and start brachyd again.</p>
 <p>Without it: <code>brachy watch --connect HOST:PORT</code> with the address that brachyd printed first.</p>
 </body></html>

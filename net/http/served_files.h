@@ -8,26 +8,27 @@
 
 namespace brachy::net {
 
-/// One body as it is sent.
+/// One body as sent.
 struct ServedFile {
   std::string content_type;
-  std::string encoding;  ///< Content-Encoding: "gzip", or "" as it is
+  std::string encoding;  ///< Content-Encoding: "gzip", or "" for none
   std::string etag;      ///< with its quotes
   std::string content;
 };
 
-/// The files of one folder, read once into memory: nothing else can be asked for, whatever the path says. Immutable.
+/// The files of one folder, read once into memory: no other file can be requested by any path. Immutable.
 class ServedFiles {
  public:
-  /// Nothing but a page at "/" that says how the viewer is built.
+  /// Only a page at "/" that says how to build the viewer.
   ServedFiles();
-  /// The regular files directly in `folder`, of the kinds a viewer is made of (html, js, css, svg, png, ico, json, wasm);
-  /// NAME.gz beside NAME is NAME for who takes gzip. Without index.html as above. Throws UserError: a file cannot be read.
+  /// The regular files directly in `folder`, of the types a viewer needs (html, js, css, svg, png, ico, json, wasm);
+  /// NAME.gz beside NAME is sent to clients that accept gzip. Without index.html as above. Throws UserError: a file
+  /// cannot be read.
   explicit ServedFiles(const std::filesystem::path& folder);
 
   bool has_viewer() const { return has_viewer_; }
 
-  /// The file at the path of a request target ("/", "/index.html", "/x.js?query"); null: there is none.
+  /// The file at the path of a request target ("/", "/index.html", "/x.js?query"); null: not found.
   const ServedFile* find(std::string_view target, bool takes_gzip) const;
 
  private:
@@ -37,7 +38,7 @@ class ServedFiles {
   bool has_viewer_ = false;
 };
 
-/// Whether an Accept-Encoding header takes gzip (RFC 9110, 12.5.3).
+/// Whether an Accept-Encoding header accepts gzip (RFC 9110, 12.5.3).
 bool takes_gzip(std::string_view accept_encoding);
 
 }  // namespace brachy::net

@@ -12,11 +12,11 @@
 #include <string>
 #include <utility>
 
-#include "net/clock.h"
-#include "net/connection.h"
+#include "net/base/clock.h"
 #include "net/http/http_stream.h"
-#include "net/server_options.h"
-#include "net/tcp/tcp_socket.h"
+#include "net/session/server_options.h"
+#include "net/transport/connection.h"
+#include "net/transport/tcp/tcp_socket.h"
 
 namespace brachy::net {
 namespace beast = boost::beast;
@@ -34,9 +34,10 @@ void async_teardown(beast::role_type, HttpStream& stream, Handler&& handler) {
   });
 }
 
-/// Connection over WebSocket: header and body leave as one binary message, and each message that comes goes to
-/// on_message(). Text ends it with close code 1003, a message over max_message_bytes and a header with 1009, whatever
-/// breaks RFC 6455 with 1002. Nothing is compressed: mesh does not shrink, and a peer could ask for much with little.
+/// Connection over WebSocket: header and body leave as one binary message, and each message received goes to
+/// on_message(). Text ends it with close code 1003, a message over max_message_bytes and a header with 1009, a
+/// violation of RFC 6455 with 1002. No compression: meshes do not compress, and a peer could request much work with
+/// few bytes.
 class WebSocketConnection final : public Connection,
                                   public std::enable_shared_from_this<WebSocketConnection> {
  public:
@@ -45,12 +46,12 @@ class WebSocketConnection final : public Connection,
     stream_->read_message_max(options.max_message_bytes + kHeaderSize);
     stream_->auto_fragment(false);
     stream_->binary(true);
-    // The session has the timeouts; this one is for how long a close may take.
+    // The session has the timeouts; this one limits the closing handshake.
     stream_->set_option(
         websocket::stream_base::timeout{options.drain_timeout, websocket::stream_base::none(), false});
   }
 
-  /// Answers the upgrade; `handler(error)` comes once that has left.
+  /// Answers the upgrade; `handler(error)` is called once it is sent.
   template <class Request, class Handler>
   void accept(const Request& request, Handler handler) {
     stream_->async_accept(request, [self = shared_from_this(), handler = std::move(handler)](
@@ -73,7 +74,7 @@ class WebSocketConnection final : public Connection,
                          [self = shared_from_this()](const boost::system::error_code& error, std::size_t) {
                            self->header_.clear();
                            self->body_.reset();
-                           if (!self->listener_ || (error && self->is_ending_)) return;  // end() tells
+                           if (!self->listener_ || (error && self->is_ending_)) return;  // end() reports it
                            if (error) return self->lost(error);
                            const auto listener = self->listener_;  // on_written may close
                            listener->on_written();
@@ -97,14 +98,14 @@ class WebSocketConnection final : public Connection,
  private:
   MeteredSocket& socket() const { return stream_->next_layer().socket(); }
 
-  /// Piece by piece: Beast's reading of whole messages asserts where a close begins amid one.
+  /// Reads in pieces: Beast's reading of whole messages asserts where a close arrives within one.
   void read() {
     stream_->async_read_some(
         boost::asio::buffer(piece_),
         [self = shared_from_this()](const boost::system::error_code& error, std::size_t size) {
           if (!self->listener_) return;
           if (error) return self->lost(error);
-          if (self->is_ending_) return;  // what still comes Beast's close reads
+          if (self->is_ending_) return;  // Beast's close reads the rest
           if (!self->stream_->got_binary())
             return self->end(websocket::close_code::unknown_data, "sent text; messages are binary");
           const auto piece = std::span(self->piece_).first(size);
@@ -139,21 +140,22 @@ class WebSocketConnection final : public Connection,
     listener->on_closed(reason);
   }
 
-  /// Beast's operations may wait for each other for ever (a close that was sent, for a read that came upon bad UTF-8), and
-  /// hold this: they go with the stream. Some turns of `io` later, when those that do not wait have ended.
+  /// Beast's operations may wait for each other for ever (a close that was sent, for a read that met bad UTF-8) and
+  /// keep this object alive. Destroying the stream ends them; done some turns of `io` later, when the others have
+  /// completed.
   void drop_stream(int turns) {
     boost::asio::post(stream_->get_executor(), [self = shared_from_this(), turns] {
       if (turns > 0) return self->drop_stream(turns - 1);
       self->stream_.reset();
     });
   }
-  static constexpr int kTurns = 16;  // what is aborted takes a few
+  static constexpr int kTurns = 16;  // aborted operations take a few
 
   const std::string peer_;
   mutable std::optional<websocket::stream<HttpStream, false>> stream_;  // none once closed
   std::shared_ptr<ConnectionListener> listener_;                        // null once closed
   std::array<std::byte, 4096> piece_;
-  Bytes message_;  // as far as it has come
+  Bytes message_;  // the part received
   Bytes header_;
   std::shared_ptr<const Bytes> body_;
   bool is_ending_ = false;

@@ -5,14 +5,14 @@
 #include <optional>
 #include <span>
 
-#include "core/surface/surface_mesh.h"
+#include "core/geometry/surface/surface_mesh.h"
 #include "net/igtl/messages.h"
 #include "net/wire/byte_io.h"
 
-/// Messages to bytes and back: pure functions, no socket, no clock, any thread. Decoding takes bytes nobody vouches for.
+/// Messages to bytes and back: pure functions, no socket, no clock, any thread. Decoding takes untrusted input.
 namespace brachy::net::igtl {
 
-// Whole messages, header and CRC with them. With label.version 2 the body has an extended header and no metadata.
+// Whole messages, with header and CRC. With label.version 2 the body has an extended header and no metadata.
 
 /// A body of 0 bytes: a query, or "there is none" in answer to one.
 Bytes encode_empty(std::string_view type, const Label& label);
@@ -24,14 +24,14 @@ Bytes encode_tracking(const Label& label, std::span<const TrackedTool> tools);
 Bytes encode_tracking_answer(const Label& label);
 Bytes encode_capability(const Label& label, std::span<const std::string_view> types);
 
-/// The polygons of a POLYDATA as they stand in it: they are the same each time.
+/// The polygons of a POLYDATA, encoded once: they do not change.
 Bytes encode_triangles(std::span<const Triangle> triangles);
 /// `points`: x y z of each. `triangles`: encode_triangles() of triangle_count.
 Bytes encode_polydata(const Label& label, std::span<const float> points, std::span<const std::byte> triangles,
                       std::uint32_t triangle_count);
 
-/// Of the first kHeaderSize bytes (precondition: they are there). Names end at the first zero; what is not printable in
-/// them becomes '?'. Nothing is checked.
+/// Of the first kHeaderSize bytes (precondition: present). Names end at the first zero; unprintable bytes in them
+/// become '?'. Nothing is checked.
 Header decode_header(std::span<const std::byte> bytes);
 /// nullopt: the size is wrong. Entries may be anything, also NaN.
 std::optional<RigidTransform> decode_transform(std::span<const std::byte> content);

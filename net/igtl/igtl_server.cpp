@@ -8,13 +8,13 @@
 #include <utility>
 #include <vector>
 
-#include "net/clock.h"
+#include "net/base/clock.h"
+#include "net/base/timeout_checks.h"
 #include "net/igtl/igtl_session.h"
 #include "net/igtl/wall_clock.h"
-#include "net/server.h"
-#include "net/session/timeout_checks.h"
-#include "net/tcp/acceptor.h"
-#include "net/tcp/tcp_connection.h"
+#include "net/server/server.h"
+#include "net/session/acceptor.h"
+#include "net/transport/tcp/tcp_connection.h"
 
 namespace brachy::net::igtl {
 namespace asio = boost::asio;
@@ -26,7 +26,7 @@ constexpr std::size_t kReadBufferBytes = 16 * 1024;
 std::string checked_address(const IgtlOptions& options, const ServerOptions& common) {
   if (!common.tokens.is_empty() && !options.without_token)
     throw UserError(
-        "OpenIGTLink knows no tokens: whoever reaches its port could steer the needle without one; leave the "
+        "OpenIGTLink has no tokens: any program that reaches its port could steer the needle; leave the "
         "port out "
         "(--igtl-port, server.igtl_port), or set server.igtl_without_token = true");
   return common.allow_remote || is_loopback(common.address) ? common.address : "127.0.0.1";
@@ -53,18 +53,19 @@ class IgtlServer::Impl : public std::enable_shared_from_this<IgtlServer::Impl> {
   void start() {
     acceptor_->start(
         server_.gate(),
-        [this](asio::ip::tcp::socket socket, auto place) { on_socket(std::move(socket), std::move(place)); },
+        [this](asio::ip::tcp::socket socket, auto slot) { on_socket(std::move(socket), std::move(slot)); },
         [this](const std::string& line) { log_(line); });
-    keep_house();
+    on_timer();
   }
 
   void publish(std::shared_ptr<const MeshState> state) {
     if (is_stopped_) return;
     const MeshState* last = messages_.state();
-    if (last && state->tick < last->tick) restart_rates();
+    if (last && state->summary.tick < last->summary.tick) restart_rates();
     // Of the simulation's time, so that a snapshot that came late does not cost the next one.
-    const auto time_ns = static_cast<std::int64_t>(1e9 * state->sim_time_s);
-    const std::int64_t age_ns = state->publish_ns != 0 ? monotonic_ns() - state->publish_ns : 0;
+    const auto time_ns = static_cast<std::int64_t>(1e9 * state->summary.sim_time_s);
+    const std::int64_t age_ns =
+        state->summary.publish_ns != 0 ? monotonic_ns() - state->summary.publish_ns : 0;
     messages_.update(std::move(state), utc_ns() - age_ns);
     const bool transforms = transform_rate_.pass(time_ns), surface = surface_rate_.pass(time_ns);
     for (const auto& session : sessions()) session->offer(transforms, surface);
@@ -110,8 +111,8 @@ class IgtlServer::Impl : public std::enable_shared_from_this<IgtlServer::Impl> {
     surface_rate_ = RateLimit(options_.surface_hz, 1.5);
   }
 
-  void on_socket(asio::ip::tcp::socket socket, std::shared_ptr<const Gate::Place> place) {
-    const auto refusal = place->refusal();
+  void on_socket(asio::ip::tcp::socket socket, std::shared_ptr<const ConnectionSlot> slot) {
+    const auto refusal = slot->refusal();
     auto connection = std::make_shared<TcpConnection>(std::move(socket), server_.options().send_buffer_bytes,
                                                       kReadBufferBytes);
     IgtlSession::Environment environment{
@@ -119,7 +120,7 @@ class IgtlServer::Impl : public std::enable_shared_from_this<IgtlServer::Impl> {
         [this](const IgtlSession& session, const std::string& reason) { on_closed(session, reason); },
         [this] { ++messages_dropped_; }};
     const auto session =
-        std::make_shared<IgtlSession>(++last_session_, std::move(connection), std::move(place), environment);
+        std::make_shared<IgtlSession>(++last_session_, std::move(connection), std::move(slot), environment);
     sessions_.emplace(session->id(), session);
     log_("OpenIGTLink client from " + session->address() + " joined");
     session->start();
@@ -132,13 +133,13 @@ class IgtlServer::Impl : public std::enable_shared_from_this<IgtlServer::Impl> {
     if (is_stopped_ && sessions_.empty()) timer_.cancel();
   }
 
-  void keep_house() {
+  void on_timer() {
     if (const auto time = checks_.as_of(monotonic_ns()))
       for (const auto& session : sessions()) session->check_time(*time);
     if (is_stopped_ && sessions_.empty()) return;
     timer_.expires_after(TimeoutChecks::kPeriod);
     timer_.async_wait([self = shared_from_this()](const boost::system::error_code& error) {
-      if (!error) self->keep_house();
+      if (!error) self->on_timer();
     });
   }
 

@@ -4,24 +4,24 @@
 #include <array>
 #include <utility>
 
-#include "net/clock.h"
+#include "net/base/clock.h"
 #include "net/igtl/needle_name.h"
 #include "net/igtl/wall_clock.h"
 
 namespace brachy::net::igtl {
 namespace {
 
-constexpr std::size_t kMaxAnswers = 16;  // that wait; queries beyond are ignored
+constexpr std::size_t kMaxAnswers = 16;  // waiting; further queries are ignored
 constexpr std::array<std::string_view, 7> kCapabilities = {
     "TRANSFORM", "GET_TRANS", "GET_POLYDATA", "GET_STATUS", "GET_CAPABIL", "STT_TDATA", "STP_TDATA"};
 
 }  // namespace
 
 IgtlSession::IgtlSession(std::uint64_t id, std::shared_ptr<Connection> connection,
-                         std::shared_ptr<const Gate::Place> place, const Environment& environment)
+                         std::shared_ptr<const ConnectionSlot> slot, const Environment& environment)
     : id_(id),
       connection_(std::move(connection)),
-      place_(std::move(place)),
+      slot_(std::move(slot)),
       environment_(environment),
       options_(environment.server.options()),
       opened_ns_(monotonic_ns()),
@@ -31,7 +31,8 @@ IgtlSession::IgtlSession(std::uint64_t id, std::shared_ptr<Connection> connectio
 // --- in ---
 
 void IgtlSession::on_bytes(std::span<const std::byte> bytes) {
-  if (is_closing()) return;  // read and thrown away, so that the peer gets our STATUS and no reset
+  if (is_closing())
+    return;  // read and discard: closing with unread input would reset the connection before our STATUS arrives
   now_ns_ = monotonic_ns();
   parser_.feed(bytes);
   MessageParser::Message message;
@@ -46,11 +47,11 @@ void IgtlSession::on_bytes(std::span<const std::byte> bytes) {
           begun_ns_ = now_ns_;
         return;
       case Parsed::kMessage:
-        note(message.header);
+        on_header(message.header);
         handle(message);
         break;
       case Parsed::kSkipped:
-        note(message.header);
+        on_header(message.header);
         break;
       case Parsed::kWrongCrc:
         environment_.on_dropped();
@@ -71,8 +72,8 @@ void IgtlSession::on_bytes(std::span<const std::byte> bytes) {
   }
 }
 
-/// A client's first words tell what it wants; a query for the server's state is none of them.
-void IgtlSession::note(const Header& header) {
+/// The first message decides what a client gets; queries for the server's state or capabilities do not count.
+void IgtlSession::on_header(const Header& header) {
   version_ = std::max(version_, header.version);
   if (wish_ != Wish::kNotKnown || header.type == "GET_STATUS" || header.type == "GET_CAPABIL") return;
   const bool is_asking = header.type.starts_with("GET_") || header.type.starts_with("STT_");
@@ -114,10 +115,10 @@ void IgtlSession::handle_query(const MessageParser::Message& message) {
   }
 }
 
-/// By name; without one needle 0's pose. What is not there has an empty body.
+/// By name; without one needle 0's pose. The answer for an unknown name has an empty body.
 void IgtlSession::answer_transform(const Header& query) {
   if (const MeshState* state = environment_.messages.state()) {
-    const std::size_t count = state->needles.size();
+    const std::size_t count = state->needles.states.size();
     for (const auto& [needle, pose, force] : environment_.messages.transforms(version_)) {
       if (query.device.empty() || query.device == pose_name(needle, count)) return answer(pose);
       if (query.device == force_name(needle, count) && !force.empty()) return answer(force);
@@ -129,7 +130,7 @@ void IgtlSession::answer_transform(const Header& query) {
 void IgtlSession::handle_transform(const MessageParser::Message& message) {
   const Header& header = message.header;
   const auto needle = needle_of(header.device);
-  if (!needle) return;  // a tool of somebody else's
+  if (!needle) return;  // another program's tool
   if (!poses_.pass(now_ns_)) {
     return refuse(
         {false, kRefusedRate, "more than " + std::to_string(options_.max_poses_per_s) + " poses a second"},
@@ -143,11 +144,11 @@ void IgtlSession::handle_transform(const MessageParser::Message& message) {
   Held* held = attach(*needle, header.device);
   if (!held) return;
   held->last_ns = now_ns_;
-  // PLUS says so where the tracker does not see the tool; the matrix means nothing then.
+  // PLUS sets this where the tracker does not see the tool; the matrix is meaningless then.
   if (message.find_metadata("TransformStatus").value_or("OK") != "OK") return;
   NeedlePose pose;
   pose.X_WN = *X_WN;
-  pose.sequence = ++poses_come_;
+  pose.sequence = ++poses_received_;
   pose.stamp_ns = header.timestamp != 0 ? to_ns(header.timestamp) : now_ns_;
   pose.received_ns = now_ns_;
   pose.present = true;
@@ -156,7 +157,7 @@ void IgtlSession::handle_transform(const MessageParser::Message& message) {
     report({StatusCode::kUnknownError, verdict.code, "PoseRefused", header.device + ": " + verdict.text});
 }
 
-/// Null: another device has it, or there is no such needle; the client has been told.
+/// Null: another device has it, or there is no such needle; the client has been sent the reason.
 IgtlSession::Held* IgtlSession::attach(std::uint16_t needle, const std::string& device) {
   const auto held =
       std::find_if(held_.begin(), held_.end(), [&](const Held& h) { return h.needle == needle; });
@@ -180,7 +181,7 @@ void IgtlSession::refuse(const PoseVerdict& verdict, StatusCode code) {
   report({code, verdict.code, "PoseRefused", verdict.text});
 }
 
-/// A few a second at most: who breaks a rule breaks it with each message.
+/// A few a second at most: a client that breaks a rule often does so with each message.
 void IgtlSession::report(const Status& status) {
   if (answers_.size() >= kMaxAnswers || !reports_.pass(now_ns_)) return;
   answer(encode_status(label(options_.topology_name), status));
@@ -203,7 +204,7 @@ void IgtlSession::offer(bool transforms, bool surface) {
     transforms_pending_ |= transforms;
     surface_pending_ |= surface;
   }
-  const double now_s = environment_.messages.state()->sim_time_s;
+  const double now_s = environment_.messages.state()->summary.sim_time_s;
   if (transforms && tracking_period_s_ &&
       (now_s < last_tracking_s_ || now_s - last_tracking_s_ >= *tracking_period_s_)) {
     last_tracking_s_ = now_s;
@@ -266,16 +267,16 @@ void IgtlSession::check_time(std::int64_t now_ns) {
   if (is_closing()) return;
   if (wish_ == Wish::kNotKnown && now_ns - opened_ns_ >= in_ns(environment_.first_message_wait))
     begin_stream();
-  // Some trackers only send: who does may leave unread what it is sent, it is one message.
+  // Some trackers only send. They may leave what they are sent unread: it is one message.
   const std::int64_t alive_ns = std::max(connection_->last_progress_ns(), now_ns_);
-  if (writing_ && now_ns - alive_ns >= in_ns(options_.stall_timeout)) return abort("reads nothing");
+  if (writing_ && now_ns - alive_ns >= in_ns(options_.stall_timeout)) return abort("does not read");
   if (begun_ns_ != 0 && now_ns - begun_ns_ >= in_ns(options_.silence_timeout))
-    return fail({StatusCode::kIllegalInstruction, 0, "Unfinished", "a message was begun and not ended"});
+    return fail({StatusCode::kIllegalInstruction, 0, "Unfinished", "a message was not completed"});
   const auto is_silent = [&](const Held& held) {
     return now_ns - held.last_ns >= in_ns(options_.silence_timeout);
   };
   for (const Held& held : held_)
-    if (is_silent(held)) environment_.server.detach(held.needle, "sent no pose any more");
+    if (is_silent(held)) environment_.server.detach(held.needle, "stopped sending poses");
   std::erase_if(held_, is_silent);
 }
 
@@ -284,7 +285,7 @@ void IgtlSession::fail(const Status& status) {
   phase_ = Phase::kClosing;
   closing_ns_ = monotonic_ns();
   end_reason_ = status.text;
-  give_back(status.text);
+  release_needles(status.text);
   answers_.clear();
   answer(encode_status(label(options_.topology_name), status));
 }
@@ -299,12 +300,12 @@ void IgtlSession::on_closed(const std::string& reason) {
   if (phase_ == Phase::kClosed) return;
   const std::string why = phase_ == Phase::kClosing ? end_reason_ : reason;
   phase_ = Phase::kClosed;
-  place_.reset();
-  give_back(why);
+  slot_.reset();
+  release_needles(why);
   environment_.on_closed(*this, why);
 }
 
-void IgtlSession::give_back(const std::string& reason) {
+void IgtlSession::release_needles(const std::string& reason) {
   for (const Held& held : held_) environment_.server.detach(held.needle, reason);
   held_.clear();
 }

@@ -7,16 +7,16 @@
 #include <string>
 #include <vector>
 
-#include "net/connection.h"
 #include "net/igtl/message_parser.h"
 #include "net/igtl/snapshot_messages.h"
-#include "net/server.h"
+#include "net/server/server.h"
 #include "net/session/rate_limit.h"
+#include "net/transport/connection.h"
 
 namespace brachy::net::igtl {
 
-/// One OpenIGTLink client, from the connection to its end. Of each kind of message at most one is being written and one
-/// pending, a flag, encoded from the newest snapshot when its turn comes; answers wait in a short queue.
+/// One OpenIGTLink client, from the connection to its end. Of each kind of message at most one is being written and
+/// one is pending: a flag, encoded from the newest snapshot when its turn comes. Answers wait in a short queue.
 /// Threads: the io thread only.
 class IgtlSession final : public ConnectionListener, public std::enable_shared_from_this<IgtlSession> {
  public:
@@ -25,14 +25,14 @@ class IgtlSession final : public ConnectionListener, public std::enable_shared_f
     SnapshotMessages& messages;
     std::chrono::milliseconds first_message_wait;
     std::function<void(const IgtlSession&, const std::string& reason)> on_closed;  ///< last call
-    std::function<void()> on_dropped;  ///< a message of this client's was
+    std::function<void()> on_dropped;  ///< a message of this client was dropped
   };
 
   IgtlSession(std::uint64_t id, std::shared_ptr<Connection> connection,
-              std::shared_ptr<const Gate::Place> place, const Environment& environment);
+              std::shared_ptr<const ConnectionSlot> slot, const Environment& environment);
 
   void start() { connection_->start(shared_from_this()); }
-  /// There is a newer snapshot, and it is time for what is true.
+  /// There is a newer snapshot; `transforms`, `surface`: it is time to send these.
   void offer(bool transforms, bool surface);
   /// Timeouts; to be called every 100 ms or so.
   void check_time(std::int64_t now_ns);
@@ -47,24 +47,24 @@ class IgtlSession final : public ConnectionListener, public std::enable_shared_f
 
  private:
   enum class Phase { kOpen, kClosing, kClosed };
-  /// Who asks for something first of all gets nothing else: it would not know what to do with it.
+  /// A client whose first message is a query gets answers only: it may not handle anything else.
   enum class Wish { kNotKnown, kStream, kAnswers };
   struct Held {
     std::uint16_t needle = 0;
-    std::int64_t last_ns = 0;  // when its last TRANSFORM came
+    std::int64_t last_ns = 0;  // when its last TRANSFORM arrived
   };
 
   void on_bytes(std::span<const std::byte> bytes) override;
   void on_written() override;
   void on_closed(const std::string& reason) override;
 
-  void note(const Header& header);
+  void on_header(const Header& header);
   void handle(const MessageParser::Message& message);
   void handle_transform(const MessageParser::Message& message);
   void handle_query(const MessageParser::Message& message);
   void answer_transform(const Header& query);
   Held* attach(std::uint16_t needle, const std::string& device);
-  void give_back(const std::string& reason);
+  void release_needles(const std::string& reason);
   void refuse(const PoseVerdict& verdict, StatusCode code);
   void report(const Status& status);
   void begin_stream();
@@ -76,27 +76,27 @@ class IgtlSession final : public ConnectionListener, public std::enable_shared_f
 
   const std::uint64_t id_;
   const std::shared_ptr<Connection> connection_;
-  std::shared_ptr<const Gate::Place> place_;  // null once closed
+  std::shared_ptr<const ConnectionSlot> slot_;  // null once closed
   const Environment environment_;
   const ServerOptions& options_;
   Phase phase_ = Phase::kOpen;
   Wish wish_ = Wish::kNotKnown;
   MessageParser parser_;
-  std::uint16_t version_ = 1;  // of the headers it gets: the highest it has sent
+  std::uint16_t version_ = 1;  // of headers sent: the highest received
   const std::int64_t opened_ns_;
-  std::int64_t now_ns_;        // of the bytes that are being handled, or of the last ones
-  std::int64_t begun_ns_ = 0;  // since when part of a message waits for its rest; 0: none does
+  std::int64_t now_ns_;        // when the last bytes arrived
+  std::int64_t begun_ns_ = 0;  // since when an incomplete message waits for its rest; 0: none does
   std::int64_t closing_ns_ = 0;
   std::string end_reason_;
   std::vector<Held> held_;
-  std::uint64_t poses_come_ = 0;
+  std::uint64_t poses_received_ = 0;
   RateLimit poses_;
-  RateLimit reports_{4, 4};  // STATUS about what is wrong
+  RateLimit reports_{4, 4};  // STATUS that reports an error
   RateLimit queries_{50, 50};
 
   std::deque<Bytes> answers_;
   bool transforms_pending_ = false, surface_pending_ = false, tracking_pending_ = false;
-  bool was_surface_ = false;  // what was written last: the others' turn
+  bool was_surface_ = false;  // written last: the others' turn
   std::optional<double> tracking_period_s_;
   double last_tracking_s_ = 0;  // simulation time
   bool writing_ = false;

@@ -10,24 +10,24 @@
 
 namespace brachy::net::igtl {
 
-/// What came next in a stream.
+/// The next item of a stream.
 enum class Parsed {
-  kNeedMore,   ///< nothing whole yet
-  kMessage,    ///< one that is_read(), its CRC right
-  kSkipped,    ///< one that is not read, or far too long for its type: its body is thrown away as it comes
+  kNeedMore,   ///< no complete message yet
+  kMessage,    ///< one that is_read(), with the right CRC
+  kSkipped,    ///< one that is not read, or too long for its type: its body is discarded as it arrives
   kWrongCrc,   ///< dropped; the stream goes on
-  kMalformed,  ///< dropped: the sizes in its extended header cannot be; the stream goes on
-  kLost,       ///< no OpenIGTLink header, or a body beyond all reason: where the next one begins is not known
+  kMalformed,  ///< dropped: the sizes in its extended header are impossible; the stream goes on
+  kLost,       ///< no OpenIGTLink header, or an absurd body size: the start of the next message is not known
 };
 
-/// A byte stream cut into OpenIGTLink messages: feed bytes as they come, in pieces of any size, and take messages until
-/// it wants more. After kLost it stays so and takes no more bytes. Pure: no socket, no clock. Memory: at most
-/// kMaxBodyBytes, a header and one piece, and only for bytes that have come.
+/// A byte stream cut into OpenIGTLink messages: feed bytes as they arrive, in pieces of any size, and take messages
+/// until it needs more. After kLost it stays so and takes no more bytes. Pure: no socket, no clock. Memory: at most
+/// kMaxBodyBytes, a header and one piece, and only for bytes received.
 class MessageParser {
  public:
-  /// What is_read() has small bodies; the room is for metadata.
+  /// Messages that is_read() have small bodies; the rest allows for metadata.
   static constexpr std::uint64_t kMaxBodyBytes = 64 * 1024;
-  /// Of what is skipped: an image or a volume that a client sends to whoever is there.
+  /// Limit of skipped messages: an image or a volume that a client broadcasts.
   static constexpr std::uint64_t kMaxSkippedBytes = 1 << 30;
 
   struct Message {
@@ -39,12 +39,12 @@ class MessageParser {
     std::optional<std::string_view> find_metadata(std::string_view key) const;
   };
 
-  /// Precondition: next() has answered kNeedMore (or kLost) since the last feed, or the buffer grows.
+  /// Precondition: next() has returned kNeedMore (or kLost) since the last feed, or the buffer grows.
   void feed(std::span<const std::byte> bytes);
-  /// With all answers but kNeedMore message.header is that of the message; its content only with kMessage.
+  /// Unless kNeedMore is returned, message.header is that of the message; its content only with kMessage.
   Parsed next(Message& message);
 
-  /// Whether, after kNeedMore, part of a message that is kept has come. (One that is skipped may take its time.)
+  /// Whether, after kNeedMore, part of a message that is read has arrived. (Skipped messages may take any time.)
   bool has_part() const { return consumed_ < buffer_.size(); }
   std::size_t allocated_bytes() const { return buffer_.capacity(); }
 
@@ -53,7 +53,7 @@ class MessageParser {
 
   Bytes buffer_;
   std::size_t consumed_ = 0;   // of buffer_
-  std::uint64_t to_skip_ = 0;  // bytes that have not come yet
+  std::uint64_t to_skip_ = 0;  // bytes not received yet
   bool is_lost_ = false;
 };
 

@@ -6,10 +6,10 @@
 #include <string_view>
 #include <vector>
 
-#include "core/math/rigid_transform.h"
+#include "core/base/rigid_transform.h"
 
-/// OpenIGTLink's messages as far as brachyd takes part: the protocol's documents (openigtlink.org, versions 1 to 3) say
-/// what each field means, net/IGTL.md what is done with it. All numbers are big-endian on the wire; lengths mm,
+/// OpenIGTLink's messages as far as brachyd supports them: the protocol's documents (openigtlink.org, versions 1 to
+/// 3) say what each field means, net/IGTL.md how it is used. All numbers are big-endian on the wire; lengths mm,
 /// coordinates RAS.
 namespace brachy::net::igtl {
 
@@ -23,13 +23,13 @@ constexpr std::size_t kTransformBytes = 48;
 struct Header {
   std::uint16_t version = 1;  ///< of the header: 1 (protocol 1 and 2) or 2 (protocol 3)
   std::string type;           ///< "TRANSFORM", "GET_STATUS", …
-  std::string device;         ///< who or what it is of; printable
+  std::string device;         ///< name of the device or tool; printable
   std::uint64_t timestamp = 0;
   std::uint64_t body_size = 0;
   std::uint64_t crc = 0;  ///< of the body
 };
 
-/// What a header says that is no consequence of the body.
+/// The fields of a header that do not follow from the body.
 struct Label {
   std::uint16_t version = 1;
   std::string_view device;      ///< cut to kNameBytes

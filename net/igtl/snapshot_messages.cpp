@@ -21,7 +21,7 @@ void SnapshotMessages::update(std::shared_ptr<const MeshState> state, std::int64
 std::shared_ptr<const Bytes> SnapshotMessages::surface(std::uint16_t version) {
   auto& message = of(version).surface;
   if (!message) {
-    const auto points = std::span<const float>(state_->deformed_vertices).first(3 * surface_count_);
+    const auto points = std::span<const float>(state_->mesh.deformed_vertices).first(3 * surface_count_);
     message = std::make_shared<const Bytes>(
         encode_polydata({version, surface_name_, timestamp_}, points, triangles_, triangle_count_));
     ++encoded_;
@@ -33,7 +33,7 @@ std::shared_ptr<const Bytes> SnapshotMessages::tracking(std::uint16_t version) {
   auto& message = of(version).tracking;
   if (!message) {
     std::vector<TrackedTool> tools;
-    const auto& needles = state_->needles;
+    const auto& needles = state_->needles.states;
     for (std::size_t n = 0; n < needles.size(); ++n)
       if (needles[n].present) tools.push_back({pose_name(n, needles.size()), needles[n].X_WN});
     message = std::make_shared<const Bytes>(encode_tracking({version, "Needles", timestamp_}, tools));
@@ -45,7 +45,7 @@ const std::vector<SnapshotMessages::Transforms>& SnapshotMessages::transforms(st
   auto& all = of(version).transforms;
   if (all) return *all;
   all.emplace();
-  const auto& needles = state_->needles;
+  const auto& needles = state_->needles.states;
   for (std::size_t n = 0; n < needles.size(); ++n) {
     if (!needles[n].present) continue;
     Transforms& messages = all->emplace_back();

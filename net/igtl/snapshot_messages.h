@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "core/sim/mesh_state.h"
-#include "core/tissue/tissue.h"
+#include "core/geometry/tissue/tissue.h"
+#include "core/simulation/mesh_state.h"
 #include "net/igtl/codec.h"
 
 namespace brachy::net::igtl {

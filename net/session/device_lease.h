@@ -19,7 +19,7 @@ class DeviceLease {
     std::int64_t since_ns = 0;
   };
 
-  /// False where another holds it.
+  /// False where another device holds it.
   bool take(const Holder& holder) {
     if (holder_) return false;
     holder_ = holder;
@@ -32,14 +32,12 @@ class DeviceLease {
   bool is_held() const { return holder_.has_value(); }
   bool is_held_by(std::uint64_t session) const { return holder_ && holder_->session == session; }
 
-  /// "NAME (ADDRESS)", or "" where nobody holds it.
+  /// "NAME (ADDRESS)", or "" where it is free.
   std::string holder() const {
     if (!holder_) return {};
     return holder_->address.empty() ? holder_->name : holder_->name + " (" + holder_->address + ")";
   }
-  std::uint64_t session() const {
-    return holder_ ? holder_->session : 0;
-  }  ///< 0: the daemon's own, or nobody
+  std::uint64_t session() const { return holder_ ? holder_->session : 0; }  ///< 0: the daemon's own, or free
   std::int64_t since_ns() const { return holder_ ? holder_->since_ns : 0; }
 
  private:
@@ -55,12 +53,12 @@ class DeviceLeases {
   DeviceLease& operator[](std::size_t needle) { return leases_.at(needle); }
   const DeviceLease& operator[](std::size_t needle) const { return leases_.at(needle); }
 
-  /// Gives `holder` the needle it asks for (kAnyNeedle: the first that is free) and writes it to `granted`, or says why
-  /// not.
+  /// Leases `holder` the needle it asks for (kAnyNeedle: the first that is free) and writes it to `granted`, or
+  /// returns the reason why not.
   std::optional<ErrorMessage> lend(const DeviceLease::Holder& holder, std::uint16_t wanted,
                                    std::uint16_t& granted);
 
-  /// "NAME (ADDRESS)"; of several needles "0: NAME (ADDRESS), 2: …". Empty: nobody holds one.
+  /// "NAME (ADDRESS)"; of several needles "0: NAME (ADDRESS), 2: …". Empty: all are free.
   std::string holders() const;
   /// " (needle N)", or "" where there is only one.
   std::string of_needle(std::size_t needle) const;

@@ -9,7 +9,7 @@
 
 namespace brachy::net {
 
-/// Poses that came over the network since start: accepted, and refused by code.
+/// Poses received over the network since start: accepted, and refused by code.
 class PoseCounts {
  public:
   void accept() { ++accepted_; }

@@ -8,24 +8,24 @@
 
 namespace brachy::net {
 
-/// How long a peer takes to answer a PING: the median of the last kWindow, so that a single late answer neither softens
-/// nor stiffens what is rendered. Our clock alone counts. One thread.
+/// The time a peer takes to answer a PING: the median of the last kWindow, so that a single late answer does not
+/// change the rendered stiffness. Measured by our clock alone. One thread.
 class RoundTrip {
  public:
   static constexpr std::size_t kWindow = 9;
 
-  void asked(std::uint64_t nonce, std::int64_t now_ns) {
+  void on_ping(std::uint64_t nonce, std::int64_t now_ns) {
     nonce_ = nonce;
     asked_ns_ = now_ns;
     is_waiting_ = true;
   }
-  /// Only the first answer to the newest question counts.
-  void answered(std::uint64_t nonce, std::int64_t now_ns) {
+  /// Only the first answer to the newest PING counts.
+  void on_answer(std::uint64_t nonce, std::int64_t now_ns) {
     if (!is_waiting_ || nonce != nonce_) return;
     is_waiting_ = false;
     samples_[count_++ % kWindow] = now_ns - asked_ns_;
   }
-  /// Since when the newest question has had no answer; nullopt: it has one.
+  /// Since when the newest PING has been unanswered; nullopt: it is answered.
   std::optional<std::int64_t> waiting_since_ns() const {
     return is_waiting_ ? std::optional(asked_ns_) : std::nullopt;
   }

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "net/clock.h"
+#include "net/base/clock.h"
 #include "net/wire/codec.h"
 
 namespace brachy::net {
@@ -20,11 +20,11 @@ std::string seconds(std::chrono::milliseconds duration) {
 }  // namespace
 
 Session::Session(std::uint64_t id, std::shared_ptr<Connection> connection,
-                 std::shared_ptr<const Gate::Place> place, SessionHost& host, const ServerOptions& options)
+                 std::shared_ptr<const ConnectionSlot> slot, SessionHost& host, const ServerOptions& options)
     : id_(id),
       connection_(std::move(connection)),
-      place_(std::move(place)),
-      is_own_(place_->is_own()),
+      slot_(std::move(slot)),
+      is_own_(slot_->is_exempt()),
       host_(host),
       options_(options),
       parser_(options.max_message_bytes),
@@ -35,7 +35,8 @@ Session::Session(std::uint64_t id, std::shared_ptr<Connection> connection,
 // --- in ---
 
 void Session::on_bytes(std::span<const std::byte> bytes) {
-  if (is_closing()) return;  // read and thrown away, so that the peer gets our ERROR and no reset
+  if (is_closing())
+    return;  // read and discard: closing with unread input would reset the connection before our ERROR arrives
   parser_.feed(bytes);
   MessageParser::Message message;
   while (!is_closing()) {
@@ -51,7 +52,7 @@ void Session::on_message(std::span<const std::byte> bytes) {
   Header header;
   const DecodeResult result = decode_header(bytes, options_.max_message_bytes, header);
   if (result.is_bad() || (result.is_good() && bytes.size() == kHeaderSize + header.length))
-    return on_bytes(bytes);  // on_bytes says what is bad
+    return on_bytes(bytes);  // on_bytes reports what is bad
   if (!is_closing())
     fail(ErrorCode::kProtocol, "a WebSocket message must hold exactly one message",
          parser_.last_sequence() + 1);
@@ -89,23 +90,17 @@ void Session::handle(const MessageParser::Message& message) {
       if (state_requests_.pass(last_message_ns_)) send_state(host_.common_state());
       return;
     case MessageType::kError: {
-      ErrorMessage ignored;  // what a client complains about changes nothing here
+      ErrorMessage ignored;  // an error that a client reports changes nothing here
       decode(message, ignored);
       return;
     }
     case MessageType::kHello:
       return fail(ErrorCode::kProtocol, "a second HELLO", message.header.sequence);
-    case MessageType::kWelcome:
-    case MessageType::kTopology:
-    case MessageType::kFrame:
-    case MessageType::kEvent:
-    case MessageType::kForce:
-    case MessageType::kLocalModel:
-    case MessageType::kDose:
-    case MessageType::kScene:
-      return fail(ErrorCode::kProtocol, "only a server sends messages of this type", message.header.sequence);
+    default:
+      if (only_servers_send(type))
+        fail(ErrorCode::kProtocol, "only a server sends messages of this type", message.header.sequence);
+      // Any other type is of a later version: skipped.
   }
-  // Any other type is of a later version: skipped.
 }
 
 void Session::handle_hello(const MessageParser::Message& message) {
@@ -123,10 +118,10 @@ void Session::handle_hello(const MessageParser::Message& message) {
   phase_ = Phase::kOpen;
   needle_ = welcome.needle;
   send_message(welcome);
-  if (hello_.role != welcome.role) {  // a viewer is what this server has places for
+  if (hello_.role != welcome.role) {  // a view-only server grants the role viewer alone
     hello_.role = welcome.role;
     send_message(ErrorMessage{ErrorCode::kNotOperator, false, 0, message.header.sequence,
-                              "here you only watch: operators connect to " + options_.devices_at});
+                              "this server is view-only: operators connect to " + options_.devices_at});
   }
   if (wants_mesh())
     send(MessageType::kTopology, host_.topology_body((hello_.subscription & kSubscribeSurface) != 0));
@@ -175,7 +170,7 @@ void Session::refuse_pose(const PoseVerdict& verdict, ErrorCode code, std::uint6
 void Session::handle_ping(const MessageParser::Message& message) {
   PingMessage ping;
   if (!decode(message, ping)) return;
-  if (ping.reply) return round_trip_.answered(ping.nonce, last_message_ns_);
+  if (ping.reply) return round_trip_.on_answer(ping.nonce, last_message_ns_);
   if (!pings_.pass(last_message_ns_)) return;
   send_message(PingMessage{ping.nonce, true, message.header.stamp_ns, last_message_ns_});
 }
@@ -223,7 +218,7 @@ void Session::handle_control(const MessageParser::Message& message) {
   if (hello_.role != Role::kOperator)
     return refuse(
         ErrorCode::kNotOperator,
-        "only a client with the role operator has the controls" +
+        "only a client with the role operator may send CONTROL" +
             (options_.devices_at.empty() ? std::string() : ": operators connect to " + options_.devices_at));
   if (!controls_.pass(last_message_ns_))
     return refuse(ErrorCode::kControlRefused, "more than 10 CONTROLs a second");
@@ -235,9 +230,7 @@ void Session::handle_control(const MessageParser::Message& message) {
 
 template <class M>
 void Session::send_message(const M& message) {
-  Bytes body;
-  encode_body(message, body);
-  send(M::kType, std::make_shared<const Bytes>(std::move(body)));
+  send(M::kType, encoded_body(message));
 }
 
 void Session::send(MessageType type, std::shared_ptr<const Bytes> body) {
@@ -251,7 +244,8 @@ void Session::send(MessageType type, std::shared_ptr<const Bytes> body) {
 
 void Session::send_state(const StateMessage& common) {
   const auto is_state = [](const Outgoing& outgoing) { return outgoing.type == MessageType::kState; };
-  if (!is_open() || std::any_of(queue_.begin(), queue_.end(), is_state)) return;  // one waiting is enough
+  if (!is_open() || std::any_of(queue_.begin(), queue_.end(), is_state))
+    return;  // one in the queue is enough
   StateMessage state = common;
   state.snapshots_sent = snapshots_sent_;
   state.snapshots_dropped = snapshots_dropped_;
@@ -274,12 +268,13 @@ bool Session::send_newest(MessageType type, std::shared_ptr<const Bytes> body) {
   return is_first;
 }
 
-/// False where no force waits, or it has to: for what else waits, or because the peer does not read what it got.
+/// False where no force waits, or where it must wait: for other messages, or because the peer has not read earlier
+/// ones.
 bool Session::write_newest() {
   if (!is_open() || (!waiting_force_ && !waiting_model_)) return false;
   const bool was_newest = last_written_ == MessageType::kForce || last_written_ == MessageType::kLocalModel;
   if (was_newest && (!queue_.empty() || snapshot_pending_)) return false;
-  if (connection_->unsent_bytes() > 0) return false;  // it would grow old in the kernel
+  if (connection_->unsent_bytes() > 0) return false;  // it would become outdated in the socket's buffer
   const bool is_force = waiting_force_ && (!waiting_model_ || last_written_ == MessageType::kLocalModel);
   if (is_force) {
     write(MessageType::kForce, std::exchange(waiting_force_, nullptr));
@@ -334,28 +329,28 @@ void Session::check_time(std::int64_t now_ns) {
       return;
     case Phase::kOpen: {
       if (writing_ && now_ns - connection_->last_progress_ns() >= in_ns(options_.stall_timeout)) {
-        return abort("read nothing for " + seconds(options_.stall_timeout));
+        return abort("did not read for " + seconds(options_.stall_timeout));
       }
-      if (is_own_) return;  // nothing can be silent between the two
+      if (is_own_) return;  // no network in between
       const std::int64_t silence = now_ns - last_message_ns_;
-      // A slow reader's answer waits behind what it has still to read: it lives as long as it reads.
+      // A slow reader answers PINGs only after reading what was sent before them: it is alive as long as it reads.
       const bool reads_slowly = now_ns - connection_->last_waited_progress_ns() <
                                 in_ns(options_.silence_timeout - options_.ping_interval);
       if (silence >= in_ns(options_.silence_timeout) && !reads_slowly) {
-        return fail(ErrorCode::kTimeout, "said nothing for " + seconds(options_.silence_timeout));
+        return fail(ErrorCode::kTimeout, "sent nothing for " + seconds(options_.silence_timeout));
       }
       ping(now_ns);
-      return write_next();  // a force that had to wait for a slow reader
+      return write_next();  // for a force that had to wait for a slow reader
     }
     case Phase::kClosing:
-      if (now_ns - closing_ns_ >= in_ns(options_.drain_timeout)) abort({});  // why was told
+      if (now_ns - closing_ns_ >= in_ns(options_.drain_timeout)) abort({});  // the reason was logged
       return;
     case Phase::kClosed:
       return;
   }
 }
 
-/// A device is asked every 100 ms, but once a second at most while it owes an answer; others only when they are silent.
+/// A device gets a PING every 100 ms, but one a second at most while an answer is outstanding; others only when silent.
 void Session::ping(std::int64_t now_ns) {
   if (!queue_.empty()) return;
   const std::int64_t last_ns =
@@ -365,7 +360,7 @@ void Session::ping(std::int64_t now_ns) {
                            now_ns - last_ping_ns_ >= in_ns(kMeasureInterval);
   if (!is_due && !is_measured) return;
   last_ping_ns_ = now_ns;
-  round_trip_.asked(++ping_nonce_, monotonic_ns());
+  round_trip_.on_ping(++ping_nonce_, monotonic_ns());
   send_message(PingMessage{ping_nonce_, false, 0, 0});
 }
 
@@ -375,9 +370,7 @@ void Session::fail(ErrorCode code, const std::string& text, std::uint64_t about_
   closing_ns_ = monotonic_ns();
   queue_.clear();
   waiting_force_ = waiting_model_ = nullptr;
-  Bytes body;
-  encode_body(ErrorMessage{code, true, 0, about_sequence, text}, body);
-  queue_.push_back({MessageType::kError, std::make_shared<const Bytes>(std::move(body))});
+  queue_.push_back({MessageType::kError, encoded_body(ErrorMessage{code, true, 0, about_sequence, text})});
   write_next();
   host_.on_ending(*this, text);
 }
@@ -393,10 +386,10 @@ void Session::on_closed(const std::string& reason) {
 }
 
 void Session::end(const std::string& reason) {
-  const bool was_told = phase_ == Phase::kClosing;
+  const bool was_reported = phase_ == Phase::kClosing;
   phase_ = Phase::kClosed;
-  place_.reset();
-  if (!was_told) host_.on_ending(*this, reason);
+  slot_.reset();
+  if (!was_reported) host_.on_ending(*this, reason);
   host_.on_closed(*this);
 }
 

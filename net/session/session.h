@@ -7,10 +7,10 @@
 #include <string>
 
 #include "net/access/gate.h"
-#include "net/connection.h"
-#include "net/server_options.h"
 #include "net/session/rate_limit.h"
 #include "net/session/round_trip.h"
+#include "net/session/server_options.h"
+#include "net/transport/connection.h"
 #include "net/wire/frame_encoder.h"
 #include "net/wire/message_parser.h"
 
@@ -18,55 +18,56 @@ namespace brachy::net {
 
 class Session;
 
-/// What a session asks of the server. Called on the io thread.
+/// The server as seen by a session. Called on the io thread.
 class SessionHost {
  public:
   virtual ~SessionHost() = default;
-  /// Lets the client in, or says why not. `hello` alone has its token. On admission the WELCOME is filled in.
+  /// Admits the client, or returns the reason why not. Only `hello` has its token. On admission fills in the WELCOME.
   virtual std::optional<ErrorMessage> admit(const Session& session, const HelloMessage& hello,
                                             WelcomeMessage& welcome) = 0;
   virtual std::shared_ptr<const Bytes> topology_body(bool surface) = 0;
-  virtual std::shared_ptr<const Bytes> scene_body() = 0;  ///< null: there is none
+  virtual std::shared_ptr<const Bytes> scene_body() = 0;  ///< null: none
   virtual std::shared_ptr<const Bytes> dose_body() = 0;   ///< the newest; null: none yet
   virtual bool has_snapshot() const = 0;
   /// The newest snapshot as asked for, and the tick it holds.
   virtual std::pair<std::shared_ptr<const Bytes>, std::uint64_t> frame_body(const FrameRequest& request) = 0;
-  /// What becomes of a pose from the device, or of one refused before it came so far.
+  /// Handles a pose of the device.
   virtual PoseVerdict on_pose(std::uint16_t needle, const NeedlePose& pose) = 0;
   virtual void on_arm(const Session& session, std::uint16_t needle) = 0;
-  virtual bool is_own_device(std::uint16_t needle) const = 0;  ///< of the daemon, not a client's
+  virtual bool is_own_device(std::uint16_t needle) const = 0;  ///< true: the daemon's, not a client's
   virtual void on_drop(std::uint16_t needle, bool pressed) = 0;
-  /// "" where it is or will be done, else why not.
+  /// "" where it is or will be done, else the reason why not.
   virtual std::string on_control(const Session& session, const ControlMessage& control) = 0;
   virtual void count_refusal(const PoseVerdict& verdict) = 0;
   virtual StateMessage common_state() = 0;
-  /// It is over, once, before on_closed(): if it failed, a last ERROR is still on its way, and nothing else passes any more.
+  /// The session ends; once, before on_closed(). If it failed, a last ERROR is still being sent, and nothing else any
+  /// more.
   virtual void on_ending(const Session& session, const std::string& reason) = 0;
-  /// Last call; the session is not used any more.
+  /// Last call; the session is not used afterwards.
   virtual void on_closed(const Session& session) = 0;
 };
 
-/// One client, from the connection to its end: handshake, poses in; frames, states and pings out. Knows messages
-/// and time, but no socket and no other session. Holds at most one frame being written; the pending one is only a
-/// flag, encoded from the newest snapshot when its turn comes. Forces go before all else, but only every other message
-/// while anything else waits. Threads: the io thread only.
+/// One client, from connection to end: handshake, poses in; frames, states and pings out. Knows messages and time,
+/// but no socket and no other session. Holds at most one frame being written; the pending one is only a flag, encoded
+/// from the newest snapshot when its turn comes. Forces have priority, but take only every other message while
+/// anything else waits. Threads: the io thread only.
 class Session final : public ConnectionListener, public std::enable_shared_from_this<Session> {
  public:
-  Session(std::uint64_t id, std::shared_ptr<Connection> connection, std::shared_ptr<const Gate::Place> place,
-          SessionHost& host, const ServerOptions& options);
+  Session(std::uint64_t id, std::shared_ptr<Connection> connection,
+          std::shared_ptr<const ConnectionSlot> slot, SessionHost& host, const ServerOptions& options);
 
   void start() { connection_->start(shared_from_this()); }
-  /// Queues a control message. A client that lets more than max_queued_messages wait is closed.
+  /// Queues a control message. A client with more than max_queued_messages waiting is closed.
   void send(MessageType type, std::shared_ptr<const Bytes> body);
-  /// Sends a FORCE or LOCAL_MODEL as soon as nothing written before waits for the peer; one of the same type that has not
-  /// left is replaced, and false returned.
+  /// Sends a FORCE or LOCAL_MODEL as soon as nothing written before waits for the peer. Replaces one of the same type
+  /// that has not been sent, and returns false then.
   bool send_newest(MessageType type, std::shared_ptr<const Bytes> body);
-  /// There is a newer snapshot: one still pending is dropped and counted.
+  /// Announces a newer snapshot: one still pending is dropped and counted.
   void offer_snapshot();
-  /// The simulation began anew: what the client was sent counts no more.
+  /// The simulation was reset: the client's mesh is outdated, and the next FRAME is full.
   void forget_mesh() { sent_tick_.reset(); }
   void send_state(const StateMessage& common);
-  /// Timeouts and pings, as TimeoutChecks says when.
+  /// Checks timeouts and sends PINGs; called as TimeoutChecks schedules it.
   void check_time(std::int64_t now_ns);
   /// Sends a fatal ERROR, then ends within drain_timeout.
   void fail(ErrorCode code, const std::string& text, std::uint64_t about_sequence = 0);
@@ -76,8 +77,8 @@ class Session final : public ConnectionListener, public std::enable_shared_from_
   std::uint64_t id() const { return id_; }
   const std::string& name() const { return hello_.name; }
   const std::string& address() const { return connection_->peer(); }  ///< with its port
-  const std::string& origin() const { return place_->address(); }     ///< the address alone; not once closed
-  bool is_own() const { return is_own_; }  ///< the server's own viewer, in this process
+  const std::string& origin() const { return slot_->address(); }      ///< the address alone; not once closed
+  bool is_exempt() const { return is_own_; }                          ///< the in-process viewer
   bool is_closing() const { return phase_ == Phase::kClosing || phase_ == Phase::kClosed; }
   bool is_open() const { return phase_ == Phase::kOpen; }
   const HelloMessage& hello() const { return hello_; }  ///< once open; without its token
@@ -119,7 +120,7 @@ class Session final : public ConnectionListener, public std::enable_shared_from_
 
   const std::uint64_t id_;
   const std::shared_ptr<Connection> connection_;
-  std::shared_ptr<const Gate::Place> place_;  // null once closed
+  std::shared_ptr<const ConnectionSlot> slot_;  // null once closed
   const bool is_own_;
   SessionHost& host_;
   const ServerOptions& options_;

@@ -11,7 +11,7 @@
 #include <string_view>
 #include <vector>
 
-#include "core/math/rigid_transform.h"
+#include "core/base/rigid_transform.h"
 #include "net/wire/text.h"
 
 namespace brachy::net {
@@ -73,8 +73,8 @@ class ByteWriter {
   Bytes& out_;
 };
 
-/// Reads little-endian fields from bytes nobody vouches for. The first field that does not fit makes the reader
-/// fail for good: later reads return zeros, and finish() tells why. Never reads outside the span.
+/// Reads little-endian fields from untrusted input. The first field that does not fit makes the reader fail
+/// permanently: later reads return zeros, and finish() returns the reason. Never reads outside the span.
 class ByteReader {
  public:
   explicit ByteReader(std::span<const std::byte> bytes) : bytes_(bytes) {}
@@ -86,7 +86,7 @@ class ByteReader {
     if (ok()) reason_ = reason;
     bytes_ = {};
   }
-  /// "" where every byte was read and none was missing, else what is wrong.
+  /// "" where every byte was read and none was missing, else the reason.
   std::string_view finish() {
     if (ok() && left() > 0) fail("bytes are left over at the end of the body");
     return reason_;
@@ -132,8 +132,8 @@ class ByteReader {
     return X;
   }
 
-  /// True where `count` items of at least `item_bytes` each can still follow; else fails. To be asked before
-  /// anything of that size is allocated.
+  /// True where `count` items of at least `item_bytes` each can still follow; else fails. Call it before
+  /// allocating anything of that size.
   bool fits(std::uint64_t count, std::size_t item_bytes) {
     if (count > left() / item_bytes) fail("a count is larger than the body");
     return ok();

@@ -1,22 +1,25 @@
 #pragma once
 
+#include <concepts>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <string_view>
+#include <utility>
 
 #include "net/wire/byte_io.h"
 #include "net/wire/messages.h"
 
-/// Bytes to messages and back: pure functions, no socket, no clock, any thread. Decoding takes bytes nobody vouches
-/// for: it never reads outside them, never throws but std::bad_alloc, and holds at most a small multiple of the
-/// input in memory. On anything but kGood the output's content is unspecified (but destructible and reusable).
+/// Bytes to messages and back: pure functions, no socket, no clock, any thread. Decoding takes untrusted input: it
+/// never reads outside it, throws nothing but std::bad_alloc, and holds at most a small multiple of the input in
+/// memory. On anything but kGood the output's content is unspecified (but destructible and reusable).
 namespace brachy::net {
 
 struct DecodeResult {
   enum class Status { kGood, kBad, kNeedMore };
   Status status = Status::kGood;
-  ErrorCode code = ErrorCode::kProtocol;  ///< with kBad: what to tell the peer
+  ErrorCode code = ErrorCode::kProtocol;  ///< with kBad: what to send to the peer
   std::string_view reason;                ///< with kBad: why; a literal
 
   static DecodeResult good() { return {}; }
@@ -24,7 +27,7 @@ struct DecodeResult {
     return {Status::kBad, code, reason};
   }
   static DecodeResult need_more() { return {Status::kNeedMore, ErrorCode::kProtocol, {}}; }
-  /// Of a body that was read to its end: bad where bytes were missing, left over, or refused.
+  /// The result of reading a body to its end: bad where bytes were missing, left over, or refused.
   static DecodeResult of(ByteReader& reader) {
     const std::string_view reason_if_any = reader.finish();
     return reason_if_any.empty() ? good() : bad(reason_if_any);
@@ -40,42 +43,27 @@ void encode_header(const Header& header, Bytes& out);
 /// kHeaderSize bytes; bad for another version or a body longer than `max_body_bytes`.
 DecodeResult decode_header(std::span<const std::byte> bytes, std::uint32_t max_body_bytes, Header& header);
 
-// Bodies alone. Too long texts are cut, ill-formed ones mended. Precondition of the mesh messages, asserted: array
-// sizes agree with each other (positions with ranges, ranges with point_count).
-void encode_body(const HelloMessage& message, Bytes& out);
-void encode_body(const WelcomeMessage& message, Bytes& out);
-void encode_body(const TopologyMessage& message, Bytes& out);
-void encode_body(const FrameMessage& message, Bytes& out);
-void encode_body(const PoseMessage& message, Bytes& out);
-void encode_body(const StateMessage& message, Bytes& out);
-void encode_body(const EventMessage& message, Bytes& out);
-void encode_body(const ErrorMessage& message, Bytes& out);
-void encode_body(const PingMessage& message, Bytes& out);
-void encode_body(const ForceMessage& message, Bytes& out);
-void encode_body(const LocalModelMessage& message, Bytes& out);
-void encode_body(const ArmMessage& message, Bytes& out);
-void encode_body(const DropMessage& message, Bytes& out);
-void encode_body(const DoseMessage& message, Bytes& out);
-void encode_body(const ControlMessage& message, Bytes& out);
-void encode_body(const SceneMessage& message, Bytes& out);
+/// A struct of net/wire/messages.h.
+template <class T>
+concept WireMessage = std::same_as<decltype(T::kType), const MessageType>;
 
-// The whole body must be there: a body that ends early is bad, as are bytes left over.
-DecodeResult decode_body(std::span<const std::byte> body, HelloMessage& message);
-DecodeResult decode_body(std::span<const std::byte> body, WelcomeMessage& message);
-DecodeResult decode_body(std::span<const std::byte> body, TopologyMessage& message);
-DecodeResult decode_body(std::span<const std::byte> body, FrameMessage& message);
-DecodeResult decode_body(std::span<const std::byte> body, PoseMessage& message);
-DecodeResult decode_body(std::span<const std::byte> body, StateMessage& message);
-DecodeResult decode_body(std::span<const std::byte> body, EventMessage& message);
-DecodeResult decode_body(std::span<const std::byte> body, ErrorMessage& message);
-DecodeResult decode_body(std::span<const std::byte> body, PingMessage& message);
-DecodeResult decode_body(std::span<const std::byte> body, ForceMessage& message);
-DecodeResult decode_body(std::span<const std::byte> body, LocalModelMessage& message);
-DecodeResult decode_body(std::span<const std::byte> body, ArmMessage& message);
-DecodeResult decode_body(std::span<const std::byte> body, DropMessage& message);
-DecodeResult decode_body(std::span<const std::byte> body, DoseMessage& message);
-DecodeResult decode_body(std::span<const std::byte> body, ControlMessage& message);
-DecodeResult decode_body(std::span<const std::byte> body, SceneMessage& message);
+/// Appends the body alone. Too long texts are cut, ill-formed ones repaired. Precondition of the mesh messages,
+/// asserted: array sizes agree with each other (positions with ranges, ranges with point_count). Defined in
+/// net/wire/*_codec.cpp, from the message's list of fields (net/wire/fields.h).
+template <WireMessage Message>
+void encode_body(const Message& message, Bytes& out);
+
+/// The whole body must be there: a body that ends early is bad, as are bytes left over.
+template <WireMessage Message>
+DecodeResult decode_body(std::span<const std::byte> body, Message& message);
+
+/// A body that several connections send.
+template <WireMessage Message>
+std::shared_ptr<const Bytes> encoded_body(const Message& message) {
+  Bytes body;
+  encode_body(message, body);
+  return std::make_shared<const Bytes>(std::move(body));
+}
 
 /// Appends header and body.
 template <class Message>

@@ -8,16 +8,16 @@
 
 namespace brachy::net {
 
-/// A client's copy of the mesh: takes the TOPOLOGY, then FRAMEs in the order received, and holds after each the
-/// bits the server's MeshState::deformed_vertices held. Pure; one thread.
+/// A client's copy of the mesh: takes the TOPOLOGY, then FRAMEs in the order received, and holds after each the same
+/// bits as the server's DeformedMesh::deformed_vertices. Pure; one thread.
 class FrameAssembler {
  public:
-  /// Starts anew at rest. Returns "" or why the topology is refused (its hash does not match its content).
+  /// Restarts at rest. Returns "" or why the topology is refused (its hash does not match its content).
   std::string_view start(const TopologyMessage& topology);
 
-  /// Returns "" or why the frame is refused; a refused frame changes nothing. Refused: no topology yet or another
-  /// one, another point count, no full frame yet, seeds of which nothing is known, changes since a tick later than this mesh's, or a change that goes
-  /// back in time.
+  /// Returns "" or why the frame is refused; a refused frame changes nothing. Refused: no topology yet or another one,
+  /// another point count, no full frame yet, missing seeds, changes since a tick later than this mesh's, or a change
+  /// that goes back in time.
   std::string_view apply(const FrameMessage& frame);
 
   /// 3N: x0 y0 z0 x1 …, world frame, mm.

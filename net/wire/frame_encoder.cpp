@@ -14,7 +14,7 @@ std::vector<PointRange> changed_ranges(const MeshState& state, const std::vector
                                        std::uint64_t after_tick) {
   std::vector<PointRange> ranges;
   for (std::size_t b = 0; b < blocks.size(); ++b) {
-    if (state.block_ticks[b] <= after_tick || blocks[b].count == 0) continue;
+    if (state.mesh.block_ticks[b] <= after_tick || blocks[b].count == 0) continue;
     if (!ranges.empty() && ranges.back().first + ranges.back().count == blocks[b].first) {
       ranges.back().count += blocks[b].count;
     } else {
@@ -24,24 +24,26 @@ std::vector<PointRange> changed_ranges(const MeshState& state, const std::vector
   return ranges;
 }
 
-/// The poses of ticks after_tick + 1 to state.tick that the ring still holds.
+/// The poses of ticks after_tick + 1 to state.summary.tick that the ring still holds.
 std::vector<TickPose> poses_after(const MeshState& state, std::size_t needle, std::uint64_t after_tick) {
-  constexpr std::uint64_t kRing = MeshState::kPoseHistory;
+  constexpr std::uint64_t kRing = NeedleStates::kPoseHistory;
+  const std::uint64_t last = state.summary.tick;
   std::vector<TickPose> poses;
-  if (needle >= state.pose_histories.size()) return poses;
-  const std::uint64_t oldest = state.tick >= kRing ? state.tick - kRing + 1 : 1;
-  for (std::uint64_t tick = std::max(after_tick + 1, oldest); tick <= state.tick; ++tick) {
-    const TickPose& pose = state.pose_histories[needle][tick % kRing];
+  if (needle >= state.needles.pose_histories.size()) return poses;
+  const std::uint64_t oldest = last >= kRing ? last - kRing + 1 : 1;
+  for (std::uint64_t tick = std::max(after_tick + 1, oldest); tick <= last; ++tick) {
+    const TickPose& pose = state.needles.pose_histories[needle][tick % kRing];
     if (pose.tick == tick) poses.push_back(pose);
   }
   return poses;
 }
 
 NeedlePose last_arrived(const MeshState& state) {
+  const std::vector<NeedleState>& needles = state.needles.states;
   const auto newest = std::max_element(
-      state.needles.begin(), state.needles.end(),
+      needles.begin(), needles.end(),
       [](const NeedleState& a, const NeedleState& b) { return a.input.received_ns < b.input.received_ns; });
-  return newest == state.needles.end() ? NeedlePose{} : newest->input;
+  return newest == needles.end() ? NeedlePose{} : newest->input;
 }
 
 }  // namespace
@@ -63,34 +65,37 @@ TopologyMessage make_topology(const Tissue& tissue, const std::string& name, boo
 FrameLayout make_layout(const Tissue& tissue, const TopologyMessage& topology) {
   FrameLayout layout{{}, static_cast<std::uint32_t>(topology.rest_vertices.size() / 3), topology.hash};
   for (const Block& block : tissue.blocks)
-    if (block.first < layout.point_count) layout.blocks.push_back(block);  // none straddles the surface's end
+    if (block.first < layout.point_count)
+      layout.blocks.push_back(block);  // no block crosses the surface's end
   return layout;
 }
 
 void encode_frame(const MeshState& state, const FrameLayout& layout, std::uint64_t snapshot_sequence,
                   const FrameRequest& request, Bytes& out) {
-  assert(state.block_ticks.size() >= layout.blocks.size());
-  assert(state.deformed_vertices.size() >= 3 * std::size_t{layout.point_count});
-  assert(request.after_tick <= state.tick);
+  const TickSummary& summary = state.summary;
+  const std::vector<NeedleState>& needles = state.needles.states;
+  assert(state.mesh.block_ticks.size() >= layout.blocks.size());
+  assert(state.mesh.deformed_vertices.size() >= 3 * std::size_t{layout.point_count});
+  assert(request.after_tick <= summary.tick);
   FrameMessage frame;
   frame.topology_hash = layout.topology_hash;
-  frame.tick = state.tick;
-  frame.sim_time_s = state.sim_time_s;
+  frame.tick = summary.tick;
+  frame.sim_time_s = summary.sim_time_s;
   frame.snapshot_sequence = snapshot_sequence;
   frame.base_tick = request.full ? 0 : request.after_tick;
-  frame.overruns = state.overruns;
-  frame.publish_ns = state.publish_ns;
+  frame.overruns = summary.overruns;
+  frame.publish_ns = summary.publish_ns;
   const NeedlePose input = last_arrived(state);
   frame.input_sequence = input.sequence;
   frame.input_stamp_ns = input.stamp_ns;
   frame.input_received_ns = input.received_ns;
-  frame.max_displacement_mm = state.max_displacement_mm;
-  frame.step_flags = state.step_flags;
+  frame.max_displacement_mm = summary.max_displacement_mm;
+  frame.step_flags = summary.step_flags;
   frame.full = request.full;
   frame.point_count = layout.point_count;
-  frame.moved_vertices = state.moved_vertices;
-  for (std::size_t n = 0; n < state.needles.size(); ++n) {
-    const NeedleState& needle = state.needles[n];
+  frame.moved_vertices = summary.moved_vertices;
+  for (std::size_t n = 0; n < needles.size(); ++n) {
+    const NeedleState& needle = needles[n];
     frame.needles.push_back({static_cast<std::uint16_t>(n), needle, needle.forces.is_finite()});
   }
   if (!request.full) {
@@ -100,21 +105,22 @@ void encode_frame(const MeshState& state, const FrameLayout& layout, std::uint64
   }
   for (const PointRange& range : frame.ranges) {
     assert(std::uint64_t{range.first} + range.count <= frame.point_count);
-    const float* first = state.deformed_vertices.data() + 3 * std::size_t{range.first};
+    const float* first = state.mesh.deformed_vertices.data() + 3 * std::size_t{range.first};
     frame.positions.insert(frame.positions.end(), first, first + 3 * std::size_t{range.count});
   }
-  frame.certificate = state.certificate;
+  frame.certificate = summary.certificate;
   frame.has_pose_history = request.pose_history;
   if (request.pose_history) {
     frame.pose_history = poses_after(state, 0, request.after_tick);
-    for (std::size_t n = 1; n < state.needles.size(); ++n)
+    for (std::size_t n = 1; n < needles.size(); ++n)
       frame.poses_of_needles.push_back(
           {static_cast<std::uint16_t>(n), poses_after(state, n, request.after_tick)});
   }
-  frame.seed_count = state.seed_count;
-  frame.has_seeds = state.seed_count > 0;
-  for (std::size_t i = 0; i < state.seed_count; ++i)
-    if (request.full || state.seed_ticks[i] > request.after_tick) frame.seeds.push_back(state.seed_slots[i]);
+  frame.seed_count = state.seeds.count;
+  frame.has_seeds = state.seeds.count > 0;
+  for (std::size_t i = 0; i < state.seeds.count; ++i)
+    if (request.full || state.seeds.ticks[i] > request.after_tick)
+      frame.seeds.push_back(state.seeds.slots[i]);
   encode_body(frame, out);
 }
 

@@ -1,6 +1,6 @@
 #include "net/wire/message_parser.h"
 
-#include "net/tls/first_byte.h"
+#include "net/wire/first_byte.h"
 
 namespace brachy::net {
 

@@ -7,10 +7,10 @@
 
 namespace brachy::net {
 
-/// A byte stream cut into messages: feed bytes as they come, in pieces of any size, and take messages until it wants
+/// A byte stream cut into messages: feed bytes as they arrive, in pieces of any size, and take messages until it needs
 /// more. Checks each header before it waits for the body, and that sequences run 1, 2, 3, …; after the first bad
 /// message it stays bad and takes no more bytes. Pure: no socket, no clock. Memory: at most the limit, a header and
-/// one piece, and only for bytes that have come.
+/// one piece, and only for bytes received.
 class MessageParser {
  public:
   struct Message {
@@ -20,7 +20,7 @@ class MessageParser {
 
   explicit MessageParser(std::uint32_t max_body_bytes) : max_body_bytes_(max_body_bytes) {}
 
-  /// Precondition: next() has answered kNeedMore (or kBad) since the last feed, or the buffer grows.
+  /// Precondition: next() has returned kNeedMore (or kBad) since the last feed, or the buffer grows.
   void feed(std::span<const std::byte> bytes);
   DecodeResult next(Message& message);
 

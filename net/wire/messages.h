@@ -8,12 +8,12 @@
 #include <string>
 #include <vector>
 
-#include "core/dose/implant_dose.h"
-#include "core/math/rigid_transform.h"
-#include "core/plan/template_grid.h"
-#include "core/seeds/seed.h"
-#include "core/sim/mesh_state.h"
-#include "core/surface/surface_mesh.h"
+#include "core/base/rigid_transform.h"
+#include "core/brachytherapy/dose/implant_dose.h"
+#include "core/brachytherapy/plan/template_grid.h"
+#include "core/brachytherapy/seeds/seed.h"
+#include "core/geometry/surface/surface_mesh.h"
+#include "core/simulation/mesh_state.h"
 
 /// The messages of the native protocol as plain structs, one per section of net/PROTOCOL.md, which says what each
 /// field means and where its bytes lie. Lengths mm, world frame W = patient RAS; stamps ns of the sender's
@@ -45,6 +45,35 @@ enum class MessageType : std::uint16_t {
   kScene = 16,
 };
 
+/// Types of which a client never sends a message, and a server never one; the others go both ways.
+constexpr bool only_servers_send(MessageType type) {
+  switch (type) {
+    case MessageType::kWelcome:
+    case MessageType::kTopology:
+    case MessageType::kFrame:
+    case MessageType::kEvent:
+    case MessageType::kForce:
+    case MessageType::kLocalModel:
+    case MessageType::kDose:
+    case MessageType::kScene:
+      return true;
+    default:
+      return false;
+  }
+}
+constexpr bool only_clients_send(MessageType type) {
+  switch (type) {
+    case MessageType::kHello:
+    case MessageType::kPose:
+    case MessageType::kArm:
+    case MessageType::kDrop:
+    case MessageType::kControl:
+      return true;
+    default:
+      return false;
+  }
+}
+
 struct Header {
   std::uint16_t version = kProtocolVersion;
   MessageType type = MessageType::kHello;  ///< may hold a value not listed: skip such a message
@@ -65,7 +94,7 @@ enum Subscription : std::uint32_t {
   kSubscribeScene = 1u << 4,        ///< SCENE comes after TOPOLOGY
 };
 
-/// What a haptic device can do; NaN = it does not say.
+/// Capabilities of a haptic device; NaN = not stated.
 struct DeviceLimits {
   double max_force_n = std::numeric_limits<double>::quiet_NaN();
   double max_stiffness_n_per_mm = std::numeric_limits<double>::quiet_NaN();
@@ -73,15 +102,14 @@ struct DeviceLimits {
   double rate_hz = std::numeric_limits<double>::quiet_NaN();
 };
 
-constexpr std::uint16_t kAnyNeedle = 0xFFFF;  ///< in HELLO: whichever is free; in WELCOME: none was granted
+constexpr std::uint16_t kAnyNeedle = 0xFFFF;  ///< in HELLO: any free one; in WELCOME: none was granted
 
 /// Bits of HelloMessage::device_flags.
 enum DeviceFlag : std::uint16_t {
-  kEvaluatesLocalModel =
-      1u << 0,  ///< works out its force from LOCAL_MODEL beside the device, at its own rate
+  kEvaluatesLocalModel = 1u << 0,  ///< computes its force from LOCAL_MODEL beside the device, at its own rate
 };
 
-/// What a client shows to be let in: net/access/token.h.
+/// A client's authentication: net/access/token_file.h.
 constexpr std::size_t kTokenBytes = 32;
 using Token = std::array<std::byte, kTokenBytes>;
 
@@ -91,7 +119,7 @@ struct HelloMessage {
   std::uint32_t subscription = 0;  ///< Subscription bits
   DeviceLimits limits;
   std::string name;
-  std::uint16_t needle = kAnyNeedle;  ///< asked for; section DEVICE, which is left out where both say nothing
+  std::uint16_t needle = kAnyNeedle;  ///< requested; section DEVICE, left out where both have their default
   std::uint16_t device_flags = 0;     ///< DeviceFlag bits
   std::optional<Token> token;         ///< section TOKEN; never in a log or another message
   std::string software;               ///< name and version; section SOFTWARE, left out where empty
@@ -192,25 +220,25 @@ struct PoseMessage {
 
 /// Bits of ForceMessage::flags and LocalModelMessage::flags.
 enum ForceFlag : std::uint16_t {
-  kForceArmed = 1u << 0,    ///< the hand may get a force
-  kForceRamping = 1u << 1,  ///< on the way from one gain to the other, or held back by the slew limit
+  kForceArmed = 1u << 0,    ///< force may be rendered
+  kForceRamping = 1u << 1,  ///< between two gains, or limited by the slew limit
   kForceLatched = 1u << 2,  ///< a fault: no force until ARM
   kForceLimited = 1u << 3,  ///< force scaled to max_force_n, or a stiffness cut to max_stiffness_n_per_mm
   kForceExpired = 1u << 4,  ///< the local model is past its time to live: the force goes to 0
 };
 
-/// What the hand is to get now, and where it comes from.
+/// The force to render now, and what it was computed from.
 struct ForceMessage {
   static constexpr MessageType kType = MessageType::kForce;
   std::uint16_t needle = 0;
   std::uint16_t flags = 0;           ///< ForceFlag bits
-  std::uint64_t tick = 0;            ///< of the simulation that it rests on
+  std::uint64_t tick = 0;            ///< of the simulation it was computed from
   std::uint64_t input_sequence = 0;  ///< header sequence of the POSE it answers, 0 = none
   std::int64_t input_stamp_ns = 0;   ///< that POSE's header stamp (device's clock)
   NeedleForces forces;               ///< limited; finite
 };
 
-/// What a device needs to work out its force itself until the next one comes.
+/// What a device needs to compute its force itself until the next one arrives.
 struct LocalModelMessage {
   static constexpr MessageType kType = MessageType::kLocalModel;
   std::uint16_t needle = 0;
@@ -220,7 +248,7 @@ struct LocalModelMessage {
   LocalContactModel model;  ///< its stiffnesses within the limit below; only its three bounds may be infinite
   double max_force_n = 0;   ///< negotiated, also below
   double max_stiffness_n_per_mm = 0;
-  double max_slew_n_per_ms = 0;  ///< of what the hand gets, always
+  double max_slew_n_per_ms = 0;  ///< of the rendered force, always
   double ramp_s = 0;             ///< gain 0 → 1 after connecting or ARM
 };
 
@@ -230,7 +258,8 @@ struct ArmMessage {
   std::uint16_t needle = 0;
 };
 
-/// The button of a needle's device went down or up: that drops seeds (core/seeds/seed_loading.h). From its device.
+/// The button of a needle's device went down or up, which drops seeds (core/brachytherapy/seeds/seed_loading.h). From
+/// its device.
 struct DropMessage {
   static constexpr MessageType kType = MessageType::kDrop;
   std::uint16_t needle = 0;
@@ -248,23 +277,23 @@ struct DoseMessage {
 };
 
 enum class ControlAction : std::uint16_t {
-  kPlay = 1,   ///< the scripted needle starts at its beginning
-  kStop = 2,   ///< … and is gone
-  kReset = 3,  ///< tissue, needles and seeds anew
-  kModel = 4,  ///< another kernel or support from here on
+  kPlay = 1,   ///< the scripted needle starts from its beginning
+  kStop = 2,   ///< … and is removed
+  kReset = 3,  ///< tissue, needles and seeds from scratch
+  kModel = 4,  ///< another kernel or support from now on
 };
 
-/// What an operator asks of the running simulation.
+/// An operator's request to the running simulation.
 struct ControlMessage {
   static constexpr MessageType kType = MessageType::kControl;
   ControlAction action = ControlAction::kPlay;  ///< may hold a value not listed: refuse it
-  bool loop = false;                            ///< kPlay: over and over
+  bool loop = false;                            ///< kPlay: repeat
   double support_radius_mm = std::numeric_limits<double>::quiet_NaN();  ///< kModel; NaN: as it is
   std::string kernel;                                                   ///< kModel; empty: as it is
 };
 
 struct ScenePlannedNeedle {
-  Vec3 tip = Vec3::Zero();  ///< where it goes to, mm
+  Vec3 tip = Vec3::Zero();  ///< planned position, mm
   std::string hole;
 };
 struct ScenePlannedSeed {
@@ -278,7 +307,7 @@ struct SceneStructure {
   std::vector<Triangle> triangles;
 };
 
-/// What stands around the tissue and does not change while the daemon runs; world frame W.
+/// What surrounds the tissue and does not change while the daemon runs; world frame W.
 struct SceneMessage {
   static constexpr MessageType kType = MessageType::kScene;
   double needle_length_mm = 0, needle_diameter_mm = 0;
@@ -288,7 +317,7 @@ struct SceneMessage {
   std::vector<ScenePlannedNeedle> planned_needles;
   std::vector<ScenePlannedSeed> planned_seeds;  ///< in the plan's order
   std::vector<SceneStructure> structures;       ///< all but the tissue itself
-  std::vector<std::string> kernels;             ///< that kModel may ask for
+  std::vector<std::string> kernels;             ///< that kModel accepts
 };
 
 /// Of a histogram, ms.
@@ -304,7 +333,7 @@ struct PoseRefusals {
   std::string text;  ///< of the last one
 };
 
-/// What was done for a needle's safety, of one kind, since start.
+/// Safety actions of one kind for a needle since start.
 struct SafetyCount {
   std::uint16_t needle = 0;
   std::uint16_t code = 0;  ///< the daemon's: net/PROTOCOL.md
@@ -312,9 +341,9 @@ struct SafetyCount {
   std::string text;  ///< of the last one
 };
 
-/// What an operator can change, as it is now.
+/// The current state of what an operator can change.
 struct ControlsState {
-  std::string kernel;  ///< empty: not told
+  std::string kernel;  ///< empty: not known
   double support_radius_mm = 0;
   std::uint32_t flags = 0;  ///< ControlFlag bits
 };
@@ -324,14 +353,14 @@ enum ControlFlag : std::uint32_t {
   kScriptIsThere = 1u << 0,
   kScriptPlays = 1u << 1,
   kScriptLoops = 1u << 2,
-  kPreparesModel = 1u << 3,  ///< one is being made, which comes into use once it is
+  kPreparesModel = 1u << 3,  ///< one is being prepared, and used when ready
 };
 
 struct StateMessage {
   static constexpr MessageType kType = MessageType::kState;
   std::uint64_t ticks = 0;
   std::uint64_t overruns = 0;
-  std::uint64_t control_overruns = 0;  ///< what an idle timer thread of the same period missed
+  std::uint64_t control_overruns = 0;  ///< deadlines that an idle timer thread of the same period missed
   Quantiles tick_ms;
   Quantiles lateness_ms;  ///< wake-up after the deadline
   Quantiles latency_ms;   ///< pose received to mesh published
@@ -339,10 +368,10 @@ struct StateMessage {
   std::vector<PoseRefusals> refusals;
   std::uint64_t snapshots = 0;          ///< made by the server
   std::uint64_t snapshots_sent = 0;     ///< to this client
-  std::uint64_t snapshots_dropped = 0;  ///< for this client, newer ones won
+  std::uint64_t snapshots_dropped = 0;  ///< for this client, replaced by newer ones
   std::uint32_t clients = 0;
   std::uint32_t viewers = 0;
-  std::string device_holder;  ///< empty = nobody holds a lease
+  std::string device_holder;  ///< empty: no lease is held
   std::vector<SafetyCount> safety;
   ControlsState controls;
 };
@@ -355,8 +384,8 @@ enum class EventKind : std::uint16_t {
   kDeviceAttached = 5,
   kDeviceDetached = 6,
   kWarning = 7,
-  kSafety = 8,  ///< the force was held back, taken away or given again
-  kSeed = 9,    ///< a seed fell, or could not
+  kSafety = 8,  ///< the force was limited, removed or restored
+  kSeed = 9,    ///< a seed was dropped, or could not be
 };
 
 struct EventMessage {
@@ -371,20 +400,20 @@ enum class ErrorCode : std::uint16_t {
   kProtocol = 1,         ///< the peer broke PROTOCOL.md
   kVersion = 2,          ///< another protocol version
   kTooLarge = 3,         ///< a body over max_message_bytes
-  kBusy = 4,             ///< no room for another client
+  kBusy = 4,             ///< no slot for another client
   kDeviceBusy = 5,       ///< another device holds the lease
-  kNotDevice = 6,        ///< POSE, ARM or DROP from a client that may not
+  kNotDevice = 6,        ///< POSE, ARM or DROP from a client without that right
   kPoseRefused = 7,      ///< `reason` says which rule
   kPoseRate = 8,         ///< more than max_poses_per_s
   kTimeout = 9,          ///< no HELLO, no answer, or nothing read in time
   kShutdown = 10,        ///< the server stops
-  kNoNeedle = 11,        ///< HELLO or ARM names a needle that the scene has not
-  kNotOperator = 12,     ///< CONTROL from a client that is none
-  kControlRefused = 13,  ///< a CONTROL that cannot be done; the text says why
-  kUnauthorised = 14,    ///< no token, none of this server's, or one for another role
+  kNoNeedle = 11,        ///< HELLO or ARM names a needle that does not exist
+  kNotOperator = 12,     ///< CONTROL from a client that is not an operator
+  kControlRefused = 13,  ///< a CONTROL that cannot be done; the text gives the reason
+  kUnauthorised = 14,    ///< no token, an unknown one, or one for another role
 };
 
-/// PoseRefusals::code and ErrorMessage::reason from here on are the server's own; lower ones are the daemon's.
+/// PoseRefusals::code and ErrorMessage::reason from here on are the server's; lower ones are the daemon's.
 enum PoseRefusalCode : std::uint16_t {
   kRefusedRate = 0xFF01,
   kRefusedNeedle = 0xFF02,

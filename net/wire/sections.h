@@ -30,7 +30,8 @@ void read_sections(ByteReader& reader, OnSection&& on_section) {
   }
 }
 
-/// Reads the sections that are known: read(id, section) says whether it is, and reads all of its payload; others are skipped.
+/// Reads the known sections: read(id, section) returns whether it knows the section, and reads all of its payload;
+/// others are skipped.
 template <class Read>
 void read_known_sections(ByteReader& reader, Read&& read) {
   read_sections(reader, [&](std::uint16_t id, std::span<const std::byte> payload) {

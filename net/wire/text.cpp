@@ -1,6 +1,6 @@
 #include "net/wire/text.h"
 
-#include "core/utf8.h"
+#include "core/base/utf8.h"
 
 namespace brachy::net {
 

@@ -1,9 +1,11 @@
-# Sourced by scripts/package_check.sh: boots its Debian, in which the packages are installed; brachyd is a service there.
+# Sourced by scripts/package/package_check.sh: boots its Debian, in which the packages are installed; brachyd is a
+# service there.
 rm "$root/usr/sbin/policy-rc.d"
 umount "$root/proc"  # it gets one of its own
 mounted=()
 cp "${packages[0]}" "$root/root/brachyd.deb"
-systemd-nspawn --quiet --directory="$root" --boot --register=no --keep-unit --private-network --console=read-only >"$root/tmp/console" 2>&1 </dev/null &
+systemd-nspawn --quiet --directory="$root" --boot --register=no --keep-unit --private-network \
+    --console=read-only >"$root/tmp/console" 2>&1 </dev/null &
 nspawn=$!
 running+=("$nspawn")  # ended, it shuts the system down
 
@@ -22,7 +24,8 @@ for _ in {1..120}; do
 done
 journal() { booted journalctl --no-pager -u brachyd >&2 || true; }
 [[ $(state_of brachyd) == active ]] || { journal; fail "booted, and brachyd is $(state_of brachyd)"; }
-booted brachy watch --connect 127.0.0.1:18950 --duration 2 --json &>/dev/null || { journal; fail "no client gets to the service"; }
+booted brachy watch --connect 127.0.0.1:18950 --duration 2 --json &>/dev/null \
+    || { journal; fail "no client gets to the service"; }
 user=$(booted stat -c %u "/proc/$(pid_of)")
 ((user > 0)) || fail "the service runs as root"
 say "booted: brachyd is $(state_of brachyd), run by user $user"
@@ -35,8 +38,9 @@ for _ in {1..60}; do
   [[ $now != 0 && $now != "$stuck" && $(state_of brachyd) == active ]] && break
   sleep 0.5
 done
-[[ $now != "$stuck" && $(state_of brachyd) == active ]] || { journal; fail "stuck, and the watchdog did not begin anew"; }
-say "reloaded, restarted, and begun anew by the watchdog when it was stuck"
+[[ $now != "$stuck" && $(state_of brachyd) == active ]] || { journal; fail \
+    "stuck, and the watchdog did not restart it"; }
+say "reloaded, restarted, and restarted by the watchdog when it was stuck"
 booted systemctl disable --now --quiet brachyd 2>/dev/null
 quietly booted dpkg --remove brachyd
 quietly booted dpkg --install /root/brachyd.deb

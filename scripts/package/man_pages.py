@@ -1,7 +1,7 @@
 #!/usr/bin/python3
-"""Writes brachyd(1) and brachy(1), gzipped, from what the programs' --help says.
+"""Writes brachyd(1), brachy(1) and brachy-study(1), gzipped, from the programs' --help.
 
-usage: man_pages.py BRACHYD BRACHY VERSION DIR
+usage: man_pages.py BRACHYD BRACHY BRACHY_STUDY VERSION DIR
 """
 import gzip
 import pathlib
@@ -12,7 +12,8 @@ import sys
 HEAD = re.compile(  # of an option: its names, its value, what it goes with
     r"(?P<names>(?:-\w,)?--[\w-]+|[a-z]\w*)"
     r"(?P<value> (?:TEXT|INT|UINT|FLOAT)(?P<check>:\S+(?: in \[[^]]*\])?)?(?P<default>=\S+)?(?: x \d+| \.\.\.)?)?"
-    r"(?P<required> REQUIRED)?(?P<with>(?: (?:Needs|Excludes):(?: --[\w-]+)+)*)")
+    r"(?P<required> REQUIRED)?(?P<with>(?: (?:Needs|Excludes):(?: --[\w-]+)+)*)"
+)
 COMMAND = re.compile(r"  ([a-z][\w-]*) +(\S.*)")
 FILES = {
     "brachyd": """.TP
@@ -29,10 +30,13 @@ The protocol, enough to write a client.
 The service's working folder: sessions.""",
     "brachy": """.TP
 .I /usr/share/brachy
-Scenes, trajectories and a plan; reference scenes of
+Scenes, trajectories and a plan.""",
+    "brachy-study": """.TP
+.I /usr/share/brachy/reference
+Reference scenes of
 .BR "brachy compare" .""",
 }
-SEE_ALSO = {"brachyd": "brachy", "brachy": "brachyd"}
+SEE_ALSO = {"brachyd": "brachy", "brachy": "brachyd", "brachy-study": "brachy"}
 
 
 def roff(text):
@@ -52,9 +56,19 @@ def option(head, description):
         check = check.strip("[]").replace(" - ", " to ")
     check = check.strip("{}").replace(",", ", ")
     if match["with"]:  # "Needs: --a --b" as a sentence
-        description += "".join(f"; {word.lower()} {', '.join(names.split())}" for word, names in
-                               re.findall(r"(Needs|Excludes):((?: --[\w-]+)+)", match["with"]))
-    said = [part for part in ("required" if match["required"] else "", check, f"default {match['default'][1:]}" if match["default"] else "") if part]
+        description += "".join(
+            f"; {word.lower()} {', '.join(names.split())}"
+            for word, names in re.findall(r"(Needs|Excludes):((?: --[\w-]+)+)", match["with"])
+        )
+    said = [
+        part
+        for part in (
+            "required" if match["required"] else "",
+            check,
+            f"default {match['default'][1:]}" if match["default"] else "",
+        )
+        if part
+    ]
     if said:
         description += f" ({'; '.join(said)})"
     return f".TP\n{names}{f' {chr(92)}fI{kind}{chr(92)}fR' if kind else ''}\n{roff(description)}"
@@ -68,7 +82,7 @@ def options(lines):
             blocks[-1][1].append(line.strip())
         else:
             match = HEAD.match(line, 2)
-            blocks.append([match[0] if match else line.strip(), [line[match.end():].strip()] if match else []])
+            blocks.append([match[0] if match else line.strip(), [line[match.end() :].strip()] if match else []])
     return [option(head, " ".join(part for part in parts if part)) for head, parts in blocks if head != "-h,--help"]
 
 
@@ -115,9 +129,19 @@ def options_of(lists):
 def page(program, binary, version):
     about, usage, lists, footer = parts_of(help_of(binary))
     summary = about.rstrip(".")
-    out = [f'.TH {program.upper()} 1 "" "brachyd {version}" "User Commands"', ".ad l", ".SH NAME",
-           f"{program} \\- {roff(summary[0].lower() + summary[1:])}", ".SH SYNOPSIS", f"\\fB{program}\\fR {roff(usage[len(program):].strip())}",
-           ".SH DESCRIPTION", roff(about), "For research and training. Not a medical device.", ".SH OPTIONS", *options_of(lists)]
+    out = [
+        f'.TH {program.upper()} 1 "" "brachyd {version}" "User Commands"',
+        ".ad l",
+        ".SH NAME",
+        f"{program} \\- {roff(summary[0].lower() + summary[1:])}",
+        ".SH SYNOPSIS",
+        f"\\fB{program}\\fR {roff(usage[len(program):].strip())}",
+        ".SH DESCRIPTION",
+        roff(about),
+        "For research and training. Not a medical device.",
+        ".SH OPTIONS",
+        *options_of(lists),
+    ]
     commands = [COMMAND.fullmatch(line).groups() for line in lists.get("Subcommands", [])]
     if commands:
         out.append(".SH COMMANDS")
@@ -132,13 +156,13 @@ def page(program, binary, version):
     return "\n".join(out) + "\n"
 
 
-def main(brachyd, brachy, version, folder):
-    for program, binary in (("brachyd", brachyd), ("brachy", brachy)):
+def main(brachyd, brachy, study, version, folder):
+    for program, binary in (("brachyd", brachyd), ("brachy", brachy), ("brachy-study", study)):
         text = page(program, binary, version).encode()
         (pathlib.Path(folder) / f"{program}.1.gz").write_bytes(gzip.compress(text, 9, mtime=0))
 
 
 if __name__ == "__main__":
-    if len(sys.argv) != 5:
+    if len(sys.argv) != 6:
         sys.exit(__doc__)
     main(*sys.argv[1:])

@@ -6,14 +6,15 @@ set(here ${CMAKE_CURRENT_LIST_DIR})
 
 if(NOT BRACHY_SANITIZE)
   add_custom_command(
-    OUTPUT ${CMAKE_BINARY_DIR}/brachyd.1.gz ${CMAKE_BINARY_DIR}/brachy.1.gz
-    COMMAND python3 ${here}/man_pages.py $<TARGET_FILE:brachyd> $<TARGET_FILE:brachy> ${PROJECT_VERSION} ${CMAKE_BINARY_DIR}
-    DEPENDS brachyd brachy ${here}/man_pages.py
+    OUTPUT ${CMAKE_BINARY_DIR}/brachyd.1.gz ${CMAKE_BINARY_DIR}/brachy.1.gz ${CMAKE_BINARY_DIR}/brachy-study.1.gz
+    COMMAND python3 ${here}/man_pages.py $<TARGET_FILE:brachyd> $<TARGET_FILE:brachy> $<TARGET_FILE:brachy-study> ${PROJECT_VERSION}
+            ${CMAKE_BINARY_DIR}
+    DEPENDS brachyd brachy brachy-study ${here}/man_pages.py
     COMMENT "Writing the manuals"
     VERBATIM)
   add_custom_target(man_pages ALL DEPENDS ${CMAKE_BINARY_DIR}/brachyd.1.gz)
-  install(FILES ${CMAKE_BINARY_DIR}/brachyd.1.gz ${CMAKE_BINARY_DIR}/brachy.1.gz DESTINATION ${CMAKE_INSTALL_MANDIR}/man1
-          COMPONENT brachyd)
+  install(FILES ${CMAKE_BINARY_DIR}/brachyd.1.gz ${CMAKE_BINARY_DIR}/brachy.1.gz ${CMAKE_BINARY_DIR}/brachy-study.1.gz
+          DESTINATION ${CMAKE_INSTALL_MANDIR}/man1 COMPONENT brachyd)
 endif()
 
 set(made ${CMAKE_BINARY_DIR}/deb)
@@ -74,11 +75,14 @@ For research and training. Not a medical device.")
 set(CPACK_DEBIAN_DEV_PACKAGE_NAME libbrachy-dev)
 set(CPACK_DEBIAN_DEV_PACKAGE_SECTION libdevel)
 set(CPACK_DEBIAN_DEV_PACKAGE_DEPENDS
-    "libeigen3-dev (>= 3.4), libassimp-dev, libtomlplusplus-dev, libcap-dev, zlib1g-dev")  # libassimp-dev forgets the last
+    # zlib1g-dev is missing in libassimp-dev's own dependencies.
+    "libeigen3-dev (>= 3.4), libassimp-dev, libtomlplusplus-dev, libcap-dev, zlib1g-dev, libboost-dev (>= 1.74), libssl-dev (>= 3.0)")
 set(CPACK_DEBIAN_DEV_DESCRIPTION
-    "soft tissue deformed by landmarks: library of the simulator brachyd
-The engine of brachyd as a static C++20 library with its headers and CMake
-package (find_package(brachy), target brachy::core): radial basis functions
-of compact support and elastic models, needle contact, seeds, TG-43 dose. Also
-the header with which a haptic device works out its force by itself.")
+    "soft tissue deformed by landmarks: libraries of the simulator brachyd
+Static C++20 libraries with their headers and CMake package
+(find_package(brachy)). brachy::core is the engine: radial basis functions of
+compact support and elastic models, needle contact, seeds, TG-43 dose.
+brachy::net is the client library of brachyd's protocol, for viewers and
+devices. brachy::haptics is the device side: force from a local contact model,
+trajectories, pose checks.")
 include(CPack)

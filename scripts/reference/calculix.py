@@ -37,13 +37,13 @@ class Cost:
 @dataclasses.dataclass
 class Problem:
     mesh: object
-    parts: dict          # name → (rows of tets, Material)
-    prescribed: dict     # node → [ux, uy, uz], None where free
-    forces: dict = dataclasses.field(default_factory=dict)   # node → [fx, fy, fz] in N
+    parts: dict  # name → (rows of tets, Material)
+    prescribed: dict  # node → [ux, uy, uz], None where free
+    forces: dict = dataclasses.field(default_factory=dict)  # node → [fx, fy, fz] in N
     nonlinear: bool = False
-    amplitudes: tuple = (1.0,)        # shares of the prescribed values; more than one only if nonlinear
-    first_increment: float = 0.125    # of a nonlinear step
-    largest_increment: float = 0.25   # larger ones diverge at the needle and are thrown away
+    amplitudes: tuple = (1.0,)  # shares of the prescribed values; more than one only if nonlinear
+    first_increment: float = 0.125  # of a nonlinear step
+    largest_increment: float = 0.25  # larger ones diverge at the needle and are thrown away
 
 
 def deck_text(problem):
@@ -58,11 +58,14 @@ def deck_text(problem):
         out.append(material.cards(name).rstrip())
         out.append(f"*SOLID SECTION, ELSET={name}, MATERIAL={name}")
     if problem.nonlinear:
-        # One step for all amplitudes: within a step ccx extrapolates from the increment before; at a step's start it does
-        # not, and the elements at the needle are turned inside out by the first guess.
+        # One step for all amplitudes: within a step ccx extrapolates from the increment before; at a step's start it
+        # does not, and the elements at the needle are turned inside out by the first guess.
         out.append("*TIME POINTS, NAME=SHARES")
         out += [f"{share:.12g}" for share in problem.amplitudes]
-        out.append(f"*STEP, NLGEOM, INC=200\n*STATIC\n{problem.first_increment:.12g}, 1., 1e-6, {problem.largest_increment:.12g}")
+        out.append(
+            f"*STEP, NLGEOM, INC=200\n*STATIC\n{problem.first_increment:.12g}, 1., 1e-6, "
+            f"{problem.largest_increment:.12g}"
+        )
     else:
         out.append("*STEP\n*STATIC")
     out.append("*BOUNDARY")
@@ -85,8 +88,13 @@ def solve(problem, work, name, timeout_s=1800):
     started = time.monotonic()
     # nice and one thread: whoever measures on this machine goes first.
     with open(work / f"{name}.ccx.log", "w") as log:
-        process = subprocess.Popen(["nice", "-n", "19", "ccx", "-i", name], cwd=work, stdout=log,
-                                   stderr=subprocess.STDOUT, env={**os.environ, "OMP_NUM_THREADS": "1"})
+        process = subprocess.Popen(
+            ["nice", "-n", "19", "ccx", "-i", name],
+            cwd=work,
+            stdout=log,
+            stderr=subprocess.STDOUT,
+            env={**os.environ, "OMP_NUM_THREADS": "1"},
+        )
         while True:
             pid, status, usage = os.wait4(process.pid, os.WNOHANG)
             if pid:
@@ -94,7 +102,9 @@ def solve(problem, work, name, timeout_s=1800):
             if time.monotonic() - started > timeout_s:
                 process.kill()
                 os.wait4(process.pid, 0)
-                raise UserError(f"ccx took more than {timeout_s} s for {name}; take a coarser level or raise --timeout")
+                raise UserError(
+                    f"ccx took more than {timeout_s} s for {name}; take a coarser level or raise --timeout"
+                )
             time.sleep(0.05)
     process.returncode = os.waitstatus_to_exitcode(status)
     cost = Cost(time.monotonic() - started, usage.ru_utime + usage.ru_stime, usage.ru_maxrss / 1024)
@@ -103,7 +113,9 @@ def solve(problem, work, name, timeout_s=1800):
         raise UserError(f"ccx failed on {name} (code {process.returncode}); see {work / name}.ccx.log")
     fields = read_displacements(work / f"{name}.dat", len(problem.mesh.nodes))
     if len(fields) != len(problem.amplitudes):
-        raise UserError(f"ccx solved {len(fields)} of {len(problem.amplitudes)} steps of {name}; see {work / name}.ccx.log")
+        raise UserError(
+            f"ccx solved {len(fields)} of {len(problem.amplitudes)} steps of {name}; see {work / name}.ccx.log"
+        )
     return fields, cost
 
 

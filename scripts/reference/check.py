@@ -2,7 +2,8 @@
 """Checks the solver set-up (gmsh mesh, C3D10, deck, reading back) against closed forms.
 
   uniaxial      a block stretched along z, sides free: exact, to the digits ccx prints
-  neo-Hookean   the same block stretched by a quarter, large displacement: the lateral stretch at which its sides are free
+  neo-Hookean   the same block stretched by a quarter, large displacement: the lateral stretch at which its
+                sides are free
   kelvin        a point force in a block that carries Kelvin's displacement on its faces
   held kelvin   the same block with its faces held: how far a finite box is from the infinite medium (told, not judged)
   rigid sphere  the needle's boundary condition: a rigid ball moved in a block that carries the closed form on its faces
@@ -47,7 +48,8 @@ def kelvin(x, force, nu, mu=MU):
 
 def rigid_sphere(x, radius, moved, nu):
     """Displacement (n×3) around a bonded rigid sphere moved by `moved` (3): Kelvin plus the potential dipole that makes
-    it constant on the sphere. With c1 (3 − 4ν)I/r + c1 xxᵀ/r³ + c2 (I/r³ − 3xxᵀ/r⁵): c2 = c1 a²/3, c1 = 3a/(10 − 12ν)."""
+    it constant on the sphere. With c1 (3 − 4ν)I/r + c1 xxᵀ/r³ + c2 (I/r³ − 3xxᵀ/r⁵): c2 = c1 a²/3,
+    c1 = 3a/(10 − 12ν)."""
     r = np.linalg.norm(x, axis=1)[:, None]
     c1 = 3 * radius / (10 - 12 * nu)
     c2 = c1 * radius ** 2 / 3
@@ -101,7 +103,8 @@ def point_force(work, nu):
     half, h = 30, 0.35
     size = f"{h}+0.22*sqrt(x^2+y^2+z^2)"
     geo = box_geo("kelvin", (0, 0, -half), (half, half, half), size,
-                  f"Box(2) = {{0, 0, 0, {half}, {half}, {half}}};\n"  # two boxes meet at the origin, so a node lies there
+                  # two boxes meet at the origin, so a node lies there
+                  f"Box(2) = {{0, 0, 0, {half}, {half}, {half}}};\n"
                   "all() = BooleanFragments{ Volume{1}; Delete; }{ Volume{2}; Delete; };\n")
     mesh = tet_mesh.build(geo, work, "kelvin")
     force = np.array([0, 0, 0.1])

@@ -1,8 +1,9 @@
 """The regularised Kelvin kernel and the observations of it that landmarks are made of.
 
 Everything follows from one potential, phi = sqrt(r² + s + s'): G = 1/(4 pi mu) [½ lap(phi) I - b grad grad phi],
-b = 1/(4(1-nu)); s = c²/2 for a landmark of core radius c. An observation is a displacement or, with a normal, a traction
-sigma(G) n; blocks are the observations applied to both sides of G, so any set of them gives a positive definite matrix.
+b = 1/(4(1-nu)); s = c²/2 for a landmark of core radius c. An observation is a displacement or, with a normal, a
+traction sigma(G) n; blocks are the observations applied to both sides of G, so any set of them gives a positive
+definite matrix.
 """
 import numpy as np
 
@@ -72,7 +73,8 @@ def traction(X, nx, sx, Y, sy, nu):
 
 
 def traction_traction(X, nx, sx, Y, ny, sy, nu):
-    """3n×3m: traction at X of the traction observation's source at Y (symmetric, positive definite). Chunked by rows."""
+    """3n×3m: traction at X of the traction observation's source at Y (symmetric, positive definite). Chunked by
+    rows."""
     rows = max(1, int(2e5 // len(Y)))
     parts = []
     b = 1 / (4 * (1 - nu))

@@ -3,13 +3,14 @@
 
 examples:
   scripts/reference/run.py --list
-  scripts/reference/run.py --scene lateral_stiff --level coarse   # solve the coarse level again, compare with the stored one
+  scripts/reference/run.py --scene lateral_stiff --level coarse   # solve it again, compare with the stored level
   scripts/reference/run.py --all --level coarse                   # the same for every scene, a few minutes
   scripts/reference/run.py --scene lateral_stiff                  # regenerate one scene: refine until converged, store
   scripts/reference/run.py --all                                  # regenerate everything (half an hour or more)
-  scripts/reference/run.py --table                                # only write tests/reference/CONVERGENCE.md anew
+  scripts/reference/run.py --table                                # only rewrite tests/reference/CONVERGENCE.md
 
-Each ccx runs under nice, with one thread. Exit codes: 0 done, 1 disagrees or not converged, 2 bad input or a program missing.
+Each ccx runs under nice, with one thread. Exit codes: 0 done, 1 disagrees or not converged, 2 bad input or a program
+missing.
 """
 import argparse
 import hashlib
@@ -26,7 +27,7 @@ import tet_mesh
 from scene import LEVELS, UserError, load_scene
 
 ROOT = pathlib.Path(__file__).resolve().parents[2] / "tests" / "reference"
-ENOUGH = 0.01    # two levels differing by less: no further refinement
+ENOUGH = 0.01  # two levels differing by less: no further refinement
 ACCEPTED = 0.02  # the most that the last two levels may differ
 
 
@@ -42,12 +43,21 @@ class Solution:
         folded, self.signs = problem.fold(points, scene)
         self.locator = tet_mesh.Locator(mesh, folded)
         self.displacements = [self.at_points(u) for u in fields]
-        self.row = {"level": level, "needle_mm": scene.mesh_needle * factor, "gland_mm": scene.mesh_gland * factor,
-                    "nodes": len(mesh.nodes), "tets": len(mesh.tets), "cpu_s": self.cost.cpu_s,
-                    "memory_mb": self.cost.memory_mb,
-                    "deck_sha256": hashlib.sha256((work / f"{name}.inp").read_bytes()).hexdigest()}
-        print(f"{scene.name:24} {level:7} {len(mesh.nodes):7} nodes  {self.cost.cpu_s:6.1f} s cpu "
-              f"{self.cost.wall_s:6.1f} s wall {self.cost.memory_mb:6.0f} MB", flush=True)
+        self.row = {
+            "level": level,
+            "needle_mm": scene.mesh_needle * factor,
+            "gland_mm": scene.mesh_gland * factor,
+            "nodes": len(mesh.nodes),
+            "tets": len(mesh.tets),
+            "cpu_s": self.cost.cpu_s,
+            "memory_mb": self.cost.memory_mb,
+            "deck_sha256": hashlib.sha256((work / f"{name}.inp").read_bytes()).hexdigest(),
+        }
+        print(
+            f"{scene.name:24} {level:7} {len(mesh.nodes):7} nodes  {self.cost.cpu_s:6.1f} s cpu "
+            f"{self.cost.wall_s:6.1f} s wall {self.cost.memory_mb:6.0f} MB",
+            flush=True,
+        )
 
     def at_points(self, nodal):
         return self.locator.evaluate(nodal) * self.signs
@@ -73,16 +83,28 @@ def regenerate(folder, work, timeout_s):
             u, before = solution.displacements[-1][judged], solutions[-1].displacements[-1][judged]
             row["rel_l2_to_previous"] = difference(before, u)
             row["max_mm_to_previous"] = float(np.linalg.norm(u - before, axis=1).max())
-            print(f"{'':24} differs from the previous level by {row['rel_l2_to_previous']:.2%} "
-                  f"(at most {row['max_mm_to_previous']:.3f} mm)", flush=True)
+            print(
+                f"{'':24} differs from the previous level by {row['rel_l2_to_previous']:.2%} "
+                f"(at most {row['max_mm_to_previous']:.3f} mm)",
+                flush=True,
+            )
         solutions.append(solution)
         rows.append(row)
         if level == scene.finest or (row["rel_l2_to_previous"] != "" and row["rel_l2_to_previous"] < ENOUGH):
             break
     finest = solutions[-1]
     linearity = linear_beside(scene, finest, judged, timeout_s) if scene.neo_hookean else None
-    stored.write(folder, scene, points, len(field_points), finest.displacements[-1],
-                 solutions[0].displacements[-1], solutions[0].geo, rows, linearity)
+    stored.write(
+        folder,
+        scene,
+        points,
+        len(field_points),
+        finest.displacements[-1],
+        solutions[0].displacements[-1],
+        solutions[0].geo,
+        rows,
+        linearity,
+    )
     return rows[-1]["rel_l2_to_previous"] < ACCEPTED
 
 
@@ -95,10 +117,17 @@ def linear_beside(scene, finest, judged, timeout_s):
     u = finest.at_points(u)[judged]
     rows = []
     for share, reference in zip(scene.amplitudes, finest.displacements):
-        rows.append({"needle_displacement_mm": share * float(np.linalg.norm(scene.load.displacement)),
-                     "rel_l2": difference(share * u, reference[judged]),
-                     "max_mm": float(np.linalg.norm(share * u - reference[judged], axis=1).max())})
-        print(f"{'':24} linear at {rows[-1]['needle_displacement_mm']:g} mm: off by {rows[-1]['rel_l2']:.1%}", flush=True)
+        rows.append(
+            {
+                "needle_displacement_mm": share * float(np.linalg.norm(scene.load.displacement)),
+                "rel_l2": difference(share * u, reference[judged]),
+                "max_mm": float(np.linalg.norm(share * u - reference[judged], axis=1).max()),
+            }
+        )
+        print(
+            f"{'':24} linear at {rows[-1]['needle_displacement_mm']:g} mm: off by {rows[-1]['rel_l2']:.1%}",
+            flush=True,
+        )
     return rows
 
 
@@ -116,12 +145,18 @@ def recheck(folder, level, work, timeout_s):
     u = solution.displacements[-1]
     same_deck = solution.row["deck_sha256"] == rows[level]["deck_sha256"]
     if same_deck:
-        found, limit, what = difference(u, reference), 1e-4, "from the stored level, the same deck"  # stored to 1e-5 mm
+        found, limit, what = (
+            difference(u, reference),
+            1e-4,
+            "from the stored level, the same deck",
+        )  # stored to 1e-5 mm
     else:
         limit = 1.5 * difference(coarse[:split], finest[:split])
         found, what = difference(u[:split], finest[:split]), "from the stored finest level, another mesh"
     agrees = found <= limit
-    print(f"{'agrees' if agrees else 'DISAGREES'}: {scene.name} {level}: {found:.2e} (≤ {limit:.2e}) {what}", flush=True)
+    print(
+        f"{'agrees' if agrees else 'DISAGREES'}: {scene.name} {level}: {found:.2e} (≤ {limit:.2e}) {what}", flush=True
+    )
     return agrees
 
 
@@ -132,9 +167,13 @@ def main():
     what.add_argument("--all", action="store_true", help="every scene")
     what.add_argument("--list", action="store_true", help="the scenes' names")
     what.add_argument("--table", action="store_true", help="write CONVERGENCE.md from what is stored")
-    parser.add_argument("--level", choices=LEVELS, help="solve only this level, compare with what is stored, store nothing")
+    parser.add_argument(
+        "--level", choices=LEVELS, help="solve only this level, compare with what is stored, store nothing"
+    )
     parser.add_argument("--work", metavar="DIR", help="keep meshes, decks and logs here")
-    parser.add_argument("--timeout", metavar="S", type=float, default=1800, help="for one ccx, wall clock (default 1800)")
+    parser.add_argument(
+        "--timeout", metavar="S", type=float, default=1800, help="for one ccx, wall clock (default 1800)"
+    )
     options = parser.parse_args()
 
     names = sorted(folder.parent.name for folder in ROOT.glob("*/scene.toml"))

@@ -18,39 +18,41 @@ LANDMARK_COLUMNS = "x,y,z,dx,dy,dz"
 
 
 class UserError(Exception):
-    """Something the user can mend; the message says how."""
+    """Something the user can repair; the message says how."""
 
 
 @dataclasses.dataclass
 class Load:
-    """kind "shaft": a rigid round-ended cylinder from `start` to `tip` to which the tissue sticks, moved by `displacement`.
-    kind "contact": the capsule within one needle radius of `tip` (on the capsule), moved by `displacement`."""
+    """kind "shaft": a rigid round-ended cylinder from `start` to `tip` to which the tissue sticks, moved by
+    `displacement`. kind "contact": the capsule within one needle radius of `tip` (on the capsule), moved by
+    `displacement`."""
+
     kind: str
-    tip: np.ndarray            # 3, mm
-    displacement: np.ndarray   # 3, mm
-    start: np.ndarray          # 3, mm; equal to tip for a contact
-    landmark_spacing: float    # mm, between the models' landmarks on the shaft
+    tip: np.ndarray  # 3, mm
+    displacement: np.ndarray  # 3, mm
+    start: np.ndarray  # 3, mm; equal to tip for a contact
+    landmark_spacing: float  # mm, between the models' landmarks on the shaft
 
 
 @dataclasses.dataclass
 class Scene:
     name: str
-    size: np.ndarray           # 3, mm
-    held: list                 # of faces; the others are free
-    shear_modulus: float       # N/mm², of the surround
-    poisson: float             # of both
-    centre: np.ndarray         # 3, mm, of the gland
-    semi_axes: np.ndarray      # 3, mm
+    size: np.ndarray  # 3, mm
+    held: list  # of faces; the others are free
+    shear_modulus: float  # N/mm², of the surround
+    poisson: float  # of both
+    centre: np.ndarray  # 3, mm, of the gland
+    semi_axes: np.ndarray  # 3, mm
     gland_shear_modulus: float
-    radius: float              # mm, of the needle
+    radius: float  # mm, of the needle
     load: Load
-    symmetry: list             # of axes: the field mirrors in these planes through the origin, half of it is solved
-    antisymmetry: list         # of axes: it mirrors with its sign turned (motion across the plane; linear scenes only)
+    symmetry: list  # of axes: the field mirrors in these planes through the origin, half of it is solved
+    antisymmetry: list  # of axes: it mirrors with its sign turned (motion across the plane; linear scenes only)
     neo_hookean: bool
-    amplitudes: list           # shares of the displacement that are solved one after the other
-    mesh_needle: float         # mm, element size at the needle, level "coarse"
-    mesh_gland: float          # mm, in the gland away from it
-    finest: str = "fine"       # the last level to refine to
+    amplitudes: list  # shares of the displacement that are solved one after the other
+    mesh_needle: float  # mm, element size at the needle, level "coarse"
+    mesh_gland: float  # mm, in the gland away from it
+    finest: str = "fine"  # the last level to refine to
     mesh_growth: float = 0.25  # of the size, mm for each mm away from the needle (level "coarse")
 
     def in_gland(self, points):
@@ -58,7 +60,8 @@ class Scene:
         return (((points - self.centre) / self.semi_axes) ** 2).sum(axis=1) < 1
 
     def needle_distance(self, points):
-        """Distance (n) of the points (n×3) to the needle's surface, mm; to the contact patch's edge sphere for a contact."""
+        """Distance (n) of the points (n×3) to the needle's surface, mm; to the contact patch's edge sphere for a
+        contact."""
         tip, start = self.load.tip, self.load.start
         length = np.linalg.norm(tip - start)
         if length == 0:
@@ -116,23 +119,36 @@ def load_scene(folder):
     try:
         regions = body["region"]
         if len(regions) != 1 or regions[0]["shape"] != "ellipsoid":
-            raise UserError(f"{file}: exactly one [[region]] with shape = \"ellipsoid\" is needed: the gland")
+            raise UserError(f'{file}: exactly one [[region]] with shape = "ellipsoid" is needed: the gland')
         load = _section(motion, "load", folder / "load.toml")
         tip = np.array(load["tip_mm"], float)
         mesh = motion["mesh"]
         scene = Scene(
-            name=folder.name, size=np.array(body["box"]["size_mm"], float), held=list(body["box"]["held"]),
-            shear_modulus=body["tissue"]["shear_modulus_kpa"] * 1e-3, poisson=body["tissue"]["poisson"],
-            centre=np.array(regions[0]["centre_mm"], float), semi_axes=np.array(regions[0]["semi_axes_mm"], float),
-            gland_shear_modulus=regions[0]["shear_modulus_kpa"] * 1e-3, radius=body["needle"]["radius_mm"],
-            load=Load(kind=load["kind"], tip=tip, displacement=np.array(load["displacement_mm"], float),
-                      start=np.array(load.get("start_mm", tip), float),
-                      landmark_spacing=load.get("landmark_spacing_mm", 3.0)),
-            symmetry=list(motion.get("symmetry", [])), antisymmetry=list(motion.get("antisymmetry", [])),
+            name=folder.name,
+            size=np.array(body["box"]["size_mm"], float),
+            held=list(body["box"]["held"]),
+            shear_modulus=body["tissue"]["shear_modulus_kpa"] * 1e-3,
+            poisson=body["tissue"]["poisson"],
+            centre=np.array(regions[0]["centre_mm"], float),
+            semi_axes=np.array(regions[0]["semi_axes_mm"], float),
+            gland_shear_modulus=regions[0]["shear_modulus_kpa"] * 1e-3,
+            radius=body["needle"]["radius_mm"],
+            load=Load(
+                kind=load["kind"],
+                tip=tip,
+                displacement=np.array(load["displacement_mm"], float),
+                start=np.array(load.get("start_mm", tip), float),
+                landmark_spacing=load.get("landmark_spacing_mm", 3.0),
+            ),
+            symmetry=list(motion.get("symmetry", [])),
+            antisymmetry=list(motion.get("antisymmetry", [])),
             neo_hookean=motion.get("neo_hookean", False),
             amplitudes=list(motion.get("amplitudes", [1.0])),
-            mesh_needle=mesh["needle_mm"], mesh_gland=mesh["gland_mm"],
-            finest=mesh.get("finest", "fine"), mesh_growth=mesh.get("growth", 0.25))
+            mesh_needle=mesh["needle_mm"],
+            mesh_gland=mesh["gland_mm"],
+            finest=mesh.get("finest", "fine"),
+            mesh_growth=mesh.get("growth", 0.25),
+        )
     except KeyError as error:
         raise UserError(f"{folder}: the key {error} is missing in scene.toml or load.toml") from error
     _check(scene, folder)
@@ -144,9 +160,10 @@ def _check(scene, folder):
         if face not in FACES:
             raise UserError(f"{folder}/scene.toml: held has \"{face}\"; faces are {', '.join(FACES)}")
     if scene.load.kind not in ("shaft", "contact"):
-        raise UserError(f"{folder}/load.toml: kind is \"shaft\" or \"contact\", not \"{scene.load.kind}\"")
+        raise UserError(f'{folder}/load.toml: kind is "shaft" or "contact", not "{scene.load.kind}"')
     if scene.load.kind == "contact" and not math.isclose(
-            np.linalg.norm((scene.load.tip - scene.centre) / scene.semi_axes), 1, abs_tol=1e-6):
+        np.linalg.norm((scene.load.tip - scene.centre) / scene.semi_axes), 1, abs_tol=1e-6
+    ):
         raise UserError(f"{folder}/load.toml: the tip of a contact must lie on the capsule")
     if scene.load.kind == "shaft" and np.linalg.norm(scene.load.tip - scene.load.start) < 2 * scene.radius - 1e-9:
         raise UserError(f"{folder}/load.toml: the shaft is shorter than its two round ends; move start_mm away")
@@ -162,8 +179,12 @@ def _check(scene, folder):
             raise UserError(f"{folder}/load.toml: needle and gland must lie in the plane of symmetry {axis} = 0")
         across = np.arange(3) == k
         if scene.load.displacement[across if axis in scene.symmetry else ~across].any():
-            raise UserError(f"{folder}/load.toml: the motion must lie in a plane of symmetry, across one of antisymmetry")
+            raise UserError(
+                f"{folder}/load.toml: the motion must lie in a plane of symmetry, across one of antisymmetry"
+            )
         if ("-" + axis in scene.held) != ("+" + axis in scene.held):
-            raise UserError(f"{folder}: of the faces -{axis} and +{axis} one is held: {axis} = 0 is no plane of symmetry")
+            raise UserError(
+                f"{folder}: of the faces -{axis} and +{axis} one is held: {axis} = 0 is no plane of symmetry"
+            )
     if scene.antisymmetry and scene.neo_hookean:
         raise UserError(f"{folder}/load.toml: antisymmetry holds for linear scenes only")

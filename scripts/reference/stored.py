@@ -1,6 +1,7 @@
 """What is kept of a reference solution, all of it small text:
 
-  field.csv        x,y,z,dx,dy,dz: points in the gland, more than a needle radius from the needle, and their displacements
+  field.csv        x,y,z,dx,dy,dz: points in the gland, more than a needle radius from the needle, and their
+                   displacements
                    from the finest level; errors are taken over these
   targets.csv      the same for 20 target points well inside the gland
   landmarks.csv    the same columns: what a model is given (`brachy deform --landmarks`)
@@ -19,8 +20,18 @@ from scipy.stats import qmc
 from scene import LANDMARK_COLUMNS, UserError
 
 POINTS, TARGETS = 1500, 20
-CONVERGENCE_COLUMNS = ["level", "needle_mm", "gland_mm", "nodes", "tets", "rel_l2_to_previous", "max_mm_to_previous",
-                       "cpu_s", "memory_mb", "deck_sha256"]
+CONVERGENCE_COLUMNS = [
+    "level",
+    "needle_mm",
+    "gland_mm",
+    "nodes",
+    "tets",
+    "rel_l2_to_previous",
+    "max_mm_to_previous",
+    "cpu_s",
+    "memory_mb",
+    "deck_sha256",
+]
 
 
 def _gland_measure(points, scene):
@@ -29,8 +40,8 @@ def _gland_measure(points, scene):
 
 
 def evaluation_points(scene):
-    """POINTS×3 in the gland and TARGETS×3 in the gland scaled by 0.85, all farther than a needle radius from the needle.
-    One Halton sequence without scrambling: evenly spread, and the same on every machine."""
+    """POINTS×3 in the gland and TARGETS×3 in the gland scaled by 0.85, all farther than a needle radius from the
+    needle. One Halton sequence without scrambling: evenly spread, and the same on every machine."""
     unit = 2 * qmc.Halton(d=3, scramble=False).random(8 * POINTS)[1:] - 1
     # Written to 4 digits: the points are those written, so that a reader evaluates exactly there.
     points = np.round(scene.centre + unit * scene.semi_axes, 4)
@@ -38,7 +49,7 @@ def evaluation_points(scene):
     in_gland = far & (_gland_measure(points, scene) < 0.9999)  # not on the capsule, where a digit decides the side
     field = points[in_gland][:POINTS]
     rest = points[in_gland][POINTS:]
-    well_inside = _gland_measure(rest, scene) < 0.85 ** 2
+    well_inside = _gland_measure(rest, scene) < 0.85**2
     targets = rest[well_inside][:TARGETS]
     if len(field) < POINTS or len(targets) < TARGETS:
         raise UserError(f"{scene.name}: too little gland is left around the needle for the evaluation points")
@@ -49,7 +60,9 @@ def _write_vectors(file, positions, displacements):
     with open(file, "w") as out:
         out.write(LANDMARK_COLUMNS + "\n")
         for row in np.hstack([positions, displacements]):
-            out.write(",".join(f"{v:.4f}" for v in row[:3]) + "," + ",".join(f"{v + 0.0:.5f}" for v in row[3:]) + "\n")
+            out.write(
+                ",".join(f"{v:.4f}" for v in row[:3]) + "," + ",".join(f"{v + 0.0:.5f}" for v in row[3:]) + "\n"
+            )
 
 
 def _write_rows(file, columns, rows):
@@ -97,24 +110,39 @@ def read_convergence(folder):
 
 def write_table(root):
     """CONVERGENCE.md from every scene's convergence.csv and linearity.csv."""
-    out = ["# Convergence of the reference scenes", "",
-           "Written by `scripts/reference/run.py`. Difference: relative L2 over the points of field.csv between a level and",
-           "the one before it, on the finer; at most: the largest of them. Time: ccx's processor time, one thread.", "",
-           "| scene | level | h needle, mm | h gland, mm | nodes | difference | at most, mm | time, s | memory, MB |",
-           "|---|---|---|---|---|---|---|---|---|"]
+    out = [
+        "# Convergence of the reference scenes",
+        "",
+        "Written by `scripts/reference/run.py`. Difference: relative L2 over the points of field.csv between a "
+        "level and",
+        "the one before it, on the finer; at most: the largest of them. Time: ccx's processor time, one thread.",
+        "",
+        "| scene | level | h needle, mm | h gland, mm | nodes | difference | at most, mm | time, s | memory, MB |",
+        "|---|---|---|---|---|---|---|---|---|",
+    ]
     curves = []
     for folder in sorted(path.parent for path in root.glob("*/convergence.csv")):
         for row in read_convergence(folder):
             rel = f"{float(row['rel_l2_to_previous']):.2%}" if row["rel_l2_to_previous"] else "–"
             most = f"{float(row['max_mm_to_previous']):.3f}" if row["max_mm_to_previous"] else "–"
-            out.append(f"| {folder.name} | {row['level']} | {row['needle_mm']} | {row['gland_mm']} | {row['nodes']} | {rel} "
-                       f"| {most} | {float(row['cpu_s']):.0f} | {float(row['memory_mb']):.0f} |")
+            out.append(
+                f"| {folder.name} | {row['level']} | {row['needle_mm']} | {row['gland_mm']} | {row['nodes']} | {rel} "
+                f"| {most} | {float(row['cpu_s']):.0f} | {float(row['memory_mb']):.0f} |"
+            )
         if (folder / "linearity.csv").is_file():
             with open(folder / "linearity.csv", newline="") as table:
                 curves.append((folder.name, list(csv.DictReader(table))))
     for name, rows in curves:
-        out += ["", f"## Where linearity ends: {name}", "",
-                "The linear solution on the same mesh against the neo-Hookean one.", "",
-                "| needle moved, mm | relative L2 | at most, mm |", "|---|---|---|"]
-        out += [f"| {r['needle_displacement_mm']} | {float(r['rel_l2']):.1%} | {float(r['max_mm']):.3f} |" for r in rows]
+        out += [
+            "",
+            f"## Where linearity ends: {name}",
+            "",
+            "The linear solution on the same mesh against the neo-Hookean one.",
+            "",
+            "| needle moved, mm | relative L2 | at most, mm |",
+            "|---|---|---|",
+        ]
+        out += [
+            f"| {r['needle_displacement_mm']} | {float(r['rel_l2']):.1%} | {float(r['max_mm']):.3f} |" for r in rows
+        ]
     (root / "CONVERGENCE.md").write_text("\n".join(out) + "\n")

@@ -1,9 +1,10 @@
 """Second-order tetrahedra fitted to gland and needle, meshed by gmsh, and the field of a solution between the nodes.
 
 Why tetrahedra: gland, oblique needle and its round tip are met exactly, and the size can follow the field; a structured
-hexahedral mesh would either cut the interfaces into steps (first order, whatever the element) or need a topology for each
-needle. Why second order: C3D10 does not lock at ν = 0.49, which `check.py` shows against closed forms. gmsh runs as a
-process on a .geo text, as CalculiX does on its deck; neither is linked.
+hexahedral mesh would either cut the interfaces into steps (first order, whatever the element) or need a topology for
+each needle. Why second order: C3D10 does not lock at ν = 0.49, which `check.py` shows against closed forms. gmsh
+runs as
+a process on a .geo text, as CalculiX does on its deck; neither is linked.
 """
 import dataclasses
 import pathlib
@@ -22,8 +23,8 @@ CALCULIX_ORDER = [0, 1, 2, 3, 4, 5, 6, 7, 9, 8]
 
 @dataclasses.dataclass
 class TetMesh:
-    nodes: np.ndarray      # n×3, mm
-    tets: np.ndarray       # m×10 into nodes, gmsh's order
+    nodes: np.ndarray  # n×3, mm
+    tets: np.ndarray  # m×10 into nodes, gmsh's order
     volume_tags: np.ndarray  # m, gmsh's volume of each
 
     def centroids(self):
@@ -31,7 +32,8 @@ class TetMesh:
 
 
 def geo_text(scene, factor):
-    """The body without the needle as a .geo: half or quarter of the box by symmetry, gland and surround sharing nodes."""
+    """The body without the needle as a .geo: half or quarter of the box by symmetry, gland and surround sharing
+    nodes."""
     half = scene.size / 2
     low = [0.0 if axis in scene.symmetry + scene.antisymmetry else -half[k] for k, axis in enumerate("xyz")]
     extent = half - np.array(low)
@@ -54,11 +56,13 @@ def geo_text(scene, factor):
         lines += _shaft(scene, tip, start, r)
     else:
         # The sphere only draws the rim of the patch on the capsule; all of it stays tissue.
-        lines += [f"Sphere(3) = {{{_list(tip)}, {r:.12g}}};",
-                  "tissue() = {1};",
-                  "gland() = BooleanIntersection{ Volume{2}; Delete; }{ Volume{1}; };",
-                  "rim() = BooleanIntersection{ Volume{3}; Delete; }{ Volume{1}; };",
-                  "all() = BooleanFragments{ Volume{1}; Delete; }{ Volume{gland(), rim()}; Delete; };"]
+        lines += [
+            f"Sphere(3) = {{{_list(tip)}, {r:.12g}}};",
+            "tissue() = {1};",
+            "gland() = BooleanIntersection{ Volume{2}; Delete; }{ Volume{1}; };",
+            "rim() = BooleanIntersection{ Volume{3}; Delete; }{ Volume{1}; };",
+            "all() = BooleanFragments{ Volume{1}; Delete; }{ Volume{gland(), rim()}; Delete; };",
+        ]
     lines += _sizes(scene, factor)
     return "\n".join(lines) + "\n"
 
@@ -74,7 +78,8 @@ def _shaft(scene, tip, start, r):
         raise UserError(f"{scene.name}: the shaft must lie in a plane y = constant")
     inset = 0.0 if scene.shaft_leaves_box() else r
     parts = ["4"]
-    # Built along z with the tip at the origin. Half-spheres share a disc with the cylinder: no tangent surfaces to intersect.
+    # Built along z with the tip at the origin. Half-spheres share a disc with the cylinder: no tangent surfaces to
+    # intersect.
     lines = [f"Sphere(4) = {{0, 0, {-r:.12g}, {r:.12g}, 0, Pi/2, 2*Pi}};"]
     if length - r - inset > 1e-9:
         lines.append(f"Cylinder(3) = {{0, 0, {-(length - inset):.12g}, 0, 0, {length - r - inset:.12g}, {r:.12g}}};")
@@ -83,11 +88,13 @@ def _shaft(scene, tip, start, r):
         lines.append(f"Sphere(5) = {{0, 0, {-(length - inset):.12g}, {r:.12g}, -Pi/2, 0, 2*Pi}};")
         parts.append("5")
     needle = f"Volume{{{', '.join(parts)}}};"
-    lines += [f"Rotate {{{{0, 1, 0}}, {{0, 0, 0}}, {np.arctan2(axis[0], axis[2]):.15g}}} {{ {needle} }}",
-              f"Translate {{{_list(tip)}}} {{ {needle} }}",
-              f"tissue() = BooleanDifference{{ Volume{{1}}; Delete; }}{{ {needle} Delete; }};",
-              "gland() = BooleanIntersection{ Volume{2}; Delete; }{ Volume{tissue()}; };",
-              "all() = BooleanFragments{ Volume{tissue()}; Delete; }{ Volume{gland()}; Delete; };"]
+    lines += [
+        f"Rotate {{{{0, 1, 0}}, {{0, 0, 0}}, {np.arctan2(axis[0], axis[2]):.15g}}} {{ {needle} }}",
+        f"Translate {{{_list(tip)}}} {{ {needle} }}",
+        f"tissue() = BooleanDifference{{ Volume{{1}}; Delete; }}{{ {needle} Delete; }};",
+        "gland() = BooleanIntersection{ Volume{2}; Delete; }{ Volume{tissue()}; };",
+        "all() = BooleanFragments{ Volume{tissue()}; Delete; }{ Volume{gland()}; Delete; };",
+    ]
     return lines
 
 
@@ -104,16 +111,23 @@ def _sizes(scene, factor):
         centre = tip - axis * length / 2
         reach = length / 2 - r
         along = "+".join(f"({a:.12g})*({x}-({o:.12g}))" for a, x, o in zip(axis, "xyz", centre))
-        beyond = f"((abs(abs({along})-{reach:.12g})+abs({along})-{reach:.12g})/2)"  # along the axis, past the shaft's ends
+        # along the axis, past the shaft's ends
+        beyond = f"((abs(abs({along})-{reach:.12g})+abs({along})-{reach:.12g})/2)"
         square = "+".join(f"({x}-({o:.12g}))^2" for x, o in zip("xyz", centre))
         distance = f"(sqrt(abs({square}-({along})^2)+{beyond}^2)-{r:.12g})"
     else:  # from the rim, where a bonded rigid patch has a square-root singularity
         square = "+".join(f"({x}-({o:.12g}))^2" for x, o in zip("xyz", tip))
-        slope = np.linalg.norm((tip - c) / s ** 2)  # |∇q| at the contact: (q − 1)/slope is the distance to the capsule
+        slope = np.linalg.norm(
+            (tip - c) / s**2
+        )  # |∇q| at the contact: (q − 1)/slope is the distance to the capsule
         distance = f"sqrt((sqrt({square})-{r:.12g})^2+(({q}-1)/{slope:.12g})^2)"
-    return ["Field[1] = MathEval;", f'Field[1].F = "{outside}";',
-            "Field[2] = MathEval;", f'Field[2].F = "{needle:.6g}+{scene.mesh_growth * factor ** 0.5:.6g}*abs({distance})";',
-            "Field[3] = Min; Field[3].FieldsList = {1, 2}; Background Field = 3;"]
+    return [
+        "Field[1] = MathEval;",
+        f'Field[1].F = "{outside}";',
+        "Field[2] = MathEval;",
+        f'Field[2].F = "{needle:.6g}+{scene.mesh_growth * factor ** 0.5:.6g}*abs({distance})";',
+        "Field[3] = Min; Field[3].FieldsList = {1, 2}; Background Field = 3;",
+    ]
 
 
 def build(text, work, name):
@@ -124,8 +138,11 @@ def build(text, work, name):
     geo, msh, log = work / f"{name}.geo", work / f"{name}.msh", work / f"{name}.gmsh.log"
     geo.write_text(text)
     with open(log, "w") as out:
-        code = subprocess.call(["nice", "-n", "19", "gmsh", "-3", "-format", "msh2", str(geo), "-o", str(msh)],
-                               stdout=out, stderr=subprocess.STDOUT)
+        code = subprocess.call(
+            ["nice", "-n", "19", "gmsh", "-3", "-format", "msh2", str(geo), "-o", str(msh)],
+            stdout=out,
+            stderr=subprocess.STDOUT,
+        )
     if code != 0 or not msh.is_file():
         raise UserError(f"gmsh could not mesh {name}; see {log}")
     return read_msh(msh)
@@ -136,13 +153,13 @@ def read_msh(file):
     lines = pathlib.Path(file).read_text().split("\n")
     at = lines.index("$Nodes")
     count = int(lines[at + 1])
-    table = np.array([line.split() for line in lines[at + 2:at + 2 + count]], float)
+    table = np.array([line.split() for line in lines[at + 2 : at + 2 + count]], float)
     row_of = np.zeros(int(table[:, 0].max()) + 1, int)
     row_of[table[:, 0].astype(int)] = np.arange(count)
     at = lines.index("$Elements")
     count = int(lines[at + 1])
     tets, tags = [], []
-    for line in lines[at + 2:at + 2 + count]:
+    for line in lines[at + 2 : at + 2 + count]:
         fields = line.split()
         if fields[1] == "11":
             skip = 3 + int(fields[2])
@@ -181,8 +198,10 @@ class Locator:
         if len(lost):  # a large element among many small ones: its centroid is not among the nearest
             found[lost], inside[lost], b[lost] = _find(mesh, tree, points[lost], 1000)
         if not inside.all():
-            raise UserError(f"{(~inside).sum()} points lie in no element, the first at {points[~inside][0]}; "
-                            "are they in the needle?")
+            raise UserError(
+                f"{(~inside).sum()} points lie in no element, the first at {points[~inside][0]}; "
+                "are they in the needle?"
+            )
         self.tets, self.shape = mesh.tets[found], shape_functions(b)
 
     def evaluate(self, nodal):
@@ -194,14 +213,14 @@ def _find(mesh, tree, points, candidates):
     """For each point the element (n) that holds it best, whether it does (n), and the barycentric coordinates (n×4)."""
     k = min(candidates, len(mesh.tets))
     near = tree.query(points, k)[1].reshape(len(points), k)
-    X = mesh.nodes[mesh.tets[near.ravel()]]                # (n·k)×10×3
+    X = mesh.nodes[mesh.tets[near.ravel()]]  # (n·k)×10×3
     target = np.repeat(points, k, axis=0)
     b = np.full((len(target), 4), 0.25)
     for _ in range(8):  # Newton on the curved map; straight elements are done after the first
         residual = target - np.einsum("ea,eai->ei", shape_functions(b), X)
         D = np.einsum("eab,eai->eib", _shape_derivatives(b), X)
         J = D[:, :, 1:] - D[:, :, :1]
-        J[np.abs(np.linalg.det(J)) < 1e-12] = np.eye(3)    # a far candidate's map may be singular out there
+        J[np.abs(np.linalg.det(J)) < 1e-12] = np.eye(3)  # a far candidate's map may be singular out there
         step = np.linalg.solve(J, residual[:, :, None])[:, :, 0]
         b[:, 1:] = np.clip(b[:, 1:] + np.clip(step, -4, 4), -20, 20)
         b[:, 0] = 1 - b[:, 1:].sum(axis=1)

@@ -8,7 +8,7 @@
 
 namespace brachy::test {
 
-/// A device beside whose poses the button is pressed.
+/// A device that sends poses and presses its button.
 class Applicator {
  public:
   explicit Applicator(const std::string& name = "applicator")
@@ -19,7 +19,7 @@ class Applicator {
     return std::all_of(way.begin(), way.end(), [&](const RigidTransform& to) { return peer.show(to); });
   }
   const std::vector<Seed>& seeds() const { return peer.client.mesh().seeds(); }
-  /// Presses and lets go, until one more seed is seen.
+  /// Presses and releases the button until one more seed is seen.
   bool drop() {
     const std::size_t before = seeds().size();
     peer.client.press(true);

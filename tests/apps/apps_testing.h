@@ -13,7 +13,7 @@ namespace brachy::test {
 
 inline const std::filesystem::path kConfigFolder = BRACHY_CONFIG_DIR;
 
-/// A folder of this test's own, removed with everything in it.
+/// A temporary directory of one test, removed with its content.
 class TempFolder {
  public:
   TempFolder();
@@ -39,13 +39,13 @@ Ended run_brachyd(std::vector<std::string> arguments);
 std::vector<std::string> brachy_line(std::vector<std::string> arguments);
 std::vector<std::string> brachyd_line(std::vector<std::string> arguments);
 
-/// Exited by itself with `code`.
+/// Whether the process exited normally with `code`.
 ::testing::AssertionResult exited(const Ended& ended, int code);
 
-/// Exit code 2, nothing on stdout, and one line on stderr that holds every one of `parts`.
+/// Exit code 2, nothing on stdout, and one line on stderr that contains each of `parts`.
 ::testing::AssertionResult refused_in_one_line(const Ended& ended, const std::vector<std::string>& parts);
 
-/// The last line of stdout as JSON; discarded() where it is none.
+/// The last line of stdout as JSON; discarded() where it is not JSON.
 nlohmann::json json_of(const Ended& ended);
 
 /// A scene of 3,000 points, cheap to load, on a free port; `more` is appended.

@@ -1,4 +1,4 @@
-// What brachy_bench writes, on its smallest case; how long it takes is no matter of tests.
+// The output of brachy_bench, on its smallest case; times are not tested.
 #ifdef BRACHY_BENCH_BINARY
 #include <cmath>
 #include <set>
@@ -63,7 +63,7 @@ TEST(Bench, SaysHowFarDoseOnAGridIsOff) {
     }
     if (name == "dose/spacing") {
       EXPECT_EQ(row.at("spacing_mm"), 3);
-      // Both against 10⁴ random points, whose own error is 0.3 %.
+      // Both against 10⁴ random points, which have an error of 0.3 % themselves.
       EXPECT_LT(std::abs(row.at("v100_error_percent").get<double>()), 2);
       EXPECT_LT(std::abs(row.at("d90_error_percent").get<double>()), 2);
       EXPECT_GT(row.at("mean_error_percent"), 0.0);

@@ -1,4 +1,4 @@
-// Who may connect to a running brachyd, and what it may do itself.
+// Access control of a running brachyd, and the capabilities that it keeps.
 #include <gtest/gtest.h>
 #include <sched.h>
 #include <sys/stat.h>
@@ -11,10 +11,11 @@
 #include <map>
 #include <thread>
 
-#include "apps/brachyd/daemon_setup.h"
-#include "core/error.h"
-#include "core/scene/scene_file.h"
+#include "apps/daemon/daemon_setup.h"
+#include "core/base/error.h"
+#include "core/scene/file/scene_file.h"
 #include "net/access/token_file.h"
+#include "net/session/server_options.h"
 #include "tests/apps/peer.h"
 #include "tests/apps/running_brachyd.h"
 #include "tests/net/raw_peer.h"
@@ -37,7 +38,7 @@ struct BrachydAccess : ::testing::Test {
   TempFolder folder;
 };
 
-/// What Linux says of a thread: "CapEff" → "0000000000000000", …
+/// A thread's status in /proc: "CapEff" → "0000000000000000", …
 using ThreadStatus = std::map<std::string, std::string>;
 
 std::vector<ThreadStatus> threads_of(pid_t pid) {
@@ -80,7 +81,7 @@ TEST_F(BrachydAccess, ToolsWithATokenAreLetInAndOthersAreToldWhatTheyLack) {
   EXPECT_TRUE(exited(none, 1));
   EXPECT_NE(none.err.find("--token-file"), std::string::npos) << none.err;
   EXPECT_TRUE(exited(other, 1));
-  EXPECT_NE(other.err.find("none of this daemon's"), std::string::npos) << other.err;
+  EXPECT_NE(other.err.find("not known to this daemon"), std::string::npos) << other.err;
   const std::string motion = folder.write("motion.csv", short_insertion(0.3));
   EXPECT_TRUE(exited(run_brachy({"replay", motion, "--connect", brachyd.address, "--token-file", any}), 0));
   const Ended replay = run_brachy({"replay", motion, "--connect", brachyd.address, "--token-file", viewer});
@@ -92,7 +93,7 @@ TEST_F(BrachydAccess, ToolsWithATokenAreLetInAndOthersAreToldWhatTheyLack) {
 
 TEST_F(BrachydAccess, ATokenIsMadeOnceAndShownForTheBrowser) {
   const std::string file = token("t");
-  EXPECT_TRUE(refused_in_one_line(run_brachy({"token", file}), {"t: is there already"}));
+  EXPECT_TRUE(refused_in_one_line(run_brachy({"token", file}), {"t: exists already"}));
   const Ended shown = run_brachy({"token", "--show", file});
   EXPECT_TRUE(exited(shown, 0));
   EXPECT_EQ(shown.out, net::to_hex(net::load_token(file)) + "\n");
@@ -206,7 +207,7 @@ TEST_F(BrachydAccess, EveryThreadGivesItsCapabilitiesUp) {
   const bool is_granted = brachyd.process.says("priority 10 granted", 1, std::chrono::milliseconds(1));
   EXPECT_EQ(std::ranges::count_if(threads_of(brachyd.process.pid()), is_fifo), is_granted ? 2 : 0)
       << "the deformation thread and the idle one beside it";
-  // Threads and memory can still be had, and what is had later begins without.
+  // Threads and memory can still be created, and new threads have no capabilities.
   Peer desk(net::Role::kOperator);
   ASSERT_TRUE(desk.join(brachyd.port));
   net::ControlMessage other;

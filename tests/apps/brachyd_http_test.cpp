@@ -1,4 +1,4 @@
-// brachyd's HTTP port, from outside: the viewer's files and the WebSocket.
+// brachyd's HTTP port, tested end to end: the viewer's files and the WebSocket.
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/tcp.hpp>
 #include <chrono>

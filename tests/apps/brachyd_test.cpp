@@ -5,8 +5,8 @@
 #include <chrono>
 #include <csignal>
 
-#include "core/simd/simd_target.h"
-#include "core/version.h"
+#include "core/base/simd/simd_target.h"
+#include "core/base/version.h"
 #include "tests/apps/peer.h"
 #include "tests/apps/running_brachyd.h"
 
@@ -35,7 +35,7 @@ TEST_F(Brachyd, SaysItsAddressThenRunsForItsDurationAndSumsUp) {
   const Ended ended = daemon.process.wait();
   ASSERT_TRUE(exited(ended, 0));
 
-  // Standard output holds the address and the summary, nothing else: logs go to stderr.
+  // Standard output has the address and the summary, nothing else: logs go to stderr.
   const auto lines = lines_of(ended.out);
   ASSERT_EQ(lines.size(), 2u) << ended.out;
   EXPECT_EQ(lines[0], "brachyd listening on 127.0.0.1:" + std::to_string(daemon.port));
@@ -45,7 +45,7 @@ TEST_F(Brachyd, SaysItsAddressThenRunsForItsDurationAndSumsUp) {
   const double elapsed_s = json.at("elapsed_s");
   EXPECT_GE(elapsed_s, 0.6);
   EXPECT_GT(json.at("ticks").get<int>(), 0);
-  // Deadlines on the grid of 5 ms: each was met or missed, none was made up for.
+  // Deadlines are on a grid of 5 ms: each was met or missed, and none was run late.
   EXPECT_LE(json.at("ticks").get<double>() + json.at("overruns").get<double>(), elapsed_s * 200 + 1);
   EXPECT_GT(json.at("snapshots").get<int>(), 0);
   EXPECT_LE(json.at("snapshots").get<double>(), elapsed_s * 30 + 1);
@@ -57,7 +57,7 @@ TEST_F(Brachyd, SaysItsAddressThenRunsForItsDurationAndSumsUp) {
   }
   EXPECT_EQ(json.at("max_disp_mm"), 0);
   EXPECT_EQ(json.at("moved"), 0);
-  // At rest every tick is certified, and nothing guards it.
+  // At rest every tick is certified, and the guard does nothing.
   EXPECT_EQ(json.at("ticks_injective"), json.at("ticks"));
   EXPECT_EQ(json.at("ticks_substepped"), 0);
   EXPECT_EQ(json.at("min_det_bound"), 1);
@@ -106,7 +106,7 @@ class BrachydSignal : public Brachyd, public ::testing::WithParamInterface<int> 
 TEST_P(BrachydSignal, EndsItAtOnce) {
   RunningBrachyd daemon(scene);
   ASSERT_NE(daemon.port, 0);
-  // Right after its first line: a signal that comes early is not lost.
+  // Right after its first line: an early signal is not lost.
   daemon.process.send_signal(GetParam());
   const auto begin = std::chrono::steady_clock::now();
   const Ended ended = daemon.process.wait(10s);

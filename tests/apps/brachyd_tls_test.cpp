@@ -1,11 +1,11 @@
-// brachyd with a certificate, from outside: our tools, openssl's client and curl.
+// brachyd with a certificate, tested with our tools, openssl's client and curl.
 #include <sys/stat.h>
 
 #include <fstream>
 
 #include "tests/apps/running_brachyd.h"
 #include "tests/net/raw_peer.h"
-#include "tests/net/tls/certificates.h"
+#include "tests/net/transport/tls/certificates.h"
 
 namespace brachy {
 namespace {
@@ -14,7 +14,7 @@ using namespace test;
 using net::test::Identity;
 using net::test::TestCa;
 
-/// What a server said that another program talked to.
+/// A server's answer to another program.
 struct Said : net::test::Heard {
   explicit Said(const std::string& bytes) { hear(std::as_bytes(std::span(bytes))); }
 };
@@ -114,7 +114,7 @@ TEST_F(BrachydTls, CurlGetsThePageFromAServerThatItCanCheck) {
     EXPECT_TRUE(good.out.starts_with("HTTP/1.1 200 OK\r\n")) << good.out.substr(0, 400);
     EXPECT_NE(good.out.find("<html"), std::string::npos);
   }
-  EXPECT_TRUE(exited(get("https://" + address + "/", {}), 60));  // nobody vouches for it
+  EXPECT_TRUE(exited(get("https://" + address + "/", {}), 60));  // no CA certifies it
   EXPECT_TRUE(exited(get("https://" + address + "/", {"--cacert", trust, "--tls-max", "1.1"}), 35));
   const Ended plain = get("http://" + address + "/", {});
   EXPECT_TRUE(plain.out.starts_with("HTTP/1.1 400 ")) << plain.out;

@@ -1,10 +1,10 @@
-#include "apps/certificate_tally.h"
+#include "apps/reports/certificate_tally.h"
 
 #include <gtest/gtest.h>
 
 #include <limits>
 
-#include "apps/certificate_report.h"
+#include "apps/reports/certificate_report.h"
 
 namespace brachy {
 namespace {
@@ -69,14 +69,14 @@ TEST(CertificateTally, OneCoordinateThatIsNotFiniteIsFoundWhereverItChanged) {
   std::vector<Block> blocks;
   for (std::uint32_t b = 0; b < 3; ++b) blocks.push_back({2 * b, 2, Vec3::Zero(), Vec3::Zero()});
   MeshState state;
-  state.tick = 7;
-  state.block_ticks = {7, 3, 7};
+  state.summary.tick = 7;
+  state.mesh.block_ticks = {7, 3, 7};
   constexpr float kInf = std::numeric_limits<float>::infinity();
   for (std::size_t i = 0; i < 18; ++i)
     for (const float bad : {kInf, -kInf, std::numeric_limits<float>::quiet_NaN()}) {
-      state.deformed_vertices.assign(18, std::numeric_limits<float>::max());
+      state.mesh.deformed_vertices.assign(18, std::numeric_limits<float>::max());
       EXPECT_TRUE(changes_are_finite(state, blocks));
-      state.deformed_vertices[i] = bad;
+      state.mesh.deformed_vertices[i] = bad;
       const bool changed = i / 6 != 1;
       EXPECT_EQ(changes_are_finite(state, blocks), !changed) << i;
     }

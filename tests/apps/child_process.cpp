@@ -39,7 +39,7 @@ struct FileActions {
   posix_spawn_file_actions_t actions;
 };
 
-// Appends what there is to read; closes `fd` at the end of the stream.
+// Appends the available output; closes `fd` at the end of the stream.
 void read_into(FileDescriptor& fd, std::string& text) {
   std::array<char, 65536> buffer;
   const ssize_t count = read(fd.get(), buffer.data(), buffer.size());
@@ -111,7 +111,7 @@ bool ChildProcess::poll_once(Clock::time_point end) {
   const auto left = std::chrono::duration_cast<Milliseconds>(end - Clock::now()).count();
   if (left <= 0) return false;
   std::array<pollfd, 3> fds{{{out_.get(), POLLIN, 0}, {err_.get(), POLLIN, 0}, {-1, POLLIN, 0}}};
-  // With both streams at their end only the process is left; until then its end shows as theirs.
+  // Once both streams have ended only the process remains; before that its end shows as theirs.
   if (!out_.is_open() && !err_.is_open()) {
     if (reaped_) return false;
     fds[2].fd = pidfd_.get();

@@ -34,7 +34,7 @@ struct Ended {
   std::string out, err;    ///< all it wrote
 };
 
-/// Lines of a text; what stands behind the last line end counts as one if there is any.
+/// Lines of a text; text after the last line break counts as a line.
 std::vector<std::string> lines_of(const std::string& text);
 
 /// A process with its stdout and stderr on pipes and nothing on stdin. The destructor kills it, by its pid, if it
@@ -56,10 +56,10 @@ class ChildProcess {
   ChildProcess(const ChildProcess&) = delete;
   ChildProcess& operator=(const ChildProcess&) = delete;
 
-  /// The next line of its stdout without the line end; nothing where none comes before its end or the deadline.
+  /// The next line of its stdout without the line break; nothing where none comes before its end or the deadline.
   std::optional<std::string> read_line(Milliseconds deadline = kDeadline);
 
-  /// Waits until its stderr holds `text` so many times; false at its end or the deadline.
+  /// Waits until its stderr contains `text` so many times; false at its end or the deadline.
   bool says(const std::string& text, std::size_t times = 1, Milliseconds deadline = kDeadline);
 
   void send_signal(int number);

@@ -1,16 +1,16 @@
-// Each comparator against something known: they are there for a chart, and a wrong one would flatter us.
+// Each comparator against a known solution: a wrong one would make our models look better than they are.
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <numbers>
 #include <random>
 
-#include "apps/comparators/chainmail.h"
-#include "apps/comparators/global_spline.h"
-#include "apps/comparators/mass_spring.h"
-#include "apps/comparators/paper_csrbf.h"
-#include "core/rbf/rbf_field.h"
-#include "core/rbf/rbf_system.h"
+#include "apps/study/comparators/chainmail.h"
+#include "apps/study/comparators/global_spline.h"
+#include "apps/study/comparators/mass_spring.h"
+#include "apps/study/comparators/paper_csrbf.h"
+#include "core/solve/rbf_field.h"
+#include "core/solve/rbf_system.h"
 
 namespace brachy {
 namespace {
@@ -50,8 +50,9 @@ TEST(ThinPlate, ReproducesAffineMaps) {
     EXPECT_LT((u.row(static_cast<Eigen::Index>(i)).transpose() - (A * at[i] + b)).norm(), 1e-10);
 }
 
-// Away from the landmarks Δ²u = 0. By hand, landmarks on a line at z = −1, 0, 1 with d = 0, 1, 0, φ = r, p = c + bz: the
-// side conditions leave α = (s, −2s, s); u(0) = 2s + c = 1 and u(1) = 2s − 2s + c = 0: u = ½|x + e| − |x| + ½|x − e|.
+// Away from the landmarks Δ²u = 0. By hand, landmarks on a line at z = −1, 0, 1 with d = 0, 1, 0, φ = r, p = c + bz:
+// the side conditions leave α = (s, −2s, s); u(0) = 2s + c = 1 and u(1) = 2s − 2s + c = 0: u = ½|x + e| − |x| + ½|x −
+// e|.
 TEST(ThinPlate, IsTheBiharmonicSolutionOfThreeLandmarks) {
   const SplineMap map(SplineBasis::thin_plate(), {{0, 0, -1}, {0, 0, 0}, {0, 0, 1}}, 3);
   for (const Vec3& x : random_points(40, 6, 3)) {
@@ -234,7 +235,7 @@ TEST(ChainMail, DoesNotMoveWhatIsHeld) {
   EXPECT_NEAR(u[1].x(), 2.6, 1e-6);
 }
 
-// A landmark that moves on takes other nodes along and lets go of the ones before.
+// A landmark that moves to other nodes moves those, and releases the ones before.
 TEST(Lattices, FollowALandmarkThatMovesOn) {
   ComparedScene scene{gland(), {{0, 0, -16}}, {Vec3(0, 0, -16), Vec3(0, 0, 16)}};
   ChainMail mail(8);

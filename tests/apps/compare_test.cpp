@@ -1,10 +1,10 @@
-// `brachy compare` from outside: its rows against errors computed here; how long ticks take is no matter of tests.
+// `brachy compare` end to end: its rows against errors computed here; times are not tested.
 #include <cmath>
 #include <map>
 
-#include "core/number_csv.h"
-#include "core/rbf/rbf_field.h"
-#include "core/rbf/rbf_system.h"
+#include "core/base/number_csv.h"
+#include "core/solve/rbf_field.h"
+#include "core/solve/rbf_system.h"
 #include "tests/apps/apps_testing.h"
 
 namespace brachy {
@@ -104,7 +104,7 @@ TEST_F(Compare, RunsTheComparatorsBesideThem) {
   // The same landmarks and anchors: the same field, by two programs.
   EXPECT_NEAR(by_model.at("paper_csrbf_psi31_a12").at("rel_l2"),
               by_model.at("psi31_a12_anchors").at("rel_l2"), 1e-5);
-  // A straight shaft moved sideways is a translation to a spline with nothing else to hold on to.
+  // For a spline without other landmarks, a straight shaft moved sideways is a translation.
   EXPECT_NEAR(by_model.at("thin_plate").at("min_det"), 1, 1e-6);
   EXPECT_GT(by_model.at("mass_spring_8mm").at("ticks_to_rest"), 3);
   EXPECT_EQ(by_model.at("chainmail_4mm").at("ticks_to_rest"), 1);

@@ -1,4 +1,4 @@
-// What an operator does to a running daemon over a real socket: the scripted needle, reset, another model.
+// Commands of an operator to a running daemon over a real socket: the scripted needle, reset, another model.
 #include <gtest/gtest.h>
 
 #include "tests/apps/applicator.h"
@@ -22,7 +22,7 @@ class Operator : public Peer {
   explicit Operator(bool keep_meshes = false)
       : Peer(net::Role::kOperator, net::kSubscribeScene, keep_meshes, "operator") {}
 
-  /// Welcomed, and shown the first frame.
+  /// Waits for WELCOME and the first frame.
   bool is_there(std::uint16_t port) {
     return join(port) && until([&] { return !frames.empty(); });
   }
@@ -167,7 +167,7 @@ TEST(DaemonControls, ResetBeginsAnewWithoutSeedsOrDose) {
   ASSERT_TRUE(boss.until([&] { return boss.last().message.tick < before; }));
   EXPECT_TRUE(boss.last().message.full);
   EXPECT_TRUE(boss.client.mesh().seeds().empty());
-  EXPECT_EQ(boss.last().positions, boss.topology.rest_vertices);  // the needle is seated in tissue at rest
+  EXPECT_EQ(boss.last().positions, boss.topology.rest_vertices);  // the needle starts in tissue at rest
   EXPECT_TRUE(boss.has_event(net::EventKind::kReset, "operator"));
   ASSERT_TRUE(boss.until([&] { return boss.doses.back().seeds == 0; }));
   EXPECT_EQ(boss.doses.back().structures.at(0).mean_gy, 0);

@@ -1,4 +1,4 @@
-// Devices that die, stall, send nonsense and come back, over real sockets: what their hands get.
+// Devices that die, stall, send invalid data and reconnect, over real sockets: the forces that they receive.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -14,7 +14,7 @@ namespace {
 
 using namespace test;
 
-/// A device that keeps sending the pose it is at: the machine may be busy, a hand that is still is no stalled one.
+/// A device that keeps sending its present pose, so that a hand at rest is not taken for a stalled device.
 class Hand {
  public:
   explicit Hand(std::uint16_t needle = net::kAnyNeedle, bool evaluates_local_model = false,
@@ -35,7 +35,7 @@ class Hand {
     });
   }
 
-  /// Goes along `way`, each pose until a frame shows that the simulation used it.
+  /// Follows `way`, sending each pose until a frame shows that the simulation used it.
   bool go(const std::vector<RigidTransform>& way) {
     return std::all_of(way.begin(), way.end(), [&](const RigidTransform& to) {
       X_WN = to;
@@ -46,8 +46,8 @@ class Hand {
 
   std::uint16_t flags() const { return peer.forces.empty() ? 0 : peer.forces.back().flags; }
   bool is_latched() const { return (flags() & net::kForceLatched) != 0; }
-  /// Arms, and again where the machine was so busy that the poses stalled, until the force is all there: that of the
-  /// newest frame or a later tick.
+  /// Arms, again if the poses stalled on a busy machine, until the full force is received: that of the newest frame or
+  /// of a later tick.
   bool arm_fully() {
     return until([&] {
       if (is_latched()) peer.client.arm();
@@ -113,12 +113,12 @@ std::vector<RigidTransform> way_onto_capsule() {
   return way;
 }
 
-/// One FORCE is at most 0.5 N from the one before it, also from one that a newer one replaced before it left.
+/// One FORCE differs by at most 0.5 N from the one before it, also from one that was replaced before it was sent.
 double largest_allowed_step(const DaemonSummary& summary) {
   return 0.5 * (1 + static_cast<double>(summary.forces_replaced)) + 1e-9;
 }
 
-/// What came since the last latch: a force that only falls, by steps that are allowed, to 0.
+/// Since the last latch the force only decreases, by allowed steps, to 0.
 void expect_fell_to_zero(const Hand& hand, const DaemonSummary& summary) {
   const auto& forces = hand.peer.forces;
   const auto armed = std::find_if(forces.rbegin(), forces.rend(), [](const net::ForceMessage& force) {
@@ -156,7 +156,7 @@ TEST(DaemonForce, ANeedlePushedIntoTheCapsuleIsPushedBackAsTheTissueDoes) {
   ASSERT_TRUE(hand.go(way_in()));
   ASSERT_TRUE(hand.arm_fully());
   ASSERT_EQ(hand.needle().contact, ContactState::kInserted);
-  EXPECT_GT(hand.needle().forces.force_n.norm(), 3.5);  // which is more than the hand may get
+  EXPECT_GT(hand.needle().forces.force_n.norm(), 3.5);  // more than the device's limit
   EXPECT_NEAR(hand.force_n(), 3.3, 1e-9);
   EXPECT_TRUE(hand.flags() & net::kForceLimited);
   ASSERT_TRUE(hand.go(way_out()));
@@ -179,7 +179,8 @@ TEST(DaemonForce, ADeviceKilledMidInsertionLatchesItsNeedleForTheNextUntilItArms
     ASSERT_TRUE(first.go(way_in()));
     ASSERT_EQ(first.needle().contact, ContactState::kInserted);
     ASSERT_TRUE(first.arm_fully());
-    EXPECT_NEAR(first.force_n(), 3.3, 1e-9);
+    // On a busy machine the limit on changes of force may still hold it back.
+    ASSERT_TRUE(first.until([&] { return std::abs(first.force_n() - 3.3) < 1e-9; }));
   }  // its socket closes
   ASSERT_TRUE(viewer.until([&] { return has_told(viewer, "device lost in contact"); }));
   Hand second;
@@ -244,7 +245,7 @@ TEST(DaemonForce, AStalledDeviceLosesItsForceAndIsToldSo) {
   ASSERT_TRUE(hand.until([&] { return hand.is_latched() && has_told(hand.peer, "no pose for 50 ms"); }));
   ASSERT_TRUE(hand.until([&] { return !(hand.flags() & net::kForceRamping); }));
   const std::size_t fell = hand.peer.forces.size();
-  hand.is_sending = true;  // that poses come again is not enough
+  hand.is_sending = true;  // new poses alone are not enough
   ASSERT_TRUE(hand.until([&] { return hand.peer.forces.size() >= fell + 200; }));
   EXPECT_EQ(hand.count(Intervention::kStale), before + 1);
   const std::vector<net::ForceMessage> until_then = hand.peer.forces;
@@ -303,7 +304,7 @@ TEST(DaemonForce, ADeviceWithTheLocalModelGetsOneEachTick) {
   ASSERT_TRUE(hand.until([&] { return hand.peer.models.size() >= 100; }));
   ASSERT_TRUE(hand.until([&] { return hand.peer.models.back().input_sequence > 0; }));
   const auto& models = hand.peer.models;
-  // 200 a second of the simulation, not 30: what is missing was replaced by a newer one.
+  // 200 per second as in the simulation, not 30: missing ones were replaced by newer ones.
   EXPECT_LT(models.back().model.tick - models.front().model.tick, 2 * models.size());
   for (std::size_t i = 1; i < models.size(); ++i) ASSERT_GT(models[i].model.tick, models[i - 1].model.tick);
   EXPECT_EQ(models.back().max_force_n, 3.3);

@@ -1,9 +1,9 @@
-// 3D Slicer and PLUS as far as the daemon sees them: OpenIGTLink in, OpenIGTLink out, beside native clients.
+// Stand-ins for 3D Slicer and PLUS: OpenIGTLink in, OpenIGTLink out, beside native clients.
 #include <gtest/gtest.h>
 
 #include <limits>
 
-#include "haptics/pose_guard.h"
+#include "haptics/devices/pose_guard.h"
 #include "tests/apps/peer.h"
 #include "tests/apps/running_daemon.h"
 #include "tests/net/igtl/igtl_peer.h"
@@ -22,7 +22,7 @@ Scene small_with_igtl() {
 }
 
 struct DaemonIgtl : ::testing::Test {
-  /// Serves the viewer and reads what the others are sent, until `condition()`.
+  /// Serves the viewer and reads the messages to the others, until `condition()`.
   template <class Condition>
   bool until(Condition&& condition) {
     return viewer.until([&] {
@@ -52,7 +52,7 @@ TEST_F(DaemonIgtl, ANeedlesTransformGoesInAndSurfaceAndForceComeOutAsTheSimulati
   ASSERT_TRUE(viewer.join(daemon.port()));
   for (const RigidTransform& X_WN : way_in()) ASSERT_TRUE(show(X_WN));
   ASSERT_EQ(viewer.needle().contact, ContactState::kInserted);
-  // Nothing moves any more: what came last is the same for everybody.
+  // Nothing moves any more: the last message is the same for all.
   ASSERT_TRUE(until([&] {
     if (listener.count("POLYDATA") == 0 || listener.count("TRANSFORM", "ForceToRas") == 0) return false;
     const Vec3 force_n = viewer.needle().forces.force_n.cast<float>().cast<double>();
@@ -68,7 +68,7 @@ TEST_F(DaemonIgtl, ANeedlesTransformGoesInAndSurfaceAndForceComeOutAsTheSimulati
   EXPECT_EQ(needle.p, viewer.needle().X_WN.p);
   EXPECT_EQ(device.count("TRANSFORM", "NeedleToRas"), 0u) << "its own pose is not sent back";
 
-  // No hand is on it: it leaves in contact, and nothing is latched for the next device.
+  // It renders no force, so when it leaves in contact nothing is latched for the next device.
   device.close();
   ASSERT_TRUE(viewer.until([&] {
     return !viewer.events.empty() && viewer.events.back().kind == net::EventKind::kDeviceDetached;
@@ -83,10 +83,10 @@ TEST_F(DaemonIgtl, PosesThatAreNoneAreRefusedByTheGuard) {
   scaled.R *= 2;
   ASSERT_TRUE(device.send_pose("NeedleToRas", scaled));
   ASSERT_TRUE(until([&] { return device.count("STATUS") == 1; }));
-  EXPECT_EQ(device.last("STATUS").status().sub_code, static_cast<int>(PoseVerdict::kNotRigid));
+  EXPECT_EQ(device.last("STATUS").status().sub_code, static_cast<int>(PoseStatus::kNotRigid));
   ASSERT_TRUE(device.send_pose("NeedleToRas", tip_at(std::numeric_limits<double>::quiet_NaN(), 0, 0)));
   ASSERT_TRUE(until([&] { return device.count("STATUS") == 2; }));
-  EXPECT_EQ(device.last("STATUS").status().sub_code, static_cast<int>(PoseVerdict::kNotFinite));
+  EXPECT_EQ(device.last("STATUS").status().sub_code, static_cast<int>(PoseStatus::kNotFinite));
   ASSERT_TRUE(viewer.refresh_state());
   EXPECT_TRUE(viewer.states.back().safety.empty());
   EXPECT_EQ(viewer.needle().X_WN.p, Vec3(8, -4, -34));

@@ -1,4 +1,4 @@
-// Seeds over real sockets: dropped by a device's button, told to viewers with their dose.
+// Seeds over real sockets: dropped by a device's button, sent to viewers with their dose.
 #include <gtest/gtest.h>
 
 #include "tests/apps/applicator.h"
@@ -62,7 +62,7 @@ TEST(DaemonSeeds, EachOfManyQuickPressesDropsOne) {
   EXPECT_EQ(daemon.stop().seeds_dropped, 10u);
 }
 
-// What the recording's columns and the frames' section say of the button is what the simulation used.
+// The button in the recording's columns and in the frames' section is the one that the simulation used.
 TEST(DaemonSeeds, TheButtonIsInThePoseHistory) {
   RunningDaemon daemon(small());
   Applicator device;

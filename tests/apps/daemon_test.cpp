@@ -1,4 +1,4 @@
-#include "apps/brachyd/daemon.h"
+#include "apps/daemon/daemon.h"
 
 #include <gtest/gtest.h>
 
@@ -6,10 +6,11 @@
 #include <cstring>
 #include <limits>
 
-#include "core/error.h"
+#include "core/base/error.h"
+#include "core/scene/load_simulation_model.h"
 #include "core/scene/load_tissue.h"
-#include "core/sim/simulator.h"
-#include "haptics/pose_guard.h"
+#include "core/simulation/simulator.h"
+#include "haptics/devices/pose_guard.h"
 #include "tests/apps/apps_testing.h"
 #include "tests/apps/peer.h"
 #include "tests/apps/running_daemon.h"
@@ -28,15 +29,15 @@ bool is_in_contact(ContactState contact) {
          contact == ContactState::kThrough;
 }
 
-/// The simulation once more, in this thread: what a viewer's mesh must be, tick by tick.
+/// The simulation repeated in this thread: the expected mesh of a viewer, tick by tick.
 class Shadow {
  public:
-  explicit Shadow(const Scene& scene) : simulator_(scene, load_tissue(scene).tissue) {}
+  explicit Shadow(const Scene& scene) : simulator_(load_simulation_model(scene, load_tissue(scene).tissue)) {}
 
   /// Steps up to `tick` with the poses that the daemon used; before the first one there is no needle.
   const MeshState& at(std::uint64_t tick, const std::map<std::uint64_t, RigidTransform>& poses) {
-    while (state_.tick < tick) {
-      const auto found = poses.find(state_.tick + 1);
+    while (state_.summary.tick < tick) {
+      const auto found = poses.find(state_.summary.tick + 1);
       pose_.present = found != poses.end();
       if (pose_.present) pose_.X_WN = found->second;
       simulator_.step(pose_, state_);
@@ -57,34 +58,34 @@ void expect_frames_equal_simulation(const Scene& scene, const std::vector<Peer::
   for (const Peer::Frame& frame : frames) {
     const net::FrameMessage& m = frame.message;
     const MeshState& state = shadow.at(m.tick, poses);
-    ASSERT_EQ(state.tick, m.tick) << "frames go back in time";
-    ASSERT_TRUE(same_bits(frame.positions, state.deformed_vertices)) << "at tick " << m.tick;
-    ASSERT_EQ(m.max_displacement_mm, state.max_displacement_mm) << "at tick " << m.tick;
-    ASSERT_EQ(m.moved_vertices, state.moved_vertices) << "at tick " << m.tick;
-    ASSERT_EQ(m.step_flags, state.step_flags) << "at tick " << m.tick;
+    ASSERT_EQ(state.summary.tick, m.tick) << "frames go back in time";
+    ASSERT_TRUE(same_bits(frame.positions, state.mesh.deformed_vertices)) << "at tick " << m.tick;
+    ASSERT_EQ(m.max_displacement_mm, state.summary.max_displacement_mm) << "at tick " << m.tick;
+    ASSERT_EQ(m.moved_vertices, state.summary.moved_vertices) << "at tick " << m.tick;
+    ASSERT_EQ(m.step_flags, state.summary.step_flags) << "at tick " << m.tick;
     ASSERT_TRUE(m.certificate);
-    ASSERT_EQ(m.certificate->verdict, state.certificate.verdict) << "at tick " << m.tick;
-    ASSERT_EQ(m.certificate->vertex_det, state.certificate.vertex_det) << "at tick " << m.tick;
-    ASSERT_EQ(m.certificate->held_mm, state.certificate.held_mm) << "at tick " << m.tick;
-    ASSERT_EQ(m.sim_time_s, state.sim_time_s);
+    ASSERT_EQ(m.certificate->verdict, state.summary.certificate.verdict) << "at tick " << m.tick;
+    ASSERT_EQ(m.certificate->vertex_det, state.summary.certificate.vertex_det) << "at tick " << m.tick;
+    ASSERT_EQ(m.certificate->held_mm, state.summary.certificate.held_mm) << "at tick " << m.tick;
+    ASSERT_EQ(m.sim_time_s, state.summary.sim_time_s);
     ASSERT_EQ(m.needles.size(), 1u);
     const NeedleState& needle = m.needles[0].state;
-    ASSERT_EQ(needle.present, state.needles[0].present) << "at tick " << m.tick;
-    ASSERT_EQ(needle.contact, state.needles[0].contact) << "at tick " << m.tick;
-    ASSERT_EQ(needle.insertion_depth_mm, state.needles[0].insertion_depth_mm) << "at tick " << m.tick;
-    ASSERT_EQ(needle.landmark_count, state.needles[0].landmark_count) << "at tick " << m.tick;
+    ASSERT_EQ(needle.present, state.needles.states[0].present) << "at tick " << m.tick;
+    ASSERT_EQ(needle.contact, state.needles.states[0].contact) << "at tick " << m.tick;
+    ASSERT_EQ(needle.insertion_depth_mm, state.needles.states[0].insertion_depth_mm) << "at tick " << m.tick;
+    ASSERT_EQ(needle.landmark_count, state.needles.states[0].landmark_count) << "at tick " << m.tick;
     ++compared;
   }
   EXPECT_GT(compared, 0u);
 }
 
-// Every tick from the first pose to the last has one: else the comparison above means nothing.
+// Every tick from the first pose to the last has one: otherwise the comparison above would be void.
 void expect_no_pose_missing(const std::map<std::uint64_t, RigidTransform>& poses) {
   ASSERT_FALSE(poses.empty());
   EXPECT_EQ(poses.rbegin()->first - poses.begin()->first + 1, poses.size());
 }
 
-// A viewer that does not read: the others go on, and it catches up with the newest mesh.
+// A viewer that stops reading: the others are served, and it catches up with the newest mesh.
 TEST(DaemonLoopback, EveryViewersMeshEqualsTheSimulationBitForBit) {
   Scene scene = small();
   scene.tissue = {};  // the whole phantom: 175 kB a full frame, so that what is not read fills the buffers
@@ -223,7 +224,7 @@ TEST(DaemonDevice, ASecondOneIsToldWhoHoldsTheLeaseAndGetsItAfterwards) {
   EXPECT_EQ(viewer.needle().X_WN.p, Vec3(8, -4, -40));
   Peer third(net::Role::kDevice, 0, false, "third");
   ASSERT_TRUE(third.join(daemon.port()));
-  // Its clock and count start anew: sequence 2 follows the first device's without being refused.
+  // Its clock and count start again: sequence 2 follows the first device's without being refused.
   ASSERT_TRUE(third.show(tip_at(8, -4, -39)));
   EXPECT_EQ(daemon.stop().poses_accepted, 2u);
 }
@@ -253,25 +254,25 @@ TEST(DaemonDevice, BadPosesAreRefusedCountedAndReportedAndTheNeedleStays) {
   ASSERT_TRUE(device.until([&] { return monotonic_ns() > good_stamp_ns + 200'000'000; }));
   device.client.send_pose(tip_at(0, 0, 0), good_stamp_ns + 1);
 
-  std::map<PoseVerdict, std::uint64_t> counts;
+  std::map<PoseStatus, std::uint64_t> counts;
   ASSERT_TRUE(device.until([&] {
     std::uint64_t total = 0;
     if (!device.refresh_state()) return false;
     for (const net::PoseRefusals& r : device.states.back().refusals)
-      total += counts[static_cast<PoseVerdict>(r.code)] = r.count;
+      total += counts[static_cast<PoseStatus>(r.code)] = r.count;
     return total == 8;
   }));
-  const std::map<PoseVerdict, std::uint64_t> expected = {{PoseVerdict::kNotFinite, 2},
-                                                         {PoseVerdict::kNotRigid, 2},
-                                                         {PoseVerdict::kStale, 1},
-                                                         {PoseVerdict::kOutOfOrder, 2},
-                                                         {PoseVerdict::kOutOfRange, 1}};
+  const std::map<PoseStatus, std::uint64_t> expected = {{PoseStatus::kNotFinite, 2},
+                                                        {PoseStatus::kNotRigid, 2},
+                                                        {PoseStatus::kStale, 1},
+                                                        {PoseStatus::kOutOfOrder, 2},
+                                                        {PoseStatus::kOutOfRange, 1}};
   EXPECT_EQ(counts, expected);
   EXPECT_EQ(device.states.back().poses_accepted, 1u);
 
-  // The sender is told of each, but not more often than a few times a second.
-  const PoseVerdict first[] = {PoseVerdict::kNotFinite, PoseVerdict::kNotFinite, PoseVerdict::kNotRigid,
-                               PoseVerdict::kNotRigid};
+  // The sender is notified of each, at most a few times a second.
+  const PoseStatus first[] = {PoseStatus::kNotFinite, PoseStatus::kNotFinite, PoseStatus::kNotRigid,
+                              PoseStatus::kNotRigid};
   ASSERT_GE(device.errors.size(), std::size(first));
   for (std::size_t i = 0; i < std::size(first); ++i) {
     const net::ErrorMessage& error = device.errors[i];
@@ -325,7 +326,7 @@ TEST(DaemonEvents, TellWhatHappensToDeviceAndNeedleInOrder) {
   for (const net::EventMessage& event : viewer.events) {
     EXPECT_FALSE(event.text.empty());
     if (event.kind == net::EventKind::kWarning || event.kind == net::EventKind::kSafety)
-      continue;  // what guards the field and the hand is not this test's
+      continue;  // the guards of field and force are tested elsewhere
     told.push_back(event.kind == net::EventKind::kContact ? event.text : std::to_string(int(event.kind)));
   }
   // Attached, touching, punctured and inserted, withdrawn, detached.

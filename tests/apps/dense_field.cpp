@@ -1,36 +1,14 @@
 #include "tests/apps/dense_field.h"
 
 #include <cmath>
-#include <stdexcept>
 #include <utility>
+
+#include "tests/core/kernels/kernel_formulas.h"
 
 namespace brachy::test {
 namespace {
 
-using Real = DenseField::Real;
 using Vec = DenseField::Vec;
-
-Real value(const std::string& kernel, Real r) {
-  if (r >= 1) return 0;
-  if (kernel == "psi30") return std::pow(1 - r, 2);
-  if (kernel == "psi31") return std::pow(1 - r, 4) * (4 * r + 1);
-  if (kernel == "psi32") return std::pow(1 - r, 6) * (35 * r * r / 3 + 6 * r + 1);
-  if (kernel == "buhmann")
-    return r == 0 ? 1
-                  : 12 * std::pow(r, 4) * std::log(r) - 21 * std::pow(r, 4) + 32 * std::pow(r, 3) -
-                        12 * r * r + 1;
-  throw std::invalid_argument(kernel);
-}
-
-Real slope(const std::string& kernel, Real r) {
-  if (r >= 1 || r == 0) return 0;
-  if (kernel == "psi30") return -2 * (1 - r);
-  if (kernel == "psi31") return -20 * r * std::pow(1 - r, 3);
-  if (kernel == "psi32") return -56 * r * (1 + 5 * r) * std::pow(1 - r, 5) / 3;
-  if (kernel == "buhmann")
-    return 48 * std::pow(r, 3) * std::log(r) - 72 * std::pow(r, 3) + 96 * r * r - 24 * r;
-  throw std::invalid_argument(kernel);
-}
 
 Real distance(const Vec& a, const Vec& b) {
   Real sum = 0;
@@ -70,7 +48,7 @@ DenseField::DenseField(std::string kernel, double support, std::vector<Landmark>
   std::vector<Vec> d;
   for (std::size_t i = 0; i < n; ++i) {
     for (std::size_t j = 0; j < n; ++j)
-      K[i][j] = value(kernel_, distance(landmarks_[i].p, landmarks_[j].p) / support_);
+      K[i][j] = reference_psi(formula_of(kernel_), distance(landmarks_[i].p, landmarks_[j].p) / support_);
     d.push_back(landmarks_[i].d);
   }
   weights_ = eliminate(std::move(K), std::move(d));
@@ -79,7 +57,7 @@ DenseField::DenseField(std::string kernel, double support, std::vector<Landmark>
 Vec DenseField::displacement(const Vec& x) const {
   Vec u{};
   for (std::size_t i = 0; i < landmarks_.size(); ++i) {
-    const Real psi = value(kernel_, distance(x, landmarks_[i].p) / support_);
+    const Real psi = reference_psi(formula_of(kernel_), distance(x, landmarks_[i].p) / support_);
     for (int k = 0; k < 3; ++k) u[k] += weights_[i][k] * psi;
   }
   return u;
@@ -90,7 +68,7 @@ Real DenseField::determinant(const Vec& x) const {
   for (std::size_t i = 0; i < landmarks_.size(); ++i) {
     const Real length = distance(x, landmarks_[i].p);
     if (length == 0) continue;  // every C² kernel is flat there
-    const Real gradient = slope(kernel_, length / support_) / (support_ * length);
+    const Real gradient = reference_slope(formula_of(kernel_), length / support_) / (support_ * length);
     for (int r = 0; r < 3; ++r)
       for (int c = 0; c < 3; ++c) F[r][c] += weights_[i][r] * gradient * (x[c] - landmarks_[i].p[c]);
   }

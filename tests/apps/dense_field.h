@@ -6,8 +6,8 @@
 
 namespace brachy::test {
 
-/// The plain interpolant once more, written apart from the product in long double: own kernel formulas (DESIGN §2),
-/// dense matrix, Gaussian elimination. The oracle of `brachy deform`.
+/// The interpolant again, independent of the product and in long double: the tests' kernel formulas, dense matrix,
+/// Gaussian elimination. The oracle of `brachy deform`.
 class DenseField {
  public:
   using Real = long double;

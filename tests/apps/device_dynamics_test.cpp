@@ -47,8 +47,8 @@ TEST(DeviceDynamicsReplay, OfflineRunsAreAlike) {
 TEST(DeviceDynamicsReplay, ADeviceWithoutALocalModelGetsTheStiffnessOfItsWire) {
   Held held;
   EXPECT_NEAR(held.offline({}).at("hand").at("max_stiffness_n_per_mm").get<double>(), 1, 1e-9);
-  const auto simple =
-      held.offline({"--simple-client", "--delay-ms", "4"});  // 2b/(T + 2(8 ms + 2T)), T = 1 ms
+  // 2b/(T + 2(8 ms + 2T)), T = 1 ms
+  const auto simple = held.offline({"--simple-client", "--delay-ms", "4"});
   EXPECT_NEAR(simple.at("hand").at("max_stiffness_n_per_mm").get<double>(), 0.001 / 0.021, 1e-9);
 }
 

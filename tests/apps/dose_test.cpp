@@ -1,12 +1,12 @@
-// `brachy dose` from outside: the exact sums, the grid it writes, its DVH, and what it refuses.
+// `brachy dose` end to end: exact sums, the grid that it writes, its DVH, and invalid input.
 #include <array>
 #include <cmath>
 #include <cstring>
 #include <set>
 
-#include "core/dose/dose_rate.h"
-#include "core/dose/dose_seed_file.h"
-#include "core/number_csv.h"
+#include "core/base/number_csv.h"
+#include "core/brachytherapy/dose/dose_rate.h"
+#include "core/brachytherapy/dose/dose_seed_file.h"
 #include "tests/apps/apps_testing.h"
 
 namespace brachy {

@@ -1,5 +1,5 @@
-// What reaches the hands, on a clock of the test's own.
-#include "apps/brachyd/force_link.h"
+// The forces sent to devices, with simulated time.
+#include "apps/daemon/forces/force_link.h"
 
 #include <gtest/gtest.h>
 
@@ -52,7 +52,7 @@ struct ForceLinkTest : ::testing::Test {
     return pose;
   }
 
-  /// As the daemon has it: poses as they come, a tick each 5 ms, the cycle each 1 ms.
+  /// As in the daemon: poses when they arrive, a tick each 5 ms, the cycle each 1 ms.
   void run(int milliseconds, std::uint16_t needle = 0) {
     for (int i = 0; i < milliseconds; ++i) {
       now_ns += kMs;
@@ -67,7 +67,7 @@ struct ForceLinkTest : ::testing::Test {
         tick.needles[needle].input_received_ns = last_pose.received_ns;
         tick.needles[needle].model.tick = tick.tick;
         tick.needles[needle].model.reference_tip = last_pose.X_WN.p;
-        link.take(tick, now_ns);
+        link.on_tick(tick, now_ns);
       }
       link.cycle(now_ns);
     }
@@ -195,7 +195,7 @@ TEST_F(ForceLinkTest, APoseThatIsNotFiniteTakesTheForceAwayWithinAFewMillisecond
   EXPECT_NEAR(hand().z(), -0.5, 1e-6);
   run(1);
   EXPECT_EQ(hand().norm(), 0);
-  link.pose_not_finite(0);  // counted, but nobody needs to be told again
+  link.pose_not_finite(0);  // counted, but not announced again
   run(1000);
   EXPECT_EQ(hand().norm(), 0);
   EXPECT_EQ(told(Intervention::kNotFinite), 1u);
@@ -306,7 +306,7 @@ TEST_F(ForceLinkTest, AModelOfAnotherDevicesPoseNamesNoPose) {
   EXPECT_EQ(models.back().input_stamp_ns, 0);
 }
 
-// A device that comes back elsewhere: until a tick has used a pose of its own, the tissue of the last one is not its.
+// A device that reconnects elsewhere: until a tick has used one of its poses, the last contact model is not its own.
 TEST_F(ForceLinkTest, TheTissueWhereThePredecessorWasIsNotFelt) {
   attach();
   run(600);
@@ -323,7 +323,7 @@ TEST_F(ForceLinkTest, TheTissueWhereThePredecessorWasIsNotFelt) {
   now_ns += kMs;
   link.pose_accepted(0, pose());
   ++tick.tick;  // of the old pose still
-  link.take(tick, now_ns);
+  link.on_tick(tick, now_ns);
   link.cycle(now_ns);
   ASSERT_FALSE(models.empty());
   EXPECT_FALSE(models.back().model.in_contact);
@@ -345,7 +345,7 @@ TEST_F(ForceLinkTest, AFarClientGetsASofterTissueAndIsToldOnce) {
   EXPECT_TRUE(flags() & net::kForceLimited);
   EXPECT_EQ(told(Intervention::kStiffnessLimited), 1u);
   EXPECT_EQ(count(Intervention::kStiffnessLimited), 1u);
-  round_trip_s.reset();  // of an unknown distance: far
+  round_trip_s.reset();  // an unknown round trip counts as long
   run(20);
   EXPECT_LT(hand().norm(), 20 * limit);
   net::StateMessage state;
@@ -372,7 +372,7 @@ TEST_F(ForceLinkTest, NoForceIsLargerThanTheDeviceTakes) {
   run(600);
   EXPECT_NEAR(hand().norm(), 1, 1e-9);
   for (const net::ForceMessage& force : forces) ASSERT_LE(force.forces.force_n.norm(), 1 + 1e-9);
-  EXPECT_EQ(told(Intervention::kForceLimited), 2u);  // once a connection
+  EXPECT_EQ(told(Intervention::kForceLimited), 2u);  // once per connection
 }
 
 TEST_F(ForceLinkTest, ASimulationThatStopsTakesItsForceAlongWithoutAFault) {

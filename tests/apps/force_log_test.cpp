@@ -7,7 +7,7 @@
 #include "apps/charts/svg_chart.h"
 #include "apps/forces/force_chart.h"
 #include "apps/forces/force_summary.h"
-#include "core/error.h"
+#include "core/base/error.h"
 #include "tests/apps/apps_testing.h"
 
 namespace brachy {
@@ -17,7 +17,7 @@ using namespace test;
 
 const std::string kHeader = std::string(kForceLogHeader) + "\n";
 
-/// A sample as a needle along z has it: cutting and friction are parts of the axial force.
+/// A sample of a needle along z: cutting and friction are parts of the axial force.
 ForceSample sample_at(double t_s, ContactState state, double depth_mm, double cutting_n, double friction_n) {
   ForceSample s;
   s.t_s = t_s;
@@ -90,11 +90,11 @@ TEST(ForceLog, ErrorsNameTheFileTheLineAndTheFix) {
   };
   expect("", "f.csv:1: ", "no rows");
   expect(kHeader, "f.csv:1: ", "no rows");
-  expect("t_s,m00\n" + row, "f.csv:1: is no force log", "expected the header t_s,needle,state");
-  expect(kHeader + row.substr(0, 20) + "\n", "f.csv:2: found ", "cut off");
+  expect("t_s,m00\n" + row, "f.csv:1: is not a force log", "expected the header t_s,needle,state");
+  expect(kHeader + row.substr(0, 20) + "\n", "f.csv:2: found ", "truncated");
   expect(kHeader + row + "\n" + row + "\n", "f.csv:3: t_s does not increase for needle 0", "sorted");
-  expect(kHeader + "x" + row + "\n", "f.csv:2: t_s is not a number", "");
-  expect(kHeader + "0,-1" + row.substr(3) + "\n", "f.csv:2: needle is not a number", "");
+  expect(kHeader + "x" + row + "\n", "f.csv:2: t_s is not a valid number", "");
+  expect(kHeader + "0,-1" + row.substr(3) + "\n", "f.csv:2: needle is not a valid number", "");
   std::string state = row;
   state.replace(state.find("touching"), 8, "resting");
   expect(kHeader + state + "\n", "f.csv:2: state must be free, touching", "withdrawn");

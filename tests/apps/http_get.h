@@ -12,7 +12,7 @@
 
 namespace brachy::test {
 
-/// From the line that brachyd says next; 0 without.
+/// From the next line that brachyd prints; 0 without.
 inline std::uint16_t http_port(RunningBrachyd& daemon) {
   constexpr std::string_view kSays = "http on 127.0.0.1:";
   const auto line = daemon.process.read_line();

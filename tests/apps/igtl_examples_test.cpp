@@ -53,7 +53,7 @@ std::optional<std::vector<std::string>> read_matrix(ChildProcess& client) {
   return rows;
 }
 
-/// As igtl::PrintMatrix shows it.
+/// As igtl::PrintMatrix prints it.
 std::vector<std::string> printed(const RigidTransform& X) {
   std::vector<std::string> rows;
   for (int row = 0; row < 3; ++row) {
@@ -67,7 +67,7 @@ std::vector<std::string> printed(const RigidTransform& X) {
 
 struct IgtlExamples : ::testing::Test {
   TempFolder folder;
-  /// A needle that the daemon itself holds still in front of the gland.
+  /// A scripted needle at rest in front of the gland.
   std::string still_scene() {
     folder.write("still.csv",
                  "t_s,m00,m01,m02,m03,m10,m11,m12,m13,m20,m21,m22,m23\n"
@@ -75,7 +75,7 @@ struct IgtlExamples : ::testing::Test {
     return folder.write("still.toml",
                         small_scene("[device]\nkind = \"scripted\"\ntrajectory = \"still.csv\"\n"));
   }
-  const RigidTransform still_ = {Mat3::Identity(), Vec3(8, -4, -34.5)};
+  const RigidTransform at_rest = {Mat3::Identity(), Vec3(8, -4, -34.5)};
 };
 
 TEST_F(IgtlExamples, ATrackerClientMovesTheNeedle) {
@@ -137,7 +137,7 @@ TEST_F(IgtlExamples, AnotherTrackersToolIsNoNeedle) {
 TEST_F(IgtlExamples, AReceiveClientGetsNeedleForceAndSurface) {
   IgtlBrachyd brachyd(still_scene());
   ChildProcess receiver(brachyd.client("ReceiveClient"));
-  const auto needle = printed(still_), force = printed(RigidTransform{});
+  const auto needle = printed(at_rest), force = printed(RigidTransform{});
   int needles = 0, forces = 0;
   while (needles < 10 || forces < 10) {
     const auto matrix = read_matrix(receiver);
@@ -156,10 +156,10 @@ TEST_F(IgtlExamples, AReceiveClientGetsNeedleForceAndSurface) {
 TEST_F(IgtlExamples, ATrackingDataClientStartsAndStopsTheStream) {
   IgtlBrachyd brachyd(still_scene());
   ChildProcess client(brachyd.client("TrackingDataClient", {"50"}));
-  for (int i = 0; i < 9; ++i) {  // the tenth message it counts is our answer to its first
+  for (int i = 0; i < 9; ++i) {  // the tenth message that it counts is our answer to its first
     const auto matrix = read_matrix(client);
     ASSERT_TRUE(matrix);
-    EXPECT_EQ(*matrix, printed(still_));
+    EXPECT_EQ(*matrix, printed(at_rest));
   }
   ASSERT_TRUE(client.says("Sending STP_TDATA"));
   ASSERT_TRUE(client.says("RTS_TDATA", 2));

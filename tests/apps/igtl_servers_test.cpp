@@ -1,5 +1,5 @@
-// OpenIGTLink's own example servers (Debian's openigtlink-examples) as trackers and surfaces. brachyd is a server itself, so
-// the test stands between them as 3D Slicer does: a client of both, which hands on what comes.
+// OpenIGTLink's own example servers (Debian's openigtlink-examples) as trackers and surfaces. brachyd is a server
+// itself, so the test is a client of both, as 3D Slicer is, and forwards the messages.
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <numeric>
 
+#include "core/scene/file/scene_file.h"
 #include "core/scene/load_tissue.h"
-#include "core/scene/scene_file.h"
 #include "tests/apps/apps_testing.h"
 #include "tests/data_dir.h"
 
@@ -26,7 +26,7 @@ std::string scene_with_mesh(const std::string& mesh) {
   return "[tissue]\npoints = 5000\nmesh = \"" + mesh + "\"\n[anchors]\ncount = 1\n[server]\nport = 0\n";
 }
 
-// A report, or one line that says why not; never a signal.
+// A report, or an error of one line; never a signal.
 void expect_report_or_one_line(const Ended& ended) {
   if (ended.exit_code == 0)
     EXPECT_FALSE(ended.out.empty());

@@ -1,4 +1,4 @@
-#include "apps/brachyd/network_log.h"
+#include "apps/daemon/network_log.h"
 
 #include <gtest/gtest.h>
 

@@ -10,11 +10,11 @@
 #include <vector>
 
 #include "core/realtime/deadline.h"
-#include "net/client.h"
+#include "net/client/client.h"
 
 namespace brachy::test {
 
-/// A client of a daemon, with a record of what it was told. It is served only while its pump runs.
+/// A client of a daemon that records what it receives. It is served only while its pump runs.
 class Peer {
  public:
   static constexpr std::chrono::milliseconds kDeadline{30'000};
@@ -43,7 +43,7 @@ class Peer {
     }
     return true;
   }
-  /// Serves it a little: at most until something happens or 5 ms are over.
+  /// Serves it once: until something happens, at most 5 ms.
   void poll() {
     if (io_.stopped()) io_.restart();
     io_.run_one_for(std::chrono::milliseconds(5));
@@ -64,7 +64,7 @@ class Peer {
     return until([&] { return !frames.empty() && last().message.input_stamp_ns == stamp_ns; });
   }
 
-  /// The newest STATE, asked for now.
+  /// The newest STATE, on request.
   bool refresh_state() {
     const std::size_t before = states.size();
     client.request_state();

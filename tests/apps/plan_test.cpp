@@ -4,9 +4,9 @@
 #include <cstring>
 #include <sstream>
 
-#include "core/dose/dose_seed_file.h"
-#include "core/plan/plan_file.h"
-#include "core/structures/load_structures.h"
+#include "core/brachytherapy/dose/dose_seed_file.h"
+#include "core/brachytherapy/plan/plan_file.h"
+#include "core/scene/load_structures.h"
 #include "haptics/trajectory/trajectory.h"
 #include "tests/apps/apps_testing.h"
 
@@ -133,9 +133,9 @@ TEST(PlanTool, ASessionGoesToEveryTipInTurnAndHoldsTheButtonOnTheWayOut) {
       EXPECT_EQ(before.X_WN.p, pressed_at);  // at rest
       ++presses;
     }
-    const bool waits =
-        before.button && now.X_WN == before.X_WN && before.X_WN.p == pressed_at;  // for the press to be seen
-    if (before.button && !waits) {  // straight back, slowly while the train is left
+    // for the press to be seen
+    const bool waits = before.button && now.X_WN == before.X_WN && before.X_WN.p == pressed_at;
+    if (before.button && !waits) {  // straight back, slowly while the train is dropped
       const PlanNeedle& needle = plan.needles[presses - 1];
       EXPECT_EQ(now.X_WN.p.head<2>(), pressed_at.head<2>());
       EXPECT_LT(now.X_WN.p.z(), before.X_WN.p.z());

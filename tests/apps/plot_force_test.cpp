@@ -60,7 +60,7 @@ TEST_F(PlotForce, RefusesWhatItCannotReadOrWrite) {
   EXPECT_TRUE(refused_in_one_line(run_brachy({"plot-force", (folder / "none.csv").string()}),
                                   {"none.csv", "no such"}));
   EXPECT_TRUE(refused_in_one_line(run_brachy({"plot-force", folder.write("t.csv", short_insertion(1))}),
-                                  {"t.csv:1", "no force log"}));
+                                  {"t.csv:1", "not a force log"}));
   EXPECT_TRUE(refused_in_one_line(run_brachy({"plot-force", folder.write("h.csv", kHeader)}),
                                   {"h.csv:1", "no rows"}));
   EXPECT_EQ(read_file(log), kLog);

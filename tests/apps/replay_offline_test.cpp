@@ -36,8 +36,8 @@ TEST(ReplayOffline, DefaultSceneAndTrajectoryGiveTheSameHashOnEveryRun) {
   EXPECT_EQ(first.at("punctures"), 2);
   EXPECT_EQ(first.at("solve_failed"), false);
   EXPECT_EQ(first.at("saturated"), false);
-  EXPECT_EQ(first.at("reseated"), false);
-  // Every tick has a verdict, and what is not injective says so.
+  EXPECT_EQ(first.at("reinitialized"), false);
+  // Every tick has a verdict, and one that is not injective is flagged.
   EXPECT_EQ(first.at("ticks_injective").get<int>() + first.at("ticks_folded").get<int>() +
                 first.at("ticks_unknown").get<int>(),
             3001);
@@ -105,7 +105,7 @@ TEST(ReplayOffline, RegionsOfOtherSupportChangeTheHash) {
     ASSERT_FALSE(json.is_discarded()) << kernel;
     EXPECT_EQ(json.at("solve_failed"), false) << kernel;
     EXPECT_EQ(json.at("contact"), "withdrawn") << kernel;
-    // Such a push would fold: the guard holds it back, and without the guard there is more of it.
+    // Such a push would fold: the guard clamps it, and without the guard the displacement is larger.
     EXPECT_GT(json.at("max_disp_mm").get<double>(), 0.5) << kernel;
     EXPECT_GT(json.at("max_held_mm").get<double>(), 1) << kernel;
     const auto unguarded = json_of(
@@ -121,7 +121,7 @@ TEST(ReplayOffline, RegionsOfOtherSupportChangeTheHash) {
       {"s.toml:8", "region.shear_modulus_kpa", "elastic"}));
 }
 
-/// What must hold for every row, whatever the tissue does.
+/// Invariants of every row.
 void expect_consistent(const ForceSample& row) {
   const NeedleForces& f = row.forces;
   EXPECT_NEAR(f.axial_n, f.cutting_n + f.friction_n, 1e-9 * (1 + std::abs(f.axial_n))) << row.t_s;
@@ -217,7 +217,7 @@ TEST(ReplayOffline, ShippedTrajectoriesGoInAndComeOut) {
                                     folder.write("s.toml", small_scene()), {"--log", log}));
   ASSERT_FALSE(json.is_discarded());
   EXPECT_EQ(json.at("contact"), "withdrawn");
-  EXPECT_EQ(json.at("reseated"), false);
+  EXPECT_EQ(json.at("reinitialized"), false);
   EXPECT_EQ(json.at("dissipated_nmm"), json.at("needles")[0].at("hand_work_nmm"));
   EXPECT_GE(json.at("dissipated_nmm").get<double>(), 0);
   EXPECT_GT(json.at("max_depth_mm").get<double>(), 30);
@@ -237,7 +237,7 @@ std::string several_needles(int count) {
   return small_scene("[needle]\ncount = " + std::to_string(count) + "\n");
 }
 
-// Sped up: what is tested is who moves when, not the tissue.
+// Sped up: this tests which needle moves when, not the tissue.
 TEST(ReplayOffline, SeveralNeedlesComeAndStayAsTheFileSays) {
   const TempFolder folder;
   const std::string scene = folder.write("s.toml", several_needles(3)), log = (folder / "f.csv").string();
@@ -250,7 +250,7 @@ TEST(ReplayOffline, SeveralNeedlesComeAndStayAsTheFileSays) {
   EXPECT_EQ(json.at("needles")[1].at("contact"), "inserted");
   EXPECT_EQ(json.at("needles")[2].at("contact"), "inserted");
   EXPECT_EQ(json.at("punctures"), 3);
-  EXPECT_TRUE(json.at("dissipated_nmm").is_null());  // two needles still hold the tissue
+  EXPECT_TRUE(json.at("dissipated_nmm").is_null());  // two needles are still in the tissue
   std::array<double, 3> first_s = {-1, -1, -1}, depth_mm{};
   std::array<std::size_t, 3> rows{};
   for (const ForceSample& row : load_force_log(log)) {
@@ -299,7 +299,7 @@ TEST(ReplayOffline, RefusesABadTrajectoryInOneLineWithFileAndLine) {
   EXPECT_TRUE(refused_in_one_line(with(header + row + "1,1,0,0,8,0,1,0,-4,0,0,1,inf\n"), {"bad.csv:3"}));
   EXPECT_TRUE(refused_in_one_line(with("t,x,y,z\n0,1,2,3\n"), {"bad.csv:1", "t_s,m00"}));
   EXPECT_TRUE(refused_in_one_line(with(row), {"bad.csv:1", "t_s,m00"}));
-  EXPECT_TRUE(refused_in_one_line(with(header + row + "1,1,0,0,8,0,1"), {"bad.csv:3", "cut off"}));
+  EXPECT_TRUE(refused_in_one_line(with(header + row + "1,1,0,0,8,0,1"), {"bad.csv:3", "truncated"}));
   EXPECT_TRUE(refused_in_one_line(with(header + row + row), {"bad.csv:3", "increase"}));
   EXPECT_TRUE(
       refused_in_one_line(with(header + "0,2,0,0,8,0,2,0,-4,0,0,2,-40\n"), {"bad.csv:2", "rotation"}));

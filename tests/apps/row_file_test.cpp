@@ -1,11 +1,11 @@
-// Rows of a text file: buffered, killed, and short of room.
+// Rows of a text file: buffered, after a kill, and on a full disk.
 #include "apps/forces/row_file.h"
 
 #include <sys/resource.h>
 
 #include <csignal>
 
-#include "core/error.h"
+#include "core/base/error.h"
 #include "tests/apps/apps_testing.h"
 
 namespace brachy {
@@ -34,18 +34,18 @@ TEST(RowFile, ReachesTheFileWhenItIsFlushedAndGoesOnWithWhatIsThere) {
   EXPECT_THROW(RowFile(folder / "none/r.csv", RowFile::Start::kAnew, "a,b"), UserError);
 }
 
-// The file may grow no further than into the middle of a row, at whatever byte.
-TEST(RowFile, WithoutRoomEndsWithAWholeRowAndTakesNoMore) {
+// RLIMIT_FSIZE ends within a row, at every byte of it.
+TEST(RowFile, OnAFullDiskEndsWithAWholeRowAndTakesNoMore) {
   const TempFolder folder;
   rlimit before{};
   ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &before), 0);
   const auto previous = std::signal(SIGXFSZ, SIG_IGN);
-  for (const rlim_t room : {15, 16, 20, 24}) {
+  for (const rlim_t space : {15, 16, 20, 24}) {
     RowFile rows(folder / "r.csv", RowFile::Start::kAnew, "head");
     rows.add("1234");
     rows.flush();
     rlimit small = before;
-    small.rlim_cur = room;
+    small.rlim_cur = space;
     ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &small), 0);
     for (const char* row : {"5678", "9abc", "defg"}) rows.add(row);
     EXPECT_FALSE(rows.has_failed());
@@ -56,9 +56,9 @@ TEST(RowFile, WithoutRoomEndsWithAWholeRowAndTakesNoMore) {
         << rows.failure();
     rows.add("late");
     rows.flush();
-    EXPECT_EQ(read_file(folder / "r.csv"), room < 20 ? "head\n1234\n5678\n" : "head\n1234\n5678\n9abc\n")
-        << room;
-    EXPECT_EQ(rows.rows(), room < 20 ? 2u : 3u);
+    EXPECT_EQ(read_file(folder / "r.csv"), space < 20 ? "head\n1234\n5678\n" : "head\n1234\n5678\n9abc\n")
+        << space;
+    EXPECT_EQ(rows.rows(), space < 20 ? 2u : 3u);
   }
   std::signal(SIGXFSZ, previous);
 }

@@ -6,10 +6,10 @@
 
 namespace brachy::test {
 
-/// A brachyd process on a free port. It ends by itself after a minute at the latest, whatever becomes of the test.
+/// A brachyd process on a free port. It ends by itself after at most a minute, even if the test crashes.
 class RunningBrachyd {
  public:
-  /// `before`: a program, with its arguments, that becomes brachyd.
+  /// `before`: a program, with its arguments, that executes brachyd.
   explicit RunningBrachyd(const std::string& scene, const std::vector<std::string>& more = {},
                           const std::vector<std::string>& before = {})
       : process(line(scene, more, before)) {

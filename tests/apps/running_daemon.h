@@ -4,8 +4,8 @@
 #include <thread>
 #include <vector>
 
-#include "apps/brachyd/daemon.h"
-#include "core/math/rigid_transform.h"
+#include "apps/daemon/daemon.h"
+#include "core/base/rigid_transform.h"
 
 namespace brachy::test {
 

@@ -9,12 +9,12 @@
 #include <string>
 #include <vector>
 
-#include "net/server.h"
+#include "net/server/server.h"
 #include "tests/apps/apps_testing.h"
 
 namespace brachy::test {
 
-/// A server in this process that shows states no simulation needs to reach, and tools outside that follow it.
+/// A server in this process that publishes arbitrary states, and tool processes that follow it.
 class ServedStates {
  public:
   ServedStates() : server_(io_, net::ServerOptions{}, one_triangle(), handlers()) {}
@@ -36,16 +36,16 @@ class ServedStates {
     return *tools_.back();
   }
 
-  /// The next tick's state, after `change`, to everybody.
+  /// Publishes the next tick's state, after `change`.
   template <class Change>
   void show(Change&& change) {
     MeshState state;
-    state.tick = ++tick_;
-    state.sim_time_s = 0.005 * static_cast<double>(tick_);
-    state.deformed_vertices = {0, 0, 0, 10, 0, 0, 0, 10, 0};
-    state.block_ticks = {tick_};
+    state.summary.tick = ++tick_;
+    state.summary.sim_time_s = 0.005 * static_cast<double>(tick_);
+    state.mesh.deformed_vertices = {0, 0, 0, 10, 0, 0, 0, 10, 0};
+    state.mesh.block_ticks = {tick_};
     change(state);
-    tick_ = state.tick;
+    tick_ = state.summary.tick;
     server_.publish(std::make_shared<const MeshState>(std::move(state)));
     serve();
   }

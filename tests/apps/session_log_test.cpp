@@ -1,4 +1,4 @@
-// A session's files while they are written, killed, gone on with and short of room.
+// A session's files while they are written, after a kill, when resumed, and on a full disk.
 #include "apps/session/session_log.h"
 
 #include <sys/resource.h>
@@ -6,8 +6,8 @@
 #include <csignal>
 #include <fstream>
 
-#include "core/error.h"
-#include "core/seeds/seed_file.h"
+#include "core/base/error.h"
+#include "core/brachytherapy/seeds/seed_file.h"
 #include "tests/apps/apps_testing.h"
 
 namespace brachy {
@@ -57,7 +57,7 @@ TEST(SeedLedger, CutsOffARowThatWasNotFinishedWhereverItEnds) {
   for (const std::size_t torn : {std::size_t{1}, std::size_t{2}, row.size() / 2, row.size()}) {
     const std::string file = folder.write("seeds.csv", whole + row.substr(0, torn));
     SeedLedger ledger(file);
-    EXPECT_TRUE(ledger.was_torn());
+    EXPECT_TRUE(ledger.had_partial_row());
     EXPECT_EQ(ledger.restored(), seeds(1));
     ledger.append(seeds(2));
     EXPECT_EQ(load_seeds(file), seeds(2));
@@ -84,8 +84,8 @@ TEST(SeedLedger, BelongsToOneProcessAtATime) {
   EXPECT_THROW(SeedLedger(folder / "seeds.csv"), UserError);
 }
 
-// The file may grow no further than into the middle of the third row.
-TEST(SeedLedger, WithoutRoomNothingIsHalfWrittenAndTheNextCallTriesAgain) {
+// RLIMIT_FSIZE ends within the third row.
+TEST(SeedLedger, WithoutSpaceNothingIsHalfWrittenAndTheNextCallTriesAgain) {
   const TempFolder folder;
   SeedLedger ledger(folder / "seeds.csv");
   ledger.append(seeds(2));
@@ -107,19 +107,19 @@ TEST(SeedLedger, WithoutRoomNothingIsHalfWrittenAndTheNextCallTriesAgain) {
 /// A state of one needle whose poses of the last ticks are known.
 MeshState state_at(std::uint64_t tick) {
   MeshState state;
-  state.tick = tick;
-  state.needles.resize(1);
-  state.needles[0].present = true;
-  state.pose_histories.resize(1);
-  const std::uint64_t kRing = MeshState::kPoseHistory;
+  state.summary.tick = tick;
+  state.needles.states.resize(1);
+  state.needles.states[0].present = true;
+  state.needles.pose_histories.resize(1);
+  constexpr std::uint64_t kRing = NeedleStates::kPoseHistory;
   for (std::uint64_t t = tick > kRing ? tick - kRing + 1 : 1; t <= tick; ++t) {
-    TickPose& pose = state.pose_histories[0][t % kRing];
+    TickPose& pose = state.needles.pose_histories[0][t % kRing];
     pose.tick = t;
     pose.X_WN.p.z() = static_cast<double>(t);
     pose.button = t % 10 == 0;
   }
-  state.seed_slots = seeds(tick / 50);
-  state.seed_count = static_cast<std::uint32_t>(tick / 50);
+  state.seeds.slots = seeds(tick / 50);
+  state.seeds.count = static_cast<std::uint32_t>(tick / 50);
   return state;
 }
 
@@ -147,7 +147,7 @@ TEST(SessionLog, CountsTicksThatCameTooLate) {
   SessionLog log(folder / "s", 1, 0.005);
   log.add(state_at(1));
   log.add(state_at(200));
-  EXPECT_EQ(log.ticks_missed(), 200 - 1 - MeshState::kPoseHistory);
+  EXPECT_EQ(log.ticks_missed(), 200 - 1 - NeedleStates::kPoseHistory);
 }
 
 TEST(SessionLog, GoesOnWithAKilledOnesWhereItsTimeEnded) {
@@ -166,8 +166,8 @@ TEST(SessionLog, GoesOnWithAKilledOnesWhereItsTimeEnded) {
     EXPECT_DOUBLE_EQ(log.offset_s(), 0.5);
     EXPECT_NE(log.restored_text().find("2 seeds"), std::string::npos) << log.restored_text();
     MeshState state = state_at(10);
-    state.seed_slots = seeds(3);
-    state.seed_count = 3;
+    state.seeds.slots = seeds(3);
+    state.seeds.count = 3;
     log.add(state);
     log.close();
   }
@@ -180,8 +180,9 @@ TEST(SessionLog, GoesOnWithAKilledOnesWhereItsTimeEnded) {
   EXPECT_DOUBLE_EQ(all[2].t_s, 2);  // 1.5 s into the second run
 }
 
-// It is told once, by flush(), and by close() again; what was written is whole, and seeds are another file's.
-TEST(SessionLog, WithoutRoomSaysSoOnceAndStaysReadable) {
+// The failure is reported once by flush() and again by close(); written rows are complete, and seeds have their own
+// file.
+TEST(SessionLog, WithoutSpaceSaysSoOnceAndStaysReadable) {
   const TempFolder folder;
   rlimit before{};
   ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &before), 0);
@@ -193,8 +194,8 @@ TEST(SessionLog, WithoutRoomSaysSoOnceAndStaysReadable) {
   int told = 0;
   for (std::uint64_t tick = 7; tick <= 2000; tick += 7) {
     MeshState state = state_at(tick);
-    state.seed_slots = seeds(tick / 700);
-    state.seed_count = static_cast<std::uint32_t>(tick / 700);
+    state.seeds.slots = seeds(tick / 700);
+    state.seeds.count = static_cast<std::uint32_t>(tick / 700);
     log.add(state);
     try {
       log.flush();

@@ -1,7 +1,7 @@
-// A whole implant from the tools: plan, needles, seeds, report; and the same over the network.
+// A whole implant with the tools: plan, needles, seeds, report; and the same over the network.
 #include <csignal>
 
-#include "core/seeds/seed_file.h"
+#include "core/brachytherapy/seeds/seed_file.h"
 #include "tests/apps/applicator.h"
 #include "tests/apps/apps_testing.h"
 #include "tests/apps/running_brachyd.h"
@@ -47,10 +47,10 @@ TEST_F(SessionTest, OfAPlanEndsWithAllSeedsInTheTissueAndAReport) {
   // Nothing is overwritten.
   EXPECT_TRUE(refused_in_one_line(
       run_brachy({"replay", needles, "--offline", "--config", scene, "--session", in("s")}),
-      {"holds a recording already"}));
+      {"already holds a recording"}));
 }
 
-// What was recorded live, stepped again: the same seeds at the same places, bit for bit.
+// A live recording, stepped offline: the same seeds at the same positions, bit for bit.
 TEST_F(SessionTest, PlayedOverTheNetworkRepeatsOffline) {
   RunningBrachyd brachyd(scene, {"--session", in("live")});
   ASSERT_TRUE(exited(run_brachy({"replay", needles, "--connect", brachyd.address, "--speed", "2"}), 0));
@@ -73,7 +73,7 @@ TEST_F(SessionTest, PlayedOverTheNetworkRepeatsOffline) {
   }
 }
 
-// Whoever was told of a seed finds it again: order, count and places, however the daemon ended.
+// Seeds that a client has received are in the ledger: order, count and positions, however the daemon ended.
 TEST(Session, KeepsItsSeedsThroughKillMinusNine) {
   const TempFolder folder;
   const std::string scene = folder.write("scene.toml", small_scene());
@@ -92,7 +92,7 @@ TEST(Session, KeepsItsSeedsThroughKillMinusNine) {
     }
     ASSERT_TRUE(device.go(way_in()));
     for (int i = 0; i < 3; ++i) ASSERT_TRUE(device.drop());
-    device.peer.client.press(true);  // and one that nobody waits for
+    device.peer.client.press(true);  // and one more, without waiting for it
     device.peer.client.press(false);
     device.peer.poll();
     told = device.seeds();

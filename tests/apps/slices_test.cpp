@@ -1,11 +1,11 @@
-// Slices of `brachy compare` and `brachy stability`, run by themselves and merged, against the run that was not sliced.
+// Slices of `brachy compare` and `brachy stability`, run separately and merged, against the run that was not sliced.
 #include <algorithm>
 #include <functional>
 #include <numeric>
 #include <set>
 
-#include "apps/compare/compare_slices.h"
-#include "apps/stability/stability_slices.h"
+#include "apps/study/compare/compare_slices.h"
+#include "apps/study/stability/stability_slices.h"
 #include "tests/apps/apps_testing.h"
 
 namespace brachy {
@@ -47,7 +47,7 @@ struct Slices : ::testing::Test {
   }
 };
 
-/// What is the same each time: all but times, and memory, which depends on what ran before.
+/// The reproducible part: everything except times, and memory, which depends on what ran before.
 Json without_measurements(Json rows) {
   for (Json& row : rows)
     for (const char* key : {"setup_ms", "tick_ms", "advance_ms", "bytes", "slice"}) row.erase(key);
@@ -101,7 +101,7 @@ TEST_F(Slices, OfAComparisonMergeToTheRunThatWasNotSliced) {
   const Ended unsliced = run_brachy(whole);
   ASSERT_TRUE(exited(unsliced, 0));
   std::vector<std::string> files = sliced(line, 3);
-  std::ranges::rotate(files, files.begin() + 1);  // in whatever order
+  std::rotate(files.begin(), files.begin() + 1, files.end());  // in whatever order
   const Ended merged =
       merge("compare", files, {"--json", file("merged.json"), "--markdown", file("merged.md")});
   ASSERT_TRUE(exited(merged, 0));
@@ -145,7 +145,7 @@ TEST_F(Slices, OfStabilityMergeToTheRunThatWasNotSliced) {
   EXPECT_EQ(read_file(file("merged.json")), read_file(file("whole.json")));
   for (const char* name : {"stability.md", "curves.csv", "plane.csv"})
     EXPECT_EQ(read_file(folder / "merged" / name), read_file(folder / "whole" / name)) << name;
-  // More slices than sweeps: the last ones have nothing to do, and are good.
+  // More slices than sweeps: the last ones are empty, and valid.
   EXPECT_TRUE(exited(merge("stability", sliced({"stability", "--quick", "--sweeps", "time_step"}, 2)), 0));
 }
 
@@ -157,13 +157,13 @@ TEST_F(Slices, AreNamedWhereTheyAreMissingTwiceOrOfAnotherRun) {
   EXPECT_TRUE(refused_in_one_line(merge("stability", {three[0], three[1], three[1], three[2]}),
                                   {"slice2of3.json", "both are slice 2/3"}));
   EXPECT_TRUE(refused_in_one_line(merge("stability", {three[0], two[1]}), {"slice2of2.json", "of 2 slices"}));
-  EXPECT_TRUE(
-      refused_in_one_line(merge("compare", {three[0]}), {"slice1of3.json", "no slice of `brachy compare`"}));
+  EXPECT_TRUE(refused_in_one_line(merge("compare", {three[0]}),
+                                  {"slice1of3.json", "not a slice of `brachy compare`"}));
   EXPECT_TRUE(refused_in_one_line(merge("stability", {file("none.json")}), {"none.json"}));
   const std::string text = read_file(two[1]);
   EXPECT_TRUE(refused_in_one_line(
       merge("stability", {two[0], folder.write("cut.json", text.substr(0, text.size() / 2))}),
-      {"cut.json", "cut off"}));
+      {"cut.json", "truncated"}));
   for (const auto& [key, value] : std::vector<std::pair<std::string, Json>>{{"simd", "vax"},
                                                                             {"version", "0.0.9"},
                                                                             {"quick", false},
@@ -171,7 +171,8 @@ TEST_F(Slices, AreNamedWhereTheyAreMissingTwiceOrOfAnotherRun) {
                                                                             {"sweeps", {"push"}}})
     EXPECT_TRUE(refused_in_one_line(
         merge("stability",
-              {two[0], changed(two[1], key + ".json", [&](Json& json) { json["run"][key] = value; })}),
+              {two[0], changed(two[1], key + ".json",
+                               [&, key = key, value = value](Json& json) { json["run"][key] = value; })}),
         {key + ".json", "another run", key}));
   EXPECT_TRUE(refused_in_one_line(
       merge("stability",
@@ -200,7 +201,7 @@ struct SlurmScript : Slices {
   Ended task(const std::vector<std::string>& environment) const {
     std::vector<std::string> line = {"/usr/bin/env", std::string("BRACHY=") + BRACHY_BINARY};
     line.insert(line.end(), environment.begin(), environment.end());
-    const std::string script = (kConfigFolder.parent_path() / "scripts/sweep.slurm").string();
+    const std::string script = (kConfigFolder.parent_path() / "scripts/campaigns/sweep.slurm").string();
     line.insert(line.end(),
                 {"/bin/bash", script, "stability", file("out"), "--quick", "--sweeps", "time_step,coplanar"});
     return run_process(line);
@@ -215,7 +216,7 @@ TEST_F(SlurmScript, RunsASliceATaskAndSaysHowToMerge) {
     EXPECT_NE(ended.out.find("brachy stability --merge"), std::string::npos) << ended.out;
   }
   EXPECT_TRUE(exited(merge("stability", {file("out/1.json"), file("out/2.json")}), 0));
-  // One task anew, as an array of one: of how many it is must be said.
+  // One task again, as an array of one: the number of slices must be given.
   const std::vector<std::string> again = {"SLURM_ARRAY_TASK_ID=2", "SLURM_ARRAY_TASK_COUNT=1",
                                           "SLURM_ARRAY_TASK_MIN=2", "SLURM_ARRAY_TASK_MAX=2"};
   const Ended refused = task(again);

@@ -1,4 +1,4 @@
-// The example of an adapter, without the hardware: events from a file, against a daemon.
+// The example adapter, without the hardware: events from a file, against a daemon.
 #include <gtest/gtest.h>
 #include <linux/input.h>
 

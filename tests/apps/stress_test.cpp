@@ -1,10 +1,10 @@
-// The short form of scripts/stress.sh: its trajectory through a daemon over sockets. What is asserted holds however busy
-// the machine is; deadlines are the script's to judge.
+// The short form of scripts/campaigns/stress.sh: its trajectory through a daemon over sockets. The assertions hold
+// however busy the machine is; the script checks deadlines.
 #include <gtest/gtest.h>
 
 #include <csignal>
 
-#include "apps/certificate_report.h"
+#include "apps/reports/certificate_report.h"
 #include "tests/apps/peer.h"
 #include "tests/apps/running_brachyd.h"
 
@@ -27,7 +27,7 @@ struct Stress : ::testing::Test {
     const Ended inspected = run_brachy({"inspect", scene, "--out", surface, "--json"});
     EXPECT_TRUE(exited(inspected, 0));
     const Ended written =
-        run_process({"/usr/bin/python3", BRACHY_SOURCE_DIR "/scripts/stress.py", "trajectory", "5",
+        run_process({"/usr/bin/python3", BRACHY_SOURCE_DIR "/scripts/campaigns/stress.py", "trajectory", "5",
                      folder.write("inspect.json", inspected.out), surface});
     EXPECT_TRUE(exited(written, 0));
     return folder.write("stress.csv", written.out);
@@ -48,7 +48,7 @@ TEST_F(Stress, TheTrajectoryGoesWhereMethodsFailAndEveryTickIsCertifiedOrFlagged
       run_brachy({"replay", trajectory(), "--offline", "--config", scene, "--speed", kSpeed, "--json"}));
   ASSERT_FALSE(json.is_discarded());
   expect_certified_or_flagged(json, "ticks", "ticks");
-  EXPECT_EQ(json.at("reseated"), true);
+  EXPECT_EQ(json.at("reinitialized"), true);
   EXPECT_EQ(json.at("saturated"), true);
   EXPECT_GE(json.at("punctures").get<int>(), 2);
   EXPECT_GT(json.at("max_depth_mm").get<double>(), 30);
@@ -89,7 +89,7 @@ TEST_F(Stress, EveryTickAndFrameOfADaemonIsCertifiedOrFlagged) {
   EXPECT_GT(frames.at("snapshots").get<int>(), 0);
 }
 
-/// What `stress.py judge` says of a run of 60 s.
+/// The output of `stress.py judge` for a run of 60 s.
 struct Judge : ::testing::Test {
   Judge() {
     ticks.injective = 11'990;
@@ -103,7 +103,7 @@ struct Judge : ::testing::Test {
     const auto write = [&](const char* name, const nlohmann::ordered_json& json) {
       return folder.write(name, "brachyd listening on 127.0.0.1:1\n" + json.dump() + "\n");
     };
-    return run_process({"/usr/bin/python3", BRACHY_SOURCE_DIR "/scripts/stress.py", "judge", "60",
+    return run_process({"/usr/bin/python3", BRACHY_SOURCE_DIR "/scripts/campaigns/stress.py", "judge", "60",
                         write("daemon.json", daemon), write("watch.json", watch),
                         write("replay.json", replay)});
   }

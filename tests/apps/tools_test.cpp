@@ -19,7 +19,7 @@ using namespace test;
 
 struct Tools : ::testing::Test {
   TempFolder folder;
-  // Poses that wait behind a busy machine's other work are not stale.
+  // Poses that are late because the machine is busy are not stale.
   std::string scene = folder.write("scene.toml", small_scene("[device]\nstale_pose_ms = 60000\n"));
   std::string trajectory = folder.write("t.csv", short_insertion(4));
 };
@@ -184,7 +184,7 @@ TEST_F(Tools, RunEndToEndAgainstOneDaemon) {
   EXPECT_EQ(records.at("snapshots"), steps);
   EXPECT_TRUE(index.ends_with("</Collection>\n</VTKFile>\n"));
 
-  // The pose log holds every tick's pose, so that the run can be had again without a clock.
+  // The pose log has every tick's pose, so that the run can be repeated offline.
   const Trajectory log = load_trajectory(folder / "recording/poses.csv");
   EXPECT_EQ(records.at("poses"), log.samples().size());
   // The force log: a row a snapshot once there is a needle, as a replay's.
@@ -213,7 +213,7 @@ TEST_F(Tools, RunEndToEndAgainstOneDaemon) {
   EXPECT_EQ(json_of(again).at("contact"), "withdrawn");
 }
 
-// A device for each needle on one clock; the recording tells whose pose and whose force it was.
+// A device for each needle on one clock; the recording has the needle of each pose and force.
 TEST_F(Tools, SeveralNeedlesArePlayedAndRecorded) {
   const std::string three =
       folder.write("three.toml", small_scene("[needle]\ncount = 3\n[device]\nstale_pose_ms = 60000\n"));
@@ -363,7 +363,7 @@ TEST_F(Tools, AClosedPortIsRefusedInOneLine) {
   EXPECT_TRUE(refused_in_one_line(run_brachy({"replay", trajectory, "--connect", port}), {port}));
   const std::string out = (folder / "r").string();
   EXPECT_TRUE(refused_in_one_line(run_brachy({"record", "--connect", port, "--out", out}), {port}));
-  // Nothing stands in the way of another try.
+  // Nothing prevents another attempt.
   EXPECT_FALSE(std::filesystem::exists(folder / "r/poses.csv"));
 }
 

@@ -1,4 +1,4 @@
-// What a viewer is shown of states that no simulation needs to reach: a server in this process, the tool outside.
+// The viewer's output for arbitrary states: a server in this process, the tool as a child process.
 #include <gtest/gtest.h>
 
 #include <csignal>
@@ -21,24 +21,24 @@ struct WatchedStates : ServedStates {
 void show_one_of_each(WatchedStates& states) {
   states.show([](MeshState&) {});
   states.show([](MeshState& s) {
-    s.step_flags = kStepSubstepped | kStepClamped;
-    s.certificate.det_bound = 0.25;
-    s.certificate.vertex_det = 0.5;
-    s.certificate.substeps = 3;
-    s.certificate.held_mm = 2.125;
-    s.certificate.condition = 2000;
+    s.summary.step_flags = kStepSubstepped | kStepClamped;
+    s.summary.certificate.det_bound = 0.25;
+    s.summary.certificate.vertex_det = 0.5;
+    s.summary.certificate.substeps = 3;
+    s.summary.certificate.held_mm = 2.125;
+    s.summary.certificate.condition = 2000;
   });
   states.show([](MeshState& s) {
-    s.step_flags = kStepFolded;
-    s.certificate.verdict = Verdict::kFolded;
-    s.certificate.det_bound = Certificate::kNotKnown;
-    s.certificate.vertex_det = -0.5;
+    s.summary.step_flags = kStepFolded;
+    s.summary.certificate.verdict = Verdict::kFolded;
+    s.summary.certificate.det_bound = Certificate::kNotKnown;
+    s.summary.certificate.vertex_det = -0.5;
   });
   states.show([](MeshState& s) {
-    s.step_flags = kStepUncertified;
-    s.certificate.verdict = Verdict::kUnknown;
-    s.certificate.det_bound = Certificate::kNotKnown;
-    s.certificate.vertex_det = Certificate::kNotKnown;
+    s.summary.step_flags = kStepUncertified;
+    s.summary.certificate.verdict = Verdict::kUnknown;
+    s.summary.certificate.det_bound = Certificate::kNotKnown;
+    s.summary.certificate.vertex_det = Certificate::kNotKnown;
   });
 }
 
@@ -66,9 +66,9 @@ TEST(Watch, CountsFramesByVerdictAndByGuard) {
 
 TEST(Watch, CountsWhatMustNotBe) {
   WatchedStates states({"--json"});
-  states.show([](MeshState& s) { s.certificate.verdict = Verdict::kFolded; });  // and no flag says so
-  states.show([](MeshState& s) { s.deformed_vertices[8] = std::numeric_limits<float>::quiet_NaN(); });
-  states.show([](MeshState& s) { s.deformed_vertices[0] = std::numeric_limits<float>::infinity(); });
+  states.show([](MeshState& s) { s.summary.certificate.verdict = Verdict::kFolded; });  // without a flag
+  states.show([](MeshState& s) { s.mesh.deformed_vertices[8] = std::numeric_limits<float>::quiet_NaN(); });
+  states.show([](MeshState& s) { s.mesh.deformed_vertices[0] = std::numeric_limits<float>::infinity(); });
   const auto json = json_of(states.end());
   ASSERT_FALSE(json.is_discarded());
   EXPECT_EQ(json.at("frames_unflagged"), 1);
@@ -83,14 +83,14 @@ TEST(Watch, TellsPeopleTheSame) {
   ASSERT_TRUE(exited(ended, 0));
   for (const char* part :
        {"frames: 2 injective, 1 folded, 1 unknown; least det: bound 0.250, at vertices -0.500",
-        "1 with sub-steps (at most 3), 1 held back (at most 2.12 mm)",
+        "1 with sub-steps (at most 3), 1 clamped (at most 2.12 mm)",
         "tick 4: field folds at (1.0, 2.0, 3.0) mm"})
     EXPECT_NE(ended.out.find(part), std::string::npos) << part << "\n" << ended.out;
 }
 
-const std::string kHome = "\x1b[H";  // begins a picture
+const std::string kHome = "\x1b[H";  // begins a screen
 
-/// The pictures that were drawn, without what ends each line.
+/// The screens that were drawn, without the sequence that ends each line.
 std::vector<std::vector<std::string>> pictures_of(const std::string& text) {
   std::vector<std::vector<std::string>> pictures;
   constexpr std::string_view kLineEnd = "\x1b[K";
@@ -122,11 +122,11 @@ struct WatchOnATerminal : ::testing::Test {
   }
   void show_a_needle() {
     states.show([](MeshState& s) {
-      s.needles.resize(1);
-      s.needles[0].present = true;
-      s.needles[0].contact = ContactState::kInserted;
-      s.needles[0].insertion_depth_mm = 12;
-      s.needles[0].forces.axial_n = 2;
+      s.needles.states.resize(1);
+      s.needles.states[0].present = true;
+      s.needles.states[0].contact = ContactState::kInserted;
+      s.needles.states[0].insertion_depth_mm = 12;
+      s.needles.states[0].forces.axial_n = 2;
     });
   }
   PseudoTerminal terminal{80, 24};
@@ -148,7 +148,8 @@ TEST_F(WatchOnATerminal, RedrawsInPlaceFollowsItsSizeAndGivesTheTerminalBack) {
   ASSERT_TRUE(until("tick 1: field folds"));
   terminal.resize(50, 12);
   std::size_t second = 0;
-  // The first picture after it may have been begun before it, the second has been written in full when the third begins.
+  // The first picture after it may have been begun before it, the second has been written in full when the third
+  // begins.
   std::size_t first = terminal.read().size();
   for (int picture = 0; picture < 3; ++picture) {
     ASSERT_TRUE(until(kHome, first + 1));

@@ -1,5 +1,5 @@
-// What `brachy zwidth` measures against theory, and the command from outside.
-#include "apps/zwidth/zwidth.h"
+// The measurements of `brachy zwidth` against theory, and the command end to end.
+#include "apps/study/zwidth/zwidth.h"
 
 #include <gtest/gtest.h>
 
@@ -42,7 +42,7 @@ TEST(ZWidthDevice, ALocalModelsLimitDoesNotKnowTheNetworksDelay) {
                           .stable_n_per_mm);
 }
 
-// A mass that is light against bθ is stable far above the passive limit: the chart's device must not be one.
+// A mass that is light against bθ is stable far above the passive limit, so the chart uses a heavy one.
 TEST(ZWidthDevice, ALightMassIsStableAboveThePassiveLimit) {
   DeviceDynamicsSettings light;
   light.mass_kg = 0.004;

@@ -1,5 +1,5 @@
-// Conversations cut at every byte of them, in either direction and in every way that a connection can end: nothing is left of
-// them, and whoever comes next is served.
+// Conversations cut at every byte, in either direction and in every way that a connection can end: the server releases
+// everything, and serves the next client.
 #include <sys/resource.h>
 
 #include <algorithm>
@@ -24,7 +24,7 @@ Bytes bytes_of(const std::string& text) {
   return {bytes.begin(), bytes.end()};
 }
 
-/// What a client of this protocol says. `number` is its own: a device's needle.
+/// What a client of this protocol sends. `number`: a device's needle.
 std::vector<Bytes> parts_of(Protocol protocol, Role role, std::uint16_t number, std::uint16_t port) {
   if (protocol == Protocol::kHttp) {
     const std::string rest = " / HTTP/1.1\r\nHost: 127.0.0.1:" + std::to_string(port) + "\r\n\r\n";
@@ -82,7 +82,7 @@ struct CutTest : FaultsFixture, ::testing::WithParamInterface<std::tuple<Case, C
     start_all(options);
     publish_all();
     proxy.emplace(io, server_port());
-    // What the parts of this process need once, they have from here on.
+    // One-time allocations of this process are done by now.
     expect_a_good_client_is_served();
     descriptors = open_descriptors();
   }
@@ -118,7 +118,7 @@ struct CutTest : FaultsFixture, ::testing::WithParamInterface<std::tuple<Case, C
     return {up, down};
   }
 
-  /// Connections of which each is cut after another number of bytes, `first` and the next ones.
+  /// Connections that are cut after `first`, `first` + 1, … bytes.
   void cut_batch(bool is_up, std::uint64_t first, std::size_t count) {
     const Cut cut = std::get<1>(GetParam());
     proxy->plan = [&](std::size_t number) {
@@ -133,7 +133,7 @@ struct CutTest : FaultsFixture, ::testing::WithParamInterface<std::tuple<Case, C
       talkers.push_back(talk(static_cast<std::uint16_t>(i)));
       while (proxy->count() <= i) io.run_one_for(std::chrono::milliseconds(100));
     }
-    // Nothing of them is left in the server, although the others' ends may well be there.
+    // The server has released them, although the peers' ends may still be open.
     const std::size_t others = descriptors + 3 * count;
     ASSERT_TRUE(until_ticked([&] {
       return sessions() == 0 && has_no_lease() && open_descriptors() <= others;
@@ -185,7 +185,7 @@ INSTANTIATE_TEST_SUITE_P(Every, CutTest,
                                   std::string(name_of(std::get<1>(given.param)));
                          });
 
-/// The tools' end of it: a Client that is cut off at every byte says so, once, and its mesh is never a wrong one.
+/// The client's side: a Client that is cut off at any byte reports it once, and its mesh is never wrong.
 struct CutClientTest : FaultsFixture, ::testing::WithParamInterface<Cut> {};
 
 TEST_P(CutClientTest, AtEveryByteIsToldOnceAndShowsNoWrongMesh) {
@@ -210,7 +210,7 @@ TEST_P(CutClientTest, AtEveryByteIsToldOnceAndShowsNoWrongMesh) {
   }
   proxy.clear();
   ASSERT_TRUE(until([&] { return server->client_count() == 0; }));
-  const auto positions = simulation.state().deformed_vertices;
+  const auto positions = simulation.state().mesh.deformed_vertices;
   for (std::uint64_t first = 0; first < length; first += 400) {
     proxy.clear();
     proxy.plan = [&, first](std::size_t number) {

@@ -1,10 +1,10 @@
-// No room left: on a disk of its own that is full, and where a file may not grow.
+// No space left: on a separate full disk, and under a file size limit.
 #include <csignal>
 #include <filesystem>
 
 #include "apps/forces/force_log.h"
 #include "apps/recording/recording_file.h"
-#include "core/seeds/seed_file.h"
+#include "core/brachytherapy/seeds/seed_file.h"
 #include "haptics/trajectory/needle_trajectories.h"
 #include "tests/apps/apps_testing.h"
 #include "tests/apps/peer.h"
@@ -15,21 +15,21 @@ namespace {
 
 using namespace test;
 
-enum class Room { kFullDisk, kFileLimit };
+enum class Shortage { kFullDisk, kFileLimit };
 
-struct DiskTest : ::testing::TestWithParam<Room> {
+struct DiskTest : ::testing::TestWithParam<Shortage> {
   void SetUp() override {
     std::filesystem::create_directory(disk);
     std::filesystem::create_directory(kept);
-    if (GetParam() == Room::kFileLimit) return;
+    if (GetParam() == Shortage::kFileLimit) return;
     const Ended tried = run_process(
         {"/usr/bin/unshare", "-rm", "/bin/sh", "-c", "mount -t tmpfs -o size=64k tmpfs \"$0\"", disk});
     if (tried.exit_code != 0) GTEST_SKIP() << "no file system may be mounted here: " << tried.err;
   }
-  /// What runs a program so that there is room for `bytes` in `disk`, and copies what it left there to `kept`.
-  std::vector<std::string> with_room_for(std::size_t bytes) const {
+  /// The command that runs a program with space for `bytes` in `disk`, and then copies the content of `disk` to `kept`.
+  std::vector<std::string> with_space_for(std::size_t bytes) const {
     const std::string size = std::to_string(bytes);
-    if (GetParam() == Room::kFullDisk)
+    if (GetParam() == Shortage::kFullDisk)
       return {"/usr/bin/unshare",
               "-rm",
               "/bin/sh",
@@ -44,8 +44,10 @@ struct DiskTest : ::testing::TestWithParam<Room> {
                 "; exit $code",
             disk};
   }
-  std::string reason() const { return GetParam() == Room::kFullDisk ? "No space left" : "File too large"; }
-  /// The program's own process: the only child of what runs it.
+  std::string reason() const {
+    return GetParam() == Shortage::kFullDisk ? "No space left" : "File too large";
+  }
+  /// The program's process: the only child of that command.
   static void end_child_of(pid_t pid) {
     const std::string children =
         "/proc/" + std::to_string(pid) + "/task/" + std::to_string(pid) + "/children";
@@ -58,10 +60,10 @@ struct DiskTest : ::testing::TestWithParam<Room> {
   const std::string insertion = folder.write("insertion.csv", short_insertion(3));
 };
 
-TEST_P(DiskTest, ASessionThatFindsNoRoomIsToldOnceAndTheDaemonGoesOn) {
+TEST_P(DiskTest, ASessionThatFindsNoSpaceIsToldOnceAndTheDaemonGoesOn) {
   RunningBrachyd brachyd(
       scene, {"--trajectory", insertion, "--play", "--session", disk + "/session", "--duration", "60"},
-      with_room_for(32 * 1024));
+      with_space_for(32 * 1024));
   Peer viewer;
   ASSERT_TRUE(viewer.join(brachyd.port));
   const auto warnings = [&] {
@@ -83,9 +85,9 @@ TEST_P(DiskTest, ASessionThatFindsNoRoomIsToldOnceAndTheDaemonGoesOn) {
   EXPECT_TRUE(load_seeds(kept + "/session/seeds.csv").empty());
 }
 
-TEST_P(DiskTest, ARecordingThatFindsNoRoomEndsWithTheReasonAndIsReadable) {
+TEST_P(DiskTest, ARecordingThatFindsNoSpaceEndsWithTheReasonAndIsReadable) {
   RunningBrachyd brachyd(scene, {"--trajectory", insertion, "--play"});
-  std::vector<std::string> line = with_room_for(1 << 20);
+  std::vector<std::string> line = with_space_for(1 << 20);
   for (const std::string& argument :
        brachy_line({"record", "--connect", brachyd.address, "--out", disk + "/r.brachy"}))
     line.push_back(argument);
@@ -105,9 +107,9 @@ TEST_P(DiskTest, ARecordingThatFindsNoRoomEndsWithTheReasonAndIsReadable) {
   EXPECT_TRUE(viewer.join(brachyd.port)) << "the daemon did not notice";
 }
 
-INSTANTIATE_TEST_SUITE_P(Short, DiskTest, ::testing::Values(Room::kFullDisk, Room::kFileLimit),
+INSTANTIATE_TEST_SUITE_P(Short, DiskTest, ::testing::Values(Shortage::kFullDisk, Shortage::kFileLimit),
                          [](const auto& given) {
-                           return given.param == Room::kFullDisk ? "OfADisk" : "OfAFilesLimit";
+                           return given.param == Shortage::kFullDisk ? "OfADisk" : "OfAFilesLimit";
                          });
 
 }  // namespace

@@ -14,7 +14,7 @@ namespace asio = boost::asio;
 using asio::ip::tcp;
 using Error = boost::system::error_code;
 
-/// A client's connection and the one to the server that was made for it.
+/// A client's connection and the corresponding one to the server.
 class FaultProxy::Link : public std::enable_shared_from_this<Link> {
  public:
   Link(asio::io_context& io, tcp::socket client, std::uint16_t server_port, const Faults& faults)
@@ -44,7 +44,7 @@ class FaultProxy::Link : public std::enable_shared_from_this<Link> {
     } else if (how == Cut::kReset) {
       reset();
     } else {
-      // What still comes is read and forgotten until either end has closed too: closing before would make it a RST.
+      // Further data are read and discarded until either end has closed too: closing earlier would cause a RST.
       phase_ = Phase::kDraining;
       for (tcp::socket* socket : {&client_, &server_}) {
         socket->cancel(ignored);

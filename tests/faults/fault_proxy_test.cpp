@@ -6,7 +6,7 @@
 #include <boost/asio/write.hpp>
 #include <string>
 
-#include "net/clock.h"
+#include "net/base/clock.h"
 #include "tests/net/net_testing.h"
 
 namespace brachy::test {

@@ -6,7 +6,7 @@
 #include <iterator>
 #include <utility>
 
-#include "net/clock.h"
+#include "net/base/clock.h"
 
 namespace brachy::test {
 
@@ -100,9 +100,9 @@ void FaultsFixture::expect_a_good_client_is_served() {
   const auto viewer = join_as(net::Role::kViewer, "good");
   publish_all();
   EXPECT_TRUE(until([&] {
-    return !viewer->frames.empty() && viewer->frames.back().tick == simulation.state().tick;
+    return !viewer->frames.empty() && viewer->frames.back().tick == simulation.state().summary.tick;
   })) << (viewer->closed.empty() ? "no frame" : viewer->closed.back());
-  EXPECT_EQ(viewer->client.mesh().positions(), simulation.state().deformed_vertices);
+  EXPECT_EQ(viewer->client.mesh().positions(), simulation.state().mesh.deformed_vertices);
   viewer->client.close();
   EXPECT_TRUE(until([&] { return server->client_count() == 0; }));
 }

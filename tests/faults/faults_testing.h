@@ -15,8 +15,8 @@ namespace brachy::test {
 /// Descriptors that this process has open.
 std::size_t open_descriptors();
 
-/// One side of a conversation as bytes: its parts go out one after the other, each once something has come back for the one
-/// before. What comes is counted and forgotten.
+/// One side of a conversation as bytes: its parts are sent one after the other, each once a reply to the one before has
+/// arrived. Received data are counted and discarded.
 class Talker : public std::enable_shared_from_this<Talker> {
  public:
   Talker(boost::asio::io_context& io, std::uint16_t port, std::vector<net::Bytes> parts);
@@ -42,9 +42,9 @@ class Talker : public std::enable_shared_from_this<Talker> {
 struct FaultsFixture : net::test::ServerFixture {
   static net::ServerOptions short_timeouts();
   void start_all(net::ServerOptions options = short_timeouts());
-  /// One tick of the simulation, to everybody.
+  /// One tick of the simulation, sent to all clients.
   void publish_all();
-  /// Serves everybody until `condition()`, with a tick every few milliseconds; false where it does not come.
+  /// Serves all clients until `condition()`, with a tick every few milliseconds; false at the deadline.
   template <class Condition>
   bool until_ticked(Condition&& condition) {
     return net::test::pump(
@@ -55,7 +55,7 @@ struct FaultsFixture : net::test::ServerFixture {
         },
         std::chrono::milliseconds(30'000));
   }
-  /// A client that breaks no rule is served: its mesh is the simulation's, bit for bit.
+  /// Checks that a well-behaved client is served: its mesh is the simulation's, bit for bit.
   void expect_a_good_client_is_served();
   bool has_no_lease() const;
   std::size_t sessions() const { return server->client_count() + igtl->client_count(); }

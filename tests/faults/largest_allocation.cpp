@@ -4,8 +4,8 @@
 #include <cstdlib>
 #include <new>
 
-// In front of the library's own: the vectors and strings of what is tested end here, Asio's and Beast's too. Over-aligned
-// ones, of which the net has none, do not.
+// Replaces the library's operator new, for the code under test, Asio and Beast. Over-aligned allocations, of which net
+// has none, are not counted.
 namespace {
 std::size_t largest = 0;
 }

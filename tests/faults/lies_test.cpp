@@ -1,12 +1,12 @@
-// Peers that announce more than they send, or send slower than anyone would, or far more: each is ended or bounded, on every
-// listener, and nothing is allocated for what has not come.
+// Peers that announce more than they send, or send extremely slowly, or far too much: each is closed or bounded, on
+// every listener, and nothing is allocated for data that have not arrived.
 #include <gtest/gtest.h>
 
 #include <boost/asio/buffer.hpp>
 #include <boost/asio/write.hpp>
 #include <functional>
 
-#include "net/clock.h"
+#include "net/base/clock.h"
 #include "net/igtl/big_endian.h"
 #include "net/igtl/codec.h"
 #include "net/igtl/message_parser.h"
@@ -35,7 +35,7 @@ struct LiesTest : FaultsFixture {
     start_all(options);
     publish_all();
   }
-  /// The server ends the connection; whoever plays it answers PINGs no more.
+  /// The server ends the connection; its stand-in stops answering PINGs.
   template <class Peer>
   bool ends(Peer& peer) {
     return until_ticked([&] {
@@ -43,13 +43,13 @@ struct LiesTest : FaultsFixture {
       return peer.is_ended();
     });
   }
-  /// `lie` is told to the server, which allocates no more for it than what may come.
+  /// Sends `lie` to the server, which must not allocate more for it than may arrive.
   void expect_bounded(const std::function<void()>& lie) {
     forget_allocations();
     lie();
     EXPECT_LE(largest_allocation(), kPiece);
   }
-  static constexpr std::size_t kPiece = 64 * 1024;  // the most that anybody here reads at once
+  static constexpr std::size_t kPiece = 64 * 1024;  // the most that any reader here reads at once
 };
 
 Bytes header(MessageType type, std::uint32_t length, std::uint64_t sequence) {
@@ -70,7 +70,7 @@ TEST_F(LiesTest, OfANativeLengthAreRefusedAtTheHeader) {
         }));
       }
       expect_bounded([&] {
-        peer.send(header(after_hello ? MessageType::kPose : MessageType::kHello, length, peer.sent_ + 1));
+        peer.send(header(after_hello ? MessageType::kPose : MessageType::kHello, length, peer.sent + 1));
         ASSERT_TRUE(ends(peer)) << length;
       });
       EXPECT_EQ(peer.fatal(), ErrorCode::kTooLarge) << length;
@@ -81,8 +81,8 @@ TEST_F(LiesTest, OfANativeLengthAreRefusedAtTheHeader) {
   expect_a_good_client_is_served();
 }
 
-// The largest length that is allowed, and a byte of it.
-TEST_F(LiesTest, OfALengthThatIsAllowedAreAwaitedWithoutRoomForThem) {
+// The largest allowed length, and one byte of the body.
+TEST_F(LiesTest, OfALengthThatIsAllowedAreAwaitedWithoutMemoryForThem) {
   RawPeer peer(io, server->port());
   expect_bounded([&] {
     peer.send(header(MessageType::kHello, server->options().max_message_bytes, 1));
@@ -104,7 +104,7 @@ TEST_F(LiesTest, WithinABodyAreRefused) {
     Bytes lie = good;
     std::fill_n(lie.begin() + static_cast<std::ptrdiff_t>(at), size, std::byte{0xFF});
     RawPeer peer(io, server->port());
-    expect_bounded([&] {
+    expect_bounded([&, at = at] {
       peer.send(lie);
       ASSERT_TRUE(ends(peer)) << at;
     });
@@ -190,10 +190,10 @@ TEST_F(LiesTest, OfAServerAreRefusedByAClient) {
     return client->closed.empty() ? "" : client->closed[0];
   };
   EXPECT_NE(hear(0xFFFFFFFF).find("bad message"), std::string::npos);
-  EXPECT_NE(hear(200u << 20).find("says nothing"), std::string::npos) << "awaited, without room for it";
+  EXPECT_NE(hear(200u << 20).find("stopped sending"), std::string::npos) << "awaited, without memory for it";
 }
 
-/// Sends a byte whenever it is asked, for as long as there are any.
+/// Sends one byte at each call, until none is left.
 template <class Send>
 auto dripping(Bytes bytes, Send send) {
   return [bytes = std::move(bytes), send, at = std::size_t{0}]() mutable {
@@ -206,7 +206,8 @@ Bytes bytes_of(const std::string& text) {
   return {bytes.begin(), bytes.end()};
 }
 
-// A byte now and then, so that nothing is ever whole, on every listener at once; a good viewer gets every snapshot meanwhile.
+// A byte now and then, so that no message is ever complete, on every listener at once; a well-behaved viewer receives
+// every snapshot meanwhile.
 TEST_F(LiesTest, SlowlorisEndsOnEveryListenerAndDelaysNobody) {
   const auto good = join_as(Role::kViewer, "good");
   Bytes hello;
@@ -265,7 +266,7 @@ TEST_F(LiesTest, SlowlorisEndsOnEveryListenerAndDelaysNobody) {
   EXPECT_EQ(server->lease_holder(0), "");
 }
 
-// 10 kHz for half a second, all at once, is what the limit is there for.
+// 10 kHz for half a second, all at once, must be limited.
 TEST_F(LiesTest, AFloodOfPosesIsRefusedBeyondItsLimitAndCounted) {
   constexpr std::uint64_t kPoses = 5000;
   const auto good = join_as(Role::kViewer, "good");

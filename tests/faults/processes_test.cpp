@@ -63,11 +63,12 @@ TEST_F(ProcessesTest, AStoppedDeviceLosesItsNeedleToTheNext) {
   replay.send_signal(SIGCONT);
   const Ended ended = replay.wait();
   EXPECT_TRUE(exited(ended, 1));
-  EXPECT_NE(ended.err.find("said nothing for"), std::string::npos) << ended.err;
+  EXPECT_NE(ended.err.find("sent nothing for"), std::string::npos) << ended.err;
   EXPECT_TRUE(next.closed.empty());
 }
 
-// For 2 s of 5: whoever was there is there afterwards, what was missed is counted, and no burst of ticks makes up for it.
+// Stopped for 2 s of 5: all clients are still connected afterwards, missed deadlines are counted, and there is no burst
+// of ticks.
 TEST_F(ProcessesTest, AStoppedServerMissesItsDeadlinesAndKeepsItsClients) {
   const std::string patient = folder.write("patient.toml", small_scene());
   RunningBrachyd brachyd(patient);
@@ -83,15 +84,15 @@ TEST_F(ProcessesTest, AStoppedServerMissesItsDeadlinesAndKeepsItsClients) {
   const auto before = viewer.last().message;
   brachyd.process.send_signal(SIGSTOP);
   serve_for(2);
-  const std::size_t told = viewer.frames.size();
+  const std::size_t received = viewer.frames.size();
   brachyd.process.send_signal(SIGCONT);
-  ASSERT_TRUE(viewer.until([&] { return viewer.frames.size() > told + 1; }));
+  ASSERT_TRUE(viewer.until([&] { return viewer.frames.size() > received + 1; }));
   serve_for(1);
   const auto after = viewer.last().message;
   EXPECT_TRUE(viewer.closed.empty());
   EXPECT_TRUE(device.closed.empty());
   EXPECT_GE(after.overruns - before.overruns, 380u);
-  // Each deadline was met once or missed once: 400 ticks were not made up for. A tick that was late itself shifts the count.
+  // Each deadline was met once or missed once: 400 ticks were skipped. A tick that was late itself shifts the count.
   constexpr double kLate = 30;
   const auto seconds_between = [](const net::FrameMessage& a, const net::FrameMessage& b) {
     return 1e-9 * static_cast<double>(b.publish_ns - a.publish_ns);
@@ -140,7 +141,7 @@ std::string faketime_library() {
   return {};
 }
 
-// An hour forth, then two back: what stamps by the wall clock follows it, nothing else notices.
+// An hour forward, then two back: stamps of the wall clock follow it, nothing else is affected.
 TEST_F(ProcessesTest, AWallClockThatJumpsMovesStampsAndNothingElse) {
   const std::string library = faketime_library();
   if (library.empty()) GTEST_SKIP() << "faketime is not installed: scripts/setup.sh --all";

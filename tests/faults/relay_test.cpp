@@ -1,4 +1,4 @@
-// An audience behind `brachy relay`: brachyd, a real nats-server, relays and viewers, whatever of them is killed.
+// Viewers behind `brachy relay`: brachyd, a real nats-server, relays and viewers, any of which is killed.
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/tcp.hpp>
 #include <csignal>
@@ -20,11 +20,11 @@ using namespace test;
 
 std::uint16_t free_port() {
   boost::asio::io_context io;
-  using tcp = boost::asio::ip::tcp;
+  using boost::asio::ip::tcp;
   return tcp::acceptor(io, {boost::asio::ip::make_address("127.0.0.1"), 0}).local_endpoint().port();
 }
 
-/// A nats-server on a port of its own, also after it was killed.
+/// A nats-server on a fixed port, also after it was killed.
 class Broker {
  public:
   Broker() { start(); }
@@ -91,7 +91,8 @@ Meshes meshes_of(const Peer& peer, std::size_t from) {
   return meshes;
 }
 
-/// Serves both until they have had `count` ticks in common from here on, in which the tissue moved; all with the same bits.
+/// Serves both until they have received `count` common ticks from here on, in which the tissue moved; all with the same
+/// bits.
 ::testing::AssertionResult have_the_same_mesh(Peer& beside, Peer& behind, std::size_t count = 15) {
   const std::size_t from = beside.frames.size(), behind_from = behind.frames.size();
   const auto moved = [](const Peer::Frame& frame) { return frame.message.moved_vertices > 0; };
@@ -147,7 +148,7 @@ TEST_F(RelayTest, AViewerBehindItHasWhatOneBesideTheDaemonHas) {
   EXPECT_EQ(behind.states.back().viewers, 1u) << "of the relay";
   EXPECT_EQ(behind.states.back().device_holder, beside.states.back().device_holder);
 
-  // Who comes late, and who wants the surface alone, get it too.
+  // A late viewer, and one of the surface alone, get it too.
   Peer late(net::Role::kViewer, 0, true), surface(net::Role::kViewer, net::kSubscribeSurface, true),
       beside_surface(net::Role::kViewer, net::kSubscribeSurface, true);
   ASSERT_TRUE(late.join(relay.port) && surface.join(relay.port) && beside_surface.join(brachyd.port));
@@ -234,7 +235,7 @@ TEST_F(RelayTest, AnotherDaemonsViewersComeToTheSamePort) {
   const std::string other =
       folder.write("other.toml", read_file(scene) + "[model]\nsupport_radius_mm = 10\n");
   brachyd.emplace(other, needle());
-  ASSERT_TRUE(first.until([&] { return !first.closed.empty(); })) << "it is told to come again";
+  ASSERT_TRUE(first.until([&] { return !first.closed.empty(); })) << "it is asked to reconnect";
   Peer beside(net::Role::kViewer, 0, true), behind(net::Role::kViewer, 0, true);
   ASSERT_TRUE(beside.join(brachyd->port) && behind.join(relay.port));
   EXPECT_TRUE(have_the_same_mesh(beside, behind));
@@ -248,7 +249,7 @@ TEST_F(RelayTest, WhatIsMissingOrMakesNoSenseIsAskedForAnew) {
   ASSERT_TRUE(beside.join(brachyd.port) && behind.join(relay.port));
   EXPECT_TRUE(have_the_same_mesh(beside, behind, 3));
 
-  // Somebody else on the broker, who listens first.
+  // Another client of the broker, which listens first.
   net::BrokerOptions options;
   options.url = broker->url();
   net::NatsLink other(options, options.stream_subject());

@@ -2,7 +2,7 @@
 #include <boost/asio/steady_timer.hpp>
 #include <iostream>
 
-#include "net/clock.h"
+#include "net/base/clock.h"
 #include "tests/faults/fault_proxy.h"
 #include "tests/faults/faults_testing.h"
 #include "tests/net/http/http_testing.h"
@@ -49,9 +49,10 @@ TEST_F(SlowTest, SingleBytesAreTheSameMeshAndPoses) {
   ASSERT_TRUE(until([&] { return device->welcomes == 1; }));
   for (int i = 0; i < 20; ++i) {
     publish_all();
-    ASSERT_TRUE(until(
-        [&] { return !device->frames.empty() && device->frames.back().tick == simulation.state().tick; }));
-    ASSERT_EQ(device->client.mesh().positions(), simulation.state().deformed_vertices);
+    ASSERT_TRUE(until([&] {
+      return !device->frames.empty() && device->frames.back().tick == simulation.state().summary.tick;
+    }));
+    ASSERT_EQ(device->client.mesh().positions(), simulation.state().mesh.deformed_vertices);
     device->client.send_pose({Mat3::Identity(), Vec3(0.1 * i, 1.0 / 3, i)}, i + 1);
     ASSERT_TRUE(until([&] { return poses.size() == static_cast<std::size_t>(i + 1); }));
     EXPECT_EQ(poses.back().X_WN.p, Vec3(0.1 * i, 1.0 / 3, i));
@@ -72,9 +73,9 @@ TEST_F(SlowTest, SingleBytesAreTheSameOverWebSocketAndOpenIgtLink) {
   publish_all();
   ASSERT_TRUE(until([&] {
     page.take();
-    return page.mesh.tick() == simulation.state().tick;
+    return page.mesh.tick() == simulation.state().summary.tick;
   }));
-  EXPECT_EQ(page.mesh.positions(), simulation.state().deformed_vertices);
+  EXPECT_EQ(page.mesh.positions(), simulation.state().mesh.deformed_vertices);
   page.close();
 
   IgtlPeer tracker(io, to_igtl.port());
@@ -94,14 +95,15 @@ TEST_F(SlowTest, ADelayIsNoSilence) {
   const std::int64_t begin = monotonic_ns();
   while (monotonic_ns() - begin < 3 * in_ns(short_timeouts().silence_timeout)) {
     publish_all();
-    ASSERT_TRUE(until(
-        [&] { return !viewer->frames.empty() && viewer->frames.back().tick == simulation.state().tick; }));
-    ASSERT_EQ(viewer->client.mesh().positions(), simulation.state().deformed_vertices);
+    ASSERT_TRUE(until([&] {
+      return !viewer->frames.empty() && viewer->frames.back().tick == simulation.state().summary.tick;
+    }));
+    ASSERT_EQ(viewer->client.mesh().positions(), simulation.state().mesh.deformed_vertices);
   }
   EXPECT_TRUE(viewer->closed.empty());
 }
 
-// It gets little, but always the newest, whole and right; what it does not get is counted; the others get everything.
+// It receives few frames, but always the newest, complete and correct; dropped ones are counted; others get all.
 TEST_F(SlowTest, ASlowReaderGetsTheNewestAndDelaysNobody) {
   ServerOptions options = short_timeouts();
   options.silence_timeout = options.stall_timeout = std::chrono::seconds(3);  // TCP opens its window in steps
@@ -120,11 +122,11 @@ TEST_F(SlowTest, ASlowReaderGetsTheNewestAndDelaysNobody) {
   EXPECT_TRUE(slow->closed.empty());
   EXPECT_TRUE(good->closed.empty());
   EXPECT_EQ(good->client.snapshots_missed(), 0u);
-  ASSERT_TRUE(until([&] { return slow->frames.back().tick == simulation.state().tick; }));
-  EXPECT_EQ(slow->client.mesh().positions(), simulation.state().deformed_vertices);
+  ASSERT_TRUE(until([&] { return slow->frames.back().tick == simulation.state().summary.tick; }));
+  EXPECT_EQ(slow->client.mesh().positions(), simulation.state().mesh.deformed_vertices);
 }
 
-// Within its timeout, not a check of the timeouts later; and its needle is free at once.
+// Within its timeout, not one check of the timeouts later; and its needle is free at once.
 TEST_F(SlowTest, AHalfOpenPeerIsSeenWithinItsTimeoutAndItsNeedleIsFree) {
   ServerOptions options = short_timeouts();
   options.drain_timeout = std::chrono::seconds(5);

@@ -5,28 +5,28 @@
 #include <string>
 #include <utility>
 
-#include "net/clock.h"
-#include "net/connection.h"
+#include "net/base/clock.h"
+#include "net/transport/connection.h"
 #include "tests/fuzz/fuzzing.h"
 
 namespace brachy::fuzz {
 
-/// A connection without a socket. What comes in at it, and when what it sends has left, says the fuzzer.
+/// A connection without a socket. The fuzzer determines what it receives, and when its writes complete.
 class FuzzedConnection final : public net::Connection {
  public:
   using Hear = std::function<void(std::span<const std::byte>)>;
 
-  /// `hear` is given what the server sends.
+  /// `hear` receives what the server sends.
   explicit FuzzedConnection(Hear hear) : hear_(std::move(hear)) {}
 
-  // What the fuzzer does. Nothing happens once the server has closed.
+  // For the fuzzer. No effect once the server has closed.
   void feed(std::span<const std::byte> bytes) {
     if (const auto listener = listener_) listener->on_bytes(bytes);
   }
   void feed_message(std::span<const std::byte> bytes) {
     if (const auto listener = listener_) listener->on_message(bytes);
   }
-  /// What is being written has left; false where nothing was.
+  /// Completes the pending write; false where there is none.
   bool finish_write() {
     if (!listener_ || !std::exchange(is_writing_, false)) return false;
     const auto listener = listener_;
@@ -40,7 +40,7 @@ class FuzzedConnection final : public net::Connection {
   bool is_open() const { return listener_ != nullptr; }
   bool is_shut() const { return is_shut_; }
 
-  // What the server does.
+  // For the server.
   void start(std::shared_ptr<net::ConnectionListener> listener) override { listener_ = std::move(listener); }
   void write(net::Bytes header, std::shared_ptr<const net::Bytes> body) override {
     EXPECT_TRUE(listener_) << "a write after close()";

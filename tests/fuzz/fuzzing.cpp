@@ -4,12 +4,12 @@
 #include <array>
 #include <cstdlib>
 
-#include "core/error.h"
+#include "core/base/error.h"
 
 namespace brachy::fuzz {
 namespace {
 
-/// libFuzzer keeps an input that aborts; GoogleTest's own way to break off, a trap, is none that it knows.
+/// libFuzzer keeps an input that aborts; it does not handle the trap that GoogleTest uses to break.
 class AbortOnFailure : public ::testing::EmptyTestEventListener {
   void OnTestPartResult(const ::testing::TestPartResult& result) override {
     if (result.failed()) std::abort();
@@ -81,7 +81,7 @@ bool reads_lines(const std::string& name, const std::function<void()>& read) {
 
 }  // namespace brachy::fuzz
 
-/// libFuzzer calls it once, first of all.
+/// libFuzzer calls it once, at start-up.
 extern "C" int LLVMFuzzerInitialize(int*, char***) {
   ::testing::UnitTest::GetInstance()->listeners().Append(new brachy::fuzz::AbortOnFailure);
   return 0;

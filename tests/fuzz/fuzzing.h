@@ -9,9 +9,9 @@
 #include <string>
 #include <string_view>
 
-/// What the fuzz targets have in common. A target is a program: the function LLVMFuzzerTestOneInput, which libFuzzer calls
-/// with one input after the other, under AddressSanitizer and UndefinedBehaviorSanitizer. What must hold is said by
-/// EXPECT_…, as in tests; the first that does not ends the program, and the input is kept.
+/// Common parts of the fuzz targets. A target is a program: the function LLVMFuzzerTestOneInput, which libFuzzer calls
+/// with one input after the other, under AddressSanitizer and UndefinedBehaviorSanitizer. Properties are checked by
+/// EXPECT_…, as in tests; the first failure ends the program, and the input is kept.
 namespace brachy::fuzz {
 
 /// An input read from its front as a script of numbers and pieces; zeros and nothing once it has ended.
@@ -38,11 +38,11 @@ std::string text_of(std::span<const std::byte> bytes);
 void feed_in_pieces(std::span<const std::byte> bytes,
                     const std::function<void(std::span<const std::byte>)>& feed);
 
-/// Whether `read` takes its input; if it throws a UserError instead, that must be one printable line which begins with
-/// `start`. Anything else that it throws ends the program.
+/// Whether `read` accepts its input; if it throws a UserError instead, that must be one printable line which begins
+/// with `start`. Any other exception ends the program.
 bool reads(std::string_view start, const std::function<void()>& read);
 
-/// reads(), and the refusal must go on with a line's number: "NAME:12: …".
+/// reads(), and the message must continue with a line number: "NAME:12: …".
 bool reads_lines(const std::string& name, const std::function<void()>& read);
 
 }  // namespace brachy::fuzz

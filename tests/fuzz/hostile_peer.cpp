@@ -55,8 +55,8 @@ void mutate(Bytes& bytes, std::mt19937& random) {
   }
 }
 
-/// A client's messages in the order of their numbers. What an operator may do by right is not asked for: another model or
-/// a simulation anew would be what is measured then.
+/// A client's messages in the order of their numbers. Commands of an operator are excluded: they would start another
+/// model or a new simulation, which would then be measured.
 class NativeClient {
  public:
   explicit NativeClient(std::mt19937& random) : random_(random) {}
@@ -64,7 +64,7 @@ class NativeClient {
   Bytes hello() {
     net::HelloMessage hello;
     hello.role = static_cast<net::Role>(1 + below(random_, 3));
-    // The whole mesh seldom: a third of a megabyte to a client that only came to disturb.
+    // The whole mesh rarely: it is a third of a megabyte.
     hello.subscription = chance(random_, 3)    ? net::kSubscribeFullFrames
                          : chance(random_, 30) ? net::kSubscribeSurface
                                                : net::kSubscribeNoMesh;
@@ -237,7 +237,7 @@ bool HostilePeer::step() {
   return true;
 }
 
-/// Some read nothing, but notice an end.
+/// Some read nothing, but detect the end of the stream.
 void HostilePeer::read() {
   std::array<char, 64 * 1024> ignored;
   boost::system::error_code error;

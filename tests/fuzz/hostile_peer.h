@@ -11,12 +11,12 @@
 
 namespace brachy::fuzz {
 
-/// The daemon's three doors.
+/// The daemon's three listeners.
 struct Doors {
   std::uint16_t native = 0, http = 0, igtl = 0;
 };
 
-/// What a hostile client sends over one connection: well-formed messages first, as a good client's, then others.
+/// What a hostile client sends over one connection: first well-formed messages, then others.
 struct Conversation {
   struct Send {
     net::Bytes bytes;
@@ -36,7 +36,7 @@ class HostilePeer {
   /// Reads nothing and stays.
   void be_deaf() { reads_ = false, lingers_ = true, turns_left_ = INT_MAX; }
 
-  /// Sends the next piece and, perhaps, reads; false once it is over and the connection gone.
+  /// Sends the next piece and may read; false once it is over and the connection closed.
   bool step();
   std::size_t mutated_sent() const { return mutated_sent_; }  ///< whole
 

@@ -1,4 +1,4 @@
-// Requests whose header was read already: a line for each field that matters. What is let in is what may be.
+// Parsed requests: a line for each relevant field. Only permitted requests are accepted.
 #include "net/http/http_answer.h"
 
 #include "net/http/request_origin.h"

@@ -1,4 +1,4 @@
-// Any bytes sent to the HTTP port, over a socket: whatever is answered is HTTP, and the connection is gone afterwards.
+// Any bytes sent to the HTTP port, over a socket: every answer is HTTP, and the connection is closed afterwards.
 #include <algorithm>
 #include <array>
 
@@ -13,23 +13,23 @@ using namespace net;
 /// A server with an HTTP port, for all inputs.
 struct Page {
   boost::asio::io_context io;
-  Tissue tissue = test::line_tissue(4);
+  Tissue tissue = net::test::line_tissue(4);
   Server server{io, {}, tissue, {}};
   HttpListener http{io, server, pages(), {}, [](const std::string&) {}};
 
   static HttpOptions pages() {
-    HttpOptions options;  // the server has no tokens: what is shown as one is read all the same
-    options.pages["/metrics"].make = [] { return MadePage::Content{200, "text/plain", "made\n"}; };
+    HttpOptions options;  // the server has no tokens: one that is presented is parsed nevertheless
+    options.pages["/metrics"].make = [] { return DynamicPage::Content{200, "text/plain", "made\n"}; };
     return options;
   }
 };
 
-void expect_answer(const test::HttpReply& reply) {
+void expect_answer(const net::test::HttpReply& reply) {
   constexpr std::array kAnswers = {101, 200, 304, 400, 403, 404, 405, 413, 426, 431};
   EXPECT_TRUE(std::ranges::count(kAnswers, reply.status)) << reply.status;
   if (reply.status == 200)
     EXPECT_TRUE(reply.headers.contains("etag") || reply.headers.contains("cache-control"));
-  // Beast answers itself where an upgrade is not as RFC 6455 has it.
+  // Beast itself answers an upgrade that does not follow RFC 6455.
   constexpr std::array kBeasts = {101, 400, 426};
   if (!std::ranges::count(kBeasts, reply.status))
     EXPECT_TRUE(reply.headers.contains("x-content-type-options"));
@@ -40,17 +40,17 @@ void expect_answer(const test::HttpReply& reply) {
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   static Page page;
   {
-    test::HttpPeer peer(page.io, page.http.port());
+    net::test::HttpPeer peer(page.io, page.http.port());
     const std::string request = text_of(std::as_bytes(std::span(data, size)));
     for (std::size_t at = 0; at < size && !peer.is_ended(); at += 700) {
       peer.send(request.substr(at, 700));
       while (page.io.poll() > 0) continue;
       peer.take();
     }
-    test::HttpReply reply;
+    net::test::HttpReply reply;
     if (peer.next(reply, true)) expect_answer(reply);
   }
-  EXPECT_TRUE(test::pump(page.io, [&] { return page.server.client_count() == 0; }));
+  EXPECT_TRUE(net::test::pump(page.io, [&] { return page.server.client_count() == 0; }));
   return 0;
 }
 

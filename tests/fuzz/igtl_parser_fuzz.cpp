@@ -1,4 +1,4 @@
-// A stream of OpenIGTLink messages: whole and in pieces it is cut into the same ones, and transforms go to and fro.
+// A stream of OpenIGTLink messages: parsed whole and in pieces it gives the same messages, and transforms round-trip.
 #include "net/igtl/message_parser.h"
 
 #include "net/igtl/codec.h"
@@ -11,7 +11,7 @@ namespace {
 
 using namespace net::igtl;
 
-/// What came of a stream, as text.
+/// The result of a stream, as text.
 class Cut {
  public:
   void feed(std::span<const std::byte> bytes) {

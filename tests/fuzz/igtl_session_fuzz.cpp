@@ -1,14 +1,14 @@
-// An OpenIGTLink client beside a native server and a simulation that goes on: a script of what all of them do. Whatever
-// comes, what is sent is well-formed, and the client's needles are free once it has left.
+// An OpenIGTLink client beside a native server and a running simulation: a script of the actions of all. Everything
+// that is sent is well-formed, and the client's needles are free once it has left.
 #include "net/igtl/igtl_session.h"
 
 #include <boost/asio/io_context.hpp>
 
-#include "net/clock.h"
+#include "net/base/clock.h"
 #include "net/igtl/big_endian.h"
 #include "net/igtl/crc64.h"
 #include "net/igtl/wall_clock.h"
-#include "net/server.h"
+#include "net/server/server.h"
 #include "tests/fuzz/fuzzed_connection.h"
 #include "tests/fuzz/igtl_script.h"
 #include "tests/net/fake_simulation.h"
@@ -67,7 +67,7 @@ class World {
     }
   }
 
-  /// What was sent must be whole messages, one after the other.
+  /// The output must consist of complete messages.
   void hear(std::span<const std::byte> bytes) {
     heard_.insert(heard_.end(), bytes.begin(), bytes.end());
     const std::span<const std::byte> all(heard_);
@@ -94,7 +94,7 @@ class World {
   const std::shared_ptr<FuzzedConnection> connection_ =
       std::make_shared<FuzzedConnection>([this](std::span<const std::byte> bytes) { hear(bytes); });
   const std::shared_ptr<igtl::IgtlSession> session_ = std::make_shared<igtl::IgtlSession>(
-      1, connection_, server_.gate().enter("127.0.0.1", monotonic_ns()),
+      1, connection_, server_.gate().acquire_slot("127.0.0.1", monotonic_ns()),
       igtl::IgtlSession::Environment{server_, messages_, std::chrono::milliseconds(1000),
                                      [this](const igtl::IgtlSession&, const std::string& reason) {
                                        EXPECT_FALSE(reason.empty());

@@ -1,6 +1,7 @@
-// live_fuzzer PID NATIVE HTTP IGTL MESSAGES: sends a running brachyd that many mutated messages, over TCP, WebSocket and
-// OpenIGTLink, while a good viewer and a good device go on; quiet and fuzzed halves of equal length in turns. Judges memory,
-// descriptors, missed ticks and the viewer's frames; 1 if a figure is missed, 2 for bad usage. scripts/live_fuzz.sh runs it.
+// live_fuzzer PID NATIVE HTTP IGTL MESSAGES: sends a running brachyd that many mutated messages, over TCP, WebSocket
+// and OpenIGTLink, while a well-behaved viewer and device are connected; quiet and fuzzed halves of equal length
+// alternate. Judges memory, descriptors, missed ticks and the viewer's frames; exit code 1 if a limit is exceeded, 2
+// for bad usage. scripts/campaigns/live_fuzz.sh runs it.
 #include <signal.h>
 
 #include <algorithm>
@@ -15,8 +16,8 @@
 #include <list>
 #include <optional>
 
-#include "net/client.h"
-#include "net/clock.h"
+#include "net/base/clock.h"
+#include "net/client/client.h"
 #include "tests/fuzz/hostile_peer.h"
 
 namespace brachy::fuzz {
@@ -32,8 +33,8 @@ constexpr double kWarmUpShare = 0.2;        // of the messages, but
 constexpr std::size_t kLeastWarmUp = 2000;  // until the allocator has what a busy moment takes
 
 constexpr double kMostGrowthMb = 5;
-constexpr double kLeastSeconds =
-    50;  // of fuzzing to judge ticks by: in fewer a handful of the machine's is half a percent
+// of fuzzing to judge ticks by: in fewer a handful of the machine's is half a percent
+constexpr double kLeastSeconds = 50;
 constexpr double kMostMoreMissed = 0.005;  // of all ticks
 
 struct Process {
@@ -112,7 +113,7 @@ class GoodClients {
   std::string failure_;
 };
 
-/// What went by in all halves of a kind.
+/// Totals over all halves of a kind.
 struct Tally {
   double seconds = 0;
   std::uint64_t missed = 0, frames = 0, frames_missed = 0;
@@ -161,7 +162,7 @@ class Run {
   }
 
  private:
-  /// Lets the good clients go on for a turn.
+  /// Serves the well-behaved clients for a turn.
   void serve() { io_.run_for(std::chrono::milliseconds(1)); }
   template <class Condition>
   bool serve_until(Condition&& condition, double seconds) {
@@ -194,8 +195,8 @@ class Run {
     }
   }
 
-  /// As many clients as ever come at once, each holding a frame of its own that it does not read: what the daemon's allocator
-  /// has then it keeps, or gives back, whenever so many happen to meet again.
+  /// As many clients as are ever connected at once, each with a frame that it does not read: the allocator's peak,
+  /// which the daemon may keep or return whenever as many meet again.
   void crowd() {
     peers_.clear();
     for (std::size_t i = 0; i < kPeers; ++i) {
@@ -207,7 +208,7 @@ class Run {
     reset();
   }
 
-  /// Needle 1 goes in where hostile devices take it: what a simulator has for that it touches only then.
+  /// Moves needle 1 as hostile devices do, because a simulator touches some of its memory only then.
   void insert_other_needle() {
     net::ClientOptions options;
     options.role = net::Role::kDevice;
@@ -225,7 +226,7 @@ class Run {
       }
   }
 
-  /// As a mutated CONTROL may: another simulator beside the one in use.
+  /// Starts another simulator beside the one in use, as a mutated CONTROL may.
   void reset() {
     net::ClientOptions options;
     options.role = net::Role::kOperator;
@@ -239,14 +240,14 @@ class Run {
     }
   }
 
-  /// Until what was opened is closed and the daemon has forgotten it.
+  /// Waits until all connections are closed and released by the daemon.
   void settle(std::size_t descriptors) {
     peers_.clear();
     serve_until([&] { return brachyd_.descriptors() <= descriptors; }, 15);
     serve_for(1);
   }
 
-  /// What goes by while `act` goes on is added to the tally; how many seconds that took.
+  /// Adds the ticks and frames during `act` to the tally; returns its duration, s.
   template <class Act>
   double measure(Tally& tally, Act&& act) {
     constexpr double kStateS = 0.6;  // a STATE comes every 0.5 s

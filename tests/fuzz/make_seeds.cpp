@@ -1,4 +1,4 @@
-// Writes the first inputs of every fuzz target, made by our own encoders and from the files in config: fuzz_seeds FOLDER.
+// Writes the initial corpus of every fuzz target, from our own encoders and the files in config: fuzz_seeds FOLDER.
 #include <filesystem>
 #include <fstream>
 #include <iostream>
@@ -6,14 +6,14 @@
 
 #include "apps/forces/force_log.h"
 #include "apps/recording/recording_file.h"
-#include "core/plan/plan_file.h"
-#include "core/seeds/seed_file.h"
-#include "core/surface/surface_mesh.h"
+#include "core/brachytherapy/plan/plan_file.h"
+#include "core/brachytherapy/seeds/seed_file.h"
+#include "core/geometry/surface/surface_mesh.h"
 #include "haptics/trajectory/needle_trajectories.h"
 #include "net/igtl/big_endian.h"
 #include "net/igtl/codec.h"
 #include "net/wire/frame_encoder.h"
-#include "tests/core/tissue/mesh_fixtures.h"
+#include "tests/core/geometry/tissue/mesh_fixtures.h"
 #include "tests/fuzz/fuzzing.h"
 #include "tests/net/fake_simulation.h"
 #include "tests/net/wire/sample_messages.h"
@@ -32,7 +32,7 @@ std::string read(const std::filesystem::path& file) {
   return {std::istreambuf_iterator<char>(in), {}};
 }
 
-/// A script's text: what fuzzing.h and its kind read.
+/// A script's bytes, as fuzzing.h reads them.
 class Steps {
  public:
   Steps& u8(unsigned value) {
@@ -81,7 +81,7 @@ net::HelloMessage hello(net::Role role, std::uint32_t subscription = 0) {
   return hello;
 }
 
-/// What a server sends to a viewer: topology, a full frame, changes, and a seed.
+/// Messages of a server to a viewer: topology, a full frame, changes, and a seed.
 std::vector<std::pair<MessageType, Bytes>> server_messages() {
   const Tissue tissue = net::test::line_tissue(3);
   net::test::FakeSimulation simulation(tissue, 1, 2);
@@ -94,10 +94,10 @@ std::vector<std::pair<MessageType, Bytes>> server_messages() {
   for (std::uint64_t tick = 0; tick < 5; tick += 2) {
     simulation.steps(2);
     if (tick == 2) {
-      simulation.state().seed_slots = {net::test::sample_seed()};
-      simulation.state().seed_slots[0].id = 1;
-      simulation.state().seed_ticks = {simulation.state().tick};
-      simulation.state().seed_count = 1;
+      simulation.state().seeds.slots = {net::test::sample_seed()};
+      simulation.state().seeds.slots[0].id = 1;
+      simulation.state().seeds.ticks = {simulation.state().summary.tick};
+      simulation.state().seeds.count = 1;
     }
     Bytes frame;
     net::encode_frame(simulation.state(), layout, 1 + tick, {tick, tick == 0, true, false}, frame);

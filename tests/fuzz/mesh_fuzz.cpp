@@ -1,10 +1,10 @@
-// A mesh file, STL, OBJ or PLY as its first byte says, read behind its guards and made a closed surface where it is one.
-// assimp itself is Debian's, without the sanitizers: what it does to memory shows only where it crashes.
+// A mesh file, STL, OBJ or PLY by its first byte, read after its prechecks and prepared as a closed surface if it is
+// one. assimp itself is Debian's, without the sanitizers: its memory errors show only where it crashes.
 #include <array>
 
-#include "core/mesh_io/mesh_file.h"
-#include "core/surface/surface_check.h"
-#include "tests/core/tissue/mesh_fixtures.h"
+#include "core/geometry/mesh_io/mesh_file.h"
+#include "core/geometry/surface/surface_check.h"
+#include "tests/core/geometry/tissue/mesh_fixtures.h"
 #include "tests/fuzz/fuzzing.h"
 
 namespace brachy::fuzz {

@@ -5,11 +5,11 @@
 
 namespace brachy::fuzz {
 
-/// What may be wrong with a message's header; bits.
+/// Flaws of a message's header; bits.
 enum MessageFlaw : std::uint8_t { kWrongSequence = 1, kWrongLength = 2, kWrongVersion = 4 };
 
-/// The next message of a script: its type (u8), flaws (u8) and body (a piece), with the header that belongs to it, so that
-/// what the fuzzer changes reaches the decoders behind it.
+/// The next message of a script: its type (u8), flaws (u8) and body (a piece), with a matching header, so that the
+/// fuzzer's changes reach the decoders.
 net::Bytes next_message(Script& script, std::uint64_t sequence);
 
 /// The messages of a script as a server's, numbered: a TOPOLOGY has the hash of what it holds, a FRAME that of the last

@@ -1,5 +1,5 @@
-// A plan as TOML, or as CSV where the first byte is odd. One that is read is written and read again the same.
-#include "core/plan/plan_file.h"
+// A plan as TOML, or as CSV where the first byte is odd. A valid plan survives writing and reading.
+#include "core/brachytherapy/plan/plan_file.h"
 #include "tests/fuzz/fuzzing.h"
 
 namespace brachy::fuzz {

@@ -1,11 +1,11 @@
-// A recording: a script of messages, each with its right CRC unless the script says otherwise. It is summed up and replayed
-// as far as it is good.
+// A recording: a script of messages, each with the correct CRC unless the script sets another. It is summarised and
+// replayed as far as it is valid.
 #include <boost/crc.hpp>
 #include <sstream>
 
 #include "apps/recording/recorded_motion.h"
 #include "apps/recording/recording_tally.h"
-#include "tests/core/tissue/mesh_fixtures.h"
+#include "tests/core/geometry/tissue/mesh_fixtures.h"
 #include "tests/fuzz/message_script.h"
 
 namespace brachy::fuzz {

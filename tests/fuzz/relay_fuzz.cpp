@@ -1,10 +1,10 @@
-// What a relay makes of a broker's payloads: chunks of a script's messages, whole or with flaws, and payloads of the fuzzer's
-// own. Whatever is taken, what it would show is what the frames say, and memory is only for what has come.
+// A relay's handling of a broker's payloads: chunks of a script's messages, intact or with flaws, and arbitrary
+// payloads. Its mesh always equals that of the accepted frames, and memory is allocated only for received data.
 #include <optional>
 
 #include "net/broker/chunks.h"
 #include "net/broker/relayed_mesh.h"
-#include "net/server_messages.h"
+#include "net/client/server_messages.h"
 #include "net/wire/frame_encoder.h"
 #include "tests/fuzz/message_script.h"
 
@@ -16,7 +16,7 @@ using namespace net;
 constexpr std::uint32_t kMaxMessageBytes = 1 << 20;
 constexpr std::size_t kNeedles = 2;
 
-/// What may become of a chunk; more: it comes as it is.
+/// Faults of a chunk; other values: it arrives unchanged.
 enum ChunkFlaw : std::uint8_t { kMissing = 1, kTwice = 2, kCut = 3, kOtherPublisher = 4 };
 
 class Relay {
@@ -49,12 +49,12 @@ class Relay {
       is_refused_ = !mesh_->fits(frame);
       if (is_refused_) return;
       mesh_->take(frame, 7);
-      EXPECT_EQ(mesh_->state().tick, frame.tick);
+      EXPECT_EQ(mesh_->state().summary.tick, frame.tick);
       show();
     };
     return h;
   }
-  /// A viewer that joins now is sent what the relay's own copy of the mesh holds.
+  /// A viewer that joins now receives the relay's copy of the mesh.
   void show() {
     const FrameLayout layout = make_layout(mesh_->tissue(), topology_);
     Bytes body;
@@ -97,9 +97,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     if (what == 254) ++epoch, sequence = 0;
     const std::size_t payload = kChunkHeaderSize + 1 + 8 * std::size_t{script.u8()};
     const Bytes message = server.next();
-    Bytes room;
+    Bytes buffer;
     send_chunks({1, epoch, ++sequence, 0, 0}, std::span(message).first(kHeaderSize),
-                std::span(message).subspan(kHeaderSize), payload, room,
+                std::span(message).subspan(kHeaderSize), payload, buffer,
                 [&](std::span<const std::byte> chunk) {
                   Bytes sent(chunk.begin(), chunk.end());
                   const std::uint8_t flaw = what < 200 ? std::uint8_t{0} : script.u8();

@@ -1,12 +1,12 @@
 // A scene file.
-#include "core/scene/scene_file.h"
+#include "core/scene/file/scene_file.h"
 #include "tests/fuzz/fuzzing.h"
 
 namespace brachy::fuzz {
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const std::string text = text_of(std::as_bytes(std::span(data, size)));
-  // Two keys that contradict each other may stand in no line of the file: both defaults are not among them.
+  // The message has a line number, because the defaults do not contradict each other.
   reads("scene.toml:", [&] {
     const Scene scene = parse_scene(text, "scene.toml");
     EXPECT_TRUE(scene.rates.deformation_hz >= 1 && scene.rates.deformation_hz <= 1000);

@@ -1,10 +1,10 @@
-// The native server with up to three clients at once, over TCP or WebSocket, and a simulation that goes on: a script of
-// what all of them do. Whatever comes, what the server says is well-formed and nothing of a client remains once it left.
+// The native server with up to three clients at once, over TCP or WebSocket, and a running simulation: a script of the
+// actions of all. Everything that the server sends is well-formed, and nothing of a client remains once it has left.
 #include <array>
 #include <boost/asio/io_context.hpp>
 
-#include "net/clock.h"
-#include "net/server.h"
+#include "net/base/clock.h"
+#include "net/server/server.h"
 #include "tests/fuzz/fuzzed_connection.h"
 #include "tests/fuzz/message_script.h"
 #include "tests/net/fake_simulation.h"
@@ -19,14 +19,14 @@ using namespace net;
 constexpr std::uint16_t kNeedles = 2;
 
 /// Heard, with the fuzzer's connection.
-class Client : public test::Heard {
+class Client : public net::test::Heard {
  public:
   Client(Server& server, bool is_websocket) : is_websocket_(is_websocket) {
     connection_ = std::make_shared<FuzzedConnection>([this](std::span<const std::byte> bytes) {
       EXPECT_EQ(fatal(), ErrorCode{}) << "something follows a fatal ERROR";
       hear(bytes);
     });
-    server.adopt(connection_, server.gate().enter("127.0.0.1", monotonic_ns()));
+    server.adopt(connection_, server.gate().acquire_slot("127.0.0.1", monotonic_ns()));
   }
   ~Client() { connection_->leave(); }
   Client(const Client&) = delete;
@@ -42,7 +42,7 @@ class Client : public test::Heard {
   std::uint64_t next_sequence() const { return sent_ + 1; }
   FuzzedConnection& connection() { return *connection_; }
 
-  /// Reads all there is; then the server has said why it ends, or has closed.
+  /// Reads everything; then the server has sent a reason, or has closed.
   void expect_end() {
     while (connection_->finish_write()) continue;
     EXPECT_TRUE(!connection_->is_open() || (connection_->is_shut() && fatal() != ErrorCode{}));
@@ -57,7 +57,7 @@ class Client : public test::Heard {
 
 class World {
  public:
-  /// With a token for everybody and one for devices and viewers, or with none.
+  /// With a token for all roles and one for devices and viewers, or with none.
   explicit World(bool has_tokens) : server_(io_, options(has_tokens), tissue_, handlers()) {}
 
   void play(Script& script) {
@@ -74,7 +74,7 @@ class World {
  private:
   static ServerOptions options(bool has_tokens) {
     ServerOptions options;
-    const Token all = *test::sample_hello_with_token().token;
+    const Token all = *net::test::sample_hello_with_token().token;
     if (has_tokens) {
       options.tokens.add(all, {Role::kViewer, Role::kDevice, Role::kOperator});
       options.tokens.add(Token{}, {Role::kViewer, Role::kDevice});
@@ -82,7 +82,7 @@ class World {
     options.needles = kNeedles;
     options.max_message_bytes = 1024;
     options.max_queued_messages = 8;
-    options.max_clients = 2;  // the third is told BUSY
+    options.max_clients = 2;  // the third gets BUSY
     return options;
   }
 
@@ -120,24 +120,24 @@ class World {
         return;
       case 6: {
         const auto needle = static_cast<std::uint16_t>(script.u8() % kNeedles);
-        server_.send(needle, test::sample_force());
-        server_.send(needle, test::sample_local_model());
+        server_.send(needle, net::test::sample_force());
+        server_.send(needle, net::test::sample_local_model());
         return;
       }
       case 7:
         return connection.set_unsent_bytes(script.u8());
       case 8:
-        server_.publish(test::sample_dose());
-        return server_.tell_state();
+        server_.publish(net::test::sample_dose());
+        return server_.broadcast_state();
       default:
-        server_.show_scene(test::sample_scene());
+        server_.set_scene(net::test::sample_scene());
         server_.hold_lease(static_cast<std::uint16_t>(script.u8() % kNeedles), "script");
     }
   }
 
   boost::asio::io_context io_;
-  const Tissue tissue_ = test::line_tissue(4);
-  test::FakeSimulation simulation_{tissue_, 1, kNeedles};
+  const Tissue tissue_ = net::test::line_tissue(4);
+  net::test::FakeSimulation simulation_{tissue_, 1, kNeedles};
   Server server_;
   std::array<std::unique_ptr<Client>, 3> clients_;
 };

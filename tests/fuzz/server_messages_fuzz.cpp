@@ -1,6 +1,6 @@
-// What a client makes of a server's messages: a script of messages, each with the header and the topology's hash that belong
-// to it. A message that is refused changes nothing, and a stream in pieces is the stream.
-#include "net/server_messages.h"
+// A client's handling of a server's messages: a script of messages, each with a matching header and topology hash. A
+// refused message changes nothing, and a stream in pieces gives the same result.
+#include "net/client/server_messages.h"
 
 #include <tuple>
 
@@ -12,7 +12,7 @@ namespace {
 
 using namespace net;
 
-/// A client, and what it was told.
+/// A client, and the messages it got.
 class Client {
  public:
   void feed(std::span<const std::byte> bytes) {

@@ -1,10 +1,10 @@
-// A session's folder, as a killed daemon may have left it: seeds.csv, poses.csv and forces.csv, a piece each. It is read for
-// its score, gone on with, and read again: no seed that was read is lost.
+// A session's directory, as a killed daemon may have left it: seeds.csv, poses.csv and forces.csv, a piece each. It is
+// scored, continued, and read again: no seed that was read is lost.
 #include <filesystem>
 
 #include "apps/score/recording.h"
 #include "apps/session/session_log.h"
-#include "tests/core/tissue/mesh_fixtures.h"
+#include "tests/core/geometry/tissue/mesh_fixtures.h"
 #include "tests/fuzz/fuzzing.h"
 
 namespace brachy::fuzz {

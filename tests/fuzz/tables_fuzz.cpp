@@ -1,10 +1,10 @@
-// The other CSV files; the first byte says which. What is written in rows of ours comes back as it was.
-#include "apps/brachy/landmark_file.h"
-#include "apps/compare/compare_beads.h"
+// The other CSV files, selected by the first byte. Rows that we write are read back unchanged.
 #include "apps/forces/force_log.h"
-#include "core/dose/dose_seed_file.h"
-#include "core/seeds/seed_file.h"
-#include "tests/core/tissue/mesh_fixtures.h"
+#include "apps/landmarks/landmark_file.h"
+#include "apps/study/compare/compare_beads.h"
+#include "core/brachytherapy/dose/dose_seed_file.h"
+#include "core/brachytherapy/seeds/seed_file.h"
+#include "tests/core/geometry/tissue/mesh_fixtures.h"
 #include "tests/fuzz/fuzzing.h"
 
 namespace brachy::fuzz {
@@ -24,7 +24,7 @@ std::string written(const std::vector<ForceSample>& samples) {
 
 void read_landmarks(const std::string& text) {
   const test::TempFile file("landmarks.csv", text);
-  DeformOptions options;
+  LandmarkFieldOptions options;
   options.landmarks = file.path();
   reads_lines(file.path().string(), [&] {
     const Landmarks landmarks = load_landmarks(options);

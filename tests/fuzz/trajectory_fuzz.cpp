@@ -1,8 +1,8 @@
-// A trajectory file. One that is read is written and read again the same, and every pose in it is rigid.
+// A trajectory file. A valid one survives writing and reading, and every pose in it is rigid.
 #include <sstream>
 
-#include "haptics/rigid_pose.h"
 #include "haptics/trajectory/needle_trajectories.h"
+#include "haptics/trajectory/rigid_pose.h"
 #include "tests/fuzz/fuzzing.h"
 
 namespace brachy::fuzz {

@@ -1,5 +1,6 @@
-// A browser's connection past its upgrade, over a socket: a script of frames, whole, in fragments or against the rules. What
-// the server says is well-formed (tests/net/http/websocket_peer.h), and the connection is gone afterwards.
+// A browser's connection after its upgrade, over a socket: a script of frames, whole, in fragments or invalid.
+// Everything that the server sends is well-formed (tests/net/http/websocket_peer.h), and the connection is closed
+// afterwards.
 #include <utility>
 
 #include "net/http/http_listener.h"
@@ -29,13 +30,13 @@ struct Page {
   }
   boost::asio::io_context io;
   const Tissue& tissue = large_tissue();
-  test::FakeSimulation simulation{tissue};
+  net::test::FakeSimulation simulation{tissue};
   Server server{io, options(), tissue, {}};
   HttpListener http{io, server, {}, {}, [](const std::string&) {}};
 
  private:
   static const Tissue& large_tissue() {
-    static const Tissue tissue = test::line_tissue(2000);
+    static const Tissue tissue = net::test::line_tissue(2000);
     return tissue;
   }
 };
@@ -45,21 +46,21 @@ Bytes next_frames(Script& script, std::uint64_t& sequence) {
   const std::uint8_t what = script.u8();
   switch (what % 4) {
     case 0:  // a message
-      return test::websocket_frame(test::Opcode::kBinary, next_message(script, ++sequence));
+      return net::test::websocket_frame(net::test::Opcode::kBinary, next_message(script, ++sequence));
     case 1: {  // in three fragments
       const Bytes message = next_message(script, ++sequence);
       const auto all = std::span<const std::byte>(message);
       const std::size_t third = all.size() / 3;
-      Bytes frames = test::websocket_frame(test::Opcode::kBinary, all.first(third), false);
+      Bytes frames = net::test::websocket_frame(net::test::Opcode::kBinary, all.first(third), false);
       for (const auto& frame :
-           {test::websocket_frame(test::Opcode::kContinuation, all.subspan(third, third), false),
-            test::websocket_frame(test::Opcode::kContinuation, all.subspan(2 * third))})
+           {net::test::websocket_frame(net::test::Opcode::kContinuation, all.subspan(third, third), false),
+            net::test::websocket_frame(net::test::Opcode::kContinuation, all.subspan(2 * third))})
         frames.insert(frames.end(), frame.begin(), frame.end());
       return frames;
     }
     case 2: {  // any frame
       const std::uint8_t first = script.u8();
-      Bytes frame = test::websocket_frame(test::Opcode::kBinary, script.piece(), true, what < 200);
+      Bytes frame = net::test::websocket_frame(net::test::Opcode::kBinary, script.piece(), true, what < 200);
       frame[0] = std::byte{first};
       return frame;
     }
@@ -77,8 +78,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   Script script(data, size);
   const bool reads = script.u8() % 2 == 0;
   {
-    test::WebSocketPeer peer(page.io, page.http.port(), reads ? 0 : 4096);
-    EXPECT_TRUE(test::pump(page.io, [&] {
+    net::test::WebSocketPeer peer(page.io, page.http.port(), reads ? 0 : 4096);
+    EXPECT_TRUE(net::test::pump(page.io, [&] {
       peer.take();
       return peer.is_open();
     }));
@@ -94,7 +95,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       if (reads) peer.take();
     }
   }
-  EXPECT_TRUE(test::pump(page.io, [&] { return page.server.client_count() == 0; }));
+  EXPECT_TRUE(net::test::pump(page.io, [&] { return page.server.client_count() == 0; }));
   page.server.stop();
   page.http.stop();
   page.io.run_for(std::chrono::seconds(5));

@@ -11,11 +11,11 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const auto body = script.rest();
   Bytes once, twice;
   std::size_t held = 0;
-  const DecodeResult result = test::decode_any(type, body, once, held);
-  // An empty text is two bytes, and here a std::string, whose room is counted once more.
+  const DecodeResult result = net::test::decode_any(type, body, once, held);
+  // An empty text is two bytes, and here a std::string, whose capacity is counted once more.
   EXPECT_LE(held, 24 * body.size() + 256);
   if (result.is_good()) {
-    EXPECT_TRUE(test::decode_any(type, once, twice, held).is_good());
+    EXPECT_TRUE(net::test::decode_any(type, once, twice, held).is_good());
     EXPECT_EQ(twice, once);
   } else {
     EXPECT_TRUE(result.is_bad());

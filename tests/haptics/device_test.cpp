@@ -4,8 +4,8 @@
 #include <latch>
 #include <thread>
 
-#include "haptics/network_device.h"
-#include "haptics/scripted_device.h"
+#include "haptics/devices/network_device.h"
+#include "haptics/devices/scripted_device.h"
 
 namespace brachy {
 namespace {
@@ -101,7 +101,7 @@ TEST(NetworkDevice, GivesTheNewestAcceptedPoseOnce) {
   NetworkDevice device;
   NeedlePose pose;
   device.attach();
-  for (std::uint64_t n : {1, 2, 3}) EXPECT_EQ(device.submit(pose_number(n)), PoseVerdict::kAccepted);
+  for (std::uint64_t n : {1, 2, 3}) EXPECT_EQ(device.submit(pose_number(n)), PoseStatus::kAccepted);
   ASSERT_TRUE(device.update(kStart, pose));
   EXPECT_EQ(pose.sequence, 3u);
   EXPECT_EQ(pose.X_WN, pose_number(3).X_WN);
@@ -118,10 +118,10 @@ TEST(NetworkDevice, ARefusedPoseNeverReachesTheSimulation) {
   device.update(kStart, pose);
   NeedlePose bad = pose_number(2);
   bad.X_WN.p.x() = std::nan("");
-  EXPECT_EQ(device.submit(bad), PoseVerdict::kNotFinite);
+  EXPECT_EQ(device.submit(bad), PoseStatus::kNotFinite);
   EXPECT_FALSE(device.update(kStart, pose));
   EXPECT_EQ(pose.sequence, 1u);
-  EXPECT_EQ(device.guard().count(PoseVerdict::kNotFinite), 1u);
+  EXPECT_EQ(device.guard().count(PoseStatus::kNotFinite), 1u);
 }
 
 TEST(NetworkDevice, KeepsTheLastGoodPoseWhenTheLeaseEnds) {
@@ -131,8 +131,8 @@ TEST(NetworkDevice, KeepsTheLastGoodPoseWhenTheLeaseEnds) {
   device.submit(pose_number(8));
   device.detach();
   EXPECT_FALSE(device.attached());
-  EXPECT_EQ(device.submit(pose_number(9)), PoseVerdict::kNotAttached);
-  EXPECT_EQ(device.guard().count(PoseVerdict::kNotAttached), 1u);
+  EXPECT_EQ(device.submit(pose_number(9)), PoseStatus::kNotAttached);
+  EXPECT_EQ(device.guard().count(PoseStatus::kNotAttached), 1u);
   EXPECT_TRUE(device.update(kStart, pose));
   EXPECT_FALSE(device.update(kStart + kTick, pose));
   EXPECT_EQ(pose.sequence, 8u);
@@ -145,7 +145,7 @@ TEST(NetworkDevice, ANewDeviceStartsItsCountAndClockAnew) {
   device.submit(pose_number(1000));
   device.detach();
   device.attach();
-  EXPECT_EQ(device.submit(pose_number(1)), PoseVerdict::kAccepted);
+  EXPECT_EQ(device.submit(pose_number(1)), PoseStatus::kAccepted);
   EXPECT_TRUE(device.update(kStart, pose));
   EXPECT_EQ(pose.sequence, 1u);
 }
@@ -190,7 +190,7 @@ TEST(NetworkDevice, ShowsEachChangeOfTheButtonToOneTickAtLeast) {
   sent.X_WN = tip_at(0);
   sent.sequence = 1;
   sent.stamp_ns = sent.received_ns = kStart;
-  ASSERT_EQ(device.submit(sent), PoseVerdict::kAccepted);
+  ASSERT_EQ(device.submit(sent), PoseStatus::kAccepted);
   EXPECT_TRUE(device.update(kStart, pose));
   EXPECT_TRUE(pose.button);
   EXPECT_FALSE(device.update(kStart + kTick, pose));

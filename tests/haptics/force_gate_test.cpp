@@ -13,7 +13,7 @@ namespace {
 constexpr std::int64_t kMs = 1'000'000;
 const Vec3 kPush(0, 0.6, -0.8);
 
-/// A gate with a device that sends a pose every millisecond; the time goes on across calls.
+/// A gate with a device that sends a pose every millisecond; time advances across calls.
 struct Session {
   ForceGate gate;
   std::int64_t now = 0;
@@ -65,7 +65,7 @@ TEST(ForceGate, FiftyMillisecondsWithoutAPoseTakeTheForceAwayUntilArmed) {
   EXPECT_LE(s.greatest_jump, 0.5 + 1e-12);
   EXPECT_TRUE(s.gate.latched());
   EXPECT_EQ(s.announcements(), std::vector{Intervention::kStale});
-  s.run(1000);  // poses alone do not bring it back
+  s.run(1000);  // poses alone do not restore it
   EXPECT_EQ(s.force, Vec3(Vec3::Zero()));
   s.gate.arm();
   s.run(1);

@@ -7,7 +7,7 @@
 #include <limits>
 #include <random>
 
-#include "tests/core/sim/allocation_guard.h"
+#include "tests/core/simulation/allocation_guard.h"
 
 namespace brachy {
 namespace {
@@ -82,7 +82,7 @@ TEST(LocalForce, DissipatesAroundEveryClosedPath) {
     };
     for (int leg = 0; leg < 20; ++leg) go(z + 5 * step(random));
     go(0);
-    // Back at the start the spring may still be drawn: what it holds does not count as dissipated.
+    // Back at the start the spring may still be loaded: its energy does not count as dissipated.
     EXPECT_GE(work, 0.5 * force * force - 1e-3) << path;
   }
 }
@@ -107,7 +107,7 @@ TEST(LocalForce, ACapsuleInsideDoesNotTakeTheFrictionBehindIt) {
   m.after_puncture_n = 0.5;
   local.take(m, LocalForce::kUnknown, 0);
   std::int64_t t = 0;
-  EXPECT_NEAR(axial(local, -0.6, ++t), -0.6, 1e-12) << "withdrawn: held back";
+  EXPECT_NEAR(axial(local, -0.6, ++t), -0.6, 1e-12) << "withdrawn: pulled in";
   EXPECT_NEAR(axial(local, 1.4, ++t), 1.4, 1e-12);
   EXPECT_NEAR(axial(local, 1.6, ++t), 0.5, 1e-12) << "through";
   EXPECT_NEAR(axial(local, 0, ++t), -1, 1e-12);
@@ -180,7 +180,7 @@ TEST(LocalForce, AModelOfAnOlderPoseSaysTheSameAsOneInTime) {
   const auto hand = [](std::int64_t ms) {
     return ms < 30 ? 0.1 * static_cast<double>(ms) : 6 - 0.1 * static_cast<double>(ms);
   };
-  // What the simulation knew at 28 ms, still on the way in: slipping at 1.5 N.
+  // The simulation's state at 28 ms, still on the way in: slipping at 1.5 N.
   LocalContactModel then = tissue();
   then.reference_tip = at(hand(28));
   then.contact_point = at(hand(28) - 1.5);

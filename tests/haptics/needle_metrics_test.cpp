@@ -4,9 +4,9 @@
 
 #include <cmath>
 
-#include "core/mesh_io/mesh_file.h"
-#include "core/surface/surface_bvh.h"
-#include "core/surface/surface_check.h"
+#include "core/geometry/mesh_io/mesh_file.h"
+#include "core/geometry/surface/surface_bvh.h"
+#include "core/geometry/surface/surface_check.h"
 #include "tests/data_dir.h"
 
 namespace brachy {

@@ -4,8 +4,8 @@
 
 #include <cmath>
 
-#include "core/error.h"
-#include "haptics/scripted_device.h"
+#include "core/base/error.h"
+#include "haptics/devices/scripted_device.h"
 
 namespace brachy {
 namespace {
@@ -137,7 +137,7 @@ TEST(NeedleTrajectories, ARowWithItsNeedleIsReadBackBitForBit) {
   EXPECT_EQ(read.needles()[0].motion.samples()[0], sample);
 }
 
-/// Needle 2 presses at 1 s and lets go at 1.5 s and again from 2 s to 2.001 s; needle 0 never does.
+/// Needle 2 presses at 1 s, releases at 1.5 s and presses again from 2 s to 2.001 s; needle 0 never does.
 NeedleTrajectories two_presses() {
   return parse_trajectories(kSeveralButton + row("0", "0", "0,0") + row("0", "0", "2,0") +
                                 row("1", "1", "2,1") + row("1.2", "1", "0,0") + row("1.5", "2", "2,0") +
@@ -191,7 +191,7 @@ TEST(NeedleTrajectories, TicksOfAnyRateSeeEveryPressOnce) {
 }
 
 TEST(NeedleTrajectories, SamplesAtTicksAreSeenAsTheyAre) {
-  // What a recorder wrote tick by tick, an up of a single tick among it, replays as the same ups and downs.
+  // A recording tick by tick, with a release of a single tick, replays as the same presses and releases.
   const std::vector<bool> pressed = {false, true, false, true, true, false, true};
   std::vector<TrajectorySample> samples;
   const auto time_of = [](std::size_t tick) { return 0.005 * static_cast<double>(tick); };

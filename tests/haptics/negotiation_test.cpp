@@ -7,7 +7,7 @@
 namespace brachy {
 namespace {
 
-TEST(Negotiation, StiffnessIsTwoBOverTPlusTwoTau) {  // DESIGN §4's figures, N/m
+TEST(Negotiation, StiffnessIsTwoBOverTPlusTwoTau) {  // figures of core/DESIGN.md, section 4, N/m
   const double b = 0.0005;
   EXPECT_NEAR(1000 * passive_stiffness_n_per_mm(b, {.period_s = 0.001, .delay_s = 0}), 1000, 1e-9);
   EXPECT_NEAR(1000 * passive_stiffness_n_per_mm(b, {.period_s = 0.005, .delay_s = 0}), 200, 1e-9);

@@ -1,4 +1,4 @@
-#include "haptics/pose_guard.h"
+#include "haptics/devices/pose_guard.h"
 
 #include <gtest/gtest.h>
 
@@ -26,7 +26,7 @@ NeedlePose pose_number(std::uint64_t n, std::int64_t extra_delay_ns = 0) {
   return pose;
 }
 
-PoseVerdict check(PoseGuard& guard, NeedlePose pose) {
+PoseStatus check(PoseGuard& guard, NeedlePose pose) {
   return guard.check(pose);
 }
 
@@ -36,13 +36,13 @@ TEST(PoseGuard, GoodPosesPassBitForBit) {
     NeedlePose pose = pose_number(n);
     pose.X_WN.R(0, 0) += 4e-10;  // as 9 digits on the wire leave it
     const NeedlePose before = pose;
-    ASSERT_EQ(guard.check(pose), PoseVerdict::kAccepted) << n;
+    ASSERT_EQ(guard.check(pose), PoseStatus::kAccepted) << n;
     EXPECT_EQ(pose.X_WN, before.X_WN);
     EXPECT_EQ(pose.sequence, before.sequence);
     EXPECT_EQ(pose.stamp_ns, before.stamp_ns);
     EXPECT_EQ(pose.received_ns, before.received_ns);
   }
-  EXPECT_EQ(guard.count(PoseVerdict::kAccepted), 99u);
+  EXPECT_EQ(guard.count(PoseStatus::kAccepted), 99u);
   EXPECT_EQ(guard.refused(), 0u);
 }
 
@@ -51,7 +51,7 @@ TEST(PoseGuard, ARotationOffByLittleIsReplacedByTheNearest) {
   NeedlePose pose = pose_number(1);
   const Mat3 right = pose.X_WN.R;
   pose.X_WN.R *= 1.0003;
-  EXPECT_EQ(guard.check(pose), PoseVerdict::kAccepted);
+  EXPECT_EQ(guard.check(pose), PoseStatus::kAccepted);
   EXPECT_LT((pose.X_WN.R - right).norm(), 1e-14);
 }
 
@@ -62,15 +62,15 @@ TEST(PoseGuard, NanAndInfinityAreRefusedInEveryEntry) {
     for (int i = 0; i < 3; ++i) {
       NeedlePose pose = pose_number(1);
       pose.X_WN.p[i] = bad;
-      EXPECT_EQ(guard.check(pose), PoseVerdict::kNotFinite);
+      EXPECT_EQ(guard.check(pose), PoseStatus::kNotFinite);
       for (int j = 0; j < 3; ++j) {
         pose = pose_number(1);
         pose.X_WN.R(i, j) = bad;
-        EXPECT_EQ(guard.check(pose), PoseVerdict::kNotFinite);
+        EXPECT_EQ(guard.check(pose), PoseStatus::kNotFinite);
       }
     }
   }
-  EXPECT_EQ(guard.count(PoseVerdict::kNotFinite), 36u);
+  EXPECT_EQ(guard.count(PoseStatus::kNotFinite), 36u);
 }
 
 TEST(PoseGuard, WhatIsNoRotationIsRefused) {
@@ -79,9 +79,9 @@ TEST(PoseGuard, WhatIsNoRotationIsRefused) {
   for (const Mat3& bad : {Mat3(1.001 * R), Mat3(-R), Mat3(Mat3::Zero()), Mat3(1e200 * R), Mat3(1e-200 * R)}) {
     NeedlePose pose = pose_number(1);
     pose.X_WN.R = bad;
-    EXPECT_EQ(guard.check(pose), PoseVerdict::kNotRigid) << bad;
+    EXPECT_EQ(guard.check(pose), PoseStatus::kNotRigid) << bad;
   }
-  EXPECT_EQ(guard.count(PoseVerdict::kNotRigid), 5u);
+  EXPECT_EQ(guard.count(PoseStatus::kNotRigid), 5u);
 }
 
 TEST(PoseGuard, ATipBeyondTenMetresIsRefused) {
@@ -89,68 +89,68 @@ TEST(PoseGuard, ATipBeyondTenMetresIsRefused) {
   for (double x : {10'001.0, -10'001.0, 1e300}) {
     NeedlePose pose = pose_number(1);
     pose.X_WN.p.y() = x;
-    EXPECT_EQ(guard.check(pose), PoseVerdict::kOutOfRange);
+    EXPECT_EQ(guard.check(pose), PoseStatus::kOutOfRange);
   }
   NeedlePose pose = pose_number(1);
   pose.X_WN.p.y() = -10'000;
-  EXPECT_EQ(guard.check(pose), PoseVerdict::kAccepted);
+  EXPECT_EQ(guard.check(pose), PoseStatus::kAccepted);
 }
 
 TEST(PoseGuard, GoingBackInTimeIsRefused) {
   PoseGuard guard;
-  EXPECT_EQ(check(guard, pose_number(10)), PoseVerdict::kAccepted);
-  EXPECT_EQ(check(guard, pose_number(10)), PoseVerdict::kOutOfOrder);
-  EXPECT_EQ(check(guard, pose_number(9)), PoseVerdict::kOutOfOrder);
+  EXPECT_EQ(check(guard, pose_number(10)), PoseStatus::kAccepted);
+  EXPECT_EQ(check(guard, pose_number(10)), PoseStatus::kOutOfOrder);
+  EXPECT_EQ(check(guard, pose_number(9)), PoseStatus::kOutOfOrder);
   NeedlePose pose = pose_number(11);
   pose.sequence = 10;
-  EXPECT_EQ(check(guard, pose), PoseVerdict::kOutOfOrder);
+  EXPECT_EQ(check(guard, pose), PoseStatus::kOutOfOrder);
   pose = pose_number(11);
   pose.stamp_ns = pose_number(10).stamp_ns;
-  EXPECT_EQ(check(guard, pose), PoseVerdict::kOutOfOrder);
+  EXPECT_EQ(check(guard, pose), PoseStatus::kOutOfOrder);
   pose.stamp_ns = -1;
-  EXPECT_EQ(check(guard, pose), PoseVerdict::kOutOfOrder);
-  EXPECT_EQ(guard.count(PoseVerdict::kOutOfOrder), 5u);
-  EXPECT_EQ(check(guard, pose_number(11)), PoseVerdict::kAccepted);
+  EXPECT_EQ(check(guard, pose), PoseStatus::kOutOfOrder);
+  EXPECT_EQ(guard.count(PoseStatus::kOutOfOrder), 5u);
+  EXPECT_EQ(check(guard, pose_number(11)), PoseStatus::kAccepted);
 }
 
 TEST(PoseGuard, ARefusedPoseDoesNotCountAsTheLastOne) {
   PoseGuard guard;
   NeedlePose pose = pose_number(50);
   pose.X_WN.p.x() = std::nan("");
-  EXPECT_EQ(check(guard, pose), PoseVerdict::kNotFinite);
-  EXPECT_EQ(check(guard, pose_number(1)), PoseVerdict::kAccepted);
+  EXPECT_EQ(check(guard, pose), PoseStatus::kNotFinite);
+  EXPECT_EQ(check(guard, pose_number(1)), PoseStatus::kAccepted);
 }
 
 TEST(PoseGuard, APoseThatWaitedTooLongIsStaleWhateverTheClocksOffset) {
   PoseGuard guard;
-  EXPECT_EQ(check(guard, pose_number(1)), PoseVerdict::kAccepted);
-  EXPECT_EQ(check(guard, pose_number(2, 100 * kMs)), PoseVerdict::kAccepted);
-  EXPECT_EQ(check(guard, pose_number(3, 101 * kMs)), PoseVerdict::kStale);
-  EXPECT_EQ(check(guard, pose_number(4)), PoseVerdict::kAccepted);
+  EXPECT_EQ(check(guard, pose_number(1)), PoseStatus::kAccepted);
+  EXPECT_EQ(check(guard, pose_number(2, 100 * kMs)), PoseStatus::kAccepted);
+  EXPECT_EQ(check(guard, pose_number(3, 101 * kMs)), PoseStatus::kStale);
+  EXPECT_EQ(check(guard, pose_number(4)), PoseStatus::kAccepted);
 }
 
 TEST(PoseGuard, AStallsBacklogIsRefusedUntilItIsFresh) {
   PoseGuard guard;
-  ASSERT_EQ(check(guard, pose_number(1)), PoseVerdict::kAccepted);
+  ASSERT_EQ(check(guard, pose_number(1)), PoseStatus::kAccepted);
   for (std::uint64_t n = 2; n <= 101; ++n) {  // 500 ms of poses arrive at once
     NeedlePose pose = pose_number(n);
     pose.received_ns = pose_number(101).received_ns;
-    EXPECT_EQ(check(guard, pose), n < 81 ? PoseVerdict::kStale : PoseVerdict::kAccepted) << n;
+    EXPECT_EQ(check(guard, pose), n < 81 ? PoseStatus::kStale : PoseStatus::kAccepted) << n;
   }
 }
 
 TEST(PoseGuard, TheFastestPoseSoFarSetsTheOffset) {
   PoseGuard guard;
-  EXPECT_EQ(check(guard, pose_number(1, 300 * kMs)), PoseVerdict::kAccepted);  // nothing to compare with yet
-  EXPECT_EQ(check(guard, pose_number(2, 300 * kMs)), PoseVerdict::kAccepted);
-  EXPECT_EQ(check(guard, pose_number(3)), PoseVerdict::kAccepted);
-  EXPECT_EQ(check(guard, pose_number(4, 300 * kMs)), PoseVerdict::kStale);
+  EXPECT_EQ(check(guard, pose_number(1, 300 * kMs)), PoseStatus::kAccepted);  // nothing to compare with yet
+  EXPECT_EQ(check(guard, pose_number(2, 300 * kMs)), PoseStatus::kAccepted);
+  EXPECT_EQ(check(guard, pose_number(3)), PoseStatus::kAccepted);
+  EXPECT_EQ(check(guard, pose_number(4, 300 * kMs)), PoseStatus::kStale);
 }
 
 TEST(PoseGuard, StaleLimitIsASetting) {
   PoseGuard guard({.stale_ns = 10 * kMs});
-  EXPECT_EQ(check(guard, pose_number(1)), PoseVerdict::kAccepted);
-  EXPECT_EQ(check(guard, pose_number(2, 11 * kMs)), PoseVerdict::kStale);
+  EXPECT_EQ(check(guard, pose_number(1)), PoseStatus::kAccepted);
+  EXPECT_EQ(check(guard, pose_number(2, 11 * kMs)), PoseStatus::kStale);
 }
 
 TEST(PoseGuard, ASlowDeviceClockDoesNotGoStaleOverAnEightHourDay) {
@@ -158,7 +158,7 @@ TEST(PoseGuard, ASlowDeviceClockDoesNotGoStaleOverAnEightHourDay) {
   for (std::uint64_t n = 1; n < 8 * 3600 * 200; n += 20) {
     NeedlePose pose = pose_number(n);
     pose.stamp_ns -= static_cast<std::int64_t>(n) * 500;  // 100 ppm: 2.9 s by the end
-    ASSERT_EQ(guard.check(pose), PoseVerdict::kAccepted) << n;
+    ASSERT_EQ(guard.check(pose), PoseStatus::kAccepted) << n;
   }
 }
 
@@ -168,30 +168,30 @@ TEST(PoseGuard, AStampFromTheEndsOfTimeDoesNotOverflow) {
   NeedlePose pose = pose_number(1);
   pose.stamp_ns = 0;
   pose.received_ns = kEnd;
-  EXPECT_EQ(check(guard, pose), PoseVerdict::kAccepted);
+  EXPECT_EQ(check(guard, pose), PoseStatus::kAccepted);
   pose = pose_number(2);
   pose.stamp_ns = kEnd;
   pose.received_ns = 0;
-  EXPECT_EQ(check(guard, pose), PoseVerdict::kAccepted);
+  EXPECT_EQ(check(guard, pose), PoseStatus::kAccepted);
   pose = pose_number(3);
   pose.stamp_ns = std::numeric_limits<std::int64_t>::min();
-  EXPECT_EQ(check(guard, pose), PoseVerdict::kOutOfOrder);
+  EXPECT_EQ(check(guard, pose), PoseStatus::kOutOfOrder);
 }
 
 TEST(PoseGuard, AResetForgetsTheClockAndTheCountButNotTheCounters) {
   PoseGuard guard;
-  EXPECT_EQ(check(guard, pose_number(1000)), PoseVerdict::kAccepted);
-  EXPECT_EQ(check(guard, pose_number(1)), PoseVerdict::kOutOfOrder);
+  EXPECT_EQ(check(guard, pose_number(1000)), PoseStatus::kAccepted);
+  EXPECT_EQ(check(guard, pose_number(1)), PoseStatus::kOutOfOrder);
   guard.reset();
-  EXPECT_EQ(check(guard, pose_number(1, 5000 * kMs)), PoseVerdict::kAccepted);
-  EXPECT_EQ(guard.count(PoseVerdict::kAccepted), 2u);
+  EXPECT_EQ(check(guard, pose_number(1, 5000 * kMs)), PoseStatus::kAccepted);
+  EXPECT_EQ(guard.count(PoseStatus::kAccepted), 2u);
   EXPECT_EQ(guard.refused(), 1u);
 }
 
 TEST(PoseGuard, EveryVerdictHasASentenceOfItsOwn) {
   std::set<std::string_view> sentences;
-  for (std::size_t i = 0; i < kPoseVerdicts; ++i) sentences.insert(to_string(static_cast<PoseVerdict>(i)));
-  EXPECT_EQ(sentences.size(), kPoseVerdicts);
+  for (std::size_t i = 0; i < kPoseStatuses; ++i) sentences.insert(to_string(static_cast<PoseStatus>(i)));
+  EXPECT_EQ(sentences.size(), kPoseStatuses);
   EXPECT_FALSE(sentences.contains("unknown verdict"));
 }
 

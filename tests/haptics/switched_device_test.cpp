@@ -1,4 +1,4 @@
-#include "haptics/switched_device.h"
+#include "haptics/devices/switched_device.h"
 
 #include <gtest/gtest.h>
 

@@ -5,8 +5,8 @@
 #include <fstream>
 #include <functional>
 
-#include "core/error.h"
-#include "haptics/rigid_pose.h"
+#include "core/base/error.h"
+#include "haptics/trajectory/rigid_pose.h"
 #include "haptics/trajectory/trajectory.h"
 
 namespace brachy {
@@ -95,7 +95,7 @@ TEST(TrajectoryCsv, RefusesWhatIsNotANumber) {
     EXPECT_TRUE(message.starts_with("t.csv:2: ")) << message;
   }
   expect_error(kHeader + row("0", "12o"), "t.csv:2: column 5 is not a number: '12o'");
-  expect_error(kHeader + row("0", "1e999"), "t.csv:2: column 5 '1e999' does not fit a double");
+  expect_error(kHeader + row("0", "1e999"), "t.csv:2: column 5 '1e999' is out of range for a double");
 }
 
 TEST(TrajectoryCsv, RefusesNanAndInfinity) {
@@ -113,7 +113,7 @@ TEST(TrajectoryCsv, RefusesARotationThatIsNotRigid) {
                "t.csv:2: the 3×3 part is not a rotation");
 }
 
-TEST(TrajectoryCsv, MendsARotationWithinToleranceToTheNearest) {
+TEST(TrajectoryCsv, RepairsARotationWithinToleranceToTheNearest) {
   const Trajectory trajectory =
       parse_trajectory(kHeader + "0,1.0004,0,0,0,0,1,1e-4,0,0,0,0.9997,0\n", "t.csv");
   const Mat3& R = trajectory.samples()[0].X_WN.R;

@@ -8,7 +8,7 @@
 #include <random>
 #include <sstream>
 
-#include "haptics/rigid_pose.h"
+#include "haptics/trajectory/rigid_pose.h"
 #include "tests/data_dir.h"
 
 namespace brachy {
@@ -134,7 +134,7 @@ TEST(Trajectory, AButtonSurvivesTheFileAndWithoutOneTheFileHasNoColumn) {
   std::vector<TrajectorySample> samples = random_trajectory(20).samples();
   std::ostringstream without, with;
   write_trajectory(without, Trajectory(samples));
-  EXPECT_TRUE(without.str().starts_with(std::string(kTrajectoryHeader) + "\n"));
+  EXPECT_TRUE(without.str().starts_with(std::string(kTrajectoryHeader).append("\n")));
   samples[7].button = true;
   write_trajectory(with, Trajectory(samples));
   EXPECT_EQ(parse_trajectory(with.str(), "log").samples(), samples);

@@ -1,11 +1,11 @@
-#include "net/client.h"
+#include "net/client/client.h"
 
 #include <boost/asio/buffer.hpp>
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/write.hpp>
 #include <cmath>
 
-#include "net/clock.h"
+#include "net/base/clock.h"
 #include "net/wire/codec.h"
 #include "tests/net/net_testing.h"
 
@@ -14,7 +14,7 @@ namespace {
 
 struct ClientTest : ServerFixture {};
 
-/// A listener that hands its first connection to the test and says what it is told to.
+/// A listener that passes its first connection to the test and sends what the test asks for.
 struct FakeServer {
   explicit FakeServer(boost::asio::io_context& io)
       : acceptor(io, {boost::asio::ip::address_v4::loopback(), 0}), socket(io) {}

@@ -1,4 +1,4 @@
-// What an operator may ask, what it is told, and what a viewer of the surface alone gets.
+// Requests of an operator and their answers, and the messages for a viewer of the surface alone.
 #include "tests/net/net_testing.h"
 #include "tests/net/wire/sample_messages.h"
 
@@ -88,7 +88,7 @@ TEST_F(ControlsTest, AnOperatorPressesTheButtonOfTheDaemonsOwnDeviceOnly) {
 
 TEST_F(ControlsTest, TheSceneComesToWhoAsksForIt) {
   start();
-  server->show_scene(sample_scene());
+  server->set_scene(sample_scene());
   const auto asks = join_with(Role::kViewer, kSubscribeScene);
   const auto does_not = join_with(Role::kViewer, 0);
   publish();

@@ -20,33 +20,34 @@ Tissue line_tissue(std::uint32_t blocks) {
 FakeSimulation::FakeSimulation(const Tissue& tissue, std::uint32_t seed, std::size_t needles)
     : blocks_(tissue.blocks), random_(seed) {
   for (const Vec3& p : tissue.rest_vertices) {
-    for (int axis = 0; axis < 3; ++axis) state_.deformed_vertices.push_back(static_cast<float>(p[axis]));
+    for (int axis = 0; axis < 3; ++axis) state_.mesh.deformed_vertices.push_back(static_cast<float>(p[axis]));
   }
-  state_.block_ticks.resize(blocks_.size());
-  state_.needles.resize(needles);
-  state_.pose_histories.resize(needles);
+  state_.mesh.block_ticks.resize(blocks_.size());
+  state_.needles.states.resize(needles);
+  state_.needles.pose_histories.resize(needles);
 }
 
 void FakeSimulation::step() {
-  ++state_.tick;
-  state_.sim_time_s = 0.005 * static_cast<double>(state_.tick);
+  ++state_.summary.tick;
+  state_.summary.sim_time_s = 0.005 * static_cast<double>(state_.summary.tick);
   std::uniform_real_distribution<float> coordinate(-50, 50);
   for (std::size_t b = 0; b < blocks_.size(); ++b) {
     if (random_() % 8 != 0) continue;
-    state_.block_ticks[b] = state_.tick;
+    state_.mesh.block_ticks[b] = state_.summary.tick;
     for (std::size_t i = 0; i < 3 * std::size_t{blocks_[b].count}; ++i) {
-      state_.deformed_vertices[3 * std::size_t{blocks_[b].first} + i] = coordinate(random_);
+      state_.mesh.deformed_vertices[3 * std::size_t{blocks_[b].first} + i] = coordinate(random_);
     }
   }
-  for (std::size_t n = 0; n < state_.needles.size(); ++n) {
-    NeedleState& needle = state_.needles[n];
+  for (std::size_t n = 0; n < state_.needles.states.size(); ++n) {
+    NeedleState& needle = state_.needles.states[n];
     const auto number = static_cast<double>(n);
     needle.present = true;
-    needle.X_WN.p.x() = static_cast<double>(state_.tick) + 100 * number;
-    needle.input.sequence = state_.tick + 1000 * n;
-    needle.input.received_ns = static_cast<std::int64_t>(state_.tick + n);
+    needle.X_WN.p.x() = static_cast<double>(state_.summary.tick) + 100 * number;
+    needle.input.sequence = state_.summary.tick + 1000 * n;
+    needle.input.received_ns = static_cast<std::int64_t>(state_.summary.tick + n);
     needle.forces.force_n = Vec3(0, 1, -number);
-    state_.pose_histories[n][state_.tick % MeshState::kPoseHistory] = {state_.tick, needle.X_WN};
+    state_.needles.pose_histories[n][state_.summary.tick % NeedleStates::kPoseHistory] = {state_.summary.tick,
+                                                                                          needle.X_WN};
   }
 }
 

@@ -5,8 +5,8 @@
 #include <random>
 #include <vector>
 
-#include "core/sim/mesh_state.h"
-#include "core/tissue/tissue.h"
+#include "core/geometry/tissue/tissue.h"
+#include "core/simulation/mesh_state.h"
 
 namespace brachy::net::test {
 

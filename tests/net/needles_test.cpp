@@ -1,8 +1,8 @@
-// Several needles and their devices; forces and local models on the way to them.
+// Several needles and their devices; forces and local models sent to them.
 #include <algorithm>
 #include <cmath>
 
-#include "net/server.h"
+#include "net/server/server.h"
 #include "tests/net/net_testing.h"
 #include "tests/net/raw_peer.h"
 #include "tests/net/wire/sample_messages.h"
@@ -136,7 +136,7 @@ TEST_F(NeedlesTest, ForcesWithoutADeviceGoNowhere) {
   EXPECT_FALSE(server->round_trip_s(1));
 }
 
-TEST_F(NeedlesTest, ForcesLeaveRoomForEverythingElse) {
+TEST_F(NeedlesTest, ForcesLeaveBandwidthForEverythingElse) {
   start();
   ClientOptions options;
   options.role = Role::kDevice;
@@ -217,20 +217,20 @@ TEST_F(NeedlesTest, FramesCarryEachOnesForcesAndPoses) {
   ASSERT_EQ(frame.needles.size(), 2u);
   for (std::size_t n = 0; n < 2; ++n) {
     EXPECT_TRUE(frame.needles[n].has_forces);
-    EXPECT_EQ(frame.needles[n].state.forces, simulation.state().needles[n].forces);
-    EXPECT_EQ(frame.needles[n].state.input.sequence, simulation.state().needles[n].input.sequence);
+    EXPECT_EQ(frame.needles[n].state.forces, simulation.state().needles.states[n].forces);
+    EXPECT_EQ(frame.needles[n].state.input.sequence, simulation.state().needles.states[n].input.sequence);
   }
   EXPECT_NE(frame.needles[0].state.forces, frame.needles[1].state.forces);
-  EXPECT_EQ(frame.input_sequence, simulation.state().needles[1].input.sequence);  // the last to arrive
+  EXPECT_EQ(frame.input_sequence, simulation.state().needles.states[1].input.sequence);  // the last to arrive
   EXPECT_EQ(frame.pose_history.size(), 5u);
   ASSERT_EQ(frame.poses_of_needles.size(), 1u);
   EXPECT_EQ(frame.poses_of_needles[0].needle, 1);
   ASSERT_EQ(frame.poses_of_needles[0].poses.size(), 5u);
-  EXPECT_EQ(frame.poses_of_needles[0].poses[4].X_WN, simulation.state().needles[1].X_WN);
+  EXPECT_EQ(frame.poses_of_needles[0].poses[4].X_WN, simulation.state().needles.states[1].X_WN);
 }
 
 TEST_F(NeedlesTest, AForceThatIsNotFiniteIsNotKnown) {
-  simulation.state().needles[0].forces.axial_n = std::nan("");
+  simulation.state().needles.states[0].forces.axial_n = std::nan("");
   start();
   const auto viewer = join();
   publish();

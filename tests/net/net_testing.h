@@ -10,13 +10,13 @@
 #include <utility>
 #include <vector>
 
-#include "net/client.h"
-#include "net/server.h"
+#include "net/client/client.h"
+#include "net/server/server.h"
 #include "tests/net/fake_simulation.h"
 
 namespace brachy::net::test {
 
-/// Runs `io` until `condition()` holds; false where it does not within `deadline`.
+/// Runs `io` until `condition()` holds; false if it does not within `deadline`.
 template <class Condition>
 bool pump(boost::asio::io_context& io, Condition&& condition,
           std::chrono::milliseconds deadline = std::chrono::milliseconds(8000)) {
@@ -29,7 +29,7 @@ bool pump(boost::asio::io_context& io, Condition&& condition,
   return true;
 }
 
-/// A Client that keeps what it was told.
+/// A Client that records what it receives.
 struct Recorder {
   explicit Recorder(boost::asio::io_context& io, ClientOptions options = {})
       : client(io, std::move(options), handlers()) {}
@@ -74,7 +74,7 @@ struct ServerFixture : ::testing::Test {
   std::vector<std::pair<std::uint16_t, std::string>> arms;
   std::vector<std::pair<std::uint16_t, bool>> drops;
   std::vector<std::pair<ControlMessage, std::string>> controls;
-  std::string control_refusal;  ///< what the handler answers
+  std::string control_refusal;  ///< the handler's answer
   std::vector<std::string> log;
   PoseVerdict verdict;
   std::unique_ptr<Server> server;

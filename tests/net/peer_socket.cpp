@@ -29,7 +29,7 @@ PeerSocket::PeerSocket(boost::asio::io_context& io, std::uint16_t port, int rece
   socket_.set_option(tcp::no_delay(true));
   if (!context_) return;
   tls_.reset(SSL_new(context_->native_handle()));
-  SSL_set_bio(tls_.get(), BIO_new(BIO_s_mem()), BIO_new(BIO_s_mem()));  // what came, what is to leave
+  SSL_set_bio(tls_.get(), BIO_new(BIO_s_mem()), BIO_new(BIO_s_mem()));  // input, output
   SSL_set_connect_state(tls_.get());
   go_on();
 }
@@ -84,7 +84,7 @@ void PeerSocket::decrypt(std::span<const std::byte> bytes, const Taker& taker) {
   }
 }
 
-/// The handshake as far as it goes, and what waits for its end.
+/// Continues the handshake, and then sends what waited for its end.
 void PeerSocket::go_on() {
   ERR_clear_error();
   if (!is_secure()) {

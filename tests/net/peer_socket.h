@@ -10,32 +10,32 @@
 #include <span>
 #include <string>
 
-#include "net/tls/tls_context.h"
+#include "net/transport/tls/tls_context.h"
 #include "net/wire/byte_io.h"
 
 namespace brachy::net::test {
 
-/// A client's socket, with TLS or without, that sends any bytes at once and reads only when told to.
+/// A client's socket, with TLS or without, that sends any bytes at once and reads only on request.
 class PeerSocket {
  public:
-  /// Connects, with the address `from`. `receive_buffer` > 0 sets SO_RCVBUF. With `tls` the handshake goes on in send()
-  /// and take().
+  /// Connects, with the address `from`. `receive_buffer` > 0 sets SO_RCVBUF. With `tls` the handshake continues in
+  /// send() and take().
   PeerSocket(boost::asio::io_context& io, std::uint16_t port, int receive_buffer = 0, TlsContext tls = {},
              const std::string& from = "127.0.0.1");
   ~PeerSocket();
 
-  /// False where the server has closed. Before the end of a handshake the bytes are kept for then.
+  /// False where the server has closed. Before the end of a handshake the bytes are queued.
   bool send(std::span<const std::byte> bytes);
   /// As send(), but beneath TLS.
   bool send_raw(std::span<const std::byte> bytes);
 
   using Taker = std::function<void(std::span<const std::byte>)>;
-  /// Reads what has come, at most `max_bytes` of what is on the wire; how many those were.
+  /// Reads received data, at most `max_bytes` on the wire; returns how many.
   std::size_t take(std::size_t max_bytes, const Taker& taker);
   /// Waits until there is something to read, 5 ms at most.
   void wait();
 
-  /// Tells the server that nothing more comes, by TLS (close_notify).
+  /// Ends the stream by TLS (close_notify).
   void shutdown_tls();
   void close();
 

@@ -13,7 +13,7 @@
 
 namespace brachy::net::test {
 
-/// What a server's messages said to a peer.
+/// Messages that a peer received from a server.
 struct Heard {
   std::vector<MessageType> types;
   std::vector<FrameMessage> frames;
@@ -38,10 +38,11 @@ struct Heard {
   ErrorCode fatal_{};
 };
 
-/// A peer that sends any bytes, well-formed or not, and reads only when told to.
+/// A peer that sends any bytes, well-formed or not, and reads only on request.
 class RawPeer : public Heard {
  public:
-  /// `receive_buffer` > 0 sets SO_RCVBUF, so that a peer that does not read soon blocks the server. `from`: its address.
+  /// `receive_buffer` > 0 sets SO_RCVBUF, so that a peer that does not read soon blocks the server. `from`: its
+  /// address.
   RawPeer(boost::asio::io_context& io, std::uint16_t port, int receive_buffer = 0, TlsContext tls = {},
           const std::string& from = "127.0.0.1")
       : socket_(io, port, receive_buffer, std::move(tls), from) {}
@@ -51,12 +52,12 @@ class RawPeer : public Heard {
   template <class Message>
   bool send_message(const Message& message) {
     Bytes bytes;
-    encode(message, ++sent_, 1, bytes);
+    encode(message, ++sent, 1, bytes);
     return send(bytes);
   }
   bool hello(Role role = Role::kViewer, std::uint32_t subscription = 0, std::optional<Token> token = {});
 
-  /// Reads what has come, `max_bytes` at most, and keeps what it says.
+  /// Reads received data, `max_bytes` at most, and stores the messages.
   void take(std::size_t max_bytes = SIZE_MAX) {
     socket_.take(max_bytes, [this](std::span<const std::byte> bytes) { hear(bytes); });
   }
@@ -64,7 +65,7 @@ class RawPeer : public Heard {
 
   bool is_ended() const { return socket_.is_ended(); }  ///< the server's end of the stream was read
   PeerSocket& socket() { return socket_; }
-  std::uint64_t sent_ = 0;  ///< sequence of the last message sent
+  std::uint64_t sent = 0;  ///< sequence of the last message sent
 
  private:
   PeerSocket socket_;

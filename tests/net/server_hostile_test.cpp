@@ -1,4 +1,4 @@
-// Peers that break the rules, stall, lie or leave: the server ends their session and nobody else's.
+// Peers that break the protocol, stall, lie or leave: the server ends their session and no other one.
 #include <fcntl.h>
 #include <sys/resource.h>
 #include <unistd.h>
@@ -21,13 +21,14 @@ struct HostileServerTest : ServerFixture {
     }));
     return peer.fatal();
   }
-  /// A good client is still served.
+  /// Checks that a well-behaved client is still served.
   void expect_alive() {
     const auto viewer = join_as(Role::kViewer, "good");
     publish();
-    EXPECT_TRUE(until(
-        [&] { return !viewer->frames.empty() && viewer->frames.back().tick == simulation.state().tick; }));
-    EXPECT_EQ(viewer->client.mesh().positions(), simulation.state().deformed_vertices);
+    EXPECT_TRUE(until([&] {
+      return !viewer->frames.empty() && viewer->frames.back().tick == simulation.state().summary.tick;
+    }));
+    EXPECT_EQ(viewer->client.mesh().positions(), simulation.state().mesh.deformed_vertices);
   }
 };
 
@@ -94,7 +95,7 @@ TEST_F(HostileServerTest, TheOrderOfMessagesIsKept) {
   EXPECT_EQ(end_of(force_from_a_client), ErrorCode::kProtocol);
   RawPeer gap(io, server->port());
   gap.hello();
-  ++gap.sent_;
+  ++gap.sent;
   gap.send_message(PingMessage{});
   EXPECT_EQ(end_of(gap), ErrorCode::kProtocol);
   RawPeer version(io, server->port());
@@ -109,7 +110,7 @@ TEST_F(HostileServerTest, MessagesOfLaterVersionsAreSkipped) {
   RawPeer peer(io, server->port());
   peer.hello();
   Bytes later;
-  encode_header({kProtocolVersion, static_cast<MessageType>(1000), 0xFF, 4, ++peer.sent_, 0}, later);
+  encode_header({kProtocolVersion, static_cast<MessageType>(1000), 0xFF, 4, ++peer.sent, 0}, later);
   later.resize(later.size() + 4);
   peer.send(later);
   peer.send_message(PingMessage{});
@@ -247,7 +248,7 @@ TEST_F(HostileServerTest, RunningOutOfDescriptorsIsSurvived) {
   if (!is_enforced) GTEST_SKIP() << "this kernel gives out descriptors beyond RLIMIT_NOFILE";
   EXPECT_TRUE(was_noticed);
   EXPECT_TRUE(is_served);
-  // Linux keeps `waiting` in the backlog, other kernels drop it; whoever comes now must get in.
+  // Linux keeps `waiting` in the backlog, other kernels drop it; the next client must be accepted.
   EXPECT_EQ(join_as(Role::kViewer, "after")->welcomes, 1);
 }
 

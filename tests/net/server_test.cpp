@@ -1,10 +1,10 @@
-// Well-behaved clients: what they are told and when.
-#include "net/server.h"
+// Well-behaved clients: the messages that they receive, and when.
+#include "net/server/server.h"
 
 #include <algorithm>
 #include <thread>
 
-#include "core/version.h"
+#include "core/base/version.h"
 #include "tests/net/net_testing.h"
 #include "tests/net/raw_peer.h"
 
@@ -30,7 +30,7 @@ TEST_F(ServerTest, GreetsWithWelcomeTopologyAndAFullFrame) {
   publish();
   ASSERT_TRUE(until([&] { return viewer->frames.size() == 1; }));
   EXPECT_TRUE(viewer->frames[0].full);
-  EXPECT_EQ(viewer->client.mesh().positions(), simulation.state().deformed_vertices);
+  EXPECT_EQ(viewer->client.mesh().positions(), simulation.state().mesh.deformed_vertices);
 }
 
 TEST_F(ServerTest, BothSidesAreToldWhatSoftwareTheOtherIs) {
@@ -52,18 +52,18 @@ TEST_F(ServerTest, ALateJoinerGetsTheFullStateAtOnceAndBothSeeTheSame) {
     publish();
     ASSERT_TRUE(until([&] { return early->frames.size() == static_cast<std::size_t>(i) + 1; }));
     ASSERT_EQ(early->frames.back().full, i == 0);
-    ASSERT_EQ(early->client.mesh().positions(), simulation.state().deformed_vertices);
+    ASSERT_EQ(early->client.mesh().positions(), simulation.state().mesh.deformed_vertices);
   }
   const auto late = join();
   ASSERT_TRUE(until([&] { return late->frames.size() == 1; }));
   EXPECT_TRUE(late->frames[0].full);
   EXPECT_EQ(late->frames[0].tick, 10u);
-  EXPECT_EQ(late->client.mesh().positions(), simulation.state().deformed_vertices);
+  EXPECT_EQ(late->client.mesh().positions(), simulation.state().mesh.deformed_vertices);
   publish();
   ASSERT_TRUE(until([&] { return late->frames.size() == 2 && early->frames.size() == 11; }));
   EXPECT_FALSE(late->frames[1].full);
-  EXPECT_EQ(late->client.mesh().positions(), simulation.state().deformed_vertices);
-  EXPECT_EQ(early->client.mesh().positions(), simulation.state().deformed_vertices);
+  EXPECT_EQ(late->client.mesh().positions(), simulation.state().mesh.deformed_vertices);
+  EXPECT_EQ(early->client.mesh().positions(), simulation.state().mesh.deformed_vertices);
   EXPECT_EQ(early->client.snapshots_missed(), 0u);
 }
 
@@ -98,7 +98,7 @@ TEST_F(ServerTest, ASimulationThatBeginsAnewSendsFullFrames) {
   publish();
   ASSERT_TRUE(until([&] { return viewer->frames.size() == 2; }));
   EXPECT_TRUE(viewer->frames[1].full);
-  EXPECT_EQ(viewer->client.mesh().positions(), simulation.state().deformed_vertices);
+  EXPECT_EQ(viewer->client.mesh().positions(), simulation.state().mesh.deformed_vertices);
 }
 
 TEST_F(ServerTest, PosesReachTheSimulationWithTheirSequenceAndStamp) {
@@ -244,7 +244,7 @@ TEST_F(ServerTest, StopTellsEveryClientAndLeavesNothingToDo) {
   io.restart();
   io.run_for(std::chrono::seconds(2));
   EXPECT_TRUE(io.stopped());
-  EXPECT_THROW(join(), UserError);  // nobody listens any more
+  EXPECT_THROW(join(), UserError);  // the listener is closed
 }
 
 TEST_F(ServerTest, StopDoesNotWaitForAClientThatStays) {
@@ -272,7 +272,7 @@ TEST_F(ServerTest, SnapshotsMayBePublishedFromAnotherThread) {
   const bool arrived = until([&] { return !viewer->frames.empty() && viewer->frames.back().tick == 300; });
   publisher.join();
   ASSERT_TRUE(arrived);
-  EXPECT_EQ(viewer->client.mesh().positions(), last->deformed_vertices);
+  EXPECT_EQ(viewer->client.mesh().positions(), last->mesh.deformed_vertices);
 }
 
 TEST_F(ServerTest, OnlyLoopbackIsBoundUnlessRemoteIsAllowed) {

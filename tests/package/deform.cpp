@@ -1,7 +1,7 @@
 #include <iostream>
 #include <vector>
-#include "core/rbf/rbf_field.h"
-#include "core/rbf/rbf_system.h"
+#include "core/solve/rbf_field.h"
+#include "core/solve/rbf_system.h"
 int main() {
   const std::vector<brachy::Vec3> p{{0, 0, 0}, {0, 0, 10}};  // landmarks at rest, mm: a tip, an anchor
   const std::vector<brachy::Vec3> d{{0, 0, 2}, {0, 0, 0}};   // their displacements, mm

@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 """Holds the manuals against what the programs' --help says: each option, each command, each example is there.
 
-usage: man_pages.py BRACHYD BRACHY DIR
+usage: man_pages.py BRACHYD BRACHY BRACHY_STUDY DIR
 """
 import gzip
 import pathlib
@@ -19,7 +19,7 @@ def check(program, binary, folder):
     file = pathlib.Path(folder) / f"{program}.1.gz"
     text = gzip.decompress(file.read_bytes()).decode()
     plain = re.sub(r"\\f.", "", text).replace("\\-", "-").replace("\\&", "").replace("\\e", "\\")
-    sections = {"": plain[:plain.find(".SH COMMANDS")] if ".SH COMMANDS" in plain else plain}
+    sections = {"": plain[: plain.find(".SH COMMANDS")] if ".SH COMMANDS" in plain else plain}
     for section in plain.split('.SS "')[1:]:
         sections[section.split()[1]] = section
     wanted = [("", help_of(binary))]
@@ -32,16 +32,23 @@ def check(program, binary, folder):
         options = re.findall(r"^  (?:-\w,)?(--[\w-]+)", said, re.M)
         assert options, f"{program} {name}"
         for option in set(options) - {"--help"}:
-            assert re.search(rf"^{option}( [A-Z]+( \.\.\.)?)?$", sections[name], re.M), f"{program}(1): {name} {option} is missing"
+            assert re.search(
+                rf"^{option}( [A-Z]+( \.\.\.)?)?$", sections[name], re.M
+            ), f"{program}(1): {name} {option} is missing"
         for example in re.findall(rf"^  ({program} .*)$", said, re.M):
             assert example.replace("…", "...") in plain, f"{program}(1): the example {example!r} is missing"
     if shutil.which("man"):
-        shown = subprocess.run(["man", "--warnings", "-E", "UTF-8", "-l", file], capture_output=True, text=True,
-                               env={"PATH": "/usr/bin:/bin", "LC_ALL": "C.UTF-8", "MANWIDTH": "100", "MAN_KEEP_STDERR": "1"})
+        shown = subprocess.run(
+            ["man", "--warnings", "-E", "UTF-8", "-l", file],
+            capture_output=True,
+            text=True,
+            env={"PATH": "/usr/bin:/bin", "LC_ALL": "C.UTF-8", "MANWIDTH": "100", "MAN_KEEP_STDERR": "1"},
+        )
         assert shown.returncode == 0 and not shown.stderr, shown.stderr
 
 
 if __name__ == "__main__":
-    brachyd, brachy, folder = sys.argv[1:]
+    brachyd, brachy, study, folder = sys.argv[1:]
     check("brachyd", brachyd, folder)
     check("brachy", brachy, folder)
+    check("brachy-study", study, folder)

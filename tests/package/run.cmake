@@ -1,5 +1,5 @@
-# Packs the Debian packages, unpacks them into a folder, builds the README's program against what they hold, and runs it; where there
-# is no dpkg, against what `cmake --install` leaves in a scratch prefix.
+# Packs the Debian packages, unpacks them into a directory, builds the programs of README.md and core/README.md against
+# their content, and runs them; where there is no dpkg, against what `cmake --install` leaves in a scratch prefix.
 # cmake -DBUILD=… -DSOURCE=… -DWORK=… -P run.cmake
 file(REMOVE_RECURSE ${WORK})
 function(run)
@@ -10,12 +10,16 @@ function(run)
   set(output ${output} PARENT_SCOPE)
 endfunction()
 
-file(READ ${SOURCE}/README.md readme)
-file(READ ${SOURCE}/tests/package/deform.cpp program)
-string(FIND "${readme}" "${program}" at)
-if(at EQUAL -1)
-  message(FATAL_ERROR "README.md does not show tests/package/deform.cpp as it stands")
-endif()
+function(require_shown page program)  # the page shows the program as it stands
+  file(READ ${SOURCE}/${page} text)
+  file(READ ${SOURCE}/tests/package/${program} source)
+  string(FIND "${text}" "${source}" at)
+  if(at EQUAL -1)
+    message(FATAL_ERROR "${page} does not show tests/package/${program} as it stands")
+  endif()
+endfunction()
+require_shown(README.md simulate.cpp)
+require_shown(core/README.md deform.cpp)
 
 run(${CMAKE_COMMAND} --install ${BUILD} --prefix ${WORK}/prefix)
 set(usr ${WORK}/prefix)
@@ -57,8 +61,18 @@ run(${WORK}/build/deform)
 if(NOT output MATCHES "^ *0 +0 +1\\.2656[0-9]* mm, det 0\\.9999")
   message(FATAL_ERROR "unexpected field: ${output}")
 endif()
+run(${WORK}/build/simulate)
+# The needle has punctured the capsule and cuts: the tissue pushes it back along −z.
+if(NOT output MATCHES "^-[0-9.]+ N, det > 0\\.")
+  message(FATAL_ERROR "unexpected simulation: ${output}")
+endif()
 run(${WORK}/build/driver)
 if(NOT output MATCHES "^-0\\.5 N")
   message(FATAL_ERROR "unexpected force: ${output}")
+endif()
+# The device example without arguments: it links, starts, and says how it is used.
+execute_process(COMMAND ${WORK}/build/spacenav_device RESULT_VARIABLE result ERROR_VARIABLE output)
+if(NOT result EQUAL 2 OR NOT output MATCHES "usage: spacenav_device HOST:PORT")
+  message(FATAL_ERROR "unexpected answer of the device example (${result}): ${output}")
 endif()
 run(${usr}/bin/brachyd --check-config ${usr}/share/brachy/prostate.toml)

@@ -75,7 +75,7 @@ test('the page is small and paints soon', async () => {
   assert.ok(paint < 3000);
 });
 
-test('ten seconds of snapshots come without a sequence gap, each with one update of one buffer and nothing built anew', async () => {
+test('ten seconds of snapshots come without a sequence gap, each with one update of one buffer and nothing rebuilt', async () => {
   await until('brachy.connection.phase === "open" && brachy.pictures > 3');
   const geometries = await ask('brachy.geometries');
   await frames(300);
@@ -209,7 +209,7 @@ test('a lost connection is said, and regained', async () => {
   const ports = daemon.ports;
   await daemon.stop();
   await until('brachy.connection.phase === "waiting"');
-  await page.locator('#banner p', {hasText: /Trying again in \d+ s/}).waitFor();
+  await page.locator('#banner p', {hasText: /Reconnecting in \d+ s/}).waitFor();
   writeFileSync(join(artefacts, 'connection-lost.png'), await page.screenshot());
   daemon = await Daemon.start(config, log, ports);
   await until('brachy.connection.phase === "open"');
@@ -235,7 +235,7 @@ test('a page that was asleep, and was closed for its silence, comes back by itse
   native.end();
 });
 
-test('a page without the token is told what it lacks, and one with it joins, also when loaded anew', async () => {
+test('a page without the token shows what it lacks, and one with it joins, also when reloaded', async () => {
   const token = Buffer.from(Array.from({length: 32}, (_, i) => 7 * i + 1));
   writeFileSync(join(artefacts, 'page.token'), token, {mode: 0o600});
   const guarded = join(artefacts, 'guarded.toml');
@@ -244,10 +244,10 @@ test('a page without the token is told what it lacks, and one with it joins, als
   const visitor = await newPage();
   await visitor.goto(wary.url);
   await until('brachy.connection.phase === "refused"', visitor);
-  await visitor.locator('#banner p', {hasText: /Not let in: .*token/}).waitFor();
+  await visitor.locator('#banner p', {hasText: /Access refused: .*token/}).waitFor();
   writeFileSync(join(artefacts, 'no-token.png'), await visitor.screenshot());
   await visitor.goto(`${wary.url}#token=${'00'.repeat(32)}`);
-  await visitor.locator('#banner p', {hasText: /none of this daemon's/}).waitFor();
+  await visitor.locator('#banner p', {hasText: /not known to this daemon/}).waitFor();
   await visitor.goto(`${wary.url}#token=${token.toString('hex')}`);
   await until('brachy.connection.phase === "open" && brachy.frames > 0', visitor);
   assert.equal(await visitor.evaluate('location.hash'), '');

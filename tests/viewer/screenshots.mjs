@@ -1,4 +1,4 @@
-// The pictures of scripts/screenshots.sh: node screenshots.mjs HTTP_ADDRESS ADDRESS WORK_FOLDER PICTURES_FOLDER
+// The pictures of scripts/charts/screenshots.sh: node screenshots.mjs HTTP_ADDRESS ADDRESS WORK_FOLDER PICTURES_FOLDER
 import {spawn} from 'node:child_process';
 import {readFileSync} from 'node:fs';
 import {join, resolve} from 'node:path';

@@ -78,7 +78,7 @@ function openViewport(): Viewport {
   } catch (error) {
     byId('empty').hidden = false;
     byId('empty-open').hidden = true;
-    setText(byId('empty-text'), `This browser draws no WebGL 2, which the gland needs: switch on hardware acceleration, or try another browser. (${(error as Error).message})`);
+    setText(byId('empty-text'), `This browser has no WebGL 2, which the viewer needs: enable hardware acceleration, or use another browser. (${(error as Error).message})`);
     throw error;
   }
 }
@@ -121,8 +121,8 @@ function updateCharts(): void {
   display.update(viewport.sliceBox, viewport.scales, session.dose?.surfaceGy != null);
   byId('empty').hidden = session.topology !== null || live.status.phase === 'connecting';
   setText(byId('empty-text'), served
-    ? 'As soon as the daemon answers, its gland appears here. A recording plays without one.'
-    : 'This page was opened from a file. It plays recordings; for a running daemon open the address that it prints.');
+    ? 'The gland appears here as soon as the daemon answers. A recording can be played without a daemon.'
+    : 'This page was opened from a file and can play recordings. For a running daemon, open the address that it prints.');
   const ids = session.frame?.needles.map((needle) => needle.id) ?? [];
   byId('needle-row').hidden = ids.length < 2;
   const select = byId<HTMLSelectElement>('needle');
@@ -135,7 +135,7 @@ function updateCharts(): void {
   if (!byId('panel-dose').hidden && shownDose !== session.dose) {
     shownDose = session.dose;
     dvh.show(session.dose);
-    setText(byId('dose-note'), session.dose ? `${session.dose.seeds} seeds, ${session.dose.airKermaStrengthU.toFixed(1)} U, prescription ${session.dose.prescriptionGy} Gy; where they lie once all needles are out.` : '');
+    setText(byId('dose-note'), session.dose ? `${session.dose.seeds} seeds, ${session.dose.airKermaStrengthU.toFixed(1)} U, prescription ${session.dose.prescriptionGy} Gy; at their positions once all needles are out.` : '');
   }
 }
 dvh.show(null);
@@ -148,9 +148,9 @@ const nudge = (dx: number, dy: number, dz: number, seek: number) => () => {
 const keyboard = new Keyboard([
   {key: ' ', shown: 'Space', does: 'start or stop the script; play or pause', run: () => (playback.player ? playback.toggle() : simulation.togglePlay())},
   {key: 'l', does: 'loop the script', run: () => simulation.toggleLoop()},
-  {key: 'n', does: 'take the needle, let it go', run: () => hand.toggle()},
+  {key: 'n', does: 'take the needle, release it', run: () => hand.toggle()},
   {key: 's', does: 'drop a seed', run: () => hand.press(true), released: () => hand.press(false)},
-  {key: 'r', does: 'reset (asks first)', run: () => simulation.askReset()},
+  {key: 'r', does: 'reset (after confirmation)', run: () => simulation.askReset()},
   {key: 'o', does: 'open a recording', run: () => byId('file').click()},
   {key: '1', does: 'axial view', run: () => viewport.views.go('axial')},
   {key: '2', does: 'sagittal view', run: () => viewport.views.go('sagittal')},
@@ -167,11 +167,11 @@ const keyboard = new Keyboard([
   {key: '[', shown: '[ ]', does: 'move it', run: () => display.change({clipShare: Math.max(0, settings.clipShare - 0.02)})},
   {key: ']', does: '', run: () => display.change({clipShare: Math.min(1, settings.clipShare + 0.02)})},
   {key: 'd', does: 'needle or dose charts', run: () => selectTab(byId('panel-needle').hidden ? 'needle' : 'dose')},
-  {key: 'arrowleft', shown: '← → ↑ ↓', does: 'needle by hand 1 mm; 5 s in a recording', run: nudge(1, 0, 0, -5)},
+  {key: 'arrowleft', shown: '← → ↑ ↓', does: 'manual needle 1 mm; 5 s in a recording', run: nudge(1, 0, 0, -5)},
   {key: 'arrowright', does: '', run: nudge(-1, 0, 0, 5)},
   {key: 'arrowup', does: '', run: nudge(0, 1, 0, 0)},
   {key: 'arrowdown', does: '', run: nudge(0, -1, 0, 0)},
-  {key: 'pageup', shown: 'PgUp PgDn', does: 'needle by hand deeper, out', run: nudge(0, 0, 1, 0)},
+  {key: 'pageup', shown: 'PgUp PgDn', does: 'manual needle deeper, out', run: nudge(0, 0, 1, 0)},
   {key: 'pagedown', does: '', run: nudge(0, 0, -1, 0)},
   {key: '?', does: 'this help', run: () => keyboard.help()},
 ]);

@@ -1,11 +1,11 @@
-// window.brachy: what this page knows, for tests and for a curious console. It only reads.
+// window.brachy: read-only state of this page, for tests and the browser console.
 import {Vector3} from 'three';
 import type {Session} from './model/session.js';
 import type {LiveConnection} from './transport/live.js';
 import type {Playback} from './ui/playback.js';
 import type {Viewport} from './scene/viewport.js';
 
-/** Counts what goes to the graphics card's buffers, picture by picture. */
+/** Counts uploads to the graphics card's buffers, per picture. */
 export class UploadCount {
   private buffers = 0;
   private data = 0;

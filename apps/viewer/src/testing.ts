@@ -1,4 +1,4 @@
-// What tests/viewer reads of the viewer without a page.
+// Modules of the viewer that tests/viewer uses without a page.
 export {decodeMessage} from './protocol/message.js';
 export {encodeMessage} from './protocol/header.js';
 export {ProtocolError} from './protocol/bytes.js';

@@ -26,7 +26,7 @@ Trial trial(double hz, const TrialResult& result) {
   return {"psi31", 12, hz, {}, result};
 }
 
-TEST(Doctor, ASceneFitsThatLeavesRoomAndMissesNoMoreThanTheMachine) {
+TEST(Doctor, ASceneFitsThatLeavesMarginAndMissesNoMoreThanTheMachine) {
   EXPECT_TRUE(fits(trial(200, ticks_of(3.7))));
   EXPECT_FALSE(fits(trial(200, ticks_of(3.8)))) << "three quarters of 5 ms";
   EXPECT_TRUE(fits(trial(200, ticks_of(1, 2)))) << "one in a thousand, and one";
@@ -35,7 +35,7 @@ TEST(Doctor, ASceneFitsThatLeavesRoomAndMissesNoMoreThanTheMachine) {
   EXPECT_FALSE(fits(trial(200, TrialResult{})));
 }
 
-TEST(Doctor, ALowerRateLeavesRoom) {
+TEST(Doctor, ALowerRateLeavesMargin) {
   EXPECT_EQ(lower_rate(trial(200, ticks_of(5))), 150);
   EXPECT_EQ(lower_rate(trial(200, ticks_of(6))), 100);
   EXPECT_EQ(lower_rate(trial(200, ticks_of(1, 50))), 150) << "one that misses although its ticks are short";
@@ -55,7 +55,7 @@ TEST(Doctor, CheaperModelsAreChartedToBeCheaperAndTheMostAccurateOnesFirst) {
   EXPECT_NE(models.front().kernel, "elastic");
 }
 
-/// Scenes whose ticks take as long as `cost_ms` says of the kernel.
+/// Scenes whose ticks take `cost_ms` of the kernel.
 Diagnosis diagnosed(const Scene& scene, const std::function<double(const Scene&)>& cost_ms) {
   return diagnose(scene, [&](const Scene& tried) { return ticks_of(cost_ms(tried)); });
 }
@@ -114,9 +114,10 @@ TEST(Doctor, SaysWhereTheMachineIsToBlame) {
   busy.period_s = 0.005;
   for (int i = 0; i < 100; ++i) busy.lateness_ns.record(2'000'000);
   const Diagnosis heavy = diagnosed(Scene{}, [](const Scene&) { return 6; });
-  EXPECT_NE(to_text(busy, Scene{}, heavy)
-                .find("wakes even an idle thread 2.0 ms late (p99): free it of other work, or give"),
-            std::string::npos);
+  EXPECT_NE(
+      to_text(busy, Scene{}, heavy)
+          .find("wakes even an idle thread 2.0 ms late (p99): free it of other work, or set [realtime]"),
+      std::string::npos);
 }
 
 TEST(Doctor, OfTheRealDaemonSaysWhatItMeasured) {
@@ -125,7 +126,7 @@ TEST(Doctor, OfTheRealDaemonSaysWhatItMeasured) {
   const Ended ended = run_brachyd({"doctor", "--config", scene, "--seconds", "0.5", "--json"});
   const auto json = json_of(ended);
   ASSERT_FALSE(json.is_discarded()) << ended.out << ended.err;
-  // Whether it fits is the machine's business, which may be busy.
+  // Whether it fits depends on the machine, which may be busy.
   EXPECT_TRUE(exited(ended, json.at("fits").get<bool>() ? 0 : 1));
   EXPECT_GE(json.at("machine").at("cores").get<int>(), 1);
   EXPECT_GT(json.at("machine").at("wakeup_lateness_ms").at("max").get<double>(), 0);

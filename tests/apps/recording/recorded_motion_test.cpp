@@ -1,6 +1,6 @@
 #include "apps/recording/recorded_motion.h"
 
-#include "core/error.h"
+#include "core/base/error.h"
 #include "tests/apps/apps_testing.h"
 #include "tests/apps/recording/sample_recording.h"
 
@@ -58,7 +58,7 @@ TEST(RecordedMotion, SaysWhatIsMissing) {
   net::FrameMessage inside = late.frame(2, {1, 2});
   inside.needles[0].state.contact = ContactState::kInserted;
   late.add(inside);
-  EXPECT_TRUE(holds(motion_of(late).remarks.at(0), "begun when needles had been at work"));
+  EXPECT_TRUE(holds(motion_of(late).remarks.at(0), "began when needles had already moved"));
 }
 
 TEST(RecordedMotion, RefusesWhatATrajectoryCannotSay) {
@@ -73,7 +73,7 @@ TEST(RecordedMotion, RefusesWhatATrajectoryCannotSay) {
   gone.add(gone.frame(12, {}));
   EXPECT_EQ(refusal_of(gone), "");  // it just ends
   gone.add(gone.frame(20, {20}));
-  EXPECT_TRUE(holds(refusal_of(gone), "needle 0 was taken away at tick 12"));
+  EXPECT_TRUE(holds(refusal_of(gone), "needle 0 was removed at tick 12"));
 
   SampleMessages model;
   net::StateMessage state;

@@ -6,7 +6,7 @@
 #include <sstream>
 
 #include "apps/recording/read_recording.h"
-#include "core/error.h"
+#include "core/base/error.h"
 #include "tests/apps/apps_testing.h"
 #include "tests/apps/recording/sample_recording.h"
 #include "tests/net/wire/golden_blocks.h"
@@ -30,7 +30,7 @@ std::string written(const SampleMessages& messages) {
   return read_file(folder / "r.brachy");
 }
 
-/// What a reader makes of a file's bytes: the messages' sizes, and where the damage begins.
+/// What a reader finds in a file's bytes: the messages' sizes, and where damage begins.
 struct Read {
   explicit Read(const std::string& bytes) {
     std::istringstream stream(bytes);
@@ -111,7 +111,7 @@ TEST(RecordingFile, CutOffAnywhereItIsGoodUpToThere) {
       ASSERT_EQ(read.damage, "");
     else
       ASSERT_EQ(read.damage,
-                "from byte " + std::to_string(good) + " on it is not good: the file ends within a message");
+                "from byte " + std::to_string(good) + " on it is damaged: the file ends within a message");
   }
 }
 
@@ -145,12 +145,12 @@ TEST(RecordingFile, ALengthIsNotBelieved) {
 
 TEST(RecordingFile, WhatIsNoneIsRefusedByName) {
   EXPECT_EQ(refusal_of("t_s,m00,m01"),
-            "r: no recording: it does not begin with BRCYREC1; give a file that `brachy record --out "
+            "r: not a recording: it does not begin with BRCYREC1; give a file that `brachy record --out "
             "FILE.brachy` made");
   EXPECT_NE(refusal_of(""), "");
   EXPECT_NE(refusal_of("BRCYRE"), "");
   EXPECT_EQ(refusal_of("BRCYREC2 and more"),
-            "r: a recording of another version (REC2); this program reads REC1, take a newer one");
+            "r: a recording of another version (REC2); this program reads REC1, use a newer one");
   const TempFolder folder;
   EXPECT_THROW(RecordingReader(folder / "none.brachy"), UserError);
   EXPECT_THROW(RecordingReader(folder / "."), UserError);
@@ -167,17 +167,17 @@ TEST(RecordingFile, IsNeverOverwritten) {
   EXPECT_EQ(read_file(folder / "mine.brachy"), "mine");
 }
 
-// The file may grow no further than into the middle of the fourth message.
-TEST(RecordingFile, WithoutRoomItEndsWithAWholeMessage) {
+// RLIMIT_FSIZE ends within the fourth message.
+TEST(RecordingFile, OnAFullDiskItEndsWithAWholeMessage) {
   const TempFolder folder;
   const SampleMessages messages = some_messages();
-  const std::uint64_t room = Read(written(messages)).ends[2] + 20;
+  const std::uint64_t space = Read(written(messages)).ends[2] + 20;
   RecordingWriter writer(folder / "r.brachy");
   rlimit before{};
   ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &before), 0);
   const auto previous = std::signal(SIGXFSZ, SIG_IGN);
   rlimit small = before;
-  small.rlim_cur = room;
+  small.rlim_cur = space;
   ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &small), 0);
   std::size_t added = 0;
   std::string failure;
@@ -196,7 +196,7 @@ TEST(RecordingFile, WithoutRoomItEndsWithAWholeMessage) {
   EXPECT_EQ(read.damage, "");
 }
 
-/// What read_recording makes of messages that are whole.
+/// The result of read_recording for intact messages.
 std::string reading(const SampleMessages& messages, std::uint64_t* frames = nullptr) {
   std::istringstream stream(written(messages));
   RecordingReader reader(stream, "r");
@@ -224,8 +224,9 @@ TEST(ReadRecording, RefusesWhatNoServerSays) {
   net::FrameMessage other = messages.frame(1, {});
   other.topology_hash ^= 1;
   messages.add(other);
-  EXPECT_NE(reading(messages).find("is whole, but no server sends it: the frame belongs to another topology"),
-            std::string::npos);
+  EXPECT_NE(
+      reading(messages).find("is intact, but no server sends it: the frame belongs to another topology"),
+      std::string::npos);
   SampleMessages late;
   net::Bytes body;
   const TempFolder folder;

@@ -1,13 +1,14 @@
-// `brachy record`, `export`, `inspect` and `replay` of recording files, from outside.
+// `brachy record`, `export`, `inspect` and `replay` of recording files, end to end.
 #include <algorithm>
 #include <csignal>
 #include <map>
 
 #include "apps/recording/read_recording.h"
 #include "apps/recording/recorded_motion.h"
+#include "core/scene/file/scene_file.h"
+#include "core/scene/load_simulation_model.h"
 #include "core/scene/load_tissue.h"
-#include "core/scene/scene_file.h"
-#include "core/sim/simulator.h"
+#include "core/simulation/simulator.h"
 #include "tests/apps/peer.h"
 #include "tests/apps/running_brachyd.h"
 #include "tests/apps/served_states.h"
@@ -58,7 +59,7 @@ std::uintmax_t size_of(const std::string& file) {
   return missing ? 0 : size;
 }
 
-// Live and recorded the same bits: a second client's meshes, and those of the simulation stepped through the poses.
+// Live and recorded meshes have the same bits, for a second client and for the simulation stepped through the poses.
 TEST_F(RecordingTools, ALiveRunIsRecordedAndReplayedBitForBit) {
   const std::string scene = folder.write("scene.toml", small_scene("[device]\nstale_pose_ms = 60000\n"));
   const std::string trajectory = folder.write("t.csv", short_insertion(2));
@@ -112,7 +113,7 @@ TEST_F(RecordingTools, ALiveRunIsRecordedAndReplayedBitForBit) {
     EXPECT_EQ(whole.poses.at(tick).R, X_WN.R);
   }
 
-  // Replayed from the recording or from its export's poses it is the same, and what the daemon made of it.
+  // A replay of the recording and of its exported poses give the same, which is the daemon's result.
   for (const char* recording : {"r.brachy", "s.brachy"}) {
     const std::string exported = path(std::string("export_of_") + recording);
     ASSERT_TRUE(exited(run_brachy({"export", path(recording), "--out", exported}), 0));
@@ -125,7 +126,7 @@ TEST_F(RecordingTools, ALiveRunIsRecordedAndReplayedBitForBit) {
     }
   }
   const Scene loaded = load_scene(scene);
-  Simulator simulator(loaded, load_tissue(loaded).tissue);
+  Simulator simulator(load_simulation_model(loaded, load_tissue(loaded).tissue));
   MeshState state = simulator.initial_state();
   const RecordedMotion motion = load_recorded_motion(path("r.brachy"), ReplayedModel::kRecorded);
   EXPECT_TRUE(motion.remarks.empty());
@@ -138,7 +139,7 @@ TEST_F(RecordingTools, ALiveRunIsRecordedAndReplayedBitForBit) {
     const auto found = whole.by_tick.find(static_cast<std::uint64_t>(std::llround(sample.t_s * 200)));
     if (found == whole.by_tick.end()) continue;
     ++compared;
-    ASSERT_EQ(found->second, state.deformed_vertices) << sample.t_s;
+    ASSERT_EQ(found->second, state.mesh.deformed_vertices) << sample.t_s;
   }
   EXPECT_GT(compared, 20u);
 
@@ -161,14 +162,15 @@ TEST_F(RecordingTools, ALiveRunIsRecordedAndReplayedBitForBit) {
 /// A needle that moves, at each tick another mesh.
 auto moving(std::uint64_t tick) {
   return [tick](MeshState& s) {
-    s.deformed_vertices[2] = 0.25F * static_cast<float>(tick % 1000);
-    s.needles.resize(1);
-    NeedleState& needle = s.needles[0];
+    s.mesh.deformed_vertices[2] = 0.25F * static_cast<float>(tick % 1000);
+    s.needles.states.resize(1);
+    NeedleState& needle = s.needles.states[0];
     needle.present = true;
     needle.contact = ContactState::kInserted;
     needle.X_WN.p = Vec3(0.1 * static_cast<double>(tick), 1.0 / 3, 0);
-    s.pose_histories.resize(1);
-    s.pose_histories[0][s.tick % MeshState::kPoseHistory] = {s.tick, needle.X_WN, false};
+    s.needles.pose_histories.resize(1);
+    s.needles.pose_histories[0][s.summary.tick % NeedleStates::kPoseHistory] = {s.summary.tick, needle.X_WN,
+                                                                                false};
   };
 }
 
@@ -180,7 +182,7 @@ net::SceneMessage a_scene() {
 
 TEST_F(RecordingTools, AnExportIsWhatRecordWritesIntoAFolder) {
   ServedStates states;
-  states.server().show_scene(a_scene());
+  states.server().set_scene(a_scene());
   states.start({"record"}, {"--out", path("dir")});
   states.start({"record"}, {"--out", path("r.brachy")});
   for (int i = 0; i < 40; ++i) states.show(moving(states.tick()));
@@ -210,8 +212,8 @@ TEST_F(RecordingTools, AResetBeginsAnotherRun) {
   for (int i = 0; i < 10; ++i) states.show(moving(states.tick()));
   states.tell({net::EventKind::kReset, 0, 10, "reset"});
   states.show([](MeshState& s) {
-    s.tick = 1;
-    s.block_ticks = {1};
+    s.summary.tick = 1;
+    s.mesh.block_ticks = {1};
     moving(1)(s);
   });
   for (int i = 0; i < 4; ++i) states.show(moving(states.tick()));
@@ -281,7 +283,7 @@ TEST_F(RecordingTools, KilledAtAnyMomentTheFileIsGoodUpToThere) {
       shown[states.tick() + 1] = 0.25F * static_cast<float>(states.tick() % 1000);
       states.show(moving(states.tick()));
     };
-    // Until some of it has been written; of many at once newer ones win.
+    // Waits until some of it has been written; of many at once only the newest are sent.
     for (int i = 0; i < after || size_of(file) < 400u * static_cast<unsigned>(after); ++i) show();
     recorder.send_signal(SIGKILL);
     for (int i = 0; i < 5; ++i) show();
@@ -344,7 +346,7 @@ TEST_F(RecordingTools, RefuseWhatIsNoneAndOverwriteNothing) {
       {"no folder"}));
   EXPECT_EQ(read_file(mine), "mine");
   EXPECT_TRUE(refused_in_one_line(run_brachy({"export", mine, "--out", path("ex")}),
-                                  {mine, "no recording: it does not begin with BRCYREC1"}));
+                                  {mine, "not a recording: it does not begin with BRCYREC1"}));
   EXPECT_TRUE(refused_in_one_line(run_brachy({"export", path("none.brachy"), "--out", path("ex")}),
                                   {"no such file"}));
   EXPECT_FALSE(std::filesystem::exists(folder / "ex"));

@@ -15,7 +15,7 @@ using namespace test;
 const TemplateGrid kGrid;
 constexpr DoseSettings kSettings{.prescription_gy = 145, .spacing_mm = 1, .margin_mm = 5};
 
-/// Strong enough for some of the small prostate to get its prescription.
+/// Strong enough that part of the small prostate receives its prescription.
 Plan strong_plan() {
   Plan plan = small_plan();
   plan.air_kerma_strength_u = 4;

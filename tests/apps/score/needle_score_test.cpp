@@ -15,8 +15,8 @@ const InsideTest kAbove = [](const Vec3& p) { return p.z() > -20; };
 constexpr auto kFree = ContactState::kFree, kTouching = ContactState::kTouching,
                kInserted = ContactState::kInserted, kWithdrawn = ContactState::kWithdrawn;
 
-/// Needle 0 through D4 for 30 mm in 3 s, out, then through F6, 1.5 mm beside it, for 10 mm in 1 s; needle 2 through C9 of
-/// which the plan does not know.
+/// Needle 0 through D4 for 30 mm in 3 s, out, then through F6, 1.5 mm beside it, for 10 mm in 1 s; needle 2 through
+/// C9, which is not in the plan.
 NeedleTrajectories session() {
   return NeedleTrajectories(
       {{0, Trajectory({straight(0, -15, -15, -40), straight(1, -15, -15, -15), straight(4, -15, -15, 15),
@@ -31,7 +31,7 @@ TEST(NeedleScore, APlansNeedleIsTheOneThroughItsHole) {
   ASSERT_EQ(score.needles.size(), 3u);
   EXPECT_EQ(score.needles[0].hole, "D4");
   EXPECT_EQ(score.needles[0].planned, 0u);
-  EXPECT_EQ(score.needles[0].path_in_tissue_mm, 55);  // the segment that brings the tip in counts
+  EXPECT_EQ(score.needles[0].path_in_tissue_mm, 55);  // includes the segment on which the tip enters
   EXPECT_EQ(score.needles[0].time_in_tissue_s, 4);
   EXPECT_EQ(score.needles[0].passes, 1u);
   EXPECT_EQ(score.needles[1].hole, "F6");

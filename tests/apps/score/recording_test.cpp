@@ -2,8 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include "core/error.h"
-#include "core/seeds/seed_file.h"
+#include "core/base/error.h"
+#include "core/brachytherapy/seeds/seed_file.h"
 #include "tests/apps/apps_testing.h"
 #include "tests/apps/score/score_fixtures.h"
 
@@ -113,7 +113,7 @@ TEST_F(RecordingFolder, WithNothingToReadIsRefused) {
     }
     return "no error";
   };
-  EXPECT_NE(refusal(folder / "none").find("no such folder"), std::string::npos);
+  EXPECT_NE(refusal(folder / "none").find("no such directory"), std::string::npos);
   EXPECT_NE(refusal(folder / "").find("poses.csv is missing"), std::string::npos);
 }
 

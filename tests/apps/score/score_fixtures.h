@@ -5,15 +5,15 @@
 #include <vector>
 
 #include "apps/forces/force_log.h"
-#include "core/plan/plan.h"
-#include "core/seeds/seed.h"
-#include "core/structures/structure.h"
+#include "core/brachytherapy/plan/plan.h"
+#include "core/brachytherapy/seeds/seed.h"
+#include "core/brachytherapy/structures/structure.h"
 #include "haptics/trajectory/trajectory.h"
 
 namespace brachy::test {
 
-/// D4 with two seeds, tip at z = 15; F6 with one, tip at z = 10. Planned seeds 0 and 1 at (−15, −15, 12.75) and (…, 2.75), 2
-/// at (−5, −5, 7.75), in the default grid.
+/// D4 with two seeds, tip at z = 15; F6 with one, tip at z = 10. Planned seeds 0 and 1 at (−15, −15, 12.75) and (…,
+/// 2.75), 2 at (−5, −5, 7.75), in the default grid.
 inline Plan small_plan() {
   Plan plan;
   plan.name = "small";
@@ -37,8 +37,8 @@ inline Seed seed_beside(const PlannedSeed& planned, std::uint32_t id, std::int32
   return seed;
 }
 
-/// All of small_plan's, as planned but for: 0 fell 1.2 mm short and 0.5 mm aside and lies 3 mm too deep; 1 fell where it
-/// should and lies 4 mm aside and 3 mm short; 2 is exact throughout. The gland had moved by 2, 4 and 6 mm.
+/// All of small_plan's, as planned except: 0 fell 1.2 mm short and 0.5 mm aside and lies 3 mm too deep; 1 fell exactly
+/// and lies 4 mm aside and 3 mm short; 2 is exact throughout. The gland had moved by 2, 4 and 6 mm.
 inline std::vector<Seed> small_seeds() {
   const std::vector<PlannedSeed> planned = small_plan().seeds(TemplateGrid{});
   std::vector<Seed> seeds = {seed_beside(planned[0], 1, 0, Vec3(0.3, 0.4, -1.2), Vec3(0, 0, 3)),

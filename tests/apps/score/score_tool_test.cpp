@@ -1,8 +1,8 @@
-// `brachy score`, from outside.
+// `brachy score`, end to end.
 #include <gtest/gtest.h>
 
-#include "core/plan/plan_file.h"
-#include "core/seeds/seed_file.h"
+#include "core/brachytherapy/plan/plan_file.h"
+#include "core/brachytherapy/seeds/seed_file.h"
 #include "tests/apps/apps_testing.h"
 #include "tests/apps/score/score_fixtures.h"
 
@@ -57,7 +57,7 @@ TEST_F(ScoreTool, TakesThePlanOfTheScene) {
 TEST_F(ScoreTool, RefusesWhatItCannotScore) {
   EXPECT_TRUE(refused_in_one_line(run_brachy({"score", recording}), {"no plan", "--plan"}));
   EXPECT_TRUE(refused_in_one_line(run_brachy({"score", (folder / "none").string(), "--plan", plan}),
-                                  {"none", "no such folder"}));
+                                  {"none", "no such directory"}));
   EXPECT_TRUE(refused_in_one_line(run_brachy({"score", recording, "--plan", (folder / "no.toml").string()}),
                                   {"no.toml"}));
   EXPECT_TRUE(refused_in_one_line(

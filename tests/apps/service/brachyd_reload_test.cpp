@@ -1,4 +1,4 @@
-// SIGHUP: the scene file read again by a running brachyd, with clients that stay.
+// SIGHUP: a running brachyd reads its scene file again, and clients stay connected.
 #include <csignal>
 
 #include "tests/apps/peer.h"
@@ -18,12 +18,12 @@ struct BrachydReload : ::testing::Test {
     return small_scene(more) + "[model]\nkernel = \"" + kernel +
            "\"\nsupport_radius_mm = " + std::to_string(support_mm) + "\n";
   }
-  /// The file as it is to be, and a SIGHUP.
+  /// Replaces the file, and sends SIGHUP.
   void rewrite(RunningBrachyd& daemon, const std::string& what) {
     folder.write("scene.toml", what);
     daemon.process.send_signal(SIGHUP);
   }
-  /// Whether it is told so sooner or later: a STATE of before may still be on its way.
+  /// Whether such a STATE arrives: an older one may still be in transit.
   static bool comes_to(Peer& peer, const std::string& kernel, double support_mm) {
     return peer.until([&] {
       if (peer.states.empty()) return false;
@@ -57,7 +57,7 @@ TEST_F(BrachydReload, AGoodSceneIsTakenUpABadOneIsNotAndClientsStay) {
   EXPECT_TRUE(daemon.process.says("the old scene stays in use: " + scene + ":8: "));
   EXPECT_TRUE(comes_to(viewer, "psi31", 8));
 
-  // One that reads well, and of which no simulator can be made.
+  // A valid file for which no simulator can be created.
   rewrite(daemon,
           text("fem", 8) + "[[region]]\nshape = \"mesh\"\nfile = \"none.stl\"\nshear_modulus_kpa = 9\n");
   ASSERT_TRUE(manager.hears("RELOADING=1"));

@@ -1,4 +1,4 @@
-// brachyd as a service manager sees it: what it tells, when it feeds the watchdog, and how it is asked for its health.
+// brachyd as a service: its notifications, the watchdog, and the health page.
 #include <fcntl.h>
 
 #include <csignal>
@@ -55,13 +55,13 @@ TEST_F(BrachydService, AStuckLoopStarvesTheWatchdogAndIsNotHealthyAlthoughAllEls
   if (!loop.is_stopped()) GTEST_SKIP() << "this system lets nobody trace a process";
   manager.count_new("");
   std::string reply;
-  int fed = 0;  // read all the while: who does not may hold up who tells
+  int fed = 0;  // counted all the time: a reader that stalls could block the sender
   ASSERT_TRUE(until([&] {
     fed += manager.count_new("WATCHDOG=1");
     return (reply = http_get(port, "/healthz")).starts_with("HTTP/1.1 503 ");
   }));
   EXPECT_NE(body_of(reply).find("the deformation loop has not ticked for "), std::string::npos) << reply;
-  // A second is over, twenty times it might have been fed: once for the ticks before the loop was stopped.
+  // In one second the watchdog could be fed twenty times; it is fed once, for ticks before the loop was stopped.
   EXPECT_LE(fed + manager.count_new("WATCHDOG=1"), 1);
 
   loop.go_on();
@@ -89,7 +89,7 @@ TEST_F(BrachydService, ALogThatNobodyReadsHoldsNothingUp) {
     ASSERT_TRUE(viewer.join(port));
     EXPECT_TRUE(viewer.until([&] { return viewer.frames.size() > 3; }));
   }
-  std::string log;  // what is read at last
+  std::string log;  // read at the end
   std::string piece(65536, '\0');
   const auto read_all = [&] {
     for (ssize_t size = 0; (size = read(read_end.get(), piece.data(), piece.size())) > 0;)
@@ -100,7 +100,7 @@ TEST_F(BrachydService, ALogThatNobodyReadsHoldsNothingUp) {
   ASSERT_TRUE(late.join(port));
   ASSERT_TRUE(until([&] {
     read_all();
-    return log.find("lines of the log left out: nobody read them\n") != std::string::npos &&
+    return log.find("lines of the log dropped: its reader stalled\n") != std::string::npos &&
            log.find("joined\n") != std::string::npos;
   })) << log.substr(log.find_first_not_of('.'));
   daemon.send_signal(SIGTERM);

@@ -5,8 +5,8 @@
 #include <map>
 #include <set>
 
-#include "apps/brachyd/service/exposition.h"
-#include "apps/brachyd/service/loop_pulse.h"
+#include "apps/daemon/service/loop_pulse.h"
+#include "apps/daemon/telemetry/exposition.h"
 #include "net/access/token_file.h"
 #include "tests/apps/http_get.h"
 #include "tests/apps/peer.h"
@@ -16,7 +16,7 @@ namespace {
 
 using namespace test;
 
-/// What a scraper makes of the text: by name with labels. Fails the test for what Prometheus would not take.
+/// The samples by name with labels, as a scraper parses them. Fails the test where Prometheus would reject the text.
 std::map<std::string, double> samples_of(const std::string& text) {
   std::map<std::string, double> samples;
   std::set<std::string> families;
@@ -83,7 +83,7 @@ TEST(LoopPulse, StandsStillAfterTenPeriodsAndNoLessThanASecond) {
   EXPECT_EQ(slow.failure(5 * kSecond), "");
   EXPECT_EQ(slow.failure(7 * kSecond), "the deformation loop has not ticked for 7.0 s");
   EXPECT_FALSE(quick.has_ticked());
-  quick.see(2 * kSecond);
+  quick.on_tick(2 * kSecond);
   EXPECT_TRUE(quick.has_ticked());
   EXPECT_FALSE(quick.has_ticked()) << "not again";
   EXPECT_EQ(quick.failure(3 * kSecond), "");
@@ -110,7 +110,7 @@ TEST_F(BrachydMetrics, TellWhatTheDaemonDoesAsPrometheusReadsIt) {
   device.client.send_pose({Mat3::Identity(), Vec3(std::nan(""), 0, 0)}, monotonic_ns());
   ASSERT_TRUE(device.until([&] { return !device.errors.empty(); }));
 
-  std::string reply;  // the loop tells of its ticks by twenty
+  std::string reply;  // the loop publishes statistics every twenty ticks
   ASSERT_TRUE(viewer.until([&] {
     reply = http_get(port, "/metrics");
     return reply.find("\nbrachy_ticks_total 0\n") == std::string::npos;

@@ -16,7 +16,7 @@
 
 namespace brachy::test {
 
-/// What systemd is to a service: a socket that it tells its state to.
+/// The socket to which a service sends its state, as systemd's.
 class NotifySocket {
  public:
   explicit NotifySocket(const std::filesystem::path& path)
@@ -32,7 +32,7 @@ class NotifySocket {
   /// "NOTIFY_SOCKET=…", for env(1).
   std::string variable() const { return "NOTIFY_SOCKET=" + path_; }
 
-  /// Takes messages until one holds this line; false where none comes.
+  /// Reads messages until one contains this line; false where none comes.
   bool hears(const std::string& line, ChildProcess::Milliseconds deadline = ChildProcess::kDeadline) {
     const auto end = std::chrono::steady_clock::now() + deadline;
     for (;;) {
@@ -44,7 +44,7 @@ class NotifySocket {
     }
   }
 
-  /// Takes what has come; how many of them hold this line.
+  /// Reads pending messages; returns how many of them contain this line.
   int count_new(const std::string& line) {
     int count = 0;
     while (take(0))

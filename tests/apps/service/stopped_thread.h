@@ -9,8 +9,8 @@
 
 namespace brachy::test {
 
-/// One thread of a child process that does not run while this lives: a loop that is stuck, in a program whose other threads go
-/// on. Both ends on one thread.
+/// Stops one thread of a child process while this object lives: a loop that hangs, in a program whose other threads
+/// run. Construct and destroy it on one thread.
 class StoppedThread {
  public:
   StoppedThread(pid_t process, const std::string& name) : thread_(find(process, name)) {

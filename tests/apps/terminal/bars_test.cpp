@@ -47,7 +47,7 @@ TEST(History, MarksWhatHappenedAndLeavesGaps) {
   history.add(1, 1);  // after three quarters of a second of which nothing is known
   history.add(1.3, std::nan(""));
   EXPECT_EQ(history.sparkline(6, 0, 1), "▼   █ ");
-  history.add(0.5, 1);  // begun anew
+  history.add(0.5, 1);  // starts over
   EXPECT_EQ(history.sparkline(6, 0, 1), "     █");
   EXPECT_TRUE(std::isnan(History().largest()));
 }

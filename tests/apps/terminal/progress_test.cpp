@@ -32,7 +32,7 @@ TEST(ProgressText, RedrawsTenTimesASecondAndPrintsEveryFiveSeconds) {
   };
   EXPECT_LE(lines_in_20_s(true), 200);
   EXPECT_GE(lines_in_20_s(true), 150);
-  EXPECT_EQ(lines_in_20_s(false), 3);  // and nothing at first: what is quick says nothing
+  EXPECT_EQ(lines_in_20_s(false), 3);  // and nothing at first: a quick command prints nothing
 }
 
 TEST(ProgressText, TellsDurationsAsPeopleDo) {
@@ -41,7 +41,7 @@ TEST(ProgressText, TellsDurationsAsPeopleDo) {
   EXPECT_EQ(duration_text(7500), "2 h 5 min");
 }
 
-// A terminal gets one line that is redrawn and taken away, a file nothing from what is quick.
+// A terminal gets one line that is redrawn and removed; a file gets nothing from a quick command.
 TEST(Progress, IsDrawnOnATerminalAndLeavesNothingBehind) {
   PseudoTerminal terminal(40, 24);
   ChildProcess on_terminal({"/usr/bin/env", "TERM=xterm", BRACHY_BINARY, "zwidth", "--quick"},

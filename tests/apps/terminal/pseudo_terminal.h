@@ -15,7 +15,7 @@
 
 namespace brachy::test {
 
-/// A pseudo-terminal: what a program writes to `end()` can be read here.
+/// A pseudo-terminal: output that a program writes to `end()` can be read here.
 class PseudoTerminal {
  public:
   PseudoTerminal(unsigned short columns, unsigned short rows) {

@@ -12,7 +12,7 @@ namespace {
 constexpr std::int64_t kPeriod = 5'000'000;
 constexpr std::int64_t kStart = 100 * kPeriod;
 
-/// A clock that stands still except in sleeps, each of which ends as late (or early) as the script says.
+/// A clock that advances only in sleeps, each of which ends late (or early) as scripted.
 class MockClock final : public Clock {
  public:
   std::int64_t now_ns() override { return now; }
@@ -94,7 +94,7 @@ TEST(DeadlineTimer, AWakeUpLaterThanAPeriodMissesTheDeadlineSleptThrough) {
   clock.latenesses = {kPeriod + 700};
   DeadlineTimer timer(kPeriod, kStart, clock);
   EXPECT_EQ(timer.wait(), kPeriod + 700);
-  EXPECT_EQ(timer.overruns(), 0u);  // of the first deadline it was only late
+  EXPECT_EQ(timer.overruns(), 0u);  // late for the first deadline only
   EXPECT_EQ(timer.wait(), 0);
   EXPECT_EQ(timer.overruns(), 1u);
   EXPECT_EQ(timer.deadline_ns(), kStart + 2 * kPeriod);

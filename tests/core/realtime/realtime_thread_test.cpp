@@ -28,7 +28,7 @@ TEST(RealtimeThread, NothingAskedChangesNothing) {
   EXPECT_EQ(grant.fifo, Grant::kNotAsked);
   EXPECT_EQ(grant.memory, Grant::kNotAsked);
   EXPECT_EQ(sched_getscheduler(0), before);
-  EXPECT_EQ(to_string(grant), "real time: SCHED_FIFO not asked for, memory lock not asked for");
+  EXPECT_EQ(to_string(grant), "real time: SCHED_FIFO not requested, memory lock not requested");
 }
 
 TEST(RealtimeThread, FifoNeedsTheLimitOrTheCapability) {
@@ -73,8 +73,8 @@ TEST(RealtimeThread, TheReportIsOneLineWithReasons) {
             "real time: SCHED_FIFO priority 80 granted, memory lock refused (why not; what to do)");
 }
 
-/// In a child, so that this process stays an ordinary one: asks for everything, and checks that the report is true
-/// and that threads can still be created, whatever was granted. Exit code 0 if so.
+/// In a child, so that this process stays an ordinary one: requests everything, and checks that the report is correct
+/// and that threads can still be created. Exit code 0 if so.
 int ask_for_everything() {
   const RealtimeGrant grant = request_realtime({10, true});
   const bool is_fifo = (sched_getscheduler(0) & ~SCHED_RESET_ON_FORK) == SCHED_FIFO;
@@ -98,8 +98,8 @@ int ask_for_everything() {
   return depth == 0 ? 0 : kilobyte[0] + use_stack(depth - 1);
 }
 
-/// In a child: what was granted stays, and threads, memory and stack can still be had, once there is no capability. Exit
-/// code 0 if so, kNothingToDrop where there was none.
+/// In a child: what was granted remains, and threads, memory and stack can still be allocated, after capabilities are
+/// dropped. Exit code 0 if so, kNothingToDrop where there were none.
 constexpr int kNothingToDrop = 77;
 int give_up_capabilities() {
   const auto is_without = [] {

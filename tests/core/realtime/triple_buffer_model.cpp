@@ -1,6 +1,7 @@
-// The triple buffer in a model checker: relacy runs a writer and a reader through interleavings and through all that the C++
-// memory model lets each of them see, and reports any read of a slot that is not ordered after its writes. No part of the
-// test programs: relacy's header takes `$` and more for itself. Ends with 0 where the buffer holds and every mutant is caught.
+// The triple buffer in a model checker: relacy runs a writer and a reader through interleavings and through all values
+// that the C++ memory model allows each of them to see, and reports any read of a slot that is not ordered after its
+// writes. A program of its own, because relacy's header defines `$` and other macros. Exit code 0 where the buffer is
+// correct and every mutant is caught.
 
 #include <atomic>
 #include <cstdio>
@@ -12,7 +13,7 @@
 
 #include "core/realtime/triple_buffer.h"
 
-// By names that relacy does not redefine.
+// Names that relacy does not redefine.
 constexpr auto kRelaxed = std::memory_order_relaxed, kAcquire = std::memory_order_acquire,
                kRelease = std::memory_order_release, kAcqRel = std::memory_order_acq_rel;
 
@@ -34,19 +35,19 @@ rl::memory_order to_relacy(std::memory_order order) {
 
 constexpr unsigned kWriter = 0, kReader = 1;  // threads, as relacy numbers them
 
-/// What a mutant's exchange is, in one thread.
+/// A mutant's exchange, in one thread.
 enum class Mutation { kNone, kNoRelease, kNoAcquire, kTorn };
 
-template <class T, Mutation mutation, unsigned thread>
+template <class T, Mutation kMutation, unsigned kThread>
 class CheckedAtomic {
  public:
   explicit CheckedAtomic(T value) : value_(value) {}
   T load(std::memory_order order) const { return value_.load(to_relacy(order), $); }
   T exchange(T value, std::memory_order order) {
-    if (mutation == Mutation::kNone || rl::thread_index() != thread)
+    if (kMutation == Mutation::kNone || rl::thread_index() != kThread)
       return value_.exchange(value, to_relacy(order), $);
-    if (mutation == Mutation::kNoRelease) return value_.exchange(value, rl::mo_acquire, $);
-    if (mutation == Mutation::kNoAcquire) return value_.exchange(value, rl::mo_release, $);
+    if (kMutation == Mutation::kNoRelease) return value_.exchange(value, rl::mo_acquire, $);
+    if (kMutation == Mutation::kNoAcquire) return value_.exchange(value, rl::mo_release, $);
     const T old = value_.load(rl::mo_acquire, $);
     value_.store(value, rl::mo_release, $);
     return old;
@@ -56,10 +57,10 @@ class CheckedAtomic {
   rl::atomic<T> value_;
 };
 
-template <Mutation mutation, unsigned thread>
+template <Mutation kMutation, unsigned kThread>
 struct Mutant {
   template <class T>
-  using Atomic = CheckedAtomic<T, mutation, thread>;
+  using Atomic = CheckedAtomic<T, kMutation, kThread>;
 };
 
 /// A value of two halves; relacy knows who has written each, and whether the reader may look.
@@ -121,7 +122,7 @@ struct WriterAndReader : rl::test_suite<WriterAndReader<Atomic>, 2> {
   int seen = 0;  // by the reader alone, and after it
 };
 
-/// What relacy says, as far as it fits: it replaces operator new, so that a stream that grows would upset it.
+/// relacy's output, truncated to a fixed buffer: relacy replaces operator new, so that a growing stream would fail.
 class Report : public std::streambuf {
  public:
   Report() { setp(text_, text_ + sizeof text_ - 1); }
@@ -134,7 +135,7 @@ class Report : public std::streambuf {
   char text_[1 << 16];
 };
 
-/// Runs one buffer; true where it came out as it should.
+/// Runs one buffer; true where the result is as expected.
 template <template <class> class Atomic>
 bool check(const char* name, bool is_sound) {
   static Report report;

@@ -111,8 +111,8 @@ TEST(TripleBuffer, TheSlotToFillIsTwoPublishesBehindOrOlder) {
 }
 
 TEST(TripleBuffer, NoInterleavingOfTheTwoEndsTearsAValue) {
-  // Every order in which 4 publishes (first half, second half, publish) and 3 readings (update, first half, second
-  // half) can be mixed: 293,930 of them.
+  // Every order in which 4 publishes (first half, second half, publish) and 3 readings (update, first half,
+  // second half) can be mixed: 293,930 of them.
   struct Pair {
     int first = 0, second = 0;
   };
@@ -152,7 +152,7 @@ TEST(TripleBuffer, NoInterleavingOfTheTwoEndsTearsAValue) {
   EXPECT_EQ(schedules, 293'930u);
 }
 
-/// An atomic of our own, as a model checker brings one: runs a hook between the reader's check and its exchange.
+/// An atomic as a model checker would substitute: it runs a hook between the reader's check and its exchange.
 template <class T>
 class HookedAtomic {
  public:
@@ -215,7 +215,7 @@ TEST(TripleBuffer, NoValueIsTornAndNoTickGoesBackAcrossThreads) {
   start.arrive_and_wait();
   while (last < publishes) {
     if (!reader.update()) {
-      std::this_thread::yield();  // on one core the writer must get on
+      std::this_thread::yield();  // on one core the writer must make progress
       continue;
     }
     ++taken;

@@ -3,11 +3,11 @@
 #include <filesystem>
 #include <fstream>
 
-#include "core/error.h"
+#include "core/base/error.h"
+#include "core/scene/file/scene_file.h"
 #include "core/scene/load_body.h"
 #include "core/scene/load_tissue.h"
 #include "core/scene/load_tissues.h"
-#include "core/scene/scene_file.h"
 
 namespace brachy {
 namespace {
@@ -175,19 +175,19 @@ TEST(Scene, ARegionThatMakesNoSenseIsRefused) {
             "scene.toml:5: unknown key 'region.suport_radius_mm'; did you mean 'region.support_radius_mm'?");
   EXPECT_EQ(
       refusal(sphere + "support_radius_mm = 20\n[model]\nkernel = \"auto\""),
-      "scene.toml:7: 'model.kernel' is \"auto\", which is charted for one support only; name a rung, or "
+      "scene.toml:7: 'model.kernel' is \"auto\", which is charted for one support only; name a model, or "
       "take region.support_radius_mm out of scene.toml:1");
 }
 
-std::string rung_refusal(const std::string& text, std::string_view rung) {
+std::string model_refusal(const std::string& text, std::string_view model_name) {
   try {
-    return has_supports(parse_scene(text, "scene.toml"), rung) ? "supports" : "none";
+    return has_supports(parse_scene(text, "scene.toml"), model_name) ? "supports" : "none";
   } catch (const UserError& e) {
     return e.what();
   }
 }
 
-TEST(Scene, ARungSaysWhatItLacksOfARegion) {
+TEST(Scene, AModelSaysWhatItLacksOfARegion) {
   const std::string soft =
                         "[[region]]\nshape = \"sphere\"\ncentre_mm = [0, 0, 0]\nradius_mm = 9\n"
                         "shear_modulus_kpa = 2\n",
@@ -195,19 +195,20 @@ TEST(Scene, ARungSaysWhatItLacksOfARegion) {
                         "[[region]]\nshape = \"sphere\"\ncentre_mm = [0, 0, 0]\nradius_mm = 9\n"
                         "support_radius_mm = 20\n",
                     both = wide + "shear_modulus_kpa = 4\n";
-  for (const char* rung : {"psi31", "buhmann", "multiscale", "compact_elastic"}) {
-    EXPECT_EQ(rung_refusal("", rung), "none");
-    EXPECT_EQ(rung_refusal(soft, rung), "none");
-    EXPECT_EQ(rung_refusal(wide, rung), "supports");
-    EXPECT_EQ(rung_refusal(wide + both, rung), "supports");
-    EXPECT_EQ(rung_refusal(wide + soft, rung), "scene.toml:6: 'region.support_radius_mm' is missing; " +
-                                                   std::string(rung) +
-                                                   " needs it of every region where one has it");
+  for (const char* model_name : {"psi31", "buhmann", "compact_elastic"}) {
+    EXPECT_EQ(model_refusal("", model_name), "none");
+    EXPECT_EQ(model_refusal(soft, model_name), "none");
+    EXPECT_EQ(model_refusal(wide, model_name), "supports");
+    EXPECT_EQ(model_refusal(wide + both, model_name), "supports");
+    EXPECT_EQ(model_refusal(wide + soft, model_name),
+              "scene.toml:6: 'region.support_radius_mm' is missing; " + std::string(model_name) +
+                  " needs it of every region where one has it");
   }
-  for (const char* rung : {"elastic", "fem"}) {
-    EXPECT_EQ(rung_refusal(soft + both, rung), "none");
-    EXPECT_EQ(rung_refusal(soft + wide, rung), "scene.toml:6: 'region.shear_modulus_kpa' is missing; " +
-                                                   std::string(rung) + " needs it of every region");
+  for (const char* model_name : {"elastic", "fem"}) {
+    EXPECT_EQ(model_refusal(soft + both, model_name), "none");
+    EXPECT_EQ(model_refusal(soft + wide, model_name),
+              "scene.toml:6: 'region.shear_modulus_kpa' is missing; " + std::string(model_name) +
+                  " needs it of every region");
   }
   EXPECT_EQ(load_body(parse_scene(soft + wide, "scene.toml")).regions.size(), 1u);
 }
@@ -223,7 +224,7 @@ TEST(Scene, RegionsOfOneSupportAreOneTissue) {
   EXPECT_EQ(scalar.membership.tissues(), 2u);
   EXPECT_EQ(scalar.kernels.supports, (std::vector<double>{12, 20}));
   // Forces know moduli.
-  const auto compact = load_compact_tissues(scene, CompactRung::kCompactElastic, load_body(scene));
+  const auto compact = load_compact_tissues(scene, load_body(scene));
   ASSERT_EQ(compact.kernels.size(), 4u);
   EXPECT_EQ(compact.kernels.support(0), 48);
   EXPECT_EQ(compact.kernels.support(1), 20);
@@ -249,13 +250,19 @@ TEST(Scene, ValuesOutOfRangeAreRefusedWithTheRange) {
 }
 
 TEST(Scene, WrongTypesAreRefused) {
-  EXPECT_NE(refusal("[model]\nkernel = 31").find("scene.toml:2: 'model.kernel' needs a text"),
+  EXPECT_NE(refusal("[model]\nkernel = 31").find("scene.toml:2: 'model.kernel' needs a string"),
             std::string::npos);
   EXPECT_NE(refusal("[tissue]\npoints = 1.5").find("needs a whole number"), std::string::npos);
   EXPECT_NE(refusal("[device]\nloop = 1").find("needs true or false"), std::string::npos);
   EXPECT_NE(refusal("model = 3").find("needs to be a table"), std::string::npos);
-  EXPECT_NE(refusal("[model]\nkernel = \"psi33\"").find("one of: psi31, psi30, psi32, buhmann"),
+  EXPECT_NE(refusal("[model]\nkernel = \"psi99\"").find("one of: " + kernel_names() + ", "),
             std::string::npos);
+}
+
+TEST(Scene, ARetiredModelIsRefusedWithItsReplacement) {
+  const std::string said = refusal("[model]\nkernel = \"multiscale\"");
+  EXPECT_EQ(said.find("scene.toml:2: 'model.kernel' is \"multiscale\", which was removed"), 0u) << said;
+  EXPECT_NE(said.find("take compact_elastic, or psi31"), std::string::npos) << said;
 }
 
 TEST(Scene, SettingsThatContradictEachOtherAreRefused) {
@@ -271,7 +278,7 @@ TEST(Scene, SaysWhoMayConnect) {
   EXPECT_FALSE(open_to_all.has_tls());
   for (const char* key : {"token_file", "device_token_file", "viewer_token_file"}) {
     EXPECT_TRUE(parse_scene(std::string("[server]\n") + key + " = \"t\"", "s").server.has_tokens());
-    EXPECT_NE(refusal(std::string("[server]\n") + key + " = 3").find("needs a text"), std::string::npos);
+    EXPECT_NE(refusal(std::string("[server]\n") + key + " = 3").find("needs a string"), std::string::npos);
   }
   const ServerSettings s =
       parse_scene(

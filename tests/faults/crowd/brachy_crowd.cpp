@@ -1,5 +1,5 @@
-// For scripts/faults.sh: many good viewers in one process, which measure how evenly they are served, and beside them peers
-// that are slow, half-open, or flood the daemon with poses. Ends with one line of JSON.
+// For scripts/campaigns/faults.sh: many well-behaved viewers in one process, which measure how evenly they are served,
+// and peers that are slow, half-open, or flood the daemon with poses. Prints one line of JSON at the end.
 #include <algorithm>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/signal_set.hpp>
@@ -14,8 +14,8 @@
 #include <string>
 #include <vector>
 
-#include "net/client.h"
-#include "net/clock.h"
+#include "net/base/clock.h"
+#include "net/client/client.h"
 #include "tests/faults/fault_proxy.h"
 
 namespace brachy {
@@ -31,7 +31,7 @@ struct CrowdOptions {
   std::vector<std::string> bad;  // slow, half-open-viewer, half-open-device, flood
 };
 
-/// A viewer that breaks no rule, and the gaps between its frames.
+/// A well-behaved viewer, and the gaps between its frames.
 class GoodViewer {
  public:
   GoodViewer(boost::asio::io_context& io, const CrowdOptions& options)
@@ -82,7 +82,7 @@ class GoodViewer {
   net::Client client_;
 };
 
-/// A peer behind a proxy that harms its connection, or one that sends 10,000 poses a second.
+/// A peer behind a proxy that disturbs its connection, or one that sends 10,000 poses a second.
 class BadPeer {
  public:
   BadPeer(boost::asio::io_context& io, const std::string& kind, std::uint16_t port)
@@ -171,7 +171,7 @@ class Crowd {
   }
 
  private:
-  // Measured is what comes once everybody has had a frame or was refused.
+  // Measured from when every client has had a frame or was refused.
   void await_all() {
     const auto settled = [](const auto& peer) { return peer->has_settled(); };
     if (std::ranges::all_of(good_, settled) && std::ranges::all_of(bad_, settled)) return begin();
@@ -243,7 +243,7 @@ class Crowd {
 
 int main(int argc, char** argv) {
   brachy::CrowdOptions options;
-  CLI::App app{"Good viewers and bad peers for scripts/faults.sh"};
+  CLI::App app{"Good viewers and bad peers for scripts/campaigns/faults.sh"};
   app.add_option("--port", options.port, "of the daemon, on 127.0.0.1")->required();
   app.add_option("--viewers", options.viewers, "good ones");
   app.add_option("--seconds", options.seconds, "to measure, once all are there; SIGINT ends it sooner");

@@ -1,5 +1,5 @@
-// A hand drives the device through a capsule, into tissue, to and fro, sideways and out, over a network that is late and
-// loses poses: it must neither ring nor jump.
+// A hand drives the device through a capsule, into tissue, to and fro, sideways and out, over a network with delay and
+// loss of poses: the force must neither oscillate nor jump.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -105,7 +105,7 @@ INSTANTIATE_TEST_SUITE_P(Delays, DelayedHand,
                                   std::to_string(tried.param.seed);
                          });
 
-// What the tests above would say of a loop that does ring: a stiff wire without negotiation.
+// The tests above must detect a loop that does ring: a stiff spring over the wire without negotiation.
 TEST(DelayedHandMeter, SeesALoopThatRings) {
   LoopSettings wire;
   wire.local_model = false;

@@ -77,8 +77,8 @@ double swing(SimulatedLoop& loop, double rate_hz) {
   return high - low;
 }
 
-// Encoder steps put in energy that the limit knows nothing of. A free mass keeps a tremor: of a step at half the limit, of
-// ten near it, where next to no damping is left over. Any hand ends it.
+// Encoder steps add energy that the limit does not account for. A free mass keeps a tremor: of a step at half the
+// limit, of ten near it, where almost no damping is left. Any hand damps it.
 TEST(SimulatedLoop, UnderTheLimitEncoderStepsLeaveATremorThatDoesNotGrow) {
   struct Grip {
     double stiffness, damping, share, steps;
@@ -113,7 +113,7 @@ LoopSimulation wall(double stiffness) {
   };
 }
 
-// Let go inside a wall, it is thrown out with no more than the spring held.
+// Released inside a wall, it leaves with at most the spring's energy.
 TEST(SimulatedLoop, UnderTheLimitAWallGivesNoEnergyWhateverTheNetworksDelay) {
   for (const double delay_s : {0.0, 0.01, 0.05}) {
     for (const bool local_model : {true, false}) {

@@ -2,14 +2,14 @@
 
 #include <algorithm>
 
-#include "core/contact/local_contact_model.h"
-#include "core/sim/needle_pose.h"
+#include "core/needle/local_contact_model.h"
+#include "core/needle/needle_pose.h"
 
 namespace brachy::test {
 
-/// A tissue along +z that a loop can be closed over, in the words of LocalContactModel: capsule at z = 0 that gives way
-/// at 2 N, then friction that grows with the depth, and cutting; a lateral spring about x = y = 0. Sampled at its ticks,
-/// as the simulation is.
+/// A tissue along +z for closed loops, as a LocalContactModel: a capsule at z = 0 that is punctured at 2 N, then
+/// friction that grows with the depth, and cutting; a lateral spring about x = y = 0. Sampled at its ticks, as the
+/// simulation is.
 class TissueModel {
  public:
   double stiffness_n_per_mm = 0.8, puncture_n = 2, cutting_n = 0.6, friction_n_per_mm = 0.05;

@@ -1,4 +1,4 @@
-// Who gets in over real sockets, and how many: tokens and roles, and places that all listeners share.
+// Access control over real sockets: tokens, roles, and the slots that all listeners share.
 #include <algorithm>
 #include <boost/asio/ssl/context.hpp>
 
@@ -154,7 +154,7 @@ TEST_F(AccessTest, AllListenersShareThePlacesAndTellWhoComesTooLate) {
   options.drain_timeout = std::chrono::milliseconds(50);
   start_http(options);
   start_igtl();
-  RawPeer native(io, server->port());  // says nothing, and has a place all the same
+  RawPeer native(io, server->port());  // sends nothing, and holds a slot all the same
   HttpPeer browser(io, http->port());  // keeps its connection after the answer
   browser.send("GET / HTTP/1.1\r\n" + host_line() + "\r\n");
   IgtlPeer slicer(io, igtl->port());
@@ -168,7 +168,7 @@ TEST_F(AccessTest, AllListenersShareThePlacesAndTellWhoComesTooLate) {
   EXPECT_EQ(answer_to(late_native), ErrorCode::kBusy);
   const HttpReply busy = get("/");
   EXPECT_EQ(busy.status, 503);
-  EXPECT_EQ(busy.body, "all 3 client places are taken\n");
+  EXPECT_EQ(busy.body, "all 3 client slots are in use\n");
   EXPECT_EQ(busy.headers.at("retry-after"), "1");
   const auto page = open_page();
   EXPECT_EQ(answer_to(*page), ErrorCode::kBusy);
@@ -220,8 +220,8 @@ TEST_F(AccessTest, AHundredAtOnceGetThePlacesThereAreAndTheRestIsToldBusy) {
            count([](const auto& p) { return !p->types.empty() && p->types[0] == MessageType::kWelcome; }) ==
                64;
   }));
-  const auto told = count([](const auto& p) { return p->fatal() == ErrorCode::kBusy; });
-  EXPECT_EQ(told, 36);
+  const auto refused = count([](const auto& p) { return p->fatal() == ErrorCode::kBusy; });
+  EXPECT_EQ(refused, 36);
   publish();
   EXPECT_EQ(server->client_count(), 64u);
 }

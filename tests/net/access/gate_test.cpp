@@ -6,7 +6,7 @@ namespace brachy::net::test {
 namespace {
 
 constexpr std::int64_t kSecond = 1'000'000'000, kNow = 1000 * kSecond;
-using Places = std::vector<std::shared_ptr<const Gate::Place>>;
+using Slots = std::vector<std::shared_ptr<const ConnectionSlot>>;
 
 Token token_of(int first, int last = 0) {
   Token token{};
@@ -23,10 +23,10 @@ TokenGrants three_tokens() {
   return tokens;
 }
 
-Places entered(Gate& gate, const std::string& address, int count) {
-  Places places;
-  for (int i = 0; i < count; ++i) places.push_back(gate.enter(address, kNow));
-  return places;
+Slots entered(Gate& gate, const std::string& address, int count) {
+  Slots slots;
+  for (int i = 0; i < count; ++i) slots.push_back(gate.acquire_slot(address, kNow));
+  return slots;
 }
 
 TEST(TokenGrants, EachTokenGivesItsRoles) {
@@ -55,35 +55,35 @@ TEST(TokenGrants, OneTokenInTwoFilesGivesTheRolesOfBoth) {
 
 TEST(Gate, PlacesAreLimitedInAllAndForAnAddress) {
   Gate gate(5, 3, {});
-  const Places first = entered(gate, "10.0.0.1", 4);
+  const Slots first = entered(gate, "10.0.0.1", 4);
   EXPECT_FALSE(first[2]->refusal());
   ASSERT_TRUE(first[3]->refusal());
   EXPECT_EQ(first[3]->refusal()->code, ErrorCode::kBusy);
   EXPECT_NE(first[3]->refusal()->text.find("10.0.0.1"), std::string::npos);
-  const Places second = entered(gate, "10.0.0.2", 3);
+  const Slots second = entered(gate, "10.0.0.2", 3);
   EXPECT_FALSE(second[1]->refusal());
   ASSERT_TRUE(second[2]->refusal());
-  EXPECT_EQ(second[2]->refusal()->text, "all 5 client places are taken");
+  EXPECT_EQ(second[2]->refusal()->text, "all 5 client slots are in use");
 }
 
 TEST(Gate, APlaceIsFreeOnceItsConnectionEnds) {
   Gate gate(2, 2, {});
-  Places places = entered(gate, "::1", 2);
-  EXPECT_TRUE(gate.enter("::1", kNow)->refusal());
-  places.pop_back();
-  const auto again = gate.enter("::1", kNow);
+  Slots slots = entered(gate, "::1", 2);
+  EXPECT_TRUE(gate.acquire_slot("::1", kNow)->refusal());
+  slots.pop_back();
+  const auto again = gate.acquire_slot("::1", kNow);
   EXPECT_FALSE(again->refusal());
-  EXPECT_TRUE(gate.enter("::1", kNow)->refusal());
+  EXPECT_TRUE(gate.acquire_slot("::1", kNow)->refusal());
 }
 
 TEST(Gate, OnlySoManyAreToldThatThereIsNoPlace) {
   Gate gate(1, 1, {});
-  Places places = entered(gate, "10.0.0.1", 1 + static_cast<int>(Gate::kMaxTold));
-  EXPECT_TRUE(places.back()->refusal());
-  EXPECT_EQ(gate.enter("10.0.0.1", kNow), nullptr);
-  EXPECT_EQ(gate.enter("10.0.0.2", kNow), nullptr);
-  places.pop_back();
-  EXPECT_TRUE(gate.enter("10.0.0.2", kNow)->refusal());
+  Slots slots = entered(gate, "10.0.0.1", 1 + static_cast<int>(Gate::kMaxPendingRefusals));
+  EXPECT_TRUE(slots.back()->refusal());
+  EXPECT_EQ(gate.acquire_slot("10.0.0.1", kNow), nullptr);
+  EXPECT_EQ(gate.acquire_slot("10.0.0.2", kNow), nullptr);
+  slots.pop_back();
+  EXPECT_TRUE(gate.acquire_slot("10.0.0.2", kNow)->refusal());
 }
 
 TEST(Gate, AsksForATokenOnlyWhereThereIsOne) {
@@ -101,15 +101,15 @@ TEST(Gate, AsksForATokenOnlyWhereThereIsOne) {
   }
   EXPECT_NE(none->text.find("--token-file"), std::string::npos);
   EXPECT_NE(other->text.find("role"), std::string::npos);
-  EXPECT_NE(wrong->text.find("none of this daemon's"), std::string::npos);
+  EXPECT_NE(wrong->text.find("not known to this daemon"), std::string::npos);
   EXPECT_EQ(closed.wrong_tokens(), 1u);
 }
 
 TEST(Gate, WrongTokensShutTheirAddressOutForAMinute) {
   Gate gate(9, 9, three_tokens());
   const auto is_out = [&](const std::string& address, std::int64_t now_ns) {
-    const auto place = gate.enter(address, now_ns);
-    return place->refusal() && place->refusal()->code == ErrorCode::kUnauthorised;
+    const auto slot = gate.acquire_slot(address, now_ns);
+    return slot->refusal() && slot->refusal()->code == ErrorCode::kUnauthorised;
   };
   const auto guess = [&](std::int64_t now_ns) { gate.refusal("a", token_of(9), Role::kViewer, now_ns); };
   for (std::size_t i = 0; i < Gate::kMaxWrongTokens; ++i) {
@@ -131,7 +131,7 @@ TEST(Gate, NeitherNoTokenNorOneForAnotherRoleShutsAnybodyOut) {
     gate.refusal("a", std::nullopt, Role::kViewer, kNow);
     gate.refusal("a", token_of(3), Role::kOperator, kNow);
   }
-  EXPECT_FALSE(gate.enter("a", kNow)->refusal());
+  EXPECT_FALSE(gate.acquire_slot("a", kNow)->refusal());
 }
 
 TEST(Gate, RemembersFewAddresses) {
@@ -143,9 +143,9 @@ TEST(Gate, RemembersFewAddresses) {
 
 TEST(Gate, PlacesMayOutliveIt) {
   auto gate = std::make_unique<Gate>(2, 2, TokenGrants());
-  const auto place = gate->enter("a", kNow);
+  const auto slot = gate->acquire_slot("a", kNow);
   gate.reset();
-  EXPECT_EQ(place->address(), "a");
+  EXPECT_EQ(slot->address(), "a");
 }
 
 }  // namespace

@@ -8,7 +8,7 @@
 #include <set>
 #include <string>
 
-#include "core/error.h"
+#include "core/base/error.h"
 #include "tests/net/http/http_testing.h"
 
 namespace brachy::net::test {
@@ -71,10 +71,10 @@ TEST_F(TokenFileTest, IsRefusedWithTheFix) {
     EXPECT_NE(refusal(written("open", good, mode)).find("chmod 600"), std::string::npos) << mode;
   EXPECT_NE(refusal(written("short", good.substr(1))).find("32 bytes"), std::string::npos);
   EXPECT_NE(refusal(written("long", good + "\n")).find("32 bytes"), std::string::npos);
-  EXPECT_NE(refusal(folder.path()).find("no regular file"), std::string::npos);
+  EXPECT_NE(refusal(folder.path()).find("not a regular file"), std::string::npos);
   const auto pipe = folder.path() / "pipe";
   ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
-  EXPECT_NE(refusal(pipe).find("no regular file"), std::string::npos);
+  EXPECT_NE(refusal(pipe).find("not a regular file"), std::string::npos);
   EXPECT_EQ(refusal(written("open", good)), "");
 }
 

@@ -27,9 +27,9 @@ struct Message {
 std::vector<Bytes> chunks_of(const Message& message, std::uint64_t epoch, std::uint64_t sequence,
                              std::size_t max_payload, std::uint64_t publisher = kPublisher) {
   std::vector<Bytes> chunks;
-  Bytes room;
-  EXPECT_TRUE(send_chunks({publisher, epoch, sequence, 0, 0}, message.header, message.body, max_payload, room,
-                          [&](std::span<const std::byte> chunk) {
+  Bytes buffer;
+  EXPECT_TRUE(send_chunks({publisher, epoch, sequence, 0, 0}, message.header, message.body, max_payload,
+                          buffer, [&](std::span<const std::byte> chunk) {
                             EXPECT_LE(chunk.size(), max_payload);
                             chunks.emplace_back(chunk.begin(), chunk.end());
                             return true;
@@ -61,18 +61,18 @@ TEST(Chunks, AMessageComesBackBitForBitHoweverSmallThePayload) {
   }
 }
 
-TEST(Chunks, APayloadWithoutRoomSendsNothing) {
-  Bytes room;
+TEST(Chunks, APayloadWithoutSpaceSendsNothing) {
+  Bytes buffer;
   const Message message(10);
   const auto send = [](std::span<const std::byte>) { return ADD_FAILURE() << "sent", true; };
-  EXPECT_FALSE(send_chunks({}, message.header, message.body, kChunkHeaderSize, room, send));
+  EXPECT_FALSE(send_chunks({}, message.header, message.body, kChunkHeaderSize, buffer, send));
 }
 
 TEST(Chunks, SendingEndsWithTheFirstThatFails) {
-  Bytes room;
+  Bytes buffer;
   const Message message(1000);
   int sent = 0;
-  EXPECT_FALSE(send_chunks({}, message.header, message.body, 100, room,
+  EXPECT_FALSE(send_chunks({}, message.header, message.body, 100, buffer,
                            [&](std::span<const std::byte>) { return ++sent < 3; }));
   EXPECT_EQ(sent, 3);
 }
@@ -173,10 +173,10 @@ TEST(Chunks, AnAnnouncedLengthTakesNoMemory) {
 TEST(Chunks, TheDocumentsBytesAreWhatIsSent) {
   const auto blocks = golden_blocks("/net/NATS.md");
   ASSERT_TRUE(blocks.contains("CHUNK"));
-  Bytes message, sent, room;
+  Bytes message, sent, buffer;
   encode(sample_event(), 5, 2'000'000'005, message);
   const auto header = std::span(message).first(kHeaderSize), body = std::span(message).subspan(kHeaderSize);
-  ASSERT_TRUE(send_chunks({0x0807060504030201, 2, 7, 0, 0}, header, body, 256 * 1024, room,
+  ASSERT_TRUE(send_chunks({0x0807060504030201, 2, 7, 0, 0}, header, body, 256 * 1024, buffer,
                           [&](std::span<const std::byte> chunk) {
                             sent.assign(chunk.begin(), chunk.end());
                             return true;

@@ -10,7 +10,7 @@
 namespace brachy::net::test {
 namespace {
 
-/// A simulation, what a relay makes of its FRAMEs, and a viewer behind it.
+/// A simulation, a relay's copy of its mesh, and a viewer behind the relay.
 struct RelayedMeshTest : ::testing::Test {
   const Tissue tissue = line_tissue(40);
   FakeSimulation simulation{tissue, 1, 3};
@@ -34,28 +34,28 @@ struct RelayedMeshTest : ::testing::Test {
   void relay(bool full = false, std::int64_t offset_ns = 0) {
     relayed.take(decoded(encoded(simulation.state(), layout, {sent_tick, full || sent_tick == 0, true})),
                  offset_ns);
-    sent_tick = simulation.state().tick;
+    sent_tick = simulation.state().summary.tick;
   }
   /// As a Server does.
   void show() {
-    if (viewer_run != relayed.state().run) viewer_tick = 0;
-    viewer_run = relayed.state().run;
+    if (viewer_run != relayed.state().summary.run) viewer_tick = 0;
+    viewer_run = relayed.state().summary.run;
     const auto frame =
         decoded(encoded(relayed.state(), relayed_layout, {viewer_tick, viewer_tick == 0, true}));
     EXPECT_EQ(viewer.apply(frame), "");
-    viewer_tick = relayed.state().tick;
+    viewer_tick = relayed.state().summary.tick;
   }
   void SetUp() override { ASSERT_EQ(viewer.start(topology), ""); }
 };
 
 TEST_F(RelayedMeshTest, AFullFrameIsSentOnByteForByte) {
   simulation.steps(7);
-  simulation.state().certificate.verdict = Verdict::kInjective;
-  simulation.state().seed_slots = {sample_seed()};
-  simulation.state().seed_slots[0].id = 1;
-  simulation.state().seed_ticks = {3};
-  simulation.state().seed_count = 1;
-  simulation.state().pose_histories[2][5].button = true;
+  simulation.state().summary.certificate.verdict = Verdict::kInjective;
+  simulation.state().seeds.slots = {sample_seed()};
+  simulation.state().seeds.slots[0].id = 1;
+  simulation.state().seeds.ticks = {3};
+  simulation.state().seeds.count = 1;
+  simulation.state().needles.pose_histories[2][5].button = true;
   relay();
   const FrameRequest all{0, true, true};
   EXPECT_EQ(encoded(relayed.state(), relayed_layout, all), encoded(simulation.state(), layout, all));
@@ -68,8 +68,8 @@ TEST_F(RelayedMeshTest, AViewerBehindItHasTheSimulationsBitsWheneverItLooks) {
     relay(random() % 20 == 0);
     if (random() % 3 == 0) continue;
     show();
-    ASSERT_EQ(viewer.positions(), simulation.state().deformed_vertices) << i;
-    EXPECT_EQ(viewer.tick(), simulation.state().tick);
+    ASSERT_EQ(viewer.positions(), simulation.state().mesh.deformed_vertices) << i;
+    EXPECT_EQ(viewer.tick(), simulation.state().summary.tick);
   }
 }
 
@@ -77,7 +77,7 @@ TEST_F(RelayedMeshTest, WhatDidNotChangeIsNotSentOn) {
   simulation.steps(3);
   relay();
   show();
-  ++simulation.state().tick;  // nothing moved; all of it comes again, because another relay asked
+  ++simulation.state().summary.tick;  // nothing moved; all of it comes again, because another relay asked
   relay(true);
   const auto frame = decoded(encoded(relayed.state(), relayed_layout, {viewer_tick, false, false}));
   EXPECT_TRUE(frame.ranges.empty());
@@ -87,31 +87,33 @@ TEST_F(RelayedMeshTest, ASimulationThatBeganAnewIsSentWhole) {
   simulation.steps(50);
   relay();
   show();
-  const auto run = relayed.state().run;
+  const auto run = relayed.state().summary.run;
   simulation = FakeSimulation(tissue, 9, 3);
   simulation.steps(2);
   sent_tick = 0;
   relay();
-  EXPECT_NE(relayed.state().run, run);
+  EXPECT_NE(relayed.state().summary.run, run);
   show();
-  EXPECT_EQ(viewer.positions(), simulation.state().deformed_vertices);
+  EXPECT_EQ(viewer.positions(), simulation.state().mesh.deformed_vertices);
   const auto poses = decoded(encoded(relayed.state(), relayed_layout, {0, true, true})).pose_history;
   EXPECT_EQ(poses.size(), 2u) << "none of the run before";
 }
 
 TEST_F(RelayedMeshTest, StampsOfTheDaemonsClockAreMovedToOurs) {
   simulation.step();
-  simulation.state().publish_ns = 5'000;
+  simulation.state().summary.publish_ns = 5'000;
   relay(false, 1'000'000);
   const auto frame = decoded(encoded(relayed.state(), relayed_layout, {0, true, true}));
   EXPECT_EQ(frame.publish_ns, 1'005'000);
-  EXPECT_EQ(frame.input_received_ns, 1'000'000 + static_cast<std::int64_t>(simulation.state().tick) + 2);
-  EXPECT_EQ(frame.input_sequence, simulation.state().tick + 2000) << "of the needle whose pose came last";
+  EXPECT_EQ(frame.input_received_ns,
+            1'000'000 + static_cast<std::int64_t>(simulation.state().summary.tick) + 2);
+  EXPECT_EQ(frame.input_sequence, simulation.state().summary.tick + 2000)
+      << "of the needle whose pose came last";
 }
 
 TEST_F(RelayedMeshTest, NeedlesWithoutForcesStaySo) {
   simulation.step();
-  simulation.state().needles[1].forces.axial_n = Certificate::kNotKnown;
+  simulation.state().needles.states[1].forces.axial_n = Certificate::kNotKnown;
   relay();
   const auto frame = decoded(encoded(relayed.state(), relayed_layout, {0, true, true}));
   ASSERT_EQ(frame.needles.size(), 3u);

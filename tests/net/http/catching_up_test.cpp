@@ -1,13 +1,13 @@
-// Pages that join late, read slowly, sleep, are closed and come back: each has the simulator's mesh again within one full
-// frame, and the server holds no more for them than one frame on its way. Here time is what was published: a page reads so
-// many bytes for each snapshot, and nothing waits for a clock.
+// Pages that join late, read slowly, sleep, are closed and reconnect: each has the simulator's mesh again within one
+// full frame, and the server holds at most one frame in transit for each. Time is counted in snapshots: a page reads
+// a number of bytes for each, and nothing waits for a clock.
 #include <malloc.h>
 
 #include <algorithm>
 #include <span>
 
-#include "net/tcp/tcp_socket.h"
-#include "tests/net/tls/tls_fixture.h"
+#include "net/transport/tcp/tcp_socket.h"
+#include "tests/net/transport/tls/tls_fixture.h"
 
 namespace brachy::net::test {
 namespace {
@@ -21,7 +21,7 @@ std::size_t heap_bytes() {
   return info.uordblks + info.hblkhd;
 }
 
-/// What the pages of a test are.
+/// The pages of a test.
 struct Pages {
   const char* name;
   bool is_surface = false, has_tls = false;
@@ -39,7 +39,7 @@ struct CatchingUp : TlsFixture, ::testing::WithParamInterface<Pages> {
     }
     start_http(options);
   }
-  /// Six ticks on; the server has done with it what it can.
+  /// Six ticks later; the server has processed everything.
   void next_snapshot() {
     simulation.steps(6);
     auto snapshot = simulation.snapshot();
@@ -62,25 +62,25 @@ struct CatchingUp : TlsFixture, ::testing::WithParamInterface<Pages> {
   bool catches_up(WebSocketPeer& page) {
     return until([&] {
       page.take();
-      return page.mesh.tick() == simulation.state().tick;
+      return page.mesh.tick() == simulation.state().summary.tick;
     });
   }
   /// Bit for bit.
   bool has_the_mesh(const WebSocketPeer& page) const {
-    const auto& all = simulation.state().deformed_vertices;
+    const auto& all = simulation.state().mesh.deformed_vertices;
     const std::span expected(all.data(), is_surface() ? 3 * kSurface : all.size());
     return std::ranges::equal(page.mesh.positions(), expected);
   }
-  /// Those that somebody still holds.
+  /// Those that are still referenced.
   std::size_t held_snapshots() const {
     return static_cast<std::size_t>(std::count_if(snapshots.begin(), snapshots.end(),
                                                   [](const auto& snapshot) { return !snapshot.expired(); }));
   }
 
-  /// One on its way, one pending, and what the two sockets may hold of whole ones: up to the mark, and one that passed it.
+  /// One in transit, one pending, and whole ones in the buffers of the two sockets: up to the mark, and one beyond it.
   static std::size_t frames_behind(const WebSocketPeer& page) {
-    constexpr std::size_t kInSockets =
-        kMaxUnsentBytes + 2 * kReceiveBuffer;  // the kernel doubles what it is asked for
+    // the kernel doubles what it is asked for
+    constexpr std::size_t kInSockets = kMaxUnsentBytes + 2 * kReceiveBuffer;
     return 3 + kInSockets / page.frame_bodies.back().size();
   }
 
@@ -100,7 +100,7 @@ TEST_P(CatchingUp, APageThatJoinsLateHasTheMeshAfterItsFirstFrame) {
     return !page->frames.empty();
   }));
   EXPECT_TRUE(page->frames[0].full);
-  EXPECT_EQ(page->frames[0].tick, simulation.state().tick);
+  EXPECT_EQ(page->frames[0].tick, simulation.state().summary.tick);
   EXPECT_TRUE(has_the_mesh(*page));
   EXPECT_LT(page->frame_bodies[0].size(), mesh_bytes() + 1024);
 }
@@ -117,13 +117,13 @@ TEST_P(CatchingUp, APageAtOneMegabitASecondIsBehindByWhatIsOnItsWayAndOneFrame) 
     std::size_t taken = 1;
     while (allowance > 0 && taken > 0) {
       allowance -= taken = page->take(allowance);
-      newest.resize(page->frames.size(), simulation.state().tick);
+      newest.resize(page->frames.size(), simulation.state().summary.tick);
       io.poll();
     }
   }
   const std::size_t slow_frames = page->frames.size();
   ASSERT_GT(slow_frames, 8u);
-  EXPECT_LT(slow_frames, 600u);  // it lacked the most
+  EXPECT_LT(slow_frames, 600u);  // most were dropped
   EXPECT_LE(held_snapshots(), 2u);
   EXPECT_TRUE(page->frames[0].full);
   for (std::size_t i = 1; i < slow_frames; ++i) {
@@ -194,7 +194,7 @@ TEST_P(CatchingUp, PagesThatSleepForGoodAreClosedAndTakeNoMoreMemoryMeanwhile) {
         << i;  // the newest snapshot's own memory, and a frame of it
   }
   ASSERT_TRUE(until([&] { return server->client_count() == 0; }));
-  EXPECT_NE(log.back().find("read nothing for 1 s"), std::string::npos) << log.back();
+  EXPECT_NE(log.back().find("did not read for 1 s"), std::string::npos) << log.back();
   EXPECT_LT(heap_bytes(), before + 12 * kPoints);
 
   asleep.clear();

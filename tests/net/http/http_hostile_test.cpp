@@ -1,4 +1,4 @@
-// Peers of the HTTP port that break the rules, stall, lie or leave: they end alone, and hold little meanwhile.
+// HTTP peers that break the protocol, stall, lie or leave: only their own connection ends, and uses little memory.
 #include <algorithm>
 #include <random>
 
@@ -14,9 +14,9 @@ struct HostileHttpTest : HttpFixture {
     publish();
     EXPECT_TRUE(until([&] {
       page->take();
-      return page->mesh.tick() == simulation.state().tick;
+      return page->mesh.tick() == simulation.state().summary.tick;
     }));
-    EXPECT_EQ(page->mesh.positions(), simulation.state().deformed_vertices);
+    EXPECT_EQ(page->mesh.positions(), simulation.state().mesh.deformed_vertices);
   }
   static std::span<const std::byte> bytes_of(const std::string& text) {
     return std::as_bytes(std::span(text));
@@ -105,7 +105,7 @@ TEST_F(HostileHttpTest, AFloodOfConnectionsIsBounded) {
   ASSERT_TRUE(until([&] {
     for (const auto& peer : peers) peer->take();
     return std::count_if(peers.begin(), peers.end(), [](const auto& peer) { return peer->is_ended(); }) == 14;
-  }));  // 66 are held: 2, and 64 to be told that there is no place
+  }));  // 66 are held: 2, and 64 whose refusal is pending
   ASSERT_TRUE(until([&] {
     for (const auto& peer : peers) peer->take();
     return std::all_of(peers.begin(), peers.end(), [](const auto& peer) { return peer->is_ended(); });
@@ -181,7 +181,7 @@ TEST_F(HostileHttpTest, FramesThatBreakTheRulesEndTheConnectionWithTheirCode) {
             1002);  // a control frame in fragments
   EXPECT_EQ(code_of(websocket_frame(Opcode::kPing, bytes_of(std::string(126, 'x')))), 1002);
   Bytes reserved = websocket_frame(Opcode::kBinary, bytes_of(text));
-  reserved[0] |= std::byte{0x40};  // compressed, which nobody agreed on
+  reserved[0] |= std::byte{0x40};  // compressed, without negotiation
   EXPECT_EQ(code_of(reserved), 1002);
   Bytes oversized = websocket_frame(Opcode::kBinary, bytes_of(std::string(65536 + 33, 'x')));
   EXPECT_EQ(code_of(oversized), 1009);
@@ -275,8 +275,8 @@ TEST_F(HostileHttpTest, AStalledPageDelaysNobodyAndIsClosed) {
   simulation = FakeSimulation(tissue);
   ServerOptions options;
   options.send_buffer_bytes = 4096;
-  options.stall_timeout =
-      std::chrono::milliseconds(2000);  // longer than a busy machine keeps the good one waiting
+  // longer than a busy machine keeps the good one waiting
+  options.stall_timeout = std::chrono::milliseconds(2000);
   start_http(options);
   const auto good = join_page();
   const auto stalled = open_page(4096);
@@ -289,7 +289,7 @@ TEST_F(HostileHttpTest, AStalledPageDelaysNobodyAndIsClosed) {
     return server->client_count() == 1;
   }));
   EXPECT_GT(good->frames.size(), 1u);
-  EXPECT_NE(log.back().find("read nothing for 2 s"), std::string::npos) << log.back();
+  EXPECT_NE(log.back().find("did not read for 2 s"), std::string::npos) << log.back();
   expect_alive();
 }
 

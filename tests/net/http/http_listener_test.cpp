@@ -1,6 +1,6 @@
 #include "net/http/http_listener.h"
 
-#include "core/error.h"
+#include "core/base/error.h"
 #include "tests/net/http/http_testing.h"
 
 namespace brachy::net::test {
@@ -160,8 +160,10 @@ TEST_F(HttpListenerTest, StoppingLeavesNothingToWaitFor) {
 TEST_F(HttpListenerTest, PagesAreMadeForEachRequestUnderTheSameRules) {
   int made = 0;
   HttpOptions options;
-  options.pages["/count"].make = [&] { return MadePage::Content{200, "text/plain", std::to_string(++made)}; };
-  options.pages["/ill"].make = [&] { return MadePage::Content{503, "text/plain", "ill\n"}; };
+  options.pages["/count"].make = [&] {
+    return DynamicPage::Content{200, "text/plain", std::to_string(++made)};
+  };
+  options.pages["/ill"].make = [&] { return DynamicPage::Content{503, "text/plain", "ill\n"}; };
   serve(options);
   HttpReply first = get("/count"), second = get("/count?again");
   EXPECT_EQ(first.status, 200);

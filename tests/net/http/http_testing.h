@@ -11,7 +11,7 @@
 
 namespace brachy::net::test {
 
-/// A folder of its own that is gone with it.
+/// A temporary directory, removed by the destructor.
 class TemporaryFolder {
  public:
   TemporaryFolder();
@@ -31,7 +31,7 @@ struct HttpReply {
   std::string body;
 };
 
-/// A client of HTTP that sends any text and reads only when told to.
+/// An HTTP client that sends any text and reads only on request.
 class HttpPeer {
  public:
   HttpPeer(boost::asio::io_context& io, std::uint16_t port, TlsContext tls = {})
@@ -54,9 +54,9 @@ class HttpPeer {
 struct HttpFixture : ServerFixture {
   void start_http(ServerOptions options = {}, HttpOptions http_options = {}, ServedFiles files = {});
   std::string host_line() const { return "Host: 127.0.0.1:" + std::to_string(http->port()) + "\r\n"; }
-  /// "GET target" with a good Host and `more` lines, each with its line end; its reply. Fails the test without one.
+  /// The reply to "GET target" with a valid Host and `more` lines, each with its line end. Fails the test without one.
   HttpReply get(const std::string& target, const std::string& more = "", const std::string& method = "GET");
-  /// What comes for the whole `request`; status 0: nothing came before the end.
+  /// The reply to the whole `request`; status 0: nothing came before the end.
   HttpReply ask(const std::string& request, bool to_head = false);
   bool ends(HttpPeer& peer);  ///< the server ends the connection; what it says before is left unread
 

@@ -27,8 +27,8 @@ enum class Opcode : std::uint8_t {
 Bytes websocket_frame(Opcode opcode, std::span<const std::byte> payload, bool is_last = true,
                       bool is_masked = true);
 
-/// A WebSocket client, written by hand, that sends any bytes, well-formed or not, and reads only when told to. Expects of
-/// the server that each message is one frame and each binary one holds exactly one native message.
+/// A WebSocket client, written by hand, that sends any bytes, well-formed or not, and reads only on request.
+/// Expects of the server that each message is one frame and each binary one holds exactly one native message.
 class WebSocketPeer : public Heard {
  public:
   /// Connects and asks for the upgrade; take() reads the answer. `receive_buffer` as RawPeer's.
@@ -52,7 +52,8 @@ class WebSocketPeer : public Heard {
   }
   bool hello(Role role = Role::kViewer, std::uint32_t subscription = 0, std::optional<Token> token = {});
 
-  /// Reads what has come, `max_bytes` at most, and keeps what it says; how much that was. Answers nothing by itself.
+  /// Reads received data, `max_bytes` at most, and stores the messages; returns how many bytes. Never replies by
+  /// itself.
   std::size_t take(std::size_t max_bytes = SIZE_MAX);
   /// take() as soon as there is something, 5 ms from now at the latest: for a server in another process.
   std::size_t take_soon();

@@ -31,7 +31,7 @@ TEST_F(WebSocketTest, TheSameSessionAsOverTcpGivesTheSameFrames) {
     }));
   }
   EXPECT_EQ(page->frame_bodies, tcp.frame_bodies);
-  EXPECT_EQ(page->mesh.positions(), simulation.state().deformed_vertices);
+  EXPECT_EQ(page->mesh.positions(), simulation.state().mesh.deformed_vertices);
   EXPECT_EQ(page->types[0], MessageType::kWelcome);
   EXPECT_EQ(page->types[1], MessageType::kTopology);
 }

@@ -79,8 +79,8 @@ TEST(IgtlCodec, TransformIsColumnByColumn) {
 TEST(IgtlCodec, Version2HasAnExtendedHeaderAndACountOfNoMetadata) {
   const Bytes one = encode_transform({1, "NeedleToRas", 7}, turned());
   const Bytes two = encode_transform({2, "NeedleToRas", 7}, turned());
-  const Bytes extended =
-      hex("00 0c 00 02 00 00 00 00 00 00 00 00");  // sizes of itself, metadata's header, metadata; id
+  // sizes of itself, metadata's header, metadata; id
+  const Bytes extended = hex("00 0c 00 02 00 00 00 00 00 00 00 00");
   ASSERT_EQ(two.size(), one.size() + 14);
   EXPECT_EQ(two[1], std::byte{2});
   EXPECT_EQ(decode_header(two).body_size, 48u + 14);

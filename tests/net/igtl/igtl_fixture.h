@@ -10,7 +10,7 @@ namespace brachy::net::igtl::test {
 
 /// An OpenIGTLink listener beside a native server, with a fake simulation behind both, all on one io_context.
 struct IgtlFixture : net::test::ServerFixture {
-  /// `wait`: clients that say nothing get the stream from then on.
+  /// `wait`: silent clients receive the stream after this time.
   void start_igtl(std::chrono::milliseconds wait = std::chrono::milliseconds(0), ServerOptions options = {}) {
     options.topology_name = "gland";
     start(options);
@@ -23,7 +23,7 @@ struct IgtlFixture : net::test::ServerFixture {
     server->publish(simulation.snapshot());
     igtl->publish(simulation.snapshot());
   }
-  /// Serves everybody, the peer reading all it gets, until `condition()`.
+  /// Serves all clients until `condition()`; the peer reads everything.
   template <class Condition>
   bool until_read(IgtlPeer& peer, Condition&& condition) {
     return until([&] {

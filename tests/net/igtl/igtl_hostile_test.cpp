@@ -1,4 +1,4 @@
-// What a peer may do to the OpenIGTLink listener: it ends that peer's connection at worst, and disturbs nobody.
+// Hostile peers of the OpenIGTLink listener: at worst a peer loses its own connection, without affecting others.
 #include <gtest/gtest.h>
 
 #include <limits>
@@ -12,7 +12,7 @@ namespace {
 using namespace test;
 
 struct IgtlHostile : IgtlFixture {
-  /// Another client still gets what it should.
+  /// Checks that another client is still served.
   ::testing::AssertionResult others_are_served() {
     IgtlPeer other(io, igtl->port());
     other.send_query("STRING");
@@ -172,7 +172,7 @@ TEST_F(IgtlStalled, AClientThatWasAsleepGetsTheNewest) {
   start_large({});
   IgtlPeer sleeper(io, igtl->port(), 4096), reader(io, igtl->port());
   ASSERT_TRUE(until_ticked(reader, [&] { return reader.count("POLYDATA") > 100; }));
-  const auto newest = simulation.state().deformed_vertices;
+  const auto newest = simulation.state().mesh.deformed_vertices;
   ASSERT_TRUE(until_read(
       sleeper, [&] { return sleeper.count("POLYDATA") > 0 && sleeper.last("POLYDATA").points() == newest; }));
   EXPECT_LT(sleeper.count("POLYDATA"), 5u) << "one in flight, one in the machine's buffers, one pending";

@@ -25,7 +25,7 @@ struct Received {
 /// The message with body size and CRC set to what its bytes are.
 Bytes with_right_size_and_crc(Bytes message);
 
-/// An OpenIGTLink client that sends any bytes, well-formed or not, and reads only when told to.
+/// An OpenIGTLink client that sends any bytes, well-formed or not, and reads only on request.
 class IgtlPeer {
  public:
   /// `receive_buffer` > 0 sets SO_RCVBUF, so that a peer that does not read soon blocks the server.

@@ -9,7 +9,7 @@ namespace {
 
 using namespace test;
 
-constexpr std::chrono::milliseconds kLong{60'000};  // who says nothing yet may still ask
+constexpr std::chrono::milliseconds kLong{60'000};  // a silent client may still send a query
 
 struct IgtlServerTest : IgtlFixture {};
 
@@ -35,7 +35,7 @@ TEST_F(IgtlServerTest, PointsAreTheSnapshotsBitForBit) {
   igtl->publish(simulation.snapshot());
   IgtlPeer peer(io, igtl->port());
   ASSERT_TRUE(until_read(peer, [&] { return peer.count("POLYDATA") > 0 && peer.count("TRANSFORM") > 0; }));
-  const auto& all = simulation.state().deformed_vertices;
+  const auto& all = simulation.state().mesh.deformed_vertices;
   const std::vector<float> surface(all.begin(),
                                    all.begin() + static_cast<std::ptrdiff_t>(3 * tissue.surface_count));
   EXPECT_EQ(peer.last("POLYDATA").points(), surface);
@@ -47,8 +47,9 @@ TEST_F(IgtlServerTest, RatesAreCapped) {
   IgtlPeer peer(io, igtl->port());
   ASSERT_TRUE(until_ticked(peer, [&] { return peer.count("POLYDATA") > 0; }));
   peer.received.clear();
-  const std::uint64_t first = simulation.state().tick;
-  ASSERT_TRUE(until_ticked(peer, [&] { return simulation.state().tick == first + 400; }));  // 2 s at 200 Hz
+  const std::uint64_t first = simulation.state().summary.tick;
+  ASSERT_TRUE(
+      until_ticked(peer, [&] { return simulation.state().summary.tick == first + 400; }));  // 2 s at 200 Hz
   EXPECT_NEAR(static_cast<double>(peer.count("POLYDATA")), 20, 2);
   EXPECT_NEAR(static_cast<double>(peer.count("TRANSFORM", "NeedleToRas")), 60, 2);
 }
@@ -281,9 +282,9 @@ TEST_F(IgtlServerTest, TrackingDataComesFromStartToStopAtTheRateAskedFor) {
   ASSERT_TRUE(peer.send(with_right_size_and_crc(start)));
   ASSERT_TRUE(until_read(peer, [&] { return peer.count("RTS_TDATA", "TDataClient") == 1; }));
   EXPECT_EQ(peer.last("RTS_TDATA").content, Bytes(1));
-  const std::uint64_t first = simulation.state().tick;
+  const std::uint64_t first = simulation.state().summary.tick;
   ASSERT_TRUE(until_ticked(peer, [&] { return peer.count("TDATA") == 10; }));
-  EXPECT_GE(simulation.state().tick - first, 9u * 20);
+  EXPECT_GE(simulation.state().summary.tick - first, 9u * 20);
   const auto tools = peer.last("TDATA").tools();
   ASSERT_EQ(tools.size(), 1u);
   EXPECT_EQ(tools[0].name, "NeedleToRas");
@@ -363,12 +364,12 @@ TEST_F(IgtlServerTest, APortInUseIsToldWithItsOption) {
 TEST_F(IgtlServerTest, ASimulationThatBeginsAnewGoesOn) {
   start_igtl();
   IgtlPeer peer(io, igtl->port());
-  ASSERT_TRUE(
-      until_ticked(peer, [&] { return simulation.state().tick > 500 && peer.count("POLYDATA") > 3; }));
+  ASSERT_TRUE(until_ticked(
+      peer, [&] { return simulation.state().summary.tick > 500 && peer.count("POLYDATA") > 3; }));
   simulation = net::test::FakeSimulation(tissue);
   peer.received.clear();
   ASSERT_TRUE(until_ticked(peer, [&] { return peer.count("POLYDATA") > 1 && peer.count("TRANSFORM") > 1; }));
-  EXPECT_LT(simulation.state().tick, 200u);
+  EXPECT_LT(simulation.state().summary.tick, 200u);
 }
 
 }  // namespace

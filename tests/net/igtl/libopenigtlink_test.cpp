@@ -1,5 +1,5 @@
-// Debian's libopenigtlink as an oracle: what it packs is what we encode, byte for byte, and each understands the other.
-// It knows version 1 of the header only.
+// Debian's libopenigtlink as an oracle: its encoding and ours are equal byte for byte, and each decodes the other's. It
+// supports version 1 of the header only.
 #include <gtest/gtest.h>
 #include <igtl_util.h>
 #include <igtlCapabilityMessage.h>
@@ -42,7 +42,7 @@ Bytes packed(const Pointer& message) {
   return bytes;
 }
 
-/// What libopenigtlink makes of our bytes; the CRC checked.
+/// Our bytes decoded by libopenigtlink; the CRC is checked.
 template <class Message>
 typename Message::Pointer unpacked(const Bytes& bytes) {
   auto header = ::igtl::MessageHeader::New();

@@ -1,5 +1,5 @@
-// Preloaded into OpenIGTLink's example servers, which listen on every interface: they listen on the loopback alone, and say
-// on which port.
+// Preloaded into OpenIGTLink's example servers, which listen on every interface: makes them listen on the loopback
+// only, and print the port.
 #include <dlfcn.h>
 #include <netinet/in.h>
 #include <sys/socket.h>

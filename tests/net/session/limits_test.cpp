@@ -40,9 +40,9 @@ TEST(RoundTrip, IsTheMedianOfTheLastAnswers) {
   EXPECT_FALSE(trip.median_ns());
   std::uint64_t nonce = 0;
   const auto add = [&](std::int64_t ns) {
-    trip.asked(++nonce, kSecond);
+    trip.on_ping(++nonce, kSecond);
     EXPECT_TRUE(trip.waiting_since_ns());
-    trip.answered(nonce, kSecond + ns);
+    trip.on_answer(nonce, kSecond + ns);
     EXPECT_FALSE(trip.waiting_since_ns());
   };
   add(100);
@@ -55,15 +55,15 @@ TEST(RoundTrip, IsTheMedianOfTheLastAnswers) {
 
 TEST(RoundTrip, OnlyTheFirstAnswerToTheNewestQuestionCounts) {
   RoundTrip trip;
-  trip.asked(1, 1000);
-  trip.answered(2, 1001);
+  trip.on_ping(1, 1000);
+  trip.on_answer(2, 1001);
   EXPECT_FALSE(trip.median_ns());
-  trip.asked(2, 2000);
-  trip.answered(1, 2001);
+  trip.on_ping(2, 2000);
+  trip.on_answer(1, 2001);
   EXPECT_FALSE(trip.median_ns());
-  trip.answered(2, 2500);
-  trip.answered(2, 2501);
-  trip.answered(2, 2502);
+  trip.on_answer(2, 2500);
+  trip.on_answer(2, 2501);
+  trip.on_answer(2, 2502);
   EXPECT_EQ(trip.median_ns(), 500);
 }
 

@@ -1,4 +1,4 @@
-#include "net/session/timeout_checks.h"
+#include "net/base/timeout_checks.h"
 
 #include <gtest/gtest.h>
 
@@ -21,7 +21,7 @@ TEST(TimeoutChecks, LeaveOutOneThatComesFarTooLateButNeverTwoInTurn) {
   EXPECT_TRUE(checks.as_of(kStart + 250 * kMs));
   EXPECT_FALSE(checks.as_of(kStart + 6000 * kMs));
   EXPECT_TRUE(checks.as_of(kStart + 6020 * kMs));
-  // A machine on which every check comes late has timeouts all the same.
+  // Timeouts work even on a machine on which every check is late.
   EXPECT_FALSE(checks.as_of(kStart + 7000 * kMs));
   EXPECT_TRUE(checks.as_of(kStart + 8000 * kMs));
   EXPECT_FALSE(checks.as_of(kStart + 9000 * kMs));

@@ -89,7 +89,7 @@ TEST(Codec, PosesThatAreNotFiniteAreLeftToTheDeviceToRefuse) {
   EXPECT_TRUE(std::isnan(decoded.X_WN.p.x()));
 }
 
-// They go to a motor: what a driver forgets to check does not reach it.
+// These values control a motor, so the decoder refuses invalid ones even if a driver does not check them.
 TEST(Codec, ForcesAndModelsThatAreNotFiniteAreRefusedSaveInfiniteBounds) {
   constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
   constexpr double kInfinite = std::numeric_limits<double>::infinity();
@@ -349,12 +349,12 @@ TEST(Codec, TextsThatAreNotUtf8AreRefused) {
   EXPECT_TRUE(is_wire_text("Nadel 18 G, \xC3\xA4\xE2\x82\xAC\xF0\x9F\x98\x80"));
 }
 
-TEST(Codec, TextsAreMendedAndCutAtACharacterWhenEncoded) {
+TEST(Codec, TextsAreRepairedAndCutAtACharacterWhenEncoded) {
   EventMessage event = sample_event(), decoded;
   event.text = "a\nb\xFF";
   ASSERT_TRUE(decode_body(body_of(event), decoded).is_good());
   EXPECT_EQ(decoded.text, "a?b?");
-  event.text = std::string(kMaxTextBytes - 1, 'x') + "\xC3\xA4";
+  event.text = std::string(kMaxTextBytes - 1, 'x').append("\xC3\xA4");
   ASSERT_TRUE(decode_body(body_of(event), decoded).is_good());
   EXPECT_EQ(decoded.text, std::string(kMaxTextBytes - 1, 'x'));
 }

@@ -35,8 +35,8 @@ TEST_F(FrameAssemblerTest, StaysBitwiseEqualHoweverManyTicksAreSkipped) {
   for (int skipped = 0; skipped < 40; ++skipped) {
     simulation.steps(1 + skipped % 7);
     ASSERT_EQ(mesh.apply(frame({mesh.tick(), false, false})), "");
-    ASSERT_EQ(mesh.positions(), simulation.state().deformed_vertices);
-    ASSERT_EQ(mesh.tick(), simulation.state().tick);
+    ASSERT_EQ(mesh.positions(), simulation.state().mesh.deformed_vertices);
+    ASSERT_EQ(mesh.tick(), simulation.state().summary.tick);
   }
 }
 
@@ -44,7 +44,7 @@ TEST_F(FrameAssemblerTest, OnlyChangedBlocksTravelAndNeighboursShareARange) {
   simulation.steps(1);
   const FrameMessage changes = frame({0, false, false});
   std::size_t changed_blocks = 0;
-  for (const auto tick : simulation.state().block_ticks) changed_blocks += tick > 0;
+  for (const auto tick : simulation.state().mesh.block_ticks) changed_blocks += tick > 0;
   EXPECT_EQ(changes.positions.size(), 15 * changed_blocks);
   EXPECT_LT(changed_blocks, tissue.blocks.size());
   for (std::size_t i = 1; i < changes.ranges.size(); ++i) {
@@ -55,12 +55,12 @@ TEST_F(FrameAssemblerTest, OnlyChangedBlocksTravelAndNeighboursShareARange) {
 
 TEST_F(FrameAssemblerTest, EveryFrameCarriesTheTicksCertificateAndFlags) {
   MeshState state = simulation.state();
-  state.step_flags = kStepFolded | kStepClamped;
-  state.certificate.verdict = Verdict::kFolded;
-  state.certificate.det_bound = Certificate::kNotKnown;
-  state.certificate.vertex_det = -0.25;
-  state.certificate.place = {1, 2, 3};
-  state.certificate.held_mm = 2.1;
+  state.summary.step_flags = kStepFolded | kStepClamped;
+  state.summary.certificate.verdict = Verdict::kFolded;
+  state.summary.certificate.det_bound = Certificate::kNotKnown;
+  state.summary.certificate.vertex_det = -0.25;
+  state.summary.certificate.place = {1, 2, 3};
+  state.summary.certificate.held_mm = 2.1;
   for (const bool full : {true, false}) {
     Bytes body;
     encode_frame(state, make_layout(tissue, topology), 1, {0, full, false}, body);
@@ -79,8 +79,8 @@ TEST_F(FrameAssemblerTest, EveryFrameCarriesTheTicksCertificateAndFlags) {
 TEST_F(FrameAssemblerTest, AFrameMayBeWithoutNeedles) {
   simulation.steps(3);
   MeshState state = simulation.state();
-  state.needles.clear();
-  state.pose_histories.clear();
+  state.needles.states.clear();
+  state.needles.pose_histories.clear();
   Bytes body;
   encode_frame(state, make_layout(tissue, topology), 1, {0, true, true}, body);
   FrameMessage decoded;
@@ -90,7 +90,7 @@ TEST_F(FrameAssemblerTest, AFrameMayBeWithoutNeedles) {
   EXPECT_EQ(decoded.input_sequence, 0u);
   ASSERT_EQ(mesh.start(topology), "");
   ASSERT_EQ(mesh.apply(decoded), "");
-  EXPECT_EQ(mesh.positions(), state.deformed_vertices);
+  EXPECT_EQ(mesh.positions(), state.mesh.deformed_vertices);
 }
 
 TEST_F(FrameAssemblerTest, ChangesSinceEarlierThanItsTickAreFine) {
@@ -99,7 +99,7 @@ TEST_F(FrameAssemblerTest, ChangesSinceEarlierThanItsTickAreFine) {
   mesh.apply(frame({0, true, false}));
   simulation.steps(2);
   EXPECT_EQ(mesh.apply(frame({3, false, false})), "");
-  EXPECT_EQ(mesh.positions(), simulation.state().deformed_vertices);
+  EXPECT_EQ(mesh.positions(), simulation.state().mesh.deformed_vertices);
 }
 
 TEST_F(FrameAssemblerTest, RefusesWhatItCannotApplyAndStaysAsItWas) {
@@ -140,24 +140,24 @@ TEST_F(FrameAssemblerTest, PoseHistoryHoldsEveryTickSinceTheLastFrameThatTheRing
   EXPECT_FALSE(frame({6, false, false}).has_pose_history);
   simulation.steps(500);
   const auto all = frame({6, false, true}).pose_history;
-  ASSERT_EQ(all.size(), MeshState::kPoseHistory);
-  EXPECT_EQ(all.front().tick, 510 - MeshState::kPoseHistory + 1);
+  ASSERT_EQ(all.size(), NeedleStates::kPoseHistory);
+  EXPECT_EQ(all.front().tick, 510 - NeedleStates::kPoseHistory + 1);
 }
 
-// Seeds fall and move; a receiver that skips ticks gets what it lacks, and holds what the server holds.
+// Seeds fall and move; a receiver that skips ticks receives what it lacks, and has the server's seeds.
 TEST_F(FrameAssemblerTest, SeedsArriveOnceAndMoveAfterwards) {
   MeshState& state = simulation.state();
-  state.seed_slots.resize(8);
-  state.seed_ticks.resize(8);
+  state.seeds.slots.resize(8);
+  state.seeds.ticks.resize(8);
   ASSERT_EQ(mesh.start(topology), "");
   simulation.step();
   ASSERT_EQ(mesh.apply(frame({0, true, false})), "");
   EXPECT_TRUE(mesh.seeds().empty());
   const auto touch = [&](std::size_t i) {
-    state.seed_slots[i].id = static_cast<std::uint32_t>(i + 1);
-    state.seed_slots[i].position.x() += 1;
-    state.seed_ticks[i] = state.tick;
-    state.seed_count = std::max(state.seed_count, static_cast<std::uint32_t>(i + 1));
+    state.seeds.slots[i].id = static_cast<std::uint32_t>(i + 1);
+    state.seeds.slots[i].position.x() += 1;
+    state.seeds.ticks[i] = state.summary.tick;
+    state.seeds.count = std::max(state.seeds.count, static_cast<std::uint32_t>(i + 1));
   };
   const std::vector<std::vector<std::size_t>> touched = {{0}, {}, {0, 1}, {1}, {2, 3}, {0, 3}};
   for (std::size_t k = 0; k < touched.size(); ++k) {
@@ -167,25 +167,25 @@ TEST_F(FrameAssemblerTest, SeedsArriveOnceAndMoveAfterwards) {
     const FrameMessage changes = frame({mesh.tick(), false, false});
     EXPECT_LT(changes.seeds.size(), 4u);
     ASSERT_EQ(mesh.apply(changes), "");
-    EXPECT_TRUE(std::ranges::equal(mesh.seeds(), state.seeds())) << k;
+    EXPECT_TRUE(std::ranges::equal(mesh.seeds(), state.seeds.in_tissue())) << k;
   }
   FrameAssembler late;
   ASSERT_EQ(late.start(topology), "");
   ASSERT_EQ(late.apply(frame({0, true, false})), "");
-  EXPECT_TRUE(std::ranges::equal(late.seeds(), state.seeds()));
+  EXPECT_TRUE(std::ranges::equal(late.seeds(), state.seeds.in_tissue()));
 }
 
 TEST_F(FrameAssemblerTest, AFrameThatLacksANewSeedIsRefusedAndChangesNothing) {
   MeshState& state = simulation.state();
-  state.seed_slots.resize(2);
-  state.seed_ticks.resize(2);
+  state.seeds.slots.resize(2);
+  state.seeds.ticks.resize(2);
   ASSERT_EQ(mesh.start(topology), "");
   simulation.step();
   ASSERT_EQ(mesh.apply(frame({0, true, false})), "");
   simulation.step();
-  state.seed_slots[0].id = 1;
-  state.seed_ticks[0] = state.tick;
-  state.seed_count = 1;
+  state.seeds.slots[0].id = 1;
+  state.seeds.ticks[0] = state.summary.tick;
+  state.seeds.count = 1;
   FrameMessage lacking = frame({mesh.tick(), false, false});
   lacking.seeds.clear();
   EXPECT_NE(mesh.apply(lacking), "");

@@ -1,5 +1,5 @@
-// The golden bytes of net/PROTOCOL.md against the codec. They were packed from the document's tables by a program
-// that knows nothing of the codec.
+// The golden bytes of net/PROTOCOL.md against the codec. They were packed from the document's tables by a program that
+// is independent of the codec.
 #include <gtest/gtest.h>
 
 #include <string>

@@ -38,8 +38,8 @@ Bytes body_of(const Message& message) {
 /// Type and body of each sample.
 std::vector<std::pair<MessageType, Bytes>> sample_bodies();
 
-/// Decodes a body of any type. `reencoded` gets the message's encoding where it was good, `held_bytes` what the
-/// decoded message holds in memory, about.
+/// Decodes a body of any type. `reencoded` receives the message's encoding where it was valid, `held_bytes` the
+/// approximate memory of the decoded message.
 DecodeResult decode_any(MessageType type, std::span<const std::byte> body, Bytes& reencoded,
                         std::size_t& held_bytes);
 

@@ -1,4 +1,4 @@
-// What the charts have in common: looks, size, and no more drawing than the eye follows.
+// Common parts of the charts: style, size and redraw rate.
 import uPlot from 'uplot';
 
 export const COLOUR = {

@@ -1,10 +1,10 @@
-// Dose-volume histograms, and the figures that an implant is judged by.
+// Dose-volume histograms, and the quality figures of an implant.
 import uPlot from 'uplot';
 import type {Dose, StructureDose} from '../protocol/server_messages.js';
 import {structureColour} from '../scene/structures.js';
 import {COLOUR, axis, makeChart} from './chart.js';
 
-/** As `brachy score` judges (apps/score/dose_score.cpp): ABS goals, those in Gy in proportion to the prescription. */
+/** As in `brachy score` (apps/score/dose_score.cpp): ABS goals, those in Gy in proportion to the prescription. */
 const FIGURES: {structure: string; name: string; unit: string; of: (dose: StructureDose) => number; goal?: {above: boolean; limit: (gy: number) => number}}[] = [
   {structure: 'prostate', name: 'V100', unit: '%', of: (d) => d.v100Percent, goal: {above: true, limit: () => 95}},
   {structure: 'prostate', name: 'V150', unit: '%', of: (d) => d.v150Percent, goal: {above: false, limit: () => 60}},

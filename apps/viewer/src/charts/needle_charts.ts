@@ -4,7 +4,7 @@ import type {History} from '../model/history.js';
 import {COLOUR, axis, holding, makeChart} from './chart.js';
 
 const WINDOW_S = 30;
-const PASS_S = 90;  // of force against depth: as far back as the history goes, nearly
+const PASS_S = 90;  // of force against depth: nearly the whole history
 
 interface Pass {
   depth: number[];
@@ -21,7 +21,7 @@ export class NeedleCharts {
   private pass: Pass = {depth: [], axial: [], newest: 0};
 
   constructor(hosts: {forceDepth: HTMLElement; forceTime: HTMLElement; det: HTMLElement; ticks: HTMLElement}) {
-    // Depth comes and goes, which uPlot's sorted x does not know: it draws the axes, and drawPass the curve.
+    // Depth is not monotonic, and uPlot needs a sorted x: it draws the axes, and drawPass the curve.
     this.forceDepth = makeChart(hosts.forceDepth, {
       scales: {x: {time: false, range: holding(0, 40)}, y: {range: holding(-1, 6)}},
       axes: [axis('depth, mm', 'x'), axis('force, N', 'y')],

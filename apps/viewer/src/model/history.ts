@@ -1,4 +1,4 @@
-// What the charts draw: samples on a time line in seconds, kept for as long as a chart looks back.
+// Samples for the charts over time in seconds, kept for the length of the longest chart.
 
 const KEEP_S = 120;
 
@@ -55,7 +55,7 @@ export class History {
   readonly det = new Series(3);
   /** Time, p50 and p99 of a tick's computation, ms. */
   readonly ticks = new Series(3);
-  /** The newest sample's time, or where a recording is being looked at. */
+  /** Time of the newest sample, or the playback position of a recording. */
   nowS = 0;
 
   needle(id: number): Series {

@@ -1,4 +1,4 @@
-// What is known of one simulation, from a daemon or from a recording: the scene draws it, panels and charts show it.
+// State of one simulation, received from a daemon or read from a recording. Scene, panels and charts display it.
 import {FrameAssembler} from '../protocol/assembler.js';
 import type {Frame} from '../protocol/frame.js';
 import type {Message} from '../protocol/message.js';
@@ -25,7 +25,7 @@ export class Session {
   history = new History();
   events: LoggedEvent[] = [];
 
-  /** Count up when the thing is another one: whoever shows it compares. */
+  /** Incremented whenever the item is replaced; displays compare them to update. */
   readonly versions = {topology: 0, scene: 0, seeds: 0, dose: 0, events: 0, frame: 0};
   /** Points changed since they were last drawn: [first, end). */
   private changedFirst = Infinity;
@@ -39,14 +39,14 @@ export class Session {
   /** From the mesh's publishing by the server to its arrival here, ms. */
   readonly meshAge = new Recent();
 
-  /** Where the points of a new topology are kept: set by the scene, whose buffer it is. */
+  /** Storage for the points of a new topology: a buffer of the scene, which sets it. */
   storage: (topology: Topology) => Float32Array = (topology) => new Float32Array(topology.restPositions.length);
-  /** Charts of a recording are filled from its index, not as it plays. */
+  /** False for a recording: its charts are filled from the index, not during playback. */
   recordsHistory = true;
 
   private firstStampNs = NaN;
 
-  /** Everything but the mesh, which the next TOPOLOGY replaces if it is another one. */
+  /** Clears all but the mesh, which the next TOPOLOGY replaces if it differs. */
   forget(): void {
     this.frame = null;
     this.state = null;

@@ -1,4 +1,4 @@
-// What the person at the screen has chosen to see.
+// Display settings of the user.
 export interface Settings {
   version: number;
   opacity: number;
@@ -10,12 +10,12 @@ export interface Settings {
   plan: boolean;
   clip: boolean;
   clipAxis: 0 | 1 | 2;
-  /** 0 … 1 through the gland's box. */
+  /** Position along the gland's bounding box, 0 … 1. */
   clipShare: number;
-  /** Which side is kept: the lower one, or if so the upper one. */
+  /** False: the lower side is shown; true: the upper one. */
   clipFlipped: boolean;
   field: boolean;
-  /** Of the template, for the needle by hand; '' is none. */
+  /** Template hole of the manually moved needle; '' is none. */
   hole: string;
 }
 
@@ -24,5 +24,5 @@ export const defaultSettings = (): Settings => ({
   plan: true, clip: false, clipAxis: 1, clipShare: 0.5, clipFlipped: false, field: true, hole: '',
 });
 
-/** Points inside the tissue are only asked for where they are shown. */
+/** Points inside the tissue are requested only where they are shown. */
 export const wantsVolume = (settings: Settings): boolean => settings.points || (settings.clip && settings.field);

@@ -19,7 +19,7 @@ export class FrameAssembler {
   positions: Float32Array = new Float32Array();
   seeds: Seed[] = [];
 
-  /** Starts anew at rest, in `storage` (3N) where given. Returns '' or why the topology is refused. */
+  /** Starts over at rest, in `storage` (3N) where given. Returns '' or why the topology is refused. */
   start(topology: Topology, storage?: Float32Array): string {
     if (!topology.hashHolds) return "the topology's hash does not match its content";
     this.hash = topology.hash;

@@ -84,7 +84,7 @@ export class ByteReader {
     if (/[\u0000-\u001f\u007f-\u009f]/.test(text)) throw new ProtocolError('a text has control characters');
     return text;
   }
-  /** A count read from the body is believed only if that many entries can still follow. */
+  /** A count read from the body is accepted only if that many entries can still follow. */
   fits(count: number, bytesEach: number): number {
     if (count * bytesEach > this.remaining) throw new ProtocolError('a count is larger than the body');
     return count;

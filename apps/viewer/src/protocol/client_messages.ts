@@ -1,20 +1,20 @@
-// What this viewer says: bodies of HELLO, POSE, PING, DROP, CONTROL.
+// Messages of this viewer: bodies of HELLO, POSE, PING, DROP, CONTROL.
 import {ByteWriter} from './bytes.js';
 
 declare const VIEWER_VERSION: string;  // the build's
 
-/** What this page says it is. */
+/** Identity of this page in HELLO. */
 export const SOFTWARE = `brachyd viewer ${VIEWER_VERSION}`;
 
 export interface Hello {
   role: number;
   subscription: number;
   name: string;
-  /** Of a device: the needle asked for (ANY_NEEDLE: any) and its rate. */
+  /** Of a device: the requested needle (ANY_NEEDLE: any) and its rate. */
   device: {needle: number; rateHz: number} | null;
-  /** 32 bytes, for a daemon that wants them. */
+  /** 32 bytes, for a daemon that requires authentication. */
   token: Uint8Array | null;
-  /** Name and version; absent: not told. */
+  /** Name and version; absent: not sent. */
   software?: string;
 }
 

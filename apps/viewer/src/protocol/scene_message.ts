@@ -1,4 +1,4 @@
-// SCENE: what stands around the tissue and does not change while the daemon runs.
+// SCENE: objects around the tissue, constant while the daemon runs.
 import {ByteReader, ProtocolError, type Vec3} from './bytes.js';
 
 export interface PlannedNeedle {

@@ -1,4 +1,4 @@
-// What a server says beside the mesh: WELCOME, STATE, EVENT, ERROR, PING, FORCE, DOSE.
+// Messages of a server other than the mesh: WELCOME, STATE, EVENT, ERROR, PING, FORCE, DOSE.
 import {ByteReader} from './bytes.js';
 
 export const Role = {Viewer: 1, Device: 2, Operator: 3} as const;
@@ -184,7 +184,7 @@ export interface HandForce {
   lateral: number;
 }
 
-/** FORCE: what a hand is to get; the mouse shows it. */
+/** FORCE: the force to render; this viewer displays it. */
 export function decodeForce(body: Uint8Array): HandForce {
   const reader = new ByteReader(body);
   const needle = reader.u16();
@@ -219,7 +219,7 @@ export interface Dose {
   prescriptionGy: number;
   airKermaStrengthU: number;
   structures: StructureDose[];
-  /** Gy at each surface vertex at rest; null: not told. */
+  /** Gy at each surface vertex at rest; null: not sent. */
   surfaceGy: Float32Array | null;
 }
 

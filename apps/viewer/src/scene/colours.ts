@@ -5,7 +5,7 @@ type Rgb = [number, number, number];
 
 const hex = (colour: string): Rgb => [1, 3, 5].map((i) => parseInt(colour.slice(i, i + 2), 16)) as Rgb;
 
-/** Displacement: in even steps of lightness, from what stands out against the ground to bright. */
+/** Displacement: uniform steps of lightness, from visible against the background to bright. */
 const DISPLACEMENT = ['#4a6cae', '#4389bb', '#43a9b8', '#62c4a0', '#a3da86', '#e8e67c', '#fff7c8'].map(hex);
 /** Dose, 0 … 200 % of the prescription: cold below it, warm above. */
 const DOSE = ['#33457f', '#2f68b5', '#3aa0b5', '#57b96d', '#d9cf5a', '#ee9a3a', '#e2552f', '#b71f3c', '#7a1450'].map(hex);
@@ -39,7 +39,7 @@ export function colourTable(): DataTexture {
   return texture;
 }
 
-/** The next of 1, 2, 3, 5, 8, 10, … that holds `value`: colour bars that do not flicker. */
+/** The smallest of 1, 2, 3, 5, 8, 10, … that is at least `value`, so that colour bars do not flicker. */
 export function roundUp(value: number): number {
   if (!(value > 0)) return 1;
   const decade = 10 ** Math.floor(Math.log10(value));

@@ -1,10 +1,10 @@
-// Dragging the needle with a pointer: who starts near the needle moves it, who starts elsewhere turns the view.
+// Dragging with a pointer: a drag that starts near the needle moves it, any other rotates the view.
 import {type Camera, Plane, Raycaster, Vector2, Vector3} from 'three';
 import type {Viewport} from './viewport.js';
 
 const NEAR_PX = {mouse: 30, touch: 48};
 const AXIS = new Vector3(0, 0, 1);
-const SHAFT_MM = 120;  // of which there is something to grab
+const SHAFT_MM = 120;  // length of the shaft that can be dragged
 
 export interface Held {
   held: boolean;
@@ -46,7 +46,7 @@ export class NeedleDrag {
     this.grab(event);
   }
 
-  /** The plane in which the tip goes along with the pointer. */
+  /** The plane in which the tip follows the pointer. */
   private grab(event: PointerEvent): void {
     const tip = new Vector3().fromArray(this.hand.target);
     const look = this.camera.getWorldDirection(new Vector3());

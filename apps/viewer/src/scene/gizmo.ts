@@ -1,4 +1,4 @@
-// Which way the patient lies: the axes' letters, turned as the camera is.
+// Orientation of the patient: the axes' letters, rotated with the camera.
 import {type Camera, Quaternion, Vector3} from 'three';
 
 const AXES: {letter: string; axis: [number, number, number]; colour: string}[] = [

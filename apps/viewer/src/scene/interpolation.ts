@@ -1,7 +1,7 @@
-// Weights with which points around a place carry it: moving least squares with linear polynomials, which give back every
-// affine field exactly (Lancaster and Salkauskas 1981).
+// Interpolation weights of the points around a location: moving least squares with linear polynomials, which reproduce
+// every affine field exactly (Lancaster and Salkauskas 1981).
 
-/** Point n is at `offsets[3n …]` from the place, all within `radius`. Adds up to 1; writes `weights`. */
+/** Point n is at `offsets[3n …]` from the location, all within `radius`. Writes `weights`, which sum to 1. */
 export function linearWeights(offsets: Float64Array, count: number, radius: number, weights: Float32Array, at: number): void {
   const moments = new Float64Array(20);  // 4 × 5: Σ θ p pᵀ | e₁, lengths in radii
   moments[4] = 1;
@@ -26,7 +26,7 @@ export function linearWeights(offsets: Float64Array, count: number, radius: numb
   }
 }
 
-/** Gauss with pivots; a direction in which the points do not spread counts for nothing. */
+/** Gaussian elimination with pivots; a direction without spread of the points is ignored. */
 function solve4(m: Float64Array): number[] {
   const used: boolean[] = [false, false, false, false];
   const pivots = [-1, -1, -1, -1];

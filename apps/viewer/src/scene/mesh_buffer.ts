@@ -10,7 +10,7 @@ export class MeshBuffer {
   readonly positionAttribute: InterleavedBufferAttribute;
   readonly normalAttribute: InterleavedBufferAttribute;
   readonly sliceAttribute: InterleavedBufferAttribute;
-  /** Of the points at rest: what moves stays near enough to it. */
+  /** Bounding sphere of the points at rest; also used for the deformed mesh. */
   readonly bounds: Sphere;
   /** The largest displacement of a point that has been uploaded, mm. */
   mostMm = 0;
@@ -31,7 +31,7 @@ export class MeshBuffer {
     this.sliceAttribute = new InterleavedBufferAttribute(this.buffer, 3, surface + points);
   }
 
-  /** To be called once before a picture, if anything in it has changed: points up to `end`, and the slice if it is shown. */
+  /** Uploads changed points up to `end`, and the slice if it is shown. Call once before drawing. */
   upload(first: number, end: number, withSlice: boolean): void {
     this.updateNormals();
     this.measure(first, end);
@@ -52,7 +52,7 @@ export class MeshBuffer {
     this.mostMm = Math.max(this.mostMm, Math.sqrt(most));
   }
 
-  /** Of a vertex: the sum of its triangles' normals, by area. */
+  /** Normal of a vertex: the area-weighted sum of the normals of its triangles. */
   private updateNormals(): void {
     const {normals: n, positions: p} = this;
     const triangles = this.topology.triangles;

@@ -12,7 +12,7 @@ export class Needles {
   private lengthMm = 200;
   private diameterMm = 1.27;
 
-  /** What SCENE says; until then an 18 G needle. */
+  /** Dimensions from SCENE; until it arrives those of an 18 G needle. */
   setSize(lengthMm: number, diameterMm: number): void {
     if (lengthMm === this.lengthMm && diameterMm === this.diameterMm) return;
     this.lengthMm = lengthMm;

@@ -1,4 +1,4 @@
-// Where a plane cuts the surface at rest, and how far from there a place in the plane is.
+// The cut of a plane with the surface at rest, and the signed distance of a point in the plane from it.
 import type {Topology} from '../protocol/topology.js';
 
 /** Segments u0, v0, u1, v1 of the cut with x, y or z = offset; u and v are the axes that follow. */

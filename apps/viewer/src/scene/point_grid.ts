@@ -1,4 +1,4 @@
-// The points nearest to a place, found through a grid of cells.
+// Nearest points of a location, found with a grid of cells.
 
 export class PointGrid {
   private readonly cells = new Map<number, number[]>();
@@ -39,7 +39,7 @@ export class PointGrid {
       for (let i = cx - reach; i <= cx + reach; ++i)
         for (let j = cy - reach; j <= cy + reach; ++j)
           for (let k = cz - reach; k <= cz + reach; ++k) this.insert(this.cells.get(this.key(i, j, k)), x, y, z, count, found);
-      const beyond = (reach * this.cell) ** 2;  // what has not been looked at is at least as far
+      const beyond = (reach * this.cell) ** 2;  // points not yet visited are at least this far away
       if ((found.length === count && found[count - 1]!.d2 <= beyond) || reach === 4) return found;
     }
   }

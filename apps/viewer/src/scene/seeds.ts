@@ -1,4 +1,4 @@
-// Seeds: capsules of the source's size, all of a kind in one draw. Planned ones are ghosts until they have fallen.
+// Seeds: capsules of the source's size, all of a kind in one draw. Planned ones are translucent until they are dropped.
 import {CapsuleGeometry, Color, DynamicDrawUsage, Group, InstancedMesh, Matrix4, MeshPhongMaterial, Quaternion, Vector3} from 'three';
 import type {Seed} from '../protocol/frame.js';
 import type {PlannedSeed} from '../protocol/scene_message.js';
@@ -33,7 +33,7 @@ export class Seeds {
     this.dropped = this.remake(this.dropped, this.dropped.instanceMatrix.count, this.droppedMaterial);
   }
 
-  /** `fallen`: numbers of the plan that lie already. */
+  /** `fallen`: indices of planned seeds that have been dropped. */
   showPlan(plan: readonly PlannedSeed[], fallen: ReadonlySet<number>): void {
     if (plan.length > this.planned.instanceMatrix.count) this.planned = this.remake(this.planned, plan.length, this.plannedMaterial);
     let count = 0;
@@ -48,8 +48,8 @@ export class Seeds {
   }
 
   show(seeds: readonly Seed[]): void {
-    const room = this.dropped.instanceMatrix.count;
-    if (seeds.length > room) this.dropped = this.remake(this.dropped, Math.max(seeds.length, 2 * room), this.droppedMaterial);
+    const capacity = this.dropped.instanceMatrix.count;
+    if (seeds.length > capacity) this.dropped = this.remake(this.dropped, Math.max(seeds.length, 2 * capacity), this.droppedMaterial);
     seeds.forEach((seed, i) => this.set(this.dropped, i, seed.position, seed.axis, seed.certified ? CERTIFIED : UNCERTIFIED));
     this.finish(this.dropped, seeds.length);
   }
@@ -66,9 +66,9 @@ export class Seeds {
     if (mesh.instanceColor) mesh.instanceColor.needsUpdate = true;
   }
 
-  private make(room: number, material: MeshPhongMaterial): InstancedMesh {
+  private make(capacity: number, material: MeshPhongMaterial): InstancedMesh {
     const radius = this.diameterMm / 2;
-    const mesh = new InstancedMesh(new CapsuleGeometry(radius, this.lengthMm - 2 * radius, 4, 12), material, room);
+    const mesh = new InstancedMesh(new CapsuleGeometry(radius, this.lengthMm - 2 * radius, 4, 12), material, capacity);
     mesh.instanceMatrix.setUsage(DynamicDrawUsage);
     mesh.count = 0;
     mesh.frustumCulled = false;
@@ -76,8 +76,8 @@ export class Seeds {
     return mesh;
   }
 
-  private remake(old: InstancedMesh, room: number, material: MeshPhongMaterial): InstancedMesh {
-    const mesh = this.make(room, material);
+  private remake(old: InstancedMesh, capacity: number, material: MeshPhongMaterial): InstancedMesh {
+    const mesh = this.make(capacity, material);
     mesh.visible = old.visible;
     old.removeFromParent();
     old.geometry.dispose();

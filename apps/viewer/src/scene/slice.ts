@@ -1,5 +1,5 @@
 // The material section at the clipping plane, with the displacement on it. Its vertices lie on a grid in the plane at rest and
-// are carried by the points around them, with weights worked out when the plane is moved, not in each snapshot.
+// are carried by the points around them, with weights computed when the plane is moved, not in each snapshot.
 import {BufferAttribute, BufferGeometry, Mesh} from 'three';
 import type {MeshBuffer} from './mesh_buffer.js';
 import {linearWeights} from './interpolation.js';
@@ -75,7 +75,7 @@ export class Slice {
   private weigh(vertex: number, place: number[]): void {
     const first = vertex * NEIGHBOURS;
     this.weights.fill(0, first, first + NEIGHBOURS);
-    if ((this.outside.array as Float32Array)[vertex]! > FAR_OUTSIDE_MM) return;  // never seen: stays at rest
+    if ((this.outside.array as Float32Array)[vertex]! > FAR_OUTSIDE_MM) return;  // not visible: stays at rest
     const near = this.grid!.nearest(place[0]!, place[1]!, place[2]!, NEIGHBOURS);
     if (near.length === 0) return;
     near.forEach(({point}, n) => {
@@ -89,7 +89,7 @@ export class Slice {
     return this.buffer!.topology.restPositions[3 * point + axis]!;
   }
 
-  /** Carries the vertices with the points as they are now, into the mesh's buffer. */
+  /** Moves the vertices with the current points and writes them to the mesh's buffer. */
   update(): void {
     const buffer = this.buffer!;
     const restPoints = buffer.topology.restPositions;

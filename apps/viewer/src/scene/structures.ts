@@ -1,4 +1,4 @@
-// Urethra, rectum and whatever else a scene has around its gland, at rest.
+// Urethra, rectum and other structures around the gland, at rest.
 import {BufferAttribute, BufferGeometry, DoubleSide, Group, Mesh, MeshPhongMaterial} from 'three';
 import type {Structure} from '../protocol/scene_message.js';
 

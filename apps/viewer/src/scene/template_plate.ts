@@ -1,4 +1,4 @@
-// The template: a plate with its holes, columns' letters and rows' numbers, drawn once as a picture. It reads rightly from the
+// The template: a plate with its holes, columns' letters and rows' numbers, drawn once as a picture. It is legible from the
 // feet, as a surgeon sees it. Holes of the plan are filled; the chosen one has a ring.
 import {CanvasTexture, DoubleSide, LinearMipmapLinearFilter, Mesh, MeshBasicMaterial, PlaneGeometry, SRGBColorSpace} from 'three';
 import {holeOf, type SceneMessage} from '../protocol/scene_message.js';

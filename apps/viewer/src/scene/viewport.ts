@@ -1,4 +1,4 @@
-// The picture: brings a Session's state onto the graphics card, once for each picture in which something has changed.
+// The 3D view: uploads a Session's state to the graphics card, once for each picture in which something has changed.
 import {AmbientLight, Color, DirectionalLight, PerspectiveCamera, Scene, Vector3, WebGLRenderer} from 'three';
 import type {Session} from '../model/session.js';
 import type {Settings} from '../model/settings.js';

@@ -6,7 +6,7 @@ import {OrbitControls} from 'three/examples/jsm/controls/OrbitControls.js';
 export type View = 'axial' | 'sagittal' | 'coronal' | 'reset';
 
 const FROM: Record<View, [number, number, number]> = {
-  axial: [0, 0.0005, -1],  // a hair off the pole: the front is up
+  axial: [0, 0.0005, -1],  // slightly off the pole: the front is up
   coronal: [0, 1, 0],
   sagittal: [-1, 0, 0],
   reset: [-0.62, 0.60, -0.52],
@@ -29,7 +29,7 @@ export class Views {
     this.controls.addEventListener('start', () => (this.move = null));
   }
 
-  /** What is looked at: the gland. */
+  /** Centre of the view: the gland. */
   frame(centre: Vector3, radius: number): void {
     this.centre.copy(centre);
     this.radius = radius;
@@ -47,7 +47,7 @@ export class Views {
     this.step(performance.now());
   }
 
-  /** Returns whether the camera is on its way. */
+  /** Returns whether the camera is still moving. */
   step(nowMs: number): boolean {
     if (!this.move) return false;
     const {from, to, fromTarget, toTarget, startMs} = this.move;

@@ -1,4 +1,4 @@
-// This machine's clock as stamps, and the server's clock as PINGs tell it.
+// This machine's clock as stamps, and the server's clock estimated from PINGs.
 import type {Ping} from '../protocol/server_messages.js';
 
 export const nowNs = (): bigint => BigInt(Math.round(performance.now() * 1e6));
@@ -7,7 +7,7 @@ export const nowNs = (): bigint => BigInt(Math.round(performance.now() * 1e6));
 export class ServerClock {
   private readonly answers: {roundTripNs: number; offsetNs: number}[] = [];
 
-  /** `t2Ns`: the reply's header stamp; `t3Ns`: when it came. */
+  /** `t2Ns`: the reply's header stamp; `t3Ns`: its arrival. */
   add(reply: Ping, t2Ns: number, t3Ns: number): void {
     const t0 = reply.echoedStampNs;
     const t1 = reply.receivedNs;

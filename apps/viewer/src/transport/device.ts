@@ -1,11 +1,11 @@
-// The needle in the mouse's hand: a second connection with the role device.
+// The manually moved needle: a second connection with the role device.
 import {SOFTWARE, encodeDrop, encodeHello, encodePose} from '../protocol/client_messages.js';
 import {MessageType} from '../protocol/header.js';
 import {ANY_NEEDLE, Role, Subscription} from '../protocol/server_messages.js';
 import type {Endpoint} from './endpoint.js';
 import {Socket} from './socket.js';
 
-/** Below the 120 poses a second that are promised; the force a hand would get lapses after 50 ms without one. */
+/** Below the 120 poses per second announced in HELLO; forces expire after 50 ms without a pose. */
 const PERIOD_MS = 12;
 
 export class Device {
@@ -14,7 +14,7 @@ export class Device {
   private readonly socket: Socket;
   private timer: ReturnType<typeof setInterval> | undefined;
 
-  /** `pose` is asked for the pose to send next, `elapsedS` after the one before. `ended` is called once, with why. */
+  /** `pose` returns the next pose to send, `elapsedS` after the previous one. `ended` is called once, with the reason. */
   constructor(endpoint: Endpoint, wanted: number, pose: (elapsedS: number) => Float64Array, ended: (reason: string) => void,
               granted: () => void) {
     this.socket = new Socket(endpoint.url, {

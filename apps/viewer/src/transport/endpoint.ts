@@ -1,4 +1,4 @@
-// Where the daemon is that served this page, and what it is shown to let the page in.
+// Address of the daemon that served this page, and the token for it.
 
 const KEPT = 'brachy-token';
 
@@ -7,7 +7,7 @@ const token = (digits: string): Uint8Array | null =>
 
 export class Endpoint {
   readonly url: string;
-  /** null: none was given. */
+  /** null: no token. */
   token: Uint8Array | null = null;
 
   constructor(served: boolean) {
@@ -15,7 +15,7 @@ export class Endpoint {
     if (served && !this.takeToken()) this.token = token(sessionStorage.getItem(KEPT) ?? '');
   }
 
-  /** Takes #token=… out of the page's address, where others would see it, and keeps it as long as this tab. False: none is there. */
+  /** Moves #token=… from the page's visible address into this tab's storage. False: there is none. */
   takeToken(): boolean {
     const given = new URLSearchParams(location.hash.slice(1)).get('token');
     if (given === null) return false;

@@ -1,4 +1,4 @@
-// The connection to a daemon: keeps a Session fed, and comes back by itself.
+// The connection to a daemon: passes messages to a Session and reconnects automatically.
 import type {Session} from '../model/session.js';
 import {SOFTWARE, encodeControl, encodeDrop, encodeHello, type Control} from '../protocol/client_messages.js';
 import {MessageType} from '../protocol/header.js';
@@ -20,9 +20,9 @@ export type Status =
 
 export class LiveConnection {
   status: Status = {phase: 'off'};
-  /** Told of every change of `status` and of every message. */
+  /** Called on every change of `status` and every message. */
   onChange: () => void = () => {};
-  /** Refusals of what this viewer asked for. */
+  /** Called with every ERROR: requests of this viewer that were refused. */
   onError: (error: ServerError) => void = () => {};
   reconnects = 0;
 
@@ -71,25 +71,25 @@ export class LiveConnection {
     this.onChange();
   }
 
-  /** Whether points inside the tissue are wanted too. */
+  /** Whether points inside the tissue are requested too. */
   wantVolume(volume: boolean): void {
     if (this.volume === volume) return;
     this.volume = volume;
     if (this.status.phase === 'open') this.connect();
   }
 
-  /** A page that was asleep does not wait out a long pause. */
+  /** Reconnects at once after the page was suspended. */
   wake(): void {
     if (this.status.phase === 'waiting') this.connect(this.status.problem);
   }
 
-  /** What is asked while the connection is made anew is sent once it is there. */
+  /** Requests made while reconnecting are sent once the connection is open. */
   control(control: Control): void {
     if (this.status.phase === 'connecting') this.asked.push(control);
     else this.socket?.send(MessageType.Control, encodeControl(control));
   }
 
-  /** The button of a needle that the daemon's own script has. */
+  /** Presses the button of a needle that the daemon's script moves. */
   press(needle: number, pressed: boolean): void {
     this.socket?.send(MessageType.Drop, encodeDrop(needle, pressed));
   }
@@ -126,15 +126,15 @@ export class LiveConnection {
     this.socket = null;
     this.reconnects += 1;
     this.asked = [];
-    if (isRefused) {  // another try with the same token would end the same
-      this.status = {phase: 'refused', problem: `Not let in: ${reason.replace(/\.$/, '')}.`};
+    if (isRefused) {  // retrying with the same token would fail again
+      this.status = {phase: 'refused', problem: `Access refused: ${reason.replace(/\.$/, '')}.`};
       return this.onChange();
     }
     const {host, port} = new URL(this.endpoint.url);
     const problem = reason ? `Not connected: ${reason.replace(/\.$/, '')}.`
       : wasOpen ? 'The daemon ended the connection.'
       : `No daemon answers at ${host}. Start it with: brachyd --http-port ${port || 80}.`;
-    const waitMs = this.waitMs * (0.8 + 0.4 * Math.random());  // viewers of one daemon do not all come at once
+    const waitMs = this.waitMs * (0.8 + 0.4 * Math.random());  // viewers of one daemon do not all reconnect at once
     this.waitMs = Math.min(2 * this.waitMs, LONGEST_WAIT_MS);
     this.status = {phase: 'waiting', problem, untilMs: performance.now() + waitMs};
     this.timer = setTimeout(() => this.connect(problem), waitMs);

@@ -1,4 +1,4 @@
-// A recording as a source: what a daemon sent, at the pace and from the time that are chosen.
+// A recording as a source: the recorded messages, at the chosen speed and from the chosen time.
 import {History} from '../model/history.js';
 import {recordFrame, recordState, type LoggedEvent, type Session} from '../model/session.js';
 import {FrameAssembler, type MeshState} from '../protocol/assembler.js';
@@ -43,7 +43,7 @@ export class Player {
     this.seek(0);
   }
 
-  /** Reads the whole file once, in slices that leave the page alive; `progress` gets 0 … 1. */
+  /** Reads the whole file once, in slices that keep the page responsive; `progress` gets 0 … 1. */
   static async open(name: string, file: Uint8Array, session: Session, progress: (share: number) => void): Promise<Player> {
     const pause = slices(progress);
     const reader = new RecordingReader(file);
@@ -66,7 +66,7 @@ export class Player {
     for (let i = 0; i < entries.length; ++i) {
       const problem = take(i);
       if (problem) {
-        damage = `Message ${i + 1} of the file does not fit (${problem}); it is shown up to there.`;
+        damage = `Message ${i + 1} of the file is invalid (${problem}); the recording is shown up to there.`;
         entries.length = i;
         break;
       }
@@ -116,7 +116,7 @@ export class Player {
     this.playing = true;
   }
 
-  /** Goes on by `elapsedS` of the clock on the wall. */
+  /** Advances by `elapsedS` of real time. */
   advance(elapsedS: number): void {
     if (!this.playing) return;
     this.seek(this.positionS + this.speed * elapsedS);
@@ -141,9 +141,9 @@ export class Player {
     }
   }
 
-  /** One after the last message to be shown: the last FRAME by then, and what came before the one after it. */
+  /** Index after the last message to show: the last FRAME by then, and all messages before the next one. */
   private endOf(untilNs: number): number {
-    let low = 1;  // the first is shown always
+    let low = 1;  // the first is always shown
     let high = this.frames.length;
     while (low < high) {
       const middle = (low + high) >> 1;
@@ -168,7 +168,7 @@ export class Player {
   }
 }
 
-/** Lets the page breathe whenever a slice of time is used up. */
+/** Yields to the page whenever a slice of time is used up. */
 function slices(progress: (share: number) => void): (share: number) => Promise<void> | void {
   let since = performance.now();
   return (share) => {

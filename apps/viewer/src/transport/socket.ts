@@ -1,4 +1,4 @@
-// One WebSocket that speaks the protocol: numbers what it sends, checks what comes, answers PINGs.
+// One WebSocket with the protocol: numbers outgoing messages, checks incoming ones, answers PINGs.
 import {ProtocolError} from '../protocol/bytes.js';
 import {encodePing} from '../protocol/client_messages.js';
 import {MessageType, encodeMessage} from '../protocol/header.js';
@@ -8,14 +8,14 @@ import {ServerClock, nowNs} from './clock.js';
 export interface SocketHandlers {
   opened(): void;
   message(message: Message, size: number): void;
-  /** Once: the connection is over. `reason` is for people; '' where the other side gave none. */
+  /** Called once, when the connection has ended. `reason` is readable text; '' where the other side gave none. */
   closed(reason: string, wasOpen: boolean): void;
 }
 
 export class Socket {
   readonly clock = new ServerClock();
   sequenceGaps = 0;
-  /** Of the fatal ERROR that came; 0: none. */
+  /** Code of the fatal ERROR received; 0: none. */
   fatalCode = 0;
   private readonly socket: WebSocket;
   private sent = 0;
@@ -37,7 +37,7 @@ export class Socket {
     this.pinging = setInterval(() => this.send(MessageType.Ping, encodePing(BigInt(this.sent), null)), 1000);
   }
 
-  /** Bytes that wait in this machine to be sent. */
+  /** Bytes queued for sending. */
   get waiting(): number {
     return this.socket.bufferedAmount;
   }
@@ -53,7 +53,7 @@ export class Socket {
   close(reason: string): void {
     this.reason ||= reason;
     this.socket.close();
-    this.finish();  // a socket whose peer is gone takes long to tell
+    this.finish();  // the browser reports a vanished peer only after a long time
   }
 
   private finish(): void {

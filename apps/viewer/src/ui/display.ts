@@ -37,7 +37,7 @@ export class DisplayPanel {
       for (const button of byId(host).querySelectorAll('button')) button.setAttribute('aria-pressed', String(button.dataset['value'] === value));
   }
 
-  /** What depends on the mesh: where the plane is, and the colour bar. */
+  /** Updates what depends on the mesh: position of the plane, and the colour bar. */
   update(box: {low: number[]; high: number[]}, scales: {mostMm: number; mostGy: number}, knowsDose: boolean): void {
     const s = this.settings;
     const place = box.low[s.clipAxis]! + s.clipShare * (box.high[s.clipAxis]! - box.low[s.clipAxis]!);

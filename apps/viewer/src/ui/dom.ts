@@ -1,4 +1,4 @@
-// Finding elements of the page, which are all in index.html.
+// Access to the elements of index.html.
 
 export function byId<T extends HTMLElement = HTMLElement>(id: string): T {
   const element = document.getElementById(id);
@@ -6,7 +6,7 @@ export function byId<T extends HTMLElement = HTMLElement>(id: string): T {
   return element as T;
 }
 
-/** Writes only what is different: text that is read aloud is not read again. */
+/** Writes only changed text, so that a screen reader does not repeat it. */
 export function setText(element: Element, text: string): void {
   if (element.textContent !== text) element.textContent = text;
 }
@@ -16,7 +16,7 @@ export function setDisabled(id: string, disabled: boolean): void {
   if (element.disabled !== disabled) element.disabled = disabled;
 }
 
-/** Says something for a while. */
+/** Shows a message for a few seconds. */
 export function toast(text: string, bad = false): void {
   const line = document.createElement('p');
   line.textContent = text;

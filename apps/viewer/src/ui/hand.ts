@@ -1,4 +1,4 @@
-// The panel "Needle by hand": takes the lease, moves the needle, presses the device's button.
+// The panel "Manual needle": takes the lease, moves the needle, presses the device's button.
 import type {Session} from '../model/session.js';
 import type {Settings} from '../model/settings.js';
 import {holeOf} from '../protocol/scene_message.js';
@@ -7,11 +7,11 @@ import type {Endpoint} from '../transport/endpoint.js';
 import type {LiveConnection} from '../transport/live.js';
 import {byId, setDisabled, setText, toast} from './dom.js';
 
-const FASTEST_MM_S = 120;  // a mouse that jumps moves the needle there as a hand would
+const FASTEST_MM_S = 120;  // a jump of the mouse moves the needle at the speed of a hand
 const CLEAR_MM = 12;       // in front of the gland, where the needle starts
 
 export class HandPanel {
-  /** Where the tip is to go, and where it has been sent; mm, the shaft along +z. */
+  /** Target of the tip, and the position sent last; mm, the shaft along +z. */
   readonly target = [0, 0, 0];
   private readonly tip = [0, 0, 0];
   private device: Device | null = null;
@@ -31,7 +31,7 @@ export class HandPanel {
       if (event.key === 'Enter' || event.key === ' ') this.press(true);
     });
     drop.addEventListener('keyup', () => this.press(false));
-    addEventListener('blur', () => this.press(false));  // the key's release would go elsewhere
+    addEventListener('blur', () => this.press(false));  // the key release would not be delivered to this page
   }
 
   /** Whether the mouse is the needle's device. */
@@ -69,7 +69,7 @@ export class HandPanel {
     this.target[2]! += dz;
   }
 
-  /** Lets go where there is nobody to hold on to it: the page is hidden, or shows a recording. */
+  /** Releases the needle: the page is hidden, or shows a recording. */
   release(): void {
     this.device?.end();
   }
@@ -108,14 +108,14 @@ export class HandPanel {
   private ended(reason: string): void {
     this.device = null;
     this.pressed = false;
-    if (reason !== 'released') toast(`The needle is not in your hand: ${reason}`, true);
+    if (reason !== 'released') toast(`The needle was not granted or was lost: ${reason}`, true);
     this.show();
   }
 
   private show(): void {
     byId('view').classList.toggle('by-hand', this.held);
     byId('take').setAttribute('aria-pressed', String(this.device !== null));
-    setText(byId('take'), this.device ? (this.held ? 'Let go of it' : 'Asking…') : 'Take the needle');
+    setText(byId('take'), this.device ? (this.held ? 'Release the needle' : 'Requesting…') : 'Take the needle');
   }
 
   update(): void {
@@ -134,7 +134,7 @@ export class HandPanel {
   }
 }
 
-/** Those of the plan first. */
+/** The holes, those of the plan first. */
 function holeNames(grid: {columns: number; rows: number}, planned: string[]): string[] {
   const names = [...new Set(planned)];
   for (let column = 0; column < grid.columns; ++column)

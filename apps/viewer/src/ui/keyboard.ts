@@ -3,7 +3,7 @@ import {byId} from './dom.js';
 
 export interface Shortcut {
   key: string;
-  /** As it is shown, where that is another than the key. */
+  /** Label in the help, where it differs from the key. */
   shown?: string;
   does: string;
   run: (event: KeyboardEvent) => void;

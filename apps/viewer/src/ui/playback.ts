@@ -1,4 +1,4 @@
-// Recordings: opening them, by picker or by dropping the file, and the bar with time, pace and play.
+// Recordings: opening them with the file picker or by drag and drop, and the playback bar.
 import type {Session} from '../model/session.js';
 import {NoRecording} from '../protocol/recording.js';
 import {Player} from '../transport/player.js';
@@ -6,7 +6,7 @@ import {byId, setText, toast} from './dom.js';
 
 export class Playback {
   player: Player | null = null;
-  /** 'none', 'reading', 'ready' or what is wrong. */
+  /** 'none', 'reading', 'ready' or an error message. */
   state = 'none';
 
   constructor(private readonly session: Session, private readonly before: () => void, private readonly after: () => void) {

@@ -1,15 +1,15 @@
-// What an operator may ask of the simulation: the script, reset, model and support.
+// Operator controls of the simulation: script, reset, model and support radius.
 import type {Session} from '../model/session.js';
 import type {LiveConnection} from '../transport/live.js';
 import {byId, setDisabled, setText} from './dom.js';
 
-const SETTLE_MS = 300;  // a slider on its way asks for nothing
+const SETTLE_MS = 300;  // no request while a slider is being moved
 
 export class SimulationPanel {
   private loop = true;
   private settle: ReturnType<typeof setTimeout> | undefined;
   private kernels = '';
-  /** A support that is asked for and not confirmed yet. */
+  /** Requested support radius, not confirmed yet; NaN: none. */
   private asked = NaN;
 
   constructor(private readonly live: LiveConnection, private readonly session: Session) {
@@ -48,7 +48,7 @@ export class SimulationPanel {
   askReset(): void {
     if (byId<HTMLButtonElement>('reset').disabled) return;
     const seeds = this.session.assembler.seeds.length;
-    setText(byId('confirm-text'), `Tissue, needles and seeds start anew for everybody${seeds ? `: ${seeds} seed${seeds > 1 ? 's' : ''} will be gone` : ''}.`);
+    setText(byId('confirm-text'), `The simulation restarts for all clients: tissue, needles and seeds are reset${seeds ? `: ${seeds} seed${seeds > 1 ? 's' : ''} will be removed` : ''}.`);
     const dialog = byId<HTMLDialogElement>('confirm');
     dialog.returnValue = 'no';
     dialog.showModal();
@@ -57,7 +57,7 @@ export class SimulationPanel {
   update(): void {
     const may = this.live.mayControl;
     const controls = this.session.state?.controls ?? null;
-    setText(byId('role-note'), may ? '' : this.live.status.phase === 'open' ? '· only an operator changes it' : '');
+    setText(byId('role-note'), may ? '' : this.live.status.phase === 'open' ? '· only an operator can change it' : '');
     setDisabled('play', !may || !controls?.scriptIsThere);
     setDisabled('loop', !may || !controls?.scriptIsThere);
     setDisabled('reset', !may || !controls);
@@ -80,6 +80,6 @@ export class SimulationPanel {
     const radius = Number.isNaN(this.asked) ? controls?.supportRadiusMm ?? NaN : this.asked;
     if (Number.isNaN(this.asked) && Number.isFinite(radius)) support.value = String(radius);
     setText(byId('support-value'), usesSupport && Number.isFinite(radius) ? `${radius.toFixed(1)} mm` : '—');
-    setText(byId('model-note'), controls?.preparesModel ? 'A model is being prepared; the old one goes on meanwhile.' : '');
+    setText(byId('model-note'), controls?.preparesModel ? 'A model is being prepared; the current one stays active until then.' : '');
   }
 }

@@ -1,4 +1,4 @@
-// Pills, banner, counters, read-outs and events: what the session says about itself.
+// Status display: pills, banner, counters, read-outs and events.
 import type {Session} from '../model/session.js';
 import {ContactState} from '../protocol/frame.js';
 import {EventKind} from '../protocol/server_messages.js';
@@ -23,14 +23,14 @@ export function showConnection(live: LiveConnection, player: Player | null, sess
     case 'open': return pill('connection', session.welcome ? `live · ${session.welcome.server}` : 'live', 'good');
     case 'refused':
       setText(banner.querySelector('p')!, problem);
-      return pill('connection', 'not let in', 'bad');
+      return pill('connection', 'refused', 'bad');
     case 'off': return pill('connection', 'no daemon', '');
     case 'connecting':
-      if (problem) setText(banner.querySelector('p')!, `${problem} Trying…`);
+      if (problem) setText(banner.querySelector('p')!, `${problem} Reconnecting…`);
       return pill('connection', 'connecting…', 'warm');
     case 'waiting': {
       const seconds = Math.max(0, Math.ceil((status.untilMs - performance.now()) / 1000));
-      setText(banner.querySelector('p')!, `${problem} Trying again in ${seconds} s.`);
+      setText(banner.querySelector('p')!, `${problem} Reconnecting in ${seconds} s.`);
       return pill('connection', 'not connected', 'bad');
     }
   }
@@ -41,11 +41,11 @@ export function showVerdict(session: Session): void {
   element.hidden = session.frame === null;
   const certificate = session.frame?.certificate;
   if (!session.frame) return;
-  if (!certificate || certificate.verdict === 'unknown') return pill('verdict', 'folding not known', 'warm');
+  if (!certificate || certificate.verdict === 'unknown') return pill('verdict', 'folding unknown', 'warm');
   if (certificate.verdict === 'folded') return pill('verdict', 'FIELD FOLDS', 'bad');
-  const held = certificate.heldMm > 0 ? ` · held back ${certificate.heldMm.toFixed(1)} mm` : '';
+  const clamped = certificate.heldMm > 0 ? ` · clamped by ${certificate.heldMm.toFixed(1)} mm` : '';
   const steps = certificate.substeps > 1 ? ` · ${certificate.substeps} sub-steps` : '';
-  pill('verdict', `injective${steps}${held}`, held ? 'warm' : 'good');
+  pill('verdict', `injective${steps}${clamped}`, clamped ? 'warm' : 'good');
 }
 
 export function showReadouts(session: Session, needle: number): void {
@@ -66,18 +66,18 @@ export function showCounters(live: LiveConnection, player: Player | null, sessio
   const state = session.state;
   const bytes = session.byteRate.perSecond(nowMs);
   const rows: [string, string, string, boolean?][] = [
-    ['snapshots', `${figure(session.snapshotRate.perSecond(nowMs))}/s`, 'Snapshots that came in the last two seconds'],
+    ['snapshots', `${figure(session.snapshotRate.perSecond(nowMs))}/s`, 'Snapshots received in the last two seconds'],
     ['ticks', `${figure(session.tickRate.perSecond(nowMs), 0)}/s`, 'Ticks simulated in the last two seconds'],
     ['latency', `${figure(state?.latencyMs.count ? state.latencyMs.p50 : undefined)} / ${figure(state?.latencyMs.count ? state.latencyMs.p99 : undefined)} ms`,
-     'From a pose to the mesh that used it, in the daemon: p50 / p99 since its start'],
-    ['missed', String(session.frame?.overruns ?? 0), "Ticks' deadlines missed since the daemon's start", (session.frame?.overruns ?? 0) > 0],
+     'From a pose to the mesh computed with it, in the daemon: p50 / p99 since its start'],
+    ['missed', String(session.frame?.overruns ?? 0), "Tick deadlines missed since the daemon started", (session.frame?.overruns ?? 0) > 0],
     ['dropped', String(state?.snapshotsDropped ?? 0), 'Snapshots replaced by newer ones for this viewer'],
   ];
   if (!player) {
-    rows.push(['mesh age', `${figure(session.meshAge.quantile(0.5))} / ${figure(session.meshAge.quantile(0.99))} ms`, "From the mesh's publishing to its arrival here: p50 / p99"],
+    rows.push(['mesh age', `${figure(session.meshAge.quantile(0.5))} / ${figure(session.meshAge.quantile(0.99))} ms`, "From the publication of the mesh to its arrival here: p50 / p99"],
       ['received', bytes > 1e6 ? `${(bytes / 1e6).toFixed(2)} MB/s` : `${(bytes / 1e3).toFixed(0)} kB/s`, 'Bytes received in the last two seconds'],
-      ['device', state?.deviceHolder || 'none', `Who holds the needle's lease: ${state?.deviceHolder || 'nobody'}`]);
-    if (live.sequenceGaps > 0) rows.push(['gaps', String(live.sequenceGaps), 'Messages that were missing', true]);
+      ['device', state?.deviceHolder || 'none', `Holder of the needle's lease: ${state?.deviceHolder || 'none'}`]);
+    if (live.sequenceGaps > 0) rows.push(['gaps', String(live.sequenceGaps), 'Messages missing in the sequence', true]);
   }
   const host = byId('counters');
   while (host.children.length < rows.length) {

@@ -1,0 +1,142 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <iostream>
+#include <nlohmann/json.hpp>
+
+#include "apps/command_line/output_file.h"
+#include "apps/command_line/tool.h"
+#include "core/base/number_csv.h"
+#include "core/brachytherapy/dose/dose_nrrd.h"
+#include "core/brachytherapy/dose/dose_rate.h"
+#include "core/brachytherapy/dose/dose_seed_file.h"
+#include "core/brachytherapy/dose/implant_dose.h"
+#include "core/scene/file/scene_file.h"
+#include "core/scene/load_structures.h"
+
+namespace brachy {
+namespace {
+
+struct DoseOptions {
+  std::filesystem::path seeds;                       ///< CSV
+  std::optional<std::filesystem::path> points, out;  ///< CSVs; both or neither
+  std::optional<std::filesystem::path> scene;        ///< its structures' DVH
+  std::optional<std::filesystem::path> grid;         ///< .nrrd to write; only with a scene
+  bool json = false;
+};
+
+struct PointDoses {
+  std::size_t count = 0;
+  double least_gy = 0, largest_gy = 0;
+};
+
+PointDoses write_point_doses(const std::vector<DoseSeed>& seeds, const DoseOptions& options) {
+  const NumberTable points = load_number_csv(*options.points, "x,y,z");
+  std::string text = "x,y,z,dose_rate_cgy_h,total_gy\n";
+  PointDoses result{.count = points.rows()};
+  for (std::size_t i = 0; i < points.rows(); ++i) {
+    const Vec3 p(points.row(i)[0], points.row(i)[1], points.row(i)[2]);
+    double rate = 0, total = 0;
+    for (const DoseSeed& seed : seeds) {
+      const double of_seed = dose_rate_cgy_h(seed, p);
+      rate += of_seed;
+      total += total_gy_per_cgy_h(seed.source) * of_seed;
+    }
+    append_csv_row(text, std::array{p.x(), p.y(), p.z(), rate, total});
+    text += '\n';
+    result.least_gy = i == 0 ? total : std::min(result.least_gy, total);
+    result.largest_gy = std::max(result.largest_gy, total);
+  }
+  write_text(*options.out, text);
+  return result;
+}
+
+nlohmann::ordered_json to_json(const StructureDose& dose) {
+  return {{"name", dose.name},
+          {"volume_cc", dose.volume_cc},
+          {"mean_gy", dose.mean_gy},
+          {"min_gy", dose.min_gy},
+          {"max_gy", dose.max_gy},
+          {"v100_percent", dose.v100_percent},
+          {"v150_percent", dose.v150_percent},
+          {"v200_percent", dose.v200_percent},
+          {"v100_cc", dose.v100_cc},
+          {"d90_gy", dose.d90_gy},
+          {"d30_gy", dose.d30_gy},
+          {"d10_gy", dose.d10_gy},
+          {"d2cc_gy", dose.d2cc_gy}};  // null where there is none
+}
+
+void print_table(const std::vector<StructureDose>& doses, double prescription_gy) {
+  std::cout << fmt::format("{:<14}{:>8}{:>8}{:>8}{:>8}{:>10}{:>8}{:>8}{:>8}{:>9}   of {:g} Gy\n", "structure",
+                           "cm³", "V100 %", "V150 %", "V200 %", "V100 cm³", "D90 Gy", "D30 Gy", "D10 Gy",
+                           "D2cc Gy", prescription_gy);
+  for (const StructureDose& d : doses)
+    std::cout << fmt::format("{:<14}{:>8.2f}{:>8.1f}{:>8.1f}{:>8.1f}{:>10.2f}{:>8.1f}{:>8.1f}{:>8.1f}{:>9}\n",
+                             d.name, d.volume_cc, d.v100_percent, d.v150_percent, d.v200_percent, d.v100_cc,
+                             d.d90_gy, d.d30_gy, d.d10_gy,
+                             std::isnan(d.d2cc_gy) ? "-" : fmt::format("{:.1f}", d.d2cc_gy));
+}
+
+int run(const DoseOptions& options) {
+  if (!options.points && !options.scene) throw UsageError("needs --points with --out, or --config, or both");
+  check_folder_of(options.out);
+  check_folder_of(options.grid);
+  const std::vector<DoseSeed> seeds = load_dose_seeds(options.seeds);
+  double strength_u = 0;
+  for (const DoseSeed& seed : seeds) strength_u += seed.air_kerma_strength_u;
+  nlohmann::ordered_json json = {{"seeds", seeds.size()}, {"strength_u", strength_u}};
+  if (options.points) {
+    const PointDoses points = write_point_doses(seeds, options);
+    json["points"] = points.count;
+    json["least_gy"] = points.least_gy;
+    json["largest_gy"] = points.largest_gy;
+    if (!options.json)
+      std::cout << fmt::format("{}: {} seeds, {:.4g} U; at {} points {:.4g} … {:.4g} Gy\n",
+                               options.out->string(), seeds.size(), strength_u, points.count, points.least_gy,
+                               points.largest_gy);
+  }
+  if (options.scene) {
+    const Scene scene = load_scene(*options.scene);
+    ImplantDose implant(load_structures(scene), scene.dose);
+    for (const DoseSeed& seed : seeds) implant.add(seed);
+    if (options.grid) write_text(*options.grid, to_nrrd(implant.grid()));
+    const std::vector<StructureDose> doses = implant.evaluate();
+    json["prescription_gy"] = scene.dose.prescription_gy;
+    for (const StructureDose& dose : doses) json["structures"].push_back(to_json(dose));
+    if (!options.json) print_table(doses, scene.dose.prescription_gy);
+  }
+  if (options.json) std::cout << json.dump() << "\n";
+  return kExitOk;
+}
+
+void declare(OptionList& list, DoseOptions& options) {
+  list.add("--seeds", options.seeds, "CSV x,y,z,ax,ay,az,source,strength_u").required();
+  const Option points = list.add("--points", options.points, "CSV x,y,z");
+  points.needs(list.add("--out", options.out, "CSV to write, a row for each point").needs(points));
+  const Option config = list.add("--config", options.scene, "scene file (TOML) whose structures get a DVH");
+  list.add("--grid", options.grid, "NRRD file to write, total dose in Gy").needs(config);
+  list.add_flag("--json", options.json, "print the summary as JSON");
+}
+
+}  // namespace
+
+Tool dose_tool() {
+  return make_tool<DoseOptions>("dose", "Sum the dose of seeds at points, or over a scene's structures.",
+                                R"(Examples:
+  brachy dose --seeds S.csv --points P.csv --out O.csv
+  brachy dose --seeds S.csv --config config/prostate.toml --grid dose.nrrd
+  brachy dose --seeds S.csv --config config/prostate.toml --json
+Seeds: x,y,z,ax,ay,az,source,strength_u (axis of any length, source 6711 or 200). Points: x,y,z. mm.
+Out: x,y,z,dose_rate_cgy_h,total_gy: the rate at implantation and the dose of the whole decay, the
+exact sums of AAPM TG-43U1's line source in water. Inside a capsule: as on its surface, outwards.
+--config: V100, D90 and the like of the scene's structures, of their part that lies in a grid of its
+[dose] spacing and margin about the prostate, within 0.05 % of the exact sum at the grid's points.
+--grid writes it, in Gy, as 3D Slicer reads it.
+Exit codes: 0 done, 2 bad input.)",
+                                declare, run);
+}
+
+}  // namespace brachy

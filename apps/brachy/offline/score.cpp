@@ -1,0 +1,83 @@
+#include <iostream>
+
+#include "apps/command_line/output_file.h"
+#include "apps/command_line/tool.h"
+#include "apps/recording/recording_file.h"
+#include "apps/score/report.h"
+#include "apps/terminal/progress.h"
+#include "core/base/error.h"
+#include "core/brachytherapy/plan/plan_file.h"
+#include "core/scene/file/scene_file.h"
+#include "core/scene/load_plan.h"
+
+namespace brachy {
+namespace {
+
+struct ScoreOptions {
+  std::filesystem::path recording;                    ///< directory
+  std::optional<std::filesystem::path> plan, config;  ///< none: the scene's plan; the built-in phantom
+  std::optional<std::filesystem::path> out;           ///< none: report.html in the recording
+  bool json = false;
+};
+
+Plan plan_of(const ScoreOptions& options, const Scene& scene) {
+  if (options.plan) return load_plan(*options.plan, scene.template_grid, scene.needle.length_mm);
+  if (const auto plan = load_plan(scene)) return *plan;
+  throw UserError(options.recording.string() +
+                  ": has no plan to score against; give it with --plan, or a scene that "
+                  "has plan.file with --config");
+}
+
+std::filesystem::path page_of(const ScoreOptions& options) {
+  const std::filesystem::path page = options.out.value_or(options.recording / "report.html");
+  if (page.extension() == ".json")
+    throw UserError(page.string() +
+                    ": is the name of the JSON file; give the page another name, such as report.html");
+  return page;
+}
+
+int run(const ScoreOptions& options) {
+  if (is_recording_file(options.recording))
+    throw UserError(options.recording.string() +
+                    ": is a recording in one file; write it into a folder with `brachy export " +
+                    options.recording.string() + " --out DIR` and score that");
+  const std::filesystem::path page = page_of(options);
+  if (options.out) check_folder_of(page);
+  const Scene scene = options.config ? load_scene(*options.config) : Scene{};
+  Progress progress("score");
+  const Score score = write_report(options.recording, plan_of(options, scene), scene, page,
+                                   [&](double share) { progress.show(share); });
+  progress.finish();
+  for (const std::string& remark : score.remarks) std::cerr << "brachy: " << remark << "\n";
+  if (options.json)
+    std::cout << to_json(score) << "\n";
+  else
+    std::cout << to_text(score) << page.string() << "\n";
+  return kExitOk;
+}
+
+void declare(OptionList& list, ScoreOptions& options) {
+  list.add("recording", options.recording, "directory of a session or of `brachy record`").required();
+  list.add("--plan", options.plan, "TOML or CSV; default: the scene's");
+  list.add("--config", options.config, "the session's scene; default: the built-in phantom");
+  list.add("--out", options.out, "page to write, the JSON beside it; default: report.html in the recording");
+  list.add_flag("--json", options.json, "print the whole report as JSON");
+}
+
+}  // namespace
+
+Tool score_tool() {
+  return make_tool<ScoreOptions>("score",
+                                 "Score a recorded session against its plan; write report.html and .json.",
+                                 R"(Examples:
+  brachy score out/run1 --plan plan.toml
+  brachy score out/run1 --plan plan.csv --config patient.toml --out run1.html --json
+A recording is a directory with poses.csv, forces.csv and seeds.csv; missing or truncated files are reported,
+and the rest is scored. Per seed: error against plan, its part along the needle apart, where it was dropped
+and after relaxation. Per needle: path and time in the prostate, passes, punctures, largest force. Dose of
+plan, of seeds as dropped and after relaxation. For training and research. Not a medical device.
+Exit codes: 0 done, 2 bad input.)",
+                                 declare, run);
+}
+
+}  // namespace brachy

@@ -1,0 +1,62 @@
+#include "apps/command_line/option_groups.h"
+
+#include <charconv>
+
+namespace brachy {
+namespace {
+
+/// The port of HOST:PORT; none where the text is not that.
+std::optional<std::uint16_t> port_of(const std::string& text) {
+  const auto colon = text.rfind(':');
+  if (colon == std::string::npos || colon == 0) return std::nullopt;
+  std::uint16_t port = 0;
+  const char* const end = text.data() + text.size();
+  const auto [rest, error] = std::from_chars(text.data() + colon + 1, end, port);
+  if (error != std::errc() || rest != end || port == 0) return std::nullopt;
+  return port;
+}
+
+}  // namespace
+
+Option add_connect_options(OptionList& list, ConnectOptions& connect, const std::string& help) {
+  const auto split = [&connect](const std::string& text) {
+    connect.host = text.substr(0, text.rfind(':'));
+    connect.port = *port_of(text);
+  };
+  const Option daemon = list.add_text("--connect", split, help)
+                            .check(
+                                [](const std::string& text) -> std::string {
+                                  if (port_of(text)) return "";
+                                  return "needs HOST:PORT, such as 127.0.0.1:18950, not '" + text + "'";
+                                },
+                                "HOST:PORT");
+  list.add("--token-file", connect.token_file, "token to send to the daemon, where it requires one")
+      .needs(daemon);
+  list.add_flag("--tls", connect.tls,
+                "use TLS; the daemon's certificate is checked against this system's CAs")
+      .needs(daemon);
+  list.add("--tls-ca", connect.tls_ca,
+           "use TLS; the daemon's certificate is checked against this CA or equals it (PEM)")
+      .needs(daemon);
+  const Option certificate = list.add("--tls-certificate", connect.tls_certificate,
+                                      "client certificate to send, where the daemon asks for one (PEM)")
+                                 .needs(daemon);
+  certificate.needs(
+      list.add("--tls-key", connect.tls_key, "the client certificate's key (PEM)").needs(certificate));
+  return daemon;
+}
+
+void add_mesh_options(OptionList& list, MeshFileFormat& format) {
+  list.add("--units", format.units, "length unit of a mesh file").one_of({"mm", "m"}).show_default();
+  list.add("--frame", format.frame, "coordinate frame of a mesh file").one_of({"RAS", "LPS"}).show_default();
+}
+
+Option as_duration(Option option) {
+  return option.range(0.001, 1e7);
+}
+
+Option as_simd(Option option) {
+  return option.one_of({"auto", "generic", "sse4", "avx2", "avx512"});
+}
+
+}  // namespace brachy

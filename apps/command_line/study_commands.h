@@ -1,0 +1,23 @@
+#pragma once
+
+#include <algorithm>
+#include <string_view>
+
+namespace brachy {
+
+/// A command of brachy-study that `brachy` lists and forwards to it.
+struct StudyCommand {
+  const char* name;
+  const char* summary;  ///< for --help
+};
+
+inline constexpr StudyCommand kStudyCommands[] = {
+    {"compare", "Run every model on every reference scene: errors, times, memory, as a table."},
+    {"stability", "Sweep every method until it fails: where, how, and what theory says."},
+    {"zwidth", "Find the stiffest spring a device renders without ringing, against rate and delay."}};
+
+inline bool is_study_command(std::string_view name) {
+  return std::ranges::any_of(kStudyCommands, [&](const StudyCommand& c) { return c.name == name; });
+}
+
+}  // namespace brachy

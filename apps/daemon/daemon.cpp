@@ -1,0 +1,389 @@
+#include "apps/daemon/daemon.h"
+
+#include <pthread.h>
+#include <spdlog/spdlog.h>
+
+#include <cmath>
+#include <csignal>
+#include <future>
+#include <stop_token>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "apps/daemon/control/controls.h"
+#include "apps/daemon/control/scene_reload.h"
+#include "apps/daemon/daemon_setup.h"
+#include "apps/daemon/forces/force_cycle.h"
+#include "apps/daemon/io/event_loop.h"
+#include "apps/daemon/loops/deformation_loop.h"
+#include "apps/daemon/loops/simulation_runs.h"
+#include "apps/daemon/loops/snapshot_loop.h"
+#include "apps/daemon/network_log.h"
+#include "apps/daemon/recorded_session.h"
+#include "apps/daemon/scene_message.h"
+#include "apps/daemon/service/service_watch.h"
+#include "apps/daemon/telemetry/telemetry.h"
+#include "apps/daemon/telemetry/tick_events.h"
+#include "core/base/error.h"
+#include "core/realtime/capabilities.h"
+#include "core/realtime/deadline.h"
+#include "core/realtime/hand_over.h"
+#include "core/realtime/realtime_thread.h"
+#include "core/scene/load_plan.h"
+#include "core/scene/load_structures.h"
+#include "net/broker/broker_options.h"
+#include "net/http/http_listener.h"
+#include "net/igtl/igtl_server.h"
+#include "net/server/server.h"
+
+namespace brachy {
+namespace {
+
+std::unique_ptr<RecordedSession> open_session(const Scene& scene, const DaemonOptions& options,
+                                              const std::optional<Plan>& plan) {
+  if (!options.session) return nullptr;
+  return std::make_unique<RecordedSession>(*options.session, scene, plan);
+}
+
+MeshState start_state(Simulator& simulator, const RecordedSession* session) {
+  if (session) simulator.restore_seeds(session->restored());
+  return simulator.initial_state();
+}
+
+std::vector<Vec3> surface_vertices(const Tissue& tissue) {
+  const auto first = tissue.rest_vertices.begin();
+  return {first, first + static_cast<std::ptrdiff_t>(tissue.surface_count)};
+}
+
+/// The name that top -H and ps -L show.
+void name_thread(const char* name) {
+  pthread_setname_np(pthread_self(), name);
+}
+
+}  // namespace
+
+class Daemon::Impl {
+ public:
+  Impl(const Scene& scene, const DaemonOptions& options)
+      : scene_(scene),
+        options_(options),
+        broker_(broker_options(scene, options)),
+        plan_(load_plan(scene)),
+        structures_(load_structures(scene)),
+        session_(open_session(scene, options, plan_)),
+        runs_(std::make_shared<SimulationRun>(0, false, scene, load_simulated_tissue(scene)), loop_, worker_),
+        states_(start_state(simulator(), session_.get())),
+        seeds_(DroppedSeeds(simulator().initial_state())),
+        needle_count_(scene.needle.count),
+        devices_(make_devices(scene, simulator().tissue(), needle_count_)),
+        tick_forces_(TickForces(needle_count_)),
+        events_(simulator().initial_state(),
+                plan_ ? plan_->seeds(scene.template_grid) : std::vector<PlannedSeed>()),
+        forces_(loop_, tick_forces_.reader, needle_count_, force_outputs(),
+                [this](std::int64_t start_ns) { watch_.on_tick(start_ns); }),
+        server_(loop_.io(), server_options(scene, options, needle_count_), simulator().tissue(), handlers()),
+        controls_(scene, devices_, runs_, server_, log_, session_ != nullptr),
+        watch_(loop_, scene.period_s(),
+               {[this] { forces_.update(monotonic_ns()); }, [this] { return telemetry_.status(); }}),
+        reload_(loop_, worker_, controls_, watch_, options),
+        telemetry_(loop_, {loop_statistics_.reader, control_statistics_.reader, server_, runs_,
+                           std::as_const(forces_).link(), controls_, reload_, watch_,
+                           [this] { return igtl_ ? igtl_->client_count() : 0; }}) {
+    spdlog::info("engine: {}, {} thread{}", to_string(simulator().simd_target()), scene.engine.threads,
+                 scene.engine.threads == 1 ? "" : "s");
+    server_.set_scene(make_scene_message(scene, plan_, structures_));
+    if (scene.device.kind == "scripted" || options.play)
+      if (const std::string refusal = controls_.play(scene.device.loop || options.play); !refusal.empty())
+        throw UserError(refusal);
+    if (const int port = options.http_port.value_or(scene.server.http_port); port >= 0) {
+      net::HttpOptions http;
+      http.port = static_cast<std::uint16_t>(port);
+      http.pages = telemetry_.pages();
+      http_.emplace(loop_.io(), server_, std::move(http), served_viewer(), log_);
+    }
+    if (broker_) publisher_.emplace(loop_.io(), server_, *broker_, log_);
+    if (const auto igtl = igtl_options(scene, options))
+      igtl_.emplace(loop_.io(), *igtl, server_, simulator().tissue(), log_);
+  }
+
+  ~Impl() {
+    worker_.end();  // what it builds refers to members that are destroyed next
+  }
+
+  const net::Server& server() const { return server_; }
+  std::optional<std::uint16_t> http_port() const {
+    return http_ ? std::optional(http_->port()) : std::nullopt;
+  }
+  std::optional<std::uint16_t> igtl_port() const {
+    return igtl_ ? std::optional(igtl_->port()) : std::nullopt;
+  }
+  const std::string& igtl_address() const { return igtl_.value().address(); }
+
+  DaemonSummary run() {
+    end_signals_.start([this](int number) {
+      spdlog::info("signal {}: ending", number);
+      end();
+    });
+    if (options_.duration_s)
+      duration_.start_after(std::chrono::nanoseconds(std::llround(*options_.duration_s * 1e9)),
+                            [this] { end(); });
+    if (options_.report_every_s) telemetry_.start_reports(*options_.report_every_s, options_.json);
+
+    DaemonSummary summary;
+    const std::int64_t start_ns = monotonic_ns();
+    std::vector<Vec3> surface = surface_vertices(simulator().tissue());
+    std::promise<std::string> granted;
+    std::jthread deformation([&](const std::stop_token& stop) {
+      name_thread("deformation");
+      const RealtimeGrant grant =
+          request_realtime({scene_.realtime.fifo_priority, scene_.realtime.lock_memory});
+      drop_capabilities();
+      granted.set_value(to_string(grant));
+      std::vector<Device*> devices;
+      for (const auto& device : devices_) devices.push_back(device.get());
+      run_deformation_loop(stop, runs_.in_use(),
+                           {runs_.reader(), devices, states_.writer, tick_forces_.writer, seeds_.writer,
+                            loop_statistics_.writer});
+    });
+    std::jthread control;
+    if (options_.control_thread || scene_.realtime.control_thread)
+      control = std::jthread([&](const std::stop_token& stop) {
+        name_thread("control");
+        request_realtime(
+            {scene_.realtime.fifo_priority, false});  // the same scheduling as the deformation thread
+        drop_capabilities();
+        run_control_loop(stop, scene_.period_s(), control_statistics_.writer);
+      });
+    // Only those two threads need capabilities. Threads that this one creates from here on inherit none.
+    drop_capabilities();
+    worker_.post([] {
+      name_thread("worker");
+      drop_capabilities();
+    });
+    std::jthread snapshots([&](const std::stop_token& stop) {
+      name_thread("snapshot");
+      summary.snapshots = run_snapshot_loop(stop, scene_.rates.snapshot_hz, states_.reader,
+                                            [&](auto state) { deliver(std::move(state)); });
+    });
+    std::jthread dose([&](const std::stop_token& stop) {
+      name_thread("dose");
+      summary.dose = run_dose_loop(stop, structures_, dose_settings(), std::move(surface), seeds_.reader,
+                                   [&](net::DoseMessage message) { deliver_dose(std::move(message)); });
+    });
+    std::jthread broker;
+    if (publisher_)
+      broker = std::jthread([&](const std::stop_token& stop) {
+        const std::stop_callback stop_publisher(stop, [&] { publisher_->stop(); });
+        publisher_->run();
+      });
+    summary.realtime = granted.get_future().get();
+    if (scene_.realtime.fifo_priority || scene_.realtime.lock_memory) spdlog::info("{}", summary.realtime);
+    watch_.begin();
+
+    loop_.run();
+    worker_.stop();  // a simulator that it still builds, which may take seconds, is not needed any more
+    summary.is_worker_busy = runs_.is_building() || reload_.is_running();
+
+    // The deformation thread first: its last tick is then in the last snapshot.
+    for (std::jthread* thread : {&deformation, &snapshots, &dose, &control, &broker}) {
+      thread->request_stop();
+      if (thread->joinable()) thread->join();
+    }
+    summary.elapsed_s = 1e-9 * static_cast<double>(monotonic_ns() - start_ns);
+    finish(summary);
+    return summary;
+  }
+
+  void stop() {
+    loop_.post([this] { end(); });
+  }
+
+ private:
+  Simulator& simulator() { return runs_.in_use().simulator; }
+  NetworkDevice& network_device(std::size_t needle) { return devices_[needle]->network(); }
+
+  /// Ends whatever the event loop waits for, so that run() returns. On the io thread.
+  void end() {
+    is_ending_ = true;
+    end_signals_.cancel();
+    duration_.cancel();
+    watch_.end();
+    reload_.stop();
+    forces_.stop();
+    telemetry_.stop_reports();
+    if (igtl_) igtl_->stop();
+    server_.stop();
+    if (http_) http_->stop();
+  }
+
+  /// After all threads have ended.
+  void finish(DaemonSummary& summary) {
+    if (publisher_) summary.broker = publisher_->statistics();
+    summary.loop = telemetry_.loop();
+    summary.control = telemetry_.control();
+    summary.simd = to_string(simulator().simd_target());
+    summary.evaluations = simulator().evaluation_counts();
+    for (const auto& device : devices_) {
+      summary.poses_accepted += device->network().guard().count(PoseStatus::kAccepted);
+      summary.poses_refused += device->network().guard().refused();
+    }
+    summary.interventions = forces_.link().interventions();
+    summary.forces_replaced = server_.forces_replaced();
+    summary.wrong_tokens = server_.gate().wrong_tokens();
+    take_last_state();
+    summary.seeds_dropped = events_.seeds_dropped();
+    summary.drops_refused = events_.drops_refused();
+    network_log_.end();
+    if (session_) summary.session = session_->end();
+  }
+
+  // On the io thread.
+  net::ServerHandlers handlers() {
+    net::ServerHandlers h;
+    h.log = log_;
+    h.state = [this] { return telemetry_.state(); };
+    h.on_device = [this](bool attached, const net::DeviceInfo& device) { on_device(attached, device); };
+    h.on_pose = [this](std::uint16_t needle, const NeedlePose& pose) { return on_pose(needle, pose); };
+    h.on_drop = [this](std::uint16_t needle, bool pressed) { network_device(needle).press(pressed); };
+    h.on_control = [this](const net::ControlMessage& message, const std::string& client) {
+      return is_ending_ ? "the daemon is ending" : controls_.execute(message, client);
+    };
+    h.on_arm = [this](std::uint16_t needle, const std::string& client) {
+      forces_.link().arm(needle, client);
+    };
+    return h;
+  }
+
+  void on_device(bool attached, const net::DeviceInfo& device) {
+    NetworkDevice& needle = network_device(device.needle);
+    attached ? needle.attach() : needle.detach();
+    if (is_ending_) return;  // the daemon disconnects it: no fault of the device
+    if (device.takes_force) forces_.on_device(attached, device);
+  }
+
+  net::PoseVerdict on_pose(std::uint16_t needle, const NeedlePose& pose) {
+    const PoseStatus status = network_device(needle).submit(pose);
+    const bool takes_force = forces_.link().gate(needle).connected();
+    if (status == PoseStatus::kAccepted) {
+      if (takes_force) forces_.link().pose_accepted(needle, pose);
+      return {};
+    }
+    if (status == PoseStatus::kNotFinite && takes_force) forces_.link().pose_not_finite(needle);
+    return {false, static_cast<std::uint16_t>(status), std::string(to_string(status))};
+  }
+
+  ForceLinkOutputs force_outputs() {
+    ForceLinkOutputs o;
+    o.send_force = [this](const net::ForceMessage& message) { server_.send(message.needle, message); };
+    o.send_model = [this](const net::LocalModelMessage& message) { server_.send(message.needle, message); };
+    o.round_trip_s = [this](std::uint16_t needle) { return server_.round_trip_s(needle); };
+    o.announce = [this](const net::EventMessage& event) {
+      network_log_.warn("safety: " + event.text);
+      server_.broadcast(event);
+    };
+    return o;
+  }
+
+  // On the snapshot thread. A seed is in the session's ledger before any client receives it.
+  void deliver(std::shared_ptr<const MeshState> state) {
+    if (session_) record(*state);
+    loop_.post([this, run = state->summary.run, seeds = state->seeds.count] {
+      telemetry_.set_seed_count(seeds);
+      controls_.on_snapshot(run);
+      reload_.begin_if_requested();
+    });
+    for (net::EventMessage& event : events_.update(*state)) announce(std::move(event));
+    if (igtl_) igtl_->publish(state);
+    server_.publish(std::move(state));
+  }
+  void record(const MeshState& state) {
+    if (auto failure = session_->record(state))
+      announce({net::EventKind::kWarning, 0, state.summary.tick, std::move(*failure)});
+  }
+  /// Ticks after the last snapshot, whose thread has ended.
+  void take_last_state() {
+    if (!states_.reader.update()) return;
+    if (session_) record(states_.reader.value());
+    events_.update(states_.reader.value());
+  }
+  void announce(net::EventMessage event) {
+    loop_.post([this, event = std::move(event)] { server_.broadcast(event); });
+  }
+
+  // On the dose thread.
+  DoseSettings dose_settings() const {
+    DoseSettings settings = scene_.dose;
+    if (plan_) settings.prescription_gy = plan_->prescription_gy;
+    return settings;
+  }
+  void deliver_dose(net::DoseMessage message) {
+    if (session_) session_->sync();
+    loop_.post([this, message = std::move(message)] { server_.publish(message); });
+  }
+
+  Scene scene_;
+  DaemonOptions options_;
+  std::optional<net::BrokerOptions> broker_;  // nullopt: nothing is published
+  std::optional<Plan> plan_;
+  std::vector<Structure> structures_;
+  std::unique_ptr<RecordedSession> session_;  // snapshot thread; its sync() the dose thread; null: none
+  EventLoop loop_;
+  Worker worker_;        // builds simulators
+  SimulationRuns runs_;  // io thread; its reader the deformation thread
+
+  // From the deformation thread, except the last, which is from the control thread.
+  HandOver<MeshState> states_;    // to the snapshot thread
+  HandOver<DroppedSeeds> seeds_;  // to the dose thread
+  std::size_t needle_count_;
+  std::vector<std::unique_ptr<SwitchedDevice>> devices_;  // by needle
+  HandOver<TickForces> tick_forces_;                      // to the io thread, as the next two
+  HandOver<LoopStatistics> loop_statistics_;
+  HandOver<LoopStatistics> control_statistics_;
+  TickEvents events_;  // snapshot thread
+
+  // On the io thread.
+  SignalWait end_signals_{loop_, {SIGINT, SIGTERM}};  // from construction on: a signal before run() is kept
+  Timer duration_{loop_};
+  NetworkLog network_log_;
+  const std::function<void(const std::string&)> log_ = [this](const std::string& line) {
+    network_log_.info(line);
+  };
+  ForceCycle forces_;
+  bool is_ending_ = false;
+  net::Server server_;
+  std::optional<net::HttpListener> http_;      // its sessions are server_'s
+  std::optional<net::igtl::IgtlServer> igtl_;  // nullopt: off
+  std::optional<net::Publisher> publisher_;    // nullopt: off; its run() has a thread of its own
+  Controls controls_;
+  ServiceWatch watch_;
+  SceneReload reload_;
+  Telemetry telemetry_;
+};
+
+Daemon::Daemon(const Scene& scene, const DaemonOptions& options)
+    : impl_(std::make_unique<Impl>(scene, options)) {}
+Daemon::~Daemon() = default;
+std::uint16_t Daemon::port() const {
+  return impl_->server().port();
+}
+std::optional<std::uint16_t> Daemon::igtl_port() const {
+  return impl_->igtl_port();
+}
+const std::string& Daemon::igtl_address() const {
+  return impl_->igtl_address();
+}
+const std::string& Daemon::address() const {
+  return impl_->server().address();
+}
+std::optional<std::uint16_t> Daemon::http_port() const {
+  return impl_->http_port();
+}
+DaemonSummary Daemon::run() {
+  return impl_->run();
+}
+void Daemon::stop() {
+  impl_->stop();
+}
+
+}  // namespace brachy

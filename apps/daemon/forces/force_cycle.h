@@ -1,0 +1,46 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+
+#include "apps/daemon/forces/force_link.h"
+#include "apps/daemon/forces/tick_forces.h"
+#include "apps/daemon/io/event_loop.h"
+#include "core/realtime/hand_over.h"
+
+namespace brachy {
+
+/// Runs a ForceLink on the io thread: passes each published tick to it and, while a device with forces is
+/// attached or a force still decays to 0, calls its cycle at the rate of the fastest device, at most 1 kHz.
+/// Threads: the io thread.
+class ForceCycle {
+ public:
+  using OnTick = std::function<void(std::int64_t start_ns)>;  ///< a new tick was seen, which began then
+
+  /// `loop` and `ticks` outlive this, which is the only user of `ticks`.
+  ForceCycle(EventLoop& loop, HandOver<TickForces>::Reader& ticks, std::size_t needles,
+             ForceLinkOutputs outputs, OnTick on_tick);
+
+  ForceLink& link() { return link_; }
+  const ForceLink& link() const { return link_; }
+
+  /// A device that takes forces came or left.
+  void on_device(bool attached, const net::DeviceInfo& device);
+  /// Takes the newest tick, if it is new.
+  void update(std::int64_t now_ns);
+  /// Sends no more forces.
+  void stop();
+
+ private:
+  void run_cycle();
+
+  HandOver<TickForces>::Reader& ticks_;
+  ForceLink link_;
+  const OnTick on_tick_;
+  Timer timer_;
+  Timer::Clock::time_point due_;  // of the next cycle
+  bool is_running_ = false, is_stopped_ = false;
+};
+
+}  // namespace brachy

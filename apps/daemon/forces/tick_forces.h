@@ -1,0 +1,43 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "core/simulation/mesh_state.h"
+
+namespace brachy {
+
+/// One needle's part of TickForces.
+struct NeedleTick {
+  NeedleForces forces;
+  LocalContactModel model;
+  bool is_in_contact = false;
+  std::uint64_t input_sequence = 0;  ///< of the pose the tick used, as NeedlePose has them
+  std::int64_t input_stamp_ns = 0;
+  std::int64_t input_received_ns = 0;
+};
+
+/// The part of a tick that determines the forces for the hands: published every tick, not with the 30 Hz
+/// snapshots.
+struct TickForces {
+  std::uint64_t tick = 0;
+  std::int64_t start_ns = 0;        ///< when the tick began (set by the loop); 0: before the first
+  std::vector<NeedleTick> needles;  ///< by id
+
+  explicit TickForces(std::size_t needle_count = 0) : needles(needle_count) {}
+
+  /// Precondition: as many needles as `state`. Real-time: no allocation.
+  void copy_from(const MeshState& state) noexcept {
+    tick = state.summary.tick;
+    for (std::size_t n = 0; n < needles.size(); ++n) {
+      const NeedleState& needle = state.needles.states[n];
+      const bool is_in_contact = needle.contact == ContactState::kTouching ||
+                                 needle.contact == ContactState::kInserted ||
+                                 needle.contact == ContactState::kThrough;
+      needles[n] = {needle.forces,         needle.local_model,    is_in_contact,
+                    needle.input.sequence, needle.input.stamp_ns, needle.input.received_ns};
+    }
+  }
+};
+
+}  // namespace brachy

@@ -1,0 +1,40 @@
+#include "apps/daemon/loops/simulation_runs.h"
+
+#include <cassert>
+#include <exception>
+
+namespace brachy {
+
+void SimulationRuns::begin(const Scene& scene, bool resumes,
+                           std::function<void(const std::string&)> on_failure) {
+  assert(!is_preparing_);
+  is_preparing_ = true;
+  const Tissue* tissue = &in_use_->simulator.tissue();  // stays until the next one is in use
+  worker_.post([this, scene, resumes, tissue, number = in_use_->number + 1, failed = std::move(on_failure)] {
+    std::shared_ptr<SimulationRun> built;
+    std::string failure;
+    try {
+      built = std::make_shared<SimulationRun>(number, resumes, scene, *tissue);
+    } catch (const std::exception& e) {
+      failure = e.what();
+    }
+    loop_.post([this, built, failure, failed] {
+      if (!built) {
+        is_preparing_ = false;
+        return failed(failure);
+      }
+      next_ = built;
+      next_for_loop_.writer.slot() = built.get();
+      next_for_loop_.writer.publish();
+    });
+  });
+}
+
+bool SimulationRuns::on_snapshot(std::uint64_t run) {
+  if (!next_ || run != next_->number) return false;
+  in_use_ = std::move(next_);
+  is_preparing_ = false;
+  return true;
+}
+
+}  // namespace brachy

@@ -1,0 +1,35 @@
+#include "apps/daemon/network_log.h"
+
+#include <spdlog/spdlog.h>
+
+#include "net/wire/text.h"
+
+namespace brachy {
+namespace {
+
+constexpr std::size_t kMaxLineBytes = 2048;
+
+void to_program_log(NetworkLog::Level level, const std::string& line) {
+  spdlog::log(level == NetworkLog::Level::kWarning ? spdlog::level::warn : spdlog::level::info, "{}", line);
+}
+
+}  // namespace
+
+NetworkLog::NetworkLog() : NetworkLog(to_program_log) {}
+
+void NetworkLog::write(Level level, const std::string& line, std::int64_t now_ns) {
+  if (!rate_.pass(now_ns)) {
+    ++left_out_;
+    return;
+  }
+  end();
+  out_(level, net::to_wire_text(line, kMaxLineBytes));
+}
+
+void NetworkLog::end() {
+  if (left_out_ > 0)
+    out_(Level::kWarning, std::to_string(left_out_) + " lines about the network left out: too many at once");
+  left_out_ = 0;
+}
+
+}  // namespace brachy

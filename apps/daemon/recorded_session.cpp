@@ -1,0 +1,68 @@
+#include "apps/daemon/recorded_session.h"
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "apps/score/report.h"
+#include "core/base/error.h"
+
+namespace brachy {
+namespace {
+
+/// An existing directory must stay writable after root's rights over other users' files have been dropped.
+const std::filesystem::path& checked(const std::filesystem::path& folder) {
+  struct stat about {};
+  if (::stat(folder.c_str(), &about) == 0 && ::geteuid() == 0 && about.st_uid != 0 &&
+      (about.st_mode & S_IWOTH) == 0)
+    throw UserError(
+        folder.string() +
+        ": belongs to another user, and brachyd drops root's rights over other users' files once it runs; "
+        "start it as that user, or give a directory that root owns");
+  return folder;
+}
+
+}  // namespace
+
+RecordedSession::RecordedSession(const std::filesystem::path& folder, const Scene& scene,
+                                 std::optional<Plan> plan)
+    : folder_(checked(folder)),
+      scene_(scene),
+      plan_(std::move(plan)),
+      log_(folder, scene.needle.count, scene.period_s()) {
+  if (!log_.restored_text().empty()) spdlog::info("session {}: {}", folder.string(), log_.restored_text());
+}
+
+std::optional<std::string> RecordedSession::record(const MeshState& state) {
+  try {
+    log_.add(state);
+    log_.flush();
+  } catch (const std::runtime_error& e) {
+    if (failure_ == e.what()) return std::nullopt;
+    failure_ = e.what();
+    spdlog::error("session: {}", failure_);
+    return "session: " + failure_;
+  }
+  return std::nullopt;
+}
+
+std::string RecordedSession::end() {
+  try {
+    log_.close();
+  } catch (const std::runtime_error& e) {
+    failure_ = e.what();
+  }
+  if (!failure_.empty()) spdlog::error("session: {}", failure_);
+  std::string kept = fmt::format("{}: {} seeds, {} poses", folder_.string(), log_.seeds(), log_.poses());
+  if (!plan_) return kept;
+  const std::filesystem::path page = folder_ / "report.html";
+  try {
+    return kept + "\n" + to_text(write_report(folder_, *plan_, scene_, page)) + page.string();
+  } catch (const std::exception& e) {  // the recording is complete all the same, for `brachy score`
+    spdlog::error("session: no report: {}", e.what());
+    return kept;
+  }
+}
+
+}  // namespace brachy

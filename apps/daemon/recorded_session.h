@@ -1,0 +1,39 @@
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "apps/session/session_log.h"
+#include "core/brachytherapy/plan/plan.h"
+#include "core/scene/scene.h"
+
+namespace brachy {
+
+/// The session that the daemon records (--session): a SessionLog whose failures are reported without ending
+/// the daemon, and the report at the end.
+/// Threads: one at a time; sync() any other.
+class RecordedSession {
+ public:
+  /// Throws UserError as SessionLog does.
+  RecordedSession(const std::filesystem::path& folder, const Scene& scene, std::optional<Plan> plan);
+
+  const std::vector<Seed>& restored() const { return log_.restored(); }
+
+  /// Writes what is new in `state`. Returns and logs the text of a failure, once; seeds are retried at the
+  /// next call.
+  std::optional<std::string> record(const MeshState& state);
+  void sync() const noexcept { log_.sync_seeds(); }
+
+  /// Closes the files and, with a plan, writes report.html and report.json. Returns a summary for the
+  /// operator.
+  std::string end();
+
+ private:
+  std::filesystem::path folder_;
+  Scene scene_;
+  std::optional<Plan> plan_;
+  SessionLog log_;
+  std::string failure_;
+};
+
+}  // namespace brachy

@@ -1,0 +1,34 @@
+#include "apps/daemon/scene_message.h"
+
+#include "core/brachytherapy/dose/source.h"
+#include "core/models/matrix_kernel/matrix_models.h"
+
+namespace brachy {
+
+net::SceneMessage make_scene_message(const Scene& scene, const std::optional<Plan>& plan,
+                                     const std::vector<Structure>& structures) {
+  net::SceneMessage message;
+  message.needle_length_mm = scene.needle.length_mm;
+  message.needle_diameter_mm = scene.needle.diameter_mm;
+  message.seed_length_mm = kSeedLengthMm;
+  message.seed_diameter_mm = kSeedDiameterMm;
+  message.prescription_gy = plan ? plan->prescription_gy : scene.dose.prescription_gy;
+  message.template_grid = scene.template_grid;
+  if (plan) {
+    for (std::size_t n = 0; n < plan->needles.size(); ++n)
+      message.planned_needles.push_back({plan->planned_tip(scene.template_grid, n), plan->needles[n].hole});
+    for (const PlannedSeed& seed : plan->seeds(scene.template_grid))
+      message.planned_seeds.push_back({seed.position, seed.axis, static_cast<std::uint32_t>(seed.needle)});
+  }
+  for (const Structure& structure : structures) {
+    if (structure.name == "prostate") continue;
+    net::SceneStructure shown{structure.name, {}, structure.mesh.triangles};
+    for (const Vec3& vertex : structure.mesh.vertices)
+      for (int k = 0; k < 3; ++k) shown.vertices.push_back(static_cast<float>(vertex[k]));
+    message.structures.push_back(std::move(shown));
+  }
+  message.kernels = all_model_names();
+  return message;
+}
+
+}  // namespace brachy

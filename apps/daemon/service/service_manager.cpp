@@ -1,0 +1,42 @@
+#include "apps/daemon/service/service_manager.h"
+
+#include <systemd/sd-daemon.h>
+
+#include <cstdint>
+
+#include "core/realtime/deadline.h"
+
+namespace brachy {
+namespace {
+
+// Errors are ignored: the simulation runs without a service manager too.
+void notify(const std::string& state) {
+  sd_notify(0, state.c_str());
+}
+
+}  // namespace
+
+ServiceManager::ServiceManager() {
+  std::uint64_t us = 0;
+  if (sd_watchdog_enabled(0, &us) > 0) watchdog_ = std::chrono::microseconds(us);
+}
+
+void ServiceManager::ready(const std::string& status) {
+  notify("READY=1\nSTATUS=" + status);
+}
+
+void ServiceManager::alive(const std::string& status) {
+  notify("WATCHDOG=1\nSTATUS=" + status);
+}
+
+void ServiceManager::reloading() {
+  // systemd 253 and later (Type=notify-reload) want to know when it began.
+  notify("RELOADING=1\nMONOTONIC_USEC=" + std::to_string(monotonic_ns() / 1000) +
+         "\nSTATUS=reading the scene again");
+}
+
+void ServiceManager::stopping() {
+  notify("STOPPING=1\nSTATUS=ending");
+}
+
+}  // namespace brachy

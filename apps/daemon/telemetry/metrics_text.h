@@ -1,0 +1,34 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+
+#include "apps/daemon/loops/loop_statistics.h"
+#include "core/scene/scene.h"
+#include "haptics/force/force_gate.h"
+#include "net/server/server.h"
+#include "net/wire/messages.h"
+
+namespace brachy {
+
+/// The content of /metrics. No names or addresses of clients, no patient data.
+struct DaemonMetrics {
+  std::string simd;
+  double start_time_s = 0;  ///< of the wall clock, since 1970
+  const LoopStatistics& loop;
+  const LoopStatistics& control;  ///< without ticks if there is no control thread
+  const Scene& scene;             ///< in use
+  net::StateMessage state;        ///< as Server::state
+  net::Server::RoleCounts clients;
+  std::size_t igtl_clients = 0;
+  std::uint64_t connections_refused = 0, wrong_tokens = 0, forces_replaced = 0;
+  std::array<std::uint64_t, kInterventions> interventions{};
+  std::uint32_t seeds = 0;  ///< in the tissue
+  std::uint64_t reloads_done = 0, reloads_refused = 0;
+};
+
+/// Prometheus' text format, version 0.0.4: base units (seconds, bytes), counters since the daemon's start.
+std::string metrics_text(const DaemonMetrics& metrics);
+
+}  // namespace brachy

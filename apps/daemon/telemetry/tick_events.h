@@ -1,0 +1,39 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "apps/daemon/telemetry/guard_events.h"
+#include "core/brachytherapy/plan/plan.h"
+#include "core/simulation/mesh_state.h"
+#include "net/wire/messages.h"
+
+namespace brachy {
+
+/// Events between one snapshot and the next as messages for operators: contact, punctures, seeds, actions of
+/// the injectivity guard.
+/// Threads: one.
+class TickEvents {
+ public:
+  /// `start`: before the first tick. `planned`: Plan::seeds; empty without a plan.
+  TickEvents(const MeshState& start, std::vector<PlannedSeed> planned);
+
+  /// The events since the last call. After a restart of the simulation only the new run's.
+  std::vector<net::EventMessage> update(const MeshState& state);
+
+  std::uint32_t seeds_dropped() const { return seeds_dropped_; }
+  std::uint32_t drops_refused() const { return drops_refused_; }
+
+ private:
+  void restart_from_full_frame(const MeshState& state);
+  std::string text_of(const Seed& seed) const;
+
+  std::vector<PlannedSeed> planned_;
+  std::vector<NeedleState> last_;
+  std::uint64_t run_;
+  std::uint32_t seed_count_;
+  std::uint32_t seeds_dropped_ = 0, drops_refused_ = 0;
+  GuardEvents guard_;
+};
+
+}  // namespace brachy

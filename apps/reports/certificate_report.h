@@ -1,0 +1,59 @@
+#pragma once
+
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "apps/reports/certificate_tally.h"
+
+namespace brachy {
+
+/// Adds the tally to a tool's JSON; `counted` is "ticks" or "frames". What is not known is null.
+inline void add_to_json(nlohmann::ordered_json& json, const std::string& counted,
+                        const CertificateTally& tally) {
+  json[counted + "_injective"] = tally.injective;
+  json[counted + "_folded"] = tally.folded;
+  json[counted + "_unknown"] = tally.unknown;
+  json[counted + "_unflagged"] = tally.unflagged;
+  json[counted + "_substepped"] = tally.substepped;
+  json[counted + "_clamped"] = tally.clamped;
+  json[counted + "_merged"] = tally.merged;
+  json[counted + "_dropped"] = tally.dropped;
+  json[counted + "_solve_failed"] = tally.solve_failed;
+  json["min_det_bound"] = tally.min_det_bound;
+  json["min_vertex_det"] = tally.min_vertex_det;
+  json["max_substeps"] = tally.max_substeps;
+  json["max_held_mm"] = tally.max_held_mm;
+  json["max_condition"] = tally.max_condition;
+  json["nonfinite"] = tally.nonfinite;
+}
+
+/// Of one tick: the verdict, the least det that is known, and what guarded the field.
+inline std::string one_line(const std::optional<Certificate>& certificate, std::uint32_t step_flags) {
+  if (!certificate) return std::string(to_string(Verdict::kUnknown));
+  const Certificate& c = *certificate;
+  std::string text = fmt::format("{} det {:.3f}", to_string(c.verdict), std::fmin(c.det_bound, c.vertex_det));
+  if (step_flags & kStepSubstepped) text += fmt::format(" sub-steps {}", c.substeps);
+  if (step_flags & kStepClamped) text += fmt::format(" held {:.1f} mm", c.held_mm);
+  return text;
+}
+
+/// Two lines for people; `counted` is "ticks" or "frames".
+inline std::string to_text(const std::string& counted, const CertificateTally& tally) {
+  const auto known = [](double det) {
+    return std::isnan(det) ? std::string("not known") : fmt::format("{:.3f}", det);
+  };
+  return fmt::format(
+      "  {}: {} injective, {} folded, {} unknown; least det: bound {}, at vertices {}\n"
+      "  guard: {} with sub-steps (at most {}), {} clamped (at most {:.2f} mm), {} merged, {} left "
+      "out{}{}{}\n",
+      counted, tally.injective, tally.folded, tally.unknown, known(tally.min_det_bound),
+      known(tally.min_vertex_det), tally.substepped, tally.max_substeps, tally.clamped, tally.max_held_mm,
+      tally.merged, tally.dropped,
+      tally.solve_failed ? fmt::format(", {} NOT SOLVED", tally.solve_failed) : "",
+      tally.unflagged ? fmt::format(", {} NOT FLAGGED", tally.unflagged) : "",
+      tally.nonfinite ? fmt::format(", {} NOT FINITE", tally.nonfinite) : "");
+}
+
+}  // namespace brachy

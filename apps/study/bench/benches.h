@@ -1,0 +1,30 @@
+#pragma once
+
+#include "apps/study/bench/report.h"
+#include "core/base/simd/simd_target.h"
+
+namespace brachy::bench {
+
+struct BenchOptions {
+  bool is_quick = false;  ///< only what the goals and the charts need, in under three minutes
+  SimdTarget target = best_simd_target();
+};
+
+// Each registers its benchmarks, which add their rows to `report` as they run. Both arguments must outlive the run.
+void add_tick_benches(Report& report, const BenchOptions& options);  ///< whole ticks, moving and fixed
+void add_direct_benches(Report& report,
+                        const BenchOptions& options);  ///< direct evaluation, against the FMA peak
+void add_scaling_benches(Report& report,
+                         const BenchOptions& options);                 ///< points inside and outside supports
+void add_system_benches(Report& report, const BenchOptions& options);  ///< the landmark system by itself
+void add_guard_benches(Report& report,
+                       const BenchOptions& options);  ///< the cost of certificate and guard in a tick
+void add_reactions_benches(Report& report,
+                           const BenchOptions& options);  ///< the evaluations of a field by contact mechanics
+void add_needles_benches(Report& report,
+                         const BenchOptions& options);  ///< whole ticks with three needles at work
+void add_dose_benches(Report& report,
+                      const BenchOptions& options);  ///< a seed on the dose grid, DVH, and the grid's spacing
+void add_figure6_benches(Report& report, const BenchOptions& options);  ///< the paper's figure 6
+
+}  // namespace brachy::bench

@@ -1,0 +1,119 @@
+// A whole tick with three needles at work, each with 30 landmarks, all of them pushed on and drawn back at 12
+// cm/s: ours is Simulator::step, the baseline the same with one needle. The quantiles are of every tick's
+// thread time, which no one else's load is part of.
+#include <cmath>
+#include <ctime>
+#include <memory>
+
+#include "apps/study/bench/benches.h"
+#include "apps/study/bench/turns.h"
+#include "apps/study/bench/workload.h"
+#include "core/realtime/histogram.h"
+#include "core/scene/load_simulation_model.h"
+#include "core/scene/load_tissue.h"
+#include "core/simulation/simulator.h"
+
+namespace brachy::bench {
+namespace {
+
+constexpr double kStride = 0.6;  // mm a tick: 12 cm/s at 200 Hz, clinical (core/DESIGN.md, section 4)
+constexpr double kStart = -50, kDeepest = 32;
+
+std::int64_t thread_ns() {
+  timespec t{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
+  return t.tv_sec * 1'000'000'000LL + t.tv_nsec;
+}
+
+/// `count` needles in, 8 mm apart; then all of them to and fro in their last millimetres.
+class Insertion {
+ public:
+  Insertion(std::size_t count, const std::string& kernel, SimdTarget target)
+      : simulator_(load_simulation_model(scene(count, kernel, target), body())),
+        state_(simulator_.initial_state()),
+        poses_(count) {
+    for (double z = kStart; z < kDeepest; z += kStride) step_at(z);
+  }
+  void advance() {
+    const auto phase = static_cast<double>(tick_++ % 16);
+    z_ = kDeepest + kStride * (4 - std::abs(phase - 8));
+  }
+  void step() {
+    const std::int64_t start = thread_ns();
+    step_at(z_);
+    times_.record(thread_ns() - start);
+    flags_ |= state_.summary.step_flags;
+  }
+  const MeshState& state() const { return state_; }
+  const Histogram& times() const { return times_; }
+  std::uint32_t flags() const { return flags_; }
+
+ private:
+  /// Of the paper's number of points, and as deep as 30 landmarks take.
+  static Scene body_scene() {
+    Scene scene;
+    scene.tissue.points = kPaperPoints;
+    scene.tissue.phantom_size_mm = Vec3(84, 76, 90);
+    return scene;
+  }
+  static const Tissue& body() {
+    static const Tissue tissue = load_tissue(body_scene()).tissue;
+    return tissue;
+  }
+  static Scene scene(std::size_t count, const std::string& kernel, SimdTarget target) {
+    Scene scene = body_scene();
+    scene.model.kernel = kernel;
+    scene.engine.simd = to_string(target);
+    scene.needle.count = count;
+    scene.contact.landmark_spacing_mm = 2.5;
+    scene.contact.max_landmarks = 81;
+    return scene;
+  }
+  void step_at(double z) {
+    for (std::size_t n = 0; n < poses_.size(); ++n) {
+      poses_[n].present = true;
+      poses_[n].X_WN.p = Vec3(8 * static_cast<double>(n) - 8, -4, z);
+    }
+    simulator_.step(poses_, state_);
+  }
+
+  Simulator simulator_;
+  MeshState state_;
+  std::vector<NeedlePose> poses_;
+  double z_ = kDeepest;
+  std::uint64_t tick_ = 0;
+  std::uint32_t flags_ = 0;
+  Histogram times_;
+};
+
+void run_needles(benchmark::State& state, Report& report, SimdTarget target, Row row) {
+  Insertion three(3, row.kernel, target), one(1, row.kernel, target);
+  time_row(state, row, {[&] { three.step(); }, [&] { three.advance(); }},
+           {[&] { one.step(); }, [&] { one.advance(); }});
+  const auto ms = [](std::int64_t ns) { return 1e-6 * static_cast<double>(ns); };
+  row.landmarks = three.state().summary.landmark_count;
+  row.more["ticks"] = static_cast<double>(three.times().count());
+  row.more["p99_ms"] = ms(three.times().quantile(0.99));
+  row.more["max_ms"] = ms(three.times().max());
+  row.more["unsettled"] = (three.flags() & (kStepSlipUnsettled | kStepSolveFailed)) != 0;
+  state.counters["landmarks"] = static_cast<double>(row.landmarks);
+  state.counters["p99_ms"] = row.more["p99_ms"];
+  state.counters["max_ms"] = row.more["max_ms"];
+  state.counters["unsettled"] = row.more["unsettled"];
+  report.rows.push_back(row);
+}
+
+}  // namespace
+
+void add_needles_benches(Report& report, const BenchOptions& options) {
+  for (const char* kernel : {"psi31", "elastic"}) {
+    const Row row{
+        .name = "needles", .kernel = kernel, .points = kPaperPoints, .landmarks = 90, .moving = true};
+    const auto target = options.target;
+    add_benchmark(report, name_of(row), [&report, target, row](benchmark::State& state) {
+      run_needles(state, report, target, row);
+    });
+  }
+}
+
+}  // namespace brachy::bench

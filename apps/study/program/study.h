@@ -1,0 +1,57 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "apps/study/slices/slice.h"
+
+namespace brachy {
+
+// The commands of brachy-study: the options of each, after checking, and the function that runs it. Each function
+// returns an ExitCode (apps/command_line/options.h) and throws UserError for bad input.
+
+struct CompareOptions {
+  std::optional<std::filesystem::path> references;      ///< none: the installed scenes, or the sources'
+  std::optional<std::filesystem::path> beads;           ///< measured beads instead of reference scenes
+  std::optional<std::filesystem::path> json, markdown;  ///< files to write
+  std::vector<std::string> models, scenes;              ///< beginnings of names; empty: all
+  bool quick = false;                                   ///< listed models only, ticks timed for less long
+  std::optional<Slice> slice;                           ///< of the rows; written to `json`
+  std::vector<std::filesystem::path> merge;             ///< slices' files, instead of running anything
+};
+
+struct StabilityOptions {
+  /// none: the built-in defaults, which are config/prostate.toml's
+  std::optional<std::filesystem::path> scene;
+  std::optional<std::filesystem::path> json;  ///< file to write
+  std::optional<std::filesystem::path> out;   ///< folder of the table and the charts' data
+  std::vector<std::string> sweeps;            ///< names; empty: all
+  bool quick = false;                         ///< fewer and smaller cases
+  std::optional<Slice> slice;                 ///< of the sweeps; written to `json`
+  std::vector<std::filesystem::path> merge;   ///< slices' files, instead of sweeping anything
+};
+
+struct ZWidthOptions {
+  double mass_kg = 0.1, damping_n_s_per_mm = 0.0005;    ///< of the device
+  std::optional<std::filesystem::path> json, markdown;  ///< files to write
+  bool quick = false;                                   ///< fewer cases
+};
+
+using StudyOptions = std::variant<CompareOptions, StabilityOptions, ZWidthOptions>;
+
+/// Runs every model on every reference scene: errors, times, memory; or scores models against measured beads.
+int compare(const CompareOptions& options);
+/// Sweeps every method until it fails.
+int stability(const StabilityOptions& options);
+/// Finds the stiffest spring that a device renders stably, against rate and delay.
+int zwidth(const ZWidthOptions& options);
+
+/// The command line of brachy-study. The program's name in messages is that of argv[0], since `brachy` forwards to it.
+/// Where nothing is left to do (--help, --version, wrong usage, all already printed) `exit_code` is set and the
+/// result is unused.
+StudyOptions parse_study_line(int argc, char** argv, std::optional<int>& exit_code);
+
+}  // namespace brachy

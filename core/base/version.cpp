@@ -1,0 +1,9 @@
+#include "core/base/version.h"
+
+namespace brachy {
+
+std::string version() {
+  return BRACHY_VERSION;
+}
+
+}  // namespace brachy

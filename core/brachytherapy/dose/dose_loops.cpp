@@ -1,0 +1,131 @@
+// Compiled with -ffp-contract=fast: where a target has FMA, a·b + c is one instruction.
+#include "core/brachytherapy/dose/dose_loops.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <numbers>
+
+#include "core/base/simd/simd_attributes.h"
+#include "core/brachytherapy/dose/dose_rate.h"
+
+namespace brachy {
+namespace {
+
+constexpr int kRun = 64;    // points for each pass: the data between its two loops stay in the L1 cache
+constexpr int kLanes = 16;  // of the widest vector; rows are rounded up to it
+constexpr float kPi = std::numbers::pi_v<float>;
+// Points nearer to the axis, mm, are moved there: outside the capsule G then changes by less than rounding.
+constexpr float kOnAxis = 1e-4f;
+
+// atan2(y, x), y > 0: atan(t)/t on [0, 1] by a polynomial in t² of least relative error, 1e-7 (fitted by reweighted
+// least squares).
+BRACHY_INLINE float angle(float y, float x) {
+  const float ax = std::abs(x);
+  const float t = std::min(y, ax) / std::max(y, ax), w = t * t;
+  float p = -0.00469327472f;
+  p = p * w + 0.0242523986f;
+  p = p * w - 0.059486387f;
+  p = p * w + 0.0991429242f;
+  p = p * w - 0.140194808f;
+  p = p * w + 0.199697239f;
+  p = p * w - 0.333319907f;
+  p = p * w + 0.999999901f;
+  float a = p * t;
+  a = y > ax ? kPi / 2 - a : a;
+  return x < 0 ? kPi - a : a;
+}
+
+// Position v in a table of `count` values at whole numbers: the interval, and the fraction along it. The end where v is
+// beyond it or NaN.
+BRACHY_INLINE void locate(float v, int count, std::int32_t& interval, float& share) {
+  const float last = static_cast<float>(count - 1);
+  const float inside = v < last ? v : last;
+  interval = std::min(static_cast<std::int32_t>(inside), count - 2);
+  share = inside - static_cast<float>(interval);
+}
+
+BRACHY_INLINE void add_row(const DoseTables& tables, const DoseRow& row, float strength_u, std::size_t count,
+                           float* __restrict dose) {
+  constexpr float kHalfLength = static_cast<float>(kSeedLengthMm / 2),
+                  kRadius = static_cast<float>(kSeedDiameterMm / 2);
+  constexpr int kColumns = static_cast<int>(DoseTables::kAnisotropyRadii);
+  const float L = tables.active_length_mm, scale = strength_u * tables.scale;
+  const int total = static_cast<int>(count);
+  alignas(64) float r[kRun], theta[kRun], value[kRun];
+  for (int first = 0; first < total; first += kRun) {
+    const int n = std::min(kRun, total - first), padded = (n + kLanes - 1) / kLanes * kLanes;
+    for (int k = 0; k < padded; ++k) {
+      const float i = static_cast<float>(first + k);
+      const float x = row.away[0] + i * row.away_step[0], y = row.away[1] + i * row.away_step[1],
+                  w = row.away[2] + i * row.away_step[2];
+      float z = std::abs(row.along + i * row.along_step), rho = std::sqrt(x * x + y * y + w * w);
+      const float outwards = std::max(std::min(kRadius - rho, kHalfLength - z), 0.0f);  // dose_rate.h
+      z += outwards;
+      rho = std::max(rho + outwards, kOnAxis);
+      const float q = rho * rho + (z - L / 2) * (z + L / 2);
+      value[k] = scale * angle(L * rho, q) / (L * rho);
+      r[k] = std::sqrt(rho * rho + z * z);
+      theta[k] = (180 / kPi) * angle(rho, z);
+    }
+    for (int k = 0; k < padded; ++k) {
+      std::int32_t i, j, l;
+      float s, t, u;
+      locate(r[k] * (1 / DoseTables::kRadialStepMm), DoseTables::kRadialCount, i, s);
+      locate(r[k] * (1 / DoseTables::kAnisotropyStepMm), DoseTables::kAnisotropyRadii, j, t);
+      locate(theta[k], DoseTables::kAngles, l, u);
+      const float g = tables.radial[i] + s * (tables.radial[i + 1] - tables.radial[i]);
+      const float* f = tables.anisotropy;
+      const std::int32_t at = l * kColumns + j;
+      const float lower = f[at] + t * (f[at + 1] - f[at]);
+      const float upper = f[at + kColumns] + t * (f[at + kColumns + 1] - f[at + kColumns]);
+      value[k] *= g * (lower + u * (upper - lower));
+    }
+    for (int k = 0; k < n; ++k) dose[first + k] += value[k];
+  }
+}
+
+// NOLINTBEGIN(bugprone-macro-parentheses): an attribute cannot stand in parentheses.
+#define BRACHY_TARGET(name, attribute)                                                        \
+  struct name {                                                                               \
+    attribute static void run(const DoseTables& tables, const DoseRow& row, float strength_u, \
+                              std::size_t count, float* dose) {                               \
+      add_row(tables, row, strength_u, count, dose);                                          \
+    }                                                                                         \
+    static constexpr DoseLoops kLoops{run};                                                   \
+  }
+// NOLINTEND(bugprone-macro-parentheses)
+
+BRACHY_TARGET(Generic, );
+BRACHY_TARGET(Sse4, BRACHY_SSE4);
+BRACHY_TARGET(Avx2, BRACHY_AVX2);
+BRACHY_TARGET(Avx512, BRACHY_AVX512);
+
+DoseTables make_tables(const Tg43Source& source) {
+  DoseTables tables;
+  tables.active_length_mm = static_cast<float>(10 * source.active_length_cm);
+  // G in 1/mm² is 1/100 of that in 1/cm²: both here and at the reference point the table's lengths are mm.
+  tables.scale = static_cast<float>(100 * total_gy_per_cgy_h(source.model) * source.dose_rate_constant /
+                                    geometry_function(source.active_length_cm, 1, 0));
+  for (std::size_t i = 0; i < DoseTables::kRadialCount; ++i)
+    tables.radial[i] = static_cast<float>(radial_dose_function(source, static_cast<double>(i) / 100));
+  for (std::size_t l = 0; l < DoseTables::kAngles; ++l)
+    for (std::size_t j = 0; j < DoseTables::kAnisotropyRadii; ++j)
+      tables.anisotropy[l * DoseTables::kAnisotropyRadii + j] = static_cast<float>(
+          anisotropy_function(source, 0.25 * static_cast<double>(j), static_cast<double>(l)));
+  return tables;
+}
+
+}  // namespace
+
+const DoseTables& dose_tables(SourceModel model) {
+  static const DoseTables iodine = make_tables(tg43_source(SourceModel::kAmersham6711));
+  static const DoseTables palladium = make_tables(tg43_source(SourceModel::kTheraSeed200));
+  return model == SourceModel::kTheraSeed200 ? palladium : iodine;
+}
+
+const DoseLoops& dose_loops(SimdTarget target) {
+  return loops_for(target, Generic::kLoops, Sse4::kLoops, Avx2::kLoops, Avx512::kLoops);
+}
+
+}  // namespace brachy

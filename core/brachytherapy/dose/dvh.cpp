@@ -1,0 +1,94 @@
+#include "core/brachytherapy/dose/dvh.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+namespace brachy {
+namespace {
+
+constexpr std::size_t kBinsPerPercent = 10;
+constexpr auto kBins = static_cast<std::size_t>(100 * kHistogramEnd) * kBinsPerPercent;  // and one beyond
+constexpr std::size_t kDvhPercents = 301;
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+// Volumes by dose: the volume of each bin, the volume above its lower edge, and interpolation between.
+class DoseHistogram {
+ public:
+  DoseHistogram(double prescription_gy)
+      : bin_gy_(prescription_gy / (100 * kBinsPerPercent)), volume_(kBins + 1) {}
+
+  void add(double gy, double volume) {
+    volume_[std::min(static_cast<std::size_t>(gy / bin_gy_), kBins)] += volume;
+  }
+
+  // To be called once, after the last add.
+  void sum_up(double max_gy) {
+    max_gy_ = max_gy;
+    above_.assign(kBins + 2, 0);
+    for (std::size_t i = kBins + 1; i-- > 0;) above_[i] = above_[i + 1] + volume_[i];
+  }
+  double total() const { return above_[0]; }
+  double at_least_percent(std::size_t percent) const { return above_[percent * kBinsPerPercent]; }
+  // The minimum dose to the hottest `volume`; 0 ≤ volume ≤ total().
+  double dose_of(double volume) const {
+    // The last bin above whose lower edge lies at least that volume.
+    const auto found =
+        std::partition_point(above_.begin(), above_.end(), [&](double v) { return v >= volume; });
+    const std::size_t i =
+        std::clamp<std::size_t>(static_cast<std::size_t>(found - above_.begin()), 1, kBins + 1) - 1;
+    const double lower = bin_gy_ * static_cast<double>(i);
+    const double upper = i == kBins ? std::max(max_gy_, lower) : lower + bin_gy_;
+    return volume_[i] > 0 ? std::min(lower + (upper - lower) * (above_[i] - volume) / volume_[i], max_gy_)
+                          : lower;
+  }
+
+ private:
+  double bin_gy_, max_gy_ = 0;
+  std::vector<double> volume_, above_;
+};
+
+}  // namespace
+
+StructureDose structure_dose(std::string name, const StructureVoxels& voxels, const DoseGrid& grid,
+                             double prescription_gy) {
+  StructureDose result;
+  result.name = std::move(name);
+  result.volume_cc = voxels.volume_cc;
+  result.volume_share.assign(kDvhPercents, 0);
+  DoseHistogram histogram(prescription_gy);
+  double sum = 0, max = 0, min = std::numeric_limits<double>::infinity();
+  const auto take = [&](double gy, double volume) {
+    histogram.add(gy, volume);
+    sum += volume * gy;
+    max = std::max(max, gy);
+    min = std::min(min, gy);
+  };
+  const double voxel_mm3 = std::pow(grid.spacing_mm(), 3);
+  for (const std::uint32_t voxel : voxels.whole) take(static_cast<double>(grid.dose_gy()[voxel]), voxel_mm3);
+  for (const StructureVoxels::Part& part : voxels.parts) take(grid.at(part.centre), part.volume_mm3);
+  histogram.sum_up(max);
+  const double total = histogram.total();
+  if (!(total > 0)) {
+    result.mean_gy = result.min_gy = result.max_gy = kNaN;
+    result.d90_gy = result.d30_gy = result.d10_gy = result.d2cc_gy = kNaN;
+    return result;
+  }
+  result.mean_gy = sum / total;
+  result.min_gy = min;
+  result.max_gy = max;
+  for (std::size_t k = 0; k < kDvhPercents; ++k)
+    result.volume_share[k] = static_cast<float>(histogram.at_least_percent(k) / total);
+  result.v100_percent = 100 * histogram.at_least_percent(100) / total;
+  result.v150_percent = 100 * histogram.at_least_percent(150) / total;
+  result.v200_percent = 100 * histogram.at_least_percent(200) / total;
+  result.v100_cc = result.volume_cc * result.v100_percent / 100;
+  result.d90_gy = histogram.dose_of(0.9 * total);
+  result.d30_gy = histogram.dose_of(0.3 * total);
+  result.d10_gy = histogram.dose_of(0.1 * total);
+  result.d2cc_gy = result.volume_cc < 2 ? kNaN : histogram.dose_of(2 / result.volume_cc * total);
+  return result;
+}
+
+}  // namespace brachy

@@ -1,0 +1,35 @@
+#pragma once
+
+#include <cstdint>
+
+#include "core/injectivity/certificate.h"
+#include "core/models/displacement_field.h"
+
+namespace brachy {
+
+/// Whether a position has a unique material point, and if not, why.
+enum class Inversion : std::uint8_t {
+  kFound,
+  kFolded,        ///< the field folds: the position may have several
+  kAmbiguous,     ///< folding of the field is unknown, and the searches found different points
+  kNotConverged,  ///< not within kInversionTolerance in kInversionSteps
+};
+
+inline constexpr double kInversionTolerance = 1e-6;  ///< mm, of X + u(X) from the position
+inline constexpr int kInversionSteps = 40;
+
+struct MaterialPoint {
+  Inversion result = Inversion::kNotConverged;
+  Vec3 X = Vec3::Zero();      ///< mm, where it is at rest
+  Mat3 F = Mat3::Identity();  ///< I + ∇u there
+};
+
+/// The material point X of a position x in the deformed tissue, X + u(X) = x (core/DESIGN.md, section 6), by
+/// Newton's method with step halving, the gradient of u by central differences, starting at `guess`, the needle's
+/// tip in the rest shape. In a field certified injective there is exactly one; where the verdict is unknown a search
+/// also starts at x, and the point is accepted if all searches find the same one.
+/// Threads: the field's. Real-time: no allocation; at most some 2,000 evaluations of u, two dozen usually.
+MaterialPoint find_material_point(const DisplacementField& field, Verdict verdict, const Vec3& x,
+                                  const Vec3& guess) noexcept;
+
+}  // namespace brachy

@@ -1,0 +1,29 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/brachytherapy/seeds/seed.h"
+
+namespace brachy {
+
+/// The first line of a file of seeds that fell, the ledger of a session: a row for each, in the order of falling.
+/// `planned` is −1 for a seed that is not in the plan, `source` 6711 or 200; mm, world frame W.
+inline constexpr std::string_view kSeedHeader =
+    "seed,tick,t_s,needle,planned,certified,source,strength_u,x,y,z,ax,ay,az,"
+    "rest_x,rest_y,rest_z,rest_ax,rest_ay,rest_az,gland_x,gland_y,gland_z";
+
+/// One line without its end; numbers have enough digits that the same bits are read back. The present position is not
+/// included.
+std::string seed_row(const Seed& seed);
+
+/// Parses such a text; `name` stands for the file in errors. Position and axis are those at rest. No rows: no seeds.
+/// Throws UserError "name:line: what; fix" also where ids are not 1, 2, 3, ….
+std::vector<Seed> parse_seeds(std::string_view text, const std::string& name);
+
+/// parse_seeds of a file. Throws UserError, also where it is not a readable regular file.
+std::vector<Seed> load_seeds(const std::filesystem::path& file);
+
+}  // namespace brachy

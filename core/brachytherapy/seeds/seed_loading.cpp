@@ -1,0 +1,113 @@
+#include "core/brachytherapy/seeds/seed_loading.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace brachy {
+
+SeedLoading::SeedLoading(const SeedSettings& settings, const TemplateGrid& grid,
+                         const std::optional<Plan>& plan, std::size_t needles)
+    : settings_(settings), grid_(grid), held_(needles) {
+  if (!plan) return;
+  planned_ = plan->seeds(grid);
+  is_gone_.assign(planned_.size(), 0);
+  for (std::size_t n = 0, seed = 0; n < plan->needles.size(); ++n) {
+    holes_.push_back(plan->planned_tip(grid, n));
+    first_of_needle_.push_back(seed);
+    seed += plan->needles[n].seed_offsets_mm().size();
+  }
+  first_of_needle_.push_back(planned_.size());
+}
+
+void SeedLoading::update(std::size_t n, const NeedlePose& pose) noexcept {
+  Held& held = held_[n];
+  held.request_failed = false;
+  held.waits = false;
+  if (!pose.present) return;
+  held.last_tip = held.is_known ? held.tip : pose.X_WN.p;
+  held.is_known = true;
+  held.tip = pose.X_WN.p;
+  const bool was_held = held.button;
+  held.button = pose.button;
+  if (held.button && !was_held) press(held, pose.X_WN.R.col(2));
+  if (!held.button && is_train()) held.plan_needle.reset();
+}
+
+void SeedLoading::press(Held& held, const Vec3& axis) noexcept {
+  held.plan_needle = plan_needle_at(held.tip, axis);
+  held.has_refused = false;
+  if (!is_train()) {
+    held.is_asked = true;
+    return;
+  }
+  const std::size_t first = first_remaining(held.plan_needle);
+  held.request_failed = first == planned_.size();
+  if (held.request_failed) return held.plan_needle.reset();
+  // A whole train lies as planned; the rest of one that was begun has been pushed to the tip by the stylet.
+  const bool is_whole = first == first_of_needle_[*held.plan_needle];
+  held.pushed_mm = is_whole ? 0 : planned_[first].offset_mm - 0.5 * PlanNeedle::kSeedMm;
+  held.press_tip = held.tip;
+  held.axis = axis;
+}
+
+// The plan's needle whose hole the line passes within half a spacing, in x and in y.
+std::optional<std::size_t> SeedLoading::plan_needle_at(const Vec3& tip, const Vec3& axis) const noexcept {
+  const Vec3 met = tip + (grid_.origin_mm.z() - tip.z()) / axis.z() * axis;
+  for (std::size_t n = 0; n < holes_.size(); ++n) {
+    const Vec3 off = (met - holes_[n]).cwiseAbs();
+    if (std::max(off.x(), off.y()) < 0.5 * grid_.spacing_mm)
+      return n;  // false where the line is parallel to the template
+  }
+  return {};
+}
+
+std::size_t SeedLoading::first_remaining(const std::optional<std::size_t>& plan_needle) const noexcept {
+  if (!plan_needle) return planned_.size();
+  for (std::size_t i = first_of_needle_[*plan_needle]; i < first_of_needle_[*plan_needle + 1]; ++i)
+    if (!is_gone_[i]) return i;
+  return planned_.size();
+}
+
+std::optional<SeedDrop> SeedLoading::due(std::size_t n) const noexcept {
+  const Held& held = held_[n];
+  if (held.waits || !(is_train() ? held.plan_needle.has_value() : held.is_asked)) return {};
+  const std::size_t next = first_remaining(held.plan_needle);
+  if (next == planned_.size()) {
+    if (is_train()) return {};
+    return SeedDrop{Seed::kUnplanned, settings_.source, settings_.air_kerma_strength_u, held.tip};
+  }
+  const PlannedSeed& seed = planned_[next];
+  SeedDrop drop{static_cast<std::int32_t>(next), seed.source, seed.air_kerma_strength_u, held.tip};
+  if (!is_train()) return drop;
+  const auto retracted = [&](const Vec3& tip) { return (held.press_tip - tip).dot(held.axis); };
+  const double due_at = seed.offset_mm - held.pushed_mm, now = retracted(held.tip),
+               before = retracted(held.last_tip);
+  if (now < due_at) return {};
+  // The tip passed it between two ticks: it is dropped at the interpolated position.
+  if (before < due_at)
+    drop.at = held.last_tip + (due_at - before) / (now - before) * (held.tip - held.last_tip);
+  return drop;
+}
+
+void SeedLoading::dropped(std::size_t n) noexcept {
+  Held& held = held_[n];
+  if (const auto drop = due(n); drop && drop->planned >= 0) mark_dropped(drop->planned);
+  held.is_asked = false;
+  held.has_refused = false;
+}
+
+bool SeedLoading::refused(std::size_t n) noexcept {
+  Held& held = held_[n];
+  held.is_asked = false;
+  held.waits = true;
+  const bool is_news = !held.has_refused;
+  held.has_refused = true;
+  return is_news;
+}
+
+void SeedLoading::mark_dropped(std::int32_t planned) noexcept {
+  if (planned >= 0 && static_cast<std::size_t>(planned) < is_gone_.size())
+    is_gone_[static_cast<std::size_t>(planned)] = 1;
+}
+
+}  // namespace brachy

@@ -1,0 +1,78 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/kernels/point_groups.h"
+
+namespace brachy {
+
+/// Landmarks on a needle as an elastic kernel wants them (tests/reference/MODEL_STUDY.md).
+///
+/// On a shaft, which is two or more consecutive landmarks along a line: rings of six points on the needle's surface,
+/// at each landmark and, where they are more than 1.5 R apart, between them. Each landmark's force is spread over the
+/// rings up to its neighbours, falling linearly, and its displacement is observed by the same weights: a rigid cylinder
+/// is moved by tractions on its surface, and points of its axis have either its resistance or its far field, not both.
+/// The rings at the shaft's ends lie 0.3 R inward, where a round end is 0.714 R wide. Core of a point 0.40 √A, A its
+/// share of the surface: a lattice of points that carries a surface force then moves as the smooth layer does (by
+/// theory 0.385, for any ν).
+/// Alone: a contact; one point of core (4/π) R, the resistance of a rigid disc of radius R.
+/// With a core c of its own: one point of that core. What is looked at then takes the same core (field_s =
+/// c²): tissue at the landmark goes as far as the landmark does, and folds at 2.57 cores (core/DESIGN.md,
+/// section 4). Where the rule holds, what is looked at has none: rings carry the needle's surface, and tissue
+/// there goes with it already.
+/// Threads: one. Real-time: build does not allocate where reserve was called for as many landmarks.
+class NeedleRings {
+ public:
+  static constexpr std::size_t kPoints = 6;  ///< of a ring
+  static constexpr double kSpacing = 1.5;    ///< most, in radii
+  /// two landmarks; rings of a thin needle then lie farther apart
+  static constexpr int kMaxRingsBetween = 12;
+  static constexpr double kEndInset = 0.3;           ///< radii
+  static constexpr double kCore = 0.40;              ///< in roots of a point's area
+  static constexpr double kDiscCore = 1.2732395447;  ///< 4/π radii
+  /// Consecutive landmarks belong to one shaft when they lie at most this far apart: 12 mm or 12 radii,
+  /// whichever is more, and the line through them turns by less than 30° at each.
+  static constexpr double kMaxGap = 12;
+
+  struct Ring {
+    Vec3 centre;                              ///< mm
+    Vec3 axis;                                ///< unit, or 0 for a single point
+    double radius = 0;                        ///< mm; 0: a single point
+    double s = 0;                             ///< c²/2 of each of its points, mm²
+    double field_s = 0;                       ///< the same plus that of the tissue it moves, mm²
+    std::uint32_t first = 0, count = 1;       ///< its points
+    std::array<std::uint32_t, 2> landmark{};  ///< the one or two whose force it carries
+    std::array<double, 2> weight{};           ///< their shares; those of a landmark sum to 1 over its rings
+  };
+
+  /// Reserves memory for `landmarks` landmarks.
+  void reserve(std::size_t landmarks);
+
+  /// For landmarks at `positions` (n, mm) on a needle of `radius` mm. `cores`: of each, mm, or 0 for the
+  /// rule; empty: the rule for all.
+  void build(std::span<const Vec3> positions, std::span<const double> cores, double radius);
+
+  std::span<const Ring> rings() const { return rings_; }
+  std::span<const Vec3> points() const { return points_; }
+  std::span<const Vec3> points(const Ring& ring) const { return points().subspan(ring.first, ring.count); }
+
+  /// Adds the points that carry a landmark's force to `groups`, in the group that is open there.
+  void add_to(PointGroups& groups, std::uint32_t landmark) const;
+  /// The same as groups, one a landmark.
+  PointGroups groups(std::size_t landmarks) const;
+
+ private:
+  void add_point(const Vec3& position, double core, double field_core, std::uint32_t landmark);
+  void add_shaft(std::span<const Vec3> positions, std::uint32_t first_landmark, double radius);
+  void add_ring(const Vec3& centre, const Vec3& axis, double radius, double spacing);
+  void normalize(std::size_t first_ring, std::uint32_t first_landmark, std::size_t landmarks);
+
+  std::vector<Ring> rings_;
+  std::vector<Vec3> points_;
+  std::vector<double> spacing_;  // of each ring: the length of shaft it stands for, mm
+};
+
+}  // namespace brachy

@@ -1,0 +1,21 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+
+namespace brachy {
+
+// Before a parser allocates memory for a mesh file, these compare the declared sizes with the content, so that the
+// parser never reads a truncated, malformed or inconsistent file. `name` is the file's, for the message.
+// Errors: UserError, one line, also where there are no faces.
+
+/// Binary: the triangle count against the size. Text: every token of every facet.
+void check_stl_bytes(std::string_view bytes, const std::string& name);
+
+/// The header, and that the data holds every entry of every element and list.
+void check_ply_bytes(std::string_view bytes, const std::string& name);
+
+/// An OBJ file declares no sizes: checks only that it is text.
+void check_obj_bytes(std::string_view bytes, const std::string& name);
+
+}  // namespace brachy

@@ -1,0 +1,72 @@
+#include <algorithm>
+#include <cstdint>
+
+#include "core/base/error.h"
+#include "core/geometry/mesh_io/mesh_precheck.h"
+#include "core/geometry/mesh_io/mesh_words.h"
+
+namespace brachy {
+namespace {
+
+/// Whether `text` continues with these tokens; "#" stands for a number, on the same line as assimp requires.
+bool reads(std::string_view& text, std::string_view words) {
+  for (std::string_view wanted = next_word(words); !wanted.empty(); wanted = next_word(words)) {
+    const std::size_t gap = std::min(text.find_first_not_of(" \t"), text.size());
+    const bool same_line = gap < text.size() && text[gap] != '\n' && text[gap] != '\r';
+    const std::string_view word = next_word(text);
+    if (wanted == "#" ? !same_line || !is_number(word) : word != wanted) return false;
+  }
+  return true;
+}
+
+void check_text(std::string_view text, const std::string& name) {
+  std::size_t facets = 0;
+  for (std::string_view word = next_word(text); !word.empty(); word = next_word(text)) {
+    if (word == "solid") {
+      next_line(text);  // its name
+      for (word = next_word(text); word == "facet"; word = next_word(text), ++facets) {
+        const bool whole =
+            reads(text, "normal # # # outer loop vertex # # # vertex # # # vertex # # # endloop endfacet");
+        if (whole) continue;
+        throw UserError(name + ": facet " + std::to_string(facets) +
+                        " of this text STL is truncated or damaged; export the mesh again");
+      }
+    }
+    if (word != "endsolid") {
+      throw UserError(name + ": text STL without 'endsolid' after facet " + std::to_string(facets) +
+                      ", so it is truncated or damaged; export the mesh again");
+    }
+    next_line(text);
+  }
+}
+
+}  // namespace
+
+void check_stl_bytes(std::string_view bytes, const std::string& name) {
+  constexpr std::uint64_t kHeader = 84, kTriangle = 50;
+  std::uint64_t count = 0;
+  if (bytes.size() >= kHeader) {
+    for (std::size_t k = 4; k-- > 0;) count = count << 8 | static_cast<unsigned char>(bytes[80 + k]);
+    if (bytes.size() == kHeader + kTriangle * count) {
+      if (count == 0) throw UserError(name + ": declares 0 triangles; export a surface mesh");
+      return;
+    }
+  }
+  std::string_view text = bytes;
+  const bool is_text = bytes.find('\0') == std::string_view::npos;
+  if (is_text && next_word(text) == "solid") return check_text(bytes, name);
+  if (is_text || bytes.size() < kHeader) {
+    throw UserError(name +
+                    ": is neither a text STL ('solid …') nor a binary one; export the mesh again as STL");
+  }
+  throw UserError(name + ": binary STL declares " + std::to_string(count) + " triangles, i.e. " +
+                  std::to_string(kHeader + kTriangle * count) + " bytes, but has " +
+                  std::to_string(bytes.size()) + "; it is truncated or damaged, export the mesh again");
+}
+
+void check_obj_bytes(std::string_view bytes, const std::string& name) {
+  if (bytes.find('\0') == std::string_view::npos) return;
+  throw UserError(name + ": is not an OBJ file (not text); export the mesh again as OBJ");
+}
+
+}  // namespace brachy

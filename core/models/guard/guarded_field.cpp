@@ -1,0 +1,220 @@
+#include "core/models/guard/guarded_field.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "core/models/step_flag.h"
+
+namespace brachy {
+namespace {
+
+// Shares of the way to the nearest fold_candidate fold that one field may go: as a sub-step, which leaves a margin
+// for a bound that is found quickly, and where landmarks are held.
+constexpr double kSubstepReach = 0.6, kClampReach = 0.9;
+constexpr double kShorter = 0.6;  // of a step that could not be certified
+constexpr int kTries = 2;
+constexpr double kMargin = 0.8;  // share of the way to a fold that the margin asks for
+
+}  // namespace
+
+GuardedField::GuardedField(const Tissue& tissue, std::unique_ptr<TissueField> field,
+                           std::unique_ptr<Composition> composition, const GuardSettings& settings,
+                           std::size_t max_landmarks)
+    : tissue_(tissue),
+      field_(std::move(field)),
+      composition_(std::move(composition)),
+      settings_(settings),
+      search_(field_->max_sources()),
+      all_(field_->max_sources()),
+      near_(field_->max_sources()) {
+  positions_.reserve(max_landmarks);
+  displacements_.reserve(max_landmarks);
+  cores_.reserve(max_landmarks);
+  block_bounds_.reserve(tissue.blocks.size());
+  std::iota(all_.begin(), all_.end(), 0u);
+}
+
+FactorStatus GuardedField::update(std::span<const Vec3> positions, std::span<const Vec3> displacements,
+                                  std::span<const double> cores) noexcept {
+  evaluation_ = Evaluation::kIdle;
+  if (is_updated_ && std::ranges::equal(positions, positions_) && std::ranges::equal(cores, cores_) &&
+      std::ranges::equal(displacements, displacements_))
+    return field_->factorize(positions, cores);
+  is_updated_ = false;
+  for (std::size_t i = 0; i < displacements.size(); ++i)
+    if (!displacements[i].allFinite()) return {FactorStatus::kNotFinite, static_cast<int>(i)};
+  if (const FactorStatus status = field_->update(positions, displacements, cores); !status) return status;
+  is_updated_ = true;
+  positions_.assign(positions.begin(), positions.end());
+  displacements_.assign(displacements.begin(), displacements.end());
+  cores_.assign(cores.begin(), cores.end());
+  // The field may have been rescaled or composed since it was last evaluated: so it is new in any case.
+  evaluation_ = field_->evaluation() == Evaluation::kIdle ? Evaluation::kDirect : field_->evaluation();
+  is_composed_ = false;
+  flags_ = 0;
+  certificate_ = {};
+  if (positions.empty()) return {};
+  guard();
+  // A vertex may decide what the search could not.
+  if (certificate_.vertex_det <= 0 && certificate_.verdict != Verdict::kFolded) {
+    certificate_.verdict = Verdict::kFolded;
+    certificate_.place = least_vertex_;
+    certificate_.det_bound = Certificate::kNotKnown;
+    flags_ = (flags_ & ~kStepUncertified) | kStepFolded;
+  }
+  return {};
+}
+
+Vec3 GuardedField::displacement_at(const Vec3& X) const noexcept {
+  return is_composed_ ? composition_->displacement_at(X) : field_->displacement_at(X);
+}
+
+void GuardedField::guard() noexcept {
+  work_left_ = kTickWork;
+  const CellField& cells = field_->cells();
+  FoldCandidate fold_candidate = search_.find_fold_candidate(cells);
+  certificate_.substeps = 1;
+  if (is_flagged_only() || fold_candidate.scale * (may_compose() ? kSubstepReach : kClampReach) >= 1) {
+    const InjectivitySearch::Result result = search(cells, 1, fold_candidate);
+    if (is_flagged_only() || result.verdict != Verdict::kFolded) {
+      add_to_certificate(result);
+      find_margin(cells, 1, fold_candidate);
+      find_least_vertex(cells);
+      return;
+    }
+    fold_candidate = {1, result.place};
+  }
+  if (may_compose())
+    compose();
+  else
+    clamp(cells, fold_candidate);
+}
+
+// Adds one more field's result to the tick's certificate.
+void GuardedField::add_to_certificate(const InjectivitySearch::Result& result) noexcept {
+  certificate_.place = result.place;
+  if (result.verdict == Verdict::kInjective) {
+    certificate_.det_bound *= result.det_bound;
+    return;
+  }
+  certificate_.verdict = result.verdict;
+  certificate_.det_bound = Certificate::kNotKnown;
+  flags_ |= result.verdict == Verdict::kFolded ? kStepFolded : kStepUncertified;
+}
+
+InjectivitySearch::Result GuardedField::search(const CellField& cells, double scale,
+                                               const FoldCandidate& fold_candidate,
+                                               std::uint64_t most) noexcept {
+  const InjectivitySearch::Result result =
+      search_.run(cells, scale, fold_candidate, std::min({most, kWork, work_left_}));
+  work_left_ -= std::min(work_left_, result.work);
+  return result;
+}
+
+// The longest of some steps towards `scale` that is certified; if none is, the shortest. Once a tick's work is
+// spent, steps only stay below their candidate folds, and are flagged as uncertified.
+InjectivitySearch::Result GuardedField::find_step(const CellField& cells, const FoldCandidate& fold_candidate,
+                                                  double& scale) noexcept {
+  InjectivitySearch::Result result = search(cells, scale, fold_candidate);
+  for (int i = 1; i < kTries && result.verdict != Verdict::kInjective && work_left_ > 0; ++i) {
+    scale *= kShorter;
+    result = search(cells, scale, fold_candidate);
+  }
+  return result;
+}
+
+void GuardedField::clamp(const CellField& cells, const FoldCandidate& fold_candidate) noexcept {
+  double scale = std::min(1.0, kClampReach * fold_candidate.scale);
+  add_to_certificate(find_step(cells, fold_candidate, scale));
+  find_least_vertex(cells, scale);
+  certificate_.margin_mm = 0;
+  certificate_.held_mm = (1 - scale) * largest_displacement();
+  certificate_.held_n = (1 - scale) * field_->total_force_n();
+  flags_ |= kStepClamped;
+  field_->rescale(scale);
+}
+
+void GuardedField::compose() noexcept {
+  composition_->begin(positions_, displacements_);
+  certificate_.substeps = 0;
+  while (composition_->reached() < 1 &&
+         composition_->steps() < static_cast<std::size_t>(settings_.max_substeps)) {
+    if (!composition_->solve()) break;
+    const CellField& cells = composition_->cells();
+    const FoldCandidate fold_candidate = search_.find_fold_candidate(cells);
+    const double rest = 1 - composition_->reached(), most = kSubstepReach * fold_candidate.scale;
+    double scale = std::min(rest, most);
+    const InjectivitySearch::Result result = find_step(cells, fold_candidate, scale);
+    if (result.verdict == Verdict::kFolded) break;
+    add_to_certificate(result);
+    if (scale == rest) find_margin(cells, scale, fold_candidate);
+    composition_->accept(scale);
+    ++certificate_.substeps;
+  }
+  composition_->evaluate();
+  is_composed_ = true;
+  evaluation_ = Evaluation::kDirect;
+  certificate_.vertex_det = composition_->least_determinant();
+  certificate_.place = least_vertex_ = composition_->least_place();
+  if (certificate_.substeps > 1) flags_ |= kStepSubstepped;
+  if (composition_->reached() < 1) {
+    flags_ |= kStepClamped;
+    certificate_.margin_mm = 0;
+    certificate_.held_mm = (1 - composition_->reached()) * largest_displacement();
+  }
+}
+
+void GuardedField::find_margin(const CellField& cells, double scale,
+                               const FoldCandidate& fold_candidate) noexcept {
+  certificate_.margin_mm = 0;
+  if (certificate_.verdict != Verdict::kInjective || fold_candidate.scale <= scale) return;
+  const double further = kMargin * (fold_candidate.scale - scale);
+  if (search(cells, scale + further, fold_candidate, kWork / 2).verdict == Verdict::kInjective)
+    certificate_.margin_mm = further * largest_displacement();
+}
+
+// Block after block, those first whose bound is least, until no other can be below what was found.
+void GuardedField::find_least_vertex(const CellField& cells, double scale) noexcept {
+  const auto cell_of = [&](std::uint32_t b) {
+    const Block& block = tissue_.blocks[b];
+    return Cell::around(block.min, block.max);
+  };
+  const std::span<const std::uint32_t> all(all_.data(), cells.sources());
+  block_bounds_.clear();
+  CellBounds bounds;
+  for (const std::uint32_t b : field_->touched())
+    if (cells.narrow(cell_of(b), all, near_.data(), bounds) > 0)
+      block_bounds_.push_back({InjectivitySearch::bound_by_norms(bounds, scale), b});
+  std::ranges::sort(block_bounds_);
+  for (const auto& [bound, b] : block_bounds_) {
+    if (bound >= certificate_.vertex_det) return;
+    const Block& block = tissue_.blocks[b];
+    const Cell cell = cell_of(b);
+    const std::size_t count = cells.narrow(cell, all, near_.data(), bounds);
+    bounds.cusp = -1;
+    for (std::size_t first = 0; first < block.count; first += CellPoints::kCount) {
+      const std::size_t points = std::min(CellPoints::kCount, block.count - first);
+      const Vec3* rest = &tissue_.rest_vertices[block.first + first];
+      CellPoints X{};
+      for (std::size_t i = 0; i < points; ++i) X.set(i, rest[i] - cell.centre);
+      CellGradients A;
+      cells.gradients(cell, {near_.data(), count}, bounds, X, A);
+      alignas(64) float det[CellPoints::kCount];
+      cells.loops().determinants(A, static_cast<float>(scale), det);
+      for (std::size_t i = 0; i < points; ++i) {
+        if (static_cast<double>(det[i]) >= certificate_.vertex_det || !cells.covers(rest[i])) continue;
+        certificate_.vertex_det = static_cast<double>(det[i]);
+        least_vertex_ = rest[i];
+      }
+    }
+  }
+}
+
+double GuardedField::largest_displacement() const noexcept {
+  double largest = 0;
+  for (const Vec3& d : displacements_) largest = std::max(largest, d.norm());
+  return largest;
+}
+
+}  // namespace brachy

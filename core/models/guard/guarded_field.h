@@ -1,0 +1,85 @@
+#pragma once
+
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "core/injectivity/certificate.h"
+#include "core/injectivity/guard_settings.h"
+#include "core/injectivity/injectivity_search.h"
+#include "core/models/guard/composition.h"
+#include "core/models/tissue_field.h"
+
+namespace brachy {
+
+/// A displacement field that is certified at every update (certificate()) and, by policy, clamped or composed of
+/// sub-steps before it folds. Sub-steps are for the ψ kernels on homogeneous tissue; the other models are clamped.
+/// Threads: one caller. Real-time: as the field it guards; the certificate's work is bounded by count.
+class GuardedField : public DisplacementField {
+ public:
+  /// Limit of the work on one certificate, in pairs of InjectivitySearch: about 0.2 ms.
+  static constexpr std::uint64_t kWork = 8000;
+
+  static constexpr std::uint64_t kTickWork = 4 * kWork;  ///< and on all of a tick
+
+  /// The tissue must outlive this. `composition`: null where the model has no sub-steps.
+  GuardedField(const Tissue& tissue, std::unique_ptr<TissueField> field,
+               std::unique_ptr<Composition> composition, const GuardSettings& settings,
+               std::size_t max_landmarks);
+
+  /// Certifies and evaluates the field of `displacements` at `positions`, as TissueField::update. Unless it returns
+  /// kOk, the last field is kept.
+  FactorStatus update(std::span<const Vec3> positions, std::span<const Vec3> displacements,
+                      std::span<const double> cores = {}) noexcept;
+  Evaluation evaluation() const { return evaluation_; }  ///< of the last update
+
+  std::span<const std::uint32_t> touched() const override {
+    return is_composed_ ? composition_->touched() : field_->touched();
+  }
+  const BlockDisplacement<float>& displacement(std::uint32_t block) const override {
+    return is_composed_ ? composition_->displacement(block) : field_->displacement(block);
+  }
+  Vec3 displacement_at(const Vec3& X) const noexcept override;
+
+  /// The field without the guard: for the landmarks' system, its solutions and its condition.
+  TissueField& plain_field() { return *field_; }
+  const TissueField& plain_field() const { return *field_; }
+
+  const Certificate& certificate() const { return certificate_; }
+  std::uint32_t flags() const { return flags_; }  ///< StepFlag bits of the guard in this tick
+
+ private:
+  void guard() noexcept;
+  void clamp(const CellField& cells, const FoldCandidate& fold_candidate) noexcept;
+  void compose() noexcept;
+  InjectivitySearch::Result search(const CellField& cells, double scale, const FoldCandidate& fold_candidate,
+                                   std::uint64_t most = kWork) noexcept;
+  InjectivitySearch::Result find_step(const CellField& cells, const FoldCandidate& fold_candidate,
+                                      double& scale) noexcept;
+  void add_to_certificate(const InjectivitySearch::Result& result) noexcept;
+  void find_margin(const CellField& cells, double scale, const FoldCandidate& fold_candidate) noexcept;
+  void find_least_vertex(const CellField& cells, double scale = 1) noexcept;
+  double largest_displacement() const noexcept;
+  bool is_flagged_only() const { return settings_.policy == "flag"; }
+  bool may_compose() const { return settings_.policy == "substep" && composition_; }
+
+  const Tissue& tissue_;
+  std::unique_ptr<TissueField> field_;
+  std::unique_ptr<Composition> composition_;
+  GuardSettings settings_;
+  InjectivitySearch search_;
+
+  std::vector<Vec3> positions_, displacements_;
+  std::vector<double> cores_;
+  bool is_updated_ = false;  // the field is that of these landmarks
+  bool is_composed_ = false;
+  std::uint64_t work_left_ = 0;  // of this tick
+  Evaluation evaluation_ = Evaluation::kIdle;
+  Certificate certificate_;
+  Vec3 least_vertex_ = Vec3::Zero();  // rest position of that of certificate_.vertex_det
+  std::uint32_t flags_ = 0;
+  std::vector<std::uint32_t> all_, near_;  // sources
+  std::vector<std::pair<double, std::uint32_t>> block_bounds_;
+};
+
+}  // namespace brachy

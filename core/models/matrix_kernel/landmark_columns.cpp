@@ -1,0 +1,235 @@
+#include "core/models/matrix_kernel/landmark_columns.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace brachy {
+
+using Eigen::Index;
+
+LandmarkColumns::LandmarkColumns(const ElasticKernel& kernel, const RemainderTable& table, SimdTarget target,
+                                 std::size_t max_landmarks)
+    : kernel_(kernel),
+      table_(table),
+      loops_(near_loops(target)),
+      columns_(max_landmarks),
+      node_weight_(table.nodes(), 0),
+      is_node_taken_(table.nodes(), 0) {
+  constexpr std::size_t kMostParts = 2 * NeedleRings::kMaxRingsBetween + 1;
+  parts_.reserve(kMostParts);
+  for (Column& column : columns_) {
+    column.parts.reserve(kMostParts);
+    column.nodes.reserve(table.nodes());
+    column.weights.reserve(table.nodes());
+    column.fields.assign(3 * table.field_size(), 0);
+    if (table.keeps_held()) column.held_fields.assign(column.fields.size(), 0);
+  }
+  is_outside_.reserve(max_landmarks);
+  moduli_.reserve(max_landmarks * NeedleRings::kMaxRingsBetween);
+  const auto rows = static_cast<Index>(3 * max_landmarks);
+  table_matrix_.resize(rows, rows);
+  exact_matrix_.resize(rows, rows);
+}
+
+std::size_t LandmarkColumns::bytes() const {
+  std::size_t floats = 0;
+  for (const Column& column : columns_) floats += column.fields.size() + column.held_fields.size();
+  return floats * sizeof(float);
+}
+
+void LandmarkColumns::place(std::size_t landmarks, const NeedleRings& rings) noexcept {
+  // One that comes back is read again: others may have moved, which its pairs with them do not know.
+  for (std::size_t l = landmarks; l < count_; ++l) columns_[l].parts.clear();
+  count_ = landmarks;
+  take_moduli(count_, rings.rings());
+  bool any_exact_is_fresh = false;
+  for (std::size_t l = 0; l < count_; ++l) {
+    Column& column = columns_[l];
+    take_parts(static_cast<std::uint32_t>(l), rings);
+    column.is_fresh = column.parts != parts_;
+    if (!column.is_fresh) continue;
+    column.parts = parts_;
+    column.is_exact = is_outside_[l] != 0;
+    any_exact_is_fresh |= column.is_exact;
+    if (column.is_exact)
+      gather_exactly(column, static_cast<std::uint32_t>(l), rings);
+    else
+      gather(column, static_cast<std::uint32_t>(l), rings.rings());
+  }
+  if (any_exact_is_fresh) prepare_exact_pairs(rings);
+}
+
+void LandmarkColumns::take_parts(std::uint32_t landmark, const NeedleRings& rings) noexcept {
+  parts_.clear();
+  for (const NeedleRings::Ring& ring : rings.rings())
+    for (std::size_t side = 0; side < 2; ++side)
+      if (ring.landmark[side] == landmark && ring.weight[side] > 0)
+        parts_.push_back({ring.centre, rings.points(ring).front(), ring.weight[side], ring.s});
+}
+
+// Inside, tissue is all of one modulus, but for contacts, which may lie on a region's surface. Where a region
+// fills part of the tissue the table has everything but Kelvin's solution for its own modulus.
+void LandmarkColumns::take_moduli(std::size_t landmarks, std::span<const NeedleRings::Ring> rings) noexcept {
+  moduli_.assign(rings.size(), {1, 1});
+  is_outside_.assign(landmarks, 0);
+  for (const NeedleRings::Ring& ring : rings) {
+    if (table_.covers(ring.centre)) continue;
+    for (std::size_t side = 0; side < 2; ++side)
+      if (ring.weight[side] > 0) is_outside_[ring.landmark[side]] = 1;
+  }
+  for (std::size_t r = 0; r < rings.size(); ++r)
+    for (std::size_t side = 0; side < 2; ++side)
+      moduli_[r][side] = is_outside_[rings[r].landmark[side]] || (rings[r].count == 1 && table_.keeps_held())
+                             ? kernel_.body().relative_modulus(rings[r].centre)
+                             : table_.modulus();
+}
+
+// The landmark's rings' centres spread to nodes by their weights, then the table's columns of those nodes.
+void LandmarkColumns::gather(Column& column, std::uint32_t landmark,
+                             std::span<const NeedleRings::Ring> rings) noexcept {
+  column.nodes.clear();
+  column.weights.clear();
+  column.modulus = table_.modulus();
+  for (std::size_t r = 0; r < rings.size(); ++r) {
+    const NeedleRings::Ring& ring = rings[r];
+    const double share = (ring.landmark[0] == landmark ? ring.weight[0] : 0) +
+                         (ring.landmark[1] == landmark && ring.weight[1] > 0 ? ring.weight[1] : 0);
+    if (share == 0) continue;
+    if (ring.count == 1) column.modulus = moduli_[r][0];
+    if (ring.count > 1) {
+      spread(ring.centre, share, column);
+      continue;
+    }
+    // A contact's core is as wide as a cell: six points at the mean distance (rms) of its force, 15 s² /
+    // 8π(r² + s)^7/2.
+    for (Index k = 0; k < 6; ++k)
+      spread(ring.centre + std::sqrt(1.5 * ring.s) * (k % 2 ? 1 : -1) * Vec3::Unit(k / 2), share / 6, column);
+  }
+  for (const std::uint32_t node : column.nodes) {
+    column.weights.push_back(node_weight_[node]);
+    node_weight_[node] = 0;
+    is_node_taken_[node] = 0;
+  }
+  std::ranges::fill(column.fields, 0.0f);
+  add_nodes(column, false, column.fields);
+  if (column.modulus == table_.modulus()) return;
+  std::ranges::fill(column.held_fields, 0.0f);
+  add_nodes(column, true, column.held_fields);
+  const double excess = 2 / (column.modulus + table_.modulus()) - table_.near_weight();
+  loops_.axpy(static_cast<float>(-excess), column.held_fields.data(), column.fields.data(),
+              column.fields.size());
+}
+
+// A force at X on the nodes around it.
+void LandmarkColumns::spread(const Vec3& X, double share, Column& column) noexcept {
+  const GridPoint p = table_.locate(X);
+  for (std::size_t z = 0; z < 4; ++z)
+    for (std::size_t y = 0; y < 4; ++y)
+      for (std::size_t x = 0; x < 4; ++x) {
+        const float weight = static_cast<float>(share) * p.wx[x] * p.wy[y] * p.wz[z];
+        if (weight == 0) continue;
+        const std::uint32_t node = table_.node(p, x, y, z);
+        if (!is_node_taken_[node]) column.nodes.push_back(node);
+        is_node_taken_[node] = 1;
+        node_weight_[node] += weight;
+      }
+}
+
+void LandmarkColumns::add_nodes(const Column& column, bool held, std::vector<float>& fields) const noexcept {
+  for (std::size_t i = 0; i < column.nodes.size(); ++i)
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      float* field = &fields[axis * table_.field_size()];
+      if (held)
+        table_.add_held_column(column.nodes[i], axis, column.weights[i], field);
+      else
+        table_.add_column(column.nodes[i], axis, column.weights[i], field);
+    }
+}
+
+void LandmarkColumns::gather_exactly(Column& column, std::uint32_t landmark, const NeedleRings& rings) {
+  column.nodes.clear();
+  column.weights.clear();
+  column.modulus = table_.modulus();  // the kernel ensures it
+  PointGroups group;
+  group.begin_group();
+  rings.add_to(group, landmark);
+  group.finish();
+  std::vector<Vec3> nodes;
+  for (std::uint32_t node = 0; node < table_.nodes(); ++node) nodes.push_back(table_.position(node));
+  const Eigen::MatrixXd u =
+      kernel_.smooth_fields(nodes, table_.modulus(), group, Eigen::MatrixXd::Identity(3, 3));
+  const std::size_t size = table_.field_size();
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    for (Index i = 0; i < u.rows(); ++i)
+      column.fields[axis * size + static_cast<std::size_t>(i)] =
+          static_cast<float>(u(i, static_cast<Index>(axis)));
+}
+
+void LandmarkColumns::prepare_exact_pairs(const NeedleRings& rings) {
+  PointGroups groups;
+  std::vector<Index> rows;
+  for (std::size_t l = 0; l < count_; ++l) {
+    if (!columns_[l].is_exact) continue;
+    groups.begin_group();
+    rings.add_to(groups, static_cast<std::uint32_t>(l));
+    rows.push_back(3 * static_cast<Index>(l));
+  }
+  groups.finish();
+  const Eigen::MatrixXd C = kernel_.between(groups, groups);
+  for (std::size_t i = 0; i < rows.size(); ++i)
+    for (std::size_t j = 0; j <= i; ++j)
+      exact_matrix_.block<3, 3>(rows[i], rows[j]) =
+          C.block<3, 3>(3 * static_cast<Index>(i), 3 * static_cast<Index>(j));
+}
+
+Mat3 LandmarkColumns::observe(const Column& a, const std::vector<float>& fields) const noexcept {
+  Mat3 value = Mat3::Zero();
+  const std::size_t size = table_.field_size();
+  for (std::size_t i = 0; i < a.nodes.size(); ++i)
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const float* u = &fields[axis * size + 3 * std::size_t{a.nodes[i]}];
+      value.col(static_cast<Index>(axis)) += a.weights[i] * Vec3(u[0], u[1], u[2]);
+    }
+  return value;
+}
+
+// b's field at a. It is weighted for tissue of the table's modulus; where a has another, so has the
+// weight of Q.
+Mat3 LandmarkColumns::value(const Column& a, const Column& b) const noexcept {
+  const double k = table_.modulus();
+  Mat3 value = observe(a, b.fields);
+  if (a.modulus == k || b.is_exact) return value;
+  const Mat3 held = b.modulus == k ? Mat3(observe(b, a.held_fields).transpose()) : observe(a, b.held_fields);
+  return value + (2 / (b.modulus + k) - 2 / (a.modulus + b.modulus)) * held;
+}
+
+void LandmarkColumns::begin_matrix(Eigen::Ref<Eigen::MatrixXd> K) noexcept {
+  for (std::size_t i = 0; i < count_; ++i)
+    for (std::size_t j = 0; j <= i; ++j) {
+      const Column &a = columns_[i], &b = columns_[j];
+      if (!a.is_fresh && !b.is_fresh) continue;
+      const bool through_b = a.is_exact && !b.is_exact;
+      table_matrix_.block<3, 3>(3 * static_cast<Index>(i), 3 * static_cast<Index>(j)) =
+          through_b ? Mat3(value(b, a).transpose()) : value(a, b);
+    }
+  K = table_matrix_.topLeftCorner(K.rows(), K.cols());
+}
+
+void LandmarkColumns::finish_matrix(Eigen::Ref<Eigen::MatrixXd> K) const noexcept {
+  for (std::size_t i = 0; i < count_; ++i)
+    for (std::size_t j = 0; j <= i; ++j) {
+      const Index row = 3 * static_cast<Index>(i), column = 3 * static_cast<Index>(j);
+      if (columns_[i].is_exact && columns_[j].is_exact)
+        K.block<3, 3>(row, column) = exact_matrix_.block<3, 3>(row, column);
+    }
+}
+
+void LandmarkColumns::add_fields(std::span<const Vec3> forces, float* field) const noexcept {
+  const std::size_t size = table_.field_size();
+  for (std::size_t l = 0; l < forces.size(); ++l)
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      loops_.axpy(static_cast<float>(forces[l][static_cast<Index>(axis)]), &columns_[l].fields[axis * size],
+                  field, size);
+}
+
+}  // namespace brachy

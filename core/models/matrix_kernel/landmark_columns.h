@@ -1,0 +1,86 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "core/elasticity/elastic_kernel.h"
+#include "core/elasticity/needle_rings.h"
+#include "core/models/matrix_kernel/remainder_table.h"
+
+namespace brachy {
+
+/// What is read from a RemainderTable for the landmarks: the field at its nodes of unit forces on each, a column,
+/// and by columns the table's share of K. A column is kept while the rings that carry its landmark's force do not
+/// change. Landmarks with rings outside the table, and pairs of them, are evaluated with the kernel itself. That
+/// allocates and takes tens of milliseconds.
+/// Threads: one. Real-time: nothing allocates with landmarks inside the table.
+class LandmarkColumns {
+ public:
+  /// Kernel and table must outlive this.
+  LandmarkColumns(const ElasticKernel& kernel, const RemainderTable& table, SimdTarget target,
+                  std::size_t max_landmarks);
+
+  /// For so many landmarks, whose rings are `rings`.
+  void place(std::size_t landmarks, const NeedleRings& rings) noexcept;
+
+  /// Relative modulus where a ring carries its share of a landmark's force: the tissue's, or on a region's surface the
+  /// mean of its sides.
+  double modulus(std::size_t ring, std::size_t side) const { return moduli_[ring][side]; }
+
+  /// K's lower triangle (3n × 3n, mm/N): the table's share, to which near parts are added …
+  void begin_matrix(Eigen::Ref<Eigen::MatrixXd> K) noexcept;
+  /// … and then all of K between landmarks that both lie outside the table.
+  void finish_matrix(Eigen::Ref<Eigen::MatrixXd> K) const noexcept;
+
+  /// field += the nodes' displacement by the landmarks' `forces` (n, N).
+  void add_fields(std::span<const Vec3> forces, float* field) const noexcept;
+
+  std::size_t bytes() const;
+
+ private:
+  /// A ring's part in a landmark: everything that a column depends on. `first_point` gives the ring's orientation
+  /// and width.
+  struct Part {
+    Vec3 centre, first_point;
+    double share, s;
+    bool operator==(const Part&) const = default;
+  };
+  struct Column {
+    std::vector<Part> parts;
+    std::vector<std::uint32_t> nodes;  // that carry its force …
+    std::vector<float> weights;        // … and their shares
+    double modulus = 1;                // relative, where its force acts
+    std::vector<float> held_fields;    // Q alone, filled where the modulus is not the tissue's
+    std::vector<float> fields;         // three, of unit forces along x, y, z, at the nodes
+    bool is_fresh = false;             // made by this call of place
+    bool is_exact = false;             // outside the table: `fields` from the kernel, no nodes of its own
+  };
+
+  void take_parts(std::uint32_t landmark, const NeedleRings& rings) noexcept;
+  void take_moduli(std::size_t landmarks, std::span<const NeedleRings::Ring> rings) noexcept;
+  void gather(Column& column, std::uint32_t landmark, std::span<const NeedleRings::Ring> rings) noexcept;
+  void spread(const Vec3& X, double share, Column& column) noexcept;
+  void add_nodes(const Column& column, bool held, std::vector<float>& fields) const noexcept;
+  void gather_exactly(Column& column, std::uint32_t landmark, const NeedleRings& rings);
+  void prepare_exact_pairs(const NeedleRings& rings);
+  Mat3 observe(const Column& a, const std::vector<float>& fields) const noexcept;
+  Mat3 value(const Column& a, const Column& b) const noexcept;
+
+  const ElasticKernel& kernel_;
+  const RemainderTable& table_;
+  const NearLoops& loops_;
+  std::vector<Column> columns_;  // of these `count_` are in use
+  std::size_t count_ = 0;
+  std::vector<Part> parts_;                      // of the landmark in work
+  std::vector<std::uint8_t> is_outside_;         // of each landmark: the table
+  std::vector<std::array<double, 2>> moduli_;    // of each ring's share in its landmarks
+  std::vector<float> node_weight_;               // of the column in work, by node …
+  std::vector<std::uint8_t> is_node_taken_;      // … and which nodes it has
+  Eigen::MatrixXd table_matrix_, exact_matrix_;  // the table's share of K; K between landmarks outside
+};
+
+}  // namespace brachy

@@ -1,0 +1,148 @@
+#include "core/models/matrix_kernel/matrix_kernel_cells.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "core/injectivity/fold_candidate_points.h"
+
+namespace brachy {
+namespace {
+
+constexpr double kSinglePrecision = 1e-5;  // of the slopes summed
+constexpr double kSixPoints = 1.05;
+constexpr std::size_t kFoldCandidates = 12;  // rings of a needle that are searched for folds
+
+double distance_to_segment(const Vec3& p, const Vec3& a, const Vec3& b) {
+  const Vec3 ab = b - a;
+  const double t = std::clamp((p - a).dot(ab) / std::max(ab.squaredNorm(), 1e-12), 0.0, 1.0);
+  return (p - a - t * ab).norm();
+}
+
+}  // namespace
+
+MatrixKernelCells::MatrixKernelCells(const Tissue& tissue, const NearField& near, const SmoothField* smooth,
+                                     double needle_radius, SimdTarget target, std::size_t max_rings)
+    : near_(near),
+      smooth_(smooth),
+      clearance_(kClearance * needle_radius),
+      loops_(cell_loops(target)),
+      bounds_(near.bounds()),
+      min_(tissue.rest_vertices.front()),
+      max_(min_) {
+  for (const Vec3& X : tissue.rest_vertices) {
+    min_ = min_.cwiseMin(X);
+    max_ = max_.cwiseMax(X);
+  }
+  domain_ = Cell::around(min_, max_);
+  chosen_.reserve(max_rings * NeedleRings::kPoints);
+}
+
+void MatrixKernelCells::set_field(const NeedleRings& rings, std::span<const Vec3> ring_forces) noexcept {
+  rings_ = &rings;
+  ring_forces_ = ring_forces;
+  fold_candidate_every_ = 1 + ring_forces.size() / kFoldCandidates;
+}
+
+// Rings that follow one another on one shaft enclose a piece of needle.
+bool MatrixKernelCells::is_in_needle(const Cell& cell) const noexcept {
+  const auto rings = rings_->rings();
+  const double reach = clearance_ - std::numbers::sqrt3 * cell.half;
+  if (reach <= 0) return false;
+  for (std::size_t r = 0; r + 1 < rings.size(); ++r) {
+    const bool is_one_shaft =
+        rings[r].radius > 0 && rings[r + 1].radius > 0 && rings[r + 1].landmark[0] <= rings[r].landmark[1];
+    if (is_one_shaft && distance_to_segment(cell.centre, rings[r].centre, rings[r + 1].centre) < reach)
+      return true;
+  }
+  return false;
+}
+
+std::size_t MatrixKernelCells::narrow(const Cell& cell, std::span<const std::uint32_t> from,
+                                      std::uint32_t* to, CellBounds& bounds) const noexcept {
+  bounds = {};
+  if (((cell.centre - min_).array() < -cell.half).any() || ((cell.centre - max_).array() > cell.half).any())
+    return 0;
+  if (is_in_needle(cell)) return 0;
+  const double scale = near_.scale();
+  std::size_t count = 0;
+  for (const std::uint32_t r : from) {
+    const NeedleRings::Ring& ring = rings_->rings()[r];
+    const double force = scale * ring_forces_[r].norm();
+    const double distance = std::sqrt(cell.squared_distance(ring.centre));
+    if (force == 0 || distance - ring.radius >= near_.reach()) continue;
+    to[count++] = r;
+    // A ring of radius R is on average 1/√((q + R²)² − 4 R² ρ²) ≤ 1/(q − R²) in 1/d², q the distance² of its
+    // centre and ρ that of its axis; its six points do the same up to 2 (R/ρ)⁶. What is asked lies outside
+    // the needle, what is interpolated
+    // may not.
+    const bool is_ring = ring.count > 1;
+    const double R2 = ring.radius * ring.radius, asked = is_ring ? std::max(distance, clearance_) : distance;
+    const NearBounds::At at = bounds_.at(std::sqrt(asked * asked - R2), ring.field_s);
+    const double shared = is_ring ? kSixPoints * force : force;
+    bounds.slope += shared * at.slope;
+    bounds.squeeze += shared * at.squeeze;
+    const double inner = distance * distance - R2;
+    if (!is_ring)
+      bounds.curvature += force * at.curvature;
+    else if (inner < 3 * R2)
+      bounds.curvature = std::numeric_limits<double>::infinity();  // too near to be interpolated
+    else  // the mean of 1/d⁴ is (q + R²)/(q − R²)³ at most
+      bounds.curvature +=
+          shared * (1 + 2 * R2 / inner) * bounds_.at(std::sqrt(inner), ring.field_s).curvature;
+    bounds.work += is_ring && !near_.is_far(distance) ? ring.count : 1;
+  }
+  bounds.rounding = kSinglePrecision * bounds.slope;
+  if (smooth_ && count > 0) {
+    const Mat3 here = smooth_->gradient_at(cell.centre);
+    const double varies = smooth_->gradient_varies(cell.centre, cell.half);
+    bounds.slope += here.rowwise().norm().sum() + varies;
+    bounds.squeeze += 0.5 * (here + here.transpose()).norm() + varies;
+    bounds.rounding += varies;
+  }
+  return count;
+}
+
+void MatrixKernelCells::gradients(const Cell& cell, std::span<const std::uint32_t> sources,
+                                  const CellBounds& /*bounds*/, const CellPoints& X,
+                                  CellGradients& A) const noexcept {
+  const Mat3 here = smooth_ ? smooth_->gradient_at(cell.centre) : Mat3::Zero();
+  for (std::size_t k = 0; k < 9; ++k)
+    std::fill_n(A.a[k], CellPoints::kCount,
+                static_cast<float>(here(static_cast<Eigen::Index>(k / 3), static_cast<Eigen::Index>(k % 3))));
+  chosen_.clear();
+  for (const std::uint32_t r : sources) {
+    const NeedleRings::Ring& ring = rings_->rings()[r];
+    const bool is_one = ring.count == 1 || near_.is_far(std::sqrt(cell.squared_distance(ring.centre)));
+    near_.add_sources(*rings_, ring, is_one, ring_forces_[r], cell.centre, chosen_);
+  }
+  near_.add_gradients(X, chosen_, A);
+}
+
+bool MatrixKernelCells::fold_candidates(std::uint32_t i, Cell& cell, CellPoints& X) const noexcept {
+  const bool is_last = i + 1 == ring_forces_.size();
+  const double force = ring_forces_[i].norm();
+  if (force == 0 || (i % fold_candidate_every_ != 0 && !is_last)) return false;
+  const NeedleRings::Ring& ring = rings_->rings()[i];
+  const double distance = ring.count == 1 ? bounds_.steepest(ring.field_s) : 1.2 * clearance_;
+  cell = {ring.centre, 2 * distance};
+  surround(ring_forces_[i] / force, distance, X);
+  // Points within the needle are not checked: they are replaced by the first point outside it.
+  std::size_t outside = CellPoints::kCount;
+  const auto point = [&](std::size_t k) -> Vec3 { return ring.centre + X.at(k); };
+  for (std::size_t k = 0; k < CellPoints::kCount && outside == CellPoints::kCount; ++k)
+    if (covers(point(k))) outside = k;
+  if (outside == CellPoints::kCount) return false;
+  for (std::size_t k = 0; k < CellPoints::kCount; ++k)
+    if (!covers(point(k))) X.set(k, X.at(outside));
+  return true;
+}
+
+Mat3 MatrixKernelCells::gradient(const Vec3& X) const noexcept {
+  Mat3 A = near_.gradient_at(X, *rings_, ring_forces_);
+  if (smooth_) A += smooth_->gradient_at(X);
+  return A;
+}
+
+}  // namespace brachy

@@ -1,0 +1,230 @@
+#include "core/models/matrix_kernel/matrix_kernel_field.h"
+
+#include <algorithm>
+#include <cassert>
+#include <numeric>
+#include <utility>
+
+#include <Eigen/Cholesky>
+
+#include "core/base/error.h"
+#include "core/elasticity/compact/compact_kernel.h"
+#include "core/elasticity/elastic_kernel.h"
+#include "core/models/matrix_kernel/matrix_condition.h"
+#include "core/models/matrix_kernel/matrix_kernel_system.h"
+#include "core/models/matrix_kernel/matrix_models.h"
+
+namespace brachy {
+namespace {
+
+constexpr double kOutside = 1e-6;  // mm
+
+bool is_elastic(const MatrixKernel& kernel) {
+  return dynamic_cast<const ElasticKernel*>(&kernel) != nullptr;
+}
+
+// `elastic` and `fem` yield forces in N; a compact kernel is scaled to the stiffness, if one is given.
+double force_scale_of(const MatrixKernel& kernel, double landmark_stiffness) {
+  if (is_elastic(kernel) || !(landmark_stiffness > 0)) return 1;
+  return landmark_stiffness * dynamic_cast<const CompactKernel&>(kernel).value(Vec3::Zero())(0, 0);
+}
+
+}  // namespace
+
+void require_in_box(const Tissue& tissue, const ElasticBody& body) {
+  for (const Block& block : tissue.blocks)
+    for (const Vec3& corner : {block.min, block.max})
+      if (((corner - body.box_centre).cwiseAbs() - 0.5 * body.box_size).maxCoeff() > kOutside)
+        throw UserError(
+            "the tissue reaches out of [box], which says what holds it; raise box.size_mm or move "
+            "box.centre_mm");
+}
+
+MatrixKernelField::MatrixKernelField(const Tissue& tissue, std::string_view model_name,
+                                     const ElasticBody& body, const Options& options)
+    : MatrixKernelField(tissue, (require_in_box(tissue, body), make_matrix_kernel(model_name, body)), body,
+                        options) {}
+
+MatrixKernelField::MatrixKernelField(const Tissue& tissue, std::shared_ptr<const MatrixKernel> kernel,
+                                     const ElasticBody& body, const Options& options)
+    : MatrixKernelField(tissue, kernel, make_smooth_tables(tissue, *kernel, options.target), body, options) {}
+
+MatrixKernelField::MatrixKernelField(const Tissue& tissue, std::shared_ptr<const MatrixKernel> kernel,
+                                     std::shared_ptr<const SmoothTables> tables, const ElasticBody& body,
+                                     const Options& options)
+    : TissueField({.max_landmarks = options.max_landmarks,
+                   .force_scale = force_scale_of(*kernel, options.landmark_stiffness_n_per_mm),
+                   .uses_cores = is_elastic(*kernel)}),  // to the compact kernels landmarks are points
+      threads_(options.threads),
+      needle_radius_(body.needle_radius),
+      kernel_(std::move(kernel)),
+      inverse_block_(3 * options.max_landmarks, options.max_landmarks, options.target),
+      all_blocks_(tissue.blocks.size()),
+      displacements_(tissue.blocks.size()),
+      sources_(static_cast<std::size_t>(std::max(1, options.threads))) {
+  require_in_box(tissue, body);
+  const std::size_t n = options.max_landmarks;
+  if (const auto* elastic = dynamic_cast<const ElasticKernel*>(kernel_.get())) {
+    assert(tables);
+    smooth_.emplace(*elastic, std::move(tables), options.target, n);
+    near_.emplace(tissue, *elastic, smooth_->near_weight(), options.target);
+  } else {
+    const auto& compact = dynamic_cast<const CompactKernel&>(*kernel_);
+    near_.emplace(tissue, compact, needle_radius_, options.target);
+  }
+
+  const std::size_t rings = max_sources();
+  cells_.emplace(tissue, *near_, smooth_ ? &*smooth_ : nullptr, needle_radius_, options.target, rings);
+  ring_cores_.reserve(n);
+  rings_.reserve(n);
+  field_rings_.reserve(n);
+  ring_forces_.reserve(rings);
+  matrix_.resize(static_cast<Eigen::Index>(3 * n), static_cast<Eigen::Index>(3 * n));
+  solution_.resize(static_cast<Eigen::Index>(3 * n));
+  scratch_.resize(static_cast<Eigen::Index>(3 * n), 3);
+  std::iota(all_blocks_.begin(), all_blocks_.end(), 0u);
+  for (auto& sources : sources_) sources.reserve(n * NeedleRings::kMaxRingsBetween * NeedleRings::kPoints);
+}
+
+std::size_t MatrixKernelField::bytes() const {
+  return kernel_->bytes() + near_->bytes() + (smooth_ ? smooth_->bytes() : 0) +
+         displacements_.size() * sizeof(displacements_[0]);
+}
+
+FactorStatus MatrixKernelField::do_factorize(std::span<const Vec3> positions, std::span<const double> cores,
+                                             double& condition) noexcept {
+  const double duplicate = FactorStatus::kDuplicateDistance * needle_radius_;
+  if (const FactorStatus status = check_landmarks(positions, duplicate); !status) return status;
+  count_ = positions.size();
+  ring_cores_.assign(count_, smooth_ ? 0.0 : 1.0);  // one of its own makes a landmark a point
+  if (smooth_) std::ranges::copy(cores.first(std::min(cores.size(), count_)), ring_cores_.begin());
+  rings_.build(positions, ring_cores_, needle_radius_);
+  if (smooth_) smooth_->columns().place(count_, rings_);
+  assemble();
+  return factor(condition);
+}
+
+Evaluation MatrixKernelField::do_evaluate(bool is_new_set, std::span<Vec3> weights) noexcept {
+  if (is_new_set) field_rings_ = rings_;
+  do_solve(displacements(), weights);
+  spread_forces(weights);
+  evaluate_blocks();
+  return Evaluation::kDirect;
+}
+
+void MatrixKernelField::do_project_inverse(std::size_t first, std::span<const Vec3> axes,
+                                           Eigen::Ref<Eigen::MatrixXd> H) noexcept {
+  const auto n = static_cast<Eigen::Index>(3 * count_);
+  inverse_block_.project(matrix_.topLeftCorner(n, n), first, axes, H);
+}
+
+// K in the lower triangle.
+void MatrixKernelField::assemble() noexcept {
+  const auto n = static_cast<Eigen::Index>(3 * count_);
+  auto K = matrix_.topLeftCorner(n, n);
+  if (smooth_)
+    smooth_->columns().begin_matrix(K);
+  else
+    K.setZero();
+  const auto add = [&](std::uint32_t i, std::uint32_t j, double weight, const Mat3& value) {
+    if (i >= j)
+      K.block<3, 3>(3 * static_cast<Eigen::Index>(i), 3 * static_cast<Eigen::Index>(j)) += weight * value;
+  };
+  const auto rings = rings_.rings();
+  for (std::size_t i = 0; i < rings.size(); ++i)
+    for (std::size_t j = 0; j <= i; ++j) {
+      const NeedleRings::Ring &a = rings[i], &b = rings[j];
+      const Mat3 value = near_->between(rings_, a, b);
+      for (std::size_t s = 0; s < 2; ++s)
+        for (std::size_t t = 0; t < 2; ++t) {
+          double weight = a.weight[s] * b.weight[t];
+          if (weight == 0) continue;
+          if (smooth_) weight *= smooth_->near_factor(i, s, j, t);
+          add(a.landmark[s], b.landmark[t], weight, value);
+          if (i != j) add(b.landmark[t], a.landmark[s], weight, value.transpose());
+        }
+    }
+  if (smooth_) smooth_->columns().finish_matrix(K);
+}
+
+FactorStatus MatrixKernelField::factor(double& condition) noexcept {
+  const auto n = static_cast<Eigen::Index>(3 * count_);
+  condition = 1;
+  if (n == 0) return {};
+  Eigen::Ref<Eigen::MatrixXd> K = matrix_.topLeftCorner(n, n);
+  const double norm = symmetric_norm(K, scratch_.col(0).head(n));
+  if (Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>>(K).info() != Eigen::Success)
+    return {FactorStatus::kNotPositiveDefinite};
+  condition = norm * inverse_norm(K, scratch_.topRows(n));
+  return FactorStatus::of_condition(condition);
+}
+
+void MatrixKernelField::do_solve(std::span<const Vec3> displacements, std::span<Vec3> weights) noexcept {
+  const auto n = static_cast<Eigen::Index>(3 * count_);
+  auto x = solution_.head(n);
+  for (std::size_t l = 0; l < count_; ++l) x.segment<3>(static_cast<Eigen::Index>(3 * l)) = displacements[l];
+  const auto L = matrix_.topLeftCorner(n, n).triangularView<Eigen::Lower>();
+  if (n > 0) {
+    L.solveInPlace(x);
+    L.transpose().solveInPlace(x);
+  }
+  for (std::size_t l = 0; l < count_; ++l) weights[l] = x.segment<3>(static_cast<Eigen::Index>(3 * l));
+}
+
+// The landmarks' forces over the rings and the table's nodes.
+void MatrixKernelField::spread_forces(std::span<const Vec3> forces) noexcept {
+  ring_forces_.clear();
+  for (std::size_t r = 0; r < rings_.rings().size(); ++r) {
+    const NeedleRings::Ring& ring = rings_.rings()[r];
+    Vec3 force = Vec3::Zero();
+    for (std::size_t side = 0; side < 2; ++side) {
+      const double w = smooth_ ? smooth_->near_factor(r, side) : 1;
+      force += w * ring.weight[side] * forces[ring.landmark[side]];
+    }
+    ring_forces_.push_back(force);
+  }
+  if (smooth_) smooth_->set_forces(forces);
+}
+
+void MatrixKernelField::evaluate_blocks() noexcept {
+  touched_ = ring_forces_.empty() ? std::span<const std::uint32_t>() : all_blocks_;
+  const auto blocks = static_cast<std::ptrdiff_t>(touched_.size());
+  // One thread does not enter OpenMP at all: libgomp allocates at every parallel region.
+  if (threads_ <= 1) {
+    for (std::ptrdiff_t b = 0; b < blocks; ++b) evaluate_block(static_cast<std::uint32_t>(b), sources_[0]);
+    return;
+  }
+  const auto threads = static_cast<std::ptrdiff_t>(sources_.size());
+#pragma omp parallel for schedule(static, 1) num_threads(static_cast <int>(threads))
+  for (std::ptrdiff_t t = 0; t < threads; ++t)
+    for (std::ptrdiff_t b = t; b < blocks; b += threads)
+      evaluate_block(static_cast<std::uint32_t>(b), sources_[static_cast<std::size_t>(t)]);
+}
+
+void MatrixKernelField::evaluate_block(std::uint32_t b, std::vector<NearSource>& sources) noexcept {
+  BlockDisplacement<float>& u = displacements_[b];
+  if (smooth_)
+    smooth_->interpolate(b, u);
+  else
+    u = {};
+  near_->add_to_block(b, field_rings_, ring_forces_, sources, u);
+}
+
+void MatrixKernelField::do_rescale(double scale) noexcept {
+  for (Vec3& f : ring_forces_) f *= scale;
+  if (smooth_) smooth_->rescale(scale);
+  evaluate_blocks();
+}
+
+const CellField& MatrixKernelField::cells() noexcept {
+  cells_->set_field(field_rings_, ring_forces_);
+  return *cells_;
+}
+
+Vec3 MatrixKernelField::displacement_at(const Vec3& X) const noexcept {
+  Vec3 u = near_->displacement_at(X, field_rings_, ring_forces_);
+  if (smooth_) smooth_->add_displacement_at(X, u);
+  return u;
+}
+
+}  // namespace brachy

@@ -1,0 +1,73 @@
+#include "core/models/matrix_kernel/matrix_models.h"
+
+#include <algorithm>
+#include <cassert>
+#include <iterator>
+
+#include "core/elasticity/compact/compact_kernel.h"
+#include "core/elasticity/elastic_kernel.h"
+#include "core/elasticity/fem/fem_remainder.h"
+#include "core/elasticity/surface_remainder.h"
+#include "core/kernels/kernels.h"
+
+namespace brachy {
+namespace {
+
+using KernelPointer = std::unique_ptr<MatrixKernel>;
+
+KernelPointer make_compact(const ElasticBody& body) {
+  return std::make_unique<CompactKernel>(CompactKernel::of_body(body));
+}
+
+template <class Remainder>
+KernelPointer make_elastic(const ElasticBody& body) {
+  return std::make_unique<ElasticKernel>(body, std::make_unique<Remainder>(body));
+}
+
+struct ListedModel {
+  std::string_view name;
+  bool is_compact;
+  KernelPointer (*make)(const ElasticBody& body);
+};
+
+// The matrix-valued models, cheapest first. Everything that names them reads this list.
+constexpr ListedModel kMatrixModels[] = {{"compact_elastic", true, make_compact},
+                                         {"elastic", false, make_elastic<SurfaceRemainder>},
+                                         {"fem", false, make_elastic<FemRemainder>}};
+
+const ListedModel* find_matrix_model(std::string_view name) {
+  const ListedModel* found = std::ranges::find(kMatrixModels, name, &ListedModel::name);
+  return found == std::end(kMatrixModels) ? nullptr : found;
+}
+
+}  // namespace
+
+std::vector<std::string> all_model_names() {
+  std::vector<std::string> names;
+  for_each_kernel([&](auto kernel) { names.emplace_back(kernel.kName); });
+  for (const ListedModel& model : kMatrixModels) names.emplace_back(model.name);
+  return names;
+}
+
+bool is_matrix_model(std::string_view model_name) {
+  return find_matrix_model(model_name) != nullptr;
+}
+
+bool is_compact_model(std::string_view model_name) {
+  const ListedModel* model = find_matrix_model(model_name);
+  return model && model->is_compact;
+}
+
+std::string_view retired_model_advice(std::string_view model_name) {
+  if (model_name == "multiscale")
+    return "was removed: compact_elastic costs the same and errs less; take compact_elastic, or psi31";
+  return {};
+}
+
+std::unique_ptr<MatrixKernel> make_matrix_kernel(std::string_view model_name, const ElasticBody& body) {
+  const ListedModel* model = find_matrix_model(model_name);
+  assert(model);
+  return model->make(body);
+}
+
+}  // namespace brachy

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/elasticity/elastic_body.h"
+#include "core/kernels/matrix_kernel.h"
+
+namespace brachy {
+
+// The deformation models (core/DESIGN.md, section 3), cheapest first: the scalar kernels of core/kernels, then the
+// matrix-valued kernels of elasticity. A scene's `[model] kernel` and `brachy deform --kernel` name one.
+
+/// All models: those of for_each_kernel, then the list in matrix_models.cpp.
+std::vector<std::string> all_model_names();
+
+/// Whether `model_name` is in the list of matrix-valued kernels.
+bool is_matrix_model(std::string_view model_name);
+
+/// Whether it is a matrix-valued kernel of compact support (compact_kernel.h): it knows no walls and no width
+/// of a needle.
+bool is_compact_model(std::string_view model_name);
+
+/// What to say of a model that earlier versions had: why it is refused and what to take instead. Empty for all others.
+std::string_view retired_model_advice(std::string_view model_name);
+
+/// The kernel of matrix model `model_name` for a body. `elastic` and `fem` take some tenths of a second to
+/// some seconds.
+/// Errors: UserError where the model cannot have the body (elastic: more than one region).
+std::unique_ptr<MatrixKernel> make_matrix_kernel(std::string_view model_name, const ElasticBody& body);
+
+}  // namespace brachy

@@ -1,0 +1,36 @@
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "core/geometry/tissue/tissue.h"
+#include "core/kernels/matrix_kernel.h"
+#include "core/models/matrix_kernel/remainder_table.h"
+
+namespace brachy {
+
+/// The constant part of SmoothField: what it reads in every tick and never writes. It depends on the tissue and the
+/// kernel alone and takes up to some seconds (fem) to make, so that all fields of one SimulationModel share one.
+/// Threads: const functions and members from any.
+struct SmoothTables {
+  static constexpr double kRegionSpacing = 5;   ///< mm between nodes, where a region's surface is near
+  static constexpr double kSmoothSpacing = 10;  ///< mm, where only the box's faces are felt
+
+  /// Neither tissue nor kernel is needed afterwards.
+  SmoothTables(const Tissue& tissue, const ElasticKernel& kernel, SimdTarget target);
+  SmoothTables(const SmoothTables&) = delete;
+  SmoothTables& operator=(const SmoothTables&) = delete;
+
+  std::size_t bytes() const { return remainder.bytes() + grid_points.size() * sizeof(GridPoint); }
+
+  RemainderTable remainder;
+  std::vector<GridPoint>
+      grid_points;  ///< where each point of the tissue lies in it, blocks × Tissue::kBlockSize
+};
+
+/// The tables of `kernel`'s smooth part over a tissue within its body's box; null where it has none: the compact
+/// kernels.
+std::shared_ptr<const SmoothTables> make_smooth_tables(const Tissue& tissue, const MatrixKernel& kernel,
+                                                       SimdTarget target);
+
+}  // namespace brachy

@@ -1,0 +1,94 @@
+#include "core/models/tissue_field.h"
+
+#include <algorithm>
+#include <cassert>
+
+namespace brachy {
+
+void TissueField::Landmarks::reserve(std::size_t capacity) {
+  positions.reserve(capacity);
+  cores.reserve(capacity);
+}
+
+void TissueField::Landmarks::assign(std::span<const Vec3> new_positions,
+                                    std::span<const double> new_cores) noexcept {
+  positions.assign(new_positions.begin(), new_positions.end());
+  cores.assign(positions.size(), 0);
+  std::ranges::copy(new_cores.first(std::min(new_cores.size(), positions.size())), cores.begin());
+  is_known = true;
+}
+
+TissueField::TissueField(const LandmarkOptions& options) : options_(options) {
+  factorized_.reserve(options.max_landmarks);
+  field_.reserve(options.max_landmarks);
+  displacements_.reserve(options.max_landmarks);
+  weights_.reserve(options.max_landmarks);
+}
+
+bool TissueField::are(const Landmarks& set, std::span<const Vec3> positions,
+                      std::span<const double> cores) const noexcept {
+  if (!set.is_known || !std::ranges::equal(positions, set.positions)) return false;
+  if (!options_.uses_cores) return true;
+  for (std::size_t i = 0; i < positions.size(); ++i)
+    if ((i < cores.size() ? cores[i] : 0) != set.cores[i]) return false;
+  return true;
+}
+
+FactorStatus TissueField::factorize(std::span<const Vec3> positions, std::span<const double> cores) noexcept {
+  if (are(factorized_, positions, cores)) return {};
+  factorized_.is_known = false;
+  double condition = 1;
+  const FactorStatus status = do_factorize(positions, cores, condition);
+  if (!status) return status;
+  factorized_.assign(positions, cores);
+  condition_ = condition;
+  return {};
+}
+
+void TissueField::solve(std::span<const Vec3> displacements, std::span<Vec3> forces) noexcept {
+  assert(factorized_.is_known && displacements.size() == factorized_.positions.size() &&
+         forces.size() == displacements.size());
+  do_solve(displacements, forces);
+  for (Vec3& f : forces) f *= options_.force_scale;
+}
+
+void TissueField::axial_stiffness(std::size_t first, std::span<const Vec3> axes,
+                                  Eigen::Ref<Eigen::MatrixXd> H) noexcept {
+  assert(factorized_.is_known && first + axes.size() <= factorized_.positions.size());
+  do_project_inverse(first, axes, H);
+  H *= options_.force_scale;
+}
+
+void TissueField::evaluate(std::span<const Vec3> displacements) noexcept {
+  assert(factorized_.is_known && displacements.size() == factorized_.positions.size());
+  const bool is_new_set = !are(field_, factorized_.positions, factorized_.cores);
+  if (!is_new_set && std::ranges::equal(displacements, displacements_)) {
+    evaluation_ = Evaluation::kIdle;
+    return;
+  }
+  if (is_new_set) field_.assign(factorized_.positions, factorized_.cores);
+  displacements_.assign(displacements.begin(), displacements.end());
+  weights_.resize(displacements.size());
+  evaluation_ = do_evaluate(is_new_set, weights_);
+}
+
+FactorStatus TissueField::update(std::span<const Vec3> positions, std::span<const Vec3> displacements,
+                                 std::span<const double> cores) noexcept {
+  if (const FactorStatus status = factorize(positions, cores); !status) return status;
+  evaluate(displacements);
+  return {};
+}
+
+void TissueField::rescale(double scale) noexcept {
+  for (auto* vectors : {&weights_, &displacements_})
+    for (Vec3& v : *vectors) v *= scale;
+  do_rescale(scale);
+}
+
+double TissueField::total_force_n() const {
+  Vec3 sum = Vec3::Zero();
+  for (const Vec3& w : weights_) sum += w;
+  return options_.force_scale * sum.norm();
+}
+
+}  // namespace brachy

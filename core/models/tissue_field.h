@@ -1,0 +1,120 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "core/injectivity/certifiable_field.h"
+#include "core/models/displacement_field.h"
+#include "core/solve/factor_status.h"
+
+namespace brachy {
+
+/// How a tick was evaluated.
+enum class Evaluation : std::uint8_t {
+  kIdle,       ///< landmarks and displacements as in the last tick: nothing to do
+  kDirect,     ///< every block summed over its landmarks
+  kMixed,      ///< some blocks condensed already, the others directly
+  kCondensed,  ///< every block by its condensed columns
+};
+
+/// From landmarks to a displacement field, in three steps: factorize the landmarks' system K, solve it,
+/// evaluate the field at the tissue's points. The base of all deformation models: ScalarKernelField has the
+/// scalar kernels, MatrixKernelField the matrix-valued ones, BlendedKernelField those that differ from tissue
+/// to tissue.
+///
+/// The set that is factorized and the set of the evaluated field may differ: factorize and solve do not
+/// change the field. The base keeps what models share: both sets, the displacements and weights of the field,
+/// and the scale from a model's weights to forces. A model implements the private do_ functions.
+/// Threads: one caller. Real-time: no allocation after construction with one thread, no exceptions.
+class TissueField : public DisplacementField, public CertifiableField {
+ public:
+  /// Makes `positions` (n, at rest, mm) the landmark set and factorizes its system K. `cores`: the landmarks'
+  /// core radii, mm, 0 where the model's own rule holds; empty: 0 for all. Only `elastic` and `fem` use them;
+  /// for these other cores make another set. The same set again costs a comparison. Unless it returns kOk, no
+  /// set is factorized.
+  FactorStatus factorize(std::span<const Vec3> positions, std::span<const double> cores = {}) noexcept;
+
+  /// The forces on the factorized landmarks that displace them by `displacements`: f = K⁻¹ d, N (both n).
+  /// Where K is not a compliance they are scaled so that a lone landmark has the stiffness that the model was made with
+  /// (core/needle/landmark_stiffness.h). Takes the time of 2 triangular solves.
+  void solve(std::span<const Vec3> displacements, std::span<Vec3> forces) noexcept;
+
+  /// H_ij = axes_i · (K⁻¹)_ij axes_j, N/mm (H m × m, symmetric), of the factorized landmarks first … first +
+  /// m − 1, each with its unit axis (`axes` m): the forces along their axes that displacements along their
+  /// axes take while they are held across them, and the other landmarks altogether. Scaled as in solve. m³/3
+  /// multiply-adds on the ψ models, 3 m³ on
+  /// the matrix-valued ones.
+  void axial_stiffness(std::size_t first, std::span<const Vec3> axes, Eigen::Ref<Eigen::MatrixXd> H) noexcept;
+
+  /// Makes the factorized set that of the field, solves u(p_i) = d_i for `displacements` (n, mm) and evaluates u at the
+  /// tissue's points.
+  void evaluate(std::span<const Vec3> displacements) noexcept;
+
+  /// factorize, then evaluate. Unless it returns kOk, the last field is kept.
+  FactorStatus update(std::span<const Vec3> positions, std::span<const Vec3> displacements,
+                      std::span<const double> cores = {}) noexcept;
+
+  /// Multiplies the field by `scale`, everywhere.
+  void rescale(double scale) noexcept;
+
+  Evaluation evaluation() const { return evaluation_; }  ///< of the last evaluate
+
+  /// Condition number of the factorized landmarks' system, 1-norm, estimated each time that the set changes; 1 for no
+  /// landmarks. Above FactorStatus::kMaxCondition factorize fails and the last set's condition is kept.
+  double condition() const { return condition_; }
+
+  /// Size of the force on all landmarks of the field together, N; scaled as in solve.
+  double total_force_n() const;
+
+ protected:
+  struct LandmarkOptions {
+    std::size_t max_landmarks = 0;
+    double force_scale = 1;   ///< N for a weight of 1
+    bool uses_cores = false;  ///< whether other cores make another set
+  };
+  explicit TissueField(const LandmarkOptions& options);
+
+  std::size_t max_landmarks() const { return options_.max_landmarks; }
+  // The field's landmarks, n.
+  const std::vector<Vec3>& positions() const { return field_.positions; }    // at rest, mm
+  const std::vector<Vec3>& displacements() const { return displacements_; }  // mm
+  const std::vector<Vec3>& weights() const { return weights_; }              // by the kernel's own compliance
+
+ private:
+  /// Factorizes the system of `positions`; `condition` is asked for where it returns kOk only.
+  virtual FactorStatus do_factorize(std::span<const Vec3> positions, std::span<const double> cores,
+                                    double& condition) noexcept = 0;
+  /// weights = K⁻¹ displacements, unscaled.
+  virtual void do_solve(std::span<const Vec3> displacements, std::span<Vec3> weights) noexcept = 0;
+  /// axial_stiffness, unscaled.
+  virtual void do_project_inverse(std::size_t first, std::span<const Vec3> axes,
+                                  Eigen::Ref<Eigen::MatrixXd> H) noexcept = 0;
+  /// Finds the weights (n) of displacements() and evaluates the field. `is_new_set`: positions() have changed since the
+  /// last call, and are the factorized ones.
+  virtual Evaluation do_evaluate(bool is_new_set, std::span<Vec3> weights) noexcept = 0;
+  /// Evaluates the field again: weights() and displacements() have been multiplied by `scale`.
+  virtual void do_rescale(double scale) noexcept = 0;
+
+  struct Landmarks {
+    std::vector<Vec3> positions;
+    std::vector<double> cores;
+    bool is_known = false;
+
+    void reserve(std::size_t capacity);
+    void assign(std::span<const Vec3> new_positions, std::span<const double> new_cores) noexcept;
+  };
+  bool are(const Landmarks& set, std::span<const Vec3> positions,
+           std::span<const double> cores) const noexcept;
+
+  LandmarkOptions options_;
+  Landmarks factorized_, field_;
+  std::vector<Vec3> displacements_, weights_;  // of the field
+  double condition_ = 1;
+  Evaluation evaluation_ = Evaluation::kIdle;
+};
+
+}  // namespace brachy

@@ -1,0 +1,49 @@
+#pragma once
+
+#include <cstddef>
+
+namespace brachy {
+
+/// The needle's body. Lengths in mm.
+struct NeedleSettings {
+  /// 18 G, mm: the diameter that TissueContact's forces refer to
+  static constexpr double kReferenceDiameter = 1.27;
+  static constexpr std::size_t kMaxCount = 16;
+
+  double length_mm = 200;  ///< hub to tip; 18 G brachytherapy needle (core/DESIGN.md, section 6)
+  double diameter_mm = kReferenceDiameter;
+  std::size_t count = 1;  ///< needles that may be in the scene at once, all of this body
+
+  bool operator==(const NeedleSettings&) const = default;
+};
+
+/// Contact forces of an 18 G needle in one tissue; others are in proportion to their diameter. config/prostate.toml
+/// cites the sources.
+struct TissueContact {
+  double puncture_force_n = 5.6;  ///< at which the tissue's capsule is punctured; 0: no capsule
+  double capsule_n_per_mm = 0.3;  ///< a₁: an indentation δ of the capsule takes at most a₁δ + a₂δ², N
+  double capsule_n_per_mm2 = 0.06;  ///< a₂
+  double cutting_force_n = 3;       ///< at which the tip cuts
+  double friction_n_per_mm = 0.02;  ///< along the shaft, for each mm in the tissue
+
+  bool operator==(const TissueContact&) const = default;
+};
+
+/// How a needle's landmarks are placed. Lengths in mm.
+struct ContactSettings {
+  /// Radius over which a contact's or a tip's force is spread: it determines the local stiffness, on every model
+  /// (core/needle/landmark_stiffness.h). At least √(F/32μ) for the largest force F that occurs
+  /// (core/DESIGN.md, section 5), 5.4 mm for 5.6 N at 6 kPa, or the tissue folds there.
+  double tip_core_mm = 12;
+  double surface_slip_mm = 2;       ///< on the intact capsule the contact point slides beyond this drag
+  double landmark_spacing_mm = 5;   ///< between shaft landmarks along the cut path
+  double leave_path_mm = 2;         ///< a tip this far beside an old cut cuts a new one
+  double max_displacement_mm = 15;  ///< a landmark's displacement is limited to this and flagged
+  /// a tip that moves farther in a tick has jumped, and its contact is reinitialized
+  double max_jump_mm = 10;
+  int max_landmarks = 41;  ///< of a needle, tip and shaft; spacing × (max − 1) must cover it
+
+  bool operator==(const ContactSettings&) const = default;
+};
+
+}  // namespace brachy

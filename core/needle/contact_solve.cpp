@@ -1,0 +1,133 @@
+#include "core/needle/contact_solve.h"
+
+#include <algorithm>
+
+#include "core/solve/landmark_repair.h"
+
+#include "core/models/step_flag.h"
+
+namespace brachy {
+
+void LandmarkSet::reserve(std::size_t capacity) {
+  positions.reserve(capacity);
+  displacements.reserve(capacity);
+  cores.reserve(capacity);
+  owners.reserve(capacity);
+}
+
+void LandmarkSet::clear() noexcept {
+  positions.clear();
+  displacements.clear();
+  cores.clear();
+  owners.clear();
+  anchors = 0;
+}
+
+void LandmarkSet::add(const Vec3& position, const Vec3& displacement, double core) noexcept {
+  positions.push_back(position);
+  displacements.push_back(displacement);
+  cores.push_back(core);
+}
+
+void LandmarkSet::remove(std::size_t i) noexcept {
+  cores.erase(cores.begin() + static_cast<std::ptrdiff_t>(i));
+  if (i < anchors)
+    --anchors;
+  else
+    owners.erase(owners.begin() + static_cast<std::ptrdiff_t>(i - anchors));
+}
+
+ContactSolve::ContactSolve(std::size_t max_landmarks) : solver_(max_landmarks) {
+  const auto n = static_cast<Eigen::Index>(max_landmarks);
+  stiffness_.resize(n, n);
+  for (auto* v : {&axes_, &reactions_, &unit_}) v->reserve(max_landmarks);
+  removed_.reserve(max_landmarks);
+  for (auto* v : {&stuck_, &low_, &high_, &slips_, &axial_}) v->reserve(max_landmarks);
+}
+
+FactorStatus ContactSolve::solve(std::uint64_t tick, std::span<NeedleContact> needles, LandmarkSet& landmarks,
+                                 TissueField& field, std::uint32_t& flags) noexcept {
+  if (const FactorStatus status = factorize(landmarks, field, flags); !status) return status;
+  for (NeedleContact& needle : needles)
+    for (NeedleLandmark& landmark : needle.landmarks()) {
+      landmark.reaction_n.setZero();
+      landmark.slip_mm = 0;
+    }
+  if (!landmarks.owners.empty()) find_slips(needles, landmarks, field, flags);
+  for (std::size_t n = 0; n < needles.size(); ++n) {
+    NeedleContact& needle = needles[n];
+    const Vec3 across = needle.axis().unitOrthogonal();
+    const bool touches = !needle.landmarks().empty();
+    needle.finish(tick, touches ? stiffness_of(n, needle.axis(), landmarks, field) : 0,
+                  touches ? stiffness_of(n, across, landmarks, field) : 0);
+  }
+  return {};
+}
+
+// Landmarks that are too close together to be solved are left out, with their cores and owners.
+FactorStatus ContactSolve::factorize(LandmarkSet& landmarks, TissueField& field,
+                                     std::uint32_t& flags) noexcept {
+  FactorStatus status = field.factorize(landmarks.positions, landmarks.cores);
+  if (status) return status;
+  LandmarkRepair repair(landmarks.positions, landmarks.displacements, landmarks.anchors, &removed_);
+  while (!status) {
+    removed_.clear();
+    const Repaired repaired = repair.drop(status);
+    if (repaired == Repaired::kNothing) break;
+    flags |= repaired == Repaired::kMerged ? kStepMerged : kStepDropped;
+    for (const std::size_t i : removed_) landmarks.remove(i);
+    status = field.factorize(landmarks.positions, landmarks.cores);
+  }
+  return status;
+}
+
+void ContactSolve::find_slips(std::span<NeedleContact> needles, LandmarkSet& landmarks, TissueField& field,
+                              std::uint32_t& flags) noexcept {
+  const std::size_t first = landmarks.anchors, count = landmarks.owners.size();
+  const auto landmark = [&](std::size_t i) -> NeedleLandmark& {
+    const LandmarkSet::Owner owner = landmarks.owners[i];
+    return needles[owner.needle].landmarks()[owner.index];
+  };
+  axes_.clear();
+  for (const LandmarkSet::Owner owner : landmarks.owners) axes_.push_back(needles[owner.needle].axis());
+  const auto m = static_cast<Eigen::Index>(count);
+  auto H = stiffness_.topLeftCorner(m, m);
+  field.axial_stiffness(first, axes_, H);
+  for (auto* v : {&stuck_, &low_, &high_, &slips_, &axial_}) v->resize(count);
+  reactions_.resize(landmarks.positions.size());
+
+  for (bool again = true; again;) {
+    field.solve(landmarks.displacements, reactions_);
+    for (std::size_t i = 0; i < count; ++i) {
+      stuck_[i] = axes_[i].dot(reactions_[first + i]);
+      low_[i] = landmark(i).low_n;
+      high_[i] = landmark(i).high_n;
+    }
+    const ReactionSolver::Result result = solver_.solve(H, stuck_, low_, high_, slips_, axial_);
+    if (!result.converged) flags |= kStepSlipUnsettled;
+    for (std::size_t i = 0; i < count; ++i) landmark(i).slip_mm = slips_[i];
+    again = false;
+    for (NeedleContact& needle : needles) again |= needle.reaches_uncut_tissue();
+    for (std::size_t i = 0; i < count; ++i)
+      landmarks.displacements[first + i] = landmark(i).if_stuck - (again ? 0 : slips_[i]) * axes_[i];
+  }
+  field.solve(landmarks.displacements, reactions_);
+  for (std::size_t i = 0; i < count; ++i) landmark(i).reaction_n = reactions_[first + i];
+}
+
+// The force that moves one needle's landmarks together by 1 mm while all others are fixed.
+double ContactSolve::stiffness_of(std::size_t needle, const Vec3& direction, const LandmarkSet& landmarks,
+                                  TissueField& field) noexcept {
+  const std::size_t first = landmarks.anchors;
+  unit_.assign(landmarks.positions.size(), Vec3::Zero());
+  for (std::size_t i = 0; i < landmarks.owners.size(); ++i)
+    if (landmarks.owners[i].needle == needle) unit_[first + i] = direction;
+  reactions_.resize(unit_.size());
+  field.solve(unit_, reactions_);
+  double sum = 0;
+  for (std::size_t i = 0; i < landmarks.owners.size(); ++i)
+    if (landmarks.owners[i].needle == needle) sum += direction.dot(reactions_[first + i]);
+  return sum;
+}
+
+}  // namespace brachy

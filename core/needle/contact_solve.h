@@ -1,0 +1,61 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "core/models/tissue_field.h"
+#include "core/needle/needle_contact.h"
+#include "core/needle/reaction_solver.h"
+
+namespace brachy {
+
+/// All landmarks of a tick: anchors, then every needle's shaft, then the tips. The tips move most, and landmark systems
+/// recompute the rows from the first that changed.
+struct LandmarkSet {
+  /// Of a landmark behind the anchors: landmark `index` of needle `needle`.
+  struct Owner {
+    std::uint32_t needle = 0, index = 0;
+  };
+  std::vector<Vec3> positions, displacements;  ///< mm, n
+  std::vector<double> cores;                   ///< mm, n
+  std::vector<Owner> owners;                   ///< n − anchors
+  std::size_t anchors = 0;
+
+  void reserve(std::size_t capacity);
+  void clear() noexcept;
+  void add(const Vec3& position, const Vec3& displacement, double core) noexcept;
+  /// Removes core and owner of landmark i, which is already gone from positions and displacements.
+  void remove(std::size_t i) noexcept;
+};
+
+/// Stick and slip of all needles' landmarks at once: reactions of sticking landmarks, from the field's own landmark
+/// system, and the slip of each (reaction_solver.h).
+/// Threads: one. Real-time: no allocation after construction, no exceptions.
+class ContactSolve {
+ public:
+  explicit ContactSolve(std::size_t max_landmarks);
+
+  /// `landmarks` has the needles' landmarks where they would be if they stuck; on return, where they are. Reactions and
+  /// slips go to the needles, which then finish their tick. Sets the solver's StepFlag bits in `flags`. Unless it
+  /// returns kOk, nothing was changed except that landmarks were left out, which is flagged.
+  FactorStatus solve(std::uint64_t tick, std::span<NeedleContact> needles, LandmarkSet& landmarks,
+                     TissueField& field, std::uint32_t& flags) noexcept;
+
+ private:
+  FactorStatus factorize(LandmarkSet& landmarks, TissueField& field, std::uint32_t& flags) noexcept;
+  void find_slips(std::span<NeedleContact> needles, LandmarkSet& landmarks, TissueField& field,
+                  std::uint32_t& flags) noexcept;
+  double stiffness_of(std::size_t needle, const Vec3& direction, const LandmarkSet& landmarks,
+                      TissueField& field) noexcept;
+
+  ReactionSolver solver_;
+  Eigen::MatrixXd stiffness_;
+  std::vector<Vec3> axes_, reactions_, unit_;
+  std::vector<std::size_t> removed_;
+  std::vector<double> stuck_, low_, high_, slips_, axial_;
+};
+
+}  // namespace brachy

@@ -1,0 +1,449 @@
+#include "core/needle/needle_contact.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "core/models/step_flag.h"
+
+namespace brachy {
+namespace {
+
+constexpr double kInsideMargin = 1e-3;  // mm: the end of a path through the far side is kept this far inside
+constexpr std::size_t kMaxCrossings = 32;  // of one needle with one surface; a folded organ has a handful
+constexpr double kPathSlack = 4;           // a path may wind: space for this many needle lengths
+constexpr double kSameEntry = 1;  // needle diameters from an old entry within which it is the same hole
+constexpr double kSameDirection = 0.94;  // cosine of the 20° within which a needle finds its old cut
+// mm ahead of a free needle within which the capsule is reported to the device
+constexpr double kLookAhead = 25;
+constexpr int kBisections = 20;  // of a tick's cut: a capsule is found to 1e-6 of it
+
+}  // namespace
+
+NeedleContact::NeedleContact(const SurfaceBvh& surface, const NeedleTissues& tissues,
+                             const NeedleSettings& needle, const ContactSettings& settings)
+    : surface_(surface),
+      tissues_(tissues),
+      needle_settings_(needle),
+      settings_(settings),
+      path_(kPathSlack * needle.length_mm),
+      old_paths_(kOldPaths, CutPath(kPathSlack * needle.length_mm)) {
+  const auto capacity = static_cast<std::size_t>(settings.max_landmarks);
+  shaft_.reserve(capacity);
+  landmarks_.reserve(capacity);
+}
+
+void NeedleContact::begin(const RigidTransform& X_WN, const DisplacementField* last_field) noexcept {
+  const Vec3 axis = X_WN.R.col(2);
+  needle_ = {X_WN.p - needle_settings_.length_mm * axis, X_WN.p, axis};
+  const Vec3 motion = needle_.tip - last_tip_;
+  flags_ = 0;
+  landmarks_.clear();
+  has_tip_landmark_ = false;
+  free_slip_ = 0;
+  insertion_depth_ = 0;
+
+  bool is_reinitialized = false;
+  if (!has_last_pose_ || motion.norm() > settings_.max_jump_mm) {
+    reinitialize();
+    is_reinitialized = true;
+  } else if (state_ == ContactState::kFree || state_ == ContactState::kWithdrawn) {
+    approach();
+  } else if (state_ == ContactState::kTouching) {
+    press();
+  } else {
+    follow_path(last_field);
+  }
+  last_tip_ = needle_.tip;
+  has_last_pose_ = true;
+
+  tip_depth_ = std::max(0.0, depth_of_tip());
+  if (state_ == ContactState::kTouching) add_contact();
+  if (!is_in()) return;
+  insertion_depth_ = tip_s_;
+  set_shaft(is_reinitialized ? nullptr : last_field);
+  add_shaft(is_reinitialized ? 0 : motion.dot(axis));
+  if (state_ == ContactState::kInserted) add_tip();
+}
+
+void NeedleContact::skip() noexcept {
+  landmarks_.clear();
+  has_tip_landmark_ = false;
+  flags_ = 0;
+  forces_ = {};
+  local_model_ = {};
+  tip_depth_ = 0;
+}
+
+// The needle is in the tissue where its pose says, without any displacement.
+void NeedleContact::reinitialize() noexcept {
+  if (has_last_pose_) flags_ |= kStepReinitialized;
+  release();
+  std::array<SurfaceHit, kMaxCrossings> buffer;
+  const std::span hits(buffer.data(), surface_.all_hits(needle_.hub, needle_.tip, buffer));
+  const bool inside = surface_.inside(needle_.tip);
+  Vec3 entry = needle_.hub, exit = needle_.tip;
+  bool entered = false, left = false;
+  for (const SurfaceHit& hit : hits) {
+    if (hit.entering) {
+      entry = hit.point;
+      entered = true;
+      left = false;
+    } else {
+      exit = hit.point - kInsideMargin * needle_.axis;
+      left = true;
+    }
+  }
+  if (!inside && !(entered && left)) return;
+
+  state_ = inside ? ContactState::kInserted : ContactState::kThrough;
+  was_inserted_ = true;
+  path_.start(entry);
+  path_.extend_to(inside ? needle_.tip : exit);
+  tip_s_ = path_.length();
+  tissue_ = tissues_.at(path_.at(tip_s_));
+}
+
+void NeedleContact::approach() noexcept {
+  if (const auto hit = surface_.first_hit(last_tip_, needle_.tip); hit && hit->entering) {
+    if (CutPath* old = find_old_path(hit->point)) return enter_old_path(*old);
+    contact_point_ = hit->point;
+    by_tip_ = true;
+  } else if (surface_.inside(needle_.tip)) {
+    return reinitialize();
+  } else {
+    std::array<SurfaceHit, 2> hits;
+    if (surface_.all_hits(needle_.hub, needle_.tip, hits) < 2) return;
+    contact_point_ = surface_.closest_point(0.5 * (hits[0].point + hits[1].point)).point;
+    by_tip_ = false;
+  }
+  state_ = ContactState::kTouching;
+  press();
+}
+
+// The capsule has a hole where the needle was before, and the tissue behind it a cut.
+CutPath* NeedleContact::find_old_path(const Vec3& entry) noexcept {
+  for (CutPath& old : old_paths_) {
+    if (old.empty()) continue;
+    const Vec3 start = old.at(0), way = old.at(settings_.landmark_spacing_mm) - start;
+    if ((start - entry).norm() <= kSameEntry * needle_settings_.diameter_mm &&
+        way.dot(needle_.axis) >= kSameDirection * way.norm())
+      return &old;
+  }
+  return nullptr;
+}
+
+void NeedleContact::enter_old_path(CutPath& old) noexcept {
+  std::swap(path_, old);
+  old.clear();
+  state_ = ContactState::kInserted;
+  tip_s_ = 0;
+  tissue_ = tissues_.at(path_.at(path_.length()));
+}
+
+void NeedleContact::press() noexcept {
+  const bool tip_inside = surface_.inside(needle_.tip);
+  if (!tip_inside && !surface_.first_hit(needle_.hub, needle_.tip)) return release();
+
+  const double off_axis = (needle_.nearest_on_line(contact_point_) - contact_point_).norm();
+  if (tip_inside) by_tip_ = true;
+  if (!tip_inside && off_axis > settings_.surface_slip_mm) by_tip_ = false;
+  if (by_tip_ && has_punctured_) return enter();
+
+  // The contact point slides over the capsule once it has been dragged aside too far.
+  const Vec3 drag = needle_.across(needle_.tip - contact_point_);
+  if (const double length = drag.norm(); length > settings_.surface_slip_mm)
+    contact_point_ =
+        surface_.closest_point(contact_point_ + (1 - settings_.surface_slip_mm / length) * drag).point;
+}
+
+void NeedleContact::enter() noexcept {
+  state_ = ContactState::kInserted;
+  was_inserted_ = true;
+  has_punctured_ = false;
+  path_.start(contact_point_);
+  tip_s_ = 0;
+  tissue_ = tissues_.at(contact_point_ + kInsideMargin * needle_.axis);
+}
+
+void NeedleContact::follow_path(const DisplacementField* last_field) noexcept {
+  if (state_ == ContactState::kThrough) {
+    const Vec3 exit = path_.at(path_.length());
+    const Vec3 carried = last_field ? last_field->displacement_at(exit) : Vec3(Vec3::Zero());
+    if ((needle_.tip - exit - carried).dot(needle_.axis) > 0) return;
+    state_ = ContactState::kInserted;
+    tip_s_ = path_.length();
+  }
+  if (tip_s_ == 0 && !surface_.inside(needle_.tip)) return release();
+  if (tip_s_ < path_.length() &&
+      needle_.across(needle_.tip - path_.at(tip_s_)).norm() > settings_.leave_path_mm) {
+    path_.cut_off(tip_s_);
+    tissue_ = tissues_.at(path_.at(tip_s_));
+    capsule_of_ = 0;
+  }
+}
+
+// Shaft landmarks lie on the cut path every spacing, from the entry on. One is added when the tip is half a spacing
+// past it and removed at a quarter, so that it never comes near the tip's own landmark and does not flicker.
+void NeedleContact::set_shaft(const DisplacementField* last_field) noexcept {
+  const double spacing = settings_.landmark_spacing_mm;
+  const auto s_of_last = [&] { return spacing * (static_cast<double>(shaft_.size()) - 1); };
+  while (!shaft_.empty() && tip_s_ < s_of_last() + 0.25 * spacing) shaft_.pop_back();
+  while (tip_s_ >= s_of_last() + 1.5 * spacing &&
+         shaft_.size() + 1 < static_cast<std::size_t>(settings_.max_landmarks)) {
+    const Vec3 X = path_.at(s_of_last() + spacing);
+    const double carried = last_field ? last_field->displacement_at(X).dot(needle_.axis) : 0;
+    shaft_.push_back({X, tissues_[tissues_.at(X)].friction_n_per_mm, carried});
+  }
+}
+
+// Length of shaft, mm, that rubs at a shaft landmark, or at the tip (the number of shaft landmarks): half the way
+// to each neighbour. The last landmark's share grows from nothing while the tip advances, and its neighbours'
+// shrink, so that no force jumps when one is added or removed.
+double NeedleContact::tributary(std::size_t landmark) const noexcept {
+  const double spacing = settings_.landmark_spacing_mm;
+  const std::size_t count = shaft_.size();
+  const bool tip = has_tip_landmark_;
+  // Of the first `set` landmarks and the tip.
+  const auto share = [&](std::size_t set) {
+    const auto s = [&](std::size_t i) { return i < set ? spacing * static_cast<double>(i) : tip_s_; };
+    const std::size_t all = set + (tip ? 1 : 0), i = landmark == count ? set : landmark;
+    if (i >= all) return 0.0;
+    const double from = i == 0 ? 0 : 0.5 * (s(i - 1) + s(i));
+    const double to = i + 1 == all ? tip_s_ : 0.5 * (s(i) + s(i + 1));
+    return to - from;
+  };
+  if (count == 0) return share(0);
+  const double past = tip_s_ - spacing * static_cast<double>(count - 1);
+  const double grown = std::clamp(2 * past / spacing - 1, 0.0, 1.0);
+  const double without = landmark + 1 == count ? 0 : share(count - 1);
+  return (1 - grown) * without + grown * share(count);
+}
+
+void NeedleContact::release() noexcept {
+  if (is_in() && !path_.empty()) {
+    std::swap(path_, old_paths_[next_old_path_]);
+    next_old_path_ = (next_old_path_ + 1) % old_paths_.size();
+    path_.clear();
+  }
+  state_ = was_inserted_ ? ContactState::kWithdrawn : ContactState::kFree;
+  shaft_.clear();
+  tip_s_ = 0;
+  capsule_of_ = 0;
+  has_punctured_ = false;
+}
+
+double NeedleContact::depth_of_tip() const noexcept {
+  if (state_ == ContactState::kTouching)
+    return by_tip_ ? (needle_.tip - contact_point_).dot(needle_.axis) : 0;
+  return is_in() ? tip_s_ + (needle_.tip - path_.at(tip_s_)).dot(needle_.axis) : 0;
+}
+
+void NeedleContact::add_contact() noexcept {
+  NeedleLandmark landmark{.position = contact_point_, .core_mm = settings_.tip_core_mm};
+  if (by_tip_) {
+    const TissueContact& capsule = tissues_[0];
+    const double indentation = std::max(0.0, (needle_.tip - contact_point_).dot(needle_.axis));
+    landmark.if_stuck = needle_.tip - contact_point_;
+    if (capsule.puncture_force_n > 0) {
+      landmark.high_n =
+          std::min(capsule.puncture_force_n,
+                   indentation * (capsule.capsule_n_per_mm + capsule.capsule_n_per_mm2 * indentation));
+    }
+  } else {
+    landmark.if_stuck = needle_.nearest_on_line(contact_point_) - contact_point_;
+  }
+  add(landmark);
+}
+
+// `elastic` and `fem` treat a single landmark as a needle's point, not a shaft, and its friction would fold the field.
+void NeedleContact::add_shaft(double motion) noexcept {
+  has_tip_landmark_ = state_ == ContactState::kInserted;
+  for (std::size_t i = 0; i < shaft_.size(); ++i) {
+    const ShaftLandmark& shaft = shaft_[i];
+    const Vec3 across = needle_.nearest_on_line(shaft.position) - shaft.position;
+    const double friction = shaft.friction * tributary(i);
+    add({.position = shaft.position,
+         .if_stuck = across + (shaft.axial + motion) * needle_.axis,
+         .low_n = -friction,
+         .high_n = friction,
+         .friction_n = friction,
+         .core_mm = shaft_.size() == 1 ? settings_.landmark_spacing_mm : 0});
+  }
+}
+
+// The tip has friction too, and pushes the tissue that it does not cut.
+void NeedleContact::add_tip() noexcept {
+  const Vec3 X = path_.at(tip_s_);
+  const double friction = tissues_[tissues_.at(X)].friction_n_per_mm * tributary(shaft_.size());
+  add({.position = X,
+       .if_stuck = needle_.tip - X,
+       .low_n = -friction,
+       .high_n = friction + (tip_s_ < path_.length() ? 0 : resistance()),
+       .friction_n = friction,
+       .core_mm = settings_.tip_core_mm});
+}
+
+// The force that extends the cut at the end of the path, N.
+double NeedleContact::resistance() const noexcept {
+  return capsule_of_ > 0 ? tissues_[capsule_of_].puncture_force_n : tissues_[tissue_].cutting_force_n;
+}
+
+// Along and across the needle a landmark's displacement is limited.
+void NeedleContact::add(const NeedleLandmark& landmark) noexcept {
+  const double limit = settings_.max_displacement_mm;
+  landmarks_.push_back(landmark);
+  const double along = landmark.if_stuck.dot(needle_.axis);
+  const Vec3 across = needle_.across(landmark.if_stuck);
+  if (std::abs(along) <= limit && across.norm() <= limit) return;
+  flags_ |= kStepSaturated;
+  landmarks_.back().if_stuck = std::clamp(along, -limit, limit) * needle_.axis +
+                               across * std::min(1.0, limit / std::max(across.norm(), limit));
+}
+
+bool NeedleContact::reaches_uncut_tissue() noexcept {
+  if (!has_tip_landmark_ || free_slip_ > 0) return false;
+  const double gap = path_.length() - tip_s_;
+  NeedleLandmark& tip = landmarks_.back();
+  if (gap <= 0 || tip.slip_mm <= gap) return false;
+  free_slip_ = gap;
+  tip.if_stuck -= gap * needle_.axis;
+  tip.high_n += resistance();
+  return true;
+}
+
+void NeedleContact::finish(std::uint64_t tick, double axial_stiffness, double lateral_stiffness) noexcept {
+  sum_forces();
+  update_local_model(tick, axial_stiffness, lateral_stiffness);
+  if (state_ == ContactState::kTouching && by_tip_) {
+    const double full = tissues_[0].puncture_force_n;
+    // A surface without a capsule opens at once.
+    has_punctured_ = full == 0 || landmarks_[0].reaction_n.dot(needle_.axis) >= full * (1 - 1e-9);
+    if (has_punctured_) ++puncture_count_;
+  }
+  if (!is_in()) return;
+  for (std::size_t i = 0; i < shaft_.size(); ++i)
+    shaft_[i].axial = landmarks_[i].if_stuck.dot(needle_.axis) - landmarks_[i].slip_mm;
+  if (has_tip_landmark_) move_tip(free_slip_ + landmarks_.back().slip_mm);
+  insertion_depth_ = tip_s_;
+}
+
+// The tip has slipped past its material point.
+void NeedleContact::move_tip(double distance) noexcept {
+  if (distance <= 0 || tip_s_ + distance <= path_.length()) {
+    tip_s_ = std::max(0.0, tip_s_ + distance);
+    return;
+  }
+  const double rest = tip_s_ + distance - path_.length();
+  if (capsule_of_ > 0) {
+    ++puncture_count_;
+    tissue_ = capsule_of_;
+    capsule_of_ = 0;
+  }
+  cut(rest);
+}
+
+void NeedleContact::cut(double distance) noexcept {
+  const Vec3 from = path_.at(path_.length());
+  const Vec3 to = from + stop_at_capsule(from, from + distance * needle_.axis) * distance * needle_.axis;
+  // A cut from the entry starts on the surface and may report that entry: the first crossing outwards counts.
+  std::array<SurfaceHit, 4> buffer;
+  const std::span hits(buffer.data(), surface_.all_hits(from, to, buffer));
+  const auto exit =
+      std::find_if(hits.begin(), hits.end(), [](const SurfaceHit& hit) { return !hit.entering; });
+  if (exit != hits.end()) {
+    path_.extend_to(exit->point - kInsideMargin * needle_.axis);
+    state_ = ContactState::kThrough;
+    capsule_of_ = 0;
+  } else {
+    path_.extend_to(to);
+  }
+  tip_s_ = path_.length();
+}
+
+// The share of the cut up to where it enters a tissue with a capsule; 1 where it enters none.
+double NeedleContact::stop_at_capsule(const Vec3& from, const Vec3& to) noexcept {
+  const std::size_t next = tissues_.at(to);
+  if (next == tissue_) return 1;
+  if (next == 0 || tissues_[next].puncture_force_n == 0) {
+    tissue_ = next;
+    return 1;
+  }
+  double outside = 0, inside = 1;
+  for (int k = 0; k < kBisections; ++k) {
+    const double middle = 0.5 * (outside + inside);
+    (tissues_.at(from + middle * (to - from)) == next ? inside : outside) = middle;
+  }
+  capsule_of_ = next;
+  return inside;
+}
+
+void NeedleContact::sum_forces() noexcept {
+  forces_ = {};
+  for (const NeedleLandmark& landmark : landmarks_) {
+    const Vec3 force = -landmark.reaction_n;
+    const Vec3 at = needle_.nearest_on_line(landmark.position + landmark.if_stuck);
+    forces_.force_n += force;
+    forces_.tip_torque_nmm += (at - needle_.tip).cross(force);
+    const double along = landmark.reaction_n.dot(needle_.axis);
+    const double rubbed = std::clamp(along, -landmark.friction_n, landmark.friction_n);
+    forces_.friction_n += rubbed;
+    forces_.cutting_n += std::max(0.0, along - rubbed);
+  }
+  forces_.hub_torque_nmm = forces_.tip_torque_nmm + (needle_.tip - needle_.hub).cross(forces_.force_n);
+  forces_.axial_n = forces_.cutting_n + forces_.friction_n;
+  forces_.lateral_n = needle_.across(forces_.force_n).norm();
+}
+
+// The local stiffness is that of the capsule's indentation where it is softer than the tissue, else the tissue's.
+void NeedleContact::update_local_model(std::uint64_t tick, double axial_stiffness,
+                                       double lateral_stiffness) noexcept {
+  LocalContactModel& m = local_model_;
+  m = {};
+  m.tick = tick;
+  m.reference_tip = needle_.tip;
+  m.contact_point = needle_.tip;
+  m.axis = needle_.axis;
+  if (landmarks_.empty()) return add_capsule_ahead();
+  m.in_contact = true;
+  m.lateral_n = needle_.across(forces_.force_n);
+  m.lateral_stiffness_n_per_mm = lateral_stiffness;
+  m.axial_stiffness_n_per_mm = axial_stiffness;
+  for (const NeedleLandmark& landmark : landmarks_) {
+    m.axial_min_n += landmark.low_n;
+    m.axial_max_n += landmark.high_n;
+    m.is_stuck &= landmark.slip_mm == 0;
+  }
+  m.is_capsule = has_tip_landmark_ && capsule_of_ > 0 && tip_s_ == path_.length();
+  m.after_puncture_n = m.axial_max_n;
+  if (m.is_capsule) m.after_puncture_n += tissues_[capsule_of_].cutting_force_n - resistance();
+  if (state_ == ContactState::kTouching) {
+    const TissueContact& capsule = tissues_[0];
+    const double indentation = std::max(0.0, (needle_.tip - contact_point_).dot(needle_.axis));
+    m.is_capsule = by_tip_;
+    m.axial_max_n = by_tip_ ? capsule.puncture_force_n : 0;
+    m.after_puncture_n = by_tip_ ? capsule.cutting_force_n : 0;
+    m.axial_stiffness_n_per_mm =
+        std::min(axial_stiffness, capsule.capsule_n_per_mm + 2 * capsule.capsule_n_per_mm2 * indentation);
+  }
+  if (m.axial_stiffness_n_per_mm > 0)
+    m.contact_point -= forces_.axial_n / m.axial_stiffness_n_per_mm * needle_.axis;
+}
+
+void NeedleContact::add_capsule_ahead() noexcept {
+  const auto hit = surface_.first_hit(needle_.tip, needle_.tip + kLookAhead * needle_.axis);
+  if (!hit || !hit->entering || find_old_path(hit->point)) return;
+  const TissueContact& capsule = tissues_[0];
+  local_model_.contact_point = hit->point;
+  local_model_.is_capsule = true;
+  local_model_.axial_stiffness_n_per_mm = capsule.capsule_n_per_mm;
+  local_model_.axial_max_n = capsule.puncture_force_n;
+  local_model_.after_puncture_n = capsule.cutting_force_n;
+}
+
+double NeedleContact::load() const noexcept {
+  const double full = tissues_[0].puncture_force_n;
+  return full > 0 ? std::min(1.0, forces_.force_n.norm() / full) : 0;
+}
+
+}  // namespace brachy

@@ -1,0 +1,163 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/geometry/surface/surface_bvh.h"
+#include "core/models/displacement_field.h"
+#include "core/needle/contact_settings.h"
+#include "core/needle/contact_state.h"
+#include "core/needle/cut_path.h"
+#include "core/needle/local_contact_model.h"
+#include "core/needle/needle_forces.h"
+#include "core/needle/needle_landmark.h"
+#include "core/needle/needle_tissues.h"
+
+namespace brachy {
+
+/// One needle's contact: from its pose to the landmarks that displace the tissue, and from their reactions
+/// to cut and forces (core/DESIGN.md, section 5).
+///
+/// free → touching: the tip's sweep since the last tick crosses the surface, or the shaft lies across it.
+/// touching → inserted: the tip's force has reached the capsule's puncture force. Before that an indentation δ takes at
+///   most a₁δ + a₂δ²; the part that the tissue as a whole does not yield is the tip's local dent.
+/// inserted: the tip cuts at its cutting force; the shaft sticks up to its friction. A region with a capsule stops the
+///   tip at its surface up to its own puncture force.
+/// inserted → through: the tip's material point leaves through the far side; back again when the tip returns.
+/// inserted → withdrawn: the tip is back at the entry and out; every landmark is released. Pushed in again at the same
+///   place the needle follows its old cut, which takes friction only, until it is leave_path_mm beside it.
+/// A pose that starts inside, or jumps, reinitializes the contact: the needle is in the tissue as if it had always
+/// been there, and carries no force until it moves.
+///
+/// Contact with the deformed surface is decided in the rest shape: tissue springs back to rest where it is
+/// not held, and X + u(X) crosses the deformed surface exactly where the material point X crosses the surface at rest.
+///
+/// A tick is begin, which sets the landmarks' bounds, then the solve of all needles together
+/// (contact_solve.h), then finish.
+/// Limits: a tip that leaves and enters a second lobe stays `through`; a needle does not enter other needles' cuts,
+/// and stores kOldPaths of its own.
+/// Threads: one. Real-time: no allocation after construction, no exceptions; a few BVH queries a call.
+class NeedleContact {
+ public:
+  static constexpr std::size_t kOldPaths = 4;
+
+  /// `surface` (closed, outward, at rest) and `tissues` must outlive this.
+  NeedleContact(const SurfaceBvh& surface, const NeedleTissues& tissues, const NeedleSettings& needle,
+                const ContactSettings& settings);
+
+  /// Starts a tick with its pose. `last_field` is the field of the last one: a new shaft landmark starts with its
+  /// displacement. None: at rest.
+  void begin(const RigidTransform& X_WN, const DisplacementField* last_field) noexcept;
+  /// A tick without a pose: no landmarks; the contact stays as it is.
+  void skip() noexcept;
+
+  /// Shaft landmarks from the entry on, then the tip's, if it is in the tissue.
+  std::span<NeedleLandmark> landmarks() { return landmarks_; }
+  std::span<const NeedleLandmark> landmarks() const { return landmarks_; }
+  bool has_tip_landmark() const { return has_tip_landmark_; }
+  const Vec3& axis() const { return needle_.axis; }
+  Vec3 nearest_on_line(const Vec3& p) const {
+    return needle_.nearest_on_line(p);
+  }  ///< the shaft's, without end
+
+  /// After the slips are known: whether the tip reached the end of its old cut within this tick. Its landmark then gets
+  /// the bounds for uncut tissue, and the tick must be solved again.
+  bool reaches_uncut_tissue() noexcept;
+
+  /// Ends a tick with the landmarks' reactions and slips: cuts, punctures, slips, forces. The stiffnesses are those
+  /// of all landmarks together, stuck, N/mm.
+  void finish(std::uint64_t tick, double axial_stiffness, double lateral_stiffness) noexcept;
+
+  ContactState state() const { return state_; }
+  double insertion_depth() const { return insertion_depth_; }  ///< mm, along the cut path
+  double tip_depth() const { return tip_depth_; }              ///< mm, NeedleState::tip_depth_mm
+  Vec3 material_tip() const {
+    return path_.at(tip_s_);
+  }  ///< while in the tissue: the tip's material point, mm
+  std::uint32_t puncture_count() const { return puncture_count_; }
+  std::uint32_t flags() const { return flags_; }  ///< StepFlag bits of this tick
+  const NeedleForces& forces() const { return forces_; }
+  const LocalContactModel& local_model() const { return local_model_; }
+
+  /// Share of the outer capsule's puncture force that the needle carries, 0 … 1: the load of dynamic anchors.
+  double load() const noexcept;
+
+ private:
+  struct Needle {  // this tick's pose in parts
+    Vec3 hub = Vec3::Zero(), tip = Vec3::Zero(), axis = Vec3::UnitZ();
+    Vec3 nearest_on_line(const Vec3& p) const { return tip + (p - tip).dot(axis) * axis; }
+    Vec3 across(const Vec3& v) const { return v - v.dot(axis) * axis; }
+  };
+  struct ShaftLandmark {
+    Vec3 position;     // material point on the cut path
+    double friction;   // N/mm
+    double axial = 0;  // how far friction has carried it along the needle, mm
+  };
+
+  // geometry, before the solve
+  void reinitialize() noexcept;
+  void approach() noexcept;
+  CutPath* find_old_path(const Vec3& entry) noexcept;
+  void enter_old_path(CutPath& old) noexcept;
+  void press() noexcept;
+  void enter() noexcept;
+  void follow_path(const DisplacementField* last_field) noexcept;
+  void set_shaft(const DisplacementField* last_field) noexcept;
+  void release() noexcept;
+
+  // landmarks
+  double depth_of_tip() const noexcept;
+  void add_contact() noexcept;
+  void add_shaft(double motion) noexcept;
+  void add_tip() noexcept;
+  void add(const NeedleLandmark& landmark) noexcept;
+  double resistance() const noexcept;
+  double tributary(std::size_t landmark) const noexcept;
+
+  // after the solve
+  void move_tip(double distance) noexcept;
+  void cut(double distance) noexcept;
+  double stop_at_capsule(const Vec3& from, const Vec3& to) noexcept;
+  void sum_forces() noexcept;
+  void update_local_model(std::uint64_t tick, double axial_stiffness, double lateral_stiffness) noexcept;
+  void add_capsule_ahead() noexcept;
+
+  bool is_in() const { return state_ == ContactState::kInserted || state_ == ContactState::kThrough; }
+
+  const SurfaceBvh& surface_;
+  const NeedleTissues& tissues_;
+  NeedleSettings needle_settings_;
+  ContactSettings settings_;
+
+  ContactState state_ = ContactState::kFree;
+  bool has_last_pose_ = false;
+  Needle needle_;
+  Vec3 last_tip_ = Vec3::Zero();
+  bool was_inserted_ = false;  // decides between free and withdrawn
+
+  // touching
+  Vec3 contact_point_ = Vec3::Zero();  // material, on the surface
+  bool by_tip_ = false;                // the tip presses; otherwise the shaft lies against the surface
+  bool has_punctured_ = false;         // in the last tick
+
+  // inserted, through
+  CutPath path_;
+  double tip_s_ = 0;            // arc length of the tip's material point
+  std::size_t tissue_ = 0;      // that the end of the path lies in
+  std::size_t capsule_of_ = 0;  // the tissue whose capsule stops the path's end; 0: none
+  double free_slip_ = 0;        // part of this tick's slip within the old cut
+  std::vector<ShaftLandmark> shaft_;
+  std::vector<CutPath> old_paths_;  // kOldPaths, unused ones empty
+  std::size_t next_old_path_ = 0;
+
+  std::vector<NeedleLandmark> landmarks_;
+  bool has_tip_landmark_ = false;
+  double insertion_depth_ = 0, tip_depth_ = 0;
+  std::uint32_t puncture_count_ = 0;
+  std::uint32_t flags_ = 0;
+  NeedleForces forces_;
+  LocalContactModel local_model_;
+};
+
+}  // namespace brachy

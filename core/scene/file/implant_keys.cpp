@@ -1,0 +1,127 @@
+#include <algorithm>
+#include <string_view>
+
+#include "core/brachytherapy/dose/source.h"
+#include "core/scene/file/scene_keys.h"
+
+namespace brachy {
+namespace {
+
+using enum Reload;
+
+std::vector<Key<TemplateGrid>> template_keys() {
+  using S = TemplateGrid;
+  return {
+      integer("columns", &S::columns, {1, TemplateGrid::kMaxColumns}, kRestart, "A, B, … along +x"),
+      integer("rows", &S::rows, {1, TemplateGrid::kMaxRows}, kRestart, "1, 2, … along +y"),
+      number("spacing_mm", &S::spacing_mm, {1, 50}, kRestart, "between neighbouring holes"),
+      numbers("origin_mm", &S::origin_mm, {-1e5, 1e5}, kRestart,
+              "hole A1: G7 is on the phantom's axis, 37.5 mm in front of its apex"),
+  };
+}
+
+std::vector<Key<SeedSettings>> seeds_keys() {
+  using S = SeedSettings;
+  const std::vector<std::string> sources = {"6711", "200"};
+  return {
+      text("applicator", &S::applicator, {"single", "train"}, kRestart,
+           "at a press of the device's button: one seed drops at the tip; or the plan's train of that hole "
+           "is held, and stays behind as the needle is withdrawn"),
+      field_key(
+          "source", "text", range_text(sources), &S::source, kRestart,
+          "of seeds in no plan: I-125, Amersham 6711; or Pd-103, TheraSeed 200",
+          [sources](TomlTable& t, SourceModel& source) {
+            std::string name(to_string(source));
+            t.text("source", name, sources);
+            source = *find_source(name);
+          },
+          [](SourceModel source) { return toml_text(std::string(to_string(source))); }),
+      number("air_kerma_strength_u", &S::air_kerma_strength_u, {1e-3, 100}, kRestart,
+             "of each seed in no plan; 1 U = 1 cGy cm²/h; 1 mCi of I-125 is 1.27 U"),
+      integer("max_count", &S::max_count, {1, SeedSettings::kMaxCount}, kRestart,
+              "seeds in the tissue at the same time"),
+  };
+}
+
+void check_seeds(const TomlTable& t, Scene& scene) {
+  if (scene.seeds.applicator == "train" && scene.plan_file.empty())
+    t.contradiction("applicator",
+                    "is \"train\", and trains are a plan's; give plan.file = \"PLAN.toml\" or make it "
+                    "\"single\"");
+}
+
+std::vector<Key<DoseSettings>> dose_keys() {
+  using S = DoseSettings;
+  return {
+      number("prescription_gy", &S::prescription_gy, {1, 1000}, kRestart,
+             "where there is no plan, which has its own; alone I-125: 145 Gy, Pd-103: 125 Gy (ABS)"),
+      number("spacing_mm", &S::spacing_mm, {0.25, 10}, kRestart, "of the grid"),
+      number("margin_mm", &S::margin_mm, {0, 50}, kRestart, "of the grid around the prostate"),
+  };
+}
+
+std::vector<Key<StructureSettings>> structure_keys() {
+  using S = StructureSettings;
+  return {
+      text("name", &S::name, {}, kRestart, "1 to 32 letters, digits, _ and -; not \"prostate\""),
+      text("file", &S::file, {}, kRestart, "a closed surface: STL, OBJ or PLY, mm, relative to this file"),
+  };
+}
+
+// Names of structures become names of files.
+bool is_plain(std::string_view name) {
+  return !name.empty() && name.size() <= 32 && std::ranges::all_of(name, [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' || c == '-';
+  });
+}
+
+void check_structure(const TomlTable& t, Scene& scene) {
+  const StructureSettings& s = scene.structures.back();
+  const char* what = "a [[structure]] has a name and the file of its closed surface";
+  if (!t.has("name")) t.missing("name", what);
+  if (!t.has("file")) t.missing("file", what);
+  if (!is_plain(s.name))
+    t.contradiction("name", "is \"" + s.name + "\"; name it with 1 to 32 letters, digits, _ and -");
+  if (s.name == "prostate")
+    t.contradiction("name", "is \"prostate\", which is the tissue's own surface; give that with tissue.mesh");
+  const auto same = std::ranges::find(scene.structures, s.name, &StructureSettings::name);
+  if (&*same != &s)
+    t.contradiction("name", "is \"" + s.name + "\" as that at " + same->place + "; rename one of them");
+}
+
+}  // namespace
+
+std::vector<SceneSection> implant_sections() {
+  return {
+      {"template",
+       "The template's grid of holes: columns A, B, … along +x, rows 1, 2, … along +y, needles along +z.",
+       within<Scene>(
+           template_keys(), [](auto& s) -> auto& { return s.template_grid; })},
+      {"plan",
+       "The treatment plan.",
+       {text("file", &Scene::plan_file, {}, kRestart,
+             "TOML or CSV, relative to this file, as `brachy plan --generate` writes it; empty: no plan")}},
+      {"seeds", "How a needle drops its seeds, and which.",
+       within<Scene>(
+           seeds_keys(), [](auto& s) -> auto& { return s.seeds; }),
+       check_seeds},
+      {"dose", "The dose report.",
+       within<Scene>(
+           dose_keys(), [](auto& s) -> auto& { return s.dose; })},
+      {"structure",
+       "A structure that dose is reported for, in addition to the prostate, which is the tissue. The "
+       "phantom has a urethra and a rectum; a structure of the same name replaces them.",
+       within<Scene>(
+           structure_keys(), [](auto& s) -> auto& { return s.structures.back(); }),
+       check_structure,
+       SceneSection::List{list_key("structure", &Scene::structures, kRestart),
+                          [](const TomlTable& t, Scene& scene) {
+                            scene.structures.push_back({"", "", t.place()});
+                          },
+                          [](Scene& scene) {
+                            scene.structures.push_back({"urethra", "urethra.stl", ""});
+                          }}},
+  };
+}
+
+}  // namespace brachy

@@ -1,0 +1,101 @@
+#include <array>
+#include <cmath>
+#include <utility>
+
+#include "core/base/number_text.h"
+#include "core/scene/file/scene_keys.h"
+
+namespace brachy {
+namespace {
+
+using enum Reload;
+
+// Outer diameters of regular-wall needles, mm (ISO 9626).
+constexpr std::array<std::pair<int, double>, 12> kGauges = {{{14, 2.11},
+                                                             {15, 1.83},
+                                                             {16, 1.65},
+                                                             {17, 1.47},
+                                                             {18, NeedleSettings::kReferenceDiameter},
+                                                             {19, 1.07},
+                                                             {20, 0.91},
+                                                             {21, 0.82},
+                                                             {22, 0.72},
+                                                             {23, 0.64},
+                                                             {24, 0.57},
+                                                             {25, 0.51}}};
+
+void set_gauge(const TomlTable& t, NeedleSettings& s, std::int64_t gauge) {
+  const double diameter = kGauges[static_cast<std::size_t>(gauge - kGauges.front().first)].second;
+  if (t.has("diameter_mm") && s.diameter_mm != diameter)
+    t.contradiction("gauge",
+                    "is " + text_of(diameter) + " mm and needle.diameter_mm another; give one of them");
+  s.diameter_mm = diameter;
+}
+
+void set_radius(const TomlTable& t, NeedleSettings& s, double radius) {
+  if ((t.has("diameter_mm") || t.has("gauge")) && radius != 0.5 * s.diameter_mm)
+    t.contradiction("radius_mm",
+                    "is not half of needle.diameter_mm (" + text_of(s.diameter_mm) + "); give one of them");
+  s.diameter_mm = 2 * radius;
+}
+
+std::vector<Key<NeedleSettings>> needle_keys() {
+  using S = NeedleSettings;
+  return {
+      number("length_mm", &S::length_mm, {10, 500}, kRestart, "hub to tip, 18 G brachytherapy needle"),
+      number("diameter_mm", &S::diameter_mm, {0.1, 10}, kRestart, "outer diameter, 18 G"),
+      alternative<S>("gauge", IntegerRange{kGauges.front().first, kGauges.back().first}, 18, kRestart,
+                     "the diameter by ISO 9626, in place of diameter_mm", set_gauge),
+      alternative<S>("radius_mm", Range{0.05, 5}, 0.635, kRestart,
+                     "half the diameter, in place of diameter_mm", set_radius),
+      integer("count", &S::count, {1, NeedleSettings::kMaxCount}, kRestart,
+              "needles that may be in the scene at the same time; each has its own device"),
+  };
+}
+
+std::vector<Key<ContactSettings>> contact_keys() {
+  using S = ContactSettings;
+  return {
+      number("tip_core_mm", &S::tip_core_mm, {0.1, 100}, kLive,
+             "a tip's force is spread over this radius; at least √(F/32μ), 5.4 mm for 5.6 N at 6 kPa"),
+      number("surface_slip_mm", &S::surface_slip_mm, {0, 50}, kLive,
+             "drag along the capsule beyond which the contact point slides"),
+      number("landmark_spacing_mm", &S::landmark_spacing_mm, {0.5, 50}, kLive, "between shaft landmarks"),
+      number("leave_path_mm", &S::leave_path_mm, {0.1, 50}, kLive,
+             "a tip this far beside an old cut cuts a new one"),
+      number("max_displacement_mm", &S::max_displacement_mm, {0.1, 100}, kLive,
+             "of a landmark; limited to this and flagged"),
+      number("max_jump_mm", &S::max_jump_mm, {0.1, 1000}, kLive,
+             "a needle whose tip moves farther in one tick is reinitialized"),
+      integer("max_landmarks", &S::max_landmarks, {2, 100}, kLive,
+              "of a needle; spacing × (max - 1) must cover its length"),
+  };
+}
+
+void check_contact(const TomlTable& t, Scene& scene) {
+  const ContactSettings& s = scene.contact;
+  const double needle_length_mm = scene.needle.length_mm;
+  if (s.landmark_spacing_mm * (s.max_landmarks - 1) < needle_length_mm)
+    t.contradiction(
+        "max_landmarks",
+        "(" + std::to_string(s.max_landmarks) +
+            ") at contact.landmark_spacing_mm = " + text_of(s.landmark_spacing_mm) +
+            " does not cover the needle of " + text_of(needle_length_mm) + " mm; set it to at least " +
+            text_of(std::ceil(needle_length_mm / s.landmark_spacing_mm) + 1) + " or widen the spacing");
+}
+
+}  // namespace
+
+std::vector<SceneSection> needle_sections() {
+  return {
+      {"needle", "The needle.",
+       within<Scene>(
+           needle_keys(), [](auto& s) -> auto& { return s.needle; })},
+      {"contact", "How a needle's landmarks are placed.",
+       within<Scene>(
+           contact_keys(), [](auto& s) -> auto& { return s.contact; }),
+       check_contact},
+  };
+}
+
+}  // namespace brachy

@@ -1,0 +1,60 @@
+#include "core/scene/file/scene_file.h"
+
+#include <fstream>
+#include <sstream>
+
+#include "core/base/error.h"
+#include "core/base/toml_table.h"
+#include "core/scene/file/scene_keys.h"
+
+namespace brachy {
+namespace {
+
+constexpr std::uintmax_t kMaxSceneBytes = 1 << 20;
+
+void read_table(TomlTable table, const SceneSection& section, Scene& scene) {
+  for (const Key<Scene>& key : section.keys) key.read(table, scene);
+  table.refuse_unknown();
+  if (section.check) section.check(table, scene);
+}
+
+void read_section(TomlTable& top, const SceneSection& section, Scene& scene) {
+  if (!section.list) return read_table(top.table(section.name), section, scene);
+  for (const TomlTable& table : top.tables(section.name)) {
+    section.list->append(table, scene);
+    read_table(table, section, scene);
+  }
+}
+
+}  // namespace
+
+Scene parse_scene(std::string_view text, const std::string& name) {
+  Scene scene;
+  TomlTable top = parse_toml(text, name);
+  for (const SceneSection& section : scene_sections())
+    if (section.is_top())
+      for (const Key<Scene>& key : section.keys) key.read(top, scene);
+    else
+      read_section(top, section, scene);
+  top.refuse_unknown();
+  return scene;
+}
+
+Scene load_scene(const std::filesystem::path& file) {
+  const std::string name = file.string();
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(file, error))
+    throw UserError(
+        name + ": no such scene file; give one with --config (config/prostate.toml is the default scene)");
+  if (std::filesystem::file_size(file, error) > kMaxSceneBytes)
+    throw UserError(name + ": larger than 1 MiB; a scene file is a page of TOML");
+  std::ifstream in(file, std::ios::binary);
+  std::ostringstream text;
+  text << in.rdbuf();
+  if (!in) throw UserError(name + ": cannot be read; check its permissions");
+  Scene scene = parse_scene(text.str(), name);
+  scene.directory = file.parent_path();
+  return scene;
+}
+
+}  // namespace brachy

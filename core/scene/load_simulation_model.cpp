@@ -1,0 +1,59 @@
+#include "core/scene/load_simulation_model.h"
+
+#include <string>
+#include <utility>
+
+#include "core/base/error.h"
+#include "core/models/matrix_kernel/matrix_kernel_field.h"
+#include "core/models/matrix_kernel/matrix_models.h"
+#include "core/scene/load_body.h"
+#include "core/scene/load_needle_tissues.h"
+#include "core/scene/load_plan.h"
+#include "core/scene/load_tissues.h"
+
+namespace brachy {
+namespace {
+
+DeformationModel load_deformation_model(const Scene& scene, const Tissue& tissue) {
+  const std::string& name = scene.model.kernel;
+  const bool heterogeneous = has_supports(scene, name);
+  if (!is_matrix_model(name)) {
+    const Kernel psi = *find_kernel(name);
+    if (heterogeneous) return load_scalar_tissues(scene, psi, scene.model.support_radius_mm);
+    return ScalarModel{psi, scene.model.support_radius_mm};
+  }
+  ElasticBody body = load_body(scene);
+  require_in_box(tissue, body);
+  if (heterogeneous) return load_compact_tissues(scene, body);
+  std::shared_ptr<const MatrixKernel> kernel = make_matrix_kernel(name, body);
+  return MatrixModel{std::move(kernel), std::move(body)};
+}
+
+}  // namespace
+
+std::shared_ptr<const SimulationModel> load_simulation_model(const Scene& scene, Tissue tissue) {
+  if (scene.model.kernel == "auto")
+    throw UserError("model.kernel is still \"auto\"; the scene has to go through with_choice first");
+  SimulationSettings settings;
+  settings.period_s = scene.period_s();
+  settings.target = resolve_simd_target(scene.engine.simd);
+  settings.threads = scene.engine.threads;
+  settings.shear_modulus_kpa = scene.tissue.shear_modulus_kpa;
+  settings.poisson = scene.tissue.poisson;
+  settings.anchors = scene.anchors;
+  settings.guard = scene.stability;
+  settings.needle = scene.needle;
+  settings.contact = scene.contact;
+  settings.template_grid = scene.template_grid;
+  settings.seeds = scene.seeds;
+  NeedleTissues needle_tissues = load_needle_tissues(scene);
+  DeformationModel deformation = load_deformation_model(scene, tissue);
+  return std::make_shared<const SimulationModel>(std::move(tissue), std::move(deformation),
+                                                 std::move(needle_tissues), settings, load_plan(scene));
+}
+
+Anchors load_anchors(const Scene& scene, const Tissue& tissue) {
+  return make_anchors(tissue, scene.anchors, is_matrix_model(scene.model.kernel));
+}
+
+}  // namespace brachy

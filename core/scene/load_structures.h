@@ -1,0 +1,16 @@
+#pragma once
+
+#include <vector>
+
+#include "core/brachytherapy/structures/structure.h"
+#include "core/scene/scene.h"
+
+namespace brachy {
+
+/// The structures that dose is reported for: first "prostate", the tissue's own surface; then the phantom's "urethra"
+/// and "rectum", stretched with tissue.phantom_size_mm, where the scene has no mesh; then each [[structure]], in the
+/// file's order. A [[structure]] with the name of one of the phantom's replaces it. All closed, outward, mm, world
+/// frame. Errors: UserError where a mesh cannot be read or is not closed. Not real-time.
+std::vector<Structure> load_structures(const Scene& scene);
+
+}  // namespace brachy

@@ -1,0 +1,288 @@
+#include "core/simulation/simulator.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <utility>
+
+#include "core/simulation/make_guarded_field.h"
+
+namespace brachy {
+
+Simulator::Simulator(std::shared_ptr<const SimulationModel> model)
+    : model_(std::move(model)),
+      tissue_(model_->tissue),
+      period_s_(model_->settings.period_s),
+      contact_solve_(model_->max_landmarks()),
+      anchors_(model_->anchors),
+      anchor_clearance_(model_->settings.anchors.clearance_mm),
+      field_(make_guarded_field(*model_)),
+      seed_loading_(model_->settings.seeds, model_->settings.template_grid, model_->plan,
+                    model_->settings.needle.count),
+      implant_(static_cast<std::size_t>(model_->settings.seeds.max_count)),
+      block_ticks_(tissue_.blocks.size()),
+      block_evaluated_(tissue_.blocks.size()) {
+  const std::size_t needle_count = model_->settings.needle.count;
+  for (std::size_t n = 0; n < needle_count; ++n)
+    contacts_.emplace_back(model_->surface, model_->needle_tissues, model_->settings.needle,
+                           model_->settings.contact);
+  landmarks_.reserve(model_->max_landmarks());
+  needles_.resize(needle_count);
+  pose_histories_.resize(needle_count);
+  displaced_.reserve(tissue_.blocks.size());
+  was_displaced_.reserve(tissue_.blocks.size());
+  for (auto& blocks : changed_) blocks.reserve(tissue_.blocks.size());
+  rest_.reserve(3 * tissue_.size());
+  for (const Vec3& X : tissue_.rest_vertices)
+    for (int k = 0; k < 3; ++k) rest_.push_back(static_cast<float>(X[k]));
+  deformed_ = rest_;
+}
+
+void Simulator::restore_seeds(std::span<const Seed> seeds) {
+  implant_.restore(seeds);
+  for (const Seed& seed : seeds) seed_loading_.mark_dropped(seed.planned);
+}
+
+void Simulator::resume_from(const Simulator& other) noexcept {
+  tick_ = other.tick_;
+  implant_ = other.implant_;
+  implant_.move(tick_, *field_);
+  seed_loading_ = other.seed_loading_;
+  pose_histories_ = other.pose_histories_;
+  for (std::size_t n = 0; n < needles_.size(); ++n) needles_[n].drops = other.needles_[n].drops;
+}
+
+MeshState Simulator::initial_state() const {
+  MeshState state;
+  state.mesh.deformed_vertices = rest_;
+  state.mesh.block_ticks.assign(tissue_.blocks.size(), 0);
+  state.needles.states = needles_;
+  state.needles.pose_histories = pose_histories_;
+  state.seeds.slots.resize(implant_.max_count());
+  state.seeds.ticks.resize(implant_.max_count());
+  state.seeds.count = static_cast<std::uint32_t>(implant_.seeds().size());
+  std::ranges::copy(implant_.seeds(), state.seeds.slots.begin());
+  return state;
+}
+
+void Simulator::step(std::span<const NeedlePose> poses, MeshState& state) noexcept {
+  ++tick_;
+  begin_contacts(poses);
+  gather_landmarks();
+  deform();
+  drop_seeds();
+  write_state(state);
+}
+
+void Simulator::begin_contacts(std::span<const NeedlePose> poses) noexcept {
+  flags_ = 0;
+  for (std::size_t n = 0; n < contacts_.size(); ++n) {
+    const NeedlePose pose = n < poses.size() ? poses[n] : NeedlePose{};
+    needles_[n].present = pose.present;
+    needles_[n].input = pose;
+    needles_[n].X_WN = pose.X_WN;
+    if (!pose.present) {
+      contacts_[n].skip();
+      continue;
+    }
+    pose_histories_[n][tick_ % NeedleStates::kPoseHistory] = {tick_, pose.X_WN, pose.button};
+    contacts_[n].begin(pose.X_WN, field_.get());
+    flags_ |= contacts_[n].flags();
+  }
+}
+
+// Without needle landmarks there are no landmarks at all: anchors alone displace nothing.
+void Simulator::gather_landmarks() noexcept {
+  landmarks_.clear();
+  double load = 0;
+  bool touches = false;
+  for (const NeedleContact& contact : contacts_) {
+    touches |= !contact.landmarks().empty();
+    load = std::max(load, contact.load());
+  }
+  anchors_.update(touches ? load : 0, period_s_);
+  if (!touches) return;
+  for (Vec3 anchor : anchors_.positions())
+    if (keep_clear(anchor)) landmarks_.add(anchor, Vec3::Zero(), 0);
+  landmarks_.anchors = landmarks_.positions.size();
+  for (const bool tips : {false, true})
+    for (std::size_t n = 0; n < contacts_.size(); ++n) {
+      const auto of_needle = std::as_const(contacts_[n]).landmarks();
+      for (std::size_t i = 0; i < of_needle.size(); ++i) {
+        if ((contacts_[n].has_tip_landmark() && i + 1 == of_needle.size()) != tips) continue;
+        landmarks_.add(of_needle[i].position, of_needle[i].if_stuck, of_needle[i].core_mm);
+        landmarks_.owners.push_back({static_cast<std::uint32_t>(n), static_cast<std::uint32_t>(i)});
+      }
+    }
+}
+
+// Moves an anchor aside that lies in a needle's path: if it were left out once the tip comes near, displacement and
+// force would jump. False where several needles leave no position for it.
+bool Simulator::keep_clear(Vec3& anchor) const noexcept {
+  for (const NeedleContact& contact : contacts_) {
+    if (contact.landmarks().empty()) continue;
+    const Vec3 on_line = contact.nearest_on_line(anchor), aside = anchor - on_line;
+    const double distance = aside.norm();
+    if (distance >= anchor_clearance_) continue;
+    const Vec3 direction = distance > 0 ? Vec3(aside / distance) : contact.axis().unitOrthogonal();
+    anchor = on_line + anchor_clearance_ * direction;
+  }
+  return std::ranges::none_of(contacts_, [&](const NeedleContact& contact) {
+    return std::ranges::any_of(contact.landmarks(), [&](const NeedleLandmark& landmark) {
+      return (landmark.position - anchor).norm() < 0.5 * anchor_clearance_;
+    });
+  });
+}
+
+void Simulator::deform() noexcept {
+  changed_[tick_ % kChangeHistory].clear();
+  if (!contact_solve_.solve(tick_, contacts_, landmarks_, field_->plain_field(), flags_) ||
+      !field_->update(landmarks_.positions, landmarks_.displacements, landmarks_.cores)) {
+    flags_ |= kStepSolveFailed;  // the last field is kept
+    return;
+  }
+  flags_ |= field_->flags();
+  ++evaluation_counts_[static_cast<std::size_t>(field_->evaluation())];
+  if (field_->evaluation() == Evaluation::kIdle) return;
+  apply_field();
+  implant_.move(tick_, *field_);
+}
+
+// Blocks in reach get their displacement; those that were displaced and are out of reach now return to rest. No
+// other block is visited.
+void Simulator::apply_field() noexcept {
+  max_displacement_ = 0;
+  moved_vertices_ = 0;
+  std::swap(displaced_, was_displaced_);
+  displaced_.clear();
+  for (const std::uint32_t b : field_->touched()) {
+    block_evaluated_[b] = tick_;
+    if (apply_block(b)) changed_[tick_ % kChangeHistory].push_back(b);
+  }
+  for (const std::uint32_t b : was_displaced_) {
+    if (block_evaluated_[b] == tick_) continue;
+    const Block& block = tissue_.blocks[b];
+    std::copy_n(&rest_[3 * block.first], 3 * block.count, &deformed_[3 * block.first]);
+    changed_[tick_ % kChangeHistory].push_back(b);
+  }
+  for (const std::uint32_t b : changed_[tick_ % kChangeHistory]) block_ticks_[b] = tick_;
+}
+
+// True if any coordinate of the block changed.
+bool Simulator::apply_block(std::uint32_t b) noexcept {
+  const Block& block = tissue_.blocks[b];
+  const BlockDisplacement<float>& u = field_->displacement(b);
+  float* out = &deformed_[3 * block.first];
+  const float* rest = &rest_[3 * block.first];
+  bool changed = false;
+  std::uint32_t moved = 0;
+  float largest_squared = 0;
+  for (std::uint32_t i = 0; i < block.count; ++i) {
+    const float x[3] = {rest[3 * i] + u.ux[i], rest[3 * i + 1] + u.uy[i], rest[3 * i + 2] + u.uz[i]};
+    changed |= x[0] != out[3 * i] || x[1] != out[3 * i + 1] || x[2] != out[3 * i + 2];
+    moved += x[0] != rest[3 * i] || x[1] != rest[3 * i + 1] || x[2] != rest[3 * i + 2];
+    std::memcpy(out + 3 * i, x, sizeof x);
+    largest_squared = std::max(largest_squared, u.ux[i] * u.ux[i] + u.uy[i] * u.uy[i] + u.uz[i] * u.uz[i]);
+  }
+  max_displacement_ = std::max(max_displacement_, std::sqrt(static_cast<double>(largest_squared)));
+  moved_vertices_ += moved;
+  if (moved > 0) displaced_.push_back(b);
+  return changed;
+}
+
+void Simulator::drop_seeds() noexcept {
+  for (std::size_t n = 0; n < needles_.size(); ++n) {
+    seed_loading_.update(n, needles_[n].input);
+    if (seed_loading_.request_failed(n)) refuse_drop(n, DropRefusal::kNothingLoaded);
+    while (const auto due = seed_loading_.due(n)) drop(n, *due);
+  }
+}
+
+void Simulator::drop(std::size_t needle, const SeedDrop& due) noexcept {
+  const ContactState contact = contacts_[needle].state();
+  DropRefusal refusal = DropRefusal::kNotInTissue;
+  if (contact == ContactState::kInserted || contact == ContactState::kThrough) {
+    Seed seed;
+    seed.tick = tick_;
+    seed.t_s = static_cast<double>(tick_) * period_s_;
+    seed.needle = static_cast<std::uint16_t>(needle);
+    seed.planned = due.planned;
+    seed.source = due.source;
+    seed.air_kerma_strength_u = due.air_kerma_strength_u;
+    seed.dropped = due.at;
+    seed.dropped_axis = needles_[needle].X_WN.R.col(2);
+    seed.gland_motion = mean_displacement();
+    refusal = implant_.drop(seed, *field_, field_->certificate().verdict, contacts_[needle].material_tip());
+  }
+  if (refusal == DropRefusal::kNone) {
+    seed_loading_.dropped(needle);
+    ++needles_[needle].drops.dropped;
+  } else if (seed_loading_.refused(needle)) {
+    refuse_drop(needle, refusal);
+  }
+}
+
+void Simulator::refuse_drop(std::size_t needle, DropRefusal why) noexcept {
+  ++needles_[needle].drops.refused;
+  needles_[needle].drops.last_refusal = why;
+}
+
+Vec3 Simulator::mean_displacement() const noexcept {
+  Vec3 sum = Vec3::Zero();
+  for (std::size_t i = 0; i < rest_.size(); ++i) sum[static_cast<int>(i % 3)] += deformed_[i] - rest_[i];
+  return sum / static_cast<double>(tissue_.size());
+}
+
+void Simulator::write_state(MeshState& state) noexcept {
+  TickSummary& summary = state.summary;
+  DeformedMesh& mesh = state.mesh;
+  const auto update_block = [&](std::size_t b) {
+    if (mesh.block_ticks[b] == block_ticks_[b]) return;
+    const Block& block = tissue_.blocks[b];
+    std::copy_n(&deformed_[3 * block.first], 3 * block.count, &mesh.deformed_vertices[3 * block.first]);
+    mesh.block_ticks[b] = block_ticks_[b];
+  };
+  if (tick_ - summary.tick <= kChangeHistory) {
+    for (std::uint64_t t = summary.tick + 1; t <= tick_; ++t)
+      for (const std::uint32_t b : changed_[t % kChangeHistory]) update_block(b);
+  } else {
+    for (std::size_t b = 0; b < tissue_.blocks.size(); ++b) update_block(b);
+  }
+
+  constexpr std::uint64_t kHistory = NeedleStates::kPoseHistory;
+  const std::uint64_t oldest_lacking =
+      std::max(summary.tick + 1, tick_ < kHistory ? 1 : tick_ - kHistory + 1);
+  for (std::size_t n = 0; n < needles_.size(); ++n)
+    for (std::uint64_t t = oldest_lacking; t <= tick_; ++t)
+      state.needles.pose_histories[n][t % kHistory] = pose_histories_[n][t % kHistory];
+
+  const std::span<const Seed> seeds = implant_.seeds();
+  for (std::size_t i = 0; i < seeds.size(); ++i) {
+    if (i < state.seeds.count && implant_.changed_tick(i) <= summary.tick) continue;
+    state.seeds.slots[i] = seeds[i];
+    state.seeds.ticks[i] = implant_.changed_tick(i);
+  }
+  state.seeds.count = static_cast<std::uint32_t>(seeds.size());
+
+  summary.tick = tick_;
+  summary.sim_time_s = static_cast<double>(tick_) * period_s_;
+  for (std::size_t n = 0; n < needles_.size(); ++n) {
+    const NeedleContact& contact = contacts_[n];
+    needles_[n].contact = contact.state();
+    needles_[n].insertion_depth_mm = contact.insertion_depth();
+    needles_[n].tip_depth_mm = contact.tip_depth();
+    needles_[n].landmark_count = static_cast<std::uint32_t>(contact.landmarks().size());
+    needles_[n].puncture_count = contact.puncture_count();
+    needles_[n].forces = contact.forces();
+    needles_[n].local_model = contact.local_model();
+  }
+  state.needles.states = needles_;
+  summary.landmark_count = static_cast<std::uint32_t>(landmarks_.positions.size());
+  summary.step_flags = flags_;
+  summary.certificate = field_->certificate();
+  summary.certificate.condition = field_->plain_field().condition();
+  summary.max_displacement_mm = max_displacement_;
+  summary.moved_vertices = moved_vertices_;
+}
+
+}  // namespace brachy

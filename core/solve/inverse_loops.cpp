@@ -1,0 +1,128 @@
+// Compiled with -ffp-contract=fast: where a target has FMA, c + a·b is one instruction.
+#include "core/solve/inverse_loops.h"
+
+#include <algorithm>
+
+#include "core/base/simd/simd_attributes.h"
+#include "core/base/simd/vector_memory.h"
+
+namespace brachy {
+namespace {
+
+constexpr std::size_t kRows = InverseLoops::kRows;
+
+template <int kBytes>
+struct Width {
+  typedef double Vector __attribute__((vector_size(kBytes)));
+  static constexpr std::size_t kLanes = kBytes / sizeof(double);
+  static constexpr std::size_t kTogether = 2 * kLanes;  // columns in registers at once
+};
+
+template <class W, std::size_t kCount>
+struct Tile {
+  typename W::Vector sum[kCount][2] = {};
+};
+
+// tile += Σ_k a[k]_q X_k over k0 ≤ k < k1: kCount numbers of column k of A from `a`, two vectors of row k of X from
+// `x`.
+template <class W, std::size_t kCount>
+BRACHY_INLINE void accumulate(const double* a, std::size_t a_step, const double* x, std::size_t x_step,
+                              std::size_t k0, std::size_t k1, Tile<W, kCount>& tile) {
+  using V = typename W::Vector;
+  a += k0 * a_step;
+  x += k0 * x_step;
+  for (std::size_t k = k0; k < k1; ++k, a += a_step, x += x_step) {
+    const V x0 = load<V>(x), x1 = load<V>(x + W::kLanes);
+#pragma GCC unroll 4
+    for (std::size_t q = 0; q < kCount; ++q) {
+      tile.sum[q][0] += a[q] * x0;
+      tile.sum[q][1] += a[q] * x1;
+    }
+  }
+}
+
+// Rows [r, r + kCount) of X, two vectors of columns from c on.
+template <class W, std::size_t kCount>
+BRACHY_INLINE void solve_rows(const double* L, std::size_t outer, std::size_t r, std::size_t start, double* X,
+                              std::size_t stride, std::size_t c) {
+  using V = typename W::Vector;
+  Tile<W, kCount> tile;
+  accumulate<W, kCount>(L + r, outer, X + c, stride, std::min(start, r), r, tile);
+  for (std::size_t q = 0; q < kCount; ++q) {
+    const double* column = L + (r + q) * outer + r;  // from row r on
+    const double inverse = 1 / column[q];
+    double* x = X + (r + q) * stride + c;
+    for (std::size_t h = 0; h < 2; ++h) {
+      const V solved = (load<V>(x + h * W::kLanes) - tile.sum[q][h]) * inverse;
+      store<V>(x + h * W::kLanes, solved);
+      for (std::size_t p = q + 1; p < kCount; ++p) tile.sum[p][h] += column[p] * solved;
+    }
+  }
+}
+
+template <class W>
+BRACHY_INLINE void solve_lower(const double* L, std::size_t outer, std::size_t n, const std::uint32_t* starts,
+                               double* X, std::size_t stride, std::size_t m) {
+  std::size_t r = 0;
+  for (; r + kRows <= n; r += kRows)
+    for (std::size_t c = 0; c < m && starts[c] < r + kRows; c += W::kTogether)
+      solve_rows<W, kRows>(L, outer, r, starts[c], X, stride, c);
+  for (; r < n; ++r)
+    for (std::size_t c = 0; c < m && starts[c] <= r; c += W::kTogether)
+      solve_rows<W, 1>(L, outer, r, starts[c], X, stride, c);
+}
+
+template <class W>
+BRACHY_INLINE void gram(const double* X, std::size_t stride, std::size_t n, const std::uint32_t* starts,
+                        std::size_t m, double* H, std::size_t outer) {
+  // H's column j from X's column j as the scalar and its rows as the vector: rows [c, c + two vectors), columns [j,
+  // j + kRows).
+  for (std::size_t j = 0; j < m; j += kRows) {
+    const std::size_t columns = std::min(kRows, m - j);
+    const std::size_t start_j = *std::min_element(starts + j, starts + j + columns);
+    for (std::size_t c = j / W::kTogether * W::kTogether; c < m; c += W::kTogether) {
+      const std::size_t rows = std::min(W::kTogether, m - c);
+      const std::size_t start =
+          std::max<std::size_t>(start_j, *std::min_element(starts + c, starts + c + rows));
+      Tile<W, kRows> tile;
+      accumulate<W, kRows>(X + j, stride, X + c, stride, start, n, tile);
+      for (std::size_t q = 0; q < columns; ++q) {
+        double values[W::kTogether];
+        store(values, tile.sum[q][0]);
+        store(values + W::kLanes, tile.sum[q][1]);
+        const std::size_t first = std::max(c, j + q);
+        for (std::size_t i = first; i < c + rows; ++i) H[(j + q) * outer + i] = values[i - c];
+      }
+    }
+  }
+}
+
+// One copy of the loops for a target.
+// NOLINTBEGIN(bugprone-macro-parentheses): an attribute or a template cannot stand in parentheses.
+#define BRACHY_TARGET(name, attribute, bytes)                                                                \
+  struct name {                                                                                              \
+    using W = Width<bytes>;                                                                                  \
+    attribute static void solve(const double* L, std::size_t outer, std::size_t n,                           \
+                                const std::uint32_t* starts, double* X, std::size_t stride, std::size_t m) { \
+      solve_lower<W>(L, outer, n, starts, X, stride, m);                                                     \
+    }                                                                                                        \
+    attribute static void square(const double* X, std::size_t stride, std::size_t n,                         \
+                                 const std::uint32_t* starts, std::size_t m, double* H, std::size_t outer) { \
+      gram<W>(X, stride, n, starts, m, H, outer);                                                            \
+    }                                                                                                        \
+    static constexpr InverseLoops kLoops{solve, square};                                                     \
+  }
+// NOLINTEND(bugprone-macro-parentheses)
+
+BRACHY_TARGET(Generic, , 16);
+BRACHY_TARGET(Sse4, BRACHY_SSE4, 16);
+BRACHY_TARGET(Avx2, BRACHY_AVX2, 32);
+BRACHY_TARGET(Avx512, BRACHY_AVX512, 64);
+
+}  // namespace
+
+const InverseLoops& inverse_loops(SimdTarget target) {
+  return loops_for(target, Generic::kLoops, Sse4::kLoops, Avx2::kLoops, Avx512::kLoops);
+}
+
+}  // namespace brachy

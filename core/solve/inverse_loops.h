@@ -1,0 +1,28 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "core/base/simd/simd_target.h"
+
+namespace brachy {
+
+/// The inner loops of InverseBlock, for one instruction set. X is n × m by rows, `stride` numbers to the next row, a
+/// multiple of kColumns; what lies beyond column m is zero. Column j of X is zero before row starts[j].
+/// Threads: any. Real-time: no allocation.
+struct InverseLoops {
+  static constexpr std::size_t kColumns = 16;  ///< of X that are computed together
+  static constexpr std::size_t kRows = 4;      ///< rows of X, and of the Gram matrix, computed together
+
+  /// X = L⁻¹ X, L the lower triangle of an n × n matrix by columns, `outer` numbers to the next one. `starts` ascend.
+  void (*solve_lower)(const double* L, std::size_t outer, std::size_t n, const std::uint32_t* starts,
+                      double* X, std::size_t stride, std::size_t m);
+  /// The lower triangle of H = XᵀX, m × m by columns, `outer` numbers to the next one. `starts` in any order.
+  void (*gram)(const double* X, std::size_t stride, std::size_t n, const std::uint32_t* starts, std::size_t m,
+               double* H, std::size_t outer);
+};
+
+/// The loops for `target`, which this processor must support.
+const InverseLoops& inverse_loops(SimdTarget target);
+
+}  // namespace brachy

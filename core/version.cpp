@@ -1,9 +1,0 @@
-#include "core/version.h"
-
-namespace brachy {
-
-std::string version() {
-  return BRACHY_VERSION;
-}
-
-}  // namespace brachy

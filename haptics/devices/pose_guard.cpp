@@ -1,0 +1,89 @@
+#include "haptics/devices/pose_guard.h"
+
+#include <cassert>
+#include <numeric>
+
+#include "haptics/trajectory/rigid_pose.h"
+
+namespace brachy {
+
+namespace {
+
+constexpr std::int64_t kDriftDivisor = 5000;  // 200 ppm: twice what a bad quartz does
+
+}  // namespace
+
+std::string_view to_string(PoseStatus verdict) {
+  switch (verdict) {
+    case PoseStatus::kAccepted:
+      return "pose accepted";
+    case PoseStatus::kNotFinite:
+      return "pose has NaN or infinity; send finite numbers, or nothing while tracking is lost";
+    case PoseStatus::kNotRigid:
+      return "pose is not rigid; send an orthonormal right-handed rotation, off by 1e-3 at most";
+    case PoseStatus::kStale:
+      return "pose is stale; send each pose when it is taken and drop those that wait";
+    case PoseStatus::kOutOfOrder:
+      return "pose goes back in time; let stamp and sequence increase with every pose";
+    case PoseStatus::kOutOfRange:
+      return "pose's tip is more than 10 m from the origin; send positions in mm";
+    case PoseStatus::kNotAttached:
+      return "pose from a device that does not hold the lease; ask for it first";
+  }
+  return "unknown verdict";
+}
+
+PoseStatus PoseGuard::check(NeedlePose& pose) {
+  return note(judge(pose));
+}
+
+PoseStatus PoseGuard::note(PoseStatus verdict) {
+  ++counts_[static_cast<std::size_t>(verdict)];
+  return verdict;
+}
+
+std::uint64_t PoseGuard::refused() const {
+  return std::accumulate(counts_.begin() + 1, counts_.end(), std::uint64_t{0});
+}
+
+PoseStatus PoseGuard::judge(NeedlePose& pose) {
+  switch (find_defect(pose.X_WN)) {
+    case PoseDefect::kNone:
+      break;
+    case PoseDefect::kNotFinite:
+      return PoseStatus::kNotFinite;
+    case PoseDefect::kOutOfRange:
+      return PoseStatus::kOutOfRange;
+    case PoseDefect::kNotRigid:
+      return PoseStatus::kNotRigid;
+  }
+  if (pose.stamp_ns < 0) return PoseStatus::kOutOfOrder;  // before any clock's start; and no overflow below
+  if (has_last_ && (pose.stamp_ns <= last_stamp_ns_ || pose.sequence <= last_sequence_)) {
+    return PoseStatus::kOutOfOrder;
+  }
+  if (is_stale(pose)) return PoseStatus::kStale;
+  has_last_ = true;
+  last_stamp_ns_ = pose.stamp_ns;
+  last_sequence_ = pose.sequence;
+  make_rigid(pose.X_WN);
+  return PoseStatus::kAccepted;
+}
+
+bool PoseGuard::is_stale(const NeedlePose& pose) {
+  assert(pose.received_ns >= 0);
+  const std::int64_t offset_ns = pose.received_ns - pose.stamp_ns;
+  const std::int64_t drift_ns = (pose.received_ns - least_offset_at_ns_) / kDriftDivisor;
+  // Offsets lie within ±2^63, their differences may not: compare before subtracting.
+  if (!has_offset_ || offset_ns <= least_offset_ns_ + drift_ns) {
+    has_offset_ = true;
+    least_offset_ns_ = offset_ns;
+    least_offset_at_ns_ = pose.received_ns;
+    return false;
+  }
+  const auto age_ns =
+      static_cast<std::uint64_t>(offset_ns) -
+      static_cast<std::uint64_t>(least_offset_ns_ + drift_ns);  // positive: modulo 2^64 is exact
+  return age_ns > static_cast<std::uint64_t>(settings_.stale_ns);
+}
+
+}  // namespace brachy

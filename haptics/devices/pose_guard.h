@@ -1,0 +1,79 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <string_view>
+
+#include "core/needle/needle_pose.h"
+
+namespace brachy {
+
+/// Result of the check of a pose. Sent over the wire and used as an index of counters: append only.
+enum class PoseStatus : std::uint8_t {
+  kAccepted = 0,
+  kNotFinite = 1,
+  kNotRigid = 2,
+  kStale = 3,
+  kOutOfOrder = 4,
+  kOutOfRange = 5,
+  kNotAttached = 6,  ///< no device holds the lease (NetworkDevice)
+};
+inline constexpr std::size_t kPoseStatuses = 7;
+
+/// A sentence for the sender that names the fix.
+std::string_view to_string(PoseStatus verdict);
+
+struct PoseGuardSettings {
+  /// Age at which a pose is refused, ns, > 0.
+  std::int64_t stale_ns = 100'000'000;
+};
+
+/// Judges the poses of one device as they arrive; the simulation only ever sees accepted ones.
+///
+/// A device stamps poses with its own clock, of unknown offset. The smallest difference arrival − stamp of
+/// the poses in order is taken as the offset plus the shortest transmission time; a pose's age is the excess
+/// over that. The smallest difference grows by 200 parts per million of the time since it was measured, so
+/// that poses of a device with a slower clock do not become stale within the hour. A device whose clock jumps
+/// forward and back is refused until the next reset, that is, until it connects again.
+///
+/// Threads: one, the io thread.
+///
+/// Real-time: O(1), no allocation.
+class PoseGuard {
+ public:
+  explicit PoseGuard(const PoseGuardSettings& settings = {}) : settings_(settings) {}
+
+  /// Judges `pose`, of which X_WN, sequence, stamp_ns and received_ns are set, and counts the status.
+  ///
+  /// Refused are, in this order: NaN and infinity; a tip beyond ±10 m in x, y or z; a rotation off by more
+  /// than 1e-3 or left-handed; a sequence or a stamp not after the last accepted one's, or a negative stamp;
+  /// a pose older than stale_ns. An accepted pose stays as it is bit for bit, unless its rotation is off by
+  /// 1e-9 to 1e-3: then it is replaced by the nearest rotation.
+  PoseStatus check(NeedlePose& pose);
+
+  /// How many poses had this status since construction (a reset does not clear the counters).
+  std::uint64_t count(PoseStatus verdict) const { return counts_[static_cast<std::size_t>(verdict)]; }
+  /// All but the accepted ones.
+  std::uint64_t refused() const;
+  /// Counts a status determined elsewhere.
+  PoseStatus note(PoseStatus verdict);
+
+  /// A new device: forgets the last stamp and sequence and the clock offset.
+  void reset() { has_last_ = has_offset_ = false; }
+
+ private:
+  PoseStatus judge(NeedlePose& pose);
+  bool is_stale(const NeedlePose& pose);
+
+  PoseGuardSettings settings_;
+  bool has_last_ = false;
+  std::uint64_t last_sequence_ = 0;
+  std::int64_t last_stamp_ns_ = 0;
+  bool has_offset_ = false;
+  std::int64_t least_offset_ns_ = 0;     // arrival − stamp
+  std::int64_t least_offset_at_ns_ = 0;  // arrival of the pose that showed it
+  std::array<std::uint64_t, kPoseStatuses> counts_{};
+};
+
+}  // namespace brachy

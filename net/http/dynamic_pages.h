@@ -1,0 +1,23 @@
+#pragma once
+
+#include <functional>
+#include <map>
+#include <string>
+
+namespace brachy::net {
+
+/// A page generated for each request, such as metrics; on the io thread, so it must be quick.
+struct DynamicPage {
+  struct Content {
+    int status = 200;
+    std::string content_type = "text/plain; charset=utf-8";
+    std::string text;
+  };
+  bool needs_token = true;  ///< a viewer's token, where the server has tokens
+  std::function<Content()> make;
+};
+
+/// By path ("/metrics").
+using DynamicPages = std::map<std::string, DynamicPage, std::less<>>;
+
+}  // namespace brachy::net

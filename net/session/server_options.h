@@ -1,0 +1,78 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <string>
+
+#include "core/needle/needle_pose.h"
+#include "net/access/token_grants.h"
+#include "net/transport/tls/tls_context.h"
+#include "net/wire/messages.h"
+
+namespace brachy::net {
+
+/// Settings of a Server; all checked by its constructor.
+struct ServerOptions {
+  std::string address = "127.0.0.1";  ///< to bind; an IP address
+  std::uint16_t port = 0;             ///< 0 = any free one, see Server::port()
+  bool allow_remote = false;          ///< bind an address that is not loopback without access control
+  TokenGrants tokens;                 ///< empty: none required
+  TlsContext tls;                     ///< none: no encryption; with it and tokens, any address may be bound
+  std::uint16_t needles = 1;          ///< 1 to 1024: one device lease each
+  std::uint32_t max_clients = 64;     ///< ≥ 1; connections of all listeners
+  std::uint32_t max_clients_per_address = 48;     ///< ≥ 1; of them
+  std::uint32_t max_message_bytes = 64 * 1024;    ///< body from a client, 256 to 64 MiB
+  std::uint32_t max_poses_per_s = 2000;           ///< ≥ 1; bursts of a tenth of it pass
+  std::chrono::milliseconds hello_timeout{2000};  ///< from connection to a complete HELLO
+  std::chrono::milliseconds ping_interval{1000};  ///< PING a client that sent nothing for this long
+  std::chrono::milliseconds silence_timeout{
+      5000};  ///< close a client that completed no message for this long
+  std::chrono::milliseconds stall_timeout{
+      5000};  ///< close a client that read no byte of a write for this long
+  std::chrono::milliseconds drain_timeout{500};   ///< for the last ERROR to leave
+  std::chrono::milliseconds state_interval{500};  ///< between STATE messages
+  int send_buffer_bytes = 256 * 1024;             ///< SO_SNDBUF
+  std::size_t max_queued_messages = 64;           ///< control messages waiting for one client
+  std::string
+      devices_at;  ///< where devices and operators connect, as text; not empty: this server is view-only
+  std::string server_name = "brachyd 0.1.0";  ///< sent in WELCOME
+  std::string topology_name = "tissue";
+  double deformation_hz = 200;
+  double snapshot_hz = 30;
+};
+
+/// The verdict on a pose. Codes below 0xFF00 are the daemon's; the text goes to the sender and into STATE.
+struct PoseVerdict {
+  bool accepted = true;
+  std::uint16_t code = 0;
+  std::string text;
+};
+
+/// The device that holds, or held, the lease of a needle.
+struct DeviceInfo {
+  std::string name;
+  std::string address;
+  DeviceLimits limits;  ///< as stated, not checked
+  std::uint16_t needle = 0;
+  bool evaluates_local_model = false;
+  bool takes_force = true;  ///< false: it renders no force, no FORCE is sent to it
+  std::string reason;       ///< why it left; empty while it is connected
+};
+
+/// Called on the io thread; must be quick and must not throw. Empty ones are skipped.
+struct ServerHandlers {
+  std::function<PoseVerdict(std::uint16_t needle, const NeedlePose&)>
+      on_pose;                                                      ///< none: every pose is accepted
+  std::function<void(bool attached, const DeviceInfo&)> on_device;  ///< a network device took or left a lease
+  /// The needle's device or an operator ends a latched fault; `sender` is "NAME (ADDRESS)".
+  std::function<void(std::uint16_t needle, const std::string& sender)> on_arm;
+  std::function<void(std::uint16_t needle, bool pressed)>
+      on_drop;  ///< its device's button went down or up; or an operator's, where the device is the daemon's
+  /// A request of an operator; returns "" where it is or will be done, else the reason why not.
+  std::function<std::string(const ControlMessage&, const std::string& sender)> on_control;
+  std::function<StateMessage()> state;  ///< the simulation's part of STATE; the server adds its own counts
+  std::function<void(const std::string&)> log;  ///< one line, no line end
+};
+
+}  // namespace brachy::net

@@ -1,0 +1,197 @@
+#!/usr/bin/env python3
+"""Checks names against .clang-tidy (readability-identifier-naming) in every header and source of core, haptics, net,
+apps and tests.
+
+A source takes clang-tidy seconds, most of them for the headers of Eigen, Asio and JSON. So a hundred sources are
+included into one file, and that is parsed once. Sources whose local names clash go into different files. Which do is
+guessed from the text: sources that do not parse together are parsed again, at last each alone.
+
+usage: scripts/ci/check_names.py [--jobs N] [FILE…]     exit code 1 and a line for each name that breaks the rules
+"""
+import argparse
+import concurrent.futures
+import json
+import os
+import pathlib
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+BUILD = ROOT / "build/tidy"
+TREES = ("core", "haptics", "net", "apps", "tests")
+MOST_TOGETHER = 100  # sources; clang-tidy then takes two gigabytes
+MESSAGE = re.compile(r"^(/[^\s:]+)(:\d+:\d+: error: .*) \[([a-z-]+).*\]$", re.M)
+# At the end of each file that is parsed. If clang-tidy does not find it, the check has failed.
+WRONG_NAME = "int WrongName = 0;"
+
+
+def configure():
+    """The directories and macros of all targets together, and the sources that some target has."""
+    # Without precompiled headers, which are GCC's.
+    subprocess.run(["cmake", "--preset", "release", "-B", BUILD, "-DBRACHY_PCH=OFF"], cwd=ROOT, check=True,
+                   stdout=subprocess.DEVNULL)
+    options, compiled = {}, set()
+    for entry in json.loads((BUILD / "compile_commands.json").read_text()):
+        compiled.add(os.path.relpath(entry["file"], ROOT))
+        words = shlex.split(entry["command"])
+        for word, after in zip(words, words[1:]):
+            if word.startswith(("-D", "-I")):
+                options[word] = None
+            elif word == "-isystem":
+                options[word + after] = None
+    return list(options), compiled
+
+
+def is_source(file):
+    return file.endswith(".cpp")
+
+
+def text_of(file):
+    return (ROOT / file).read_text()
+
+
+def declared(file, with_parameters=True):
+    """A guess of what a header declares at its outermost level, or a source in its unnamed namespace. Functions with
+    their parameters: overloads do not clash."""
+    names = set()
+    is_wanted = not is_source(file)
+    for line in text_of(file).splitlines():
+        if is_source(file) and line in ("namespace {", "}  // namespace"):
+            is_wanted = line == "namespace {"
+        if not is_wanted or re.match(r"namespace|using|TEST|[^a-zA-Z]|$", line):
+            continue
+        line = re.sub(r"^template <.*?> *", "", line)
+        if found := re.match(r"(?:struct|class|enum class|enum) (\w+)", line):
+            names.add(found[1])
+        elif line.startswith(("constexpr ", "const ", "inline const")):
+            names.update(re.findall(r"\b(k[A-Z]\w*)(?:\[.*?\])*(?: =|\{|;)", line))
+        elif found := re.match(r"[^({=]*(?<!::)\b(\w+)(\(.*)", line):
+            names.add(found[1] + (found[2] if with_parameters else ""))
+    return names
+
+
+def namespaces_used(file):
+    """Those that make names in the sources that follow ambiguous."""
+    return set(re.findall(r"^using namespace (?!brachy;|test;|std)(.*);", text_of(file), re.M))
+
+
+class Group:
+    """Files that are parsed together."""
+
+    def __init__(self, used):
+        self.files, self.sources, self.names, self.used = [], 0, set(), used
+
+    def add(self, file, names):
+        self.files.append(file)
+        self.sources += is_source(file)
+        self.names |= names
+
+
+def group(files, groups=(), with_parameters=True):
+    """`groups` and more, with `files` in them. No two sources of a group declare the same."""
+    groups = list(groups)
+    for file in files:
+        names, used = (declared(file, with_parameters), namespaces_used(file)) if is_source(file) else (set(), set())
+        fitting = (g for g in groups if g.sources < MOST_TOGETHER and g.used == used and not names & g.names)
+        chosen = next(fitting, None)
+        if not chosen:
+            groups.append(chosen := Group(used))
+        chosen.add(file, names)
+    return groups
+
+
+def first_groups(files):
+    """Headers are in the first. Sources that declare what a header has declared are not in the large ones."""
+    headers = [file for file in files if not is_source(file)]
+    public = set().union(*(declared(file, False) for file in headers))
+    apart = [file for file in files if is_source(file) and declared(file, False) & public]
+    groups = group(headers + [file for file in files if is_source(file) and file not in apart])
+    large = [g for g in groups if g.sources == MOST_TOGETHER]
+    return large + group(apart, [g for g in groups if g not in large])
+
+
+def parse(name, files, options):
+    """The names that break the rules; what else is wrong; and the files with which that is."""
+    lines = {}
+    if len(files) > 1:  # what they include comes first: then it is a source that clashes, not a header
+        for file in files:
+            lines.update(dict.fromkeys(re.findall(r"^#include .*", text_of(file), re.M)))
+    lines = list(lines)
+    for i, file in enumerate(files):  # programs have the same entry point
+        lines += [f"#define main main_{i}", f"#define LLVMFuzzerTestOneInput fuzz_{i}", f'#include "{file}"']
+    together = BUILD / "names" / f"{name}.cpp"
+    together.write_text("\n".join(lines + [WRONG_NAME]) + "\n")
+    run = subprocess.run(
+        ["clang-tidy-14", "--quiet", "--checks=-*,readability-identifier-naming",
+         f"--header-filter=^{re.escape(str(ROOT))}/({'|'.join(TREES)})/", together, "--", "-std=c++20", *options, "-w",
+         "-ferror-limit=0"], cwd=ROOT, capture_output=True, text=True)
+    names, errors, broken = [], set(), set()
+    for message in re.split(r"^(?=\S+: (?:error|warning): )", run.stdout, flags=re.M):
+        found = MESSAGE.match(message)
+        if not found:
+            continue
+        file = os.path.relpath(found[1], ROOT)
+        if found[3] == "readability-identifier-naming":
+            names.append((file, file + found[2]))
+        else:
+            errors.add(file + found[2])
+            # The source where it is; of an error in a header, the one that a note names; else it may be any.
+            places = (os.path.relpath(p, ROOT) for p in re.findall(r"^(/[^\s:]+):\d+:\d+: ", message, re.M))
+            broken.update([place for place in places if place in files][:1] or files)
+    if not any(file.startswith("build/") and "'WrongName'" in text for file, text in names):
+        sys.exit(f"names: clang-tidy-14 has not checked {together}:\n{run.stdout[-2000:]}{run.stderr[-2000:]}")
+    # What clang makes of a broken source is not reported: it is parsed again.
+    again = broken if len(files) > 1 else set()
+    return {text for file, text in names if file.startswith(TREES) and file not in again}, errors, broken
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--jobs", type=int, default=os.cpu_count())
+    parser.add_argument("files", nargs="*")
+    args = parser.parse_args()
+    if not shutil.which("clang-tidy-14"):
+        sys.exit("names: apt-get install clang-tidy-14")
+    options, compiled = configure()
+    files = args.files or subprocess.run(
+        ["git", "ls-files"] + [f"{tree}/*.{end}" for tree in TREES for end in ("h", "cpp")], cwd=ROOT,
+        capture_output=True, text=True, check=True).stdout.split()
+    # Fuzz targets belong to the preset asan, tests/package to a build of its own.
+    skipped = [file for file in files if is_source(file) and file not in compiled
+               and not file.startswith(("tests/fuzz/", "tests/package/"))]
+    if skipped:
+        print("names: not checked, because what they need is not installed:", *skipped)
+    files = [file for file in files if file not in skipped]
+    shutil.rmtree(BUILD / "names", ignore_errors=True)
+    (BUILD / "names").mkdir()
+
+    breaches, unparsed = set(), set()
+    # A model checker's header redefines keywords: what includes it is parsed alone.
+    alone = [file for file in files if "<relacy/" in (ROOT / file).read_text()]
+    groups = [g.files for g in first_groups([file for file in files if file not in alone])] + [[f] for f in alone]
+    with concurrent.futures.ThreadPoolExecutor(args.jobs) as pool:
+        for turn in ("first", "second", "alone"):
+            jobs = [pool.submit(parse, f"{turn}-{i}", together, options) for i, together in enumerate(groups)]
+            again = set()
+            for together, job in zip(groups, jobs):
+                names, errors, broken = job.result()
+                breaches |= names
+                if len(together) > 1:
+                    again |= broken
+                else:
+                    unparsed |= errors
+            if turn == "first":
+                groups = [g.files for g in group(sorted(again), with_parameters=False)]
+            else:
+                groups = [[file] for file in sorted(again)]
+    for line in sorted(breaches | unparsed):
+        print(f"names: {line}")
+    if breaches or unparsed:
+        sys.exit(1)
+    print(f"names: ok, {len(files)} files")
+
+
+main()

@@ -1,0 +1,83 @@
+// From the position where a seed fell to its material point, for every model and every verdict of the field.
+#include "core/brachytherapy/seeds/material_point.h"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "core/models/scalar_kernel/scalar_kernel_field.h"
+#include "tests/core/simulation/phantom_scene.h"
+
+namespace brachy {
+namespace {
+
+Tissue small_tissue() {
+  Scene scene;
+  scene.tissue.points = 2000;
+  return load_tissue(scene).tissue;
+}
+
+/// One landmark at the centre, displaced along x by `d`; ψ3,1, a = 12 mm: folds beyond 5.69 mm.
+std::unique_ptr<ScalarKernelField> one_landmark(const Tissue& tissue, double d) {
+  auto field =
+      std::make_unique<ScalarKernelField>(tissue, Wendland31{}, 12, BlockField::Options{.max_landmarks = 4});
+  const std::vector<Vec3> p = {Vec3::Zero()}, u = {Vec3(d, 0, 0)};
+  EXPECT_TRUE(field->update(p, u));
+  return field;
+}
+
+TEST(MaterialPoint, IsWhereTheFieldTakesItFrom) {
+  const Tissue tissue = small_tissue();
+  const auto field = one_landmark(tissue, 5);
+  std::mt19937 random(1);
+  std::uniform_real_distribution<double> coordinate(-14, 14);
+  for (int i = 0; i < 2000; ++i) {
+    const Vec3 X(coordinate(random), coordinate(random), coordinate(random));
+    const Vec3 x = X + field->displacement_at(X);
+    const MaterialPoint found = find_material_point(*field, Verdict::kInjective, x, i % 2 ? X : x);
+    ASSERT_EQ(found.result, Inversion::kFound) << X.transpose();
+    EXPECT_LT((found.X - X).norm(), 1e-5) << X.transpose();
+    EXPECT_LT((found.X + field->displacement_at(found.X) - x).norm(), kInversionTolerance);
+    EXPECT_GT(found.F.determinant(), 0);
+  }
+}
+
+TEST(MaterialPoint, OutOfReachIsItself) {
+  const Tissue tissue = small_tissue();
+  const auto field = one_landmark(tissue, 5);
+  const MaterialPoint found = find_material_point(*field, Verdict::kInjective, {0, 0, 20}, {0, 0, 19});
+  EXPECT_EQ(found.result, Inversion::kFound);
+  EXPECT_TRUE(found.X.isApprox(Vec3(0, 0, 20), 1e-12));
+  EXPECT_TRUE(found.F.isApprox(Mat3::Identity(), 1e-9));
+}
+
+TEST(MaterialPoint, OfAFoldedFieldIsRefused) {
+  const Tissue tissue = small_tissue();
+  const auto field = one_landmark(tissue, 7);
+  EXPECT_EQ(find_material_point(*field, Verdict::kFolded, {7, 0, 0}, {0, 0, 0}).result, Inversion::kFolded);
+}
+
+// With an unknown verdict: several material points must be detected; elsewhere the point is found.
+TEST(MaterialPoint, WhereSeveralPlacesComeToOneItIsAmbiguousUnlessCertified) {
+  const Tissue tissue = small_tissue();
+  const auto field = one_landmark(tissue, 9);
+  std::mt19937 random(2);
+  std::uniform_real_distribution<double> coordinate(-13, 13);
+  int refused = 0, found_right = 0;
+  for (int i = 0; i < 1000; ++i) {
+    const Vec3 X(coordinate(random), coordinate(random), coordinate(random));
+    const Vec3 x = X + field->displacement_at(X);
+    const MaterialPoint found = find_material_point(*field, Verdict::kUnknown, x, X);
+    if (found.result != Inversion::kFound) {
+      ++refused;
+      continue;
+    }
+    EXPECT_LT((found.X - X).norm(), 1e-5) << "the place of another point, " << X.transpose();
+    ++found_right;
+  }
+  EXPECT_GT(refused, 0);
+  EXPECT_GT(found_right, 700);
+}
+
+}  // namespace
+}  // namespace brachy

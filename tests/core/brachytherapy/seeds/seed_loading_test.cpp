@@ -1,0 +1,193 @@
+#include "core/brachytherapy/seeds/seed_loading.h"
+
+#include <gtest/gtest.h>
+
+namespace brachy {
+namespace {
+
+NeedlePose pose(const Vec3& tip, bool button) {
+  NeedlePose p;
+  p.X_WN.p = tip;
+  p.button = button;
+  p.present = true;
+  return p;
+}
+
+/// Two needles: D4 with seeds at 2.25, 12.25 and 16.75 mm behind the tip, E4 with one; G8 with a leading spacer.
+Plan small_plan() {
+  Plan plan;
+  plan.base_plane_mm = 60;
+  plan.needles = {{"D4", 0, "s-ss"}, {"E4", 5, "s"}, {"G8", 0, "-s"}};
+  return plan;
+}
+
+const TemplateGrid kGrid;
+
+SeedSettings settings(const std::string& applicator) {
+  SeedSettings s;
+  s.applicator = applicator;
+  s.source = SourceModel::kTheraSeed200;
+  s.air_kerma_strength_u = 1.5;
+  return s;
+}
+
+Vec3 at(const char* hole, double z) {
+  Vec3 p = *kGrid.position(hole);
+  p.z() = z;
+  return p;
+}
+
+TEST(SeedLoading, ASinglePressDropsOneSeedAtTheTipHoweverLongItIsHeld) {
+  SeedLoading loading(settings("single"), kGrid, std::nullopt, 1);
+  loading.update(0, pose({1, 2, 3}, false));
+  EXPECT_FALSE(loading.due(0));
+  loading.update(0, pose({1, 2, 3}, true));
+  const auto drop = loading.due(0);
+  ASSERT_TRUE(drop);
+  EXPECT_EQ(drop->at, Vec3(1, 2, 3));
+  EXPECT_EQ(drop->planned, Seed::kUnplanned);
+  EXPECT_EQ(drop->source, SourceModel::kTheraSeed200);
+  EXPECT_EQ(drop->air_kerma_strength_u, 1.5);
+  loading.dropped(0);
+  EXPECT_FALSE(loading.due(0));
+  loading.update(0, pose({1, 2, 2}, true));
+  EXPECT_FALSE(loading.due(0));
+  loading.update(0, pose({1, 2, 2}, false));
+  loading.update(0, pose({1, 2, 1}, true));
+  EXPECT_TRUE(loading.due(0));
+}
+
+TEST(SeedLoading, ASinglePressInAHoleOfThePlanTakesItsSeedsFromTheTipBackwardsThenTheScenes) {
+  SeedLoading loading(settings("single"), kGrid, small_plan(), 1);
+  for (const int planned : {0, 1, 2, -1}) {
+    loading.update(0, pose(at("D4", 0) + Vec3(2.4, -2.4, 0), true));
+    ASSERT_TRUE(loading.due(0));
+    EXPECT_EQ(loading.due(0)->planned, planned);
+    EXPECT_EQ(loading.due(0)->source, planned < 0 ? SourceModel::kTheraSeed200 : SourceModel::kAmersham6711);
+    loading.dropped(0);
+    loading.update(0, pose(at("D4", 0), false));
+  }
+  loading.update(0, pose(at("E4", 0) + Vec3(-2.4, 2.4, 0), true));
+  EXPECT_EQ(loading.due(0)->planned, 3);
+}
+
+TEST(SeedLoading, ATiltedNeedleIsThatOfTheHoleItsLinePasses) {
+  SeedLoading loading(settings("single"), kGrid, small_plan(), 1);
+  NeedlePose tilted = pose(Vec3::Zero(), true);
+  const Vec3 axis = Vec3(0.1, 0, 1).normalized();
+  tilted.X_WN.R = Eigen::Quaterniond::FromTwoVectors(Vec3::UnitZ(), axis).toRotationMatrix();
+  tilted.X_WN.p = *kGrid.position("E4") + 70 * axis;  // by now in front of F4
+  loading.update(0, tilted);
+  EXPECT_EQ(loading.due(0)->planned, 3);
+}
+
+// The stylet holds the seeds fixed in the world; each falls where the tip passes its centre.
+TEST(SeedLoading, ATrainStaysBehindAsTheNeedleIsDrawnBack) {
+  SeedLoading loading(settings("train"), kGrid, small_plan(), 1);
+  const double deep = 20;
+  loading.update(0, pose(at("D4", deep), false));
+  loading.update(0, pose(at("D4", deep), true));
+  EXPECT_FALSE(loading.due(0));
+  std::vector<std::pair<int, double>> fallen;
+  for (double z = deep; z > deep - 30; z -= 0.7) {
+    loading.update(0, pose(at("D4", z), true));
+    while (const auto drop = loading.due(0)) {
+      fallen.emplace_back(drop->planned, drop->at.z());
+      EXPECT_EQ(drop->at.x(), at("D4", 0).x());
+      loading.dropped(0);
+    }
+  }
+  const double behind[] = {2.25, 12.25, 16.75};
+  ASSERT_EQ(fallen.size(), 3u);
+  for (std::size_t i = 0; i < 3; ++i) {
+    EXPECT_EQ(fallen[i].first, static_cast<int>(i));
+    EXPECT_NEAR(fallen[i].second, deep - behind[i], 1e-12);
+  }
+}
+
+TEST(SeedLoading, ALeadingSpacerKeepsTheSeedBack) {
+  SeedLoading loading(settings("train"), kGrid, small_plan(), 1);
+  loading.update(0, pose(at("G8", 20), true));
+  loading.update(0, pose(at("G8", 20 - 7.7), true));
+  EXPECT_FALSE(loading.due(0));
+  loading.update(0, pose(at("G8", 20 - 7.8), true));
+  ASSERT_TRUE(loading.due(0));
+  EXPECT_NEAR(loading.due(0)->at.z(), 20 - 7.75, 1e-12);
+}
+
+TEST(SeedLoading, SeveralSeedsCanFallWithinATick) {
+  SeedLoading loading(settings("train"), kGrid, small_plan(), 1);
+  loading.update(0, pose(at("D4", 20), true));
+  loading.update(0, pose(at("D4", -10), true));
+  int count = 0;
+  for (; loading.due(0); ++count) loading.dropped(0);
+  EXPECT_EQ(count, 3);
+}
+
+TEST(SeedLoading, ReleasedEarlyTheRestIsAtTheTipAtTheNextPress) {
+  SeedLoading loading(settings("train"), kGrid, small_plan(), 1);
+  loading.update(0, pose(at("D4", 20), true));
+  loading.update(0, pose(at("D4", 17), true));
+  ASSERT_TRUE(loading.due(0));
+  loading.dropped(0);
+  loading.update(0, pose(at("D4", 17), false));
+  loading.update(0, pose(at("D4", -5), false));
+  EXPECT_FALSE(loading.due(0));  // without the stylet nothing falls
+  loading.update(0, pose(at("D4", -5), true));
+  loading.update(0, pose(at("D4", -7.2), true));
+  EXPECT_FALSE(loading.due(0));
+  loading.update(0, pose(at("D4", -7.3), true));
+  ASSERT_TRUE(loading.due(0));
+  EXPECT_EQ(loading.due(0)->planned, 1);
+  EXPECT_NEAR(loading.due(0)->at.z(), -7.25, 1e-12);
+}
+
+TEST(SeedLoading, ATrainAskedForWhereThePlanHasNoneIsAskedInVainOnce) {
+  SeedLoading loading(settings("train"), kGrid, small_plan(), 1);
+  loading.update(0, pose(at("A1", 20), true));
+  EXPECT_TRUE(loading.request_failed(0));
+  loading.update(0, pose(at("A1", 19), true));
+  EXPECT_FALSE(loading.request_failed(0));
+  EXPECT_FALSE(loading.due(0));
+}
+
+TEST(SeedLoading, ARefusedSeedStaysASinglePressIsSpentATrainTriesAgain) {
+  SeedLoading single(settings("single"), kGrid, small_plan(), 1);
+  single.update(0, pose(at("E4", 0), true));
+  EXPECT_TRUE(single.refused(0));
+  EXPECT_FALSE(single.due(0));
+  single.update(0, pose(at("E4", 0), false));
+  single.update(0, pose(at("E4", 0), true));
+  EXPECT_EQ(single.due(0)->planned, 3);  // the same seed
+
+  SeedLoading train(settings("train"), kGrid, small_plan(), 1);
+  train.update(0, pose(at("E4", 0), true));
+  train.update(0, pose(at("E4", -3), true));
+  ASSERT_TRUE(train.due(0));
+  EXPECT_TRUE(train.refused(0));
+  EXPECT_FALSE(train.due(0));
+  train.update(0, pose(at("E4", -4), true));
+  ASSERT_TRUE(train.due(0));
+  EXPECT_EQ(train.due(0)->at, at("E4", -4));  // where it can be dropped now
+  EXPECT_FALSE(train.refused(0));             // not reported again
+}
+
+TEST(SeedLoading, SeedsOfAnEarlierRunAreGone) {
+  SeedLoading loading(settings("single"), kGrid, small_plan(), 1);
+  loading.mark_dropped(0);
+  loading.mark_dropped(Seed::kUnplanned);
+  loading.mark_dropped(4711);
+  loading.update(0, pose(at("D4", 0), true));
+  EXPECT_EQ(loading.due(0)->planned, 1);
+}
+
+TEST(SeedLoading, NeedlesDoNotMix) {
+  SeedLoading loading(settings("single"), kGrid, small_plan(), 2);
+  loading.update(0, pose(at("D4", 0), true));
+  loading.update(1, pose(at("E4", 0), false));
+  EXPECT_TRUE(loading.due(0));
+  EXPECT_FALSE(loading.due(1));
+}
+
+}  // namespace
+}  // namespace brachy
