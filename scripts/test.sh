@@ -20,7 +20,7 @@ run_tests() {  # PRESET "TARGETS" [ctest options]; no targets: all
   # shellcheck disable=SC2086
   scripts/build.sh "$preset" $targets
   echo "test: $preset"
-  ctest --test-dir "build/$preset" --output-on-failure --no-tests=error -j 2 --output-junit tests.xml "$@"
+  ctest --test-dir "build/$preset" --output-on-failure --no-tests=error --output-junit tests.xml "$@"
   scripts/ci/list_skipped.py "build/$preset/tests.xml"
 }
 
@@ -34,7 +34,8 @@ fi
 scripts/setup.sh --tests
 # A build that was configured before these were installed does not know of them yet.
 if [[ -f build/release/build.ninja ]]; then cmake --preset release >/dev/null; fi
-run_tests release ''
+# Most tests wait for sockets half of their time.
+run_tests release '' -j "$((2 * $(nproc)))"
 if ((all)); then
   mkdir -p out
   # What only computes, most of the build, is under AddressSanitizer in scripts/campaigns/campaign.sh, and daemon and
@@ -54,14 +55,14 @@ if ((all)); then
   torn=$!
   nice -n 19 scripts/ci/check_names.py --jobs 1 >out/names.log 2>&1 &
   names=$!
-  run_tests asan "$asan" -E 'NOT_BUILT|Package'
+  run_tests asan "$asan" -j 2 -E 'NOT_BUILT|Package'
   scripts/fuzz.sh
   echo "test: torn frames"
   wait "$torn" || { cat out/torn-frames.log >&2; exit 1; }
   tail -n 2 out/torn-frames.log
   # Threads meet in the buffer and in the daemon, which has all of them: these under ThreadSanitizer; server and
   # devices by themselves in the campaign.
-  run_tests tsan 'realtime_tests daemon_tests' -R 'TripleBuffer|Device|Server|Daemon|Deadline'
+  run_tests tsan 'realtime_tests daemon_tests' -j 2 -R 'TripleBuffer|Device|Server|Daemon|Deadline'
   echo "test: names"
   wait "$names" || { cat out/names.log >&2; exit 1; }
   tail -n 1 out/names.log

@@ -31,6 +31,7 @@
 #include "core/realtime/hand_over.h"
 #include "core/realtime/realtime_thread.h"
 #include "core/scene/load_plan.h"
+#include "core/scene/load_simulation_model.h"
 #include "core/scene/load_structures.h"
 #include "net/broker/broker_options.h"
 #include "net/http/http_listener.h"
@@ -72,7 +73,9 @@ class Daemon::Impl {
         plan_(load_plan(scene)),
         structures_(load_structures(scene)),
         session_(open_session(scene, options, plan_)),
-        runs_(std::make_shared<SimulationRun>(0, false, scene, load_simulated_tissue(scene)), loop_, worker_),
+        runs_(std::make_shared<SimulationRun>(0, false,
+                                              load_simulation_model(scene, load_simulated_tissue(scene))),
+              loop_, worker_),
         states_(start_state(simulator(), session_.get())),
         seeds_(DroppedSeeds(simulator().initial_state())),
         needle_count_(scene.needle.count),

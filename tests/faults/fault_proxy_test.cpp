@@ -46,7 +46,11 @@ struct FaultProxyTest : ::testing::Test {
   FaultProxy proxy{io, acceptor.local_endpoint().port()};
   tcp::socket client{io}, server{io};
   boost::system::error_code end;  // of the reading side; none: it goes on
-  const std::string text = std::string(3000, 'x') + "y";
+  const std::string text = [] {
+    std::string made(3001, 'x');
+    made.back() = 'y';
+    return made;
+  }();
 };
 
 TEST_F(FaultProxyTest, PassesOnEverythingWithoutFaults) {

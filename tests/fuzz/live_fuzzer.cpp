@@ -158,7 +158,17 @@ class Run {
       std::fflush(stdout);
     }
     settle(descriptors);
-    return judge(quiet, fuzzed, descriptors, resident_mb);
+    double from_mb = resident_mb;
+    if (brachyd_.resident_mb() - from_mb >= kMostGrowthMb) {
+      // A simulation that the allocator keeps after a reset is such a step, once; a leak grows again.
+      from_mb = brachyd_.resident_mb();
+      std::printf("live fuzz: %+.2f MB since warm-up; as many messages again show whether it is a leak\n",
+                  from_mb - resident_mb);
+      std::fflush(stdout);
+      send(messages_ - warm_up);
+      settle(descriptors);
+    }
+    return judge(quiet, fuzzed, descriptors, from_mb);
   }
 
  private:
@@ -265,12 +275,12 @@ class Run {
     return act_s;
   }
 
-  int judge(const Tally& quiet, const Tally& fuzzed, std::size_t descriptors, double resident_mb) {
+  int judge(const Tally& quiet, const Tally& fuzzed, std::size_t descriptors, double from_mb) {
     const std::uint64_t frames = good_.frames(), poses = good_.poses_accepted();
     const bool is_serving =
         brachyd_.is_alive() && good_.failure().empty() &&
         serve_until([&] { return good_.frames() > frames + 3 && good_.poses_accepted() > poses; }, 5);
-    const double growth_mb = brachyd_.resident_mb() - resident_mb;
+    const double growth_mb = brachyd_.resident_mb() - from_mb;
     const auto leaked = static_cast<long>(brachyd_.descriptors()) - static_cast<long>(descriptors);
     const double hz = good_.deformation_hz();
     const double more_missed = fuzzed.missed_share(hz) - quiet.missed_share(hz);
@@ -282,7 +292,7 @@ class Run {
         fuzzed.seconds < kLeastSeconds ? "too few to judge" : verdict(more_missed <= kMostMoreMissed));
     std::printf("%-34s %10.3f %10.3f %s\n", "good viewer's sequence gaps, %", 100 * quiet.gap_share(),
                 100 * fuzzed.gap_share(), verdict(more_gaps <= kMostMoreMissed));
-    std::printf("%-34s %10s %10.2f %s\n", "resident memory since warm-up, MB", "", growth_mb,
+    std::printf("%-34s %10s %10.2f %s\n", "growth of resident memory, MB", "", growth_mb,
                 verdict(growth_mb < kMostGrowthMb));
     std::printf("%-34s %10s %10ld %s\n", "descriptors leaked", "", leaked, verdict(leaked <= 0));
     std::printf("%-34s %10s %10s %s\n", "alive, and serving", "", is_serving ? "yes" : "no",

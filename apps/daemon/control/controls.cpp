@@ -106,11 +106,15 @@ std::string Controls::begin(const Scene& scene, bool resumes, net::EventKind kin
   next_what_ = what;
   next_model_ = scene;
   next_done_ = std::move(done);
-  runs_.begin(next_model_, resumes, [this](const std::string& why) {
+  const auto on_failure = [this](const std::string& why) {
     announce(net::EventKind::kWarning, "not done: " + next_what_ + ": " + why);
     server_.broadcast_state();
     if (const Done failed = std::exchange(next_done_, nullptr)) failed(why);
-  });
+  };
+  if (resumes)
+    runs_.begin(next_model_, on_failure);
+  else
+    runs_.restart(on_failure);
   return {};
 }
 

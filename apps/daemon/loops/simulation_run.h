@@ -2,9 +2,9 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <utility>
 
-#include "core/scene/load_simulation_model.h"
 #include "core/simulation/simulator.h"
 
 namespace brachy {
@@ -12,8 +12,8 @@ namespace brachy {
 /// A simulator with the slots that it will write, for the deformation thread: a restart from rest, or the
 /// same simulation with another model. Built on another thread, which may take seconds.
 struct SimulationRun {
-  SimulationRun(std::uint64_t run, bool keeps_time, const Scene& scene, Tissue tissue)
-      : number(run), resumes(keeps_time), simulator(load_simulation_model(scene, std::move(tissue))) {
+  SimulationRun(std::uint64_t run, bool keeps_time, std::shared_ptr<const SimulationModel> model)
+      : number(run), resumes(keeps_time), simulator(std::move(model)) {
     slots_.fill(simulator.initial_state());
     for (MeshState& slot : slots_) slot.summary.run = number;
   }

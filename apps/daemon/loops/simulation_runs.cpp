@@ -2,19 +2,31 @@
 
 #include <cassert>
 #include <exception>
+#include <utility>
+
+#include "core/scene/load_simulation_model.h"
 
 namespace brachy {
 
-void SimulationRuns::begin(const Scene& scene, bool resumes,
+void SimulationRuns::begin(const Scene& scene, std::function<void(const std::string&)> on_failure) {
+  const Tissue* tissue = &in_use_->simulator.tissue();  // stays until the next one is in use
+  build([scene, tissue] { return load_simulation_model(scene, *tissue); }, true, std::move(on_failure));
+}
+
+void SimulationRuns::restart(std::function<void(const std::string&)> on_failure) {
+  build([model = in_use_->simulator.model()] { return model; }, false, std::move(on_failure));
+}
+
+void SimulationRuns::build(MakeModel make_model, bool resumes,
                            std::function<void(const std::string&)> on_failure) {
   assert(!is_preparing_);
   is_preparing_ = true;
-  const Tissue* tissue = &in_use_->simulator.tissue();  // stays until the next one is in use
-  worker_.post([this, scene, resumes, tissue, number = in_use_->number + 1, failed = std::move(on_failure)] {
+  worker_.post([this, make = std::move(make_model), resumes, number = in_use_->number + 1,
+                failed = std::move(on_failure)] {
     std::shared_ptr<SimulationRun> built;
     std::string failure;
     try {
-      built = std::make_shared<SimulationRun>(number, resumes, scene, *tissue);
+      built = std::make_shared<SimulationRun>(number, resumes, make());
     } catch (const std::exception& e) {
       failure = e.what();
     }

@@ -11,6 +11,8 @@
 
 namespace brachy {
 
+struct Scene;
+
 /// The simulation in use and its successor: built on `worker`, handed to the deformation thread through a
 /// triple buffer; the old one is freed once a snapshot shows the new one.
 /// Threads: the io thread unless stated. `worker` is ended before this is destroyed.
@@ -28,15 +30,20 @@ class SimulationRuns {
   /// A successor was requested and is not in use yet.
   bool is_preparing() const { return is_preparing_; }
 
-  /// Builds a simulator of `scene`, which has the first one's tissue; `resumes`: with the time and the seeds
-  /// of the run before. `on_failure` is called with the reason if that fails; the old one then continues.
+  /// Builds a simulator of `scene`, which has the first one's tissue; it continues with the time and the seeds of the
+  /// run before. `on_failure` is called with the reason if that fails; the old one then continues.
   /// Precondition: not is_preparing().
-  void begin(const Scene& scene, bool resumes, std::function<void(const std::string&)> on_failure);
+  void begin(const Scene& scene, std::function<void(const std::string&)> on_failure);
+  /// The simulation in use from its start, with the same model. Otherwise as begin.
+  void restart(std::function<void(const std::string&)> on_failure);
 
   /// A snapshot of this run was taken. Returns whether it is the first of a new run.
   bool on_snapshot(std::uint64_t run);
 
  private:
+  using MakeModel = std::function<std::shared_ptr<const SimulationModel>()>;
+  void build(MakeModel make_model, bool resumes, std::function<void(const std::string&)> on_failure);
+
   EventLoop& loop_;
   Worker& worker_;
   std::shared_ptr<SimulationRun> in_use_, next_;

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 namespace brachy {
 namespace {
 
@@ -75,7 +77,7 @@ TEST(SeedLoading, ATiltedNeedleIsThatOfTheHoleItsLinePasses) {
   SeedLoading loading(settings("single"), kGrid, small_plan(), 1);
   NeedlePose tilted = pose(Vec3::Zero(), true);
   const Vec3 axis = Vec3(0.1, 0, 1).normalized();
-  tilted.X_WN.R = Eigen::Quaterniond::FromTwoVectors(Vec3::UnitZ(), axis).toRotationMatrix();
+  tilted.X_WN.R = Eigen::AngleAxisd(std::atan2(axis.x(), axis.z()), Vec3::UnitY()).toRotationMatrix();
   tilted.X_WN.p = *kGrid.position("E4") + 70 * axis;  // by now in front of F4
   loading.update(0, tilted);
   EXPECT_EQ(loading.due(0)->planned, 3);
