@@ -31,16 +31,18 @@ struct Pieces {
           if (of_point[i] != m) continue;
           if (!any) pieces.begin_group();
           any = true;
-          pieces.add(groups.points[i], groups.s[i], groups.weights[i]);
+          pieces.add(groups.points[i], groups.s[i], groups.smooth_s[i], groups.weights[i]);
         }
         if (!any) continue;
         group.push_back(static_cast<Index>(g));
         modulus.push_back(m);
       }
     pieces.finish();
+    for_remainder = pieces;
+    for_remainder.s = pieces.smooth_s;
   }
 
-  PointGroups pieces;
+  PointGroups pieces, for_remainder;
   std::vector<Index> group;          // of each piece
   std::vector<std::size_t> modulus;  // of each piece, in `moduli`
   std::vector<double> moduli;
@@ -80,7 +82,7 @@ MatrixXd ElasticKernel::between(const PointGroups& a, const PointGroups& b) cons
   MatrixXd near = kelvin_between(of_a.pieces, of_b.pieces, body_.poisson);
   Remainder::Parts parts;
   if (remainder_) {
-    parts = remainder_->between(of_a.pieces, of_b.pieces);
+    parts = remainder_->between(of_a.for_remainder, of_b.for_remainder);
     near -= parts.held;
   }
   MatrixXd C = MatrixXd::Zero(static_cast<Index>(3 * a.size()), static_cast<Index>(3 * b.size()));
@@ -108,7 +110,7 @@ MatrixXd ElasticKernel::fields(std::span<const Vec3> X, const PointGroups& b, co
   MatrixXd near = fields_of_groups(X, of_b.pieces, of_moduli, body_.poisson);
   Remainder::Parts parts;
   if (remainder_) {
-    parts = remainder_->fields(X, of_b.pieces, of_moduli);
+    parts = remainder_->fields(X, of_b.for_remainder, of_moduli);
     near -= parts.held;
   }
   MatrixXd u = MatrixXd::Zero(rows, sets);
@@ -134,7 +136,7 @@ MatrixXd ElasticKernel::smooth_fields(std::span<const Vec3> X, double modulus, c
     const double w = modulus_weight(modulus, of_b.moduli[of_b.modulus[j]]);
     twice.middleRows<3>(static_cast<Index>(3 * j)) << w * force, force;
   }
-  const Remainder::Parts parts = remainder_->fields(X, of_b.pieces, twice);
+  const Remainder::Parts parts = remainder_->fields(X, of_b.for_remainder, twice);
   MatrixXd u = -parts.held.leftCols(sets);
   if (parts.motion.size() > 0) u += parts.motion.rightCols(sets);
   return u / body_.shear_modulus;

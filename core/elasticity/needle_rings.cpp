@@ -57,6 +57,7 @@ void NeedleRings::add_point(const Vec3& position, double core, double field_core
   ring.centre = position;
   ring.axis = Vec3::Zero();
   ring.s = core * core / 2;
+  ring.smooth_s = field_core > 0 ? 0 : ring.s;
   ring.field_s = ring.s + field_core * field_core / 2;
   ring.first = static_cast<std::uint32_t>(points_.size());
   ring.landmark = {landmark, landmark};
@@ -64,6 +65,11 @@ void NeedleRings::add_point(const Vec3& position, double core, double field_core
   rings_.push_back(ring);
   spacing_.push_back(0);
   points_.push_back(position);
+}
+
+void NeedleRings::set_core(std::size_t r, double core) noexcept {
+  rings_[r].s = core * core / 2;
+  rings_[r].field_s = core * core;
 }
 
 void NeedleRings::add_shaft(std::span<const Vec3> p, std::uint32_t first_landmark, double radius) {
@@ -96,7 +102,7 @@ void NeedleRings::add_shaft(std::span<const Vec3> p, std::uint32_t first_landmar
   for (std::size_t k = first_ring; k < rings_.size();
        ++k) {  // cores by the shaft's own radius: end rings are narrower
     const double area = 2 * std::numbers::pi * radius / kPoints * spacing_[k];
-    rings_[k].s = rings_[k].field_s = kCore * kCore * area / 2;
+    rings_[k].s = rings_[k].smooth_s = rings_[k].field_s = kCore * kCore * area / 2;
   }
   normalize(first_ring, first_landmark, p.size());
 }
@@ -140,7 +146,7 @@ void NeedleRings::add_to(PointGroups& groups, std::uint32_t landmark) const {
     for (std::size_t side = 0; side < 2; ++side)
       if (ring.landmark[side] == landmark && ring.weight[side] > 0)
         for (const Vec3& p : points(ring))
-          groups.add(p, ring.s, ring.weight[side] / static_cast<double>(ring.count));
+          groups.add(p, ring.s, ring.smooth_s, ring.weight[side] / static_cast<double>(ring.count));
 }
 
 PointGroups NeedleRings::groups(std::size_t landmarks) const {

@@ -19,7 +19,8 @@ namespace brachy {
 /// share of the surface: a lattice of points that carries a surface force then moves as the smooth layer does (by
 /// theory 0.385, for any ν).
 /// Alone: a contact; one point of core (4/π) R, the resistance of a rigid disc of radius R.
-/// With a core c of its own: one point of that core. What is looked at then takes the same core (field_s =
+/// With a core c of its own: one point of that core, which boundary and regions see as a point: what they add varies
+/// little over it, and the tissue ends within it. What is looked at then takes the same core (field_s =
 /// c²): tissue at the landmark goes as far as the landmark does, and folds at 2.57 cores (core/DESIGN.md,
 /// section 4). Where the rule holds, what is looked at has none: rings carry the needle's surface, and tissue
 /// there goes with it already.
@@ -38,11 +39,12 @@ class NeedleRings {
   static constexpr double kMaxGap = 12;
 
   struct Ring {
-    Vec3 centre;                              ///< mm
-    Vec3 axis;                                ///< unit, or 0 for a single point
-    double radius = 0;                        ///< mm; 0: a single point
-    double s = 0;                             ///< c²/2 of each of its points, mm²
-    double field_s = 0;                       ///< the same plus that of the tissue it moves, mm²
+    Vec3 centre;          ///< mm
+    Vec3 axis;            ///< unit, or 0 for a single point
+    double radius = 0;    ///< mm; 0: a single point
+    double s = 0;         ///< c²/2 of each of its points, mm²
+    double smooth_s = 0;  ///< s as what boundary and regions add sees it: 0 for a core of its own
+    double field_s = 0;   ///< the same plus that of the tissue it moves, mm²
     std::uint32_t first = 0, count = 1;       ///< its points
     std::array<std::uint32_t, 2> landmark{};  ///< the one or two whose force it carries
     std::array<double, 2> weight{};           ///< their shares; those of a landmark sum to 1 over its rings
@@ -54,6 +56,9 @@ class NeedleRings {
   /// For landmarks at `positions` (n, mm) on a needle of `radius` mm. `cores`: of each, mm, or 0 for the
   /// rule; empty: the rule for all.
   void build(std::span<const Vec3> positions, std::span<const double> cores, double radius);
+
+  /// Gives ring `r`, a single point with a core of its own, another one, mm. Nothing else changes.
+  void set_core(std::size_t r, double core) noexcept;
 
   std::span<const Ring> rings() const { return rings_; }
   std::span<const Vec3> points() const { return points_; }

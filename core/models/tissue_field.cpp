@@ -7,14 +7,14 @@ namespace brachy {
 
 void TissueField::Landmarks::reserve(std::size_t capacity) {
   positions.reserve(capacity);
-  cores.reserve(capacity);
+  spreads.reserve(capacity);
 }
 
 void TissueField::Landmarks::assign(std::span<const Vec3> new_positions,
-                                    std::span<const double> new_cores) noexcept {
+                                    std::span<const LandmarkSpread> new_spreads) noexcept {
   positions.assign(new_positions.begin(), new_positions.end());
-  cores.assign(positions.size(), 0);
-  std::ranges::copy(new_cores.first(std::min(new_cores.size(), positions.size())), cores.begin());
+  spreads.assign(positions.size(), {});
+  std::ranges::copy(new_spreads.first(std::min(new_spreads.size(), positions.size())), spreads.begin());
   is_known = true;
 }
 
@@ -26,21 +26,22 @@ TissueField::TissueField(const LandmarkOptions& options) : options_(options) {
 }
 
 bool TissueField::are(const Landmarks& set, std::span<const Vec3> positions,
-                      std::span<const double> cores) const noexcept {
+                      std::span<const LandmarkSpread> spreads) const noexcept {
   if (!set.is_known || !std::ranges::equal(positions, set.positions)) return false;
-  if (!options_.uses_cores) return true;
+  if (!options_.uses_spreads) return true;
   for (std::size_t i = 0; i < positions.size(); ++i)
-    if ((i < cores.size() ? cores[i] : 0) != set.cores[i]) return false;
+    if ((i < spreads.size() ? spreads[i] : LandmarkSpread{}) != set.spreads[i]) return false;
   return true;
 }
 
-FactorStatus TissueField::factorize(std::span<const Vec3> positions, std::span<const double> cores) noexcept {
-  if (are(factorized_, positions, cores)) return {};
+FactorStatus TissueField::factorize(std::span<const Vec3> positions,
+                                    std::span<const LandmarkSpread> spreads) noexcept {
+  if (are(factorized_, positions, spreads)) return {};
   factorized_.is_known = false;
   double condition = 1;
-  const FactorStatus status = do_factorize(positions, cores, condition);
+  const FactorStatus status = do_factorize(positions, spreads, condition);
   if (!status) return status;
-  factorized_.assign(positions, cores);
+  factorized_.assign(positions, spreads);
   condition_ = condition;
   return {};
 }
@@ -61,20 +62,20 @@ void TissueField::axial_stiffness(std::size_t first, std::span<const Vec3> axes,
 
 void TissueField::evaluate(std::span<const Vec3> displacements) noexcept {
   assert(factorized_.is_known && displacements.size() == factorized_.positions.size());
-  const bool is_new_set = !are(field_, factorized_.positions, factorized_.cores);
+  const bool is_new_set = !are(field_, factorized_.positions, factorized_.spreads);
   if (!is_new_set && std::ranges::equal(displacements, displacements_)) {
     evaluation_ = Evaluation::kIdle;
     return;
   }
-  if (is_new_set) field_.assign(factorized_.positions, factorized_.cores);
+  if (is_new_set) field_.assign(factorized_.positions, factorized_.spreads);
   displacements_.assign(displacements.begin(), displacements.end());
   weights_.resize(displacements.size());
   evaluation_ = do_evaluate(is_new_set, weights_);
 }
 
 FactorStatus TissueField::update(std::span<const Vec3> positions, std::span<const Vec3> displacements,
-                                 std::span<const double> cores) noexcept {
-  if (const FactorStatus status = factorize(positions, cores); !status) return status;
+                                 std::span<const LandmarkSpread> spreads) noexcept {
+  if (const FactorStatus status = factorize(positions, spreads); !status) return status;
   evaluate(displacements);
   return {};
 }

@@ -8,6 +8,7 @@
 #include <Eigen/Core>
 
 #include "core/injectivity/certifiable_field.h"
+#include "core/kernels/landmark_spread.h"
 #include "core/models/displacement_field.h"
 #include "core/solve/factor_status.h"
 
@@ -32,15 +33,15 @@ enum class Evaluation : std::uint8_t {
 /// Threads: one caller. Real-time: no allocation after construction with one thread, no exceptions.
 class TissueField : public DisplacementField, public CertifiableField {
  public:
-  /// Makes `positions` (n, at rest, mm) the landmark set and factorizes its system K. `cores`: the landmarks'
-  /// core radii, mm, 0 where the model's own rule holds; empty: 0 for all. Only `elastic` and `fem` use them;
-  /// for these other cores make another set. The same set again costs a comparison. Unless it returns kOk, no
-  /// set is factorized.
-  FactorStatus factorize(std::span<const Vec3> positions, std::span<const double> cores = {}) noexcept;
+  /// Makes `positions` (n, at rest, mm) the landmark set and factorizes its system K. `spreads`: how each landmark's
+  /// force is spread; empty: by the model's own rule for all. Only `elastic` and `fem` use them; for these other
+  /// spreads make another set. The same set again costs a comparison. Unless it returns kOk, no set is factorized.
+  FactorStatus factorize(std::span<const Vec3> positions,
+                         std::span<const LandmarkSpread> spreads = {}) noexcept;
 
   /// The forces on the factorized landmarks that displace them by `displacements`: f = K⁻¹ d, N (both n).
   /// Where K is not a compliance they are scaled so that a lone landmark has the stiffness that the model was made with
-  /// (core/needle/landmark_stiffness.h). Takes the time of 2 triangular solves.
+  /// (core/elasticity/landmark_stiffness.h). Takes the time of 2 triangular solves.
   void solve(std::span<const Vec3> displacements, std::span<Vec3> forces) noexcept;
 
   /// H_ij = axes_i · (K⁻¹)_ij axes_j, N/mm (H m × m, symmetric), of the factorized landmarks first … first +
@@ -56,7 +57,7 @@ class TissueField : public DisplacementField, public CertifiableField {
 
   /// factorize, then evaluate. Unless it returns kOk, the last field is kept.
   FactorStatus update(std::span<const Vec3> positions, std::span<const Vec3> displacements,
-                      std::span<const double> cores = {}) noexcept;
+                      std::span<const LandmarkSpread> spreads = {}) noexcept;
 
   /// Multiplies the field by `scale`, everywhere.
   void rescale(double scale) noexcept;
@@ -73,8 +74,8 @@ class TissueField : public DisplacementField, public CertifiableField {
  protected:
   struct LandmarkOptions {
     std::size_t max_landmarks = 0;
-    double force_scale = 1;   ///< N for a weight of 1
-    bool uses_cores = false;  ///< whether other cores make another set
+    double force_scale = 1;     ///< N for a weight of 1
+    bool uses_spreads = false;  ///< whether other spreads make another set
   };
   explicit TissueField(const LandmarkOptions& options);
 
@@ -86,7 +87,7 @@ class TissueField : public DisplacementField, public CertifiableField {
 
  private:
   /// Factorizes the system of `positions`; `condition` is asked for where it returns kOk only.
-  virtual FactorStatus do_factorize(std::span<const Vec3> positions, std::span<const double> cores,
+  virtual FactorStatus do_factorize(std::span<const Vec3> positions, std::span<const LandmarkSpread> spreads,
                                     double& condition) noexcept = 0;
   /// weights = K⁻¹ displacements, unscaled.
   virtual void do_solve(std::span<const Vec3> displacements, std::span<Vec3> weights) noexcept = 0;
@@ -101,14 +102,14 @@ class TissueField : public DisplacementField, public CertifiableField {
 
   struct Landmarks {
     std::vector<Vec3> positions;
-    std::vector<double> cores;
+    std::vector<LandmarkSpread> spreads;
     bool is_known = false;
 
     void reserve(std::size_t capacity);
-    void assign(std::span<const Vec3> new_positions, std::span<const double> new_cores) noexcept;
+    void assign(std::span<const Vec3> new_positions, std::span<const LandmarkSpread> new_spreads) noexcept;
   };
   bool are(const Landmarks& set, std::span<const Vec3> positions,
-           std::span<const double> cores) const noexcept;
+           std::span<const LandmarkSpread> spreads) const noexcept;
 
   LandmarkOptions options_;
   Landmarks factorized_, field_;

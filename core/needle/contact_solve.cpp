@@ -11,26 +11,26 @@ namespace brachy {
 void LandmarkSet::reserve(std::size_t capacity) {
   positions.reserve(capacity);
   displacements.reserve(capacity);
-  cores.reserve(capacity);
+  spreads.reserve(capacity);
   owners.reserve(capacity);
 }
 
 void LandmarkSet::clear() noexcept {
   positions.clear();
   displacements.clear();
-  cores.clear();
+  spreads.clear();
   owners.clear();
   anchors = 0;
 }
 
-void LandmarkSet::add(const Vec3& position, const Vec3& displacement, double core) noexcept {
+void LandmarkSet::add(const Vec3& position, const Vec3& displacement, const LandmarkSpread& spread) noexcept {
   positions.push_back(position);
   displacements.push_back(displacement);
-  cores.push_back(core);
+  spreads.push_back(spread);
 }
 
 void LandmarkSet::remove(std::size_t i) noexcept {
-  cores.erase(cores.begin() + static_cast<std::ptrdiff_t>(i));
+  spreads.erase(spreads.begin() + static_cast<std::ptrdiff_t>(i));
   if (i < anchors)
     --anchors;
   else
@@ -64,10 +64,10 @@ FactorStatus ContactSolve::solve(std::uint64_t tick, std::span<NeedleContact> ne
   return {};
 }
 
-// Landmarks that are too close together to be solved are left out, with their cores and owners.
+// Landmarks that are too close together to be solved are left out, with their spreads and owners.
 FactorStatus ContactSolve::factorize(LandmarkSet& landmarks, TissueField& field,
                                      std::uint32_t& flags) noexcept {
-  FactorStatus status = field.factorize(landmarks.positions, landmarks.cores);
+  FactorStatus status = field.factorize(landmarks.positions, landmarks.spreads);
   if (status) return status;
   LandmarkRepair repair(landmarks.positions, landmarks.displacements, landmarks.anchors, &removed_);
   while (!status) {
@@ -76,7 +76,7 @@ FactorStatus ContactSolve::factorize(LandmarkSet& landmarks, TissueField& field,
     if (repaired == Repaired::kNothing) break;
     flags |= repaired == Repaired::kMerged ? kStepMerged : kStepDropped;
     for (const std::size_t i : removed_) landmarks.remove(i);
-    status = field.factorize(landmarks.positions, landmarks.cores);
+    status = field.factorize(landmarks.positions, landmarks.spreads);
   }
   return status;
 }

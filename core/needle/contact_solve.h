@@ -20,14 +20,14 @@ struct LandmarkSet {
     std::uint32_t needle = 0, index = 0;
   };
   std::vector<Vec3> positions, displacements;  ///< mm, n
-  std::vector<double> cores;                   ///< mm, n
+  std::vector<LandmarkSpread> spreads;         ///< n
   std::vector<Owner> owners;                   ///< n − anchors
   std::size_t anchors = 0;
 
   void reserve(std::size_t capacity);
   void clear() noexcept;
-  void add(const Vec3& position, const Vec3& displacement, double core) noexcept;
-  /// Removes core and owner of landmark i, which is already gone from positions and displacements.
+  void add(const Vec3& position, const Vec3& displacement, const LandmarkSpread& spread) noexcept;
+  /// Removes spread and owner of landmark i, which is already gone from positions and displacements.
   void remove(std::size_t i) noexcept;
 };
 

@@ -240,19 +240,20 @@ double NeedleContact::depth_of_tip() const noexcept {
 }
 
 void NeedleContact::add_contact() noexcept {
-  NeedleLandmark landmark{.position = contact_point_, .core_mm = settings_.tip_core_mm};
+  NeedleLandmark landmark{.position = contact_point_};
+  const TissueContact& capsule = tissues_[0];
   if (by_tip_) {
-    const TissueContact& capsule = tissues_[0];
-    const double indentation = std::max(0.0, (needle_.tip - contact_point_).dot(needle_.axis));
     landmark.if_stuck = needle_.tip - contact_point_;
-    if (capsule.puncture_force_n > 0) {
+    if (capsule.puncture_force_n > 0)
       landmark.high_n =
           std::min(capsule.puncture_force_n,
-                   indentation * (capsule.capsule_n_per_mm + capsule.capsule_n_per_mm2 * indentation));
-    }
+                   capsule.indentation_force_n(std::max(0.0, landmark.if_stuck.dot(needle_.axis))));
   } else {
     landmark.if_stuck = needle_.nearest_on_line(contact_point_) - contact_point_;
   }
+  const double indentation = landmark.if_stuck.norm();
+  landmark.spread = tip_spread(capsule.indentation_stiffness_n_per_mm(indentation));
+  if (!by_tip_ && indentation > 0) landmark.spread.axis = landmark.if_stuck / indentation;
   add(landmark);
 }
 
@@ -268,7 +269,7 @@ void NeedleContact::add_shaft(double motion) noexcept {
          .low_n = -friction,
          .high_n = friction,
          .friction_n = friction,
-         .core_mm = shaft_.size() == 1 ? settings_.landmark_spacing_mm : 0});
+         .spread = {.core_mm = shaft_.size() == 1 ? settings_.landmark_spacing_mm : 0}});
   }
 }
 
@@ -281,7 +282,14 @@ void NeedleContact::add_tip() noexcept {
        .low_n = -friction,
        .high_n = friction + (tip_s_ < path_.length() ? 0 : resistance()),
        .friction_n = friction,
-       .core_mm = settings_.tip_core_mm});
+       .spread =
+           tip_spread(tissues_[tissue_].stiffness_at_force_n_per_mm(tissues_[tissue_].cutting_force_n))});
+}
+
+LandmarkSpread NeedleContact::tip_spread(double stiffness_n_per_mm) const noexcept {
+  if (settings_.tip_core_mm > 0) return {.core_mm = settings_.tip_core_mm};
+  if (!(stiffness_n_per_mm > 0)) return {.core_mm = ContactSettings::kStiffnessCore};  // a law of no force
+  return {.stiffness_n_per_mm = stiffness_n_per_mm, .axis = needle_.axis};
 }
 
 // The force that extends the cut at the end of the path, N.
@@ -423,8 +431,10 @@ void NeedleContact::update_local_model(std::uint64_t tick, double axial_stiffnes
     m.is_capsule = by_tip_;
     m.axial_max_n = by_tip_ ? capsule.puncture_force_n : 0;
     m.after_puncture_n = by_tip_ ? capsule.cutting_force_n : 0;
+    const double of_law = capsule.capsule_n_per_mm + 2 * capsule.capsule_n_per_mm2 * indentation;
+    // Of a core by the law itself `axial_stiffness` is its secant.
     m.axial_stiffness_n_per_mm =
-        std::min(axial_stiffness, capsule.capsule_n_per_mm + 2 * capsule.capsule_n_per_mm2 * indentation);
+        landmarks_[0].spread.core_mm > 0 ? std::min(axial_stiffness, of_law) : of_law;
   }
   if (m.axial_stiffness_n_per_mm > 0)
     m.contact_point -= forces_.axial_n / m.axial_stiffness_n_per_mm * needle_.axis;

@@ -7,7 +7,7 @@
 namespace brachy {
 
 /// What the tissue does to one needle in one tick; world frame W. On `elastic` and `fem` these are forces; on the other
-/// models the landmarks' weights at the elastic stiffness of one landmark (core/needle/landmark_stiffness.h).
+/// models the landmarks' weights at the elastic stiffness of one landmark (core/elasticity/landmark_stiffness.h).
 struct NeedleForces {
   Vec3 force_n = Vec3::Zero();         ///< on the needle: minus the sum of its landmarks' reactions, N
   Vec3 tip_torque_nmm = Vec3::Zero();  ///< the same forces' moment about the tip, N·mm

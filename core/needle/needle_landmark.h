@@ -1,6 +1,7 @@
 #pragma once
 
 #include "core/base/rigid_transform.h"
+#include "core/kernels/landmark_spread.h"
 
 namespace brachy {
 
@@ -11,7 +12,7 @@ struct NeedleLandmark {
   Vec3 if_stuck = Vec3::Zero();    ///< its displacement where it does not slip, mm
   double low_n = 0, high_n = 0;    ///< bounds of the needle's force on it along the axis, N; forward is > 0
   double friction_n = 0;           ///< of both bounds, the shaft's part
-  double core_mm = 0;              ///< core radius on `elastic` and `fem`; 0: the model's default
+  LandmarkSpread spread = {};      ///< of its force
   Vec3 reaction_n = Vec3::Zero();  ///< outcome: the needle's force on the tissue, N
   double slip_mm = 0;              ///< outcome: how far the needle advanced past it
 };

@@ -4,9 +4,9 @@
 #include <utility>
 
 #include "core/base/error.h"
+#include "core/elasticity/landmark_stiffness.h"
 #include "core/models/matrix_kernel/matrix_kernel_field.h"
 #include "core/models/matrix_kernel/smooth_tables.h"
-#include "core/needle/landmark_stiffness.h"
 
 namespace brachy {
 namespace {
@@ -54,7 +54,7 @@ std::size_t SimulationModel::max_landmarks() const {
 
 double SimulationModel::landmark_stiffness_n_per_mm() const {
   return elastic_landmark_stiffness(1e-3 * settings.shear_modulus_kpa, settings.poisson,
-                                    settings.contact.tip_core_mm);
+                                    settings.contact.lone_landmark_core_mm());
 }
 
 }  // namespace brachy

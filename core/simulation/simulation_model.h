@@ -69,8 +69,9 @@ struct SimulationModel {
   SimulationModel(Tissue tissue, DeformationModel deformation, NeedleTissues needle_tissues,
                   const SimulationSettings& settings = {}, std::optional<Plan> plan = {});
 
-  std::size_t max_landmarks() const;           ///< of a tick: all needles' and the anchors
-  double landmark_stiffness_n_per_mm() const;  ///< of one landmark alone (core/needle/landmark_stiffness.h)
+  std::size_t max_landmarks() const;  ///< of a tick: all needles' and the anchors
+  double landmark_stiffness_n_per_mm()
+      const;  ///< of one landmark alone (core/elasticity/landmark_stiffness.h)
 
   Tissue tissue;
   SurfaceBvh surface;  ///< the tissue's

@@ -103,14 +103,14 @@ void Simulator::gather_landmarks() noexcept {
   anchors_.update(touches ? load : 0, period_s_);
   if (!touches) return;
   for (Vec3 anchor : anchors_.positions())
-    if (keep_clear(anchor)) landmarks_.add(anchor, Vec3::Zero(), 0);
+    if (keep_clear(anchor)) landmarks_.add(anchor, Vec3::Zero(), {});
   landmarks_.anchors = landmarks_.positions.size();
   for (const bool tips : {false, true})
     for (std::size_t n = 0; n < contacts_.size(); ++n) {
       const auto of_needle = std::as_const(contacts_[n]).landmarks();
       for (std::size_t i = 0; i < of_needle.size(); ++i) {
         if ((contacts_[n].has_tip_landmark() && i + 1 == of_needle.size()) != tips) continue;
-        landmarks_.add(of_needle[i].position, of_needle[i].if_stuck, of_needle[i].core_mm);
+        landmarks_.add(of_needle[i].position, of_needle[i].if_stuck, of_needle[i].spread);
         landmarks_.owners.push_back({static_cast<std::uint32_t>(n), static_cast<std::uint32_t>(i)});
       }
     }
@@ -137,7 +137,7 @@ bool Simulator::keep_clear(Vec3& anchor) const noexcept {
 void Simulator::deform() noexcept {
   changed_[tick_ % kChangeHistory].clear();
   if (!contact_solve_.solve(tick_, contacts_, landmarks_, field_->plain_field(), flags_) ||
-      !field_->update(landmarks_.positions, landmarks_.displacements, landmarks_.cores)) {
+      !field_->update(landmarks_.positions, landmarks_.displacements, landmarks_.spreads)) {
     flags_ |= kStepSolveFailed;  // the last field is kept
     return;
   }

@@ -6,8 +6,8 @@
 
 #include "apps/command_line/tool.h"
 #include "core/elasticity/compact/compact_kernel.h"
+#include "core/elasticity/landmark_stiffness.h"
 #include "core/kernels/kernels.h"
-#include "core/needle/landmark_stiffness.h"
 #include "core/scene/choice/choice.h"
 #include "core/scene/file/scene_file.h"
 #include "core/scene/load_body.h"
@@ -32,7 +32,7 @@ double largest_push(const Scene& scene) {
   const TissueContact& contact = scene.tissue.contact;
   return std::max(contact.puncture_force_n, contact.cutting_force_n) /
          elastic_landmark_stiffness(1e-3 * scene.tissue.shear_modulus_kpa, scene.tissue.poisson,
-                                    scene.contact.tip_core_mm);
+                                    scene.contact.lone_landmark_core_mm());
 }
 
 // Below this range a landmark displaced as far as the contact allows folds the field (a > M |d|), or needs more than

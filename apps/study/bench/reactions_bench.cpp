@@ -18,23 +18,22 @@ constexpr double kTipCore = 8;          // mm
 /// Needles side by side along z, the last one's tip a little further on at every tick, with a core of its own.
 class Needles {
  public:
-  explicit Needles(std::size_t n)
-      : cores_(n, 0), axes_(n, Vec3::UnitZ()), displacements_(n, Vec3(0.1, 0, 1)) {
+  explicit Needles(std::size_t n) : cores_(n), axes_(n, Vec3::UnitZ()), displacements_(n, Vec3(0.1, 0, 1)) {
     for (std::size_t i = 0; i < n; ++i) {
       const auto needle = static_cast<double>(i / kPerNeedle), row = static_cast<double>(i % kPerNeedle);
       positions_.emplace_back(-8 + 8 * needle, 2 * std::fmod(needle, 2), -17 + 1.2 * row);
     }
-    cores_.back() = kTipCore;
+    cores_.back().core_mm = kTipCore;
   }
   void advance() { positions_.back().z() += (tick_++ % 16 < 8 ? 1e-3 : -1e-3); }
   const std::vector<Vec3>& positions() const { return positions_; }
-  const std::vector<double>& cores() const { return cores_; }
+  const std::vector<LandmarkSpread>& cores() const { return cores_; }
   const std::vector<Vec3>& axes() const { return axes_; }
   const std::vector<Vec3>& displacements() const { return displacements_; }
 
  private:
   std::vector<Vec3> positions_;
-  std::vector<double> cores_;
+  std::vector<LandmarkSpread> cores_;
   std::vector<Vec3> axes_, displacements_;
   int tick_ = 0;
 };

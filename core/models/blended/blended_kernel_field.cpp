@@ -62,7 +62,7 @@ BlendedKernelField<Kernels>::BlendedKernelField(const Tissue& tissue, TissueMode
 
 template <class Kernels>
 FactorStatus BlendedKernelField<Kernels>::do_factorize(std::span<const Vec3> positions,
-                                                       std::span<const double> /*cores*/,
+                                                       std::span<const LandmarkSpread> /*spreads*/,
                                                        double& condition) noexcept {
   const FactorStatus status = system_.factorize(positions);
   condition = system_.condition();

@@ -30,25 +30,25 @@ GuardedField::GuardedField(const Tissue& tissue, std::unique_ptr<TissueField> fi
       near_(field_->max_sources()) {
   positions_.reserve(max_landmarks);
   displacements_.reserve(max_landmarks);
-  cores_.reserve(max_landmarks);
+  spreads_.reserve(max_landmarks);
   block_bounds_.reserve(tissue.blocks.size());
   std::iota(all_.begin(), all_.end(), 0u);
 }
 
 FactorStatus GuardedField::update(std::span<const Vec3> positions, std::span<const Vec3> displacements,
-                                  std::span<const double> cores) noexcept {
+                                  std::span<const LandmarkSpread> spreads) noexcept {
   evaluation_ = Evaluation::kIdle;
-  if (is_updated_ && std::ranges::equal(positions, positions_) && std::ranges::equal(cores, cores_) &&
+  if (is_updated_ && std::ranges::equal(positions, positions_) && std::ranges::equal(spreads, spreads_) &&
       std::ranges::equal(displacements, displacements_))
-    return field_->factorize(positions, cores);
+    return field_->factorize(positions, spreads);
   is_updated_ = false;
   for (std::size_t i = 0; i < displacements.size(); ++i)
     if (!displacements[i].allFinite()) return {FactorStatus::kNotFinite, static_cast<int>(i)};
-  if (const FactorStatus status = field_->update(positions, displacements, cores); !status) return status;
+  if (const FactorStatus status = field_->update(positions, displacements, spreads); !status) return status;
   is_updated_ = true;
   positions_.assign(positions.begin(), positions.end());
   displacements_.assign(displacements.begin(), displacements.end());
-  cores_.assign(cores.begin(), cores.end());
+  spreads_.assign(spreads.begin(), spreads.end());
   // The field may have been rescaled or composed since it was last evaluated: so it is new in any case.
   evaluation_ = field_->evaluation() == Evaluation::kIdle ? Evaluation::kDirect : field_->evaluation();
   is_composed_ = false;

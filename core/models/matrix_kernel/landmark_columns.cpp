@@ -64,7 +64,7 @@ void LandmarkColumns::take_parts(std::uint32_t landmark, const NeedleRings& ring
   for (const NeedleRings::Ring& ring : rings.rings())
     for (std::size_t side = 0; side < 2; ++side)
       if (ring.landmark[side] == landmark && ring.weight[side] > 0)
-        parts_.push_back({ring.centre, rings.points(ring).front(), ring.weight[side], ring.s});
+        parts_.push_back({ring.centre, rings.points(ring).front(), ring.weight[side], ring.smooth_s});
 }
 
 // Inside, tissue is all of one modulus, but for contacts, which may lie on a region's surface. Where a region
@@ -96,14 +96,14 @@ void LandmarkColumns::gather(Column& column, std::uint32_t landmark,
                          (ring.landmark[1] == landmark && ring.weight[1] > 0 ? ring.weight[1] : 0);
     if (share == 0) continue;
     if (ring.count == 1) column.modulus = moduli_[r][0];
-    if (ring.count > 1) {
+    if (ring.count > 1 || ring.smooth_s == 0) {
       spread(ring.centre, share, column);
       continue;
     }
-    // A contact's core is as wide as a cell: six points at the mean distance (rms) of its force, 15 s² /
-    // 8π(r² + s)^7/2.
+    // A disc of a needle's radius: six points at the mean distance (rms) of its force, 15 s² / 8π(r² + s)^7/2.
     for (Index k = 0; k < 6; ++k)
-      spread(ring.centre + std::sqrt(1.5 * ring.s) * (k % 2 ? 1 : -1) * Vec3::Unit(k / 2), share / 6, column);
+      spread(ring.centre + std::sqrt(1.5 * ring.smooth_s) * (k % 2 ? 1 : -1) * Vec3::Unit(k / 2), share / 6,
+             column);
   }
   for (const std::uint32_t node : column.nodes) {
     column.weights.push_back(node_weight_[node]);
@@ -201,6 +201,11 @@ Mat3 LandmarkColumns::value(const Column& a, const Column& b) const noexcept {
   if (a.modulus == k || b.is_exact) return value;
   const Mat3 held = b.modulus == k ? Mat3(observe(b, a.held_fields).transpose()) : observe(a, b.held_fields);
   return value + (2 / (b.modulus + k) - 2 / (a.modulus + b.modulus)) * held;
+}
+
+Mat3 LandmarkColumns::self_compliance(std::size_t landmark) const noexcept {
+  const Column& column = columns_[landmark];
+  return column.is_exact ? Mat3(Mat3::Zero()) : value(column, column);
 }
 
 void LandmarkColumns::begin_matrix(Eigen::Ref<Eigen::MatrixXd> K) noexcept {

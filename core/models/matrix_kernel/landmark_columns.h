@@ -31,6 +31,9 @@ class LandmarkColumns {
   /// mean of its sides.
   double modulus(std::size_t ring, std::size_t side) const { return moduli_[ring][side]; }
 
+  /// The table's share of a landmark's own compliance, mm/N; 0 for one outside the table.
+  Mat3 self_compliance(std::size_t landmark) const noexcept;
+
   /// K's lower triangle (3n × 3n, mm/N): the table's share, to which near parts are added …
   void begin_matrix(Eigen::Ref<Eigen::MatrixXd> K) noexcept;
   /// … and then all of K between landmarks that both lie outside the table.

@@ -54,7 +54,7 @@ MatrixKernelField::MatrixKernelField(const Tissue& tissue, std::shared_ptr<const
                                      const Options& options)
     : TissueField({.max_landmarks = options.max_landmarks,
                    .force_scale = force_scale_of(*kernel, options.landmark_stiffness_n_per_mm),
-                   .uses_cores = is_elastic(*kernel)}),  // to the compact kernels landmarks are points
+                   .uses_spreads = is_elastic(*kernel)}),  // to the compact kernels landmarks are points
       threads_(options.threads),
       needle_radius_(body.needle_radius),
       kernel_(std::move(kernel)),
@@ -91,17 +91,50 @@ std::size_t MatrixKernelField::bytes() const {
          displacements_.size() * sizeof(displacements_[0]);
 }
 
-FactorStatus MatrixKernelField::do_factorize(std::span<const Vec3> positions, std::span<const double> cores,
+FactorStatus MatrixKernelField::do_factorize(std::span<const Vec3> positions,
+                                             std::span<const LandmarkSpread> spreads,
                                              double& condition) noexcept {
   const double duplicate = FactorStatus::kDuplicateDistance * needle_radius_;
   if (const FactorStatus status = check_landmarks(positions, duplicate); !status) return status;
   count_ = positions.size();
   ring_cores_.assign(count_, smooth_ ? 0.0 : 1.0);  // one of its own makes a landmark a point
-  if (smooth_) std::ranges::copy(cores.first(std::min(cores.size(), count_)), ring_cores_.begin());
+  spreads = spreads.first(std::min(spreads.size(), count_));
+  if (smooth_)
+    for (std::size_t l = 0; l < spreads.size(); ++l)
+      ring_cores_[l] =
+          spreads[l].core_mm > 0 ? spreads[l].core_mm : core_in_free_space(spreads[l].stiffness_n_per_mm);
   rings_.build(positions, ring_cores_, needle_radius_);
-  if (smooth_) smooth_->columns().place(count_, rings_);
+  if (smooth_) {
+    smooth_->columns().place(count_, rings_);
+    find_cores(spreads);
+  }
   assemble();
   return factor(condition);
+}
+
+// Of a lone landmark in an unbounded solid of the tissue's modulus; no narrower than a rigid disc of the needle's.
+double MatrixKernelField::core_in_free_space(double stiffness_n_per_mm) const noexcept {
+  if (!(stiffness_n_per_mm > 0)) return 0;
+  return std::max(stiffness_n_per_mm * near_->compliance_times_core(),
+                  NeedleRings::kDiscCore * needle_radius_);
+}
+
+// A landmark's compliance is that of its core, which is in proportion to 1/c, and what boundary and regions add at it,
+// S: c from 1/k = w A/c + aᵀ S a, A of core_in_free_space. Where S is most of the compliance the core would be wider
+// than its surroundings, and is held to kWidest times that of free space.
+void MatrixKernelField::find_cores(std::span<const LandmarkSpread> spreads) noexcept {
+  constexpr double kWidest = 4;
+  const auto rings = rings_.rings();
+  for (std::size_t r = 0; r < rings.size(); ++r) {
+    const std::size_t l = rings[r].landmark[0];
+    if (l >= spreads.size() || spreads[l].core_mm > 0 || !(spreads[l].stiffness_n_per_mm > 0)) continue;
+    const Vec3& a = spreads[l].axis;
+    const double wanted = 1 / spreads[l].stiffness_n_per_mm;
+    const double smooth = a.dot(smooth_->columns().self_compliance(l) * a);
+    const double own = std::max(wanted - smooth, wanted / kWidest);
+    ring_cores_[l] = core_in_free_space(smooth_->near_factor(r, 0, r, 0) / own);
+    rings_.set_core(r, ring_cores_[l]);
+  }
 }
 
 Evaluation MatrixKernelField::do_evaluate(bool is_new_set, std::span<Vec3> weights) noexcept {

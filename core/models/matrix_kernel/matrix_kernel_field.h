@@ -63,6 +63,8 @@ class MatrixKernelField : public TissueField {
   const CellField& cells() noexcept override;
   std::size_t max_sources() const override { return max_landmarks() * NeedleRings::kMaxRingsBetween; }
 
+  /// Of the factorized landmarks, mm: given, or found for a given stiffness; 0: the model's own rule.
+  std::span<const double> cores() const { return ring_cores_; }
   /// On the landmarks, of the last update, N by the kernel's own compliance.
   std::span<const Vec3> forces() const { return weights(); }
   const MatrixKernel& kernel() const { return *kernel_; }
@@ -72,7 +74,7 @@ class MatrixKernelField : public TissueField {
   MatrixKernelField(const Tissue& tissue, std::shared_ptr<const MatrixKernel> kernel, const ElasticBody& body,
                     const Options& options);
 
-  FactorStatus do_factorize(std::span<const Vec3> positions, std::span<const double> cores,
+  FactorStatus do_factorize(std::span<const Vec3> positions, std::span<const LandmarkSpread> spreads,
                             double& condition) noexcept override;
   void do_solve(std::span<const Vec3> displacements, std::span<Vec3> weights) noexcept override;
   void do_project_inverse(std::size_t first, std::span<const Vec3> axes,
@@ -80,6 +82,8 @@ class MatrixKernelField : public TissueField {
   Evaluation do_evaluate(bool is_new_set, std::span<Vec3> weights) noexcept override;
   void do_rescale(double scale) noexcept override;
 
+  double core_in_free_space(double stiffness_n_per_mm) const noexcept;
+  void find_cores(std::span<const LandmarkSpread> spreads) noexcept;
   void assemble() noexcept;
   FactorStatus factor(double& condition) noexcept;
   void spread_forces(std::span<const Vec3> forces) noexcept;

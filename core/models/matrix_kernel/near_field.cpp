@@ -4,6 +4,7 @@
 #include <numbers>
 
 #include "core/elasticity/kelvin.h"
+#include "core/elasticity/landmark_stiffness.h"
 
 namespace brachy {
 
@@ -76,6 +77,11 @@ void NearField::add_to_block(std::uint32_t b, const NeedleRings& rings, std::spa
     loops_.kelvin(blocks_.points[b], sources.data(), sources.size(), kelvin_b_, u);
   else
     loops_.compact(blocks_.points[b], sources.data(), sources.size(), shape_, u);
+}
+
+double NearField::compliance_times_core() const {
+  const double poisson = elastic_->body().poisson;
+  return scale_ / elastic_landmark_stiffness(1, poisson, 1);
 }
 
 double NearField::reach() const {

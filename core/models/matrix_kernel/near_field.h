@@ -45,6 +45,8 @@ class NearField {
   }                      ///< beyond it a ring is replaced by its centre
   double reach() const;  ///< mm, from where on a force displaces nothing
   double scale() const { return scale_; }
+  /// Kelvin's solution: the compliance of a lone landmark (core/elasticity/landmark_stiffness.h) times its core, mm²/N.
+  double compliance_times_core() const;
   NearBounds bounds() const;  ///< of a force times scale()
   /// Adds the ring's points, or as one its centre, to `sources`, about `centre`.
   void add_sources(const NeedleRings& rings, const NeedleRings::Ring& ring, bool as_one, const Vec3& force,

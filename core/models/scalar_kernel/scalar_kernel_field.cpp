@@ -29,7 +29,8 @@ ScalarKernelField::ScalarKernelField(const Tissue& tissue, Kernel kernel, double
 }
 
 FactorStatus ScalarKernelField::do_factorize(std::span<const Vec3> positions,
-                                             std::span<const double> /*cores*/, double& condition) noexcept {
+                                             std::span<const LandmarkSpread> /*spreads*/,
+                                             double& condition) noexcept {
   const FactorStatus status = system_.refactorize(positions);  // the tip, last, moves alone
   if (!status) return status;
   condition = system_.condition();

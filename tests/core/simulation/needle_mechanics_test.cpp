@@ -2,9 +2,9 @@
 // forms, and what must not depend on how it is computed.
 #include <gtest/gtest.h>
 
+#include "core/elasticity/landmark_stiffness.h"
 #include "core/models/scalar_kernel/scalar_kernel_field.h"
 #include "core/needle/contact_solve.h"
-#include "core/needle/landmark_stiffness.h"
 #include "core/scene/file/scene_file.h"
 #include "tests/core/simulation/allocation_guard.h"
 #include "tests/core/simulation/phantom_scene.h"
@@ -124,6 +124,38 @@ std::vector<const char*> force_models() {
 INSTANTIATE_TEST_SUITE_P(Mechanics, ForceDepth, testing::ValuesIn(force_models()),
                          [](const auto& model_name) { return std::string(model_name.param); });
 
+// Before the puncture the capsule lies at the tip: the force law says how stiff the tissue is there, and the tissue goes
+// all the way. Pressed onto a vertex of the surface, which shows where the capsule is drawn.
+class PressedCapsule : public ::testing::TestWithParam<const char*> {};
+
+TEST_P(PressedCapsule, StaysAtTheTipUntilThePuncture) {
+  Scene scene = small_scene();
+  scene.model.kernel = GetParam();
+  Session session(scene);
+  const Tissue& tissue = session.simulator.tissue();
+  std::size_t vertex = 0;  // the lowest
+  for (std::size_t i = 0; i < tissue.surface_count; ++i)
+    if (tissue.rest_vertices[i].z() < tissue.rest_vertices[vertex].z()) vertex = i;
+  const Vec3 at = tissue.rest_vertices[vertex];
+  double deepest = 0;
+  for (double indentation = -0.1; indentation < 12; indentation += 0.1) {
+    const NeedleState& needle = session.step(at + indentation * kUp);
+    if (needle.puncture_count > 0) break;
+    if (indentation < 0.05) continue;
+    ASSERT_EQ(needle.contact, ContactState::kTouching);
+    const double law = indentation * (0.3 + 0.06 * indentation);
+    EXPECT_NEAR(needle.forces.axial_n, law, 0.02 * law) << indentation;
+    const double drawn = session.state.mesh.deformed_vertices[3 * vertex + 2];
+    EXPECT_NEAR(drawn, at.z() + indentation, 0.1) << indentation;
+    EXPECT_EQ(session.state.summary.step_flags & (kStepClamped | kStepFolded), 0u) << indentation;
+    deepest = indentation;
+  }
+  EXPECT_NEAR(deepest, 7.4, 0.15);  // 0.3 δ + 0.06 δ² = 5.6
+}
+
+INSTANTIATE_TEST_SUITE_P(Mechanics, PressedCapsule, testing::Values("elastic", "fem"),
+                         [](const auto& model_name) { return std::string(model_name.param); });
+
 // Skin and perineum first, about 9 N, then the gland's own capsule, 5.6 N with the friction of the way there.
 TEST(Mechanics, ThePerineumTakesNineNewtonsAndTheGlandBehindItFivePointSix) {
   Scene scene = load_scene(std::filesystem::path(BRACHY_SOURCE_DIR) / "config/perineum.toml");
@@ -148,6 +180,7 @@ TEST(Mechanics, OneStuckLandmarkIsTheInverseOfTheKernel) {
   Scene scene = small_scene();
   scene.tissue.contact.puncture_force_n = 100;
   scene.tissue.contact.capsule_n_per_mm = 1000;
+  scene.contact.tip_core_mm = 12;
   const double stiffness = elastic_landmark_stiffness(0.006, 0.49, 12);
   Session session(scene);
   session.go(kBelow, {8, -4, -15}, 0.1);
@@ -251,11 +284,11 @@ TEST(Mechanics, TheForceIsTheSumOfTheFieldsReactions) {
     landmarks.clear();
     std::uint32_t index = 0, flags = 0;
     for (const NeedleLandmark& l : needles[0].landmarks()) {
-      landmarks.add(l.position, l.if_stuck, l.core_mm);
+      landmarks.add(l.position, l.if_stuck, l.spread);
       landmarks.owners.push_back({0, index++});
     }
     ASSERT_TRUE(contact.solve(++tick, needles, landmarks, field, flags));
-    ASSERT_TRUE(field.update(landmarks.positions, landmarks.displacements, landmarks.cores));
+    ASSERT_TRUE(field.update(landmarks.positions, landmarks.displacements, landmarks.spreads));
     ASSERT_NEAR(needles[0].forces().force_n.norm(), field.total_force_n(), 1e-9);
     ASSERT_EQ(flags, 0u);
   }

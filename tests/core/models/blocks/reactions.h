@@ -38,7 +38,7 @@ inline std::vector<Vec3> random_axes(std::mt19937_64& random, std::size_t m) {
 /// Factorizes `positions` and compares axial_stiffness of landmarks `first` … with K⁻¹ by columns, and of one
 /// common axis with the force that moves all of them along it.
 inline void expect_axial_stiffness(TissueField& field, std::span<const Vec3> positions,
-                                   std::span<const double> cores, std::size_t first) {
+                                   std::span<const LandmarkSpread> cores, std::size_t first) {
   ASSERT_TRUE(field.factorize(positions, cores));
   std::mt19937_64 random(7);
   const std::size_t n = positions.size(), m = n - first;

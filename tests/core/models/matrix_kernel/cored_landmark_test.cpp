@@ -24,12 +24,30 @@ TEST_P(CoredLandmark, TissueAtItGoesAsFarAsItDoes) {
     for (const Vec3& p : {Vec3(0, 0, 0), Vec3(5, -3, -12), Vec3(-8, 4, 9)}) {
       const std::vector<Vec3> at = {p}, d = {{0.5, 0, 2}};
       const std::vector<double> cores = {core};
-      ASSERT_TRUE(field.update(at, d, cores));
+      const std::vector<LandmarkSpread> spreads = {{.core_mm = core}};
+      ASSERT_TRUE(field.update(at, d, spreads));
       EXPECT_LT((field.displacement_at(p) - d[0]).norm(), 0.01 * d[0].norm()) << core;
       MatrixKernelSystem exact(field.kernel());
       ASSERT_TRUE(exact.factorize(at, cores));
       const Vec3 force = exact.solve(d)[0];
       EXPECT_LT((field.forces()[0] - force).norm(), 0.01 * force.norm()) << core;
+    }
+}
+
+// As a contact's: it takes the force of its law, and the tissue goes all the way with it. Depths of the capsule's law
+// from the first touch to the puncture, at places on the surface and within.
+TEST_P(CoredLandmark, YieldsAsItsStiffnessSays) {
+  MatrixKernelField field(phantom(), GetParam(), {}, {});
+  const Vec3 axis = Vec3(0.1, -0.2, 1).normalized();
+  for (const double k : {0.301, 0.4, 0.6, 0.75})
+    for (const std::size_t i : {std::size_t{0}, std::size_t{70}, std::size_t{170}, phantom().size() - 1}) {
+      const Vec3 p = phantom().rest_vertices[i], d = 3 * axis;
+      const std::vector<LandmarkSpread> spreads = {{.stiffness_n_per_mm = k, .axis = axis}};
+      ASSERT_TRUE(field.update({&p, 1}, {&d, 1}, spreads));
+      MatrixKernelSystem exact(field.kernel());
+      ASSERT_TRUE(exact.factorize({&p, 1}, field.cores()));
+      EXPECT_NEAR(axis.dot(exact.matrix() * axis), 1 / k, 0.02 / k) << k << " at " << p.transpose();
+      EXPECT_LT((field.displacement_at(p) - d).norm(), 0.01 * d.norm()) << k << " at " << p.transpose();
     }
 }
 
@@ -44,11 +62,11 @@ INSTANTIATE_TEST_SUITE_P(Models, CoredLandmark, testing::ValuesIn(models_to_run(
 
 struct Push {
   std::vector<Vec3> positions, displacements;
-  std::vector<double> cores;
+  std::vector<LandmarkSpread> spreads;
 };
 
 Push lone(double core, double d) {
-  return {{{0, 0, 0}}, {d * Vec3(0, 0.6, 0.8)}, {core}};
+  return {{{0, 0, 0}}, {d * Vec3(0, 0.6, 0.8)}, {{.core_mm = core}}};
 }
 
 // A shaft of rings 5 mm apart and its tip, ahead of the last one by `ahead`.
@@ -57,8 +75,8 @@ Push shaft_and_tip(int shaft, double ahead, double core) {
   const Vec3 axis = Vec3(0.1, 0, 1).normalized();
   for (int k = 0; k < shaft; ++k) push.positions.push_back(Vec3(3, -2, -16) + 5.0 * k * axis);
   push.positions.push_back(push.positions.back() + ahead * axis);
-  push.cores.assign(push.positions.size(), 0);
-  push.cores.back() = core;
+  push.spreads.resize(push.positions.size());
+  push.spreads.back().core_mm = core;
   push.displacements.assign(push.positions.size(), 1.5 * axis);
   return push;
 }
@@ -66,7 +84,7 @@ Push shaft_and_tip(int shaft, double ahead, double core) {
 TEST(CoredLandmarkField, BlocksAndGradientsAreThoseOfTheSinglePoints) {
   MatrixKernelField field(phantom(), "elastic", {}, {});
   for (const Push& push : {lone(5, 3), shaft_and_tip(5, 4, 8)}) {
-    ASSERT_TRUE(field.update(push.positions, push.displacements, push.cores));
+    ASSERT_TRUE(field.update(push.positions, push.displacements, push.spreads));
     for (const std::uint32_t b : field.touched()) {
       const Block& block = phantom().blocks[b];
       const BlockDisplacement<float>& u = field.displacement(b);
@@ -117,7 +135,7 @@ TEST(CoredLandmarkField, FoldsAtTheForceOfTwoAndAHalfCores) {
     while (folded - none > 1e-3) {
       const double d = 0.5 * (none + folded);
       const Push push = lone(core, d * core);
-      ASSERT_TRUE(field->update(push.positions, push.displacements, push.cores));
+      ASSERT_TRUE(field->update(push.positions, push.displacements, push.spreads));
       (least_determinant(*field, push.displacements[0].normalized(), core) > 0 ? none : folded) = d;
     }
     EXPECT_NEAR(field->total_force_n() / (ElasticBody{}.shear_modulus * core * core), 32, 0.5);
@@ -125,7 +143,7 @@ TEST(CoredLandmarkField, FoldsAtTheForceOfTwoAndAHalfCores) {
     EXPECT_GT(folded, core < 3 ? 2.4 : 2.2);
     const auto verdict_at = [&](double d) {
       const Push push = lone(core, d * core);
-      EXPECT_TRUE(guarded.update(push.positions, push.displacements, push.cores));
+      EXPECT_TRUE(guarded.update(push.positions, push.displacements, push.spreads));
       return guarded.certificate().verdict;
     };
     EXPECT_EQ(verdict_at(0.7 * folded), Verdict::kInjective);
@@ -143,7 +161,7 @@ TEST(CoredLandmarkField, AShaftWithATipOfItsOwnIsWellConditionedAndSane) {
       for (const double core : {6.0, 8.0, 10.0}) {
         SCOPED_TRACE(testing::Message() << shaft << " " << ahead << " " << core);
         const Push push = shaft_and_tip(shaft, ahead, core);
-        ASSERT_TRUE(field.update(push.positions, push.displacements, push.cores));
+        ASSERT_TRUE(field.update(push.positions, push.displacements, push.spreads));
         EXPECT_LT(field.condition(), 50);
         const double pushed = push.displacements.back().norm();
         EXPECT_NEAR(field.displacement_at(push.positions.back()).norm(), pushed, 0.12 * pushed);
@@ -165,7 +183,7 @@ TEST(CoredLandmarkField, AShaftWithATipOfItsOwnIsWellConditionedAndSane) {
 TEST(CoredLandmarkField, RingsAndDiscsAreLookedAtWithoutACore) {
   NeedleRings rings;
   const Push push = shaft_and_tip(3, 5, 8);
-  rings.build(push.positions, push.cores, 0.635);
+  rings.build(push.positions, std::vector<double>{0, 0, 0, 8}, 0.635);
   for (const NeedleRings::Ring& ring : rings.rings())
     EXPECT_EQ(ring.field_s, ring.count == 1 ? 2 * ring.s : ring.s);
   EXPECT_EQ(rings.rings().back().field_s, 64);

@@ -159,7 +159,7 @@ TEST_P(EveryModel, CoresAreAnotherSetWhereTheyAreLookedAt) {
   const bool is_compact = is_compact_model(GetParam());
   MatrixKernelField field(phantom(), GetParam(), body_of(1), {});
   const std::vector<Vec3> positions = {{0, 0, 0}, {0, 0, 9}}, d = {{0, 0, 1}, {1, 0, 1}};
-  const std::vector<double> cores = {0, 6}, none = {0, 0};
+  const std::vector<LandmarkSpread> cores = {{}, {.core_mm = 6}}, none(2);
   ASSERT_TRUE(field.update(positions, d));
   const double force = field.total_force_n();
   ASSERT_TRUE(field.update(positions, d, none));

@@ -124,7 +124,7 @@ TEST(Reactions, OfALoneLandmarkAreItsStiffness) {
     std::vector<Vec3> f(1);
     field.solve(d, f);
     EXPECT_LT((f[0] - 0.3 * d[0]).norm(), 1e-15) << kernel.kName;
-    ASSERT_TRUE(field.update(std::vector<Vec3>{{1, 2, 3}}, d, std::vector<double>{5}));
+    ASSERT_TRUE(field.update(std::vector<Vec3>{{1, 2, 3}}, d, std::vector<LandmarkSpread>{{.core_mm = 5}}));
     EXPECT_NEAR(field.total_force_n(), 0.3 * d[0].norm(), 1e-15);
   });
 }

@@ -1,4 +1,4 @@
-#include "core/needle/landmark_stiffness.h"
+#include "core/elasticity/landmark_stiffness.h"
 
 #include <gtest/gtest.h>
 

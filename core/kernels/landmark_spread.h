@@ -1,0 +1,17 @@
+#pragma once
+
+#include "core/base/rigid_transform.h"
+
+namespace brachy {
+
+/// How a landmark's force is spread over the tissue on the models that know forces (`elastic`, `fem`): over a core of
+/// given radius, over the core that gives a lone landmark a given stiffness, or by the model's own rule (neither).
+struct LandmarkSpread {
+  double core_mm = 0;             ///< core radius; 0: as below
+  double stiffness_n_per_mm = 0;  ///< of the landmark alone along `axis`; 0: the model's own rule
+  Vec3 axis = Vec3::Zero();       ///< unit, where stiffness_n_per_mm is given
+
+  bool operator==(const LandmarkSpread&) const = default;
+};
+
+}  // namespace brachy
