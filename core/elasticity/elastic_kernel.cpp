@@ -31,7 +31,8 @@ struct Pieces {
           if (of_point[i] != m) continue;
           if (!any) pieces.begin_group();
           any = true;
-          pieces.add(groups.points[i], groups.s[i], groups.smooth_s[i], groups.weights[i]);
+          pieces.add(groups.points[i], {groups.s[i], groups.smooth_s[i], groups.self_s[i]},
+                     groups.weights[i]);
         }
         if (!any) continue;
         group.push_back(static_cast<Index>(g));

@@ -45,20 +45,18 @@ void NeedleRings::build(std::span<const Vec3> positions, std::span<const double>
     if (end - begin > 1)
       add_shaft(positions.subspan(begin, end - begin), landmark, radius);
     else if (has_core(begin))
-      add_point(positions[begin], cores[begin], cores[begin], landmark);
+      add_point(positions[begin], PointCore::of_landmark(cores[begin]), landmark);
     else
-      add_point(positions[begin], kDiscCore * radius, 0, landmark);
+      add_point(positions[begin], PointCore::of_surface(0.5 * std::pow(kDiscCore * radius, 2)), landmark);
     begin = end;
   }
 }
 
-void NeedleRings::add_point(const Vec3& position, double core, double field_core, std::uint32_t landmark) {
+void NeedleRings::add_point(const Vec3& position, const PointCore& core, std::uint32_t landmark) {
   Ring ring;
   ring.centre = position;
   ring.axis = Vec3::Zero();
-  ring.s = core * core / 2;
-  ring.smooth_s = field_core > 0 ? 0 : ring.s;
-  ring.field_s = ring.s + field_core * field_core / 2;
+  ring.core = core;
   ring.first = static_cast<std::uint32_t>(points_.size());
   ring.landmark = {landmark, landmark};
   ring.weight = {1, 0};
@@ -68,8 +66,7 @@ void NeedleRings::add_point(const Vec3& position, double core, double field_core
 }
 
 void NeedleRings::set_core(std::size_t r, double core) noexcept {
-  rings_[r].s = core * core / 2;
-  rings_[r].field_s = core * core;
+  rings_[r].core = PointCore::of_landmark(core);
 }
 
 void NeedleRings::add_shaft(std::span<const Vec3> p, std::uint32_t first_landmark, double radius) {
@@ -102,7 +99,7 @@ void NeedleRings::add_shaft(std::span<const Vec3> p, std::uint32_t first_landmar
   for (std::size_t k = first_ring; k < rings_.size();
        ++k) {  // cores by the shaft's own radius: end rings are narrower
     const double area = 2 * std::numbers::pi * radius / kPoints * spacing_[k];
-    rings_[k].s = rings_[k].smooth_s = rings_[k].field_s = kCore * kCore * area / 2;
+    rings_[k].core = PointCore::of_surface(kCore * kCore * area / 2);
   }
   normalize(first_ring, first_landmark, p.size());
 }
@@ -146,7 +143,7 @@ void NeedleRings::add_to(PointGroups& groups, std::uint32_t landmark) const {
     for (std::size_t side = 0; side < 2; ++side)
       if (ring.landmark[side] == landmark && ring.weight[side] > 0)
         for (const Vec3& p : points(ring))
-          groups.add(p, ring.s, ring.smooth_s, ring.weight[side] / static_cast<double>(ring.count));
+          groups.add(p, ring.core, ring.weight[side] / static_cast<double>(ring.count));
 }
 
 PointGroups NeedleRings::groups(std::size_t landmarks) const {

@@ -20,10 +20,8 @@ namespace brachy {
 /// theory 0.385, for any ν).
 /// Alone: a contact; one point of core (4/π) R, the resistance of a rigid disc of radius R.
 /// With a core c of its own: one point of that core, which boundary and regions see as a point: what they add varies
-/// little over it, and the tissue ends within it. What is looked at then takes the same core (field_s =
-/// c²): tissue at the landmark goes as far as the landmark does, and folds at 2.57 cores (core/DESIGN.md,
-/// section 4). Where the rule holds, what is looked at has none: rings carry the needle's surface, and tissue
-/// there goes with it already.
+/// little over it, and the tissue ends within it. Tissue at the
+/// landmark goes as far as the landmark does, and folds at 2.57 cores (core/DESIGN.md, section 4).
 /// Threads: one. Real-time: build does not allocate where reserve was called for as many landmarks.
 class NeedleRings {
  public:
@@ -39,12 +37,10 @@ class NeedleRings {
   static constexpr double kMaxGap = 12;
 
   struct Ring {
-    Vec3 centre;          ///< mm
-    Vec3 axis;            ///< unit, or 0 for a single point
-    double radius = 0;    ///< mm; 0: a single point
-    double s = 0;         ///< c²/2 of each of its points, mm²
-    double smooth_s = 0;  ///< s as what boundary and regions add sees it: 0 for a core of its own
-    double field_s = 0;   ///< the same plus that of the tissue it moves, mm²
+    Vec3 centre;                              ///< mm
+    Vec3 axis;                                ///< unit, or 0 for a single point
+    double radius = 0;                        ///< mm; 0: a single point
+    PointCore core;                           ///< of each of its points
     std::uint32_t first = 0, count = 1;       ///< its points
     std::array<std::uint32_t, 2> landmark{};  ///< the one or two whose force it carries
     std::array<double, 2> weight{};           ///< their shares; those of a landmark sum to 1 over its rings
@@ -70,7 +66,7 @@ class NeedleRings {
   PointGroups groups(std::size_t landmarks) const;
 
  private:
-  void add_point(const Vec3& position, double core, double field_core, std::uint32_t landmark);
+  void add_point(const Vec3& position, const PointCore& core, std::uint32_t landmark);
   void add_shaft(std::span<const Vec3> positions, std::uint32_t first_landmark, double radius);
   void add_ring(const Vec3& centre, const Vec3& axis, double radius, double spacing);
   void normalize(std::size_t first_ring, std::uint32_t first_landmark, std::size_t landmarks);

@@ -64,7 +64,7 @@ void LandmarkColumns::take_parts(std::uint32_t landmark, const NeedleRings& ring
   for (const NeedleRings::Ring& ring : rings.rings())
     for (std::size_t side = 0; side < 2; ++side)
       if (ring.landmark[side] == landmark && ring.weight[side] > 0)
-        parts_.push_back({ring.centre, rings.points(ring).front(), ring.weight[side], ring.smooth_s});
+        parts_.push_back({ring.centre, rings.points(ring).front(), ring.weight[side], ring.core.smooth_s});
 }
 
 // Inside, tissue is all of one modulus, but for contacts, which may lie on a region's surface. Where a region
@@ -96,14 +96,14 @@ void LandmarkColumns::gather(Column& column, std::uint32_t landmark,
                          (ring.landmark[1] == landmark && ring.weight[1] > 0 ? ring.weight[1] : 0);
     if (share == 0) continue;
     if (ring.count == 1) column.modulus = moduli_[r][0];
-    if (ring.count > 1 || ring.smooth_s == 0) {
+    if (ring.count > 1 || ring.core.smooth_s == 0) {
       spread(ring.centre, share, column);
       continue;
     }
     // A disc of a needle's radius: six points at the mean distance (rms) of its force, 15 s² / 8π(r² + s)^7/2.
     for (Index k = 0; k < 6; ++k)
-      spread(ring.centre + std::sqrt(1.5 * ring.smooth_s) * (k % 2 ? 1 : -1) * Vec3::Unit(k / 2), share / 6,
-             column);
+      spread(ring.centre + std::sqrt(1.5 * ring.core.smooth_s) * (k % 2 ? 1 : -1) * Vec3::Unit(k / 2),
+             share / 6, column);
   }
   for (const std::uint32_t node : column.nodes) {
     column.weights.push_back(node_weight_[node]);

@@ -79,7 +79,7 @@ std::size_t MatrixKernelCells::narrow(const Cell& cell, std::span<const std::uin
     // may not.
     const bool is_ring = ring.count > 1;
     const double R2 = ring.radius * ring.radius, asked = is_ring ? std::max(distance, clearance_) : distance;
-    const NearBounds::At at = bounds_.at(std::sqrt(asked * asked - R2), ring.field_s);
+    const NearBounds::At at = bounds_.at(std::sqrt(asked * asked - R2), ring.core.s);
     const double shared = is_ring ? kSixPoints * force : force;
     bounds.slope += shared * at.slope;
     bounds.squeeze += shared * at.squeeze;
@@ -89,8 +89,7 @@ std::size_t MatrixKernelCells::narrow(const Cell& cell, std::span<const std::uin
     else if (inner < 3 * R2)
       bounds.curvature = std::numeric_limits<double>::infinity();  // too near to be interpolated
     else  // the mean of 1/d⁴ is (q + R²)/(q − R²)³ at most
-      bounds.curvature +=
-          shared * (1 + 2 * R2 / inner) * bounds_.at(std::sqrt(inner), ring.field_s).curvature;
+      bounds.curvature += shared * (1 + 2 * R2 / inner) * bounds_.at(std::sqrt(inner), ring.core.s).curvature;
     bounds.work += is_ring && !near_.is_far(distance) ? ring.count : 1;
   }
   bounds.rounding = kSinglePrecision * bounds.slope;
@@ -125,7 +124,7 @@ bool MatrixKernelCells::fold_candidates(std::uint32_t i, Cell& cell, CellPoints&
   const double force = ring_forces_[i].norm();
   if (force == 0 || (i % fold_candidate_every_ != 0 && !is_last)) return false;
   const NeedleRings::Ring& ring = rings_->rings()[i];
-  const double distance = ring.count == 1 ? bounds_.steepest(ring.field_s) : 1.2 * clearance_;
+  const double distance = ring.count == 1 ? bounds_.steepest(ring.core.s) : 1.2 * clearance_;
   cell = {ring.centre, 2 * distance};
   surround(ring_forces_[i] / force, distance, X);
   // Points within the needle are not checked: they are replaced by the first point outside it.

@@ -45,10 +45,11 @@ Mat3 NearField::value(const Vec3& x, double s) const noexcept {
 Mat3 NearField::between(const NeedleRings& rings, const NeedleRings::Ring& a,
                         const NeedleRings::Ring& b) const noexcept {
   const bool is_far = (a.centre - b.centre).squaredNorm() > far_distance_ * far_distance_;
-  if ((a.count == 1 && b.count == 1) || is_far) return value(a.centre - b.centre, a.s + b.s);
+  const double s = &a == &b && a.count == 1 ? a.core.self_s : a.core.s + b.core.s;
+  if ((a.count == 1 && b.count == 1) || is_far) return value(a.centre - b.centre, s);
   Mat3 sum = Mat3::Zero();
   for (const Vec3& p : rings.points(a))
-    for (const Vec3& q : rings.points(b)) sum += value(p - q, a.s + b.s);
+    for (const Vec3& q : rings.points(b)) sum += value(p - q, s);
   return sum / static_cast<double>(a.count * b.count);
 }
 
@@ -60,8 +61,8 @@ void NearField::add_sources(const NeedleRings& rings, const NeedleRings::Ring& r
     const Eigen::Vector3f p = (at - centre).cast<float>(), g = (scale * f).cast<float>();
     sources.push_back({p.x(), p.y(), p.z(), static_cast<float>(s), g.x(), g.y(), g.z(), 0});
   };
-  if (as_one) return add(ring.centre, ring.field_s, force);
-  for (const Vec3& p : rings.points(ring)) add(p, ring.field_s, force / static_cast<double>(ring.count));
+  if (as_one) return add(ring.centre, ring.core.s, force);
+  for (const Vec3& p : rings.points(ring)) add(p, ring.core.s, force / static_cast<double>(ring.count));
 }
 
 void NearField::add_to_block(std::uint32_t b, const NeedleRings& rings, std::span<const Vec3> ring_forces,
@@ -108,7 +109,7 @@ Mat3 NearField::gradient_at(const Vec3& X, const NeedleRings& rings,
     const NeedleRings::Ring& ring = rings.rings()[r];
     const Vec3 force = ring_forces[r] / static_cast<double>(ring.count);
     for (const Vec3& p : rings.points(ring))
-      A += elastic_ ? Mat3(scale_ * kelvin_gradient(X - p, ring.field_s, elastic_->body().poisson, force))
+      A += elastic_ ? Mat3(scale_ * kelvin_gradient(X - p, ring.core.s, elastic_->body().poisson, force))
                     : compact_->gradient(X - p, force);
   }
   return A;
@@ -120,7 +121,7 @@ Vec3 NearField::displacement_at(const Vec3& X, const NeedleRings& rings,
   for (std::size_t r = 0; r < ring_forces.size(); ++r) {
     const NeedleRings::Ring& ring = rings.rings()[r];
     for (const Vec3& p : rings.points(ring))
-      u += value(X - p, ring.field_s) * ring_forces[r] / static_cast<double>(ring.count);
+      u += value(X - p, ring.core.s) * ring_forces[r] / static_cast<double>(ring.count);
   }
   return u;
 }

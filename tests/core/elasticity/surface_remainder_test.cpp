@@ -72,9 +72,14 @@ double least_eigenvalue(const MatrixXd& K) {
 // The constants are what scripts/reference/study_oracle.py printed: C g for g = (1, 2, …, 12), and u at three points.
 void expect_python(const ElasticBody& body, const std::array<double, 12>& forced,
                    const std::array<double, 9>& moved) {
-  PointGroups points =
-      PointGroups::single(std::vector<Vec3>{{1, 2, 3}, {-4, 5, -6}, {3, -2, -38}, {25, 20, 10}}, 0);
-  points.s = {1, 2, 0.5, 3};
+  PointGroups points;
+  const std::array<Vec3, 4> at = {Vec3(1, 2, 3), Vec3(-4, 5, -6), Vec3(3, -2, -38), Vec3(25, 20, 10)};
+  const std::array<double, 4> cores = {1, 2, 0.5, 3};
+  for (std::size_t i = 0; i < at.size(); ++i) {
+    points.begin_group();
+    points.add(at[i], cores[i], 1);
+  }
+  points.finish();
   const std::vector<Vec3> X = {{0, 0, 1}, {10, -8, 5}, {-15, 5, -10}};
   const SurfaceRemainder remainder(body);
   const MatrixXd C = kernel(body, remainder, points, points);

@@ -124,8 +124,8 @@ std::vector<const char*> force_models() {
 INSTANTIATE_TEST_SUITE_P(Mechanics, ForceDepth, testing::ValuesIn(force_models()),
                          [](const auto& model_name) { return std::string(model_name.param); });
 
-// Before the puncture the capsule lies at the tip: the force law says how stiff the tissue is there, and the tissue goes
-// all the way. Pressed onto a vertex of the surface, which shows where the capsule is drawn.
+// Before the puncture the capsule lies at the tip: the force law says how stiff the tissue is there, and the tissue
+// goes all the way. Pressed onto a vertex of the surface, which shows where the capsule is drawn.
 class PressedCapsule : public ::testing::TestWithParam<const char*> {};
 
 TEST_P(PressedCapsule, StaysAtTheTipUntilThePuncture) {

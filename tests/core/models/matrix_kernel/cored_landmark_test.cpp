@@ -180,15 +180,38 @@ TEST(CoredLandmarkField, AShaftWithATipOfItsOwnIsWellConditionedAndSane) {
 }
 
 // Cores of 0 leave K unchanged: rings by the kernel's default.
-TEST(CoredLandmarkField, RingsAndDiscsAreLookedAtWithoutACore) {
+TEST(CoredLandmarkField, OnlyLandmarksWithACoreAreSeenWithAllOfIt) {
   NeedleRings rings;
   const Push push = shaft_and_tip(3, 5, 8);
   rings.build(push.positions, std::vector<double>{0, 0, 0, 8}, 0.635);
   for (const NeedleRings::Ring& ring : rings.rings())
-    EXPECT_EQ(ring.field_s, ring.count == 1 ? 2 * ring.s : ring.s);
-  EXPECT_EQ(rings.rings().back().field_s, 64);
+    EXPECT_EQ(ring.core.self_s, ring.count == 1 ? ring.core.s : 2 * ring.core.s);
+  EXPECT_EQ(rings.rings().back().core.s, 64);
   rings.build(std::span(push.positions).first(1), {}, 0.635);
-  EXPECT_EQ(rings.rings()[0].field_s, rings.rings()[0].s);
+  EXPECT_EQ(rings.rings()[0].core, PointCore::of_surface(rings.rings()[0].core.s));
+}
+
+// The tip's force, by far the largest, carries the tissue on the shaft's surface as far as K says: rings and tip are
+// met where they are observed.
+TEST_P(CoredLandmark, AShaftBehindItGoesAsFarAsItDoes) {
+  MatrixKernelField field(phantom(), GetParam(), {}, {});
+  const Push push = shaft_and_tip(4, 4, 8);
+  const Vec3 axis = push.displacements[0].normalized();
+  // The tip pushes, and what lies behind is carried along by it and by friction of 0.1 N.
+  std::vector<Vec3> unit(push.positions.size(), Vec3::Zero()), f(push.positions.size());
+  ASSERT_TRUE(field.factorize(push.positions, push.spreads));
+  Eigen::MatrixXd C(push.positions.size(), push.positions.size());
+  std::vector<Vec3> axes(push.positions.size(), axis);
+  Eigen::MatrixXd H(push.positions.size(), push.positions.size());
+  field.axial_stiffness(0, axes, H);
+  Eigen::VectorXd forces = Eigen::VectorXd::Constant(H.rows(), 0.1);
+  forces[H.rows() - 1] = 3;
+  const Eigen::VectorXd along = H.inverse() * forces;
+  std::vector<Vec3> d;
+  for (Eigen::Index i = 0; i < along.size(); ++i) d.push_back(along[i] * axis);
+  ASSERT_TRUE(field.update(push.positions, d, push.spreads));
+  for (std::size_t i = 0; i < d.size(); ++i)
+    EXPECT_LT((field.displacement_at(push.positions[i]) - d[i]).norm(), 0.06 * d.back().norm()) << i;
 }
 
 }  // namespace
