@@ -1,6 +1,5 @@
 #pragma once
 
-#include <cmath>
 #include <cstddef>
 
 namespace brachy {
@@ -34,26 +33,21 @@ struct TissueContact {
   double indentation_stiffness_n_per_mm(double indentation_mm) const {
     return capsule_n_per_mm + capsule_n_per_mm2 * indentation_mm;
   }
-  /// The same at the indentation that takes `force_n`: a₂δ² + a₁δ = F solved for F/δ.
-  double stiffness_at_force_n_per_mm(double force_n) const {
-    return 0.5 * (capsule_n_per_mm +
-                  std::sqrt(capsule_n_per_mm * capsule_n_per_mm + 4 * capsule_n_per_mm2 * force_n));
-  }
 
   bool operator==(const TissueContact&) const = default;
 };
 
 /// How a needle's landmarks are placed. Lengths in mm.
 struct ContactSettings {
-  /// Core radius over which a contact's or a tip's force is spread on `elastic` and `fem`. 0: the one that makes the
-  /// tissue as stiff there as the force law a₁δ + a₂δ² (core/DESIGN.md, section 5), which then follows a pressing tip
-  /// all the way. Another is at least √(F/32μ) for the largest force F that occurs, 5.4 mm for 5.6 N at 6 kPa, or the
-  /// tissue folds there.
+  /// Core radius over which a contact's or a tip's force is spread on `elastic` and `fem`. 0: a contact's is the one
+  /// that makes the tissue there as stiff as the force law a₁δ + a₂δ² (core/DESIGN.md, section 5), so that it follows a
+  /// pressing tip all the way; an inserted tip's is kInsertedTipCore. Another is at least √(F/32μ) for the largest
+  /// force F that occurs, 5.4 mm for 5.6 N at 6 kPa, or the tissue folds there.
   double tip_core_mm = 0;
-  /// On the models that know no forces a lone landmark is as stiff as an elastic one of this core, or of tip_core_mm
-  /// where it is given.
-  static constexpr double kStiffnessCore = 12;
-  double lone_landmark_core_mm() const { return tip_core_mm > 0 ? tip_core_mm : kStiffnessCore; }
+  static constexpr double kInsertedTipCore = 12;
+  /// An inserted tip's. On the models that know no forces a lone landmark is as stiff as an elastic one of this core
+  /// (core/elasticity/landmark_stiffness.h).
+  double inserted_tip_core_mm() const { return tip_core_mm > 0 ? tip_core_mm : kInsertedTipCore; }
   double surface_slip_mm = 2;       ///< on the intact capsule the contact point slides beyond this drag
   double landmark_spacing_mm = 5;   ///< between shaft landmarks along the cut path
   double leave_path_mm = 2;         ///< a tip this far beside an old cut cuts a new one

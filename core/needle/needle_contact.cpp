@@ -252,8 +252,13 @@ void NeedleContact::add_contact() noexcept {
     landmark.if_stuck = needle_.nearest_on_line(contact_point_) - contact_point_;
   }
   const double indentation = landmark.if_stuck.norm();
-  landmark.spread = tip_spread(capsule.indentation_stiffness_n_per_mm(indentation));
-  if (!by_tip_ && indentation > 0) landmark.spread.axis = landmark.if_stuck / indentation;
+  const double stiffness = capsule.indentation_stiffness_n_per_mm(indentation);
+  if (settings_.tip_core_mm > 0 || !(stiffness > 0))  // 0: the law of a capsule that takes no force
+    landmark.spread.core_mm = settings_.inserted_tip_core_mm();
+  else
+    landmark.spread = {
+        .stiffness_n_per_mm = stiffness,
+        .axis = by_tip_ || indentation == 0 ? needle_.axis : Vec3(landmark.if_stuck / indentation)};
   add(landmark);
 }
 
@@ -282,14 +287,7 @@ void NeedleContact::add_tip() noexcept {
        .low_n = -friction,
        .high_n = friction + (tip_s_ < path_.length() ? 0 : resistance()),
        .friction_n = friction,
-       .spread =
-           tip_spread(tissues_[tissue_].stiffness_at_force_n_per_mm(tissues_[tissue_].cutting_force_n))});
-}
-
-LandmarkSpread NeedleContact::tip_spread(double stiffness_n_per_mm) const noexcept {
-  if (settings_.tip_core_mm > 0) return {.core_mm = settings_.tip_core_mm};
-  if (!(stiffness_n_per_mm > 0)) return {.core_mm = ContactSettings::kStiffnessCore};  // a law of no force
-  return {.stiffness_n_per_mm = stiffness_n_per_mm, .axis = needle_.axis};
+       .spread = {.core_mm = settings_.inserted_tip_core_mm()}});
 }
 
 // The force that extends the cut at the end of the path, N.

@@ -113,7 +113,6 @@ class NeedleContact {
   void add_tip() noexcept;
   void add(const NeedleLandmark& landmark) noexcept;
   double resistance() const noexcept;
-  LandmarkSpread tip_spread(double stiffness_n_per_mm) const noexcept;
   double tributary(std::size_t landmark) const noexcept;
 
   // after the solve

@@ -54,7 +54,7 @@ std::size_t SimulationModel::max_landmarks() const {
 
 double SimulationModel::landmark_stiffness_n_per_mm() const {
   return elastic_landmark_stiffness(1e-3 * settings.shear_modulus_kpa, settings.poisson,
-                                    settings.contact.lone_landmark_core_mm());
+                                    settings.contact.inserted_tip_core_mm());
 }
 
 }  // namespace brachy

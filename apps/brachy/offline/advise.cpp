@@ -32,7 +32,7 @@ double largest_push(const Scene& scene) {
   const TissueContact& contact = scene.tissue.contact;
   return std::max(contact.puncture_force_n, contact.cutting_force_n) /
          elastic_landmark_stiffness(1e-3 * scene.tissue.shear_modulus_kpa, scene.tissue.poisson,
-                                    scene.contact.lone_landmark_core_mm());
+                                    scene.contact.inserted_tip_core_mm());
 }
 
 // Below this range a landmark displaced as far as the contact allows folds the field (a > M |d|), or needs more than

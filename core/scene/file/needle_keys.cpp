@@ -57,9 +57,9 @@ std::vector<Key<ContactSettings>> contact_keys() {
   using S = ContactSettings;
   return {
       number("tip_core_mm", &S::tip_core_mm, {0, 100}, kLive,
-             "elastic, fem: a tip's force is spread over this radius; 0: as wide as makes the tissue yield "
-             "by the "
-             "capsule's law; else at least √(F/32μ), 5.4 mm for 5.6 N at 6 kPa"),
+             "elastic, fem: a tip's force is spread over this radius; 0: before the puncture as wide as "
+             "makes the tissue "
+             "yield by the capsule's law, then 12 mm; else at least √(F/32μ), 5.4 mm for 5.6 N at 6 kPa"),
       number("surface_slip_mm", &S::surface_slip_mm, {0, 50}, kLive,
              "drag along the capsule beyond which the contact point slides"),
       number("landmark_spacing_mm", &S::landmark_spacing_mm, {0.5, 50}, kLive, "between shaft landmarks"),
