@@ -31,7 +31,7 @@ struct Pieces {
           if (of_point[i] != m) continue;
           if (!any) pieces.begin_group();
           any = true;
-          pieces.add(groups.points[i], {groups.s[i], groups.smooth_s[i], groups.self_s[i]},
+          pieces.add(groups.points[i], {groups.s[i], groups.smooth_s[i], groups.is_landmark[i] != 0},
                      groups.weights[i]);
         }
         if (!any) continue;

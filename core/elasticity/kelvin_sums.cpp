@@ -28,9 +28,9 @@ MatrixXd kelvin_between(const PointGroups& a, const PointGroups& b, double poiss
       Mat3 sum = Mat3::Zero();
       for (std::uint32_t q = b.first[h]; q < b.first[h + 1]; ++q)
         for (std::uint32_t p = a.first[g]; p < a.first[g + 1]; ++p)
-          sum +=
-              a.weights[p] * b.weights[q] *
-              kelvin(a.points[p] - b.points[q], &a == &b && p == q ? a.self_s[p] : a.s[p] + b.s[q], poisson);
+          sum += a.weights[p] * b.weights[q] *
+                 kelvin(a.points[p] - b.points[q],
+                        PointCore::between(a.s[p], a.is_landmark[p], b.s[q], b.is_landmark[q]), poisson);
       K.block<3, 3>(static_cast<Index>(3 * g), static_cast<Index>(3 * h)) = sum;
     }
   return K;

@@ -8,18 +8,24 @@
 
 namespace brachy {
 
-/// How a point's force is spread (kelvin.h), and with what s two points see each other: the sum of theirs.
+/// How a point's force is spread (kelvin.h).
 struct PointCore {
-  double s = 0;         ///< mm²
-  double smooth_s = 0;  ///< the same as the smooth part of a kernel sees it (elastic_kernel.h)
-  double self_s = 0;    ///< with itself
+  double s = 0;              ///< mm²
+  double smooth_s = 0;       ///< the same as the smooth part of a kernel sees it (elastic_kernel.h)
+  bool is_landmark = false;  ///< a landmark of one point with a core of its own
 
-  /// A force spread with core radius c on one of many points that make up a surface: s = c²/2, for each of a pair.
-  static PointCore of_surface(double s) { return {s, s, 2 * s}; }
-  /// A landmark of core radius c alone: all that is not itself is seen as points, with c². So the field of its force goes
-  /// through every landmark as K has it. K stays positive definite: with 2c² for itself it would be a Gram matrix, and
-  /// c² only adds to its diagonal.
-  static PointCore of_landmark(double c) { return {c * c, 0, c * c}; }
+  /// One of many points that make up a surface, of core radius c: s = c²/2, which adds up for each of a pair.
+  static PointCore of_surface(double s) { return {s, s, false}; }
+  /// A landmark of core radius c alone: s = c², because all else is seen as points. So the field of its force moves the
+  /// tissue at every other landmark as K says.
+  static PointCore of_landmark(double c) { return {c * c, 0, true}; }
+
+  /// s of Kelvin's solution between the two. Between landmarks the wider core holds: for landmarks of one
+  /// core the field goes through them all. K stays positive definite (core/DESIGN.md, section 3).
+  static double between(double s_a, bool a_is_landmark, double s_b, bool b_is_landmark) {
+    return a_is_landmark && b_is_landmark ? (s_a > s_b ? s_a : s_b) : s_a + s_b;
+  }
+  double with(const PointCore& other) const { return between(s, is_landmark, other.s, other.is_landmark); }
 
   bool operator==(const PointCore&) const = default;
 };
@@ -31,7 +37,7 @@ struct PointGroups {
   std::vector<Vec3> points;  ///< at rest, mm
   std::vector<double> s;     ///< of each point's core, as the two below
   std::vector<double> smooth_s;
-  std::vector<double> self_s;
+  std::vector<std::uint8_t> is_landmark;
   std::vector<double> weights;       ///< of each point in its group; they usually sum to 1
   std::vector<std::uint32_t> first;  ///< group g: points first[g] … first[g + 1] − 1; size n + 1
 
@@ -40,7 +46,7 @@ struct PointGroups {
     points.clear();
     s.clear();
     smooth_s.clear();
-    self_s.clear();
+    is_landmark.clear();
     weights.clear();
     first.clear();
   }
@@ -52,7 +58,7 @@ struct PointGroups {
     points.push_back(point);
     s.push_back(core.s);
     smooth_s.push_back(core.smooth_s);
-    self_s.push_back(core.self_s);
+    is_landmark.push_back(core.is_landmark ? 1 : 0);
     weights.push_back(weight);
   }
   void finish() { begin_group(); }  ///< after the last group

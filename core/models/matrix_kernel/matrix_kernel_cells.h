@@ -24,8 +24,9 @@ class MatrixKernelCells : public CellField {
   MatrixKernelCells(const Tissue& tissue, const NearField& near, const SmoothField* smooth,
                     double needle_radius, SimdTarget target, std::size_t max_rings);
 
-  /// Sets the field: that of `ring_forces` (N, one for each ring).
-  void set_field(const NeedleRings& rings, std::span<const Vec3> ring_forces) noexcept;
+  /// Sets the field: that of `ring_forces` (N, one for each ring), and as far as they are far of their `pieces`.
+  void set_field(const NeedleRings& rings, std::span<const Vec3> ring_forces,
+                 std::span<const NearField::Piece> pieces) noexcept;
 
   std::size_t sources() const override { return ring_forces_.size(); }
   Cell domain() const override { return domain_; }
@@ -42,6 +43,8 @@ class MatrixKernelCells : public CellField {
  private:
   static constexpr double kResolution = 6;  // mm
   bool is_in_needle(const Cell& cell) const noexcept;
+  void add_ring_bounds(std::uint32_t r, double distance, CellBounds& bounds) const noexcept;
+  void add_piece_bounds(const NearField::Piece& piece, double distance, CellBounds& bounds) const noexcept;
 
   const NearField& near_;
   const SmoothField* smooth_;
@@ -52,6 +55,8 @@ class MatrixKernelCells : public CellField {
   Cell domain_;
   const NeedleRings* rings_ = nullptr;
   std::span<const Vec3> ring_forces_;
+  std::span<const NearField::Piece> pieces_;
+  std::vector<std::uint32_t> piece_of_;  // of each ring
   std::size_t fold_candidate_every_ = 1;
   mutable std::vector<NearSource> chosen_;
 };

@@ -79,6 +79,7 @@ MatrixKernelField::MatrixKernelField(const Tissue& tissue, std::shared_ptr<const
   rings_.reserve(n);
   field_rings_.reserve(n);
   ring_forces_.reserve(rings);
+  pieces_.reserve(rings);
   matrix_.resize(static_cast<Eigen::Index>(3 * n), static_cast<Eigen::Index>(3 * n));
   solution_.resize(static_cast<Eigen::Index>(3 * n));
   scratch_.resize(static_cast<Eigen::Index>(3 * n), 3);
@@ -220,6 +221,7 @@ void MatrixKernelField::spread_forces(std::span<const Vec3> forces) noexcept {
 }
 
 void MatrixKernelField::evaluate_blocks() noexcept {
+  NearField::take_pieces(field_rings_, ring_forces_, pieces_);
   touched_ = ring_forces_.empty() ? std::span<const std::uint32_t>() : all_blocks_;
   const auto blocks = static_cast<std::ptrdiff_t>(touched_.size());
   // One thread does not enter OpenMP at all: libgomp allocates at every parallel region.
@@ -240,7 +242,7 @@ void MatrixKernelField::evaluate_block(std::uint32_t b, std::vector<NearSource>&
     smooth_->interpolate(b, u);
   else
     u = {};
-  near_->add_to_block(b, field_rings_, ring_forces_, sources, u);
+  near_->add_to_block(b, field_rings_, ring_forces_, pieces_, sources, u);
 }
 
 void MatrixKernelField::do_rescale(double scale) noexcept {
@@ -250,7 +252,7 @@ void MatrixKernelField::do_rescale(double scale) noexcept {
 }
 
 const CellField& MatrixKernelField::cells() noexcept {
-  cells_->set_field(field_rings_, ring_forces_);
+  cells_->set_field(field_rings_, ring_forces_, pieces_);
   return *cells_;
 }
 

@@ -108,7 +108,8 @@ class MatrixKernelField : public TissueField {
 
   // The field's landmarks, which may be others.
   NeedleRings field_rings_;
-  std::vector<Vec3> ring_forces_;  // near part
+  std::vector<Vec3> ring_forces_;         // near part
+  std::vector<NearField::Piece> pieces_;  // theirs
 
   std::vector<std::uint32_t> all_blocks_;
   std::span<const std::uint32_t> touched_;

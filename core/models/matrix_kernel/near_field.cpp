@@ -1,5 +1,6 @@
 #include "core/models/matrix_kernel/near_field.h"
 
+#include <cmath>
 #include <limits>
 #include <numbers>
 
@@ -45,7 +46,7 @@ Mat3 NearField::value(const Vec3& x, double s) const noexcept {
 Mat3 NearField::between(const NeedleRings& rings, const NeedleRings::Ring& a,
                         const NeedleRings::Ring& b) const noexcept {
   const bool is_far = (a.centre - b.centre).squaredNorm() > far_distance_ * far_distance_;
-  const double s = &a == &b && a.count == 1 ? a.core.self_s : a.core.s + b.core.s;
+  const double s = a.core.with(b.core);
   if ((a.count == 1 && b.count == 1) || is_far) return value(a.centre - b.centre, s);
   Mat3 sum = Mat3::Zero();
   for (const Vec3& p : rings.points(a))
@@ -56,23 +57,74 @@ Mat3 NearField::between(const NeedleRings& rings, const NeedleRings::Ring& a,
 void NearField::add_sources(const NeedleRings& rings, const NeedleRings::Ring& ring, bool as_one,
                             const Vec3& force, const Vec3& centre,
                             std::vector<NearSource>& sources) const noexcept {
+  if (as_one) return add_source(ring.centre, ring.core.s, force, centre, sources);
+  for (const Vec3& p : rings.points(ring))
+    add_source(p, ring.core.s, force / static_cast<double>(ring.count), centre, sources);
+}
+
+void NearField::add_source(const Vec3& at, double s, const Vec3& force, const Vec3& centre,
+                           std::vector<NearSource>& sources) const noexcept {
   const double scale = elastic_ ? scale_ / (4 * std::numbers::pi) : scale_;
-  const auto add = [&](const Vec3& at, double s, const Vec3& f) {
-    const Eigen::Vector3f p = (at - centre).cast<float>(), g = (scale * f).cast<float>();
-    sources.push_back({p.x(), p.y(), p.z(), static_cast<float>(s), g.x(), g.y(), g.z(), 0});
-  };
-  if (as_one) return add(ring.centre, ring.core.s, force);
-  for (const Vec3& p : rings.points(ring)) add(p, ring.core.s, force / static_cast<double>(ring.count));
+  const Eigen::Vector3f p = (at - centre).cast<float>(), g = (scale * force).cast<float>();
+  sources.push_back({p.x(), p.y(), p.z(), static_cast<float>(s), g.x(), g.y(), g.z(), 0});
+}
+
+// Equal forces at t along the piece have the second moment of two at ± the root mean square of t: what is left is of
+// fourth order in length over distance, of third where the forces grow along it.
+void NearField::take_pieces(const NeedleRings& rings, std::span<const Vec3> ring_forces,
+                            std::vector<Piece>& pieces) noexcept {
+  pieces.clear();
+  const auto all = rings.rings();
+  for (std::uint32_t begin = 0, end = 0; begin < ring_forces.size(); begin = end) {
+    const NeedleRings::Ring& ring = all[begin];
+    for (end = begin + 1; end < ring_forces.size() && ring.count > 1 && all[end].landmark == ring.landmark;)
+      ++end;
+    Piece piece;
+    piece.first = begin;
+    piece.count = end - begin;
+    piece.centre = 0.5 * (ring.centre + all[end - 1].centre);
+    piece.half_length = 0.5 * (all[end - 1].centre - ring.centre).norm();
+    Vec3 force = Vec3::Zero(), moment = Vec3::Zero();
+    double square = 0;
+    for (std::uint32_t r = begin; r < end; ++r) {
+      const double t = (all[r].centre - piece.centre).dot(ring.axis);
+      force += ring_forces[r];
+      moment += t * ring_forces[r];
+      square += t * t / piece.count;
+    }
+    const double arm = std::sqrt(square);
+    for (std::size_t k = 0; k < 2 && arm > 0; ++k) {
+      const double side = k == 0 ? -1 : 1;
+      piece.at[k] = piece.centre + side * arm * ring.axis;
+      piece.force[k] = 0.5 * (force + side / arm * moment);
+    }
+    pieces.push_back(piece);
+  }
+}
+
+void NearField::add_piece(const NeedleRings& rings, const Piece& piece, const Vec3& centre,
+                          std::vector<NearSource>& sources) const noexcept {
+  for (std::size_t k = 0; k < 2; ++k)
+    add_source(piece.at[k], rings.rings()[piece.first].core.s, piece.force[k], centre, sources);
 }
 
 void NearField::add_to_block(std::uint32_t b, const NeedleRings& rings, std::span<const Vec3> ring_forces,
-                             std::vector<NearSource>& sources, BlockDisplacement<float>& u) const noexcept {
+                             std::span<const Piece> pieces, std::vector<NearSource>& sources,
+                             BlockDisplacement<float>& u) const noexcept {
   sources.clear();
-  for (std::size_t r = 0; r < ring_forces.size(); ++r) {
-    const NeedleRings::Ring& ring = rings.rings()[r];
-    const bool as_one =
-        ring.count == 1 || tissue_.blocks[b].squared_distance(ring.centre) > far_distance_ * far_distance_;
-    add_sources(rings, ring, as_one, ring_forces[r], blocks_.centres[b], sources);
+  const Block& block = tissue_.blocks[b];
+  const Vec3& centre = blocks_.centres[b];
+  for (const Piece& piece : pieces) {
+    if (piece.is_far(block.squared_distance(piece.centre))) {
+      add_piece(rings, piece, centre, sources);
+      continue;
+    }
+    for (std::uint32_t r = piece.first; r < piece.first + piece.count; ++r) {
+      const NeedleRings::Ring& ring = rings.rings()[r];
+      const bool as_one =
+          ring.count == 1 || block.squared_distance(ring.centre) > far_distance_ * far_distance_;
+      add_sources(rings, ring, as_one, ring_forces[r], centre, sources);
+    }
   }
   if (elastic_)
     loops_.kelvin(blocks_.points[b], sources.data(), sources.size(), kelvin_b_, u);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <span>
 #include <vector>
 
@@ -32,9 +33,30 @@ class NearField {
   Mat3 between(const NeedleRings& rings, const NeedleRings::Ring& a,
                const NeedleRings::Ring& b) const noexcept;
 
-  /// u += the field of the rings' forces (N) at the points of block b; `sources` is working memory.
+  /// Rings of a straight piece of shaft, between two landmarks, as two points that carry the same force and the same
+  /// moment: for evaluation points farther than kFarPieces of its lengths. A piece of one ring is that ring.
+  struct Piece {
+    static constexpr double kFarPieces = 1.75;  ///< lengths: 0.2 % of the piece's field there (tests)
+
+    std::uint32_t first = 0, count = 1;  ///< rings
+    Vec3 centre;                         ///< mm
+    double half_length = 0;              ///< mm
+    std::array<Vec3, 2> at, force;       ///< mm, N
+
+    /// Whether to take the two points at this distance from the centre, mm.
+    bool is_far(double squared_distance) const {
+      const double far = 2 * kFarPieces * half_length;
+      return count > 2 && squared_distance > far * far;
+    }
+  };
+  /// `pieces` = those of the rings with these forces (N). Real-time: within its capacity, one for each ring.
+  static void take_pieces(const NeedleRings& rings, std::span<const Vec3> ring_forces,
+                          std::vector<Piece>& pieces) noexcept;
+
+  /// u += the field of the rings' forces (N) at the points of block b; `pieces` are theirs, `sources` working memory.
   void add_to_block(std::uint32_t b, const NeedleRings& rings, std::span<const Vec3> ring_forces,
-                    std::vector<NearSource>& sources, BlockDisplacement<float>& u) const noexcept;
+                    std::span<const Piece> pieces, std::vector<NearSource>& sources,
+                    BlockDisplacement<float>& u) const noexcept;
   /// The same at X, mm, by every ring's points.
   Vec3 displacement_at(const Vec3& X, const NeedleRings& rings,
                        std::span<const Vec3> ring_forces) const noexcept;
@@ -48,6 +70,9 @@ class NearField {
   /// Kelvin's solution: the compliance of a lone landmark (core/elasticity/landmark_stiffness.h) times its core, mm²/N.
   double compliance_times_core() const;
   NearBounds bounds() const;  ///< of a force times scale()
+  /// Adds the piece's two points to `sources`, about `centre`.
+  void add_piece(const NeedleRings& rings, const Piece& piece, const Vec3& centre,
+                 std::vector<NearSource>& sources) const noexcept;
   /// Adds the ring's points, or as one its centre, to `sources`, about `centre`.
   void add_sources(const NeedleRings& rings, const NeedleRings::Ring& ring, bool as_one, const Vec3& force,
                    const Vec3& centre, std::vector<NearSource>& sources) const noexcept;
@@ -62,6 +87,8 @@ class NearField {
  private:
   NearField(const Tissue& tissue, double scale, double needle_radius, SimdTarget target);
   Mat3 value(const Vec3& x, double s) const noexcept;
+  void add_source(const Vec3& at, double s, const Vec3& force, const Vec3& centre,
+                  std::vector<NearSource>& sources) const noexcept;
 
   const Tissue& tissue_;
   const ElasticKernel* elastic_ = nullptr;  // one of these two

@@ -2,6 +2,7 @@
 #include "core/models/matrix_kernel/near_loops.h"
 
 #include <algorithm>
+#include <cstring>
 
 #include "core/base/simd/simd_attributes.h"
 #include "core/kernels/vector_rsqrt.h"
@@ -148,19 +149,25 @@ BRACHY_INLINE void add_compact_gradients(const CellPoints& __restrict X, const N
   }
 }
 
+// A run of 16 floats in one register, or in what the target has: written out, because GCC 12 leaves a loop over them in
+// scalars.
+using Run = float __attribute__((vector_size(64)));
+
 // 16 rows of four nodes, each a run of 12 floats: sums along the run, then x's weights.
 BRACHY_INLINE void interpolate_loop(const float* __restrict values, std::size_t row, std::size_t slice,
                                     const GridPoint* __restrict points, std::size_t count,
                                     BlockDisplacement<float>& __restrict u) {
   for (std::size_t i = 0; i < count; ++i) {
     const GridPoint& p = points[i];
-    float run[16] = {};
+    Run sum = {};
     for (std::size_t z = 0; z < 4; ++z)
       for (std::size_t y = 0; y < 4; ++y) {
-        const float w = p.wz[z] * p.wy[y];
-        const float* v = values + 3 * static_cast<std::size_t>(p.base) + z * slice + y * row;
-        for (std::size_t k = 0; k < 16; ++k) run[k] += w * v[k];
+        Run v;
+        std::memcpy(&v, values + 3 * static_cast<std::size_t>(p.base) + z * slice + y * row, sizeof v);
+        sum += p.wz[z] * p.wy[y] * v;
       }
+    alignas(64) float run[16];
+    std::memcpy(run, &sum, sizeof run);
     u.ux[i] = p.wx[0] * run[0] + p.wx[1] * run[3] + p.wx[2] * run[6] + p.wx[3] * run[9];
     u.uy[i] = p.wx[0] * run[1] + p.wx[1] * run[4] + p.wx[2] * run[7] + p.wx[3] * run[10];
     u.uz[i] = p.wx[0] * run[2] + p.wx[1] * run[5] + p.wx[2] * run[8] + p.wx[3] * run[11];

@@ -185,8 +185,9 @@ TEST(CoredLandmarkField, OnlyLandmarksWithACoreAreSeenWithAllOfIt) {
   const Push push = shaft_and_tip(3, 5, 8);
   rings.build(push.positions, std::vector<double>{0, 0, 0, 8}, 0.635);
   for (const NeedleRings::Ring& ring : rings.rings())
-    EXPECT_EQ(ring.core.self_s, ring.count == 1 ? ring.core.s : 2 * ring.core.s);
+    EXPECT_EQ(ring.core.with(ring.core), ring.count == 1 ? ring.core.s : 2 * ring.core.s);
   EXPECT_EQ(rings.rings().back().core.s, 64);
+  EXPECT_EQ(rings.rings().back().core.with(PointCore::of_landmark(5)), 64);
   rings.build(std::span(push.positions).first(1), {}, 0.635);
   EXPECT_EQ(rings.rings()[0].core, PointCore::of_surface(rings.rings()[0].core.s));
 }
