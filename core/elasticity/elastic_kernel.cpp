@@ -39,11 +39,9 @@ struct Pieces {
         modulus.push_back(m);
       }
     pieces.finish();
-    for_remainder = pieces;
-    for_remainder.s = pieces.smooth_s;
   }
 
-  PointGroups pieces, for_remainder;
+  PointGroups pieces;
   std::vector<Index> group;          // of each piece
   std::vector<std::size_t> modulus;  // of each piece, in `moduli`
   std::vector<double> moduli;
@@ -83,7 +81,7 @@ MatrixXd ElasticKernel::between(const PointGroups& a, const PointGroups& b) cons
   MatrixXd near = kelvin_between(of_a.pieces, of_b.pieces, body_.poisson);
   Remainder::Parts parts;
   if (remainder_) {
-    parts = remainder_->between(of_a.for_remainder, of_b.for_remainder);
+    parts = remainder_->between(of_a.pieces, of_b.pieces);
     near -= parts.held;
   }
   MatrixXd C = MatrixXd::Zero(static_cast<Index>(3 * a.size()), static_cast<Index>(3 * b.size()));
@@ -111,7 +109,7 @@ MatrixXd ElasticKernel::fields(std::span<const Vec3> X, const PointGroups& b, co
   MatrixXd near = fields_of_groups(X, of_b.pieces, of_moduli, body_.poisson);
   Remainder::Parts parts;
   if (remainder_) {
-    parts = remainder_->fields(X, of_b.for_remainder, of_moduli);
+    parts = remainder_->fields(X, of_b.pieces, of_moduli);
     near -= parts.held;
   }
   MatrixXd u = MatrixXd::Zero(rows, sets);
@@ -137,7 +135,7 @@ MatrixXd ElasticKernel::smooth_fields(std::span<const Vec3> X, double modulus, c
     const double w = modulus_weight(modulus, of_b.moduli[of_b.modulus[j]]);
     twice.middleRows<3>(static_cast<Index>(3 * j)) << w * force, force;
   }
-  const Remainder::Parts parts = remainder_->fields(X, of_b.for_remainder, twice);
+  const Remainder::Parts parts = remainder_->fields(X, of_b.pieces, twice);
   MatrixXd u = -parts.held.leftCols(sets);
   if (parts.motion.size() > 0) u += parts.motion.rightCols(sets);
   return u / body_.shear_modulus;

@@ -17,7 +17,7 @@ MatrixXd kelvin_rows(std::span<const Vec3> p, std::span<const double> s, const P
     for (std::uint32_t q = groups.first[g]; q < groups.first[g + 1]; ++q)
       for (std::size_t i = 0; i < p.size(); ++i)
         rows.block<3, 3>(static_cast<Index>(3 * i), static_cast<Index>(3 * g)) +=
-            groups.weights[q] * kelvin(p[i] - groups.points[q], s[i] + groups.s[q], poisson);
+            groups.weights[q] * kelvin(p[i] - groups.points[q], s[i] + groups.smooth_s[q], poisson);
   return rows;
 }
 

@@ -12,7 +12,7 @@ namespace brachy {
 /// one each.
 
 /// Displacements at points `p` (n, mm; s of each, mm²) of unit forces on groups: 3n × 3|groups|, columns weighted sums
-/// over the groups' points.
+/// over the groups' points, each with its smooth_s: for what a remainder makes of them (remainder.h).
 Eigen::MatrixXd kelvin_rows(std::span<const Vec3> p, std::span<const double> s, const PointGroups& groups,
                             double poisson);
 

@@ -102,7 +102,7 @@ PointGroups FemRemainder::loads(const PointGroups& groups) const {
   for (std::size_t g = 0; g < groups.size(); ++g) {
     spread.begin_group();
     for (std::uint32_t i = groups.first[g]; i < groups.first[g + 1]; ++i) {
-      const double s = groups.s[i], weight = groups.weights[i], r = std::sqrt(1.5 * s);
+      const double s = groups.smooth_s[i], weight = groups.weights[i], r = std::sqrt(1.5 * s);
       if (s == 0) add(groups.points[i], 0, weight);
       for (int k = 0; k < 6 && s > 0; ++k)
         add(groups.points[i] + (k % 2 ? r : -r) * Vec3::Unit(k / 2), s, weight / 6);

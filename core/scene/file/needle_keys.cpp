@@ -56,10 +56,11 @@ std::vector<Key<NeedleSettings>> needle_keys() {
 std::vector<Key<ContactSettings>> contact_keys() {
   using S = ContactSettings;
   return {
-      number("tip_core_mm", &S::tip_core_mm, {0, 100}, kLive,
-             "elastic, fem: a tip's force is spread over this radius; 0: before the puncture as wide as "
-             "makes the tissue "
-             "yield by the capsule's law, then 12 mm; else at least √(F/32μ), 5.4 mm for 5.6 N at 6 kPa"),
+      number(
+          "tip_core_mm", &S::tip_core_mm, {0, 100}, kLive,
+          "elastic, fem: a tip's force is spread over this radius; 0: before the puncture as wide as makes "
+          "the tissue yield by the capsule's law, then 12 mm; else at least √(F/32μ), 5.4 mm for 5.6 N at 6 "
+          "kPa"),
       number("surface_slip_mm", &S::surface_slip_mm, {0, 50}, kLive,
              "drag along the capsule beyond which the contact point slides"),
       number("landmark_spacing_mm", &S::landmark_spacing_mm, {0.5, 50}, kLive, "between shaft landmarks"),
@@ -77,6 +78,8 @@ std::vector<Key<ContactSettings>> contact_keys() {
 void check_contact(const TomlTable& t, Scene& scene) {
   const ContactSettings& s = scene.contact;
   const double needle_length_mm = scene.needle.length_mm;
+  if (s.tip_core_mm > 0 && s.tip_core_mm < 0.1)
+    t.contradiction("tip_core_mm", "is " + text_of(s.tip_core_mm) + "; give 0 or at least 0.1");
   if (s.landmark_spacing_mm * (s.max_landmarks - 1) < needle_length_mm)
     t.contradiction(
         "max_landmarks",

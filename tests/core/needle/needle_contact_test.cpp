@@ -79,7 +79,10 @@ TEST_F(Contact, TouchingIsOneLandmarkFromTheFirstCollisionToTheTip) {
   ASSERT_EQ(count(), 1u);
   EXPECT_LT((contact.landmarks()[0].position - entry).norm(), 1e-9);
   EXPECT_LT((contact.landmarks()[0].if_stuck - Vec3(0, 0, 2)).norm(), 1e-9);
-  EXPECT_EQ(contact.landmarks()[0].spread.core_mm, settings.tip_core_mm);
+  // The capsule's law at 2 mm says how stiff the tissue is.
+  EXPECT_EQ(contact.landmarks()[0].spread.core_mm, 0);
+  EXPECT_NEAR(contact.landmarks()[0].spread.stiffness_n_per_mm, 0.3 + 0.06 * 2, 1e-9);
+  EXPECT_EQ(contact.landmarks()[0].spread.axis, Vec3(0, 0, 1));
   EXPECT_NEAR(axial(), 2 * 0.3 + 4 * 0.06, 1e-6);  // the capsule's curve, which is less than the spring's
   EXPECT_NEAR(contact.load(), axial() / tissue.puncture_force_n, 1e-12);
   EXPECT_EQ(contact.puncture_count(), 0u);

@@ -97,6 +97,9 @@ TEST(Scene, ABodyThatMakesNoSenseIsRefused) {
   EXPECT_NE(refusal("[box]\nheld = []").find("is empty"), std::string::npos);
   EXPECT_NE(refusal("[box]\nsize_mm = [1, 2]").find("needs three numbers"), std::string::npos);
   EXPECT_NE(refusal("[needle]\ndiameter_mm = 2\nradius_mm = 2").find("is not half of"), std::string::npos);
+  EXPECT_NE(refusal("[contact]\ntip_core_mm = 0.05")
+                .find("scene.toml:2: 'contact.tip_core_mm' is 0.05; give 0 or at least 0.1"),
+            std::string::npos);
   const Scene far =
       parse_scene(ellipsoid + "centre_mm = [40, 0, 0]\nsemi_axes_mm = [10, 10, 10]", "scene.toml");
   EXPECT_THROW(load_body(far), UserError);
