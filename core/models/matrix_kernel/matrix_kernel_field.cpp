@@ -121,18 +121,18 @@ double MatrixKernelField::core_in_free_space(double stiffness_n_per_mm) const no
 }
 
 // A landmark's compliance is that of its core, which is in proportion to 1/c, and what boundary and regions add at it,
-// S: c from 1/k = w A/c + aᵀ S a, A of core_in_free_space. Where S is most of the compliance the core would be wider
-// than its surroundings, and is held to kWidest times that of free space.
+// S: c from 1/k = w A/c + aᵀ S a, A of core_in_free_space. A core so wide that S could take more than it gives would
+// leave K indefinite: a landmark stiffer than that is as stiff as one of the widest core.
 void MatrixKernelField::find_cores(std::span<const LandmarkSpread> spreads) noexcept {
-  constexpr double kWidest = 4;
+  constexpr double kDefinite = 1.25;  // times a bound of S's eigenvalues, at least
   const auto rings = rings_.rings();
   for (std::size_t r = 0; r < rings.size(); ++r) {
     const std::size_t l = rings[r].landmark[0];
     if (l >= spreads.size() || spreads[l].core_mm > 0 || !(spreads[l].stiffness_n_per_mm > 0)) continue;
+    const Mat3 S = smooth_->columns().self_compliance(l);
     const Vec3& a = spreads[l].axis;
-    const double wanted = 1 / spreads[l].stiffness_n_per_mm;
-    const double smooth = a.dot(smooth_->columns().self_compliance(l) * a);
-    const double own = std::max(wanted - smooth, wanted / kWidest);
+    const double most = S.cwiseAbs().rowwise().sum().maxCoeff();
+    const double own = std::max(1 / spreads[l].stiffness_n_per_mm - a.dot(S * a), kDefinite * most);
     ring_cores_[l] = core_in_free_space(smooth_->near_factor(r, 0, r, 0) / own);
     rings_.set_core(r, ring_cores_[l]);
   }

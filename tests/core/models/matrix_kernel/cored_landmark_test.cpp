@@ -51,6 +51,23 @@ TEST_P(CoredLandmark, YieldsAsItsStiffnessSays) {
     }
 }
 
+// Stiffer than any tissue: the widest core, and a system that can be solved.
+TEST_P(CoredLandmark, AStiffnessBeyondTheTissuesIsThatOfTheWidestCore) {
+  MatrixKernelField field(phantom(), GetParam(), {}, {});
+  for (std::size_t i = 0; i < phantom().size(); i += 37) {
+    const Vec3 p = phantom().rest_vertices[i];
+    double core = 0;
+    for (const double k : {2.0, 10.0, 1e6}) {
+      const std::vector<LandmarkSpread> spreads = {{.stiffness_n_per_mm = k, .axis = Vec3::UnitZ()}};
+      ASSERT_TRUE(field.factorize({&p, 1}, spreads)) << k << " at " << p.transpose();
+      if (k > 10) {
+        EXPECT_EQ(field.cores()[0], core) << p.transpose();
+      }
+      core = field.cores()[0];
+    }
+  }
+}
+
 std::vector<const char*> models_to_run() {
   std::vector<const char*> models = {"elastic"};
   if (!test::kIsSanitized) models.push_back("fem");
