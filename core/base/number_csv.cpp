@@ -6,6 +6,7 @@
 #include <cmath>
 #include <fstream>
 
+#include "core/base/denied_folder.h"
 #include "core/base/error.h"
 #include "core/base/one_line.h"
 
@@ -146,6 +147,7 @@ NumberTable load_number_csv(const std::filesystem::path& file, std::string_view 
   const std::string name = file.string();
   std::error_code error;
   const auto status = std::filesystem::status(file, error);
+  refuse_denied_folder(file);
   if (!std::filesystem::exists(status))
     throw UserError(name + ": no such file; give a CSV of " + std::string(header));
   if (!std::filesystem::is_regular_file(status))

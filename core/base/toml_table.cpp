@@ -7,6 +7,7 @@
 #include <toml++/toml.h>
 
 #include "core/base/one_line.h"
+#include "core/base/toml_precheck.h"
 
 namespace brachy {
 namespace {
@@ -74,6 +75,8 @@ struct TomlTable::State {
 };
 
 TomlTable parse_toml(std::string_view text, const std::string& name) {
+  if (const auto excess = find_toml_excess(text))
+    refuse(name + ":" + std::to_string(excess->line) + ": " + excess->what);
   try {
     const auto root = std::make_shared<const toml::table>(toml::parse(text, name));
     return TomlTable(std::make_shared<TomlTable::State>(TomlTable::State{root, root.get(), "", name, {}}));

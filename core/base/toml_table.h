@@ -55,7 +55,7 @@ class TomlTable {
 };
 
 /// Parses a file's text; `name` stands for the file in errors. Returns the table of the top level.
-/// Throws UserError "name:line: not valid TOML: …".
+/// Throws UserError "name:line: not valid TOML: …", and for text beyond the limits of core/base/toml_precheck.h.
 TomlTable parse_toml(std::string_view text, const std::string& name);
 
 }  // namespace brachy

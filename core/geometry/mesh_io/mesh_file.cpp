@@ -16,6 +16,7 @@
 #include <system_error>
 #include <vector>
 
+#include "core/base/denied_folder.h"
 #include "core/base/error.h"
 #include "core/base/one_line.h"
 #include "core/geometry/mesh_io/mesh_precheck.h"
@@ -44,6 +45,8 @@ class OneFileSystem : public Assimp::IOSystem {
 
 enum class MeshFormat { kStl, kObj, kPly };
 
+constexpr std::size_t kMaxPolygonWork = 100'000'000;  // steps of triangulate_polygon: a second or two
+
 /// assimp's messages quote the file's content, which is untrusted.
 std::string quoted(std::string text) {
   text.resize(std::min(text.size(), std::size_t{160}));
@@ -65,6 +68,7 @@ MeshFormat format_of(const std::filesystem::path& path, const std::string& name)
 std::string read_bytes(const std::filesystem::path& path, const std::string& name, std::uintmax_t max_bytes) {
   std::error_code error;
   const auto status = std::filesystem::status(path, error);
+  refuse_denied_folder(path);
   if (!std::filesystem::exists(status)) throw UserError(name + ": no such file; check the path");
   if (std::filesystem::is_directory(status))
     throw UserError(name + ": is a directory; name a mesh file in it");
@@ -125,7 +129,8 @@ void check_scene(const aiScene& scene, const std::string& name) {
   }
 }
 
-SurfaceMesh to_surface(const aiScene& scene, const MeshFileOptions& options) {
+SurfaceMesh to_surface(const aiScene& scene, const MeshFileOptions& options, const std::string& name) {
+  std::size_t work = 0;
   const double scale = options.units == MeshUnits::kM ? 1000.0 : 1.0;
   const double xy = options.frame == MeshFrame::kLps ? -scale : scale;  // LPS to RAS: half a turn about z
   SurfaceMesh surface;
@@ -141,7 +146,9 @@ SurfaceMesh to_surface(const aiScene& scene, const MeshFileOptions& options) {
       std::vector<Vec3> corners;  // points and lines make no triangles
       for (unsigned k = 0; k < face.mNumIndices; ++k)
         corners.push_back(surface.vertices[base + face.mIndices[k]]);
-      for (const auto& t : triangulate_polygon(corners)) {
+      if (work > kMaxPolygonWork)
+        throw UserError(name + ": too many polygons of many corners; export the mesh again as triangles");
+      for (const auto& t : triangulate_polygon(corners, work)) {
         surface.triangles.push_back(
             {base + face.mIndices[t[0]], base + face.mIndices[t[1]], base + face.mIndices[t[2]]});
       }
@@ -164,7 +171,7 @@ SurfaceMesh parse(const std::string& bytes, MeshFormat format, const MeshFileOpt
                     "); export the mesh again");
   }
   check_scene(*scene, name);
-  return to_surface(*scene, options);
+  return to_surface(*scene, options, name);
 }
 
 }  // namespace
@@ -173,9 +180,12 @@ SurfaceMesh read_mesh_file(const std::filesystem::path& path, const MeshFileOpti
   const std::string name = one_line(path.string());
   const MeshFormat format = format_of(path, name);
   try {
-    const std::string bytes = read_bytes(path, name, options.max_bytes);
+    std::string bytes = read_bytes(path, name, options.max_bytes);
     if (format == MeshFormat::kStl) check_stl_bytes(bytes, name);
-    if (format == MeshFormat::kObj) check_obj_bytes(bytes, name);
+    if (format == MeshFormat::kObj) {
+      check_obj_bytes(bytes, name);
+      keep_surface_lines(bytes);
+    }
     if (format == MeshFormat::kPly) check_ply_bytes(bytes, name);
     SurfaceMesh surface = parse(bytes, format, options, name);
     if (surface.triangles.empty()) throw UserError(name + ": has no triangles; export a surface mesh");

@@ -18,4 +18,8 @@ void check_ply_bytes(std::string_view bytes, const std::string& name);
 /// An OBJ file declares no sizes: checks only that it is text.
 void check_obj_bytes(std::string_view bytes, const std::string& name);
 
+/// Blanks every line of an OBJ but vertices and faces: materials, groups and the like make a mesh of their own each in
+/// assimp, which takes time that grows with the square of their number. The lines keep their numbers.
+void keep_surface_lines(std::string& obj);
+
 }  // namespace brachy

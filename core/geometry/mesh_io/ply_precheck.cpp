@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "core/base/error.h"
+#include "core/base/one_line.h"
 #include "core/geometry/mesh_io/mesh_precheck.h"
 #include "core/geometry/mesh_io/mesh_words.h"
 
@@ -45,6 +46,12 @@ std::size_t ply_type_size(std::string_view type, const std::string& name) {
   throw UserError(name + ": PLY header has an unknown property type; export the mesh again");
 }
 
+constexpr std::size_t kMaxElements = 32, kMaxProperties = 256, kMaxHeaderLines = 10'000;
+
+[[noreturn]] void too_long(const std::string& name) {
+  throw UserError(name + ": PLY header is longer than that of any mesh; export the mesh again");
+}
+
 /// Reads the header and advances `text` to the data.
 PlyHeader read_ply_header(std::string_view& text, const std::string& name) {
   PlyHeader header;
@@ -53,6 +60,7 @@ PlyHeader read_ply_header(std::string_view& text, const std::string& name) {
     if (text.find('\n') == std::string_view::npos) {
       throw UserError(name + ": PLY header is truncated; export the mesh again");
     }
+    if (line_number > kMaxHeaderLines) too_long(name);
     std::string_view line = next_line(text);
     const std::string_view keyword = next_word(line);
     if (line_number == 1 && keyword != "ply")
@@ -64,6 +72,7 @@ PlyHeader read_ply_header(std::string_view& text, const std::string& name) {
       header.big_endian = format == "binary_big_endian";
       has_format = header.ascii || header.big_endian || format == "binary_little_endian";
     } else if (keyword == "element") {
+      if (header.elements.size() == kMaxElements) too_long(name);
       PlyElement element{std::string(next_word(line)), 0, {}};
       const auto count = to_count(next_word(line));
       // An entry takes a byte at least; this also keeps the sums below from overflowing.
@@ -76,6 +85,7 @@ PlyHeader read_ply_header(std::string_view& text, const std::string& name) {
       element.count = *count;
       header.elements.push_back(std::move(element));
     } else if (keyword == "property" && !header.elements.empty()) {
+      if (header.elements.back().properties.size() == kMaxProperties) too_long(name);
       std::string_view type = next_word(line);
       PlyProperty property;
       if (type == "list") {
@@ -157,8 +167,8 @@ void check_ply_bytes(std::string_view bytes, const std::string& name) {
       for (const PlyProperty& property : element.properties) {
         if (header.ascii ? skip_ascii(data, property) : skip_binary(data, property, header.big_endian))
           continue;
-        throw UserError(name + ": ends or cannot be read within " + element.name + " " + std::to_string(i) +
-                        " of " + std::to_string(element.count) +
+        throw UserError(name + ": ends or cannot be read within " + one_short_line(element.name) + " " +
+                        std::to_string(i) + " of " + std::to_string(element.count) +
                         "; it is truncated or damaged, export the mesh again");
       }
     }

@@ -8,6 +8,8 @@
 namespace brachy {
 namespace {
 
+constexpr std::size_t kMaxSolids = 1000;  // each becomes a mesh of its own
+
 /// Whether `text` continues with these tokens; "#" stands for a number, on the same line as assimp requires.
 bool reads(std::string_view& text, std::string_view words) {
   for (std::string_view wanted = next_word(words); !wanted.empty(); wanted = next_word(words)) {
@@ -20,9 +22,12 @@ bool reads(std::string_view& text, std::string_view words) {
 }
 
 void check_text(std::string_view text, const std::string& name) {
-  std::size_t facets = 0;
+  std::size_t facets = 0, solids = 0;
   for (std::string_view word = next_word(text); !word.empty(); word = next_word(text)) {
     if (word == "solid") {
+      if (++solids > kMaxSolids)
+        throw UserError(name + ": text STL with more than " + std::to_string(kMaxSolids) +
+                        " solids; export the surface as one");
       next_line(text);  // its name
       for (word = next_word(text); word == "facet"; word = next_word(text), ++facets) {
         const bool whole =
@@ -62,6 +67,23 @@ void check_stl_bytes(std::string_view bytes, const std::string& name) {
   throw UserError(name + ": binary STL declares " + std::to_string(count) + " triangles, i.e. " +
                   std::to_string(kHeader + kTriangle * count) + " bytes, but has " +
                   std::to_string(bytes.size()) + "; it is truncated or damaged, export the mesh again");
+}
+
+void keep_surface_lines(std::string& obj) {
+  bool is_dropped = false, is_continued = false;
+  for (std::size_t begin = 0; begin < obj.size();) {
+    const std::size_t end = std::min(obj.find('\n', begin), obj.size());
+    std::string_view line(obj.data() + begin, end - begin);
+    if (!is_continued) {
+      std::string_view rest = line;
+      const std::string_view word = next_word(rest);
+      is_dropped = word != "v" && word != "vt" && word != "vn" && word != "f";
+    }
+    while (line.ends_with('\r') || line.ends_with(' ')) line.remove_suffix(1);
+    is_continued = line.ends_with('\\');
+    if (is_dropped) std::fill_n(obj.begin() + static_cast<std::ptrdiff_t>(begin), end - begin, ' ');
+    begin = end + 1;
+  }
 }
 
 void check_obj_bytes(std::string_view bytes, const std::string& name) {

@@ -113,7 +113,7 @@ PreparedSurface prepare_surface(const SurfaceMesh& input, const SurfaceOptions& 
 
   const std::vector<Piece> components = measure_pieces(mesh, topology.component, topology.component_count);
   const std::vector<bool> kept = choose_kept(components, topology, options.min_island_share);
-  const std::vector<bool> cavity = find_cavities(mesh, topology, kept);
+  const std::vector<bool> cavity = find_cavities(mesh, topology, kept, name);
   for (std::size_t t = 0; t < turned.size(); ++t) {
     const std::uint32_t c = topology.component[t];
     if (cavity[c]) turn(t);

@@ -54,7 +54,8 @@ struct PreparedSurface {
 ///
 /// The result's order (vertices by position; each triangle from its lowest index; triangles sorted) does not depend
 /// on the input's. `name` is the file's, for messages.
-/// Errors: UserError where a vertex is not finite, an index is out of range, or an option is out of range.
+/// Errors: UserError where a vertex is not finite, an index is out of range, or an option is out of range; or where the
+/// pieces are so many, and so nested, that find_cavities would take longer than a few seconds.
 PreparedSurface prepare_surface(const SurfaceMesh& mesh, const SurfaceOptions& options,
                                 const std::string& name);
 

@@ -2,6 +2,10 @@
 
 #include <cmath>
 #include <numbers>
+#include <numeric>
+#include <span>
+
+#include "core/base/error.h"
 
 namespace brachy {
 namespace {
@@ -10,12 +14,10 @@ double volume6(const Vec3& a, const Vec3& b, const Vec3& c) {
   return a.dot(b.cross(c));
 }
 
-/// The winding number of the triangles of component `c` about p: solid angles by van Oosterom, Strackee (1983).
-double winding_number(const SurfaceMesh& mesh, const std::vector<std::uint32_t>& component, std::uint32_t c,
-                      const Vec3& p) {
+/// The winding number of `triangles` about p: solid angles by van Oosterom, Strackee (1983).
+double winding_number(const SurfaceMesh& mesh, std::span<const std::uint32_t> triangles, const Vec3& p) {
   double half_angles = 0;
-  for (std::size_t t = 0; t < component.size(); ++t) {
-    if (component[t] != c) continue;
+  for (const std::uint32_t t : triangles) {
     const Triangle& corner = mesh.triangles[t];
     const Vec3 x = mesh.vertices[corner[0]] - p, y = mesh.vertices[corner[1]] - p,
                z = mesh.vertices[corner[2]] - p;
@@ -24,6 +26,24 @@ double winding_number(const SurfaceMesh& mesh, const std::vector<std::uint32_t>&
   }
   return half_angles / (2 * std::numbers::pi);
 }
+
+/// The triangles of each component, ascending.
+struct TrianglesOfPieces {
+  TrianglesOfPieces(const std::vector<std::uint32_t>& component, std::size_t count)
+      : first(count + 1, 0), triangles(component.size()) {
+    for (const std::uint32_t c : component) ++first[c + 1];
+    std::partial_sum(first.begin(), first.end(), first.begin());
+    std::vector<std::size_t> next(first.begin(), first.end() - 1);
+    for (std::size_t t = 0; t < component.size(); ++t)
+      triangles[next[component[t]]++] = static_cast<std::uint32_t>(t);
+  }
+  std::span<const std::uint32_t> of(std::size_t c) const {
+    return std::span(triangles).subspan(first[c], first[c + 1] - first[c]);
+  }
+
+  std::vector<std::size_t> first;
+  std::vector<std::uint32_t> triangles;
+};
 
 }  // namespace
 
@@ -67,7 +87,7 @@ std::vector<bool> choose_kept(const std::vector<Piece>& pieces, const SurfaceTop
 }
 
 std::vector<bool> find_cavities(const SurfaceMesh& mesh, const SurfaceTopology& topology,
-                                const std::vector<bool>& kept) {
+                                const std::vector<bool>& kept, const std::string& name) {
   const std::size_t count = topology.component_count;
   std::vector<bool> cavity(count, false);
   std::vector<Vec3> min(count, Vec3::Constant(1e300)), max(count, Vec3::Constant(-1e300)), vertex(count);
@@ -79,14 +99,27 @@ std::vector<bool> find_cavities(const SurfaceMesh& mesh, const SurfaceTopology& 
       vertex[c] = mesh.vertices[v];
     }
   }
-  const auto counts = [&](std::size_t c) { return kept[c] && topology.edges[c].bad() == 0; };
-  for (std::size_t inner = 0; inner < count; ++inner) {
-    for (std::uint32_t outer = 0; outer < count && counts(inner); ++outer) {
-      if (outer == inner || !counts(outer)) continue;
+  std::vector<std::size_t> closed;
+  for (std::size_t c = 0; c < count; ++c)
+    if (kept[c] && topology.edges[c].bad() == 0) closed.push_back(c);
+  const auto refuse = [&](const std::string& what) {
+    throw UserError(name + ": " + what + "; remove pieces, or export the organ as one closed surface");
+  };
+  if (closed.size() > kMaxClosedPieces)
+    refuse("consists of " + std::to_string(closed.size()) + " separate pieces, more than " +
+           std::to_string(kMaxClosedPieces));
+  const TrianglesOfPieces pieces(topology.component, count);
+  std::size_t work = 0;
+  for (const std::size_t inner : closed) {
+    for (const std::size_t outer : closed) {
+      if (outer == inner) continue;
       if ((min[inner].array() < min[outer].array()).any() || (max[inner].array() > max[outer].array()).any())
         continue;
-      if (winding_number(mesh, topology.component, outer, vertex[inner]) > 0.5)
-        cavity[inner] = !cavity[inner];
+      work += pieces.of(outer).size();
+      if (work > kMaxCavityWork)
+        refuse(
+            "has too many closed pieces within others to tell cavities from solid parts in reasonable time");
+      if (winding_number(mesh, pieces.of(outer), vertex[inner]) > 0.5) cavity[inner] = !cavity[inner];
     }
   }
   return cavity;

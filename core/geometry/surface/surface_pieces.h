@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <string>
 #include <vector>
 
 #include "core/geometry/surface/surface_topology.h"
@@ -26,8 +27,12 @@ std::vector<bool> choose_kept(const std::vector<Piece>& components, const Surfac
                               double min_share);
 
 /// The kept closed components that lie within an odd number of other kept closed ones. All must be wound outward,
-/// each on its own.
+/// each on its own. Compares a piece with all triangles of each piece whose box holds its own: UserError, which begins
+/// with `name`, beyond the limits below, a few seconds of one core.
 std::vector<bool> find_cavities(const SurfaceMesh& mesh, const SurfaceTopology& topology,
-                                const std::vector<bool>& kept);
+                                const std::vector<bool>& kept, const std::string& name);
+
+inline constexpr std::size_t kMaxClosedPieces = 10'000;
+inline constexpr std::size_t kMaxCavityWork = 30'000'000;  ///< solid angles of triangles
 
 }  // namespace brachy

@@ -15,10 +15,11 @@ bool position_less(const Vec3& a, const Vec3& b) {
   return std::lexicographical_compare(a.data(), a.data() + 3, b.data(), b.data() + 3);
 }
 
-/// Representatives by grid cell; cells of 16 tolerances, so that a search rarely needs more than one.
+/// Representatives by grid cell. Cells of 4 tolerances hold few, since representatives are more than one apart, however
+/// close the vertices of a damaged mesh lie.
 class RepresentativeGrid {
  public:
-  RepresentativeGrid(std::size_t vertices, double tolerance) : tolerance_(tolerance), cell_(16 * tolerance) {
+  RepresentativeGrid(std::size_t vertices, double tolerance) : tolerance_(tolerance), cell_(4 * tolerance) {
     heads_.reserve(vertices / 2);
   }
 

@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include "core/base/utf8.h"
 #include "core/geometry/mesh_io/mesh_file.h"
 #include "core/geometry/surface/surface_check.h"
 #include "tests/core/geometry/tissue/mesh_fixtures.h"
@@ -132,6 +133,16 @@ TEST(MeshDamage, APlyHeadersLineOfNoKnownKindIsRefusedAndNamed) {
             std::string::npos);
   EXPECT_TRUE(reads_closed(
       TempFile("c.ply", with(good, "element vertex", "comment by hand\nobj_info 1\nelement vertex"))));
+}
+
+// A fuzz run found it: the element that ends too soon was quoted with the control characters of its name.
+TEST(MeshDamage, APlyElementsNameIsQuotedAsOneShortLine) {
+  const std::string name = "edge\x01\x7F" + std::string(5000, 'x');
+  const std::string message = refusal("a.ply", with(ply(tetrahedron(), "ascii"), "end_header",
+                                                    "element " + name + " 2\nproperty int a\nend_header"));
+  EXPECT_NE(message.find("within edge  xxx"), std::string::npos) << message;
+  EXPECT_LT(message.size(), 400U);
+  EXPECT_TRUE(is_printable(message)) << message;
 }
 
 TEST(MeshDamage, APointCloudIsRefused) {
