@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "haptics/force/elapsed.h"
+
 namespace brachy {
 
 std::string_view to_string(Intervention intervention) {
@@ -58,13 +60,14 @@ void ForceGate::pose_not_finite() {
 }
 
 void ForceGate::check(std::int64_t now_ns) {
-  if (connected_ && has_pose_ && !latched_ && now_ns - pose_ns_ > settings_.stale_ns)
+  if (connected_ && has_pose_ && !latched_ && elapsed_ns(pose_ns_, now_ns) > settings_.stale_ns)
     fail(Intervention::kStale);
 }
 
 double ForceGate::gain(std::int64_t now_ns) const {
   if (!connected_ || latched_ || !has_pose_) return 0;
-  const double ramp = static_cast<double>(now_ns - ramp_ns_) / static_cast<double>(settings_.ramp_in_ns);
+  const double ramp =
+      static_cast<double>(elapsed_ns(ramp_ns_, now_ns)) / static_cast<double>(settings_.ramp_in_ns);
   return std::clamp(ramp, 0.0, 1.0);
 }
 

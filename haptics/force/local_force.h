@@ -12,7 +12,7 @@ namespace brachy {
 /// Actions of LocalForce::evaluate; bits of DeviceForce::flags.
 enum LocalForceFlag : std::uint32_t {
   kLocalExpired = 1u << 0,           ///< no model, or it exceeded its time to live: the force goes to 0
-  kLocalNotFinite = 1u << 1,         ///< the tip is NaN or infinite: the force goes to 0
+  kLocalNotFinite = 1u << 1,         ///< the tip is NaN, infinite or beyond kFarthestMm: the force goes to 0
   kLocalClamped = 1u << 2,           ///< the requested force exceeded the limit
   kLocalSlewed = 1u << 3,            ///< the change of force was limited to 0.5 N/ms
   kLocalStiffnessLimited = 1u << 4,  ///< the model was stiffer than the limit
@@ -36,8 +36,10 @@ struct DeviceForce {
 /// or turned back: take() drags the model's contact point through the tips recorded since that pose, so that
 /// a late model gives the same force as one without delay. Otherwise a hand that turns back would feel the
 /// friction of the previous direction for as long as the network's delay, and friction in the direction of
-/// motion feeds an oscillation. For any new model, the force changes by at most 0.5 N/ms and its norm does
-/// not exceed the limit.
+/// motion feeds an oscillation.
+///
+/// Whatever comes, model, tip or time, the force is finite, its norm does not exceed the limit, and it changes by at
+/// most 0.5 N/ms. Limits that are no numbers above 0 give no force.
 ///
 /// Threads: one. Real-time: no allocation, lock or exception; evaluate O(1), take O(tips since its pose) ≤
 /// kTips.
@@ -52,8 +54,9 @@ class LocalForce {
   /// (kUnknown: the model is used at the present tip unchanged). Returns false for a model that is not
   /// usable; the last one stays.
   bool take(const LocalContactModel& model, std::int64_t pose_stamp_ns, std::int64_t now_ns) noexcept {
-    if (!is_usable(model)) return false;
+    if (!is_usable(model) || !(limits_.max_stiffness_n_per_mm > 0)) return false;
     model_ = model;
+    model_.time_to_live_s = std::min(model_.time_to_live_s, kLongestTimeToLiveS);
     stiffness_limited_ = stiffness_limiter_.apply(model_, limits_.max_stiffness_n_per_mm);
     arrived_ns_ = now_ns;
     has_model_ = true;
@@ -78,12 +81,12 @@ class LocalForce {
   /// (ForceGate); adds to `flags`.
   Vec3 wanted(const Vec3& tip, std::int64_t pose_stamp_ns, std::int64_t now_ns,
               std::uint32_t& flags) noexcept {
-    if (!tip.allFinite()) {
+    if (!is_place(tip)) {
       flags |= kLocalNotFinite;
       return Vec3::Zero();
     }
     remember(tip, pose_stamp_ns);
-    if (has_model_ && static_cast<double>(now_ns - arrived_ns_) > 1e9 * model_.time_to_live_s)
+    if (has_model_ && static_cast<double>(elapsed_ns(arrived_ns_, now_ns)) > 1e9 * model_.time_to_live_s)
       has_model_ = false;
     if (!has_model_) {
       flags |= kLocalExpired;

@@ -7,13 +7,24 @@
 
 namespace brachy {
 
-/// Whether an untrusted model can be used: finite except for its bounds, which may be infinite, the axis a
-/// unit vector, stiffnesses ≥ 0, min ≤ 0 ≤ max.
+/// No place, stiffness or force of a simulation is beyond these, mm, N/mm and N: within them no product overflows.
+inline constexpr double kFarthestMm = 1e6, kStiffestNPerMm = 1e6, kLargestLateralN = 1e6;
+/// A model's time to live is cut to this, s.
+inline constexpr double kLongestTimeToLiveS = 5;
+
+/// Whether a place is finite and near enough to calculate with.
+inline bool is_place(const Vec3& p) {
+  return p.allFinite() && p.cwiseAbs().maxCoeff() <= kFarthestMm;
+}
+
+/// Whether an untrusted model can be used: finite except for its bounds, which may be infinite, and within the limits
+/// above, the axis a unit vector, stiffnesses ≥ 0, min ≤ 0 ≤ max.
 inline bool is_usable(const LocalContactModel& m) {
-  const bool finite = m.reference_tip.allFinite() && m.contact_point.allFinite() && m.axis.allFinite() &&
-                      m.lateral_n.allFinite() && std::isfinite(m.axial_stiffness_n_per_mm) &&
-                      std::isfinite(m.lateral_stiffness_n_per_mm) && std::isfinite(m.time_to_live_s);
-  return finite && std::abs(m.axis.squaredNorm() - 1) < 1e-6 && m.axial_stiffness_n_per_mm >= 0 &&
+  const bool bounded = is_place(m.reference_tip) && is_place(m.contact_point) && m.axis.allFinite() &&
+                       m.lateral_n.allFinite() && m.lateral_n.cwiseAbs().maxCoeff() <= kLargestLateralN &&
+                       m.axial_stiffness_n_per_mm <= kStiffestNPerMm &&
+                       m.lateral_stiffness_n_per_mm <= kStiffestNPerMm && std::isfinite(m.time_to_live_s);
+  return bounded && std::abs(m.axis.squaredNorm() - 1) < 1e-6 && m.axial_stiffness_n_per_mm >= 0 &&
          m.lateral_stiffness_n_per_mm >= 0 && m.axial_min_n <= 0 && m.axial_max_n >= 0 &&
          m.after_puncture_n >= 0;
 }

@@ -25,7 +25,8 @@ SimulatedLoop::SimulatedLoop(const LoopSettings& settings, LoopSimulation simula
       forces_(to_ns(settings.delay_s)),
       device_(settings.device, start.p),
       R_WN_(start.R),
-      local_(settings.limits) {}
+      local_(settings.limits),
+      received_(settings.limits.max_force_n) {}
 
 Vec3 SimulatedLoop::step(const RigidTransform& hand) {
   serve_until(now_ns_);
@@ -45,9 +46,9 @@ Vec3 SimulatedLoop::force_now(const Vec3& tip) {
   }
   if (const auto f = forces_.newest(now_ns_)) {
     if (f->pose_stamp_ns >= 0) longest_delay_ns_ = std::max(longest_delay_ns_, now_ns_ - f->pose_stamp_ns);
-    force_ = *f;
+    received_.take(f->force_n, 0, false, now_ns_);
   }
-  return force_.force_n;
+  return received_.evaluate(now_ns_);
 }
 
 // The server's ticks and evaluations before `now_ns`, in order of time; at the same instant the tick first.
@@ -55,7 +56,7 @@ void SimulatedLoop::serve_until(std::int64_t now_ns) {
   for (;;) {
     const bool ticks = settings_.local_model || next_tick_ns_ <= next_evaluation_ns_;
     const std::int64_t at_ns = ticks ? next_tick_ns_ : next_evaluation_ns_;
-    if (at_ns >= now_ns) return;
+    if (at_ns >= now_ns || 1e-9 * static_cast<double>(at_ns) >= settings_.server_ends_s) return;
     if (ticks) {
       tick(at_ns);
       next_tick_ns_ += tick_period_ns_;

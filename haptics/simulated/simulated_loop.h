@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 #include <functional>
 #include <utility>
@@ -7,6 +8,7 @@
 #include "core/needle/local_contact_model.h"
 #include "core/needle/needle_pose.h"
 #include "haptics/force/local_force.h"
+#include "haptics/force/received_force.h"
 #include "haptics/simulated/delay_line.h"
 #include "haptics/simulated/device_dynamics.h"
 
@@ -15,13 +17,14 @@ namespace brachy {
 /// Parameters of a closed loop of device, network and simulation.
 struct LoopSettings {
   DeviceDynamicsSettings device;
-  bool local_model = true;     ///< the device evaluates its force; false: the server does and sends it
-  double delay_s = 0;          ///< of the network, each way, ≥ 0
-  double drop_share = 0;       ///< of the poses, 0 … 1
-  std::uint64_t seed = 1;      ///< of which poses are lost
-  double simulation_hz = 200;  ///< > 0
-  double wire_hz = 1000;       ///< forces a second from the server, > 0, if it sends them
-  ForceLimits limits;          ///< applied where the force is evaluated
+  bool local_model = true;          ///< the device evaluates its force; false: the server does and sends it
+  double delay_s = 0;               ///< of the network, each way, ≥ 0
+  double drop_share = 0;            ///< of the poses, 0 … 1
+  std::uint64_t seed = 1;           ///< of which poses are lost
+  double simulation_hz = 200;       ///< > 0
+  double wire_hz = 1000;            ///< forces a second from the server, > 0, if it sends them
+  double server_ends_s = INFINITY;  ///< from then on the server, stopped or dead, sends nothing
+  ForceLimits limits;               ///< applied where the force is evaluated
 };
 
 /// One tick of the simulation with the newest pose received (not present: none yet).
@@ -40,6 +43,9 @@ class SimulatedLoop {
   /// One device cycle: read, evaluate or receive the force, send, move. The hand is at `hand` at its end.
   /// Returns the force on the needle during the cycle, N.
   Vec3 step(const RigidTransform& hand);
+
+  /// The force from the wire was past its time to live, and the device latched.
+  bool is_latched() const { return received_.is_latched(); }
 
   const DeviceDynamics& device() const { return device_; }
   DeviceDynamics& device() { return device_; }
@@ -76,9 +82,9 @@ class SimulatedLoop {
   DeviceDynamics device_;
   Mat3 R_WN_;  // of the hand
   std::uint64_t sequence_ = 0;
-  LocalForce local_;                      // beside the device, or in the server
-  StampedForce force_{Vec3::Zero(), -1};  // the device's last from the wire
-  NeedlePose pose_;                       // the server's newest
+  LocalForce local_;        // beside the device, or in the server
+  ReceivedForce received_;  // the device's, from the wire
+  NeedlePose pose_;         // the server's newest
 };
 
 }  // namespace brachy

@@ -1,72 +1,160 @@
 #include "net/access/gate.h"
 
-#include <utility>
+#include <arpa/inet.h>
+#include <netinet/in.h>
 
-#include "net/base/clock.h"
+#include <algorithm>
+#include <cstring>
+#include <utility>
 
 namespace brachy::net {
 namespace {
-
-constexpr std::size_t kMaxAddresses = 1024;  // for which wrong tokens are counted
 
 ErrorMessage fatal(ErrorCode code, std::string text) {
   return {code, true, 0, 0, std::move(text)};
 }
 
+constexpr const char* kLoopback = "the loopback";
+
 }  // namespace
 
-ConnectionSlot::ConnectionSlot(std::shared_ptr<ConnectionCounts> counts, std::string address,
+std::string origin_of(const std::string& address) {
+  in_addr v4{};
+  if (::inet_pton(AF_INET, address.c_str(), &v4) == 1)
+    return (ntohl(v4.s_addr) >> 24) == 127 ? kLoopback : address;
+  in6_addr v6{};
+  const std::string without_zone = address.substr(0, address.find('%'));
+  if (::inet_pton(AF_INET6, without_zone.c_str(), &v6) != 1) return address;
+  if (IN6_IS_ADDR_LOOPBACK(&v6)) return kLoopback;
+  std::memset(v6.s6_addr + 8, 0, 8);
+  char text[INET6_ADDRSTRLEN] = "";
+  ::inet_ntop(AF_INET6, &v6, text, sizeof text);
+  return std::string(text) + "/64";
+}
+
+ConnectionSlot::ConnectionSlot(std::shared_ptr<ConnectionCounts> counts, std::string address, Stage stage,
                                std::optional<ErrorMessage> refusal)
-    : counts_(std::move(counts)), address_(std::move(address)), refusal_(std::move(refusal)) {
-  if (!counts_) return;
-  if (refusal_) {
-    ++counts_->pending_refusals;
-    return;
-  }
-  ++counts_->slots;
-  ++counts_->slots_of[address_];
+    : counts_(std::move(counts)),
+      address_(std::move(address)),
+      origin_(origin_of(address_)),
+      stage_(stage),
+      refusal_(std::move(refusal)) {
+  enter(stage);
 }
 
 ConnectionSlot::~ConnectionSlot() {
-  if (!counts_) return;
-  if (refusal_) {
-    --counts_->pending_refusals;
-    return;
+  leave();
+}
+
+void ConnectionSlot::enter(Stage stage) {
+  stage_ = stage;
+  switch (stage) {
+    case Stage::kExempt:
+    case Stage::kShed:
+      return;
+    case Stage::kWaiting:
+      counts_->waiting.push_back(this);
+      return;
+    case Stage::kRefused:
+      ++counts_->pending_refusals;
+      return;
+    case Stage::kImmediateClient:
+      ++counts_->immediate;
+      [[fallthrough]];
+    case Stage::kClient:
+      ++counts_->clients;
+      ++counts_->clients_of[origin_];
   }
-  --counts_->slots;
-  const auto of_address = counts_->slots_of.find(address_);
-  if (--of_address->second == 0) counts_->slots_of.erase(of_address);
 }
 
-Gate::Gate(std::uint32_t max_slots, std::uint32_t max_of_address, TokenGrants tokens)
-    : max_slots_(max_slots), max_of_address_(max_of_address), tokens_(std::move(tokens)) {}
-
-std::shared_ptr<const ConnectionSlot> Gate::acquire_slot(const std::string& address, std::int64_t now_ns) {
-  auto refused = refusal_at_entry(address, now_ns);
-  refused_ += refused ? 1 : 0;
-  if (refused && counts_->pending_refusals >= kMaxPendingRefusals) return nullptr;
-  return std::make_shared<const ConnectionSlot>(counts_, address, std::move(refused));
+void ConnectionSlot::leave() {
+  switch (stage_) {
+    case Stage::kExempt:
+    case Stage::kShed:
+      return;
+    case Stage::kWaiting:
+      std::erase(counts_->waiting, this);
+      return;
+    case Stage::kRefused:
+      --counts_->pending_refusals;
+      return;
+    case Stage::kImmediateClient:
+      --counts_->immediate;
+      [[fallthrough]];
+    case Stage::kClient: {
+      --counts_->clients;
+      const auto of_origin = counts_->clients_of.find(origin_);
+      if (--of_origin->second == 0) counts_->clients_of.erase(of_origin);
+    }
+  }
 }
 
-std::shared_ptr<const ConnectionSlot> Gate::exempt_slot() {
-  return std::make_shared<const ConnectionSlot>(nullptr, "", std::nullopt);
+Gate::Gate(std::uint32_t max_clients, std::uint32_t max_of_origin, TokenGrants tokens)
+    : max_clients_(max_clients), max_of_origin_(max_of_origin), tokens_(std::move(tokens)) {}
+
+std::shared_ptr<ConnectionSlot> Gate::acquire_slot(const std::string& address, std::int64_t /*now_ns*/,
+                                                   Entry entry) {
+  using Stage = ConnectionSlot::Stage;
+  const auto slot = [&](Stage stage, std::optional<ErrorMessage> refusal = {}) {
+    return std::make_shared<ConnectionSlot>(counts_, address, stage, std::move(refusal));
+  };
+  auto refusal = no_slot_for(ConnectionSlot(nullptr, address, Stage::kExempt, std::nullopt));
+  if (!refusal && entry == Entry::kImmediate && counts_->immediate >= std::max(1u, max_clients_ / 4))
+    refusal = fatal(ErrorCode::kBusy, "all slots of clients that need no HELLO are in use");
+  refused_ += refusal ? 1 : 0;
+  if (refusal && entry != Entry::kRequest) {
+    if (counts_->pending_refusals >= kMaxPendingRefusals) return nullptr;
+    return slot(Stage::kRefused, std::move(refusal));
+  }
+  if (entry == Entry::kImmediate) return slot(Stage::kImmediateClient);
+  shed_oldest();
+  return slot(Stage::kWaiting);
 }
 
-std::optional<ErrorMessage> Gate::refusal_at_entry(const std::string& address, std::int64_t now_ns) {
-  if (is_blocked(address, now_ns))
-    return fatal(ErrorCode::kUnauthorised,
-                 "too many wrong tokens were sent from " + address + ": try again in a minute");
-  if (counts_->slots >= max_slots_)
-    return fatal(ErrorCode::kBusy, "all " + std::to_string(max_slots_) + " client slots are in use");
-  const auto of_address = counts_->slots_of.find(address);
-  if (of_address != counts_->slots_of.end() && of_address->second >= max_of_address_)
-    return fatal(ErrorCode::kBusy, "all " + std::to_string(max_of_address_) +
-                                       " client slots of one address are in use by " + address);
+/// A rightful client says HELLO at once and is not the oldest for long; and of two origins the one with fewer
+/// connections keeps them.
+void Gate::shed_oldest() {
+  while (counts_->waiting.size() >= kMaxWaiting) {
+    std::map<std::string, std::size_t> of;
+    for (const ConnectionSlot* slot : counts_->waiting) ++of[slot->origin()];
+    const std::size_t most = std::max_element(of.begin(), of.end(), [](const auto& a, const auto& b) {
+                               return a.second < b.second;
+                             })->second;
+    const auto oldest = std::find_if(counts_->waiting.begin(), counts_->waiting.end(),
+                                     [&](const ConnectionSlot* slot) { return of[slot->origin()] == most; });
+    ConnectionSlot* const slot = *oldest;
+    counts_->waiting.erase(oldest);
+    slot->stage_ = ConnectionSlot::Stage::kShed;
+    ++shed_;
+    if (const auto close = std::exchange(slot->close_, nullptr)) close();  // the slot may be gone afterwards
+  }
+}
+
+std::shared_ptr<ConnectionSlot> Gate::exempt_slot() {
+  return std::make_shared<ConnectionSlot>(nullptr, "", ConnectionSlot::Stage::kExempt, std::nullopt);
+}
+
+std::optional<ErrorMessage> Gate::busy(const ConnectionSlot& slot) const {
+  return slot.is_waiting() ? no_slot_for(slot) : std::nullopt;
+}
+
+void Gate::promote(ConnectionSlot& slot) {
+  if (!slot.is_waiting()) return;
+  slot.leave();
+  slot.enter(ConnectionSlot::Stage::kClient);
+}
+
+std::optional<ErrorMessage> Gate::no_slot_for(const ConnectionSlot& slot) const {
+  if (counts_->clients >= max_clients_)
+    return fatal(ErrorCode::kBusy, "all " + std::to_string(max_clients_) + " client slots are in use");
+  const auto of_origin = counts_->clients_of.find(slot.origin());
+  if (of_origin != counts_->clients_of.end() && of_origin->second >= max_of_origin_)
+    return fatal(ErrorCode::kBusy, "all " + std::to_string(max_of_origin_) +
+                                       " client slots of one address are in use by " + slot.origin());
   return std::nullopt;
 }
 
-std::optional<ErrorMessage> Gate::refusal(const std::string& address, const std::optional<Token>& shown,
-                                          Role role, std::int64_t now_ns) {
+std::optional<ErrorMessage> Gate::refusal(const std::optional<Token>& shown, Role role) {
   if (tokens_.is_empty()) return std::nullopt;
   if (!shown)
     return fatal(
@@ -80,26 +168,8 @@ std::optional<ErrorMessage> Gate::refusal(const std::string& address, const std:
     case TokenGrants::Answer::kUnknown:
       break;
   }
-  record_wrong_token(address, now_ns);
-  return fatal(ErrorCode::kUnauthorised, "the token is not known to this daemon");
-}
-
-void Gate::record_wrong_token(const std::string& address, std::int64_t now_ns) {
   ++wrong_tokens_;
-  const auto is_over = [&](const auto& entry) {
-    return now_ns - entry.second.back() >= in_ns(kWrongTokensWindow);
-  };
-  if (wrong_token_times_.size() >= kMaxAddresses) std::erase_if(wrong_token_times_, is_over);
-  if (wrong_token_times_.size() >= kMaxAddresses) wrong_token_times_.erase(wrong_token_times_.begin());
-  std::vector<std::int64_t>& times = wrong_token_times_[address];
-  if (times.size() == kMaxWrongTokens) times.erase(times.begin());
-  times.push_back(now_ns);
-}
-
-bool Gate::is_blocked(const std::string& address, std::int64_t now_ns) const {
-  const auto wrong = wrong_token_times_.find(address);
-  return wrong != wrong_token_times_.end() && wrong->second.size() == kMaxWrongTokens &&
-         now_ns - wrong->second.front() < in_ns(kWrongTokensWindow);
+  return fatal(ErrorCode::kUnauthorised, "the token is not known to this daemon");
 }
 
 }  // namespace brachy::net

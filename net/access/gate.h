@@ -1,7 +1,7 @@
 #pragma once
 
-#include <chrono>
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -13,71 +13,104 @@
 
 namespace brachy::net {
 
+class ConnectionSlot;
+
 /// Connections that count towards a Gate's limits. pending_refusals: connections kept open only to send their refusal.
 struct ConnectionCounts {
-  std::uint32_t slots = 0, pending_refusals = 0;
-  std::map<std::string, std::uint32_t> slots_of;  // by address
+  std::uint32_t clients = 0, immediate = 0, pending_refusals = 0;
+  std::map<std::string, std::uint32_t> clients_of;  // by origin
+  std::vector<ConnectionSlot*> waiting;             // that have not said HELLO, oldest first
 };
 
-/// Held by a connection for its lifetime: one of the gate's slots, or the reason why it was refused one.
+/// What counts as one address: all of the loopback (127/8, ::1), and an IPv6 network of 64 bits. Anything else is
+/// itself.
+std::string origin_of(const std::string& address);
+
+/// Held by a connection for its lifetime: among those that have not said HELLO, then one of the clients' slots; or the
+/// reason why it was refused.
 class ConnectionSlot {
  public:
-  ConnectionSlot(std::shared_ptr<ConnectionCounts> counts, std::string address,
+  enum class Stage { kExempt, kWaiting, kClient, kImmediateClient, kRefused, kShed };
+
+  ConnectionSlot(std::shared_ptr<ConnectionCounts> counts, std::string address, Stage stage,
                  std::optional<ErrorMessage> refusal);
   ~ConnectionSlot();
   ConnectionSlot(const ConnectionSlot&) = delete;
   ConnectionSlot& operator=(const ConnectionSlot&) = delete;
 
   const std::string& address() const { return address_; }
-  bool is_exempt() const { return counts_ == nullptr; }  ///< made by Gate::exempt_slot()
-  /// The error to send before closing the connection: BUSY or UNAUTHORISED. nullopt: admitted.
+  const std::string& origin() const { return origin_; }          ///< origin_of(address())
+  bool is_exempt() const { return stage_ == Stage::kExempt; }    ///< made by Gate::exempt_slot()
+  bool is_waiting() const { return stage_ == Stage::kWaiting; }  ///< it has not said HELLO
+  /// The error to send before closing the connection: BUSY. nullopt: not refused.
   const std::optional<ErrorMessage>& refusal() const { return refusal_; }
 
+  /// `close` ends the connection when the gate needs its place for a newer one, which it may only while it waits.
+  /// Whoever takes over the connection sets it again.
+  void on_shed(std::function<void()> close) { close_ = std::move(close); }
+
  private:
+  friend class Gate;
+  void enter(Stage stage);
+  void leave();
+
   const std::shared_ptr<ConnectionCounts> counts_;  // null: not counted
-  const std::string address_;
+  const std::string address_, origin_;
+  Stage stage_;
   const std::optional<ErrorMessage> refusal_;
+  std::function<void()> close_;
 };
 
 /// Access control and connection limits. Every listener of a server asks it for a slot for each connection, before
-/// reading a byte. Knows addresses and time, but no socket. Threads: the io thread.
+/// reading a byte. Connections that have not said HELLO live in a pool of their own: silent ones never take a client's
+/// slot, and where the pool is full the oldest of the origin with most of them is closed. Knows addresses and time,
+/// but no socket. Threads: the io thread.
 class Gate {
  public:
   /// Connections beyond the limit that are kept open until their refusal is sent; any more are closed at once.
   static constexpr std::uint32_t kMaxPendingRefusals = 64;
-  /// An address that sent this many wrong tokens within the window is refused until fewer remain in it.
-  static constexpr std::size_t kMaxWrongTokens = 10;
-  static constexpr std::chrono::seconds kWrongTokensWindow{60};
+  /// Connections that have not said HELLO, on all ports together.
+  static constexpr std::uint32_t kMaxWaiting = 64;
 
-  /// At most `max_slots` connections at once, and `max_of_address` of them from one address.
-  Gate(std::uint32_t max_slots, std::uint32_t max_of_address, TokenGrants tokens);
+  /// How a connection becomes a client's.
+  enum class Entry {
+    kHello,      ///< by HELLO; refused at once while no slot is free
+    kRequest,    ///< perhaps never: HTTP, which is answered also while no slot is free
+    kImmediate,  ///< at once: OpenIGTLink, which has no HELLO; a quarter of the slots at most
+  };
+
+  /// At most `max_clients` at once, and `max_of_origin` of them from one address, as origin_of() counts them.
+  Gate(std::uint32_t max_clients, std::uint32_t max_of_origin, TokenGrants tokens);
 
   /// For a connection from `address` (without port). Null: close the connection without an answer.
-  std::shared_ptr<const ConnectionSlot> acquire_slot(const std::string& address, std::int64_t now_ns);
+  std::shared_ptr<ConnectionSlot> acquire_slot(const std::string& address, std::int64_t now_ns,
+                                               Entry entry = Entry::kHello);
 
   /// For the in-process viewer: not counted, and no token required.
-  static std::shared_ptr<const ConnectionSlot> exempt_slot();
+  static std::shared_ptr<ConnectionSlot> exempt_slot();
 
-  /// Why a client at `address` is refused `role`; nullopt: granted.
-  std::optional<ErrorMessage> refusal(const std::string& address, const std::optional<Token>& shown,
-                                      Role role, std::int64_t now_ns);
+  /// Why the connection of a waiting slot cannot become a client's now; nullopt: it can, or is one.
+  std::optional<ErrorMessage> busy(const ConnectionSlot& slot) const;
+  /// It said HELLO and was granted its role. Precondition: !busy(slot).
+  void promote(ConnectionSlot& slot);
+
+  /// Why a client is refused `role`; nullopt: granted. A wrong token has no effect on other connections: of 2²⁵⁶ none
+  /// is found by trying.
+  std::optional<ErrorMessage> refusal(const std::optional<Token>& shown, Role role);
 
   std::uint64_t wrong_tokens() const { return wrong_tokens_; }  ///< since start
-  std::uint64_t refused() const { return refused_; }            ///< by acquire_slot(), since start
-  std::size_t remembered_addresses() const { return wrong_token_times_.size(); }
+  std::uint64_t refused() const { return refused_; }            ///< for lack of a free slot, since start
+  std::uint64_t shed() const { return shed_; }  ///< closed before HELLO for newer ones, since start
 
  private:
-  std::optional<ErrorMessage> refusal_at_entry(const std::string& address, std::int64_t now_ns);
-  void record_wrong_token(const std::string& address, std::int64_t now_ns);
-  bool is_blocked(const std::string& address, std::int64_t now_ns) const;
+  std::optional<ErrorMessage> no_slot_for(const ConnectionSlot& slot) const;
+  void shed_oldest();
 
-  const std::uint32_t max_slots_, max_of_address_;
+  const std::uint32_t max_clients_, max_of_origin_;
   const TokenGrants tokens_;
   const std::shared_ptr<ConnectionCounts> counts_ =
       std::make_shared<ConnectionCounts>();  // slots outlive the gate
-  std::map<std::string, std::vector<std::int64_t>>
-      wrong_token_times_;  // the latest of each address, oldest first
-  std::uint64_t wrong_tokens_ = 0, refused_ = 0;
+  std::uint64_t wrong_tokens_ = 0, refused_ = 0, shed_ = 0;
 };
 
 }  // namespace brachy::net

@@ -10,6 +10,7 @@
 #include <boost/beast/http/write.hpp>
 #include <boost/beast/websocket/rfc6455.hpp>
 #include <optional>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -44,9 +45,8 @@ asio::ip::address address_of(const tcp::socket& socket) {
 
 /// The answer to any request but a WebSocket upgrade on a connection that was refused.
 HttpAnswer answer_of_refused_connection(const ErrorMessage& why) {
-  const bool is_busy = why.code == ErrorCode::kBusy;
-  HttpAnswer answer = refusal(is_busy ? 503 : 429, why.text);
-  answer.headers.emplace_back("Retry-After", is_busy ? "1" : "60");
+  HttpAnswer answer = refusal(503, why.text);
+  answer.headers.emplace_back("Retry-After", "1");
   answer.closes = true;
   return answer;
 }
@@ -71,11 +71,11 @@ struct Shared {
 /// One connection, from its first byte until it ends or becomes a session of the server.
 class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
  public:
-  HttpConnection(tcp::socket socket, std::shared_ptr<Shared> shared,
-                 std::shared_ptr<const ConnectionSlot> slot)
+  HttpConnection(tcp::socket socket, std::shared_ptr<Shared> shared, std::shared_ptr<ConnectionSlot> slot)
       : peer_(peer_of(socket)),
         stream_(std::move(socket)),
         timer_(stream_.get_executor()),
+        turn_(stream_.get_executor()),
         shared_(std::move(shared)),
         slot_(std::move(slot)) {
     set_up(stream_.socket().socket, shared_->server->options().send_buffer_bytes);
@@ -84,33 +84,69 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
   /// Reads the first bytes and continues with TLS or without, as configured for this port.
   void start() {
     const ServerOptions& options = shared_->server->options();
+    slot_->on_shed([weak = weak_from_this()] {
+      if (const auto self = weak.lock()) self->close();
+    });
     expires_after(options.tls ? options.hello_timeout : time_for_request());
-    unread_.resize(kMaxHeaderBytes);
-    stream_.async_read_some(asio::buffer(unread_),
-                            [self = shared_from_this()](const boost::system::error_code& error,
-                                                        std::size_t size) { self->on_first(error, size); });
+    read_first();
   }
 
   void close() {
     timer_.cancel();
+    turn_.cancel();
     stream_.close();
     if (websocket_) websocket_->close();
   }
 
  private:
-  void on_first(const boost::system::error_code& error, std::size_t size) {
+  void read_first() {
+    const std::size_t had = unread_.size();
+    unread_.resize(kMaxHeaderBytes);
+    stream_.async_read_some(
+        asio::buffer(unread_) + had,
+        [self = shared_from_this(), had](const boost::system::error_code& error, std::size_t size) {
+          self->unread_.resize(had + size);
+          self->on_first(error);
+        });
+  }
+
+  void on_first(const boost::system::error_code& error) {
     if (!shared_->server) return;
     if (error) return close();
-    unread_.resize(size);
     const bool begins_with_tls = static_cast<unsigned char>(unread_[0]) == kFirstByteOfTls;
     const TlsContext& context = shared_->server->options().tls;
     if (begins_with_tls && !context) return refuse(400, "This port speaks HTTP without TLS: open http://.");
     if (!begins_with_tls && context) return refuse(400, "This port speaks HTTPS: open https://.");
     if (!context) return read_header();
-    first_ = std::exchange(unread_, {});
+    switch (find_client_hello(std::as_bytes(std::span(unread_)), kMaxHeaderBytes)) {
+      case ClientHello::kIncomplete:
+        return read_first();
+      case ClientHello::kBad:
+        log("TLS: it began with no ClientHello");
+        return close();
+      case ClientHello::kComplete:
+        first_ = std::exchange(unread_, {});
+        return begin_handshake();
+    }
+  }
+
+  void begin_handshake() {
+    if (!shared_->server) return;
+    HandshakeLimit& limit = *shared_->server->handshakes();
+    if (has_left(stream_.socket().socket)) return close();
+    if (!limit.may_begin(monotonic_ns())) {
+      turn_.expires_after(std::chrono::milliseconds(5));
+      turn_.async_wait([self = shared_from_this()](const boost::system::error_code& error) {
+        if (!error && self->stream_.socket().socket.is_open()) self->begin_handshake();
+      });
+      return;
+    }
+    const std::int64_t begin_ns = thread_cpu_ns();
+    // OpenSSL answers the ClientHello within this call.
     stream_.async_accept_tls(
-        *context, asio::buffer(first_),
+        *shared_->server->options().tls, asio::buffer(first_),
         [self = shared_from_this()](const boost::system::error_code& failure) { self->on_tls(failure); });
+    limit.spent(thread_cpu_ns() - begin_ns);
   }
 
   void on_tls(const boost::system::error_code& error) {
@@ -149,12 +185,12 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
     if (answer.status == 403) log(answer.text.substr(0, answer.text.size() - 1));
     if (answer.status == 101) return upgrade();  // the session sends the refusal
     // Monitoring is answered also when all slots are in use: that is when it matters.
-    const auto& refusal = slot_->refusal();
-    if (refusal && !(answer.page && refusal->code == ErrorCode::kBusy))
-      answer = answer_of_refused_connection(*refusal);
-    else if (answer.page)
+    const auto busy = shared_->server->gate().busy(*slot_);
+    if (answer.page)
       answer = page_content(*answer.page, answer.sends_body);
-    answer.closes |= refusal.has_value();
+    else if (busy)
+      answer = answer_of_refused_connection(*busy);
+    answer.closes |= busy.has_value() || answer.status == 401;
     const bool keeps_alive = parser_->get().keep_alive() && requests_ < kMaxRequests && !answer.closes;
     send(std::move(answer), keeps_alive);
   }
@@ -189,7 +225,7 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
 
   std::optional<std::string> refusal_of_token() {
     const auto shown = bearer_token(view(parser_->get()[http::field::authorization]));
-    const auto why = shared_->server->gate().refusal(slot_->address(), shown, Role::kViewer, monotonic_ns());
+    const auto why = shared_->server->gate().refusal(shown, Role::kViewer);
     if (!why) return std::nullopt;
     if (!shown)
       return "This page requires a viewer's token: Authorization: Bearer and the output of `brachy token "
@@ -224,9 +260,10 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
 
   void log(const std::string& why) { shared_->log("http: " + peer_ + " refused: " + why); }
 
-  /// Refused connections get less time: they must not keep others from receiving their refusal.
+  /// While no slot is free there is less time: a connection can be answered only by a page.
   std::chrono::milliseconds time_for_request() const {
-    return slot_->refusal() ? shared_->server->options().hello_timeout : shared_->options.request_timeout;
+    return shared_->server->gate().busy(*slot_) ? shared_->server->options().hello_timeout
+                                                : shared_->options.request_timeout;
   }
 
   /// Closes the connection then, unless another time is set before.
@@ -263,8 +300,9 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
   const std::string peer_;
   HttpStream stream_;
   asio::steady_timer timer_;
+  asio::steady_timer turn_;  // of the TLS handshake
   const std::shared_ptr<Shared> shared_;
-  const std::shared_ptr<const ConnectionSlot> slot_;
+  const std::shared_ptr<ConnectionSlot> slot_;
   std::shared_ptr<WebSocketConnection> websocket_;  // while the upgrade is being answered
   std::string first_;                               // the first bytes received, during the TLS handshake
   std::string unread_;  // at most a header: Beast's own header_limit() does not count lines already parsed
@@ -285,7 +323,7 @@ class HttpListener::Impl {
 
   void start() {
     acceptor_->start(
-        shared_->server->gate(),
+        shared_->server->gate(), Gate::Entry::kRequest,
         [this](tcp::socket socket, auto slot) { on_socket(std::move(socket), std::move(slot)); },
         [this](const std::string& line) { shared_->log("http: " + line); });
   }
@@ -300,7 +338,7 @@ class HttpListener::Impl {
   std::uint16_t port() const { return acceptor_->port(); }
 
  private:
-  void on_socket(tcp::socket socket, std::shared_ptr<const ConnectionSlot> slot) {
+  void on_socket(tcp::socket socket, std::shared_ptr<ConnectionSlot> slot) {
     std::erase_if(connections_, [](const auto& connection) { return connection.expired(); });
     const auto connection = std::make_shared<HttpConnection>(std::move(socket), shared_, std::move(slot));
     connections_.push_back(connection);

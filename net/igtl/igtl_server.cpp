@@ -52,7 +52,7 @@ class IgtlServer::Impl : public std::enable_shared_from_this<IgtlServer::Impl> {
 
   void start() {
     acceptor_->start(
-        server_.gate(),
+        server_.gate(), Gate::Entry::kImmediate,
         [this](asio::ip::tcp::socket socket, auto slot) { on_socket(std::move(socket), std::move(slot)); },
         [this](const std::string& line) { log_(line); });
     on_timer();
@@ -111,7 +111,7 @@ class IgtlServer::Impl : public std::enable_shared_from_this<IgtlServer::Impl> {
     surface_rate_ = RateLimit(options_.surface_hz, 1.5);
   }
 
-  void on_socket(asio::ip::tcp::socket socket, std::shared_ptr<const ConnectionSlot> slot) {
+  void on_socket(asio::ip::tcp::socket socket, std::shared_ptr<ConnectionSlot> slot) {
     const auto refusal = slot->refusal();
     auto connection = std::make_shared<TcpConnection>(std::move(socket), server_.options().send_buffer_bytes,
                                                       kReadBufferBytes);

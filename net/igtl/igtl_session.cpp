@@ -18,7 +18,7 @@ constexpr std::array<std::string_view, 7> kCapabilities = {
 }  // namespace
 
 IgtlSession::IgtlSession(std::uint64_t id, std::shared_ptr<Connection> connection,
-                         std::shared_ptr<const ConnectionSlot> slot, const Environment& environment)
+                         std::shared_ptr<ConnectionSlot> slot, const Environment& environment)
     : id_(id),
       connection_(std::move(connection)),
       slot_(std::move(slot)),

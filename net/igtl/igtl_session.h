@@ -28,8 +28,8 @@ class IgtlSession final : public ConnectionListener, public std::enable_shared_f
     std::function<void()> on_dropped;  ///< a message of this client was dropped
   };
 
-  IgtlSession(std::uint64_t id, std::shared_ptr<Connection> connection,
-              std::shared_ptr<const ConnectionSlot> slot, const Environment& environment);
+  IgtlSession(std::uint64_t id, std::shared_ptr<Connection> connection, std::shared_ptr<ConnectionSlot> slot,
+              const Environment& environment);
 
   void start() { connection_->start(shared_from_this()); }
   /// There is a newer snapshot; `transforms`, `surface`: it is time to send these.
@@ -76,7 +76,7 @@ class IgtlSession final : public ConnectionListener, public std::enable_shared_f
 
   const std::uint64_t id_;
   const std::shared_ptr<Connection> connection_;
-  std::shared_ptr<const ConnectionSlot> slot_;  // null once closed
+  std::shared_ptr<ConnectionSlot> slot_;  // null once closed
   const Environment environment_;
   const ServerOptions& options_;
   Phase phase_ = Phase::kOpen;

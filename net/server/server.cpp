@@ -11,6 +11,7 @@
 #include "net/base/timeout_checks.h"
 #include "net/session/acceptor.h"
 #include "net/session/device_lease.h"
+#include "net/session/device_notices.h"
 #include "net/session/frame_cache.h"
 #include "net/session/pose_counts.h"
 #include "net/session/session.h"
@@ -69,16 +70,16 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
 
   void start() {
     acceptor_->start(
-        gate_,
+        gate_, Gate::Entry::kHello,
         [this](asio::ip::tcp::socket socket, auto slot) { on_socket(std::move(socket), std::move(slot)); },
         [this](const std::string& line) { log(line); });
     next_state_ns_ = monotonic_ns();
     on_timer();
   }
 
-  void adopt(std::shared_ptr<Connection> connection, std::shared_ptr<const ConnectionSlot> slot) {
+  void adopt(std::shared_ptr<Connection> connection, std::shared_ptr<ConnectionSlot> slot) {
     if (is_stopped_) return connection->close();
-    const auto refusal = slot->refusal();
+    const auto refusal = slot->refusal() ? slot->refusal() : gate_.busy(*slot);
     const auto session =
         std::make_shared<Session>(++last_session_, std::move(connection), std::move(slot), *this, options_);
     sessions_.emplace(session->id(), session);
@@ -97,14 +98,18 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
   }
 
   void broadcast(MessageType type, const std::shared_ptr<const Bytes>& body) {
-    for (const auto& session : sessions()) session->send(type, body);
+    for (const auto& session : sessions()) session->offer(type, body);
   }
-  void broadcast(const EventMessage& event) { broadcast(MessageType::kEvent, encoded_body(event)); }
+  void broadcast(const EventMessage& event) {
+    const auto body = encoded_body(event);
+    for (const auto& session : sessions())
+      session->offer(MessageType::kEvent, body, event.kind == EventKind::kSafety);
+  }
 
   void publish(const DoseMessage& dose) {
     dose_body_ = encoded_body(dose);
     for (const auto& session : sessions())
-      if (session->wants_mesh()) session->send(MessageType::kDose, dose_body_);
+      if (session->wants_mesh()) session->offer(MessageType::kDose, dose_body_);
   }
 
   void stop() {
@@ -151,19 +156,24 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
   StateMessage state() {
     StateMessage state = common_state();
     state.snapshots_dropped = dropped_of_left_;
-    for (const auto& [id, session] : sessions_)
-      if (!session->is_closing()) state.snapshots_dropped += session->snapshots_dropped();
+    state.events_dropped = events_dropped_of_left_;
+    for (const auto& [id, session] : sessions_) {
+      if (session->is_closing()) continue;
+      state.snapshots_dropped += session->snapshots_dropped();
+      state.events_dropped += session->events_dropped();
+    }
     return state;
   }
 
   // --- SessionHost ---
 
-  std::optional<ErrorMessage> admit(const Session& session, const HelloMessage& hello,
+  std::optional<ErrorMessage> admit(Session& session, const HelloMessage& hello,
                                     WelcomeMessage& welcome) override {
     const bool is_view_only = !options_.devices_at.empty();
     const Role role = is_view_only && hello.role == Role::kOperator ? Role::kViewer : hello.role;
     if (!session.is_exempt())
-      if (auto refusal = gate_.refusal(session.origin(), hello.token, role, monotonic_ns())) return refusal;
+      if (auto refusal = gate_.refusal(hello.token, role)) return refusal;
+    if (auto busy = gate_.busy(session.slot())) return busy;
     if (is_view_only && role == Role::kDevice)
       return ErrorMessage{ErrorCode::kNotDevice, true, kRefusedNotDevice, 0,
                           "this server is view-only: devices connect to " + options_.devices_at};
@@ -172,6 +182,7 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
       if (auto refusal = leases_.lend(holder, hello.needle, welcome.needle)) return refusal;
       send_attached(device_info(session, welcome.needle));
     }
+    gate_.promote(session.slot());
     const std::string software = hello.software.empty() ? "" : " (" + hello.software + ")";
     if (!session.is_exempt())
       log("client " + std::to_string(session.id()) + " '" + hello.name + "'" + software + " from " +
@@ -238,6 +249,7 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
     if (session.is_exempt()) return;
     const std::uint64_t dropped = session.snapshots_dropped();
     dropped_of_left_ += dropped;
+    events_dropped_of_left_ += session.events_dropped();
     log("client " + std::to_string(session.id()) + " '" + session.name() + "' from " + session.address() +
         " left: " + reason + (dropped ? "; " + std::to_string(dropped) + " snapshots dropped" : ""));
     release_needle_of(session, reason);
@@ -267,6 +279,7 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
 
   const ServerOptions& options() const { return options_; }
   Gate& gate() { return gate_; }
+  const std::shared_ptr<HandshakeLimit>& handshakes() const { return handshakes_; }
   std::uint16_t port() const { return acceptor_->port(); }
   std::uint64_t topology_hash() const { return topology_hash_; }
   DeviceLease& lease(std::uint16_t needle) {
@@ -309,8 +322,8 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
 
   void send_attached(const DeviceInfo& device) {
     if (handlers_.on_device) handlers_.on_device(true, device);
-    broadcast({EventKind::kDeviceAttached, device.needle, frames_.tick(),
-               "device " + leases_[device.needle].holder() + " attached" + leases_.of_needle(device.needle)});
+    notify({EventKind::kDeviceAttached, device.needle, frames_.tick(),
+            "device " + leases_[device.needle].holder() + " attached" + leases_.of_needle(device.needle)});
   }
 
   /// A device's needle is released as soon as its session has failed, while the last ERROR is still being sent.
@@ -328,8 +341,12 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
     leases_[device.needle].release(session);
     if (handlers_.on_device) handlers_.on_device(false, device);
     if (is_stopped_) return;
-    broadcast({EventKind::kDeviceDetached, device.needle, frames_.tick(),
-               "device " + holder + " left" + leases_.of_needle(device.needle) + ": " + device.reason});
+    notify({EventKind::kDeviceDetached, device.needle, frames_.tick(),
+            "device " + holder + " left" + leases_.of_needle(device.needle) + ": " + device.reason});
+  }
+
+  void notify(EventMessage device_notice) {
+    for (const EventMessage& event : notices_.add(std::move(device_notice), monotonic_ns())) broadcast(event);
   }
 
   static DeviceInfo device_info(const Session& session, std::uint16_t needle) {
@@ -338,10 +355,10 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
     return {session.name(), session.address(), hello.limits, needle, is_evaluator, true, ""};
   }
 
-  void on_socket(asio::ip::tcp::socket socket, std::shared_ptr<const ConnectionSlot> slot) {
+  void on_socket(asio::ip::tcp::socket socket, std::shared_ptr<ConnectionSlot> slot) {
     const int buffer = options_.send_buffer_bytes;
     if (options_.tls)
-      adopt(TlsConnection::at_server(std::move(socket), *options_.tls, buffer, kReadBufferBytes),
+      adopt(TlsConnection::at_server(std::move(socket), *options_.tls, handshakes_, buffer, kReadBufferBytes),
             std::move(slot));
     else
       adopt(std::make_shared<TcpConnection>(std::move(socket), buffer, kReadBufferBytes), std::move(slot));
@@ -351,6 +368,7 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
     const std::int64_t now = monotonic_ns();
     if (const auto time = checks_.as_of(now))
       for (const auto& session : sessions()) session->check_time(*time);
+    for (const EventMessage& event : notices_.due(now)) broadcast(event);
     if (now >= next_state_ns_ && !is_stopped_) {
       next_state_ns_ = now + in_ns(options_.state_interval);
       broadcast_state();
@@ -375,6 +393,7 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
   std::shared_ptr<const Bytes> dose_body_;   // null: none yet
   FrameCache frames_;
   Gate gate_;
+  const std::shared_ptr<HandshakeLimit> handshakes_ = std::make_shared<HandshakeLimit>();
   const std::shared_ptr<Acceptor> acceptor_;
   asio::steady_timer timer_;
   std::map<std::uint64_t, std::shared_ptr<Session>> sessions_;
@@ -384,6 +403,8 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
       attached_devices_;  // of attach(), by needle: session number and device
   std::uint64_t forces_replaced_ = 0;
   std::uint64_t dropped_of_left_ = 0;  // snapshots, for sessions that ended
+  std::uint64_t events_dropped_of_left_ = 0;
+  DeviceNotices notices_;
   PoseCounts poses_;
   std::int64_t next_state_ns_ = 0;
   TimeoutChecks checks_;
@@ -417,7 +438,10 @@ const ServerOptions& Server::options() const {
 Gate& Server::gate() {
   return impl_->gate();
 }
-void Server::adopt(std::shared_ptr<Connection> connection, std::shared_ptr<const ConnectionSlot> slot) {
+const std::shared_ptr<HandshakeLimit>& Server::handshakes() const {
+  return impl_->handshakes();
+}
+void Server::adopt(std::shared_ptr<Connection> connection, std::shared_ptr<ConnectionSlot> slot) {
   impl_->adopt(std::move(connection), std::move(slot));
 }
 
@@ -432,6 +456,10 @@ void Server::publish(std::shared_ptr<const MeshState> state) {
 
 void Server::broadcast(MessageType type, const std::shared_ptr<const Bytes>& body) {
   impl_->broadcast(type, body);
+}
+
+void Server::broadcast(const EventMessage& event) {
+  impl_->broadcast(event);
 }
 
 void Server::publish(const DoseMessage& dose) {

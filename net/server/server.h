@@ -11,6 +11,7 @@
 #include "net/access/gate.h"
 #include "net/session/server_options.h"
 #include "net/transport/connection.h"
+#include "net/transport/tls/handshake_limit.h"
 #include "net/wire/codec.h"
 
 namespace boost::asio {
@@ -43,10 +44,12 @@ class Server {
 
   /// Access control and connection limits, for the other listeners too.
   Gate& gate();
+  /// Of the TLS handshakes on all ports.
+  const std::shared_ptr<HandshakeLimit>& handshakes() const;
 
   /// Starts a session on a connection of another listener, with the slot that the gate gave it; where the slot holds a
   /// refusal, sends it and closes. Closes at once after stop().
-  void adopt(std::shared_ptr<Connection> connection, std::shared_ptr<const ConnectionSlot> slot);
+  void adopt(std::shared_ptr<Connection> connection, std::shared_ptr<ConnectionSlot> slot);
 
   /// As adopt(), of a viewer in this process: it takes no slot, needs no token and is not counted.
   void adopt_own(std::shared_ptr<Connection> connection);
@@ -55,12 +58,13 @@ class Server {
   /// simulation was reset; then, and with another model, every client gets a full frame.
   void publish(std::shared_ptr<const MeshState> state);
 
-  /// Sends a message to every client that is connected.
+  /// Sends a message to every client that is connected. A client that is behind gets the newest of each type, and of
+  /// EVENTs the last ones; it is not closed for what others caused.
   template <WireMessage Message>
   void broadcast(const Message& message) {
     broadcast(Message::kType, encoded_body(message));
   }
-  void broadcast(const EventMessage& event) { broadcast<EventMessage>(event); }
+  void broadcast(const EventMessage& event);
 
   /// To every client subscribed to the mesh, now or when it connects.
   void publish(const DoseMessage& dose);
@@ -108,7 +112,7 @@ class Server {
     std::size_t viewers = 0, devices = 0, operators = 0;
   };
   RoleCounts role_counts() const;
-  /// The part of STATE that is common to all clients, with the snapshots dropped for all clients since start.
+  /// The part of STATE that is common to all clients, with what was dropped for all clients since start.
   StateMessage state() const;
 
   /// Stops listening, notifies every client, and sends what is pending for at most drain_timeout; after that `io` has

@@ -76,8 +76,9 @@ Acceptor::Acceptor(asio::io_context& io, const ListenOptions& options) : accepto
   if (error) refuse(options, error);
 }
 
-void Acceptor::start(Gate& gate, OnSocket on_socket, Log log) {
+void Acceptor::start(Gate& gate, Gate::Entry entry, OnSocket on_socket, Log log) {
   gate_ = &gate;
+  entry_ = entry;
   on_socket_ = std::move(on_socket);
   log_ = std::move(log);
   accept_next();
@@ -104,7 +105,7 @@ void Acceptor::accept_next() {
 
 void Acceptor::on_accepted(asio::ip::tcp::socket socket) {
   const std::string address = address_of_peer(socket);
-  auto slot = gate_->acquire_slot(address, monotonic_ns());
+  auto slot = gate_->acquire_slot(address, monotonic_ns(), entry_);
   if (slot) return on_socket_(std::move(socket), std::move(slot));
   log_("connection from " + address + " closed: too many are being refused");
 }

@@ -34,13 +34,14 @@ bool is_loopback(const std::string& address);
 /// left, …) is retried every 100 ms, indefinitely. Threads: the io thread.
 class Acceptor : public std::enable_shared_from_this<Acceptor> {
  public:
-  using OnSocket = std::function<void(boost::asio::ip::tcp::socket, std::shared_ptr<const ConnectionSlot>)>;
+  using OnSocket = std::function<void(boost::asio::ip::tcp::socket, std::shared_ptr<ConnectionSlot>)>;
   using Log = std::function<void(const std::string&)>;
 
   /// Binds and listens. Throws UserError that names the fix.
   Acceptor(boost::asio::io_context& io, const ListenOptions& options);
 
-  void start(Gate& gate, OnSocket on_socket, Log log);
+  /// `entry`: how its connections become clients.
+  void start(Gate& gate, Gate::Entry entry, OnSocket on_socket, Log log);
   void stop();  ///< no call of on_socket or log after it
   std::uint16_t port() const { return port_; }
 
@@ -52,6 +53,7 @@ class Acceptor : public std::enable_shared_from_this<Acceptor> {
   boost::asio::steady_timer retry_;
   std::uint16_t port_ = 0;
   Gate* gate_ = nullptr;  // null before start()
+  Gate::Entry entry_ = Gate::Entry::kHello;
   OnSocket on_socket_;
   Log log_;
   bool was_refused_ = false;  // the last accept failed; logged once

@@ -12,6 +12,9 @@ namespace {
 constexpr std::chrono::milliseconds kMeasureInterval{
     100};  // between the PINGs that measure a device's round trip
 
+/// Whoever sent a wrong token waits this long for its refusal: this connection alone.
+constexpr std::chrono::milliseconds kWrongTokenDelay{200};
+
 std::string seconds(std::chrono::milliseconds duration) {
   const auto ms = duration.count();
   return ms % 1000 == 0 ? std::to_string(ms / 1000) + " s" : std::to_string(ms) + " ms";
@@ -20,7 +23,7 @@ std::string seconds(std::chrono::milliseconds duration) {
 }  // namespace
 
 Session::Session(std::uint64_t id, std::shared_ptr<Connection> connection,
-                 std::shared_ptr<const ConnectionSlot> slot, SessionHost& host, const ServerOptions& options)
+                 std::shared_ptr<ConnectionSlot> slot, SessionHost& host, const ServerOptions& options)
     : id_(id),
       connection_(std::move(connection)),
       slot_(std::move(slot)),
@@ -32,14 +35,21 @@ Session::Session(std::uint64_t id, std::shared_ptr<Connection> connection,
       last_message_ns_(opened_ns_),
       poses_(options.max_poses_per_s, std::max(1.0, options.max_poses_per_s / 10.0)) {}
 
+void Session::start() {
+  slot_->on_shed([weak = weak_from_this()] {
+    if (const auto self = weak.lock()) self->abort("said no HELLO, and newer connections needed its place");
+  });
+  connection_->start(shared_from_this());
+}
+
 // --- in ---
 
 void Session::on_bytes(std::span<const std::byte> bytes) {
-  if (is_closing())
+  if (is_closing() || late_refusal_)
     return;  // read and discard: closing with unread input would reset the connection before our ERROR arrives
   parser_.feed(bytes);
   MessageParser::Message message;
-  while (!is_closing()) {
+  while (!is_closing() && !late_refusal_) {
     const DecodeResult result = parser_.next(message);
     if (result.is_bad()) return fail(result.code, std::string(result.reason), parser_.last_sequence() + 1);
     if (!result.is_good()) return;
@@ -113,6 +123,11 @@ void Session::handle_hello(const MessageParser::Message& message) {
   hello_.token.reset();
   WelcomeMessage welcome;
   if (const auto refusal = host_.admit(*this, hello, welcome)) {
+    if (refusal->code == ErrorCode::kUnauthorised && hello.token) {
+      late_refusal_ = refusal;
+      late_refusal_->about_sequence = message.header.sequence;
+      return;
+    }
     return fail(refusal->code, refusal->text, message.header.sequence);
   }
   phase_ = Phase::kOpen;
@@ -235,11 +250,37 @@ void Session::send_message(const M& message) {
 
 void Session::send(MessageType type, std::shared_ptr<const Bytes> body) {
   if (phase_ != Phase::kOpen) return;
-  if (queue_.size() >= options_.max_queued_messages) {
+  const auto own = std::count_if(queue_.begin(), queue_.end(), [](const Outgoing& o) { return o.is_own; });
+  if (static_cast<std::size_t>(own) >= options_.max_queued_messages) {
     return fail(ErrorCode::kTimeout, "too many messages wait to be read");
   }
   queue_.push_back({type, std::move(body)});
   write_next();
+}
+
+void Session::offer(MessageType type, std::shared_ptr<const Bytes> body, bool is_safety) {
+  if (phase_ != Phase::kOpen) return;
+  if (type == MessageType::kEvent) {
+    drop_excess_event();
+  } else if (const auto waiting = std::find_if(queue_.begin(), queue_.end(),
+                                               [&](const Outgoing& o) { return o.type == type; });
+             waiting != queue_.end()) {
+    waiting->body = std::move(body);
+    return;
+  }
+  queue_.push_back({type, std::move(body), false, is_safety});
+  write_next();
+}
+
+void Session::drop_excess_event() {
+  const auto is_event = [](const Outgoing& o) { return o.type == MessageType::kEvent; };
+  const auto waiting = std::count_if(queue_.begin(), queue_.end(), is_event);
+  if (static_cast<std::size_t>(waiting) < options_.max_queued_messages) return;
+  auto oldest = std::find_if(queue_.begin(), queue_.end(),
+                             [&](const Outgoing& o) { return is_event(o) && !o.is_safety; });
+  if (oldest == queue_.end()) oldest = std::find_if(queue_.begin(), queue_.end(), is_event);
+  queue_.erase(oldest);
+  ++events_dropped_;
 }
 
 void Session::send_state(const StateMessage& common) {
@@ -249,6 +290,7 @@ void Session::send_state(const StateMessage& common) {
   StateMessage state = common;
   state.snapshots_sent = snapshots_sent_;
   state.snapshots_dropped = snapshots_dropped_;
+  state.events_dropped = events_dropped_;
   send_message(state);
 }
 
@@ -323,6 +365,11 @@ void Session::on_written() {
 void Session::check_time(std::int64_t now_ns) {
   switch (phase_) {
     case Phase::kHello:
+      if (late_refusal_) {
+        if (now_ns - last_message_ns_ >= in_ns(kWrongTokenDelay))
+          fail(late_refusal_->code, late_refusal_->text, late_refusal_->about_sequence);
+        return;
+      }
       if (now_ns - opened_ns_ >= in_ns(options_.hello_timeout)) {
         fail(ErrorCode::kTimeout, "no HELLO within " + seconds(options_.hello_timeout));
       }

@@ -23,7 +23,7 @@ class SessionHost {
  public:
   virtual ~SessionHost() = default;
   /// Admits the client, or returns the reason why not. Only `hello` has its token. On admission fills in the WELCOME.
-  virtual std::optional<ErrorMessage> admit(const Session& session, const HelloMessage& hello,
+  virtual std::optional<ErrorMessage> admit(Session& session, const HelloMessage& hello,
                                             WelcomeMessage& welcome) = 0;
   virtual std::shared_ptr<const Bytes> topology_body(bool surface) = 0;
   virtual std::shared_ptr<const Bytes> scene_body() = 0;  ///< null: none
@@ -53,12 +53,15 @@ class SessionHost {
 /// anything else waits. Threads: the io thread only.
 class Session final : public ConnectionListener, public std::enable_shared_from_this<Session> {
  public:
-  Session(std::uint64_t id, std::shared_ptr<Connection> connection,
-          std::shared_ptr<const ConnectionSlot> slot, SessionHost& host, const ServerOptions& options);
+  Session(std::uint64_t id, std::shared_ptr<Connection> connection, std::shared_ptr<ConnectionSlot> slot,
+          SessionHost& host, const ServerOptions& options);
 
-  void start() { connection_->start(shared_from_this()); }
-  /// Queues a control message. A client with more than max_queued_messages waiting is closed.
+  void start();
+  /// Queues an answer to this client. One that leaves more than max_queued_messages answers unread is closed.
   void send(MessageType type, std::shared_ptr<const Bytes> body);
+  /// Queues what others caused, and never ends the session: a message replaces one of its type that still waits. Of
+  /// EVENTs at most max_queued_messages wait; beyond that the oldest is dropped and counted, one of kind safety last.
+  void offer(MessageType type, std::shared_ptr<const Bytes> body, bool is_safety = false);
   /// Sends a FORCE or LOCAL_MODEL as soon as nothing written before waits for the peer. Replaces one of the same type
   /// that has not been sent, and returns false then.
   bool send_newest(MessageType type, std::shared_ptr<const Bytes> body);
@@ -77,7 +80,7 @@ class Session final : public ConnectionListener, public std::enable_shared_from_
   std::uint64_t id() const { return id_; }
   const std::string& name() const { return hello_.name; }
   const std::string& address() const { return connection_->peer(); }  ///< with its port
-  const std::string& origin() const { return slot_->address(); }      ///< the address alone; not once closed
+  ConnectionSlot& slot() { return *slot_; }                           ///< not once closed
   bool is_exempt() const { return is_own_; }                          ///< the in-process viewer
   bool is_closing() const { return phase_ == Phase::kClosing || phase_ == Phase::kClosed; }
   bool is_open() const { return phase_ == Phase::kOpen; }
@@ -85,6 +88,7 @@ class Session final : public ConnectionListener, public std::enable_shared_from_
   bool wants_mesh() const { return (hello_.subscription & kSubscribeNoMesh) == 0; }
   std::uint16_t needle() const { return needle_; }  ///< granted; kAnyNeedle: none
   std::uint64_t snapshots_dropped() const { return snapshots_dropped_; }
+  std::uint64_t events_dropped() const { return events_dropped_; }
   const RoundTrip& round_trip() const { return round_trip_; }
 
  private:
@@ -92,6 +96,8 @@ class Session final : public ConnectionListener, public std::enable_shared_from_
   struct Outgoing {
     MessageType type;
     std::shared_ptr<const Bytes> body;
+    bool is_own = true;      // an answer to this client, or its STATE
+    bool is_safety = false;  // an EVENT of that kind
   };
 
   void on_bytes(std::span<const std::byte> bytes) override;
@@ -115,12 +121,13 @@ class Session final : public ConnectionListener, public std::enable_shared_from_
   template <class M>
   void send_message(const M& message);
   void end(const std::string& reason);
+  void drop_excess_event();
   void write_next();
   void write(MessageType type, std::shared_ptr<const Bytes> body);
 
   const std::uint64_t id_;
   const std::shared_ptr<Connection> connection_;
-  std::shared_ptr<const ConnectionSlot> slot_;  // null once closed
+  std::shared_ptr<ConnectionSlot> slot_;  // null once closed
   const bool is_own_;
   SessionHost& host_;
   const ServerOptions& options_;
@@ -131,6 +138,7 @@ class Session final : public ConnectionListener, public std::enable_shared_from_
   std::int64_t last_message_ns_;
   std::int64_t last_ping_ns_ = 0;
   std::int64_t closing_ns_ = 0;
+  std::optional<ErrorMessage> late_refusal_;  // of a wrong token, sent a moment later
   RateLimit poses_;
   RateLimit rate_reports_{1, 1};     // ERROR kPoseRate and kNotDevice
   RateLimit refusal_reports_{4, 4};  // ERROR kPoseRefused
@@ -151,6 +159,7 @@ class Session final : public ConnectionListener, public std::enable_shared_from_
   std::uint64_t sent_sequence_ = 0;
   std::uint64_t snapshots_sent_ = 0;
   std::uint64_t snapshots_dropped_ = 0;
+  std::uint64_t events_dropped_ = 0;
   std::uint64_t ping_nonce_ = 0;
 };
 

@@ -10,6 +10,7 @@ constexpr std::uint16_t kTokenSection = 2;   // of HELLO
 constexpr std::uint16_t kSoftwareSection = 3;
 constexpr std::uint16_t kSafetySection = 1;  // of STATE
 constexpr std::uint16_t kControlsSection = 2;
+constexpr std::uint16_t kDropsSection = 3;
 
 constexpr std::string_view kNotYesOrNo = "a yes/no field is neither 0 nor 1";
 
@@ -149,11 +150,14 @@ void fields(auto& archive, MaybeConst<StateMessage> auto& message) {
                                section.text(count.text, kMaxTextBytes);
                              });
                            }},
-                   Section{kControlsSection, !message.controls.kernel.empty(), [&](auto& section) {
+                   Section{kControlsSection, !message.controls.kernel.empty(),
+                           [&](auto& section) {
                              section.text(message.controls.kernel, kMaxNameBytes);
                              section.f64(message.controls.support_radius_mm);
                              section.u32(message.controls.flags);
-                           }});
+                           }},
+                   Section{kDropsSection, message.events_dropped > 0,
+                           [&](auto& section) { section.u64(message.events_dropped); }});
 }
 BRACHY_CODEC(StateMessage);
 

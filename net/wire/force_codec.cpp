@@ -15,7 +15,8 @@ void bound(auto& archive, auto& value) {
 void fields(auto& archive, MaybeConst<ForceMessage> auto& message) {
   archive.u16(message.needle);
   archive.u16(message.flags);
-  archive.reserved(4);
+  archive.u16(message.valid_ms);
+  archive.reserved(2);
   archive.u64(message.tick);
   archive.u64(message.input_sequence);
   archive.time(message.input_stamp_ns);

@@ -236,6 +236,7 @@ struct ForceMessage {
   std::uint64_t input_sequence = 0;  ///< header sequence of the POSE it answers, 0 = none
   std::int64_t input_stamp_ns = 0;   ///< that POSE's header stamp (device's clock)
   NeedleForces forces;               ///< limited; finite
+  std::uint16_t valid_ms = 0;        ///< from its arrival on; then the device takes it to 0; 0: 50 ms
 };
 
 /// What a device needs to compute its force itself until the next one arrives.
@@ -374,6 +375,7 @@ struct StateMessage {
   std::string device_holder;  ///< empty: no lease is held
   std::vector<SafetyCount> safety;
   ControlsState controls;
+  std::uint64_t events_dropped = 0;  ///< EVENTs for this client, because it was behind; section DROPS
 };
 
 enum class EventKind : std::uint16_t {

@@ -42,6 +42,8 @@ void Heard::keep(const MessageParser::Message& message) {
     StateMessage state;
     EXPECT_TRUE(decode_body(message.body, state).is_good());
     states.push_back(state);
+  } else if (message.header.type == MessageType::kEvent) {
+    EXPECT_TRUE(decode_body(message.body, events.emplace_back()).is_good());
   } else if (message.header.type == MessageType::kForce) {
     EXPECT_TRUE(decode_body(message.body, forces.emplace_back()).is_good());
   } else if (message.header.type == MessageType::kLocalModel) {

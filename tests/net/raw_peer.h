@@ -20,6 +20,7 @@ struct Heard {
   std::vector<Bytes> frame_bodies;
   std::vector<ErrorMessage> errors;
   std::vector<StateMessage> states;
+  std::vector<EventMessage> events;
   std::vector<ForceMessage> forces;
   std::vector<LocalModelMessage> models;
   FrameAssembler mesh;

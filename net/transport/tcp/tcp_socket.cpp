@@ -6,6 +6,7 @@
 #include <sys/socket.h>
 
 #include <boost/asio/socket_base.hpp>
+#include <cerrno>
 
 namespace brachy::net {
 namespace asio = boost::asio;
@@ -47,6 +48,12 @@ std::size_t unsent_bytes(asio::ip::tcp::socket& socket) {
   int bytes = 0;
   if (::ioctl(socket.native_handle(), SIOCOUTQNSD, &bytes) != 0) return 0;
   return bytes > 0 ? static_cast<std::size_t>(bytes) : 0;
+}
+
+bool has_left(asio::ip::tcp::socket& socket) {
+  char byte = 0;
+  const ssize_t size = ::recv(socket.native_handle(), &byte, 1, MSG_PEEK | MSG_DONTWAIT);
+  return size == 0 || (size < 0 && errno != EAGAIN && errno != EWOULDBLOCK && errno != EINTR);
 }
 
 }  // namespace brachy::net

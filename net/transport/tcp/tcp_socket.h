@@ -26,4 +26,7 @@ void set_up(boost::asio::ip::tcp::socket& socket, int send_buffer_bytes);
 /// Bytes written that have not left this machine, because the peer's receive window is full.
 std::size_t unsent_bytes(boost::asio::ip::tcp::socket& socket);
 
+/// The peer has ended its stream, or the connection is broken; unread bytes stay.
+bool has_left(boost::asio::ip::tcp::socket& socket);
+
 }  // namespace brachy::net

@@ -20,17 +20,23 @@ namespace asio = boost::asio;
 TlsConnection::TlsConnection(End end, asio::ip::tcp::socket socket, asio::ssl::context& context,
                              int send_buffer_bytes, std::size_t read_buffer_bytes)
     : end_(end),
-      stream_(MeteredSocket{std::move(socket)}, context),
-      peer_(peer_of(stream_.socket().socket)),
-      read_buffer_(read_buffer_bytes) {
-  set_up(stream_.socket().socket, send_buffer_bytes);
+      context_(context),
+      plain_(MeteredSocket{std::move(socket)}),
+      peer_(peer_of(plain_->socket)),
+      read_buffer_(read_buffer_bytes),
+      turn_(plain_->get_executor()) {
+  set_up(plain_->socket, send_buffer_bytes);
 }
 
 std::shared_ptr<TlsConnection> TlsConnection::at_server(asio::ip::tcp::socket socket,
-                                                        asio::ssl::context& context, int send_buffer_bytes,
+                                                        asio::ssl::context& context,
+                                                        std::shared_ptr<HandshakeLimit> limit,
+                                                        int send_buffer_bytes,
                                                         std::size_t read_buffer_bytes) {
-  return std::shared_ptr<TlsConnection>(
+  std::shared_ptr<TlsConnection> connection(
       new TlsConnection(End::kServer, std::move(socket), context, send_buffer_bytes, read_buffer_bytes));
+  connection->limit_ = std::move(limit);
+  return connection;
 }
 
 std::shared_ptr<TlsConnection> TlsConnection::at_client(asio::ip::tcp::socket socket,
@@ -39,7 +45,8 @@ std::shared_ptr<TlsConnection> TlsConnection::at_client(asio::ip::tcp::socket so
                                                         std::size_t read_buffer_bytes) {
   std::shared_ptr<TlsConnection> connection(
       new TlsConnection(End::kClient, std::move(socket), context, send_buffer_bytes, read_buffer_bytes));
-  SSL* tls = connection->stream_.handle();
+  connection->begin_tls();
+  SSL* tls = connection->stream_->handle();
   boost::system::error_code is_name;
   asio::ip::make_address(host, is_name);
   if (is_name) {
@@ -51,24 +58,55 @@ std::shared_ptr<TlsConnection> TlsConnection::at_client(asio::ip::tcp::socket so
   return connection;
 }
 
+void TlsConnection::begin_tls() {
+  stream_.emplace(std::move(*plain_), context_);
+  plain_.reset();
+}
+
 void TlsConnection::start(std::shared_ptr<ConnectionListener> listener) {
   listener_ = std::move(listener);
   if (end_ == End::kServer) return read_first();
-  stream_.async_connect(
+  stream_->async_connect(
       [self = shared_from_this()](const boost::system::error_code& error) { self->opened(error); });
 }
 
 /// Checked before OpenSSL, whose answer a client without TLS could not read.
 void TlsConnection::read_first() {
-  socket().async_read_some(asio::buffer(read_buffer_), [self = shared_from_this()](
-                                                           const boost::system::error_code& error,
-                                                           std::size_t size) {
-    if (!self->listener_) return;
-    if (error) return self->lost(error);
-    if (self->read_buffer_[0] != std::byte{kFirstByteOfTls}) return self->answer_plain();
-    self->stream_.async_accept(asio::buffer(self->read_buffer_, size),
-                               [self](const boost::system::error_code& failure) { self->opened(failure); });
-  });
+  const auto rest = asio::buffer(read_buffer_) + first_bytes_;
+  socket().async_read_some(
+      rest, [self = shared_from_this()](const boost::system::error_code& error, std::size_t size) {
+        if (!self->listener_) return;
+        if (error) return self->lost(error);
+        self->first_bytes_ += size;
+        if (self->read_buffer_[0] != std::byte{kFirstByteOfTls}) return self->answer_plain();
+        const auto first = std::span<const std::byte>(self->read_buffer_).first(self->first_bytes_);
+        switch (find_client_hello(first, self->read_buffer_.size())) {
+          case ClientHello::kIncomplete:
+            return self->read_first();
+          case ClientHello::kComplete:
+            return self->begin_handshake();
+          case ClientHello::kBad:
+            return self->lost("TLS: it began with no ClientHello");
+        }
+      });
+}
+
+void TlsConnection::begin_handshake() {
+  if (has_left(socket().socket)) return lost("closed by the peer");
+  if (!limit_->may_begin(monotonic_ns())) {
+    turn_.expires_after(std::chrono::milliseconds(5));
+    turn_.async_wait([self = shared_from_this()](const boost::system::error_code& error) {
+      if (!error && self->listener_) self->begin_handshake();
+    });
+    return;
+  }
+  const std::int64_t begin_ns = thread_cpu_ns();
+  begin_tls();
+  // OpenSSL answers the ClientHello within this call.
+  stream_->async_accept(
+      asio::buffer(read_buffer_, first_bytes_),
+      [self = shared_from_this()](const boost::system::error_code& failure) { self->opened(failure); });
+  limit_->spent(thread_cpu_ns() - begin_ns);
 }
 
 void TlsConnection::answer_plain() {
@@ -89,7 +127,7 @@ void TlsConnection::opened(const boost::system::error_code& error) {
 }
 
 void TlsConnection::read_some() {
-  stream_.async_read_some(
+  stream_->async_read_some(
       asio::buffer(read_buffer_),
       [self = shared_from_this()](const boost::system::error_code& error, std::size_t size) {
         if (!self->listener_) return;
@@ -112,7 +150,7 @@ void TlsConnection::write(Bytes header, std::shared_ptr<const Bytes> body) {
 void TlsConnection::write_all() {
   const std::array<asio::const_buffer, 2> message = {asio::buffer(header_),
                                                      body_ ? asio::buffer(*body_) : asio::const_buffer()};
-  asio::async_write(stream_, message,
+  asio::async_write(*stream_, message,
                     [self = shared_from_this()](const boost::system::error_code& error, std::size_t) {
                       self->header_.clear();
                       self->body_.reset();
@@ -130,7 +168,7 @@ std::size_t TlsConnection::unsent_bytes() const {
 void TlsConnection::shutdown_send() {
   if (phase_ != Phase::kOpen) return;
   phase_ = Phase::kEnding;
-  stream_.async_shutdown([self = shared_from_this()](const boost::system::error_code&) {
+  stream_->async_shutdown([self = shared_from_this()](const boost::system::error_code&) {
     if (!self->listener_) return;
     boost::system::error_code ignored;
     self->socket().socket.shutdown(asio::socket_base::shutdown_send, ignored);
@@ -150,6 +188,7 @@ void TlsConnection::drain() {
 
 void TlsConnection::close() {
   listener_.reset();
+  turn_.cancel();
   boost::system::error_code ignored;
   socket().socket.close(ignored);
 }
@@ -157,10 +196,11 @@ void TlsConnection::close() {
 void TlsConnection::lost(const boost::system::error_code& error) {
   const bool is_end = error == asio::error::eof || error == asio::ssl::error::stream_truncated;
   if (is_end && phase_ == Phase::kOpen) return lost("closed by the peer");
+  if (!stream_) return lost(is_end ? "closed by the peer" : error.message());
   if (phase_ == Phase::kOpen && error.category() != asio::error::get_ssl_category())
     return lost(error.message());
-  lost(end_ == End::kServer ? failure_with_client(error, stream_.handle())
-                            : failure_with_server(error, stream_.handle()));
+  lost(end_ == End::kServer ? failure_with_client(error, stream_->handle())
+                            : failure_with_server(error, stream_->handle()));
 }
 
 void TlsConnection::lost(const std::string& reason) {

@@ -66,6 +66,29 @@ TEST(SimulatedLoop, WellUnderTheLimitTheMassComesToRestAndFarAboveItDoesNot) {
   }
 }
 
+// The server stops while the needle is pressed into the tissue: the hand must not be left with the last force.
+TEST(SimulatedLoop, AForceFromAServerThatStoppedEndsWithinItsTimeToLive) {
+  for (const bool local_model : {true, false}) {
+    LoopSettings s = free_mass(1000, 0.002, local_model);
+    s.device.hand_stiffness_n_per_mm = 0.3;
+    s.device.hand_damping_n_s_per_mm = 0.005;
+    s.server_ends_s = 1;
+    SimulatedLoop loop(s, bonded(0.1), {});
+    const RigidTransform hand{.p = Vec3(0, 0, 20)};
+    Vec3 force_n = Vec3::Zero();
+    while (loop.time_s() < 1) force_n = loop.step(hand);
+    EXPECT_GT(force_n.norm(), 0.5) << local_model;
+    while (loop.time_s() < 1.07) {  // delay, 50 ms, 3.3 N at 0.5 N/ms
+      const Vec3 next = loop.step(hand);
+      EXPECT_LE((next - force_n).norm(), kMaxSlewNPerMs + 1e-9);
+      force_n = next;
+    }
+    EXPECT_EQ(force_n, Vec3(Vec3::Zero())) << local_model;
+    EXPECT_EQ(loop.is_latched(), !local_model);
+    while (loop.time_s() < 2) EXPECT_EQ(loop.step(hand), Vec3(Vec3::Zero()));
+  }
+}
+
 /// Peak to peak of z over the next second.
 double swing(SimulatedLoop& loop, double rate_hz) {
   double low = INFINITY, high = -INFINITY;

@@ -116,6 +116,22 @@ TEST_F(TlsServer, OldVersionsAreRefused) {
   EXPECT_STREQ(SSL_get_version(good.socket().tls()), "TLSv1.2");
 }
 
+TEST_F(TlsServer, OnlySuitesWithForwardSecrecyAndAuthenticatedEncryptionAreSpoken) {
+  start_tls();
+  const auto with = [&](const char* suites) {
+    TlsContext context = careless_context();
+    SSL_CTX_set_max_proto_version(context->native_handle(), TLS1_2_VERSION);
+    EXPECT_EQ(SSL_CTX_set_cipher_list(context->native_handle(), suites), 1) << suites;
+    RawPeer peer(io, server->port(), 0, context);
+    peer.hello();
+    return is_welcomed(peer);
+  };
+  EXPECT_TRUE(with("ECDHE+AESGCM"));
+  EXPECT_TRUE(with("ECDHE+CHACHA20"));
+  EXPECT_FALSE(with("ECDHE+AES:!AESGCM:!AESCCM")) << "CBC";
+  EXPECT_FALSE(with("AES256-GCM-SHA384:AES128-SHA")) << "the certificate's key encrypts the session's";
+}
+
 TEST_F(TlsServer, NeitherCompressionNorTicketsNorRenegotiation) {
   ServerOptions options;
   options.state_interval = std::chrono::hours(1);  // nothing comes in between
