@@ -27,27 +27,54 @@ void NeedleRings::reserve(std::size_t landmarks) {
   rings_.reserve(landmarks * kMaxRingsBetween);
   spacing_.reserve(landmarks * kMaxRingsBetween);
   points_.reserve(landmarks * kMaxRingsBetween * kPoints);
+  shaft_.reserve(landmarks);
 }
 
-void NeedleRings::build(std::span<const Vec3> positions, std::span<const double> cores, double radius) {
+void NeedleRings::clear() noexcept {
   rings_.clear();
   points_.clear();
   spacing_.clear();
+}
+
+void NeedleRings::build(std::span<const Vec3> positions, std::span<const double> cores, double radius,
+                        std::span<const LandmarkSpread> spreads) {
+  clear();
+  const std::size_t n = positions.size();
   const double max_gap = kMaxGap * std::max(1.0, radius);
-  const auto has_core = [&](std::size_t i) { return i < cores.size() && cores[i] > 0; };
-  for (std::size_t begin = 0; begin < positions.size();) {
+  const auto core_of = [&](std::size_t i) { return i < cores.size() ? cores[i] : 0; };
+  // The tip with a core that goes on from landmark `behind`; n: none.
+  const auto tip_after = [&](std::size_t behind) {
+    for (std::size_t tip = 0; tip < std::min(n, spreads.size()); ++tip)
+      if (spreads[tip].behind == static_cast<std::int32_t>(behind) && tip != behind && core_of(tip) > 0 &&
+          !(behind < spreads.size() && spreads[behind].behind >= 0) &&
+          continues_shaft(nullptr, positions[behind], positions[tip], max_gap))
+        return tip;
+    return n;
+  };
+  const auto is_taken = [&](std::size_t tip) {
+    if (tip >= spreads.size() || spreads[tip].behind < 0) return false;
+    const auto behind = static_cast<std::size_t>(spreads[tip].behind);
+    return behind < n && tip_after(behind) == tip;
+  };
+  for (std::size_t begin = 0; begin < n;) {
     std::size_t end = begin + 1;
-    while (end < positions.size() && !has_core(begin) && !has_core(end) &&
+    while (end < n && !(core_of(begin) > 0) && !(core_of(end) > 0) && tip_after(end - 1) == n &&
            continues_shaft(end - begin > 1 ? &positions[end - 2] : nullptr, positions[end - 1],
                            positions[end], max_gap))
       ++end;
-    const auto landmark = static_cast<std::uint32_t>(begin);
-    if (end - begin > 1)
-      add_shaft(positions.subspan(begin, end - begin), landmark, radius);
-    else if (has_core(begin))
-      add_point(positions[begin], PointCore::of_landmark(cores[begin]), landmark);
-    else
-      add_point(positions[begin], PointCore::of_surface(0.5 * std::pow(kDiscCore * radius, 2)), landmark);
+    shaft_.clear();
+    const std::size_t tip = tip_after(end - 1);
+    const bool has_tip = tip < n;
+    if (!is_taken(begin))
+      for (std::size_t i = begin; i < end; ++i) shaft_.push_back(static_cast<std::uint32_t>(i));
+    if (has_tip) shaft_.push_back(static_cast<std::uint32_t>(tip));
+    if (shaft_.size() > 1)
+      add_shaft(positions, cores, has_tip, radius);
+    else if (shaft_.size() == 1)
+      add_point(positions[begin],
+                core_of(begin) > 0 ? PointCore::of_landmark(core_of(begin))
+                                   : PointCore::of_surface(0.5 * std::pow(kDiscCore * radius, 2)),
+                shaft_[0]);
     begin = end;
   }
 }
@@ -59,7 +86,7 @@ void NeedleRings::add_point(const Vec3& position, const PointCore& core, std::ui
   ring.core = core;
   ring.first = static_cast<std::uint32_t>(points_.size());
   ring.landmark = {landmark, landmark};
-  ring.weight = {1, 0};
+  ring.across = ring.along = ring.smooth = {1, 0};
   rings_.push_back(ring);
   spacing_.push_back(0);
   points_.push_back(position);
@@ -69,39 +96,68 @@ void NeedleRings::set_core(std::size_t r, double core) noexcept {
   rings_[r].core = PointCore::of_landmark(core);
 }
 
-void NeedleRings::add_shaft(std::span<const Vec3> p, std::uint32_t first_landmark, double radius) {
-  const std::size_t first_ring = rings_.size();
+void NeedleRings::append(const NeedleRings& others) {
+  const auto first = static_cast<std::uint32_t>(points_.size());
+  for (Ring ring : others.rings_) {
+    ring.first += first;
+    rings_.push_back(ring);
+  }
+  points_.insert(points_.end(), others.points_.begin(), others.points_.end());
+  spacing_.insert(spacing_.end(), others.spacing_.begin(), others.spacing_.end());
+}
+
+void NeedleRings::move(std::size_t r, const Vec3& by) noexcept {
+  Ring& ring = rings_[r];
+  ring.centre += by;
+  for (std::uint32_t i = ring.first; i < ring.first + ring.count; ++i) points_[i] += by;
+}
+
+// Of shaft_. Landmarks on it with a core have points of their own for what is along it.
+void NeedleRings::add_shaft(std::span<const Vec3> positions, std::span<const double> cores, bool has_tip,
+                            double radius) {
+  const std::size_t first_ring = rings_.size(), count = shaft_.size();
+  const auto p = [&](std::size_t i) -> const Vec3& { return positions[shaft_[i]]; };
+  const auto core_of = [&](std::size_t i) { return shaft_[i] < cores.size() ? cores[shaft_[i]] : 0; };
+  const double end_radius = radius * std::sqrt(1 - (1 - kEndInset) * (1 - kEndInset));
   double before = 0;  // ring spacing of the segment before
-  for (std::size_t i = 0; i + 1 < p.size(); ++i) {
-    const double distance = (p[i + 1] - p[i]).norm();
+  for (std::size_t i = 0; i + 1 < count; ++i) {
+    const double distance = (p(i + 1) - p(i)).norm();
     const int parts = rings_between(distance, radius);
-    const Vec3 axis = (p[i + 1] - p[i]) / distance;
+    const Vec3 axis = (p(i + 1) - p(i)) / distance;
     const double h = distance / parts;
+    const bool is_way_to_tip = has_tip && i + 2 == count;
     for (int q = 0; q < parts; ++q) {
       const double t = static_cast<double>(q) / parts;
       const bool is_end = i == 0 && q == 0;
       const double inset = is_end ? kEndInset * radius : 0;
-      const double r = is_end ? radius * std::sqrt(1 - (1 - kEndInset) * (1 - kEndInset)) : radius;
-      add_ring(p[i] + (q * h + inset) * axis, axis, r, q == 0 && before > 0 ? 0.5 * (before + h) : h);
+      add_ring(p(i) + (q * h + inset) * axis, axis, is_end ? end_radius : radius,
+               q == 0 && before > 0 ? 0.5 * (before + h) : h);
       Ring& ring = rings_.back();
-      ring.landmark = {first_landmark + static_cast<std::uint32_t>(i),
-                       first_landmark + static_cast<std::uint32_t>(i) + 1};
-      ring.weight = {1 - t, t};
+      ring.landmark = {shaft_[i], shaft_[i + 1]};
+      ring.across = {1 - t, t};
+      for (std::size_t side = 0; side < 2; ++side)
+        if (!(core_of(i + side) > 0)) ring.along[side] = ring.smooth[side] = ring.across[side];
+      if (is_way_to_tip && count > 2 && q > 0) ring.smooth = {0, 0};
     }
     before = h;
   }
-  const Vec3 axis = (p[p.size() - 1] - p[p.size() - 2]).normalized();
-  add_ring(p.back() - kEndInset * radius * axis, axis,
-           radius * std::sqrt(1 - (1 - kEndInset) * (1 - kEndInset)), before);
-  const auto last = first_landmark + static_cast<std::uint32_t>(p.size()) - 1;
-  rings_.back().landmark = {last, last};
-  rings_.back().weight = {1, 0};
+  const Vec3 axis = (p(count - 1) - p(count - 2)).normalized();
+  add_ring(p(count - 1) - kEndInset * radius * axis, axis, end_radius, before);
+  rings_.back().landmark = {shaft_.back(), shaft_.back()};
+  rings_.back().across = {1, 0};
+  if (!(core_of(count - 1) > 0)) rings_.back().along = rings_.back().smooth = {1, 0};
   for (std::size_t k = first_ring; k < rings_.size();
        ++k) {  // cores by the shaft's own radius: end rings are narrower
     const double area = 2 * std::numbers::pi * radius / kPoints * spacing_[k];
     rings_[k].core = PointCore::of_surface(kCore * kCore * area / 2);
   }
-  normalize(first_ring, first_landmark, p.size());
+  normalize(first_ring);
+  for (std::size_t i = 0; i < count; ++i) {
+    if (!(core_of(i) > 0)) continue;
+    add_point(p(i), PointCore::of_landmark(core_of(i)), shaft_[i]);
+    rings_.back().axis = axis;
+    rings_.back().across = {0, 0};
+  }
 }
 
 void NeedleRings::add_ring(const Vec3& centre, const Vec3& axis, double radius, double spacing) {
@@ -122,28 +178,29 @@ void NeedleRings::add_ring(const Vec3& centre, const Vec3& axis, double radius, 
   spacing_.push_back(spacing);
 }
 
-void NeedleRings::normalize(std::size_t first_ring, std::uint32_t first_landmark, std::size_t landmarks) {
+// Of shaft_.
+void NeedleRings::normalize(std::size_t first_ring) {
   // A landmark's rings are neighbours, so one pass with a running window would do; shafts are short.
-  for (std::size_t l = 0; l < landmarks; ++l) {
-    const auto landmark = first_landmark + static_cast<std::uint32_t>(l);
-    double sum = 0;
-    const auto each = [&](auto&& visit) {
-      for (std::size_t k = first_ring; k < rings_.size(); ++k)
-        for (std::size_t side = 0; side < 2; ++side)
-          if (rings_[k].landmark[side] == landmark && rings_[k].weight[side] > 0)
-            visit(k, rings_[k].weight[side]);
-    };
-    each([&](std::size_t k, double& w) { sum += w *= spacing_[k]; });
-    each([&](std::size_t, double& w) { w /= sum; });
-  }
+  for (const std::uint32_t landmark : shaft_)
+    for (const auto weights : {&Ring::across, &Ring::along, &Ring::smooth}) {
+      double sum = 0;
+      const auto each = [&](auto&& visit) {
+        for (std::size_t k = first_ring; k < rings_.size(); ++k)
+          for (std::size_t side = 0; side < 2; ++side)
+            if (double& w = (rings_[k].*weights)[side]; rings_[k].landmark[side] == landmark && w > 0)
+              visit(k, w);
+      };
+      each([&](std::size_t k, double& w) { sum += w *= spacing_[k]; });
+      each([&](std::size_t, double& w) { w /= sum; });
+    }
 }
 
 void NeedleRings::add_to(PointGroups& groups, std::uint32_t landmark) const {
   for (const Ring& ring : rings_)
     for (std::size_t side = 0; side < 2; ++side)
-      if (ring.landmark[side] == landmark && ring.weight[side] > 0)
+      if (ring.landmark[side] == landmark && ring.smooth[side] > 0)
         for (const Vec3& p : points(ring))
-          groups.add(p, ring.core, ring.weight[side] / static_cast<double>(ring.count));
+          groups.add(p, ring.core, ring.smooth[side] / static_cast<double>(ring.count));
 }
 
 PointGroups NeedleRings::groups(std::size_t landmarks) const {

@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "core/kernels/landmark_spread.h"
 #include "core/kernels/point_groups.h"
 
 namespace brachy {
@@ -22,6 +23,8 @@ namespace brachy {
 /// With a core c of its own: one point of that core, which boundary and regions see as a point: what they add varies
 /// little over it, and the tissue ends within it. Tissue at the
 /// landmark goes as far as the landmark does, and folds at 2.57 cores (core/DESIGN.md, section 4).
+/// A tip with a core that continues a shaft: such a point for its force along the shaft; for what is across, the shaft
+/// goes on to the tip, because a needle's steel is as thick there as elsewhere.
 /// Threads: one. Real-time: build does not allocate where reserve was called for as many landmarks.
 class NeedleRings {
  public:
@@ -43,37 +46,59 @@ class NeedleRings {
     PointCore core;                           ///< of each of its points
     std::uint32_t first = 0, count = 1;       ///< its points
     std::array<std::uint32_t, 2> landmark{};  ///< the one or two whose force it carries
-    std::array<double, 2> weight{};           ///< their shares; those of a landmark sum to 1 over its rings
+    /// Their shares in it across `axis` and along it, and as boundary and regions see them, which is without the way
+    /// from a shaft to a tip with a core. Each of a landmark's sum to 1 over its rings.
+    std::array<double, 2> across{}, along{}, smooth{};
+
+    bool carries(std::size_t side) const { return across[side] > 0 || along[side] > 0; }
+    bool is_even(std::size_t side) const { return across[side] == along[side]; }
+    /// What the ring carries of a force `f` on its landmark, and what that landmark observes of a displacement f.
+    Vec3 share(std::size_t side, const Vec3& f) const {
+      return across[side] * f + (along[side] - across[side]) * axis.dot(f) * axis;
+    }
+    /// The same as a matrix.
+    Mat3 share(std::size_t side) const {
+      return across[side] * Mat3::Identity() + (along[side] - across[side]) * axis * axis.transpose();
+    }
   };
 
   /// Reserves memory for `landmarks` landmarks.
   void reserve(std::size_t landmarks);
 
   /// For landmarks at `positions` (n, mm) on a needle of `radius` mm. `cores`: of each, mm, or 0 for the
-  /// rule; empty: the rule for all.
-  void build(std::span<const Vec3> positions, std::span<const double> cores, double radius);
+  /// rule; empty: the rule for all. `spreads`: which are tips that continue a shaft; empty: none.
+  void build(std::span<const Vec3> positions, std::span<const double> cores, double radius,
+             std::span<const LandmarkSpread> spreads = {});
 
   /// Gives ring `r`, a single point with a core of its own, another one, mm. Nothing else changes.
   void set_core(std::size_t r, double core) noexcept;
+
+  void clear() noexcept;
+  /// Adds a point with a core of its own that carries a force for `landmark`.
+  void add_point(const Vec3& position, const PointCore& core, std::uint32_t landmark);
+  /// Adds the rings of `others` after these, for the same landmarks.
+  void append(const NeedleRings& others);
+  /// Moves ring `r` with its points, mm. Its axis stays.
+  void move(std::size_t r, const Vec3& by) noexcept;
 
   std::span<const Ring> rings() const { return rings_; }
   std::span<const Vec3> points() const { return points_; }
   std::span<const Vec3> points(const Ring& ring) const { return points().subspan(ring.first, ring.count); }
 
-  /// Adds the points that carry a landmark's force to `groups`, in the group that is open there.
+  /// Adds the points that carry a landmark's force, as boundary and regions see it, to the group that is open there.
   void add_to(PointGroups& groups, std::uint32_t landmark) const;
   /// The same as groups, one a landmark.
   PointGroups groups(std::size_t landmarks) const;
 
  private:
-  void add_point(const Vec3& position, const PointCore& core, std::uint32_t landmark);
-  void add_shaft(std::span<const Vec3> positions, std::uint32_t first_landmark, double radius);
+  void add_shaft(std::span<const Vec3> positions, std::span<const double> cores, bool has_tip, double radius);
   void add_ring(const Vec3& centre, const Vec3& axis, double radius, double spacing);
-  void normalize(std::size_t first_ring, std::uint32_t first_landmark, std::size_t landmarks);
+  void normalize(std::size_t first_ring);
 
   std::vector<Ring> rings_;
   std::vector<Vec3> points_;
-  std::vector<double> spacing_;  // of each ring: the length of shaft it stands for, mm
+  std::vector<double> spacing_;       // of each ring: the length of shaft it stands for, mm
+  std::vector<std::uint32_t> shaft_;  // the landmarks of that in work
 };
 
 }  // namespace brachy

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <span>
 
 #include "core/base/rigid_transform.h"
@@ -29,6 +30,7 @@ struct Cell {
 struct CellBounds {
   double slope = 0;    ///< |∇u|₁ is at most this (nuclear norm)
   double squeeze = 0;  ///< no eigenvalue of ∇u's symmetric part is below −squeeze
+  double shrink = std::numeric_limits<double>::infinity();  ///< div u is not below −shrink
   double curvature = 0;  ///< Σ_k |∂²∇u/∂x_k²|₁ is at most this, 1/mm², but for the source with a cusp
   double rounding = 0;         ///< error of gradients' single precision and of what is not smooth
   std::size_t work = 0;        ///< of gradients, in sources

@@ -121,10 +121,12 @@ InjectivitySearch::Result InjectivitySearch::run(const CellField& field, double 
   return result_;
 }
 
-// det(I + A) ≥ Π (1 − σ_i) ≥ 1 − |A|₁; and det(S + W) ≥ det S for a skew W and a positive definite S.
+// det(I + A) ≥ Π (1 − σ_i) ≥ 1 − |A|₁; and det(S + W) ≥ det S for a skew W and a positive definite S, whose eigenvalues
+// are least together with two at 1 − squeeze, and the third what the trace asks for.
 double InjectivitySearch::bound_by_norms(const CellBounds& bounds, double scale) noexcept {
-  const double stretch = 1 - scale * bounds.squeeze;
-  return std::max(1 - scale * bounds.slope, stretch > 0 ? stretch * stretch * stretch : -1);
+  const double squeeze = scale * bounds.squeeze, stretch = 1 - squeeze;
+  const double third = 1 + std::max(-squeeze, 2 * squeeze - scale * bounds.shrink);
+  return std::max(1 - scale * bounds.slope, stretch > 0 ? stretch * stretch * third : -1);
 }
 
 double InjectivitySearch::wanted() const noexcept {

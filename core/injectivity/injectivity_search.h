@@ -10,7 +10,7 @@ namespace brachy {
 
 /// Where det(I + s ∇u) was found 0 at the least s.
 struct FoldCandidate {
-  static constexpr double kMaxScale = 2;  ///< none below
+  static constexpr double kMaxScale = 8;  ///< none below
 
   double scale = kMaxScale;  ///< s
   Vec3 place = Vec3::Zero();

@@ -13,12 +13,17 @@ struct PointCore {
   double s = 0;              ///< mm²
   double smooth_s = 0;       ///< the same as the smooth part of a kernel sees it (elastic_kernel.h)
   bool is_landmark = false;  ///< a landmark of one point with a core of its own
+  double counter_s = 0;      ///< mm², of the same force turned over, which takes it back; 0: none
 
   /// One of many points that make up a surface, of core radius c: s = c²/2, which adds up for each of a pair.
   static PointCore of_surface(double s) { return {s, s, false}; }
   /// A landmark of core radius c alone: s = c², because all else is seen as points. So the field of its force moves the
   /// tissue at every other landmark as K says.
   static PointCore of_landmark(double c) { return {c * c, 0, true}; }
+
+  /// A force that displaces what is near and leaves none on the tissue as a whole: of core radius c, taken back over
+  /// one twice as wide.
+  static PointCore of_correction(double c) { return {c * c, 0, true, 4 * c * c}; }
 
   /// s of Kelvin's solution between the two. Between landmarks the wider core holds: for landmarks of one
   /// core the field goes through them all. K stays positive definite (core/DESIGN.md, section 3).

@@ -31,6 +31,11 @@ void LandmarkSet::add(const Vec3& position, const Vec3& displacement, const Land
 
 void LandmarkSet::remove(std::size_t i) noexcept {
   spreads.erase(spreads.begin() + static_cast<std::ptrdiff_t>(i));
+  const auto removed = static_cast<std::int32_t>(i);
+  for (LandmarkSpread& spread : spreads) {
+    if (spread.behind == removed) spread.behind = -1;
+    if (spread.behind > removed) --spread.behind;
+  }
   if (i < anchors)
     --anchors;
   else

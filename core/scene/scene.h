@@ -72,9 +72,9 @@ struct ModelSettings {
   static constexpr double kMinSupportMm = 0.5, kMaxSupportMm = 500;
 
   /// core/models/matrix_kernel/matrix_models.h, or auto (core/scene/choice/choice.h)
-  std::string kernel = "psi31";
+  std::string kernel = "elastic";
   double support_radius_mm = 12;  ///< of the ψ models
-  double tolerance_mm = 1;        ///< auto: largest error at a target
+  double tolerance_mm = 1;        ///< auto: largest error in the gland
   double tick_budget_ms = 2.5;    ///< auto: time of a tick, one thread
   std::string needs = "volume";   ///< auto: volume, or surface where no client uses the points inside
 

@@ -28,6 +28,7 @@ Simulator::Simulator(std::shared_ptr<const SimulationModel> model)
                            model_->settings.contact);
   landmarks_.reserve(model_->max_landmarks());
   needles_.resize(needle_count);
+  last_on_shaft_.resize(needle_count);
   pose_histories_.resize(needle_count);
   displaced_.reserve(tissue_.blocks.size());
   was_displaced_.reserve(tissue_.blocks.size());
@@ -105,12 +106,18 @@ void Simulator::gather_landmarks() noexcept {
   for (Vec3 anchor : anchors_.positions())
     if (keep_clear(anchor)) landmarks_.add(anchor, Vec3::Zero(), {});
   landmarks_.anchors = landmarks_.positions.size();
+  std::ranges::fill(last_on_shaft_, -1);
   for (const bool tips : {false, true})
     for (std::size_t n = 0; n < contacts_.size(); ++n) {
       const auto of_needle = std::as_const(contacts_[n]).landmarks();
       for (std::size_t i = 0; i < of_needle.size(); ++i) {
         if ((contacts_[n].has_tip_landmark() && i + 1 == of_needle.size()) != tips) continue;
-        landmarks_.add(of_needle[i].position, of_needle[i].if_stuck, of_needle[i].spread);
+        LandmarkSpread spread = of_needle[i].spread;
+        if (tips)
+          spread.behind = last_on_shaft_[n];
+        else
+          last_on_shaft_[n] = static_cast<std::int32_t>(landmarks_.positions.size());
+        landmarks_.add(of_needle[i].position, of_needle[i].if_stuck, spread);
         landmarks_.owners.push_back({static_cast<std::uint32_t>(n), static_cast<std::uint32_t>(i)});
       }
     }

@@ -84,7 +84,8 @@ class Simulator {
 
   std::uint64_t tick_ = 0;
   std::uint32_t flags_ = 0;
-  LandmarkSet landmarks_;  // of this tick
+  LandmarkSet landmarks_;                    // of this tick
+  std::vector<std::int32_t> last_on_shaft_;  // of each needle, its landmark behind the tip; −1: none
   std::array<std::uint64_t, 4> evaluation_counts_{};
 
   std::vector<float> rest_, deformed_;  // 3N

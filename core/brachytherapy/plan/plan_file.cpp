@@ -3,6 +3,7 @@
 #include <fstream>
 #include <sstream>
 
+#include "core/base/denied_folder.h"
 #include "core/base/error.h"
 
 namespace brachy {
@@ -13,6 +14,7 @@ constexpr std::uintmax_t kMaxPlanBytes = 1 << 20;
 std::string read_file(const std::filesystem::path& file) {
   const std::string name = file.string();
   std::error_code error;
+  refuse_denied_folder(file);
   if (!std::filesystem::is_regular_file(file, error))
     throw UserError(name + ": no such plan; `brachy plan --generate --out PLAN.toml` makes one");
   if (std::filesystem::file_size(file, error) > kMaxPlanBytes)

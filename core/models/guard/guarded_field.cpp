@@ -14,7 +14,8 @@ namespace {
 constexpr double kSubstepReach = 0.6, kClampReach = 0.9;
 constexpr double kShorter = 0.6;  // of a step that could not be certified
 constexpr int kTries = 2;
-constexpr double kMargin = 0.8;  // share of the way to a fold that the margin asks for
+constexpr double kMissed = 0.01;  // mm: less is not called clamped
+constexpr double kMargin = 0.8;   // share of the way to a fold that the margin asks for
 
 }  // namespace
 
@@ -72,6 +73,7 @@ Vec3 GuardedField::displacement_at(const Vec3& X) const noexcept {
 
 void GuardedField::guard() noexcept {
   work_left_ = kTickWork;
+  if (may_compose() && composition_->is_always_used()) return compose();
   const CellField& cells = field_->cells();
   FoldCandidate fold_candidate = search_.find_fold_candidate(cells);
   certificate_.substeps = 1;
@@ -136,32 +138,43 @@ void GuardedField::clamp(const CellField& cells, const FoldCandidate& fold_candi
 }
 
 void GuardedField::compose() noexcept {
-  composition_->begin(positions_, displacements_);
-  certificate_.substeps = 0;
-  while (composition_->reached() < 1 &&
-         composition_->steps() < static_cast<std::size_t>(settings_.max_substeps)) {
-    if (!composition_->solve()) break;
+  const double begun = composition_->begin(positions_, displacements_);
+  const std::size_t most_steps =
+      std::min(static_cast<std::size_t>(settings_.max_substeps), composition_->most_steps());
+  if (const CellField* cells = composition_->cells_of_beginning(); cells && !(begun > 0))
+    add_to_certificate(search(*cells, 1, {}));
+  else
+    certificate_.det_bound *= begun;
+  FoldCandidate fold_candidate;
+  while (composition_->next()) {
     const CellField& cells = composition_->cells();
-    const FoldCandidate fold_candidate = search_.find_fold_candidate(cells);
-    const double rest = 1 - composition_->reached(), most = kSubstepReach * fold_candidate.scale;
-    double scale = std::min(rest, most);
+    if (!composition_->is_like_last()) fold_candidate = search_.find_fold_candidate(cells);
+    const double rest = composition_->rest();
+    // A step more begins with nothing, so nothing jumps. The last steps may go farther than the others before landmarks
+    // are clamped.
+    const double left = static_cast<double>(most_steps - std::min(most_steps - 1, composition_->steps()));
+    double scale = std::min({rest, kSubstepReach * fold_candidate.scale,
+                             std::max(composition_->reach() * fold_candidate.scale, rest / left)});
     const InjectivitySearch::Result result = find_step(cells, fold_candidate, scale);
     if (result.verdict == Verdict::kFolded) break;
     add_to_certificate(result);
     if (scale == rest) find_margin(cells, scale, fold_candidate);
-    composition_->accept(scale);
-    ++certificate_.substeps;
+    composition_->accept(scale,
+                         fold_candidate.scale < FoldCandidate::kMaxScale ? &fold_candidate.place : nullptr);
   }
+  certificate_.substeps = static_cast<std::uint32_t>(composition_->steps());
   composition_->evaluate();
   is_composed_ = true;
   evaluation_ = Evaluation::kDirect;
   certificate_.vertex_det = composition_->least_determinant();
   certificate_.place = least_vertex_ = composition_->least_place();
   if (certificate_.substeps > 1) flags_ |= kStepSubstepped;
-  if (composition_->reached() < 1) {
+  const double held =
+      std::max((1 - composition_->reached()) * largest_displacement(), composition_->missed_mm());
+  if (held > kMissed) {
     flags_ |= kStepClamped;
     certificate_.margin_mm = 0;
-    certificate_.held_mm = (1 - composition_->reached()) * largest_displacement();
+    certificate_.held_mm = held;
   }
 }
 
@@ -170,7 +183,7 @@ void GuardedField::find_margin(const CellField& cells, double scale,
   certificate_.margin_mm = 0;
   if (certificate_.verdict != Verdict::kInjective || fold_candidate.scale <= scale) return;
   const double further = kMargin * (fold_candidate.scale - scale);
-  if (search(cells, scale + further, fold_candidate, kWork / 2).verdict == Verdict::kInjective)
+  if (search(cells, scale + further, fold_candidate, kMarginWork).verdict == Verdict::kInjective)
     certificate_.margin_mm = further * largest_displacement();
 }
 

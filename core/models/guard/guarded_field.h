@@ -7,7 +7,7 @@
 #include "core/injectivity/certificate.h"
 #include "core/injectivity/guard_settings.h"
 #include "core/injectivity/injectivity_search.h"
-#include "core/models/guard/composition.h"
+#include "core/models/composition.h"
 #include "core/models/tissue_field.h"
 
 namespace brachy {
@@ -20,7 +20,8 @@ class GuardedField : public DisplacementField {
   /// Limit of the work on one certificate, in pairs of InjectivitySearch: about 0.2 ms.
   static constexpr std::uint64_t kWork = 8000;
 
-  static constexpr std::uint64_t kTickWork = 4 * kWork;  ///< and on all of a tick
+  static constexpr std::uint64_t kTickWork = 4 * kWork;    ///< and on all of a tick
+  static constexpr std::uint64_t kMarginWork = kWork / 8;  ///< and on the margin alone
 
   /// The tissue must outlive this. `composition`: null where the model has no sub-steps.
   GuardedField(const Tissue& tissue, std::unique_ptr<TissueField> field,

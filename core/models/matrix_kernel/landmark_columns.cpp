@@ -63,8 +63,8 @@ void LandmarkColumns::take_parts(std::uint32_t landmark, const NeedleRings& ring
   parts_.clear();
   for (const NeedleRings::Ring& ring : rings.rings())
     for (std::size_t side = 0; side < 2; ++side)
-      if (ring.landmark[side] == landmark && ring.weight[side] > 0)
-        parts_.push_back({ring.centre, rings.points(ring).front(), ring.weight[side], ring.core.smooth_s});
+      if (ring.landmark[side] == landmark && ring.smooth[side] > 0)
+        parts_.push_back({ring.centre, rings.points(ring).front(), ring.smooth[side], ring.core.smooth_s});
 }
 
 // Inside, tissue is all of one modulus, but for contacts, which may lie on a region's surface. Where a region
@@ -75,7 +75,7 @@ void LandmarkColumns::take_moduli(std::size_t landmarks, std::span<const NeedleR
   for (const NeedleRings::Ring& ring : rings) {
     if (table_.covers(ring.centre)) continue;
     for (std::size_t side = 0; side < 2; ++side)
-      if (ring.weight[side] > 0) is_outside_[ring.landmark[side]] = 1;
+      if (ring.carries(side)) is_outside_[ring.landmark[side]] = 1;
   }
   for (std::size_t r = 0; r < rings.size(); ++r)
     for (std::size_t side = 0; side < 2; ++side)
@@ -92,8 +92,8 @@ void LandmarkColumns::gather(Column& column, std::uint32_t landmark,
   column.modulus = table_.modulus();
   for (std::size_t r = 0; r < rings.size(); ++r) {
     const NeedleRings::Ring& ring = rings[r];
-    const double share = (ring.landmark[0] == landmark ? ring.weight[0] : 0) +
-                         (ring.landmark[1] == landmark && ring.weight[1] > 0 ? ring.weight[1] : 0);
+    const double share = (ring.landmark[0] == landmark ? ring.smooth[0] : 0) +
+                         (ring.landmark[1] == landmark && ring.smooth[1] > 0 ? ring.smooth[1] : 0);
     if (share == 0) continue;
     if (ring.count == 1) column.modulus = moduli_[r][0];
     if (ring.count > 1 || ring.core.smooth_s == 0) {

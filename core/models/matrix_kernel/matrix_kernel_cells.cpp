@@ -12,13 +12,10 @@ namespace {
 
 constexpr double kSinglePrecision = 1e-5;  // of the slopes summed
 constexpr double kSixPoints = 1.05;
-constexpr std::size_t kFoldCandidates = 12;  // rings of a needle that are searched for folds
-
-double distance_to_segment(const Vec3& p, const Vec3& a, const Vec3& b) {
-  const Vec3 ab = b - a;
-  const double t = std::clamp((p - a).dot(ab) / std::max(ab.squaredNorm(), 1e-12), 0.0, 1.0);
-  return (p - a - t * ab).norm();
-}
+// At three radii from a ring's axis, and less farther: 2 E(3/4)/π/16 over 8^(−3/2) = 1.09 (an elliptic integral).
+constexpr double kRingCubed = 1.1;
+constexpr double kSinglePrecisionBounds = 1e-4;  // of bounds that are summed in single precision
+constexpr std::size_t kFoldCandidates = 12;      // rings of a needle that are searched for folds
 
 }  // namespace
 
@@ -29,53 +26,214 @@ MatrixKernelCells::MatrixKernelCells(const Tissue& tissue, const NearField& near
       clearance_(kClearance * needle_radius),
       loops_(cell_loops(target)),
       bounds_(near.bounds()),
-      min_(tissue.rest_vertices.front()),
-      max_(min_) {
+      rest_min_(tissue.rest_vertices.front()),
+      rest_max_(rest_min_),
+      near_loops_(near_loops(target)) {
   for (const Vec3& X : tissue.rest_vertices) {
-    min_ = min_.cwiseMin(X);
-    max_ = max_.cwiseMax(X);
+    rest_min_ = rest_min_.cwiseMin(X);
+    rest_max_ = rest_max_.cwiseMax(X);
   }
-  domain_ = Cell::around(min_, max_);
   chosen_.reserve(max_rings * NeedleRings::kPoints);
   piece_of_.reserve(max_rings);
+  needles_.reserve(max_rings);
+  forces_.reserve(max_rings);
+  piece_forces_.reserve(max_rings);
+  const std::size_t groups = 3 * max_rings / BoundedForces::kCount + 1;  // a piece is two forces
+  bounded_forces_.reserve(groups);
+  bounded_corrections_.reserve(max_rings / BoundedCorrections::kCount + 1);
+}
+
+MatrixKernelCells::Force MatrixKernelCells::force_of(const Vec3& force, double scale) {
+  const double size = force.norm();
+  return {size > 0 ? Vec3(force / size) : Vec3(Vec3::UnitZ()), scale * size, 0, 1};
 }
 
 void MatrixKernelCells::set_field(const NeedleRings& rings, std::span<const Vec3> ring_forces,
-                                  std::span<const NearField::Piece> pieces) noexcept {
+                                  std::span<const NearField::Piece> pieces, double margin) noexcept {
+  min_ = rest_min_.array() - margin;
+  max_ = rest_max_.array() + margin;
+  domain_ = Cell::around(min_, max_);
   rings_ = &rings;
   ring_forces_ = ring_forces;
   pieces_ = pieces;
   piece_of_.clear();
   for (std::uint32_t p = 0; p < pieces.size(); ++p) piece_of_.insert(piece_of_.end(), pieces[p].count, p);
+  forces_.clear();
+  for (std::size_t r = 0; r < ring_forces.size(); ++r) {
+    Force& force = forces_.emplace_back(force_of(ring_forces[r], near_.scale()));
+    const NeedleRings::Ring& ring = rings.rings()[r];
+    if (ring.count == 1) continue;
+    force.aside = ring.radius * force.direction.cross(ring.axis).norm();
+    force.cubed = kRingCubed;
+  }
+  piece_forces_.clear();
+  for (const NearField::Piece& piece : pieces)
+    piece_forces_.push_back(
+        {force_of(piece.whole[0].force, near_.scale()), force_of(piece.whole[1].force, near_.scale())});
+  find_needles();
+  if (bounds_.is_kelvin()) take_bounded_forces();
   fold_candidate_every_ = 1 + ring_forces.size() / kFoldCandidates;
 }
 
-// Rings that follow one another on one shaft enclose a piece of needle.
-bool MatrixKernelCells::is_in_needle(const Cell& cell) const noexcept {
-  const auto rings = rings_->rings();
-  const double reach = clearance_ - std::numbers::sqrt3 * cell.half;
-  if (reach <= 0) return false;
-  for (std::size_t r = 0; r + 1 < rings.size(); ++r) {
-    const bool is_one_shaft =
-        rings[r].radius > 0 && rings[r + 1].radius > 0 && rings[r + 1].landmark[0] <= rings[r].landmark[1];
-    if (is_one_shaft && distance_to_segment(cell.centre, rings[r].centre, rings[r + 1].centre) < reach)
-      return true;
+void MatrixKernelCells::take_bounded_forces() noexcept {
+  bounded_forces_.clear();
+  bounded_corrections_.clear();
+  std::size_t forces = 0, corrections = 0;
+  const auto single = [](double x) { return static_cast<float>(x); };
+  const auto place = [&](auto& groups, std::size_t& count, const Vec3& at, double s, double size) {
+    if (count % BoundedForces::kCount == 0) groups.emplace_back();
+    auto& group = groups.back();
+    const std::size_t lane = count++ % BoundedForces::kCount;
+    const Vec3 x = at - domain_.centre;
+    group.x[lane] = single(x.x());
+    group.y[lane] = single(x.y());
+    group.z[lane] = single(x.z());
+    group.s[lane] = single(s);
+    group.size[lane] = single(size);
+    return lane;
+  };
+  const auto add = [&](const Force& force, const Vec3& at, const NearField::Piece& piece, bool is_piece,
+                       const NeedleRings::Ring& ring) {
+    const std::size_t lane = place(bounded_forces_, forces, at, ring.core.s,
+                                   !is_piece && ring.count > 1 ? kSixPoints * force.size : force.size);
+    BoundedForces& group = bounded_forces_.back();
+    group.ring2[lane] = is_piece ? 0 : single(ring.radius * ring.radius);
+    group.fx[lane] = single(force.direction.x());
+    group.fy[lane] = single(force.direction.y());
+    group.fz[lane] = single(force.direction.z());
+    group.aside[lane] = single(force.aside);
+    group.cubed[lane] = single(force.cubed);
+    const Vec3 middle = piece.centre - domain_.centre;
+    group.piece_x[lane] = single(middle.x());
+    group.piece_y[lane] = single(middle.y());
+    group.piece_z[lane] = single(middle.z());
+    group.far2[lane] = single(std::min(piece.squared_far(), 1e30));
+    group.is_piece[lane] = is_piece ? 1 : 0;
+    group.points[lane] = is_piece ? 1 : single(ring.count);
+  };
+  for (std::size_t p = 0; p < pieces_.size(); ++p) {
+    const NearField::Piece& piece = pieces_[p];
+    for (std::uint32_t r = piece.first; r < piece.first + piece.count; ++r) {
+      const NeedleRings::Ring& ring = rings_->rings()[r];
+      if (ring.core.counter_s > 0) {
+        const std::size_t lane =
+            place(bounded_corrections_, corrections, ring.centre, ring.core.s, forces_[r].size);
+        bounded_corrections_.back().counter_s[lane] = single(ring.core.counter_s);
+      } else {
+        add(forces_[r], ring.centre, piece, false, ring);
+      }
+    }
+    if (piece.squared_far() < std::numeric_limits<double>::infinity())
+      for (std::size_t k = 0; k < 2; ++k)
+        add(piece_forces_[p][k], piece.whole[k].at, piece, true, rings_->rings()[piece.first]);
   }
-  return false;
+  correction_work_ = 2 * corrections;
+}
+
+void MatrixKernelCells::add_kelvin_bounds(const Cell& cell, CellBounds& bounds) const noexcept {
+  const Eigen::Vector3f x = (cell.centre - domain_.centre).cast<float>();
+  const double least = clearance_ - kStraight, far = near_.far_distance();
+  const BoundedCell asked{x.x(),
+                          x.y(),
+                          x.z(),
+                          static_cast<float>(cell.half),
+                          static_cast<float>(least * least),
+                          static_cast<float>(far * far)};
+  const KelvinBounds kelvin = bounds_.kelvin();
+  const BoundSums forces =
+      near_loops_.kelvin_bounds(bounded_forces_.data(), bounded_forces_.size(), kelvin, asked);
+  const BoundSums corrections =
+      near_loops_.correction_bounds(bounded_corrections_.data(), bounded_corrections_.size(), kelvin, asked);
+  const auto sum = [](float a, float b) {
+    return (1 + kSinglePrecisionBounds) * (static_cast<double>(a) + static_cast<double>(b));
+  };
+  bounds.slope = sum(forces.slope, corrections.slope);
+  bounds.squeeze = sum(forces.squeeze, corrections.squeeze);
+  bounds.shrink = sum(forces.shrink, corrections.shrink);
+  bounds.curvature = sum(forces.curvature, corrections.curvature);
+  bounds.work = static_cast<std::size_t>(forces.work) + correction_work_;
+}
+
+// Rings that follow one another on one shaft enclose a piece of needle. Those on one line make one piece.
+void MatrixKernelCells::find_needles() noexcept {
+  needles_.clear();
+  const auto rings = rings_->rings();
+  std::size_t first = 0;  // ring of the last piece
+  bool continues = false;
+  for (std::size_t r = 0; r + 1 < rings.size(); ++r) {
+    const std::uint32_t next = rings[r + 1].landmark[0];
+    const bool is_one_shaft = rings[r].radius > 0 && rings[r + 1].radius > 0 &&
+                              (next == rings[r].landmark[0] || next == rings[r].landmark[1]);
+    if (!is_one_shaft) {
+      continues = false;
+      continue;
+    }
+    if (continues && is_straight(first, r + 1)) {
+      needles_.back() = {rings[first].centre, rings[r + 1].centre};
+      continue;
+    }
+    needles_.emplace_back(rings[r].centre, rings[r + 1].centre);
+    first = r;
+    continues = true;
+  }
+}
+
+bool MatrixKernelCells::is_straight(std::size_t first, std::size_t last) const noexcept {
+  const auto rings = rings_->rings();
+  const Segment line(rings[first].centre, rings[last].centre);
+  for (std::size_t r = first + 1; r < last; ++r)
+    if (line.squared_distance(rings[r].centre) > kStraight * kStraight) return false;
+  return true;
+}
+
+double MatrixKernelCells::distance_to_needles(const Vec3& X) const noexcept {
+  double least = std::numeric_limits<double>::infinity();
+  for (const Segment& needle : needles_) least = std::min(least, needle.squared_distance(X));
+  return std::sqrt(least);
+}
+
+bool MatrixKernelCells::is_in_needle(const Cell& cell) const noexcept {
+  const double reach = clearance_ - std::numbers::sqrt3 * cell.half;
+  return reach > 0 && distance_to_needles(cell.centre) < reach;
+}
+
+// Of a unit force `at` whose cosine to the cell's places is bounded by the cell's shadow on its direction.
+NearBounds::At MatrixKernelCells::bounds_of(const Force& force, double distance, double s, const Cell& cell,
+                                            const Vec3& at) const noexcept {
+  if (distance <= 0) return bounds_.at(0, s);
+  const double middle = (cell.centre - at).dot(force.direction);
+  const double reach = cell.half * force.direction.lpNorm<1>() + force.aside;
+  return bounds_.at(distance, s, std::clamp(force.cubed * (middle - reach) / distance, -1.0, 0.0),
+                    std::clamp(force.cubed * (middle + reach) / distance, 0.0, 1.0));
 }
 
 // A ring of radius R is on average 1/√((q + R²)² − 4 R² ρ²) ≤ 1/(q − R²) in 1/d², q the distance² of its centre and ρ
 // that of its axis; its six points do the same up to 2 (R/ρ)⁶. What is asked lies outside the needle, what is
 // interpolated may not.
-void MatrixKernelCells::add_ring_bounds(std::uint32_t r, double distance, CellBounds& bounds) const noexcept {
+void MatrixKernelCells::add_ring_bounds(std::uint32_t r, const Cell& cell, double distance,
+                                        CellBounds& bounds) const noexcept {
   const NeedleRings::Ring& ring = rings_->rings()[r];
-  const double force = near_.scale() * ring_forces_[r].norm();
+  const double force = forces_[r].size;
+  if (ring.core.counter_s > 0) {
+    // As two forces, or as what is left of both.
+    const NearBounds::At one = bounds_.at(distance, ring.core.s),
+                         other = bounds_.at(distance, ring.core.counter_s),
+                         both = bounds_.correction(distance, ring.core.s);
+    bounds.slope += force * std::min(one.slope + other.slope, both.slope);
+    bounds.squeeze += force * std::min(one.squeeze + other.squeeze, both.squeeze);
+    bounds.shrink += force * std::min(one.slope + other.slope, both.slope);
+    bounds.curvature += force * std::min(one.curvature + other.curvature, both.curvature);
+    bounds.work += 2;
+    return;
+  }
   const bool is_ring = ring.count > 1;
   const double R2 = ring.radius * ring.radius, asked = is_ring ? std::max(distance, clearance_) : distance;
-  const NearBounds::At at = bounds_.at(std::sqrt(asked * asked - R2), ring.core.s);
+  const NearBounds::At at =
+      bounds_of(forces_[r], std::sqrt(asked * asked - R2), ring.core.s, cell, ring.centre);
   const double shared = is_ring ? kSixPoints * force : force;
   bounds.slope += shared * at.slope;
   bounds.squeeze += shared * at.squeeze;
+  bounds.shrink += shared * at.shrink;
   const double inner = distance * distance - R2;
   if (!is_ring)
     bounds.curvature += force * at.curvature;
@@ -86,28 +244,41 @@ void MatrixKernelCells::add_ring_bounds(std::uint32_t r, double distance, CellBo
   bounds.work += is_ring && !near_.is_far(distance) ? ring.count : 1;
 }
 
-void MatrixKernelCells::add_piece_bounds(const NearField::Piece& piece, double distance,
+void MatrixKernelCells::add_piece_bounds(std::uint32_t p, const Cell& cell,
                                          CellBounds& bounds) const noexcept {
-  // Its two points lie within its half length.
-  const double force = near_.scale() * (piece.force[0].norm() + piece.force[1].norm());
-  const NearBounds::At at = bounds_.at(distance - piece.half_length, rings_->rings()[piece.first].core.s);
-  bounds.slope += force * at.slope;
-  bounds.squeeze += force * at.squeeze;
-  bounds.curvature += force * at.curvature;
+  const NearField::Piece& piece = pieces_[p];
+  for (std::size_t k = 0; k < 2; ++k) {
+    const Force& force = piece_forces_[p][k];
+    const NearBounds::At at = bounds_of(force, std::sqrt(cell.squared_distance(piece.whole[k].at)),
+                                        piece.whole[k].s, cell, piece.whole[k].at);
+    bounds.slope += force.size * at.slope;
+    bounds.squeeze += force.size * at.squeeze;
+    bounds.shrink += force.size * at.shrink;
+    bounds.curvature += force.size * at.curvature;
+  }
   bounds.work += 2;
 }
 
 std::size_t MatrixKernelCells::narrow(const Cell& cell, std::span<const std::uint32_t> from,
                                       std::uint32_t* to, CellBounds& bounds) const noexcept {
   bounds = {};
+  bounds.shrink = 0;
   if (((cell.centre - min_).array() < -cell.half).any() || ((cell.centre - max_).array() > cell.half).any())
     return 0;
   if (is_in_needle(cell)) return 0;
   std::size_t count = 0;
+  if (bounds_.is_kelvin()) {
+    for (const std::uint32_t r : from)
+      if (forces_[r].size > 0) to[count++] = r;
+    add_kelvin_bounds(cell, bounds);
+    bounds.rounding += kSinglePrecision * bounds.slope;
+    if (smooth_ && count > 0) smooth_->add_bounds(cell, bounds);
+    return count;
+  }
   for (std::size_t i = 0; i < from.size();) {
     const std::uint32_t p = piece_of_[from[i]];
     if (const double d2 = cell.squared_distance(pieces_[p].centre); pieces_[p].is_far(d2)) {
-      add_piece_bounds(pieces_[p], std::sqrt(d2), bounds);
+      add_piece_bounds(p, cell, bounds);
       for (; i < from.size() && piece_of_[from[i]] == p; ++i) to[count++] = from[i];
       continue;
     }
@@ -116,16 +287,10 @@ std::size_t MatrixKernelCells::narrow(const Cell& cell, std::span<const std::uin
     const double distance = std::sqrt(cell.squared_distance(ring.centre));
     if (ring_forces_[r].isZero(0) || distance - ring.radius >= near_.reach()) continue;
     to[count++] = r;
-    add_ring_bounds(r, distance, bounds);
+    add_ring_bounds(r, cell, distance, bounds);
   }
   bounds.rounding += kSinglePrecision * bounds.slope;
-  if (smooth_ && count > 0) {
-    const Mat3 here = smooth_->gradient_at(cell.centre);
-    const double varies = smooth_->gradient_varies(cell.centre, cell.half);
-    bounds.slope += here.rowwise().norm().sum() + varies;
-    bounds.squeeze += 0.5 * (here + here.transpose()).norm() + varies;
-    bounds.rounding += varies;
-  }
+  if (smooth_ && count > 0) smooth_->add_bounds(cell, bounds);
   return count;
 }
 
@@ -137,17 +302,13 @@ void MatrixKernelCells::gradients(const Cell& cell, std::span<const std::uint32_
     std::fill_n(A.a[k], CellPoints::kCount,
                 static_cast<float>(here(static_cast<Eigen::Index>(k / 3), static_cast<Eigen::Index>(k % 3))));
   chosen_.clear();
-  for (std::size_t i = 0; i < sources.size();) {
-    const std::uint32_t r = sources[i], p = piece_of_[r];
-    if (pieces_[p].is_far(cell.squared_distance(pieces_[p].centre))) {
-      near_.add_piece(*rings_, pieces_[p], cell.centre, chosen_);
-      while (i < sources.size() && piece_of_[sources[i]] == p) ++i;
-      continue;
-    }
-    ++i;
-    const NeedleRings::Ring& ring = rings_->rings()[r];
-    const bool is_one = ring.count == 1 || near_.is_far(std::sqrt(cell.squared_distance(ring.centre)));
-    near_.add_sources(*rings_, ring, is_one, ring_forces_[r], cell.centre, chosen_);
+  const auto squared_distance = [&](const Vec3& p) { return cell.squared_distance(p); };
+  std::uint32_t done = 0;  // pieces: a source of each is enough
+  for (const std::uint32_t r : sources) {
+    const std::uint32_t p = piece_of_[r];
+    if (p < done) continue;
+    near_.add_sources(*rings_, ring_forces_, pieces_[p], squared_distance, cell.centre, false, chosen_);
+    done = p + 1;
   }
   near_.add_gradients(X, chosen_, A);
 }

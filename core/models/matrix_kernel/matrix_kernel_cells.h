@@ -1,5 +1,7 @@
 #pragma once
 
+#include <algorithm>
+#include <array>
 #include <optional>
 #include <span>
 #include <vector>
@@ -25,8 +27,9 @@ class MatrixKernelCells : public CellField {
                     double needle_radius, SimdTarget target, std::size_t max_rings);
 
   /// Sets the field: that of `ring_forces` (N, one for each ring), and as far as they are far of their `pieces`.
+  /// The tissue lies within `margin` mm of its box.
   void set_field(const NeedleRings& rings, std::span<const Vec3> ring_forces,
-                 std::span<const NearField::Piece> pieces) noexcept;
+                 std::span<const NearField::Piece> pieces, double margin = 0) noexcept;
 
   std::size_t sources() const override { return ring_forces_.size(); }
   Cell domain() const override { return domain_; }
@@ -37,27 +40,66 @@ class MatrixKernelCells : public CellField {
                  const CellPoints& X, CellGradients& A) const noexcept override;
   const CellLoops& loops() const override { return loops_; }
   bool fold_candidates(std::uint32_t i, Cell& cell, CellPoints& X) const noexcept override;
-  bool covers(const Vec3& X) const noexcept override { return !is_in_needle({X, 0}); }
+  bool covers(const Vec3& X) const noexcept override { return distance_to_needles(X) >= clearance_; }
+  double clearance() const { return clearance_; }            ///< mm
+  double distance_to_needles(const Vec3& X) const noexcept;  ///< from the nearest axis of a shaft, mm
   Mat3 gradient(const Vec3& X) const noexcept override;
 
  private:
   static constexpr double kResolution = 6;  // mm
+  static constexpr double kStraight =
+      0.05;  // mm: rings on one line to so much are one straight piece of needle
+  void find_needles() noexcept;
   bool is_in_needle(const Cell& cell) const noexcept;
-  void add_ring_bounds(std::uint32_t r, double distance, CellBounds& bounds) const noexcept;
-  void add_piece_bounds(const NearField::Piece& piece, double distance, CellBounds& bounds) const noexcept;
+  bool is_straight(std::size_t first, std::size_t last) const noexcept;
+  /// A force as the bounds need it.
+  struct Force {
+    Vec3 direction;    // unit
+    double size = 0;   // N, times the near field's scale
+    double aside = 0;  // mm: how far along it the points lie that carry it
+    double cubed = 1;  // the mean of 1/d³ over them is at most that of 1/d² to the power of 3/2, times this
+  };
+  static Force force_of(const Vec3& force, double scale);
+  NearBounds::At bounds_of(const Force& force, double distance, double s, const Cell& cell,
+                           const Vec3& at) const noexcept;
+  void add_ring_bounds(std::uint32_t r, const Cell& cell, double distance, CellBounds& bounds) const noexcept;
+  void add_piece_bounds(std::uint32_t p, const Cell& cell, CellBounds& bounds) const noexcept;
+
+  void take_bounded_forces() noexcept;
+  void add_kelvin_bounds(const Cell& cell, CellBounds& bounds) const noexcept;
+
+  struct Segment {
+    Segment(const Vec3& a, const Vec3& b)
+        : from(a), way(b - a), inverse(1 / std::max(way.squaredNorm(), 1e-12)) {}
+    double squared_distance(const Vec3& X) const {
+      const Vec3 x = X - from;
+      return (x - std::clamp(inverse * x.dot(way), 0.0, 1.0) * way).squaredNorm();
+    }
+    Vec3 from, way;
+    double inverse;  // of its squared length
+  };
 
   const NearField& near_;
   const SmoothField* smooth_;
   double clearance_;
   const CellLoops& loops_;
   NearBounds bounds_;
-  Vec3 min_, max_;  // of the tissue
+  Vec3 rest_min_, rest_max_;  // of the tissue …
+  Vec3 min_, max_;            // … and with the field's margin
   Cell domain_;
   const NeedleRings* rings_ = nullptr;
   std::span<const Vec3> ring_forces_;
   std::span<const NearField::Piece> pieces_;
-  std::vector<std::uint32_t> piece_of_;  // of each ring
+  std::vector<Segment> needles_;                    // straight pieces that rings enclose
+  std::vector<std::uint32_t> piece_of_;             // of each ring
+  std::vector<Force> forces_;                       // of the rings …
+  std::vector<std::array<Force, 2>> piece_forces_;  // … and of the pieces
   std::size_t fold_candidate_every_ = 1;
+  // Kelvin's solution: of the rings and pieces about the domain's centre, for the loops.
+  const NearLoops& near_loops_;
+  std::vector<BoundedForces> bounded_forces_;
+  std::vector<BoundedCorrections> bounded_corrections_;
+  std::size_t correction_work_ = 0;  // as CellBounds::work
   mutable std::vector<NearSource> chosen_;
 };
 

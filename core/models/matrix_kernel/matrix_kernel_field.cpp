@@ -56,8 +56,10 @@ MatrixKernelField::MatrixKernelField(const Tissue& tissue, std::shared_ptr<const
                    .force_scale = force_scale_of(*kernel, options.landmark_stiffness_n_per_mm),
                    .uses_spreads = is_elastic(*kernel)}),  // to the compact kernels landmarks are points
       threads_(options.threads),
+      evaluates_points_(options.evaluates_points),
       needle_radius_(body.needle_radius),
       kernel_(std::move(kernel)),
+      near_matrix_(options.max_landmarks),
       inverse_block_(3 * options.max_landmarks, options.max_landmarks, options.target),
       all_blocks_(tissue.blocks.size()),
       displacements_(tissue.blocks.size()),
@@ -104,7 +106,7 @@ FactorStatus MatrixKernelField::do_factorize(std::span<const Vec3> positions,
     for (std::size_t l = 0; l < spreads.size(); ++l)
       ring_cores_[l] =
           spreads[l].core_mm > 0 ? spreads[l].core_mm : core_in_free_space(spreads[l].stiffness_n_per_mm);
-  rings_.build(positions, ring_cores_, needle_radius_);
+  rings_.build(positions, ring_cores_, needle_radius_, spreads);
   if (smooth_) {
     smooth_->columns().place(count_, rings_);
     find_cores(spreads);
@@ -142,7 +144,7 @@ Evaluation MatrixKernelField::do_evaluate(bool is_new_set, std::span<Vec3> weigh
   if (is_new_set) field_rings_ = rings_;
   do_solve(displacements(), weights);
   spread_forces(weights);
-  evaluate_blocks();
+  if (evaluates_points_) evaluate_blocks();
   return Evaluation::kDirect;
 }
 
@@ -160,24 +162,7 @@ void MatrixKernelField::assemble() noexcept {
     smooth_->columns().begin_matrix(K);
   else
     K.setZero();
-  const auto add = [&](std::uint32_t i, std::uint32_t j, double weight, const Mat3& value) {
-    if (i >= j)
-      K.block<3, 3>(3 * static_cast<Eigen::Index>(i), 3 * static_cast<Eigen::Index>(j)) += weight * value;
-  };
-  const auto rings = rings_.rings();
-  for (std::size_t i = 0; i < rings.size(); ++i)
-    for (std::size_t j = 0; j <= i; ++j) {
-      const NeedleRings::Ring &a = rings[i], &b = rings[j];
-      const Mat3 value = near_->between(rings_, a, b);
-      for (std::size_t s = 0; s < 2; ++s)
-        for (std::size_t t = 0; t < 2; ++t) {
-          double weight = a.weight[s] * b.weight[t];
-          if (weight == 0) continue;
-          if (smooth_) weight *= smooth_->near_factor(i, s, j, t);
-          add(a.landmark[s], b.landmark[t], weight, value);
-          if (i != j) add(b.landmark[t], a.landmark[s], weight, value.transpose());
-        }
-    }
+  near_matrix_.add_to(K, count_, rings_, *near_, smooth_ ? &*smooth_ : nullptr);
   if (smooth_) smooth_->columns().finish_matrix(K);
 }
 
@@ -213,7 +198,7 @@ void MatrixKernelField::spread_forces(std::span<const Vec3> forces) noexcept {
     Vec3 force = Vec3::Zero();
     for (std::size_t side = 0; side < 2; ++side) {
       const double w = smooth_ ? smooth_->near_factor(r, side) : 1;
-      force += w * ring.weight[side] * forces[ring.landmark[side]];
+      force += w * ring.share(side, forces[ring.landmark[side]]);
     }
     ring_forces_.push_back(force);
   }
@@ -239,7 +224,7 @@ void MatrixKernelField::evaluate_blocks() noexcept {
 void MatrixKernelField::evaluate_block(std::uint32_t b, std::vector<NearSource>& sources) noexcept {
   BlockDisplacement<float>& u = displacements_[b];
   if (smooth_)
-    smooth_->interpolate(b, u);
+    smooth_->interpolate(b, near_->blocks().points[b], u);
   else
     u = {};
   near_->add_to_block(b, field_rings_, ring_forces_, pieces_, sources, u);
@@ -248,7 +233,7 @@ void MatrixKernelField::evaluate_block(std::uint32_t b, std::vector<NearSource>&
 void MatrixKernelField::do_rescale(double scale) noexcept {
   for (Vec3& f : ring_forces_) f *= scale;
   if (smooth_) smooth_->rescale(scale);
-  evaluate_blocks();
+  if (evaluates_points_) evaluate_blocks();
 }
 
 const CellField& MatrixKernelField::cells() noexcept {

@@ -12,6 +12,7 @@
 #include "core/kernels/matrix_kernel.h"
 #include "core/models/matrix_kernel/matrix_kernel_cells.h"
 #include "core/models/matrix_kernel/near_field.h"
+#include "core/models/matrix_kernel/near_matrix.h"
 #include "core/models/matrix_kernel/smooth_field.h"
 #include "core/models/tissue_field.h"
 #include "core/solve/inverse_block.h"
@@ -41,6 +42,8 @@ class MatrixKernelField : public TissueField {
     /// Of one landmark alone, with compact_elastic; 0: what its kernel has. Displacements do not depend on it.
     /// `elastic` and `fem` know their forces.
     double landmark_stiffness_n_per_mm = 0;
+    /// Whether evaluate and update evaluate the tissue's points. Not where a MatrixComposition does it.
+    bool evaluates_points = true;
   };
 
   /// `kernel` was made for `body` (make_matrix_kernel), `tables` for kernel, tissue and options.target
@@ -61,13 +64,26 @@ class MatrixKernelField : public TissueField {
   }
   Vec3 displacement_at(const Vec3& X) const noexcept override;
   const CellField& cells() noexcept override;
-  std::size_t max_sources() const override { return max_landmarks() * NeedleRings::kMaxRingsBetween; }
+  /// Rings, a tip's point, and one for the correction of each landmark (matrix_composition.h).
+  std::size_t max_sources() const override { return max_landmarks() * (NeedleRings::kMaxRingsBetween + 2); }
 
   /// Of the factorized landmarks, mm: given, or found for a given stiffness; 0: the model's own rule.
   std::span<const double> cores() const { return ring_cores_; }
   /// On the landmarks, of the last update, N by the kernel's own compliance.
   std::span<const Vec3> forces() const { return weights(); }
   const MatrixKernel& kernel() const { return *kernel_; }
+
+  /// What the field of the last evaluate is made of.
+  struct Parts {
+    const NearField& near;
+    const SmoothField* smooth;  ///< null: none
+    const NeedleRings& rings;
+    std::span<const Vec3> ring_forces;  ///< N
+  };
+  Parts parts() const { return {*near_, smooth_ ? &*smooth_ : nullptr, field_rings_, ring_forces_}; }
+  double needle_radius() const { return needle_radius_; }  ///< mm
+  int threads() const { return threads_; }
+
   std::size_t bytes() const;  ///< kernel, tables and columns, shared or not
 
  private:
@@ -91,6 +107,7 @@ class MatrixKernelField : public TissueField {
   void evaluate_block(std::uint32_t b, std::vector<NearSource>& sources) noexcept;
 
   int threads_;
+  bool evaluates_points_;
   double needle_radius_;
   std::shared_ptr<const MatrixKernel> kernel_;
   std::optional<NearField> near_;
@@ -101,6 +118,7 @@ class MatrixKernelField : public TissueField {
   std::size_t count_ = 0;
   std::vector<double> ring_cores_;
   NeedleRings rings_;
+  NearMatrix near_matrix_;
   Eigen::MatrixXd matrix_;  // K's lower triangle, then its factor
   Eigen::VectorXd solution_;
   Eigen::MatrixXd scratch_;  // 3n × 3, for the condition number

@@ -7,7 +7,7 @@
 #include "core/elasticity/compact/compact_kernel.h"
 #include "core/elasticity/elastic_kernel.h"
 #include "core/elasticity/fem/fem_remainder.h"
-#include "core/elasticity/surface_remainder.h"
+#include "core/elasticity/wall_remainder.h"
 #include "core/kernels/kernels.h"
 
 namespace brachy {
@@ -24,6 +24,18 @@ KernelPointer make_elastic(const ElasticBody& body) {
   return std::make_unique<ElasticKernel>(body, std::make_unique<Remainder>(body));
 }
 
+// What holds the tissue decides: sources on held faces, which take milliseconds to make; finite elements where there
+// are regions or free faces, on which they are more accurate (tests/reference/README.md).
+KernelPointer make_accurate(const ElasticBody& body) {
+  const bool has_regions = std::ranges::any_of(
+      body.regions, [&](const auto& region) { return region->shear_modulus != body.shear_modulus; });
+  if (has_regions || std::ranges::find(body.held, false) != body.held.end())
+    return make_elastic<FemRemainder>(body);
+  ElasticBody even = body;
+  even.regions.clear();
+  return make_elastic<WallRemainder>(even);
+}
+
 struct ListedModel {
   std::string_view name;
   bool is_compact;
@@ -32,7 +44,7 @@ struct ListedModel {
 
 // The matrix-valued models, cheapest first. Everything that names them reads this list.
 constexpr ListedModel kMatrixModels[] = {{"compact_elastic", true, make_compact},
-                                         {"elastic", false, make_elastic<SurfaceRemainder>},
+                                         {"elastic", false, make_accurate},
                                          {"fem", false, make_elastic<FemRemainder>}};
 
 const ListedModel* find_matrix_model(std::string_view name) {

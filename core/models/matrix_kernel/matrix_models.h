@@ -28,7 +28,7 @@ std::string_view retired_model_advice(std::string_view model_name);
 
 /// The kernel of matrix model `model_name` for a body. `elastic` and `fem` take some tenths of a second to
 /// some seconds.
-/// Errors: UserError where the model cannot have the body (elastic: more than one region).
+/// Errors: UserError where the model cannot have the body.
 std::unique_ptr<MatrixKernel> make_matrix_kernel(std::string_view model_name, const ElasticBody& body);
 
 }  // namespace brachy

@@ -56,9 +56,18 @@ NearBounds::At sample(const Gradient& gradient, double distance) {
 
 }  // namespace
 
+// With u = φ f + χ x (x·f) and P = φ′/r, Q = χ, S = χ′/r (near_loops.cpp) ∇u's symmetric part is
+// ½(P + Q)(f xᵀ + x fᵀ) + (x·f)(Q I + S x xᵀ): P + Q = −[(1 − 2b) + 1.5 s/r²]/r³, and the second has the eigenvalues
+// (x·f) b/r³, twice, and down to −2 (x·f) b/r³ along x. Its trace is −(1 − 2b)(x·f)(1 + 1.5 s/r²)/r³.
 // ∇(G f) scales as 1/(r² + s) times a function of r²/s alone, its second derivatives as 1/(r² + s)².
 NearBounds::NearBounds(double poisson) {
+  const double b = 1 / (4 * (1 - poisson));
+  kelvin_shrink_ = (1 - 2 * b) / (4 * std::numbers::pi);
+  kelvin_stretch_ = b / (4 * std::numbers::pi);
   const auto gradient = [&](const Vec3& x, const Vec3& f) { return kelvin_gradient(x, 1, poisson, f); };
+  const auto of_correction = [&](const Vec3& x, const Vec3& f) {
+    return Mat3(kelvin_gradient(x, 1, poisson, f) - kelvin_gradient(x, 4, poisson, f));
+  };
   double steepest = 0;
   for (double distance = 0; distance < 20; distance = 1.02 * distance + 0.02) {
     const At here = sample(gradient, distance);
@@ -66,10 +75,22 @@ NearBounds::NearBounds(double poisson) {
     kelvin_.slope = std::max(kelvin_.slope, here.slope * r2);
     kelvin_.squeeze = std::max(kelvin_.squeeze, here.squeeze * r2);
     kelvin_.curvature = std::max(kelvin_.curvature, here.curvature * r2 * r2);
+    const At pair = sample(of_correction, distance);
+    correction_.slope = std::max(correction_.slope, pair.slope * r2 * r2);
+    correction_.squeeze = std::max(correction_.squeeze, pair.squeeze * r2 * r2);
+    correction_.curvature = std::max(correction_.curvature, pair.curvature * r2 * r2 * r2);
     if (here.slope <= steepest) continue;
     steepest = here.slope;
     steepest_ = distance;
   }
+  correction_.shrink = correction_.slope;  // its divergence is no more than that
+}
+
+KelvinBounds NearBounds::kelvin() const {
+  const auto single = [](double x) { return static_cast<float>(x); };
+  return {single(kelvin_.slope),       single(kelvin_.squeeze),      single(kelvin_.curvature),
+          single(kelvin_shrink_),      single(kelvin_stretch_),      single(correction_.slope),
+          single(correction_.squeeze), single(correction_.curvature)};
 }
 
 NearBounds::NearBounds(const CompactKernel& kernel, double scale)

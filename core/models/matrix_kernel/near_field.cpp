@@ -1,5 +1,6 @@
 #include "core/models/matrix_kernel/near_field.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -8,6 +9,12 @@
 #include "core/elasticity/landmark_stiffness.h"
 
 namespace brachy {
+
+namespace {
+
+constexpr double kCoaxial = 1e-6;  // mm, and radians: rings on one axis
+
+}  // namespace
 
 CompactShape shape_of(const CompactKernel& kernel) {
   CompactShape shape;
@@ -23,6 +30,7 @@ NearField::NearField(const Tissue& tissue, double scale, double needle_radius, S
     : tissue_(tissue),
       scale_(scale),
       far_distance_(kFarRadii * needle_radius),
+      far_pair2_(Piece::kFarPairs * Piece::kFarPairs * needle_radius * needle_radius),
       loops_(near_loops(target)),
       blocks_(tissue) {}
 
@@ -48,25 +56,45 @@ Mat3 NearField::between(const NeedleRings& rings, const NeedleRings::Ring& a,
   const bool is_far = (a.centre - b.centre).squaredNorm() > far_distance_ * far_distance_;
   const double s = a.core.with(b.core);
   if ((a.count == 1 && b.count == 1) || is_far) return value(a.centre - b.centre, s);
+  const Vec3 apart = a.centre - b.centre;
+  if (a.count > 1 && b.count > 1 && apart.cross(a.axis).squaredNorm() < kCoaxial * kCoaxial &&
+      b.axis.cross(a.axis).squaredNorm() < kCoaxial * kCoaxial)
+    return between_coaxial(rings, a, b, s);
   Mat3 sum = Mat3::Zero();
   for (const Vec3& p : rings.points(a))
     for (const Vec3& q : rings.points(b)) sum += value(p - q, s);
   return sum / static_cast<double>(a.count * b.count);
 }
 
-void NearField::add_sources(const NeedleRings& rings, const NeedleRings::Ring& ring, bool as_one,
-                            const Vec3& force, const Vec3& centre,
-                            std::vector<NearSource>& sources) const noexcept {
-  if (as_one) return add_source(ring.centre, ring.core.s, force, centre, sources);
-  for (const Vec3& p : rings.points(ring))
-    add_source(p, ring.core.s, force / static_cast<double>(ring.count), centre, sources);
+// Turned by a sixth both rings are what they were: so their mean is even about the axis, and one point of a with all
+// of b has its two values.
+Mat3 NearField::between_coaxial(const NeedleRings& rings, const NeedleRings::Ring& a,
+                                const NeedleRings::Ring& b, double s) const noexcept {
+  const Vec3& p = rings.points(a).front();
+  double along = 0, trace = 0;
+  for (const Vec3& q : rings.points(b)) {
+    const Mat3 v = value(p - q, s);
+    along += a.axis.dot(v * a.axis) / b.count;
+    trace += v.trace() / b.count;
+  }
+  const double across = 0.5 * (trace - along);
+  return across * Mat3::Identity() + (along - across) * a.axis * a.axis.transpose();
 }
 
-void NearField::add_source(const Vec3& at, double s, const Vec3& force, const Vec3& centre,
+void NearField::add_ring(const NeedleRings& rings, const NeedleRings::Ring& ring, bool as_one,
+                         const Vec3& force, const Vec3& centre,
+                         std::vector<NearSource>& sources) const noexcept {
+  if (ring.core.counter_s > 0) add_source({ring.centre, -force, ring.core.counter_s}, centre, sources);
+  if (as_one) return add_source({ring.centre, force, ring.core.s}, centre, sources);
+  for (const Vec3& p : rings.points(ring))
+    add_source({p, force / static_cast<double>(ring.count), ring.core.s}, centre, sources);
+}
+
+void NearField::add_source(const Point& point, const Vec3& centre,
                            std::vector<NearSource>& sources) const noexcept {
   const double scale = elastic_ ? scale_ / (4 * std::numbers::pi) : scale_;
-  const Eigen::Vector3f p = (at - centre).cast<float>(), g = (scale * force).cast<float>();
-  sources.push_back({p.x(), p.y(), p.z(), static_cast<float>(s), g.x(), g.y(), g.z(), 0});
+  const Eigen::Vector3f p = (point.at - centre).cast<float>(), g = (scale * point.force).cast<float>();
+  sources.push_back({p.x(), p.y(), p.z(), static_cast<float>(point.s), g.x(), g.y(), g.z(), 0});
 }
 
 // Equal forces at t along the piece have the second moment of two at ± the root mean square of t: what is left is of
@@ -89,47 +117,57 @@ void NearField::take_pieces(const NeedleRings& rings, std::span<const Vec3> ring
     for (std::uint32_t r = begin; r < end; ++r) {
       const double t = (all[r].centre - piece.centre).dot(ring.axis);
       force += ring_forces[r];
+      piece.size += ring_forces[r].norm();
       moment += t * ring_forces[r];
       square += t * t / piece.count;
     }
     const double arm = std::sqrt(square);
     for (std::size_t k = 0; k < 2 && arm > 0; ++k) {
       const double side = k == 0 ? -1 : 1;
-      piece.at[k] = piece.centre + side * arm * ring.axis;
-      piece.force[k] = 0.5 * (force + side / arm * moment);
+      piece.whole[k] = {piece.centre + side * arm * ring.axis, 0.5 * (force + side / arm * moment),
+                        ring.core.s};
     }
+    take_pairs(all, ring_forces, piece);
     pieces.push_back(piece);
   }
 }
 
-void NearField::add_piece(const NeedleRings& rings, const Piece& piece, const Vec3& centre,
-                          std::vector<NearSource>& sources) const noexcept {
-  for (std::size_t k = 0; k < 2; ++k)
-    add_source(piece.at[k], rings.rings()[piece.first].core.s, piece.force[k], centre, sources);
+// The force's point divides the way between two rings as their shares along it do.
+void NearField::take_pairs(std::span<const NeedleRings::Ring> rings, std::span<const Vec3> forces,
+                           Piece& piece) noexcept {
+  for (std::uint32_t k = 0; k < piece.count / 2; ++k) {
+    const std::uint32_t r = piece.first + 2 * k;
+    const NeedleRings::Ring &a = rings[r], &b = rings[r + 1];
+    const Vec3 way = b.centre - a.centre, force = forces[r] + forces[r + 1];
+    const double aside = 0.25 * (a.radius * a.radius + b.radius * b.radius), along = 0.25 * way.squaredNorm();
+    if (std::abs(along - aside) > Piece::kEven * aside) return;
+    const double size2 = force.squaredNorm();
+    const double t = size2 > 0 ? std::clamp(forces[r + 1].dot(force) / size2, 0.0, 1.0) : 0.5;
+    piece.pairs[k] = {a.centre + t * way, force, 0.5 * (a.core.s + b.core.s) + 2 * (2 * aside + along) / 3};
+    piece.pair_count = k + 1;
+  }
 }
 
 void NearField::add_to_block(std::uint32_t b, const NeedleRings& rings, std::span<const Vec3> ring_forces,
                              std::span<const Piece> pieces, std::vector<NearSource>& sources,
                              BlockDisplacement<float>& u) const noexcept {
+  add_to_points(blocks_.points[b], blocks_.centres[b], tissue_.blocks[b], rings, ring_forces, pieces, sources,
+                u);
+}
+
+void NearField::add_to_points(const BlockPoints<float>& X, const Vec3& centre, const Block& box,
+                              const NeedleRings& rings, std::span<const Vec3> ring_forces,
+                              std::span<const Piece> pieces, std::vector<NearSource>& sources,
+                              BlockDisplacement<float>& u) const noexcept {
   sources.clear();
-  const Block& block = tissue_.blocks[b];
-  const Vec3& centre = blocks_.centres[b];
-  for (const Piece& piece : pieces) {
-    if (piece.is_far(block.squared_distance(piece.centre))) {
-      add_piece(rings, piece, centre, sources);
-      continue;
-    }
-    for (std::uint32_t r = piece.first; r < piece.first + piece.count; ++r) {
-      const NeedleRings::Ring& ring = rings.rings()[r];
-      const bool as_one =
-          ring.count == 1 || block.squared_distance(ring.centre) > far_distance_ * far_distance_;
-      add_sources(rings, ring, as_one, ring_forces[r], centre, sources);
-    }
-  }
+  const auto squared_distance = [&](const Vec3& p) { return box.squared_distance(p); };
+  for (const Piece& piece : pieces)
+    if (piece.reaches(squared_distance(piece.centre)))
+      add_sources(rings, ring_forces, piece, squared_distance, centre, false, sources);
   if (elastic_)
-    loops_.kelvin(blocks_.points[b], sources.data(), sources.size(), kelvin_b_, u);
+    loops_.kelvin(X, sources.data(), sources.size(), kelvin_b_, u);
   else
-    loops_.compact(blocks_.points[b], sources.data(), sources.size(), shape_, u);
+    loops_.compact(X, sources.data(), sources.size(), shape_, u);
 }
 
 double NearField::compliance_times_core() const {
@@ -154,15 +192,19 @@ void NearField::add_gradients(const CellPoints& X, std::span<const NearSource> s
     loops_.compact_gradients(X, sources.data(), sources.size(), shape_, A);
 }
 
+Mat3 NearField::gradient(const Vec3& x, double s, const Vec3& force) const noexcept {
+  return elastic_ ? Mat3(scale_ * kelvin_gradient(x, s, elastic_->body().poisson, force))
+                  : compact_->gradient(x, force);
+}
+
 Mat3 NearField::gradient_at(const Vec3& X, const NeedleRings& rings,
                             std::span<const Vec3> ring_forces) const noexcept {
   Mat3 A = Mat3::Zero();
   for (std::size_t r = 0; r < ring_forces.size(); ++r) {
     const NeedleRings::Ring& ring = rings.rings()[r];
     const Vec3 force = ring_forces[r] / static_cast<double>(ring.count);
-    for (const Vec3& p : rings.points(ring))
-      A += elastic_ ? Mat3(scale_ * kelvin_gradient(X - p, ring.core.s, elastic_->body().poisson, force))
-                    : compact_->gradient(X - p, force);
+    for (const Vec3& p : rings.points(ring)) A += gradient(X - p, ring.core.s, force);
+    if (ring.core.counter_s > 0) A -= gradient(X - ring.centre, ring.core.counter_s, force);
   }
   return A;
 }
@@ -174,6 +216,7 @@ Vec3 NearField::displacement_at(const Vec3& X, const NeedleRings& rings,
     const NeedleRings::Ring& ring = rings.rings()[r];
     for (const Vec3& p : rings.points(ring))
       u += value(X - p, ring.core.s) * ring_forces[r] / static_cast<double>(ring.count);
+    if (ring.core.counter_s > 0) u -= value(X - ring.centre, ring.core.counter_s) * ring_forces[r];
   }
   return u;
 }

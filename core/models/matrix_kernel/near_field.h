@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -33,21 +34,46 @@ class NearField {
   Mat3 between(const NeedleRings& rings, const NeedleRings::Ring& a,
                const NeedleRings::Ring& b) const noexcept;
 
+  /// Between two points x mm apart, mm/N.
+  Mat3 between(const Vec3& x, double s) const noexcept { return value(x, s); }
+  /// At x mm from a point of PointCore::of_correction, mm/N.
+  Mat3 of_correction(const Vec3& x, const PointCore& core) const noexcept {
+    return value(x, core.s) - value(x, core.counter_s);
+  }
+
+  /// A force that stands for several.
+  struct Point {
+    Vec3 at, force;  ///< mm, N
+    double s = 0;    ///< mm²
+  };
+
   /// Rings of a straight piece of shaft, between two landmarks, as two points that carry the same force and the same
   /// moment: for evaluation points farther than kFarPieces of its lengths. A piece of one ring is that ring.
+  /// Nearer, but farther than kFarPairs radii from two neighbouring rings, these are one point: their six points each
+  /// lie as far aside of it as they do along the shaft where rings lie √2 radii apart, and Kelvin's solution averaged
+  /// over all directions with the variance v is the one of s + 2 v.
   struct Piece {
     static constexpr double kFarPieces = 1.75;  ///< lengths: 0.2 % of the piece's field there (tests)
+    static constexpr double kFarPairs = 4;      ///< radii: 1.4 % of the pair's field there (tests)
+    static constexpr double kEven =
+        0.2;  ///< of the variance aside: pairs whose variance along differs more are none
 
-    std::uint32_t first = 0, count = 1;  ///< rings
-    Vec3 centre;                         ///< mm
-    double half_length = 0;              ///< mm
-    std::array<Vec3, 2> at, force;       ///< mm, N
+    std::uint32_t first = 0, count = 1;                      ///< rings
+    Vec3 centre;                                             ///< mm
+    double half_length = 0;                                  ///< mm
+    double size = 0;                                         ///< of all its rings' forces, N
+    double reach = std::numeric_limits<double>::infinity();  ///< mm, from the centre: beyond, it is left out
+    std::array<Point, 2> whole;
+    std::uint32_t pair_count = 0;  ///< of rings first and first + 1, and so on; 0: none
+    std::array<Point, NeedleRings::kMaxRingsBetween / 2> pairs;
 
-    /// Whether to take the two points at this distance from the centre, mm.
-    bool is_far(double squared_distance) const {
+    /// mm²: beyond this from the centre the two points are taken.
+    double squared_far() const {
       const double far = 2 * kFarPieces * half_length;
-      return count > 2 && squared_distance > far * far;
+      return count > 2 ? far * far : std::numeric_limits<double>::infinity();
     }
+    bool is_far(double squared_distance) const { return squared_distance > squared_far(); }
+    bool reaches(double squared_distance) const { return squared_distance <= reach * reach; }
   };
   /// `pieces` = those of the rings with these forces (N). Real-time: within its capacity, one for each ring.
   static void take_pieces(const NeedleRings& rings, std::span<const Vec3> ring_forces,
@@ -57,25 +83,30 @@ class NearField {
   void add_to_block(std::uint32_t b, const NeedleRings& rings, std::span<const Vec3> ring_forces,
                     std::span<const Piece> pieces, std::vector<NearSource>& sources,
                     BlockDisplacement<float>& u) const noexcept;
+  /// The same at points X (mm about `centre`) that lie within `box`.
+  void add_to_points(const BlockPoints<float>& X, const Vec3& centre, const Block& box,
+                     const NeedleRings& rings, std::span<const Vec3> ring_forces,
+                     std::span<const Piece> pieces, std::vector<NearSource>& sources,
+                     BlockDisplacement<float>& u) const noexcept;
+  const CentredBlocks& blocks() const { return blocks_; }  ///< the tissue's
   /// The same at X, mm, by every ring's points.
   Vec3 displacement_at(const Vec3& X, const NeedleRings& rings,
                        std::span<const Vec3> ring_forces) const noexcept;
 
   // For the certificate (matrix_kernel_cells.h):
-  bool is_far(double distance) const {
-    return distance > far_distance_;
-  }                      ///< beyond it a ring is replaced by its centre
+  double far_distance() const { return far_distance_; }  ///< mm: beyond it a ring is replaced by its centre
+  bool is_far(double distance) const { return distance > far_distance_; }
   double reach() const;  ///< mm, from where on a force displaces nothing
   double scale() const { return scale_; }
   /// Kelvin's solution: the compliance of a lone landmark (core/elasticity/landmark_stiffness.h) times its core, mm²/N.
   double compliance_times_core() const;
   NearBounds bounds() const;  ///< of a force times scale()
-  /// Adds the piece's two points to `sources`, about `centre`.
-  void add_piece(const NeedleRings& rings, const Piece& piece, const Vec3& centre,
-                 std::vector<NearSource>& sources) const noexcept;
-  /// Adds the ring's points, or as one its centre, to `sources`, about `centre`.
-  void add_sources(const NeedleRings& rings, const NeedleRings::Ring& ring, bool as_one, const Vec3& force,
-                   const Vec3& centre, std::vector<NearSource>& sources) const noexcept;
+  /// Adds what stands for the piece at places that far (squared_distance(point), mm²) to `sources`, about `centre`.
+  /// Roughly: no ring as its six points.
+  template <class SquaredDistance>
+  void add_sources(const NeedleRings& rings, std::span<const Vec3> ring_forces, const Piece& piece,
+                   const SquaredDistance& squared_distance, const Vec3& centre, bool roughly,
+                   std::vector<NearSource>& sources) const noexcept;
   /// A += ∇u by such sources.
   void add_gradients(const CellPoints& X, std::span<const NearSource> sources,
                      CellGradients& A) const noexcept;
@@ -87,8 +118,14 @@ class NearField {
  private:
   NearField(const Tissue& tissue, double scale, double needle_radius, SimdTarget target);
   Mat3 value(const Vec3& x, double s) const noexcept;
-  void add_source(const Vec3& at, double s, const Vec3& force, const Vec3& centre,
-                  std::vector<NearSource>& sources) const noexcept;
+  Mat3 gradient(const Vec3& x, double s, const Vec3& force) const noexcept;
+  Mat3 between_coaxial(const NeedleRings& rings, const NeedleRings::Ring& a, const NeedleRings::Ring& b,
+                       double s) const noexcept;
+  static void take_pairs(std::span<const NeedleRings::Ring> rings, std::span<const Vec3> forces,
+                         Piece& piece) noexcept;
+  void add_ring(const NeedleRings& rings, const NeedleRings::Ring& ring, bool as_one, const Vec3& force,
+                const Vec3& centre, std::vector<NearSource>& sources) const noexcept;
+  void add_source(const Point& point, const Vec3& centre, std::vector<NearSource>& sources) const noexcept;
 
   const Tissue& tissue_;
   const ElasticKernel* elastic_ = nullptr;  // one of these two
@@ -96,9 +133,34 @@ class NearField {
   CompactShape shape_;
   double scale_;         // of a force: ŵ/μ, over 4π for the loops
   double far_distance_;  // mm
+  double far_pair2_;     // mm²
   float kelvin_b_ = 0;   // 1/(4(1 − ν))
   const NearLoops& loops_;
   CentredBlocks blocks_;
 };
+
+template <class SquaredDistance>
+void NearField::add_sources(const NeedleRings& rings, std::span<const Vec3> ring_forces, const Piece& piece,
+                            const SquaredDistance& squared_distance, const Vec3& centre, bool roughly,
+                            std::vector<NearSource>& sources) const noexcept {
+  if (piece.is_far(squared_distance(piece.centre))) {
+    for (const Point& point : piece.whole) add_source(point, centre, sources);
+    return;
+  }
+  const std::uint32_t end = piece.first + piece.count;
+  for (std::uint32_t r = piece.first; r < end; ++r) {
+    const std::uint32_t pair = (r - piece.first) / 2;
+    if (pair < piece.pair_count && (r - piece.first) % 2 == 0 &&
+        squared_distance(piece.pairs[pair].at) > far_pair2_) {
+      add_source(piece.pairs[pair], centre, sources);
+      ++r;
+      continue;
+    }
+    const NeedleRings::Ring& ring = rings.rings()[r];
+    const bool as_one =
+        roughly || ring.count == 1 || squared_distance(ring.centre) > far_distance_ * far_distance_;
+    add_ring(rings, ring, as_one, ring_forces[r], centre, sources);
+  }
+}
 
 }  // namespace brachy

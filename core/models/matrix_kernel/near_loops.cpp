@@ -11,48 +11,88 @@ namespace brachy {
 namespace {
 
 constexpr std::size_t kPoints = Tissue::kBlockSize;
-constexpr std::size_t kTogether = 4;  // sources for each pass over the points
-
-struct Sum {
-  float x = 0, y = 0, z = 0;
+// One register of a target: written out, because GCC 12 leaves some of these loops in scalars, and takes registers that
+// the target does not have for longer ones.
+template <std::size_t kWidth>
+struct Register;
+template <>
+struct Register<4> {
+  using Floats = float __attribute__((vector_size(16)));
+  using Ints = std::int32_t __attribute__((vector_size(16)));
 };
-
-struct Kelvin {
-  float b;
-
-  BRACHY_INLINE void add(float x, float y, float z, const NearSource& p, Sum& u) const {
-    const float dx = x - p.x, dy = y - p.y, dz = z - p.z;
-    const float i1 = vector_rsqrt(dx * dx + dy * dy + dz * dz + p.s);
-    const float i3 = i1 * i1 * i1;
-    const float along = b * i3 * (dx * p.fx + dy * p.fy + dz * p.fz);
-    const float across = (1 - b) * i1 + 0.5f * p.s * i3;
-    u.x += across * p.fx + along * dx;
-    u.y += across * p.fy + along * dy;
-    u.z += across * p.fz + along * dz;
-  }
+template <>
+struct Register<8> {
+  using Floats = float __attribute__((vector_size(32)));
+  using Ints = std::int32_t __attribute__((vector_size(32)));
 };
+template <>
+struct Register<16> {
+  using Floats = float __attribute__((vector_size(64)));
+  using Ints = std::int32_t __attribute__((vector_size(64)));
+};
+template <std::size_t kWidth>
+using Floats = typename Register<kWidth>::Floats;
 
-template <std::size_t kCount, class K>
-BRACHY_INLINE void add_sources(const BlockPoints<float>& __restrict X, const NearSource* __restrict sources,
-                               const K& kernel, BlockDisplacement<float>& __restrict u) {
-  NearSource p[kCount];
-  for (std::size_t j = 0; j < kCount; ++j) p[j] = sources[j];
-  for (std::size_t i = 0; i < kPoints; ++i) {
-    Sum sum{u.ux[i], u.uy[i], u.uz[i]};
-#pragma GCC unroll 4
-    for (std::size_t j = 0; j < kCount; ++j) kernel.add(X.x[i], X.y[i], X.z[i], p[j], sum);
-    u.ux[i] = sum.x;
-    u.uy[i] = sum.y;
-    u.uz[i] = sum.z;
-  }
+template <class R>
+BRACHY_INLINE void load(const float* from, R& to) {
+  std::memcpy(&to, from, sizeof to);
+}
+template <class R>
+BRACHY_INLINE void store(const R& from, float* to) {
+  std::memcpy(to, &from, sizeof from);
 }
 
-template <class K>
-BRACHY_INLINE void add_all(const BlockPoints<float>& X, const NearSource* sources, std::size_t count,
-                           const K& kernel, BlockDisplacement<float>& u) {
-  std::size_t j = 0;
-  for (; j + kTogether <= count; j += kTogether) add_sources<kTogether>(X, sources + j, kernel, u);
-  for (; j < count; ++j) add_sources<1>(X, sources + j, kernel, u);
+// 1/√x as vector_rsqrt.h, with two steps whose constants share the error out (C. J. Walczyk, L. V. Moroz, J. L.
+// Cieśliński, Improving the accuracy of the fast inverse square root, 2021): within 8e-7.
+template <std::size_t kWidth>
+BRACHY_INLINE void take_rsqrt(const Floats<kWidth>& x, Floats<kWidth>& y) {
+  using Ints = typename Register<kWidth>::Ints;
+  y = (Floats<kWidth>)(0x5f376908 - ((Ints)x >> 1));
+  const Floats<kWidth> h = 0.5f * x;
+  y = y * (1.5008789f - h * y * y);
+  y = y * (1.5000006f - h * y * y);
+}
+
+template <std::size_t kWidth>
+BRACHY_INLINE void add_kelvin(const BlockPoints<float>& __restrict X, const NearSource* __restrict sources,
+                              std::size_t count, float b, BlockDisplacement<float>& __restrict u) {
+  constexpr std::size_t kTogether = kWidth >= 16 ? 2 : 1;  // registers of points: what fits with the sums
+  using R = Floats<kWidth>;
+  for (std::size_t first = 0; first < kPoints; first += kTogether * kWidth) {
+    R x[kTogether], y[kTogether], z[kTogether], ux[kTogether], uy[kTogether], uz[kTogether];
+    for (std::size_t k = 0; k < kTogether; ++k) {
+      const std::size_t at = first + k * kWidth;
+      load(X.x + at, x[k]);
+      load(X.y + at, y[k]);
+      load(X.z + at, z[k]);
+      load(u.ux + at, ux[k]);
+      load(u.uy + at, uy[k]);
+      load(u.uz + at, uz[k]);
+    }
+    for (std::size_t j = 0; j < count; ++j) {
+      const NearSource p = sources[j];
+      const float half_s = 0.5f * p.s;
+#pragma GCC unroll 2
+      for (std::size_t k = 0; k < kTogether; ++k) {
+        const R dx = x[k] - p.x, dy = y[k] - p.y, dz = z[k] - p.z;
+        const R d2 = dz * dz + (dy * dy + (dx * dx + p.s));
+        R i1;
+        take_rsqrt<kWidth>(d2, i1);
+        const R i3 = i1 * i1 * i1;
+        const R along = (b * i3) * (dx * p.fx + dy * p.fy + dz * p.fz);
+        const R across = (1 - b) * i1 + half_s * i3;
+        ux[k] = along * dx + (across * p.fx + ux[k]);
+        uy[k] = along * dy + (across * p.fy + uy[k]);
+        uz[k] = along * dz + (across * p.fz + uz[k]);
+      }
+    }
+    for (std::size_t k = 0; k < kTogether; ++k) {
+      const std::size_t at = first + k * kWidth;
+      store(ux[k], u.ux + at);
+      store(uy[k], u.uy + at);
+      store(uz[k], u.uz + at);
+    }
+  }
 }
 
 // One source after the other, and its supports in loops over the points: so each loop vectorises.
@@ -105,16 +145,197 @@ BRACHY_INLINE void add_gradient(float x, float y, float z, const NearSource& p, 
   A.a[8][i] += p.fz * P_z + Q_z * p.fz + Q_dot + S_dot * z * z;
 }
 
+template <class R>
+BRACHY_INLINE void take_max(R& a, const R& b) {
+  a = a > b ? a : b;
+}
+template <class R>
+BRACHY_INLINE void take_min(R& a, const R& b) {
+  a = a < b ? a : b;
+}
+
+// ∂u_i/∂x_j = f_i P x_j + x_i (Q f_j + S (x·f) x_j) + δ_ij Q (x·f), see above.
+template <std::size_t kWidth>
 BRACHY_INLINE void add_kelvin_gradients(const CellPoints& __restrict X, const NearSource* __restrict sources,
                                         std::size_t count, float b, CellGradients& __restrict A) {
-  for (std::size_t j = 0; j < count; ++j) {
-    const NearSource p = sources[j];
-    for (std::size_t i = 0; i < CellPoints::kCount; ++i) {
-      const float dx = X.x[i] - p.x, dy = X.y[i] - p.y, dz = X.z[i] - p.z;
-      const float i1 = vector_rsqrt(dx * dx + dy * dy + dz * dz + p.s), i2 = i1 * i1, i3 = i1 * i2;
-      add_gradient(dx, dy, dz, p, -i3 * ((1 - b) + 1.5f * p.s * i2), b * i3, -3 * b * i3 * i2, i, A);
+  using R = Floats<kWidth>;
+  for (std::size_t first = 0; first < CellPoints::kCount; first += kWidth) {
+    R x, y, z, a[9], diagonal = {};
+    load(X.x + first, x);
+    load(X.y + first, y);
+    load(X.z + first, z);
+    for (std::size_t k = 0; k < 9; ++k) load(A.a[k] + first, a[k]);
+    for (std::size_t j = 0; j < count; ++j) {
+      const NearSource p = sources[j];
+      const R dx = x - p.x, dy = y - p.y, dz = z - p.z;
+      const R d2 = dx * dx + dy * dy + dz * dz + p.s;
+      R i1;
+      take_rsqrt<kWidth>(d2, i1);
+      const R i2 = i1 * i1, i3 = i1 * i2;
+      const R P = -i3 * ((1 - b) + 1.5f * p.s * i2), Q = b * i3;
+      const R Q_dot = Q * (dx * p.fx + dy * p.fy + dz * p.fz), S_dot = -3 * i2 * Q_dot;
+      const R P_x = P * dx, P_y = P * dy, P_z = P * dz;
+      const R G_x = Q * p.fx + S_dot * dx, G_y = Q * p.fy + S_dot * dy, G_z = Q * p.fz + S_dot * dz;
+      a[0] += p.fx * P_x + dx * G_x;
+      a[1] += p.fx * P_y + dx * G_y;
+      a[2] += p.fx * P_z + dx * G_z;
+      a[3] += p.fy * P_x + dy * G_x;
+      a[4] += p.fy * P_y + dy * G_y;
+      a[5] += p.fy * P_z + dy * G_z;
+      a[6] += p.fz * P_x + dz * G_x;
+      a[7] += p.fz * P_y + dz * G_y;
+      a[8] += p.fz * P_z + dz * G_z;
+      diagonal += Q_dot;
     }
+    for (std::size_t k = 0; k < 9; k += 4) a[k] += diagonal;
+    for (std::size_t k = 0; k < 9; ++k) store(a[k], A.a[k] + first);
   }
+}
+
+// Of a coordinate, the square of how far the cell is from it.
+template <class R>
+BRACHY_INLINE void add_distance2(const R& at, float centre, float half, R& d2) {
+  const R apart = at - centre;
+  R beyond = (apart > 0.0f ? apart : -apart) - half;
+  take_max(beyond, R{});
+  d2 += beyond * beyond;
+}
+
+// Sixteen sums, added up in one order on every target.
+struct LaneSums {
+  alignas(64) float lanes[BoundedForces::kCount];
+  BRACHY_INLINE float total() const {
+    float sum = 0;
+    for (const float lane : lanes) sum += lane;
+    return sum;
+  }
+};
+
+// A ring of radius R is on average 1/√((q + R²)² − 4 R² ρ²) ≤ 1/(q − R²) in 1/d², q the distance² of its centre and ρ
+// that of its axis; its six points do the same up to 2 (R/ρ)⁶. What is asked lies outside the needle, what is
+// interpolated may not: there the mean of 1/d⁴ is (q + R²)/(q − R²)³ at most, and near to the ring nothing is.
+// The cosine of the angle from a force to the cell's places is bounded by the cell's shadow on its direction.
+template <std::size_t kWidth>
+BRACHY_INLINE BoundSums add_kelvin_bounds(const BoundedForces* __restrict forces, std::size_t groups,
+                                          const KelvinBounds& k, const BoundedCell& cell) {
+  constexpr float kTiny = 1e-6f, kInfinite = 1e30f, kPi4 = 12.5663706f;
+  using R = Floats<kWidth>;
+  constexpr std::size_t kParts = BoundedForces::kCount / kWidth;
+  const R zero = {}, one = zero + 1.0f;
+  LaneSums sums[5];  // slope, squeeze, shrink, curvature, work
+  for (std::size_t part = 0; part < kParts; ++part) {
+    const std::size_t lane = part * kWidth;
+    R slope = {}, squeeze = {}, shrink = {}, curvature = {}, work = {};
+    for (std::size_t g = 0; g < groups; ++g) {
+      const BoundedForces& f = forces[g];
+      R x, y, z, s, ring2, size, fx, fy, fz, aside, cubed, piece_x, piece_y, piece_z, far2, is_piece, points;
+      load(f.x.data() + lane, x);
+      load(f.y.data() + lane, y);
+      load(f.z.data() + lane, z);
+      load(f.s.data() + lane, s);
+      load(f.ring2.data() + lane, ring2);
+      load(f.size.data() + lane, size);
+      load(f.fx.data() + lane, fx);
+      load(f.fy.data() + lane, fy);
+      load(f.fz.data() + lane, fz);
+      load(f.aside.data() + lane, aside);
+      load(f.cubed.data() + lane, cubed);
+      load(f.piece_x.data() + lane, piece_x);
+      load(f.piece_y.data() + lane, piece_y);
+      load(f.piece_z.data() + lane, piece_z);
+      load(f.far2.data() + lane, far2);
+      load(f.is_piece.data() + lane, is_piece);
+      load(f.points.data() + lane, points);
+      R piece2 = {}, d2 = {};
+      add_distance2(piece_x, cell.x, cell.half, piece2);
+      add_distance2(piece_y, cell.y, cell.half, piece2);
+      add_distance2(piece_z, cell.z, cell.half, piece2);
+      const R is_far = piece2 > far2 ? one : zero;
+      const R counts = is_far == is_piece ? one : zero;
+      size *= counts;
+      add_distance2(x, cell.x, cell.half, d2);
+      add_distance2(y, cell.y, cell.half, d2);
+      add_distance2(z, cell.z, cell.half, d2);
+      R asked2 = ring2 > 0.0f ? (d2 > cell.clearance2 ? d2 : zero + cell.clearance2) : d2;
+      asked2 -= ring2;
+      take_max<R>(asked2, zero + kTiny);
+      R inverse_distance;
+      take_rsqrt<kWidth>(asked2, inverse_distance);
+      const R inverse = 1.0f / (asked2 + s), spread = 1.5f * s * inverse;
+      const R middle = (cell.x - x) * fx + (cell.y - y) * fy + (cell.z - z) * fz;
+      const R reach =
+          cell.half * ((fx > 0.0f ? fx : -fx) + (fy > 0.0f ? fy : -fy) + (fz > 0.0f ? fz : -fz)) + aside;
+      R behind = -(cubed * (middle - reach) * inverse_distance),
+        ahead = cubed * (middle + reach) * inverse_distance;
+      for (R* cosine : {&behind, &ahead}) {
+        take_max(*cosine, zero);
+        take_min(*cosine, one);
+      }
+      const R steepest = ahead > behind ? ahead : behind;
+      const R skew = 0.5f * (k.shrink + spread / kPi4) * (1.0f + steepest);
+      R turned = 2.0f * ahead;
+      take_max(turned, behind);
+      R squeezed = skew + k.stretch * turned;
+      take_min<R>(squeezed, zero + k.squeeze);
+      const R there = size * inverse;
+      slope += k.slope * there;
+      squeeze += squeezed * there;
+      shrink += k.shrink * (1.0f + spread) * steepest * there;
+      R inner = d2 - ring2;
+      const R is_near = inner < 3.0f * ring2 ? one : zero;
+      take_max<R>(inner, zero + kTiny);
+      const R inverse2 = 1.0f / ((inner + s) * (inner + s));
+      curvature += size * ((1.0f + 2.0f * ring2 / inner) * k.curvature * inverse2 + is_near * kInfinite);
+      work += counts * (d2 > cell.far2 ? one : points);
+    }
+    store(slope, sums[0].lanes + lane);
+    store(squeeze, sums[1].lanes + lane);
+    store(shrink, sums[2].lanes + lane);
+    store(curvature, sums[3].lanes + lane);
+    store(work, sums[4].lanes + lane);
+  }
+  return {sums[0].total(), sums[1].total(), sums[2].total(), sums[3].total(), sums[4].total()};
+}
+
+// Each as two forces, or as what is left of both.
+template <std::size_t kWidth>
+BRACHY_INLINE BoundSums add_correction_bounds(const BoundedCorrections* __restrict corrections,
+                                              std::size_t groups, const KelvinBounds& k,
+                                              const BoundedCell& cell) {
+  using R = Floats<kWidth>;
+  constexpr std::size_t kParts = BoundedCorrections::kCount / kWidth;
+  LaneSums sums[3];  // slope, squeeze, curvature
+  for (std::size_t part = 0; part < kParts; ++part) {
+    const std::size_t lane = part * kWidth;
+    R slope = {}, squeeze = {}, curvature = {};
+    for (std::size_t g = 0; g < groups; ++g) {
+      const BoundedCorrections& c = corrections[g];
+      R x, y, z, s, counter_s, size, d2 = {};
+      load(c.x.data() + lane, x);
+      load(c.y.data() + lane, y);
+      load(c.z.data() + lane, z);
+      load(c.s.data() + lane, s);
+      load(c.counter_s.data() + lane, counter_s);
+      load(c.size.data() + lane, size);
+      add_distance2(x, cell.x, cell.half, d2);
+      add_distance2(y, cell.y, cell.half, d2);
+      add_distance2(z, cell.z, cell.half, d2);
+      const R inverse = 1.0f / (d2 + s), other = 1.0f / (d2 + counter_s), both = s * inverse * inverse;
+      R steep = k.slope * (inverse + other), squeezed = k.squeeze * (inverse + other),
+        curved = k.curvature * (inverse * inverse + other * other);
+      take_min<R>(steep, k.pair_slope * both);
+      take_min<R>(squeezed, k.pair_squeeze * both);
+      take_min<R>(curved, k.pair_curvature * both * inverse);
+      slope += size * steep;
+      squeeze += size * squeezed;
+      curvature += size * curved;
+    }
+    store(slope, sums[0].lanes + lane);
+    store(squeeze, sums[1].lanes + lane);
+    store(curvature, sums[2].lanes + lane);
+  }
+  // A correction's divergence is no more than its slope.
+  return {sums[0].total(), sums[1].total(), sums[0].total(), sums[2].total(), 0};
 }
 
 BRACHY_INLINE void add_compact_gradients(const CellPoints& __restrict X, const NearSource* __restrict sources,
@@ -174,16 +395,30 @@ BRACHY_INLINE void interpolate_loop(const float* __restrict values, std::size_t 
   }
 }
 
+BRACHY_INLINE void quadratic_loop(const BlockPoints<float>& __restrict X, const float (*__restrict q)[3],
+                                  BlockDisplacement<float>& __restrict u) {
+  float* const planes[3] = {u.ux, u.uy, u.uz};
+  for (std::size_t k = 0; k < 3; ++k) {
+    float* __restrict out = planes[k];
+    const float c = q[0][k], x1 = q[1][k], y1 = q[2][k], z1 = q[3][k], xx = q[4][k], yy = q[5][k],
+                zz = q[6][k], xy = q[7][k], yz = q[8][k], zx = q[9][k];
+    for (std::size_t i = 0; i < kPoints; ++i) {
+      const float x = X.x[i], y = X.y[i], z = X.z[i];
+      out[i] = c + x * (x1 + xx * x + xy * y) + y * (y1 + yy * y + yz * z) + z * (z1 + zz * z + zx * x);
+    }
+  }
+}
+
 BRACHY_INLINE void axpy_loop(float a, const float* __restrict x, float* __restrict y, std::size_t n) {
   for (std::size_t i = 0; i < n; ++i) y[i] += a * x[i];
 }
 
 // NOLINTBEGIN(bugprone-macro-parentheses): an attribute or a template cannot stand in parentheses.
-#define BRACHY_NEAR_LOOPS(Name, Target)                                                                   \
+#define BRACHY_NEAR_LOOPS(Name, Target, kWidth)                                                           \
   struct Name {                                                                                           \
     Target static void kelvin(const BlockPoints<float>& X, const NearSource* s, std::size_t n, float b,   \
                               BlockDisplacement<float>& u) {                                              \
-      add_all(X, s, n, Kelvin{b}, u);                                                                     \
+      add_kelvin<kWidth>(X, s, n, b, u);                                                                  \
     }                                                                                                     \
     Target static void compact(const BlockPoints<float>& X, const NearSource* s, std::size_t n,           \
                                const CompactShape& shape, BlockDisplacement<float>& u) {                  \
@@ -191,27 +426,41 @@ BRACHY_INLINE void axpy_loop(float a, const float* __restrict x, float* __restri
     }                                                                                                     \
     Target static void kelvin_gradients(const CellPoints& X, const NearSource* s, std::size_t n, float b, \
                                         CellGradients& A) {                                               \
-      add_kelvin_gradients(X, s, n, b, A);                                                                \
+      add_kelvin_gradients<kWidth>(X, s, n, b, A);                                                        \
     }                                                                                                     \
     Target static void compact_gradients(const CellPoints& X, const NearSource* s, std::size_t n,         \
                                          const CompactShape& shape, CellGradients& A) {                   \
       add_compact_gradients(X, s, n, shape, A);                                                           \
+    }                                                                                                     \
+    Target static BoundSums kelvin_bounds(const BoundedForces* f, std::size_t n, const KelvinBounds& k,   \
+                                          const BoundedCell& cell) {                                      \
+      return add_kelvin_bounds<kWidth>(f, n, k, cell);                                                    \
+    }                                                                                                     \
+    Target static BoundSums correction_bounds(const BoundedCorrections* c, std::size_t n,                 \
+                                              const KelvinBounds& k, const BoundedCell& cell) {           \
+      return add_correction_bounds<kWidth>(c, n, k, cell);                                                \
     }                                                                                                     \
     Target static void interpolate(const float* values, std::size_t row, std::size_t slice,               \
                                    const GridPoint* points, std::size_t count,                            \
                                    BlockDisplacement<float>& u) {                                         \
       interpolate_loop(values, row, slice, points, count, u);                                             \
     }                                                                                                     \
+    Target static void quadratic(const BlockPoints<float>& X, const float (*q)[3],                        \
+                                 BlockDisplacement<float>& u) {                                           \
+      quadratic_loop(X, q, u);                                                                            \
+    }                                                                                                     \
     Target static void axpy(float a, const float* x, float* y, std::size_t n) { axpy_loop(a, x, y, n); }  \
-    static constexpr NearLoops kLoops = {kelvin,      compact, kelvin_gradients, compact_gradients,       \
-                                         interpolate, axpy};                                              \
+    static constexpr NearLoops kLoops = {                                                                 \
+        kelvin,        compact,           kelvin_gradients, compact_gradients,                            \
+        kelvin_bounds, correction_bounds, interpolate,      quadratic,                                    \
+        axpy};                                                                                            \
   }
 // NOLINTEND(bugprone-macro-parentheses)
 
-BRACHY_NEAR_LOOPS(Generic, );
-BRACHY_NEAR_LOOPS(Sse4, BRACHY_SSE4);
-BRACHY_NEAR_LOOPS(Avx2, BRACHY_AVX2);
-BRACHY_NEAR_LOOPS(Avx512, BRACHY_AVX512);
+BRACHY_NEAR_LOOPS(Generic, , 4);
+BRACHY_NEAR_LOOPS(Sse4, BRACHY_SSE4, 4);
+BRACHY_NEAR_LOOPS(Avx2, BRACHY_AVX2, 8);
+BRACHY_NEAR_LOOPS(Avx512, BRACHY_AVX512, 16);
 
 }  // namespace
 

@@ -23,6 +23,50 @@ struct CompactShape {
   std::array<float, kMaxSupports> inverse_radius{}, w{}, v{};
 };
 
+/// Sixteen forces as the bounds of their fields need them; those of size 0 are none. A ring's stands for its points.
+struct alignas(64) BoundedForces {
+  static constexpr std::size_t kCount = 16;
+  using Lanes = std::array<float, kCount>;
+  static constexpr Lanes ones() {
+    Lanes lanes{};
+    lanes.fill(1);
+    return lanes;
+  }
+  Lanes x{}, y{}, z{};     ///< where, mm
+  Lanes s = ones();        ///< mm²
+  Lanes ring2{};           ///< square of the ring's radius, mm²; 0: a point
+  Lanes size{};            ///< near_bounds.h's unit force times this
+  Lanes fx{}, fy{}, fz{};  ///< direction
+  Lanes aside{};           ///< mm: how far along it the points lie that carry it
+  Lanes cubed{};  ///< the mean of 1/d³ over these is at most that of 1/d² to the power of 3/2, times this
+  Lanes piece_x{}, piece_y{}, piece_z{};  ///< middle of the piece that it belongs to, mm …
+  Lanes far2{};                           ///< … which is far from this square of a distance on, mm²
+  Lanes is_piece{};                       ///< 1: it counts where its piece is far, 0: where it is not
+  Lanes points{};                         ///< of the ring, 1 for a point
+};
+
+/// Sixteen corrections (PointCore::of_correction), as above.
+struct alignas(64) BoundedCorrections {
+  static constexpr std::size_t kCount = BoundedForces::kCount;
+  using Lanes = BoundedForces::Lanes;
+  Lanes x{}, y{}, z{}, s = BoundedForces::ones(), counter_s = s, size{};
+};
+
+/// What bounds one force's field by Kelvin's solution (near_bounds.h), and what is asked.
+struct BoundedCell {
+  float x = 0, y = 0, z = 0, half = 0;  ///< cube, mm
+  float clearance2 = 0;                 ///< mm²: what is asked lies no nearer to a ring's centre
+  float far2 = 0;                       ///< mm²: from here on a ring is its centre
+};
+struct KelvinBounds {
+  float slope = 0, squeeze = 0, curvature = 0;                 ///< times powers of r² + s
+  float shrink = 0, stretch = 0;                               ///< (1 − 2b)/4π, b/4π
+  float pair_slope = 0, pair_squeeze = 0, pair_curvature = 0;  ///< of a correction
+};
+struct BoundSums {
+  float slope = 0, squeeze = 0, shrink = 0, curvature = 0, work = 0;
+};
+
 /// Where a point lies in a grid of nodes, and its cubic weights along each axis.
 struct GridPoint {
   std::uint32_t base = 0;  ///< index of the first of 4 × 4 × 4 nodes
@@ -42,10 +86,17 @@ struct NearLoops {
                            CellGradients& A);
   void (*compact_gradients)(const CellPoints& X, const NearSource* sources, std::size_t count,
                             const CompactShape& shape, CellGradients& A);
+  /// Sums of the bounds over a cell (CellBounds), by groups of forces and of corrections.
+  BoundSums (*kelvin_bounds)(const BoundedForces* forces, std::size_t groups, const KelvinBounds& kelvin,
+                             const BoundedCell& cell);
+  BoundSums (*correction_bounds)(const BoundedCorrections* corrections, std::size_t groups,
+                                 const KelvinBounds& kelvin, const BoundedCell& cell);
   /// u = Σ_nodes weight · value for `count` points. Values are interleaved x, y, z, x fastest; `row` and
   /// `slice` are the numbers of floats to the next y and z. Four floats beyond a row may be read.
   void (*interpolate)(const float* values, std::size_t row, std::size_t slice, const GridPoint* points,
                       std::size_t count, BlockDisplacement<float>& u);
+  /// u = q₀ + Σ q_k x_k + Σ q_kk x_k² + q_xy x y + q_yz y z + q_zx z x: coefficients in this order, as rows of three.
+  void (*quadratic)(const BlockPoints<float>& X, const float (*q)[3], BlockDisplacement<float>& u);
   /// y += a x, n floats.
   void (*axpy)(float a, const float* x, float* y, std::size_t n);
 };

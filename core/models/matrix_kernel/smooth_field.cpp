@@ -1,6 +1,7 @@
 #include "core/models/matrix_kernel/smooth_field.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <utility>
 
@@ -25,9 +26,36 @@ void SmoothField::rescale(double scale) noexcept {
   measure_roughness();
 }
 
-void SmoothField::interpolate(std::uint32_t b, BlockDisplacement<float>& u) const noexcept {
-  loops_.interpolate(node_field_.data(), table_.row(), table_.slice(),
-                     &tables_->grid_points[b * Tissue::kBlockSize], Tissue::kBlockSize, u);
+void SmoothField::interpolate(std::uint32_t b, const BlockPoints<float>& X,
+                              BlockDisplacement<float>& u) const noexcept {
+  const SmoothTables::BlockReading& block = tables_->blocks[b];
+  const GridPoint* points = &tables_->grid_points[block.first];
+  if (!block.is_parabola) {
+    loops_.interpolate(node_field_.data(), table_.row(), table_.slice(), points, Tissue::kBlockSize, u);
+    return;
+  }
+  loops_.interpolate(node_field_.data(), table_.row(), table_.slice(), points, SmoothTables::kStencil, u);
+  const auto at = [&](std::size_t i) { return Eigen::Vector3f(u.ux[i], u.uy[i], u.uz[i]); };
+  const Eigen::Vector3f here = at(0), &half = block.half;
+  std::array<Eigen::Vector3f, 3> slope, bend, twist;
+  for (std::size_t k = 0; k < 3; ++k) {
+    slope[k] = 0.5f * (at(1 + 2 * k) - at(2 + 2 * k));
+    bend[k] = 0.5f * (at(1 + 2 * k) + at(2 + 2 * k)) - here;
+  }
+  for (std::size_t k = 0; k < 3; ++k) {
+    const std::size_t next = (k + 1) % 3;
+    twist[k] = at(7 + k) - here - slope[k] - slope[next] - bend[k] - bend[next];
+  }
+  float q[SmoothTables::kStencil][3];
+  const auto put = [&](std::size_t row, const Eigen::Vector3f& v) { std::copy_n(v.data(), 3, q[row]); };
+  put(0, here);
+  for (std::size_t k = 0; k < 3; ++k) {
+    const auto i = static_cast<Eigen::Index>(k), j = (i + 1) % 3;
+    put(1 + k, slope[k] / half[i]);
+    put(4 + k, bend[k] / (half[i] * half[i]));
+    put(7 + k, twist[k] / (half[i] * half[j]));
+  }
+  loops_.quadratic(X, q, u);
 }
 
 void SmoothField::add_displacement_at(const Vec3& X, Vec3& u) const noexcept {
@@ -60,11 +88,16 @@ Mat3 SmoothField::gradient_at(const Vec3& X) const noexcept {
   return A.cast<double>();
 }
 
+// Along an axis Lagrange's weights sum to at most kSum in size, those of the first difference to kFirst, of
+// the second to kSecond: in the middle of their four nodes, and in a cell at the grid's end.
+constexpr double kSum[2] = {1.25, 1.64}, kFirst[2] = {4.0 / 3, 10.0 / 3}, kSecond[2] = {1, 3};
+
 // The greatest second differences along an axis (bend_) and across two (twist_) over the nodes' spacings
 // squared; and how much the slope may jump from one cell to the next (jump_): by a sixth of the fourth
 // difference between Lagrange's cubics, by the second difference between trilinear cells.
 void SmoothField::measure_roughness() noexcept {
-  bend_ = twist_ = jump_ = 0;
+  bend_ = twist_ = jump_ = steepest_ = 0;
+  std::array<double, 3> slope{};
   const auto count = table_.counts();
   const std::array<std::size_t, 3> stride = {3, table_.row(), table_.slice()};
   const auto value = [&](const float* v) { return Eigen::Vector3f(v[0], v[1], v[2]); };
@@ -74,6 +107,11 @@ void SmoothField::measure_roughness() noexcept {
       for (at[0] = 0; at[0] < count[0]; ++at[0]) {
         const float* v = &node_field_[at[0] * stride[0] + at[1] * stride[1] + at[2] * stride[2]];
         for (std::size_t k = 0; k < 3; ++k) {
+          if (at[k] + 1 < count[k]) {
+            const double spacing = table_.planes(k)[at[k] + 1] - table_.planes(k)[at[k]];
+            slope[k] =
+                std::max(slope[k], static_cast<double>((value(v + stride[k]) - value(v)).norm()) / spacing);
+          }
           if (at[k] + 2 >= count[k]) continue;
           const std::size_t s = stride[k], next = (k + 1) % 3;
           const double h = table_.planes(k)[at[k] + 1] - table_.planes(k)[at[k]];
@@ -95,12 +133,20 @@ void SmoothField::measure_roughness() noexcept {
           twist_ = std::max(twist_, mixed / (h * g));
         }
       }
+  if (table_.is_linear()) {
+    for (const double along : slope) steepest_ += along;
+    return;
+  }
+  // A slope is a first difference and, by at most kFromFirst each, those of second order beside it: Lagrange's weights
+  // and their slopes sum to 1 and 0.
+  constexpr double kFromFirst = 1.2;
+  double widest = 0;
+  for (std::size_t k = 0; k < 3; ++k) widest = std::max(widest, table_.planes(k)[1] - table_.planes(k)[0]);
+  for (const double along : slope)
+    steepest_ += along + kFromFirst * widest * (kSum[1] * kSum[1] * bend_ + (1 + kSum[1]) * twist_);
 }
 
-// Along an axis Lagrange's weights sum to at most kSum in size, those of the first difference to kFirst, of
-// the second to kSecond: in the middle of their four nodes, and in a cell at the grid's end.
 double SmoothField::gradient_varies(const Vec3& X, double half) const noexcept {
-  constexpr double kSum[2] = {1.25, 1.64}, kFirst[2] = {4.0 / 3, 10.0 / 3}, kSecond[2] = {1, 3};
   std::array<std::size_t, 3> end{};
   double narrowest = 1e30;
   for (std::size_t k = 0; k < 3; ++k) {
@@ -117,6 +163,15 @@ double SmoothField::gradient_varies(const Vec3& X, double half) const noexcept {
     sum += crossings * jump_ * kSum[end[k]] * kSum[end[l]];
   }
   return sum;
+}
+
+void SmoothField::add_bounds(const Cell& cell, CellBounds& bounds) const noexcept {
+  const Mat3 here = gradient_at(cell.centre);
+  const double varies = gradient_varies(cell.centre, cell.half);
+  bounds.slope += here.rowwise().norm().sum() + varies;
+  bounds.squeeze += 0.5 * (here + here.transpose()).norm() + varies;
+  bounds.shrink += std::max(0.0, -here.trace()) + varies;
+  bounds.rounding += varies;
 }
 
 std::size_t SmoothField::bytes() const {

@@ -2,6 +2,7 @@
 
 #include <memory>
 
+#include "core/injectivity/cell_field.h"
 #include "core/models/matrix_kernel/landmark_columns.h"
 #include "core/models/matrix_kernel/smooth_tables.h"
 
@@ -33,13 +34,19 @@ class SmoothField {
   /// Sets the landmarks' forces (n, N) that the functions below use.
   void set_forces(std::span<const Vec3> forces) noexcept;
   void rescale(double scale) noexcept;  ///< multiplies their field
-  /// u = the field at the points of block b.
-  void interpolate(std::uint32_t b, BlockDisplacement<float>& u) const noexcept;
+  /// u = the field at the points of block b, which lie at X about the middle of its box.
+  void interpolate(std::uint32_t b, const BlockPoints<float>& X, BlockDisplacement<float>& u) const noexcept;
   void add_displacement_at(const Vec3& X, Vec3& u) const noexcept;  ///< u += the field at X, mm
 
   Mat3 gradient_at(const Vec3& X) const noexcept;  ///< ∇ of the field between the table's nodes
   /// Over a cube of half side `half` mm about X the gradient differs from that at X by at most this (nuclear norm).
   double gradient_varies(const Vec3& X, double half) const noexcept;
+
+  /// At least the nuclear norm of the gradient anywhere between the table's nodes.
+  double steepest() const { return steepest_; }
+
+  /// Adds its bounds over a cell.
+  void add_bounds(const Cell& cell, CellBounds& bounds) const noexcept;
 
   std::size_t bytes() const;  ///< with the tables
 
@@ -54,6 +61,7 @@ class SmoothField {
   const NearLoops& loops_;
   std::vector<float> node_field_;
   double bend_ = 0, twist_ = 0, jump_ = 0;  // of the nodes' field: see measure_roughness
+  double steepest_ = 0;
 };
 
 }  // namespace brachy

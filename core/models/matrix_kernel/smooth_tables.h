@@ -23,9 +23,21 @@ struct SmoothTables {
 
   std::size_t bytes() const { return remainder.bytes() + grid_points.size() * sizeof(GridPoint); }
 
+  /// How a block is read: all of its points from the table; or, where it is small for the table's spacing, a parabola
+  /// through kStencil of them, the middle of its box, its faces' and three edges' (at grid_points[first] on).
+  struct BlockReading {
+    std::size_t first = 0;
+    bool is_parabola = false;
+    Eigen::Vector3f half = Eigen::Vector3f::Zero();  ///< of the box, mm
+  };
+  static constexpr std::size_t kStencil = 10;
+
   RemainderTable remainder;
-  std::vector<GridPoint>
-      grid_points;  ///< where each point of the tissue lies in it, blocks × Tissue::kBlockSize
+  std::vector<GridPoint> grid_points;  ///< where points lie in it
+  std::vector<BlockReading> blocks;    ///< of the tissue
+
+ private:
+  void add_block(const Tissue& tissue, const Block& block);
 };
 
 /// The tables of `kernel`'s smooth part over a tissue within its body's box; null where it has none: the compact

@@ -39,7 +39,7 @@ std::vector<ChartedRow> parse_comparison(std::string_view text, const std::strin
       if (error != std::errc() || end != cell.data() + cell.size())
         refuse_line(
             name, line,
-            "'" + std::string(cell) + "' is not a number; write it with scripts/charts/compare.sh --store");
+            "'" + std::string(cell) + "' is not a number; write it with scripts/charts/ticks.sh --store");
       return value;
     };
     ChartedRow& row = rows.emplace_back();

@@ -3,6 +3,7 @@
 #include <fstream>
 #include <sstream>
 
+#include "core/base/denied_folder.h"
 #include "core/base/error.h"
 #include "core/base/toml_table.h"
 #include "core/scene/file/scene_keys.h"
@@ -43,6 +44,7 @@ Scene parse_scene(std::string_view text, const std::string& name) {
 Scene load_scene(const std::filesystem::path& file) {
   const std::string name = file.string();
   std::error_code error;
+  refuse_denied_folder(file);
   if (!std::filesystem::is_regular_file(file, error))
     throw UserError(
         name + ": no such scene file; give one with --config (config/prostate.toml is the default scene)");

@@ -224,8 +224,9 @@ std::vector<Key<ModelSettings>> model_keys() {
       number("support_radius_mm", &S::support_radius_mm, kSupport, kLive,
              "psi kernels: how far a landmark reaches; at 12 mm a single landmark folds the field beyond 5.7 "
              "mm of displacement"),
-      number("tolerance_mm", &S::tolerance_mm, {1e-3, 100}, kIgnored,
-             "auto: largest error at a target (`brachy advise` shows the candidates)"),
+      number(
+          "tolerance_mm", &S::tolerance_mm, {1e-3, 100}, kIgnored,
+          "auto: largest error in the gland at motions of up to 8 mm (`brachy advise` shows the candidates)"),
       number("tick_budget_ms", &S::tick_budget_ms, {1e-3, 1000}, kIgnored,
              "auto: longest tick, on one thread"),
       text("needs", &S::needs, {"volume", "surface"}, kIgnored,
@@ -249,7 +250,7 @@ std::vector<Key<GuardSettings>> stability_keys() {
   using S = GuardSettings;
   return {
       text("policy", &S::policy, {"flag", "clamp", "substep"}, kLive,
-           "report it; clamp the landmarks; or compose injective sub-steps (psi kernels)"),
+           "report it; clamp the landmarks; or compose injective sub-steps (psi kernels, elastic, fem)"),
       integer("max_substeps", &S::max_substeps, {1, 64}, kLive,
               "beyond this number, and with the other models, \"substep\" acts as \"clamp\""),
   };
@@ -293,7 +294,7 @@ std::vector<SceneSection> tissue_sections() {
        within<Scene>(
            box_keys(), [](auto& s) -> auto& { return s.box; })},
       {"region",
-       "A part of the tissue with a modulus (elastic: one region, fem: any number), a support (psi kernels "
+       "A part of the tissue with a modulus (elastic, fem), a support (psi kernels "
        "and compact_elastic: up to 15 different ones) or needle forces of its own. A later region lies over "
        "an earlier one.",
        within<Scene>(

@@ -3,55 +3,9 @@
 #include <gtest/gtest.h>
 
 #include "core/elasticity/kelvin_sums.h"
-#include "core/elasticity/kelvin_traction.h"
 
 namespace brachy {
 namespace {
-
-// σ n = λ/μ div(u) n + (∇u + ∇uᵀ) n for the force along each axis, by central differences.
-Mat3 traction_by_differences(const Vec3& x, const Vec3& n, double s, double poisson) {
-  const double h = 1e-4;
-  Mat3 T;
-  for (int j = 0; j < 3; ++j) {
-    Mat3 gradient;  // (i, k): ∂u_i/∂x_k
-    for (int k = 0; k < 3; ++k)
-      gradient.col(k) =
-          (kelvin(x + h * Vec3::Unit(k), s, poisson) - kelvin(x - h * Vec3::Unit(k), s, poisson)).col(j) /
-          (2 * h);
-    const double lambda = 2 * poisson / (1 - 2 * poisson);
-    T.col(j) = lambda * gradient.trace() * n + (gradient + gradient.transpose()) * n;
-  }
-  return T;
-}
-
-TEST(KelvinTraction, IsTheStressOfKelvinsSolution) {
-  const Vec3 n = Vec3(0.3, -0.5, 0.8).normalized();
-  for (const double poisson : {0.0, 0.3, 0.45, 0.49})
-    for (const Vec3& x : {Vec3(1, 2, 3), Vec3(-0.4, 0.1, 0.2), Vec3(8, 0, 0)})
-      for (const double s : {0.0, 0.5, 4.0}) {
-        // of λ div(u), before it cancels
-        const double scale = (1 + 2 * poisson / (1 - 2 * poisson)) / x.squaredNorm();
-        EXPECT_LT((kelvin_traction(x, n, s, poisson) - traction_by_differences(x, n, s, poisson)).norm(),
-                  1e-8 * scale)
-            << "ν = " << poisson << ", s = " << s << ", x = " << x.transpose();
-      }
-}
-
-TEST(KelvinTraction, VanishesAtTheForceItself) {
-  EXPECT_EQ(kelvin_traction(Vec3::Zero(), Vec3::UnitZ(), 2, 0.49), Mat3::Zero());
-}
-
-// Over a sphere about the force the traction sums to the force, or for a spread force to its share within the sphere.
-TEST(KelvinTraction, BalancesTheForce) {
-  Mat3 sum = Mat3::Zero();
-  const int n = 2000;
-  for (int i = 0; i < n; ++i) {
-    const double z = 1 - (2 * i + 1.0) / n, r = std::sqrt(1 - z * z), t = 2.399963229728653 * i;
-    const Vec3 u(r * std::cos(t), r * std::sin(t), z);
-    sum += kelvin_traction(5 * u, u, 0, 0.49) * 4 * std::numbers::pi * 25 / n;
-  }
-  EXPECT_LT((sum + Mat3::Identity()).norm(), 1e-3);
-}
 
 PointGroups some_groups() {
   PointGroups groups;

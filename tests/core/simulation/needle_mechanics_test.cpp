@@ -21,6 +21,7 @@ const Vec3 kUp = Vec3::UnitZ();
 
 Scene small_scene() {
   Scene scene;
+  scene.model.kernel = "psi31";
   scene.tissue.points = 2000;
   scene.anchors.count = 0;
   return scene;
@@ -402,6 +403,7 @@ TEST(Mechanics, SeveralNeedlesFeelEachOther) {
 TEST(Mechanics, ThreeNeedlesOfThirtyLandmarksTickWithoutAllocating) {
   if (!test::allocations_are_counted()) GTEST_SKIP() << "a sanitizer owns malloc";
   Scene scene;
+  scene.model.kernel = "psi31";
   scene.needle.count = 3;
   scene.contact.landmark_spacing_mm = 1.25;
   scene.contact.max_landmarks = 100;

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "core/elasticity/elastic_kernel.h"
-#include "core/elasticity/surface_remainder.h"
+#include "core/elasticity/wall_remainder.h"
 #include "core/geometry/surface/surface_check.h"
 #include "core/geometry/tissue/interior_points.h"
 #include "core/geometry/tissue/phantom.h"
@@ -40,7 +40,7 @@ class CountingRemainder : public Remainder {
   std::size_t bytes() const override { return remainder_.bytes(); }
 
  private:
-  SurfaceRemainder remainder_;
+  WallRemainder remainder_;
   int& evaluations_;
 };
 
@@ -136,6 +136,7 @@ TEST(SimulationModel, HasNoTablesWhereItsKernelHasNoSmoothPart) {
 
 TEST(SimulationModel, FromMemoryComputesWhatThatOfTheSceneDoes) {
   Scene scene;
+  scene.model.kernel = "psi31";
   scene.tissue.points = kPoints;
   scene.tissue.phantom_surface_vertices = kSurfaceVertices;
   EXPECT_EQ(hash_of(load_simulation_model(scene, load_tissue(scene).tissue)), hash_of(model_from_memory()));

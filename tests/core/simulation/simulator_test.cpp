@@ -16,8 +16,11 @@ namespace {
 using test::insertion;
 using test::needle_pose;
 
+// The default scene with the cheapest model, whose reach is bounded.
 Scene default_scene() {
-  return {};
+  Scene scene;
+  scene.model.kernel = "psi31";
+  return scene;
 }
 
 Tissue phantom(const Scene& scene) {

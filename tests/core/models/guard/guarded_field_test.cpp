@@ -5,11 +5,13 @@
 #include <cmath>
 #include <limits>
 
+#include "core/models/scalar_kernel/scalar_composition.h"
 #include "core/models/scalar_kernel/scalar_kernel_field.h"
 #include "core/simulation/mesh_state.h"
 #include "tests/core/injectivity/random_scene.h"
 #include "tests/core/models/blocks/reactions.h"
 #include "tests/core/models/blocks/small_tissue.h"
+#include "tests/core/models/deformation_gradient.h"
 
 namespace brachy {
 namespace {
@@ -23,20 +25,13 @@ std::unique_ptr<GuardedField> guarded(const Tissue& tissue, const Kernel& kernel
       tissue,
       std::make_unique<ScalarKernelField>(tissue, kernel, support,
                                           BlockField::Options{.target = target, .max_landmarks = kLandmarks}),
-      std::make_unique<Composition>(tissue, kernel, support, target, kLandmarks,
-                                    static_cast<std::size_t>(max_substeps)),
+      std::make_unique<ScalarComposition>(tissue, kernel, support, target, kLandmarks,
+                                          static_cast<std::size_t>(max_substeps)),
       GuardSettings{.policy = policy, .max_substeps = max_substeps}, kLandmarks);
 }
 
-// det(I + ∇u) of the guarded field, by differences of its single-point field.
 double determinant_at(const GuardedField& field, const Vec3& X) {
-  constexpr double kStep = 1e-4;
-  Mat3 F = Mat3::Identity();
-  for (int k = 0; k < 3; ++k)
-    F.col(k) += (field.displacement_at(X + kStep * Vec3::Unit(k)) -
-                 field.displacement_at(X - kStep * Vec3::Unit(k))) /
-                (2 * kStep);
-  return F.determinant();
+  return test::deformation_gradient(field, X).determinant();
 }
 
 struct Push {

@@ -6,7 +6,7 @@
 #include "core/models/matrix_kernel/matrix_kernel_system.h"
 #include "tests/core/models/blocks/reactions.h"
 #include "tests/core/models/blocks/small_tissue.h"
-#include "tests/sanitized.h"
+#include "tests/core/models/matrix_kernel/accurate_models.h"
 
 namespace brachy {
 namespace {
@@ -68,13 +68,7 @@ TEST_P(CoredLandmark, AStiffnessBeyondTheTissuesIsThatOfTheWidestCore) {
   }
 }
 
-std::vector<const char*> models_to_run() {
-  std::vector<const char*> models = {"elastic"};
-  if (!test::kIsSanitized) models.push_back("fem");
-  return models;
-}
-
-INSTANTIATE_TEST_SUITE_P(Models, CoredLandmark, testing::ValuesIn(models_to_run()),
+INSTANTIATE_TEST_SUITE_P(Models, CoredLandmark, testing::ValuesIn(test::accurate_models()),
                          [](const auto& model_name) { return model_name.param; });
 
 struct Push {
@@ -96,6 +90,57 @@ Push shaft_and_tip(int shaft, double ahead, double core) {
   push.spreads.back().core_mm = core;
   push.displacements.assign(push.positions.size(), 1.5 * axis);
   return push;
+}
+
+// Across a needle its tip is as thick as its shaft; along it, the tip's force is spread.
+TEST(CoredLandmarkField, ATipThatContinuesAShaftHasItsCoreAlongOnly) {
+  MatrixKernelField field(phantom(), "elastic", {}, {});
+  const Vec3 axis = Vec3(0.1, 0, 1).normalized(), across = axis.cross(Vec3::UnitY());
+  Push push = shaft_and_tip(5, 4, 12);
+  const auto stiffness = [&](std::span<const LandmarkSpread> spreads, const Vec3& direction) {
+    const std::vector<Vec3> d(push.positions.size(), direction);
+    std::vector<Vec3> f(d.size());
+    EXPECT_TRUE(field.factorize(push.positions, spreads));
+    field.solve(d, f);
+    double sum = 0;
+    for (const Vec3& force : f) sum += direction.dot(force);
+    return sum;
+  };
+  const double shaft_alone = stiffness({}, across), apart = stiffness(push.spreads, across),
+               apart_along = stiffness(push.spreads, axis);
+  push.spreads.back().behind = 4;
+  EXPECT_NEAR(stiffness(push.spreads, across), shaft_alone, 0.02 * shaft_alone);
+  EXPECT_GT(apart, 1.3 * shaft_alone);
+  EXPECT_NEAR(stiffness(push.spreads, axis), apart_along, 0.1 * apart_along);
+}
+
+// Whatever is said of tips: a shaft ends where its tip goes on, also where another needle's lies ahead on its line.
+TEST(NeedleRings, CarryTheForceOfEachLandmark) {
+  std::mt19937_64 random(4);
+  for (int i = 0; i < 500; ++i) {
+    std::vector<Vec3> positions;
+    std::vector<double> cores;
+    std::vector<LandmarkSpread> spreads;
+    for (int l = 0; l < 9; ++l) {
+      positions.push_back(Vec3(0, 0, 4.0 * l) + test::uniform_point(random, 1));
+      cores.push_back(random() % 3 == 0 ? 8 : 0);
+      spreads.push_back({.core_mm = cores.back(), .behind = static_cast<std::int32_t>(random() % 11) - 1});
+    }
+    NeedleRings rings;
+    rings.build(positions, cores, 0.635, spreads);
+    std::vector<double> across(positions.size(), 0), along = across, smooth = across;
+    for (const NeedleRings::Ring& ring : rings.rings())
+      for (std::size_t side = 0; side < 2; ++side) {
+        across[ring.landmark[side]] += ring.across[side];
+        along[ring.landmark[side]] += ring.along[side];
+        smooth[ring.landmark[side]] += ring.smooth[side];
+      }
+    for (std::size_t l = 0; l < positions.size(); ++l) {
+      ASSERT_NEAR(across[l], 1, 1e-12) << i << ": " << l;
+      ASSERT_NEAR(along[l], 1, 1e-12) << i << ": " << l;
+      ASSERT_NEAR(smooth[l], 1, 1e-12) << i << ": " << l;
+    }
+  }
 }
 
 TEST(CoredLandmarkField, BlocksAndGradientsAreThoseOfTheSinglePoints) {

@@ -185,16 +185,10 @@ INSTANTIATE_TEST_SUITE_P(Models, EveryModel, testing::ValuesIn(models_to_run()),
 // Where a region fills part of the tissue, a contact in it has a smoothed stiffness: stiffer than without the region,
 // softer than exact.
 TEST(MatrixKernelField, AContactInANoduleIsSolvedByTheSmoothedTable) {
-  Tissue small = phantom();  // few nodes: the table takes a fraction of a second
-  for (Vec3& X : small.rest_vertices) X *= 0.4;
-  for (Block& block : small.blocks) {
-    block.min *= 0.4;
-    block.max *= 0.4;
-  }
   ElasticBody body;
   body.regions.push_back(
-      std::make_shared<EllipsoidRegion>(Vec3(2, 0, 0), Vec3(5, 4, 4), 2 * body.shear_modulus));
-  MatrixKernelField fast(small, "elastic", body, {});
+      std::make_shared<EllipsoidRegion>(Vec3(2, 0, 0), Vec3(17, 14, 15), 2 * body.shear_modulus));
+  MatrixKernelField fast(phantom(), "elastic", body, {});
   const Needle contact{{Vec3(2, 0, 0)}, {Vec3(0, 0, 1)}};
   ASSERT_TRUE(fast.update(contact.positions, contact.displacements));
   MatrixKernelSystem exact(fast.kernel());

@@ -1,4 +1,4 @@
-#include "core/models/guard/composition.h"
+#include "core/models/scalar_kernel/scalar_composition.h"
 
 #include <algorithm>
 #include <cassert>
@@ -27,9 +27,10 @@ void add(const BlockDisplacement<T>& more, BlockDisplacement<float>& u) {
 
 }  // namespace
 
-Composition::Composition(const Tissue& tissue, const Kernel& kernel, double support_radius, SimdTarget target,
-                         std::size_t max_landmarks, std::size_t max_steps)
-    : tissue_(tissue),
+ScalarComposition::ScalarComposition(const Tissue& tissue, const Kernel& kernel, double support_radius,
+                                     SimdTarget target, std::size_t max_landmarks, std::size_t max_steps)
+    : Composition(tissue.blocks.size()),
+      tissue_(tissue),
       kernel_(kernel),
       support_radius_(support_radius),
       loops_(block_kernels(kernel, target)),
@@ -37,7 +38,6 @@ Composition::Composition(const Tissue& tissue, const Kernel& kernel, double supp
       cells_(kernel, support_radius, target, max_landmarks),
       steps_(max_steps),
       is_touched_(tissue.blocks.size()),
-      displacements_(tissue.blocks.size()),
       determinants_(tissue.blocks.size() * kPoints),
       all_(max_landmarks),
       near_(max_landmarks),
@@ -53,40 +53,43 @@ Composition::Composition(const Tissue& tissue, const Kernel& kernel, double supp
   std::iota(all_.begin(), all_.end(), 0u);
 }
 
-void Composition::begin(std::span<const Vec3> positions, std::span<const Vec3> displacements) noexcept {
+double ScalarComposition::begin(std::span<const Vec3> positions,
+                                std::span<const Vec3> displacements) noexcept {
   landmarks_ = positions;
   displacements_of_landmarks_ = displacements;
   count_ = 0;
-  reached_ = 0;
+  begin_way();
+  return 1;
 }
 
-void Composition::move_landmarks() noexcept {
+void ScalarComposition::move_landmarks() noexcept {
   assert(count_ < steps_.size());
   Step& step = steps_[count_];
   step.positions.clear();
   for (std::size_t i = 0; i < landmarks_.size(); ++i)
-    step.positions.push_back(landmarks_[i] + reached_ * displacements_of_landmarks_[i]);
+    step.positions.push_back(landmarks_[i] + reached() * displacements_of_landmarks_[i]);
 }
 
-FactorStatus Composition::solve() noexcept {
+bool ScalarComposition::next() noexcept {
+  if (reached() >= 1 || count_ == steps_.size()) return false;
   move_landmarks();
   Step& step = steps_[count_];
   FactorStatus status = system_.factorize(step.positions);
   if (status) status = FactorStatus::of_condition(system_.condition());
-  if (!status) return status;
+  if (!status) return false;
   step.weights.resize(landmarks_.size());
   system_.solve(displacements_of_landmarks_, step.weights);
   cells_.set_field(field(step));
-  return {};
+  return true;
 }
 
-void Composition::accept(double scale) noexcept {
+void ScalarComposition::accept(double scale, const Vec3* /*weakest*/) noexcept {
   steps_[count_].scale = scale;
-  reached_ = scale >= 1 - reached_ ? 1 : reached_ + scale;
   ++count_;
+  go_on(scale);
 }
 
-void Composition::evaluate() noexcept {
+void ScalarComposition::evaluate() noexcept {
   std::ranges::fill(is_touched_, std::uint8_t{0});
   std::ranges::fill(determinants_, 1.0f);
   least_determinant_ = 1;
@@ -108,7 +111,7 @@ void Composition::evaluate() noexcept {
 }
 
 // One step at the points of a block, which earlier steps may have moved.
-void Composition::apply(const Step& step, std::uint32_t b) noexcept {
+void ScalarComposition::apply(const Step& step, std::uint32_t b) noexcept {
   const Block& block = tissue_.blocks[b];
   BlockDisplacement<float>& u = displacements_[b];
   if (!is_touched_[b]) u = {};
@@ -136,8 +139,9 @@ void Composition::apply(const Step& step, std::uint32_t b) noexcept {
   add_displacement(step, b, cell, near);
 }
 
-void Composition::multiply_determinants(const Step& step, std::uint32_t b, const Cell& cell,
-                                        std::span<const std::uint32_t> sources, float* product) noexcept {
+void ScalarComposition::multiply_determinants(const Step& step, std::uint32_t b, const Cell& cell,
+                                              std::span<const std::uint32_t> sources,
+                                              float* product) noexcept {
   const Block& block = tissue_.blocks[b];
   const BlockDisplacement<float>& u = displacements_[b];
   for (std::size_t half = 0; half < kPoints; half += CellPoints::kCount) {
@@ -155,8 +159,8 @@ void Composition::multiply_determinants(const Step& step, std::uint32_t b, const
 }
 
 // In double where BlockField would.
-void Composition::add_displacement(const Step& step, std::uint32_t b, const Cell& cell,
-                                   std::span<const std::uint32_t> sources) noexcept {
+void ScalarComposition::add_displacement(const Step& step, std::uint32_t b, const Cell& cell,
+                                         std::span<const std::uint32_t> sources) noexcept {
   double size = 0;
   for (const std::uint32_t j : sources) size += step.scale * step.weights[j].norm();
   if (size * BlockField::kFloatErrorPerWeight > BlockField::kFloatError)
@@ -184,8 +188,8 @@ void Composition::add_displacement(const Step& step, std::uint32_t b, const Cell
   add(more, displacements_[b]);
 }
 
-void Composition::add_in_double(const Step& step, std::uint32_t b, const Cell& cell,
-                                std::span<const std::uint32_t> sources) noexcept {
+void ScalarComposition::add_in_double(const Step& step, std::uint32_t b, const Cell& cell,
+                                      std::span<const std::uint32_t> sources) noexcept {
   const double inverse = 1 / support_radius_;
   for (std::size_t j = 0; j < sources.size(); ++j) {
     const Vec3 p = inverse * (step.positions[sources[j]] - cell.centre),
@@ -201,7 +205,7 @@ void Composition::add_in_double(const Step& step, std::uint32_t b, const Cell& c
 
 // A block's points where earlier steps have moved them, about `centre`, in support radii.
 template <class T>
-BlockPoints<T> Composition::moved_points(std::uint32_t b, const Vec3& centre) const noexcept {
+BlockPoints<T> ScalarComposition::moved_points(std::uint32_t b, const Vec3& centre) const noexcept {
   const Block& block = tissue_.blocks[b];
   const BlockDisplacement<float>& u = displacements_[b];
   const double inverse = 1 / support_radius_;
@@ -217,7 +221,7 @@ BlockPoints<T> Composition::moved_points(std::uint32_t b, const Vec3& centre) co
   return X;
 }
 
-Vec3 Composition::displacement_at(const Vec3& X) const noexcept {
+Vec3 ScalarComposition::displacement_at(const Vec3& X) const noexcept {
   Vec3 x = X;
   for (std::size_t k = 0; k < count_; ++k) x += steps_[k].scale * field(steps_[k]).displacement(x);
   return x - X;

@@ -1,0 +1,460 @@
+#include "core/models/matrix_kernel/matrix_composition.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+#include "core/injectivity/injectivity_search.h"
+
+namespace brachy {
+namespace {
+
+constexpr std::size_t kPoints = Tissue::kBlockSize;
+constexpr double kMet = 2e-3;      // mm: a landmark missed by no more needs no correction
+constexpr int kSweeps = 16;        // of Gauss and Seidel, at most
+constexpr double kNotFelt = 2e-3;  // mm
+// Within this many of the landmarks' largest displacement, and some mm, the tissue has stayed where it was.
+constexpr double kStays = 1.5, kStaysBeyond = 1;
+// Of a block's points one in so many is asked for its determinant, and all within so many clearances of a needle, and
+// of so many blocks.
+constexpr double kClose = 2;
+constexpr std::size_t kAllClose = 100;  // steps times rings up to which those within are all asked
+constexpr std::uint32_t kStride = 16;
+constexpr std::size_t kRefined = 6;
+
+// How far along the way between its landmarks a ring lies, 0 … 1.
+double share_between(const NeedleRings::Ring& ring, std::span<const Vec3> positions) {
+  const Vec3& a = positions[ring.landmark[0]];
+  const Vec3 way = positions[ring.landmark[1]] - a;
+  const double length = way.squaredNorm();
+  return length > 0 ? std::clamp((ring.centre - a).dot(way) / length, 0.0, 1.0) : 0;
+}
+
+// x += scale u, and the box about the points.
+void move(const BlockDisplacement<float>& u, double scale, std::size_t count, BlockPoints<float>& X,
+          const Vec3& centre, Block& box) {
+  const auto s = static_cast<float>(scale);
+  for (std::size_t i = 0; i < kPoints; ++i) {
+    X.x[i] += s * u.ux[i];
+    X.y[i] += s * u.uy[i];
+    X.z[i] += s * u.uz[i];
+  }
+  Eigen::Vector3f min(X.x[0], X.y[0], X.z[0]), max = min;
+  for (std::size_t i = 1; i < count; ++i) {
+    const Eigen::Vector3f x(X.x[i], X.y[i], X.z[i]);
+    min = min.cwiseMin(x);
+    max = max.cwiseMax(x);
+  }
+  box.min = centre + min.cast<double>();
+  box.max = centre + max.cast<double>();
+}
+
+void add(const BlockDisplacement<float>& more, double scale, BlockDisplacement<float>& u) {
+  const auto s = static_cast<float>(scale);
+  for (std::size_t i = 0; i < kPoints; ++i) {
+    u.ux[i] += s * more.ux[i];
+    u.uy[i] += s * more.uy[i];
+    u.uz[i] += s * more.uz[i];
+  }
+}
+
+}  // namespace
+
+MatrixComposition::MatrixComposition(const Tissue& tissue, const MatrixKernelField& field, SimdTarget target,
+                                     std::size_t max_landmarks, std::size_t max_steps)
+    : Composition(tissue.blocks.size()),
+      tissue_(tissue),
+      field_(field),
+      max_steps_(max_steps),
+      steps_(max_steps + kCorrections),
+      correction_matrix_(static_cast<Eigen::Index>(3 * max_landmarks),
+                         static_cast<Eigen::Index>(3 * max_landmarks)),
+      all_blocks_(tissue.blocks.size()),
+      sources_(static_cast<std::size_t>(std::max(1, field.threads()))),
+      block_smooth_(tissue.blocks.size()),
+      block_smooth_determinants_(tissue.blocks.size()) {
+  const std::size_t rings = field.max_sources();
+  if (field.parts().smooth) smooth_cells_.emplace(tissue, *field.parts().smooth, target);
+  cells_.reserve(steps_.size());
+  for (std::size_t k = 0; k < steps_.size(); ++k)
+    cells_.emplace_back(tissue, field.parts().near, nullptr, field.needle_radius(), target, rings);
+  for (Step& step : steps_) {
+    step.rings.reserve(2 * max_landmarks);
+    step.pieces.reserve(rings);
+    step.forces.reserve(rings);
+  }
+  for (auto* v : {&smooth_, &images_, &misses_, &correction_}) v->reserve(max_landmarks);
+  ring_smooth_.reserve(rings);
+  near_forces_.reserve(rings);
+  carried_.reserve(max_landmarks);
+  refined_.reserve(kRefined + steps_.size());
+  for (auto& sources : sources_) sources.reserve(rings * NeedleRings::kPoints);
+  std::iota(all_blocks_.begin(), all_blocks_.end(), 0u);
+}
+
+double MatrixComposition::begin(std::span<const Vec3> positions,
+                                std::span<const Vec3> displacements) noexcept {
+  positions_ = positions;
+  landmark_displacements_ = displacements;
+  count_ = 0;
+  begin_way();
+  is_correcting_ = false;
+  missed_ = 0;
+  const MatrixKernelField::Parts parts = field_.parts();
+  const auto smooth_at = [&](const Vec3& X) {
+    Vec3 u = Vec3::Zero();
+    if (parts.smooth) parts.smooth->add_displacement_at(X, u);
+    return u;
+  };
+  smooth_.clear();
+  ring_smooth_.clear();
+  for (const Vec3& p : positions) smooth_.push_back(smooth_at(p));
+  for (const NeedleRings::Ring& ring : parts.rings.rings()) ring_smooth_.push_back(smooth_at(ring.centre));
+  largest_ = 0;
+  for (const Vec3& d : displacements) largest_ = std::max(largest_, d.norm());
+  prepare_forces();
+  return parts.smooth ? 1 - parts.smooth->steepest() : 1;
+}
+
+bool MatrixComposition::next() noexcept {
+  if (reached() >= 1) {
+    is_correcting_ = true;
+    if (!prepare_correction()) return false;
+  } else {
+    if (steps() == max_steps_) return false;
+    place_rings();
+  }
+  const Step& step = steps_[count_];
+  cells_[count_].set_field(step.rings, step.forces, step.pieces, kStays * largest_ + kStaysBeyond);
+  return true;
+}
+
+// The same forces in every step, because what is between a needle's landmarks hardly changes as they move together;
+// with those that correct what one whole step would miss.
+void MatrixComposition::prepare_forces() noexcept {
+  const MatrixKernelField::Parts parts = field_.parts();
+  near_forces_.assign(parts.ring_forces.begin(), parts.ring_forces.end());
+  carried_.clear();
+  place_rings();
+  steps_[0].scale = 1;
+  count_ = 1;
+  const double worst = find_misses();
+  count_ = 0;
+  if (worst <= kMet) return;
+  for (std::size_t i = 0; i < positions_.size(); ++i) images_[i] = positions_[i] + smooth_[i];
+  solve_correction(worst, carried_);
+  near_forces_.insert(near_forces_.end(), correction_.begin(), correction_.end());
+}
+
+std::size_t MatrixComposition::most_steps() const {
+  return std::clamp(kRingSteps / std::max<std::size_t>(1, near_forces_.size()), std::size_t{1}, max_steps_);
+}
+
+void MatrixComposition::place_rings() noexcept {
+  const MatrixKernelField::Parts parts = field_.parts();
+  const std::size_t own = parts.ring_forces.size();
+  Step& step = steps_[count_];
+  step.rings = parts.rings;
+  step.rings.append(carried_);
+  step.forces = near_forces_;
+  const auto way = [&](std::size_t l) { return Vec3(landmark_displacements_[l] - smooth_[l]); };
+  for (std::size_t r = 0; r < own; ++r) {
+    const NeedleRings::Ring& ring = parts.rings.rings()[r];
+    const double t = share_between(ring, positions_);
+    step.rings.move(
+        r, ring_smooth_[r] + reached() * ((1 - t) * way(ring.landmark[0]) + t * way(ring.landmark[1])));
+  }
+  for (std::size_t r = own; r < step.forces.size(); ++r) step.rings.move(r, reached() * way(r - own));
+  NearField::take_pieces(step.rings, step.forces, step.pieces);
+  limit_reach(step, own);
+}
+
+// A correction of e at its place is about 2.7 e (c/r)³ at r beyond two of its cores: felt as far as that counts.
+void MatrixComposition::limit_reach(Step& step, std::size_t first) const noexcept {
+  for (NearField::Piece& piece : step.pieces) {
+    if (piece.first < first) continue;
+    const double core = std::sqrt(step.rings.rings()[piece.first].core.s);
+    const double there = 0.5 * field_.parts().near.compliance_times_core() / core * piece.size;
+    piece.reach = core * std::max(2.0, std::cbrt(2.7 * there / kNotFelt));
+  }
+}
+
+void MatrixComposition::accept(double scale, const Vec3* weakest) noexcept {
+  Step& step = steps_[count_++];
+  step.scale = scale;
+  step.begin = reached();
+  step.weakest.reset();
+  if (weakest) step.weakest = *weakest;
+  if (!is_correcting_) go_on(scale);
+}
+
+// Where the landmarks' tissue is by the steps so far, evaluated as the tissue's points are.
+void MatrixComposition::find_images() noexcept {
+  const NearField& near = field_.parts().near;
+  images_.clear();
+  for (std::size_t first = 0; first < positions_.size(); first += kPoints) {
+    const std::size_t count = std::min(kPoints, positions_.size() - first);
+    const Vec3& centre = positions_[first];
+    BlockPoints<float> X{};
+    BlockDisplacement<float> u{};
+    Block box;
+    for (std::size_t i = 0; i < kPoints; ++i) {
+      const std::size_t k = first + (i < count ? i : 0);
+      const Eigen::Vector3f x = (positions_[k] + smooth_[k] - centre).cast<float>();
+      X.x[i] = x.x();
+      X.y[i] = x.y();
+      X.z[i] = x.z();
+    }
+    move(u, 0, count, X, centre, box);
+    for (std::size_t k = 0; k < count_; ++k) {
+      const Step& step = steps_[k];
+      u = {};
+      near.add_to_points(X, centre, box, step.rings, step.forces, step.pieces, sources_[0], u);
+      move(u, step.scale, count, X, centre, box);
+    }
+    for (std::size_t i = 0; i < count; ++i)
+      images_.push_back(centre + Eigen::Vector3f(X.x[i], X.y[i], X.z[i]).cast<double>());
+  }
+}
+
+double MatrixComposition::correction_core(std::size_t landmark) const noexcept {
+  double least = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < positions_.size(); ++i)
+    if (i != landmark) least = std::min(least, (positions_[i] - positions_[landmark]).squaredNorm());
+  return std::clamp(kOfDistance * std::sqrt(least), kLeastCore * field_.needle_radius(),
+                    kWidestCore * field_.needle_radius());
+}
+
+// The greatest of what the steps so far miss, mm.
+double MatrixComposition::find_misses() noexcept {
+  find_images();
+  misses_.clear();
+  double worst = 0;
+  for (std::size_t i = 0; i < positions_.size(); ++i) {
+    misses_.push_back(positions_[i] + landmark_displacements_[i] - images_[i]);
+    worst = std::max(worst, misses_.back().norm());
+  }
+  return worst;
+}
+
+bool MatrixComposition::prepare_correction() noexcept {
+  missed_ = find_misses();
+  if (missed_ <= kMet || count_ == steps() + kCorrections) return false;
+  Step& step = steps_[count_];
+  solve_correction(missed_, step.rings);
+  step.forces = correction_;
+  NearField::take_pieces(step.rings, step.forces, step.pieces);
+  limit_reach(step, 0);
+  return true;
+}
+
+// Forces at images_ that displace what is there by misses_, of which `worst` is the greatest: M g = misses, M_ij what a
+// force at j does at i. Cores of half the way to the nearest landmark make the diagonal dominate, so Gauss's and
+// Seidel's sweeps converge, and fast.
+void MatrixComposition::solve_correction(double worst, NeedleRings& points) noexcept {
+  const NearField& near = field_.parts().near;
+  const std::size_t n = positions_.size();
+  points.clear();
+  for (std::size_t i = 0; i < n; ++i)
+    points.add_point(images_[i], PointCore::of_correction(correction_core(i)), static_cast<std::uint32_t>(i));
+  const auto rings = points.rings();
+  const auto block = [&](std::size_t i, std::size_t j) {
+    return correction_matrix_.block<3, 3>(static_cast<Eigen::Index>(3 * i), static_cast<Eigen::Index>(3 * j));
+  };
+  for (std::size_t i = 0; i < n; ++i)
+    for (std::size_t j = 0; j < n; ++j)
+      block(i, j) = near.of_correction(images_[i] - images_[j], rings[j].core);
+  correction_.assign(n, Vec3::Zero());
+  for (int sweep = 0; sweep < kSweeps && worst > 0.25 * kMet; ++sweep) {
+    worst = 0;
+    for (std::size_t i = 0; i < n; ++i) {
+      Vec3 left = misses_[i];
+      for (std::size_t j = 0; j < n; ++j) left -= block(i, j) * correction_[j];
+      correction_[i] += left / block(i, i)(0, 0);
+      worst = std::max(worst, left.norm());
+    }
+  }
+}
+
+void MatrixComposition::evaluate() noexcept {
+  touched_ = all_blocks_;
+  const auto blocks = static_cast<std::ptrdiff_t>(touched_.size());
+  const auto threads = static_cast<std::ptrdiff_t>(sources_.size());
+  // One thread does not enter OpenMP at all: libgomp allocates at every parallel region.
+  if (threads == 1) {
+    for (std::ptrdiff_t b = 0; b < blocks; ++b) evaluate_block(static_cast<std::uint32_t>(b), sources_[0]);
+  } else {
+#pragma omp parallel for schedule(static, 1) num_threads(static_cast <int>(threads))
+    for (std::ptrdiff_t t = 0; t < threads; ++t)
+      for (std::ptrdiff_t b = t; b < blocks; b += threads)
+        evaluate_block(static_cast<std::uint32_t>(b), sources_[static_cast<std::size_t>(t)]);
+  }
+  find_least_determinant();
+}
+
+void MatrixComposition::evaluate_block(std::uint32_t b, std::vector<NearSource>& sources) noexcept {
+  const MatrixKernelField::Parts parts = field_.parts();
+  BlockDisplacement<float>& u = displacements_[b];
+  u = {};
+  if (parts.smooth) parts.smooth->interpolate(b, parts.near.blocks().points[b], u);
+  Block box = tissue_.blocks[b];
+  const Vec3& centre = parts.near.blocks().centres[b];
+  block_smooth_[b] = Eigen::Vector3f(u.ux[0], u.uy[0], u.uz[0]).cast<double>();
+  block_smooth_determinants_[b] =
+      parts.smooth ? (Mat3::Identity() + parts.smooth->gradient_at(centre)).determinant() : 1;
+  BlockPoints<float> X = parts.near.blocks().points[b];
+  move(u, 1, box.count, X, centre, box);
+  for (std::size_t k = 0; k < count_; ++k) {
+    const Step& step = steps_[k];
+    BlockDisplacement<float> more{};
+    parts.near.add_to_points(X, centre, box, step.rings, step.forces, step.pieces, sources, more);
+    add(more, step.scale, u);
+    if (k + 1 < count_) move(more, step.scale, box.count, X, centre, box);
+  }
+}
+
+// Points close to a needle and a few of each block's first; then all of the blocks with the least among these and of
+// those where a step would fold first; and the least of all once more, in double.
+void MatrixComposition::find_least_determinant() noexcept {
+  least_determinant_ = 1;
+  std::array<std::pair<double, std::uint32_t>, kRefined> worst;
+  worst.fill({2, 0});
+  std::array<PointAt, CellPoints::kCount> points;
+  std::array<double, CellPoints::kCount> det;
+  std::size_t count = 0;
+  const auto take = [&] {
+    determinants({points.data(), count}, det.data());
+    for (std::size_t i = 0; i < count; ++i) {
+      const auto [block, index] = points[i];
+      if (det[i] < least_determinant_) {
+        least_determinant_ = det[i];
+        least_place_ = tissue_.rest_vertices[tissue_.blocks[block].first + index];
+      }
+      const auto known = std::ranges::find(worst, block, &std::pair<double, std::uint32_t>::second);
+      auto& place = known != worst.end() && known->first < 2 ? *known : worst.back();
+      if (det[i] >= place.first) continue;
+      place = {det[i], block};
+      std::ranges::sort(worst);
+    }
+    count = 0;
+  };
+  constexpr double kFar = std::numeric_limits<double>::infinity();
+  const double clearance = cells_[0].clearance();
+  const auto add = [&](std::uint32_t b, std::uint32_t first, std::uint32_t stride, double within) {
+    const Block& block = tissue_.blocks[b];
+    for (std::uint32_t i = first; i < block.count; i += stride) {
+      const double distance =
+          within > 0
+              ? cells_[0].distance_to_needles(tissue_.rest_vertices[block.first + i] + block_smooth_[b])
+              : clearance;
+      if (distance >= clearance && (distance <= within || i % kStride == b % kStride))
+        points[count++] = {b, i};
+      if (count == points.size()) take();
+    }
+  };
+  const double close = kClose * clearance;
+  // The more each point costs the fewer are asked.
+  const auto close_stride = static_cast<std::uint32_t>(1 + count_ * near_forces_.size() / kAllClose);
+  for (const std::uint32_t b : touched_) {
+    const Block& block = tissue_.blocks[b];
+    const double radius = 0.5 * (block.max - block.min).norm();
+    if (cells_[0].distance_to_needles(0.5 * (block.min + block.max) + block_smooth_[b]) > close + radius)
+      add(b, b % kStride, kStride, 0);  // none of them is near a needle
+    else
+      add(b, b % close_stride, close_stride, close);
+  }
+  if (count > 0) take();
+  refined_.clear();
+  for (const auto& [sampled, b] : worst)
+    if (sampled < 2) refined_.push_back(b);
+  for (std::size_t k = 0; k < count_; ++k)
+    if (steps_[k].weakest) refined_.push_back(block_at(*steps_[k].weakest, steps_[k].begin));
+  std::ranges::sort(refined_);
+  refined_.erase(std::unique(refined_.begin(), refined_.end()), refined_.end());
+  for (const std::uint32_t b : refined_) add(b, 0, 1, kFar);
+  if (count > 0) take();
+  if (least_determinant_ < 1) least_determinant_ = std::min(1.0, determinant_at(least_place_));
+}
+
+// The one that is nearest to x when so much of the way is gone.
+std::uint32_t MatrixComposition::block_at(const Vec3& x, double reached) const noexcept {
+  std::uint32_t nearest = 0;
+  double least = std::numeric_limits<double>::infinity();
+  for (const std::uint32_t b : touched_) {
+    const BlockDisplacement<float>& u = displacements_[b];
+    const Vec3 moved = Eigen::Vector3f(u.ux[0], u.uy[0], u.uz[0]).cast<double>();
+    const double distance = tissue_.blocks[b].squared_distance(x - reached * moved);
+    if (distance >= least) continue;
+    least = distance;
+    nearest = b;
+  }
+  return nearest;
+}
+
+// det ∇φ at up to CellPoints::kCount of the tissue's points, to about 0.01: rings are single points and the points go
+// to their ends along straight lines.
+void MatrixComposition::determinants(std::span<const PointAt> points, double* det) noexcept {
+  const MatrixKernelField::Parts parts = field_.parts();
+  std::array<Vec3, CellPoints::kCount> begin, way;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const PointAt& p = points[i];
+    const BlockDisplacement<float>& u = displacements_[p.block];
+    const Vec3& rest = tissue_.rest_vertices[tissue_.blocks[p.block].first + p.index];
+    const Vec3& smooth = block_smooth_[p.block];
+    begin[i] = rest + smooth;
+    way[i] = Eigen::Vector3f(u.ux[p.index], u.uy[p.index], u.uz[p.index]).cast<double>() - smooth;
+    det[i] = block_smooth_determinants_[p.block];
+  }
+  for (std::size_t k = 0; k < count_; ++k) {
+    const Step& step = steps_[k];
+    const double reached = step.begin;
+    Vec3 min = begin[0] + reached * way[0], max = min;
+    for (std::size_t i = 1; i < points.size(); ++i) {
+      min = min.cwiseMin(begin[i] + reached * way[i]);
+      max = max.cwiseMax(begin[i] + reached * way[i]);
+    }
+    const Cell cell = Cell::around(min, max);
+    CellPoints X{};
+    for (std::size_t i = 0; i < points.size(); ++i) X.set(i, begin[i] + reached * way[i] - cell.centre);
+    std::vector<NearSource>& sources = sources_[0];
+    sources.clear();
+    const auto squared_distance = [&](const Vec3& p) { return cell.squared_distance(p); };
+    for (const NearField::Piece& piece : step.pieces)
+      if (piece.reaches(squared_distance(piece.centre)))
+        parts.near.add_sources(step.rings, step.forces, piece, squared_distance, cell.centre, true, sources);
+    CellGradients A{};
+    parts.near.add_gradients(X, sources, A);
+    alignas(64) float of_step[CellPoints::kCount];
+    cells_[k].loops().determinants(A, static_cast<float>(step.scale), of_step);
+    for (std::size_t i = 0; i < points.size(); ++i) det[i] *= static_cast<double>(of_step[i]);
+  }
+}
+
+double MatrixComposition::determinant_at(const Vec3& X) const noexcept {
+  const MatrixKernelField::Parts parts = field_.parts();
+  Vec3 x = X;
+  double det = 1;
+  if (parts.smooth) {
+    det = (Mat3::Identity() + parts.smooth->gradient_at(X)).determinant();
+    parts.smooth->add_displacement_at(X, x);
+  }
+  for (std::size_t k = 0; k < count_; ++k) {
+    const Step& step = steps_[k];
+    det *= (Mat3::Identity() + step.scale * cells_[k].gradient(x)).determinant();
+    x += step.scale * parts.near.displacement_at(x, step.rings, step.forces);
+  }
+  return det;
+}
+
+Vec3 MatrixComposition::displacement_at(const Vec3& X) const noexcept {
+  const MatrixKernelField::Parts parts = field_.parts();
+  Vec3 x = X;
+  if (parts.smooth) parts.smooth->add_displacement_at(X, x);
+  for (std::size_t k = 0; k < count_; ++k)
+    x += steps_[k].scale * parts.near.displacement_at(x, steps_[k].rings, steps_[k].forces);
+  return x - X;
+}
+
+}  // namespace brachy

@@ -1,0 +1,109 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "core/models/composition.h"
+#include "core/models/matrix_kernel/matrix_kernel_cells.h"
+#include "core/models/matrix_kernel/matrix_kernel_field.h"
+#include "core/models/matrix_kernel/smooth_cells.h"
+
+namespace brachy {
+
+/// Sub-steps of a matrix-valued kernel, in three parts (core/DESIGN.md, section 3):
+///   1. what boundary and regions add, all of it: X ↦ X + R(X);
+///   2. steps of the needle's own field, the forces of the landmarks' system on rings that are carried along, and a
+///      local correction that makes each step displace the landmarks' tissue as it should;
+///   3. such a correction once more, of what is left.
+/// Threads: one caller (OpenMP over blocks if the field's options ask). Real-time: as Composition, with one thread.
+class MatrixComposition : public Composition {
+ public:
+  /// Composes the field that `field` was evaluated to last. Tissue and field must outlive this.
+  MatrixComposition(const Tissue& tissue, const MatrixKernelField& field, SimdTarget target,
+                    std::size_t max_landmarks, std::size_t max_steps);
+
+  bool is_always_used() const override { return true; }
+  double reach() const override { return is_correcting_ ? kCorrectionReach : kReach; }
+  double begin(std::span<const Vec3> positions, std::span<const Vec3> displacements) noexcept override;
+  const CellField* cells_of_beginning() const override { return smooth_cells_ ? &*smooth_cells_ : nullptr; }
+  bool next() noexcept override;
+  const CellField& cells() const override { return cells_[count_]; }
+  bool is_like_last() const override { return steps() > 0 && !is_correcting_; }
+  double rest() const override { return is_correcting_ ? 1 : 1 - reached(); }
+  void accept(double scale, const Vec3* weakest) noexcept override;
+  double missed_mm() const override { return missed_; }
+  std::size_t most_steps() const override;
+
+  void evaluate() noexcept override;
+  std::span<const std::uint32_t> touched() const override { return touched_; }
+  Vec3 displacement_at(const Vec3& X) const noexcept override;
+
+ private:
+  // A fifth of the way to a fold: two or three steps for a needle's large motions. More converge to a flow, not to a
+  // hyperelastic solid.
+  static constexpr double kReach = 0.2;
+  // Of a correction's force, in needle radii and no more than landmarks' distances allow, so that each is local.
+  static constexpr double kWidestCore = 4, kLeastCore = 0.5, kOfDistance = 0.5;
+  static constexpr double kCorrectionReach = 0.6;
+  static constexpr std::size_t kCorrections = 2;  // at most
+  // Steps times rings that a tick has time for: three needles with 22 landmarks in three steps.
+  static constexpr std::size_t kRingSteps = 400;
+
+  struct Step {
+    double scale = 0, begin = 0;  // its own, and the share of the way before it
+    std::optional<Vec3> weakest;  // where it would fold first
+    NeedleRings rings;
+    std::vector<Vec3> forces;  // of each ring, N
+    std::vector<NearField::Piece> pieces;
+  };
+
+  /// A point of the tissue, by block.
+  struct PointAt {
+    std::uint32_t block, index;
+  };
+
+  void place_rings() noexcept;
+  void prepare_forces() noexcept;
+  bool prepare_correction() noexcept;
+  double find_misses() noexcept;
+  void solve_correction(double worst, NeedleRings& rings) noexcept;
+  void limit_reach(Step& step, std::size_t first) const noexcept;
+  double correction_core(std::size_t landmark) const noexcept;
+  void find_images() noexcept;
+  void evaluate_block(std::uint32_t b, std::vector<NearSource>& sources) noexcept;
+  void find_least_determinant() noexcept;
+  void determinants(std::span<const PointAt> points, double* det) noexcept;
+  std::uint32_t block_at(const Vec3& x, double reached) const noexcept;
+  double determinant_at(const Vec3& X) const noexcept;
+
+  const Tissue& tissue_;
+  const MatrixKernelField& field_;
+  std::optional<SmoothCells> smooth_cells_;
+  std::vector<MatrixKernelCells> cells_;  // of each step
+
+  std::span<const Vec3> positions_, landmark_displacements_;  // at rest, and from there
+  std::vector<Vec3> smooth_;                                  // R at the landmarks …
+  std::vector<Vec3> ring_smooth_;                             // … and at the rings
+  std::size_t max_steps_;
+  std::vector<Step> steps_;  // of which count_ are accepted; the next is a trial
+  std::size_t count_ = 0;
+  double largest_ = 0;  // of the landmarks' displacements, mm
+  bool is_correcting_ = false;
+  double missed_ = 0;  // mm, by what is composed
+
+  std::vector<Vec3> images_, misses_, correction_;  // of the landmarks: φ, what it misses, forces
+  NeedleRings carried_;                             // the points of the steps' own correction, at rest
+  std::vector<Vec3> near_forces_;                   // of the rings and of these points
+  Eigen::MatrixXd correction_matrix_;
+
+  std::vector<std::uint32_t> all_blocks_;
+  std::span<const std::uint32_t> touched_;
+  std::vector<std::vector<NearSource>> sources_;  // one for each thread
+  std::vector<std::uint32_t> refined_;            // blocks whose determinants are all taken
+  std::vector<Vec3> block_smooth_;  // R at a point of each block, and det(I + ∇R) in its middle
+  std::vector<double> block_smooth_determinants_;
+};
+
+}  // namespace brachy

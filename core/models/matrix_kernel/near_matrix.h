@@ -1,0 +1,58 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "core/models/matrix_kernel/near_field.h"
+#include "core/models/matrix_kernel/smooth_field.h"
+
+namespace brachy {
+
+/// What the near part of a kernel adds to K, between landmarks. What is between landmarks whose rings are those of the
+/// last tick is kept: a needle that rests costs nothing.
+/// Threads: one. Real-time: no allocation after construction.
+class NearMatrix {
+ public:
+  explicit NearMatrix(std::size_t max_landmarks);
+
+  /// Adds it to K's lower triangle (3 `landmarks` rows). `smooth`: none, or the same field in every call.
+  void add_to(Eigen::Ref<Eigen::MatrixXd> K, std::size_t landmarks, const NeedleRings& rings,
+              const NearField& near, const SmoothField* smooth) noexcept;
+
+ private:
+  /// A ring as one of its landmarks uses it.
+  struct Share {
+    Vec3 centre, point, axis;
+    double across, along, radius, s;
+    bool is_landmark;
+    bool operator==(const Share&) const = default;
+  };
+
+  /// Rings of one piece of shaft, and the two points that stand for it far away: shares of its two landmarks in each.
+  struct Piece {
+    std::uint32_t first, count;
+    std::array<std::uint32_t, 2> landmark;
+    bool is_fresh;
+    double squared_far;  // mm²
+    Vec3 centre;
+    std::array<Vec3, 2> at;
+    std::array<std::array<double, 2>, 2> share;  // by point, then side
+  };
+
+  void find_fresh(std::size_t landmarks, const NeedleRings& rings) noexcept;
+  void take_pieces(const NeedleRings& rings, double far_ring, const SmoothField* smooth) noexcept;
+  void add_pair(std::size_t i, std::size_t j, const NeedleRings& rings, const NearField& near,
+                const SmoothField* smooth) noexcept;
+  void add_far(const Piece& a, const Piece& b, const NeedleRings& rings, const NearField& near,
+               const SmoothField* smooth) noexcept;
+  void add(std::uint32_t l, std::uint32_t m, const Mat3& part) noexcept;
+
+  std::vector<std::vector<Share>> shares_, last_shares_;  // of each landmark
+  std::size_t last_landmarks_ = 0;
+  std::vector<std::uint8_t> is_fresh_;  // landmarks
+  std::vector<Piece> pieces_;
+  Eigen::MatrixXd matrix_;
+};
+
+}  // namespace brachy
