@@ -82,6 +82,7 @@ TEST(DaemonControls, AnotherModelGoesOnWithTimeAndSeeds) {
   ASSERT_TRUE(boss.is_there(daemon.port()));
   Applicator device;
   ASSERT_TRUE(device.join(daemon.port()));
+  device.peer.stand_beside(boss);  // a model takes seconds to set up under ThreadSanitizer
   ASSERT_TRUE(device.go(way_in()));
   ASSERT_TRUE(device.drop());
   net::ControlMessage model = ask(net::ControlAction::kModel);

@@ -14,7 +14,8 @@
 
 namespace brachy::test {
 
-/// A client of a daemon that records what it receives. It is served only while its pump runs.
+/// A client of a daemon that records what it receives. It is served only while its pump, or that of a peer that it
+/// stands beside, runs.
 class Peer {
  public:
   static constexpr std::chrono::milliseconds kDeadline{30'000};
@@ -47,6 +48,15 @@ class Peer {
   void poll() {
     if (io_.stopped()) io_.restart();
     io_.run_one_for(std::chrono::milliseconds(5));
+    if (beside_) {
+      if (beside_->io_.stopped()) beside_->io_.restart();
+      beside_->io_.poll();
+    }
+  }
+  /// Serves this one and `other` together from now on: neither falls silent while a slow daemon keeps one waiting.
+  void stand_beside(Peer& other) {
+    beside_ = &other;
+    other.beside_ = this;
   }
 
   bool join(std::uint16_t port) {
@@ -106,6 +116,7 @@ class Peer {
 
   boost::asio::io_context io_{1};
   bool keep_meshes_;
+  Peer* beside_ = nullptr;
 
  public:
   bool welcomed = false;
