@@ -35,7 +35,7 @@ for option in "$@"; do
     --fuzz) packages+=("${fuzz[@]}") ;;
     --pictures) packages+=(pngquant) ;;
     --latency) packages+=(rt-tests) ;;
-    --packages) packages+=(debootstrap lintian systemd-container) ;;
+    --packages) packages+=(debootstrap lintian systemd-container devscripts binutils) ;;
     --charts) packages+=(python3-matplotlib python3-numpy) ;;
     --reference) packages+=(calculix-ccx gmsh python3-numpy python3-scipy) ;;
     *) echo "setup: unknown option $option; there are --viewer, --broker, --tests, --all, --fuzz, --charts," \

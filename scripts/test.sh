@@ -3,7 +3,7 @@
 #   scripts/test.sh          release tests; installs the programs that they run against
 #   scripts/test.sh --all    also format, names, layers, the tests under AddressSanitizer and ThreadSanitizer, ten
 #                            seconds of each fuzz target, and the charts of `brachy compare --quick`, `brachy
-#                            stability --quick` and `brachy zwidth --quick`
+#                            stability --quick`, `brachy zwidth --quick` and scripts/charts/ticks.sh --quick
 # BRACHY_DATA_DIR names a folder of shared data; tests that need it say "skipped" without.
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -46,6 +46,7 @@ if ((all)); then
   scripts/build.sh asan $asan fuzz_targets >out/asan-build.log 2>&1 &
   compiling=$!
   scripts/charts/compare.sh --quick --charts out/compare-quick
+  scripts/charts/ticks.sh --quick --charts out/ticks-quick
   scripts/charts/stability.sh --quick --charts out/stability-quick
   scripts/charts/zwidth.sh --quick --charts out/zwidth-quick
   echo "test: compiling asan"

@@ -5,6 +5,7 @@
 #include "apps/brachy/exec_study.h"
 #include "apps/command_line/study_commands.h"
 #include "apps/command_line/tool.h"
+#include "core/base/escaped.h"
 
 namespace brachy {
 
@@ -46,7 +47,7 @@ int main(int argc, char** argv) {
     try {
       exec_study(argv);
     } catch (const UserError& e) {
-      std::cerr << "brachy: " << e.what() << "\n";
+      std::cerr << "brachy: " << escaped(e.what()) << "\n";
       return kExitBadInput;
     }
   }

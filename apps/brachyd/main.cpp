@@ -11,10 +11,12 @@
 #include "apps/command_line/daemon_line.h"
 #include "apps/daemon/control/read_scene.h"
 #include "apps/daemon/daemon.h"
+#include "apps/daemon/service/escaping_formatter.h"
 #include "apps/daemon/service/non_blocking_stderr.h"
 #include "apps/daemon/telemetry/summary_report.h"
 #include "apps/doctor/doctor.h"
 #include "core/base/error.h"
+#include "core/base/escaped.h"
 
 namespace {
 
@@ -28,7 +30,7 @@ int run(const DaemonOptions& options) {
     if (scene.server.http_port > 0) any_port.http_port = 0;
     if (scene.server.igtl_port > 0) any_port.igtl_port = 0;
     const Daemon daemon(scene, any_port);
-    std::cout << options.config->string() << ": ok\n";
+    std::cout << escaped(options.config->string()) << ": ok\n";
     return kExitOk;
   }
   Daemon daemon(scene, options);
@@ -60,17 +62,17 @@ int main(int argc, char** argv) {
   } else {
     spdlog::set_default_logger(spdlog::stderr_color_mt("brachyd"));
   }
-  spdlog::set_pattern("%H:%M:%S.%e %^%l%$ %v");
+  spdlog::set_formatter(std::make_unique<EscapingFormatter>("%H:%M:%S.%e %^%l%$ %v"));
   std::optional<int> exit_code;
   const DaemonOptions options = parse_daemon_line(argc, argv, exit_code);
   if (exit_code) return *exit_code;
   try {
     return options.doctor_s ? doctor(options) : run(options);
   } catch (const UserError& e) {
-    std::cerr << "brachyd: " << e.what() << "\n";
+    std::cerr << "brachyd: " << escaped(e.what()) << "\n";
     return kExitBadInput;
   } catch (const std::exception& e) {
-    std::cerr << "brachyd: " << e.what() << "\n";
+    std::cerr << "brachyd: " << escaped(e.what()) << "\n";
     return kExitFailed;
   }
 }

@@ -27,6 +27,8 @@ string(TOUPPER "${CMAKE_BUILD_TYPE}" type)
 get_target_property(options brachy_flags INTERFACE_COMPILE_OPTIONS)
 list(FILTER options INCLUDE REGEX "^-f")
 string(JOIN " " BRACHY_BUILD_FLAGS ${CMAKE_CXX_FLAGS} ${CMAKE_CXX_FLAGS_${type}} ${options})
+# The path of the build would make two builds differ.
+string(REGEX REPLACE "-f(file|debug|macro)-prefix-map=[^ ]* *" "" BRACHY_BUILD_FLAGS "${BRACHY_BUILD_FLAGS}")
 set(BRACHY_HAS_OPENMP false)
 if(BRACHY_OPENMP)
   set(BRACHY_HAS_OPENMP true)

@@ -1,6 +1,7 @@
 #include "apps/command_line/command_line_parts.h"
 
 #include "apps/command_line/exit_code.h"
+#include "core/base/escaped.h"
 
 namespace brachy {
 
@@ -31,7 +32,7 @@ std::optional<int> parse_arguments(CLI::App& app, int argc, char** argv) {
       [&] { return app.count("--json") ? version_json(app.get_name()) : version_text(app.get_name()); },
       "print version and protocol, with --json also what it is built on, and exit");
   app.failure_message([](const CLI::App* a, const CLI::Error& e) {
-    return a->get_name() + ": " + e.what() + "\nTry --help.\n";
+    return a->get_name() + ": " + escaped(e.what()) + "\nTry --help.\n";
   });
   try {
     app.parse(argc, argv);

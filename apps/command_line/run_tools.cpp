@@ -2,6 +2,7 @@
 
 #include "apps/command_line/command_line_parts.h"
 #include "apps/command_line/tool.h"
+#include "core/base/escaped.h"
 
 namespace brachy {
 namespace {
@@ -25,13 +26,13 @@ int run(const std::string& program, const Command& command) {
   try {
     return command.run();
   } catch (const UsageError& e) {
-    std::cerr << program << " " << command.line->get_name() << ": " << e.what() << "\nTry --help.\n";
+    std::cerr << program << " " << command.line->get_name() << ": " << escaped(e.what()) << "\nTry --help.\n";
     return kExitBadInput;
   } catch (const UserError& e) {
-    std::cerr << program << ": " << e.what() << "\n";
+    std::cerr << program << ": " << escaped(e.what()) << "\n";
     return kExitBadInput;
   } catch (const std::exception& e) {
-    std::cerr << program << ": " << e.what() << "\n";
+    std::cerr << program << ": " << escaped(e.what()) << "\n";
     return kExitFailed;
   }
 }

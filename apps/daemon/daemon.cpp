@@ -15,6 +15,7 @@
 #include "apps/daemon/control/scene_reload.h"
 #include "apps/daemon/daemon_setup.h"
 #include "apps/daemon/forces/force_cycle.h"
+#include "apps/daemon/forces/safety_notices.h"
 #include "apps/daemon/io/event_loop.h"
 #include "apps/daemon/loops/deformation_loop.h"
 #include "apps/daemon/loops/simulation_runs.h"
@@ -237,6 +238,7 @@ class Daemon::Impl {
     take_last_state();
     summary.seeds_dropped = events_.seeds_dropped();
     summary.drops_refused = events_.drops_refused();
+    safety_.end();
     network_log_.end();
     if (session_) summary.session = session_->end();
   }
@@ -281,10 +283,7 @@ class Daemon::Impl {
     o.send_force = [this](const net::ForceMessage& message) { server_.send(message.needle, message); };
     o.send_model = [this](const net::LocalModelMessage& message) { server_.send(message.needle, message); };
     o.round_trip_s = [this](std::uint16_t needle) { return server_.round_trip_s(needle); };
-    o.announce = [this](const net::EventMessage& event) {
-      network_log_.warn("safety: " + event.text);
-      server_.broadcast(event);
-    };
+    o.announce = [this](const net::EventMessage& event) { safety_.add(event); };
     return o;
   }
 
@@ -292,6 +291,7 @@ class Daemon::Impl {
   void deliver(std::shared_ptr<const MeshState> state) {
     if (session_) record(*state);
     loop_.post([this, run = state->summary.run, seeds = state->seeds.count] {
+      safety_.update();
       telemetry_.set_seed_count(seeds);
       controls_.on_snapshot(run);
       reload_.begin_if_requested();
@@ -352,6 +352,10 @@ class Daemon::Impl {
   const std::function<void(const std::string&)> log_ = [this](const std::string& line) {
     network_log_.info(line);
   };
+  SafetyNotices safety_{[this](const net::EventMessage& event) {
+    network_log_.safety("safety: " + event.text);
+    server_.broadcast(event);
+  }};
   ForceCycle forces_;
   bool is_ending_ = false;
   net::Server server_;

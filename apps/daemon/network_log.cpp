@@ -26,6 +26,10 @@ void NetworkLog::write(Level level, const std::string& line, std::int64_t now_ns
   out_(level, net::to_wire_text(line, kMaxLineBytes));
 }
 
+void NetworkLog::safety(const std::string& line) {
+  out_(Level::kWarning, net::to_wire_text(line, kMaxLineBytes));
+}
+
 void NetworkLog::end() {
   if (left_out_ > 0)
     out_(Level::kWarning, std::to_string(left_out_) + " lines about the network left out: too many at once");

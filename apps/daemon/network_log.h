@@ -10,8 +10,9 @@
 namespace brachy {
 
 /// The rate-limited log for events that peers cause: a burst of kBurst lines is written, then kPerS a second;
-/// the next line written is preceded by the number omitted. Characters that the protocol forbids in text
-/// (control characters) are removed from its lines. Threads: the io thread.
+/// the next line written is preceded by the number omitted. Lines about safety are outside this budget.
+/// Characters that the protocol forbids in text (control characters) are removed from its lines. Threads: the
+/// io thread.
 class NetworkLog {
  public:
   static constexpr double kPerS = 5, kBurst = 200;
@@ -28,6 +29,8 @@ class NetworkLog {
   void warn(const std::string& line, std::int64_t now_ns = monotonic_ns()) {
     write(Level::kWarning, line, now_ns);
   }
+  /// A line about safety: never omitted. Its caller bounds their number (SafetyNotices).
+  void safety(const std::string& line);
   void end();  ///< logs how many lines were omitted last
 
  private:

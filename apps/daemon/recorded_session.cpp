@@ -58,7 +58,14 @@ std::string RecordedSession::end() {
   if (!plan_) return kept;
   const std::filesystem::path page = folder_ / "report.html";
   try {
-    return kept + "\n" + to_text(write_report(folder_, *plan_, scene_, page)) + page.string();
+    const std::string text = to_text(write_report(folder_, *plan_, scene_, page));
+    for (const char* extension : {".html", ".json"}) {
+      std::error_code ignored;
+      const std::filesystem::path file = std::filesystem::path(page).replace_extension(extension);
+      std::filesystem::permissions(
+          file, std::filesystem::perms::owner_read | std::filesystem::perms::owner_write, ignored);
+    }
+    return kept + "\n" + text + page.string();
   } catch (const std::exception& e) {  // the recording is complete all the same, for `brachy score`
     spdlog::error("session: no report: {}", e.what());
     return kept;

@@ -7,7 +7,9 @@
 // Reading it needs membership of the group `input`. A regular file of struct input_event is played instead, a report
 // per cycle, then the program ends: for tests, and to replay the output of `cat /dev/input/…`. This device renders no
 // force: FORCE and LOCAL_MODEL are ignored. One that does sets evaluates_local_model, hands on_local_model to
-// LocalForce::take and calls LocalForce::evaluate in its own cycle (haptics/force/local_force.h).
+// LocalForce::take and calls LocalForce::evaluate in its own cycle (haptics/force/local_force.h); or, simpler, hands
+// on_force to ReceivedForce::take and renders ReceivedForce::evaluate (haptics/force/received_force.h). Both end a
+// force within its time to live when the daemon stops: no driver renders what it received without one of them.
 
 #include <fcntl.h>
 #include <linux/input.h>

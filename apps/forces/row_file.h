@@ -13,8 +13,8 @@ namespace brachy {
 /// continue. Threads: one.
 class RowFile {
  public:
-  /// Whether an existing file is replaced or appended to.
-  enum class Start { kAnew, kGoOn };
+  /// Whether an existing file is replaced or appended to; kSession: appended to, a regular file of mode 0600.
+  enum class Start { kAnew, kGoOn, kSession };
 
   /// An empty file begins with the line `header`. Throws UserError where the file cannot be created.
   RowFile(const std::filesystem::path& file, Start start, std::string_view header);

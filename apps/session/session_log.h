@@ -2,12 +2,12 @@
 
 #include <cstdint>
 #include <filesystem>
-#include <optional>
 #include <string>
 #include <vector>
 
 #include "apps/forces/force_log.h"
 #include "apps/forces/row_file.h"
+#include "apps/session/earlier_session.h"
 #include "apps/session/seed_ledger.h"
 #include "core/simulation/mesh_state.h"
 #include "haptics/trajectory/needle_trajectories.h"
@@ -23,7 +23,8 @@ struct UsedPose {
 /// A recording while it is being written: a directory with poses.csv (every tick's poses, a trajectory that
 /// replays), forces.csv (apps/forces) and seeds.csv (the ledger). `brachy score` reads it. An existing
 /// recording is continued: its seeds are `restored()`, rows that a killed process left unfinished are
-/// truncated, and times continue from the last pose's.
+/// truncated, and times continue from the latest in the three files, whose last rows are checked. The files are the
+/// owner's alone (mode 0600).
 /// Threads: one; sync_seeds() any other.
 class SessionLog {
  public:
@@ -57,7 +58,7 @@ class SessionLog {
   /// Closes the files. Throws std::runtime_error with the file if poses or forces could not all be written.
   void close();
 
-  std::uint64_t poses() const { return poses_->rows(); }
+  std::uint64_t poses() const { return poses_.rows(); }
   std::uint64_t forces() const { return forces_.rows(); }
   std::size_t seeds() const { return ledger_.count(); }
   std::uint64_t ticks_missed() const {
@@ -66,16 +67,17 @@ class SessionLog {
 
  private:
   double time_of(std::uint64_t tick) const { return offset_s_ + static_cast<double>(tick) * period_s_; }
-  void open_poses();
+  void tell(const std::string& what);
   std::string failure() const;  // of poses or forces; empty: none
 
   std::filesystem::path folder_;
   double period_s_;
   TrajectoryColumns columns_;
+  EarlierSession earlier_;
   double offset_s_ = 0;
   SeedLedger ledger_;
   ForceLogWriter forces_;
-  std::optional<RowFile> poses_;
+  RowFile poses_;
   bool has_reported_ = false;  // that poses or forces cannot be written
   std::string restored_text_;
   std::uint64_t last_tick_ = 0, ticks_missed_ = 0;

@@ -4,7 +4,7 @@
 # disk left. Ends with a table of case, figure, limit and verdict; 0 only where every limit is kept.
 #   scripts/campaigns/faults.sh [--short] [--json FILE] [CASE…]      all cases; leave both cores alone for ten
 #       minutes, --short two
-#     cases: viewers limit half-open lies flood stop descriptors disk kill sigterm start-stop
+#     cases: viewers limit half-open lies flood attack hand stop descriptors disk kill sigterm start-stop
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 [[ ${1:-} != -h && ${1:-} != --help ]] || { sed -n '2,/^[^#]/s/^# \?//p' "$0"; exit 0; }

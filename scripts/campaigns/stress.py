@@ -145,7 +145,8 @@ class Stress:
             self.sweep()
             self.teleport()
             self.shake()
-            self.anchor(number)
+            if self.anchors:
+                self.anchor(number)
             number += 1
         self.needle.rows = [row for row in self.needle.rows if row[0] < seconds]
         self.needle.t = seconds

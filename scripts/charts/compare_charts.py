@@ -9,6 +9,7 @@ import matplotlib
 matplotlib.use("Agg")
 import kernel_list
 import matplotlib.pyplot as plt
+from chart_labels import NAMES, label
 
 KERNELS = kernel_list.colored_kernels()
 FAMILIES = {
@@ -18,19 +19,6 @@ FAMILIES = {
     "exact": ("the same, columns kept", "black", "+", 50),
     "chainmail": ("ChainMail", "tab:pink", "^", 36),
     "paper": ("the paper's way", "tab:gray", "X", 44),
-}
-NAMES = {
-    "elastic_exact": "elastic, columns kept",
-    "fem_exact": "fem, columns kept",
-    "compact_elastic": "compact elastic",
-    "thin_plate": "thin-plate",
-    "thin_plate_walls": "thin-plate, walls held",
-    "multiquadric": "multiquadric",
-    "multiquadric_walls": "multiquadric, walls held",
-    "mass_spring_8mm": "mass-spring 8 mm",
-    "mass_spring_4mm": "mass-spring 4 mm",
-    "chainmail_4mm": "ChainMail 4 mm",
-    "paper_csrbf_psi31_a12": "the paper's ψ3,1, a = 12",
 }
 plt.style.use(Path(__file__).with_name("brachyd.mplstyle"))
 
@@ -72,50 +60,6 @@ def front_of(models, x):
         if not front or row["rel_l2"] < front[-1]["rel_l2"]:
             front.append(row)
     return front
-
-
-def label(figure, axes, points, obstacles):
-    """Names beside their points, each at the first place where it covers nothing (points: x, y, text, weight)."""
-    renderer = figure.canvas.get_renderer()
-    taken = []
-    dots = [axes.transData.transform(p) for p in obstacles]
-    inside = axes.get_window_extent(renderer)
-    places = [
-        (5, 4, "left"),
-        (5, -11, "left"),
-        (-5, 4, "right"),
-        (-5, -11, "right"),
-        (0, 8, "center"),
-        (0, -15, "center"),
-    ]
-    places += [
-        (dx, dy, side)
-        for dy in (16, -22, 28, -34, 40, -46, 52, -58)
-        for dx, side in ((5, "left"), (-5, "right"), (0, "center"))
-    ]
-    for x, y, text, weight in points:
-        for dx, dy, side in places:
-            far = abs(dy) > 15
-            note = axes.annotate(
-                text,
-                (x, y),
-                xytext=(dx, dy),
-                textcoords="offset points",
-                ha=side,
-                fontsize=8,
-                fontweight=weight,
-                arrowprops={"arrowstyle": "-", "lw": 0.5, "color": "gray"} if far else None,
-            )
-            note.update_positions(renderer)
-            box = matplotlib.text.Text.get_window_extent(note, renderer).padded(1)
-            free = not any(box.overlaps(other) for other in taken) and not any(box.contains(*dot) for dot in dots)
-            if free and inside.x0 <= box.x0 and box.x1 <= inside.x1 and inside.y0 <= box.y0 and box.y1 <= inside.y1:
-                break
-            note.remove()
-        else:
-            note = axes.annotate(text, (x, y), xytext=(5, 4), textcoords="offset points", fontsize=8)
-            box = matplotlib.text.Text.get_window_extent(note, renderer)
-        taken.append(box)
 
 
 def draw_against(models, x, xlabel, title, path, budgets=(), whisker=None):
@@ -264,7 +208,7 @@ def draw_supports(rows, path):
 
 def main():
     rows, folder = json.loads(Path(sys.argv[1]).read_text())["rows"], Path(sys.argv[2])
-    # Half the landmarks and a surface's points are there to choose from (compare_store.py), not to look at.
+    # Half the landmarks and a surface's points are in the table only.
     rows = [row for row in rows if not row.get("surface") and "_sparse" not in row["model"]]
     folder.mkdir(parents=True, exist_ok=True)
     models = means_of(rows)

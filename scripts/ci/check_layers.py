@@ -40,8 +40,8 @@ ONE_PLACE = [
      "opening files in net"),
     (r'#include "core/(geometry/mesh_io|scene)/', r"(?!net/).*", "reading meshes and scenes"),
 ]
-TOP_LEVEL = {"CMakeLists.txt", "CMakePresets.json", "LICENSE", "README.md", "apps", "core", "net", "haptics", "config",
-             "tests", "scripts", "build", "out"}
+TOP_LEVEL = {"CMakeLists.txt", "CMakePresets.json", "LICENSE", "SECURITY.md", "README.md", "apps", "core", "net",
+             "haptics", "config", "tests", "scripts", "build", "out"}
 MOST_TOP_DIRECTORIES = 12  # of core
 
 

@@ -16,6 +16,7 @@ sed 's|^ExecStart=/usr/bin/brachyd |ExecStart=/bin/true |' "$unit" >"$folder/bra
 said=$(systemd-analyze verify --man=no "$folder/brachyd.service" 2>&1) || { echo "$said" >&2; exit 1; }
 # A key it does not know is only a warning.
 if grep -q brachyd.service <<<"$said"; then echo "$said" >&2; exit 1; fi
+grep -q '^LimitCORE=0$' "$unit" || { echo "check_unit: a core file would hold tokens: LimitCORE=0" >&2; exit 1; }
 systemd-analyze security --offline=yes --no-pager --threshold=$exposure "$folder/brachyd.service" >"$folder/report" ||
   { grep -v '^✓' "$folder/report" >&2; exit 1; }
 tail -n 1 "$folder/report"

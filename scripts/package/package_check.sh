@@ -82,6 +82,9 @@ inside dpkg --audit
 [[ -z $(inside dpkg --verify brachyd libbrachy-dev) ]] || fail \
     "files are not what the package says: $(inside dpkg --verify brachyd libbrachy-dev)"
 
+for program in brachyd brachy brachy-study; do scripts/package/hardening.sh "$root/usr/bin/$program"; done
+say "hardened: position independent, full RELRO, BIND_NOW, stack protector, FORTIFY"
+
 # serve: the daemon as the service runs it, but by nobody, on free ports; a device and a viewer.
 mkfifo "$root/tmp/said"
 # shellcheck disable=SC2094

@@ -6,6 +6,8 @@
                 sides are free
   kelvin        a point force in a block that carries Kelvin's displacement on its faces
   held kelvin   the same block with its faces held: how far a finite box is from the infinite medium (told, not judged)
+  blob          a small dead body force of forces.py, spread over 6 mm, in neo-Hookean tissue, in a block that carries
+                the regularised Kelvin solution on its faces
   rigid sphere  the needle's boundary condition: a rigid ball moved in a block that carries the closed form on its faces
                 (the scenes' own mesh generator, boundary conditions and evaluation)
 
@@ -23,10 +25,12 @@ import tempfile
 import numpy as np
 from scipy.optimize import brentq
 
+import forces
+import kelvin as regularised
 import problem
 import tet_mesh
 from calculix import Material, Problem, solve
-from scene import Load, Scene, UserError
+from scene import Blob, Load, Scene, UserError
 
 MU = 5e-3          # N/mm²; the closed forms are linear in it
 POISSON = (0.45, 0.49)
@@ -130,6 +134,31 @@ def point_force(work, nu):
     return results
 
 
+def body_force(work, nu):
+    """A quarter of a block of 60 mm, a blob in its middle whose force is small enough for the solution to be linear."""
+    half, core, force = 30, 6.0, np.array([0.0, 0, 1e-3])
+    results = []
+    for factor, tolerance in ((1.0, 0.01), (0.7, 0.005)):
+        size = f"{factor}*(1.6+0.2*sqrt(x^2+y^2+z^2))"
+        mesh = tet_mesh.build(box_geo("blob", (0, 0, -half), (half, half, 2 * half), size), work, "blob")
+        spread = np.full(len(mesh.nodes), core ** 2)
+        kernel = regularised.displacement(mesh.nodes, spread, np.zeros((1, 3)), np.zeros(1), nu)
+        exact = kernel.reshape(-1, 3, 3) @ force / MU
+        prescribed = {}
+        for k in (0, 1):
+            for node in on_faces(mesh.nodes, [(k, 0)]):
+                prescribed.setdefault(int(node), [None] * 3)[k] = 0.0
+        for node in on_faces(mesh.nodes, [(0, half), (1, half), (2, half), (2, -half)]):
+            prescribed[int(node)] = [float(v) for v in exact[node]]
+        nodal = forces.Quadrature(mesh).nodal_forces([Blob(np.zeros(3), force, core)])
+        block = {"BLOCK": (np.arange(len(mesh.tets)), Material(MU, nu, True))}
+        (u,), cost = solve(Problem(mesh, block, prescribed, nodal, nonlinear=True, first_increment=1.0,
+                                   largest_increment=1.0), work, "blob")
+        what = f"relative L2, sizes × {factor:g}, {len(mesh.nodes)} nodes, {cost.cpu_s:.0f} s"
+        results.append(("blob", what, relative_l2(u, exact), tolerance))
+    return results
+
+
 def sphere(work, nu):
     """A scene whose shaft is as short as it can be, at the coarse scenes' sizes, with the closed form on the faces."""
     radius, moved = 2.0, np.array([0.0, 0, 1])
@@ -154,7 +183,7 @@ def sphere(work, nu):
     return results
 
 
-CHECKS = {"uniaxial": uniaxial, "kelvin": point_force, "sphere": sphere}
+CHECKS = {"uniaxial": uniaxial, "kelvin": point_force, "blob": body_force, "sphere": sphere}
 
 
 def main():

@@ -1,8 +1,9 @@
 """From a scene and a mesh to the boundary-value problem: which nodes are held, mirrored or moved by the needle."""
 import numpy as np
 
+import forces
 from calculix import Material, Problem
-from scene import FACES, UserError
+from scene import FACES, UserError, is_moved
 
 ON_SURFACE = 1e-4  # mm: gmsh puts nodes on the geometry to about 1e-7
 
@@ -22,14 +23,20 @@ def gland_rows(mesh, scene):
 
 def needle_nodes(mesh, scene):
     """Nodes that move with the needle: on the shaft's surface, or on the capsule within a radius of the contact."""
-    distance = scene.needle_distance(mesh.nodes)
     if scene.load.kind == "shaft":
-        if distance.min() < -0.02 * scene.radius:
-            raise UserError(f"{scene.name}: tissue inside the needle; the mesh does not follow it")
-        return np.flatnonzero(distance < ON_SURFACE)
+        return shaft_nodes(mesh, scene, scene.load.start, scene.load.tip)
+    distance = scene.needle_distance(mesh.nodes)
     q = np.sqrt((((mesh.nodes - scene.centre) / scene.semi_axes) ** 2).sum(axis=1))
     on_capsule = np.abs(q - 1) * scene.semi_axes.min() < ON_SURFACE
     return np.flatnonzero(on_capsule & (distance < ON_SURFACE))
+
+
+def shaft_nodes(mesh, scene, start, tip):
+    """Nodes on the surface of one shaft."""
+    distance = scene.shaft_distance(mesh.nodes, start, tip)
+    if distance.min() < -0.02 * scene.radius:
+        raise UserError(f"{scene.name}: tissue inside the needle; the mesh does not follow it")
+    return np.flatnonzero(distance < ON_SURFACE)
 
 
 def conditions(mesh, scene):
@@ -45,11 +52,15 @@ def conditions(mesh, scene):
         k, side = FACES[face]
         for node in np.flatnonzero(np.abs(mesh.nodes[:, k] - side * scene.size[k] / 2) < 1e-7):
             prescribed[int(node)] = [0.0] * 3
-    moved = needle_nodes(mesh, scene)
-    if len(moved) < 10:
-        raise UserError(f"{scene.name}: only {len(moved)} nodes on the needle; the mesh does not follow it")
-    for node in moved:
-        prescribed[int(node)] = [float(v) for v in scene.load.displacement]
+    if not is_moved(scene.load.kind):
+        return prescribed
+    needles = [(needle_nodes(mesh, scene), scene.load.displacement)]
+    needles += [(shaft_nodes(mesh, scene, *shaft), np.zeros(3)) for shaft in scene.held_shafts]
+    for nodes, displacement in needles:
+        if len(nodes) < 10:
+            raise UserError(f"{scene.name}: only {len(nodes)} nodes on the needle; the mesh does not follow it")
+        for node in nodes:
+            prescribed[int(node)] = [float(v) for v in displacement]
     return prescribed
 
 
@@ -57,8 +68,17 @@ def pose(mesh, scene):
     gland = gland_rows(mesh, scene)
     soft = Material(scene.shear_modulus, scene.poisson, scene.neo_hookean)
     stiff = Material(scene.gland_shear_modulus, scene.poisson, scene.neo_hookean)
+    first, largest = scene.increments
     return Problem(mesh, {"GLAND": (np.flatnonzero(gland), stiff), "SURROUND": (np.flatnonzero(~gland), soft)},
-                   conditions(mesh, scene), nonlinear=scene.neo_hookean, amplitudes=tuple(scene.amplitudes))
+                   conditions(mesh, scene), forces.Quadrature(mesh).nodal_forces(scene.load.blobs),
+                   nonlinear=scene.neo_hookean, amplitudes=tuple(scene.amplitudes),
+                   first_increment=first, largest_increment=largest)
+
+
+def linearised(posed):
+    """The same problem with linear elasticity and small displacements; full load only."""
+    parts = {name: (rows, Material(m.shear_modulus, m.poisson)) for name, (rows, m) in posed.parts.items()}
+    return Problem(posed.mesh, parts, posed.prescribed, posed.forces)
 
 
 def fold(points, scene):

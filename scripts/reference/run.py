@@ -7,65 +7,27 @@ examples:
   scripts/reference/run.py --all --level coarse                   # the same for every scene, a few minutes
   scripts/reference/run.py --scene lateral_stiff                  # regenerate one scene: refine until converged, store
   scripts/reference/run.py --all                                  # regenerate everything (half an hour or more)
+  scripts/reference/run.py --scene large_motion/drag              # one of tests/reference/large_motion, likewise
   scripts/reference/run.py --table                                # only rewrite tests/reference/CONVERGENCE.md
 
 Each ccx runs under nice, with one thread. Exit codes: 0 done, 1 disagrees or not converged, 2 bad input or a program
 missing.
 """
 import argparse
-import hashlib
 import pathlib
 import sys
 import tempfile
 
 import numpy as np
 
-import calculix
-import problem
+import large_motion
 import stored
-import tet_mesh
 from scene import LEVELS, UserError, load_scene
+from solution import Solution, difference
 
 ROOT = pathlib.Path(__file__).resolve().parents[2] / "tests" / "reference"
 ENOUGH = 0.01  # two levels differing by less: no further refinement
 ACCEPTED = 0.02  # the most that the last two levels may differ
-
-
-class Solution:
-    """One level of one scene: displacements at the points for each amplitude, and the level's figures."""
-
-    def __init__(self, scene, level, points, work, timeout_s):
-        factor, name = LEVELS[level], f"{scene.name}-{level}"
-        self.level, self.geo = level, tet_mesh.geo_text(scene, factor)
-        mesh = tet_mesh.build(self.geo, work, name)
-        self.posed, self.work, self.name = problem.pose(mesh, scene), work, name
-        fields, self.cost = calculix.solve(self.posed, work, name, timeout_s)
-        folded, self.signs = problem.fold(points, scene)
-        self.locator = tet_mesh.Locator(mesh, folded)
-        self.displacements = [self.at_points(u) for u in fields]
-        self.row = {
-            "level": level,
-            "needle_mm": scene.mesh_needle * factor,
-            "gland_mm": scene.mesh_gland * factor,
-            "nodes": len(mesh.nodes),
-            "tets": len(mesh.tets),
-            "cpu_s": self.cost.cpu_s,
-            "memory_mb": self.cost.memory_mb,
-            "deck_sha256": hashlib.sha256((work / f"{name}.inp").read_bytes()).hexdigest(),
-        }
-        print(
-            f"{scene.name:24} {level:7} {len(mesh.nodes):7} nodes  {self.cost.cpu_s:6.1f} s cpu "
-            f"{self.cost.wall_s:6.1f} s wall {self.cost.memory_mb:6.0f} MB",
-            flush=True,
-        )
-
-    def at_points(self, nodal):
-        return self.locator.evaluate(nodal) * self.signs
-
-
-def difference(u, reference):
-    """Relative L2 of u against the reference (n×3)."""
-    return float(np.linalg.norm(u - reference) / np.linalg.norm(reference))
 
 
 def regenerate(folder, work, timeout_s):
@@ -110,11 +72,7 @@ def regenerate(folder, work, timeout_s):
 
 def linear_beside(scene, finest, judged, timeout_s):
     """For each amplitude of a neo-Hookean scene, how far the linear solution on the same mesh is from it."""
-    posed = finest.posed
-    parts = {name: (rows, calculix.Material(m.shear_modulus, m.poisson)) for name, (rows, m) in posed.parts.items()}
-    linear = calculix.Problem(posed.mesh, parts, posed.prescribed)
-    (u,), _ = calculix.solve(linear, finest.work, finest.name + "-linear", timeout_s)
-    u = finest.at_points(u)[judged]
+    u = finest.linear(timeout_s)[judged]
     rows = []
     for share, reference in zip(scene.amplitudes, finest.displacements):
         rows.append(
@@ -164,7 +122,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     what = parser.add_mutually_exclusive_group(required=True)
     what.add_argument("--scene", metavar="NAME", nargs="+", help="folders of tests/reference")
-    what.add_argument("--all", action="store_true", help="every scene")
+    what.add_argument("--all", action="store_true", help="every scene but those of large_motion")
     what.add_argument("--list", action="store_true", help="the scenes' names")
     what.add_argument("--table", action="store_true", help="write CONVERGENCE.md from what is stored")
     parser.add_argument(
@@ -177,23 +135,27 @@ def main():
     options = parser.parse_args()
 
     names = sorted(folder.parent.name for folder in ROOT.glob("*/scene.toml"))
+    large = [f"large_motion/{name}" for name in large_motion.names(ROOT)]
     if options.list:
-        print("\n".join(names))
+        print("\n".join(names + large))
         return 0
     for name in options.scene or []:
-        if name not in names:
-            raise UserError(f"no scene {name} in {ROOT}; there are {', '.join(names)}")
+        if name not in names + large:
+            raise UserError(f"no scene {name} in {ROOT}; there are {', '.join(names + large)}")
     good = True
     if not options.table:
         with tempfile.TemporaryDirectory(prefix="brachy-reference-") as scratch:
             work = pathlib.Path(options.work or scratch)
             work.mkdir(parents=True, exist_ok=True)
             for name in options.scene or names:
+                is_large = name in large
                 if options.level:
-                    good &= recheck(ROOT / name, options.level, work, options.timeout)
+                    again = large_motion.recheck if is_large else recheck
+                    good &= again(ROOT / name, options.level, work, options.timeout)
                 else:
-                    good &= regenerate(ROOT / name, work, options.timeout)
-    if not options.level:
+                    refine = large_motion.regenerate if is_large else regenerate
+                    good &= refine(ROOT / name, work, options.timeout)
+    if not options.level and not (options.scene and set(options.scene) <= set(large)):
         stored.write_table(ROOT)
     return 0 if good else 1
 

@@ -25,13 +25,25 @@ class UserError(Exception):
 class Load:
     """kind "shaft": a rigid round-ended cylinder from `start` to `tip` to which the tissue sticks, moved by
     `displacement`. kind "contact": the capsule within one needle radius of `tip` (on the capsule), moved by
-    `displacement`."""
+    `displacement`. kind "force": dead body forces around the axis from `start` to `tip`. kind "indentation": one dead
+    body force around `tip`, along +z, of several magnitudes (forces.py)."""
 
     kind: str
     tip: np.ndarray  # 3, mm
     displacement: np.ndarray  # 3, mm
     start: np.ndarray  # 3, mm; equal to tip for a contact
     landmark_spacing: float  # mm, between the models' landmarks on the shaft
+    blobs: list = dataclasses.field(default_factory=list)  # of Blob, for "force"
+    indentations: list = dataclasses.field(default_factory=list)  # (mm, N) for "indentation"
+
+
+@dataclasses.dataclass
+class Blob:
+    """A dead force per unit rest volume: `force` times the density of forces.py, around `at`."""
+
+    at: np.ndarray  # 3, mm
+    force: np.ndarray  # 3, N
+    core: float  # mm
 
 
 @dataclasses.dataclass
@@ -54,21 +66,30 @@ class Scene:
     mesh_gland: float  # mm, in the gland away from it
     finest: str = "fine"  # the last level to refine to
     mesh_growth: float = 0.25  # of the size, mm for each mm away from the needle (level "coarse")
+    increments: tuple = (0.125, 0.25)  # the first and the largest, of a nonlinear step
+    held_shafts: list = dataclasses.field(default_factory=list)  # (start, tip) of shafts that stay where they are
 
     def in_gland(self, points):
         """Which of the points (n×3) lie in the gland."""
         return (((points - self.centre) / self.semi_axes) ** 2).sum(axis=1) < 1
 
     def needle_distance(self, points):
-        """Distance (n) of the points (n×3) to the needle's surface, mm; to the contact patch's edge sphere for a
-        contact."""
-        tip, start = self.load.tip, self.load.start
+        """Distance (n) of the points (n×3) to the surface of the nearest needle, mm; to the contact patch's edge sphere
+        for a contact; to the axis less the radius for a force; infinite where there is no needle."""
+        if self.load.kind == "indentation":
+            return np.full(len(points), np.inf)
+        shafts = [(self.load.start, self.load.tip), *self.held_shafts]
+        return np.min([self.shaft_distance(points, *shaft) for shaft in shafts], axis=0)
+
+    def shaft_distance(self, points, start, tip):
+        """Distance (n) of the points (n×3) to the surface of one needle, mm."""
         length = np.linalg.norm(tip - start)
         if length == 0:
             return np.linalg.norm(points - tip, axis=1) - self.radius
         axis = (tip - start) / length
         # The ends are half-spheres, so the surface is one radius from the segment between their centres.
-        along = np.clip((points - start) @ axis, self._start_inset(), length - self.radius)
+        tip_inset = self.radius if self.load.kind == "shaft" else 0.0
+        along = np.clip((points - start) @ axis, self._start_inset(), length - tip_inset)
         return np.linalg.norm(points - start - along[:, None] * axis, axis=1) - self.radius
 
     def shaft_leaves_box(self):
@@ -76,7 +97,7 @@ class Scene:
         return self.load.kind == "shaft" and bool(np.any(np.abs(self.load.start) > self.size / 2))
 
     def _start_inset(self):
-        return 0.0 if self.shaft_leaves_box() else self.radius
+        return 0.0 if self.shaft_leaves_box() or self.load.kind == "force" else self.radius
 
     def landmarks(self):
         """What a model is given (n×6): points of the needle's axis, tip included, with their displacements.
@@ -93,7 +114,9 @@ class Scene:
                 length = exits.min()
             intervals = max(1, round(length / self.load.landmark_spacing))
             positions = tip - np.linspace(0, length, intervals + 1)[:, None] * axis
-        return np.hstack([positions, np.tile(self.load.displacement, (len(positions), 1))])
+        moved = np.hstack([positions, np.tile(self.load.displacement, (len(positions), 1))])
+        shift = [np.hstack([held_tip - tip, -self.load.displacement]) for _, held_tip in self.held_shafts]
+        return np.vstack([moved] + [moved + s for s in shift])  # held shafts are parallel and as long: _check
 
 
 def _section(table, name, file):
@@ -136,9 +159,11 @@ def load_scene(folder):
             load=Load(
                 kind=load["kind"],
                 tip=tip,
-                displacement=np.array(load["displacement_mm"], float),
+                displacement=np.array(load["displacement_mm"] if is_moved(load["kind"]) else [0, 0, 0], float),
                 start=np.array(load.get("start_mm", tip), float),
                 landmark_spacing=load.get("landmark_spacing_mm", 3.0),
+                blobs=_insertion_blobs(load, tip) if load["kind"] == "force" else [],
+                indentations=_indentations(load) if load["kind"] == "indentation" else [],
             ),
             symmetry=list(motion.get("symmetry", [])),
             antisymmetry=list(motion.get("antisymmetry", [])),
@@ -148,6 +173,11 @@ def load_scene(folder):
             mesh_gland=mesh["gland_mm"],
             finest=mesh.get("finest", "fine"),
             mesh_growth=mesh.get("growth", 0.25),
+            increments=tuple(motion.get("increments", (0.125, 0.25))),
+            held_shafts=[
+                (np.array(held["start_mm"], float), np.array(held["tip_mm"], float))
+                for held in motion.get("held_shaft", [])
+            ],
         )
     except KeyError as error:
         raise UserError(f"{folder}: the key {error} is missing in scene.toml or load.toml") from error
@@ -155,12 +185,44 @@ def load_scene(folder):
     return scene
 
 
+def is_moved(kind):
+    """Whether a needle of this kind is moved by a stated displacement; the other kinds are forces."""
+    return kind in ("shaft", "contact")
+
+
+def _insertion_blobs(load, tip):
+    """Friction along the axis, one blob in the middle of each interval, and the force at the tip."""
+    start, friction = np.array(load["start_mm"], float), load["friction"]
+    length = float(np.linalg.norm(tip - start))
+    axis = (tip - start) / length
+    intervals = round(length / friction["spacing_mm"])
+    step = length / intervals
+    blobs = [
+        Blob(start + (i + 0.5) * step * axis, friction["newton_per_mm"] * step * axis, friction["core_mm"])
+        for i in range(intervals)
+    ]
+    if "tip_force" in load:
+        blobs.append(Blob(tip, load["tip_force"]["newton"] * axis, load["tip_force"]["core_mm"]))
+    return blobs
+
+
+def _indentations(load):
+    """Each displacement d of the linear solution (mm) with its force (N)."""
+    linear, quadratic = load["newton_per_mm"], load["newton_per_mm2"]
+    return [(float(d), linear * d + quadratic * d * d) for d in load["displacements_mm"]]
+
+
 def _check(scene, folder):
     for face in scene.held:
         if face not in FACES:
             raise UserError(f"{folder}/scene.toml: held has \"{face}\"; faces are {', '.join(FACES)}")
-    if scene.load.kind not in ("shaft", "contact"):
-        raise UserError(f'{folder}/load.toml: kind is "shaft" or "contact", not "{scene.load.kind}"')
+    if scene.load.kind not in ("shaft", "contact", "force", "indentation"):
+        raise UserError(
+            f'{folder}/load.toml: kind is "shaft", "contact", "force" or "indentation", not "{scene.load.kind}"'
+        )
+    for start, tip in scene.held_shafts:
+        if not np.allclose(tip - start, scene.load.tip - scene.load.start):
+            raise UserError(f"{folder}/load.toml: a held shaft must be parallel to the moved one and as long")
     if scene.load.kind == "contact" and not math.isclose(
         np.linalg.norm((scene.load.tip - scene.centre) / scene.semi_axes), 1, abs_tol=1e-6
     ):

@@ -73,13 +73,17 @@ def _write_rows(file, columns, rows):
             table.writerow([f"{v:.4g}" if isinstance(v, float) else v for v in (row[c] for c in columns)])
 
 
+def write_landmarks(folder, scene):
+    """landmarks.csv, to all digits: the tip of a contact lies on the capsule."""
+    with open(folder / "landmarks.csv", "w") as out:
+        out.write(LANDMARK_COLUMNS + "\n")
+        out.writelines(",".join(f"{v + 0.0:.9g}" for v in row) + "\n" for row in scene.landmarks())
+
+
 def write(folder, scene, points, split, finest, coarse, geo, rows, linearity):
     _write_vectors(folder / "field.csv", points[:split], finest[:split])
     _write_vectors(folder / "targets.csv", points[split:], finest[split:])
-    marks = scene.landmarks()
-    with open(folder / "landmarks.csv", "w") as out:  # to all digits: the tip of a contact lies on the capsule
-        out.write(LANDMARK_COLUMNS + "\n")
-        out.writelines(",".join(f"{v + 0.0:.9g}" for v in row) + "\n" for row in marks)
+    write_landmarks(folder, scene)
     text = "dx,dy,dz\n" + "".join(",".join(f"{v + 0.0:.5f}" for v in row) + "\n" for row in coarse)
     packed = io.BytesIO()
     with gzip.GzipFile(fileobj=packed, mode="wb", mtime=0) as out:  # no time stamp: the same bytes every time

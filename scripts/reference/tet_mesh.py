@@ -53,7 +53,12 @@ def geo_text(scene, factor):
         f"Translate {{{_list(c)}}} {{ Volume{{2}}; }}",
     ]
     if scene.load.kind == "shaft":
-        lines += _shaft(scene, tip, start, r)
+        lines += _shafts(scene, r)
+    elif scene.load.kind in ("force", "indentation"):
+        lines += [
+            "gland() = BooleanIntersection{ Volume{2}; Delete; }{ Volume{1}; };",
+            "all() = BooleanFragments{ Volume{1}; Delete; }{ Volume{gland()}; Delete; };",
+        ]
     else:
         # The sphere only draws the rim of the patch on the capsule; all of it stays tissue.
         lines += [
@@ -71,63 +76,88 @@ def _list(values):
     return ", ".join(f"{v:.12g}" for v in values)
 
 
-def _shaft(scene, tip, start, r):
+def _shafts(scene, r):
+    """The shafts cut out of the body; the moved one is made of the volumes 3 to 5, a held one of 13 to 15 and so on."""
+    lines, volumes = [], []
+    for i, (start, tip) in enumerate([(scene.load.start, scene.load.tip), *scene.held_shafts]):
+        shaft, parts = _shaft(scene, tip, start, r, 10 * i)
+        lines += shaft
+        volumes += parts
+    needle = f"Volume{{{', '.join(volumes)}}};"
+    return lines + [
+        f"tissue() = BooleanDifference{{ Volume{{1}}; Delete; }}{{ {needle} Delete; }};",
+        "gland() = BooleanIntersection{ Volume{2}; Delete; }{ Volume{tissue()}; };",
+        "all() = BooleanFragments{ Volume{tissue()}; Delete; }{ Volume{gland()}; Delete; };",
+    ]
+
+
+def _shaft(scene, tip, start, r, offset):
+    """The lines that make one shaft, and the numbers of its volumes (3 to 5 plus the offset)."""
     length = float(np.linalg.norm(tip - start))
     axis = (tip - start) / length
     if axis[1] != 0:
         raise UserError(f"{scene.name}: the shaft must lie in a plane y = constant")
     inset = 0.0 if scene.shaft_leaves_box() else r
-    parts = ["4"]
+    cylinder, tip_end, start_end = (str(offset + n) for n in (3, 4, 5))
+    parts = [tip_end]
     # Built along z with the tip at the origin. Half-spheres share a disc with the cylinder: no tangent surfaces to
     # intersect.
-    lines = [f"Sphere(4) = {{0, 0, {-r:.12g}, {r:.12g}, 0, Pi/2, 2*Pi}};"]
+    lines = [f"Sphere({tip_end}) = {{0, 0, {-r:.12g}, {r:.12g}, 0, Pi/2, 2*Pi}};"]
     if length - r - inset > 1e-9:
-        lines.append(f"Cylinder(3) = {{0, 0, {-(length - inset):.12g}, 0, 0, {length - r - inset:.12g}, {r:.12g}}};")
-        parts.append("3")
+        lines.append(
+            f"Cylinder({cylinder}) = {{0, 0, {-(length - inset):.12g}, 0, 0, {length - r - inset:.12g}, {r:.12g}}};"
+        )
+        parts.append(cylinder)
     if inset > 0:
-        lines.append(f"Sphere(5) = {{0, 0, {-(length - inset):.12g}, {r:.12g}, -Pi/2, 0, 2*Pi}};")
-        parts.append("5")
+        lines.append(f"Sphere({start_end}) = {{0, 0, {-(length - inset):.12g}, {r:.12g}, -Pi/2, 0, 2*Pi}};")
+        parts.append(start_end)
     needle = f"Volume{{{', '.join(parts)}}};"
     lines += [
         f"Rotate {{{{0, 1, 0}}, {{0, 0, 0}}, {np.arctan2(axis[0], axis[2]):.15g}}} {{ {needle} }}",
         f"Translate {{{_list(tip)}}} {{ {needle} }}",
-        f"tissue() = BooleanDifference{{ Volume{{1}}; Delete; }}{{ {needle} Delete; }};",
-        "gland() = BooleanIntersection{ Volume{2}; Delete; }{ Volume{tissue()}; };",
-        "all() = BooleanFragments{ Volume{tissue()}; Delete; }{ Volume{gland()}; Delete; };",
     ]
-    return lines
+    return lines, parts
 
 
 def _sizes(scene, factor):
     """Element size: growing away from the needle up to the gland's, and growing again outside the gland."""
-    r, tip, start = scene.radius, scene.load.tip, scene.load.start
+    r, tip = scene.radius, scene.load.tip
     needle, gland = scene.mesh_needle * factor, scene.mesh_gland * factor
     c, s = scene.centre, scene.semi_axes
     q = f"sqrt(((x-({c[0]:g}))/{s[0]:g})^2+((y-({c[1]:g}))/{s[1]:g})^2+((z-({c[2]:g}))/{s[2]:g})^2)"
     outside = f"{gland:.6g}+{0.25 * s.min() * factor:.6g}*(abs({q}-1)+{q}-1)/2"
     if scene.load.kind == "shaft":
-        axis = (tip - start) / np.linalg.norm(tip - start)
-        length = np.linalg.norm(tip - start)
-        centre = tip - axis * length / 2
-        reach = length / 2 - r
-        along = "+".join(f"({a:.12g})*({x}-({o:.12g}))" for a, x, o in zip(axis, "xyz", centre))
-        # along the axis, past the shaft's ends
-        beyond = f"((abs(abs({along})-{reach:.12g})+abs({along})-{reach:.12g})/2)"
-        square = "+".join(f"({x}-({o:.12g}))^2" for x, o in zip("xyz", centre))
-        distance = f"(sqrt(abs({square}-({along})^2)+{beyond}^2)-{r:.12g})"
+        distances = [_distance(start, tip, r) for start, tip in [(scene.load.start, tip), *scene.held_shafts]]
+    elif scene.load.kind in ("force", "indentation"):  # no needle; finest on the axis
+        distances = [_distance(scene.load.start, tip, 0.0)]
     else:  # from the rim, where a bonded rigid patch has a square-root singularity
         square = "+".join(f"({x}-({o:.12g}))^2" for x, o in zip("xyz", tip))
         slope = np.linalg.norm(
             (tip - c) / s**2
         )  # |∇q| at the contact: (q − 1)/slope is the distance to the capsule
-        distance = f"sqrt((sqrt({square})-{r:.12g})^2+(({q}-1)/{slope:.12g})^2)"
-    return [
-        "Field[1] = MathEval;",
-        f'Field[1].F = "{outside}";',
-        "Field[2] = MathEval;",
-        f'Field[2].F = "{needle:.6g}+{scene.mesh_growth * factor ** 0.5:.6g}*abs({distance})";',
-        "Field[3] = Min; Field[3].FieldsList = {1, 2}; Background Field = 3;",
-    ]
+        distances = [f"sqrt((sqrt({square})-{r:.12g})^2+(({q}-1)/{slope:.12g})^2)"]
+    lines = ["Field[1] = MathEval;", f'Field[1].F = "{outside}";']
+    for i, distance in enumerate(distances, 2):
+        lines += [
+            f"Field[{i}] = MathEval;",
+            f'Field[{i}].F = "{needle:.6g}+{scene.mesh_growth * factor ** 0.5:.6g}*abs({distance})";',
+        ]
+    last = len(distances) + 2
+    fields = ", ".join(str(i) for i in range(1, last))
+    return lines + [f"Field[{last}] = Min; Field[{last}].FieldsList = {{{fields}}}; Background Field = {last};"]
+
+
+def _distance(start, tip, r):
+    """gmsh's formula for the distance to a round-ended cylinder's surface, to a segment or a point with r = 0."""
+    length = np.linalg.norm(tip - start)
+    axis = (tip - start) / length if length > 0 else np.array([0.0, 0, 1])
+    centre = tip - axis * length / 2
+    reach = length / 2 - r
+    along = "+".join(f"({a:.12g})*({x}-({o:.12g}))" for a, x, o in zip(axis, "xyz", centre))
+    # along the axis, past the shaft's ends
+    beyond = f"((abs(abs({along})-{reach:.12g})+abs({along})-{reach:.12g})/2)"
+    square = "+".join(f"({x}-({o:.12g}))^2" for x, o in zip("xyz", centre))
+    return f"(sqrt(abs({square}-({along})^2)+{beyond}^2)-{r:.12g})"
 
 
 def build(text, work, name):
@@ -177,7 +207,7 @@ def shape_functions(b):
     return np.hstack([b * (2 * b - 1)] + [4 * b[:, [i]] * b[:, [j]] for i, j in EDGES])
 
 
-def _shape_derivatives(b):
+def shape_derivatives(b):
     """n×10×4: by barycentric coordinate."""
     out = np.zeros((len(b), 10, 4))
     for i in range(4):
@@ -218,7 +248,7 @@ def _find(mesh, tree, points, candidates):
     b = np.full((len(target), 4), 0.25)
     for _ in range(8):  # Newton on the curved map; straight elements are done after the first
         residual = target - np.einsum("ea,eai->ei", shape_functions(b), X)
-        D = np.einsum("eab,eai->eib", _shape_derivatives(b), X)
+        D = np.einsum("eab,eai->eib", shape_derivatives(b), X)
         J = D[:, :, 1:] - D[:, :, :1]
         J[np.abs(np.linalg.det(J)) < 1e-12] = np.eye(3)  # a far candidate's map may be singular out there
         step = np.linalg.solve(J, residual[:, :, None])[:, :, 0]

@@ -76,7 +76,9 @@ nlohmann::json json_of(const Ended& ended) {
 }
 
 std::string small_scene(const std::string& more) {
-  return "[tissue]\npoints = 3000\nphantom_surface_vertices = 400\n[server]\nport = 0\n" + more;
+  const bool names_model = more.find("[model]") != std::string::npos;
+  return "[tissue]\npoints = 3000\nphantom_surface_vertices = 400\n[server]\nport = 0\n" + more +
+         (names_model ? "" : "\n[model]\nkernel = \"psi31\"\n");
 }
 
 std::string short_insertion(double duration_s) {

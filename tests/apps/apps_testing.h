@@ -48,7 +48,8 @@ std::vector<std::string> brachyd_line(std::vector<std::string> arguments);
 /// The last line of stdout as JSON; discarded() where it is not JSON.
 nlohmann::json json_of(const Ended& ended);
 
-/// A scene of 3,000 points, cheap to load, on a free port; `more` is appended.
+/// A scene of 3,000 points, cheap to load, on a free port, with the cheapest model unless `more`, which is appended,
+/// has a [model].
 std::string small_scene(const std::string& more = "");
 
 /// A needle straight into the phantom along +z, a sideways push, and out again, in `duration_s`: header and rows.

@@ -1,5 +1,5 @@
-// `brachy compare`, `stability` and `zwidth`, which run brachy-study: a copy of brachy in a directory without it, and
-// beside a script of that name.
+// `brachy compare`, `stability`, `ticks` and `zwidth`, which run brachy-study: a copy of brachy in a directory without
+// it, and beside a script of that name.
 #include "apps/command_line/study_commands.h"
 #include "tests/apps/apps_testing.h"
 

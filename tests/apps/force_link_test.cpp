@@ -130,6 +130,17 @@ TEST_F(ForceLinkTest, AForceIsToldWithItsPartsAndThePoseItAnswers) {
   EXPECT_NEAR(force.forces.cutting_n + force.forces.friction_n, force.forces.axial_n, 1e-12);
 }
 
+TEST_F(ForceLinkTest, EveryForceCarriesItsTimeToLive) {
+  attach();
+  run(10);
+  EXPECT_EQ(forces.back().valid_ms, 50);
+  net::DeviceInfo slow;
+  slow.limits.rate_hz = 10;
+  attach(slow);
+  run(300);
+  EXPECT_EQ(forces.back().valid_ms, 250);
+}
+
 TEST_F(ForceLinkTest, OfALesserForceCuttingAndFrictionKeepTheirShares) {
   NeedleForces& tissue = tick.needles[0].forces;
   tissue.force_n = Vec3(6, 0, -4);

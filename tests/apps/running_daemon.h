@@ -12,6 +12,7 @@ namespace brachy::test {
 /// A scene whose ticks are quick.
 inline Scene small() {
   Scene scene;
+  scene.model.kernel = "psi31";
   scene.tissue.points = 3000;
   scene.tissue.phantom_surface_vertices = 400;
   scene.rates.snapshot_hz = 60;

@@ -2,17 +2,21 @@
 #include "apps/session/session_log.h"
 
 #include <sys/resource.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include <csignal>
 #include <fstream>
 
 #include "core/base/error.h"
 #include "core/brachytherapy/seeds/seed_file.h"
+#include "core/scene/file/scene_file.h"
 #include "tests/apps/apps_testing.h"
 
 namespace brachy {
 namespace {
 
+using test::read_file;
 using test::TempFolder;
 
 std::vector<Seed> seeds(std::size_t count) {
@@ -163,7 +167,7 @@ TEST(SessionLog, GoesOnWithAKilledOnesWhereItsTimeEnded) {
   {
     SessionLog log(folder / "s", 1, 0.005);
     EXPECT_EQ(log.restored(), seeds(2));
-    EXPECT_DOUBLE_EQ(log.offset_s(), 0.5);
+    EXPECT_DOUBLE_EQ(log.offset_s(), 1) << "the last seed's";
     EXPECT_NE(log.restored_text().find("2 seeds"), std::string::npos) << log.restored_text();
     MeshState state = state_at(10);
     state.seeds.slots = seeds(3);
@@ -173,11 +177,105 @@ TEST(SessionLog, GoesOnWithAKilledOnesWhereItsTimeEnded) {
   }
   const auto poses = load_trajectories(folder / "s/poses.csv");
   EXPECT_EQ(poses.needles()[0].motion.samples().size(), 110u);
-  EXPECT_DOUBLE_EQ(poses.end_s(), 0.55);
+  EXPECT_DOUBLE_EQ(poses.end_s(), 1.05);
   EXPECT_EQ(load_force_log(folder / "s/forces.csv").size(), 2u);
   const std::vector<Seed> all = load_seeds(folder / "s/seeds.csv");
   ASSERT_EQ(all.size(), 3u);
-  EXPECT_DOUBLE_EQ(all[2].t_s, 2);  // 1.5 s into the second run
+  EXPECT_DOUBLE_EQ(all[2].t_s, 2.5);  // 1.5 s into the second run
+}
+
+/// A folder with a recording of 0.5 s, and what is said of it once `spoil` has changed it.
+struct SpoiltSession : ::testing::Test {
+  SpoiltSession() {
+    SessionLog log(folder / "s", 1, 0.005);
+    log.add(state_at(100));
+    log.close();
+  }
+  std::string refusal() const {
+    try {
+      SessionLog log(folder / "s", 1, 0.005);
+      return "taken: " + log.restored_text();
+    } catch (const UserError& e) {
+      return e.what();
+    }
+  }
+  bool says(const std::string& part) const {
+    const std::string said = refusal();
+    EXPECT_NE(said.find(part), std::string::npos) << said;
+    return said.find(part) != std::string::npos;
+  }
+
+  TempFolder folder;
+};
+
+TEST_F(SpoiltSession, WhoseLastRowIsNoneIsNotGoneOnWith) {
+  const std::string poses = read_file(folder / "s/poses.csv"), forces = read_file(folder / "s/forces.csv");
+  for (const char* row :
+       {"nonsense\n", "nan,0,0,0,0,0,0,1,0\n", "1e300,0,0,0,0,0,0,1,0\n", "0.505,1,0\n", "\n"}) {
+    folder.write("s/poses.csv", poses + row);
+    EXPECT_TRUE(says("poses.csv: its last row")) << row;
+  }
+  folder.write("s/poses.csv", poses);
+  for (const char* row : {"nonsense\n", "0.505,0,free\n"}) {
+    folder.write("s/forces.csv", forces + row);
+    EXPECT_TRUE(says("forces.csv: its last row")) << row;
+  }
+  folder.write("s/forces.csv", "another,header\n" + forces);
+  EXPECT_TRUE(says("forces.csv:1: not a force log"));
+}
+
+TEST_F(SpoiltSession, GoesOnAfterTheLatestOfTheThree) {
+  std::string forces = read_file(folder / "s/forces.csv");
+  const std::size_t row = forces.find('\n') + 1;
+  folder.write("s/forces.csv", forces + "7.25" + forces.substr(forces.find(',', row)));
+  const SessionLog log(folder / "s", 1, 0.005);
+  EXPECT_DOUBLE_EQ(log.offset_s(), 7.25);
+}
+
+TEST_F(SpoiltSession, AMissingOrBlankFileBesideOthersIsTold) {
+  std::filesystem::remove(folder / "s/seeds.csv");
+  folder.write("s/forces.csv", " \n\n");
+  EXPECT_TRUE(says("taken: of the earlier run forces.csv is blank, seeds.csv is missing"));
+  EXPECT_EQ(read_file(folder / "s/forces.csv"), std::string(kForceLogHeader) + "\n");
+  EXPECT_EQ(refusal(), "taken: ") << "whole again";
+}
+
+TEST_F(SpoiltSession, AFifoOrADeviceIsRefusedAndNotWaitedFor) {
+  for (const char* name : {"poses.csv", "forces.csv", "seeds.csv"}) {
+    const std::filesystem::path file = folder / "s" / name;
+    std::filesystem::rename(file, folder / "kept");
+    ASSERT_EQ(::mkfifo(file.c_str(), 0600), 0);
+    EXPECT_TRUE(says("is not a regular file")) << name;
+    std::filesystem::remove(file);
+    std::filesystem::create_symlink("/dev/null", file);
+    EXPECT_TRUE(says("is not a regular file")) << name;
+    std::filesystem::remove(file);
+    std::filesystem::rename(folder / "kept", file);
+  }
+}
+
+TEST_F(SpoiltSession, ItsFilesAreTheOwnersAlone) {
+  using std::filesystem::perms;
+  for (const char* name : {"poses.csv", "forces.csv", "seeds.csv"})
+    EXPECT_EQ(std::filesystem::status(folder / "s" / name).permissions(),
+              perms::owner_read | perms::owner_write)
+        << name;
+}
+
+TEST_F(SpoiltSession, AFolderWithoutPermissionIsCalledThat) {
+  if (::geteuid() != 0) GTEST_SKIP() << "needs root, to become somebody else";
+  std::filesystem::permissions(folder / "s", std::filesystem::perms::owner_all);
+  ASSERT_EQ(::seteuid(65534), 0);  // nobody
+  const std::string said = refusal();
+  std::string scene;
+  try {
+    load_scene(folder / "s/scene.toml");
+  } catch (const UserError& e) {
+    scene = e.what();
+  }
+  ASSERT_EQ(::seteuid(0), 0);
+  EXPECT_NE(said.find("no permission to "), std::string::npos) << said;
+  EXPECT_NE(scene.find("no permission to enter the folder"), std::string::npos) << scene;
 }
 
 // The failure is reported once by flush() and again by close(); written rows are complete, and seeds have their own

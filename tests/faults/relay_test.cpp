@@ -232,8 +232,7 @@ TEST_F(RelayTest, AnotherDaemonsViewersComeToTheSamePort) {
   ASSERT_TRUE(first.until([&] { return !first.frames.empty(); }));
   brachyd->process.send_signal(SIGKILL);
   brachyd->process.wait();
-  const std::string other =
-      folder.write("other.toml", read_file(scene) + "[model]\nsupport_radius_mm = 10\n");
+  const std::string other = folder.write("other.toml", read_file(scene) + "support_radius_mm = 10\n");
   brachyd.emplace(other, needle());
   ASSERT_TRUE(first.until([&] { return !first.closed.empty(); })) << "it is asked to reconnect";
   Peer beside(net::Role::kViewer, 0, true), behind(net::Role::kViewer, 0, true);

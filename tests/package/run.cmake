@@ -52,6 +52,12 @@ if(DPKG_DEB AND DPKG_SHLIBDEPS)
     endif()
   endforeach()
   run(${WORK}/root/usr/bin/brachyd --check-config ${WORK}/root/etc/brachyd/scene.toml)
+  # The bill of materials has both packages and what they depend on.
+  run(python3 ${SOURCE}/scripts/package/sbom.py ${packages})
+  string(JSON version GET "${output}" spdxVersion)
+  if(NOT version STREQUAL "SPDX-2.3" OR NOT output MATCHES "SPDXRef-libbrachy-dev" OR NOT output MATCHES "SPDXRef-libassimp")
+    message(FATAL_ERROR "unexpected bill of materials: ${output}")
+  endif()
 endif()
 run(${CMAKE_COMMAND} -S ${SOURCE}/tests/package -B ${WORK}/build -DCMAKE_PREFIX_PATH=${usr}
     -DCMAKE_BUILD_TYPE=Release)

@@ -3,7 +3,7 @@
 #include "core/scene/load_tissue.h"
 #include "core/simulation/simulator.h"
 int main() {
-  const brachy::Scene scene;  // the default: a prostate phantom, one needle, ψ3,1
+  const brachy::Scene scene;  // the default: a prostate phantom, one needle, elastic
   brachy::Simulator simulator(brachy::load_simulation_model(scene, brachy::load_tissue(scene).tissue));
   brachy::MeshState state = simulator.initial_state();
   brachy::NeedlePose pose;  // along +z, its tip in mm

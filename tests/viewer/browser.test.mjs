@@ -24,7 +24,7 @@ before(async () => {
   mkdirSync(artefacts, {recursive: true});
   writeFileSync(log, '');
   config = join(artefacts, 'scene.toml');
-  writeFileSync(config, `name = "prostate"\n[plan]\nfile = "${configs}plan.toml"\n[device]\nkind = "scripted"\ntrajectory = "${configs}insertion.csv"\nloop = true\n`);
+  writeFileSync(config, `name = "prostate"\n[model]\nkernel = "psi31"\n[plan]\nfile = "${configs}plan.toml"\n[device]\nkind = "scripted"\ntrajectory = "${configs}insertion.csv"\nloop = true\n`);
   daemon = await Daemon.start(config, log);
   browser = await launch();
   blank = await browser.newPage();

@@ -129,7 +129,7 @@ int run(const AdviseOptions& options) {
 
 void declare(OptionList& list, AdviseOptions& options) {
   list.add("scene", options.scene, "scene file (TOML)").required();
-  list.add("--tolerance-mm", options.tolerance_mm, "largest error at a target; default: the scene's")
+  list.add("--tolerance-mm", options.tolerance_mm, "largest error of what ticks show; default: the scene's")
       .range(1e-3, 100.0);
   list.add("--tick-budget-ms", options.tick_budget_ms, "of one thread; default: the scene's")
       .range(1e-3, 1000.0);

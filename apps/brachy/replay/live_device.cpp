@@ -11,6 +11,7 @@ LiveDevice::LiveDevice(const SimulatedDeviceOptions& options, Hand hand, std::in
       next_ns_(start_ns),
       device_(settings_.device, hand_(0).p),
       local_(settings_.limits),
+      received_(settings_.limits.max_force_n),
       poses_(std::llround(1e9 * settings_.delay_s), settings_.drop_share, settings_.seed),
       models_(std::llround(1e9 * settings_.delay_s)),
       forces_(std::llround(1e9 * settings_.delay_s)),
@@ -38,8 +39,9 @@ Vec3 LiveDevice::force_now(const Vec3& tip, std::int64_t at_ns) {
     if (const auto m = models_.newest(at_ns)) local_.take(m->model, m->pose_stamp_ns, at_ns);
     return local_.evaluate(tip, at_ns).force_n;
   }
-  if (const auto f = forces_.newest(at_ns)) wire_force_n_ = *f;
-  return wire_force_n_;
+  if (const auto f = forces_.newest(at_ns))
+    received_.take(f->forces.force_n, f->valid_ms, (f->flags & net::kForceLatched) != 0, at_ns);
+  return received_.evaluate(at_ns);
 }
 
 }  // namespace brachy

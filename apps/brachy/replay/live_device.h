@@ -5,7 +5,9 @@
 #include <optional>
 
 #include "apps/brachy/replay/simulated_device.h"
+#include "haptics/force/received_force.h"
 #include "haptics/simulated/delay_line.h"
+#include "net/wire/messages.h"
 
 namespace brachy {
 
@@ -28,12 +30,14 @@ class LiveDevice {
   void take(const LocalContactModel& model, std::int64_t pose_stamp_ns, std::int64_t now_ns) {
     models_.push({model, pose_stamp_ns}, now_ns);
   }
-  void take(const Vec3& force_n, std::int64_t now_ns) { forces_.push(force_n, now_ns); }
+  void take(const net::ForceMessage& force, std::int64_t now_ns) { forces_.push(force, now_ns); }
 
   /// Runs the cycles up to now and gives the newest pose that has passed the added delay.
   std::optional<Pose> advance(std::int64_t now_ns);
 
   std::int64_t next_cycle_ns() const { return next_ns_; }
+  /// A force was past its time to live: none is rendered any more.
+  bool is_latched() const { return received_.is_latched(); }
   const HandReport& report() const { return report_; }
   std::uint64_t poses_lost() const { return poses_.lost(); }
 
@@ -52,10 +56,10 @@ class LiveDevice {
   std::uint64_t cycles_ = 0;
   DeviceDynamics device_;
   LocalForce local_;
-  Vec3 wire_force_n_ = Vec3::Zero();
+  ReceivedForce received_;
   DelayLine<Pose> poses_;
   DelayLine<StampedModel> models_;
-  DelayLine<Vec3> forces_;
+  DelayLine<net::ForceMessage> forces_;
   HandReport report_;
 };
 

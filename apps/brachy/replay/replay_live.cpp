@@ -91,7 +91,7 @@ class LiveReplay {
   void feel(net::ClientHandlers& h, std::size_t i) {
     h.on_force = [this, i](const net::ForceMessage& force) {
       arm_if_latched_before_us(i, force.flags);
-      if (i == 0 && device_) device_->take(force.forces.force_n, monotonic_ns());
+      if (i == 0 && device_) device_->take(force, monotonic_ns());
     };
     h.on_local_model = [this, i](const net::LocalModelMessage& local) {
       arm_if_latched_before_us(i, local.flags);

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "haptics/force/negotiation.h"
+#include "haptics/force/received_force.h"
 
 namespace brachy {
 namespace {
@@ -12,6 +13,12 @@ namespace {
 constexpr double kMaxWireHz = 1000;
 constexpr double kMinRateHz = 1, kMaxRateHz = 100'000;  // the rate that a device states is clamped to this
 constexpr double kRampS = 1e-9 * static_cast<double>(ForceGateSettings{}.ramp_in_ns);
+
+/// How long a FORCE holds: 50 ms, or two and a half periods of a device slower than that.
+std::uint16_t valid_ms(std::int64_t period_ns) {
+  const std::int64_t valid_ns = std::max(ReceivedForce::kDefaultValidNs, 5 * period_ns / 2);
+  return static_cast<std::uint16_t>(std::min<std::int64_t>(valid_ns / 1'000'000, UINT16_MAX));
+}
 
 /// The tissue's forces scaled to the force sent to the hand: cutting and friction keep their shares of the
 /// axial part.
@@ -168,6 +175,7 @@ void ForceLink::send_force(Hand& hand, std::int64_t now_ns) {
   net::ForceMessage message;
   message.needle = hand.needle;
   message.tick = tick_;
+  message.valid_ms = valid_ms(hand.period_ns());
   const bool is_clamped = gain * wanted.norm() > hand.limits.max_force_n;
   const bool is_ramping = gain < 1 || (!is_clamped && (hand.force_n - wanted).norm() > 1e-9);
   if (!hand.gate.latched()) message.flags |= net::kForceArmed;

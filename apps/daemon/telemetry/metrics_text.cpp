@@ -68,13 +68,17 @@ void add_clients(Exposition& out, const DaemonMetrics& m) {
   out.sample(static_cast<double>(m.clients.operators), {{"role", "operator"}});
   out.gauge("brachy_igtl_clients", static_cast<double>(m.igtl_clients), "Connected OpenIGTLink clients.");
   out.counter("brachy_connections_refused_total", static_cast<double>(m.connections_refused),
-              "Connections refused for lack of a free slot, or from an address with too many wrong tokens.");
+              "Connections refused for lack of a free slot.");
+  out.counter("brachy_connections_shed_total", static_cast<double>(m.connections_shed),
+              "Connections closed before HELLO because newer ones needed their place.");
   out.counter("brachy_wrong_tokens_total", static_cast<double>(m.wrong_tokens),
               "Invalid tokens presented by clients.");
   out.counter("brachy_snapshots_total", static_cast<double>(m.state.snapshots),
               "Snapshots published to viewers.");
   out.counter("brachy_snapshots_dropped_total", static_cast<double>(m.state.snapshots_dropped),
               "Snapshots replaced by a newer one before a slow client received them, over all clients.");
+  out.counter("brachy_events_dropped_total", static_cast<double>(m.state.events_dropped),
+              "Events that a client did not get because it was behind, over all clients.");
   out.counter("brachy_poses_accepted_total", static_cast<double>(m.state.poses_accepted),
               "Device poses accepted.");
   out.family("brachy_poses_refused_total", "counter", "Device poses refused, by reason.");

@@ -22,7 +22,7 @@ struct DaemonMetrics {
   net::StateMessage state;        ///< as Server::state
   net::Server::RoleCounts clients;
   std::size_t igtl_clients = 0;
-  std::uint64_t connections_refused = 0, wrong_tokens = 0, forces_replaced = 0;
+  std::uint64_t connections_refused = 0, connections_shed = 0, wrong_tokens = 0, forces_replaced = 0;
   std::array<std::uint64_t, kInterventions> interventions{};
   std::uint32_t seeds = 0;  ///< in the tissue
   std::uint64_t reloads_done = 0, reloads_refused = 0;

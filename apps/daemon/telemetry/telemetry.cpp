@@ -93,6 +93,7 @@ std::string Telemetry::metrics() {
                        .clients = from_.server.role_counts(),
                        .igtl_clients = from_.igtl_clients(),
                        .connections_refused = from_.server.gate().refused(),
+                       .connections_shed = from_.server.gate().shed(),
                        .wrong_tokens = from_.server.gate().wrong_tokens(),
                        .forces_replaced = from_.server.forces_replaced(),
                        .interventions = from_.forces.interventions(),

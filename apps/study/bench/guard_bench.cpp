@@ -5,6 +5,7 @@
 #include "apps/study/bench/turns.h"
 #include "apps/study/bench/workload.h"
 #include "core/models/guard/guarded_field.h"
+#include "core/models/scalar_kernel/scalar_composition.h"
 
 namespace brachy::bench {
 namespace {
@@ -35,7 +36,7 @@ void run_guard(benchmark::State& state, Report& report, SimdTarget target, Row r
   ScalarKernelField plain(tissue, kernel, row.support_mm, options);
   GuardedField guarded(
       tissue, std::make_unique<ScalarKernelField>(tissue, kernel, row.support_mm, options),
-      std::make_unique<Composition>(tissue, kernel, row.support_mm, target, row.landmarks, 8), {},
+      std::make_unique<ScalarComposition>(tissue, kernel, row.support_mm, target, row.landmarks, 8), {},
       row.landmarks);
   PushedShaft shaft(row.landmarks, push_mm), same(row.landmarks, push_mm);
   time_row(state, row,

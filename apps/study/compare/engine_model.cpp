@@ -1,29 +1,14 @@
 #include "apps/study/compare/engine_model.h"
 
 #include <algorithm>
-#include <numeric>
 #include <stdexcept>
 
 #include "apps/study/comparators/paper_csrbf.h"
+#include "apps/study/compare/match_points.h"
 #include "core/models/matrix_kernel/matrix_kernel_field.h"
 #include "core/models/scalar_kernel/scalar_kernel_field.h"
 
 namespace brachy {
-namespace {
-
-bool precedes(const Vec3& a, const Vec3& b) {
-  return std::lexicographical_compare(a.data(), a.data() + 3, b.data(), b.data() + 3);
-}
-
-std::vector<std::uint32_t> sorted_order(const std::vector<Vec3>& points) {
-  std::vector<std::uint32_t> order(points.size());
-  std::iota(order.begin(), order.end(), 0u);
-  std::ranges::sort(order, [&](std::uint32_t a, std::uint32_t b) { return precedes(points[a], points[b]); });
-  return order;
-}
-
-}  // namespace
-
 std::unique_ptr<EngineModel> EngineModel::psi(Kernel kernel, double support_radius, bool has_anchors,
                                               Sparing sparing) {
   const auto make = [=](const Tissue& tissue, const ElasticBody&, std::size_t landmarks) {
@@ -57,10 +42,7 @@ void EngineModel::set_up(const ComparedScene& scene) {
   const std::vector<Vec3> points(scene.points.begin(),
                                  scene.points.begin() + static_cast<std::ptrdiff_t>(count));
   tissue_ = build_tissue({}, points);
-  // The tissue has the same points in another order: sorting both matches them.
-  order_.resize(tissue_.size());
-  const auto given = sorted_order(points), ours = sorted_order(tissue_.rest_vertices);
-  for (std::size_t i = 0; i < ours.size(); ++i) order_[ours[i]] = given[i];
+  order_ = match_points(tissue_.rest_vertices, points);
   field_ = make_field_(tissue_, scene.body, positions_.size());
 }
 

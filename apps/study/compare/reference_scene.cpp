@@ -24,7 +24,15 @@ void read_vectors(const fs::path& file, std::vector<Vec3>& positions, std::vecto
   }
 }
 
-/// Evenly spread over the first region (the box where there is none) until there are kPoints: what a tick would move.
+std::string group_of(const ElasticBody& body, const fs::path& folder) {
+  if (fs::exists(folder / "linearity.csv")) return "neo_hookean";
+  if (std::ranges::find(body.held, false) != body.held.end()) return "free_face";
+  const auto other = [&](const auto& region) { return region->shear_modulus != body.shear_modulus; };
+  return std::ranges::any_of(body.regions, other) ? "stiff" : "homogeneous";
+}
+
+}  // namespace
+
 void fill_gland(const ElasticBody& body, std::vector<Vec3>& points) {
   // M. Roberts' R3 sequence, as core/geometry/tissue/interior_points.h has it for meshes.
   const double g = 1.2207440846057596;
@@ -37,15 +45,6 @@ void fill_gland(const ElasticBody& body, std::vector<Vec3>& points) {
     if (body.regions.empty() || body.regions.front()->inside_share(X) == 1) points.push_back(X);
   }
 }
-
-std::string group_of(const ElasticBody& body, const fs::path& folder) {
-  if (fs::exists(folder / "linearity.csv")) return "neo_hookean";
-  if (std::ranges::find(body.held, false) != body.held.end()) return "free_face";
-  const auto other = [&](const auto& region) { return region->shear_modulus != body.shear_modulus; };
-  return std::ranges::any_of(body.regions, other) ? "stiff" : "homogeneous";
-}
-
-}  // namespace
 
 ReferenceScene load_reference_scene(const fs::path& folder) {
   ReferenceScene scene;

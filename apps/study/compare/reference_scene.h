@@ -24,6 +24,10 @@ struct ReferenceScene {
 /// Reads a folder. Errors: UserError names the file.
 ReferenceScene load_reference_scene(const std::filesystem::path& folder);
 
+/// Adds points, evenly spread over the first region (the box where there is none), until there are 14,560: what a tick
+/// moves.
+void fill_gland(const ElasticBody& body, std::vector<Vec3>& points);
+
 /// The folders of `references` that hold a scene.toml, by name. UserError where there is none.
 std::vector<std::filesystem::path> find_reference_scenes(const std::filesystem::path& references);
 

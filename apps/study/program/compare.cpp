@@ -10,27 +10,12 @@
 #include "apps/study/compare/compare_slices.h"
 #include "apps/study/compare/report.h"
 #include "apps/study/program/study.h"
+#include "apps/study/program/wanted.h"
 #include "apps/terminal/progress.h"
 #include "core/base/error.h"
 
 namespace brachy {
 namespace {
-
-/// Whether `name` begins with one of `wanted`, or nothing is wanted.
-bool is_wanted(const std::string& name, const std::vector<std::string>& wanted) {
-  return wanted.empty() || std::ranges::any_of(wanted, [&](const auto& w) { return name.starts_with(w); });
-}
-
-/// UserError where one of `wanted` is the beginning of no name.
-void check_wanted(const std::vector<std::string>& wanted, const std::vector<std::string>& names,
-                  const std::string& option) {
-  for (const std::string& w : wanted) {
-    if (std::ranges::any_of(names, [&](const auto& name) { return name.starts_with(w); })) continue;
-    std::string all;
-    for (const auto& name : names) all.append(all.empty() ? "" : ", ").append(name);
-    throw UserError(fmt::format("{}: there is no {}; choose from {}", option, w, all));
-  }
-}
 
 std::vector<ModelEntry> choose_models(const CompareOptions& options) {
   // A model that is named is run with --quick too.

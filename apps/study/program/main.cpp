@@ -3,6 +3,7 @@
 #include "apps/command_line/options.h"
 #include "apps/study/program/study.h"
 #include "core/base/error.h"
+#include "core/base/escaped.h"
 
 namespace {
 
@@ -11,6 +12,7 @@ using namespace brachy;
 struct Run {
   int operator()(const CompareOptions& o) const { return compare(o); }
   int operator()(const StabilityOptions& o) const { return stability(o); }
+  int operator()(const TicksOptions& o) const { return ticks(o); }
   int operator()(const ZWidthOptions& o) const { return zwidth(o); }
 };
 
@@ -24,10 +26,10 @@ int main(int argc, char** argv) {
   try {
     return std::visit(Run{}, options);
   } catch (const UserError& e) {
-    std::cerr << "brachy: " << e.what() << "\n";
+    std::cerr << "brachy: " << escaped(e.what()) << "\n";
     return kExitBadInput;
   } catch (const std::exception& e) {
-    std::cerr << "brachy: " << e.what() << "\n";
+    std::cerr << "brachy: " << escaped(e.what()) << "\n";
     return kExitFailed;
   }
 }

@@ -34,18 +34,28 @@ struct StabilityOptions {
   std::vector<std::filesystem::path> merge;   ///< slices' files, instead of sweeping anything
 };
 
+struct TicksOptions {
+  std::optional<std::filesystem::path> references;      ///< none: the installed ones, or the sources'
+  std::optional<std::filesystem::path> json, markdown;  ///< files to write
+  std::vector<std::string> models, scenes;              ///< beginnings of names; empty: all
+  bool quick = false;                                   ///< some of the scenes
+  bool choices = false;  ///< all that "auto" chooses among, without comparators
+};
+
 struct ZWidthOptions {
   double mass_kg = 0.1, damping_n_s_per_mm = 0.0005;    ///< of the device
   std::optional<std::filesystem::path> json, markdown;  ///< files to write
   bool quick = false;                                   ///< fewer cases
 };
 
-using StudyOptions = std::variant<CompareOptions, StabilityOptions, ZWidthOptions>;
+using StudyOptions = std::variant<CompareOptions, StabilityOptions, TicksOptions, ZWidthOptions>;
 
 /// Runs every model on every reference scene: errors, times, memory; or scores models against measured beads.
 int compare(const CompareOptions& options);
 /// Sweeps every method until it fails.
 int stability(const StabilityOptions& options);
+/// Measures what a tick of every model shows of large motions.
+int ticks(const TicksOptions& options);
 /// Finds the stiffest spring that a device renders stably, against rate and delay.
 int zwidth(const ZWidthOptions& options);
 

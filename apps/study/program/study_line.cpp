@@ -111,6 +111,34 @@ StudyLine add_stability(CLI::App& app) {
   return {command, [options]() -> StudyOptions { return *options; }};
 }
 
+StudyLine add_ticks(CLI::App& app) {
+  auto options = std::make_shared<TicksOptions>();
+  auto* command = add_command(app, "ticks");
+  command->footer(
+      "Examples:\n"
+      "  brachy ticks --quick                                  some of the scenes, half a minute\n"
+      "  brachy ticks --json ticks.json --markdown ticks.md\n"
+      "  brachy ticks --models psi31,elastic --scenes lateral  those whose names begin like this\n"
+      "The fields that the daemon's models show at motions of 2, 4, 6 and 8 mm by the default policy, and "
+      "those of\n"
+      "comparators, against tests/reference/large_motion. scripts/charts/ticks.sh does the same, measures "
+      "the\n"
+      "ticks of running daemons and draws the chart.\n"
+      "Exit codes: 0 done, 1 no model had a result, 2 bad input.");
+  command->add_option("--references", options->references,
+                      "folder with large_motion; default: the installed or the sources' tests/reference");
+  command->add_option("--json", options->json, "write all rows as JSON");
+  command->add_option("--markdown", options->markdown, "write the table, which is printed anyway");
+  command->add_option("--models", options->models, "beginnings of model names, comma-separated")
+      ->delimiter(',');
+  command->add_option("--scenes", options->scenes, "beginnings of scene names, comma-separated")
+      ->delimiter(',');
+  command->add_flag("--quick", options->quick, "some of the scenes only");
+  command->add_flag("--choices", options->choices,
+                    "every setting that [model] kernel = \"auto\" chooses among, timed; no comparators");
+  return {command, [options]() -> StudyOptions { return *options; }};
+}
+
 StudyLine add_zwidth(CLI::App& app) {
   auto options = std::make_shared<ZWidthOptions>();
   auto damping = std::make_shared<double>(1e3 * options->damping_n_s_per_mm);
@@ -148,7 +176,7 @@ StudyOptions parse_study_line(int argc, char** argv, std::optional<int>& exit_co
                name == "brachy" ? name : "brachy-study");
   app.require_subcommand(1);
   app.footer(app.get_name() + " COMMAND --help describes a command, with examples.");
-  const StudyLine lines[] = {add_compare(app), add_stability(app), add_zwidth(app)};
+  const StudyLine lines[] = {add_compare(app), add_stability(app), add_ticks(app), add_zwidth(app)};
   const auto* json = app.add_flag("--json")->description("with --version: print it as JSON");
   exit_code = parse_arguments(app, argc, argv);
   if (!exit_code && *json) {

@@ -8,6 +8,7 @@ import subprocess
 import sys
 import tempfile
 
+import attack
 import endings
 import peers
 from programs import Row
@@ -18,6 +19,8 @@ CASES = {
     "half-open": peers.half_open,
     "lies": peers.lies,
     "flood": peers.flood,
+    "attack": attack.attack,
+    "hand": attack.hand,
     "stop": peers.stop,
     "descriptors": peers.descriptors,
     "disk": endings.disk,

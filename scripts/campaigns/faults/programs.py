@@ -63,7 +63,7 @@ class Daemon:
 
     @staticmethod
     def ports(out, options):
-        found = dict(re.findall(r"^(brachyd listening|http|igtl) on .*:(\d+)$", read(out), re.M))
+        found = dict(re.findall(r"^(brachyd listening|http|igtl)s? on .*:(\d+)$", read(out), re.M))
         wanted = 1 + ("--http-port" in options) + ("--igtl-port" in options)
         return {k: int(v) for k, v in found.items()} if len(found) == wanted else None
 

@@ -55,19 +55,25 @@ TEST(Doctor, CheaperModelsAreChartedToBeCheaperAndTheMostAccurateOnesFirst) {
   EXPECT_NE(models.front().kernel, "elastic");
 }
 
+Scene psi_scene() {
+  Scene scene;
+  scene.model.kernel = "psi31";
+  return scene;
+}
+
 /// Scenes whose ticks take `cost_ms` of the kernel.
 Diagnosis diagnosed(const Scene& scene, const std::function<double(const Scene&)>& cost_ms) {
   return diagnose(scene, [&](const Scene& tried) { return ticks_of(cost_ms(tried)); });
 }
 
 TEST(Doctor, ASceneThatFitsIsTriedOnce) {
-  const Diagnosis d = diagnosed(Scene{}, [](const Scene&) { return 1; });
+  const Diagnosis d = diagnosed(psi_scene(), [](const Scene&) { return 1; });
   EXPECT_EQ(d.tried.size(), 1u);
   EXPECT_EQ(d.fit, 0u);
 }
 
 TEST(Doctor, KeepsTheModelWhereHalfTheRateWillDo) {
-  const Diagnosis d = diagnosed(Scene{}, [](const Scene&) { return 6; });
+  const Diagnosis d = diagnosed(psi_scene(), [](const Scene&) { return 6; });
   ASSERT_TRUE(d.fit.has_value());
   EXPECT_EQ(d.tried[*d.fit].deformation_hz, 100);
   EXPECT_EQ(d.tried[*d.fit].kernel, "psi31");
@@ -83,15 +89,15 @@ TEST(Doctor, ElseTakesACheaperModelAtTheScenesRate) {
 }
 
 TEST(Doctor, AndWhereNoModelWillDoTheScenesOwnAsSlowAsItMustBe) {
-  const Diagnosis d = diagnosed(Scene{}, [](const Scene&) { return 30; });
+  const Diagnosis d = diagnosed(psi_scene(), [](const Scene&) { return 30; });
   ASSERT_TRUE(d.fit.has_value());
   EXPECT_EQ(d.tried[*d.fit].deformation_hz, 20);
   EXPECT_EQ(d.tried[*d.fit].support_radius_mm, 12);
-  EXPECT_FALSE(diagnosed(Scene{}, [](const Scene&) { return 90; }).fit.has_value());
+  EXPECT_FALSE(diagnosed(psi_scene(), [](const Scene&) { return 90; }).fit.has_value());
 }
 
 TEST(Doctor, AnswersInASentenceWithTheKeysThatAreToBeWritten) {
-  Scene scene;
+  const Scene scene = psi_scene();
   const Diagnosis heavy = diagnosed(scene, [](const Scene&) { return 6; });
   Machine machine;
   machine.period_s = scene.period_s();
@@ -113,9 +119,9 @@ TEST(Doctor, SaysWhereTheMachineIsToBlame) {
   Machine busy;
   busy.period_s = 0.005;
   for (int i = 0; i < 100; ++i) busy.lateness_ns.record(2'000'000);
-  const Diagnosis heavy = diagnosed(Scene{}, [](const Scene&) { return 6; });
+  const Diagnosis heavy = diagnosed(psi_scene(), [](const Scene&) { return 6; });
   EXPECT_NE(
-      to_text(busy, Scene{}, heavy)
+      to_text(busy, psi_scene(), heavy)
           .find("wakes even an idle thread 2.0 ms late (p99): free it of other work, or set [realtime]"),
       std::string::npos);
 }

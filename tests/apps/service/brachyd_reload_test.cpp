@@ -15,8 +15,8 @@ struct BrachydReload : ::testing::Test {
   std::string scene = folder.write("scene.toml", text("psi31", 12));
 
   static std::string text(const std::string& kernel, double support_mm, const std::string& more = "") {
-    return small_scene(more) + "[model]\nkernel = \"" + kernel +
-           "\"\nsupport_radius_mm = " + std::to_string(support_mm) + "\n";
+    return small_scene(more + "[model]\nkernel = \"" + kernel +
+                       "\"\nsupport_radius_mm = " + std::to_string(support_mm) + "\n");
   }
   /// Replaces the file, and sends SIGHUP.
   void rewrite(RunningBrachyd& daemon, const std::string& what) {

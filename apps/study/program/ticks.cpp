@@ -1,0 +1,85 @@
+#include <algorithm>
+#include <iostream>
+#include <optional>
+#include <stdexcept>
+
+#include "apps/command_line/options.h"
+#include "apps/command_line/output_file.h"
+#include "apps/study/compare/reference_scene.h"
+#include "apps/study/program/study.h"
+#include "apps/study/program/wanted.h"
+#include "apps/study/ticks/tick_errors.h"
+#include "apps/terminal/progress.h"
+
+namespace brachy {
+namespace {
+
+// Of --quick.
+const std::vector<std::string> kQuickScenes = {"lateral", "drag", "indentation", "sphere_4", "insertion_20"};
+
+struct Measured {
+  std::string name;
+  std::optional<ShownModel> shown;         // of the daemon …
+  const ModelEntry* comparator = nullptr;  // … or a comparator
+};
+
+bool is_comparator(const ModelEntry& model) {
+  return model.family != "psi" && model.family != "matrix";
+}
+
+std::vector<LargeMotion> load_motions(const TicksOptions& options) {
+  const auto references = options.references ? *options.references : default_references();
+  std::vector<LargeMotion> motions;
+  std::vector<std::string> names;
+  for (const auto& folder : find_reference_scenes(references / "large_motion")) {
+    names.push_back(folder.filename().string());
+    const bool is_left_out = options.quick && options.scenes.empty() &&
+                             std::ranges::find(kQuickScenes, names.back()) == kQuickScenes.end();
+    if (!is_left_out && is_wanted(names.back(), options.scenes)) motions.push_back(load_large_motion(folder));
+  }
+  check_wanted(options.scenes, names, "--scenes");
+  return motions;
+}
+
+}  // namespace
+
+int ticks(const TicksOptions& options) {
+  check_folder_of(options.json);
+  check_folder_of(options.markdown);
+  const std::vector<ModelEntry> others = all_models(true);
+  std::vector<Measured> models;
+  for (const ShownModel& model : options.choices ? models_to_choose_from() : default_models())
+    models.push_back({model.name, model});
+  for (const ModelEntry& entry : others)
+    if (is_comparator(entry) && !options.choices) models.push_back({entry.name, {}, &entry});
+  std::vector<std::string> names;
+  for (const Measured& model : models) names.push_back(model.name);
+  check_wanted(options.models, names, "--models");
+  std::erase_if(models, [&](const Measured& model) { return !is_wanted(model.name, options.models); });
+
+  const std::vector<LargeMotion> motions = load_motions(options);
+  std::vector<TickRow> rows;
+  Progress progress("ticks");
+  std::size_t done = 0;
+  for (const LargeMotion& motion : motions)
+    for (const Measured& model : models) {
+      progress.show_step(done++, motions.size() * models.size(), motion.name + ", " + model.name);
+      if (model.comparator && motion.is_by_forces) continue;  // they know no forces
+      const std::vector<TickRow> levels =
+          model.comparator ? measure_comparator(*model.comparator, motion, options.quick ? 5 : 15)
+                           : measure_ticks(*model.shown, motion);
+      rows.insert(rows.end(), levels.begin(), levels.end());
+      if (levels.front().error.empty()) continue;
+      progress.finish();
+      std::cerr << "ticks: " << motion.name << ", " << model.name << ": " << levels.front().error << "\n";
+    }
+  progress.finish();
+  if (options.json) write_text(*options.json, to_json(rows, options.quick));
+  const std::string table = to_markdown(rows);
+  if (options.markdown) write_text(*options.markdown, table);
+  std::cout << table;
+  if (std::ranges::any_of(rows, [](const TickRow& row) { return row.error.empty(); })) return kExitOk;
+  throw std::runtime_error("no model had a result for any scene");
+}
+
+}  // namespace brachy

@@ -1,0 +1,99 @@
+// `brachy ticks` end to end, and how it reads a large motion; times are not tested.
+#include <set>
+
+#include "apps/study/ticks/large_motion.h"
+#include "core/base/number_csv.h"
+#include "tests/apps/apps_testing.h"
+
+namespace brachy {
+namespace {
+
+using namespace test;
+using Json = nlohmann::json;
+namespace fs = std::filesystem;
+
+const fs::path kMotions = kConfigFolder.parent_path() / "tests/reference/large_motion";
+
+TEST(LargeMotions, LandmarksMoveInProportionToTheLevel) {
+  const LargeMotion motion = load_large_motion(kMotions / "drag");
+  ASSERT_EQ(motion.levels.size(), 4u);
+  ASSERT_EQ(motion.landmarks.size(), 13u);
+  for (std::size_t k = 0; k < 4; ++k) {
+    EXPECT_EQ(motion.levels[k].motion_mm, 2.0 * double(k + 1));
+    EXPECT_EQ(motion.levels[k].field.size(), 1500u);
+    for (const Vec3& d : motion.levels[k].displacements)
+      EXPECT_LT((d - motion.levels[k].motion_mm * Vec3::UnitZ()).norm(), 1e-12);
+  }
+}
+
+TEST(LargeMotions, AContactIsOneLandmarkByTheLawOrWithTheSpheresCore) {
+  const LargeMotion law = load_large_motion(kMotions / "indentation");
+  ASSERT_EQ(law.landmarks.size(), 1u);
+  EXPECT_EQ(law.levels.back().motion_mm, 7.5);
+  EXPECT_NEAR(law.levels.back().spreads[0].stiffness_n_per_mm, 0.3 + 0.06 * 7.5, 1e-12);
+  const LargeMotion sphere = load_large_motion(kMotions / "sphere_4");
+  ASSERT_EQ(sphere.landmarks.size(), 1u);
+  EXPECT_EQ(sphere.levels.back().spreads[0].core_mm, 6);
+  EXPECT_GT(sphere.given.landmarks.size(), 1u);  // comparators have the rigid sphere's points
+}
+
+TEST(LargeMotions, ForcesOnLandmarksAreTogetherThoseOfTheReference) {
+  for (const char* name : {"insertion_10", "insertion_20", "insertion_40", "withdrawal_20"}) {
+    SCOPED_TRACE(name);
+    const LargeMotion motion = load_large_motion(kMotions / name);
+    ASSERT_TRUE(motion.is_by_forces);
+    const NumberTable table = load_number_csv(kMotions / name / "forces.csv", "level,x,y,z,fx,fy,fz,core_mm");
+    Vec3 stated = Vec3::Zero(), given = Vec3::Zero(), stated_moment = Vec3::Zero(),
+         given_moment = Vec3::Zero();
+    for (std::size_t i = 0; i < table.rows(); ++i) {
+      const auto row = table.row(i);
+      stated += Vec3(row[4], row[5], row[6]);
+      stated_moment += row[6] * Vec3(row[1], row[2], row[3]);
+    }
+    const LargeMotion::Level& level = motion.levels.back();
+    for (std::size_t i = 0; i < level.forces.size(); ++i) {
+      given += level.forces[i];
+      given_moment += level.forces[i].z() * motion.landmarks[i];
+    }
+    EXPECT_LT((given - stated).norm(), 1e-12);
+    EXPECT_LT((given_moment - stated_moment).norm(), 1e-9);
+  }
+}
+
+TEST(Ticks, EveryLevelHasARowWithItsLandmarksMet) {
+  TempFolder folder;
+  const fs::path file = folder / "ticks.json";
+  const Ended ended =
+      run_brachy({"ticks", "--models", "psi31,thin_plate_walls", "--scenes", "sphere_2,insertion_10",
+                  "--references", kMotions.parent_path().string(), "--json", file.string()});
+  ASSERT_TRUE(exited(ended, 0));
+  EXPECT_NE(ended.out.find("| psi31 |"), std::string::npos);
+  const Json report = Json::parse(read_file(file));
+  std::multiset<std::string> rows;
+  for (const Json& row : report.at("rows")) {
+    const std::string model = row.at("model"), scene = row.at("scene");
+    rows.insert(model + " " + scene);
+    EXPECT_GT(row.at("rel_l2"), 0);
+    if (row.at("in_daemon")) {
+      EXPECT_LT(row.at("missed_mm"), row.at("held_mm").get<double>() + 1e-6);
+      EXPECT_EQ(row.at("verdict"), "injective");
+    } else {
+      EXPECT_GE(row.at("evaluation_ms"), 0);
+    }
+  }
+  EXPECT_EQ(rows.count("psi31 sphere_2"), 4u);
+  EXPECT_EQ(rows.count("thin_plate_walls sphere_2"), 4u);
+  EXPECT_EQ(rows.count("psi31 insertion_10"), 1u);
+  EXPECT_EQ(rows.count("thin_plate_walls insertion_10"), 0u);  // a spline knows no forces
+}
+
+TEST(Ticks, WhatThereIsNotIsRefusedByName) {
+  EXPECT_TRUE(refused_in_one_line(run_brachy({"ticks", "--scenes", "drift"}), {"--scenes", "drift", "drag"}));
+  EXPECT_TRUE(refused_in_one_line(run_brachy({"ticks", "--models", "gel"}), {"--models", "gel", "elastic"}));
+  TempFolder folder;
+  EXPECT_TRUE(refused_in_one_line(run_brachy({"ticks", "--references", (folder / "no").string()}),
+                                  {"large_motion", "--references"}));
+}
+
+}  // namespace
+}  // namespace brachy
