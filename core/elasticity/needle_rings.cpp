@@ -96,6 +96,14 @@ void NeedleRings::set_core(std::size_t r, double core) noexcept {
   rings_[r].core = PointCore::of_landmark(core);
 }
 
+std::size_t NeedleRings::end_of_piece(std::size_t first, std::size_t count) const {
+  const Ring& ring = rings_[first];
+  std::size_t end = first + 1;
+  while (end < count && ring.count > 1 && rings_[end].count > 1 && rings_[end].landmark == ring.landmark)
+    ++end;
+  return end;
+}
+
 void NeedleRings::append(const NeedleRings& others) {
   const auto first = static_cast<std::uint32_t>(points_.size());
   for (Ring ring : others.rings_) {

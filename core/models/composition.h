@@ -46,8 +46,13 @@ class Composition : public DisplacementField {
   /// Of these, that a tick has time for with what has begun; at least 1. Counted, not timed.
   virtual std::size_t most_steps() const { return std::numeric_limits<std::size_t>::max(); }
 
-  /// φ at the tissue's points, and the least det ∇φ among them (at most 1).
+  /// φ at the tissue's points, and the least det ∇φ among them (at most 1). Blocks for which a tick has no time, by
+  /// count, stay where an earlier evaluate has put them.
   virtual void evaluate() noexcept = 0;
+  /// Whether there are such. evaluate() goes on with them, while begin is not called.
+  virtual bool is_late() const { return false; }
+  /// No landmark is there any more: the tissue is at rest, and the next evaluate starts from there.
+  virtual void end() noexcept {}
   double least_determinant() const { return least_determinant_; }
   const Vec3& least_place() const { return least_place_; }  ///< rest position of that point
   const BlockDisplacement<float>& displacement(std::uint32_t block) const override {

@@ -40,8 +40,10 @@ FactorStatus GuardedField::update(std::span<const Vec3> positions, std::span<con
                                   std::span<const LandmarkSpread> spreads) noexcept {
   evaluation_ = Evaluation::kIdle;
   if (is_updated_ && std::ranges::equal(positions, positions_) && std::ranges::equal(spreads, spreads_) &&
-      std::ranges::equal(displacements, displacements_))
+      std::ranges::equal(displacements, displacements_)) {
+    if (is_composed_ && composition_->is_late()) evaluate_composition();
     return field_->factorize(positions, spreads);
+  }
   is_updated_ = false;
   for (std::size_t i = 0; i < displacements.size(); ++i)
     if (!displacements[i].allFinite()) return {FactorStatus::kNotFinite, static_cast<int>(i)};
@@ -55,7 +57,10 @@ FactorStatus GuardedField::update(std::span<const Vec3> positions, std::span<con
   is_composed_ = false;
   flags_ = 0;
   certificate_ = {};
-  if (positions.empty()) return {};
+  if (positions.empty()) {
+    if (composition_) composition_->end();
+    return {};
+  }
   guard();
   // A vertex may decide what the search could not.
   if (certificate_.vertex_det <= 0 && certificate_.verdict != Verdict::kFolded) {
@@ -105,11 +110,18 @@ void GuardedField::add_to_certificate(const InjectivitySearch::Result& result) n
   flags_ |= result.verdict == Verdict::kFolded ? kStepFolded : kStepUncertified;
 }
 
+// Once a part of the tick's field is left undecided so is the tick, and of many sources kWork decides nothing: then only
+// folds are looked for.
+std::uint64_t GuardedField::most_work(const CellField& cells) const noexcept {
+  const bool is_hopeless = certificate_.verdict == Verdict::kUnknown || cells.sources() > kMostSources;
+  return is_hopeless ? kFoldWork : kWork;
+}
+
 InjectivitySearch::Result GuardedField::search(const CellField& cells, double scale,
                                                const FoldCandidate& fold_candidate,
                                                std::uint64_t most) noexcept {
   const InjectivitySearch::Result result =
-      search_.run(cells, scale, fold_candidate, std::min({most, kWork, work_left_}));
+      search_.run(cells, scale, fold_candidate, std::min({most, most_work(cells), work_left_}));
   work_left_ -= std::min(work_left_, result.work);
   return result;
 }
@@ -119,7 +131,9 @@ InjectivitySearch::Result GuardedField::search(const CellField& cells, double sc
 InjectivitySearch::Result GuardedField::find_step(const CellField& cells, const FoldCandidate& fold_candidate,
                                                   double& scale) noexcept {
   InjectivitySearch::Result result = search(cells, scale, fold_candidate);
-  for (int i = 1; i < kTries && result.verdict != Verdict::kInjective && work_left_ > 0; ++i) {
+  const auto is_hopeless = [&] { return result.verdict == Verdict::kUnknown && most_work(cells) < kWork; };
+  for (int i = 1; i < kTries && result.verdict != Verdict::kInjective && !is_hopeless() && work_left_ > 0;
+       ++i) {
     scale *= kShorter;
     result = search(cells, scale, fold_candidate);
   }
@@ -141,10 +155,6 @@ void GuardedField::compose() noexcept {
   const double begun = composition_->begin(positions_, displacements_);
   const std::size_t most_steps =
       std::min(static_cast<std::size_t>(settings_.max_substeps), composition_->most_steps());
-  if (const CellField* cells = composition_->cells_of_beginning(); cells && !(begun > 0))
-    add_to_certificate(search(*cells, 1, {}));
-  else
-    certificate_.det_bound *= begun;
   FoldCandidate fold_candidate;
   while (composition_->next()) {
     const CellField& cells = composition_->cells();
@@ -162,12 +172,12 @@ void GuardedField::compose() noexcept {
     composition_->accept(scale,
                          fold_candidate.scale < FoldCandidate::kMaxScale ? &fold_candidate.place : nullptr);
   }
+  if (const CellField* cells = composition_->cells_of_beginning(); cells && !(begun > 0))
+    add_to_certificate(search(*cells, 1, {}));
+  else if (certificate_.verdict == Verdict::kInjective)
+    certificate_.det_bound *= begun;
   certificate_.substeps = static_cast<std::uint32_t>(composition_->steps());
-  composition_->evaluate();
-  is_composed_ = true;
-  evaluation_ = Evaluation::kDirect;
-  certificate_.vertex_det = composition_->least_determinant();
-  certificate_.place = least_vertex_ = composition_->least_place();
+  evaluate_composition();
   if (certificate_.substeps > 1) flags_ |= kStepSubstepped;
   const double held =
       std::max((1 - composition_->reached()) * largest_displacement(), composition_->missed_mm());
@@ -176,6 +186,15 @@ void GuardedField::compose() noexcept {
     certificate_.margin_mm = 0;
     certificate_.held_mm = held;
   }
+}
+
+void GuardedField::evaluate_composition() noexcept {
+  composition_->evaluate();
+  is_composed_ = true;
+  evaluation_ = Evaluation::kDirect;
+  flags_ = composition_->is_late() ? flags_ | kStepLate : flags_ & ~kStepLate;
+  certificate_.vertex_det = composition_->least_determinant();
+  certificate_.place = least_vertex_ = composition_->least_place();
 }
 
 void GuardedField::find_margin(const CellField& cells, double scale,

@@ -22,6 +22,8 @@ class GuardedField : public DisplacementField {
 
   static constexpr std::uint64_t kTickWork = 4 * kWork;    ///< and on all of a tick
   static constexpr std::uint64_t kMarginWork = kWork / 8;  ///< and on the margin alone
+  static constexpr std::uint64_t kFoldWork = kWork / 8;    ///< and on a part of a field that is not certified
+  static constexpr std::size_t kMostSources = kWork / 40;  ///< of a field that kWork can certify
 
   /// The tissue must outlive this. `composition`: null where the model has no sub-steps.
   GuardedField(const Tissue& tissue, std::unique_ptr<TissueField> field,
@@ -53,10 +55,12 @@ class GuardedField : public DisplacementField {
   void guard() noexcept;
   void clamp(const CellField& cells, const FoldCandidate& fold_candidate) noexcept;
   void compose() noexcept;
+  void evaluate_composition() noexcept;
   InjectivitySearch::Result search(const CellField& cells, double scale, const FoldCandidate& fold_candidate,
                                    std::uint64_t most = kWork) noexcept;
   InjectivitySearch::Result find_step(const CellField& cells, const FoldCandidate& fold_candidate,
                                       double& scale) noexcept;
+  std::uint64_t most_work(const CellField& cells) const noexcept;
   void add_to_certificate(const InjectivitySearch::Result& result) noexcept;
   void find_margin(const CellField& cells, double scale, const FoldCandidate& fold_candidate) noexcept;
   void find_least_vertex(const CellField& cells, double scale = 1) noexcept;

@@ -15,6 +15,8 @@ constexpr std::size_t kPoints = Tissue::kBlockSize;
 constexpr double kMet = 2e-3;      // mm: a landmark missed by no more needs no correction
 constexpr int kSweeps = 16;        // of Gauss and Seidel, at most
 constexpr double kNotFelt = 2e-3;  // mm
+// Roots of a correction's s beyond which other landmarks feel less than 1 % of it: what they miss by it is found after.
+constexpr double kFeltCores = 10;
 // Within this many of the landmarks' largest displacement, and some mm, the tissue has stayed where it was.
 constexpr double kStays = 1.5, kStaysBeyond = 1;
 // Of a block's points one in so many is asked for its determinant, and all within so many clearances of a needle, and
@@ -23,6 +25,7 @@ constexpr double kClose = 2;
 constexpr std::size_t kAllClose = 100;  // steps times rings up to which those within are all asked
 constexpr std::uint32_t kStride = 16;
 constexpr std::size_t kRefined = 6;
+constexpr std::size_t kAllRefined = 1200;  // steps times rings beyond which they are fewer
 
 // How far along the way between its landmarks a ring lies, 0 … 1.
 double share_between(const NeedleRings::Ring& ring, std::span<const Vec3> positions) {
@@ -72,6 +75,7 @@ MatrixComposition::MatrixComposition(const Tissue& tissue, const MatrixKernelFie
       correction_matrix_(static_cast<Eigen::Index>(3 * max_landmarks),
                          static_cast<Eigen::Index>(3 * max_landmarks)),
       all_blocks_(tissue.blocks.size()),
+      turns_(tissue.blocks.size()),
       sources_(static_cast<std::size_t>(std::max(1, field.threads()))),
       block_smooth_(tissue.blocks.size()),
       block_smooth_determinants_(tissue.blocks.size()) {
@@ -89,9 +93,12 @@ MatrixComposition::MatrixComposition(const Tissue& tissue, const MatrixKernelFie
   ring_smooth_.reserve(rings);
   near_forces_.reserve(rings);
   carried_.reserve(max_landmarks);
+  close_.reserve(max_landmarks * max_landmarks);
+  close_ends_.reserve(max_landmarks);
   refined_.reserve(kRefined + steps_.size());
   for (auto& sources : sources_) sources.reserve(rings * NeedleRings::kPoints);
   std::iota(all_blocks_.begin(), all_blocks_.end(), 0u);
+  chosen_.reserve(all_blocks_.size());
 }
 
 double MatrixComposition::begin(std::span<const Vec3> positions,
@@ -263,33 +270,65 @@ void MatrixComposition::solve_correction(double worst, NeedleRings& points) noex
   const auto block = [&](std::size_t i, std::size_t j) {
     return correction_matrix_.block<3, 3>(static_cast<Eigen::Index>(3 * i), static_cast<Eigen::Index>(3 * j));
   };
-  for (std::size_t i = 0; i < n; ++i)
-    for (std::size_t j = 0; j < n; ++j)
-      block(i, j) = near.of_correction(images_[i] - images_[j], rings[j].core);
+  close_.clear();
+  close_ends_.clear();
+  for (std::size_t i = 0; i < n; ++i) {
+    for (std::size_t j = 0; j < n; ++j) {
+      const Vec3 apart = images_[i] - images_[j];
+      if (apart.squaredNorm() > kFeltCores * kFeltCores * rings[j].core.s) continue;
+      block(i, j) = near.of_correction(apart, rings[j].core);
+      close_.push_back(static_cast<std::uint32_t>(j));
+    }
+    close_ends_.push_back(close_.size());
+  }
   correction_.assign(n, Vec3::Zero());
   for (int sweep = 0; sweep < kSweeps && worst > 0.25 * kMet; ++sweep) {
     worst = 0;
-    for (std::size_t i = 0; i < n; ++i) {
+    for (std::size_t i = 0, k = 0; i < n; ++i) {
       Vec3 left = misses_[i];
-      for (std::size_t j = 0; j < n; ++j) left -= block(i, j) * correction_[j];
+      for (; k < close_ends_[i]; ++k) left -= block(i, close_[k]) * correction_[close_[k]];
       correction_[i] += left / block(i, i)(0, 0);
       worst = std::max(worst, left.norm());
     }
   }
 }
 
+void MatrixComposition::end() noexcept {
+  std::ranges::fill(displacements_, BlockDisplacement<float>{});
+  std::ranges::fill(turns_, Turn{});
+  is_late_ = false;
+}
+
+// All blocks; or those that have waited longest for how fast they move, of which each counts one way in every state.
+void MatrixComposition::choose_blocks() noexcept {
+  std::size_t cost = kStepCost;
+  for (std::size_t k = 0; k < count_; ++k) cost += kStepCost + steps_[k].forces.size();
+  const std::size_t most = std::max<std::size_t>(1, kBlockRingSteps / cost);
+  chosen_ = all_blocks_;
+  is_late_ = most < chosen_.size();
+  if (!is_late_) return;
+  const auto end = chosen_.begin() + static_cast<std::ptrdiff_t>(most);
+  std::ranges::nth_element(chosen_, end, [&](std::uint32_t a, std::uint32_t b) {
+    const float of_a = turns_[a].priority(), of_b = turns_[b].priority();
+    return of_a != of_b ? of_a > of_b : a < b;
+  });
+  for (auto late = end; late != chosen_.end(); ++late) ++turns_[*late].age;
+  chosen_.erase(end, chosen_.end());
+  std::ranges::sort(chosen_);
+}
+
 void MatrixComposition::evaluate() noexcept {
-  touched_ = all_blocks_;
-  const auto blocks = static_cast<std::ptrdiff_t>(touched_.size());
+  choose_blocks();
+  const auto blocks = static_cast<std::ptrdiff_t>(chosen_.size());
   const auto threads = static_cast<std::ptrdiff_t>(sources_.size());
   // One thread does not enter OpenMP at all: libgomp allocates at every parallel region.
   if (threads == 1) {
-    for (std::ptrdiff_t b = 0; b < blocks; ++b) evaluate_block(static_cast<std::uint32_t>(b), sources_[0]);
+    for (const std::uint32_t b : chosen_) evaluate_block(b, sources_[0]);
   } else {
 #pragma omp parallel for schedule(static, 1) num_threads(static_cast <int>(threads))
     for (std::ptrdiff_t t = 0; t < threads; ++t)
       for (std::ptrdiff_t b = t; b < blocks; b += threads)
-        evaluate_block(static_cast<std::uint32_t>(b), sources_[static_cast<std::size_t>(t)]);
+        evaluate_block(chosen_[static_cast<std::size_t>(b)], sources_[static_cast<std::size_t>(t)]);
   }
   find_least_determinant();
 }
@@ -297,6 +336,7 @@ void MatrixComposition::evaluate() noexcept {
 void MatrixComposition::evaluate_block(std::uint32_t b, std::vector<NearSource>& sources) noexcept {
   const MatrixKernelField::Parts parts = field_.parts();
   BlockDisplacement<float>& u = displacements_[b];
+  const Eigen::Vector3f before(u.ux[0], u.uy[0], u.uz[0]);
   u = {};
   if (parts.smooth) parts.smooth->interpolate(b, parts.near.blocks().points[b], u);
   Block box = tissue_.blocks[b];
@@ -313,6 +353,9 @@ void MatrixComposition::evaluate_block(std::uint32_t b, std::vector<NearSource>&
     add(more, step.scale, u);
     if (k + 1 < count_) move(more, step.scale, box.count, X, centre, box);
   }
+  Turn& turn = turns_[b];
+  const Eigen::Vector3f way = Eigen::Vector3f(u.ux[0], u.uy[0], u.uz[0]) - before;
+  turn = {1, way.norm() / static_cast<float>(turn.age)};
 }
 
 // Points close to a needle and a few of each block's first; then all of the blocks with the least among these and of
@@ -357,7 +400,7 @@ void MatrixComposition::find_least_determinant() noexcept {
   const double close = kClose * clearance;
   // The more each point costs the fewer are asked.
   const auto close_stride = static_cast<std::uint32_t>(1 + count_ * near_forces_.size() / kAllClose);
-  for (const std::uint32_t b : touched_) {
+  for (const std::uint32_t b : chosen_) {
     const Block& block = tissue_.blocks[b];
     const double radius = 0.5 * (block.max - block.min).norm();
     if (cells_[0].distance_to_needles(0.5 * (block.min + block.max) + block_smooth_[b]) > close + radius)
@@ -367,8 +410,10 @@ void MatrixComposition::find_least_determinant() noexcept {
   }
   if (count > 0) take();
   refined_.clear();
+  const std::size_t most_refined = std::clamp(
+      kAllRefined / std::max<std::size_t>(1, count_ * near_forces_.size()), std::size_t{1}, kRefined);
   for (const auto& [sampled, b] : worst)
-    if (sampled < 2) refined_.push_back(b);
+    if (sampled < 2 && refined_.size() < most_refined) refined_.push_back(b);
   for (std::size_t k = 0; k < count_; ++k)
     if (steps_[k].weakest) refined_.push_back(block_at(*steps_[k].weakest, steps_[k].begin));
   std::ranges::sort(refined_);
@@ -382,7 +427,7 @@ void MatrixComposition::find_least_determinant() noexcept {
 std::uint32_t MatrixComposition::block_at(const Vec3& x, double reached) const noexcept {
   std::uint32_t nearest = 0;
   double least = std::numeric_limits<double>::infinity();
-  for (const std::uint32_t b : touched_) {
+  for (const std::uint32_t b : chosen_) {
     const BlockDisplacement<float>& u = displacements_[b];
     const Vec3 moved = Eigen::Vector3f(u.ux[0], u.uy[0], u.uz[0]).cast<double>();
     const double distance = tissue_.blocks[b].squared_distance(x - reached * moved);

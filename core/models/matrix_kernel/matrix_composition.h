@@ -37,7 +37,9 @@ class MatrixComposition : public Composition {
   std::size_t most_steps() const override;
 
   void evaluate() noexcept override;
-  std::span<const std::uint32_t> touched() const override { return touched_; }
+  bool is_late() const override { return is_late_; }
+  void end() noexcept override;
+  std::span<const std::uint32_t> touched() const override { return all_blocks_; }
   Vec3 displacement_at(const Vec3& X) const noexcept override;
 
  private:
@@ -50,6 +52,11 @@ class MatrixComposition : public Composition {
   static constexpr std::size_t kCorrections = 2;  // at most
   // Steps times rings that a tick has time for: three needles with 22 landmarks in three steps.
   static constexpr std::size_t kRingSteps = 400;
+  // Blocks times steps times rings that it has time for, and what a step costs without any, in rings.
+  static constexpr std::size_t kBlockRingSteps = 80'000, kStepCost = 10;
+  // Ticks after which a block's turn comes before all others'; and what it is taken to move in each, mm, at least.
+  static constexpr std::uint32_t kOldest = 12;
+  static constexpr float kSlowest = 0.05F, kFirst = 1e3F;
 
   struct Step {
     double scale = 0, begin = 0;  // its own, and the share of the way before it
@@ -72,6 +79,7 @@ class MatrixComposition : public Composition {
   void limit_reach(Step& step, std::size_t first) const noexcept;
   double correction_core(std::size_t landmark) const noexcept;
   void find_images() noexcept;
+  void choose_blocks() noexcept;
   void evaluate_block(std::uint32_t b, std::vector<NearSource>& sources) noexcept;
   void find_least_determinant() noexcept;
   void determinants(std::span<const PointAt> points, double* det) noexcept;
@@ -94,12 +102,23 @@ class MatrixComposition : public Composition {
   double missed_ = 0;  // mm, by what is composed
 
   std::vector<Vec3> images_, misses_, correction_;  // of the landmarks: φ, what it misses, forces
+  std::vector<std::uint32_t> close_;                // of each landmark, those whose correction it feels …
+  std::vector<std::size_t> close_ends_;             // … and where they end
   NeedleRings carried_;                             // the points of the steps' own correction, at rest
   std::vector<Vec3> near_forces_;                   // of the rings and of these points
   Eigen::MatrixXd correction_matrix_;
 
+  /// When a block was evaluated, and how fast it moved then.
+  struct Turn {
+    std::uint32_t age = 1;  ///< ticks
+    float speed = 0;        ///< mm a tick
+    float priority() const { return static_cast<float>(age) * (age < kOldest ? speed + kSlowest : kFirst); }
+  };
+
   std::vector<std::uint32_t> all_blocks_;
-  std::span<const std::uint32_t> touched_;
+  std::vector<Turn> turns_;
+  std::vector<std::uint32_t> chosen_;  // blocks that this tick evaluates
+  bool is_late_ = false;
   std::vector<std::vector<NearSource>> sources_;  // one for each thread
   std::vector<std::uint32_t> refined_;            // blocks whose determinants are all taken
   std::vector<Vec3> block_smooth_;  // R at a point of each block, and det(I + ∇R) in its middle

@@ -105,8 +105,7 @@ void NearField::take_pieces(const NeedleRings& rings, std::span<const Vec3> ring
   const auto all = rings.rings();
   for (std::uint32_t begin = 0, end = 0; begin < ring_forces.size(); begin = end) {
     const NeedleRings::Ring& ring = all[begin];
-    for (end = begin + 1; end < ring_forces.size() && ring.count > 1 && all[end].landmark == ring.landmark;)
-      ++end;
+    end = static_cast<std::uint32_t>(rings.end_of_piece(begin, ring_forces.size()));
     Piece piece;
     piece.first = begin;
     piece.count = end - begin;

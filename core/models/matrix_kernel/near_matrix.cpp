@@ -8,6 +8,13 @@ namespace brachy {
 
 using Eigen::Index;
 
+namespace {
+
+// Lengths of a piece from which on two points stand for it, to other shafts.
+constexpr double kFarAside = 1.25;
+
+}  // namespace
+
 NearMatrix::NearMatrix(std::size_t max_landmarks)
     : shares_(max_landmarks), last_shares_(max_landmarks), is_fresh_(max_landmarks, 0) {
   // Its own and those of the ways to its neighbours, with a tip's point.
@@ -40,36 +47,55 @@ void NearMatrix::take_pieces(const NeedleRings& rings, double far_ring, const Sm
   const auto count = static_cast<std::uint32_t>(all.size());
   for (std::uint32_t begin = 0, end = 0; begin < count; begin = end) {
     const NeedleRings::Ring& ring = all[begin];
-    for (end = begin + 1; end < count && ring.count > 1 && all[end].landmark == ring.landmark;) ++end;
+    end = static_cast<std::uint32_t>(rings.end_of_piece(begin, count));
     Piece& piece = pieces_.emplace_back();
     piece.first = begin;
     piece.count = end - begin;
     piece.landmark = ring.landmark;
+    piece.shaft = 0;
+    if (pieces_.size() > 1) {
+      const Piece& last = pieces_[pieces_.size() - 2];
+      const bool goes_on = std::ranges::find(last.landmark, ring.landmark[0]) != last.landmark.end() ||
+                           std::ranges::find(last.landmark, ring.landmark[1]) != last.landmark.end();
+      piece.shaft = last.shaft + (goes_on ? 0 : 1);
+    }
     piece.is_fresh = is_fresh_[ring.landmark[0]] || is_fresh_[ring.landmark[1]];
     piece.centre = 0.5 * (ring.centre + all[end - 1].centre);
     const double half = 0.5 * (all[end - 1].centre - ring.centre).norm();
-    std::array<double, 2> whole{}, moment{};
+    piece.axis = ring.axis;
+    piece.is_even = true;
+    std::array<double, 2> across{}, along{}, across_moment{}, along_moment{};
     double square = 0;
-    bool is_even = true;
+    bool is_one_tissue = true;
     for (std::uint32_t r = begin; r < end; ++r) {
       const double t = (all[r].centre - piece.centre).dot(ring.axis);
       square += t * t / piece.count;
       for (std::size_t side = 0; side < 2; ++side) {
-        whole[side] += all[r].across[side];
-        moment[side] += t * all[r].across[side];
-        is_even = is_even && all[r].is_even(side) &&
-                  (!smooth || smooth->near_factor(r, side) == smooth->near_factor(begin, side));
+        across[side] += all[r].across[side];
+        along[side] += all[r].along[side];
+        across_moment[side] += t * all[r].across[side];
+        along_moment[side] += t * all[r].along[side];
+        piece.is_even = piece.is_even && all[r].is_even(side);
+        is_one_tissue =
+            is_one_tissue && (!smooth || smooth->near_factor(r, side) == smooth->near_factor(begin, side));
       }
     }
-    // Of a tip with a core the shares along the shaft are others than those across it; a shaft may leave the gland.
-    const double far = piece.count > 2 ? 2 * NearField::Piece::kFarPieces * half : far_ring + half;
-    piece.squared_far = is_even ? far * far : std::numeric_limits<double>::infinity();
+    // A shaft may leave the gland. Shares that end at a tip with a core are not even, and along their own shaft two
+    // points do not stand for them: K would not stay definite.
+    constexpr double kNever = std::numeric_limits<double>::infinity();
+    const auto far = [&](double lengths) { return piece.count > 2 ? 2 * lengths * half : far_ring + half; };
+    piece.squared_far =
+        is_one_tissue && piece.is_even ? std::pow(far(NearField::Piece::kFarPieces), 2) : kNever;
+    piece.squared_far_aside = is_one_tissue ? std::pow(far(kFarAside), 2) : kNever;
     const double arm = std::sqrt(square);
     for (std::size_t k = 0; k < 2; ++k) {
       const double where = k == 0 ? -1 : 1;
       piece.at[k] = piece.centre + where * arm * ring.axis;
-      for (std::size_t side = 0; side < 2; ++side)
-        piece.share[k][side] = 0.5 * (whole[side] + (arm > 0 ? where / arm * moment[side] : 0));
+      for (std::size_t side = 0; side < 2; ++side) {
+        const double lever = arm > 0 ? where / arm : 0;
+        piece.across[k][side] = 0.5 * (across[side] + lever * across_moment[side]);
+        piece.along[k][side] = 0.5 * (along[side] + lever * along_moment[side]);
+      }
     }
   }
 }
@@ -86,7 +112,7 @@ void NearMatrix::add_to(Eigen::Ref<Eigen::MatrixXd> K, std::size_t landmarks, co
     for (std::size_t q = 0; q <= p; ++q) {
       const Piece &a = pieces_[p], &b = pieces_[q];
       if (!a.is_fresh && !b.is_fresh) continue;
-      if ((a.centre - b.centre).squaredNorm() > std::max(a.squared_far, b.squared_far)) {
+      if (a.is_far_from(b)) {
         add_far(a, b, rings, near, smooth);
         continue;
       }
@@ -115,7 +141,12 @@ void NearMatrix::add_far(const Piece& a, const Piece& b, const NeedleRings& ring
       const double weight = smooth ? smooth->near_factor(a.first, s, b.first, t) : 1;
       Mat3 sum = Mat3::Zero();
       for (std::size_t k = 0; k < 2; ++k)
-        for (std::size_t q = 0; q < 2; ++q) sum += (weight * a.share[k][s] * b.share[q][t]) * value[k][q];
+        for (std::size_t q = 0; q < 2; ++q) {
+          if (a.is_even && b.is_even)
+            sum += (weight * a.across[k][s] * b.across[q][t]) * value[k][q];
+          else
+            sum += weight * a.share(k, s) * value[k][q] * b.share(q, t);
+        }
       add(l, m, sum);
       add(m, l, sum.transpose());
     }

@@ -32,12 +32,26 @@ class NearMatrix {
   /// Rings of one piece of shaft, and the two points that stand for it far away: shares of its two landmarks in each.
   struct Piece {
     std::uint32_t first, count;
+    std::uint32_t shaft;  // counts
     std::array<std::uint32_t, 2> landmark;
     bool is_fresh;
-    double squared_far;  // mm²
+    double squared_far, squared_far_aside;  // mm²: on the same shaft, and on others
     Vec3 centre;
     std::array<Vec3, 2> at;
-    std::array<std::array<double, 2>, 2> share;  // by point, then side
+    Vec3 axis;
+    bool is_even;                                        // shares along the shaft are those across it
+    std::array<std::array<double, 2>, 2> across, along;  // shares by point, then side
+
+    bool is_far_from(const Piece& other) const {
+      const double distance2 = (centre - other.centre).squaredNorm();
+      return shaft == other.shaft ? distance2 > std::max(squared_far, other.squared_far)
+                                  : distance2 > std::max(squared_far_aside, other.squared_far_aside);
+    }
+    /// As NeedleRings::Ring's.
+    Mat3 share(std::size_t point, std::size_t side) const {
+      return across[point][side] * Mat3::Identity() +
+             (along[point][side] - across[point][side]) * axis * axis.transpose();
+    }
   };
 
   void find_fresh(std::size_t landmarks, const NeedleRings& rings) noexcept;
