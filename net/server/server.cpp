@@ -11,8 +11,8 @@
 #include "net/base/timeout_checks.h"
 #include "net/session/acceptor.h"
 #include "net/session/device_lease.h"
-#include "net/session/device_notices.h"
 #include "net/session/frame_cache.h"
+#include "net/session/notice_queue.h"
 #include "net/session/pose_counts.h"
 #include "net/session/session.h"
 #include "net/transport/tcp/tcp_connection.h"
@@ -25,6 +25,8 @@ namespace {
 
 constexpr std::size_t kReadBufferBytes = 16 * 1024;
 constexpr std::uint64_t kOwnDevice = 0;  // session number of the daemon's own device
+// EVENTs that a device came or left: a peer that connects and leaves over and over must not fill clients' queues.
+constexpr double kDeviceNoticesPerS = 4, kDeviceNoticesBurst = 16;
 
 void check(bool condition, const char* what) {
   if (!condition) throw UserError(std::string("server settings: ") + what);
@@ -346,7 +348,8 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
   }
 
   void notify(EventMessage device_notice) {
-    for (const EventMessage& event : notices_.add(std::move(device_notice), monotonic_ns())) broadcast(event);
+    const std::string needle = std::to_string(device_notice.needle);
+    device_notices_.add(needle, std::move(device_notice), monotonic_ns());
   }
 
   static DeviceInfo device_info(const Session& session, std::uint16_t needle) {
@@ -368,7 +371,7 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
     const std::int64_t now = monotonic_ns();
     if (const auto time = checks_.as_of(now))
       for (const auto& session : sessions()) session->check_time(*time);
-    for (const EventMessage& event : notices_.due(now)) broadcast(event);
+    device_notices_.update(now);
     if (now >= next_state_ns_ && !is_stopped_) {
       next_state_ns_ = now + in_ns(options_.state_interval);
       broadcast_state();
@@ -404,7 +407,11 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
   std::uint64_t forces_replaced_ = 0;
   std::uint64_t dropped_of_left_ = 0;  // snapshots, for sessions that ended
   std::uint64_t events_dropped_of_left_ = 0;
-  DeviceNotices notices_;
+  NoticeQueue device_notices_{
+      kDeviceNoticesPerS, kDeviceNoticesBurst, [this](EventMessage event, std::uint64_t count) {
+        if (count > 1) event.text += "; " + std::to_string(count - 1) + " notices before it left out";
+        broadcast(event);
+      }};
   PoseCounts poses_;
   std::int64_t next_state_ns_ = 0;
   TimeoutChecks checks_;
