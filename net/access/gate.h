@@ -70,7 +70,7 @@ class Gate {
   /// Connections beyond the limit that are kept open until their refusal is sent; any more are closed at once.
   static constexpr std::uint32_t kMaxPendingRefusals = 64;
   /// Connections that have not said HELLO, on all ports together.
-  static constexpr std::uint32_t kMaxWaiting = 64;
+  static constexpr std::uint32_t kMaxWaiting = 256;
 
   /// How a connection becomes a client's.
   enum class Entry {

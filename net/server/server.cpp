@@ -66,6 +66,7 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
         surface_body_(encoded_body(topologies.surface)),
         frames_(make_layout(tissue, topologies.volume), make_layout(tissue, topologies.surface)),
         gate_(options_.max_clients, options_.max_clients_per_address, options_.tokens),
+        handshakes_(std::make_shared<HandshakeTurns>(io, options_.handshake_thread)),
         acceptor_(std::make_shared<Acceptor>(io, listen_options(options_, options_.port, "--port"))),
         timer_(io),
         leases_(options_.needles) {}
@@ -281,7 +282,7 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
 
   const ServerOptions& options() const { return options_; }
   Gate& gate() { return gate_; }
-  const std::shared_ptr<HandshakeLimit>& handshakes() const { return handshakes_; }
+  const std::shared_ptr<HandshakeTurns>& handshakes() const { return handshakes_; }
   std::uint16_t port() const { return acceptor_->port(); }
   std::uint64_t topology_hash() const { return topology_hash_; }
   DeviceLease& lease(std::uint16_t needle) {
@@ -360,11 +361,13 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
 
   void on_socket(asio::ip::tcp::socket socket, std::shared_ptr<ConnectionSlot> slot) {
     const int buffer = options_.send_buffer_bytes;
-    if (options_.tls)
-      adopt(TlsConnection::at_server(std::move(socket), *options_.tls, handshakes_, buffer, kReadBufferBytes),
-            std::move(slot));
-    else
+    if (options_.tls) {
+      auto connection = TlsConnection::at_server(std::move(socket), *options_.tls, handshakes_,
+                                                 slot->origin(), buffer, kReadBufferBytes);
+      adopt(std::move(connection), std::move(slot));
+    } else {
       adopt(std::make_shared<TcpConnection>(std::move(socket), buffer, kReadBufferBytes), std::move(slot));
+    }
   }
 
   void on_timer() {
@@ -396,7 +399,7 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
   std::shared_ptr<const Bytes> dose_body_;   // null: none yet
   FrameCache frames_;
   Gate gate_;
-  const std::shared_ptr<HandshakeLimit> handshakes_ = std::make_shared<HandshakeLimit>();
+  const std::shared_ptr<HandshakeTurns> handshakes_;
   const std::shared_ptr<Acceptor> acceptor_;
   asio::steady_timer timer_;
   std::map<std::uint64_t, std::shared_ptr<Session>> sessions_;
@@ -445,7 +448,7 @@ const ServerOptions& Server::options() const {
 Gate& Server::gate() {
   return impl_->gate();
 }
-const std::shared_ptr<HandshakeLimit>& Server::handshakes() const {
+const std::shared_ptr<HandshakeTurns>& Server::handshakes() const {
   return impl_->handshakes();
 }
 void Server::adopt(std::shared_ptr<Connection> connection, std::shared_ptr<ConnectionSlot> slot) {

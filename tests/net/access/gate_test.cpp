@@ -136,7 +136,7 @@ TEST(Gate, SilentConnectionsTakeNoClientsPlaceAndTheOldestIsShed) {
   Gate gate(2, 2, {});
   Slots silent;
   std::vector<int> shed;
-  for (int i = 0; i < 96; ++i) {
+  for (int i = 0; i < 300; ++i) {
     silent.push_back(gate.acquire_slot("127.0.0." + std::to_string(1 + i % 3)));
     ASSERT_TRUE(silent.back());
     EXPECT_FALSE(silent.back()->refusal());
@@ -145,9 +145,9 @@ TEST(Gate, SilentConnectionsTakeNoClientsPlaceAndTheOldestIsShed) {
       silent[static_cast<std::size_t>(i)].reset();
     });
   }
-  EXPECT_EQ(gate.shed(), 96 - Gate::kMaxWaiting);
+  EXPECT_EQ(gate.shed(), 300 - Gate::kMaxWaiting);
   EXPECT_EQ(shed.front(), 0);
-  EXPECT_EQ(shed.back(), static_cast<int>(95 - Gate::kMaxWaiting));
+  EXPECT_EQ(shed.back(), static_cast<int>(299 - Gate::kMaxWaiting));
   const auto rightful = gate.acquire_slot("127.0.0.9");
   EXPECT_FALSE(gate.busy(*rightful));
   gate.promote(*rightful);
