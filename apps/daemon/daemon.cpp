@@ -313,6 +313,7 @@ class Daemon::Impl {
     if (session_) record(*state);
     loop_.post([this, run = state->summary.run, seeds = state->seeds.count] {
       safety_.update();
+      spdlog::default_logger_raw()->flush();  // what waits for the log's reader
       telemetry_.set_seed_count(seeds);
       controls_.on_snapshot(run);
       reload_.begin_if_requested();
