@@ -1,4 +1,3 @@
-#include <spdlog/sinks/ostream_sink.h>
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 #include <unistd.h>
@@ -12,7 +11,7 @@
 #include "apps/daemon/control/read_scene.h"
 #include "apps/daemon/daemon.h"
 #include "apps/daemon/service/escaping_formatter.h"
-#include "apps/daemon/service/non_blocking_stderr.h"
+#include "apps/daemon/service/stderr_sink.h"
 #include "apps/daemon/telemetry/summary_report.h"
 #include "apps/doctor/doctor.h"
 #include "core/base/error.h"
@@ -57,8 +56,9 @@ int main(int argc, char** argv) {
   static NonBlockingStderr& non_blocking_stderr = *new NonBlockingStderr(STDERR_FILENO);
   if (non_blocking_stderr.is_needed()) {
     std::cerr.rdbuf(&non_blocking_stderr);
-    spdlog::set_default_logger(std::make_shared<spdlog::logger>(
-        "brachyd", std::make_shared<spdlog::sinks::ostream_sink_mt>(std::cerr)));
+    const auto sink = std::make_shared<StderrSink>(non_blocking_stderr);
+    spdlog::set_default_logger(std::make_shared<spdlog::logger>("brachyd", sink));
+    spdlog::register_logger(std::make_shared<spdlog::logger>(kSafetyLogger, sink));
   } else {
     spdlog::set_default_logger(spdlog::stderr_color_mt("brachyd"));
   }

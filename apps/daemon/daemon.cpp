@@ -2,6 +2,7 @@
 
 #include <pthread.h>
 #include <spdlog/spdlog.h>
+#include <sys/resource.h>
 
 #include <cmath>
 #include <csignal>
@@ -63,6 +64,18 @@ void name_thread(const char* name) {
   pthread_setname_np(pthread_self(), name);
 }
 
+/// The thread of TLS handshakes, which anybody can cause: where processors are short the others go first.
+std::unique_ptr<Worker> make_handshake_thread() {
+  constexpr int kNice = 5;
+  auto thread = std::make_unique<Worker>();
+  thread->post([] {
+    name_thread("handshake");
+    drop_capabilities();
+    setpriority(PRIO_PROCESS, 0, kNice);  // on Linux, of the calling thread
+  });
+  return thread;
+}
+
 }  // namespace
 
 class Daemon::Impl {
@@ -86,7 +99,8 @@ class Daemon::Impl {
                 plan_ ? plan_->seeds(scene.template_grid) : std::vector<PlannedSeed>()),
         forces_(loop_, tick_forces_.reader, needle_count_, force_outputs(),
                 [this](std::int64_t start_ns) { watch_.on_tick(start_ns); }),
-        server_(loop_.io(), server_options(scene, options, needle_count_), simulator().tissue(), handlers()),
+        handshakes_(scene.server.has_tls() ? make_handshake_thread() : nullptr),
+        server_(loop_.io(), own_server_options(), simulator().tissue(), handlers()),
         controls_(scene, devices_, runs_, server_, log_, session_ != nullptr),
         watch_(loop_, scene.period_s(),
                {[this] { forces_.update(monotonic_ns()); }, [this] { return telemetry_.status(); }}),
@@ -243,6 +257,13 @@ class Daemon::Impl {
     if (session_) summary.session = session_->end();
   }
 
+  net::ServerOptions own_server_options() {
+    net::ServerOptions o = server_options(scene_, options_, needle_count_);
+    if (handshakes_)
+      o.handshake_thread = [this](std::function<void()> step) { handshakes_->post(std::move(step)); };
+    return o;
+  }
+
   // On the io thread.
   net::ServerHandlers handlers() {
     net::ServerHandlers h;
@@ -292,6 +313,7 @@ class Daemon::Impl {
     if (session_) record(*state);
     loop_.post([this, run = state->summary.run, seeds = state->seeds.count] {
       safety_.update();
+      spdlog::default_logger_raw()->flush();  // what waits for the log's reader
       telemetry_.set_seed_count(seeds);
       controls_.on_snapshot(run);
       reload_.begin_if_requested();
@@ -358,6 +380,7 @@ class Daemon::Impl {
   }};
   ForceCycle forces_;
   bool is_ending_ = false;
+  std::unique_ptr<Worker> handshakes_;  // computes what server_ gives it; null: no TLS
   net::Server server_;
   std::optional<net::HttpListener> http_;      // its sessions are server_'s
   std::optional<net::igtl::IgtlServer> igtl_;  // nullopt: off

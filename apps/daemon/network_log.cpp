@@ -2,6 +2,7 @@
 
 #include <spdlog/spdlog.h>
 
+#include "apps/daemon/service/stderr_sink.h"
 #include "net/wire/text.h"
 
 namespace brachy {
@@ -10,7 +11,9 @@ namespace {
 constexpr std::size_t kMaxLineBytes = 2048;
 
 void to_program_log(NetworkLog::Level level, const std::string& line) {
-  spdlog::log(level == NetworkLog::Level::kWarning ? spdlog::level::warn : spdlog::level::info, "{}", line);
+  const auto safety_log = level == NetworkLog::Level::kSafety ? spdlog::get(kSafetyLogger) : nullptr;
+  if (safety_log) return safety_log->warn("{}", line);
+  spdlog::log(level == NetworkLog::Level::kInfo ? spdlog::level::info : spdlog::level::warn, "{}", line);
 }
 
 }  // namespace
@@ -27,7 +30,7 @@ void NetworkLog::write(Level level, const std::string& line, std::int64_t now_ns
 }
 
 void NetworkLog::safety(const std::string& line) {
-  out_(Level::kWarning, net::to_wire_text(line, kMaxLineBytes));
+  out_(Level::kSafety, net::to_wire_text(line, kMaxLineBytes));
 }
 
 void NetworkLog::end() {

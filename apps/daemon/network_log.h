@@ -17,7 +17,7 @@ class NetworkLog {
  public:
   static constexpr double kPerS = 5, kBurst = 200;
 
-  enum class Level { kInfo, kWarning };
+  enum class Level { kInfo, kWarning, kSafety };
   using Out = std::function<void(Level, const std::string&)>;
 
   NetworkLog();  ///< to the program's log

@@ -8,6 +8,7 @@
 #include <cerrno>
 #include <cstring>
 
+#include "apps/forces/session_file.h"
 #include "core/base/error.h"
 
 namespace brachy {
@@ -19,21 +20,12 @@ constexpr std::size_t kMostWaiting = std::size_t{1} << 20;  // bytes
 
 RowFile::RowFile(const std::filesystem::path& file, Start start, std::string_view header)
     : name_(file.string()) {
-  const bool is_session = start == Start::kSession;
-  const int how = O_WRONLY | O_CREAT | O_CLOEXEC | (start == Start::kAnew ? O_TRUNC : O_APPEND) |
-                  (is_session ? O_NONBLOCK : 0);  // a FIFO without a reader would block
-  file_ = ::open(name_.c_str(), how, is_session ? 0600 : 0644);
+  const int how = O_WRONLY | O_CREAT | O_CLOEXEC | (start == Start::kAnew ? O_TRUNC : O_APPEND);
+  file_ = start == Start::kSession ? open_session_file(file) : ::open(name_.c_str(), how, 0644);
   struct stat status {};
   if (file_ < 0 || ::fstat(file_, &status) != 0)
     throw UserError(name_ + ": cannot be created: " + std::strerror(errno) +
                     "; give a file in a directory that you can write to");
-  if (is_session && !S_ISREG(status.st_mode)) {
-    ::close(file_);
-    throw UserError(name_ + ": is not a regular file; remove it, or give another directory");
-  }
-  // Of an earlier version's file, or of another user's, it may fail.
-  if (is_session) [[maybe_unused]]
-    const int is_private = ::fchmod(file_, 0600);
   if (S_ISREG(status.st_mode)) size_ = static_cast<std::uint64_t>(status.st_size);
   if (size_ == 0) (waiting_ = header) += '\n';
 }

@@ -1,14 +1,13 @@
 #include "apps/session/seed_ledger.h"
 
-#include <fcntl.h>
 #include <sys/file.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
 #include <cstring>
 #include <stdexcept>
 
+#include "apps/forces/session_file.h"
 #include "apps/session/whole_lines.h"
 #include "core/base/error.h"
 #include "core/brachytherapy/seeds/seed_file.h"
@@ -20,15 +19,7 @@ SeedLedger::SeedLedger(const std::filesystem::path& file) : name_(file.string())
     had_partial_row_ = truncate_partial_line(file);
     if (std::filesystem::file_size(file) > 0) restored_ = load_seeds(file);
   }
-  file_ = ::open(name_.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC | O_NONBLOCK, 0600);
-  if (file_ < 0)
-    throw UserError(name_ + ": cannot be written: " + std::strerror(errno) + "; give another directory");
-  struct stat status {};
-  if (::fstat(file_, &status) != 0 || !S_ISREG(status.st_mode)) {
-    ::close(file_);
-    throw UserError(name_ + ": is not a regular file; remove it, or give another directory");
-  }
-  [[maybe_unused]] const int is_private = ::fchmod(file_, 0600);
+  file_ = open_session_file(file);
   if (::flock(file_, LOCK_EX | LOCK_NB) != 0)
     throw UserError(name_ + ": another process records into it; end that process or give another directory");
   size_ = static_cast<std::int64_t>(std::filesystem::file_size(file));

@@ -92,13 +92,12 @@ void ConnectionSlot::leave() {
 Gate::Gate(std::uint32_t max_clients, std::uint32_t max_of_origin, TokenGrants tokens)
     : max_clients_(max_clients), max_of_origin_(max_of_origin), tokens_(std::move(tokens)) {}
 
-std::shared_ptr<ConnectionSlot> Gate::acquire_slot(const std::string& address, std::int64_t /*now_ns*/,
-                                                   Entry entry) {
+std::shared_ptr<ConnectionSlot> Gate::acquire_slot(const std::string& address, Entry entry) {
   using Stage = ConnectionSlot::Stage;
   const auto slot = [&](Stage stage, std::optional<ErrorMessage> refusal = {}) {
     return std::make_shared<ConnectionSlot>(counts_, address, stage, std::move(refusal));
   };
-  auto refusal = no_slot_for(ConnectionSlot(nullptr, address, Stage::kExempt, std::nullopt));
+  auto refusal = no_slot_for(origin_of(address));
   if (!refusal && entry == Entry::kImmediate && counts_->immediate >= std::max(1u, max_clients_ / 4))
     refusal = fatal(ErrorCode::kBusy, "all slots of clients that need no HELLO are in use");
   refused_ += refusal ? 1 : 0;
@@ -135,7 +134,7 @@ std::shared_ptr<ConnectionSlot> Gate::exempt_slot() {
 }
 
 std::optional<ErrorMessage> Gate::busy(const ConnectionSlot& slot) const {
-  return slot.is_waiting() ? no_slot_for(slot) : std::nullopt;
+  return slot.is_waiting() ? no_slot_for(slot.origin()) : std::nullopt;
 }
 
 void Gate::promote(ConnectionSlot& slot) {
@@ -144,13 +143,13 @@ void Gate::promote(ConnectionSlot& slot) {
   slot.enter(ConnectionSlot::Stage::kClient);
 }
 
-std::optional<ErrorMessage> Gate::no_slot_for(const ConnectionSlot& slot) const {
+std::optional<ErrorMessage> Gate::no_slot_for(const std::string& origin) const {
   if (counts_->clients >= max_clients_)
     return fatal(ErrorCode::kBusy, "all " + std::to_string(max_clients_) + " client slots are in use");
-  const auto of_origin = counts_->clients_of.find(slot.origin());
+  const auto of_origin = counts_->clients_of.find(origin);
   if (of_origin != counts_->clients_of.end() && of_origin->second >= max_of_origin_)
     return fatal(ErrorCode::kBusy, "all " + std::to_string(max_of_origin_) +
-                                       " client slots of one address are in use by " + slot.origin());
+                                       " client slots of one address are in use by " + origin);
   return std::nullopt;
 }
 

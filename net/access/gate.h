@@ -63,14 +63,14 @@ class ConnectionSlot {
 
 /// Access control and connection limits. Every listener of a server asks it for a slot for each connection, before
 /// reading a byte. Connections that have not said HELLO live in a pool of their own: silent ones never take a client's
-/// slot, and where the pool is full the oldest of the origin with most of them is closed. Knows addresses and time,
-/// but no socket. Threads: the io thread.
+/// slot, and where the pool is full the oldest of the origin with most of them is closed. Knows addresses, but no
+/// socket. Threads: the io thread.
 class Gate {
  public:
   /// Connections beyond the limit that are kept open until their refusal is sent; any more are closed at once.
   static constexpr std::uint32_t kMaxPendingRefusals = 64;
   /// Connections that have not said HELLO, on all ports together.
-  static constexpr std::uint32_t kMaxWaiting = 64;
+  static constexpr std::uint32_t kMaxWaiting = 256;
 
   /// How a connection becomes a client's.
   enum class Entry {
@@ -83,8 +83,7 @@ class Gate {
   Gate(std::uint32_t max_clients, std::uint32_t max_of_origin, TokenGrants tokens);
 
   /// For a connection from `address` (without port). Null: close the connection without an answer.
-  std::shared_ptr<ConnectionSlot> acquire_slot(const std::string& address, std::int64_t now_ns,
-                                               Entry entry = Entry::kHello);
+  std::shared_ptr<ConnectionSlot> acquire_slot(const std::string& address, Entry entry = Entry::kHello);
 
   /// For the in-process viewer: not counted, and no token required.
   static std::shared_ptr<ConnectionSlot> exempt_slot();
@@ -103,7 +102,7 @@ class Gate {
   std::uint64_t shed() const { return shed_; }  ///< closed before HELLO for newer ones, since start
 
  private:
-  std::optional<ErrorMessage> no_slot_for(const ConnectionSlot& slot) const;
+  std::optional<ErrorMessage> no_slot_for(const std::string& origin) const;
   void shed_oldest();
 
   const std::uint32_t max_clients_, max_of_origin_;

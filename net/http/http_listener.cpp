@@ -19,7 +19,7 @@
 #include "net/http/http_answer.h"
 #include "net/http/websocket_connection.h"
 #include "net/session/acceptor.h"
-#include "net/transport/tls/tls_failure.h"
+#include "net/transport/tls/server_handshake.h"
 #include "net/wire/first_byte.h"
 
 namespace brachy::net {
@@ -75,37 +75,59 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
       : peer_(peer_of(socket)),
         stream_(std::move(socket)),
         timer_(stream_.get_executor()),
-        turn_(stream_.get_executor()),
         shared_(std::move(shared)),
         slot_(std::move(slot)) {
     set_up(stream_.socket().socket, shared_->server->options().send_buffer_bytes);
   }
 
-  /// Reads the first bytes and continues with TLS or without, as configured for this port.
+  /// Continues with TLS or without, as configured for this port.
   void start() {
     const ServerOptions& options = shared_->server->options();
     slot_->on_shed([weak = weak_from_this()] {
       if (const auto self = weak.lock()) self->close();
     });
     expires_after(options.tls ? options.hello_timeout : time_for_request());
-    read_first();
+    options.tls ? begin_handshake() : read_first();
   }
 
   void close() {
     timer_.cancel();
-    turn_.cancel();
+    if (handshake_) handshake_->close();
     stream_.close();
     if (websocket_) websocket_->close();
   }
 
  private:
+  void begin_handshake() {
+    handshake_ = std::make_shared<ServerHandshake>(stream_.take_socket(), *shared_->server->options().tls,
+                                                   shared_->server->handshakes(), slot_->origin());
+    handshake_->start([self = shared_from_this()](ServerHandshake::Outcome outcome, const std::string& why) {
+      self->on_handshake(outcome, why);
+    });
+  }
+
+  void on_handshake(ServerHandshake::Outcome outcome, const std::string& why) {
+    const auto handshake = std::exchange(handshake_, nullptr);
+    using enum ServerHandshake::Outcome;
+    if (outcome == kOpen) {
+      stream_.become(handshake->take_stream());
+      return read();
+    }
+    if (outcome == kPlain) {
+      stream_.become(handshake->take_socket());
+      return refuse(400, "This port speaks HTTPS: open https://.");
+    }
+    if (outcome == kFailed) log(why);
+    handshake->socket().end();  // TLS has sent the reason to the peer
+    close();
+  }
+
   void read_first() {
-    const std::size_t had = unread_.size();
     unread_.resize(kMaxHeaderBytes);
     stream_.async_read_some(
-        asio::buffer(unread_) + had,
-        [self = shared_from_this(), had](const boost::system::error_code& error, std::size_t size) {
-          self->unread_.resize(had + size);
+        asio::buffer(unread_),
+        [self = shared_from_this()](const boost::system::error_code& error, std::size_t size) {
+          self->unread_.resize(size);
           self->on_first(error);
         });
   }
@@ -113,49 +135,9 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
   void on_first(const boost::system::error_code& error) {
     if (!shared_->server) return;
     if (error) return close();
-    const bool begins_with_tls = static_cast<unsigned char>(unread_[0]) == kFirstByteOfTls;
-    const TlsContext& context = shared_->server->options().tls;
-    if (begins_with_tls && !context) return refuse(400, "This port speaks HTTP without TLS: open http://.");
-    if (!begins_with_tls && context) return refuse(400, "This port speaks HTTPS: open https://.");
-    if (!context) return read_header();
-    switch (find_client_hello(std::as_bytes(std::span(unread_)), kMaxHeaderBytes)) {
-      case ClientHello::kIncomplete:
-        return read_first();
-      case ClientHello::kBad:
-        log("TLS: it began with no ClientHello");
-        return close();
-      case ClientHello::kComplete:
-        first_ = std::exchange(unread_, {});
-        return begin_handshake();
-    }
-  }
-
-  void begin_handshake() {
-    if (!shared_->server) return;
-    HandshakeLimit& limit = *shared_->server->handshakes();
-    if (has_left(stream_.socket().socket)) return close();
-    if (!limit.may_begin(monotonic_ns())) {
-      turn_.expires_after(std::chrono::milliseconds(5));
-      turn_.async_wait([self = shared_from_this()](const boost::system::error_code& error) {
-        if (!error && self->stream_.socket().socket.is_open()) self->begin_handshake();
-      });
-      return;
-    }
-    const std::int64_t begin_ns = thread_cpu_ns();
-    // OpenSSL answers the ClientHello within this call.
-    stream_.async_accept_tls(
-        *shared_->server->options().tls, asio::buffer(first_),
-        [self = shared_from_this()](const boost::system::error_code& failure) { self->on_tls(failure); });
-    limit.spent(thread_cpu_ns() - begin_ns);
-  }
-
-  void on_tls(const boost::system::error_code& error) {
-    first_.clear();
-    if (!shared_->server) return;
-    if (!error) return read();
-    log(failure_with_client(error, stream_.tls()));
-    stream_.socket().end();  // TLS has sent the reason to the peer
-    close();
+    if (static_cast<unsigned char>(unread_[0]) == kFirstByteOfTls)
+      return refuse(400, "This port speaks HTTP without TLS: open http://.");
+    read_header();
   }
 
   void read() {
@@ -300,11 +282,10 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
   const std::string peer_;
   HttpStream stream_;
   asio::steady_timer timer_;
-  asio::steady_timer turn_;  // of the TLS handshake
   const std::shared_ptr<Shared> shared_;
   const std::shared_ptr<ConnectionSlot> slot_;
   std::shared_ptr<WebSocketConnection> websocket_;  // while the upgrade is being answered
-  std::string first_;                               // the first bytes received, during the TLS handshake
+  std::shared_ptr<ServerHandshake> handshake_;      // until TLS is open
   std::string unread_;  // at most a header: Beast's own header_limit() does not count lines already parsed
   std::optional<http::request_parser<http::empty_body>> parser_;
   HttpAnswer answer_;

@@ -24,14 +24,12 @@ class HttpStream {
   }
   bool is_tls() const { return std::holds_alternative<TlsStream>(stream_); }
 
-  /// Starts TLS; no operation may be running. `first` was read from the peer before. `handler(error)`.
-  template <class Handler>
-  void async_accept_tls(boost::asio::ssl::context& context, boost::asio::const_buffer first,
-                        Handler handler) {
-    MeteredSocket plain = std::move(std::get<MeteredSocket>(stream_));
-    stream_.emplace<TlsStream>(std::move(plain), context).async_accept(first, std::move(handler));
+  /// The socket, for a handshake; afterwards become() the stream that it made, or the socket again.
+  MeteredSocket take_socket() { return std::move(std::get<MeteredSocket>(stream_)); }
+  template <class Stream>
+  void become(Stream stream) {
+    stream_.emplace<Stream>(std::move(stream));
   }
-  const SSL* tls() { return std::get<TlsStream>(stream_).handle(); }
 
   template <class Buffers, class Handler>
   auto async_read_some(const Buffers& buffers, Handler&& handler) {

@@ -11,8 +11,8 @@
 #include "net/base/timeout_checks.h"
 #include "net/session/acceptor.h"
 #include "net/session/device_lease.h"
-#include "net/session/device_notices.h"
 #include "net/session/frame_cache.h"
+#include "net/session/notice_queue.h"
 #include "net/session/pose_counts.h"
 #include "net/session/session.h"
 #include "net/transport/tcp/tcp_connection.h"
@@ -25,6 +25,8 @@ namespace {
 
 constexpr std::size_t kReadBufferBytes = 16 * 1024;
 constexpr std::uint64_t kOwnDevice = 0;  // session number of the daemon's own device
+// EVENTs that a device came or left: a peer that connects and leaves over and over must not fill clients' queues.
+constexpr double kDeviceNoticesPerS = 4, kDeviceNoticesBurst = 16;
 
 void check(bool condition, const char* what) {
   if (!condition) throw UserError(std::string("server settings: ") + what);
@@ -64,6 +66,7 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
         surface_body_(encoded_body(topologies.surface)),
         frames_(make_layout(tissue, topologies.volume), make_layout(tissue, topologies.surface)),
         gate_(options_.max_clients, options_.max_clients_per_address, options_.tokens),
+        handshakes_(std::make_shared<HandshakeTurns>(io, options_.handshake_thread)),
         acceptor_(std::make_shared<Acceptor>(io, listen_options(options_, options_.port, "--port"))),
         timer_(io),
         leases_(options_.needles) {}
@@ -279,7 +282,7 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
 
   const ServerOptions& options() const { return options_; }
   Gate& gate() { return gate_; }
-  const std::shared_ptr<HandshakeLimit>& handshakes() const { return handshakes_; }
+  const std::shared_ptr<HandshakeTurns>& handshakes() const { return handshakes_; }
   std::uint16_t port() const { return acceptor_->port(); }
   std::uint64_t topology_hash() const { return topology_hash_; }
   DeviceLease& lease(std::uint16_t needle) {
@@ -346,7 +349,8 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
   }
 
   void notify(EventMessage device_notice) {
-    for (const EventMessage& event : notices_.add(std::move(device_notice), monotonic_ns())) broadcast(event);
+    const std::string needle = std::to_string(device_notice.needle);
+    device_notices_.add(needle, std::move(device_notice), monotonic_ns());
   }
 
   static DeviceInfo device_info(const Session& session, std::uint16_t needle) {
@@ -357,18 +361,20 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
 
   void on_socket(asio::ip::tcp::socket socket, std::shared_ptr<ConnectionSlot> slot) {
     const int buffer = options_.send_buffer_bytes;
-    if (options_.tls)
-      adopt(TlsConnection::at_server(std::move(socket), *options_.tls, handshakes_, buffer, kReadBufferBytes),
-            std::move(slot));
-    else
+    if (options_.tls) {
+      auto connection = TlsConnection::at_server(std::move(socket), *options_.tls, handshakes_,
+                                                 slot->origin(), buffer, kReadBufferBytes);
+      adopt(std::move(connection), std::move(slot));
+    } else {
       adopt(std::make_shared<TcpConnection>(std::move(socket), buffer, kReadBufferBytes), std::move(slot));
+    }
   }
 
   void on_timer() {
     const std::int64_t now = monotonic_ns();
     if (const auto time = checks_.as_of(now))
       for (const auto& session : sessions()) session->check_time(*time);
-    for (const EventMessage& event : notices_.due(now)) broadcast(event);
+    device_notices_.update(now);
     if (now >= next_state_ns_ && !is_stopped_) {
       next_state_ns_ = now + in_ns(options_.state_interval);
       broadcast_state();
@@ -393,7 +399,7 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
   std::shared_ptr<const Bytes> dose_body_;   // null: none yet
   FrameCache frames_;
   Gate gate_;
-  const std::shared_ptr<HandshakeLimit> handshakes_ = std::make_shared<HandshakeLimit>();
+  const std::shared_ptr<HandshakeTurns> handshakes_;
   const std::shared_ptr<Acceptor> acceptor_;
   asio::steady_timer timer_;
   std::map<std::uint64_t, std::shared_ptr<Session>> sessions_;
@@ -404,7 +410,11 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
   std::uint64_t forces_replaced_ = 0;
   std::uint64_t dropped_of_left_ = 0;  // snapshots, for sessions that ended
   std::uint64_t events_dropped_of_left_ = 0;
-  DeviceNotices notices_;
+  NoticeQueue device_notices_{
+      kDeviceNoticesPerS, kDeviceNoticesBurst, [this](EventMessage event, std::uint64_t count) {
+        if (count > 1) event.text += "; " + std::to_string(count - 1) + " notices before it left out";
+        broadcast(event);
+      }};
   PoseCounts poses_;
   std::int64_t next_state_ns_ = 0;
   TimeoutChecks checks_;
@@ -438,7 +448,7 @@ const ServerOptions& Server::options() const {
 Gate& Server::gate() {
   return impl_->gate();
 }
-const std::shared_ptr<HandshakeLimit>& Server::handshakes() const {
+const std::shared_ptr<HandshakeTurns>& Server::handshakes() const {
   return impl_->handshakes();
 }
 void Server::adopt(std::shared_ptr<Connection> connection, std::shared_ptr<ConnectionSlot> slot) {

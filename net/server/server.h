@@ -11,7 +11,6 @@
 #include "net/access/gate.h"
 #include "net/session/server_options.h"
 #include "net/transport/connection.h"
-#include "net/transport/tls/handshake_limit.h"
 #include "net/wire/codec.h"
 
 namespace boost::asio {
@@ -20,8 +19,11 @@ class io_context;
 
 namespace brachy::net {
 
+class HandshakeTurns;
+
 /// The native protocol's server (net/PROTOCOL.md): many viewers, one device a needle; snapshots and forces out, poses
-/// in. It makes no thread: everything runs on the one thread that runs `io`, handlers included. At worst a peer ends
+/// in. It makes no thread: everything runs on the one thread that runs `io`, handlers included, but for the steps
+/// of TLS handshakes where ServerOptions gives them a thread. At worst a peer ends
 /// its own session; no peer delays another.
 ///
 /// Threads: publish() from any one thread at a time, also while the io thread runs; all else (constructor and
@@ -45,7 +47,7 @@ class Server {
   /// Access control and connection limits, for the other listeners too.
   Gate& gate();
   /// Of the TLS handshakes on all ports.
-  const std::shared_ptr<HandshakeLimit>& handshakes() const;
+  const std::shared_ptr<HandshakeTurns>& handshakes() const;
 
   /// Starts a session on a connection of another listener, with the slot that the gate gave it; where the slot holds a
   /// refusal, sends it and closes. Closes at once after stop().

@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "core/base/error.h"
-#include "net/base/clock.h"
 #include "net/transport/tcp/tcp_socket.h"
 
 namespace brachy::net {
@@ -105,7 +104,7 @@ void Acceptor::accept_next() {
 
 void Acceptor::on_accepted(asio::ip::tcp::socket socket) {
   const std::string address = address_of_peer(socket);
-  auto slot = gate_->acquire_slot(address, monotonic_ns(), entry_);
+  auto slot = gate_->acquire_slot(address, entry_);
   if (slot) return on_socket_(std::move(socket), std::move(slot));
   log_("connection from " + address + " closed: too many are being refused");
 }

@@ -19,8 +19,11 @@ struct ServerOptions {
   bool allow_remote = false;          ///< bind an address that is not loopback without access control
   TokenGrants tokens;                 ///< empty: none required
   TlsContext tls;                     ///< none: no encryption; with it and tokens, any address may be bound
-  std::uint16_t needles = 1;          ///< 1 to 1024: one device lease each
-  std::uint32_t max_clients = 64;     ///< ≥ 1; connections of all listeners
+  /// Runs the steps of TLS handshakes on a thread of its own, in order, each once or, when the program ends, never; no
+  /// thread: they run on the io thread, and far fewer begin.
+  std::function<void(std::function<void()>)> handshake_thread;
+  std::uint16_t needles = 1;                      ///< 1 to 1024: one device lease each
+  std::uint32_t max_clients = 64;                 ///< ≥ 1; connections of all listeners
   std::uint32_t max_clients_per_address = 48;     ///< ≥ 1; of them
   std::uint32_t max_message_bytes = 64 * 1024;    ///< body from a client, 256 to 64 MiB
   std::uint32_t max_poses_per_s = 2000;           ///< ≥ 1; bursts of a tenth of it pass

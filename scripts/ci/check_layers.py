@@ -32,7 +32,8 @@ ONE_PLACE = [
     (r"#include <atomic>|std::atomic", r"core/realtime/triple_buffer\.h", "atomics"),
     (r"std::j?thread[ ({]|pthread_create|std::async\(",
      r"apps/(daemon/daemon\.(h|cpp)|brachy/live/relay\.cpp)", "creating threads"),
-    (r"std::(mutex|condition_variable|shared_mutex|recursive_mutex)", r"", "a lock"),
+    (r"std::(mutex|condition_variable|shared_mutex|recursive_mutex)",
+     r"apps/daemon/service/stderr_sink\.h", "a lock (of spdlog's sinks)"),
     (r"reinterpret_cast", r"(?!net/).*", "reinterpret_cast (never of wire bytes)"),
     # What comes from the network never becomes a file's name or content.
     (r"#include <(fstream|filesystem)>",

@@ -94,7 +94,7 @@ class World {
   const std::shared_ptr<FuzzedConnection> connection_ =
       std::make_shared<FuzzedConnection>([this](std::span<const std::byte> bytes) { hear(bytes); });
   const std::shared_ptr<igtl::IgtlSession> session_ = std::make_shared<igtl::IgtlSession>(
-      1, connection_, server_.gate().acquire_slot("127.0.0.1", monotonic_ns()),
+      1, connection_, server_.gate().acquire_slot("127.0.0.1"),
       igtl::IgtlSession::Environment{server_, messages_, std::chrono::milliseconds(1000),
                                      [this](const igtl::IgtlSession&, const std::string& reason) {
                                        EXPECT_FALSE(reason.empty());

@@ -3,7 +3,6 @@
 #include <array>
 #include <boost/asio/io_context.hpp>
 
-#include "net/base/clock.h"
 #include "net/server/server.h"
 #include "tests/fuzz/fuzzed_connection.h"
 #include "tests/fuzz/message_script.h"
@@ -26,7 +25,7 @@ class Client : public net::test::Heard {
       EXPECT_EQ(fatal(), ErrorCode{}) << "something follows a fatal ERROR";
       hear(bytes);
     });
-    server.adopt(connection_, server.gate().acquire_slot("127.0.0.1", monotonic_ns()));
+    server.adopt(connection_, server.gate().acquire_slot("127.0.0.1"));
   }
   ~Client() { connection_->leave(); }
   Client(const Client&) = delete;

@@ -1,7 +1,7 @@
 // Many peers that come and go in a burst: what one does never ends another's session.
 #include <algorithm>
 
-#include "net/session/device_notices.h"
+#include "net/session/notice_queue.h"
 #include "tests/net/net_testing.h"
 #include "tests/net/raw_peer.h"
 
@@ -14,18 +14,24 @@ EventMessage notice(std::uint16_t needle, const std::string& text) {
   return {EventKind::kDeviceAttached, needle, 0, text};
 }
 
-TEST(DeviceNotices, PassABurstAndThenTheNewestOfEachNeedle) {
-  DeviceNotices notices;
-  std::size_t sent = 0;
-  for (int i = 0; i < 500; ++i) sent += notices.add(notice(1, std::to_string(i)), kSecond).size();
-  EXPECT_EQ(sent, static_cast<std::size_t>(DeviceNotices::kBurst));
-  EXPECT_TRUE(notices.add(notice(2, "other needle"), kSecond).empty());
-  const auto later = notices.due(2 * kSecond);
-  ASSERT_EQ(later.size(), 2u);
-  EXPECT_EQ(later[0].text.find("499; "), 0u) << later[0].text;
-  EXPECT_EQ(later[1].text, "other needle");
-  EXPECT_EQ(sent + 1 + notices.left_out(), 500u);
-  EXPECT_TRUE(notices.due(100 * kSecond).empty());
+TEST(NoticeQueue, PassesABurstAndThenTheNewestOfEachKey) {
+  std::vector<std::string> passed;
+  std::uint64_t counted = 0;
+  NoticeQueue notices(4, 16, [&](const EventMessage& event, std::uint64_t count) {
+    passed.push_back(event.text);
+    counted += count;
+  });
+  for (int i = 0; i < 500; ++i) notices.add("1", notice(1, std::to_string(i)), kSecond);
+  EXPECT_EQ(passed.size(), 16u);
+  notices.add("2", notice(2, "other needle"), kSecond);
+  EXPECT_EQ(passed.size(), 16u);
+  notices.update(2 * kSecond);
+  ASSERT_EQ(passed.size(), 18u);
+  EXPECT_EQ(passed[16], "499");
+  EXPECT_EQ(passed[17], "other needle");
+  EXPECT_EQ(counted, 501u);
+  notices.update(100 * kSecond);
+  EXPECT_EQ(passed.size(), 18u);
 }
 
 struct CrowdTest : ServerFixture {

@@ -5,6 +5,7 @@
 #include <boost/asio/post.hpp>
 #include <boost/asio/signal_set.hpp>
 #include <boost/asio/steady_timer.hpp>
+#include <boost/asio/thread_pool.hpp>
 #include <cmath>
 #include <csignal>
 #include <exception>
@@ -81,12 +82,19 @@ net::ServerOptions server_options(const RelayOptions& options) {
   return o;
 }
 
-/// Serves a daemon's published session to viewers. Two threads: the caller's is the io thread, where messages are
+/// Serves a daemon's published session to viewers. The caller's is the io thread, where messages are
 /// decoded and viewers served; the feed's waits for the broker and hands it one message after the other.
+/// With TLS a third computes handshakes.
 class Relay {
  public:
   explicit Relay(const RelayOptions& options)
-      : options_(options), broker_(broker_options(options)), server_options_(server_options(options)) {}
+      : options_(options), broker_(broker_options(options)), server_options_(server_options(options)) {
+    if (!server_options_.tls) return;
+    handshakes_.emplace(1);
+    server_options_.handshake_thread = [this](std::function<void()> step) {
+      asio::post(*handshakes_, std::move(step));
+    };
+  }
 
   int run() {
     signals_.async_wait([this](const auto& error, int) {
@@ -339,6 +347,7 @@ class Relay {
   net::ServerOptions server_options_;  // its port is the one bound, once there is one
   std::optional<std::uint16_t> http_port_;
   asio::io_context io_{1};
+  std::optional<asio::thread_pool> handshakes_;
   asio::executor_work_guard<asio::io_context::executor_type> work_{io_.get_executor()};
   asio::signal_set signals_{io_, SIGINT, SIGTERM};
   asio::steady_timer duration_{io_}, clear_timer_{io_};

@@ -7,12 +7,11 @@
 #include <algorithm>
 #include <cerrno>
 #include <climits>
-#include <string>
 
 namespace brachy {
 namespace {
 
-constexpr int kWaitMs = 5;  // for a slow reader; no wait while lines are being dropped
+constexpr int kWaitMs = 5;  // for a slow reader; no wait while lines are waiting or being dropped
 
 bool is_pipe_or_socket(int descriptor) {
   struct stat about {};
@@ -24,12 +23,17 @@ bool is_pipe_or_socket(int descriptor) {
 NonBlockingStderr::NonBlockingStderr(int descriptor)
     : descriptor_(descriptor), may_block_(is_pipe_or_socket(descriptor)) {}
 
+void NonBlockingStderr::write_safety(std::string_view line) {
+  if (has_written_waiting() && has_written(line)) return;
+  if (waiting_.size() < kMostWaiting)
+    waiting_.emplace_back(line);
+  else
+    ++dropped_of_safety_;
+}
+
 std::streamsize NonBlockingStderr::xsputn(const char* text, std::streamsize size) {
-  if (left_out_ > 0 && is_writable()) {
-    const std::string note = std::to_string(left_out_) + " lines of the log dropped: its reader stalled\n";
-    if (write(note)) left_out_ = 0;
-  }
-  if (!write({text, static_cast<std::size_t>(size)})) ++left_out_;
+  std::string_view rest(text, static_cast<std::size_t>(size));
+  if (!has_written_waiting() || !has_written(rest)) ++dropped_;
   return size;  // an ostream would treat less as a failure, and stay failed
 }
 
@@ -39,8 +43,27 @@ NonBlockingStderr::int_type NonBlockingStderr::overflow(int_type character) {
   return traits_type::not_eof(character);
 }
 
-// A pipe or a socket that is writable accepts PIPE_BUF bytes without blocking.
-bool NonBlockingStderr::write(std::string_view text) {
+bool NonBlockingStderr::has_written_waiting() {
+  for (; !waiting_.empty(); waiting_.pop_front()) {
+    std::string_view rest = waiting_.front();
+    if (has_written(rest)) continue;
+    waiting_.front() = std::string(rest);
+    return false;
+  }
+  if (dropped_ == 0 && dropped_of_safety_ == 0) return true;
+  const std::string note = dropped_of_safety_ == 0
+                               ? std::to_string(dropped_) + " lines of the log dropped: its reader stalled\n"
+                               : std::to_string(dropped_ + dropped_of_safety_) +
+                                     " lines of the log dropped, " + std::to_string(dropped_of_safety_) +
+                                     " about safety: its reader stalled\n";
+  std::string_view rest = note;
+  if (!has_written(rest)) return false;
+  dropped_ = dropped_of_safety_ = 0;
+  return true;
+}
+
+// A pipe or a socket that is writable accepts PIPE_BUF bytes without blocking. `text` is left with what did not fit.
+bool NonBlockingStderr::has_written(std::string_view& text) {
   while (!text.empty()) {
     if (!is_writable()) return false;
     const ssize_t written = ::write(descriptor_, text.data(), std::min<std::size_t>(text.size(), PIPE_BUF));
@@ -52,8 +75,9 @@ bool NonBlockingStderr::write(std::string_view text) {
 }
 
 bool NonBlockingStderr::is_writable() {
+  const bool is_behind = !waiting_.empty() || dropped_ > 0 || dropped_of_safety_ > 0;
   pollfd ready{descriptor_, POLLOUT, 0};
-  return ::poll(&ready, 1, left_out_ > 0 ? 0 : kWaitMs) > 0;
+  return ::poll(&ready, 1, is_behind ? 0 : kWaitMs) > 0;
 }
 
 }  // namespace brachy

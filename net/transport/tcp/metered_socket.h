@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "net/base/clock.h"
+#include "net/wire/byte_io.h"
 
 namespace brachy::net {
 
@@ -22,9 +23,22 @@ struct MeteredSocket {
   using lowest_layer_type = boost::asio::ip::tcp::socket;
   lowest_layer_type& lowest_layer() { return socket; }
 
+  /// Reads `unread` first.
   template <class Buffers, class Handler>
   auto async_read_some(const Buffers& buffers, Handler&& handler) {
-    return socket.async_read_some(buffers, std::forward<Handler>(handler));
+    return boost::asio::async_compose<Handler, void(boost::system::error_code, std::size_t)>(
+        [this, buffers, is_begun = false](auto& self, boost::system::error_code error = {},
+                                          std::size_t size = 0) mutable {
+          if (std::exchange(is_begun, true)) return self.complete(error, size);
+          const auto into = buffers;  // self, which has the others, is moved
+          if (unread.empty()) return socket.async_read_some(into, std::move(self));
+          const std::size_t taken = boost::asio::buffer_copy(into, boost::asio::buffer(unread));
+          unread.erase(unread.begin(), unread.begin() + static_cast<std::ptrdiff_t>(taken));
+          boost::asio::post(socket.get_executor(), [self = std::move(self), taken]() mutable {
+            self.complete(boost::system::error_code(), taken);
+          });
+        },
+        handler, socket);
   }
 
   /// Writes at once if the send buffer has space, else once it has; so it detects a peer that it has to wait for.
@@ -64,6 +78,7 @@ struct MeteredSocket {
   }
 
   boost::asio::ip::tcp::socket socket;
+  Bytes unread = {};  // received by someone else before
   std::int64_t last_progress_ns = 0;
   std::int64_t last_waited_progress_ns = 0;
   bool was_full = false;  // the last write did not fit into the send buffer

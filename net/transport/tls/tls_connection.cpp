@@ -12,30 +12,23 @@
 #include "net/transport/tcp/tcp_socket.h"
 #include "net/transport/tls/tls_failure.h"
 #include "net/wire/codec.h"
-#include "net/wire/first_byte.h"
 
 namespace brachy::net {
 namespace asio = boost::asio;
 
-TlsConnection::TlsConnection(End end, asio::ip::tcp::socket socket, asio::ssl::context& context,
-                             int send_buffer_bytes, std::size_t read_buffer_bytes)
-    : end_(end),
-      context_(context),
-      plain_(MeteredSocket{std::move(socket)}),
-      peer_(peer_of(plain_->socket)),
-      read_buffer_(read_buffer_bytes),
-      turn_(plain_->get_executor()) {
-  set_up(plain_->socket, send_buffer_bytes);
-}
+TlsConnection::TlsConnection(End end, std::string peer, std::size_t read_buffer_bytes)
+    : end_(end), peer_(std::move(peer)), read_buffer_(read_buffer_bytes) {}
 
 std::shared_ptr<TlsConnection> TlsConnection::at_server(asio::ip::tcp::socket socket,
                                                         asio::ssl::context& context,
-                                                        std::shared_ptr<HandshakeLimit> limit,
-                                                        int send_buffer_bytes,
+                                                        std::shared_ptr<HandshakeTurns> turns,
+                                                        const std::string& origin, int send_buffer_bytes,
                                                         std::size_t read_buffer_bytes) {
   std::shared_ptr<TlsConnection> connection(
-      new TlsConnection(End::kServer, std::move(socket), context, send_buffer_bytes, read_buffer_bytes));
-  connection->limit_ = std::move(limit);
+      new TlsConnection(End::kServer, peer_of(socket), read_buffer_bytes));
+  set_up(socket, send_buffer_bytes);
+  connection->handshake_ =
+      std::make_shared<ServerHandshake>(MeteredSocket{std::move(socket)}, context, std::move(turns), origin);
   return connection;
 }
 
@@ -44,8 +37,9 @@ std::shared_ptr<TlsConnection> TlsConnection::at_client(asio::ip::tcp::socket so
                                                         int send_buffer_bytes,
                                                         std::size_t read_buffer_bytes) {
   std::shared_ptr<TlsConnection> connection(
-      new TlsConnection(End::kClient, std::move(socket), context, send_buffer_bytes, read_buffer_bytes));
-  connection->begin_tls();
+      new TlsConnection(End::kClient, peer_of(socket), read_buffer_bytes));
+  set_up(socket, send_buffer_bytes);
+  connection->stream_.emplace(MeteredSocket{std::move(socket)}, context);
   SSL* tls = connection->stream_->handle();
   boost::system::error_code is_name;
   asio::ip::make_address(host, is_name);
@@ -58,55 +52,31 @@ std::shared_ptr<TlsConnection> TlsConnection::at_client(asio::ip::tcp::socket so
   return connection;
 }
 
-void TlsConnection::begin_tls() {
-  stream_.emplace(std::move(*plain_), context_);
-  plain_.reset();
-}
-
 void TlsConnection::start(std::shared_ptr<ConnectionListener> listener) {
   listener_ = std::move(listener);
-  if (end_ == End::kServer) return read_first();
-  stream_->async_connect(
-      [self = shared_from_this()](const boost::system::error_code& error) { self->opened(error); });
-}
-
-/// Checked before OpenSSL, whose answer a client without TLS could not read.
-void TlsConnection::read_first() {
-  const auto rest = asio::buffer(read_buffer_) + first_bytes_;
-  socket().async_read_some(
-      rest, [self = shared_from_this()](const boost::system::error_code& error, std::size_t size) {
-        if (!self->listener_) return;
-        if (error) return self->lost(error);
-        self->first_bytes_ += size;
-        if (self->read_buffer_[0] != std::byte{kFirstByteOfTls}) return self->answer_plain();
-        const auto first = std::span<const std::byte>(self->read_buffer_).first(self->first_bytes_);
-        switch (find_client_hello(first, self->read_buffer_.size())) {
-          case ClientHello::kIncomplete:
-            return self->read_first();
-          case ClientHello::kComplete:
-            return self->begin_handshake();
-          case ClientHello::kBad:
-            return self->lost("TLS: it began with no ClientHello");
-        }
-      });
-}
-
-void TlsConnection::begin_handshake() {
-  if (has_left(socket().socket)) return lost("closed by the peer");
-  if (!limit_->may_begin(monotonic_ns())) {
-    turn_.expires_after(std::chrono::milliseconds(5));
-    turn_.async_wait([self = shared_from_this()](const boost::system::error_code& error) {
-      if (!error && self->listener_) self->begin_handshake();
+  const auto self = shared_from_this();
+  if (handshake_)
+    return handshake_->start([self](ServerHandshake::Outcome outcome, const std::string& why) {
+      self->on_handshake(outcome, why);
     });
-    return;
+  stream_->async_connect([self](const boost::system::error_code& error) {
+    if (!self->listener_) return;
+    error ? self->lost(error) : self->open();
+  });
+}
+
+void TlsConnection::on_handshake(ServerHandshake::Outcome outcome, const std::string& why) {
+  switch (outcome) {
+    case ServerHandshake::Outcome::kOpen:
+      stream_.emplace(handshake_->take_stream());
+      handshake_.reset();
+      return open();
+    case ServerHandshake::Outcome::kPlain:
+      return answer_plain();
+    case ServerHandshake::Outcome::kLeft:
+    case ServerHandshake::Outcome::kFailed:
+      return lost(why);
   }
-  const std::int64_t begin_ns = thread_cpu_ns();
-  begin_tls();
-  // OpenSSL answers the ClientHello within this call.
-  stream_->async_accept(
-      asio::buffer(read_buffer_, first_bytes_),
-      [self = shared_from_this()](const boost::system::error_code& failure) { self->opened(failure); });
-  limit_->spent(thread_cpu_ns() - begin_ns);
 }
 
 void TlsConnection::answer_plain() {
@@ -118,9 +88,7 @@ void TlsConnection::answer_plain() {
   lost("it speaks no TLS, and this port takes nothing else");
 }
 
-void TlsConnection::opened(const boost::system::error_code& error) {
-  if (!listener_) return;
-  if (error) return lost(error);
+void TlsConnection::open() {
   phase_ = Phase::kOpen;
   if (!header_.empty()) write_all();
   read_some();
@@ -188,7 +156,7 @@ void TlsConnection::drain() {
 
 void TlsConnection::close() {
   listener_.reset();
-  turn_.cancel();
+  if (handshake_) return handshake_->close();
   boost::system::error_code ignored;
   socket().socket.close(ignored);
 }
@@ -196,7 +164,6 @@ void TlsConnection::close() {
 void TlsConnection::lost(const boost::system::error_code& error) {
   const bool is_end = error == asio::error::eof || error == asio::ssl::error::stream_truncated;
   if (is_end && phase_ == Phase::kOpen) return lost("closed by the peer");
-  if (!stream_) return lost(is_end ? "closed by the peer" : error.message());
   if (phase_ == Phase::kOpen && error.category() != asio::error::get_ssl_category())
     return lost(error.message());
   lost(end_ == End::kServer ? failure_with_client(error, stream_->handle())

@@ -1,26 +1,26 @@
 #pragma once
 
-#include <boost/asio/steady_timer.hpp>
 #include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "net/transport/connection.h"
-#include "net/transport/tls/handshake_limit.h"
+#include "net/transport/tls/server_handshake.h"
 #include "net/transport/tls/tls_stream.h"
 
 namespace brachy::net {
 
 /// Connection over TLS over TCP, either end. The handshake begins with start(); what is written before its end waits
 /// for it. Who shows the server a wrong certificate, or does anything but TLS, is on_closed() with the reason; a peer
-/// that does nothing is left to the owner's timeouts. At the server a handshake waits for its turn (HandshakeLimit).
+/// that does nothing is left to the owner's timeouts. At the server a handshake waits for its turn (HandshakeTurns).
 class TlsConnection final : public Connection, public std::enable_shared_from_this<TlsConnection> {
  public:
   static std::shared_ptr<TlsConnection> at_server(boost::asio::ip::tcp::socket socket,
                                                   boost::asio::ssl::context& context,
-                                                  std::shared_ptr<HandshakeLimit> limit,
-                                                  int send_buffer_bytes, std::size_t read_buffer_bytes);
+                                                  std::shared_ptr<HandshakeTurns> turns,
+                                                  const std::string& origin, int send_buffer_bytes,
+                                                  std::size_t read_buffer_bytes);
   /// `host` is the name or address that the server's certificate must hold.
   static std::shared_ptr<TlsConnection> at_client(boost::asio::ip::tcp::socket socket,
                                                   boost::asio::ssl::context& context, const std::string& host,
@@ -39,15 +39,12 @@ class TlsConnection final : public Connection, public std::enable_shared_from_th
   enum class End { kServer, kClient };
   enum class Phase { kHandshake, kOpen, kEnding };
 
-  TlsConnection(End end, boost::asio::ip::tcp::socket socket, boost::asio::ssl::context& context,
-                int send_buffer_bytes, std::size_t read_buffer_bytes);
-  MeteredSocket& socket() const { return plain_ ? *plain_ : stream_->socket(); }
+  TlsConnection(End end, std::string peer, std::size_t read_buffer_bytes);
+  MeteredSocket& socket() const { return handshake_ ? handshake_->socket() : stream_->socket(); }
 
-  void begin_tls();
-  void read_first();
-  void begin_handshake();
+  void on_handshake(ServerHandshake::Outcome outcome, const std::string& why);
   void answer_plain();
-  void opened(const boost::system::error_code& error);
+  void open();
   void read_some();
   void write_all();
   void drain();
@@ -55,18 +52,13 @@ class TlsConnection final : public Connection, public std::enable_shared_from_th
   void lost(const std::string& reason);
 
   const End end_;
-  boost::asio::ssl::context& context_;
-  // At the server TLS begins with the handshake: many of those that come in a flood never get that far. One of both is
-  // set. Asio's accessors are not const.
-  mutable std::optional<MeteredSocket> plain_;
+  // One of both is set: at the server first the handshake. Asio's accessors are not const.
+  std::shared_ptr<ServerHandshake> handshake_;
   mutable std::optional<TlsStream> stream_;
   const std::string peer_;
   Phase phase_ = Phase::kHandshake;
   std::shared_ptr<ConnectionListener> listener_;  // null once closed
   std::vector<std::byte> read_buffer_;
-  std::size_t first_bytes_ = 0;            // of the ClientHello, in read_buffer_
-  std::shared_ptr<HandshakeLimit> limit_;  // at the server
-  boost::asio::steady_timer turn_;
   Bytes header_;  // empty: nothing is being written
   std::shared_ptr<const Bytes> body_;
 };

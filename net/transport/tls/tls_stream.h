@@ -25,14 +25,7 @@ class TlsStream {
   MeteredSocket& socket() { return stream_.next_layer(); }
   SSL* handle() { return stream_.native_handle(); }
 
-  /// The handshake as server; `first` was read from the peer before. `handler(error)`.
-  template <class Handler>
-  void async_accept(boost::asio::const_buffer first, Handler handler) {
-    stream_.async_handshake(boost::asio::ssl::stream_base::server, first,
-                            [handler = std::move(handler)](const boost::system::error_code& error,
-                                                           std::size_t) mutable { handler(error); });
-  }
-  /// The handshake as client.
+  /// The handshake as client; a server's is ServerHandshake.
   template <class Handler>
   void async_connect(Handler handler) {
     stream_.async_handshake(boost::asio::ssl::stream_base::client, std::move(handler));

@@ -85,10 +85,21 @@ class Daemon:
         return int(re.search(rf"^{key}:\s+(\d+)", read(f"/proc/{self.pid}/status"), re.M)[1])
 
 
+class Relay:
+    """brachy relay, listening, of what a daemon publishes to `nats`."""
+
+    def __init__(self, folder, nats):
+        self.process = start([BIN + "brachy", "relay", "--nats", nats, "--port", "0"], folder, "relay")
+        found, _ = wait_for(
+            "the relay", lambda: re.search(r"(?m)^brachy relay listening on .*:(\d+)$", read(f"{folder}/relay.out"))
+        )
+        self.port = int(found[1])
+
+
 @contextlib.contextmanager
 def running(process):
     """Ends what still runs when the block is left."""
-    of = process.process if isinstance(process, Daemon) else process
+    of = process.process if isinstance(process, (Daemon, Relay)) else process
     try:
         yield process
     finally:

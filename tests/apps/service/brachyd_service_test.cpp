@@ -1,6 +1,7 @@
 // brachyd as a service: its notifications, the watchdog, and the health page.
 #include <fcntl.h>
 
+#include <algorithm>
 #include <csignal>
 
 #include "tests/apps/http_get.h"
@@ -89,13 +90,27 @@ TEST_F(BrachydService, ALogThatNobodyReadsHoldsNothingUp) {
     ASSERT_TRUE(viewer.join(port));
     EXPECT_TRUE(viewer.until([&] { return viewer.frames.size() > 3; }));
   }
+  std::string told;
+  {
+    Peer device(net::Role::kDevice);
+    ASSERT_TRUE(device.join(port));
+    device.client.send_pose({}, monotonic_ns());  // and then none
+    ASSERT_TRUE(device.until([&] {
+      const auto event = std::ranges::find(device.events, net::EventKind::kSafety, &net::EventMessage::kind);
+      if (event != device.events.end()) told = event->text;
+      return !told.empty();
+    }));
+  }
   std::string log;  // read at the end
   std::string piece(65536, '\0');
   const auto read_all = [&] {
     for (ssize_t size = 0; (size = read(read_end.get(), piece.data(), piece.size())) > 0;)
       log.append(piece.data(), static_cast<std::size_t>(size));
   };
-  read_all();
+  ASSERT_TRUE(until([&] {
+    read_all();
+    return log.find(" safety: " + told + "\n") != std::string::npos;
+  })) << told;
   Peer late;
   ASSERT_TRUE(late.join(port));
   ASSERT_TRUE(until([&] {
