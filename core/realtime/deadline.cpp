@@ -29,6 +29,12 @@ std::int64_t monotonic_ns() {
   return now.tv_sec * kNsPerSecond + now.tv_nsec;
 }
 
+std::int64_t thread_cpu_ns() {
+  timespec now{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return now.tv_sec * kNsPerSecond + now.tv_nsec;
+}
+
 Clock& monotonic_clock() {
   static MonotonicClock clock;
   return clock;

@@ -20,6 +20,14 @@ class Clock {
 /// Real-time: a vDSO call.
 std::int64_t monotonic_ns();
 
+/// CLOCK_THREAD_CPUTIME_ID, ns: the processor time of this thread, which is what work costs, whatever else runs on the
+/// machine.
+///
+/// Threads: any, each with its own.
+///
+/// Real-time: a system call.
+std::int64_t thread_cpu_ns();
+
 /// CLOCK_MONOTONIC with clock_nanosleep(TIMER_ABSTIME). Stateless; lives as long as the program.
 Clock& monotonic_clock();
 

@@ -2,10 +2,9 @@
 #include <cmath>
 #include <map>
 
-#include "core/base/number_csv.h"
 #include "core/solve/rbf_field.h"
 #include "core/solve/rbf_system.h"
-#include "tests/apps/apps_testing.h"
+#include "tests/apps/reference_run.h"
 
 namespace brachy {
 namespace {
@@ -14,37 +13,18 @@ using namespace test;
 using Json = nlohmann::json;
 namespace fs = std::filesystem;
 
-const fs::path kReferences = kConfigFolder.parent_path() / "tests/reference";
-
-struct Vectors {
-  std::vector<Vec3> positions, displacements;
-};
-
-Vectors load(const fs::path& file) {
-  const NumberTable table = load_number_csv(file, "x,y,z,dx,dy,dz");
-  Vectors v;
-  for (std::size_t i = 0; i < table.rows(); ++i) {
-    const auto row = table.row(i);
-    v.positions.emplace_back(row[0], row[1], row[2]);
-    v.displacements.emplace_back(row[3], row[4], row[5]);
-  }
-  return v;
-}
-
 struct Compare : ::testing::Test {
   TempFolder folder;
 
-  Ended compare(std::vector<std::string> more, const fs::path& references = kReferences) {
+  static std::vector<std::string> line(std::vector<std::string> more,
+                                       const fs::path& references = kReferences) {
     more.insert(more.begin(), {"compare", "--quick", "--references", references.string()});
-    return run_brachy(more);
+    return more;
   }
-  Json rows_of(std::vector<std::string> more) {
-    const fs::path file = folder / "compare.json";
-    more.insert(more.end(), {"--json", file.string()});
-    const Ended ended = compare(std::move(more));
-    EXPECT_TRUE(exited(ended, 0));
-    return Json::parse(read_file(file)).at("rows");
+  static Ended compare(std::vector<std::string> more, const fs::path& references = kReferences) {
+    return run_brachy(line(std::move(more), references));
   }
+  static Json rows_of(std::vector<std::string> more) { return run_on_references(line(std::move(more))).rows; }
 };
 
 TEST_F(Compare, RowsOfPsiAreTheErrorsOfThePlainInterpolant) {
@@ -56,8 +36,9 @@ TEST_F(Compare, RowsOfPsiAreTheErrorsOfThePlainInterpolant) {
     const fs::path scene = kReferences / row.at("scene").get<std::string>();
     const double support = row.at("support_mm");
     const Kernel kernel = *find_kernel(row.at("kernel").get<std::string>());
-    const Vectors landmarks = load(scene / "landmarks.csv"), field = load(scene / "field.csv"),
-                  targets = load(scene / "targets.csv");
+    const ReferenceVectors landmarks = load_vectors(scene / "landmarks.csv"),
+                           field = load_vectors(scene / "field.csv"),
+                           targets = load_vectors(scene / "targets.csv");
     RbfSystem system(kernel, support, static_cast<int>(landmarks.positions.size()));
     ASSERT_TRUE(system.factorize(landmarks.positions));
     std::vector<Vec3> weights(landmarks.positions.size());

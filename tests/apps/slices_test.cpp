@@ -7,6 +7,7 @@
 #include "apps/study/compare/compare_slices.h"
 #include "apps/study/stability/stability_slices.h"
 #include "tests/apps/apps_testing.h"
+#include "tests/reference_files.h"
 
 namespace brachy {
 namespace {
@@ -93,7 +94,7 @@ TEST(Slice, EverySweepIsInOneSliceAndTheLongestIsAlone) {
 TEST_F(Slices, OfAComparisonMergeToTheRunThatWasNotSliced) {
   const std::vector<std::string> line = {
       "compare",      "--quick",
-      "--references", (kConfigFolder.parent_path() / "tests/reference").string(),
+      "--references", kReferences.string(),
       "--models",     "psi31_a12,psi30_a24,compact_elastic,mass_spring_8mm",
       "--scenes",     "lateral,neo_hookean"};
   std::vector<std::string> whole = line;

@@ -2,20 +2,16 @@
 #include <set>
 
 #include "apps/study/ticks/large_motion.h"
-#include "core/base/number_csv.h"
-#include "tests/apps/apps_testing.h"
+#include "tests/apps/reference_run.h"
 
 namespace brachy {
 namespace {
 
 using namespace test;
 using Json = nlohmann::json;
-namespace fs = std::filesystem;
-
-const fs::path kMotions = kConfigFolder.parent_path() / "tests/reference/large_motion";
 
 TEST(LargeMotions, LandmarksMoveInProportionToTheLevel) {
-  const LargeMotion motion = load_large_motion(kMotions / "drag");
+  const LargeMotion motion = load_large_motion(kLargeMotions / "drag");
   ASSERT_EQ(motion.levels.size(), 4u);
   ASSERT_EQ(motion.landmarks.size(), 13u);
   for (std::size_t k = 0; k < 4; ++k) {
@@ -27,11 +23,11 @@ TEST(LargeMotions, LandmarksMoveInProportionToTheLevel) {
 }
 
 TEST(LargeMotions, AContactIsOneLandmarkByTheLawOrWithTheSpheresCore) {
-  const LargeMotion law = load_large_motion(kMotions / "indentation");
+  const LargeMotion law = load_large_motion(kLargeMotions / "indentation");
   ASSERT_EQ(law.landmarks.size(), 1u);
   EXPECT_EQ(law.levels.back().motion_mm, 7.5);
   EXPECT_NEAR(law.levels.back().spreads[0].stiffness_n_per_mm, 0.3 + 0.06 * 7.5, 1e-12);
-  const LargeMotion sphere = load_large_motion(kMotions / "sphere_4");
+  const LargeMotion sphere = load_large_motion(kLargeMotions / "sphere_4");
   ASSERT_EQ(sphere.landmarks.size(), 1u);
   EXPECT_EQ(sphere.levels.back().spreads[0].core_mm, 6);
   EXPECT_GT(sphere.given.landmarks.size(), 1u);  // comparators have the rigid sphere's points
@@ -40,9 +36,10 @@ TEST(LargeMotions, AContactIsOneLandmarkByTheLawOrWithTheSpheresCore) {
 TEST(LargeMotions, ForcesOnLandmarksAreTogetherThoseOfTheReference) {
   for (const char* name : {"insertion_10", "insertion_20", "insertion_40", "withdrawal_20"}) {
     SCOPED_TRACE(name);
-    const LargeMotion motion = load_large_motion(kMotions / name);
+    const LargeMotion motion = load_large_motion(kLargeMotions / name);
     ASSERT_TRUE(motion.is_by_forces);
-    const NumberTable table = load_number_csv(kMotions / name / "forces.csv", "level,x,y,z,fx,fy,fz,core_mm");
+    const NumberTable table =
+        load_number_csv(kLargeMotions / name / "forces.csv", "level,x,y,z,fx,fy,fz,core_mm");
     Vec3 stated = Vec3::Zero(), given = Vec3::Zero(), stated_moment = Vec3::Zero(),
          given_moment = Vec3::Zero();
     for (std::size_t i = 0; i < table.rows(); ++i) {
@@ -61,16 +58,11 @@ TEST(LargeMotions, ForcesOnLandmarksAreTogetherThoseOfTheReference) {
 }
 
 TEST(Ticks, EveryLevelHasARowWithItsLandmarksMet) {
-  TempFolder folder;
-  const fs::path file = folder / "ticks.json";
-  const Ended ended =
-      run_brachy({"ticks", "--models", "psi31,thin_plate_walls", "--scenes", "sphere_2,insertion_10",
-                  "--references", kMotions.parent_path().string(), "--json", file.string()});
-  ASSERT_TRUE(exited(ended, 0));
-  EXPECT_NE(ended.out.find("| psi31 |"), std::string::npos);
-  const Json report = Json::parse(read_file(file));
+  const ReferenceRun run = run_on_references({"ticks", "--models", "psi31,thin_plate_walls", "--scenes",
+                                              "sphere_2,insertion_10", "--references", kReferences.string()});
+  EXPECT_NE(run.table.find("| psi31 |"), std::string::npos);
   std::multiset<std::string> rows;
-  for (const Json& row : report.at("rows")) {
+  for (const Json& row : run.rows) {
     const std::string model = row.at("model"), scene = row.at("scene");
     rows.insert(model + " " + scene);
     EXPECT_GT(row.at("rel_l2"), 0);

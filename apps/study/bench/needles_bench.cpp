@@ -2,12 +2,12 @@
 // cm/s: ours is Simulator::step, the baseline the same with one needle. The quantiles are of every tick's
 // thread time, which no one else's load is part of.
 #include <cmath>
-#include <ctime>
 #include <memory>
 
 #include "apps/study/bench/benches.h"
 #include "apps/study/bench/turns.h"
 #include "apps/study/bench/workload.h"
+#include "core/realtime/deadline.h"
 #include "core/realtime/histogram.h"
 #include "core/scene/load_simulation_model.h"
 #include "core/scene/load_tissue.h"
@@ -18,12 +18,6 @@ namespace {
 
 constexpr double kStride = 0.6;  // mm a tick: 12 cm/s at 200 Hz, clinical (core/DESIGN.md, section 4)
 constexpr double kStart = -50, kDeepest = 32;
-
-std::int64_t thread_ns() {
-  timespec t{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
-  return t.tv_sec * 1'000'000'000LL + t.tv_nsec;
-}
 
 /// `count` needles in, 8 mm apart; then all of them to and fro in their last millimetres.
 class Insertion {
@@ -39,9 +33,9 @@ class Insertion {
     z_ = kDeepest + kStride * (4 - std::abs(phase - 8));
   }
   void step() {
-    const std::int64_t start = thread_ns();
+    const std::int64_t start = thread_cpu_ns();
     step_at(z_);
-    times_.record(thread_ns() - start);
+    times_.record(thread_cpu_ns() - start);
     flags_ |= state_.summary.step_flags;
   }
   const MeshState& state() const { return state_; }

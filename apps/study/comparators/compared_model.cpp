@@ -1,5 +1,8 @@
 #include "apps/study/comparators/compared_model.h"
 
+#include <algorithm>
+#include <stdexcept>
+
 namespace brachy {
 
 std::vector<double> ComparedModel::jacobians(std::span<const Vec3> X) const {
@@ -21,6 +24,22 @@ std::vector<double> ComparedModel::jacobians(std::span<const Vec3> X) const {
     det.push_back(F.determinant());
   }
   return det;
+}
+
+int come_to_rest(ComparedModel& model, std::span<const Vec3> displacements, double at_rest_mm,
+                 std::span<Vec3> u) {
+  constexpr int kMostTicks = 400;
+  std::vector<Vec3> before(u.size());
+  model.read(before);
+  for (int ticks = 1; ticks < kMostTicks; ++ticks) {
+    model.tick(displacements);
+    model.read(u);
+    double moved = 0;
+    for (std::size_t i = 0; i < u.size(); ++i) moved = std::max(moved, (u[i] - before[i]).norm());
+    if (moved <= at_rest_mm) return ticks;
+    std::ranges::copy(u, before.begin());
+  }
+  throw std::runtime_error("does not come to rest");
 }
 
 }  // namespace brachy

@@ -46,4 +46,10 @@ class ComparedModel {
   static constexpr double kTickPeriod = 0.005;  ///< s, 200 Hz
 };
 
+/// Ticks on with the same displacements (n, mm) until no point moves by more than `at_rest_mm` in a tick; returns all
+/// ticks since these displacements, of which the caller made the first. u: the field at rest (N, mm).
+/// Errors: std::runtime_error where it does not come to rest.
+int come_to_rest(ComparedModel& model, std::span<const Vec3> displacements, double at_rest_mm,
+                 std::span<Vec3> u);
+
 }  // namespace brachy

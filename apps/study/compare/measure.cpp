@@ -4,69 +4,29 @@
 
 #include <algorithm>
 #include <cmath>
-#include <ctime>
 #include <stdexcept>
+
+#include "apps/study/compare/field_error.h"
 
 namespace brachy {
 namespace {
 
-double thread_cpu_ms() {
-  timespec now;
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) * 1e3 + static_cast<double>(now.tv_nsec) * 1e-6;
-}
+constexpr double kAtRest = 1e-4;  // of the largest displacement, a tick
 
 std::size_t heap_bytes() {
   const auto info = mallinfo2();
   return info.uordblks + info.hblkhd;
 }
 
-/// Ticks with the same displacements until no point moves by more than a ten-thousandth of them; leaves the field in u.
-int come_to_rest(ComparedModel& model, std::span<const Vec3> displacements, std::vector<Vec3>& u) {
-  constexpr int kMostTicks = 400;
-  double size = 0;
-  for (const Vec3& d : displacements) size = std::max(size, d.norm());
-  std::vector<Vec3> before(u.size());
-  model.read(before);
-  for (int ticks = 1; ticks < kMostTicks; ++ticks) {
-    model.tick(displacements);
-    model.read(u);
-    double moved = 0;
-    for (std::size_t i = 0; i < u.size(); ++i) moved = std::max(moved, (u[i] - before[i]).norm());
-    if (moved <= 1e-4 * size) return ticks;
-    before.swap(u);
-  }
-  throw std::runtime_error("does not come to rest");
-}
-
 void take_errors(CompareRow& row, const ReferenceScene& scene, const std::vector<Vec3>& u) {
-  double wrong = 0, all = 0;
-  for (std::size_t i = 0; i < scene.field.size(); ++i) {
-    const double error = (u[i] - scene.field[i]).norm();
-    wrong += error * error;
-    all += scene.field[i].squaredNorm();
-    row.max_mm = std::max(row.max_mm, error);
-  }
-  row.rel_l2 = std::sqrt(wrong / all);
+  const auto [rel_l2, max_mm] = field_error(u, scene.field);
+  row.rel_l2 = rel_l2;
+  row.max_mm = max_mm;
   for (std::size_t i = 0; i < scene.targets.size(); ++i) {
     const double error = (u[scene.field.size() + i] - scene.targets[i]).norm();
     row.target_mm += error / static_cast<double>(scene.targets.size());
     row.target_max_mm = std::max(row.target_max_mm, error);
   }
-}
-
-/// Median time of calls of `tick`, which returns its ms.
-template <class Tick>
-double median_ms(const Effort& effort, Tick tick) {
-  std::vector<double> times;
-  for (double spent = 0;
-       static_cast<int>(times.size()) < effort.least_ticks ||
-       (spent < effort.tick_budget_ms && static_cast<int>(times.size()) < effort.most_ticks);
-       spent += times.back())
-    times.push_back(tick());
-  const auto middle = times.begin() + static_cast<std::ptrdiff_t>(times.size() / 2);
-  std::nth_element(times.begin(), middle, times.end());
-  return *middle;
 }
 
 /// Ticks whose displacements vary by a twentieth, after the model has adjusted to them; then with the first landmark,
@@ -117,7 +77,9 @@ CompareRow measure(const ModelEntry& entry, const ReferenceScene& scene, const E
     model->set_up(scene.given);
     model->tick(scene.displacements);
     row.setup_ms = thread_cpu_ms() - start;
-    row.ticks_to_rest = come_to_rest(*model, scene.displacements, u);
+    double size = 0;
+    for (const Vec3& d : scene.displacements) size = std::max(size, d.norm());
+    row.ticks_to_rest = come_to_rest(*model, scene.displacements, kAtRest * size, u);
     take_errors(row, scene, u);
     const auto judged = static_cast<std::ptrdiff_t>(scene.field.size() + scene.targets.size());
     const std::vector<double> det =

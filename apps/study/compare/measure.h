@@ -5,14 +5,9 @@
 
 #include "apps/study/compare/models.h"
 #include "apps/study/compare/reference_scene.h"
+#include "apps/study/compare/timing.h"
 
 namespace brachy {
-
-/// How long to time a model's ticks.
-struct Effort {
-  double tick_budget_ms = 150;
-  int least_ticks = 7, most_ticks = 300;
-};
 
 /// A model on a scene. Errors are against the reference field; times are the thread's processor time, ms.
 struct CompareRow {

@@ -7,7 +7,7 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
-#include "core/base/simd/simd_target.h"
+#include "apps/study/compare/row_report.h"
 
 namespace brachy {
 namespace {
@@ -65,16 +65,15 @@ std::string cell(const std::vector<double>& values, const char* format, double f
 }  // namespace
 
 std::string to_json(const std::vector<CompareRow>& rows, bool quick) {
-  Json json = {{"quick", quick}, {"simd", to_string(best_simd_target())}, {"rows", Json::array()}};
-  for (const CompareRow& row : rows) json["rows"].push_back(to_json(row));
-  return json.dump(1) + "\n";
+  Json all = Json::array();
+  for (const CompareRow& row : rows) all.push_back(to_json(row));
+  return report_text(quick, std::move(all));
 }
 
 std::string to_markdown(const std::vector<CompareRow>& rows) {
   std::vector<std::string> order;
   for (const CompareRow& row : rows)
-    if (row.listed && row.error.empty() && std::ranges::find(order, row.model) == order.end())
-      order.push_back(row.model);
+    if (row.listed && row.error.empty()) add_name(order, row.model);
 
   std::string text =
       "| model | homogeneous, % | stiff gland, % | free face, % | neo-Hookean, % | worst point, mm | "

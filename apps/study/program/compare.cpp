@@ -1,14 +1,14 @@
 #include <fmt/format.h>
 
-#include <algorithm>
+#include <functional>
 #include <iostream>
-#include <stdexcept>
 
 #include "apps/command_line/options.h"
 #include "apps/command_line/output_file.h"
 #include "apps/study/compare/compare_beads.h"
 #include "apps/study/compare/compare_slices.h"
 #include "apps/study/compare/report.h"
+#include "apps/study/program/report_files.h"
 #include "apps/study/program/study.h"
 #include "apps/study/program/wanted.h"
 #include "apps/terminal/progress.h"
@@ -20,21 +20,13 @@ namespace {
 std::vector<ModelEntry> choose_models(const CompareOptions& options) {
   // A model that is named is run with --quick too.
   std::vector<ModelEntry> models = all_models(options.quick && options.models.empty());
-  std::vector<std::string> names;
-  names.reserve(models.size());
-  for (const ModelEntry& model : models) names.push_back(model.name);
-  check_wanted(options.models, names, "--models");
-  std::erase_if(models, [&](const ModelEntry& model) { return !is_wanted(model.name, options.models); });
+  keep_wanted(models, std::mem_fn(&ModelEntry::name), options.models, "--models");
   return models;
 }
 
 std::vector<std::filesystem::path> choose_scenes(const CompareOptions& options) {
   auto folders = find_reference_scenes(options.references ? *options.references : default_references());
-  std::vector<std::string> names;
-  names.reserve(folders.size());
-  for (const auto& folder : folders) names.push_back(folder.filename().string());
-  check_wanted(options.scenes, names, "--scenes");
-  std::erase_if(folders, [&](const auto& f) { return !is_wanted(f.filename().string(), options.scenes); });
+  keep_wanted(folders, folder_name, options.scenes, "--scenes");
   return folders;
 }
 
@@ -67,17 +59,11 @@ std::vector<CompareRow> run(const std::vector<ReferenceScene>& scenes, const std
   return rows;
 }
 
-/// Prints and writes the table, and writes the JSON.
 int report(const CompareOptions& options, const std::vector<CompareRow>& rows, const std::string& json,
            const std::string& below_table = "") {
-  const std::string table = to_markdown(rows) + below_table;
-  if (options.json) write_text(*options.json, json);
-  if (options.markdown) write_text(*options.markdown, table);
-  std::cout << table;
-  // A slice may have no result; the merge reports that.
-  if (options.slice || std::ranges::any_of(rows, [](const CompareRow& row) { return row.error.empty(); }))
-    return kExitOk;
-  throw std::runtime_error("no model had a result for any scene");
+  write_report(options.json, json, options.markdown, to_markdown(rows) + below_table);
+  if (!options.slice) check_results(rows);  // a slice may have no result; the merge reports that
+  return kExitOk;
 }
 
 }  // namespace

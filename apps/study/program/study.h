@@ -13,14 +13,19 @@ namespace brachy {
 // The commands of brachy-study: the options of each, after checking, and the function that runs it. Each function
 // returns an ExitCode (apps/command_line/options.h) and throws UserError for bad input.
 
-struct CompareOptions {
-  std::optional<std::filesystem::path> references;      ///< none: the installed scenes, or the sources'
-  std::optional<std::filesystem::path> beads;           ///< measured beads instead of reference scenes
+/// Of what runs models on reference scenes and reports rows.
+struct ReferenceRunOptions {
+  std::optional<std::filesystem::path> references;      ///< none: the installed ones, or the sources'
   std::optional<std::filesystem::path> json, markdown;  ///< files to write
   std::vector<std::string> models, scenes;              ///< beginnings of names; empty: all
-  bool quick = false;                                   ///< listed models only, ticks timed for less long
-  std::optional<Slice> slice;                           ///< of the rows; written to `json`
-  std::vector<std::filesystem::path> merge;             ///< slices' files, instead of running anything
+  bool quick = false;
+};
+
+/// `quick`: listed models only, ticks timed for less long.
+struct CompareOptions : ReferenceRunOptions {
+  std::optional<std::filesystem::path> beads;  ///< measured beads instead of reference scenes
+  std::optional<Slice> slice;                  ///< of the rows; written to `json`
+  std::vector<std::filesystem::path> merge;    ///< slices' files, instead of running anything
 };
 
 struct StabilityOptions {
@@ -34,11 +39,8 @@ struct StabilityOptions {
   std::vector<std::filesystem::path> merge;   ///< slices' files, instead of sweeping anything
 };
 
-struct TicksOptions {
-  std::optional<std::filesystem::path> references;      ///< none: the installed ones, or the sources'
-  std::optional<std::filesystem::path> json, markdown;  ///< files to write
-  std::vector<std::string> models, scenes;              ///< beginnings of names; empty: all
-  bool quick = false;                                   ///< some of the scenes
+/// `quick`: some of the scenes.
+struct TicksOptions : ReferenceRunOptions {
   bool choices = false;  ///< all that "auto" chooses among, without comparators
 };
 

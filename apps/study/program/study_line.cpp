@@ -43,6 +43,16 @@ void add_slice_options(CLI::App& command, std::optional<Slice>& slice,
   for (const std::string& option : of_run) whole->excludes(command.get_option(option));
 }
 
+/// What to run on reference scenes, and where its rows go.
+void add_row_options(CLI::App& command, ReferenceRunOptions& options) {
+  command.add_option("--json", options.json, "write all rows as JSON");
+  command.add_option("--markdown", options.markdown, "write the table, which is printed anyway");
+  command.add_option("--models", options.models, "beginnings of model names, comma-separated")
+      ->delimiter(',');
+  command.add_option("--scenes", options.scenes, "beginnings of scene names, comma-separated")
+      ->delimiter(',');
+}
+
 StudyLine add_compare(CLI::App& app) {
   auto options = std::make_shared<CompareOptions>();
   auto* command = add_command(app, "compare");
@@ -67,12 +77,7 @@ StudyLine add_compare(CLI::App& app) {
   command->add_option("--references", options->references,
                       "folder of reference scenes; default: the installed or the sources' tests/reference");
   auto* beads = command->add_option("--beads", options->beads, "CSV i,j,k,x0,y0,z0,x1,y1,z1,…");
-  command->add_option("--json", options->json, "write all rows as JSON");
-  command->add_option("--markdown", options->markdown, "write the table, which is printed anyway");
-  command->add_option("--models", options->models, "beginnings of model names, comma-separated")
-      ->delimiter(',');
-  command->add_option("--scenes", options->scenes, "beginnings of scene names, comma-separated")
-      ->delimiter(',');
+  add_row_options(*command, *options);
   command->add_flag("--quick", options->quick, "listed models only, ticks timed for less long");
   add_slice_options(*command, options->slice, options->merge, {"--beads", "--markdown"},
                     {"--beads", "--references", "--models", "--scenes", "--quick"});
@@ -127,12 +132,7 @@ StudyLine add_ticks(CLI::App& app) {
       "Exit codes: 0 done, 1 no model had a result, 2 bad input.");
   command->add_option("--references", options->references,
                       "folder with large_motion; default: the installed or the sources' tests/reference");
-  command->add_option("--json", options->json, "write all rows as JSON");
-  command->add_option("--markdown", options->markdown, "write the table, which is printed anyway");
-  command->add_option("--models", options->models, "beginnings of model names, comma-separated")
-      ->delimiter(',');
-  command->add_option("--scenes", options->scenes, "beginnings of scene names, comma-separated")
-      ->delimiter(',');
+  add_row_options(*command, *options);
   command->add_flag("--quick", options->quick, "some of the scenes only");
   command->add_flag("--choices", options->choices,
                     "every setting that [model] kernel = \"auto\" chooses among, timed; no comparators");

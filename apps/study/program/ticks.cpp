@@ -1,11 +1,12 @@
 #include <algorithm>
+#include <functional>
 #include <iostream>
 #include <optional>
-#include <stdexcept>
 
 #include "apps/command_line/options.h"
 #include "apps/command_line/output_file.h"
 #include "apps/study/compare/reference_scene.h"
+#include "apps/study/program/report_files.h"
 #include "apps/study/program/study.h"
 #include "apps/study/program/wanted.h"
 #include "apps/study/ticks/tick_errors.h"
@@ -29,15 +30,15 @@ bool is_comparator(const ModelEntry& model) {
 
 std::vector<LargeMotion> load_motions(const TicksOptions& options) {
   const auto references = options.references ? *options.references : default_references();
+  auto folders = find_reference_scenes(references / "large_motion");
+  if (options.quick && options.scenes.empty())
+    std::erase_if(folders, [](const auto& folder) {
+      return std::ranges::find(kQuickScenes, folder_name(folder)) == kQuickScenes.end();
+    });
+  keep_wanted(folders, folder_name, options.scenes, "--scenes");
   std::vector<LargeMotion> motions;
-  std::vector<std::string> names;
-  for (const auto& folder : find_reference_scenes(references / "large_motion")) {
-    names.push_back(folder.filename().string());
-    const bool is_left_out = options.quick && options.scenes.empty() &&
-                             std::ranges::find(kQuickScenes, names.back()) == kQuickScenes.end();
-    if (!is_left_out && is_wanted(names.back(), options.scenes)) motions.push_back(load_large_motion(folder));
-  }
-  check_wanted(options.scenes, names, "--scenes");
+  motions.reserve(folders.size());
+  for (const auto& folder : folders) motions.push_back(load_large_motion(folder));
   return motions;
 }
 
@@ -52,10 +53,7 @@ int ticks(const TicksOptions& options) {
     models.push_back({model.name, model});
   for (const ModelEntry& entry : others)
     if (is_comparator(entry) && !options.choices) models.push_back({entry.name, {}, &entry});
-  std::vector<std::string> names;
-  for (const Measured& model : models) names.push_back(model.name);
-  check_wanted(options.models, names, "--models");
-  std::erase_if(models, [&](const Measured& model) { return !is_wanted(model.name, options.models); });
+  keep_wanted(models, std::mem_fn(&Measured::name), options.models, "--models");
 
   const std::vector<LargeMotion> motions = load_motions(options);
   std::vector<TickRow> rows;
@@ -74,12 +72,9 @@ int ticks(const TicksOptions& options) {
       std::cerr << "ticks: " << motion.name << ", " << model.name << ": " << levels.front().error << "\n";
     }
   progress.finish();
-  if (options.json) write_text(*options.json, to_json(rows, options.quick));
-  const std::string table = to_markdown(rows);
-  if (options.markdown) write_text(*options.markdown, table);
-  std::cout << table;
-  if (std::ranges::any_of(rows, [](const TickRow& row) { return row.error.empty(); })) return kExitOk;
-  throw std::runtime_error("no model had a result for any scene");
+  write_report(options.json, to_json(rows, options.quick), options.markdown, to_markdown(rows));
+  check_results(rows);
+  return kExitOk;
 }
 
 }  // namespace brachy

@@ -3,10 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <iostream>
 
 #include "apps/command_line/options.h"
 #include "apps/command_line/output_file.h"
+#include "apps/study/program/report_files.h"
 #include "apps/study/program/study.h"
 #include "apps/terminal/progress.h"
 
@@ -39,9 +39,7 @@ int zwidth(const ZWidthOptions& options) {
           1e3 * device.mass_kg, 1e3 * device.damping_n_s_per_mm,
           calm_under ? "Every case is calm" : "NOT every case is calm",
           rings_over ? "every case rings" : "NOT every case rings");
-  if (options.json) write_text(*options.json, to_json(points, device));
-  if (options.markdown) write_text(*options.markdown, text);
-  std::cout << text;
+  write_report(options.json, to_json(points, device), options.markdown, text);
   return calm_under ? kExitOk : kExitFailed;
 }
 

@@ -2,14 +2,15 @@
 
 #include <algorithm>
 #include <cmath>
-#include <ctime>
 #include <memory>
 #include <stdexcept>
 
 #include <fmt/format.h>
 #include <Eigen/LU>
 
+#include "apps/study/compare/field_error.h"
 #include "apps/study/compare/match_points.h"
+#include "apps/study/compare/timing.h"
 #include "core/models/matrix_kernel/matrix_models.h"
 #include "core/scene/load_simulation_model.h"
 #include "core/scene/load_tissue.h"
@@ -21,11 +22,7 @@ namespace {
 // mm, of the ψ kernels that "auto" chooses among; 12 is the default.
 constexpr double kSupports[] = {6, 8, 12, 16, 24, 32, 48, 64, 96};
 
-double thread_cpu_ms() {
-  timespec now;
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) * 1e3 + static_cast<double>(now.tv_nsec) * 1e-6;
-}
+constexpr double kAtRest = 1e-3;  // mm a tick
 
 TickRow row_of(const LargeMotion& motion, const LargeMotion::Level& level, const std::string& model) {
   TickRow row;
@@ -37,14 +34,9 @@ TickRow row_of(const LargeMotion& motion, const LargeMotion::Level& level, const
 
 /// `u`: at the scene's points, of which the field's come first.
 void take_errors(TickRow& row, const LargeMotion::Level& level, const std::vector<Vec3>& u) {
-  double wrong = 0, all = 0;
-  for (std::size_t i = 0; i < level.field.size(); ++i) {
-    const double error = (u[i] - level.field[i]).norm();
-    wrong += error * error;
-    all += level.field[i].squaredNorm();
-    row.max_mm = std::max(row.max_mm, error);
-  }
-  row.rel_l2 = std::sqrt(wrong / all);
+  const auto [rel_l2, max_mm] = field_error(u, level.field);
+  row.rel_l2 = rel_l2;
+  row.max_mm = max_mm;
 }
 
 /// A row a level, with the error that stopped the model.
@@ -151,37 +143,17 @@ class ShownField {
 
 /// Median time of calls of `evaluate` with displacements that differ a little each time.
 template <class Evaluate>
-double median_ms(std::span<const Vec3> displacements, int repeats, Evaluate evaluate) {
-  std::vector<double> times;
+double evaluation_ms(std::span<const Vec3> displacements, int repeats, Evaluate evaluate) {
   std::vector<Vec3> d(displacements.size());
-  for (int k = 0; k < repeats; ++k) {
-    const double share = 1 + 0.01 * std::sin(0.7 * (k + 1));
+  int count = 0;
+  const Effort effort{.tick_budget_ms = 0, .least_ticks = repeats, .most_ticks = repeats};
+  return median_ms(effort, [&] {
+    const double share = 1 + 0.01 * std::sin(0.7 * ++count);
     std::ranges::transform(displacements, d.begin(), [&](const Vec3& v) -> Vec3 { return share * v; });
     const double start = thread_cpu_ms();
     evaluate(d);
-    times.push_back(thread_cpu_ms() - start);
-  }
-  const auto middle = times.begin() + static_cast<std::ptrdiff_t>(times.size() / 2);
-  std::ranges::nth_element(times, middle);
-  return *middle;
-}
-
-/// Ticks until a model with inertia is at rest.
-void come_to_rest(ComparedModel& model, std::span<const Vec3> displacements, std::vector<Vec3>& u) {
-  constexpr int kMostTicks = 400;
-  constexpr double kAtRest = 1e-3;  // mm a tick
-  std::vector<Vec3> before(u.size());
-  model.tick(displacements);
-  model.read(before);
-  for (int ticks = 1; ticks < kMostTicks; ++ticks) {
-    model.tick(displacements);
-    model.read(u);
-    double moved = 0;
-    for (std::size_t i = 0; i < u.size(); ++i) moved = std::max(moved, (u[i] - before[i]).norm());
-    if (!(moved > kAtRest)) return;
-    before.swap(u);
-  }
-  throw std::runtime_error("does not come to rest");
+    return thread_cpu_ms() - start;
+  });
 }
 
 }  // namespace
@@ -235,7 +207,7 @@ std::vector<TickRow> measure_ticks(const ShownModel& model, const LargeMotion& m
       row.substeps = certificate.substeps;
       if (model.repeats == 0) continue;
       row.evaluation_ms =
-          median_ms(displacements, model.repeats, [&, k = 0](const std::vector<Vec3>& d) mutable {
+          evaluation_ms(displacements, model.repeats, [&, k = 0](const std::vector<Vec3>& d) mutable {
             // All of these landmarks are in the tissue, as a daemon's are; and each tick has another set.
             if (motion.is_by_forces)
               shown.move_last(motion.landmarks.back() - Vec3(0, 0, 0.2 * (1 + std::sin(0.7 * ++k))));
@@ -257,12 +229,13 @@ std::vector<TickRow> measure_comparator(const ModelEntry& comparator, const Larg
     model->set_up(motion.given);
     std::vector<Vec3> u(motion.given.points.size());
     for (const LargeMotion::Level& level : motion.levels) {
-      come_to_rest(*model, level.given_displacements, u);
+      model->tick(level.given_displacements);
+      come_to_rest(*model, level.given_displacements, kAtRest, u);
       rows.push_back(row_of(motion, level, comparator.name));
       rows.back().is_in_daemon = false;
       take_errors(rows.back(), level, u);
-      rows.back().evaluation_ms =
-          median_ms(level.given_displacements, repeats, [&](const std::vector<Vec3>& d) { model->tick(d); });
+      rows.back().evaluation_ms = evaluation_ms(level.given_displacements, repeats,
+                                                [&](const std::vector<Vec3>& d) { model->tick(d); });
     }
   } catch (const std::exception& e) {
     rows = failed(motion, comparator.name, e.what());

@@ -1,10 +1,9 @@
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "apps/study/compare/row_report.h"
 #include "apps/study/ticks/tick_errors.h"
-#include "core/base/simd/simd_target.h"
 
 namespace brachy {
 namespace {
@@ -40,17 +39,16 @@ Json to_json(const TickRow& row) {
 template <class Member>
 std::vector<std::string> names(const std::vector<TickRow>& rows, Member member) {
   std::vector<std::string> all;
-  for (const TickRow& row : rows)
-    if (std::ranges::find(all, row.*member) == all.end()) all.push_back(row.*member);
+  for (const TickRow& row : rows) add_name(all, row.*member);
   return all;
 }
 
 }  // namespace
 
 std::string to_json(const std::vector<TickRow>& rows, bool quick) {
-  Json json = {{"quick", quick}, {"simd", to_string(best_simd_target())}, {"rows", Json::array()}};
-  for (const TickRow& row : rows) json["rows"].push_back(to_json(row));
-  return json.dump(1) + "\n";
+  Json all = Json::array();
+  for (const TickRow& row : rows) all.push_back(to_json(row));
+  return report_text(quick, std::move(all));
 }
 
 std::string to_markdown(const std::vector<TickRow>& rows) {

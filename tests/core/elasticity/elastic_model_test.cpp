@@ -1,25 +1,13 @@
 #include <gtest/gtest.h>
 
-#include "core/base/number_csv.h"
 #include "core/models/matrix_kernel/matrix_kernel_system.h"
 #include "core/models/matrix_kernel/matrix_models.h"
 #include "core/scene/file/scene_file.h"
 #include "core/scene/load_body.h"
+#include "tests/reference_files.h"
 
 namespace brachy {
 namespace {
-
-struct Samples {
-  explicit Samples(const std::string& file) {
-    const NumberTable table = load_number_csv(file, "x,y,z,dx,dy,dz");
-    for (std::size_t i = 0; i < table.rows(); ++i) {
-      const auto row = table.row(i);
-      positions.push_back({row[0], row[1], row[2]});
-      displacements.push_back({row[3], row[4], row[5]});
-    }
-  }
-  std::vector<Vec3> positions, displacements;  // mm
-};
 
 // A stored scene, the field of which CalculiX solved, and how far from it the model was measured (relative L2).
 struct StoredScene {
@@ -30,9 +18,10 @@ struct StoredScene {
 class ElasticModel : public testing::TestWithParam<StoredScene> {};
 
 TEST_P(ElasticModel, IsAsCloseToTheFiniteElementsAsMeasured) {
-  const std::string folder = std::string(BRACHY_SOURCE_DIR "/tests/reference/") + GetParam().name + "/";
-  const ElasticBody body = load_body(load_scene(folder + "scene.toml"));
-  const Samples landmarks(folder + "landmarks.csv"), field(folder + "field.csv");
+  const std::filesystem::path folder = test::kReferences / GetParam().name;
+  const ElasticBody body = load_body(load_scene(folder / "scene.toml"));
+  const test::ReferenceVectors landmarks = test::load_vectors(folder / "landmarks.csv"),
+                               field = test::load_vectors(folder / "field.csv");
   const auto kernel = make_matrix_kernel("elastic", body);
   MatrixKernelSystem system(*kernel);
   ASSERT_TRUE(system.factorize(landmarks.positions));

@@ -6,14 +6,12 @@
 #include <numbers>
 #include <random>
 
-#include "core/base/number_csv.h"
 #include "core/models/matrix_kernel/matrix_kernel_system.h"
 #include "tests/core/elasticity/symmetric_eigenvalues.h"
+#include "tests/reference_files.h"
 
 namespace brachy {
 namespace {
-
-const std::filesystem::path kReference = std::filesystem::path(BRACHY_SOURCE_DIR) / "tests" / "reference";
 
 ElasticBody body_of(double poisson) {
   ElasticBody body;
@@ -174,24 +172,10 @@ TEST(CompactFit, IsDoneBeforeAStartUpNotices) {
   EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::milliseconds(10));
 }
 
-struct Points {
-  std::vector<Vec3> positions, displacements;
-};
-
-Points load(const std::string& scene, const char* file) {
-  const NumberTable table = load_number_csv(kReference / scene / file, "x,y,z,dx,dy,dz");
-  Points points;
-  for (std::size_t i = 0; i < table.rows(); ++i) {
-    const auto row = table.row(i);
-    points.positions.emplace_back(row[0], row[1], row[2]);
-    points.displacements.emplace_back(row[3], row[4], row[5]);
-  }
-  return points;
-}
-
 // Relative L2 error over field.csv, %.
 double error_of(const std::string& scene, double poisson) {
-  const Points landmarks = load(scene, "landmarks.csv"), field = load(scene, "field.csv");
+  const test::ReferenceVectors landmarks = test::load_vectors(test::kReferences / scene / "landmarks.csv"),
+                               field = test::load_vectors(test::kReferences / scene / "field.csv");
   const CompactKernel kernel = CompactKernel::of_body(body_of(poisson));
   MatrixKernelSystem system(kernel);
   EXPECT_TRUE(system.factorize(landmarks.positions));

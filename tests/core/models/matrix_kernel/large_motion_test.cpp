@@ -8,12 +8,12 @@
 
 #include <Eigen/LU>
 
-#include "core/base/number_csv.h"
 #include "core/geometry/tissue/tissue.h"
 #include "core/models/guard/guarded_field.h"
 #include "core/models/matrix_kernel/matrix_composition.h"
 #include "core/scene/file/scene_file.h"
 #include "core/scene/load_body.h"
+#include "tests/reference_files.h"
 #include "tests/sanitized.h"
 
 namespace brachy {
@@ -37,10 +37,6 @@ std::string header_of(const Case& motion) {
   return header;
 }
 
-Vec3 vector_of(std::span<const double> row, std::size_t first) {
-  return {row[first], row[first + 1], row[first + 2]};
-}
-
 struct Landmarks {
   std::vector<Vec3> positions, directions;  // at rest, mm; for 1 mm of motion
   std::vector<LandmarkSpread> spreads;
@@ -54,24 +50,18 @@ Landmarks landmarks_of(const std::string& name, const std::filesystem::path& fol
     if (name != "indentation") landmarks.spreads[0].core_mm = name == "sphere_2" ? 3 : 6;
     return landmarks;
   }
-  const NumberTable table = load_number_csv(folder / "landmarks.csv", "x,y,z,dx,dy,dz");
-  double full = 0;
-  for (std::size_t i = 0; i < table.rows(); ++i) full = std::max(full, vector_of(table.row(i), 3).norm());
-  for (std::size_t i = 0; i < table.rows(); ++i) {
-    landmarks.positions.push_back(vector_of(table.row(i), 0));
-    landmarks.directions.push_back(vector_of(table.row(i), 3) / full);
-  }
+  const test::ReferenceVectors full = test::load_vectors(folder / "landmarks.csv");
+  double most = 0;
+  for (const Vec3& d : full.displacements) most = std::max(most, d.norm());
+  landmarks.positions = full.positions;
+  for (const Vec3& d : full.displacements) landmarks.directions.push_back(d / most);
   landmarks.spreads.resize(landmarks.positions.size());
   return landmarks;
 }
 
-std::filesystem::path folder_of(const std::string& name) {
-  return std::filesystem::path(BRACHY_SOURCE_DIR) / "tests/reference/large_motion" / name;
-}
-
 std::vector<Vec3> points_of(const NumberTable& table) {
   std::vector<Vec3> points;
-  for (std::size_t i = 0; i < table.rows(); ++i) points.push_back(vector_of(table.row(i), 0));
+  for (std::size_t i = 0; i < table.rows(); ++i) points.push_back(test::vector_at(table.row(i), 0));
   return points;
 }
 
@@ -90,7 +80,7 @@ double error_percent(const GuardedField& field, const std::vector<Vec3>& points,
                      std::size_t level) {
   double error = 0, size = 0;
   for (std::size_t i = 0; i < points.size(); ++i) {
-    const Vec3 reference = vector_of(table.row(i), 3 + 3 * level);
+    const Vec3 reference = test::vector_at(table.row(i), 3 + 3 * level);
     error += (field.displacement_at(points[i]) - reference).squaredNorm();
     size += reference.squaredNorm();
   }
@@ -121,7 +111,7 @@ TEST_P(LargeMotion, IsShownAsANeoHookeanSolidMoves) {
   if (test::kIsSanitized) GTEST_SKIP() << "skipped: finite elements take long under a sanitizer";
   const Case& motion = GetParam();
   const std::string& name = motion.name;
-  const std::filesystem::path folder = folder_of(name);
+  const std::filesystem::path folder = test::kLargeMotions / name;
   const ElasticBody body = load_body(load_scene(folder / "scene.toml"));
   const NumberTable table = load_number_csv(folder / "field.csv", header_of(motion));
   const std::vector<Vec3> points = points_of(table);
@@ -184,18 +174,18 @@ Forces forces_of(const std::filesystem::path& folder) {
     const auto row = table.row(i);
     if (row[7] > kWidestOfShaft) continue;
     if (const auto n = static_cast<double>(blobs++ % kBlobsOfLandmark); n > 0) {
-      needle.positions.back() = (n * needle.positions.back() + vector_of(row, 1)) / (n + 1);
-      needle.forces.back() += vector_of(row, 4);
+      needle.positions.back() = (n * needle.positions.back() + test::vector_at(row, 1)) / (n + 1);
+      needle.forces.back() += test::vector_at(row, 4);
     } else {
-      needle.positions.push_back(vector_of(row, 1));
-      needle.forces.push_back(vector_of(row, 4));
+      needle.positions.push_back(test::vector_at(row, 1));
+      needle.forces.push_back(test::vector_at(row, 4));
     }
   }
   needle.spreads.resize(needle.positions.size());
   const auto last = table.row(table.rows() - 1);
   if (last[7] > kWidestOfShaft) {
-    needle.positions.push_back(vector_of(last, 1));
-    needle.forces.push_back(vector_of(last, 4));
+    needle.positions.push_back(test::vector_at(last, 1));
+    needle.forces.push_back(test::vector_at(last, 4));
     needle.spreads.push_back({.core_mm = last[7], .behind = 0});
   }
   return needle;
@@ -232,10 +222,10 @@ class StagedInsertion : public testing::TestWithParam<Stage> {};
 TEST_P(StagedInsertion, IsShownAsANeoHookeanSolidMovesUnderTheNeedlesForces) {
   if (test::kIsSanitized) GTEST_SKIP() << "skipped: it takes long under a sanitizer";
   const auto& [name, model, at_most] = GetParam();
-  const ElasticBody body = load_body(load_scene(folder_of(name) / "scene.toml"));
-  const NumberTable table = load_number_csv(folder_of(name) / "field.csv", "x,y,z,dx1,dy1,dz1");
+  const ElasticBody body = load_body(load_scene(test::kLargeMotions / name / "scene.toml"));
+  const NumberTable table = load_number_csv(test::kLargeMotions / name / "field.csv", "x,y,z,dx1,dy1,dz1");
   const std::vector<Vec3> points = points_of(table);
-  const Forces needle = forces_of(folder_of(name));
+  const Forces needle = forces_of(test::kLargeMotions / name);
   const Tissue tissue = build_tissue({}, points);
   GuardedField guarded = field_of(tissue, body, model);
   const std::vector<Vec3> displacements = displacements_of(needle, guarded.plain_field());
