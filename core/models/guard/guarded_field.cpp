@@ -110,8 +110,8 @@ void GuardedField::add_to_certificate(const InjectivitySearch::Result& result) n
   flags_ |= result.verdict == Verdict::kFolded ? kStepFolded : kStepUncertified;
 }
 
-// Once a part of the tick's field is left undecided so is the tick, and of many sources kWork decides nothing: then only
-// folds are looked for.
+// Once a part of the tick's field is left undecided so is the tick, and of many sources kWork decides nothing: then
+// only folds are looked for.
 std::uint64_t GuardedField::most_work(const CellField& cells) const noexcept {
   const bool is_hopeless = certificate_.verdict == Verdict::kUnknown || cells.sources() > kMostSources;
   return is_hopeless ? kFoldWork : kWork;

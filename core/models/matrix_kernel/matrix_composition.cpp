@@ -107,6 +107,8 @@ double MatrixComposition::begin(std::span<const Vec3> positions,
   landmark_displacements_ = displacements;
   count_ = 0;
   begin_way();
+  least_determinant_ = 1;
+  for (Turn& turn : turns_) turn.is_present = false;
   is_correcting_ = false;
   missed_ = 0;
   const MatrixKernelField::Parts parts = field_.parts();
@@ -299,12 +301,15 @@ void MatrixComposition::end() noexcept {
   is_late_ = false;
 }
 
-// All blocks; or those that have waited longest for how fast they move, of which each counts one way in every state.
+// All blocks that do not show the present landmarks yet; or those of them that have waited longest for how fast they
+// move.
 void MatrixComposition::choose_blocks() noexcept {
   std::size_t cost = kStepCost;
   for (std::size_t k = 0; k < count_; ++k) cost += kStepCost + steps_[k].forces.size();
   const std::size_t most = std::max<std::size_t>(1, kBlockRingSteps / cost);
-  chosen_ = all_blocks_;
+  chosen_.clear();
+  for (const std::uint32_t b : all_blocks_)
+    if (!turns_[b].is_present) chosen_.push_back(b);
   is_late_ = most < chosen_.size();
   if (!is_late_) return;
   const auto end = chosen_.begin() + static_cast<std::ptrdiff_t>(most);
@@ -355,13 +360,12 @@ void MatrixComposition::evaluate_block(std::uint32_t b, std::vector<NearSource>&
   }
   Turn& turn = turns_[b];
   const Eigen::Vector3f way = Eigen::Vector3f(u.ux[0], u.uy[0], u.uz[0]) - before;
-  turn = {1, way.norm() / static_cast<float>(turn.age)};
+  turn = {1, way.norm() / static_cast<float>(turn.age), true};
 }
 
 // Points close to a needle and a few of each block's first; then all of the blocks with the least among these and of
 // those where a step would fold first; and the least of all once more, in double.
 void MatrixComposition::find_least_determinant() noexcept {
-  least_determinant_ = 1;
   std::array<std::pair<double, std::uint32_t>, kRefined> worst;
   worst.fill({2, 0});
   std::array<PointAt, CellPoints::kCount> points;

@@ -110,8 +110,9 @@ class MatrixComposition : public Composition {
 
   /// When a block was evaluated, and how fast it moved then.
   struct Turn {
-    std::uint32_t age = 1;  ///< ticks
-    float speed = 0;        ///< mm a tick
+    std::uint32_t age = 1;    ///< ticks
+    float speed = 0;          ///< mm a tick
+    bool is_present = false;  ///< it shows what was begun last
     float priority() const { return static_cast<float>(age) * (age < kOldest ? speed + kSlowest : kFirst); }
   };
 

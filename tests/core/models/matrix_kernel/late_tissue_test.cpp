@@ -1,0 +1,135 @@
+// Sixteen needles: more than a tick has time for, so that some blocks of the tissue come later (kStepLate).
+#include <gtest/gtest.h>
+
+#include "core/models/guard/guarded_field.h"
+#include "core/models/matrix_kernel/matrix_composition.h"
+#include "core/models/step_flag.h"
+#include "core/scene/load_tissue.h"
+#include "tests/core/simulation/allocation_guard.h"
+
+namespace brachy {
+namespace {
+
+constexpr std::size_t kLandmarks = 64;
+constexpr int kMostTicks = 20;  // until all of it has come
+
+const Tissue& phantom() {
+  static const Tissue tissue = load_tissue(Scene{}).tissue;
+  return tissue;
+}
+
+std::unique_ptr<GuardedField> composed() {
+  auto field = std::make_unique<MatrixKernelField>(
+      phantom(), "elastic", ElasticBody{},
+      MatrixKernelField::Options{.max_landmarks = kLandmarks, .evaluates_points = false});
+  auto composition =
+      std::make_unique<MatrixComposition>(phantom(), *field, best_simd_target(), kLandmarks, std::size_t{8});
+  return std::make_unique<GuardedField>(phantom(), std::move(field), std::move(composition), GuardSettings{},
+                                        kLandmarks);
+}
+
+struct Push {
+  std::vector<Vec3> positions, displacements;
+};
+
+// Shafts of four landmarks each, 8 mm apart, moved by d.
+Push sixteen(const Vec3& d) {
+  Push push;
+  for (int n = 0; n < 16; ++n)
+    for (int k = 0; k < 4; ++k) {
+      push.positions.emplace_back(8 * (n % 4) - 12, 8 * (n / 4) - 12, 6 * k - 14);
+      push.displacements.push_back(n % 2 ? d : Vec3(-0.5 * d));
+    }
+  return push;
+}
+
+bool is_late(const GuardedField& field) {
+  return (field.flags() & kStepLate) != 0;
+}
+
+// Ticks with the same landmarks until nothing is late.
+int stand_still(GuardedField& field, const Push& push) {
+  int ticks = 0;
+  while (is_late(field) && ticks < kMostTicks) {
+    EXPECT_TRUE(field.update(push.positions, push.displacements));
+    EXPECT_NE(field.evaluation(), Evaluation::kIdle);
+    ++ticks;
+  }
+  return ticks;
+}
+
+Vec3 first_of(const GuardedField& field, std::uint32_t b) {
+  const BlockDisplacement<float>& u = field.displacement(b);
+  return Vec3(u.ux[0], u.uy[0], u.uz[0]);
+}
+
+std::size_t blocks_that_differ(const GuardedField& a, const GuardedField& b) {
+  std::size_t count = 0;
+  for (std::uint32_t block = 0; block < phantom().blocks.size(); ++block)
+    count += first_of(a, block) != first_of(b, block);
+  return count;
+}
+
+TEST(LateTissue, ComesWhileNothingMovesAndIsThenWhatAnyTickShows) {
+  const auto moved = composed(), fresh = composed();
+  const Push before = sixteen({1, 1, 2}), push = sixteen({2, 0, 1});
+  ASSERT_TRUE(moved->update(before.positions, before.displacements));
+  const std::uint64_t allocated = test::allocation_count();
+  ASSERT_TRUE(moved->update(push.positions, push.displacements));
+  EXPECT_EQ(test::allocation_count(), allocated);
+  ASSERT_TRUE(fresh->update(push.positions, push.displacements));
+  ASSERT_TRUE(is_late(*moved));
+  ASSERT_TRUE(is_late(*fresh));
+  EXPECT_GT(blocks_that_differ(*moved, *fresh), 0u);
+
+  EXPECT_LT(stand_still(*moved, push), kMostTicks);
+  EXPECT_LT(stand_still(*fresh, push), kMostTicks);
+  EXPECT_EQ(blocks_that_differ(*moved, *fresh), 0u);
+  ASSERT_TRUE(moved->update(push.positions, push.displacements));
+  EXPECT_EQ(moved->evaluation(), Evaluation::kIdle);
+}
+
+TEST(LateTissue, LandmarksAreWhereTheyBelongInEveryTick) {
+  const auto field = composed();
+  for (const Vec3& d : {Vec3(1, 1, 2), Vec3(2, 0, 1), Vec3(0, -1.5, 2)}) {
+    const Push push = sixteen(d);
+    ASSERT_TRUE(field->update(push.positions, push.displacements));
+    ASSERT_TRUE(is_late(*field));
+    for (std::size_t i = 0; i < push.positions.size(); ++i)
+      EXPECT_LT((field->displacement_at(push.positions[i]) - push.displacements[i]).norm(), 0.02) << i;
+  }
+}
+
+TEST(LateTissue, NoBlockWaitsForever) {
+  const auto field = composed();
+  std::vector<int> waited(phantom().blocks.size(), 0);
+  std::vector<Vec3> last(phantom().blocks.size(), Vec3::Zero());
+  for (int tick = 0; tick < 60; ++tick) {
+    const Push push = sixteen(Vec3(1 + 0.01 * tick, 0.5, 2 - 0.01 * tick));
+    ASSERT_TRUE(field->update(push.positions, push.displacements));
+    ASSERT_TRUE(is_late(*field));
+    for (std::uint32_t b = 0; b < waited.size(); ++b) {
+      const bool has_come = first_of(*field, b) != std::exchange(last[b], first_of(*field, b));
+      waited[b] = has_come ? 0 : waited[b] + 1;
+      ASSERT_LE(waited[b], kMostTicks) << b;
+    }
+  }
+}
+
+TEST(LateTissue, IsAtRestOnceNoLandmarkIsLeft) {
+  const auto field = composed();
+  const Push push = sixteen({1, 1, 2});
+  ASSERT_TRUE(field->update(push.positions, push.displacements));
+  stand_still(*field, push);
+  ASSERT_TRUE(field->update({}, {}));
+  EXPECT_TRUE(field->touched().empty());
+  // What the next contact has no time for is at rest, not where the last one left it.
+  const auto fresh = composed();
+  ASSERT_TRUE(field->update(push.positions, push.displacements));
+  ASSERT_TRUE(fresh->update(push.positions, push.displacements));
+  ASSERT_TRUE(is_late(*field));
+  EXPECT_EQ(blocks_that_differ(*field, *fresh), 0u);
+}
+
+}  // namespace
+}  // namespace brachy
