@@ -70,8 +70,8 @@ struct SimulationModel {
                   const SimulationSettings& settings = {}, std::optional<Plan> plan = {});
 
   std::size_t max_landmarks() const;  ///< of a tick: all needles' and the anchors
-  double landmark_stiffness_n_per_mm()
-      const;  ///< of one landmark alone (core/elasticity/landmark_stiffness.h)
+  /// Of one landmark alone (core/elasticity/landmark_stiffness.h).
+  double landmark_stiffness_n_per_mm() const;
 
   Tissue tissue;
   SurfaceBvh surface;  ///< the tissue's

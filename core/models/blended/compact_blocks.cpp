@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "core/base/share_out.h"
 #include "core/models/matrix_kernel/near_field.h"
 
 namespace brachy {
@@ -34,16 +35,9 @@ void CompactBlocks::set_landmarks(std::span<const Vec3> positions) noexcept {
 }
 
 void CompactBlocks::evaluate(std::span<const Vec3> forces) noexcept {
-  // One thread does not enter OpenMP at all: libgomp allocates at every parallel region.
-  if (sources_.size() == 1) {
-    for (const std::uint32_t b : touched_) evaluate_block(b, forces, sources_[0]);
-    return;
-  }
-  const auto threads = static_cast<std::ptrdiff_t>(sources_.size());
-#pragma omp parallel for schedule(static, 1) num_threads(static_cast <int>(threads))
-  for (std::ptrdiff_t t = 0; t < threads; ++t)
-    for (auto k = static_cast<std::size_t>(t); k < touched_.size(); k += sources_.size())
-      evaluate_block(touched_[k], forces, sources_[static_cast<std::size_t>(t)]);
+  share_out(touched_.size(), sources_.size(), [&](std::size_t k, std::size_t thread) {
+    evaluate_block(touched_[k], forces, sources_[thread]);
+  });
 }
 
 void CompactBlocks::evaluate_block(std::uint32_t b, std::span<const Vec3> forces,

@@ -38,7 +38,7 @@ ReachBounds::ReachBounds(const CompactKernels& kernels, std::size_t tissue)
   steepest_ = bounds.steepest(0);
   for (std::size_t k = kBins; k-- > 0;) {
     const double distance = static_cast<double>(k) / bins_per_mm_;
-    const NearBounds::At at = bounds.at(distance, 0);
+    const NearBounds::At at = bounds.at(distance);
     const Mat3 C = kernel.value({distance, 0, 0});
     // |C f| changes by its slope on the way to the next bin at most.
     const double largest = std::max(std::abs(C(0, 0)), std::abs(C(1, 1))) + at.slope / bins_per_mm_;

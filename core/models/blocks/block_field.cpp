@@ -4,6 +4,8 @@
 #include <cassert>
 #include <cmath>
 
+#include "core/base/share_out.h"
+
 namespace brachy {
 namespace {
 
@@ -83,17 +85,9 @@ void BlockField::evaluate(std::span<const Vec3> weights, std::span<const Vec3> m
   const bool worth_threads = (!all_condensed && reachable_pairs_ > kPairsWorthThreads) ||
                              slots_ * kPoints * m_ > kColumnsWorthThreads;
   const std::size_t threads = worth_threads ? local_.size() : 1;
-  const auto evaluate_share = [&](std::size_t thread) {
-    for (std::size_t c = thread; c < reached.size(); c += threads)
-      results_[c] = evaluate_cluster(reached[c], weights, local_[thread]);
-  };
-  // One thread does not enter OpenMP at all: libgomp allocates at every parallel region.
-  if (threads == 1) {
-    evaluate_share(0);
-  } else {
-#pragma omp parallel for schedule(static, 1) num_threads(static_cast <int>(threads))
-    for (std::size_t thread = 0; thread < threads; ++thread) evaluate_share(thread);
-  }
+  share_out(reached.size(), threads, [&](std::size_t c, std::size_t thread) {
+    results_[c] = evaluate_cluster(reached[c], weights, local_[thread]);
+  });
 
   touched_.clear();
   statistics_ = {};

@@ -6,6 +6,7 @@
 #include <limits>
 #include <numeric>
 
+#include "core/base/share_out.h"
 #include "core/injectivity/injectivity_search.h"
 
 namespace brachy {
@@ -324,17 +325,8 @@ void MatrixComposition::choose_blocks() noexcept {
 
 void MatrixComposition::evaluate() noexcept {
   choose_blocks();
-  const auto blocks = static_cast<std::ptrdiff_t>(chosen_.size());
-  const auto threads = static_cast<std::ptrdiff_t>(sources_.size());
-  // One thread does not enter OpenMP at all: libgomp allocates at every parallel region.
-  if (threads == 1) {
-    for (const std::uint32_t b : chosen_) evaluate_block(b, sources_[0]);
-  } else {
-#pragma omp parallel for schedule(static, 1) num_threads(static_cast <int>(threads))
-    for (std::ptrdiff_t t = 0; t < threads; ++t)
-      for (std::ptrdiff_t b = t; b < blocks; b += threads)
-        evaluate_block(chosen_[static_cast<std::size_t>(b)], sources_[static_cast<std::size_t>(t)]);
-  }
+  share_out(chosen_.size(), sources_.size(),
+            [&](std::size_t k, std::size_t thread) { evaluate_block(chosen_[k], sources_[thread]); });
   find_least_determinant();
 }
 

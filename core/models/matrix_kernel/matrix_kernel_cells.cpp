@@ -26,6 +26,7 @@ MatrixKernelCells::MatrixKernelCells(const Tissue& tissue, const NearField& near
       clearance_(kClearance * needle_radius),
       loops_(cell_loops(target)),
       bounds_(near.bounds()),
+      kelvin_(bounds_.kelvin()),
       rest_min_(tissue.rest_vertices.front()),
       rest_max_(rest_min_),
       near_loops_(near_loops(target)) {
@@ -139,11 +140,10 @@ void MatrixKernelCells::add_kelvin_bounds(const Cell& cell, CellBounds& bounds) 
                           static_cast<float>(cell.half),
                           static_cast<float>(least * least),
                           static_cast<float>(far * far)};
-  const KelvinBounds kelvin = bounds_.kelvin();
   const BoundSums forces =
-      near_loops_.kelvin_bounds(bounded_forces_.data(), bounded_forces_.size(), kelvin, asked);
+      near_loops_.kelvin_bounds(bounded_forces_.data(), bounded_forces_.size(), kelvin_, asked);
   const BoundSums corrections =
-      near_loops_.correction_bounds(bounded_corrections_.data(), bounded_corrections_.size(), kelvin, asked);
+      near_loops_.correction_bounds(bounded_corrections_.data(), bounded_corrections_.size(), kelvin_, asked);
   const auto sum = [](float a, float b) {
     return (1 + kSinglePrecisionBounds) * (static_cast<double>(a) + static_cast<double>(b));
   };
@@ -197,39 +197,15 @@ bool MatrixKernelCells::is_in_needle(const Cell& cell) const noexcept {
   return reach > 0 && distance_to_needles(cell.centre) < reach;
 }
 
-// Of a unit force `at` whose cosine to the cell's places is bounded by the cell's shadow on its direction.
-NearBounds::At MatrixKernelCells::bounds_of(const Force& force, double distance, double s, const Cell& cell,
-                                            const Vec3& at) const noexcept {
-  if (distance <= 0) return bounds_.at(0, s);
-  const double middle = (cell.centre - at).dot(force.direction);
-  const double reach = cell.half * force.direction.lpNorm<1>() + force.aside;
-  return bounds_.at(distance, s, std::clamp(force.cubed * (middle - reach) / distance, -1.0, 0.0),
-                    std::clamp(force.cubed * (middle + reach) / distance, 0.0, 1.0));
-}
-
-// A ring of radius R is on average 1/√((q + R²)² − 4 R² ρ²) ≤ 1/(q − R²) in 1/d², q the distance² of its centre and ρ
+// Of the compact kernel. A ring of radius R is on average 1/√((q + R²)² − 4 R² ρ²) ≤ 1/(q − R²) in 1/d², q the distance² of its centre and ρ
 // that of its axis; its six points do the same up to 2 (R/ρ)⁶. What is asked lies outside the needle, what is
 // interpolated may not.
-void MatrixKernelCells::add_ring_bounds(std::uint32_t r, const Cell& cell, double distance,
-                                        CellBounds& bounds) const noexcept {
+void MatrixKernelCells::add_ring_bounds(std::uint32_t r, double distance, CellBounds& bounds) const noexcept {
   const NeedleRings::Ring& ring = rings_->rings()[r];
   const double force = forces_[r].size;
-  if (ring.core.counter_s > 0) {
-    // As two forces, or as what is left of both.
-    const NearBounds::At one = bounds_.at(distance, ring.core.s),
-                         other = bounds_.at(distance, ring.core.counter_s),
-                         both = bounds_.correction(distance, ring.core.s);
-    bounds.slope += force * std::min(one.slope + other.slope, both.slope);
-    bounds.squeeze += force * std::min(one.squeeze + other.squeeze, both.squeeze);
-    bounds.shrink += force * std::min(one.slope + other.slope, both.slope);
-    bounds.curvature += force * std::min(one.curvature + other.curvature, both.curvature);
-    bounds.work += 2;
-    return;
-  }
   const bool is_ring = ring.count > 1;
   const double R2 = ring.radius * ring.radius, asked = is_ring ? std::max(distance, clearance_) : distance;
-  const NearBounds::At at =
-      bounds_of(forces_[r], std::sqrt(asked * asked - R2), ring.core.s, cell, ring.centre);
+  const NearBounds::At at = bounds_.at(std::sqrt(asked * asked - R2));
   const double shared = is_ring ? kSixPoints * force : force;
   bounds.slope += shared * at.slope;
   bounds.squeeze += shared * at.squeeze;
@@ -240,7 +216,7 @@ void MatrixKernelCells::add_ring_bounds(std::uint32_t r, const Cell& cell, doubl
   else if (inner < 3 * R2)
     bounds.curvature = std::numeric_limits<double>::infinity();  // too near to be interpolated
   else  // the mean of 1/d⁴ is (q + R²)/(q − R²)³ at most
-    bounds.curvature += shared * (1 + 2 * R2 / inner) * bounds_.at(std::sqrt(inner), ring.core.s).curvature;
+    bounds.curvature += shared * (1 + 2 * R2 / inner) * bounds_.at(std::sqrt(inner)).curvature;
   bounds.work += is_ring && !near_.is_far(distance) ? ring.count : 1;
 }
 
@@ -248,13 +224,12 @@ void MatrixKernelCells::add_piece_bounds(std::uint32_t p, const Cell& cell,
                                          CellBounds& bounds) const noexcept {
   const NearField::Piece& piece = pieces_[p];
   for (std::size_t k = 0; k < 2; ++k) {
-    const Force& force = piece_forces_[p][k];
-    const NearBounds::At at = bounds_of(force, std::sqrt(cell.squared_distance(piece.whole[k].at)),
-                                        piece.whole[k].s, cell, piece.whole[k].at);
-    bounds.slope += force.size * at.slope;
-    bounds.squeeze += force.size * at.squeeze;
-    bounds.shrink += force.size * at.shrink;
-    bounds.curvature += force.size * at.curvature;
+    const double force = piece_forces_[p][k].size;
+    const NearBounds::At at = bounds_.at(std::sqrt(cell.squared_distance(piece.whole[k].at)));
+    bounds.slope += force * at.slope;
+    bounds.squeeze += force * at.squeeze;
+    bounds.shrink += force * at.shrink;
+    bounds.curvature += force * at.curvature;
   }
   bounds.work += 2;
 }
@@ -287,7 +262,7 @@ std::size_t MatrixKernelCells::narrow(const Cell& cell, std::span<const std::uin
     const double distance = std::sqrt(cell.squared_distance(ring.centre));
     if (ring_forces_[r].isZero(0) || distance - ring.radius >= near_.reach()) continue;
     to[count++] = r;
-    add_ring_bounds(r, cell, distance, bounds);
+    add_ring_bounds(r, distance, bounds);
   }
   bounds.rounding += kSinglePrecision * bounds.slope;
   if (smooth_ && count > 0) smooth_->add_bounds(cell, bounds);

@@ -60,9 +60,7 @@ class MatrixKernelCells : public CellField {
     double cubed = 1;  // the mean of 1/d³ over them is at most that of 1/d² to the power of 3/2, times this
   };
   static Force force_of(const Vec3& force, double scale);
-  NearBounds::At bounds_of(const Force& force, double distance, double s, const Cell& cell,
-                           const Vec3& at) const noexcept;
-  void add_ring_bounds(std::uint32_t r, const Cell& cell, double distance, CellBounds& bounds) const noexcept;
+  void add_ring_bounds(std::uint32_t r, double distance, CellBounds& bounds) const noexcept;
   void add_piece_bounds(std::uint32_t p, const Cell& cell, CellBounds& bounds) const noexcept;
 
   void take_bounded_forces() noexcept;
@@ -84,6 +82,7 @@ class MatrixKernelCells : public CellField {
   double clearance_;
   const CellLoops& loops_;
   NearBounds bounds_;
+  KelvinBounds kelvin_;       // of bounds_, where the near part is Kelvin's solution
   Vec3 rest_min_, rest_max_;  // of the tissue …
   Vec3 min_, max_;            // … and with the field's margin
   Cell domain_;

@@ -8,6 +8,7 @@
 #include <Eigen/Cholesky>
 
 #include "core/base/error.h"
+#include "core/base/share_out.h"
 #include "core/elasticity/compact/compact_kernel.h"
 #include "core/elasticity/elastic_kernel.h"
 #include "core/models/matrix_kernel/matrix_condition.h"
@@ -208,17 +209,8 @@ void MatrixKernelField::spread_forces(std::span<const Vec3> forces) noexcept {
 void MatrixKernelField::evaluate_blocks() noexcept {
   NearField::take_pieces(field_rings_, ring_forces_, pieces_);
   touched_ = ring_forces_.empty() ? std::span<const std::uint32_t>() : all_blocks_;
-  const auto blocks = static_cast<std::ptrdiff_t>(touched_.size());
-  // One thread does not enter OpenMP at all: libgomp allocates at every parallel region.
-  if (threads_ <= 1) {
-    for (std::ptrdiff_t b = 0; b < blocks; ++b) evaluate_block(static_cast<std::uint32_t>(b), sources_[0]);
-    return;
-  }
-  const auto threads = static_cast<std::ptrdiff_t>(sources_.size());
-#pragma omp parallel for schedule(static, 1) num_threads(static_cast <int>(threads))
-  for (std::ptrdiff_t t = 0; t < threads; ++t)
-    for (std::ptrdiff_t b = t; b < blocks; b += threads)
-      evaluate_block(static_cast<std::uint32_t>(b), sources_[static_cast<std::size_t>(t)]);
+  share_out(touched_.size(), sources_.size(),
+            [&](std::size_t k, std::size_t thread) { evaluate_block(touched_[k], sources_[thread]); });
 }
 
 void MatrixKernelField::evaluate_block(std::uint32_t b, std::vector<NearSource>& sources) noexcept {

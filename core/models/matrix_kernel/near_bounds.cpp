@@ -83,7 +83,6 @@ NearBounds::NearBounds(double poisson) {
     steepest = here.slope;
     steepest_ = distance;
   }
-  correction_.shrink = correction_.slope;  // its divergence is no more than that
 }
 
 KelvinBounds NearBounds::kelvin() const {

@@ -36,7 +36,7 @@ class NearField {
                const NeedleRings::Ring& b) const noexcept;
 
   /// Between two points x mm apart, mm/N.
-  Mat3 between(const Vec3& x, double s) const noexcept { return value(x, s); }
+  Mat3 value(const Vec3& x, double s) const noexcept;
   /// At x mm from a point of PointCore::of_correction, mm/N.
   Mat3 of_correction(const Vec3& x, const PointCore& core) const noexcept {
     return value(x, core.s) - value(x, core.counter_s);
@@ -118,7 +118,6 @@ class NearField {
 
  private:
   NearField(const Tissue& tissue, double scale, double needle_radius, SimdTarget target);
-  Mat3 value(const Vec3& x, double s) const noexcept;
   Mat3 gradient(const Vec3& x, double s, const Vec3& force) const noexcept;
   Mat3 between_coaxial(const NeedleRings& rings, const NeedleRings::Ring& a, const NeedleRings::Ring& b,
                        double s) const noexcept;

@@ -133,7 +133,7 @@ void NearMatrix::add_far(const Piece& a, const Piece& b, const NeedleRings& ring
   const double s_between = from.core.with(to.core);
   std::array<std::array<Mat3, 2>, 2> value;
   for (std::size_t k = 0; k < 2; ++k)
-    for (std::size_t q = 0; q < 2; ++q) value[k][q] = near.between(a.at[k] - b.at[q], s_between);
+    for (std::size_t q = 0; q < 2; ++q) value[k][q] = near.value(a.at[k] - b.at[q], s_between);
   for (std::size_t s = 0; s < 2; ++s)
     for (std::size_t t = 0; t < 2; ++t) {
       const std::uint32_t l = a.landmark[s], m = b.landmark[t];
