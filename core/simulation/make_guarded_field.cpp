@@ -40,8 +40,8 @@ struct FieldMaker {
                                    .landmark_stiffness_n_per_mm = model.landmark_stiffness_n_per_mm(),
                                    .evaluates_points = !composes});
     if (!composes) return {std::move(field), nullptr};
-    auto composition = std::make_unique<MatrixComposition>(model.tissue, *field, options.target,
-                                                           options.max_landmarks, max_substeps);
+    auto composition = std::make_unique<MatrixComposition>(
+        model.tissue, *field, options.target, options.max_landmarks, max_substeps, model.settings.period_s);
     return {std::move(field), std::move(composition)};
   }
   template <class Kernels>

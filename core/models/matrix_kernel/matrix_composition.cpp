@@ -67,7 +67,7 @@ void add(const BlockDisplacement<float>& more, double scale, BlockDisplacement<f
 }  // namespace
 
 MatrixComposition::MatrixComposition(const Tissue& tissue, const MatrixKernelField& field, SimdTarget target,
-                                     std::size_t max_landmarks, std::size_t max_steps)
+                                     std::size_t max_landmarks, std::size_t max_steps, double period_s)
     : Composition(tissue.blocks.size()),
       tissue_(tissue),
       field_(field),
@@ -76,6 +76,7 @@ MatrixComposition::MatrixComposition(const Tissue& tissue, const MatrixKernelFie
       correction_matrix_(static_cast<Eigen::Index>(3 * max_landmarks),
                          static_cast<Eigen::Index>(3 * max_landmarks)),
       all_blocks_(tissue.blocks.size()),
+      period_s_(period_s),
       turns_(tissue.blocks.size()),
       sources_(static_cast<std::size_t>(std::max(1, field.threads()))),
       block_smooth_(tissue.blocks.size()),
@@ -307,7 +308,10 @@ void MatrixComposition::end() noexcept {
 void MatrixComposition::choose_blocks() noexcept {
   std::size_t cost = kStepCost;
   for (std::size_t k = 0; k < count_; ++k) cost += kStepCost + steps_[k].forces.size();
-  const std::size_t most = std::max<std::size_t>(1, kBlockRingSteps / cost);
+  const double time_s =
+      kOfPeriod * period_s_ - kOfSystem - kOfLandmark * static_cast<double>(positions_.size());
+  const auto most = std::max(all_blocks_.size() / kLeastOf,
+                             static_cast<std::size_t>(std::max(0.0, kBlockRingSteps * time_s)) / cost);
   chosen_.clear();
   for (const std::uint32_t b : all_blocks_)
     if (!turns_[b].is_present) chosen_.push_back(b);

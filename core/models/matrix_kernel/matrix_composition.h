@@ -20,9 +20,10 @@ namespace brachy {
 /// Threads: one caller (OpenMP over blocks if the field's options ask). Real-time: as Composition, with one thread.
 class MatrixComposition : public Composition {
  public:
-  /// Composes the field that `field` was evaluated to last. Tissue and field must outlive this.
+  /// Composes the field that `field` was evaluated to last. Tissue and field must outlive this. `period_s` of a tick:
+  /// what evaluate has time for grows with it.
   MatrixComposition(const Tissue& tissue, const MatrixKernelField& field, SimdTarget target,
-                    std::size_t max_landmarks, std::size_t max_steps);
+                    std::size_t max_landmarks, std::size_t max_steps, double period_s = kPeriod);
 
   bool is_always_used() const override { return true; }
   double reach() const override { return is_correcting_ ? kCorrectionReach : kReach; }
@@ -52,8 +53,12 @@ class MatrixComposition : public Composition {
   static constexpr std::size_t kCorrections = 2;  // at most
   // Steps times rings that a tick has time for: three needles with 22 landmarks in three steps.
   static constexpr std::size_t kRingSteps = 400;
-  // Blocks times steps times rings that it has time for, and what a step costs without any, in rings.
-  static constexpr std::size_t kBlockRingSteps = 80'000, kStepCost = 10;
+  // What evaluate has time for: blocks times steps times rings in a second, of half the tick less what the landmarks'
+  // system takes; in any case a share of the blocks. A step costs as much as some rings without any.
+  static constexpr double kPeriod = 1.0 / 200, kOfPeriod = 0.5;
+  static constexpr double kOfSystem = 1.5e-4, kOfLandmark = 3e-5;  // s
+  static constexpr double kBlockRingSteps = 5.2e7;
+  static constexpr std::size_t kLeastOf = 12, kStepCost = 10;
   // Ticks after which a block's turn comes before all others'; and what it is taken to move in each, mm, at least.
   static constexpr std::uint32_t kOldest = 12;
   static constexpr float kSlowest = 0.05F, kFirst = 1e3F;
@@ -117,6 +122,7 @@ class MatrixComposition : public Composition {
   };
 
   std::vector<std::uint32_t> all_blocks_;
+  double period_s_;
   std::vector<Turn> turns_;
   std::vector<std::uint32_t> chosen_;  // blocks that this tick evaluates
   bool is_late_ = false;

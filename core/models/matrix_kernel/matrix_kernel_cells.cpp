@@ -197,9 +197,8 @@ bool MatrixKernelCells::is_in_needle(const Cell& cell) const noexcept {
   return reach > 0 && distance_to_needles(cell.centre) < reach;
 }
 
-// Of the compact kernel. A ring of radius R is on average 1/√((q + R²)² − 4 R² ρ²) ≤ 1/(q − R²) in 1/d², q the distance² of its centre and ρ
-// that of its axis; its six points do the same up to 2 (R/ρ)⁶. What is asked lies outside the needle, what is
-// interpolated may not.
+// Of the compact kernel, as near_loops.cpp has those of Kelvin's solution: what is asked lies outside the needle, what
+// is interpolated may not.
 void MatrixKernelCells::add_ring_bounds(std::uint32_t r, double distance, CellBounds& bounds) const noexcept {
   const NeedleRings::Ring& ring = rings_->rings()[r];
   const double force = forces_[r].size;
