@@ -23,7 +23,7 @@ class GuardedField : public DisplacementField {
   static constexpr std::uint64_t kTickWork = 4 * kWork;    ///< and on all of a tick
   static constexpr std::uint64_t kMarginWork = kWork / 8;  ///< and on the margin alone
   static constexpr std::uint64_t kFoldWork = kWork / 8;    ///< and on a part of a field that is not certified
-  static constexpr std::size_t kMostSources = kWork / 40;  ///< of a field that kWork can certify
+  static constexpr std::size_t kMostSources = 140;         ///< of a field that kWork can certify
 
   /// The tissue must outlive this. `composition`: null where the model has no sub-steps.
   GuardedField(const Tissue& tissue, std::unique_ptr<TissueField> field,

@@ -308,8 +308,9 @@ void MatrixComposition::end() noexcept {
 void MatrixComposition::choose_blocks() noexcept {
   std::size_t cost = kStepCost;
   for (std::size_t k = 0; k < count_; ++k) cost += kStepCost + steps_[k].forces.size();
-  const double time_s =
-      kOfPeriod * period_s_ - kOfSystem - kOfLandmark * static_cast<double>(positions_.size());
+  const double time_s = kOfPeriod * period_s_ - kOfSystem -
+                        kOfLandmark * static_cast<double>(positions_.size()) -
+                        kOfStep * static_cast<double>(std::max(count_, kFewSteps) - kFewSteps);
   const auto most = std::max(all_blocks_.size() / kLeastOf,
                              static_cast<std::size_t>(std::max(0.0, kBlockRingSteps * time_s)) / cost);
   chosen_.clear();

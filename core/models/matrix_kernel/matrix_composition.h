@@ -54,9 +54,10 @@ class MatrixComposition : public Composition {
   // Steps times rings that a tick has time for: three needles with 22 landmarks in three steps.
   static constexpr std::size_t kRingSteps = 400;
   // What evaluate has time for: blocks times steps times rings in a second, of half the tick less what the landmarks'
-  // system takes; in any case a share of the blocks. A step costs as much as some rings without any.
+  // system and more steps than kFewSteps take; in any case a share of the blocks. A step costs as much as some rings without any.
   static constexpr double kPeriod = 1.0 / 200, kOfPeriod = 0.5;
-  static constexpr double kOfSystem = 1.5e-4, kOfLandmark = 3e-5;  // s
+  static constexpr double kOfSystem = 1.5e-4, kOfLandmark = 3e-5, kOfStep = 1.5e-4;  // s
+  static constexpr std::size_t kFewSteps = 4;
   static constexpr double kBlockRingSteps = 5.2e7;
   static constexpr std::size_t kLeastOf = 12, kStepCost = 10;
   // Ticks after which a block's turn comes before all others'; and what it is taken to move in each, mm, at least.
