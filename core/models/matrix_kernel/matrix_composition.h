@@ -54,7 +54,7 @@ class MatrixComposition : public Composition {
   // Steps times rings that a tick has time for: three needles with 22 landmarks in three steps.
   static constexpr std::size_t kRingSteps = 400;
   // What evaluate has time for: blocks times steps times rings in a second, of half the tick less what the landmarks'
-  // system and more steps than kFewSteps take; in any case a share of the blocks. A step costs as much as some rings without any.
+  // system and steps beyond kFewSteps take; in any case a share of the blocks. A step costs as much as some rings.
   static constexpr double kPeriod = 1.0 / 200, kOfPeriod = 0.5;
   static constexpr double kOfSystem = 1.5e-4, kOfLandmark = 3e-5, kOfStep = 1.5e-4;  // s
   static constexpr std::size_t kFewSteps = 4;
