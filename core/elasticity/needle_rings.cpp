@@ -96,12 +96,21 @@ void NeedleRings::set_core(std::size_t r, double core) noexcept {
   rings_[r].core = PointCore::of_landmark(core);
 }
 
-std::size_t NeedleRings::end_of_piece(std::size_t first, std::size_t count) const {
+NeedleRings::Piece NeedleRings::piece_at(std::size_t first, std::size_t count) const {
   const Ring& ring = rings_[first];
   std::size_t end = first + 1;
   while (end < count && ring.count > 1 && rings_[end].count > 1 && rings_[end].landmark == ring.landmark)
     ++end;
-  return end;
+  const Vec3& last = rings_[end - 1].centre;
+  Piece piece{static_cast<std::uint32_t>(first), static_cast<std::uint32_t>(end - first),
+              0.5 * (ring.centre + last), 0.5 * (last - ring.centre).norm(), 0};
+  double square = 0;
+  for (std::size_t r = first; r < end; ++r) {
+    const double t = (rings_[r].centre - piece.centre).dot(ring.axis);
+    square += t * t / piece.count;
+  }
+  piece.arm = std::sqrt(square);
+  return piece;
 }
 
 void NeedleRings::append(const NeedleRings& others) {

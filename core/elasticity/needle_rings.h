@@ -82,9 +82,15 @@ class NeedleRings {
   void move(std::size_t r, const Vec3& by) noexcept;
 
   std::span<const Ring> rings() const { return rings_; }
-  /// One past the last of the rings from `first` on, to `count` at most, that lie between the same two landmarks: a
-  /// piece of shaft. A single point is a piece of its own.
-  std::size_t end_of_piece(std::size_t first, std::size_t count) const;
+  /// Rings that follow one another between the same two landmarks. A single point is a piece of its own.
+  struct Piece {
+    std::uint32_t first, count;
+    Vec3 centre;         ///< mm
+    double half_length;  ///< mm, from there to its last ring
+    double arm;          ///< mm, root mean square of its rings' distances from there
+  };
+  /// The one that begins with ring `first`, of the first `count` rings.
+  Piece piece_at(std::size_t first, std::size_t count) const;
   std::span<const Vec3> points() const { return points_; }
   std::span<const Vec3> points(const Ring& ring) const { return points().subspan(ring.first, ring.count); }
 

@@ -50,6 +50,8 @@ class CellField {
   virtual std::size_t sources() const = 0;
   /// Outside this cube nothing is displaced, or the field is not checked.
   virtual Cell domain() const = 0;
+  /// Whether every source counts in every cell, so that a search's work grows with them wherever it looks.
+  virtual bool reaches_everywhere() const { return false; }
   /// Cells larger than this (half a side, mm) are not evaluated point by point.
   virtual double resolution() const = 0;
 

@@ -62,7 +62,9 @@ class Composition : public DisplacementField {
  protected:
   explicit Composition(std::size_t blocks) : displacements_(blocks) {}
 
-  void begin_way() {
+  void begin_way(std::span<const Vec3> positions, std::span<const Vec3> displacements) {
+    positions_ = positions;
+    landmark_displacements_ = displacements;
     reached_ = 0;
     way_steps_ = 0;
   }
@@ -70,6 +72,8 @@ class Composition : public DisplacementField {
     reached_ = scale >= 1 - reached_ ? 1 : reached_ + scale;
     ++way_steps_;
   }
+
+  std::span<const Vec3> positions_, landmark_displacements_;  // at rest, and from there
 
   // of evaluate:
   std::vector<BlockDisplacement<float>> displacements_;

@@ -41,7 +41,10 @@ FactorStatus GuardedField::update(std::span<const Vec3> positions, std::span<con
   evaluation_ = Evaluation::kIdle;
   if (is_updated_ && std::ranges::equal(positions, positions_) && std::ranges::equal(spreads, spreads_) &&
       std::ranges::equal(displacements, displacements_)) {
-    if (is_composed_ && composition_->is_late()) evaluate_composition();
+    if (is_composed_ && composition_->is_late()) {
+      evaluate_composition();
+      let_vertex_decide();
+    }
     return field_->factorize(positions, spreads);
   }
   is_updated_ = false;
@@ -62,14 +65,17 @@ FactorStatus GuardedField::update(std::span<const Vec3> positions, std::span<con
     return {};
   }
   guard();
-  // A vertex may decide what the search could not.
-  if (certificate_.vertex_det <= 0 && certificate_.verdict != Verdict::kFolded) {
-    certificate_.verdict = Verdict::kFolded;
-    certificate_.place = least_vertex_;
-    certificate_.det_bound = Certificate::kNotKnown;
-    flags_ = (flags_ & ~kStepUncertified) | kStepFolded;
-  }
+  let_vertex_decide();
   return {};
+}
+
+// A vertex may decide what the search could not.
+void GuardedField::let_vertex_decide() noexcept {
+  if (certificate_.vertex_det > 0 || certificate_.verdict == Verdict::kFolded) return;
+  certificate_.verdict = Verdict::kFolded;
+  certificate_.place = least_vertex_;
+  certificate_.det_bound = Certificate::kNotKnown;
+  flags_ = (flags_ & ~kStepUncertified) | kStepFolded;
 }
 
 Vec3 GuardedField::displacement_at(const Vec3& X) const noexcept {
@@ -110,10 +116,11 @@ void GuardedField::add_to_certificate(const InjectivitySearch::Result& result) n
   flags_ |= result.verdict == Verdict::kFolded ? kStepFolded : kStepUncertified;
 }
 
-// Once a part of the tick's field is left undecided so is the tick, and of many sources kWork decides nothing: then
-// only folds are looked for.
+// Once a part of the tick's field is left undecided so is the tick, and of many sources that reach everywhere kWork
+// decides nothing: then only folds are looked for.
 std::uint64_t GuardedField::most_work(const CellField& cells) const noexcept {
-  const bool is_hopeless = certificate_.verdict == Verdict::kUnknown || cells.sources() > kMostSources;
+  const bool is_hopeless = certificate_.verdict == Verdict::kUnknown ||
+                           (cells.reaches_everywhere() && cells.sources() > kMostSources);
   return is_hopeless ? kFoldWork : kWork;
 }
 

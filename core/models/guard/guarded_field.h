@@ -56,6 +56,7 @@ class GuardedField : public DisplacementField {
   void clamp(const CellField& cells, const FoldCandidate& fold_candidate) noexcept;
   void compose() noexcept;
   void evaluate_composition() noexcept;
+  void let_vertex_decide() noexcept;
   InjectivitySearch::Result search(const CellField& cells, double scale, const FoldCandidate& fold_candidate,
                                    std::uint64_t most = kWork) noexcept;
   InjectivitySearch::Result find_step(const CellField& cells, const FoldCandidate& fold_candidate,

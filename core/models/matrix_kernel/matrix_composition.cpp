@@ -105,10 +105,8 @@ MatrixComposition::MatrixComposition(const Tissue& tissue, const MatrixKernelFie
 
 double MatrixComposition::begin(std::span<const Vec3> positions,
                                 std::span<const Vec3> displacements) noexcept {
-  positions_ = positions;
-  landmark_displacements_ = displacements;
+  begin_way(positions, displacements);
   count_ = 0;
-  begin_way();
   least_determinant_ = 1;
   for (Turn& turn : turns_) turn.is_present = false;
   is_correcting_ = false;

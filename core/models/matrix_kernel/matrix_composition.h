@@ -97,9 +97,8 @@ class MatrixComposition : public Composition {
   std::optional<SmoothCells> smooth_cells_;
   std::vector<MatrixKernelCells> cells_;  // of each step
 
-  std::span<const Vec3> positions_, landmark_displacements_;  // at rest, and from there
-  std::vector<Vec3> smooth_;                                  // R at the landmarks …
-  std::vector<Vec3> ring_smooth_;                             // … and at the rings
+  std::vector<Vec3> smooth_;       // R at the landmarks …
+  std::vector<Vec3> ring_smooth_;  // … and at the rings
   std::size_t max_steps_;
   std::vector<Step> steps_;  // of which count_ are accepted; the next is a trial
   std::size_t count_ = 0;

@@ -33,6 +33,7 @@ class MatrixKernelCells : public CellField {
 
   std::size_t sources() const override { return ring_forces_.size(); }
   Cell domain() const override { return domain_; }
+  bool reaches_everywhere() const override { return bounds_.is_kelvin(); }
   double resolution() const override { return kResolution; }
   std::size_t narrow(const Cell& cell, std::span<const std::uint32_t> from, std::uint32_t* to,
                      CellBounds& bounds) const noexcept override;

@@ -105,26 +105,23 @@ void NearField::take_pieces(const NeedleRings& rings, std::span<const Vec3> ring
   const auto all = rings.rings();
   for (std::uint32_t begin = 0, end = 0; begin < ring_forces.size(); begin = end) {
     const NeedleRings::Ring& ring = all[begin];
-    end = static_cast<std::uint32_t>(rings.end_of_piece(begin, ring_forces.size()));
+    const auto [first, count, centre, half_length, arm] = rings.piece_at(begin, ring_forces.size());
+    end = first + count;
     Piece piece;
-    piece.first = begin;
-    piece.count = end - begin;
-    piece.centre = 0.5 * (ring.centre + all[end - 1].centre);
-    piece.half_length = 0.5 * (all[end - 1].centre - ring.centre).norm();
+    piece.first = first;
+    piece.count = count;
+    piece.centre = centre;
+    piece.half_length = half_length;
     Vec3 force = Vec3::Zero(), moment = Vec3::Zero();
-    double square = 0;
     for (std::uint32_t r = begin; r < end; ++r) {
-      const double t = (all[r].centre - piece.centre).dot(ring.axis);
+      const double t = (all[r].centre - centre).dot(ring.axis);
       force += ring_forces[r];
       piece.size += ring_forces[r].norm();
       moment += t * ring_forces[r];
-      square += t * t / piece.count;
     }
-    const double arm = std::sqrt(square);
     for (std::size_t k = 0; k < 2 && arm > 0; ++k) {
       const double side = k == 0 ? -1 : 1;
-      piece.whole[k] = {piece.centre + side * arm * ring.axis, 0.5 * (force + side / arm * moment),
-                        ring.core.s};
+      piece.whole[k] = {centre + side * arm * ring.axis, 0.5 * (force + side / arm * moment), ring.core.s};
     }
     take_pairs(all, ring_forces, piece);
     pieces.push_back(piece);

@@ -47,10 +47,11 @@ void NearMatrix::take_pieces(const NeedleRings& rings, double far_ring, const Sm
   const auto count = static_cast<std::uint32_t>(all.size());
   for (std::uint32_t begin = 0, end = 0; begin < count; begin = end) {
     const NeedleRings::Ring& ring = all[begin];
-    end = static_cast<std::uint32_t>(rings.end_of_piece(begin, count));
+    const NeedleRings::Piece of_rings = rings.piece_at(begin, count);
+    end = begin + of_rings.count;
     Piece& piece = pieces_.emplace_back();
     piece.first = begin;
-    piece.count = end - begin;
+    piece.count = of_rings.count;
     piece.landmark = ring.landmark;
     piece.shaft = 0;
     if (pieces_.size() > 1) {
@@ -60,16 +61,13 @@ void NearMatrix::take_pieces(const NeedleRings& rings, double far_ring, const Sm
       piece.shaft = last.shaft + (goes_on ? 0 : 1);
     }
     piece.is_fresh = is_fresh_[ring.landmark[0]] || is_fresh_[ring.landmark[1]];
-    piece.centre = 0.5 * (ring.centre + all[end - 1].centre);
-    const double half = 0.5 * (all[end - 1].centre - ring.centre).norm();
+    piece.centre = of_rings.centre;
     piece.axis = ring.axis;
     piece.is_even = true;
     std::array<double, 2> across{}, along{}, across_moment{}, along_moment{};
-    double square = 0;
     bool is_one_tissue = true;
     for (std::uint32_t r = begin; r < end; ++r) {
       const double t = (all[r].centre - piece.centre).dot(ring.axis);
-      square += t * t / piece.count;
       for (std::size_t side = 0; side < 2; ++side) {
         across[side] += all[r].across[side];
         along[side] += all[r].along[side];
@@ -83,11 +81,13 @@ void NearMatrix::take_pieces(const NeedleRings& rings, double far_ring, const Sm
     // A shaft may leave the gland. Shares that end at a tip with a core are not even, and along their own shaft two
     // points do not stand for them: K would not stay definite.
     constexpr double kNever = std::numeric_limits<double>::infinity();
-    const auto far = [&](double lengths) { return piece.count > 2 ? 2 * lengths * half : far_ring + half; };
+    const auto far = [&](double lengths) {
+      return piece.count > 2 ? 2 * lengths * of_rings.half_length : far_ring + of_rings.half_length;
+    };
     piece.squared_far =
         is_one_tissue && piece.is_even ? std::pow(far(NearField::Piece::kFarPieces), 2) : kNever;
     piece.squared_far_aside = is_one_tissue ? std::pow(far(kFarAside), 2) : kNever;
-    const double arm = std::sqrt(square);
+    const double arm = of_rings.arm;
     for (std::size_t k = 0; k < 2; ++k) {
       const double where = k == 0 ? -1 : 1;
       piece.at[k] = piece.centre + where * arm * ring.axis;

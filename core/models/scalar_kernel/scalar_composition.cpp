@@ -55,10 +55,8 @@ ScalarComposition::ScalarComposition(const Tissue& tissue, const Kernel& kernel,
 
 double ScalarComposition::begin(std::span<const Vec3> positions,
                                 std::span<const Vec3> displacements) noexcept {
-  landmarks_ = positions;
-  displacements_of_landmarks_ = displacements;
+  begin_way(positions, displacements);
   count_ = 0;
-  begin_way();
   return 1;
 }
 
@@ -66,8 +64,8 @@ void ScalarComposition::move_landmarks() noexcept {
   assert(count_ < steps_.size());
   Step& step = steps_[count_];
   step.positions.clear();
-  for (std::size_t i = 0; i < landmarks_.size(); ++i)
-    step.positions.push_back(landmarks_[i] + reached() * displacements_of_landmarks_[i]);
+  for (std::size_t i = 0; i < positions_.size(); ++i)
+    step.positions.push_back(positions_[i] + reached() * landmark_displacements_[i]);
 }
 
 bool ScalarComposition::next() noexcept {
@@ -77,8 +75,8 @@ bool ScalarComposition::next() noexcept {
   FactorStatus status = system_.factorize(step.positions);
   if (status) status = FactorStatus::of_condition(system_.condition());
   if (!status) return false;
-  step.weights.resize(landmarks_.size());
-  system_.solve(displacements_of_landmarks_, step.weights);
+  step.weights.resize(positions_.size());
+  system_.solve(landmark_displacements_, step.weights);
   cells_.set_field(field(step));
   return true;
 }

@@ -62,7 +62,6 @@ class ScalarComposition : public Composition {
   RbfSystem system_;
   ScalarCells cells_;
 
-  std::span<const Vec3> landmarks_, displacements_of_landmarks_;  // at rest, and from there
   std::vector<Step> steps_;  // of which count_ are accepted; the next is a trial
   std::size_t count_ = 0;
 

@@ -53,6 +53,9 @@ int stand_still(GuardedField& field, const Push& push) {
   while (is_late(field) && ticks < kMostTicks) {
     EXPECT_TRUE(field.update(push.positions, push.displacements));
     EXPECT_NE(field.evaluation(), Evaluation::kIdle);
+    if (field.certificate().vertex_det <= 0) {
+      EXPECT_EQ(field.certificate().verdict, Verdict::kFolded);
+    }
     ++ticks;
   }
   return ticks;

@@ -23,8 +23,8 @@ class FarRings : public testing::Test {
     rings_.build(landmarks, {}, radius());
     const std::size_t count = rings_.rings().size();
     forces_.assign(count, Vec3::Zero());
-    first_ = rings_.end_of_piece(0, count);
-    end_ = rings_.end_of_piece(first_, count);
+    first_ = rings_.piece_at(0, count).count;
+    end_ = first_ + rings_.piece_at(first_, count).count;
   }
   double radius() const { return body_.needle_radius; }
 
