@@ -40,7 +40,7 @@ class Composition : public DisplacementField {
   virtual void accept(double scale, const Vec3* weakest) noexcept = 0;
   /// Share of the landmarks' way that is composed, 0 … 1.
   double reached() const { return reached_; }
-  /// How far the tissue at a landmark is at most from where it belongs once the way is composed, mm.
+  /// How far the tissue at a landmark is at most from where it belongs once next() has returned false, mm.
   virtual double missed_mm() const = 0;
   std::size_t steps() const { return way_steps_; }  ///< of the landmarks' way
   /// Of these, that a tick has time for with what has begun; at least 1. Counted, not timed.

@@ -8,40 +8,46 @@ namespace brachy {
 void TissueField::Landmarks::reserve(std::size_t capacity) {
   positions.reserve(capacity);
   spreads.reserve(capacity);
+  compliance.reserve(capacity, capacity);
 }
 
 void TissueField::Landmarks::assign(std::span<const Vec3> new_positions,
-                                    std::span<const LandmarkSpread> new_spreads) noexcept {
+                                    std::span<const LandmarkSpread> new_spreads,
+                                    const LandmarkCompliance& new_compliance) noexcept {
   positions.assign(new_positions.begin(), new_positions.end());
   spreads.assign(positions.size(), {});
   std::ranges::copy(new_spreads.first(std::min(new_spreads.size(), positions.size())), spreads.begin());
+  compliance = new_compliance;
   is_known = true;
 }
 
 TissueField::TissueField(const LandmarkOptions& options) : options_(options) {
   factorized_.reserve(options.max_landmarks);
   field_.reserve(options.max_landmarks);
-  displacements_.reserve(options.max_landmarks);
-  weights_.reserve(options.max_landmarks);
+  for (auto* v : {&displacements_, &weights_, &landmark_displacements_, &forces_})
+    v->reserve(options.max_landmarks);
 }
 
 bool TissueField::are(const Landmarks& set, std::span<const Vec3> positions,
-                      std::span<const LandmarkSpread> spreads) const noexcept {
+                      std::span<const LandmarkSpread> spreads,
+                      const LandmarkCompliance& compliance) const noexcept {
   if (!set.is_known || !std::ranges::equal(positions, set.positions)) return false;
+  if (options_.gives_way && compliance != set.compliance) return false;
   if (!options_.uses_spreads) return true;
   for (std::size_t i = 0; i < positions.size(); ++i)
     if ((i < spreads.size() ? spreads[i] : LandmarkSpread{}) != set.spreads[i]) return false;
   return true;
 }
 
-FactorStatus TissueField::factorize(std::span<const Vec3> positions,
-                                    std::span<const LandmarkSpread> spreads) noexcept {
-  if (are(factorized_, positions, spreads)) return {};
+FactorStatus TissueField::factorize(std::span<const Vec3> positions, std::span<const LandmarkSpread> spreads,
+                                    const LandmarkCompliance& compliance) noexcept {
+  assert(options_.gives_way || compliance.is_empty());
+  if (are(factorized_, positions, spreads, compliance)) return {};
   factorized_.is_known = false;
   double condition = 1;
-  const FactorStatus status = do_factorize(positions, spreads, condition);
+  const FactorStatus status = do_factorize(positions, spreads, compliance, condition);
   if (!status) return status;
-  factorized_.assign(positions, spreads);
+  factorized_.assign(positions, spreads, compliance);
   condition_ = condition;
   return {};
 }
@@ -62,26 +68,32 @@ void TissueField::axial_stiffness(std::size_t first, std::span<const Vec3> axes,
 
 void TissueField::evaluate(std::span<const Vec3> displacements) noexcept {
   assert(factorized_.is_known && displacements.size() == factorized_.positions.size());
-  const bool is_new_set = !are(field_, factorized_.positions, factorized_.spreads);
+  const bool is_new_set = !are(field_, factorized_.positions, factorized_.spreads, factorized_.compliance);
   if (!is_new_set && std::ranges::equal(displacements, displacements_)) {
     evaluation_ = Evaluation::kIdle;
     return;
   }
-  if (is_new_set) field_.assign(factorized_.positions, factorized_.spreads);
+  if (is_new_set) field_.assign(factorized_.positions, factorized_.spreads, factorized_.compliance);
   displacements_.assign(displacements.begin(), displacements.end());
   weights_.resize(displacements.size());
   evaluation_ = do_evaluate(is_new_set, weights_);
+  landmark_displacements_ = displacements_;
+  if (field_.compliance.is_empty()) return;
+  forces_ = weights_;
+  for (Vec3& f : forces_) f *= options_.force_scale;
+  field_.compliance.subtract(forces_, landmark_displacements_);
 }
 
 FactorStatus TissueField::update(std::span<const Vec3> positions, std::span<const Vec3> displacements,
-                                 std::span<const LandmarkSpread> spreads) noexcept {
-  if (const FactorStatus status = factorize(positions, spreads); !status) return status;
+                                 std::span<const LandmarkSpread> spreads,
+                                 const LandmarkCompliance& compliance) noexcept {
+  if (const FactorStatus status = factorize(positions, spreads, compliance); !status) return status;
   evaluate(displacements);
   return {};
 }
 
 void TissueField::rescale(double scale) noexcept {
-  for (auto* vectors : {&weights_, &displacements_})
+  for (auto* vectors : {&weights_, &displacements_, &landmark_displacements_})
     for (Vec3& v : *vectors) v *= scale;
   do_rescale(scale);
 }

@@ -7,6 +7,7 @@
 
 #include <Eigen/Core>
 
+#include "core/elasticity/landmark_compliance.h"
 #include "core/injectivity/certifiable_field.h"
 #include "core/kernels/landmark_spread.h"
 #include "core/models/displacement_field.h"
@@ -35,9 +36,11 @@ class TissueField : public DisplacementField, public CertifiableField {
  public:
   /// Makes `positions` (n, at rest, mm) the landmark set and factorizes its system K. `spreads`: how each landmark's
   /// force is spread; empty: by the model's own rule for all. Only `elastic` and `fem` use them; for these other
-  /// spreads make another set. The same set again costs a comparison. Unless it returns kOk, no set is factorized.
-  FactorStatus factorize(std::span<const Vec3> positions,
-                         std::span<const LandmarkSpread> spreads = {}) noexcept;
+  /// spreads make another set. `compliance`: what gives way besides the tissue, C; in all that follows K is then K + C,
+  /// which only the matrix-valued models can. The same set again costs a comparison. Unless it returns kOk, no set is
+  /// factorized.
+  FactorStatus factorize(std::span<const Vec3> positions, std::span<const LandmarkSpread> spreads = {},
+                         const LandmarkCompliance& compliance = {}) noexcept;
 
   /// The forces on the factorized landmarks that displace them by `displacements`: f = K⁻¹ d, N (both n).
   /// Where K is not a compliance they are scaled so that a lone landmark has the stiffness that the model was made with
@@ -52,12 +55,15 @@ class TissueField : public DisplacementField, public CertifiableField {
   void axial_stiffness(std::size_t first, std::span<const Vec3> axes, Eigen::Ref<Eigen::MatrixXd> H) noexcept;
 
   /// Makes the factorized set that of the field, solves u(p_i) = d_i for `displacements` (n, mm) and evaluates u at the
-  /// tissue's points.
+  /// tissue's points. With a compliance C it is u(p_i) = d_i − (C f)_i.
   void evaluate(std::span<const Vec3> displacements) noexcept;
+  /// u at the field's landmarks, mm.
+  std::span<const Vec3> landmark_displacements() const { return landmark_displacements_; }
 
   /// factorize, then evaluate. Unless it returns kOk, the last field is kept.
   FactorStatus update(std::span<const Vec3> positions, std::span<const Vec3> displacements,
-                      std::span<const LandmarkSpread> spreads = {}) noexcept;
+                      std::span<const LandmarkSpread> spreads = {},
+                      const LandmarkCompliance& compliance = {}) noexcept;
 
   /// Multiplies the field by `scale`, everywhere.
   void rescale(double scale) noexcept;
@@ -76,19 +82,22 @@ class TissueField : public DisplacementField, public CertifiableField {
     std::size_t max_landmarks = 0;
     double force_scale = 1;     ///< N for a weight of 1
     bool uses_spreads = false;  ///< whether other spreads make another set
+    bool gives_way = false;     ///< whether a compliance can be added to K
   };
   explicit TissueField(const LandmarkOptions& options);
 
   std::size_t max_landmarks() const { return options_.max_landmarks; }
+  double force_scale() const { return options_.force_scale; }
   // The field's landmarks, n.
   const std::vector<Vec3>& positions() const { return field_.positions; }    // at rest, mm
   const std::vector<Vec3>& displacements() const { return displacements_; }  // mm
   const std::vector<Vec3>& weights() const { return weights_; }              // by the kernel's own compliance
 
  private:
-  /// Factorizes the system of `positions`; `condition` is asked for where it returns kOk only.
+  /// Factorizes the system of `positions`; `condition` is asked for where it returns kOk only. `compliance` is empty
+  /// unless the model gives way.
   virtual FactorStatus do_factorize(std::span<const Vec3> positions, std::span<const LandmarkSpread> spreads,
-                                    double& condition) noexcept = 0;
+                                    const LandmarkCompliance& compliance, double& condition) noexcept = 0;
   /// weights = K⁻¹ displacements, unscaled.
   virtual void do_solve(std::span<const Vec3> displacements, std::span<Vec3> weights) noexcept = 0;
   /// axial_stiffness, unscaled.
@@ -103,17 +112,20 @@ class TissueField : public DisplacementField, public CertifiableField {
   struct Landmarks {
     std::vector<Vec3> positions;
     std::vector<LandmarkSpread> spreads;
+    LandmarkCompliance compliance;
     bool is_known = false;
 
     void reserve(std::size_t capacity);
-    void assign(std::span<const Vec3> new_positions, std::span<const LandmarkSpread> new_spreads) noexcept;
+    void assign(std::span<const Vec3> new_positions, std::span<const LandmarkSpread> new_spreads,
+                const LandmarkCompliance& new_compliance) noexcept;
   };
-  bool are(const Landmarks& set, std::span<const Vec3> positions,
-           std::span<const LandmarkSpread> spreads) const noexcept;
+  bool are(const Landmarks& set, std::span<const Vec3> positions, std::span<const LandmarkSpread> spreads,
+           const LandmarkCompliance& compliance) const noexcept;
 
   LandmarkOptions options_;
   Landmarks factorized_, field_;
   std::vector<Vec3> displacements_, weights_;  // of the field
+  std::vector<Vec3> landmark_displacements_, forces_;
   double condition_ = 1;
   Evaluation evaluation_ = Evaluation::kIdle;
 };

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <string>
 
 namespace brachy {
 
@@ -13,6 +14,19 @@ struct NeedleSettings {
   double length_mm = 200;  ///< hub to tip; 18 G brachytherapy needle (core/DESIGN.md, section 6)
   double diameter_mm = kReferenceDiameter;
   std::size_t count = 1;  ///< needles that may be in the scene at once, all of this body
+
+  static constexpr double kRigidGpa = 1e9;  ///< from this modulus on a needle is rigid
+
+  bool flexible = false;            ///< bends, as a beam (core/needle/needle_bend.h); false: rigid
+  double youngs_modulus_gpa = 200;  ///< steel
+  bool bends() const { return flexible && youngs_modulus_gpa < kRigidGpa; }
+  double inner_diameter_mm = 0;  ///< 0: solid, as with its stylet in
+  double hand_nmm_per_deg = 0;   ///< moment that turns the hand by 1°; 0: it holds the hub fast
+  /// The bevel's force across the tip as it cuts, over the cutting force; 0: a symmetric tip
+  double bevel_force_share = 0;
+  double bevel_deg = 0;  ///< where it pushes the tip: about the shaft, from the pose's +x towards +y
+  std::string guide_at =
+      "none";  ///< what holds the shaft across: "template", where it passes the holes' plane
 
   bool operator==(const NeedleSettings&) const = default;
 };

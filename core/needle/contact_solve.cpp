@@ -13,6 +13,7 @@ void LandmarkSet::reserve(std::size_t capacity) {
   displacements.reserve(capacity);
   spreads.reserve(capacity);
   owners.reserve(capacity);
+  compliance.reserve(capacity, capacity);
 }
 
 void LandmarkSet::clear() noexcept {
@@ -20,10 +21,13 @@ void LandmarkSet::clear() noexcept {
   displacements.clear();
   spreads.clear();
   owners.clear();
+  compliance.clear();
   anchors = 0;
 }
 
-void LandmarkSet::add(const Vec3& position, const Vec3& displacement, const LandmarkSpread& spread) noexcept {
+void LandmarkSet::add(const Vec3& position, const Vec3& displacement, const LandmarkSpread& spread,
+                      const LandmarkCompliance::Point& point) noexcept {
+  compliance.add_landmark(point);
   positions.push_back(position);
   displacements.push_back(displacement);
   spreads.push_back(spread);
@@ -31,6 +35,7 @@ void LandmarkSet::add(const Vec3& position, const Vec3& displacement, const Land
 
 void LandmarkSet::remove(std::size_t i) noexcept {
   spreads.erase(spreads.begin() + static_cast<std::ptrdiff_t>(i));
+  compliance.remove_landmark(i);
   const auto removed = static_cast<std::int32_t>(i);
   for (LandmarkSpread& spread : spreads) {
     if (spread.behind == removed) spread.behind = -1;
@@ -72,7 +77,7 @@ FactorStatus ContactSolve::solve(std::uint64_t tick, std::span<NeedleContact> ne
 // Landmarks that are too close together to be solved are left out, with their spreads and owners.
 FactorStatus ContactSolve::factorize(LandmarkSet& landmarks, TissueField& field,
                                      std::uint32_t& flags) noexcept {
-  FactorStatus status = field.factorize(landmarks.positions, landmarks.spreads);
+  FactorStatus status = field.factorize(landmarks.positions, landmarks.spreads, landmarks.compliance);
   if (status) return status;
   LandmarkRepair repair(landmarks.positions, landmarks.displacements, landmarks.anchors, &removed_);
   while (!status) {
@@ -81,7 +86,7 @@ FactorStatus ContactSolve::factorize(LandmarkSet& landmarks, TissueField& field,
     if (repaired == Repaired::kNothing) break;
     flags |= repaired == Repaired::kMerged ? kStepMerged : kStepDropped;
     for (const std::size_t i : removed_) landmarks.remove(i);
-    status = field.factorize(landmarks.positions, landmarks.spreads);
+    status = field.factorize(landmarks.positions, landmarks.spreads, landmarks.compliance);
   }
   return status;
 }

@@ -6,6 +6,7 @@
 
 #include <Eigen/Core>
 
+#include "core/elasticity/landmark_compliance.h"
 #include "core/models/tissue_field.h"
 #include "core/needle/needle_contact.h"
 #include "core/needle/reaction_solver.h"
@@ -21,13 +22,15 @@ struct LandmarkSet {
   };
   std::vector<Vec3> positions, displacements;  ///< mm, n
   std::vector<LandmarkSpread> spreads;         ///< n
+  LandmarkCompliance compliance;               ///< of needles that bend
   std::vector<Owner> owners;                   ///< n − anchors
   std::size_t anchors = 0;
 
   void reserve(std::size_t capacity);
   void clear() noexcept;
-  void add(const Vec3& position, const Vec3& displacement, const LandmarkSpread& spread) noexcept;
-  /// Removes spread and owner of landmark i, which is already gone from positions and displacements.
+  void add(const Vec3& position, const Vec3& displacement, const LandmarkSpread& spread,
+           const LandmarkCompliance::Point& point = {}) noexcept;
+  /// Removes spread, owner and compliance of landmark i, which is already gone from positions and displacements.
   void remove(std::size_t i) noexcept;
 };
 

@@ -16,12 +16,14 @@ constexpr double kSameEntry = 1;  // needle diameters from an old entry within w
 constexpr double kSameDirection = 0.94;  // cosine of the 20° within which a needle finds its old cut
 // mm ahead of a free needle within which the capsule is reported to the device
 constexpr double kLookAhead = 25;
-constexpr int kBisections = 20;  // of a tick's cut: a capsule is found to 1e-6 of it
+constexpr double kMostOblique = 0.5;  // cosine: a capsule's force across the needle grows no further
+constexpr int kBisections = 20;       // of a tick's cut: a capsule is found to 1e-6 of it
 
 }  // namespace
 
 NeedleContact::NeedleContact(const SurfaceBvh& surface, const NeedleTissues& tissues,
-                             const NeedleSettings& needle, const ContactSettings& settings)
+                             const NeedleSettings& needle, const ContactSettings& settings,
+                             std::optional<double> guide_z_mm)
     : surface_(surface),
       tissues_(tissues),
       needle_settings_(needle),
@@ -31,11 +33,16 @@ NeedleContact::NeedleContact(const SurfaceBvh& surface, const NeedleTissues& tis
   const auto capacity = static_cast<std::size_t>(settings.max_landmarks);
   shaft_.reserve(capacity);
   landmarks_.reserve(capacity);
+  if (needle.bends()) bend_.emplace(needle, guide_z_mm, capacity);
 }
 
 void NeedleContact::begin(const RigidTransform& X_WN, const DisplacementField* last_field) noexcept {
   const Vec3 axis = X_WN.R.col(2);
-  needle_ = {X_WN.p - needle_settings_.length_mm * axis, X_WN.p, axis};
+  needle_ = {X_WN.p - needle_settings_.length_mm * axis, X_WN.p, axis, X_WN.p};
+  if (bend_) {
+    bend_->begin(X_WN);
+    needle_.bent_tip += bend_->tip_deflection();
+  }
   const Vec3 motion = needle_.tip - last_tip_;
   flags_ = 0;
   landmarks_.clear();
@@ -58,6 +65,7 @@ void NeedleContact::begin(const RigidTransform& X_WN, const DisplacementField* l
   has_last_pose_ = true;
 
   tip_depth_ = std::max(0.0, depth_of_tip());
+  if (bend_) set_tip_force();
   if (state_ == ContactState::kTouching) add_contact();
   if (!is_in()) return;
   insertion_depth_ = tip_s_;
@@ -69,6 +77,7 @@ void NeedleContact::begin(const RigidTransform& X_WN, const DisplacementField* l
 void NeedleContact::skip() noexcept {
   landmarks_.clear();
   has_tip_landmark_ = false;
+  if (bend_) bend_->clear();
   flags_ = 0;
   forces_ = {};
   local_model_ = {};
@@ -79,6 +88,7 @@ void NeedleContact::skip() noexcept {
 void NeedleContact::reinitialize() noexcept {
   if (has_last_pose_) flags_ |= kStepReinitialized;
   release();
+  needle_.bent_tip = needle_.tip;
   std::array<SurfaceHit, kMaxCrossings> buffer;
   const std::span hits(buffer.data(), surface_.all_hits(needle_.hub, needle_.tip, buffer));
   const bool inside = surface_.inside(needle_.tip);
@@ -142,8 +152,8 @@ void NeedleContact::enter_old_path(CutPath& old) noexcept {
 }
 
 void NeedleContact::press() noexcept {
-  const bool tip_inside = surface_.inside(needle_.tip);
-  if (!tip_inside && !surface_.first_hit(needle_.hub, needle_.tip)) return release();
+  const bool tip_inside = surface_.inside(needle_.bent_tip);
+  if (!tip_inside && !surface_.first_hit(needle_.hub, needle_.bent_tip)) return release();
 
   const double off_axis = (needle_.nearest_on_line(contact_point_) - contact_point_).norm();
   if (tip_inside) by_tip_ = true;
@@ -151,7 +161,7 @@ void NeedleContact::press() noexcept {
   if (by_tip_ && has_punctured_) return enter();
 
   // The contact point slides over the capsule once it has been dragged aside too far.
-  const Vec3 drag = needle_.across(needle_.tip - contact_point_);
+  const Vec3 drag = needle_.across(needle_.bent_tip - contact_point_);
   if (const double length = drag.norm(); length > settings_.surface_slip_mm)
     contact_point_ =
         surface_.closest_point(contact_point_ + (1 - settings_.surface_slip_mm / length) * drag).point;
@@ -170,13 +180,13 @@ void NeedleContact::follow_path(const DisplacementField* last_field) noexcept {
   if (state_ == ContactState::kThrough) {
     const Vec3 exit = path_.at(path_.length());
     const Vec3 carried = last_field ? last_field->displacement_at(exit) : Vec3(Vec3::Zero());
-    if ((needle_.tip - exit - carried).dot(needle_.axis) > 0) return;
+    if ((needle_.bent_tip - exit - carried).dot(needle_.axis) > 0) return;
     state_ = ContactState::kInserted;
     tip_s_ = path_.length();
   }
-  if (tip_s_ == 0 && !surface_.inside(needle_.tip)) return release();
+  if (tip_s_ == 0 && !surface_.inside(needle_.bent_tip)) return release();
   if (tip_s_ < path_.length() &&
-      needle_.across(needle_.tip - path_.at(tip_s_)).norm() > settings_.leave_path_mm) {
+      needle_.across(needle_.bent_tip - path_.at(tip_s_)).norm() > settings_.leave_path_mm) {
     path_.cut_off(tip_s_);
     tissue_ = tissues_.at(path_.at(tip_s_));
     capsule_of_ = 0;
@@ -231,6 +241,8 @@ void NeedleContact::release() noexcept {
   tip_s_ = 0;
   capsule_of_ = 0;
   has_punctured_ = false;
+  tip_reaction_n_ = 0;
+  if (bend_) bend_->clear();
 }
 
 double NeedleContact::depth_of_tip() const noexcept {
@@ -251,7 +263,7 @@ void NeedleContact::add_contact() noexcept {
   } else {
     landmark.if_stuck = needle_.nearest_on_line(contact_point_) - contact_point_;
   }
-  const double indentation = landmark.if_stuck.norm();
+  const double indentation = by_tip_ ? (needle_.bent_tip - contact_point_).norm() : landmark.if_stuck.norm();
   const double stiffness = capsule.indentation_stiffness_n_per_mm(indentation);
   if (settings_.tip_core_mm > 0 || !(stiffness > 0))  // 0: the law of a capsule that takes no force
     landmark.spread.core_mm = settings_.inserted_tip_core_mm();
@@ -259,7 +271,21 @@ void NeedleContact::add_contact() noexcept {
     landmark.spread = {
         .stiffness_n_per_mm = stiffness,
         .axis = by_tip_ || indentation == 0 ? needle_.axis : Vec3(landmark.if_stuck / indentation)};
-  add(landmark);
+  add(landmark, landmark.if_stuck.dot(needle_.axis));
+}
+
+// What pushes a flexible needle's tip aside: the bevel while it cuts, by its share of the cutting force; and a capsule
+// that it presses on obliquely, which pushes along its normal.
+void NeedleContact::set_tip_force() noexcept {
+  Vec3 force = Vec3::Zero();
+  if (state_ == ContactState::kInserted) {
+    force = needle_settings_.bevel_force_share * tip_reaction_n_ * bend_->bevel_direction();
+  } else if (state_ == ContactState::kTouching && by_tip_) {
+    const Vec3 normal = surface_.closest_point(contact_point_).normal;
+    const double into = -normal.dot(needle_.axis);
+    force = tip_reaction_n_ / std::max(into, kMostOblique) * needle_.across(normal);
+  }
+  bend_->set_tip_force(force);
 }
 
 // `elastic` and `fem` treat a single landmark as a needle's point, not a shaft, and its friction would fold the field.
@@ -274,7 +300,8 @@ void NeedleContact::add_shaft(double motion) noexcept {
          .low_n = -friction,
          .high_n = friction,
          .friction_n = friction,
-         .spread = {.core_mm = shaft_.size() == 1 ? settings_.landmark_spacing_mm : 0}});
+         .spread = {.core_mm = shaft_.size() == 1 ? settings_.landmark_spacing_mm : 0}},
+        shaft.axial);
   }
 }
 
@@ -287,7 +314,8 @@ void NeedleContact::add_tip() noexcept {
        .low_n = -friction,
        .high_n = friction + (tip_s_ < path_.length() ? 0 : resistance()),
        .friction_n = friction,
-       .spread = {.core_mm = settings_.inserted_tip_core_mm()}});
+       .spread = {.core_mm = settings_.inserted_tip_core_mm()}},
+      (needle_.tip - X).dot(needle_.axis));
 }
 
 // The force that extends the cut at the end of the path, N.
@@ -295,16 +323,21 @@ double NeedleContact::resistance() const noexcept {
   return capsule_of_ > 0 ? tissues_[capsule_of_].puncture_force_n : tissues_[tissue_].cutting_force_n;
 }
 
-// Along and across the needle a landmark's displacement is limited.
-void NeedleContact::add(const NeedleLandmark& landmark) noexcept {
+// Along and across the needle a landmark's displacement is limited. `axial`: how far it is carried along already.
+void NeedleContact::add(const NeedleLandmark& landmark, double axial) noexcept {
   const double limit = settings_.max_displacement_mm;
   landmarks_.push_back(landmark);
   const double along = landmark.if_stuck.dot(needle_.axis);
   const Vec3 across = needle_.across(landmark.if_stuck);
-  if (std::abs(along) <= limit && across.norm() <= limit) return;
-  flags_ |= kStepSaturated;
-  landmarks_.back().if_stuck = std::clamp(along, -limit, limit) * needle_.axis +
-                               across * std::min(1.0, limit / std::max(across.norm(), limit));
+  if (std::abs(along) > limit || across.norm() > limit) {
+    flags_ |= kStepSaturated;
+    landmarks_.back().if_stuck = std::clamp(along, -limit, limit) * needle_.axis +
+                                 across * std::min(1.0, limit / std::max(across.norm(), limit));
+  }
+  if (!bend_) return;
+  NeedleLandmark& added = landmarks_.back();
+  added.arc_mm = bend_->arc_of(landmark.position + axial * needle_.axis);
+  added.if_stuck += bend_->free_deflection(added.arc_mm);
 }
 
 bool NeedleContact::reaches_uncut_tissue() noexcept {
@@ -319,6 +352,10 @@ bool NeedleContact::reaches_uncut_tissue() noexcept {
 }
 
 void NeedleContact::finish(std::uint64_t tick, double axial_stiffness, double lateral_stiffness) noexcept {
+  if (bend_) {
+    bend_->set_loads(landmarks_);
+    if (bend_->is_steep()) flags_ |= kStepSteep;
+  }
   sum_forces();
   update_local_model(tick, axial_stiffness, lateral_stiffness);
   if (state_ == ContactState::kTouching && by_tip_) {
@@ -327,11 +364,20 @@ void NeedleContact::finish(std::uint64_t tick, double axial_stiffness, double la
     has_punctured_ = full == 0 || landmarks_[0].reaction_n.dot(needle_.axis) >= full * (1 - 1e-9);
     if (has_punctured_) ++puncture_count_;
   }
+  tip_reaction_n_ = pressing_reaction();
   if (!is_in()) return;
   for (std::size_t i = 0; i < shaft_.size(); ++i)
     shaft_[i].axial = landmarks_[i].if_stuck.dot(needle_.axis) - landmarks_[i].slip_mm;
   if (has_tip_landmark_) move_tip(free_slip_ + landmarks_.back().slip_mm);
   insertion_depth_ = tip_s_;
+}
+
+// Of what the tip cuts or presses on, N.
+double NeedleContact::pressing_reaction() const noexcept {
+  const bool presses = state_ == ContactState::kTouching && by_tip_;
+  if (landmarks_.empty() || !(presses || (has_tip_landmark_ && tip_s_ == path_.length()))) return 0;
+  const double along = landmarks_.back().reaction_n.dot(needle_.axis);
+  return std::max(0.0, presses ? along : along - landmarks_.back().friction_n);
 }
 
 // The tip has slipped past its material point.
@@ -351,7 +397,9 @@ void NeedleContact::move_tip(double distance) noexcept {
 
 void NeedleContact::cut(double distance) noexcept {
   const Vec3 from = path_.at(path_.length());
-  const Vec3 to = from + stop_at_capsule(from, from + distance * needle_.axis) * distance * needle_.axis;
+  // Along the tip's tangent, so that the tissue beside it keeps its displacement: X + u(X) = tip goes on to hold.
+  const Vec3 ahead = bend_ ? Vec3(needle_.axis + bend_->tip_slope()) : needle_.axis;
+  const Vec3 to = from + stop_at_capsule(from, from + distance * ahead) * distance * ahead;
   // A cut from the entry starts on the surface and may report that entry: the first crossing outwards counts.
   std::array<SurfaceHit, 4> buffer;
   const std::span hits(buffer.data(), surface_.all_hits(from, to, buffer));
@@ -388,13 +436,20 @@ void NeedleContact::sum_forces() noexcept {
   forces_ = {};
   for (const NeedleLandmark& landmark : landmarks_) {
     const Vec3 force = -landmark.reaction_n;
-    const Vec3 at = needle_.nearest_on_line(landmark.position + landmark.if_stuck);
+    Vec3 at = needle_.nearest_on_line(landmark.position + landmark.if_stuck);
+    if (bend_) at += bend_->deflection(landmark.arc_mm);
     forces_.force_n += force;
     forces_.tip_torque_nmm += (at - needle_.tip).cross(force);
     const double along = landmark.reaction_n.dot(needle_.axis);
     const double rubbed = std::clamp(along, -landmark.friction_n, landmark.friction_n);
     forces_.friction_n += rubbed;
     forces_.cutting_n += std::max(0.0, along - rubbed);
+  }
+  if (bend_) {
+    forces_.force_n += bend_->tip_force_n() + bend_->guide_force_n();
+    forces_.tip_torque_nmm +=
+        ((bend_->beam().guide_mm - needle_settings_.length_mm) * needle_.axis).cross(bend_->guide_force_n()) +
+        bend_->tip_deflection().cross(bend_->tip_force_n());
   }
   forces_.hub_torque_nmm = forces_.tip_torque_nmm + (needle_.tip - needle_.hub).cross(forces_.force_n);
   forces_.axial_n = forces_.cutting_n + forces_.friction_n;

@@ -10,6 +10,7 @@
 #include "core/needle/contact_state.h"
 #include "core/needle/cut_path.h"
 #include "core/needle/local_contact_model.h"
+#include "core/needle/needle_bend.h"
 #include "core/needle/needle_forces.h"
 #include "core/needle/needle_landmark.h"
 #include "core/needle/needle_tissues.h"
@@ -42,9 +43,9 @@ class NeedleContact {
  public:
   static constexpr std::size_t kOldPaths = 4;
 
-  /// `surface` (closed, outward, at rest) and `tissues` must outlive this.
+  /// `surface` (closed, outward, at rest) and `tissues` must outlive this. `guide_z_mm`: of NeedleBend.
   NeedleContact(const SurfaceBvh& surface, const NeedleTissues& tissues, const NeedleSettings& needle,
-                const ContactSettings& settings);
+                const ContactSettings& settings, std::optional<double> guide_z_mm = {});
 
   /// Starts a tick with its pose. `last_field` is the field of the last one: a new shaft landmark starts with its
   /// displacement. None: at rest.
@@ -79,6 +80,10 @@ class NeedleContact {
   std::uint32_t flags() const { return flags_; }  ///< StepFlag bits of this tick
   const NeedleForces& forces() const { return forces_; }
   const LocalContactModel& local_model() const { return local_model_; }
+  /// How the needle bends, after finish; null: it is rigid.
+  const NeedleBend* bend() const { return bend_ ? &*bend_ : nullptr; }
+  /// Of the tip off the line of its pose, mm; after finish of this tick.
+  Vec3 tip_deflection() const { return bend_ ? bend_->tip_deflection() : Vec3(Vec3::Zero()); }
 
   /// Share of the outer capsule's puncture force that the needle carries, 0 … 1: the load of dynamic anchors.
   double load() const noexcept;
@@ -86,6 +91,7 @@ class NeedleContact {
  private:
   struct Needle {  // this tick's pose in parts
     Vec3 hub = Vec3::Zero(), tip = Vec3::Zero(), axis = Vec3::UnitZ();
+    Vec3 bent_tip = Vec3::Zero();  // by the last tick's forces
     Vec3 nearest_on_line(const Vec3& p) const { return tip + (p - tip).dot(axis) * axis; }
     Vec3 across(const Vec3& v) const { return v - v.dot(axis) * axis; }
   };
@@ -111,11 +117,13 @@ class NeedleContact {
   void add_contact() noexcept;
   void add_shaft(double motion) noexcept;
   void add_tip() noexcept;
-  void add(const NeedleLandmark& landmark) noexcept;
+  void add(const NeedleLandmark& landmark, double axial) noexcept;
+  void set_tip_force() noexcept;
   double resistance() const noexcept;
   double tributary(std::size_t landmark) const noexcept;
 
   // after the solve
+  double pressing_reaction() const noexcept;
   void move_tip(double distance) noexcept;
   void cut(double distance) noexcept;
   double stop_at_capsule(const Vec3& from, const Vec3& to) noexcept;
@@ -151,6 +159,8 @@ class NeedleContact {
   std::vector<CutPath> old_paths_;  // kOldPaths, unused ones empty
   std::size_t next_old_path_ = 0;
 
+  std::optional<NeedleBend> bend_;  // of a flexible needle
+  double tip_reaction_n_ = 0;       // along the needle, of the last tick, in uncut tissue
   std::vector<NeedleLandmark> landmarks_;
   bool has_tip_landmark_ = false;
   double insertion_depth_ = 0, tip_depth_ = 0;

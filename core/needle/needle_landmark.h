@@ -8,11 +8,13 @@ namespace brachy {
 /// A material point that a needle displaces, and the outcome of a tick. Bounds and slip are along the needle;
 /// across it the point follows.
 struct NeedleLandmark {
-  Vec3 position = Vec3::Zero();    ///< rest, mm
-  Vec3 if_stuck = Vec3::Zero();    ///< its displacement where it does not slip, mm
+  Vec3 position = Vec3::Zero();  ///< rest, mm
+  Vec3 if_stuck =
+      Vec3::Zero();  ///< its displacement where it does not slip, mm; and the needle does not bend
   double low_n = 0, high_n = 0;    ///< bounds of the needle's force on it along the axis, N; forward is > 0
   double friction_n = 0;           ///< of both bounds, the shaft's part
   LandmarkSpread spread = {};      ///< of its force
+  double arc_mm = 0;               ///< where on a flexible needle it is, from the hub
   Vec3 reaction_n = Vec3::Zero();  ///< outcome: the needle's force on the tissue, N
   double slip_mm = 0;              ///< outcome: how far the needle advanced past it
 };

@@ -34,6 +34,9 @@ DeformationModel load_deformation_model(const Scene& scene, const Tissue& tissue
 std::shared_ptr<const SimulationModel> load_simulation_model(const Scene& scene, Tissue tissue) {
   if (scene.model.kernel == "auto")
     throw UserError("model.kernel is still \"auto\"; the scene has to go through with_choice first");
+  if (scene.needle.flexible && !knows_forces(scene.model.kernel))
+    throw UserError("needle.flexible needs a model that knows forces, and model.kernel is " +
+                    scene.model.kernel + "; take elastic or fem");
   SimulationSettings settings;
   settings.period_s = scene.period_s();
   settings.target = resolve_simd_target(scene.engine.simd);

@@ -54,7 +54,7 @@ Membership sort_regions(const Scene& scene, bool by_modulus, std::vector<Kind>& 
 
 bool has_supports(const Scene& scene, std::string_view model_name) {
   const std::string name(model_name);
-  if (is_matrix_model(model_name) && !is_compact_model(model_name)) {
+  if (knows_forces(model_name)) {
     for (const RegionSettings& region : scene.regions)
       if (!region.shear_modulus_kpa && !is_only_contact(region))
         refuse(region, "'region.shear_modulus_kpa' is missing; " + name + " needs it of every region");

@@ -23,6 +23,20 @@ struct TickPose {
   bool button = false;
 };
 
+/// The course of a needle that bends: points at equal arc lengths from the hub to the tip, world frame W, mm.
+struct NeedleShape {
+  static constexpr std::size_t kPoints = 17;
+
+  bool is_bent = false;  ///< false: the needle is rigid, and its points are not set
+  std::array<Vec3, kPoints> points = [] {
+    std::array<Vec3, kPoints> zero;
+    zero.fill(Vec3::Zero());
+    return zero;
+  }();
+  Vec3 tip_axis = Vec3::UnitZ();       ///< unit, the tip's tangent
+  Vec3 tip_deflection = Vec3::Zero();  ///< of the tip off where the pose puts it, mm
+};
+
 /// One needle as the simulation sees it after a tick.
 struct NeedleState {
   bool present = false;
@@ -37,6 +51,7 @@ struct NeedleState {
   std::uint32_t puncture_count = 0;  ///< capsule punctures since start
   NeedleForces forces;
   LocalContactModel local_model;
+  NeedleShape shape;
   DropCounts drops;
 };
 

@@ -52,6 +52,11 @@ std::size_t SimulationModel::max_landmarks() const {
          settings.anchors.count;
 }
 
+std::optional<double> SimulationModel::guide_z_mm() const {
+  if (settings.needle.guide_at != "template") return {};
+  return settings.template_grid.origin_mm.z();
+}
+
 double SimulationModel::landmark_stiffness_n_per_mm() const {
   return elastic_landmark_stiffness(1e-3 * settings.shear_modulus_kpa, settings.poisson,
                                     settings.contact.inserted_tip_core_mm());

@@ -70,6 +70,8 @@ struct SimulationModel {
                   const SimulationSettings& settings = {}, std::optional<Plan> plan = {});
 
   std::size_t max_landmarks() const;  ///< of a tick: all needles' and the anchors
+  /// World z of the template's plane where it holds the needles (needle.guide_at), mm.
+  std::optional<double> guide_z_mm() const;
   /// Of one landmark alone (core/elasticity/landmark_stiffness.h).
   double landmark_stiffness_n_per_mm() const;
 

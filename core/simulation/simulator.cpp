@@ -25,10 +25,11 @@ Simulator::Simulator(std::shared_ptr<const SimulationModel> model)
   const std::size_t needle_count = model_->settings.needle.count;
   for (std::size_t n = 0; n < needle_count; ++n)
     contacts_.emplace_back(model_->surface, model_->needle_tissues, model_->settings.needle,
-                           model_->settings.contact);
+                           model_->settings.contact, model_->guide_z_mm());
   landmarks_.reserve(model_->max_landmarks());
   needles_.resize(needle_count);
   last_on_shaft_.resize(needle_count);
+  beams_.resize(needle_count, -1);
   pose_histories_.resize(needle_count);
   displaced_.reserve(tissue_.blocks.size());
   was_displaced_.reserve(tissue_.blocks.size());
@@ -71,6 +72,7 @@ void Simulator::step(std::span<const NeedlePose> poses, MeshState& state) noexce
   begin_contacts(poses);
   gather_landmarks();
   deform();
+  find_shapes();
   drop_seeds();
   write_state(state);
 }
@@ -107,6 +109,10 @@ void Simulator::gather_landmarks() noexcept {
     if (keep_clear(anchor)) landmarks_.add(anchor, Vec3::Zero(), {});
   landmarks_.anchors = landmarks_.positions.size();
   std::ranges::fill(last_on_shaft_, -1);
+  for (std::size_t n = 0; n < contacts_.size(); ++n) {
+    const NeedleBend* bend = contacts_[n].landmarks().empty() ? nullptr : contacts_[n].bend();
+    beams_[n] = bend ? landmarks_.compliance.add_beam(bend->beam()) : -1;
+  }
   for (const bool tips : {false, true})
     for (std::size_t n = 0; n < contacts_.size(); ++n) {
       const auto of_needle = std::as_const(contacts_[n]).landmarks();
@@ -117,7 +123,8 @@ void Simulator::gather_landmarks() noexcept {
           spread.behind = last_on_shaft_[n];
         else
           last_on_shaft_[n] = static_cast<std::int32_t>(landmarks_.positions.size());
-        landmarks_.add(of_needle[i].position, of_needle[i].if_stuck, spread);
+        landmarks_.add(of_needle[i].position, of_needle[i].if_stuck, spread,
+                       {beams_[n], of_needle[i].arc_mm});
         landmarks_.owners.push_back({static_cast<std::uint32_t>(n), static_cast<std::uint32_t>(i)});
       }
     }
@@ -144,7 +151,8 @@ bool Simulator::keep_clear(Vec3& anchor) const noexcept {
 void Simulator::deform() noexcept {
   changed_[tick_ % kChangeHistory].clear();
   if (!contact_solve_.solve(tick_, contacts_, landmarks_, field_->plain_field(), flags_) ||
-      !field_->update(landmarks_.positions, landmarks_.displacements, landmarks_.spreads)) {
+      !field_->update(landmarks_.positions, landmarks_.displacements, landmarks_.spreads,
+                      landmarks_.compliance)) {
     flags_ |= kStepSolveFailed;  // the last field is kept
     return;
   }
@@ -197,9 +205,27 @@ bool Simulator::apply_block(std::uint32_t b) noexcept {
   return changed;
 }
 
+void Simulator::find_shapes() noexcept {
+  for (std::size_t n = 0; n < needles_.size(); ++n) {
+    NeedleShape& shape = needles_[n].shape;
+    const NeedleBend* bend = needles_[n].present ? contacts_[n].bend() : nullptr;
+    shape.is_bent = bend != nullptr;
+    if (!bend) continue;
+    const RigidTransform& X_WN = needles_[n].X_WN;
+    const double length = bend->beam().length_mm;
+    for (std::size_t k = 0; k < NeedleShape::kPoints; ++k) {
+      const double s = length * static_cast<double>(k) / (NeedleShape::kPoints - 1);
+      shape.points[k] = X_WN.p + (s - length) * bend->beam().axis + bend->deflection(s);
+    }
+    shape.tip_axis = (bend->beam().axis + bend->tip_slope()).normalized();
+    shape.tip_deflection = bend->tip_deflection();
+  }
+}
+
 void Simulator::drop_seeds() noexcept {
   for (std::size_t n = 0; n < needles_.size(); ++n) {
-    seed_loading_.update(n, needles_[n].input);
+    const NeedleShape& shape = needles_[n].shape;
+    seed_loading_.update(n, needles_[n].input, shape.is_bent ? shape.tip_deflection : Vec3(Vec3::Zero()));
     if (seed_loading_.request_failed(n)) refuse_drop(n, DropRefusal::kNothingLoaded);
     while (const auto due = seed_loading_.due(n)) drop(n, *due);
   }
@@ -217,7 +243,8 @@ void Simulator::drop(std::size_t needle, const SeedDrop& due) noexcept {
     seed.source = due.source;
     seed.air_kerma_strength_u = due.air_kerma_strength_u;
     seed.dropped = due.at;
-    seed.dropped_axis = needles_[needle].X_WN.R.col(2);
+    const NeedleShape& shape = needles_[needle].shape;
+    seed.dropped_axis = shape.is_bent ? shape.tip_axis : Vec3(needles_[needle].X_WN.R.col(2));
     seed.gland_motion = mean_displacement();
     refusal = implant_.drop(seed, *field_, field_->certificate().verdict, contacts_[needle].material_tip());
   }

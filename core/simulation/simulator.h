@@ -65,6 +65,7 @@ class Simulator {
   void deform() noexcept;
   void apply_field() noexcept;
   bool apply_block(std::uint32_t b) noexcept;
+  void find_shapes() noexcept;
   void drop_seeds() noexcept;
   void drop(std::size_t needle, const SeedDrop& due) noexcept;
   void refuse_drop(std::size_t needle, DropRefusal why) noexcept;
@@ -86,6 +87,7 @@ class Simulator {
   std::uint32_t flags_ = 0;
   LandmarkSet landmarks_;                    // of this tick
   std::vector<std::int32_t> last_on_shaft_;  // of each needle, its landmark behind the tip; −1: none
+  std::vector<std::int32_t> beams_;  // of each needle, in landmarks_.compliance; −1: it does not bend
   std::array<std::uint64_t, 4> evaluation_counts_{};
 
   std::vector<float> rest_, deformed_;  // 3N

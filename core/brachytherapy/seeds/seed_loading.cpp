@@ -19,22 +19,24 @@ SeedLoading::SeedLoading(const SeedSettings& settings, const TemplateGrid& grid,
   first_of_needle_.push_back(planned_.size());
 }
 
-void SeedLoading::update(std::size_t n, const NeedlePose& pose) noexcept {
+void SeedLoading::update(std::size_t n, const NeedlePose& pose, const Vec3& tip_deflection) noexcept {
   Held& held = held_[n];
   held.request_failed = false;
   held.waits = false;
   if (!pose.present) return;
-  held.last_tip = held.is_known ? held.tip : pose.X_WN.p;
+  const Vec3 tip = pose.X_WN.p + tip_deflection;
+  held.last_tip = held.is_known ? held.tip : tip;
   held.is_known = true;
-  held.tip = pose.X_WN.p;
+  held.tip = tip;
   const bool was_held = held.button;
   held.button = pose.button;
-  if (held.button && !was_held) press(held, pose.X_WN.R.col(2));
+  if (held.button && !was_held) press(held, pose.X_WN);
   if (!held.button && is_train()) held.plan_needle.reset();
 }
 
-void SeedLoading::press(Held& held, const Vec3& axis) noexcept {
-  held.plan_needle = plan_needle_at(held.tip, axis);
+// The pose's line tells the hole: where a needle bends, its tip is beside it.
+void SeedLoading::press(Held& held, const RigidTransform& X_WN) noexcept {
+  held.plan_needle = plan_needle_at(X_WN.p, X_WN.R.col(2));
   held.has_refused = false;
   if (!is_train()) {
     held.is_asked = true;
@@ -47,7 +49,7 @@ void SeedLoading::press(Held& held, const Vec3& axis) noexcept {
   const bool is_whole = first == first_of_needle_[*held.plan_needle];
   held.pushed_mm = is_whole ? 0 : planned_[first].offset_mm - 0.5 * PlanNeedle::kSeedMm;
   held.press_tip = held.tip;
-  held.axis = axis;
+  held.axis = X_WN.R.col(2);
 }
 
 // The plan's needle whose hole the line passes within half a spacing, in x and in y.

@@ -29,8 +29,8 @@ class SeedLoading {
   SeedLoading(const SeedSettings& settings, const TemplateGrid& grid, const std::optional<Plan>& plan,
               std::size_t needles);
 
-  /// Updates needle n with its pose of this tick.
-  void update(std::size_t n, const NeedlePose& pose) noexcept;
+  /// Updates needle n with its pose of this tick, and how far its tip is off it, mm, where it bends.
+  void update(std::size_t n, const NeedlePose& pose, const Vec3& tip_deflection = Vec3::Zero()) noexcept;
   /// The next seed that needle n is to drop in this tick; none: no (further) seed.
   std::optional<SeedDrop> due(std::size_t n) const noexcept;
   /// Whether a seed was requested from needle n and there is none. True once per request.
@@ -56,7 +56,7 @@ class SeedLoading {
     Vec3 press_tip = Vec3::Zero(), axis = Vec3::UnitZ();
     Vec3 last_tip = Vec3::Zero(), tip = Vec3::Zero();
   };
-  void press(Held& held, const Vec3& axis) noexcept;
+  void press(Held& held, const RigidTransform& X_WN) noexcept;
   std::optional<std::size_t> plan_needle_at(const Vec3& tip, const Vec3& axis) const noexcept;
   /// The needle's first seed that is still in it; planned_.size() where there is none.
   std::size_t first_remaining(const std::optional<std::size_t>& plan_needle) const noexcept;

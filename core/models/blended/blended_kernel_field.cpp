@@ -63,6 +63,7 @@ BlendedKernelField<Kernels>::BlendedKernelField(const Tissue& tissue, TissueMode
 template <class Kernels>
 FactorStatus BlendedKernelField<Kernels>::do_factorize(std::span<const Vec3> positions,
                                                        std::span<const LandmarkSpread> /*spreads*/,
+                                                       const LandmarkCompliance& /*compliance*/,
                                                        double& condition) noexcept {
   const FactorStatus status = system_.factorize(positions);
   condition = system_.condition();

@@ -14,7 +14,7 @@ namespace {
 constexpr double kSubstepReach = 0.6, kClampReach = 0.9;
 constexpr double kShorter = 0.6;  // of a step that could not be certified
 constexpr int kTries = 2;
-constexpr double kMissed = 0.01;  // mm: less is not called clamped
+constexpr double kMissed = 0.01;  // mm: landmarks that are off by less are not called clamped
 constexpr double kMargin = 0.8;   // share of the way to a fold that the margin asks for
 
 }  // namespace
@@ -32,29 +32,33 @@ GuardedField::GuardedField(const Tissue& tissue, std::unique_ptr<TissueField> fi
   positions_.reserve(max_landmarks);
   displacements_.reserve(max_landmarks);
   spreads_.reserve(max_landmarks);
+  compliance_.reserve(max_landmarks, max_landmarks);
   block_bounds_.reserve(tissue.blocks.size());
   std::iota(all_.begin(), all_.end(), 0u);
 }
 
 FactorStatus GuardedField::update(std::span<const Vec3> positions, std::span<const Vec3> displacements,
-                                  std::span<const LandmarkSpread> spreads) noexcept {
+                                  std::span<const LandmarkSpread> spreads,
+                                  const LandmarkCompliance& compliance) noexcept {
   evaluation_ = Evaluation::kIdle;
   if (is_updated_ && std::ranges::equal(positions, positions_) && std::ranges::equal(spreads, spreads_) &&
-      std::ranges::equal(displacements, displacements_)) {
+      std::ranges::equal(displacements, displacements_) && compliance == compliance_) {
     if (is_composed_ && composition_->is_late()) {
       evaluate_composition();
       let_vertex_decide();
     }
-    return field_->factorize(positions, spreads);
+    return field_->factorize(positions, spreads, compliance);
   }
   is_updated_ = false;
   for (std::size_t i = 0; i < displacements.size(); ++i)
     if (!displacements[i].allFinite()) return {FactorStatus::kNotFinite, static_cast<int>(i)};
-  if (const FactorStatus status = field_->update(positions, displacements, spreads); !status) return status;
+  if (const FactorStatus status = field_->update(positions, displacements, spreads, compliance); !status)
+    return status;
   is_updated_ = true;
   positions_.assign(positions.begin(), positions.end());
   displacements_.assign(displacements.begin(), displacements.end());
   spreads_.assign(spreads.begin(), spreads.end());
+  compliance_ = compliance;
   // The field may have been rescaled or composed since it was last evaluated: so it is new in any case.
   evaluation_ = field_->evaluation() == Evaluation::kIdle ? Evaluation::kDirect : field_->evaluation();
   is_composed_ = false;
@@ -159,7 +163,7 @@ void GuardedField::clamp(const CellField& cells, const FoldCandidate& fold_candi
 }
 
 void GuardedField::compose() noexcept {
-  const double begun = composition_->begin(positions_, displacements_);
+  const double begun = composition_->begin(positions_, field_->landmark_displacements());
   const std::size_t most_steps =
       std::min(static_cast<std::size_t>(settings_.max_substeps), composition_->most_steps());
   FoldCandidate fold_candidate;
@@ -186,9 +190,10 @@ void GuardedField::compose() noexcept {
   certificate_.substeps = static_cast<std::uint32_t>(composition_->steps());
   evaluate_composition();
   if (certificate_.substeps > 1) flags_ |= kStepSubstepped;
+  const double missed = composition_->missed_mm();
   const double held =
-      std::max((1 - composition_->reached()) * largest_displacement(), composition_->missed_mm());
-  if (held > kMissed) {
+      std::max((1 - composition_->reached()) * largest_displacement(), missed > kMissed ? missed : 0);
+  if (held > 0) {
     flags_ |= kStepClamped;
     certificate_.margin_mm = 0;
     certificate_.held_mm = held;
@@ -252,7 +257,7 @@ void GuardedField::find_least_vertex(const CellField& cells, double scale) noexc
 
 double GuardedField::largest_displacement() const noexcept {
   double largest = 0;
-  for (const Vec3& d : displacements_) largest = std::max(largest, d.norm());
+  for (const Vec3& d : field_->landmark_displacements()) largest = std::max(largest, d.norm());
   return largest;
 }
 

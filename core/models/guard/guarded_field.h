@@ -33,7 +33,8 @@ class GuardedField : public DisplacementField {
   /// Certifies and evaluates the field of `displacements` at `positions`, as TissueField::update. Unless it returns
   /// kOk, the last field is kept.
   FactorStatus update(std::span<const Vec3> positions, std::span<const Vec3> displacements,
-                      std::span<const LandmarkSpread> spreads = {}) noexcept;
+                      std::span<const LandmarkSpread> spreads = {},
+                      const LandmarkCompliance& compliance = {}) noexcept;
   Evaluation evaluation() const { return evaluation_; }  ///< of the last update
 
   std::span<const std::uint32_t> touched() const override {
@@ -77,6 +78,7 @@ class GuardedField : public DisplacementField {
 
   std::vector<Vec3> positions_, displacements_;
   std::vector<LandmarkSpread> spreads_;
+  LandmarkCompliance compliance_;
   bool is_updated_ = false;  // the field is that of these landmarks
   bool is_composed_ = false;
   std::uint64_t work_left_ = 0;  // of this tick

@@ -132,7 +132,10 @@ bool MatrixComposition::next() noexcept {
     is_correcting_ = true;
     if (!prepare_correction()) return false;
   } else {
-    if (steps() == max_steps_) return false;
+    if (steps() == max_steps_) {
+      missed_ = find_misses();
+      return false;
+    }
     place_rings();
   }
   const Step& step = steps_[count_];

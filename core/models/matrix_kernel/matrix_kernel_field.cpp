@@ -55,7 +55,8 @@ MatrixKernelField::MatrixKernelField(const Tissue& tissue, std::shared_ptr<const
                                      const Options& options)
     : TissueField({.max_landmarks = options.max_landmarks,
                    .force_scale = force_scale_of(*kernel, options.landmark_stiffness_n_per_mm),
-                   .uses_spreads = is_elastic(*kernel)}),  // to the compact kernels landmarks are points
+                   .uses_spreads = is_elastic(*kernel),  // to the compact kernels landmarks are points
+                   .gives_way = true}),
       threads_(options.threads),
       evaluates_points_(options.evaluates_points),
       needle_radius_(body.needle_radius),
@@ -97,6 +98,7 @@ std::size_t MatrixKernelField::bytes() const {
 
 FactorStatus MatrixKernelField::do_factorize(std::span<const Vec3> positions,
                                              std::span<const LandmarkSpread> spreads,
+                                             const LandmarkCompliance& compliance,
                                              double& condition) noexcept {
   const double duplicate = FactorStatus::kDuplicateDistance * needle_radius_;
   if (const FactorStatus status = check_landmarks(positions, duplicate); !status) return status;
@@ -113,6 +115,8 @@ FactorStatus MatrixKernelField::do_factorize(std::span<const Vec3> positions,
     find_cores(spreads);
   }
   assemble();
+  const auto n = static_cast<Eigen::Index>(3 * count_);
+  compliance.add_to(matrix_.topLeftCorner(n, n), force_scale());
   return factor(condition);
 }
 

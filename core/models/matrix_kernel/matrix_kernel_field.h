@@ -91,7 +91,7 @@ class MatrixKernelField : public TissueField {
                     const Options& options);
 
   FactorStatus do_factorize(std::span<const Vec3> positions, std::span<const LandmarkSpread> spreads,
-                            double& condition) noexcept override;
+                            const LandmarkCompliance& compliance, double& condition) noexcept override;
   void do_solve(std::span<const Vec3> displacements, std::span<Vec3> weights) noexcept override;
   void do_project_inverse(std::size_t first, std::span<const Vec3> axes,
                           Eigen::Ref<Eigen::MatrixXd> H) noexcept override;

@@ -23,6 +23,11 @@ bool is_matrix_model(std::string_view model_name);
 /// of a needle.
 bool is_compact_model(std::string_view model_name);
 
+/// Whether its landmarks' forces are newtons: `elastic` and `fem`.
+inline bool knows_forces(std::string_view model_name) {
+  return is_matrix_model(model_name) && !is_compact_model(model_name);
+}
+
 /// What to say of a model that earlier versions had: why it is refused and what to take instead. Empty for all others.
 std::string_view retired_model_advice(std::string_view model_name);
 

@@ -30,6 +30,7 @@ ScalarKernelField::ScalarKernelField(const Tissue& tissue, Kernel kernel, double
 
 FactorStatus ScalarKernelField::do_factorize(std::span<const Vec3> positions,
                                              std::span<const LandmarkSpread> /*spreads*/,
+                                             const LandmarkCompliance& /*compliance*/,
                                              double& condition) noexcept {
   const FactorStatus status = system_.refactorize(positions);  // the tip, last, moves alone
   if (!status) return status;

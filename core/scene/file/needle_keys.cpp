@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "core/base/number_text.h"
+#include "core/models/matrix_kernel/matrix_models.h"
 #include "core/scene/file/scene_keys.h"
 
 namespace brachy {
@@ -48,9 +49,35 @@ std::vector<Key<NeedleSettings>> needle_keys() {
                      "the diameter by ISO 9626, in place of diameter_mm", set_gauge),
       alternative<S>("radius_mm", Range{0.05, 5}, 0.635, kRestart,
                      "half the diameter, in place of diameter_mm", set_radius),
+      flag("flexible", &S::flexible, kRestart,
+           "elastic, fem: the needle bends, as a beam; false: it is rigid"),
+      number("youngs_modulus_gpa", &S::youngs_modulus_gpa, {0.01, 1e12}, kRestart,
+             "flexible: of steel; rigid from 1e9 on"),
+      number("inner_diameter_mm", &S::inner_diameter_mm, {0, 10}, kRestart,
+             "flexible: 0: solid, as with its stylet in; 1.0 for an 18 G tube without"),
+      number("hand_nmm_per_deg", &S::hand_nmm_per_deg, {0, 1e6}, kRestart,
+             "flexible: moment at the hub that turns the hand by 1°; 0: it holds the hub fast"),
+      number("bevel_force_share", &S::bevel_force_share, {0, 1}, kRestart,
+             "flexible: force of a bevel across the tip as it cuts, over the cutting force; 0: symmetric"),
+      number("bevel_deg", &S::bevel_deg, {-360, 360}, kRestart,
+             "flexible: where the bevel pushes the tip: about the shaft, from the pose's +x towards +y"),
+      text("guide_at", &S::guide_at, {"none", "template"}, kRestart,
+           "flexible: what holds the shaft across besides the hand"),
       integer("count", &S::count, {1, NeedleSettings::kMaxCount}, kRestart,
               "needles that may be in the scene at the same time; each has its own device"),
   };
+}
+
+void check_needle(const TomlTable& t, Scene& scene) {
+  const NeedleSettings& s = scene.needle;
+  if (s.inner_diameter_mm >= s.diameter_mm)
+    t.contradiction("inner_diameter_mm", "is " + text_of(s.inner_diameter_mm) +
+                                             ", no less than needle.diameter_mm (" + text_of(s.diameter_mm) +
+                                             ")");
+  const std::string& kernel = scene.model.kernel;
+  if (s.flexible && kernel != "auto" && !knows_forces(kernel))
+    t.contradiction("flexible",
+                    "needs a model that knows forces; set model.kernel to \"elastic\" or \"fem\"");
 }
 
 std::vector<Key<ContactSettings>> contact_keys() {
@@ -95,7 +122,8 @@ std::vector<SceneSection> needle_sections() {
   return {
       {"needle", "The needle.",
        within<Scene>(
-           needle_keys(), [](auto& s) -> auto& { return s.needle; })},
+           needle_keys(), [](auto& s) -> auto& { return s.needle; }),
+       check_needle},
       {"contact", "How a needle's landmarks are placed.",
        within<Scene>(
            contact_keys(), [](auto& s) -> auto& { return s.contact; }),

@@ -1,0 +1,50 @@
+#include "core/elasticity/landmark_compliance.h"
+
+namespace brachy {
+
+void LandmarkCompliance::reserve(std::size_t landmarks, std::size_t beams) {
+  points_.reserve(landmarks);
+  beams_.reserve(beams);
+}
+
+void LandmarkCompliance::clear() noexcept {
+  points_.clear();
+  beams_.clear();
+}
+
+std::int32_t LandmarkCompliance::add_beam(const Beam& beam) noexcept {
+  beams_.push_back(beam);
+  return static_cast<std::int32_t>(beams_.size()) - 1;
+}
+
+void LandmarkCompliance::remove_landmark(std::size_t i) noexcept {
+  points_.erase(points_.begin() + static_cast<std::ptrdiff_t>(i));
+}
+
+void LandmarkCompliance::add_to(Eigen::Ref<Eigen::MatrixXd> K, double scale) const noexcept {
+  for (std::size_t j = 0; j < points_.size() && !is_empty(); ++j) {
+    if (points_[j].beam < 0) continue;
+    const Beam& beam = beams_[static_cast<std::size_t>(points_[j].beam)];
+    const Mat3 across = scale * (Mat3::Identity() - beam.axis * beam.axis.transpose());
+    for (std::size_t i = j; i < points_.size(); ++i) {
+      if (points_[i].beam != points_[j].beam) continue;
+      K.block<3, 3>(static_cast<Eigen::Index>(3 * i), static_cast<Eigen::Index>(3 * j)) +=
+          beam.compliance(points_[i].arc_mm, points_[j].arc_mm) * across;
+    }
+  }
+}
+
+void LandmarkCompliance::subtract(std::span<const Vec3> forces,
+                                  std::span<Vec3> displacements) const noexcept {
+  for (std::size_t i = 0; i < points_.size() && !is_empty(); ++i) {
+    if (points_[i].beam < 0) continue;
+    const Beam& beam = beams_[static_cast<std::size_t>(points_[i].beam)];
+    Vec3 sum = Vec3::Zero();
+    for (std::size_t j = 0; j < points_.size(); ++j)
+      if (points_[j].beam == points_[i].beam)
+        sum += beam.compliance(points_[i].arc_mm, points_[j].arc_mm) * forces[j];
+    displacements[i] -= sum - sum.dot(beam.axis) * beam.axis;
+  }
+}
+
+}  // namespace brachy
