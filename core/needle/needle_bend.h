@@ -25,7 +25,7 @@ class NeedleBend {
 
   /// Starts a tick with the needle's pose.
   void begin(const RigidTransform& X_WN) noexcept;
-  /// This tick's force at the tip, N, across the needle: of the bevel as it cuts, or of an oblique capsule.
+  /// This tick's force at the tip, N, across the needle: of the bevel as it cuts.
   void set_tip_force(const Vec3& force_n) noexcept { tip_force_n_ = across(force_n); }
   /// The pose's direction in which the bevel pushes the tip; unit, or 0 for a symmetric tip.
   const Vec3& bevel_direction() const { return bevel_direction_; }

@@ -16,7 +16,8 @@ constexpr double kSameEntry = 1;  // needle diameters from an old entry within w
 constexpr double kSameDirection = 0.94;  // cosine of the 20° within which a needle finds its old cut
 // mm ahead of a free needle within which the capsule is reported to the device
 constexpr double kLookAhead = 25;
-constexpr double kMostOblique = 0.5;  // cosine: a capsule's force across the needle grows no further
+constexpr double kMostOblique = 0.5;  // cosine: a tip slides no more on a capsule that is steeper
+constexpr double kTipFriction = 0.3;  // of a tip on the capsule; an assumption
 constexpr int kBisections = 20;       // of a tick's cut: a capsule is found to 1e-6 of it
 
 }  // namespace
@@ -28,8 +29,9 @@ NeedleContact::NeedleContact(const SurfaceBvh& surface, const NeedleTissues& tis
       tissues_(tissues),
       needle_settings_(needle),
       settings_(settings),
-      path_(kPathSlack * needle.length_mm),
-      old_paths_(kOldPaths, CutPath(kPathSlack * needle.length_mm)) {
+      path_(kPathSlack * needle.length_mm) {
+  old_paths_.reserve(kOldPaths);  // a copy would not keep its capacity
+  while (old_paths_.size() < kOldPaths) old_paths_.emplace_back(kPathSlack * needle.length_mm);
   const auto capacity = static_cast<std::size_t>(settings.max_landmarks);
   shaft_.reserve(capacity);
   landmarks_.reserve(capacity);
@@ -42,6 +44,7 @@ void NeedleContact::begin(const RigidTransform& X_WN, const DisplacementField* l
   if (bend_) {
     bend_->begin(X_WN);
     needle_.bent_tip += bend_->tip_deflection();
+    last_slope_ = bend_->tip_slope();
   }
   const Vec3 motion = needle_.tip - last_tip_;
   flags_ = 0;
@@ -128,6 +131,7 @@ void NeedleContact::approach() noexcept {
     by_tip_ = false;
   }
   state_ = ContactState::kTouching;
+  slid_ = 0;
   press();
 }
 
@@ -152,7 +156,7 @@ void NeedleContact::enter_old_path(CutPath& old) noexcept {
 }
 
 void NeedleContact::press() noexcept {
-  const bool tip_inside = surface_.inside(needle_.bent_tip);
+  const bool tip_inside = is_inside();
   if (!tip_inside && !surface_.first_hit(needle_.hub, needle_.bent_tip)) return release();
 
   const double off_axis = (needle_.nearest_on_line(contact_point_) - contact_point_).norm();
@@ -165,6 +169,12 @@ void NeedleContact::press() noexcept {
   if (const double length = drag.norm(); length > settings_.surface_slip_mm)
     contact_point_ =
         surface_.closest_point(contact_point_ + (1 - settings_.surface_slip_mm / length) * drag).point;
+  if (bend_ && by_tip_) slide_downhill();
+}
+
+// Bent or not: once released it springs back to its line.
+bool NeedleContact::is_inside() const noexcept {
+  return surface_.inside(needle_.tip) || (bend_ && surface_.inside(needle_.bent_tip));
 }
 
 void NeedleContact::enter() noexcept {
@@ -184,7 +194,7 @@ void NeedleContact::follow_path(const DisplacementField* last_field) noexcept {
     state_ = ContactState::kInserted;
     tip_s_ = path_.length();
   }
-  if (tip_s_ == 0 && !surface_.inside(needle_.bent_tip)) return release();
+  if (tip_s_ == 0 && !is_inside()) return release();
   if (tip_s_ < path_.length() &&
       needle_.across(needle_.bent_tip - path_.at(tip_s_)).norm() > settings_.leave_path_mm) {
     path_.cut_off(tip_s_);
@@ -274,18 +284,25 @@ void NeedleContact::add_contact() noexcept {
   add(landmark, landmark.if_stuck.dot(needle_.axis));
 }
 
-// What pushes a flexible needle's tip aside: the bevel while it cuts, by its share of the cutting force; and a capsule
-// that it presses on obliquely, which pushes along its normal.
+// The bevel pushes the tip aside while it cuts, by its share of the cutting force.
 void NeedleContact::set_tip_force() noexcept {
-  Vec3 force = Vec3::Zero();
-  if (state_ == ContactState::kInserted) {
-    force = needle_settings_.bevel_force_share * tip_reaction_n_ * bend_->bevel_direction();
-  } else if (state_ == ContactState::kTouching && by_tip_) {
-    const Vec3 normal = surface_.closest_point(contact_point_).normal;
-    const double into = -normal.dot(needle_.axis);
-    force = tip_reaction_n_ / std::max(into, kMostOblique) * needle_.across(normal);
-  }
-  bend_->set_tip_force(force);
+  const double cutting = state_ == ContactState::kInserted ? tip_reaction_n_ : 0;
+  bend_->set_tip_force(needle_settings_.bevel_force_share * cutting * bend_->bevel_direction());
+}
+
+// A capsule pushes back along its normal. Where the needle meets it obliquely, by more than friction holds, the tip of a
+// needle that bends slides downhill, as far as the needle gives under what is left; a sharp tip not far.
+void NeedleContact::slide_downhill() noexcept {
+  const Vec3 normal = surface_.closest_point(contact_point_).normal;
+  const Vec3 down = needle_.axis - needle_.axis.dot(normal) * normal;
+  const double into = std::max(-normal.dot(needle_.axis), kMostOblique), aslant = down.norm();
+  const double left_n = tip_reaction_n_ * (aslant / into - kTipFriction);
+  const double length = needle_settings_.length_mm;
+  const double wanted =
+      std::min(settings_.surface_slip_mm, left_n * bend_->beam().compliance(length, length));
+  if (wanted <= slid_) return;
+  contact_point_ = surface_.closest_point(contact_point_ + (wanted - slid_) / aslant * down).point;
+  slid_ = wanted;
 }
 
 // `elastic` and `fem` treat a single landmark as a needle's point, not a shaft, and its friction would fold the field.
@@ -315,7 +332,7 @@ void NeedleContact::add_tip() noexcept {
        .high_n = friction + (tip_s_ < path_.length() ? 0 : resistance()),
        .friction_n = friction,
        .spread = {.core_mm = settings_.inserted_tip_core_mm()}},
-      (needle_.tip - X).dot(needle_.axis));
+      (needle_.tip - X).dot(needle_.axis) - std::max(0.0, last_slip_));
 }
 
 // The force that extends the cut at the end of the path, N.
@@ -368,7 +385,8 @@ void NeedleContact::finish(std::uint64_t tick, double axial_stiffness, double la
   if (!is_in()) return;
   for (std::size_t i = 0; i < shaft_.size(); ++i)
     shaft_[i].axial = landmarks_[i].if_stuck.dot(needle_.axis) - landmarks_[i].slip_mm;
-  if (has_tip_landmark_) move_tip(free_slip_ + landmarks_.back().slip_mm);
+  last_slip_ = has_tip_landmark_ ? free_slip_ + landmarks_.back().slip_mm : 0;
+  if (has_tip_landmark_) move_tip(last_slip_);
   insertion_depth_ = tip_s_;
 }
 
@@ -398,7 +416,7 @@ void NeedleContact::move_tip(double distance) noexcept {
 void NeedleContact::cut(double distance) noexcept {
   const Vec3 from = path_.at(path_.length());
   // Along the tip's tangent, so that the tissue beside it keeps its displacement: X + u(X) = tip goes on to hold.
-  const Vec3 ahead = bend_ ? Vec3(needle_.axis + bend_->tip_slope()) : needle_.axis;
+  const Vec3 ahead = bend_ ? Vec3(needle_.axis + 0.5 * (last_slope_ + bend_->tip_slope())) : needle_.axis;
   const Vec3 to = from + stop_at_capsule(from, from + distance * ahead) * distance * ahead;
   // A cut from the entry starts on the surface and may report that entry: the first crossing outwards counts.
   std::array<SurfaceHit, 4> buffer;

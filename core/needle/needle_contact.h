@@ -107,6 +107,7 @@ class NeedleContact {
   CutPath* find_old_path(const Vec3& entry) noexcept;
   void enter_old_path(CutPath& old) noexcept;
   void press() noexcept;
+  bool is_inside() const noexcept;
   void enter() noexcept;
   void follow_path(const DisplacementField* last_field) noexcept;
   void set_shaft(const DisplacementField* last_field) noexcept;
@@ -119,6 +120,7 @@ class NeedleContact {
   void add_tip() noexcept;
   void add(const NeedleLandmark& landmark, double axial) noexcept;
   void set_tip_force() noexcept;
+  void slide_downhill() noexcept;
   double resistance() const noexcept;
   double tributary(std::size_t landmark) const noexcept;
 
@@ -147,6 +149,7 @@ class NeedleContact {
   // touching
   Vec3 contact_point_ = Vec3::Zero();  // material, on the surface
   bool by_tip_ = false;                // the tip presses; otherwise the shaft lies against the surface
+  double slid_ = 0;                    // how far the tip has slid downhill, mm
   bool has_punctured_ = false;         // in the last tick
 
   // inserted, through
@@ -160,6 +163,8 @@ class NeedleContact {
   std::size_t next_old_path_ = 0;
 
   std::optional<NeedleBend> bend_;  // of a flexible needle
+  Vec3 last_slope_ = Vec3::Zero();  // of the bent tip, by the last tick's forces
+  double last_slip_ = 0;            // of the tip in the last tick, mm
   double tip_reaction_n_ = 0;       // along the needle, of the last tick, in uncut tissue
   std::vector<NeedleLandmark> landmarks_;
   bool has_tip_landmark_ = false;
