@@ -10,6 +10,7 @@ void LandmarkCompliance::reserve(std::size_t landmarks, std::size_t beams) {
 void LandmarkCompliance::clear() noexcept {
   points_.clear();
   beams_.clear();
+  body_.reset();
 }
 
 std::int32_t LandmarkCompliance::add_beam(const Beam& beam) noexcept {
@@ -22,6 +23,7 @@ void LandmarkCompliance::remove_landmark(std::size_t i) noexcept {
 }
 
 void LandmarkCompliance::add_to(Eigen::Ref<Eigen::MatrixXd> K, double scale) const noexcept {
+  if (body_) add_body_to(K, scale);
   for (std::size_t j = 0; j < points_.size() && !is_empty(); ++j) {
     if (points_[j].beam < 0) continue;
     const Beam& beam = beams_[static_cast<std::size_t>(points_[j].beam)];
@@ -34,8 +36,36 @@ void LandmarkCompliance::add_to(Eigen::Ref<Eigen::MatrixXd> K, double scale) con
   }
 }
 
+// A force f at arm a moves a point at arm b by T f + (R (a × f)) × b, T and R the body's compliances.
+void LandmarkCompliance::add_body_to(Eigen::Ref<Eigen::MatrixXd> K, double scale) const noexcept {
+  const auto cross = [](const Vec3& a) {
+    return (Mat3() << 0, -a.z(), a.y(), a.z(), 0, -a.x(), -a.y(), a.x(), 0).finished();
+  };
+  const Mat3 translation = scale * body_->head<3>().asDiagonal().toDenseMatrix();
+  for (std::size_t j = 0; j < points_.size(); ++j) {
+    const Mat3 turned = scale * body_->tail<3>().asDiagonal() * cross(points_[j].arm);
+    for (std::size_t i = j; i < points_.size(); ++i)
+      K.block<3, 3>(static_cast<Eigen::Index>(3 * i), static_cast<Eigen::Index>(3 * j)) +=
+          translation - cross(points_[i].arm) * turned;
+  }
+}
+
+Vec6 LandmarkCompliance::body_motion(std::span<const Vec3> forces) const noexcept {
+  Vec6 load = Vec6::Zero();
+  if (!body_) return load;
+  for (std::size_t i = 0; i < points_.size(); ++i) {
+    load.head<3>() += forces[i];
+    load.tail<3>() += points_[i].arm.cross(forces[i]);
+  }
+  return body_->cwiseProduct(load);
+}
+
 void LandmarkCompliance::subtract(std::span<const Vec3> forces,
                                   std::span<Vec3> displacements) const noexcept {
+  if (body_) {
+    const Vec6 motion = body_motion(forces);
+    for (std::size_t i = 0; i < points_.size(); ++i) displacements[i] -= moved_by(motion, points_[i].arm);
+  }
   for (std::size_t i = 0; i < points_.size() && !is_empty(); ++i) {
     if (points_[i].beam < 0) continue;
     const Beam& beam = beams_[static_cast<std::size_t>(points_[i].beam)];

@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -11,16 +12,21 @@
 
 namespace brachy {
 
-/// What gives way at landmarks besides the tissue: needles that bend. With K the tissue's compliance and C this one,
-/// forces f on the tissue displace it by K f and the needles by −C f, so that landmarks that would be displaced by d if
-/// all but the tissue were rigid have (K + C) f = d. C is positive semidefinite, so K + C is as definite as K.
+/// Translation and rotation vector of a rigid body; force and moment.
+using Vec6 = Eigen::Matrix<double, 6, 1>;
+
+/// What gives way at landmarks besides the tissue's own strain: needles that bend, and what holds the body that the
+/// tissue is. With K the tissue's compliance and C this one, forces f on the tissue displace it by K f, the needles by
+/// −C f, or the whole body, so that landmarks that would be displaced by d if all but the tissue were rigid have
+/// (K + C) f = d. C is positive semidefinite, so K + C is as definite as K.
 /// Threads: a plain value. Real-time: no allocation within what was reserved.
 class LandmarkCompliance {
  public:
   /// Where a landmark is on a beam.
   struct Point {
-    std::int32_t beam = -1;  ///< −1: on none
-    double arc_mm = 0;       ///< from the hub
+    std::int32_t beam = -1;   ///< −1: on none
+    double arc_mm = 0;        ///< from the hub
+    Vec3 arm = Vec3::Zero();  ///< from the point about which the body turns, mm
 
     bool operator==(const Point&) const = default;
   };
@@ -33,17 +39,33 @@ class LandmarkCompliance {
   /// Removes landmark i.
   void remove_landmark(std::size_t i) noexcept;
 
-  bool is_empty() const { return beams_.empty(); }  ///< nothing gives
+  /// What holds the body gives by `compliance` in each direction of translation and rotation: mm/N, rad/(N·mm).
+  void set_body(const Vec6& compliance) noexcept { body_ = compliance; }
+
+  bool is_empty() const { return beams_.empty() && !body_; }  ///< nothing gives
   /// K += scale C, in the lower triangle of the 3n × 3n matrix.
   void add_to(Eigen::Ref<Eigen::MatrixXd> K, double scale) const noexcept;
   /// displacements −= C forces (both n, mm, N).
   void subtract(std::span<const Vec3> forces, std::span<Vec3> displacements) const noexcept;
+  /// How far the body goes under the landmarks' forces (n, N).
+  Vec6 body_motion(std::span<const Vec3> forces) const noexcept;
+  /// What a small motion of the body does at a point with that arm, mm.
+  static Vec3 moved_by(const Vec6& motion, const Vec3& arm) {
+    return motion.head<3>() + motion.tail<3>().cross(arm);
+  }
+  /// And at landmark i.
+  Vec3 moved_with_body(std::size_t i, const Vec6& motion) const {
+    return body_ ? moved_by(motion, points_[i].arm) : Vec3(Vec3::Zero());
+  }
 
   bool operator==(const LandmarkCompliance&) const = default;
 
  private:
+  void add_body_to(Eigen::Ref<Eigen::MatrixXd> K, double scale) const noexcept;
+
   std::vector<Beam> beams_;
   std::vector<Point> points_;  // of every landmark
+  std::optional<Vec6> body_;
 };
 
 }  // namespace brachy

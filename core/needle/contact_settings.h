@@ -24,7 +24,8 @@ struct NeedleSettings {
   double hand_nmm_per_deg = 0;   ///< moment that turns the hand by 1°; 0: it holds the hub fast
   /// The bevel's force across the tip as it cuts, over the cutting force; 0: a symmetric tip
   double bevel_force_share = 0;
-  double bevel_deg = 0;  ///< where it pushes the tip: about the shaft, from the pose's +x towards +y
+  std::size_t locking_count = 0;  ///< needles that lock the gland: the last so many of them
+  double bevel_deg = 0;           ///< where it pushes the tip: about the shaft, from the pose's +x towards +y
   std::string guide_at =
       "none";  ///< what holds the shaft across: "template", where it passes the holes' plane
 
@@ -68,6 +69,8 @@ struct ContactSettings {
   double max_displacement_mm = 15;  ///< a landmark's displacement is limited to this and flagged
   /// a tip that moves farther in a tick has jumped, and its contact is reinitialized
   double max_jump_mm = 10;
+  /// Force along its shaft that a locking needle's barbs hold besides friction; an assumption
+  double locking_force_n = 6;
   int max_landmarks = 41;  ///< of a needle, tip and shaft; spacing × (max − 1) must cover it
 
   bool operator==(const ContactSettings&) const = default;

@@ -58,6 +58,7 @@ ContactSolve::ContactSolve(std::size_t max_landmarks) : solver_(max_landmarks) {
 FactorStatus ContactSolve::solve(std::uint64_t tick, std::span<NeedleContact> needles, LandmarkSet& landmarks,
                                  TissueField& field, std::uint32_t& flags) noexcept {
   if (const FactorStatus status = factorize(landmarks, field, flags); !status) return status;
+  body_motion_.setZero();
   for (NeedleContact& needle : needles)
     for (NeedleLandmark& landmark : needle.landmarks()) {
       landmark.reaction_n.setZero();
@@ -122,7 +123,11 @@ void ContactSolve::find_slips(std::span<NeedleContact> needles, LandmarkSet& lan
       landmarks.displacements[first + i] = landmark(i).if_stuck - (again ? 0 : slips_[i]) * axes_[i];
   }
   field.solve(landmarks.displacements, reactions_);
-  for (std::size_t i = 0; i < count; ++i) landmark(i).reaction_n = reactions_[first + i];
+  body_motion_ = landmarks.compliance.body_motion(reactions_);
+  for (std::size_t i = 0; i < count; ++i) {
+    landmark(i).reaction_n = reactions_[first + i];
+    landmark(i).body_mm = landmarks.compliance.moved_with_body(first + i, body_motion_).dot(axes_[i]);
+  }
 }
 
 // The force that moves one needle's landmarks together by 1 mm while all others are fixed.

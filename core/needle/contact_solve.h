@@ -46,6 +46,8 @@ class ContactSolve {
   /// returns kOk, nothing was changed except that landmarks were left out, which is flagged.
   FactorStatus solve(std::uint64_t tick, std::span<NeedleContact> needles, LandmarkSet& landmarks,
                      TissueField& field, std::uint32_t& flags) noexcept;
+  /// Where the body goes under the last solve's reactions (LandmarkCompliance::body_motion).
+  const Vec6& body_motion() const { return body_motion_; }
 
  private:
   FactorStatus factorize(LandmarkSet& landmarks, TissueField& field, std::uint32_t& flags) noexcept;
@@ -58,6 +60,7 @@ class ContactSolve {
   Eigen::MatrixXd stiffness_;
   std::vector<Vec3> axes_, reactions_, unit_;
   std::vector<std::size_t> removed_;
+  Vec6 body_motion_ = Vec6::Zero();
   std::vector<double> stuck_, low_, high_, slips_, axial_;
 };
 

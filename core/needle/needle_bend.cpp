@@ -26,13 +26,13 @@ NeedleBend::NeedleBend(const NeedleSettings& needle, std::optional<double> guide
   }
 }
 
-void NeedleBend::begin(const RigidTransform& X_WN) noexcept {
-  beam_.axis = X_WN.R.col(2);
-  tip_ = X_WN.p;
-  bevel_direction_ = bevel_cos_ * X_WN.R.col(0) + bevel_sin_ * X_WN.R.col(1);
+void NeedleBend::begin(const RigidTransform& X_BN, const RigidTransform& X_WN) noexcept {
+  beam_.axis = X_BN.R.col(2);
+  tip_ = X_BN.p;
+  bevel_direction_ = bevel_cos_ * X_BN.R.col(0) + bevel_sin_ * X_BN.R.col(1);
   beam_.guide_mm = 0;
-  if (!guide_z_ || beam_.axis.z() == 0) return;
-  const double guide = beam_.length_mm - (tip_.z() - *guide_z_) / beam_.axis.z();
+  if (!guide_z_ || X_WN.R(2, 2) == 0) return;
+  const double guide = beam_.length_mm - (X_WN.p.z() - *guide_z_) / X_WN.R(2, 2);
   if (guide > kLeastArc && guide < beam_.length_mm - kLeastArc) beam_.guide_mm = guide;
 }
 

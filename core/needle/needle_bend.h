@@ -23,8 +23,9 @@ class NeedleBend {
   /// `guide_z_mm`: world z of the template's plane, whose hole holds the needle; none: nothing does.
   NeedleBend(const NeedleSettings& needle, std::optional<double> guide_z_mm, std::size_t max_landmarks);
 
-  /// Starts a tick with the needle's pose.
-  void begin(const RigidTransform& X_WN) noexcept;
+  /// Starts a tick with the needle's pose in the body's frame, in which all vectors are; and in the world's, in which
+  /// the template stands.
+  void begin(const RigidTransform& X_BN, const RigidTransform& X_WN) noexcept;
   /// This tick's force at the tip, N, across the needle: of the bevel as it cuts.
   void set_tip_force(const Vec3& force_n) noexcept { tip_force_n_ = across(force_n); }
   /// The pose's direction in which the bevel pushes the tip; unit, or 0 for a symmetric tip.

@@ -38,11 +38,17 @@ NeedleContact::NeedleContact(const SurfaceBvh& surface, const NeedleTissues& tis
   if (needle.bends()) bend_.emplace(needle, guide_z_mm, capacity);
 }
 
-void NeedleContact::begin(const RigidTransform& X_WN, const DisplacementField* last_field) noexcept {
-  const Vec3 axis = X_WN.R.col(2);
-  needle_ = {X_WN.p - needle_settings_.length_mm * axis, X_WN.p, axis, X_WN.p};
+void NeedleContact::begin(const RigidTransform& X_WN, const DisplacementField* last_field,
+                          const BodyFrame& frame) noexcept {
+  const RigidTransform X_BN = frame.from_world(X_WN);
+  is_turned_ = !frame.is_identity();
+  if (is_turned_) turn_ = X_WN.R * X_BN.R.transpose();
+  last_tip_ = frame.from_world(last_world_tip_);
+  last_world_tip_ = X_WN.p;
+  const Vec3 axis = X_BN.R.col(2);
+  needle_ = {X_BN.p - needle_settings_.length_mm * axis, X_BN.p, axis, X_BN.p};
   if (bend_) {
-    bend_->begin(X_WN);
+    bend_->begin(X_BN, X_WN);
     needle_.bent_tip += bend_->tip_deflection();
     last_slope_ = bend_->tip_slope();
   }
@@ -64,7 +70,6 @@ void NeedleContact::begin(const RigidTransform& X_WN, const DisplacementField* l
   } else {
     follow_path(last_field);
   }
-  last_tip_ = needle_.tip;
   has_last_pose_ = true;
 
   tip_depth_ = std::max(0.0, depth_of_tip());
@@ -290,8 +295,8 @@ void NeedleContact::set_tip_force() noexcept {
   bend_->set_tip_force(needle_settings_.bevel_force_share * cutting * bend_->bevel_direction());
 }
 
-// A capsule pushes back along its normal. Where the needle meets it obliquely, by more than friction holds, the tip of a
-// needle that bends slides downhill, as far as the needle gives under what is left; a sharp tip not far.
+// A capsule pushes back along its normal. Where the needle meets it obliquely, by more than friction holds, the tip
+// of a needle that bends slides downhill, as far as the needle gives under what is left; a sharp tip not far.
 void NeedleContact::slide_downhill() noexcept {
   const Vec3 normal = surface_.closest_point(contact_point_).normal;
   const Vec3 down = needle_.axis - needle_.axis.dot(normal) * normal;
@@ -311,7 +316,7 @@ void NeedleContact::add_shaft(double motion) noexcept {
   for (std::size_t i = 0; i < shaft_.size(); ++i) {
     const ShaftLandmark& shaft = shaft_[i];
     const Vec3 across = needle_.nearest_on_line(shaft.position) - shaft.position;
-    const double friction = shaft.friction * tributary(i);
+    const double friction = (shaft.friction + barbs_n_per_mm()) * tributary(i);
     add({.position = shaft.position,
          .if_stuck = across + (shaft.axial + motion) * needle_.axis,
          .low_n = -friction,
@@ -325,7 +330,8 @@ void NeedleContact::add_shaft(double motion) noexcept {
 // The tip has friction too, and pushes the tissue that it does not cut.
 void NeedleContact::add_tip() noexcept {
   const Vec3 X = path_.at(tip_s_);
-  const double friction = tissues_[tissues_.at(X)].friction_n_per_mm * tributary(shaft_.size());
+  const double friction =
+      (tissues_[tissues_.at(X)].friction_n_per_mm + barbs_n_per_mm()) * tributary(shaft_.size());
   add({.position = X,
        .if_stuck = needle_.tip - X,
        .low_n = -friction,
@@ -333,6 +339,11 @@ void NeedleContact::add_tip() noexcept {
        .friction_n = friction,
        .spread = {.core_mm = settings_.inserted_tip_core_mm()}},
       (needle_.tip - X).dot(needle_.axis) - std::max(0.0, last_slip_));
+}
+
+// What a locking needle's barbs hold, for each mm of shaft in the tissue.
+double NeedleContact::barbs_n_per_mm() const noexcept {
+  return is_locking_ && tip_s_ > 0 ? settings_.locking_force_n / tip_s_ : 0;
 }
 
 // The force that extends the cut at the end of the path, N.
@@ -375,6 +386,7 @@ void NeedleContact::finish(std::uint64_t tick, double axial_stiffness, double la
   }
   sum_forces();
   update_local_model(tick, axial_stiffness, lateral_stiffness);
+  if (is_turned_) turn_to_world();
   if (state_ == ContactState::kTouching && by_tip_) {
     const double full = tissues_[0].puncture_force_n;
     // A surface without a capsule opens at once.
@@ -384,7 +396,8 @@ void NeedleContact::finish(std::uint64_t tick, double axial_stiffness, double la
   tip_reaction_n_ = pressing_reaction();
   if (!is_in()) return;
   for (std::size_t i = 0; i < shaft_.size(); ++i)
-    shaft_[i].axial = landmarks_[i].if_stuck.dot(needle_.axis) - landmarks_[i].slip_mm;
+    shaft_[i].axial =
+        landmarks_[i].if_stuck.dot(needle_.axis) - landmarks_[i].slip_mm - landmarks_[i].body_mm;
   last_slip_ = has_tip_landmark_ ? free_slip_ + landmarks_.back().slip_mm : 0;
   if (has_tip_landmark_) move_tip(last_slip_);
   insertion_depth_ = tip_s_;
@@ -454,7 +467,7 @@ void NeedleContact::sum_forces() noexcept {
   forces_ = {};
   for (const NeedleLandmark& landmark : landmarks_) {
     const Vec3 force = -landmark.reaction_n;
-    Vec3 at = needle_.nearest_on_line(landmark.position + landmark.if_stuck);
+    Vec3 at = needle_.nearest_on_line(landmark.position + landmark.if_stuck - landmark.body);
     if (bend_) at += bend_->deflection(landmark.arc_mm);
     forces_.force_n += force;
     forces_.tip_torque_nmm += (at - needle_.tip).cross(force);
@@ -472,6 +485,15 @@ void NeedleContact::sum_forces() noexcept {
   forces_.hub_torque_nmm = forces_.tip_torque_nmm + (needle_.tip - needle_.hub).cross(forces_.force_n);
   forces_.axial_n = forces_.cutting_n + forces_.friction_n;
   forces_.lateral_n = needle_.across(forces_.force_n).norm();
+}
+
+// Contact is solved in the body's frame; forces and the local model are the world's.
+void NeedleContact::turn_to_world() noexcept {
+  for (Vec3* v : {&forces_.force_n, &forces_.tip_torque_nmm, &forces_.hub_torque_nmm, &local_model_.axis,
+                  &local_model_.lateral_n})
+    *v = turn_ * *v;
+  for (Vec3* p : {&local_model_.reference_tip, &local_model_.contact_point})
+    *p = last_world_tip_ + turn_ * (*p - needle_.tip);
 }
 
 // The local stiffness is that of the capsule's indentation where it is softer than the tissue, else the tissue's.

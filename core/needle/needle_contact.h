@@ -6,6 +6,7 @@
 
 #include "core/geometry/surface/surface_bvh.h"
 #include "core/models/displacement_field.h"
+#include "core/needle/body_frame.h"
 #include "core/needle/contact_settings.h"
 #include "core/needle/contact_state.h"
 #include "core/needle/cut_path.h"
@@ -48,8 +49,11 @@ class NeedleContact {
                 const ContactSettings& settings, std::optional<double> guide_z_mm = {});
 
   /// Starts a tick with its pose. `last_field` is the field of the last one: a new shaft landmark starts with its
-  /// displacement. None: at rest.
-  void begin(const RigidTransform& X_WN, const DisplacementField* last_field) noexcept;
+  /// displacement. None: at rest. `frame`: where the body is; landmarks, axis and lines are in its frame B.
+  void begin(const RigidTransform& X_WN, const DisplacementField* last_field,
+             const BodyFrame& frame = {}) noexcept;
+  /// Makes it a locking needle, which holds the gland by barbs (ContactSettings::locking_force_n).
+  void lock() { is_locking_ = true; }
   /// A tick without a pose: no landmarks; the contact stays as it is.
   void skip() noexcept;
 
@@ -82,8 +86,8 @@ class NeedleContact {
   const LocalContactModel& local_model() const { return local_model_; }
   /// How the needle bends, after finish; null: it is rigid.
   const NeedleBend* bend() const { return bend_ ? &*bend_ : nullptr; }
-  /// Of the tip off the line of its pose, mm; after finish of this tick.
-  Vec3 tip_deflection() const { return bend_ ? bend_->tip_deflection() : Vec3(Vec3::Zero()); }
+  /// A direction of the body's frame in the world's, where the needle is.
+  Vec3 direction_in_world(const Vec3& v) const { return is_turned_ ? Vec3(turn_ * v) : v; }
 
   /// Share of the outer capsule's puncture force that the needle carries, 0 … 1: the load of dynamic anchors.
   double load() const noexcept;
@@ -122,6 +126,7 @@ class NeedleContact {
   void set_tip_force() noexcept;
   void slide_downhill() noexcept;
   double resistance() const noexcept;
+  double barbs_n_per_mm() const noexcept;
   double tributary(std::size_t landmark) const noexcept;
 
   // after the solve
@@ -130,6 +135,7 @@ class NeedleContact {
   void cut(double distance) noexcept;
   double stop_at_capsule(const Vec3& from, const Vec3& to) noexcept;
   void sum_forces() noexcept;
+  void turn_to_world() noexcept;
   void update_local_model(std::uint64_t tick, double axial_stiffness, double lateral_stiffness) noexcept;
   void add_capsule_ahead() noexcept;
 
@@ -141,9 +147,12 @@ class NeedleContact {
   ContactSettings settings_;
 
   ContactState state_ = ContactState::kFree;
+  bool is_locking_ = false;
   bool has_last_pose_ = false;
-  Needle needle_;
-  Vec3 last_tip_ = Vec3::Zero();
+  Needle needle_;  // in the body's frame
+  Vec3 last_tip_ = Vec3::Zero(), last_world_tip_ = Vec3::Zero();
+  bool is_turned_ = false;  // the body's frame is not the world's
+  Mat3 turn_ = Mat3::Identity();
   bool was_inserted_ = false;  // decides between free and withdrawn
 
   // touching

@@ -15,8 +15,10 @@ struct NeedleLandmark {
   double friction_n = 0;           ///< of both bounds, the shaft's part
   LandmarkSpread spread = {};      ///< of its force
   double arc_mm = 0;               ///< where on a flexible needle it is, from the hub
+  Vec3 body = Vec3::Zero();        ///< of if_stuck, what the body's motion until now adds, mm
   Vec3 reaction_n = Vec3::Zero();  ///< outcome: the needle's force on the tissue, N
   double slip_mm = 0;              ///< outcome: how far the needle advanced past it
+  double body_mm = 0;              ///< outcome: how far along the needle the body as a whole has gone there
 };
 
 }  // namespace brachy

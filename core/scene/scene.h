@@ -14,6 +14,7 @@
 #include "core/geometry/tissue/phantom.h"
 #include "core/injectivity/guard_settings.h"
 #include "core/needle/contact_settings.h"
+#include "core/simulation/body_settings.h"
 #include "core/solve/anchors.h"
 
 namespace brachy {
@@ -177,6 +178,8 @@ struct Scene {
   Anchors::Options anchors;
   NeedleSettings needle;
   ContactSettings contact;
+  GlandSettings gland;
+  SwellingSettings swelling;
   TemplateGrid template_grid;
   SeedSettings seeds;
   /// TOML or CSV, relative to the scene file (core/brachytherapy/plan/plan_file.h); empty: no plan

@@ -1,11 +1,16 @@
 #include "core/simulation/simulation_model.h"
 
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
 #include <string>
 #include <utility>
 
 #include "core/base/error.h"
 #include "core/elasticity/landmark_stiffness.h"
 #include "core/models/matrix_kernel/matrix_kernel_field.h"
+#include "core/models/matrix_kernel/matrix_kernel_system.h"
 #include "core/models/matrix_kernel/smooth_tables.h"
 
 namespace brachy {
@@ -14,6 +19,41 @@ namespace {
 SurfaceMesh surface_of(const Tissue& tissue) {
   const auto begin = tissue.rest_vertices.begin();
   return {{begin, begin + static_cast<std::ptrdiff_t>(tissue.surface_count)}, tissue.triangles};
+}
+
+// By how much the model's walls let the gland go as a whole: of points of its surface that are moved together by each
+// of the six modes in turn, about its apex.
+Vec6 held_compliance(const Tissue& tissue, const DeformationModel& deformation) {
+  const auto* matrix = std::get_if<MatrixModel>(&deformation);
+  if (!matrix)
+    throw UserError("gland.moves needs a model that knows forces; set model.kernel to elastic or fem");
+  constexpr std::size_t kPoints = 80;
+  std::vector<Vec3> positions;
+  Vec3 centre = Vec3::Zero();
+  for (std::size_t i = 0; i < tissue.surface_count; ++i)
+    centre += tissue.rest_vertices[i] / static_cast<double>(tissue.surface_count);
+  const std::size_t stride = std::max<std::size_t>(1, tissue.surface_count / kPoints);
+  for (std::size_t i = 0; i < tissue.surface_count; i += stride) positions.push_back(tissue.rest_vertices[i]);
+  MatrixKernelSystem system(*matrix->kernel);
+  double area = 0;  // as of a sphere
+  for (const Vec3& p : positions)
+    area += 4 * std::numbers::pi * (p - centre).squaredNorm() / static_cast<double>(positions.size());
+  const std::vector<double> cores(positions.size(),
+                                  0.5 * std::sqrt(area / static_cast<double>(positions.size())));
+  Vec6 held = Vec6::Zero();
+  if (!system.factorize(positions, cores))
+    throw UserError(
+        "gland.moves: the walls' stiffness could not be found; make the surface's points more even");
+  for (int mode = 0; mode < 6; ++mode) {
+    const Vec6 motion = Vec6::Unit(mode);
+    std::vector<Vec3> moved;
+    for (const Vec3& p : positions) moved.push_back(LandmarkCompliance::moved_by(motion, p - centre));
+    double work = 0;
+    const std::vector<Vec3> forces = system.solve(moved);
+    for (std::size_t i = 0; i < forces.size(); ++i) work += forces[i].dot(moved[i]);
+    held[mode] = 1 / work;
+  }
+  return held;
 }
 
 bool models_support(const DeformationModel& deformation) {
@@ -40,6 +80,8 @@ SimulationModel::SimulationModel(Tissue tissue_at_rest, DeformationModel deforma
       needle_tissues(std::move(tissues_of_needle)),
       settings(s),
       plan(std::move(seed_plan)),
+      body_at_rest(s.gland, s.swelling, apex_of(tissue),
+                   s.gland.moves ? held_compliance(tissue, deformation) : Vec6(Vec6::Zero())),
       anchors(make_anchors(tissue, s.anchors, models_support(deformation))) {
   if (const auto* matrix = std::get_if<MatrixModel>(&deformation)) {
     require_in_box(tissue, matrix->body);
@@ -55,6 +97,16 @@ std::size_t SimulationModel::max_landmarks() const {
 std::optional<double> SimulationModel::guide_z_mm() const {
   if (settings.needle.guide_at != "template") return {};
   return settings.template_grid.origin_mm.z();
+}
+
+Vec3 SimulationModel::apex_of(const Tissue& tissue) {
+  Vec3 apex = Vec3::Constant(std::numeric_limits<double>::infinity()), sum = Vec3::Zero();
+  for (std::size_t i = 0; i < tissue.surface_count; ++i) {
+    apex = apex.cwiseMin(tissue.rest_vertices[i]);
+    sum += tissue.rest_vertices[i];
+  }
+  sum /= static_cast<double>(tissue.surface_count);
+  return {sum.x(), sum.y(), apex.z()};
 }
 
 double SimulationModel::landmark_stiffness_n_per_mm() const {

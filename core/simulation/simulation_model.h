@@ -18,6 +18,7 @@
 #include "core/models/blended/tissue_kernels.h"
 #include "core/needle/contact_settings.h"
 #include "core/needle/needle_tissues.h"
+#include "core/simulation/body_motion.h"
 #include "core/solve/anchors.h"
 
 namespace brachy {
@@ -53,6 +54,8 @@ struct SimulationSettings {
   GuardSettings guard;
   NeedleSettings needle;
   ContactSettings contact;
+  GlandSettings gland;
+  SwellingSettings swelling;
   TemplateGrid template_grid;
   SeedSettings seeds;
 };
@@ -70,6 +73,8 @@ struct SimulationModel {
                   const SimulationSettings& settings = {}, std::optional<Plan> plan = {});
 
   std::size_t max_landmarks() const;  ///< of a tick: all needles' and the anchors
+  /// Where the gland turns and swells about: its apex, the lowest point, on its axis.
+  static Vec3 apex_of(const Tissue& tissue);
   /// World z of the template's plane where it holds the needles (needle.guide_at), mm.
   std::optional<double> guide_z_mm() const;
   /// Of one landmark alone (core/elasticity/landmark_stiffness.h).
@@ -84,6 +89,7 @@ struct SimulationModel {
   /// Of MatrixModel's smooth part (core/models/matrix_kernel/smooth_tables.h), for settings.target; null where it has
   /// none, and for all other models.
   std::shared_ptr<const SmoothTables> smooth_tables;
+  BodyMotion body_at_rest;
   Anchors anchors;  ///< at rest; none where the deformation model has the support of the tissue itself
 };
 

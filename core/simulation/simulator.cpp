@@ -14,6 +14,7 @@ Simulator::Simulator(std::shared_ptr<const SimulationModel> model)
       tissue_(model_->tissue),
       period_s_(model_->settings.period_s),
       contact_solve_(model_->max_landmarks()),
+      body_(model_->body_at_rest),
       anchors_(model_->anchors),
       anchor_clearance_(model_->settings.anchors.clearance_mm),
       field_(make_guarded_field(*model_)),
@@ -26,6 +27,8 @@ Simulator::Simulator(std::shared_ptr<const SimulationModel> model)
   for (std::size_t n = 0; n < needle_count; ++n)
     contacts_.emplace_back(model_->surface, model_->needle_tissues, model_->settings.needle,
                            model_->settings.contact, model_->guide_z_mm());
+  const std::size_t locking = std::min(needle_count, model_->settings.needle.locking_count);
+  for (std::size_t n = needle_count - locking; n < needle_count; ++n) contacts_[n].lock();
   landmarks_.reserve(model_->max_landmarks());
   needles_.resize(needle_count);
   last_on_shaft_.resize(needle_count);
@@ -48,7 +51,8 @@ void Simulator::restore_seeds(std::span<const Seed> seeds) {
 void Simulator::resume_from(const Simulator& other) noexcept {
   tick_ = other.tick_;
   implant_ = other.implant_;
-  implant_.move(tick_, *field_);
+  body_.resume_from(other.body_);
+  implant_.move(tick_, MovedField(*field_, body_.frame()));
   seed_loading_ = other.seed_loading_;
   pose_histories_ = other.pose_histories_;
   for (std::size_t n = 0; n < needles_.size(); ++n) needles_[n].drops = other.needles_[n].drops;
@@ -79,6 +83,9 @@ void Simulator::step(std::span<const NeedlePose> poses, MeshState& state) noexce
 
 void Simulator::begin_contacts(std::span<const NeedlePose> poses) noexcept {
   flags_ = 0;
+  std::uint64_t punctures = 0;
+  for (const NeedleContact& contact : contacts_) punctures += contact.puncture_count();
+  body_.swell(punctures, period_s_);
   for (std::size_t n = 0; n < contacts_.size(); ++n) {
     const NeedlePose pose = n < poses.size() ? poses[n] : NeedlePose{};
     needles_[n].present = pose.present;
@@ -89,7 +96,7 @@ void Simulator::begin_contacts(std::span<const NeedlePose> poses) noexcept {
       continue;
     }
     pose_histories_[n][tick_ % NeedleStates::kPoseHistory] = {tick_, pose.X_WN, pose.button};
-    contacts_[n].begin(pose.X_WN, field_.get());
+    contacts_[n].begin(pose.X_WN, field_.get(), body_.frame());
     flags_ |= contacts_[n].flags();
   }
 }
@@ -109,13 +116,14 @@ void Simulator::gather_landmarks() noexcept {
     if (keep_clear(anchor)) landmarks_.add(anchor, Vec3::Zero(), {});
   landmarks_.anchors = landmarks_.positions.size();
   std::ranges::fill(last_on_shaft_, -1);
+  if (body_.compliance()) landmarks_.compliance.set_body(*body_.compliance());
   for (std::size_t n = 0; n < contacts_.size(); ++n) {
     const NeedleBend* bend = contacts_[n].landmarks().empty() ? nullptr : contacts_[n].bend();
     beams_[n] = bend ? landmarks_.compliance.add_beam(bend->beam()) : -1;
   }
   for (const bool tips : {false, true})
     for (std::size_t n = 0; n < contacts_.size(); ++n) {
-      const auto of_needle = std::as_const(contacts_[n]).landmarks();
+      const std::span<NeedleLandmark> of_needle = contacts_[n].landmarks();
       for (std::size_t i = 0; i < of_needle.size(); ++i) {
         if ((contacts_[n].has_tip_landmark() && i + 1 == of_needle.size()) != tips) continue;
         LandmarkSpread spread = of_needle[i].spread;
@@ -123,8 +131,14 @@ void Simulator::gather_landmarks() noexcept {
           spread.behind = last_on_shaft_[n];
         else
           last_on_shaft_[n] = static_cast<std::int32_t>(landmarks_.positions.size());
+        // Where it would go if the tissue were rigid: from where the body is now.
+        const Vec3 arm = of_needle[i].position + of_needle[i].if_stuck - body_.pivot();
+        if (body_.compliance()) {
+          of_needle[i].body = LandmarkCompliance::moved_by(body_.motion(), arm);
+          of_needle[i].if_stuck += of_needle[i].body;
+        }
         landmarks_.add(of_needle[i].position, of_needle[i].if_stuck, spread,
-                       {beams_[n], of_needle[i].arc_mm});
+                       {beams_[n], of_needle[i].arc_mm, body_.compliance() ? arm : Vec3(Vec3::Zero())});
         landmarks_.owners.push_back({static_cast<std::uint32_t>(n), static_cast<std::uint32_t>(i)});
       }
     }
@@ -158,9 +172,43 @@ void Simulator::deform() noexcept {
   }
   flags_ |= field_->flags();
   ++evaluation_counts_[static_cast<std::size_t>(field_->evaluation())];
-  if (field_->evaluation() == Evaluation::kIdle) return;
-  apply_field();
-  implant_.move(tick_, *field_);
+  if (body_.compliance()) body_.set_motion(contact_solve_.body_motion());
+  const bool is_same_frame = body_.frame() == shown_frame_;
+  if (field_->evaluation() == Evaluation::kIdle && is_same_frame) return;
+  if (is_same_frame && body_.frame().is_identity())
+    apply_field();
+  else
+    apply_everywhere();
+  shown_frame_ = body_.frame();
+  implant_.move(tick_, MovedField(*field_, body_.frame()));
+}
+
+// The body has moved as a whole, or swollen: so has every point.
+void Simulator::apply_everywhere() noexcept {
+  max_displacement_ = 0;
+  moved_vertices_ = 0;
+  displaced_.clear();
+  for (const std::uint32_t b : field_->touched()) block_evaluated_[b] = tick_;
+  for (std::uint32_t b = 0; b < tissue_.blocks.size(); ++b) {
+    const Block& block = tissue_.blocks[b];
+    const BlockDisplacement<float>* u = block_evaluated_[b] == tick_ ? &field_->displacement(b) : nullptr;
+    bool moves = false;
+    for (std::uint32_t i = 0; i < block.count; ++i) {
+      const float* rest = &rest_[3 * (block.first + i)];
+      float* out = &deformed_[3 * (block.first + i)];
+      Eigen::Vector3f x(rest[0], rest[1], rest[2]);
+      if (u) x += Eigen::Vector3f(u->ux[i], u->uy[i], u->uz[i]);
+      if (!body_.frame().is_identity()) x = body_.frame().to_world(x.cast<double>()).cast<float>();
+      const double way = (x - Eigen::Vector3f(rest[0], rest[1], rest[2])).cast<double>().norm();
+      max_displacement_ = std::max(max_displacement_, way);
+      moved_vertices_ += way > 0;
+      moves |= way > 0;
+      std::copy_n(x.data(), 3, out);
+    }
+    if (moves) displaced_.push_back(b);
+    changed_[tick_ % kChangeHistory].push_back(b);
+    block_ticks_[b] = tick_;
+  }
 }
 
 // Blocks in reach get their displacement; those that were displaced and are out of reach now return to rest. No
@@ -215,10 +263,11 @@ void Simulator::find_shapes() noexcept {
     const double length = bend->beam().length_mm;
     for (std::size_t k = 0; k < NeedleShape::kPoints; ++k) {
       const double s = length * static_cast<double>(k) / (NeedleShape::kPoints - 1);
-      shape.points[k] = X_WN.p + (s - length) * bend->beam().axis + bend->deflection(s);
+      shape.points[k] =
+          X_WN.p + contacts_[n].direction_in_world((s - length) * bend->beam().axis + bend->deflection(s));
     }
-    shape.tip_axis = (bend->beam().axis + bend->tip_slope()).normalized();
-    shape.tip_deflection = bend->tip_deflection();
+    shape.tip_axis = contacts_[n].direction_in_world(bend->beam().axis + bend->tip_slope()).normalized();
+    shape.tip_deflection = contacts_[n].direction_in_world(bend->tip_deflection());
   }
 }
 
@@ -246,7 +295,8 @@ void Simulator::drop(std::size_t needle, const SeedDrop& due) noexcept {
     const NeedleShape& shape = needles_[needle].shape;
     seed.dropped_axis = shape.is_bent ? shape.tip_axis : Vec3(needles_[needle].X_WN.R.col(2));
     seed.gland_motion = mean_displacement();
-    refusal = implant_.drop(seed, *field_, field_->certificate().verdict, contacts_[needle].material_tip());
+    refusal = implant_.drop(seed, MovedField(*field_, body_.frame()), field_->certificate().verdict,
+                            contacts_[needle].material_tip());
   }
   if (refusal == DropRefusal::kNone) {
     seed_loading_.dropped(needle);

@@ -10,6 +10,7 @@
 #include "core/models/guard/guarded_field.h"
 #include "core/needle/contact_solve.h"
 #include "core/needle/needle_contact.h"
+#include "core/simulation/body_motion.h"
 #include "core/simulation/mesh_state.h"
 #include "core/simulation/simulation_model.h"
 #include "core/solve/anchors.h"
@@ -64,6 +65,7 @@ class Simulator {
   bool keep_clear(Vec3& anchor) const noexcept;
   void deform() noexcept;
   void apply_field() noexcept;
+  void apply_everywhere() noexcept;
   bool apply_block(std::uint32_t b) noexcept;
   void find_shapes() noexcept;
   void drop_seeds() noexcept;
@@ -77,6 +79,8 @@ class Simulator {
   double period_s_;
   std::vector<NeedleContact> contacts_;  // by needle
   ContactSolve contact_solve_;
+  BodyMotion body_;
+  BodyFrame shown_frame_;  // in which deformed_ is
   Anchors anchors_;
   double anchor_clearance_;
   std::unique_ptr<GuardedField> field_;

@@ -61,6 +61,8 @@ std::vector<Key<NeedleSettings>> needle_keys() {
              "flexible: force of a bevel across the tip as it cuts, over the cutting force; 0: symmetric"),
       number("bevel_deg", &S::bevel_deg, {-360, 360}, kRestart,
              "flexible: where the bevel pushes the tip: about the shaft, from the pose's +x towards +y"),
+      integer("locking_count", &S::locking_count, {0, NeedleSettings::kMaxCount}, kRestart,
+              "needles, the last ones of count, that lock the gland by barbs"),
       text("guide_at", &S::guide_at, {"none", "template"}, kRestart,
            "flexible: what holds the shaft across besides the hand"),
       integer("count", &S::count, {1, NeedleSettings::kMaxCount}, kRestart,
@@ -80,6 +82,30 @@ void check_needle(const TomlTable& t, Scene& scene) {
                     "needs a model that knows forces; set model.kernel to \"elastic\" or \"fem\"");
 }
 
+std::vector<Key<GlandSettings>> gland_keys() {
+  using S = GlandSettings;
+  return {
+      flag("moves", &S::moves, kRestart, "elastic, fem: the gland moves as a whole on its ligaments"),
+      numbers("stiffness_n_per_mm", &S::stiffness_n_per_mm, {0.01, 1000}, kRestart,
+              "of the whole gland along x, y and z, the walls of [box] included; 7 N move it 10 mm along z"),
+      number("rotation_nmm_per_deg", &S::rotation_nmm_per_deg, {0.1, 1e6}, kRestart,
+             "moment that turns it by 1° about its apex"),
+  };
+}
+
+void check_gland(const TomlTable& t, Scene& scene) {
+  if (scene.gland.moves && scene.model.kernel != "auto" && !knows_forces(scene.model.kernel))
+    t.contradiction("moves", "needs a model that knows forces; set model.kernel to \"elastic\" or \"fem\"");
+}
+
+std::vector<Key<SwellingSettings>> swelling_keys() {
+  using S = SwellingSettings;
+  return {
+      flag("on", &S::on, kRestart, "the gland swells with the punctures: 2.5 of 37 cc after two, up to 4.5"),
+      number("build_up_s", &S::build_up_s, {0.1, 1e4}, kRestart, "time constant with which it swells"),
+  };
+}
+
 std::vector<Key<ContactSettings>> contact_keys() {
   using S = ContactSettings;
   return {
@@ -97,6 +123,8 @@ std::vector<Key<ContactSettings>> contact_keys() {
              "of a landmark; limited to this and flagged"),
       number("max_jump_mm", &S::max_jump_mm, {0.1, 1000}, kLive,
              "a needle whose tip moves farther in one tick is reinitialized"),
+      number("locking_force_n", &S::locking_force_n, {0, 100}, kLive,
+             "what a locking needle's barbs hold along its shaft, besides friction"),
       integer("max_landmarks", &S::max_landmarks, {2, 100}, kLive,
               "of a needle; spacing × (max - 1) must cover its length"),
   };
@@ -124,6 +152,13 @@ std::vector<SceneSection> needle_sections() {
        within<Scene>(
            needle_keys(), [](auto& s) -> auto& { return s.needle; }),
        check_needle},
+      {"gland", "How the gland moves as a whole.",
+       within<Scene>(
+           gland_keys(), [](auto& s) -> auto& { return s.gland; }),
+       check_gland},
+      {"swelling", "How the gland swells under the needles.",
+       within<Scene>(
+           swelling_keys(), [](auto& s) -> auto& { return s.swelling; })},
       {"contact", "How a needle's landmarks are placed.",
        within<Scene>(
            contact_keys(), [](auto& s) -> auto& { return s.contact; }),
