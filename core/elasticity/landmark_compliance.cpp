@@ -69,11 +69,15 @@ void LandmarkCompliance::subtract(std::span<const Vec3> forces,
   for (std::size_t i = 0; i < points_.size() && !is_empty(); ++i) {
     if (points_[i].beam < 0) continue;
     const Beam& beam = beams_[static_cast<std::size_t>(points_[i].beam)];
-    Vec3 sum = Vec3::Zero();
-    for (std::size_t j = 0; j < points_.size(); ++j)
-      if (points_[j].beam == points_[i].beam)
-        sum += beam.compliance(points_[i].arc_mm, points_[j].arc_mm) * forces[j];
-    displacements[i] -= sum - sum.dot(beam.axis) * beam.axis;
+    const auto across = [&](const Vec3& v) { return Vec3(v - v.dot(beam.axis) * beam.axis); };
+    const Vec3 force = across(forces[i]);
+    displacements[i] -= beam.compliance(points_[i].arc_mm, points_[i].arc_mm) * force;
+    for (std::size_t j = 0; j < i; ++j) {
+      if (points_[j].beam != points_[i].beam) continue;
+      const double both_ways = beam.compliance(points_[i].arc_mm, points_[j].arc_mm);
+      displacements[i] -= both_ways * across(forces[j]);
+      displacements[j] -= both_ways * force;
+    }
   }
 }
 

@@ -69,6 +69,10 @@ struct ContactSettings {
   double max_displacement_mm = 15;  ///< a landmark's displacement is limited to this and flagged
   /// a tip that moves farther in a tick has jumped, and its contact is reinitialized
   double max_jump_mm = 10;
+  /// Share of a reaction that relaxes while the tissue is held, with the time constant relaxation_s: one Prony term. A
+  /// needle that stops keeps half its force after some seconds (0.50 → 0.25 … 0.28 N; Okamura et al. 2004, digitised).
+  double relaxation_share = 0;
+  double relaxation_s = 2;
   /// Force along its shaft that a locking needle's barbs hold besides friction; an assumption
   double locking_force_n = 6;
   int max_landmarks = 41;  ///< of a needle, tip and shaft; spacing × (max − 1) must cover it

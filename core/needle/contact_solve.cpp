@@ -47,10 +47,11 @@ void LandmarkSet::remove(std::size_t i) noexcept {
     owners.erase(owners.begin() + static_cast<std::ptrdiff_t>(i - anchors));
 }
 
-ContactSolve::ContactSolve(std::size_t max_landmarks) : solver_(max_landmarks) {
+ContactSolve::ContactSolve(std::size_t max_landmarks, double period_s)
+    : solver_(max_landmarks), period_s_(period_s) {
   const auto n = static_cast<Eigen::Index>(max_landmarks);
   stiffness_.resize(n, n);
-  for (auto* v : {&axes_, &reactions_, &unit_}) v->reserve(max_landmarks);
+  for (auto* v : {&axes_, &reactions_, &unit_, &relaxed_, &yielded_}) v->reserve(max_landmarks);
   removed_.reserve(max_landmarks);
   for (auto* v : {&stuck_, &low_, &high_, &slips_, &axial_}) v->reserve(max_landmarks);
 }
@@ -69,7 +70,7 @@ FactorStatus ContactSolve::solve(std::uint64_t tick, std::span<NeedleContact> ne
     NeedleContact& needle = needles[n];
     const Vec3 across = needle.axis().unitOrthogonal();
     const bool touches = !needle.landmarks().empty();
-    needle.finish(tick, touches ? stiffness_of(n, needle.axis(), landmarks, field) : 0,
+    needle.finish(tick, period_s_, touches ? stiffness_of(n, needle.axis(), landmarks, field) : 0,
                   touches ? stiffness_of(n, across, landmarks, field) : 0);
   }
   return {};
@@ -92,6 +93,21 @@ FactorStatus ContactSolve::factorize(LandmarkSet& landmarks, TissueField& field,
   return status;
 }
 
+// A displacement u takes the forces K⁻¹ u at once, of which r has relaxed: needles and body feel K⁻¹ u − r. So
+// u = d − C (K⁻¹ u − r), that is, (K + C) K⁻¹ u = d + C r; and the bounds, which hold for what is felt, are moved by r.
+void ContactSolve::add_relaxed(std::span<NeedleContact> needles, LandmarkSet& landmarks) noexcept {
+  relaxed_.assign(landmarks.positions.size(), Vec3::Zero());
+  for (std::size_t i = 0; i < landmarks.owners.size(); ++i) {
+    const LandmarkSet::Owner owner = landmarks.owners[i];
+    relaxed_[landmarks.anchors + i] = -needles[owner.needle].landmarks()[owner.index].relaxed_n;
+  }
+  yielded_.assign(landmarks.positions.size(), Vec3::Zero());
+  landmarks.compliance.subtract(relaxed_, yielded_);
+  for (Vec3& r : relaxed_) r = -r;
+  for (std::size_t i = 0; i < landmarks.owners.size(); ++i)
+    landmarks.displacements[landmarks.anchors + i] += yielded_[landmarks.anchors + i];
+}
+
 void ContactSolve::find_slips(std::span<NeedleContact> needles, LandmarkSet& landmarks, TissueField& field,
                               std::uint32_t& flags) noexcept {
   const std::size_t first = landmarks.anchors, count = landmarks.owners.size();
@@ -106,13 +122,15 @@ void ContactSolve::find_slips(std::span<NeedleContact> needles, LandmarkSet& lan
   field.axial_stiffness(first, axes_, H);
   for (auto* v : {&stuck_, &low_, &high_, &slips_, &axial_}) v->resize(count);
   reactions_.resize(landmarks.positions.size());
+  add_relaxed(needles, landmarks);
 
   for (bool again = true; again;) {
     field.solve(landmarks.displacements, reactions_);
     for (std::size_t i = 0; i < count; ++i) {
       stuck_[i] = axes_[i].dot(reactions_[first + i]);
-      low_[i] = landmark(i).low_n;
-      high_[i] = landmark(i).high_n;
+      const double relaxed = axes_[i].dot(relaxed_[first + i]);
+      low_[i] = landmark(i).low_n + relaxed;
+      high_[i] = landmark(i).high_n + relaxed;
     }
     const ReactionSolver::Result result = solver_.solve(H, stuck_, low_, high_, slips_, axial_);
     if (!result.converged) flags |= kStepSlipUnsettled;
@@ -120,9 +138,11 @@ void ContactSolve::find_slips(std::span<NeedleContact> needles, LandmarkSet& lan
     again = false;
     for (NeedleContact& needle : needles) again |= needle.reaches_uncut_tissue();
     for (std::size_t i = 0; i < count; ++i)
-      landmarks.displacements[first + i] = landmark(i).if_stuck - (again ? 0 : slips_[i]) * axes_[i];
+      landmarks.displacements[first + i] =
+          landmark(i).if_stuck - (again ? 0 : slips_[i]) * axes_[i] + yielded_[first + i];
   }
   field.solve(landmarks.displacements, reactions_);
+  for (std::size_t i = 0; i < reactions_.size(); ++i) reactions_[i] -= relaxed_[i];
   body_motion_ = landmarks.compliance.body_motion(reactions_);
   for (std::size_t i = 0; i < count; ++i) {
     landmark(i).reaction_n = reactions_[first + i];

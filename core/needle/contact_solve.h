@@ -39,7 +39,7 @@ struct LandmarkSet {
 /// Threads: one. Real-time: no allocation after construction, no exceptions.
 class ContactSolve {
  public:
-  explicit ContactSolve(std::size_t max_landmarks);
+  explicit ContactSolve(std::size_t max_landmarks, double period_s = 1.0 / 200);
 
   /// `landmarks` has the needles' landmarks where they would be if they stuck; on return, where they are. Reactions and
   /// slips go to the needles, which then finish their tick. Sets the solver's StepFlag bits in `flags`. Unless it
@@ -56,9 +56,14 @@ class ContactSolve {
   double stiffness_of(std::size_t needle, const Vec3& direction, const LandmarkSet& landmarks,
                       TissueField& field) noexcept;
 
+  void add_relaxed(std::span<NeedleContact> needles, LandmarkSet& landmarks) noexcept;
+
   ReactionSolver solver_;
+  double period_s_;
   Eigen::MatrixXd stiffness_;
   std::vector<Vec3> axes_, reactions_, unit_;
+  std::vector<Vec3> relaxed_;  // of all landmarks, N
+  std::vector<Vec3> yielded_;  // what needles and body have given back for it, mm
   std::vector<std::size_t> removed_;
   Vec6 body_motion_ = Vec6::Zero();
   std::vector<double> stuck_, low_, high_, slips_, axial_;

@@ -7,7 +7,8 @@
 namespace brachy {
 namespace {
 
-constexpr double kLeastArc = 1;  // mm from the hub or the tip within which no guide holds
+constexpr double kArcsPerMm = 1024;  // what sticks stays at its arc length to the last bit
+constexpr double kLeastArc = 1;      // mm from the hub or the tip within which no guide holds
 
 }  // namespace
 
@@ -48,7 +49,8 @@ void NeedleBend::clear() noexcept {
 }
 
 double NeedleBend::arc_of(const Vec3& x) const noexcept {
-  return std::clamp(beam_.length_mm - (tip_ - x).dot(beam_.axis), 0.0, beam_.length_mm);
+  const double arc = beam_.length_mm - (tip_ - x).dot(beam_.axis);
+  return std::clamp(std::round(kArcsPerMm * arc) / kArcsPerMm, 0.0, beam_.length_mm);
 }
 
 Vec3 NeedleBend::deflection(double s) const noexcept {
@@ -63,11 +65,11 @@ Vec3 NeedleBend::slope(double s) const noexcept {
   return across(sum);
 }
 
-// The steepest place is at the tip, at a load or at the guide.
+// Where it is steepest unless it winds: at the tip, at the entry into the tissue or at the guide.
 bool NeedleBend::is_steep() const noexcept {
   const auto steep_at = [&](double s) { return slope(s).squaredNorm() > kSteepest * kSteepest; };
   return steep_at(beam_.length_mm) || (beam_.guide_mm > 0 && steep_at(beam_.guide_mm)) ||
-         std::ranges::any_of(loads_, [&](const Load& load) { return steep_at(load.arc_mm); });
+         (!loads_.empty() && steep_at(loads_.front().arc_mm));
 }
 
 Vec3 NeedleBend::guide_force_n() const noexcept {

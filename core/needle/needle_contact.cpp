@@ -183,6 +183,7 @@ bool NeedleContact::is_inside() const noexcept {
 }
 
 void NeedleContact::enter() noexcept {
+  tip_relaxed_n_.setZero();
   state_ = ContactState::kInserted;
   was_inserted_ = true;
   has_punctured_ = false;
@@ -257,6 +258,7 @@ void NeedleContact::release() noexcept {
   capsule_of_ = 0;
   has_punctured_ = false;
   tip_reaction_n_ = 0;
+  tip_relaxed_n_.setZero();
   if (bend_) bend_->clear();
 }
 
@@ -267,7 +269,7 @@ double NeedleContact::depth_of_tip() const noexcept {
 }
 
 void NeedleContact::add_contact() noexcept {
-  NeedleLandmark landmark{.position = contact_point_};
+  NeedleLandmark landmark{.position = contact_point_, .relaxed_n = tip_relaxed_n_};
   const TissueContact& capsule = tissues_[0];
   if (by_tip_) {
     landmark.if_stuck = needle_.tip - contact_point_;
@@ -322,8 +324,9 @@ void NeedleContact::add_shaft(double motion) noexcept {
          .low_n = -friction,
          .high_n = friction,
          .friction_n = friction,
-         .spread = {.core_mm = shaft_.size() == 1 ? settings_.landmark_spacing_mm : 0}},
-        shaft.axial);
+         .spread = {.core_mm = shaft_.size() == 1 ? settings_.landmark_spacing_mm : 0},
+         .relaxed_n = shaft.relaxed_n},
+        shaft.axial + (shaft.slips ? 0 : motion));
   }
 }
 
@@ -337,7 +340,8 @@ void NeedleContact::add_tip() noexcept {
        .low_n = -friction,
        .high_n = friction + (tip_s_ < path_.length() ? 0 : resistance()),
        .friction_n = friction,
-       .spread = {.core_mm = settings_.inserted_tip_core_mm()}},
+       .spread = {.core_mm = settings_.inserted_tip_core_mm()},
+       .relaxed_n = tip_relaxed_n_},
       (needle_.tip - X).dot(needle_.axis) - std::max(0.0, last_slip_));
 }
 
@@ -351,7 +355,7 @@ double NeedleContact::resistance() const noexcept {
   return capsule_of_ > 0 ? tissues_[capsule_of_].puncture_force_n : tissues_[tissue_].cutting_force_n;
 }
 
-// Along and across the needle a landmark's displacement is limited. `axial`: how far it is carried along already.
+// Along and across the needle a landmark's displacement is limited. `axial`: how far it is expected to be carried along.
 void NeedleContact::add(const NeedleLandmark& landmark, double axial) noexcept {
   const double limit = settings_.max_displacement_mm;
   landmarks_.push_back(landmark);
@@ -379,7 +383,8 @@ bool NeedleContact::reaches_uncut_tissue() noexcept {
   return true;
 }
 
-void NeedleContact::finish(std::uint64_t tick, double axial_stiffness, double lateral_stiffness) noexcept {
+void NeedleContact::finish(std::uint64_t tick, double period_s, double axial_stiffness,
+                           double lateral_stiffness) noexcept {
   if (bend_) {
     bend_->set_loads(landmarks_);
     if (bend_->is_steep()) flags_ |= kStepSteep;
@@ -394,13 +399,34 @@ void NeedleContact::finish(std::uint64_t tick, double axial_stiffness, double la
     if (has_punctured_) ++puncture_count_;
   }
   tip_reaction_n_ = pressing_reaction();
+  if (settings_.relaxation_share > 0) relax(period_s);
   if (!is_in()) return;
-  for (std::size_t i = 0; i < shaft_.size(); ++i)
+  for (std::size_t i = 0; i < shaft_.size(); ++i) {
+    shaft_[i].slips = landmarks_[i].slip_mm != 0;
     shaft_[i].axial =
         landmarks_[i].if_stuck.dot(needle_.axis) - landmarks_[i].slip_mm - landmarks_[i].body_mm;
+  }
   last_slip_ = has_tip_landmark_ ? free_slip_ + landmarks_.back().slip_mm : 0;
   if (has_tip_landmark_) move_tip(last_slip_);
   insertion_depth_ = tip_s_;
+}
+
+// dr/dt = (share · K⁻¹u − r)/τ at each landmark's material point. A tip that cuts comes to tissue that has not relaxed.
+void NeedleContact::relax(double period_s) noexcept {
+  const double done = 1 - std::exp(-period_s / settings_.relaxation_s);
+  const auto relaxed = [&](const NeedleLandmark& landmark) {
+    const Vec3 at_once = landmark.reaction_n + landmark.relaxed_n;
+    return Vec3(landmark.relaxed_n + done * (settings_.relaxation_share * at_once - landmark.relaxed_n));
+  };
+  const bool has_shaft = is_in();
+  for (std::size_t i = 0; has_shaft && i < shaft_.size(); ++i) shaft_[i].relaxed_n = relaxed(landmarks_[i]);
+  if (!has_tip_landmark_ && state_ != ContactState::kTouching) {
+    tip_relaxed_n_.setZero();
+    return;
+  }
+  const double fresh =
+      has_tip_landmark_ ? (free_slip_ + landmarks_.back().slip_mm) / settings_.landmark_spacing_mm : 0;
+  tip_relaxed_n_ = std::clamp(1 - std::abs(fresh), 0.0, 1.0) * relaxed(landmarks_.back());
 }
 
 // Of what the tip cuts or presses on, N.
@@ -468,7 +494,7 @@ void NeedleContact::sum_forces() noexcept {
   for (const NeedleLandmark& landmark : landmarks_) {
     const Vec3 force = -landmark.reaction_n;
     Vec3 at = needle_.nearest_on_line(landmark.position + landmark.if_stuck - landmark.body);
-    if (bend_) at += bend_->deflection(landmark.arc_mm);
+    if (bend_ && &landmark == &landmarks_.back()) at += bend_->tip_deflection();  // of the others, little
     forces_.force_n += force;
     forces_.tip_torque_nmm += (at - needle_.tip).cross(force);
     const double along = landmark.reaction_n.dot(needle_.axis);

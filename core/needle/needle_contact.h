@@ -72,7 +72,7 @@ class NeedleContact {
 
   /// Ends a tick with the landmarks' reactions and slips: cuts, punctures, slips, forces. The stiffnesses are those
   /// of all landmarks together, stuck, N/mm.
-  void finish(std::uint64_t tick, double axial_stiffness, double lateral_stiffness) noexcept;
+  void finish(std::uint64_t tick, double period_s, double axial_stiffness, double lateral_stiffness) noexcept;
 
   ContactState state() const { return state_; }
   double insertion_depth() const { return insertion_depth_; }  ///< mm, along the cut path
@@ -100,9 +100,11 @@ class NeedleContact {
     Vec3 across(const Vec3& v) const { return v - v.dot(axis) * axis; }
   };
   struct ShaftLandmark {
-    Vec3 position;     // material point on the cut path
-    double friction;   // N/mm
-    double axial = 0;  // how far friction has carried it along the needle, mm
+    Vec3 position;       // material point on the cut path
+    double friction;     // N/mm
+    double axial = 0;    // how far friction has carried it along the needle, mm
+    bool slips = false;  // did in the last tick
+    Vec3 relaxed_n = Vec3::Zero();
   };
 
   // geometry, before the solve
@@ -131,6 +133,7 @@ class NeedleContact {
 
   // after the solve
   double pressing_reaction() const noexcept;
+  void relax(double period_s) noexcept;
   void move_tip(double distance) noexcept;
   void cut(double distance) noexcept;
   double stop_at_capsule(const Vec3& from, const Vec3& to) noexcept;
@@ -171,10 +174,11 @@ class NeedleContact {
   std::vector<CutPath> old_paths_;  // kOldPaths, unused ones empty
   std::size_t next_old_path_ = 0;
 
-  std::optional<NeedleBend> bend_;  // of a flexible needle
-  Vec3 last_slope_ = Vec3::Zero();  // of the bent tip, by the last tick's forces
-  double last_slip_ = 0;            // of the tip in the last tick, mm
-  double tip_reaction_n_ = 0;       // along the needle, of the last tick, in uncut tissue
+  std::optional<NeedleBend> bend_;     // of a flexible needle
+  Vec3 last_slope_ = Vec3::Zero();     // of the bent tip, by the last tick's forces
+  Vec3 tip_relaxed_n_ = Vec3::Zero();  // at the tip, or where it presses
+  double last_slip_ = 0;               // of the tip in the last tick, mm
+  double tip_reaction_n_ = 0;          // along the needle, of the last tick, in uncut tissue
   std::vector<NeedleLandmark> landmarks_;
   bool has_tip_landmark_ = false;
   double insertion_depth_ = 0, tip_depth_ = 0;

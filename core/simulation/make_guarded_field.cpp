@@ -34,11 +34,13 @@ struct FieldMaker {
     const bool composes = model.smooth_tables && model.settings.guard.policy == "substep";
     auto field = std::make_unique<MatrixKernelField>(
         model.tissue, matrix.kernel, model.smooth_tables, matrix.body,
-        MatrixKernelField::Options{.target = options.target,
-                                   .threads = options.threads,
-                                   .max_landmarks = options.max_landmarks,
-                                   .landmark_stiffness_n_per_mm = model.landmark_stiffness_n_per_mm(),
-                                   .evaluates_points = !composes});
+        MatrixKernelField::Options{
+            .target = options.target,
+            .threads = options.threads,
+            .max_landmarks = options.max_landmarks,
+            .landmark_stiffness_n_per_mm = model.landmark_stiffness_n_per_mm(),
+            .evaluates_points = !composes,
+            .keeps_matrix = model.settings.needle.bends() || model.settings.gland.moves});
     if (!composes) return {std::move(field), nullptr};
     auto composition = std::make_unique<MatrixComposition>(
         model.tissue, *field, options.target, options.max_landmarks, max_substeps, model.settings.period_s);

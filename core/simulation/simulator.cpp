@@ -13,7 +13,7 @@ Simulator::Simulator(std::shared_ptr<const SimulationModel> model)
     : model_(std::move(model)),
       tissue_(model_->tissue),
       period_s_(model_->settings.period_s),
-      contact_solve_(model_->max_landmarks()),
+      contact_solve_(model_->max_landmarks(), model_->settings.period_s),
       body_(model_->body_at_rest),
       anchors_(model_->anchors),
       anchor_clearance_(model_->settings.anchors.clearance_mm),

@@ -1,6 +1,6 @@
 // A whole tick with three needles at work, each with 30 landmarks, all of them pushed on and drawn back at 12
-// cm/s: ours is Simulator::step, the baseline the same with one needle. The quantiles are of every tick's
-// thread time, which no one else's load is part of.
+// cm/s: ours is Simulator::step, the baseline the same with one needle. And with one and four needles that bend, the
+// baseline the same with rigid ones. The quantiles are of every tick's thread time, which no one else's load is part of.
 #include <cmath>
 #include <memory>
 
@@ -22,8 +22,8 @@ constexpr double kStart = -50, kDeepest = 32;
 /// `count` needles in, 8 mm apart; then all of them to and fro in their last millimetres.
 class Insertion {
  public:
-  Insertion(std::size_t count, const std::string& kernel, SimdTarget target)
-      : simulator_(load_simulation_model(scene(count, kernel, target), body())),
+  Insertion(std::size_t count, const std::string& kernel, SimdTarget target, bool flexible = false)
+      : simulator_(load_simulation_model(scene(count, kernel, target, flexible), body())),
         state_(simulator_.initial_state()),
         poses_(count) {
     for (double z = kStart; z < kDeepest; z += kStride) step_at(z);
@@ -48,17 +48,20 @@ class Insertion {
     Scene scene;
     scene.tissue.points = kPaperPoints;
     scene.tissue.phantom_size_mm = Vec3(84, 76, 90);
+    scene.box.size_mm = Vec3::Constant(140);  // walls as far off as around the default gland
     return scene;
   }
   static const Tissue& body() {
     static const Tissue tissue = load_tissue(body_scene()).tissue;
     return tissue;
   }
-  static Scene scene(std::size_t count, const std::string& kernel, SimdTarget target) {
+  static Scene scene(std::size_t count, const std::string& kernel, SimdTarget target, bool flexible) {
     Scene scene = body_scene();
     scene.model.kernel = kernel;
     scene.engine.simd = to_string(target);
     scene.needle.count = count;
+    scene.needle.flexible = flexible;
+    scene.needle.guide_at = flexible ? "template" : "none";
     scene.contact.landmark_spacing_mm = 2.5;
     scene.contact.max_landmarks = 81;
     return scene;
@@ -97,6 +100,20 @@ void run_needles(benchmark::State& state, Report& report, SimdTarget target, Row
   report.rows.push_back(row);
 }
 
+void run_bending(benchmark::State& state, Report& report, SimdTarget target, Row row, std::size_t count) {
+  Insertion bending(count, row.kernel, target, true), rigid(count, row.kernel, target);
+  time_row(state, row, {[&] { bending.step(); }, [&] { bending.advance(); }},
+           {[&] { rigid.step(); }, [&] { rigid.advance(); }});
+  const auto more_ms = [&](double quantile) {
+    return 1e-6 * static_cast<double>(bending.times().quantile(quantile) - rigid.times().quantile(quantile));
+  };
+  row.landmarks = bending.state().summary.landmark_count;
+  row.more["more_p50_ms"] = more_ms(0.5);
+  row.more["more_p99_ms"] = more_ms(0.99);
+  for (const char* name : {"more_p50_ms", "more_p99_ms"}) state.counters[name] = row.more[name];
+  report.rows.push_back(row);
+}
+
 }  // namespace
 
 void add_needles_benches(Report& report, const BenchOptions& options) {
@@ -106,6 +123,17 @@ void add_needles_benches(Report& report, const BenchOptions& options) {
     const auto target = options.target;
     add_benchmark(report, name_of(row), [&report, target, row](benchmark::State& state) {
       run_needles(state, report, target, row);
+    });
+  }
+  for (const std::size_t count : {1u, 4u}) {
+    const Row row{.name = "bending",
+                  .kernel = "elastic",
+                  .points = kPaperPoints,
+                  .landmarks = 30 * count,
+                  .moving = true};
+    const auto target = options.target;
+    add_benchmark(report, name_of(row), [&report, target, row, count](benchmark::State& state) {
+      run_bending(state, report, target, row, count);
     });
   }
 }

@@ -85,6 +85,9 @@ MatrixKernelField::MatrixKernelField(const Tissue& tissue, std::shared_ptr<const
   ring_forces_.reserve(rings);
   pieces_.reserve(rings);
   matrix_.resize(static_cast<Eigen::Index>(3 * n), static_cast<Eigen::Index>(3 * n));
+  if (options.keeps_matrix) kept_matrix_.resizeLike(matrix_);
+  kept_positions_.reserve(n);
+  kept_spreads_.reserve(n);
   solution_.resize(static_cast<Eigen::Index>(3 * n));
   scratch_.resize(static_cast<Eigen::Index>(3 * n), 3);
   std::iota(all_blocks_.begin(), all_blocks_.end(), 0u);
@@ -100,6 +103,11 @@ FactorStatus MatrixKernelField::do_factorize(std::span<const Vec3> positions,
                                              std::span<const LandmarkSpread> spreads,
                                              const LandmarkCompliance& compliance,
                                              double& condition) noexcept {
+  if (recall_matrix(positions, spreads)) {
+    const auto n = static_cast<Eigen::Index>(3 * count_);
+    compliance.add_to(matrix_.topLeftCorner(n, n), force_scale());
+    return factor(condition);
+  }
   const double duplicate = FactorStatus::kDuplicateDistance * needle_radius_;
   if (const FactorStatus status = check_landmarks(positions, duplicate); !status) return status;
   count_ = positions.size();
@@ -116,8 +124,25 @@ FactorStatus MatrixKernelField::do_factorize(std::span<const Vec3> positions,
   }
   assemble();
   const auto n = static_cast<Eigen::Index>(3 * count_);
+  if (kept_matrix_.size() > 0) {
+    kept_matrix_.topLeftCorner(n, n).triangularView<Eigen::Lower>() = matrix_.topLeftCorner(n, n);
+    kept_positions_.assign(positions.begin(), positions.end());
+    kept_spreads_.assign(spreads.begin(), spreads.end());
+  }
   compliance.add_to(matrix_.topLeftCorner(n, n), force_scale());
   return factor(condition);
+}
+
+// The tissue's K as it was last assembled, if it is of these landmarks: where only needles or the body give otherwise.
+bool MatrixKernelField::recall_matrix(std::span<const Vec3> positions,
+                                      std::span<const LandmarkSpread> spreads) noexcept {
+  if (kept_positions_.empty() || !std::ranges::equal(positions, kept_positions_) ||
+      !std::ranges::equal(spreads, kept_spreads_))
+    return false;
+  count_ = positions.size();
+  const auto n = static_cast<Eigen::Index>(3 * count_);
+  matrix_.topLeftCorner(n, n).triangularView<Eigen::Lower>() = kept_matrix_.topLeftCorner(n, n);
+  return true;
 }
 
 // Of a lone landmark in an unbounded solid of the tissue's modulus; no narrower than a rigid disc of the needle's.

@@ -44,6 +44,8 @@ class MatrixKernelField : public TissueField {
     double landmark_stiffness_n_per_mm = 0;
     /// Whether evaluate and update evaluate the tissue's points. Not where a MatrixComposition does it.
     bool evaluates_points = true;
+    /// Whether the assembled K is kept beside its factor: where compliances change while landmarks do not.
+    bool keeps_matrix = false;
   };
 
   /// `kernel` was made for `body` (make_matrix_kernel), `tables` for kernel, tissue and options.target
@@ -101,6 +103,7 @@ class MatrixKernelField : public TissueField {
   double core_in_free_space(double stiffness_n_per_mm) const noexcept;
   void find_cores(std::span<const LandmarkSpread> spreads) noexcept;
   void assemble() noexcept;
+  bool recall_matrix(std::span<const Vec3> positions, std::span<const LandmarkSpread> spreads) noexcept;
   FactorStatus factor(double& condition) noexcept;
   void spread_forces(std::span<const Vec3> forces) noexcept;
   void evaluate_blocks() noexcept;
@@ -119,7 +122,10 @@ class MatrixKernelField : public TissueField {
   std::vector<double> ring_cores_;
   NeedleRings rings_;
   NearMatrix near_matrix_;
-  Eigen::MatrixXd matrix_;  // K's lower triangle, then its factor
+  Eigen::MatrixXd matrix_;       // K's lower triangle, then its factor
+  Eigen::MatrixXd kept_matrix_;  // without compliance, of these landmarks; empty unless the options ask
+  std::vector<Vec3> kept_positions_;
+  std::vector<LandmarkSpread> kept_spreads_;
   Eigen::VectorXd solution_;
   Eigen::MatrixXd scratch_;  // 3n × 3, for the condition number
   InverseBlock inverse_block_;

@@ -144,7 +144,7 @@ TEST(LandmarkCompliance, TakesFromDisplacementsWhatItAddsToTheMatrix) {
   const std::int32_t a = compliance.add_beam(beam);
   beam.axis = Vec3(-1, 0, 3).normalized();
   const std::int32_t b = compliance.add_beam(beam);
-  for (const LandmarkCompliance::Point point :
+  for (const LandmarkCompliance::Point& point :
        {LandmarkCompliance::Point{a, 150}, {-1, 0}, {b, 190}, {a, 200}, {b, 100}})
     compliance.add_landmark(point);
   Eigen::MatrixXd C = Eigen::MatrixXd::Zero(15, 15);

@@ -28,7 +28,7 @@ struct Contact : ::testing::Test {
       }
     } while (needle.reaches_uncut_tissue());
     const double stiffness = kSpring * static_cast<double>(needle.landmarks().size());
-    needle.finish(++tick, stiffness, stiffness);
+    needle.finish(++tick, 1.0 / 200, stiffness, stiffness);
   }
   // The tip goes along `points`, the shaft along `axis`.
   void drive(const std::vector<Vec3>& points, const Vec3& axis) {
