@@ -355,7 +355,7 @@ double NeedleContact::resistance() const noexcept {
   return capsule_of_ > 0 ? tissues_[capsule_of_].puncture_force_n : tissues_[tissue_].cutting_force_n;
 }
 
-// Along and across the needle a landmark's displacement is limited. `axial`: how far it is expected to be carried along.
+// Along and across the needle a landmark's displacement is limited. `axial`: how far it is carried by the end.
 void NeedleContact::add(const NeedleLandmark& landmark, double axial) noexcept {
   const double limit = settings_.max_displacement_mm;
   landmarks_.push_back(landmark);

@@ -1,6 +1,7 @@
 // A whole tick with three needles at work, each with 30 landmarks, all of them pushed on and drawn back at 12
-// cm/s: ours is Simulator::step, the baseline the same with one needle. And with one and four needles that bend, the
-// baseline the same with rigid ones. The quantiles are of every tick's thread time, which no one else's load is part of.
+// cm/s: ours is Simulator::step, the baseline the same with one needle. And one and four needles that bend, the
+// baseline the same with rigid ones. The quantiles are of every tick's thread time, which no one else's load is part
+// of.
 #include <cmath>
 #include <memory>
 

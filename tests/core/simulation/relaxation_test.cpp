@@ -82,7 +82,7 @@ TEST(Relaxation, HoldsForANeedleThatBendsInAGlandThatMoves) {
   const double moving = run.go(kBefore, kIn, 0.25).forces.axial_n;
   const double rested = run.rest_for(20, kIn);
   EXPECT_GT(rested, 0.3 * moving);
-  EXPECT_LT(rested, 0.75 * moving);  // the gland comes back meanwhile, which strains the tissue anew
+  EXPECT_LT(rested, 0.75 * moving);  // the gland comes back meanwhile, which strains the tissue again
   EXPECT_EQ(run.flags & (kStepFolded | kStepUncertified | kStepClamped | kStepReinitialized), 0u);
   run.go(kIn, kBefore - Vec3(0, 0, 5), 0.25);
   EXPECT_EQ(run.state.mesh.deformed_vertices, run.simulator.initial_state().mesh.deformed_vertices);
