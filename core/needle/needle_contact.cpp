@@ -41,6 +41,7 @@ NeedleContact::NeedleContact(const SurfaceBvh& surface, const NeedleTissues& tis
 void NeedleContact::begin(const RigidTransform& X_WN, const DisplacementField* last_field,
                           const BodyFrame& frame) noexcept {
   const RigidTransform X_BN = frame.from_world(X_WN);
+  is_body_moving_ = is_turned_ || !frame.is_identity();
   is_turned_ = !frame.is_identity();
   if (is_turned_) turn_ = X_WN.R * X_BN.R.transpose();
   last_tip_ = frame.from_world(last_world_tip_);
@@ -128,7 +129,11 @@ void NeedleContact::approach() noexcept {
     contact_point_ = hit->point;
     by_tip_ = true;
   } else if (surface_.inside(needle_.tip)) {
-    return reinitialize();
+    if (!is_body_moving_) return reinitialize();
+    // The gland has come to the tip.
+    contact_point_ = surface_.closest_point(needle_.tip).point;
+    if (CutPath* old = find_old_path(contact_point_)) return enter_old_path(*old);
+    by_tip_ = true;
   } else {
     std::array<SurfaceHit, 2> hits;
     if (surface_.all_hits(needle_.hub, needle_.tip, hits) < 2) return;

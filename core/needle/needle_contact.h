@@ -154,7 +154,8 @@ class NeedleContact {
   bool has_last_pose_ = false;
   Needle needle_;  // in the body's frame
   Vec3 last_tip_ = Vec3::Zero(), last_world_tip_ = Vec3::Zero();
-  bool is_turned_ = false;  // the body's frame is not the world's
+  bool is_turned_ = false;       // the body's frame is not the world's
+  bool is_body_moving_ = false;  // nor was it in the last tick
   Mat3 turn_ = Mat3::Identity();
   bool was_inserted_ = false;  // decides between free and withdrawn
 
