@@ -37,6 +37,8 @@ struct NeedleShape {
   Vec3 tip_axis = Vec3::UnitZ();       ///< unit, the tip's tangent
   Vec3 tip_deflection = Vec3::Zero();  ///< of the tip off where the pose puts it, mm
 
+  /// Size of tip_deflection, 0 of a rigid needle.
+  double tip_deflection_mm() const { return is_bent ? tip_deflection.norm() : 0; }
   bool is_finite() const {
     return tip_axis.allFinite() && tip_deflection.allFinite() &&
            std::ranges::all_of(points, [](const Vec3& p) { return p.allFinite(); });
