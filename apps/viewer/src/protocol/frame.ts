@@ -3,6 +3,9 @@ import {ByteReader, ProtocolError, type Vec3} from './bytes.js';
 
 export const ContactState = ['free', 'touching', 'inserted', 'through', 'withdrawn'];
 
+/** Bits of Frame.stepFlags; those that the page shows. */
+export const StepFlag = {Steep: 1 << 11} as const;
+
 export interface NeedleForces {
   force: Vec3;
   axial: number;
