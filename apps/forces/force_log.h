@@ -68,7 +68,8 @@ class ForceLogWriter {
 };
 
 /// Parses a force log; `name` stands for the file in errors. Blank lines and lines that start with '#' are skipped. At
-/// least one row; each needle's times increase. In a log without the last column no needle is bent. Throws UserError "name:line: what; fix".
+/// least one row; each needle's times increase. In a log without the last column no needle is bent. Throws UserError
+/// "name:line: what; fix".
 std::vector<ForceSample> parse_force_log(std::string_view text, const std::string& name);
 
 /// parse_force_log of a file. Throws UserError, also where it is not a readable regular file.

@@ -234,8 +234,8 @@ void IgtlSession::write_next() {
   write({}, messages.surface(version_));
 }
 
-/// All needles' poses, forces and bent tips in one write, but not the poses of its own: a client that moves a node of that name
-/// would see it moved back. False where there is none.
+/// All needles' poses, forces and bent tips in one write, but not the poses of its own: a client that moves a node of
+/// that name would see it moved back. False where there is none.
 bool IgtlSession::write_transforms() {
   Bytes all;
   const auto append = [&](const Bytes& message) { all.insert(all.end(), message.begin(), message.end()); };

@@ -17,7 +17,7 @@ namespace brachy::net::igtl {
 /// wants it, and shared by all. One thread.
 class SnapshotMessages {
  public:
-  /// Of one needle that is there. `force` is empty where the force is not known, `bent_tip` where the needle is straight.
+  /// Of one needle that is there. `force` is empty where the force is not known, `bent_tip` where it is straight.
   struct Transforms {
     std::size_t needle = 0;
     Bytes pose, force, bent_tip;

@@ -67,6 +67,7 @@ TEST(Watch, CountsFramesByVerdictAndByGuard) {
 TEST(Watch, TellsHowFarNeedlesBend) {
   const auto bend = [](MeshState& s) {
     s.summary.step_flags = kStepSteep;
+    s.needles.states.resize(1);
     s.needles.states[0].present = true;
     s.needles.states[0].shape.is_bent = true;
     s.needles.states[0].shape.tip_deflection = Vec3(3, 4, 0);
