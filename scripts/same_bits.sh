@@ -20,8 +20,8 @@ cp -r config "$work/config"
 compared=0
 different=0
 
-# drop_times: a JSON report without what is measured by the clock, with the present names of keys, and without the model
-# `multiscale`, which is retired.
+# drop_times: a JSON report without what is measured by the clock, with the present names of keys, without the model
+# `multiscale`, which is retired, and without what earlier versions do not say of bent needles.
 drop_times() {
   python3 -c '
 import json, sys
@@ -30,7 +30,7 @@ def without_times(value):
     if isinstance(value, dict):
         return {renamed.get(k, k): without_times(v) for k, v in value.items()
                 if not k.endswith(("_ms", "_us", "_per_s")) and k not in ("elapsed_s", "wall_s", "hand", "written", \
-                    "out", "simd", "multiscale")}
+                    "out", "simd", "multiscale", "ticks_steep", "frames_steep", "max_tip_deflection_mm")}
     if not isinstance(value, list):
         return value
     return [without_times(v) for v in value
@@ -53,6 +53,8 @@ compare() {
       cd "$folder"
       "${!side}/brachy" "$@" >"$folder.json" 2>"$folder.err"
       drop_times <"$folder.json" >report.json
+      # Of force logs the columns that earlier versions have.
+      if [[ -f forces.csv ]]; then cut -d, -f1-13 forces.csv >kept && mv kept forces.csv; fi
     ) &
     pids+=($!)
   done

@@ -4,6 +4,7 @@
 #include <charconv>
 #include <fstream>
 #include <map>
+#include <optional>
 #include <sstream>
 
 #include "apps/forces/force_log.h"
@@ -13,7 +14,6 @@
 namespace brachy {
 namespace {
 
-constexpr std::size_t kColumns = 13;
 constexpr std::array kStates = {ContactState::kFree, ContactState::kTouching, ContactState::kInserted,
                                 ContactState::kThrough, ContactState::kWithdrawn};
 
@@ -34,13 +34,14 @@ std::string_view cut(std::string_view& text, char separator) {
 /// One row's cells, in order; each column's name and what is wrong with a cell come from the header.
 class Cells {
  public:
-  Cells(std::string_view row, const std::string& name, std::size_t line)
-      : row_(row), name_(name), line_(line) {
-    const auto found = 1 + static_cast<std::size_t>(std::count(row.begin(), row.end(), ','));
-    if (found != kColumns)
+  Cells(std::string_view header, std::string_view row, const std::string& name, std::size_t line)
+      : header_(header), row_(row), name_(name), line_(line) {
+    const auto found = std::count(row.begin(), row.end(), ',');
+    const auto expected = std::count(header.begin(), header.end(), ',');
+    if (found != expected)
       refuse_line(name_, line_,
-                  "found " + std::to_string(found) + " columns, expected " + std::to_string(kColumns) +
-                      "; is the file truncated?");
+                  "found " + std::to_string(1 + found) + " columns, expected " +
+                      std::to_string(1 + expected) + "; is the file truncated?");
   }
 
   template <class T>
@@ -62,13 +63,13 @@ class Cells {
   }
 
  private:
-  std::string_view header_ = kForceLogHeader, row_;
+  std::string_view header_, row_;
   const std::string& name_;
   std::size_t line_;
 };
 
-ForceSample parse_row(std::string_view row, const std::string& name, std::size_t line) {
-  Cells cells(row, name, line);
+ForceSample parse_row(ForceColumns columns, std::string_view row, const std::string& name, std::size_t line) {
+  Cells cells(force_log_header(columns), row, name, line);
   ForceSample sample;
   sample.t_s = cells.number<double>();
   sample.needle = cells.number<std::uint32_t>();
@@ -81,12 +82,13 @@ ForceSample parse_row(std::string_view row, const std::string& name, std::size_t
   sample.forces.friction_n = cells.number<double>();
   sample.landmarks = cells.number<std::uint32_t>();
   sample.min_det = cells.number<double>();
+  if (columns == ForceColumns::kAll) sample.tip_deflection_mm = cells.number<double>();
   return sample;
 }
 
 }  // namespace
 
-std::string force_row(const ForceSample& sample) {
+std::string force_row(const ForceSample& sample, ForceColumns columns) {
   const NeedleForces& f = sample.forces;
   std::string row;
   append(row, sample.t_s);
@@ -103,28 +105,34 @@ std::string force_row(const ForceSample& sample) {
   append(row, sample.landmarks);
   row += ',';
   append(row, sample.min_det);
+  if (columns == ForceColumns::kRigid) return row;
+  row += ',';
+  append(row, sample.tip_deflection_mm);
   return row;
 }
 
 std::vector<ForceSample> parse_force_log(std::string_view text, const std::string& name) {
   std::vector<ForceSample> samples;
   std::map<std::uint32_t, double> last_s;
-  bool header_seen = false;
+  std::optional<ForceColumns> columns;
   std::size_t line_number = 0;
   while (!text.empty()) {
     std::string_view line = cut(text, '\n');
     ++line_number;
     if (line.ends_with('\r')) line.remove_suffix(1);
     if (line.empty() || line.front() == '#') continue;
-    if (!header_seen) {
-      if (line != kForceLogHeader)
+    if (!columns) {
+      if (line == kForceLogHeader)
+        columns = ForceColumns::kAll;
+      else if (line == kRigidForceLogHeader)
+        columns = ForceColumns::kRigid;
+      else
         refuse_line(name, line_number,
                     "is not a force log: expected the header " + std::string(kForceLogHeader) +
                         "; `brachy replay --offline --log` and `brachy record` write them");
-      header_seen = true;
       continue;
     }
-    samples.push_back(parse_row(line, name, line_number));
+    samples.push_back(parse_row(*columns, line, name, line_number));
     const ForceSample& sample = samples.back();
     const auto [last, first] = last_s.try_emplace(sample.needle, sample.t_s);
     if (!first && !(sample.t_s > last->second))

@@ -20,6 +20,7 @@ struct ForceSample {
   NeedleForces forces;  ///< without the torques
   std::uint32_t landmarks = 0;
   double min_det = 1;  ///< the least det(I + ∇u) at the tissue's vertices in this tick, all needles' field
+  double tip_deflection_mm = 0;  ///< NeedleShape::tip_deflection_mm()
 
   bool operator==(const ForceSample&) const = default;
 };
@@ -28,20 +29,31 @@ ForceSample force_sample(double t_s, std::uint32_t needle, const NeedleState& st
 
 /// The first line of a force log.
 inline constexpr std::string_view kForceLogHeader =
-    "t_s,needle,state,depth_mm,fx_n,fy_n,fz_n,axial_n,lateral_n,cutting_n,friction_n,landmarks,min_det";
+    "t_s,needle,state,depth_mm,fx_n,fy_n,fz_n,axial_n,lateral_n,cutting_n,friction_n,landmarks,min_det,"
+    "tip_deflection_mm";
+/// Of logs from before needles could bend: all but the last column.
+inline constexpr std::string_view kRigidForceLogHeader =
+    kForceLogHeader.substr(0, kForceLogHeader.rfind(','));
+
+/// Which columns a log has.
+enum class ForceColumns { kAll, kRigid };
+constexpr std::string_view force_log_header(ForceColumns columns) {
+  return columns == ForceColumns::kAll ? kForceLogHeader : kRigidForceLogHeader;
+}
 
 /// One line without its end: the fewest digits from which the same bits are read back.
-std::string force_row(const ForceSample& sample);
+std::string force_row(const ForceSample& sample, ForceColumns columns = ForceColumns::kAll);
 
 /// Writes a force log, buffered. A failure (disk full) stops the writing and is reported by close(): whole rows written
 /// before stay, and the caller can continue.
 class ForceLogWriter {
  public:
-  /// Throws UserError where the file cannot be created.
-  explicit ForceLogWriter(const std::filesystem::path& file, RowFile::Start start = RowFile::Start::kAnew)
-      : file_(file, start, kForceLogHeader) {}
+  /// `columns`: of the log that is continued. Throws UserError where the file cannot be created.
+  explicit ForceLogWriter(const std::filesystem::path& file, RowFile::Start start = RowFile::Start::kAnew,
+                          ForceColumns columns = ForceColumns::kAll)
+      : columns_(columns), file_(file, start, force_log_header(columns)) {}
 
-  void add(const ForceSample& sample) { file_.add(force_row(sample)); }
+  void add(const ForceSample& sample) { file_.add(force_row(sample, columns_)); }
   void flush() { file_.flush(); }
   /// Flushes. Throws std::runtime_error, naming the file and the reason, where not every row was written.
   void close();
@@ -51,11 +63,13 @@ class ForceLogWriter {
   std::uint64_t rows() const { return file_.rows(); }
 
  private:
+  ForceColumns columns_;
   RowFile file_;
 };
 
 /// Parses a force log; `name` stands for the file in errors. Blank lines and lines that start with '#' are skipped. At
-/// least one row; each needle's times increase. Throws UserError "name:line: what; fix".
+/// least one row; each needle's times increase. In a log without the last column no needle is bent. Throws UserError
+/// "name:line: what; fix".
 std::vector<ForceSample> parse_force_log(std::string_view text, const std::string& name);
 
 /// parse_force_log of a file. Throws UserError, also where it is not a readable regular file.

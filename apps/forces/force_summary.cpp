@@ -20,6 +20,7 @@ void ForcePeaks::add(const ForceSample& sample) {
   in_n_ = std::max(in_n_, -forces.axial_n);
   lateral_n_ = std::max(lateral_n_, forces.lateral_n);
   min_det_ = std::min(min_det_, sample.min_det);
+  tip_deflection_mm_ = std::max(tip_deflection_mm_, sample.tip_deflection_mm);
   if (last_.state == ContactState::kTouching && sample.state == ContactState::kInserted)
     puncture_n_ = std::fmax(puncture_n_, last_.forces.cutting_n);
   if (samples_ == 0 || sample.depth_mm > deepest_.depth_mm) deepest_ = sample;

@@ -24,10 +24,11 @@ class ForcePeaks {
   double depth_mm() const { return deepest_.depth_mm; }
   const ForceSample& deepest() const { return deepest_; }  ///< the first one at the largest depth
   double min_det() const { return min_det_; }
+  double tip_deflection_mm() const { return tip_deflection_mm_; }  ///< largest
 
  private:
   std::uint64_t samples_ = 0;
-  double out_n_ = 0, in_n_ = 0, lateral_n_ = 0, puncture_n_ = kNone, min_det_ = 1;
+  double out_n_ = 0, in_n_ = 0, lateral_n_ = 0, puncture_n_ = kNone, min_det_ = 1, tip_deflection_mm_ = 0;
   ForceSample deepest_, last_;
 };
 

@@ -60,8 +60,11 @@ void RecordingTally::add(const net::FrameMessage& frame) {
   full_frames_ += frame.full;
   seeds_ = frame.seed_count;
   max_displacement_mm_ = std::max(max_displacement_mm_, frame.max_displacement_mm);
-  for (const net::NeedleRecord& needle : frame.needles)
-    if (needle.state.present) max_depth_mm_ = std::max(max_depth_mm_, needle.state.insertion_depth_mm);
+  for (const net::NeedleRecord& needle : frame.needles) {
+    if (!needle.state.present) continue;
+    max_depth_mm_ = std::max(max_depth_mm_, needle.state.insertion_depth_mm);
+    max_tip_deflection_mm_ = std::max(max_tip_deflection_mm_, needle.state.shape.tip_deflection_mm());
+  }
   certificates_.add(frame.certificate, frame.step_flags, all_finite(frame.positions));
   add_poses(frame);
 }
@@ -129,6 +132,7 @@ std::string RecordingTally::to_json(std::uint64_t bytes, const std::string& dama
   json["max_depth_mm"] = max_depth_mm_;
   add_to_json(json, "frames", certificates_);
   json["damage"] = damage.empty() ? nlohmann::json() : nlohmann::json(damage);
+  json["max_tip_deflection_mm"] = max_tip_deflection_mm_;
   return json.dump() + "\n";
 }
 
@@ -153,6 +157,8 @@ std::string RecordingTally::to_text(std::uint64_t bytes, const std::string& dama
   if (resets_) text += fmt::format("  reset {} time(s): what follows is another run\n", resets_);
   text += fmt::format("  deepest insertion {:.1f} mm, largest displacement {:.2f} mm, {} seeds in the end\n",
                       max_depth_mm_, max_displacement_mm_, seeds_);
+  if (max_tip_deflection_mm_ > 0)
+    text += fmt::format("  needles bend: tip deflected by at most {:.2f} mm\n", max_tip_deflection_mm_);
   if (!dose_.structures.empty())
     text += fmt::format("  dose of {} seeds: {} V100 {:.1f} %, D90 {:.1f} Gy\n", dose_.seeds,
                         dose_.structures.front().name, dose_.structures.front().v100_percent,

@@ -45,7 +45,7 @@ class RecordingTally {
   std::uint64_t first_tick_ = 0, last_tick_ = 0, last_pose_tick_ = 0;
   std::uint64_t full_frames_ = 0, poses_ = 0, ticks_missed_ = 0, last_snapshot_ = 0, snapshots_missed_ = 0;
   std::uint64_t first_overruns_ = 0, overruns_ = 0, resets_ = 0, model_changes_ = 0;
-  double max_displacement_mm_ = 0, max_depth_mm_ = 0;
+  double max_displacement_mm_ = 0, max_depth_mm_ = 0, max_tip_deflection_mm_ = 0;
   std::uint32_t seeds_ = 0;
   CertificateTally certificates_;
   RunStarts starts_;

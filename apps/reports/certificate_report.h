@@ -27,6 +27,7 @@ inline void add_to_json(nlohmann::ordered_json& json, const std::string& counted
   json["max_held_mm"] = tally.max_held_mm;
   json["max_condition"] = tally.max_condition;
   json["nonfinite"] = tally.nonfinite;
+  json[counted + "_steep"] = tally.steep;
 }
 
 /// Of one tick: the verdict, the least det that is known, and what guarded the field.
@@ -47,10 +48,11 @@ inline std::string to_text(const std::string& counted, const CertificateTally& t
   return fmt::format(
       "  {}: {} injective, {} folded, {} unknown; least det: bound {}, at vertices {}\n"
       "  guard: {} with sub-steps (at most {}), {} clamped (at most {:.2f} mm), {} merged, {} left "
-      "out{}{}{}\n",
+      "out{}{}{}{}\n",
       counted, tally.injective, tally.folded, tally.unknown, known(tally.min_det_bound),
       known(tally.min_vertex_det), tally.substepped, tally.max_substeps, tally.clamped, tally.max_held_mm,
       tally.merged, tally.dropped,
+      tally.steep ? fmt::format(", {} with a needle bent by more than 8°", tally.steep) : "",
       tally.solve_failed ? fmt::format(", {} NOT SOLVED", tally.solve_failed) : "",
       tally.unflagged ? fmt::format(", {} NOT FLAGGED", tally.unflagged) : "",
       tally.nonfinite ? fmt::format(", {} NOT FINITE", tally.nonfinite) : "");

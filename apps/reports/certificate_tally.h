@@ -21,7 +21,8 @@ struct CertificateTally {
   std::uint64_t injective = 0, folded = 0, unknown = 0;  ///< by verdict; without a certificate: unknown
   std::uint64_t unflagged = 0;  ///< neither injective nor said to be otherwise by a StepFlag: must stay 0
   std::uint64_t nonfinite = 0;  ///< with a coordinate that is not finite: must stay 0
-  std::uint64_t substepped = 0, clamped = 0, merged = 0, dropped = 0, solve_failed = 0;  ///< by StepFlag
+  std::uint64_t substepped = 0, clamped = 0, merged = 0, dropped = 0, solve_failed = 0,
+                steep = 0;  ///< by StepFlag
   double min_det_bound = Certificate::kNotKnown,
          min_vertex_det = Certificate::kNotKnown;  ///< NaN: none had one
   std::uint32_t max_substeps = 0;
@@ -44,6 +45,7 @@ struct CertificateTally {
     merged += flagged(kStepMerged);
     dropped += flagged(kStepDropped);
     solve_failed += flagged(kStepSolveFailed);
+    steep += flagged(kStepSteep);
     if (!certificate) return;
     // fmin and fmax pass over what is not known.
     min_det_bound = std::fmin(min_det_bound, certificate->det_bound);

@@ -11,7 +11,6 @@
 #include <functional>
 #include <system_error>
 
-#include "apps/forces/force_log.h"
 #include "apps/session/whole_lines.h"
 #include "core/base/denied_folder.h"
 #include "core/base/error.h"
@@ -103,12 +102,15 @@ EarlierSession examine_earlier_session(const fs::path& folder, const std::string
                                  parse_trajectories(text, "row", static_cast<std::uint32_t>(needle_count));
                              return poses.needles().at(0).motion.samples().at(0).t_s;
                            });
-  if (exists(kForcesFile))
+  if (exists(kForcesFile)) {
+    if (first_line(folder / kForcesFile) == kRigidForceLogHeader)
+      earlier.force_columns = ForceColumns::kRigid;
     earlier.end_s =
         std::max(earlier.end_s,
-                 end_of(folder / kForcesFile, std::string(kForceLogHeader),
+                 end_of(folder / kForcesFile, std::string(force_log_header(earlier.force_columns)),
                         "not a force log of this version; give another directory",
                         [](const std::string& text) { return parse_force_log(text, "row").at(0).t_s; }));
+  }
   return earlier;
 }
 

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "apps/forces/force_log.h"
 #include "core/brachytherapy/seeds/seed.h"
 
 namespace brachy {
@@ -12,7 +13,8 @@ inline constexpr const char *kPosesFile = "poses.csv", *kForcesFile = "forces.cs
 
 /// What an earlier run left in a session's directory.
 struct EarlierSession {
-  double end_s = 0;          ///< the latest time in poses, forces and ledger
+  double end_s = 0;                                 ///< the latest time in poses, forces and ledger
+  ForceColumns force_columns = ForceColumns::kAll;  ///< of its forces, which are continued with the same
   std::string missing_text;  ///< which files are missing or blank beside others; empty: none
 };
 

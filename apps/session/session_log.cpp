@@ -22,7 +22,7 @@ SessionLog::SessionLog(const std::filesystem::path& folder, std::size_t needle_c
       columns_{needle_count > 1, true},
       earlier_(examine_earlier_session(folder, trajectory_header(columns_), needle_count)),
       ledger_(folder_ / kSeedsFile),
-      forces_(folder_ / kForcesFile, RowFile::Start::kSession),
+      forces_(folder_ / kForcesFile, RowFile::Start::kSession, earlier_.force_columns),
       poses_(folder_ / kPosesFile, RowFile::Start::kSession, trajectory_header(columns_)) {
   // After the latest of the three: a run may have been killed between writing one and the other.
   offset_s_ = std::max(earlier_.end_s, latest_seed_s(ledger_.restored(), folder_ / kSeedsFile));

@@ -109,9 +109,12 @@ void add_needle(Lines& lines, const WatchScreen::Needle& needle) {
             needle.axial_n < 0 ? Colour::kYellow : Colour::kGreen, [&](std::size_t columns) {
               return centred_bar(needle.axial_n / scale, columns - 1 + columns % 2);
             });
-  lines.add("", fmt::format("{} punctures ▼", needle.punctures), Colour::kBlue, [&](std::size_t columns) {
-    return needle.axial.sparkline(columns, std::fmin(0, needle.axial.smallest()), scale);
-  });
+  const std::string bent =
+      needle.tip_deflection_mm > 0 ? fmt::format(", tip {:.1f} mm off", needle.tip_deflection_mm) : "";
+  lines.add("", fmt::format("{} punctures ▼{}", needle.punctures, bent), Colour::kBlue,
+            [&](std::size_t columns) {
+              return needle.axial.sparkline(columns, std::fmin(0, needle.axial.smallest()), scale);
+            });
 }
 
 void add_dose(Lines& lines, const WatchScreen& s) {

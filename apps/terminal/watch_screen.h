@@ -16,6 +16,7 @@ struct WatchScreen {
     std::uint32_t id = 0;
     std::string contact;  ///< the contact state, or "no needle"
     double depth_mm = 0, axial_n = 0, lateral_n = 0;
+    double tip_deflection_mm = 0;  ///< 0: not bent
     std::uint32_t punctures = 0;
     History axial;  ///< marked at punctures
   };

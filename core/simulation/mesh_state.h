@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <span>
@@ -35,6 +36,13 @@ struct NeedleShape {
   }();
   Vec3 tip_axis = Vec3::UnitZ();       ///< unit, the tip's tangent
   Vec3 tip_deflection = Vec3::Zero();  ///< of the tip off where the pose puts it, mm
+
+  /// Size of tip_deflection, 0 of a rigid needle.
+  double tip_deflection_mm() const { return is_bent ? tip_deflection.norm() : 0; }
+  bool is_finite() const {
+    return tip_axis.allFinite() && tip_deflection.allFinite() &&
+           std::ranges::all_of(points, [](const Vec3& p) { return p.allFinite(); });
+  }
 };
 
 /// One needle as the simulation sees it after a tick.

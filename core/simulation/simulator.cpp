@@ -259,6 +259,7 @@ void Simulator::find_shapes() noexcept {
     const NeedleBend* bend = needles_[n].present ? contacts_[n].bend() : nullptr;
     shape.is_bent = bend != nullptr;
     if (!bend) continue;
+    flags_ |= contacts_[n].flags();  // kStepSteep is known once the forces are
     const RigidTransform& X_WN = needles_[n].X_WN;
     const double length = bend->beam().length_mm;
     for (std::size_t k = 0; k < NeedleShape::kPoints; ++k) {

@@ -119,9 +119,10 @@ void IgtlSession::handle_query(const MessageParser::Message& message) {
 void IgtlSession::answer_transform(const Header& query) {
   if (const MeshState* state = environment_.messages.state()) {
     const std::size_t count = state->needles.states.size();
-    for (const auto& [needle, pose, force] : environment_.messages.transforms(version_)) {
+    for (const auto& [needle, pose, force, bent_tip] : environment_.messages.transforms(version_)) {
       if (query.device.empty() || query.device == pose_name(needle, count)) return answer(pose);
       if (query.device == force_name(needle, count) && !force.empty()) return answer(force);
+      if (query.device == bent_tip_name(needle, count) && !bent_tip.empty()) return answer(bent_tip);
     }
   }
   answer(encode_empty("TRANSFORM", label(query.device)));
@@ -233,8 +234,8 @@ void IgtlSession::write_next() {
   write({}, messages.surface(version_));
 }
 
-/// All needles' poses and forces in one write, but not the poses of its own: a client that moves a node of that name
-/// would see it moved back. False where there is none.
+/// All needles' poses, forces and bent tips in one write, but not the poses of its own: a client that moves a node of
+/// that name would see it moved back. False where there is none.
 bool IgtlSession::write_transforms() {
   Bytes all;
   const auto append = [&](const Bytes& message) { all.insert(all.end(), message.begin(), message.end()); };
@@ -243,6 +244,7 @@ bool IgtlSession::write_transforms() {
                                     [&](const Held& held) { return held.needle == of_needle.needle; });
     if (!is_own) append(of_needle.pose);
     append(of_needle.force);
+    append(of_needle.bent_tip);
   }
   if (all.empty()) return false;
   write(std::move(all), nullptr);

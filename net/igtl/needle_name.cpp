@@ -32,5 +32,8 @@ std::string pose_name(std::size_t needle, std::size_t count) {
 std::string force_name(std::size_t needle, std::size_t count) {
   return name("Force", needle, count);
 }
+std::string bent_tip_name(std::size_t needle, std::size_t count) {
+  return name("BentTip", needle, count);
+}
 
 }  // namespace brachy::net::igtl

@@ -16,5 +16,7 @@ std::optional<std::uint16_t> needle_of(std::string_view device);
 std::string pose_name(std::size_t needle, std::size_t count);
 /// "ForceToRas", likewise.
 std::string force_name(std::size_t needle, std::size_t count);
+/// "BentTipToRas", likewise: not "NeedleTip", which needle_of() takes for the needle's pose.
+std::string bent_tip_name(std::size_t needle, std::size_t count);
 
 }  // namespace brachy::net::igtl

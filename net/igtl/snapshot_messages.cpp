@@ -5,6 +5,16 @@
 #include "net/igtl/needle_name.h"
 
 namespace brachy::net::igtl {
+namespace {
+
+/// The frame of a bent needle's tip: the pose's, turned the shortest way onto the tip's tangent.
+RigidTransform bent_tip_of(const NeedleState& needle) {
+  const Eigen::Quaterniond turn =
+      Eigen::Quaterniond::FromTwoVectors(needle.X_WN.R.col(2), needle.shape.tip_axis);
+  return {turn * needle.X_WN.R, needle.shape.points.back()};
+}
+
+}  // namespace
 
 SnapshotMessages::SnapshotMessages(const Tissue& tissue, std::string surface_name)
     : surface_name_(std::move(surface_name)),
@@ -55,6 +65,9 @@ const std::vector<SnapshotMessages::Transforms>& SnapshotMessages::transforms(st
     if (needles[n].forces.is_finite())
       messages.force =
           encode_transform({version, force, timestamp_}, {Mat3::Identity(), needles[n].forces.force_n});
+    const std::string tip = bent_tip_name(n, needles.size());
+    if (needles[n].shape.is_bent && needles[n].shape.is_finite())
+      messages.bent_tip = encode_transform({version, tip, timestamp_}, bent_tip_of(needles[n]));
   }
   return *all;
 }

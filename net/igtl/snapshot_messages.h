@@ -17,10 +17,10 @@ namespace brachy::net::igtl {
 /// wants it, and shared by all. One thread.
 class SnapshotMessages {
  public:
-  /// Of one needle that is there. `force` is empty where the force is not known.
+  /// Of one needle that is there. `force` is empty where the force is not known, `bent_tip` where it is straight.
   struct Transforms {
     std::size_t needle = 0;
-    Bytes pose, force;
+    Bytes pose, force, bent_tip;
   };
 
   /// `surface_name` is the device of POLYDATA.

@@ -97,6 +97,8 @@ void encode_frame(const MeshState& state, const FrameLayout& layout, std::uint64
   for (std::size_t n = 0; n < needles.size(); ++n) {
     const NeedleState& needle = needles[n];
     frame.needles.push_back({static_cast<std::uint16_t>(n), needle, needle.forces.is_finite()});
+    NeedleShape& shape = frame.needles.back().state.shape;
+    shape.is_bent = shape.is_bent && shape.is_finite();
   }
   if (!request.full) {
     frame.ranges = changed_ranges(state, layout.blocks, request.after_tick);

@@ -4,6 +4,7 @@
 
 #include "net/wire/force_fields.h"
 #include "net/wire/seed_fields.h"
+#include "net/wire/shape_fields.h"
 
 namespace brachy::net {
 namespace {
@@ -149,33 +150,36 @@ void fields(Archive& archive, MaybeConst<FrameMessage> auto& message) {
 
   std::vector<HeldTicks> held;
   if constexpr (!Archive::kReads) held = held_ticks(message);
-  archive.sections(Section{number(FrameSection::kForce), forces_count(message) > 0,
-                           [&](auto& section) { forces_section(section, message); }},
-                   Section{number(FrameSection::kSeeds), message.has_seeds,
-                           [&](auto& section) {
-                             if constexpr (Archive::kReads) message.has_seeds = true;
-                             seeds_section(section, message);
-                           }},
-                   Section{number(FrameSection::kCertificate), message.certificate.has_value(),
-                           [&](auto& section) {
-                             if constexpr (Archive::kReads) message.certificate.emplace();
-                             certificate_fields(section, *message.certificate);
-                           }},
-                   Section{number(FrameSection::kPoseHistory), message.has_pose_history,
-                           [&](auto& section) {
-                             if constexpr (Archive::kReads) message.has_pose_history = true;
-                             poses_fields(section, message.tick, message.pose_history);
-                           }},
-                   Section{number(FrameSection::kPosesOfNeedles), !message.poses_of_needles.empty(),
-                           [&](auto& section) {
-                             section.u16_list(message.poses_of_needles, 8, [&](auto& needle) {
-                               section.u16(needle.needle);
-                               section.reserved(2);
-                               poses_fields(section, message.tick, needle.poses);
-                             });
-                           }},
-                   Section{number(FrameSection::kButtons), !held.empty(),
-                           [&](auto& section) { buttons_section(section, held); }});
+  archive.sections(
+      Section{number(FrameSection::kForce), forces_count(message) > 0,
+              [&](auto& section) { forces_section(section, message); }},
+      Section{number(FrameSection::kSeeds), message.has_seeds,
+              [&](auto& section) {
+                if constexpr (Archive::kReads) message.has_seeds = true;
+                seeds_section(section, message);
+              }},
+      Section{number(FrameSection::kCertificate), message.certificate.has_value(),
+              [&](auto& section) {
+                if constexpr (Archive::kReads) message.certificate.emplace();
+                certificate_fields(section, *message.certificate);
+              }},
+      Section{number(FrameSection::kPoseHistory), message.has_pose_history,
+              [&](auto& section) {
+                if constexpr (Archive::kReads) message.has_pose_history = true;
+                poses_fields(section, message.tick, message.pose_history);
+              }},
+      Section{number(FrameSection::kPosesOfNeedles), !message.poses_of_needles.empty(),
+              [&](auto& section) {
+                section.u16_list(message.poses_of_needles, 8, [&](auto& needle) {
+                  section.u16(needle.needle);
+                  section.reserved(2);
+                  poses_fields(section, message.tick, needle.poses);
+                });
+              }},
+      Section{number(FrameSection::kButtons), !held.empty(),
+              [&](auto& section) { buttons_section(section, held); }},
+      Section{number(FrameSection::kNeedleShapes), std::ranges::any_of(message.needles, has_shape),
+              [&](auto& section) { shapes_section(section, message); }});
   if constexpr (Archive::kReads) apply_buttons(held, message);
 }
 

@@ -158,7 +158,8 @@ struct PointRange {
   bool operator==(const PointRange&) const = default;
 };
 
-/// Of `state` a FRAME carries neither the local model nor, of the input, more than sequence and stamp.
+/// Of `state` a FRAME carries neither the local model nor, of the input, more than sequence and stamp. Of a needle that
+/// bends it carries the shape (section NEEDLE_SHAPES), its points rounded to f32.
 struct NeedleRecord {
   std::uint16_t id = 0;
   NeedleState state;
@@ -209,6 +210,7 @@ enum class FrameSection : std::uint16_t {
   kPoseHistory = 4,
   kPosesOfNeedles = 5,
   kButtons = 6,
+  kNeedleShapes = 7,
 };
 
 struct PoseMessage {

@@ -26,7 +26,8 @@ TEST(CertificateTally, CountsByVerdictAndByGuard) {
   tally.add(guarded, kStepSubstepped | kStepClamped | kStepMerged, true);
   tally.add(Certificate{}, 0, true);
   tally.add(certificate(Verdict::kFolded, Certificate::kNotKnown, -0.5), kStepFolded | kStepDropped, true);
-  tally.add(certificate(Verdict::kUnknown, Certificate::kNotKnown, 0.125), kStepUncertified, true);
+  tally.add(certificate(Verdict::kUnknown, Certificate::kNotKnown, 0.125), kStepUncertified | kStepSteep,
+            true);
   EXPECT_EQ(tally.injective, 2u);
   EXPECT_EQ(tally.folded, 1u);
   EXPECT_EQ(tally.unknown, 1u);
@@ -36,6 +37,7 @@ TEST(CertificateTally, CountsByVerdictAndByGuard) {
   EXPECT_EQ(tally.clamped, 1u);
   EXPECT_EQ(tally.merged, 1u);
   EXPECT_EQ(tally.dropped, 1u);
+  EXPECT_EQ(tally.steep, 1u);
   EXPECT_EQ(tally.min_det_bound, 0.25);
   EXPECT_EQ(tally.min_vertex_det, -0.5);
   EXPECT_EQ(tally.max_substeps, 4u);

@@ -30,6 +30,7 @@ ForceSample sample_at(double t_s, ContactState state, double depth_mm, double cu
   s.forces.lateral_n = 0.5;
   s.landmarks = 3;
   s.min_det = 0.9;
+  s.tip_deflection_mm = 0.125 * depth_mm;
   return s;
 }
 
@@ -63,6 +64,18 @@ TEST(ForceLog, ARowIsTheShortestThatGivesTheSameBitsBack) {
   const std::string row = force_row(sample);
   EXPECT_TRUE(row.starts_with("0.1,15,inserted,0.3333333333333333,0.3,-0.4,2.5,")) << row;
   EXPECT_EQ(parse_force_log(kHeader + row + "\n", "f.csv"), std::vector{sample});
+}
+
+TEST(ForceLog, ALogOfBeforeNeedlesBentIsReadAsOfRigidOnes) {
+  ForceSample sample = sample_at(0, ContactState::kInserted, 10, 1, 0);
+  const std::string row = force_row(sample, ForceColumns::kRigid);
+  EXPECT_EQ(row + ",1.25", force_row(sample));
+  const std::string header = std::string(kRigidForceLogHeader) + "\n";
+  EXPECT_TRUE(header.ends_with(",landmarks,min_det\n"));
+  sample.tip_deflection_mm = 0;
+  EXPECT_EQ(parse_force_log(header + row + "\n", "f.csv"), std::vector{sample});
+  EXPECT_TRUE(parse_error(header + row + ",1.25\n").starts_with("f.csv:2: found 14 columns, expected 13"));
+  EXPECT_TRUE(parse_error(kHeader + row + "\n").starts_with("f.csv:2: found 13 columns, expected 14"));
 }
 
 TEST(ForceLog, AnUnknownDetIsNanAndReadBack) {

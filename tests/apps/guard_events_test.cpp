@@ -37,6 +37,7 @@ TEST_F(Guarded, EachChangeIsToldOnceInWords) {
   tick.certificate.held_n = 0.75;
   EXPECT_EQ(at(9, Verdict::kInjective, kStepClamped), "landmarks clamped 2.1 mm (0.75 N)");
   EXPECT_EQ(at(10, Verdict::kInjective, kStepSolveFailed), "landmarks not solved: the last field stands");
+  EXPECT_EQ(at(11, Verdict::kInjective, kStepSteep), "a needle bends by more than 8°");
 }
 
 TEST_F(Guarded, FlagsThatAreNotTheGuardsAreNoChange) {

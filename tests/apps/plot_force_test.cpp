@@ -11,10 +11,10 @@ using namespace test;
 const std::string kHeader = std::string(kForceLogHeader) + "\n";
 /// Needle 0 into 12.5 mm and back, needle 3 on the capsule.
 const std::string kLog = kHeader +
-                         "0,0,touching,0,0,0,-5.5,5.5,0,5.5,0,1,1\n"
-                         "0,3,touching,0,0,0,-1.5,1.5,0,1.5,0,1,1\n"
-                         "1,0,inserted,12.5,0.5,0,-3,3,0.5,1.75,1.25,4,0.75\n"
-                         "2,0,inserted,5,0,0,1.25,-1.25,0,0,-1.25,2,0.9\n";
+                         "0,0,touching,0,0,0,-5.5,5.5,0,5.5,0,1,1,0\n"
+                         "0,3,touching,0,0,0,-1.5,1.5,0,1.5,0,1,1,0\n"
+                         "1,0,inserted,12.5,0.5,0,-3,3,0.5,1.75,1.25,4,0.75,1.5\n"
+                         "2,0,inserted,5,0,0,1.25,-1.25,0,0,-1.25,2,0.9,0.25\n";
 
 struct PlotForce : ::testing::Test {
   TempFolder folder;
@@ -37,9 +37,19 @@ TEST_F(PlotForce, DrawsTheFirstNeedleBesideTheLogAndTellsItsPeaks) {
   EXPECT_EQ(json.at("axial_at_deepest_n"), 3);
   EXPECT_EQ(json.at("friction_at_deepest_n"), 1.25);
   EXPECT_EQ(json.at("min_det"), 0.75);
+  EXPECT_EQ(json.at("max_tip_deflection_mm"), 1.5);
   const std::string svg = read_file(folder / "force.svg");
   EXPECT_NE(svg.find("force.csv, needle 0"), svg.npos);
   EXPECT_TRUE(svg.ends_with("</svg>\n"));
+}
+
+TEST_F(PlotForce, DrawsALogOfBeforeNeedlesBent) {
+  const std::string rigid = folder.write(
+      "rigid.csv", std::string(kRigidForceLogHeader) + "\n0,0,touching,0,0,0,-5.5,5.5,0,5.5,0,1,1\n");
+  const Ended ended = run_brachy({"plot-force", rigid, "--json"});
+  ASSERT_TRUE(exited(ended, 0)) << ended.err;
+  EXPECT_EQ(json_of(ended).at("peak_out_n"), 5.5);
+  EXPECT_EQ(json_of(ended).at("max_tip_deflection_mm"), 0);
 }
 
 TEST_F(PlotForce, DrawsTheNeedleAndTheFileAskedFor) {

@@ -135,6 +135,24 @@ void expect_consistent(const ForceSample& row) {
   }
 }
 
+TEST(ReplayOffline, TheLogSaysHowFarANeedleBends) {
+  const TempFolder folder;
+  const std::string scene = folder.write(
+      "s.toml",
+      small_scene("[model]\nkernel = \"elastic\"\n[needle]\nflexible = true\nguide_at = \"template\"\n"));
+  const std::string trajectory = folder.write("t.csv", short_insertion(1)), log = (folder / "f.csv").string();
+  const auto json = json_of(offline(trajectory, scene, {"--log", log}));
+  ASSERT_FALSE(json.is_discarded());
+  double most = 0;
+  for (const ForceSample& row : load_force_log(log)) most = std::max(most, row.tip_deflection_mm);
+  EXPECT_GT(most, 5) << "it slides along the oblique capsule";
+  EXPECT_GT(json.at("ticks_steep").get<int>(), 0);
+  EXPECT_EQ(json.at("needles").at(0).at("max_tip_deflection_mm"), most);
+  const auto rigid = json_of(offline(trajectory, folder.write("r.toml", small_scene())));
+  EXPECT_EQ(rigid.at("needles").at(0).at("max_tip_deflection_mm"), 0);
+  EXPECT_EQ(rigid.at("ticks_steep"), 0);
+}
+
 TEST(ReplayOffline, TheLogHasARowATick) {
   const TempFolder folder;
   const std::string scene = folder.write("s.toml", small_scene()), log = (folder / "f.csv").string();
@@ -143,7 +161,8 @@ TEST(ReplayOffline, TheLogHasARowATick) {
   ASSERT_FALSE(json.is_discarded());
   EXPECT_EQ(
       lines_of(read_file(log))[0],
-      "t_s,needle,state,depth_mm,fx_n,fy_n,fz_n,axial_n,lateral_n,cutting_n,friction_n,landmarks,min_det");
+      "t_s,needle,state,depth_mm,fx_n,fy_n,fz_n,axial_n,lateral_n,cutting_n,friction_n,landmarks,min_det,"
+      "tip_deflection_mm");
   const std::vector<ForceSample> rows = load_force_log(log);
   ASSERT_EQ(rows.size(), json.at("ticks").get<std::size_t>());
   EXPECT_EQ(rows[0].t_s, 0);

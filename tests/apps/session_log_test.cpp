@@ -146,6 +146,17 @@ TEST(SessionLog, HasEveryTicksPoseOfSnapshotsThatSkipTicks) {
   EXPECT_EQ(load_seeds(folder / "s/seeds.csv").size(), 4u);
 }
 
+TEST(SessionLog, ItsForcesHaveTheTipsDeflection) {
+  const TempFolder folder;
+  SessionLog log(folder / "s", 1, 0.005);
+  MeshState state = state_at(1);
+  state.needles.states[0].shape.is_bent = true;
+  state.needles.states[0].shape.tip_deflection = Vec3(3, 4, 0);
+  log.add(state);
+  log.close();
+  EXPECT_EQ(load_force_log(folder / "s/forces.csv").at(0).tip_deflection_mm, 5);
+}
+
 TEST(SessionLog, CountsTicksThatCameTooLate) {
   const TempFolder folder;
   SessionLog log(folder / "s", 1, 0.005);
@@ -230,6 +241,26 @@ TEST_F(SpoiltSession, GoesOnAfterTheLatestOfTheThree) {
   folder.write("s/forces.csv", forces + "7.25" + forces.substr(forces.find(',', row)));
   const SessionLog log(folder / "s", 1, 0.005);
   EXPECT_DOUBLE_EQ(log.offset_s(), 7.25);
+}
+
+TEST_F(SpoiltSession, ForcesOfBeforeNeedlesBentAreContinuedInTheirColumns) {
+  const std::vector<ForceSample> before = load_force_log(folder / "s/forces.csv");
+  std::string text = std::string(kRigidForceLogHeader) + "\n";
+  for (const ForceSample& sample : before) text += force_row(sample, ForceColumns::kRigid) + "\n";
+  folder.write("s/forces.csv", text);
+  {
+    SessionLog log(folder / "s", 1, 0.005);
+    EXPECT_EQ(log.restored_text().find("forces"), std::string::npos);
+    MeshState state = state_at(10);
+    state.needles.states[0].shape.is_bent = true;
+    state.needles.states[0].shape.tip_deflection = Vec3(3, 4, 0);
+    log.add(state);
+    log.close();
+  }
+  const std::vector<ForceSample> after = load_force_log(folder / "s/forces.csv");
+  EXPECT_EQ(after.size(), before.size() + 1);
+  EXPECT_TRUE(read_file(folder / "s/forces.csv").starts_with(text));
+  EXPECT_EQ(after.back().tip_deflection_mm, 0);
 }
 
 TEST_F(SpoiltSession, AMissingOrBlankFileBesideOthersIsTold) {

@@ -64,6 +64,27 @@ TEST(Watch, CountsFramesByVerdictAndByGuard) {
   EXPECT_EQ(json.at("nonfinite"), 0);
 }
 
+TEST(Watch, TellsHowFarNeedlesBend) {
+  const auto bend = [](MeshState& s) {
+    s.summary.step_flags = kStepSteep;
+    s.needles.states.resize(1);
+    s.needles.states[0].present = true;
+    s.needles.states[0].shape.is_bent = true;
+    s.needles.states[0].shape.tip_deflection = Vec3(3, 4, 0);
+  };
+  WatchedStates states({"--json"});
+  states.show(bend);
+  const auto json = json_of(states.end());
+  ASSERT_FALSE(json.is_discarded());
+  EXPECT_EQ(json.at("max_tip_deflection_mm"), 5);
+  EXPECT_EQ(json.at("frames_steep"), 1);
+  WatchedStates people;
+  people.show(bend);
+  const Ended ended = people.end();
+  for (const char* part : {"tip deflected by at most 5.00 mm", "1 with a needle bent by more than 8°"})
+    EXPECT_NE(ended.out.find(part), std::string::npos) << part << "\n" << ended.out;
+}
+
 TEST(Watch, CountsWhatMustNotBe) {
   WatchedStates states({"--json"});
   states.show([](MeshState& s) { s.summary.certificate.verdict = Verdict::kFolded; });  // without a flag

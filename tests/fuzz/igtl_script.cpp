@@ -11,8 +11,8 @@ namespace {
 constexpr std::array<const char*, 9> kTypes = {"TRANSFORM",  "GET_TRANS",   "GET_POLYDATA",
                                                "GET_STATUS", "GET_CAPABIL", "STT_TDATA",
                                                "STP_TDATA",  "STATUS",      "IMAGE"};
-constexpr std::array<const char*, 5> kDevices = {"NeedleToRas", "Needle1ToRas", "NeedleTip0", "ForceToRas",
-                                                 ""};
+constexpr std::array<const char*, 6> kDevices = {
+    "NeedleToRas", "Needle1ToRas", "NeedleTip0", "ForceToRas", "", "BentTipToRas"};
 
 template <class Names>
 std::string next_name(Script& script, const Names& names, std::size_t size) {

@@ -99,6 +99,8 @@ std::vector<std::pair<MessageType, Bytes>> server_messages() {
       simulation.state().seeds.ticks = {simulation.state().summary.tick};
       simulation.state().seeds.count = 1;
     }
+    if (tick == 4)
+      simulation.state().needles.states[1].shape = net::test::sample_frame().needles[0].state.shape;
     Bytes frame;
     net::encode_frame(simulation.state(), layout, 1 + tick, {tick, tick == 0, true, false}, frame);
     all.emplace_back(MessageType::kFrame, frame);

@@ -279,6 +279,47 @@ test('a page that was served over TLS connects over TLS, by hand too', async () 
   await tls.stop();
 });
 
+test('a bent needle is drawn along its points, and its deflection is said', async () => {
+  // Against the oblique capsule, where it slides aside and stays.
+  const bent = join(artefacts, 'bent.toml');
+  writeFileSync(join(artefacts, 'bent.csv'), `${readFileSync(`${configs}insertion.csv`, 'utf8').match(/^t_s.*/m)[0]}\n0,1,0,0,8,0,1,0,-4,0,0,1,-45\n2,1,0,0,8,0,1,0,-4,0,0,1,-9.4\n`);
+  writeFileSync(bent, '[model]\nkernel = "elastic"\n[needle]\nflexible = true\nbevel_force_share = 0.2\nguide_at = "template"\n[device]\nkind = "scripted"\ntrajectory = "bent.csv"\n');
+  const flexible = await Daemon.start(bent, log);
+  const visitor = await newPage();
+  await visitor.goto(flexible.url);
+  await until('brachy.needle !== null && brachy.needle[11] === -9.4 && brachy.bend.tipDeflectionMm > 3', visitor);
+  for (const box of ['plan', 'template', 'structures']) await visitor.locator(`#${box}`).setChecked(false);
+  await visitor.locator('#opacity').fill('0');
+  await visitor.locator('#views [data-view=coronal]').click();
+  await until(`brachy.pictures > ${await visitor.evaluate('brachy.pictures')} + 10`, visitor);
+  const {points, tipDeflectionMm} = await visitor.evaluate('brachy.bend');
+  await visitor.locator('#r-bend', {hasText: `${tipDeflectionMm.toFixed(1)} mm`}).waitFor();
+  writeFileSync(join(artefacts, 'bent-needle.png'), await visitor.screenshot());
+
+  // A point of the shaft 12.5 mm behind the tip, and the same one of a straight needle.
+  const pose = await visitor.evaluate('brachy.needle');
+  const around = async (place) => {
+    const {x, y} = await visitor.evaluate(`brachy.onScreen([${place}])`);
+    return {x: Math.round(x) - 2, y: Math.round(y) - 2, width: 4, height: 4};
+  };
+  const [here, straight] = [await around(points.slice(45, 48)), await around([pose[3], pose[7], pose[11] - 12.5])];
+  assert.ok(Math.abs(here.x - straight.x) > 8, `${here.x} and ${straight.x}`);
+  const shown = [await visitor.screenshot({clip: here}), await visitor.screenshot({clip: straight})];
+  const uploads = await visitor.evaluate('brachy.uploads.most');
+  await visitor.locator('#play').click();
+  await until('brachy.needle === null', visitor);
+  await until(`brachy.pictures > ${await visitor.evaluate('brachy.pictures')}`, visitor).catch(() => {});
+  const gone = [await visitor.screenshot({clip: here}), await visitor.screenshot({clip: straight})];
+  const [changed, same] = [await difference(shown[0], gone[0]), await difference(shown[1], gone[1])];
+  console.log(`# tip ${tipDeflectionMm.toFixed(1)} mm off; of 16 pixels on the bent shaft ${changed} are others without it, where it would be straight ${same}`);
+  assert.ok(changed >= 8);
+  assert.equal(same, 0);
+  assert.equal(uploads.rebuilds, 0);
+  await until('document.getElementById("r-bend-cell").hidden', visitor);
+  await visitor.close();
+  await flexible.stop();
+});
+
 test('a recording plays from a file, without a daemon', async () => {
   const native = new NativeClient(daemon.ports.tcp, SURFACE | SCENE);
   while (native.meshes.size < 60) await frames(5);

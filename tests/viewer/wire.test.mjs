@@ -57,13 +57,16 @@ test('TOPOLOGY has points, triangles and a hash that holds', () => {
 
 test('FRAME has needle, forces, seeds and certificate', () => {
   const frame = decode('FRAME');
-  assert.deepEqual([frame.tick, frame.baseTick, frame.snapshotSequence, frame.overruns, frame.full, frame.stepFlags], [42, 40, 9, 3, false, 0x62]);
+  assert.deepEqual([frame.tick, frame.baseTick, frame.snapshotSequence, frame.overruns, frame.full, frame.stepFlags], [42, 40, 9, 3, false, 0x862]);
   assert.deepEqual([...frame.ranges], [1, 1, 3, 1]);
   assert.deepEqual([...frame.positions], [10, 0.5, -0.25, 0, 0, 9]);
   const [needle] = frame.needles;
   assert.deepEqual([needle.id, needle.contact, needle.present, needle.landmarkCount, needle.insertionDepthMm], [0, 2, true, 11, 12.5]);
   assert.deepEqual([needle.pose[1], needle.pose[3], needle.pose[7], needle.pose[11]], [-1, 1.5, -2, 30.25]);
   assert.deepEqual(needle.forces, {force: [0.5, -0.25, 2], axial: 2, lateral: 0.5, cutting: 1.25, friction: 0.75, tipDepthMm: 14.5});
+  assert.deepEqual([needle.shape.tipAxis, needle.shape.tipDeflection], [[0.0625, 0, 0.998046875], [2, 0, 0]]);
+  assert.equal(needle.shape.points.length, 3 * 17);
+  assert.deepEqual([...needle.shape.points.slice(0, 3), ...needle.shape.points.slice(-3)], [1.5, -2, -169.75, 3.5, -2, 30.25]);
   assert.equal(frame.seeds.count, 2);
   const [seed] = frame.seeds.entries;
   assert.deepEqual([seed.id, seed.planned, seed.needle, seed.certified, seed.tick], [2, 1, 0, true, 40]);
@@ -78,6 +81,16 @@ test('a verdict of a later version is read as unknown', () => {
   for (const [verdict, name] of [[0, 'unknown'], [2, 'folded'], [9, 'unknown']]) {
     bytes[at] = verdict;
     assert.equal(viewer.decodeMessage(bytes).body.certificate.verdict, name);
+  }
+});
+
+test('a shape of a needle that is not there, or without points, is refused', () => {
+  const bytes = golden.get('FRAME');
+  const at = bytes.length - (8 + 48 + 12 * 17);  // the only shape: needle, number of points
+  for (const [offset, value] of [[0, 7], [2, 1], [2, 0], [2, 18]]) {
+    const other = bytes.slice();
+    other[at + offset] = value;
+    assert.throws(() => viewer.decodeMessage(other), viewer.ProtocolError);
   }
 });
 

@@ -89,6 +89,8 @@ class Watch {
       latency_.record(now_ns + offset->offset_ns - frame.input_received_ns);
     max_displacement_ = std::max(max_displacement_, frame.max_displacement_mm);
     moved_ = std::max(moved_, frame.moved_vertices);
+    for (const net::NeedleRecord& needle : frame.needles)
+      tip_deflection_mm_ = std::max(tip_deflection_mm_, needle.state.shape.tip_deflection_mm());
     certificates_.add(frame.certificate, frame.step_flags, all_finite(frame.positions));
     if (screen_) remember(frame);
     last_ = frame;
@@ -113,6 +115,7 @@ class Watch {
       needle.depth_mm = now.insertion_depth_mm;
       needle.axial_n = now.forces.axial_n;
       needle.lateral_n = now.forces.lateral_n;
+      needle.tip_deflection_mm = now.shape.tip_deflection_mm();
       needle.axial.add(t_s, now.forces.axial_n, i < known && now.puncture_count > needle.punctures);
       needle.punctures = now.puncture_count;
     }
@@ -215,6 +218,7 @@ class Watch {
       json["v100_percent"] = dose_.structures.front().v100_percent;
       json["d90_gy"] = dose_.structures.front().d90_gy;
     }
+    json["max_tip_deflection_mm"] = tip_deflection_mm_;
     return json;
   }
 
@@ -229,6 +233,8 @@ class Watch {
         run_.client().snapshots_missed(), state.tick_ms.p50, state.tick_ms.p99, state.tick_ms.max,
         latency_ms(0.5), latency_ms(0.99), max_displacement_, moved_,
         1e-6 * static_cast<double>(run_.client().bytes_received()), to_text("frames", certificates_));
+    if (tip_deflection_mm_ > 0)
+      std::cout << fmt::format("  tip deflected by at most {:.2f} mm\n", tip_deflection_mm_);
     std::cout << dose_line();
   }
 
@@ -249,6 +255,7 @@ class Watch {
   std::int64_t first_ns_ = 0, last_ns_ = 0;
   double max_displacement_ = 0;
   std::uint32_t moved_ = 0;
+  double tip_deflection_mm_ = 0;
   CertificateTally certificates_;
   net::DoseMessage dose_;  // the newest
   Histogram latency_;

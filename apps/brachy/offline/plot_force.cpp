@@ -73,7 +73,8 @@ int run(const PlotForceOptions& options) {
                                          {"axial_at_deepest_n", peaks.deepest().forces.axial_n},
                                          {"cutting_at_deepest_n", peaks.deepest().forces.cutting_n},
                                          {"friction_at_deepest_n", peaks.deepest().forces.friction_n},
-                                         {"min_det", peaks.min_det()}};
+                                         {"min_det", peaks.min_det()},
+                                         {"max_tip_deflection_mm", peaks.tip_deflection_mm()}};
     std::cout << json.dump() << "\n";
     return kExitOk;
   }

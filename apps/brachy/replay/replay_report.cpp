@@ -33,6 +33,7 @@ nlohmann::ordered_json json_of(const ForcePeaks& peaks, const ForceWork& work) {
       {"cutting_share_of_work", share_of(work.cutting_nmm(), work.insertion_nmm())},
       {"friction_share_of_work", share_of(work.friction_nmm(), work.insertion_nmm())},
       {"hand_work_nmm", work.hand_nmm()},
+      {"max_tip_deflection_mm", peaks.tip_deflection_mm()},
   };
 }
 
@@ -41,13 +42,16 @@ std::string text_of(const ForcePeaks& peaks, const ForceWork& work) {
   return fmt::format(
       "  force: at most {:.2f} N out, {:.2f} N in, {:.2f} N across; puncture {}\n"
       "  at {:.1f} mm, its deepest: {:.2f} N, cutting {}, friction {}\n"
-      "  work: {:.1f} N·mm going in, cutting {}, friction {}; {:.1f} N·mm by the hand in all\n",
+      "  work: {:.1f} N·mm going in, cutting {}, friction {}; {:.1f} N·mm by the hand in all\n{}",
       peaks.out_n(), peaks.in_n(), peaks.lateral_n(),
       std::isnan(peaks.puncture_n()) ? "none" : fmt::format("at {:.2f} N", peaks.puncture_n()),
       peaks.depth_mm(), deepest.axial_n, percent(share_of(deepest.cutting_n, deepest.axial_n)),
       percent(share_of(deepest.friction_n, deepest.axial_n)), work.insertion_nmm(),
       percent(share_of(work.cutting_nmm(), work.insertion_nmm())),
-      percent(share_of(work.friction_nmm(), work.insertion_nmm())), work.hand_nmm());
+      percent(share_of(work.friction_nmm(), work.insertion_nmm())), work.hand_nmm(),
+      peaks.tip_deflection_mm() > 0
+          ? fmt::format("  bent: tip deflected by at most {:.2f} mm\n", peaks.tip_deflection_mm())
+          : "");
 }
 
 }  // namespace

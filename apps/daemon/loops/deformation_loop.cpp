@@ -69,6 +69,9 @@ void run_deformation_loop(const std::stop_token& stop, SimulationRun& first, con
       if (is_fresh[n]) measured.latency_ns.record(summary.publish_ns - poses[n].received_ns);
     measured.max_displacement_mm = std::max(measured.max_displacement_mm, summary.max_displacement_mm);
     measured.moved_vertices = std::max(measured.moved_vertices, summary.moved_vertices);
+    for (const NeedleState& needle : state.needles.states)
+      measured.max_tip_deflection_mm =
+          std::max(measured.max_tip_deflection_mm, needle.shape.tip_deflection_mm());
     ports.states.publish();
     if (measured.ticks % kTicksPerReport == 0) publish(measured, ports.statistics);
   }

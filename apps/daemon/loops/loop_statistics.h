@@ -18,6 +18,7 @@ struct LoopStatistics {
   CertificateTally certificates;      ///< of every tick
   double max_displacement_mm = 0;
   std::uint32_t moved_vertices = 0;  ///< most in one tick
+  double max_tip_deflection_mm = 0;  ///< of any needle
 
   /// Takes the deadlines missed since start, after each wait for the next.
   void count_overruns(std::uint64_t missed) noexcept {

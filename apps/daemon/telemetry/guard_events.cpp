@@ -8,8 +8,8 @@
 namespace brachy {
 namespace {
 
-constexpr std::uint32_t kActions =
-    kStepSubstepped | kStepClamped | kStepMerged | kStepDropped | kStepSolveFailed | kStepSlipUnsettled;
+constexpr std::uint32_t kActions = kStepSubstepped | kStepClamped | kStepMerged | kStepDropped |
+                                   kStepSolveFailed | kStepSlipUnsettled | kStepSteep;
 
 std::string actions_of(const TickSummary& tick) {
   const Certificate& c = tick.certificate;
@@ -24,6 +24,7 @@ std::string actions_of(const TickSummary& tick) {
   add(kStepDropped, "landmarks left out");
   add(kStepSolveFailed, "landmarks not solved: the last field stands");
   add(kStepSlipUnsettled, "stick and slip not settled");
+  add(kStepSteep, "a needle bends by more than 8°");
   return fmt::format("{}", fmt::join(parts, ", "));
 }
 

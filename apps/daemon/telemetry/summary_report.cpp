@@ -61,6 +61,8 @@ std::string to_text(const DaemonSummary& s) {
   text += fmt::format(
       "  poses: {} accepted, {} refused; largest displacement {:.2f} mm, at most {} points moved in a tick\n",
       s.poses_accepted, s.poses_refused, loop.max_displacement_mm, loop.moved_vertices);
+  if (loop.max_tip_deflection_mm > 0)
+    text += fmt::format("  bent needles: tip deflected by at most {:.2f} mm\n", loop.max_tip_deflection_mm);
   text += fmt::format("  fields: {} idle, {} direct, {} mixed, {} condensed, on {}\n",
                       ticks_of(s, Evaluation::kIdle), ticks_of(s, Evaluation::kDirect),
                       ticks_of(s, Evaluation::kMixed), ticks_of(s, Evaluation::kCondensed), s.simd);
@@ -116,6 +118,7 @@ std::string to_json(const DaemonSummary& s) {
   json["drops_refused"] = s.drops_refused;
   json["drop_to_dvh_ms"] = to_json_ms(s.dose.drop_to_dvh_ns);
   add_to_json(json, "ticks", s.loop.certificates);
+  json["max_tip_deflection_mm"] = s.loop.max_tip_deflection_mm;
   return json.dump();
 }
 

@@ -52,6 +52,10 @@ export function expose(session: Session, live: LiveConnection, playback: Playbac
       const needle = session.frame?.needles[0];
       return needle?.present ? Array.from(needle.pose) : null;
     },
+    get bend() {  // of needle 0: x y z of points from the hub to the tip, mm, and the tip's distance from where the pose puts it; or null: it is straight
+      const shape = session.frame?.needles[0]?.shape;
+      return shape ? {points: Array.from(shape.points), tipDeflectionMm: Math.hypot(...shape.tipDeflection)} : null;
+    },
     get plannedSeeds() { return session.scene?.plannedSeeds.length ?? 0; },
     get depthMm() { return session.frame?.needles[0]?.forces?.tipDepthMm ?? NaN; },
     get device() { return session.state?.deviceHolder ?? ''; },

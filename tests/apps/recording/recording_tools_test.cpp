@@ -3,6 +3,7 @@
 #include <csignal>
 #include <map>
 
+#include "apps/forces/force_log.h"
 #include "apps/recording/read_recording.h"
 #include "apps/recording/recorded_motion.h"
 #include "core/scene/file/scene_file.h"
@@ -204,6 +205,28 @@ TEST_F(RecordingTools, AnExportIsWhatRecordWritesIntoAFolder) {
   EXPECT_TRUE(refused_in_one_line(run_brachy({"export", path("r.brachy"), "--out", path("ex")}),
                                   {"ex", "nothing is overwritten"}));
   EXPECT_EQ(files_in(folder / "ex"), files);
+}
+
+TEST_F(RecordingTools, ABentNeedleIsInTheRecordingItsReportAndItsExport) {
+  ServedStates states;
+  states.start({"record"}, {"--out", path("r.brachy")});
+  for (int i = 0; i < 5; ++i)
+    states.show([&](MeshState& s) {
+      moving(states.tick())(s);
+      NeedleShape& shape = s.needles.states[0].shape;
+      shape.is_bent = true;
+      shape.tip_deflection = Vec3(0.75 * i, i, 0);
+    });
+  ASSERT_TRUE(exited(states.end().front(), 0));
+  const Ended inspected = run_brachy({"inspect", path("r.brachy")});
+  EXPECT_NE(inspected.out.find("needles bend: tip deflected by at most 5.00 mm"), std::string::npos)
+      << inspected.out;
+  EXPECT_EQ(json_of(run_brachy({"inspect", path("r.brachy"), "--json"})).at("max_tip_deflection_mm"), 5);
+  ASSERT_TRUE(exited(run_brachy({"export", path("r.brachy"), "--out", path("ex")}), 0));
+  const std::vector<ForceSample> forces = load_force_log(folder / "ex/forces.csv");
+  ASSERT_EQ(forces.size(), 5u);
+  for (std::size_t i = 0; i < 5; ++i) EXPECT_EQ(forces[i].tip_deflection_mm, 1.25 * static_cast<double>(i));
+  EXPECT_TRUE(exited(run_brachy({"replay", path("r.brachy"), "--offline", "--json"}), 0));
 }
 
 TEST_F(RecordingTools, AResetBeginsAnotherRun) {

@@ -33,6 +33,7 @@ WatchScreen a_session() {
   needle.axial_n = -1;
   needle.lateral_n = 0.5;
   needle.punctures = 1;
+  needle.tip_deflection_mm = 1.25;
   for (int i = 0; i < 20; ++i) {
     needle.axial.add(0.25 * i, 4 - 0.25 * i, i == 5);
     s.det.add(0.25 * i, 0.5);
@@ -67,7 +68,7 @@ TEST(WatchScreen, ShowsWhatIsKnown) {
         "latency    p50 6.8  p99 8.8 of 25 ms", "det J      injective det 0.512",
         "displaced  5.23 mm, 3456 points",
         "needle 0   inserted   30.0 of 40 mm deep     ▕████████████████████████▊",
-        "  axial    -1.00 N of ±4, 0.50 N across         ", "▐████│", "1 punctures ▼", "▼▆",
+        "  axial    -1.00 N of ±4, 0.50 N across         ", "▐████│", "1 punctures ▼, tip 1.2 mm off", "▼▆",
         "12 seeds   prostate D90 72.5 of 145 Gy", "V100 50.0 %", "tick 39: event"})
     EXPECT_TRUE(holds(lines, part)) << part << "\n" << all(lines);
 }

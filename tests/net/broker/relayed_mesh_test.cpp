@@ -56,6 +56,7 @@ TEST_F(RelayedMeshTest, AFullFrameIsSentOnByteForByte) {
   simulation.state().seeds.ticks = {3};
   simulation.state().seeds.count = 1;
   simulation.state().needles.pose_histories[2][5].button = true;
+  simulation.state().needles.states[1].shape = sample_frame().needles[0].state.shape;
   relay();
   const FrameRequest all{0, true, true};
   EXPECT_EQ(encoded(relayed.state(), relayed_layout, all), encoded(simulation.state(), layout, all));

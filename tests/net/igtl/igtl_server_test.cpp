@@ -42,6 +42,44 @@ TEST_F(IgtlServerTest, PointsAreTheSnapshotsBitForBit) {
   EXPECT_EQ(peer.last("TRANSFORM", "NeedleToRas").transform().p.x(), 50);
 }
 
+TEST_F(IgtlServerTest, ABentNeedlesTipIsATransformOfItsOwn) {
+  start_igtl();
+  simulation.steps(50);
+  NeedleState& needle = simulation.state().needles.states[0];
+  needle.X_WN.R = Eigen::AngleAxisd(0.5, Vec3::UnitZ()).toRotationMatrix();
+  needle.shape.is_bent = true;
+  needle.shape.points.back() = Vec3(1, 2, 3);
+  needle.shape.tip_axis = Vec3(0, 0.6, 0.8);
+  needle.shape.tip_deflection = Vec3(0, 2, 0);
+  igtl->publish(simulation.snapshot());
+  IgtlPeer peer(io, igtl->port());
+  ASSERT_TRUE(until_read(peer, [&] { return peer.count("TRANSFORM", "BentTipToRas") > 0; }));
+  const RigidTransform tip = peer.last("TRANSFORM", "BentTipToRas").transform();
+  EXPECT_EQ(tip.p, Vec3(1, 2, 3));
+  EXPECT_LT((tip.R.col(2) - Vec3(0, 0.6, 0.8)).norm(), 1e-6);
+  EXPECT_LT(rigidity_error(tip), 1e-6);
+  const Mat3 turn = tip.R * needle.X_WN.R.transpose();
+  EXPECT_NEAR(Eigen::AngleAxisd(turn).angle(), std::acos(0.8), 1e-6) << "no further than the axis";
+  EXPECT_EQ(peer.last("TRANSFORM", "NeedleToRas").transform().p.x(), 50) << "the pose stays";
+}
+
+TEST_F(IgtlServerTest, ARigidNeedleHasNoBentTip) {
+  start_igtl(kLong);
+  simulation.steps(5);
+  igtl->publish(simulation.snapshot());
+  IgtlPeer peer(io, igtl->port());
+  ASSERT_TRUE(peer.send_query("GET_TRANS", "BentTipToRas"));
+  ASSERT_TRUE(until_read(peer, [&] { return peer.count("TRANSFORM") == 1; }));
+  EXPECT_TRUE(peer.last("TRANSFORM").content.empty());
+  NeedleState& needle = simulation.state().needles.states[0];
+  needle.shape.is_bent = true;
+  needle.shape.points.back() = Vec3(1, 2, 3);
+  igtl->publish(simulation.snapshot());
+  ASSERT_TRUE(peer.send_query("GET_TRANS", "BentTipToRas"));
+  ASSERT_TRUE(until_read(peer, [&] { return peer.count("TRANSFORM", "BentTipToRas") == 2; }));
+  EXPECT_EQ(peer.last("TRANSFORM", "BentTipToRas").transform().p, Vec3(1, 2, 3));
+}
+
 TEST_F(IgtlServerTest, RatesAreCapped) {
   start_igtl();
   IgtlPeer peer(io, igtl->port());

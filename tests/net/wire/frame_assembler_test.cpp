@@ -7,6 +7,7 @@
 #include "net/wire/codec.h"
 #include "net/wire/frame_encoder.h"
 #include "tests/net/net_testing.h"
+#include "tests/net/wire/sample_messages.h"
 
 namespace brachy::net::test {
 namespace {
@@ -74,6 +75,27 @@ TEST_F(FrameAssemblerTest, EveryFrameCarriesTheTicksCertificateAndFlags) {
     EXPECT_EQ(decoded.certificate->held_mm, 2.1);
     EXPECT_EQ(decoded.step_flags, kStepFolded | kStepClamped);
   }
+}
+
+TEST_F(FrameAssemblerTest, EveryFrameCarriesTheShapesOfTheNeedlesThatBend) {
+  simulation.steps(3);
+  MeshState state = simulation.state();
+  NeedleShape& shape = state.needles.states[0].shape;
+  const NeedleShape sent = shape = sample_frame().needles[0].state.shape;
+  for (const FrameRequest& request : {FrameRequest{0, true, false}, FrameRequest{2, false, true, true}}) {
+    Bytes body;
+    FrameMessage decoded;
+    encode_frame(state, make_layout(tissue, topology), 1, request, body);
+    ASSERT_TRUE(decode_body(body, decoded).is_good());
+    EXPECT_TRUE(decoded.needles[0].state.shape.is_bent);
+    EXPECT_EQ(decoded.needles[0].state.shape.points, sent.points);
+  }
+  shape.points[3].y() = std::nan("");
+  Bytes body;
+  FrameMessage decoded;
+  encode_frame(state, make_layout(tissue, topology), 1, {0, true, false}, body);
+  ASSERT_TRUE(decode_body(body, decoded).is_good()) << "what is not finite is not sent";
+  EXPECT_FALSE(decoded.needles[0].state.shape.is_bent);
 }
 
 TEST_F(FrameAssemblerTest, AFrameMayBeWithoutNeedles) {

@@ -10,6 +10,19 @@ RigidTransform quarter_turn() {
   return X;
 }
 
+/// A parabola that ends 2 mm beside the tip of quarter_turn().
+NeedleShape sample_shape() {
+  NeedleShape shape;
+  shape.is_bent = true;
+  for (std::size_t k = 0; k < NeedleShape::kPoints; ++k) {
+    const double s = static_cast<double>(k) / 16;
+    shape.points[k] = {1.5 + 2 * s * s, -2.0, -169.75 + 200 * s};
+  }
+  shape.tip_axis = {0.0625, 0, 0.998046875};
+  shape.tip_deflection = {2, 0, 0};
+  return shape;
+}
+
 NeedleForces sample_forces() {
   return {{0.5, -0.25, 2}, {8, -4, 1}, {-128, 64, 16}, 2, 0.5, 1.25, 0.75};
 }
@@ -156,7 +169,7 @@ FrameMessage sample_frame() {
   frame.input_stamp_ns = 1'000'000'500;
   frame.input_received_ns = 1'999'990'000;
   frame.max_displacement_mm = 1.25;
-  frame.step_flags = kStepSaturated | kStepSubstepped | kStepClamped;
+  frame.step_flags = kStepSaturated | kStepSubstepped | kStepClamped | kStepSteep;
   frame.point_count = 5;
   frame.moved_vertices = 2;
   NeedleRecord needle;
@@ -170,6 +183,7 @@ FrameMessage sample_frame() {
   needle.state.input.stamp_ns = 1'000'000'500;
   needle.state.forces = sample_forces();
   needle.state.tip_depth_mm = 14.5;
+  needle.state.shape = sample_shape();
   needle.has_forces = true;
   frame.needles = {needle};
   frame.ranges = {{1, 1}, {3, 1}};

@@ -3,6 +3,9 @@ import {ByteReader, ProtocolError, type Vec3} from './bytes.js';
 
 export const ContactState = ['free', 'touching', 'inserted', 'through', 'withdrawn'];
 
+/** Bits of Frame.stepFlags; those that the page shows. */
+export const StepFlag = {Steep: 1 << 11} as const;
+
 export interface NeedleForces {
   force: Vec3;
   axial: number;
@@ -10,6 +13,15 @@ export interface NeedleForces {
   cutting: number;
   friction: number;
   tipDepthMm: number;
+}
+
+/** The course of a needle that bends. */
+export interface NeedleShape {
+  tipAxis: Vec3;
+  /** Of the tip off the pose's origin, mm. */
+  tipDeflection: Vec3;
+  /** x y z of each, from the hub to the tip at equal arc lengths, mm. */
+  points: Float32Array;
 }
 
 export interface Needle {
@@ -22,6 +34,8 @@ export interface Needle {
   /** X_WN, 3×4 row by row. */
   pose: Float64Array;
   forces: NeedleForces | null;
+  /** Null: it is straight. */
+  shape: NeedleShape | null;
 }
 
 export interface Seed {
@@ -78,7 +92,7 @@ function readNeedle(reader: ByteReader): Needle {
   if (present > 1) throw new ProtocolError("a needle's present field is neither 0 nor 1");
   return {
     id, contact, present: present === 1, landmarkCount: reader.u32(), punctureCount: reader.u32(),
-    insertionDepthMm: reader.f64(), pose: reader.pose(), forces: null,
+    insertionDepthMm: reader.f64(), pose: reader.pose(), forces: null, shape: null,
   };
 }
 
@@ -113,6 +127,20 @@ function readForces(reader: ByteReader, needles: Needle[]): void {
       force, axial: reader.f64(), lateral: reader.f64(), cutting: reader.f64(), friction: reader.f64(),
       tipDepthMm: reader.f64(),
     };
+  }
+}
+
+function readShapes(reader: ByteReader, needles: Needle[]): void {
+  const count = reader.u16();
+  reader.u16();
+  for (let i = 0; i < count; ++i) {
+    const id = reader.u16();
+    const pointCount = reader.u16();
+    reader.skip(4);
+    const needle = needles.find((candidate) => candidate.id === id);
+    if (!needle?.present) throw new ProtocolError('a shape names a needle that is not there');
+    if (pointCount < 2) throw new ProtocolError("a needle's shape has fewer than two points");
+    needle.shape = {tipAxis: reader.vec3(), tipDeflection: reader.vec3(), points: reader.f32Array(3 * pointCount)};
   }
 }
 
@@ -183,6 +211,7 @@ export function decodeFrame(body: Uint8Array): Frame {
     if (id === 1) readForces(section, frame.needles);
     else if (id === 2) frame.seeds = readSeeds(section);
     else if (id === 3) frame.certificate = readCertificate(section);
+    else if (id === 7) readShapes(section, frame.needles);
     else return false;
     return true;
   });

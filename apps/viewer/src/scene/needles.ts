@@ -1,13 +1,15 @@
-// The needles: shaft with a mark every centimetre, bevelled tip, hub. Each is placed by its pose; nothing is uploaded.
+// The needles: shaft with a mark every centimetre, bevelled tip, hub. Each is placed by its pose and bent by its shape; nothing
+// is uploaded.
 import {BufferAttribute, Color, CylinderGeometry, Group, LatheGeometry, Mesh, MeshPhongMaterial, Vector2} from 'three';
 import type {Needle} from '../protocol/frame.js';
+import {NeedleBend} from './needle_bend.js';
 
 const STEEL = new Color('#c9d3de');
 const MARK = new Color('#42566e');
 
 export class Needles {
   readonly group = new Group();
-  private readonly shaftMaterial = new MeshPhongMaterial({vertexColors: true, shininess: 90, specular: 0x777777});
+  private readonly bends: NeedleBend[] = [];
   private readonly hubMaterial = new MeshPhongMaterial({color: '#e8a33d', shininess: 30});
   private lengthMm = 200;
   private diameterMm = 1.27;
@@ -19,8 +21,10 @@ export class Needles {
     this.diameterMm = diameterMm;
     for (const needle of [...this.group.children]) {
       needle.traverse((part) => (part as Mesh).geometry?.dispose());
+      ((needle.children[0] as Mesh).material as MeshPhongMaterial).dispose();
       needle.removeFromParent();
     }
+    this.bends.length = 0;
   }
 
   show(needles: readonly Needle[]): void {
@@ -30,6 +34,7 @@ export class Needles {
       object.visible = needle?.present ?? false;
       if (!needle?.present) return;
       const p = needle.pose;
+      this.bends[i]!.show(needle);
       object.matrix.set(p[0]!, p[1]!, p[2]!, p[3]!, p[4]!, p[5]!, p[6]!, p[7]!, p[8]!, p[9]!, p[10]!, p[11]!, 0, 0, 0, 1);
     });
   }
@@ -37,7 +42,13 @@ export class Needles {
   private make(): Group {
     const needle = new Group();
     needle.matrixAutoUpdate = false;
-    needle.add(new Mesh(shaft(this.lengthMm, this.diameterMm / 2), this.shaftMaterial));
+    const bend = new NeedleBend(this.lengthMm);
+    this.bends.push(bend);
+    const material = new MeshPhongMaterial({vertexColors: true, shininess: 90, specular: 0x777777});
+    bend.applyTo(material);
+    const steel = new Mesh(shaft(this.lengthMm, this.diameterMm / 2), material);
+    steel.frustumCulled = false;  // its bounds are those of the straight shaft
+    needle.add(steel);
     const hub = new Mesh(new CylinderGeometry(2.6, 3.2, 12, 24), this.hubMaterial);
     hub.rotation.x = Math.PI / 2;
     hub.position.z = -this.lengthMm - 6;

@@ -1,6 +1,6 @@
 // Status display: pills, banner, counters, read-outs and events.
 import type {Session} from '../model/session.js';
-import {ContactState} from '../protocol/frame.js';
+import {ContactState, StepFlag} from '../protocol/frame.js';
 import {EventKind} from '../protocol/server_messages.js';
 import type {LiveConnection} from '../transport/live.js';
 import type {Player} from '../transport/player.js';
@@ -58,6 +58,11 @@ export function showReadouts(session: Session, needle: number): void {
   };
   set('r-depth', unit(figure(present ? record.forces?.tipDepthMm : undefined), 'mm'));
   set('r-axial', unit(figure(present ? record.forces?.axial : undefined, 2), 'N'));
+  const shape = present ? record.shape : null;
+  const steep = shape !== null && ((session.frame?.stepFlags ?? 0) & StepFlag.Steep) !== 0;
+  byId('r-bend-cell').hidden = shape === null;
+  byId('r-bend-cell').classList.toggle('warn', steep);
+  if (shape) set('r-bend', unit(figure(Math.hypot(...shape.tipDeflection)), steep ? 'mm, over 8°' : 'mm'));
   set('r-contact', present ? ContactState[record.contact] ?? 'other' : '—');
 }
 
