@@ -49,6 +49,7 @@ std::shared_ptr<const SimulationModel> load_simulation_model(const Scene& scene,
   settings.contact = scene.contact;
   settings.gland = scene.gland;
   settings.swelling = scene.swelling;
+  settings.noise = scene.noise;
   settings.template_grid = scene.template_grid;
   settings.seeds = scene.seeds;
   NeedleTissues needle_tissues = load_needle_tissues(scene);

@@ -15,6 +15,7 @@
 #include "core/injectivity/guard_settings.h"
 #include "core/needle/contact_settings.h"
 #include "core/simulation/body_settings.h"
+#include "core/simulation/clinical_noise.h"
 #include "core/solve/anchors.h"
 
 namespace brachy {
@@ -180,6 +181,7 @@ struct Scene {
   ContactSettings contact;
   GlandSettings gland;
   SwellingSettings swelling;
+  NoiseSettings noise;
   TemplateGrid template_grid;
   SeedSettings seeds;
   /// TOML or CSV, relative to the scene file (core/brachytherapy/plan/plan_file.h); empty: no plan

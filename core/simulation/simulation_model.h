@@ -19,6 +19,7 @@
 #include "core/needle/contact_settings.h"
 #include "core/needle/needle_tissues.h"
 #include "core/simulation/body_motion.h"
+#include "core/simulation/clinical_noise.h"
 #include "core/solve/anchors.h"
 
 namespace brachy {
@@ -56,6 +57,7 @@ struct SimulationSettings {
   ContactSettings contact;
   GlandSettings gland;
   SwellingSettings swelling;
+  NoiseSettings noise;
   TemplateGrid template_grid;
   SeedSettings seeds;
 };

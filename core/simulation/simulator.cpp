@@ -14,6 +14,7 @@ Simulator::Simulator(std::shared_ptr<const SimulationModel> model)
       tissue_(model_->tissue),
       period_s_(model_->settings.period_s),
       contact_solve_(model_->max_landmarks(), model_->settings.period_s),
+      noise_(model_->settings.noise, model_->settings.needle.count),
       body_(model_->body_at_rest),
       anchors_(model_->anchors),
       anchor_clearance_(model_->settings.anchors.clearance_mm),
@@ -90,13 +91,18 @@ void Simulator::begin_contacts(std::span<const NeedlePose> poses) noexcept {
     const NeedlePose pose = n < poses.size() ? poses[n] : NeedlePose{};
     needles_[n].present = pose.present;
     needles_[n].input = pose;
-    needles_[n].X_WN = pose.X_WN;
+    const ContactState last = contacts_[n].state();
+    const bool is_in = last == ContactState::kInserted || last == ContactState::kThrough;
+    if (pose.present && noise_.is_on())
+      needles_[n].X_WN = noise_.held(n, pose.X_WN, static_cast<double>(tick_) * period_s_, period_s_, is_in);
+    else
+      needles_[n].X_WN = pose.X_WN;
     if (!pose.present) {
       contacts_[n].skip();
       continue;
     }
     pose_histories_[n][tick_ % NeedleStates::kPoseHistory] = {tick_, pose.X_WN, pose.button};
-    contacts_[n].begin(pose.X_WN, field_.get(), body_.frame());
+    contacts_[n].begin(needles_[n].X_WN, field_.get(), body_.frame());
     flags_ |= contacts_[n].flags();
   }
 }
@@ -275,7 +281,9 @@ void Simulator::find_shapes() noexcept {
 void Simulator::drop_seeds() noexcept {
   for (std::size_t n = 0; n < needles_.size(); ++n) {
     const NeedleShape& shape = needles_[n].shape;
-    seed_loading_.update(n, needles_[n].input, shape.is_bent ? shape.tip_deflection : Vec3(Vec3::Zero()));
+    NeedlePose pose = needles_[n].input;
+    pose.X_WN = needles_[n].X_WN;
+    seed_loading_.update(n, pose, shape.is_bent ? shape.tip_deflection : Vec3(Vec3::Zero()));
     if (seed_loading_.request_failed(n)) refuse_drop(n, DropRefusal::kNothingLoaded);
     while (const auto due = seed_loading_.due(n)) drop(n, *due);
   }
@@ -295,6 +303,8 @@ void Simulator::drop(std::size_t needle, const SeedDrop& due) noexcept {
     seed.dropped = due.at;
     const NeedleShape& shape = needles_[needle].shape;
     seed.dropped_axis = shape.is_bent ? shape.tip_axis : Vec3(needles_[needle].X_WN.R.col(2));
+    const auto id = static_cast<std::uint32_t>(implant_.seeds().size() + 1);
+    seed.dropped += noise_.drop_offset(id, seed.dropped_axis);
     seed.gland_motion = mean_displacement();
     refusal = implant_.drop(seed, MovedField(*field_, body_.frame()), field_->certificate().verdict,
                             contacts_[needle].material_tip());

@@ -79,6 +79,7 @@ class Simulator {
   double period_s_;
   std::vector<NeedleContact> contacts_;  // by needle
   ContactSolve contact_solve_;
+  ClinicalNoise noise_;
   BodyMotion body_;
   BodyFrame shown_frame_;  // in which deformed_ is
   Anchors anchors_;

@@ -1,5 +1,6 @@
 #include <array>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "core/base/number_text.h"
@@ -106,6 +107,24 @@ std::vector<Key<SwellingSettings>> swelling_keys() {
   };
 }
 
+std::vector<Key<NoiseSettings>> noise_keys() {
+  using S = NoiseSettings;
+  constexpr Range kLength = {0, 20};
+  return {
+      flag("on", &S::on, kRestart, "needles and seeds miss as in the clinic, by chance but repeatably"),
+      integer("seed", &S::seed, {0, std::numeric_limits<std::int64_t>::max()}, kRestart, "of the chance"),
+      number("template_play_mm", &S::template_play_mm, kLength, kRestart,
+             "SD across the needle, of each insertion"),
+      number("tremor_mm", &S::tremor_mm, kLength, kRestart, "SD of the hand, 8 to 12 Hz, in each direction"),
+      number("stop_s", &S::stop_s, {0, 1}, kRestart,
+             "SD of where the hand stops along the needle, over its speed"),
+      number("drop_along_mm", &S::drop_along_mm, kLength, kRestart, "SD of each seed along the needle"),
+      number("drop_across_mm", &S::drop_across_mm, kLength, kRestart, "SD of each seed across, twice"),
+      number("migration_along_mm", &S::migration_along_mm, kLength, kRestart,
+             "SD of how far each seed follows the needle out"),
+  };
+}
+
 std::vector<Key<ContactSettings>> contact_keys() {
   using S = ContactSettings;
   return {
@@ -162,6 +181,9 @@ std::vector<SceneSection> needle_sections() {
       {"swelling", "How the gland swells under the needles.",
        within<Scene>(
            swelling_keys(), [](auto& s) -> auto& { return s.swelling; })},
+      {"noise", "Clinical noise: why a perfect hand's seeds are off.",
+       within<Scene>(
+           noise_keys(), [](auto& s) -> auto& { return s.noise; })},
       {"contact", "How a needle's landmarks are placed.",
        within<Scene>(
            contact_keys(), [](auto& s) -> auto& { return s.contact; }),
