@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # How far seeds end from where they were planned, and why: the default plan, inserted through the template by a hand
-# that does exactly as it should, with each reason for misplacement alone and with all of them, slowly and fast. Prints a
-# table; five minutes.
+# that does exactly as it should, with each reason for misplacement alone and with all of them, slowly and fast.
+# Prints a table; five minutes.
 #   scripts/campaigns/misplacement.sh [--json FILE] [--seeds N]     N: of the clinical noise; default 3
 set -euo pipefail
 cd "$(dirname "$0")/../.."
