@@ -15,7 +15,8 @@ inline constexpr StudyCommand kStudyCommands[] = {
     {"compare", "Run every model on every reference scene: errors, times, memory, as a table."},
     {"stability", "Sweep every method until it fails: where, how, and what theory says."},
     {"ticks", "Measure what a tick of every model shows of large motions, against neo-Hookean solutions."},
-    {"zwidth", "Find the stiffest spring a device renders without ringing, against rate and delay."}};
+    {"zwidth", "Find the stiffest spring a device renders without ringing, against rate and delay."},
+    {"deflection", "Fit the needle's bending to measured insertions, and predict others."}};
 
 inline bool is_study_command(std::string_view name) {
   return std::ranges::any_of(kStudyCommands, [&](const StudyCommand& c) { return c.name == name; });

@@ -14,6 +14,7 @@ struct Run {
   int operator()(const StabilityOptions& o) const { return stability(o); }
   int operator()(const TicksOptions& o) const { return ticks(o); }
   int operator()(const ZWidthOptions& o) const { return zwidth(o); }
+  int operator()(const DeflectionOptions& o) const { return deflection(o); }
 };
 
 }  // namespace

@@ -50,7 +50,15 @@ struct ZWidthOptions {
   bool quick = false;                                   ///< fewer cases
 };
 
-using StudyOptions = std::variant<CompareOptions, StabilityOptions, TicksOptions, ZWidthOptions>;
+struct DeflectionOptions {
+  std::vector<std::filesystem::path> files;  ///< of one phantom each
+  double calibrate_mm = 50;                  ///< of each predicted insertion, what it is told
+  double bending_stiffness_nmm2 = 15720, needle_length_mm = 200;
+  std::optional<std::filesystem::path> json, markdown;  ///< files to write
+};
+
+using StudyOptions =
+    std::variant<CompareOptions, StabilityOptions, TicksOptions, ZWidthOptions, DeflectionOptions>;
 
 /// Runs every model on every reference scene: errors, times, memory; or scores models against measured beads.
 int compare(const CompareOptions& options);
@@ -60,6 +68,8 @@ int stability(const StabilityOptions& options);
 int ticks(const TicksOptions& options);
 /// Finds the stiffest spring that a device renders stably, against rate and delay.
 int zwidth(const ZWidthOptions& options);
+/// Fits the needle's bending to measured insertions and predicts others.
+int deflection(const DeflectionOptions& options);
 
 /// The command line of brachy-study. The program's name in messages is that of argv[0], since `brachy` forwards to it.
 /// Where nothing is left to do (--help, --version, wrong usage, all already printed) `exit_code` is set and the
