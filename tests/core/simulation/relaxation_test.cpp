@@ -2,8 +2,8 @@
 #include <gtest/gtest.h>
 
 #include "core/simulation/state_hash.h"
-#include "tests/core/simulation/phantom_scene.h"
 #include "tests/core/injectivity/random_scene.h"
+#include "tests/core/simulation/phantom_scene.h"
 #include "tests/core/solve/random_landmarks.h"
 #include "tests/sanitized.h"
 
