@@ -92,7 +92,7 @@ class Daemon::Impl {
               loop_, worker_),
         states_(start_state(simulator(), session_.get())),
         seeds_(DroppedSeeds(simulator().initial_state())),
-        needle_count_(scene.needle.count),
+        needle_count_(scene.instrument_count()),
         devices_(make_devices(scene, simulator().tissue(), needle_count_)),
         tick_forces_(TickForces(needle_count_)),
         events_(simulator().initial_state(),

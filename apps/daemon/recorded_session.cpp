@@ -30,7 +30,7 @@ RecordedSession::RecordedSession(const std::filesystem::path& folder, const Scen
     : folder_(checked(folder)),
       scene_(scene),
       plan_(std::move(plan)),
-      log_(folder, scene.needle.count, scene.period_s()) {
+      log_(folder, scene.instrument_count(), scene.period_s()) {
   if (!log_.restored_text().empty()) spdlog::info("session {}: {}", folder.string(), log_.restored_text());
 }
 

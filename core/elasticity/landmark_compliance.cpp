@@ -11,6 +11,7 @@ void LandmarkCompliance::clear() noexcept {
   points_.clear();
   beams_.clear();
   body_.reset();
+  sliding_ = 0;
 }
 
 std::int32_t LandmarkCompliance::add_beam(const Beam& beam) noexcept {
@@ -19,11 +20,18 @@ std::int32_t LandmarkCompliance::add_beam(const Beam& beam) noexcept {
 }
 
 void LandmarkCompliance::remove_landmark(std::size_t i) noexcept {
+  sliding_ -= points_[i].slides_on != Vec3::Zero();
   points_.erase(points_.begin() + static_cast<std::ptrdiff_t>(i));
 }
 
 void LandmarkCompliance::add_to(Eigen::Ref<Eigen::MatrixXd> K, double scale) const noexcept {
   if (body_) add_body_to(K, scale);
+  for (std::size_t i = 0; i < points_.size() && sliding_ > 0; ++i) {
+    const Vec3& n = points_[i].slides_on;
+    if (n == Vec3::Zero()) continue;
+    const auto at = static_cast<Eigen::Index>(3 * i);
+    K.block<3, 3>(at, at) += scale * kSliding * (Mat3::Identity() - n * n.transpose());
+  }
   for (std::size_t j = 0; j < points_.size() && !is_empty(); ++j) {
     if (points_[j].beam < 0) continue;
     const Beam& beam = beams_[static_cast<std::size_t>(points_[j].beam)];
@@ -65,6 +73,10 @@ void LandmarkCompliance::subtract(std::span<const Vec3> forces,
   if (body_) {
     const Vec6 motion = body_motion(forces);
     for (std::size_t i = 0; i < points_.size(); ++i) displacements[i] -= moved_by(motion, points_[i].arm);
+  }
+  for (std::size_t i = 0; i < points_.size() && sliding_ > 0; ++i) {
+    const Vec3& n = points_[i].slides_on;
+    if (n != Vec3::Zero()) displacements[i] -= kSliding * (forces[i] - forces[i].dot(n) * n);
   }
   for (std::size_t i = 0; i < points_.size() && !is_empty(); ++i) {
     if (points_[i].beam < 0) continue;

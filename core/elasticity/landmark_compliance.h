@@ -22,11 +22,17 @@ using Vec6 = Eigen::Matrix<double, 6, 1>;
 /// Threads: a plain value. Real-time: no allocation within what was reserved.
 class LandmarkCompliance {
  public:
-  /// Where a landmark is on a beam.
+  /// mm/N, across the normal of what slides: a thousand times the tissue's own at least, so that it takes a thousandth
+  /// of the force.
+  static constexpr double kSliding = 1e3;
+
+  /// What a landmark lies against.
   struct Point {
     std::int32_t beam = -1;   ///< −1: on none
     double arc_mm = 0;        ///< from the hub
     Vec3 arm = Vec3::Zero();  ///< from the point about which the body turns, mm
+    /// Unit, if what it lies against gives way across it by kSliding, as a well lubricated surface; 0: it does not
+    Vec3 slides_on = Vec3::Zero();
 
     bool operator==(const Point&) const = default;
   };
@@ -35,14 +41,17 @@ class LandmarkCompliance {
   void clear() noexcept;
   /// The next landmarks' beam; returns its number.
   std::int32_t add_beam(const Beam& beam) noexcept;
-  void add_landmark(const Point& point) noexcept { points_.push_back(point); }
+  void add_landmark(const Point& point) noexcept {
+    points_.push_back(point);
+    sliding_ += point.slides_on != Vec3::Zero();
+  }
   /// Removes landmark i.
   void remove_landmark(std::size_t i) noexcept;
 
   /// What holds the body gives by `compliance` in each direction of translation and rotation: mm/N, rad/(N·mm).
   void set_body(const Vec6& compliance) noexcept { body_ = compliance; }
 
-  bool is_empty() const { return beams_.empty() && !body_; }  ///< nothing gives
+  bool is_empty() const { return beams_.empty() && !body_ && sliding_ == 0; }  ///< nothing gives
   /// K += scale C, in the lower triangle of the 3n × 3n matrix.
   void add_to(Eigen::Ref<Eigen::MatrixXd> K, double scale) const noexcept;
   /// displacements −= C forces (both n, mm, N).
@@ -65,6 +74,7 @@ class LandmarkCompliance {
 
   std::vector<Beam> beams_;
   std::vector<Point> points_;  // of every landmark
+  std::size_t sliding_ = 0;    // of them
   std::optional<Vec6> body_;
 };
 

@@ -52,20 +52,22 @@ ContactSolve::ContactSolve(std::size_t max_landmarks, double period_s)
   const auto n = static_cast<Eigen::Index>(max_landmarks);
   stiffness_.resize(n, n);
   for (auto* v : {&axes_, &reactions_, &unit_, &relaxed_, &yielded_}) v->reserve(max_landmarks);
+  owned_.reserve(max_landmarks);
   removed_.reserve(max_landmarks);
   for (auto* v : {&stuck_, &low_, &high_, &slips_, &axial_}) v->reserve(max_landmarks);
 }
 
-FactorStatus ContactSolve::solve(std::uint64_t tick, std::span<NeedleContact> needles, LandmarkSet& landmarks,
-                                 TissueField& field, std::uint32_t& flags) noexcept {
+FactorStatus ContactSolve::solve(std::uint64_t tick, std::span<NeedleContact> needles, ProbeContact* probe,
+                                 LandmarkSet& landmarks, TissueField& field, std::uint32_t& flags) noexcept {
   if (const FactorStatus status = factorize(landmarks, field, flags); !status) return status;
   body_motion_.setZero();
-  for (NeedleContact& needle : needles)
-    for (NeedleLandmark& landmark : needle.landmarks()) {
-      landmark.reaction_n.setZero();
-      landmark.slip_mm = 0;
-    }
-  if (!landmarks.owners.empty()) find_slips(needles, landmarks, field, flags);
+  const auto clear = [](NeedleLandmark& landmark) {
+    landmark.reaction_n.setZero();
+    landmark.slip_mm = 0;
+  };
+  for (NeedleContact& needle : needles) std::ranges::for_each(needle.landmarks(), clear);
+  if (probe) std::ranges::for_each(probe->landmarks(), clear);
+  if (!landmarks.owners.empty()) find_slips(needles, probe, landmarks, field, flags);
   for (std::size_t n = 0; n < needles.size(); ++n) {
     NeedleContact& needle = needles[n];
     const Vec3 across = needle.axis().unitOrthogonal();
@@ -73,6 +75,10 @@ FactorStatus ContactSolve::solve(std::uint64_t tick, std::span<NeedleContact> ne
     needle.finish(tick, period_s_, touches ? stiffness_of(n, needle.axis(), landmarks, field) : 0,
                   touches ? stiffness_of(n, across, landmarks, field) : 0);
   }
+  if (probe)
+    probe->finish(tick, probe->landmarks().empty()
+                            ? 0
+                            : stiffness_of(needles.size(), probe->direction(), landmarks, field));
   return {};
 }
 
@@ -95,12 +101,9 @@ FactorStatus ContactSolve::factorize(LandmarkSet& landmarks, TissueField& field,
 
 // A displacement u takes the forces K⁻¹ u at once, of which r has relaxed: needles and body feel K⁻¹ u − r. So
 // u = d − C (K⁻¹ u − r), that is, (K + C) K⁻¹ u = d + C r; and the bounds, which hold for what is felt, are moved by r.
-void ContactSolve::add_relaxed(std::span<NeedleContact> needles, LandmarkSet& landmarks) noexcept {
+void ContactSolve::add_relaxed(LandmarkSet& landmarks) noexcept {
   relaxed_.assign(landmarks.positions.size(), Vec3::Zero());
-  for (std::size_t i = 0; i < landmarks.owners.size(); ++i) {
-    const LandmarkSet::Owner owner = landmarks.owners[i];
-    relaxed_[landmarks.anchors + i] = -needles[owner.needle].landmarks()[owner.index].relaxed_n;
-  }
+  for (std::size_t i = 0; i < owned_.size(); ++i) relaxed_[landmarks.anchors + i] = -owned_[i]->relaxed_n;
   yielded_.assign(landmarks.positions.size(), Vec3::Zero());
   landmarks.compliance.subtract(relaxed_, yielded_);
   for (Vec3& r : relaxed_) r = -r;
@@ -108,21 +111,23 @@ void ContactSolve::add_relaxed(std::span<NeedleContact> needles, LandmarkSet& la
     landmarks.displacements[landmarks.anchors + i] += yielded_[landmarks.anchors + i];
 }
 
-void ContactSolve::find_slips(std::span<NeedleContact> needles, LandmarkSet& landmarks, TissueField& field,
-                              std::uint32_t& flags) noexcept {
+void ContactSolve::find_slips(std::span<NeedleContact> needles, ProbeContact* probe, LandmarkSet& landmarks,
+                              TissueField& field, std::uint32_t& flags) noexcept {
   const std::size_t first = landmarks.anchors, count = landmarks.owners.size();
-  const auto landmark = [&](std::size_t i) -> NeedleLandmark& {
-    const LandmarkSet::Owner owner = landmarks.owners[i];
-    return needles[owner.needle].landmarks()[owner.index];
-  };
+  owned_.clear();
   axes_.clear();
-  for (const LandmarkSet::Owner owner : landmarks.owners) axes_.push_back(needles[owner.needle].axis());
+  for (const LandmarkSet::Owner owner : landmarks.owners) {
+    const bool is_probe = owner.needle == needles.size();
+    owned_.push_back(&(is_probe ? probe->landmarks() : needles[owner.needle].landmarks())[owner.index]);
+    axes_.push_back(owned_.back()->axis);
+  }
+  const auto landmark = [&](std::size_t i) -> NeedleLandmark& { return *owned_[i]; };
   const auto m = static_cast<Eigen::Index>(count);
   auto H = stiffness_.topLeftCorner(m, m);
   field.axial_stiffness(first, axes_, H);
   for (auto* v : {&stuck_, &low_, &high_, &slips_, &axial_}) v->resize(count);
   reactions_.resize(landmarks.positions.size());
-  add_relaxed(needles, landmarks);
+  add_relaxed(landmarks);
 
   for (bool again = true; again;) {
     field.solve(landmarks.displacements, reactions_);

@@ -9,20 +9,21 @@
 #include "core/elasticity/landmark_compliance.h"
 #include "core/models/tissue_field.h"
 #include "core/needle/needle_contact.h"
+#include "core/needle/probe_contact.h"
 #include "core/needle/reaction_solver.h"
 
 namespace brachy {
 
-/// All landmarks of a tick: anchors, then every needle's shaft, then the tips. The tips move most, and landmark systems
+/// All landmarks of a tick: anchors, the probe's, then every needle's shaft, then the tips. The tips move most, and landmark systems
 /// recompute the rows from the first that changed.
 struct LandmarkSet {
-  /// Of a landmark behind the anchors: landmark `index` of needle `needle`.
+  /// Of a landmark behind the anchors: landmark `index` of needle `needle`; the probe's is the needle after the last.
   struct Owner {
     std::uint32_t needle = 0, index = 0;
   };
   std::vector<Vec3> positions, displacements;  ///< mm, n
   std::vector<LandmarkSpread> spreads;         ///< n
-  LandmarkCompliance compliance;               ///< of needles that bend
+  LandmarkCompliance compliance;               ///< of what gives way besides the tissue
   std::vector<Owner> owners;                   ///< n − anchors
   std::size_t anchors = 0;
 
@@ -44,26 +45,28 @@ class ContactSolve {
   /// `landmarks` has the needles' landmarks where they would be if they stuck; on return, where they are. Reactions and
   /// slips go to the needles, which then finish their tick. Sets the solver's StepFlag bits in `flags`. Unless it
   /// returns kOk, nothing was changed except that landmarks were left out, which is flagged.
-  FactorStatus solve(std::uint64_t tick, std::span<NeedleContact> needles, LandmarkSet& landmarks,
-                     TissueField& field, std::uint32_t& flags) noexcept;
+  /// `probe`: null where there is none.
+  FactorStatus solve(std::uint64_t tick, std::span<NeedleContact> needles, ProbeContact* probe,
+                     LandmarkSet& landmarks, TissueField& field, std::uint32_t& flags) noexcept;
   /// Where the body goes under the last solve's reactions (LandmarkCompliance::body_motion).
   const Vec6& body_motion() const { return body_motion_; }
 
  private:
   FactorStatus factorize(LandmarkSet& landmarks, TissueField& field, std::uint32_t& flags) noexcept;
-  void find_slips(std::span<NeedleContact> needles, LandmarkSet& landmarks, TissueField& field,
-                  std::uint32_t& flags) noexcept;
+  void find_slips(std::span<NeedleContact> needles, ProbeContact* probe, LandmarkSet& landmarks,
+                  TissueField& field, std::uint32_t& flags) noexcept;
   double stiffness_of(std::size_t needle, const Vec3& direction, const LandmarkSet& landmarks,
                       TissueField& field) noexcept;
 
-  void add_relaxed(std::span<NeedleContact> needles, LandmarkSet& landmarks) noexcept;
+  void add_relaxed(LandmarkSet& landmarks) noexcept;
 
   ReactionSolver solver_;
   double period_s_;
   Eigen::MatrixXd stiffness_;
   std::vector<Vec3> axes_, reactions_, unit_;
-  std::vector<Vec3> relaxed_;  // of all landmarks, N
-  std::vector<Vec3> yielded_;  // what needles and body have given back for it, mm
+  std::vector<Vec3> relaxed_;           // of all landmarks, N
+  std::vector<Vec3> yielded_;           // what needles and body have given back for it, mm
+  std::vector<NeedleLandmark*> owned_;  // of landmarks behind the anchors
   std::vector<std::size_t> removed_;
   Vec6 body_motion_ = Vec6::Zero();
   std::vector<double> stuck_, low_, high_, slips_, axial_;

@@ -364,6 +364,7 @@ double NeedleContact::resistance() const noexcept {
 void NeedleContact::add(const NeedleLandmark& landmark, double axial) noexcept {
   const double limit = settings_.max_displacement_mm;
   landmarks_.push_back(landmark);
+  landmarks_.back().axis = needle_.axis;
   const double along = landmark.if_stuck.dot(needle_.axis);
   const Vec3 across = needle_.across(landmark.if_stuck);
   if (std::abs(along) > limit || across.norm() > limit) {

@@ -5,10 +5,12 @@
 
 namespace brachy {
 
-/// A material point that a needle displaces, and the outcome of a tick. Bounds and slip are along the needle;
-/// across it the point follows.
+/// A material point that a needle or the probe displaces, and the outcome of a tick. Bounds and slip are along `axis`,
+/// a needle's own or the probe's normal; across it the point follows a needle, and slides freely on the probe.
 struct NeedleLandmark {
   Vec3 position = Vec3::Zero();  ///< rest, mm
+  Vec3 axis = Vec3::UnitZ();     ///< unit
+  bool slides = false;           ///< across it
   Vec3 if_stuck =
       Vec3::Zero();  ///< its displacement where it does not slip, mm; and the needle does not bend
   double low_n = 0, high_n = 0;  ///< bounds of the needle's force on it along the axis, N; forward is > 0

@@ -37,6 +37,9 @@ std::shared_ptr<const SimulationModel> load_simulation_model(const Scene& scene,
   if (scene.needle.flexible && !knows_forces(scene.model.kernel))
     throw UserError("needle.flexible needs a model that knows forces, and model.kernel is " +
                     scene.model.kernel + "; take elastic or fem");
+  if (scene.probe.on && !knows_forces(scene.model.kernel))
+    throw UserError("probe.on needs a model that knows forces, and model.kernel is " + scene.model.kernel +
+                    "; take elastic or fem");
   SimulationSettings settings;
   settings.period_s = scene.period_s();
   settings.target = resolve_simd_target(scene.engine.simd);
@@ -49,6 +52,7 @@ std::shared_ptr<const SimulationModel> load_simulation_model(const Scene& scene,
   settings.contact = scene.contact;
   settings.gland = scene.gland;
   settings.swelling = scene.swelling;
+  settings.probe = scene.probe;
   settings.noise = scene.noise;
   settings.template_grid = scene.template_grid;
   settings.seeds = scene.seeds;

@@ -14,6 +14,7 @@
 #include "core/geometry/tissue/phantom.h"
 #include "core/injectivity/guard_settings.h"
 #include "core/needle/contact_settings.h"
+#include "core/needle/probe_settings.h"
 #include "core/simulation/body_settings.h"
 #include "core/simulation/clinical_noise.h"
 #include "core/solve/anchors.h"
@@ -181,6 +182,7 @@ struct Scene {
   ContactSettings contact;
   GlandSettings gland;
   SwellingSettings swelling;
+  ProbeSettings probe;
   NoiseSettings noise;
   TemplateGrid template_grid;
   SeedSettings seeds;
@@ -195,6 +197,8 @@ struct Scene {
   ServerSettings server;
   BrokerSettings broker;
 
+  /// The needles, and the probe after them.
+  std::size_t instrument_count() const { return needle.count + (probe.on ? 1 : 0); }
   double period_s() const { return 1 / rates.deformation_hz; }
   std::filesystem::path resolve(const std::string& path) const { return directory / path; }
 

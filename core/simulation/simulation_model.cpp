@@ -91,7 +91,7 @@ SimulationModel::SimulationModel(Tissue tissue_at_rest, DeformationModel deforma
 
 std::size_t SimulationModel::max_landmarks() const {
   return settings.needle.count * static_cast<std::size_t>(settings.contact.max_landmarks) +
-         settings.anchors.count;
+         settings.anchors.count + (settings.probe.on ? ProbeSettings::kMaxLandmarks : 0);
 }
 
 std::optional<double> SimulationModel::guide_z_mm() const {

@@ -18,6 +18,7 @@
 #include "core/models/blended/tissue_kernels.h"
 #include "core/needle/contact_settings.h"
 #include "core/needle/needle_tissues.h"
+#include "core/needle/probe_settings.h"
 #include "core/simulation/body_motion.h"
 #include "core/simulation/clinical_noise.h"
 #include "core/solve/anchors.h"
@@ -58,6 +59,7 @@ struct SimulationSettings {
   GlandSettings gland;
   SwellingSettings swelling;
   NoiseSettings noise;
+  ProbeSettings probe;
   TemplateGrid template_grid;
   SeedSettings seeds;
 };
@@ -74,7 +76,7 @@ struct SimulationModel {
   SimulationModel(Tissue tissue, DeformationModel deformation, NeedleTissues needle_tissues,
                   const SimulationSettings& settings = {}, std::optional<Plan> plan = {});
 
-  std::size_t max_landmarks() const;  ///< of a tick: all needles' and the anchors
+  std::size_t max_landmarks() const;  ///< of a tick: all needles', the probe's and the anchors
   /// Where the gland turns and swells about: its apex, the lowest point, on its axis.
   static Vec3 apex_of(const Tissue& tissue);
   /// World z of the template's plane where it holds the needles (needle.guide_at), mm.

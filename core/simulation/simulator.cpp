@@ -30,11 +30,14 @@ Simulator::Simulator(std::shared_ptr<const SimulationModel> model)
                            model_->settings.contact, model_->guide_z_mm());
   const std::size_t locking = std::min(needle_count, model_->settings.needle.locking_count);
   for (std::size_t n = needle_count - locking; n < needle_count; ++n) contacts_[n].lock();
+  if (model_->settings.probe.on)
+    probe_.emplace(model_->surface.mesh(), model_->settings.probe, model_->settings.contact);
   landmarks_.reserve(model_->max_landmarks());
-  needles_.resize(needle_count);
+  const std::size_t instrument_count = needle_count + (probe_ ? 1 : 0);
+  needles_.resize(instrument_count);
   last_on_shaft_.resize(needle_count);
   beams_.resize(needle_count, -1);
-  pose_histories_.resize(needle_count);
+  pose_histories_.resize(instrument_count);
   displaced_.reserve(tissue_.blocks.size());
   was_displaced_.reserve(tissue_.blocks.size());
   for (auto& blocks : changed_) blocks.reserve(tissue_.blocks.size());
@@ -105,13 +108,25 @@ void Simulator::begin_contacts(std::span<const NeedlePose> poses) noexcept {
     contacts_[n].begin(needles_[n].X_WN, field_.get(), body_.frame());
     flags_ |= contacts_[n].flags();
   }
+  if (probe_) begin_probe(contacts_.size() < poses.size() ? poses[contacts_.size()] : NeedlePose{});
+}
+
+void Simulator::begin_probe(const NeedlePose& pose) noexcept {
+  NeedleState& state = needles_.back();
+  state.present = pose.present;
+  state.input = pose;
+  state.X_WN = pose.X_WN;
+  if (!pose.present) return probe_->skip();
+  pose_histories_.back()[tick_ % NeedleStates::kPoseHistory] = {tick_, pose.X_WN, pose.button};
+  probe_->begin(pose.X_WN, *field_, body_.frame());
+  flags_ |= probe_->flags();
 }
 
 // Without needle landmarks there are no landmarks at all: anchors alone displace nothing.
 void Simulator::gather_landmarks() noexcept {
   landmarks_.clear();
   double load = 0;
-  bool touches = false;
+  bool touches = probe_ && !probe_->landmarks().empty();
   for (const NeedleContact& contact : contacts_) {
     touches |= !contact.landmarks().empty();
     load = std::max(load, contact.load());
@@ -127,6 +142,12 @@ void Simulator::gather_landmarks() noexcept {
     const NeedleBend* bend = contacts_[n].landmarks().empty() ? nullptr : contacts_[n].bend();
     beams_[n] = bend ? landmarks_.compliance.add_beam(bend->beam()) : -1;
   }
+  if (probe_)
+    for (std::size_t i = 0; i < probe_->landmarks().size(); ++i) {
+      NeedleLandmark& landmark = probe_->landmarks()[i];
+      add_landmark(landmark, landmark.spread,
+                   {static_cast<std::uint32_t>(contacts_.size()), static_cast<std::uint32_t>(i)}, -1);
+    }
   for (const bool tips : {false, true})
     for (std::size_t n = 0; n < contacts_.size(); ++n) {
       const std::span<NeedleLandmark> of_needle = contacts_[n].landmarks();
@@ -137,17 +158,24 @@ void Simulator::gather_landmarks() noexcept {
           spread.behind = last_on_shaft_[n];
         else
           last_on_shaft_[n] = static_cast<std::int32_t>(landmarks_.positions.size());
-        // Where it would go if the tissue were rigid: from where the body is now.
-        const Vec3 arm = of_needle[i].position + of_needle[i].if_stuck - body_.pivot();
-        if (body_.compliance()) {
-          of_needle[i].body = LandmarkCompliance::moved_by(body_.motion(), arm);
-          of_needle[i].if_stuck += of_needle[i].body;
-        }
-        landmarks_.add(of_needle[i].position, of_needle[i].if_stuck, spread,
-                       {beams_[n], of_needle[i].arc_mm, body_.compliance() ? arm : Vec3(Vec3::Zero())});
-        landmarks_.owners.push_back({static_cast<std::uint32_t>(n), static_cast<std::uint32_t>(i)});
+        add_landmark(of_needle[i], spread, {static_cast<std::uint32_t>(n), static_cast<std::uint32_t>(i)},
+                     beams_[n]);
       }
     }
+}
+
+void Simulator::add_landmark(NeedleLandmark& landmark, const LandmarkSpread& spread, LandmarkSet::Owner owner,
+                             std::int32_t beam) noexcept {
+  LandmarkCompliance::Point point{.beam = beam, .arc_mm = landmark.arc_mm};
+  if (landmark.slides) point.slides_on = landmark.axis;
+  if (body_.compliance()) {
+    // Where it would go if the tissue were rigid: from where the body is now.
+    point.arm = landmark.position + landmark.if_stuck - body_.pivot();
+    landmark.body = LandmarkCompliance::moved_by(body_.motion(), point.arm);
+    landmark.if_stuck += landmark.body;
+  }
+  landmarks_.add(landmark.position, landmark.if_stuck, spread, point);
+  landmarks_.owners.push_back(owner);
 }
 
 // Moves an anchor aside that lies in a needle's path: if it were left out once the tip comes near, displacement and
@@ -170,7 +198,8 @@ bool Simulator::keep_clear(Vec3& anchor) const noexcept {
 
 void Simulator::deform() noexcept {
   changed_[tick_ % kChangeHistory].clear();
-  if (!contact_solve_.solve(tick_, contacts_, landmarks_, field_->plain_field(), flags_) ||
+  if (!contact_solve_.solve(tick_, contacts_, probe_ ? &*probe_ : nullptr, landmarks_, field_->plain_field(),
+                            flags_) ||
       !field_->update(landmarks_.positions, landmarks_.displacements, landmarks_.spreads,
                       landmarks_.compliance)) {
     flags_ |= kStepSolveFailed;  // the last field is kept
@@ -260,7 +289,7 @@ bool Simulator::apply_block(std::uint32_t b) noexcept {
 }
 
 void Simulator::find_shapes() noexcept {
-  for (std::size_t n = 0; n < needles_.size(); ++n) {
+  for (std::size_t n = 0; n < contacts_.size(); ++n) {
     NeedleShape& shape = needles_[n].shape;
     const NeedleBend* bend = needles_[n].present ? contacts_[n].bend() : nullptr;
     shape.is_bent = bend != nullptr;
@@ -279,7 +308,7 @@ void Simulator::find_shapes() noexcept {
 }
 
 void Simulator::drop_seeds() noexcept {
-  for (std::size_t n = 0; n < needles_.size(); ++n) {
+  for (std::size_t n = 0; n < contacts_.size(); ++n) {
     const NeedleShape& shape = needles_[n].shape;
     NeedlePose pose = needles_[n].input;
     pose.X_WN = needles_[n].X_WN;
@@ -361,7 +390,7 @@ void Simulator::write_state(MeshState& state) noexcept {
 
   summary.tick = tick_;
   summary.sim_time_s = static_cast<double>(tick_) * period_s_;
-  for (std::size_t n = 0; n < needles_.size(); ++n) {
+  for (std::size_t n = 0; n < contacts_.size(); ++n) {
     const NeedleContact& contact = contacts_[n];
     needles_[n].contact = contact.state();
     needles_[n].insertion_depth_mm = contact.insertion_depth();
@@ -370,6 +399,14 @@ void Simulator::write_state(MeshState& state) noexcept {
     needles_[n].puncture_count = contact.puncture_count();
     needles_[n].forces = contact.forces();
     needles_[n].local_model = contact.local_model();
+  }
+  if (probe_) {
+    NeedleState& state_of_probe = needles_.back();
+    state_of_probe.contact = probe_->state();
+    state_of_probe.insertion_depth_mm = state_of_probe.tip_depth_mm = probe_->indentation_mm();
+    state_of_probe.landmark_count = static_cast<std::uint32_t>(probe_->landmarks().size());
+    state_of_probe.forces = probe_->forces();
+    state_of_probe.local_model = probe_->local_model();
   }
   state.needles.states = needles_;
   summary.landmark_count = static_cast<std::uint32_t>(landmarks_.positions.size());

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -45,7 +46,8 @@ class Simulator {
   /// The tissue at rest, tick 0: the initial content of every slot that step gets.
   MeshState initial_state() const;
 
-  /// One tick with the needles at `poses`, by id (not present, or fewer than the scene has: no needle). `state` is
+  /// One tick with the needles at `poses`, by id (not present, or fewer than the scene has: no needle); the probe, where
+  /// the scene has one, comes after the needles, and so does its state. `state` is
   /// a slot that only this simulator has written since initial_state, however many ticks ago: blocks that have
   /// changed since are brought up to date.
   void step(std::span<const NeedlePose> poses, MeshState& state) noexcept;
@@ -61,7 +63,10 @@ class Simulator {
 
  private:
   void begin_contacts(std::span<const NeedlePose> poses) noexcept;
+  void begin_probe(const NeedlePose& pose) noexcept;
   void gather_landmarks() noexcept;
+  void add_landmark(NeedleLandmark& landmark, const LandmarkSpread& spread, LandmarkSet::Owner owner,
+                    std::int32_t beam) noexcept;
   bool keep_clear(Vec3& anchor) const noexcept;
   void deform() noexcept;
   void apply_field() noexcept;
@@ -78,6 +83,7 @@ class Simulator {
   const Tissue& tissue_;  // the model's
   double period_s_;
   std::vector<NeedleContact> contacts_;  // by needle
+  std::optional<ProbeContact> probe_;    // the instrument after them
   ContactSolve contact_solve_;
   ClinicalNoise noise_;
   BodyMotion body_;

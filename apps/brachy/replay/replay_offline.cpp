@@ -54,7 +54,7 @@ void add_to_log(ForceLogWriter& log, double t_s, const MeshState& state) {
 int replay_offline(const ReplayOptions& options) {
   const Scene scene = scene_of(options);
   NeedleTrajectories trajectories =
-      load_motion(options.trajectory, ReplayedModel::kRecorded, scene.needle.count);
+      load_motion(options.trajectory, ReplayedModel::kRecorded, scene.instrument_count());
   Simulator simulator(load_simulation_model(scene, load_tissue(scene).tissue));
   trajectories = place(trajectories, options, options.centre_on_tissue || scene.device.centre_on_tissue,
                        centre_of(simulator.tissue()));
@@ -64,7 +64,7 @@ int replay_offline(const ReplayOptions& options) {
   if (options.session) {
     if (SessionLog::is_recording(*options.session))
       throw UserError(options.session->string() + ": already holds a recording; give another directory");
-    session.emplace(*options.session, scene.needle.count, simulator.period_s());
+    session.emplace(*options.session, scene.instrument_count(), simulator.period_s());
   }
 
   // One tick for each period from the first sample to the last, as the recorder's pose log counts them.

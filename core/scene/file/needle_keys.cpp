@@ -107,6 +107,30 @@ std::vector<Key<SwellingSettings>> swelling_keys() {
   };
 }
 
+std::vector<Key<ProbeSettings>> probe_keys() {
+  using S = ProbeSettings;
+  return {
+      flag("on", &S::on, kRestart,
+           "elastic, fem: a transrectal probe, the instrument after the needles, with a device of its own"),
+      number("diameter_mm", &S::diameter_mm, {5, 50}, kRestart, "of a biplane endorectal probe"),
+      number("length_mm", &S::length_mm, {20, 500}, kRestart, "tip to handle"),
+      number("rectal_wall_mm", &S::rectal_wall_mm, {0, 20}, kRestart, "between probe and gland"),
+      number("surroundings_n_per_mm", &S::surroundings_n_per_mm, {0, 100}, kRestart,
+             "what rectum and pelvic floor take of each mm that it pushes; 30 N move the gland's back 12 mm"),
+      number("landmark_spacing_mm", &S::landmark_spacing_mm, {2, 20}, kRestart,
+             "between points of the gland's surface that it may push"),
+  };
+}
+
+void check_probe(const TomlTable& t, Scene& scene) {
+  const ProbeSettings& s = scene.probe;
+  if (s.on && scene.model.kernel != "auto" && !knows_forces(scene.model.kernel))
+    t.contradiction("on", "needs a model that knows forces; set model.kernel to \"elastic\" or \"fem\"");
+  if (s.length_mm < s.diameter_mm)
+    t.contradiction("length_mm", "is " + text_of(s.length_mm) + ", less than probe.diameter_mm (" +
+                                     text_of(s.diameter_mm) + ")");
+}
+
 std::vector<Key<NoiseSettings>> noise_keys() {
   using S = NoiseSettings;
   constexpr Range kLength = {0, 20};
@@ -178,6 +202,10 @@ std::vector<SceneSection> needle_sections() {
        within<Scene>(
            gland_keys(), [](auto& s) -> auto& { return s.gland; }),
        check_gland},
+      {"probe", "The transrectal probe.",
+       within<Scene>(
+           probe_keys(), [](auto& s) -> auto& { return s.probe; }),
+       check_probe},
       {"swelling", "How the gland swells under the needles.",
        within<Scene>(
            swelling_keys(), [](auto& s) -> auto& { return s.swelling; })},

@@ -288,7 +288,7 @@ TEST(Mechanics, TheForceIsTheSumOfTheFieldsReactions) {
       landmarks.add(l.position, l.if_stuck, l.spread);
       landmarks.owners.push_back({0, index++});
     }
-    ASSERT_TRUE(contact.solve(++tick, needles, landmarks, field, flags));
+    ASSERT_TRUE(contact.solve(++tick, needles, nullptr, landmarks, field, flags));
     ASSERT_TRUE(field.update(landmarks.positions, landmarks.displacements, landmarks.spreads));
     ASSERT_NEAR(needles[0].forces().force_n.norm(), field.total_force_n(), 1e-9);
     ASSERT_EQ(flags, 0u);
