@@ -28,6 +28,11 @@ net::SceneMessage make_scene_message(const Scene& scene, const std::optional<Pla
     message.structures.push_back(std::move(shown));
   }
   message.kernels = all_model_names();
+  if (scene.probe.on)
+    message.probe = {.needle = static_cast<std::uint16_t>(scene.needle.count),
+                     .diameter_mm = scene.probe.diameter_mm,
+                     .length_mm = scene.probe.length_mm,
+                     .rectal_wall_mm = scene.probe.rectal_wall_mm};
   return message;
 }
 

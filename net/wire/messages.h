@@ -310,6 +310,13 @@ struct SceneStructure {
   std::vector<Triangle> triangles;
 };
 
+/// A transrectal ultrasound probe: a cylinder with a round tip.
+struct SceneProbe {
+  std::uint16_t needle = 0;  ///< its number among the needles of FRAME, which bring its pose
+  double diameter_mm = 0, length_mm = 0;
+  double rectal_wall_mm = 0;  ///< between it and the gland
+};
+
 /// What surrounds the tissue and does not change while the daemon runs; world frame W.
 struct SceneMessage {
   static constexpr MessageType kType = MessageType::kScene;
@@ -321,6 +328,7 @@ struct SceneMessage {
   std::vector<ScenePlannedSeed> planned_seeds;  ///< in the plan's order
   std::vector<SceneStructure> structures;       ///< all but the tissue itself
   std::vector<std::string> kernels;             ///< that kModel accepts
+  std::optional<SceneProbe> probe;
 };
 
 /// Of a histogram, ms.

@@ -6,6 +6,7 @@ namespace {
 
 constexpr std::size_t kPlannedNeedleBytes = 26, kPlannedSeedBytes = 56, kStructureBytes = 10,
                       kKernelBytes = 2;  // at least
+constexpr std::uint16_t kProbeSection = 1;
 
 void structure_fields(auto& archive, auto& structure) {
   archive.text(structure.name, kMaxNameBytes);
@@ -33,7 +34,8 @@ void fields(auto& archive, MaybeConst<ControlMessage> auto& message) {
 }
 BRACHY_CODEC(ControlMessage);
 
-void fields(auto& archive, MaybeConst<SceneMessage> auto& message) {
+template <class Archive>
+void fields(Archive& archive, MaybeConst<SceneMessage> auto& message) {
   archive.f64(message.needle_length_mm);
   archive.f64(message.needle_diameter_mm);
   archive.f64(message.seed_length_mm);
@@ -60,7 +62,17 @@ void fields(auto& archive, MaybeConst<SceneMessage> auto& message) {
   archive.u16_list(message.structures, kStructureBytes,
                    [&](auto& structure) { structure_fields(archive, structure); });
   archive.u16_list(message.kernels, kKernelBytes, [&](auto& kernel) { archive.text(kernel, kMaxNameBytes); });
-  archive.sections();
+  archive.sections(Section{kProbeSection, message.probe.has_value(), [&](auto& section) {
+                             if constexpr (Archive::kReads) message.probe.emplace();
+                             auto& probe = *message.probe;
+                             section.u16(probe.needle);
+                             section.reserved(6);
+                             section.f64(probe.diameter_mm);
+                             section.f64(probe.length_mm);
+                             section.f64(probe.rectal_wall_mm);
+                             section.check(probe.diameter_mm > 0 && probe.length_mm > 0,
+                                           "the probe has no size");
+                           }});
 }
 BRACHY_CODEC(SceneMessage);
 

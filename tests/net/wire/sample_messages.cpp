@@ -333,6 +333,7 @@ SceneMessage sample_scene() {
   scene.planned_seeds = {{{5, -10, 18.25}, {0, 0, 1}, 0}};
   scene.structures = {{"urethra", {0, 0, 0, 1, 0, 0, 0, 1, 0.5}, {{0, 1, 2}}}};
   scene.kernels = {"psi31", "elastic"};
+  scene.probe = SceneProbe{.needle = 3, .diameter_mm = 20, .length_mm = 150, .rectal_wall_mm = 4};
   return scene;
 }
 

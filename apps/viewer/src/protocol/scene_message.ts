@@ -22,6 +22,13 @@ export interface TemplateGrid {
   columns: number;
   rows: number;
 }
+/** A transrectal ultrasound probe: a cylinder with a round tip, posed as needle `needle`. */
+export interface SceneProbe {
+  needle: number;
+  diameterMm: number;
+  lengthMm: number;
+  rectalWallMm: number;
+}
 export interface SceneMessage {
   needleLengthMm: number;
   needleDiameterMm: number;
@@ -33,7 +40,10 @@ export interface SceneMessage {
   plannedSeeds: PlannedSeed[];
   structures: Structure[];
   kernels: string[];
+  probe: SceneProbe | null;
 }
+
+const PROBE_SECTION = 1;
 
 export function decodeScene(body: Uint8Array): SceneMessage {
   const reader = new ByteReader(body);
@@ -64,10 +74,24 @@ export function decodeScene(body: Uint8Array): SceneMessage {
   const kernelCount = reader.u16();
   reader.u16();
   for (let i = 0; i < kernelCount; ++i) kernels.push(reader.text());
-  reader.sections(() => false);
+  let probe: SceneProbe | null = null;
+  reader.sections((id, section) => {
+    if (id !== PROBE_SECTION) return false;
+    probe = readProbe(section);
+    return true;
+  });
   reader.finish();
   return {needleLengthMm, needleDiameterMm, seedLengthMm, seedDiameterMm, prescriptionGy, template, plannedNeedles,
-          plannedSeeds, structures, kernels};
+          plannedSeeds, structures, kernels, probe};
+}
+
+function readProbe(reader: ByteReader): SceneProbe {
+  const needle = reader.u16();
+  reader.u16();
+  reader.u32();
+  const probe = {needle, diameterMm: reader.f64(), lengthMm: reader.f64(), rectalWallMm: reader.f64()};
+  if (!(probe.diameterMm > 0 && probe.lengthMm > 0)) throw new ProtocolError('the probe has no size');
+  return probe;
 }
 
 function readStructure(reader: ByteReader): Structure {

@@ -1,7 +1,8 @@
 // The needles: shaft with a mark every centimetre, bevelled tip, hub. Each is placed by its pose and bent by its shape; nothing
-// is uploaded.
+// is uploaded. The probe comes as one more of them.
 import {BufferAttribute, Color, CylinderGeometry, Group, LatheGeometry, Mesh, MeshPhongMaterial, Vector2} from 'three';
 import type {Needle} from '../protocol/frame.js';
+import type {SceneProbe} from '../protocol/scene_message.js';
 import {NeedleBend} from './needle_bend.js';
 
 const STEEL = new Color('#c9d3de');
@@ -9,16 +10,18 @@ const MARK = new Color('#42566e');
 
 export class Needles {
   readonly group = new Group();
-  private readonly bends: NeedleBend[] = [];
+  private readonly bends: (NeedleBend | null)[] = [];
   private readonly hubMaterial = new MeshPhongMaterial({color: '#e8a33d', shininess: 30});
   private lengthMm = 200;
   private diameterMm = 1.27;
+  private probe: SceneProbe | null = null;
 
-  /** Dimensions from SCENE; until it arrives those of an 18 G needle. */
-  setSize(lengthMm: number, diameterMm: number): void {
-    if (lengthMm === this.lengthMm && diameterMm === this.diameterMm) return;
+  /** Dimensions from SCENE; until it arrives those of an 18 G needle, and no probe. */
+  setSize(lengthMm: number, diameterMm: number, probe: SceneProbe | null): void {
+    if (lengthMm === this.lengthMm && diameterMm === this.diameterMm && JSON.stringify(probe) === JSON.stringify(this.probe)) return;
     this.lengthMm = lengthMm;
     this.diameterMm = diameterMm;
+    this.probe = probe;
     for (const needle of [...this.group.children]) {
       needle.traverse((part) => (part as Mesh).geometry?.dispose());
       ((needle.children[0] as Mesh).material as MeshPhongMaterial).dispose();
@@ -28,13 +31,14 @@ export class Needles {
   }
 
   show(needles: readonly Needle[]): void {
-    while (this.group.children.length < needles.length) this.group.add(this.make());
+    while (this.group.children.length < needles.length)
+      this.group.add(this.group.children.length === this.probe?.needle ? this.makeProbe(this.probe) : this.make());
     this.group.children.forEach((object, i) => {
       const needle = needles[i];
       object.visible = needle?.present ?? false;
       if (!needle?.present) return;
       const p = needle.pose;
-      this.bends[i]!.show(needle);
+      this.bends[i]?.show(needle);
       object.matrix.set(p[0]!, p[1]!, p[2]!, p[3]!, p[4]!, p[5]!, p[6]!, p[7]!, p[8]!, p[9]!, p[10]!, p[11]!, 0, 0, 0, 1);
     });
   }
@@ -54,6 +58,24 @@ export class Needles {
     hub.position.z = -this.lengthMm - 6;
     needle.add(hub);
     return needle;
+  }
+
+  private makeProbe(probe: SceneProbe): Group {
+    const group = new Group();
+    group.matrixAutoUpdate = false;
+    this.bends.push(null);
+    const material = new MeshPhongMaterial({color: '#e8ecf0', shininess: 60, transparent: true, opacity: 0.55});
+    const radius = probe.diameterMm / 2;
+    const profile: Vector2[] = [];
+    for (let k = 0; k <= 16; ++k) {
+      const angle = (k * Math.PI) / 32;
+      profile.push(new Vector2(radius * Math.sin(angle), radius * (Math.cos(angle) - 1)));
+    }
+    profile.push(new Vector2(radius, -probe.lengthMm));
+    const geometry = new LatheGeometry(profile, 48);
+    geometry.rotateX(Math.PI / 2);  // the lathe's axis is y
+    group.add(new Mesh(geometry, material));
+    return group;
   }
 }
 

@@ -92,7 +92,7 @@ export class Viewport {
     this.drawn.seeds = this.drawn.settings = -1;
     this.structures.build(scene?.structures ?? []);
     if (!scene) return;
-    this.needles.setSize(scene.needleLengthMm, scene.needleDiameterMm);
+    this.needles.setSize(scene.needleLengthMm, scene.needleDiameterMm, scene.probe);
     this.seeds.setSize(scene.seedLengthMm, scene.seedDiameterMm);
     this.uniforms.mostGy.value = 2 * scene.prescriptionGy;
   }
