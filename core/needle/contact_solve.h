@@ -14,8 +14,8 @@
 
 namespace brachy {
 
-/// All landmarks of a tick: anchors, the probe's, then every needle's shaft, then the tips. The tips move most, and landmark systems
-/// recompute the rows from the first that changed.
+/// All landmarks of a tick: anchors, the probe's, then every needle's shaft, then the tips. The tips move most, and
+/// landmark systems recompute the rows from the first that changed.
 struct LandmarkSet {
   /// Of a landmark behind the anchors: landmark `index` of needle `needle`; the probe's is the needle after the last.
   struct Owner {

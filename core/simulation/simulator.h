@@ -46,8 +46,8 @@ class Simulator {
   /// The tissue at rest, tick 0: the initial content of every slot that step gets.
   MeshState initial_state() const;
 
-  /// One tick with the needles at `poses`, by id (not present, or fewer than the scene has: no needle); the probe, where
-  /// the scene has one, comes after the needles, and so does its state. `state` is
+  /// One tick with the needles at `poses`, by id (not present, or fewer than the scene has: no needle); the probe,
+  /// where the scene has one, comes after the needles, and so does its state. `state` is
   /// a slot that only this simulator has written since initial_state, however many ticks ago: blocks that have
   /// changed since are brought up to date.
   void step(std::span<const NeedlePose> poses, MeshState& state) noexcept;

@@ -13,8 +13,8 @@
 
 namespace brachy {
 
-/// Most needles that one file may move; as many as a scene may have.
-inline constexpr std::size_t kMaxTrajectoryNeedles = 16;
+/// Most needles that one file may move; as many as a scene may have, and its probe.
+inline constexpr std::size_t kMaxTrajectoryNeedles = 17;
 
 /// The motions of several needles on one clock: that of their file, or several recordings of one session. A
 /// needle is absent before its first sample and stays at its last one. Immutable.
@@ -60,7 +60,7 @@ class NeedleTrajectories {
   double start_s_, end_s_;
 };
 
-/// The column of a trajectory file that moves several needles: their ids, 0 … 15. Last but for kButtonColumn.
+/// The column of a trajectory file that moves several needles: their ids, 0 … 16. Last but for kButtonColumn.
 inline constexpr std::string_view kNeedleColumn = "needle";
 
 /// Reads a trajectory file of one needle or, with the column `needle`, of several: rows sorted by time, at

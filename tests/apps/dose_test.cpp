@@ -194,6 +194,20 @@ TEST_F(Dose, PrintsTheDvhOfTheScenesStructures) {
   EXPECT_NE(table.out.find("100 Gy"), std::string::npos);
 }
 
+TEST_F(Dose, IsLessWhereTheGlandIsSwollenMeanwhile) {
+  const std::string scene = folder.write("scene.toml", small_scene("[dose]\nspacing_mm = 2\n")), s = some_seeds();
+  const Json healed = json_of(dose({"--seeds", s, "--config", scene, "--json"}));
+  const Json swollen = json_of(dose({"--seeds", s, "--config", scene, "--swelling", "--json"}));
+  EXPECT_FALSE(healed.contains("swelling_resolved_days"));
+  EXPECT_EQ(swollen.at("swelling_resolved_days"), 30);
+  const double before = healed.at("structures").at(0).at("d90_gy"),
+               after = swollen.at("structures").at(0).at("d90_gy");
+  EXPECT_LT(after, 0.98 * before);
+  EXPECT_GT(after, 0.85 * before);
+  EXPECT_TRUE(refused_in_one_line(dose({"--seeds", s, "--points", points("0,0,9\n"), "--out", out, "--swelling"}),
+                                  {"--config"}));
+}
+
 TEST_F(Dose, RefusesASceneOrAGridItCannotUse) {
   const std::string s = seeds("0,0,0,0,0,1,6711,1\n"), scene = folder.write("scene.toml", small_scene());
   EXPECT_TRUE(

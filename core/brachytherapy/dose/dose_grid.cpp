@@ -30,18 +30,19 @@ Vec3 DoseGrid::position(std::size_t i, std::size_t j, std::size_t k) const {
   return origin_ + spacing_ * Vec3(static_cast<double>(i), static_cast<double>(j), static_cast<double>(k));
 }
 
-void DoseGrid::add(const DoseSeed& seed) {
-  assert(seed.position.allFinite() && std::abs(seed.axis.norm() - 1) < 1e-6);
+void DoseGrid::add(const DoseSeed& seed, const Vec3& stretch) {
+  assert(seed.position.allFinite() && std::abs(seed.axis.norm() - 1) < 1e-6 && stretch.minCoeff() > 0);
+  const Vec3 axis = stretch == Vec3::Ones() ? seed.axis : Vec3(stretch.cwiseProduct(seed.axis).normalized());
   const DoseTables& tables = dose_tables(seed.source);
   const DoseLoops& loops = dose_loops(target_);
-  const Vec3 away_step = spacing_ * seed.axis.cross(Vec3::UnitX());
-  DoseRow row{
-      .along = 0, .along_step = static_cast<float>(spacing_ * seed.axis.x()), .away = {}, .away_step = {}};
+  const double step = stretch.x() * spacing_;
+  const Vec3 away_step = step * axis.cross(Vec3::UnitX());
+  DoseRow row{.along = 0, .along_step = static_cast<float>(step * axis.x()), .away = {}, .away_step = {}};
   for (int c = 0; c < 3; ++c) row.away_step[c] = static_cast<float>(away_step[c]);
   for (std::size_t k = 0; k < size_[2]; ++k)
     for (std::size_t j = 0; j < size_[1]; ++j) {
-      const Vec3 d = position(0, j, k) - seed.position, away = seed.axis.cross(d);
-      row.along = static_cast<float>(seed.axis.dot(d));
+      const Vec3 d = stretch.cwiseProduct(position(0, j, k) - seed.position), away = axis.cross(d);
+      row.along = static_cast<float>(axis.dot(d));
       for (int c = 0; c < 3; ++c) row.away[c] = static_cast<float>(away[c]);
       loops.add_row(tables, row, static_cast<float>(seed.air_kerma_strength_u), size_[0],
                     &dose_[index(0, j, k)]);

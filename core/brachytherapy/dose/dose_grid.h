@@ -29,8 +29,9 @@ class DoseGrid {
     return (k * size_[1] + j) * size_[0] + i;
   }
 
-  /// Adds the dose of one more seed (finite; axis of unit length). No allocation.
-  void add(const DoseSeed& seed);
+  /// Adds the dose of one more seed (finite; axis of unit length), where seed and points lie `stretch` times as far
+  /// apart along x, y and z as they do now: in tissue that has swollen. No allocation.
+  void add(const DoseSeed& seed, const Vec3& stretch = Vec3::Ones());
   /// Removes all seeds.
   void clear();
 

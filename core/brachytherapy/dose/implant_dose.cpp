@@ -4,6 +4,8 @@
 #include <utility>
 
 #include "core/base/error.h"
+#include "core/brachytherapy/dose/source.h"
+#include "core/brachytherapy/dose/swelling_phases.h"
 
 namespace brachy {
 namespace {
@@ -34,6 +36,17 @@ ImplantDose::ImplantDose(std::vector<Structure> structures, const DoseSettings& 
 
 void ImplantDose::add(const DoseSeed& seed) {
   grid_.add(seed);
+  ++seed_count_;
+}
+
+void ImplantDose::add_while_swollen(const DoseSeed& seed, const Vec3& day_zero_stretch,
+                                    double resolved_days) {
+  const double half_life = tg43_source(seed.source).half_life_days;
+  for (const SwellingPhase& phase : resolving_swelling(half_life, day_zero_stretch, resolved_days)) {
+    DoseSeed of_phase = seed;
+    of_phase.air_kerma_strength_u *= phase.share;
+    grid_.add(of_phase, phase.stretch);
+  }
   ++seed_count_;
 }
 

@@ -21,6 +21,9 @@ class ImplantDose {
 
   /// One more seed; finite, its axis of unit length.
   void add(const DoseSeed& seed);
+  /// One more seed in a gland that is swollen on the day of the implant and comes back to where it is now
+  /// (resolving_swelling()): what the tissue gets, point for point, while it does.
+  void add_while_swollen(const DoseSeed& seed, const Vec3& day_zero_stretch, double resolved_days);
   void clear();  ///< removes all seeds
   std::size_t seed_count() const { return seed_count_; }
   const DoseGrid& grid() const { return grid_; }
