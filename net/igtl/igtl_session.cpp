@@ -222,14 +222,13 @@ void IgtlSession::offer(bool transforms, bool surface) {
   write_next();
 }
 
-/// The mean rate is the one asked for, as far as there are snapshots: each TDATA goes with the snapshot nearest to its
-/// time, and the next is due one period after that time, not after the snapshot.
+/// The mean rate is the one asked for, as far as there are snapshots: the next TDATA is due one period after the time
+/// at which the last one was due, not after the snapshot that it went with.
 bool IgtlSession::is_tracking_due() {
   const double now_s = environment_.messages.state()->summary.sim_time_s, period_s = *tracking_period_s_;
-  const double spacing_s = 1 / options_.snapshot_hz;
-  if (now_s + 0.5 * spacing_s < tracking_due_s_ && now_s + period_s + spacing_s >= tracking_due_s_)
-    return false;
-  const bool is_near = std::abs(now_s - tracking_due_s_) <= period_s + spacing_s;  // no gap, no new start
+  // After a gap, at the start and after a reset of the simulation the periods begin now.
+  const bool is_near = std::abs(now_s - tracking_due_s_) <= period_s + 1 / options_.snapshot_hz;
+  if (is_near && now_s < tracking_due_s_) return false;
   tracking_due_s_ = (is_near ? tracking_due_s_ : now_s) + period_s;
   return true;
 }

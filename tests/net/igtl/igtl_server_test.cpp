@@ -368,9 +368,11 @@ TEST_F(IgtlServerTest, TrackingDataKeepsTheMeanOfAnyRateAskedFor) {
     for (int snapshot = 1; snapshot <= 330; ++snapshot) {
       while (simulation.state().summary.sim_time_s < begin_s + snapshot / 30.0 - 0.005) simulation.step();
       igtl->publish(simulation.snapshot());
-      ASSERT_TRUE(peer.send_query("GET_STATUS"));
-      const auto answers = static_cast<std::size_t>(snapshot);
-      ASSERT_TRUE(until_read(peer, [&] { return peer.count("STATUS") == answers; }));
+      for (int i = 0; i < 5; ++i) {
+        io.restart();
+        io.poll();
+        peer.take();
+      }
     }
     const double expected = 11'000.0 / std::max(period_ms, 33);
     EXPECT_NEAR(static_cast<double>(peer.count("TDATA")), expected, std::max(2.0, 0.02 * expected))
