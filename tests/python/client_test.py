@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""apps/python against a running brachyd: viewers, devices, operators, tokens, TLS, reconnecting; and as pip installs it.
+"""apps/python against a running brachyd: viewers, devices, operators, tokens, TLS, reconnecting; and installed by pip.
 
 usage: tests/python/client_test.py BRACHYD BRACHY     exit code 77: skipped, with its reason
 """
@@ -25,8 +25,9 @@ except ImportError:
 import brachyd
 from brachyd import ControlAction, ErrorCode, Hello, Role, Subscription, unit_pose
 
-BRACHYD, BRACHY = sys.argv[1:3] if len(sys.argv) >= 3 else ("brachyd", "brachy")
-SCENE = "[model]\nkernel = \"psi31\"\n[tissue]\npoints = 3000\n"
+if len(sys.argv) < 3:
+    sys.exit(__doc__)
+BRACHYD, BRACHY = (os.path.abspath(program) for program in sys.argv[1:3])
 
 
 class Daemon:
@@ -90,8 +91,8 @@ class Viewing(WithDaemon):
             device.send_pose(unit_pose([5, 0, depth]))
             device.poll(0.005)
         out = pathlib.Path(self.folder.name) / "series"
-        record = subprocess.Popen([BRACHY, "record", "--connect", self.daemon.address, "--out", str(out), "--duration", "1.5"],
-                                  stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+        line = [BRACHY, "record", "--connect", self.daemon.address, "--out", str(out), "--duration", "1.5"]
+        record = subprocess.Popen(line, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
         while record.poll() is None:
             device.send_pose(unit_pose([5, 0, 0]))
             device.poll(0.02)
@@ -176,16 +177,36 @@ class Devices(WithDaemon):
         self.assertEqual(operator.protocol.state.support_radius_mm, 20)
 
 
+class Examples(WithDaemon):
+    def run_example(self, name, *more):
+        environment = dict(os.environ, PYTHONPATH=str(ROOT / "apps/python"))
+        line = [sys.executable, str(ROOT / "apps/python/examples" / name), self.daemon.address, *more]
+        ended = subprocess.run(line, env=environment, capture_output=True, text=True, timeout=100)
+        self.assertEqual(ended.returncode, 0, ended.stderr)
+        return ended.stdout
+
+    def test_an_insertion_meets_a_force(self):
+        rows = re.findall(r"tip +(\S+) mm +axial +(\S+) N", self.run_example("insertion.py", "5"))
+        self.assertGreaterEqual(len(rows), 8)
+        self.assertEqual(float(rows[0][1]), 0)
+
+    def test_round_trips_are_measured(self):
+        out = self.run_example("round_trip.py", "200", "1")
+        found = re.match(r"(\d+) forces of (\d+) poses: p50 (\S+) ms", out)
+        self.assertGreater(int(found[1]), 0, out)
+
+
 class Access(unittest.TestCase):
     def test_tls_and_token(self):
         with tempfile.TemporaryDirectory() as folder:
-            subprocess.run(["openssl", "req", "-x509", "-newkey", "rsa:2048", "-nodes", "-keyout", "key.pem", "-out", "cert.pem",
-                            "-days", "2", "-subj", "/CN=127.0.0.1", "-addext", "subjectAltName=IP:127.0.0.1"], cwd=folder,
-                           check=True, capture_output=True)
-            subprocess.run([BRACHY, "token", "a.token"], cwd=folder, check=True, capture_output=True)
+            def run(line):
+                return subprocess.run(line, cwd=folder, check=True, capture_output=True, text=True).stdout
+
+            run(["openssl", "req", "-x509", "-newkey", "rsa:2048", "-nodes", "-keyout", "key.pem", "-out", "cert.pem",
+                 "-days", "2", "-subj", "/CN=127.0.0.1", "-addext", "subjectAltName=IP:127.0.0.1"])
+            run([BRACHY, "token", "a.token"])
             os.chmod(os.path.join(folder, "key.pem"), 0o600)
-            shown = subprocess.run([BRACHY, "token", "--show", "a.token"], cwd=folder, check=True, capture_output=True, text=True)
-            token = bytes.fromhex(shown.stdout.strip())
+            token = bytes.fromhex(run([BRACHY, "token", "--show", "a.token"]).strip())
             scene = pathlib.Path(folder) / "scene.toml"
             scene.write_text('[server]\ntoken_file = "a.token"\ntls_certificate = "cert.pem"\ntls_key = "key.pem"\n')
             daemon = Daemon(folder, "--config", str(scene))
@@ -211,8 +232,10 @@ class Installed(unittest.TestCase):
             pip = subprocess.run([f"{folder}/bin/pip", "install", "--no-index", str(ROOT / "apps/python")], cwd=folder,
                                  capture_output=True, text=True)
             self.assertEqual(pip.returncode, 0, pip.stdout + pip.stderr)
-            code = "import brachyd, importlib.resources as r; print(brachyd.__file__, r.files('brachyd').joinpath('py.typed').is_file())"
-            shown = subprocess.run([f"{folder}/bin/python", "-I", "-c", code], cwd=folder, check=True, capture_output=True, text=True)
+            code = ("import brachyd, importlib.resources as r; "
+                    "print(brachyd.__file__, r.files('brachyd').joinpath('py.typed').is_file())")
+            shown = subprocess.run([f"{folder}/bin/python", "-I", "-c", code], cwd=folder, check=True,
+                                   capture_output=True, text=True)
             self.assertIn(folder, shown.stdout)
             self.assertIn("True", shown.stdout)
 

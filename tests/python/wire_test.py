@@ -47,27 +47,31 @@ def decoded(name):
 
 class Golden(unittest.TestCase):
     def test_every_server_message_is_read_to_its_end(self):
-        for name in ("WELCOME", "TOPOLOGY", "FRAME", "STATE", "EVENT", "ERROR", "PING", "FORCE", "LOCAL_MODEL", "DOSE", "SCENE"):
+        for name in ("WELCOME", "TOPOLOGY", "FRAME", "STATE", "EVENT", "ERROR", "PING", "FORCE", "LOCAL_MODEL", "DOSE",
+                     "SCENE"):
             with self.subTest(name):
                 decoded(name)
 
     def test_hello_is_written_as_the_document_has_it(self):
-        hello = wire.Hello(brachyd.Role.DEVICE, "touch", brachyd.Subscription.POSE_HISTORY, 3.3, 1.0, rate_hz=1000, needle=2,
-                           evaluates_local_model=True)
+        hello = wire.Hello(brachyd.Role.DEVICE, "touch", brachyd.Subscription.POSE_HISTORY, 3.3, 1.0, rate_hz=1000,
+                           needle=2, evaluates_local_model=True)
         self.assertEqual(wire.encode_message(MessageType.HELLO, hello.encode(), 1, 1_000_000_001), BLOCKS["HELLO"])
         operator = wire.Hello(brachyd.Role.OPERATOR, "desk", token=bytes(range(0xe0, 0x100)), software="desk 2.1")
-        self.assertEqual(wire.encode_message(MessageType.HELLO, operator.encode(), 1, 1_000_000_002), BLOCKS["HELLO_TOKEN"])
+        message = wire.encode_message(MessageType.HELLO, operator.encode(), 1, 1_000_000_002)
+        self.assertEqual(message, BLOCKS["HELLO_TOKEN"])
 
     def test_pose_and_control_are_written_as_the_document_has_them(self):
         reader = wire.Reader(BLOCKS["POSE"][40:])
         X_WN = reader.pose()
-        self.assertEqual(wire.encode_message(MessageType.POSE, wire.encode_pose(2, X_WN), 17, 1_000_000_500), BLOCKS["POSE"])
+        message = wire.encode_message(MessageType.POSE, wire.encode_pose(2, X_WN), 17, 1_000_000_500)
+        self.assertEqual(message, BLOCKS["POSE"])
         body = wire.encode_control(brachyd.ControlAction.MODEL, True, "psi32", 18.5)
         self.assertEqual(wire.encode_message(MessageType.CONTROL, body, 21, 1_000_000_900), BLOCKS["CONTROL"])
 
     def test_fields_hold_what_the_document_says(self):
         welcome = decoded("WELCOME")
-        self.assertEqual((welcome.session, welcome.deformation_hz, welcome.needle, welcome.needle_count), (7, 200, 2, 3))
+        self.assertEqual((welcome.session, welcome.deformation_hz), (7, 200))
+        self.assertEqual((welcome.needle, welcome.needle_count), (2, 3))
         self.assertEqual(welcome.limits, wire.Limits(3.5, 1, 0.0005, 1000, 4))
         frame = decoded("FRAME")
         self.assertEqual((frame.tick, frame.base_tick, frame.point_count), (42, 40, 5))
@@ -125,7 +129,8 @@ def vector(values):
 
 def model_of(fields):
     vectors = ("reference_tip", "contact_point", "axis", "lateral_n")
-    return brachyd.LocalModel(**{key: vector(value) if key in vectors else number(value) for key, value in fields.items()})
+    return brachyd.LocalModel(**{key: vector(value) if key in vectors else number(value)
+                                 for key, value in fields.items()})
 
 
 class LocalModelVectors(unittest.TestCase):

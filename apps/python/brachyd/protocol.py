@@ -10,7 +10,8 @@ import numpy.typing as npt
 
 from . import wire
 from .constants import HEADER_BYTES, ControlAction, MessageType
-from .wire import Dose, Error, FloatArray, Frame, Hello, Message, Ping, ProtocolError, Scene, Seed, State, Topology, Welcome
+from .wire import (Dose, Error, FloatArray, Frame, Hello, Message, Ping, ProtocolError, Scene, Seed, State, Topology,
+                   Welcome)
 
 LARGEST_BODY = 1 << 30
 

@@ -296,8 +296,8 @@ class Frame:
 
 def decode_seed(r: Reader) -> Seed:
     number, planned, needle, source, flags, tick = r.get("IiHHIQ")
-    return Seed(number, planned, needle, source, bool(flags & 1), tick, r.f64(), r.f64(), r.vector(), r.vector(), r.vector(),
-                r.vector(), r.vector(), r.vector(), r.vector())
+    return Seed(number, planned, needle, source, bool(flags & 1), tick, r.f64(), r.f64(),
+                *[r.vector() for _ in range(7)])
 
 
 def decode_frame(r: Reader) -> Frame:
@@ -313,8 +313,8 @@ def decode_frame(r: Reader) -> Frame:
     ranges = np.frombuffer(r.take(8 * r.u32()), "<u4").reshape(-1, 2)
     moved_points = int(ranges[:, 1].sum(dtype=np.uint64))
     positions = r.floats(3 * moved_points).reshape(-1, 3)
-    frame = Frame(topology, tick, sim_time, *counters, displacement, step_flags, bool(frame_flags & 1), points, moved, needles,
-                  ranges, positions)
+    frame = Frame(topology, tick, sim_time, *counters, displacement, step_flags, bool(frame_flags & 1), points, moved,
+                  needles, ranges, positions)
     by_id = {needle.id: needle for needle in needles}
 
     def on_section(number: int, s: Reader) -> None:
@@ -332,7 +332,8 @@ def decode_frame(r: Reader) -> Frame:
             frame.seeds = [decode_seed(s) for _ in range(s.u32())]
         elif number == FrameSection.CERTIFICATE:
             verdict, _, _, substeps = s.get("BBHI")
-            frame.certificate = Certificate(verdict, substeps, s.f64(), s.f64(), s.vector(), s.f64(), s.f64(), s.f64(), s.f64())
+            dets, place = (s.f64(), s.f64()), s.vector()
+            frame.certificate = Certificate(verdict, substeps, *dets, place, s.f64(), s.f64(), s.f64(), s.f64())
         elif number == FrameSection.NEEDLE_SHAPES:
             count = s.u16()
             s.u16()
@@ -470,8 +471,9 @@ class LocalModel:
 
 def decode_local_model(r: Reader) -> LocalModel:
     needle, flags, contact, _, tick, sequence, stamp = r.get("HHHHQQQ")
-    return LocalModel(contact, r.vector(), r.vector(), r.vector(), r.f64(), r.f64(), r.f64(), r.f64(), r.vector(), r.f64(),
-                      r.f64(), needle, ForceFlag(flags & 31), tick, sequence, stamp, r.f64(), r.f64(), r.f64(), r.f64())
+    return LocalModel(contact, r.vector(), r.vector(), r.vector(), r.f64(), r.f64(), r.f64(), r.f64(), r.vector(),
+                      r.f64(), r.f64(), needle, ForceFlag(flags & 31), tick, sequence, stamp,
+                      r.f64(), r.f64(), r.f64(), r.f64())
 
 
 @dataclass
