@@ -59,7 +59,8 @@ DaemonOptions parse_daemon_line(int argc, char** argv, std::optional<int>& exit_
   app.add_option("--report-every", options.report_every_s,
                  "report every so many seconds: to the log, with --json as a line of JSON")
       ->check(durations());
-  app.add_flag("--json", options.json, "print the closing summary as JSON on standard output");
+  app.add_flag("--json", options.json,
+               "print the addresses and the closing summary as lines of JSON on standard output");
   double doctor_s = 10;
   auto* doctor = app.add_subcommand("doctor", "check whether this machine can run the scene in real time");
   doctor->footer(

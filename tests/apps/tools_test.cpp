@@ -407,7 +407,6 @@ TEST_F(Tools, SayWhatIsWrongWithAnAddressOrACommand) {
 }
 
 TEST_F(Tools, AFileInAnotherDialectIsNamed) {
-  const TempFolder folder;
   const std::string semicolons = folder.write("s.csv", "t_s;m00;m01\n0;1;0\n");
   EXPECT_TRUE(
       refused_in_one_line(run_brachy({"replay", semicolons, "--offline"}), {"s.csv:1", "semicolons"}));

@@ -41,6 +41,9 @@ class Daemon:
         if not found:
             raise AssertionError(f"brachyd's first line: {line}{self.process.stderr.read()}")
         self.address = found[1]
+        self.http = ""
+        if "--http-port" in more:
+            self.http = self.process.stdout.readline().split()[-1]
 
     def end(self):
         self.process.terminate()
@@ -122,6 +125,47 @@ class Viewing(WithDaemon):
         protocol = asyncio.run(asyncio.wait_for(follow(), 30))
         self.assertGreaterEqual(protocol.mesh_tick, 1)
         self.assertEqual(len(protocol.positions), len(protocol.topology.rest))
+
+
+    def test_a_recording_is_what_was_sent(self):
+        file = pathlib.Path(self.folder.name) / "r.brachy"
+        subprocess.run([BRACHY, "record", "--connect", self.daemon.address, "--out", str(file), "--duration", "0.5"],
+                       check=True, capture_output=True)
+        recording = brachyd.Recording(file)
+        messages = [message for _, message in recording]
+        self.assertEqual(recording.end, "")
+        self.assertIsInstance(messages[0], brachyd.Welcome)
+        frames = [message for message in messages if isinstance(message, brachyd.Frame)]
+        self.assertTrue(frames[0].is_full)
+        cut = pathlib.Path(self.folder.name) / "cut.brachy"
+        cut.write_bytes(file.read_bytes()[:-3])
+        shorter = brachyd.Recording(cut)
+        self.assertEqual(len(list(shorter)), len(messages) - 1)
+        self.assertIn("cut off at byte", shorter.end)
+
+
+class OverWebSocket(WithDaemon):
+    options = ("--http-port", "0")
+
+    def test_both_clients_speak_it(self):
+        with brachyd.Client(f"ws://{self.daemon.http}", Hello(Role.DEVICE)) as device:
+            device.wait_for(lambda: device.protocol.frame is not None)
+            self.assertIsNotNone(device.exchange(unit_pose([5, 0, -60]), 5.0))
+
+        async def first_frame():
+            client = await brachyd.AsyncClient.connect(f"ws://{self.daemon.http}")
+            async for message in client:
+                if isinstance(message, brachyd.Frame):
+                    await client.close()
+                    return message
+
+        self.assertTrue(asyncio.run(asyncio.wait_for(first_frame(), 30)).is_full)
+
+    def test_a_port_of_another_protocol_is_refused_in_words(self):
+        with self.assertRaises((ConnectionError, brachyd.ProtocolError)):
+            brachyd.Client(self.daemon.http)
+        with self.assertRaisesRegex(ValueError, "needs HOST:PORT"):
+            brachyd.Client("http://" + self.daemon.http)
 
 
 class Devices(WithDaemon):

@@ -1,4 +1,4 @@
-"""Clients over TCP and TLS: one that blocks, one for asyncio."""
+"""Clients over TCP, TLS and WebSocket: one that blocks, one for asyncio."""
 from __future__ import annotations
 
 import asyncio
@@ -11,10 +11,20 @@ from typing import Any, AsyncIterator, Callable, List, Optional, Tuple
 import numpy.typing as npt
 
 from .constants import ControlAction
-from .protocol import Protocol, ServerError
-from .wire import Error, Force, Hello, LocalModel, Message
+from .protocol import Protocol
+from .websocket import BINARY, WebSocket, encode_frame
+from .wire import Error, Force, Hello, Message
 
 READ_BYTES = 1 << 18
+
+
+def websocket_of(address: str) -> Tuple[str, Optional[WebSocket]]:
+    """HOST:PORT of ws://HOST:PORT, and the WebSocket to speak there; of any other address itself and None."""
+    for scheme in ("ws://", "wss://"):
+        if address.startswith(scheme):
+            address = address[len(scheme):].rstrip("/")
+            return address, WebSocket(*address_of(address))
+    return address, None
 
 
 def address_of(address: str) -> Tuple[str, int]:
@@ -25,8 +35,20 @@ def address_of(address: str) -> Tuple[str, int]:
     return host.strip("[]"), int(port)
 
 
+def outgoing(protocol: Protocol, websocket: Optional[WebSocket]) -> bytes:
+    """What waits to be sent."""
+    if websocket is not None and not websocket.is_open:
+        return b""  # the server has not answered the upgrade
+    messages = protocol.take_outgoing()
+    if websocket is None:
+        return b"".join(messages)
+    replies, websocket.replies = websocket.replies, []
+    return b"".join(replies + [encode_frame(BINARY, message) for message in messages])
+
+
 class Client:
-    """A client that blocks: `with Client("127.0.0.1:18950", Hello(...)) as client`. One thread.
+    """A client that blocks: `with Client("127.0.0.1:18950", Hello(...)) as client`. One thread. "ws://HOST:PORT" speaks
+    WebSocket to the HTTP port; give `tls` for TLS, also with wss://.
 
     poll() serves the connection and is to be called often: it answers PINGs, and a viewer drains its socket so that it
     shows the present. `client.protocol` holds what came last; `errors` the errors that were not fatal.
@@ -34,6 +56,7 @@ class Client:
 
     def __init__(self, address: str, hello: Optional[Hello] = None, tls: Optional[ssl.SSLContext] = None,
                  timeout_s: float = 10.0) -> None:
+        address, self._websocket = websocket_of(address)
         host, port = address_of(address)
         self.protocol = Protocol(hello or Hello())
         self.errors: List[Error] = []
@@ -41,6 +64,8 @@ class Client:
         plain.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         self._socket: socket.socket = tls.wrap_socket(plain, server_hostname=host) if tls else plain
         try:
+            if self._websocket:
+                self._socket.sendall(self._websocket.upgrade)
             self.flush()
             self.wait_for(lambda: self.protocol.welcome is not None, timeout_s)
         except BaseException:
@@ -57,7 +82,7 @@ class Client:
         self._socket.close()
 
     def flush(self) -> None:
-        out = self.protocol.take_outgoing()
+        out = outgoing(self.protocol, self._websocket)
         if out:
             self._socket.sendall(out)
 
@@ -70,7 +95,7 @@ class Client:
             data = self._socket.recv(READ_BYTES)
             if not data:
                 raise ConnectionError("the server closed the connection")
-            messages += self.protocol.feed(data)
+            messages += self.protocol.feed(self._websocket.feed(data) if self._websocket else data)
         self.errors += [message for message in messages if isinstance(message, Error)]
         self.flush()
         return messages
@@ -114,24 +139,29 @@ class Client:
 class AsyncClient:
     """The same for asyncio: `client = await AsyncClient.connect("127.0.0.1:18950")`, `async for message in client`."""
 
-    def __init__(self, protocol: Protocol, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+    def __init__(self, protocol: Protocol, reader: asyncio.StreamReader, writer: asyncio.StreamWriter,
+                 websocket: Optional[WebSocket] = None) -> None:
         self.protocol = protocol
+        self._websocket = websocket
         self._reader, self._writer = reader, writer
         self._waiting: List[Message] = []
 
     @classmethod
     async def connect(cls, address: str, hello: Optional[Hello] = None,
                       tls: Optional[ssl.SSLContext] = None) -> "AsyncClient":
+        address, websocket = websocket_of(address)
         host, port = address_of(address)
         reader, writer = await asyncio.open_connection(host, port, ssl=tls, limit=READ_BYTES)
-        client = cls(Protocol(hello or Hello()), reader, writer)
+        client = cls(Protocol(hello or Hello()), reader, writer, websocket)
+        if websocket:
+            writer.write(websocket.upgrade)
         await client.flush()
         while client.protocol.welcome is None:
             client._waiting += await client._read()
         return client
 
     async def flush(self) -> None:
-        out = self.protocol.take_outgoing()
+        out = outgoing(self.protocol, self._websocket)
         if out:
             self._writer.write(out)
             await self._writer.drain()
@@ -140,7 +170,7 @@ class AsyncClient:
         data = await self._reader.read(READ_BYTES)
         if not data:
             raise ConnectionError("the server closed the connection")
-        messages = self.protocol.feed(data)
+        messages = self.protocol.feed(self._websocket.feed(data) if self._websocket else data)
         await self.flush()
         return messages
 
@@ -161,6 +191,3 @@ class AsyncClient:
             await self._writer.wait_closed()
         except (ConnectionError, ssl.SSLError):
             pass
-
-
-__all__ = ["AsyncClient", "Client", "LocalModel", "ServerError"]

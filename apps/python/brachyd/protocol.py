@@ -88,9 +88,9 @@ class Protocol:
     def ping(self) -> None:
         self.send(MessageType.PING, Ping(self._sent + 1, False, 0, 0).encode())
 
-    def take_outgoing(self) -> bytes:
-        out = b"".join(self._out)
-        self._out.clear()
+    def take_outgoing(self) -> List[bytes]:
+        """The messages that wait to be sent, each whole."""
+        out, self._out = self._out, []
         return out
 
     # --- in ---
