@@ -7,12 +7,14 @@ start_daemon() {
   : >"$folder/daemon.out"  # before the daemon's shell gets to it: lines of an earlier one are not this one's
   build/release/bin/brachyd "$@" >"$folder/daemon.out" 2>"$folder/daemon.log" &
   daemon=$!
-  until grep -q '^brachyd listening on ' "$folder/daemon.out"; do
+  # With --json the line is {"listening_on":"HOST:PORT"}.
+  local says='s/^brachyd listening on \(.*\)$/\1/p; s/^{"listening_on":"\(.*\)"}$/\1/p'
+  until [[ $(sed -n "$says" "$folder/daemon.out") ]]; do
     kill -0 "$daemon" 2>/dev/null || { cat "$folder/daemon.log" >&2; exit 2; }
     sleep 0.05
   done
   # shellcheck disable=SC2034
-  address=$(sed -n 's/^brachyd listening on //p' "$folder/daemon.out")
+  address=$(sed -n "$says" "$folder/daemon.out")
 }
 end_daemon() {
   local pid=$daemon

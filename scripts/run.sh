@@ -59,7 +59,7 @@ if ((!shows)); then exit; fi
 if (($#)); then
   shown=(--config "$scene" --trajectory "$trajectory")
 else
-  $bin/brachy plan --config config/session.toml --trajectory "$out/implant.csv" >"$out/plan.txt"
+  $bin/brachy plan --force --config config/session.toml --trajectory "$out/implant.csv" >"$out/plan.txt"
   shown=(--config config/session.toml --trajectory "$out/implant.csv")
 fi
 setsid "$bin/brachyd" "${shown[@]}" --play --port 0 --http-port 0 --duration 600 \

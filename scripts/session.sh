@@ -16,7 +16,7 @@ bin=build/release/bin
 out=out/session-$(date +%Y%m%d-%H%M%S)-$$
 mkdir -p "$out"
 echo "session: the plan of $scene"
-$bin/brachy plan --config "$scene" --trajectory "$out/needles.csv" >"$out/plan.txt"
+$bin/brachy plan --force --config "$scene" --trajectory "$out/needles.csv" >"$out/plan.txt"
 head -3 "$out/plan.txt"
 
 if ((offline)); then

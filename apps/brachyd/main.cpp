@@ -33,12 +33,17 @@ int run(const DaemonOptions& options) {
     return kExitOk;
   }
   Daemon daemon(scene, options);
-  std::cout << "brachyd listening on " << daemon.address() << ":" << daemon.port() << std::endl;
+  // With --json each line of standard output is a JSON object.
+  const auto print = [&](const std::string& what, const std::string& key, const std::string& address,
+                         int port) {
+    const std::string where = address + ":" + std::to_string(port);
+    std::cout << (options.json ? "{\"" + key + "\":\"" + where + "\"}" : what + " " + where) << std::endl;
+  };
+  print("brachyd listening on", "listening_on", daemon.address(), daemon.port());
+  const bool has_tls = scene.server.has_tls();
   if (const auto port = daemon.http_port())
-    std::cout << (scene.server.has_tls() ? "https on " : "http on ") << daemon.address() << ":" << *port
-              << std::endl;
-  if (const auto port = daemon.igtl_port())
-    std::cout << "igtl on " << daemon.igtl_address() << ":" << *port << std::endl;
+    print(has_tls ? "https on" : "http on", has_tls ? "https_on" : "http_on", daemon.address(), *port);
+  if (const auto port = daemon.igtl_port()) print("igtl on", "igtl_on", daemon.igtl_address(), *port);
   const DaemonSummary summary = daemon.run();
   std::cerr << to_text(summary);
   if (options.json) std::cout << to_json(summary) << std::endl;

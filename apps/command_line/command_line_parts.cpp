@@ -1,5 +1,10 @@
 #include "apps/command_line/command_line_parts.h"
 
+#include <algorithm>
+#include <iostream>
+#include <utility>
+#include <vector>
+
 #include "apps/command_line/exit_code.h"
 #include "core/base/escaped.h"
 
@@ -10,8 +15,18 @@ CLI::Validator between(double least, double most) {
   const CLI::Range range(least, most);
   return {[range](std::string& text) -> std::string {
             double value = 0;
-            if (CLI::detail::lexical_cast(text, value) && !(value == value))
+            if (!CLI::detail::lexical_cast(text, value) || !(value == value))
               return "needs a number, not '" + text + "'";
+            return range(text);
+          },
+          range.get_description()};
+}
+
+CLI::Validator whole_between(int least, int most) {
+  const CLI::Range range(least, most);
+  return {[range](std::string& text) -> std::string {
+            int value = 0;
+            if (!CLI::detail::lexical_cast(text, value)) return "needs a whole number, not '" + text + "'";
             return range(text);
           },
           range.get_description()};
@@ -25,6 +40,41 @@ CLI::Validator simd_choices() {
   return CLI::IsMember({"auto", "generic", "sse4", "avx2", "avx512"});
 }
 
+namespace {
+
+/// Insertions, deletions and replacements that make `b` of `a`.
+std::size_t edits(const std::string& a, const std::string& b) {
+  std::vector<std::size_t> row(b.size() + 1);
+  for (std::size_t j = 0; j <= b.size(); ++j) row[j] = j;
+  for (std::size_t i = 1; i <= a.size(); ++i) {
+    std::size_t diagonal = std::exchange(row[0], i);
+    for (std::size_t j = 1; j <= b.size(); ++j) {
+      const std::size_t replaced = diagonal + (a[i - 1] == b[j - 1] ? 0 : 1);
+      diagonal = row[j];
+      row[j] = std::min({replaced, row[j] + 1, row[j - 1] + 1});
+    }
+  }
+  return row.back();
+}
+
+/// What is wrong with a first argument that is neither an option nor a command; "": nothing.
+std::string first_argument_fault(const CLI::App& app, int argc, char** argv) {
+  if (argc < 2 || *argv[1] == '-' || *argv[1] == 0) return "";
+  const std::string given = argv[1];
+  std::string nearest;
+  for (const CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; })) {
+    const std::string& name = command->get_name();
+    if (name == given) return "";
+    if (nearest.empty() || edits(given, name) < edits(given, nearest)) nearest = name;
+  }
+  if (nearest.empty()) return "";
+  if (given.ends_with(".toml") && app.get_option_no_throw("--config"))
+    return "a scene file comes after --config: --config " + given;
+  return "there is no command '" + given + "'; did you mean '" + nearest + "'?";
+}
+
+}  // namespace
+
 // CLI11's own exit codes are 100 and up; ours are ExitCode.
 std::optional<int> parse_arguments(CLI::App& app, int argc, char** argv) {
   app.set_version_flag(
@@ -34,6 +84,10 @@ std::optional<int> parse_arguments(CLI::App& app, int argc, char** argv) {
   app.failure_message([](const CLI::App* a, const CLI::Error& e) {
     return a->get_name() + ": " + escaped(e.what()) + "\nTry --help.\n";
   });
+  if (const std::string fault = first_argument_fault(app, argc, argv); !fault.empty()) {
+    std::cerr << app.get_name() << ": " << escaped(fault) << "\nTry --help.\n";
+    return kExitBadInput;
+  }
   try {
     app.parse(argc, argv);
     return std::nullopt;

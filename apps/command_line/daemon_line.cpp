@@ -28,13 +28,13 @@ DaemonOptions parse_daemon_line(int argc, char** argv, std::optional<int>& exit_
   app.add_option("--config", options.config, "scene file (TOML); default: the built-in phantom");
   auto* check_option = app.add_option("--check-config", check, "load this scene and its files, then end");
   check_option->excludes("--config");
-  app.add_option("--port", options.port, "TCP port; 0: a free one")->check(CLI::Range(0, 65535));
+  app.add_option("--port", options.port, "TCP port; 0: a free one")->check(whole_between(0, 65535));
   app.add_option("--http-port", options.http_port,
                  "port of the viewer for browsers and its WebSocket; 0: a free one")
-      ->check(CLI::Range(0, 65535));
+      ->check(whole_between(0, 65535));
   app.add_option("--igtl-port", options.igtl_port,
                  "port of OpenIGTLink for 3D Slicer and PLUS (usual: 18944); 0: a free one")
-      ->check(CLI::Range(0, 65535));
+      ->check(whole_between(0, 65535));
   app.add_option(
       "--nats", options.broker,
       "NATS server to publish to, for `brachy relay` on any host; default: the scene's broker.url");
@@ -59,7 +59,8 @@ DaemonOptions parse_daemon_line(int argc, char** argv, std::optional<int>& exit_
   app.add_option("--report-every", options.report_every_s,
                  "report every so many seconds: to the log, with --json as a line of JSON")
       ->check(durations());
-  app.add_flag("--json", options.json, "print the closing summary as JSON on standard output");
+  app.add_flag("--json", options.json,
+               "print the addresses and the closing summary as lines of JSON on standard output");
   double doctor_s = 10;
   auto* doctor = app.add_subcommand("doctor", "check whether this machine can run the scene in real time");
   doctor->footer(

@@ -5,10 +5,12 @@
 namespace brachy {
 namespace {
 
-/// The port of HOST:PORT; none where the text is not that.
+/// The port of HOST:PORT; none where the text is not that. An IPv6 address stands in brackets.
 std::optional<std::uint16_t> port_of(const std::string& text) {
   const auto colon = text.rfind(':');
   if (colon == std::string::npos || colon == 0) return std::nullopt;
+  const bool is_bracketed = text.front() == '[' && text[colon - 1] == ']' && colon > 2;
+  if (!is_bracketed && text.find(':') != colon) return std::nullopt;
   std::uint16_t port = 0;
   const char* const end = text.data() + text.size();
   const auto [rest, error] = std::from_chars(text.data() + colon + 1, end, port);
@@ -16,18 +18,29 @@ std::optional<std::uint16_t> port_of(const std::string& text) {
   return port;
 }
 
+/// Without port and brackets.
+std::string host_of(const std::string& text) {
+  const std::string host = text.substr(0, text.rfind(':'));
+  return host.front() == '[' ? host.substr(1, host.size() - 2) : host;
+}
+
 }  // namespace
 
 Option add_connect_options(OptionList& list, ConnectOptions& connect, const std::string& help) {
   const auto split = [&connect](const std::string& text) {
-    connect.host = text.substr(0, text.rfind(':'));
+    connect.host = host_of(text);
     connect.port = *port_of(text);
   };
   const Option daemon = list.add_text("--connect", split, help)
                             .check(
                                 [](const std::string& text) -> std::string {
+                                  if (text.find("://") != std::string::npos)
+                                    return "needs HOST:PORT of the native protocol, such as 127.0.0.1:18950, "
+                                           "not '" +
+                                           text + "': http:// is the viewer's, for a browser";
                                   if (port_of(text)) return "";
-                                  return "needs HOST:PORT, such as 127.0.0.1:18950, not '" + text + "'";
+                                  return "needs HOST:PORT, such as 127.0.0.1:18950, not '" + text +
+                                         "'; an IPv6 address in brackets: [::1]:18950";
                                 },
                                 "HOST:PORT");
   list.add("--token-file", connect.token_file, "token to send to the daemon, where it requires one")

@@ -34,7 +34,7 @@ Option Option::range(double least, double most) const {
 }
 
 Option Option::range(int least, int most) const {
-  option_->check(CLI::Range(least, most));
+  option_->check(whole_between(least, most));
   return *this;
 }
 

@@ -270,6 +270,9 @@ class Daemon::Impl {
     h.log = log_;
     h.state = [this] { return telemetry_.state(); };
     h.on_device = [this](bool attached, const net::DeviceInfo& device) { on_device(attached, device); };
+    h.negotiated = [this](std::uint16_t needle) -> std::optional<net::NegotiatedLimits> {
+      return forces_.link().negotiated(needle);
+    };
     h.on_pose = [this](std::uint16_t needle, const NeedlePose& pose) { return on_pose(needle, pose); };
     h.on_drop = [this](std::uint16_t needle, bool pressed) { network_device(needle).press(pressed); };
     h.on_control = [this](const net::ControlMessage& message, const std::string& client) {
@@ -285,7 +288,9 @@ class Daemon::Impl {
     NetworkDevice& needle = network_device(device.needle);
     attached ? needle.attach() : needle.detach();
     if (is_ending_) return;  // the daemon disconnects it: no fault of the device
-    if (device.takes_force) forces_.on_device(attached, device);
+    if (!device.takes_force) return;
+    forces_.on_device(attached, device);
+    if (attached) log_(negotiated_line(device, forces_.link().negotiated(device.needle)));
   }
 
   net::PoseVerdict on_pose(std::uint16_t needle, const NeedlePose& pose) {

@@ -50,6 +50,10 @@ struct Place {
 
 void check_header(std::string_view line, std::string_view header, const Place& place) {
   if (line == header) return;
+  if (line.find(';') != line.npos && line.find(',') == line.npos)
+    place.refuse(
+        "semicolons separate the columns; write commas, and points in numbers, as a spreadsheet in English "
+        "does");
   const std::string expected = "expected the header " + std::string(header);
   if (line.starts_with(header) && line[header.size()] == ',')
     place.refuse("unknown columns " + quoted(line.substr(header.size() + 1)) + "; " + expected +

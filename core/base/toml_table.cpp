@@ -182,11 +182,15 @@ std::vector<TomlTable> TomlTable::tables(const char* key) {
   return all;
 }
 
-void TomlTable::refuse_unknown() const {
+void TomlTable::refuse_unknown(const std::vector<std::string>& elsewhere) const {
   if (!state_->table) return;
   for (const auto& [key, node] : *state_->table) {
     if (std::find(state_->known.begin(), state_->known.end(), key.str()) != state_->known.end()) continue;
     const std::string name = one_short_line(std::string(key.str()));
+    for (const std::string& other : elsewhere)
+      if (const auto dot = other.rfind('.'); other.substr(dot + 1) == name)
+        refuse(state_->file + ":" + std::to_string(node.source().begin.line) + ": '" + name +
+               "' belongs into the table [" + other.substr(0, dot) + "]: write it below that line");
     refuse(state_->file + ":" + std::to_string(node.source().begin.line) + ": unknown key '" +
            state_->prefix + name + "'; did you mean '" + state_->prefix + nearest(name, state_->known) +
            "'?");

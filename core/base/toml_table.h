@@ -36,7 +36,8 @@ class TomlTable {
   std::vector<TomlTable> tables(const char* key);  ///< every [[key]], in the order of the file
 
   /// Throws for the first key that has not been asked for, and proposes the nearest one that has been.
-  void refuse_unknown() const;
+  /// `elsewhere`: "table.key" of keys in other tables, which the message names where one is meant.
+  void refuse_unknown(const std::vector<std::string>& elsewhere = {}) const;
   /// Refuses the value at `key` because of another key's value.
   [[noreturn]] void contradiction(const char* key, const std::string& what) const;
   /// Refuses the table because `key` is missing.

@@ -3,6 +3,7 @@
 #include <cassert>
 #include <numeric>
 
+#include "haptics/force/elapsed.h"
 #include "haptics/trajectory/rigid_pose.h"
 
 namespace brachy {
@@ -58,15 +59,44 @@ PoseStatus PoseGuard::judge(NeedlePose& pose) {
       return PoseStatus::kNotRigid;
   }
   if (pose.stamp_ns < 0) return PoseStatus::kOutOfOrder;  // before any clock's start; and no overflow below
-  if (has_last_ && (pose.stamp_ns <= last_stamp_ns_ || pose.sequence <= last_sequence_)) {
-    return PoseStatus::kOutOfOrder;
+  if (const PoseStatus refused = judge_time(pose); refused != PoseStatus::kAccepted) {
+    if (!replaces_provisional(pose)) return refused;
+    has_last_ = has_offset_ = false;
+    judge_time(pose);
+    is_provisional_ = false;  // four agree
   }
-  if (is_stale(pose)) return PoseStatus::kStale;
+  refused_in_a_row_ = 0;
   has_last_ = true;
   last_stamp_ns_ = pose.stamp_ns;
   last_sequence_ = pose.sequence;
   make_rigid(pose.X_WN);
   return PoseStatus::kAccepted;
+}
+
+PoseStatus PoseGuard::judge_time(const NeedlePose& pose) {
+  if (has_last_ && (pose.stamp_ns <= last_stamp_ns_ || pose.sequence <= last_sequence_))
+    return PoseStatus::kOutOfOrder;
+  return is_stale(pose) ? PoseStatus::kStale : PoseStatus::kAccepted;
+}
+
+/// Counts a pose refused for its time. Of a backlog that arrives at once the delays fall with each pose: they do not
+/// agree.
+bool PoseGuard::replaces_provisional(const NeedlePose& pose) {
+  if (!is_provisional_) return false;
+  const std::int64_t offset_ns = pose.received_ns - pose.stamp_ns;
+  const auto agrees = [&] {
+    if (refused_in_a_row_ == 0 || pose.stamp_ns <= refused_stamp_ns_) return false;
+    const std::int64_t off_ns =
+        elapsed_ns(refused_offset_ns_, offset_ns) + elapsed_ns(offset_ns, refused_offset_ns_);
+    return off_ns <= settings_.agreement_ns && off_ns <= (pose.stamp_ns - first_refused_stamp_ns_) / 2;
+  };
+  if (!agrees()) {
+    refused_in_a_row_ = 0;
+    refused_offset_ns_ = offset_ns;
+    first_refused_stamp_ns_ = pose.stamp_ns;
+  }
+  refused_stamp_ns_ = pose.stamp_ns;
+  return ++refused_in_a_row_ >= kPosesThatAgree;
 }
 
 bool PoseGuard::is_stale(const NeedlePose& pose) {
@@ -75,6 +105,7 @@ bool PoseGuard::is_stale(const NeedlePose& pose) {
   const std::int64_t drift_ns = (pose.received_ns - least_offset_at_ns_) / kDriftDivisor;
   // Offsets lie within ±2^63, their differences may not: compare before subtracting.
   if (!has_offset_ || offset_ns <= least_offset_ns_ + drift_ns) {
+    is_provisional_ = !has_offset_ || elapsed_ns(offset_ns, least_offset_ns_) > settings_.agreement_ns;
     has_offset_ = true;
     least_offset_ns_ = offset_ns;
     least_offset_at_ns_ = pose.received_ns;
@@ -83,7 +114,9 @@ bool PoseGuard::is_stale(const NeedlePose& pose) {
   const auto age_ns =
       static_cast<std::uint64_t>(offset_ns) -
       static_cast<std::uint64_t>(least_offset_ns_ + drift_ns);  // positive: modulo 2^64 is exact
-  return age_ns > static_cast<std::uint64_t>(settings_.stale_ns);
+  if (age_ns > static_cast<std::uint64_t>(settings_.stale_ns)) return true;
+  is_provisional_ = false;
+  return false;
 }
 
 }  // namespace brachy

@@ -27,6 +27,8 @@ std::string_view to_string(PoseStatus verdict);
 struct PoseGuardSettings {
   /// Age at which a pose is refused, ns, > 0.
   std::int64_t stale_ns = 100'000'000;
+  /// By this much delays may differ that agree, ns, > 0; below the least by more a pose is provisional.
+  std::int64_t agreement_ns = 25'000'000;
 };
 
 /// Judges the poses of one device as they arrive; the simulation only ever sees accepted ones.
@@ -34,8 +36,12 @@ struct PoseGuardSettings {
 /// A device stamps poses with its own clock, of unknown offset. The smallest difference arrival − stamp of
 /// the poses in order is taken as the offset plus the shortest transmission time; a pose's age is the excess
 /// over that. The smallest difference grows by 200 parts per million of the time since it was measured, so
-/// that poses of a device with a slower clock do not become stale within the hour. A device whose clock jumps
-/// forward and back is refused until the next reset, that is, until it connects again.
+/// that poses of a device with a slower clock do not become stale within the hour.
+///
+/// A pose stamped ahead of its device's clock makes those after it stale or back in time. So one whose difference is
+/// far below the smallest so far, or that is the first, is provisional until another one is accepted. While it is,
+/// four poses refused in a row for their time that agree among themselves replace it. A device whose clock jumps
+/// forward for longer and back is refused until the next reset, that is, until it connects again.
 ///
 /// Threads: one, the io thread.
 ///
@@ -60,11 +66,16 @@ class PoseGuard {
   PoseStatus note(PoseStatus verdict);
 
   /// A new device: forgets the last stamp and sequence and the clock offset.
-  void reset() { has_last_ = has_offset_ = false; }
+  void reset() { has_last_ = has_offset_ = is_provisional_ = false; }
+
+  /// So many poses refused in a row for their time replace a provisional one.
+  static constexpr int kPosesThatAgree = 4;
 
  private:
   PoseStatus judge(NeedlePose& pose);
+  PoseStatus judge_time(const NeedlePose& pose);
   bool is_stale(const NeedlePose& pose);
+  bool replaces_provisional(const NeedlePose& pose);
 
   PoseGuardSettings settings_;
   bool has_last_ = false;
@@ -73,6 +84,11 @@ class PoseGuard {
   bool has_offset_ = false;
   std::int64_t least_offset_ns_ = 0;     // arrival − stamp
   std::int64_t least_offset_at_ns_ = 0;  // arrival of the pose that showed it
+  bool is_provisional_ = false;          // the last accepted pose is
+  int refused_in_a_row_ = 0;             // since it, which agree
+  std::int64_t refused_offset_ns_ = 0;   // of the first of them
+  std::int64_t first_refused_stamp_ns_ = 0;
+  std::int64_t refused_stamp_ns_ = 0;  // of the last of them
   std::array<std::uint64_t, kPoseStatuses> counts_{};
 };
 

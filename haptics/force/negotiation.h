@@ -11,6 +11,10 @@ namespace brachy {
 /// Damping of a device that does not state its own, N·s/mm: half a newton second per metre.
 inline constexpr double kDefaultDampingNsPerMm = 0.0005;
 
+/// What a device states above these is not plausible and has its default instead: no handle takes such a force. The
+/// damping's bound, 50 N·s/m, also catches most values that were meant in N·s/m: those of devices are 0.1 to 10.
+inline constexpr double kLargestForceN = 50, kLargestStiffnessNPerMm = 1000, kLargestDampingNsPerMm = 0.05;
+
 /// Limits as a device states them; NaN if it does not.
 struct StatedLimits {
   double max_force_n = std::numeric_limits<double>::quiet_NaN();
@@ -43,20 +47,28 @@ inline double wire_delay_s(double round_trip_s, double period_s) {
   return round_trip_s + 2 * period_s;
 }
 
-/// Whether a number is stated: finite and above 0.
-inline bool is_stated(double value) {
-  return std::isfinite(value) && value > 0;
+/// Whether a number is stated and plausible: above 0 and at most `largest`.
+inline bool is_plausible(double value, double largest) {
+  return value > 0 && value <= largest;  // not NaN
+}
+/// Whether a number is stated, but not plausible.
+inline bool is_implausible(double value, double largest) {
+  return !std::isnan(value) && !is_plausible(value, largest);
 }
 
-/// Limits of the device in that loop: its stated limits, defaults for those it does not state, and a
-/// stiffness that is never above the passive one.
+/// Damping to calculate with, N·s/mm.
+inline double damping_of(const StatedLimits& stated) {
+  return is_plausible(stated.damping_n_s_per_mm, kLargestDampingNsPerMm) ? stated.damping_n_s_per_mm
+                                                                         : kDefaultDampingNsPerMm;
+}
+
+/// Limits of the device in that loop: its stated limits, defaults for those it does not state or that are not
+/// plausible, and a stiffness that is never above the passive one.
 inline ForceLimits negotiate(const StatedLimits& stated, const ClosedLoop& loop) {
-  const double damping =
-      is_stated(stated.damping_n_s_per_mm) ? stated.damping_n_s_per_mm : kDefaultDampingNsPerMm;
   ForceLimits limits;
-  if (is_stated(stated.max_force_n)) limits.max_force_n = stated.max_force_n;
-  limits.max_stiffness_n_per_mm = passive_stiffness_n_per_mm(damping, loop);
-  if (is_stated(stated.max_stiffness_n_per_mm))
+  if (is_plausible(stated.max_force_n, kLargestForceN)) limits.max_force_n = stated.max_force_n;
+  limits.max_stiffness_n_per_mm = passive_stiffness_n_per_mm(damping_of(stated), loop);
+  if (is_plausible(stated.max_stiffness_n_per_mm, kLargestStiffnessNPerMm))
     limits.max_stiffness_n_per_mm = std::min(limits.max_stiffness_n_per_mm, stated.max_stiffness_n_per_mm);
   return limits;
 }

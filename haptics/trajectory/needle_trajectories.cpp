@@ -75,4 +75,28 @@ NeedleTrajectories NeedleTrajectories::sped_up(double factor) const {
   });
 }
 
+std::vector<std::string> doubts_about(const NeedleTrajectories& trajectories) {
+  // A needle in a prostate goes tens of mm, at 0.1 mm/s at least; the clinic's insertions take minutes.
+  constexpr double kLeastReachMm = 1, kLeastSpeedMmS = 0.01, kLongestInsertionS = 600;
+  std::vector<std::string> doubts;
+  std::size_t samples = 0;
+  double path_mm = 0, reach_mm = 0;
+  for (const NeedleTrajectories::Needle& needle : trajectories.needles()) {
+    const auto& own = needle.motion.samples();
+    samples += own.size();
+    for (std::size_t i = 0; i < own.size(); ++i) {
+      reach_mm = std::max(reach_mm, own[i].X_WN.p.cwiseAbs().maxCoeff());
+      if (i > 0) path_mm += (own[i].X_WN.p - own[i - 1].X_WN.p).norm();
+    }
+  }
+  if (samples == 1)
+    doubts.emplace_back("has a single row: the needle stands where it is; add rows for a motion");
+  if (samples > 1 && path_mm > 0 && reach_mm < kLeastReachMm)
+    doubts.emplace_back("no tip is 1 mm from the origin: are positions in metres? m03, m13, m23 are in mm");
+  const double duration_s = trajectories.duration_s();
+  if (path_mm > 0 && duration_s > kLongestInsertionS && path_mm < kLeastSpeedMmS * duration_s)
+    doubts.emplace_back("the needle moves by less than 0.01 mm/s: are times in milliseconds? t_s is in s");
+  return doubts;
+}
+
 }  // namespace brachy

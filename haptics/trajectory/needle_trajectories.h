@@ -73,6 +73,10 @@ NeedleTrajectories parse_trajectories(std::string_view text, const std::string& 
 NeedleTrajectories load_trajectories(const std::filesystem::path& file,
                                      std::size_t needle_count = kMaxTrajectoryNeedles);
 
+/// What is odd about a trajectory that may still be meant, a sentence each with the fix: one sample, positions that
+/// look like metres, times that look like milliseconds.
+std::vector<std::string> doubts_about(const NeedleTrajectories& trajectories);
+
 /// trajectory_row with the needle's id behind.
 std::string trajectory_row(const TrajectorySample& sample, std::uint32_t needle);
 

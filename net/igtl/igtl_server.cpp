@@ -5,6 +5,7 @@
 #include <boost/asio/post.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include <map>
+#include <set>
 #include <utility>
 #include <vector>
 
@@ -21,6 +22,7 @@ namespace asio = boost::asio;
 namespace {
 
 constexpr std::size_t kReadBufferBytes = 16 * 1024;
+constexpr std::size_t kMaxLoggedNames = 32;  // of TRANSFORMs that are no needle's
 
 /// The server's, but loopback where anybody else might reach it.
 std::string checked_address(const IgtlOptions& options, const ServerOptions& common) {
@@ -95,6 +97,7 @@ class IgtlServer::Impl : public std::enable_shared_from_this<IgtlServer::Impl> {
   std::uint16_t port() const { return acceptor_->port(); }
   std::uint64_t surfaces_encoded() const { return messages_.encoded(); }
   std::uint64_t messages_dropped() const { return messages_dropped_; }
+  std::uint64_t other_names() const { return other_names_; }
   asio::io_context& io() { return io_; }
 
  private:
@@ -116,9 +119,12 @@ class IgtlServer::Impl : public std::enable_shared_from_this<IgtlServer::Impl> {
     auto connection = std::make_shared<TcpConnection>(std::move(socket), server_.options().send_buffer_bytes,
                                                       kReadBufferBytes);
     IgtlSession::Environment environment{
-        server_, messages_, options_.first_message_wait,
+        server_,
+        messages_,
+        options_.first_message_wait,
         [this](const IgtlSession& session, const std::string& reason) { on_closed(session, reason); },
-        [this] { ++messages_dropped_; }};
+        [this] { ++messages_dropped_; },
+        [this](const IgtlSession& session, const std::string& name) { on_other_name(session, name); }};
     const auto session =
         std::make_shared<IgtlSession>(++last_session_, std::move(connection), std::move(slot), environment);
     sessions_.emplace(session->id(), session);
@@ -131,6 +137,15 @@ class IgtlServer::Impl : public std::enable_shared_from_this<IgtlServer::Impl> {
     log_("OpenIGTLink client from " + session.address() + " left: " + reason);
     sessions_.erase(session.id());
     if (is_stopped_ && sessions_.empty()) timer_.cancel();
+  }
+
+  /// Counts all, logs each name once while there are few.
+  void on_other_name(const IgtlSession& session, const std::string& name) {
+    ++other_names_;
+    if (logged_names_.size() >= kMaxLoggedNames || !logged_names_.insert(name).second) return;
+    log_("OpenIGTLink client from " + session.address() + ": TRANSFORM " + name +
+         " moves no needle and is skipped; a needle's is named NeedleToRas, of several Needle0ToRas, "
+         "Needle1ToRas, …");
   }
 
   void on_timer() {
@@ -155,7 +170,8 @@ class IgtlServer::Impl : public std::enable_shared_from_this<IgtlServer::Impl> {
   RateLimit transform_rate_{1, 1}, surface_rate_{1, 1};
   std::map<std::uint64_t, std::shared_ptr<IgtlSession>> sessions_;
   std::uint64_t last_session_ = 0;
-  std::uint64_t messages_dropped_ = 0;
+  std::uint64_t messages_dropped_ = 0, other_names_ = 0;
+  std::set<std::string> logged_names_;
   bool is_stopped_ = false;
 };
 
@@ -186,6 +202,9 @@ std::size_t IgtlServer::client_count() const {
 }
 std::uint64_t IgtlServer::surfaces_encoded() const {
   return impl_->surfaces_encoded();
+}
+std::uint64_t IgtlServer::other_names() const {
+  return impl_->other_names();
 }
 std::uint64_t IgtlServer::messages_dropped() const {
   return impl_->messages_dropped();

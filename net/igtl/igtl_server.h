@@ -61,6 +61,7 @@ class IgtlServer {
   std::size_t client_count() const;        ///< connected and not being closed
   std::uint64_t surfaces_encoded() const;  ///< since start: once a snapshot and header version at most
   std::uint64_t messages_dropped() const;  ///< of clients since start: wrong CRC, or invalid
+  std::uint64_t other_names() const;       ///< TRANSFORMs since start whose name is no needle's: skipped
 
   /// Stops listening, notifies every client, and sends what is pending for at most the server's drain_timeout.
   void stop();

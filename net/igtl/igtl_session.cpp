@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <utility>
 
 #include "net/base/clock.h"
@@ -11,6 +12,7 @@
 namespace brachy::net::igtl {
 namespace {
 
+constexpr std::uint16_t kNewestSent = 2;
 constexpr std::size_t kMaxAnswers = 16;  // waiting; further queries are ignored
 constexpr std::array<std::string_view, 7> kCapabilities = {
     "TRANSFORM", "GET_TRANS", "GET_POLYDATA", "GET_STATUS", "GET_CAPABIL", "STT_TDATA", "STP_TDATA"};
@@ -67,14 +69,14 @@ void IgtlSession::on_bytes(std::span<const std::byte> bytes) {
       case Parsed::kLost:
         environment_.on_dropped();
         return fail({StatusCode::kIllegalInstruction, 0, "NotOpenIGTLink",
-                     "no OpenIGTLink header of version 1 or 2, or a body of over 1 GiB"});
+                     "no OpenIGTLink header of version 1 to 3, or a body of over 1 GiB"});
     }
   }
 }
 
 /// The first message decides what a client gets; queries for the server's state or capabilities do not count.
 void IgtlSession::on_header(const Header& header) {
-  version_ = std::max(version_, header.version);
+  version_ = std::clamp(header.version, version_, kNewestSent);
   if (wish_ != Wish::kNotKnown || header.type == "GET_STATUS" || header.type == "GET_CAPABIL") return;
   const bool is_asking = header.type.starts_with("GET_") || header.type.starts_with("STT_");
   if (!is_asking) return begin_stream();
@@ -105,6 +107,7 @@ void IgtlSession::handle_query(const MessageParser::Message& message) {
     const auto asked = decode_start_tracking(message.content);
     if (!asked) return report({StatusCode::kIllegalInstruction, 0, "Malformed", "STT_TDATA has 36 bytes"});
     tracking_period_s_ = 1e-3 * asked->resolution_ms;
+    tracking_due_s_ = 0;
     answer(encode_tracking_answer(label(query.device)));
   } else if (query.type == "STP_TDATA") {
     tracking_period_s_.reset();
@@ -115,7 +118,8 @@ void IgtlSession::handle_query(const MessageParser::Message& message) {
   }
 }
 
-/// By name; without one needle 0's pose. The answer for an unknown name has an empty body.
+/// By name; without one needle 0's pose. The answer for an unknown name has an empty body, as the protocol says; with
+/// a header of version 2 upstream's library does not unpack that, and a STATUS says it.
 void IgtlSession::answer_transform(const Header& query) {
   if (const MeshState* state = environment_.messages.state()) {
     const std::size_t count = state->needles.states.size();
@@ -125,13 +129,16 @@ void IgtlSession::answer_transform(const Header& query) {
       if (query.device == bent_tip_name(needle, count) && !bent_tip.empty()) return answer(bent_tip);
     }
   }
-  answer(encode_empty("TRANSFORM", label(query.device)));
+  if (version_ < 2) return answer(encode_empty("TRANSFORM", label(query.device)));
+  const std::string asked = query.device.empty() ? "the needle" : query.device;
+  answer(encode_status(label(query.device), {StatusCode::kNotPresent, 0, "NoTransform",
+                                             "there is no transform of " + asked + " now"}));
 }
 
 void IgtlSession::handle_transform(const MessageParser::Message& message) {
   const Header& header = message.header;
   const auto needle = needle_of(header.device);
-  if (!needle) return;  // another program's tool
+  if (!needle) return environment_.on_other_name(*this, header.device);  // another program's tool
   if (!poses_.pass(now_ns_)) {
     return refuse(
         {false, kRefusedRate, "more than " + std::to_string(options_.max_poses_per_s) + " poses a second"},
@@ -142,11 +149,13 @@ void IgtlSession::handle_transform(const MessageParser::Message& message) {
     environment_.on_dropped();
     return report({StatusCode::kIllegalInstruction, 0, "Malformed", "TRANSFORM has 48 bytes"});
   }
-  Held* held = attach(*needle, header.device);
+  // PLUS sets this where the tracker does not see the tool; the matrix is meaningless then. It keeps a lease, and takes
+  // none.
+  const bool is_seen = message.find_metadata("TransformStatus").value_or("OK") == "OK";
+  Held* held = is_seen ? attach(*needle, header.device) : find_held(*needle);
   if (!held) return;
   held->last_ns = now_ns_;
-  // PLUS sets this where the tracker does not see the tool; the matrix is meaningless then.
-  if (message.find_metadata("TransformStatus").value_or("OK") != "OK") return;
+  if (!is_seen) return;
   NeedlePose pose;
   pose.X_WN = *X_WN;
   pose.sequence = ++poses_received_;
@@ -158,11 +167,15 @@ void IgtlSession::handle_transform(const MessageParser::Message& message) {
     report({StatusCode::kUnknownError, verdict.code, "PoseRefused", header.device + ": " + verdict.text});
 }
 
-/// Null: another device has it, or there is no such needle; the client has been sent the reason.
-IgtlSession::Held* IgtlSession::attach(std::uint16_t needle, const std::string& device) {
+IgtlSession::Held* IgtlSession::find_held(std::uint16_t needle) {
   const auto held =
       std::find_if(held_.begin(), held_.end(), [&](const Held& h) { return h.needle == needle; });
-  if (held != held_.end()) return &*held;
+  return held == held_.end() ? nullptr : &*held;
+}
+
+/// Null: another device has it, or there is no such needle; the client has been sent the reason.
+IgtlSession::Held* IgtlSession::attach(std::uint16_t needle, const std::string& device) {
+  if (Held* held = find_held(needle)) return held;
   DeviceInfo info;
   info.name = device;
   info.address = "OpenIGTLink " + address();
@@ -205,13 +218,19 @@ void IgtlSession::offer(bool transforms, bool surface) {
     transforms_pending_ |= transforms;
     surface_pending_ |= surface;
   }
-  const double now_s = environment_.messages.state()->summary.sim_time_s;
-  if (transforms && tracking_period_s_ &&
-      (now_s < last_tracking_s_ || now_s - last_tracking_s_ >= *tracking_period_s_)) {
-    last_tracking_s_ = now_s;
-    tracking_pending_ = true;
-  }
+  if (transforms && tracking_period_s_ && is_tracking_due()) tracking_pending_ = true;
   write_next();
+}
+
+/// The mean rate is the one asked for, as far as there are snapshots: the next TDATA is due one period after the time
+/// at which the last one was due, not after the snapshot that it went with.
+bool IgtlSession::is_tracking_due() {
+  const double now_s = environment_.messages.state()->summary.sim_time_s, period_s = *tracking_period_s_;
+  // After a gap, at the start and after a reset of the simulation the periods begin now.
+  const bool is_near = std::abs(now_s - tracking_due_s_) <= period_s + 1 / options_.snapshot_hz;
+  if (is_near && now_s < tracking_due_s_) return false;
+  tracking_due_s_ = (is_near ? tracking_due_s_ : now_s) + period_s;
+  return true;
 }
 
 void IgtlSession::write_next() {

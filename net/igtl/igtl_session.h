@@ -26,6 +26,8 @@ class IgtlSession final : public ConnectionListener, public std::enable_shared_f
     std::chrono::milliseconds first_message_wait;
     std::function<void(const IgtlSession&, const std::string& reason)> on_closed;  ///< last call
     std::function<void()> on_dropped;  ///< a message of this client was dropped
+    /// A TRANSFORM came whose name is no needle's.
+    std::function<void(const IgtlSession&, const std::string& name)> on_other_name;
   };
 
   IgtlSession(std::uint64_t id, std::shared_ptr<Connection> connection, std::shared_ptr<ConnectionSlot> slot,
@@ -63,7 +65,9 @@ class IgtlSession final : public ConnectionListener, public std::enable_shared_f
   void handle_transform(const MessageParser::Message& message);
   void handle_query(const MessageParser::Message& message);
   void answer_transform(const Header& query);
+  Held* find_held(std::uint16_t needle);  ///< null: it does not hold this needle
   Held* attach(std::uint16_t needle, const std::string& device);
+  bool is_tracking_due();
   void release_needles(const std::string& reason);
   void refuse(const PoseVerdict& verdict, StatusCode code);
   void report(const Status& status);
@@ -98,7 +102,7 @@ class IgtlSession final : public ConnectionListener, public std::enable_shared_f
   bool transforms_pending_ = false, surface_pending_ = false, tracking_pending_ = false;
   bool was_surface_ = false;  // written last: the others' turn
   std::optional<double> tracking_period_s_;
-  double last_tracking_s_ = 0;  // simulation time
+  double tracking_due_s_ = 0;  // simulation time
   bool writing_ = false;
 };
 

@@ -24,7 +24,7 @@ Parsed MessageParser::next(Message& message) {
   if (rest.size() < kHeaderSize) return Parsed::kNeedMore;
   message.header = decode_header(rest);
   const std::uint64_t size = message.header.body_size;
-  if (message.header.version < 1 || message.header.version > 2 || size > kMaxSkippedBytes) {
+  if (message.header.version < 1 || message.header.version > kNewestVersion || size > kMaxSkippedBytes) {
     is_lost_ = true;
     return Parsed::kLost;
   }
@@ -44,7 +44,7 @@ Parsed MessageParser::open(std::span<const std::byte> body, Message& message) co
   if (crc64(body) != message.header.crc && !body.empty()) return Parsed::kWrongCrc;
   message.content = body;
   message.metadata_header = message.metadata = {};
-  if (message.header.version < 2) return Parsed::kMessage;
+  if (message.header.version < 2 || body.empty()) return Parsed::kMessage;
   if (body.size() < kExtendedHeaderSize) return Parsed::kMalformed;
   const std::size_t extended = get<std::uint16_t>(body), header = get<std::uint16_t>(body.subspan(2));
   const std::uint64_t metadata = get<std::uint32_t>(body.subspan(4));

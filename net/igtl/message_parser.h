@@ -27,6 +27,8 @@ class MessageParser {
  public:
   /// Messages that is_read() have small bodies; the rest allows for metadata.
   static constexpr std::uint64_t kMaxBodyBytes = 64 * 1024;
+  /// Some programs write the protocol's version, 3, into the header, whose own is 2 then.
+  static constexpr std::uint16_t kNewestVersion = 3;
   /// Limit of skipped messages: an image or a volume that a client broadcasts.
   static constexpr std::uint64_t kMaxSkippedBytes = 1 << 30;
 

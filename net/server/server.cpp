@@ -200,6 +200,7 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
     welcome.topology_hash = (hello.subscription & kSubscribeSurface) ? surface_hash_ : topology_hash_;
     welcome.server = options_.server_name;
     welcome.needle_count = options_.needles;
+    if (role == Role::kDevice && handlers_.negotiated) welcome.limits = handlers_.negotiated(welcome.needle);
     return std::nullopt;
   }
 

@@ -3,6 +3,7 @@
 #include <chrono>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
 
 #include "core/needle/needle_pose.h"
@@ -68,6 +69,8 @@ struct ServerHandlers {
   std::function<PoseVerdict(std::uint16_t needle, const NeedlePose&)>
       on_pose;                                                      ///< none: every pose is accepted
   std::function<void(bool attached, const DeviceInfo&)> on_device;  ///< a network device took or left a lease
+  /// What was negotiated with the needle's device, which has just been attached; none: nothing.
+  std::function<std::optional<NegotiatedLimits>(std::uint16_t needle)> negotiated;
   /// The needle's device or an operator ends a latched fault; `sender` is "NAME (ADDRESS)".
   std::function<void(std::uint16_t needle, const std::string& sender)> on_arm;
   std::function<void(std::uint16_t needle, bool pressed)>

@@ -6,6 +6,7 @@ namespace brachy::net {
 namespace {
 
 constexpr std::uint16_t kDeviceSection = 1;  // of HELLO and of WELCOME
+constexpr std::uint16_t kLimitsSection = 2;  // of WELCOME
 constexpr std::uint16_t kTokenSection = 2;   // of HELLO
 constexpr std::uint16_t kSoftwareSection = 3;
 constexpr std::uint16_t kSafetySection = 1;  // of STATE
@@ -93,7 +94,8 @@ void fields(Archive& archive, MaybeConst<HelloMessage> auto& message) {
 }
 BRACHY_CODEC(HelloMessage);
 
-void fields(auto& archive, MaybeConst<WelcomeMessage> auto& message) {
+template <class Archive>
+void fields(Archive& archive, MaybeConst<WelcomeMessage> auto& message) {
   archive.u64(message.session);
   role_field(archive, message.role);
   archive.reserved(2);
@@ -106,9 +108,19 @@ void fields(auto& archive, MaybeConst<WelcomeMessage> auto& message) {
   archive.text(message.server, kMaxNameBytes);
   archive.text(message.units, kMaxNameBytes);
   archive.text(message.frame, kMaxNameBytes);
-  archive.sections(Section{kDeviceSection, true, [&](auto& section) {
+  archive.sections(Section{kDeviceSection, true,
+                           [&](auto& section) {
                              section.u16(message.needle);
                              section.u16(message.needle_count);
+                             section.reserved(4);
+                           }},
+                   Section{kLimitsSection, message.limits.has_value(), [&](auto& section) {
+                             if constexpr (Archive::kReads) message.limits.emplace();
+                             section.f64(message.limits->max_force_n);
+                             section.f64(message.limits->max_stiffness_n_per_mm);
+                             section.f64(message.limits->damping_n_s_per_mm);
+                             section.f64(message.limits->rate_hz);
+                             section.u32(message.limits->not_plausible);
                              section.reserved(4);
                            }});
 }

@@ -102,6 +102,20 @@ struct DeviceLimits {
   double rate_hz = std::numeric_limits<double>::quiet_NaN();
 };
 
+/// What was negotiated with a device: its plausible limits, and defaults.
+struct NegotiatedLimits {
+  double max_force_n = 0, max_stiffness_n_per_mm = 0, damping_n_s_per_mm = 0, rate_hz = 0;
+  std::uint32_t not_plausible = 0;  ///< stated, but replaced by the default: ImplausibleLimit bits
+
+  bool operator==(const NegotiatedLimits&) const = default;
+};
+enum ImplausibleLimit : std::uint32_t {
+  kForceNotPlausible = 1u << 0,
+  kStiffnessNotPlausible = 1u << 1,
+  kDampingNotPlausible = 1u << 2,
+  kRateNotPlausible = 1u << 3,
+};
+
 constexpr std::uint16_t kAnyNeedle = 0xFFFF;  ///< in HELLO: any free one; in WELCOME: none was granted
 
 /// Bits of HelloMessage::device_flags.
@@ -138,8 +152,9 @@ struct WelcomeMessage {
   std::string server;  ///< name and version
   std::string units = "mm,s,N";
   std::string frame = "RAS";
-  std::uint16_t needle = kAnyNeedle;  ///< granted to a device
-  std::uint16_t needle_count = 1;     ///< of the scene: ids 0 … count − 1
+  std::uint16_t needle = kAnyNeedle;       ///< granted to a device
+  std::uint16_t needle_count = 1;          ///< of the scene: ids 0 … count − 1
+  std::optional<NegotiatedLimits> limits;  ///< of a device; section LIMITS
 };
 
 struct TopologyMessage {

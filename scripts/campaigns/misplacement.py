@@ -82,7 +82,7 @@ def run(brachy, work, scene, speed, seed):
     with open(config, "w", encoding="utf-8") as file:
         file.write(scene_text(scene, seed))
     tools = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL, "check": True}
-    subprocess.run([brachy, "plan", "--config", config, "--trajectory", implant, "--speed-mm-s", str(speed),
+    subprocess.run([brachy, "plan", "--force", "--config", config, "--trajectory", implant, "--speed-mm-s", str(speed),
                     "--drop-speed-mm-s", str(0.4 * speed)], **tools)
     if scene.get("needle", {}).get("locking_count"):
         with open(implant, encoding="utf-8") as file:

@@ -214,8 +214,8 @@ def run(daemon_out, pid, seconds, work, csv_path):
     with open(daemon_out) as out:
         text = out.read()
     ports = [
-        int(re.search(rf"^{name} .*:(\d+)$", text, re.M).group(1))
-        for name in ("brachyd listening on", "http on", "igtl on")
+        int(re.search(rf'^{{"{name}":".*:(\d+)"}}$', text, re.M).group(1))
+        for name in ("listening_on", "http_on", "igtl_on")
     ]
     soak = Soak(ports, pid, work)
     viewers = [

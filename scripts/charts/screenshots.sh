@@ -15,7 +15,7 @@ out=$(mktemp -d)
 trap 'kill_daemon; rm -rf "$out"' EXIT
 mkdir -p "$pictures"
 
-$bin/brachy plan --config config/session.toml --trajectory "$out/implant.csv" >/dev/null
+$bin/brachy plan --force --config config/session.toml --trajectory "$out/implant.csv" >/dev/null
 awk -F, -v OFS=, 'NR > 1 && /^[0-9]/ {$1 /= 2} {print}' "$out/implant.csv" >"$out/quick.csv"  # 100 mm/s in, 40 mm/s out
 start_daemon "$out" --config config/session.toml --trajectory "$out/quick.csv" --port 0 --http-port 0
 until grep -q '^http on ' "$out/daemon.out"; do sleep 0.05; done

@@ -80,6 +80,7 @@ TEST_F(BrachydAccess, ToolsWithATokenAreLetInAndOthersAreToldWhatTheyLack) {
   const Ended none = watch({}), other = watch({"--token-file", wrong});
   EXPECT_TRUE(exited(none, 1));
   EXPECT_NE(none.err.find("--token-file"), std::string::npos) << none.err;
+  EXPECT_EQ(none.out, "") << "no counters of nothing";
   EXPECT_TRUE(exited(other, 1));
   EXPECT_NE(other.err.find("not known to this daemon"), std::string::npos) << other.err;
   const std::string motion = folder.write("motion.csv", short_insertion(0.3));

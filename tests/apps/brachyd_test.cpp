@@ -38,7 +38,8 @@ TEST_F(Brachyd, SaysItsAddressThenRunsForItsDurationAndSumsUp) {
   // Standard output has the address and the summary, nothing else: logs go to stderr.
   const auto lines = lines_of(ended.out);
   ASSERT_EQ(lines.size(), 2u) << ended.out;
-  EXPECT_EQ(lines[0], "brachyd listening on 127.0.0.1:" + std::to_string(daemon.port));
+  const std::string address = "127.0.0.1:" + std::to_string(daemon.port);
+  EXPECT_EQ(nlohmann::json::parse(lines[0]), (nlohmann::json{{"listening_on", address}}));
   EXPECT_NE(ended.err.find("tissue: 3000 points"), std::string::npos) << ended.err;
   const auto json = json_of(ended);
   ASSERT_FALSE(json.is_discarded()) << lines[1];

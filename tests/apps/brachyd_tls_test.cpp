@@ -27,10 +27,10 @@ struct BrachydTls : ::testing::Test {
   }
   /// From the daemon's second line.
   static std::string https_address(RunningBrachyd& daemon) {
-    constexpr std::string_view kSays = "https on ";
+    constexpr std::string_view kSays = "{\"https_on\":\"", kEnd = "\"}";
     const auto line = daemon.process.read_line();
     EXPECT_TRUE(line && line->starts_with(kSays)) << line.value_or("none");
-    return line ? line->substr(kSays.size()) : "";
+    return line ? line->substr(kSays.size(), line->size() - kSays.size() - kEnd.size()) : "";
   }
   Ended watch(const RunningBrachyd& daemon, std::vector<std::string> tls) {
     std::vector<std::string> line = {"watch", "--connect", daemon.address, "--duration", "1", "--json"};

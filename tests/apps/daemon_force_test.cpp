@@ -94,7 +94,7 @@ class Hand {
     o.role = net::Role::kDevice;
     o.needle = needle;
     o.evaluates_local_model = evaluates_local_model;
-    if (!evaluates_local_model) o.limits.damping_n_s_per_mm = 10;  // no round trip makes the tissue softer
+    if (!evaluates_local_model) o.limits.damping_n_s_per_mm = 0.05;  // no round trip makes the tissue softer
     o.name = name;
     return o;
   }

@@ -89,7 +89,7 @@ struct Deform : ::testing::Test {
   // With sensible defaults for omitted options.
   Ended deform(const std::string& landmark_file, const std::string& point_file,
                const std::vector<std::string>& more = {}, const std::string& support = "12") {
-    std::vector<std::string> line = {"deform",    "--landmarks", landmark_file, "--points", point_file,
+    std::vector<std::string> line = {"deform", "--force", "--landmarks", landmark_file, "--points", point_file,
                                      "--support", support,       "--out",       out};
     line.insert(line.end(), more.begin(), more.end());
     return run_brachy(line);
@@ -185,7 +185,7 @@ TEST_F(Deform, DeformsAMeshIntoAPly) {
   const std::string mesh = folder.write("in.stl", octahedron_stl(10));
   const std::vector<Row> given = {{10, 0, 0, 0.5, 1, -0.25}, {0, 10, 0, 0, 0, 0}};
   const std::string ply = (folder / "out.ply").string();
-  const Ended ended = run_brachy({"deform", "--landmarks", landmarks(given), "--mesh", mesh, "--support",
+  const Ended ended = run_brachy({"deform", "--force", "--landmarks", landmarks(given), "--mesh", mesh, "--support",
                                   "15", "--out", ply, "--jacobian", "--json"});
   ASSERT_TRUE(exited(ended, 0));
   EXPECT_EQ(json_of(ended).at("points"), 6);
@@ -247,7 +247,7 @@ TEST_F(Deform, RefusesFilesItCannotUseInOneLineWithTheirPlace) {
 TEST_F(Deform, RefusesWrongUsageWithTwo) {
   const std::string l = landmarks(kOneLandmark), p = points(kTwoPoints);
   const auto usage = [&](std::vector<std::string> line, const std::string& hint) {
-    line.insert(line.begin(), {"deform", "--landmarks", l, "--out", out});
+    line.insert(line.begin(), {"deform", "--force", "--landmarks", l, "--out", out});
     const Ended ended = run_brachy(line);
     EXPECT_TRUE(exited(ended, 2));
     EXPECT_EQ(ended.out, "");
@@ -283,7 +283,7 @@ TEST_F(Deform, RefusesAnOutputItCannotWrite) {
 TEST_F(Deform, RefusesAMeshItCannotRead) {
   const std::string l = landmarks(kOneLandmark);
   const auto with_mesh = [&](const std::string& mesh) {
-    return run_brachy({"deform", "--landmarks", l, "--mesh", mesh, "--support", "12", "--out",
+    return run_brachy({"deform", "--force", "--landmarks", l, "--mesh", mesh, "--support", "12", "--out",
                        (folder / "o.ply").string()});
   };
   EXPECT_TRUE(refused_in_one_line(with_mesh((folder / "none.stl").string()), {"none.stl"}));
@@ -348,7 +348,7 @@ TEST_F(Deform, ASupportOfTheLandmarksOwnIsThePapersRule) {
                                {{0, 0, 0, 1, 0, 0, a}, {0, 0, h, 0, 1, 0, b}, {0, 0, 2 * h, 0, 0, 1, a}}));
   };
   const auto run = [&](const std::string& file, const std::vector<Row>& at) {
-    return run_brachy({"deform", "--landmarks", file, "--points", points(at), "--out", out, "--json"});
+    return run_brachy({"deform", "--force", "--landmarks", file, "--points", points(at), "--out", out, "--json"});
   };
   for (const double h : {0.1, 1.0, 3.0}) {
     const Ended singular = run(triple(h, 1), kTwoPoints);
@@ -391,7 +391,7 @@ TEST_F(Deform, RefusesSupportsItCannotUse) {
   const auto own = [&](const std::string& text) { return folder.write("S.csv", text); };
   const std::string p = points(kTwoPoints);
   const auto run = [&](const std::string& file, const std::vector<std::string>& more = {}) {
-    std::vector<std::string> line = {"deform", "--landmarks", file, "--points", p, "--out", out};
+    std::vector<std::string> line = {"deform", "--force", "--landmarks", file, "--points", p, "--out", out};
     line.insert(line.end(), more.begin(), more.end());
     return run_brachy(line);
   };
@@ -466,7 +466,7 @@ const std::vector<Row> kShaft = [] {
 
 struct DeformByScene : Deform {
   Ended by_scene(const std::string& landmark_file, const std::vector<std::string>& more = {}) {
-    std::vector<std::string> line = {"deform",
+    std::vector<std::string> line = {"deform", "--force",
                                      "--landmarks",
                                      landmark_file,
                                      "--points",
@@ -571,7 +571,7 @@ TEST_F(Deform, RegionsOfASceneHaveSupportsOfTheirOwn) {
   given.insert(given.end(), outside.begin(), outside.end());
   const std::vector<Row> at = {{1, 2, 3}, {-5, 5, 0}, {18, 2, 1}, {12.5, 0, 0}, {-30, 0, 0}};
   const auto by_scene = [&](const std::vector<Row>& rows, const std::vector<std::string>& more) {
-    std::vector<std::string> line = {"deform",  "--landmarks", landmarks(rows), "--points", points(at),
+    std::vector<std::string> line = {"deform", "--force", "--landmarks", landmarks(rows), "--points", points(at),
                                      "--scene", scene,         "--out",         out,        "--jacobian"};
     line.insert(line.end(), more.begin(), more.end());
     return run_brachy(line);
@@ -613,7 +613,7 @@ TEST_F(Deform, LandmarksAmidABlendAreReproduced) {
     at.push_back({2.5 * k - 14, 1, 0.3 * k});
   }
   for (const char* model_name : {"psi31", "compact_elastic"}) {
-    ASSERT_TRUE(exited(run_brachy({"deform", "--landmarks", landmarks(given), "--points", points(at),
+    ASSERT_TRUE(exited(run_brachy({"deform", "--force", "--landmarks", landmarks(given), "--points", points(at),
                                    "--scene", scene, "--kernel", model_name, "--out", out}),
                        0))
         << model_name;
@@ -628,7 +628,7 @@ TEST_F(Deform, LandmarksAmidABlendAreReproduced) {
 TEST_F(Deform, WithoutASceneElasticNeedsACore) {
   const std::string at = points(kTwoPoints), from = landmarks(kOneLandmark);
   const auto run = [&](const std::vector<std::string>& more) {
-    std::vector<std::string> line = {"deform", "--landmarks", from, "--points", at, "--out", out};
+    std::vector<std::string> line = {"deform", "--force", "--landmarks", from, "--points", at, "--out", out};
     line.insert(line.end(), more.begin(), more.end());
     return run_brachy(line);
   };
@@ -637,6 +637,25 @@ TEST_F(Deform, WithoutASceneElasticNeedsACore) {
   EXPECT_TRUE(refused_in_one_line(run({"--kernel", "fem"}), {"--scene"}));
   EXPECT_TRUE(refused_in_one_line(run({"--kernel", "psi31"}), {"--support"}));
   EXPECT_TRUE(exited(run({"--kernel", "elastic", "--core-radius", "2", "--poisson", "0.3"}), 0));
+}
+
+TEST(Deform, OverwritesNothingUnlessToldToAndNeverItsInput) {
+  const TempFolder folder;
+  const std::string l = folder.write("l.csv", "x,y,z,dx,dy,dz\n0,0,0,1,0,0\n");
+  const std::string p = folder.write("p.csv", "x,y,z\n1,0,0\n"), out = (folder / "o.csv").string();
+  const auto deform = [&](const std::string& to, std::vector<std::string> more = {}) {
+    std::vector<std::string> line = {"deform", "--landmarks", l, "--points", p, "--support", "12", "--out", to};
+    line.insert(line.end(), more.begin(), more.end());
+    return run_brachy(line);
+  };
+  EXPECT_TRUE(exited(deform(out), 0));
+  const std::string first = read_file(out);
+  EXPECT_TRUE(refused_in_one_line(deform(out), {out, "exists", "--force"}));
+  EXPECT_TRUE(exited(deform(out, {"--force"}), 0));
+  for (const std::string& input : {l, p})
+    EXPECT_TRUE(refused_in_one_line(deform(input, {"--force"}), {"is an input"}));
+  EXPECT_EQ(read_file(p), "x,y,z\n1,0,0\n");
+  EXPECT_EQ(read_file(out), first);
 }
 
 }  // namespace

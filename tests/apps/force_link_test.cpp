@@ -441,5 +441,37 @@ TEST_F(TwoNeedles, AFaultOfOneLeavesTheOtherItsForce) {
   EXPECT_TRUE(saw_zero);
 }
 
+TEST_F(ForceLinkTest, TellsWhatWasNegotiatedAndWhatItDoesNotBelieve) {
+  net::DeviceInfo device;
+  device.evaluates_local_model = true;
+  device.limits = {500, 2e4, 0.5, 1e9};
+  attach(device);
+  const std::uint32_t all = net::kForceNotPlausible | net::kStiffnessNotPlausible |
+                            net::kDampingNotPlausible | net::kRateNotPlausible;
+  EXPECT_EQ(link.negotiated(0), (net::NegotiatedLimits{3.3, 1, 0.0005, 1000, all}));
+  ASSERT_EQ(events.size(), 1u);
+  EXPECT_NE(events[0].text.find("damping_n_s_per_mm 0.5 (at most 0.05; 1 N·s/m is 0.001)"),
+            std::string::npos);
+  link.detach(device);
+  device.limits = {8, 0.25, 0.002, 4000};
+  attach(device);
+  EXPECT_EQ(link.negotiated(0), (net::NegotiatedLimits{8, 0.25, 0.002, 4000, 0}));
+  EXPECT_EQ(events.size(), 1u);
+}
+
+TEST_F(ForceLinkTest, ADeviceThatLeavesWithoutAPoseIsNotLostInContact) {
+  attach();
+  run(20);
+  link.detach({});  // in contact: a fault
+  EXPECT_EQ(link.gate(0).count(Intervention::kDisconnected), 1u);
+  link.arm(0, "chief");
+  is_sending = false;
+  attach();
+  run(20);  // the needle is where the first device left it, in contact
+  link.detach({});
+  EXPECT_EQ(link.gate(0).count(Intervention::kDisconnected), 1u);
+  EXPECT_FALSE(link.gate(0).latched());
+}
+
 }  // namespace
 }  // namespace brachy

@@ -14,7 +14,7 @@ namespace brachy::test {
 
 /// From the next line that brachyd prints; 0 without.
 inline std::uint16_t http_port(RunningBrachyd& daemon) {
-  constexpr std::string_view kSays = "http on 127.0.0.1:";
+  constexpr std::string_view kSays = "{\"http_on\":\"127.0.0.1:";
   const auto line = daemon.process.read_line();
   if (!line || !line->starts_with(kSays)) {
     ADD_FAILURE() << "brachyd's second line: " << line.value_or("none");

@@ -21,13 +21,13 @@ std::string example(const std::string& name) {
 /// A brachyd with OpenIGTLink on a free port.
 struct IgtlBrachyd {
   explicit IgtlBrachyd(const std::string& scene) : daemon(scene, {"--igtl-port", "0"}) {
-    constexpr std::string_view kSays = "igtl on 127.0.0.1:";
+    constexpr std::string_view kSays = "{\"igtl_on\":\"127.0.0.1:", kEnd = "\"}";
     const auto line = daemon.process.read_line();
     if (!line || !line->starts_with(kSays)) {
       ADD_FAILURE() << "brachyd's second line: " << line.value_or("none");
       return;
     }
-    igtl_port = line->substr(kSays.size());
+    igtl_port = line->substr(kSays.size(), line->size() - kSays.size() - kEnd.size());
   }
   std::vector<std::string> client(const std::string& program,
                                   const std::vector<std::string>& more = {}) const {

@@ -59,7 +59,7 @@ struct IgtlServers : ::testing::Test {
 struct Brachyd {
   explicit Brachyd(const std::string& scene)
       : daemon(scene, {"--igtl-port", "0"}),
-        igtl_port(port_in(daemon.process.read_line(), "igtl on 127.0.0.1:")) {}
+        igtl_port(port_in(daemon.process.read_line(), "{\"igtl_on\":\"127.0.0.1:")) {}
   RunningBrachyd daemon;
   std::uint16_t igtl_port;
 };

@@ -30,6 +30,9 @@ TEST(PlanTool, GeneratesTheShippedPlanAgain) {
   const std::string out = (folder / "plan.toml").string();
   ASSERT_TRUE(exited(run_brachy({"plan", "--generate", "--config", kPhantomScene, "--out", out}), 0));
   EXPECT_EQ(read_file(out), read_file(kPlan));
+  EXPECT_TRUE(refused_in_one_line(run_brachy({"plan", kPlan, "--out", out}), {out, "exists", "--force"}));
+  EXPECT_TRUE(exited(run_brachy({"plan", kPlan, "--out", out, "--force"}), 0));
+  EXPECT_TRUE(refused_in_one_line(run_brachy({"plan", out, "--out", out, "--force"}), {"is an input"}));
 }
 
 TEST(PlanTool, TheShippedPlanReachesTheGoals) {

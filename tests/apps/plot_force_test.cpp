@@ -59,6 +59,10 @@ TEST_F(PlotForce, DrawsTheNeedleAndTheFileAskedFor) {
   EXPECT_NE(ended.out.find("1 rows of needle 3"), std::string::npos) << ended.out;
   EXPECT_NE(read_file(out).find("needle 3"), std::string::npos);
   EXPECT_FALSE(std::filesystem::exists(folder / "force.svg"));
+  EXPECT_TRUE(refused_in_one_line(run_brachy({"plot-force", log, "--out", out}), {out, "exists", "--force"}));
+  EXPECT_NE(read_file(out).find("needle 3"), std::string::npos);
+  EXPECT_TRUE(exited(run_brachy({"plot-force", log, "--out", out, "--force"}), 0));
+  EXPECT_EQ(read_file(out).find("needle 3"), std::string::npos);
 }
 
 TEST_F(PlotForce, RefusesWhatItCannotReadOrWrite) {

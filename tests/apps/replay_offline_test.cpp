@@ -218,7 +218,9 @@ TEST(ReplayOffline, ALogThatCannotBeMadeIsRefusedAndAFullDiskCostsOnlyTheLog) {
   const std::string trajectory = folder.write("t.csv", short_insertion(0.5));
   EXPECT_TRUE(exited(offline(trajectory, scene, {"--log", log}), 0));
   const std::string first = read_file(log);
-  EXPECT_TRUE(exited(offline(trajectory, scene, {"--log", log}), 0));
+  EXPECT_TRUE(refused_in_one_line(offline(trajectory, scene, {"--log", log}), {log, "exists", "--force"}));
+  EXPECT_TRUE(refused_in_one_line(offline(trajectory, scene, {"--log", trajectory, "--force"}), {"is an input"}));
+  EXPECT_TRUE(exited(offline(trajectory, scene, {"--log", log, "--force"}), 0));
   EXPECT_EQ(read_file(log), first);
   EXPECT_TRUE(refused_in_one_line(offline(trajectory, scene, {"--log", (folder / "no/f.csv").string()}),
                                   {"no/f.csv"}));
@@ -228,6 +230,23 @@ TEST(ReplayOffline, ALogThatCannotBeMadeIsRefusedAndAFullDiskCostsOnlyTheLog) {
   EXPECT_NE(full.err.find("/dev/full"), std::string::npos) << full.err;
   EXPECT_NE(full.err.find("No space left"), std::string::npos) << full.err;
   EXPECT_TRUE(exited(run_brachy({"replay", trajectory, "--connect", "127.0.0.1:1", "--log", log + "x"}), 2));
+}
+
+TEST(ReplayOffline, AFileInOtherUnitsOrWithASingleRowIsDoubted) {
+  const TempFolder folder;
+  const std::string scene = folder.write("s.toml", small_scene());
+  const std::string header = "t_s,m00,m01,m02,m03,m10,m11,m12,m13,m20,m21,m22,m23\n";
+  const auto remarks = [&](const std::string& rows) {
+    const Ended ended = offline(folder.write("t.csv", header + rows), scene, {"--speed", "100"});
+    EXPECT_TRUE(exited(ended, 0));
+    return ended.err;
+  };
+  EXPECT_NE(remarks("0,1,0,0,0,0,1,0,0,0,0,1,-40\n").find("has a single row"), std::string::npos);
+  const std::string metres = "0,1,0,0,0,0,1,0,0,0,0,1,-0.04\n1,1,0,0,0,0,1,0,0,0,0,1,0.02\n";
+  EXPECT_NE(remarks(metres).find("are positions in metres?"), std::string::npos);
+  const std::string ms = "0,1,0,0,0,0,1,0,0,0,0,1,-40\n900,1,0,0,0,0,1,0,0,0,0,1,-38\n";
+  EXPECT_NE(remarks(ms).find("are times in milliseconds?"), std::string::npos);
+  EXPECT_EQ(remarks("0,1,0,0,0,0,1,0,0,0,0,1,-40\n1,1,0,0,0,0,1,0,0,0,0,1,-20\n"), "");
 }
 
 TEST(ReplayOffline, ShippedTrajectoriesGoInAndComeOut) {

@@ -14,12 +14,13 @@ class RunningBrachyd {
                           const std::vector<std::string>& before = {})
       : process(line(scene, more, before)) {
     const auto first = process.read_line();
-    constexpr std::string_view kSays = "brachyd listening on 127.0.0.1:";
+    constexpr std::string_view kSays = "{\"listening_on\":\"127.0.0.1:", kEnd = "\"}";
     if (!first || !first->starts_with(kSays)) {
       ADD_FAILURE() << "brachyd's first line: " << first.value_or("none") << "\n" << process.wait().err;
       return;
     }
-    address = first->substr(kSays.size() - std::string_view("127.0.0.1:").size());
+    const std::size_t begin = kSays.size() - std::string_view("127.0.0.1:").size();
+    address = first->substr(begin, first->size() - begin - kEnd.size());
     port = static_cast<std::uint16_t>(std::stoi(first->substr(kSays.size())));
   }
 

@@ -101,7 +101,7 @@ struct Judge : ::testing::Test {
     add_to_json(daemon, "ticks", ticks);
     add_to_json(watch, "frames", frames);
     const auto write = [&](const char* name, const nlohmann::ordered_json& json) {
-      return folder.write(name, "brachyd listening on 127.0.0.1:1\n" + json.dump() + "\n");
+      return folder.write(name, "{\"listening_on\":\"127.0.0.1:1\"}\n" + json.dump() + "\n");
     };
     return run_process({"/usr/bin/python3", BRACHY_SOURCE_DIR "/scripts/campaigns/stress.py", "judge", "60",
                         write("daemon.json", daemon), write("watch.json", watch),

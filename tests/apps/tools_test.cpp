@@ -386,6 +386,35 @@ TEST_F(Tools, ASecondReplayIsToldWhoHoldsTheLease) {
   EXPECT_GT(json_of(ended).at("poses_accepted").get<int>(), 0);
 }
 
+TEST_F(Tools, SayWhatIsWrongWithAnAddressOrACommand) {
+  const auto said = [](const Ended& ended, const std::string& what) {
+    return exited(ended, 2) && ended.err.find(what) != std::string::npos
+               ? ::testing::AssertionSuccess()
+               : ::testing::AssertionFailure() << ended.err << " does not say " << what;
+  };
+  EXPECT_TRUE(said(run_brachy({"wacth"}), "there is no command 'wacth'; did you mean 'watch'?"));
+  EXPECT_TRUE(said(run_brachyd({"dcotor"}), "did you mean 'doctor'?"));
+  EXPECT_TRUE(said(run_brachyd({"my.toml"}), "a scene file comes after --config: --config my.toml"));
+  EXPECT_TRUE(said(run_brachyd({"--port", "abc"}), "needs a whole number, not 'abc'"));
+  EXPECT_TRUE(
+      said(run_brachy({"replay", trajectory, "--offline", "--speed", "abc"}), "needs a number, not 'abc'"));
+  EXPECT_TRUE(said(run_brachy({"watch", "--connect", "http://127.0.0.1:18951"}), "for a browser"));
+  EXPECT_TRUE(
+      said(run_brachy({"watch", "--connect", "::1:18950"}), "an IPv6 address in brackets: [::1]:18950"));
+  EXPECT_TRUE(said(run_brachy({"watch", "--connect", "[::1]:1"}), "nothing listens on"))
+      << "the address is read";
+  EXPECT_TRUE(said(run_brachyd({"--config", "/tmp"}), "is a folder; name the scene file in it"));
+}
+
+TEST_F(Tools, AFileInAnotherDialectIsNamed) {
+  const std::string semicolons = folder.write("s.csv", "t_s;m00;m01\n0;1;0\n");
+  EXPECT_TRUE(
+      refused_in_one_line(run_brachy({"replay", semicolons, "--offline"}), {"s.csv:1", "semicolons"}));
+  const std::string top = folder.write("top.toml", "deformation_hz = 100\n");
+  EXPECT_TRUE(refused_in_one_line(run_brachyd({"--check-config", top}),
+                                  {"top.toml:1", "'deformation_hz' belongs into the table [rates]"}));
+}
+
 TEST_F(Tools, RefuseWrongUsageWithTwo) {
   for (const std::vector<std::string>& line : std::vector<std::vector<std::string>>{
            {},

@@ -155,7 +155,7 @@ TEST_F(ProcessesTest, AWallClockThatJumpsMovesStampsAndNothingElse) {
                          {"/usr/bin/env", "LD_PRELOAD=" + library, "FAKETIME_DONT_FAKE_MONOTONIC=1",
                           "FAKETIME_NO_CACHE=1", "FAKETIME_TIMESTAMP_FILE=" + clock});
   const auto line = brachyd.process.read_line();
-  ASSERT_TRUE(line && line->starts_with("igtl on ")) << line.value_or("none");
+  ASSERT_TRUE(line && line->starts_with("{\"igtl_on\":")) << line.value_or("none");
   Peer viewer;
   ASSERT_TRUE(viewer.join(brachyd.port));
   boost::asio::io_context io;

@@ -36,5 +36,17 @@ TEST(Negotiation, NonsenseIsAsIfNotStated) {
   EXPECT_NEAR(limits.max_stiffness_n_per_mm, 1, 1e-12);
 }
 
+TEST(Negotiation, WhatIsNotPlausibleIsAsIfNotStated) {
+  const ClosedLoop loop{.period_s = 0.001, .delay_s = 0};
+  for (const double damping : {0.5, 1e9}) {  // N·s/m in place of N·s/mm, and nonsense
+    EXPECT_NEAR(negotiate({.damping_n_s_per_mm = damping}, loop).max_stiffness_n_per_mm, 1, 1e-12);
+    EXPECT_TRUE(is_implausible(damping, kLargestDampingNsPerMm));
+  }
+  EXPECT_EQ(negotiate({.max_force_n = 500}, loop).max_force_n, 3.3);
+  EXPECT_EQ(negotiate({.max_force_n = 50}, loop).max_force_n, 50);
+  EXPECT_NEAR(negotiate({.damping_n_s_per_mm = 0.05}, loop).max_stiffness_n_per_mm, 100, 1e-9);
+  EXPECT_FALSE(is_implausible(NAN, kLargestForceN)) << "not stated";
+}
+
 }  // namespace
 }  // namespace brachy

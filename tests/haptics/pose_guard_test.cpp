@@ -188,6 +188,27 @@ TEST(PoseGuard, AResetForgetsTheClockAndTheCountButNotTheCounters) {
   EXPECT_EQ(guard.refused(), 1u);
 }
 
+TEST(PoseGuard, OnePoseStampedAheadCostsThoseAfterItNoMoreThanThree) {
+  for (const std::uint64_t spoiled : {1, 20}) {
+    PoseGuard guard;
+    for (std::uint64_t n = 1; n <= 100; ++n) {
+      NeedlePose pose = pose_number(n);
+      if (n == spoiled) pose.stamp_ns += 5000 * kMs;
+      const bool is_after = n > spoiled && n <= spoiled + 3;
+      EXPECT_EQ(guard.check(pose), is_after ? PoseStatus::kOutOfOrder : PoseStatus::kAccepted) << n;
+    }
+    EXPECT_EQ(check(guard, pose_number(101, 101 * kMs)), PoseStatus::kStale) << "the delay is known again";
+  }
+}
+
+TEST(PoseGuard, PosesThatWaitedDoNotReplaceTheFirst) {
+  PoseGuard guard;
+  ASSERT_EQ(check(guard, pose_number(1)), PoseStatus::kAccepted);
+  ASSERT_EQ(check(guard, pose_number(2)), PoseStatus::kAccepted);  // which agrees with it
+  for (std::uint64_t n = 3; n <= 50; ++n)
+    EXPECT_EQ(check(guard, pose_number(n, 150 * kMs)), PoseStatus::kStale) << n;
+}
+
 TEST(PoseGuard, EveryVerdictHasASentenceOfItsOwn) {
   std::set<std::string_view> sentences;
   for (std::size_t i = 0; i < kPoseStatuses; ++i) sentences.insert(to_string(static_cast<PoseStatus>(i)));

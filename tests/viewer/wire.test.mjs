@@ -43,6 +43,7 @@ test('WELCOME says who we are and what comes', () => {
                    [7, 2, 200, 30, 2, 3]);
   assert.equal(welcome.topologyHash, 0x2f2673dd4fb1cdb3n);
   assert.equal(welcome.server, 'brachyd 0.1.0');
+  assert.deepEqual(welcome.limits, {maxForceN: 3.5, maxStiffnessNPerMm: 1, dampingNSPerMm: 0.0005, rateHz: 1000, notPlausible: 4});
 });
 
 test('TOPOLOGY has points, triangles and a hash that holds', () => {

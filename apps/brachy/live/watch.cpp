@@ -40,10 +40,12 @@ class Watch {
     } else {
       run_.run(options_.connect, options_.duration_s, [this] { print_line(); });
     }
-    if (options_.json)
-      std::cout << to_json().dump() << "\n";
-    else
-      print_summary();
+    if (frames_ > 0 || run_.failure().empty()) {
+      if (options_.json)
+        std::cout << to_json().dump() << "\n";
+      else
+        print_summary();
+    }
     if (run_.failure().empty()) return kExitOk;
     std::cerr << "brachy watch: " << run_.failure() << "\n";
     return kExitFailed;

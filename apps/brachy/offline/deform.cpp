@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <span>
 
+#include "apps/command_line/output_file.h"
 #include "apps/command_line/tool.h"
 #include "apps/landmarks/landmark_field.h"
 #include "apps/terminal/progress.h"
@@ -27,9 +28,10 @@ struct DeformOptions : LandmarkFieldOptions {
   bool jacobian = false;
   bool strict = false;
   bool json = false;
+  bool force = false;
 };
 
-void write_text(const std::filesystem::path& file, const std::string& text) {
+void write_rows(const std::filesystem::path& file, const std::string& text) {
   std::ofstream out(file, std::ios::binary);
   out << text;
   out.close();
@@ -71,7 +73,7 @@ void write_points(const DeformOptions& options, const std::vector<Vec3>& points,
     append_csv_row(text, {row, options.jacobian ? 7u : 6u});
     text += '\n';
   }
-  write_text(options.out, text);
+  write_rows(options.out, text);
 }
 
 int deform_points(const DeformOptions& options) {
@@ -130,6 +132,8 @@ int deform_points(const DeformOptions& options) {
 
 int run(const DeformOptions& options) {
   if (!options.points && !options.mesh) throw UsageError("needs --points FILE or --mesh FILE");
+  check_is_no_input(options.out, {options.points, options.mesh, options.landmarks, options.scene});
+  check_is_new(options.out, options.force);
   try {
     return deform_points(options);
   } catch (const Refused& e) {
@@ -156,6 +160,7 @@ void declare(OptionList& list, DeformOptions& options) {
   list.add("--out", options.out, "file to write").required();
   list.add_flag("--jacobian", options.jacobian, "also write det(I + ∇u)");
   list.add_flag("--strict", options.strict, "refuse a field that folds at a point");
+  list.add_flag("--force", options.force, "overwrite a file that exists");
   list.add_flag("--json", options.json, "print the result as JSON");
 }
 

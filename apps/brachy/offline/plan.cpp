@@ -26,7 +26,7 @@ struct PlanOptions {
   std::optional<std::filesystem::path> config;  ///< none: the built-in phantom
   std::optional<std::filesystem::path> out, csv, seeds, structures, trajectory;  ///< to write
   double speed_mm_s = 50, drop_speed_mm_s = 20;                                  ///< of the trajectory
-  bool json = false;
+  bool json = false, force = false;
 };
 
 Plan get_plan(const PlanOptions& options, const Scene& scene, const std::vector<Structure>& structures) {
@@ -67,8 +67,11 @@ double customary_strength_u(const Structure& gland) {
 int run(const PlanOptions& options) {
   if (options.out && options.out->extension() != ".toml" && options.out->extension() != ".csv")
     throw UsageError("--out writes a plan: name it .toml or .csv");
-  for (const auto& file : {options.out, options.csv, options.seeds, options.trajectory})
+  for (const auto& file : {options.out, options.csv, options.seeds, options.trajectory}) {
     check_folder_of(file);
+    if (file) check_is_no_input(*file, {options.plan, options.config});
+    check_is_new(file, options.force);
+  }
   const Scene scene = options.config ? load_scene(*options.config) : Scene();
   const std::vector<Structure> structures = load_structures(scene);
   const Plan plan = get_plan(options, scene, structures);
@@ -105,6 +108,7 @@ void declare(OptionList& list, PlanOptions& options) {
       .range(0.1, 1000.0)
       .show_default()
       .needs(trajectory);
+  list.add_flag("--force", options.force, "overwrite files that exist");
   list.add_flag("--json", options.json, "print the report as JSON");
 }
 

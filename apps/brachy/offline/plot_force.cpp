@@ -17,7 +17,7 @@ struct PlotForceOptions {
   std::filesystem::path log;
   std::optional<std::filesystem::path> out;  ///< none: the log's name with .svg
   std::optional<std::uint32_t> needle;       ///< none: the first one in the log
-  bool json = false;
+  bool json = false, force = false;
 };
 
 std::string listed(const std::set<std::uint32_t>& needles) {
@@ -39,6 +39,7 @@ std::filesystem::path chart_file(const PlotForceOptions& options) {
 int run(const PlotForceOptions& options) {
   const std::filesystem::path out = chart_file(options);
   check_folder_of(out);
+  check_is_new(out, options.force);
   const std::vector<ForceSample> log = load_force_log(options.log);
   std::set<std::uint32_t> needles;
   for (const ForceSample& sample : log) needles.insert(sample.needle);
@@ -89,6 +90,7 @@ void declare(OptionList& list, PlotForceOptions& options) {
   list.add("log", options.log, "CSV of `brachy replay --offline --log` or `brachy record`").required();
   list.add("--out", options.out, "SVG to write; default: the log's name with .svg");
   list.add("--needle", options.needle, "default: the first one in the log").range(0, 15);
+  list.add_flag("--force", options.force, "overwrite an SVG that exists");
   list.add_flag("--json", options.json, "print the log's extent and its peaks as JSON");
 }
 

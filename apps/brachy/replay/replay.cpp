@@ -38,7 +38,7 @@ void declare_device(OptionList& list, SimulatedDeviceOptions& device, Option dyn
     list.add(name, value, help).needs(dynamics).range(least, most).show_default();
   };
   number("--mass-kg", device.mass_kg, "of the device at its tip", 0.001, 10);
-  number("--damping", device.damping_n_s_per_m, "of the device, N·s/m", 0.001, 1000);
+  number("--damping", device.damping_n_s_per_m, "of the device, N·s/m", 0.001, 50);
   number("--hand-stiffness", device.hand_stiffness_n_per_m, "of the grip, N/m", 0, 1e5);
   number("--hand-damping", device.hand_damping_n_s_per_m, "of the grip, N·s/m", 0, 1000);
   number("--device-hz", device.rate_hz, "cycles per second", 50, 4000);
@@ -69,6 +69,7 @@ void declare(OptionList& list, GivenOptions& options) {
   list.add("--log", options.log,
            "for --offline: the force on every needle in every tick, as CSV; must not exist yet")
       .needs(offline);
+  list.add_flag("--force", options.force, "overwrite a log that exists");
   list.add("--session", options.session,
            "for --offline: directory for poses, forces and seeds, as brachyd --session records them")
       .needs(offline);

@@ -25,6 +25,7 @@ struct ReplayOptions {
   std::optional<std::filesystem::path> session;  ///< offline: directory to record and to report in
   std::optional<SimulatedDeviceOptions> device;  ///< none: the trajectory is the needle's
   bool json = false;
+  bool force = false;  ///< overwrite a log that exists
 };
 
 /// Steps the simulation through the trajectory without clock or network and prints a hash of every tick's state.

@@ -10,6 +10,7 @@
 #include "apps/brachy/replay/replay_report.h"
 #include "apps/brachy/replay/simulated_device.h"
 #include "apps/command_line/exit_code.h"
+#include "apps/command_line/output_file.h"
 #include "apps/reports/tissue_box.h"
 #include "apps/score/report.h"
 #include "apps/session/session_log.h"
@@ -52,6 +53,8 @@ void add_to_log(ForceLogWriter& log, double t_s, const MeshState& state) {
 }  // namespace
 
 int replay_offline(const ReplayOptions& options) {
+  if (options.log) check_is_no_input(*options.log, {options.trajectory, options.config});
+  check_is_new(options.log, options.force);
   const Scene scene = scene_of(options);
   NeedleTrajectories trajectories =
       load_motion(options.trajectory, ReplayedModel::kRecorded, scene.instrument_count());

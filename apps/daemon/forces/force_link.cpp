@@ -1,5 +1,7 @@
 #include "apps/daemon/forces/force_link.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -11,7 +13,8 @@ namespace brachy {
 namespace {
 
 constexpr double kMaxWireHz = 1000;
-constexpr double kMinRateHz = 1, kMaxRateHz = 100'000;  // the rate that a device states is clamped to this
+constexpr double kMinRateHz = 1;        // a lower one counts as this
+constexpr double kMaxRateHz = 100'000;  // a higher one is not plausible
 constexpr double kRampS = 1e-9 * static_cast<double>(ForceGateSettings{}.ramp_in_ns);
 
 /// How long a FORCE holds: 50 ms, or two and a half periods of a device slower than that.
@@ -36,11 +39,49 @@ NeedleForces sized(const NeedleForces& tissue, const Vec3& force_n, const Vec3& 
   return hand;
 }
 
+StatedLimits stated_by(const net::DeviceLimits& limits) {
+  return {limits.max_force_n, limits.max_stiffness_n_per_mm, limits.damping_n_s_per_mm};
+}
+
+std::uint32_t implausible_bits(const net::DeviceLimits& limits) {
+  std::uint32_t bits = 0;
+  if (is_implausible(limits.max_force_n, kLargestForceN)) bits |= net::kForceNotPlausible;
+  if (is_implausible(limits.max_stiffness_n_per_mm, kLargestStiffnessNPerMm))
+    bits |= net::kStiffnessNotPlausible;
+  if (is_implausible(limits.damping_n_s_per_mm, kLargestDampingNsPerMm)) bits |= net::kDampingNotPlausible;
+  if (is_implausible(limits.rate_hz, kMaxRateHz)) bits |= net::kRateNotPlausible;
+  return bits;
+}
+
+/// A sentence about what the device states that is not believed; "" where all of it is.
+std::string implausible(const net::DeviceLimits& limits) {
+  const std::uint32_t bits = implausible_bits(limits);
+  std::string text;
+  const auto add = [&](std::uint32_t bit, const std::string& what) {
+    if (bits & bit) text += (text.empty() ? "not plausible, replaced by the default: " : "; ") + what;
+  };
+  add(net::kForceNotPlausible,
+      fmt::format("max_force_n {:g} (at most {:g})", limits.max_force_n, kLargestForceN));
+  add(net::kStiffnessNotPlausible, fmt::format("max_stiffness_n_per_mm {:g} (at most {:g})",
+                                               limits.max_stiffness_n_per_mm, kLargestStiffnessNPerMm));
+  add(net::kDampingNotPlausible, fmt::format("damping_n_s_per_mm {:g} (at most {:g}; 1 N·s/m is 0.001)",
+                                             limits.damping_n_s_per_mm, kLargestDampingNsPerMm));
+  add(net::kRateNotPlausible, fmt::format("rate_hz {:g} (at most {:g})", limits.rate_hz, kMaxRateHz));
+  return text;
+}
+
 }  // namespace
+
+std::string negotiated_line(const net::DeviceInfo& device, const net::NegotiatedLimits& limits) {
+  return fmt::format("needle {}: '{}' gets at most {:g} N and {:.3g} N/mm, with {:g} N·s/mm at {:g} Hz{}",
+                     device.needle, device.name, limits.max_force_n, limits.max_stiffness_n_per_mm,
+                     limits.damping_n_s_per_mm, limits.rate_hz,
+                     device.evaluates_local_model ? ", by its local model" : "");
+}
 
 double ForceLink::Hand::rate_hz() const {
   const double stated = device.limits.rate_hz;
-  return is_stated(stated) ? std::clamp(stated, kMinRateHz, kMaxRateHz) : kDefaultRateHz;
+  return is_plausible(stated, kMaxRateHz) ? std::max(stated, kMinRateHz) : kDefaultRateHz;
 }
 
 /// A device that evaluates its own force is tracked at 1 kHz, so that the force reported for it is the one it
@@ -66,11 +107,19 @@ void ForceLink::attach(const net::DeviceInfo& device) {
   hand.limits = negotiate_with(hand);
   hand.gate.connect(hand.limits.max_force_n);
   if (hand.gate.latched()) announce(hand, "latched by a fault before: no force until it is armed");
+  if (const std::string doubts = implausible(device.limits); !doubts.empty()) announce(hand, doubts);
+}
+
+net::NegotiatedLimits ForceLink::negotiated(std::uint16_t needle) const {
+  const Hand& hand = hands_[needle];
+  const ForceLimits limits = negotiate_with(hand);
+  return {limits.max_force_n, limits.max_stiffness_n_per_mm, damping_of(stated_by(hand.device.limits)),
+          hand.rate_hz(), implausible_bits(hand.device.limits)};
 }
 
 void ForceLink::detach(const net::DeviceInfo& device) {
   Hand& hand = hands_[device.needle];
-  hand.gate.disconnect(hand.tick.is_in_contact);
+  hand.gate.disconnect(hand.pose && hand.tick.is_in_contact);  // without a pose it never moved the needle
   hand.pose.reset();
   announce_interventions(hand);
 }
@@ -98,8 +147,7 @@ void ForceLink::pose_not_finite(std::uint16_t needle) {
 /// For the loop that is closed: beside the device, or over the wire from its pose through our cycle and its
 /// own.
 ForceLimits ForceLink::negotiate_with(const Hand& hand) const {
-  const net::DeviceLimits& limits = hand.device.limits;
-  const StatedLimits stated{limits.max_force_n, limits.max_stiffness_n_per_mm, limits.damping_n_s_per_mm};
+  const StatedLimits stated = stated_by(hand.device.limits);
   if (hand.device.evaluates_local_model) return negotiate(stated, {1 / hand.rate_hz(), 0});
   const double held_s = 1 / std::min(hand.rate_hz(), kMaxWireHz);
   const double way_s = outputs_.round_trip_s(hand.needle).value_or(kUnknownRoundTrip);

@@ -23,6 +23,9 @@ struct ForceLinkOutputs {
   std::function<void(const net::EventMessage&)> announce;
 };
 
+/// A line for the log: what a device's force and stiffness are limited to.
+std::string negotiated_line(const net::DeviceInfo& device, const net::NegotiatedLimits& limits);
+
 /// From the simulation's forces to the hands: negotiates with each device what its loop renders stably, sends
 /// LOCAL_MODEL to those that evaluate their force themselves and FORCE to all, puts a ForceGate before every
 /// hand, and announces and counts its interventions. A device that receives forces over the wire gets them at
@@ -45,6 +48,9 @@ class ForceLink {
   void detach(const net::DeviceInfo& device);
   /// `client` re-enables the force after a fault; does nothing without one.
   void arm(std::uint16_t needle, const std::string& client);
+
+  /// With the needle's device, as of now; before attach() with one that states nothing.
+  net::NegotiatedLimits negotiated(std::uint16_t needle) const;
 
   void pose_accepted(std::uint16_t needle, const NeedlePose& pose);
   void pose_not_finite(std::uint16_t needle);

@@ -27,6 +27,15 @@ void read_section(TomlTable& top, const SceneSection& section, Scene& scene) {
   }
 }
 
+/// "table.key" of each key below the top.
+std::vector<std::string> keys_of_tables() {
+  std::vector<std::string> names;
+  for (const SceneSection& section : scene_sections())
+    if (!section.is_top() && !section.list)
+      for (const Key<Scene>& key : section.keys) names.push_back(std::string(section.name) + "." + key.name);
+  return names;
+}
+
 }  // namespace
 
 Scene parse_scene(std::string_view text, const std::string& name) {
@@ -37,7 +46,7 @@ Scene parse_scene(std::string_view text, const std::string& name) {
       for (const Key<Scene>& key : section.keys) key.read(top, scene);
     else
       read_section(top, section, scene);
-  top.refuse_unknown();
+  top.refuse_unknown(keys_of_tables());
   return scene;
 }
 
@@ -45,6 +54,9 @@ Scene load_scene(const std::filesystem::path& file) {
   const std::string name = file.string();
   std::error_code error;
   refuse_denied_folder(file);
+  if (std::filesystem::is_directory(file, error))
+    throw UserError(name + ": is a folder; name the scene file in it, such as " +
+                    (file / "prostate.toml").lexically_normal().string());
   if (!std::filesystem::is_regular_file(file, error))
     throw UserError(
         name + ": no such scene file; give one with --config (config/prostate.toml is the default scene)");

@@ -118,7 +118,7 @@ def kill(folder, short):
     """kill -9 of the daemon and of the recorder during a session with seeds."""
     needles = f"{folder}/needles.csv"
     subprocess.run(
-        [BIN + "brachy", "plan", "--config", "config/session.toml", "--trajectory", needles],
+        [BIN + "brachy", "plan", "--force", "--config", "config/session.toml", "--trajectory", needles],
         check=True,
         stdout=subprocess.DEVNULL,
     )

@@ -83,7 +83,7 @@ TEST_F(BrachydService, ALogThatNobodyReadsHoldsNothingUp) {
   ChildProcess daemon(brachyd_line({"--config", scene, "--port", "0", "--duration", "60", "--json"}),
                       {.err = write_end.get()});
   const auto first = daemon.read_line();
-  ASSERT_TRUE(first && first->starts_with("brachyd listening on "));
+  ASSERT_TRUE(first && first->starts_with("{\"listening_on\":\"127.0.0.1:"));
   const auto port = static_cast<std::uint16_t>(std::stoi(first->substr(first->rfind(':') + 1)));
   {
     Peer viewer;

@@ -129,6 +129,18 @@ TEST_F(IgtlServerTest, OtherToolsAreNoPoses) {
   EXPECT_EQ(server->lease_holder(0), "");
 }
 
+TEST_F(IgtlServerTest, TransformsOfOtherNamesAreCountedAndLoggedOnceEach) {
+  start_igtl();
+  IgtlPeer peer(io, igtl->port());
+  for (const char* tool : {"StylusToReference", "StylusToReference", "ProbeToTracker"})
+    ASSERT_TRUE(peer.send_pose(tool, at(1, 2, 3)));
+  ASSERT_TRUE(until_read(peer, [&] { return igtl->other_names() == 3; }));
+  const auto lines = std::count_if(log.begin(), log.end(), [](const std::string& line) {
+    return line.find("moves no needle and is skipped") != std::string::npos;
+  });
+  EXPECT_EQ(lines, 2);
+}
+
 TEST_F(IgtlServerTest, ItsOwnPoseIsNotSentBackButItsForceIs) {
   start_igtl();
   IgtlPeer sender(io, igtl->port()), viewer(io, igtl->port());
@@ -262,6 +274,9 @@ TEST_F(IgtlServerTest, ATrackerThatDoesNotSeeTheNeedleMovesNothing) {
   message[58 + 3] = std::byte{10};
   message[58 + 7] = static_cast<std::byte>(text.size());
   ASSERT_TRUE(peer.send(with_right_size_and_crc(message)));
+  ASSERT_TRUE(peer.send_query("GET_STATUS", "", 2));
+  ASSERT_TRUE(until_read(peer, [&] { return peer.count("STATUS") == 1; }));
+  EXPECT_EQ(server->lease_holder(0), "") << "a tool that is not seen takes no needle";
   ASSERT_TRUE(peer.send_pose("NeedleToRas", at(1, 2, 3), 2));
   ASSERT_TRUE(until_read(peer, [&] { return poses.size() == 1; }));
   EXPECT_EQ(poses[0].X_WN.p, Vec3(1, 2, 3));
@@ -334,6 +349,50 @@ TEST_F(IgtlServerTest, TrackingDataComesFromStartToStopAtTheRateAskedFor) {
   ASSERT_TRUE(peer.send_query("GET_STATUS"));
   ASSERT_TRUE(until_read(peer, [&] { return peer.count("STATUS") == 1; }));
   EXPECT_EQ(peer.received.size(), before + 1);
+}
+
+TEST_F(IgtlServerTest, TrackingDataKeepsTheMeanOfAnyRateAskedFor) {
+  for (const int period_ms : {33, 40, 50, 70, 100, 330}) {
+    ServerOptions options;
+    options.snapshot_hz = 30;
+    start_igtl(kLong, options);
+    IgtlPeer peer(io, igtl->port());
+    Bytes start = encode_empty("STT_TDATA", {1, "TDataClient", 0});
+    for (const int byte : {0, 0, period_ms >> 8, period_ms & 255})
+      start.push_back(static_cast<std::byte>(byte));
+    start.resize(start.size() + 32);
+    ASSERT_TRUE(peer.send(with_right_size_and_crc(start)));
+    ASSERT_TRUE(until_read(peer, [&] { return peer.count("RTS_TDATA") == 1; }));
+    // Snapshots as the daemon's: 30 a second, each of the newest of 200 ticks a second.
+    const double begin_s = simulation.state().summary.sim_time_s;
+    for (int snapshot = 1; snapshot <= 330; ++snapshot) {
+      while (simulation.state().summary.sim_time_s < begin_s + snapshot / 30.0 - 0.005) simulation.step();
+      igtl->publish(simulation.snapshot());
+      for (int i = 0; i < 5; ++i) {
+        io.restart();
+        io.poll();
+        peer.take();
+      }
+    }
+    const double expected = 11'000.0 / std::max(period_ms, 33);
+    EXPECT_NEAR(static_cast<double>(peer.count("TDATA")), expected, std::max(2.0, 0.02 * expected))
+        << period_ms;
+    igtl.reset();
+  }
+}
+
+TEST_F(IgtlServerTest, WithVersion2AMissingTransformIsAStatusThatUpstreamUnpacks) {
+  start_igtl(kLong);
+  simulation.steps(5);
+  igtl->publish(simulation.snapshot());
+  IgtlPeer peer(io, igtl->port());
+  ASSERT_TRUE(peer.send_query("GET_TRANS", "Nothing", 2));
+  ASSERT_TRUE(until_read(peer, [&] { return peer.count("STATUS") == 1; }));
+  EXPECT_EQ(peer.last("STATUS").status().code, StatusCode::kNotPresent);
+  EXPECT_EQ(peer.last("STATUS").header.device, "Nothing");
+  ASSERT_TRUE(peer.send_query("GET_TRANS", "NeedleToRas", 3));
+  ASSERT_TRUE(until_read(peer, [&] { return peer.count("TRANSFORM", "NeedleToRas") == 1; }));
+  EXPECT_EQ(peer.last("TRANSFORM").header.version, 2);
 }
 
 TEST_F(IgtlServerTest, CapabilityNamesWhatIsUnderstood) {

@@ -98,11 +98,11 @@ TEST(IgtlMessageParser, DropsAMessageWithAWrongCrcAndGoesOn) {
 }
 
 TEST(IgtlMessageParser, IsLostWithAnotherVersionOrABodyBeyondAllReason) {
-  Bytes version0 = transform(), version3 = transform(), endless = message(1, "IMAGE", {});
+  Bytes version0 = transform(), version4 = transform(), endless = message(1, "IMAGE", {});
   version0[1] = std::byte{0};
-  version3[1] = std::byte{3};
+  version4[1] = std::byte{4};
   endless[42] = std::byte{0x80};
-  for (const Bytes& bad : {version0, version3, endless}) {
+  for (const Bytes& bad : {version0, version4, endless}) {
     MessageParser parser;
     MessageParser::Message parsed;
     parser.feed(bad);

@@ -143,6 +143,7 @@ WelcomeMessage sample_welcome() {
   welcome.server = "brachyd 0.1.0";
   welcome.needle = 2;
   welcome.needle_count = 3;
+  welcome.limits = {3.5, 1, 0.0005, 1000, kDampingNotPlausible};
   return welcome;
 }
 

@@ -15,6 +15,16 @@ export interface Welcome {
   server: string;
   needle: number;
   needleCount: number;
+  limits: Limits | null;  // of a device
+}
+
+/** What was negotiated with a device. */
+export interface Limits {
+  maxForceN: number;
+  maxStiffnessNPerMm: number;
+  dampingNSPerMm: number;
+  rateHz: number;
+  notPlausible: number;  // bits: force, stiffness, damping, rate
 }
 
 export function decodeWelcome(body: Uint8Array): Welcome {
@@ -30,8 +40,18 @@ export function decodeWelcome(body: Uint8Array): Welcome {
   const server = reader.text();
   reader.text();
   reader.text();
-  const welcome = {session, role, subscription, deformationHz, snapshotHz, topologyHash, server, needle: ANY_NEEDLE, needleCount: 1};
+  const welcome: Welcome = {
+    session, role, subscription, deformationHz, snapshotHz, topologyHash, server, needle: ANY_NEEDLE, needleCount: 1, limits: null,
+  };
   reader.sections((id, section) => {
+    if (id === 2) {
+      welcome.limits = {
+        maxForceN: section.f64(), maxStiffnessNPerMm: section.f64(), dampingNSPerMm: section.f64(), rateHz: section.f64(),
+        notPlausible: section.u32(),
+      };
+      section.u32();
+      return true;
+    }
     if (id !== 1) return false;
     welcome.needle = section.u16();
     welcome.needleCount = section.u16();

@@ -1,0 +1,99 @@
+#!/usr/bin/env python3
+"""Checks the wire's numbers in C++ and TypeScript against net/protocol.json, and writes Python's.
+
+usage: scripts/ci/wire_constants.py [--write]     exit code 1 and a line for each difference
+  --write: write apps/python/brachyd/constants.py; otherwise it is checked, too
+"""
+import json
+import pathlib
+import re
+import sys
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+CPP = ROOT / "net/wire/messages.h"
+TYPESCRIPT = ROOT / "apps/viewer/src/protocol"
+PYTHON = ROOT / "apps/python/brachyd/constants.py"
+
+
+def number(text):
+    """The value of 0x59435242, 32, 1u << 3 or 1 << 3; None for anything else."""
+    text = re.sub(r"(?<=[0-9a-fA-F])[uU]\b", "", text.strip())
+    match = re.fullmatch(r"(0x[0-9a-fA-F]+|\d+)(?:\s*<<\s*(\d+))?", text)
+    return int(match[1], 0) << int(match[2] or 0) if match else None
+
+
+def camel(name):
+    return "".join(part.capitalize() for part in name.split("_"))
+
+
+def cpp_enums(text):
+    """Name → {enumerator: value} of each enumeration."""
+    enums = {}
+    for name, body in re.findall(r"enum (?:class )?(\w+) : [\w:]+ \{(.*?)\};", text, re.S):
+        body = re.sub(r"//.*", "", body)
+        enums[name] = {key: number(value) for key, value in re.findall(r"(\w+) = ([^,}]+)", body)}
+    return enums
+
+
+def ts_enums(text):
+    enums = {}
+    for name, body in re.findall(r"export const (\w+) = \{(.*?)\} as const;", text, re.S):
+        enums[name] = {key: number(value) for key, value in re.findall(r"(\w+): ([^,}\n]+)", body)}
+    return enums
+
+
+def differences(schema):
+    cpp_text = CPP.read_text(encoding="utf-8")
+    ts_text = "\n".join(file.read_text(encoding="utf-8") for file in sorted(TYPESCRIPT.glob("*.ts")))
+    cpp, ts, found = cpp_enums(cpp_text), ts_enums(ts_text), []
+    for name, constant in schema["constants"].items():
+        for language, text in (("cpp", cpp_text), ("ts", ts_text)):
+            if language not in constant:
+                continue
+            match = re.search(rf"\b{constant[language]} = ([^;]+);", text)
+            value = number(match[1]) if match else None
+            if value != constant["value"]:
+                found.append(f"{language}: {constant[language]} is {value}, {name} is {constant['value']}")
+    for kind in ("enums", "flags"):
+        for name, enum in schema[kind].items():
+            prefix = enum.get("cpp_prefix", "k")
+            expected = {prefix + camel(key): value for key, value in enum["values"].items()}
+            if cpp.get(enum["cpp"]) != expected:
+                found.append(f"cpp: {enum['cpp']} is {cpp.get(enum['cpp'])}, not {expected}")
+            # The viewer has those that it uses.
+            names = {enum.get("ts_names", {}).get(key, camel(key)): value for key, value in enum["values"].items()}
+            for key, value in ts.get(enum.get("ts", ""), {}).items():
+                if names.get(key) != value:
+                    found.append(f"ts: {enum['ts']}.{key} is {value}, not {names.get(key)}")
+    return found
+
+
+def python_text(schema):
+    about = "Numbers of the wire: net/PROTOCOL.md. Written by scripts/ci/wire_constants.py from net/protocol.json."
+    lines = [f'"""{about}"""', "from enum import IntEnum, IntFlag", ""]
+    for name, constant in schema["constants"].items():
+        about = f"  # {constant['about']}" if "about" in constant else ""
+        lines.append(f"{name} = {constant['value']}{about}")
+    for kind, base in (("enums", "IntEnum"), ("flags", "IntFlag")):
+        for name, enum in schema[kind].items():
+            lines += ["", "", f"class {name}({base}):"]
+            lines += [f"    {key} = {value}" for key, value in enum["values"].items()]
+    return "\n".join(lines) + "\n"
+
+
+def main():
+    schema = json.loads((ROOT / "net/protocol.json").read_text(encoding="utf-8"))
+    found = differences(schema)
+    text = python_text(schema)
+    if "--write" in sys.argv[1:]:
+        PYTHON.write_text(text, encoding="utf-8")
+    elif not PYTHON.exists() or PYTHON.read_text(encoding="utf-8") != text:
+        found.append(f"{PYTHON.relative_to(ROOT)} is not what --write writes")
+    for line in found:
+        print(line)
+    print(f"wire constants: {len(found)} differences")
+    return 1 if found else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,288 @@
+#!/usr/bin/env python3
+"""apps/python against a running brachyd: viewers, devices, operators, tokens, TLS, reconnecting; and installed by pip.
+
+usage: tests/python/client_test.py BRACHYD BRACHY     exit code 77: skipped, with its reason
+"""
+import asyncio
+import os
+import pathlib
+import re
+import ssl
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "apps/python"))
+try:
+    import numpy as np
+except ImportError:
+    print("skipped: python3-numpy is missing")
+    sys.exit(77)
+
+import brachyd
+from brachyd import ControlAction, ErrorCode, Hello, Role, Subscription, unit_pose
+
+if len(sys.argv) < 3:
+    sys.exit(__doc__)
+BRACHYD, BRACHY = (os.path.abspath(program) for program in sys.argv[1:3])
+
+
+class Daemon:
+    """brachyd on a free port, ended with the test."""
+
+    def __init__(self, folder, *more):
+        self.process = subprocess.Popen([BRACHYD, "--port", "0", "--duration", "120", *more], cwd=folder,
+                                        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        line = self.process.stdout.readline()
+        found = re.match(r"brachyd listening on (.*:\d+)$", line)
+        if not found:
+            raise AssertionError(f"brachyd's first line: {line}{self.process.stderr.read()}")
+        self.address = found[1]
+        self.http = ""
+        if "--http-port" in more:
+            self.http = self.process.stdout.readline().split()[-1]
+
+    def end(self):
+        self.process.terminate()
+        return self.process.communicate(timeout=30)[1]
+
+
+class WithDaemon(unittest.TestCase):
+    options = ()
+
+    def setUp(self):
+        self.folder = tempfile.TemporaryDirectory()
+        self.addCleanup(self.folder.cleanup)
+        self.daemon = Daemon(self.folder.name, *self.options)
+        self.addCleanup(self.daemon.end)
+
+    def client(self, **hello):
+        client = brachyd.Client(self.daemon.address, Hello(**hello))
+        self.addCleanup(client.close)
+        return client
+
+
+class Viewing(WithDaemon):
+    def test_changes_and_whole_frames_make_the_same_mesh(self):
+        changes = self.client(subscription=Subscription.SCENE)
+        whole = self.client(subscription=Subscription.FULL_FRAMES)
+        device = self.client(role=Role.DEVICE, subscription=Subscription.NO_MESH)
+        changes.wait_for(lambda: changes.protocol.frame is not None and changes.protocol.scene is not None)
+        self.assertIn("psi31", changes.protocol.scene.kernels)
+        meshes, compared, depth = ({}, {}), 0, -60.0
+        end = time.monotonic() + 60
+        while compared < 30 and time.monotonic() < end:
+            depth = min(depth + 0.5, 10.0)
+            device.send_pose(unit_pose([5, 0, depth]))
+            device.poll()
+            for client, kept in zip((changes, whole), meshes):
+                for message in client.poll(0.01):
+                    if isinstance(message, brachyd.Frame) and message.max_displacement_mm > 0:
+                        kept[message.tick] = client.protocol.positions.copy()
+            for tick in meshes[0].keys() & meshes[1].keys():
+                self.assertTrue(np.array_equal(meshes[0].pop(tick), meshes[1].pop(tick)))
+                compared += 1
+        self.assertGreaterEqual(compared, 30)
+
+    def test_the_mesh_is_the_cpp_clients_bit_for_bit(self):
+        device = self.client(role=Role.DEVICE, subscription=Subscription.NO_MESH)
+        viewer = self.client()
+        for depth in np.arange(-40.0, 0.0, 0.5):
+            device.send_pose(unit_pose([5, 0, depth]))
+            device.poll(0.005)
+        out = pathlib.Path(self.folder.name) / "series"
+        line = [BRACHY, "record", "--connect", self.daemon.address, "--out", str(out), "--duration", "1.5"]
+        record = subprocess.Popen(line, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+        while record.poll() is None:
+            device.send_pose(unit_pose([5, 0, 0]))
+            device.poll(0.02)
+            viewer.poll()
+        self.assertEqual(record.returncode, 0, record.stderr.read())
+        record.stderr.close()
+        self.assertGreater(viewer.protocol.frame.max_displacement_mm, 0)
+        last = sorted(out.glob("*.vtp"))[-1].read_bytes()
+        header, _, data = last.partition(b'<AppendedData encoding="raw">\n_')
+        points = re.search(rb"<Points>.*?offset=\"(\d+)\"", header, re.S)
+        at = int(points[1]) + 8
+        count = len(viewer.protocol.positions)
+        mesh = np.frombuffer(data[at:at + 12 * count], "<f4").reshape(-1, 3)
+        self.assertTrue(np.array_equal(mesh, viewer.protocol.positions))
+
+    def test_asyncio_follows_it_too(self):
+        async def follow():
+            client = await brachyd.AsyncClient.connect(self.daemon.address)
+            frames = 0
+            async for message in client:
+                frames += isinstance(message, brachyd.Frame)
+                if frames >= 5:
+                    break
+            await client.close()
+            return client.protocol
+
+        protocol = asyncio.run(asyncio.wait_for(follow(), 30))
+        self.assertGreaterEqual(protocol.mesh_tick, 1)
+        self.assertEqual(len(protocol.positions), len(protocol.topology.rest))
+
+
+    def test_a_recording_is_what_was_sent(self):
+        file = pathlib.Path(self.folder.name) / "r.brachy"
+        subprocess.run([BRACHY, "record", "--connect", self.daemon.address, "--out", str(file), "--duration", "0.5"],
+                       check=True, capture_output=True)
+        recording = brachyd.Recording(file)
+        messages = [message for _, message in recording]
+        self.assertEqual(recording.end, "")
+        self.assertIsInstance(messages[0], brachyd.Welcome)
+        frames = [message for message in messages if isinstance(message, brachyd.Frame)]
+        self.assertTrue(frames[0].is_full)
+        cut = pathlib.Path(self.folder.name) / "cut.brachy"
+        cut.write_bytes(file.read_bytes()[:-3])
+        shorter = brachyd.Recording(cut)
+        self.assertEqual(len(list(shorter)), len(messages) - 1)
+        self.assertIn("cut off at byte", shorter.end)
+
+
+class OverWebSocket(WithDaemon):
+    options = ("--http-port", "0")
+
+    def test_both_clients_speak_it(self):
+        with brachyd.Client(f"ws://{self.daemon.http}", Hello(Role.DEVICE)) as device:
+            device.wait_for(lambda: device.protocol.frame is not None)
+            self.assertIsNotNone(device.exchange(unit_pose([5, 0, -60]), 5.0))
+
+        async def first_frame():
+            client = await brachyd.AsyncClient.connect(f"ws://{self.daemon.http}")
+            async for message in client:
+                if isinstance(message, brachyd.Frame):
+                    await client.close()
+                    return message
+
+        self.assertTrue(asyncio.run(asyncio.wait_for(first_frame(), 30)).is_full)
+
+    def test_a_port_of_another_protocol_is_refused_in_words(self):
+        with self.assertRaises((ConnectionError, brachyd.ProtocolError)):
+            brachyd.Client(self.daemon.http)
+        with self.assertRaisesRegex(ValueError, "needs HOST:PORT"):
+            brachyd.Client("http://" + self.daemon.http)
+
+
+class Devices(WithDaemon):
+    def test_a_force_answers_each_pose(self):
+        device = self.client(role=Role.DEVICE, subscription=Subscription.NO_MESH, damping_n_s_per_mm=0.5)
+        limits = device.protocol.welcome.limits
+        self.assertEqual(limits.not_plausible, 4)
+        self.assertEqual((limits.max_force_n, limits.damping_n_s_per_mm, limits.rate_hz), (3.3, 0.0005, 1000))
+        answers = [device.exchange(unit_pose([5, 0, -60 + 0.05 * i]), 1.0) for i in range(100)]
+        self.assertEqual(sum(answer is None for answer in answers), 0)
+        self.assertTrue(all(np.isfinite(answer.forces.force_n).all() for answer in answers))
+
+    def test_a_local_model_gives_the_force_that_the_server_follows(self):
+        device = self.client(role=Role.DEVICE, subscription=Subscription.NO_MESH, evaluates_local_model=True)
+        local, depth, pushed = brachyd.LocalForce(), -60.0, 0.0
+        end = time.monotonic() + 60
+        while pushed < 0.05 and time.monotonic() < end:
+            depth = min(depth + 0.1, 15.0)
+            now = time.monotonic_ns()
+            tip = [5, 0, depth]
+            force = local.evaluate(tip, now)
+            device.protocol.send_pose(unit_pose(tip), now)
+            for message in device.poll(0.002):
+                if isinstance(message, brachyd.LocalModel):
+                    local.take(message, message.input_stamp_ns if message.input_sequence else None, time.monotonic_ns())
+            pushed = max(pushed, -force[2])
+        self.assertGreaterEqual(pushed, 0.05, "the tissue pushes the needle out, along -z")
+
+    def test_the_second_device_is_told_and_the_next_one_connects(self):
+        first = brachyd.Client(self.daemon.address, Hello(Role.DEVICE, "first"))
+        with self.assertRaises(brachyd.ServerError) as refused:
+            brachyd.Client(self.daemon.address, Hello(Role.DEVICE, "second"))
+        self.assertEqual(refused.exception.error.code, ErrorCode.DEVICE_BUSY)
+        self.assertIn("first", str(refused.exception))
+        first.close()
+        end = time.monotonic() + 20
+        while True:  # it is free once the server has seen the end
+            try:
+                self.client(role=Role.DEVICE, name="second")
+                break
+            except brachyd.ServerError:
+                self.assertLess(time.monotonic(), end)
+                time.sleep(0.05)
+
+    def test_an_operator_controls_and_a_viewer_does_not(self):
+        operator, viewer = self.client(role=Role.OPERATOR), self.client()
+        viewer.control(ControlAction.RESET)
+        viewer.wait_for(lambda: len(viewer.errors) > 0)
+        self.assertEqual(viewer.errors[0].code, ErrorCode.NOT_OPERATOR)
+        operator.wait_for(lambda: operator.protocol.frame is not None)
+        operator.control(ControlAction.MODEL, kernel="psi32", support_radius_mm=20)
+        operator.wait_for(lambda: operator.protocol.state is not None and operator.protocol.state.kernel == "psi32", 30)
+        self.assertEqual(operator.protocol.state.support_radius_mm, 20)
+
+
+class Examples(WithDaemon):
+    def run_example(self, name, *more):
+        environment = dict(os.environ, PYTHONPATH=str(ROOT / "apps/python"))
+        line = [sys.executable, str(ROOT / "apps/python/examples" / name), self.daemon.address, *more]
+        ended = subprocess.run(line, env=environment, capture_output=True, text=True, timeout=100)
+        self.assertEqual(ended.returncode, 0, ended.stderr)
+        return ended.stdout
+
+    def test_an_insertion_meets_a_force(self):
+        rows = re.findall(r"tip +(\S+) mm +axial +(\S+) N", self.run_example("insertion.py", "5"))
+        self.assertGreaterEqual(len(rows), 8)
+        self.assertEqual(float(rows[0][1]), 0)
+
+    def test_round_trips_are_measured(self):
+        out = self.run_example("round_trip.py", "200", "1")
+        found = re.match(r"(\d+) forces of (\d+) poses: p50 (\S+) ms", out)
+        self.assertGreater(int(found[1]), 0, out)
+
+
+class Access(unittest.TestCase):
+    def test_tls_and_token(self):
+        with tempfile.TemporaryDirectory() as folder:
+            def run(line):
+                return subprocess.run(line, cwd=folder, check=True, capture_output=True, text=True).stdout
+
+            run(["openssl", "req", "-x509", "-newkey", "rsa:2048", "-nodes", "-keyout", "key.pem", "-out", "cert.pem",
+                 "-days", "2", "-subj", "/CN=127.0.0.1", "-addext", "subjectAltName=IP:127.0.0.1"])
+            run([BRACHY, "token", "a.token"])
+            os.chmod(os.path.join(folder, "key.pem"), 0o600)
+            token = bytes.fromhex(run([BRACHY, "token", "--show", "a.token"]).strip())
+            scene = pathlib.Path(folder) / "scene.toml"
+            scene.write_text('[server]\ntoken_file = "a.token"\ntls_certificate = "cert.pem"\ntls_key = "key.pem"\n')
+            daemon = Daemon(folder, "--config", str(scene))
+            try:
+                tls = ssl.create_default_context(cafile=os.path.join(folder, "cert.pem"))
+                with brachyd.Client(daemon.address, Hello(token=token), tls) as client:
+                    client.wait_for(lambda: client.protocol.frame is not None)
+                with self.assertRaises(brachyd.ServerError) as refused:
+                    brachyd.Client(daemon.address, Hello(token=bytes(32)), tls)
+                self.assertEqual(refused.exception.error.code, ErrorCode.UNAUTHORISED)
+                with self.assertRaises(brachyd.ServerError):
+                    brachyd.Client(daemon.address, Hello(token=token))
+            finally:
+                daemon.end()
+
+
+class Installed(unittest.TestCase):
+    def test_pip_installs_it_without_a_network(self):
+        if subprocess.run(["/usr/bin/python3", "-c", "import ensurepip"], capture_output=True).returncode != 0:
+            self.skipTest("python3-venv is missing: scripts/setup.sh --tests")
+        with tempfile.TemporaryDirectory() as folder:
+            subprocess.run(["/usr/bin/python3", "-m", "venv", "--system-site-packages", folder], check=True)
+            pip = subprocess.run([f"{folder}/bin/pip", "install", "--no-index", str(ROOT / "apps/python")], cwd=folder,
+                                 capture_output=True, text=True)
+            self.assertEqual(pip.returncode, 0, pip.stdout + pip.stderr)
+            code = ("import brachyd, importlib.resources as r; "
+                    "print(brachyd.__file__, r.files('brachyd').joinpath('py.typed').is_file())")
+            shown = subprocess.run([f"{folder}/bin/python", "-I", "-c", code], cwd=folder, check=True,
+                                   capture_output=True, text=True)
+            self.assertIn(folder, shown.stdout)
+            self.assertIn("True", shown.stdout)
+
+
+if __name__ == "__main__":
+    unittest.main(argv=sys.argv[:1])

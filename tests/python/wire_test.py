@@ -1,0 +1,162 @@
+#!/usr/bin/env python3
+"""apps/python against the document: the golden bytes of net/PROTOCOL.md and LOCAL_MODEL's test vectors; no daemon.
+
+usage: tests/python/wire_test.py     exit code 77: skipped, with its reason
+"""
+import json
+import math
+import pathlib
+import re
+import sys
+import unittest
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "apps/python"))
+try:
+    import numpy as np
+except ImportError:
+    print("skipped: python3-numpy is missing")
+    sys.exit(77)
+
+import brachyd
+from brachyd import wire
+from brachyd.constants import ErrorCode, ForceFlag, MessageType
+
+
+def golden_blocks():
+    """Name → bytes of each hex block of the document."""
+    blocks = {}
+    text = (ROOT / "net/PROTOCOL.md").read_text(encoding="utf-8")
+    for name, block in re.findall(r"```hex (\w+)\n(.*?)```", text, re.S):
+        digits = "".join(line.split("#")[0] for line in block.splitlines())
+        blocks[name] = bytes.fromhex(digits)
+    return blocks
+
+
+BLOCKS = golden_blocks()
+
+
+def decoded(name):
+    data = BLOCKS[name]
+    header = wire.decode_header(data)
+    reader = wire.Reader(data[32:])
+    message = wire.DECODERS[header.type](reader)
+    reader.finish()
+    return message
+
+
+class Golden(unittest.TestCase):
+    def test_every_server_message_is_read_to_its_end(self):
+        for name in ("WELCOME", "TOPOLOGY", "FRAME", "STATE", "EVENT", "ERROR", "PING", "FORCE", "LOCAL_MODEL", "DOSE",
+                     "SCENE"):
+            with self.subTest(name):
+                decoded(name)
+
+    def test_hello_is_written_as_the_document_has_it(self):
+        hello = wire.Hello(brachyd.Role.DEVICE, "touch", brachyd.Subscription.POSE_HISTORY, 3.3, 1.0, rate_hz=1000,
+                           needle=2, evaluates_local_model=True)
+        self.assertEqual(wire.encode_message(MessageType.HELLO, hello.encode(), 1, 1_000_000_001), BLOCKS["HELLO"])
+        operator = wire.Hello(brachyd.Role.OPERATOR, "desk", token=bytes(range(0xe0, 0x100)), software="desk 2.1")
+        message = wire.encode_message(MessageType.HELLO, operator.encode(), 1, 1_000_000_002)
+        self.assertEqual(message, BLOCKS["HELLO_TOKEN"])
+
+    def test_pose_and_control_are_written_as_the_document_has_them(self):
+        reader = wire.Reader(BLOCKS["POSE"][40:])
+        X_WN = reader.pose()
+        message = wire.encode_message(MessageType.POSE, wire.encode_pose(2, X_WN), 17, 1_000_000_500)
+        self.assertEqual(message, BLOCKS["POSE"])
+        body = wire.encode_control(brachyd.ControlAction.MODEL, True, "psi32", 18.5)
+        self.assertEqual(wire.encode_message(MessageType.CONTROL, body, 21, 1_000_000_900), BLOCKS["CONTROL"])
+
+    def test_fields_hold_what_the_document_says(self):
+        welcome = decoded("WELCOME")
+        self.assertEqual((welcome.session, welcome.deformation_hz), (7, 200))
+        self.assertEqual((welcome.needle, welcome.needle_count), (2, 3))
+        self.assertEqual(welcome.limits, wire.Limits(3.5, 1, 0.0005, 1000, 4))
+        frame = decoded("FRAME")
+        self.assertEqual((frame.tick, frame.base_tick, frame.point_count), (42, 40, 5))
+        self.assertEqual(frame.positions.tolist(), [[10, 0.5, -0.25], [0, 0, 9]])
+        self.assertEqual(frame.needles[0].forces.force_n.tolist(), [0.5, -0.25, 2])
+        self.assertEqual(frame.needles[0].tip_depth_mm, 14.5)
+        self.assertEqual(frame.needles[0].shape.shape, (17, 3))
+        self.assertEqual((frame.seeds[0].id, frame.seeds[0].planned), (2, 1))
+        model = decoded("LOCAL_MODEL")
+        self.assertEqual(model.flags, ForceFlag.ARMED | ForceFlag.LIMITED)
+        self.assertEqual((model.axial_max_n, model.after_puncture_n, model.max_slew_n_per_ms), (math.inf, 1.75, 0.5))
+        self.assertEqual(decoded("ERROR").code, ErrorCode.POSE_REFUSED)
+        self.assertEqual(decoded("DOSE").structures[0].name, "prostate")
+        self.assertEqual(decoded("SCENE").kernels, ["psi31", "elastic"])
+
+    def test_a_message_that_is_cut_or_too_long_is_refused(self):
+        for name in ("WELCOME", "FRAME", "STATE", "DOSE", "SCENE"):
+            body = BLOCKS[name][32:]
+            decode = wire.DECODERS[wire.decode_header(BLOCKS[name]).type]
+            for end in range(0, len(body), 7):
+                with self.assertRaises(wire.ProtocolError):
+                    reader = wire.Reader(body[:end])
+                    decode(reader)
+                    reader.finish()
+
+    def test_the_wire_protocol_in_any_pieces(self):
+        for size in (1, 7, 100_000):
+            protocol = brachyd.Protocol(brachyd.Hello())
+            stream, messages = b"", []
+            for i, name in enumerate(("WELCOME", "TOPOLOGY"), start=1):
+                header = wire.decode_header(BLOCKS[name])
+                stream += wire.encode_message(header.type, BLOCKS[name][32:], i, 0)
+            for at in range(0, len(stream), size):
+                messages += protocol.feed(stream[at:at + size])
+            self.assertEqual(len(messages), 2)
+            self.assertEqual(protocol.positions[1].tolist(), [10, 0, 0])
+            with self.assertRaises(ValueError):
+                protocol.positions[0, 0] = 1
+
+    def test_a_fatal_error_is_raised_with_its_code(self):
+        body = bytearray(BLOCKS["ERROR"][32:])
+        body[2] = 1
+        with self.assertRaises(brachyd.ServerError) as caught:
+            brachyd.Protocol(brachyd.Hello()).feed(wire.encode_message(MessageType.ERROR, bytes(body), 1, 0))
+        self.assertEqual(caught.exception.error.code, ErrorCode.POSE_REFUSED)
+
+
+def number(value):
+    return float(value) if isinstance(value, str) else value  # "inf", "-inf", "nan"
+
+
+def vector(values):
+    return np.array([number(value) for value in values], dtype=float)
+
+
+def model_of(fields):
+    vectors = ("reference_tip", "contact_point", "axis", "lateral_n")
+    return brachyd.LocalModel(**{key: vector(value) if key in vectors else number(value)
+                                 for key, value in fields.items()})
+
+
+class LocalModelVectors(unittest.TestCase):
+    def test_forces_are_the_devices_to_1e12(self):
+        file = ROOT / "tests/haptics/local_model_vectors.json"
+        vectors = json.loads(file.read_text(encoding="utf-8"))["vectors"]
+        self.assertEqual(len(vectors), 11)
+        for one in vectors:
+            local = brachyd.LocalForce(number(one["max_force_n"]), number(one["max_stiffness_n_per_mm"]))
+            for i, step in enumerate(one["steps"]):
+                with self.subTest(one["name"], step=i):
+                    result = step["result"]
+                    if "model" in step:
+                        taken = local.take(model_of(step["model"]), step["pose_stamp_ns"], step["now_ns"])
+                        self.assertEqual(taken, result["taken"])
+                    else:
+                        tip = vector(step["tip"])
+                        force = local.evaluate(tip, step["now_ns"])
+                        self.assertLessEqual(np.abs(force - vector(result["force_n"])).max(), 1e-12)
+                        if "moment_nmm" in result:
+                            moment = np.cross(tip - vector(step["about"]), force)
+                            self.assertLessEqual(np.abs(moment - vector(result["moment_nmm"])).max(), 1e-9)
+                    if local.model is not None:
+                        point = vector(result["contact_point"])
+                        self.assertLessEqual(np.abs(local.model.contact_point - point).max(), 1e-12)
+
+
+if __name__ == "__main__":
+    unittest.main()
