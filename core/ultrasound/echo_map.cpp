@@ -11,7 +11,7 @@ namespace {
 
 constexpr double kFineMm = 1, kCoarseMm = 1.5, kMarginMm = 8;
 constexpr float kFar = 1e3F;
-constexpr double kMuscleLevel = -5, kFasciaLevel = 7;  // dB
+constexpr double kMuscleLevel = -4, kFasciaLevel = 7;  // dB
 constexpr int kCalcifications = 7;
 constexpr double kCalcificationDb = 20;
 
@@ -97,7 +97,7 @@ EchoMap::Tissue EchoMap::at(const Vec3& X) const noexcept {
   const double layers =
       value_noise(Vec3(X.x(), X.y() + 0.12 * std::abs(X.x()), X.z()), Vec3(14, 1.3, 16), seed_ + 15);
   const double patches = value_noise(X, Vec3(5, 3, 6), seed_ + 16);
-  double level = 3 + kFasciaLevel * std::max(0.0, layers - 0.15) * 1.4 + 3.5 * patches;
+  double level = 5 + kFasciaLevel * std::max(0.0, layers - 0.15) * 1.6 + 3.5 * patches;
   const double muscle = std::clamp((std::abs(p.x()) - 1.12 + 0.1 * patches) * 8, 0.0, 1.0) *
                         std::clamp((1.1 - p.y()) * 4, 0.0, 1.0);
   level += muscle * (kMuscleLevel - level + 4 * layers);

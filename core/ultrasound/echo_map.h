@@ -33,9 +33,9 @@ class EchoMap {
     float level_db, attenuation_share, interface_db;
   };
   static constexpr std::array<Inside, kBoundaries> kInside = {{
-      {0, 1, 9},         // gland: its capsule
-      {-3.5F, 1, -90},   // transition zone: no surface of its own
-      {-13, 0.4F, 6},    // urethra
+      {0, 1, 13},        // gland: its capsule
+      {-5, 1, -90},      // transition zone: no surface of its own
+      {-10, 0.6F, 3},    // urethra
       {-45, 0.01F, 14},  // bladder: urine
       {-6, 20, 30},      // bone
   }};

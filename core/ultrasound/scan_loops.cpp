@@ -143,7 +143,7 @@ BRACHY_INLINE void scatter(const ScanNode* nodes, std::size_t segments, const Sp
       db += share_inside(std::max(zone, gland), 1.5F) *
             (texture + EchoMap::kInside[EchoMap::kTransition].level_db - db);
       db += EchoMap::kUrethralWallDb * std::max(0.0F, 1 - std::abs(urethra - kWallMm) * (1 / kWallMm));
-      db += share_inside(urethra, kEdgeMm) * (EchoMap::kInside[EchoMap::kUrethra].level_db - db);
+      db += share_inside(urethra, 1.2F) * (EchoMap::kInside[EchoMap::kUrethra].level_db - db);
       db += share_inside(bladder, kEdgeMm) * (EchoMap::kInside[EchoMap::kBladder].level_db - db);
       db += share_inside(bone, kEdgeMm) * (EchoMap::kInside[EchoMap::kBone].level_db - db);
       level.v[k] = power_of_two((db + gain + layers[s * ScanSteps::kSegment + static_cast<std::size_t>(k)]) *

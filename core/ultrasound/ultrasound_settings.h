@@ -11,10 +11,10 @@ struct UltrasoundSettings {
   std::string array = "transverse";  ///< transverse, sagittal or end_fire (ImagePlane)
   double frequency_mhz = 6.5;        ///< of the pulse's middle
   double pulse_cycles = 2.5;         ///< the axial resolution is half of that many wavelengths
-  double fov_deg = 150;              ///< of the sector of a transverse or end_fire array
+  double fov_deg = 130;              ///< of the sector of a transverse or end_fire array
   double length_mm = 60;             ///< of the sagittal array
   double depth_mm = 60;              ///< from the probe's surface
-  double aperture_mm = 15;           ///< active, of the focused beam
+  double aperture_mm = 10;           ///< active, of the focused beam
   double focus_mm = 30;              ///< of the transmitted beam
   double elevation_mm = 3;           ///< thickness of the slice, full width at half maximum
   int planes = 3;                    ///< that the slice is summed of: 1, 3 or 5
