@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Runs scripts/campaigns/misplacement.sh's sessions and prints its table. Standard library only.
 
-  misplacement.py BRACHY DIRECTORY SEEDS JSON_FILE
+  misplacement.py BRACHY DIRECTORY SEEDS JSON_FILE ONLY
 """
 import json
 import math
@@ -47,7 +47,7 @@ REASONS = [
     ("migration", noise("migration_along_mm")),
     ("all, two locking needles", merged(BEND, LOCKED, SWELL, RELAX, noise(*QUIET))),
 ]
-SPEEDS_MM_S = (10, 50)
+SPEEDS_MM_S = (20, 100)
 LOCKING_S = 0.1  # the locking needles are in, and their gland where it was
 LOCKING_XY = ((-7.5, 2.5), (7.5, 2.5))
 HEADER = "t_s,m00,m01,m02,m03,m10,m11,m12,m13,m20,m21,m22,m23,needle,button"
@@ -112,11 +112,13 @@ def summary(seeds):
     }
 
 
-def main(brachy, work, seeds, out):
+def main(brachy, work, seeds, out, only):
     rows = []
     print(f"{'reason':34s} {'mm/s':>5s} {'seeds':>6s} {'mean, mm':>9s} {'SD x, y, z, mm':>18s} {'along, mm':>10s}"
           f" {'along, %':>9s}", flush=True)
     for name, scene in REASONS:
+        if only not in name:
+            continue
         for speed in SPEEDS_MM_S:
             runs = int(seeds) if "noise" in scene else 1
             each = [seed for k in range(runs) for seed in run(brachy, work, scene, speed, k + 1)]
@@ -133,6 +135,6 @@ def main(brachy, work, seeds, out):
 
 
 if __name__ == "__main__":
-    if len(sys.argv) != 5:
+    if len(sys.argv) != 6:
         sys.exit(__doc__)
     main(*sys.argv[1:])
