@@ -18,7 +18,7 @@ set -euo pipefail
 
 packages=(cmake ninja-build g++ lld ccache libeigen3-dev libboost-dev libassimp-dev libcli11-dev libtomlplusplus-dev
           libspdlog-dev nlohmann-json3-dev libgtest-dev libbenchmark-dev libssl-dev libcap-dev libsystemd-dev
-          pkgconf zlib1g-dev python3 openssl curl dpkg-dev)  # zlib: libassimp-dev forgets it
+          pkgconf zlib1g-dev python3 openssl curl dpkg-dev)  # zlib: also for assimp, whose package forgets it
 broker=(libnats-dev nats-server)
 fuzz=(clang-14 libclang-rt-14-dev)
 for option in "$@"; do

@@ -23,6 +23,7 @@ Tool metrics_tool();
 Tool score_tool();
 Tool plan_tool();
 Tool token_tool();
+Tool us_tool();
 
 }  // namespace brachy
 
@@ -35,7 +36,8 @@ std::vector<Tool> all_tools() {
                              export_tool(), deform_tool(), dose_tool(),   inspect_tool()};
   // Their arguments are parsed by brachy-study.
   for (const StudyCommand& command : kStudyCommands) tools.push_back({command.name, command.summary, "", {}});
-  for (const auto tool : {advise_tool, plot_force_tool, metrics_tool, score_tool, plan_tool, token_tool})
+  for (const auto tool :
+       {advise_tool, plot_force_tool, metrics_tool, score_tool, plan_tool, token_tool, us_tool})
     tools.push_back(tool());
   return tools;
 }

@@ -96,7 +96,7 @@ Chart displacement_chart(const SeedsScore& seeds, const Plan& plan, const Templa
     add(line, kGap, kGap);
   };
   for (const PlannedSeed& seed : plan.seeds(grid)) add(planned, seed.position[across], seed.position.z());
-  for (const SeedScore& s : seeds.planned) {
+  for (const SeedScore& s : seeds.by_position.placed) {
     arrow(to_fall, s.planned.position, s.seed.dropped);
     arrow(to_rest, s.seed.dropped, s.seed.rest);
   }
@@ -104,8 +104,8 @@ Chart displacement_chart(const SeedsScore& seeds, const Plan& plan, const Templa
     add(fell, seed.dropped[across], seed.dropped.z());
     add(rest, seed.rest[across], seed.rest.z());
   };
-  for (const SeedScore& s : seeds.planned) mark(s.seed);
-  for (const Seed& seed : seeds.unplanned) mark(seed);
+  for (const SeedScore& s : seeds.by_position.placed) mark(s.seed);
+  for (const Seed& seed : seeds.by_position.extra) mark(seed);
   return {.title = away == 1 ? "Seeds, seen along y" : "Seeds, seen along x",
           .x_label = across == 0 ? "x, mm" : "y, mm",
           .y_label = "z, mm",
@@ -122,7 +122,7 @@ Chart error_chart(const SeedsScore& seeds) {
   ChartLine fell{.name = "fell", .colour = kFell, .width_px = 0, .dot_px = 2},
       rest{.name = "at rest", .colour = kRest, .width_px = 0, .dot_px = 2.6},
       moved{.colour = "#cccccc", .width_px = 0.6};
-  for (const SeedScore& s : seeds.planned) {
+  for (const SeedScore& s : seeds.by_position.placed) {
     add(fell, s.dropped.axial_mm, s.dropped.lateral_mm);
     add(rest, s.rest.axial_mm, s.rest.lateral_mm);
     add(moved, s.dropped.axial_mm, s.dropped.lateral_mm);

@@ -66,7 +66,7 @@ std::string key(const std::string& value, const std::string& what) {
 
 /// The session in four figures.
 std::string keys(const Score& score) {
-  const SeedsScore* s = score.seeds ? &*score.seeds : nullptr;
+  const SeedAssignment* a = score.seeds ? &score.seeds->by_position : nullptr;
   const auto of_prostate = [&](const DoseStage& stage, const char* name) {
     for (const DoseFigure& f : dose_figures())
       if (f.structure == std::string_view("prostate") && f.name == std::string_view(name))
@@ -78,13 +78,13 @@ std::string keys(const Score& score) {
                        unit);
   };
   return "<div class=\"keys\">\n" +
-         key(fmt::format("{} of {}", s ? std::to_string(score.planned_seeds - s->missing.size()) : "–",
-                         score.planned_seeds),
-             fmt::format("planned seeds implanted, {} beside the plan",
-                         s ? std::to_string(s->unplanned.size()) : "–")) +
-         key(figure(s ? s->rest.total_mm.mean : kNoNumber, 1) + " mm",
-             fmt::format("mean misplacement, {} mm of it along the needle",
-                         figure(s ? s->rest.axial_mm.mean : kNoNumber, 1))) +
+         key(fmt::format("{} of {}", a ? std::to_string(a->placed.size()) : "–", score.planned_seeds),
+             fmt::format("planned seeds placed, {} missing, {} extra",
+                         a ? std::to_string(a->missing.size()) : "–",
+                         a ? std::to_string(a->extra.size()) : "–")) +
+         key(figure(a ? a->rest.total_mm.mean : kNoNumber, 1) + " mm",
+             fmt::format("mean misplacement of those placed, {} mm of it along the needle",
+                         figure(a ? a->rest.axial_mm.mean : kNoNumber, 1))) +
          key(change("D90", "Gy"), "prostate D90, planned → delivered") +
          key(change("V100", "%"), "prostate V100, planned → delivered") + "</div>\n";
 }
@@ -119,7 +119,8 @@ std::string dose_section(const DoseScore& dose) {
          "</div>\n" + to_svg_element(dvh_chart(dose)) + "</div>\n";
 }
 
-std::string error_table(const SeedsScore& s) {
+std::string error_table(const SeedsScore& score) {
+  const SeedAssignment& s = score.by_position;
   const auto spread = [](const Spread& v) {
     return cell(figure(v.mean, 2)) + cell(figure(v.sd, 2)) + cell(figure(v.max, 2));
   };
@@ -137,7 +138,7 @@ std::string error_table(const SeedsScore& s) {
       line("across", spread(s.dropped.lateral_mm) + spread(s.rest.lateral_mm)) +
       line("along, signed", means(s.dropped.mean_signed_axial_mm, s.rest.mean_signed_axial_mm, 2)) +
       line("along, %", means(100 * s.dropped.axial_share, 100 * s.rest.axial_share, 0)) +
-      line("gland's motion", spread(s.gland_motion_mm) + cell("") + cell("") + cell(""));
+      line("gland's motion", spread(score.gland_motion_mm) + cell("") + cell("") + cell(""));
   return table("", {"error, mm", "mean", "SD", "max", "mean", "SD", "max"}, rows);
 }
 
@@ -155,7 +156,11 @@ std::string seed_section(const Score& score, const Plan& plan, const TemplateGri
          pair(to_svg_element(error_chart(s)),
               "<div>\n" + error_table(s) +
                   "<p class=\"small\">Arrows go from where a seed was planned to where it fell and on to "
-                  "where it lies once all needles are out. Grey outline: the prostate&rsquo;s convex hull. "
+                  "where it lies once all needles are out. Seeds are matched with planned ones by position, "
+                  "whatever needle they came from, so that the sum of distances is least; a pair further "
+                  "apart than " +
+                  fmt::format("{:g}", SeedAssignment::kFarthestMm) +
+                  " mm is an extra seed and a missing one. Grey outline: the prostate&rsquo;s convex hull. "
                   "Along: on the planned needle, &gt; 0 too deep; across: off it. Along, %: mean size of "
                   "that part over the mean of the whole. Gland: mean motion of the tissue when a seed "
                   "fell.</p>\n</div>\n");
@@ -164,7 +169,7 @@ std::string seed_section(const Score& score, const Plan& plan, const TemplateGri
 std::string needle_rows(const NeedlesScore& score, const Plan& plan, const SeedsScore* seeds) {
   std::vector<std::size_t> fell(plan.needles.size(), 0);
   if (seeds)
-    for (const SeedScore& s : seeds->planned) ++fell[s.planned.needle];
+    for (const SeedScore& s : seeds->by_position.placed) ++fell[s.planned.needle];
   std::string rows;
   for (const NeedleScore& n : score.needles) {
     const std::string planned =
@@ -186,7 +191,7 @@ std::string needle_rows(const NeedlesScore& score, const Plan& plan, const Seeds
 std::string needle_section(const NeedlesScore& score, const Plan& plan, const SeedsScore* seeds) {
   std::string out = "<h2>Needles</h2>\n" +
                     table(" class=\"long\"",
-                          {"hole", "seeds<br>planned", "implanted", "path in<br>tissue, mm",
+                          {"hole", "seeds<br>planned", "placed", "path in<br>tissue, mm",
                            "time in<br>tissue, s", "passes", "capsule<br>punctures", "largest<br>force, N"},
                           needle_rows(score, plan, seeds));
   if (const auto& m = score.motion)
@@ -199,17 +204,17 @@ std::string needle_section(const NeedlesScore& score, const Plan& plan, const Se
   return out;
 }
 
-std::string seed_table(const SeedsScore& s, const Plan& plan, const TemplateGrid& grid) {
+std::string seed_table(const SeedAssignment& s, const Plan& plan, const TemplateGrid& grid) {
   std::string rows;
-  for (const SeedScore& seed : s.planned)
-    rows += row(std::to_string(seed.seed.id), std::to_string(seed.seed.planned), seed.hole,
+  for (const SeedScore& seed : s.placed)
+    rows += row(std::to_string(seed.seed.id), std::to_string(seed.planned_index), seed.hole,
                 figure(seed.planned.offset_mm, 2), figure(seed.seed.t_s, 1), figure(seed.dropped.total_mm, 2),
                 figure(seed.dropped.axial_mm, 2), figure(seed.dropped.lateral_mm, 2),
                 figure(seed.rest.total_mm, 2), figure(seed.rest.axial_mm, 2), figure(seed.rest.lateral_mm, 2),
                 figure(seed.seed.gland_motion.norm(), 2));
   const std::string unknown = "–";
-  for (const Seed& seed : s.unplanned)
-    rows += row(std::to_string(seed.id), std::string("none"), unknown, unknown, figure(seed.t_s, 1), unknown,
+  for (const Seed& seed : s.extra)
+    rows += row(std::to_string(seed.id), std::string("extra"), unknown, unknown, figure(seed.t_s, 1), unknown,
                 unknown, unknown, unknown, unknown, unknown, figure(seed.gland_motion.norm(), 2));
   const std::vector<PlannedSeed> planned = plan.seeds(grid);
   for (std::size_t i : s.missing)
@@ -234,7 +239,7 @@ std::string to_html(const Score& score, const Plan& plan, const TemplateGrid& gr
   out += remarks(score) + keys(score) + dose_section(score.dose) +
          seed_section(score, plan, grid, structures.front().mesh) +
          needle_section(score.needles, plan, seeds);
-  if (seeds) out += seed_table(*seeds, plan, grid);
+  if (seeds) out += seed_table(seeds->by_position, plan, grid);
   return out + "</body>\n</html>\n";
 }
 

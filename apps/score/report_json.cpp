@@ -39,15 +39,35 @@ Json to_json_seed(const Seed& s) {
           {"gland_motion_mm", s.gland_motion.norm()}};
 }
 
+Json to_json_pair(const SeedScore& s) {
+  return {{"planned", s.planned_index},
+          {"hole", s.hole},
+          {"offset_mm", s.planned.offset_mm},
+          {"planned_mm", to_json_point(s.planned.position)},
+          {"dropped_error", to_json_error(s.dropped)},
+          {"rest_error", to_json_error(s.rest)}};
+}
+
+Json to_json_assignment(const SeedAssignment& assignment) {
+  Json each = Json::array(), extra = Json::array();
+  for (const SeedScore& s : assignment.placed) {
+    each.push_back({{"seed", s.seed.id}});
+    each.back().update(to_json_pair(s));
+  }
+  for (const Seed& s : assignment.extra) extra.push_back(s.id);
+  return {{"farthest_mm", SeedAssignment::kFarthestMm},
+          {"placed", assignment.placed.size()},
+          {"dropped_error", to_json_errors(assignment.dropped)},
+          {"rest_error", to_json_errors(assignment.rest)},
+          {"missing", assignment.missing},
+          {"extra", extra},
+          {"each", each}};
+}
+
 Json to_json_seeds(const SeedsScore& score) {
   Json each = Json::array(), unplanned = Json::array();
   for (const SeedScore& s : score.planned) {
-    each.push_back({{"planned", s.seed.planned},
-                    {"hole", s.hole},
-                    {"offset_mm", s.planned.offset_mm},
-                    {"planned_mm", to_json_point(s.planned.position)},
-                    {"dropped_error", to_json_error(s.dropped)},
-                    {"rest_error", to_json_error(s.rest)}});
+    each.push_back(to_json_pair(s));
     each.back().update(to_json_seed(s.seed));
   }
   for (const Seed& s : score.unplanned) unplanned.push_back(to_json_seed(s));
@@ -57,7 +77,9 @@ Json to_json_seeds(const SeedsScore& score) {
           {"gland_motion_mm", to_json_spread(score.gland_motion_mm)},
           {"missing", score.missing},
           {"unplanned", unplanned},
-          {"each", each}};
+          {"each", each},
+          {"headline", headline(score)},
+          {"by_position", to_json_assignment(score.by_position)}};
 }
 
 template <class T>

@@ -15,11 +15,11 @@ std::string error_line(const char* when, const MisplacementSpread& s) {
 std::string seed_lines(const Score& score) {
   if (!score.seeds) return fmt::format("seeds: {} planned, not known what fell\n", score.planned_seeds);
   const SeedsScore& s = *score.seeds;
-  return fmt::format("seeds: {} planned, {} of them fell, {} missing, {} unplanned\n", score.planned_seeds,
-                     score.planned_seeds - s.missing.size(), s.missing.size(), s.unplanned.size()) +
+  return fmt::format("seeds: {}\n", headline(s)) +
          fmt::format("  {:<22}{:>8}{:>8}{:>8}{:>9}{:>9}{:>9}\n", "error, mm", "mean", "SD", "max", "axial",
                      "lateral", "axial, %") +
-         error_line("where they fell", s.dropped) + error_line("after relaxation", s.rest) +
+         error_line("where they fell", s.by_position.dropped) +
+         error_line("after relaxation", s.by_position.rest) +
          fmt::format("  {:<22}{:>8}{:>8}{:>8}\n", "gland motion", figure(s.gland_motion_mm.mean, 2),
                      figure(s.gland_motion_mm.sd, 2), figure(s.gland_motion_mm.max, 2));
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <span>
 
@@ -21,6 +22,12 @@ class DisplacementField {
   virtual const BlockDisplacement<float>& displacement(std::uint32_t block) const = 0;
   /// u at a single rest position X, mm.
   virtual Vec3 displacement_at(const Vec3& X) const noexcept = 0;
+  /// The same at the rest positions `X` (mm) into `u` (as many, mm), which models may evaluate as they do the tissue's
+  /// points: in float, far landmarks together. Fast where each kBlockSize points lie close together. It uses working
+  /// memory of the field: one caller, and none that changes the field meanwhile.
+  virtual void displacements_at(std::span<const Vec3> X, std::span<Vec3> u) noexcept {
+    for (std::size_t i = 0; i < X.size(); ++i) u[i] = displacement_at(X[i]);
+  }
 };
 
 }  // namespace brachy

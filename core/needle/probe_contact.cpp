@@ -14,7 +14,7 @@ constexpr double kLetGo = 0.5;     // mm off the probe at which a point is no la
 constexpr double kSameNormal =
     5e-5;  // 1 − cosine of the 0.6° by which a normal may be off: 0.05 mm at 5 mm aside
 constexpr double kNearAxis = 0.25;       // radii from the axis within which the normal is not the point's own
-constexpr double kCorePerSpacing = 0.6;  // core radius of a landmark's force over the spacing
+constexpr double kCorePerSpacing = 1.0;  // core radius of a landmark's force over the spacing
 
 }  // namespace
 

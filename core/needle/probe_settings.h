@@ -12,8 +12,8 @@ struct ProbeSettings {
   double rectal_wall_mm = 4;  ///< between probe and gland; as far as the phantom's rectum lies behind it
   /// What rectum and pelvic floor beside the gland take for each mm that the probe pushes: an assumption, with which
   /// 30 N move the peripheral zone of a gland that moves (GlandSettings) by about 12 mm.
-  double surroundings_n_per_mm = 1.7;
-  double landmark_spacing_mm = 6;  ///< between points of the gland's surface that it may push
+  double surroundings_n_per_mm = 2.2;
+  double landmark_spacing_mm = 5;  ///< between points of the gland's surface that it may push
   static constexpr std::size_t kMaxLandmarks = 64;
 
   bool operator==(const ProbeSettings&) const = default;

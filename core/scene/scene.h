@@ -18,6 +18,7 @@
 #include "core/simulation/body_settings.h"
 #include "core/simulation/clinical_noise.h"
 #include "core/solve/anchors.h"
+#include "core/ultrasound/ultrasound_settings.h"
 
 namespace brachy {
 
@@ -183,6 +184,7 @@ struct Scene {
   GlandSettings gland;
   SwellingSettings swelling;
   ProbeSettings probe;
+  UltrasoundSettings ultrasound;
   NoiseSettings noise;
   TemplateGrid template_grid;
   SeedSettings seeds;

@@ -60,6 +60,10 @@ class Simulator {
   /// Ticks evaluated in each way since construction, indexed by Evaluation.
   const std::array<std::uint64_t, 4>& evaluation_counts() const { return evaluation_counts_; }
   double period_s() const { return period_s_; }
+  /// The displacement field of the last step, in the frame of the body, and where the body is: a material point X is at
+  /// body_frame().to_world(X + u(X)). Its certificate is the summary's. Valid until the next step.
+  DisplacementField& field() { return *field_; }
+  const BodyFrame& body_frame() const { return body_.frame(); }
 
  private:
   void begin_contacts(std::span<const NeedlePose> poses) noexcept;

@@ -139,13 +139,14 @@ TEST(ReplayOffline, TheLogSaysHowFarANeedleBends) {
   const TempFolder folder;
   const std::string scene = folder.write(
       "s.toml",
-      small_scene("[model]\nkernel = \"elastic\"\n[needle]\nflexible = true\nguide_at = \"template\"\n"));
+      small_scene("[model]\nkernel = \"elastic\"\n[needle]\nflexible = true\nguide_at = \"template\"\n"
+                  "bevel_force_share = 1\n"));
   const std::string trajectory = folder.write("t.csv", short_insertion(1)), log = (folder / "f.csv").string();
   const auto json = json_of(offline(trajectory, scene, {"--log", log}));
   ASSERT_FALSE(json.is_discarded());
   double most = 0;
   for (const ForceSample& row : load_force_log(log)) most = std::max(most, row.tip_deflection_mm);
-  EXPECT_GT(most, 5) << "it slides along the oblique capsule";
+  EXPECT_GT(most, 5) << "its bevel is pushed aside with all of the cutting force";
   EXPECT_GT(json.at("ticks_steep").get<int>(), 0);
   EXPECT_EQ(json.at("needles").at(0).at("max_tip_deflection_mm"), most);
   const auto rigid = json_of(offline(trajectory, folder.write("r.toml", small_scene())));

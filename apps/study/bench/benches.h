@@ -25,6 +25,8 @@ void add_needles_benches(Report& report,
                          const BenchOptions& options);  ///< whole ticks with three needles at work
 void add_dose_benches(Report& report,
                       const BenchOptions& options);  ///< a seed on the dose grid, DVH, and the grid's spacing
+void add_ultrasound_benches(Report& report,
+                            const BenchOptions& options);               ///< images, with needles and seeds
 void add_figure6_benches(Report& report, const BenchOptions& options);  ///< the paper's figure 6
 
 }  // namespace brachy::bench

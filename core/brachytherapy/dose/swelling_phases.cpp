@@ -18,8 +18,7 @@ std::array<SwellingPhase, kSwellingPhases> resolving_swelling(double half_life_d
     const double begin = static_cast<double>(k) * length, end = begin + length;
     const double share = std::exp(-rate * begin) - std::exp(-rate * end);
     // Mean time of the decays within the phase: of t λ e^(−λt).
-    const double mean =
-        1 / rate + (begin * std::exp(-rate * begin) - end * std::exp(-rate * end)) / share;
+    const double mean = 1 / rate + (begin * std::exp(-rate * begin) - end * std::exp(-rate * end)) / share;
     phases[k] = {Vec3::Ones() + (1 - mean / resolved_days) * (day_zero_stretch - Vec3::Ones()), share};
   }
   phases[kSwollen].share = std::exp(-rate * resolved_days);

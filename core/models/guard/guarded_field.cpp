@@ -86,6 +86,10 @@ Vec3 GuardedField::displacement_at(const Vec3& X) const noexcept {
   return is_composed_ ? composition_->displacement_at(X) : field_->displacement_at(X);
 }
 
+void GuardedField::displacements_at(std::span<const Vec3> X, std::span<Vec3> u) noexcept {
+  is_composed_ ? composition_->displacements_at(X, u) : field_->displacements_at(X, u);
+}
+
 void GuardedField::guard() noexcept {
   work_left_ = kTickWork;
   if (may_compose() && composition_->is_always_used()) return compose();

@@ -44,6 +44,7 @@ class GuardedField : public DisplacementField {
     return is_composed_ ? composition_->displacement(block) : field_->displacement(block);
   }
   Vec3 displacement_at(const Vec3& X) const noexcept override;
+  void displacements_at(std::span<const Vec3> X, std::span<Vec3> u) noexcept override;
 
   /// The field without the guard: for the landmarks' system, its solutions and its condition.
   TissueField& plain_field() { return *field_; }

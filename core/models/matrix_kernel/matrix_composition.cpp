@@ -495,6 +495,32 @@ double MatrixComposition::determinant_at(const Vec3& X) const noexcept {
   return det;
 }
 
+void MatrixComposition::displacements_at(std::span<const Vec3> X, std::span<Vec3> u) noexcept {
+  const MatrixKernelField::Parts parts = field_.parts();
+  std::array<Vec3, kPoints> smooth;
+  for (std::size_t first = 0; first < X.size(); first += kPoints) {
+    const std::size_t count = std::min(kPoints, X.size() - first);
+    for (std::size_t i = 0; i < count; ++i) {
+      smooth[i] = X[first + i];
+      if (parts.smooth) parts.smooth->add_displacement_at(X[first + i], smooth[i]);
+    }
+    CentredPoints points({smooth.data(), count});
+    const CentredPoints begin = points;
+    for (std::size_t k = 0; k < count_; ++k) {
+      const Step& step = steps_[k];
+      BlockDisplacement<float> more{};
+      parts.near.add_to_points(points.local, points.centre, points.box, step.rings, step.forces, step.pieces,
+                               sources_[0], more);
+      move(more, step.scale, count, points.local, points.centre, points.box);
+    }
+    for (std::size_t i = 0; i < count; ++i) {
+      const Vec3 way(points.local.x[i] - begin.local.x[i], points.local.y[i] - begin.local.y[i],
+                     points.local.z[i] - begin.local.z[i]);
+      u[first + i] = smooth[i] - X[first + i] + way;
+    }
+  }
+}
+
 Vec3 MatrixComposition::displacement_at(const Vec3& X) const noexcept {
   const MatrixKernelField::Parts parts = field_.parts();
   Vec3 x = X;

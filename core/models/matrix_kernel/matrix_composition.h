@@ -42,6 +42,7 @@ class MatrixComposition : public Composition {
   void end() noexcept override;
   std::span<const std::uint32_t> touched() const override { return all_blocks_; }
   Vec3 displacement_at(const Vec3& X) const noexcept override;
+  void displacements_at(std::span<const Vec3> X, std::span<Vec3> u) noexcept override;
 
  private:
   // A fifth of the way to a fold: two or three steps for a needle's large motions. More converge to a flow, not to a

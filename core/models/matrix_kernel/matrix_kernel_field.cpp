@@ -268,4 +268,19 @@ Vec3 MatrixKernelField::displacement_at(const Vec3& X) const noexcept {
   return u;
 }
 
+void MatrixKernelField::displacements_at(std::span<const Vec3> X, std::span<Vec3> u) noexcept {
+  NearField::take_pieces(field_rings_, ring_forces_, pieces_);
+  for (std::size_t first = 0; first < X.size(); first += Tissue::kBlockSize) {
+    const std::size_t count = std::min(Tissue::kBlockSize, X.size() - first);
+    const CentredPoints points(X.subspan(first, count));
+    BlockDisplacement<float> near{};
+    near_->add_to_points(points.local, points.centre, points.box, field_rings_, ring_forces_, pieces_,
+                         sources_[0], near);
+    for (std::size_t i = 0; i < count; ++i) {
+      Vec3& v = u[first + i] = displacement_in(near, i);
+      if (smooth_) smooth_->add_displacement_at(X[first + i], v);
+    }
+  }
+}
+
 }  // namespace brachy

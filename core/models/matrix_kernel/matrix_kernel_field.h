@@ -65,6 +65,7 @@ class MatrixKernelField : public TissueField {
     return displacements_[block];
   }
   Vec3 displacement_at(const Vec3& X) const noexcept override;
+  void displacements_at(std::span<const Vec3> X, std::span<Vec3> u) noexcept override;
   const CellField& cells() noexcept override;
   /// Rings, a tip's point, and one for the correction of each landmark (matrix_composition.h).
   std::size_t max_sources() const override { return max_landmarks() * (NeedleRings::kMaxRingsBetween + 2); }

@@ -206,6 +206,7 @@ std::vector<SceneSection> needle_sections() {
        within<Scene>(
            probe_keys(), [](auto& s) -> auto& { return s.probe; }),
        check_probe},
+      ultrasound_section(),
       {"swelling", "How the gland swells under the needles.",
        within<Scene>(
            swelling_keys(), [](auto& s) -> auto& { return s.swelling; })},

@@ -55,6 +55,7 @@ Key<Scene> list_key(const char* name, std::vector<Entry> Scene::*list, Reload re
 std::vector<SceneSection> tissue_sections();
 std::vector<SceneSection> needle_sections();
 std::vector<SceneSection> implant_sections();
+SceneSection ultrasound_section();
 std::vector<SceneSection> service_sections();
 
 }  // namespace brachy

@@ -57,6 +57,24 @@ TEST_F(Report, JsonHoldsTheSeedsErrors) {
   EXPECT_EQ(first.at("gland_motion_mm"), 2);
 }
 
+TEST_F(Report, JsonHoldsTheAssignmentByPositionBesideThatByNumber) {
+  std::swap((*recording.seeds)[0].planned, (*recording.seeds)[1].planned);
+  (*recording.seeds)[2].rest.x() += 100;
+  const auto seeds = json().at("seeds");
+  EXPECT_EQ(seeds.at("headline"), "2 of 3 placed, 1 missing, 1 extra; placed ones 4.0 mm mean");
+  EXPECT_TRUE(seeds.at("missing").empty());
+  EXPECT_EQ(seeds.at("each").at(0).at("planned"), 1);
+  const auto& by_position = seeds.at("by_position");
+  EXPECT_EQ(by_position.at("farthest_mm"), 10);
+  EXPECT_EQ(by_position.at("placed"), 2);
+  EXPECT_EQ(by_position.at("missing"), nlohmann::json{2});
+  EXPECT_EQ(by_position.at("extra"), nlohmann::json{3});
+  EXPECT_EQ(by_position.at("each").at(0).at("seed"), 1);
+  EXPECT_EQ(by_position.at("each").at(0).at("planned"), 0);
+  EXPECT_NEAR(by_position.at("each").at(0).at("rest_error").at("axial_mm").get<double>(), 3, 1e-12);
+  EXPECT_NEAR(by_position.at("rest_error").at("lateral_mm").at("mean").get<double>(), 2, 1e-12);
+}
+
 TEST_F(Report, JsonHoldsNeedlesAndDose) {
   const auto json = this->json();
   const auto& needles = json.at("needles");
@@ -121,16 +139,16 @@ TEST_F(Report, ThePageStandsAlone) {
 }
 
 TEST_F(Report, ThePageShowsEverySeedAndNeedle) {
-  (*recording.seeds)[1].planned = Seed::kUnplanned;
+  (*recording.seeds)[1].rest += Vec3(0, 9, 0);
   const std::string html = this->html();
   EXPECT_NE(html.find("<td>missing</td><td>1</td><td>D4</td>"), html.npos);
-  EXPECT_NE(html.find("<td>2</td><td>none</td>"), html.npos);
+  EXPECT_NE(html.find("<td>2</td><td>extra</td>"), html.npos);
   EXPECT_NE(
       html.find(
           "<td>1</td><td>0</td><td>D4</td><td>2.25</td><td>1.0</td><td>1.30</td><td>-1.20</td><td>0.50</td>"),
       html.npos);
   EXPECT_NE(html.find("<tr><td>F6</td><td>1</td><td>1</td><td>40.0</td>"), html.npos);
-  EXPECT_NE(html.find("1 beside the plan"), html.npos);
+  EXPECT_NE(html.find("planned seeds placed, 1 missing, 1 extra"), html.npos);
 }
 
 TEST_F(Report, NamesAreTextNotMarkup) {
@@ -163,7 +181,8 @@ TEST_F(Report, ASessionInWhichNothingFellIsStillDrawn) {
 TEST_F(Report, TheTextIsShortAndHasTheFigures) {
   const std::string text = to_text(score());
   EXPECT_LT(count_of(text, "\n"), 22u);
-  EXPECT_NE(text.find("3 planned, 3 of them fell, 0 missing, 0 unplanned"), text.npos) << text;
+  EXPECT_NE(text.find("seeds: 3 of 3 placed, 0 missing, 0 extra; placed ones 2.7 mm mean"), text.npos)
+      << text;
   EXPECT_NE(text.find("2.67"), text.npos) << text;
   EXPECT_NE(text.find("Not a medical device"), text.npos);
 }

@@ -72,6 +72,50 @@ TEST(SeedScore, UnplannedAndMissingSeedsAreListedApart) {
   EXPECT_EQ(score.gland_motion_mm.count, 3u);  // it moved for all that fell
 }
 
+TEST(SeedScore, ByPositionSeedsOfSwappedNeedlesAreWhereOthersWerePlanned) {
+  std::vector<Seed> seeds = small_seeds();
+  std::swap(seeds[0].planned, seeds[2].planned);
+  const SeedsScore score = score_seeds(kPlan, kGrid, seeds);
+  EXPECT_GT(score.rest.total_mm.max, 10);  // by number they are far apart
+  const SeedAssignment& a = score.by_position;
+  ASSERT_EQ(a.placed.size(), 3u);
+  EXPECT_TRUE(a.extra.empty());
+  EXPECT_TRUE(a.missing.empty());
+  EXPECT_EQ(a.placed[0].planned_index, 0u);
+  EXPECT_NEAR(a.placed[0].rest.axial_mm, 3, 1e-12);
+  EXPECT_NEAR(a.placed[1].rest.lateral_mm, 4, 1e-12);
+  EXPECT_NEAR(a.rest.total_mm.mean, 8.0 / 3, 1e-12);
+  EXPECT_EQ(headline(score), "3 of 3 placed, 0 missing, 0 extra; placed ones 2.7 mm mean");
+}
+
+TEST(SeedScore, ByPositionAPairBeyondTheLimitIsAnExtraAndAMissingSeed) {
+  for (const double aside : {9.999, 10.001}) {
+    std::vector<Seed> seeds = small_seeds();
+    seeds[2].rest.x() += aside;
+    const SeedsScore score = score_seeds(kPlan, kGrid, seeds);
+    const SeedAssignment& a = score.by_position;
+    if (aside < SeedAssignment::kFarthestMm) {
+      EXPECT_EQ(a.placed.size(), 3u);
+      continue;
+    }
+    ASSERT_EQ(a.extra.size(), 1u);
+    EXPECT_EQ(a.extra[0].id, 3u);
+    EXPECT_EQ(a.missing, std::vector<std::size_t>{2});
+    EXPECT_EQ(headline(score), "2 of 3 placed, 1 missing, 1 extra; placed ones 4.0 mm mean");
+  }
+}
+
+TEST(SeedScore, ByPositionASeedThatLiesExactlyRightIsPlacedWhateverItsNumber) {
+  // As when a button is pressed twice: the second seed takes the next number of the needle.
+  std::vector<Seed> seeds = small_seeds();
+  seeds[1].planned = Seed::kUnplanned;
+  seeds[2].planned = 1;
+  const SeedAssignment a = score_seeds(kPlan, kGrid, seeds).by_position;
+  ASSERT_EQ(a.placed.size(), 3u);
+  EXPECT_EQ(a.placed[2].planned_index, 2u);
+  EXPECT_EQ(a.placed[2].rest.total_mm, 0);
+}
+
 TEST(SeedScore, OfNoSeedsNothingIsKnown) {
   const SeedsScore score = score_seeds(kPlan, kGrid, {});
   EXPECT_EQ(score.missing.size(), 3u);
@@ -79,6 +123,7 @@ TEST(SeedScore, OfNoSeedsNothingIsKnown) {
   EXPECT_TRUE(std::isnan(score.rest.total_mm.max));
   EXPECT_TRUE(std::isnan(score.rest.axial_share));
   EXPECT_TRUE(std::isnan(score.gland_motion_mm.mean));
+  EXPECT_EQ(headline(score), "0 of 3 placed, 3 missing, 0 extra");
 }
 
 TEST(SeedScore, OfOneSeedThereIsNoDeviationAndOfExactOnesNoShare) {

@@ -43,8 +43,7 @@ TEST(SwellingPhases, ShareOutTheWholeDecay) {
   for (const SourceModel source : kSources) {
     double sum = 0;
     Vec3 last = kDayZero;
-    for (const SwellingPhase& phase :
-         resolving_swelling(tg43_source(source).half_life_days, kDayZero, 30)) {
+    for (const SwellingPhase& phase : resolving_swelling(tg43_source(source).half_life_days, kDayZero, 30)) {
       sum += phase.share;
       EXPECT_TRUE((phase.stretch.array() < last.array()).all());
       EXPECT_TRUE((phase.stretch.array() >= 1).all());
@@ -59,8 +58,7 @@ TEST(SwellingPhases, GiveTheDoseOfAGlandThatShrinksHourByHour) {
   for (const SourceModel source : kSources) {
     const DoseSeed seed = oblique_seed(source);
     DoseGrid grid(Vec3::Constant(-15), Vec3::Constant(15), 3);
-    for (const SwellingPhase& phase :
-         resolving_swelling(tg43_source(source).half_life_days, kDayZero, 30)) {
+    for (const SwellingPhase& phase : resolving_swelling(tg43_source(source).half_life_days, kDayZero, 30)) {
       DoseSeed of_phase = seed;
       of_phase.air_kerma_strength_u *= phase.share;
       grid.add(of_phase, phase.stretch);

@@ -1,0 +1,111 @@
+#include "core/ultrasound/echo_map.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/base/error.h"
+#include "core/ultrasound/hashed_noise.h"
+
+namespace brachy {
+namespace {
+
+constexpr double kFineMm = 1, kCoarseMm = 1.5, kMarginMm = 8;
+constexpr float kFar = 1e3F;
+constexpr double kMuscleLevel = -4, kFasciaLevel = 7;  // dB
+constexpr int kCalcifications = 7;
+constexpr double kCalcificationDb = 20;
+
+// Of an ellipsoid: exact to first order about its surface (I. Quilez, Ellipsoid distance estimation).
+float ellipsoid_distance(const Vec3& X, const Vec3& centre, const Vec3& semi_axes) {
+  const Vec3 p = (X - centre).cwiseQuotient(semi_axes);
+  const double k0 = p.norm(), k1 = p.cwiseQuotient(semi_axes).norm();
+  return static_cast<float>(k1 > 0 ? k0 * (k0 - 1) / k1 : -semi_axes.minCoeff());
+}
+
+}  // namespace
+
+EchoMap::EchoMap(const std::vector<Structure>& structures, bool has_surroundings, std::uint64_t seed)
+    : has_surroundings_(has_surroundings),
+      seed_(hashed(static_cast<std::uint32_t>(seed) ^ hashed(static_cast<std::uint32_t>(seed >> 32)))) {
+  const Structure* gland = find_structure(structures, "prostate");
+  if (!gland) throw UserError("an ultrasound image needs a structure \"prostate\"; the scene has none");
+  const SurfaceBvh surface(gland->mesh);
+  grids_[kGland] = DistanceGrid(surface, kCoarseMm, kMarginMm);
+  middle_ = 0.5 * (surface.min() + surface.max());
+  half_ = 0.5 * (surface.max() - surface.min());
+  if (const Structure* urethra = find_structure(structures, "urethra"))
+    grids_[kUrethra] = DistanceGrid(SurfaceBvh(urethra->mesh), kFineMm, kMarginMm);
+  if (const Structure* bladder = find_structure(structures, "bladder"))
+    grids_[kBladder] = DistanceGrid(SurfaceBvh(bladder->mesh), kCoarseMm, kMarginMm);
+  if (!has_surroundings_) return;
+  // Between transition and peripheral zone, where they are usual.
+  for (std::uint32_t i = 0; i < kCalcifications; ++i) {
+    const auto share = [&](std::uint32_t k) { return hashed(seed_ + 16 * i + k) / 4294967296.0; };
+    const double angle = (1.15 + 0.7 * share(0)) * 3.14159265;
+    const Vec3 at(0.42 * std::cos(angle), -0.12 + 0.32 * std::sin(angle), 0.7 * share(1) - 0.4);
+    calcifications_.push_back({middle_ + at.cwiseProduct(half_), static_cast<float>(0.35 + 0.5 * share(2))});
+  }
+}
+
+// Half full, above the base.
+float EchoMap::bladder_distance(const Vec3& X) const noexcept {
+  if (!grids_[kBladder].is_empty()) return grids_[kBladder].at(X);
+  const Vec3 semi_axes(1.15 * half_.x(), 0.95 * half_.y(), 20);
+  return ellipsoid_distance(X, middle_ + Vec3(0, 0.15 * half_.y(), half_.z() + semi_axes.z() + 2), semi_axes);
+}
+
+// Two rami that meet in front of the apex and diverge downwards, 6 mm thick.
+float EchoMap::bone_distance(const Vec3& X) const noexcept {
+  const Vec3 p = X - middle_;
+  const Vec3 top(0, half_.y() + 16, -0.5 * half_.z()),
+      bottom(1.7 * half_.x(), 0.2 * half_.y(), -1.8 * half_.z());
+  const Vec3 q(std::abs(p.x()), p.y(), p.z()), way = bottom - top;
+  const double t = std::clamp((q - top).dot(way) / way.squaredNorm(), 0.0, 1.0);
+  return static_cast<float>((q - top - t * way).norm() - 6);
+}
+
+EchoMap::Tissue EchoMap::at(const Vec3& X) const noexcept {
+  Tissue tissue;
+  tissue.distance_mm.fill(kFar);
+  if (is_uniform()) {
+    tissue.distance_mm[kGland] = -kFar;
+    return tissue;
+  }
+  tissue.distance_mm[kGland] = grids_[kGland].at(X);
+  tissue.distance_mm[kUrethra] = grids_[kUrethra].at(X);
+  // Grains of some millimetres: ducts and stroma.
+  tissue.texture_db = static_cast<float>(1.6 * value_noise(X, Vec3(4.5, 3.5, 4.5), seed_ + 11) +
+                                         1.2 * value_noise(X, Vec3(1.8, 1.6, 1.8), seed_ + 12));
+  if (!has_surroundings_) return tissue;
+
+  const Vec3 p = (X - middle_).cwiseQuotient(half_);
+  const Vec3 zone(0.62 * half_.x(), 0.55 * half_.y(), 0.72 * half_.z());
+  const float edge = static_cast<float>(1.5 * value_noise(X, Vec3(6, 5, 7), seed_ + 13));
+  tissue.distance_mm[kTransition] =
+      ellipsoid_distance(X, middle_ + Vec3(0, 0.22, 0.18).cwiseProduct(half_), zone) + edge;
+  if (tissue.distance_mm[kTransition] < 0)
+    tissue.texture_db += static_cast<float>(2.6 * value_noise(X, Vec3(6.5, 5, 6.5), seed_ + 14));
+  tissue.distance_mm[kBladder] = bladder_distance(X);
+  tissue.distance_mm[kBone] = bone_distance(X);
+  for (const Calcification& c : calcifications_) {
+    const double d2 = (X - c.at).squaredNorm() / (c.radius * c.radius);
+    if (d2 < 9) tissue.texture_db += static_cast<float>(kCalcificationDb * std::exp(-d2));
+  }
+
+  // Around the gland: fat, with fascia in layers that follow it; farther off and beside it muscle.
+  const double out = tissue.distance_mm[kGland];
+  const double layers =
+      value_noise(Vec3(X.x(), X.y() + 0.12 * std::abs(X.x()), X.z()), Vec3(14, 1.3, 16), seed_ + 15);
+  const double patches = value_noise(X, Vec3(5, 3, 6), seed_ + 16);
+  double level = 5 + kFasciaLevel * std::max(0.0, layers - 0.15) * 1.6 + 3.5 * patches;
+  const double muscle = std::clamp((std::abs(p.x()) - 1.12 + 0.1 * patches) * 8, 0.0, 1.0) *
+                        std::clamp((1.1 - p.y()) * 4, 0.0, 1.0);
+  level += muscle * (kMuscleLevel - level + 4 * layers);
+  // Veins in front of the gland.
+  const double veins = value_noise(X, Vec3(5, 3.2, 7), seed_ + 17);
+  if (p.y() > 0.6 && out > 0.5 && out < 7 && veins > 0.25) level -= 22 * std::min(1.0, (veins - 0.25) * 6);
+  tissue.outside_db = static_cast<float>(level);
+  return tissue;
+}
+
+}  // namespace brachy

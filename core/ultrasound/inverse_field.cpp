@@ -1,0 +1,144 @@
+#include "core/ultrasound/inverse_field.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace brachy {
+namespace {
+
+constexpr std::size_t kPatch = 8;           // nodes along each side: one block of the field's
+constexpr double kAcross = 0.5;             // mm, of the difference across the plane
+constexpr double kLongestStepMm = 4;        // of a node in one step: a fold's slope is not followed far
+constexpr double kLeastDenominator = 1e-2;  // of an update, as a share
+
+// Catmull and Rom's cubic through four values at t between the middle two.
+std::array<double, 4> cubic_through(double t) {
+  const double t2 = t * t, t3 = t2 * t;
+  return {0.5 * (-t3 + 2 * t2 - t), 0.5 * (3 * t3 - 5 * t2 + 2), 0.5 * (-3 * t3 + 4 * t2 + t),
+          0.5 * (t3 - t2)};
+}
+
+}  // namespace
+
+InverseField::InverseField(const ImagePlane& plane, double spacing_mm) : spacing_(spacing_mm) {
+  // Two nodes more on each side: the cubic's, and one beyond the last line's pixels.
+  left_ = plane.left_mm() - 2 * spacing_;
+  bottom_ = plane.bottom_mm() - 2 * spacing_;
+  columns_ = static_cast<std::size_t>(std::ceil((plane.right_mm() - left_) / spacing_)) + 3;
+  rows_ = static_cast<std::size_t>(std::ceil((plane.top_mm() - bottom_) / spacing_)) + 3;
+  nodes_.resize(columns_ * rows_);
+  const double margin = 2.9 * spacing_;  // the diagonal of what the cubic reaches
+  for (std::size_t j = 0; j < rows_; ++j)
+    for (std::size_t i = 0; i < columns_; ++i) {
+      Node& node = nodes_[j * columns_ + i];
+      node.place = {left_ + spacing_ * static_cast<double>(i), bottom_ + spacing_ * static_cast<double>(j)};
+      const LinePoint p = plane.find(node.place);
+      const double last = static_cast<double>(plane.lines() - 1);
+      const double aside = std::max(-p.line, p.line - last) * plane.line_spacing_mm(std::max(0.0, p.depth));
+      node.is_active = p.depth > -margin && p.depth < plane.depth_mm() + margin && aside < margin;
+    }
+  for (std::size_t j = 0; j < rows_; j += kPatch)
+    for (std::size_t i = 0; i < columns_; i += kPatch)
+      for (std::size_t k = j; k < std::min(rows_, j + kPatch); ++k)
+        for (std::size_t l = i; l < std::min(columns_, i + kPatch); ++l)
+          if (nodes_[k * columns_ + l].is_active)
+            active_.push_back(static_cast<std::uint32_t>(k * columns_ + l));
+  open_.reserve(active_.size());
+  X_.resize(active_.size());
+  u_.resize(active_.size());
+}
+
+// Residuals of these nodes.
+void InverseField::evaluate(DisplacementField& field, std::span<const std::uint32_t> nodes) noexcept {
+  for (std::size_t k = 0; k < nodes.size(); ++k) X_[k] = nodes_[nodes[k]].X;
+  field.displacements_at({X_.data(), nodes.size()}, {u_.data(), nodes.size()});
+  evaluations_ += nodes.size();
+}
+
+bool InverseField::solve(DisplacementField& field, const BodyFrame& frame,
+                         const RigidTransform& X_WI) noexcept {
+  evaluations_ = 0;
+  worst_ = 0;
+  const Vec3 n_B = frame.from_world(X_WI * Vec3(0, 0, kAcross)) - frame.from_world(X_WI.p);
+  open_.clear();
+  for (const std::uint32_t k : active_) {
+    Node& node = nodes_[k];
+    const Vec3 y = frame.from_world(X_WI * Vec3(node.place.a, node.place.b, 0));
+    if (is_started_)
+      node.X += y - node.y;
+    else
+      node.X = y;
+    if (!is_started_) node.B = Mat3::Identity();
+    node.y = y;
+    open_.push_back(k);
+  }
+  is_started_ = true;
+  if (field.touched().empty()) {
+    for (const std::uint32_t k : active_) {
+      nodes_[k].X = nodes_[k].y;
+      nodes_[k].B = Mat3::Identity();
+      nodes_[k].by_n = n_B / kAcross;
+    }
+    return true;
+  }
+  for (int step = 0; step < kMostSteps && !open_.empty(); ++step) {
+    evaluate(field, open_);
+    std::size_t left = 0;
+    const bool is_last = step + 1 == kMostSteps;
+    for (std::size_t k = 0; k < open_.size(); ++k) {
+      Node& node = nodes_[open_[k]];
+      const Vec3 residual = node.X + u_[k] - node.y;
+      if (step > 0) {
+        const Vec3 change = node.B * (residual - node.residual);
+        const double denominator = node.step.dot(change);
+        if (std::abs(denominator) > kLeastDenominator * node.step.squaredNorm())
+          node.B += (node.step - change) * (node.step.transpose() * node.B) / denominator;
+      }
+      node.residual = residual;
+      const double size = residual.norm();
+      if (!(size > kToleranceMm) || is_last) {
+        worst_ = std::max(worst_, size);
+        continue;
+      }
+      node.step = -(node.B * residual);
+      const double length = node.step.norm();
+      if (length > kLongestStepMm) node.step *= kLongestStepMm / length;
+      node.X += node.step;
+      open_[left++] = open_[k];
+    }
+    open_.resize(left);
+  }
+  // What the plane beside it has at X + n: one step of the same method from there.
+  for (std::size_t k = 0; k < active_.size(); ++k) X_[k] = nodes_[active_[k]].X + n_B;
+  field.displacements_at(X_, u_);
+  evaluations_ += active_.size();
+  for (std::size_t k = 0; k < active_.size(); ++k) {
+    Node& node = nodes_[active_[k]];
+    const Vec3 residual = X_[k] + u_[k] - (node.y + n_B) - node.residual;
+    node.by_n = (n_B - node.B * residual) / kAcross;
+  }
+  const bool is_solved = worst_ <= kToleranceMm;
+  if (!is_solved) is_started_ = false;
+  return is_solved;
+}
+
+InverseField::Sample InverseField::at(const PlanePoint& p) const noexcept {
+  const double x = std::clamp((p.a - left_) / spacing_, 1.0, static_cast<double>(columns_) - 2.001);
+  const double y = std::clamp((p.b - bottom_) / spacing_, 1.0, static_cast<double>(rows_) - 2.001);
+  const auto i = static_cast<std::size_t>(x), j = static_cast<std::size_t>(y);
+  const double s = x - static_cast<double>(i), t = y - static_cast<double>(j);
+  const std::array<double, 4> wx = cubic_through(s), wy = cubic_through(t);
+  Sample sample{Vec3::Zero(), Vec3::Zero()};
+  for (std::size_t k = 0; k < 4; ++k)
+    for (std::size_t l = 0; l < 4; ++l) {
+      const Node& node = nodes_[(j + k - 1) * columns_ + i + l - 1];
+      sample.X += wy[k] * wx[l] * node.X;
+    }
+  for (std::size_t k = 0; k < 2; ++k)
+    for (std::size_t l = 0; l < 2; ++l)
+      sample.X_by_n += (k ? t : 1 - t) * (l ? s : 1 - s) * nodes_[(j + k) * columns_ + i + l].by_n;
+  return sample;
+}
+
+}  // namespace brachy

@@ -1,0 +1,67 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/models/displacement_field.h"
+#include "core/needle/body_frame.h"
+#include "core/ultrasound/image_plane.h"
+
+namespace brachy {
+
+/// The material points X of an image plane: X + u(X) = y at the nodes of a square grid over the scan, and between them
+/// by interpolation; with their change across the plane.
+///
+/// Broyden's method at each node, which needs no gradient of u: X ← X − B (X + u(X) − y), B ≈ (I + ∇u)⁻¹ by rank-one
+/// updates (C. G. Broyden, Math. Comp. 19, 1965). It starts from the last plane's solution and B, or from rest. Nodes
+/// are solved in patches, so that the field evaluates points together that lie together.
+/// Threads: one. Real-time: no allocation after construction; at most kMostSteps evaluations of a node.
+class InverseField {
+ public:
+  static constexpr double kSpacingMm = 2;
+  static constexpr double kToleranceMm = 0.01;  ///< of X + u(X) from y
+  static constexpr int kMostSteps = 12;
+
+  explicit InverseField(const ImagePlane& plane, double spacing_mm = kSpacingMm);
+
+  /// Starts from rest at the next solve: what is found then depends on that plane and field alone.
+  void reset() noexcept { is_started_ = false; }
+
+  /// Solves for the plane at X_WI. `field`: in the frame of the body, which is at `frame`. Returns whether all nodes
+  /// within the scan are within kToleranceMm; those that are not keep the nearest X that was found.
+  bool solve(DisplacementField& field, const BodyFrame& frame, const RigidTransform& X_WI) noexcept;
+
+  double worst_residual_mm() const { return worst_; }       ///< of the last solve
+  std::size_t evaluations() const { return evaluations_; }  ///< of u, in the last solve
+  std::size_t node_count() const { return active_.size(); }
+
+  struct Sample {
+    Vec3 X;       ///< mm, material
+    Vec3 X_by_n;  ///< its change for each mm across the plane
+  };
+  /// Between the nodes, bicubic in X. Only for places within the scan.
+  Sample at(const PlanePoint& p) const noexcept;
+
+ private:
+  struct Node {
+    PlanePoint place;
+    Vec3 y = Vec3::Zero(), X = Vec3::Zero(), by_n = Vec3::UnitZ();
+    Vec3 residual = Vec3::Zero(), step = Vec3::Zero();
+    Mat3 B = Mat3::Identity();
+    bool is_active = false;
+  };
+  void evaluate(DisplacementField& field, std::span<const std::uint32_t> nodes) noexcept;
+
+  double spacing_, left_, bottom_;
+  std::size_t columns_ = 0, rows_ = 0;
+  std::vector<Node> nodes_;
+  std::vector<std::uint32_t> active_, open_;  // in the order of patches
+  std::vector<Vec3> X_, u_;
+  bool is_started_ = false;
+  double worst_ = 0;
+  std::size_t evaluations_ = 0;
+};
+
+}  // namespace brachy

@@ -1,0 +1,244 @@
+#include "core/ultrasound/ultrasound_imager.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "core/base/share_out.h"
+#include "core/ultrasound/hashed_noise.h"
+
+namespace brachy {
+namespace {
+
+// Of the dynamic range, above the gland's speckle: what is brighter than that is white.
+constexpr double kHeadroomShare = 0.47;
+
+std::size_t segments_of(double depth_mm) {
+  return static_cast<std::size_t>(std::ceil(depth_mm / ScanSteps::kSegmentMm)) + 1;
+}
+
+// The layers of the rectal wall against the probe, as a share of its thickness (B. Kimmey et al., Gastroenterology 96,
+// 1989: five layers): balloon and mucosa bright, muscularis mucosae dark, submucosa bright, muscularis propria dark,
+// fat bright.
+struct Layer {
+  double end, db;
+};
+constexpr std::array<Layer, 5> kLayers = {{{0.12, 16}, {0.3, -9}, {0.5, 6}, {0.8, -10}, {1, 4}}};
+
+}  // namespace
+
+UltrasoundImager::UltrasoundImager(const Options& options, std::shared_ptr<const EchoMap> echoes)
+    : settings_(options.settings),
+      echo_map_(std::move(echoes)),
+      plane_(settings_, options.probe_radius_mm),
+      inverse_(plane_),
+      speckle_(speckle_of(settings_)),
+      segments_(segments_of(settings_.depth_mm)),
+      samples_(segments_ * ScanSteps::kSegment),
+      spread_(settings_, plane_, speckle_, segments_),
+      instruments_(settings_, plane_, options.needle_length_mm, options.needle_radius_mm, options.max_needles,
+                   options.max_seeds),
+      loops_(scan_loops(options.target)),
+      threads_(static_cast<std::size_t>(std::max(1, options.threads))),
+      keeps_solution_(options.keeps_solution),
+      padding_((spread_.axial_half() / ScanSteps::kSegment + 1) * ScanSteps::kSegment),
+      margin_(LateralKernel::kMostHalf) {
+  const double range = settings_.dynamic_range_db;
+  gray_per_db_ = static_cast<float>(255 / range);
+  offset_db_ = static_cast<float>(settings_.gain_db + range * (1 - kHeadroomShare));
+  loss_per_mm_ = static_cast<float>(0.2 * settings_.attenuation_db_per_cm_mhz * settings_.frequency_mhz);
+  tgc_per_mm_ = static_cast<float>(loss_per_mm_ + 0.1 * settings_.tgc_extra_db_per_cm);
+
+  const std::size_t lines = plane_.lines();
+  grid_left_ = plane_.left_mm() - kGridMm;
+  grid_bottom_ = plane_.bottom_mm() - kGridMm;
+  // The last segment ends beyond the depth shown.
+  grid_columns_ = static_cast<std::size_t>((2 * plane_.right_mm() + 8 * kGridMm) / kGridMm);
+  grid_rows_ = static_cast<std::size_t>((plane_.top_mm() - plane_.bottom_mm() + 8 * kGridMm) / kGridMm);
+  grid_.resize(grid_columns_ * grid_rows_);
+  std::vector<bool> is_used(grid_.size());
+  for (std::size_t l = 0; l < lines; ++l)
+    for (std::size_t k = 0; k <= segments_; ++k) {
+      Place& place = places_.emplace_back();
+      // Beyond the depth that is shown as at its end.
+      const double depth =
+          std::min(ScanSteps::kSegmentMm * static_cast<double>(k), plane_.depth_mm() + kGridMm);
+      locate(plane_.at(static_cast<double>(l), depth), place);
+      for (const std::size_t corner : {std::size_t{0}, std::size_t{1}, grid_columns_, grid_columns_ + 1})
+        is_used[place.first + corner] = true;
+    }
+  for (std::size_t i = 0; i < grid_.size(); ++i)
+    if (is_used[i]) used_.push_back(static_cast<std::uint32_t>(i));
+
+  nodes_.resize(lines * (segments_ + 1));
+  loss_.resize(nodes_.size());
+  re_.resize(lines * (samples_ + 2 * padding_));
+  im_.resize(re_.size());
+  wide_re_.resize((lines + 2 * margin_) * samples_);
+  wide_im_.resize(wide_re_.size());
+  gray_.resize((lines + 1) * samples_ + 1);
+  make_layers(options.rectal_wall_mm);
+  make_pixels();
+}
+
+// The grid's cell that has p, within the grid.
+void UltrasoundImager::locate(const PlanePoint& p, Place& place) const noexcept {
+  const double x = std::clamp((p.a - grid_left_) / kGridMm, 0.0, static_cast<double>(grid_columns_) - 1.001);
+  const double y = std::clamp((p.b - grid_bottom_) / kGridMm, 0.0, static_cast<double>(grid_rows_) - 1.001);
+  const auto i = static_cast<std::size_t>(x), j = static_cast<std::size_t>(y);
+  place = {static_cast<std::uint32_t>(j * grid_columns_ + i), static_cast<float>(x - static_cast<double>(i)),
+           static_cast<float>(y - static_cast<double>(j))};
+}
+
+void UltrasoundImager::make_layers(double wall_mm) {
+  layers_.assign(samples_, 0);
+  noise_.assign(samples_, 0);
+  for (std::size_t k = 0; k < samples_; ++k) {
+    const double z = ScanSteps::kSampleMm * static_cast<double>(k);
+    // A uniform value has a third of its square on average, and there are two.
+    noise_[k] =
+        static_cast<float>(std::sqrt(1.5) * std::pow(10, 0.05 * (settings_.noise_db + tgc_per_mm_ * z)));
+    if (z >= wall_mm) continue;
+    const auto layer = std::ranges::find_if(kLayers, [&](const Layer& l) { return z < l.end * wall_mm; });
+    if (layer != kLayers.end()) layers_[k] = static_cast<float>(layer->db);
+  }
+}
+
+void UltrasoundImager::make_pixels() {
+  pixels_.assign(plane_.width() * plane_.height(), 0);
+  const double last_line = static_cast<double>(plane_.lines() - 1);
+  for (std::size_t row = 0; row < plane_.height(); ++row)
+    for (std::size_t column = 0; column < plane_.width(); ++column) {
+      const LinePoint p = plane_.find(plane_.pixel(static_cast<double>(column), static_cast<double>(row)));
+      PixelSource& source = sources_.emplace_back();
+      if (!plane_.is_in_scan(p)) continue;
+      const double sample = p.depth / ScanSteps::kSampleMm;
+      const auto l = static_cast<std::size_t>(std::min(p.line, std::max(0.0, last_line - 1e-6)));
+      const auto s = std::min(static_cast<std::size_t>(sample), samples_ - 2);
+      source = {static_cast<std::uint32_t>(l * samples_ + s),
+                static_cast<float>(sample - static_cast<double>(s)),
+                static_cast<float>(p.line - static_cast<double>(l))};
+    }
+}
+
+ImageResult UltrasoundImager::render(const ImagedState& state) noexcept {
+  if (state.verdict != Verdict::kInjective) return ImageResult::kNotCertified;
+  const RigidTransform X_WI = state.X_WP * plane_.in_probe();
+  if (!keeps_solution_) inverse_.reset();
+  if (!inverse_.solve(state.field, state.frame, X_WI)) return ImageResult::kNotSolved;
+  X_WImage_ = X_WI * plane_.image_in_plane();
+  tick_ = state.tick;
+  map_plane();
+  instruments_.find(X_WI, state.needles, state.seeds, spread_);
+  std::ranges::fill(loss_, 0.0F);
+  instruments_.add_losses(spread_, segments_, loss_);
+  share_out(plane_.lines(), threads_, [&](std::size_t line, std::size_t) {
+    place_nodes(line);
+    scatter_line(line);
+  });
+  add_instruments();
+  share_out(plane_.lines(), threads_, [&](std::size_t line, std::size_t) { spread_along(line); });
+  share_out(segments_, threads_, [&](std::size_t segment, std::size_t) { spread_across(segment); });
+  const std::uint32_t key = hashed(speckle_.seed ^ hashed(static_cast<std::uint32_t>(tick_) + 3));
+  share_out(plane_.lines(), threads_, [&](std::size_t line, std::size_t) {
+    const std::size_t at = line * (samples_ + 2 * padding_) + padding_;
+    loops_.detect(&re_[at], &im_[at], noise_.data(), hashed(key + static_cast<std::uint32_t>(line)), samples_,
+                  offset_db_, gray_per_db_, &gray_[line * samples_]);
+  });
+  share_out(plane_.height(), threads_, [&](std::size_t row, std::size_t) {
+    const std::size_t at = row * plane_.width();
+    loops_.convert(gray_.data(), samples_, &sources_[at], plane_.width(), &pixels_[at]);
+  });
+  return ImageResult::kNew;
+}
+
+// What is at the nodes of the plane's grid.
+void UltrasoundImager::map_plane() noexcept {
+  share_out(used_.size(), threads_, [&](std::size_t k, std::size_t) {
+    const std::size_t i = used_[k];
+    const PlanePoint p{grid_left_ + kGridMm * static_cast<double>(i % grid_columns_),
+                       grid_bottom_ + kGridMm * static_cast<double>(i / grid_columns_)};
+    const InverseField::Sample sample = inverse_.at(p);
+    const EchoMap::Tissue tissue = echo_map_->at(sample.X);
+    ScanNode& node = grid_[i];
+    for (Eigen::Index d = 0; d < 3; ++d) {
+      node.c[ScanNode::kX + static_cast<std::size_t>(d)] = static_cast<float>(sample.X[d]);
+      node.c[ScanNode::kByN + static_cast<std::size_t>(d)] = static_cast<float>(sample.X_by_n[d]);
+    }
+    std::ranges::copy(tissue.distance_mm, &node.c[ScanNode::kDistance]);
+    node.c[ScanNode::kOutside] = tissue.outside_db;
+    node.c[ScanNode::kTexture] = tissue.texture_db;
+  });
+}
+
+// A line's nodes from the grid; and along them what tissue and instruments take, and what the console gives back.
+void UltrasoundImager::place_nodes(std::size_t line) noexcept {
+  const std::size_t first = line * (segments_ + 1);
+  float gain = 0;
+  for (std::size_t k = 0; k <= segments_; ++k) {
+    const Place& place = places_[first + k];
+    const float* a = grid_[place.first].c;
+    const float* b = grid_[place.first + 1].c;
+    const float* c = grid_[place.first + grid_columns_].c;
+    const float* d = grid_[place.first + grid_columns_ + 1].c;
+    const float wa = (1 - place.s) * (1 - place.t), wb = place.s * (1 - place.t),
+                wc = (1 - place.s) * place.t, wd = place.s * place.t;
+    float* out = nodes_[first + k].c;
+    for (std::size_t i = 0; i < ScanNode::kChannels; ++i)
+      out[i] = wa * a[i] + wb * b[i] + wc * c[i] + wd * d[i];
+    gain -= loss_[first + k];
+    out[ScanNode::kGain] = gain;
+    float share = 1;
+    for (std::size_t boundary = 0; boundary < EchoMap::kBoundaries; ++boundary) {
+      const float inside = std::clamp(0.5F - out[ScanNode::kDistance + boundary], 0.0F, 1.0F);
+      share += inside * (EchoMap::kInside[boundary].attenuation_share - share);
+    }
+    gain += ScanSteps::kSegmentMm * (tgc_per_mm_ - share * loss_per_mm_);
+  }
+}
+
+void UltrasoundImager::scatter_line(std::size_t line) noexcept {
+  const std::size_t at = line * (samples_ + 2 * padding_) + padding_;
+  loops_.scatter(&nodes_[line * (segments_ + 1)], segments_, speckle_, spread_.interface_scale(),
+                 layers_.data(), &re_[at], &im_[at]);
+}
+
+// Between the two nearest lines and samples.
+void UltrasoundImager::add_instruments() noexcept {
+  for (const InstrumentEchoes::Echo& echo : instruments_.echoes()) {
+    const float sample = echo.depth / ScanSteps::kSampleMm;
+    const auto s = static_cast<std::size_t>(sample), l = static_cast<std::size_t>(echo.line);
+    if (s + 1 >= samples_ || l + 1 >= plane_.lines()) continue;
+    const std::size_t segment = s / ScanSteps::kSegment;
+    const float gain = nodes_[l * (segments_ + 1) + segment].c[ScanNode::kGain];
+    const float pressure = echo.pressure * std::pow(10.0F, 0.05F * gain) / spread_.point_response(segment);
+    const float t = sample - static_cast<float>(s), u = echo.line - static_cast<float>(l);
+    float* near = &re_[l * (samples_ + 2 * padding_) + padding_ + s];
+    float* next = near + samples_ + 2 * padding_;
+    near[0] += pressure * (1 - t) * (1 - u);
+    near[1] += pressure * t * (1 - u);
+    next[0] += pressure * (1 - t) * u;
+    next[1] += pressure * t * u;
+  }
+}
+
+void UltrasoundImager::spread_along(std::size_t line) noexcept {
+  const std::size_t at = line * (samples_ + 2 * padding_) + padding_, to = (line + margin_) * samples_;
+  loops_.axial(&re_[at], spread_.axial(), spread_.axial_half(), samples_, &wide_re_[to]);
+  loops_.axial(&im_[at], spread_.axial(), spread_.axial_half(), samples_, &wide_im_[to]);
+}
+
+void UltrasoundImager::spread_across(std::size_t segment) noexcept {
+  const LateralKernel& kernel = spread_.lateral(segment);
+  const std::size_t count = 2 * kernel.half + 1, stride = samples_ + 2 * padding_;
+  for (std::size_t line = 0; line < plane_.lines(); ++line) {
+    const std::size_t from = (line + margin_ - kernel.half) * samples_ + segment * ScanSteps::kSegment;
+    const std::size_t to = line * stride + padding_ + segment * ScanSteps::kSegment;
+    loops_.lateral(&wide_re_[from], static_cast<std::ptrdiff_t>(samples_), kernel.weight.data(), count,
+                   &re_[to]);
+    loops_.lateral(&wide_im_[from], static_cast<std::ptrdiff_t>(samples_), kernel.weight.data(), count,
+                   &im_[to]);
+  }
+}
+
+}  // namespace brachy

@@ -1,0 +1,302 @@
+// The image against the simulation: places, material points, the same pixels, no allocation.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <random>
+
+#include "core/base/error.h"
+#include "core/geometry/surface/surface_bvh.h"
+#include "tests/core/simulation/allocation_guard.h"
+#include "tests/core/simulation/phantom_scene.h"
+#include "tests/core/ultrasound/ultrasound_testing.h"
+
+namespace brachy {
+namespace {
+
+using test::FunctionField;
+using test::needle_pose;
+using test::plain_options;
+using test::pressure_at;
+
+const auto kNoMotion = [](const Vec3&) { return Vec3(Vec3::Zero()); };
+constexpr double kSampleStep = double{ScanSteps::kSampleMm};
+
+// The brightest spot around p: the centroid of the power about its peak.
+PlanePoint spot_near(const UltrasoundImager& imager, const PlanePoint& p, double reach_mm) {
+  const ImagePlane& plane = imager.plane();
+  const LinePoint at = plane.find(p);
+  const auto lines = static_cast<int>(reach_mm / plane.line_spacing_mm(at.depth)),
+             samples = static_cast<int>(0.5 * reach_mm / kSampleStep);
+  const auto l0 = static_cast<int>(std::round(at.line)),
+             s0 = static_cast<int>(std::round(at.depth / kSampleStep));
+  const auto power = [&](int l, int s) {
+    return std::pow(pressure_at(imager, static_cast<std::size_t>(l), static_cast<std::size_t>(s)), 2);
+  };
+  double best = -1;
+  int peak_line = 0, peak_sample = 0;
+  for (int l = l0 - lines; l <= l0 + lines; ++l)
+    for (int s = s0 - samples; s <= s0 + samples; ++s)
+      if (power(l, s) > best) {
+        best = power(l, s);
+        peak_line = l;
+        peak_sample = s;
+      }
+  double sum = 0, line = 0, sample = 0;
+  for (int l = peak_line - lines; l <= peak_line + lines; ++l)
+    for (int s = peak_sample - 3; s <= peak_sample + 3; ++s) {
+      sum += power(l, s);
+      line += power(l, s) * l;
+      sample += power(l, s) * s;
+    }
+  return plane.at(line / sum, sample / sum * kSampleStep);
+}
+
+double apart(const PlanePoint& a, const PlanePoint& b) {
+  return std::hypot(a.a - b.a, a.b - b.b);
+}
+
+UltrasoundImager::Options bright(const std::string& array) {
+  UltrasoundImager::Options options = plain_options(array);
+  options.settings.needle_echo_db = options.settings.seed_echo_db = 45;
+  options.settings.shadow_db = 0;
+  return options;
+}
+
+TEST(UltrasoundImage, DrawsSeedsAndNeedlesWhereTheirSurfaceFacesTheProbe) {
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> in(-1, 1);
+  UltrasoundImager imager(bright("transverse"), std::make_shared<EchoMap>());
+  FunctionField field(kNoMotion);
+  const RigidTransform X_WI = test::probe_below() * imager.plane().in_probe();
+  for (int k = 0; k < 40; ++k) {
+    const double a = 20 * in(random);
+    const PlanePoint centre{a, 34 + 14 * in(random)};
+    const PlanePoint beam = imager.plane().beam(imager.plane().find(centre).line);
+    const Vec3 p_W = X_WI * Vec3(centre.a, centre.b, 0);
+    const bool is_seed = k % 2 == 0;
+    const double radius = is_seed ? 0.4 : 0.635;
+    std::vector<Seed> seeds(is_seed ? 1 : 0);
+    std::vector<NeedleState> needles(is_seed ? 0 : 1);
+    for (Seed& seed : seeds) seed.position = p_W;
+    for (NeedleState& needle : needles) {
+      needle.present = true;
+      needle.X_WN.p = p_W + Vec3(0, 0, 30);
+    }
+    ASSERT_EQ(test::render(imager, field, needles, seeds), ImageResult::kNew);
+    const PlanePoint surface{centre.a - radius * beam.a, centre.b - radius * beam.b};
+    EXPECT_LE(apart(spot_near(imager, surface, 1.5), surface), 0.2) << k;
+  }
+}
+
+TEST(UltrasoundImage, DrawsTheTipOfANeedleThatEndsInTheTransversePlane) {
+  UltrasoundImager::Options options = bright("transverse");
+  options.settings.elevation_mm = 0.5;  // of the shaft behind the tip little is in the slice
+  UltrasoundImager imager(options, std::make_shared<EchoMap>());
+  FunctionField field(kNoMotion);
+  const RigidTransform X_WI = test::probe_below() * imager.plane().in_probe();
+  for (int k = 0; k < 10; ++k) {
+    const PlanePoint tip{-14 + 3.0 * k, 28 + 1.5 * k};
+    NeedleState needle;
+    needle.present = true;
+    needle.X_WN.p = X_WI * Vec3(tip.a, tip.b, 0);
+    ASSERT_EQ(test::render(imager, field, {&needle, 1}), ImageResult::kNew);
+    EXPECT_LE(apart(spot_near(imager, tip, 1), tip), 0.2) << k;
+  }
+}
+
+Scene small_scene() {
+  Scene scene;
+  scene.tissue.points = 2500;
+  return scene;
+}
+
+// A gland with a needle in it that has dragged it along and pushed it aside.
+struct DeepNeedle {
+  explicit DeepNeedle(const Scene& scene)
+      : simulator(load_simulation_model(scene, load_tissue(scene).tissue)), state(simulator.initial_state()) {
+    for (const RigidTransform& X_WN : test::insertion()) {
+      if (X_WN.p.x() > 9.2) break;
+      simulator.step(needle_pose(X_WN), state);
+    }
+    for (int k = 0; k < 50 && state.summary.certificate.verdict != Verdict::kInjective; ++k)
+      simulator.step(NeedlePose(state.needles.states[0].input), state);
+  }
+  ImagedState imaged(const RigidTransform& X_WP) {
+    return {simulator.field(),
+            simulator.body_frame(),
+            state.summary.certificate.verdict,
+            state.summary.tick,
+            state.needles.states,
+            state.seeds.in_tissue(),
+            X_WP};
+  }
+  Vec3 displacement_at(const Vec3& X) { return simulator.field().displacement_at(X); }
+
+  Simulator simulator;
+  MeshState state;
+};
+
+TEST(UltrasoundImage, FindsTheMaterialPointsOfADeformedGland) {
+  const Scene scene = small_scene();
+  DeepNeedle deep(scene);
+  ASSERT_EQ(deep.state.summary.certificate.verdict, Verdict::kInjective);
+  ASSERT_GT(deep.state.summary.max_displacement_mm, 1);
+  const RigidTransform X_WP = resting_probe(scene, deep.simulator.tissue());
+  for (const char* array : {"transverse", "sagittal"}) {
+    Scene of_array = scene;
+    of_array.ultrasound.array = array;
+    const ImagePlane plane(of_array.ultrasound, 10);
+    const RigidTransform X_WI = X_WP * plane.in_probe();
+    InverseField inverse(plane);
+    for (const bool is_warm : {false, true}) {
+      ASSERT_TRUE(inverse.solve(deep.simulator.field(), deep.simulator.body_frame(), X_WI)) << array;
+      EXPECT_LE(inverse.worst_residual_mm(), 0.02);
+      if (is_warm) {  // once each, and once across the plane
+        EXPECT_EQ(inverse.evaluations(), 2 * inverse.node_count());
+      }
+    }
+    double squares = 0, n = 0;
+    for (double line = 40; line < 480; line += 20)
+      for (double depth = 5; depth < 55; depth += 3) {
+        const PlanePoint p = plane.at(line, depth);
+        const Vec3 y = X_WI * Vec3(p.a, p.b, 0), X = inverse.at(p).X;
+        squares += (X + deep.displacement_at(X) - y).squaredNorm();
+        n += 1;
+      }
+    EXPECT_LE(std::sqrt(squares / n), 0.02) << array;
+  }
+}
+
+TEST(UltrasoundImage, FieldEvaluatesManyPointsAsItDoesOne) {
+  DeepNeedle deep(small_scene());
+  std::vector<Vec3> X;
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> in(-1, 1);
+  for (int k = 0; k < 150; ++k) {
+    const double x = 20 * in(random), y = 15 * in(random);
+    X.emplace_back(x, y, 18 * in(random));
+  }
+  std::vector<Vec3> u(X.size());
+  deep.simulator.field().displacements_at(X, u);
+  double worst = 0;
+  for (std::size_t k = 0; k < X.size(); ++k)
+    worst = std::max(worst, (u[k] - deep.displacement_at(X[k])).norm());
+  EXPECT_LE(worst, 0.02);  // far landmarks are taken together
+}
+
+TEST(UltrasoundImage, DrawsTheCapsuleWhereTheFieldPutsIt) {
+  Scene scene = small_scene();
+  scene.ultrasound.surroundings = false;
+  scene.ultrasound.noise_db = -150;
+  scene.ultrasound.dynamic_range_db = 120;
+  DeepNeedle deep(scene);
+  const RigidTransform X_WP = resting_probe(scene, deep.simulator.tissue());
+  UltrasoundImager imager(imager_options(scene), load_echo_map(scene));
+  ImagedState state = deep.imaged(X_WP);
+  state.needles = {};  // its echo and shadow would lie over the capsule
+  ASSERT_EQ(imager.render(state), ImageResult::kNew);
+  const ImagePlane& plane = imager.plane();
+  const RigidTransform X_WI = X_WP * plane.in_probe();
+  const SurfaceBvh& surface = deep.simulator.model()->surface;
+  const auto is_inside = [&](double line, double depth) {
+    const PlanePoint p = plane.at(line, depth);
+    const Vec3 y = X_WI * Vec3(p.a, p.b, 0);
+    Vec3 X = y;
+    for (int k = 0; k < 40; ++k) X = y - deep.displacement_at(X);
+    return surface.inside(X);
+  };
+  double bias = 0, n = 0;
+  for (std::size_t line = 180; line < 332; line += 2) {
+    const auto l = static_cast<double>(line);
+    double lower = 25, upper = 55;
+    if (!is_inside(l, lower) || is_inside(l, upper)) continue;
+    while (upper - lower > 0.01) {
+      const double middle = 0.5 * (lower + upper);
+      (is_inside(l, middle) ? lower : upper) = middle;
+    }
+    double sum = 0, at = 0;
+    const auto s0 = static_cast<int>(lower / kSampleStep);
+    for (int s = s0 - 6; s <= s0 + 7; ++s) {
+      const double w = std::pow(pressure_at(imager, line, static_cast<std::size_t>(s)), 2);
+      sum += w;
+      at += w * s;
+    }
+    bias += at / sum * kSampleStep - lower;
+    n += 1;
+  }
+  ASSERT_GT(n, 40);
+  EXPECT_LE(std::abs(bias / n), 0.2);
+}
+
+TEST(UltrasoundImage, IsTheSameForAnyNumberOfThreads) {
+  const Scene scene = small_scene();
+  DeepNeedle deep(scene);
+  const RigidTransform X_WP = resting_probe(scene, deep.simulator.tissue());
+  const auto echoes = load_echo_map(scene);
+  std::vector<std::uint8_t> first;
+  for (const int threads : {1, 2, 3}) {
+    UltrasoundImager::Options options = imager_options(scene);
+    options.threads = threads;
+    UltrasoundImager imager(options, echoes);
+    for (int again = 0; again < 2; ++again) {
+      ASSERT_EQ(imager.render(deep.imaged(X_WP)), ImageResult::kNew);
+      const std::vector<std::uint8_t> pixels(imager.pixels().begin(), imager.pixels().end());
+      if (first.empty()) first = pixels;
+      EXPECT_TRUE(pixels == first) << threads << " threads";
+    }
+  }
+  EXPECT_GT(*std::ranges::max_element(first), 200);
+}
+
+TEST(UltrasoundImage, DoesNotAllocate) {
+  if (!test::allocations_are_counted()) GTEST_SKIP() << "the sanitizer owns malloc";
+  const Scene scene = small_scene();
+  DeepNeedle deep(scene);
+  const RigidTransform X_WP = resting_probe(scene, deep.simulator.tissue());
+  for (const char* array : {"transverse", "sagittal"}) {
+    Scene of_array = scene;
+    of_array.ultrasound.array = array;
+    UltrasoundImager imager(imager_options(of_array), load_echo_map(scene));
+    const std::uint64_t before = test::allocation_count();
+    for (int k = 0; k < 3; ++k) imager.render(deep.imaged(X_WP));
+    EXPECT_EQ(test::allocation_count() - before, 0u);
+  }
+}
+
+TEST(UltrasoundImage, StandsWhereTheFieldIsNotCertified) {
+  UltrasoundImager imager(plain_options("transverse"), std::make_shared<EchoMap>());
+  FunctionField rest(kNoMotion);
+  FunctionField moved([](const Vec3&) { return Vec3(0, 1, 0); });
+  ASSERT_EQ(test::render(imager, rest), ImageResult::kNew);
+  const std::vector<std::uint8_t> last(imager.pixels().begin(), imager.pixels().end());
+  const BodyFrame frame;
+  for (const Verdict verdict : {Verdict::kUnknown, Verdict::kFolded}) {
+    EXPECT_EQ(imager.render({moved, frame, verdict, 2, {}, {}, test::probe_below()}),
+              ImageResult::kNotCertified);
+    EXPECT_TRUE(std::ranges::equal(last, imager.pixels()));
+  }
+  EXPECT_EQ(test::render(imager, moved), ImageResult::kNew);
+  EXPECT_FALSE(std::ranges::equal(last, imager.pixels()));
+}
+
+TEST(UltrasoundImage, PlacesItsPixelsInTheWorld) {
+  UltrasoundSettings settings;
+  for (const char* array : {"transverse", "sagittal", "end_fire"}) {
+    settings.array = array;
+    const ImagePlane plane(settings, 10);
+    EXPECT_LE(rigidity_error(plane.in_probe()), 1e-12);
+    for (const double line : {0.0, 100.5, 511.0}) {
+      const PlanePoint p = plane.at(line, 21);
+      EXPECT_NEAR(plane.find(p).line, line, 1e-9);
+      EXPECT_NEAR(plane.find(p).depth, 21, 1e-9);
+      const Vec3 in_image(plane.column_of(p.a) * plane.spacing_mm(), plane.row_of(p.b) * plane.spacing_mm(),
+                          0);
+      EXPECT_LE((plane.image_in_plane() * in_image - Vec3(p.a, p.b, 0)).norm(), 1e-9);
+    }
+  }
+  settings.array = "round";
+  EXPECT_THROW(ImagePlane(settings, 10), UserError);
+}
+
+}  // namespace
+}  // namespace brachy
