@@ -5,7 +5,7 @@
 #     --viewer: also what building the viewer needs (node and npm)
 #     --broker: also what publishing to NATS needs (libnats), and a NATS server
 #     --tests: also what `scripts/test.sh` needs, so that it skips no test (the viewer, a browser for its tests;
-#            OpenIGTLink's own programs, as peers; numpy and venv for the Python client; a wall clock that
+#            OpenIGTLink's own programs, as peers; numpy, venv and mypy for Python's client; a wall clock that
 #            jumps; systemd's check of the unit; a model checker; --broker)
 #     --all: also what `scripts/test.sh --all` needs (--tests; format; names; --fuzz)
 #     --fuzz: also what the preset asan needs (clang with its sanitizers and libFuzzer)
@@ -28,7 +28,7 @@ for option in "$@"; do
       command -v npm >/dev/null || packages+=(nodejs npm)
       if [[ $option != --viewer ]]; then
         packages+=(relacy-dev faketime systemd chromium libopenigtlink-dev openigtlink-examples "${broker[@]}"
-                   python3-numpy python3-venv)
+                   python3-numpy python3-venv mypy)
       fi
       if [[ $option == --all ]]; then packages+=(clang-format-14 clang-tidy-14 "${fuzz[@]}"); fi
       ;;

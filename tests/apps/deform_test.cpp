@@ -89,8 +89,8 @@ struct Deform : ::testing::Test {
   // With sensible defaults for omitted options.
   Ended deform(const std::string& landmark_file, const std::string& point_file,
                const std::vector<std::string>& more = {}, const std::string& support = "12") {
-    std::vector<std::string> line = {"deform", "--force", "--landmarks", landmark_file, "--points", point_file,
-                                     "--support", support,       "--out",       out};
+    std::vector<std::string> line = {"deform",   "--force",   "--landmarks", landmark_file, "--points",
+                                     point_file, "--support", support,       "--out",       out};
     line.insert(line.end(), more.begin(), more.end());
     return run_brachy(line);
   }
@@ -185,8 +185,8 @@ TEST_F(Deform, DeformsAMeshIntoAPly) {
   const std::string mesh = folder.write("in.stl", octahedron_stl(10));
   const std::vector<Row> given = {{10, 0, 0, 0.5, 1, -0.25}, {0, 10, 0, 0, 0, 0}};
   const std::string ply = (folder / "out.ply").string();
-  const Ended ended = run_brachy({"deform", "--force", "--landmarks", landmarks(given), "--mesh", mesh, "--support",
-                                  "15", "--out", ply, "--jacobian", "--json"});
+  const Ended ended = run_brachy({"deform", "--force", "--landmarks", landmarks(given), "--mesh", mesh,
+                                  "--support", "15", "--out", ply, "--jacobian", "--json"});
   ASSERT_TRUE(exited(ended, 0));
   EXPECT_EQ(json_of(ended).at("points"), 6);
 
@@ -348,7 +348,8 @@ TEST_F(Deform, ASupportOfTheLandmarksOwnIsThePapersRule) {
                                {{0, 0, 0, 1, 0, 0, a}, {0, 0, h, 0, 1, 0, b}, {0, 0, 2 * h, 0, 0, 1, a}}));
   };
   const auto run = [&](const std::string& file, const std::vector<Row>& at) {
-    return run_brachy({"deform", "--force", "--landmarks", file, "--points", points(at), "--out", out, "--json"});
+    return run_brachy(
+        {"deform", "--force", "--landmarks", file, "--points", points(at), "--out", out, "--json"});
   };
   for (const double h : {0.1, 1.0, 3.0}) {
     const Ended singular = run(triple(h, 1), kTwoPoints);
@@ -466,15 +467,11 @@ const std::vector<Row> kShaft = [] {
 
 struct DeformByScene : Deform {
   Ended by_scene(const std::string& landmark_file, const std::vector<std::string>& more = {}) {
-    std::vector<std::string> line = {"deform", "--force",
-                                     "--landmarks",
-                                     landmark_file,
-                                     "--points",
-                                     points({{0, 0, 0}, {0, 5, 0}, {0, 47.9, 0}}),
-                                     "--scene",
-                                     folder.write("S.toml", kScene),
-                                     "--out",
-                                     out,
+    std::vector<std::string> line = {"deform",      "--force",
+                                     "--landmarks", landmark_file,
+                                     "--points",    points({{0, 0, 0}, {0, 5, 0}, {0, 47.9, 0}}),
+                                     "--scene",     folder.write("S.toml", kScene),
+                                     "--out",       out,
                                      "--json"};
     line.insert(line.end(), more.begin(), more.end());
     return run_brachy(line);
@@ -571,8 +568,9 @@ TEST_F(Deform, RegionsOfASceneHaveSupportsOfTheirOwn) {
   given.insert(given.end(), outside.begin(), outside.end());
   const std::vector<Row> at = {{1, 2, 3}, {-5, 5, 0}, {18, 2, 1}, {12.5, 0, 0}, {-30, 0, 0}};
   const auto by_scene = [&](const std::vector<Row>& rows, const std::vector<std::string>& more) {
-    std::vector<std::string> line = {"deform", "--force", "--landmarks", landmarks(rows), "--points", points(at),
-                                     "--scene", scene,         "--out",         out,        "--jacobian"};
+    std::vector<std::string> line = {"deform",   "--force",  "--landmarks", landmarks(rows),
+                                     "--points", points(at), "--scene",     scene,
+                                     "--out",    out,        "--jacobian"};
     line.insert(line.end(), more.begin(), more.end());
     return run_brachy(line);
   };
@@ -613,8 +611,8 @@ TEST_F(Deform, LandmarksAmidABlendAreReproduced) {
     at.push_back({2.5 * k - 14, 1, 0.3 * k});
   }
   for (const char* model_name : {"psi31", "compact_elastic"}) {
-    ASSERT_TRUE(exited(run_brachy({"deform", "--force", "--landmarks", landmarks(given), "--points", points(at),
-                                   "--scene", scene, "--kernel", model_name, "--out", out}),
+    ASSERT_TRUE(exited(run_brachy({"deform", "--force", "--landmarks", landmarks(given), "--points",
+                                   points(at), "--scene", scene, "--kernel", model_name, "--out", out}),
                        0))
         << model_name;
     const auto lines = lines_of(read_file(out));
@@ -639,12 +637,13 @@ TEST_F(Deform, WithoutASceneElasticNeedsACore) {
   EXPECT_TRUE(exited(run({"--kernel", "elastic", "--core-radius", "2", "--poisson", "0.3"}), 0));
 }
 
-TEST(Deform, OverwritesNothingUnlessToldToAndNeverItsInput) {
+TEST(DeformTool, OverwritesNothingUnlessToldToAndNeverItsInput) {
   const TempFolder folder;
   const std::string l = folder.write("l.csv", "x,y,z,dx,dy,dz\n0,0,0,1,0,0\n");
   const std::string p = folder.write("p.csv", "x,y,z\n1,0,0\n"), out = (folder / "o.csv").string();
   const auto deform = [&](const std::string& to, std::vector<std::string> more = {}) {
-    std::vector<std::string> line = {"deform", "--landmarks", l, "--points", p, "--support", "12", "--out", to};
+    std::vector<std::string> line = {"deform",    "--landmarks", l,       "--points", p,
+                                     "--support", "12",          "--out", to};
     line.insert(line.end(), more.begin(), more.end());
     return run_brachy(line);
   };

@@ -13,6 +13,8 @@ import sys
 import tempfile
 import time
 import unittest
+import urllib.error
+import urllib.request
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "apps/python"))
@@ -263,6 +265,27 @@ class Access(unittest.TestCase):
                 self.assertEqual(refused.exception.error.code, ErrorCode.UNAUTHORISED)
                 with self.assertRaises(brachyd.ServerError):
                     brachyd.Client(daemon.address, Hello(token=token))
+            finally:
+                daemon.end()
+
+
+    def test_a_probe_of_health_is_answered_whoever_guesses_tokens_beside_it(self):
+        with tempfile.TemporaryDirectory() as folder:
+            subprocess.run([BRACHY, "token", "a.token"], cwd=folder, check=True, capture_output=True)
+            scene = pathlib.Path(folder) / "scene.toml"
+            scene.write_text('[server]\ntoken_file = "a.token"\n')
+            daemon = Daemon(folder, "--config", str(scene), "--http-port", "0")
+            try:
+                for _ in range(15):
+                    with self.assertRaises(brachyd.ServerError):
+                        brachyd.Client(daemon.address, Hello(token=bytes(32)))
+                    with self.assertRaises(urllib.error.HTTPError) as refused:
+                        headers = {"Authorization": "Bearer " + 64 * "0"}
+                        urllib.request.urlopen(urllib.request.Request(f"http://{daemon.http}/metrics", headers=headers))
+                    self.assertEqual(refused.exception.code, 401)
+                    refused.exception.close()
+                with urllib.request.urlopen(f"http://{daemon.http}/healthz") as answer:
+                    self.assertEqual((answer.status, answer.read().strip()), (200, b"ok"))
             finally:
                 daemon.end()
 

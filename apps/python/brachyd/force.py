@@ -91,7 +91,8 @@ class LocalForce:
         axial = min(max(m.axial_stiffness_n_per_mm * z, m.axial_min_n), m.axial_max_n)
         moved = tip - m.reference_tip
         across = moved - (moved @ m.axis) * m.axis
-        return m.lateral_n - m.lateral_stiffness_n_per_mm * across - axial * m.axis
+        force_n: Array = m.lateral_n - m.lateral_stiffness_n_per_mm * across - axial * m.axis
+        return force_n
 
     def _drag(self, tip: Array) -> None:
         m = self.model

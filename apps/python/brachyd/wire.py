@@ -173,8 +173,11 @@ class Welcome:
 
 def decode_welcome(r: Reader) -> Welcome:
     session, role, _, subscription = r.get("QHHI")
-    rates = r.f64(), r.f64()
-    welcome = Welcome(session, role, subscription, *rates, *r.get("IIQ"), r.text(), r.text(), r.text())
+    deformation_hz, snapshot_hz = r.f64(), r.f64()
+    body, poses, topology = r.get("IIQ")
+    server, units, frame = r.text(), r.text(), r.text()
+    welcome = Welcome(session, role, subscription, deformation_hz, snapshot_hz, body, poses, topology, server, units,
+                      frame)
 
     def on_section(number: int, s: Reader) -> None:
         if number == 1:
@@ -303,7 +306,7 @@ def decode_seed(r: Reader) -> Seed:
 def decode_frame(r: Reader) -> Frame:
     topology, tick = r.get("QQ")
     sim_time = r.f64()
-    counters = r.get("QQQQQQQ")
+    snapshot, base, overruns, publish, sequence, stamp, received = r.get("QQQQQQQ")
     displacement = r.f64()
     step_flags, frame_flags, points, moved, needle_count, _ = r.get("IIIIHH")
     needles = []
@@ -313,8 +316,8 @@ def decode_frame(r: Reader) -> Frame:
     ranges = np.frombuffer(r.take(8 * r.u32()), "<u4").reshape(-1, 2)
     moved_points = int(ranges[:, 1].sum(dtype=np.uint64))
     positions = r.floats(3 * moved_points).reshape(-1, 3)
-    frame = Frame(topology, tick, sim_time, *counters, displacement, step_flags, bool(frame_flags & 1), points, moved,
-                  needles, ranges, positions)
+    frame = Frame(topology, tick, sim_time, snapshot, base, overruns, publish, sequence, stamp, received, displacement,
+                  step_flags, bool(frame_flags & 1), points, moved, needles, ranges, positions)
     by_id = {needle.id: needle for needle in needles}
 
     def on_section(number: int, s: Reader) -> None:
@@ -507,9 +510,9 @@ def decode_dose(r: Reader) -> Dose:
     seeds, count, _ = r.get("IHH")
     dose = Dose(seeds, r.f64(), r.f64(), [])
     for _ in range(count):
-        name = r.text()
-        figures = [r.f64() for _ in range(12)]
-        dose.structures.append(StructureDose(name, *figures, r.floats(r.u16())))
+        structure = StructureDose(r.text(), r.f64(), r.f64(), r.f64(), r.f64(), r.f64(), r.f64(), r.f64(), r.f64(),
+                                  r.f64(), r.f64(), r.f64(), r.f64(), r.floats(r.u16()))
+        dose.structures.append(structure)
 
     def on_section(number: int, s: Reader) -> None:
         if number == 1:
@@ -547,7 +550,7 @@ class Scene:
 
 
 def decode_scene(r: Reader) -> Scene:
-    sizes = [r.f64() for _ in range(5)]
+    needle_length, needle_diameter, seed_length, seed_diameter, prescription = (r.f64() for _ in range(5))
     origin, spacing = r.vector(), r.f64()
     columns, rows, _, needle_count, seed_count = r.get("HHIII")
     needles = [(r.vector(), r.text()) for _ in range(needle_count)]
@@ -565,7 +568,8 @@ def decode_scene(r: Reader) -> Scene:
     count, _ = r.get("HH")
     kernels = [r.text() for _ in range(count)]
     r.sections(lambda number, section: None)
-    return Scene(*sizes, origin, spacing, columns, rows, needles, seeds, structures, kernels)
+    return Scene(needle_length, needle_diameter, seed_length, seed_diameter, prescription, origin, spacing, columns,
+                 rows, needles, seeds, structures, kernels)
 
 
 Message = Union[Welcome, Topology, Frame, State, Event, Error, Ping, Force, LocalModel, Dose, Scene]
