@@ -11,7 +11,7 @@ namespace brachy {
 namespace {
 
 // Of the dynamic range, above the gland's speckle: what is brighter than that is white.
-constexpr double kHeadroomShare = 0.47;
+constexpr double kHeadroomShare = 0.56;
 
 std::size_t segments_of(double depth_mm) {
   return static_cast<std::size_t>(std::ceil(depth_mm / ScanSteps::kSegmentMm)) + 1;
@@ -126,7 +126,7 @@ ImageResult UltrasoundImager::render(const ImagedState& state) noexcept {
   const RigidTransform X_WI = state.X_WP * plane_.in_probe();
   if (!keeps_solution_) inverse_.reset();
   if (!inverse_.solve(state.field, state.frame, X_WI)) return ImageResult::kNotSolved;
-  X_WImage_ = X_WI * plane_.image_in_plane();
+  X_WG_ = X_WI * plane_.image_in_plane();
   tick_ = state.tick;
   map_plane();
   instruments_.find(X_WI, state.needles, state.seeds, spread_);
