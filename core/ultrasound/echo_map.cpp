@@ -11,6 +11,7 @@ namespace {
 
 constexpr double kFineMm = 1, kCoarseMm = 1.5, kMarginMm = 8;
 constexpr float kFar = 1e3F;
+constexpr float kUsed = 2.5F;  // mm: how far beyond a boundary its sides are interpolated
 constexpr double kMuscleLevel = -4, kFasciaLevel = 7;  // dB
 constexpr int kCalcifications = 7;
 constexpr double kCalcificationDb = 20;
@@ -73,14 +74,17 @@ EchoMap::Tissue EchoMap::at(const Vec3& X) const noexcept {
   }
   tissue.distance_mm[kGland] = grids_[kGland].at(X);
   tissue.distance_mm[kUrethra] = grids_[kUrethra].at(X);
+  const bool may_be_gland =
+      tissue.distance_mm[kGland]<kUsed, may_be_outside = tissue.distance_mm[kGland]> - kUsed;
   // Grains of some millimetres: ducts and stroma.
-  tissue.texture_db = static_cast<float>(1.6 * value_noise(X, Vec3(4.5, 3.5, 4.5), seed_ + 11) +
-                                         1.2 * value_noise(X, Vec3(1.8, 1.6, 1.8), seed_ + 12));
+  if (may_be_gland)
+    tissue.texture_db = static_cast<float>(1.6 * value_noise(X, Vec3(4.5, 3.5, 4.5), seed_ + 11) +
+                                           1.2 * value_noise(X, Vec3(1.8, 1.6, 1.8), seed_ + 12));
   if (!has_surroundings_) return tissue;
 
   const Vec3 p = (X - middle_).cwiseQuotient(half_);
   const Vec3 zone(0.62 * half_.x(), 0.55 * half_.y(), 0.72 * half_.z());
-  const float edge = static_cast<float>(1.5 * value_noise(X, Vec3(6, 5, 7), seed_ + 13));
+  const float edge = may_be_gland ? static_cast<float>(1.5 * value_noise(X, Vec3(6, 5, 7), seed_ + 13)) : 0;
   tissue.distance_mm[kTransition] =
       ellipsoid_distance(X, middle_ + Vec3(0, 0.22, 0.18).cwiseProduct(half_), zone) + edge;
   if (tissue.distance_mm[kTransition] < 0)
@@ -92,6 +96,7 @@ EchoMap::Tissue EchoMap::at(const Vec3& X) const noexcept {
     if (d2 < 9) tissue.texture_db += static_cast<float>(kCalcificationDb * std::exp(-d2));
   }
 
+  if (!may_be_outside) return tissue;
   // Around the gland: fat, with fascia in layers that follow it; farther off and beside it muscle.
   const double out = tissue.distance_mm[kGland];
   const double layers =

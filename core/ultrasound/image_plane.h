@@ -23,7 +23,7 @@ struct LinePoint {
 /// Where an array's scan lines and pixels are: geometry only, constant.
 ///
 /// Plane frame I: origin on the probe's axis in the middle of the array, +x = a, +y = b, +z = n across the plane. In
-/// the probe's frame P (tip at the origin, +z to the tip; not rotated: +y to the front of the patient, +x to his right):
+/// the probe's frame P (tip at the origin, +z to the tip; unturned, +y is the patient's front, +x his right):
 ///   transverse  a = −x (patient's right on the left), b = y, n = −z; lines fan out from the probe's surface
 ///   sagittal    a = −z (base on the left),           b = y, n = x;  lines parallel, from the probe's surface
 ///   end_fire    a = −x,                              b = z, n = y;  a fan from the probe's round tip
@@ -62,7 +62,7 @@ class ImagePlane {
 
   /// X_PI, of the plane in the probe's frame.
   const RigidTransform& in_probe() const { return X_PI_; }
-  /// From pixel coordinates (mm: column × spacing along +x, row × spacing along +y; first pixel's centre the origin) to
+  /// From pixel coordinates (mm: column × spacing along +x, row × spacing along +y; first pixel's centre 0) to
   /// the frame I, for OpenIGTLink and NRRD: +z then points to −n.
   RigidTransform image_in_plane() const;
 

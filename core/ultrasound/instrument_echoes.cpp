@@ -65,9 +65,9 @@ void InstrumentEchoes::find(const RigidTransform& X_WI, std::span<const NeedleSt
   }
 }
 
-void InstrumentEchoes::add_piece(const RigidTransform& X_IW, const Vec3& from_W, const Vec3& to_W,
+void InstrumentEchoes::add_piece(const RigidTransform& X_IW, const Vec3& begins, const Vec3& ends,
                                  const Look& look, const PointSpread& spread) noexcept {
-  const Vec3 from = X_IW * from_W, way = X_IW * to_W - from;
+  const Vec3 from = X_IW * begins, way = X_IW * ends - from;
   const double length = way.norm(), far = kFarOff * spread.elevation_sigma_mm();
   if (!(length > 0)) return;
   const Vec3 axis = way / length;

@@ -14,8 +14,8 @@ namespace brachy {
 /// The echoes and shadows of needles and seeds: metal cylinders, seen by the surface that faces the probe.
 ///
 /// A cylinder is cut into short pieces. One that lies e across the plane returns pressure by the slice's Gaussian in e
-/// and by cosⁿ of the angle between beam and its surface's normal, plus a share in all directions; echoes from within the
-/// metal follow behind it at even distances, each weaker. It takes from what lies behind as much of the beam's
+/// and by cosⁿ of the angle between beam and its surface's normal, plus a share in all directions; echoes from within
+/// the metal follow behind it at even distances, each weaker. It takes from what lies behind as much of the beam's
 /// cross-section as it covers. The tip of a needle returns more (its edge), with no regard to the angle.
 /// Threads: one. Real-time: no allocation after construction.
 class InstrumentEchoes {
@@ -43,7 +43,7 @@ class InstrumentEchoes {
   struct Shadow {
     double line, depth, area;
   };
-  void add_piece(const RigidTransform& X_IW, const Vec3& from_W, const Vec3& to_W, const Look& look,
+  void add_piece(const RigidTransform& X_IW, const Vec3& begins, const Vec3& ends, const Look& look,
                  const PointSpread& spread) noexcept;
   void add_point(const Vec3& p_I, double pressure, const Look& look) noexcept;
   void add_echo(const PlanePoint& p, double pressure) noexcept;

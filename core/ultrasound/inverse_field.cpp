@@ -60,7 +60,7 @@ bool InverseField::solve(DisplacementField& field, const BodyFrame& frame,
                          const RigidTransform& X_WI) noexcept {
   evaluations_ = 0;
   worst_ = 0;
-  const Vec3 n_B = frame.from_world(X_WI * Vec3(0, 0, kAcross)) - frame.from_world(X_WI.p);
+  const Vec3 across = frame.from_world(X_WI * Vec3(0, 0, kAcross)) - frame.from_world(X_WI.p);
   open_.clear();
   for (const std::uint32_t k : active_) {
     Node& node = nodes_[k];
@@ -78,7 +78,7 @@ bool InverseField::solve(DisplacementField& field, const BodyFrame& frame,
     for (const std::uint32_t k : active_) {
       nodes_[k].X = nodes_[k].y;
       nodes_[k].B = Mat3::Identity();
-      nodes_[k].by_n = n_B / kAcross;
+      nodes_[k].by_n = across / kAcross;
     }
     return true;
   }
@@ -110,13 +110,13 @@ bool InverseField::solve(DisplacementField& field, const BodyFrame& frame,
     open_.resize(left);
   }
   // What the plane beside it has at X + n: one step of the same method from there.
-  for (std::size_t k = 0; k < active_.size(); ++k) X_[k] = nodes_[active_[k]].X + n_B;
+  for (std::size_t k = 0; k < active_.size(); ++k) X_[k] = nodes_[active_[k]].X + across;
   field.displacements_at(X_, u_);
   evaluations_ += active_.size();
   for (std::size_t k = 0; k < active_.size(); ++k) {
     Node& node = nodes_[active_[k]];
-    const Vec3 residual = X_[k] + u_[k] - (node.y + n_B) - node.residual;
-    node.by_n = (n_B - node.B * residual) / kAcross;
+    const Vec3 residual = X_[k] + u_[k] - (node.y + across) - node.residual;
+    node.by_n = (across - node.B * residual) / kAcross;
   }
   const bool is_solved = worst_ <= kToleranceMm;
   if (!is_solved) is_started_ = false;

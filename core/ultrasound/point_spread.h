@@ -11,8 +11,8 @@ namespace brachy {
 /// The resolution cell and the kernels that give it: a Gaussian pulse and a Gaussian beam (core/ultrasound/README.md).
 ///
 ///   axial       half of pulse_cycles wavelengths c/f, c = 1.54 mm/µs
-///   lateral     1/w² = 1/w_t² + 1/w_r²: the transmitted beam is Gaussian about its focus, w_t = w_0 √(1 + ((z − z_f)/z_R)²)
-///               with w_0 = 1.02 λ z_f / D (R. S. C. Cobbold, Foundations of Biomedical Ultrasound, 2007, section 3),
+///   lateral     1/w² = 1/w_t² + 1/w_r²: the transmitted beam is Gaussian about its focus,
+///               w_t = w_0 √(1 + ((z − z_f)/z_R)²), w_0 = 1.02 λ z_f / D (the usual width at −6 dB of a focused beam),
 ///               z_R its Rayleigh length; the received one follows the depth, w_r = 1.02 λ max(z/D, 2)
 /// All full widths at half maximum of the pressure, which is also that of the autocovariance of the speckle's envelope
 /// (R. F. Wagner et al., IEEE Trans. Sonics Ultrason. 30, 1983). The scatterers' own correlation, cell²/6 in the

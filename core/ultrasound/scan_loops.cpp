@@ -161,22 +161,8 @@ BRACHY_INLINE void scatter(const ScanNode* nodes, std::size_t segments, const Sp
   }
 }
 
-BRACHY_INLINE void convolve_row(const float* __restrict in, const float* __restrict taps, std::size_t half,
-                                std::size_t count, float* __restrict out) {
-  const std::size_t taps_count = 2 * half + 1;
-  for (std::size_t i = 0; i < count; i += ScanSteps::kSegment) {
-    Lanes sum{};
-    for (std::size_t t = 0; t < taps_count; ++t) {
-      const float w = taps[t];
-      const float* from = in + i + t - half;
-      for (int k = 0; k < kLanesOfScan; ++k) sum.v[k] += w * from[k];
-    }
-    std::memcpy(out + i, sum.v, sizeof sum.v);
-  }
-}
-
-BRACHY_INLINE void convolve_lines(const float* __restrict in, std::ptrdiff_t stride,
-                                  const float* __restrict kernel, std::size_t count, float* __restrict out) {
+BRACHY_INLINE void convolve(const float* __restrict in, std::ptrdiff_t stride, const float* __restrict kernel,
+                            std::size_t count, float* __restrict out) {
   Lanes sum{};
   for (std::size_t t = 0; t < count; ++t) {
     const float w = kernel[t];
@@ -217,31 +203,27 @@ BRACHY_INLINE void convert(const float* __restrict gray, std::size_t samples,
 }
 
 // NOLINTBEGIN(bugprone-macro-parentheses): an attribute cannot stand in parentheses.
-#define BRACHY_TARGET(name, attribute)                                                                       \
-  struct name {                                                                                              \
-    attribute static void run_scatter(const ScanNode* nodes, std::size_t segments, const Speckle& speckle,   \
-                                      const float* interface_scale, const float* layers, float* re,          \
-                                      float* im) {                                                           \
-      scatter(nodes, segments, speckle, interface_scale, layers, re, im);                                    \
-    }                                                                                                        \
-    attribute static void run_axial(const float* in, const float* taps, std::size_t half, std::size_t count, \
-                                    float* out) {                                                            \
-      convolve_row(in, taps, half, count, out);                                                              \
-    }                                                                                                        \
-    attribute static void run_lateral(const float* in, std::ptrdiff_t stride, const float* kernel,           \
-                                      std::size_t count, float* out) {                                       \
-      convolve_lines(in, stride, kernel, count, out);                                                        \
-    }                                                                                                        \
-    attribute static void run_detect(const float* re, const float* im, const float* noise,                   \
-                                     std::uint32_t key, std::size_t count, float offset_db,                  \
-                                     float gray_per_db, float* gray) {                                       \
-      detect(re, im, noise, key, count, offset_db, gray_per_db, gray);                                       \
-    }                                                                                                        \
-    attribute static void run_convert(const float* gray, std::size_t samples, const PixelSource* sources,    \
-                                      std::size_t count, std::uint8_t* pixels) {                             \
-      convert(gray, samples, sources, count, pixels);                                                        \
-    }                                                                                                        \
-    static constexpr ScanLoops kLoops{run_scatter, run_axial, run_lateral, run_detect, run_convert};         \
+#define BRACHY_TARGET(name, attribute)                                                                     \
+  struct name {                                                                                            \
+    attribute static void run_scatter(const ScanNode* nodes, std::size_t segments, const Speckle& speckle, \
+                                      const float* interface_scale, const float* layers, float* re,        \
+                                      float* im) {                                                         \
+      scatter(nodes, segments, speckle, interface_scale, layers, re, im);                                  \
+    }                                                                                                      \
+    attribute static void run_convolve(const float* in, std::ptrdiff_t stride, const float* kernel,        \
+                                       std::size_t count, float* out) {                                    \
+      convolve(in, stride, kernel, count, out);                                                            \
+    }                                                                                                      \
+    attribute static void run_detect(const float* re, const float* im, const float* noise,                 \
+                                     std::uint32_t key, std::size_t count, float offset_db,                \
+                                     float gray_per_db, float* gray) {                                     \
+      detect(re, im, noise, key, count, offset_db, gray_per_db, gray);                                     \
+    }                                                                                                      \
+    attribute static void run_convert(const float* gray, std::size_t samples, const PixelSource* sources,  \
+                                      std::size_t count, std::uint8_t* pixels) {                           \
+      convert(gray, samples, sources, count, pixels);                                                      \
+    }                                                                                                      \
+    static constexpr ScanLoops kLoops{run_scatter, run_convolve, run_detect, run_convert};                 \
   }
 // NOLINTEND(bugprone-macro-parentheses)
 

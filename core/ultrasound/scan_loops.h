@@ -58,10 +58,10 @@ struct ScanLoops {
   /// reflect; `layers`: of each sample, dB more.
   void (*scatter)(const ScanNode* nodes, std::size_t segments, const Speckle& speckle,
                   const float* interface_scale, const float* layers, float* re, float* im);
-  /// out[i] = Σ_t taps[t] in[i + t − half], zero beyond the row; `in` has `half` readable zeros on both sides.
-  void (*axial)(const float* in, const float* taps, std::size_t half, std::size_t count, float* out);
-  /// out = Σ_t kernel[t] × the segment at `in` of line t − half; `stride` floats from line to line.
-  void (*lateral)(const float* in, std::ptrdiff_t stride, const float* kernel, std::size_t count, float* out);
+  /// out[i] = Σ_t kernel[t] in[i + t stride], i < ScanSteps::kSegment, t < count: along a line with stride 1, across
+  /// lines with the distance from one to the next.
+  void (*convolve)(const float* in, std::ptrdiff_t stride, const float* kernel, std::size_t count,
+                   float* out);
   /// The envelope's level in gray values: (10 log₁₀(|re + noise|² + …) + offset) × scale, within 0 … 255. noise[k]: the
   /// receiver's at each sample (amplitude); `key` makes it another one for each line and image.
   void (*detect)(const float* re, const float* im, const float* noise, std::uint32_t key, std::size_t count,

@@ -11,7 +11,7 @@ namespace brachy {
 namespace {
 
 // Of the dynamic range, above the gland's speckle: what is brighter than that is white.
-constexpr double kHeadroomShare = 0.47;
+constexpr double kHeadroomShare = 0.56;
 
 std::size_t segments_of(double depth_mm) {
   return static_cast<std::size_t>(std::ceil(depth_mm / ScanSteps::kSegmentMm)) + 1;
@@ -126,7 +126,7 @@ ImageResult UltrasoundImager::render(const ImagedState& state) noexcept {
   const RigidTransform X_WI = state.X_WP * plane_.in_probe();
   if (!keeps_solution_) inverse_.reset();
   if (!inverse_.solve(state.field, state.frame, X_WI)) return ImageResult::kNotSolved;
-  X_WImage_ = X_WI * plane_.image_in_plane();
+  X_WG_ = X_WI * plane_.image_in_plane();
   tick_ = state.tick;
   map_plane();
   instruments_.find(X_WI, state.needles, state.seeds, spread_);
@@ -224,8 +224,11 @@ void UltrasoundImager::add_instruments() noexcept {
 
 void UltrasoundImager::spread_along(std::size_t line) noexcept {
   const std::size_t at = line * (samples_ + 2 * padding_) + padding_, to = (line + margin_) * samples_;
-  loops_.axial(&re_[at], spread_.axial(), spread_.axial_half(), samples_, &wide_re_[to]);
-  loops_.axial(&im_[at], spread_.axial(), spread_.axial_half(), samples_, &wide_im_[to]);
+  for (std::size_t s = 0; s < samples_; s += ScanSteps::kSegment) {
+    const std::size_t first = at + s - spread_.axial_half(), count = 2 * spread_.axial_half() + 1;
+    loops_.convolve(&re_[first], 1, spread_.axial(), count, &wide_re_[to + s]);
+    loops_.convolve(&im_[first], 1, spread_.axial(), count, &wide_im_[to + s]);
+  }
 }
 
 void UltrasoundImager::spread_across(std::size_t segment) noexcept {
@@ -234,10 +237,10 @@ void UltrasoundImager::spread_across(std::size_t segment) noexcept {
   for (std::size_t line = 0; line < plane_.lines(); ++line) {
     const std::size_t from = (line + margin_ - kernel.half) * samples_ + segment * ScanSteps::kSegment;
     const std::size_t to = line * stride + padding_ + segment * ScanSteps::kSegment;
-    loops_.lateral(&wide_re_[from], static_cast<std::ptrdiff_t>(samples_), kernel.weight.data(), count,
-                   &re_[to]);
-    loops_.lateral(&wide_im_[from], static_cast<std::ptrdiff_t>(samples_), kernel.weight.data(), count,
-                   &im_[to]);
+    loops_.convolve(&wide_re_[from], static_cast<std::ptrdiff_t>(samples_), kernel.weight.data(), count,
+                    &re_[to]);
+    loops_.convolve(&wide_im_[from], static_cast<std::ptrdiff_t>(samples_), kernel.weight.data(), count,
+                    &im_[to]);
   }
 }
 

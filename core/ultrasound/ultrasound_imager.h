@@ -67,7 +67,7 @@ class UltrasoundImager {
   /// Of the last image, rows from the top: height × width gray values.
   std::span<const std::uint8_t> pixels() const { return pixels_; }
   /// Its place: from pixel coordinates in mm (ImagePlane::image_in_plane) to the world.
-  const RigidTransform& X_WImage() const { return X_WImage_; }
+  const RigidTransform& image_pose() const { return X_WG_; }
   const ImagePlane& plane() const { return plane_; }
   const PointSpread& point_spread() const { return spread_; }
   const InverseField& inverse() const { return inverse_; }
@@ -124,7 +124,7 @@ class UltrasoundImager {
   std::vector<float> layers_, noise_;  // of each sample: dB of the rectal wall; the receiver's
   std::vector<PixelSource> sources_;
   std::vector<std::uint8_t> pixels_;
-  RigidTransform X_WImage_;
+  RigidTransform X_WG_;
   std::uint64_t tick_ = 0;
 };
 

@@ -28,7 +28,7 @@ struct UltrasoundSettings {
   double noise_db = -62;  ///< of the receiver, at the probe's surface
 
   double attenuation_db_per_cm_mhz = 0.5;  ///< of soft tissue, one way
-  double needle_echo_db = 26, seed_echo_db = 20;
+  double needle_echo_db = 32, seed_echo_db = 22;
   double shadow_db = 8;  ///< of a seed or needle across the whole slice, there and back
   bool surroundings =
       true;  ///< bladder, pubic arch, muscle and calcifications around and in the phantom's gland

@@ -61,14 +61,14 @@ void write_png(const std::filesystem::path& file, const GrayImage& image) {
   write_bytes(file, png);
 }
 
-void write_nrrd(const std::filesystem::path& file, const GrayImage& image, const RigidTransform& X_WImage,
+void write_nrrd(const std::filesystem::path& file, const GrayImage& image, const RigidTransform& X_WG,
                 double spacing_mm, double thickness_mm) {
   std::string text = fmt::format(
       "NRRD0005\ntype: uint8\ndimension: 3\nspace: right-anterior-superior\nsizes: {} {} 1\n"
       "space directions: {} {} {}\nspace origin: {}\nkinds: domain domain domain\nencoding: raw\n\n",
-      image.width, image.height, vector_text(spacing_mm * X_WImage.R.col(0)),
-      vector_text(spacing_mm * X_WImage.R.col(1)), vector_text(thickness_mm * X_WImage.R.col(2)),
-      vector_text(X_WImage.p));
+      image.width, image.height, vector_text(spacing_mm * X_WG.R.col(0)),
+      vector_text(spacing_mm * X_WG.R.col(1)), vector_text(thickness_mm * X_WG.R.col(2)),
+      vector_text(X_WG.p));
   text.append(image.pixels.begin(), image.pixels.end());
   write_bytes(file, text);
 }

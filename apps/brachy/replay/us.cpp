@@ -149,7 +149,7 @@ int run(const UsOptions& options) {
       const GrayImage image{plane.width(), plane.height(), view.imager->pixels()};
       if (options.format != "nrrd") write_png(options.out / (stem + ".png"), image);
       if (options.format != "png")
-        write_nrrd(options.out / (stem + ".nrrd"), image, view.imager->X_WImage(), plane.spacing_mm(),
+        write_nrrd(options.out / (stem + ".nrrd"), image, view.imager->image_pose(), plane.spacing_mm(),
                    scene.ultrasound.elevation_mm);
       list.push_back({{"name", stem}, {"t_s", t_s}, {"tick", state.summary.tick}, {"is_new", is_new}});
       ++images;

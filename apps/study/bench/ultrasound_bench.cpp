@@ -1,5 +1,5 @@
-// An ultrasound image of the default scene with three needles and 75 seeds, one thread, the needles moving from image to
-// image: one array, both, larger images and more elevational planes. The baseline is the same image at rest.
+// An ultrasound image of the default scene with three needles and 75 seeds, one thread, the needles moving from image
+// to image: one array, both, larger images and more elevational planes. The baseline is the same image at rest.
 #include <memory>
 #include <random>
 
@@ -116,13 +116,14 @@ void run_ultrasound(benchmark::State& state, Report& report, SimdTarget target, 
 }  // namespace
 
 void add_ultrasound_benches(Report& report, const BenchOptions& options) {
-  static const std::vector<Variant> kVariants = {
+  static const std::vector<Variant> variants = {
       {"512", {"transverse"}, 512, 3},         {"512_biplane", {"transverse", "sagittal"}, 512, 3},
       {"512_1_plane", {"transverse"}, 512, 1}, {"512_5_planes", {"transverse"}, 512, 5},
       {"1024", {"transverse"}, 1024, 3},       {"1024_5_planes", {"transverse"}, 1024, 5}};
-  for (const Variant& variant : kVariants) {
-    const Row row{
-        .name = std::string("ultrasound_") + variant.name, .kernel = "elastic", .points = kPaperPoints};
+  for (const Variant& variant : variants) {
+    const Row row{.name = std::string("ultrasound_") + variant.name,
+                  .kernel = "elastic",
+                  .points = Scene{}.tissue.points};
     const auto target = options.target;
     add_benchmark(report, name_of(row), [&report, target, row, &variant](benchmark::State& state) {
       run_ultrasound(state, report, target, row, variant);
