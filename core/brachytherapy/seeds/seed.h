@@ -7,8 +7,9 @@
 
 namespace brachy {
 
-/// A seed that a needle has left in the body, most often in the tissue. What happened when it fell does not change any more; `position` and
-/// `axis` move with the tissue. mm, world frame W; axes are unit, along the needle towards its tip.
+/// A seed that a needle has left in the body, most often in the tissue. What happened when it fell does not change
+/// any more; `position` and `axis` move with the tissue. mm, world frame W; axes are unit, along the needle towards
+/// its tip.
 struct Seed {
   static constexpr std::int32_t kUnplanned = -1;
 
