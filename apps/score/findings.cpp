@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 
@@ -12,7 +13,7 @@ namespace brachy {
 namespace {
 
 // A session as planned is off by 0.4 mm on the whole, 1.2 mm at most (core/README.md).
-constexpr double kShiftAlongMm = 2, kShiftAcrossMm = 1;  // mean of all seeds
+constexpr double kShiftAlongMm = 2, kShiftAcrossMm = 1;  // median of all seeds
 constexpr double kScatterMm = 2;                         // standard deviation along the needle
 constexpr std::size_t kLeastSeeds = 5;                   // for what is said of all seeds
 constexpr double kFastMmS =
@@ -27,6 +28,17 @@ std::string joined(const std::vector<std::string>& names) {
 
 std::string counted(std::size_t count, const char* what) {
   return fmt::format("{} {}{}", count, what, count == 1 ? "" : "s");
+}
+
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::ranges::nth_element(values, middle);
+  return *middle;
+}
+
+Vec3 across_the_needle(const SeedScore& seed) {
+  const Vec3 error = seed.seed.dropped - seed.planned.position;
+  return error - seed.dropped.axial_mm * seed.planned.axis;
 }
 
 class Mistakes {
@@ -71,19 +83,30 @@ class Mistakes {
                         counted(all.passes, "time"), joined(holes[name]), all.depth_mm, all.time_s));
   }
 
+  // By the number in the plan, where it is known: by position a seed of a shifted train may be its neighbour's. Medians,
+  // as the seeds of one needle in another's place are not everybody's.
   void shifts() {
-    const std::vector<SeedScore>& placed = score_.seeds->by_position.placed;
-    if (placed.size() < kLeastSeeds) return;
-    const auto n = static_cast<double>(placed.size());
-    double along = 0, squares = 0;
-    Vec3 across = Vec3::Zero();
-    for (const SeedScore& seed : placed) {
-      along += seed.dropped.axial_mm / n;
-      squares += seed.dropped.axial_mm * seed.dropped.axial_mm / n;
-      const Vec3 error = seed.seed.dropped - seed.planned.position;
-      across += (error - seed.dropped.axial_mm * seed.planned.axis) / n;
+    const SeedsScore& all = *score_.seeds;
+    const std::vector<SeedScore>& seeds =
+        all.planned.size() >= kLeastSeeds ? all.planned : all.by_position.placed;
+    if (seeds.size() < kLeastSeeds) return;
+    const auto n = static_cast<double>(seeds.size());
+    std::vector<double> axial;
+    std::array<std::vector<double>, 3> lateral;
+    for (const SeedScore& seed : seeds) {
+      axial.push_back(seed.dropped.axial_mm);
+      const Vec3 off = across_the_needle(seed);
+      for (int k = 0; k < 3; ++k) lateral[static_cast<std::size_t>(k)].push_back(off[k]);
     }
-    const double scatter = std::sqrt(std::max(0.0, squares - along * along));
+    const double along = median(axial);
+    const Vec3 across(median(lateral[0]), median(lateral[1]), median(lateral[2]));
+    double squares = 0, near = 0;
+    for (const SeedScore& seed : seeds) {
+      if ((across_the_needle(seed) - across).norm() > grid_.spacing_mm) continue;
+      squares += (seed.dropped.axial_mm - along) * (seed.dropped.axial_mm - along);
+      ++near;
+    }
+    const double scatter = near > 0 ? std::sqrt(squares / near) : 0;
     if (std::abs(along) > kShiftAlongMm)
       add(n * std::abs(along), fmt::format("all needles too {}: the seeds fell {:.1f} mm {} on the whole",
                                            along < 0 ? "shallow" : "deep", std::abs(along),
@@ -110,10 +133,9 @@ class Mistakes {
     std::vector<Fallen> fallen(plan_.needles.size());
     for (const SeedScore& seed : score_.seeds->planned) {
       Fallen& needle = fallen[seed.planned.needle];
-      const Vec3 error = seed.seed.dropped - seed.planned.position;
       ++needle.count;
       needle.position += seed.seed.dropped;
-      needle.off += error - error.dot(seed.planned.axis) * seed.planned.axis - across_;
+      needle.off += across_the_needle(seed) - across_;
     }
     std::map<std::size_t, std::string> elsewhere;  // by needle: the hole that it went through
     for (std::size_t n = 0; n < fallen.size(); ++n) {
