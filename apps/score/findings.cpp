@@ -83,8 +83,8 @@ class Mistakes {
                         counted(all.passes, "time"), joined(holes[name]), all.depth_mm, all.time_s));
   }
 
-  // By the number in the plan, where it is known: by position a seed of a shifted train may be its neighbour's. Medians,
-  // as the seeds of one needle in another's place are not everybody's.
+  // By the number in the plan, where it is known: by position a seed of a shifted train may be its neighbour's.
+  // Medians, as the seeds of one needle in another's place are not everybody's.
   void shifts() {
     const SeedsScore& all = *score_.seeds;
     const std::vector<SeedScore>& seeds =
