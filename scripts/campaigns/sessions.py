@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
-"""Sessions of the plan of config/session.toml, each with one deliberate mistake: writes their needles' motion, each offline, and checks that the score's first three findings name the mistake, and that the perfect session has
-none. Standard library only.
+"""Sessions of the plan of config/session.toml, each with one deliberate mistake: writes their needles' motion, plays
+each offline, and checks that the score's first three findings name the mistake, and that the perfect session has none.
+Standard library only. DIRECTORY must not hold earlier sessions.
 
   sessions.py BRACHY DIRECTORY [NAME ...]     NAME: only these sessions
 """
