@@ -1,5 +1,7 @@
 #include "apps/daemon/scene_message.h"
 
+#include <algorithm>
+
 #include "core/brachytherapy/dose/source.h"
 #include "core/models/matrix_kernel/matrix_models.h"
 
@@ -21,7 +23,10 @@ net::SceneMessage make_scene_message(const Scene& scene, const std::optional<Pla
       message.planned_seeds.push_back({seed.position, seed.axis, static_cast<std::uint32_t>(seed.needle)});
   }
   for (const Structure& structure : structures) {
-    if (structure.name == "prostate") continue;
+    // The tissue itself is shown anyway.
+    if (structure.name == "prostate" && std::ranges::find(scene.structures, structure.name,
+                                                          &StructureSettings::name) == scene.structures.end())
+      continue;
     net::SceneStructure shown{structure.name, {}, structure.mesh.triangles};
     for (const Vec3& vertex : structure.mesh.vertices)
       for (int k = 0; k < 3; ++k) shown.vertices.push_back(static_cast<float>(vertex[k]));

@@ -26,6 +26,13 @@ std::string hole_of(const TemplateGrid& grid, std::span<const TrajectorySample> 
   return std::ranges::max_element(poses, {}, [](const auto& counted) { return counted.second; })->first;
 }
 
+/// Whether the tip moved along the needle when it came in at sample `first`; a motion that begins inside did.
+bool goes_forwards(std::span<const TrajectorySample> samples, std::size_t first) {
+  if (first == 0) return true;
+  const RigidTransform& X_WN = samples[first].X_WN;
+  return (X_WN.p - samples[first - 1].X_WN.p).dot(X_WN.R.col(2)) > 0;
+}
+
 /// A plan may write "d4" for "D4".
 std::string as_grid_names(const TemplateGrid& grid, const std::string& hole) {
   const auto place = grid.position(hole);
@@ -58,7 +65,7 @@ class HoleScores {
     NeedleScore& needle = needles_.emplace_back();
     needle.hole = hole;
     if (has_poses_) {
-      needle.passes = 0;
+      needle.passes = needle.insertions = 0;
       needle.path_in_tissue_mm = needle.time_in_tissue_s = 0;
     }
     if (has_poses_ && has_forces_) needle.punctures = 0;
@@ -89,6 +96,7 @@ NeedlesScore score_needles(const Plan& plan, const TemplateGrid& grid, const Nee
         needle.path_in_tissue_mm += visit.path_mm;
         needle.time_in_tissue_s += visit.time_s;
         *needle.passes += visit.entry;
+        *needle.insertions += visit.entry && goes_forwards(samples, visit.first);
       }
     }
     score.motion = all.result();

@@ -19,6 +19,8 @@ struct NeedleScore {
   std::string hole;                    ///< empty: in the tissue, but not through a hole of the template
   std::optional<std::size_t> planned;  ///< index in Plan::needles; nothing: the plan has no needle here
   std::optional<std::uint32_t> passes, punctures;
+  std::optional<std::uint32_t>
+      insertions;  ///< passes that went in forwards: not back from beyond the gland's base
   double path_in_tissue_mm = kNoNumber, time_in_tissue_s = kNoNumber;
   double largest_force_n = kNoNumber;
 };

@@ -11,6 +11,9 @@
 
 namespace brachy {
 
+/// At the top of the page.
+inline constexpr std::size_t kTopFindings = 3;
+
 // Figures of a report as text; a dash where the value is not known.
 
 inline std::string figure(double value, int digits) {

@@ -95,6 +95,13 @@ std::string remarks(const Score& score) {
   return out.empty() ? "" : "<div class=\"remarks\">\n" + out + "</div>\n";
 }
 
+std::string findings_list(const Score& score) {
+  std::string out;
+  for (std::size_t i = 0; i < std::min(score.findings.size(), kTopFindings); ++i)
+    out += "<li>" + xml_escaped(score.findings[i].text) + "</li>\n";
+  return out.empty() ? "" : "<h2>What went wrong</h2>\n<ol>\n" + out + "</ol>\n";
+}
+
 std::string dose_section(const DoseScore& dose) {
   std::string rows;
   for (const DoseFigure& f : dose_figures()) {
@@ -236,7 +243,7 @@ std::string to_html(const Score& score, const Plan& plan, const TemplateGrid& gr
   std::string out = fmt::format(kHead, xml_escaped(score.recording));
   out += fmt::format("<h1>Implant score</h1>\n<p>Recording <b>{}</b>, plan <b>{}</b>. {}</p>\n",
                      xml_escaped(score.recording), xml_escaped(score.plan), kNotice);
-  out += remarks(score) + keys(score) + dose_section(score.dose) +
+  out += remarks(score) + keys(score) + findings_list(score) + dose_section(score.dose) +
          seed_section(score, plan, grid, structures.front().mesh) +
          needle_section(score.needles, plan, seeds);
   if (seeds) out += seed_table(seeds->by_position, plan, grid);

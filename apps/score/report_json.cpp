@@ -82,6 +82,23 @@ Json to_json_seeds(const SeedsScore& score) {
           {"by_position", to_json_assignment(score.by_position)}};
 }
 
+Json to_json_findings(const std::vector<Finding>& findings) {
+  Json all = Json::array();
+  for (const Finding& finding : findings) all.push_back({{"text", finding.text}, {"weight", finding.weight}});
+  return all;
+}
+
+Json to_json_contacts(const std::vector<StructureContact>& contacts) {
+  Json all = Json::array();
+  for (const StructureContact& contact : contacts)
+    all.push_back({{"structure", contact.structure},
+                   {"hole", contact.hole.empty() ? Json(nullptr) : Json(contact.hole)},
+                   {"passes", contact.passes},
+                   {"depth_mm", contact.depth_mm},
+                   {"time_s", contact.time_s}});
+  return all;
+}
+
 template <class T>
 Json or_null(const std::optional<T>& value) {
   return value ? Json(*value) : Json(nullptr);
@@ -95,6 +112,7 @@ Json to_json_needles(const NeedlesScore& score) {
                     {"path_in_tissue_mm", n.path_in_tissue_mm},
                     {"time_in_tissue_s", n.time_in_tissue_s},
                     {"passes", or_null(n.passes)},
+                    {"insertions", or_null(n.insertions)},
                     {"punctures", or_null(n.punctures)},
                     {"largest_force_n", n.largest_force_n}});
   const NeedleMetrics* m = score.motion ? &*score.motion : nullptr;
@@ -166,6 +184,8 @@ std::string to_json(const Score& score) {
                      {"plan", score.plan},
                      {"remarks", score.remarks},
                      {"planned_seeds", score.planned_seeds},
+                     {"findings", to_json_findings(score.findings)},
+                     {"structures_entered", to_json_contacts(score.contacts)},
                      {"seeds", score.seeds ? to_json_seeds(*score.seeds) : Json(nullptr)},
                      {"needles", to_json_needles(score.needles)},
                      {"dose",

@@ -1,5 +1,7 @@
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "apps/score/report.h"
 #include "apps/score/report_figures.h"
 
@@ -22,6 +24,13 @@ std::string seed_lines(const Score& score) {
          error_line("after relaxation", s.by_position.rest) +
          fmt::format("  {:<22}{:>8}{:>8}{:>8}\n", "gland motion", figure(s.gland_motion_mm.mean, 2),
                      figure(s.gland_motion_mm.sd, 2), figure(s.gland_motion_mm.max, 2));
+}
+
+std::string finding_lines(const Score& score) {
+  std::string text;
+  for (std::size_t i = 0; i < std::min(score.findings.size(), kTopFindings); ++i)
+    text += fmt::format("{}. {}\n", i + 1, score.findings[i].text);
+  return text;
 }
 
 std::string needle_line(const NeedlesScore& n) {
@@ -52,8 +61,8 @@ std::string dose_lines(const DoseScore& dose) {
 }  // namespace
 
 std::string to_text(const Score& score) {
-  return fmt::format("{}, plan \"{}\"\n", score.recording, score.plan) + seed_lines(score) +
-         needle_line(score.needles) + dose_lines(score.dose) + kNotice + "\n";
+  return fmt::format("{}, plan \"{}\"\n", score.recording, score.plan) + finding_lines(score) +
+         seed_lines(score) + needle_line(score.needles) + dose_lines(score.dose) + kNotice + "\n";
 }
 
 }  // namespace brachy

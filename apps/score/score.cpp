@@ -32,6 +32,9 @@ Score score_session(const Plan& plan, const TemplateGrid& grid, const std::vecto
       });
   if (progress) progress(kSharePoses);
   score.dose = score_dose(plan, grid, structures, dose, recording.seeds ? &*recording.seeds : nullptr);
+  if (recording.poses)
+    score.contacts = structure_contacts(std::span(structures).subspan(1), grid, *recording.poses);
+  score.findings = find_mistakes(score, plan, grid);
   return score;
 }
 

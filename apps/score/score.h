@@ -5,9 +5,11 @@
 #include <vector>
 
 #include "apps/score/dose_score.h"
+#include "apps/score/findings.h"
 #include "apps/score/needle_score.h"
 #include "apps/score/recording.h"
 #include "apps/score/seed_score.h"
+#include "apps/score/structure_contact.h"
 #include "core/brachytherapy/structures/structure.h"
 
 namespace brachy {
@@ -20,6 +22,9 @@ struct Score {
   std::optional<SeedsScore> seeds;  ///< none: the dropped seeds are not known
   NeedlesScore needles;
   DoseScore dose;
+  /// Of all structures but the prostate; empty where no needle entered one, or the poses are not known.
+  std::vector<StructureContact> contacts;
+  std::vector<Finding> findings;  ///< what went wrong, the heaviest first
 };
 
 /// Scores a recording. `structures`: the scene's at rest, the tissue's own surface ("prostate") first

@@ -35,17 +35,22 @@ SurfaceMesh load(const Scene& scene, const StructureSettings& settings) {
 std::vector<Structure> load_structures(const Scene& scene) {
   const std::string tissue =
       scene.tissue.mesh.empty() ? "the phantom" : scene.resolve(scene.tissue.mesh).string();
-  std::vector<Structure> all = {{"prostate", closed(load_surface(scene), tissue)}};
-  const auto has_own = [&](const char* name) {
-    return std::ranges::find(scene.structures, name, &StructureSettings::name) != scene.structures.end();
+  const auto own = [&](const char* name) {
+    return std::ranges::find(scene.structures, name, &StructureSettings::name);
   };
+  const auto has_own = [&](const char* name) { return own(name) != scene.structures.end(); };
+  std::vector<Structure> all;
+  if (has_own("prostate"))
+    all.push_back({"prostate", load(scene, *own("prostate"))});
+  else
+    all.push_back({"prostate", closed(load_surface(scene), tissue)});
   if (scene.tissue.mesh.empty()) {
     const Vec3& size = scene.tissue.phantom_size_mm;
     if (!has_own("urethra")) all.push_back({"urethra", stretched(phantom_urethra(), size)});
     if (!has_own("rectum")) all.push_back({"rectum", stretched(phantom_rectum(), size)});
   }
   for (const StructureSettings& settings : scene.structures)
-    all.push_back({settings.name, load(scene, settings)});
+    if (settings.name != "prostate") all.push_back({settings.name, load(scene, settings)});
   return all;
 }
 

@@ -7,7 +7,8 @@
 
 namespace brachy {
 
-/// The structures that dose is reported for: first "prostate", the tissue's own surface; then the phantom's "urethra"
+/// The structures that dose is reported for: first "prostate", the [[structure]] of that name, for a
+/// body that is more than the gland, or else the tissue's own surface; then the phantom's "urethra"
 /// and "rectum", stretched with tissue.phantom_size_mm, where the scene has no mesh; then each [[structure]], in the
 /// file's order. A [[structure]] with the name of one of the phantom's replaces it. All closed, outward, mm, world
 /// frame. Errors: UserError where a mesh cannot be read or is not closed. Not real-time.

@@ -312,16 +312,17 @@ void Simulator::drop_seeds() noexcept {
     const NeedleShape& shape = needles_[n].shape;
     NeedlePose pose = needles_[n].input;
     pose.X_WN = needles_[n].X_WN;
-    seed_loading_.update(n, pose, shape.is_bent ? shape.tip_deflection : Vec3(Vec3::Zero()));
+    seed_loading_.update(n, pose, is_in_tissue(n), shape.is_bent ? shape.tip_deflection : Vec3(Vec3::Zero()));
     if (seed_loading_.request_failed(n)) refuse_drop(n, DropRefusal::kNothingLoaded);
     while (const auto due = seed_loading_.due(n)) drop(n, *due);
   }
 }
 
 void Simulator::drop(std::size_t needle, const SeedDrop& due) noexcept {
-  const ContactState contact = contacts_[needle].state();
-  DropRefusal refusal = DropRefusal::kNotInTissue;
-  if (contact == ContactState::kInserted || contact == ContactState::kThrough) {
+  // In front of the template: there the needle is in the hand.
+  const bool is_lost = due.at.z() < model_->settings.template_grid.origin_mm.z();
+  DropRefusal refusal = DropRefusal::kLost;
+  if (!is_lost) {
     Seed seed;
     seed.tick = tick_;
     seed.t_s = static_cast<double>(tick_) * period_s_;
@@ -335,15 +336,25 @@ void Simulator::drop(std::size_t needle, const SeedDrop& due) noexcept {
     const auto id = static_cast<std::uint32_t>(implant_.seeds().size() + 1);
     seed.dropped += noise_.drop_offset(id, seed.dropped_axis);
     seed.gland_motion = mean_displacement();
-    refusal = implant_.drop(seed, MovedField(*field_, body_.frame()), field_->certificate().verdict,
-                            contacts_[needle].material_tip());
+    const MovedField field(*field_, body_.frame());
+    const bool is_in = is_in_tissue(needle);
+    refusal = implant_.drop(seed, {model_->surface, field, field_->certificate().verdict,
+                                   is_in ? contacts_[needle].material_tip() : seed.dropped, is_in});
   }
-  if (refusal == DropRefusal::kNone) {
+  if (is_lost) {
+    seed_loading_.dropped(needle);
+    refuse_drop(needle, refusal);
+  } else if (refusal == DropRefusal::kNone) {
     seed_loading_.dropped(needle);
     ++needles_[needle].drops.dropped;
   } else if (seed_loading_.refused(needle)) {
     refuse_drop(needle, refusal);
   }
+}
+
+bool Simulator::is_in_tissue(std::size_t needle) const noexcept {
+  const ContactState contact = contacts_[needle].state();
+  return contact == ContactState::kInserted || contact == ContactState::kThrough;
 }
 
 void Simulator::refuse_drop(std::size_t needle, DropRefusal why) noexcept {

@@ -79,6 +79,7 @@ class Simulator {
   void find_shapes() noexcept;
   void drop_seeds() noexcept;
   void drop(std::size_t needle, const SeedDrop& due) noexcept;
+  bool is_in_tissue(std::size_t needle) const noexcept;
   void refuse_drop(std::size_t needle, DropRefusal why) noexcept;
   Vec3 mean_displacement() const noexcept;
   void write_state(MeshState& state) noexcept;

@@ -19,7 +19,7 @@ void seed_fields(auto& archive, auto& seed) {
   archive.u32(seed.planned);
   archive.u16(seed.needle);
   archive.u16(seed.source);  // a source model of a later version stays as it is
-  archive.u32_bits(seed.is_certified);
+  archive.u32_bits(seed.is_certified, seed.is_fixed);
   archive.u64(seed.tick);
   finite_seed(archive, seed.t_s);
   finite_seed(archive, seed.air_kerma_strength_u);

@@ -38,13 +38,13 @@ TEST(DaemonSeeds, APressOfTheButtonDropsOneThatAllSeeWithItsDose) {
   EXPECT_EQ(summary.dose.drop_to_dvh_ns.count(), 1u);
 }
 
-TEST(DaemonSeeds, OneThatCannotFallIsToldAndStaysInTheNeedle) {
+TEST(DaemonSeeds, OneThatIsLostInFrontOfTheTemplateIsTold) {
   RunningDaemon daemon(small());
   Applicator device;
   ASSERT_TRUE(device.join(daemon.port()));
-  ASSERT_TRUE(device.peer.show(tip_at(8, -4, -60)));
+  ASSERT_TRUE(device.peer.show(tip_at(8, -4, -61)));
   device.peer.client.press(true);
-  EXPECT_TRUE(device.peer.until([&] { return device.has_event("the tip is not in the tissue"); }));
+  EXPECT_TRUE(device.peer.until([&] { return device.has_event("the seed is lost"); }));
   EXPECT_TRUE(device.seeds().empty());
   EXPECT_EQ(daemon.stop().drops_refused, 1u);
 }

@@ -10,22 +10,13 @@ namespace {
 
 constexpr double kAlong = 1e-3;  // mm, to either side: the difference that gives a seed's direction
 
-DropRefusal refusal_of(Inversion result) {
-  switch (result) {
-    case Inversion::kFound:
-      return DropRefusal::kNone;
-    case Inversion::kFolded:
-      return DropRefusal::kFolded;
-    case Inversion::kAmbiguous:
-      return DropRefusal::kAmbiguous;
-    case Inversion::kNotConverged:
-      break;
-  }
-  return DropRefusal::kNotConverged;
+bool is_found(Inversion result) {
+  return result == Inversion::kFound || result == Inversion::kAmbiguous;
 }
 
 // Moves the seed with the field; true if it moved.
 bool carry(Seed& seed, const DisplacementField& field) {
+  if (seed.is_fixed) return false;
   const Vec3 u = field.displacement_at(seed.rest);
   const Vec3 half = kAlong * seed.rest_axis;  // to both sides: a field may have a cusp at its landmark
   const Vec3 turned =
@@ -53,16 +44,24 @@ void Implant::restore(std::span<const Seed> seeds) {
   changed_.assign(seeds.size(), 0);
 }
 
-DropRefusal Implant::drop(Seed seed, const DisplacementField& field, Verdict verdict,
-                          const Vec3& material_tip) noexcept {
+DropRefusal Implant::drop(Seed seed, const Place& place) noexcept {
   if (seeds_.size() == max_count_) return DropRefusal::kFull;
-  const MaterialPoint point = find_material_point(field, verdict, seed.dropped, material_tip);
-  if (point.result != Inversion::kFound) return refusal_of(point.result);
+  const MaterialPoint point =
+      find_material_point(place.field, place.verdict, seed.dropped, place.material_tip);
+  if (!is_found(point.result) && place.is_needle_in)
+    return point.result == Inversion::kFolded ? DropRefusal::kFolded : DropRefusal::kNotConverged;
   seed.id = static_cast<std::uint32_t>(seeds_.size() + 1);
-  seed.is_certified = verdict == Verdict::kInjective;
-  seed.rest = point.X;
-  seed.rest_axis = (point.F.inverse() * seed.dropped_axis).normalized();
-  carry(seed, field);
+  seed.is_certified = place.verdict == Verdict::kInjective;
+  seed.is_fixed = !is_found(point.result) || !place.tissue.inside(point.X);
+  if (seed.is_fixed) {
+    seed.is_certified = false;  // no material point
+    seed.rest = seed.position = seed.dropped;
+    seed.rest_axis = seed.axis = seed.dropped_axis;
+  } else {
+    seed.rest = point.X;
+    seed.rest_axis = (point.F.inverse() * seed.dropped_axis).normalized();
+    carry(seed, place.field);
+  }
   seeds_.push_back(seed);
   changed_.push_back(seed.tick);
   return DropRefusal::kNone;

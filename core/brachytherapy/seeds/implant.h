@@ -6,12 +6,13 @@
 
 #include "core/brachytherapy/seeds/seed.h"
 #include "core/brachytherapy/seeds/seed_drop.h"
+#include "core/geometry/surface/surface_bvh.h"
 #include "core/injectivity/certificate.h"
 #include "core/models/displacement_field.h"
 
 namespace brachy {
 
-/// The seeds in the tissue: adds new ones at their material points and moves all of them with the tissue
+/// The seeds in the body: adds new ones at their material points and moves all in the tissue with it
 /// (core/DESIGN.md, section 6). None is ever removed.
 /// Threads: one. Real-time: no allocation after construction and restore, no exceptions.
 class Implant {
@@ -21,11 +22,20 @@ class Implant {
   /// Seeds of an earlier run, in their order, before the first tick. Throws UserError where they are too many.
   void restore(std::span<const Seed> seeds);
 
-  /// Drops a seed: `seed` has what is known of it when it falls, `dropped` and `dropped_axis` above all. Finds its
-  /// material point in `field` (whose verdict is given), starting at the needle's material tip; otherwise returns the
-  /// reason and drops nothing.
-  DropRefusal drop(Seed seed, const DisplacementField& field, Verdict verdict,
-                   const Vec3& material_tip) noexcept;
+  /// Where a seed falls: the tissue at rest, its field and the field's verdict.
+  struct Place {
+    const SurfaceBvh& tissue;
+    const DisplacementField& field;
+    Verdict verdict;
+    Vec3 material_tip;  ///< the needle's, where the search for the material point starts
+    bool is_needle_in;  ///< the needle is in the tissue
+  };
+
+  /// Drops a seed: `seed` has what is known of it when it falls, `dropped` and `dropped_axis` above all. Where its
+  /// material point is in the tissue it moves with it from now on; elsewhere it stays where the tip was (is_fixed).
+  /// A field that is not certified marks the seed (is_certified); only one that folds at the very tip, or in which no
+  /// material point is found, keeps it in a needle that is in the tissue: then returns the reason.
+  DropRefusal drop(Seed seed, const Place& place) noexcept;
 
   /// Moves the seeds with `field`.
   void move(std::uint64_t tick, const DisplacementField& field) noexcept;

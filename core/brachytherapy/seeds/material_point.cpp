@@ -42,7 +42,7 @@ MaterialPoint search_from(const DisplacementField& field, const Vec3& x, const V
   }
   if (!(rest.norm() <= kInversionTolerance)) return point;
   point.F = gradient(field, point.X);
-  point.result = point.F.determinant() > 0 ? Inversion::kFound : Inversion::kAmbiguous;
+  point.result = point.F.determinant() > 0 ? Inversion::kFound : Inversion::kFolded;
   return point;
 }
 
@@ -50,17 +50,21 @@ MaterialPoint search_from(const DisplacementField& field, const Vec3& x, const V
 
 MaterialPoint find_material_point(const DisplacementField& field, Verdict verdict, const Vec3& x,
                                   const Vec3& guess) noexcept {
-  if (verdict == Verdict::kFolded) return {.result = Inversion::kFolded, .X = x};
   MaterialPoint found = search_from(field, x, guess);
   if (verdict == Verdict::kInjective && found.result == Inversion::kFound) return found;
   // These starting points find the far side of a fold, if there is one.
   for (const Vec3& start : {Vec3(x - field.displacement_at(x)), x}) {
     const MaterialPoint other = search_from(field, x, start);
-    if (verdict == Verdict::kInjective && other.result == Inversion::kFound) return other;
-    if (found.result == Inversion::kFound &&
-        (other.result != Inversion::kFound || (other.X - found.X).norm() > kSamePoint))
+    const bool is_other_found = other.result == Inversion::kFound;
+    if (verdict == Verdict::kInjective && is_other_found) return other;
+    if (found.result == Inversion::kFound || found.result == Inversion::kAmbiguous) {
+      if (!is_other_found || (other.X - found.X).norm() > kSamePoint) found.result = Inversion::kAmbiguous;
+    } else if (is_other_found && found.result != Inversion::kFolded) {
+      found = other;
       found.result = Inversion::kAmbiguous;
+    }
   }
+  if (verdict == Verdict::kFolded && found.result == Inversion::kFound) found.result = Inversion::kAmbiguous;
   return found;
 }
 

@@ -7,11 +7,11 @@
 
 namespace brachy {
 
-/// Whether a position has a unique material point, and if not, why.
+/// Whether a position has a material point, and whether it is the only one.
 enum class Inversion : std::uint8_t {
   kFound,
-  kFolded,        ///< the field folds: the position may have several
-  kAmbiguous,     ///< folding of the field is unknown, and the searches found different points
+  kFolded,        ///< none but one in a fold of the field, where it is turned inside out
+  kAmbiguous,     ///< found, but the searches found others too, or the field folds somewhere
   kNotConverged,  ///< not within kInversionTolerance in kInversionSteps
 };
 
@@ -26,8 +26,8 @@ struct MaterialPoint {
 
 /// The material point X of a position x in the deformed tissue, X + u(X) = x (core/DESIGN.md, section 6), by
 /// Newton's method with step halving, the gradient of u by central differences, starting at `guess`, the needle's
-/// tip in the rest shape. In a field certified injective there is exactly one; where the verdict is unknown a search
-/// also starts at x, and the point is accepted if all searches find the same one.
+/// tip in the rest shape. In a field certified injective there is exactly one. Otherwise searches also start at x and
+/// at x − u(x): where they find different points, the first search's is taken, the tissue that the needle has cut to.
 /// Threads: the field's. Real-time: no allocation; at most some 2,000 evaluations of u, two dozen usually.
 MaterialPoint find_material_point(const DisplacementField& field, Verdict verdict, const Vec3& x,
                                   const Vec3& guess) noexcept;

@@ -7,8 +7,9 @@
 
 namespace brachy {
 
-/// A seed that a needle has left in the tissue. What happened when it fell does not change any more; `position` and
-/// `axis` move with the tissue. mm, world frame W; axes are unit, along the needle towards its tip.
+/// A seed that a needle has left in the body, most often in the tissue. What happened when it fell does not change
+/// any more; `position` and `axis` move with the tissue. mm, world frame W; axes are unit, along the needle towards
+/// its tip.
 struct Seed {
   static constexpr std::int32_t kUnplanned = -1;
 
@@ -17,6 +18,7 @@ struct Seed {
   double t_s = 0;                     ///< simulated time then
   std::uint16_t needle = 0;           ///< device needle that left it
   bool is_certified = false;          ///< the field it fell in is injective, so its material point is unique
+  bool is_fixed = false;              ///< fell outside the tissue: does not move with it, `rest` is `dropped`
   std::int32_t planned = kUnplanned;  ///< its index in Plan::seeds, or kUnplanned
   SourceModel source = SourceModel::kAmersham6711;
   double air_kerma_strength_u = 0;

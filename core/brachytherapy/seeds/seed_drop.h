@@ -8,15 +8,16 @@
 
 namespace brachy {
 
-/// Why a needle did not drop a requested seed. The seed stays in the needle.
+/// Why a requested seed is not in the body. It stays in the needle, but for kLost.
 enum class DropRefusal : std::uint8_t {
   kNone = 0,
-  kNotInTissue = 1,    ///< the tip is not in the tissue
-  kNothingLoaded = 2,  ///< the plan has no seed left for this hole, or the needle is in none of its holes
+  kNotInTissue = 1,    ///< of earlier versions: the tip is not in the tissue
+  kNothingLoaded = 2,  ///< the needle is empty, and no other of the plan's is loaded for its hole
   kFull = 3,           ///< seeds.max_count have fallen
-  kFolded = 4,         ///< the field folds: the position at rest is not unique
-  kAmbiguous = 5,      ///< folding is unknown, and several positions were found
+  kFolded = 4,         ///< the field folds at the very tip
+  kAmbiguous = 5,      ///< of earlier versions: folding is unknown, and several positions were found
   kNotConverged = 6,   ///< the position at rest was not found
+  kLost = 7,           ///< the tip is outside the body: the seed has left the needle and is lost
 };
 
 constexpr std::string_view to_string(DropRefusal refusal) {
@@ -26,7 +27,7 @@ constexpr std::string_view to_string(DropRefusal refusal) {
     case DropRefusal::kNotInTissue:
       return "the tip is not in the tissue";
     case DropRefusal::kNothingLoaded:
-      return "no seed of the plan is left for this hole";
+      return "the needle is empty, and the plan has no other for this hole";
     case DropRefusal::kFull:
       return "seeds.max_count have been dropped; raise it in the scene";
     case DropRefusal::kFolded:
@@ -35,11 +36,13 @@ constexpr std::string_view to_string(DropRefusal refusal) {
       return "the position in the tissue is ambiguous; move the needle back a little";
     case DropRefusal::kNotConverged:
       return "the position in the tissue was not found; move the needle back a little";
+    case DropRefusal::kLost:
+      return "the tip was outside the body, and the seed is lost";
   }
   return "unknown";
 }
 
-/// Seeds requested from a device needle since the start.
+/// Seeds requested from a device needle since the start; those lost count as refused.
 struct DropCounts {
   std::uint32_t dropped = 0;
   std::uint32_t refused = 0;

@@ -12,6 +12,7 @@ namespace {
 
 constexpr std::size_t kColumns = 23;
 constexpr std::size_t kMaxSeeds = 100'000;
+constexpr int kFixed = 2;  // in the column `certified`
 constexpr double kUnitTolerance = 1e-6;
 
 /// Reads a row's numbers one by one and refuses invalid ones.
@@ -58,7 +59,9 @@ Seed read_seed(Row row, std::size_t expected_id) {
   seed.t_s = row.number();
   seed.needle = row.whole<std::uint16_t>("needle", 0, 65535);
   seed.planned = row.whole<std::int32_t>("planned", -1, kMaxSeeds);
-  seed.is_certified = row.whole<int>("certified", 0, 1) == 1;
+  const int certified = row.whole<int>("certified", 0, kFixed);
+  seed.is_certified = certified == 1;
+  seed.is_fixed = certified == kFixed;
   const auto source = find_source(std::to_string(row.whole<int>("source", 0, 1e9)));
   if (!source) row.refuse("source is neither 6711 nor 200");
   seed.source = *source;
@@ -102,7 +105,7 @@ std::string seed_row(const Seed& seed) {
   add(seed.t_s);
   add(seed.needle);
   add(seed.planned);
-  add(seed.is_certified ? 1 : 0);
+  add(seed.is_fixed ? kFixed : seed.is_certified ? 1 : 0);
   add(seed.source == SourceModel::kAmersham6711 ? 6711 : 200);
   add(seed.air_kerma_strength_u);
   for (const Vec3& v : {seed.dropped, seed.dropped_axis, seed.rest, seed.rest_axis, seed.gland_motion})

@@ -19,7 +19,8 @@ SeedLoading::SeedLoading(const SeedSettings& settings, const TemplateGrid& grid,
   first_of_needle_.push_back(planned_.size());
 }
 
-void SeedLoading::update(std::size_t n, const NeedlePose& pose, const Vec3& tip_deflection) noexcept {
+void SeedLoading::update(std::size_t n, const NeedlePose& pose, bool is_in_tissue,
+                         const Vec3& tip_deflection) noexcept {
   Held& held = held_[n];
   held.request_failed = false;
   held.waits = false;
@@ -28,6 +29,8 @@ void SeedLoading::update(std::size_t n, const NeedlePose& pose, const Vec3& tip_
   held.last_tip = held.is_known ? held.tip : tip;
   held.is_known = true;
   held.tip = tip;
+  held.was_out |= tip.z() < grid_.origin_mm.z();
+  held.was_free |= !is_in_tissue;
   const bool was_held = held.button;
   held.button = pose.button;
   if (held.button && !was_held) press(held, pose.X_WN);
@@ -36,12 +39,21 @@ void SeedLoading::update(std::size_t n, const NeedlePose& pose, const Vec3& tip_
 
 // The pose's line tells the hole: where a needle bends, its tip is beside it.
 void SeedLoading::press(Held& held, const RigidTransform& X_WN) noexcept {
-  held.plan_needle = plan_needle_at(X_WN.p, X_WN.R.col(2));
+  const Vec3 axis = X_WN.R.col(2);
   held.has_refused = false;
   if (!is_train()) {
+    held.plan_needle = plan_needle_at(X_WN.p, axis);
     held.is_asked = true;
     return;
   }
+  const Hole hole = hole_at(X_WN.p, axis);
+  if (!held.carried || held.was_out || (held.was_free && hole != held.hole)) {
+    held.carried.reset();  // an untouched one can be handed out again
+    held.carried = train_for(X_WN.p, axis);
+    held.hole = hole;
+  }
+  held.was_out = held.was_free = false;
+  held.plan_needle = held.carried;
   const std::size_t first = first_remaining(held.plan_needle);
   held.request_failed = first == planned_.size();
   if (held.request_failed) return held.plan_needle.reset();
@@ -59,6 +71,26 @@ std::optional<std::size_t> SeedLoading::plan_needle_at(const Vec3& tip, const Ve
     const Vec3 off = (met - holes_[n]).cwiseAbs();
     if (std::max(off.x(), off.y()) < 0.5 * grid_.spacing_mm)
       return n;  // false where the line is parallel to the template
+  }
+  return {};
+}
+
+SeedLoading::Hole SeedLoading::hole_at(const Vec3& tip, const Vec3& axis) const noexcept {
+  const Vec3 met = tip + (grid_.origin_mm.z() - tip.z()) / axis.z() * axis;
+  return {std::round((met.x() - grid_.origin_mm.x()) / grid_.spacing_mm),
+          std::round((met.y() - grid_.origin_mm.y()) / grid_.spacing_mm)};
+}
+
+std::optional<std::size_t> SeedLoading::train_for(const Vec3& tip, const Vec3& axis) const noexcept {
+  if (settings_.loading == "hole")
+    if (const auto planned_here = plan_needle_at(tip, axis)) return planned_here;
+  for (std::size_t n = 0; n < holes_.size(); ++n) {
+    const bool is_untouched =
+        std::none_of(is_gone_.begin() + static_cast<std::ptrdiff_t>(first_of_needle_[n]),
+                     is_gone_.begin() + static_cast<std::ptrdiff_t>(first_of_needle_[n + 1]),
+                     [](char gone) { return gone != 0; });
+    if (is_untouched && std::ranges::none_of(held_, [n](const Held& held) { return held.carried == n; }))
+      return n;
   }
   return {};
 }

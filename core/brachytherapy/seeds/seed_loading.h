@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -14,14 +15,16 @@
 
 namespace brachy {
 
-/// The seeds in the needles, and when their devices' buttons drop them. A device needle is identified with the plan
-/// needle of the template hole through which its line passes when the button is pressed.
+/// The seeds in the needles, and when their devices' buttons drop them.
 ///
-/// Applicator "single": each press drops one seed at the tip: the plan needle's next one, from the tip backwards, or
-/// one with the scene's settings where the plan has none left there, or there is no plan.
-/// Applicator "train": from the press to the release the stylet holds the plan needle's seeds where they are in the
-/// world; drawn back over them by its own length of seeds and spacers, the needle drops one after the other with
-/// its centre at the tip. Released early, the rest is pushed to the tip again at the next press.
+/// Applicator "single", a magazine: each press drops one seed at the tip: the next one, from the tip backwards, of the
+/// plan needle of the template hole through which the needle's line passes, or one with the scene's settings where the
+/// plan has none left there, or there is no plan.
+/// Applicator "train": from the press to the release the stylet holds the train that the needle carries where it is in
+/// the world; drawn back over it by its length of seeds and spacers, the needle drops one seed after the other with its
+/// centre at the tip. Released early, the rest is pushed to the tip again at the next press.
+/// A needle is loaded (SeedSettings::loading) at its first press, and carries that train through whichever hole the
+/// hand chooses, until it is put aside: drawn back through the template, or, out of the tissue, moved to another hole.
 /// Threads: one. Real-time: no allocation after construction.
 class SeedLoading {
  public:
@@ -29,8 +32,10 @@ class SeedLoading {
   SeedLoading(const SeedSettings& settings, const TemplateGrid& grid, const std::optional<Plan>& plan,
               std::size_t needles);
 
-  /// Updates needle n with its pose of this tick, and how far its tip is off it, mm, where it bends.
-  void update(std::size_t n, const NeedlePose& pose, const Vec3& tip_deflection = Vec3::Zero()) noexcept;
+  /// Updates needle n with its pose of this tick, whether it is in the tissue, and how far its tip is off the pose,
+  /// mm, where it bends.
+  void update(std::size_t n, const NeedlePose& pose, bool is_in_tissue = false,
+              const Vec3& tip_deflection = Vec3::Zero()) noexcept;
   /// The next seed that needle n is to drop in this tick; none: no (further) seed.
   std::optional<SeedDrop> due(std::size_t n) const noexcept;
   /// Whether a seed was requested from needle n and there is none. True once per request.
@@ -44,19 +49,26 @@ class SeedLoading {
   void mark_dropped(std::int32_t planned) noexcept;
 
  private:
-  struct Held {             // one device needle
-    bool is_known = false;  // its first pose has arrived
+  using Hole = std::array<double, 2>;  // column and row, whole numbers; also beside the template
+  struct Held {                        // one device needle
+    bool is_known = false;             // its first pose has arrived
     bool button = false;
     bool is_asked = false;  // single: a press that is still to be served
     bool request_failed = false;
     bool waits = false;                      // drops no more in this tick
     bool has_refused = false;                // since the last seed or press
-    std::optional<std::size_t> plan_needle;  // train: while the stylet holds
+    std::optional<std::size_t> plan_needle;  // whose seeds are to fall; train: while the stylet holds
+    std::optional<std::size_t> carried;      // train: the plan needle that it was loaded as
+    Hole hole{};                             // when it was loaded
+    bool was_out = false;                    // since the last press: of the template
+    bool was_free = false;                   // since the last press: of the tissue
     double pushed_mm = 0;                    // train: how far the stylet has pushed the remaining seeds
     Vec3 press_tip = Vec3::Zero(), axis = Vec3::UnitZ();
     Vec3 last_tip = Vec3::Zero(), tip = Vec3::Zero();
   };
   void press(Held& held, const RigidTransform& X_WN) noexcept;
+  Hole hole_at(const Vec3& tip, const Vec3& axis) const noexcept;
+  std::optional<std::size_t> train_for(const Vec3& tip, const Vec3& axis) const noexcept;
   std::optional<std::size_t> plan_needle_at(const Vec3& tip, const Vec3& axis) const noexcept;
   /// The needle's first seed that is still in it; planned_.size() where there is none.
   std::size_t first_remaining(const std::optional<std::size_t>& plan_needle) const noexcept;

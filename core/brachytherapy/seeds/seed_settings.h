@@ -16,6 +16,10 @@ struct SeedSettings {
   SourceModel source = SourceModel::kAmersham6711;  ///< of unplanned seeds
   double air_kerma_strength_u = 0.5;                ///< of each of those
   int max_count = 256;                              ///< in the tissue at once, 1 … kMaxCount
+  /// What a needle of "train" carries when it is taken up. "hole": the train that the plan has for the hole it goes
+  /// through, or, in a hole that the plan leaves free, the plan's first untouched one. "order": always the plan's first
+  /// untouched one, as an assistant hands them out.
+  std::string loading = "hole";
 
   bool operator==(const SeedSettings&) const = default;
 };

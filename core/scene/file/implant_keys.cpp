@@ -27,6 +27,10 @@ std::vector<Key<SeedSettings>> seeds_keys() {
       text("applicator", &S::applicator, {"single", "train"}, kRestart,
            "at a press of the device's button: one seed drops at the tip; or the plan's train of that hole "
            "is held, and stays behind as the needle is withdrawn"),
+      text("loading", &S::loading, {"hole", "order"}, kRestart,
+           "which train a needle carries: the plan's of the hole it goes through, in a free hole the plan's "
+           "next "
+           "one; or always the plan's next one, whatever the hole"),
       field_key(
           "source", "text", range_text(sources), &S::source, kRestart,
           "of seeds in no plan: I-125, Amersham 6711; or Pd-103, TheraSeed 200",
@@ -63,7 +67,7 @@ std::vector<Key<DoseSettings>> dose_keys() {
 std::vector<Key<StructureSettings>> structure_keys() {
   using S = StructureSettings;
   return {
-      text("name", &S::name, {}, kRestart, "1 to 32 letters, digits, _ and -; not \"prostate\""),
+      text("name", &S::name, {}, kRestart, "1 to 32 letters, digits, _ and -"),
       text("file", &S::file, {}, kRestart, "a closed surface: STL, OBJ or PLY, mm, relative to this file"),
   };
 }
@@ -82,8 +86,6 @@ void check_structure(const TomlTable& t, Scene& scene) {
   if (!t.has("file")) t.missing("file", what);
   if (!is_plain(s.name))
     t.contradiction("name", "is \"" + s.name + "\"; name it with 1 to 32 letters, digits, _ and -");
-  if (s.name == "prostate")
-    t.contradiction("name", "is \"prostate\", which is the tissue's own surface; give that with tissue.mesh");
   const auto same = std::ranges::find(scene.structures, s.name, &StructureSettings::name);
   if (&*same != &s)
     t.contradiction("name", "is \"" + s.name + "\" as that at " + same->place + "; rename one of them");
@@ -109,8 +111,10 @@ std::vector<SceneSection> implant_sections() {
        within<Scene>(
            dose_keys(), [](auto& s) -> auto& { return s.dose; })},
       {"structure",
-       "A structure that dose is reported for, in addition to the prostate, which is the tissue. The "
-       "phantom has a urethra and a rectum; a structure of the same name replaces them.",
+       "A structure that dose is reported for. One named prostate is the gland, for plans, dose and score; "
+       "without "
+       "it the whole tissue is. The phantom has a urethra and a rectum; a structure of the same name "
+       "replaces them.",
        within<Scene>(
            structure_keys(), [](auto& s) -> auto& { return s.structures.back(); }),
        check_structure,

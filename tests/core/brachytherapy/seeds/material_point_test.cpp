@@ -51,10 +51,16 @@ TEST(MaterialPoint, OutOfReachIsItself) {
   EXPECT_TRUE(found.F.isApprox(Mat3::Identity(), 1e-9));
 }
 
-TEST(MaterialPoint, OfAFoldedFieldIsRefused) {
+// det J = 1 + (9/12) ψ′(r) cos θ: at the landmark it is 1, at r = 1/4 before it negative.
+TEST(MaterialPoint, OfAFoldedFieldIsRefusedWhereItFoldsAndAmbiguousElsewhere) {
   const Tissue tissue = small_tissue();
-  const auto field = one_landmark(tissue, 7);
-  EXPECT_EQ(find_material_point(*field, Verdict::kFolded, {7, 0, 0}, {0, 0, 0}).result, Inversion::kFolded);
+  const auto field = one_landmark(tissue, 9);
+  const MaterialPoint beside = find_material_point(*field, Verdict::kFolded, {9, 0, 0}, {0, 0, 0});
+  EXPECT_EQ(beside.result, Inversion::kAmbiguous);
+  EXPECT_LT(beside.X.norm(), 1e-6);  // the point that the needle has cut to
+  const Vec3 turned(3, 0, 0);
+  const Vec3 x = turned + field->displacement_at(turned);
+  EXPECT_EQ(find_material_point(*field, Verdict::kFolded, x, turned).result, Inversion::kFolded);
 }
 
 // With an unknown verdict: several material points must be detected; elsewhere the point is found.

@@ -48,6 +48,12 @@ TEST(SeedFile, ReadsBackTheSameBits) {
   EXPECT_TRUE(parse_seeds(text_of({}), "seeds.csv").empty());
 }
 
+TEST(SeedFile, ASeedFixedOutsideTheTissueIsReadBackSo) {
+  Seed fixed = seed(2);
+  fixed.is_fixed = true;
+  EXPECT_EQ(parse_seeds(text_of({seed(1), fixed}), "seeds.csv"), (std::vector<Seed>{seed(1), fixed}));
+}
+
 TEST(SeedFile, RefusesWhatNoLedgerSays) {
   EXPECT_NE(refusal_of(text_of({seed(2)})).find("seeds.csv:2: seed is 2, expected 1"), std::string::npos);
   EXPECT_NE(refusal_of(text_of({seed(1), seed(1)})).find("seeds.csv:3"), std::string::npos);

@@ -144,8 +144,66 @@ TEST(SeedLoading, ReleasedEarlyTheRestIsAtTheTipAtTheNextPress) {
   EXPECT_NEAR(loading.due(0)->at.z(), -7.25, 1e-12);
 }
 
-TEST(SeedLoading, ATrainAskedForWhereThePlanHasNoneIsAskedInVainOnce) {
+/// Presses at the tip and draws back over a whole train; the seeds that fall.
+std::vector<int> drawn_back(SeedLoading& loading, const Vec3& tip) {
+  std::vector<int> fallen;
+  loading.update(0, pose(tip, false), true);
+  loading.update(0, pose(tip, true), true);
+  loading.update(0, pose(tip - Vec3(0, 0, 25), true), true);
+  while (const auto drop = loading.due(0)) {
+    fallen.push_back(drop->planned);
+    loading.dropped(0);
+  }
+  loading.update(0, pose(tip - Vec3(0, 0, 25), false), true);
+  return fallen;
+}
+
+/// Out through the template, as to take the next needle.
+void put_aside(SeedLoading& loading) {
+  loading.update(0, pose({0, 0, kGrid.origin_mm.z() - 5}, false));
+}
+
+TEST(SeedLoading, ThroughAFreeHoleTheNeedleDropsThePlansFirstUntouchedTrain) {
   SeedLoading loading(settings("train"), kGrid, small_plan(), 1);
+  EXPECT_EQ(drawn_back(loading, at("E4", 20)), std::vector{3});
+  put_aside(loading);
+  EXPECT_EQ(drawn_back(loading, at("A1", 20)), (std::vector{0, 1, 2}));
+  put_aside(loading);
+  EXPECT_TRUE(drawn_back(loading, at("D4", 20)).empty());  // its train lies elsewhere
+  put_aside(loading);
+  EXPECT_EQ(drawn_back(loading, at("G8", 20)), std::vector{4});
+}
+
+TEST(SeedLoading, HandedOutInThePlansOrderTwoSwappedNeedlesKeepTheirTrains) {
+  SeedSettings in_order = settings("train");
+  in_order.loading = "order";
+  SeedLoading loading(in_order, kGrid, small_plan(), 1);
+  EXPECT_EQ(drawn_back(loading, at("E4", 20)), (std::vector{0, 1, 2}));
+  put_aside(loading);
+  EXPECT_EQ(drawn_back(loading, at("D4", 20)), std::vector{3});
+}
+
+TEST(SeedLoading, ANeedleThatIsNotPutAsideKeepsItsTrain) {
+  for (const bool moves_in_tissue : {true, false}) {
+    SeedLoading loading(settings("train"), kGrid, small_plan(), 1);
+    loading.update(0, pose(at("D4", 20), true), true);
+    loading.update(0, pose(at("D4", 20), false), true);
+    loading.update(0, pose(at("E4", 20), false), moves_in_tissue);  // its line passes another hole
+    // Once out of the tissue it is another needle, that of the other hole.
+    EXPECT_EQ(drawn_back(loading, at("E4", 20)), moves_in_tissue ? (std::vector{0, 1, 2}) : std::vector{3});
+  }
+}
+
+TEST(SeedLoading, AnEmptyNeedleIsAskedInVain) {
+  SeedLoading loading(settings("train"), kGrid, small_plan(), 1);
+  EXPECT_EQ(drawn_back(loading, at("E4", 20)).size(), 1u);
+  loading.update(0, pose(at("E4", 20), true), true);
+  EXPECT_TRUE(loading.request_failed(0));
+}
+
+TEST(SeedLoading, ATrainAskedForWhereThePlanHasNoneLeftIsAskedInVainOnce) {
+  SeedLoading loading(settings("train"), kGrid, small_plan(), 1);
+  for (const std::int32_t planned : {0, 3, 4}) loading.mark_dropped(planned);
   loading.update(0, pose(at("A1", 20), true));
   EXPECT_TRUE(loading.request_failed(0));
   loading.update(0, pose(at("A1", 19), true));

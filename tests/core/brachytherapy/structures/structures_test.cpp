@@ -104,6 +104,17 @@ TEST(LoadStructures, AScenesOwnTakeThePhantomsPlaceAndAMeshHasOnlyThose) {
   EXPECT_EQ(with_mesh[0].mesh.vertices.size(), 8u);
 }
 
+TEST(LoadStructures, AStructureNamedProstateIsTheGlandApartFromTheTissue) {
+  const TempFile box("box.stl", binary_stl(make_box({-1, -1, -1}, {1, 1, 1})));
+  const auto all = load_structures(parse_scene(
+      "[[structure]]\nname = \"prostate\"\nfile = \"" + box.path().string() + "\"\n", "scene.toml"));
+  ASSERT_EQ(all.size(), 3u);
+  EXPECT_EQ(all[0].name, "prostate");
+  EXPECT_EQ(all[0].mesh.vertices.size(), 8u);
+  EXPECT_EQ(all[1].name, "urethra");
+  EXPECT_EQ(all[2].name, "rectum");
+}
+
 TEST(LoadStructures, AStructureThatIsNotClosedIsRefusedWithTheScenesLine) {
   SurfaceMesh open = make_box({-1, -1, -1}, {1, 1, 1});
   open.triangles.pop_back();

@@ -44,6 +44,8 @@ TEST(ImplantKeys, WhatMakesNoSenseIsRefusedWithItsLineAndTheFix) {
   EXPECT_EQ(refusal_of_keys("\n[seeds]\napplicator = \"train\""),
             "scene.toml:3: 'seeds.applicator' is \"train\", and trains are a plan's; give plan.file = "
             "\"PLAN.toml\" or make it \"single\"");
+  EXPECT_EQ(refusal_of_keys("[seeds]\nloading = \"tray\""),
+            "scene.toml:2: 'seeds.loading' is \"tray\"; it must be one of: hole, order");
   EXPECT_EQ(refusal_of_keys("[seeds]\nsource = \"6702\""),
             "scene.toml:2: 'seeds.source' is \"6702\"; it must be one of: 6711, 200");
   EXPECT_EQ(refusal_of_keys("[seeds]\nair_kerma_strength_u = 0"),
@@ -65,9 +67,7 @@ TEST(ImplantKeys, AStructureHasANameOfItsOwnAndAFile) {
             "closed surface");
   EXPECT_EQ(refusal_of_keys(urethra + urethra),
             "scene.toml:5: 'structure.name' is \"urethra\" as that at scene.toml:1; rename one of them");
-  EXPECT_EQ(refusal_of_keys("[[structure]]\nname = \"prostate\"\nfile = \"p.stl\""),
-            "scene.toml:2: 'structure.name' is \"prostate\", which is the tissue's own surface; give that "
-            "with tissue.mesh");
+  EXPECT_EQ(refusal_of_keys("[[structure]]\nname = \"prostate\"\nfile = \"p.stl\""), "accepted");
   EXPECT_EQ(refusal_of_keys("[[structure]]\nname = \"../u\"\nfile = \"u.stl\""),
             "scene.toml:2: 'structure.name' is \"../u\"; name it with 1 to 32 letters, digits, _ and -");
 }

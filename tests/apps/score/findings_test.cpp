@@ -1,0 +1,192 @@
+// One deliberate mistake each, in a plan of nine needles; what the score says of it first.
+#include "apps/score/findings.h"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "apps/score/score.h"
+#include "core/brachytherapy/structures/phantom_structures.h"
+#include "tests/apps/score/score_fixtures.h"
+
+namespace brachy {
+namespace {
+
+using namespace test;
+
+const TemplateGrid kGrid;
+
+Plan plan_of_nine() {
+  Plan plan;
+  plan.base_plane_mm = 75;
+  for (const char* hole : {"E5", "G5", "I5", "E8", "G9", "I8", "D7", "J7", "E6"})
+    plan.needles.push_back({hole, 0, "s-s-s"});
+  return plan;
+}
+
+/// Sessions of plan_of_nine: each needle goes in from before the template, drops its seeds, and comes out.
+struct Sessions : ::testing::Test {
+  Plan plan = plan_of_nine();
+  std::vector<PlannedSeed> planned = plan.seeds(kGrid);
+  std::vector<Structure> structures = {{"prostate", octahedron(40)}, {"urethra", phantom_urethra()}};
+  std::vector<Seed> seeds;
+  std::vector<TrajectorySample> poses;
+  double speed_mm_s = 50;
+
+  void go_to(const Vec3& tip) {
+    if (poses.empty()) return poses.push_back(straight(0, tip.x(), tip.y(), tip.z()));
+    const Vec3 from = poses.back().X_WN.p;
+    const double length = (tip - from).norm();
+    const int steps = std::max(1, static_cast<int>(std::ceil(length)));
+    const double t_s = poses.back().t_s;
+    for (int i = 1; i <= steps; ++i) {
+      const Vec3 p = from + (tip - from) * i / steps;
+      poses.push_back(straight(t_s + length / speed_mm_s * i / steps, p.x(), p.y(), p.z()));
+    }
+  }
+  void puncture(const Vec3& hole, double depth_z) {
+    const Vec3 before(hole.x(), hole.y(), kGrid.origin_mm.z() - 5);
+    go_to(before);
+    go_to({hole.x(), hole.y(), depth_z});
+    go_to(before);
+  }
+  void drop(std::size_t index, const Vec3& off) {
+    seeds.push_back(seed_beside(planned[index], static_cast<std::uint32_t>(seeds.size() + 1),
+                                static_cast<int>(index), off, off));
+  }
+  /// Needle n with its tip and seeds off by `off`, the last `kept` of them not dropped.
+  void implant(std::size_t n, const Vec3& off = Vec3::Zero(), std::size_t kept = 0) {
+    const Vec3 tip = plan.planned_tip(kGrid, n) + off;
+    puncture(tip, tip.z());
+    for (std::size_t i = 0; i + kept < 3; ++i) drop(3 * n + i, off);
+  }
+  void implant_all_but(std::size_t n, const Vec3& off = Vec3::Zero()) {
+    for (std::size_t i = 0; i < plan.needles.size(); ++i)
+      if (i != n) implant(i, off);
+  }
+  static constexpr std::size_t kNone = 99;
+
+  std::vector<Finding> findings() const {
+    Recording recording;
+    recording.seeds = seeds;
+    recording.poses = NeedleTrajectories({{0, Trajectory(std::vector(poses))}});
+    return score_session(plan, kGrid, structures, {.spacing_mm = 4, .margin_mm = 2}, recording).findings;
+  }
+  /// Whether one of the first three contains `part`.
+  ::testing::AssertionResult says(const std::string& part) const {
+    std::string all;
+    const auto found = findings();
+    for (std::size_t i = 0; i < std::min<std::size_t>(3, found.size()); ++i) {
+      if (found[i].text.find(part) != std::string::npos) return ::testing::AssertionSuccess();
+      all += "\n" + found[i].text;
+    }
+    return ::testing::AssertionFailure() << "not \"" << part << "\" in:" << all;
+  }
+};
+
+TEST_F(Sessions, OfAPerfectOneThereIsNothingToSay) {
+  implant_all_but(kNone);
+  EXPECT_TRUE(findings().empty()) << findings().front().text;
+}
+
+TEST_F(Sessions, TooShallow) {
+  implant_all_but(kNone, {0, 0, -5});
+  EXPECT_TRUE(says("too shallow: the seeds fell 5.0 mm short"));
+}
+
+TEST_F(Sessions, TooDeep) {
+  implant_all_but(kNone, {0, 0, 5});
+  EXPECT_TRUE(says("too deep: the seeds fell 5.0 mm beyond"));
+}
+
+TEST_F(Sessions, AllToOneSide) {
+  implant_all_but(kNone, {2, 0, 0});
+  EXPECT_TRUE(says("to one side: the seeds fell 2.0 mm off on the whole (x +2.0, y +0.0)"));
+}
+
+TEST_F(Sessions, OneNeedleSkipped) {
+  implant_all_but(4);
+  EXPECT_TRUE(says("1 needle left no seed in place: G9; 3 seeds missing"));
+}
+
+TEST_F(Sessions, FourOfOneSideSkipped) {
+  for (const std::size_t n : {1u, 2u, 4u, 5u, 7u}) implant(n);
+  EXPECT_TRUE(says("4 needles left no seed in place: E5, E8, D7, E6; 12 seeds missing"));
+}
+
+TEST_F(Sessions, ThroughTheNeighbouringHole) {
+  implant_all_but(4);
+  implant(4, {kGrid.spacing_mm, 0, 0});
+  EXPECT_TRUE(says("needle G9 went through H9: its 3 seeds lie 5.0 mm aside"));
+}
+
+TEST_F(Sessions, TwoNeedlesSwapped) {
+  const Vec3 way = plan.planned_tip(kGrid, 7) - plan.planned_tip(kGrid, 6);
+  for (const std::size_t n : {0u, 1u, 2u, 3u, 4u, 5u, 8u}) implant(n);
+  implant(6, way);
+  implant(7, -way);
+  EXPECT_TRUE(says("needles D7 and J7 were swapped"));
+}
+
+TEST_F(Sessions, ATrainReleasedHalfWay) {
+  implant_all_but(4);
+  implant(4, Vec3::Zero(), 2);
+  EXPECT_TRUE(says("needle G9: 2 of its 3 seeds are missing"));
+}
+
+TEST_F(Sessions, OneNeedleTwice) {
+  implant_all_but(kNone);
+  puncture(planned[0].position, 10);
+  EXPECT_TRUE(says("entered again through the same hole: E5 2 times"));
+}
+
+TEST_F(Sessions, SixPuncturesWithoutSeeds) {
+  implant_all_but(kNone);
+  for (const char* hole : {"F5", "H5", "F9", "H9", "C7", "K7"}) puncture(*kGrid.position(hole), 0);
+  EXPECT_TRUE(says("6 punctures without a seed"));
+}
+
+TEST_F(Sessions, FiveTimesTooFast) {
+  speed_mm_s = 250;
+  implant_all_but(kNone);
+  EXPECT_TRUE(says("too fast"));
+}
+
+TEST_F(Sessions, ClinicalNoise) {
+  std::mt19937 random(5);
+  std::normal_distribution<double> across(0, 1.3), along(0, 4.7);
+  for (std::size_t n = 0; n < plan.needles.size(); ++n) {
+    implant(n, Vec3::Zero(), 3);
+    for (std::size_t i = 0; i < 3; ++i) {
+      const double x = across(random), y = across(random);
+      drop(3 * n + i, {x, y, along(random)});
+    }
+  }
+  EXPECT_TRUE(says("depths scatter"));
+}
+
+TEST_F(Sessions, TheUrethraPiercedThreeTimesComesFirst) {
+  implant_all_but(kNone);
+  for (int i = 0; i < 3; ++i) puncture(*kGrid.position("G7"), 0);
+  const auto found = findings();
+  ASSERT_FALSE(found.empty());
+  EXPECT_NE(found[0].text.find("the urethra was entered 3 times (hole G7)"), std::string::npos)
+      << found[0].text;
+}
+
+// A ball-like structure: an octahedron of 6 mm, whose axis is 6/√3 mm from its faces.
+TEST(StructureContact, HasPassesDepthAndTimeOfEachHole) {
+  const std::vector<Structure> structures = {{"bulb", octahedron(6)}, {"far", octahedron(1)}};
+  std::vector<TrajectorySample> poses;
+  for (int i = 0; i <= 400; ++i) poses.push_back(straight(0.01 * i, 2, 0, -20 + 0.1 * i));  // through and out
+  const auto contacts = structure_contacts(structures, kGrid, NeedleTrajectories({{0, Trajectory(poses)}}));
+  ASSERT_EQ(contacts.size(), 1u);
+  EXPECT_EQ(contacts[0].structure, "bulb");
+  EXPECT_EQ(contacts[0].hole, "G7");
+  EXPECT_EQ(contacts[0].passes, 1u);
+  EXPECT_NEAR(contacts[0].depth_mm, 4 / std::sqrt(3.0), 1e-9);  // at (2, 0, 0)
+  EXPECT_NEAR(contacts[0].time_s, 0.8, 0.02);                   // 8 mm at 10 mm/s
+}
+
+}  // namespace
+}  // namespace brachy
