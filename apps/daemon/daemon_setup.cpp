@@ -62,8 +62,7 @@ std::vector<std::unique_ptr<SwitchedDevice>> make_devices(const Scene& scene, co
   if (!scene.device.trajectory.empty()) {
     NeedleTrajectories all =
         load_trajectories(scene.resolve(scene.device.trajectory), static_cast<int>(count));
-    for (const std::string& doubt : doubts_about(all))
-      spdlog::warn("{}: {}", scene.device.trajectory, doubt);
+    for (const std::string& doubt : doubts_about(all)) spdlog::warn("{}: {}", scene.device.trajectory, doubt);
     if (scene.device.centre_on_tissue) all = all.centred_on(centre_of(tissue));
     for (const auto& needle : all.needles())
       scripts[needle.id].emplace(needle.motion, scene.device.loop, all.start_s(), all.end_s());

@@ -219,7 +219,8 @@ TEST(ReplayOffline, ALogThatCannotBeMadeIsRefusedAndAFullDiskCostsOnlyTheLog) {
   EXPECT_TRUE(exited(offline(trajectory, scene, {"--log", log}), 0));
   const std::string first = read_file(log);
   EXPECT_TRUE(refused_in_one_line(offline(trajectory, scene, {"--log", log}), {log, "exists", "--force"}));
-  EXPECT_TRUE(refused_in_one_line(offline(trajectory, scene, {"--log", trajectory, "--force"}), {"is an input"}));
+  EXPECT_TRUE(
+      refused_in_one_line(offline(trajectory, scene, {"--log", trajectory, "--force"}), {"is an input"}));
   EXPECT_TRUE(exited(offline(trajectory, scene, {"--log", log, "--force"}), 0));
   EXPECT_EQ(read_file(log), first);
   EXPECT_TRUE(refused_in_one_line(offline(trajectory, scene, {"--log", (folder / "no/f.csv").string()}),
