@@ -1,7 +1,12 @@
 #include "apps/score/report.h"
 
+#include <algorithm>
 #include <fstream>
+#include <optional>
+#include <utility>
+#include <vector>
 
+#include "apps/score/recording.h"
 #include "core/base/error.h"
 #include "core/scene/load_structures.h"
 
@@ -15,11 +20,23 @@ void write(const std::filesystem::path& file, const std::string& text) {
   if (!out) throw UserError(file.string() + ": cannot be written; check the folder and the free space");
 }
 
+// The probe is no needle: it is in the rectum all the time.
+void leave_out(Recording& recording, std::uint32_t probe) {
+  std::erase_if(recording.forces, [&](const ForceSample& row) { return row.needle == probe; });
+  if (!recording.poses) return;
+  std::vector<NeedleTrajectories::Needle> needles = recording.poses->needles();
+  std::erase_if(needles, [&](const auto& needle) { return needle.id == probe; });
+  std::optional<NeedleTrajectories> rest;
+  if (!needles.empty()) rest = NeedleTrajectories(std::move(needles));
+  recording.poses = std::move(rest);
+}
+
 }  // namespace
 
 Score write_report(const std::filesystem::path& folder, const Plan& plan, const Scene& scene,
                    const std::filesystem::path& html, const std::function<void(double share)>& progress) {
-  const Recording recording = load_recording(folder);
+  Recording recording = load_recording(folder);
+  if (scene.probe.on) leave_out(recording, static_cast<std::uint32_t>(scene.needle.count));
   const std::vector<Structure> structures = load_structures(scene);
   Score score = score_session(plan, scene.template_grid, structures, scene.dose, recording, progress);
   write(html, to_html(score, plan, scene.template_grid, structures));

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Takes the README's pictures of the browser viewer from the running system: a needle goes in, the plan's seeds fall, a
-# recording plays. Installs and builds what is missing; needs a browser (scripts/setup.sh --all). A minute and a half.
+# recording plays; a probe lifts a gland that a bending needle enters. Installs and builds what is missing; needs a browser (scripts/setup.sh --all). A minute and a half.
 #   scripts/charts/screenshots.sh [FOLDER]     default: apps/viewer/pictures
 set -euo pipefail
 cd "$(dirname "$0")/../.."
@@ -22,6 +22,10 @@ until grep -q '^http on ' "$out/daemon.out"; do sleep 0.05; done
 echo "screenshots: daemon on $address"
 BRACHY=$bin/brachy node tests/viewer/screenshots.mjs "$(sed -n 's/^http on //p' "$out/daemon.out")" "$address" \
     "$out" "$pictures"
+end_daemon >/dev/null
+start_daemon "$out" --config config/theatre.toml --trajectory config/insertion_probe.csv --play --port 0 --http-port 0
+until grep -q '^http on ' "$out/daemon.out"; do sleep 0.05; done
+node tests/viewer/theatre_screenshot.mjs "$(sed -n 's/^http on //p' "$out/daemon.out")" "$pictures"
 end_daemon >/dev/null
 pngquant --force --ext .png --speed 1 256 "$pictures"/*.png  # half a megabyte each, else
 ls -l "$pictures"

@@ -100,7 +100,7 @@ class World {
                                        EXPECT_FALSE(reason.empty());
                                        is_closed_ = true;
                                      },
-                                     [] {}});
+                                     [] {}, [](const igtl::IgtlSession&, const std::string&) {}});
 };
 
 }  // namespace

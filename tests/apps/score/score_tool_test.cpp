@@ -55,6 +55,26 @@ TEST_F(ScoreTool, TakesThePlanOfTheScene) {
   EXPECT_EQ(json_of(ended).at("plan"), "small");
 }
 
+TEST_F(ScoreTool, LeavesTheProbeOutOfTheNeedlesScore) {
+  const std::string probe = ",1,0,0,0,0,1,0,-34,0,0,1,30,1\n";
+  std::string poses;
+  for (const std::string& line : lines_of(short_insertion(2)))
+    poses += line + (poses.empty() ? ",needle\n" : ",0\n" + line.substr(0, line.find(',')) + probe);
+  folder.write("poses.csv", poses);
+  const auto of_scene = [&](const std::string& more) {
+    const std::string scene = folder.write("s.toml", small_scene("[plan]\nfile = \"plan.toml\"\n" + more));
+    const Ended ended = run_brachy({"score", recording, "--config", scene, "--json"});
+    EXPECT_TRUE(exited(ended, 0));
+    return json_of(ended);
+  };
+  const auto with = of_scene("[model]\nkernel = \"elastic\"\n[probe]\non = true\n");
+  EXPECT_EQ(with.at("structures_entered").dump().find("rectum"), std::string::npos);
+  EXPECT_EQ(with.at("needles").at("total").at("passes"), 1);
+  // Without a probe in the scene it is a second needle.
+  EXPECT_NE(of_scene("[needle]\ncount = 2\n").at("structures_entered").dump().find("rectum"),
+            std::string::npos);
+}
+
 TEST_F(ScoreTool, RefusesWhatItCannotScore) {
   EXPECT_TRUE(refused_in_one_line(run_brachy({"score", recording}), {"no plan", "--plan"}));
   EXPECT_TRUE(refused_in_one_line(run_brachy({"score", (folder / "none").string(), "--plan", plan}),
