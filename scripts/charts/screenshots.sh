@@ -2,6 +2,7 @@
 # Takes the pictures of the browser viewer from the running system: a needle goes in, the plan's seeds fall, a recording
 # plays, and a probe lifts a gland that a bending needle enters. Installs and builds what is missing; needs a browser
 # (scripts/setup.sh --all). Two minutes.
+#   scripts/charts/screenshots.sh [FOLDER]     default: apps/viewer/pictures
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 [[ $# -le 1 && ${1:-} != -* ]] || { sed -n '2,/^[^#]/s/^# \?//p' "$0" >&2; exit 2; }
