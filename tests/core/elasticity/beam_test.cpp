@@ -27,12 +27,12 @@ TEST(Beam, HasTheBendingStiffnessOfItsTube) {
 
 TEST(Beam, BendsAsACantilever) {
   const Beam beam = eighteen_gauge();
-  const double EI = beam.bending_stiffness_nmm2, L = beam.length_mm;
-  EXPECT_NEAR(beam.compliance(L, L), L * L * L / (3 * EI), 1e-9);
-  EXPECT_NEAR(beam.slope_compliance(L, L), L * L / (2 * EI), 1e-12);
+  const double stiffness = beam.bending_stiffness_nmm2, L = beam.length_mm;
+  EXPECT_NEAR(beam.compliance(L, L), L * L * L / (3 * stiffness), 1e-9);
+  EXPECT_NEAR(beam.slope_compliance(L, L), L * L / (2 * stiffness), 1e-12);
   // Loaded at a: the end goes a²(3L − a)/6EI, with the slope at the load.
-  EXPECT_NEAR(beam.compliance(L, 80), 80.0 * 80 * (3 * L - 80) / (6 * EI), 1e-9);
-  EXPECT_NEAR(beam.slope_compliance(L, 80), 80.0 * 80 / (2 * EI), 1e-12);
+  EXPECT_NEAR(beam.compliance(L, 80), 80.0 * 80 * (3 * L - 80) / (6 * stiffness), 1e-9);
+  EXPECT_NEAR(beam.slope_compliance(L, 80), 80.0 * 80 / (2 * stiffness), 1e-12);
   EXPECT_EQ(beam.compliance(80, 130), beam.compliance(130, 80));
   for (const double s : {10.0, 60.0, 120.0, 190.0}) {
     const double h = 1e-4, slope = (beam.compliance(s + h, 120.5) - beam.compliance(s - h, 120.5)) / (2 * h);
@@ -50,10 +50,10 @@ TEST(Beam, TurnsWithTheHand) {
 TEST(Beam, IsHeldByItsGuide) {
   Beam beam = eighteen_gauge();
   beam.guide_mm = 120;
-  const double a = 80, z = 120, EI = beam.bending_stiffness_nmm2;
+  const double a = 80, z = 120, stiffness = beam.bending_stiffness_nmm2;
   EXPECT_NEAR(beam.compliance(120, 200), 0, 1e-9);
   // Clamped, propped at z, loaded at the end of the overhang a: P a²(3z + 4a)/12EI.
-  EXPECT_NEAR(beam.compliance(200, 200), a * a * (3 * z + 4 * a) / (12 * EI), 1e-9);
+  EXPECT_NEAR(beam.compliance(200, 200), a * a * (3 * z + 4 * a) / (12 * stiffness), 1e-9);
   EXPECT_NEAR(beam.guide_share(200), 1 + 1.5 * a / z, 1e-12);  // the prop's reaction
   EXPECT_NEAR(beam.guide_share(120), 1, 1e-12);
 }
@@ -65,7 +65,7 @@ TEST(Beam, OnAnElasticFoundationBendsByWinklersClosedForm) {
   for (const double k : {0.002, 0.02, 0.2}) {
     const double beta = std::pow(k / (4 * beam.bending_stiffness_nmm2), 0.25), force = 0.3;
     beam.length_mm = 8 / beta;
-    constexpr Eigen::Index n = 400;
+    const Eigen::Index n = 400;
     const double h = beam.length_mm / n;
     Eigen::MatrixXd K = Eigen::MatrixXd::Identity(n, n) / (k * h);
     Eigen::VectorXd d(n);
