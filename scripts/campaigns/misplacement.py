@@ -4,7 +4,6 @@
   misplacement.py BRACHY DIRECTORY SEEDS JSON_FILE ONLY
 """
 import json
-import math
 import os
 import statistics
 import subprocess
@@ -108,7 +107,8 @@ def summary(seeds):
         "mean_mm": statistics.fmean(e["total_mm"] for e in error),
         "sd_mm": [statistics.pstdev(d[k] for d in apart) for k in range(3)],
         "along_mm": statistics.fmean(abs(e["axial_mm"]) for e in error),
-        "along_share": math.sqrt(sum(e["axial_mm"] ** 2 for e in error) / square) if square else 0.0,
+        # Of the squares: of the clinic's 1.3, 1.5 and 3.8 mm, 79 %.
+        "along_share": sum(e["axial_mm"] ** 2 for e in error) / square if square else 0.0,
     }
 
 
