@@ -65,7 +65,7 @@ fi
 setsid "$bin/brachyd" "${shown[@]}" --play --port 0 --http-port 0 --duration 600 \
   >"$out/viewer.out" 2>"$out/viewer.log" </dev/null &
 viewer=$!
-until grep -q '^http on ' "$out/viewer.out"; do
+until grep -qs '^http on ' "$out/viewer.out"; do
   kill -0 "$viewer" 2>/dev/null || { cat "$out/viewer.log" >&2; exit 1; }
   sleep 0.05
 done
