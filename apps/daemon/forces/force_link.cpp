@@ -4,7 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string_view>
 #include <utility>
+#include <vector>
 
 #include "haptics/force/negotiation.h"
 #include "haptics/force/received_force.h"
@@ -43,30 +45,38 @@ StatedLimits stated_by(const net::DeviceLimits& limits) {
   return {limits.max_force_n, limits.max_stiffness_n_per_mm, limits.damping_n_s_per_mm};
 }
 
+/// What a device states that is not believed.
+struct Doubt {
+  std::uint32_t bit;
+  std::string_view name, remark;
+  double stated, largest;
+};
+
+std::vector<Doubt> doubts_about(const net::DeviceLimits& limits) {
+  std::vector<Doubt> doubts = {
+      {net::kForceNotPlausible, "max_force_n", "", limits.max_force_n, kLargestForceN},
+      {net::kStiffnessNotPlausible, "max_stiffness_n_per_mm", "", limits.max_stiffness_n_per_mm,
+       kLargestStiffnessNPerMm},
+      {net::kDampingNotPlausible, "damping_n_s_per_mm", "; 1 N·s/m is 0.001", limits.damping_n_s_per_mm,
+       kLargestDampingNsPerMm},
+      {net::kRateNotPlausible, "rate_hz", "", limits.rate_hz, kMaxRateHz}};
+  std::erase_if(doubts, [](const Doubt& d) { return !is_implausible(d.stated, d.largest); });
+  return doubts;
+}
+
 std::uint32_t implausible_bits(const net::DeviceLimits& limits) {
   std::uint32_t bits = 0;
-  if (is_implausible(limits.max_force_n, kLargestForceN)) bits |= net::kForceNotPlausible;
-  if (is_implausible(limits.max_stiffness_n_per_mm, kLargestStiffnessNPerMm))
-    bits |= net::kStiffnessNotPlausible;
-  if (is_implausible(limits.damping_n_s_per_mm, kLargestDampingNsPerMm)) bits |= net::kDampingNotPlausible;
-  if (is_implausible(limits.rate_hz, kMaxRateHz)) bits |= net::kRateNotPlausible;
+  for (const Doubt& doubt : doubts_about(limits)) bits |= doubt.bit;
   return bits;
 }
 
-/// A sentence about what the device states that is not believed; "" where all of it is.
+/// A sentence; "" where all of it is believed.
 std::string implausible(const net::DeviceLimits& limits) {
-  const std::uint32_t bits = implausible_bits(limits);
   std::string text;
-  const auto add = [&](std::uint32_t bit, const std::string& what) {
-    if (bits & bit) text += (text.empty() ? "not plausible, replaced by the default: " : "; ") + what;
-  };
-  add(net::kForceNotPlausible,
-      fmt::format("max_force_n {:g} (at most {:g})", limits.max_force_n, kLargestForceN));
-  add(net::kStiffnessNotPlausible, fmt::format("max_stiffness_n_per_mm {:g} (at most {:g})",
-                                               limits.max_stiffness_n_per_mm, kLargestStiffnessNPerMm));
-  add(net::kDampingNotPlausible, fmt::format("damping_n_s_per_mm {:g} (at most {:g}; 1 N·s/m is 0.001)",
-                                             limits.damping_n_s_per_mm, kLargestDampingNsPerMm));
-  add(net::kRateNotPlausible, fmt::format("rate_hz {:g} (at most {:g})", limits.rate_hz, kMaxRateHz));
+  for (const Doubt& d : doubts_about(limits))
+    text += fmt::format("{}{} {:g} (at most {:g}{})",
+                        text.empty() ? "not plausible, replaced by the default: " : "; ", d.name, d.stated,
+                        d.largest, d.remark);
   return text;
 }
 

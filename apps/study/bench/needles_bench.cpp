@@ -67,13 +67,7 @@ class Insertion {
     scene.contact.max_landmarks = 81;
     return scene;
   }
-  void step_at(double z) {
-    for (std::size_t n = 0; n < poses_.size(); ++n) {
-      poses_[n].present = true;
-      poses_[n].X_WN.p = Vec3(8 * static_cast<double>(n) - 8, -4, z);
-    }
-    simulator_.step(poses_, state_);
-  }
+  void step_at(double z) { step_needles(simulator_, poses_, z, state_); }
 
   Simulator simulator_;
   MeshState state_;

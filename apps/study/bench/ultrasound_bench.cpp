@@ -5,6 +5,7 @@
 
 #include "apps/study/bench/benches.h"
 #include "apps/study/bench/turns.h"
+#include "apps/study/bench/workload.h"
 #include "core/realtime/deadline.h"
 #include "core/realtime/histogram.h"
 #include "core/scene/load_simulation_model.h"
@@ -82,13 +83,7 @@ class Examination {
     scene.engine.simd = to_string(target);
     return scene;
   }
-  void step_at(double z) {
-    for (std::size_t n = 0; n < poses_.size(); ++n) {
-      poses_[n].present = true;
-      poses_[n].X_WN.p = Vec3(8 * static_cast<double>(n) - 8, -4, z);
-    }
-    simulator_.step(poses_, state_);
-  }
+  void step_at(double z) { step_needles(simulator_, poses_, z, state_); }
 
   Scene scene_;
   Simulator simulator_;

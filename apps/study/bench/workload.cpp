@@ -45,6 +45,14 @@ LandmarkCycle::LandmarkCycle(std::size_t n, bool moving) {
   }
 }
 
+void step_needles(Simulator& simulator, std::span<NeedlePose> poses, double z, MeshState& state) {
+  for (std::size_t n = 0; n < poses.size(); ++n) {
+    poses[n].present = true;
+    poses[n].X_WN.p = Vec3(8 * static_cast<double>(n) - 8, -4, z);
+  }
+  simulator.step(poses, state);
+}
+
 Reach count_reach(std::span<const Vec3> points, std::span<const Vec3> landmarks, double support_radius) {
   Reach reach;
   for (const Vec3& X : points) {

@@ -6,6 +6,7 @@
 
 #include "core/geometry/tissue/tissue.h"
 #include "core/models/scalar_kernel/scalar_kernel_field.h"
+#include "core/simulation/simulator.h"
 
 namespace brachy::bench {
 
@@ -30,6 +31,9 @@ class LandmarkCycle {
   std::size_t tick_ = 0;
   std::vector<Vec3> positions_[kTicks], displacements_[kTicks];
 };
+
+/// A tick with needles along +z, 8 mm apart, all tips at `z` (mm); of three, the middle one is at x 0.
+void step_needles(Simulator& simulator, std::span<NeedlePose> poses, double z, MeshState& state);
 
 /// What a set of landmarks reaches.
 struct Reach {
