@@ -23,8 +23,8 @@ namespace brachy {
 /// Points of the gland's surface, `landmark_spacing_mm` apart, are landmarks while they would be inside the probe. Each
 /// is pushed out of it along the normal at its deformed place of the last tick; it pushes back only, and slides
 /// freely across the normal, as with contact gel.
-/// Limits: the rectal wall is as thick everywhere and follows the probe; between landmarks the gland comes into it
-/// by 0.6 mm where the probe pushes by 3 mm, by 1.2 mm at 9 mm.
+/// Limits: the rectal wall is as thick everywhere and follows the probe; between landmarks and beyond the last of them
+/// the gland comes into it by 0.7 mm where the probe pushes by 3 mm, by 1.4 mm at 6 mm.
 /// Threads: one. Real-time: no allocation after construction, no exceptions.
 class ProbeContact {
  public:
