@@ -35,7 +35,7 @@ dictionary() {  # TARGET
   case $1 in
     http*) echo http ;;
     igtl*) echo igtl ;;
-    scene | plan) echo toml ;;
+    scene | plan | source) echo toml ;;
     trajectory | tables | session) echo csv ;;
     mesh) echo mesh ;;
     *) echo wire ;;

@@ -113,6 +113,44 @@ void TomlTable::numbers(const char* key, Vec3& value, double least, double most)
   }
 }
 
+bool TomlTable::list(const char* key, std::vector<double>& values, double least, double most) {
+  const toml::node* node = state_->find(key);
+  if (!node) return false;
+  const toml::array* entries = node->as_array();
+  if (!entries) state_->fail(*node, key, "needs a list of numbers in brackets, such as [0.5, 1]");
+  values.clear();
+  for (const toml::node& entry : *entries) {
+    if (!entry.is_number()) state_->fail(entry, key, "has an entry that is not a number");
+    state_->require_between(entry, key, *entry.value<double>(), least, most);
+    values.push_back(*entry.value<double>());
+  }
+  return true;
+}
+
+bool TomlTable::rows(const char* key, std::vector<std::vector<double>>& values, double least, double most) {
+  const toml::node* node = state_->find(key);
+  if (!node) return false;
+  const toml::array* lists = node->as_array();
+  if (!lists) state_->fail(*node, key, "needs a list of rows, such as [[1, 1], [0.9, 1]]");
+  values.clear();
+  for (const toml::node& row : *lists) {
+    const toml::array* entries = row.as_array();
+    if (!entries) state_->fail(row, key, "needs a list of rows, such as [[1, 1], [0.9, 1]]");
+    if (!values.empty() && entries->size() != values.front().size())
+      state_->fail(row, key,
+                   "has a row of " + std::to_string(entries->size()) + " numbers, and the first has " +
+                       std::to_string(values.front().size()));
+    std::vector<double>& read = values.emplace_back();
+    for (const toml::node& entry : *entries) {
+      if (!entry.is_number()) state_->fail(entry, key, "has an entry that is not a number");
+      const double v = *entry.value<double>();
+      if (v == v) state_->require_between(entry, key, v, least, most);
+      read.push_back(v);
+    }
+  }
+  return true;
+}
+
 bool TomlTable::whole_number(const char* key, std::int64_t& value, std::int64_t least, std::int64_t most) {
   const toml::node* node = state_->find(key);
   if (!node) return false;

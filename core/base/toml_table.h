@@ -22,6 +22,10 @@ class TomlTable {
   // Each of these leaves `value` as it is where the file does not have the key.
   void number(const char* key, double& value, double least, double most);
   void numbers(const char* key, Vec3& value, double least, double most);  ///< a list of three
+  /// A list of any length. Returns false where the file does not have the key.
+  bool list(const char* key, std::vector<double>& values, double least, double most);
+  /// A list of such lists, all of one length. A number may be nan, where the table has no value. Returns as list().
+  bool rows(const char* key, std::vector<std::vector<double>>& values, double least, double most);
   template <class Integer>
   void integer(const char* key, Integer& value, std::int64_t least, std::int64_t most) {
     std::int64_t v = 0;

@@ -9,7 +9,7 @@ namespace brachy {
 struct NeedleSettings {
   /// 18 G, mm: the diameter that TissueContact's forces refer to
   static constexpr double kReferenceDiameter = 1.27;
-  static constexpr std::size_t kMaxCount = 16;
+  static constexpr std::size_t kMaxCount = 24;
 
   double length_mm = 200;  ///< hub to tip; 18 G brachytherapy needle (core/DESIGN.md, section 6)
   double diameter_mm = kReferenceDiameter;

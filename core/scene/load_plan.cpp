@@ -1,18 +1,30 @@
 #include "core/scene/load_plan.h"
 
 #include "core/base/error.h"
+#include "core/brachytherapy/hdr/hdr_plan_file.h"
 #include "core/brachytherapy/plan/plan_file.h"
 
 namespace brachy {
 
 std::optional<Plan> load_plan(const Scene& scene) {
-  if (scene.plan_file.empty()) return {};
+  if (scene.plan_file.empty() || scene.implant.is_hdr()) return {};
   const auto file = scene.resolve(scene.plan_file);
   Plan plan = load_plan(file, scene.template_grid, scene.needle.length_mm);
   const std::size_t most = static_cast<std::size_t>(scene.seeds.max_count);
   if (plan.seed_count() > most)
     throw UserError(file.string() + ": " + std::to_string(plan.seed_count()) +
                     " seeds, but the scene allows " + std::to_string(most) + "; raise seeds.max_count");
+  return plan;
+}
+
+std::optional<HdrPlan> load_hdr_plan(const Scene& scene) {
+  if (scene.plan_file.empty() || !scene.implant.is_hdr()) return {};
+  const auto file = scene.resolve(scene.plan_file);
+  HdrPlan plan = load_hdr_plan(file, scene.template_grid, scene.needle.length_mm);
+  if (plan.catheters.size() > scene.needle.count)
+    throw UserError(file.string() + ": " + std::to_string(plan.catheters.size()) +
+                    " catheters, but the scene has " + std::to_string(scene.needle.count) +
+                    " needles; raise needle.count");
   return plan;
 }
 

@@ -56,6 +56,9 @@ std::shared_ptr<const SimulationModel> load_simulation_model(const Scene& scene,
   settings.noise = scene.noise;
   settings.template_grid = scene.template_grid;
   settings.seeds = scene.seeds;
+  // A catheter carries no seeds: a press of the button finds no train.
+  if (scene.implant.is_hdr()) settings.seeds.applicator = "train";
+  load_hdr_plan(scene);  // refused at the start, where it is wrong
   NeedleTissues needle_tissues = load_needle_tissues(scene);
   DeformationModel deformation = load_deformation_model(scene, tissue);
   return std::make_shared<const SimulationModel>(std::move(tissue), std::move(deformation),

@@ -9,6 +9,7 @@
 
 #include "core/base/rigid_transform.h"
 #include "core/brachytherapy/dose/dose_settings.h"
+#include "core/brachytherapy/hdr/implant_settings.h"
 #include "core/brachytherapy/plan/template_grid.h"
 #include "core/brachytherapy/seeds/seed_settings.h"
 #include "core/geometry/tissue/phantom.h"
@@ -187,6 +188,7 @@ struct Scene {
   UltrasoundSettings ultrasound;
   NoiseSettings noise;
   TemplateGrid template_grid;
+  ImplantSettings implant;
   SeedSettings seeds;
   /// TOML or CSV, relative to the scene file (core/brachytherapy/plan/plan_file.h); empty: no plan
   std::string plan_file;

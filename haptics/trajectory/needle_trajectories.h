@@ -14,7 +14,7 @@
 namespace brachy {
 
 /// Most needles that one file may move; as many as a scene may have, and its probe.
-inline constexpr std::size_t kMaxTrajectoryNeedles = 17;
+inline constexpr std::size_t kMaxTrajectoryNeedles = 25;
 
 /// The motions of several needles on one clock: that of their file, or several recordings of one session. A
 /// needle is absent before its first sample and stays at its last one. Immutable.

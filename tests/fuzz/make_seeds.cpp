@@ -249,10 +249,16 @@ void add_files(const Corpus& corpus) {
   for (const auto& entry : std::filesystem::directory_iterator(kConfig)) {
     const std::filesystem::path& file = entry.path();
     const bool is_plan = file.filename() == "plan.toml";
+    if (file.filename() == "hdr_plan.toml") {
+      corpus.add("source", file.stem(), "\x01" + read(file));
+      continue;
+    }
     if (file.extension() == ".csv") corpus.add("trajectory", file.stem(), read(file));
     if (file.extension() == ".toml")
       corpus.add(is_plan ? "plan" : "scene", file.stem(), (is_plan ? std::string(1, '\0') : "") + read(file));
   }
+  for (const auto& entry : std::filesystem::directory_iterator(kConfig / "sources"))
+    corpus.add("source", entry.path().stem(), std::string(1, '\0') + read(entry.path()));
   Plan plan = load_plan(kConfig / "plan.toml", {});
   plan.needles.resize(2);
   corpus.add("plan", "csv", "\x01" + to_csv(plan));

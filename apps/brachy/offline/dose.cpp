@@ -6,6 +6,7 @@
 #include <iostream>
 #include <nlohmann/json.hpp>
 
+#include "apps/brachy/offline/hdr_plan_tool.h"
 #include "apps/command_line/output_file.h"
 #include "apps/command_line/tool.h"
 #include "core/base/number_csv.h"
@@ -13,6 +14,8 @@
 #include "core/brachytherapy/dose/dose_rate.h"
 #include "core/brachytherapy/dose/dose_seed_file.h"
 #include "core/brachytherapy/dose/implant_dose.h"
+#include "core/brachytherapy/hdr/hdr_plan_file.h"
+#include "core/brachytherapy/plan/plan_file.h"
 #include "core/scene/file/scene_file.h"
 #include "core/scene/load_structures.h"
 #include "core/simulation/body_settings.h"
@@ -21,7 +24,7 @@ namespace brachy {
 namespace {
 
 struct DoseOptions {
-  std::filesystem::path seeds;                       ///< CSV
+  std::optional<std::filesystem::path> seeds, plan;  ///< CSV; or a plan, of seeds or of catheters
   std::optional<std::filesystem::path> points, out;  ///< CSVs; both or neither
   std::optional<std::filesystem::path> scene;        ///< its structures' DVH
   std::optional<std::filesystem::path> grid;         ///< .nrrd to write; only with a scene
@@ -34,18 +37,40 @@ struct PointDoses {
   double least_gy = 0, largest_gy = 0;
 };
 
-PointDoses write_point_doses(const std::vector<DoseSeed>& seeds, const DoseOptions& options) {
+/// Seeds, or a plan's seeds or dwells.
+struct DoseSources {
+  std::vector<DoseSeed> seeds;
+  double fraction_s = 0;                  ///< of a plan of catheters: its time; 0: seeds that stay
+  std::optional<double> prescription_gy;  ///< a plan's
+};
+
+DoseSources load_sources(const DoseOptions& options, const Scene& scene) {
+  if (!options.plan) return {.seeds = load_dose_seeds(*options.seeds)};
+  const TemplateGrid& grid = scene.template_grid;
+  if (is_hdr_plan_file(*options.plan)) {
+    const HdrPlan plan = load_hdr_plan(*options.plan, grid, scene.needle.length_mm);
+    return {as_seeds(plan.dwells(grid), plan.source, plan.source_strength_u), plan.total_s(),
+            plan.prescription_gy};
+  }
+  const Plan plan = load_plan(*options.plan, grid, scene.needle.length_mm);
+  const std::vector<PlannedSeed> planned = plan.seeds(grid);
+  return {.seeds = {planned.begin(), planned.end()}, .prescription_gy = plan.prescription_gy};
+}
+
+PointDoses write_point_doses(const DoseSources& sources, const DoseOptions& options) {
   const NumberTable points = load_number_csv(*options.points, "x,y,z");
   std::string text = "x,y,z,dose_rate_cgy_h,total_gy\n";
   PointDoses result{.count = points.rows()};
   for (std::size_t i = 0; i < points.rows(); ++i) {
     const Vec3 p(points.row(i)[0], points.row(i)[1], points.row(i)[2]);
     double rate = 0, total = 0;
-    for (const DoseSeed& seed : seeds) {
+    for (const DoseSeed& seed : sources.seeds) {
       const double of_seed = dose_rate_cgy_h(seed, p);
       rate += of_seed;
       total += total_gy_per_cgy_h(seed.source) * of_seed;
     }
+    // A fraction has no rate at implantation: its mean.
+    if (sources.fraction_s > 0) rate = total * 100 * 3600 / sources.fraction_s;
     append_csv_row(text, std::array{p.x(), p.y(), p.z(), rate, total});
     text += '\n';
     result.least_gy = i == 0 ? total : std::min(result.least_gy, total);
@@ -68,7 +93,8 @@ nlohmann::ordered_json to_json(const StructureDose& dose) {
           {"d90_gy", dose.d90_gy},
           {"d30_gy", dose.d30_gy},
           {"d10_gy", dose.d10_gy},
-          {"d2cc_gy", dose.d2cc_gy}};  // null where there is none
+          {"d2cc_gy", dose.d2cc_gy},
+          {"d0_1cc_gy", dose.d0_1cc_gy}};  // null where there is none
 }
 
 void print_table(const std::vector<StructureDose>& doses, double prescription_gy) {
@@ -83,15 +109,18 @@ void print_table(const std::vector<StructureDose>& doses, double prescription_gy
 }
 
 int run(const DoseOptions& options) {
+  if (options.seeds.has_value() == options.plan.has_value()) throw UsageError("needs --seeds or --plan");
   if (!options.points && !options.scene) throw UsageError("needs --points with --out, or --config, or both");
   check_folder_of(options.out);
   check_folder_of(options.grid);
-  const std::vector<DoseSeed> seeds = load_dose_seeds(options.seeds);
+  const Scene scene = options.scene ? load_scene(*options.scene) : Scene();
+  const DoseSources sources = load_sources(options, scene);
+  const std::vector<DoseSeed>& seeds = sources.seeds;
   double strength_u = 0;
   for (const DoseSeed& seed : seeds) strength_u += seed.air_kerma_strength_u;
   nlohmann::ordered_json json = {{"seeds", seeds.size()}, {"strength_u", strength_u}};
   if (options.points) {
-    const PointDoses points = write_point_doses(seeds, options);
+    const PointDoses points = write_point_doses(sources, options);
     json["points"] = points.count;
     json["least_gy"] = points.least_gy;
     json["largest_gy"] = points.largest_gy;
@@ -101,8 +130,9 @@ int run(const DoseOptions& options) {
                                points.largest_gy);
   }
   if (options.scene) {
-    const Scene scene = load_scene(*options.scene);
-    ImplantDose implant(load_structures(scene), scene.dose);
+    DoseSettings settings = scene.dose;
+    settings.prescription_gy = sources.prescription_gy.value_or(settings.prescription_gy);
+    ImplantDose implant(load_structures(scene), settings);
     for (const DoseSeed& seed : seeds) {
       if (options.swelling)
         implant.add_while_swollen(seed, SwellingSettings::kDayZero, SwellingSettings::kResolvedDays);
@@ -112,16 +142,19 @@ int run(const DoseOptions& options) {
     if (options.swelling) json["swelling_resolved_days"] = SwellingSettings::kResolvedDays;
     if (options.grid) write_text(*options.grid, to_nrrd(implant.grid()));
     const std::vector<StructureDose> doses = implant.evaluate();
-    json["prescription_gy"] = scene.dose.prescription_gy;
+    json["prescription_gy"] = settings.prescription_gy;
     for (const StructureDose& dose : doses) json["structures"].push_back(to_json(dose));
-    if (!options.json) print_table(doses, scene.dose.prescription_gy);
+    if (!options.json) print_table(doses, settings.prescription_gy);
   }
   if (options.json) std::cout << json.dump() << "\n";
   return kExitOk;
 }
 
 void declare(OptionList& list, DoseOptions& options) {
-  list.add("--seeds", options.seeds, "CSV x,y,z,ax,ay,az,source,strength_u").required();
+  const Option seeds = list.add("--seeds", options.seeds, "CSV x,y,z,ax,ay,az,source,strength_u");
+  list.add("--plan", options.plan,
+           "plan of seeds (.toml, .csv) or of catheters (.toml), for --config's template")
+      .excludes(seeds);
   const Option points = list.add("--points", options.points, "CSV x,y,z");
   points.needs(list.add("--out", options.out, "CSV to write, a row for each point").needs(points));
   const Option config = list.add("--config", options.scene, "scene file (TOML) whose structures get a DVH");
@@ -141,7 +174,9 @@ Tool dose_tool() {
   brachy dose --seeds S.csv --config config/prostate.toml --grid dose.nrrd
   brachy dose --seeds S.csv --config config/prostate.toml --json
   brachy dose --seeds S.csv --config config/prostate.toml --swelling
-Seeds: x,y,z,ax,ay,az,source,strength_u (axis of any length, source 6711 or 200). Points: x,y,z. mm.
+  brachy dose --plan hdr.toml --config config/hdr.toml --json
+Seeds: x,y,z,ax,ay,az,source,strength_u (axis of any length; the source's number: 6711, 200, 131, 192 or that
+of the scene's dose.source). Points: x,y,z. mm. Of a plan of catheters the dose is the fraction's, the rate its mean.
 Out: x,y,z,dose_rate_cgy_h,total_gy: the rate at implantation and the dose of the whole decay, the
 exact sums of AAPM TG-43U1's line source in water. Inside a capsule: as on its surface, outwards.
 --config: V100, D90 and the like of the scene's structures, of their part that lies in a grid of its

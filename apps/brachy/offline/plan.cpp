@@ -2,6 +2,7 @@
 #include <sstream>
 
 #include "apps/brachy/files/structure_files.h"
+#include "apps/brachy/offline/hdr_plan_tool.h"
 #include "apps/brachy/offline/plan_report.h"
 #include "apps/brachy/offline/plan_session.h"
 #include "apps/command_line/output_file.h"
@@ -26,6 +27,7 @@ struct PlanOptions {
   std::optional<std::filesystem::path> config;  ///< none: the built-in phantom
   std::optional<std::filesystem::path> out, csv, seeds, structures, trajectory;  ///< to write
   double speed_mm_s = 50, drop_speed_mm_s = 20;                                  ///< of the trajectory
+  bool hdr = false;  ///< catheters, whatever the scene says
   bool json = false, force = false;
 };
 
@@ -72,7 +74,12 @@ int run(const PlanOptions& options) {
     if (file) check_is_no_input(*file, {options.plan, options.config});
     check_is_new(file, options.force);
   }
-  const Scene scene = options.config ? load_scene(*options.config) : Scene();
+  Scene scene = options.config ? load_scene(*options.config) : Scene();
+  if (options.hdr && !scene.implant.is_hdr()) make_hdr(scene);
+  if (scene.implant.is_hdr() || (options.plan && is_hdr_plan_file(*options.plan)))
+    return run_hdr_plan({options.plan, options.generate, options.out, options.seeds, options.structures,
+                         options.trajectory, options.speed_mm_s, options.json},
+                        scene);
   const std::vector<Structure> structures = load_structures(scene);
   const Plan plan = get_plan(options, scene, structures);
   const TemplateGrid& grid = scene.template_grid;
@@ -93,6 +100,7 @@ int run(const PlanOptions& options) {
 void declare(OptionList& list, PlanOptions& options) {
   const Option plan = list.add("plan", options.plan, "plan (.toml or .csv); default: the scene's plan.file");
   list.add_flag("--generate", options.generate, "generate a plan for the scene's gland").excludes(plan);
+  list.add_flag("--hdr", options.hdr, "of catheters for an afterloader, as with implant.kind = \"hdr\"");
   list.add("--config", options.config, "scene file (TOML); default: the built-in phantom");
   list.add("--out", options.out, "plan to write, .toml or .csv");
   list.add("--csv", options.csv, "plan to write as CSV");
@@ -121,9 +129,13 @@ Tool plan_tool() {
   brachy plan plan.toml --config config/prostate.toml --json
   brachy plan plan.toml --seeds seeds.csv --structures out/structures; brachy dose --seeds seeds.csv …
   brachy plan --config config/session.toml --trajectory session.csv
+  brachy plan --generate --hdr --out hdr.toml; brachy plan --config config/hdr.toml --trajectory hdr.csv
 A generated plan is modified peripheral loading, scaled to dose.prescription_gy; no optimiser. A plan is
 checked against the scene's template and needle. Figures are of the gland at rest; those that miss their goal
 are marked.
+HDR (--hdr, or a scene's implant.kind): catheters, dwell positions and times optimised for V100, V150, urethra
+D10 and D2cc; --seeds writes the dwells as seeds of the same dose; --trajectory inserts all catheters, each a
+needle of its own, and leaves them.
 --trajectory: a device that goes to every planned tip in turn and drops its train there (button = 1), for
 `brachy replay` and a scene with seeds.applicator = "train".
 Exit codes: 0 done, 2 bad input.)",

@@ -3,9 +3,11 @@
 #include "apps/command_line/output_file.h"
 #include "apps/command_line/tool.h"
 #include "apps/recording/recording_file.h"
+#include "apps/score/hdr_report.h"
 #include "apps/score/report.h"
 #include "apps/terminal/progress.h"
 #include "core/base/error.h"
+#include "core/brachytherapy/hdr/hdr_plan_file.h"
 #include "core/brachytherapy/plan/plan_file.h"
 #include "core/scene/file/scene_file.h"
 #include "core/scene/load_plan.h"
@@ -36,6 +38,17 @@ std::filesystem::path page_of(const ScoreOptions& options) {
   return page;
 }
 
+int run_hdr(const ScoreOptions& options, const Scene& scene) {
+  std::optional<HdrPlan> plan;
+  if (options.plan) plan = load_hdr_plan(*options.plan, scene.template_grid, scene.needle.length_mm);
+  const std::string report = score_catheters(options.recording, scene, options.json, plan ? &*plan : nullptr);
+  if (report.empty())
+    throw UserError(options.recording.string() +
+                    ": has no plan to score against; give it with --plan, or a scene that has plan.file");
+  std::cout << report;
+  return kExitOk;
+}
+
 int run(const ScoreOptions& options) {
   if (is_recording_file(options.recording))
     throw UserError(options.recording.string() +
@@ -44,6 +57,7 @@ int run(const ScoreOptions& options) {
   const std::filesystem::path page = page_of(options);
   if (options.out) check_folder_of(page);
   const Scene scene = options.config ? load_scene(*options.config) : Scene{};
+  if (scene.implant.is_hdr()) return run_hdr(options, scene);
   Progress progress("score");
   const Score score = write_report(options.recording, plan_of(options, scene), scene, page,
                                    [&](double share) { progress.show(share); });
@@ -75,7 +89,8 @@ Tool score_tool() {
 A recording is a directory with poses.csv, forces.csv and seeds.csv; missing or truncated files are reported,
 and the rest is scored. Per seed: error against plan, its part along the needle apart, where it was dropped
 and after relaxation. Per needle: path and time in the prostate, passes, punctures, largest force. Dose of
-plan, of seeds as dropped and after relaxation. For training and research. Not a medical device.
+plan, of seeds as dropped and after relaxation. A scene of implant.kind = "hdr": catheters.csv of the session
+against its plan, and the dose as planned, as delivered and with times optimised again (hdr_report.json). For training and research. Not a medical device.
 Exit codes: 0 done, 2 bad input.)",
                                  declare, run);
 }

@@ -12,6 +12,7 @@
 #include "apps/command_line/exit_code.h"
 #include "apps/command_line/output_file.h"
 #include "apps/reports/tissue_box.h"
+#include "apps/score/hdr_report.h"
 #include "apps/score/report.h"
 #include "apps/session/session_log.h"
 #include "apps/terminal/progress.h"
@@ -22,6 +23,7 @@
 #include "core/scene/load_plan.h"
 #include "core/scene/load_simulation_model.h"
 #include "core/scene/load_tissue.h"
+#include "core/simulation/delivered_catheters.h"
 #include "core/simulation/state_hash.h"
 
 namespace brachy {
@@ -127,6 +129,12 @@ int replay_offline(const ReplayOptions& options) {
   std::cout << std::flush;
   if (log) log->close();
   if (session) session->close();
+  if (session && scene.implant.is_hdr()) {
+    write_text(*options.session / kCatheterFile, to_csv(delivered_catheters(simulator, state)));
+    const std::string report = score_catheters(*options.session, scene, options.json);
+    if (!options.json) std::cout << report;
+    return kExitOk;
+  }
   const std::optional<Plan> plan = session ? load_plan(scene) : std::nullopt;
   if (!plan) return kExitOk;
   const std::filesystem::path page = *options.session / "report.html";

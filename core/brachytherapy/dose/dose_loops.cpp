@@ -2,12 +2,14 @@
 #include "core/brachytherapy/dose/dose_loops.h"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <cstdint>
 #include <numbers>
 
 #include "core/base/simd/simd_attributes.h"
 #include "core/brachytherapy/dose/dose_rate.h"
+#include "core/brachytherapy/dose/loaded_source.h"
 
 namespace brachy {
 namespace {
@@ -45,11 +47,14 @@ BRACHY_INLINE void locate(float v, int count, std::int32_t& interval, float& sha
   share = inside - static_cast<float>(interval);
 }
 
+// `is_folded`: the grid of F is kFolded, and a point behind the seed's middle is as one before it.
+template <bool is_folded>
 BRACHY_INLINE void add_row(const DoseTables& tables, const DoseRow& row, float strength_u, std::size_t count,
                            float* __restrict dose) {
-  constexpr float kHalfLength = static_cast<float>(kSeedLengthMm / 2),
-                  kRadius = static_cast<float>(kSeedDiameterMm / 2);
-  constexpr int kColumns = static_cast<int>(DoseTables::kAnisotropyRadii);
+  constexpr AnisotropyGrid kGrid = is_folded ? DoseTables::kFolded : DoseTables::kFull;
+  constexpr int kColumns = static_cast<int>(kGrid.radii);
+  const float half_length = tables.half_length_mm, radius = tables.radius_mm;
+  const float* __restrict f = tables.anisotropy.data();
   const float L = tables.active_length_mm, scale = strength_u * tables.scale;
   const int total = static_cast<int>(count);
   alignas(64) float r[kRun], theta[kRun], value[kRun];
@@ -59,23 +64,23 @@ BRACHY_INLINE void add_row(const DoseTables& tables, const DoseRow& row, float s
       const float i = static_cast<float>(first + k);
       const float x = row.away[0] + i * row.away_step[0], y = row.away[1] + i * row.away_step[1],
                   w = row.away[2] + i * row.away_step[2];
-      float z = std::abs(row.along + i * row.along_step), rho = std::sqrt(x * x + y * y + w * w);
-      const float outwards = std::max(std::min(kRadius - rho, kHalfLength - z), 0.0f);  // dose_rate.h
+      const float along = row.along + i * row.along_step;
+      float z = std::abs(along), rho = std::sqrt(x * x + y * y + w * w);
+      const float outwards = std::max(std::min(radius - rho, half_length - z), 0.0f);  // dose_rate.h
       z += outwards;
       rho = std::max(rho + outwards, kOnAxis);
       const float q = rho * rho + (z - L / 2) * (z + L / 2);
       value[k] = scale * angle(L * rho, q) / (L * rho);
       r[k] = std::sqrt(rho * rho + z * z);
-      theta[k] = (180 / kPi) * angle(rho, z);
+      theta[k] = (180 / kPi) * angle(rho, is_folded ? z : std::copysign(z, along));
     }
     for (int k = 0; k < padded; ++k) {
       std::int32_t i, j, l;
       float s, t, u;
       locate(r[k] * (1 / DoseTables::kRadialStepMm), DoseTables::kRadialCount, i, s);
-      locate(r[k] * (1 / DoseTables::kAnisotropyStepMm), DoseTables::kAnisotropyRadii, j, t);
-      locate(theta[k], DoseTables::kAngles, l, u);
+      locate(r[k] * (1 / kGrid.step_mm), kColumns, j, t);
+      locate(theta[k], static_cast<int>(kGrid.angles), l, u);
       const float g = tables.radial[i] + s * (tables.radial[i + 1] - tables.radial[i]);
-      const float* f = tables.anisotropy;
       const std::int32_t at = l * kColumns + j;
       const float lower = f[at] + t * (f[at + 1] - f[at]);
       const float upper = f[at + kColumns] + t * (f[at + kColumns + 1] - f[at + kColumns]);
@@ -90,7 +95,10 @@ BRACHY_INLINE void add_row(const DoseTables& tables, const DoseRow& row, float s
   struct name {                                                                               \
     attribute static void run(const DoseTables& tables, const DoseRow& row, float strength_u, \
                               std::size_t count, float* dose) {                               \
-      add_row(tables, row, strength_u, count, dose);                                          \
+      if (tables.is_folded)                                                                   \
+        add_row<true>(tables, row, strength_u, count, dose);                                  \
+      else                                                                                    \
+        add_row<false>(tables, row, strength_u, count, dose);                                 \
     }                                                                                         \
     static constexpr DoseLoops kLoops{run};                                                   \
   }
@@ -101,27 +109,48 @@ BRACHY_TARGET(Sse4, BRACHY_SSE4);
 BRACHY_TARGET(Avx2, BRACHY_AVX2);
 BRACHY_TARGET(Avx512, BRACHY_AVX512);
 
-DoseTables make_tables(const Tg43Source& source) {
-  DoseTables tables;
-  tables.active_length_mm = static_cast<float>(10 * source.active_length_cm);
-  // G in 1/mm² is 1/100 of that in 1/cm²: both here and at the reference point the table's lengths are mm.
-  tables.scale = static_cast<float>(100 * total_gy_per_cgy_h(source.model) * source.dose_rate_constant /
-                                    geometry_function(source.active_length_cm, 1, 0));
-  for (std::size_t i = 0; i < DoseTables::kRadialCount; ++i)
-    tables.radial[i] = static_cast<float>(radial_dose_function(source, static_cast<double>(i) / 100));
-  for (std::size_t l = 0; l < DoseTables::kAngles; ++l)
-    for (std::size_t j = 0; j < DoseTables::kAnisotropyRadii; ++j)
-      tables.anisotropy[l * DoseTables::kAnisotropyRadii + j] = static_cast<float>(
-          anisotropy_function(source, 0.25 * static_cast<double>(j), static_cast<double>(l)));
-  return tables;
+// Is every node of the source's F one of the grid's?
+bool includes_nodes(const AnisotropyGrid& grid, const Tg43Source& source) {
+  const auto is_whole = [](double v) { return std::abs(v - std::round(v)) < 1e-9; };
+  return source.F_r_cm.back() <= grid.step_mm * static_cast<double>(grid.radii - 1) / 10 &&
+         std::ranges::all_of(source.F_r_cm, [&](double r) { return is_whole(10 * r / grid.step_mm); }) &&
+         std::ranges::all_of(source.F_theta_deg, is_whole);
 }
 
 }  // namespace
 
+DoseTables make_dose_tables(const Tg43Source& source) {
+  DoseTables tables;
+  tables.is_folded = source.is_symmetric() && includes_nodes(DoseTables::kFolded, source);
+  tables.active_length_mm = static_cast<float>(10 * source.active_length_cm);
+  tables.half_length_mm = static_cast<float>(source.capsule_length_mm / 2);
+  tables.radius_mm = static_cast<float>(source.capsule_diameter_mm / 2);
+  // G in 1/mm² is 1/100 of that in 1/cm²: both here and at the reference point the table's lengths are mm.
+  tables.scale =
+      static_cast<float>(100 * (0.01 * source.half_life_h() / std::numbers::ln2) * source.dose_rate_constant /
+                         geometry_function(source.active_length_cm, 1, 0));
+  for (std::size_t i = 0; i < DoseTables::kRadialCount; ++i)
+    tables.radial[i] = static_cast<float>(radial_dose_function(source, static_cast<double>(i) / 100));
+  const AnisotropyGrid grid = tables.is_folded ? DoseTables::kFolded : DoseTables::kFull;
+  tables.anisotropy.resize(grid.radii * grid.angles);
+  for (std::size_t l = 0; l < grid.angles; ++l) {
+    // Of a symmetric source both halves are the table's one.
+    const auto theta = static_cast<double>(source.is_symmetric() && l > 90 ? 180 - l : l);
+    for (std::size_t j = 0; j < grid.radii; ++j)
+      tables.anisotropy[l * grid.radii + j] = static_cast<float>(
+          anisotropy_function(source, grid.step_mm / 10.0 * static_cast<double>(j), theta));
+  }
+  return tables;
+}
+
 const DoseTables& dose_tables(SourceModel model) {
-  static const DoseTables iodine = make_tables(tg43_source(SourceModel::kAmersham6711));
-  static const DoseTables palladium = make_tables(tg43_source(SourceModel::kTheraSeed200));
-  return model == SourceModel::kTheraSeed200 ? palladium : iodine;
+  static const DoseTables iodine = make_dose_tables(tg43_source(SourceModel::kAmersham6711));
+  static const DoseTables palladium = make_dose_tables(tg43_source(SourceModel::kTheraSeed200));
+  if (model == SourceModel::kAmersham6711) return iodine;
+  if (model == SourceModel::kTheraSeed200) return palladium;
+  const LoadedSource* loaded = find_loaded(model);
+  assert(loaded && "unknown source model");
+  return loaded ? loaded->dose_tables() : iodine;
 }
 
 const DoseLoops& dose_loops(SimdTarget target) {

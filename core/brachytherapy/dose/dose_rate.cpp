@@ -47,11 +47,13 @@ double anisotropy_function(const Tg43Source& source, double r_cm, double theta_d
 }
 
 double dose_rate_per_u(const Tg43Source& source, double along_mm, double away_mm) {
-  const double depth = std::min(kSeedDiameterMm / 2 - away_mm, kSeedLengthMm / 2 - std::abs(along_mm));
+  const double depth =
+      std::min(source.capsule_diameter_mm / 2 - away_mm, source.capsule_length_mm / 2 - std::abs(along_mm));
   const double outwards = std::max(depth, 0.0);
   const double z = (std::abs(along_mm) + outwards) / 10, rho = (away_mm + outwards) / 10;
-  const double r = std::hypot(z, rho), theta_deg = std::atan2(rho, z) * (180 / std::numbers::pi);
-  const double L = source.active_length_cm;
+  const double along = source.is_symmetric() ? z : std::copysign(z, along_mm);
+  const double r = std::hypot(z, rho), theta_deg = std::atan2(rho, along) * (180 / std::numbers::pi);
+  const double L = source.active_length_cm;  // G is even in z
   return source.dose_rate_constant * geometry_function(L, rho, z) / geometry_function(L, kReferenceRCm, 0) *
          radial_dose_function(source, r) * anisotropy_function(source, r, theta_deg);
 }

@@ -23,11 +23,12 @@ double geometry_function(double active_length_cm, double rho_cm, double z_cm);
 /// line through the last two (TG-43U1S1). r ≥ 0, cm.
 double radial_dose_function(const Tg43Source& source, double r_cm);
 
-/// F(r, θ): bilinear between the table's nodes; beyond them in r the nearest (TG-43U1S1). θ 0 … 90°.
+/// F(r, θ): bilinear between the table's nodes; beyond them in r the nearest (TG-43U1S1). θ 0 … 90° for a symmetric
+/// source, 0 … 180° for another.
 double anisotropy_function(const Tg43Source& source, double r_cm, double theta_deg);
 
-/// Ḋ at `along_mm` along the axis from the centre and `away_mm` ≥ 0 from it for 1 U, cGy/h/U. Either sign of `along_mm`
-/// gives the same bits.
+/// Ḋ at `along_mm` along the axis from the centre and `away_mm` ≥ 0 from it for 1 U, cGy/h/U. For a symmetric source
+/// either sign of `along_mm` gives the same bits; for another, positive is where θ < 90°.
 ///
 /// Inside the capsule, where the protocol defines nothing, a point is first moved outwards, by as much along the axis
 /// (from the middle) as away from it, until it lies on the capsule's surface. That is continuous, finite, symmetric and

@@ -6,16 +6,21 @@
 
 namespace brachy {
 
-/// Which source a seed is; values go over the wire: append only.
+/// Which source a seed is; values go over the wire: append only. From kFirstOfFiles on they are those of source files
+/// (core/brachytherapy/dose/source_file.h), numbered by each process as it reads them.
 enum class SourceModel : std::uint16_t {
-  kAmersham6711 = 1,  ///< I-125, Amersham/GE OncoSeed 6711; "6711"
-  kTheraSeed200 = 2,  ///< Pd-103, Theragenics TheraSeed 200; "200"
+  kAmersham6711 = 1,      ///< I-125, Amersham/GE OncoSeed 6711; "6711"
+  kTheraSeed200 = 2,      ///< Pd-103, Theragenics TheraSeed 200; "200"
+  kIsoRayCs1 = 3,         ///< Cs-131, IsoRay CS-1 Rev2; "cs1-rev2"
+  kMicroSelectronV2 = 4,  ///< Ir-192 HDR, Nucletron mHDR-v2; "mhdr-v2"
+  kFirstOfFiles = 1000,
 };
 
 /// A seed as a source of dose: position, direction, strength.
 struct DoseSeed {
   Vec3 position;  ///< its centre, mm, world frame W
-  Vec3 axis;      ///< unit, along its length; the sign does not matter
+  /// unit, along its length; of a source on a cable away from the cable, of others either way (Tg43Source)
+  Vec3 axis;
   SourceModel source = SourceModel::kAmersham6711;
   double air_kerma_strength_u = 0;  ///< at the time of implantation; 1 U = 1 cGy cm²/h
 };

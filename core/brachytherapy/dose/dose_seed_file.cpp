@@ -14,8 +14,10 @@ DoseSeed read_seed(std::span<const double> cells, const std::string& name, std::
     refuse_line(name, line, "the axis ax,ay,az is 0; give the direction the seed lies along, e.g. 0,0,1");
   const std::optional<SourceModel> source = find_source(exact_text(cells[6]));
   if (!source)
-    refuse_line(name, line,
-                "no source " + exact_text(cells[6]) + "; use 6711 (I-125) or 200 (Pd-103, TheraSeed)");
+    refuse_line(
+        name, line,
+        "no source " + exact_text(cells[6]) +
+            "; use the number of a source: 6711 (I-125), 200 (Pd-103), 131 (Cs-131), 192 (Ir-192 HDR)");
   if (!(cells[7] > 0))
     refuse_line(name, line,
                 "strength_u is " + exact_text(cells[7]) + "; give an air-kerma strength above 0, in U");

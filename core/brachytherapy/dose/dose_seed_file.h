@@ -10,7 +10,7 @@
 namespace brachy {
 
 /// The first line of a file of seeds whose dose is computed: centre (mm, world frame W), axis (of any length but 0),
-/// source 6711 or 200, and air-kerma strength at implantation in U.
+/// number of its source (Tg43Source), and air-kerma strength at implantation in U.
 inline constexpr std::string_view kDoseSeedHeader = "x,y,z,ax,ay,az,source,strength_u";
 
 /// Parses such a text; `name` stands for the file in errors. Axes are normalised.

@@ -2,6 +2,8 @@
 
 #include <cassert>
 
+#include "core/brachytherapy/dose/loaded_source.h"
+
 namespace brachy {
 namespace {
 
@@ -78,7 +80,9 @@ constexpr Tg43Source kSources[] = {
      .g = k6711Radial,
      .F_r_cm = k6711AnisotropyR,
      .F_theta_deg = k6711AnisotropyTheta,
-     .F = k6711Anisotropy},
+     .F = k6711Anisotropy,
+     .number = 6711,
+     .u_per_mci = 1.27},
     {.model = SourceModel::kTheraSeed200,
      .name = "200",
      .description = "Pd-103, Theragenics TheraSeed 200",
@@ -89,7 +93,9 @@ constexpr Tg43Source kSources[] = {
      .g = k200Radial,
      .F_r_cm = k200AnisotropyR,
      .F_theta_deg = k200AnisotropyTheta,
-     .F = k200Anisotropy},
+     .F = k200Anisotropy,
+     .number = 200,
+     .u_per_mci = 1.293},
 };
 
 constexpr bool is_complete(const Tg43Source& s) {
@@ -102,18 +108,39 @@ static_assert(is_complete(kSources[0]) && is_complete(kSources[1]));
 const Tg43Source& tg43_source(SourceModel model) {
   for (const Tg43Source& source : kSources)
     if (source.model == model) return source;
-  assert(!"unknown source model");
-  return kSources[0];
+  const LoadedSource* loaded = find_loaded(model);
+  assert(loaded && "unknown source model");
+  return loaded ? loaded->data() : kSources[0];
 }
 
 std::string_view to_string(SourceModel model) {
   return tg43_source(model).name;
 }
 
-std::optional<SourceModel> find_source(std::string_view name) {
+std::optional<SourceModel> find_source(std::string_view name_or_number) {
+  const auto is_it = [&](const Tg43Source& source) {
+    return source.name == name_or_number || std::to_string(source.number) == name_or_number;
+  };
   for (const Tg43Source& source : kSources)
-    if (source.name == name) return source.model;
+    if (is_it(source)) return source.model;
+  for (const LoadedSource* loaded : loaded_sources())
+    if (is_it(loaded->data())) return loaded->data().model;
   return std::nullopt;
+}
+
+std::optional<SourceModel> find_seed_source(std::string_view name_or_number) {
+  const auto model = find_source(name_or_number);
+  return model && tg43_source(*model).is_permanent ? model : std::nullopt;
+}
+
+std::string source_names(bool permanent) {
+  std::string names;
+  const auto add = [&](const Tg43Source& source) {
+    if (source.is_permanent == permanent) names += (names.empty() ? "" : ", ") + std::string(source.name);
+  };
+  for (const Tg43Source& source : kSources) add(source);
+  for (const LoadedSource* loaded : loaded_sources()) add(loaded->data());
+  return names;
 }
 
 }  // namespace brachy

@@ -65,9 +65,9 @@ double number(const std::string& cell, const char* key, double least, double mos
 }
 
 SourceModel source(const std::string& cell, const Line& line) {
-  const auto model = find_source(cell);
+  const auto model = find_seed_source(cell);
   if (!model)
-    line.refuse_key()("source", "is \"" + one_short_line(cell) + "\"; it must be one of: 6711, 200");
+    line.refuse_key()("source", "is \"" + one_short_line(cell) + "\"; it must be one of: " + source_names());
   return *model;
 }
 

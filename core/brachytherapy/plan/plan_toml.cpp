@@ -1,4 +1,5 @@
 #include "core/base/number_text.h"
+#include "core/base/one_line.h"
 #include "core/base/toml_table.h"
 #include "core/brachytherapy/dose/source.h"
 #include "core/brachytherapy/plan/plan_check.h"
@@ -41,7 +42,7 @@ Plan parse_plan_toml(std::string_view text, const std::string& name, const Templ
   Plan plan;
   std::string source = "6711";
   t.text("name", plan.name);
-  t.text("source", source, {"6711", "200"});
+  t.text("source", source);
   t.number("air_kerma_strength_u", plan.air_kerma_strength_u, PlanLimits::kLeastStrengthU,
            PlanLimits::kMostStrengthU);
   t.number("prescription_gy", plan.prescription_gy, PlanLimits::kLeastPrescriptionGy,
@@ -49,7 +50,11 @@ Plan parse_plan_toml(std::string_view text, const std::string& name, const Templ
   t.number("base_plane_mm", plan.base_plane_mm, PlanLimits::kLeastBasePlaneMm, PlanLimits::kMostBasePlaneMm);
   std::vector<TomlTable> needles = t.tables("needle");
   t.refuse_unknown();
-  plan.source = *find_source(source);
+  const auto model = find_seed_source(source);
+  if (!model)
+    t.contradiction("source", "is \"" + one_short_line(source) + "\"; it must be one of: " + source_names() +
+                                  "; a scene's dose.source adds one");
+  plan.source = *model;
   check_name(plan.name, [&](const char* key, const std::string& what) { t.contradiction(key, what); });
   require(t, {"source", "air_kerma_strength_u", "prescription_gy", "base_plane_mm"},
           "a plan has the seeds' source and strength, the dose and the base plane; `brachy plan "

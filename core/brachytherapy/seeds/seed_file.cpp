@@ -62,8 +62,8 @@ Seed read_seed(Row row, std::size_t expected_id) {
   const int certified = row.whole<int>("certified", 0, kFixed);
   seed.is_certified = certified == 1;
   seed.is_fixed = certified == kFixed;
-  const auto source = find_source(std::to_string(row.whole<int>("source", 0, 1e9)));
-  if (!source) row.refuse("source is neither 6711 nor 200");
+  const auto source = find_seed_source(std::to_string(row.whole<int>("source", 0, 1e9)));
+  if (!source) row.refuse("source is the number of none of " + source_names());
   seed.source = *source;
   seed.air_kerma_strength_u = row.number();
   if (!(seed.air_kerma_strength_u > 0)) row.refuse("strength_u is not positive");
@@ -106,7 +106,7 @@ std::string seed_row(const Seed& seed) {
   add(seed.needle);
   add(seed.planned);
   add(seed.is_fixed ? kFixed : seed.is_certified ? 1 : 0);
-  add(seed.source == SourceModel::kAmersham6711 ? 6711 : 200);
+  add(tg43_source(seed.source).number);
   add(seed.air_kerma_strength_u);
   for (const Vec3& v : {seed.dropped, seed.dropped_axis, seed.rest, seed.rest_axis, seed.gland_motion})
     add_all(v);

@@ -11,7 +11,7 @@ namespace brachy {
 
 /// The first line of a file of seeds that fell, the ledger of a session: a row for each, in the order of falling.
 /// `planned` is −1 for a seed that is not in the plan, `certified` 0, 1, or 2 for a seed that is fixed outside the
-/// tissue, `source` 6711 or 200; mm, world frame W.
+/// tissue, `source` its number, 6711; mm, world frame W.
 inline constexpr std::string_view kSeedHeader =
     "seed,tick,t_s,needle,planned,certified,source,strength_u,x,y,z,ax,ay,az,"
     "rest_x,rest_y,rest_z,rest_ax,rest_ay,rest_az,gland_x,gland_y,gland_z";

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <string_view>
 
+#include "core/base/number_text.h"
 #include "core/brachytherapy/dose/source.h"
 #include "core/scene/file/scene_keys.h"
 
@@ -20,9 +21,38 @@ std::vector<Key<TemplateGrid>> template_keys() {
   };
 }
 
+std::vector<Key<ImplantSettings>> implant_kind_keys() {
+  using S = ImplantSettings;
+  return {
+      text("kind", &S::kind, {"ldr", "hdr"}, kRestart,
+           "ldr: needles leave seeds; hdr: they are catheters that stay, and a source dwells in them"),
+      number("step_mm", &S::step_mm, {2.5, 5}, kRestart, "hdr: between dwell positions: 2.5 or 5"),
+      number("tip_offset_mm", &S::tip_offset_mm, {0, 50}, kRestart,
+             "hdr: of the first dwell position behind the catheter's tip"),
+      integer("max_catheters", &S::max_catheters, {1, S::kMaxCatheters}, kRestart,
+              "hdr: of a generated plan"),
+      number("source_strength_u", &S::source_strength_u, {1, 1e5}, kRestart,
+             "hdr: air-kerma strength on the day; 40,300 U are 10 Ci of Ir-192"),
+      alternative<S>("activity_ci", Range{0.001, 20}, 10, kRestart,
+                     "hdr: of Ir-192, 4.03 U for each mCi (AAPM TG-43, 1995); in place of source_strength_u",
+                     [](const TomlTable& t, S& s, double ci) {
+                       if (t.has("source_strength_u"))
+                         t.contradiction(
+                             "activity_ci",
+                             "and implant.source_strength_u both give the strength; give one of them");
+                       s.source_strength_u = ci * S::kUPerCi;
+                     }),
+  };
+}
+
+void check_implant(const TomlTable& t, Scene& scene) {
+  if (scene.implant.step_mm != 2.5 && scene.implant.step_mm != 5)
+    t.contradiction("step_mm", "is " + text_of(scene.implant.step_mm) + "; it must be 2.5 or 5");
+}
+
 std::vector<Key<SeedSettings>> seeds_keys() {
   using S = SeedSettings;
-  const std::vector<std::string> sources = {"6711", "200"};
+  const std::vector<std::string> sources = {"6711", "200", "cs1-rev2"};
   return {
       text("applicator", &S::applicator, {"single", "train"}, kRestart,
            "at a press of the device's button: one seed drops at the tip; or the plan's train of that hole "
@@ -33,7 +63,7 @@ std::vector<Key<SeedSettings>> seeds_keys() {
            "one; or always the plan's next one, whatever the hole"),
       field_key(
           "source", "text", range_text(sources), &S::source, kRestart,
-          "of seeds in no plan: I-125, Amersham 6711; or Pd-103, TheraSeed 200",
+          "of seeds in no plan: I-125, Amersham 6711; Pd-103, TheraSeed 200; Cs-131, IsoRay CS-1 Rev2",
           [sources](TomlTable& t, SourceModel& source) {
             std::string name(to_string(source));
             t.text("source", name, sources);
@@ -57,11 +87,23 @@ void check_seeds(const TomlTable& t, Scene& scene) {
 std::vector<Key<DoseSettings>> dose_keys() {
   using S = DoseSettings;
   return {
-      number("prescription_gy", &S::prescription_gy, {1, 1000}, kRestart,
-             "where there is no plan, which has its own; alone I-125: 145 Gy, Pd-103: 125 Gy (ABS)"),
+      number(
+          "prescription_gy", &S::prescription_gy, {1, 1000}, kRestart,
+          "where there is no plan, which has its own; alone I-125: 145 Gy, Pd-103: 125 Gy (ABS); hdr: of a "
+          "fraction, 13.5 if not given"),
       number("spacing_mm", &S::spacing_mm, {0.25, 10}, kRestart, "of the grid"),
       number("margin_mm", &S::margin_mm, {0, 50}, kRestart, "of the grid around the prostate"),
+      text("source", &S::source, {}, kRestart,
+           "a name as in seeds.source, or a TG-43U1 source file relative to this one (config/README.md); "
+           "empty: "
+           "seeds.source, for hdr mhdr-v2"),
   };
+}
+
+// A fraction's dose is not that of seeds.
+void check_dose(const TomlTable& t, Scene& scene) {
+  if (scene.implant.is_hdr() && !t.has("prescription_gy"))
+    scene.dose.prescription_gy = ImplantSettings::kFractionGy;
 }
 
 std::vector<Key<StructureSettings>> structure_keys() {
@@ -103,13 +145,18 @@ std::vector<SceneSection> implant_sections() {
        "The treatment plan.",
        {text("file", &Scene::plan_file, {}, kRestart,
              "TOML or CSV, relative to this file, as `brachy plan --generate` writes it; empty: no plan")}},
+      {"implant", "Seeds that stay, or catheters for an afterloader.",
+       within<Scene>(
+           implant_kind_keys(), [](auto& s) -> auto& { return s.implant; }),
+       check_implant},
       {"seeds", "How a needle drops its seeds, and which.",
        within<Scene>(
            seeds_keys(), [](auto& s) -> auto& { return s.seeds; }),
        check_seeds},
       {"dose", "The dose report.",
        within<Scene>(
-           dose_keys(), [](auto& s) -> auto& { return s.dose; })},
+           dose_keys(), [](auto& s) -> auto& { return s.dose; }),
+       check_dose},
       {"structure",
        "A structure that dose is reported for. One named prostate is the gland, for plans, dose and score; "
        "without "

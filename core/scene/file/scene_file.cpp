@@ -6,6 +6,7 @@
 #include "core/base/denied_folder.h"
 #include "core/base/error.h"
 #include "core/base/toml_table.h"
+#include "core/scene/choose_source.h"
 #include "core/scene/file/scene_keys.h"
 
 namespace brachy {
@@ -68,6 +69,7 @@ Scene load_scene(const std::filesystem::path& file) {
   if (!in) throw UserError(name + ": cannot be read; check its permissions");
   Scene scene = parse_scene(text.str(), name);
   scene.directory = file.parent_path();
+  choose_source(scene);
   return scene;
 }
 

@@ -138,7 +138,7 @@ TEST(PlanFile, CsvRowsAreCheckedAsTomlIs) {
   EXPECT_EQ(csv_refusal(kCsvHead + "D4,1 mm,s,80,6711,0.5,145,\n"),
             "plan.csv:2: 'retraction_mm' needs a number, such as 12.5");
   EXPECT_EQ(csv_refusal(kCsvHead + "D4,0,s,80,6702,0.5,145,\n"),
-            "plan.csv:2: 'source' is \"6702\"; it must be one of: 6711, 200");
+            "plan.csv:2: 'source' is \"6702\"; it must be one of: 6711, 200, cs1-rev2");
   EXPECT_EQ(csv_refusal(kCsvHead + "D4,0,s,80,6711,nan,145,\n").find("plan.csv:2: 'air_kerma_strength_u' is"),
             0u);
   EXPECT_EQ(csv_refusal(kCsvHead + good + "E4,0,s,81,6711,0.5,145,test\n")

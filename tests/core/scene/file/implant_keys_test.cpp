@@ -33,6 +33,17 @@ TEST(ImplantKeys, AreReadAsTheFileSaysThem) {
   EXPECT_EQ(scene.structures[1].name, "bulb_2");
 }
 
+TEST(ImplantKeys, AFractionHasADoseAndASourceOfItsOwn) {
+  const Scene hdr = parse_scene("[implant]\nkind = \"hdr\"\nactivity_ci = 8\n", "scene.toml");
+  EXPECT_TRUE(hdr.implant.is_hdr());
+  EXPECT_EQ(hdr.implant.source_strength_u, 8 * 4030);
+  EXPECT_EQ(hdr.dose.prescription_gy, 13.5);
+  EXPECT_EQ(parse_scene("[implant]\nkind = \"hdr\"\n[dose]\nprescription_gy = 19\n", "scene.toml")
+                .dose.prescription_gy,
+            19);
+  EXPECT_EQ(parse_scene("", "scene.toml").dose.prescription_gy, 145);
+}
+
 TEST(ImplantKeys, TheDefaultTemplateHasAHoleOnThePhantomsAxis) {
   const TemplateGrid grid = parse_scene("", "nothing").template_grid;
   EXPECT_EQ(grid.position("G7"), Vec3(0, 0, -60));
@@ -47,7 +58,12 @@ TEST(ImplantKeys, WhatMakesNoSenseIsRefusedWithItsLineAndTheFix) {
   EXPECT_EQ(refusal_of_keys("[seeds]\nloading = \"tray\""),
             "scene.toml:2: 'seeds.loading' is \"tray\"; it must be one of: hole, order");
   EXPECT_EQ(refusal_of_keys("[seeds]\nsource = \"6702\""),
-            "scene.toml:2: 'seeds.source' is \"6702\"; it must be one of: 6711, 200");
+            "scene.toml:2: 'seeds.source' is \"6702\"; it must be one of: 6711, 200, cs1-rev2");
+  EXPECT_EQ(refusal_of_keys("[implant]\nstep_mm = 3"),
+            "scene.toml:2: 'implant.step_mm' is 3; it must be 2.5 or 5");
+  EXPECT_EQ(refusal_of_keys("[implant]\nactivity_ci = 8\nsource_strength_u = 40000"),
+            "scene.toml:2: 'implant.activity_ci' and implant.source_strength_u both give the strength; give "
+            "one of them");
   EXPECT_EQ(refusal_of_keys("[seeds]\nair_kerma_strength_u = 0"),
             "scene.toml:2: 'seeds.air_kerma_strength_u' is 0; it must be between 0.001 and 100");
   EXPECT_EQ(refusal_of_keys("[template]\ncolumns = 27"),

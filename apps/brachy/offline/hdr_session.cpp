@@ -1,0 +1,30 @@
+#include "apps/brachy/offline/hdr_session.h"
+
+#include "haptics/trajectory/needle_trajectories.h"
+
+namespace brachy {
+
+std::string hdr_session_csv(const HdrPlan& plan, const TemplateGrid& grid, double speed_mm_s) {
+  constexpr double kOutsideMm = 5, kRestS = 0.5, kEndS = 1;
+  const TrajectoryColumns columns{.needle = true};
+  std::string text = trajectory_header(columns) + "\n";
+  double t_s = 0;
+  const auto add = [&](std::size_t needle, const Vec3& tip) {
+    text +=
+        trajectory_row({t_s, {Mat3::Identity(), tip}, false}, static_cast<std::uint32_t>(needle), columns) +
+        "\n";
+  };
+  for (std::size_t n = 0; n < plan.catheters.size(); ++n) {
+    const Vec3 tip = plan.planned_tip(grid, n);
+    const Vec3 start = tip - (plan.catheters[n].tip_mm + kOutsideMm) * Vec3::UnitZ();
+    add(n, start);
+    t_s += (tip - start).norm() / speed_mm_s;
+    add(n, tip);
+    t_s += kRestS;
+  }
+  t_s += kEndS;
+  add(plan.catheters.size() - 1, plan.planned_tip(grid, plan.catheters.size() - 1));
+  return text;
+}
+
+}  // namespace brachy

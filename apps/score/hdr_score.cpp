@@ -1,0 +1,100 @@
+#include "apps/score/hdr_score.h"
+
+#include <algorithm>
+
+#include "core/brachytherapy/dose/implant_dose.h"
+#include "core/brachytherapy/hdr/dwell_optimiser.h"
+
+namespace brachy {
+namespace {
+
+// Each planned catheter's course; null: none. Nearest pairs first.
+std::vector<const CatheterCourse*> assigned(const HdrPlan& plan, const TemplateGrid& grid,
+                                            const std::vector<CatheterCourse>& catheters) {
+  struct Pair {
+    double mm;
+    std::size_t planned, delivered;
+  };
+  std::vector<Pair> pairs;
+  for (std::size_t p = 0; p < plan.catheters.size(); ++p)
+    for (std::size_t d = 0; d < catheters.size(); ++d) {
+      const Vec3 hole = *grid.position(plan.catheters[p].hole);
+      // Where the catheter passes the template: it may have bent since.
+      const double mm = (catheters[d].now.back() - hole).head<2>().norm();
+      if (mm <= 0.5 * grid.spacing_mm) pairs.push_back({mm, p, d});
+    }
+  std::ranges::stable_sort(pairs, {}, &Pair::mm);
+  std::vector<const CatheterCourse*> of(plan.catheters.size(), nullptr);
+  std::vector<bool> taken(catheters.size());
+  for (const Pair& pair : pairs)
+    if (!of[pair.planned] && !taken[pair.delivered]) {
+      of[pair.planned] = &catheters[pair.delivered];
+      taken[pair.delivered] = true;
+    }
+  return of;
+}
+
+CatheterScore compare(const HdrPlan& plan, const TemplateGrid& grid, std::size_t planned,
+                      const CatheterCourse* course) {
+  CatheterScore score{.planned = planned};
+  if (!course) return score;
+  score.needle = course->needle;
+  const Vec3 tip = plan.planned_tip(grid, planned);
+  score.tip_error = course->now.front() - tip;
+  score.along_mm = score.tip_error.z();
+  score.across_mm = score.tip_error.head<2>().norm();
+  const std::size_t count = plan.catheters[planned].dwell_s.size();
+  for (std::size_t i = 0; i < count; ++i) {
+    const Vec3 aimed_at = tip - plan.offset_mm(i) * Vec3::UnitZ();
+    const double mm = (dwell_at(course->rest, plan.offset_mm(i)).position - aimed_at).norm();
+    score.mean_mm += mm / static_cast<double>(count);
+    score.largest_mm = std::max(score.largest_mm, mm);
+  }
+  return score;
+}
+
+std::vector<StructureDose> dose_of(const std::vector<Dwell>& dwells, const HdrPlan& plan,
+                                   const std::vector<Structure>& structures, const DoseSettings& settings) {
+  ImplantDose dose(structures, settings);
+  for (const DoseSeed& seed : as_seeds(dwells, plan.source, plan.source_strength_u)) dose.add(seed);
+  return dose.evaluate();
+}
+
+}  // namespace
+
+HdrScore score_hdr(const HdrPlan& plan, const TemplateGrid& grid, const std::vector<Structure>& structures,
+                   DoseSettings settings, const std::vector<CatheterCourse>& catheters) {
+  settings.prescription_gy = plan.prescription_gy;
+  HdrScore score;
+  score.prescription_gy = plan.prescription_gy;
+  score.reoptimised_plan = plan;
+  const auto courses = assigned(plan, grid, catheters);
+  std::vector<Dwell> delivered;
+  for (std::size_t p = 0; p < plan.catheters.size(); ++p) {
+    score.catheters.push_back(compare(plan, grid, p, courses[p]));
+    std::ranges::fill(score.reoptimised_plan.catheters[p].dwell_s, 0);
+    if (!courses[p]) continue;
+    for (std::size_t i = 0; i < plan.catheters[p].dwell_s.size(); ++i) {
+      Dwell dwell = dwell_at(courses[p]->rest, plan.offset_mm(i));
+      dwell.catheter = p;
+      dwell.index = i;
+      dwell.seconds = plan.catheters[p].dwell_s[i];
+      delivered.push_back(dwell);
+    }
+  }
+  for (const CatheterCourse& c : catheters)
+    if (std::ranges::find(courses, &c) == courses.end()) score.unplanned.push_back(c.needle);
+  score.plan = dose_of(plan.dwells(grid), plan, structures, settings);
+  if (delivered.empty()) return score;
+  score.delivered = dose_of(delivered, plan, structures, settings);
+  const std::vector<double> times = optimise_dwell_times(DwellDoses(
+      delivered, dose_points(structures), plan.source, plan.source_strength_u, plan.prescription_gy));
+  for (std::size_t k = 0; k < delivered.size(); ++k) {
+    delivered[k].seconds = times[k];
+    score.reoptimised_plan.catheters[delivered[k].catheter].dwell_s[delivered[k].index] = times[k];
+  }
+  score.reoptimised = dose_of(delivered, plan, structures, settings);
+  return score;
+}
+
+}  // namespace brachy

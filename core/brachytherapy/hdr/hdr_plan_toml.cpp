@@ -1,0 +1,149 @@
+#include <algorithm>
+#include <fstream>
+#include <sstream>
+
+#include "core/base/denied_folder.h"
+#include "core/base/error.h"
+#include "core/base/number_text.h"
+#include "core/base/one_line.h"
+#include "core/base/toml_precheck.h"
+#include "core/base/toml_table.h"
+#include "core/brachytherapy/dose/source.h"
+#include "core/brachytherapy/hdr/hdr_plan_file.h"
+#include "core/brachytherapy/plan/plan_check.h"
+
+namespace brachy {
+namespace {
+
+void require_keys(const TomlTable& t, std::initializer_list<const char*> keys, const char* what) {
+  for (const char* key : keys)
+    if (!t.has(key)) t.missing(key, what);
+}
+
+void read_catheter(TomlTable t, HdrPlan& plan, const TemplateGrid& grid, double needle_length_mm) {
+  PlanCatheter& catheter = plan.catheters.emplace_back();
+  t.text("hole", catheter.hole);
+  t.number("tip_mm", catheter.tip_mm, 0, HdrPlanLimits::kMostTipMm);
+  t.list("dwell_s", catheter.dwell_s, 0, HdrPlanLimits::kMostDwellS);
+  t.refuse_unknown();
+  require_keys(
+      t, {"hole", "tip_mm", "dwell_s"},
+      "a [[catheter]] has a hole, the tip's mm beyond the template, and the time of each dwell position");
+  if (!grid.position(catheter.hole))
+    t.contradiction("hole",
+                    "is \"" + one_short_line(catheter.hole) + "\"; the template has " + grid.extent());
+  if (catheter.hole[0] >= 'a') catheter.hole[0] = static_cast<char>(catheter.hole[0] - 'a' + 'A');
+  for (std::size_t before = 0; before + 1 < plan.catheters.size(); ++before)
+    if (plan.catheters[before].hole == catheter.hole)
+      t.contradiction("hole", "is \"" + catheter.hole + "\" for the second time; use each hole once");
+  if (catheter.tip_mm > needle_length_mm)
+    t.contradiction("tip_mm", "is " + text_of(catheter.tip_mm) + " and the needle is " +
+                                  text_of(needle_length_mm) + " mm long; lower it");
+  const std::size_t count = catheter.dwell_s.size();
+  if (count == 0 || count > HdrPlanLimits::kMostDwells)
+    t.contradiction("dwell_s", "has " + std::to_string(count) + " times; give 1 to " +
+                                   std::to_string(HdrPlanLimits::kMostDwells));
+  if (plan.offset_mm(count - 1) > catheter.tip_mm)
+    t.contradiction("dwell_s", "reaches " + text_of(plan.offset_mm(count - 1)) +
+                                   " mm behind the tip, which is " + text_of(catheter.tip_mm) +
+                                   " mm beyond the template; give fewer times");
+}
+
+SourceModel read_source(TomlTable& t) {
+  std::string name;
+  t.text("source", name);
+  const auto model = find_source(name);
+  if (!model || tg43_source(*model).is_permanent)
+    t.contradiction("source", "is \"" + one_short_line(name) + "\"; it must be one of: " +
+                                  source_names(false) + "; a scene's dose.source adds one");
+  return *model;
+}
+
+std::string quoted(const std::string& text) {
+  std::string out = "\"";
+  for (const char c : text) {
+    if (c == '"' || c == '\\') out += '\\';
+    out += c;
+  }
+  return out + "\"";
+}
+
+}  // namespace
+
+bool is_hdr_plan(std::string_view text) {
+  try {
+    TomlTable t = parse_toml(text, "plan");
+    std::string kind;
+    t.text("kind", kind);
+    return kind == "hdr";
+  } catch (const UserError&) {
+    return false;
+  }
+}
+
+HdrPlan parse_hdr_plan(std::string_view text, const std::string& name, const TemplateGrid& grid,
+                       double needle_length_mm) {
+  using L = HdrPlanLimits;
+  TomlTable t = parse_toml(text, name);
+  HdrPlan plan;
+  std::string kind;
+  t.text("kind", kind, {"hdr"});
+  t.text("name", plan.name);
+  require_keys(t, {"kind", "source"},
+               "a plan of HDR has kind = \"hdr\" and a source; `brachy plan --generate` writes one");
+  plan.source = read_source(t);
+  t.number("source_strength_u", plan.source_strength_u, L::kLeastStrengthU, L::kMostStrengthU);
+  t.number("prescription_gy", plan.prescription_gy, L::kLeastPrescriptionGy, L::kMostPrescriptionGy);
+  t.number("step_mm", plan.step_mm, 1, 10);
+  t.number("tip_offset_mm", plan.tip_offset_mm, 0, L::kMostTipOffsetMm);
+  std::vector<TomlTable> catheters = t.tables("catheter");
+  t.refuse_unknown();
+  check_name(plan.name, [&](const char* key, const std::string& what) { t.contradiction(key, what); });
+  require_keys(
+      t, {"source_strength_u", "prescription_gy", "step_mm", "tip_offset_mm", "catheter"},
+      "`brachy plan --generate` with a scene of implant.kind = \"hdr\" writes a plan with all of them");
+  if (catheters.size() > ImplantSettings::kMaxCatheters)
+    t.contradiction("catheter", "stands there " + std::to_string(catheters.size()) + " times; give at most " +
+                                    std::to_string(ImplantSettings::kMaxCatheters));
+  for (TomlTable& catheter : catheters) read_catheter(catheter, plan, grid, needle_length_mm);
+  if (plan.dwell_count() == 0) t.contradiction("catheter", "has no dwell time above 0; give one");
+  return plan;
+}
+
+HdrPlan load_hdr_plan(const std::filesystem::path& file, const TemplateGrid& grid, double needle_length_mm) {
+  const std::string name = file.string();
+  std::error_code error;
+  refuse_denied_folder(file);
+  if (!std::filesystem::is_regular_file(file, error))
+    throw UserError(name + ": no such plan; `brachy plan --generate --out " + name + "` writes one");
+  if (std::filesystem::file_size(file, error) > TomlLimits::kMaxBytes)
+    throw UserError(name + ": larger than 1 MiB; a plan is a page of TOML");
+  std::ifstream in(file, std::ios::binary);
+  std::ostringstream text;
+  text << in.rdbuf();
+  if (!in) throw UserError(name + ": cannot be read; check its permissions");
+  return parse_hdr_plan(text.str(), name, grid, needle_length_mm);
+}
+
+std::string to_toml(const HdrPlan& plan) {
+  std::string out = "# Catheters through a template, and how long the source dwells in them; mm, U, Gy, s.\n";
+  out += "kind = \"hdr\"\nname = " + quoted(plan.name) + "\n";
+  out += "source = \"" + std::string(to_string(plan.source)) + "\"\n";
+  out += "source_strength_u = " + exact_text(plan.source_strength_u) + "  # on the day\n";
+  out += "prescription_gy = " + exact_text(plan.prescription_gy) + "  # of this fraction\n";
+  out += "step_mm = " + exact_text(plan.step_mm) + "  # between dwell positions\n";
+  out += "tip_offset_mm = " + exact_text(plan.tip_offset_mm) + "  # of the first one behind the tip\n";
+  out +=
+      "# tip_mm: beyond the template's plane. dwell_s: seconds at each dwell position, from the tip "
+      "backwards.\n";
+  for (const PlanCatheter& catheter : plan.catheters) {
+    out += "\n[[catheter]]\nhole = \"" + catheter.hole + "\"\ntip_mm = " + exact_text(catheter.tip_mm) +
+           "\ndwell_s = [";
+    for (std::size_t i = 0; i < catheter.dwell_s.size(); ++i)
+      out += (i ? ", " : "") + exact_text(catheter.dwell_s[i]);
+    out += "]\n";
+  }
+  return out;
+}
+
+}  // namespace brachy
