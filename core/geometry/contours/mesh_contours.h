@@ -1,0 +1,19 @@
+#pragma once
+
+#include <vector>
+
+#include "core/geometry/contours/contour_stack.h"
+#include "core/geometry/surface/surface_mesh.h"
+
+namespace brachy {
+
+/// Where a closed surface meets the plane z = height_mm (world frame): closed polygons in (x, y), mm, one for each loop.
+/// A vertex in the plane is taken to lie above it, so that the loops are always closed. Points closer than 1e-6 mm
+/// become one. Empty where the surface is elsewhere. Preconditions: every edge has two triangles.
+std::vector<Polygon> mesh_contours(const SurfaceMesh& mesh, double height_mm);
+
+/// Heights at which to cut a structure that spans min … max, so that contour_surface() gives it back with its ends: the
+/// multiples of `spacing_mm` between them, and near each end one more, at two thirds of what is left.
+std::vector<double> contour_heights(double min_mm, double max_mm, double spacing_mm);
+
+}  // namespace brachy

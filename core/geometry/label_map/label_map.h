@@ -1,0 +1,27 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/geometry/label_map/voxel_grid.h"
+
+namespace brachy {
+
+/// A segmentation: which voxels belong to which structure.
+struct LabelMap {
+  /// A structure: the voxels of one layer that have one value.
+  struct Segment {
+    std::string name;  ///< as the file has it; may be empty
+    std::uint16_t value = 0;
+    std::size_t layer = 0;
+    std::optional<std::array<double, 3>> colour;  ///< red, green, blue, 0 … 1
+  };
+
+  VoxelGrid grid;
+  std::vector<std::vector<std::uint16_t>> layers;  ///< each of grid.count() values; 0 belongs to none
+  std::vector<Segment> segments;
+};
+
+}  // namespace brachy

@@ -1,0 +1,16 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "core/geometry/label_map/voxel_grid.h"
+#include "core/geometry/surface/surface_bvh.h"
+
+namespace brachy {
+
+/// Sets `labels` (grid.count() values) to `value` where a voxel's centre is inside the surface, by a line through each
+/// row of voxels. Returns how many were set. Threads: any, independent calls. Not real-time.
+std::size_t rasterise(const SurfaceBvh& surface, const VoxelGrid& grid, std::uint16_t value,
+                      std::vector<std::uint16_t>& labels);
+
+}  // namespace brachy

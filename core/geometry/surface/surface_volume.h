@@ -1,0 +1,14 @@
+#pragma once
+
+#include "core/geometry/surface/surface_mesh.h"
+
+namespace brachy {
+
+/// Enclosed by a closed surface that is wound outward, mm³.
+double enclosed_mm3(const SurfaceMesh& mesh);
+
+/// Moves a closed surface along its vertices' normals, all by one distance of at most `most_mm`, until it encloses
+/// volume_mm3 to 0.1 %, or the distance is used up.
+void move_to_volume(SurfaceMesh& mesh, double volume_mm3, double most_mm);
+
+}  // namespace brachy
