@@ -1,11 +1,11 @@
 #!/usr/bin/env bash
 # Installs what building, testing and running need, where it is missing. Debian 12.
 #   scripts/setup.sh [--viewer] [--broker] [--tests] [--all] [--fuzz] [--charts] [--reference] [--pictures] [--latency]
-#       [--packages]
+#       [--packages] [--python]
 #     --viewer: also what building the viewer needs (node and npm)
 #     --broker: also what publishing to NATS needs (libnats), and a NATS server
 #     --tests: also what `scripts/test.sh` needs, so that it skips no test (the viewer, a browser for its tests;
-#            OpenIGTLink's own programs, as peers; numpy, venv and mypy for Python's client; a wall clock that
+#            OpenIGTLink's own programs, as peers; numpy, venv and mypy for Python's client, --python; a wall clock that
 #            jumps; systemd's check of the unit; a model checker; --broker)
 #     --all: also what `scripts/test.sh --all` needs (--tests; format; names; --fuzz)
 #     --fuzz: also what the preset asan needs (clang with its sanitizers and libFuzzer)
@@ -13,6 +13,7 @@
 #     --pictures: also what scripts/charts/screenshots.sh needs, beside --all
 #     --latency: also what scripts/campaigns/latency.sh compares with
 #     --packages: also what scripts/package/package_check.sh needs, with all its options
+#     --python: also what the engine as a Python module needs (pybind11)
 #     --reference: also what scripts/reference needs (CalculiX and gmsh as programs, numpy, scipy)
 set -euo pipefail
 
@@ -20,6 +21,7 @@ packages=(cmake ninja-build g++ lld ccache libeigen3-dev libboost-dev libassimp-
           libspdlog-dev nlohmann-json3-dev libgtest-dev libbenchmark-dev libssl-dev libcap-dev libsystemd-dev
           pkgconf zlib1g-dev python3 openssl curl dpkg-dev)  # zlib: also for assimp, whose package forgets it
 broker=(libnats-dev nats-server)
+python=(pybind11-dev python3-dev python3-numpy)
 fuzz=(clang-14 libclang-rt-14-dev)
 for option in "$@"; do
   case $option in
@@ -28,10 +30,11 @@ for option in "$@"; do
       command -v npm >/dev/null || packages+=(nodejs npm)
       if [[ $option != --viewer ]]; then
         packages+=(relacy-dev faketime systemd chromium libopenigtlink-dev openigtlink-examples "${broker[@]}"
-                   python3-numpy python3-venv mypy)
+                   "${python[@]}" python3-venv mypy)
       fi
       if [[ $option == --all ]]; then packages+=(clang-format-14 clang-tidy-14 "${fuzz[@]}"); fi
       ;;
+    --python) packages+=("${python[@]}") ;;
     --broker) packages+=("${broker[@]}") ;;
     --fuzz) packages+=("${fuzz[@]}") ;;
     --pictures) packages+=(pngquant) ;;
@@ -40,7 +43,7 @@ for option in "$@"; do
     --charts) packages+=(python3-matplotlib python3-numpy) ;;
     --reference) packages+=(calculix-ccx gmsh python3-numpy python3-scipy) ;;
     *) echo "setup: unknown option $option; there are --viewer, --broker, --tests, --all, --fuzz, --charts," \
-         "--pictures, --latency, --packages and --reference" >&2; exit 2 ;;
+         "--pictures, --latency, --packages, --python and --reference" >&2; exit 2 ;;
   esac
 done
 

@@ -1,14 +1,16 @@
-"""Client of brachyd, the brachytherapy simulator: viewers, devices and operators. The wire: net/PROTOCOL.md."""
+"""brachyd, the brachytherapy simulator: clients of the daemon (net/PROTOCOL.md), and the engine in this process."""
 from .client import AsyncClient, Client
 from .constants import ControlAction, ErrorCode, EventKind, ForceFlag, MessageType, Role, Subscription
 from .force import LocalForce
 from .recording import Recording
 from .protocol import Protocol, ServerError, unit_pose
+from .simulator import Drops, Simulator, Ticks
 from .wire import (Certificate, Dose, Error, Event, Force, Forces, Frame, Hello, Limits, LocalModel, Needle,
                    ProtocolError, Scene, Seed, State, StructureDose, Topology, Welcome)
 
 __version__ = "0.1.0"
-__all__ = ["AsyncClient", "Certificate", "Client", "ControlAction", "Dose", "Error", "ErrorCode", "Event",
+__all__ = ["AsyncClient", "Certificate", "Client", "ControlAction", "Dose", "Drops", "Error", "ErrorCode", "Event",
            "EventKind", "Force", "ForceFlag", "Forces", "Frame", "Hello", "Limits", "LocalForce",
            "LocalModel", "MessageType", "Needle", "Protocol", "ProtocolError", "Recording", "Role", "Scene", "Seed",
-           "ServerError", "State", "StructureDose", "Subscription", "Topology", "Welcome", "unit_pose"]
+           "ServerError", "Simulator", "State", "StructureDose", "Subscription", "Ticks", "Topology", "Welcome",
+           "unit_pose"]
