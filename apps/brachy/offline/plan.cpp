@@ -1,7 +1,9 @@
+#include <fstream>
 #include <iostream>
 #include <sstream>
 
 #include "apps/brachy/files/structure_files.h"
+#include "apps/brachy/offline/cbc.h"
 #include "apps/brachy/offline/hdr_plan_tool.h"
 #include "apps/brachy/offline/plan_report.h"
 #include "apps/brachy/offline/plan_session.h"
@@ -12,7 +14,9 @@
 #include "core/base/number_text.h"
 #include "core/brachytherapy/dose/dose_seed_file.h"
 #include "core/brachytherapy/plan/plan_file.h"
-#include "core/brachytherapy/plan/plan_generator.h"
+#include "core/brachytherapy/plan/request/make_plan.h"
+#include "core/brachytherapy/plan/request/source_limits.h"
+#include "core/brachytherapy/seeds/seed_file.h"
 #include "core/geometry/surface/surface_bvh.h"
 #include "core/scene/file/scene_file.h"
 #include "core/scene/load_plan.h"
@@ -28,20 +32,91 @@ struct PlanOptions {
   std::optional<std::filesystem::path> out, csv, seeds, structures, trajectory;  ///< to write
   double speed_mm_s = 50, drop_speed_mm_s = 20;                                  ///< of the trajectory
   bool hdr = false;  ///< catheters, whatever the scene says
+  std::string method = "annealing";
+  bool robust = false;
+  std::optional<double> strength_u;
+  std::optional<int> max_needles, max_seeds;
+  std::uint64_t seed = 1;
+  double seconds = 60;                          ///< of the integer programme's solver
+  std::optional<std::filesystem::path> placed;  ///< seeds in place
   bool json = false, force = false;
 };
 
-Plan get_plan(const PlanOptions& options, const Scene& scene, const std::vector<Structure>& structures) {
-  if (options.generate) {
-    Progress progress("plan");
-    return generate_plan(structures, scene.template_grid,
-                         {scene.name, scene.seeds.source, scene.dose.prescription_gy, scene.needle.length_mm,
-                          static_cast<std::size_t>(scene.seeds.max_count)},
-                         [&](double share) { progress.show(share, "ways to load the gland"); });
+/// Seeds that are in place: a session's ledger, or a table for `brachy dose`, whichever the header says.
+struct PlacedSeeds {
+  std::vector<DoseSeed> seeds;
+  std::vector<std::int32_t> planned;  // their numbers in the plan, where the ledger has them
+};
+
+PlacedSeeds load_placed(const std::filesystem::path& file) {
+  std::string first;
+  std::ifstream in(file);
+  std::getline(in, first);
+  if (!first.starts_with(kSeedHeader.substr(0, 5))) return {load_dose_seeds(file), {}};
+  PlacedSeeds placed;
+  for (const Seed& seed : load_seeds(file)) {
+    placed.seeds.push_back(seed.at_rest());
+    placed.planned.push_back(seed.planned);
   }
+  return placed;
+}
+
+Plan written_plan(const PlanOptions& options, const Scene& scene) {
   if (options.plan) return load_plan(*options.plan, scene.template_grid, scene.needle.length_mm);
   if (auto plan = load_plan(scene)) return *plan;
   throw UserError("no plan: name one, or a scene with plan.file, or generate one with --generate");
+}
+
+PlanRequest request_of(const PlanOptions& options, const Scene& scene) {
+  PlanRequest request;
+  request.settings = {scene.name, scene.seeds.source, scene.dose.prescription_gy, scene.needle.length_mm,
+                      static_cast<std::size_t>(scene.seeds.max_count)};
+  request.method = options.method == "rule"      ? PlanMethod::kRule
+                   : options.method == "integer" ? PlanMethod::kInteger
+                                                 : PlanMethod::kAnnealing;
+  request.strength_u = options.strength_u;
+  request.scene_u = scene.seeds.air_kerma_strength_u;
+  request.how.seed = options.seed;
+  request.how.most_needles = static_cast<std::size_t>(options.max_needles.value_or(0));
+  request.how.most_seeds = static_cast<std::size_t>(options.max_seeds.value_or(0));
+  if (options.robust) request.how.make_robust();
+  request.solve = [&options](const std::string& programme) { return solve_with_cbc(programme, options.seconds); };
+  return request;
+}
+
+MadePlan replanned(const PlanOptions& options, const Scene& scene, const std::vector<Structure>& structures,
+                   const PlacedSeeds& placed) {
+  MadePlan made;
+  const Plan left =
+      remaining_needles(written_plan(options, scene), scene.template_grid, placed.seeds, placed.planned);
+  if (left.needles.empty()) throw PlanRefused("no needle of the plan is left: all have seeds in place");
+  OptimisedPlan found = replan(structures, scene.template_grid, left, placed.seeds, scene.needle.length_mm,
+                               replan_settings(options.seed));
+  if (found.plan.needles.empty())
+    throw PlanRefused("no further seed improves the implant: the seeds in place are enough");
+  made.plan = std::move(found.plan);
+  bool assumed = false;
+  made.structures = with_urethra(structures, assumed);
+  if (assumed) made.notes.push_back("urethra assumed: the scene has none; see the plan that this one goes on from");
+  return made;
+}
+
+MadePlan get_plan(const PlanOptions& options, const Scene& scene, const std::vector<Structure>& structures,
+                  const PlacedSeeds& placed) {
+  if (options.placed) return replanned(options, scene, structures, placed);
+  if (!options.generate) return {written_plan(options, scene), {}, structures};
+  Progress progress("plan");
+  return make_plan(structures, scene.template_grid, request_of(options, scene),
+                   [&](double share) { progress.show(share, "plans for the gland"); });
+}
+
+DoseStage dose_of(const MadePlan& made, const Scene& scene, const PlacedSeeds& placed) {
+  DoseSettings settings = scene.dose;
+  settings.prescription_gy = made.plan.prescription_gy;
+  ImplantDose implant(made.structures, settings);
+  for (const PlannedSeed& seed : made.plan.seeds(scene.template_grid)) implant.add(seed);
+  for (const DoseSeed& seed : placed.seeds) implant.add(seed);
+  return {implant.seed_count(), implant.evaluate()};
 }
 
 std::string seeds_csv(const Plan& plan, const TemplateGrid& grid) {
@@ -60,18 +135,20 @@ std::string session_csv(const Plan& plan, const TemplateGrid& grid, const PlanOp
   return text.str();
 }
 
-double customary_strength_u(const Structure& gland) {
+double customary_u(const Plan& plan, const Structure& gland) {
   const SurfaceBvh surface(gland.mesh);
-  const double mean_cm = (surface.max() - surface.min()).sum() / 30;
-  return 2.15 * mean_cm * mean_cm;
+  return customary_strength_u(plan.source, plan.prescription_gy, (surface.max() - surface.min()).sum() / 30);
 }
 
-int run(const PlanOptions& options) {
+int run_plan(const PlanOptions& options) {
+  if (options.placed && !options.generate) throw UsageError("--placed plans what is left; give --generate too");
+  if (options.plan && options.generate && !options.placed)
+    throw UsageError("--generate makes a plan; leave out " + options.plan->string() + ", or give --placed");
   if (options.out && options.out->extension() != ".toml" && options.out->extension() != ".csv")
     throw UsageError("--out writes a plan: name it .toml or .csv");
   for (const auto& file : {options.out, options.csv, options.seeds, options.trajectory}) {
     check_folder_of(file);
-    if (file) check_is_no_input(*file, {options.plan, options.config});
+    if (file) check_is_no_input(*file, {options.plan, options.config, options.placed});
     check_is_new(file, options.force);
   }
   Scene scene = options.config ? load_scene(*options.config) : Scene();
@@ -81,25 +158,52 @@ int run(const PlanOptions& options) {
                          options.trajectory, options.speed_mm_s, options.json},
                         scene);
   const std::vector<Structure> structures = load_structures(scene);
-  const Plan plan = get_plan(options, scene, structures);
+  const PlacedSeeds placed = options.placed ? load_placed(*options.placed) : PlacedSeeds();
+  const MadePlan made = get_plan(options, scene, structures, placed);
+  const Plan& plan = made.plan;
   const TemplateGrid& grid = scene.template_grid;
 
   if (options.out)
-    write_text(*options.out, options.out->extension() == ".csv" ? to_csv(plan) : to_toml(plan));
-  if (options.csv) write_text(*options.csv, to_csv(plan));
+    write_text(*options.out, options.out->extension() == ".csv" ? to_csv(plan, made.notes) : to_toml(plan, made.notes));
+  if (options.csv) write_text(*options.csv, to_csv(plan, made.notes));
   if (options.seeds) write_text(*options.seeds, seeds_csv(plan, grid));
-  if (options.structures) write_structures(*options.structures, structures);
+  if (options.structures) write_structures(*options.structures, made.structures);
   if (options.trajectory) write_text(*options.trajectory, session_csv(plan, grid, options));
 
-  const PlanReport report{plan, grid, score_dose(plan, grid, structures, scene.dose, nullptr).plan,
-                          customary_strength_u(structures.front())};
+  const PlanReport report{plan,       grid, dose_of(made, scene, placed), customary_u(plan, structures.front()),
+                          made.notes, placed.seeds.size()};
   std::cout << (options.json ? to_json(report) + "\n" : to_text(report));
   return kExitOk;
 }
 
+int run(const PlanOptions& options) {
+  try {
+    return run_plan(options);
+  } catch (const PlanRefused& e) {
+    std::cerr << "brachy plan: refused: " << e.what() << "\n";
+    return kExitRefused;
+  }
+}
+
 void declare(OptionList& list, PlanOptions& options) {
-  const Option plan = list.add("plan", options.plan, "plan (.toml or .csv); default: the scene's plan.file");
-  list.add_flag("--generate", options.generate, "generate a plan for the scene's gland").excludes(plan);
+  list.add("plan", options.plan, "plan (.toml or .csv); default: the scene's plan.file");
+  const Option generate =
+      list.add_flag("--generate", options.generate, "generate a plan for the scene's gland");
+  list.add("--method", options.method, "annealing, integer (by the program cbc), or rule")
+      .one_of({"annealing", "integer", "rule"})
+      .show_default()
+      .needs(generate);
+  list.add_flag("--robust", options.robust, "annealing also over clinical placement noise").needs(generate);
+  list.add("--strength-u", options.strength_u,
+           "of each seed; default: the scene's, where its source has such seeds")
+      .needs(generate);
+  list.add("--max-needles", options.max_needles, "default: 25 up to 50 cc").range(1, 200).needs(generate);
+  list.add("--max-seeds", options.max_seeds, "default: 90 up to 50 cc").range(1, 4096).needs(generate);
+  list.add("--random-seed", options.seed, "of the annealing").show_default().needs(generate);
+  list.add("--seconds", options.seconds, "of cbc").range(1.0, 86400.0).show_default().needs(generate);
+  list.add("--placed", options.placed,
+           "seeds in place (a session's seeds.csv, or a table as for `brachy dose`): plan the needles that are left")
+      .needs(generate);
   list.add_flag("--hdr", options.hdr, "of catheters for an afterloader, as with implant.kind = \"hdr\"");
   list.add("--config", options.config, "scene file (TOML); default: the built-in phantom");
   list.add("--out", options.out, "plan to write, .toml or .csv");
@@ -126,19 +230,22 @@ Tool plan_tool() {
   return make_tool<PlanOptions>("plan", "Generate a plan for a scene, or check one: needles, seeds, dose.",
                                 R"(Examples:
   brachy plan --generate --config config/prostate.toml --out plan.toml
+  brachy plan --generate --robust --strength-u 0.6 --out plan.toml
+  brachy plan --generate --config config/session.toml --placed seeds.csv --out rest.toml
   brachy plan plan.toml --config config/prostate.toml --json
   brachy plan plan.toml --seeds seeds.csv --structures out/structures; brachy dose --seeds seeds.csv …
   brachy plan --config config/session.toml --trajectory session.csv
   brachy plan --generate --hdr --out hdr.toml; brachy plan --config config/hdr.toml --trajectory hdr.csv
-A generated plan is modified peripheral loading, scaled to dose.prescription_gy; no optimiser. A plan is
-checked against the scene's template and needle. Figures are of the gland at rest; those that miss their goal
-are marked.
+A generated plan has seeds of a given strength; holes, depths and trains are chosen by simulated annealing.
+--method rule: modified peripheral loading, with the strength that it needs. A plan is checked against the
+scene's template and needle. Figures are of the gland at rest; those that miss their goal are marked. What was
+assumed (a urethra that the scene lacks) is noted in the plan, the report and the JSON.
 HDR (--hdr, or a scene's implant.kind): catheters, dwell positions and times optimised for V100, V150, urethra
 D10 and D2cc; --seeds writes the dwells as seeds of the same dose; --trajectory inserts all catheters, each a
 needle of its own, and leaves them.
 --trajectory: a device that goes to every planned tip in turn and drops its train there (button = 1), for
 `brachy replay` and a scene with seeds.applicator = "train".
-Exit codes: 0 done, 2 bad input.)",
+Exit codes: 0 done, 2 bad input, 3 refused: cannot be planned, with what can be.)",
                                 declare, run);
 }
 

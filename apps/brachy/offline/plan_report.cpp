@@ -38,12 +38,16 @@ std::string dose_lines(const PlanReport& r) {
 
 std::string to_text(const PlanReport& r) {
   const Plan& p = r.plan;
+  std::string notes;
+  for (const std::string& note : r.notes) notes += "note: " + note + "\n";
+  if (r.placed_seeds > 0)
+    notes += fmt::format("with {} seeds in place; the figures are of these and the plan together\n", r.placed_seeds);
   return fmt::format(
-             "plan \"{}\": {} needles, {} seeds of {}, {:g} U each, {:.2f} U in all, {:.2f} of 2.15 d²; {:g} "
+             "plan \"{}\": {} needles, {} seeds of {}, {:g} U each, {:.2f} U in all, {:.2f} of the customary; {:g} "
              "Gy\n",
              p.name, p.needles.size(), p.seed_count(), to_string(p.source), p.air_kerma_strength_u,
              r.total_u(), r.total_u() / r.customary_u, p.prescription_gy) +
-         needle_lines(r) + "dose, the gland at rest:\n" + dose_lines(r);
+         notes + needle_lines(r) + "dose, the gland at rest:\n" + dose_lines(r);
 }
 
 std::string to_json(const PlanReport& r) {
@@ -55,7 +59,9 @@ std::string to_json(const PlanReport& r) {
                                  {"needle_count", p.needles.size()},
                                  {"seed_count", p.seed_count()},
                                  {"total_strength_u", r.total_u()},
-                                 {"customary_strength_u", r.customary_u}};
+                                 {"customary_strength_u", r.customary_u},
+                                 {"placed_seed_count", r.placed_seeds},
+                                 {"notes", r.notes}};
   for (std::size_t n = 0; n < p.needles.size(); ++n) {
     const Vec3 tip = p.planned_tip(r.grid, n);
     json["needles"].push_back({{"hole", p.needles[n].hole},

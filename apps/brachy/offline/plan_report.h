@@ -1,6 +1,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "apps/score/dose_score.h"
 #include "core/brachytherapy/plan/plan.h"
@@ -12,7 +13,9 @@ struct PlanReport {
   Plan plan;
   TemplateGrid grid;
   DoseStage dose;          ///< of its seeds at their planned positions, at rest
-  double customary_u = 0;  ///< 2.15 d² U, d the gland's mean dimension in cm (core/DESIGN.md, section 6)
+  double customary_u = 0;          ///< customary_strength_u() of the gland's mean dimension
+  std::vector<std::string> notes;  ///< what was assumed for the plan
+  std::size_t placed_seeds = 0;    ///< whose dose is in `dose` too: a plan of what is left
 
   double total_u() const { return static_cast<double>(plan.seed_count()) * plan.air_kerma_strength_u; }
 };

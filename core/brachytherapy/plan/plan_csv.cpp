@@ -136,11 +136,13 @@ Plan parse_plan_csv(std::string_view text, const std::string& name, const Templa
   return plan;
 }
 
-std::string to_csv(const Plan& plan) {
+std::string to_csv(const Plan& plan, const std::vector<std::string>& notes) {
   const std::string of_plan = exact_text(plan.base_plane_mm) + "," + std::string(to_string(plan.source)) +
                               "," + exact_text(plan.air_kerma_strength_u) + "," +
                               exact_text(plan.prescription_gy) + ",\"" + csv_escaped(plan.name) + "\"\n";
-  std::string out(kPlanCsvHeader);
+  std::string out;
+  for (const std::string& note : notes) out += "# Note: " + note + "\n";
+  out += kPlanCsvHeader;
   out += '\n';
   for (const PlanNeedle& needle : plan.needles)
     out += needle.hole + "," + exact_text(needle.retraction_mm) + "," + needle.train + "," + of_plan;

@@ -23,9 +23,10 @@ Plan load_plan(const std::filesystem::path& file, const TemplateGrid& grid,
 inline constexpr const char* kPlanCsvHeader =
     "hole,retraction_mm,train,base_plane_mm,source,air_kerma_strength_u,prescription_gy,name";
 
-/// The plan as a file's text; load_plan reads the same plan back, bit for bit.
-std::string to_toml(const Plan& plan);
-std::string to_csv(const Plan& plan);
+/// The plan as a file's text; load_plan reads the same plan back, bit for bit. `notes`: what was assumed for it, a line
+/// each, as comments.
+std::string to_toml(const Plan& plan, const std::vector<std::string>& notes = {});
+std::string to_csv(const Plan& plan, const std::vector<std::string>& notes = {});
 
 /// The same from text; `name` stands for the file in messages.
 Plan parse_plan_toml(std::string_view text, const std::string& name, const TemplateGrid& grid,

@@ -64,8 +64,9 @@ Plan parse_plan_toml(std::string_view text, const std::string& name, const Templ
   return plan;
 }
 
-std::string to_toml(const Plan& plan) {
+std::string to_toml(const Plan& plan, const std::vector<std::string>& notes) {
   std::string out = "# Needles through a template and the seeds they leave; mm, U, Gy.\n";
+  for (const std::string& note : notes) out += "# Note: " + note + "\n";
   out += "name = \"" + toml_escaped(plan.name) + "\"\n";
   out += "source = \"" + std::string(to_string(plan.source)) + "\"\n";
   out += "air_kerma_strength_u = " + exact_text(plan.air_kerma_strength_u) + "  # of each seed\n";

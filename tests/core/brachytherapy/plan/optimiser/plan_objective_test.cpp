@@ -1,0 +1,70 @@
+#include "core/brachytherapy/plan/optimiser/plan_objective.h"
+
+#include <gtest/gtest.h>
+
+#include <numeric>
+
+namespace brachy {
+namespace {
+
+using Side = PenaltyTerm::Side;
+
+PlanPoints points_of(std::size_t gland, std::size_t urethra) {
+  PlanPoints points;
+  for (const auto& [name, count] : {std::pair("gland", gland), std::pair("urethra", urethra)}) {
+    PlanPoints::Part part{name, points.points.size(), count, 10};
+    points.points.resize(part.first + part.padded());
+    points.parts.push_back(part);
+  }
+  return points;
+}
+
+double of(const std::vector<PenaltyTerm>& terms, const PlanPoints& points, const std::vector<float>& dose) {
+  PlanObjective objective;
+  objective.terms = terms;
+  return PointObjective(objective, points).of(dose.data());
+}
+
+TEST(PlanObjective, APenaltyIsTheMeanDistanceBeyondTheThreshold) {
+  const PlanPoints points = points_of(4, 2);
+  std::vector<float> dose(points.points.size(), 7);  // the padding does not count
+  const std::vector<float> gland = {0.5f, 0.9f, 1.0f, 2.0f}, urethra = {1.0f, 1.5f};
+  std::ranges::copy(gland, dose.begin());
+  std::ranges::copy(urethra, dose.begin() + 16);
+  EXPECT_NEAR(of({{"prostate", Side::kBelow, 1.0, 0, 3, 0, 0, 0}}, points, dose), 3 * (0.5 + 0.1) / 4, 1e-6);
+  EXPECT_NEAR(of({{"prostate", Side::kAbove, 1.5, 0, 2, 0, 0, 0}}, points, dose), 2 * 0.5 / 4, 1e-6);
+  EXPECT_NEAR(of({{"urethra", Side::kAbove, 1.25, 0, 1, 0, 0, 0}}, points, dose), 0.25 / 2, 1e-6);
+  EXPECT_EQ(of({{"rectum", Side::kAbove, 0.1, 0, 1, 0, 0, 0}}, points, dose), 0);
+}
+
+TEST(PlanObjective, ACappedPenaltyIsAShareOfTheVolumeAndCostsBeyondWhatIsAllowed) {
+  const PlanPoints points = points_of(4, 2);
+  std::vector<float> dose(points.points.size(), 0);
+  const std::vector<float> gland = {1.7f, 1.6f, 1.2f, 1.0f};  // half of the volume above 1.5
+  std::ranges::copy(gland, dose.begin());
+  EXPECT_NEAR(of({{"prostate", Side::kAbove, 1.45, 0.05, 1, 0, 0, 0}}, points, dose), 0.5, 1e-6);
+  EXPECT_NEAR(of({{"prostate", Side::kAbove, 1.45, 0.05, 0, 10, 0.4, 0}}, points, dose), 10 * 0.1, 1e-5);
+  EXPECT_EQ(of({{"prostate", Side::kAbove, 1.45, 0.05, 0, 10, 0.6, 0}}, points, dose), 0);
+  // 2 cc of the 10 that the points stand for are allowed.
+  EXPECT_NEAR(of({{"prostate", Side::kAbove, 1.45, 0.05, 0, 10, 0, 2}}, points, dose), 10 * 0.3, 1e-5);
+}
+
+TEST(PlanObjective, RowsAreAddedAndTakenAway) {
+  const PlanPoints points = points_of(200, 20);
+  const std::size_t count = points.points.size();
+  std::vector<float> dose(count), row(count), sum(count), changed(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    dose[i] = 0.005f * static_cast<float>(i);
+    row[i] = 0.3f + 0.001f * static_cast<float>(i);
+    sum[i] = dose[i] + row[i];
+  }
+  const PointObjective objective(PlanObjective::standard(), points);
+  const RowChange add[] = {{row.data(), 1}};
+  EXPECT_EQ(objective.with(dose.data(), add, changed.data()), objective.of(sum.data()));
+  EXPECT_EQ(changed[150], sum[150]);
+  const RowChange both[] = {{row.data(), 1}, {row.data(), -1}};
+  EXPECT_NEAR(objective.with(dose.data(), both, nullptr), objective.of(dose.data()), 1e-5);
+}
+
+}  // namespace
+}  // namespace brachy

@@ -1,0 +1,145 @@
+#include "core/brachytherapy/plan/request/make_plan.h"
+
+#include <gtest/gtest.h>
+
+#include "core/brachytherapy/plan/optimiser/load_moves.h"
+#include "core/brachytherapy/plan/plan_file.h"
+#include "core/scene/file/scene_file.h"
+#include "core/scene/load_structures.h"
+#include "tests/core/geometry/tissue/mesh_fixtures.h"
+#include "tests/data_dir.h"
+
+namespace brachy {
+namespace {
+
+using namespace test;
+
+std::vector<Structure> phantom_for(const std::string& scene) {
+  return load_structures(parse_scene(scene, "scene.toml"));
+}
+
+PlanRequest quick_request() {
+  PlanRequest request;
+  request.settings = {"test", SourceModel::kAmersham6711, 145, 200, 256};
+  request.how.proposals = 4'000;
+  request.how.points = {400, 48, 48, 32};
+  return request;
+}
+
+std::string refusal(const std::vector<Structure>& structures, const TemplateGrid& grid, const PlanRequest& request) {
+  try {
+    make_plan(structures, grid, request);
+  } catch (const PlanRefused& e) {
+    return e.what();
+  }
+  return "not refused";
+}
+
+TEST(MakePlan, AStrengthThatIsNotMadeIsRefusedWithTheNearestThatIs) {
+  PlanRequest request = quick_request();
+  request.strength_u = 2;
+  const std::string strong = refusal(phantom_for(""), TemplateGrid(), request);
+  EXPECT_NE(strong.find("seeds of 2 U: I-125 seeds (6711) are made of 0.25 … 0.76 U"), std::string::npos) << strong;
+  EXPECT_NE(strong.find("the nearest is 0.76 U"), std::string::npos) << strong;
+  request.strength_u = 0.1;
+  EXPECT_NE(refusal(phantom_for(""), TemplateGrid(), request).find("the nearest is 0.25 U"), std::string::npos);
+}
+
+TEST(MakePlan, MoreSeedsThanAreAllowedIsRefusedWithTheStrengthThatWouldDo) {
+  PlanRequest request = quick_request();
+  request.strength_u = 0.25;
+  const std::string text = refusal(phantom_for(""), TemplateGrid(), request);
+  EXPECT_NE(text.find("the gland of 47 cc needs at least"), std::string::npos) << text;
+  EXPECT_NE(text.find("and 90 are allowed; the nearest that can be planned is --strength-u 0.3"), std::string::npos)
+      << text;
+}
+
+TEST(MakePlan, AGlandThatTheTemplateDoesNotReachIsRefusedWithItsShare) {
+  const std::string text = refusal(phantom_for("[tissue]\nphantom_size_mm = [140, 130, 150]"),
+                                   TemplateGrid{13, 13, 5, {-30, -30, -100}}, quick_request());
+  EXPECT_EQ(text.find("the gland has 1,4"), 0u) << text;
+  EXPECT_NE(text.find(" cc; a template of 60 × 60 mm and needles of 200 mm reach "), std::string::npos) << text;
+  EXPECT_NE(text.find("the nearest that can be planned is a gland within 76 × 76 mm"), std::string::npos) << text;
+}
+
+TEST(MakePlan, ALiverIsRefused) {
+  BRACHY_REQUIRE_DATA(data);
+  const auto liver = phantom_for("[tissue]\nmesh = \"" + (data / "meshes/liver_concave.ply").string() + "\"\n");
+  const std::string text = refusal(liver, TemplateGrid{13, 13, 5, {-50, -70, -70}}, quick_request());
+  EXPECT_NE(text.find("a template of 60 × 60 mm"), std::string::npos) << text;
+}
+
+TEST(MakePlan, APlanThatLeavesTooMuchUncoveredIsRefused) {
+  PlanRequest request = quick_request();
+  request.how.most_needles = 4;
+  const std::string text = refusal(phantom_for(""), TemplateGrid(), request);
+  EXPECT_EQ(text.find("the best plan found with 4 needles"), 0u) << text;
+  EXPECT_NE(text.find("a plan covers at least 90 %"), std::string::npos) << text;
+}
+
+TEST(MakePlan, WhatIsAssumedIsNotedInThePlansFile) {
+  std::vector<Structure> gland = phantom_for("");
+  gland.erase(gland.begin() + 1);
+  PlanRequest request = quick_request();
+  request.settings.source = SourceModel::kTheraSeed200;
+  request.settings.prescription_gy = 125;
+  request.how.proposals = 20'000;
+  const MadePlan made = make_plan(gland, TemplateGrid(), request);
+  ASSERT_EQ(made.notes.size(), 2u);
+  EXPECT_EQ(made.notes[0].find("urethra assumed: the scene has none"), 0u);
+  EXPECT_EQ(made.notes[1].find("strength assumed: the scene's 0.5 U is none of Pd-103 seeds"), 0u);
+  EXPECT_EQ(made.plan.air_kerma_strength_u, 2.0);
+  EXPECT_NE(find_structure(made.structures, "urethra"), nullptr);
+  for (const std::string& text : {to_toml(made.plan, made.notes), to_csv(made.plan, made.notes)})
+    EXPECT_NE(text.find("# Note: urethra assumed"), std::string::npos);
+  EXPECT_EQ(parse_plan_toml(to_toml(made.plan, made.notes), "plan", TemplateGrid(), 200), made.plan);
+  EXPECT_EQ(parse_plan_csv(to_csv(made.plan, made.notes), "plan", TemplateGrid(), 200), made.plan);
+}
+
+TEST(MakePlan, NeverMakesWhatTheLoaderRefuses) {
+  PlanRandom random(26);
+  const auto within = [&](double least, double most) { return least + (most - least) * random.share(); };
+  SurfaceMesh unit = phantom_for("[tissue]\nphantom_surface_vertices = 200\npoints = 400").front().mesh;
+  for (Vec3& v : unit.vertices) v = v.cwiseQuotient(0.5 * kPhantomSize);
+  int made = 0, refused = 0;
+  for (int k = 0; k < 500; ++k) {
+    const Vec3 centre(within(-8, 8), within(-8, 8), within(-5, 5));
+    SurfaceMesh gland = unit;
+    const Vec3 half(within(10, 35), within(9, 30), within(10, 32));
+    for (Vec3& v : gland.vertices) v = v.cwiseProduct(half) + centre;
+    TemplateGrid grid;
+    grid.columns = random.between(1, 20);
+    grid.rows = random.between(1, 20);
+    grid.spacing_mm = within(4, 10);
+    grid.origin_mm = centre - Vec3(0.5 * grid.spacing_mm * (grid.columns - 1) + within(-10, 10),
+                                   0.5 * grid.spacing_mm * (grid.rows - 1) + within(-10, 10), half.z() + within(-3, 160));
+    PlanRequest request;
+    request.settings = {"gland " + std::to_string(k), random.share() < 0.5 ? SourceModel::kAmersham6711 : SourceModel::kTheraSeed200,
+                        within(60, 160), within(60, 200), static_cast<std::size_t>(random.between(5, 300))};
+    request.method = random.share() < 0.1 ? PlanMethod::kRule : PlanMethod::kAnnealing;
+    if (random.share() < 0.5) request.strength_u = within(0.1, 4);
+    request.how.seed = static_cast<std::uint64_t>(k);
+    request.how.proposals = 1'000;
+    request.how.points = {120, 16, 16, 16};
+    request.how.chains = request.how.threads = 1;
+    try {
+      const MadePlan plan = make_plan({{"prostate", gland}}, grid, request);
+      const double length = request.settings.needle_length_mm;
+      ASSERT_EQ(parse_plan_toml(to_toml(plan.plan, plan.notes), "plan", grid, length), plan.plan) << k;
+      ASSERT_EQ(parse_plan_csv(to_csv(plan.plan, plan.notes), "plan", grid, length), plan.plan) << k;
+      ASSERT_LE(plan.plan.seed_count(), request.settings.max_seeds) << k;
+      ++made;
+    } catch (const PlanRefused& e) {
+      EXPECT_EQ(std::string(e.what()).find("not valid"), std::string::npos) << k << ": " << e.what();
+      EXPECT_EQ(std::string(e.what()).find("report this"), std::string::npos) << k << ": " << e.what();
+      ++refused;
+    } catch (const UserError&) {
+      ++refused;
+    }
+  }
+  EXPECT_GT(made, 60);
+  EXPECT_GT(refused, 60);
+}
+
+}  // namespace
+}  // namespace brachy
