@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/base/rigid_transform.h"
+#include "core/brachytherapy/dose/dose_goal.h"
 #include "core/brachytherapy/dose/dose_settings.h"
 #include "core/brachytherapy/plan/template_grid.h"
 #include "core/brachytherapy/seeds/seed_settings.h"
@@ -192,6 +193,7 @@ struct Scene {
   std::string plan_file;
   DoseSettings dose;
   std::vector<StructureSettings> structures;
+  std::vector<DoseGoal> goals;  ///< none: default_dose_goals()
   RateSettings rates;
   EngineSettings engine;
   RealtimeSettings realtime;

@@ -72,7 +72,7 @@ StructureDose structure_dose(std::string name, const StructureVoxels& voxels, co
   const double total = histogram.total();
   if (!(total > 0)) {
     result.mean_gy = result.min_gy = result.max_gy = kNaN;
-    result.d90_gy = result.d30_gy = result.d10_gy = result.d2cc_gy = kNaN;
+    result.d90_gy = result.d30_gy = result.d10_gy = result.d2cc_gy = result.d5_gy = result.d01cc_gy = kNaN;
     return result;
   }
   result.mean_gy = sum / total;
@@ -87,6 +87,8 @@ StructureDose structure_dose(std::string name, const StructureVoxels& voxels, co
   result.d90_gy = histogram.dose_of(0.9 * total);
   result.d30_gy = histogram.dose_of(0.3 * total);
   result.d10_gy = histogram.dose_of(0.1 * total);
+  result.d5_gy = histogram.dose_of(0.05 * total);
+  result.d01cc_gy = result.volume_cc < 0.1 ? kNaN : histogram.dose_of(0.1 / result.volume_cc * total);
   result.d2cc_gy = result.volume_cc < 2 ? kNaN : histogram.dose_of(2 / result.volume_cc * total);
   return result;
 }
