@@ -1,5 +1,6 @@
 #include "apps/daemon/daemon.h"
 
+#include <fmt/format.h>
 #include <pthread.h>
 #include <spdlog/spdlog.h>
 #include <sys/resource.h>
@@ -44,13 +45,17 @@ namespace brachy {
 namespace {
 
 std::unique_ptr<RecordedSession> open_session(const Scene& scene, const DaemonOptions& options,
-                                              const std::optional<Plan>& plan) {
+                                              const std::optional<Plan>& plan,
+                                              const std::vector<Structure>& structures) {
   if (!options.session) return nullptr;
-  return std::make_unique<RecordedSession>(*options.session, scene, plan);
+  return std::make_unique<RecordedSession>(*options.session, scene, plan, names_of(tested_organs(structures)));
 }
 
 MeshState start_state(Simulator& simulator, const RecordedSession* session) {
-  if (session) simulator.restore_seeds(session->restored());
+  if (session) {
+    simulator.restore_seeds(session->restored());
+    simulator.restore_lost(session->restored_lost());
+  }
   return simulator.initial_state();
 }
 
@@ -86,7 +91,7 @@ class Daemon::Impl {
         broker_(broker_options(scene, options)),
         plan_(load_plan(scene)),
         structures_(load_structures(scene)),
-        session_(open_session(scene, options, plan_)),
+        session_(open_session(scene, options, plan_, structures_)),
         runs_(std::make_shared<SimulationRun>(0, false,
                                               load_simulation_model(scene, load_simulated_tissue(scene))),
               loop_, worker_),
@@ -96,7 +101,8 @@ class Daemon::Impl {
         devices_(make_devices(scene, simulator().tissue(), needle_count_)),
         tick_forces_(TickForces(needle_count_)),
         events_(simulator().initial_state(),
-                plan_ ? plan_->seeds(scene.template_grid) : std::vector<PlannedSeed>()),
+                plan_ ? plan_->seeds(scene.template_grid) : std::vector<PlannedSeed>(),
+                names_of(simulator().model()->organs)),
         forces_(loop_, tick_forces_.reader, needle_count_, force_outputs(),
                 [this](std::int64_t start_ns) { watch_.on_tick(start_ns); }),
         handshakes_(scene.server.has_tls() ? make_handshake_thread() : nullptr),
@@ -186,7 +192,7 @@ class Daemon::Impl {
     });
     std::jthread dose([&](const std::stop_token& stop) {
       name_thread("dose");
-      summary.dose = run_dose_loop(stop, structures_, dose_settings(), std::move(surface), seeds_.reader,
+      summary.dose = run_dose_loop(stop, structures_, dose_settings(), std::move(surface), plan_to_come(), seeds_.reader,
                                    [&](net::DoseMessage message) { deliver_dose(std::move(message)); });
     });
     std::jthread broker;
@@ -278,10 +284,26 @@ class Daemon::Impl {
     h.on_control = [this](const net::ControlMessage& message, const std::string& client) {
       return is_ending_ ? "the daemon is ending" : controls_.execute(message, client);
     };
+    h.on_load = [this](const net::LoadMessage& message, const std::string& client) {
+      return is_ending_ ? "the daemon is ending" : load(message, client);
+    };
     h.on_arm = [this](std::uint16_t needle, const std::string& client) {
       forces_.link().arm(needle, client);
     };
     return h;
+  }
+
+  std::string load(const net::LoadMessage& message, const std::string& client) {
+    const bool is_nothing = message.plan_needle == net::LoadMessage::kNothing;
+    if (!is_nothing && (!plan_ || message.plan_needle >= plan_->needles.size()))
+      return plan_ ? fmt::format("the plan has no needle {}: they are 0 to {}", message.plan_needle,
+                                 plan_->needles.size() - 1)
+                   : "there is no plan to load a needle from";
+    if (scene_.probe.on && message.needle == scene_.needle.count) return "the probe carries no seeds";
+    network_device(message.needle).load(is_nothing ? -1 : message.plan_needle);
+    const std::string what = is_nothing ? "as nothing" : "as " + plan_->needles[message.plan_needle].hole;
+    announce({net::EventKind::kNote, message.needle, 0, "needle loaded " + what + " by " + client});
+    return {};
   }
 
   void on_device(bool attached, const net::DeviceInfo& device) {
@@ -346,6 +368,12 @@ class Daemon::Impl {
     DoseSettings settings = scene_.dose;
     if (plan_) settings.prescription_gy = plan_->prescription_gy;
     return settings;
+  }
+  PlanToCome plan_to_come() const {
+    PlanToCome plan;
+    if (plan_) plan.planned = plan_->seeds(scene_.template_grid);
+    if (session_) plan.lost = session_->restored_lost();
+    return plan;
   }
   void deliver_dose(net::DoseMessage message) {
     if (session_) session_->sync();

@@ -26,11 +26,11 @@ const std::filesystem::path& checked(const std::filesystem::path& folder) {
 }  // namespace
 
 RecordedSession::RecordedSession(const std::filesystem::path& folder, const Scene& scene,
-                                 std::optional<Plan> plan)
+                                 std::optional<Plan> plan, std::vector<std::string> organs)
     : folder_(checked(folder)),
       scene_(scene),
       plan_(std::move(plan)),
-      log_(folder, scene.instrument_count(), scene.period_s()) {
+      log_(folder, scene.instrument_count(), scene.period_s(), std::move(organs)) {
   if (!log_.restored_text().empty()) spdlog::info("session {}: {}", folder.string(), log_.restored_text());
 }
 

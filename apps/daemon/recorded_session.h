@@ -15,9 +15,12 @@ namespace brachy {
 class RecordedSession {
  public:
   /// Throws UserError as SessionLog does.
-  RecordedSession(const std::filesystem::path& folder, const Scene& scene, std::optional<Plan> plan);
+  /// `organs`: names of SimulationModel::organs.
+  RecordedSession(const std::filesystem::path& folder, const Scene& scene, std::optional<Plan> plan,
+                  std::vector<std::string> organs);
 
   const std::vector<Seed>& restored() const { return log_.restored(); }
+  const std::vector<std::int32_t>& restored_lost() const { return log_.restored_lost(); }
 
   /// Writes what is new in `state`. Returns and logs the text of a failure, once; seeds are retried at the
   /// next call.

@@ -27,6 +27,10 @@ constexpr std::string_view to_string(net::EventKind kind) {
       return "safety";
     case net::EventKind::kSeed:
       return "seed";
+    case net::EventKind::kStructure:
+      return "structure";
+    case net::EventKind::kSeedLost:
+      return "seed_lost";
   }
   return "other";
 }

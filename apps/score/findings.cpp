@@ -6,8 +6,10 @@
 #include <array>
 #include <cmath>
 #include <map>
+#include <tuple>
 
 #include "apps/score/score.h"
+#include "core/brachytherapy/structures/tested_organs.h"
 
 namespace brachy {
 namespace {
@@ -18,6 +20,7 @@ constexpr double kScatterMm = 2;                         // standard deviation a
 constexpr std::size_t kLeastSeeds = 5;                   // for what is said of all seeds
 constexpr double kFastMmS =
     120;  // tip speed that 5 % of the segments exceed: a needle's in a clinic (core/DESIGN.md)
+constexpr double kLeastHarmPercent = 0.5;  // less is what a session as planned varies by
 constexpr double kStructureWeight = 1e6, kPunctureWeight = 0.5 * SeedAssignment::kFarthestMm;
 
 std::string joined(const std::vector<std::string>& names) {
@@ -57,14 +60,87 @@ class Mistakes {
       needles_elsewhere();
       missing();
     }
+    lost();
     punctures();
     speed();
-    std::ranges::stable_sort(found_, std::greater(), &Finding::weight);
+    rank();
+    tell_missed_goals();
     return std::move(found_);
   }
 
  private:
-  void add(double weight, std::string text) { found_.push_back({std::move(text), weight}); }
+  void add(double weight, std::string text) { found_.push_back({.text = std::move(text), .weight = weight}); }
+
+  // With what it did to the dose.
+  void add_costly(double weight, std::string text, const DoseChange& cost) {
+    const double prescription = score_.dose.prescription_gy;
+    Finding finding{.text = std::move(text), .weight = weight, .harm_percent = cost.harm_percent(prescription)};
+    if (!(finding.harm_percent > kLeastHarmPercent)) {
+      finding.harm_percent = 0;
+    } else {
+      std::string costs;
+      const auto tell = [&](const char* what, double change, const char* unit, double least) {
+        if (std::abs(change) >= least)
+          costs += fmt::format("{}{} {:+.1f} {}", costs.empty() ? "" : ", ", what, change, unit);
+      };
+      tell("V100", cost.v100_percent, "%", 0.1);
+      tell("D90", cost.d90_gy, "Gy", 0.5);
+      tell("urethra D30", cost.urethra_d30_gy, "Gy", 1);
+      tell("rectum D2cc", cost.rectum_d2cc_gy, "Gy", 1);
+      if (!costs.empty()) finding.text += " (" + costs + ")";
+    }
+    found_.push_back(std::move(finding));
+  }
+  DoseChange cost_of_all() const { return score_.consequences ? score_.consequences->whole : DoseChange{}; }
+  DoseChange cost_of(const std::vector<std::size_t>& needles) const {
+    DoseChange sum;
+    if (!score_.consequences) return sum;
+    for (const std::size_t n : needles) {
+      const DoseChange& cost = score_.consequences->needles[n].change;
+      sum.d90_gy += cost.d90_gy;
+      sum.v100_percent += cost.v100_percent;
+      sum.urethra_d30_gy += cost.urethra_d30_gy;
+      sum.rectum_d2cc_gy += cost.rectum_d2cc_gy;
+    }
+    return sum;
+  }
+
+  void rank() {
+    const auto order = [](const Finding& f) {
+      // In steps, so that rounding decides nothing.
+      return std::tuple(f.is_of_organ, f.is_of_organ ? f.weight : std::round(10 * f.harm_percent), f.weight);
+    };
+    std::ranges::stable_sort(found_, std::greater(), order);
+  }
+
+  // To the most harmful mistake, or by themselves.
+  void tell_missed_goals() {
+    std::string missed;
+    for (const GoalResult& result : score_.goals) {
+      if (result.goal.is_of_plan() || result.is_met.value_or(true)) continue;
+      const auto found = std::ranges::find(score_.dose.plan.structures, result.goal.structure, &StructureDose::name);
+      const DoseIndex* index = find_dose_index(result.goal.figure);
+      if (found == score_.dose.plan.structures.end() || !index ||
+          !result.goal.is_met_by((*found).*index->value, score_.dose.prescription_gy))
+        continue;
+      missed += (missed.empty() ? "" : "; ") + missed_text(result);
+    }
+    if (missed.empty()) return;
+    const auto worst = std::ranges::find_if(found_, [](const Finding& f) { return f.harm_percent > 0; });
+    if (worst != found_.end())
+      worst->text += ": " + missed;
+    else
+      add(0, "the implant misses what the plan met: " + missed);
+  }
+
+  void lost() {
+    if (!score_.failed_drops) return;
+    std::size_t count = 0;
+    for (const FailedDrop& drop : *score_.failed_drops) count += drop.why == DropRefusal::kLost;
+    if (count > 0)
+      add(SeedAssignment::kFarthestMm * static_cast<double>(count),
+          fmt::format("{} lost outside the body", count == 1 ? "1 seed was" : fmt::format("{} seeds were", count)));
+  }
 
   void structures() {
     std::map<std::string, StructureContact> by_name;
@@ -76,11 +152,17 @@ class Mistakes {
       all.time_s += contact.time_s;
       holes[contact.structure].push_back(contact.hole.empty() ? "beside the template" : contact.hole);
     }
-    for (const auto& [name, all] : by_name)
-      if (all.passes > 0)
+    for (const auto& [name, all] : by_name) {
+      if (all.passes == 0) continue;
+      if (name == TestedOrgan::kBone)
+        add(all.passes, fmt::format("the pubic arch stopped a needle {} (hole {})", counted(all.passes, "time"),
+                                    joined(holes[name])));
+      else
         add(kStructureWeight * all.passes,
             fmt::format("the {} was entered {} (hole {}), {:.1f} mm deep, for {:.1f} s", name,
                         counted(all.passes, "time"), joined(holes[name]), all.depth_mm, all.time_s));
+      found_.back().is_of_organ = name != TestedOrgan::kBone;
+    }
   }
 
   // By the number in the plan, where it is known: by position a seed of a shifted train may be its neighbour's.
@@ -108,20 +190,24 @@ class Mistakes {
     }
     const double scatter = near > 0 ? std::sqrt(squares / near) : 0;
     if (std::abs(along) > kShiftAlongMm)
-      add(n * std::abs(along), fmt::format("all needles too {}: the seeds fell {:.1f} mm {} on the whole",
-                                           along < 0 ? "shallow" : "deep", std::abs(along),
-                                           along < 0 ? "short of the plan" : "beyond the plan"));
+      add_costly(n * std::abs(along),
+                 fmt::format("all needles too {}: the seeds fell {:.1f} mm {} on the whole",
+                             along < 0 ? "shallow" : "deep", std::abs(along),
+                             along < 0 ? "short of the plan" : "beyond the plan"),
+                 cost_of_all());
     if (across.norm() > kShiftAcrossMm) {
-      add(n * across.norm(), fmt::format("all needles to one side: the seeds fell {:.1f} mm off on the whole "
-                                         "(x {:+.1f}, y {:+.1f})",
-                                         across.norm(), across.x(), across.y()));
+      add_costly(n * across.norm(),
+                 fmt::format("all needles to one side: the seeds fell {:.1f} mm off on the whole "
+                             "(x {:+.1f}, y {:+.1f})",
+                             across.norm(), across.x(), across.y()),
+                 cost_of_all());
       across_ = across;
     }
     if (scatter > kScatterMm)
-      add(n * scatter,
+      add_costly(n * scatter,
           fmt::format("depths scatter: the seeds' errors along the needle have a standard deviation of "
                       "{:.1f} mm",
-                      scatter));
+                      scatter), cost_of_all());
   }
 
   // By the number in the plan, which tells the needle that a seed came from.
@@ -153,13 +239,16 @@ class Mistakes {
       if (is_swapped && other->first < n) continue;  // said already
       const double weight = fallen[n].off.norm();
       if (is_swapped)
-        add(weight + fallen[other->first].off.norm(),
-            fmt::format("needles {} and {} were swapped: each went through the other's hole",
-                        plan_.needles[n].hole, hole));
+        add_costly(weight + fallen[other->first].off.norm(),
+                   fmt::format("needles {} and {} were swapped: each went through the other's hole",
+                               plan_.needles[n].hole, hole),
+                   cost_of({n, other->first}));
       else
-        add(weight,
+        add_costly(
+            weight,
             fmt::format("needle {} went through {}: its {} lie {:.1f} mm aside", plan_.needles[n].hole, hole,
-                        counted(fallen[n].count, "seed"), weight / static_cast<double>(fallen[n].count)));
+                        counted(fallen[n].count, "seed"), weight / static_cast<double>(fallen[n].count)),
+            cost_of({n}));
     }
   }
 
@@ -168,22 +257,26 @@ class Mistakes {
     for (const PlannedSeed& seed : seeds_) ++planned[seed.needle];
     for (const std::size_t i : score_.seeds->by_position.missing) ++lacking[seeds_[i].needle];
     std::vector<std::string> left_out;
+    std::vector<std::size_t> needles_left_out;
     std::size_t seeds_left_out = 0;
     for (std::size_t n = 0; n < lacking.size(); ++n) {
       if (lacking[n] == 0 || is_elsewhere_[n]) continue;
       if (lacking[n] == planned[n]) {
         left_out.push_back(plan_.needles[n].hole);
+        needles_left_out.push_back(n);
         seeds_left_out += lacking[n];
       } else {
-        add(SeedAssignment::kFarthestMm * static_cast<double>(lacking[n]),
-            fmt::format("needle {}: {} of its {} are missing", plan_.needles[n].hole, lacking[n],
-                        counted(planned[n], "seed")));
+        add_costly(SeedAssignment::kFarthestMm * static_cast<double>(lacking[n]),
+                   fmt::format("needle {}: {} of its {} are missing", plan_.needles[n].hole, lacking[n],
+                               counted(planned[n], "seed")),
+                   cost_of({n}));
       }
     }
     if (!left_out.empty())
-      add(SeedAssignment::kFarthestMm * static_cast<double>(seeds_left_out),
-          fmt::format("{} left no seed in place: {}; {} missing", counted(left_out.size(), "needle"),
-                      joined(left_out), counted(seeds_left_out, "seed")));
+      add_costly(SeedAssignment::kFarthestMm * static_cast<double>(seeds_left_out),
+                 fmt::format("{} left no seed in place: {}; {} missing", counted(left_out.size(), "needle"),
+                             joined(left_out), counted(seeds_left_out, "seed")),
+                 cost_of(needles_left_out));
   }
 
   void punctures() {

@@ -11,14 +11,17 @@ struct Score;
 
 /// A mistake in a session.
 struct Finding {
-  std::string text;   ///< one sentence for the instructor
-  double weight = 0;  ///< how much it matters: misplaced seeds times mm, or the like
+  std::string text;          ///< one sentence for the instructor, with what the mistake cost
+  double weight = 0;         ///< how much it matters beside its dose: misplaced seeds times mm, or the like
+  double harm_percent = 0;   ///< DoseChange::harm_percent of the needles or seeds that it is about
+  bool is_of_organ = false;  ///< a needle was where it should not be: first, whatever the dose
 };
 
-/// What went wrong, the heaviest first; none of a session as planned. Structures entered come first. A needle's seeds
-/// off their hole, seeds that are missing, and what all seeds have in common (a shift along or across, a scatter) are
-/// weighed by seeds times mm, a missing seed by SeedAssignment::kFarthestMm, a puncture too many like half a seed.
-/// The limits stand in findings.cpp.
+/// What went wrong; none of a session as planned. Organs entered come first, then what harmed the dose, the most harmful
+/// first, then the rest by weight: a needle's seeds off their hole, seeds that are missing or lost, and what all seeds
+/// have in common (a shift along or across, a scatter) by seeds times mm, a missing seed by
+/// SeedAssignment::kFarthestMm, a puncture too many like half a seed. The limits stand in findings.cpp. Goals that the
+/// plan meets and the implant misses are told with the most harmful mistake.
 std::vector<Finding> find_mistakes(const Score& score, const Plan& plan, const TemplateGrid& grid);
 
 }  // namespace brachy

@@ -4,6 +4,7 @@
 #include <sstream>
 
 #include "core/base/error.h"
+#include "core/brachytherapy/seeds/failed_drop_file.h"
 #include "core/brachytherapy/seeds/seed_file.h"
 
 namespace brachy {
@@ -43,6 +44,10 @@ class RecordingFiles {
     }
   }
 
+  bool has(const char* name) const {
+    std::error_code ignored;
+    return std::filesystem::exists(folder_ / name, ignored);
+  }
   std::vector<std::string> take_remarks() { return std::move(remarks_); }
 
  private:
@@ -72,6 +77,11 @@ Recording load_recording(const std::filesystem::path& folder) {
   auto forces = files.read("forces.csv", "punctures and forces are not known.", parse_force_log);
   recording.seeds =
       files.read("seeds.csv", "what was implanted, its errors and its dose are not known.", parse_seeds);
+  if (files.has("drops.csv"))
+    recording.failed_drops = files.read("drops.csv", "lost and refused seeds are not known.", parse_failed_drops);
+  if (files.has("contacts.csv"))
+    recording.passes = files.read(
+        "contacts.csv", "passes through organs are those of the organs at rest.", parse_organ_passes);
   if (!recording.poses && !forces && !recording.seeds)
     throw UserError(folder.string() +
                     ": has no readable recording; it should contain poses.csv, forces.csv "

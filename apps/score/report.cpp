@@ -38,7 +38,8 @@ Score write_report(const std::filesystem::path& folder, const Plan& plan, const 
   Recording recording = load_recording(folder);
   if (scene.probe.on) leave_out(recording, static_cast<std::uint32_t>(scene.needle.count));
   const std::vector<Structure> structures = load_structures(scene);
-  Score score = score_session(plan, scene.template_grid, structures, scene.dose, recording, progress);
+  Score score = score_session(plan, scene.template_grid, structures, scene.dose, recording, progress,
+                              scene.goals.empty() ? default_dose_goals() : scene.goals);
   write(html, to_html(score, plan, scene.template_grid, structures));
   write(std::filesystem::path(html).replace_extension(".json"), to_json(score) + "\n");
   return score;

@@ -3,6 +3,7 @@
 #include "apps/score/report.h"
 #include "apps/score/report_charts.h"
 #include "apps/score/report_figures.h"
+#include "apps/score/report_sections.h"
 
 namespace brachy {
 namespace {
@@ -36,6 +37,9 @@ svg {{ width: 100%; height: auto; display: block }}
 .pair table {{ font-size: 8.5pt; width: 100% }}
 .pair th, .pair td {{ padding: .3mm 1.2mm; white-space: nowrap }}
 .missed {{ font-weight: 700; color: #b03000 }}
+.verdict {{ font-weight: 600 }}
+.slices {{ display: grid; grid-template-columns: repeat(5, minmax(0, 1fr)); gap: 1mm; break-inside: avoid }}
+.slices svg {{ border: .2mm solid #ddd }}
 .long {{ font-size: 8pt; width: 100% }}
 .long th, .long td {{ padding: .2mm 1.2mm }}
 </style>
@@ -243,7 +247,8 @@ std::string to_html(const Score& score, const Plan& plan, const TemplateGrid& gr
   std::string out = fmt::format(kHead, xml_escaped(score.recording));
   out += fmt::format("<h1>Implant score</h1>\n<p>Recording <b>{}</b>, plan <b>{}</b>. {}</p>\n",
                      xml_escaped(score.recording), xml_escaped(score.plan), kNotice);
-  out += remarks(score) + keys(score) + findings_list(score) + dose_section(score.dose) +
+  out += remarks(score) + keys(score) + findings_list(score) + goals_section(score) +
+         slices_section(score, plan, grid) + dose_section(score.dose) + consequences_section(score, plan) +
          seed_section(score, plan, grid, structures.front().mesh) +
          needle_section(score.needles, plan, seeds);
   if (seeds) out += seed_table(seeds->by_position, plan, grid);

@@ -84,7 +84,10 @@ Json to_json_seeds(const SeedsScore& score) {
 
 Json to_json_findings(const std::vector<Finding>& findings) {
   Json all = Json::array();
-  for (const Finding& finding : findings) all.push_back({{"text", finding.text}, {"weight", finding.weight}});
+  for (const Finding& finding : findings) all.push_back({{"text", finding.text},
+                   {"weight", finding.weight},
+                   {"harm_percent", finding.harm_percent},
+                   {"is_of_organ", finding.is_of_organ}});
   return all;
 }
 
@@ -97,6 +100,61 @@ Json to_json_contacts(const std::vector<StructureContact>& contacts) {
                    {"depth_mm", contact.depth_mm},
                    {"time_s", contact.time_s}});
   return all;
+}
+
+Json to_json_failed_drops(const std::vector<FailedDrop>& drops) {
+  Json all = Json::array();
+  for (const FailedDrop& drop : drops)
+    all.push_back({{"t_s", drop.t_s},
+                   {"needle", drop.needle},
+                   {"planned", drop.planned < 0 ? Json(nullptr) : Json(drop.planned)},
+                   {"lost", drop.why == DropRefusal::kLost},
+                   {"why", to_string(drop.why)},
+                   {"at_mm", to_json_point(drop.at)}});
+  return all;
+}
+
+Json to_json_change(const DoseChange& change) {
+  return {{"v100_percent", change.v100_percent},
+          {"d90_gy", change.d90_gy},
+          {"urethra_d30_gy", change.urethra_d30_gy},
+          {"rectum_d2cc_gy", change.rectum_d2cc_gy}};
+}
+
+Json to_json_consequences(const Consequences& c) {
+  Json needles = Json::array(), sectors = Json::array();
+  for (const NeedleCost& n : c.needles) {
+    needles.push_back({{"needle", n.needle}});
+    needles.back().update(to_json_change(n.change));
+  }
+  for (const Sector& s : c.sectors)
+    sectors.push_back({{"name", s.name},
+                       {"volume_cc", s.volume_cc},
+                       {"cold_cc", s.cold_cc},
+                       {"coldest_gy", s.coldest_gy},
+                       {"coldest_mm", to_json_point(s.coldest)}});
+  Json json = {{"whole", to_json_change(c.whole)},
+               {"needles", needles},
+               {"unplanned", to_json_change(c.unplanned)},
+               {"sectors", sectors},
+               {"urethra_hottest", nullptr}};
+  if (c.urethra)
+    json["urethra_hottest"] = {
+        {"gy", c.urethra->gy}, {"at_mm", to_json_point(c.urethra->at)}, {"over_150_cc", c.urethra->over_150_cc}};
+  return json;
+}
+
+Json to_json_verdict(const std::vector<GoalResult>& results) {
+  Json each = Json::array();
+  for (const GoalResult& r : results)
+    each.push_back({{"stage", r.goal.stage},
+                    {"structure", r.goal.structure},
+                    {"figure", r.goal.figure},
+                    {r.goal.is_above() ? "at_least" : "below", r.limit},
+                    {"is", r.value},
+                    {"met", r.is_met ? Json(*r.is_met) : Json(nullptr)},
+                    {"source", r.goal.source}});
+  return {{"text", verdict(results)}, {"goals", each}};
 }
 
 template <class T>
@@ -146,6 +204,8 @@ Json to_json_structure(const StructureDose& s) {
           {"d30_gy", s.d30_gy},
           {"d10_gy", s.d10_gy},
           {"d2cc_gy", s.d2cc_gy},
+          {"d5_gy", s.d5_gy},
+          {"d0_1cc_gy", s.d0_1cc_gy},
           {"volume_share", share}};
 }
 
@@ -186,6 +246,11 @@ std::string to_json(const Score& score) {
                      {"planned_seeds", score.planned_seeds},
                      {"findings", to_json_findings(score.findings)},
                      {"structures_entered", to_json_contacts(score.contacts)},
+                     {"failed_drops",
+                      score.failed_drops ? to_json_failed_drops(*score.failed_drops) : Json(nullptr)},
+                     {"verdict", to_json_verdict(score.goals)},
+                     {"consequences",
+                      score.consequences ? to_json_consequences(*score.consequences) : Json(nullptr)},
                      {"seeds", score.seeds ? to_json_seeds(*score.seeds) : Json(nullptr)},
                      {"needles", to_json_needles(score.needles)},
                      {"dose",

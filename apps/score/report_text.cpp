@@ -62,7 +62,8 @@ std::string dose_lines(const DoseScore& dose) {
 
 std::string to_text(const Score& score) {
   return fmt::format("{}, plan \"{}\"\n", score.recording, score.plan) + finding_lines(score) +
-         seed_lines(score) + needle_line(score.needles) + dose_lines(score.dose) + kNotice + "\n";
+         seed_lines(score) + needle_line(score.needles) + dose_lines(score.dose) +
+         (score.goals.empty() ? "" : "verdict: " + verdict(score.goals) + "\n") + kNotice + "\n";
 }
 
 }  // namespace brachy

@@ -13,7 +13,7 @@ constexpr double kSharePoses = 0.9;  // of a long recording's time; the rest is 
 
 Score score_session(const Plan& plan, const TemplateGrid& grid, const std::vector<Structure>& structures,
                     const DoseSettings& dose, const Recording& recording,
-                    const std::function<void(double share)>& progress) {
+                    const std::function<void(double share)>& progress, const std::vector<DoseGoal>& goals) {
   assert(!structures.empty());
   Score score;
   score.recording = recording.name;
@@ -32,8 +32,22 @@ Score score_session(const Plan& plan, const TemplateGrid& grid, const std::vecto
       });
   if (progress) progress(kSharePoses);
   score.dose = score_dose(plan, grid, structures, dose, recording.seeds ? &*recording.seeds : nullptr);
-  if (recording.poses)
-    score.contacts = structure_contacts(std::span(structures).subspan(1), grid, *recording.poses);
+  const auto organs = std::span(structures).subspan(1);
+  if (recording.passes)
+    score.contacts =
+        structure_contacts(organs, grid, *recording.passes, recording.poses ? &*recording.poses : nullptr);
+  else if (recording.poses)
+    score.contacts = structure_contacts(organs, grid, *recording.poses);
+  score.failed_drops = recording.failed_drops;
+  score.goals = judge(goals, score.dose);
+  if (recording.seeds) {
+    score.consequences = find_consequences(plan, grid, structures, dose, *recording.seeds);
+    DoseSettings of_plan = dose;
+    of_plan.prescription_gy = plan.prescription_gy;
+    ImplantDose at_rest(structures, of_plan);
+    for (const Seed& seed : *recording.seeds) at_rest.add(seed.at_rest());
+    score.slices = axial_slices(structures, at_rest.grid(), plan.prescription_gy);
+  }
   score.findings = find_mistakes(score, plan, grid);
   return score;
 }

@@ -4,8 +4,11 @@
 #include <string>
 #include <vector>
 
+#include "apps/score/axial_slices.h"
+#include "apps/score/consequences.h"
 #include "apps/score/dose_score.h"
 #include "apps/score/findings.h"
+#include "apps/score/goal_results.h"
 #include "apps/score/needle_score.h"
 #include "apps/score/recording.h"
 #include "apps/score/seed_score.h"
@@ -24,14 +27,19 @@ struct Score {
   DoseScore dose;
   /// Of all structures but the prostate; empty where no needle entered one, or the poses are not known.
   std::vector<StructureContact> contacts;
+  std::optional<std::vector<FailedDrop>> failed_drops;  ///< lost and refused seeds; none: not known
+  std::optional<Consequences> consequences;             ///< none: the dropped seeds are not known
+  std::vector<GoalResult> goals;                        ///< of the plan and of the implant, in their order
+  std::vector<AxialSlice> slices;                       ///< with the dose of the seeds at rest; empty: not known
   std::vector<Finding> findings;  ///< what went wrong, the heaviest first
 };
 
-/// Scores a recording. `structures`: the scene's at rest, the tissue's own surface ("prostate") first
+/// Scores a recording; the implant is judged by `goals`. `structures`: the scene's at rest, the tissue's own surface ("prostate") first
 /// (core/scene/load_structures.h). Throws UserError where the seeds are not of this plan or it does not fit the grid.
 /// Deterministic; some tenths of a second, more for a recording of an hour: `progress`, if any, gets the share done.
 Score score_session(const Plan& plan, const TemplateGrid& grid, const std::vector<Structure>& structures,
                     const DoseSettings& dose, const Recording& recording,
-                    const std::function<void(double share)>& progress = {});
+                    const std::function<void(double share)>& progress = {},
+                    const std::vector<DoseGoal>& goals = default_dose_goals());
 
 }  // namespace brachy

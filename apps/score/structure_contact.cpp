@@ -58,4 +58,33 @@ std::vector<StructureContact> structure_contacts(std::span<const Structure> stru
   return all;
 }
 
+std::vector<StructureContact> structure_contacts(std::span<const Structure> structures,
+                                                 const TemplateGrid& grid,
+                                                 std::span<const OrganPass> passes,
+                                                 const NeedleTrajectories* poses) {
+  std::vector<StructureContact> all;
+  bool has_open = false;
+  for (const Structure& structure : structures) {
+    const auto first = static_cast<std::ptrdiff_t>(all.size());
+    for (const OrganPass& pass : passes) {
+      if (pass.organ != structure.name) continue;
+      const std::string hole = grid.nearest(pass.entered_at, pass.axis).value_or("");
+      auto contact = std::ranges::find(all.begin() + first, all.end(), hole, &StructureContact::hole);
+      if (contact == all.end()) contact = all.insert(all.end(), {structure.name, hole});
+      ++contact->passes;
+      contact->depth_mm = std::max(contact->depth_mm, pass.depth_mm);
+      contact->time_s += pass.time_s;
+      has_open |= !pass.is_ended;
+    }
+  }
+  if (!has_open || !poses) return all;
+  for (const StructureContact& at_rest : structure_contacts(structures, grid, *poses))
+    for (StructureContact& contact : all)
+      if (contact.structure == at_rest.structure && contact.hole == at_rest.hole) {
+        contact.depth_mm = std::max(contact.depth_mm, at_rest.depth_mm);
+        contact.time_s = std::max(contact.time_s, at_rest.time_s);
+      }
+  return all;
+}
+
 }  // namespace brachy

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/brachytherapy/plan/template_grid.h"
+#include "core/brachytherapy/structures/organ_pass_file.h"
 #include "core/brachytherapy/structures/structure.h"
 #include "haptics/trajectory/needle_trajectories.h"
 
@@ -27,5 +28,12 @@ struct StructureContact {
 /// the poses. A structure's bounding box is tried first.
 std::vector<StructureContact> structure_contacts(std::span<const Structure> structures,
                                                  const TemplateGrid& grid, const NeedleTrajectories& poses);
+
+/// The same of what the simulation saw in every tick, in the deformed tissue. A pass that had not ended when the
+/// recording did has the depth and time that `poses`, if any, show against `structures` at rest.
+std::vector<StructureContact> structure_contacts(std::span<const Structure> structures,
+                                                 const TemplateGrid& grid,
+                                                 std::span<const OrganPass> passes,
+                                                 const NeedleTrajectories* poses);
 
 }  // namespace brachy

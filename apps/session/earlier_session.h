@@ -9,7 +9,8 @@
 
 namespace brachy {
 
-inline constexpr const char *kPosesFile = "poses.csv", *kForcesFile = "forces.csv", *kSeedsFile = "seeds.csv";
+inline constexpr const char *kPosesFile = "poses.csv", *kForcesFile = "forces.csv", *kSeedsFile = "seeds.csv",
+                            *kDropsFile = "drops.csv", *kContactsFile = "contacts.csv";
 
 /// What an earlier run left in a session's directory.
 struct EarlierSession {

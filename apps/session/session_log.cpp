@@ -2,10 +2,15 @@
 
 #include <algorithm>
 #include <array>
+#include <fstream>
+#include <sstream>
 #include <stdexcept>
 
+#include "apps/session/whole_lines.h"
 #include "core/base/denied_folder.h"
 #include "core/base/error.h"
+#include "core/brachytherapy/seeds/failed_drop_file.h"
+#include "core/brachytherapy/structures/organ_pass_file.h"
 
 namespace brachy {
 bool SessionLog::is_recording(const std::filesystem::path& folder) {
@@ -16,14 +21,41 @@ bool SessionLog::is_recording(const std::filesystem::path& folder) {
   });
 }
 
-SessionLog::SessionLog(const std::filesystem::path& folder, std::size_t needle_count, double period_s)
+namespace {
+
+std::vector<std::int32_t> lost_in(const std::filesystem::path& file) {
+  std::error_code none;
+  if (!std::filesystem::is_regular_file(file, none)) return {};
+  truncate_partial_line(file);
+  if (std::filesystem::file_size(file) == 0) return {};
+  std::ifstream in(file, std::ios::binary);
+  std::ostringstream text;
+  text << in.rdbuf();
+  std::vector<std::int32_t> lost;
+  for (const FailedDrop& drop : parse_failed_drops(text.view(), file.string()))
+    if (drop.why == DropRefusal::kLost && drop.planned >= 0) lost.push_back(drop.planned);
+  return lost;
+}
+
+}  // namespace
+
+SessionLog::SessionLog(const std::filesystem::path& folder, std::size_t needle_count, double period_s,
+                       std::optional<std::vector<std::string>> organs)
     : folder_(folder),
       period_s_(period_s),
       columns_{needle_count > 1, true},
       earlier_(examine_earlier_session(folder, trajectory_header(columns_), needle_count)),
       ledger_(folder_ / kSeedsFile),
       forces_(folder_ / kForcesFile, RowFile::Start::kSession, earlier_.force_columns),
-      poses_(folder_ / kPosesFile, RowFile::Start::kSession, trajectory_header(columns_)) {
+      poses_(folder_ / kPosesFile, RowFile::Start::kSession, trajectory_header(columns_)),
+      restored_lost_(lost_in(folder_ / kDropsFile)) {
+  if (organs) {
+    organs_ = std::move(*organs);
+    std::error_code none;
+    if (std::filesystem::is_regular_file(folder_ / kContactsFile, none)) truncate_partial_line(folder_ / kContactsFile);
+    drops_.emplace(folder_ / kDropsFile, RowFile::Start::kSession, kFailedDropHeader);
+    contacts_.emplace(folder_ / kContactsFile, RowFile::Start::kSession, kOrganPassHeader);
+  }
   // After the latest of the three: a run may have been killed between writing one and the other.
   offset_s_ = std::max(earlier_.end_s, latest_seed_s(ledger_.restored(), folder_ / kSeedsFile));
   poses_.flush();
@@ -41,6 +73,10 @@ void SessionLog::tell(const std::string& what) {
 
 void SessionLog::add(const MeshState& state) {
   add_seeds(state.seeds.in_tissue());
+  if (run_ != state.summary.run) last_contacts_.clear();
+  run_ = state.summary.run;
+  add_failed_drops(state.failed_drops);
+  add_contacts(state);
   constexpr std::uint64_t kRing = NeedleStates::kPoseHistory;
   const std::uint64_t newest = state.summary.tick;
   const std::uint64_t oldest = std::max(last_tick_ + 1, newest < kRing ? 1 : newest - kRing + 1);
@@ -72,21 +108,66 @@ void SessionLog::add_forces(std::uint64_t tick, std::uint32_t needle, const Need
   forces_.add(force_sample(time_of(tick), needle, state, min_det));
 }
 
+// Fewer than last time: another run, which has lost none yet.
+void SessionLog::add_failed_drops(const FailedDrops& drops) {
+  if (!drops_) return;
+  drops_written_ = std::min(drops_written_, drops.count);
+  if (drops.count - drops_written_ > FailedDrops::kKept) drops_written_ = drops.count - FailedDrops::kKept;
+  for (; drops_written_ < drops.count; ++drops_written_) {
+    FailedDrop drop = drops.slots[drops_written_ % FailedDrops::kKept];
+    drop.t_s += offset_s_;
+    drops_->add(failed_drop_row(drop));
+  }
+}
+
+void SessionLog::add_contacts(const MeshState& state) {
+  const std::vector<OrganContact>& now = state.needles.organ_contacts;
+  if (!contacts_ || organs_.empty() || now.empty()) return;
+  last_contacts_.resize(now.size());
+  for (std::size_t i = 0; i < now.size(); ++i) {
+    const auto needle = static_cast<std::uint32_t>(i / organs_.size());
+    const std::string& organ = organs_[i % organs_.size()];
+    OrganContact& last = last_contacts_[i];
+    const auto add_row = [&](const OrganContact& contact, bool is_ended, std::uint64_t tick) {
+      contacts_->add(organ_pass_row(pass_of(contact, organ, needle, time_of(tick), is_ended)));
+    };
+    const bool is_new = now[i].passes != last.passes;
+    if (is_new && last.is_in) add_row(last, true, now[i].entered_tick);
+    if (is_new) add_row(now[i], false, now[i].entered_tick);
+    if (!now[i].is_in && (is_new || last.is_in)) add_row(now[i], true, now[i].left_tick);
+    last = now[i];
+  }
+}
+
 std::string SessionLog::failure() const {
-  return poses_.has_failed() ? poses_.failure() : forces_.failure();
+  for (const RowFile* file : {&poses_, drops_ ? &*drops_ : nullptr, contacts_ ? &*contacts_ : nullptr})
+    if (file && file->has_failed()) return file->failure();
+  return forces_.failure();
 }
 
 void SessionLog::flush() {
   poses_.flush();
   forces_.flush();
+  if (drops_) drops_->flush();
+  if (contacts_) contacts_->flush();
   if (has_reported_ || failure().empty()) return;
   has_reported_ = true;
   throw std::runtime_error(failure());
 }
 
 void SessionLog::close() {
+  for (std::size_t i = 0; i < last_contacts_.size(); ++i) {
+    OrganContact& contact = last_contacts_[i];
+    if (!contact.is_in) continue;
+    contact.is_in = false;
+    contact.left_tick = last_tick_;
+    contacts_->add(organ_pass_row(pass_of(contact, organs_[i % organs_.size()],
+                                         static_cast<std::uint32_t>(i / organs_.size()), time_of(last_tick_), true)));
+  }
   poses_.flush();
   forces_.flush();
+  if (drops_) drops_->flush();
+  if (contacts_) contacts_->flush();
   if (const std::string what = failure(); !what.empty()) throw std::runtime_error(what);
 }
 

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -21,7 +22,8 @@ struct UsedPose {
 };
 
 /// A recording while it is being written: a directory with poses.csv (every tick's poses, a trajectory that
-/// replays), forces.csv (apps/forces) and seeds.csv (the ledger). `brachy score` reads it. An existing
+/// replays), forces.csv (apps/forces), seeds.csv (the ledger), drops.csv (seeds that were lost or refused) and
+/// contacts.csv (passes through organs). `brachy score` reads it. An existing
 /// recording is continued: its seeds are `restored()`, rows that a killed process left unfinished are
 /// truncated, and times continue from the latest in the three files, whose last rows are checked. The files are the
 /// owner's alone (mode 0600).
@@ -30,18 +32,23 @@ class SessionLog {
  public:
   /// Creates the directory. Throws UserError if it cannot be written or holds a recording of a different
   /// scene.
-  SessionLog(const std::filesystem::path& folder, std::size_t needle_count, double period_s);
+  /// `organs`: names of SimulationModel::organs; none: the data come over the wire, and drops.csv and contacts.csv are
+  /// not written.
+  SessionLog(const std::filesystem::path& folder, std::size_t needle_count, double period_s,
+             std::optional<std::vector<std::string>> organs = {});
 
   /// Whether a directory holds (part of) a recording.
   static bool is_recording(const std::filesystem::path& folder);
 
   const std::vector<Seed>& restored() const { return ledger_.restored(); }
+  /// Planned seeds that an earlier run lost: they are no longer in their needles.
+  const std::vector<std::int32_t>& restored_lost() const { return restored_lost_; }
   double offset_s() const { return offset_s_; }  ///< time of this run's start in the files, s
   /// What was found and repaired; empty: nothing.
   const std::string& restored_text() const { return restored_text_; }
 
   /// Writes what is new in `state` since the last call: the poses as far back as its histories go, its seeds,
-  /// and its forces. The seeds are written first. Throws std::runtime_error if seeds cannot be written; the
+  /// its forces, and what happened to organs. The seeds are written first. Throws std::runtime_error if seeds cannot be written; the
   /// next call retries them.
   void add(const MeshState& state);
 
@@ -55,7 +62,7 @@ class SessionLog {
   void flush();
   void sync_seeds() const noexcept { ledger_.sync(); }
 
-  /// Closes the files. Throws std::runtime_error with the file if poses or forces could not all be written.
+  /// Of passes under way what is known so far is written. Closes the files. Throws std::runtime_error with the file if poses or forces could not all be written.
   void close();
 
   std::uint64_t poses() const { return poses_.rows(); }
@@ -66,6 +73,8 @@ class SessionLog {
   }  ///< ticks whose poses are missing: they were no longer in the history
 
  private:
+  void add_failed_drops(const FailedDrops& drops);
+  void add_contacts(const MeshState& state);
   double time_of(std::uint64_t tick) const { return offset_s_ + static_cast<double>(tick) * period_s_; }
   void tell(const std::string& what);
   std::string failure() const;  // of poses or forces; empty: none
@@ -78,6 +87,12 @@ class SessionLog {
   SeedLedger ledger_;
   ForceLogWriter forces_;
   RowFile poses_;
+  std::vector<std::string> organs_;
+  std::vector<std::int32_t> restored_lost_;
+  std::optional<RowFile> drops_, contacts_;
+  std::uint64_t drops_written_ = 0;
+  std::vector<OrganContact> last_contacts_;  // as MeshState's
+  std::uint64_t run_ = 0;                    // TickSummary::run of the last state
   bool has_reported_ = false;  // that poses or forces cannot be written
   std::string restored_text_;
   std::uint64_t last_tick_ = 0, ticks_missed_ = 0;

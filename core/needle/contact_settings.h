@@ -75,6 +75,8 @@ struct ContactSettings {
   double relaxation_s = 2;
   /// Force along its shaft that a locking needle's barbs hold besides friction; an assumption
   double locking_force_n = 6;
+  /// Stiffness with which bone, a structure named pubic_arch, pushes back a hand that goes on; far beyond a device's
+  double bone_n_per_mm = 20;
   int max_landmarks = 41;  ///< of a needle, tip and shaft; spacing × (max − 1) must cover it
 
   bool operator==(const ContactSettings&) const = default;

@@ -80,6 +80,11 @@ class NeedleContact {
   Vec3 material_tip() const {
     return path_.at(tip_s_);
   }  ///< while in the tissue: the tip's material point, mm
+  double tip_arc_mm() const { return tip_s_; }  ///< of material_tip() on path()
+  const CutPath& path() const { return path_; }  ///< while in the tissue: what the needle has cut, at rest
+  /// While it presses on the intact capsule: where, at rest.
+  const Vec3& contact_point() const { return contact_point_; }
+  bool is_pressing() const { return state_ == ContactState::kTouching && by_tip_; }
   std::uint32_t puncture_count() const { return puncture_count_; }
   std::uint32_t flags() const { return flags_; }  ///< StepFlag bits of this tick
   const NeedleForces& forces() const { return forces_; }

@@ -9,6 +9,7 @@
 #include "core/scene/load_body.h"
 #include "core/scene/load_needle_tissues.h"
 #include "core/scene/load_plan.h"
+#include "core/scene/load_structures.h"
 #include "core/scene/load_tissues.h"
 
 namespace brachy {
@@ -62,7 +63,8 @@ std::shared_ptr<const SimulationModel> load_simulation_model(const Scene& scene,
   NeedleTissues needle_tissues = load_needle_tissues(scene);
   DeformationModel deformation = load_deformation_model(scene, tissue);
   return std::make_shared<const SimulationModel>(std::move(tissue), std::move(deformation),
-                                                 std::move(needle_tissues), settings, load_plan(scene));
+                                                 std::move(needle_tissues), settings, load_plan(scene),
+                                                 tested_organs(load_structures(scene)));
 }
 
 Anchors load_anchors(const Scene& scene, const Tissue& tissue) {

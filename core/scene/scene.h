@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/base/rigid_transform.h"
+#include "core/brachytherapy/dose/dose_goal.h"
 #include "core/brachytherapy/dose/dose_settings.h"
 #include "core/brachytherapy/hdr/implant_settings.h"
 #include "core/brachytherapy/plan/template_grid.h"
@@ -194,6 +195,7 @@ struct Scene {
   std::string plan_file;
   DoseSettings dose;
   std::vector<StructureSettings> structures;
+  std::vector<DoseGoal> goals;  ///< none: default_dose_goals()
   RateSettings rates;
   EngineSettings engine;
   RealtimeSettings realtime;

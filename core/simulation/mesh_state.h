@@ -8,6 +8,7 @@
 
 #include "core/brachytherapy/seeds/seed.h"
 #include "core/brachytherapy/seeds/seed_drop.h"
+#include "core/brachytherapy/structures/organ_contact.h"
 #include "core/injectivity/certificate.h"
 #include "core/models/step_flag.h"
 #include "core/needle/contact_state.h"
@@ -97,6 +98,14 @@ struct SeedStates {
   std::uint32_t count = 0;
 };
 
+/// Seeds that were asked for and are not in the body, the last kKept of them: ring indexed by their number.
+struct FailedDrops {
+  static constexpr std::size_t kKept = 128;
+
+  std::uint64_t count = 0;  ///< since the start; number i is in slots[i % kKept]
+  std::array<FailedDrop, kKept> slots;
+};
+
 /// The scene's needles, by id.
 struct NeedleStates {
   static constexpr std::size_t kPoseHistory = 128;
@@ -106,6 +115,8 @@ struct NeedleStates {
   /// Each needle's poses of the last ticks, ring indexed by tick % kPoseHistory: a recorder at 30 Hz still gets
   /// every one. An entry with another tick has no pose: there was no needle then.
   std::vector<PoseHistory> pose_histories;
+  /// Of needle n and SimulationModel::organs[k] at n × organs + k; the probe has none.
+  std::vector<OrganContact> organ_contacts;
 };
 
 /// Everything one tick produced: one slot of the triple buffer, and the body of a snapshot.
@@ -117,6 +128,7 @@ struct MeshState {
   TickSummary summary;
   DeformedMesh mesh;
   SeedStates seeds;
+  FailedDrops failed_drops;
   NeedleStates needles;
 };
 

@@ -73,13 +73,14 @@ Anchors make_anchors(const Tissue& tissue, Anchors::Options options, bool models
 
 SimulationModel::SimulationModel(Tissue tissue_at_rest, DeformationModel deformation_model,
                                  NeedleTissues tissues_of_needle, const SimulationSettings& s,
-                                 std::optional<Plan> seed_plan)
+                                 std::optional<Plan> seed_plan, std::vector<TestedOrgan> organs_at_risk)
     : tissue(std::move(tissue_at_rest)),
       surface(surface_of(tissue)),
       deformation(std::move(deformation_model)),
       needle_tissues(std::move(tissues_of_needle)),
       settings(s),
       plan(std::move(seed_plan)),
+      organs(std::move(organs_at_risk)),
       body_at_rest(s.gland, s.swelling, apex_of(tissue),
                    s.gland.moves ? held_compliance(tissue, deformation) : Vec6(Vec6::Zero())),
       anchors(make_anchors(tissue, s.anchors, models_support(deformation))) {

@@ -4,11 +4,13 @@
 #include <memory>
 #include <optional>
 #include <variant>
+#include <vector>
 
 #include "core/base/simd/simd_target.h"
 #include "core/brachytherapy/plan/plan.h"
 #include "core/brachytherapy/plan/template_grid.h"
 #include "core/brachytherapy/seeds/seed_settings.h"
+#include "core/brachytherapy/structures/tested_organs.h"
 #include "core/elasticity/elastic_body.h"
 #include "core/geometry/surface/surface_bvh.h"
 #include "core/geometry/tissue/tissue.h"
@@ -74,7 +76,8 @@ struct SimulationModel {
   /// Errors: UserError where there are more anchors than surface vertices, or the tissue is not within
   /// MatrixModel's box.
   SimulationModel(Tissue tissue, DeformationModel deformation, NeedleTissues needle_tissues,
-                  const SimulationSettings& settings = {}, std::optional<Plan> plan = {});
+                  const SimulationSettings& settings = {}, std::optional<Plan> plan = {},
+                  std::vector<TestedOrgan> organs = {});
 
   std::size_t max_landmarks() const;  ///< of a tick: all needles', the probe's and the anchors
   /// Where the gland turns and swells about: its apex, the lowest point, on its axis.
@@ -90,6 +93,7 @@ struct SimulationModel {
   NeedleTissues needle_tissues;
   SimulationSettings settings;
   std::optional<Plan> plan;
+  std::vector<TestedOrgan> organs;  ///< that needles are tested against
   /// Of MatrixModel's smooth part (core/models/matrix_kernel/smooth_tables.h), for settings.target; null where it has
   /// none, and for all other models.
   std::shared_ptr<const SmoothTables> smooth_tables;

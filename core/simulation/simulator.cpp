@@ -1,6 +1,7 @@
 #include "core/simulation/simulator.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <utility>
@@ -28,6 +29,12 @@ Simulator::Simulator(std::shared_ptr<const SimulationModel> model)
   for (std::size_t n = 0; n < needle_count; ++n)
     contacts_.emplace_back(model_->surface, model_->needle_tissues, model_->settings.needle,
                            model_->settings.contact, model_->guide_z_mm());
+  for (std::size_t n = 0; n < needle_count; ++n) {
+    bone_stops_.emplace_back(model_->organs, model_->settings.contact.bone_n_per_mm,
+                             model_->settings.needle.length_mm, model_->settings.contact.max_jump_mm);
+    organ_contacts_.emplace_back(model_->organs);
+  }
+  organ_states_.resize(needle_count * model_->organs.size());
   const std::size_t locking = std::min(needle_count, model_->settings.needle.locking_count);
   for (std::size_t n = needle_count - locking; n < needle_count; ++n) contacts_[n].lock();
   if (model_->settings.probe.on)
@@ -52,6 +59,10 @@ void Simulator::restore_seeds(std::span<const Seed> seeds) {
   for (const Seed& seed : seeds) seed_loading_.mark_dropped(seed.planned);
 }
 
+void Simulator::restore_lost(std::span<const std::int32_t> planned) {
+  for (const std::int32_t seed : planned) seed_loading_.mark_dropped(seed);
+}
+
 void Simulator::resume_from(const Simulator& other) noexcept {
   tick_ = other.tick_;
   implant_ = other.implant_;
@@ -59,6 +70,7 @@ void Simulator::resume_from(const Simulator& other) noexcept {
   implant_.move(tick_, MovedField(*field_, body_.frame()));
   seed_loading_ = other.seed_loading_;
   pose_histories_ = other.pose_histories_;
+  failed_drops_ = other.failed_drops_;
   for (std::size_t n = 0; n < needles_.size(); ++n) needles_[n].drops = other.needles_[n].drops;
 }
 
@@ -68,6 +80,7 @@ MeshState Simulator::initial_state() const {
   state.mesh.block_ticks.assign(tissue_.blocks.size(), 0);
   state.needles.states = needles_;
   state.needles.pose_histories = pose_histories_;
+  state.needles.organ_contacts = organ_states_;
   state.seeds.slots.resize(implant_.max_count());
   state.seeds.ticks.resize(implant_.max_count());
   state.seeds.count = static_cast<std::uint32_t>(implant_.seeds().size());
@@ -81,6 +94,7 @@ void Simulator::step(std::span<const NeedlePose> poses, MeshState& state) noexce
   gather_landmarks();
   deform();
   find_shapes();
+  test_organs();
   drop_seeds();
   write_state(state);
 }
@@ -102,8 +116,11 @@ void Simulator::begin_contacts(std::span<const NeedlePose> poses) noexcept {
       needles_[n].X_WN = pose.X_WN;
     if (!pose.present) {
       contacts_[n].skip();
+      bone_stops_[n].skip();
       continue;
     }
+    const Vec3 bend = needles_[n].shape.is_bent ? needles_[n].shape.tip_deflection : Vec3(Vec3::Zero());
+    needles_[n].X_WN = bone_stops_[n].hold(needles_[n].X_WN, bend);
     pose_histories_[n][tick_ % NeedleStates::kPoseHistory] = {tick_, pose.X_WN, pose.button};
     contacts_[n].begin(needles_[n].X_WN, field_.get(), body_.frame());
     flags_ |= contacts_[n].flags();
@@ -313,7 +330,7 @@ void Simulator::drop_seeds() noexcept {
     NeedlePose pose = needles_[n].input;
     pose.X_WN = needles_[n].X_WN;
     seed_loading_.update(n, pose, is_in_tissue(n), shape.is_bent ? shape.tip_deflection : Vec3(Vec3::Zero()));
-    if (seed_loading_.request_failed(n)) refuse_drop(n, DropRefusal::kNothingLoaded);
+    if (seed_loading_.request_failed(n)) refuse_drop(n, DropRefusal::kNothingLoaded, pose.X_WN.p);
     while (const auto due = seed_loading_.due(n)) drop(n, *due);
   }
 }
@@ -343,12 +360,12 @@ void Simulator::drop(std::size_t needle, const SeedDrop& due) noexcept {
   }
   if (is_lost) {
     seed_loading_.dropped(needle);
-    refuse_drop(needle, refusal);
+    refuse_drop(needle, refusal, due.at, due.planned);
   } else if (refusal == DropRefusal::kNone) {
     seed_loading_.dropped(needle);
     ++needles_[needle].drops.dropped;
   } else if (seed_loading_.refused(needle)) {
-    refuse_drop(needle, refusal);
+    refuse_drop(needle, refusal, due.at, due.planned);
   }
 }
 
@@ -357,9 +374,40 @@ bool Simulator::is_in_tissue(std::size_t needle) const noexcept {
   return contact == ContactState::kInserted || contact == ContactState::kThrough;
 }
 
-void Simulator::refuse_drop(std::size_t needle, DropRefusal why) noexcept {
+void Simulator::refuse_drop(std::size_t needle, DropRefusal why, const Vec3& at,
+                            std::int32_t planned) noexcept {
   ++needles_[needle].drops.refused;
   needles_[needle].drops.last_refusal = why;
+  failed_drops_.slots[failed_drops_.count++ % FailedDrops::kKept] = {
+      tick_, static_cast<double>(tick_) * period_s_, static_cast<std::uint16_t>(needle), planned, why, at};
+}
+
+void Simulator::test_organs() noexcept {
+  const std::size_t count = model_->organs.size();
+  for (std::size_t n = 0; n < contacts_.size() && count > 0; ++n) {
+    const std::span states = std::span(organ_states_).subspan(n * count, count);
+    const NeedleState& needle = needles_[n];
+    if (!needle.present) {
+      organ_contacts_[n].update(tick_, period_s_, nullptr, states);
+      continue;
+    }
+    const NeedleContact& contact = contacts_[n];
+    const Vec3 axis = needle.X_WN.R.col(2), tip = needle.X_WN.p;
+    const std::array<Vec3, 2> straight = {tip - model_->settings.needle.length_mm * axis, tip};
+    NeedleCourse course{.points = straight, .axis = axis, .is_stopped = bone_stops_[n].is_stopped()};
+    if (needle.shape.is_bent) course.points = needle.shape.points;
+    if (is_in_tissue(n)) {
+      course.path = &contact.path();
+      course.tip_s = contact.tip_arc_mm();
+      course.is_through = contact.state() == ContactState::kThrough;
+      course.entry = body_.frame().to_world(contact.path().at(0));
+      course.exit = body_.frame().to_world(contact.path().at(contact.path().length()));
+    } else if (contact.is_pressing()) {
+      course.pressed_at = contact.contact_point();
+      course.entry = body_.frame().to_world(contact.contact_point());
+    }
+    organ_contacts_[n].update(tick_, period_s_, &course, states);
+  }
 }
 
 Vec3 Simulator::mean_displacement() const noexcept {
@@ -410,6 +458,7 @@ void Simulator::write_state(MeshState& state) noexcept {
     needles_[n].puncture_count = contact.puncture_count();
     needles_[n].forces = contact.forces();
     needles_[n].local_model = contact.local_model();
+    if (bone_stops_[n].is_stopped()) bone_stops_[n].add_to(needles_[n].forces, needles_[n].local_model);
   }
   if (probe_) {
     NeedleState& state_of_probe = needles_.back();
@@ -420,6 +469,9 @@ void Simulator::write_state(MeshState& state) noexcept {
     state_of_probe.local_model = probe_->local_model();
   }
   state.needles.states = needles_;
+  state.needles.organ_contacts = organ_states_;
+  for (std::uint64_t& i = state.failed_drops.count; i < failed_drops_.count; ++i)
+    state.failed_drops.slots[i % FailedDrops::kKept] = failed_drops_.slots[i % FailedDrops::kKept];
   summary.landmark_count = static_cast<std::uint32_t>(landmarks_.positions.size());
   summary.step_flags = flags_;
   summary.certificate = field_->certificate();

@@ -8,6 +8,8 @@
 
 #include "core/brachytherapy/seeds/implant.h"
 #include "core/brachytherapy/seeds/seed_loading.h"
+#include "core/brachytherapy/structures/bone_stop.h"
+#include "core/brachytherapy/structures/organ_contacts.h"
 #include "core/models/guard/guarded_field.h"
 #include "core/needle/contact_solve.h"
 #include "core/needle/needle_contact.h"
@@ -37,6 +39,8 @@ class Simulator {
   /// needles. Call it before initial_state and the first step. Throws UserError where they are more than
   /// seeds.max_count.
   void restore_seeds(std::span<const Seed> seeds);
+  /// The same for seeds that an earlier run lost: indices in Plan::seeds.
+  void restore_lost(std::span<const std::int32_t> planned);
 
   /// Continues from `other`, which has the same scene with another model: with its time, its seeds and the seeds left
   /// in its needles. The tissue is at rest, and needles in it are reinserted. Before the first step.
@@ -80,7 +84,9 @@ class Simulator {
   void drop_seeds() noexcept;
   void drop(std::size_t needle, const SeedDrop& due) noexcept;
   bool is_in_tissue(std::size_t needle) const noexcept;
-  void refuse_drop(std::size_t needle, DropRefusal why) noexcept;
+  void refuse_drop(std::size_t needle, DropRefusal why, const Vec3& at,
+                   std::int32_t planned = FailedDrop::kNotPlanned) noexcept;
+  void test_organs() noexcept;
   Vec3 mean_displacement() const noexcept;
   void write_state(MeshState& state) noexcept;
 
@@ -88,6 +94,8 @@ class Simulator {
   const Tissue& tissue_;  // the model's
   double period_s_;
   std::vector<NeedleContact> contacts_;  // by needle
+  std::vector<BoneStop> bone_stops_;     // by needle
+  std::vector<OrganContacts> organ_contacts_;
   std::optional<ProbeContact> probe_;    // the instrument after them
   ContactSolve contact_solve_;
   ClinicalNoise noise_;
@@ -118,6 +126,8 @@ class Simulator {
   double max_displacement_ = 0;
   std::uint32_t moved_vertices_ = 0;
   std::vector<NeedleState> needles_;
+  std::vector<OrganContact> organ_states_;  // as NeedleStates::organ_contacts
+  FailedDrops failed_drops_;
   std::vector<NeedleStates::PoseHistory> pose_histories_;
 };
 

@@ -29,12 +29,21 @@ void NetworkDevice::press(bool pressed) {
   changes_.writer.publish();
 }
 
+void NetworkDevice::load(std::int32_t plan_needle) {
+  last_load_ = {last_load_.number + 1, plan_needle};
+  loads_.writer.slot() = last_load_;
+  loads_.writer.publish();
+}
+
 bool NetworkDevice::update(std::int64_t /*now_ns*/, NeedlePose& pose) {
   const bool is_fresh = poses_.reader.update();
   if (is_fresh) pose = poses_.reader.value();
   changes_.reader.update();
   if (pose.present && changes_seen_ < changes_.reader.value()) ++changes_seen_;
   pose.button = pose.present && changes_seen_ % 2 == 1;
+  loads_.reader.update();
+  pose.load_number = loads_.reader.value().number;
+  pose.load = loads_.reader.value().plan_needle;
   return is_fresh;
 }
 

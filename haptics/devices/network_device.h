@@ -35,18 +35,27 @@ class NetworkDevice final : public Device {
   /// follow.
   void press(bool pressed);
 
+  /// An operator loads the needle as the plan's needle of that index, −1: as nothing. Whoever moves it.
+  void load(std::int32_t plan_needle);
+
   const PoseGuard& guard() const { return guard_; }  ///< for its counters
 
   bool update(std::int64_t now_ns, NeedlePose& pose) override;
 
  private:
   HandOver<NeedlePose> poses_;
+  struct Load {
+    std::uint32_t number = 0;
+    std::int32_t plan_needle = -1;
+  };
+  HandOver<Load> loads_;
   HandOver<std::uint64_t> changes_;  // of the button since start; odd: it is down
 
   // io thread
   PoseGuard guard_;
   bool attached_ = false;
   std::uint64_t changes_sent_ = 0;
+  Load last_load_;
 
   // 200 Hz thread
   alignas(64) std::uint64_t changes_seen_ = 0;

@@ -41,6 +41,8 @@ bool SwitchedDevice::update_script(std::int64_t now_ns, NeedlePose& pose) {
   pressed_.present = pose.present;
   network_.update(now_ns, pressed_);
   pose.button |= pressed_.button;
+  pose.load_number = pressed_.load_number;
+  pose.load = pressed_.load;
   return is_fresh;
 }
 

@@ -234,6 +234,10 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
     if (refusal.empty()) broadcast_state();
     return refusal;
   }
+  std::string on_load(const Session& session, const LoadMessage& load) override {
+    if (!handlers_.on_load) return "this server loads no needles";
+    return handlers_.on_load(load, session.name() + " (" + session.address() + ")");
+  }
   void count_refusal(const PoseVerdict& verdict) override { poses_.refuse(verdict.code, verdict.text); }
 
   StateMessage common_state() override {

@@ -77,6 +77,7 @@ struct ServerHandlers {
       on_drop;  ///< its device's button went down or up; or an operator's, where the device is the daemon's
   /// A request of an operator; returns "" where it is or will be done, else the reason why not.
   std::function<std::string(const ControlMessage&, const std::string& sender)> on_control;
+  std::function<std::string(const LoadMessage&, const std::string& sender)> on_load;  ///< the same
   std::function<StateMessage()> state;  ///< the simulation's part of STATE; the server adds its own counts
   std::function<void(const std::string&)> log;  ///< one line, no line end
 };

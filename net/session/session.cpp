@@ -91,6 +91,8 @@ void Session::handle(const MessageParser::Message& message) {
       return handle_arm(message);
     case MessageType::kDrop:
       return handle_drop(message);
+    case MessageType::kLoad:
+      return handle_load(message);
     case MessageType::kControl:
       return handle_control(message);
     case MessageType::kState:
@@ -239,6 +241,22 @@ void Session::handle_control(const MessageParser::Message& message) {
     return refuse(ErrorCode::kControlRefused, "more than 10 CONTROLs a second");
   if (const std::string why = host_.on_control(*this, control); !why.empty())
     refuse(ErrorCode::kControlRefused, why);
+}
+
+void Session::handle_load(const MessageParser::Message& message) {
+  LoadMessage load;
+  if (!decode(message, load)) return;
+  const auto refuse = [&](ErrorCode code, const std::string& why) {
+    send_message(ErrorMessage{code, false, 0, message.header.sequence, why});
+  };
+  if (hello_.role != Role::kOperator)
+    return refuse(ErrorCode::kNotOperator, "only a client with the role operator may send LOAD");
+  if (load.needle >= options_.needles)
+    return refuse(ErrorCode::kNoNeedle, "there is no needle " + std::to_string(load.needle) +
+                                            ": needles are 0 to " + std::to_string(options_.needles - 1));
+  if (!controls_.pass(last_message_ns_))
+    return refuse(ErrorCode::kLoadRefused, "more than 10 LOADs or CONTROLs a second");
+  if (const std::string why = host_.on_load(*this, load); !why.empty()) refuse(ErrorCode::kLoadRefused, why);
 }
 
 // --- out ---

@@ -38,6 +38,7 @@ class SessionHost {
   virtual void on_drop(std::uint16_t needle, bool pressed) = 0;
   /// "" where it is or will be done, else the reason why not.
   virtual std::string on_control(const Session& session, const ControlMessage& control) = 0;
+  virtual std::string on_load(const Session& session, const LoadMessage& load) = 0;  ///< the same
   virtual void count_refusal(const PoseVerdict& verdict) = 0;
   virtual StateMessage common_state() = 0;
   /// The session ends; once, before on_closed(). If it failed, a last ERROR is still being sent, and nothing else any
@@ -112,6 +113,7 @@ class Session final : public ConnectionListener, public std::enable_shared_from_
   void handle_arm(const MessageParser::Message& message);
   void handle_drop(const MessageParser::Message& message);
   void handle_control(const MessageParser::Message& message);
+  void handle_load(const MessageParser::Message& message);
   void ping(std::int64_t now_ns);
   bool write_newest();
   void refuse_pose(const PoseVerdict& verdict, ErrorCode code, std::uint64_t about_sequence,

@@ -43,6 +43,7 @@ enum class MessageType : std::uint16_t {
   kDose = 14,
   kControl = 15,
   kScene = 16,
+  kLoad = 19,
 };
 
 /// Types of which a client never sends a message, and a server never one; the others go both ways.
@@ -68,6 +69,7 @@ constexpr bool only_clients_send(MessageType type) {
     case MessageType::kArm:
     case MessageType::kDrop:
     case MessageType::kControl:
+    case MessageType::kLoad:
       return true;
     default:
       return false;
@@ -284,6 +286,14 @@ struct DropMessage {
   bool pressed = false;
 };
 
+/// An operator loads a needle with the seeds of one of the plan's (core/brachytherapy/seeds/seed_loading.h).
+struct LoadMessage {
+  static constexpr MessageType kType = MessageType::kLoad;
+  static constexpr std::uint16_t kNothing = 0xFFFF;
+  std::uint16_t needle = 0;              ///< the device's
+  std::uint16_t plan_needle = kNothing;  ///< index in SCENE's planned needles; kNothing: as if nobody had loaded it
+};
+
 /// The dose of all seeds in the tissue at rest, by structure.
 struct DoseMessage {
   static constexpr MessageType kType = MessageType::kDose;
@@ -292,6 +302,8 @@ struct DoseMessage {
   double air_kerma_strength_u = 0;  ///< of all of them
   std::vector<StructureDose> structures;
   std::vector<float> surface_gy;  ///< at each surface vertex at rest; NaN = not known; empty: none of it is
+  /// With the planned seeds that have not left their needles where the plan has them; empty: there is no plan.
+  std::vector<StructureDose> with_planned;
 };
 
 enum class ControlAction : std::uint16_t {
@@ -413,6 +425,8 @@ enum class EventKind : std::uint16_t {
   kWarning = 7,
   kSafety = 8,  ///< the force was limited, removed or restored
   kSeed = 9,    ///< a seed was dropped, or could not be
+  kStructure = 10,  ///< a needle came into an organ or left it, or bone stopped it
+  kSeedLost = 11,   ///< a seed left its needle outside the body
 };
 
 struct EventMessage {
@@ -438,6 +452,7 @@ enum class ErrorCode : std::uint16_t {
   kNotOperator = 12,     ///< CONTROL from a client that is not an operator
   kControlRefused = 13,  ///< a CONTROL that cannot be done; the text gives the reason
   kUnauthorised = 14,    ///< no token, an unknown one, or one for another role
+  kLoadRefused = 17,     ///< a LOAD that cannot be done; the text gives the reason
 };
 
 /// PoseRefusals::code and ErrorMessage::reason from here on are the server's; lower ones are the daemon's.

@@ -6,7 +6,7 @@ namespace {
 
 constexpr std::size_t kStructureDoseBytes = 2 + 12 * 8 + 2;
 constexpr std::uint16_t kMaxBins = 4096;
-constexpr std::uint16_t kAtSurfaceSection = 1;  // of DOSE
+constexpr std::uint16_t kAtSurfaceSection = 1, kWithPlannedSection = 2;  // of DOSE
 
 /// The ticks of one needle's history in which its button was held, as runs.
 void add_held(std::uint16_t needle, const std::vector<TickPose>& poses, std::vector<HeldTicks>& held) {
@@ -61,6 +61,13 @@ void fields(auto& archive, MaybeConst<DropMessage> auto& message) {
 }
 BRACHY_CODEC(DropMessage);
 
+void fields(auto& archive, MaybeConst<LoadMessage> auto& message) {
+  archive.u16(message.needle);
+  archive.u16(message.plan_needle);
+  archive.reserved(4);
+}
+BRACHY_CODEC(LoadMessage);
+
 void fields(auto& archive, MaybeConst<DoseMessage> auto& message) {
   archive.u32(message.seeds);
   const std::uint16_t count = archive.u16_count(message.structures);
@@ -73,6 +80,12 @@ void fields(auto& archive, MaybeConst<DoseMessage> auto& message) {
                              const std::uint32_t vertices = section.u32_count(message.surface_gy);
                              section.reserved(4);
                              section.floats(message.surface_gy, vertices);
+                           }},
+                   Section{kWithPlannedSection, !message.with_planned.empty(), [&](auto& section) {
+                             const std::uint16_t planned = section.u16_count(message.with_planned);
+                             section.reserved(6);
+                             section.items(message.with_planned, planned, kStructureDoseBytes,
+                                           [&](auto& dose) { structure_dose_fields(section, dose); });
                            }});
 }
 BRACHY_CODEC(DoseMessage);

@@ -9,7 +9,9 @@
 #include <fstream>
 
 #include "core/base/error.h"
+#include "core/brachytherapy/seeds/failed_drop_file.h"
 #include "core/brachytherapy/seeds/seed_file.h"
+#include "core/brachytherapy/structures/organ_pass_file.h"
 #include "core/scene/file/scene_file.h"
 #include "tests/apps/apps_testing.h"
 
@@ -348,6 +350,80 @@ TEST(SessionLog, OfAnotherNumberOfNeedlesIsRefused) {
   const TempFolder folder;
   { SessionLog log(folder / "s", 1, 0.005); }
   EXPECT_THROW(SessionLog(folder / "s", 2, 0.005), UserError);
+}
+
+// What a client is told stands in the files before, so that a killed daemon has lost nothing that was told.
+TEST(SessionLog, LostAndRefusedSeedsAndPassesAreWrittenBeforeTheNextTick) {
+  const TempFolder folder;
+  MeshState state;
+  state.needles.states.resize(1);
+  state.needles.pose_histories.resize(1);
+  state.needles.organ_contacts.resize(1);
+  SessionLog log(folder / "s", 1, 0.005, std::vector<std::string>{"urethra"});
+  state.summary.tick = 40;
+  state.failed_drops.count = 2;
+  state.failed_drops.slots[0] = {38, 0.19, 0, 3, DropRefusal::kLost, Vec3(1, 2, -80)};
+  state.failed_drops.slots[1] = {40, 0.2, 0, -1, DropRefusal::kNothingLoaded, Vec3(0, 0, 5)};
+  state.needles.organ_contacts[0] = {.is_in = true, .passes = 1, .entered_tick = 39, .depth_mm = 1};
+  log.add(state);
+  log.flush();
+  const auto drops = parse_failed_drops(read_file(folder / "s/drops.csv"), "drops.csv");
+  ASSERT_EQ(drops.size(), 2u);
+  EXPECT_EQ(drops[0].why, DropRefusal::kLost);
+  EXPECT_EQ(drops[0].planned, 3);
+  EXPECT_EQ(drops[0].at, Vec3(1, 2, -80));
+  EXPECT_EQ(drops[1].why, DropRefusal::kNothingLoaded);
+  auto passes = parse_organ_passes(read_file(folder / "s/contacts.csv"), "contacts.csv");
+  ASSERT_EQ(passes.size(), 1u);
+  EXPECT_FALSE(passes[0].is_ended);
+
+  state.summary.tick = 60;
+  state.needles.organ_contacts[0].is_in = false;
+  state.needles.organ_contacts[0].left_tick = 55;
+  state.needles.organ_contacts[0].depth_mm = 2.5;
+  log.add(state);
+  log.add(state);
+  log.flush();
+  passes = parse_organ_passes(read_file(folder / "s/contacts.csv"), "contacts.csv");
+  ASSERT_EQ(passes.size(), 1u);
+  EXPECT_TRUE(passes[0].is_ended);
+  EXPECT_EQ(passes[0].depth_mm, 2.5);
+  EXPECT_EQ(parse_failed_drops(read_file(folder / "s/drops.csv"), "drops.csv").size(), 2u);
+}
+
+TEST(SessionLog, SeedsThatAnEarlierRunLostAreKnownToTheNext) {
+  const TempFolder folder;
+  {
+    MeshState state;
+    state.needles.states.resize(1);
+    state.needles.pose_histories.resize(1);
+    SessionLog log(folder / "s", 1, 0.005, std::vector<std::string>{});
+    state.summary.tick = 1;
+    state.failed_drops.count = 2;
+    state.failed_drops.slots[0] = {1, 0.005, 0, 7, DropRefusal::kLost, Vec3::Zero()};
+    state.failed_drops.slots[1] = {1, 0.005, 0, 8, DropRefusal::kFolded, Vec3::Zero()};
+    log.add(state);
+    log.close();
+  }
+  append_text(folder / "s/drops.csv", "5,0.0");  // a row that was not finished
+  const SessionLog next(folder / "s", 1, 0.005, std::vector<std::string>{});
+  EXPECT_EQ(next.restored_lost(), (std::vector<std::int32_t>{7}));
+}
+
+TEST(SessionLog, APassUnderWayIsWrittenWhenTheSessionEnds) {
+  const TempFolder folder;
+  MeshState state;
+  state.needles.states.resize(1);
+  state.needles.pose_histories.resize(1);
+  SessionLog log(folder / "s", 1, 0.005, std::vector<std::string>{"rectum"});
+  state.summary.tick = 10;
+  state.needles.organ_contacts = {{.is_in = true, .passes = 1, .entered_tick = 5, .depth_mm = 3, .time_s = 0.025}};
+  log.add(state);
+  log.close();
+  const auto passes = parse_organ_passes(read_file(folder / "s/contacts.csv"), "contacts.csv");
+  ASSERT_EQ(passes.size(), 1u);
+  EXPECT_TRUE(passes[0].is_ended);
+  EXPECT_EQ(passes[0].depth_mm, 3);
 }
 
 }  // namespace

@@ -69,7 +69,8 @@ int replay_offline(const ReplayOptions& options) {
   if (options.session) {
     if (SessionLog::is_recording(*options.session))
       throw UserError(options.session->string() + ": already holds a recording; give another directory");
-    session.emplace(*options.session, scene.instrument_count(), simulator.period_s());
+    session.emplace(*options.session, scene.instrument_count(), simulator.period_s(),
+                    names_of(simulator.model()->organs));
   }
 
   // One tick for each period from the first sample to the last, as the recorder's pose log counts them.

@@ -36,7 +36,7 @@ void run_deformation_loop(const std::stop_token& stop, SimulationRun& first, con
   std::vector<NeedlePose> poses(needles);
   std::vector<char> is_fresh(needles);
   std::uint32_t seeds_published = ports.states.slot().seeds.count;
-  std::uint64_t run_published = run->number;
+  std::uint64_t run_published = run->number, failed_published = ports.states.slot().failed_drops.count;
   while (!stop.stop_requested()) {
     measured.lateness_ns.record(timer.wait());
     measured.count_overruns(timer.overruns());
@@ -55,8 +55,10 @@ void run_deformation_loop(const std::stop_token& stop, SimulationRun& first, con
     measured.certificates.add(summary.certificate, summary.step_flags,
                               changes_are_finite(state, run->simulator.tissue().blocks));
     summary.publish_ns = monotonic_ns();
-    if (state.seeds.count != seeds_published || summary.run != run_published) {
+    if (state.seeds.count != seeds_published || state.failed_drops.count != failed_published ||
+        summary.run != run_published) {
       seeds_published = state.seeds.count;
+      failed_published = state.failed_drops.count;
       run_published = summary.run;
       ports.seeds.slot().copy_from(state);
       ports.seeds.slot().publish_ns = summary.publish_ns;

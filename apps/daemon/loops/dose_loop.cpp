@@ -1,7 +1,9 @@
 #include "apps/daemon/loops/dose_loop.h"
 
+#include <algorithm>
 #include <utility>
 
+#include "core/brachytherapy/seeds/remaining_seeds.h"
 #include "core/realtime/deadline.h"
 
 namespace brachy {
@@ -20,25 +22,68 @@ net::DoseMessage message_of(std::span<const Seed> seeds, const ImplantDose& dose
   return message;
 }
 
+/// The dose that the implant will have if the rest goes by the plan.
+class ProjectedDose {
+ public:
+  ProjectedDose(const ImplantDose& like, const PlanToCome& plan) : dose_(like), plan_(plan), lost_(plan.lost) {}
+
+  /// Takes what has failed in this run until now.
+  void add_lost(const FailedDrops& failed) {
+    if (failed.count > FailedDrops::kKept) seen_ = std::max(seen_, failed.count - FailedDrops::kKept);
+    for (; seen_ < failed.count; ++seen_) {
+      const FailedDrop& drop = failed.slots[seen_ % FailedDrops::kKept];
+      if (drop.why == DropRefusal::kLost && drop.planned >= 0) lost_.push_back(drop.planned);
+    }
+  }
+  void restart() {
+    seen_ = 0;
+    lost_.clear();
+  }
+  std::vector<StructureDose> evaluate(std::span<const Seed> fallen) {
+    if (plan_.planned.empty()) return {};
+    dose_.clear();
+    for (const Seed& seed : fallen) dose_.add(seed.at_rest());
+    for (const PlannedSeed& seed : remaining_seeds(plan_.planned, fallen, lost_)) dose_.add(seed);
+    return dose_.evaluate();
+  }
+
+ private:
+  ImplantDose dose_;
+  const PlanToCome& plan_;
+  std::vector<std::int32_t> lost_;
+  std::uint64_t seen_ = 0;
+};
+
 }  // namespace
 
 DoseStatistics run_dose_loop(const std::stop_token& stop, std::vector<Structure> structures,
                              const DoseSettings& settings, std::vector<Vec3> surface,
-                             HandOver<DroppedSeeds>::Reader& fallen,
+                             const PlanToCome& plan, HandOver<DroppedSeeds>::Reader& fallen,
                              const std::function<void(net::DoseMessage)>& deliver) {
   ImplantDose dose(std::move(structures), settings);
+  ProjectedDose projected(dose, plan);
   DoseStatistics statistics;
   DeadlineTimer timer(kPeriodNs, monotonic_ns() + kPeriodNs);
-  std::uint64_t run = fallen.value().run;
+  std::uint64_t run = fallen.value().run, failed = 0;
   for (; !stop.stop_requested(); timer.wait()) {
     fallen.update();
     const DroppedSeeds& all = fallen.value();
-    const bool is_restarted = std::exchange(run, all.run) != all.run && all.count < dose.seed_count();
-    if (is_restarted) dose.clear();
-    if (all.count == dose.seed_count() && !is_restarted) continue;
+    const bool is_other_run = std::exchange(run, all.run) != all.run;
+    const bool is_restarted = is_other_run && all.count < dose.seed_count();
+    if (is_restarted) {
+      dose.clear();
+      projected.restart();
+    }
+    const bool has_failed = std::exchange(failed, all.failed.count) != all.failed.count;
+    projected.add_lost(all.failed);
+    if (all.count == dose.seed_count() && !is_restarted && !(has_failed && !plan.planned.empty()))
+      continue;
+    const bool is_new = all.count != dose.seed_count();
     for (const Seed& seed : all.seeds().subspan(dose.seed_count())) dose.add(seed.at_rest());
-    deliver(message_of(all.seeds(), dose, surface));
-    if (all.publish_ns) statistics.drop_to_dvh_ns.record(monotonic_ns() - all.publish_ns);
+    net::DoseMessage message = message_of(all.seeds(), dose, surface);
+    if (is_new && all.publish_ns) statistics.drop_to_dvh_ns.record(monotonic_ns() - all.publish_ns);
+    message.with_planned = projected.evaluate(all.seeds());
+    deliver(std::move(message));
   }
   return statistics;
 }

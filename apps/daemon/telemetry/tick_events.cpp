@@ -4,11 +4,15 @@
 
 #include <algorithm>
 
+#include "core/brachytherapy/structures/tested_organs.h"
+
 namespace brachy {
 
-TickEvents::TickEvents(const MeshState& start, std::vector<PlannedSeed> planned)
+TickEvents::TickEvents(const MeshState& start, std::vector<PlannedSeed> planned,
+                       std::vector<std::string> organs)
     : planned_(std::move(planned)),
       last_(start.needles.states),
+      organs_(std::move(organs)),
       run_(start.summary.run),
       seed_count_(start.seeds.count) {}
 
@@ -20,6 +24,8 @@ void TickEvents::restart_from_full_frame(const MeshState& state) {
     last_[n].drops.refused = std::min(last_[n].drops.refused, state.needles.states[n].drops.refused);
   }
   seed_count_ = std::min(seed_count_, state.seeds.count);
+  failed_drops_ = std::min(failed_drops_, state.failed_drops.count);
+  last_contacts_.clear();
   guard_ = {};  // its rate limit counts simulated time, which may have gone back
 }
 
@@ -34,13 +40,11 @@ std::vector<net::EventMessage> TickEvents::update(const MeshState& state) {
       events.push_back({net::EventKind::kPuncture, id, tick, "capsule punctured"});
     if (needle.contact != last_[n].contact)
       events.push_back({net::EventKind::kContact, id, tick, std::string(to_string(needle.contact))});
-    if (const std::uint32_t refused = needle.drops.refused - last_[n].drops.refused) {
-      drops_refused_ += refused;
-      events.push_back({net::EventKind::kSeed, id, tick,
-                        "no seed dropped: " + std::string(to_string(needle.drops.last_refusal))});
-    }
+    drops_refused_ += needle.drops.refused - last_[n].drops.refused;
     last_[n] = needle;
   }
+  add_failed_drops(state, events);
+  add_organs(state, events);
   for (; seed_count_ < state.seeds.count; ++seed_count_) {
     const Seed& seed = state.seeds.in_tissue()[seed_count_];
     ++seeds_dropped_;
@@ -49,6 +53,42 @@ std::vector<net::EventMessage> TickEvents::update(const MeshState& state) {
   if (auto warning = guard_.update(state.summary))
     events.push_back({net::EventKind::kWarning, 0, tick, std::move(*warning)});
   return events;
+}
+
+void TickEvents::add_failed_drops(const MeshState& state, std::vector<net::EventMessage>& events) {
+  const FailedDrops& drops = state.failed_drops;
+  if (drops.count - failed_drops_ > FailedDrops::kKept) failed_drops_ = drops.count - FailedDrops::kKept;
+  for (; failed_drops_ < drops.count; ++failed_drops_) {
+    const FailedDrop& drop = drops.slots[failed_drops_ % FailedDrops::kKept];
+    if (drop.why == DropRefusal::kLost)
+      events.push_back({net::EventKind::kSeedLost, drop.needle, drop.tick,
+                        fmt::format("{}, at ({:.1f}, {:.1f}, {:.1f}) mm", to_string(drop.why), drop.at.x(),
+                                    drop.at.y(), drop.at.z())});
+    else
+      events.push_back({net::EventKind::kSeed, drop.needle, drop.tick,
+                        "no seed dropped: " + std::string(to_string(drop.why))});
+  }
+}
+
+void TickEvents::add_organs(const MeshState& state, std::vector<net::EventMessage>& events) {
+  const std::vector<OrganContact>& now = state.needles.organ_contacts;
+  last_contacts_.resize(now.size());
+  for (std::size_t i = 0; i < now.size() && !organs_.empty(); ++i) {
+    const auto needle = static_cast<std::uint16_t>(i / organs_.size());
+    const std::string& organ = organs_[i % organs_.size()];
+    const OrganContact& last = last_contacts_[i];
+    const auto add = [&](std::uint64_t tick, std::string text) {
+      events.push_back({net::EventKind::kStructure, needle, tick, std::move(text)});
+    };
+    const bool is_new = now[i].passes != last.passes;
+    if (is_new)
+      add(now[i].entered_tick, organ == TestedOrgan::kBone ? "the needle met bone: the pubic arch"
+                                                           : "the needle entered the " + organ);
+    if (!now[i].is_in && (is_new || last.is_in))
+      add(now[i].left_tick, fmt::format("the needle left the {}: {:.1f} mm deep, {:.2f} s", organ,
+                                        now[i].depth_mm, now[i].time_s));
+    last_contacts_[i] = now[i];
+  }
 }
 
 std::string TickEvents::text_of(const Seed& seed) const {

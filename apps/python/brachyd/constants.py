@@ -27,6 +27,7 @@ class MessageType(IntEnum):
     DOSE = 14
     CONTROL = 15
     SCENE = 16
+    LOAD = 19
 
 
 class Role(IntEnum):
@@ -45,6 +46,8 @@ class EventKind(IntEnum):
     WARNING = 7
     SAFETY = 8
     SEED = 9
+    STRUCTURE = 10
+    SEED_LOST = 11
 
 
 class ErrorCode(IntEnum):
@@ -62,6 +65,7 @@ class ErrorCode(IntEnum):
     NOT_OPERATOR = 12
     CONTROL_REFUSED = 13
     UNAUTHORISED = 14
+    LOAD_REFUSED = 17
 
 
 class ControlAction(IntEnum):

@@ -72,7 +72,7 @@ StructureDose structure_dose(std::string name, const StructureVoxels& voxels, co
   const double total = histogram.total();
   if (!(total > 0)) {
     result.mean_gy = result.min_gy = result.max_gy = kNaN;
-    result.d90_gy = result.d30_gy = result.d10_gy = result.d2cc_gy = result.d0_1cc_gy = kNaN;
+    result.d90_gy = result.d30_gy = result.d10_gy = result.d2cc_gy = result.d5_gy = result.d0_1cc_gy = kNaN;
     return result;
   }
   result.mean_gy = sum / total;
@@ -92,6 +92,7 @@ StructureDose structure_dose(std::string name, const StructureVoxels& voxels, co
   };
   result.d2cc_gy = hottest(2);
   result.d0_1cc_gy = hottest(0.1);
+  result.d5_gy = histogram.dose_of(0.05 * total);
   return result;
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace brachy {
 
@@ -24,6 +25,10 @@ void SeedLoading::update(std::size_t n, const NeedlePose& pose, bool is_in_tissu
   Held& held = held_[n];
   held.request_failed = false;
   held.waits = false;
+  if (pose.load_number != held.load_number) {
+    held.load_number = pose.load_number;
+    load(n, pose.load);
+  }
   if (!pose.present) return;
   const Vec3 tip = pose.X_WN.p + tip_deflection;
   held.last_tip = held.is_known ? held.tip : tip;
@@ -37,17 +42,36 @@ void SeedLoading::update(std::size_t n, const NeedlePose& pose, bool is_in_tissu
   if (!held.button && is_train()) held.plan_needle.reset();
 }
 
+void SeedLoading::load(std::size_t n, std::int32_t plan_needle) noexcept {
+  Held& held = held_[n];
+  held.carried.reset();
+  held.plan_needle.reset();
+  held.is_loaded_for_press = false;
+  if (plan_needle < 0) return;
+  const auto wanted = static_cast<std::size_t>(plan_needle);
+  const bool is_there =
+      wanted < holes_.size() && first_remaining(wanted) < planned_.size() &&
+      std::ranges::none_of(held_, [wanted](const Held& other) { return other.carried == wanted; });
+  held.request_failed = !is_there;
+  if (!is_there) return;
+  held.carried = wanted;
+  held.is_loaded_for_press = true;
+}
+
 // The pose's line tells the hole: where a needle bends, its tip is beside it.
 void SeedLoading::press(Held& held, const RigidTransform& X_WN) noexcept {
   const Vec3 axis = X_WN.R.col(2);
   held.has_refused = false;
   if (!is_train()) {
-    held.plan_needle = plan_needle_at(X_WN.p, axis);
+    if (first_remaining(held.carried) == planned_.size()) held.carried.reset();
+    held.plan_needle = held.carried ? held.carried : plan_needle_at(X_WN.p, axis);
     held.is_asked = true;
     return;
   }
   const Hole hole = hole_at(X_WN.p, axis);
-  if (!held.carried || held.was_out || (held.was_free && hole != held.hole)) {
+  if (std::exchange(held.is_loaded_for_press, false)) {
+    held.hole = hole;
+  } else if (!held.carried || held.was_out || (held.was_free && hole != held.hole)) {
     held.carried.reset();  // an untouched one can be handed out again
     held.carried = train_for(X_WN.p, axis);
     held.hole = hole;

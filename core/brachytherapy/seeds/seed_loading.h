@@ -25,6 +25,8 @@ namespace brachy {
 /// centre at the tip. Released early, the rest is pushed to the tip again at the next press.
 /// A needle is loaded (SeedSettings::loading) at its first press, and carries that train through whichever hole the
 /// hand chooses, until it is put aside: drawn back through the template, or, out of the tissue, moved to another hole.
+/// An operator may load it as another of the plan's needles (NeedlePose::load), also a magazine: then it gives that
+/// needle's seeds wherever it is, a train until it is put aside after its first press, a magazine until it is empty.
 /// Threads: one. Real-time: no allocation after construction.
 class SeedLoading {
  public:
@@ -58,15 +60,18 @@ class SeedLoading {
     bool waits = false;                      // drops no more in this tick
     bool has_refused = false;                // since the last seed or press
     std::optional<std::size_t> plan_needle;  // whose seeds are to fall; train: while the stylet holds
-    std::optional<std::size_t> carried;      // train: the plan needle that it was loaded as
+    std::optional<std::size_t> carried;      // the plan needle that it was loaded as; magazine: by an operator
+    bool is_loaded_for_press = false;        // train: by an operator, and not pressed since
     Hole hole{};                             // when it was loaded
     bool was_out = false;                    // since the last press: of the template
     bool was_free = false;                   // since the last press: of the tissue
+    std::uint32_t load_number = 0;           // of the last request to load it that was carried out
     double pushed_mm = 0;                    // train: how far the stylet has pushed the remaining seeds
     Vec3 press_tip = Vec3::Zero(), axis = Vec3::UnitZ();
     Vec3 last_tip = Vec3::Zero(), tip = Vec3::Zero();
   };
   void press(Held& held, const RigidTransform& X_WN) noexcept;
+  void load(std::size_t n, std::int32_t plan_needle) noexcept;
   Hole hole_at(const Vec3& tip, const Vec3& axis) const noexcept;
   std::optional<std::size_t> train_for(const Vec3& tip, const Vec3& axis) const noexcept;
   std::optional<std::size_t> plan_needle_at(const Vec3& tip, const Vec3& axis) const noexcept;

@@ -114,6 +114,28 @@ std::vector<Key<StructureSettings>> structure_keys() {
   };
 }
 
+std::vector<Key<DoseGoal>> goal_keys() {
+  using S = DoseGoal;
+  return {
+      text("structure", &S::structure, {}, kLive, "whose dose: prostate, or a structure's name"),
+      text("figure", &S::figure,
+           {"V100", "V150", "V200", "V100cc", "D90", "D30", "D10", "D5", "D2cc", "D0.1cc"}, kLive,
+           "V in % of the volume or, as V100cc, in cm³; D in Gy"),
+      text("stage", &S::stage, {"plan", "implant"}, kLive, "whether a plan is judged by it or what was implanted"),
+      text("side", &S::side, {"above", "below"}, kLive, "of the limit that the figure should be"),
+      number("limit", &S::limit, {0, 1000}, kLive,
+             "in the figure's unit; of a dose D in % of the prescription, also those of a volume in cm³"),
+      text("source", &S::source, {}, kLive, "who recommends it; the report names it"),
+  };
+}
+
+void check_goal(const TomlTable& t, Scene& scene) {
+  const char* what = "a [[goal]] has at least a structure, a figure and a limit";
+  for (const char* key : {"structure", "figure", "limit"})
+    if (!t.has(key)) t.missing(key, what);
+  if (scene.goals.back().structure.empty()) t.contradiction("structure", "is empty; name one, such as prostate");
+}
+
 // Names of structures become names of files.
 bool is_plain(std::string_view name) {
   return !name.empty() && name.size() <= 32 && std::ranges::all_of(name, [](char c) {
@@ -172,6 +194,18 @@ std::vector<SceneSection> implant_sections() {
                           [](Scene& scene) {
                             scene.structures.push_back({"urethra", "urethra.stl", ""});
                           }}},
+      {"goal",
+       "What a dose figure should be, of a plan or of an implant; the score judges by them. None: those of ABS 2012, "
+       "GEC-ESTRO 2007 and AAPM TG-137 for permanent implants.",
+       within<Scene>(
+           goal_keys(), [](auto& s) -> auto& { return s.goals.back(); }),
+       check_goal,
+       SceneSection::List{
+           list_key("goal", &Scene::goals, kLive),
+           [](const TomlTable& t, Scene& scene) { scene.goals.emplace_back().place = t.place(); },
+           [](Scene& scene) {
+             scene.goals.push_back({"prostate", "V100", "implant", "above", 90, "ABS 2012"});
+           }}},
   };
 }
 

@@ -171,6 +171,8 @@ std::vector<Key<ContactSettings>> contact_keys() {
       number("relaxation_s", &S::relaxation_s, {0.01, 1000}, kLive, "time constant with which it does"),
       number("locking_force_n", &S::locking_force_n, {0, 100}, kLive,
              "what a locking needle's barbs hold along its shaft, besides friction"),
+      number("bone_n_per_mm", &S::bone_n_per_mm, {0.1, 1000}, kLive,
+             "with which bone (a structure named pubic_arch) pushes back; a device takes what it can"),
       integer("max_landmarks", &S::max_landmarks, {2, 100}, kLive,
               "of a needle; spacing × (max - 1) must cover its length"),
   };

@@ -50,6 +50,7 @@ TEST(Protocol, GoldenBytesOfTheDocumentAreWhatTheCodecWritesAndReads) {
   expect_golden("DROP", sample_drop(), 20, 1'000'000'800);
   expect_golden("DOSE", sample_dose(), 9, 2'000'000'010);
   expect_golden("CONTROL", sample_control(), 21, 1'000'000'900);
+  expect_golden("LOAD", sample_load(), 22, 1'000'001'256);
   expect_golden("SCENE", sample_scene(), 10, 2'000'000'011);
 }
 

@@ -74,10 +74,13 @@ std::size_t held(const ArmMessage&) {
 std::size_t held(const DropMessage&) {
   return 0;
 }
+std::size_t held(const LoadMessage&) {
+  return 0;
+}
 std::size_t held(const DoseMessage& m) {
-  std::size_t bytes = m.structures.capacity() * sizeof(StructureDose);
-  for (const StructureDose& dose : m.structures)
-    bytes += dose.name.capacity() + dose.volume_share.capacity() * 4;
+  std::size_t bytes = (m.structures.capacity() + m.with_planned.capacity()) * sizeof(StructureDose);
+  for (const auto* structures : {&m.structures, &m.with_planned})
+    for (const StructureDose& dose : *structures) bytes += dose.name.capacity() + dose.volume_share.capacity() * 4;
   return bytes + m.surface_gy.capacity() * 4;
 }
 std::size_t held(const ControlMessage& m) {
@@ -299,6 +302,10 @@ DropMessage sample_drop() {
   return {2, true};
 }
 
+LoadMessage sample_load() {
+  return {2, 5};
+}
+
 DoseMessage sample_dose() {
   StructureDose prostate;
   prostate.name = "prostate";
@@ -315,7 +322,14 @@ DoseMessage sample_dose() {
   prostate.d10_gy = 3;
   prostate.d2cc_gy = std::numeric_limits<double>::quiet_NaN();
   prostate.volume_share = {1, 0.5, 0.25};
-  return {2, 145, 1, {prostate}, {150, std::numeric_limits<float>::quiet_NaN()}};
+  return {2, 145, 1, {prostate}, {150, std::numeric_limits<float>::quiet_NaN()}, {}};
+}
+
+DoseMessage sample_dose_with_planned() {
+  DoseMessage message = sample_dose();
+  message.with_planned = message.structures;
+  message.with_planned[0].d90_gy = 145;
+  return message;
 }
 
 ControlMessage sample_control() {
@@ -354,6 +368,8 @@ std::vector<std::pair<MessageType, Bytes>> sample_bodies() {
           {MessageType::kArm, body_of(sample_arm())},
           {MessageType::kDrop, body_of(sample_drop())},
           {MessageType::kDose, body_of(sample_dose())},
+          {MessageType::kDose, body_of(sample_dose_with_planned())},
+          {MessageType::kLoad, body_of(sample_load())},
           {MessageType::kControl, body_of(sample_control())},
           {MessageType::kScene, body_of(sample_scene())}};
 }
@@ -389,6 +405,8 @@ DecodeResult decode_any(MessageType type, std::span<const std::byte> body, Bytes
       return decode_as<DropMessage>(body, reencoded, held_bytes);
     case MessageType::kDose:
       return decode_as<DoseMessage>(body, reencoded, held_bytes);
+    case MessageType::kLoad:
+      return decode_as<LoadMessage>(body, reencoded, held_bytes);
     case MessageType::kControl:
       return decode_as<ControlMessage>(body, reencoded, held_bytes);
     case MessageType::kScene:

@@ -23,6 +23,8 @@ ForceMessage sample_force();
 LocalModelMessage sample_local_model();
 ArmMessage sample_arm();
 DropMessage sample_drop();
+LoadMessage sample_load();
+DoseMessage sample_dose_with_planned();
 DoseMessage sample_dose();
 ControlMessage sample_control();
 SceneMessage sample_scene();

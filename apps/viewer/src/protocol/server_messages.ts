@@ -136,7 +136,9 @@ export function decodeState(body: Uint8Array): State {
   return state;
 }
 
-export const EventKind = {Note: 1, Contact: 2, Puncture: 3, Reset: 4, Attached: 5, Detached: 6, Warning: 7, Safety: 8, Seed: 9} as const;
+export const EventKind = {
+  Note: 1, Contact: 2, Puncture: 3, Reset: 4, Attached: 5, Detached: 6, Warning: 7, Safety: 8, Seed: 9, Structure: 10, SeedLost: 11,
+} as const;
 
 export interface ServerEvent {
   kind: number;
@@ -157,7 +159,7 @@ export function decodeEvent(body: Uint8Array): ServerEvent {
 
 export const ErrorCode = {
   Protocol: 1, Version: 2, TooLarge: 3, Busy: 4, DeviceBusy: 5, NotDevice: 6, PoseRefused: 7, PoseRate: 8, Timeout: 9,
-  Shutdown: 10, NoNeedle: 11, NotOperator: 12, ControlRefused: 13, Unauthorised: 14,
+  Shutdown: 10, NoNeedle: 11, NotOperator: 12, ControlRefused: 13, Unauthorised: 14, LoadRefused: 17,
 } as const;
 
 export interface ServerError {

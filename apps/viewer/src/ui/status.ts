@@ -116,6 +116,7 @@ export function showEvents(session: Session): void {
     if (event.kind === EventKind.Warning || event.kind === EventKind.Safety) item.className = 'warning';
     if (event.kind === EventKind.Puncture) item.className = 'puncture';
     if (event.kind === EventKind.Seed) item.className = 'seed';
+    if (event.kind === EventKind.Structure || event.kind === EventKind.SeedLost) item.className = 'harm';
     return item;
   }));
 }

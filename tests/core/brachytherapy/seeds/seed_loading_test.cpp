@@ -4,6 +4,8 @@
 
 #include <cmath>
 
+#include "core/brachytherapy/seeds/remaining_seeds.h"
+
 namespace brachy {
 namespace {
 
@@ -247,6 +249,72 @@ TEST(SeedLoading, NeedlesDoNotMix) {
   loading.update(1, pose(at("E4", 0), false));
   EXPECT_TRUE(loading.due(0));
   EXPECT_FALSE(loading.due(1));
+}
+
+NeedlePose loaded(NeedlePose pose, std::uint32_t number, std::int32_t plan_needle) {
+  pose.load_number = number;
+  pose.load = plan_needle;
+  return pose;
+}
+
+TEST(SeedLoading, AnOperatorLoadsATrainThatFallsThroughWhicheverHole) {
+  const Plan plan = small_plan();
+  SeedLoading loading(settings("train"), kGrid, plan, 1);
+  // Loaded as E4, and taken through D4.
+  loading.update(0, loaded(pose(at("D4", -65), false), 1, 1));
+  loading.update(0, loaded(pose(at("D4", 0), false), 1, 1));
+  loading.update(0, loaded(pose(at("D4", 0), true), 1, 1));
+  loading.update(0, loaded(pose(at("D4", -3), true), 1, 1));
+  const auto drop = loading.due(0);
+  ASSERT_TRUE(drop);
+  EXPECT_EQ(drop->planned, 3);  // E4's only seed
+  loading.dropped(0);
+  EXPECT_FALSE(loading.due(0));
+}
+
+TEST(SeedLoading, AMagazineIsLoadedToo) {
+  const Plan plan = small_plan();
+  SeedLoading loading(settings("single"), kGrid, plan, 1);
+  std::vector<std::int32_t> fallen;
+  for (int press = 0; press < 5; ++press) {
+    loading.update(0, loaded(pose(at("G8", 0), false), 1, 0));
+    loading.update(0, loaded(pose(at("G8", 0), true), 1, 0));
+    const auto drop = loading.due(0);
+    ASSERT_TRUE(drop);
+    fallen.push_back(drop->planned);
+    loading.dropped(0);
+  }
+  // D4's three, then that of the hole it is in, then none of the plan's.
+  EXPECT_EQ(fallen, (std::vector<std::int32_t>{0, 1, 2, 4, Seed::kUnplanned}));
+}
+
+TEST(SeedLoading, ATrainThatAnotherNeedleCarriesOrThatIsGoneIsRefused) {
+  const Plan plan = small_plan();
+  SeedLoading loading(settings("train"), kGrid, plan, 2);
+  loading.update(0, loaded(pose(at("D4", 0), false), 1, 0));
+  EXPECT_FALSE(loading.request_failed(0));
+  loading.update(1, loaded(pose(at("E4", 0), false), 1, 0));
+  EXPECT_TRUE(loading.request_failed(1));
+  loading.update(1, loaded(pose(at("E4", 0), false), 1, 0));
+  EXPECT_FALSE(loading.request_failed(1));  // said once
+  loading.mark_dropped(3);
+  loading.update(1, loaded(pose(at("E4", 0), false), 2, 1));
+  EXPECT_TRUE(loading.request_failed(1));
+  loading.update(1, loaded(pose(at("E4", 0), false), 3, 99));
+  EXPECT_TRUE(loading.request_failed(1));
+}
+
+TEST(RemainingSeeds, AreThoseThatNeitherFellNorWereLost) {
+  const std::vector<PlannedSeed> planned = small_plan().seeds(kGrid);
+  Seed fallen, unplanned;
+  fallen.planned = 1;
+  const std::vector<std::int32_t> lost = {3};
+  const std::vector<Seed> seeds = {fallen, unplanned};
+  const auto rest = remaining_seeds(planned, seeds, lost);
+  ASSERT_EQ(rest.size(), planned.size() - 2);
+  EXPECT_EQ(rest[0].position, planned[0].position);
+  EXPECT_EQ(rest[1].position, planned[2].position);
+  EXPECT_EQ(rest[2].position, planned[4].position);
 }
 
 }  // namespace

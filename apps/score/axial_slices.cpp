@@ -1,0 +1,82 @@
+#include "apps/score/axial_slices.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace brachy {
+namespace {
+
+using Point = std::array<double, 2>;
+
+OutlinePieces cut(const SurfaceMesh& mesh, double z) {
+  OutlinePieces pieces;
+  for (const Triangle& t : mesh.triangles) {
+    Point ends[2];
+    int count = 0;
+    for (std::size_t k = 0; k < 3 && count < 2; ++k) {
+      const Vec3 &a = mesh.vertices[t[k]], &b = mesh.vertices[t[(k + 1) % 3]];
+      if ((a.z() < z) == (b.z() < z)) continue;
+      const Vec3 p = a + (z - a.z()) / (b.z() - a.z()) * (b - a);
+      ends[count++] = {p.x(), p.y()};
+    }
+    if (count == 2) pieces.push_back({ends[0][0], ends[0][1], ends[1][0], ends[1][1]});
+  }
+  return pieces;
+}
+
+// One square of four points, counterclockwise: its edges that the level crosses, in pairs.
+void add_square(const std::array<double, 4>& gy, const std::array<Point, 4>& at, double level, OutlinePieces& pieces) {
+  std::array<Point, 4> crossed{};
+  std::size_t count = 0;
+  for (std::size_t k = 0; k < 4; ++k) {
+    const std::size_t next = (k + 1) % 4;
+    if ((gy[k] < level) == (gy[next] < level)) continue;
+    const double t = (level - gy[k]) / (gy[next] - gy[k]);
+    crossed[count++] = {at[k][0] + t * (at[next][0] - at[k][0]), at[k][1] + t * (at[next][1] - at[k][1])};
+  }
+  for (std::size_t i = 0; i + 1 < count; i += 2)
+    pieces.push_back({crossed[i][0], crossed[i][1], crossed[i + 1][0], crossed[i + 1][1]});
+}
+
+OutlinePieces isodose(const DoseGrid& dose, std::size_t k, double level_gy) {
+  OutlinePieces pieces;
+  const auto [nx, ny, nz] = dose.size();
+  for (std::size_t j = 0; j + 1 < ny; ++j)
+    for (std::size_t i = 0; i + 1 < nx; ++i) {
+      std::array<double, 4> gy{};
+      std::array<Point, 4> at{};
+      constexpr std::array<std::array<std::size_t, 2>, 4> kCorners = {{{0, 0}, {1, 0}, {1, 1}, {0, 1}}};
+      for (std::size_t c = 0; c < 4; ++c) {
+        const std::size_t x = i + kCorners[c][0], y = j + kCorners[c][1];
+        gy[c] = static_cast<double>(dose.dose_gy()[dose.index(x, y, k)]);
+        const Vec3 p = dose.position(x, y, k);
+        at[c] = {p.x(), p.y()};
+      }
+      add_square(gy, at, level_gy, pieces);
+    }
+  return pieces;
+}
+
+}  // namespace
+
+std::vector<AxialSlice> axial_slices(const std::vector<Structure>& structures, const DoseGrid& dose,
+                                     double prescription_gy) {
+  const std::vector<Vec3>& vertices = structures.front().mesh.vertices;
+  const auto [low, high] = std::ranges::minmax_element(vertices, {}, [](const Vec3& v) { return v.z(); });
+  std::vector<AxialSlice> slices;
+  const double first = std::ceil(low->z() / kSliceSpacingMm) * kSliceSpacingMm;
+  for (double z = first; z <= high->z(); z += kSliceSpacingMm) {
+    const auto k = static_cast<std::size_t>(
+        std::clamp(std::round((z - dose.origin().z()) / dose.spacing_mm()), 0.0, static_cast<double>(dose.size()[2] - 1)));
+    AxialSlice slice{.z_mm = dose.position(0, 0, k).z(), .structures = {}, .isodoses = {}};
+    for (const Structure& structure : structures)
+      if (OutlinePieces pieces = cut(structure.mesh, slice.z_mm); !pieces.empty())
+        slice.structures.push_back({structure.name, std::move(pieces)});
+    for (std::size_t level = 0; level < kIsodosePercent.size(); ++level)
+      slice.isodoses[level] = isodose(dose, k, prescription_gy * kIsodosePercent[level] / 100);
+    slices.push_back(std::move(slice));
+  }
+  return slices;
+}
+
+}  // namespace brachy

@@ -1,0 +1,137 @@
+#include "apps/score/consequences.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "apps/score/spread.h"
+#include "core/brachytherapy/dose/structure_voxels.h"
+
+namespace brachy {
+namespace {
+
+struct Figures {
+  double d90 = kNoNumber, v100 = kNoNumber, urethra_d30 = kNoNumber, rectum_d2cc = kNoNumber;
+};
+
+Figures figures_of(const std::vector<StructureDose>& structures) {
+  Figures f;
+  for (const StructureDose& s : structures) {
+    if (s.name == "prostate") {
+      f.d90 = s.d90_gy;
+      f.v100 = s.v100_percent;
+    }
+    if (s.name == "urethra") f.urethra_d30 = s.d30_gy;
+    if (s.name == "rectum") f.rectum_d2cc = s.d2cc_gy;
+  }
+  return f;
+}
+
+DoseChange change(const Figures& from, const Figures& to) {
+  return {to.d90 - from.d90, to.v100 - from.v100, to.urethra_d30 - from.urethra_d30,
+          to.rectum_d2cc - from.rectum_d2cc};
+}
+
+DoseSeed taken_out(DoseSeed seed) {
+  seed.air_kerma_strength_u = -seed.air_kerma_strength_u;
+  return seed;
+}
+
+/// Calls visit(dose, place, cc) for each part of a structure.
+template <class Visit>
+void visit_parts(const SurfaceMesh& mesh, const DoseGrid& grid, const Visit& visit) {
+  const StructureVoxels voxels = structure_voxels(SurfaceBvh(mesh), grid);
+  const auto [nx, ny, nz] = grid.size();
+  const double cc = std::pow(grid.spacing_mm(), 3) / 1000;
+  for (const std::uint32_t i : voxels.whole)
+    visit(static_cast<double>(grid.dose_gy()[i]), grid.position(i % nx, i / nx % ny, i / (nx * ny)), cc);
+  for (const StructureVoxels::Part& part : voxels.parts)
+    visit(grid.at(part.centre), part.centre, part.volume_mm3 / 1000);
+}
+
+std::vector<Sector> sectors_of(const SurfaceMesh& prostate, const DoseGrid& grid, double prescription_gy) {
+  Vec3 least = prostate.vertices.front(), most = least;
+  for (const Vec3& v : prostate.vertices) {
+    least = least.cwiseMin(v);
+    most = most.cwiseMax(v);
+  }
+  const Vec3 middle = 0.5 * (least + most), size = most - least;
+  std::vector<Sector> sectors;
+  for (const char* level : {"base", "mid", "apex"})
+    for (const char* front : {"anterior", "posterior"})
+      for (const char* side : {"left", "right"})
+        sectors.push_back({.name = std::string(level) + " " + front + " " + side,
+                           .coldest_gy = std::numeric_limits<double>::infinity()});
+  visit_parts(prostate, grid, [&](double gy, const Vec3& p, double cc) {
+    const double up = (p.z() - least.z()) / size.z();
+    const std::size_t level = up > 2.0 / 3 ? 0 : up > 1.0 / 3 ? 1 : 2;
+    // RAS: +x is the patient's right, +y anterior.
+    Sector& sector = sectors[4 * level + (p.y() > middle.y() ? 0 : 2) + (p.x() < middle.x() ? 0 : 1)];
+    sector.volume_cc += cc;
+    if (gy < prescription_gy) sector.cold_cc += cc;
+    if (gy < sector.coldest_gy) {
+      sector.coldest_gy = gy;
+      sector.coldest = p;
+    }
+  });
+  return sectors;
+}
+
+HotSpot hot_spot_of(const SurfaceMesh& mesh, const DoseGrid& grid, double prescription_gy) {
+  HotSpot spot;
+  visit_parts(mesh, grid, [&](double gy, const Vec3& p, double cc) {
+    if (gy > 1.5 * prescription_gy) spot.over_150_cc += cc;
+    if (gy <= spot.gy) return;
+    spot.gy = gy;
+    spot.at = p;
+  });
+  return spot;
+}
+
+}  // namespace
+
+double DoseChange::harm_percent(double prescription_gy) const {
+  const auto too_much = [](double v) { return std::isfinite(v) ? std::max(0.0, v) : 0.0; };
+  return too_much(-v100_percent) +
+         100 / prescription_gy * (too_much(-d90_gy) + too_much(urethra_d30_gy) + too_much(rectum_d2cc_gy));
+}
+
+Consequences find_consequences(const Plan& plan, const TemplateGrid& grid,
+                               const std::vector<Structure>& structures, DoseSettings settings,
+                               const std::vector<Seed>& seeds) {
+  settings.prescription_gy = plan.prescription_gy;
+  ImplantDose dose(structures, settings);
+  const std::vector<PlannedSeed> planned = plan.seeds(grid);
+  for (const PlannedSeed& seed : planned) dose.add(seed);
+  const Figures of_plan = figures_of(dose.evaluate());
+  dose.clear();
+  for (const Seed& seed : seeds) dose.add(seed.at_rest());
+  const Figures as_is = figures_of(dose.evaluate());
+
+  Consequences all;
+  all.whole = change(of_plan, as_is);
+  all.sectors = sectors_of(structures.front().mesh, dose.grid(), plan.prescription_gy);
+  if (const Structure* urethra = find_structure(structures, "urethra"))
+    all.urethra = hot_spot_of(urethra->mesh, dose.grid(), plan.prescription_gy);
+  const auto without = [&](const std::vector<DoseSeed>& fallen, const std::vector<DoseSeed>& instead) {
+    for (const DoseSeed& seed : fallen) dose.add(taken_out(seed));
+    for (const DoseSeed& seed : instead) dose.add(seed);
+    const DoseChange cost = change(figures_of(dose.evaluate()), as_is);
+    for (const DoseSeed& seed : fallen) dose.add(seed);
+    for (const DoseSeed& seed : instead) dose.add(taken_out(seed));
+    return cost;
+  };
+  std::vector<std::vector<DoseSeed>> fallen(plan.needles.size()), wanted(plan.needles.size());
+  std::vector<DoseSeed> unplanned;
+  for (const PlannedSeed& seed : planned) wanted[seed.needle].push_back(seed);
+  for (const Seed& seed : seeds)
+    (seed.planned < 0 ? unplanned : fallen[planned[static_cast<std::size_t>(seed.planned)].needle])
+        .push_back(seed.at_rest());
+  for (std::size_t n = 0; n < plan.needles.size(); ++n)
+    all.needles.push_back({n, without(fallen[n], wanted[n])});
+  if (!unplanned.empty()) all.unplanned = without(unplanned, {});
+  return all;
+}
+
+}  // namespace brachy

@@ -1,0 +1,60 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/brachytherapy/dose/dose_goal.h"
+#include "core/brachytherapy/dose/implant_dose.h"
+#include "core/brachytherapy/plan/plan.h"
+#include "core/brachytherapy/seeds/seed.h"
+
+namespace brachy {
+
+/// By how much dose figures differ; of a structure that the scene has not, NaN.
+struct DoseChange {
+  double d90_gy = 0, v100_percent = 0;            ///< of the prostate; > 0: more
+  double urethra_d30_gy = 0, rectum_d2cc_gy = 0;  ///< > 0: more
+
+  /// How bad it is, in % of the prescription and of the volume together: dose that the prostate lacks, and that the
+  /// organs have too much.
+  double harm_percent(double prescription_gy) const;
+};
+
+/// What a needle's errors cost: the implant as it is, against the same with this needle's seeds where the plan has them.
+struct NeedleCost {
+  std::size_t needle = 0;  ///< index in Plan::needles
+  DoseChange change;
+};
+
+/// A twelfth of the prostate: a third of its length (base, mid, apex), anterior or posterior, left or right of the middle
+/// of its bounding box.
+struct Sector {
+  std::string name;  ///< "base anterior left"
+  double volume_cc = 0;
+  double cold_cc = 0;           ///< with less than the prescription
+  Vec3 coldest = Vec3::Zero();  ///< mm, W
+  double coldest_gy = 0;
+};
+
+struct HotSpot {
+  Vec3 at = Vec3::Zero();  ///< mm, W
+  double gy = 0;
+  double over_150_cc = 0;  ///< of the structure, with more than 150 % of the prescription
+};
+
+struct Consequences {
+  DoseChange whole;                 ///< the implant against the plan
+  std::vector<NeedleCost> needles;  ///< the plan's, in its order
+  DoseChange unplanned;             ///< of all seeds that are not in the plan: with them against without
+  std::vector<Sector> sectors;      ///< all twelve, base first
+  std::optional<HotSpot> urethra;   ///< its hottest place; none: the scene has no urethra
+};
+
+/// Seeds count where they are at rest. `structures`: "prostate" first, as the score has them. Each needle is taken out
+/// and put in as planned by itself: costs do not add up. Some 10 ms a needle. Errors as ImplantDose.
+Consequences find_consequences(const Plan& plan, const TemplateGrid& grid,
+                               const std::vector<Structure>& structures, DoseSettings settings,
+                               const std::vector<Seed>& seeds);
+
+}  // namespace brachy

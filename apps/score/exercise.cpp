@@ -1,0 +1,162 @@
+#include "apps/score/exercise.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <fstream>
+#include <sstream>
+#include <string_view>
+
+#include "apps/score/spread.h"
+#include "core/base/error.h"
+#include "core/base/toml_table.h"
+
+namespace brachy {
+namespace {
+
+const SeedAssignment* seeds_of(const Score& score) {
+  return score.seeds ? &score.seeds->by_position : nullptr;
+}
+
+double motion_of(const Score& score, double NeedleMetrics::*value) {
+  return score.needles.motion ? (*score.needles.motion).*value : kNoNumber;
+}
+
+double dose_of(const Score& score, std::string_view structure, double StructureDose::*value) {
+  for (const StructureDose& s : score.dose.rest.structures)
+    if (s.name == structure) return s.*value;
+  return kNoNumber;
+}
+
+double insertions_of(const Score& score) {
+  double sum = 0;
+  for (const NeedleScore& needle : score.needles.needles) {
+    if (!needle.insertions) return kNoNumber;
+    sum += *needle.insertions;
+  }
+  return sum;
+}
+
+/// What an exercise can bound.
+struct Measure {
+  const char* key;
+  const char* what;
+  const char* unit;
+  bool is_most;  ///< the bound is the most; else the least
+  double (*of)(const Score&);
+};
+
+constexpr std::array kMeasures = {
+    Measure{"placed_at_least", "seeds placed", "", false,
+            [](const Score& s) { return seeds_of(s) ? static_cast<double>(seeds_of(s)->placed.size()) : kNoNumber; }},
+    Measure{"missing_at_most", "seeds missing", "", true,
+            [](const Score& s) { return seeds_of(s) ? static_cast<double>(seeds_of(s)->missing.size()) : kNoNumber; }},
+    Measure{"extra_at_most", "seeds extra", "", true,
+            [](const Score& s) { return seeds_of(s) ? static_cast<double>(seeds_of(s)->extra.size()) : kNoNumber; }},
+    Measure{"mean_error_mm_at_most", "mean error", " mm", true,
+            [](const Score& s) { return seeds_of(s) ? seeds_of(s)->rest.total_mm.mean : kNoNumber; }},
+    Measure{"largest_error_mm_at_most", "largest error", " mm", true,
+            [](const Score& s) { return seeds_of(s) ? seeds_of(s)->rest.total_mm.max : kNoNumber; }},
+    Measure{"axial_error_mm_at_most", "mean error along the needle", " mm", true,
+            [](const Score& s) { return seeds_of(s) ? seeds_of(s)->rest.axial_mm.mean : kNoNumber; }},
+    Measure{"organ_passes_at_most", "passes through organs", "", true,
+            [](const Score& s) {
+              double sum = 0;
+              for (const StructureContact& contact : s.contacts) sum += contact.passes;
+              return s.needles.motion || !s.contacts.empty() ? sum : kNoNumber;
+            }},
+    Measure{"insertions_at_most", "insertions", "", true, insertions_of},
+    Measure{"time_s_at_most", "time", " s", true,
+            [](const Score& s) { return motion_of(s, &NeedleMetrics::elapsed_time_s); }},
+    Measure{"speed_p95_mm_s_at_most", "tip speed, 95 %", " mm/s", true,
+            [](const Score& s) { return motion_of(s, &NeedleMetrics::speed_p95_mm_s); }},
+    Measure{"d90_gy_at_least", "prostate D90", " Gy", false,
+            [](const Score& s) { return dose_of(s, "prostate", &StructureDose::d90_gy); }},
+    Measure{"v100_percent_at_least", "prostate V100", " %", false,
+            [](const Score& s) { return dose_of(s, "prostate", &StructureDose::v100_percent); }},
+    Measure{"urethra_d30_gy_at_most", "urethra D30", " Gy", true,
+            [](const Score& s) { return dose_of(s, "urethra", &StructureDose::d30_gy); }},
+    Measure{"rectum_d2cc_gy_at_most", "rectum D2cc", " Gy", true,
+            [](const Score& s) { return dose_of(s, "rectum", &StructureDose::d2cc_gy); }}};
+
+constexpr double kMostLimit = 1e6;
+
+std::string text_of(const std::filesystem::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  if (!std::filesystem::is_regular_file(file) || !in)
+    throw UserError(file.string() + ": cannot be read; give an exercise, such as config/exercises/01_one_needle.toml");
+  std::ostringstream text;
+  text << in.rdbuf();
+  return std::move(text).str();
+}
+
+}  // namespace
+
+Exercise load_exercise(const std::filesystem::path& file) {
+  TomlTable t = parse_toml(text_of(file), file.string());
+  Exercise exercise;
+  std::string scene;
+  t.text("name", exercise.name);
+  t.text("asks", exercise.asks);
+  t.text("scene", scene);
+  TomlTable passes = t.table("passes");
+  t.refuse_unknown();
+  for (const char* key : {"name", "asks", "scene"})
+    if (!t.has(key)) t.missing(key, "an exercise has a name, what it asks, a scene, and [passes]");
+  for (const Measure& measure : kMeasures) {
+    if (!passes.has(measure.key)) continue;
+    double limit = 0;
+    passes.number(measure.key, limit, 0, kMostLimit);
+    exercise.bounds.push_back({measure.key, limit});
+  }
+  passes.flag("implant_goals", exercise.needs_implant_goals);
+  for (const Measure& measure : kMeasures) {  // known also where they are not there
+    double ignored = 0;
+    passes.number(measure.key, ignored, 0, kMostLimit);
+  }
+  passes.refuse_unknown();
+  if (exercise.bounds.empty() && !exercise.needs_implant_goals)
+    t.contradiction("passes", "bounds nothing: everybody would pass; add one, such as mean_error_mm_at_most");
+  exercise.scene = file.parent_path() / scene;
+  if (!std::filesystem::is_regular_file(exercise.scene))
+    t.contradiction("scene", "is \"" + scene + "\", which is not there beside the exercise; correct the path");
+  return exercise;
+}
+
+bool ExerciseResult::has_passed() const {
+  return std::ranges::all_of(bounds, &BoundResult::is_kept);
+}
+
+ExerciseResult judge(const Exercise& exercise, const Score& score) {
+  ExerciseResult result;
+  for (const ExerciseBound& bound : exercise.bounds) {
+    const auto measure = std::ranges::find(kMeasures, bound.key, [](const Measure& m) { return std::string_view(m.key); });
+    const double value = measure->of(score);
+    const bool is_kept = measure->is_most ? value <= bound.limit : value >= bound.limit;
+    const std::string is = std::isfinite(value) ? fmt::format("{:.4g}{}", value, measure->unit) : "not known";
+    result.bounds.push_back(
+        {fmt::format("{} {}, {} {:g}", measure->what, is, measure->is_most ? "at most" : "at least", bound.limit),
+         is_kept});
+  }
+  if (exercise.needs_implant_goals)
+    for (const GoalResult& goal : score.goals) {
+      if (goal.goal.is_of_plan()) continue;
+      const bool is_met = goal.is_met.value_or(false);
+      result.bounds.push_back({is_met ? goal.goal.structure + " " + goal.goal.figure + " meets its goal"
+                               : goal.is_met ? missed_text(goal)
+                                             : goal.goal.structure + " " + goal.goal.figure + " is not known",
+                               is_met});
+    }
+  return result;
+}
+
+std::string to_text(const Exercise& exercise, const ExerciseResult& result) {
+  std::string text = fmt::format("exercise \"{}\": {}\n", exercise.name, result.has_passed() ? "passed" : "not passed");
+  for (const BoundResult& bound : result.bounds)
+    text += fmt::format("  {} {}\n", bound.is_kept ? "ok  " : "MISS", bound.text);
+  return text;
+}
+
+}  // namespace brachy

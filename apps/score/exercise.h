@@ -1,0 +1,46 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "apps/score/score.h"
+
+namespace brachy {
+
+/// A bound that a session must keep to pass.
+struct ExerciseBound {
+  std::string key;         ///< "mean_error_mm_at_most"; the list is in exercise.cpp
+  double limit = 0;
+};
+
+/// A task for a trainee: a scene with its plan, what is asked, and what passes (config/exercises).
+struct Exercise {
+  std::string name, asks;
+  std::filesystem::path scene;         ///< its plan.file is the exercise's plan
+  std::vector<ExerciseBound> bounds;   ///< in the file's terms, at least one
+  bool needs_implant_goals = false;    ///< all goals of the implant must be met
+};
+
+/// Reads a TOML file: name, asks, scene (relative to the file), and [passes] with bounds and `implant_goals`. Unknown
+/// keys are refused. Throws UserError "file:line: what; fix", also where the scene is not there.
+Exercise load_exercise(const std::filesystem::path& file);
+
+/// One bound and what became of it.
+struct BoundResult {
+  std::string text;  ///< "mean error 0.4 mm, at most 2"
+  bool is_kept = false;
+};
+
+struct ExerciseResult {
+  std::vector<BoundResult> bounds;
+  bool has_passed() const;
+};
+
+/// A figure that is not known keeps no bound.
+ExerciseResult judge(const Exercise& exercise, const Score& score);
+
+/// "passed" or "not passed", and a line for each bound.
+std::string to_text(const Exercise& exercise, const ExerciseResult& result);
+
+}  // namespace brachy

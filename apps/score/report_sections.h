@@ -1,0 +1,21 @@
+#pragma once
+
+#include <string>
+
+#include "apps/score/score.h"
+
+namespace brachy {
+
+// Parts of the page, as HTML; empty where nothing is known.
+
+/// Axial slices side by side: outlines of the structures, isodoses, seeds as planned and as delivered, each with those
+/// within half a slice's spacing.
+std::string slices_section(const Score& score, const Plan& plan, const TemplateGrid& grid);
+
+/// The goals of the plan and of the implant, and whether they are met.
+std::string goals_section(const Score& score);
+
+/// What each needle cost, cold sectors, the urethra's hottest place, organs entered, seeds lost and refused.
+std::string consequences_section(const Score& score, const Plan& plan);
+
+}  // namespace brachy

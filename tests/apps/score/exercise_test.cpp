@@ -1,0 +1,101 @@
+#include "apps/score/exercise.h"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <set>
+
+#include "core/base/error.h"
+#include "core/scene/file/scene_file.h"
+#include "core/scene/load_plan.h"
+#include "tests/apps/apps_testing.h"
+
+namespace brachy {
+namespace {
+
+namespace fs = std::filesystem;
+
+const fs::path kExercises = fs::path(BRACHY_SOURCE_DIR) / "config/exercises";
+
+std::vector<fs::path> shipped() {
+  std::vector<fs::path> files;
+  for (const auto& entry : fs::directory_iterator(kExercises))
+    if (entry.path().extension() == ".toml") files.push_back(entry.path());
+  return files;
+}
+
+Score score_of(double mean_error_mm, std::uint32_t urethra_passes) {
+  Score score;
+  score.seeds.emplace();
+  SeedScore seed;
+  score.seeds->by_position.placed = {seed, seed};
+  score.seeds->by_position.rest.total_mm.mean = mean_error_mm;
+  score.needles.motion.emplace();
+  if (urethra_passes > 0) score.contacts = {{"urethra", "G7", urethra_passes, 2, 1}};
+  return score;
+}
+
+Exercise bounded() {
+  return {"small", "two seeds", {}, {{"placed_at_least", 2}, {"mean_error_mm_at_most", 2}, {"organ_passes_at_most", 0}}, false};
+}
+
+TEST(Exercises, TenAreShippedAndEachHasItsSceneAndItsPlan) {
+  const std::vector<fs::path> files = shipped();
+  EXPECT_EQ(files.size(), 10u);
+  std::set<std::string> names;
+  for (const fs::path& file : files) {
+    const Exercise exercise = load_exercise(file);
+    names.insert(exercise.name);
+    const Scene scene = load_scene(exercise.scene);
+    EXPECT_TRUE(load_plan(scene)) << file;
+    EXPECT_EQ(scene.seeds.applicator, "train") << file;
+  }
+  EXPECT_EQ(names.size(), files.size());
+}
+
+TEST(Exercises, ASessionPassesWhereItKeepsAllBounds) {
+  const ExerciseResult good = judge(bounded(), score_of(1.5, 0));
+  EXPECT_TRUE(good.has_passed());
+  EXPECT_EQ(good.bounds.size(), 3u);
+}
+
+TEST(Exercises, EachBoundThatIsBrokenIsNamed) {
+  const ExerciseResult bad = judge(bounded(), score_of(2.5, 2));
+  EXPECT_FALSE(bad.has_passed());
+  const std::string text = to_text(bounded(), bad);
+  EXPECT_NE(text.find("not passed"), std::string::npos) << text;
+  EXPECT_NE(text.find("MISS mean error 2.5 mm, at most 2"), std::string::npos) << text;
+  EXPECT_NE(text.find("MISS passes through organs 2, at most 0"), std::string::npos) << text;
+  EXPECT_NE(text.find("ok   seeds placed 2, at least 2"), std::string::npos) << text;
+}
+
+TEST(Exercises, WhatIsNotKnownPassesNothing) {
+  const ExerciseResult result = judge(bounded(), Score{});
+  EXPECT_FALSE(result.has_passed());
+  for (const BoundResult& bound : result.bounds) EXPECT_NE(bound.text.find("not known"), std::string::npos);
+}
+
+TEST(Exercises, AFileWithAMistakeIsRefusedWithItsLine) {
+  const test::TempFolder folder;
+  folder.write("scene.toml", "");
+  const std::string head = "name = \"x\"\nasks = \"y\"\nscene = \"scene.toml\"\n";
+  const auto refusal = [&](const std::string& text) -> std::string {
+    folder.write("e.toml", text);
+    try {
+      load_exercise(folder / "e.toml");
+    } catch (const UserError& e) {
+      return e.what();
+    }
+    return "";
+  };
+  EXPECT_EQ(refusal(head + "[passes]\nplaced_at_least = 1\n"), "");
+  EXPECT_NE(refusal(head + "[passes]\nplaced_atleast = 1\n").find("e.toml:5"), std::string::npos);
+  EXPECT_NE(refusal(head + "[passes]\n").find("bounds nothing"), std::string::npos);
+  EXPECT_NE(refusal("name = \"x\"\nasks = \"y\"\nscene = \"none.toml\"\n[passes]\nplaced_at_least = 1\n")
+                .find("is not there"),
+            std::string::npos);
+  EXPECT_NE(refusal("name = \"x\"\n[passes]\nplaced_at_least = 1\n").find("asks"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace brachy
