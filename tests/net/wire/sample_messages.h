@@ -26,6 +26,8 @@ DropMessage sample_drop();
 DoseMessage sample_dose();
 ControlMessage sample_control();
 SceneMessage sample_scene();
+ImageMessage sample_image();
+ScannerMessage sample_scanner();
 Seed sample_seed();
 
 template <class Message>
