@@ -118,9 +118,10 @@ class Daemon::Impl {
         watch_(loop_, scene.period_s(),
                {[this] { forces_.update(monotonic_ns()); }, [this] { return telemetry_.status(); }}),
         reload_(loop_, worker_, controls_, watch_, options),
-        telemetry_(loop_, {loop_statistics_.reader, control_statistics_.reader, server_, runs_,
-                           std::as_const(forces_).link(), controls_, reload_, watch_,
-                           [this] { return igtl_ ? igtl_->client_count() : 0; }, ultrasound_statistics_.reader}) {
+        telemetry_(loop_,
+                   {loop_statistics_.reader, control_statistics_.reader, server_, runs_,
+                    std::as_const(forces_).link(), controls_, reload_, watch_,
+                    [this] { return igtl_ ? igtl_->client_count() : 0; }, ultrasound_statistics_.reader}) {
     spdlog::info("engine: {}, {} thread{}", to_string(simulator().simd_target()), scene.engine.threads,
                  scene.engine.threads == 1 ? "" : "s");
     runs_.on_model = [this](std::uint64_t run, const auto& model) { publish_model(run, model); };
@@ -438,11 +439,11 @@ class Daemon::Impl {
   HandOver<TickForces> tick_forces_;                      // to the io thread, as the next two
   HandOver<LoopStatistics> loop_statistics_;
   HandOver<LoopStatistics> control_statistics_;
-  HandOver<ImagedTick> imaged_ticks_;                      // to the ultrasound thread
-  HandOver<ScannedModel> scanned_models_;                  // to it, from the io thread
+  HandOver<ImagedTick> imaged_ticks_;                                         // to the ultrasound thread
+  HandOver<ScannedModel> scanned_models_;                                     // to it, from the io thread
   std::array<HandOver<ScannedImage>, UltrasoundScanner::kMostViews> images_;  // from it, to the io thread
-  HandOver<UltrasoundStatistics> ultrasound_statistics_;   // likewise
-  TickEvents events_;  // snapshot thread
+  HandOver<UltrasoundStatistics> ultrasound_statistics_;                      // likewise
+  TickEvents events_;                                                         // snapshot thread
 
   // On the io thread.
   SignalWait end_signals_{loop_, {SIGINT, SIGTERM}};  // from construction on: a signal before run() is kept

@@ -26,8 +26,8 @@ class SteppedProbe final : public Device {
 
   /// Takes the newest command; whether the stepper has the probe in this tick.
   bool has_probe();
-  /// Precondition: has_probe(). A probe that somebody left elsewhere is taken out in one tick and put in at its place of
-  /// rest in the next.
+  /// Precondition: has_probe(). A probe that somebody left elsewhere is taken out in one tick and put in at its place
+  /// of rest in the next.
   bool update(std::int64_t now_ns, NeedlePose& pose) override;
 
  private:

@@ -8,7 +8,8 @@
 
 namespace brachy {
 
-/// Where a stepper has a transrectal probe, from where it rests: along its axis (+ towards its tip), and turned about it.
+/// Where a stepper has a transrectal probe, from where it rests: along its axis (+ towards its tip), and turned
+/// about it.
 struct StepperPlace {
   double depth_mm = 0, rotation_deg = 0;
   bool operator==(const StepperPlace&) const = default;

@@ -11,7 +11,8 @@
 
 namespace brachy {
 
-/// A needle whose poses come from the network, or, while it plays, from a script; the probe's may come from its stepper.
+/// A needle whose poses come from the network, or, while it plays, from a script; the probe's may come from its
+/// stepper.
 ///
 /// Threads: play, stop and what network() offers belong to the io thread; update to the 200 Hz thread. They
 /// share triple buffers only.

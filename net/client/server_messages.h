@@ -29,8 +29,8 @@ struct MessageHandlers {
   Handler<ErrorMessage> on_error;
   Handler<DoseMessage> on_dose;
   Handler<SceneMessage> on_scene;
-  Handler<ImageMessage> on_image;      ///< its pixels: net/wire/image_pixels.h
-  Handler<ScannerMessage> on_scanner;  ///< what is set
+  Handler<ImageMessage> on_image;             ///< its pixels: net/wire/image_pixels.h
+  Handler<ScannerMessage> on_scanner;         ///< what is set
   Handler<ForceMessage> on_force;             ///< of several at once only the last is current
   Handler<LocalModelMessage> on_local_model;  ///< likewise
 

@@ -111,7 +111,8 @@ Bytes encode_image_answer(const Label& label) {
 Bytes encode_image(const Label& label, const ImageMessage& image) {
   constexpr std::size_t kImageHeaderBytes = 72;
   constexpr std::uint16_t kVersion = 1;
-  constexpr auto kComponents = std::byte{1}, kUint8 = std::byte{3}, kBigEndian = std::byte{1}, kRas = std::byte{1};
+  constexpr auto kComponents = std::byte{1}, kUint8 = std::byte{3}, kBigEndian = std::byte{1},
+                 kRas = std::byte{1};
   Builder message("IMAGE", label, kImageHeaderBytes + image.data.size());
   Bytes& out = message.bytes();
   put(out, kVersion);
@@ -120,7 +121,8 @@ Bytes encode_image(const Label& label, const ImageMessage& image) {
   for (const std::uint16_t side : size) put(out, side);
   RigidTransform matrix;
   matrix.R = image.spacing_mm * image.X_WI.R;
-  matrix.p = image.X_WI * Vec3(0.5 * image.spacing_mm * (image.width - 1), 0.5 * image.spacing_mm * (image.height - 1), 0);
+  matrix.p = image.X_WI *
+             Vec3(0.5 * image.spacing_mm * (image.width - 1), 0.5 * image.spacing_mm * (image.height - 1), 0);
   put_transform(out, matrix);
   for (int offset = 0; offset < 3; ++offset) put(out, std::uint16_t{0});
   for (const std::uint16_t side : size) put(out, side);

@@ -27,8 +27,8 @@ Bytes encode_capability(const Label& label, std::span<const std::string_view> ty
 
 /// RTS_IMAGE, the answer to STT_IMAGE and STP_IMAGE: done.
 Bytes encode_image_answer(const Label& label);
-/// One slice of 8-bit scalars in RAS, its matrix as the protocol has it: the axes times the spacing of pixels, which the slice
-/// is thick too, and the place of the slice's middle. Precondition: the pixels are not compressed.
+/// One slice of 8-bit scalars in RAS, its matrix as the protocol has it: the axes times the spacing of pixels, which is
+/// the slice's thickness too, and the place of the slice's middle. Precondition: the pixels are not compressed.
 Bytes encode_image(const Label& label, const ImageMessage& image);
 
 /// The polygons of a POLYDATA, encoded once: they do not change.

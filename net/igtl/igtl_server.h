@@ -17,7 +17,7 @@ class io_context;
 namespace brachy::net {
 struct ImageMessage;
 class Server;
-}
+}  // namespace brachy::net
 
 namespace brachy::net::igtl {
 

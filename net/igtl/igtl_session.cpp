@@ -13,12 +13,12 @@ namespace brachy::net::igtl {
 namespace {
 
 constexpr std::uint16_t kNewestSent = 2;
-constexpr std::size_t kMaxAnswers = 16;  // waiting; further queries are ignored
+constexpr std::size_t kMaxAnswers = 16;                // waiting; further queries are ignored
 constexpr std::int64_t kFirstImageNs = 5'000'000'000;  // the scanner may have to start
 constexpr std::int64_t kImageAgeNs = 1'000'000'000;    // an older one is not sent to whoever asks for one
-constexpr std::array<std::string_view, 10> kCapabilities = {"TRANSFORM",   "GET_TRANS", "GET_POLYDATA", "GET_STATUS",
-                                                           "GET_CAPABIL", "STT_TDATA", "STP_TDATA",    "GET_IMAGE",
-                                                           "STT_IMAGE",   "STP_IMAGE"};
+constexpr std::array<std::string_view, 10> kCapabilities = {
+    "TRANSFORM", "GET_TRANS", "GET_POLYDATA", "GET_STATUS", "GET_CAPABIL",
+    "STT_TDATA", "STP_TDATA", "GET_IMAGE",    "STT_IMAGE",  "STP_IMAGE"};
 
 }  // namespace
 
@@ -272,7 +272,8 @@ void IgtlSession::write_next() {
     return write(std::move(next), nullptr);
   }
   if (phase_ == Phase::kClosing) return connection_->shutdown_send();
-  const bool is_image_turn = !std::exchange(was_image_, false) || !(tracking_pending_ || transforms_pending_ || surface_pending_);
+  const bool is_image_turn =
+      !std::exchange(was_image_, false) || !(tracking_pending_ || transforms_pending_ || surface_pending_);
   if (is_image_turn && !images_pending_.empty()) {
     was_image_ = true;
     auto next = images_pending_.upper_bound(last_image_);  // of several arrays' each in turn

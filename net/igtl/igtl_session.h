@@ -109,12 +109,12 @@ class IgtlSession final : public ConnectionListener, public std::enable_shared_f
 
   std::deque<Bytes> answers_;
   bool transforms_pending_ = false, surface_pending_ = false, tracking_pending_ = false;
-  bool streams_images_ = false;            // STT_IMAGE
+  bool streams_images_ = false;             // STT_IMAGE
   std::optional<std::string> asked_image_;  // the device that a GET_IMAGE named, which waits for its image
   std::int64_t asked_image_ns_ = 0;
   std::set<ScannerArray> images_pending_;
   ScannerArray last_image_{};
-  bool was_image_ = false;  // written last: the others' turn
+  bool was_image_ = false;    // written last: the others' turn
   bool was_surface_ = false;  // written last: the others' turn
   std::optional<double> tracking_period_s_;
   double tracking_due_s_ = 0;  // simulation time

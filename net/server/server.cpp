@@ -125,7 +125,8 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
     return demand;
   }
 
-  void publish_image(ScannerArray array, std::shared_ptr<const Bytes> plain, std::shared_ptr<const Bytes> packed) {
+  void publish_image(ScannerArray array, std::shared_ptr<const Bytes> plain,
+                     std::shared_ptr<const Bytes> packed) {
     images_[array] = {std::move(plain), std::move(packed)};
     for (const auto& session : sessions()) offer_image(*session, array);
   }
@@ -357,7 +358,8 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
   /// The array's newest image, in the form that the client takes; nothing where it was not made.
   void offer_image(Session& session, ScannerArray array) {
     const auto& [plain, packed] = images_[array];
-    if (const auto& body = packed && session.takes_packed_images() ? packed : plain; body && session.wants_images())
+    if (const auto& body = packed && session.takes_packed_images() ? packed : plain;
+        body && session.wants_images())
       session.offer_image(array, body);
   }
 
@@ -440,8 +442,8 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
   ServerHandlers handlers_;
   const std::uint64_t topology_hash_, surface_hash_;
   const std::shared_ptr<const Bytes> topology_body_, surface_body_;
-  std::shared_ptr<const Bytes> scene_body_;  // null: not set
-  std::shared_ptr<const Bytes> dose_body_;   // null: none yet
+  std::shared_ptr<const Bytes> scene_body_;    // null: not set
+  std::shared_ptr<const Bytes> dose_body_;     // null: none yet
   std::shared_ptr<const Bytes> scanner_body_;  // likewise
   std::map<ScannerArray, std::pair<std::shared_ptr<const Bytes>, std::shared_ptr<const Bytes>>>
       images_;  // the newest: plain, packed

@@ -166,10 +166,10 @@ class Session final : public ConnectionListener, public std::enable_shared_from_
   std::uint16_t needle_ = kAnyNeedle;
   RoundTrip round_trip_;  // of a device
   std::deque<Outgoing> queue_;
-  std::shared_ptr<const Bytes> waiting_force_, waiting_model_;  // null: none
-  static constexpr std::size_t kArrays = 4;  // ScannerArray of an image
+  std::shared_ptr<const Bytes> waiting_force_, waiting_model_;        // null: none
+  static constexpr std::size_t kArrays = 4;                           // ScannerArray of an image
   std::array<std::shared_ptr<const Bytes>, kArrays> waiting_images_;  // null: none
-  std::size_t next_image_ = 0;  // whose turn it is
+  std::size_t next_image_ = 0;                                        // whose turn it is
   MessageType last_written_{};
   bool writing_ = false;
   bool snapshot_pending_ = false;

@@ -29,8 +29,9 @@ void fields(auto& archive, MaybeConst<ScannerMessage> auto& message) {
   archive.u16(message.freeze);
   archive.u32(message.flags);
   archive.u64(message.tick);
-  for (auto* number : {&message.depth_mm, &message.gain_db, &message.dynamic_range_db, &message.tgc_extra_db_per_cm,
-                       &message.focus_mm, &message.probe_depth_mm, &message.probe_rotation_deg})
+  for (auto* number :
+       {&message.depth_mm, &message.gain_db, &message.dynamic_range_db, &message.tgc_extra_db_per_cm,
+        &message.focus_mm, &message.probe_depth_mm, &message.probe_rotation_deg})
     archive.f64(*number);
   archive.sections();
 }

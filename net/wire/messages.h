@@ -95,7 +95,8 @@ enum Subscription : std::uint32_t {
   kSubscribeSurface = 1u << 2,      ///< TOPOLOGY and FRAMEs hold the surface vertices alone
   kSubscribeNoMesh = 1u << 3,       ///< neither TOPOLOGY nor FRAME is sent (a plain device)
   kSubscribeScene = 1u << 4,        ///< SCENE comes after TOPOLOGY
-  kSubscribeUltrasound = 1u << 5,   ///< SCANNER and IMAGEs are sent; not granted by a server without ultrasound
+  kSubscribeUltrasound =
+      1u << 5,  ///< SCANNER and IMAGEs are sent; not granted by a server without ultrasound
 };
 
 /// Capabilities of a haptic device; NaN = not stated.
@@ -381,12 +382,13 @@ struct ImageMessage {
   ScannerArray array = ScannerArray::kTransverse;
   std::uint16_t flags = 0;  ///< ImageFlag bits
   std::uint16_t width = 0, height = 0;
-  std::uint64_t sequence = 0;     ///< of this array's images; a jump = images dropped for this client
-  std::uint64_t tick = 0;         ///< that it shows
-  std::uint64_t newest_tick = 0;  ///< that the scanner has seen; later than `tick` where the image is held or frozen
-  std::int64_t publish_ns = 0;    ///< server's clock: when the deformation loop published the tick shown
-  double spacing_mm = 0;          ///< of pixels, in both directions
-  RigidTransform X_WI;            ///< image frame to world
+  std::uint64_t sequence = 0;  ///< of this array's images; a jump = images dropped for this client
+  std::uint64_t tick = 0;      ///< that it shows
+  std::uint64_t newest_tick =
+      0;  ///< that the scanner has seen; later than `tick` where the image is held or frozen
+  std::int64_t publish_ns = 0;     ///< server's clock: when the deformation loop published the tick shown
+  double spacing_mm = 0;           ///< of pixels, in both directions
+  RigidTransform X_WI;             ///< image frame to world
   std::vector<std::uint8_t> data;  ///< rows from the top, `width` gray values each; or those compressed
 };
 
@@ -394,8 +396,8 @@ enum class ScannerFreeze : std::uint16_t { kAsItIs = 0, kLive = 1, kFrozen = 2 }
 
 /// Bits of ScannerMessage::flags, set by the server.
 enum ScannerFlag : std::uint32_t {
-  kProbeHasDevice = 1u << 0,   ///< a device moves the probe: its stepper is not used
-  kProbeIsStepped = 1u << 1,   ///< the stepper moves the probe that the tissue feels
+  kProbeHasDevice = 1u << 0,  ///< a device moves the probe: its stepper is not used
+  kProbeIsStepped = 1u << 1,  ///< the stepper moves the probe that the tissue feels
 };
 
 /// What is set at the scanner's console and the probe's stepper. From a server: what is in use; numbers are finite, and

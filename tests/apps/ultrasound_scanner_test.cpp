@@ -43,9 +43,7 @@ struct UltrasoundScannerTest : ::testing::Test {
     simulator.step(pose, state);
     EXPECT_TRUE(tick.copy_from(simulator, state));
   }
-  bool scan(std::size_t view = 0) {
-    return scanner.take(tick, model) && scanner.scan(tick, view, image);
-  }
+  bool scan(std::size_t view = 0) { return scanner.take(tick, model) && scanner.scan(tick, view, image); }
 
   Scene scene = small_scene();
   Simulator simulator{load_simulation_model(scene, load_tissue(scene).tissue)};

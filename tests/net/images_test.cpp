@@ -125,8 +125,10 @@ TEST_F(ImagesTest, OfEachArrayASlowClientGetsTheNewestAndDelaysNobody) {
   for (std::uint64_t i = 1; i <= kImages; ++i)
     for (const ScannerArray array : {ScannerArray::kTransverse, ScannerArray::kSagittal}) {
       send_image(array, i);
-      ASSERT_TRUE(until([&] { return !good->images.empty() && good->images.back().array == array &&
-                                     good->images.back().sequence == i; }));
+      ASSERT_TRUE(until([&] {
+        return !good->images.empty() && good->images.back().array == array &&
+               good->images.back().sequence == i;
+      }));
     }
   EXPECT_EQ(good->images.size(), 2 * kImages);
   const auto newest = [&](ScannerArray array) {

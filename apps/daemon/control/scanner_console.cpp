@@ -20,9 +20,10 @@ struct Knob {
 constexpr std::array<Knob, 5> kKnobs = {{
     {"depth_mm", &net::ScannerMessage::depth_mm, &UltrasoundSettings::depth_mm, 10, 150},
     {"gain_db", &net::ScannerMessage::gain_db, &UltrasoundSettings::gain_db, -60, 60},
-    {"dynamic_range_db", &net::ScannerMessage::dynamic_range_db, &UltrasoundSettings::dynamic_range_db, 10, 120},
-    {"tgc_extra_db_per_cm", &net::ScannerMessage::tgc_extra_db_per_cm, &UltrasoundSettings::tgc_extra_db_per_cm,
-     -100, 100},
+    {"dynamic_range_db", &net::ScannerMessage::dynamic_range_db, &UltrasoundSettings::dynamic_range_db, 10,
+     120},
+    {"tgc_extra_db_per_cm", &net::ScannerMessage::tgc_extra_db_per_cm,
+     &UltrasoundSettings::tgc_extra_db_per_cm, -100, 100},
     {"focus_mm", &net::ScannerMessage::focus_mm, &UltrasoundSettings::focus_mm, 5, 150},
 }};
 constexpr double kMostDepthMm = 100, kMostRotationDeg = 180;  // of the stepper, to either side
@@ -77,11 +78,14 @@ std::string ScannerConsole::refusal(const net::ScannerMessage& request) const {
   if (request.freeze > net::ScannerFreeze::kFrozen)
     return fmt::format("freeze {} is none of 1 live, 2 frozen", static_cast<unsigned>(request.freeze));
   for (const Knob& knob : kKnobs)
-    if (std::string why = out_of(knob.name, request.*knob.value, knob.least, knob.most); !why.empty()) return why;
-  for (const auto& [name, value, most] : {std::tuple("probe_depth_mm", request.probe_depth_mm, kMostDepthMm),
-                                          std::tuple("probe_rotation_deg", request.probe_rotation_deg, kMostRotationDeg)}) {
+    if (std::string why = out_of(knob.name, request.*knob.value, knob.least, knob.most); !why.empty())
+      return why;
+  for (const auto& [name, value, most] :
+       {std::tuple("probe_depth_mm", request.probe_depth_mm, kMostDepthMm),
+        std::tuple("probe_rotation_deg", request.probe_rotation_deg, kMostRotationDeg)}) {
     if (std::string why = out_of(name, value, -most, most); !why.empty()) return why;
-    if (!std::isnan(value) && has_device_) return "a device moves the probe: disconnect it before using the stepper";
+    if (!std::isnan(value) && has_device_)
+      return "a device moves the probe: disconnect it before using the stepper";
   }
   return {};
 }

@@ -19,7 +19,8 @@ class ScannerConsole {
  public:
   /// `probe`: its device, where the scene has a probe; else null. Both outlive this. `publish`: sends to the clients
   /// what is in use.
-  ScannerConsole(const Scene& scene, SwitchedDevice* probe, std::function<void(const net::ScannerMessage&)> publish);
+  ScannerConsole(const Scene& scene, SwitchedDevice* probe,
+                 std::function<void(const net::ScannerMessage&)> publish);
 
   HandOver<ScannerSettings>::Reader& reader() { return settings_.reader; }  ///< ultrasound thread
 

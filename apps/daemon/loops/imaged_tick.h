@@ -13,7 +13,7 @@ namespace brachy {
 /// What an ultrasound image of a tick is made of, handed from the deformation thread to the ultrasound thread, which
 /// computes the field again from the landmarks: the simulator's own changes with every tick.
 struct ImagedTick {
-  /// With room for what `simulator` can have.
+  /// Has space for what `simulator` can have.
   ImagedTick(const Simulator& simulator, const MeshState& state)
       : most_landmarks(simulator.model()->max_landmarks()),
         instruments(state.needles.states),
@@ -29,10 +29,11 @@ struct ImagedTick {
   std::span<const Seed> seeds() const { return {slots.data(), seed_count}; }
 
   /// False, and nothing is worth publishing, where the tick's field is not that of its landmarks, or they are more than
-  /// this has room for. Real-time: no allocation.
+  /// this has space for. Real-time: no allocation.
   bool copy_from(const Simulator& simulator, const MeshState& state) noexcept {
     const LandmarkSet& from = simulator.landmarks();
-    if ((state.summary.step_flags & kStepSolveFailed) != 0 || from.positions.size() > most_landmarks) return false;
+    if ((state.summary.step_flags & kStepSolveFailed) != 0 || from.positions.size() > most_landmarks)
+      return false;
     run = state.summary.run;
     tick = state.summary.tick;
     landmarks.positions = from.positions;

@@ -13,7 +13,8 @@ namespace {
 /// The loop's state between periods.
 class UltrasoundRounds {
  public:
-  UltrasoundRounds(UltrasoundScanner& scanner, const UltrasoundPorts& ports) : scanner_(scanner), ports_(ports) {}
+  UltrasoundRounds(UltrasoundScanner& scanner, const UltrasoundPorts& ports)
+      : scanner_(scanner), ports_(ports) {}
 
   /// One period: images of the newest tick, where there is a newer one or something else is to be shown.
   void round(const ScannerSettings& settings, double period_s, std::uint64_t overruns) {
@@ -80,8 +81,9 @@ class UltrasoundRounds {
 
 }  // namespace
 
-void run_ultrasound_loop(const std::stop_token& stop, const Scene& scene, const std::vector<Structure>& structures,
-                         const RigidTransform& X_WR, const UltrasoundPorts& ports) {
+void run_ultrasound_loop(const std::stop_token& stop, const Scene& scene,
+                         const std::vector<Structure>& structures, const RigidTransform& X_WR,
+                         const UltrasoundPorts& ports) {
   const double period_s = 1 / scene.ultrasound.rate_hz;
   const std::int64_t period_ns = std::llround(1e9 * period_s);
   DeadlineTimer timer(period_ns, monotonic_ns() + period_ns);
@@ -94,7 +96,8 @@ void run_ultrasound_loop(const std::stop_token& stop, const Scene& scene, const 
     try {
       if (!scanner) {
         scanner = std::make_unique<UltrasoundScanner>(
-            scene, std::make_shared<const EchoMap>(structures, scene.ultrasound.surroundings, scene.ultrasound.seed),
+            scene,
+            std::make_shared<const EchoMap>(structures, scene.ultrasound.surroundings, scene.ultrasound.seed),
             X_WR);
         scanner->set(settings);
         rounds.emplace(*scanner, ports);

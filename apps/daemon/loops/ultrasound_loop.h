@@ -16,11 +16,11 @@ namespace brachy {
 
 /// Statistics of the ultrasound thread since start.
 struct UltrasoundStatistics {
-  Histogram image_ns;             ///< wall time of one new image, with its compression
-  Histogram field_ns;             ///< and of its field, once for all views
-  std::uint64_t images = 0;       ///< new ones
-  std::uint64_t held = 0;         ///< times the last one stood: its field is not certified, or was not solved
-  std::uint64_t overruns = 0;     ///< periods that passed while it was busy
+  Histogram image_ns;          ///< wall time of one new image, with its compression
+  Histogram field_ns;          ///< and of its field, once for all views
+  std::uint64_t images = 0;    ///< new ones
+  std::uint64_t held = 0;      ///< times the last one stood: its field is not certified, or was not solved
+  std::uint64_t overruns = 0;  ///< periods that passed while it was busy
 };
 
 /// Inputs and outputs of the ultrasound loop, for its thread only. All outlive the loop.
@@ -30,15 +30,16 @@ struct UltrasoundPorts {
   HandOver<ScannerSettings>::Reader& settings;
   std::array<HandOver<ScannedImage>::Writer*, UltrasoundScanner::kMostViews> images;
   HandOver<UltrasoundStatistics>::Writer& statistics;
-  std::function<void()> on_images;                    ///< something was published
+  std::function<void()> on_images;                         ///< something was published
   std::function<void(const std::string& why)> on_failure;  ///< there will be no images
 };
 
-/// Makes images at the scene's rate while somebody asks for them (ScannerSettings::demand), until `stop`. Where nobody does
-/// it wakes up and does nothing; its tables are made at the first demand. Beside the 200 Hz loop: it shares triple
+/// Makes images at the scene's rate while somebody asks for them (ScannerSettings::demand), until `stop`. Where nobody
+/// does it wakes up and does nothing; its tables are made at the first demand. Beside the 200 Hz loop: it shares triple
 /// buffers with it only.
 /// Threads: the ultrasound thread's whole life. Real-time: no, but no allocation for an image save what on_images does.
-void run_ultrasound_loop(const std::stop_token& stop, const Scene& scene, const std::vector<Structure>& structures,
-                         const RigidTransform& X_WR, const UltrasoundPorts& ports);
+void run_ultrasound_loop(const std::stop_token& stop, const Scene& scene,
+                         const std::vector<Structure>& structures, const RigidTransform& X_WR,
+                         const UltrasoundPorts& ports);
 
 }  // namespace brachy

@@ -80,7 +80,8 @@ RigidTransform UltrasoundScanner::probe_pose(const ImagedTick& tick) const noexc
   return has_pose ? tick.instruments.back().X_WN : stepper_.pose(X_WR_);
 }
 
-void UltrasoundScanner::write(View& view, const ImagedTick& newest, std::uint16_t flags, ScannedImage& out) noexcept {
+void UltrasoundScanner::write(View& view, const ImagedTick& newest, std::uint16_t flags,
+                              ScannedImage& out) noexcept {
   const ImagePlane& plane = view.imager->plane();
   net::ImageMessage& m = out.plain;
   m.array = view.array;

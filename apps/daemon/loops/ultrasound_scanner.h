@@ -23,7 +23,7 @@ struct ScannerSettings {
   UltrasoundSettings settings;  ///< array: of one view
   bool is_biplane = false;      ///< transverse and sagittal instead of settings.array
   bool is_frozen = false;
-  StepperPlace place;       ///< of a probe that no pose moves
+  StepperPlace place;         ///< of a probe that no pose moves
   std::uint64_t version = 0;  ///< of `settings` and is_biplane
   net::ImageDemand demand;
 };
@@ -58,8 +58,8 @@ class UltrasoundScanner {
 
   /// Computes the tick's field. `model`: of the newest run. False where that of the tick's run is not there: no image.
   bool take(const ImagedTick& tick, const ScannedModel& model);
-  /// The view's image of the tick taken last; where there is none the last one, marked as held. False: it has no image at
-  /// all yet. Sets the message but for `frozen`.
+  /// The view's image of the tick taken last; where there is none the last one, marked as held. False: it has no image
+  /// at all yet. Sets the message but for `frozen`.
   bool scan(const ImagedTick& tick, std::size_t view, ScannedImage& out) noexcept;
   /// Of the last scan of any view.
   ImageResult result() const { return result_; }

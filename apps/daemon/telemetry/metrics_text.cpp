@@ -66,8 +66,9 @@ void add_ultrasound(Exposition& out, const DaemonMetrics& m) {
   out.counter("brachy_images_total", static_cast<double>(u.images), "Ultrasound images made.");
   out.counter("brachy_images_held_total", static_cast<double>(u.held),
               "Times the last ultrasound image stood, because the field is not certified or was not solved.");
-  out.counter("brachy_images_dropped_total", static_cast<double>(m.images_dropped),
-              "Ultrasound images replaced by a newer one before a slow client received them, over all clients.");
+  out.counter(
+      "brachy_images_dropped_total", static_cast<double>(m.images_dropped),
+      "Ultrasound images replaced by a newer one before a slow client received them, over all clients.");
   out.counter("brachy_image_periods_missed_total", static_cast<double>(u.overruns),
               "Periods of the ultrasound thread that passed while it was busy.");
   out.histogram("brachy_image_seconds", u.image_ns, "Duration of one ultrasound image.");

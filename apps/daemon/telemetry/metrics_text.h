@@ -21,8 +21,8 @@ struct DaemonMetrics {
   const LoopStatistics& control;  ///< without ticks if there is no control thread
   const UltrasoundStatistics& ultrasound;
   std::uint64_t images_dropped = 0;
-  const Scene& scene;             ///< in use
-  net::StateMessage state;        ///< as Server::state
+  const Scene& scene;       ///< in use
+  net::StateMessage state;  ///< as Server::state
   net::Server::RoleCounts clients;
   std::size_t igtl_clients = 0;
   std::uint64_t connections_refused = 0, connections_shed = 0, wrong_tokens = 0, forces_replaced = 0;

@@ -67,9 +67,10 @@ std::string to_text(const DaemonSummary& s) {
                       ticks_of(s, Evaluation::kIdle), ticks_of(s, Evaluation::kDirect),
                       ticks_of(s, Evaluation::kMixed), ticks_of(s, Evaluation::kCondensed), s.simd);
   if (s.ultrasound.images + s.ultrasound.held > 0)
-    text += fmt::format("  ultrasound: {} images, {} held, {} periods missed; ms an image: {}; ms a field: {}\n",
-                        s.ultrasound.images, s.ultrasound.held, s.ultrasound.overruns,
-                        quantile_text(s.ultrasound.image_ns), quantile_text(s.ultrasound.field_ns));
+    text +=
+        fmt::format("  ultrasound: {} images, {} held, {} periods missed; ms an image: {}; ms a field: {}\n",
+                    s.ultrasound.images, s.ultrasound.held, s.ultrasound.overruns,
+                    quantile_text(s.ultrasound.image_ns), quantile_text(s.ultrasound.field_ns));
   text += to_text("ticks", loop.certificates);
   text += safety_text(s);
   text += seed_text(s);

@@ -579,8 +579,8 @@ def decode_scene(r: Reader) -> Scene:
 
 @dataclass
 class Image:
-    """An ultrasound image. `pixels`: height×width gray values (uint8), row 0 farthest from the probe. X_WI (4×4, mm) maps
-    (column · spacing, row · spacing, 0) to the world W."""
+    """An ultrasound image. `pixels`: height×width gray values (uint8), row 0 farthest from the probe. X_WI (4×4, mm)
+    maps (column · spacing, row · spacing, 0) to the world W."""
     array: int
     flags: ImageFlag
     sequence: int

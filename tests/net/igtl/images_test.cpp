@@ -33,7 +33,9 @@ struct IgtlImages : ServerFixture {
       return condition();
     });
   }
-  static std::uint8_t gray_of(const Received& image) { return std::to_integer<std::uint8_t>(image.content.back()); }
+  static std::uint8_t gray_of(const Received& image) {
+    return std::to_integer<std::uint8_t>(image.content.back());
+  }
 
   std::unique_ptr<IgtlServer> igtl;
 };

@@ -240,7 +240,8 @@ ImageMessage oblique_image() {
   image.width = 7;
   image.height = 5;
   image.spacing_mm = 0.25;
-  image.X_WI.R = (Eigen::AngleAxisd(0.4, Vec3(1, 2, -0.5).normalized()) * Eigen::AngleAxisd(2, Vec3::UnitY())).toRotationMatrix();
+  image.X_WI.R = (Eigen::AngleAxisd(0.4, Vec3(1, 2, -0.5).normalized()) * Eigen::AngleAxisd(2, Vec3::UnitY()))
+                     .toRotationMatrix();
   image.X_WI.p = Vec3(12.5, -31, 7.75);
   for (int i = 0; i < 35; ++i) image.data.push_back(static_cast<std::uint8_t>(7 * i));
   return image;
@@ -266,13 +267,16 @@ TEST(LibOpenIgtLink, ImagesAreTheSameBytesBothWays) {
   EXPECT_TRUE(same(packed(theirs), ours));
 }
 
-/// Where SlicerOpenIGTLink and PLUS put pixel (i, j): the message's place is that of the volume's middle, which one reader
-/// takes as (size − 1)/2 pixels from the first pixel's middle, another as size/2.
-Vec3 placed(const ::igtl::Matrix4x4& matrix, const float spacing[3], const int size[3], double from_size, int i, int j) {
+/// Where SlicerOpenIGTLink and PLUS put pixel (i, j): the message's place is that of the volume's middle, which one
+/// reader takes as (size − 1)/2 pixels from the first pixel's middle, another as size/2.
+Vec3 placed(const ::igtl::Matrix4x4& matrix, const float spacing[3], const int size[3], double from_size,
+            int i, int j) {
   Vec3 place(matrix[0][3], matrix[1][3], matrix[2][3]);
-  const double at[3] = {i - 0.5 * (size[0] - from_size), j - 0.5 * (size[1] - from_size), -0.5 * (size[2] - from_size)};
+  const double at[3] = {i - 0.5 * (size[0] - from_size), j - 0.5 * (size[1] - from_size),
+                        -0.5 * (size[2] - from_size)};
   for (int axis = 0; axis < 3; ++axis)
-    place += at[axis] * static_cast<double>(spacing[axis]) * Vec3(matrix[0][axis], matrix[1][axis], matrix[2][axis]);
+    place += at[axis] * static_cast<double>(spacing[axis]) *
+             Vec3(matrix[0][axis], matrix[1][axis], matrix[2][axis]);
   return place;
 }
 
