@@ -5,6 +5,7 @@
 #include <spdlog/spdlog.h>
 #include <sys/resource.h>
 
+#include <array>
 #include <cmath>
 #include <csignal>
 #include <future>
@@ -14,6 +15,7 @@
 #include <vector>
 
 #include "apps/daemon/control/controls.h"
+#include "apps/daemon/control/scanner_console.h"
 #include "apps/daemon/control/scene_reload.h"
 #include "apps/daemon/daemon_setup.h"
 #include "apps/daemon/forces/force_cycle.h"
@@ -22,6 +24,7 @@
 #include "apps/daemon/loops/deformation_loop.h"
 #include "apps/daemon/loops/simulation_runs.h"
 #include "apps/daemon/loops/snapshot_loop.h"
+#include "apps/daemon/loops/ultrasound_loop.h"
 #include "apps/daemon/network_log.h"
 #include "apps/daemon/recorded_session.h"
 #include "apps/daemon/scene_message.h"
@@ -36,6 +39,7 @@
 #include "core/scene/load_plan.h"
 #include "core/scene/load_simulation_model.h"
 #include "core/scene/load_structures.h"
+#include "core/scene/load_ultrasound.h"
 #include "net/broker/broker_options.h"
 #include "net/http/http_listener.h"
 #include "net/igtl/igtl_server.h"
@@ -69,14 +73,19 @@ void name_thread(const char* name) {
   pthread_setname_np(pthread_self(), name);
 }
 
+/// Behind the others where processors are short.
+void stand_back() {
+  constexpr int kNice = 5;
+  setpriority(PRIO_PROCESS, 0, kNice);  // on Linux, of the calling thread
+}
+
 /// The thread of TLS handshakes, which anybody can cause: where processors are short the others go first.
 std::unique_ptr<Worker> make_handshake_thread() {
-  constexpr int kNice = 5;
   auto thread = std::make_unique<Worker>();
   thread->post([] {
     name_thread("handshake");
     drop_capabilities();
-    setpriority(PRIO_PROCESS, 0, kNice);  // on Linux, of the calling thread
+    stand_back();
   });
   return thread;
 }
@@ -100,6 +109,7 @@ class Daemon::Impl {
         needle_count_(scene.instrument_count()),
         devices_(make_devices(scene, simulator().tissue(), needle_count_)),
         tick_forces_(TickForces(needle_count_)),
+        imaged_ticks_(ImagedTick(simulator(), simulator().initial_state())),
         events_(simulator().initial_state(),
                 plan_ ? plan_->seeds(scene.template_grid) : std::vector<PlannedSeed>(),
                 names_of(simulator().model()->organs)),
@@ -108,14 +118,20 @@ class Daemon::Impl {
         handshakes_(scene.server.has_tls() ? make_handshake_thread() : nullptr),
         server_(loop_.io(), own_server_options(), simulator().tissue(), handlers()),
         controls_(scene, devices_, runs_, server_, log_, session_ != nullptr),
+        X_WR_(resting_probe(scene, simulator().tissue())),
+        console_(scene, scene.probe.on ? add_stepper() : nullptr,
+                 [this](const net::ScannerMessage& message) { server_.publish(message); }),
         watch_(loop_, scene.period_s(),
                {[this] { forces_.update(monotonic_ns()); }, [this] { return telemetry_.status(); }}),
         reload_(loop_, worker_, controls_, watch_, options),
-        telemetry_(loop_, {loop_statistics_.reader, control_statistics_.reader, server_, runs_,
-                           std::as_const(forces_).link(), controls_, reload_, watch_,
-                           [this] { return igtl_ ? igtl_->client_count() : 0; }}) {
+        telemetry_(loop_,
+                   {loop_statistics_.reader, control_statistics_.reader, server_, runs_,
+                    std::as_const(forces_).link(), controls_, reload_, watch_,
+                    [this] { return igtl_ ? igtl_->client_count() : 0; }, ultrasound_statistics_.reader}) {
     spdlog::info("engine: {}, {} thread{}", to_string(simulator().simd_target()), scene.engine.threads,
                  scene.engine.threads == 1 ? "" : "s");
+    runs_.on_model = [this](std::uint64_t run, const auto& model) { publish_model(run, model); };
+    publish_model(0, simulator().model());
     server_.set_scene(make_scene_message(scene, plan_, structures_));
     if (scene.device.kind == "scripted" || options.play)
       if (const std::string refusal = controls_.play(scene.device.loop || options.play); !refusal.empty())
@@ -168,7 +184,7 @@ class Daemon::Impl {
       for (const auto& device : devices_) devices.push_back(device.get());
       run_deformation_loop(stop, runs_.in_use(),
                            {runs_.reader(), devices, states_.writer, tick_forces_.writer, seeds_.writer,
-                            loop_statistics_.writer});
+                            loop_statistics_.writer, has_ultrasound() ? &imaged_ticks_.writer : nullptr});
     });
     std::jthread control;
     if (options_.control_thread || scene_.realtime.control_thread)
@@ -195,6 +211,13 @@ class Daemon::Impl {
       summary.dose = run_dose_loop(stop, structures_, dose_settings(), std::move(surface), plan_to_come(), seeds_.reader,
                                    [&](net::DoseMessage message) { deliver_dose(std::move(message)); });
     });
+    std::jthread ultrasound;
+    if (has_ultrasound())
+      ultrasound = std::jthread([&](const std::stop_token& stop) {
+        name_thread("ultrasound");
+        stand_back();
+        run_ultrasound_loop(stop, scene_, structures_, X_WR_, ultrasound_ports());
+      });
     std::jthread broker;
     if (publisher_)
       broker = std::jthread([&](const std::stop_token& stop) {
@@ -210,7 +233,7 @@ class Daemon::Impl {
     summary.is_worker_busy = runs_.is_building() || reload_.is_running();
 
     // The deformation thread first: its last tick is then in the last snapshot.
-    for (std::jthread* thread : {&deformation, &snapshots, &dose, &control, &broker}) {
+    for (std::jthread* thread : {&deformation, &snapshots, &dose, &ultrasound, &control, &broker}) {
       thread->request_stop();
       if (thread->joinable()) thread->join();
     }
@@ -225,6 +248,7 @@ class Daemon::Impl {
 
  private:
   Simulator& simulator() { return runs_.in_use().simulator; }
+  bool has_ultrasound() const { return scene_.ultrasound.on; }
   NetworkDevice& network_device(std::size_t needle) { return devices_[needle]->network(); }
 
   /// Ends whatever the event loop waits for, so that run() returns. On the io thread.
@@ -246,6 +270,7 @@ class Daemon::Impl {
     if (publisher_) summary.broker = publisher_->statistics();
     summary.loop = telemetry_.loop();
     summary.control = telemetry_.control();
+    summary.ultrasound = telemetry_.ultrasound();
     summary.simd = to_string(simulator().simd_target());
     summary.evaluations = simulator().evaluation_counts();
     for (const auto& device : devices_) {
@@ -287,6 +312,10 @@ class Daemon::Impl {
     h.on_load = [this](const net::LoadMessage& message, const std::string& client) {
       return is_ending_ ? "the daemon is ending" : load(message, client);
     };
+    if (has_ultrasound())
+      h.on_scanner = [this](const net::ScannerMessage& message, const std::string&) {
+        return console_.execute(message);
+      };
     h.on_arm = [this](std::uint16_t needle, const std::string& client) {
       forces_.link().arm(needle, client);
     };
@@ -310,6 +339,7 @@ class Daemon::Impl {
     NetworkDevice& needle = network_device(device.needle);
     attached ? needle.attach() : needle.detach();
     if (is_ending_) return;  // the daemon disconnects it: no fault of the device
+    if (scene_.probe.on && device.needle == scene_.needle.count) console_.on_probe_device(attached);
     if (!device.takes_force) return;
     forces_.on_device(attached, device);
     if (attached) log_(negotiated_line(device, forces_.link().negotiated(device.needle)));
@@ -338,11 +368,12 @@ class Daemon::Impl {
   // On the snapshot thread. A seed is in the session's ledger before any client receives it.
   void deliver(std::shared_ptr<const MeshState> state) {
     if (session_) record(*state);
-    loop_.post([this, run = state->summary.run, seeds = state->seeds.count] {
+    loop_.post([this, run = state->summary.run, tick = state->summary.tick, seeds = state->seeds.count] {
       safety_.update();
       spdlog::default_logger_raw()->flush();  // what waits for the log's reader
       telemetry_.set_seed_count(seeds);
       controls_.on_snapshot(run);
+      if (has_ultrasound()) console_.update(image_demand(), tick);
       reload_.begin_if_requested();
     });
     for (net::EventMessage& event : events_.update(*state)) announce(std::move(event));
@@ -361,6 +392,44 @@ class Daemon::Impl {
   }
   void announce(net::EventMessage event) {
     loop_.post([this, event = std::move(event)] { server_.broadcast(event); });
+  }
+
+  // On the io thread.
+  SwitchedDevice* add_stepper() {
+    devices_.back()->add_stepper(X_WR_);
+    return devices_.back().get();
+  }
+  net::ImageDemand image_demand() const {
+    net::ImageDemand demand = server_.image_demand();
+    if (igtl_ && igtl_->wants_images()) demand.any = demand.plain = true;
+    return demand;
+  }
+  void publish_model(std::uint64_t run, const std::shared_ptr<const SimulationModel>& model) {
+    scanned_models_.writer.slot() = {run, model};
+    scanned_models_.writer.publish();
+  }
+  void deliver_images() {
+    for (auto& images : images_) {
+      if (!images.reader.update()) continue;
+      const ScannedImage& image = images.reader.value();
+      const auto body = [](const net::ImageMessage& m) {
+        return m.data.empty() ? nullptr : net::encoded_body(m);
+      };
+      server_.publish_image(image.plain.array, body(image.plain), body(image.packed));
+      if (igtl_ && igtl_->wants_images() && !image.plain.data.empty())
+        igtl_->publish_image(std::make_shared<const net::ImageMessage>(image.plain));
+    }
+  }
+  UltrasoundPorts ultrasound_ports() {
+    return {imaged_ticks_.reader,
+            scanned_models_.reader,
+            console_.reader(),
+            {&images_[0].writer, &images_[1].writer},
+            ultrasound_statistics_.writer,
+            [this] { loop_.post([this] { deliver_images(); }); },
+            [this](const std::string& why) {
+              loop_.post([this, why] { network_log_.info("no ultrasound images: " + why); });
+            }};
   }
 
   // On the dose thread.
@@ -398,7 +467,11 @@ class Daemon::Impl {
   HandOver<TickForces> tick_forces_;                      // to the io thread, as the next two
   HandOver<LoopStatistics> loop_statistics_;
   HandOver<LoopStatistics> control_statistics_;
-  TickEvents events_;  // snapshot thread
+  HandOver<ImagedTick> imaged_ticks_;                                         // to the ultrasound thread
+  HandOver<ScannedModel> scanned_models_;                                     // to it, from the io thread
+  std::array<HandOver<ScannedImage>, UltrasoundScanner::kMostViews> images_;  // from it, to the io thread
+  HandOver<UltrasoundStatistics> ultrasound_statistics_;                      // likewise
+  TickEvents events_;                                                         // snapshot thread
 
   // On the io thread.
   SignalWait end_signals_{loop_, {SIGINT, SIGTERM}};  // from construction on: a signal before run() is kept
@@ -419,6 +492,8 @@ class Daemon::Impl {
   std::optional<net::igtl::IgtlServer> igtl_;  // nullopt: off
   std::optional<net::Publisher> publisher_;    // nullopt: off; its run() has a thread of its own
   Controls controls_;
+  const RigidTransform X_WR_;  // the probe at rest
+  ScannerConsole console_;     // its reader the ultrasound thread
   ServiceWatch watch_;
   SceneReload reload_;
   Telemetry telemetry_;

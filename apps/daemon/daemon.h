@@ -16,6 +16,7 @@ namespace brachy {
 ///   deformation thread  200 Hz   devices → Simulator::step → triple buffers: the mesh; the forces; the seeds
 ///   snapshot thread      30 Hz   triple buffer → copy → session log, server
 ///   dose thread         200 Hz   dropped seeds → dose → server
+///   ultrasound thread    30 Hz   triple buffer → its own field → images → triple buffers, while clients ask for them
 ///   control thread      200 Hz   nothing, if enabled: its missed deadlines are the machine's
 ///   broker thread               messages → NATS server, where one is configured
 ///   worker              1        builds another simulator when an operator requests one; reads the scene again

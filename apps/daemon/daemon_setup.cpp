@@ -93,6 +93,8 @@ net::ServerOptions server_options(const Scene& scene, const DaemonOptions& optio
   s.topology_name = scene.name;
   s.deformation_hz = scene.rates.deformation_hz;
   s.snapshot_hz = scene.rates.snapshot_hz;
+  s.has_ultrasound = scene.ultrasound.on;
+  if (scene.probe.on) s.probe_needle = static_cast<std::uint16_t>(scene.needle.count);
   return s;
 }
 

@@ -68,6 +68,9 @@ class Simulator {
   /// body_frame().to_world(X + u(X)). Its certificate is the summary's. Valid until the next step.
   DisplacementField& field() { return *field_; }
   const BodyFrame& body_frame() const { return body_.frame(); }
+  /// The landmarks that make it, in the frame of the body. Where the summary has kStepSolveFailed the field is that of
+  /// an earlier tick.
+  const LandmarkSet& landmarks() const { return landmarks_; }
 
  private:
   void begin_contacts(std::span<const NeedlePose> poses) noexcept;

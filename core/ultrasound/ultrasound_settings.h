@@ -8,6 +8,8 @@ namespace brachy {
 /// A transrectal ultrasound scanner: array, beam, and what its console sets. Lengths in mm. Typical of a biplane
 /// endorectal probe for brachytherapy at 6 to 7 MHz; levels in dB are against the mean echo of the gland's speckle.
 struct UltrasoundSettings {
+  bool on = true;                    ///< the daemon makes images for clients that ask for them
+  double rate_hz = 30;               ///< of its images
   std::string array = "transverse";  ///< transverse, sagittal or end_fire (ImagePlane)
   double frequency_mhz = 6.5;        ///< of the pulse's middle
   double pulse_cycles = 2.5;         ///< the axial resolution is half of that many wavelengths

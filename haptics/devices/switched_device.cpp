@@ -31,7 +31,9 @@ bool SwitchedDevice::update(std::int64_t now_ns, NeedlePose& pose) {
     if (command.plays) script_->restart(command.loops);
     pose.present = pose.button = script_button_ = false;
   }
-  return commands_.reader.value().plays ? update_script(now_ns, pose) : network_.update(now_ns, pose);
+  if (commands_.reader.value().plays) return update_script(now_ns, pose);
+  if (stepper_ && stepper_->has_probe()) return stepper_->update(now_ns, pose);
+  return network_.update(now_ns, pose);
 }
 
 bool SwitchedDevice::update_script(std::int64_t now_ns, NeedlePose& pose) {

@@ -7,10 +7,12 @@
 #include "haptics/devices/device.h"
 #include "haptics/devices/network_device.h"
 #include "haptics/devices/scripted_device.h"
+#include "haptics/devices/stepped_probe.h"
 
 namespace brachy {
 
-/// A needle whose poses come from the network, or, while it plays, from a script.
+/// A needle whose poses come from the network, or, while it plays, from a script; the probe's may come from its
+/// stepper.
 ///
 /// Threads: play, stop and what network() offers belong to the io thread; update to the 200 Hz thread. They
 /// share triple buffers only.
@@ -20,6 +22,11 @@ class SwitchedDevice final : public Device {
  public:
   /// `script`: nullopt if this needle has none.
   SwitchedDevice(const PoseGuardSettings& guard, std::optional<ScriptedDevice> script);
+
+  /// Gives the probe a stepper, which rests at X_WR. Before the threads start.
+  void add_stepper(const RigidTransform& X_WR) { stepper_.emplace(X_WR); }
+  /// Null: it has none. Of it the io thread uses move_to, release and is_on; a script that plays has precedence.
+  SteppedProbe* stepper() { return stepper_ ? &*stepper_ : nullptr; }
 
   bool has_script() const { return script_.has_value(); }
 
@@ -42,6 +49,7 @@ class SwitchedDevice final : public Device {
 
   NetworkDevice network_;
   std::optional<ScriptedDevice> script_;
+  std::optional<SteppedProbe> stepper_;
   HandOver<Command> commands_;
   bool is_playing_ = false;     // io thread
   bool script_button_ = false;  // 200 Hz thread, as the next

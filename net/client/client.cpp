@@ -46,7 +46,7 @@ class Client::Impl final : public ConnectionListener, public std::enable_shared_
     connection_->start(shared_from_this());
     const auto flags = static_cast<std::uint16_t>(options_.evaluates_local_model ? kEvaluatesLocalModel : 0);
     send(HelloMessage{options_.role, options_.subscription, options_.limits, options_.name, options_.needle,
-                      flags, options_.token, "brachy " + version()});
+                      flags, options_.token, "brachy " + version(), options_.image_flags});
     on_timer();
   }
 

@@ -22,6 +22,7 @@ namespace brachy::net {
 struct ClientOptions {
   Role role = Role::kViewer;
   std::uint32_t subscription = 0;  ///< Subscription bits
+  std::uint16_t image_flags = 0;   ///< ImageRequestFlag bits (net/wire/image_pixels.h)
   DeviceLimits limits;
   std::uint16_t needle = kAnyNeedle;   ///< of a device: the one it asks for
   bool evaluates_local_model = false;  ///< a device that computes its force itself

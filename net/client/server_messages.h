@@ -29,13 +29,15 @@ struct MessageHandlers {
   Handler<ErrorMessage> on_error;
   Handler<DoseMessage> on_dose;
   Handler<SceneMessage> on_scene;
+  Handler<ImageMessage> on_image;             ///< its pixels: net/wire/image_pixels.h
+  Handler<ScannerMessage> on_scanner;         ///< what is set
   Handler<ForceMessage> on_force;             ///< of several at once only the last is current
   Handler<LocalModelMessage> on_local_model;  ///< likewise
 
   /// All of one message type: what is listed here is decoded and handed over.
   auto by_type() const {
     return std::tie(on_welcome, on_topology, on_frame, on_state, on_event, on_error, on_dose, on_scene,
-                    on_force, on_local_model);
+                    on_image, on_scanner, on_force, on_local_model);
   }
 };
 

@@ -1,5 +1,6 @@
 #include "net/igtl/codec.h"
 
+#include <array>
 #include <utility>
 
 #include "net/igtl/big_endian.h"
@@ -98,6 +99,35 @@ Bytes encode_tracking_answer(const Label& label) {
 Bytes encode_capability(const Label& label, std::span<const std::string_view> types) {
   Builder message("CAPABILITY", label, types.size() * kTypeBytes);
   for (const std::string_view type : types) put_name(message.bytes(), type, kTypeBytes);
+  return message.finish();
+}
+
+Bytes encode_image_answer(const Label& label) {
+  Builder message("RTS_IMAGE", label, 1);
+  message.bytes().push_back(std::byte{0});
+  return message.finish();
+}
+
+Bytes encode_image(const Label& label, const ImageMessage& image) {
+  constexpr std::size_t kImageHeaderBytes = 72;
+  constexpr std::uint16_t kVersion = 1;
+  constexpr auto kComponents = std::byte{1}, kUint8 = std::byte{3}, kBigEndian = std::byte{1},
+                 kRas = std::byte{1};
+  Builder message("IMAGE", label, kImageHeaderBytes + image.data.size());
+  Bytes& out = message.bytes();
+  put(out, kVersion);
+  out.insert(out.end(), {kComponents, kUint8, kBigEndian, kRas});
+  const std::array<std::uint16_t, 3> size = {image.width, image.height, 1};
+  for (const std::uint16_t side : size) put(out, side);
+  RigidTransform matrix;
+  matrix.R = image.spacing_mm * image.X_WI.R;
+  matrix.p = image.X_WI *
+             Vec3(0.5 * image.spacing_mm * (image.width - 1), 0.5 * image.spacing_mm * (image.height - 1), 0);
+  put_transform(out, matrix);
+  for (int offset = 0; offset < 3; ++offset) put(out, std::uint16_t{0});
+  for (const std::uint16_t side : size) put(out, side);
+  const auto pixels = std::as_bytes(std::span(image.data));
+  out.insert(out.end(), pixels.begin(), pixels.end());
   return message.finish();
 }
 

@@ -8,6 +8,7 @@
 #include "core/geometry/surface/surface_mesh.h"
 #include "net/igtl/messages.h"
 #include "net/wire/byte_io.h"
+#include "net/wire/messages.h"
 
 /// Messages to bytes and back: pure functions, no socket, no clock, any thread. Decoding takes untrusted input.
 namespace brachy::net::igtl {
@@ -23,6 +24,12 @@ Bytes encode_tracking(const Label& label, std::span<const TrackedTool> tools);
 /// RTS_TDATA, the answer to STT_TDATA and STP_TDATA: done.
 Bytes encode_tracking_answer(const Label& label);
 Bytes encode_capability(const Label& label, std::span<const std::string_view> types);
+
+/// RTS_IMAGE, the answer to STT_IMAGE and STP_IMAGE: done.
+Bytes encode_image_answer(const Label& label);
+/// One slice of 8-bit scalars in RAS, its matrix as the protocol has it: the axes times the spacing of pixels, which is
+/// the slice's thickness too, and the place of the slice's middle. Precondition: the pixels are not compressed.
+Bytes encode_image(const Label& label, const ImageMessage& image);
 
 /// The polygons of a POLYDATA, encoded once: they do not change.
 Bytes encode_triangles(std::span<const Triangle> triangles);

@@ -73,6 +73,17 @@ class IgtlServer::Impl : public std::enable_shared_from_this<IgtlServer::Impl> {
     for (const auto& session : sessions()) session->offer(transforms, surface);
   }
 
+  void publish_image(std::shared_ptr<const ImageMessage> image) {
+    if (is_stopped_) return;
+    const ScannerArray array = image->array;
+    const std::int64_t age_ns = image->publish_ns != 0 ? monotonic_ns() - image->publish_ns : 0;
+    images_.update(std::move(image), utc_ns() - age_ns);
+    for (const auto& session : sessions()) session->offer_image(array);
+  }
+  bool wants_images() const {
+    return std::ranges::any_of(sessions_, [](const auto& entry) { return entry.second->wants_images(); });
+  }
+
   void stop() {
     if (is_stopped_) return;
     is_stopped_ = true;
@@ -121,6 +132,7 @@ class IgtlServer::Impl : public std::enable_shared_from_this<IgtlServer::Impl> {
     IgtlSession::Environment environment{
         server_,
         messages_,
+        images_,
         options_.first_message_wait,
         [this](const IgtlSession& session, const std::string& reason) { on_closed(session, reason); },
         [this] { ++messages_dropped_; },
@@ -163,6 +175,7 @@ class IgtlServer::Impl : public std::enable_shared_from_this<IgtlServer::Impl> {
   Server& server_;
   const Log log_;
   SnapshotMessages messages_;
+  ImageMessages images_;
   const std::string address_;
   const std::shared_ptr<Acceptor> acceptor_;
   asio::steady_timer timer_;
@@ -195,6 +208,13 @@ std::uint16_t IgtlServer::port() const {
 void IgtlServer::publish(std::shared_ptr<const MeshState> state) {
   asio::post(impl_->io(),
              [impl = impl_, state = std::move(state)]() mutable { impl->publish(std::move(state)); });
+}
+
+void IgtlServer::publish_image(std::shared_ptr<const ImageMessage> image) {
+  impl_->publish_image(std::move(image));
+}
+bool IgtlServer::wants_images() const {
+  return impl_->wants_images();
 }
 
 std::size_t IgtlServer::client_count() const {

@@ -15,8 +15,9 @@ class io_context;
 }
 
 namespace brachy::net {
+struct ImageMessage;
 class Server;
-}
+}  // namespace brachy::net
 
 namespace brachy::net::igtl {
 
@@ -57,6 +58,10 @@ class IgtlServer {
 
   /// A new snapshot for every client; `state` must not change any more.
   void publish(std::shared_ptr<const MeshState> state);
+
+  /// A newer ultrasound image, uncompressed, for the clients that asked for such.
+  void publish_image(std::shared_ptr<const ImageMessage> image);
+  bool wants_images() const;  ///< a client asked for them
 
   std::size_t client_count() const;        ///< connected and not being closed
   std::uint64_t surfaces_encoded() const;  ///< since start: once a snapshot and header version at most

@@ -13,9 +13,12 @@ namespace brachy::net::igtl {
 namespace {
 
 constexpr std::uint16_t kNewestSent = 2;
-constexpr std::size_t kMaxAnswers = 16;  // waiting; further queries are ignored
-constexpr std::array<std::string_view, 7> kCapabilities = {
-    "TRANSFORM", "GET_TRANS", "GET_POLYDATA", "GET_STATUS", "GET_CAPABIL", "STT_TDATA", "STP_TDATA"};
+constexpr std::size_t kMaxAnswers = 16;                // waiting; further queries are ignored
+constexpr std::int64_t kFirstImageNs = 5'000'000'000;  // the scanner may have to start
+constexpr std::int64_t kImageAgeNs = 1'000'000'000;    // an older one is not sent to whoever asks for one
+constexpr std::array<std::string_view, 10> kCapabilities = {
+    "TRANSFORM", "GET_TRANS", "GET_POLYDATA", "GET_STATUS", "GET_CAPABIL",
+    "STT_TDATA", "STP_TDATA", "GET_IMAGE",    "STT_IMAGE",  "STP_IMAGE"};
 
 }  // namespace
 
@@ -113,6 +116,12 @@ void IgtlSession::handle_query(const MessageParser::Message& message) {
     tracking_period_s_.reset();
     tracking_pending_ = false;
     answer(encode_tracking_answer(label(query.device)));
+  } else if (query.type == "GET_IMAGE") {
+    answer_image(query);
+  } else if (query.type == "STT_IMAGE" || query.type == "STP_IMAGE") {
+    streams_images_ = query.type == "STT_IMAGE";
+    images_pending_.clear();
+    answer(encode_image_answer(label(query.device)));
   } else {
     answer_transform(query);
   }
@@ -133,6 +142,28 @@ void IgtlSession::answer_transform(const Header& query) {
   const std::string asked = query.device.empty() ? "the needle" : query.device;
   answer(encode_status(label(query.device), {StatusCode::kNotPresent, 0, "NoTransform",
                                              "there is no transform of " + asked + " now"}));
+}
+
+/// The newest image where it is of now, else the next one.
+void IgtlSession::answer_image(const Header& query) {
+  for (const ScannerArray array : environment_.images.arrays()) {
+    const auto image = environment_.images.newest(array);
+    const bool is_new = (image->flags & kImageFrozen) != 0 || now_ns_ - image->publish_ns < kImageAgeNs;
+    if (!is_image_of(query.device, array) || !is_new) continue;
+    images_pending_.insert(array);
+    return write_next();
+  }
+  asked_image_ = query.device;
+  asked_image_ns_ = now_ns_;
+}
+
+void IgtlSession::offer_image(ScannerArray array) {
+  if (is_closing()) return;
+  const bool is_asked = asked_image_ && is_image_of(*asked_image_, array);
+  if (is_asked) asked_image_.reset();
+  if (!is_asked && !streams_images_) return;
+  images_pending_.insert(array);
+  write_next();
 }
 
 void IgtlSession::handle_transform(const MessageParser::Message& message) {
@@ -241,6 +272,15 @@ void IgtlSession::write_next() {
     return write(std::move(next), nullptr);
   }
   if (phase_ == Phase::kClosing) return connection_->shutdown_send();
+  const bool is_image_turn =
+      !std::exchange(was_image_, false) || !(tracking_pending_ || transforms_pending_ || surface_pending_);
+  if (is_image_turn && !images_pending_.empty()) {
+    was_image_ = true;
+    auto next = images_pending_.upper_bound(last_image_);  // of several arrays' each in turn
+    if (next == images_pending_.end()) next = images_pending_.begin();
+    const ScannerArray array = last_image_ = images_pending_.extract(next).value();
+    return write({}, environment_.images.encoded(array, version_));
+  }
   SnapshotMessages& messages = environment_.messages;
   if (!messages.state()) return;
   const bool is_others_turn = was_surface_ || !surface_pending_;
@@ -288,6 +328,10 @@ void IgtlSession::check_time(std::int64_t now_ns) {
   if (is_closing()) return;
   if (wish_ == Wish::kNotKnown && now_ns - opened_ns_ >= in_ns(environment_.first_message_wait))
     begin_stream();
+  if (asked_image_ && now_ns - asked_image_ns_ >= kFirstImageNs) {
+    report({StatusCode::kNotPresent, 0, "NoImage", "there is no ultrasound image now"});
+    asked_image_.reset();
+  }
   // Some trackers only send. They may leave what they are sent unread: it is one message.
   const std::int64_t alive_ns = std::max(connection_->last_progress_ns(), now_ns_);
   if (writing_ && now_ns - alive_ns >= in_ns(options_.stall_timeout)) return abort("does not read");

@@ -4,9 +4,12 @@
 #include <deque>
 #include <functional>
 #include <memory>
+#include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
+#include "net/igtl/image_messages.h"
 #include "net/igtl/message_parser.h"
 #include "net/igtl/snapshot_messages.h"
 #include "net/server/server.h"
@@ -23,6 +26,7 @@ class IgtlSession final : public ConnectionListener, public std::enable_shared_f
   struct Environment {
     Server& server;
     SnapshotMessages& messages;
+    ImageMessages& images;
     std::chrono::milliseconds first_message_wait;
     std::function<void(const IgtlSession&, const std::string& reason)> on_closed;  ///< last call
     std::function<void()> on_dropped;  ///< a message of this client was dropped
@@ -36,6 +40,10 @@ class IgtlSession final : public ConnectionListener, public std::enable_shared_f
   void start() { connection_->start(shared_from_this()); }
   /// There is a newer snapshot; `transforms`, `surface`: it is time to send these.
   void offer(bool transforms, bool surface);
+  /// There is a newer image of this array.
+  void offer_image(ScannerArray array);
+  /// It asked for ultrasound images, and has not got them all.
+  bool wants_images() const { return !is_closing() && (streams_images_ || asked_image_); }
   /// Timeouts; to be called every 100 ms or so.
   void check_time(std::int64_t now_ns);
   /// Sends the STATUS, then ends within drain_timeout.
@@ -65,6 +73,7 @@ class IgtlSession final : public ConnectionListener, public std::enable_shared_f
   void handle_transform(const MessageParser::Message& message);
   void handle_query(const MessageParser::Message& message);
   void answer_transform(const Header& query);
+  void answer_image(const Header& query);
   Held* find_held(std::uint16_t needle);  ///< null: it does not hold this needle
   Held* attach(std::uint16_t needle, const std::string& device);
   bool is_tracking_due();
@@ -100,6 +109,12 @@ class IgtlSession final : public ConnectionListener, public std::enable_shared_f
 
   std::deque<Bytes> answers_;
   bool transforms_pending_ = false, surface_pending_ = false, tracking_pending_ = false;
+  bool streams_images_ = false;             // STT_IMAGE
+  std::optional<std::string> asked_image_;  // the device that a GET_IMAGE named, which waits for its image
+  std::int64_t asked_image_ns_ = 0;
+  std::set<ScannerArray> images_pending_;
+  ScannerArray last_image_{};
+  bool was_image_ = false;    // written last: the others' turn
   bool was_surface_ = false;  // written last: the others' turn
   std::optional<double> tracking_period_s_;
   double tracking_due_s_ = 0;  // simulation time

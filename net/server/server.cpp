@@ -115,6 +115,35 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
       if (session->wants_mesh()) session->offer(MessageType::kDose, dose_body_);
   }
 
+  ImageDemand image_demand() const {
+    ImageDemand demand;
+    for (const auto& [id, session] : sessions_) {
+      if (!session->is_open() || !session->wants_images()) continue;
+      demand.any = true;
+      (session->takes_packed_images() ? demand.packed : demand.plain) = true;
+    }
+    return demand;
+  }
+
+  void publish_image(ScannerArray array, std::shared_ptr<const Bytes> plain,
+                     std::shared_ptr<const Bytes> packed) {
+    images_[array] = {std::move(plain), std::move(packed)};
+    for (const auto& session : sessions()) offer_image(*session, array);
+  }
+
+  void publish(const ScannerMessage& scanner) {
+    scanner_body_ = encoded_body(scanner);
+    for (const auto& session : sessions())
+      if (session->wants_scanner()) session->offer(MessageType::kScanner, scanner_body_);
+  }
+
+  std::uint64_t images_dropped() const {
+    std::uint64_t dropped = images_dropped_of_left_;
+    for (const auto& [id, session] : sessions_)
+      if (!session->is_closing()) dropped += session->images_dropped();
+    return dropped;
+  }
+
   void stop() {
     if (is_stopped_) return;
     is_stopped_ = true;
@@ -238,6 +267,14 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
     if (!handlers_.on_load) return "this server loads no needles";
     return handlers_.on_load(load, session.name() + " (" + session.address() + ")");
   }
+  std::string on_scanner(const Session& session, const ScannerMessage& scanner) override {
+    if (!handlers_.on_scanner) return "this server has no ultrasound scanner";
+    return handlers_.on_scanner(scanner, session.name() + " (" + session.address() + ")");
+  }
+  std::shared_ptr<const Bytes> scanner_body() override { return scanner_body_; }
+  void offer_images(Session& session) override {
+    for (const auto& [array, image] : images_) offer_image(session, array);
+  }
   void count_refusal(const PoseVerdict& verdict) override { poses_.refuse(verdict.code, verdict.text); }
 
   StateMessage common_state() override {
@@ -258,6 +295,7 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
     const std::uint64_t dropped = session.snapshots_dropped();
     dropped_of_left_ += dropped;
     events_dropped_of_left_ += session.events_dropped();
+    images_dropped_of_left_ += session.images_dropped();
     log("client " + std::to_string(session.id()) + " '" + session.name() + "' from " + session.address() +
         " left: " + reason + (dropped ? "; " + std::to_string(dropped) + " snapshots dropped" : ""));
     release_needle_of(session, reason);
@@ -319,6 +357,14 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
     std::vector<std::shared_ptr<Session>> all;
     for (const auto& [id, session] : sessions_) all.push_back(session);
     return all;
+  }
+
+  /// The array's newest image, in the form that the client takes; nothing where it was not made.
+  void offer_image(Session& session, ScannerArray array) {
+    const auto& [plain, packed] = images_[array];
+    if (const auto& body = packed && session.takes_packed_images() ? packed : plain;
+        body && session.wants_images())
+      session.offer_image(array, body);
   }
 
   /// Null: the needle has no network device.
@@ -400,8 +446,11 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
   ServerHandlers handlers_;
   const std::uint64_t topology_hash_, surface_hash_;
   const std::shared_ptr<const Bytes> topology_body_, surface_body_;
-  std::shared_ptr<const Bytes> scene_body_;  // null: not set
-  std::shared_ptr<const Bytes> dose_body_;   // null: none yet
+  std::shared_ptr<const Bytes> scene_body_;    // null: not set
+  std::shared_ptr<const Bytes> dose_body_;     // null: none yet
+  std::shared_ptr<const Bytes> scanner_body_;  // likewise
+  std::map<ScannerArray, std::pair<std::shared_ptr<const Bytes>, std::shared_ptr<const Bytes>>>
+      images_;  // the newest: plain, packed
   FrameCache frames_;
   Gate gate_;
   const std::shared_ptr<HandshakeTurns> handshakes_;
@@ -415,6 +464,7 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
   std::uint64_t forces_replaced_ = 0;
   std::uint64_t dropped_of_left_ = 0;  // snapshots, for sessions that ended
   std::uint64_t events_dropped_of_left_ = 0;
+  std::uint64_t images_dropped_of_left_ = 0;
   NoticeQueue device_notices_{
       kDeviceNoticesPerS, kDeviceNoticesBurst, [this](EventMessage event, std::uint64_t count) {
         if (count > 1) event.text += "; " + std::to_string(count - 1) + " notices before it left out";
@@ -480,6 +530,20 @@ void Server::broadcast(const EventMessage& event) {
 void Server::publish(const DoseMessage& dose) {
   impl_->publish(dose);
 }
+ImageDemand Server::image_demand() const {
+  return impl_->image_demand();
+}
+void Server::publish_image(ScannerArray array, std::shared_ptr<const Bytes> plain,
+                           std::shared_ptr<const Bytes> packed) {
+  impl_->publish_image(array, std::move(plain), std::move(packed));
+}
+void Server::publish(const ScannerMessage& scanner) {
+  impl_->publish(scanner);
+}
+std::uint64_t Server::images_dropped() const {
+  return impl_->images_dropped();
+}
+
 void Server::set_scene(const SceneMessage& scene) {
   impl_->set_scene(scene);
 }

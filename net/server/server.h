@@ -74,6 +74,17 @@ class Server {
   /// Sent to every client that subscribes to the scene from now on.
   void set_scene(const SceneMessage& scene);
 
+  /// What the clients subscribed to ultrasound are to get.
+  ImageDemand image_demand() const;
+  /// A newer image of its array, to every client subscribed to ultrasound, now or when it connects. `packed`: the same
+  /// with compressed pixels, for those that take them. Either may be null where image_demand() says that nobody wants
+  /// it.
+  void publish_image(ScannerArray array, std::shared_ptr<const Bytes> plain,
+                     std::shared_ptr<const Bytes> packed);
+  /// What is set at the scanner, to the same clients.
+  void publish(const ScannerMessage& scanner);
+  std::uint64_t images_dropped() const;  ///< replaced by newer ones, over all clients since start
+
   /// Sends a STATE to every client, now.
   void broadcast_state();
 

@@ -42,8 +42,19 @@ struct ServerOptions {
       devices_at;  ///< where devices and operators connect, as text; not empty: this server is view-only
   std::string server_name = "brachyd 0.1.0";  ///< sent in WELCOME
   std::string topology_name = "tissue";
+  bool has_ultrasound = false;              ///< grants kSubscribeUltrasound
+  std::uint16_t probe_needle = kAnyNeedle;  ///< whose device may send SCANNER; none: operators alone
   double deformation_hz = 200;
   double snapshot_hz = 30;
+};
+
+/// What subscribed clients are to get, at present.
+struct ImageDemand {
+  bool any = false;     ///< somebody subscribed
+  bool packed = false;  ///< somebody of them takes compressed pixels
+  bool plain = false;   ///< somebody does not
+
+  bool operator==(const ImageDemand&) const = default;
 };
 
 /// The verdict on a pose. Codes below 0xFF00 are the daemon's; the text goes to the sender and into STATE.
@@ -78,6 +89,8 @@ struct ServerHandlers {
   /// A request of an operator; returns "" where it is or will be done, else the reason why not.
   std::function<std::string(const ControlMessage&, const std::string& sender)> on_control;
   std::function<std::string(const LoadMessage&, const std::string& sender)> on_load;  ///< the same
+  /// A request to the scanner; returns "" where it is or will be done, else the reason why not.
+  std::function<std::string(const ScannerMessage&, const std::string& sender)> on_scanner;
   std::function<StateMessage()> state;  ///< the simulation's part of STATE; the server adds its own counts
   std::function<void(const std::string&)> log;  ///< one line, no line end
 };

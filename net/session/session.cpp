@@ -95,6 +95,8 @@ void Session::handle(const MessageParser::Message& message) {
       return handle_load(message);
     case MessageType::kControl:
       return handle_control(message);
+    case MessageType::kScanner:
+      return handle_scanner(message);
     case MessageType::kState:
       if (!message.body.empty()) {
         return fail(ErrorCode::kProtocol, "a STATE from a client must be empty", message.header.sequence);
@@ -120,7 +122,7 @@ void Session::handle_hello(const MessageParser::Message& message) {
   if (!decode(message, hello)) return;
   constexpr std::uint32_t kGranted =
       kSubscribeFullFrames | kSubscribePoseHistory | kSubscribeSurface | kSubscribeNoMesh | kSubscribeScene;
-  hello.subscription &= kGranted;
+  hello.subscription &= options_.has_ultrasound ? kGranted | kSubscribeUltrasound : kGranted;
   hello_ = hello;
   hello_.token.reset();
   WelcomeMessage welcome;
@@ -144,6 +146,10 @@ void Session::handle_hello(const MessageParser::Message& message) {
     send(MessageType::kTopology, host_.topology_body((hello_.subscription & kSubscribeSurface) != 0));
   if (auto scene = host_.scene_body(); scene && (hello_.subscription & kSubscribeScene))
     send(MessageType::kScene, std::move(scene));
+  if (wants_scanner()) {
+    if (auto scanner = host_.scanner_body()) send(MessageType::kScanner, std::move(scanner));
+    host_.offer_images(*this);
+  }
   if (!wants_mesh()) return;
   if (auto dose = host_.dose_body()) send(MessageType::kDose, std::move(dose));
   if (host_.has_snapshot()) offer_snapshot();
@@ -259,6 +265,23 @@ void Session::handle_load(const MessageParser::Message& message) {
   if (const std::string why = host_.on_load(*this, load); !why.empty()) refuse(ErrorCode::kLoadRefused, why);
 }
 
+void Session::handle_scanner(const MessageParser::Message& message) {
+  ScannerMessage scanner;
+  if (!decode(message, scanner)) return;
+  const std::uint64_t sequence = message.header.sequence;
+  const auto refuse = [&](ErrorCode code, const std::string& why) {
+    send_message(ErrorMessage{code, false, 0, sequence, why});
+  };
+  const bool is_probe = hello_.role == Role::kDevice && needle_ == options_.probe_needle;
+  if (hello_.role != Role::kOperator && !is_probe)
+    return refuse(ErrorCode::kNotOperator,
+                  "only a client with the role operator, or the probe's device, may send SCANNER");
+  if (!scanner_requests_.pass(last_message_ns_))
+    return refuse(ErrorCode::kScannerRefused, "more than 30 SCANNERs a second");
+  if (const std::string why = host_.on_scanner(*this, scanner); !why.empty())
+    refuse(ErrorCode::kScannerRefused, why);
+}
+
 // --- out ---
 
 template <class M>
@@ -319,6 +342,26 @@ void Session::offer_snapshot() {
   write_next();
 }
 
+void Session::offer_image(ScannerArray array, std::shared_ptr<const Bytes> body) {
+  const auto index = static_cast<std::size_t>(array);
+  if (!is_open() || !wants_images() || index >= kArrays) return;
+  if (waiting_images_[index]) ++images_dropped_;
+  waiting_images_[index] = std::move(body);
+  write_next();
+}
+
+bool Session::has_image() const {
+  return std::ranges::any_of(waiting_images_, [](const auto& body) { return body != nullptr; });
+}
+
+/// Of several arrays' each in turn.
+void Session::write_image() {
+  while (!waiting_images_[next_image_]) next_image_ = (next_image_ + 1) % kArrays;
+  auto body = std::exchange(waiting_images_[next_image_], nullptr);
+  next_image_ = (next_image_ + 1) % kArrays;
+  write(MessageType::kImage, std::move(body));
+}
+
 bool Session::send_newest(MessageType type, std::shared_ptr<const Bytes> body) {
   if (!is_open()) return false;
   auto& waiting = type == MessageType::kForce ? waiting_force_ : waiting_model_;
@@ -333,7 +376,7 @@ bool Session::send_newest(MessageType type, std::shared_ptr<const Bytes> body) {
 bool Session::write_newest() {
   if (!is_open() || (!waiting_force_ && !waiting_model_)) return false;
   const bool was_newest = last_written_ == MessageType::kForce || last_written_ == MessageType::kLocalModel;
-  if (was_newest && (!queue_.empty() || snapshot_pending_)) return false;
+  if (was_newest && (!queue_.empty() || snapshot_pending_ || has_image())) return false;
   if (connection_->unsent_bytes() > 0) return false;  // it would become outdated in the socket's buffer
   const bool is_force = waiting_force_ && (!waiting_model_ || last_written_ == MessageType::kLocalModel);
   if (is_force) {
@@ -352,7 +395,11 @@ void Session::write_next() {
     return write(next.type, next.body);
   }
   if (phase_ == Phase::kClosing) return connection_->shutdown_send();
-  if (!snapshot_pending_) return;
+  if (has_image() && !(snapshot_pending_ && last_written_ == MessageType::kImage)) return write_image();
+  if (snapshot_pending_) write_frame();
+}
+
+void Session::write_frame() {
   const bool full = !sent_tick_ || (hello_.subscription & kSubscribeFullFrames);
   const bool history = hello_.subscription & kSubscribePoseHistory;
   const bool surface = hello_.subscription & kSubscribeSurface;
@@ -435,6 +482,7 @@ void Session::fail(ErrorCode code, const std::string& text, std::uint64_t about_
   closing_ns_ = monotonic_ns();
   queue_.clear();
   waiting_force_ = waiting_model_ = nullptr;
+  waiting_images_.fill(nullptr);
   queue_.push_back({MessageType::kError, encoded_body(ErrorMessage{code, true, 0, about_sequence, text})});
   write_next();
   host_.on_ending(*this, text);

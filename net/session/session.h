@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <deque>
 #include <memory>
@@ -39,6 +40,9 @@ class SessionHost {
   /// "" where it is or will be done, else the reason why not.
   virtual std::string on_control(const Session& session, const ControlMessage& control) = 0;
   virtual std::string on_load(const Session& session, const LoadMessage& load) = 0;  ///< the same
+  virtual std::string on_scanner(const Session& session, const ScannerMessage& scanner) = 0;
+  virtual std::shared_ptr<const Bytes> scanner_body() = 0;  ///< what is in use; null: not known yet
+  virtual void offer_images(Session& session) = 0;          ///< the newest of each array
   virtual void count_refusal(const PoseVerdict& verdict) = 0;
   virtual StateMessage common_state() = 0;
   /// The session ends; once, before on_closed(). If it failed, a last ERROR is still being sent, and nothing else any
@@ -68,6 +72,8 @@ class Session final : public ConnectionListener, public std::enable_shared_from_
   bool send_newest(MessageType type, std::shared_ptr<const Bytes> body);
   /// Announces a newer snapshot: one still pending is dropped and counted.
   void offer_snapshot();
+  /// The newest IMAGE of an array: one of it that still waits is dropped and counted.
+  void offer_image(ScannerArray array, std::shared_ptr<const Bytes> body);
   /// The simulation was reset: the client's mesh is outdated, and the next FRAME is full.
   void forget_mesh() { sent_tick_.reset(); }
   void send_state(const StateMessage& common);
@@ -87,8 +93,12 @@ class Session final : public ConnectionListener, public std::enable_shared_from_
   bool is_open() const { return phase_ == Phase::kOpen; }
   const HelloMessage& hello() const { return hello_; }  ///< once open; without its token
   bool wants_mesh() const { return (hello_.subscription & kSubscribeNoMesh) == 0; }
+  bool wants_scanner() const { return (hello_.subscription & kSubscribeUltrasound) != 0; }
+  bool wants_images() const { return wants_scanner() && (hello_.image_flags & kScannerOnly) == 0; }
+  bool takes_packed_images() const { return (hello_.image_flags & kTakesZlib) != 0; }
   std::uint16_t needle() const { return needle_; }  ///< granted; kAnyNeedle: none
   std::uint64_t snapshots_dropped() const { return snapshots_dropped_; }
+  std::uint64_t images_dropped() const { return images_dropped_; }
   std::uint64_t events_dropped() const { return events_dropped_; }
   const RoundTrip& round_trip() const { return round_trip_; }
 
@@ -114,6 +124,7 @@ class Session final : public ConnectionListener, public std::enable_shared_from_
   void handle_drop(const MessageParser::Message& message);
   void handle_control(const MessageParser::Message& message);
   void handle_load(const MessageParser::Message& message);
+  void handle_scanner(const MessageParser::Message& message);
   void ping(std::int64_t now_ns);
   bool write_newest();
   void refuse_pose(const PoseVerdict& verdict, ErrorCode code, std::uint64_t about_sequence,
@@ -124,6 +135,9 @@ class Session final : public ConnectionListener, public std::enable_shared_from_
   void send_message(const M& message);
   void end(const std::string& reason);
   void drop_excess_event();
+  bool has_image() const;
+  void write_image();
+  void write_frame();
   void write_next();
   void write(MessageType type, std::shared_ptr<const Bytes> body);
 
@@ -149,11 +163,15 @@ class Session final : public ConnectionListener, public std::enable_shared_from_
   RateLimit arms_{10, 10};
   RateLimit drops_{100, 100};
   RateLimit controls_{10, 10};
+  RateLimit scanner_requests_{30, 30};
 
   std::uint16_t needle_ = kAnyNeedle;
   RoundTrip round_trip_;  // of a device
   std::deque<Outgoing> queue_;
-  std::shared_ptr<const Bytes> waiting_force_, waiting_model_;  // null: none
+  std::shared_ptr<const Bytes> waiting_force_, waiting_model_;        // null: none
+  static constexpr std::size_t kArrays = 4;                           // ScannerArray of an image
+  std::array<std::shared_ptr<const Bytes>, kArrays> waiting_images_;  // null: none
+  std::size_t next_image_ = 0;                                        // whose turn it is
   MessageType last_written_{};
   bool writing_ = false;
   bool snapshot_pending_ = false;
@@ -161,6 +179,7 @@ class Session final : public ConnectionListener, public std::enable_shared_from_
   std::uint64_t sent_sequence_ = 0;
   std::uint64_t snapshots_sent_ = 0;
   std::uint64_t snapshots_dropped_ = 0;
+  std::uint64_t images_dropped_ = 0;
   std::uint64_t events_dropped_ = 0;
   std::uint64_t ping_nonce_ = 0;
 };

@@ -9,6 +9,7 @@ constexpr std::uint16_t kDeviceSection = 1;  // of HELLO and of WELCOME
 constexpr std::uint16_t kLimitsSection = 2;  // of WELCOME
 constexpr std::uint16_t kTokenSection = 2;   // of HELLO
 constexpr std::uint16_t kSoftwareSection = 3;
+constexpr std::uint16_t kImagesSection = 4;
 constexpr std::uint16_t kSafetySection = 1;  // of STATE
 constexpr std::uint16_t kControlsSection = 2;
 constexpr std::uint16_t kDropsSection = 3;
@@ -90,7 +91,11 @@ void fields(Archive& archive, MaybeConst<HelloMessage> auto& message) {
                              section.bytes(*message.token);
                            }},
                    Section{kSoftwareSection, !message.software.empty(),
-                           [&](auto& section) { section.text(message.software, kMaxNameBytes); }});
+                           [&](auto& section) { section.text(message.software, kMaxNameBytes); }},
+                   Section{kImagesSection, message.image_flags != 0, [&](auto& section) {
+                             section.u16(message.image_flags);
+                             section.reserved(6);
+                           }});
 }
 BRACHY_CODEC(HelloMessage);
 

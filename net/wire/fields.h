@@ -60,6 +60,10 @@ class FieldWriter {
   void bytes(const std::array<std::byte, kSize>& v) {
     out_.insert(out_.end(), v.begin(), v.end());
   }
+  void bytes(const std::vector<std::uint8_t>& v, std::uint64_t /*count*/) {
+    const auto data = std::as_bytes(std::span(v));
+    out_.insert(out_.end(), data.begin(), data.end());
+  }
   /// Bytes without a meaning yet: written as 0, read and not looked at.
   void reserved(std::size_t size) { out_.insert(out_.end(), size, std::byte{0}); }
 
@@ -169,6 +173,13 @@ class FieldReader {
   template <std::size_t kSize>
   void bytes(std::array<std::byte, kSize>& v) {
     std::ranges::copy(reader_.take(kSize), v.begin());
+  }
+  void bytes(std::vector<std::uint8_t>& v, std::uint64_t count) {
+    v.clear();
+    if (!reader_.fits(count, 1)) return;
+    const auto data = reader_.take(count);
+    v.resize(data.size());
+    std::ranges::transform(data, v.begin(), [](std::byte b) { return std::to_integer<std::uint8_t>(b); });
   }
   void reserved(std::size_t size) { reader_.take(size); }
 

@@ -43,6 +43,8 @@ enum class MessageType : std::uint16_t {
   kDose = 14,
   kControl = 15,
   kScene = 16,
+  kImage = 17,
+  kScanner = 18,
   kLoad = 19,
 };
 
@@ -57,6 +59,7 @@ constexpr bool only_servers_send(MessageType type) {
     case MessageType::kLocalModel:
     case MessageType::kDose:
     case MessageType::kScene:
+    case MessageType::kImage:
       return true;
     default:
       return false;
@@ -94,6 +97,8 @@ enum Subscription : std::uint32_t {
   kSubscribeSurface = 1u << 2,      ///< TOPOLOGY and FRAMEs hold the surface vertices alone
   kSubscribeNoMesh = 1u << 3,       ///< neither TOPOLOGY nor FRAME is sent (a plain device)
   kSubscribeScene = 1u << 4,        ///< SCENE comes after TOPOLOGY
+  kSubscribeUltrasound =
+      1u << 5,  ///< SCANNER and IMAGEs are sent; not granted by a server without ultrasound
 };
 
 /// Capabilities of a haptic device; NaN = not stated.
@@ -125,6 +130,12 @@ enum DeviceFlag : std::uint16_t {
   kEvaluatesLocalModel = 1u << 0,  ///< computes its force from LOCAL_MODEL beside the device, at its own rate
 };
 
+/// Bits of HelloMessage::image_flags.
+enum ImageRequestFlag : std::uint16_t {
+  kTakesZlib = 1u << 0,    ///< pixels of IMAGE may come compressed
+  kScannerOnly = 1u << 1,  ///< SCANNER comes, and no IMAGE: for recordings
+};
+
 /// A client's authentication: net/access/token_file.h.
 constexpr std::size_t kTokenBytes = 32;
 using Token = std::array<std::byte, kTokenBytes>;
@@ -139,6 +150,7 @@ struct HelloMessage {
   std::uint16_t device_flags = 0;     ///< DeviceFlag bits
   std::optional<Token> token;         ///< section TOKEN; never in a log or another message
   std::string software;               ///< name and version; section SOFTWARE, left out where empty
+  std::uint16_t image_flags = 0;      ///< ImageRequestFlag bits; section IMAGES, left out where 0
 };
 
 struct WelcomeMessage {
@@ -358,6 +370,66 @@ struct SceneMessage {
   std::optional<SceneProbe> probe;
 };
 
+/// Which array of a transrectal probe. May hold a value not listed: of IMAGE show it, of SCANNER refuse it.
+enum class ScannerArray : std::uint16_t {
+  kAsItIs = 0,  ///< in a request alone
+  kTransverse = 1,
+  kSagittal = 2,
+  kEndFire = 3,
+  kBiplane = 4,  ///< transverse and sagittal in turn; of SCANNER alone
+};
+
+/// Bits of ImageMessage::flags.
+enum ImageFlag : std::uint16_t {
+  kImageHeld = 1u << 0,    ///< the field is not certified since: the pixels are those of an earlier tick
+  kImageFrozen = 1u << 1,  ///< the scanner is frozen
+  kImageZlib = 1u << 2,    ///< `data` is compressed (RFC 1950)
+};
+
+/// An ultrasound image. Image frame I: origin in the middle of the first pixel, +x along its row, +y down its columns.
+struct ImageMessage {
+  static constexpr MessageType kType = MessageType::kImage;
+  static constexpr std::uint16_t kMaxSide = 4096;  ///< pixels
+
+  ScannerArray array = ScannerArray::kTransverse;
+  std::uint16_t flags = 0;  ///< ImageFlag bits
+  std::uint16_t width = 0, height = 0;
+  std::uint64_t sequence = 0;  ///< of this array's images; a jump = images dropped for this client
+  std::uint64_t tick = 0;      ///< that it shows
+  std::uint64_t newest_tick =
+      0;  ///< that the scanner has seen; later than `tick` where the image is held or frozen
+  std::int64_t publish_ns = 0;     ///< server's clock: when the deformation loop published the tick shown
+  double spacing_mm = 0;           ///< of pixels, in both directions
+  RigidTransform X_WI;             ///< image frame to world
+  std::vector<std::uint8_t> data;  ///< rows from the top, `width` gray values each; or those compressed
+};
+
+enum class ScannerFreeze : std::uint16_t { kAsItIs = 0, kLive = 1, kFrozen = 2 };
+
+/// Bits of ScannerMessage::flags, set by the server.
+enum ScannerFlag : std::uint32_t {
+  kProbeHasDevice = 1u << 0,  ///< a device moves the probe: its stepper is not used
+  kProbeIsStepped = 1u << 1,  ///< the stepper moves the probe that the tissue feels
+};
+
+/// What is set at the scanner's console and the probe's stepper. From a server: what is in use; numbers are finite, and
+/// neither enumeration is kAsItIs. From a client: a request, in which kAsItIs and NaN leave things as they are.
+struct ScannerMessage {
+  static constexpr MessageType kType = MessageType::kScanner;
+  ScannerArray array = ScannerArray::kAsItIs;
+  ScannerFreeze freeze = ScannerFreeze::kAsItIs;
+  std::uint32_t flags = 0;  ///< ScannerFlag bits
+  std::uint64_t tick = 0;   ///< from a server: the newest when it came into use
+  double depth_mm = std::numeric_limits<double>::quiet_NaN();
+  double gain_db = std::numeric_limits<double>::quiet_NaN();
+  double dynamic_range_db = std::numeric_limits<double>::quiet_NaN();
+  double tgc_extra_db_per_cm = std::numeric_limits<double>::quiet_NaN();
+  double focus_mm = std::numeric_limits<double>::quiet_NaN();
+  /// Where the stepper brings the probe: along its axis, + is deeper, and turned about it; 0 is where it rests.
+  double probe_depth_mm = std::numeric_limits<double>::quiet_NaN();
+  double probe_rotation_deg = std::numeric_limits<double>::quiet_NaN();
+};
+
 /// Of a histogram, ms.
 struct Quantiles {
   std::uint64_t count = 0;
@@ -452,6 +524,7 @@ enum class ErrorCode : std::uint16_t {
   kNotOperator = 12,     ///< CONTROL from a client that is not an operator
   kControlRefused = 13,  ///< a CONTROL that cannot be done; the text gives the reason
   kUnauthorised = 14,    ///< no token, an unknown one, or one for another role
+  kScannerRefused = 15,  ///< a SCANNER that cannot be done; the text gives the reason
   kLoadRefused = 17,     ///< a LOAD that cannot be done; the text gives the reason
 };
 

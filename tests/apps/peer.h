@@ -110,6 +110,8 @@ class Peer {
     h.on_local_model = [this](const net::LocalModelMessage& m) { models.push_back(m); };
     h.on_dose = [this](const net::DoseMessage& m) { doses.push_back(m); };
     h.on_scene = [this](const net::SceneMessage& m) { scenes.push_back(m); };
+    h.on_image = [this](const net::ImageMessage& m) { images.push_back(m); };
+    h.on_scanner = [this](const net::ScannerMessage& m) { scanners.push_back(m); };
     h.on_closed = [this](const std::string& reason) { closed.push_back(reason); };
     return h;
   }
@@ -130,6 +132,8 @@ class Peer {
   std::vector<net::LocalModelMessage> models;
   std::vector<net::DoseMessage> doses;
   std::vector<net::SceneMessage> scenes;
+  std::vector<net::ImageMessage> images;
+  std::vector<net::ScannerMessage> scanners;
   std::vector<std::string> closed;
   net::Client client;
 };

@@ -12,6 +12,7 @@
 #include "tests/fuzz/fuzzed_connection.h"
 #include "tests/fuzz/igtl_script.h"
 #include "tests/net/fake_simulation.h"
+#include "tests/net/wire/sample_messages.h"
 
 namespace brachy::fuzz {
 namespace {
@@ -60,6 +61,11 @@ class World {
         simulation_.step();
         messages_.update(simulation_.snapshot(), igtl::utc_ns());
         const std::uint8_t due = script.u8();
+        if ((due & 4) != 0) {
+          auto image = std::make_shared<ImageMessage>(net::test::sample_image());
+          images_.update(image, igtl::utc_ns());
+          session_->offer_image(image->array);
+        }
         return session_->offer((due & 1) != 0, (due & 2) != 0);
       }
       default:
@@ -89,13 +95,14 @@ class World {
   net::test::FakeSimulation simulation_{tissue_, 1, kNeedles};
   Server server_{io_, options(), tissue_, handlers()};
   igtl::SnapshotMessages messages_{tissue_, "gland"};
+  igtl::ImageMessages images_;
   Bytes heard_;  // the beginning of a message
   bool is_closed_ = false;
   const std::shared_ptr<FuzzedConnection> connection_ =
       std::make_shared<FuzzedConnection>([this](std::span<const std::byte> bytes) { hear(bytes); });
   const std::shared_ptr<igtl::IgtlSession> session_ = std::make_shared<igtl::IgtlSession>(
       1, connection_, server_.gate().acquire_slot("127.0.0.1"),
-      igtl::IgtlSession::Environment{server_, messages_, std::chrono::milliseconds(1000),
+      igtl::IgtlSession::Environment{server_, messages_, images_, std::chrono::milliseconds(1000),
                                      [this](const igtl::IgtlSession&, const std::string& reason) {
                                        EXPECT_FALSE(reason.empty());
                                        is_closed_ = true;

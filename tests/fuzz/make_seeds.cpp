@@ -107,7 +107,8 @@ std::vector<std::pair<MessageType, Bytes>> server_messages() {
   }
   for (const auto& [type, body] : net::test::sample_bodies())
     if (type == MessageType::kState || type == MessageType::kEvent || type == MessageType::kDose ||
-        type == MessageType::kError || type == MessageType::kForce || type == MessageType::kLocalModel)
+        type == MessageType::kError || type == MessageType::kForce || type == MessageType::kLocalModel ||
+        type == MessageType::kImage || type == MessageType::kScanner)
       all.emplace_back(type, body);
   return all;
 }

@@ -10,6 +10,8 @@ ClientHandlers Recorder::handlers() {
   handlers.on_state = [this](const StateMessage& message) { states.push_back(message); };
   handlers.on_dose = [this](const DoseMessage& message) { doses.push_back(message); };
   handlers.on_scene = [this](const SceneMessage& message) { scenes.push_back(message); };
+  handlers.on_image = [this](const ImageMessage& message) { images.push_back(message); };
+  handlers.on_scanner = [this](const ScannerMessage& message) { scanners.push_back(message); };
   handlers.on_event = [this](const EventMessage& message) { events.push_back(message); };
   handlers.on_error = [this](const ErrorMessage& message) { errors.push_back(message); };
   handlers.on_force = [this](const ForceMessage& message) { forces.push_back(message); };
@@ -31,6 +33,10 @@ void ServerFixture::start(ServerOptions options) {
   };
   handlers.on_arm = [this](std::uint16_t needle, const std::string& who) { arms.emplace_back(needle, who); };
   handlers.on_drop = [this](std::uint16_t needle, bool pressed) { drops.emplace_back(needle, pressed); };
+  handlers.on_scanner = [this](const ScannerMessage& request, const std::string&) {
+    scanner_requests.push_back(request);
+    return control_refusal;
+  };
   handlers.on_control = [this](const ControlMessage& control, const std::string& who) {
     controls.emplace_back(control, who);
     return control_refusal;

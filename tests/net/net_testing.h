@@ -43,6 +43,8 @@ struct Recorder {
   std::vector<EventMessage> events;
   std::vector<DoseMessage> doses;
   std::vector<SceneMessage> scenes;
+  std::vector<ImageMessage> images;
+  std::vector<ScannerMessage> scanners;
   std::vector<ErrorMessage> errors;
   std::vector<ForceMessage> forces;
   std::vector<LocalModelMessage> models;
@@ -74,7 +76,8 @@ struct ServerFixture : ::testing::Test {
   std::vector<std::pair<std::uint16_t, std::string>> arms;
   std::vector<std::pair<std::uint16_t, bool>> drops;
   std::vector<std::pair<ControlMessage, std::string>> controls;
-  std::string control_refusal;  ///< the handler's answer
+  std::vector<ScannerMessage> scanner_requests;
+  std::string control_refusal;  ///< the handlers' answer
   std::vector<std::string> log;
   PoseVerdict verdict;
   std::unique_ptr<Server> server;

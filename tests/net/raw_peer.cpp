@@ -48,6 +48,8 @@ void Heard::keep(const MessageParser::Message& message) {
     EXPECT_TRUE(decode_body(message.body, forces.emplace_back()).is_good());
   } else if (message.header.type == MessageType::kLocalModel) {
     EXPECT_TRUE(decode_body(message.body, models.emplace_back()).is_good());
+  } else if (message.header.type == MessageType::kImage) {
+    EXPECT_TRUE(decode_body(message.body, images.emplace_back()).is_good());
   }
 }
 

@@ -22,6 +22,7 @@ struct Heard {
   std::vector<StateMessage> states;
   std::vector<EventMessage> events;
   std::vector<ForceMessage> forces;
+  std::vector<ImageMessage> images;
   std::vector<LocalModelMessage> models;
   FrameAssembler mesh;
 

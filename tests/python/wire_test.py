@@ -9,6 +9,7 @@ import pathlib
 import re
 import sys
 import unittest
+import zlib
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "apps/python"))
@@ -48,7 +49,7 @@ def decoded(name):
 class Golden(unittest.TestCase):
     def test_every_server_message_is_read_to_its_end(self):
         for name in ("WELCOME", "TOPOLOGY", "FRAME", "STATE", "EVENT", "ERROR", "PING", "FORCE", "LOCAL_MODEL", "DOSE",
-                     "SCENE"):
+                     "SCENE", "IMAGE", "SCANNER"):
             with self.subTest(name):
                 decoded(name)
 
@@ -87,8 +88,35 @@ class Golden(unittest.TestCase):
         self.assertEqual(decoded("DOSE").structures[0].name, "prostate")
         self.assertEqual(decoded("SCENE").kernels, ["psi31", "elastic"])
 
+    def test_an_image_has_its_pixels_and_their_places(self):
+        image = decoded("IMAGE")
+        self.assertEqual((image.array, image.flags), (brachyd.ScannerArray.SAGITTAL, brachyd.ImageFlag.HELD))
+        self.assertEqual((image.sequence, image.tick, image.newest_tick), (7, 40, 42))
+        self.assertEqual(image.pixels.dtype, np.uint8)
+        self.assertEqual(image.pixels.tolist(), [[0, 64, 128], [192, 255, 1]])
+        self.assertEqual(image.place(0, 0).tolist(), [1.5, 60.5, -2.25])
+        self.assertEqual(image.place(2, 1).tolist(), [1.5, 60.25, -2.75])  # two along −z, one along −y
+
+    def test_compressed_pixels_are_read_and_damaged_ones_refused(self):
+        body = BLOCKS["IMAGE"][32:]
+        pixels = decoded("IMAGE").pixels.tobytes()
+
+        def packed(data):
+            flags = int(brachyd.ImageFlag.ZLIB).to_bytes(2, "little")
+            return body[:2] + flags + body[4:144] + len(data).to_bytes(4, "little") + data + bytes(4)
+
+        good = zlib.compress(pixels)
+        self.assertEqual(wire.decode_image(wire.Reader(packed(good))).pixels.tobytes(), pixels)
+        for bad in (good[:-1], good + b"x", zlib.compress(pixels + b"x"), zlib.compress(pixels[1:]), b"x" * 20, b""):
+            with self.subTest(bad), self.assertRaises(wire.ProtocolError):
+                wire.decode_image(wire.Reader(packed(bad)))
+
+    def test_scanner_is_written_as_the_document_has_it(self):
+        body = decoded("SCANNER").encode()
+        self.assertEqual(wire.encode_message(MessageType.SCANNER, body, 22, 1_000_001_000), BLOCKS["SCANNER"])
+
     def test_a_message_that_is_cut_or_too_long_is_refused(self):
-        for name in ("WELCOME", "FRAME", "STATE", "DOSE", "SCENE"):
+        for name in ("WELCOME", "FRAME", "STATE", "DOSE", "SCENE", "IMAGE", "SCANNER"):
             body = BLOCKS[name][32:]
             decode = wire.DECODERS[wire.decode_header(BLOCKS[name]).type]
             for end in range(0, len(body), 7):

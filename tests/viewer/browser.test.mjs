@@ -198,6 +198,44 @@ test('the clipping plane shows the displacement, still with one update a picture
   await until('brachy.points === 1200');
 });
 
+test('ultrasound: images at the rate of the daemon, arrays, freeze, depth, stepper and calipers', async () => {
+  const before = await picture('without-image');
+  await page.locator('#tab-ultrasound').click();
+  await until('brachy.images.length === 1 && brachy.images[0].array === 1 && brachy.imagesDrawn > 5');
+  const [first] = await ask('brachy.images');
+  assert.ok(first.bright > 10000, `${first.bright} pixels are bright`);
+  await page.locator('#us-first').screenshot({path: join(artefacts, 'transverse.png')});
+  assert.ok(await difference(before, await picture('with-image')) > 500, 'the plane is in the scene');
+
+  const box = await page.locator('#us-first').boundingBox();
+  const scale = Math.min(box.width, box.height) / first.width;
+  await page.mouse.move(box.x + box.width / 2, box.y + box.height / 2);
+  await page.mouse.down();
+  await page.mouse.move(box.x + box.width / 2 + 50, box.y + box.height / 2, {steps: 4});
+  await page.mouse.up();
+  const [measured] = await ask('brachy.calipersMm');
+  assert.ok(Math.abs(measured - (50 / scale) * first.spacingMm) < 0.5, `${measured} mm`);
+
+  await page.locator('#us-depth').fill('90');
+  await until(`brachy.scanner.depthMm === 90 && brachy.images[0].spacingMm > ${1.2 * first.spacingMm}`);
+  const at = (await ask('brachy.images'))[0].pose[11];
+  await page.locator('#us-stepper button[data-mm="5"]').click();
+  await until(`brachy.scanner.probeDepthMm === 5 && Math.abs(brachy.images[0].pose[11] - ${at} - 5) < 0.01`);
+  await page.locator('#us-array button[data-value="4"]').click();
+  await until('brachy.images.length === 2');
+  await page.locator('#us-freeze').click();
+  await until('brachy.images.every((image) => image.frozen)');
+  const frozen = await ask('brachy.images.map((image) => image.tick)');
+  await frames(10);
+  assert.deepEqual(await ask('brachy.images.map((image) => image.tick)'), frozen);
+  await page.locator('#right').screenshot({path: join(artefacts, 'biplane.png')});
+  await page.locator('#us-freeze').click();
+  await until(`brachy.images.length === 2 && brachy.images.every((image) => !image.frozen && image.tick > ${Math.max(...frozen)})`);
+  await page.locator('#us-array button[data-value="1"]').click();
+  await page.locator('#tab-needle').click();
+  await until('brachy.connection.phase === "open" && brachy.images.length === 0');
+});
+
 test('who looks on may not control', async () => {
   const other = await newPage();
   await other.goto(`${daemon.url}?role=viewer`);

@@ -127,6 +127,46 @@ test('SCENE has template, plan, structures and kernels', () => {
   assert.ok(scene.kernels.length > 0);
 });
 
+test('IMAGE has its pixels in their place, SCANNER what is set', () => {
+  const image = decode('IMAGE');
+  assert.deepEqual([image.array, image.held, image.frozen, image.width, image.height, image.sequence, image.tick, image.newestTick],
+                   [viewer.ScannerArray.Sagittal, true, false, 3, 2, 7, 40, 42]);
+  assert.deepEqual([...image.pixels], [0, 64, 128, 192, 255, 1]);
+  assert.deepEqual(viewer.toWorld(image, {x: 2, y: 1}), [1.5, 60.25, -2.75]);
+  const back = viewer.toPixel(image, [1.5, 60.25, -2.75]);
+  assert.deepEqual([back.x, back.y, Math.abs(back.aside)], [2, 1, 0]);
+  const scanner = decode('SCANNER');
+  assert.deepEqual([scanner.array, scanner.frozen, scanner.probeIsStepped, scanner.probeHasDevice, scanner.tick, scanner.gainDb, scanner.probeRotationDeg],
+                   [viewer.ScannerArray.Biplane, false, true, false, 42, -3, 15]);
+  const bytes = golden.get('IMAGE').slice();
+  bytes[HEADER + 4] = 4;  // wider than its pixels
+  assert.throws(() => viewer.decodeMessage(bytes), viewer.ProtocolError);
+});
+
+test('a request to the scanner leaves alone what it does not name', () => {
+  const body = Buffer.from(viewer.encodeScanner({gainDb: -3, frozen: false}));
+  assert.deepEqual([body.length, body.readUInt16LE(0), body.readUInt16LE(2), body.readDoubleLE(24)], [76, 0, 1, -3]);
+  for (const at of [16, 32, 40, 48, 56, 64]) assert.ok(Number.isNaN(body.readDoubleLE(at)), `offset ${at}`);
+  const whole = viewer.decodeMessage(golden.get('SCANNER')).body;
+  const again = Buffer.from(viewer.encodeScanner(whole));
+  assert.deepEqual([...again.subarray(16)], [...bodyOf('SCANNER').subarray(16)]);
+});
+
+test('holes of the template are points across the needles and rows along them', () => {
+  const template = {origin: [-30, 0, -60], spacingMm: 5, columns: 13, rows: 13};
+  const across = {width: 512, height: 512, spacingMm: 0.2, pose: [-1, 0, 0, 50, 0, -1, 0, 80, 0, 0, 1, 12]};
+  const points = viewer.templateMarks(across, template);
+  assert.equal(points.length, 169);
+  const hole = points.find((mark) => mark.column === 2 && mark.row === 3);  // C4, at x -20, y 15
+  assert.equal(hole.kind, 'point');
+  assert.ok(Math.abs(hole.at.x - 70 / 0.2) < 1e-9 && Math.abs(hole.at.y - 65 / 0.2) < 1e-9);
+  // In the plane x = 1: of columns 5 mm apart only x = 0 is within 2.5 mm.
+  const along = {width: 512, height: 512, spacingMm: 0.2, pose: [0, 0, 1, 1, 0, -1, 0, 80, -1, 0, 0, 50]};
+  const rows = viewer.templateMarks(along, template);
+  assert.deepEqual([rows.length, rows.every((mark) => mark.kind === 'line' && mark.column === 6)], [13, true]);
+  assert.ok(Math.abs(rows[3].from.y - 65 / 0.2) < 1e-6 && Math.abs(rows[3].to.y - 65 / 0.2) < 1e-6);
+});
+
 test('what the viewer says has the bytes of the page', () => {
   const pose = new Float64Array(bodyOf('POSE').slice(8).buffer);
   assert.deepEqual(viewer.encodePose(2, pose), bodyOf('POSE'));

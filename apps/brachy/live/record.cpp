@@ -56,7 +56,8 @@ class Recorder {
   net::ClientOptions client_options() const {
     net::ClientOptions c = client_options_for(options_.connect);
     c.name = "brachy record";
-    c.subscription = net::kSubscribePoseHistory | net::kSubscribeScene;
+    c.subscription = net::kSubscribePoseHistory | net::kSubscribeScene | net::kSubscribeUltrasound;
+    c.image_flags = net::kScannerOnly;  // brachy us makes the images again
     if (options_.surface) c.subscription |= net::kSubscribeSurface;
     return c;
   }

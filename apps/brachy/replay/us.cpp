@@ -9,6 +9,7 @@
 #include "apps/brachy/files/image_files.h"
 #include "apps/brachy/replay/load_motion.h"
 #include "apps/command_line/tool.h"
+#include "apps/recording/recorded_scanner.h"
 #include "apps/terminal/progress.h"
 #include "core/base/error.h"
 #include "core/scene/choice/choice.h"
@@ -18,6 +19,7 @@
 #include "core/scene/load_tissue.h"
 #include "core/scene/load_ultrasound.h"
 #include "core/simulation/simulator.h"
+#include "haptics/devices/stepper.h"
 
 namespace brachy {
 namespace {
@@ -76,8 +78,8 @@ struct View {
 };
 
 /// The scanner's views: every array at every offset.
-std::vector<View> views_of(const UsOptions& options, const Scene& scene, const Tissue& tissue) {
-  const auto echoes = load_echo_map(scene);
+std::vector<View> views_of(const UsOptions& options, const Scene& scene, const Tissue& tissue,
+                           const std::shared_ptr<const EchoMap>& echoes) {
   std::vector<View> views;
   const auto arrays = options.arrays.empty() ? std::vector{scene.ultrasound.array} : options.arrays;
   const auto offsets =
@@ -94,15 +96,65 @@ std::vector<View> views_of(const UsOptions& options, const Scene& scene, const T
   return views;
 }
 
-int run(const UsOptions& options) {
-  const Scene scene = scene_of(options);
+/// The settings of a recorded session, which change what is not given on the command line.
+class RecordedConsole {
+ public:
+  RecordedConsole(const UsOptions& options, double period_s) : period_s_(period_s) {
+    if (options.trajectory && is_recording_file(*options.trajectory))
+      settings_ = load_recorded_scanner(*options.trajectory);
+  }
+
+  /// Takes what was set until `at_s`. Whether there was something new: the views are to be made again.
+  bool advance(double at_s, UsOptions& options, Scene& scene) {
+    bool is_new = false;
+    for (; next_ < settings_.size() &&
+           (next_ == 0 || period_s_ * static_cast<double>(settings_[next_].tick) <= at_s + 0.5 * period_s_);
+         ++next_) {
+      const net::ScannerMessage& s = settings_[next_];
+      UltrasoundSettings& u = scene.ultrasound;
+      const UltrasoundSettings before = u;
+      const std::vector<std::string> arrays_before = options.arrays;
+      u.depth_mm = s.depth_mm;
+      u.gain_db = s.gain_db;
+      u.dynamic_range_db = s.dynamic_range_db;
+      u.tgc_extra_db_per_cm = s.tgc_extra_db_per_cm;
+      u.focus_mm = s.focus_mm;
+      options.arrays = s.array == net::ScannerArray::kBiplane
+                           ? std::vector<std::string>{"transverse", "sagittal"}
+                       : s.array == net::ScannerArray::kSagittal ? std::vector<std::string>{"sagittal"}
+                       : s.array == net::ScannerArray::kEndFire  ? std::vector<std::string>{"end_fire"}
+                                                                 : std::vector<std::string>{"transverse"};
+      target_ = {s.probe_depth_mm, s.probe_rotation_deg};
+      if (next_ == 0) stepper_.move(target_, INFINITY);  // where it was when the recording began
+      is_new |= !(before == u) || options.arrays != arrays_before;
+    }
+    stepper_.move(target_, period_s_);
+    return is_new;
+  }
+  /// Of a probe without a pose, which rests at X_WR.
+  RigidTransform probe(const RigidTransform& X_WR) const { return stepper_.pose(X_WR); }
+
+ private:
+  double period_s_;
+  std::vector<net::ScannerMessage> settings_;
+  std::size_t next_ = 0;
+  StepperPlace target_;
+  Stepper stepper_;
+};
+
+int run(UsOptions options) {
+  Scene scene = scene_of(options);
+  const bool chooses_arrays = !options.arrays.empty();
+  const std::vector<std::string> chosen = options.arrays;
   std::optional<NeedleTrajectories> trajectories;
   if (options.trajectory)
     trajectories = load_motion(*options.trajectory, ReplayedModel::kRecorded, scene.instrument_count());
   const std::vector<Seed> planned = options.planned_seeds ? seeds_of_plan(scene) : std::vector<Seed>{};
   Simulator simulator(load_simulation_model(scene, load_tissue(scene).tissue));
   simulator.restore_seeds(planned);
-  const std::vector<View> views = views_of(options, scene, simulator.tissue());
+  const auto echoes = load_echo_map(scene);
+  std::vector<View> views = views_of(options, scene, simulator.tissue(), echoes);
+  RecordedConsole console(options, simulator.period_s());
   make_directory(options.out);
 
   MeshState state = simulator.initial_state();
@@ -130,10 +182,14 @@ int run(const UsOptions& options) {
         ++pose.sequence;
       }
     simulator.step(poses, state);
+    if (console.advance(at_s, options, scene)) {
+      if (chooses_arrays) options.arrays = chosen;
+      views = views_of(options, scene, simulator.tissue(), echoes);
+    }
     if (t_s < options.from_s || std::fmod(static_cast<double>(k), every) != 0) continue;
     for (const View& view : views) {
       const std::span<const NeedleState> needles = state.needles.states;
-      RigidTransform X_WP = view.X_WP;
+      RigidTransform X_WP = console.probe(view.X_WP);
       if (scene.probe.on && needles.back().present) {
         X_WP = needles.back().X_WN;
         if (!options.offsets_mm.empty()) X_WP.p += view.offset_mm * X_WP.R.col(2);
@@ -205,7 +261,8 @@ Tool us_tool() {
 Files are ARRAY[_OFFSETmm]_TICK.png, 8-bit gray, and .nrrd, one slice with its place in RAS. The scanner is the
 scene's table [ultrasound]. With [probe] on and a pose in the trajectory the image is the probe's; otherwise the
 probe lies behind the gland. Where a tick's field is not certified the last image stands, and "is_new" is false.
-The same scene and trajectory give the same files, for any number of threads.
+The same scene and trajectory give the same files, for any number of threads. A recording also has what was set at the
+console of a live scanner, tick by tick: arrays, depth, gain and the probe's stepper are then its.
 Exit codes: 0 done, 2 bad input.)",
                               declare, run);
 }

@@ -54,7 +54,12 @@ void run_deformation_loop(const std::stop_token& stop, SimulationRun& first, con
     summary.overruns = measured.overruns;
     measured.certificates.add(summary.certificate, summary.step_flags,
                               changes_are_finite(state, run->simulator.tissue().blocks));
+    const bool is_imaged = ports.images && ports.images->slot().copy_from(run->simulator, state);
     summary.publish_ns = monotonic_ns();
+    if (is_imaged) {
+      ports.images->slot().publish_ns = summary.publish_ns;
+      ports.images->publish();
+    }
     if (state.seeds.count != seeds_published || state.failed_drops.count != failed_published ||
         summary.run != run_published) {
       seeds_published = state.seeds.count;

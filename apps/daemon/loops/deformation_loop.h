@@ -5,6 +5,7 @@
 
 #include "apps/daemon/forces/tick_forces.h"
 #include "apps/daemon/loops/dropped_seeds.h"
+#include "apps/daemon/loops/imaged_tick.h"
 #include "apps/daemon/loops/loop_statistics.h"
 #include "apps/daemon/loops/simulation_run.h"
 #include "core/realtime/hand_over.h"
@@ -20,6 +21,8 @@ struct DeformationPorts {
   HandOver<TickForces>::Writer& forces;   ///< every tick, before the mesh
   HandOver<DroppedSeeds>::Writer& seeds;  ///< whenever their number or the run changes
   HandOver<LoopStatistics>::Writer& statistics;  ///< ten times a second, and at the end
+  HandOver<ImagedTick>::Writer* images =
+      nullptr;  ///< every tick whose field is its landmarks'; null: no ultrasound
 };
 
 /// The 200 Hz loop, until a stop is requested: wait for the deadline, read each needle's newest pose, step,

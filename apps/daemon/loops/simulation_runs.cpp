@@ -36,6 +36,7 @@ void SimulationRuns::build(MakeModel make_model, bool resumes,
         return failed(failure);
       }
       next_ = built;
+      if (on_model) on_model(built->number, built->simulator.model());
       next_for_loop_.writer.slot() = built.get();
       next_for_loop_.writer.publish();
     });

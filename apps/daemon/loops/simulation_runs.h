@@ -25,6 +25,9 @@ class SimulationRuns {
   SimulationRun& in_use() { return *in_use_; }
   HandOver<SimulationRun*>::Reader& reader() { return next_for_loop_.reader; }  ///< deformation thread
 
+  /// Called with the number and the model of a successor before it is handed over; none: not called.
+  std::function<void(std::uint64_t run, const std::shared_ptr<const SimulationModel>&)> on_model;
+
   /// A successor is being built: `worker` is busy until it is done.
   bool is_building() const { return is_preparing_ && !next_; }
   /// A successor was requested and is not in use yet.

@@ -7,6 +7,7 @@
 
 #include "apps/daemon/loops/dose_loop.h"
 #include "apps/daemon/loops/loop_statistics.h"
+#include "apps/daemon/loops/ultrasound_loop.h"
 #include "haptics/force/force_gate.h"
 #include "net/broker/publisher.h"
 
@@ -24,8 +25,9 @@ struct DaemonSummary {
   std::array<std::uint64_t, kInterventions> interventions{};  ///< of the force gates, by Intervention
   std::uint32_t seeds_dropped = 0, drops_refused = 0;         ///< in this run
   DoseStatistics dose;
-  std::string session;             ///< the session's directory and its contents; empty: none was recorded
-  std::uint64_t wrong_tokens = 0;  ///< presented by clients
+  UltrasoundStatistics ultrasound;  ///< empty where no client asked for images
+  std::string session;              ///< the session's directory and its contents; empty: none was recorded
+  std::uint64_t wrong_tokens = 0;   ///< presented by clients
   std::optional<net::PublisherStatistics> broker;  ///< nullopt: nothing was published
   std::uint64_t forces_replaced = 0;  ///< force messages that a newer one replaced before they were sent
   bool is_worker_busy = false;  ///< a worker still builds a simulator nobody needs; ~Daemon would wait for it

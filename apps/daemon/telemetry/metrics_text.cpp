@@ -61,6 +61,19 @@ void add_loop(Exposition& out, const DaemonMetrics& m) {
   out.sample(static_cast<double>(tally.unknown), {{"verdict", "unknown"}});
 }
 
+void add_ultrasound(Exposition& out, const DaemonMetrics& m) {
+  const UltrasoundStatistics& u = m.ultrasound;
+  out.counter("brachy_images_total", static_cast<double>(u.images), "Ultrasound images made.");
+  out.counter("brachy_images_held_total", static_cast<double>(u.held),
+              "Times the last ultrasound image stood, because the field is not certified or was not solved.");
+  out.counter(
+      "brachy_images_dropped_total", static_cast<double>(m.images_dropped),
+      "Ultrasound images replaced by a newer one before a slow client received them, over all clients.");
+  out.counter("brachy_image_periods_missed_total", static_cast<double>(u.overruns),
+              "Periods of the ultrasound thread that passed while it was busy.");
+  out.histogram("brachy_image_seconds", u.image_ns, "Duration of one ultrasound image.");
+}
+
 void add_clients(Exposition& out, const DaemonMetrics& m) {
   out.family("brachy_clients", "gauge", "Connected clients, by role.");
   out.sample(static_cast<double>(m.clients.viewers), {{"role", "viewer"}});
@@ -123,6 +136,7 @@ std::string metrics_text(const DaemonMetrics& m) {
   out.sample(1, {{"kernel", m.scene.model.kernel},
                  {"support_radius_mm", fmt::format("{:g}", m.scene.model.support_radius_mm)}});
   add_loop(out, m);
+  add_ultrasound(out, m);
   add_clients(out, m);
   out.gauge("brachy_seeds", m.seeds, "Seeds in the tissue.");
   out.family("brachy_scene_reloads_total", "counter", "Reloads of the scene file, by result.");

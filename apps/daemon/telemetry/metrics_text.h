@@ -5,6 +5,7 @@
 #include <string>
 
 #include "apps/daemon/loops/loop_statistics.h"
+#include "apps/daemon/loops/ultrasound_loop.h"
 #include "core/scene/scene.h"
 #include "haptics/force/force_gate.h"
 #include "net/server/server.h"
@@ -18,8 +19,10 @@ struct DaemonMetrics {
   double start_time_s = 0;  ///< of the wall clock, since 1970
   const LoopStatistics& loop;
   const LoopStatistics& control;  ///< without ticks if there is no control thread
-  const Scene& scene;             ///< in use
-  net::StateMessage state;        ///< as Server::state
+  const UltrasoundStatistics& ultrasound;
+  std::uint64_t images_dropped = 0;
+  const Scene& scene;       ///< in use
+  net::StateMessage state;  ///< as Server::state
   net::Server::RoleCounts clients;
   std::size_t igtl_clients = 0;
   std::uint64_t connections_refused = 0, connections_shed = 0, wrong_tokens = 0, forces_replaced = 0;

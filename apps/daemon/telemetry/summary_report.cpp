@@ -66,6 +66,11 @@ std::string to_text(const DaemonSummary& s) {
   text += fmt::format("  fields: {} idle, {} direct, {} mixed, {} condensed, on {}\n",
                       ticks_of(s, Evaluation::kIdle), ticks_of(s, Evaluation::kDirect),
                       ticks_of(s, Evaluation::kMixed), ticks_of(s, Evaluation::kCondensed), s.simd);
+  if (s.ultrasound.images + s.ultrasound.held > 0)
+    text +=
+        fmt::format("  ultrasound: {} images, {} held, {} periods missed; ms an image: {}; ms a field: {}\n",
+                    s.ultrasound.images, s.ultrasound.held, s.ultrasound.overruns,
+                    quantile_text(s.ultrasound.image_ns), quantile_text(s.ultrasound.field_ns));
   text += to_text("ticks", loop.certificates);
   text += safety_text(s);
   text += seed_text(s);
@@ -117,6 +122,11 @@ std::string to_json(const DaemonSummary& s) {
   json["seeds_dropped"] = s.seeds_dropped;
   json["drops_refused"] = s.drops_refused;
   json["drop_to_dvh_ms"] = to_json_ms(s.dose.drop_to_dvh_ns);
+  json["images"] = s.ultrasound.images;
+  json["images_held"] = s.ultrasound.held;
+  json["image_periods_missed"] = s.ultrasound.overruns;
+  json["image_ms"] = to_json_ms(s.ultrasound.image_ns);
+  json["image_field_ms"] = to_json_ms(s.ultrasound.field_ns);
   add_to_json(json, "ticks", s.loop.certificates);
   json["max_tip_deflection_mm"] = s.loop.max_tip_deflection_mm;
   return json.dump();

@@ -45,6 +45,11 @@ const LoopStatistics& Telemetry::control() {
   return from_.control.value();
 }
 
+const UltrasoundStatistics& Telemetry::ultrasound() {
+  from_.ultrasound.update();
+  return from_.ultrasound.value();
+}
+
 net::StateMessage Telemetry::state() {
   const LoopStatistics& measured = loop();
   net::StateMessage m;
@@ -88,6 +93,8 @@ std::string Telemetry::metrics() {
                        .start_time_s = start_time_s_,
                        .loop = from_.loop.value(),
                        .control = from_.control.value(),
+                       .ultrasound = ultrasound(),
+                       .images_dropped = from_.server.images_dropped(),
                        .scene = from_.controls.scene(),
                        .state = state_message,
                        .clients = from_.server.role_counts(),

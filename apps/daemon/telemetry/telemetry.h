@@ -6,6 +6,7 @@
 
 #include "apps/daemon/io/event_loop.h"
 #include "apps/daemon/loops/loop_statistics.h"
+#include "apps/daemon/loops/ultrasound_loop.h"
 #include "apps/daemon/telemetry/interval_report.h"
 #include "core/realtime/hand_over.h"
 #include "net/http/dynamic_pages.h"
@@ -28,7 +29,7 @@ class SimulationRuns;
 /// Threads: the io thread.
 class Telemetry {
  public:
-  /// All outlive the Telemetry, which is the only user of both readers.
+  /// All outlive the Telemetry, which is the only user of the readers.
   struct Sources {
     HandOver<LoopStatistics>::Reader& loop;
     HandOver<LoopStatistics>::Reader& control;  ///< stays empty without the control thread
@@ -39,11 +40,13 @@ class Telemetry {
     const SceneReload& reload;
     ServiceWatch& watch;
     std::function<std::size_t()> igtl_clients;
+    HandOver<UltrasoundStatistics>::Reader& ultrasound;
   };
   Telemetry(EventLoop& loop, Sources sources);
 
   const LoopStatistics& loop();     ///< the newest
   const LoopStatistics& control();  ///< likewise
+  const UltrasoundStatistics& ultrasound();
 
   net::StateMessage state();  ///< the simulation's part of a STATE
   std::string status();       ///< one line for the service manager

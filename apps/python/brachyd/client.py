@@ -13,7 +13,7 @@ import numpy.typing as npt
 from .constants import ControlAction
 from .protocol import Protocol
 from .websocket import BINARY, WebSocket, encode_frame
-from .wire import Error, Force, Hello, Message
+from .wire import Error, Force, Hello, Message, Scanner
 
 READ_BYTES = 1 << 18
 
@@ -132,6 +132,12 @@ class Client:
     def control(self, action: ControlAction, loop: bool = False, kernel: str = "",
                 support_radius_mm: float = float("nan")) -> int:
         sequence = self.protocol.control(action, loop, kernel, support_radius_mm)
+        self.flush()
+        return sequence
+
+    def set_scanner(self, scanner: Scanner) -> int:
+        """As operator, or as the probe's device. What is in use then comes as protocol.scanner."""
+        sequence = self.protocol.set_scanner(scanner)
         self.flush()
         return sequence
 

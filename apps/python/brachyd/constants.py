@@ -27,6 +27,8 @@ class MessageType(IntEnum):
     DOSE = 14
     CONTROL = 15
     SCENE = 16
+    IMAGE = 17
+    SCANNER = 18
     LOAD = 19
 
 
@@ -65,6 +67,7 @@ class ErrorCode(IntEnum):
     NOT_OPERATOR = 12
     CONTROL_REFUSED = 13
     UNAUTHORISED = 14
+    SCANNER_REFUSED = 15
     LOAD_REFUSED = 17
 
 
@@ -85,6 +88,20 @@ class FrameSection(IntEnum):
     NEEDLE_SHAPES = 7
 
 
+class ScannerArray(IntEnum):
+    AS_IT_IS = 0
+    TRANSVERSE = 1
+    SAGITTAL = 2
+    END_FIRE = 3
+    BIPLANE = 4
+
+
+class ScannerFreeze(IntEnum):
+    AS_IT_IS = 0
+    LIVE = 1
+    FROZEN = 2
+
+
 class PoseRefusal(IntEnum):
     RATE = 65281
     NEEDLE = 65282
@@ -97,10 +114,27 @@ class Subscription(IntFlag):
     SURFACE = 4
     NO_MESH = 8
     SCENE = 16
+    ULTRASOUND = 32
 
 
 class DeviceFlag(IntFlag):
     EVALUATES_LOCAL_MODEL = 1
+
+
+class ImageRequestFlag(IntFlag):
+    TAKES_ZLIB = 1
+    SCANNER_ONLY = 2
+
+
+class ImageFlag(IntFlag):
+    HELD = 1
+    FROZEN = 2
+    ZLIB = 4
+
+
+class ScannerFlag(IntFlag):
+    PROBE_HAS_DEVICE = 1
+    PROBE_IS_STEPPED = 2
 
 
 class ForceFlag(IntFlag):

@@ -10,8 +10,8 @@ import numpy.typing as npt
 
 from . import wire
 from .constants import HEADER_BYTES, ControlAction, MessageType
-from .wire import (Dose, Error, FloatArray, Frame, Hello, Message, Ping, ProtocolError, Scene, Seed, State, Topology,
-                   Welcome)
+from .wire import (Dose, Error, FloatArray, Frame, Hello, Image, Message, Ping, ProtocolError, Scanner, Scene, Seed,
+                   State, Topology, Welcome)
 
 LARGEST_BODY = 1 << 30
 
@@ -37,6 +37,8 @@ class Protocol:
         self.state: Optional[State] = None
         self.dose: Optional[Dose] = None
         self.frame: Optional[Frame] = None
+        self.images: Dict[int, Image] = {}  # the newest by ScannerArray
+        self.scanner: Optional[Scanner] = None
         self.seeds: Dict[int, Seed] = {}
         self.mesh_tick = 0
         self._positions: Optional[FloatArray] = None
@@ -84,6 +86,9 @@ class Protocol:
     def control(self, action: ControlAction, loop: bool = False, kernel: str = "",
                 support_radius_mm: float = wire.NOT_STATED) -> int:
         return self.send(MessageType.CONTROL, wire.encode_control(action, loop, kernel, support_radius_mm))
+
+    def set_scanner(self, scanner: Scanner) -> int:
+        return self.send(MessageType.SCANNER, scanner.encode())
 
     def ping(self) -> None:
         self.send(MessageType.PING, Ping(self._sent + 1, False, 0, 0).encode())
@@ -141,6 +146,10 @@ class Protocol:
             self.state = message
         elif isinstance(message, Dose):
             self.dose = message
+        elif isinstance(message, Image):
+            self.images[message.array] = message
+        elif isinstance(message, Scanner):
+            self.scanner = message
 
     def _apply(self, frame: Frame) -> None:
         if self.topology is None or self._positions is None or frame.topology_hash != self.topology.hash:

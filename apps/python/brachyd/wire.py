@@ -3,6 +3,7 @@ from __future__ import annotations
 
 import math
 import struct
+import zlib
 from dataclasses import dataclass, field
 from typing import Callable, Dict, List, Optional, Tuple, Union
 
@@ -10,7 +11,8 @@ import numpy as np
 import numpy.typing as npt
 
 from .constants import (ANY_NEEDLE, HEADER_BYTES, MAGIC, PROTOCOL_VERSION, ControlAction, DeviceFlag, ForceFlag,
-                        FrameSection, MessageType, Role, Subscription)
+                        FrameSection, ImageFlag, ImageRequestFlag, MessageType, Role, ScannerArray, ScannerFreeze,
+                        Subscription)
 
 Array = npt.NDArray[np.float64]
 FloatArray = npt.NDArray[np.float32]
@@ -129,6 +131,7 @@ class Hello:
     evaluates_local_model: bool = False
     token: Optional[bytes] = None
     software: str = ""
+    takes_zlib: bool = False  # pixels of images may come compressed
 
     def encode(self) -> bytes:
         sections: Dict[int, bytes] = {}
@@ -139,6 +142,8 @@ class Hello:
             sections[2] = self.token
         if self.software:
             sections[3] = text_bytes(self.software)
+        if self.takes_zlib:
+            sections[4] = struct.pack("<HHI", ImageRequestFlag.TAKES_ZLIB, 0, 0)
         return (struct.pack("<HHIdddd", self.role, 0, self.subscription, self.max_force_n, self.max_stiffness_n_per_mm,
                             self.damping_n_s_per_mm, self.rate_hz) + text_bytes(self.name) + sections_bytes(sections))
 
@@ -572,12 +577,88 @@ def decode_scene(r: Reader) -> Scene:
                  rows, needles, seeds, structures, kernels)
 
 
-Message = Union[Welcome, Topology, Frame, State, Event, Error, Ping, Force, LocalModel, Dose, Scene]
+@dataclass
+class Image:
+    """An ultrasound image. `pixels`: height×width gray values (uint8), row 0 farthest from the probe. X_WI (4×4, mm)
+    maps (column · spacing, row · spacing, 0) to the world W."""
+    array: int
+    flags: ImageFlag
+    sequence: int
+    tick: int
+    newest_tick: int
+    publish_ns: int
+    spacing_mm: float
+    X_WI: Array
+    pixels: npt.NDArray[np.uint8]
+
+    def place(self, column: npt.ArrayLike, row: npt.ArrayLike) -> Array:
+        """Where pixels are in W, mm: …×3."""
+        at = np.stack(np.broadcast_arrays(np.asarray(column, float), np.asarray(row, float)), axis=-1)
+        return np.asarray(at @ (self.spacing_mm * self.X_WI[:3, :2].T) + self.X_WI[:3, 3], dtype=np.float64)
+
+
+def inflated(data: bytes, size: int) -> bytes:
+    """Exactly `size` bytes, of a server that is not trusted."""
+    stream = zlib.decompressobj()
+    try:
+        out = stream.decompress(data, size + 1)
+    except zlib.error as error:
+        raise ProtocolError(f"an image's pixels are damaged: {error}") from error
+    if len(out) != size or not stream.eof or stream.unused_data:
+        raise ProtocolError("an image has not as many pixels as its size says")
+    return out
+
+
+def decode_image(r: Reader) -> Image:
+    array, flags, width, height, sequence, tick, newest_tick, publish_ns = r.get("HHHHQQQQ")
+    if max(width, height) > 4096:
+        raise ProtocolError("an image is larger than 4096×4096 pixels")
+    spacing_mm, X_WI = r.f64(), r.pose()
+    data = bytes(r.take(r.u32()))
+    r.sections(lambda number, section: None)
+    if flags & ImageFlag.ZLIB:
+        data = inflated(data, width * height)
+    if len(data) != width * height:
+        raise ProtocolError("an image has not as many pixels as its size says")
+    pixels = np.frombuffer(data, np.uint8).reshape(height, width)
+    return Image(array, ImageFlag(flags & 7), sequence, tick, newest_tick, publish_ns, spacing_mm, X_WI, pixels)
+
+
+@dataclass
+class Scanner:
+    """What is set at the ultrasound scanner and the probe's stepper. In a request AS_IT_IS and NaN change nothing."""
+    array: int = ScannerArray.AS_IT_IS
+    freeze: int = ScannerFreeze.AS_IT_IS
+    flags: int = 0
+    tick: int = 0
+    depth_mm: float = NOT_STATED
+    gain_db: float = NOT_STATED
+    dynamic_range_db: float = NOT_STATED
+    tgc_extra_db_per_cm: float = NOT_STATED
+    focus_mm: float = NOT_STATED
+    probe_depth_mm: float = NOT_STATED
+    probe_rotation_deg: float = NOT_STATED
+
+    def encode(self) -> bytes:
+        return struct.pack("<HHIQ7d", self.array, self.freeze, self.flags, self.tick, self.depth_mm, self.gain_db,
+                           self.dynamic_range_db, self.tgc_extra_db_per_cm, self.focus_mm, self.probe_depth_mm,
+                           self.probe_rotation_deg) + sections_bytes({})
+
+
+def decode_scanner(r: Reader) -> Scanner:
+    array, freeze, flags, tick = r.get("HHIQ")
+    scanner = Scanner(array, freeze, flags, tick, *(r.f64() for _ in range(7)))
+    r.sections(lambda number, section: None)
+    return scanner
+
+
+Message = Union[Welcome, Topology, Frame, State, Event, Error, Ping, Force, LocalModel, Dose, Scene, Image, Scanner]
 DECODERS: Dict[int, Callable[[Reader], Message]] = {
     MessageType.WELCOME: decode_welcome, MessageType.TOPOLOGY: decode_topology, MessageType.FRAME: decode_frame,
     MessageType.STATE: decode_state, MessageType.EVENT: decode_event, MessageType.ERROR: decode_error,
     MessageType.PING: decode_ping, MessageType.FORCE: decode_force, MessageType.LOCAL_MODEL: decode_local_model,
-    MessageType.DOSE: decode_dose, MessageType.SCENE: decode_scene}
+    MessageType.DOSE: decode_dose, MessageType.SCENE: decode_scene,
+    MessageType.IMAGE: decode_image, MessageType.SCANNER: decode_scanner}
 
 
 def encode_pose(needle: int, X_WN: npt.ArrayLike) -> bytes:

@@ -17,6 +17,7 @@ import {byId, setText, toast} from './ui/dom.js';
 import {HandPanel} from './ui/hand.js';
 import {Keyboard} from './ui/keyboard.js';
 import {setUpDrawers, setUpTabs} from './ui/layout.js';
+import {STEP_DEG, STEP_MM, UltrasoundConsole} from './ultrasound/console.js';
 import {Playback} from './ui/playback.js';
 import {SimulationPanel} from './ui/simulation.js';
 import {showConnection, showCounters, showEvents, showReadouts, showVerdict} from './ui/status.js';
@@ -40,6 +41,7 @@ const dvh = new DvhPanel(byId('c-dvh'), byId('dvh-legend'), byId('figures'));
 
 const display = new DisplayPanel(settings, () => live.wantVolume(wantsVolume(settings)));
 const simulation = new SimulationPanel(live, session);
+const scanner = new UltrasoundConsole(live, session);
 const hand = new HandPanel(endpoint, session, live, settings, () => simulation.plays, () => shownNeedle, (hole) => display.change({hole}));
 new NeedleDrag(byId<HTMLCanvasElement>('scene'), viewport, hand);
 const playback: Playback = new Playback(session, () => {
@@ -66,7 +68,10 @@ live.onError = (error) => toast(error.text, true);
 
 byId<HTMLSelectElement>('needle').addEventListener('change', (event) => (shownNeedle = Number((event.target as HTMLSelectElement).value)));
 setUpDrawers();
-const selectTab = setUpTabs(() => (chartsDueMs = 0));
+const selectTab = setUpTabs((tab) => {
+  chartsDueMs = 0;
+  live.wantUltrasound(tab === 'ultrasound');
+});
 let chartsDueMs = 0;
 let countersDueMs = 0;
 let beforeMs = performance.now();
@@ -89,12 +94,13 @@ function animate(nowMs: number): void {
   beforeMs = nowMs;
   const steady = {...session.versions};
   const shownFrame = drawn.frame !== steady.frame && drawn.topology === steady.topology && drawn.seeds === steady.seeds &&
-    drawn.dose === steady.dose && drawn.scene === steady.scene && drawn.settings === settings.version;
+    drawn.dose === steady.dose && drawn.images === steady.images && drawn.scene === steady.scene && drawn.settings === settings.version;
   drawn = {...steady, settings: settings.version};
   if (viewport.draw(nowMs)) {
     gizmo.draw(viewport.camera);
     uploads.finish(shownFrame);
   }
+  scanner.draw();
   if (!hasMesh && session.frame) {
     hasMesh = true;
     performance.mark('first-mesh');
@@ -117,6 +123,7 @@ function updateCharts(): void {
   showVerdict(session);
   showEvents(session);
   simulation.update();
+  if (scanner.isOpen) scanner.update();
   hand.update();
   display.update(viewport.sliceBox, viewport.scales, session.dose?.surfaceGy != null);
   byId('empty').hidden = session.topology !== null || live.status.phase === 'connecting';
@@ -167,6 +174,16 @@ const keyboard = new Keyboard([
   {key: '[', shown: '[ ]', does: 'move it', run: () => display.change({clipShare: Math.max(0, settings.clipShare - 0.02)})},
   {key: ']', does: '', run: () => display.change({clipShare: Math.min(1, settings.clipShare + 0.02)})},
   {key: 'd', does: 'needle or dose charts', run: () => selectTab(byId('panel-needle').hidden ? 'needle' : 'dose')},
+  {key: 'u', does: 'ultrasound; back to the charts', run: () => selectTab(scanner.isOpen ? 'needle' : 'ultrasound')},
+  {key: 'f', does: 'freeze the ultrasound', run: () => scanner.toggleFreeze()},
+  {key: 'b', does: 'transverse, sagittal, biplane', run: () => scanner.nextArray()},
+  {key: 'h', does: 'template holes on the image', run: () => scanner.setGrid(!scanner.grid)},
+  {key: 'm', does: 'clear the calipers', run: () => scanner.clearCalipers()},
+  {key: '-', shown: '− +', does: 'step the probe 5 mm out, in', run: () => scanner.step(-STEP_MM, 0)},
+  {key: '+', does: '', run: () => scanner.step(STEP_MM, 0)},
+  {key: '=', does: '', run: () => scanner.step(STEP_MM, 0)},
+  {key: ',', shown: ', .', does: 'turn the probe by 5°', run: () => scanner.step(0, -STEP_DEG)},
+  {key: '.', does: '', run: () => scanner.step(0, STEP_DEG)},
   {key: 'arrowleft', shown: '← → ↑ ↓', does: 'manual needle 1 mm; 5 s in a recording', run: nudge(1, 0, 0, -5)},
   {key: 'arrowright', does: '', run: nudge(-1, 0, 0, 5)},
   {key: 'arrowup', does: '', run: nudge(0, 1, 0, 0)},
@@ -185,6 +202,6 @@ addEventListener('hashchange', () => {
 });
 addEventListener('online', () => live.wake());
 
-expose(session, live, playback, viewport, uploads);
+expose(session, live, playback, viewport, uploads, scanner);
 if (served) live.connect();
 requestAnimationFrame(animate);

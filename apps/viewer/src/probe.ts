@@ -2,6 +2,7 @@
 import {Vector3} from 'three';
 import type {Session} from './model/session.js';
 import type {LiveConnection} from './transport/live.js';
+import type {UltrasoundConsole} from './ultrasound/console.js';
 import type {Playback} from './ui/playback.js';
 import type {Viewport} from './scene/viewport.js';
 
@@ -36,7 +37,7 @@ export class UploadCount {
   }
 }
 
-export function expose(session: Session, live: LiveConnection, playback: Playback, viewport: Viewport, uploads: UploadCount): void {
+export function expose(session: Session, live: LiveConnection, playback: Playback, viewport: Viewport, uploads: UploadCount, scanner: UltrasoundConsole): void {
   const brachy = {
     get connection() {  // 'connecting', 'open', 'waiting', 'refused' or 'off', with the problem in words
       return {phase: live.status.phase, problem: 'problem' in live.status ? live.status.problem : '', reconnects: live.reconnects};
@@ -63,6 +64,17 @@ export function expose(session: Session, live: LiveConnection, playback: Playbac
     get supportRadiusMm() { return session.state?.controls?.supportRadiusMm ?? NaN; },
     get dose() { return session.dose ? {seeds: session.dose.seeds, atSurface: session.dose.surfaceGy !== null} : null; },
     onScreen: (place: number[]) => viewport.toScreen(new Vector3().fromArray(place)),  // CSS pixels of a place in mm
+    get scanner() { return session.scanner ? {...session.scanner} : null; },
+    get images() {  // the newest of each array
+      return [...session.images.values()].map((image) => ({...image, pose: Array.from(image.pose), pixels: Array.from(image.pixels.subarray(0, 0)), bright: image.pixels.reduce((sum, gray) => sum + (gray > 40 ? 1 : 0), 0)}));
+    },
+    get calipersMm() {
+      return [...scanner.screens].flatMap(([array, screen]) => {
+        const image = session.images.get(array);
+        return image ? screen.calipers.map(({from, to}) => image.spacingMm * Math.hypot(from.x - to.x, from.y - to.y)) : [];
+      });
+    },
+    get imagesDrawn() { return Math.max(...[...scanner.screens.values()].map((screen) => screen.drawn)); },
     get pictures() { return viewport.pictures; },
     get uploads() { return {...uploads.last, most: {...uploads.most}}; },  // of a picture with a new snapshot
     get geometries() { return viewport.renderer.info.memory.geometries; },

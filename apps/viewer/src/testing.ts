@@ -3,6 +3,8 @@ export {decodeMessage} from './protocol/message.js';
 export {encodeMessage} from './protocol/header.js';
 export {ProtocolError} from './protocol/bytes.js';
 export * from './protocol/client_messages.js';
+export * from './protocol/image.js';
+export * from './ultrasound/geometry.js';
 export {FrameAssembler} from './protocol/assembler.js';
 export {RecordingReader} from './protocol/recording.js';
 export {crc32} from './protocol/crc32.js';

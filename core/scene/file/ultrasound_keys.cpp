@@ -10,6 +10,8 @@ using enum Reload;
 std::vector<Key<UltrasoundSettings>> ultrasound_keys() {
   using S = UltrasoundSettings;
   return {
+      flag("on", &S::on, kRestart, "brachyd makes images for clients that ask for them"),
+      number("rate_hz", &S::rate_hz, {1, 100}, kRestart, "of the images of brachyd"),
       text("array", &S::array, {"transverse", "sagittal", "end_fire"}, kRestart,
            "of the probe, that is shown"),
       number("frequency_mhz", &S::frequency_mhz, {1, 20}, kRestart, "of the pulse's middle"),

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 #include <igtl_util.h>
 #include <igtlCapabilityMessage.h>
+#include <igtlImageMessage.h>
 #include <igtlPolyDataMessage.h>
 #include <igtlStatusMessage.h>
 #include <igtlTrackingDataMessage.h>
@@ -231,6 +232,91 @@ TEST(LibOpenIgtLink, CapabilityIsTheSameBytesBothWays) {
   ASSERT_EQ(back->GetNumberOfTypes(), 2);
   EXPECT_STREQ(back->GetType(0), "TRANSFORM");
   EXPECT_STREQ(back->GetType(1), "GET_POLYDATA");
+}
+
+/// An oblique image, as a probe turned and tilted has it.
+ImageMessage oblique_image() {
+  ImageMessage image;
+  image.width = 7;
+  image.height = 5;
+  image.spacing_mm = 0.25;
+  image.X_WI.R = (Eigen::AngleAxisd(0.4, Vec3(1, 2, -0.5).normalized()) * Eigen::AngleAxisd(2, Vec3::UnitY()))
+                     .toRotationMatrix();
+  image.X_WI.p = Vec3(12.5, -31, 7.75);
+  for (int i = 0; i < 35; ++i) image.data.push_back(static_cast<std::uint8_t>(7 * i));
+  return image;
+}
+
+TEST(LibOpenIgtLink, ImagesAreTheSameBytesBothWays) {
+  const ImageMessage image = oblique_image();
+  auto theirs = labelled<::igtl::ImageMessage>("UltrasoundTransverse");
+  theirs->SetDimensions(image.width, image.height, 1);
+  theirs->SetSpacing(0.25F, 0.25F, 0.25F);
+  theirs->SetNumComponents(1);
+  theirs->SetScalarType(::igtl::ImageMessage::TYPE_UINT8);
+  theirs->SetEndian(::igtl::ImageMessage::ENDIAN_BIG);
+  theirs->SetCoordinateSystem(::igtl::ImageMessage::COORDINATE_RAS);
+  theirs->AllocateScalars();
+  std::memcpy(theirs->GetScalarPointer(), image.data.data(), image.data.size());
+  RigidTransform middle = image.X_WI;
+  middle.p = image.X_WI * Vec3(0.25 * 3, 0.25 * 2, 0);
+  ::igtl::Matrix4x4 matrix;
+  fill(matrix, middle);
+  theirs->SetMatrix(matrix);
+  const Bytes ours = encode_image(label("UltrasoundTransverse"), image);
+  EXPECT_TRUE(same(packed(theirs), ours));
+}
+
+/// Where SlicerOpenIGTLink and PLUS put pixel (i, j): the message's place is that of the volume's middle, which one
+/// reader takes as (size − 1)/2 pixels from the first pixel's middle, another as size/2.
+Vec3 placed(const ::igtl::Matrix4x4& matrix, const float spacing[3], const int size[3], double from_size,
+            int i, int j) {
+  Vec3 place(matrix[0][3], matrix[1][3], matrix[2][3]);
+  const double at[3] = {i - 0.5 * (size[0] - from_size), j - 0.5 * (size[1] - from_size),
+                        -0.5 * (size[2] - from_size)};
+  for (int axis = 0; axis < 3; ++axis)
+    place += at[axis] * static_cast<double>(spacing[axis]) *
+             Vec3(matrix[0][axis], matrix[1][axis], matrix[2][axis]);
+  return place;
+}
+
+TEST(LibOpenIgtLink, AnObliqueImagesPixelsLieWhereTheyAreToHalfAPixel) {
+  const ImageMessage image = oblique_image();
+  const auto back = unpacked<::igtl::ImageMessage>(encode_image(label("UltrasoundSagittal"), image));
+  int size[3], offset[3];
+  back->GetDimensions(size);
+  ASSERT_EQ(size[0], 7);
+  ASSERT_EQ(size[1], 5);
+  ASSERT_EQ(size[2], 1);
+  int part[3];
+  back->GetSubVolume(part, offset);
+  EXPECT_EQ(offset[0] + offset[1] + offset[2], 0);
+  EXPECT_EQ(part[0], 7);
+  EXPECT_EQ(back->GetScalarType(), ::igtl::ImageMessage::TYPE_UINT8);
+  EXPECT_EQ(back->GetCoordinateSystem(), ::igtl::ImageMessage::COORDINATE_RAS);
+  ASSERT_EQ(back->GetImageSize(), 35);
+  EXPECT_EQ(std::memcmp(back->GetScalarPointer(), image.data.data(), 35), 0);
+  float spacing[3];
+  back->GetSpacing(spacing);
+  for (const float s : spacing) EXPECT_NEAR(s, 0.25F, 1e-6F);
+  ::igtl::Matrix4x4 matrix;
+  back->GetMatrix(matrix);
+  for (int i = 0; i < 7; ++i)
+    for (int j = 0; j < 5; ++j) {
+      const Vec3 truth = image.X_WI * Vec3(0.25 * i, 0.25 * j, 0);
+      EXPECT_LE((placed(matrix, spacing, size, 1, i, j) - truth).norm(), 1e-4);
+      // By the other reading off by half a pixel in each direction.
+      const Vec3 off = image.X_WI.R.transpose() * (placed(matrix, spacing, size, 0, i, j) - truth);
+      EXPECT_LE(off.cwiseAbs().maxCoeff(), 0.5 * 0.25 + 1e-4);
+    }
+}
+
+TEST(LibOpenIgtLink, ImagesAreAskedForByItsMessagesAndAnsweredByOurs) {
+  const auto check = [](const auto& message, const char* type) {
+    MessageParser parser;
+    EXPECT_EQ(parsed(packed(message), parser).header.type, type);
+  };
+  check(labelled<::igtl::GetImageMessage>("Ultrasound"), "GET_IMAGE");
 }
 
 TEST(LibOpenIgtLink, PolydataIsTheSameBytesBothWays) {

@@ -98,6 +98,13 @@ std::size_t held(const SceneMessage& m) {
   return bytes;
 }
 
+std::size_t held(const ImageMessage& m) {
+  return m.data.capacity();
+}
+std::size_t held(const ScannerMessage&) {
+  return 0;
+}
+
 template <class Message>
 DecodeResult decode_as(std::span<const std::byte> body, Bytes& reencoded, std::size_t& held_bytes) {
   Message message;
@@ -352,6 +359,39 @@ SceneMessage sample_scene() {
   return scene;
 }
 
+ImageMessage sample_image() {
+  ImageMessage image;
+  image.array = ScannerArray::kSagittal;
+  image.flags = kImageHeld;
+  image.width = 3;
+  image.height = 2;
+  image.sequence = 7;
+  image.tick = 40;
+  image.newest_tick = 42;
+  image.publish_ns = 1'999'000'000;
+  image.spacing_mm = 0.25;
+  image.X_WI.R << 0, 0, -1, 0, -1, 0, -1, 0, 0;
+  image.X_WI.p = Vec3(1.5, 60.5, -2.25);
+  image.data = {0, 64, 128, 192, 255, 1};
+  return image;
+}
+
+ScannerMessage sample_scanner() {
+  ScannerMessage scanner;
+  scanner.array = ScannerArray::kBiplane;
+  scanner.freeze = ScannerFreeze::kLive;
+  scanner.flags = kProbeIsStepped;
+  scanner.tick = 42;
+  scanner.depth_mm = 60;
+  scanner.gain_db = -3;
+  scanner.dynamic_range_db = 60;
+  scanner.tgc_extra_db_per_cm = 0;
+  scanner.focus_mm = 30;
+  scanner.probe_depth_mm = -5;
+  scanner.probe_rotation_deg = 15;
+  return scanner;
+}
+
 std::vector<std::pair<MessageType, Bytes>> sample_bodies() {
   return {{MessageType::kHello, body_of(sample_hello())},
           {MessageType::kHello, body_of(sample_hello_with_token())},
@@ -371,7 +411,9 @@ std::vector<std::pair<MessageType, Bytes>> sample_bodies() {
           {MessageType::kDose, body_of(sample_dose_with_planned())},
           {MessageType::kLoad, body_of(sample_load())},
           {MessageType::kControl, body_of(sample_control())},
-          {MessageType::kScene, body_of(sample_scene())}};
+          {MessageType::kScene, body_of(sample_scene())},
+          {MessageType::kImage, body_of(sample_image())},
+          {MessageType::kScanner, body_of(sample_scanner())}};
 }
 
 DecodeResult decode_any(MessageType type, std::span<const std::byte> body, Bytes& reencoded,
@@ -411,6 +453,10 @@ DecodeResult decode_any(MessageType type, std::span<const std::byte> body, Bytes
       return decode_as<ControlMessage>(body, reencoded, held_bytes);
     case MessageType::kScene:
       return decode_as<SceneMessage>(body, reencoded, held_bytes);
+    case MessageType::kImage:
+      return decode_as<ImageMessage>(body, reencoded, held_bytes);
+    case MessageType::kScanner:
+      return decode_as<ScannerMessage>(body, reencoded, held_bytes);
   }
   return DecodeResult::bad("unknown type");
 }

@@ -28,6 +28,8 @@ DoseMessage sample_dose_with_planned();
 DoseMessage sample_dose();
 ControlMessage sample_control();
 SceneMessage sample_scene();
+ImageMessage sample_image();
+ScannerMessage sample_scanner();
 Seed sample_seed();
 
 template <class Message>

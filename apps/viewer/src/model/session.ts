@@ -1,6 +1,8 @@
 // State of one simulation, received from a daemon or read from a recording. Scene, panels and charts display it.
 import {FrameAssembler} from '../protocol/assembler.js';
 import type {Frame} from '../protocol/frame.js';
+import type {Scanner, UltrasoundImage} from '../protocol/image.js';
+import {ScannerArray} from '../protocol/image.js';
 import type {Message} from '../protocol/message.js';
 import type {SceneMessage} from '../protocol/scene_message.js';
 import {EventKind, type Dose, type ServerError, type ServerEvent, type State, type Welcome} from '../protocol/server_messages.js';
@@ -21,12 +23,15 @@ export class Session {
   frame: Frame | null = null;
   state: State | null = null;
   dose: Dose | null = null;
+  scanner: Scanner | null = null;
+  /** The newest of each array that the scanner shows. */
+  readonly images = new Map<number, UltrasoundImage>();
   readonly assembler = new FrameAssembler();
   history = new History();
   events: LoggedEvent[] = [];
 
   /** Incremented whenever the item is replaced; displays compare them to update. */
-  readonly versions = {topology: 0, scene: 0, seeds: 0, dose: 0, events: 0, frame: 0};
+  readonly versions = {topology: 0, scene: 0, seeds: 0, dose: 0, events: 0, frame: 0, images: 0};
   /** Points changed since they were last drawn: [first, end). */
   private changedFirst = Infinity;
   private changedEnd = 0;
@@ -36,6 +41,7 @@ export class Session {
   readonly snapshotRate = new Rate();
   readonly tickRate = new Rate();
   readonly byteRate = new Rate();
+  readonly imageRate = new Rate();
   /** From the mesh's publishing by the server to its arrival here, ms. */
   readonly meshAge = new Recent();
 
@@ -51,6 +57,7 @@ export class Session {
     this.frame = null;
     this.state = null;
     this.dose = null;
+    this.forgetImages();
     this.scene = null;
     this.events = [];
     this.history = new History();
@@ -64,6 +71,7 @@ export class Session {
       case 'welcome':
         this.welcome = message.body;
         this.frame = null;
+        this.forgetImages();
         return '';
       case 'topology':
         return this.applyTopology(message.body);
@@ -87,9 +95,33 @@ export class Session {
         this.dose = message.body;
         this.versions.dose += 1;
         return '';
+      case 'image':
+        if (!this.isShown(message.body.array)) return '';
+        this.images.set(message.body.array, message.body);
+        this.imageRate.add(performance.now());
+        this.versions.images += 1;
+        return '';
+      case 'scanner':
+        this.scanner = message.body;
+        for (const array of this.images.keys()) if (!this.isShown(array)) this.images.delete(array);
+        this.versions.images += 1;
+        return '';
       default:
         return '';
     }
+  }
+
+  forgetImages(): void {
+    this.scanner = null;
+    this.images.clear();
+    this.versions.images += 1;
+  }
+
+  /** An image that was on its way when the array was changed is not shown any more. */
+  private isShown(array: number): boolean {
+    const chosen = this.scanner?.array;
+    if (chosen === ScannerArray.Biplane) return array === ScannerArray.Transverse || array === ScannerArray.Sagittal;
+    return chosen === undefined || chosen === array;
   }
 
   /** Points that changed since the last call, [first, end); null: none. */

@@ -3,6 +3,7 @@ import {AmbientLight, Color, DirectionalLight, PerspectiveCamera, Scene, Vector3
 import type {Session} from '../model/session.js';
 import type {Settings} from '../model/settings.js';
 import {colourTable, roundUp} from './colours.js';
+import {ImagePlanes} from './image_planes.js';
 import {MeshBuffer} from './mesh_buffer.js';
 import {Needles} from './needles.js';
 import {Seeds} from './seeds.js';
@@ -28,7 +29,8 @@ export class Viewport {
   private readonly needles = new Needles();
   private readonly seeds = new Seeds();
   private readonly plate = new TemplatePlate();
-  private drawn = {topology: 0, scene: 0, seeds: 0, dose: 0, frame: 0, settings: -1};
+  private readonly images = new ImagePlanes();
+  private drawn = {topology: 0, scene: 0, seeds: 0, dose: 0, frame: 0, images: 0, settings: -1};
   private slicePlace = '';
   private framed = false;
   private dirty = true;
@@ -40,7 +42,7 @@ export class Viewport {
     key.position.set(-0.35, 0.6, 0.75);
     this.camera.add(key);
     this.scene.add(this.camera, new AmbientLight('#c8d8f0', 1.1));
-    this.scene.add(this.needles.group, this.seeds.group, this.structures.group, this.slice.mesh, this.plate.mesh, this.tissue.group);
+    this.scene.add(this.needles.group, this.seeds.group, this.structures.group, this.slice.mesh, this.plate.mesh, this.tissue.group, this.images.group);
     this.views = new Views(this.camera, canvas, () => this.invalidate());
     session.storage = (topology) => (this.buffer = new MeshBuffer(topology, SLICE_VERTICES)).positions;
     new ResizeObserver(() => this.resize()).observe(canvas.parentElement!);
@@ -63,6 +65,7 @@ export class Viewport {
     this.takeSettings();
     this.takeMesh();
     this.takeSeedsAndDose();
+    this.takeImages();
     if (!this.dirty) return false;
     this.dirty = false;
     this.renderer.render(this.scene, this.camera);
@@ -155,6 +158,14 @@ export class Viewport {
       if (dose) this.uniforms.mostGy.value = 2 * dose.prescriptionGy;
       this.dirty = true;
     }
+  }
+
+  private takeImages(): void {
+    const {images, versions} = this.session;
+    if (this.drawn.images === versions.images) return;
+    this.drawn.images = versions.images;
+    this.images.show(images);
+    this.dirty = true;
   }
 
   /** Pixels of the page. */

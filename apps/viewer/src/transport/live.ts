@@ -2,6 +2,7 @@
 import type {Session} from '../model/session.js';
 import {SOFTWARE, encodeControl, encodeDrop, encodeHello, type Control} from '../protocol/client_messages.js';
 import {MessageType} from '../protocol/header.js';
+import {encodeScanner, type ScannerRequest} from '../protocol/image.js';
 import type {Message} from '../protocol/message.js';
 import {ErrorCode, Role, Subscription, type ServerError} from '../protocol/server_messages.js';
 import {nowNs} from './clock.js';
@@ -30,6 +31,7 @@ export class LiveConnection {
   private waitMs = FIRST_WAIT_MS;
   private timer: ReturnType<typeof setTimeout> | undefined;
   private volume = false;
+  private ultrasound = false;
   private gapsBefore = 0;
   private asked: Control[] = [];
 
@@ -52,7 +54,7 @@ export class LiveConnection {
     const socket: Socket = new Socket(this.endpoint.url, {
       opened: () => socket.send(MessageType.Hello, encodeHello({
         role: this.role, name: 'viewer', device: null, token: this.endpoint.token, software: SOFTWARE,
-        subscription: Subscription.Scene | (this.volume ? 0 : Subscription.Surface),
+        subscription: Subscription.Scene | (this.volume ? 0 : Subscription.Surface) | (this.ultrasound ? Subscription.Ultrasound : 0),
       })),
       message: (message, size) => this.receive(socket, message, size),
       closed: (reason, wasOpen) => {
@@ -76,6 +78,17 @@ export class LiveConnection {
     if (this.volume === volume) return;
     this.volume = volume;
     if (this.status.phase === 'open') this.connect();
+  }
+
+  /** Whether ultrasound images are requested too. */
+  wantUltrasound(ultrasound: boolean): void {
+    if (this.ultrasound === ultrasound) return;
+    this.ultrasound = ultrasound;
+    if (this.status.phase === 'open') this.connect();
+  }
+
+  setScanner(request: ScannerRequest): void {
+    this.socket?.send(MessageType.Scanner, encodeScanner(request));
   }
 
   /** Reconnects at once after the page was suspended. */

@@ -1,21 +1,24 @@
 // Tabs of the charts, and the panels that are drawers on a tablet.
 import {byId} from './dom.js';
 
-export function setUpTabs(onChange: () => void): (id: 'needle' | 'dose') => void {
-  const tabs = ['needle', 'dose'] as const;
-  const select = (id: 'needle' | 'dose'): void => {
-    for (const tab of tabs) {
+const TABS = ['needle', 'dose', 'ultrasound'] as const;
+export type Tab = (typeof TABS)[number];
+
+export function setUpTabs(onChange: (id: Tab) => void): (id: Tab) => void {
+  const select = (id: Tab): void => {
+    for (const tab of TABS) {
       byId(`tab-${tab}`).setAttribute('aria-selected', String(tab === id));
       byId(`tab-${tab}`).tabIndex = tab === id ? 0 : -1;
       byId(`panel-${tab}`).hidden = tab !== id;
     }
-    onChange();
+    document.body.classList.toggle('scanning', id === 'ultrasound');
+    onChange(id);
   };
-  tabs.forEach((tab, i) => {
+  TABS.forEach((tab, i) => {
     byId(`tab-${tab}`).addEventListener('click', () => select(tab));
     byId(`tab-${tab}`).addEventListener('keydown', (event) => {
       if (event.key !== 'ArrowLeft' && event.key !== 'ArrowRight') return;
-      const other = tabs[1 - i]!;
+      const other = TABS[(i + (event.key === 'ArrowRight' ? 1 : TABS.length - 1)) % TABS.length]!;
       select(other);
       byId(`tab-${other}`).focus();
     });

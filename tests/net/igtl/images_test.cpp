@@ -1,0 +1,112 @@
+// IMAGE over OpenIGTLink: for those that ask, and for nobody else.
+#include <gtest/gtest.h>
+
+#include "net/base/clock.h"
+#include "net/igtl/igtl_server.h"
+#include "net/igtl/image_messages.h"
+#include "tests/net/igtl/igtl_peer.h"
+#include "tests/net/net_testing.h"
+#include "tests/net/wire/sample_messages.h"
+
+namespace brachy::net::igtl::test {
+namespace {
+
+using net::test::ServerFixture;
+
+struct IgtlImages : ServerFixture {
+  IgtlImages() {
+    start();
+    igtl = std::make_unique<IgtlServer>(io, IgtlOptions{}, *server, tissue, [](const std::string&) {});
+  }
+  void publish_image(ScannerArray array, std::uint8_t gray) {
+    auto image = std::make_shared<ImageMessage>(net::test::sample_image());
+    image->array = array;
+    image->flags = 0;
+    image->publish_ns = monotonic_ns();
+    image->data.assign(6, gray);
+    igtl->publish_image(image);
+  }
+  template <class Condition>
+  bool until_of(IgtlPeer& peer, Condition&& condition) {
+    return until([&] {
+      peer.take();
+      return condition();
+    });
+  }
+  static std::uint8_t gray_of(const Received& image) {
+    return std::to_integer<std::uint8_t>(image.content.back());
+  }
+
+  std::unique_ptr<IgtlServer> igtl;
+};
+
+TEST_F(IgtlImages, GetImageIsAnsweredOnceByTheNextImage) {
+  IgtlPeer peer(io, igtl->port());
+  EXPECT_FALSE(igtl->wants_images());
+  ASSERT_TRUE(peer.send_query("GET_IMAGE", "UltrasoundSagittal"));
+  ASSERT_TRUE(until([&] { return igtl->wants_images(); }));
+  publish_image(ScannerArray::kTransverse, 3);
+  EXPECT_TRUE(igtl->wants_images()) << "that was another array's";
+  publish_image(ScannerArray::kSagittal, 5);
+  EXPECT_FALSE(igtl->wants_images());
+  publish_image(ScannerArray::kSagittal, 7);
+  ASSERT_TRUE(until_of(peer, [&] { return peer.count("IMAGE") == 1; }));
+  EXPECT_EQ(peer.last("IMAGE").header.device, "UltrasoundSagittal");
+  // A second one shows that nothing came between.
+  ASSERT_TRUE(peer.send_query("GET_STATUS"));
+  ASSERT_TRUE(until_of(peer, [&] { return peer.count("STATUS") == 1; }));
+  EXPECT_EQ(peer.count("IMAGE"), 1u);
+}
+
+TEST_F(IgtlImages, SttImageStreamsUntilStpImage) {
+  IgtlPeer peer(io, igtl->port());
+  ASSERT_TRUE(peer.send_query("STT_IMAGE"));
+  ASSERT_TRUE(until_of(peer, [&] { return peer.count("RTS_IMAGE") == 1; }));
+  for (std::uint8_t gray = 1; gray <= 3; ++gray)
+    for (const ScannerArray array : {ScannerArray::kTransverse, ScannerArray::kSagittal}) {
+      publish_image(array, gray);
+      ASSERT_TRUE(until_of(peer, [&] {
+        const std::string name(image_name(array));
+        return peer.count("IMAGE", name) == gray && gray_of(peer.last("IMAGE", name)) == gray;
+      }));
+    }
+  ASSERT_TRUE(peer.send_query("STP_IMAGE"));
+  ASSERT_TRUE(until_of(peer, [&] { return peer.count("RTS_IMAGE") == 2; }));
+  EXPECT_FALSE(igtl->wants_images());
+  publish_image(ScannerArray::kTransverse, 9);
+  ASSERT_TRUE(peer.send_query("GET_STATUS"));
+  ASSERT_TRUE(until_of(peer, [&] { return peer.count("STATUS") == 1; }));
+  EXPECT_EQ(peer.count("IMAGE"), 6u);
+}
+
+TEST_F(IgtlImages, NobodyElseGetsThem) {
+  IgtlPeer silent(io, igtl->port()), asking(io, igtl->port());
+  ASSERT_TRUE(asking.send_query("STT_IMAGE"));
+  ASSERT_TRUE(until_of(asking, [&] { return asking.count("RTS_IMAGE") == 1; }));
+  publish_image(ScannerArray::kTransverse, 1);
+  ASSERT_TRUE(until_of(asking, [&] { return asking.count("IMAGE") == 1; }));
+  publish();
+  simulation.step();
+  igtl->publish(simulation.snapshot());
+  ASSERT_TRUE(until_of(silent, [&] { return silent.count("POLYDATA") > 0; })) << "the stream";
+  EXPECT_EQ(silent.count("IMAGE"), 0u);
+}
+
+TEST_F(IgtlImages, AFrozenImageIsSentAgainAtOnceButAnOldOneIsNot) {
+  auto image = std::make_shared<ImageMessage>(net::test::sample_image());
+  image->publish_ns = 1;  // long ago
+  image->flags = 0;
+  igtl->publish_image(image);
+  IgtlPeer peer(io, igtl->port());
+  ASSERT_TRUE(peer.send_query("GET_IMAGE"));
+  ASSERT_TRUE(until([&] { return igtl->wants_images(); })) << "the old one does not do";
+  image = std::make_shared<ImageMessage>(*image);
+  image->flags = kImageFrozen;
+  igtl->publish_image(image);
+  ASSERT_TRUE(until_of(peer, [&] { return peer.count("IMAGE") == 1; }));
+  ASSERT_TRUE(peer.send_query("GET_IMAGE"));
+  ASSERT_TRUE(until_of(peer, [&] { return peer.count("IMAGE") == 2; }));
+}
+
+}  // namespace
+}  // namespace brachy::net::igtl::test
