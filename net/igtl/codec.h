@@ -12,16 +12,16 @@
 /// Messages to bytes and back: pure functions, no socket, no clock, any thread. Decoding takes untrusted input.
 namespace brachy::net::igtl {
 
-// Whole messages, with header and CRC. With label.version 2 the body has an extended header and no metadata.
+// Whole messages, with header and CRC. With label.version 2 the body has an extended header.
 
 /// A body of 0 bytes: a query, or "there is none" in answer to one.
 Bytes encode_empty(std::string_view type, const Label& label);
-/// Single precision.
-Bytes encode_transform(const Label& label, const RigidTransform& X);
+/// Single precision. `status`: with header version 2 the metadata TransformStatus, "OK" or "MISSING"; empty: none.
+Bytes encode_transform(const Label& label, const RigidTransform& X, std::string_view status = {});
 Bytes encode_status(const Label& label, const Status& status);
 Bytes encode_tracking(const Label& label, std::span<const TrackedTool> tools);
-/// RTS_TDATA, the answer to STT_TDATA and STP_TDATA: done.
-Bytes encode_tracking_answer(const Label& label);
+/// RTS_TDATA or RTS_POLYDATA, the answer to STT_ and STP_ of these: done.
+Bytes encode_start_answer(std::string_view type, const Label& label);
 Bytes encode_capability(const Label& label, std::span<const std::string_view> types);
 
 /// The polygons of a POLYDATA, encoded once: they do not change.

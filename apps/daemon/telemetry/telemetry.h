@@ -19,6 +19,7 @@ namespace brachy {
 
 class Controls;
 class ForceLink;
+struct IgtlFigures;
 class SceneReload;
 class ServiceWatch;
 class SimulationRuns;
@@ -38,7 +39,7 @@ class Telemetry {
     const Controls& controls;
     const SceneReload& reload;
     ServiceWatch& watch;
-    std::function<std::size_t()> igtl_clients;
+    std::function<IgtlFigures()> igtl;
   };
   Telemetry(EventLoop& loop, Sources sources);
 
