@@ -29,6 +29,7 @@
 #include "apps/daemon/recorded_session.h"
 #include "apps/daemon/scene_message.h"
 #include "apps/daemon/service/service_watch.h"
+#include "apps/daemon/telemetry/metrics_text.h"
 #include "apps/daemon/telemetry/telemetry.h"
 #include "apps/daemon/telemetry/tick_events.h"
 #include "core/base/error.h"
@@ -43,6 +44,7 @@
 #include "net/broker/broker_options.h"
 #include "net/http/http_listener.h"
 #include "net/igtl/igtl_server.h"
+#include "net/igtl/wall_clock.h"
 #include "net/server/server.h"
 
 namespace brachy {
@@ -114,7 +116,7 @@ class Daemon::Impl {
                 plan_ ? plan_->seeds(scene.template_grid) : std::vector<PlannedSeed>(),
                 names_of(simulator().model()->organs)),
         forces_(loop_, tick_forces_.reader, needle_count_, force_outputs(),
-                [this](std::int64_t start_ns) { watch_.on_tick(start_ns); }),
+                [this](const TickForces& tick) { on_tick(tick); }),
         handshakes_(scene.server.has_tls() ? make_handshake_thread() : nullptr),
         server_(loop_.io(), own_server_options(), simulator().tissue(), handlers()),
         controls_(scene, devices_, runs_, server_, log_, session_ != nullptr),
@@ -127,7 +129,7 @@ class Daemon::Impl {
         telemetry_(loop_,
                    {loop_statistics_.reader, control_statistics_.reader, server_, runs_,
                     std::as_const(forces_).link(), controls_, reload_, watch_,
-                    [this] { return igtl_ ? igtl_->client_count() : 0; }, ultrasound_statistics_.reader}) {
+                    [this] { return igtl_figures(); }, ultrasound_statistics_.reader}) {
     spdlog::info("engine: {}, {} thread{}", to_string(simulator().simd_target()), scene.engine.threads,
                  scene.engine.threads == 1 ? "" : "s");
     runs_.on_model = [this](std::uint64_t run, const auto& model) { publish_model(run, model); };
@@ -143,8 +145,13 @@ class Daemon::Impl {
       http_.emplace(loop_.io(), server_, std::move(http), served_viewer(), log_);
     }
     if (broker_) publisher_.emplace(loop_.io(), server_, *broker_, log_);
-    if (const auto igtl = igtl_options(scene, options))
+    if (auto igtl = igtl_options(scene, options)) {
+      if (plan_)
+        for (const PlannedSeed& seed : plan_->seeds(scene.template_grid))
+          igtl->targets.push_back(seed.position);
+      if (scene.server.igtl_commands) igtl->commands = igtl_commands();
       igtl_.emplace(loop_.io(), *igtl, server_, simulator().tissue(), log_);
+    }
   }
 
   ~Impl() {
@@ -156,7 +163,7 @@ class Daemon::Impl {
     return http_ ? std::optional(http_->port()) : std::nullopt;
   }
   std::optional<std::uint16_t> igtl_port() const {
-    return igtl_ ? std::optional(igtl_->port()) : std::nullopt;
+    return igtl_ && !igtl_->address().empty() ? std::optional(igtl_->port()) : std::nullopt;
   }
   const std::string& igtl_address() const { return igtl_.value().address(); }
 
@@ -168,6 +175,7 @@ class Daemon::Impl {
     if (options_.duration_s)
       duration_.start_after(std::chrono::nanoseconds(std::llround(*options_.duration_s * 1e9)),
                             [this] { end(); });
+    if (igtl_) follow_ticks();
     if (options_.report_every_s) telemetry_.start_reports(*options_.report_every_s, options_.json);
 
     DaemonSummary summary;
@@ -259,6 +267,7 @@ class Daemon::Impl {
     watch_.end();
     reload_.stop();
     forces_.stop();
+    tracking_.cancel();
     telemetry_.stop_reports();
     if (igtl_) igtl_->stop();
     server_.stop();
@@ -354,6 +363,32 @@ class Daemon::Impl {
     }
     if (status == PoseStatus::kNotFinite && takes_force) forces_.link().pose_not_finite(needle);
     return {false, static_cast<std::uint16_t>(status), std::string(to_string(status))};
+  }
+
+  /// On the io thread.
+  void on_tick(const TickForces& tick) {
+    watch_.on_tick(tick.start_ns);
+    if (!igtl_ || !igtl_->wants_ticks()) return;
+    net::igtl::TrackedTick tracked{tick.run, tick.sim_time_s, {}};
+    for (const NeedleTick& needle : tick.needles)
+      tracked.X_WN.push_back(needle.is_present ? std::optional(needle.X_WN) : std::nullopt);
+    igtl_->track(std::move(tracked), net::igtl::utc_ns() - (monotonic_ns() - tick.start_ns));
+  }
+  /// Looks for ticks twice a period while a client of OpenIGTLink wants them.
+  void follow_ticks() {
+    if (igtl_->wants_ticks() && !is_ending_) forces_.update(monotonic_ns());
+    const double wait_s = igtl_->wants_ticks() ? scene_.period_s() / 2 : 0.05;
+    tracking_.start_after(std::chrono::nanoseconds(std::llround(1e9 * wait_s)), [this] { follow_ticks(); });
+  }
+  IgtlFigures igtl_figures() const {
+    if (!igtl_) return {};
+    const auto lost = igtl_->losses();
+    return {igtl_->client_count(),
+            igtl_->messages_dropped() + igtl_->other_names() + lost.skipped + lost.ignored + lost.replaced};
+  }
+  net::igtl::CommandHandlers igtl_commands() {
+    net::ServerHandlers native = handlers();
+    return {native.on_control, native.on_arm, native.on_drop};
   }
 
   ForceLinkOutputs force_outputs() {
@@ -476,6 +511,7 @@ class Daemon::Impl {
   // On the io thread.
   SignalWait end_signals_{loop_, {SIGINT, SIGTERM}};  // from construction on: a signal before run() is kept
   Timer duration_{loop_};
+  Timer tracking_{loop_};  // of follow_ticks()
   NetworkLog network_log_;
   const std::function<void(const std::string&)> log_ = [this](const std::string& line) {
     network_log_.info(line);

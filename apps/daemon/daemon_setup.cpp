@@ -2,12 +2,14 @@
 
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <chrono>
 #include <filesystem>
 
 #include "apps/command_line/viewer_files.h"
 #include "apps/reports/tissue_box.h"
 #include "core/base/error.h"
+#include "core/base/rigid_transform_text.h"
 #include "core/base/version.h"
 #include "core/scene/load_tissue.h"
 #include "haptics/trajectory/needle_trajectories.h"
@@ -15,7 +17,9 @@
 #include "net/broker/broker_options.h"
 #include "net/http/served_files.h"
 #include "net/igtl/igtl_server.h"
+#include "net/igtl/needle_name.h"
 #include "net/session/server_options.h"
+#include "net/transport/tcp/tcp_link.h"
 
 namespace brachy {
 namespace {
@@ -126,11 +130,20 @@ net::ServedFiles served_viewer() {
 }
 
 std::optional<net::igtl::IgtlOptions> igtl_options(const Scene& scene, const DaemonOptions& options) {
-  const int port = options.igtl_port.value_or(scene.server.igtl_port);
-  if (port < 0) return std::nullopt;
+  const ServerSettings& s = scene.server;
+  const int port = options.igtl_port.value_or(s.igtl_port);
+  if (port < 0 && s.igtl_connect.empty()) return std::nullopt;
   net::igtl::IgtlOptions o;
-  o.port = static_cast<std::uint16_t>(port);
-  o.without_token = scene.server.igtl_without_token;
+  o.listens = port >= 0;
+  o.port = static_cast<std::uint16_t>(std::max(port, 0));
+  o.without_token = s.igtl_without_token;
+  if (!s.igtl_connect.empty()) o.connect = net::link_target(s.igtl_connect, "server.igtl_connect");
+  o.connect_sends = s.igtl_connect_sends;
+  o.naming.frame = s.igtl_frame;
+  o.naming.X_WF = rigid_transform_from(s.igtl_frame_pose).value_or(RigidTransform());
+  o.naming.needle_names = net::igtl::names_in(s.igtl_needle_names);
+  if (o.naming.needle_names.size() > scene.instrument_count())
+    throw UserError("server.igtl_needle_names has more names than the scene has needles; set needle.count");
   return o;
 }
 

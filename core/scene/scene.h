@@ -125,8 +125,15 @@ struct DeviceSettings {
 struct ServerSettings {
   std::string address = "127.0.0.1";
   int port = 18950;
-  int http_port = -1;  ///< of the viewer and its WebSocket; 0: a free one, -1: none
-  int igtl_port = -1;  ///< OpenIGTLink's; -1: off
+  int http_port = -1;        ///< of the viewer and its WebSocket; 0: a free one, -1: none
+  int igtl_port = -1;        ///< OpenIGTLink's; -1: off
+  std::string igtl_connect;  ///< HOST:PORT of an OpenIGTLink server whose tools move the needles; empty: none
+  bool igtl_connect_sends = false;  ///< sends it what clients get, as to a 3D Slicer that listens
+  std::string
+      igtl_needle_names;  ///< of the TRANSFORMs that move needle 0, 1, …, "A, B"; beside NeedleToRas …
+  std::string igtl_frame = "Ras";  ///< what OpenIGTLink's coordinates are in: NeedleTo…
+  std::string igtl_frame_pose;     ///< X_WF of that frame, row by row, 12 or 16 numbers; empty: it is RAS
+  bool igtl_commands = false;      ///< OpenIGTLink's STRING and COMMAND reset, play, arm, drop, …
   /// 32 bytes; its holder may have any role; relative to the scene file; empty: none
   std::string token_file;
   std::string device_token_file;    ///< its holder may be device or viewer

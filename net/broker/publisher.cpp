@@ -8,10 +8,10 @@
 #include <utility>
 
 #include "net/base/clock.h"
+#include "net/base/retry.h"
 #include "net/broker/chunks.h"
 #include "net/broker/in_process_viewer.h"
 #include "net/broker/nats_link.h"
-#include "net/broker/retry.h"
 #include "net/server/server.h"
 
 namespace brachy::net {

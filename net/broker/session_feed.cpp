@@ -5,8 +5,8 @@
 #include <utility>
 
 #include "net/base/clock.h"
+#include "net/base/retry.h"
 #include "net/broker/nats_link.h"
-#include "net/broker/retry.h"
 
 namespace brachy::net {
 namespace {

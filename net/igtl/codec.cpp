@@ -4,50 +4,13 @@
 #include <utility>
 
 #include "net/igtl/big_endian.h"
-#include "net/igtl/crc64.h"
+#include "net/igtl/message_builder.h"
 #include "net/wire/text.h"
 
 namespace brachy::net::igtl {
 namespace {
 
-constexpr std::size_t kCrcOffset = 50, kSizeOffset = 42;
-constexpr std::uint16_t kNoMetadataBytes = 2;  // the count of metadata, 0
-
-/// A message whose content is appended to bytes() between construction and finish().
-class Builder {
- public:
-  Builder(std::string_view type, const Label& label, std::size_t content_bytes) : version_(label.version) {
-    bytes_.reserve(kHeaderSize + kExtendedHeaderSize + content_bytes + kNoMetadataBytes);
-    put(bytes_, label.version);
-    put_name(bytes_, type, kTypeBytes);
-    put_name(bytes_, label.device, kNameBytes);
-    put(bytes_, label.timestamp);
-    bytes_.resize(kHeaderSize);  // size and CRC: finish()
-    if (version_ < 2) return;
-    put(bytes_, static_cast<std::uint16_t>(kExtendedHeaderSize));
-    put(bytes_, kNoMetadataBytes);
-    put(bytes_, std::uint32_t{0});  // of metadata
-    put(bytes_, std::uint32_t{0});  // message id
-  }
-
-  Bytes& bytes() { return bytes_; }
-
-  Bytes finish() {
-    if (version_ >= 2) put(bytes_, std::uint16_t{0});
-    const auto body = std::span<const std::byte>(bytes_).subspan(kHeaderSize);
-    patch(kSizeOffset, body.size());
-    patch(kCrcOffset, crc64(body));
-    return std::move(bytes_);
-  }
-
- private:
-  void patch(std::size_t offset, std::uint64_t value) {
-    for (std::size_t i = 0; i < 8; ++i) bytes_[offset + i] = static_cast<std::byte>(value >> (56 - 8 * i));
-  }
-
-  std::uint16_t version_;
-  Bytes bytes_;
-};
+using Builder = MessageBuilder;
 
 /// Column by column, the translation last.
 void put_transform(Bytes& out, const RigidTransform& X) {
@@ -62,10 +25,12 @@ Bytes encode_empty(std::string_view type, const Label& label) {
   return Builder(type, label, 0).finish();
 }
 
-Bytes encode_transform(const Label& label, const RigidTransform& X) {
+Bytes encode_transform(const Label& label, const RigidTransform& X, std::string_view status) {
   Builder message("TRANSFORM", label, kTransformBytes);
   put_transform(message.bytes(), X);
-  return message.finish();
+  if (status.empty()) return message.finish();
+  const MessageBuilder::Metadata metadata[] = {{"TransformStatus", status}};
+  return message.finish(metadata);
 }
 
 Bytes encode_status(const Label& label, const Status& status) {
@@ -90,8 +55,8 @@ Bytes encode_tracking(const Label& label, std::span<const TrackedTool> tools) {
   return message.finish();
 }
 
-Bytes encode_tracking_answer(const Label& label) {
-  Builder message("RTS_TDATA", label, 1);
+Bytes encode_start_answer(std::string_view type, const Label& label) {
+  Builder message(type, label, 1);
   message.bytes().push_back(std::byte{0});
   return message.finish();
 }
@@ -99,12 +64,6 @@ Bytes encode_tracking_answer(const Label& label) {
 Bytes encode_capability(const Label& label, std::span<const std::string_view> types) {
   Builder message("CAPABILITY", label, types.size() * kTypeBytes);
   for (const std::string_view type : types) put_name(message.bytes(), type, kTypeBytes);
-  return message.finish();
-}
-
-Bytes encode_image_answer(const Label& label) {
-  Builder message("RTS_IMAGE", label, 1);
-  message.bytes().push_back(std::byte{0});
   return message.finish();
 }
 
@@ -161,9 +120,9 @@ Header decode_header(std::span<const std::byte> bytes) {
   header.version = get<std::uint16_t>(bytes);
   header.type = to_wire_text(get_name(bytes.subspan(2, kTypeBytes)), kTypeBytes);
   header.device = to_wire_text(get_name(bytes.subspan(2 + kTypeBytes, kNameBytes)), kNameBytes);
-  header.timestamp = get<std::uint64_t>(bytes.subspan(kSizeOffset - 8));
-  header.body_size = get<std::uint64_t>(bytes.subspan(kSizeOffset));
-  header.crc = get<std::uint64_t>(bytes.subspan(kCrcOffset));
+  header.timestamp = get<std::uint64_t>(bytes.subspan(MessageBuilder::kSizeOffset - 8));
+  header.body_size = get<std::uint64_t>(bytes.subspan(MessageBuilder::kSizeOffset));
+  header.crc = get<std::uint64_t>(bytes.subspan(MessageBuilder::kCrcOffset));
   return header;
 }
 

@@ -13,20 +13,18 @@
 /// Messages to bytes and back: pure functions, no socket, no clock, any thread. Decoding takes untrusted input.
 namespace brachy::net::igtl {
 
-// Whole messages, with header and CRC. With label.version 2 the body has an extended header and no metadata.
+// Whole messages, with header and CRC. With label.version 2 the body has an extended header.
 
 /// A body of 0 bytes: a query, or "there is none" in answer to one.
 Bytes encode_empty(std::string_view type, const Label& label);
-/// Single precision.
-Bytes encode_transform(const Label& label, const RigidTransform& X);
+/// Single precision. `status`: with header version 2 the metadata TransformStatus, "OK" or "MISSING"; empty: none.
+Bytes encode_transform(const Label& label, const RigidTransform& X, std::string_view status = {});
 Bytes encode_status(const Label& label, const Status& status);
 Bytes encode_tracking(const Label& label, std::span<const TrackedTool> tools);
-/// RTS_TDATA, the answer to STT_TDATA and STP_TDATA: done.
-Bytes encode_tracking_answer(const Label& label);
+/// RTS_TDATA, RTS_POLYDATA or RTS_IMAGE, the answer to STT_ and STP_ of these: done.
+Bytes encode_start_answer(std::string_view type, const Label& label);
 Bytes encode_capability(const Label& label, std::span<const std::string_view> types);
 
-/// RTS_IMAGE, the answer to STT_IMAGE and STP_IMAGE: done.
-Bytes encode_image_answer(const Label& label);
 /// One slice of 8-bit scalars in RAS, its matrix as the protocol has it: the axes times the spacing of pixels, which is
 /// the slice's thickness too, and the place of the slice's middle. Precondition: the pixels are not compressed.
 Bytes encode_image(const Label& label, const ImageMessage& image);

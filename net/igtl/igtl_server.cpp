@@ -34,6 +34,15 @@ std::string checked_address(const IgtlOptions& options, const ServerOptions& com
   return common.allow_remote || is_loopback(common.address) ? common.address : "127.0.0.1";
 }
 
+/// The protocol has neither tokens nor TLS.
+void check_target(const LinkTarget& target, const ServerOptions& common) {
+  if (common.allow_remote || target.host == "localhost" || is_loopback(target.host)) return;
+  throw UserError(
+      "server.igtl_connect = \"" + target.text() +
+      "\": OpenIGTLink has neither tokens nor TLS, and the machine is another; name one on loopback, such "
+      "as an ssh tunnel's end, or give --insecure-allow-remote");
+}
+
 }  // namespace
 
 class IgtlServer::Impl : public std::enable_shared_from_this<IgtlServer::Impl> {
@@ -43,22 +52,53 @@ class IgtlServer::Impl : public std::enable_shared_from_this<IgtlServer::Impl> {
         options_(options),
         server_(server),
         log_(std::move(log)),
-        messages_(tissue, server.options().topology_name),
-        address_(checked_address(options, server.options())),
-        acceptor_(std::make_shared<Acceptor>(
-            io, ListenOptions{address_, options.port, server.options().allow_remote, false, false,
-                              "--igtl-port"})),
+        messages_(tissue, server.options().topology_name, options.naming, options.targets),
+        address_(options.listens ? checked_address(options, server.options()) : std::string()),
+        acceptor_(options.listens
+                      ? std::make_shared<Acceptor>(
+                            io, ListenOptions{address_, options.port, server.options().allow_remote, false,
+                                              false, "--igtl-port"})
+                      : nullptr),
         timer_(io) {
+    if (options.connect) check_target(*options.connect, server.options());
     restart_rates();
   }
 
   void start() {
-    acceptor_->start(
-        server_.gate(), Gate::Entry::kImmediate,
-        [this](asio::ip::tcp::socket socket, auto slot) { on_socket(std::move(socket), std::move(slot)); },
-        [this](const std::string& line) { log_(line); });
+    if (acceptor_)
+      acceptor_->start(
+          server_.gate(), Gate::Entry::kImmediate,
+          [this](asio::ip::tcp::socket socket, auto slot) { on_socket(std::move(socket), std::move(slot)); },
+          [this](const std::string& line) { log_(line); });
+    if (options_.connect) {
+      link_ = std::make_shared<TcpLink>(
+          io_, *options_.connect,
+          TcpLink::Handlers{[this](asio::ip::tcp::socket socket) { on_linked(std::move(socket)); },
+                            [this](const std::string& line) { log_("OpenIGTLink: " + line); }});
+      link_->start();
+    }
     on_timer();
   }
+
+  bool wants_ticks() const {
+    const double snapshot_s = 1 / server_.options().snapshot_hz;
+    return std::ranges::any_of(sessions_, [&](const auto& entry) {
+      const auto period_s = entry.second->tracking_period_s();
+      return period_s && *period_s < snapshot_s;
+    });
+  }
+
+  void track(TrackedTick tick, std::int64_t utc_ns) {
+    if (is_stopped_ || !tracking_.update(std::move(tick), utc_ns)) return;
+    for (const auto& session : sessions()) session->offer_tracking();
+  }
+
+  IgtlSession::Losses losses() const {
+    IgtlSession::Losses all = losses_;
+    for (const auto& [id, session] : sessions_) add(all, session->losses());
+    return all;
+  }
+  bool is_link_up() const { return linked_ != 0; }
 
   void publish(std::shared_ptr<const MeshState> state) {
     if (is_stopped_) return;
@@ -68,9 +108,12 @@ class IgtlServer::Impl : public std::enable_shared_from_this<IgtlServer::Impl> {
     const auto time_ns = static_cast<std::int64_t>(1e9 * state->summary.sim_time_s);
     const std::int64_t age_ns =
         state->summary.publish_ns != 0 ? monotonic_ns() - state->summary.publish_ns : 0;
-    messages_.update(std::move(state), utc_ns() - age_ns);
+    const std::int64_t when_ns = utc_ns() - age_ns;
+    TrackedTick tick = TrackedTick::of(*state);
+    messages_.update(std::move(state), when_ns);
     const bool transforms = transform_rate_.pass(time_ns), surface = surface_rate_.pass(time_ns);
     for (const auto& session : sessions()) session->offer(transforms, surface);
+    track(std::move(tick), when_ns);
   }
 
   void publish_image(std::shared_ptr<const ImageMessage> image) {
@@ -87,7 +130,7 @@ class IgtlServer::Impl : public std::enable_shared_from_this<IgtlServer::Impl> {
   void stop() {
     if (is_stopped_) return;
     is_stopped_ = true;
-    acceptor_->stop();
+    stop_connecting();
     for (const auto& session : sessions())
       session->fail({StatusCode::kShutdown, 0, "Shutdown", "the server stops"});
     if (sessions_.empty()) timer_.cancel();
@@ -95,7 +138,7 @@ class IgtlServer::Impl : public std::enable_shared_from_this<IgtlServer::Impl> {
 
   void end() {
     is_stopped_ = true;
-    acceptor_->stop();
+    stop_connecting();
     for (const auto& session : sessions()) session->abort("the server is gone");
     timer_.cancel();
   }
@@ -105,7 +148,7 @@ class IgtlServer::Impl : public std::enable_shared_from_this<IgtlServer::Impl> {
         sessions_.begin(), sessions_.end(), [](const auto& entry) { return !entry.second->is_closing(); }));
   }
   const std::string& address() const { return address_; }
-  std::uint16_t port() const { return acceptor_->port(); }
+  std::uint16_t port() const { return acceptor_ ? acceptor_->port() : std::uint16_t{0}; }
   std::uint64_t surfaces_encoded() const { return messages_.encoded(); }
   std::uint64_t messages_dropped() const { return messages_dropped_; }
   std::uint64_t other_names() const { return other_names_; }
@@ -125,29 +168,66 @@ class IgtlServer::Impl : public std::enable_shared_from_this<IgtlServer::Impl> {
     surface_rate_ = RateLimit(options_.surface_hz, 1.5);
   }
 
-  void on_socket(asio::ip::tcp::socket socket, std::shared_ptr<ConnectionSlot> slot) {
-    const auto refusal = slot->refusal();
+  void stop_connecting() {
+    if (acceptor_) acceptor_->stop();
+    if (link_) link_->stop();
+  }
+
+  static void add(IgtlSession::Losses& all, const IgtlSession::Losses& some) {
+    all.skipped += some.skipped;
+    all.ignored += some.ignored;
+    all.replaced += some.replaced;
+  }
+
+  std::shared_ptr<IgtlSession> add_session(asio::ip::tcp::socket socket, std::shared_ptr<ConnectionSlot> slot,
+                                           IgtlSession::Wish wish) {
     auto connection = std::make_shared<TcpConnection>(std::move(socket), server_.options().send_buffer_bytes,
                                                       kReadBufferBytes);
     IgtlSession::Environment environment{
         server_,
         messages_,
         images_,
+        tracking_,
+        options_.commands.on_control ? &options_.commands : nullptr,
         options_.first_message_wait,
         [this](const IgtlSession& session, const std::string& reason) { on_closed(session, reason); },
         [this] { ++messages_dropped_; },
         [this](const IgtlSession& session, const std::string& name) { on_other_name(session, name); }};
-    const auto session =
-        std::make_shared<IgtlSession>(++last_session_, std::move(connection), std::move(slot), environment);
+    auto session = std::make_shared<IgtlSession>(++last_session_, std::move(connection), std::move(slot),
+                                                 environment, wish);
     sessions_.emplace(session->id(), session);
+    return session;
+  }
+
+  void on_socket(asio::ip::tcp::socket socket, std::shared_ptr<ConnectionSlot> slot) {
+    const auto refusal = slot->refusal();
+    const auto session = add_session(std::move(socket), std::move(slot), IgtlSession::Wish::kNotKnown);
     log_("OpenIGTLink client from " + session->address() + " joined");
     session->start();
     if (refusal) session->fail({StatusCode::kBusy, 0, "Busy", refusal->text});
   }
 
+  /// A server that we connected to: a session without a slot, since nobody came.
+  void on_linked(asio::ip::tcp::socket socket) {
+    const auto session =
+        add_session(std::move(socket), nullptr,
+                    options_.connect_sends ? IgtlSession::Wish::kStream : IgtlSession::Wish::kAnswers);
+    linked_ = session->id();
+    log_("OpenIGTLink: connected to " + link_->target().text());
+    session->start();
+  }
+
   void on_closed(const IgtlSession& session, const std::string& reason) {
-    log_("OpenIGTLink client from " + session.address() + " left: " + reason);
+    const bool is_link = session.id() == linked_;
+    log_((is_link ? "OpenIGTLink: the connection to " + link_->target().text() + " ended: "
+                  : "OpenIGTLink client from " + session.address() + " left: ") +
+         reason);
+    add(losses_, session.losses());
     sessions_.erase(session.id());
+    if (is_link) {
+      linked_ = 0;
+      link_->on_ended();
+    }
     if (is_stopped_ && sessions_.empty()) timer_.cancel();
   }
 
@@ -176,14 +256,18 @@ class IgtlServer::Impl : public std::enable_shared_from_this<IgtlServer::Impl> {
   const Log log_;
   SnapshotMessages messages_;
   ImageMessages images_;
-  const std::string address_;
-  const std::shared_ptr<Acceptor> acceptor_;
+  TrackingFeed tracking_;
+  const std::string address_;                 // empty: does not listen
+  const std::shared_ptr<Acceptor> acceptor_;  // null likewise
+  std::shared_ptr<TcpLink> link_;             // null: connects to nobody
+  std::uint64_t linked_ = 0;                  // its session; 0: not connected
   asio::steady_timer timer_;
   TimeoutChecks checks_;
   RateLimit transform_rate_{1, 1}, surface_rate_{1, 1};
   std::map<std::uint64_t, std::shared_ptr<IgtlSession>> sessions_;
   std::uint64_t last_session_ = 0;
   std::uint64_t messages_dropped_ = 0, other_names_ = 0;
+  IgtlSession::Losses losses_;  // of sessions that have ended
   std::set<std::string> logged_names_;
   bool is_stopped_ = false;
 };
@@ -222,6 +306,18 @@ std::size_t IgtlServer::client_count() const {
 }
 std::uint64_t IgtlServer::surfaces_encoded() const {
   return impl_->surfaces_encoded();
+}
+bool IgtlServer::wants_ticks() const {
+  return impl_->wants_ticks();
+}
+void IgtlServer::track(TrackedTick tick, std::int64_t utc_ns) {
+  impl_->track(std::move(tick), utc_ns);
+}
+IgtlSession::Losses IgtlServer::losses() const {
+  return impl_->losses();
+}
+bool IgtlServer::is_link_up() const {
+  return impl_->is_link_up();
 }
 std::uint64_t IgtlServer::other_names() const {
   return impl_->other_names();

@@ -4,11 +4,18 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
+#include <vector>
 
 #include "core/base/error.h"
 #include "core/geometry/tissue/tissue.h"
 #include "core/simulation/mesh_state.h"
+#include "net/igtl/commands.h"
+#include "net/igtl/igtl_session.h"
+#include "net/igtl/needle_name.h"
+#include "net/igtl/tracking_feed.h"
+#include "net/transport/tcp/tcp_link.h"
 
 namespace boost::asio {
 class io_context;
@@ -30,6 +37,13 @@ struct IgtlOptions {
   /// A client that sends nothing for this long after connecting is a listener.
   std::chrono::milliseconds first_message_wait{1000};
   bool without_token = false;  ///< accept clients although the server requires tokens elsewhere
+  bool listens = true;         ///< false: connects only; `port` is not used
+  /// An OpenIGTLink server to connect to, whose TRANSFORMs move needles as a client's do.
+  std::optional<LinkTarget> connect = {};
+  bool connect_sends = false;      ///< sends it what clients get, as to a 3D Slicer that listens
+  Naming naming = {};              ///< of tools, and the frame of all coordinates
+  std::vector<Vec3> targets = {};  ///< planned seeds at rest, W, mm: POINT "Targets", and ErrorToRas
+  CommandHandlers commands = {};   ///< all set, or none: STRING and COMMAND are skipped
 };
 
 /// OpenIGTLink for 3D Slicer and PLUS, beside the native protocol (net/IGTL.md). Clients that send a
@@ -45,6 +59,8 @@ class IgtlServer {
   using Log = std::function<void(const std::string&)>;  ///< one line, no line end
 
   /// Binds, listens and accepts from here on. `server` must outlive it; copies what it needs of `tissue`.
+  /// Connects to options.connect, again and again; it must be loopback unless allow_remote is set, or a UserError
+  /// says so.
   /// Uses the server's address where that is loopback or allow_remote is set, else 127.0.0.1: the protocol has
   /// neither tokens nor TLS. Throws UserError: port in use or forbidden; tokens without without_token.
   IgtlServer(boost::asio::io_context& io, const IgtlOptions& options, Server& server, const Tissue& tissue,
@@ -62,11 +78,19 @@ class IgtlServer {
   /// A newer ultrasound image, uncompressed, for the clients that asked for such.
   void publish_image(std::shared_ptr<const ImageMessage> image);
   bool wants_images() const;  ///< a client asked for them
+  /// Whether a client asked for TDATA more often than there are snapshots. On the io thread.
+  bool wants_ticks() const;
+  /// A newer tick for TDATA, and when it was, UTC. On the io thread; snapshots have their own.
+  void track(TrackedTick tick, std::int64_t utc_ns);
 
   std::size_t client_count() const;        ///< connected and not being closed
   std::uint64_t surfaces_encoded() const;  ///< since start: once a snapshot and header version at most
   std::uint64_t messages_dropped() const;  ///< of clients since start: wrong CRC, or invalid
   std::uint64_t other_names() const;       ///< TRANSFORMs since start whose name is no needle's: skipped
+  /// Of clients that have left and of those connected, since start: what was not taken or not sent, and not in the
+  /// above.
+  IgtlSession::Losses losses() const;
+  bool is_link_up() const;  ///< connected to options.connect
 
   /// Stops listening, notifies every client, and sends what is pending for at most the server's drain_timeout.
   void stop();

@@ -7,6 +7,7 @@
 
 #include "net/base/clock.h"
 #include "net/igtl/needle_name.h"
+#include "net/igtl/text_codec.h"
 #include "net/igtl/wall_clock.h"
 
 namespace brachy::net::igtl {
@@ -16,19 +17,20 @@ constexpr std::uint16_t kNewestSent = 2;
 constexpr std::size_t kMaxAnswers = 16;                // waiting; further queries are ignored
 constexpr std::int64_t kFirstImageNs = 5'000'000'000;  // the scanner may have to start
 constexpr std::int64_t kImageAgeNs = 1'000'000'000;    // an older one is not sent to whoever asks for one
-constexpr std::array<std::string_view, 10> kCapabilities = {
-    "TRANSFORM", "GET_TRANS", "GET_POLYDATA", "GET_STATUS", "GET_CAPABIL",
-    "STT_TDATA", "STP_TDATA", "GET_IMAGE",    "STT_IMAGE",  "STP_IMAGE"};
+constexpr std::array<std::string_view, 15> kCapabilities = {
+    "TRANSFORM", "GET_TRANS", "GET_POLYDATA", "STT_POLYDATA", "STP_POLYDATA", "GET_POINT", "STT_TDATA", "STP_TDATA",
+    "GET_IMAGE", "STT_IMAGE", "STP_IMAGE",    "GET_STATUS",   "GET_CAPABIL",  "STRING",    "COMMAND"};
 
 }  // namespace
 
 IgtlSession::IgtlSession(std::uint64_t id, std::shared_ptr<Connection> connection,
-                         std::shared_ptr<ConnectionSlot> slot, const Environment& environment)
+                         std::shared_ptr<ConnectionSlot> slot, const Environment& environment, Wish wish)
     : id_(id),
       connection_(std::move(connection)),
       slot_(std::move(slot)),
       environment_(environment),
       options_(environment.server.options()),
+      wish_(wish),
       opened_ns_(monotonic_ns()),
       now_ns_(opened_ns_),
       poses_(options_.max_poses_per_s, std::max(1.0, options_.max_poses_per_s / 10.0)) {}
@@ -56,6 +58,7 @@ void IgtlSession::on_bytes(std::span<const std::byte> bytes) {
         handle(message);
         break;
       case Parsed::kSkipped:
+        ++losses_.skipped;
         on_header(message.header);
         break;
       case Parsed::kWrongCrc:
@@ -93,7 +96,11 @@ void IgtlSession::begin_stream() {
 
 void IgtlSession::handle(const MessageParser::Message& message) {
   if (message.header.type == "TRANSFORM") return handle_transform(message);
-  if (!queries_.pass(now_ns_) || answers_.size() >= kMaxAnswers) return;
+  if (message.header.type == "STRING" || message.header.type == "COMMAND") return handle_text(message);
+  if (!queries_.pass(now_ns_) || answers_.size() >= kMaxAnswers) {
+    ++losses_.ignored;
+    return;
+  }
   handle_query(message);
 }
 
@@ -106,22 +113,28 @@ void IgtlSession::handle_query(const MessageParser::Message& message) {
   } else if (query.type == "GET_POLYDATA") {
     surface_pending_ = true;
     write_next();
+  } else if (query.type == "GET_POINT") {
+    answer_points(query);
+  } else if (query.type == "STT_POLYDATA" || query.type == "STP_POLYDATA") {
+    is_surface_asked_ = query.type.starts_with("STT");
+    surface_pending_ &= is_surface_asked_;
+    answer(encode_start_answer("RTS_POLYDATA", label(query.device)));
   } else if (query.type == "STT_TDATA") {
     const auto asked = decode_start_tracking(message.content);
     if (!asked) return report({StatusCode::kIllegalInstruction, 0, "Malformed", "STT_TDATA has 36 bytes"});
     tracking_period_s_ = 1e-3 * asked->resolution_ms;
     tracking_due_s_ = 0;
-    answer(encode_tracking_answer(label(query.device)));
+    answer(encode_start_answer("RTS_TDATA", label(query.device)));
   } else if (query.type == "STP_TDATA") {
     tracking_period_s_.reset();
     tracking_pending_ = false;
-    answer(encode_tracking_answer(label(query.device)));
+    answer(encode_start_answer("RTS_TDATA", label(query.device)));
   } else if (query.type == "GET_IMAGE") {
     answer_image(query);
   } else if (query.type == "STT_IMAGE" || query.type == "STP_IMAGE") {
     streams_images_ = query.type == "STT_IMAGE";
     images_pending_.clear();
-    answer(encode_image_answer(label(query.device)));
+    answer(encode_start_answer("RTS_IMAGE", label(query.device)));
   } else {
     answer_transform(query);
   }
@@ -132,10 +145,13 @@ void IgtlSession::handle_query(const MessageParser::Message& message) {
 void IgtlSession::answer_transform(const Header& query) {
   if (const MeshState* state = environment_.messages.state()) {
     const std::size_t count = state->needles.states.size();
-    for (const auto& [needle, pose, force, bent_tip] : environment_.messages.transforms(version_)) {
-      if (query.device.empty() || query.device == pose_name(needle, count)) return answer(pose);
-      if (query.device == force_name(needle, count) && !force.empty()) return answer(force);
-      if (query.device == bent_tip_name(needle, count) && !bent_tip.empty()) return answer(bent_tip);
+    const Naming& naming = environment_.messages.naming();
+    for (const auto& [needle, pose, force, bent_tip, shape, error] :
+         environment_.messages.transforms(version_)) {
+      if (query.device.empty() || query.device == naming.pose_name(needle, count)) return answer(pose);
+      if (query.device == naming.force_name(needle, count) && !force.empty()) return answer(force);
+      if (query.device == naming.bent_tip_name(needle, count) && !bent_tip.empty()) return answer(bent_tip);
+      if (query.device == naming.error_name(needle, count) && !error.empty()) return answer(error);
     }
   }
   if (version_ < 2) return answer(encode_empty("TRANSFORM", label(query.device)));
@@ -166,17 +182,66 @@ void IgtlSession::offer_image(ScannerArray array) {
   write_next();
 }
 
+/// By name: "Seeds" and "Targets"; without one the seeds, a needle's shape by its own. None: a POINT of no elements.
+void IgtlSession::answer_points(const Header& query) {
+  SnapshotMessages& messages = environment_.messages;
+  if (query.device == "Targets") return answer(messages.targets(version_));
+  if (messages.state()) {
+    if (query.device.empty() || query.device == "Seeds") return answer(*messages.seeds(version_));
+    const std::size_t count = messages.state()->needles.states.size();
+    for (const auto& of_needle : messages.transforms(version_))
+      if (query.device == shape_name(of_needle.needle, count) && !of_needle.shape.empty())
+        return answer(of_needle.shape);
+  }
+  answer(encode_empty("POINT", label(query.device)));
+}
+
+/// A STRING is answered by a STATUS, a COMMAND by RTS_COMMAND. PLUS writes XML into a COMMAND, and what is to be
+/// done into its name.
+void IgtlSession::handle_text(const MessageParser::Message& message) {
+  const bool is_command = message.header.type == "COMMAND";
+  if (!environment_.commands) {
+    ++losses_.skipped;
+    if (!is_command) return;
+  }
+  if (!commands_.pass(now_ns_) || answers_.size() >= kMaxAnswers) {
+    ++losses_.ignored;
+    return;
+  }
+  const auto command = is_command ? decode_command(message.content) : std::nullopt;
+  const auto text = is_command ? std::nullopt : decode_string(message.content);
+  if (!command && !text) {
+    environment_.on_dropped();
+    return report({StatusCode::kIllegalInstruction, 0, "Malformed",
+                   "the sizes in a " + message.header.type + " do not fit its body"});
+  }
+  const bool is_in_name = command && (command->content.empty() || command->content.starts_with('<'));
+  const std::string& asked = text ? *text : is_in_name ? command->name : command->content;
+  const std::string error =
+      environment_.commands
+          ? execute_command(
+                asked,
+                environment_.messages.state() ? environment_.messages.state()->needles.states.size() : 0,
+                *environment_.commands, "OpenIGTLink " + address())
+          : "commands are off: set server.igtl_commands = true";
+  const Label to = label(message.header.device);
+  if (command) return answer(encode_command_answer(to, command->id, error));
+  answer(encode_status(to, error.empty() ? Status{StatusCode::kOk, 0, "OK", asked}
+                                         : Status{StatusCode::kIllegalInstruction, 0, "Refused", error}));
+}
+
 void IgtlSession::handle_transform(const MessageParser::Message& message) {
   const Header& header = message.header;
-  const auto needle = needle_of(header.device);
+  const Naming& naming = environment_.messages.naming();
+  const auto needle = naming.needle_of(header.device);
   if (!needle) return environment_.on_other_name(*this, header.device);  // another program's tool
   if (!poses_.pass(now_ns_)) {
     return refuse(
         {false, kRefusedRate, "more than " + std::to_string(options_.max_poses_per_s) + " poses a second"},
         StatusCode::kOverflow);
   }
-  const auto X_WN = decode_transform(message.content);
-  if (!X_WN) {
+  const auto X_FN = decode_transform(message.content);
+  if (!X_FN) {
     environment_.on_dropped();
     return report({StatusCode::kIllegalInstruction, 0, "Malformed", "TRANSFORM has 48 bytes"});
   }
@@ -188,7 +253,7 @@ void IgtlSession::handle_transform(const MessageParser::Message& message) {
   held->last_ns = now_ns_;
   if (!is_seen) return;
   NeedlePose pose;
-  pose.X_WN = *X_WN;
+  pose.X_WN = naming.to_world(*X_FN);
   pose.sequence = ++poses_received_;
   pose.stamp_ns = header.timestamp != 0 ? to_ns(header.timestamp) : now_ns_;
   pose.received_ns = now_ns_;
@@ -248,15 +313,22 @@ void IgtlSession::offer(bool transforms, bool surface) {
   if (wish_ == Wish::kStream) {
     transforms_pending_ |= transforms;
     surface_pending_ |= surface;
+    seeds_pending_ |= surface && environment_.messages.seed_version() != seeds_sent_;
   }
-  if (transforms && tracking_period_s_ && is_tracking_due()) tracking_pending_ = true;
+  surface_pending_ |= surface && is_surface_asked_;
   write_next();
 }
 
-/// The mean rate is the one asked for, as far as there are snapshots: the next TDATA is due one period after the time
+void IgtlSession::offer_tracking() {
+  if (is_closing() || !tracking_period_s_ || !is_tracking_due()) return;
+  if (std::exchange(tracking_pending_, true)) ++losses_.replaced;
+  write_next();
+}
+
+/// The mean rate is the one asked for, as far as there are ticks: the next TDATA is due one period after the time
 /// at which the last one was due, not after the snapshot that it went with.
 bool IgtlSession::is_tracking_due() {
-  const double now_s = environment_.messages.state()->summary.sim_time_s, period_s = *tracking_period_s_;
+  const double now_s = environment_.tracking.sim_time_s(), period_s = *tracking_period_s_;
   // After a gap, at the start and after a reset of the simulation the periods begin now.
   const bool is_near = std::abs(now_s - tracking_due_s_) <= period_s + 1 / options_.snapshot_hz;
   if (is_near && now_s < tracking_due_s_) return false;
@@ -286,8 +358,12 @@ void IgtlSession::write_next() {
   const bool is_others_turn = was_surface_ || !surface_pending_;
   was_surface_ = false;
   if (is_others_turn && std::exchange(tracking_pending_, false))
-    return write({}, messages.tracking(version_));
+    return write({}, environment_.tracking.message(version_, messages.naming()));
   if (is_others_turn && std::exchange(transforms_pending_, false) && write_transforms()) return;
+  if (is_others_turn && std::exchange(seeds_pending_, false)) {
+    seeds_sent_ = messages.seed_version();
+    return write({}, messages.seeds(version_));
+  }
   if (!std::exchange(surface_pending_, false)) return;
   was_surface_ = true;
   write({}, messages.surface(version_));
@@ -296,7 +372,7 @@ void IgtlSession::write_next() {
 /// All needles' poses, forces and bent tips in one write, but not the poses of its own: a client that moves a node of
 /// that name would see it moved back. False where there is none.
 bool IgtlSession::write_transforms() {
-  Bytes all;
+  Bytes all = targets_once();
   const auto append = [&](const Bytes& message) { all.insert(all.end(), message.begin(), message.end()); };
   for (const auto& of_needle : environment_.messages.transforms(version_)) {
     const bool is_own = std::any_of(held_.begin(), held_.end(),
@@ -304,10 +380,18 @@ bool IgtlSession::write_transforms() {
     if (!is_own) append(of_needle.pose);
     append(of_needle.force);
     append(of_needle.bent_tip);
+    append(of_needle.shape);
+    append(of_needle.error);
   }
   if (all.empty()) return false;
   write(std::move(all), nullptr);
   return true;
+}
+
+/// The targets, with the first transforms: they do not move.
+Bytes IgtlSession::targets_once() {
+  if (!environment_.messages.has_targets() || std::exchange(has_targets_sent_, true)) return {};
+  return environment_.messages.targets(version_);
 }
 
 void IgtlSession::write(Bytes header, std::shared_ptr<const Bytes> body) {
@@ -367,7 +451,18 @@ void IgtlSession::on_closed(const std::string& reason) {
   phase_ = Phase::kClosed;
   slot_.reset();
   release_needles(why);
-  environment_.on_closed(*this, why);
+  environment_.on_closed(*this, why + losses_.text());
+}
+
+std::string IgtlSession::Losses::text() const {
+  std::string all;
+  const auto add = [&](std::uint64_t count, const char* what) {
+    if (count) all += (all.empty() ? " (" : ", ") + std::to_string(count) + what;
+  };
+  add(skipped, " messages of other types skipped");
+  add(ignored, " queries over the limit ignored");
+  add(replaced, " TDATA replaced by newer ones");
+  return all.empty() ? all : all + ")";
 }
 
 void IgtlSession::release_needles(const std::string& reason) {

@@ -9,9 +9,11 @@
 #include <string>
 #include <vector>
 
+#include "net/igtl/commands.h"
 #include "net/igtl/image_messages.h"
 #include "net/igtl/message_parser.h"
 #include "net/igtl/snapshot_messages.h"
+#include "net/igtl/tracking_feed.h"
 #include "net/server/server.h"
 #include "net/session/rate_limit.h"
 #include "net/transport/connection.h"
@@ -27,15 +29,26 @@ class IgtlSession final : public ConnectionListener, public std::enable_shared_f
     Server& server;
     SnapshotMessages& messages;
     ImageMessages& images;
+    TrackingFeed& tracking;
+    const CommandHandlers* commands;  ///< null: STRING and COMMAND are skipped
     std::chrono::milliseconds first_message_wait;
     std::function<void(const IgtlSession&, const std::string& reason)> on_closed;  ///< last call
     std::function<void()> on_dropped;  ///< a message of this client was dropped
     /// A TRANSFORM came whose name is no needle's.
     std::function<void(const IgtlSession&, const std::string& name)> on_other_name;
   };
+  /// What a client gets: decided by its first message, or by who opened the connection.
+  enum class Wish { kNotKnown, kStream, kAnswers };
+  /// What was not taken or not sent, since the connection began.
+  struct Losses {
+    std::uint64_t skipped = 0;   ///< messages of types that are not read
+    std::uint64_t ignored = 0;   ///< queries beyond the limits of their rate and number
+    std::uint64_t replaced = 0;  ///< TDATA that a newer one overtook, because the client reads too slowly
+    std::string text() const;    ///< " (3 messages of other types skipped, …)"; empty where there were none
+  };
 
   IgtlSession(std::uint64_t id, std::shared_ptr<Connection> connection, std::shared_ptr<ConnectionSlot> slot,
-              const Environment& environment);
+              const Environment& environment, Wish wish = Wish::kNotKnown);
 
   void start() { connection_->start(shared_from_this()); }
   /// There is a newer snapshot; `transforms`, `surface`: it is time to send these.
@@ -44,6 +57,8 @@ class IgtlSession final : public ConnectionListener, public std::enable_shared_f
   void offer_image(ScannerArray array);
   /// It asked for ultrasound images, and has not got them all.
   bool wants_images() const { return !is_closing() && (streams_images_ || asked_image_); }
+  /// The tracking feed has a newer tick.
+  void offer_tracking();
   /// Timeouts; to be called every 100 ms or so.
   void check_time(std::int64_t now_ns);
   /// Sends the STATUS, then ends within drain_timeout.
@@ -54,11 +69,12 @@ class IgtlSession final : public ConnectionListener, public std::enable_shared_f
   std::uint64_t id() const { return id_; }
   const std::string& address() const { return connection_->peer(); }
   bool is_closing() const { return phase_ != Phase::kOpen; }
+  const Losses& losses() const { return losses_; }
+  /// The least time between two TDATA; nullopt: none are asked for.
+  std::optional<double> tracking_period_s() const { return tracking_period_s_; }
 
  private:
   enum class Phase { kOpen, kClosing, kClosed };
-  /// A client whose first message is a query gets answers only: it may not handle anything else.
-  enum class Wish { kNotKnown, kStream, kAnswers };
   struct Held {
     std::uint16_t needle = 0;
     std::int64_t last_ns = 0;  // when its last TRANSFORM arrived
@@ -74,6 +90,8 @@ class IgtlSession final : public ConnectionListener, public std::enable_shared_f
   void handle_query(const MessageParser::Message& message);
   void answer_transform(const Header& query);
   void answer_image(const Header& query);
+  void answer_points(const Header& query);
+  void handle_text(const MessageParser::Message& message);
   Held* find_held(std::uint16_t needle);  ///< null: it does not hold this needle
   Held* attach(std::uint16_t needle, const std::string& device);
   bool is_tracking_due();
@@ -85,6 +103,7 @@ class IgtlSession final : public ConnectionListener, public std::enable_shared_f
   void answer(Bytes message);
   void write_next();
   bool write_transforms();
+  Bytes targets_once();
   void write(Bytes header, std::shared_ptr<const Bytes> body);
 
   const std::uint64_t id_;
@@ -93,7 +112,7 @@ class IgtlSession final : public ConnectionListener, public std::enable_shared_f
   const Environment environment_;
   const ServerOptions& options_;
   Phase phase_ = Phase::kOpen;
-  Wish wish_ = Wish::kNotKnown;
+  Wish wish_;
   MessageParser parser_;
   std::uint16_t version_ = 1;  // of headers sent: the highest received
   const std::int64_t opened_ns_;
@@ -106,9 +125,15 @@ class IgtlSession final : public ConnectionListener, public std::enable_shared_f
   RateLimit poses_;
   RateLimit reports_{4, 4};  // STATUS that reports an error
   RateLimit queries_{50, 50};
+  RateLimit commands_{10, 10};  // as CONTROL of the native protocol
+  Losses losses_;
 
   std::deque<Bytes> answers_;
-  bool transforms_pending_ = false, surface_pending_ = false, tracking_pending_ = false;
+  bool transforms_pending_ = false, surface_pending_ = false, tracking_pending_ = false,
+       seeds_pending_ = false;
+  bool is_surface_asked_ = false;  // STT_POLYDATA
+  bool has_targets_sent_ = false;
+  SnapshotMessages::SeedVersion seeds_sent_;
   bool streams_images_ = false;             // STT_IMAGE
   std::optional<std::string> asked_image_;  // the device that a GET_IMAGE named, which waits for its image
   std::int64_t asked_image_ns_ = 0;

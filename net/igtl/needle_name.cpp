@@ -1,5 +1,6 @@
 #include "net/igtl/needle_name.h"
 
+#include <algorithm>
 #include <charconv>
 
 #include "net/wire/messages.h"
@@ -7,8 +8,8 @@
 namespace brachy::net::igtl {
 namespace {
 
-std::string name(std::string_view what, std::size_t needle, std::size_t count) {
-  return std::string(what) + (count > 1 ? std::to_string(needle) : "") + "ToRas";
+std::string name(std::string_view what, std::size_t needle, std::size_t count, const std::string& frame) {
+  return std::string(what) + (count > 1 ? std::to_string(needle) : "") + "To" + frame;
 }
 
 }  // namespace
@@ -26,14 +27,39 @@ std::optional<std::uint16_t> needle_of(std::string_view device) {
   return needle;
 }
 
-std::string pose_name(std::size_t needle, std::size_t count) {
-  return name("Needle", needle, count);
+std::optional<std::uint16_t> Naming::needle_of(std::string_view device) const {
+  for (std::size_t n = 0; n < needle_names.size(); ++n)
+    if (!needle_names[n].empty() && needle_names[n] == device) return static_cast<std::uint16_t>(n);
+  return igtl::needle_of(device);
 }
-std::string force_name(std::size_t needle, std::size_t count) {
-  return name("Force", needle, count);
+
+std::string Naming::pose_name(std::size_t needle, std::size_t count) const {
+  return name("Needle", needle, count, frame);
 }
-std::string bent_tip_name(std::size_t needle, std::size_t count) {
-  return name("BentTip", needle, count);
+std::string Naming::force_name(std::size_t needle, std::size_t count) const {
+  return name("Force", needle, count, frame);
+}
+std::string Naming::bent_tip_name(std::size_t needle, std::size_t count) const {
+  return name("BentTip", needle, count, frame);
+}
+std::string Naming::error_name(std::size_t needle, std::size_t count) const {
+  return name("Error", needle, count, frame);
+}
+
+std::string shape_name(std::size_t needle, std::size_t count) {
+  return "Needle" + (count > 1 ? std::to_string(needle) : "") + "Shape";
+}
+
+std::vector<std::string> names_in(std::string_view list) {
+  std::vector<std::string> names;
+  while (!list.empty()) {
+    const std::size_t comma = std::min(list.find(','), list.size());
+    std::string_view one = list.substr(0, comma);
+    list.remove_prefix(std::min(comma + 1, list.size()));
+    one.remove_prefix(std::min(one.find_first_not_of(' '), one.size()));
+    names.emplace_back(one.substr(0, one.find_last_not_of(' ') + 1));
+  }
+  return names;
 }
 
 }  // namespace brachy::net::igtl

@@ -76,6 +76,11 @@ run(${WORK}/build/driver)
 if(NOT output MATCHES "^-0\\.5 N")
   message(FATAL_ERROR "unexpected force: ${output}")
 endif()
+# An adapter by the seam links client and device side; without a daemon it says so.
+execute_process(COMMAND ${WORK}/build/adapter 127.0.0.1:1 RESULT_VARIABLE result ERROR_VARIABLE output)
+if(NOT result EQUAL 2 OR NOT output MATCHES "nothing listens on 127.0.0.1:1")
+  message(FATAL_ERROR "unexpected answer of the adapter (${result}): ${output}")
+endif()
 # The device example without arguments: it links, starts, and says how it is used.
 execute_process(COMMAND ${WORK}/build/spacenav_device RESULT_VARIABLE result ERROR_VARIABLE output)
 if(NOT result EQUAL 2 OR NOT output MATCHES "usage: spacenav_device HOST:PORT")

@@ -35,7 +35,7 @@ void ForceCycle::run_cycle() {
 
 void ForceCycle::update(std::int64_t now_ns) {
   if (!ticks_.update()) return;
-  on_tick_(ticks_.value().start_ns);
+  on_tick_(ticks_.value());
   link_.on_tick(ticks_.value(), now_ns);
 }
 

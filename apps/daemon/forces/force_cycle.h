@@ -16,7 +16,7 @@ namespace brachy {
 /// Threads: the io thread.
 class ForceCycle {
  public:
-  using OnTick = std::function<void(std::int64_t start_ns)>;  ///< a new tick was seen, which began then
+  using OnTick = std::function<void(const TickForces&)>;  ///< a new tick was seen
 
   /// `loop` and `ticks` outlive this, which is the only user of `ticks`.
   ForceCycle(EventLoop& loop, HandOver<TickForces>::Reader& ticks, std::size_t needles,

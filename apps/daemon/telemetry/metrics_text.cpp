@@ -79,7 +79,9 @@ void add_clients(Exposition& out, const DaemonMetrics& m) {
   out.sample(static_cast<double>(m.clients.viewers), {{"role", "viewer"}});
   out.sample(static_cast<double>(m.clients.devices), {{"role", "device"}});
   out.sample(static_cast<double>(m.clients.operators), {{"role", "operator"}});
-  out.gauge("brachy_igtl_clients", static_cast<double>(m.igtl_clients), "Connected OpenIGTLink clients.");
+  out.gauge("brachy_igtl_clients", static_cast<double>(m.igtl.clients), "Connected OpenIGTLink clients.");
+  out.counter("brachy_igtl_lost_total", static_cast<double>(m.igtl.lost),
+              "OpenIGTLink messages dropped, skipped, ignored or replaced by newer ones.");
   out.counter("brachy_connections_refused_total", static_cast<double>(m.connections_refused),
               "Connections refused for lack of a free slot.");
   out.counter("brachy_connections_shed_total", static_cast<double>(m.connections_shed),

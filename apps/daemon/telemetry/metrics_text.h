@@ -13,6 +13,12 @@
 
 namespace brachy {
 
+/// OpenIGTLink, since start.
+struct IgtlFigures {
+  std::size_t clients = 0;  ///< connected now
+  std::uint64_t lost = 0;   ///< messages that were dropped, skipped, ignored or replaced by newer ones
+};
+
 /// The content of /metrics. No names or addresses of clients, no patient data.
 struct DaemonMetrics {
   std::string simd;
@@ -24,7 +30,7 @@ struct DaemonMetrics {
   const Scene& scene;       ///< in use
   net::StateMessage state;  ///< as Server::state
   net::Server::RoleCounts clients;
-  std::size_t igtl_clients = 0;
+  IgtlFigures igtl;
   std::uint64_t connections_refused = 0, connections_shed = 0, wrong_tokens = 0, forces_replaced = 0;
   std::array<std::uint64_t, kInterventions> interventions{};
   std::uint32_t seeds = 0;  ///< in the tissue

@@ -98,7 +98,7 @@ std::string Telemetry::metrics() {
                        .scene = from_.controls.scene(),
                        .state = state_message,
                        .clients = from_.server.role_counts(),
-                       .igtl_clients = from_.igtl_clients(),
+                       .igtl = from_.igtl(),
                        .connections_refused = from_.server.gate().refused(),
                        .connections_shed = from_.server.gate().shed(),
                        .wrong_tokens = from_.server.gate().wrong_tokens(),

@@ -20,6 +20,7 @@ namespace brachy {
 
 class Controls;
 class ForceLink;
+struct IgtlFigures;
 class SceneReload;
 class ServiceWatch;
 class SimulationRuns;
@@ -39,7 +40,7 @@ class Telemetry {
     const Controls& controls;
     const SceneReload& reload;
     ServiceWatch& watch;
-    std::function<std::size_t()> igtl_clients;
+    std::function<IgtlFigures()> igtl;
     HandOver<UltrasoundStatistics>::Reader& ultrasound;
   };
   Telemetry(EventLoop& loop, Sources sources);

@@ -1,3 +1,7 @@
+#include <algorithm>
+#include <cctype>
+
+#include "core/base/rigid_transform_text.h"
 #include "core/scene/file/scene_keys.h"
 
 namespace brachy {
@@ -61,6 +65,23 @@ std::vector<Key<ServerSettings>> server_keys() {
               "of the viewer in a browser and its WebSocket; 0: a free one, -1: off"),
       integer("igtl_port", &S::igtl_port, {-1, 65535}, kRestart,
               "of OpenIGTLink for 3D Slicer and PLUS (net/IGTL.md), usually 18944; 0: a free one, -1: off"),
+      text("igtl_connect", &S::igtl_connect, {}, kRestart,
+           "HOST:PORT of an OpenIGTLink server, such as PLUS's, whose TRANSFORMs move the needles; empty: "
+           "none"),
+      flag("igtl_connect_sends", &S::igtl_connect_sends, kRestart,
+           "sends that server what clients get, as a 3D Slicer that listens takes it"),
+      text("igtl_needle_names", &S::igtl_needle_names, {}, kRestart,
+           "names of TRANSFORMs that move needle 0, 1, …: \"StylusTipToReference, ProbeToReference\"; beside "
+           "NeedleToRas, Needle1ToRas, …"),
+      text("igtl_frame", &S::igtl_frame, {}, kRestart,
+           "the frame of OpenIGTLink's coordinates, in and out: names end in To…; letters and digits, at "
+           "most 10"),
+      text("igtl_frame_pose", &S::igtl_frame_pose, {}, kRestart,
+           "that frame in RAS: 12 or 16 numbers, row by row, mm; LPS is \"-1 0 0 0  0 -1 0 0  0 0 1 0\"; "
+           "empty: "
+           "it is RAS"),
+      flag("igtl_commands", &S::igtl_commands, kRestart,
+           "OpenIGTLink's STRING and COMMAND control the simulation (net/IGTL.md); it has no tokens"),
       text("token_file", &S::token_file, {}, kRestart,
            "written by `brachy token FILE`, relative to this file; its holder may have any role. With one "
            "of these three every client needs a token"),
@@ -93,6 +114,13 @@ void check_server(const TomlTable& t, Scene& scene) {
     t.contradiction(s.tls_key.empty() ? "tls_certificate" : "tls_key",
                     std::string("needs server.") + (s.tls_key.empty() ? "tls_key" : "tls_certificate") +
                         " = \"FILE.pem\" beside it");
+  const auto is_name = [](char c) { return std::isalnum(static_cast<unsigned char>(c)) != 0; };
+  if (s.igtl_frame.empty() || s.igtl_frame.size() > 10 || !std::ranges::all_of(s.igtl_frame, is_name))
+    t.contradiction("igtl_frame", "is of letters and digits, 1 to 10 of them");
+  if (!s.igtl_frame_pose.empty() && !rigid_transform_from(s.igtl_frame_pose))
+    t.contradiction("igtl_frame_pose",
+                    "is no rigid transform: 12 or 16 numbers, row by row, mm, \"1 0 0 0  0 1 0 0  "
+                    "0 0 1 0\" for RAS itself");
   if (!s.tls_client_ca.empty() && s.tls_certificate.empty())
     t.contradiction("tls_client_ca", "needs TLS: give server.tls_certificate and server.tls_key");
 }

@@ -1,7 +1,7 @@
 #include <gtest/gtest.h>
 
+#include "net/base/retry.h"
 #include "net/broker/arrival_offset.h"
-#include "net/broker/retry.h"
 
 namespace brachy::net::test {
 namespace {

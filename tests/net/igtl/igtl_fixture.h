@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <string>
 
 #include "net/igtl/igtl_server.h"
@@ -14,8 +15,18 @@ struct IgtlFixture : net::test::ServerFixture {
   void start_igtl(std::chrono::milliseconds wait = std::chrono::milliseconds(0), ServerOptions options = {}) {
     options.topology_name = "gland";
     start(options);
-    igtl.emplace(io, IgtlOptions{0, 10, 30, wait}, *server, tissue,
-                 [this](const std::string& line) { log.push_back(line); });
+    IgtlOptions own;
+    own.first_message_wait = wait;
+    start_both(options, own);
+  }
+  void start_both(ServerOptions options, const IgtlOptions& own) {
+    options.topology_name = "gland";
+    start(options);
+    igtl.emplace(io, own, *server, tissue, [this](const std::string& line) { log.push_back(line); });
+  }
+  bool has_logged(const std::string& part) const {
+    return std::ranges::any_of(log,
+                               [&](const std::string& line) { return line.find(part) != std::string::npos; });
   }
   /// One tick of 5 ms for both.
   void publish_both() {

@@ -47,6 +47,19 @@ std::vector<TrackedTool> Received::tools() const {
   return tools;
 }
 
+std::vector<std::pair<std::string, Vec3>> Received::named_points() const {
+  constexpr std::size_t kElementBytes = 136, kPositionOffset = 100;
+  std::vector<std::pair<std::string, Vec3>> points;
+  for (std::span<const std::byte> rest(content); rest.size() >= kElementBytes;
+       rest = rest.subspan(kElementBytes)) {
+    Vec3 p;
+    for (int i = 0; i < 3; ++i)
+      p[i] = get_float(rest.subspan(kPositionOffset + 4 * static_cast<std::size_t>(i)));
+    points.emplace_back(get_name(rest.first(64)), p);
+  }
+  return points;
+}
+
 Bytes with_right_size_and_crc(Bytes message) {
   const Bytes body(message.begin() + kHeaderSize, message.end());
   message.resize(kHeaderSize - 16);
@@ -97,9 +110,14 @@ void IgtlPeer::take(std::size_t max_bytes) {
       if (buffer_.size() < whole) break;
       auto body = std::span<const std::byte>(buffer_).subspan(kHeaderSize, header.body_size);
       EXPECT_EQ(crc64(body), header.crc) << header.type;
-      if (header.version == 2)
-        body = body.subspan(kExtendedHeaderSize, body.size() - kExtendedHeaderSize - 2);
-      received.push_back({header, Bytes(body.begin(), body.end())});
+      std::string metadata;
+      if (header.version == 2) {
+        const std::size_t counts = get<std::uint16_t>(body.subspan(2)),
+                          texts = get<std::uint32_t>(body.subspan(4));
+        metadata = get_name(body.last(texts));
+        body = body.subspan(kExtendedHeaderSize, body.size() - kExtendedHeaderSize - counts - texts);
+      }
+      received.push_back({header, Bytes(body.begin(), body.end()), metadata});
       buffer_.erase(buffer_.begin(), buffer_.begin() + static_cast<std::ptrdiff_t>(whole));
     }
   }

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "net/igtl/codec.h"
@@ -15,11 +16,13 @@ namespace brachy::net::igtl::test {
 struct Received {
   Header header;
   Bytes content;
+  std::string metadata;  ///< of header version 2: keys and values, one after the other
 
-  RigidTransform transform() const;        ///< of a TRANSFORM
-  Status status() const;                   ///< of a STATUS
-  std::vector<float> points() const;       ///< of a POLYDATA
-  std::vector<TrackedTool> tools() const;  ///< of a TDATA
+  RigidTransform transform() const;                                ///< of a TRANSFORM
+  Status status() const;                                           ///< of a STATUS
+  std::vector<float> points() const;                               ///< of a POLYDATA
+  std::vector<TrackedTool> tools() const;                          ///< of a TDATA
+  std::vector<std::pair<std::string, Vec3>> named_points() const;  ///< of a POINT: names and positions, mm
 };
 
 /// The message with body size and CRC set to what its bytes are.

@@ -4,8 +4,10 @@
 #include <igtl_util.h>
 #include <igtlCapabilityMessage.h>
 #include <igtlImageMessage.h>
+#include <igtlPointMessage.h>
 #include <igtlPolyDataMessage.h>
 #include <igtlStatusMessage.h>
+#include <igtlStringMessage.h>
 #include <igtlTrackingDataMessage.h>
 #include <igtlTransformMessage.h>
 
@@ -18,6 +20,8 @@
 #include "net/igtl/codec.h"
 #include "net/igtl/crc64.h"
 #include "net/igtl/message_parser.h"
+#include "net/igtl/point_codec.h"
+#include "net/igtl/text_codec.h"
 #include "tests/net/igtl/igtl_peer.h"
 
 namespace brachy::net::igtl {
@@ -217,9 +221,40 @@ TEST(LibOpenIgtLink, TrackingIsStartedByItsMessageAndAnsweredByOurs) {
 
   auto answer = labelled<::igtl::RTSTrackingDataMessage>("TDataClient");
   answer->SetStatus(::igtl::RTSTrackingDataMessage::STATUS_SUCCESS);
-  const Bytes ours = encode_tracking_answer(label("TDataClient"));
+  const Bytes ours = encode_start_answer("RTS_TDATA", label("TDataClient"));
   EXPECT_TRUE(same(packed(answer), ours));
   EXPECT_EQ(unpacked<::igtl::RTSTrackingDataMessage>(ours)->GetStatus(), 0);
+}
+
+TEST(LibOpenIgtLink, PointsAreTheSameBytesBothWays) {
+  auto theirs = labelled<::igtl::PointMessage>("Seeds");
+  std::vector<Point> points;
+  for (int i = 1; i <= 3; ++i) {
+    const auto x = static_cast<float>(i);
+    auto element = ::igtl::PointElement::New();
+    element->SetName(("Seed " + std::to_string(i)).c_str());
+    element->SetGroupName("Seeds");
+    element->SetRGBA(1, 2, 3, 255);
+    element->SetPosition(x, -2 * x, 0.5F * x);
+    element->SetRadius(0.5F);
+    element->SetOwner("gland");
+    theirs->AddPointElement(element);
+    points.push_back({"Seed " + std::to_string(i), "Seeds", {1, 2, 3, 255}, Vec3(x, -2 * x, 0.5 * x), 0.5});
+  }
+  const Bytes ours = encode_points(label("Seeds"), points, "gland");
+  EXPECT_TRUE(same(packed(theirs), ours));
+  const auto read = unpacked<::igtl::PointMessage>(ours);
+  ASSERT_EQ(read->GetNumberOfPointElement(), 3);
+  ::igtl::PointElement::Pointer last;
+  read->GetPointElement(2, last);
+  EXPECT_STREQ(last->GetName(), "Seed 3");
+}
+
+TEST(LibOpenIgtLink, ItsStringsAreRead) {
+  auto theirs = labelled<::igtl::StringMessage>("Slicer");
+  theirs->SetString("drop 0");
+  const Bytes bytes = packed(theirs);
+  EXPECT_EQ(decode_string(std::span(bytes).subspan(kHeaderSize)), "drop 0");
 }
 
 TEST(LibOpenIgtLink, CapabilityIsTheSameBytesBothWays) {

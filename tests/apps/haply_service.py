@@ -1,0 +1,161 @@
+#!/usr/bin/env python3
+"""The Haply adapter against a service that speaks as Haply's: WebSocket, JSON, one state for each message, metres.
+
+A hand goes 44 mm in, meets the tissue, and the daemon is killed. Prints the cycles' jitter and how long a force stood.
+
+usage: tests/apps/haply_service.py HAPLY_DEVICE BRACHYD
+"""
+import base64
+import hashlib
+import json
+import re
+import socket
+import struct
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+import unittest
+
+if len(sys.argv) < 3:
+    sys.exit(__doc__)
+HAPLY_DEVICE, BRACHYD = sys.argv[1:3]
+SCENE = '[tissue]\npoints = 1200\nphantom_surface_vertices = 400\n[model]\nkernel = "psi31"\n'
+DEVICE = "049D"
+
+
+class Service:
+    """One client at a time; refuses what is not of its dialect."""
+
+    def __init__(self, dialect):
+        self.dialect = dialect
+        self.listener = socket.create_server(("127.0.0.1", 0))
+        self.address = "127.0.0.1:%d" % self.listener.getsockname()[1]
+        self.at_m = [0.0, 0.1, 0.2]
+        self.cycles, self.mistakes = [], []  # (time, force)
+        self.is_pressed = False
+        self.thread = threading.Thread(target=self.serve, daemon=True)
+        self.thread.start()
+
+    def serve(self):
+        peer, _ = self.listener.accept()
+        peer.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        self.stream = peer.makefile("rb")
+        request = b""
+        while not request.endswith(b"\r\n\r\n"):
+            request += self.stream.readline()
+        key = re.search(rb"Sec-WebSocket-Key: (\S+)", request, re.I)[1]
+        accept = base64.b64encode(hashlib.sha1(key + b"258EAFA5-E914-47DA-95CA-C5AB0DC85B11").digest())
+        peer.sendall(b"HTTP/1.1 101 Switching Protocols\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
+                     b"Sec-WebSocket-Accept: " + accept + b"\r\n\r\n")
+        peer.sendall(self.frame(self.state(first=True)))
+        try:
+            while (message := self.read()) is not None:
+                self.take(json.loads(message))
+                peer.sendall(self.frame(self.state()))
+        except OSError:
+            pass
+
+    def read(self):
+        head = self.stream.read(2)
+        if len(head) < 2 or head[0] & 15 == 8:
+            return None
+        size = head[1] & 127
+        if size == 126:
+            size = struct.unpack(">H", self.stream.read(2))[0]
+        mask = self.stream.read(4)
+        body = self.stream.read(size)
+        return bytes(byte ^ mask[i % 4] for i, byte in enumerate(body))
+
+    @staticmethod
+    def frame(message):
+        data = json.dumps(message).encode()
+        length = bytes([len(data)]) if len(data) < 126 else b"\x7e" + struct.pack(">H", len(data))
+        return b"\x81" + length + data
+
+    def state(self, first=False):
+        x, y, z = self.at_m
+        device = {"device_id": DEVICE, "state": {"cursor_position": {"x": x, "y": y, "z": z},
+                                                 "cursor_velocity": {"x": 0.0, "y": 0.0, "z": 0.0}}}
+        if first:
+            device["config"] = {"handedness": "right"}
+        return {"inverse3": [device], "verse_grip": [],
+                "wireless_verse_grip": [{"device_id": "61576", "state": {"buttons": {"a": self.is_pressed}}}]}
+
+    def take(self, message):
+        try:
+            command = message["inverse3"][0]
+            force = command["commands"]["set_cursor_force"][self.dialect]
+            if command["device_id"] != DEVICE or set(force) != {"x", "y", "z"}:
+                raise KeyError(str(command))
+            self.cycles.append((time.monotonic(), [force[axis] for axis in "xyz"]))
+        except (KeyError, IndexError) as error:
+            self.mistakes.append(repr(error))
+
+
+def size(force):
+    return sum(x * x for x in force) ** 0.5
+
+
+class Haply(unittest.TestCase):
+    def wait_for(self, condition, seconds=60):
+        end = time.monotonic() + seconds
+        while not condition():
+            self.assertLess(time.monotonic(), end)
+            time.sleep(0.002)
+
+    def play(self, dialect):
+        with tempfile.TemporaryDirectory() as folder:
+            with open(f"{folder}/s.toml", "w", encoding="ascii") as file:
+                file.write(SCENE)
+            brachyd = subprocess.Popen([BRACHYD, "--port", "0", "--config", f"{folder}/s.toml", "--duration", "100"],
+                                       cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
+            self.addCleanup(brachyd.wait)
+            self.addCleanup(brachyd.kill)
+            self.addCleanup(brachyd.stdout.close)
+            address = brachyd.stdout.readline().split()[-1]
+            service = Service(dialect)
+            line = [HAPLY_DEVICE, address, "--service", service.address, "--dialect", dialect]
+            adapter = subprocess.Popen(line, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+            self.addCleanup(adapter.kill)
+            self.wait_for(lambda: len(service.cycles) > 200)
+            for _ in range(440):  # 44 mm away from the user: 5 mm into the gland
+                service.at_m[1] += 0.0001
+                self.wait_for(lambda seen=len(service.cycles): len(service.cycles) > seen)
+            self.wait_for(lambda: size(service.cycles[-1][1]) > 0.5)
+            self.wait_for(lambda seen=len(service.cycles): len(service.cycles) > seen + 500)
+            force = service.cycles[-1][1]
+            killed = time.monotonic()
+            brachyd.kill()
+            out, err = adapter.communicate(timeout=30)
+            last = max(when for when, f in service.cycles if size(f) > 0)
+            print(f"{dialect}: {out.splitlines()[0]}; a force of {size(force):.2f} N was 0 "
+                  f"{1e3 * (last - killed):.1f} ms after the daemon was killed", flush=True)
+            return service, adapter.returncode, force, err
+
+    def check(self, dialect):
+        service, code, force, err = self.play(dialect)
+        self.assertEqual(service.mistakes, [])
+        self.assertLess(force[1], -0.5, "the tissue pushes back towards the user")
+        self.assertEqual(size(service.cycles[-1][1]), 0.0, "0 N is the last that the service is told")
+        self.assertEqual(code, 1)
+        self.assertIn("the daemon is gone", err)
+        forces = [size(f) for _, f in service.cycles]
+        self.assertLess(max(abs(b - a) for a, b in zip(forces, forces[1:])), 0.5 + 1e-9)
+
+    def test_vector(self):
+        self.check("vector")
+
+    def test_values(self):
+        self.check("values")
+
+    def test_a_service_that_is_not_there_is_named(self):
+        for more in (["--service", "127.0.0.1:1"], ["--dialect", "tensor"], ["--dialect"]):
+            done = subprocess.run([HAPLY_DEVICE, "127.0.0.1:1", *more], capture_output=True, text=True, check=False)
+            self.assertEqual(done.returncode, 2)
+            self.assertRegex(done.stderr, r"no Haply service at 127\.0\.0\.1:1|usage: haply_device")
+
+
+if __name__ == "__main__":
+    unittest.main(argv=sys.argv[:1] + sys.argv[3:])

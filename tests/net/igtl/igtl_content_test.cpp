@@ -1,0 +1,257 @@
+// What OpenIGTLink's clients get beside surface and poses: points, errors, frames, status, rates; and commands.
+#include <cmath>
+
+#include "net/igtl/big_endian.h"
+#include "net/igtl/wall_clock.h"
+#include "tests/net/igtl/igtl_fixture.h"
+
+namespace brachy::net::igtl {
+namespace {
+
+constexpr auto kSilent = std::chrono::hours(1);  // no stream of itself
+
+struct IgtlContent : test::IgtlFixture {
+  void drop_seed(const Vec3& position) {
+    SeedStates& seeds = simulation.state().seeds;
+    seeds.slots.resize(8);
+    seeds.ticks.resize(8);
+    Seed& seed = seeds.slots[seeds.count];
+    seed.id = seeds.count + 1;
+    seed.position = position;
+    seeds.ticks[seeds.count++] = simulation.state().summary.tick + 1;
+  }
+  Bytes start_tracking(std::uint32_t period_ms) {
+    Bytes start = encode_empty("STT_TDATA", {1, "TDataClient", 0});
+    put(start, period_ms);
+    start.resize(start.size() + 32);
+    return test::with_right_size_and_crc(start);
+  }
+  Bytes text(const std::string& words) {
+    Bytes message = encode_empty("STRING", {1, "Slicer", 0});
+    put(message, std::uint16_t{3});
+    put(message, static_cast<std::uint16_t>(words.size()));
+    put_name(message, words, words.size());
+    return test::with_right_size_and_crc(message);
+  }
+  Bytes command(const std::string& name) {
+    Bytes message = encode_empty("COMMAND", {1, "Slicer", 0});
+    put(message, std::uint32_t{42});
+    put_name(message, name, 128);
+    put(message, std::uint16_t{3});
+    put(message, std::uint32_t{0});
+    return test::with_right_size_and_crc(message);
+  }
+};
+
+TEST_F(IgtlContent, SeedsAreSentWhenTheyFallOrMoveAndTargetsOnce) {
+  IgtlOptions own;
+  own.first_message_wait = {};
+  own.targets = {Vec3(1, 2, 3), Vec3(4, 5, 6)};
+  start_both({}, own);
+  test::IgtlPeer peer(io, igtl->port());
+  ASSERT_TRUE(until_ticked(peer, [&] { return peer.count("POLYDATA") >= 3; }));
+  EXPECT_EQ(peer.count("POINT", "Targets"), 1u);
+  EXPECT_EQ(peer.last("POINT", "Targets").named_points()[1],
+            (std::pair<std::string, Vec3>("Target 2", {4, 5, 6})));
+  EXPECT_EQ(peer.count("POINT", "Seeds"), 0u) << "none has fallen";
+  drop_seed({7, 8, 9});
+  ASSERT_TRUE(until_ticked(peer, [&] { return peer.count("POINT", "Seeds") == 1; }));
+  EXPECT_EQ(peer.last("POINT", "Seeds").named_points(),
+            (std::vector<std::pair<std::string, Vec3>>{{"Seed 1", {7, 8, 9}}}));
+  const std::size_t surfaces = peer.count("POLYDATA");
+  ASSERT_TRUE(until_ticked(peer, [&] { return peer.count("POLYDATA") >= surfaces + 3; }));
+  EXPECT_EQ(peer.count("POINT", "Seeds"), 1u) << "it has not moved";
+}
+
+TEST_F(IgtlContent, PointsAreAnsweredByName) {
+  IgtlOptions own;
+  own.first_message_wait = kSilent;
+  own.targets = {Vec3(1, 2, 3)};
+  start_both({}, own);
+  simulation.steps(5);
+  drop_seed({7, 8, 9});
+  igtl->publish(simulation.snapshot());
+  test::IgtlPeer peer(io, igtl->port());
+  for (const char* name : {"Seeds", "Targets", "Nothing"}) ASSERT_TRUE(peer.send_query("GET_POINT", name));
+  ASSERT_TRUE(until_read(peer, [&] { return peer.count("POINT") == 3; }));
+  EXPECT_EQ(peer.last("POINT", "Seeds").named_points().size(), 1u);
+  EXPECT_EQ(peer.last("POINT", "Targets").named_points().size(), 1u);
+  EXPECT_EQ(peer.last("POINT", "Nothing").named_points().size(), 0u);
+}
+
+TEST_F(IgtlContent, TheTipsErrorIsTheWayToTheNearestTarget) {
+  IgtlOptions own;
+  own.first_message_wait = kSilent;
+  own.targets = {Vec3(100, 0, 0), Vec3(0, 0, -50)};
+  start_both({}, own);
+  simulation.steps(5);
+  NeedleState& needle = simulation.state().needles.states[0];
+  needle.X_WN = at(0, 3, -48);
+  igtl->publish(simulation.snapshot());
+  test::IgtlPeer peer(io, igtl->port());
+  ASSERT_TRUE(peer.send_query("GET_TRANS", "ErrorToRas"));
+  ASSERT_TRUE(until_read(peer, [&] { return peer.count("TRANSFORM", "ErrorToRas") == 1; }));
+  EXPECT_EQ(peer.last("TRANSFORM").transform().p, Vec3(0, -3, -2));
+}
+
+TEST_F(IgtlContent, ABentNeedlesCourseIsPointsFromHubToTip) {
+  start_igtl(kSilent);
+  simulation.steps(5);
+  NeedleShape& shape = simulation.state().needles.states[0].shape;
+  shape.is_bent = true;
+  for (std::size_t i = 0; i < NeedleShape::kPoints; ++i)
+    shape.points[i] = Vec3(0, static_cast<double>(i), -200);
+  igtl->publish(simulation.snapshot());
+  test::IgtlPeer peer(io, igtl->port());
+  ASSERT_TRUE(peer.send_query("GET_POINT", "NeedleShape"));
+  ASSERT_TRUE(until_read(peer, [&] { return peer.count("POINT", "NeedleShape") == 1; }));
+  const auto points = peer.last("POINT").named_points();
+  ASSERT_EQ(points.size(), NeedleShape::kPoints);
+  EXPECT_EQ(points.back(), (std::pair<std::string, Vec3>("NeedleShape 16", {0, 16, -200})));
+}
+
+TEST_F(IgtlContent, AllCoordinatesAreInTheScenesFrame) {
+  IgtlOptions own;
+  own.first_message_wait = {};
+  own.naming.frame = "Lps";
+  own.naming.X_WF.R = Vec3(-1, -1, 1).asDiagonal();
+  own.naming.X_WF.p = Vec3(0, 0, 10);
+  own.targets = {Vec3(1, 2, 3)};
+  start_both({}, own);
+  test::IgtlPeer peer(io, igtl->port());
+  ASSERT_TRUE(peer.send(start_tracking(100)));
+  test::IgtlPeer stream(io, igtl->port());
+  ASSERT_TRUE(until_ticked(peer, [&] {
+    stream.take();
+    return peer.count("TDATA") > 0 && stream.count("POLYDATA") > 0;
+  }));
+  const auto in_lps = [](const Vec3& p) { return Vec3(-p.x(), -p.y(), p.z() - 10); };
+  EXPECT_EQ(stream.last("POINT", "Targets").named_points()[0].second, Vec3(-1, -2, -7));
+  EXPECT_EQ(peer.last("TDATA").tools()[0].name, "NeedleToLps");
+  simulation.steps(100);  // both rates allow the next
+  igtl->publish(simulation.snapshot());
+  const NeedleState& needle = simulation.state().needles.states[0];
+  const Vec3 tip = in_lps(needle.X_WN.p);
+  ASSERT_TRUE(until_read(
+      stream, [&] { return (stream.last("TRANSFORM", "NeedleToLps").transform().p - tip).norm() < 1e-4; }));
+  const Vec3 f = needle.forces.force_n;
+  EXPECT_LT((stream.last("TRANSFORM", "ForceToLps").transform().p - Vec3(-f.x(), -f.y(), f.z())).norm(),
+            1e-4);
+  const auto& x = simulation.state().mesh.deformed_vertices;
+  EXPECT_TRUE(until_read(stream, [&] {
+    const std::vector<float> points = stream.last("POLYDATA").points();
+    return std::abs(points[3] + x[3]) < 1e-4 && std::abs(points[5] - (x[5] - 10)) < 1e-4;
+  }));
+}
+
+TEST_F(IgtlContent, WithVersion2TransformsSayThatTheirToolIsSeen) {
+  start_igtl(kSilent);
+  simulation.steps(5);
+  igtl->publish(simulation.snapshot());
+  test::IgtlPeer peer(io, igtl->port());
+  ASSERT_TRUE(peer.send_query("GET_TRANS", "NeedleToRas"));
+  ASSERT_TRUE(until_read(peer, [&] { return peer.count("TRANSFORM") == 1; }));
+  EXPECT_EQ(peer.last("TRANSFORM").metadata, "");
+  ASSERT_TRUE(peer.send_query("GET_TRANS", "NeedleToRas", 2));
+  ASSERT_TRUE(until_read(peer, [&] { return peer.count("TRANSFORM") == 2; }));
+  EXPECT_EQ(peer.last("TRANSFORM").metadata, "TransformStatusOK");
+  EXPECT_EQ(peer.last("TRANSFORM").content.size(), kTransformBytes);
+}
+
+TEST_F(IgtlContent, TheSurfaceComesFromStartToStop) {
+  start_igtl(kSilent);
+  test::IgtlPeer peer(io, igtl->port());
+  ASSERT_TRUE(peer.send_query("STT_POLYDATA"));
+  ASSERT_TRUE(until_ticked(peer, [&] { return peer.count("POLYDATA") >= 3; }));
+  EXPECT_EQ(peer.count("RTS_POLYDATA"), 1u);
+  EXPECT_EQ(peer.count("TRANSFORM"), 0u);
+  ASSERT_TRUE(peer.send_query("STP_POLYDATA"));
+  ASSERT_TRUE(until_ticked(peer, [&] { return peer.count("RTS_POLYDATA") == 2; }));
+  const std::size_t sent = peer.count("POLYDATA");
+  ASSERT_TRUE(peer.send_query("GET_STATUS"));
+  ASSERT_TRUE(until_ticked(peer, [&] { return peer.count("STATUS") == 1; }));
+  EXPECT_EQ(peer.count("POLYDATA"), sent);
+}
+
+TEST_F(IgtlContent, TrackingDataComesAtTheRateAskedForDownToTenMilliseconds) {
+  for (const int period_ms : {10, 20, 33, 50, 100}) {
+    ServerOptions options;
+    options.snapshot_hz = 30;
+    start_igtl(kSilent, options);
+    test::IgtlPeer peer(io, igtl->port());
+    ASSERT_TRUE(peer.send(start_tracking(static_cast<std::uint32_t>(period_ms))));
+    ASSERT_TRUE(until_read(peer, [&] { return peer.count("RTS_TDATA") == 1; }));
+    EXPECT_EQ(igtl->wants_ticks(), period_ms <= 33) << "faster than snapshots";
+    // Ticks as the daemon's: each of 200 a second while they are wanted, and 30 snapshots a second of older ones.
+    constexpr int kTicks = 2000;
+    double next_snapshot_s = simulation.state().summary.sim_time_s;
+    for (int tick = 0; tick < kTicks; ++tick) {
+      const auto older = simulation.snapshot();
+      simulation.step();
+      const double now_s = simulation.state().summary.sim_time_s;
+      if (igtl->wants_ticks()) igtl->track(TrackedTick::of(simulation.state()), utc_ns());
+      if (now_s >= next_snapshot_s) {
+        next_snapshot_s += 1 / 30.0;
+        igtl->publish(older);
+      }
+      io.restart();
+      io.poll();
+      peer.take();
+    }
+    const double expected = kTicks * 5.0 / period_ms;
+    EXPECT_NEAR(static_cast<double>(peer.count("TDATA")), expected, std::max(2.0, 0.02 * expected))
+        << period_ms;
+    EXPECT_EQ(igtl->losses().replaced, 0u);
+    igtl.reset();
+  }
+}
+
+TEST_F(IgtlContent, CommandsAreCarriedOutWhereTheSceneAllowsThem) {
+  IgtlOptions own;
+  own.first_message_wait = kSilent;
+  std::vector<std::string> done;
+  own.commands = {
+      [&](const ControlMessage& message, const std::string&) {
+        done.push_back("control " + std::to_string(static_cast<int>(message.action)));
+        return std::string(message.action == ControlAction::kPlay ? "there is no script" : "");
+      },
+      [&](std::uint16_t, const std::string& client) { done.push_back("arm for " + client.substr(0, 11)); },
+      [&](std::uint16_t, bool pressed) { done.push_back(pressed ? "press" : "release"); }};
+  start_both({}, own);
+  simulation.steps(5);
+  igtl->publish(simulation.snapshot());
+  test::IgtlPeer peer(io, igtl->port());
+  ASSERT_TRUE(peer.send_query("GET_STATUS"));
+  ASSERT_TRUE(until_read(peer, [&] { return peer.count("STATUS") == 1; }));
+  for (const char* words : {"reset", "arm", "drop", "dance"}) ASSERT_TRUE(peer.send(text(words)));
+  ASSERT_TRUE(peer.send(command("play")));
+  ASSERT_TRUE(until_read(peer, [&] { return peer.count("RTS_COMMAND") == 1; }));
+  EXPECT_EQ(done,
+            (std::vector<std::string>{"control 3", "arm for OpenIGTLink", "press", "release", "control 1"}));
+  EXPECT_EQ(peer.count("STATUS"), 5u);
+  EXPECT_EQ(peer.last("STATUS").status().code, StatusCode::kIllegalInstruction) << "dance";
+  const auto answer = std::span<const std::byte>(peer.last("RTS_COMMAND").content);
+  EXPECT_EQ(get<std::uint32_t>(answer), 42u);
+  EXPECT_EQ(get_name(answer.subspan(4, 128)), "there is no script");
+}
+
+TEST_F(IgtlContent, WhatIsNotTakenIsCountedAndTold) {
+  start_igtl(kSilent);
+  {
+    test::IgtlPeer peer(io, igtl->port());
+    ASSERT_TRUE(peer.send(text("reset")));  // commands are off
+    ASSERT_TRUE(peer.send(encode_empty("SENSOR", {1, "Arm", 0})));
+    ASSERT_TRUE(peer.send(command("reset")));
+    ASSERT_TRUE(until_read(peer, [&] { return peer.count("RTS_COMMAND") == 1; }));
+    for (int i = 0; i < 200; ++i) ASSERT_TRUE(peer.send_query("GET_STATUS"));
+    ASSERT_TRUE(until_read(peer, [&] { return igtl->losses().ignored > 0; }));
+    EXPECT_EQ(igtl->losses().skipped, 3u);
+    peer.close();
+  }
+  ASSERT_TRUE(until([&] { return has_logged("3 messages of other types skipped, "); }));
+  EXPECT_TRUE(has_logged("queries over the limit ignored"));
+  EXPECT_EQ(igtl->losses().skipped, 3u) << "also of clients that have left";
+}
+
+}  // namespace
+}  // namespace brachy::net::igtl
