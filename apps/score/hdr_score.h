@@ -34,9 +34,9 @@ struct HdrScore {
   HdrPlan reoptimised_plan;                ///< its times; catheters that were not delivered have none
 };
 
-/// A needle belongs to the planned catheter whose tip is nearest to its own across the needles, each to one, no farther than
-/// half the template's spacing. Dose is that of the structures at rest, with dwell positions where their tissue is at rest:
-/// that is what each piece of tissue gets. Deterministic; some seconds.
+/// A needle belongs to the planned catheter whose tip is nearest to its own across the needles, each to one, no
+/// farther than half the template's spacing. Dose is that of the structures at rest, with dwell positions where their
+/// tissue is at rest: that is what each piece of tissue gets. Deterministic; some seconds.
 HdrScore score_hdr(const HdrPlan& plan, const TemplateGrid& grid, const std::vector<Structure>& structures,
                    DoseSettings dose, const std::vector<CatheterCourse>& catheters);
 

@@ -90,7 +90,8 @@ A recording is a directory with poses.csv, forces.csv and seeds.csv; missing or 
 and the rest is scored. Per seed: error against plan, its part along the needle apart, where it was dropped
 and after relaxation. Per needle: path and time in the prostate, passes, punctures, largest force. Dose of
 plan, of seeds as dropped and after relaxation. A scene of implant.kind = "hdr": catheters.csv of the session
-against its plan, and the dose as planned, as delivered and with times optimised again (hdr_report.json). For training and research. Not a medical device.
+against its plan, and the dose as planned, as delivered and with times optimised again (hdr_report.json).
+For training and research. Not a medical device.
 Exit codes: 0 done, 2 bad input.)",
                                  declare, run);
 }
