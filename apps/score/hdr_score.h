@@ -15,9 +15,9 @@ namespace brachy {
 
 /// A planned catheter against the one that was delivered for it. mm.
 struct CatheterScore {
-  std::size_t planned = 0;              ///< index in HdrPlan::catheters
-  std::optional<std::uint32_t> needle;  ///< none: no needle lies at its hole
-  Vec3 tip_error = Vec3::Zero();        ///< delivered − planned tip, world frame, as it lies now
+  std::size_t planned = 0;                   ///< index in HdrPlan::catheters
+  std::optional<std::uint32_t> needle = {};  ///< none: no needle lies at its hole
+  Vec3 tip_error = Vec3::Zero();             ///< delivered − planned tip, world frame, as it lies now
   double mean_mm = 0,
          largest_mm = 0;  ///< distance of dwell positions from the planned ones, where the tissue is at rest
   double along_mm = 0, across_mm = 0;  ///< of tip_error, along +z and across it
