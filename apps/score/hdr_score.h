@@ -15,9 +15,9 @@ namespace brachy {
 
 /// A planned catheter against the one that was delivered for it. mm.
 struct CatheterScore {
-  std::size_t planned = 0;              ///< index in HdrPlan::catheters
-  std::optional<std::uint32_t> needle;  ///< none: no needle lies at its hole
-  Vec3 tip_error = Vec3::Zero();        ///< delivered − planned tip, world frame, as it lies now
+  std::size_t planned = 0;                   ///< index in HdrPlan::catheters
+  std::optional<std::uint32_t> needle = {};  ///< none: no needle lies at its hole
+  Vec3 tip_error = Vec3::Zero();             ///< delivered − planned tip, world frame, as it lies now
   double mean_mm = 0,
          largest_mm = 0;  ///< distance of dwell positions from the planned ones, where the tissue is at rest
   double along_mm = 0, across_mm = 0;  ///< of tip_error, along +z and across it
@@ -34,9 +34,9 @@ struct HdrScore {
   HdrPlan reoptimised_plan;                ///< its times; catheters that were not delivered have none
 };
 
-/// A needle belongs to the planned catheter whose tip is nearest to its own across the needles, each to one, no farther than
-/// half the template's spacing. Dose is that of the structures at rest, with dwell positions where their tissue is at rest:
-/// that is what each piece of tissue gets. Deterministic; some seconds.
+/// A needle belongs to the planned catheter whose tip is nearest to its own across the needles, each to one, no
+/// farther than half the template's spacing. Dose is that of the structures at rest, with dwell positions where their
+/// tissue is at rest: that is what each piece of tissue gets. Deterministic; some seconds.
 HdrScore score_hdr(const HdrPlan& plan, const TemplateGrid& grid, const std::vector<Structure>& structures,
                    DoseSettings dose, const std::vector<CatheterCourse>& catheters);
 

@@ -8,11 +8,11 @@
 
 namespace brachy {
 
-/// The scene's plan of seeds, if it has one: none where implant.kind is "hdr". Errors: UserError; also where it has more
-/// seeds than seeds.max_count.
+/// The scene's plan of seeds, if it has one: none where implant.kind is "hdr". Errors: UserError; also where it has
+/// more seeds than seeds.max_count.
 std::optional<Plan> load_plan(const Scene& scene);
-/// The scene's plan of catheters, if it has one and implant.kind is "hdr". Errors: UserError; also where needle.count is
-/// less than its catheters.
+/// The scene's plan of catheters, if it has one and implant.kind is "hdr". Errors: UserError; also where needle.count
+/// is less than its catheters.
 std::optional<HdrPlan> load_hdr_plan(const Scene& scene);
 
 }  // namespace brachy

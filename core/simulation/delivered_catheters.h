@@ -7,10 +7,11 @@
 
 namespace brachy {
 
-/// The courses of the needles that are in the tissue after the simulator's last step, whose state this is: straight along
-/// the pose, or, of a needle that bends, through its shape (Catmull and Rom's spline through NeedleShape::points), from the
-/// tip to the template's plane. A point's place at rest is its material point; where there is none in the tissue, the
-/// point itself. So dwell positions ride with needles and tissue. Not real-time. Threads: the simulator's.
+/// The courses of the needles that are in the tissue after the simulator's last step, whose state this is: straight
+/// along the pose, or, of a needle that bends, through its shape (Catmull and Rom's spline through
+/// NeedleShape::points), from the tip to the template's plane. A point's place at rest is its material point; where
+/// there is none in the tissue, the point itself. So dwell positions ride with needles and tissue. Not real-time.
+/// Threads: the simulator's.
 std::vector<CatheterCourse> delivered_catheters(Simulator& simulator, const MeshState& state);
 
 /// The point of a needle of `length_mm` at arc length `s_mm` behind its tip.

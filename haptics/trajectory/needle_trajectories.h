@@ -60,7 +60,7 @@ class NeedleTrajectories {
   double start_s_, end_s_;
 };
 
-/// The column of a trajectory file that moves several needles: their ids, 0 … 16. Last but for kButtonColumn.
+/// The column of a trajectory file that moves several needles: their ids, 0 … 24. Last but for kButtonColumn.
 inline constexpr std::string_view kNeedleColumn = "needle";
 
 /// Reads a trajectory file of one needle or, with the column `needle`, of several: rows sorted by time, at

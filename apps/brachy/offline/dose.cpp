@@ -40,8 +40,8 @@ struct PointDoses {
 /// Seeds, or a plan's seeds or dwells.
 struct DoseSources {
   std::vector<DoseSeed> seeds;
-  double fraction_s = 0;                  ///< of a plan of catheters: its time; 0: seeds that stay
-  std::optional<double> prescription_gy;  ///< a plan's
+  double fraction_s = 0;                       ///< of a plan of catheters: its time; 0: seeds that stay
+  std::optional<double> prescription_gy = {};  ///< a plan's
 };
 
 DoseSources load_sources(const DoseOptions& options, const Scene& scene) {

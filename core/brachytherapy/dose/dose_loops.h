@@ -8,8 +8,8 @@
 
 namespace brachy {
 
-/// A grid of F's values at even steps, within which interpolation is linear: exactly F where it includes every node of the
-/// source's table.
+/// A grid of F's values at even steps, within which interpolation is linear: exactly F where it includes every node of
+/// the source's table.
 struct AnisotropyGrid {
   float step_mm;
   std::size_t radii,
@@ -19,8 +19,9 @@ struct AnisotropyGrid {
 };
 
 /// Tables of a source for the inner loop, at even steps that include every node of the protocol's tables (multiples of
-/// 0.1 mm for g and 1° for F, and of 2.5 mm or 0.5 mm for F), so that linear interpolation gives F exactly, and g up to the
-/// curvature of the logarithm within 0.1 mm (0.04 % at most). Between other nodes it is as close as the steps are.
+/// 0.1 mm for g and 1° for F, and of 2.5 mm or 0.5 mm for F), so that linear interpolation gives F exactly, and g up
+/// to the curvature of the logarithm within 0.1 mm (0.04 % at most). Between other nodes it is as close as the steps
+/// are.
 struct DoseTables {
   static constexpr float kRadialStepMm = 0.1f;
   static constexpr std::size_t kRadialCount = 2501;  ///< to 250 mm; farther out the last value

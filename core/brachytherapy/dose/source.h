@@ -9,8 +9,8 @@
 
 namespace brachy {
 
-/// The capsule of a permanent seed, as needles, plans and images have it: a cylinder about the seed's centre, mm (Rivard
-/// et al. 2004, section IV).
+/// The capsule of a permanent seed, as needles, plans and images have it: a cylinder about the seed's centre, mm
+/// (Rivard et al. 2004, section IV).
 inline constexpr double kSeedLengthMm = 4.5, kSeedDiameterMm = 0.8;
 
 /// A source's consensus data for the 2-D line-source formalism of TG-43U1. Lengths in cm, as the protocol has them.

@@ -10,8 +10,8 @@
 
 namespace brachy {
 
-/// A catheter as it lies in the patient: points at equal arc lengths from the tip backwards, where they are now and where
-/// their tissue is at rest (of a point outside the tissue the same). mm, world frame W.
+/// A catheter as it lies in the patient: points at equal arc lengths from the tip backwards, where they are now and
+/// where their tissue is at rest (of a point outside the tissue the same). mm, world frame W.
 struct CatheterCourse {
   static constexpr double kStepMm = 2.5;
 
@@ -26,13 +26,13 @@ struct CatheterCourse {
 /// Beyond its end it goes on straight. At least two points.
 Dwell dwell_at(const std::vector<Vec3>& course, double offset_mm);
 
-/// The first line of a file of catheters (catheters.csv of a session): a row for each point, catheter by catheter, in each
-/// from the tip backwards.
+/// The first line of a file of catheters (catheters.csv of a session): a row for each point, catheter by catheter, in
+/// each from the tip backwards.
 inline constexpr std::string_view kCatheterHeader = "needle,offset_mm,x,y,z,rest_x,rest_y,rest_z";
 
 std::string to_csv(const std::vector<CatheterCourse>& catheters);
-/// Parses such a text; `name` stands for the file in errors. Errors: UserError "name:line: what; fix" for text that is not
-/// as above, a catheter of fewer than two points, or offsets that are not 0, 2.5, 5, …
+/// Parses such a text; `name` stands for the file in errors. Errors: UserError "name:line: what; fix" for text that is
+/// not as above, a catheter of fewer than two points, or offsets that are not 0, 2.5, 5, …
 std::vector<CatheterCourse> parse_catheters(std::string_view text, const std::string& name);
 /// parse_catheters of a file.
 std::vector<CatheterCourse> load_catheters(const std::filesystem::path& file);

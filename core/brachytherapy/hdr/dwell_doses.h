@@ -10,9 +10,9 @@
 
 namespace brachy {
 
-/// Goals of a fraction; percent of the volume, and of the prescription. GEC/ESTRO (Hoskin et al., Radiother. Oncol. 107,
-/// 2013, 325–332) asks for V100 ≥ 95 % and limits urethra D10 and rectum D2cc; these are the stricter ones that boosts
-/// and monotherapy of one fraction are reported with.
+/// Goals of a fraction; percent of the volume, and of the prescription. GEC/ESTRO (Hoskin et al., Radiother. Oncol.
+/// 107, 2013, 325–332) asks for V100 ≥ 95 % and limits urethra D10 and rectum D2cc; these are the stricter ones that
+/// boosts and monotherapy of one fraction are reported with.
 struct HdrGoals {
   static constexpr double kLeastV100 = 97, kMostV150 = 35, kMostUrethraD10 = 115, kMostD2cc = 70;
 };

@@ -17,16 +17,16 @@ struct DwellPenalty {
 /// Penalties that lead to HdrGoals on most glands; optimise_dwell_times changes their weights.
 std::vector<DwellPenalty> default_penalties();
 
-/// Dwell times t ≥ 0, s, that minimise the sum of the penalties, a convex piecewise quadratic function: Nesterov's projected
-/// gradient with restarts (Beck, Teboulle, SIAM J. Imaging Sci. 2, 2009, 183–202; O'Donoghue, Candès, Found. Comput. Math.
-/// 15, 2015, 715–732), from `start`. The penalty form is that of inverse planning (Lessard, Pouliot, Med. Phys. 28, 2001,
-/// 773–779), with squares in place of lines. Deterministic.
+/// Dwell times t ≥ 0, s, that minimise the sum of the penalties, a convex piecewise quadratic function: Nesterov's
+/// projected gradient with restarts (Beck, Teboulle, SIAM J. Imaging Sci. 2, 2009, 183–202; O'Donoghue, Candès, Found.
+/// Comput. Math. 15, 2015, 715–732), from `start`. The penalty form is that of inverse planning (Lessard, Pouliot,
+/// Med. Phys. 28, 2001, 773–779), with squares in place of lines. Deterministic.
 std::vector<double> minimise_penalties(const DwellDoses& doses, const std::vector<DwellPenalty>& penalties,
                                        std::vector<double> start, int iterations);
 
-/// Dwell times for HdrGoals: minimises the penalties, raises the weights of the goals that are missed, and again, at most
-/// kRounds times; returns the times that miss the goals, with a margin of 1 %, least. In steps of 0.1 s, as afterloaders
-/// have. Deterministic; 0.3 s for 150 positions.
+/// Dwell times for HdrGoals: minimises the penalties, raises the weights of the goals that are missed, and again, at
+/// most kRounds times; returns the times that miss the goals, with a margin of 1 %, least. In steps of 0.1 s, as
+/// afterloaders have. Deterministic; 0.3 s for 150 positions.
 std::vector<double> optimise_dwell_times(const DwellDoses& doses);
 inline constexpr int kRounds = 12;
 inline constexpr double kDwellStepS = 0.1;

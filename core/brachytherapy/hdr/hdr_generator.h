@@ -23,8 +23,8 @@ struct HdrPlanSettings {
 /// implant.max_catheters remain; then the times of these. The first dwell position is at most 1 mm short of where the
 /// catheter leaves the gland, its tip tip_offset_mm beyond, in whole mm.
 /// Deterministic. Under 2 s. Errors: UserError where the template does not face the gland, no hole is suitable, or the
-/// gland's base is farther from the template than a needle reaches. Goals that are not reached are missed: `brachy plan`
-/// reports it. `progress`, if any, is called with the share that is done.
+/// gland's base is farther from the template than a needle reaches. Goals that are not reached are missed: `brachy
+/// plan` reports it. `progress`, if any, is called with the share that is done.
 HdrPlan generate_hdr_plan(const std::vector<Structure>& structures, const TemplateGrid& grid,
                           const HdrPlanSettings& settings,
                           const std::function<void(double share)>& progress = {});

@@ -50,8 +50,8 @@ struct HdrPlan {
   bool operator==(const HdrPlan&) const = default;
 };
 
-/// The seed whose whole decay gives what the source gives in a dwell: S_K t ln 2/T½ for its strength. So a plan's dose is
-/// computed as an implant's (ImplantDose, total_dose_gy), and is Ḋ t.
+/// The seed whose whole decay gives what the source gives in a dwell: S_K t ln 2/T½ for its strength. So a plan's dose
+/// is computed as an implant's (ImplantDose, total_dose_gy), and is Ḋ t.
 DoseSeed as_seed(const Dwell& dwell, SourceModel source, double source_strength_u);
 std::vector<DoseSeed> as_seeds(const std::vector<Dwell>& dwells, SourceModel source,
                                double source_strength_u);

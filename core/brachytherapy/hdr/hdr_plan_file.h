@@ -23,8 +23,8 @@ bool is_hdr_plan(std::string_view text);
 /// Parses a plan: kind = "hdr", name, source, source_strength_u, prescription_gy, step_mm, tip_offset_mm, and for each
 /// catheter a [[catheter]] with hole, tip_mm and dwell_s. `name` stands for the file in errors.
 /// Errors: UserError "file:line: what; fix": not TOML, an unknown or missing key, a value out of range, a seed for a
-/// source, a hole that is not in the template or is used twice, more than 24 catheters, a dwell position in front of the
-/// template, a tip that the needle does not reach, no dwell time at all.
+/// source, a hole that is not in the template or is used twice, more than 24 catheters, a dwell position in front of
+/// the template, a tip that the needle does not reach, no dwell time at all.
 HdrPlan parse_hdr_plan(std::string_view text, const std::string& name, const TemplateGrid& grid,
                        double needle_length_mm);
 /// parse_hdr_plan of a file of at most 1 MiB.

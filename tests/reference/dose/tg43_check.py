@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 """Checks `brachy dose` against TG-43U1 in numpy, written from the protocol and not from the program.
 
-    /usr/bin/python3 tests/reference/dose/tg43_check.py build/release/bin/brachy [--source config/sources/mhdr-v2.toml]
+    /usr/bin/python3 tests/reference/dose/tg43_check.py build/release/bin/brachy [--source FILE]
 
-10,000 points about a source in 100 orientations, 0.6 to 80 mm from it and outside its capsule: dose rates agree to 1e-9.
+100 orientations, 100 points about a source in each, 0.6 to 80 mm from it, outside its capsule: rates agree to 1e-9.
 Prints the largest difference; exit code 1 where it is larger.
 
 Equation 1 of Rivard et al., Med. Phys. 31 (2004) 633-674, line source; g log-linear and F bilinear between nodes, both
@@ -77,7 +77,8 @@ def main():
             along, away = way @ axis, np.linalg.norm(np.cross(axis, way), axis=1)
             expected = strength * dose_rate_per_u(source, along / 10, away / 10)
             worst = max(worst, np.max(np.abs(seen[:, 3] / expected - 1)))
-    print(f"{source['name']}: {ORIENTATIONS * POINTS} points in {ORIENTATIONS} orientations, largest difference {worst:.1e}")
+    print(f"{source['name']}: {ORIENTATIONS * POINTS} points in {ORIENTATIONS} orientations, "
+          f"largest difference {worst:.1e}")
     if not worst <= MOST:
         sys.exit(f"more than {MOST:g}")
 
