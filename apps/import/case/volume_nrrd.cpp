@@ -23,7 +23,9 @@ std::string geometry_text(const VoxelGrid& grid, std::size_t layers) {
   text.append(has_layers ? "4" : "3").append("\nspace: right-anterior-superior\nsizes: ").append(sizes);
   text.append("\nspace directions: ").append(directions).append("\nkinds: ");
   text.append(has_layers ? "list domain domain domain" : "domain domain domain");
-  return text.append("\nendian: little\nencoding: raw\nspace origin: ").append(nrrd_vector(grid.origin)).append("\n");
+  return text.append("\nendian: little\nencoding: raw\nspace origin: ")
+      .append(nrrd_vector(grid.origin))
+      .append("\n");
 }
 
 }  // namespace

@@ -86,12 +86,12 @@ DicomWriter DicomWriter::item(const DicomTag& sequence) {
   return DicomWriter(added);
 }
 
-void DicomWriter::put_pixels(const std::vector<std::uint32_t>& values) {
+void DicomWriter::put_pixels(const std::vector<std::uint32_t>& values, int bits) {
   std::vector<Uint16> words;
-  words.reserve(2 * values.size());
+  words.reserve(values.size() * static_cast<std::size_t>(bits / 16));
   for (const std::uint32_t value : values) {
     words.push_back(static_cast<Uint16>(value & 0xffff));
-    words.push_back(static_cast<Uint16>(value >> 16));
+    if (bits == 32) words.push_back(static_cast<Uint16>(value >> 16));
   }
   require_good(item_->putAndInsertUint16Array(DCM_PixelData, words.data(), words.size()), tag::kPixelData);
 }

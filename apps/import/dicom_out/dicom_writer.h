@@ -39,7 +39,7 @@ class DicomWriter {
   DicomWriter& put_word(const DicomTag& tag, unsigned short value);  ///< US
   /// One more item of a sequence.
   DicomWriter item(const DicomTag& sequence);
-  void put_pixels(const std::vector<std::uint32_t>& values);
+  void put_pixels(const std::vector<std::uint32_t>& values, int bits);
   DcmItem* get() const { return item_; }
 
  private:

@@ -7,7 +7,7 @@
 namespace brachy {
 
 void write_rt_dose(const std::filesystem::path& file, const ExportIds& ids, const DoseGrid& grid,
-                   bool has_plan) {
+                   bool has_plan, int bits) {
   DicomObject object(ids, "1.2.840.10008.5.1.4.1.1.481.2", ids.dose, "RTDOSE");
   DicomWriter data = object.data();
   const auto [nx, ny, nz] = grid.size();
@@ -21,7 +21,9 @@ void write_rt_dose(const std::filesystem::path& file, const ExportIds& ids, cons
   data.put_tag({0x0028, 0x0009}, tag::kGridFrameOffsets);
   data.put_word(tag::kRows, static_cast<unsigned short>(ny))
       .put_word(tag::kColumns, static_cast<unsigned short>(nx));
-  data.put_word(tag::kBitsAllocated, 32).put_word({0x0028, 0x0101}, 32).put_word({0x0028, 0x0102}, 31);
+  const auto word = static_cast<unsigned short>(bits);
+  data.put_word(tag::kBitsAllocated, word).put_word({0x0028, 0x0101}, word);
+  data.put_word({0x0028, 0x0102}, static_cast<unsigned short>(bits - 1));
   data.put_word(tag::kPixelRepresentation, 0);
   data.put(tag::kDoseUnits, "GY").put(tag::kDoseType, "PHYSICAL").put({0x3004, 0x000a}, "PLAN");
   std::string offsets;
@@ -34,8 +36,9 @@ void write_rt_dose(const std::filesystem::path& file, const ExportIds& ids, cons
         .put({0x0008, 0x1155}, ids.plan);
   const std::vector<float>& dose = grid.dose_gy();
   const double most = std::max(1e-6, static_cast<double>(*std::ranges::max_element(dose)));
+  const double largest = bits == 16 ? 65535 : 4294967295.0;
   // The scaling as the file has it, so that the voxels are scaled by the same number that readers use.
-  const std::string scaling = decimal_string(most / 4294967000.0);
+  const std::string scaling = decimal_string(most / (0.9999999 * largest));
   data.put(tag::kDoseGridScaling, scaling);
   const double unit = std::stod(scaling);
   std::vector<std::uint32_t> values;
@@ -44,8 +47,8 @@ void write_rt_dose(const std::filesystem::path& file, const ExportIds& ids, cons
     for (std::size_t j = ny; j-- > 0;)
       for (std::size_t i = nx; i-- > 0;)
         values.push_back(static_cast<std::uint32_t>(
-            std::min(4294967295.0, std::round(double{dose[grid.index(i, j, k)]} / unit))));
-  data.put_pixels(values);
+            std::min(largest, std::round(double{dose[grid.index(i, j, k)]} / unit))));
+  data.put_pixels(values, bits);
   object.save(file);
 }
 

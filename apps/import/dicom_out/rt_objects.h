@@ -25,8 +25,9 @@ std::array<int, 3> structure_colour(std::size_t n);
 void write_rt_plan(const std::filesystem::path& file, const ExportIds& ids, const Plan& plan,
                    const TemplateGrid& grid);
 
-/// An RTDOSE: the total dose of the grid in Gy, 32 bits a voxel, transverse, rows and columns along LPS.
+/// An RTDOSE: the total dose of the grid in Gy, transverse, rows and columns along LPS, `bits` (16 or 32) a voxel: to
+/// the largest dose / 131,070, or in as many digits as the grid's floats have.
 void write_rt_dose(const std::filesystem::path& file, const ExportIds& ids, const DoseGrid& grid,
-                   bool has_plan);
+                   bool has_plan, int bits);
 
 }  // namespace brachy

@@ -21,7 +21,9 @@ void put_source(DicomWriter source, const Plan& plan, const Tg43Source& tg43, co
       .put(tag::kSourceModel, std::string(tg43.name));
   source.put({0x300a, 0x0218}, kSeedDiameterMm).put({0x300a, 0x021a}, 10 * tg43.active_length_cm);
   source.put(tag::kIsotope, is_iodine ? "I-125" : "Pd-103").put({0x300a, 0x0228}, tg43.half_life_days);
-  source.put({0x300a, 0x0229}, "AIR_KERMA_RATE").put(tag::kAirKermaRate, plan.air_kerma_strength_u);
+  source.put({0x300a, 0x0229}, "AIR_KERMA_RATE")
+      .put({0x300a, 0x022b}, plan.air_kerma_strength_u)
+      .put(tag::kAirKermaRate, plan.air_kerma_strength_u);
   source.put({0x300a, 0x022c}, ids.date).put({0x300a, 0x022e}, "000000");
 }
 
@@ -33,6 +35,7 @@ void put_seed(DicomWriter setup, std::size_t channel, const PlannedSeed& seed, c
   out.put({0x300a, 0x0288}, "FIXED");
   out.put({0x300a, 0x0290}, "1").put(tag::kApplicatorId, hole).put({0x300a, 0x0292}, "RIGID");
   out.put({0x300a, 0x0294}, hole).put({0x300a, 0x0296}, NeedleSettings().length_mm).put({0x300a, 0x02a2}, "");
+  out.put(tag::kReferencedRoi, "");  // of the applicator, which is drawn nowhere
   out.put(tag::kReferencedSource, "1").put({0x300a, 0x0110}, "2").put({0x300a, 0x02c8}, "1");
   for (int n = 0; n < 2; ++n) {
     DicomWriter point = out.item(tag::kControlPoints);

@@ -28,6 +28,7 @@ struct ExportLine {
   std::optional<std::filesystem::path> plan, seeds;
   std::vector<std::string> surfaces;
   double slice_mm = 0.5;
+  std::string dose_bits = "16";
   std::string date = "20000101";
   bool force = false;
 };
@@ -112,7 +113,7 @@ int run(const ExportLine& line) {
     progress.show(0.5, "dose");
     ImplantDose dose(structures, scene.dose);
     for (const DoseSeed& seed : seeds) dose.add(seed);
-    write_rt_dose(line.dicom / "rtdose.dcm", ids, dose.grid(), plan.has_value());
+    write_rt_dose(line.dicom / "rtdose.dcm", ids, dose.grid(), plan.has_value(), std::stoi(line.dose_bits));
     write_text(line.dicom / "dose.nrrd", to_nrrd(dose.grid()));
     written += ", rtdose.dcm, dose.nrrd";
   }
@@ -129,6 +130,9 @@ void declare(OptionList& list, ExportLine& line) {
   list.add("--surface", line.surfaces,
            "NAME=FILE: a deformed surface (PLY, STL) of a structure; may be repeated");
   list.add("--slice-mm", line.slice_mm, "between contours").range(0.1, 20.0).show_default();
+  list.add("--dose-bits", line.dose_bits, "of a voxel of rtdose.dcm: 16, which every reader takes, or 32")
+      .one_of({"16", "32"})
+      .show_default();
   list.add("--date", line.date, "YYYYMMDD at which the seeds have their strength").show_default();
   list.add_flag("--force", line.force, "write into a folder that is not empty");
 }
