@@ -9,6 +9,7 @@
 #            jumps; systemd's check of the unit; a model checker; --broker)
 #     --all: also what `scripts/test.sh --all` needs (--tests; format; names; --fuzz)
 #     --fuzz: also what the preset asan needs (clang with its sanitizers and libFuzzer)
+#     --import: also what brachy-import needs (DCMTK); --tests has it, with what checks its files
 #     --charts: also what draws the charts of scripts/bench.sh
 #     --pictures: also what scripts/charts/screenshots.sh needs, beside --all
 #     --latency: also what scripts/campaigns/latency.sh compares with
@@ -22,6 +23,7 @@ packages=(cmake ninja-build g++ lld ccache libeigen3-dev libboost-dev libassimp-
           pkgconf zlib1g-dev python3 openssl curl dpkg-dev)  # zlib: also for assimp, whose package forgets it
 broker=(libnats-dev nats-server)
 python=(pybind11-dev python3-dev python3-numpy)
+import=(libdcmtk-dev)
 fuzz=(clang-14 libclang-rt-14-dev)
 for option in "$@"; do
   case $option in
@@ -30,19 +32,20 @@ for option in "$@"; do
       command -v npm >/dev/null || packages+=(nodejs npm)
       if [[ $option != --viewer ]]; then
         packages+=(relacy-dev faketime systemd chromium libopenigtlink-dev openigtlink-examples "${broker[@]}"
-                   "${python[@]}" python3-venv mypy)
+                   "${python[@]}" python3-venv mypy "${import[@]}" dicom3tools plastimatch python3-pydicom)
       fi
       if [[ $option == --all ]]; then packages+=(clang-format-14 clang-tidy-14 "${fuzz[@]}"); fi
       ;;
     --python) packages+=("${python[@]}") ;;
     --broker) packages+=("${broker[@]}") ;;
+    --import) packages+=("${import[@]}") ;;
     --fuzz) packages+=("${fuzz[@]}") ;;
     --pictures) packages+=(pngquant) ;;
     --latency) packages+=(rt-tests) ;;
     --packages) packages+=(debootstrap lintian systemd-container devscripts binutils) ;;
     --charts) packages+=(python3-matplotlib python3-numpy) ;;
     --reference) packages+=(calculix-ccx gmsh python3-numpy python3-scipy) ;;
-    *) echo "setup: unknown option $option; there are --viewer, --broker, --tests, --all, --fuzz, --charts," \
+    *) echo "setup: unknown option $option; there are --viewer, --broker, --tests, --all, --fuzz, --import, --charts," \
          "--pictures, --latency, --packages, --python and --reference" >&2; exit 2 ;;
   esac
 done

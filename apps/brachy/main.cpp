@@ -2,6 +2,7 @@
 #include <iostream>
 #include <vector>
 
+#include "apps/brachy/exec_import.h"
 #include "apps/brachy/exec_study.h"
 #include "apps/command_line/study_commands.h"
 #include "apps/command_line/tool.h"
@@ -34,6 +35,8 @@ using namespace brachy;
 std::vector<Tool> all_tools() {
   std::vector<Tool> tools = {replay_tool(), watch_tool(),  record_tool(), relay_tool(),
                              export_tool(), deform_tool(), dose_tool(),   inspect_tool()};
+  // Its arguments are parsed by brachy-import.
+  tools.push_back({"import", "Make a scene of a patient's DICOM RT files or of a label map.", "", {}});
   // Their arguments are parsed by brachy-study.
   for (const StudyCommand& command : kStudyCommands) tools.push_back({command.name, command.summary, "", {}});
   for (const auto tool :
@@ -45,8 +48,9 @@ std::vector<Tool> all_tools() {
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (argc > 1 && is_study_command(argv[1])) {
+  if (is_import_command(argc, argv) || (argc > 1 && is_study_command(argv[1]))) {
     try {
+      if (is_import_command(argc, argv)) exec_import(argv);
       exec_study(argv);
     } catch (const UserError& e) {
       std::cerr << "brachy: " << escaped(e.what()) << "\n";

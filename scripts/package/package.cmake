@@ -48,6 +48,11 @@ set(CPACK_PACKAGE_CONTACT "${BRACHY_MAINTAINER}")
 set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
 set(CPACK_STRIP_FILES ON)
 set(CPACK_COMPONENTS_ALL brachyd dev)
+if(BRACHY_IMPORT)
+  list(APPEND CPACK_COMPONENTS_ALL import)
+  install(FILES ${here}/copyright ${made}/changelog.Debian.gz DESTINATION /usr/share/doc/brachyd-import
+          COMPONENT import EXCLUDE_FROM_ALL)
+endif()
 set(CPACK_DEB_COMPONENT_INSTALL ON)
 set(CPACK_COMPONENTS_GROUPING IGNORE)
 set(CPACK_INSTALL_DEFAULT_DIRECTORY_PERMISSIONS OWNER_READ OWNER_WRITE OWNER_EXECUTE GROUP_READ GROUP_EXECUTE WORLD_READ WORLD_EXECUTE)
@@ -59,7 +64,7 @@ set(CPACK_DEBIAN_BRACHYD_PACKAGE_NAME brachyd)
 set(CPACK_DEBIAN_BRACHYD_PACKAGE_SECTION science)
 set(CPACK_DEBIAN_BRACHYD_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_BRACHYD_PACKAGE_DEPENDS procps)  # the unit reloads by /bin/kill
-set(CPACK_DEBIAN_BRACHYD_PACKAGE_SUGGESTS nats-server)
+set(CPACK_DEBIAN_BRACHYD_PACKAGE_SUGGESTS "nats-server, brachyd-import")
 set(CPACK_DEBIAN_BRACHYD_PACKAGE_CONTROL_EXTRA ${here}/postinst ${here}/prerm ${here}/postrm ${here}/conffiles)
 set(CPACK_DEBIAN_BRACHYD_PACKAGE_CONTROL_STRICT_PERMISSION ON)
 set(CPACK_DEBIAN_BRACHYD_DESCRIPTION
@@ -70,6 +75,17 @@ viewers, a browser and 3D Slicer among them. Trainees drop seeds to a plan,
 and their dose is scored. The tools of brachy replay, watch, record, plan,
 score and compare. The daemon is installed as a systemd service that listens
 on loopback.
+For research and training. Not a medical device.")
+
+set(CPACK_DEBIAN_IMPORT_PACKAGE_NAME brachyd-import)
+set(CPACK_DEBIAN_IMPORT_PACKAGE_SECTION science)
+set(CPACK_DEBIAN_IMPORT_PACKAGE_SHLIBDEPS ON)
+set(CPACK_DEBIAN_IMPORT_PACKAGE_DEPENDS "brachyd (= ${PROJECT_VERSION}-${BRACHY_RELEASE})")
+set(CPACK_DEBIAN_IMPORT_DESCRIPTION
+    "scenes of DICOM RT files for the brachytherapy simulator brachyd
+The program brachy-import, which `brachy import` and `brachy export --dicom`
+start: it makes a scene of a patient's DICOM RT structures, plan and dose, or
+of a label map (NRRD, NIfTI), and writes a scene and its plan as DICOM RT.
 For research and training. Not a medical device.")
 
 set(CPACK_DEBIAN_DEV_PACKAGE_NAME libbrachy-dev)

@@ -1,0 +1,169 @@
+#include "apps/import/case/case_plan.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "core/base/error.h"
+#include "core/base/number_text.h"
+
+namespace brachy {
+namespace {
+
+constexpr double kSeed = PlanNeedle::kSeedMm, kSpacer = PlanNeedle::kSpacerMm;
+
+/// A train whose seeds lie nearest to these offsets behind the tip, and the distance of the worst one.
+std::string train_of(const std::vector<double>& offsets, double& most_moved_mm) {
+  std::string train;
+  double end = 0;  // of the train so far
+  for (const double offset : offsets) {
+    const auto spacers = static_cast<int>(std::max(0L, std::lround((offset - 0.5 * kSeed - end) / kSpacer)));
+    train.append(static_cast<std::size_t>(std::min(spacers, 60)), '-').append("s");
+    end += spacers * kSpacer + kSeed;
+    most_moved_mm = std::max(most_moved_mm, std::abs(end - 0.5 * kSeed - offset));
+  }
+  return train;
+}
+
+SourceModel source_of(const RtSource& source, const std::string& name) {
+  for (const SourceModel model : {SourceModel::kAmersham6711, SourceModel::kTheraSeed200})
+    if (source.model.find(to_string(model)) != std::string::npos) return model;
+  // Without a known model the nuclide's.
+  if (source.isotope.find("125") != std::string::npos) return SourceModel::kAmersham6711;
+  if (source.isotope.find("103") != std::string::npos) return SourceModel::kTheraSeed200;
+  throw UserError(name + ": Source Sequence (300a,0210): no TG-43 data for model \"" + source.model +
+                  "\", isotope \"" + source.isotope + "\"; plan with I-125 (6711) or Pd-103 (200)");
+}
+
+/// A needle as the file has it: its sources from the tip backwards.
+struct FileNeedle {
+  Vec3 tip;
+  std::vector<double> offsets;
+  const RtChannel* channel;
+};
+
+FileNeedle needle_of(const RtChannel& channel, const std::string& name) {
+  std::vector<RtControlPoint> points;
+  for (const RtControlPoint& point : channel.points)  // two control points a dwell position
+    if (points.empty() || (points.back().position - point.position).norm() > 1e-6) points.push_back(point);
+  std::ranges::stable_sort(points, std::greater<>(), [](const RtControlPoint& p) { return p.position.z(); });
+  const RtControlPoint& first = points.front();
+  for (const RtControlPoint& p : points)
+    if ((p.position - first.position).head<2>().norm() >
+        0.05 * std::abs(p.position.z() - first.position.z()) + 0.2)
+      throw UserError(name + ": Control Point Sequence (300a,02d0): channel " +
+                      std::to_string(channel.number) +
+                      " does not run along the patient's axis; plan straight needles through a template");
+  FileNeedle needle{
+      first.position + Vec3(0, 0, first.relative_mm > 0 ? first.relative_mm : 0.5 * kSeed), {}, &channel};
+  for (const RtControlPoint& p : points) needle.offsets.push_back(needle.tip.z() - p.position.z());
+  return needle;
+}
+
+/// Single seeds of an application setup each, in one line, are one needle.
+std::vector<FileNeedle> needles_of(const RtBrachyPlan& file, const std::string& name) {
+  std::vector<FileNeedle> needles;
+  for (const RtChannel& channel : file.channels) {
+    FileNeedle needle = needle_of(channel, name);
+    const auto same = std::ranges::find_if(needles, [&](const FileNeedle& other) {
+      return (other.tip - needle.tip).head<2>().norm() < 0.2 &&
+             other.offsets.size() + needle.offsets.size() < 60;
+    });
+    if (same == needles.end()) {
+      needles.push_back(std::move(needle));
+      continue;
+    }
+    std::vector<double> heights;
+    for (const auto* of : {&*same, &needle})
+      for (const double offset : of->offsets) heights.push_back(of->tip.z() - offset);
+    same->tip.z() = std::max(same->tip.z(), needle.tip.z());
+    std::ranges::sort(heights, std::greater<>());
+    same->offsets.clear();
+    for (const double z : heights) same->offsets.push_back(same->tip.z() - z);
+  }
+  return needles;
+}
+
+}  // namespace
+
+TemplateGrid template_before(const Vec3& min_mm, const Vec3& max_mm) {
+  TemplateGrid grid;
+  const Vec3 middle = 0.5 * (min_mm + max_mm);
+  const auto tenths = [](double v) { return std::round(10 * v) / 10; };
+  grid.origin_mm = {tenths(middle.x()) - 30, tenths(middle.y()) - 30, tenths(min_mm.z()) - 37.5};
+  return grid;
+}
+
+std::string template_text(const TemplateGrid& grid, double base_plane_mm) {
+  return "brachyd template " + std::to_string(grid.columns) + " x " + std::to_string(grid.rows) + ", pitch " +
+         exact_text(grid.spacing_mm) + " mm, A1 at " + exact_text(grid.origin_mm.x()) + " " +
+         exact_text(grid.origin_mm.y()) + " " + exact_text(grid.origin_mm.z()) + " mm RAS, base plane " +
+         exact_text(base_plane_mm) + " mm";
+}
+
+std::optional<DescribedTemplate> parse_template_text(const std::string& text) {
+  DescribedTemplate t{};
+  double x = 0, y = 0, z = 0;
+  if (std::sscanf(text.c_str(),
+                  "brachyd template %d x %d, pitch %lf mm, A1 at %lf %lf %lf mm RAS, base plane %lf mm",
+                  &t.grid.columns, &t.grid.rows, &t.grid.spacing_mm, &x, &y, &z, &t.base_plane_mm) != 7)
+    return std::nullopt;
+  t.grid.origin_mm = {x, y, z};
+  const bool is_sound = t.grid.columns >= 1 && t.grid.columns <= TemplateGrid::kMaxColumns &&
+                        t.grid.rows >= 1 && t.grid.rows <= TemplateGrid::kMaxRows && t.grid.spacing_mm >= 1 &&
+                        t.grid.spacing_mm <= 50 && t.grid.origin_mm.allFinite() &&
+                        t.grid.origin_mm.cwiseAbs().maxCoeff() <= 1e5 && t.base_plane_mm >= 1 &&
+                        t.base_plane_mm <= 500;
+  return is_sound ? std::optional(t) : std::nullopt;
+}
+
+CasePlan fit_plan(const RtBrachyPlan& file, const TemplateGrid& proposed, const std::string& name) {
+  CasePlan result;
+  result.grid = proposed;
+  const std::vector<FileNeedle> needles = needles_of(file, name);
+  const auto described = parse_template_text(file.description);
+  if (described) {
+    result.grid = described->grid;
+  } else {
+    // Holes through the first needle, as near to the proposed ones as the pitch allows.
+    const Vec3 off = needles.front().tip - result.grid.origin_mm;
+    for (int a = 0; a < 2; ++a) result.grid.origin_mm[a] += off[a] - 5 * std::round(off[a] / 5);
+  }
+  Plan& plan = result.plan;
+  plan.name = "imported";
+  const auto source = std::ranges::find(file.sources, file.channels.front().source, &RtSource::number);
+  const RtSource& used = source == file.sources.end() ? file.sources.front() : *source;
+  plan.source = source_of(used, name);
+  plan.air_kerma_strength_u = used.air_kerma_strength_u;
+  for (const RtChannel& channel : file.channels)
+    for (const RtSource& other : file.sources)
+      if (other.number == channel.source && other.air_kerma_strength_u != used.air_kerma_strength_u)
+        throw UserError(
+            name + ": Source Sequence (300a,0210): seeds of different strengths; plan with one strength");
+  if (file.prescription_gy) plan.prescription_gy = *file.prescription_gy;
+  double deepest = 0;
+  for (const FileNeedle& needle : needles)
+    deepest = std::max(deepest, needle.tip.z() - result.grid.origin_mm.z());
+  plan.base_plane_mm = described ? described->base_plane_mm : deepest;
+  double most_beside = 0;
+  for (const FileNeedle& needle : needles) {
+    const auto hole = result.grid.nearest(needle.tip, Vec3::UnitZ());
+    if (!hole)
+      throw UserError(name + ": Control Point 3D Position (300a,02d4): channel " +
+                      std::to_string(needle.channel->number) +
+                      " lies beside a template of 13 × 13 holes about the gland; is it this patient's plan?");
+    most_beside = std::max(most_beside, (*result.grid.position(*hole) - needle.tip).head<2>().norm());
+    // To a nanometre: what decimal strings carry.
+    const double retraction =
+        std::round(1e6 * (plan.base_plane_mm - (needle.tip.z() - result.grid.origin_mm.z()))) / 1e6;
+    plan.needles.push_back(
+        {*hole, retraction == 0 ? 0.0 : retraction, train_of(needle.offsets, result.most_moved_mm)});
+  }
+  result.most_moved_mm = std::hypot(result.most_moved_mm, most_beside);
+  if (result.most_moved_mm > 1e-3)
+    result.notes.push_back("seeds were moved by up to " + text_of(result.most_moved_mm) +
+                           " mm onto the template's holes and whole spacers");
+  return result;
+}
+
+}  // namespace brachy

@@ -1,0 +1,37 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "apps/import/dicom/rt_plan.h"
+#include "core/brachytherapy/plan/plan.h"
+
+namespace brachy {
+
+/// A permanent implant as a plan of this program, on a template.
+struct CasePlan {
+  Plan plan;
+  TemplateGrid grid;
+  double most_moved_mm = 0;  ///< how far a seed lies from where the file has it: trains come in whole steps
+  std::vector<std::string> notes;  ///< one line each
+};
+
+/// The template in front of a gland that has this box: 13 × 13 holes, 5 mm apart, G7 on its middle, 37.5 mm from it.
+TemplateGrid template_before(const Vec3& min_mm, const Vec3& max_mm);
+
+/// The needles of a permanent implant: each channel's sources, along +z through a hole of the template. A plan that
+/// `brachy export --dicom` wrote names its template in its description and comes back exactly; for others the holes are
+/// laid through the first needle, and trains are the nearest ones of seeds (4.5 mm) and spacers (5.5 mm).
+/// Errors: UserError "name: …; fix" where needles do not run along the patient's axis, do not fit one template, or the
+/// source is not one of those that are known.
+CasePlan fit_plan(const RtBrachyPlan& file, const TemplateGrid& proposed, const std::string& name);
+
+/// The template and base plane as text of an RT Plan Description, and back; nothing where it is another text.
+std::string template_text(const TemplateGrid& grid, double base_plane_mm);
+struct DescribedTemplate {
+  TemplateGrid grid;
+  double base_plane_mm;
+};
+std::optional<DescribedTemplate> parse_template_text(const std::string& text);
+
+}  // namespace brachy

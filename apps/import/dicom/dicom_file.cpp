@@ -1,0 +1,210 @@
+#include "apps/import/dicom/dicom_file.h"
+
+#include <dcmtk/config/osconfig.h>
+#include <dcmtk/dcmdata/dcistrmb.h>
+#include <dcmtk/dcmdata/dcrledrg.h>
+#include <dcmtk/dcmdata/dctk.h>
+#include <dcmtk/dcmjpeg/djdecode.h>
+#include <dcmtk/dcmjpls/djdecode.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+
+#include "apps/import/dicom/dicom_tags.h"
+#include "apps/import/labels/inflate.h"
+#include "core/base/error.h"
+
+namespace brachy {
+namespace {
+
+DcmTagKey key_of(const DicomTag& tag) {
+  return {tag.group, tag.element};
+}
+
+/// Once for the process: no messages of DCMTK's own, and the codecs.
+void prepare_dcmtk() {
+  static const bool is_ready = [] {
+    OFLog::configure(OFLogger::OFF_LOG_LEVEL);
+    DcmRLEDecoderRegistration::registerCodecs();
+    DJDecoderRegistration::registerCodecs();
+    DJLSDecoderRegistration::registerCodecs();
+    return true;
+  }();
+  (void)is_ready;
+}
+
+std::string_view without_blanks(std::string_view text) {
+  const auto first = text.find_first_not_of(" \t\r\n\0");
+  if (first == std::string_view::npos) return {};
+  return text.substr(first, text.find_last_not_of(std::string_view(" \t\r\n\0", 5)) - first + 1);
+}
+
+}  // namespace
+
+std::string DicomTag::text() const {
+  char number[16];
+  std::snprintf(number, sizeof number, " (%04x,%04x)", group, element);
+  return std::string(DcmTag(key_of(*this)).getTagName()) + number;
+}
+
+void DicomItem::refuse(const DicomTag& tag, const std::string& what) const {
+  throw UserError(name_ + ": " + tag.text() + ": " + what);
+}
+
+bool DicomItem::has(const DicomTag& tag) const {
+  return item_->tagExistsWithValue(key_of(tag));
+}
+
+std::string DicomItem::text(const DicomTag& tag) const {
+  OFString value;
+  if (item_->findAndGetOFString(key_of(tag), value).bad()) return {};
+  return std::string(without_blanks({value.c_str(), value.size()}));
+}
+
+std::vector<double> DicomItem::numbers(const DicomTag& tag) const {
+  OFString all;
+  if (item_->findAndGetOFStringArray(key_of(tag), all).bad()) return {};
+  std::vector<double> values;
+  std::string_view rest(all.c_str(), all.size());
+  if (without_blanks(rest).empty()) return {};
+  for (bool more = true; more;) {
+    const auto end = rest.find('\\');
+    more = end != std::string_view::npos;
+    std::string_view word = without_blanks(rest.substr(0, end));
+    if (more) rest.remove_prefix(end + 1);
+    if (word.starts_with('+')) word.remove_prefix(1);
+    double value = 0;
+    const auto [at, error] = std::from_chars(word.data(), word.data() + word.size(), value);
+    if (error != std::errc() || at != word.data() + word.size() || !std::isfinite(value))
+      refuse(tag, "\"" + std::string(word.substr(0, 32)) + "\" is no number; export it again");
+    values.push_back(value);
+  }
+  return values;
+}
+
+std::vector<double> DicomItem::numbers(const DicomTag& tag, std::size_t count) const {
+  std::vector<double> values = numbers(tag);
+  if (values.empty()) refuse(tag, "is missing or empty; export it again");
+  if (values.size() != count)
+    refuse(tag, "has " + std::to_string(values.size()) + " values for " + std::to_string(count) +
+                    "; export it again");
+  return values;
+}
+
+std::optional<double> DicomItem::optional_number(const DicomTag& tag) const {
+  if (!has(tag)) return std::nullopt;
+  return number(tag);
+}
+
+std::size_t DicomItem::count(const DicomTag& tag, std::size_t least, std::size_t most) const {
+  const double value = number(tag);
+  if (!(value >= static_cast<double>(least) && value <= static_cast<double>(most)) ||
+      value != std::floor(value))
+    refuse(tag, "must be " + std::to_string(least) + " … " + std::to_string(most) + "; export it again");
+  return static_cast<std::size_t>(value);
+}
+
+Vec3 DicomItem::point(const DicomTag& tag) const {
+  const std::vector<double> p = numbers(tag, 3);
+  return ras_of_lps({p[0], p[1], p[2]});
+}
+
+std::vector<DicomItem> DicomItem::sequence(const DicomTag& tag) const {
+  std::vector<DicomItem> items;
+  DcmSequenceOfItems* sequence = nullptr;
+  if (item_->findAndGetSequence(key_of(tag), sequence).bad() || !sequence) return items;
+  // Through the list once: getItem(n) begins at the front each time.
+  for (DcmObject* object = sequence->nextInContainer(nullptr); object;
+       object = sequence->nextInContainer(object))
+    if (auto* item = dynamic_cast<DcmItem*>(object)) items.emplace_back(item, name_);
+  return items;
+}
+
+bool is_dicom(std::string_view bytes) {
+  return bytes.size() > 132 && bytes.substr(128, 4) == "DICM";
+}
+
+DicomFile::DicomFile(std::string_view bytes, const std::string& name)
+    : file_(std::make_unique<DcmFileFormat>()), name_(name) {
+  prepare_dcmtk();
+  if (!is_dicom(bytes))
+    throw UserError(name + ": is no DICOM file: it has no DICM at byte 128; export it as DICOM part 10");
+  if (bytes.size() > kMostFileBytes) throw UserError(name + ": is over 2 GB; export fewer frames");
+  DcmInputBufferStream stream;
+  stream.setBuffer(bytes.data(), static_cast<offile_off_t>(bytes.size()));
+  stream.setEos();
+  file_->transferInit();
+  const OFCondition read = file_->read(stream, EXS_Unknown, EGL_noChange, DCM_MaxReadLength);
+  file_->transferEnd();
+  if (read.bad())
+    throw UserError(name + ": cannot be read as DICOM (" + read.text() +
+                    "); it is cut off or damaged, export it again");
+  // What is cut off at the end of an element looks whole: the last one tells by the bytes that are left.
+  if (!file_->getDataset() || file_->getDataset()->card() == 0)
+    throw UserError(name + ": holds no data set; it is cut off, export it again");
+}
+
+DicomFile::~DicomFile() = default;
+DicomFile::DicomFile(DicomFile&&) noexcept = default;
+
+DicomItem DicomFile::data() const {
+  return {file_->getDataset(), name_};
+}
+
+std::string DicomFile::modality() const {
+  return data().text(tag::kModality);
+}
+
+DicomFile::Pixels DicomFile::pixels() const {
+  const DicomItem data = this->data();
+  Pixels pixels;
+  pixels.rows = data.count(tag::kRows, 1, 65535);
+  pixels.columns = data.count(tag::kColumns, 1, 65535);
+  pixels.frames = data.has(tag::kFrames) ? data.count(tag::kFrames, 1, 1'000'000) : 1;
+  if (data.has(tag::kSamples) && data.number(tag::kSamples) != 1)
+    data.refuse(tag::kSamples, "must be 1, a grey image; export it without colour");
+  const std::size_t bits = data.count(tag::kBitsAllocated, 8, 32);
+  if (bits != 8 && bits != 16 && bits != 32)
+    data.refuse(tag::kBitsAllocated, "must be 8, 16 or 32; export it again");
+  const bool is_signed = data.has(tag::kPixelRepresentation) && data.number(tag::kPixelRepresentation) == 1;
+  const std::size_t count = pixels.rows * pixels.columns * pixels.frames;
+  if (count > kMostVoxels)
+    data.refuse(tag::kRows, "rows × columns × frames are over 2^29 voxels; crop the grid");
+  DcmDataset& set = *file_->getDataset();
+  const bool was_big_endian = DcmXfer(set.getOriginalXfer()).getByteOrder() == EBO_BigEndian;
+  if (set.chooseRepresentation(EXS_LittleEndianExplicit, nullptr).bad())
+    data.refuse(tag::kPixelData, "is compressed in a way that is not read here; export it uncompressed");
+  DcmElement* element = nullptr;
+  if (set.findAndGetElement(DCM_PixelData, element).bad() || !element)
+    data.refuse(tag::kPixelData, "is missing; export it with its pixels");
+  if (element->getLength() < count * bits / 8)
+    data.refuse(tag::kPixelData, "has " + std::to_string(element->getLength()) + " bytes for " +
+                                     std::to_string(count * bits / 8) + "; it is cut off, export it again");
+  pixels.values.resize(count);
+  if (bits == 8) {
+    Uint8* bytes = nullptr;
+    if (element->getUint8Array(bytes).bad() || !bytes)
+      data.refuse(tag::kPixelData, "cannot be read; export it again");
+    for (std::size_t n = 0; n < count; ++n)
+      pixels.values[n] =
+          is_signed ? std::int64_t{static_cast<signed char>(bytes[n])} : std::int64_t{bytes[n]};
+    return pixels;
+  }
+  Uint16* words = nullptr;
+  if (element->getUint16Array(words).bad() || !words)
+    data.refuse(tag::kPixelData, "cannot be read; export it again");
+  for (std::size_t n = 0; n < count; ++n) {
+    if (bits == 16) {
+      pixels.values[n] = is_signed ? std::int64_t{static_cast<Sint16>(words[n])} : std::int64_t{words[n]};
+      continue;
+    }
+    // DCMTK swaps words of 16 bits alone: of a big-endian file the upper word still comes first.
+    const std::uint32_t first = words[2 * n], second = words[2 * n + 1];
+    const std::uint32_t value = was_big_endian ? first << 16 | second : second << 16 | first;
+    pixels.values[n] = is_signed ? std::int64_t{static_cast<std::int32_t>(value)} : std::int64_t{value};
+  }
+  return pixels;
+}
+
+}  // namespace brachy

@@ -1,0 +1,33 @@
+#pragma once
+
+#include <array>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "apps/import/dicom_out/dicom_writer.h"
+#include "core/brachytherapy/dose/dose_grid.h"
+#include "core/brachytherapy/plan/plan.h"
+#include "core/brachytherapy/structures/structure.h"
+
+namespace brachy {
+
+/// An RTSTRUCT: contours of each structure in transverse planes `slice_mm` apart, at multiples of it, and one more near
+/// each end (contour_heights).
+void write_rt_structure(const std::filesystem::path& file, const ExportIds& ids,
+                        const std::vector<Structure>& structures, double slice_mm);
+/// Red, green, blue of the n-th structure, 0 … 255.
+std::array<int, 3> structure_colour(std::size_t n);
+
+/// An RTPLAN of a permanent implant: an application setup for each needle, in it a channel for each seed, with its
+/// position, axis, distance behind the tip, and the source's air-kerma strength.
+void write_rt_plan(const std::filesystem::path& file, const ExportIds& ids, const Plan& plan,
+                   const TemplateGrid& grid);
+
+/// An RTDOSE: the total dose of the grid in Gy, transverse, rows and columns along LPS, `bits` (16 or 32) a voxel: to
+/// the largest dose / 131,070, or in as many digits as the grid's floats have.
+void write_rt_dose(const std::filesystem::path& file, const ExportIds& ids, const DoseGrid& grid,
+                   bool has_plan, int bits);
+
+}  // namespace brachy

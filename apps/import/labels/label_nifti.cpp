@@ -1,0 +1,161 @@
+#include "apps/import/labels/label_nifti.h"
+
+#include <cmath>
+
+#include "apps/import/labels/inflate.h"
+#include "apps/import/labels/label_values.h"
+#include "apps/import/labels/voxel_values.h"
+#include "core/base/error.h"
+
+namespace brachy {
+namespace {
+
+/// Where the fields of a header lie; https://nifti.nimh.nih.gov/pub/dist/src/niftilib/nifti1.h, …/nifti2.h.
+struct NiftiLayout {
+  std::size_t size, dim, dim_bytes, datatype, pixdim, real_bytes, vox_offset, scl_slope, qform_code,
+      code_bytes, quatern, srow;
+};
+constexpr NiftiLayout kNifti1{348, 40, 2, 70, 76, 4, 108, 112, 252, 2, 256, 280};
+constexpr NiftiLayout kNifti2{540, 16, 8, 12, 104, 8, 168, 176, 344, 4, 352, 400};
+
+class NiftiReader {
+ public:
+  NiftiReader(std::string_view bytes, const std::string& name) : bytes_(bytes), name_(name) {}
+  LabelMap read();
+
+ private:
+  [[noreturn]] void refuse(const std::string& field, const std::string& what) const {
+    throw UserError(name_ + ": " + field + ": " + what);
+  }
+  void find_layout();
+  double whole(std::size_t at, std::size_t size) const {
+    return voxel_value(bytes_.substr(at, size), 0, {size, true, false, is_big_endian_});
+  }
+  double real(std::size_t at) const {
+    return voxel_value(bytes_.substr(at, layout_.real_bytes), 0,
+                       {layout_.real_bytes, true, true, is_big_endian_});
+  }
+  VoxelType type() const;
+  void read_geometry();
+  Mat3 quaternion_rotation() const;
+
+  std::string_view bytes_;
+  const std::string& name_;
+  NiftiLayout layout_ = kNifti1;
+  bool is_big_endian_ = false;
+  LabelMap map_;
+};
+
+void NiftiReader::find_layout() {
+  for (const NiftiLayout& layout : {kNifti1, kNifti2})
+    for (const bool big : {false, true}) {
+      if (bytes_.size() < layout.size) continue;
+      if (voxel_value(bytes_, 0, {4, true, false, big}) != static_cast<double>(layout.size)) continue;
+      layout_ = layout;
+      is_big_endian_ = big;
+      return;
+    }
+  refuse("sizeof_hdr", "is not that of NIfTI-1 or NIfTI-2; is it a .nii file, and whole?");
+}
+
+VoxelType NiftiReader::type() const {
+  const auto code = static_cast<int>(whole(layout_.datatype, 2));
+  switch (code) {
+    case 2:
+      return {1, false, false, is_big_endian_};
+    case 4:
+      return {2, true, false, is_big_endian_};
+    case 8:
+      return {4, true, false, is_big_endian_};
+    case 16:
+      return {4, true, true, is_big_endian_};
+    case 64:
+      return {8, true, true, is_big_endian_};
+    case 256:
+      return {1, true, false, is_big_endian_};
+    case 512:
+      return {2, false, false, is_big_endian_};
+    case 768:
+      return {4, false, false, is_big_endian_};
+    case 1024:
+      return {8, true, false, is_big_endian_};
+    case 1280:
+      return {8, false, false, is_big_endian_};
+    default:
+      refuse("datatype", "is " + std::to_string(code) + ", no whole number; save it as uint8");
+  }
+}
+
+// Method 2 of nifti1.h: a unit quaternion (a, b, c, d), of which a is left out.
+Mat3 NiftiReader::quaternion_rotation() const {
+  const double b = real(layout_.quatern), c = real(layout_.quatern + layout_.real_bytes),
+               d = real(layout_.quatern + 2 * layout_.real_bytes);
+  const double rest = b * b + c * c + d * d;
+  if (!(rest <= 1.0001)) refuse("quatern_b", "the quaternion is longer than 1; write the file again");
+  return Eigen::Quaterniond(std::sqrt(std::max(0.0, 1 - rest)), b, c, d).normalized().toRotationMatrix();
+}
+
+void NiftiReader::read_geometry() {
+  const std::size_t real_bytes = layout_.real_bytes, code_bytes = layout_.code_bytes;
+  if (whole(layout_.qform_code + code_bytes, code_bytes) > 0) {
+    for (int row = 0; row < 3; ++row)
+      for (int column = 0; column < 4; ++column) {
+        const double value = real(layout_.srow + static_cast<std::size_t>(4 * row + column) * real_bytes);
+        (column < 3 ? map_.grid.steps(row, column) : map_.grid.origin[row]) = value;
+      }
+  } else if (whole(layout_.qform_code, code_bytes) > 0) {
+    const Vec3 spacing(real(layout_.pixdim + real_bytes), real(layout_.pixdim + 2 * real_bytes),
+                       real(layout_.pixdim + 3 * real_bytes) * (real(layout_.pixdim) < 0 ? -1 : 1));
+    map_.grid.steps = quaternion_rotation() * spacing.asDiagonal();
+    const std::size_t offset = layout_.quatern + 3 * real_bytes;
+    map_.grid.origin = Vec3(real(offset), real(offset + real_bytes), real(offset + 2 * real_bytes));
+  } else {
+    refuse("qform_code",
+           "it and sform_code are 0, so nothing says where the map lies; save it with its orientation");
+  }
+  if (const std::string fault = fault_of(map_.grid); !fault.empty()) refuse("sform", fault);
+}
+
+LabelMap NiftiReader::read() {
+  find_layout();
+  const double dimensions = whole(layout_.dim, layout_.dim_bytes);
+  if (!(dimensions >= 3 && dimensions <= 7)) refuse("dim", "must have three axes; save a label map");
+  std::size_t total = 1;
+  for (std::size_t a = 0; a < static_cast<std::size_t>(dimensions); ++a) {
+    const double size = whole(layout_.dim + (a + 1) * layout_.dim_bytes, layout_.dim_bytes);
+    if (!(size >= 1 && size <= 1e6) || (a >= 3 && size != 1))
+      refuse("dim", "must be three sizes from 1 on; save a label map");
+    total *= static_cast<std::size_t>(size);
+    if (total > kMostVoxels) refuse("dim", "are over 2^29 voxels; crop the map");
+    if (a < 3) map_.grid.size[a] = static_cast<std::size_t>(size);
+  }
+  read_geometry();
+  const VoxelType voxel = type();
+  const double slope = real(layout_.scl_slope), intercept = real(layout_.scl_slope + layout_.real_bytes);
+  if (std::isfinite(slope) && slope != 0 && (slope != 1 || (std::isfinite(intercept) && intercept != 0)))
+    refuse("scl_slope", "labels are not scaled; save it as whole numbers");
+  const double offset =
+      layout_.size == kNifti2.size ? whole(layout_.vox_offset, 8) : real(layout_.vox_offset);
+  if (!(offset >= static_cast<double>(layout_.size) && offset <= static_cast<double>(bytes_.size())))
+    refuse("vox_offset", "lies outside the file; it is cut off, or no .nii file");
+  const std::string_view data = bytes_.substr(static_cast<std::size_t>(offset));
+  if (data.size() / voxel.bytes < total)
+    refuse("dim", "are of " + std::to_string(total * voxel.bytes) + " bytes, but the file has " +
+                      std::to_string(data.size()) + "; it is cut off, copy it again");
+  map_.layers.push_back(to_labels(data, total, voxel, name_));
+  add_segments_by_value(map_);
+  return std::move(map_);
+}
+
+}  // namespace
+
+LabelMap parse_label_nifti(std::string_view bytes, const std::string& name) {
+  std::string content;
+  if (bytes.starts_with("\x1f\x8b")) {
+    content = inflated(bytes, name, kMostFileBytes);
+    bytes = content;
+  }
+  return NiftiReader(bytes, name).read();
+}
+
+}  // namespace brachy

@@ -1,0 +1,155 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <iostream>
+
+#include "apps/command_line/output_file.h"
+#include "apps/command_line/tool.h"
+#include "apps/import/case/imported_case.h"
+#include "apps/import/case/volume_nrrd.h"
+#include "apps/import/dicom_out/rt_objects.h"
+#include "apps/terminal/progress.h"
+#include "core/base/error.h"
+#include "core/brachytherapy/dose/dose_nrrd.h"
+#include "core/brachytherapy/dose/dose_seed_file.h"
+#include "core/brachytherapy/dose/implant_dose.h"
+#include "core/brachytherapy/plan/plan_file.h"
+#include "core/geometry/label_map/rasterise.h"
+#include "core/geometry/mesh_io/mesh_file.h"
+#include "core/geometry/surface/surface_check.h"
+#include "core/scene/file/scene_file.h"
+#include "core/scene/load_structures.h"
+
+namespace brachy {
+namespace {
+
+struct ExportLine {
+  std::filesystem::path dicom, scene;
+  std::optional<std::filesystem::path> plan, seeds;
+  std::vector<std::string> surfaces;
+  double slice_mm = 0.5;
+  std::string dose_bits = "16";
+  std::string date = "20000101";
+  bool force = false;
+};
+
+/// All structures on the dose grid's points, a layer each.
+LabelMap label_map_of(const std::vector<Structure>& structures, double spacing_mm) {
+  Vec3 min = Vec3::Constant(1e9), max = -min;
+  for (const Structure& s : structures)
+    for (const Vec3& v : s.mesh.vertices) {
+      min = min.cwiseMin(v);
+      max = max.cwiseMax(v);
+    }
+  LabelMap map;
+  map.grid.steps = Vec3::Constant(spacing_mm).asDiagonal();
+  map.grid.origin = (min / spacing_mm).array().floor() * spacing_mm;
+  for (int a = 0; a < 3; ++a)
+    map.grid.size[static_cast<std::size_t>(a)] =
+        static_cast<std::size_t>(std::ceil((max[a] - map.grid.origin[a]) / spacing_mm)) + 1;
+  for (std::size_t n = 0; n < structures.size(); ++n) {
+    auto& labels = map.layers.emplace_back(map.grid.count(), std::uint16_t{0});
+    rasterise(SurfaceBvh(structures[n].mesh), map.grid, 1, labels);
+    const auto [r, g, b] = structure_colour(n);
+    map.segments.push_back({structures[n].name, 1, n, {{r / 255.0, g / 255.0, b / 255.0}}});
+  }
+  return map;
+}
+
+/// "prostate=deformed.ply": a surface in place of the one at rest.
+void replace_surface(std::vector<Structure>& structures, const std::string& text) {
+  const auto equals = text.find('=');
+  if (equals == std::string::npos) throw UsageError("--surface " + text + ": must be NAME=FILE");
+  const std::string name = text.substr(0, equals), file = text.substr(equals + 1);
+  const auto structure = std::ranges::find(structures, name, &Structure::name);
+  if (structure == structures.end())
+    throw UserError("--surface " + text + ": the scene has no structure \"" + name + "\"");
+  PreparedSurface prepared = prepare_surface(read_mesh_file(file), {}, file);
+  require_closed(prepared.report, file);
+  structure->mesh = std::move(prepared.mesh);
+}
+
+int run(const ExportLine& line) {
+  const Scene scene = load_scene(line.scene);
+  std::vector<Structure> structures = load_structures(scene);
+  for (const std::string& text : line.surfaces) replace_surface(structures, text);
+  std::optional<Plan> plan;
+  if (line.plan)
+    plan = load_plan(*line.plan, scene.template_grid, scene.needle.length_mm);
+  else if (!scene.plan_file.empty())
+    plan = load_plan(scene.resolve(scene.plan_file), scene.template_grid, scene.needle.length_mm);
+  std::vector<DoseSeed> seeds;
+  if (line.seeds)
+    seeds = load_dose_seeds(*line.seeds);
+  else if (plan)
+    for (const PlannedSeed& seed : plan->seeds(scene.template_grid)) seeds.push_back(seed);
+  std::error_code ignored;
+  std::filesystem::create_directories(line.dicom, ignored);
+  if (!std::filesystem::is_directory(line.dicom))
+    throw UserError(line.dicom.string() + ": cannot be made; choose another --dicom");
+  if (!line.force && !std::filesystem::is_empty(line.dicom))
+    throw UserError(line.dicom.string() + ": is not empty; choose another --dicom, or give --force");
+
+  std::string content = scene.name + (plan ? to_toml(*plan) : "") + line.date;
+  for (const Structure& s : structures) {
+    content += s.name;
+    for (const Vec3& v : s.mesh.vertices)
+      content.append(reinterpret_cast<const char*>(v.data()), 3 * sizeof(double));
+  }
+  for (const DoseSeed& s : seeds)
+    content.append(reinterpret_cast<const char*>(s.position.data()), 3 * sizeof(double));
+  const ExportIds ids = make_ids(content, plain_name(scene.name, "scene"), line.date);
+  Progress progress("export");
+  progress.show(0, "structures");
+  write_rt_structure(line.dicom / "rtstruct.dcm", ids, structures, line.slice_mm);
+  write_text(line.dicom / "structures.seg.nrrd",
+             to_seg_nrrd(label_map_of(structures, scene.dose.spacing_mm)));
+  std::string written = "rtstruct.dcm, structures.seg.nrrd";
+  if (plan) {
+    write_rt_plan(line.dicom / "rtplan.dcm", ids, *plan, scene.template_grid);
+    written += ", rtplan.dcm";
+  }
+  if (!seeds.empty()) {
+    progress.show(0.5, "dose");
+    ImplantDose dose(structures, scene.dose);
+    for (const DoseSeed& seed : seeds) dose.add(seed);
+    write_rt_dose(line.dicom / "rtdose.dcm", ids, dose.grid(), plan.has_value(), std::stoi(line.dose_bits));
+    write_text(line.dicom / "dose.nrrd", to_nrrd(dose.grid()));
+    written += ", rtdose.dcm, dose.nrrd";
+  }
+  progress.finish();
+  std::cout << fmt::format("export: {}: {}\n", line.dicom.string(), written);
+  return kExitOk;
+}
+
+void declare(OptionList& list, ExportLine& line) {
+  list.add("--dicom", line.dicom, "folder to write; created if missing, must be empty").required();
+  list.add("--config", line.scene, "scene file (TOML)").required();
+  list.add("--plan", line.plan, "plan (TOML or CSV) in place of the scene's");
+  list.add("--seeds", line.seeds, "CSV of seeds as they lie, for the dose in place of the plan's");
+  list.add("--surface", line.surfaces,
+           "NAME=FILE: a deformed surface (PLY, STL) of a structure; may be repeated");
+  list.add("--slice-mm", line.slice_mm, "between contours").range(0.1, 20.0).show_default();
+  list.add("--dose-bits", line.dose_bits, "of a voxel of rtdose.dcm: 16, which every reader takes, or 32")
+      .one_of({"16", "32"})
+      .show_default();
+  list.add("--date", line.date, "YYYYMMDD at which the seeds have their strength").show_default();
+  list.add_flag("--force", line.force, "write into a folder that is not empty");
+}
+
+}  // namespace
+
+Tool export_dicom_tool() {
+  return make_tool<ExportLine>("export", "Write a scene and its plan as DICOM RT files and NRRD.",
+                               R"(Examples:
+  brachy export --dicom out/dicom --config config/session.toml
+  brachy export --dicom out/dicom --config patient/scene.toml --plan patient/plan.toml --slice-mm 1
+  brachy export --dicom out/dicom --config config/session.toml --surface prostate=deformed.ply --seeds seeds.csv
+Writes rtstruct.dcm, and structures.seg.nrrd for 3D Slicer; with a plan rtplan.dcm (an application setup for each
+needle, a channel for each seed); with seeds rtdose.dcm and dose.nrrd, the total dose on the grid of [dose]. UIDs come
+from the content: the same export has the same bytes. The patient is called as the scene is.
+Exit codes: 0 done, 1 the disk failed, 2 bad input.)",
+                               declare, run);
+}
+
+}  // namespace brachy

@@ -1,0 +1,348 @@
+// `brachy import` and `brachy export --dicom`, the programs from outside, against pydicom, numpy and dciodvfy.
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include "apps/import/case/case_plan.h"
+#include "apps/import/case/volume_nrrd.h"
+#include "core/base/error.h"
+#include "core/brachytherapy/plan/plan_file.h"
+#include "core/geometry/label_map/rasterise.h"
+#include "core/geometry/mesh_io/mesh_file.h"
+#include "core/geometry/surface/surface_check.h"
+#include "core/geometry/surface/surface_volume.h"
+#include "core/scene/file/scene_file.h"
+#include "core/scene/load_structures.h"
+#include "tests/apps/apps_testing.h"
+#include "tests/core/geometry/simplify/surface_distance.h"
+#include "tests/data_dir.h"
+
+namespace brachy::test {
+namespace {
+
+const std::string kSession = (kConfigFolder / "session.toml").string();
+
+std::string source_file(const char* name) {
+  return std::string(BRACHY_SOURCE_DIR) + "/tests/apps/import/" + name;
+}
+
+/// Runs Debian's Python, which has pydicom.
+Ended run_python(std::vector<std::string> arguments) {
+  arguments.insert(arguments.begin(), "/usr/bin/python3");
+  return run_process(arguments);
+}
+
+bool has_pydicom() {
+  return exited(run_python({"-c", "import pydicom, numpy"}), 0) == true;
+}
+
+/// The session's scene as DICOM, its variants, and what is expected of them: made once for all tests.
+class Import : public ::testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    folder_ = new TempFolder;
+    exported_ = run_brachy({"export", "--dicom", (*folder_ / "dicom").string(), "--config", kSession});
+    if (has_pydicom()) {
+      const std::string exact = (*folder_ / "dicom32").string();
+      ASSERT_TRUE(
+          exited(run_brachy({"export", "--dicom", exact, "--config", kSession, "--dose-bits", "32"}), 0));
+      const Ended made = run_python(
+          {source_file("make_variants.py"), (*folder_ / "dicom").string(), (*folder_ / "v").string()});
+      ASSERT_TRUE(exited(made, 0)) << made.err;
+    }
+  }
+  static void TearDownTestSuite() {
+    delete folder_;
+    folder_ = nullptr;
+  }
+  void SetUp() override {
+    ASSERT_TRUE(exited(exported_, 0)) << exported_.err;
+    if (!has_pydicom()) GTEST_SKIP() << "python3-pydicom is not installed";
+  }
+
+  static TempFolder* folder_;
+  static Ended exported_;
+};
+TempFolder* Import::folder_ = nullptr;
+Ended Import::exported_;
+
+/// Exit code 2, nothing on stdout, and a last line on stderr, behind those of a slow run's progress, with all `parts`.
+::testing::AssertionResult refused_in_last_line(const Ended& ended, const std::vector<std::string>& parts) {
+  const std::vector<std::string> lines = lines_of(ended.err);
+  if (ended.exit_code != 2 || !ended.out.empty() || lines.empty())
+    return ::testing::AssertionFailure() << "exit code " << ended.exit_code << ": " << ended.out << ended.err;
+  for (std::size_t n = 0; n + 1 < lines.size(); ++n)
+    if (!lines[n].starts_with("import: "))
+      return ::testing::AssertionFailure() << "more than progress: " << lines[n];
+  for (const std::string& part : parts)
+    if (lines.back().find(part) == std::string::npos)
+      return ::testing::AssertionFailure() << "no \"" << part << "\" in: " << lines.back();
+  return ::testing::AssertionSuccess();
+}
+
+nlohmann::json json_file(const std::filesystem::path& file) {
+  return nlohmann::json::parse(read_file(file), nullptr, false);
+}
+
+SurfaceMesh surface_file(const std::filesystem::path& file) {
+  return prepare_surface(read_mesh_file(file), {}, file.string()).mesh;
+}
+
+TEST_F(Import, GivesBackSurfacesNeedlesSeedsAndStrengthOfTheSceneItWasExportedFrom) {
+  const TempFolder out;
+  const Ended ended = run_brachy({"import", (*folder_ / "v/plain").string(), "--out", (out / "s").string()});
+  ASSERT_TRUE(exited(ended, 0)) << ended.err;
+  const Scene before = load_scene(kSession), after = load_scene(out / "s/scene.toml");
+  const auto was = load_structures(before), is = load_structures(after);
+  ASSERT_EQ(was.size(), is.size());
+  for (std::size_t n = 0; n < was.size(); ++n) {
+    EXPECT_EQ(was[n].name, is[n].name);
+    EXPECT_LT(surface_distance(was[n].mesh, is[n].mesh).p95_mm, 0.1) << was[n].name;
+    EXPECT_NEAR(enclosed_mm3(is[n].mesh) / enclosed_mm3(was[n].mesh), 1, 0.01) << was[n].name;
+  }
+  const Plan plan = load_plan(before.resolve(before.plan_file), before.template_grid);
+  Plan back = load_plan(out / "s/plan.toml", after.template_grid);
+  EXPECT_EQ(after.template_grid, before.template_grid);
+  back.name = plan.name;  // dropped: it could be a person's
+  EXPECT_EQ(back, plan);
+  const auto seeds = plan.seeds(before.template_grid), seeds_back = back.seeds(after.template_grid);
+  for (std::size_t n = 0; n < seeds.size(); ++n) EXPECT_EQ(seeds[n].position, seeds_back[n].position);
+}
+
+TEST_F(Import, GivesBackTheDoseToATenthOfAPercent) {
+  const TempFolder out;
+  for (const char* bits : {"16", "32"}) {
+    const std::string dicom = (out / bits).string(), scene = (out / (std::string("s") + bits)).string();
+    ASSERT_TRUE(
+        exited(run_brachy({"export", "--dicom", dicom, "--config", kSession, "--dose-bits", bits}), 0));
+    ASSERT_TRUE(
+        exited(run_brachy({"import", dicom + "/rtstruct.dcm", dicom + "/rtdose.dcm", "--out", scene}), 0));
+    const std::string compare =
+        "import numpy as np,sys\n"
+        "def f(p):\n"
+        "  b=open(p,'rb').read(); i=b.index(b'\\n\\n'); h=b[:i].decode(); n=[int(v) for v in h.split('sizes: "
+        "')[1].split('\\n')[0].split()]\n"
+        "  return np.frombuffer(b[i+2:],'<f4').reshape(n[::-1])\n"
+        "a=f(sys.argv[1]); b=f(sys.argv[2])[:,::-1,::-1]\n"  // LPS rows and columns run against RAS
+        "print(abs(a-b).max()/145*100, (abs(a-b)/a).max()*100)\n";
+    const Ended compared = run_python({"-c", compare, dicom + "/dose.nrrd", scene + "/dose.nrrd"});
+    ASSERT_TRUE(exited(compared, 0)) << compared.err;
+    double of_prescription = 1, of_dose = 1;
+    std::istringstream(compared.out) >> of_prescription >> of_dose;
+    EXPECT_LT(of_prescription, 0.1) << bits;
+    if (std::string(bits) == "32") {
+      EXPECT_LT(of_dose, 0.001);
+    }
+  }
+}
+
+TEST_F(Import, ExportsWhatAnIndependentReaderAgreesWith) {
+  const Ended checked = run_python({source_file("check_export.py"), (*folder_ / "dicom").string(), "145"});
+  ASSERT_TRUE(exited(checked, 0)) << checked.err;
+  const nlohmann::json theirs = json_of(checked);
+  const TempFolder out;
+  const Scene scene = load_scene(kSession);
+  const Plan plan = load_plan(scene.resolve(scene.plan_file), scene.template_grid);
+  std::string seeds = "x,y,z,ax,ay,az,source,strength_u\n";
+  for (const PlannedSeed& s : plan.seeds(scene.template_grid)) {
+    std::ostringstream row;
+    row.precision(17);
+    row << s.position.x() << "," << s.position.y() << "," << s.position.z() << ",0,0,1,6711,"
+        << s.air_kerma_strength_u << "\n";
+    seeds += row.str();
+  }
+  const Ended dose =
+      run_brachy({"dose", "--seeds", out.write("s.csv", seeds), "--config", kSession, "--json"});
+  ASSERT_TRUE(exited(dose, 0)) << dose.err;
+  for (const auto& ours : json_of(dose)["structures"]) {
+    const std::string name = ours["name"];
+    const nlohmann::json& other = theirs["structures"][name];
+    if (name != "rectum") {
+      EXPECT_NEAR(other["volume_cc"].get<double>() / ours["volume_cc"].get<double>(), 1, 0.01) << name;
+    }
+    if (name == "prostate") {
+      EXPECT_NEAR(other["d90_gy"].get<double>() / ours["d90_gy"].get<double>(), 1, 0.001);
+      EXPECT_NEAR(other["v100_percent"].get<double>() / ours["v100_percent"].get<double>(), 1, 0.001);
+    }
+    if (name == "urethra") {
+      EXPECT_NEAR(other["d30_gy"].get<double>() / ours["d30_gy"].get<double>(), 1, 0.001);
+    }
+  }
+  EXPECT_EQ(theirs["needles"], plan.needles.size());
+  EXPECT_EQ(theirs["seeds"], plan.seed_count());
+  EXPECT_EQ(theirs["strength_u"], plan.air_kerma_strength_u);
+  const auto planned = plan.seeds(scene.template_grid);
+  for (std::size_t n = 0; n < planned.size(); ++n)
+    for (int k = 0; k < 3; ++k)
+      EXPECT_EQ(theirs["positions_lps"][n][static_cast<std::size_t>(k)].get<double>(),
+                (k < 2 ? -1 : 1) * planned[n].position[k]);
+}
+
+TEST_F(Import, ExportsObjectsInWhichDciodvfyFindsNoError) {
+  if (access("/usr/bin/dciodvfy", X_OK) != 0) GTEST_SKIP() << "dicom3tools is not installed";
+  for (const char* name : {"rtstruct.dcm", "rtplan.dcm", "rtdose.dcm"}) {
+    const Ended checked = run_process({"/usr/bin/dciodvfy", (*folder_ / "dicom" / name).string()});
+    EXPECT_EQ(checked.signal, 0) << name;
+    EXPECT_EQ(checked.err.find("Error"), std::string::npos) << name << ": " << checked.err;
+  }
+}
+
+TEST_F(Import, ReadsEveryFormAndRefusesEveryMalformedOneInALineThatNamesFileAndTag) {
+  const nlohmann::json variants = json_file(*folder_ / "v/variants.json");
+  EXPECT_GE(variants.size(), 30u);
+  const SurfaceMesh plain = load_structures(load_scene(kSession)).front().mesh;
+  for (const auto& [name, expected] : variants.items()) {
+    const TempFolder out;
+    const Ended ended =
+        run_brachy({"import", (*folder_ / "v" / name).string(), "--out", (out / "s").string()});
+    EXPECT_EQ(ended.signal, 0) << name;
+    if (!expected.contains("good")) {
+      const std::vector<std::string> words = expected["refused"];
+      EXPECT_TRUE(refused_in_last_line(ended, words)) << name << ": " << ended.err;
+      EXPECT_FALSE(std::filesystem::exists(out / "s/scene.toml")) << name;
+      continue;
+    }
+    EXPECT_TRUE(exited(ended, 0)) << name << ": " << ended.err;
+    if (ended.exit_code != 0) continue;
+    EXPECT_TRUE(exited(run_brachyd({"--check-config", (out / "s/scene.toml").string()}), 0)) << name;
+    const SurfaceMesh gland = surface_file(out / "s/prostate.ply");
+    EXPECT_TRUE(is_closed_manifold(gland)) << name;
+    if (expected.contains("box")) {
+      // 40 × 30 × 36 mm about RAS (10, −20, 30).
+      EXPECT_NEAR(enclosed_mm3(gland) / 43200, 1, 0.02) << name;
+      const SurfaceBvh bvh(gland);
+      EXPECT_LT((0.5 * (bvh.min() + bvh.max()) - Vec3(10, -20, 30)).norm(), 0.5) << name;
+    } else if (expected.contains("turned")) {
+      EXPECT_NEAR(enclosed_mm3(gland) / enclosed_mm3(plain), 1, 0.01) << name;
+    } else {
+      EXPECT_LT(surface_distance(plain, gland).p95_mm, name == "missing_slices" ? 0.15 : 0.1) << name;
+    }
+  }
+}
+
+TEST_F(Import, WritesTheSameBytesAgainAndNothingThatIdentifiesThePatient) {
+  const TempFolder out;
+  const Ended named = run_python(
+      {"-c",
+       "import pydicom,sys\nfor n in ('rtstruct','rtplan','rtdose'):\n"
+       "  d=pydicom.dcmread(f'{sys.argv[1]}/{n}.dcm'); d.PatientName='Doe^Jane'; "
+       "d.PatientID='PID-4711-0815'\n"
+       "  d.PatientBirthDate='19510203'; d.InstitutionName='Saint Elsewhere'; d.OperatorsName='Roe^Rick'\n"
+       "  d.StudyDescription='Doe seed implant'; d.save_as(f'{sys.argv[2]}/{n}.dcm')\n",
+       (*folder_ / "dicom").string(), [&] {
+         std::filesystem::create_directories(out / "in");
+         return (out / "in").string();
+       }()});
+  ASSERT_TRUE(exited(named, 0)) << named.err;
+  const auto import_to = [&](const char* to, std::vector<std::string> more = {}) {
+    std::vector<std::string> line = {"import", (out / "in").string(), "--out", (out / to).string()};
+    line.insert(line.end(), more.begin(), more.end());
+    return run_brachy(line);
+  };
+  const Ended first = import_to("a"), second = import_to("b"), kept = import_to("c", {"--keep-identifiers"});
+  ASSERT_TRUE(exited(first, 0)) << first.err;
+  ASSERT_TRUE(exited(second, 0)) << second.err;
+  EXPECT_NE(first.err.find("dropped: PatientName (0010,0010)"), std::string::npos) << first.err;
+  EXPECT_EQ((first.out + first.err).find("Doe"), std::string::npos);
+  std::size_t files = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(out / "a")) {
+    const std::string bytes = read_file(entry.path());
+    EXPECT_EQ(bytes, read_file(out / "b" / entry.path().filename())) << entry.path();
+    for (const char* secret : {"Doe", "4711-0815", "19510203", "Elsewhere", "Roe", "2.25."})
+      EXPECT_EQ(bytes.find(secret), std::string::npos) << entry.path() << ": " << secret;
+    ++files;
+  }
+  EXPECT_GE(files, 7u);
+  EXPECT_NE(read_file(out / "c/import.json").find("Doe^Jane"), std::string::npos);
+  EXPECT_TRUE(refused_in_last_line(import_to("a"), {"is not empty", "--force"}));
+  EXPECT_TRUE(exited(import_to("a", {"--force"}), 0));
+}
+
+TEST_F(Import, BringsItsSegmentationBack) {
+  const TempFolder out;
+  const Ended ended = run_brachy(
+      {"import", (*folder_ / "dicom/structures.seg.nrrd").string(), "--out", (out / "s").string()});
+  ASSERT_TRUE(exited(ended, 0)) << ended.err;
+  const auto was = load_structures(load_scene(kSession)),
+             is = load_structures(load_scene(out / "s/scene.toml"));
+  ASSERT_EQ(is.size(), was.size());
+  for (std::size_t n = 0; n < was.size(); ++n) {
+    EXPECT_EQ(is[n].name, was[n].name);
+    // Half the diagonal of a voxel of 1 mm.
+    EXPECT_LT(surface_distance(was[n].mesh, is[n].mesh).p95_mm, 0.87) << was[n].name;
+  }
+  for (const auto& structure : json_file(out / "s/import.json")["structures"])
+    EXPECT_NEAR(structure["surface_cc"].get<double>() / structure["source_cc"].get<double>(), 1, 0.01);
+  EXPECT_EQ(json_file(out / "s/import.json")["structures"][0]["colour"], "#d55e00");
+}
+
+// The prostate of a patient, rasterised at 1 mm, comes back; plan, daemon and score take the scene as it is.
+TEST_F(Import, TakesARealProstateAllTheWayToAPlan) {
+  BRACHY_REQUIRE_DATA(data);
+  const SurfaceMesh mesh = surface_file(data / "meshes/prostate_mr.ply");
+  const SurfaceBvh surface(mesh);
+  LabelMap map;
+  map.grid.steps = 0.7 * Mat3::Identity();
+  map.grid.origin = surface.min() - Vec3(2.1, 3.2, 1.3);
+  for (int a = 0; a < 3; ++a)
+    map.grid.size[static_cast<std::size_t>(a)] =
+        static_cast<std::size_t>((surface.max()[a] - surface.min()[a]) / 0.7) + 8;
+  map.layers.emplace_back(map.grid.count(), std::uint16_t{0});
+  rasterise(surface, map.grid, 1, map.layers.front());
+  map.segments.push_back({"Prostate", 1, 0, {}});
+  const TempFolder out;
+  const std::string file = out.write("map.seg.nrrd", to_seg_nrrd(map)),
+                    scene = (out / "s/scene.toml").string();
+  const Ended ended = run_brachy({"import", file, "--out", (out / "s").string()});
+  ASSERT_TRUE(exited(ended, 0)) << ended.err;
+  const SurfaceMesh back = surface_file(out / "s/prostate.ply");
+  EXPECT_NEAR(enclosed_mm3(back) / enclosed_mm3(mesh), 1, 0.01);
+  EXPECT_LT(surface_distance(mesh, back).p95_mm, 0.5);
+  const std::string plan = (out / "s/plan.toml").string();
+  const Ended planned = run_brachy({"plan", "--generate", "--config", scene, "--out", plan});
+  EXPECT_TRUE(exited(planned, 0)) << planned.err;
+  EXPECT_TRUE(exited(run_brachyd({"--check-config", scene}), 0));
+}
+
+TEST(CasePlan, DescribesItsTemplateAndReadsItBack) {
+  TemplateGrid grid;
+  grid.origin_mm = {-30.1, 1.0 / 3, 1e4};
+  const auto back = parse_template_text(template_text(grid, 82.5));
+  ASSERT_TRUE(back);
+  EXPECT_EQ(back->grid, grid);
+  EXPECT_EQ(back->base_plane_mm, 82.5);
+  EXPECT_FALSE(parse_template_text("another plan"));
+  EXPECT_FALSE(parse_template_text(template_text(grid, 1e9)));
+}
+
+/// A channel of single seeds at these heights, as another planning system writes it: without a template.
+RtChannel channel_at(double x, double y, const std::vector<double>& heights) {
+  RtChannel channel;
+  channel.source = 1;
+  for (const double z : heights) channel.points.push_back({Vec3(x, y, z), 0, 0, std::nullopt});
+  return channel;
+}
+
+TEST(CasePlan, FitsAForeignPlanToTheNearestTrainsAndSaysHowFarSeedsMoved) {
+  RtBrachyPlan file;
+  file.technique = "PERMANENT";
+  file.sources = {{1, "STM1251", "I-125", 0.4}};
+  file.channels = {channel_at(1.3, 2.1, {20, 10, 0}), channel_at(6.3, 2.1, {15, 10.5}),
+                   channel_at(6.3, -2.9, {8})};
+  const CasePlan plan = fit_plan(file, TemplateGrid(), "plan");
+  ASSERT_EQ(plan.plan.needles.size(), 3u);
+  EXPECT_EQ(plan.plan.needles[0].train, "s-s-s");
+  EXPECT_EQ(plan.plan.needles[1].train, "ss");
+  EXPECT_LT(plan.most_moved_mm, 1e-6);
+  const auto seeds = plan.plan.seeds(plan.grid);
+  EXPECT_LT((seeds[0].position - Vec3(1.3, 2.1, 20)).norm(), 1e-5);
+  EXPECT_LT((seeds[5].position - Vec3(6.3, -2.9, 8)).norm(), 1e-5);
+  file.channels.push_back(channel_at(12.1, 2.1, {20, 12}));
+  const CasePlan moved = fit_plan(file, TemplateGrid(), "plan");
+  EXPECT_GT(moved.most_moved_mm, 0.5);
+  EXPECT_FALSE(moved.notes.empty());
+  file.channels.back() = channel_at(200, 2.1, {20});
+  EXPECT_THROW(fit_plan(file, TemplateGrid(), "plan"), UserError);
+}
+
+}  // namespace
+}  // namespace brachy::test
