@@ -40,6 +40,7 @@ void NeedleRings::build(std::span<const Vec3> positions, std::span<const double>
                         std::span<const LandmarkSpread> spreads) {
   clear();
   const std::size_t n = positions.size();
+  goes_on_ = n <= kGoesOnUpTo;
   const double max_gap = kMaxGap * std::max(1.0, radius);
   const auto core_of = [&](std::size_t i) { return i < cores.size() ? cores[i] : 0; };
   // The tip with a core that goes on from landmark `behind`; n: none.
@@ -133,6 +134,7 @@ void NeedleRings::move(std::size_t r, const Vec3& by) noexcept {
 void NeedleRings::add_shaft(std::span<const Vec3> positions, std::span<const double> cores, bool has_tip,
                             double radius) {
   const std::size_t first_ring = rings_.size(), count = shaft_.size();
+  const auto is_turned = [&] { return (rings_.size() - (goes_on_ ? 0 : first_ring)) % 2 != 0; };
   const auto p = [&](std::size_t i) -> const Vec3& { return positions[shaft_[i]]; };
   const auto core_of = [&](std::size_t i) { return shaft_[i] < cores.size() ? cores[shaft_[i]] : 0; };
   const double end_radius = radius * std::sqrt(1 - (1 - kEndInset) * (1 - kEndInset));
@@ -148,7 +150,7 @@ void NeedleRings::add_shaft(std::span<const Vec3> positions, std::span<const dou
       const bool is_end = i == 0 && q == 0;
       const double inset = is_end ? kEndInset * radius : 0;
       add_ring(p(i) + (q * h + inset) * axis, axis, is_end ? end_radius : radius,
-               q == 0 && before > 0 ? 0.5 * (before + h) : h);
+               q == 0 && before > 0 ? 0.5 * (before + h) : h, is_turned());
       Ring& ring = rings_.back();
       ring.landmark = {shaft_[i], shaft_[i + 1]};
       ring.across = {1 - t, t};
@@ -159,7 +161,7 @@ void NeedleRings::add_shaft(std::span<const Vec3> positions, std::span<const dou
     before = h;
   }
   const Vec3 axis = (p(count - 1) - p(count - 2)).normalized();
-  add_ring(p(count - 1) - kEndInset * radius * axis, axis, end_radius, before);
+  add_ring(p(count - 1) - kEndInset * radius * axis, axis, end_radius, before, is_turned());
   rings_.back().landmark = {shaft_.back(), shaft_.back()};
   rings_.back().across = {1, 0};
   if (!(core_of(count - 1) > 0)) rings_.back().along = rings_.back().smooth = {1, 0};
@@ -177,7 +179,7 @@ void NeedleRings::add_shaft(std::span<const Vec3> positions, std::span<const dou
   }
 }
 
-void NeedleRings::add_ring(const Vec3& centre, const Vec3& axis, double radius, double spacing) {
+void NeedleRings::add_ring(const Vec3& centre, const Vec3& axis, double radius, double spacing, bool turned) {
   Ring ring;
   ring.centre = centre;
   ring.axis = axis;
@@ -186,7 +188,7 @@ void NeedleRings::add_ring(const Vec3& centre, const Vec3& axis, double radius, 
   ring.count = kPoints;
   const Vec3 e = axis.cross(std::abs(axis.y()) < 0.9 ? Vec3::UnitY() : Vec3::UnitX()).normalized();
   const Vec3 f = axis.cross(e);
-  const double turn = rings_.size() % 2 ? 0.5 : 0;
+  const double turn = turned ? 0.5 : 0;
   for (std::size_t k = 0; k < kPoints; ++k) {
     const double angle = 2 * std::numbers::pi * (static_cast<double>(k) + turn) / kPoints;
     points_.push_back(centre + radius * (std::cos(angle) * e + std::sin(angle) * f));

@@ -70,6 +70,11 @@ class NeedleRings {
   void build(std::span<const Vec3> positions, std::span<const double> cores, double radius,
              std::span<const LandmarkSpread> spreads = {});
 
+  /// Every other ring of a shaft is turned by half its points' distance. Of up to so many landmarks the first ring of a
+  /// shaft goes on from the shaft before; of more, it is as it would be alone, so that what is known of one needle's
+  /// rings does not change with another's.
+  static constexpr std::size_t kGoesOnUpTo = 40;
+
   /// Gives ring `r`, a single point with a core of its own, another one, mm. Nothing else changes.
   void set_core(std::size_t r, double core) noexcept;
 
@@ -101,9 +106,10 @@ class NeedleRings {
 
  private:
   void add_shaft(std::span<const Vec3> positions, std::span<const double> cores, bool has_tip, double radius);
-  void add_ring(const Vec3& centre, const Vec3& axis, double radius, double spacing);
+  void add_ring(const Vec3& centre, const Vec3& axis, double radius, double spacing, bool turned);
   void normalize(std::size_t first_ring);
 
+  bool goes_on_ = true;
   std::vector<Ring> rings_;
   std::vector<Vec3> points_;
   std::vector<double> spacing_;       // of each ring: the length of shaft it stands for, mm

@@ -24,7 +24,7 @@ void TissueField::Landmarks::assign(std::span<const Vec3> new_positions,
 TissueField::TissueField(const LandmarkOptions& options) : options_(options) {
   factorized_.reserve(options.max_landmarks);
   field_.reserve(options.max_landmarks);
-  for (auto* v : {&displacements_, &weights_, &landmark_displacements_, &forces_})
+  for (auto* v : {&displacements_, &weights_, &landmark_displacements_, &forces_, &unit_, &unit_forces_})
     v->reserve(options.max_landmarks);
 }
 
@@ -64,6 +64,29 @@ void TissueField::axial_stiffness(std::size_t first, std::span<const Vec3> axes,
   assert(factorized_.is_known && first + axes.size() <= factorized_.positions.size());
   do_project_inverse(first, axes, H);
   H *= options_.force_scale;
+}
+
+void TissueField::rigid_stiffness(std::span<const std::uint32_t> group_of, std::span<const Vec3> directions,
+                                  std::span<double> stiffness) noexcept {
+  assert(factorized_.is_known && group_of.size() == factorized_.positions.size() &&
+         stiffness.size() == directions.size());
+  do_rigid_stiffness(group_of, directions, stiffness);
+  for (double& k : stiffness) k *= options_.force_scale;
+}
+
+void TissueField::do_rigid_stiffness(std::span<const std::uint32_t> group_of,
+                                     std::span<const Vec3> directions,
+                                     std::span<double> stiffness) noexcept {
+  unit_forces_.resize(group_of.size());
+  for (std::size_t g = 0; g < directions.size(); ++g) {
+    unit_.assign(group_of.size(), Vec3::Zero());
+    for (std::size_t l = 0; l < group_of.size(); ++l)
+      if (group_of[l] == g) unit_[l] = directions[g];
+    do_solve(unit_, unit_forces_);
+    stiffness[g] = 0;
+    for (std::size_t l = 0; l < group_of.size(); ++l)
+      if (group_of[l] == g) stiffness[g] += directions[g].dot(unit_forces_[l]);
+  }
 }
 
 void TissueField::evaluate(std::span<const Vec3> displacements) noexcept {

@@ -54,6 +54,13 @@ class TissueField : public DisplacementField, public CertifiableField {
   /// the matrix-valued ones.
   void axial_stiffness(std::size_t first, std::span<const Vec3> axes, Eigen::Ref<Eigen::MatrixXd> H) noexcept;
 
+  /// How stiff the factorized landmarks are in groups that move as one: stiffness_g = Σ directions_g · f, N/mm, of the
+  /// forces f that move group g by 1 mm along directions_g (unit) while all other landmarks are held. `group_of` (n):
+  /// each landmark's, or kNoGroup; groups are numbered in the order of their first landmarks, at most 32.
+  void rigid_stiffness(std::span<const std::uint32_t> group_of, std::span<const Vec3> directions,
+                       std::span<double> stiffness) noexcept;
+  static constexpr std::uint32_t kNoGroup = ~0u;
+
   /// Makes the factorized set that of the field, solves u(p_i) = d_i for `displacements` (n, mm) and evaluates u at the
   /// tissue's points. With a compliance C it is u(p_i) = d_i − (C f)_i.
   void evaluate(std::span<const Vec3> displacements) noexcept;
@@ -103,6 +110,9 @@ class TissueField : public DisplacementField, public CertifiableField {
   /// axial_stiffness, unscaled.
   virtual void do_project_inverse(std::size_t first, std::span<const Vec3> axes,
                                   Eigen::Ref<Eigen::MatrixXd> H) noexcept = 0;
+  /// rigid_stiffness, unscaled. Here with a solve for each group.
+  virtual void do_rigid_stiffness(std::span<const std::uint32_t> group_of, std::span<const Vec3> directions,
+                                  std::span<double> stiffness) noexcept;
   /// Finds the weights (n) of displacements() and evaluates the field. `is_new_set`: positions() have changed since the
   /// last call, and are the factorized ones.
   virtual Evaluation do_evaluate(bool is_new_set, std::span<Vec3> weights) noexcept = 0;
@@ -126,6 +136,7 @@ class TissueField : public DisplacementField, public CertifiableField {
   Landmarks factorized_, field_;
   std::vector<Vec3> displacements_, weights_;  // of the field
   std::vector<Vec3> landmark_displacements_, forces_;
+  std::vector<Vec3> unit_, unit_forces_;  // of a group
   double condition_ = 1;
   Evaluation evaluation_ = Evaluation::kIdle;
 };

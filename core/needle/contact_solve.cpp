@@ -51,7 +51,10 @@ ContactSolve::ContactSolve(std::size_t max_landmarks, double period_s)
     : solver_(max_landmarks), period_s_(period_s) {
   const auto n = static_cast<Eigen::Index>(max_landmarks);
   stiffness_.resize(n, n);
-  for (auto* v : {&axes_, &reactions_, &unit_, &relaxed_, &yielded_}) v->reserve(max_landmarks);
+  for (auto* v : {&axes_, &reactions_, &directions_, &relaxed_, &yielded_}) v->reserve(max_landmarks);
+  for (auto* v : {&along_, &across_, &stiffnesses_}) v->reserve(max_landmarks + 1);
+  group_of_.reserve(max_landmarks);
+  instruments_.reserve(max_landmarks);
   owned_.reserve(max_landmarks);
   removed_.reserve(max_landmarks);
   for (auto* v : {&stuck_, &low_, &high_, &slips_, &axial_}) v->reserve(max_landmarks);
@@ -68,17 +71,10 @@ FactorStatus ContactSolve::solve(std::uint64_t tick, std::span<NeedleContact> ne
   for (NeedleContact& needle : needles) std::ranges::for_each(needle.landmarks(), clear);
   if (probe) std::ranges::for_each(probe->landmarks(), clear);
   if (!landmarks.owners.empty()) find_slips(needles, probe, landmarks, field, flags);
-  for (std::size_t n = 0; n < needles.size(); ++n) {
-    NeedleContact& needle = needles[n];
-    const Vec3 across = needle.axis().unitOrthogonal();
-    const bool touches = !needle.landmarks().empty();
-    needle.finish(tick, period_s_, touches ? stiffness_of(n, needle.axis(), landmarks, field) : 0,
-                  touches ? stiffness_of(n, across, landmarks, field) : 0);
-  }
-  if (probe)
-    probe->finish(tick, probe->landmarks().empty()
-                            ? 0
-                            : stiffness_of(needles.size(), probe->direction(), landmarks, field));
+  find_stiffnesses(needles, probe, landmarks, field);
+  for (std::size_t n = 0; n < needles.size(); ++n)
+    needles[n].finish(tick, period_s_, along_[n], across_[n]);
+  if (probe) probe->finish(tick, along_.back());
   return {};
 }
 
@@ -155,19 +151,36 @@ void ContactSolve::find_slips(std::span<NeedleContact> needles, ProbeContact* pr
   }
 }
 
-// The force that moves one needle's landmarks together by 1 mm while all others are fixed.
-double ContactSolve::stiffness_of(std::size_t needle, const Vec3& direction, const LandmarkSet& landmarks,
-                                  TissueField& field) noexcept {
-  const std::size_t first = landmarks.anchors;
-  unit_.assign(landmarks.positions.size(), Vec3::Zero());
-  for (std::size_t i = 0; i < landmarks.owners.size(); ++i)
-    if (landmarks.owners[i].needle == needle) unit_[first + i] = direction;
-  reactions_.resize(unit_.size());
-  field.solve(unit_, reactions_);
-  double sum = 0;
-  for (std::size_t i = 0; i < landmarks.owners.size(); ++i)
-    if (landmarks.owners[i].needle == needle) sum += direction.dot(reactions_[first + i]);
-  return sum;
+// The forces that move each needle's landmarks together by 1 mm while all others are held. Along a needle all its
+// landmarks have its axis, and H knows it.
+void ContactSolve::find_stiffnesses(std::span<const NeedleContact> needles, const ProbeContact* probe,
+                                    const LandmarkSet& landmarks, TissueField& field) noexcept {
+  along_.assign(needles.size() + 1, 0);
+  across_.assign(needles.size() + 1, 0);
+  if (landmarks.owners.empty()) return;
+  group_of_.assign(landmarks.positions.size(), TissueField::kNoGroup);
+  instruments_.clear();
+  directions_.clear();
+  const std::size_t count = landmarks.owners.size();
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::size_t of = landmarks.owners[i].needle;
+    auto known = std::ranges::find(instruments_, of);
+    const auto group = static_cast<std::uint32_t>(known - instruments_.begin());
+    group_of_[landmarks.anchors + i] = group;
+    if (known != instruments_.end()) continue;
+    instruments_.push_back(of);
+    directions_.push_back(of == needles.size() ? probe->direction() : needles[of].axis().unitOrthogonal());
+  }
+  stiffnesses_.resize(directions_.size());
+  field.rigid_stiffness(group_of_, directions_, stiffnesses_);
+  for (std::size_t g = 0; g < instruments_.size(); ++g)
+    (instruments_[g] == needles.size() ? along_ : across_)[instruments_[g]] = stiffnesses_[g];
+  for (std::size_t j = 0; j < count; ++j)
+    for (std::size_t i = 0; i < count; ++i)
+      if (landmarks.owners[i].needle == landmarks.owners[j].needle &&
+          landmarks.owners[i].needle < needles.size())
+        along_[landmarks.owners[i].needle] +=
+            stiffness_(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j));
 }
 
 }  // namespace brachy

@@ -14,8 +14,9 @@
 
 namespace brachy {
 
-/// All landmarks of a tick: anchors, the probe's, then every needle's shaft, then the tips. The tips move most, and
-/// landmark systems recompute the rows from the first that changed.
+/// All landmarks of a tick: anchors, the probe's, then every needle's shaft, then the tips; of many needles, those of
+/// each needle by NeedleOrder, then the probe's. Those that move come last: landmark systems recompute the rows from the
+/// first that changed.
 struct LandmarkSet {
   /// Of a landmark behind the anchors: landmark `index` of needle `needle`; the probe's is the needle after the last.
   struct Owner {
@@ -55,15 +56,19 @@ class ContactSolve {
   FactorStatus factorize(LandmarkSet& landmarks, TissueField& field, std::uint32_t& flags) noexcept;
   void find_slips(std::span<NeedleContact> needles, ProbeContact* probe, LandmarkSet& landmarks,
                   TissueField& field, std::uint32_t& flags) noexcept;
-  double stiffness_of(std::size_t needle, const Vec3& direction, const LandmarkSet& landmarks,
-                      TissueField& field) noexcept;
-
+  void find_stiffnesses(std::span<const NeedleContact> needles, const ProbeContact* probe,
+                        const LandmarkSet& landmarks, TissueField& field) noexcept;
   void add_relaxed(LandmarkSet& landmarks) noexcept;
 
   ReactionSolver solver_;
   double period_s_;
   Eigen::MatrixXd stiffness_;
-  std::vector<Vec3> axes_, reactions_, unit_;
+  std::vector<Vec3> axes_, reactions_;
+  std::vector<double> along_, across_;    // stiffness of each instrument, N/mm
+  std::vector<std::uint32_t> group_of_;   // of each landmark, for the field
+  std::vector<std::size_t> instruments_;  // of each group …
+  std::vector<Vec3> directions_;          // … and where it is moved
+  std::vector<double> stiffnesses_;
   std::vector<Vec3> relaxed_;           // of all landmarks, N
   std::vector<Vec3> yielded_;           // what needles and body have given back for it, mm
   std::vector<NeedleLandmark*> owned_;  // of landmarks behind the anchors

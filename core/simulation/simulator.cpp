@@ -43,6 +43,7 @@ Simulator::Simulator(std::shared_ptr<const SimulationModel> model)
   const std::size_t instrument_count = needle_count + (probe_ ? 1 : 0);
   needles_.resize(instrument_count);
   last_on_shaft_.resize(needle_count);
+  needle_order_.reserve(needle_count, static_cast<std::size_t>(model_->settings.contact.max_landmarks));
   beams_.resize(needle_count, -1);
   pose_histories_.resize(instrument_count);
   displaced_.reserve(tissue_.blocks.size());
@@ -159,26 +160,39 @@ void Simulator::gather_landmarks() noexcept {
     const NeedleBend* bend = contacts_[n].landmarks().empty() ? nullptr : contacts_[n].bend();
     beams_[n] = bend ? landmarks_.compliance.add_beam(bend->beam()) : -1;
   }
-  if (probe_)
-    for (std::size_t i = 0; i < probe_->landmarks().size(); ++i) {
-      NeedleLandmark& landmark = probe_->landmarks()[i];
-      add_landmark(landmark, landmark.spread,
-                   {static_cast<std::uint32_t>(contacts_.size()), static_cast<std::uint32_t>(i)}, -1);
-    }
+  needle_order_.update(contacts_);
+  if (needle_order_.is_by_rest()) {
+    for (const std::uint32_t n : needle_order_.needles())
+      for (const bool tip : {false, true}) add_needle(n, tip);
+    add_probe();
+    return;
+  }
+  add_probe();
   for (const bool tips : {false, true})
-    for (std::size_t n = 0; n < contacts_.size(); ++n) {
-      const std::span<NeedleLandmark> of_needle = contacts_[n].landmarks();
-      for (std::size_t i = 0; i < of_needle.size(); ++i) {
-        if ((contacts_[n].has_tip_landmark() && i + 1 == of_needle.size()) != tips) continue;
-        LandmarkSpread spread = of_needle[i].spread;
-        if (tips)
-          spread.behind = last_on_shaft_[n];
-        else
-          last_on_shaft_[n] = static_cast<std::int32_t>(landmarks_.positions.size());
-        add_landmark(of_needle[i], spread, {static_cast<std::uint32_t>(n), static_cast<std::uint32_t>(i)},
-                     beams_[n]);
-      }
-    }
+    for (const std::uint32_t n : needle_order_.needles()) add_needle(n, tips);
+}
+
+void Simulator::add_probe() noexcept {
+  for (std::size_t i = 0; probe_ && i < probe_->landmarks().size(); ++i) {
+    NeedleLandmark& landmark = probe_->landmarks()[i];
+    add_landmark(landmark, landmark.spread,
+                 {static_cast<std::uint32_t>(contacts_.size()), static_cast<std::uint32_t>(i)}, -1);
+  }
+}
+
+// The landmark of its tip, or those of its shaft.
+void Simulator::add_needle(std::size_t n, bool tip) noexcept {
+  const std::span<NeedleLandmark> of_needle = contacts_[n].landmarks();
+  for (std::size_t i = 0; i < of_needle.size(); ++i) {
+    if ((contacts_[n].has_tip_landmark() && i + 1 == of_needle.size()) != tip) continue;
+    LandmarkSpread spread = of_needle[i].spread;
+    if (tip)
+      spread.behind = last_on_shaft_[n];
+    else
+      last_on_shaft_[n] = static_cast<std::int32_t>(landmarks_.positions.size());
+    add_landmark(of_needle[i], spread, {static_cast<std::uint32_t>(n), static_cast<std::uint32_t>(i)},
+                 beams_[n]);
+  }
 }
 
 void Simulator::add_landmark(NeedleLandmark& landmark, const LandmarkSpread& spread, LandmarkSet::Owner owner,

@@ -13,6 +13,7 @@
 #include "core/models/guard/guarded_field.h"
 #include "core/needle/contact_solve.h"
 #include "core/needle/needle_contact.h"
+#include "core/needle/needle_order.h"
 #include "core/simulation/body_motion.h"
 #include "core/simulation/mesh_state.h"
 #include "core/simulation/simulation_model.h"
@@ -76,6 +77,8 @@ class Simulator {
   void begin_contacts(std::span<const NeedlePose> poses) noexcept;
   void begin_probe(const NeedlePose& pose) noexcept;
   void gather_landmarks() noexcept;
+  void add_needle(std::size_t n, bool tip) noexcept;
+  void add_probe() noexcept;
   void add_landmark(NeedleLandmark& landmark, const LandmarkSpread& spread, LandmarkSet::Owner owner,
                     std::int32_t beam) noexcept;
   bool keep_clear(Vec3& anchor) const noexcept;
@@ -113,6 +116,7 @@ class Simulator {
   std::uint64_t tick_ = 0;
   std::uint32_t flags_ = 0;
   LandmarkSet landmarks_;                    // of this tick
+  NeedleOrder needle_order_;
   std::vector<std::int32_t> last_on_shaft_;  // of each needle, its landmark behind the tip; −1: none
   std::vector<std::int32_t> beams_;  // of each needle, in landmarks_.compliance; −1: it does not bend
   std::array<std::uint64_t, 4> evaluation_counts_{};

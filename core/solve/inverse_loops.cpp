@@ -72,6 +72,50 @@ BRACHY_INLINE void solve_lower(const double* L, std::size_t outer, std::size_t n
       solve_rows<W, 1>(L, outer, r, starts[c], X, stride, c);
 }
 
+// As solve_lower: rows of a panel lie as those of a matrix whose columns are one panel high.
+template <class W>
+BRACHY_INLINE void solve_panels(const PanelMatrix& L, std::size_t first, std::size_t n,
+                                const std::uint32_t* starts, double* X, std::size_t stride, std::size_t m) {
+  constexpr std::size_t kHigh = PanelMatrix::kRows;
+  const auto panel_of = [&](std::size_t r) {
+    return L.panel(static_cast<int>(r / kHigh))->row - r / kHigh * kHigh;
+  };
+  std::size_t r = first;
+  for (; r + kRows <= n; r += kRows)
+    for (std::size_t c = 0; c < m && starts[c] < r + kRows; c += W::kTogether)
+      solve_rows<W, kRows>(panel_of(r), kHigh, r, starts[c], X, stride, c);
+  for (; r < n; ++r)
+    for (std::size_t c = 0; c < m && starts[c] <= r; c += W::kTogether)
+      solve_rows<W, 1>(panel_of(r), kHigh, r, starts[c], X, stride, c);
+}
+
+template <class W>
+BRACHY_INLINE void add_gram(const double* X, std::size_t stride, std::size_t first, std::size_t end,
+                            const std::uint32_t* starts, std::size_t m, double* H, std::size_t outer) {
+  for (std::size_t j = 0; j < m; j += kRows) {
+    const std::size_t columns = std::min(kRows, m - j);
+    for (std::size_t c = j / W::kTogether * W::kTogether; c < m; c += W::kTogether) {
+      const std::size_t rows = std::min(W::kTogether, m - c);
+      const std::size_t start = std::max<std::size_t>({first, starts[j], starts[c]});  // they ascend
+      if (start >= end) break;
+      Tile<W, kRows> tile;
+      double values[kRows][W::kTogether] = {};
+      for (std::size_t q = 0; q < columns; ++q) {
+        std::copy_n(H + (j + q) * outer + c, rows, values[q]);
+        tile.sum[q][0] = load<typename W::Vector>(values[q]);
+        tile.sum[q][1] = load<typename W::Vector>(values[q] + W::kLanes);
+      }
+      accumulate<W, kRows>(X + j, stride, X + c, stride, start, end, tile);
+      for (std::size_t q = 0; q < columns; ++q) {
+        store(values[q], tile.sum[q][0]);
+        store(values[q] + W::kLanes, tile.sum[q][1]);
+        const std::size_t from = std::max(c, j + q);
+        for (std::size_t i = from; i < c + rows; ++i) H[(j + q) * outer + i] = values[q][i - c];
+      }
+    }
+  }
+}
+
 template <class W>
 BRACHY_INLINE void gram(const double* X, std::size_t stride, std::size_t n, const std::uint32_t* starts,
                         std::size_t m, double* H, std::size_t outer) {
@@ -110,7 +154,17 @@ BRACHY_INLINE void gram(const double* X, std::size_t stride, std::size_t n, cons
                                  const std::uint32_t* starts, std::size_t m, double* H, std::size_t outer) { \
       gram<W>(X, stride, n, starts, m, H, outer);                                                            \
     }                                                                                                        \
-    static constexpr InverseLoops kLoops{solve, square};                                                     \
+    attribute static void solve_by_panels(const PanelMatrix& L, std::size_t first, std::size_t n,            \
+                                          const std::uint32_t* starts, double* X, std::size_t stride,        \
+                                          std::size_t m) {                                                   \
+      solve_panels<W>(L, first, n, starts, X, stride, m);                                                    \
+    }                                                                                                        \
+    attribute static void add_square(const double* X, std::size_t stride, std::size_t first,                 \
+                                     std::size_t end, const std::uint32_t* starts, std::size_t m, double* H, \
+                                     std::size_t outer) {                                                    \
+      add_gram<W>(X, stride, first, end, starts, m, H, outer);                                               \
+    }                                                                                                        \
+    static constexpr InverseLoops kLoops{solve, solve_by_panels, add_square, square};                                                     \
   }
 // NOLINTEND(bugprone-macro-parentheses)
 

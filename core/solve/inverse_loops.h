@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "core/base/simd/simd_target.h"
+#include "core/solve/panel_loops.h"
 
 namespace brachy {
 
@@ -17,6 +18,14 @@ struct InverseLoops {
   /// X = L⁻¹ X, L the lower triangle of an n × n matrix by columns, `outer` numbers to the next one. `starts` ascend.
   void (*solve_lower)(const double* L, std::size_t outer, std::size_t n, const std::uint32_t* starts,
                       double* X, std::size_t stride, std::size_t m);
+  /// The same for rows [first, n), `first` a multiple of kRows, by the first n rows of L as panels that begin at column
+  /// 0; rows of X before `first` are solved. An element of X has the same bits whatever `first` is.
+  void (*solve_panels)(const PanelMatrix& L, std::size_t first, std::size_t n, const std::uint32_t* starts,
+                       double* X, std::size_t stride, std::size_t m);
+  /// The lower triangle of H += XᵀX over rows [first, end) of X. Summed up in several calls, over one range of rows
+  /// after the other, H has the same bits as in one.
+  void (*add_gram)(const double* X, std::size_t stride, std::size_t first, std::size_t end,
+                   const std::uint32_t* starts, std::size_t m, double* H, std::size_t outer);
   /// The lower triangle of H = XᵀX, m × m by columns, `outer` numbers to the next one. `starts` in any order.
   void (*gram)(const double* X, std::size_t stride, std::size_t n, const std::uint32_t* starts, std::size_t m,
                double* H, std::size_t outer);

@@ -23,6 +23,8 @@ void add_reactions_benches(Report& report,
                            const BenchOptions& options);  ///< the evaluations of a field by contact mechanics
 void add_needles_benches(Report& report,
                          const BenchOptions& options);  ///< whole ticks with three needles at work
+void add_resting_benches(Report& report,
+                         const BenchOptions& options);  ///< whole ticks with many needles in the gland
 void add_dose_benches(Report& report,
                       const BenchOptions& options);  ///< a seed on the dose grid, DVH, and the grid's spacing
 void add_ultrasound_benches(Report& report,

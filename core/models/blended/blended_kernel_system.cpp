@@ -7,7 +7,7 @@
 
 #include <Eigen/Cholesky>
 
-#include "core/models/matrix_kernel/matrix_condition.h"
+#include "core/solve/matrix_condition.h"
 
 namespace brachy {
 namespace {

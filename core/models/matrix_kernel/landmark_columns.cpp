@@ -7,23 +7,28 @@ namespace brachy {
 
 using Eigen::Index;
 
+namespace {
+
+constexpr std::size_t kMostParts = 2 * NeedleRings::kMaxRingsBetween + 1;  // of a landmark
+
+}  // namespace
+
 LandmarkColumns::LandmarkColumns(const ElasticKernel& kernel, const RemainderTable& table, SimdTarget target,
                                  std::size_t max_landmarks)
     : kernel_(kernel),
       table_(table),
       loops_(near_loops(target)),
+      slots_(max_landmarks, kMostParts),
       columns_(max_landmarks),
       node_weight_(table.nodes(), 0),
       is_node_taken_(table.nodes(), 0) {
-  constexpr std::size_t kMostParts = 2 * NeedleRings::kMaxRingsBetween + 1;
-  parts_.reserve(kMostParts);
   for (Column& column : columns_) {
-    column.parts.reserve(kMostParts);
     column.nodes.reserve(table.nodes());
     column.weights.reserve(table.nodes());
     column.fields.assign(3 * table.field_size(), 0);
     if (table.keeps_held()) column.held_fields.assign(column.fields.size(), 0);
   }
+  for (auto* exact : {&exact_, &last_exact_}) exact->reserve(2 * max_landmarks);
   is_outside_.reserve(max_landmarks);
   moduli_.reserve(max_landmarks * NeedleRings::kMaxRingsBetween);
   const auto rows = static_cast<Index>(3 * max_landmarks);
@@ -38,33 +43,39 @@ std::size_t LandmarkColumns::bytes() const {
 }
 
 void LandmarkColumns::place(std::size_t landmarks, const NeedleRings& rings) noexcept {
-  // One that comes back is read again: others may have moved, which its pairs with them do not know.
-  for (std::size_t l = landmarks; l < count_; ++l) columns_[l].parts.clear();
   count_ = landmarks;
   take_moduli(count_, rings.rings());
-  bool any_exact_is_fresh = false;
+  take_parts(rings);
+  std::swap(exact_, last_exact_);
+  exact_.clear();
   for (std::size_t l = 0; l < count_; ++l) {
-    Column& column = columns_[l];
-    take_parts(static_cast<std::uint32_t>(l), rings);
-    column.is_fresh = column.parts != parts_;
-    if (!column.is_fresh) continue;
-    column.parts = parts_;
-    column.is_exact = is_outside_[l] != 0;
-    any_exact_is_fresh |= column.is_exact;
-    if (column.is_exact)
-      gather_exactly(column, static_cast<std::uint32_t>(l), rings);
+    const auto landmark = static_cast<std::uint32_t>(l);
+    const std::size_t slot = slots_.slot(l);
+    Column& fresh = columns_[slot];
+    if (is_outside_[l] != 0)
+      for (const std::uint32_t which : {landmark, static_cast<std::uint32_t>(slot)}) exact_.push_back(which);
+    if (!slots_.is_fresh(l)) continue;
+    if (is_outside_[l] != 0) last_exact_.clear();
+    fresh.is_exact = is_outside_[l] != 0;
+    if (fresh.is_exact)
+      gather_exactly(fresh, landmark, rings);
     else
-      gather(column, static_cast<std::uint32_t>(l), rings.rings());
+      gather(fresh, landmark, rings.rings());
   }
-  if (any_exact_is_fresh) prepare_exact_pairs(rings);
+  if (exact_ != last_exact_) prepare_exact_pairs(rings);
 }
 
-void LandmarkColumns::take_parts(std::uint32_t landmark, const NeedleRings& rings) noexcept {
-  parts_.clear();
+void LandmarkColumns::take_parts(const NeedleRings& rings) noexcept {
+  slots_.begin(count_);
   for (const NeedleRings::Ring& ring : rings.rings())
-    for (std::size_t side = 0; side < 2; ++side)
-      if (ring.landmark[side] == landmark && ring.smooth[side] > 0)
-        parts_.push_back({ring.centre, rings.points(ring).front(), ring.smooth[side], ring.core.smooth_s});
+    for (std::size_t side = 0; side < 2; ++side) {
+      const std::uint32_t l = ring.landmark[side];
+      if (!(ring.smooth[side] > 0)) continue;
+      const bool is_outside = is_outside_[l] != 0;
+      slots_.add(l, {ring.centre, is_outside ? rings.points(ring).front() : ring.centre, ring.smooth[side],
+                     ring.core.smooth_s, is_outside});
+    }
+  slots_.find();
 }
 
 // Inside, tissue is all of one modulus, but for contacts, which may lie on a region's surface. Where a region
@@ -169,7 +180,7 @@ void LandmarkColumns::prepare_exact_pairs(const NeedleRings& rings) {
   PointGroups groups;
   std::vector<Index> rows;
   for (std::size_t l = 0; l < count_; ++l) {
-    if (!columns_[l].is_exact) continue;
+    if (!column(l).is_exact) continue;
     groups.begin_group();
     rings.add_to(groups, static_cast<std::uint32_t>(l));
     rows.push_back(3 * static_cast<Index>(l));
@@ -204,28 +215,30 @@ Mat3 LandmarkColumns::value(const Column& a, const Column& b) const noexcept {
 }
 
 Mat3 LandmarkColumns::self_compliance(std::size_t landmark) const noexcept {
-  const Column& column = columns_[landmark];
-  return column.is_exact ? Mat3(Mat3::Zero()) : value(column, column);
+  const Column& own = column(landmark);
+  return own.is_exact ? Mat3(Mat3::Zero()) : value(own, own);
 }
 
 void LandmarkColumns::begin_matrix(Eigen::Ref<Eigen::MatrixXd> K) noexcept {
-  for (std::size_t i = 0; i < count_; ++i)
-    for (std::size_t j = 0; j <= i; ++j) {
-      const Column &a = columns_[i], &b = columns_[j];
-      if (!a.is_fresh && !b.is_fresh) continue;
-      const bool through_b = a.is_exact && !b.is_exact;
-      table_matrix_.block<3, 3>(3 * static_cast<Index>(i), 3 * static_cast<Index>(j)) =
-          through_b ? Mat3(value(b, a).transpose()) : value(a, b);
+  for (std::size_t j = 0; j < count_; ++j)
+    for (std::size_t i = j; i < count_; ++i) {
+      auto known = table_matrix_.block<3, 3>(3 * static_cast<Index>(slots_.slot(i)),
+                                             3 * static_cast<Index>(slots_.slot(j)));
+      if (slots_.take_pair(i, j)) {
+        const Column &a = column(i), &b = column(j);
+        const bool through_b = a.is_exact && !b.is_exact;
+        known = through_b ? Mat3(value(b, a).transpose()) : value(a, b);
+      }
+      K.block<3, 3>(3 * static_cast<Index>(i), 3 * static_cast<Index>(j)) = known;
     }
-  K = table_matrix_.topLeftCorner(K.rows(), K.cols());
 }
 
 void LandmarkColumns::finish_matrix(Eigen::Ref<Eigen::MatrixXd> K) const noexcept {
   for (std::size_t i = 0; i < count_; ++i)
     for (std::size_t j = 0; j <= i; ++j) {
-      const Index row = 3 * static_cast<Index>(i), column = 3 * static_cast<Index>(j);
-      if (columns_[i].is_exact && columns_[j].is_exact)
-        K.block<3, 3>(row, column) = exact_matrix_.block<3, 3>(row, column);
+      const Index row = 3 * static_cast<Index>(i), at = 3 * static_cast<Index>(j);
+      if (column(i).is_exact && column(j).is_exact)
+        K.block<3, 3>(row, at) = exact_matrix_.block<3, 3>(row, at);
     }
 }
 
@@ -233,7 +246,7 @@ void LandmarkColumns::add_fields(std::span<const Vec3> forces, float* field) con
   const std::size_t size = table_.field_size();
   for (std::size_t l = 0; l < forces.size(); ++l)
     for (std::size_t axis = 0; axis < 3; ++axis)
-      loops_.axpy(static_cast<float>(forces[l][static_cast<Index>(axis)]), &columns_[l].fields[axis * size],
+      loops_.axpy(static_cast<float>(forces[l][static_cast<Index>(axis)]), &column(l).fields[axis * size],
                   field, size);
 }
 

@@ -10,13 +10,14 @@
 #include "core/elasticity/elastic_kernel.h"
 #include "core/elasticity/needle_rings.h"
 #include "core/models/matrix_kernel/remainder_table.h"
+#include "core/solve/landmark_slots.h"
 
 namespace brachy {
 
 /// What is read from a RemainderTable for the landmarks: the field at its nodes of unit forces on each, a column,
 /// and by columns the table's share of K. A column is kept while the rings that carry its landmark's force do not
-/// change. Landmarks with rings outside the table, and pairs of them, are evaluated with the kernel itself. That
-/// allocates and takes tens of milliseconds.
+/// change, whatever number the landmark has (LandmarkSlots). Landmarks with rings outside the table, and pairs of them,
+/// are evaluated with the kernel itself. That allocates and takes tens of milliseconds.
 /// Threads: one. Real-time: nothing allocates with landmarks inside the table.
 class LandmarkColumns {
  public:
@@ -46,24 +47,25 @@ class LandmarkColumns {
 
  private:
   /// A ring's part in a landmark: everything that a column depends on. `first_point` gives the ring's orientation
-  /// and width.
+  /// and width, which count outside the table only: inside, it is the centre.
   struct Part {
     Vec3 centre, first_point;
     double share, s;
+    bool is_outside;
+    double key() const { return centre.x() + 2 * centre.y() + 3 * centre.z() + share; }
     bool operator==(const Part&) const = default;
   };
   struct Column {
-    std::vector<Part> parts;
     std::vector<std::uint32_t> nodes;  // that carry its force …
     std::vector<float> weights;        // … and their shares
     double modulus = 1;                // relative, where its force acts
     std::vector<float> held_fields;    // Q alone, filled where the modulus is not the tissue's
     std::vector<float> fields;         // three, of unit forces along x, y, z, at the nodes
-    bool is_fresh = false;             // made by this call of place
     bool is_exact = false;             // outside the table: `fields` from the kernel, no nodes of its own
   };
 
-  void take_parts(std::uint32_t landmark, const NeedleRings& rings) noexcept;
+  void take_parts(const NeedleRings& rings) noexcept;
+  const Column& column(std::size_t landmark) const { return columns_[slots_.slot(landmark)]; }
   void take_moduli(std::size_t landmarks, std::span<const NeedleRings::Ring> rings) noexcept;
   void gather(Column& column, std::uint32_t landmark, std::span<const NeedleRings::Ring> rings) noexcept;
   void spread(const Vec3& X, double share, Column& column) noexcept;
@@ -76,14 +78,15 @@ class LandmarkColumns {
   const ElasticKernel& kernel_;
   const RemainderTable& table_;
   const NearLoops& loops_;
-  std::vector<Column> columns_;  // of these `count_` are in use
+  LandmarkSlots<Part> slots_;
+  std::vector<Column> columns_;  // by slot
   std::size_t count_ = 0;
-  std::vector<Part> parts_;                      // of the landmark in work
-  std::vector<std::uint8_t> is_outside_;         // of each landmark: the table
+  std::vector<std::uint32_t> exact_, last_exact_;  // landmarks outside the table, each with its slot
+  std::vector<std::uint8_t> is_outside_;           // of each landmark: the table
   std::vector<std::array<double, 2>> moduli_;    // of each ring's share in its landmarks
   std::vector<float> node_weight_;               // of the column in work, by node …
   std::vector<std::uint8_t> is_node_taken_;      // … and which nodes it has
-  Eigen::MatrixXd table_matrix_, exact_matrix_;  // the table's share of K; K between landmarks outside
+  Eigen::MatrixXd table_matrix_, exact_matrix_;  // the table's share of K, by slots; K between landmarks outside
 };
 
 }  // namespace brachy

@@ -202,12 +202,14 @@ void MatrixComposition::accept(double scale, const Vec3* weakest) noexcept {
   if (!is_correcting_) go_on(scale);
 }
 
-// Where the landmarks' tissue is by the steps so far, evaluated as the tissue's points are.
+// Where the landmarks' tissue is by the steps so far, evaluated as the tissue's points are: together, or where they are
+// more than a block, in lots that are far from most rings, as many needles' landmarks come one needle after the other.
 void MatrixComposition::find_images() noexcept {
   const NearField& near = field_.parts().near;
+  const std::size_t lot = positions_.size() > kPoints ? NearLoops::kFew : kPoints;
   images_.clear();
-  for (std::size_t first = 0; first < positions_.size(); first += kPoints) {
-    const std::size_t count = std::min(kPoints, positions_.size() - first);
+  for (std::size_t first = 0; first < positions_.size(); first += lot) {
+    const std::size_t count = std::min(lot, positions_.size() - first);
     const Vec3& centre = positions_[first];
     BlockPoints<float> X{};
     BlockDisplacement<float> u{};
@@ -223,7 +225,7 @@ void MatrixComposition::find_images() noexcept {
     for (std::size_t k = 0; k < count_; ++k) {
       const Step& step = steps_[k];
       u = {};
-      near.add_to_points(X, centre, box, step.rings, step.forces, step.pieces, sources_[0], u);
+      near.add_to_points(X, centre, box, step.rings, step.forces, step.pieces, sources_[0], u, lot);
       move(u, step.scale, count, X, centre, box);
     }
     for (std::size_t i = 0; i < count; ++i)

@@ -5,13 +5,10 @@
 #include <numeric>
 #include <utility>
 
-#include <Eigen/Cholesky>
-
 #include "core/base/error.h"
 #include "core/base/share_out.h"
 #include "core/elasticity/compact/compact_kernel.h"
 #include "core/elasticity/elastic_kernel.h"
-#include "core/models/matrix_kernel/matrix_condition.h"
 #include "core/models/matrix_kernel/matrix_kernel_system.h"
 #include "core/models/matrix_kernel/matrix_models.h"
 
@@ -62,7 +59,7 @@ MatrixKernelField::MatrixKernelField(const Tissue& tissue, std::shared_ptr<const
       needle_radius_(body.needle_radius),
       kernel_(std::move(kernel)),
       near_matrix_(options.max_landmarks),
-      inverse_block_(3 * options.max_landmarks, options.max_landmarks, options.target),
+      factor_(options.max_landmarks, options.target),
       all_blocks_(tissue.blocks.size()),
       displacements_(tissue.blocks.size()),
       sources_(static_cast<std::size_t>(std::max(1, options.threads))) {
@@ -84,12 +81,10 @@ MatrixKernelField::MatrixKernelField(const Tissue& tissue, std::shared_ptr<const
   field_rings_.reserve(n);
   ring_forces_.reserve(rings);
   pieces_.reserve(rings);
-  matrix_.resize(static_cast<Eigen::Index>(3 * n), static_cast<Eigen::Index>(3 * n));
-  if (options.keeps_matrix) kept_matrix_.resizeLike(matrix_);
+  if (options.keeps_matrix)
+    kept_matrix_.resize(static_cast<Eigen::Index>(3 * n), static_cast<Eigen::Index>(3 * n));
   kept_positions_.reserve(n);
   kept_spreads_.reserve(n);
-  solution_.resize(static_cast<Eigen::Index>(3 * n));
-  scratch_.resize(static_cast<Eigen::Index>(3 * n), 3);
   std::iota(all_blocks_.begin(), all_blocks_.end(), 0u);
   for (auto& sources : sources_) sources.reserve(n * NeedleRings::kMaxRingsBetween * NeedleRings::kPoints);
 }
@@ -103,9 +98,10 @@ FactorStatus MatrixKernelField::do_factorize(std::span<const Vec3> positions,
                                              std::span<const LandmarkSpread> spreads,
                                              const LandmarkCompliance& compliance,
                                              double& condition) noexcept {
-  if (recall_matrix(positions, spreads)) {
-    const auto n = static_cast<Eigen::Index>(3 * count_);
-    compliance.add_to(matrix_.topLeftCorner(n, n), force_scale());
+  if (remembers(positions, spreads)) {
+    auto K = factor_.begin(count_);
+    K.triangularView<Eigen::Lower>() = kept_matrix_.topLeftCorner(K.rows(), K.cols());
+    compliance.add_to(K, force_scale());
     return factor(condition);
   }
   const double duplicate = FactorStatus::kDuplicateDistance * needle_radius_;
@@ -122,27 +118,22 @@ FactorStatus MatrixKernelField::do_factorize(std::span<const Vec3> positions,
     smooth_->columns().place(count_, rings_);
     find_cores(spreads);
   }
-  assemble();
-  const auto n = static_cast<Eigen::Index>(3 * count_);
+  auto K = factor_.begin(count_);
+  assemble(K);
   if (kept_matrix_.size() > 0) {
-    kept_matrix_.topLeftCorner(n, n).triangularView<Eigen::Lower>() = matrix_.topLeftCorner(n, n);
+    kept_matrix_.topLeftCorner(K.rows(), K.cols()).triangularView<Eigen::Lower>() = K;
     kept_positions_.assign(positions.begin(), positions.end());
     kept_spreads_.assign(spreads.begin(), spreads.end());
   }
-  compliance.add_to(matrix_.topLeftCorner(n, n), force_scale());
+  compliance.add_to(K, force_scale());
   return factor(condition);
 }
 
-// The tissue's K as it was last assembled, if it is of these landmarks: where only needles or the body give otherwise.
-bool MatrixKernelField::recall_matrix(std::span<const Vec3> positions,
-                                      std::span<const LandmarkSpread> spreads) noexcept {
-  if (kept_positions_.empty() || !std::ranges::equal(positions, kept_positions_) ||
-      !std::ranges::equal(spreads, kept_spreads_))
-    return false;
-  count_ = positions.size();
-  const auto n = static_cast<Eigen::Index>(3 * count_);
-  matrix_.topLeftCorner(n, n).triangularView<Eigen::Lower>() = kept_matrix_.topLeftCorner(n, n);
-  return true;
+// Whether the tissue's K as it was last assembled is of these landmarks: only needles or the body give otherwise.
+bool MatrixKernelField::remembers(std::span<const Vec3> positions,
+                                  std::span<const LandmarkSpread> spreads) const noexcept {
+  return !kept_positions_.empty() && std::ranges::equal(positions, kept_positions_) &&
+         std::ranges::equal(spreads, kept_spreads_);
 }
 
 // Of a lone landmark in an unbounded solid of the tissue's modulus; no narrower than a rigid disc of the needle's.
@@ -180,14 +171,17 @@ Evaluation MatrixKernelField::do_evaluate(bool is_new_set, std::span<Vec3> weigh
 
 void MatrixKernelField::do_project_inverse(std::size_t first, std::span<const Vec3> axes,
                                            Eigen::Ref<Eigen::MatrixXd> H) noexcept {
-  const auto n = static_cast<Eigen::Index>(3 * count_);
-  inverse_block_.project(matrix_.topLeftCorner(n, n), first, axes, H);
+  factor_.project(first, axes, H);
+}
+
+void MatrixKernelField::do_rigid_stiffness(std::span<const std::uint32_t> group_of,
+                                           std::span<const Vec3> directions,
+                                           std::span<double> stiffness) noexcept {
+  factor_.rigid_stiffness(group_of, directions, stiffness);
 }
 
 // K in the lower triangle.
-void MatrixKernelField::assemble() noexcept {
-  const auto n = static_cast<Eigen::Index>(3 * count_);
-  auto K = matrix_.topLeftCorner(n, n);
+void MatrixKernelField::assemble(Eigen::Ref<Eigen::MatrixXd> K) noexcept {
   if (smooth_)
     smooth_->columns().begin_matrix(K);
   else
@@ -197,27 +191,14 @@ void MatrixKernelField::assemble() noexcept {
 }
 
 FactorStatus MatrixKernelField::factor(double& condition) noexcept {
-  const auto n = static_cast<Eigen::Index>(3 * count_);
-  condition = 1;
-  if (n == 0) return {};
-  Eigen::Ref<Eigen::MatrixXd> K = matrix_.topLeftCorner(n, n);
-  const double norm = symmetric_norm(K, scratch_.col(0).head(n));
-  if (Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>>(K).info() != Eigen::Success)
-    return {FactorStatus::kNotPositiveDefinite};
-  condition = norm * inverse_norm(K, scratch_.topRows(n));
+  if (!factor_.factor()) return {FactorStatus::kNotPositiveDefinite};
+  condition = factor_.condition();
   return FactorStatus::of_condition(condition);
 }
 
 void MatrixKernelField::do_solve(std::span<const Vec3> displacements, std::span<Vec3> weights) noexcept {
-  const auto n = static_cast<Eigen::Index>(3 * count_);
-  auto x = solution_.head(n);
-  for (std::size_t l = 0; l < count_; ++l) x.segment<3>(static_cast<Eigen::Index>(3 * l)) = displacements[l];
-  const auto L = matrix_.topLeftCorner(n, n).triangularView<Eigen::Lower>();
-  if (n > 0) {
-    L.solveInPlace(x);
-    L.transpose().solveInPlace(x);
-  }
-  for (std::size_t l = 0; l < count_; ++l) weights[l] = x.segment<3>(static_cast<Eigen::Index>(3 * l));
+  std::ranges::copy(displacements, weights.begin());
+  factor_.solve(weights.first(count_));
 }
 
 // The landmarks' forces over the rings and the table's nodes.

@@ -15,7 +15,7 @@
 #include "core/models/matrix_kernel/near_matrix.h"
 #include "core/models/matrix_kernel/smooth_field.h"
 #include "core/models/tissue_field.h"
-#include "core/solve/inverse_block.h"
+#include "core/solve/symmetric_factor.h"
 
 namespace brachy {
 
@@ -26,7 +26,8 @@ void require_in_box(const Tissue& tissue, const ElasticBody& body);
 ///
 /// C(x, y) = near part + smooth part: Kelvin's solution (or the compact kernel) summed over the needle's rings directly
 /// (near_field.h), and what boundary and regions add, read from tables made beforehand (smooth_tables.h). K is
-/// assembled with the same two parts and factored again whenever a landmark's rest position changes: 3n ≤ 123 unknowns.
+/// assembled with the same two parts and factored again whenever a landmark's rest position changes, where there are many
+/// from the first that did (SymmetricFactor).
 /// The field differs from MatrixKernelSystem's by the table's interpolation error, under 1 % where the tissue is
 /// one material (tests). A landmark outside the tissue's box, such as a shaft's on its way to the gland, is
 /// prepared from the kernel itself. That allocates and takes tens of milliseconds: a real-time loop must not do it,
@@ -98,13 +99,15 @@ class MatrixKernelField : public TissueField {
   void do_solve(std::span<const Vec3> displacements, std::span<Vec3> weights) noexcept override;
   void do_project_inverse(std::size_t first, std::span<const Vec3> axes,
                           Eigen::Ref<Eigen::MatrixXd> H) noexcept override;
+  void do_rigid_stiffness(std::span<const std::uint32_t> group_of, std::span<const Vec3> directions,
+                          std::span<double> stiffness) noexcept override;
   Evaluation do_evaluate(bool is_new_set, std::span<Vec3> weights) noexcept override;
   void do_rescale(double scale) noexcept override;
 
   double core_in_free_space(double stiffness_n_per_mm) const noexcept;
   void find_cores(std::span<const LandmarkSpread> spreads) noexcept;
-  void assemble() noexcept;
-  bool recall_matrix(std::span<const Vec3> positions, std::span<const LandmarkSpread> spreads) noexcept;
+  void assemble(Eigen::Ref<Eigen::MatrixXd> K) noexcept;
+  bool remembers(std::span<const Vec3> positions, std::span<const LandmarkSpread> spreads) const noexcept;
   FactorStatus factor(double& condition) noexcept;
   void spread_forces(std::span<const Vec3> forces) noexcept;
   void evaluate_blocks() noexcept;
@@ -123,13 +126,10 @@ class MatrixKernelField : public TissueField {
   std::vector<double> ring_cores_;
   NeedleRings rings_;
   NearMatrix near_matrix_;
-  Eigen::MatrixXd matrix_;       // K's lower triangle, then its factor
+  SymmetricFactor factor_;
   Eigen::MatrixXd kept_matrix_;  // without compliance, of these landmarks; empty unless the options ask
   std::vector<Vec3> kept_positions_;
   std::vector<LandmarkSpread> kept_spreads_;
-  Eigen::VectorXd solution_;
-  Eigen::MatrixXd scratch_;  // 3n × 3, for the condition number
-  InverseBlock inverse_block_;
 
   // The field's landmarks, which may be others.
   NeedleRings field_rings_;

@@ -2,7 +2,7 @@
 
 #include <limits>
 
-#include "core/models/matrix_kernel/matrix_condition.h"
+#include "core/solve/matrix_condition.h"
 
 namespace brachy {
 namespace {

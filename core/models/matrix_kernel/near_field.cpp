@@ -29,6 +29,7 @@ CompactShape shape_of(const CompactKernel& kernel) {
 NearField::NearField(const Tissue& tissue, double scale, double needle_radius, SimdTarget target)
     : tissue_(tissue),
       scale_(scale),
+      loop_scale_(scale),
       far_distance_(kFarRadii * needle_radius),
       far_pair2_(Piece::kFarPairs * Piece::kFarPairs * needle_radius * needle_radius),
       loops_(near_loops(target)),
@@ -37,6 +38,7 @@ NearField::NearField(const Tissue& tissue, double scale, double needle_radius, S
 NearField::NearField(const Tissue& tissue, const ElasticKernel& kernel, double weight, SimdTarget target)
     : NearField(tissue, weight / kernel.body().shear_modulus, kernel.body().needle_radius, target) {
   elastic_ = &kernel;
+  loop_scale_ = scale_ / (4 * std::numbers::pi);
   kelvin_b_ = static_cast<float>(1 / (4 * (1 - kernel.body().poisson)));
 }
 
@@ -86,14 +88,17 @@ void NearField::add_ring(const NeedleRings& rings, const NeedleRings::Ring& ring
                          std::vector<NearSource>& sources) const noexcept {
   if (ring.core.counter_s > 0) add_source({ring.centre, -force, ring.core.counter_s}, centre, sources);
   if (as_one) return add_source({ring.centre, force, ring.core.s}, centre, sources);
-  for (const Vec3& p : rings.points(ring))
-    add_source({p, force / static_cast<double>(ring.count), ring.core.s}, centre, sources);
+  const Eigen::Vector3f g = of_loops(force / static_cast<double>(ring.count));
+  const auto square = static_cast<float>(ring.core.s);
+  for (const Vec3& at : rings.points(ring)) {
+    const Eigen::Vector3f p = (at - centre).cast<float>();
+    sources.push_back({p.x(), p.y(), p.z(), square, g.x(), g.y(), g.z(), 0});
+  }
 }
 
 void NearField::add_source(const Point& point, const Vec3& centre,
                            std::vector<NearSource>& sources) const noexcept {
-  const double scale = elastic_ ? scale_ / (4 * std::numbers::pi) : scale_;
-  const Eigen::Vector3f p = (point.at - centre).cast<float>(), g = (scale * point.force).cast<float>();
+  const Eigen::Vector3f p = (point.at - centre).cast<float>(), g = of_loops(point.force);
   sources.push_back({p.x(), p.y(), p.z(), static_cast<float>(point.s), g.x(), g.y(), g.z(), 0});
 }
 
@@ -154,14 +159,15 @@ void NearField::add_to_block(std::uint32_t b, const NeedleRings& rings, std::spa
 void NearField::add_to_points(const BlockPoints<float>& X, const Vec3& centre, const Block& box,
                               const NeedleRings& rings, std::span<const Vec3> ring_forces,
                               std::span<const Piece> pieces, std::vector<NearSource>& sources,
-                              BlockDisplacement<float>& u) const noexcept {
+                              BlockDisplacement<float>& u, std::size_t count) const noexcept {
   sources.clear();
   const auto squared_distance = [&](const Vec3& p) { return box.squared_distance(p); };
   for (const Piece& piece : pieces)
     if (piece.reaches(squared_distance(piece.centre)))
       add_sources(rings, ring_forces, piece, squared_distance, centre, false, sources);
   if (elastic_)
-    loops_.kelvin(X, sources.data(), sources.size(), kelvin_b_, u);
+    (count <= NearLoops::kFew ? loops_.kelvin_few : loops_.kelvin)(X, sources.data(), sources.size(),
+                                                                   kelvin_b_, u);
   else
     loops_.compact(X, sources.data(), sources.size(), shape_, u);
 }

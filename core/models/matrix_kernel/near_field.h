@@ -84,11 +84,11 @@ class NearField {
   void add_to_block(std::uint32_t b, const NeedleRings& rings, std::span<const Vec3> ring_forces,
                     std::span<const Piece> pieces, std::vector<NearSource>& sources,
                     BlockDisplacement<float>& u) const noexcept;
-  /// The same at points X (mm about `centre`) that lie within `box`.
+  /// The same at points X (mm about `centre`) that lie within `box`. `count`: only the first so many are asked for.
   void add_to_points(const BlockPoints<float>& X, const Vec3& centre, const Block& box,
                      const NeedleRings& rings, std::span<const Vec3> ring_forces,
                      std::span<const Piece> pieces, std::vector<NearSource>& sources,
-                     BlockDisplacement<float>& u) const noexcept;
+                     BlockDisplacement<float>& u, std::size_t count = Tissue::kBlockSize) const noexcept;
   const CentredBlocks& blocks() const { return blocks_; }  ///< the tissue's
   /// The same at X, mm, by every ring's points.
   Vec3 displacement_at(const Vec3& X, const NeedleRings& rings,
@@ -126,12 +126,14 @@ class NearField {
   void add_ring(const NeedleRings& rings, const NeedleRings::Ring& ring, bool as_one, const Vec3& force,
                 const Vec3& centre, std::vector<NearSource>& sources) const noexcept;
   void add_source(const Point& point, const Vec3& centre, std::vector<NearSource>& sources) const noexcept;
+  Eigen::Vector3f of_loops(const Vec3& force) const { return (loop_scale_ * force).cast<float>(); }
 
   const Tissue& tissue_;
   const ElasticKernel* elastic_ = nullptr;  // one of these two
   const CompactKernel* compact_ = nullptr;
   CompactShape shape_;
-  double scale_;         // of a force: ŵ/μ, over 4π for the loops
+  double scale_;         // of a force: ŵ/μ
+  double loop_scale_;    // the same over 4π for Kelvin's solution, as the loops want it
   double far_distance_;  // mm
   double far_pair2_;     // mm²
   float kelvin_b_ = 0;   // 1/(4(1 − ν))

@@ -53,12 +53,13 @@ BRACHY_INLINE void take_rsqrt(const Floats<kWidth>& x, Floats<kWidth>& y) {
   y = y * (1.5000006f - h * y * y);
 }
 
-template <std::size_t kWidth>
+template <std::size_t kWidth, std::size_t kMany = kPoints>
 BRACHY_INLINE void add_kelvin(const BlockPoints<float>& __restrict X, const NearSource* __restrict sources,
                               std::size_t count, float b, BlockDisplacement<float>& __restrict u) {
-  constexpr std::size_t kTogether = kWidth >= 16 ? 2 : 1;  // registers of points: what fits with the sums
+  // Registers of points: what fits with the sums.
+  constexpr std::size_t kTogether = kWidth >= 16 && kMany > kWidth ? 2 : 1;
   using R = Floats<kWidth>;
-  for (std::size_t first = 0; first < kPoints; first += kTogether * kWidth) {
+  for (std::size_t first = 0; first < kMany; first += kTogether * kWidth) {
     R x[kTogether], y[kTogether], z[kTogether], ux[kTogether], uy[kTogether], uz[kTogether];
     for (std::size_t k = 0; k < kTogether; ++k) {
       const std::size_t at = first + k * kWidth;
@@ -420,6 +421,10 @@ BRACHY_INLINE void axpy_loop(float a, const float* __restrict x, float* __restri
                               BlockDisplacement<float>& u) {                                              \
       add_kelvin<kWidth>(X, s, n, b, u);                                                                  \
     }                                                                                                     \
+    Target static void kelvin_few(const BlockPoints<float>& X, const NearSource* s, std::size_t n,        \
+                                  float b, BlockDisplacement<float>& u) {                                 \
+      add_kelvin<kWidth, NearLoops::kFew>(X, s, n, b, u);                                                 \
+    }                                                                                                     \
     Target static void compact(const BlockPoints<float>& X, const NearSource* s, std::size_t n,           \
                                const CompactShape& shape, BlockDisplacement<float>& u) {                  \
       add_compact(X, s, n, shape, u);                                                                     \
@@ -451,9 +456,8 @@ BRACHY_INLINE void axpy_loop(float a, const float* __restrict x, float* __restri
     }                                                                                                     \
     Target static void axpy(float a, const float* x, float* y, std::size_t n) { axpy_loop(a, x, y, n); }  \
     static constexpr NearLoops kLoops = {                                                                 \
-        kelvin,        compact,           kelvin_gradients, compact_gradients,                            \
-        kelvin_bounds, correction_bounds, interpolate,      quadratic,                                    \
-        axpy};                                                                                            \
+        kelvin,        kelvin_few,        compact,     kelvin_gradients, compact_gradients,               \
+        kelvin_bounds, correction_bounds, interpolate, quadratic,        axpy};                           \
   }
 // NOLINTEND(bugprone-macro-parentheses)
 

@@ -78,6 +78,10 @@ struct NearLoops {
   /// u += Σ_j [(1−b)/r + s/(2r³)] f_j + b x (x·f_j)/r³, r² = |x|² + s_j: Kelvin's solution (kelvin.h).
   void (*kelvin)(const BlockPoints<float>& X, const NearSource* sources, std::size_t count, float b,
                  BlockDisplacement<float>& u);
+  /// The same at the first kFew points only.
+  static constexpr std::size_t kFew = 16;
+  void (*kelvin_few)(const BlockPoints<float>& X, const NearSource* sources, std::size_t count, float b,
+                     BlockDisplacement<float>& u);
   /// u += Σ_j [φ(r) I + …] f_j for a compact kernel; s is not used.
   void (*compact)(const BlockPoints<float>& X, const NearSource* sources, std::size_t count,
                   const CompactShape& shape, BlockDisplacement<float>& u);

@@ -15,29 +15,42 @@ constexpr double kFarAside = 1.25;
 
 }  // namespace
 
+// Shares of a landmark: its own and those of the ways to its neighbours, with a tip's point.
 NearMatrix::NearMatrix(std::size_t max_landmarks)
-    : shares_(max_landmarks), last_shares_(max_landmarks), is_fresh_(max_landmarks, 0) {
-  // Its own and those of the ways to its neighbours, with a tip's point.
-  for (auto* shares : {&shares_, &last_shares_})
-    for (std::vector<Share>& of_landmark : *shares)
-      of_landmark.reserve(2 * NeedleRings::kMaxRingsBetween + 2);
+    : slots_(max_landmarks, 2 * NeedleRings::kMaxRingsBetween + 2),
+      fresh_pairs_(max_landmarks * max_landmarks, 0),
+      has_fresh_(max_landmarks, 0) {
   pieces_.reserve(max_landmarks * (NeedleRings::kMaxRingsBetween + 2));
   const auto rows = static_cast<Index>(3 * max_landmarks);
   matrix_.setZero(rows, rows);
 }
 
 void NearMatrix::find_fresh(std::size_t landmarks, const NeedleRings& rings) noexcept {
-  for (std::size_t l = 0; l < landmarks; ++l) shares_[l].clear();
+  count_ = landmarks;
+  slots_.begin(landmarks);
   for (const NeedleRings::Ring& ring : rings.rings())
     for (std::size_t side = 0; side < 2; ++side)
       if (ring.carries(side))
-        shares_[ring.landmark[side]].push_back({ring.centre, rings.points(ring).front(), ring.axis,
-                                                ring.across[side], ring.along[side], ring.radius, ring.core.s,
-                                                ring.core.is_landmark});
+        slots_.add(ring.landmark[side],
+                   {ring.centre, rings.points(ring).front(), ring.axis, ring.across[side], ring.along[side],
+                    ring.radius, ring.core.s, ring.core.is_landmark});
+  slots_.find();
+  std::fill_n(has_fresh_.begin(), landmarks, std::uint8_t{0});
   for (std::size_t l = 0; l < landmarks; ++l)
-    is_fresh_[l] = l >= last_landmarks_ || shares_[l] != last_shares_[l];
-  last_landmarks_ = landmarks;
-  std::swap(shares_, last_shares_);
+    for (std::size_t m = 0; m <= l; ++m) {
+      const bool fresh = slots_.take_pair(l, m);
+      fresh_pairs_[l * count_ + m] = fresh ? 1 : 0;
+      if (!fresh) continue;
+      has_fresh_[l] = has_fresh_[m] = 1;
+      kept(l, m).setZero();
+    }
+}
+
+bool NearMatrix::is_asked(const Piece& a, const Piece& b) const noexcept {
+  for (const std::uint32_t l : a.landmark)
+    for (const std::uint32_t m : b.landmark)
+      if (is_fresh(std::max(l, m), std::min(l, m))) return true;
+  return false;
 }
 
 // As NearField::take_pieces, with the landmarks' shares in place of forces.
@@ -60,7 +73,6 @@ void NearMatrix::take_pieces(const NeedleRings& rings, double far_ring, const Sm
                            std::ranges::find(last.landmark, ring.landmark[1]) != last.landmark.end();
       piece.shaft = last.shaft + (goes_on ? 0 : 1);
     }
-    piece.is_fresh = is_fresh_[ring.landmark[0]] || is_fresh_[ring.landmark[1]];
     piece.centre = of_rings.centre;
     piece.axis = ring.axis;
     piece.is_even = true;
@@ -103,15 +115,13 @@ void NearMatrix::take_pieces(const NeedleRings& rings, double far_ring, const Sm
 void NearMatrix::add_to(Eigen::Ref<Eigen::MatrixXd> K, std::size_t landmarks, const NeedleRings& rings,
                         const NearField& near, const SmoothField* smooth) noexcept {
   find_fresh(landmarks, rings);
-  for (std::size_t l = 0; l < landmarks; ++l)
-    for (std::size_t m = 0; m <= l; ++m)
-      if (is_fresh_[l] || is_fresh_[m])
-        matrix_.block<3, 3>(3 * static_cast<Index>(l), 3 * static_cast<Index>(m)).setZero();
   take_pieces(rings, near.far_distance(), smooth);
-  for (std::size_t p = 0; p < pieces_.size(); ++p)
+  for (std::size_t p = 0; p < pieces_.size(); ++p) {
+    const Piece& a = pieces_[p];
+    if (!has_fresh_[a.landmark[0]] && !has_fresh_[a.landmark[1]]) continue;
     for (std::size_t q = 0; q <= p; ++q) {
-      const Piece &a = pieces_[p], &b = pieces_[q];
-      if (!a.is_fresh && !b.is_fresh) continue;
+      const Piece& b = pieces_[q];
+      if (!is_asked(a, b)) continue;
       if (a.is_far_from(b)) {
         add_far(a, b, rings, near, smooth);
         continue;
@@ -120,11 +130,14 @@ void NearMatrix::add_to(Eigen::Ref<Eigen::MatrixXd> K, std::size_t landmarks, co
         for (std::uint32_t j = b.first; j < (p == q ? i + 1 : b.first + b.count); ++j)
           add_pair(i, j, rings, near, smooth);
     }
-  K.triangularView<Eigen::Lower>() += matrix_.topLeftCorner(K.rows(), K.cols());
+  }
+  for (std::size_t m = 0; m < landmarks; ++m)
+    for (std::size_t l = m; l < landmarks; ++l)
+      K.block<3, 3>(3 * static_cast<Index>(l), 3 * static_cast<Index>(m)) += kept(l, m);
 }
 
 void NearMatrix::add(std::uint32_t l, std::uint32_t m, const Mat3& part) noexcept {
-  if (l >= m) matrix_.block<3, 3>(3 * static_cast<Index>(l), 3 * static_cast<Index>(m)) += part;
+  if (is_fresh(l, m)) kept(l, m) += part;
 }
 
 void NearMatrix::add_far(const Piece& a, const Piece& b, const NeedleRings& rings, const NearField& near,
@@ -137,7 +150,7 @@ void NearMatrix::add_far(const Piece& a, const Piece& b, const NeedleRings& ring
   for (std::size_t s = 0; s < 2; ++s)
     for (std::size_t t = 0; t < 2; ++t) {
       const std::uint32_t l = a.landmark[s], m = b.landmark[t];
-      if (!is_fresh_[l] && !is_fresh_[m]) continue;
+      if (!is_fresh(l, m) && !is_fresh(m, l)) continue;
       const double weight = smooth ? smooth->near_factor(a.first, s, b.first, t) : 1;
       Mat3 sum = Mat3::Zero();
       for (std::size_t k = 0; k < 2; ++k)
@@ -160,7 +173,7 @@ void NearMatrix::add_pair(std::size_t i, std::size_t j, const NeedleRings& rings
     for (std::size_t t = 0; t < 2; ++t) {
       if (!a.carries(s) || !b.carries(t)) continue;
       const std::uint32_t l = a.landmark[s], m = b.landmark[t];
-      if (!is_fresh_[l] && !is_fresh_[m]) continue;
+      if (!is_fresh(l, m) && !is_fresh(m, l)) continue;
       const double weight = smooth ? smooth->near_factor(i, s, j, t) : 1;
       const Mat3 shared = a.is_even(s) && b.is_even(t) ? Mat3(weight * a.across[s] * b.across[t] * value)
                                                        : Mat3(weight * a.share(s) * value * b.share(t));

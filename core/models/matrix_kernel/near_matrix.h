@@ -6,11 +6,12 @@
 
 #include "core/models/matrix_kernel/near_field.h"
 #include "core/models/matrix_kernel/smooth_field.h"
+#include "core/solve/landmark_slots.h"
 
 namespace brachy {
 
-/// What the near part of a kernel adds to K, between landmarks. What is between landmarks whose rings are those of the
-/// last tick is kept: a needle that rests costs nothing.
+/// What the near part of a kernel adds to K, between landmarks. What is between landmarks whose rings stay is kept: a
+/// needle that rests costs nothing.
 /// Threads: one. Real-time: no allocation after construction.
 class NearMatrix {
  public:
@@ -26,6 +27,7 @@ class NearMatrix {
     Vec3 centre, point, axis;
     double across, along, radius, s;
     bool is_landmark;
+    double key() const { return centre.x() + 2 * centre.y() + 3 * centre.z() + across + point.x(); }
     bool operator==(const Share&) const = default;
   };
 
@@ -34,7 +36,6 @@ class NearMatrix {
     std::uint32_t first, count;
     std::uint32_t shaft;  // counts
     std::array<std::uint32_t, 2> landmark;
-    bool is_fresh;
     double squared_far, squared_far_aside;  // mm²: on the same shaft, and on others
     Vec3 centre;
     std::array<Vec3, 2> at;
@@ -55,6 +56,7 @@ class NearMatrix {
   };
 
   void find_fresh(std::size_t landmarks, const NeedleRings& rings) noexcept;
+  bool is_asked(const Piece& a, const Piece& b) const noexcept;
   void take_pieces(const NeedleRings& rings, double far_ring, const SmoothField* smooth) noexcept;
   void add_pair(std::size_t i, std::size_t j, const NeedleRings& rings, const NearField& near,
                 const SmoothField* smooth) noexcept;
@@ -62,11 +64,18 @@ class NearMatrix {
                const SmoothField* smooth) noexcept;
   void add(std::uint32_t l, std::uint32_t m, const Mat3& part) noexcept;
 
-  std::vector<std::vector<Share>> shares_, last_shares_;  // of each landmark
-  std::size_t last_landmarks_ = 0;
-  std::vector<std::uint8_t> is_fresh_;  // landmarks
+  bool is_fresh(std::uint32_t l, std::uint32_t m) const { return l >= m && fresh_pairs_[l * count_ + m] != 0; }
+  Eigen::Block<Eigen::MatrixXd, 3, 3> kept(std::size_t l, std::size_t m) {
+    return matrix_.block<3, 3>(3 * static_cast<Eigen::Index>(slots_.slot(l)),
+                               3 * static_cast<Eigen::Index>(slots_.slot(m)));
+  }
+
+  LandmarkSlots<Share> slots_;
+  std::size_t count_ = 0;                  // landmarks
+  std::vector<std::uint8_t> fresh_pairs_;  // of landmarks, count_ a row
+  std::vector<std::uint8_t> has_fresh_;    // landmarks that are in one
   std::vector<Piece> pieces_;
-  Eigen::MatrixXd matrix_;
+  Eigen::MatrixXd matrix_;  // by slots
 };
 
 }  // namespace brachy

@@ -1,4 +1,4 @@
-#include "core/models/matrix_kernel/matrix_condition.h"
+#include "core/solve/matrix_condition.h"
 
 #include "core/solve/norm_estimate.h"
 

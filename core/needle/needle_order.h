@@ -1,0 +1,41 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/needle/needle_contact.h"
+
+namespace brachy {
+
+/// The order in which needles' landmarks are put into the landmarks' system, which factors rows again from the first
+/// that changed: of more than kFew needles in the tissue, those whose landmarks have stayed longest come first. A few
+/// are taken by number, whatever they do: there ordering does not pay.
+/// Threads: one. Real-time: no allocation after reserve.
+class NeedleOrder {
+ public:
+  static constexpr std::size_t kFew = 3;
+
+  void reserve(std::size_t needles, std::size_t landmarks_of_one);
+  /// Once a tick, with the landmarks of this tick.
+  void update(std::span<const NeedleContact> contacts) noexcept;
+
+  bool is_by_rest() const { return is_by_rest_; }
+  std::span<const std::uint32_t> needles() const { return order_; }  ///< all of them
+
+ private:
+  /// What its rows depend on.
+  struct Place {
+    Vec3 position;
+    LandmarkSpread spread;
+    bool operator==(const Place&) const = default;
+  };
+
+  std::uint64_t update_ = 0;
+  std::vector<std::uint64_t> changed_;      // of each needle, the update that found it elsewhere
+  std::vector<std::vector<Place>> places_;  // of each needle, then
+  std::vector<std::uint32_t> order_;
+  bool is_by_rest_ = false;
+};
+
+}  // namespace brachy
