@@ -26,8 +26,8 @@ struct AxialSlice {
   std::array<OutlinePieces, kIsodosePercent.size()> isodoses;  ///< by kIsodosePercent
 };
 
-/// Slices kSliceSpacingMm apart through the first structure, the prostate; a grid plane each. Isodoses by marching
-/// squares on the grid, linear between its points. Deterministic.
+/// Slices at multiples of kSliceSpacingMm through the first structure, the prostate. Isodoses by marching squares between
+/// the grid's points in x and y (DoseGrid::at), linear along the squares' edges. Deterministic.
 std::vector<AxialSlice> axial_slices(const std::vector<Structure>& structures, const DoseGrid& dose,
                                      double prescription_gy);
 

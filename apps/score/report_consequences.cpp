@@ -94,7 +94,7 @@ std::string goal_rows(const Score& score, bool of_plan) {
 }
 
 std::string goal_table(const char* title, const std::string& rows) {
-  return fmt::format("<div><table>\n<thead><tr><th>{}</th><th>is</th><th>goal</th><th class=\"left\">source</th></tr>"
+  return fmt::format("<div><table class=\"goals\">\n<thead><tr><th>{}</th><th>is</th><th>goal</th><th class=\"left\">source</th></tr>"
                      "</thead>\n<tbody>\n{}</tbody>\n</table></div>\n",
                      title, rows);
 }

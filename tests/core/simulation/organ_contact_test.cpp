@@ -41,7 +41,7 @@ class OrganSession {
   MeshState state = simulator.initial_state();
 };
 
-// Pushed 4 mm to the side in the gland, the needle takes the urethra with it: at rest it would be inside.
+// In the tube's axis where it is deepest.
 TEST(OrgansInASimulation, ThreePassesThroughTheUrethraAreThreeWithTheirDepth) {
   OrganSession session(organ_scene());
   const Vec3 below(0, -4, -45), in(0, -4, 3);
