@@ -25,7 +25,8 @@ OutlinePieces cut(const SurfaceMesh& mesh, double z) {
 }
 
 // One square of four points, counterclockwise: its edges that the level crosses, in pairs.
-void add_square(const std::array<double, 4>& gy, const std::array<Point, 4>& at, double level, OutlinePieces& pieces) {
+void add_square(const std::array<double, 4>& gy, const std::array<Point, 4>& at, double level,
+                OutlinePieces& pieces) {
   std::array<Point, 4> crossed{};
   std::size_t count = 0;
   for (std::size_t k = 0; k < 4; ++k) {

@@ -45,8 +45,8 @@ std::string needle_line(const NeedlesScore& n) {
 }
 
 std::string dose_lines(const DoseScore& dose) {
-  std::string text = fmt::format("dose, {:g} Gy:\n  {:<22}{:>9}{:>12}{:>18}\n", dose.prescription_gy, "", "planned",
-                                 "as dropped", "after relaxation");
+  std::string text = fmt::format("dose, {:g} Gy:\n  {:<22}{:>9}{:>12}{:>18}\n", dose.prescription_gy, "",
+                                 "planned", "as dropped", "after relaxation");
   for (const DoseFigure& f : dose_figures())
     text += fmt::format("  {:<22}{:>9}{:>12}{:>18}\n", fmt::format("{} {}, {}", f.structure, f.name, f.unit),
                         figure_in(dose.plan, f), figure_in(dose.dropped, f), figure_in(dose.rest, f));

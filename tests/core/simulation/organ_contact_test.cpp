@@ -21,7 +21,8 @@ Scene organ_scene() {
 
 class OrganSession {
  public:
-  explicit OrganSession(const Scene& scene) : simulator(load_simulation_model(scene, load_tissue(scene).tissue)) {}
+  explicit OrganSession(const Scene& scene)
+      : simulator(load_simulation_model(scene, load_tissue(scene).tissue)) {}
 
   void step(const Vec3& tip, bool button = false) {
     NeedlePose pose = needle_pose(pose_at(tip, Vec3::UnitZ()));
