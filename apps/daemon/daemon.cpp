@@ -54,7 +54,8 @@ std::unique_ptr<RecordedSession> open_session(const Scene& scene, const DaemonOp
                                               const std::optional<Plan>& plan,
                                               const std::vector<Structure>& structures) {
   if (!options.session) return nullptr;
-  return std::make_unique<RecordedSession>(*options.session, scene, plan, names_of(tested_organs(structures)));
+  return std::make_unique<RecordedSession>(*options.session, scene, plan,
+                                           names_of(tested_organs(structures)));
 }
 
 MeshState start_state(Simulator& simulator, const RecordedSession* session) {
@@ -216,8 +217,9 @@ class Daemon::Impl {
     });
     std::jthread dose([&](const std::stop_token& stop) {
       name_thread("dose");
-      summary.dose = run_dose_loop(stop, structures_, dose_settings(), std::move(surface), plan_to_come(), seeds_.reader,
-                                   [&](net::DoseMessage message) { deliver_dose(std::move(message)); });
+      summary.dose =
+          run_dose_loop(stop, structures_, dose_settings(), std::move(surface), plan_to_come(), seeds_.reader,
+                        [&](net::DoseMessage message) { deliver_dose(std::move(message)); });
     });
     std::jthread ultrasound;
     if (has_ultrasound())

@@ -25,7 +25,8 @@ OutlinePieces cut(const SurfaceMesh& mesh, double z) {
 }
 
 // One square of four points, counterclockwise: its edges that the level crosses, in pairs.
-void add_square(const std::array<double, 4>& gy, const std::array<Point, 4>& at, double level, OutlinePieces& pieces) {
+void add_square(const std::array<double, 4>& gy, const std::array<Point, 4>& at, double level,
+                OutlinePieces& pieces) {
   std::array<Point, 4> crossed{};
   std::size_t count = 0;
   for (std::size_t k = 0; k < 4; ++k) {
@@ -38,7 +39,20 @@ void add_square(const std::array<double, 4>& gy, const std::array<Point, 4>& at,
     pieces.push_back({crossed[i][0], crossed[i][1], crossed[i + 1][0], crossed[i + 1][1]});
 }
 
-OutlinePieces isodose(const DoseGrid& dose, std::size_t k, double level_gy) {
+/// The dose in the plane z, at the grid's points in x and y.
+std::vector<double> plane_of(const DoseGrid& dose, double z) {
+  const auto [nx, ny, nz] = dose.size();
+  std::vector<double> gy;
+  for (std::size_t j = 0; j < ny; ++j)
+    for (std::size_t i = 0; i < nx; ++i) {
+      Vec3 p = dose.position(i, j, 0);
+      p.z() = z;
+      gy.push_back(dose.at(p));
+    }
+  return gy;
+}
+
+OutlinePieces isodose(const DoseGrid& dose, const std::vector<double>& plane, double level_gy) {
   OutlinePieces pieces;
   const auto [nx, ny, nz] = dose.size();
   for (std::size_t j = 0; j + 1 < ny; ++j)
@@ -48,8 +62,8 @@ OutlinePieces isodose(const DoseGrid& dose, std::size_t k, double level_gy) {
       constexpr std::array<std::array<std::size_t, 2>, 4> kCorners = {{{0, 0}, {1, 0}, {1, 1}, {0, 1}}};
       for (std::size_t c = 0; c < 4; ++c) {
         const std::size_t x = i + kCorners[c][0], y = j + kCorners[c][1];
-        gy[c] = static_cast<double>(dose.dose_gy()[dose.index(x, y, k)]);
-        const Vec3 p = dose.position(x, y, k);
+        gy[c] = plane[y * nx + x];
+        const Vec3 p = dose.position(x, y, 0);
         at[c] = {p.x(), p.y()};
       }
       add_square(gy, at, level_gy, pieces);
@@ -66,14 +80,13 @@ std::vector<AxialSlice> axial_slices(const std::vector<Structure>& structures, c
   std::vector<AxialSlice> slices;
   const double first = std::ceil(low->z() / kSliceSpacingMm) * kSliceSpacingMm;
   for (double z = first; z <= high->z(); z += kSliceSpacingMm) {
-    const auto k = static_cast<std::size_t>(
-        std::clamp(std::round((z - dose.origin().z()) / dose.spacing_mm()), 0.0, static_cast<double>(dose.size()[2] - 1)));
-    AxialSlice slice{.z_mm = dose.position(0, 0, k).z(), .structures = {}, .isodoses = {}};
+    AxialSlice slice{.z_mm = z, .structures = {}, .isodoses = {}};
+    const std::vector<double> plane = plane_of(dose, z);
     for (const Structure& structure : structures)
       if (OutlinePieces pieces = cut(structure.mesh, slice.z_mm); !pieces.empty())
         slice.structures.push_back({structure.name, std::move(pieces)});
     for (std::size_t level = 0; level < kIsodosePercent.size(); ++level)
-      slice.isodoses[level] = isodose(dose, k, prescription_gy * kIsodosePercent[level] / 100);
+      slice.isodoses[level] = isodose(dose, plane, prescription_gy * kIsodosePercent[level] / 100);
     slices.push_back(std::move(slice));
   }
   return slices;

@@ -22,12 +22,13 @@ struct AxialSlice {
     OutlinePieces pieces;
   };
   double z_mm = 0;
-  std::vector<Outline> structures;                              ///< those that the plane cuts
+  std::vector<Outline> structures;                             ///< those that the plane cuts
   std::array<OutlinePieces, kIsodosePercent.size()> isodoses;  ///< by kIsodosePercent
 };
 
-/// Slices kSliceSpacingMm apart through the first structure, the prostate; a grid plane each. Isodoses by marching
-/// squares on the grid, linear between its points. Deterministic.
+/// Slices at multiples of kSliceSpacingMm through the first structure, the prostate. Isodoses by marching squares
+/// between
+/// the grid's points in x and y (DoseGrid::at), linear along the squares' edges. Deterministic.
 std::vector<AxialSlice> axial_slices(const std::vector<Structure>& structures, const DoseGrid& dose,
                                      double prescription_gy);
 

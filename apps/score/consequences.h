@@ -21,13 +21,15 @@ struct DoseChange {
   double harm_percent(double prescription_gy) const;
 };
 
-/// What a needle's errors cost: the implant as it is, against the same with this needle's seeds where the plan has them.
+/// What a needle's errors cost: the implant as it is, against the same with this needle's seeds where the plan has
+/// them.
 struct NeedleCost {
   std::size_t needle = 0;  ///< index in Plan::needles
   DoseChange change;
 };
 
-/// A twelfth of the prostate: a third of its length (base, mid, apex), anterior or posterior, left or right of the middle
+/// A twelfth of the prostate: a third of its length (base, mid, apex), anterior or posterior, left or right of the
+/// middle
 /// of its bounding box.
 struct Sector {
   std::string name;  ///< "base anterior left"

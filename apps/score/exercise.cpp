@@ -50,11 +50,17 @@ struct Measure {
 
 constexpr std::array kMeasures = {
     Measure{"placed_at_least", "seeds placed", "", false,
-            [](const Score& s) { return seeds_of(s) ? static_cast<double>(seeds_of(s)->placed.size()) : kNoNumber; }},
+            [](const Score& s) {
+              return seeds_of(s) ? static_cast<double>(seeds_of(s)->placed.size()) : kNoNumber;
+            }},
     Measure{"missing_at_most", "seeds missing", "", true,
-            [](const Score& s) { return seeds_of(s) ? static_cast<double>(seeds_of(s)->missing.size()) : kNoNumber; }},
+            [](const Score& s) {
+              return seeds_of(s) ? static_cast<double>(seeds_of(s)->missing.size()) : kNoNumber;
+            }},
     Measure{"extra_at_most", "seeds extra", "", true,
-            [](const Score& s) { return seeds_of(s) ? static_cast<double>(seeds_of(s)->extra.size()) : kNoNumber; }},
+            [](const Score& s) {
+              return seeds_of(s) ? static_cast<double>(seeds_of(s)->extra.size()) : kNoNumber;
+            }},
     Measure{"mean_error_mm_at_most", "mean error", " mm", true,
             [](const Score& s) { return seeds_of(s) ? seeds_of(s)->rest.total_mm.mean : kNoNumber; }},
     Measure{"largest_error_mm_at_most", "largest error", " mm", true,
@@ -86,7 +92,8 @@ constexpr double kMostLimit = 1e6;
 std::string text_of(const std::filesystem::path& file) {
   std::ifstream in(file, std::ios::binary);
   if (!std::filesystem::is_regular_file(file) || !in)
-    throw UserError(file.string() + ": cannot be read; give an exercise, such as config/exercises/01_one_needle.toml");
+    throw UserError(file.string() +
+                    ": cannot be read; give an exercise, such as config/exercises/01_one_needle.toml");
   std::ostringstream text;
   text << in.rdbuf();
   return std::move(text).str();
@@ -121,7 +128,8 @@ Exercise load_exercise(const std::filesystem::path& file) {
     t.contradiction("passes", "bounds nothing: everybody would pass; add one, such as mean_error_mm_at_most");
   exercise.scene = file.parent_path() / scene;
   if (!std::filesystem::is_regular_file(exercise.scene))
-    t.contradiction("scene", "is \"" + scene + "\", which is not there beside the exercise; correct the path");
+    t.contradiction("scene",
+                    "is \"" + scene + "\", which is not there beside the exercise; correct the path");
   return exercise;
 }
 
@@ -132,13 +140,14 @@ bool ExerciseResult::has_passed() const {
 ExerciseResult judge(const Exercise& exercise, const Score& score) {
   ExerciseResult result;
   for (const ExerciseBound& bound : exercise.bounds) {
-    const auto measure = std::ranges::find(kMeasures, bound.key, [](const Measure& m) { return std::string_view(m.key); });
+    const auto measure =
+        std::ranges::find(kMeasures, bound.key, [](const Measure& m) { return std::string_view(m.key); });
     const double value = measure->of(score);
     const bool is_kept = measure->is_most ? value <= bound.limit : value >= bound.limit;
     const std::string is = std::isfinite(value) ? fmt::format("{:.4g}{}", value, measure->unit) : "not known";
-    result.bounds.push_back(
-        {fmt::format("{} {}, {} {:g}", measure->what, is, measure->is_most ? "at most" : "at least", bound.limit),
-         is_kept});
+    result.bounds.push_back({fmt::format("{} {}, {} {:g}", measure->what, is,
+                                         measure->is_most ? "at most" : "at least", bound.limit),
+                             is_kept});
   }
   if (exercise.needs_implant_goals)
     for (const GoalResult& goal : score.goals) {
@@ -153,7 +162,8 @@ ExerciseResult judge(const Exercise& exercise, const Score& score) {
 }
 
 std::string to_text(const Exercise& exercise, const ExerciseResult& result) {
-  std::string text = fmt::format("exercise \"{}\": {}\n", exercise.name, result.has_passed() ? "passed" : "not passed");
+  std::string text =
+      fmt::format("exercise \"{}\": {}\n", exercise.name, result.has_passed() ? "passed" : "not passed");
   for (const BoundResult& bound : result.bounds)
     text += fmt::format("  {} {}\n", bound.is_kept ? "ok  " : "MISS", bound.text);
   return text;

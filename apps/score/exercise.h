@@ -10,16 +10,16 @@ namespace brachy {
 
 /// A bound that a session must keep to pass.
 struct ExerciseBound {
-  std::string key;         ///< "mean_error_mm_at_most"; the list is in exercise.cpp
+  std::string key;  ///< "mean_error_mm_at_most"; the list is in exercise.cpp
   double limit = 0;
 };
 
 /// A task for a trainee: a scene with its plan, what is asked, and what passes (config/exercises).
 struct Exercise {
   std::string name, asks;
-  std::filesystem::path scene;         ///< its plan.file is the exercise's plan
-  std::vector<ExerciseBound> bounds;   ///< in the file's terms, at least one
-  bool needs_implant_goals = false;    ///< all goals of the implant must be met
+  std::filesystem::path scene;        ///< its plan.file is the exercise's plan
+  std::vector<ExerciseBound> bounds;  ///< in the file's terms, at least one
+  bool needs_implant_goals = false;   ///< all goals of the implant must be met
 };
 
 /// Reads a TOML file: name, asks, scene (relative to the file), and [passes] with bounds and `implant_goals`. Unknown

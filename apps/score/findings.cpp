@@ -74,7 +74,8 @@ class Mistakes {
   // With what it did to the dose.
   void add_costly(double weight, std::string text, const DoseChange& cost) {
     const double prescription = score_.dose.prescription_gy;
-    Finding finding{.text = std::move(text), .weight = weight, .harm_percent = cost.harm_percent(prescription)};
+    Finding finding{
+        .text = std::move(text), .weight = weight, .harm_percent = cost.harm_percent(prescription)};
     if (!(finding.harm_percent > kLeastHarmPercent)) {
       finding.harm_percent = 0;
     } else {
@@ -118,7 +119,8 @@ class Mistakes {
     std::string missed;
     for (const GoalResult& result : score_.goals) {
       if (result.goal.is_of_plan() || result.is_met.value_or(true)) continue;
-      const auto found = std::ranges::find(score_.dose.plan.structures, result.goal.structure, &StructureDose::name);
+      const auto found =
+          std::ranges::find(score_.dose.plan.structures, result.goal.structure, &StructureDose::name);
       const DoseIndex* index = find_dose_index(result.goal.figure);
       if (found == score_.dose.plan.structures.end() || !index ||
           !result.goal.is_met_by((*found).*index->value, score_.dose.prescription_gy))
@@ -139,7 +141,8 @@ class Mistakes {
     for (const FailedDrop& drop : *score_.failed_drops) count += drop.why == DropRefusal::kLost;
     if (count > 0)
       add(SeedAssignment::kFarthestMm * static_cast<double>(count),
-          fmt::format("{} lost outside the body", count == 1 ? "1 seed was" : fmt::format("{} seeds were", count)));
+          fmt::format("{} lost outside the body",
+                      count == 1 ? "1 seed was" : fmt::format("{} seeds were", count)));
   }
 
   void structures() {
@@ -155,8 +158,8 @@ class Mistakes {
     for (const auto& [name, all] : by_name) {
       if (all.passes == 0) continue;
       if (name == TestedOrgan::kBone)
-        add(all.passes, fmt::format("the pubic arch stopped a needle {} (hole {})", counted(all.passes, "time"),
-                                    joined(holes[name])));
+        add(all.passes, fmt::format("the pubic arch stopped a needle {} (hole {})",
+                                    counted(all.passes, "time"), joined(holes[name])));
       else
         add(kStructureWeight * all.passes,
             fmt::format("the {} was entered {} (hole {}), {:.1f} mm deep, for {:.1f} s", name,
@@ -204,10 +207,12 @@ class Mistakes {
       across_ = across;
     }
     if (scatter > kScatterMm)
-      add_costly(n * scatter,
+      add_costly(
+          n * scatter,
           fmt::format("depths scatter: the seeds' errors along the needle have a standard deviation of "
                       "{:.1f} mm",
-                      scatter), cost_of_all());
+                      scatter),
+          cost_of_all());
   }
 
   // By the number in the plan, which tells the needle that a seed came from.

@@ -17,7 +17,8 @@ struct Finding {
   bool is_of_organ = false;  ///< a needle was where it should not be: first, whatever the dose
 };
 
-/// What went wrong; none of a session as planned. Organs entered come first, then what harmed the dose, the most harmful
+/// What went wrong; none of a session as planned. Organs entered come first, then what harmed the dose, the most
+/// harmful
 /// first, then the rest by weight: a needle's seeds off their hole, seeds that are missing or lost, and what all seeds
 /// have in common (a shift along or across, a scatter) by seeds times mm, a missing seed by
 /// SeedAssignment::kFarthestMm, a puncture too many like half a seed. The limits stand in findings.cpp. Goals that the

@@ -49,8 +49,8 @@ std::string verdict(const std::vector<GoalResult>& results) {
 std::string missed_text(const GoalResult& result) {
   const DoseIndex* index = find_dose_index(result.goal.figure);
   return fmt::format("{} {} {:.1f} {}, {} its limit of {:.4g}", result.goal.structure, result.goal.figure,
-                     result.value, index ? unit_text(index->unit) : "", result.goal.is_above() ? "under" : "over",
-                     result.limit);
+                     result.value, index ? unit_text(index->unit) : "",
+                     result.goal.is_above() ? "under" : "over", result.limit);
 }
 
 }  // namespace brachy

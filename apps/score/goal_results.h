@@ -12,7 +12,8 @@ namespace brachy {
 /// A goal and what became of it.
 struct GoalResult {
   DoseGoal goal;
-  double value = 0;  ///< in the figure's unit; kNoNumber: the scene has no such structure, or nothing is known
+  double value =
+      0;  ///< in the figure's unit; kNoNumber: the scene has no such structure, or nothing is known
   double limit = 0;  ///< the same unit
   std::optional<bool> is_met;
 };

@@ -48,7 +48,8 @@ double number_at(const Json& json, std::initializer_list<const char*> keys) {
 }
 
 double dose_at(const Json& json, const char* structure, const char* figure) {
-  if (!json.contains("dose") || !json["dose"].contains("rest") || !json["dose"]["rest"].is_object()) return kNoNumber;
+  if (!json.contains("dose") || !json["dose"].contains("rest") || !json["dose"]["rest"].is_object())
+    return kNoNumber;
   for (const Json& s : json["dose"]["rest"].value("structures", Json::array()))
     if (s.value("name", "") == structure) return number_at(s, {figure});
   return kNoNumber;
@@ -144,8 +145,8 @@ std::vector<Trend> trends_of(const History& trainee, const History* instructor) 
 }
 
 std::string to_text(const History& trainee, const History* instructor) {
-  std::string text = fmt::format("{} sessions\n  {:<18}{:>10}{:>10}{:>14}{:>12}\n", trainee.rows.size(), "", "first",
-                                 "last", "per session", "instructor");
+  std::string text = fmt::format("{} sessions\n  {:<18}{:>10}{:>10}{:>14}{:>12}\n", trainee.rows.size(), "",
+                                 "first", "last", "per session", "instructor");
   for (const Trend& trend : trends_of(trainee, instructor))
     text += fmt::format("  {:<18}{:>10}{:>10}{:>14}{:>12}\n", trend.name, figure_or(trend.first, 2, "–"),
                         figure_or(trend.last, 2, "–"),

@@ -22,15 +22,16 @@ struct History {
   std::vector<std::string> remarks;
 };
 
-/// Reads report.json of every directory in `folder`. Throws UserError where it is no directory or has no scored session.
+/// Reads report.json of every directory in `folder`. Throws UserError where it is no directory or has no scored
+/// session.
 History load_history(const std::filesystem::path& folder);
 
 /// A figure's course over the sessions: a straight line by least squares.
 struct Trend {
-  std::string name;           ///< "mean_error_mm", a column of the CSV
+  std::string name;            ///< "mean_error_mm", a column of the CSV
   double first = 0, last = 0;  ///< of the sessions
-  double per_session = 0;     ///< slope
-  double instructor = 0;      ///< mean of the instructor's sessions; kNoNumber: none
+  double per_session = 0;      ///< slope
+  double instructor = 0;       ///< mean of the instructor's sessions; kNoNumber: none
 };
 std::vector<Trend> trends_of(const History& trainee, const History* instructor);
 

@@ -78,10 +78,11 @@ Recording load_recording(const std::filesystem::path& folder) {
   recording.seeds =
       files.read("seeds.csv", "what was implanted, its errors and its dose are not known.", parse_seeds);
   if (files.has("drops.csv"))
-    recording.failed_drops = files.read("drops.csv", "lost and refused seeds are not known.", parse_failed_drops);
+    recording.failed_drops =
+        files.read("drops.csv", "lost and refused seeds are not known.", parse_failed_drops);
   if (files.has("contacts.csv"))
-    recording.passes = files.read(
-        "contacts.csv", "passes through organs are those of the organs at rest.", parse_organ_passes);
+    recording.passes = files.read("contacts.csv", "passes through organs are those of the organs at rest.",
+                                  parse_organ_passes);
   if (!recording.poses && !forces && !recording.seeds)
     throw UserError(folder.string() +
                     ": has no readable recording; it should contain poses.csv, forces.csv "

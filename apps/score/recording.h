@@ -19,12 +19,14 @@ struct Recording {
   std::optional<NeedleTrajectories> poses;  ///< poses.csv: every tick's, of the device's needles
   std::vector<ForceSample> forces;          ///< forces.csv; empty: none
   std::optional<std::vector<Seed>> seeds;   ///< seeds.csv, in the order of dropping
-  std::optional<std::vector<FailedDrop>> failed_drops;  ///< drops.csv; none: only the daemon and offline replays write it
-  std::optional<std::vector<OrganPass>> passes;         ///< contacts.csv; the same
+  std::optional<std::vector<FailedDrop>>
+      failed_drops;  ///< drops.csv; none: only the daemon and offline replays write it
+  std::optional<std::vector<OrganPass>> passes;  ///< contacts.csv; the same
   std::vector<std::string> remarks;  ///< what is missing or truncated and its consequence, a sentence each
 };
 
-/// Reads a recording's directory: poses.csv, forces.csv and seeds.csv; drops.csv and contacts.csv where they are there. A file that is missing or unreadable is left
+/// Reads a recording's directory: poses.csv, forces.csv and seeds.csv; drops.csv and contacts.csv where they are
+/// there. A file that is missing or unreadable is left
 /// out, as is an incomplete last line (the writer was killed), with a remark. Throws UserError where there is no such
 /// directory, or none of the files can be read.
 Recording load_recording(const std::filesystem::path& folder);

@@ -27,12 +27,14 @@ constexpr std::size_t kMostNeedles = 8;
 std::string needle_costs(const Score& score, const Plan& plan) {
   std::vector<NeedleCost> needles = score.consequences->needles;
   const double gy = score.dose.prescription_gy;
-  std::ranges::stable_sort(needles, std::greater(), [&](const NeedleCost& n) { return n.change.harm_percent(gy); });
+  std::ranges::stable_sort(needles, std::greater(),
+                           [&](const NeedleCost& n) { return n.change.harm_percent(gy); });
   std::string rows = "<tr><td>all, against the plan</td>" + cells(score.consequences->whole) + "</tr>\n";
   for (std::size_t i = 0; i < std::min(needles.size(), kMostNeedles); ++i)
     rows += fmt::format("<tr><td>{}</td>{}</tr>\n", xml_escaped(plan.needles[needles[i].needle].hole),
                         cells(needles[i].change));
-  return "<table>\n<thead><tr><th>needle</th><th>V100,<br>%</th><th>D90,<br>Gy</th><th>urethra<br>D30, Gy</th>"
+  return "<table>\n<thead><tr><th>needle</th><th>V100,<br>%</th><th>D90,<br>Gy</th><th>urethra<br>D30, "
+         "Gy</th>"
          "<th>rectum<br>D2cc, Gy</th></tr></thead>\n<tbody>\n" +
          rows + "</tbody>\n</table>\n";
 }
@@ -40,17 +42,19 @@ std::string needle_costs(const Score& score, const Plan& plan) {
 std::string sectors(const Score& score) {
   std::string rows;
   for (const Sector& sector : score.consequences->sectors)
-    rows += fmt::format("<tr><td>{}</td><td{}>{:.2f}</td><td>{:.0f}</td><td>({:.0f}, {:.0f}, {:.0f})</td></tr>\n",
-                        sector.name, sector.cold_cc > 0.1 * sector.volume_cc ? " class=\"missed\"" : "",
-                        sector.cold_cc, sector.coldest_gy, sector.coldest.x(), sector.coldest.y(),
-                        sector.coldest.z());
-  std::string out = "<table>\n<thead><tr><th>sector</th><th>cold,<br>cm³</th><th>coldest,<br>Gy</th><th>at, mm</th>"
-                    "</tr></thead>\n<tbody>\n" +
-                    rows + "</tbody>\n</table>\n";
+    rows += fmt::format(
+        "<tr><td>{}</td><td{}>{:.2f}</td><td>{:.0f}</td><td>({:.0f}, {:.0f}, {:.0f})</td></tr>\n",
+        sector.name, sector.cold_cc > 0.1 * sector.volume_cc ? " class=\"missed\"" : "", sector.cold_cc,
+        sector.coldest_gy, sector.coldest.x(), sector.coldest.y(), sector.coldest.z());
+  std::string out =
+      "<table>\n<thead><tr><th>sector</th><th>cold,<br>cm³</th><th>coldest,<br>Gy</th><th>at, mm</th>"
+      "</tr></thead>\n<tbody>\n" +
+      rows + "</tbody>\n</table>\n";
   if (const auto& hot = score.consequences->urethra)
-    out += fmt::format("<p class=\"small\">Hottest place of the urethra: {:.0f} Gy at ({:.0f}, {:.0f}, {:.0f}) mm; {:.2f} "
-                       "cm³ of it over 150 %.</p>\n",
-                       hot->gy, hot->at.x(), hot->at.y(), hot->at.z(), hot->over_150_cc);
+    out += fmt::format(
+        "<p class=\"small\">Hottest place of the urethra: {:.0f} Gy at ({:.0f}, {:.0f}, {:.0f}) mm; {:.2f} "
+        "cm³ of it over 150 %.</p>\n",
+        hot->gy, hot->at.x(), hot->at.y(), hot->at.z(), hot->over_150_cc);
   return out;
 }
 
@@ -59,8 +63,9 @@ std::string organs(const Score& score) {
   std::string out = "<p>Organs entered: ";
   for (std::size_t i = 0; i < score.contacts.size(); ++i) {
     const StructureContact& c = score.contacts[i];
-    out += fmt::format("{}{} {} × through {}, {:.1f} mm deep, {:.1f} s", i ? "; " : "", xml_escaped(c.structure),
-                       c.passes, c.hole.empty() ? "no hole" : xml_escaped(c.hole), c.depth_mm, c.time_s);
+    out +=
+        fmt::format("{}{} {} × through {}, {:.1f} mm deep, {:.1f} s", i ? "; " : "", xml_escaped(c.structure),
+                    c.passes, c.hole.empty() ? "no hole" : xml_escaped(c.hole), c.depth_mm, c.time_s);
   }
   return out + ".</p>\n";
 }
@@ -83,20 +88,23 @@ std::string goal_rows(const Score& score, bool of_plan) {
     if (result.goal.is_of_plan() != of_plan) continue;
     const DoseIndex* index = find_dose_index(result.goal.figure);
     if (!index) continue;
-    rows += fmt::format("<tr><td>{} {}</td><td{}>{}</td><td>{} {:.4g} {}</td><td class=\"left\">{}</td></tr>\n",
-                        xml_escaped(result.goal.structure), result.goal.figure,
-                        result.is_met.value_or(true) ? "" : " class=\"missed\"",
-                        figure(result.value, index->unit == DoseIndex::Unit::kCc ? 2 : 1),
-                        result.goal.is_above() ? "≥" : "&lt;", result.limit, unit_text(index->unit),
-                        xml_escaped(result.goal.source));
+    rows +=
+        fmt::format("<tr><td>{} {}</td><td{}>{}</td><td>{} {:.4g} {}</td><td class=\"left\">{}</td></tr>\n",
+                    xml_escaped(result.goal.structure), result.goal.figure,
+                    result.is_met.value_or(true) ? "" : " class=\"missed\"",
+                    figure(result.value, index->unit == DoseIndex::Unit::kCc ? 2 : 1),
+                    result.goal.is_above() ? "≥" : "&lt;", result.limit, unit_text(index->unit),
+                    xml_escaped(result.goal.source));
   }
   return rows;
 }
 
 std::string goal_table(const char* title, const std::string& rows) {
-  return fmt::format("<div><table>\n<thead><tr><th>{}</th><th>is</th><th>goal</th><th class=\"left\">source</th></tr>"
-                     "</thead>\n<tbody>\n{}</tbody>\n</table></div>\n",
-                     title, rows);
+  return fmt::format(
+      "<div><table class=\"goals\">\n<thead><tr><th>{}</th><th>is</th><th>goal</th><th "
+      "class=\"left\">source</th></tr>"
+      "</thead>\n<tbody>\n{}</tbody>\n</table></div>\n",
+      title, rows);
 }
 
 }  // namespace
@@ -105,16 +113,19 @@ std::string goals_section(const Score& score) {
   if (score.goals.empty()) return "";
   return fmt::format("<h2>Goals</h2>\n<p class=\"verdict\">{}.</p>\n<div class=\"pair\">\n",
                      xml_escaped(verdict(score.goals))) +
-         goal_table("plan", goal_rows(score, true)) + goal_table("implant", goal_rows(score, false)) + "</div>\n";
+         goal_table("plan", goal_rows(score, true)) + goal_table("implant", goal_rows(score, false)) +
+         "</div>\n";
 }
 
 std::string consequences_section(const Score& score, const Plan& plan) {
   if (!score.consequences) return "";
   return "<h2>What it cost</h2>\n<div class=\"pair\">\n<div>\n" + needle_costs(score, plan) +
-         "<p class=\"small\">A needle: the implant as it is, less the same with this needle&rsquo;s seeds where the "
+         "<p class=\"small\">A needle: the implant as it is, less the same with this needle&rsquo;s seeds "
+         "where the "
          "plan has them. The costliest first.</p>\n" +
          organs(score) + failed_drops(score) + "</div>\n<div>\n" + sectors(score) +
-         "<p class=\"small\">Cold: less than the prescription. Bold: more than a tenth of the sector.</p>\n</div>\n"
+         "<p class=\"small\">Cold: less than the prescription. Bold: more than a tenth of the "
+         "sector.</p>\n</div>\n"
          "</div>\n";
 }
 

@@ -37,6 +37,8 @@ svg {{ width: 100%; height: auto; display: block }}
 .pair table {{ font-size: 8.5pt; width: 100% }}
 .pair th, .pair td {{ padding: .3mm 1.2mm; white-space: nowrap }}
 .missed {{ font-weight: 700; color: #b03000 }}
+.pair .goals {{ font-size: 7.5pt }}
+.pair .goals td {{ white-space: normal }}
 .verdict {{ font-weight: 600 }}
 .slices {{ display: grid; grid-template-columns: repeat(5, minmax(0, 1fr)); gap: 1mm; break-inside: avoid }}
 .slices svg {{ border: .2mm solid #ddd }}
@@ -108,23 +110,16 @@ std::string findings_list(const Score& score) {
 
 std::string dose_section(const DoseScore& dose) {
   std::string rows;
-  for (const DoseFigure& f : dose_figures()) {
-    const auto with_goal = [&](const DoseStage& stage) {
-      const double value = figure_of(stage, f);
-      const bool missed = std::isfinite(value) && !f.is_met_by(value, dose.prescription_gy);
-      return cell(figure_in(stage, f), missed ? " class=\"missed\"" : "");
-    };
-    rows += "<tr>" + cell(fmt::format("{} {}, {}", f.structure, f.name, f.unit)) + with_goal(dose.plan) +
-            with_goal(dose.dropped) + with_goal(dose.rest) + cell(goal_of(f, dose.prescription_gy)) +
-            "</tr>\n";
-  }
+  for (const DoseFigure& f : dose_figures())
+    rows += row(fmt::format("{} {}, {}", f.structure, f.name, f.unit), figure_in(dose.plan, f),
+                figure_in(dose.dropped, f), figure_in(dose.rest, f));
   return "<h2>Dose</h2>\n<div class=\"pair dose\">\n<div>\n" +
-         table("", {"", "planned", "as<br>dropped", "after<br>relaxation", "goal"}, rows) +
+         table("", {"", "planned", "as<br>dropped", "after<br>relaxation"}, rows) +
          fmt::format(
              "<p class=\"small\">Prescription {:g} Gy; total dose by TG-43U1 in water. {} seeds planned, {} "
              "implanted. Structures are at rest throughout; &ldquo;as dropped&rdquo; takes the seeds where "
              "they fell, while needles held the gland away from rest. What lies more than {:g} mm beyond "
-             "the prostate&rsquo;s box is in no figure. Bold: goal missed.</p>\n",
+             "the prostate&rsquo;s box is in no figure.</p>\n",
              dose.prescription_gy, dose.plan.seeds,
              dose.dropped.structures.empty() ? "–" : std::to_string(dose.dropped.seeds), dose.margin_mm) +
          "</div>\n" + to_svg_element(dvh_chart(dose)) + "</div>\n";

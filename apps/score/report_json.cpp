@@ -84,7 +84,8 @@ Json to_json_seeds(const SeedsScore& score) {
 
 Json to_json_findings(const std::vector<Finding>& findings) {
   Json all = Json::array();
-  for (const Finding& finding : findings) all.push_back({{"text", finding.text},
+  for (const Finding& finding : findings)
+    all.push_back({{"text", finding.text},
                    {"weight", finding.weight},
                    {"harm_percent", finding.harm_percent},
                    {"is_of_organ", finding.is_of_organ}});
@@ -139,8 +140,9 @@ Json to_json_consequences(const Consequences& c) {
                {"sectors", sectors},
                {"urethra_hottest", nullptr}};
   if (c.urethra)
-    json["urethra_hottest"] = {
-        {"gy", c.urethra->gy}, {"at_mm", to_json_point(c.urethra->at)}, {"over_150_cc", c.urethra->over_150_cc}};
+    json["urethra_hottest"] = {{"gy", c.urethra->gy},
+                               {"at_mm", to_json_point(c.urethra->at)},
+                               {"over_150_cc", c.urethra->over_150_cc}};
   return json;
 }
 
@@ -239,26 +241,25 @@ Json to_json_goals(const DoseScore& dose) {
 }  // namespace
 
 std::string to_json(const Score& score) {
-  const Json json = {{"notice", kNotice},
-                     {"recording", score.recording},
-                     {"plan", score.plan},
-                     {"remarks", score.remarks},
-                     {"planned_seeds", score.planned_seeds},
-                     {"findings", to_json_findings(score.findings)},
-                     {"structures_entered", to_json_contacts(score.contacts)},
-                     {"failed_drops",
-                      score.failed_drops ? to_json_failed_drops(*score.failed_drops) : Json(nullptr)},
-                     {"verdict", to_json_verdict(score.goals)},
-                     {"consequences",
-                      score.consequences ? to_json_consequences(*score.consequences) : Json(nullptr)},
-                     {"seeds", score.seeds ? to_json_seeds(*score.seeds) : Json(nullptr)},
-                     {"needles", to_json_needles(score.needles)},
-                     {"dose",
-                      {{"prescription_gy", score.dose.prescription_gy},
-                       {"goals", to_json_goals(score.dose)},
-                       {"plan", to_json_stage(score.dose.plan)},
-                       {"dropped", to_json_stage(score.dose.dropped)},
-                       {"rest", to_json_stage(score.dose.rest)}}}};
+  const Json json = {
+      {"notice", kNotice},
+      {"recording", score.recording},
+      {"plan", score.plan},
+      {"remarks", score.remarks},
+      {"planned_seeds", score.planned_seeds},
+      {"findings", to_json_findings(score.findings)},
+      {"structures_entered", to_json_contacts(score.contacts)},
+      {"failed_drops", score.failed_drops ? to_json_failed_drops(*score.failed_drops) : Json(nullptr)},
+      {"verdict", to_json_verdict(score.goals)},
+      {"consequences", score.consequences ? to_json_consequences(*score.consequences) : Json(nullptr)},
+      {"seeds", score.seeds ? to_json_seeds(*score.seeds) : Json(nullptr)},
+      {"needles", to_json_needles(score.needles)},
+      {"dose",
+       {{"prescription_gy", score.dose.prescription_gy},
+        {"goals", to_json_goals(score.dose)},
+        {"plan", to_json_stage(score.dose.plan)},
+        {"dropped", to_json_stage(score.dose.dropped)},
+        {"rest", to_json_stage(score.dose.rest)}}}};
   // Names of folders need not be UTF-8.
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }

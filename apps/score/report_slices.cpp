@@ -43,7 +43,8 @@ std::string outline(const OutlinePieces& pieces, const Window& w, const char* co
   std::string path;
   for (const auto& p : pieces)
     path += fmt::format("M{:.1f} {:.1f}L{:.1f} {:.1f}", w.x(p[0]), w.y(p[1]), w.x(p[2]), w.y(p[3]));
-  return fmt::format("<path d=\"{}\" stroke=\"{}\" stroke-width=\"{}\" fill=\"none\"/>\n", path, colour, width_mm);
+  return fmt::format("<path d=\"{}\" stroke=\"{}\" stroke-width=\"{}\" fill=\"none\"/>\n", path, colour,
+                     width_mm);
 }
 
 const char* colour_of(const std::string& structure) {
@@ -52,9 +53,9 @@ const char* colour_of(const std::string& structure) {
 
 std::string picture(const AxialSlice& slice, const Window& w, const std::vector<PlannedSeed>& planned,
                     const SeedsScore* seeds) {
-  std::string out = fmt::format(
-      "<svg viewBox=\"0 0 {:.1f} {:.1f}\" role=\"img\" aria-label=\"slice at z = {:.0f} mm\">\n", w.right - w.left,
-      w.top - w.bottom, slice.z_mm);
+  std::string out =
+      fmt::format("<svg viewBox=\"0 0 {:.1f} {:.1f}\" role=\"img\" aria-label=\"slice at z = {:.0f} mm\">\n",
+                  w.right - w.left, w.top - w.bottom, slice.z_mm);
   for (std::size_t level = 0; level < kIsodosePercent.size(); ++level)
     out += outline(slice.isodoses[level], w, kIsodoseColours[level], 0.35);
   for (const AxialSlice::Outline& structure : slice.structures)
@@ -63,7 +64,8 @@ std::string picture(const AxialSlice& slice, const Window& w, const std::vector<
   for (const PlannedSeed& seed : planned)
     if (is_here(seed.position))
       out += fmt::format(
-          "<circle cx=\"{:.2f}\" cy=\"{:.2f}\" r=\"{}\" fill=\"none\" stroke=\"#555\" stroke-width=\".3\"/>\n",
+          "<circle cx=\"{:.2f}\" cy=\"{:.2f}\" r=\"{}\" fill=\"none\" stroke=\"#555\" "
+          "stroke-width=\".3\"/>\n",
           w.x(seed.position.x()), w.y(seed.position.y()), kSeedMm);
   const auto mark = [&](const Seed& seed) {
     if (is_here(seed.rest))
@@ -78,13 +80,15 @@ std::string picture(const AxialSlice& slice, const Window& w, const std::vector<
 }
 
 std::string legend() {
-  std::string out = "<p class=\"small\">Axial slices, base first, seen from the feet: the patient&rsquo;s right on the "
-                    "left. Outlines: prostate black, urethra pink, other organs brown. Isodoses ";
+  std::string out =
+      "<p class=\"small\">Axial slices, base first, seen from the feet: the patient&rsquo;s right on the "
+      "left. Outlines: prostate black, urethra pink, other organs brown. Isodoses ";
   for (std::size_t level = 0; level < kIsodosePercent.size(); ++level)
     out += fmt::format("{}<b style=\"color:{}\">{} %</b>", level ? ", " : "", kIsodoseColours[level],
                        kIsodosePercent[level]);
-  return out + " of the prescription, of the seeds where they are at rest. Rings: planned seeds; dots: delivered "
-               "ones, within half a slice&rsquo;s distance.</p>\n";
+  return out +
+         " of the prescription, of the seeds where they are at rest. Rings: planned seeds; dots: delivered "
+         "ones, within half a slice&rsquo;s distance.</p>\n";
 }
 
 }  // namespace

@@ -45,16 +45,11 @@ std::string needle_line(const NeedlesScore& n) {
 }
 
 std::string dose_lines(const DoseScore& dose) {
-  std::string text = fmt::format("dose, {:g} Gy:\n  {:<22}{:>9}{:>12}{:>18}  {}\n", dose.prescription_gy, "",
-                                 "planned", "as dropped", "after relaxation", "goal");
-  for (const DoseFigure& f : dose_figures()) {
-    const double delivered = figure_of(dose.rest, f);
-    const bool missed = std::isfinite(delivered) && !f.is_met_by(delivered, dose.prescription_gy);
-    text += fmt::format("  {:<22}{:>9}{:>12}{:>18}  {}{}\n",
-                        fmt::format("{} {}, {}", f.structure, f.name, f.unit), figure_in(dose.plan, f),
-                        figure_in(dose.dropped, f), figure_in(dose.rest, f), goal_of(f, dose.prescription_gy),
-                        missed ? "  MISSED" : "");
-  }
+  std::string text = fmt::format("dose, {:g} Gy:\n  {:<22}{:>9}{:>12}{:>18}\n", dose.prescription_gy, "",
+                                 "planned", "as dropped", "after relaxation");
+  for (const DoseFigure& f : dose_figures())
+    text += fmt::format("  {:<22}{:>9}{:>12}{:>18}\n", fmt::format("{} {}, {}", f.structure, f.name, f.unit),
+                        figure_in(dose.plan, f), figure_in(dose.dropped, f), figure_in(dose.rest, f));
   return text;
 }
 

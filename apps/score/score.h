@@ -30,11 +30,12 @@ struct Score {
   std::optional<std::vector<FailedDrop>> failed_drops;  ///< lost and refused seeds; none: not known
   std::optional<Consequences> consequences;             ///< none: the dropped seeds are not known
   std::vector<GoalResult> goals;                        ///< of the plan and of the implant, in their order
-  std::vector<AxialSlice> slices;                       ///< with the dose of the seeds at rest; empty: not known
-  std::vector<Finding> findings;  ///< what went wrong, the heaviest first
+  std::vector<AxialSlice> slices;  ///< with the dose of the seeds at rest; empty: not known
+  std::vector<Finding> findings;   ///< what went wrong, the heaviest first
 };
 
-/// Scores a recording; the implant is judged by `goals`. `structures`: the scene's at rest, the tissue's own surface ("prostate") first
+/// Scores a recording; the implant is judged by `goals`. `structures`: the scene's at rest, the tissue's own
+/// surface ("prostate") first
 /// (core/scene/load_structures.h). Throws UserError where the seeds are not of this plan or it does not fit the grid.
 /// Deterministic; some tenths of a second, more for a recording of an hour: `progress`, if any, gets the share done.
 Score score_session(const Plan& plan, const TemplateGrid& grid, const std::vector<Structure>& structures,

@@ -59,8 +59,7 @@ std::vector<StructureContact> structure_contacts(std::span<const Structure> stru
 }
 
 std::vector<StructureContact> structure_contacts(std::span<const Structure> structures,
-                                                 const TemplateGrid& grid,
-                                                 std::span<const OrganPass> passes,
+                                                 const TemplateGrid& grid, std::span<const OrganPass> passes,
                                                  const NeedleTrajectories* poses) {
   std::vector<StructureContact> all;
   bool has_open = false;

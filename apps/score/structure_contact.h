@@ -32,8 +32,7 @@ std::vector<StructureContact> structure_contacts(std::span<const Structure> stru
 /// The same of what the simulation saw in every tick, in the deformed tissue. A pass that had not ended when the
 /// recording did has the depth and time that `poses`, if any, show against `structures` at rest.
 std::vector<StructureContact> structure_contacts(std::span<const Structure> structures,
-                                                 const TemplateGrid& grid,
-                                                 std::span<const OrganPass> passes,
+                                                 const TemplateGrid& grid, std::span<const OrganPass> passes,
                                                  const NeedleTrajectories* poses);
 
 }  // namespace brachy

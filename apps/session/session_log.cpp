@@ -52,7 +52,8 @@ SessionLog::SessionLog(const std::filesystem::path& folder, std::size_t needle_c
   if (organs) {
     organs_ = std::move(*organs);
     std::error_code none;
-    if (std::filesystem::is_regular_file(folder_ / kContactsFile, none)) truncate_partial_line(folder_ / kContactsFile);
+    if (std::filesystem::is_regular_file(folder_ / kContactsFile, none))
+      truncate_partial_line(folder_ / kContactsFile);
     drops_.emplace(folder_ / kDropsFile, RowFile::Start::kSession, kFailedDropHeader);
     contacts_.emplace(folder_ / kContactsFile, RowFile::Start::kSession, kOrganPassHeader);
   }
@@ -161,8 +162,9 @@ void SessionLog::close() {
     if (!contact.is_in) continue;
     contact.is_in = false;
     contact.left_tick = last_tick_;
-    contacts_->add(organ_pass_row(pass_of(contact, organs_[i % organs_.size()],
-                                         static_cast<std::uint32_t>(i / organs_.size()), time_of(last_tick_), true)));
+    contacts_->add(
+        organ_pass_row(pass_of(contact, organs_[i % organs_.size()],
+                               static_cast<std::uint32_t>(i / organs_.size()), time_of(last_tick_), true)));
   }
   poses_.flush();
   forces_.flush();

@@ -48,7 +48,8 @@ class SessionLog {
   const std::string& restored_text() const { return restored_text_; }
 
   /// Writes what is new in `state` since the last call: the poses as far back as its histories go, its seeds,
-  /// its forces, and what happened to organs. The seeds are written first. Throws std::runtime_error if seeds cannot be written; the
+  /// its forces, and what happened to organs. The seeds are written first. Throws std::runtime_error if seeds
+  /// cannot be written; the
   /// next call retries them.
   void add(const MeshState& state);
 
@@ -62,7 +63,8 @@ class SessionLog {
   void flush();
   void sync_seeds() const noexcept { ledger_.sync(); }
 
-  /// Of passes under way what is known so far is written. Closes the files. Throws std::runtime_error with the file if poses or forces could not all be written.
+  /// Of passes under way what is known so far is written. Closes the files. Throws std::runtime_error with the file
+  /// if poses or forces could not all be written.
   void close();
 
   std::uint64_t poses() const { return poses_.rows(); }
@@ -93,7 +95,7 @@ class SessionLog {
   std::uint64_t drops_written_ = 0;
   std::vector<OrganContact> last_contacts_;  // as MeshState's
   std::uint64_t run_ = 0;                    // TickSummary::run of the last state
-  bool has_reported_ = false;  // that poses or forces cannot be written
+  bool has_reported_ = false;                // that poses or forces cannot be written
   std::string restored_text_;
   std::uint64_t last_tick_ = 0, ticks_missed_ = 0;
 };

@@ -79,8 +79,8 @@ class NeedleContact {
   double tip_depth() const { return tip_depth_; }              ///< mm, NeedleState::tip_depth_mm
   Vec3 material_tip() const {
     return path_.at(tip_s_);
-  }  ///< while in the tissue: the tip's material point, mm
-  double tip_arc_mm() const { return tip_s_; }  ///< of material_tip() on path()
+  }                                              ///< while in the tissue: the tip's material point, mm
+  double tip_arc_mm() const { return tip_s_; }   ///< of material_tip() on path()
   const CutPath& path() const { return path_; }  ///< while in the tissue: what the needle has cut, at rest
   /// While it presses on the intact capsule: where, at rest.
   const Vec3& contact_point() const { return contact_point_; }

@@ -102,7 +102,7 @@ class Simulator {
   std::vector<NeedleContact> contacts_;  // by needle
   std::vector<BoneStop> bone_stops_;     // by needle
   std::vector<OrganContacts> organ_contacts_;
-  std::optional<ProbeContact> probe_;    // the instrument after them
+  std::optional<ProbeContact> probe_;  // the instrument after them
   ContactSolve contact_solve_;
   ClinicalNoise noise_;
   BodyMotion body_;

@@ -302,8 +302,9 @@ struct DropMessage {
 struct LoadMessage {
   static constexpr MessageType kType = MessageType::kLoad;
   static constexpr std::uint16_t kNothing = 0xFFFF;
-  std::uint16_t needle = 0;              ///< the device's
-  std::uint16_t plan_needle = kNothing;  ///< index in SCENE's planned needles; kNothing: as if nobody had loaded it
+  std::uint16_t needle = 0;  ///< the device's
+  std::uint16_t plan_needle =
+      kNothing;  ///< index in SCENE's planned needles; kNothing: as if nobody had loaded it
 };
 
 /// The dose of all seeds in the tissue at rest, by structure.
@@ -495,8 +496,8 @@ enum class EventKind : std::uint16_t {
   kDeviceAttached = 5,
   kDeviceDetached = 6,
   kWarning = 7,
-  kSafety = 8,  ///< the force was limited, removed or restored
-  kSeed = 9,    ///< a seed was dropped, or could not be
+  kSafety = 8,      ///< the force was limited, removed or restored
+  kSeed = 9,        ///< a seed was dropped, or could not be
   kStructure = 10,  ///< a needle came into an organ or left it, or bone stopped it
   kSeedLost = 11,   ///< a seed left its needle outside the body
 };

@@ -76,7 +76,8 @@ void fields(auto& archive, MaybeConst<DoseMessage> auto& message) {
   archive.f64(message.air_kerma_strength_u);
   archive.items(message.structures, count, kStructureDoseBytes,
                 [&](auto& dose) { structure_dose_fields(archive, dose); });
-  archive.sections(Section{kAtSurfaceSection, !message.surface_gy.empty(), [&](auto& section) {
+  archive.sections(Section{kAtSurfaceSection, !message.surface_gy.empty(),
+                           [&](auto& section) {
                              const std::uint32_t vertices = section.u32_count(message.surface_gy);
                              section.reserved(4);
                              section.floats(message.surface_gy, vertices);

@@ -1,11 +1,12 @@
 #!/usr/bin/env python3
-"""The sixteen sessions of tests/reference/sessions, each with one deliberate mistake: plays each offline and checks that
-the score's first three findings name the mistake and that the perfect session has none; that the seeds as dropped give
-the dose of the numpy sum (expected.json: 0.5 percentage points, 1 Gy); and that organs are entered as often as they were,
-with the depth within 0.5 mm, and otherwise not at all. Standard library only. DIRECTORY must not hold earlier sessions.
+"""The sixteen sessions of tests/reference/sessions, each with one deliberate mistake: plays each offline and checks
+that the score's first three findings name the mistake and that the perfect session has none; that the seeds as dropped
+give the dose of the numpy sum (expected.json: 0.5 percentage points, 1 Gy); and that organs are entered as often as
+they were, with the depth within 0.5 mm, and otherwise not at all. Standard library only.
 
   sessions.py BRACHY DIRECTORY [--quick] [--fresh] [NAME ...]     NAME: only these sessions
-    --quick: on psi31 with 2,000 points: seconds a session in place of minutes    --fresh: removes earlier ones of these names
+    --quick: on psi31 with 2,000 points: seconds a session in place of minutes
+    --fresh: removes earlier ones of these names; otherwise DIRECTORY must not hold any
 """
 import json
 import math

@@ -25,7 +25,8 @@ ONE_PLACE = [
     (r"#include <toml\+\+/", r"core/base/toml_table\.cpp", "tomlplusplus"),
     (r'#include "core/base/toml_table\.h"',
      r"core/(base/toml_table\.cpp|scene/file/.*|"
-     r"brachytherapy/(plan/plan_toml|dose/source_toml|hdr/hdr_plan_toml)\.cpp)", "reading TOML"),
+     r"brachytherapy/(plan/plan_toml|dose/source_toml|hdr/hdr_plan_toml)\.cpp)|apps/score/exercise\.cpp",
+     "reading TOML"),
     (r"#include <boost/beast",
      r"net/http/(http_listener\.cpp|websocket_connection\.h)|apps/examples/haply_device\.cpp", "Boost.Beast"),
     (r'#include "net/http/websocket_connection\.h"', r"net/http/http_listener\.cpp", "Boost.Beast's header"),

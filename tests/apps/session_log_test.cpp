@@ -417,7 +417,8 @@ TEST(SessionLog, APassUnderWayIsWrittenWhenTheSessionEnds) {
   state.needles.pose_histories.resize(1);
   SessionLog log(folder / "s", 1, 0.005, std::vector<std::string>{"rectum"});
   state.summary.tick = 10;
-  state.needles.organ_contacts = {{.is_in = true, .passes = 1, .entered_tick = 5, .depth_mm = 3, .time_s = 0.025}};
+  state.needles.organ_contacts = {
+      {.is_in = true, .passes = 1, .entered_tick = 5, .depth_mm = 3, .time_s = 0.025}};
   log.add(state);
   log.close();
   const auto passes = parse_organ_passes(read_file(folder / "s/contacts.csv"), "contacts.csv");

@@ -19,8 +19,8 @@ namespace brachy {
 namespace {
 
 struct ScoreOptions {
-  std::optional<std::filesystem::path> recording;     ///< directory
-  std::optional<std::filesystem::path> exercise;      ///< none: nothing is to be passed
+  std::optional<std::filesystem::path> recording;  ///< directory
+  std::optional<std::filesystem::path> exercise;   ///< none: nothing is to be passed
   std::optional<std::filesystem::path> history, instructor, csv;
   std::optional<std::filesystem::path> plan, config;  ///< none: the scene's plan; the built-in phantom
   std::optional<std::filesystem::path> out;           ///< none: report.html in the recording
@@ -89,8 +89,8 @@ int run(const ScoreOptions& options) {
                                      : Scene{};
   if (scene.implant.is_hdr()) return run_hdr(options, scene);
   Progress progress("score");
-  const Score score =
-      write_report(recording, plan_of(options, scene), scene, page, [&](double share) { progress.show(share); });
+  const Score score = write_report(recording, plan_of(options, scene), scene, page,
+                                   [&](double share) { progress.show(share); });
   progress.finish();
   for (const std::string& remark : score.remarks) std::cerr << "brachy: " << remark << "\n";
   if (options.json)
@@ -108,9 +108,11 @@ void declare(OptionList& list, ScoreOptions& options) {
   list.add("--plan", options.plan, "TOML or CSV; default: the scene's");
   list.add("--config", options.config, "the session's scene; default: the built-in phantom");
   list.add("--out", options.out, "page to write, the JSON beside it; default: report.html in the recording");
-  list.add("--exercise", options.exercise,
-           "config/exercises/….toml: whether the session passes, and why not; its scene is the default --config");
-  list.add("--history", options.history, "instead of a recording: the trend of all scored sessions in this directory");
+  list.add(
+      "--exercise", options.exercise,
+      "config/exercises/….toml: whether the session passes, and why not; its scene is the default --config");
+  list.add("--history", options.history,
+           "instead of a recording: the trend of all scored sessions in this directory");
   list.add("--instructor", options.instructor, "with --history: an instructor's sessions, to compare with");
   list.add("--csv", options.csv, "with --history: file to write, a row for each session");
   list.add_flag("--force", options.force, "overwrite an existing --csv file");

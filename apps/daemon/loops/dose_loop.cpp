@@ -25,7 +25,8 @@ net::DoseMessage message_of(std::span<const Seed> seeds, const ImplantDose& dose
 /// The dose that the implant will have if the rest goes by the plan.
 class ProjectedDose {
  public:
-  ProjectedDose(const ImplantDose& like, const PlanToCome& plan) : dose_(like), plan_(plan), lost_(plan.lost) {}
+  ProjectedDose(const ImplantDose& like, const PlanToCome& plan)
+      : dose_(like), plan_(plan), lost_(plan.lost) {}
 
   /// Takes what has failed in this run until now.
   void add_lost(const FailedDrops& failed) {
@@ -57,8 +58,8 @@ class ProjectedDose {
 }  // namespace
 
 DoseStatistics run_dose_loop(const std::stop_token& stop, std::vector<Structure> structures,
-                             const DoseSettings& settings, std::vector<Vec3> surface,
-                             const PlanToCome& plan, HandOver<DroppedSeeds>::Reader& fallen,
+                             const DoseSettings& settings, std::vector<Vec3> surface, const PlanToCome& plan,
+                             HandOver<DroppedSeeds>::Reader& fallen,
                              const std::function<void(net::DoseMessage)>& deliver) {
   ImplantDose dose(std::move(structures), settings);
   ProjectedDose projected(dose, plan);
@@ -76,8 +77,7 @@ DoseStatistics run_dose_loop(const std::stop_token& stop, std::vector<Structure>
     }
     const bool has_failed = std::exchange(failed, all.failed.count) != all.failed.count;
     projected.add_lost(all.failed);
-    if (all.count == dose.seed_count() && !is_restarted && !(has_failed && !plan.planned.empty()))
-      continue;
+    if (all.count == dose.seed_count() && !is_restarted && !(has_failed && !plan.planned.empty())) continue;
     const bool is_new = all.count != dose.seed_count();
     for (const Seed& seed : all.seeds().subspan(dose.seed_count())) dose.add(seed.at_rest());
     net::DoseMessage message = message_of(all.seeds(), dose, surface);

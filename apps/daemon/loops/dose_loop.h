@@ -27,12 +27,13 @@ struct PlanToCome {
 /// Adds every dropped seed to the dose of those before it, at its material point (where it gives its dose for
 /// months), and delivers the new dose of the structures and at the points `surface` (at rest, mm), until
 /// `stop`; with a plan also that of the seeds dropped so far together with those that are still in their needles, where
-/// the plan has them (core/brachytherapy/seeds/remaining_seeds.h). Polls for seeds every 5 ms. Calls `deliver` once for each poll that found seeds, or a restarted
-/// simulation without any; with a plan also where a seed failed. Seeds present at the start count, but not in the statistics.
+/// the plan has them (core/brachytherapy/seeds/remaining_seeds.h). Polls for seeds every 5 ms. Calls `deliver` once
+/// for each poll that found seeds, or a restarted
+/// simulation without any; with a plan also where a seed failed. Seeds present at the start count, but not in the
+/// statistics.
 /// Threads: the dose thread's whole life; it delays no other thread.
 DoseStatistics run_dose_loop(const std::stop_token& stop, std::vector<Structure> structures,
-                             const DoseSettings& settings, std::vector<Vec3> surface,
-                             const PlanToCome& plan,
+                             const DoseSettings& settings, std::vector<Vec3> surface, const PlanToCome& plan,
                              HandOver<DroppedSeeds>::Reader& fallen,
                              const std::function<void(net::DoseMessage)>& deliver);
 

@@ -8,12 +8,16 @@ namespace {
 
 using enum DoseIndex::Unit;
 
-constexpr std::array kIndices = {
-    DoseIndex{"V100", &StructureDose::v100_percent, kPercent}, DoseIndex{"V150", &StructureDose::v150_percent, kPercent},
-    DoseIndex{"V200", &StructureDose::v200_percent, kPercent}, DoseIndex{"V100cc", &StructureDose::v100_cc, kCc},
-    DoseIndex{"D90", &StructureDose::d90_gy, kGy},             DoseIndex{"D30", &StructureDose::d30_gy, kGy},
-    DoseIndex{"D10", &StructureDose::d10_gy, kGy},             DoseIndex{"D5", &StructureDose::d5_gy, kGy},
-    DoseIndex{"D2cc", &StructureDose::d2cc_gy, kGy},           DoseIndex{"D0.1cc", &StructureDose::d0_1cc_gy, kGy}};
+constexpr std::array kIndices = {DoseIndex{"V100", &StructureDose::v100_percent, kPercent},
+                                 DoseIndex{"V150", &StructureDose::v150_percent, kPercent},
+                                 DoseIndex{"V200", &StructureDose::v200_percent, kPercent},
+                                 DoseIndex{"V100cc", &StructureDose::v100_cc, kCc},
+                                 DoseIndex{"D90", &StructureDose::d90_gy, kGy},
+                                 DoseIndex{"D30", &StructureDose::d30_gy, kGy},
+                                 DoseIndex{"D10", &StructureDose::d10_gy, kGy},
+                                 DoseIndex{"D5", &StructureDose::d5_gy, kGy},
+                                 DoseIndex{"D2cc", &StructureDose::d2cc_gy, kGy},
+                                 DoseIndex{"D0.1cc", &StructureDose::d0_1cc_gy, kGy}};
 
 constexpr const char *kAbs = "ABS 2012", *kEstro = "GEC-ESTRO 2007", *kTg137 = "AAPM TG-137",
                      *kBoth = "GEC-ESTRO 2007, AAPM TG-137";
@@ -25,7 +29,8 @@ std::span<const DoseIndex> dose_indices() {
 }
 
 const DoseIndex* find_dose_index(std::string_view name) {
-  const auto found = std::ranges::find(kIndices, name, [](const DoseIndex& i) { return std::string_view(i.name); });
+  const auto found =
+      std::ranges::find(kIndices, name, [](const DoseIndex& i) { return std::string_view(i.name); });
   return found == kIndices.end() ? nullptr : &*found;
 }
 

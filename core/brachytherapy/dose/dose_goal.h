@@ -34,13 +34,14 @@ struct DoseGoal {
 
   bool is_of_plan() const { return stage == "plan"; }
   bool is_above() const { return side == "above"; }
-  double limit_for(double prescription_gy) const;        ///< in the figure's unit
+  double limit_for(double prescription_gy) const;              ///< in the figure's unit
   bool is_met_by(double value, double prescription_gy) const;  ///< NaN: false
   bool operator==(const DoseGoal&) const = default;
 };
 
 /// The rule set of a scene that has none of its own, for permanent implants of the prostate; its entries name their
-/// sources: ABS (Davis et al., Brachytherapy 11 (2012) 6–19), GEC-ESTRO/EAU/EORTC (Salembier et al., Radiother. Oncol. 83
+/// sources: ABS (Davis et al., Brachytherapy 11 (2012) 6–19), GEC-ESTRO/EAU/EORTC (Salembier et al., Radiother.
+/// Oncol. 83
 /// (2007) 3–10) and AAPM TG-137 (Nath et al., Med. Phys. 36 (2009) 5310–5322).
 std::vector<DoseGoal> default_dose_goals();
 

@@ -18,7 +18,7 @@ struct StructureDose {
   double v100_percent = 0, v150_percent = 0, v200_percent = 0;  ///< of volume_cc
   double v100_cc = 0;
   double d90_gy = 0, d30_gy = 0, d10_gy = 0;
-  double d2cc_gy = 0;  ///< NaN where volume_cc < 2
+  double d2cc_gy = 0;               ///< NaN where volume_cc < 2
   double d5_gy = 0, d0_1cc_gy = 0;  ///< the latter NaN where volume_cc < 0.1; neither is in DOSE
   /// cumulative DVH: of the volume, with at least k % of the prescription, k = 0 … 300
   std::vector<float> volume_share;

@@ -9,7 +9,8 @@
 namespace brachy {
 
 /// The first line of a session's file of seeds that were asked for and are not in the body: a row for each, in their
-/// order. `planned` is −1 for a seed that is not in the plan, `why` the number of a DropRefusal, 7 for a lost seed; mm, W.
+/// order. `planned` is −1 for a seed that is not in the plan, `why` the number of a DropRefusal, 7 for a lost seed;
+/// mm, W.
 inline constexpr std::string_view kFailedDropHeader = "tick,t_s,needle,planned,why,x,y,z";
 
 /// One line without its end.

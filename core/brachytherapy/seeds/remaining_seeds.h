@@ -17,7 +17,8 @@ inline std::vector<PlannedSeed> remaining_seeds(std::span<const PlannedSeed> pla
                                                 std::span<const std::int32_t> lost = {}) {
   std::vector<char> is_gone(planned.size(), 0);
   const auto take = [&](std::int32_t index) {
-    if (index >= 0 && static_cast<std::size_t>(index) < planned.size()) is_gone[static_cast<std::size_t>(index)] = 1;
+    if (index >= 0 && static_cast<std::size_t>(index) < planned.size())
+      is_gone[static_cast<std::size_t>(index)] = 1;
   };
   for (const Seed& seed : fallen) take(seed.planned);
   for (const std::int32_t index : lost) take(index);

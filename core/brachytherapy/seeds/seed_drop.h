@@ -52,11 +52,12 @@ struct DropCounts {
 /// A seed that was asked for and is not in the body.
 struct FailedDrop {
   std::uint64_t tick = 0;
-  double t_s = 0;                           ///< simulated time
-  std::uint16_t needle = 0;                 ///< device needle
-  std::int32_t planned = kNotPlanned;       ///< its index in Plan::seeds; kNotPlanned: of none, or no seed was left
-  DropRefusal why = DropRefusal::kNone;     ///< kLost: it has left the needle
-  Vec3 at = Vec3::Zero();                   ///< the tip, mm, world
+  double t_s = 0;            ///< simulated time
+  std::uint16_t needle = 0;  ///< device needle
+  std::int32_t planned =
+      kNotPlanned;  ///< its index in Plan::seeds; kNotPlanned: of none, or no seed was left
+  DropRefusal why = DropRefusal::kNone;  ///< kLost: it has left the needle
+  Vec3 at = Vec3::Zero();                ///< the tip, mm, world
 
   static constexpr std::int32_t kNotPlanned = -1;
 };

@@ -60,13 +60,13 @@ class SeedLoading {
     bool waits = false;                      // drops no more in this tick
     bool has_refused = false;                // since the last seed or press
     std::optional<std::size_t> plan_needle;  // whose seeds are to fall; train: while the stylet holds
-    std::optional<std::size_t> carried;      // the plan needle that it was loaded as; magazine: by an operator
-    bool is_loaded_for_press = false;        // train: by an operator, and not pressed since
-    Hole hole{};                             // when it was loaded
-    bool was_out = false;                    // since the last press: of the template
-    bool was_free = false;                   // since the last press: of the tissue
-    std::uint32_t load_number = 0;           // of the last request to load it that was carried out
-    double pushed_mm = 0;                    // train: how far the stylet has pushed the remaining seeds
+    std::optional<std::size_t> carried;  // the plan needle that it was loaded as; magazine: by an operator
+    bool is_loaded_for_press = false;    // train: by an operator, and not pressed since
+    Hole hole{};                         // when it was loaded
+    bool was_out = false;                // since the last press: of the template
+    bool was_free = false;               // since the last press: of the tissue
+    std::uint32_t load_number = 0;       // of the last request to load it that was carried out
+    double pushed_mm = 0;                // train: how far the stylet has pushed the remaining seeds
     Vec3 press_tip = Vec3::Zero(), axis = Vec3::UnitZ();
     Vec3 last_tip = Vec3::Zero(), tip = Vec3::Zero();
   };

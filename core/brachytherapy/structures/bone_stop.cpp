@@ -22,8 +22,8 @@ RigidTransform BoneStop::hold(RigidTransform X_WN, const Vec3& bend) noexcept {
   double back = 0;
   for (const TestedOrgan& organ : organs_) {
     if (!organ.is_bone) continue;
-    const bool comes = comes_by_way ? is_stopped() || organ.surface->first_hit(last_tip_, tip)
-                                    : organ.surface->inside(tip);
+    const bool comes =
+        comes_by_way ? is_stopped() || organ.surface->first_hit(last_tip_, tip) : organ.surface->inside(tip);
     if (!comes) continue;
     const auto hit = organ.surface->first_hit(tip - reach * axis_, tip);
     if (hit && hit->entering) back = std::max(back, (tip - hit->point).dot(axis_) + kClearanceMm);

@@ -21,11 +21,12 @@ namespace brachy {
 /// Threads: one. Real-time: no allocation; some BVH queries a call.
 class BoneStop {
  public:
-  static constexpr double kLargestN = 100;   ///< more than a hand pushes; keeps numbers finite
+  static constexpr double kLargestN = 100;      ///< more than a hand pushes; keeps numbers finite
   static constexpr double kClearanceMm = 1e-3;  ///< the held tip is so far outside
 
   /// `organs` must outlive this; those that are bone count.
-  BoneStop(const std::vector<TestedOrgan>& organs, double stiffness_n_per_mm, double length_mm, double max_jump_mm);
+  BoneStop(const std::vector<TestedOrgan>& organs, double stiffness_n_per_mm, double length_mm,
+           double max_jump_mm);
 
   /// The hand's pose, held where it would bring the tip into bone. `bend`: of the tip off the pose, mm. A pose that
   /// jumps is held if its tip is in bone.

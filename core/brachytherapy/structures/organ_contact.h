@@ -12,14 +12,14 @@ namespace brachy {
 struct OrganContact {
   static constexpr double kDrawnBackMm = 1;
 
-  bool is_in = false;               ///< a pass is under way
-  std::uint32_t passes = 0;         ///< since the start
-  std::uint64_t entered_tick = 0;   ///< of the last pass
-  std::uint64_t left_tick = 0;      ///< of the last pass that has ended
-  Vec3 entered_at = Vec3::Zero();   ///< the tip when the last pass began, mm, world frame W
-  Vec3 axis = Vec3::UnitZ();        ///< the needle's then
-  double depth_mm = 0;              ///< of the last pass: the largest distance from the organ's surface, inside
-  double time_s = 0;                ///< of the last pass: with some part of the needle inside
+  bool is_in = false;              ///< a pass is under way
+  std::uint32_t passes = 0;        ///< since the start
+  std::uint64_t entered_tick = 0;  ///< of the last pass
+  std::uint64_t left_tick = 0;     ///< of the last pass that has ended
+  Vec3 entered_at = Vec3::Zero();  ///< the tip when the last pass began, mm, world frame W
+  Vec3 axis = Vec3::UnitZ();       ///< the needle's then
+  double depth_mm = 0;  ///< of the last pass: the largest distance from the organ's surface, inside
+  double time_s = 0;    ///< of the last pass: with some part of the needle inside
 };
 
 }  // namespace brachy

@@ -162,11 +162,10 @@ void OrganContacts::begin_or_end(std::size_t organ, std::uint64_t tick, const Ne
   } else if (!touch.is_in && contact.is_in) {
     const Vec3 way = tip - contact.entered_at;
     const double along = way.dot(contact.axis);
-    const bool is_out =
-        pass_s_[organ] < kNowhere
-            ? !course.path || course.tip_s < pass_s_[organ] - OrganContact::kDrawnBackMm
-            : along < -OrganContact::kDrawnBackMm ||
-                  (way - along * contact.axis).norm() > OrganContact::kDrawnBackMm;
+    const bool is_out = pass_s_[organ] < kNowhere
+                            ? !course.path || course.tip_s < pass_s_[organ] - OrganContact::kDrawnBackMm
+                            : along < -OrganContact::kDrawnBackMm ||
+                                  (way - along * contact.axis).norm() > OrganContact::kDrawnBackMm;
     if (!is_out) return;
     contact.is_in = false;
     contact.left_tick = tick;

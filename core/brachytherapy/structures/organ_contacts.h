@@ -16,11 +16,11 @@ namespace brachy {
 
 /// Where a needle is in a tick: outside the tissue in the world, within it by the material points of its cut.
 struct NeedleCourse {
-  std::span<const Vec3> points = {};  ///< from the hub to the tip, mm, world W; at least two
-  Vec3 axis = Vec3::UnitZ();     ///< of its pose, unit, W
-  const CutPath* path = nullptr;  ///< in the tissue: its cut, at rest; null: it is not in the tissue
-  double tip_s = 0;               ///< arc length of the tip's material point on it
-  bool is_through = false;        ///< the tip has left the tissue at the end of the path
+  std::span<const Vec3> points = {};    ///< from the hub to the tip, mm, world W; at least two
+  Vec3 axis = Vec3::UnitZ();            ///< of its pose, unit, W
+  const CutPath* path = nullptr;        ///< in the tissue: its cut, at rest; null: it is not in the tissue
+  double tip_s = 0;                     ///< arc length of the tip's material point on it
+  bool is_through = false;              ///< the tip has left the tissue at the end of the path
   std::optional<Vec3> pressed_at = {};  ///< the tip presses on the intact capsule: where, at rest
   /// Where tissue at rest begins on the needle and, where it is through, ends; mm, W.
   Vec3 entry = Vec3::Zero(), exit = Vec3::Zero();

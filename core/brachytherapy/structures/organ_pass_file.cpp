@@ -48,7 +48,8 @@ std::vector<OrganPass> parse_organ_passes(std::string_view text, const std::stri
   for (std::size_t i = 0; i < table.rows(); ++i) {
     const std::span<const double> row = table.row(i);
     for (const std::size_t k : {0, 2, 3})
-      if (row[k] < 0 || row[k] > 9e15) refuse_line(name, table.lines[i], "a count is not valid; was the file edited?");
+      if (row[k] < 0 || row[k] > 9e15)
+        refuse_line(name, table.lines[i], "a count is not valid; was the file edited?");
     const OrganPass pass{organs[i],
                          static_cast<std::uint64_t>(row[0]),
                          row[1],
@@ -74,8 +75,16 @@ std::vector<OrganPass> parse_organ_passes(std::string_view text, const std::stri
 
 OrganPass pass_of(const OrganContact& contact, const std::string& organ, std::uint32_t needle, double t_s,
                   bool is_ended) {
-  return {organ,          is_ended ? contact.left_tick : contact.entered_tick, t_s, needle, contact.passes, is_ended,
-          contact.depth_mm, contact.time_s, contact.entered_at, contact.axis};
+  return {organ,
+          is_ended ? contact.left_tick : contact.entered_tick,
+          t_s,
+          needle,
+          contact.passes,
+          is_ended,
+          contact.depth_mm,
+          contact.time_s,
+          contact.entered_at,
+          contact.axis};
 }
 
 }  // namespace brachy

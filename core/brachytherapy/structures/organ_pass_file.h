@@ -15,11 +15,12 @@ struct OrganPass {
   std::uint64_t tick = 0;  ///< when it began or, is_ended, ended
   double t_s = 0;          ///< simulated time then
   std::uint32_t needle = 0;
-  std::uint32_t pass = 0;   ///< 1, 2, … of this needle and organ in this run
-  bool is_ended = false;    ///< false: depth and time are not known yet
-  double depth_mm = 0;      ///< OrganContact::depth_mm
-  double time_s = 0;        ///< with the needle inside
-  Vec3 entered_at = Vec3::Zero(), axis = Vec3::UnitZ();  ///< the tip and the needle's axis when it began, mm, W
+  std::uint32_t pass = 0;  ///< 1, 2, … of this needle and organ in this run
+  bool is_ended = false;   ///< false: depth and time are not known yet
+  double depth_mm = 0;     ///< OrganContact::depth_mm
+  double time_s = 0;       ///< with the needle inside
+  Vec3 entered_at = Vec3::Zero(),
+       axis = Vec3::UnitZ();  ///< the tip and the needle's axis when it began, mm, W
 };
 
 /// The first line of a session's file of passes: a row when one begins and another when it has ended, so that what was

@@ -121,7 +121,8 @@ std::vector<Key<DoseGoal>> goal_keys() {
       text("figure", &S::figure,
            {"V100", "V150", "V200", "V100cc", "D90", "D30", "D10", "D5", "D2cc", "D0.1cc"}, kLive,
            "V in % of the volume or, as V100cc, in cm³; D in Gy"),
-      text("stage", &S::stage, {"plan", "implant"}, kLive, "whether a plan is judged by it or what was implanted"),
+      text("stage", &S::stage, {"plan", "implant"}, kLive,
+           "whether a plan is judged by it or what was implanted"),
       text("side", &S::side, {"above", "below"}, kLive, "of the limit that the figure should be"),
       number("limit", &S::limit, {0, 1000}, kLive,
              "in the figure's unit; of a dose D in % of the prescription, also those of a volume in cm³"),
@@ -133,7 +134,8 @@ void check_goal(const TomlTable& t, Scene& scene) {
   const char* what = "a [[goal]] has at least a structure, a figure and a limit";
   for (const char* key : {"structure", "figure", "limit"})
     if (!t.has(key)) t.missing(key, what);
-  if (scene.goals.back().structure.empty()) t.contradiction("structure", "is empty; name one, such as prostate");
+  if (scene.goals.back().structure.empty())
+    t.contradiction("structure", "is empty; name one, such as prostate");
 }
 
 // Names of structures become names of files.
@@ -195,7 +197,8 @@ std::vector<SceneSection> implant_sections() {
                             scene.structures.push_back({"urethra", "urethra.stl", ""});
                           }}},
       {"goal",
-       "What a dose figure should be, of a plan or of an implant; the score judges by them. None: those of ABS 2012, "
+       "What a dose figure should be, of a plan or of an implant; the score judges by them. None: those of "
+       "ABS 2012, "
        "GEC-ESTRO 2007 and AAPM TG-137 for permanent implants.",
        within<Scene>(
            goal_keys(), [](auto& s) -> auto& { return s.goals.back(); }),

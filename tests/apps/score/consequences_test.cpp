@@ -54,16 +54,16 @@ TEST(Consequences, ANeedlesCostIsTheImplantAgainstTheSameWithThatNeedleAsPlanned
 
   DoseSettings settings;
   settings.prescription_gy = plan.prescription_gy;
-  ImplantDose is(body(), settings), mended(body(), settings);
+  ImplantDose is(body(), settings), corrected(body(), settings);
   const std::vector<PlannedSeed> planned = plan.seeds(kGrid);
   for (std::size_t i = 0; i < seeds.size(); ++i) {
     is.add(seeds[i].at_rest());
     if (i >= 3 && i < 6)
-      mended.add(planned[i]);
+      corrected.add(planned[i]);
     else
-      mended.add(seeds[i].at_rest());
+      corrected.add(seeds[i].at_rest());
   }
-  const double expected = is.evaluate()[0].d90_gy - mended.evaluate()[0].d90_gy;
+  const double expected = is.evaluate()[0].d90_gy - corrected.evaluate()[0].d90_gy;
   EXPECT_LT(expected, -1);
   EXPECT_NEAR(c.needles[1].change.d90_gy, expected, 0.02);
   EXPECT_NEAR(c.needles[0].change.d90_gy, 0, 0.02);
@@ -105,7 +105,8 @@ TEST(AxialSlices, CutTheGlandEveryFiveMillimetresAndOneSeedsIsodosesAreRound) {
   dose.add(seed);
   const auto slices = axial_slices(structures, dose.grid(), 145);
   EXPECT_EQ(slices.size(), 13u);  // −30, −25, … 30
-  const auto middle = std::ranges::find_if(slices, [](const AxialSlice& s) { return std::abs(s.z_mm) < 0.6; });
+  const auto middle =
+      std::ranges::find_if(slices, [](const AxialSlice& s) { return std::abs(s.z_mm) < 0.6; });
   ASSERT_NE(middle, slices.end());
   EXPECT_EQ(middle->structures.front().name, "prostate");
   double least = 1e9, most = 0;

@@ -36,7 +36,11 @@ Score score_of(double mean_error_mm, std::uint32_t urethra_passes) {
 }
 
 Exercise bounded() {
-  return {"small", "two seeds", {}, {{"placed_at_least", 2}, {"mean_error_mm_at_most", 2}, {"organ_passes_at_most", 0}}, false};
+  return {"small",
+          "two seeds",
+          {},
+          {{"placed_at_least", 2}, {"mean_error_mm_at_most", 2}, {"organ_passes_at_most", 0}},
+          false};
 }
 
 TEST(Exercises, TenAreShippedAndEachHasItsSceneAndItsPlan) {

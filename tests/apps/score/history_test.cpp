@@ -13,13 +13,14 @@ namespace {
 
 void write_session(const test::TempFolder& folder, const std::string& name, double error_mm, double d90_gy) {
   std::filesystem::create_directories(folder / name);
-  folder.write(name + "/report.json",
-               R"({"findings":[{"text":"a"}],"structures_entered":[{"structure":"urethra","passes":2}],)"
-               R"("seeds":{"by_position":{"placed":70,"missing":[1,2],"extra":[],"rest_error":{"total_mm":{"mean":)" +
-                   std::to_string(error_mm) + R"(},"axial_mm":{"mean":1}}}},)" +
-                   R"("needles":{"total":{"elapsed_time_s":600,"passes":25}},)" +
-                   R"("dose":{"rest":{"structures":[{"name":"prostate","d90_gy":)" + std::to_string(d90_gy) +
-                   R"(,"v100_percent":92}]}}})");
+  folder.write(
+      name + "/report.json",
+      R"({"findings":[{"text":"a"}],"structures_entered":[{"structure":"urethra","passes":2}],)"
+      R"("seeds":{"by_position":{"placed":70,"missing":[1,2],"extra":[],"rest_error":{"total_mm":{"mean":)" +
+          std::to_string(error_mm) + R"(},"axial_mm":{"mean":1}}}},)" +
+          R"("needles":{"total":{"elapsed_time_s":600,"passes":25}},)" +
+          R"("dose":{"rest":{"structures":[{"name":"prostate","d90_gy":)" + std::to_string(d90_gy) +
+          R"(,"v100_percent":92}]}}})");
 }
 
 const Trend& trend(const std::vector<Trend>& trends, const std::string& name) {

@@ -21,7 +21,8 @@ Scene organ_scene() {
 
 class OrganSession {
  public:
-  explicit OrganSession(const Scene& scene) : simulator(load_simulation_model(scene, load_tissue(scene).tissue)) {}
+  explicit OrganSession(const Scene& scene)
+      : simulator(load_simulation_model(scene, load_tissue(scene).tissue)) {}
 
   void step(const Vec3& tip, bool button = false) {
     NeedlePose pose = needle_pose(pose_at(tip, Vec3::UnitZ()));
@@ -41,7 +42,7 @@ class OrganSession {
   MeshState state = simulator.initial_state();
 };
 
-// Pushed 4 mm to the side in the gland, the needle takes the urethra with it: at rest it would be inside.
+// In the tube's axis where it is deepest.
 TEST(OrgansInASimulation, ThreePassesThroughTheUrethraAreThreeWithTheirDepth) {
   OrganSession session(organ_scene());
   const Vec3 below(0, -4, -45), in(0, -4, 3);

@@ -80,7 +80,8 @@ std::size_t held(const LoadMessage&) {
 std::size_t held(const DoseMessage& m) {
   std::size_t bytes = (m.structures.capacity() + m.with_planned.capacity()) * sizeof(StructureDose);
   for (const auto* structures : {&m.structures, &m.with_planned})
-    for (const StructureDose& dose : *structures) bytes += dose.name.capacity() + dose.volume_share.capacity() * 4;
+    for (const StructureDose& dose : *structures)
+      bytes += dose.name.capacity() + dose.volume_share.capacity() * 4;
   return bytes + m.surface_gy.capacity() * 4;
 }
 std::size_t held(const ControlMessage& m) {

@@ -1,6 +1,6 @@
-"""The sixteen sessions: what each hand does with the plan of config/plan.toml, and what must come of it: where the seeds
-fall, which organs are entered and how deep, and what the score must say. From geometry alone: nothing here comes from the
-program. Lengths mm, world frame W. Standard library only."""
+"""The sixteen sessions: what each hand does with the plan of config/plan.toml, and what must come of it: where the
+seeds fall, which organs are entered and how deep, and what the score must say. From geometry alone: nothing here comes
+from the program. Lengths mm, world frame W. Standard library only."""
 import math
 import os
 import random
@@ -14,7 +14,7 @@ OUTSIDE_MM, IN_MM_S, OUT_MM_S = 5.0, 50.0, 20.0
 URETHRA = (0.0, 0.0)    # x and y of a puncture through it, to z = 0
 RECTUM = (0.0, -30.0)   # the same
 ORGAN_TIP_Z = 0.0
-BLADDER_CENTRE, BLADDER_RADIUS, BLADDER_TIP_Z = (0.0, 4.0, 42.0), 18.0, 34.0  # above the base; the phantom has none
+SPHERE_CENTRE, SPHERE_RADIUS, SPHERE_TIP_Z = (0.0, 4.0, 42.0), 18.0, 34.0  # a bladder above the base
 
 # The phantom has no bladder: that session's scene brings one.
 SESSIONS = ("perfect", "shallow", "deep", "one_skipped", "side_skipped", "wrong_hole", "swapped", "half_released",
@@ -113,7 +113,7 @@ def rectum_depth_mm(x, y, z):
 
 
 def bladder_depth_mm(x, y, z):
-    return BLADDER_RADIUS - math.dist((x, y, z), BLADDER_CENTRE)
+    return SPHERE_RADIUS - math.dist((x, y, z), SPHERE_CENTRE)
 
 
 def bladder_hole(plan):
@@ -181,8 +181,8 @@ class Session:
             self.organ = (name, 3, depth_along(rectum_depth_mm, *RECTUM, ORGAN_TIP_Z))
         if name == "bladder":
             at = bladder_hole(plan)
-            device.puncture(*at, BLADDER_TIP_Z)
-            self.organ = (name, 1, depth_along(bladder_depth_mm, *at, BLADDER_TIP_Z))
+            device.puncture(*at, SPHERE_TIP_Z)
+            self.organ = (name, 1, depth_along(bladder_depth_mm, *at, SPHERE_TIP_Z))
         if name == "without_seeds":
             free = [h for h in ("F4", "H4", "F10", "H10", "D6", "J6", "E9", "I9", "F5", "H5", "D8", "J8")
                     if h not in names]
@@ -208,6 +208,6 @@ class Session:
             file.write(f'[plan]\nfile = "{os.path.abspath(os.path.join(CONFIG, "plan.toml"))}"\n'
                        f'[seeds]\napplicator = "train"\nloading = "{self.loading}"\n{model_text}')
             if self.name == "bladder":
-                write_sphere(os.path.join(folder, "bladder.stl"), BLADDER_CENTRE, BLADDER_RADIUS)
+                write_sphere(os.path.join(folder, "bladder.stl"), SPHERE_CENTRE, SPHERE_RADIUS)
                 file.write('[[structure]]\nname = "bladder"\nfile = "bladder.stl"\n')
         return motion, scene

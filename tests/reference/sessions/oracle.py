@@ -8,6 +8,7 @@ phantom's surfaces, as files, and the seeds' places, which generators.py derives
 Formalism and tables: Rivard et al., Med. Phys. 31 (2004) 633-674, equations 1 and 4, section IV, source 6711; g and F
 are interpolated as in the supplement, Med. Phys. 34 (2007) 2187-2205."""
 import csv
+import functools
 import json
 import os
 import re
@@ -57,15 +58,28 @@ def anisotropy(r, theta_deg):
 
 def dose_gy(points, seeds, axes, strengths_u):
     """Total dose at points (n×3, mm) of all seeds."""
-    total = np.zeros(len(points))
+    return sum((strength * per_unit(points, tuple(seed), tuple(axis))
+                for seed, axis, strength in zip(seeds, axes, strengths_u)), np.zeros(len(points)))
+
+
+@functools.lru_cache(maxsize=400)  # sessions share most of their seeds
+def _per_unit(points_id, seed, axis):
+    points = POINTS[points_id]
+    away = (points - np.asarray(seed)) / 10
+    r = np.maximum(np.linalg.norm(away, axis=1), 0.05)
+    theta = np.arccos(np.clip(away @ np.asarray(axis) / r, -1, 1))
     reference = geometry(np.array([1.0]), np.array([np.pi / 2]))[0]
-    for seed, axis, strength in zip(seeds, axes, strengths_u):
-        away = (points - np.asarray(seed)) / 10
-        r = np.maximum(np.linalg.norm(away, axis=1), 0.05)
-        theta = np.arccos(np.clip(away @ np.asarray(axis) / r, -1, 1))
-        rate = strength * RATE_CONSTANT * geometry(r, theta) / reference * radial(r) * anisotropy(r, np.degrees(theta))
-        total += rate * HALF_LIFE_H / np.log(2) / 100
-    return total
+    rate = RATE_CONSTANT * geometry(r, theta) / reference * radial(r) * anisotropy(r, np.degrees(theta))
+    return (rate * HALF_LIFE_H / np.log(2) / 100).astype(np.float32)
+
+
+def per_unit(points, seed, axis):
+    """Gy of a seed of 1 U."""
+    POINTS[id(points)] = points
+    return _per_unit(id(points), seed, axis)
+
+
+POINTS = {}
 
 
 def read_surface(file):
@@ -149,6 +163,7 @@ def main():
         seeds = generators.Session(name, plan).device.seeds
         figures = phantom.figures(seeds, [(0, 0, 1)] * len(seeds), [plan["air_kerma_strength_u"]] * len(seeds),
                                   plan["prescription_gy"])
+        print(name, file=sys.stderr, flush=True)
         expected[name] = {"seeds": len(seeds), **{k: round(v, 3) for k, v in figures.items()}}
     print(json.dumps(expected, indent=1))
 
