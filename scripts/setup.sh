@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Installs what building, testing and running need, where it is missing. Debian 12.
 #   scripts/setup.sh [--viewer] [--broker] [--tests] [--all] [--fuzz] [--charts] [--reference] [--pictures] [--latency]
-#       [--packages] [--python]
+#       [--packages] [--planning] [--python]
 #     --viewer: also what building the viewer needs (node and npm)
 #     --broker: also what publishing to NATS needs (libnats), and a NATS server
 #     --tests: also what `scripts/test.sh` needs, so that it skips no test (the viewer, a browser for its tests;
@@ -13,6 +13,7 @@
 #     --charts: also what draws the charts of scripts/bench.sh
 #     --pictures: also what scripts/charts/screenshots.sh needs, beside --all
 #     --latency: also what scripts/campaigns/latency.sh compares with
+#     --planning: also what scripts/charts/planning.sh and `brachy plan --method integer` need (CBC as a program, numpy)
 #     --packages: also what scripts/package/package_check.sh needs, with all its options
 #     --python: also what the engine as a Python module needs (pybind11)
 #     --reference: also what scripts/reference needs (CalculiX and gmsh as programs, numpy, scipy)
@@ -44,9 +45,10 @@ for option in "$@"; do
     --latency) packages+=(rt-tests) ;;
     --packages) packages+=(debootstrap lintian systemd-container devscripts binutils) ;;
     --charts) packages+=(python3-matplotlib python3-numpy) ;;
+    --planning) packages+=(coinor-cbc python3-numpy) ;;
     --reference) packages+=(calculix-ccx gmsh python3-numpy python3-scipy) ;;
     *) echo "setup: unknown option $option; there are --viewer, --broker, --tests, --all, --fuzz, --import, --charts," \
-         "--pictures, --latency, --packages, --python and --reference" >&2; exit 2 ;;
+         "--pictures, --latency, --packages, --planning, --python and --reference" >&2; exit 2 ;;
   esac
 done
 

@@ -28,7 +28,8 @@ double figure(const nlohmann::json& report, const char* structure, const char* n
 TEST(PlanTool, GeneratesTheShippedPlanAgain) {
   const TempFolder folder;
   const std::string out = (folder / "plan.toml").string();
-  ASSERT_TRUE(exited(run_brachy({"plan", "--generate", "--method", "rule", "--config", kPhantomScene, "--out", out}), 0));
+  ASSERT_TRUE(exited(
+      run_brachy({"plan", "--generate", "--method", "rule", "--config", kPhantomScene, "--out", out}), 0));
   EXPECT_EQ(read_file(out), read_file(kPlan));
   EXPECT_TRUE(refused_in_one_line(run_brachy({"plan", kPlan, "--out", out}), {out, "exists", "--force"}));
   EXPECT_TRUE(exited(run_brachy({"plan", kPlan, "--out", out, "--force"}), 0));

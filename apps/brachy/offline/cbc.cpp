@@ -44,8 +44,9 @@ std::string solve_with_cbc(const std::string& programme, double seconds) {
   const ScratchFolder folder;
   const std::string model = folder / "plan.lp", solution = folder / "solution.txt", limit = text_of(seconds);
   std::ofstream(model) << programme;
-  const std::array<const char*, 11> arguments = {"cbc",   model.c_str(), "-timeMode", "elapsed",        "-seconds", limit.c_str(),
-                                                 "-solve", "-solution",  solution.c_str(), nullptr, nullptr};
+  const std::array<const char*, 11> arguments = {
+      "cbc",    model.c_str(), "-timeMode",      "elapsed", "-seconds", limit.c_str(),
+      "-solve", "-solution",   solution.c_str(), nullptr,   nullptr};
   posix_spawn_file_actions_t actions;
   posix_spawn_file_actions_init(&actions);
   posix_spawn_file_actions_addopen(&actions, STDIN_FILENO, "/dev/null", O_RDONLY, 0);

@@ -80,7 +80,9 @@ PlanRequest request_of(const PlanOptions& options, const Scene& scene) {
   request.how.most_needles = static_cast<std::size_t>(options.max_needles.value_or(0));
   request.how.most_seeds = static_cast<std::size_t>(options.max_seeds.value_or(0));
   if (options.robust) request.how.make_robust();
-  request.solve = [&options](const std::string& programme) { return solve_with_cbc(programme, options.seconds); };
+  request.solve = [&options](const std::string& programme) {
+    return solve_with_cbc(programme, options.seconds);
+  };
   return request;
 }
 
@@ -97,7 +99,8 @@ MadePlan replanned(const PlanOptions& options, const Scene& scene, const std::ve
   made.plan = std::move(found.plan);
   bool assumed = false;
   made.structures = with_urethra(structures, assumed);
-  if (assumed) made.notes.push_back("urethra assumed: the scene has none; see the plan that this one goes on from");
+  if (assumed)
+    made.notes.push_back("urethra assumed: the scene has none; see the plan that this one goes on from");
   return made;
 }
 
@@ -141,7 +144,8 @@ double customary_u(const Plan& plan, const Structure& gland) {
 }
 
 int run_plan(const PlanOptions& options) {
-  if (options.placed && !options.generate) throw UsageError("--placed plans what is left; give --generate too");
+  if (options.placed && !options.generate)
+    throw UsageError("--placed plans what is left; give --generate too");
   if (options.plan && options.generate && !options.placed)
     throw UsageError("--generate makes a plan; leave out " + options.plan->string() + ", or give --placed");
   if (options.out && options.out->extension() != ".toml" && options.out->extension() != ".csv")
@@ -164,14 +168,19 @@ int run_plan(const PlanOptions& options) {
   const TemplateGrid& grid = scene.template_grid;
 
   if (options.out)
-    write_text(*options.out, options.out->extension() == ".csv" ? to_csv(plan, made.notes) : to_toml(plan, made.notes));
+    write_text(*options.out,
+               options.out->extension() == ".csv" ? to_csv(plan, made.notes) : to_toml(plan, made.notes));
   if (options.csv) write_text(*options.csv, to_csv(plan, made.notes));
   if (options.seeds) write_text(*options.seeds, seeds_csv(plan, grid));
   if (options.structures) write_structures(*options.structures, made.structures);
   if (options.trajectory) write_text(*options.trajectory, session_csv(plan, grid, options));
 
-  const PlanReport report{plan,       grid, dose_of(made, scene, placed), customary_u(plan, structures.front()),
-                          made.notes, placed.seeds.size()};
+  const PlanReport report{plan,
+                          grid,
+                          dose_of(made, scene, placed),
+                          customary_u(plan, structures.front()),
+                          made.notes,
+                          placed.seeds.size()};
   std::cout << (options.json ? to_json(report) + "\n" : to_text(report));
   return kExitOk;
 }
@@ -202,7 +211,8 @@ void declare(OptionList& list, PlanOptions& options) {
   list.add("--random-seed", options.seed, "of the annealing").show_default().needs(generate);
   list.add("--seconds", options.seconds, "of cbc").range(1.0, 86400.0).show_default().needs(generate);
   list.add("--placed", options.placed,
-           "seeds in place (a session's seeds.csv, or a table as for `brachy dose`): plan the needles that are left")
+           "seeds in place (a session's seeds.csv, or a table as for `brachy dose`): plan the needles that "
+           "are left")
       .needs(generate);
   list.add_flag("--hdr", options.hdr, "of catheters for an afterloader, as with implant.kind = \"hdr\"");
   list.add("--config", options.config, "scene file (TOML); default: the built-in phantom");

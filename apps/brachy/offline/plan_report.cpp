@@ -41,9 +41,11 @@ std::string to_text(const PlanReport& r) {
   std::string notes;
   for (const std::string& note : r.notes) notes += "note: " + note + "\n";
   if (r.placed_seeds > 0)
-    notes += fmt::format("with {} seeds in place; the figures are of these and the plan together\n", r.placed_seeds);
+    notes += fmt::format("with {} seeds in place; the figures are of these and the plan together\n",
+                         r.placed_seeds);
   return fmt::format(
-             "plan \"{}\": {} needles, {} seeds of {}, {:g} U each, {:.2f} U in all, {:.2f} of the customary; {:g} "
+             "plan \"{}\": {} needles, {} seeds of {}, {:g} U each, {:.2f} U in all, {:.2f} of the "
+             "customary; {:g} "
              "Gy\n",
              p.name, p.needles.size(), p.seed_count(), to_string(p.source), p.air_kerma_strength_u,
              r.total_u(), r.total_u() / r.customary_u, p.prescription_gy) +

@@ -12,7 +12,7 @@ namespace brachy {
 struct PlanReport {
   Plan plan;
   TemplateGrid grid;
-  DoseStage dose;          ///< of its seeds at their planned positions, at rest
+  DoseStage dose;                  ///< of its seeds at their planned positions, at rest
   double customary_u = 0;          ///< customary_strength_u() of the gland's mean dimension
   std::vector<std::string> notes;  ///< what was assumed for the plan
   std::size_t placed_seeds = 0;    ///< whose dose is in `dose` too: a plan of what is left

@@ -13,8 +13,8 @@
 namespace brachy {
 namespace {
 
-constexpr int kPitchRows = 20;      // 10 mm: a seed and a spacer
-constexpr int kTipShortMm = 1;      // the tip stops this far short of the gland's end
+constexpr int kPitchRows = 20;         // 10 mm: a seed and a spacer
+constexpr int kTipShortMm = 1;         // the tip stops this far short of the gland's end
 constexpr double kNegligible = 0.002;  // of the prescription: no coefficient
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 const PlanPointCounts kPoints{240, 40, 40, 24};
@@ -46,7 +46,8 @@ std::string y_name(std::size_t choice) {
 
 /// The spacers whose lengths come nearest to a gap of `rows` between two seeds' centres.
 int spacers_for(int rows) {
-  return std::max(0, static_cast<int>(std::lround((0.5 * rows - PlanNeedle::kSeedMm) / PlanNeedle::kSpacerMm)));
+  return std::max(0,
+                  static_cast<int>(std::lround((0.5 * rows - PlanNeedle::kSeedMm) / PlanNeedle::kSpacerMm)));
 }
 
 }  // namespace
@@ -108,7 +109,8 @@ std::string IntegerProgramme::text() const {
       if (static_cast<double>(slots_[s].dose[p]) > kNegligible)
         append_term(text, static_cast<double>(slots_[s].dose[p]), x_name(s));
     append(text, {" - D", n, " = 0\n"});
-    if (watched.below > 0) append(text, {" l", n, ": D", n, " + u", n, " >= ", number_of(watched.least), "\n"});
+    if (watched.below > 0)
+      append(text, {" l", n, ": D", n, " + u", n, " >= ", number_of(watched.least), "\n"});
     append(text, {" m", n, ": D", n, " - o", n, " <= ", most, "\n"});
   }
   for (std::size_t s = 0; s < slots_.size(); ++s)
@@ -153,19 +155,22 @@ Plan IntegerProgramme::plan_of(std::string_view solution) const {
     while (!choices_[c].holds(load) && load.tip_mm < choices_[c].most_tip_mm) ++load.tip_mm;
     if (choices_[c].holds(load)) needles.emplace_back(c, load);
   }
-  if (needles.empty()) throw UserError("the integer programme's solution has no seed; was the solver stopped early?");
+  if (needles.empty())
+    throw UserError("the integer programme's solution has no seed; was the solver stopped early?");
   std::ranges::stable_sort(needles, [&](const auto& a, const auto& b) {
     const Vec3 &p = choices_[a.first].position, &q = choices_[b.first].position;
     return p.y() != q.y() ? p.y() > q.y() : p.x() < q.x();
   });
-  for (const auto& [c, load] : needles) plan.base_plane_mm = std::max<double>(plan.base_plane_mm, load.tip_mm);
+  for (const auto& [c, load] : needles)
+    plan.base_plane_mm = std::max<double>(plan.base_plane_mm, load.tip_mm);
   for (const auto& [c, load] : needles)
     plan.needles.push_back({choices_[c].hole, plan.base_plane_mm - load.tip_mm, load.train()});
   return plan;
 }
 
-Plan integer_plan(const std::vector<Structure>& structures, const TemplateGrid& grid, const PlanSettings& settings,
-                  const OptimiserSettings& how, const std::function<std::string(const std::string&)>& solve) {
+Plan integer_plan(const std::vector<Structure>& structures, const TemplateGrid& grid,
+                  const PlanSettings& settings, const OptimiserSettings& how,
+                  const std::function<std::string(const std::string&)>& solve) {
   const IntegerProgramme programme(structures, grid, settings, how);
   return programme.plan_of(solve(programme.text()));
 }

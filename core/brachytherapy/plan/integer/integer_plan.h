@@ -20,8 +20,8 @@ namespace brachy {
 /// that is left out; the plan that comes out is made of what trains can be, and judged by its own exact dose.
 class IntegerProgramme {
  public:
-  IntegerProgramme(const std::vector<Structure>& structures, const TemplateGrid& grid, const PlanSettings& settings,
-                   const OptimiserSettings& how);
+  IntegerProgramme(const std::vector<Structure>& structures, const TemplateGrid& grid,
+                   const PlanSettings& settings, const OptimiserSettings& how);
 
   /// In CPLEX's LP format.
   std::string text() const;
@@ -49,7 +49,8 @@ class IntegerProgramme {
 };
 
 /// The plan that `solve` finds: text in, solution out (IntegerProgramme).
-Plan integer_plan(const std::vector<Structure>& structures, const TemplateGrid& grid, const PlanSettings& settings,
-                  const OptimiserSettings& how, const std::function<std::string(const std::string&)>& solve);
+Plan integer_plan(const std::vector<Structure>& structures, const TemplateGrid& grid,
+                  const PlanSettings& settings, const OptimiserSettings& how,
+                  const std::function<std::string(const std::string&)>& solve);
 
 }  // namespace brachy

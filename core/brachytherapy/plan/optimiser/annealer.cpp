@@ -18,7 +18,8 @@ Annealed anneal(const std::vector<NeedleChoice>& choices, std::vector<NeedleLoad
   const auto count_cost = [&](double needles, double seeds) {
     return settings.per_needle * needles + settings.per_seed * seeds;
   };
-  double now = dose.reset(moves.loads()) + count_cost(static_cast<double>(moves.needles()), static_cast<double>(moves.seeds()));
+  double now = dose.reset(moves.loads()) +
+               count_cost(static_cast<double>(moves.needles()), static_cast<double>(moves.seeds()));
   Annealed best{moves.loads(), now};
 
   double temperature = settings.first_temperature;

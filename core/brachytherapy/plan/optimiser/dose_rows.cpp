@@ -34,8 +34,10 @@ DoseRows::DoseRows(const std::vector<NeedleChoice>& choices, const PlanPoints& p
       for (std::size_t k = 0; k < kTile; ++k) {
         const Vec3 d = points.points[start + k] - choice.position;
         // The seed moves by 0.5 mm from depth to depth, so the point goes back along its axis.
-        const DoseRow row{static_cast<float>(points.points[start + k].z() - first_z), -0.5f,
-                          {static_cast<float>(-d.y()), static_cast<float>(d.x()), 0}, {0, 0, 0}};
+        const DoseRow row{static_cast<float>(points.points[start + k].z() - first_z),
+                          -0.5f,
+                          {static_cast<float>(-d.y()), static_cast<float>(d.x()), 0},
+                          {0, 0, 0}};
         loops.add_row(tables, row, scale, depths, &tile[k * depths]);
       }
       for (std::size_t depth = 0; depth < depths; ++depth) {

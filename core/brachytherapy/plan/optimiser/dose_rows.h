@@ -14,8 +14,8 @@ namespace brachy {
 /// The same bits on every machine (the loops' generic copy). Threads: const use from any.
 class DoseRows {
  public:
-  DoseRows(const std::vector<NeedleChoice>& choices, const PlanPoints& points, SourceModel source, double strength_u,
-           double prescription_gy);
+  DoseRows(const std::vector<NeedleChoice>& choices, const PlanPoints& points, SourceModel source,
+           double strength_u, double prescription_gy);
 
   /// Of a row first_row … last_row of that choice.
   const float* row(std::size_t choice, int row) const {

@@ -122,7 +122,8 @@ bool LoadMoves::move_to_hole() {
   if (used_.empty()) return false;
   const std::size_t from = used_[static_cast<std::size_t>(random_.below(static_cast<int>(used_.size())))];
   if (near_[from].empty()) return false;
-  const std::size_t to = near_[from][static_cast<std::size_t>(random_.below(static_cast<int>(near_[from].size())))];
+  const std::size_t to =
+      near_[from][static_cast<std::size_t>(random_.below(static_cast<int>(near_[from].size())))];
   if (loads_[to].is_used()) return false;
   NeedleLoad load = loads_[from];
   load.tip_mm = std::min(load.tip_mm + random_.between(-1, 1), choices_[to].most_tip_mm);
@@ -162,7 +163,8 @@ void LoadMoves::keep() {
   for (const LoadChange& change : proposal_) {
     seeds_ += static_cast<std::size_t>(change.after.seed_count());
     seeds_ -= static_cast<std::size_t>(change.before.seed_count());
-    if (change.before.is_used() && !change.after.is_used()) used_.erase(std::ranges::find(used_, change.choice));
+    if (change.before.is_used() && !change.after.is_used())
+      used_.erase(std::ranges::find(used_, change.choice));
     if (!change.before.is_used() && change.after.is_used()) used_.push_back(change.choice);
     loads_[change.choice] = change.after;
   }

@@ -40,12 +40,13 @@ bool NeedleChoice::holds(const NeedleLoad& load) const {
   std::array<int, NeedleLoad::kMostElements> rows;
   const int count = load.seed_rows(rows);
   return load.tip_mm <= most_tip_mm && rows[0] <= last_row &&
-         rows[static_cast<std::size_t>(count) - 1] >= first_row && load.tip_mm - load.length_mm() >= least_tail_mm;
+         rows[static_cast<std::size_t>(count) - 1] >= first_row &&
+         load.tip_mm - load.length_mm() >= least_tail_mm;
 }
 
-std::vector<NeedleChoice> find_needle_choices(const std::vector<Structure>& structures, const TemplateGrid& grid,
-                                              const NeedleClearances& clearances, double needle_length_mm,
-                                              BlockedHoles* blocked) {
+std::vector<NeedleChoice> find_needle_choices(const std::vector<Structure>& structures,
+                                              const TemplateGrid& grid, const NeedleClearances& clearances,
+                                              double needle_length_mm, BlockedHoles* blocked) {
   const Obstacle rectum(structures, "rectum"), arch(structures, "pubic_arch");
   BlockedHoles counts;
   std::vector<NeedleChoice> choices;

@@ -11,7 +11,8 @@ namespace brachy {
 
 /// How far needles keep from what they must not hit, mm, between the needle's axis and the surface.
 struct NeedleClearances {
-  double urethra_mm = 3;     ///< within the gland; 5 mm where the template allows is customary, dose keeps the rest
+  double urethra_mm =
+      3;  ///< within the gland; 5 mm where the template allows is customary, dose keeps the rest
   double rectum_mm = 3;      ///< from the template to the tip
   double pubic_arch_mm = 2;  ///< from the template to the tip; a structure "pubic_arch"
   bool operator==(const NeedleClearances&) const = default;
@@ -37,8 +38,8 @@ struct BlockedHoles {
 /// The holes whose needles pass through the gland (find_gland_holes, whose errors these are) clear of everything,
 /// column by column. `structures`: gland first. A tip goes to a whole mm at most `beyond_mm` past the gland's far end,
 /// and no farther than the needle's length.
-std::vector<NeedleChoice> find_needle_choices(const std::vector<Structure>& structures, const TemplateGrid& grid,
-                                              const NeedleClearances& clearances, double needle_length_mm,
-                                              BlockedHoles* blocked = nullptr);
+std::vector<NeedleChoice> find_needle_choices(const std::vector<Structure>& structures,
+                                              const TemplateGrid& grid, const NeedleClearances& clearances,
+                                              double needle_length_mm, BlockedHoles* blocked = nullptr);
 
 }  // namespace brachy

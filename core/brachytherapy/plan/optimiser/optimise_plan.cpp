@@ -18,8 +18,8 @@ constexpr double kCustomaryCc = 50;  // the largest gland for which the counts b
 constexpr std::size_t kCustomaryNeedles = 25, kCustomarySeeds = 90;
 // While the plan is still far from its end a quarter of the points shows the way: from the first temperature down to
 // this one, with so many times the proposals that follow.
-constexpr std::size_t kCoarse = 3, kCoarseProposals = 2;
-constexpr double kFineTemperature = 0.03, kRobustTemperature = 0.2;
+constexpr std::size_t kCoarse = 3, kCoarseProposals = 1;
+constexpr double kFineTemperature = 0.06, kRobustTemperature = 0.2;
 constexpr double kAssumedRadiusMm = 3, kAssumedBeyondMm = 3;
 
 /// A search: the problem made ready, and what its chains share.
@@ -79,8 +79,8 @@ Annealed search(const PlanSearch& problem, const std::vector<NeedleLoad>& start,
     settings = problem.annealing(chain);
     settings.first_temperature = kFineTemperature;
     PlannedDose dose(problem.rows, problem.objective, problem.placed);
-    found[chain] = anneal(problem.choices, from.loads, dose, settings,
-                          [&](double share) { report(0.5 + 0.5 * share); });
+    found[chain] =
+        anneal(problem.choices, from.loads, dose, settings, [&](double share) { report(0.5 + 0.5 * share); });
   });
   return *std::ranges::min_element(found, {}, &Annealed::objective);
 }
@@ -204,8 +204,8 @@ OptimisedPlan optimise_plan(const std::vector<Structure>& structures, const Temp
   result.objective = found.objective;
   write_needles(plan, problem, found.loads);
   if (plan.needles.empty())
-    throw UserError("no seed of " + text_of(how.strength_u) + " U improves the plan: its strength is too high for the " +
-                    "gland; use weaker seeds");
+    throw UserError("no seed of " + text_of(how.strength_u) +
+                    " U improves the plan: its strength is too high for the " + "gland; use weaker seeds");
   return result;
 }
 
@@ -237,8 +237,9 @@ OptimiserSettings replan_settings(std::uint64_t seed) {
   return how;
 }
 
-OptimisedPlan replan(const std::vector<Structure>& structures, const TemplateGrid& grid, const Plan& remaining,
-                     const std::vector<DoseSeed>& placed, double needle_length_mm, const OptimiserSettings& how) {
+OptimisedPlan replan(const std::vector<Structure>& structures, const TemplateGrid& grid,
+                     const Plan& remaining, const std::vector<DoseSeed>& placed, double needle_length_mm,
+                     const OptimiserSettings& how) {
   OptimisedPlan result;
   const std::vector<Structure> all = with_urethra(structures, result.urethra_assumed);
   result.plan = remaining;

@@ -16,10 +16,10 @@ namespace brachy {
 struct OptimiserSettings {
   double strength_u = 0.5;  ///< of each seed: given, not chosen
   std::uint64_t seed = 1;
-  std::size_t proposals = 350'000;         ///< of each chain
-  std::size_t chains = 2, threads = 2;     ///< the best chain is used; threads change the time, not the plan
-  std::size_t most_needles = 0;            ///< 0: 25, and beyond 50 cc in proportion to the gland's surface
-  std::size_t most_seeds = 0;              ///< 0: 90, and beyond 50 cc in proportion to its volume; never above PlanSettings
+  std::size_t proposals = 450'000;      ///< of each chain
+  std::size_t chains = 2, threads = 2;  ///< the best chain is used; threads change the time, not the plan
+  std::size_t most_needles = 0;         ///< 0: 25, beyond 50 cc in proportion to the gland's surface
+  std::size_t most_seeds = 0;  ///< 0: 90, beyond 50 cc in proportion to the volume; never above PlanSettings
   NeedleClearances clearances;
   PlanPointCounts points;
   PlanObjective objective = PlanObjective::standard();
@@ -27,10 +27,10 @@ struct OptimiserSettings {
   PlacementNoise noise;
   std::size_t robust_proposals = 25'000;
 
-  /// `robust`, with the objective that leaves it room (PlanObjective::with_margin).
+  /// `robust`, with the objective that allows for it (PlanObjective::with_margin).
   void make_robust() {
     robust = true;
-    proposals = 150'000;
+    proposals = 120'000;
     objective = PlanObjective::with_margin();
   }
 };
@@ -58,18 +58,19 @@ Plan remaining_needles(const Plan& plan, const TemplateGrid& grid, const std::ve
                        const std::vector<std::int32_t>& planned);
 
 /// What is left to do: the plan's needles that are not in yet, for an implant whose other seeds lie where they lie.
-/// Chooses depths and trains of `remaining` again (moving holes too, and leaving out or adding needles up to as many as
-/// remain), given the dose of `placed`. Under 1 s with the default `how` of replan_settings(). Errors: as optimise_plan.
-OptimisedPlan replan(const std::vector<Structure>& structures, const TemplateGrid& grid, const Plan& remaining,
-                     const std::vector<DoseSeed>& placed, double needle_length_mm, const OptimiserSettings& how);
+/// Chooses holes, depths and trains of `remaining` again, with no more needles than it has, given the dose of `placed`.
+/// Under 1 s with replan_settings(). Errors: as optimise_plan.
+OptimisedPlan replan(const std::vector<Structure>& structures, const TemplateGrid& grid,
+                     const Plan& remaining, const std::vector<DoseSeed>& placed, double needle_length_mm,
+                     const OptimiserSettings& how);
 OptimiserSettings replan_settings(std::uint64_t seed = 1);
 
 /// The needles and seeds that a gland may have at most: what `how` says, or what is customary.
 std::size_t most_needles_for(double volume_cc, const OptimiserSettings& how);
 std::size_t most_seeds_for(double volume_cc, const OptimiserSettings& how);
 
-/// The structures with a "urethra": where there is none, a straight one of 3 mm radius along z through the middle of the
-/// gland's box, and `assumed` says so.
+/// The structures with a "urethra": where there is none, a straight one of 3 mm radius along z through the middle of
+/// the gland's box, and `assumed` says so.
 std::vector<Structure> with_urethra(const std::vector<Structure>& structures, bool& assumed);
 
 }  // namespace brachy

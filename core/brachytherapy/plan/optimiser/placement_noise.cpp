@@ -14,10 +14,10 @@ constexpr int kAway = 320, kAlong = 320;  // steps: 80 mm
 
 }  // namespace
 
-MisplacedDose::MisplacedDose(PlanDose& planned, const std::vector<NeedleChoice>& choices, const PlanPoints& points,
-                             const PointObjective& objective, SourceModel source, double strength_u,
-                             double prescription_gy, const PlacementNoise& noise, double weight,
-                             std::vector<float> placed)
+MisplacedDose::MisplacedDose(PlanDose& planned, const std::vector<NeedleChoice>& choices,
+                             const PlanPoints& points, const PointObjective& objective, SourceModel source,
+                             double strength_u, double prescription_gy, const PlacementNoise& noise,
+                             double weight, std::vector<float> placed)
     : planned_(planned),
       choices_(choices),
       objective_(objective),
@@ -34,8 +34,9 @@ MisplacedDose::MisplacedDose(PlanDose& planned, const std::vector<NeedleChoice>&
   const double scale = strength_u * total_gy_per_cgy_h(source) / prescription_gy;
   for (int i = 0; i < kAway; ++i)
     for (int j = 0; j < kAlong; ++j)
-      table_[static_cast<std::size_t>(i * kAlong + j)] = static_cast<float>(
-          scale * dose_rate_per_u(tg43_source(source), static_cast<double>(kStepMm) * j, static_cast<double>(kStepMm) * i));
+      table_[static_cast<std::size_t>(i * kAlong + j)] =
+          static_cast<float>(scale * dose_rate_per_u(tg43_source(source), static_cast<double>(kStepMm) * j,
+                                                     static_cast<double>(kStepMm) * i));
   PlanRandom random(noise.seed);
   offsets_.resize(draws_ * choices_.size() * NeedleLoad::kMostElements);
   for (Vec3& offset : offsets_)
@@ -46,14 +47,17 @@ MisplacedDose::MisplacedDose(PlanDose& planned, const std::vector<NeedleChoice>&
 
 void MisplacedDose::add_seed(std::size_t draw, std::size_t choice, int ordinal, int row, float sign,
                              float* dose) const {
-  const Vec3 seed = choices_[choice].position + row_depth_mm(row) * Vec3::UnitZ() + offset(draw, choice, ordinal);
-  const auto sx = static_cast<float>(seed.x()), sy = static_cast<float>(seed.y()), sz = static_cast<float>(seed.z());
+  const Vec3 seed =
+      choices_[choice].position + row_depth_mm(row) * Vec3::UnitZ() + offset(draw, choice, ordinal);
+  const auto sx = static_cast<float>(seed.x()), sy = static_cast<float>(seed.y()),
+             sz = static_cast<float>(seed.z());
   const float* table = table_.data();
   for (std::size_t i = 0; i < x_.size(); ++i) {
     const float dx = x_[i] - sx, dy = y_[i] - sy;
     const float away = std::sqrt(dx * dx + dy * dy) * (1 / kStepMm) + 0.5f,
                 along = std::abs(z_[i] - sz) * (1 / kStepMm) + 0.5f;
-    const int a = std::min(static_cast<int>(away), kAway - 1), b = std::min(static_cast<int>(along), kAlong - 1);
+    const int a = std::min(static_cast<int>(away), kAway - 1),
+              b = std::min(static_cast<int>(along), kAlong - 1);
     dose[i] += sign * table[a * kAlong + b];
   }
 }
@@ -65,7 +69,8 @@ double MisplacedDose::reset(std::span<const NeedleLoad> loads) {
     dose_[draw] = placed_;
     for (std::size_t c = 0; c < loads.size(); ++c) {
       const int count = loads[c].is_used() ? loads[c].seed_rows(rows) : 0;
-      for (int s = 0; s < count; ++s) add_seed(draw, c, s, rows[static_cast<std::size_t>(s)], 1, dose_[draw].data());
+      for (int s = 0; s < count; ++s)
+        add_seed(draw, c, s, rows[static_cast<std::size_t>(s)], 1, dose_[draw].data());
     }
     sum += objective_.of(dose_[draw].data());
   }

@@ -25,8 +25,9 @@ class MisplacedDose final : public PlanDose {
  public:
   /// `planned` and all references outlive this. `points`: for the draws; fewer than for the plan will do.
   MisplacedDose(PlanDose& planned, const std::vector<NeedleChoice>& choices, const PlanPoints& points,
-                const PointObjective& objective, SourceModel source, double strength_u, double prescription_gy,
-                const PlacementNoise& noise, double weight = 1, std::vector<float> placed = {});
+                const PointObjective& objective, SourceModel source, double strength_u,
+                double prescription_gy, const PlacementNoise& noise, double weight = 1,
+                std::vector<float> placed = {});
 
   double reset(std::span<const NeedleLoad> loads) override;
   double with(std::span<const LoadChange> changes) override;

@@ -35,7 +35,8 @@ double PlannedDose::with(std::span<const LoadChange> changes) {
     while (i < n || j < m) {
       const int was = i < n ? before[static_cast<std::size_t>(i)] : -1;
       const int is = j < m ? after[static_cast<std::size_t>(j)] : -1;
-      if (was != is) row_changes_.push_back({rows_.row(change.choice, std::max(was, is)), was > is ? -1.0f : 1.0f});
+      if (was != is)
+        row_changes_.push_back({rows_.row(change.choice, std::max(was, is)), was > is ? -1.0f : 1.0f});
       if (was >= is) ++i;
       if (is >= was) ++j;
     }

@@ -57,13 +57,14 @@ BRACHY_INLINE double evaluate_parts(std::span<const PointObjective::Part> parts,
   return total;
 }
 
-using Evaluate = double (*)(std::span<const PointObjective::Part>, const float*, std::span<const RowChange>, float*);
+using Evaluate = double (*)(std::span<const PointObjective::Part>, const float*, std::span<const RowChange>,
+                            float*);
 
 // NOLINTBEGIN(bugprone-macro-parentheses): an attribute cannot stand in parentheses.
-#define BRACHY_TARGET_OBJECTIVE(name, attribute)                                                   \
-  attribute double name(std::span<const PointObjective::Part> parts, const float* dose,            \
-                        std::span<const RowChange> rows, float* changed) {                         \
-    return evaluate_parts(parts, dose, rows, changed);                                             \
+#define BRACHY_TARGET_OBJECTIVE(name, attribute)                                        \
+  attribute double name(std::span<const PointObjective::Part> parts, const float* dose, \
+                        std::span<const RowChange> rows, float* changed) {              \
+    return evaluate_parts(parts, dose, rows, changed);                                  \
   }
 // NOLINTEND(bugprone-macro-parentheses)
 
@@ -93,11 +94,11 @@ PlanObjective PlanObjective::standard() {
       // structure, side, threshold, cap, weight, excess, allowed, allowed_cc
       {"prostate", Side::kBelow, 1.05, 0, 20, 0, 0, 0},
       {"prostate", Side::kBelow, 1.03, 0.03, 4, 40, 0.010, 0},
-      {"prostate", Side::kAbove, 1.45, 0.05, 0.2, 10, 0.43, 0},
-      {"prostate", Side::kAbove, 1.90, 0.1, 0.2, 10, 0.18, 0},
-      {"urethra", Side::kAbove, 1.15, 0, 1, 0, 0, 0},
-      {"urethra", Side::kAbove, 1.14, 0.05, 0, 4, 0.25, 0},
-      {"urethra", Side::kAbove, 1.22, 0.05, 0, 6, 0.06, 0},
+      {"prostate", Side::kAbove, 1.45, 0.05, 0.1, 10, 0.44, 0},
+      {"prostate", Side::kAbove, 1.90, 0.1, 0.1, 10, 0.195, 0},
+      {"urethra", Side::kAbove, 1.18, 0, 1, 0, 0, 0},
+      {"urethra", Side::kAbove, 1.15, 0.05, 0, 4, 0.26, 0},
+      {"urethra", Side::kAbove, 1.24, 0.05, 0, 6, 0.07, 0},
       {"rectum", Side::kAbove, 0.90, 0, 5, 0, 0, 0},
       {"rectum", Side::kAbove, 0.95, 0.05, 0, 20, 0, 0.4},
       {"", Side::kAbove, 1.00, 0, 2, 0, 0, 0},
@@ -136,13 +137,14 @@ PointObjective::PointObjective(const PlanObjective& objective, const PlanPoints&
       if (!concerns(term, from, &from == points.parts.data())) continue;
       assert(part.terms < kMostTerms);
       const double cap = term.cap > 0 ? term.cap : 1;
-      part.term[part.terms++] = {term.side == Side::kAbove ? 1.0f : -1.0f,
-                                 static_cast<float>(term.threshold),
-                                 term.cap > 0 ? static_cast<float>(term.cap) : std::numeric_limits<float>::infinity(),
-                                 1 / (cap * static_cast<double>(count)),
-                                 term.weight,
-                                 term.excess,
-                                 term.allowed_cc > 0 ? term.allowed_cc / from.volume_cc : term.allowed};
+      part.term[part.terms++] = {
+          term.side == Side::kAbove ? 1.0f : -1.0f,
+          static_cast<float>(term.threshold),
+          term.cap > 0 ? static_cast<float>(term.cap) : std::numeric_limits<float>::infinity(),
+          1 / (cap * static_cast<double>(count)),
+          term.weight,
+          term.excess,
+          term.allowed_cc > 0 ? term.allowed_cc / from.volume_cc : term.allowed};
     }
     parts_.push_back(part);
   }

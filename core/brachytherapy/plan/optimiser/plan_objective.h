@@ -20,12 +20,12 @@ struct PenaltyTerm {
   enum class Side { kBelow, kAbove };
   const char* structure;  ///< "prostate", "urethra", "rectum", or "" for any other
   Side side;
-  double threshold;    ///< where the penalty begins; share of the prescription
-  double cap;          ///< 0: none
-  double weight;       ///< of all of m
-  double excess;       ///< of what exceeds `allowed`
-  double allowed;      ///< share of the volume; of one given in cc, see allowed_cc
-  double allowed_cc;   ///< > 0: `allowed` is this by the volume that the structure's points stand for
+  double threshold;   ///< where the penalty begins; share of the prescription
+  double cap;         ///< 0: none
+  double weight;      ///< of all of m
+  double excess;      ///< of what exceeds `allowed`
+  double allowed;     ///< share of the volume; of one given in cc, see allowed_cc
+  double allowed_cc;  ///< > 0: `allowed` is this by the volume that the structure's points stand for
 };
 
 /// A plan's objective: penalties, and what each needle and each seed costs. Smaller is better; 0 is unattainable.

@@ -18,7 +18,9 @@ double volume_cc(const SurfaceMesh& mesh) {
 
 struct NearBox {
   Vec3 min, max;
-  bool contains(const Vec3& p) const { return (p.array() >= min.array()).all() && (p.array() <= max.array()).all(); }
+  bool contains(const Vec3& p) const {
+    return (p.array() >= min.array()).all() && (p.array() <= max.array()).all();
+  }
 };
 
 void append(PlanPoints& all, const std::string& name, const std::vector<Vec3>& points, double volume) {
@@ -41,7 +43,8 @@ void append_near(PlanPoints& all, const Structure& structure, const NearBox& box
   for (const Vec3& p : candidates)
     if (box.contains(p)) chosen.push_back(p);
   append(all, structure.name, chosen,
-         volume_cc(structure.mesh) * static_cast<double>(chosen.size()) / static_cast<double>(candidates.size()));
+         volume_cc(structure.mesh) * static_cast<double>(chosen.size()) /
+             static_cast<double>(candidates.size()));
 }
 
 }  // namespace

@@ -19,9 +19,9 @@ struct PlanPoints {
 
   struct Part {
     std::string structure;
-    std::size_t first = 0;   ///< in `points`, a multiple of kGroup
-    std::size_t count = 0;   ///< without the padding
-    double volume_cc = 0;    ///< of what the points stand for
+    std::size_t first = 0;  ///< in `points`, a multiple of kGroup
+    std::size_t count = 0;  ///< without the padding
+    double volume_cc = 0;   ///< of what the points stand for
     std::size_t padded() const { return (count + kGroup - 1) / kGroup * kGroup; }
   };
   std::vector<Vec3> points;  ///< mm, world

@@ -14,7 +14,7 @@
 namespace brachy {
 namespace {
 
-constexpr double kReachMm = 8;         // beside the outermost holes: what their seeds still cover
+constexpr double kReachMm = 8;          // beside the outermost holes: what their seeds still cover
 constexpr double kLeastReached = 0.95;  // of the gland
 constexpr double kLeastNeeded = 0.7;    // of the customary strength: no plan does with less
 constexpr double kLeastCovered = 0.9;
@@ -44,7 +44,8 @@ void refuse_unreached(const Structure& gland, const SurfaceBvh& surface, const T
   const auto points = fill_interior(surface, kReachPoints, 1, gland.name);
   const auto reached = std::ranges::count_if(points, [&](const Vec3& p) {
     return p.x() >= first.x() - kReachMm && p.x() <= last.x() + kReachMm && p.y() >= first.y() - kReachMm &&
-           p.y() <= last.y() + kReachMm && p.z() >= first.z() && p.z() <= first.z() + needle_length_mm + kReachMm;
+           p.y() <= last.y() + kReachMm && p.z() >= first.z() &&
+           p.z() <= first.z() + needle_length_mm + kReachMm;
   });
   const double share = static_cast<double>(reached) / static_cast<double>(points.size());
   // A template that is beside or behind the gland is find_gland_holes' to refuse, with the origin it should have.
@@ -55,8 +56,8 @@ void refuse_unreached(const Structure& gland, const SurfaceBvh& surface, const T
                     text_of(needle_length_mm) + " mm reach " + std::to_string(std::lround(100 * share)) +
                     " % of it; the nearest that can be planned is a gland within " +
                     rounded(size.x() + 2 * kReachMm, 1) + " × " + rounded(size.y() + 2 * kReachMm, 1) +
-                    " mm in front of the template (this one: " + rounded(box.x(), 1) + " × " + rounded(box.y(), 1) +
-                    " mm), or set template.origin_mm, columns and rows");
+                    " mm in front of the template (this one: " + rounded(box.x(), 1) + " × " +
+                    rounded(box.y(), 1) + " mm), or set template.origin_mm, columns and rows");
 }
 
 double choose_strength(const PlanRequest& request, std::vector<std::string>& notes) {
@@ -70,28 +71,32 @@ double choose_strength(const PlanRequest& request, std::vector<std::string>& not
   if (request.strength_u && !is_made(*request.strength_u))
     throw PlanRefused("seeds of " + text_of(*request.strength_u) + " U: " + std::string(limits->nuclide) +
                       " seeds (" + name + ") are made of " + text_of(limits->least_u) + " … " +
-                      text_of(limits->most_u) + " U (" + std::string(limits->reference) + "); the nearest is " +
+                      text_of(limits->most_u) + " U (" + std::string(limits->reference) +
+                      "); the nearest is " +
                       text_of(std::clamp(*request.strength_u, limits->least_u, limits->most_u)) + " U");
   if (request.strength_u) return *request.strength_u;
   if (is_made(request.scene_u)) return request.scene_u;
   notes.push_back("strength assumed: the scene's " + text_of(request.scene_u) + " U is none of " +
-                  std::string(limits->nuclide) + " seeds, which are made of " + text_of(limits->least_u) + " … " +
-                  text_of(limits->most_u) + " U; planned with the customary " + text_of(limits->customary_u) + " U");
+                  std::string(limits->nuclide) + " seeds, which are made of " + text_of(limits->least_u) +
+                  " … " + text_of(limits->most_u) + " U; planned with the customary " +
+                  text_of(limits->customary_u) + " U");
   return limits->customary_u;
 }
 
-void refuse_too_many_seeds(const SurfaceBvh& surface, double volume_cc, double strength_u, std::size_t most_seeds,
-                           const PlanSettings& settings) {
+void refuse_too_many_seeds(const SurfaceBvh& surface, double volume_cc, double strength_u,
+                           std::size_t most_seeds, const PlanSettings& settings) {
   const double mean_cm = (surface.max() - surface.min()).sum() / 30;
-  const double least_u = kLeastNeeded * customary_strength_u(settings.source, settings.prescription_gy, mean_cm);
+  const double least_u =
+      kLeastNeeded * customary_strength_u(settings.source, settings.prescription_gy, mean_cm);
   const double seeds = std::ceil(least_u / strength_u);
   if (seeds <= static_cast<double>(most_seeds)) return;
   const double stronger = std::ceil(100 * least_u / static_cast<double>(most_seeds)) / 100;
   const auto limits = source_limits(settings.source);
   const bool is_made = limits && stronger <= limits->most_u;
-  throw PlanRefused("the gland of " + grouped(volume_cc) + " cc needs at least " + grouped(seeds) + " seeds of " +
-                    text_of(strength_u) + " U for " + text_of(settings.prescription_gy) + " Gy, and " +
-                    std::to_string(most_seeds) + " are allowed; the nearest that can be planned is " +
+  throw PlanRefused("the gland of " + grouped(volume_cc) + " cc needs at least " + grouped(seeds) +
+                    " seeds of " + text_of(strength_u) + " U for " + text_of(settings.prescription_gy) +
+                    " Gy, and " + std::to_string(most_seeds) +
+                    " are allowed; the nearest that can be planned is " +
                     (is_made ? "--strength-u " + text_of(stronger) + ", or " : std::string()) +
                     "--max-seeds and seeds.max_count of " + grouped(seeds));
 }
@@ -116,14 +121,15 @@ void refuse_what_the_loader_refuses(const Plan& plan, const TemplateGrid& grid, 
 
 }  // namespace
 
-MadePlan make_plan(const std::vector<Structure>& structures, const TemplateGrid& grid, const PlanRequest& request,
-                   const std::function<void(double share)>& progress) {
+MadePlan make_plan(const std::vector<Structure>& structures, const TemplateGrid& grid,
+                   const PlanRequest& request, const std::function<void(double share)>& progress) {
   MadePlan made;
   bool assumed = false;
   made.structures = with_urethra(structures, assumed);
   if (assumed)
     made.notes.emplace_back(
-        "urethra assumed: the scene has none; a straight one of 3 mm radius along z through the middle of the gland's "
+        "urethra assumed: the scene has none; a straight one of 3 mm radius along z through the middle of "
+        "the gland's "
         "box stands in for it");
   const SurfaceBvh surface(structures.front().mesh);
   const PlanSettings& settings = request.settings;
@@ -134,7 +140,8 @@ MadePlan make_plan(const std::vector<Structure>& structures, const TemplateGrid&
     const double u = made.plan.air_kerma_strength_u;
     if (limits && !(u >= limits->least_u && u <= limits->most_u))
       made.notes.push_back("strength: the rule needs " + text_of(u) + " U; " + std::string(limits->nuclide) +
-                           " seeds are made of " + text_of(limits->least_u) + " … " + text_of(limits->most_u) + " U");
+                           " seeds are made of " + text_of(limits->least_u) + " … " +
+                           text_of(limits->most_u) + " U");
   } else {
     OptimiserSettings how = request.how;
     how.strength_u = choose_strength(request, made.notes);
@@ -146,11 +153,12 @@ MadePlan make_plan(const std::vector<Structure>& structures, const TemplateGrid&
                     : optimise_plan(made.structures, grid, settings, how, progress).plan;
     const double covered = covered_share(made.plan, grid, surface);
     if (covered < kLeastCovered)
-      throw PlanRefused("the best plan found with " + std::to_string(made.plan.needles.size()) + " needles and " +
-                        std::to_string(made.plan.seed_count()) + " seeds of " + text_of(how.strength_u) +
-                        " U covers " + rounded(100 * covered, 0.1) +
-                        " % of the gland; a plan covers at least 90 %: allow more (--max-needles, --max-seeds), "
-                        "stronger seeds, or a finer or nearer template");
+      throw PlanRefused(
+          "the best plan found with " + std::to_string(made.plan.needles.size()) + " needles and " +
+          std::to_string(made.plan.seed_count()) + " seeds of " + text_of(how.strength_u) + " U covers " +
+          rounded(100 * covered, 0.1) +
+          " % of the gland; a plan covers at least 90 %: allow more (--max-needles, --max-seeds), "
+          "stronger seeds, or a finer or nearer template");
   }
   refuse_what_the_loader_refuses(made.plan, grid, settings.needle_length_mm);
   return made;

@@ -42,10 +42,10 @@ struct MadePlan {
 };
 
 /// Makes a plan that load_plan accepts, or refuses with PlanRefused: a strength in which the source's seeds are not
-/// made; a gland that the template or the needles do not reach, that needs more seeds than the scene allows, or of which
-/// the best plan found covers less than 90 % (the pubic arch, the urethra's clearance). Other UserErrors as
+/// made; a gland that the template or the needles do not reach, that needs more seeds than the scene allows, or of
+/// which the best plan found covers less than 90 % (the pubic arch, the urethra's clearance). Other UserErrors as
 /// optimise_plan and generate_plan. Deterministic. Not real-time.
-MadePlan make_plan(const std::vector<Structure>& structures, const TemplateGrid& grid, const PlanRequest& request,
-                   const std::function<void(double share)>& progress = {});
+MadePlan make_plan(const std::vector<Structure>& structures, const TemplateGrid& grid,
+                   const PlanRequest& request, const std::function<void(double share)>& progress = {});
 
 }  // namespace brachy

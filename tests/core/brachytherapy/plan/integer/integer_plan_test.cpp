@@ -17,8 +17,8 @@ using namespace test;
 const PlanSettings kSmall{"test", SourceModel::kAmersham6711, 145, 200, 256};
 
 IntegerProgramme programme_of() {
-  return {load_structures(parse_scene("[tissue]\nphantom_size_mm = [35, 28, 32]", "scene.toml")), TemplateGrid(),
-          kSmall, OptimiserSettings()};
+  return {load_structures(parse_scene("[tissue]\nphantom_size_mm = [35, 28, 32]", "scene.toml")),
+          TemplateGrid(), kSmall, OptimiserSettings()};
 }
 
 TEST(IntegerProgramme, NamesEveryBinaryVariableOnce) {

@@ -14,7 +14,8 @@ TEST(NeedleLoad, SeedsLieWhereThePlanPutsThem) {
     std::array<int, NeedleLoad::kMostElements> rows;
     const auto offsets = needle.seed_offsets_mm();
     ASSERT_EQ(static_cast<std::size_t>(load.seed_rows(rows)), offsets.size());
-    for (std::size_t s = 0; s < offsets.size(); ++s) EXPECT_EQ(row_depth_mm(rows[s]), 80 - offsets[s]) << train;
+    for (std::size_t s = 0; s < offsets.size(); ++s)
+      EXPECT_EQ(row_depth_mm(rows[s]), 80 - offsets[s]) << train;
   }
 }
 
@@ -26,7 +27,8 @@ TEST(NeedleLoad, TrimmingLeavesTheSeedsWhereTheyAre) {
   EXPECT_EQ(load.train(), "-s-s");  // two spacers are 11 mm of depth
   EXPECT_EQ(load.tip_mm, 69);
   ASSERT_EQ(load.seed_rows(after), count);
-  for (int s = 0; s < count; ++s) EXPECT_EQ(after[static_cast<std::size_t>(s)], before[static_cast<std::size_t>(s)]);
+  for (int s = 0; s < count; ++s)
+    EXPECT_EQ(after[static_cast<std::size_t>(s)], before[static_cast<std::size_t>(s)]);
 }
 
 }  // namespace

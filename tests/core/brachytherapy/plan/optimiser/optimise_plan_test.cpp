@@ -29,7 +29,8 @@ OptimiserSettings quick() {
   return how;
 }
 
-std::vector<StructureDose> dose_of(const std::vector<Structure>& structures, const std::vector<PlannedSeed>& seeds,
+std::vector<StructureDose> dose_of(const std::vector<Structure>& structures,
+                                   const std::vector<PlannedSeed>& seeds,
                                    const std::vector<DoseSeed>& placed = {}) {
   ImplantDose implant(structures, DoseSettings());
   for (const PlannedSeed& seed : seeds) implant.add(seed);
@@ -84,8 +85,7 @@ TEST(OptimisePlan, NeedlesKeepTheirClearances) {
       }
     }
   }
-  for (const PlannedSeed& seed : plan.seeds(TemplateGrid()))
-    EXPECT_GE(seed.position.z(), gland.min().z());
+  for (const PlannedSeed& seed : plan.seeds(TemplateGrid())) EXPECT_GE(seed.position.z(), gland.min().z());
 }
 
 TEST(OptimisePlan, CountsStayWithinWhatIsAllowed) {
@@ -141,7 +141,8 @@ TEST(Replan, FillsWhatMisplacedSeedsLeaveWithTheNeedlesThatRemain) {
       numbers.push_back(static_cast<std::int32_t>(s));
     }
   const Plan left = remaining_needles(plan, grid, placed, numbers);
-  EXPECT_EQ(left.needles, std::vector(plan.needles.begin() + static_cast<std::ptrdiff_t>(half), plan.needles.end()));
+  EXPECT_EQ(left.needles,
+            std::vector(plan.needles.begin() + static_cast<std::ptrdiff_t>(half), plan.needles.end()));
   EXPECT_EQ(remaining_needles(plan, grid, placed, {}), left);  // by the holes they lie behind
   const OptimisedPlan again = replan(structures, grid, left, placed, 200, replan_settings());
   EXPECT_LE(again.plan.needles.size(), left.needles.size());

@@ -59,9 +59,8 @@ TEST(MisplacedDose, ChangesGiveTheObjectiveThatALoadFromScratchHas) {
   noise.draws = 3;
   MisplacedDose dose(planned, p.choices, p.points, misplaced, SourceModel::kAmersham6711, 0.5, 145, noise);
   MisplacedDose fresh(other, p.choices, p.points, misplaced, SourceModel::kAmersham6711, 0.5, 145, noise);
-  wander(dose, 60, [&](const LoadMoves& moves, double then) {
-    EXPECT_NEAR(fresh.reset(moves.loads()), then, 2e-3);
-  });
+  wander(dose, 60,
+         [&](const LoadMoves& moves, double then) { EXPECT_NEAR(fresh.reset(moves.loads()), then, 2e-3); });
 }
 
 TEST(MisplacedDose, WithoutNoiseItIsThePlannedDose) {

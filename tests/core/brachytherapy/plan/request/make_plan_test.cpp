@@ -26,7 +26,8 @@ PlanRequest quick_request() {
   return request;
 }
 
-std::string refusal(const std::vector<Structure>& structures, const TemplateGrid& grid, const PlanRequest& request) {
+std::string refusal(const std::vector<Structure>& structures, const TemplateGrid& grid,
+                    const PlanRequest& request) {
   try {
     make_plan(structures, grid, request);
   } catch (const PlanRefused& e) {
@@ -39,10 +40,12 @@ TEST(MakePlan, AStrengthThatIsNotMadeIsRefusedWithTheNearestThatIs) {
   PlanRequest request = quick_request();
   request.strength_u = 2;
   const std::string strong = refusal(phantom_for(""), TemplateGrid(), request);
-  EXPECT_NE(strong.find("seeds of 2 U: I-125 seeds (6711) are made of 0.25 … 0.76 U"), std::string::npos) << strong;
+  EXPECT_NE(strong.find("seeds of 2 U: I-125 seeds (6711) are made of 0.25 … 0.76 U"), std::string::npos)
+      << strong;
   EXPECT_NE(strong.find("the nearest is 0.76 U"), std::string::npos) << strong;
   request.strength_u = 0.1;
-  EXPECT_NE(refusal(phantom_for(""), TemplateGrid(), request).find("the nearest is 0.25 U"), std::string::npos);
+  EXPECT_NE(refusal(phantom_for(""), TemplateGrid(), request).find("the nearest is 0.25 U"),
+            std::string::npos);
 }
 
 TEST(MakePlan, MoreSeedsThanAreAllowedIsRefusedWithTheStrengthThatWouldDo) {
@@ -50,7 +53,8 @@ TEST(MakePlan, MoreSeedsThanAreAllowedIsRefusedWithTheStrengthThatWouldDo) {
   request.strength_u = 0.25;
   const std::string text = refusal(phantom_for(""), TemplateGrid(), request);
   EXPECT_NE(text.find("the gland of 47 cc needs at least"), std::string::npos) << text;
-  EXPECT_NE(text.find("and 90 are allowed; the nearest that can be planned is --strength-u 0.3"), std::string::npos)
+  EXPECT_NE(text.find("and 90 are allowed; the nearest that can be planned is --strength-u 0.3"),
+            std::string::npos)
       << text;
 }
 
@@ -58,13 +62,16 @@ TEST(MakePlan, AGlandThatTheTemplateDoesNotReachIsRefusedWithItsShare) {
   const std::string text = refusal(phantom_for("[tissue]\nphantom_size_mm = [140, 130, 150]"),
                                    TemplateGrid{13, 13, 5, {-30, -30, -100}}, quick_request());
   EXPECT_EQ(text.find("the gland has 1,4"), 0u) << text;
-  EXPECT_NE(text.find(" cc; a template of 60 × 60 mm and needles of 200 mm reach "), std::string::npos) << text;
-  EXPECT_NE(text.find("the nearest that can be planned is a gland within 76 × 76 mm"), std::string::npos) << text;
+  EXPECT_NE(text.find(" cc; a template of 60 × 60 mm and needles of 200 mm reach "), std::string::npos)
+      << text;
+  EXPECT_NE(text.find("the nearest that can be planned is a gland within 76 × 76 mm"), std::string::npos)
+      << text;
 }
 
 TEST(MakePlan, ALiverIsRefused) {
   BRACHY_REQUIRE_DATA(data);
-  const auto liver = phantom_for("[tissue]\nmesh = \"" + (data / "meshes/liver_concave.ply").string() + "\"\n");
+  const auto liver =
+      phantom_for("[tissue]\nmesh = \"" + (data / "meshes/liver_concave.ply").string() + "\"\n");
   const std::string text = refusal(liver, TemplateGrid{13, 13, 5, {-50, -70, -70}}, quick_request());
   EXPECT_NE(text.find("a template of 60 × 60 mm"), std::string::npos) << text;
 }
@@ -111,10 +118,12 @@ TEST(MakePlan, NeverMakesWhatTheLoaderRefuses) {
     grid.columns = random.between(1, 20);
     grid.rows = random.between(1, 20);
     grid.spacing_mm = within(4, 10);
-    grid.origin_mm = centre - Vec3(0.5 * grid.spacing_mm * (grid.columns - 1) + within(-10, 10),
-                                   0.5 * grid.spacing_mm * (grid.rows - 1) + within(-10, 10), half.z() + within(-3, 160));
+    grid.origin_mm =
+        centre - Vec3(0.5 * grid.spacing_mm * (grid.columns - 1) + within(-10, 10),
+                      0.5 * grid.spacing_mm * (grid.rows - 1) + within(-10, 10), half.z() + within(-3, 160));
     PlanRequest request;
-    request.settings = {"gland " + std::to_string(k), random.share() < 0.5 ? SourceModel::kAmersham6711 : SourceModel::kTheraSeed200,
+    request.settings = {"gland " + std::to_string(k),
+                        random.share() < 0.5 ? SourceModel::kAmersham6711 : SourceModel::kTheraSeed200,
                         within(60, 160), within(60, 200), static_cast<std::size_t>(random.between(5, 300))};
     request.method = random.share() < 0.1 ? PlanMethod::kRule : PlanMethod::kAnnealing;
     if (random.share() < 0.5) request.strength_u = within(0.1, 4);

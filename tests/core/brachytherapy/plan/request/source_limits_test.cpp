@@ -6,7 +6,8 @@ namespace brachy {
 namespace {
 
 TEST(SourceLimits, EachNuclideHasItsOwn) {
-  const auto iodine = source_limits(SourceModel::kAmersham6711), palladium = source_limits(SourceModel::kTheraSeed200);
+  const auto iodine = source_limits(SourceModel::kAmersham6711),
+             palladium = source_limits(SourceModel::kTheraSeed200);
   ASSERT_TRUE(iodine && palladium);
   EXPECT_EQ(iodine->nuclide, "I-125");
   EXPECT_EQ(palladium->nuclide, "Pd-103");
