@@ -94,7 +94,7 @@ export class Screen {
     context.setTransform(1, 0, 0, 1, 0, 0);
     context.drawImage(this.source, 0, 0);
     context.translate(0.5, 0.5);  // now 0, 0 is the middle of the first pixel
-    const unit = image.width / 512;
+    const unit = image.width / Math.min(512, Math.max(100, this.canvas.clientWidth));  // of lines and letters, as large as on the page
     context.textBaseline = 'middle';
     if (this.overlay.grid && this.overlay.template) this.drawGrid(image, this.overlay.template, unit);
     if (this.overlay.outline.length > 0) this.drawOutline(unit);
