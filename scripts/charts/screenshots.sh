@@ -28,5 +28,9 @@ start_daemon "$out" --config config/theatre.toml --trajectory config/insertion_p
 until grep -q '^http on ' "$out/daemon.out"; do sleep 0.05; done
 node tests/viewer/theatre_screenshot.mjs "$(sed -n 's/^http on //p' "$out/daemon.out")" "$pictures"
 end_daemon >/dev/null
+start_daemon "$out" --config config/session.toml --trajectory config/insertion_5mm_s.csv --play --port 0 --http-port 0
+until grep -q '^http on ' "$out/daemon.out"; do sleep 0.05; done
+node tests/viewer/ultrasound_screenshot.mjs "$(sed -n 's/^http on //p' "$out/daemon.out")" "$pictures"
+end_daemon >/dev/null
 pngquant --force --ext .png --speed 1 256 "$pictures"/*.png  # half a megabyte each, else
 ls -l "$pictures"

@@ -10,16 +10,22 @@ namespace brachy {
 namespace {
 
 struct ScannerConsoleTest : ::testing::Test {
-  ScannerConsoleTest() { probe.add_stepper({}); }
   const ScannerSettings& handed_over() {
     console.reader().update();
     return console.reader().value();
   }
 
   Scene scene;
-  SwitchedDevice probe{{}, std::nullopt};
+  struct Probe {
+    Probe() { device.add_stepper({}); }
+    SteppedProbe* stepper() { return device.stepper(); }
+    SwitchedDevice device{{}, std::nullopt};
+  };
+
+  Probe probe;
   std::vector<net::ScannerMessage> published;
-  ScannerConsole console{scene, &probe, [this](const net::ScannerMessage& m) { published.push_back(m); }};
+  ScannerConsole console{scene, &probe.device,
+                         [this](const net::ScannerMessage& m) { published.push_back(m); }};
 };
 
 TEST_F(ScannerConsoleTest, BeginsWithTheScenesSettings) {

@@ -92,10 +92,13 @@ export class Screen {
     const {image, context} = this;
     if (!image) return;
     context.setTransform(1, 0, 0, 1, 0, 0);
+    context.shadowBlur = 0;
     context.drawImage(this.source, 0, 0);
     context.translate(0.5, 0.5);  // now 0, 0 is the middle of the first pixel
-    const unit = image.width / 512;
+    const unit = image.width / Math.min(512, Math.max(100, this.canvas.clientWidth));  // of lines and letters, as large as on the page
     context.textBaseline = 'middle';
+    context.shadowColor = '#000';  // legible on bright tissue
+    context.shadowBlur = 2 * unit;
     if (this.overlay.grid && this.overlay.template) this.drawGrid(image, this.overlay.template, unit);
     if (this.overlay.outline.length > 0) this.drawOutline(unit);
     this.drawCalipers(image, unit);
