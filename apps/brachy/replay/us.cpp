@@ -142,10 +142,9 @@ class RecordedConsole {
   Stepper stepper_;
 };
 
-int run(UsOptions options) {
+int run(const UsOptions& given) {
+  UsOptions options = given;  // a recording may change the arrays
   Scene scene = scene_of(options);
-  const bool chooses_arrays = !options.arrays.empty();
-  const std::vector<std::string> chosen = options.arrays;
   std::optional<NeedleTrajectories> trajectories;
   if (options.trajectory)
     trajectories = load_motion(*options.trajectory, ReplayedModel::kRecorded, scene.instrument_count());
@@ -183,7 +182,7 @@ int run(UsOptions options) {
       }
     simulator.step(poses, state);
     if (console.advance(at_s, options, scene)) {
-      if (chooses_arrays) options.arrays = chosen;
+      if (!given.arrays.empty()) options.arrays = given.arrays;
       views = views_of(options, scene, simulator.tissue(), echoes);
     }
     if (t_s < options.from_s || std::fmod(static_cast<double>(k), every) != 0) continue;

@@ -17,8 +17,8 @@ class SwitchedDevice;
 /// net/PROTOCOL.md), for the ultrasound thread and for the clients. Threads: the io thread.
 class ScannerConsole {
  public:
-  /// `probe`: its device, with a stepper, where the scene has a probe; else null. Both outlive this. `publish`: sends to the clients
-  /// what is in use.
+  /// `probe`: its device, with a stepper, where the scene has a probe; else null. Both outlive this. `publish`: sends
+  /// to the clients what is in use.
   ScannerConsole(const Scene& scene, SwitchedDevice* probe,
                  std::function<void(const net::ScannerMessage&)> publish);
 
