@@ -97,30 +97,24 @@ double DoseChange::harm_percent(double prescription_gy) const {
          100 / prescription_gy * (too_much(-d90_gy) + too_much(urethra_d30_gy) + too_much(rectum_d2cc_gy));
 }
 
-Consequences find_consequences(const Plan& plan, const TemplateGrid& grid,
-                               const std::vector<Structure>& structures, DoseSettings settings,
+Consequences find_consequences(const Plan& plan, const TemplateGrid& grid, const ImplantDose& at_rest,
+                               const std::vector<StructureDose>& planned_dose,
                                const std::vector<Seed>& seeds) {
-  settings.prescription_gy = plan.prescription_gy;
-  ImplantDose dose(structures, settings);
   const std::vector<PlannedSeed> planned = plan.seeds(grid);
-  for (const PlannedSeed& seed : planned) dose.add(seed);
-  const Figures of_plan = figures_of(dose.evaluate());
-  dose.clear();
-  for (const Seed& seed : seeds) dose.add(seed.at_rest());
-  const Figures as_is = figures_of(dose.evaluate());
+  const std::vector<Structure>& structures = at_rest.structures();
+  const Figures as_is = figures_of(at_rest.evaluate());
+  ImplantDose dose = at_rest;
 
   Consequences all;
-  all.whole = change(of_plan, as_is);
-  all.sectors = sectors_of(structures.front().mesh, dose.grid(), plan.prescription_gy);
+  all.whole = change(figures_of(planned_dose), as_is);
+  all.sectors = sectors_of(structures.front().mesh, at_rest.grid(), plan.prescription_gy);
   if (const Structure* urethra = find_structure(structures, "urethra"))
-    all.urethra = hot_spot_of(urethra->mesh, dose.grid(), plan.prescription_gy);
+    all.urethra = hot_spot_of(urethra->mesh, at_rest.grid(), plan.prescription_gy);
   const auto without = [&](const std::vector<DoseSeed>& fallen, const std::vector<DoseSeed>& instead) {
+    dose = at_rest;
     for (const DoseSeed& seed : fallen) dose.add(taken_out(seed));
     for (const DoseSeed& seed : instead) dose.add(seed);
-    const DoseChange cost = change(figures_of(dose.evaluate()), as_is);
-    for (const DoseSeed& seed : fallen) dose.add(seed);
-    for (const DoseSeed& seed : instead) dose.add(taken_out(seed));
-    return cost;
+    return change(figures_of(dose.evaluate()), as_is);
   };
   std::vector<std::vector<DoseSeed>> fallen(plan.needles.size()), wanted(plan.needles.size());
   std::vector<DoseSeed> unplanned;

@@ -53,10 +53,10 @@ struct Consequences {
   std::optional<HotSpot> urethra;   ///< its hottest place; none: the scene has no urethra
 };
 
-/// Seeds count where they are at rest. `structures`: "prostate" first, as the score has them. Each needle is taken out
-/// and put in as planned by itself: costs do not add up. Some 10 ms a needle. Errors as ImplantDose.
-Consequences find_consequences(const Plan& plan, const TemplateGrid& grid,
-                               const std::vector<Structure>& structures, DoseSettings settings,
-                               const std::vector<Seed>& seeds);
+/// `at_rest`: the dose of `seeds`, where they are at rest, with the prescription of the plan; its structures are the
+/// score's, "prostate" first. `planned`: the dose of the plan to the same structures. Each needle is taken out and put in
+/// as planned by itself: costs do not add up. Some 10 ms a needle.
+Consequences find_consequences(const Plan& plan, const TemplateGrid& grid, const ImplantDose& at_rest,
+                               const std::vector<StructureDose>& planned, const std::vector<Seed>& seeds);
 
 }  // namespace brachy

@@ -41,11 +41,11 @@ Score score_session(const Plan& plan, const TemplateGrid& grid, const std::vecto
   score.failed_drops = recording.failed_drops;
   score.goals = judge(goals, score.dose);
   if (recording.seeds) {
-    score.consequences = find_consequences(plan, grid, structures, dose, *recording.seeds);
     DoseSettings of_plan = dose;
     of_plan.prescription_gy = plan.prescription_gy;
     ImplantDose at_rest(structures, of_plan);
     for (const Seed& seed : *recording.seeds) at_rest.add(seed.at_rest());
+    score.consequences = find_consequences(plan, grid, at_rest, score.dose.plan.structures, *recording.seeds);
     score.slices = axial_slices(structures, at_rest.grid(), plan.prescription_gy);
   }
   score.findings = find_mistakes(score, plan, grid);

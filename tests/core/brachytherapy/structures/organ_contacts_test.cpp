@@ -142,7 +142,9 @@ TEST(OrganContacts, WithinTissueTheMaterialPointDecides) {
     const std::array<Vec3, 2> points = {tip - kLength * Vec3::UnitZ(), tip};
     const NeedleCourse course{.points = points, .path = &path, .tip_s = s, .entry = Vec3(0, 0, -18)};
     contacts.update(2, kPeriodS, &course, std::span(&contact, 1));
-    if (s > 12.2 || s < 11.8) EXPECT_EQ(contact.is_in, s > 12) << s;
+    if (s > 12.2 || s < 11.8) {
+      EXPECT_EQ(contact.is_in, s > 12) << s;
+    }
   }
 }
 
