@@ -112,23 +112,23 @@ TEST(MakePlan, NeverMakesWhatTheLoaderRefuses) {
   for (int k = 0; k < 500; ++k) {
     const Vec3 centre(within(-8, 8), within(-8, 8), within(-5, 5));
     SurfaceMesh gland = unit;
-    const Vec3 half(within(10, 35), within(9, 30), within(10, 32));
+    const Vec3 half(within(9, 25), within(9, 22), within(9, 25));
     for (Vec3& v : gland.vertices) v = v.cwiseProduct(half) + centre;
     TemplateGrid grid;
-    grid.columns = random.between(1, 20);
-    grid.rows = random.between(1, 20);
-    grid.spacing_mm = within(4, 10);
+    grid.columns = random.between(9, 20);
+    grid.rows = random.between(9, 20);
+    grid.spacing_mm = within(4, 7);
     grid.origin_mm =
-        centre - Vec3(0.5 * grid.spacing_mm * (grid.columns - 1) + within(-10, 10),
-                      0.5 * grid.spacing_mm * (grid.rows - 1) + within(-10, 10), half.z() + within(-3, 160));
+        centre - Vec3(0.5 * grid.spacing_mm * (grid.columns - 1) + within(-4, 4),
+                      0.5 * grid.spacing_mm * (grid.rows - 1) + within(-4, 4), half.z() + within(-3, 80));
     PlanRequest request;
     request.settings = {"gland " + std::to_string(k),
                         random.share() < 0.5 ? SourceModel::kAmersham6711 : SourceModel::kTheraSeed200,
-                        within(60, 160), within(60, 200), static_cast<std::size_t>(random.between(5, 300))};
-    request.method = random.share() < 0.1 ? PlanMethod::kRule : PlanMethod::kAnnealing;
-    if (random.share() < 0.5) request.strength_u = within(0.1, 4);
+                        within(60, 160), within(100, 200), static_cast<std::size_t>(random.between(40, 300))};
+    request.method = k % 50 == 0 ? PlanMethod::kRule : PlanMethod::kAnnealing;
+    if (random.share() < 0.2) request.strength_u = within(0.1, 4);
     request.how.seed = static_cast<std::uint64_t>(k);
-    request.how.proposals = 1'000;
+    request.how.proposals = 3'000;
     request.how.points = {120, 16, 16, 16};
     request.how.chains = request.how.threads = 1;
     try {
@@ -146,7 +146,7 @@ TEST(MakePlan, NeverMakesWhatTheLoaderRefuses) {
       ++refused;
     }
   }
-  EXPECT_GT(made, 60);
+  EXPECT_GT(made, 40);
   EXPECT_GT(refused, 60);
 }
 
