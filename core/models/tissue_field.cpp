@@ -75,8 +75,7 @@ void TissueField::rigid_stiffness(std::span<const std::uint32_t> group_of, std::
 }
 
 void TissueField::do_rigid_stiffness(std::span<const std::uint32_t> group_of,
-                                     std::span<const Vec3> directions,
-                                     std::span<double> stiffness) noexcept {
+                                     std::span<const Vec3> directions, std::span<double> stiffness) noexcept {
   unit_forces_.resize(group_of.size());
   for (std::size_t g = 0; g < directions.size(); ++g) {
     unit_.assign(group_of.size(), Vec3::Zero());

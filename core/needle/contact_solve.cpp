@@ -72,8 +72,7 @@ FactorStatus ContactSolve::solve(std::uint64_t tick, std::span<NeedleContact> ne
   if (probe) std::ranges::for_each(probe->landmarks(), clear);
   if (!landmarks.owners.empty()) find_slips(needles, probe, landmarks, field, flags);
   find_stiffnesses(needles, probe, landmarks, field);
-  for (std::size_t n = 0; n < needles.size(); ++n)
-    needles[n].finish(tick, period_s_, along_[n], across_[n]);
+  for (std::size_t n = 0; n < needles.size(); ++n) needles[n].finish(tick, period_s_, along_[n], across_[n]);
   if (probe) probe->finish(tick, along_.back());
   return {};
 }

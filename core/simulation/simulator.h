@@ -115,7 +115,7 @@ class Simulator {
 
   std::uint64_t tick_ = 0;
   std::uint32_t flags_ = 0;
-  LandmarkSet landmarks_;                    // of this tick
+  LandmarkSet landmarks_;  // of this tick
   NeedleOrder needle_order_;
   std::vector<std::int32_t> last_on_shaft_;  // of each needle, its landmark behind the tip; −1: none
   std::vector<std::int32_t> beams_;  // of each needle, in landmarks_.compliance; −1: it does not bend

@@ -164,7 +164,7 @@ BRACHY_INLINE void gram(const double* X, std::size_t stride, std::size_t n, cons
                                      std::size_t outer) {                                                    \
       add_gram<W>(X, stride, first, end, starts, m, H, outer);                                               \
     }                                                                                                        \
-    static constexpr InverseLoops kLoops{solve, solve_by_panels, add_square, square};                                                     \
+    static constexpr InverseLoops kLoops{solve, solve_by_panels, add_square, square};                        \
   }
 // NOLINTEND(bugprone-macro-parentheses)
 

@@ -53,9 +53,11 @@ void PanelInverse::gram(Eigen::Ref<Eigen::MatrixXd> H) noexcept {
   const auto m = static_cast<Index>(columns_);
   const auto outer = static_cast<std::size_t>(sums_.outerStride());
   if (summed_rows_ == 0) summed_columns_ = 0;
-  for (Index j = 0; j < m; ++j) sums_.col(j).head(m).tail(m - std::max(j, std::min(m, summed_columns_))).setZero();
+  for (Index j = 0; j < m; ++j)
+    sums_.col(j).head(m).tail(m - std::max(j, std::min(m, summed_columns_))).setZero();
   summed_columns_ = std::max(m, summed_columns_);
-  loops_.add_gram(X_.data(), stride_, summed_rows_, fresh_from_, starts_.data(), columns_, sums_.data(), outer);
+  loops_.add_gram(X_.data(), stride_, summed_rows_, fresh_from_, starts_.data(), columns_, sums_.data(),
+                  outer);
   summed_rows_ = fresh_from_;
   for (Index j = 0; j < m; ++j) H.col(j).tail(m - j) = sums_.col(j).segment(j, m - j);
   loops_.add_gram(X_.data(), stride_, fresh_from_, rows_, starts_.data(), columns_, H.data(),

@@ -69,7 +69,8 @@ bool SymmetricFactor::factor_panels() noexcept {
   const auto K = matrix();
   const PanelMatrix L = panels();
   const int begin = static_cast<int>(first_change()) / kHigh, end = panels_of(n_);
-  for (PanelInverse* inverse : {&axial_, &rigid_}) inverse->forget_from(static_cast<std::size_t>(begin * kHigh));
+  for (PanelInverse* inverse : {&axial_, &rigid_})
+    inverse->forget_from(static_cast<std::size_t>(begin * kHigh));
   for (int I = begin; I < end; ++I) {
     const Index row = I * kHigh, rows = std::min<Index>(kHigh, n_ - row);
     for (Index j = 0; j < row + kHigh; ++j) {
@@ -95,8 +96,7 @@ double SymmetricFactor::condition() noexcept {
                      static_cast<std::size_t>(n_), v.plane,
                      [&](std::size_t row) { return inverse_diagonal_[row]; },
                      [&] {
-                       for (double* plane : v.plane)
-                         std::fill(plane + n, plane + kHigh * panels_of(n_), 0.0);
+                       for (double* plane : v.plane) std::fill(plane + n, plane + kHigh * panels_of(n_), 0.0);
                        loops_.forward(panels(), n, 0, v);
                        loops_.backward(panels(), n, v);
                      });

@@ -109,11 +109,8 @@ void add_resting_benches(Report& report, const BenchOptions& options) {
     for (const Case c : {Case{"rest_8", 8, 1}, Case{"rest_16", 17, 1}, Case{"rest_24", 25, 1},
                          Case{"stir_4", 4, 4}, Case{"stir_16", 16, 16}}) {
       if (options.is_quick && c.count != 17) continue;
-      const Row row{.name = c.name,
-                    .kernel = kernel,
-                    .points = kPaperPoints,
-                    .landmarks = c.count,
-                    .moving = true};
+      const Row row{
+          .name = c.name, .kernel = kernel, .points = kPaperPoints, .landmarks = c.count, .moving = true};
       const auto target = options.target;
       add_benchmark(report, name_of(row), [&report, target, row, c](benchmark::State& state) {
         run_in_place(state, report, target, row, c.count, c.stirred);

@@ -83,10 +83,11 @@ class LandmarkColumns {
   std::size_t count_ = 0;
   std::vector<std::uint32_t> exact_, last_exact_;  // landmarks outside the table, each with its slot
   std::vector<std::uint8_t> is_outside_;           // of each landmark: the table
-  std::vector<std::array<double, 2>> moduli_;    // of each ring's share in its landmarks
-  std::vector<float> node_weight_;               // of the column in work, by node …
-  std::vector<std::uint8_t> is_node_taken_;      // … and which nodes it has
-  Eigen::MatrixXd table_matrix_, exact_matrix_;  // the table's share of K, by slots; K between landmarks outside
+  std::vector<std::array<double, 2>> moduli_;      // of each ring's share in its landmarks
+  std::vector<float> node_weight_;                 // of the column in work, by node …
+  std::vector<std::uint8_t> is_node_taken_;        // … and which nodes it has
+  Eigen::MatrixXd table_matrix_,
+      exact_matrix_;  // the table's share of K, by slots; K between landmarks outside
 };
 
 }  // namespace brachy

@@ -15,7 +15,9 @@ constexpr double kSixPoints = 1.05;
 // At three radii from a ring's axis, and less farther: 2 E(3/4)/π/16 over 8^(−3/2) = 1.09 (an elliptic integral).
 constexpr double kRingCubed = 1.1;
 constexpr double kSinglePrecisionBounds = 1e-4;  // of bounds that are summed in single precision
-constexpr std::size_t kFoldCandidates = 12;      // rings of a needle that are searched for folds
+constexpr std::size_t kFoldCandidates = 12;      // rings of a few needles that are searched for folds
+// Of more sources than three needles have, so many taken by number would be too far apart: then the strongest are.
+constexpr std::size_t kManySources = 155, kStrongest = 8;
 
 }  // namespace
 
@@ -39,6 +41,8 @@ MatrixKernelCells::MatrixKernelCells(const Tissue& tissue, const NearField& near
   needles_.reserve(max_rings);
   forces_.reserve(max_rings);
   piece_forces_.reserve(max_rings);
+  strengths_.reserve(max_rings);
+  strongest_.reserve(kStrongest);
   const std::size_t groups = 3 * max_rings / BoundedForces::kCount + 1;  // a piece is two forces
   bounded_forces_.reserve(groups);
   bounded_corrections_.reserve(max_rings / BoundedCorrections::kCount + 1);
@@ -73,7 +77,34 @@ void MatrixKernelCells::set_field(const NeedleRings& rings, std::span<const Vec3
         {force_of(piece.whole[0].force, near_.scale()), force_of(piece.whole[1].force, near_.scale())});
   find_needles();
   if (bounds_.is_kelvin()) take_bounded_forces();
-  fold_candidate_every_ = 1 + ring_forces.size() / kFoldCandidates;
+  choose_fold_candidates();
+}
+
+// How far from a ring its field is steepest, outside the needle.
+double MatrixKernelCells::fold_distance(std::size_t ring) const noexcept {
+  const NeedleRings::Ring& r = rings_->rings()[ring];
+  return r.count == 1 ? bounds_.steepest(r.core.s) : 1.2 * clearance_;
+}
+
+// By what a piece's forces do together where its field is steepest; of each its strongest ring.
+void MatrixKernelCells::choose_fold_candidates() noexcept {
+  fold_candidate_every_ = 1 + ring_forces_.size() / kFoldCandidates;
+  strengths_.clear();
+  strongest_.clear();
+  if (ring_forces_.size() <= kManySources) return;
+  for (const NearField::Piece& piece : pieces_) {
+    std::uint32_t ring = piece.first;
+    for (std::uint32_t r = piece.first; r < piece.first + piece.count; ++r)
+      if (forces_[r].size > forces_[ring].size) ring = r;
+    const double distance = fold_distance(ring);
+    const double squared =
+        distance * distance + rings_->rings()[ring].core.s + piece.half_length * piece.half_length;
+    strengths_.emplace_back(-piece.size / squared, ring);
+  }
+  const std::size_t count = std::min(kStrongest, strengths_.size());
+  std::ranges::partial_sort(strengths_, strengths_.begin() + static_cast<std::ptrdiff_t>(count));
+  for (std::size_t k = 0; k < count; ++k) strongest_.push_back(strengths_[k].second);
+  std::ranges::sort(strongest_);
 }
 
 void MatrixKernelCells::take_bounded_forces() noexcept {
@@ -290,9 +321,11 @@ void MatrixKernelCells::gradients(const Cell& cell, std::span<const std::uint32_
 bool MatrixKernelCells::fold_candidates(std::uint32_t i, Cell& cell, CellPoints& X) const noexcept {
   const bool is_last = i + 1 == ring_forces_.size();
   const double force = ring_forces_[i].norm();
-  if (force == 0 || (i % fold_candidate_every_ != 0 && !is_last)) return false;
+  const bool is_asked = strongest_.empty() ? i % fold_candidate_every_ == 0 || is_last
+                                           : std::ranges::binary_search(strongest_, i);
+  if (force == 0 || !is_asked) return false;
   const NeedleRings::Ring& ring = rings_->rings()[i];
-  const double distance = ring.count == 1 ? bounds_.steepest(ring.core.s) : 1.2 * clearance_;
+  const double distance = fold_distance(i);
   cell = {ring.centre, 2 * distance};
   surround(ring_forces_[i] / force, distance, X);
   // Points within the needle are not checked: they are replaced by the first point outside it.

@@ -4,6 +4,7 @@
 #include <array>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "core/elasticity/needle_rings.h"
@@ -65,6 +66,8 @@ class MatrixKernelCells : public CellField {
   void add_piece_bounds(std::uint32_t p, const Cell& cell, CellBounds& bounds) const noexcept;
 
   void take_bounded_forces() noexcept;
+  void choose_fold_candidates() noexcept;
+  double fold_distance(std::size_t ring) const noexcept;
   void add_kelvin_bounds(const Cell& cell, CellBounds& bounds) const noexcept;
 
   struct Segment {
@@ -95,6 +98,9 @@ class MatrixKernelCells : public CellField {
   std::vector<Force> forces_;                       // of the rings …
   std::vector<std::array<Force, 2>> piece_forces_;  // … and of the pieces
   std::size_t fold_candidate_every_ = 1;
+  std::vector<std::pair<double, std::uint32_t>> strengths_;  // of pieces, each with its strongest ring
+  std::vector<std::uint32_t>
+      strongest_;  // rings, ascending, that alone are searched for folds; empty: by number
   // Kelvin's solution: of the rings and pieces about the domain's centre, for the loops.
   const NearLoops& near_loops_;
   std::vector<BoundedForces> bounded_forces_;

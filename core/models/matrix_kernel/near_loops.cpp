@@ -415,49 +415,49 @@ BRACHY_INLINE void axpy_loop(float a, const float* __restrict x, float* __restri
 }
 
 // NOLINTBEGIN(bugprone-macro-parentheses): an attribute or a template cannot stand in parentheses.
-#define BRACHY_NEAR_LOOPS(Name, Target, kWidth)                                                           \
-  struct Name {                                                                                           \
-    Target static void kelvin(const BlockPoints<float>& X, const NearSource* s, std::size_t n, float b,   \
-                              BlockDisplacement<float>& u) {                                              \
-      add_kelvin<kWidth>(X, s, n, b, u);                                                                  \
-    }                                                                                                     \
-    Target static void kelvin_few(const BlockPoints<float>& X, const NearSource* s, std::size_t n,        \
-                                  float b, BlockDisplacement<float>& u) {                                 \
-      add_kelvin<kWidth, NearLoops::kFew>(X, s, n, b, u);                                                 \
-    }                                                                                                     \
-    Target static void compact(const BlockPoints<float>& X, const NearSource* s, std::size_t n,           \
-                               const CompactShape& shape, BlockDisplacement<float>& u) {                  \
-      add_compact(X, s, n, shape, u);                                                                     \
-    }                                                                                                     \
-    Target static void kelvin_gradients(const CellPoints& X, const NearSource* s, std::size_t n, float b, \
-                                        CellGradients& A) {                                               \
-      add_kelvin_gradients<kWidth>(X, s, n, b, A);                                                        \
-    }                                                                                                     \
-    Target static void compact_gradients(const CellPoints& X, const NearSource* s, std::size_t n,         \
-                                         const CompactShape& shape, CellGradients& A) {                   \
-      add_compact_gradients(X, s, n, shape, A);                                                           \
-    }                                                                                                     \
-    Target static BoundSums kelvin_bounds(const BoundedForces* f, std::size_t n, const KelvinBounds& k,   \
-                                          const BoundedCell& cell) {                                      \
-      return add_kelvin_bounds<kWidth>(f, n, k, cell);                                                    \
-    }                                                                                                     \
-    Target static BoundSums correction_bounds(const BoundedCorrections* c, std::size_t n,                 \
-                                              const KelvinBounds& k, const BoundedCell& cell) {           \
-      return add_correction_bounds<kWidth>(c, n, k, cell);                                                \
-    }                                                                                                     \
-    Target static void interpolate(const float* values, std::size_t row, std::size_t slice,               \
-                                   const GridPoint* points, std::size_t count,                            \
-                                   BlockDisplacement<float>& u) {                                         \
-      interpolate_loop(values, row, slice, points, count, u);                                             \
-    }                                                                                                     \
-    Target static void quadratic(const BlockPoints<float>& X, const float (*q)[3],                        \
-                                 BlockDisplacement<float>& u) {                                           \
-      quadratic_loop(X, q, u);                                                                            \
-    }                                                                                                     \
-    Target static void axpy(float a, const float* x, float* y, std::size_t n) { axpy_loop(a, x, y, n); }  \
-    static constexpr NearLoops kLoops = {                                                                 \
-        kelvin,        kelvin_few,        compact,     kelvin_gradients, compact_gradients,               \
-        kelvin_bounds, correction_bounds, interpolate, quadratic,        axpy};                           \
+#define BRACHY_NEAR_LOOPS(Name, Target, kWidth)                                                             \
+  struct Name {                                                                                             \
+    Target static void kelvin(const BlockPoints<float>& X, const NearSource* s, std::size_t n, float b,     \
+                              BlockDisplacement<float>& u) {                                                \
+      add_kelvin<kWidth>(X, s, n, b, u);                                                                    \
+    }                                                                                                       \
+    Target static void kelvin_few(const BlockPoints<float>& X, const NearSource* s, std::size_t n, float b, \
+                                  BlockDisplacement<float>& u) {                                            \
+      add_kelvin<kWidth, NearLoops::kFew>(X, s, n, b, u);                                                   \
+    }                                                                                                       \
+    Target static void compact(const BlockPoints<float>& X, const NearSource* s, std::size_t n,             \
+                               const CompactShape& shape, BlockDisplacement<float>& u) {                    \
+      add_compact(X, s, n, shape, u);                                                                       \
+    }                                                                                                       \
+    Target static void kelvin_gradients(const CellPoints& X, const NearSource* s, std::size_t n, float b,   \
+                                        CellGradients& A) {                                                 \
+      add_kelvin_gradients<kWidth>(X, s, n, b, A);                                                          \
+    }                                                                                                       \
+    Target static void compact_gradients(const CellPoints& X, const NearSource* s, std::size_t n,           \
+                                         const CompactShape& shape, CellGradients& A) {                     \
+      add_compact_gradients(X, s, n, shape, A);                                                             \
+    }                                                                                                       \
+    Target static BoundSums kelvin_bounds(const BoundedForces* f, std::size_t n, const KelvinBounds& k,     \
+                                          const BoundedCell& cell) {                                        \
+      return add_kelvin_bounds<kWidth>(f, n, k, cell);                                                      \
+    }                                                                                                       \
+    Target static BoundSums correction_bounds(const BoundedCorrections* c, std::size_t n,                   \
+                                              const KelvinBounds& k, const BoundedCell& cell) {             \
+      return add_correction_bounds<kWidth>(c, n, k, cell);                                                  \
+    }                                                                                                       \
+    Target static void interpolate(const float* values, std::size_t row, std::size_t slice,                 \
+                                   const GridPoint* points, std::size_t count,                              \
+                                   BlockDisplacement<float>& u) {                                           \
+      interpolate_loop(values, row, slice, points, count, u);                                               \
+    }                                                                                                       \
+    Target static void quadratic(const BlockPoints<float>& X, const float (*q)[3],                          \
+                                 BlockDisplacement<float>& u) {                                             \
+      quadratic_loop(X, q, u);                                                                              \
+    }                                                                                                       \
+    Target static void axpy(float a, const float* x, float* y, std::size_t n) { axpy_loop(a, x, y, n); }    \
+    static constexpr NearLoops kLoops = {                                                                   \
+        kelvin,        kelvin_few,        compact,     kelvin_gradients, compact_gradients,                 \
+        kelvin_bounds, correction_bounds, interpolate, quadratic,        axpy};                             \
   }
 // NOLINTEND(bugprone-macro-parentheses)
 

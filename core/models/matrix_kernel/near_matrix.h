@@ -64,7 +64,9 @@ class NearMatrix {
                const SmoothField* smooth) noexcept;
   void add(std::uint32_t l, std::uint32_t m, const Mat3& part) noexcept;
 
-  bool is_fresh(std::uint32_t l, std::uint32_t m) const { return l >= m && fresh_pairs_[l * count_ + m] != 0; }
+  bool is_fresh(std::uint32_t l, std::uint32_t m) const {
+    return l >= m && fresh_pairs_[l * count_ + m] != 0;
+  }
   Eigen::Block<Eigen::MatrixXd, 3, 3> kept(std::size_t l, std::size_t m) {
     return matrix_.block<3, 3>(3 * static_cast<Eigen::Index>(slots_.slot(l)),
                                3 * static_cast<Eigen::Index>(slots_.slot(m)));
