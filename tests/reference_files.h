@@ -6,6 +6,7 @@
 
 #include "core/base/number_csv.h"
 #include "core/base/rigid_transform.h"
+#include "test_paths.h"
 
 namespace brachy::test {
 

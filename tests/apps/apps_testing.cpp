@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "haptics/trajectory/trajectory.h"
+#include "test_paths.h"
 
 namespace brachy::test {
 

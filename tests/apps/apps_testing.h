@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "test_paths.h"
 #include "tests/apps/child_process.h"
 
 namespace brachy::test {

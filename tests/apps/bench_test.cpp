@@ -1,4 +1,5 @@
 // The output of brachy_bench, on its smallest case; times are not tested.
+#include "test_paths.h"
 #ifdef BRACHY_BENCH_BINARY
 #include <cmath>
 #include <set>

@@ -1,6 +1,7 @@
 // Commands of an operator to a running daemon over a real socket: the scripted needle, reset, another model.
 #include <gtest/gtest.h>
 
+#include "test_paths.h"
 #include "tests/apps/applicator.h"
 #include "tests/apps/running_daemon.h"
 

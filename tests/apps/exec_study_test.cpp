@@ -1,6 +1,7 @@
 // `brachy compare`, `stability`, `ticks` and `zwidth`, which run brachy-study: a copy of brachy in a directory without
 // it, and beside a script of that name.
 #include "apps/command_line/study_commands.h"
+#include "test_paths.h"
 #include "tests/apps/apps_testing.h"
 
 namespace brachy {

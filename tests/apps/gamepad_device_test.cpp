@@ -5,6 +5,7 @@
 #include <cstring>
 #include <string>
 
+#include "test_paths.h"
 #include "tests/apps/running_brachyd.h"
 
 namespace brachy::test {

@@ -6,6 +6,7 @@
 #include <set>
 #include <sstream>
 
+#include "test_paths.h"
 #include "tests/apps/peer.h"
 #include "tests/apps/running_brachyd.h"
 

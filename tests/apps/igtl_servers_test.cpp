@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "net/igtl/big_endian.h"
+#include "test_paths.h"
 #include "tests/apps/peer.h"
 #include "tests/apps/running_brachyd.h"
 #include "tests/net/igtl/igtl_peer.h"

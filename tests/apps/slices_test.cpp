@@ -6,6 +6,7 @@
 
 #include "apps/study/compare/compare_slices.h"
 #include "apps/study/stability/stability_slices.h"
+#include "test_paths.h"
 #include "tests/apps/apps_testing.h"
 #include "tests/reference_files.h"
 

@@ -5,6 +5,7 @@
 #include <csignal>
 
 #include "apps/reports/certificate_report.h"
+#include "test_paths.h"
 #include "tests/apps/peer.h"
 #include "tests/apps/running_brachyd.h"
 

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "apps/terminal/terminal.h"
+#include "test_paths.h"
 #include "tests/apps/served_states.h"
 #include "tests/apps/terminal/pseudo_terminal.h"
 

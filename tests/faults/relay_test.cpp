@@ -8,6 +8,7 @@
 
 #include "net/broker/chunks.h"
 #include "net/broker/nats_link.h"
+#include "test_paths.h"
 #include "tests/apps/apps_testing.h"
 #include "tests/apps/peer.h"
 #include "tests/apps/running_brachyd.h"

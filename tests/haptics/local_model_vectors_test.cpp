@@ -8,6 +8,7 @@
 #include <string>
 
 #include "haptics/force/local_force.h"
+#include "test_paths.h"
 
 // The test vectors of LOCAL_MODEL (net/PROTOCOL.md): local_model_vectors.json holds what a device receives and where
 // its tip is, and the force that LocalForce gives. They are for those who write the device's side again, in another

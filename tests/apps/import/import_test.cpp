@@ -12,6 +12,7 @@
 #include "core/geometry/surface/surface_volume.h"
 #include "core/scene/file/scene_file.h"
 #include "core/scene/load_structures.h"
+#include "test_paths.h"
 #include "tests/apps/apps_testing.h"
 #include "tests/core/geometry/simplify/surface_distance.h"
 #include "tests/data_dir.h"

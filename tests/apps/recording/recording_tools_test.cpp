@@ -10,6 +10,7 @@
 #include "core/scene/load_simulation_model.h"
 #include "core/scene/load_tissue.h"
 #include "core/simulation/simulator.h"
+#include "test_paths.h"
 #include "tests/apps/peer.h"
 #include "tests/apps/running_brachyd.h"
 #include "tests/apps/served_states.h"

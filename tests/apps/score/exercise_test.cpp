@@ -8,6 +8,7 @@
 #include "core/base/error.h"
 #include "core/scene/file/scene_file.h"
 #include "core/scene/load_plan.h"
+#include "test_paths.h"
 #include "tests/apps/apps_testing.h"
 
 namespace brachy {

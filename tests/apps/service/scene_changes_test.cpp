@@ -8,6 +8,7 @@
 
 #include "core/scene/file/scene_file.h"
 #include "core/scene/file/scene_keys.h"
+#include "test_paths.h"
 
 namespace brachy {
 namespace {

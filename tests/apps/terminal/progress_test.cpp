@@ -4,6 +4,7 @@
 
 #include <limits>
 
+#include "test_paths.h"
 #include "tests/apps/apps_testing.h"
 #include "tests/apps/terminal/pseudo_terminal.h"
 

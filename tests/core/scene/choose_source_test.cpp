@@ -4,6 +4,7 @@
 
 #include "core/base/error.h"
 #include "core/scene/file/scene_file.h"
+#include "test_paths.h"
 
 namespace brachy {
 namespace {

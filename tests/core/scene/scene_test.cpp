@@ -8,6 +8,7 @@
 #include "core/scene/load_body.h"
 #include "core/scene/load_tissue.h"
 #include "core/scene/load_tissues.h"
+#include "test_paths.h"
 
 namespace brachy {
 namespace {

@@ -6,6 +6,7 @@
 #include "core/models/scalar_kernel/scalar_kernel_field.h"
 #include "core/needle/contact_solve.h"
 #include "core/scene/file/scene_file.h"
+#include "test_paths.h"
 #include "tests/core/simulation/allocation_guard.h"
 #include "tests/core/simulation/phantom_scene.h"
 #include "tests/core/solve/random_landmarks.h"

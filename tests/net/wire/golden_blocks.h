@@ -9,6 +9,7 @@
 #include <string>
 
 #include "net/wire/byte_io.h"
+#include "test_paths.h"
 
 namespace brachy::net::test {
 

@@ -14,6 +14,7 @@
 #include "core/brachytherapy/dose/dose_rate.h"
 #include "core/brachytherapy/dose/source.h"
 #include "core/brachytherapy/dose/source_tables.h"
+#include "test_paths.h"
 
 namespace brachy {
 namespace {

@@ -10,6 +10,7 @@
 #include "core/models/matrix_kernel/matrix_models.h"
 #include "core/scene/file/scene_file.h"
 #include "core/scene/load_body.h"
+#include "test_paths.h"
 
 namespace brachy {
 namespace {
