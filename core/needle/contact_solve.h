@@ -15,8 +15,8 @@
 namespace brachy {
 
 /// All landmarks of a tick: anchors, the probe's, then every needle's shaft, then the tips; of many needles, those of
-/// each needle by NeedleOrder, then the probe's. Those that move come last: landmark systems recompute the rows from the
-/// first that changed.
+/// each needle by NeedleOrder, then the probe's. Those that move come last: landmark systems recompute the rows from
+/// the first that changed.
 struct LandmarkSet {
   /// Of a landmark behind the anchors: landmark `index` of needle `needle`; the probe's is the needle after the last.
   struct Owner {

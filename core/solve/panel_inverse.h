@@ -12,9 +12,9 @@
 
 namespace brachy {
 
-/// X = L⁻¹A of a factor as panels, and of it AᵀK⁻¹A = XᵀX, kept from call to call: rows of X are computed again from the
-/// first on of which L or A is another, and so are sums over them. Results have the same bits as from scratch. Columns
-/// of A are vectors on landmarks of three rows each; each begins at a landmark no earlier than the one before it.
+/// X = L⁻¹A of a factor as panels, and of it AᵀK⁻¹A = XᵀX, kept from call to call: rows of X are computed again from
+/// the first on of which L or A is another, and so are sums over them. Results have the same bits as from scratch.
+/// Columns of A are vectors on landmarks of three rows each; each begins at a landmark no earlier than the one before.
 /// Threads: one. Real-time: no allocation after construction.
 class PanelInverse {
  public:

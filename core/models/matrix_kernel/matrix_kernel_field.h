@@ -26,8 +26,8 @@ void require_in_box(const Tissue& tissue, const ElasticBody& body);
 ///
 /// C(x, y) = near part + smooth part: Kelvin's solution (or the compact kernel) summed over the needle's rings directly
 /// (near_field.h), and what boundary and regions add, read from tables made beforehand (smooth_tables.h). K is
-/// assembled with the same two parts and factored again whenever a landmark's rest position changes, where there are many
-/// from the first that did (SymmetricFactor).
+/// assembled with the same two parts and factored again whenever a landmark's rest position changes, where there are
+/// many from the first that did (SymmetricFactor).
 /// The field differs from MatrixKernelSystem's by the table's interpolation error, under 1 % where the tissue is
 /// one material (tests). A landmark outside the tissue's box, such as a shaft's on its way to the gland, is
 /// prepared from the kernel itself. That allocates and takes tens of milliseconds: a real-time loop must not do it,

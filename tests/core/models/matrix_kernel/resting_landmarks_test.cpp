@@ -12,7 +12,7 @@ namespace {
 constexpr std::size_t kPerNeedle = 7;
 
 /// Needles of seven landmarks, 6 mm apart, by number: 0 rests at its place, and so on; each `raised` by so many mm.
-struct Landmarks {
+struct NeedleLandmarks {
   std::vector<Vec3> positions, displacements;
   std::vector<LandmarkSpread> spreads;
 
@@ -35,7 +35,7 @@ struct Solved {
   double stiffness = 0;
 };
 
-Solved solve(MatrixKernelField& field, const Landmarks& landmarks) {
+Solved solve(MatrixKernelField& field, const NeedleLandmarks& landmarks) {
   Solved solved;
   EXPECT_TRUE(field.update(landmarks.positions, landmarks.displacements, landmarks.spreads));
   const std::size_t n = landmarks.positions.size();
@@ -52,7 +52,7 @@ TEST(RestingLandmarks, HaveTheSameBitsWhateverWasThereBefore) {
   const Tissue tissue = test::small_phantom(Vec3::Zero());
   const MatrixKernelField::Options options{.max_landmarks = 80};
   MatrixKernelField kept(tissue, "elastic", {}, options);
-  std::vector<Landmarks> ticks(7);
+  std::vector<NeedleLandmarks> ticks(7);
   for (std::size_t n = 0; n < 9; ++n) ticks[0].add(n, 0);  // nine needles …
   for (std::size_t n = 0; n < 8; ++n) ticks[1].add(n, 0);  // … of which the last goes on
   ticks[1].add(8, 0.3);
@@ -77,7 +77,7 @@ TEST(RestingLandmarks, AreAsStiffTogetherAsTheirForcesSay) {
   const Tissue tissue = test::small_phantom(Vec3::Zero());
   MatrixKernelField field(tissue, "elastic", {}, {.max_landmarks = 80});
   for (const std::size_t needles : {2u, 9u}) {  // by both factors
-    Landmarks landmarks;
+    NeedleLandmarks landmarks;
     for (std::size_t n = 0; n < needles; ++n) landmarks.add(n, 0);
     const double stiffness = solve(field, landmarks).stiffness;
     std::vector<Vec3> unit(landmarks.positions.size(), Vec3::Zero()), forces = unit;
