@@ -54,8 +54,8 @@ struct Consequences {
 };
 
 /// `at_rest`: the dose of `seeds`, where they are at rest, with the prescription of the plan; its structures are the
-/// score's, "prostate" first. `planned`: the dose of the plan to the same structures. Each needle is taken out and put in
-/// as planned by itself: costs do not add up. Some 10 ms a needle.
+/// score's, "prostate" first. `planned`: the dose of the plan to the same structures. Each needle is taken out and put
+/// in as planned by itself: costs do not add up. Some 10 ms a needle.
 Consequences find_consequences(const Plan& plan, const TemplateGrid& grid, const ImplantDose& at_rest,
                                const std::vector<StructureDose>& planned, const std::vector<Seed>& seeds);
 
