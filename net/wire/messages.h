@@ -97,7 +97,7 @@ enum Subscription : std::uint32_t {
   kSubscribeSurface = 1u << 2,      ///< TOPOLOGY and FRAMEs hold the surface vertices alone
   kSubscribeNoMesh = 1u << 3,       ///< neither TOPOLOGY nor FRAME is sent (a plain device)
   kSubscribeScene = 1u << 4,        ///< SCENE comes after TOPOLOGY
-  kSubscribeUltrasound = 1u << 5,   ///< SCANNER and IMAGEs are sent, by a server that has ultrasound
+  kSubscribeUltrasound = 1u << 5,   ///< SCANNER and IMAGEs are sent, where the server has ultrasound
 };
 
 /// Capabilities of a haptic device; NaN = not stated.
