@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Plans five glands by every method of `brachy plan --generate`, judges the plans by their exact dose and by 200
-# draws of clinical placement noise, and writes the table. Some 15 minutes. The two meshes want BRACHY_DATA_DIR and are left out
-# without it.
+# draws of clinical placement noise, and writes the table. Some 5 minutes of a quiet machine. The two meshes want
+# BRACHY_DATA_DIR and are left out without it.
 #   scripts/charts/planning.sh [--quick] [--charts DIR] [--json FILE] [--store]
 # --quick: the first gland, 10 draws, 10 s of the integer programme. --store: tests/reference/planning becomes this
 # run's.

@@ -36,6 +36,30 @@ TEST(PlanTool, GeneratesTheShippedPlanAgain) {
   EXPECT_TRUE(refused_in_one_line(run_brachy({"plan", out, "--out", out, "--force"}), {"is an input"}));
 }
 
+TEST(PlanTool, WhatCannotBePlannedIsRefusedWithTheNearestThatCan) {
+  const Ended ended = run_brachy({"plan", "--generate", "--strength-u", "2"});
+  EXPECT_TRUE(exited(ended, 3));
+  EXPECT_NE(ended.err.find("refused: seeds of 2 U"), std::string::npos) << ended.err;
+  EXPECT_NE(ended.err.find("the nearest is 0.76 U"), std::string::npos) << ended.err;
+}
+
+TEST(PlanTool, PlansTheNeedlesThatAreLeft) {
+  const TempFolder folder;
+  const TemplateGrid grid;
+  const Plan plan = load_plan(kPlan, grid);
+  std::string placed = std::string(kDoseSeedHeader) + "\n";
+  for (const PlannedSeed& seed : plan.seeds(grid))
+    if (seed.needle < 10)
+      placed += std::to_string(seed.position.x()) + "," + std::to_string(seed.position.y()) + "," +
+                std::to_string(seed.position.z()) + ",0,0,1,6711,0.502\n";
+  const std::string seeds = folder.write("placed.csv", placed), out = (folder / "rest.toml").string();
+  const Ended ended = run_brachy({"plan", kPlan, "--generate", "--placed", seeds, "--out", out, "--json"});
+  ASSERT_TRUE(exited(ended, 0)) << ended.err;
+  EXPECT_GT(json_of(ended)["placed_seed_count"], 30);
+  EXPECT_GT(figure(json_of(ended), "prostate", "V100"), 95);
+  EXPECT_LE(load_plan(out, grid).needles.size(), plan.needles.size() - 10);
+}
+
 TEST(PlanTool, TheShippedPlanReachesTheGoals) {
   const Ended ended = run_brachy({"plan", kPlan, "--json"});
   ASSERT_TRUE(exited(ended, 0));

@@ -16,7 +16,7 @@ namespace {
 
 constexpr double kCustomaryCc = 50;  // the largest gland for which the counts below are customary
 constexpr std::size_t kCustomaryNeedles = 25, kCustomarySeeds = 90;
-// While the plan is still far from its end a quarter of the points shows the way: from the first temperature down to
+// While the plan is still far from its end a third of the points shows the way: from the first temperature down to
 // this one, with so many times the proposals that follow.
 constexpr std::size_t kCoarse = 3, kCoarseProposals = 1;
 constexpr double kFineTemperature = 0.06, kRobustTemperature = 0.2;
