@@ -8,6 +8,7 @@ usage: tests/apps/haply_service.py HAPLY_DEVICE BRACHYD
 import base64
 import hashlib
 import json
+import os
 import re
 import socket
 import struct
@@ -20,7 +21,7 @@ import unittest
 
 if len(sys.argv) < 3:
     sys.exit(__doc__)
-HAPLY_DEVICE, BRACHYD = sys.argv[1:3]
+HAPLY_DEVICE, BRACHYD = (os.path.abspath(program) for program in sys.argv[1:3])
 SCENE = '[tissue]\npoints = 1200\nphantom_surface_vertices = 400\n[model]\nkernel = "psi31"\n'
 DEVICE = "049D"
 
@@ -40,6 +41,7 @@ class Service:
 
     def serve(self):
         peer, _ = self.listener.accept()
+        self.listener.close()
         peer.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         self.stream = peer.makefile("rb")
         request = b""
@@ -56,6 +58,8 @@ class Service:
                 peer.sendall(self.frame(self.state()))
         except OSError:
             pass
+        self.stream.close()
+        peer.close()
 
     def read(self):
         head = self.stream.read(2)
