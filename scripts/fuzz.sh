@@ -37,7 +37,7 @@ dictionary() {  # TARGET
     igtl*) echo igtl ;;
     scene | plan | source) echo toml ;;
     trajectory | tables | session) echo csv ;;
-    mesh) echo mesh ;;
+    mesh | nrrd) echo "$1" ;;
     *) echo wire ;;
   esac
 }

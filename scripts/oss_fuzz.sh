@@ -27,7 +27,7 @@ for target in "${targets[@]}"; do
     igtl*) dictionary=igtl ;;
     scene | plan) dictionary=toml ;;
     trajectory | tables | session) dictionary=csv ;;
-    mesh) dictionary=mesh ;;
+    mesh | nrrd) dictionary=$target ;;
     *) dictionary=wire ;;
   esac
   cp "tests/fuzz/dictionaries/$dictionary.dict" "$out/${target}_fuzz.dict"

@@ -14,6 +14,7 @@
 #include "net/igtl/codec.h"
 #include "net/wire/frame_encoder.h"
 #include "tests/core/geometry/tissue/mesh_fixtures.h"
+#include "tests/core/geometry/volume/nrrd_fixtures.h"
 #include "tests/fuzz/fuzzing.h"
 #include "tests/net/fake_simulation.h"
 #include "tests/net/wire/sample_messages.h"
@@ -309,6 +310,26 @@ void add_meshes(const Corpus& corpus) {
     add(encoding, 2, test::ply(box, encoding));
 }
 
+void add_volumes(const Corpus& corpus) {
+  test::NrrdText text;
+  const auto add = [&](const std::string& name, unsigned packed, const std::string& data) {
+    corpus.add("nrrd", name, Steps().u8(packed).text(text.header() + data).str());
+  };
+  const std::string bytes(24, 'v');
+  add("raw", 0, bytes);
+  text.space = "LPS";
+  text.encoding = "gzip";
+  add("gzip", 0, test::gzipped(bytes));
+  add("packed", 1, bytes);
+  text.type = "float";
+  text.more = "endian: big\nbyte skip: 4\n";
+  add("floats", 1, std::string(100, '@'));
+  text.encoding = "ascii";
+  text.sizes = "2 2 1";
+  text.more = "line skip: 1\nkey:=value\n";
+  add("text", 0, "skipped\n1 2 -3e1 0.5\n");
+}
+
 }  // namespace
 }  // namespace brachy::fuzz
 
@@ -326,5 +347,6 @@ int main(int argc, char** argv) {
   add_files(corpus);
   add_tables(corpus);
   add_meshes(corpus);
+  add_volumes(corpus);
   return 0;
 }
