@@ -6,6 +6,7 @@
 #include "core/scene/file/scene_file.h"
 #include "core/scene/load_plan.h"
 #include "core/scene/load_structures.h"
+#include "test_paths.h"
 
 namespace brachy {
 namespace {
