@@ -25,6 +25,7 @@ Tool score_tool();
 Tool plan_tool();
 Tool token_tool();
 Tool us_tool();
+Tool contour_tool();
 
 }  // namespace brachy
 
@@ -40,7 +41,7 @@ std::vector<Tool> all_tools() {
   // Their arguments are parsed by brachy-study.
   for (const StudyCommand& command : kStudyCommands) tools.push_back({command.name, command.summary, "", {}});
   for (const auto tool :
-       {advise_tool, plot_force_tool, metrics_tool, score_tool, plan_tool, token_tool, us_tool})
+       {advise_tool, plot_force_tool, metrics_tool, score_tool, plan_tool, token_tool, us_tool, contour_tool})
     tools.push_back(tool());
   return tools;
 }

@@ -39,6 +39,43 @@ double mean_square(std::size_t count, const Weight& weight, const Place& place) 
   return sum;
 }
 
+// A Gaussian across lines `spacing` mm apart, of which only each step-th is made: the weights of those between are
+// shared out as linear interpolation does. Scaled to a mean square of 1 for each line of the image.
+LateralKernel lateral_kernel(double sigma, double spacing) {
+  LateralKernel kernel;
+  while (kernel.step < LateralKernel::kTogether &&
+         2 * static_cast<double>(kernel.step) * spacing <= double{Speckle::kCellMm})
+    kernel.step *= 2;
+  // Linear interpolation widens by the variance of its triangle, (step² − 1)/6 lines².
+  const auto of_step = static_cast<double>(kernel.step);
+  sigma = std::sqrt(std::max(sigma * sigma - (of_step * of_step - 1) / 6 * spacing * spacing,
+                             kNarrowest * kNarrowest * spacing * spacing));
+  const auto half = static_cast<std::ptrdiff_t>(
+      std::min(double{LateralKernel::kMostHalf}, std::ceil(kCut * sigma / spacing)));
+  const auto step = static_cast<std::ptrdiff_t>(kernel.step),
+             together = static_cast<std::ptrdiff_t>(LateralKernel::kTogether);
+  const auto up = [&](std::ptrdiff_t lines) { return (lines + step - 1) / step * step; };
+  kernel.first = -up(half);
+  kernel.count = static_cast<std::size_t>((up(half + together - 1) - kernel.first) / step + 1);
+  for (std::ptrdiff_t line = 0; line < together; ++line) {
+    std::vector<double> weights(kernel.count);
+    for (std::ptrdiff_t m = -half; m <= half; ++m) {
+      const double x = spacing * static_cast<double>(m);
+      const double place = static_cast<double>(line + m - kernel.first) / static_cast<double>(step);
+      const auto t = static_cast<std::size_t>(place);
+      const double between = place - static_cast<double>(t), weight = std::exp(-x * x / (2 * sigma * sigma));
+      weights[t] += (1 - between) * weight;
+      if (between > 0) weights[t + 1] += between * weight;
+    }
+    const double square = mean_square(
+        weights.size(), [&](std::size_t t) { return weights[t]; },
+        [&](std::size_t t) { return spacing * static_cast<double>(kernel.step * t); });
+    for (std::size_t t = 0; t < kernel.count; ++t)
+      kernel.weight[t][static_cast<std::size_t>(line)] = static_cast<float>(weights[t] / std::sqrt(square));
+  }
+  return kernel;
+}
+
 }  // namespace
 
 Speckle speckle_of(const UltrasoundSettings& settings) {
@@ -66,47 +103,44 @@ PointSpread::PointSpread(const UltrasoundSettings& settings, const ImagePlane& p
       elevation_sigma_(settings.elevation_mm * kSigmaOfWidth) {
   const double sample = ScanSteps::kSampleMm, sigma = deviation_beside_cell(axial_mm_, sample);
   axial_mm_ = std::sqrt(sigma * sigma + kCellVariance) / kSigmaOfWidth;
-  axial_half_ = static_cast<std::size_t>(std::ceil(kCut * sigma / sample));
-  std::vector<double> taps;
-  for (std::size_t k = 0; k <= 2 * axial_half_; ++k) {
-    const double z = sample * (static_cast<double>(k) - static_cast<double>(axial_half_));
-    taps.push_back(std::exp(-z * z / (2 * sigma * sigma)));
-  }
-  const double axial_square = mean_square(
-      taps.size(), [&](std::size_t k) { return taps[k]; },
-      [&](std::size_t k) { return sample * static_cast<double>(k); });
   const double across_square = mean_square(
       speckle.planes, [&](std::size_t p) { return double{speckle.weight[p]}; },
       [&](std::size_t p) { return double{speckle.offset_mm[p]}; });
-  const double scale = 1 / std::sqrt(2 * axial_square * across_square);  // 2: both parts of a complex value
-  double bell = 0;  // what a surface 0.4 mm thick becomes (scan_loops.cpp)
-  for (std::size_t k = 0; k < taps.size(); ++k) {
-    taps[k] *= scale;
-    axial_.push_back(static_cast<float>(taps[k]));
-    const double z = sample * std::abs(static_cast<double>(k) - static_cast<double>(axial_half_));
-    bell += taps[k] * std::max(0.0, 1 - z / 0.2);
+  const double scattered = ScanSteps::kScatterMm;
+  axial_.half =
+      std::min(AxialKernel::kMost / 2 - 1, static_cast<std::size_t>(std::ceil(kCut * sigma / scattered)));
+  axial_.count = 2 * axial_.half + 2;
+  double bell = 0;  // what a surface 0.4 mm thick becomes (scatter_loop.h)
+  for (std::size_t phase = 0; phase < 2; ++phase) {
+    std::vector<double> taps;
+    for (std::size_t t = 0; t < axial_.count; ++t) {
+      const double z = scattered * (static_cast<double>(t) - static_cast<double>(axial_.half)) -
+                       sample * static_cast<double>(phase);
+      taps.push_back(std::exp(-z * z / (2 * sigma * sigma)));
+      if (phase == 0) bell += taps.back() * std::max(0.0, 1 - std::abs(z) / 0.2);
+    }
+    const double square = mean_square(
+        taps.size(), [&](std::size_t t) { return taps[t]; },
+        [&](std::size_t t) { return scattered * static_cast<double>(t); });
+    const double scale = 1 / std::sqrt(2 * square * across_square);  // 2: both parts of a complex value
+    for (std::size_t t = 0; t < axial_.count; ++t)
+      axial_.weight[phase][t] = static_cast<float>(scale * taps[t]);
+    if (phase == 0) bell *= scale;
+  }
+  pulse_half_ = static_cast<std::size_t>(std::ceil(kCut * sigma / sample));
+  for (std::size_t k = 0; k <= 2 * pulse_half_; ++k) {
+    const double z = sample * (static_cast<double>(k) - static_cast<double>(pulse_half_));
+    pulse_.push_back(static_cast<float>(std::exp(-z * z / (2 * sigma * sigma))));
   }
   for (std::size_t s = 0; s < segments; ++s) {
     const double depth = ScanSteps::kSegmentMm * (static_cast<double>(s) + 0.5);
     const double spacing = plane.line_spacing_mm(depth);
     const double across = deviation_beside_cell(lateral_mm(depth), spacing);
-    LateralKernel& kernel = lateral_.emplace_back();
-    kernel.half =
-        std::min(LateralKernel::kMostHalf, static_cast<std::size_t>(std::ceil(kCut * across / spacing)));
-    std::vector<double> weights;
+    const LateralKernel& kernel = lateral_.emplace_back(lateral_kernel(across, spacing));
     double sum = 0;
-    for (std::size_t t = 0; t <= 2 * kernel.half; ++t) {
-      const double x = spacing * (static_cast<double>(t) - static_cast<double>(kernel.half));
-      weights.push_back(std::exp(-x * x / (2 * across * across)));
-    }
-    const double lateral_scale = 1 / std::sqrt(mean_square(
-                                         weights.size(), [&](std::size_t t) { return weights[t]; },
-                                         [&](std::size_t t) { return spacing * static_cast<double>(t); }));
-    for (std::size_t t = 0; t < weights.size(); ++t) {
-      kernel.weight[t] = static_cast<float>(lateral_scale * weights[t]);
-      sum += lateral_scale * weights[t];
-    }
-    points_.push_back(static_cast<float>(taps[axial_half_] * lateral_scale));
+    for (std::size_t t = 0; t < kernel.count; ++t) sum += double{kernel.weight[t][0]};
+    const auto middle = static_cast<std::size_t>(-kernel.first) / kernel.step;
+    points_.push_back(kernel.weight[middle][0]);
     for (const EchoMap::Inside& inside : EchoMap::kInside)
       interfaces_.push_back(static_cast<float>(decibel(inside.interface_db) / (bell * sum)));
   }

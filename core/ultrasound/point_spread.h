@@ -27,18 +27,21 @@ class PointSpread {
   double lateral_mm(double depth_mm) const;
   double elevation_sigma_mm() const { return elevation_sigma_; }
 
-  std::size_t axial_half() const { return axial_half_; }
-  const float* axial() const { return axial_.data(); }  ///< 2 × axial_half() + 1
+  const AxialKernel& axial() const { return axial_; }
+  /// The pulse of a point, 1 in its middle: 2 × pulse_half() + 1 samples kSampleMm apart.
+  std::size_t pulse_half() const { return pulse_half_; }
+  const float* pulse() const { return pulse_.data(); }
   const LateralKernel& lateral(std::size_t segment) const { return lateral_[segment]; }
-  /// What a point of pressure 1 becomes at its peak, in a segment.
+  /// What a point with the pulse of pressure 1 becomes at its peak, in a segment.
   float point_response(std::size_t segment) const { return points_[segment]; }
   /// EchoMap::kBoundaries of each segment: pressure of a surface that is to be as bright as its interface_db.
   const float* interface_scale() const { return interfaces_.data(); }
 
  private:
   double wavelength_, aperture_, focus_, axial_mm_, elevation_sigma_;
-  std::size_t axial_half_ = 0;
-  std::vector<float> axial_, points_, interfaces_;
+  AxialKernel axial_;
+  std::size_t pulse_half_ = 0;
+  std::vector<float> pulse_, points_, interfaces_;
   std::vector<LateralKernel> lateral_;
 };
 

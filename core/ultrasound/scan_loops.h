@@ -19,10 +19,12 @@ struct alignas(64) ScanNode {
   float c[kChannels];
 };
 
-/// How a scan is sampled: `kSegment` samples, kSampleMm apart, from one node to the next.
+/// How a scan is sampled: `kSegment` samples, kSampleMm apart, from one node to the next. Scatterers, which a cell
+/// makes
+/// smooth, are sampled at every second; the pulse's kernel makes the others of them.
 struct ScanSteps {
-  static constexpr std::size_t kSegment = 16;
-  static constexpr float kSampleMm = 0.08F;
+  static constexpr std::size_t kSegment = 16, kScatter = kSegment / 2;
+  static constexpr float kSampleMm = 0.08F, kScatterMm = 2 * kSampleMm;
   static constexpr float kSegmentMm = kSampleMm * kSegment;
 };
 
@@ -36,11 +38,24 @@ struct Speckle {
   std::array<float, kMostPlanes> offset_mm{}, weight{};  ///< across the plane
 };
 
-/// Gaussian kernels of the lines of one segment: 2 × half + 1 weights.
+/// The beam across the lines of one segment: weights of lines for kTogether lines of the image at once. Where `step`
+/// lines lie within a cell of the scatterers only each step-th has been made, and those between are taken as linear.
 struct LateralKernel {
-  static constexpr std::size_t kMostHalf = 40;
-  std::size_t half = 0;
-  std::array<float, 2 * kMostHalf + 1> weight{};
+  static constexpr std::size_t kMostHalf = 40;  ///< lines
+  static constexpr std::size_t kTogether = 4;
+  static constexpr std::size_t kMostWeights = 2 * kMostHalf + kTogether + 4;
+  std::size_t step = 1;      ///< 1, 2 or 4
+  std::ptrdiff_t first = 0;  ///< line of the first weight, from the first of the kTogether
+  std::size_t count = 0;
+  std::array<std::array<float, kTogether>, kMostWeights> weight{};  ///< of line first + t · step, for each
+};
+
+/// The pulse along a line: weights of scattered samples for the sample at the one in the middle, and for the next
+/// sample.
+struct AxialKernel {
+  static constexpr std::size_t kMost = 64;
+  std::size_t half = 0, count = 0;  ///< count = 2 × half + 2
+  std::array<std::array<float, kMost>, 2> weight{};
 };
 
 /// One pixel of scan conversion: bilinear between two samples of two lines. `first` past the scan's end: black.
@@ -53,15 +68,19 @@ struct PixelSource {
 /// The inner loops of the image, for one instruction set. Rows have a multiple of ScanSteps::kSegment samples.
 /// Threads: any. Real-time: no allocation.
 struct ScanLoops {
-  /// One line of scattered pressure before the point-spread function, complex: `segments` + 1 nodes, one sample pair
-  /// for each kSampleMm. `interface_scale`: of each segment, of what surfaces
-  /// reflect; `layers`: of each sample, dB more.
+  /// `segments` of a line of scattered pressure before the point-spread function, complex: as many nodes and one more,
+  /// one sample pair for each kScatterMm. `interface_scale`: of each segment, of what surfaces reflect; `layers`:
+  /// of each
+  /// sample, dB more.
   void (*scatter)(const ScanNode* nodes, std::size_t segments, const Speckle& speckle,
                   const float* interface_scale, const float* layers, float* re, float* im);
-  /// out[i] = Σ_t kernel[t] in[i + t stride], i < ScanSteps::kSegment, t < count: along a line with stride 1, across
-  /// lines with the distance from one to the next.
-  void (*convolve)(const float* in, std::ptrdiff_t stride, const float* kernel, std::size_t count,
-                   float* out);
+  /// From samples kScatterMm apart to such kSampleMm apart, for so many segments: out[2 i + p] = Σ_t kernel[p][t]
+  /// in[i +
+  /// t], t < kernel.count.
+  void (*along)(const float* in, const AxialKernel& kernel, std::size_t segments, float* out);
+  /// One segment of `groups` × kTogether lines, which are in_stride and out_stride floats apart. in: of line 0.
+  void (*across)(const float* in, std::ptrdiff_t in_stride, const LateralKernel& kernel, std::size_t groups,
+                 float* out, std::ptrdiff_t out_stride);
   /// The envelope's level in gray values: (10 log₁₀(|re + noise|² + …) + offset) × scale, within 0 … 255. noise[k]: the
   /// receiver's at each sample (amplitude); `key` makes it another one for each line and image.
   void (*detect)(const float* re, const float* im, const float* noise, std::uint32_t key, std::size_t count,

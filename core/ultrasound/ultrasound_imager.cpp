@@ -41,8 +41,13 @@ UltrasoundImager::UltrasoundImager(const Options& options, std::shared_ptr<const
       loops_(scan_loops(options.target)),
       threads_(static_cast<std::size_t>(std::max(1, options.threads))),
       keeps_solution_(options.keeps_solution),
-      padding_((spread_.axial_half() / ScanSteps::kSegment + 1) * ScanSteps::kSegment),
-      margin_(LateralKernel::kMostHalf) {
+      padding_((spread_.axial().half / ScanSteps::kScatter + 1) * ScanSteps::kScatter),
+      scatter_stride_(segments_ * ScanSteps::kScatter + 2 * padding_),
+      margin_(LateralKernel::kMostHalf + 2 * LateralKernel::kTogether),
+      groups_((plane_.lines() + LateralKernel::kTogether - 1) / LateralKernel::kTogether),
+      // An odd number of cache lines: the beam's kernel goes down a column, which would else use few of the
+      // cache's sets.
+      wide_stride_((segments_ | 1) * ScanSteps::kSegment) {
   const double range = settings_.dynamic_range_db;
   gray_per_db_ = static_cast<float>(255 / range);
   offset_db_ = static_cast<float>(settings_.gain_db + range * (1 - kHeadroomShare));
@@ -72,9 +77,12 @@ UltrasoundImager::UltrasoundImager(const Options& options, std::shared_ptr<const
 
   nodes_.resize(lines * (segments_ + 1));
   loss_.resize(nodes_.size());
-  re_.resize(lines * (samples_ + 2 * padding_));
+  find_first_segments();
+  scattered_re_.resize(lines * scatter_stride_ + AxialKernel::kMost);
+  scattered_im_.resize(scattered_re_.size());
+  re_.resize(groups_ * LateralKernel::kTogether * samples_);
   im_.resize(re_.size());
-  wide_re_.resize((lines + 2 * margin_) * samples_);
+  wide_re_.resize((lines + 2 * margin_) * wide_stride_);
   wide_im_.resize(wide_re_.size());
   gray_.resize((lines + 1) * samples_ + 1);
   make_layers(options.rectal_wall_mm);
@@ -91,16 +99,18 @@ void UltrasoundImager::locate(const PlanePoint& p, Place& place) const noexcept 
 }
 
 void UltrasoundImager::make_layers(double wall_mm) {
-  layers_.assign(samples_, 0);
-  noise_.assign(samples_, 0);
-  for (std::size_t k = 0; k < samples_; ++k) {
-    const double z = ScanSteps::kSampleMm * static_cast<double>(k);
-    // A uniform value has a third of its square on average, and there are two.
-    noise_[k] =
-        static_cast<float>(std::sqrt(1.5) * std::pow(10, 0.05 * (settings_.noise_db + tgc_per_mm_ * z)));
-    if (z >= wall_mm) continue;
+  layers_.assign(segments_ * ScanSteps::kScatter, 0);
+  for (std::size_t k = 0; k < layers_.size(); ++k) {
+    const double z = double{ScanSteps::kScatterMm} * static_cast<double>(k);
+    if (z >= wall_mm) break;
     const auto layer = std::ranges::find_if(kLayers, [&](const Layer& l) { return z < l.end * wall_mm; });
     if (layer != kLayers.end()) layers_[k] = static_cast<float>(layer->db);
+  }
+  for (std::size_t k = 0; k < samples_; ++k) {
+    const double z = double{ScanSteps::kSampleMm} * static_cast<double>(k);
+    // A uniform value has a third of its square on average, and there are two.
+    noise_.push_back(
+        static_cast<float>(std::sqrt(1.5) * std::pow(10, 0.05 * (settings_.noise_db + tgc_per_mm_ * z))));
   }
 }
 
@@ -136,12 +146,12 @@ ImageResult UltrasoundImager::render(const ImagedState& state) noexcept {
     place_nodes(line);
     scatter_line(line);
   });
-  add_instruments();
   share_out(plane_.lines(), threads_, [&](std::size_t line, std::size_t) { spread_along(line); });
+  add_instruments();
   share_out(segments_, threads_, [&](std::size_t segment, std::size_t) { spread_across(segment); });
   const std::uint32_t key = hashed(speckle_.seed ^ hashed(static_cast<std::uint32_t>(tick_) + 3));
   share_out(plane_.lines(), threads_, [&](std::size_t line, std::size_t) {
-    const std::size_t at = line * (samples_ + 2 * padding_) + padding_;
+    const std::size_t at = line * samples_;
     loops_.detect(&re_[at], &im_[at], noise_.data(), hashed(key + static_cast<std::uint32_t>(line)), samples_,
                   offset_db_, gray_per_db_, &gray_[line * samples_]);
   });
@@ -197,51 +207,70 @@ void UltrasoundImager::place_nodes(std::size_t line) noexcept {
   }
 }
 
-void UltrasoundImager::scatter_line(std::size_t line) noexcept {
-  const std::size_t at = line * (samples_ + 2 * padding_) + padding_;
-  loops_.scatter(&nodes_[line * (segments_ + 1)], segments_, speckle_, spread_.interface_scale(),
-                 layers_.data(), &re_[at], &im_[at]);
-}
-
-// Between the two nearest lines and samples.
-void UltrasoundImager::add_instruments() noexcept {
-  for (const InstrumentEchoes::Echo& echo : instruments_.echoes()) {
-    const float sample = echo.depth / ScanSteps::kSampleMm;
-    const auto s = static_cast<std::size_t>(sample), l = static_cast<std::size_t>(echo.line);
-    if (s + 1 >= samples_ || l + 1 >= plane_.lines()) continue;
-    const std::size_t segment = s / ScanSteps::kSegment;
-    const float gain = nodes_[l * (segments_ + 1) + segment].c[ScanNode::kGain];
-    const float pressure = echo.pressure * std::pow(10.0F, 0.05F * gain) / spread_.point_response(segment);
-    const float t = sample - static_cast<float>(s), u = echo.line - static_cast<float>(l);
-    float* near = &re_[l * (samples_ + 2 * padding_) + padding_ + s];
-    float* next = near + samples_ + 2 * padding_;
-    near[0] += pressure * (1 - t) * (1 - u);
-    near[1] += pressure * t * (1 - u);
-    next[0] += pressure * (1 - t) * u;
-    next[1] += pressure * t * u;
+// Near the probe a fan's lines lie closer than the scatterers do.
+void UltrasoundImager::find_first_segments() {
+  for (std::size_t line = 0; line < plane_.lines(); ++line) {
+    std::size_t first = segments_;
+    while (first > 0 && line % spread_.lateral(first - 1).step == 0) --first;
+    first_segment_.push_back(first);
   }
 }
 
+// Also the segments before the first that the pulse reaches from it.
+void UltrasoundImager::scatter_line(std::size_t line) noexcept {
+  const std::size_t reach = padding_ / ScanSteps::kScatter, wanted = first_segment_[line];
+  const std::size_t first = wanted - std::min(wanted, reach), start = first * ScanSteps::kScatter;
+  const std::size_t at = line * scatter_stride_ + padding_ + start;
+  loops_.scatter(&nodes_[line * (segments_ + 1) + first], segments_ - first, speckle_,
+                 spread_.interface_scale() + first * EchoMap::kBoundaries, &layers_[start],
+                 &scattered_re_[at], &scattered_im_[at]);
+}
+
 void UltrasoundImager::spread_along(std::size_t line) noexcept {
-  const std::size_t at = line * (samples_ + 2 * padding_) + padding_, to = (line + margin_) * samples_;
-  for (std::size_t s = 0; s < samples_; s += ScanSteps::kSegment) {
-    const std::size_t first = at + s - spread_.axial_half(), count = 2 * spread_.axial_half() + 1;
-    loops_.convolve(&re_[first], 1, spread_.axial(), count, &wide_re_[to + s]);
-    loops_.convolve(&im_[first], 1, spread_.axial(), count, &wide_im_[to + s]);
+  const std::size_t first = first_segment_[line];
+  if (first == segments_) return;
+  const std::size_t from = line * scatter_stride_ + padding_ + first * ScanSteps::kScatter -
+                           spread_.axial().half,
+                    to = (line + margin_) * wide_stride_ + first * ScanSteps::kSegment;
+  loops_.along(&scattered_re_[from], spread_.axial(), segments_ - first, &wide_re_[to]);
+  loops_.along(&scattered_im_[from], spread_.axial(), segments_ - first, &wide_im_[to]);
+}
+
+// With the pulse's shape, shared between the two nearest samples and the two nearest lines that are made.
+void UltrasoundImager::add_instruments() noexcept {
+  const auto half = static_cast<std::ptrdiff_t>(spread_.pulse_half());
+  for (const InstrumentEchoes::Echo& echo : instruments_.echoes()) {
+    const float sample = echo.depth / ScanSteps::kSampleMm;
+    const auto s = static_cast<std::ptrdiff_t>(sample);
+    const float t = sample - static_cast<float>(s);
+    const auto own = static_cast<std::size_t>(s) / ScanSteps::kSegment;
+    if (own >= segments_) continue;
+    const auto line = static_cast<std::size_t>(echo.line);
+    const float gain = nodes_[line * (segments_ + 1) + own].c[ScanNode::kGain];
+    const float pressure = echo.pressure * std::pow(10.0F, 0.05F * gain);
+    for (std::ptrdiff_t k = -half; k <= half + 1; ++k) {
+      const std::ptrdiff_t at = s + k;
+      if (at < 0 || at >= static_cast<std::ptrdiff_t>(samples_)) continue;
+      const std::size_t segment = static_cast<std::size_t>(at) / ScanSteps::kSegment,
+                        step = spread_.lateral(segment).step, near = line / step * step;
+      const float u = (echo.line - static_cast<float>(near)) / static_cast<float>(step);
+      const float* pulse = spread_.pulse() + half + k;
+      const float of_pulse = (k <= half ? (1 - t) * pulse[0] : 0) + (k > -half ? t * pulse[-1] : 0);
+      const float value = pressure * of_pulse / spread_.point_response(segment);
+      float* to = &wide_re_[(near + margin_) * wide_stride_ + static_cast<std::size_t>(at)];
+      to[0] += value * (1 - u);
+      if (near + step < plane_.lines()) to[step * wide_stride_] += value * u;
+    }
   }
 }
 
 void UltrasoundImager::spread_across(std::size_t segment) noexcept {
   const LateralKernel& kernel = spread_.lateral(segment);
-  const std::size_t count = 2 * kernel.half + 1, stride = samples_ + 2 * padding_;
-  for (std::size_t line = 0; line < plane_.lines(); ++line) {
-    const std::size_t from = (line + margin_ - kernel.half) * samples_ + segment * ScanSteps::kSegment;
-    const std::size_t to = line * stride + padding_ + segment * ScanSteps::kSegment;
-    loops_.convolve(&wide_re_[from], static_cast<std::ptrdiff_t>(samples_), kernel.weight.data(), count,
-                    &re_[to]);
-    loops_.convolve(&wide_im_[from], static_cast<std::ptrdiff_t>(samples_), kernel.weight.data(), count,
-                    &im_[to]);
-  }
+  const std::size_t to = segment * ScanSteps::kSegment, from = margin_ * wide_stride_ + to;
+  const auto in_stride = static_cast<std::ptrdiff_t>(wide_stride_),
+             out_stride = static_cast<std::ptrdiff_t>(samples_);
+  loops_.across(&wide_re_[from], in_stride, kernel, groups_, &re_[to], out_stride);
+  loops_.across(&wide_im_[from], in_stride, kernel, groups_, &im_[to], out_stride);
 }
 
 }  // namespace brachy

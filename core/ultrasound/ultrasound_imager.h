@@ -90,6 +90,7 @@ class UltrasoundImager {
   void add_instruments() noexcept;
   void spread_along(std::size_t line) noexcept;
   void spread_across(std::size_t segment) noexcept;
+  void find_first_segments();
   void make_layers(double wall_mm);
   void make_pixels();
 
@@ -114,14 +115,19 @@ class UltrasoundImager {
   std::vector<std::uint32_t> used_;
   std::vector<Place> places_;  // of each scan node
 
-  std::size_t padding_;                   // zeros before each line's samples, for the pulse
-  std::size_t margin_;                    // lines of zeros before the first, for the beam
-  std::vector<ScanNode> nodes_;           // lines × (segments + 1)
-  std::vector<float> loss_;               // as many, dB
-  std::vector<float> re_, im_;            // lines, each padded
-  std::vector<float> wide_re_, wide_im_;  // after the pulse, with lines of zeros on both sides
+  std::size_t padding_;                     // zeros before and after each line's scatterers, for the pulse
+  std::size_t scatter_stride_;              // of scattered_re_, scattered_im_
+  std::size_t margin_;                      // lines of zeros before the first, for the beam
+  std::size_t groups_;                      // of LateralKernel::kTogether lines
+  std::size_t wide_stride_;                 // of wide_re_, wide_im_
+  std::vector<std::size_t> first_segment_;  // of each line, from where on it is made (LateralKernel::step)
+  std::vector<ScanNode> nodes_;             // lines × (segments + 1)
+  std::vector<float> loss_;                 // as many, dB
+  std::vector<float> scattered_re_, scattered_im_;  // lines, each padded
+  std::vector<float> re_, im_;                      // lines, after pulse and beam
+  std::vector<float> wide_re_, wide_im_;            // after the pulse, with lines of zeros on both sides
   std::vector<float> gray_;
-  std::vector<float> layers_, noise_;  // of each sample: dB of the rectal wall; the receiver's
+  std::vector<float> layers_, noise_;  // dB of the rectal wall, of scatterers; the receiver's, of samples
   std::vector<PixelSource> sources_;
   std::vector<std::uint8_t> pixels_;
   RigidTransform X_WG_;

@@ -15,6 +15,7 @@
 #include <utility>
 
 #include "core/base/error.h"
+#include "core/base/number_text.h"
 #include "core/base/one_line.h"
 
 namespace brachy {
@@ -82,7 +83,7 @@ class Values {
   void add(double value) {
     if (is_integer_ && std::abs(value) > kLargestWhole)
       refuse_data(name_,
-                  "has the value " + std::to_string(static_cast<std::int64_t>(value)) +
+                  "has the value " + text_of(value) +
                       ", and whole numbers beyond 16777216 are not read; convert it to int16 or uint16");
     const auto single = static_cast<float>(value);
     if (!std::isfinite(single))

@@ -27,7 +27,8 @@ std::string refusal(const std::string& bytes, const NrrdLimits& limits = {}) {
     const std::string message = e.what();
     EXPECT_TRUE(message.starts_with("v.nrrd: ")) << message;
     EXPECT_EQ(message.find('\n'), std::string::npos) << message;
-    EXPECT_NE(message.find("; "), std::string::npos) << "no fix: " << message;
+    EXPECT_TRUE(message.find("; ") != message.npos || message.find("\": ") != message.npos)
+        << "no fix: " << message;
     return message;
   }
   return "accepted";
@@ -161,7 +162,7 @@ TEST(Nrrd, RefusesDataThatAreNotAsManyAsItsSizesSay) {
   expect_refused(text.header() + data, {"damaged"});
   text.encoding = "ascii";
   expect_refused(text.header() + "1 2 3", {"at most 3 numbers"});
-  expect_refused(text.header() + std::string(80, '1'), {"not a finite number"});
+  expect_refused(text.header() + std::string(80, '1'), {"16777216"});
   std::string words;
   for (int k = 0; k < 25; ++k) words += "1 ";
   expect_refused(text.header() + words, {"more numbers"});
@@ -194,7 +195,7 @@ TEST(Nrrd, RefusesValuesThatAreNotFiniteOrNotExact) {
   expect_refused(text.header() + test::words<std::uint64_t>({std::bit_cast<std::uint64_t>(1e300), 0}, false),
                  {"value 0", "not a finite"});
   text.type = "uint32";
-  expect_refused(text.header() + test::words<std::uint32_t>({0, 16777217}, false), {"16777217", "convert"});
+  expect_refused(text.header() + test::words<std::uint32_t>({0, 16777217}, false), {"16777216", "convert"});
 }
 
 TEST(Nrrd, ReadsOnlyRegularFilesOfBoundedSize) {

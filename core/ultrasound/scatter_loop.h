@@ -1,0 +1,211 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+#include "core/base/simd/simd_attributes.h"
+#include "core/kernels/vector_rsqrt.h"
+#include "core/ultrasound/echo_map.h"
+#include "core/ultrasound/hashed_noise.h"
+#include "core/ultrasound/scan_loops.h"
+
+// Scattered pressure along one line; for scan_loops.cpp, which compiles it for each instruction set.
+namespace brachy::scan {
+
+constexpr int kLanes = static_cast<int>(ScanSteps::kScatter);  // of one segment
+constexpr std::size_t kTogether = 4;                           // segments: registers of every target are full
+constexpr int kBlock = kLanes * static_cast<int>(kTogether);
+constexpr float kLog2PerDb = 0.166096404744F;  // of an amplitude: log2(10) / 20
+constexpr float kEdgeMm = 0.3F;                // across which one tissue becomes another
+constexpr float kZoneEdgeMm = 1.5F, kUrethraEdgeMm = 1.2F;
+constexpr float kSurfaceMm = 0.2F;         // half the thickness of what a surface reflects from
+constexpr float kWallMm = 0.75F;           // half the thickness of the urethral wall
+constexpr float kOffGrid = 32768;          // keeps positions in cells positive
+constexpr float kRootTwelve = 3.4641016F;  // a uniform value of width 1 has the deviation 1/√12
+
+struct Lanes {
+  alignas(64) float v[kLanes];
+};
+struct Block {
+  alignas(64) float v[kBlock];
+};
+
+// 2^x, |x| < 120, within 2e-6: x's whole part into the exponent, of the rest a polynomial (minimax, degree 5).
+BRACHY_INLINE float power_of_two(float x) {
+  x = std::max(-120.0F, std::min(120.0F, x));
+  const float shifted = x + 12582912.0F;  // 1.5 × 2^23: rounds to a whole number
+  const float whole = shifted - 12582912.0F, t = x - whole;
+  float p = 1.3333558e-3F;
+  p = p * t + 9.6181291e-3F;
+  p = p * t + 5.5504109e-2F;
+  p = p * t + 2.4022651e-1F;
+  p = p * t + 6.9314718e-1F;
+  p = p * t + 1.0F;
+  const auto exponent = static_cast<std::int32_t>(whole);
+  const std::int32_t bits = (exponent + 127) << 23;
+  float scale;
+  std::memcpy(&scale, &bits, sizeof scale);
+  return p * scale;
+}
+
+BRACHY_INLINE float share_inside(float distance, float edge) {
+  return std::max(0.0F, std::min(1.0F, 0.5F - distance * (1 / edge)));
+}
+
+// Adds a node's complex value, 1 … 2 each: its hash's low and high 23 bits as mantissas. The bits that both have
+// are the
+// real part's first and the imaginary part's last.
+BRACHY_INLINE void add_node(std::uint32_t key, float w, float& re, float& im) {
+  const std::uint32_t h = hashed_quickly(key);
+  const std::uint32_t low = (h & 0x7fffffU) | 0x3f800000U, high = (h >> 9) | 0x3f800000U;
+  float a, b;
+  std::memcpy(&a, &low, sizeof a);
+  std::memcpy(&b, &high, sizeof b);
+  re += w * a;
+  im += w * b;
+}
+
+// Trilinear between eight nodes, divided by the deviation of such a sum, so that it is the same everywhere.
+BRACHY_INLINE void scatterers_at(float x, float y, float z, std::uint32_t seed, float& re, float& im) {
+  const auto ix = static_cast<std::int32_t>(x), iy = static_cast<std::int32_t>(y),
+             iz = static_cast<std::int32_t>(z);
+  const float fx = x - static_cast<float>(ix), fy = y - static_cast<float>(iy),
+              fz = z - static_cast<float>(iz);
+  const std::uint32_t key = static_cast<std::uint32_t>(ix) * kNodeX +
+                            static_cast<std::uint32_t>(iy) * kNodeY +
+                            static_cast<std::uint32_t>(iz) * kNodeZ + seed;
+  const float gx = 1 - fx, gy = 1 - fy, gz = 1 - fz;
+  const float w00 = gy * gz, w10 = fy * gz, w01 = gy * fz, w11 = fy * fz;
+  re = im = -1.5F;  // the nodes' mean: their weights sum to 1
+  add_node(key, gx * w00, re, im);
+  add_node(key + kNodeX, fx * w00, re, im);
+  add_node(key + kNodeY, gx * w10, re, im);
+  add_node(key + kNodeX + kNodeY, fx * w10, re, im);
+  add_node(key + kNodeZ, gx * w01, re, im);
+  add_node(key + kNodeX + kNodeZ, fx * w01, re, im);
+  add_node(key + kNodeY + kNodeZ, gx * w11, re, im);
+  add_node(key + kNodeX + kNodeY + kNodeZ, fx * w11, re, im);
+  const float square = (fx * fx + gx * gx) * (fy * fy + gy * gy) * (fz * fz + gz * gz);
+  const float norm = kRootTwelve * vector_rsqrt(square);
+  re *= norm;
+  im *= norm;
+}
+
+/// A segment's nodes: a channel's value at sample k, and bounds of it over the segment, between whose ends it is
+/// linear.
+struct Segment {
+  const float* a;
+  float step[ScanNode::kChannels];
+
+  BRACHY_INLINE float at(std::size_t c, float k) const { return a[c] + k * step[c]; }
+  BRACHY_INLINE float last(std::size_t c) const { return a[c] + kLanes * step[c]; }
+  BRACHY_INLINE float least(std::size_t c) const { return std::min(a[c], last(c)); }
+  BRACHY_INLINE float most(std::size_t c) const { return std::max(a[c], last(c)); }
+};
+
+// The slice's planes, summed, in up to kTogether segments.
+BRACHY_INLINE void sum_scatterers(const ScanNode* nodes, std::size_t segments, const Speckle& speckle,
+                                  Block& re, Block& im) {
+  using N = ScanNode;
+  constexpr float kPerCell = 1 / Speckle::kCellMm;
+  Block place[6];  // X in cells, and by n
+  for (std::size_t s = 0; s < segments; ++s)
+    for (std::size_t c = 0; c < 6; ++c) {
+      const float offset = c < 3 ? kOffGrid : 0, a = nodes[s].c[N::kX + c] * kPerCell + offset,
+                  step = (nodes[s + 1].c[N::kX + c] - nodes[s].c[N::kX + c]) * (kPerCell / kLanes);
+      float* to = place[c].v + s * kLanes;
+      for (int k = 0; k < kLanes; ++k) to[k] = a + static_cast<float>(k) * step;
+    }
+  for (std::size_t s = segments * kLanes; s < kBlock; ++s)
+    for (Block& of : place) of.v[s] = kOffGrid;
+  for (int k = 0; k < kBlock; ++k) re.v[k] = im.v[k] = 0;
+  for (std::size_t p = 0; p < speckle.planes; ++p) {
+    const float e = speckle.offset_mm[p], w = speckle.weight[p];
+    const std::uint32_t seed = speckle.seed;
+    for (int k = 0; k < kBlock; ++k) {
+      float x, y;
+      scatterers_at(place[0].v[k] + e * place[3].v[k], place[1].v[k] + e * place[4].v[k],
+                    place[2].v[k] + e * place[5].v[k], seed, x, y);
+      re.v[k] += w * x;
+      im.v[k] += w * y;
+    }
+  }
+}
+
+// Levels of the tissue, dB. A boundary that is far from the whole segment changes nothing there, and is left out.
+BRACHY_INLINE void add_levels(const Segment& s, Lanes& db) {
+  using E = EchoMap;
+  constexpr std::size_t kDistance = ScanNode::kDistance;
+  constexpr auto blend = [](float& value, float distance, float edge, float level) {
+    value += share_inside(distance, edge) * (level - value);
+  };
+  for (int k = 0; k < kLanes; ++k) db.v[k] = s.at(ScanNode::kOutside, static_cast<float>(k));
+  if (s.least(kDistance + E::kGland) < 0.5F * kEdgeMm)
+    for (int k = 0; k < kLanes; ++k) {
+      const auto t = static_cast<float>(k);
+      blend(db.v[k], s.at(kDistance + E::kGland, t), kEdgeMm, s.at(ScanNode::kTexture, t));
+    }
+  if (std::max(s.least(kDistance + E::kGland), s.least(kDistance + E::kTransition)) < 0.5F * kZoneEdgeMm)
+    for (int k = 0; k < kLanes; ++k) {
+      const auto t = static_cast<float>(k);
+      blend(db.v[k], std::max(s.at(kDistance + E::kTransition, t), s.at(kDistance + E::kGland, t)),
+            kZoneEdgeMm, s.at(ScanNode::kTexture, t) + E::kInside[E::kTransition].level_db);
+    }
+  if (s.least(kDistance + E::kUrethra) < 2 * kWallMm)
+    for (int k = 0; k < kLanes; ++k) {
+      const float urethra = s.at(kDistance + E::kUrethra, static_cast<float>(k));
+      db.v[k] += E::kUrethralWallDb * std::max(0.0F, 1 - std::abs(urethra - kWallMm) * (1 / kWallMm));
+      blend(db.v[k], urethra, kUrethraEdgeMm, E::kInside[E::kUrethra].level_db);
+    }
+  for (const std::size_t b : {E::kBladder, E::kBone})
+    if (s.least(kDistance + b) < 0.5F * kEdgeMm)
+      for (int k = 0; k < kLanes; ++k)
+        blend(db.v[k], s.at(kDistance + b, static_cast<float>(k)), kEdgeMm, E::kInside[b].level_db);
+}
+
+// What surfaces reflect: square on, it falls with a power of the cosine between beam and normal, which is the
+// distance's slope.
+BRACHY_INLINE void add_surfaces(const Segment& s, const float* interface_scale, float* re) {
+  for (const std::size_t b : {EchoMap::kGland, EchoMap::kUrethra, EchoMap::kBladder, EchoMap::kBone}) {
+    const std::size_t c = ScanNode::kDistance + b;
+    if (s.least(c) > kSurfaceMm || s.most(c) < -kSurfaceMm) continue;
+    const float cosine = std::min(1.0F, std::abs(s.step[c]) * (1 / ScanSteps::kScatterMm));
+    const float reflect = cosine * cosine * cosine * interface_scale[b];
+    for (int k = 0; k < kLanes; ++k) {
+      const auto t = static_cast<float>(k);
+      re[k] += reflect * std::max(0.0F, 1 - std::abs(s.at(c, t)) * (1 / kSurfaceMm)) *
+               power_of_two(s.at(ScanNode::kGain, t) * kLog2PerDb);
+    }
+  }
+}
+
+BRACHY_INLINE void scatter(const ScanNode* nodes, std::size_t segments, const Speckle& speckle,
+                           const float* interface_scale, const float* layers, float* __restrict re,
+                           float* __restrict im) {
+  Block sum_re, sum_im;
+  for (std::size_t n = 0; n < segments; ++n) {
+    const std::size_t in_block = n % kTogether;
+    if (in_block == 0) sum_scatterers(nodes + n, std::min(kTogether, segments - n), speckle, sum_re, sum_im);
+    Segment s;
+    s.a = nodes[n].c;
+    for (std::size_t c = 0; c < ScanNode::kChannels; ++c)
+      s.step[c] = (nodes[n + 1].c[c] - s.a[c]) * (1.0F / kLanes);
+    Lanes db;
+    add_levels(s, db);
+    const float* from_re = sum_re.v + in_block * kLanes;
+    const float* from_im = sum_im.v + in_block * kLanes;
+    const float* layer = layers + n * ScanSteps::kScatter;
+    float* to_re = re + n * ScanSteps::kScatter;
+    float* to_im = im + n * ScanSteps::kScatter;
+    for (int k = 0; k < kLanes; ++k) {
+      const float level =
+          power_of_two((db.v[k] + s.at(ScanNode::kGain, static_cast<float>(k)) + layer[k]) * kLog2PerDb);
+      to_re[k] = level * from_re[k];
+      to_im[k] = level * from_im[k];
+    }
+    add_surfaces(s, interface_scale + n * EchoMap::kBoundaries, to_re);
+  }
+}
+
+}  // namespace brachy::scan
