@@ -13,8 +13,7 @@
 
 namespace brachy {
 
-/// An RTSTRUCT: contours of each structure in transverse planes `slice_mm` apart, at multiples of it, and one more near
-/// each end (contour_heights).
+/// An RTSTRUCT: contours of each structure in transverse planes `slice_mm` apart (contour_heights).
 void write_rt_structure(const std::filesystem::path& file, const ExportIds& ids,
                         const std::vector<Structure>& structures, double slice_mm);
 /// Red, green, blue of the n-th structure, 0 … 255.

@@ -53,15 +53,12 @@ std::vector<Polygon> mesh_contours(const SurfaceMesh& mesh, double height_mm) {
 }
 
 std::vector<double> contour_heights(double min_mm, double max_mm, double spacing_mm) {
-  // What is left beyond the outermost multiple; where that is next to nothing, the multiple itself gives way.
-  constexpr double kNothing = 0.05;
-  const double first = std::ceil((min_mm + kNothing) / spacing_mm),
-               last = std::floor((max_mm - kNothing) / spacing_mm);
+  constexpr double kNothing = 1e-3;  // a contour this near to an end may have no area
+  const double first = std::ceil((min_mm + kNothing) / spacing_mm - 0.5);
+  const double last = std::floor((max_mm - kNothing) / spacing_mm - 0.5);
   if (last < first) return {0.5 * (min_mm + max_mm)};
   std::vector<double> heights;
-  heights.push_back(first * spacing_mm - 2.0 / 3 * (first * spacing_mm - min_mm));
-  for (double n = first; n <= last; ++n) heights.push_back(n * spacing_mm);
-  heights.push_back(last * spacing_mm + 2.0 / 3 * (max_mm - last * spacing_mm));
+  for (double n = first; n <= last; ++n) heights.push_back((n + 0.5) * spacing_mm);
   return heights;
 }
 

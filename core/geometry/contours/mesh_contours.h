@@ -12,8 +12,9 @@ namespace brachy {
 /// become one. Empty where the surface is elsewhere. Preconditions: every edge has two triangles.
 std::vector<Polygon> mesh_contours(const SurfaceMesh& mesh, double height_mm);
 
-/// Heights at which to cut a structure that spans min … max, so that contour_surface() gives it back with its ends: the
-/// multiples of `spacing_mm` between them, and near each end one more, at two thirds of what is left.
+/// Heights at which to cut a structure that spans min … max: the middles of slabs of `spacing_mm`, one of which begins at
+/// 0; on one raster for all structures, as readers expect. contour_surface() gives a flat end back exactly where it lies
+/// between two slabs, else within half the spacing.
 std::vector<double> contour_heights(double min_mm, double max_mm, double spacing_mm);
 
 }  // namespace brachy

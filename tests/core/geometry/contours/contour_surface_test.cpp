@@ -74,7 +74,7 @@ TEST(ContourSurface, OfObliquePlanesIsWhereTheyAre) {
   const Mat3 R = Eigen::AngleAxisd(0.5, Vec3(1, -1, 0.3).normalized()).toRotationMatrix();
   const Vec3 shift(-120, 340, -800);
   SurfaceMesh phantom = prostate_phantom(2000);
-  Contours contours = cut(phantom, 1);
+  Contours contours = cut(phantom, 0.5);
   for (auto& contour : contours)
     for (Vec3& p : contour) p = R * p + shift;
   for (Vec3& v : phantom.vertices) v = R * v + shift;
