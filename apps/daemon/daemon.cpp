@@ -127,10 +127,9 @@ class Daemon::Impl {
         watch_(loop_, scene.period_s(),
                {[this] { forces_.update(monotonic_ns()); }, [this] { return telemetry_.status(); }}),
         reload_(loop_, worker_, controls_, watch_, options),
-        telemetry_(loop_,
-                   {loop_statistics_.reader, control_statistics_.reader, server_, runs_,
-                    std::as_const(forces_).link(), controls_, reload_, watch_,
-                    [this] { return igtl_figures(); }, ultrasound_statistics_.reader}) {
+        telemetry_(loop_, {loop_statistics_.reader, control_statistics_.reader, server_, runs_,
+                           std::as_const(forces_).link(), controls_, reload_, watch_,
+                           [this] { return igtl_figures(); }, ultrasound_statistics_.reader}) {
     spdlog::info("engine: {}, {} thread{}", to_string(simulator().simd_target()), scene.engine.threads,
                  scene.engine.threads == 1 ? "" : "s");
     runs_.on_model = [this](std::uint64_t run, const auto& model) { publish_model(run, model); };

@@ -18,8 +18,9 @@ constexpr std::size_t kMaxAnswers = 16;                // waiting; further queri
 constexpr std::int64_t kFirstImageNs = 5'000'000'000;  // the scanner may have to start
 constexpr std::int64_t kImageAgeNs = 1'000'000'000;    // an older one is not sent to whoever asks for one
 constexpr std::array<std::string_view, 15> kCapabilities = {
-    "TRANSFORM", "GET_TRANS", "GET_POLYDATA", "STT_POLYDATA", "STP_POLYDATA", "GET_POINT", "STT_TDATA", "STP_TDATA",
-    "GET_IMAGE", "STT_IMAGE", "STP_IMAGE",    "GET_STATUS",   "GET_CAPABIL",  "STRING",    "COMMAND"};
+    "TRANSFORM", "GET_TRANS",  "GET_POLYDATA", "STT_POLYDATA", "STP_POLYDATA",
+    "GET_POINT", "STT_TDATA",  "STP_TDATA",    "GET_IMAGE",    "STT_IMAGE",
+    "STP_IMAGE", "GET_STATUS", "GET_CAPABIL",  "STRING",       "COMMAND"};
 
 }  // namespace
 

@@ -80,10 +80,10 @@ struct StartTracking {
 
 /// Whether a server reads such messages; all others are skipped.
 constexpr bool is_read(std::string_view type) {
-  constexpr std::string_view kRead[] = {
-      "TRANSFORM",   "GET_TRANS", "GET_TRANSFOR", "GET_POLYDATA", "GET_STATUS",   "STT_TDATA",   "STP_TDATA",
-      "GET_CAPABIL", "GET_POINT", "STRING",       "COMMAND",      "STT_POLYDATA", "STP_POLYDATA",
-      "GET_IMAGE",   "STT_IMAGE", "STP_IMAGE"};
+  constexpr std::string_view kRead[] = {"TRANSFORM",    "GET_TRANS", "GET_TRANSFOR", "GET_POLYDATA",
+                                        "GET_STATUS",   "STT_TDATA", "STP_TDATA",    "GET_CAPABIL",
+                                        "GET_POINT",    "STRING",    "COMMAND",      "STT_POLYDATA",
+                                        "STP_POLYDATA", "GET_IMAGE", "STT_IMAGE",    "STP_IMAGE"};
   for (const std::string_view read : kRead)
     if (type == read) return true;
   return false;

@@ -13,6 +13,7 @@
 #include "net/igtl/big_endian.h"
 #include "net/igtl/codec.h"
 #include "net/wire/frame_encoder.h"
+#include "test_paths.h"
 #include "tests/core/geometry/tissue/mesh_fixtures.h"
 #include "tests/core/geometry/volume/nrrd_fixtures.h"
 #include "tests/fuzz/fuzzing.h"

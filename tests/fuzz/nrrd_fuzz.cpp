@@ -1,5 +1,7 @@
 // An NRRD volume; the first byte chooses whether the rest is the file, or a header whose data are gzip of what follows
 // its empty line, so that inputs reach the values behind the compression.
+#include <cmath>
+
 #include <zlib.h>
 
 #include "core/geometry/volume/nrrd_file.h"

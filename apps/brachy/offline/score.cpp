@@ -46,7 +46,8 @@ std::filesystem::path page_of(const ScoreOptions& options) {
 int run_hdr(const ScoreOptions& options, const Scene& scene) {
   std::optional<HdrPlan> plan;
   if (options.plan) plan = load_hdr_plan(*options.plan, scene.template_grid, scene.needle.length_mm);
-  const std::string report = score_catheters(*options.recording, scene, options.json, plan ? &*plan : nullptr);
+  const std::string report =
+      score_catheters(*options.recording, scene, options.json, plan ? &*plan : nullptr);
   if (report.empty())
     throw UserError(options.recording->string() +
                     ": has no plan to score against; give it with --plan, or a scene that has plan.file");
