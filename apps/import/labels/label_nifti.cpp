@@ -86,7 +86,7 @@ VoxelType NiftiReader::type() const {
   }
 }
 
-// Method 2 of the NIfTI-1 header: a unit quaternion (a, b, c, d), of which a is left out.
+// Method 2 of the NIFTI-1 data format: a unit quaternion (a, b, c, d), of which a is left out.
 Mat3 NiftiReader::quaternion_rotation() const {
   const double b = real(layout_.quatern), c = real(layout_.quatern + layout_.real_bytes),
                d = real(layout_.quatern + 2 * layout_.real_bytes);

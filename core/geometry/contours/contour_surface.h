@@ -19,12 +19,13 @@ struct ContourSurface {
   double pitch_mm = 0;  ///< that was used
 };
 
-/// The closed surface of contours in parallel planes: the signed distance to the contours is exact in each plane and
-/// linear between planes (S. Raya, J. Udupa, "Shape-based interpolation of multidimensional objects", IEEE TMI 9, 1990),
-/// and the surface is where it is 0, by surface_nets. Contours of a plane may branch, have holes, and change in number.
-/// Planes that are missing are interpolated, up to a gap of kBridgedGap spacings; a longer one separates two pieces. The
-/// first and the last plane of a piece stand for a slab that ends half the distance to the next plane (at most half the
-/// spacing) beyond it, flat. A single plane gets a slab of `spacing_mm` of the stack, or 1 mm where that is 0.
+/// The closed surface of contours in parallel planes: the signed distance to the contours is exact in each plane
+/// and linear between planes (S. Raya, J. Udupa, "Shape-based interpolation of multidimensional objects", IEEE TMI
+/// 9, 1990), and the surface is where it is 0, by surface_nets. Contours of a plane may branch, have holes, and
+/// change in number. Planes that are missing are interpolated, up to a gap of kBridgedGap spacings; a longer one
+/// separates two pieces. The first and the last plane of a piece stand for a slab that ends half the distance to
+/// the next plane (at most half the spacing) beyond it, flat. A single plane gets a slab of `spacing_mm` of the
+/// stack, or 1 mm where that is 0.
 ///
 /// Errors: UserError "name: …" where the grid would be too large. Threads: any. Not real-time.
 ContourSurface contour_surface(const ContourStack& stack, const std::string& name,

@@ -7,14 +7,14 @@
 
 namespace brachy {
 
-/// Where a closed surface meets the plane z = height_mm (world frame): closed polygons in (x, y), mm, one for each loop.
-/// A vertex in the plane is taken to lie above it, so that the loops are always closed. Points closer than 1e-6 mm
-/// become one. Empty where the surface is elsewhere. Preconditions: every edge has two triangles.
+/// Where a closed surface meets the plane z = height_mm (world frame): closed polygons in (x, y), mm, one for each
+/// loop. A vertex in the plane is taken to lie above it, so that the loops are always closed. Points closer than
+/// 1e-6 mm become one. Empty where the surface is elsewhere. Preconditions: every edge has two triangles.
 std::vector<Polygon> mesh_contours(const SurfaceMesh& mesh, double height_mm);
 
-/// Heights at which to cut a structure that spans min … max: the middles of slabs of `spacing_mm`, one of which begins at
-/// 0; on one raster for all structures, as readers expect. contour_surface() gives a flat end back exactly where it lies
-/// between two slabs, else within half the spacing.
+/// Heights at which to cut a structure that spans min … max: the middles of slabs of `spacing_mm`, one of which
+/// begins at 0; on one raster for all structures, as readers expect. contour_surface() gives a flat end back
+/// exactly where it lies between two slabs, else within half the spacing.
 std::vector<double> contour_heights(double min_mm, double max_mm, double spacing_mm);
 
 }  // namespace brachy

@@ -46,8 +46,7 @@ class Import : public ::testing::Test {
       const std::string exact = (*folder_ / "dicom32").string();
       ASSERT_TRUE(
           exited(run_brachy({"export", "--dicom", exact, "--config", kSession, "--dose-bits", "32"}), 0));
-      const Ended made = run_python(
-          {source_file("make_variants.py"), (*folder_ / "dicom").string(), (*folder_ / "v").string()});
+      const Ended made = run_python({source_file("make_variants.py"), exact, (*folder_ / "v").string()});
       ASSERT_TRUE(exited(made, 0)) << made.err;
     }
   }

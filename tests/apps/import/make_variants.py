@@ -32,7 +32,8 @@ def box_map(spacing, size, half):
     return ((abs(i * spacing[0]) < half[0]) & (abs(j * spacing[1]) < half[1]) & (abs(k * spacing[2]) < half[2]))
 
 
-def nrrd(path, labels, directions, origin, extra="", encoding="raw", kind="unsigned char", space="left-posterior-superior"):
+def nrrd(path, labels, directions, origin, extra="", encoding="raw", kind="unsigned char"):
+    space = "left-posterior-superior"
     sizes = " ".join(str(n) for n in labels.shape[::-1])
     vectors = " ".join("(" + ",".join(repr(float(v)) for v in d) + ")" for d in directions)
     head = (f"NRRD0004\ntype: {kind}\ndimension: 3\nspace: {space}\nsizes: {sizes}\nspace directions: {vectors}\n"
@@ -125,7 +126,9 @@ def main():
 
     def every_third_gone(rs, rp, rd):
         for roi in rs.ROIContourSequence:
-            roi.ContourSequence = pydicom.Sequence([c for n, c in enumerate(roi.ContourSequence) if n % 3 != 1 or min(n, len(roi.ContourSequence) - n) < 8])
+            count = len(roi.ContourSequence)
+            roi.ContourSequence = pydicom.Sequence([c for n, c in enumerate(roi.ContourSequence)
+                                                    if n % 3 != 1 or min(n, count - n) < 8])
 
     # What must be read.
     files("plain", lambda *sets: None, good=True)
