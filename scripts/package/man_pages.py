@@ -145,8 +145,16 @@ def page(program, binary, version):
     commands = [COMMAND.fullmatch(line).groups() for line in lists.get("Subcommands", [])]
     if commands:
         out.append(".SH COMMANDS")
-    for name, _ in commands:
-        about, usage, lists, its_footer = parts_of(help_of(binary, name))
+    for name, summary in commands:
+        try:
+            text = help_of(binary, name)
+        except subprocess.CalledProcessError:
+            if name != "import":
+                raise
+            # A program of its own, which this build lacks.
+            out += [f'.SS "{program} import"', roff(summary), "It is in the package brachyd-import."]
+            continue
+        about, usage, lists, its_footer = parts_of(text)
         out += [f'.SS "{roff(usage)}"', roff(about), *options_of(lists), ".PP", *footer_of(its_footer)]
     if "Examples:" in footer:
         out += [".SH EXAMPLES AND EXIT STATUS", *footer_of(footer)]

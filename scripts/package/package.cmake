@@ -4,12 +4,17 @@ set(BRACHY_MAINTAINER "brachyd maintainers <brachyd@example.org>" CACHE STRING "
 set(BRACHY_RELEASE 1 CACHE STRING "the Debian packages' revision of this version")
 set(here ${CMAKE_CURRENT_LIST_DIR})
 
+# Whose help is that of `brachy import`.
+set(import_program "")
+if(TARGET brachy-import)
+  set(import_program brachy-import)
+endif()
 if(NOT BRACHY_SANITIZE)
   add_custom_command(
     OUTPUT ${CMAKE_BINARY_DIR}/brachyd.1.gz ${CMAKE_BINARY_DIR}/brachy.1.gz ${CMAKE_BINARY_DIR}/brachy-study.1.gz
     COMMAND python3 ${here}/man_pages.py $<TARGET_FILE:brachyd> $<TARGET_FILE:brachy> $<TARGET_FILE:brachy-study> ${PROJECT_VERSION}
             ${CMAKE_BINARY_DIR}
-    DEPENDS brachyd brachy brachy-study ${here}/man_pages.py
+    DEPENDS brachyd brachy brachy-study ${import_program} ${here}/man_pages.py
     COMMENT "Writing the manuals"
     VERBATIM)
   add_custom_target(man_pages ALL DEPENDS ${CMAKE_BINARY_DIR}/brachyd.1.gz)

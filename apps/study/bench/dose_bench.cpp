@@ -108,7 +108,8 @@ double sort_structures(const std::vector<StructureVoxels>& structures, const Dos
 
 void run_evaluate(benchmark::State& state, Report& report, const BenchOptions& options) {
   const Implant& made = implant(options.is_quick);
-  ImplantDose dose(made.structures, {.prescription_gy = kPrescriptionGy, .spacing_mm = 1, .margin_mm = 10});
+  ImplantDose dose(made.structures,
+                   {.prescription_gy = kPrescriptionGy, .spacing_mm = 1, .margin_mm = 10, .source = {}});
   for (const DoseSeed& seed : made.seeds) dose.add(seed);
   std::vector<StructureVoxels> voxels;
   for (const Structure& s : made.structures)
@@ -138,8 +139,9 @@ double exact_d90(const Implant& made) {
 
 void run_spacing(benchmark::State& state, Report& report, const BenchOptions& options, double spacing_mm) {
   const Implant& made = implant(options.is_quick);
-  ImplantDose dose(made.structures,
-                   {.prescription_gy = kPrescriptionGy, .spacing_mm = spacing_mm, .margin_mm = 10});
+  ImplantDose dose(
+      made.structures,
+      {.prescription_gy = kPrescriptionGy, .spacing_mm = spacing_mm, .margin_mm = 10, .source = {}});
   for (const DoseSeed& seed : made.seeds) dose.add(seed);
   const StructureDose gland = dose.evaluate().front();
   double difference = 0;

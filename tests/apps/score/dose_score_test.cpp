@@ -13,7 +13,7 @@ namespace {
 using namespace test;
 
 const TemplateGrid kGrid;
-constexpr DoseSettings kSettings{.prescription_gy = 145, .spacing_mm = 1, .margin_mm = 5};
+const DoseSettings kSettings{.prescription_gy = 145, .spacing_mm = 1, .margin_mm = 5, .source = {}};
 
 /// Strong enough that part of the small prostate receives its prescription.
 Plan strong_plan() {

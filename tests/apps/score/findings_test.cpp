@@ -70,7 +70,8 @@ struct Sessions : ::testing::Test {
     Recording recording;
     recording.seeds = seeds;
     recording.poses = NeedleTrajectories({{0, Trajectory(std::vector(poses))}});
-    return score_session(plan, kGrid, structures, {.spacing_mm = 4, .margin_mm = 2}, recording).findings;
+    return score_session(plan, kGrid, structures, {.spacing_mm = 4, .margin_mm = 2, .source = {}}, recording)
+        .findings;
   }
   /// Whether one of the first three contains `part`.
   ::testing::AssertionResult says(const std::string& part) const {

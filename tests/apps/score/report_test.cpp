@@ -33,7 +33,7 @@ struct Report : ::testing::Test {
                         force_at(1, 0, ContactState::kInserted, Vec3(0, 0, -3))};
   }
   Score score() const {
-    return score_session(plan, kGrid, structures, {.spacing_mm = 2, .margin_mm = 2}, recording);
+    return score_session(plan, kGrid, structures, {.spacing_mm = 2, .margin_mm = 2, .source = {}}, recording);
   }
   std::string html() const { return to_html(score(), plan, kGrid, structures); }
   nlohmann::json json() const { return nlohmann::json::parse(to_json(score())); }

@@ -229,17 +229,19 @@ TEST(StructureDose, KnowsDosesBeyondItsHistogram) {
 TEST(ImplantDose, LaysItsGridAboutTheProstateWithItsMargin) {
   const std::vector<Structure> structures = {{"rectum", box({-10, -60, -30}, {10, -40, 30})},
                                              {"prostate", box({-25, -20, -22}, {25, 20, 23})}};
-  const ImplantDose dose(structures, {.prescription_gy = 145, .spacing_mm = 1, .margin_mm = 10});
+  const ImplantDose dose(structures,
+                         {.prescription_gy = 145, .spacing_mm = 1, .margin_mm = 10, .source = {}});
   EXPECT_EQ(dose.grid().origin(), Vec3(-35, -30, -32));
   EXPECT_EQ(dose.grid().size(), (std::array<std::size_t, 3>{71, 61, 66}));
-  const ImplantDose first({structures[0]}, {.prescription_gy = 145, .spacing_mm = 2, .margin_mm = 0});
+  const ImplantDose first({structures[0]},
+                          {.prescription_gy = 145, .spacing_mm = 2, .margin_mm = 0, .source = {}});
   EXPECT_EQ(first.grid().origin(), Vec3(-10, -60, -30));
   EXPECT_THROW(ImplantDose({}, {}), UserError);
 }
 
 TEST(ImplantDose, CountsSeedsAndForgetsThemOnClear) {
   ImplantDose dose({{"prostate", prostate_phantom()}},
-                   {.prescription_gy = 145, .spacing_mm = 3, .margin_mm = 5});
+                   {.prescription_gy = 145, .spacing_mm = 3, .margin_mm = 5, .source = {}});
   EXPECT_EQ(dose.seed_count(), 0u);
   EXPECT_EQ(dose.evaluate().at(0).max_gy, 0);
   EXPECT_EQ(dose.evaluate().at(0).v100_percent, 0);
@@ -258,7 +260,7 @@ TEST(ImplantDose, IsWithinOnePercentOfExactSumsAtRandomPoints) {
   const std::vector<DoseSeed> seeds = implant(random);
   const std::vector<Structure> structures = {{"prostate", prostate_phantom()},
                                              {"urethra", cylinder(0, 5, 3, -18, 18)}};
-  constexpr DoseSettings kSettings{.prescription_gy = 145, .spacing_mm = 1, .margin_mm = 10};
+  const DoseSettings kSettings{.prescription_gy = 145, .spacing_mm = 1, .margin_mm = 10, .source = {}};
   ImplantDose implant_dose(structures, kSettings);
   for (const DoseSeed& seed : seeds) implant_dose.add(seed);
   const std::vector<StructureDose> doses = implant_dose.evaluate();

@@ -27,7 +27,7 @@ TEST(ImplantKeys, AreReadAsTheFileSaysThem) {
   EXPECT_EQ(scene.template_grid, (TemplateGrid{11, 9, 4, {1, 2, -70}}));
   EXPECT_EQ(scene.seeds, (SeedSettings{"train", SourceModel::kTheraSeed200, 1.8, 4096}));
   EXPECT_EQ(scene.plan_file, "plan.toml");
-  EXPECT_EQ(scene.dose, (DoseSettings{125, 2, 5}));
+  EXPECT_EQ(scene.dose, (DoseSettings{125, 2, 5, {}}));
   ASSERT_EQ(scene.structures.size(), 2u);
   EXPECT_EQ(scene.structures[0], (StructureSettings{"urethra", "u.stl", "scene.toml:17"}));
   EXPECT_EQ(scene.structures[1].name, "bulb_2");
