@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <sstream>
+#include <string>
 
 #include "core/base/error.h"
 
@@ -17,6 +19,12 @@ std::vector<Vec3> arc() {
     points.emplace_back(100 * (1 - std::cos(angle)), 1, -100 * std::sin(angle));
   }
   return points;
+}
+
+std::string file_of(const std::string& rows) {
+  std::ostringstream file;
+  file << kCatheterHeader << "\n" << rows;
+  return file.str();
 }
 
 TEST(CatheterCourse, ADwellLiesOnTheBentCatheterAndPointsToItsTip) {
@@ -37,13 +45,13 @@ TEST(CatheterCourse, FilesReadBackBitForBit) {
   std::vector<CatheterCourse> some = all;
   some[1].rest.resize(2);
   EXPECT_EQ(parse_catheters(to_csv(some), "c.csv"), some);
-  EXPECT_TRUE(parse_catheters(std::string(kCatheterHeader) + "\n", "c.csv").empty());
+  EXPECT_TRUE(parse_catheters(file_of(""), "c.csv").empty());
 }
 
 TEST(CatheterCourse, ATornFileIsRefusedWithItsLine) {
   const auto refusal = [](const std::string& rows) -> std::string {
     try {
-      parse_catheters(std::string(kCatheterHeader) + "\n" + rows, "c.csv");
+      parse_catheters(file_of(rows), "c.csv");
     } catch (const UserError& e) {
       return e.what();
     }
