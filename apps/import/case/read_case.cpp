@@ -204,7 +204,12 @@ void CaseReader::read_dicom(const std::string& bytes, const std::string& file, c
 void CaseReader::read_file(const std::string& file, const std::string& place) {
   const std::string name = lower(std::filesystem::path(file).filename().string());
   const std::string bytes = file_bytes(file, kMostFileBytes);
-  if (bytes.starts_with("NRRD")) {
+  const std::string_view header =
+      std::string_view(bytes).substr(0, std::min<std::size_t>(bytes.find("\n\n"), 65536));
+  if (bytes.starts_with("NRRD") &&
+      (header.find("\ntype: float") != header.npos || header.find("\ntype: double") != header.npos)) {
+    case_.left.push_back("an NRRD image, which has no labels, " + place);
+  } else if (bytes.starts_with("NRRD")) {
     add_segments(parse_label_nrrd(bytes, file), file);
     case_.taken.push_back("structures from an NRRD label map, " + place);
   } else if (name.ends_with(".nii") || name.ends_with(".nii.gz")) {

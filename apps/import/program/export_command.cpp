@@ -27,7 +27,7 @@ struct ExportLine {
   std::filesystem::path dicom, scene;
   std::optional<std::filesystem::path> plan, seeds;
   std::vector<std::string> surfaces;
-  double slice_mm = 0.2;
+  double slice_mm = 0.25;
   std::string dose_bits = "16";
   std::string date = "20000101";
   bool force = false;

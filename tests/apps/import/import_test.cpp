@@ -29,7 +29,7 @@ std::string source_file(const char* name) {
 /// Runs Debian's Python, which has pydicom.
 Ended run_python(std::vector<std::string> arguments) {
   arguments.insert(arguments.begin(), "/usr/bin/python3");
-  return run_process(arguments);
+  return run_process(arguments, ChildProcess::Milliseconds(240'000));
 }
 
 bool has_pydicom() {
@@ -44,8 +44,9 @@ class Import : public ::testing::Test {
     exported_ = run_brachy({"export", "--dicom", (*folder_ / "dicom").string(), "--config", kSession});
     if (has_pydicom()) {
       const std::string exact = (*folder_ / "dicom32").string();
-      ASSERT_TRUE(
-          exited(run_brachy({"export", "--dicom", exact, "--config", kSession, "--dose-bits", "32"}), 0));
+      ASSERT_TRUE(exited(run_brachy({"export", "--dicom", exact, "--config", kSession, "--dose-bits", "32",
+                                     "--slice-mm", "0.5"}),
+                         0));
       const Ended made = run_python({source_file("make_variants.py"), exact, (*folder_ / "v").string()});
       ASSERT_TRUE(exited(made, 0)) << made.err;
     }
@@ -89,7 +90,10 @@ SurfaceMesh surface_file(const std::filesystem::path& file) {
 
 TEST_F(Import, GivesBackSurfacesNeedlesSeedsAndStrengthOfTheSceneItWasExportedFrom) {
   const TempFolder out;
-  const Ended ended = run_brachy({"import", (*folder_ / "v/plain").string(), "--out", (out / "s").string()});
+  const Ended ended =
+      run_brachy({"import", (*folder_ / "dicom/rtstruct.dcm").string(),
+                  (*folder_ / "dicom/rtplan.dcm").string(), (*folder_ / "dicom/rtdose.dcm").string(),
+                  (*folder_ / "dicom/dose.nrrd").string(), "--out", (out / "s").string()});
   ASSERT_TRUE(exited(ended, 0)) << ended.err;
   const Scene before = load_scene(kSession), after = load_scene(out / "s/scene.toml");
   const auto was = load_structures(before), is = load_structures(after);

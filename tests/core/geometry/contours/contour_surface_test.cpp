@@ -51,7 +51,7 @@ ContourSurface surface_of(const Contours& contours) {
 
 TEST(ContourSurface, GivesThePhantomBackWithinATenthOfAMillimetre) {
   for (const SurfaceMesh& mesh : {prostate_phantom(4000), phantom_urethra(), phantom_rectum()}) {
-    const ContourSurface back = surface_of(cut(mesh, 0.2));
+    const ContourSurface back = surface_of(cut(mesh, 0.25));
     EXPECT_TRUE(is_closed_manifold(back.mesh));
     const SurfaceDistance distance = surface_distance(mesh, back.mesh);
     EXPECT_LT(distance.p95_mm, 0.1);
