@@ -29,6 +29,8 @@ Score score_of(double mean_error_mm, std::uint32_t urethra_passes) {
   Score score;
   score.seeds.emplace();
   SeedScore seed;
+  seed.planned.position = Vec3::Zero();
+  seed.planned.axis = Vec3::UnitZ();
   score.seeds->by_position.placed = {seed, seed};
   score.seeds->by_position.rest.total_mm.mean = mean_error_mm;
   score.needles.motion.emplace();
