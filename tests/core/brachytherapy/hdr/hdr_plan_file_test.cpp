@@ -51,8 +51,11 @@ TEST(HdrPlanFile, WhatMakesNoSenseIsRefusedWithItsLineAndTheFix) {
             "plan.toml:10: 'catheter.tip_mm' is 201 and the needle is 200 mm long; lower it");
   EXPECT_EQ(refusal_of_hdr(kHead + "[[catheter]]\nhole = \"D4\"\ntip_mm = 80\ndwell_s = [0]\n"),
             "plan.toml:8: 'catheter' has no dwell time above 0; give one");
-  EXPECT_EQ(refusal_of_hdr("kind = \"hdr\"\nsource = \"6711\"\n"),
-            "plan.toml:2: 'source' is \"6711\"; it must be one of: mhdr-v2; a scene's dose.source adds one");
+  // Sources that other tests of this process have loaded are named too.
+  const std::string refusal = refusal_of_hdr("kind = \"hdr\"\nsource = \"6711\"\n");
+  EXPECT_TRUE(refusal.starts_with("plan.toml:2: 'source' is \"6711\"; it must be one of: mhdr-v2"))
+      << refusal;
+  EXPECT_TRUE(refusal.ends_with("; a scene's dose.source adds one")) << refusal;
 }
 
 // 1 U for an hour gives, 1 cm beside the source, its dose-rate constant.
