@@ -1,14 +1,14 @@
 #!/usr/bin/env bash
-# Builds the Debian packages: build/release/brachyd_VERSION_ARCH.deb, to run, and libbrachy-dev_…, to build against,
-# with Debian's hardening flags (dpkg-buildflags) in a build of their own, build/package. Two builds of a commit have
-# the same bytes: scripts/package/reproducible.sh.
+# Builds the Debian packages: build/release/brachyd_VERSION_ARCH.deb, to run, brachyd-import_…,
+# and libbrachy-dev_…, to build against, with Debian's hardening flags (dpkg-buildflags) in a build of their own,
+# build/package. Two builds of a commit have the same bytes: scripts/package/reproducible.sh.
 #   scripts/package.sh      then: sudo apt install ./build/release/brachyd_*.deb
 # Whether they install, run and go away again in a fresh Debian 12: scripts/package/package_check.sh
 set -euo pipefail
 cd "$(dirname "$0")/.."
 [[ $# == 0 ]] || { sed -n '2,/^[^#]/s/^# \?//p' "$0" >&2; exit 2; }
 
-scripts/setup.sh --viewer --broker
+scripts/setup.sh --viewer --broker --import
 SOURCE_DATE_EPOCH=${SOURCE_DATE_EPOCH:-$(git log -1 --format=%ct)}
 export SOURCE_DATE_EPOCH DEB_BUILD_MAINT_OPTIONS=hardening=+all
 # Debug information would be stripped; what CMake adds for a release comes last: -O3.
@@ -17,12 +17,14 @@ LDFLAGS=$(dpkg-buildflags --get LDFLAGS)
 export CXXFLAGS LDFLAGS
 # A build that was configured without npm does not know of it yet.
 if [[ ! -f build/package/viewer/index.html ]]; then cmake --preset package >/dev/null; fi
-cmake --build --preset package --target brachyd brachy brachy-study brachy_core brachy_net brachy_haptics viewer \
-    man_pages
+cmake --build --preset package --target brachyd brachy brachy-study brachy-import brachy_core brachy_net \
+    brachy_haptics viewer man_pages
 mkdir -p build/release
 rm -f build/release/*.deb
 cpack --config build/package/CPackConfig.cmake -B build/release >build/package/cpack.log 2>&1 \
     || { cat build/package/cpack.log >&2; exit 1; }
 rm -rf build/release/_CPack_Packages
-for program in brachyd brachy brachy-study; do scripts/package/hardening.sh build/package/bin/$program; done
+for program in brachyd brachy brachy-study brachy-import; do
+  scripts/package/hardening.sh build/package/bin/$program
+done
 ls -sh build/release/*.deb
