@@ -62,8 +62,8 @@ TEST(ContourScore, HasTheDiceAndDistancesOfAShiftedBox) {
   // Of the drawn outline's points on its far side, and the gland's on the other.
   EXPECT_NEAR(score.hausdorff_mm, 3, 1e-9);
   EXPECT_NEAR(score.hausdorff_95_mm, 3, 1e-9);  // a side of 10 in 60 mm
-  // A side of 10 lies 3 mm outside; on the sides of 20 the last 3 mm rise from 0 to 3; the other side of 10 lies inside,
-  // 3 mm from one, less at its ends.
+  // A side of 10 lies 3 mm outside; on the sides of 20 the last 3 mm rise from 0 to 3; the other side of 10 lies
+  // inside, 3 mm from one, less at its ends.
   const double mean = (10 * 3 + 2 * 3 * 1.5 + (4 * 3 + 2 * 3 * 1.5)) / 60;
   EXPECT_NEAR(score.mean_mm, mean, 0.01);
 }
