@@ -28,12 +28,16 @@ NearMatrix::NearMatrix(std::size_t max_landmarks)
 void NearMatrix::find_fresh(std::size_t landmarks, const NeedleRings& rings) noexcept {
   count_ = landmarks;
   slots_.begin(landmarks);
-  for (const NeedleRings::Ring& ring : rings.rings())
-    for (std::size_t side = 0; side < 2; ++side)
-      if (ring.carries(side))
-        slots_.add(ring.landmark[side],
-                   {ring.centre, rings.points(ring).front(), ring.axis, ring.across[side], ring.along[side],
-                    ring.radius, ring.core.s, ring.core.is_landmark});
+  const auto all = rings.rings();
+  for (std::size_t begin = 0, end = 0; begin < all.size(); begin = end) {
+    end = begin + rings.piece_at(begin, all.size()).count;
+    for (std::size_t r = begin; r < end; ++r)
+      for (std::size_t side = 0; side < 2; ++side)
+        if (all[r].carries(side))
+          slots_.add(all[r].landmark[side], {all[r].centre, rings.points(all[r]).front(), all[r].axis,
+                                             all[r].across[side], all[r].along[side], all[r].radius,
+                                             all[r].core.s, all[begin].core.s, all[r].core.is_landmark});
+  }
   slots_.find();
   std::fill_n(has_fresh_.begin(), landmarks, std::uint8_t{0});
   for (std::size_t l = 0; l < landmarks; ++l)

@@ -26,6 +26,8 @@ class NearMatrix {
   struct Share {
     Vec3 centre, point, axis;
     double across, along, radius, s;
+    double
+        far_s;  ///< of its piece's first ring, which stands for all of them far away, and may be a neighbour's
     bool is_landmark;
     double key() const { return centre.x() + 2 * centre.y() + 3 * centre.z() + across + point.x(); }
     bool operator==(const Share&) const = default;
