@@ -44,7 +44,11 @@ TEST(DaemonSeeds, OneThatIsLostInFrontOfTheTemplateIsTold) {
   ASSERT_TRUE(device.join(daemon.port()));
   ASSERT_TRUE(device.peer.show(tip_at(8, -4, -61)));
   device.peer.client.press(true);
-  EXPECT_TRUE(device.peer.until([&] { return device.has_event("the seed is lost"); }));
+  EXPECT_TRUE(device.peer.until([&] {
+    return std::ranges::any_of(device.peer.events, [](const net::EventMessage& e) {
+      return e.kind == net::EventKind::kSeedLost && e.text.find("the seed is lost") != std::string::npos;
+    });
+  }));
   EXPECT_TRUE(device.seeds().empty());
   EXPECT_EQ(daemon.stop().drops_refused, 1u);
 }

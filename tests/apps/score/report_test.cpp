@@ -126,7 +126,9 @@ TEST_F(Report, ThePageStandsAlone) {
     EXPECT_EQ(count_of(html, absent), 0u) << absent;
   // The only addresses are the names of SVG's namespace.
   EXPECT_EQ(count_of(html, "http"), count_of(html, "xmlns=\"http://www.w3.org/2000/svg\""));
-  EXPECT_EQ(count_of(html, "<svg"), 4u);  // histograms, two maps, errors
+  const std::size_t slices = count_of(html, "aria-label=\"slice at z");
+  EXPECT_GT(slices, 6u);                           // every 5 mm
+  EXPECT_EQ(count_of(html, "<svg"), 4u + slices);  // histograms, two maps, errors
   for (const char* element : {"svg", "table", "tr", "td", "th", "div", "text", "h2", "p"})
     EXPECT_EQ(
         count_of(html, std::string("<") + element + ">") + count_of(html, std::string("<") + element + " "),

@@ -9,7 +9,7 @@
 namespace brachy {
 namespace {
 
-constexpr float kStepMm = 0.25f;
+constexpr float kTableStepMm = 0.25f;
 constexpr int kAway = 320, kAlong = 320;  // steps: 80 mm
 
 }  // namespace
@@ -35,8 +35,8 @@ MisplacedDose::MisplacedDose(PlanDose& planned, const std::vector<NeedleChoice>&
   for (int i = 0; i < kAway; ++i)
     for (int j = 0; j < kAlong; ++j)
       table_[static_cast<std::size_t>(i * kAlong + j)] =
-          static_cast<float>(scale * dose_rate_per_u(tg43_source(source), static_cast<double>(kStepMm) * j,
-                                                     static_cast<double>(kStepMm) * i));
+          static_cast<float>(scale * dose_rate_per_u(tg43_source(source), static_cast<double>(kTableStepMm) * j,
+                                                     static_cast<double>(kTableStepMm) * i));
   PlanRandom random(noise.seed);
   offsets_.resize(draws_ * choices_.size() * NeedleLoad::kMostElements);
   for (Vec3& offset : offsets_)
@@ -54,8 +54,8 @@ void MisplacedDose::add_seed(std::size_t draw, std::size_t choice, int ordinal, 
   const float* table = table_.data();
   for (std::size_t i = 0; i < x_.size(); ++i) {
     const float dx = x_[i] - sx, dy = y_[i] - sy;
-    const float away = std::sqrt(dx * dx + dy * dy) * (1 / kStepMm) + 0.5f,
-                along = std::abs(z_[i] - sz) * (1 / kStepMm) + 0.5f;
+    const float away = std::sqrt(dx * dx + dy * dy) * (1 / kTableStepMm) + 0.5f,
+                along = std::abs(z_[i] - sz) * (1 / kTableStepMm) + 0.5f;
     const int a = std::min(static_cast<int>(away), kAway - 1),
               b = std::min(static_cast<int>(along), kAlong - 1);
     dose[i] += sign * table[a * kAlong + b];
