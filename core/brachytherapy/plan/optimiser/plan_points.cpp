@@ -6,7 +6,7 @@
 namespace brachy {
 namespace {
 
-constexpr double kNearUrethraMm = 8;
+constexpr double kAroundGlandMm = 8;
 constexpr std::size_t kProbePoints = 4096;  // that show how much of a structure is near
 
 double volume_cc(const SurfaceMesh& mesh) {
@@ -53,7 +53,7 @@ PlanPoints plan_points(const std::vector<Structure>& structures, const PlanPoint
   PlanPoints all;
   const Structure& gland = structures.front();
   const SurfaceBvh surface(gland.mesh);
-  const NearBox near{surface.min() - Vec3::Constant(kNearUrethraMm), surface.max() + Vec3::Constant(kNearUrethraMm)};
+  const NearBox near{surface.min() - Vec3::Constant(kAroundGlandMm), surface.max() + Vec3::Constant(kNearUrethraMm)};
   append(all, gland.name, fill_interior(surface, counts.gland, 1, gland.name), volume_cc(gland.mesh));
   for (std::size_t s = 1; s < structures.size(); ++s) {
     const Structure& structure = structures[s];
