@@ -14,7 +14,7 @@
 namespace brachy {
 namespace {
 
-using Json = nlohmann::json;
+using ReportJson = nlohmann::json;
 
 struct Column {
   const char* name;
@@ -38,8 +38,8 @@ constexpr std::array kColumns = {Column{"mean_error_mm", &HistoryRow::mean_error
                                  Column{"findings", &HistoryRow::findings, 0}};
 
 /// The number at a path of keys; kNoNumber where there is none.
-double number_at(const Json& json, std::initializer_list<const char*> keys) {
-  const Json* at = &json;
+double number_at(const ReportJson& json, std::initializer_list<const char*> keys) {
+  const ReportJson* at = &json;
   for (const char* key : keys) {
     if (!at->is_object() || !at->contains(key)) return kNoNumber;
     at = &(*at)[key];
@@ -47,15 +47,15 @@ double number_at(const Json& json, std::initializer_list<const char*> keys) {
   return at->is_number() ? at->get<double>() : at->is_array() ? static_cast<double>(at->size()) : kNoNumber;
 }
 
-double dose_at(const Json& json, const char* structure, const char* figure) {
+double dose_at(const ReportJson& json, const char* structure, const char* figure) {
   if (!json.contains("dose") || !json["dose"].contains("rest") || !json["dose"]["rest"].is_object())
     return kNoNumber;
-  for (const Json& s : json["dose"]["rest"].value("structures", Json::array()))
+  for (const ReportJson& s : json["dose"]["rest"].value("structures", ReportJson::array()))
     if (s.value("name", "") == structure) return number_at(s, {figure});
   return kNoNumber;
 }
 
-HistoryRow row_of(const std::string& session, const Json& json) {
+HistoryRow row_of(const std::string& session, const ReportJson& json) {
   HistoryRow row;
   row.session = session;
   row.mean_error_mm = number_at(json, {"seeds", "by_position", "rest_error", "total_mm", "mean"});
@@ -67,7 +67,7 @@ HistoryRow row_of(const std::string& session, const Json& json) {
   row.passes = number_at(json, {"needles", "total", "passes"});
   row.speed_p95_mm_s = number_at(json, {"needles", "total", "speed_p95_mm_s"});
   row.organ_passes = 0;
-  for (const Json& contact : json.value("structures_entered", Json::array()))
+  for (const ReportJson& contact : json.value("structures_entered", ReportJson::array()))
     row.organ_passes += number_at(contact, {"passes"});
   row.v100_percent = dose_at(json, "prostate", "v100_percent");
   row.d90_gy = dose_at(json, "prostate", "d90_gy");
@@ -122,7 +122,7 @@ History load_history(const std::filesystem::path& folder) {
       continue;
     }
     std::ifstream in(file, std::ios::binary);
-    const Json json = Json::parse(in, nullptr, false);
+    const ReportJson json = ReportJson::parse(in, nullptr, false);
     if (!json.is_object())
       history.remarks.push_back(file.string() + ": is no report; run `brachy score` again");
     else

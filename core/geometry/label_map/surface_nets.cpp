@@ -25,7 +25,7 @@ struct QuadEdge {
 class NetBuilder {
  public:
   NetBuilder(const std::array<std::size_t, 3>& size, float outside, std::size_t most_vertices)
-      : nx_(size[0] + 2), ny_(size[1] + 2), outside_(outside), most_vertices_(most_vertices) {
+      : nx_(size[0] + 2), ny_(size[1] + 2), most_vertices_(most_vertices) {
     for (auto& layer : layers_) layer.assign(nx_ * ny_, outside);
     for (auto& layer : first_) layer.assign(nx_ * ny_, 0);
     for (auto& layer : configurations_) layer.assign(nx_ * ny_, 0);
@@ -52,7 +52,6 @@ class NetBuilder {
   void add_polygon(const std::vector<std::uint32_t>& corners);
 
   std::size_t nx_, ny_;
-  float outside_;
   std::size_t most_vertices_;
   std::array<std::vector<float>, 2> layers_;
   // Of the cells of the last two layers: their first vertex, and which corners are inside.
