@@ -96,13 +96,19 @@ class World {
   Server server_{io_, options(), tissue_, handlers()};
   igtl::SnapshotMessages messages_{tissue_, "gland"};
   igtl::ImageMessages images_;
+  igtl::TrackingFeed tracking_;
+  igtl::CommandHandlers commands_{
+      [](const ControlMessage&, const std::string&) { return std::string(); },
+      [](std::uint16_t needle, const std::string&) { EXPECT_LT(needle, kNeedles); },
+      [](std::uint16_t needle, bool) { EXPECT_LT(needle, kNeedles); }};
   Bytes heard_;  // the beginning of a message
   bool is_closed_ = false;
   const std::shared_ptr<FuzzedConnection> connection_ =
       std::make_shared<FuzzedConnection>([this](std::span<const std::byte> bytes) { hear(bytes); });
   const std::shared_ptr<igtl::IgtlSession> session_ = std::make_shared<igtl::IgtlSession>(
       1, connection_, server_.gate().acquire_slot("127.0.0.1"),
-      igtl::IgtlSession::Environment{server_, messages_, images_, std::chrono::milliseconds(1000),
+      igtl::IgtlSession::Environment{server_, messages_, images_, tracking_, &commands_,
+                                     std::chrono::milliseconds(1000),
                                      [this](const igtl::IgtlSession&, const std::string& reason) {
                                        EXPECT_FALSE(reason.empty());
                                        is_closed_ = true;

@@ -38,7 +38,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     log.add_poses({{0, {1, RigidTransform(), true}}});
     log.close();
   });
-  if (goes_on) EXPECT_EQ(seeds_in(folder.path()), before);
+  if (goes_on) {
+    EXPECT_EQ(seeds_in(folder.path()), before);
+  }
   return 0;
 }
 

@@ -1,4 +1,5 @@
 // Where the daemon connects: a tracker's server, such as PLUS's, moves the needle.
+#include <boost/asio/read.hpp>
 #include <boost/asio/write.hpp>
 
 #include "core/base/error.h"

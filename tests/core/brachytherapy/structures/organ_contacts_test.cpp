@@ -12,7 +12,7 @@
 namespace brachy {
 namespace {
 
-constexpr double kPeriodS = 0.005, kLength = 200;
+constexpr double kPeriodS = 0.005, kShaftMm = 200;
 
 /// Closed, outward: half the side `half` about the origin, mm.
 SurfaceMesh cube(double half) {
@@ -34,7 +34,7 @@ class FreeNeedle {
   explicit FreeNeedle(const std::vector<TestedOrgan>& organs) : contacts_(organs) {}
 
   void step(const Vec3& tip) {
-    points_ = {tip - kLength * Vec3::UnitZ(), tip};
+    points_ = {tip - kShaftMm * Vec3::UnitZ(), tip};
     const NeedleCourse course{.points = points_};
     contacts_.update(++tick_, kPeriodS, &course, std::span(&contact, 1));
   }
@@ -127,7 +127,7 @@ TEST(OrganContacts, WithinTissueTheMaterialPointDecides) {
   const auto tick = [&](double s) {
     path.extend_to({0, 0, -18 + s});
     const Vec3 tip(0, 0, -18 + s + 4);
-    const std::array<Vec3, 2> points = {tip - kLength * Vec3::UnitZ(), tip};
+    const std::array<Vec3, 2> points = {tip - kShaftMm * Vec3::UnitZ(), tip};
     const NeedleCourse course{.points = points, .path = &path, .tip_s = s, .entry = Vec3(0, 0, -18)};
     contacts.update(1, kPeriodS, &course, std::span(&contact, 1));
   };
@@ -139,7 +139,7 @@ TEST(OrganContacts, WithinTissueTheMaterialPointDecides) {
   // The tip goes back along its cut; the shaft is inside until it is behind where it came in.
   for (double s = 15; s > 11; s -= 0.1) {
     const Vec3 tip(0, 0, -18 + s + 4);
-    const std::array<Vec3, 2> points = {tip - kLength * Vec3::UnitZ(), tip};
+    const std::array<Vec3, 2> points = {tip - kShaftMm * Vec3::UnitZ(), tip};
     const NeedleCourse course{.points = points, .path = &path, .tip_s = s, .entry = Vec3(0, 0, -18)};
     contacts.update(2, kPeriodS, &course, std::span(&contact, 1));
     if (s > 12.2 || s < 11.8) {
@@ -156,7 +156,7 @@ TEST(OrganContacts, ANeedlePutInAtOnceIsFoundAlongItsPath) {
   path.start({1, 0, -18});
   path.extend_to({1, 0, 18});
   const Vec3 tip(1, 0, 18);
-  const std::array<Vec3, 2> points = {tip - kLength * Vec3::UnitZ(), tip};
+  const std::array<Vec3, 2> points = {tip - kShaftMm * Vec3::UnitZ(), tip};
   const NeedleCourse course{.points = points, .path = &path, .tip_s = 36, .entry = Vec3(1, 0, -18)};
   contacts.update(1, kPeriodS, &course, std::span(&contact, 1));
   EXPECT_TRUE(contact.is_in);
