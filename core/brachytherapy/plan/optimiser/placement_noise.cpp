@@ -34,9 +34,9 @@ MisplacedDose::MisplacedDose(PlanDose& planned, const std::vector<NeedleChoice>&
   const double scale = strength_u * total_gy_per_cgy_h(source) / prescription_gy;
   for (int i = 0; i < kAway; ++i)
     for (int j = 0; j < kAlong; ++j)
-      table_[static_cast<std::size_t>(i * kAlong + j)] =
-          static_cast<float>(scale * dose_rate_per_u(tg43_source(source), static_cast<double>(kTableStepMm) * j,
-                                                     static_cast<double>(kTableStepMm) * i));
+      table_[static_cast<std::size_t>(i * kAlong + j)] = static_cast<float>(
+          scale * dose_rate_per_u(tg43_source(source), static_cast<double>(kTableStepMm) * j,
+                                  static_cast<double>(kTableStepMm) * i));
   PlanRandom random(noise.seed);
   offsets_.resize(draws_ * choices_.size() * NeedleLoad::kMostElements);
   for (Vec3& offset : offsets_)

@@ -53,7 +53,8 @@ PlanPoints plan_points(const std::vector<Structure>& structures, const PlanPoint
   PlanPoints all;
   const Structure& gland = structures.front();
   const SurfaceBvh surface(gland.mesh);
-  const NearBox near{surface.min() - Vec3::Constant(kAroundGlandMm), surface.max() + Vec3::Constant(kNearUrethraMm)};
+  const NearBox near{surface.min() - Vec3::Constant(kAroundGlandMm),
+                     surface.max() + Vec3::Constant(kNearUrethraMm)};
   append(all, gland.name, fill_interior(surface, counts.gland, 1, gland.name), volume_cc(gland.mesh));
   for (std::size_t s = 1; s < structures.size(); ++s) {
     const Structure& structure = structures[s];
