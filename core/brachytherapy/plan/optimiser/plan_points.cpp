@@ -54,7 +54,7 @@ PlanPoints plan_points(const std::vector<Structure>& structures, const PlanPoint
   const Structure& gland = structures.front();
   const SurfaceBvh surface(gland.mesh);
   const NearBox near{surface.min() - Vec3::Constant(kAroundGlandMm),
-                     surface.max() + Vec3::Constant(kNearUrethraMm)};
+                     surface.max() + Vec3::Constant(kAroundGlandMm)};
   append(all, gland.name, fill_interior(surface, counts.gland, 1, gland.name), volume_cc(gland.mesh));
   for (std::size_t s = 1; s < structures.size(); ++s) {
     const Structure& structure = structures[s];
