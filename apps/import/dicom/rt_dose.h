@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "apps/import/dicom/dicom_file.h"
-#include "core/geometry/label_map/voxel_grid.h"
+#include "core/geometry/volume/voxel_grid.h"
 
 namespace brachy {
 

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "core/geometry/label_map/voxel_grid.h"
+#include "core/geometry/volume/voxel_grid.h"
 
 namespace brachy {
 

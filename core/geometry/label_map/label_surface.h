@@ -3,8 +3,8 @@
 #include <cstdint>
 #include <span>
 
-#include "core/geometry/label_map/voxel_grid.h"
 #include "core/geometry/surface/surface_mesh.h"
+#include "core/geometry/volume/voxel_grid.h"
 
 namespace brachy {
 

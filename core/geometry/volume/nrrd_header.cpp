@@ -170,7 +170,7 @@ std::optional<Vec3> next_vector(std::string_view& text) {
   return v;
 }
 
-void read_sizes(const Fields& fields, const std::string& name, const NrrdLimits& limits, VolumeGrid& grid) {
+void read_sizes(const Fields& fields, const std::string& name, const NrrdLimits& limits, VoxelGrid& grid) {
   const std::string_view dimension = fields.need("dimension", "save the volume again");
   if (dimension != "3")
     fields.bad("dimension", dimension,
@@ -191,7 +191,7 @@ void read_sizes(const Fields& fields, const std::string& name, const NrrdLimits&
   }
 }
 
-void read_place(const Fields& fields, const std::string& name, VolumeGrid& grid) {
+void read_place(const Fields& fields, const std::string& name, VoxelGrid& grid) {
   const Vec3 signs = signs_of_space(fields);
   if (const auto units = fields.find({"space units"})) {
     const auto words = words_of(*units);

@@ -24,7 +24,7 @@ struct NrrdHeader {
   NrrdType type = NrrdType::kUint8;
   NrrdEncoding encoding = NrrdEncoding::kRaw;
   bool is_big_endian = false;
-  VolumeGrid grid;             ///< in RAS, whatever space the file names
+  VoxelGrid grid;              ///< in RAS, whatever space the file names
   std::size_t line_skip = 0;   ///< lines of the data before it begins
   std::size_t byte_skip = 0;   ///< bytes after those, of what is decompressed
   bool is_at_end = false;      ///< "byte skip: -1": the data are the file's last bytes

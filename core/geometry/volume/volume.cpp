@@ -7,7 +7,7 @@
 
 namespace brachy {
 
-Volume::Volume(const VolumeGrid& grid, std::vector<float> values)
+Volume::Volume(const VoxelGrid& grid, std::vector<float> values)
     : grid_(grid), to_index_(grid.steps.inverse()), values_(std::move(values)) {
   assert(values_.size() == grid_.count() && !values_.empty());
 }
@@ -66,7 +66,7 @@ float Volume::nearest(const Vec3& X) const noexcept {
 }
 
 Volume Volume::coarsened(double step_mm) const {
-  VolumeGrid coarse = grid_;
+  VoxelGrid coarse = grid_;
   std::array<std::size_t, 3> group{};
   for (std::size_t k = 0; k < 3; ++k) {
     const auto axis = static_cast<Eigen::Index>(k);

@@ -1,37 +1,24 @@
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <span>
 #include <vector>
 
 #include "core/base/rigid_transform.h"
+#include "core/geometry/volume/voxel_grid.h"
 
 namespace brachy {
-
-/// Where the voxels of a volume are: indices (i, j, k), i fastest, to the middles of voxels in space.
-struct VolumeGrid {
-  std::array<std::size_t, 3> size{1, 1, 1};
-  Vec3 origin = Vec3::Zero();  ///< mm, W (patient RAS): the middle of voxel (0, 0, 0)
-  Mat3 steps =
-      Mat3::Identity();  ///< columns, mm: from a voxel to the next along i, j, k; oblique, of any handedness
-
-  std::size_t count() const { return size[0] * size[1] * size[2]; }
-  Vec3 position(const Vec3& index) const { return origin + steps * index; }
-};
 
 /// Values on a grid that lies anywhere in space, such as an image or a label map.
 /// Threads: const functions from any. Real-time: they do not allocate, but coarsened and the constructor do.
 class Volume {
  public:
   /// `values`: grid.count() of them, i fastest. The steps must span space (det ≠ 0).
-  Volume(const VolumeGrid& grid, std::vector<float> values);
+  Volume(const VoxelGrid& grid, std::vector<float> values);
 
-  const VolumeGrid& grid() const { return grid_; }
+  const VoxelGrid& grid() const { return grid_; }
   std::span<const float> values() const { return values_; }
-  float value(std::size_t i, std::size_t j, std::size_t k) const {
-    return values_[i + grid_.size[0] * (j + grid_.size[1] * k)];
-  }
+  float value(std::size_t i, std::size_t j, std::size_t k) const { return values_[grid_.index(i, j, k)]; }
 
   /// The continuous index of a place X (mm, W).
   Vec3 index_of(const Vec3& X) const noexcept { return to_index_ * (X - grid_.origin); }
@@ -51,7 +38,7 @@ class Volume {
  private:
   Vec3 clamped_index(const Vec3& X) const noexcept;
 
-  VolumeGrid grid_;
+  VoxelGrid grid_;
   Mat3 to_index_;
   std::vector<float> values_;
 };

@@ -29,7 +29,7 @@ struct PlanPoints {
 };
 
 /// Points spread evenly over the gland (`structures.front()`), the urethra, and those parts of the rectum and of any
-/// other structure that lie within `kNearMm` of the gland's box: farther away no seed reaches their limits. A
+/// other structure that lie within 8 mm of the gland's box: farther away no seed reaches their limits. A
 /// "pubic_arch" is bone and gets none, neither does a structure beyond that box. Deterministic.
 PlanPoints plan_points(const std::vector<Structure>& structures, const PlanPointCounts& counts = {});
 

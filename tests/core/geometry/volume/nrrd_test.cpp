@@ -207,7 +207,7 @@ TEST(Nrrd, ReadsOnlyRegularFilesOfBoundedSize) {
 }
 
 TEST(Volume, IsLinearBetweenVoxelsAndConstantBeyond) {
-  VolumeGrid grid;
+  VoxelGrid grid;
   grid.size = {4, 5, 6};
   grid.origin = Vec3(-3, 2, 1);
   grid.steps << 0.5, 0.1, 0, -0.1, 0.6, 0, 0, 0.2, 2;
@@ -228,7 +228,7 @@ TEST(Volume, IsLinearBetweenVoxelsAndConstantBeyond) {
 }
 
 TEST(Volume, CoarsensByMeansThatStayInPlace) {
-  VolumeGrid grid;
+  VoxelGrid grid;
   grid.size = {7, 4, 3};
   grid.steps = Vec3(0.3, 0.5, 2).asDiagonal();
   std::vector<float> values;

@@ -11,8 +11,8 @@ namespace brachy {
 /// A regular grid of voxels in the world, oblique and anisotropic if need be. Voxel (i, j, k) has its centre at
 /// origin + steps · (i, j, k); i varies fastest in memory.
 struct VoxelGrid {
-  std::array<std::size_t, 3> size{};
-  Vec3 origin = Vec3::Zero();     ///< centre of voxel (0, 0, 0), mm, RAS
+  std::array<std::size_t, 3> size{};  ///< along i, j, k
+  Vec3 origin = Vec3::Zero();         ///< centre of voxel (0, 0, 0), mm, RAS
   Mat3 steps = Mat3::Identity();  ///< columns: from a voxel to the next along i, j, k; mm, RAS; not singular
 
   std::size_t count() const { return size[0] * size[1] * size[2]; }
