@@ -2,8 +2,7 @@
 #include <iostream>
 #include <vector>
 
-#include "apps/brachy/exec_import.h"
-#include "apps/brachy/exec_study.h"
+#include "apps/brachy/exec_sibling.h"
 #include "apps/command_line/study_commands.h"
 #include "apps/command_line/tool.h"
 #include "core/base/escaped.h"
@@ -51,8 +50,13 @@ std::vector<Tool> all_tools() {
 int main(int argc, char** argv) {
   if (is_import_command(argc, argv) || (argc > 1 && is_study_command(argv[1]))) {
     try {
-      if (is_import_command(argc, argv)) exec_import(argv);
-      exec_study(argv);
+      if (is_import_command(argc, argv))
+        exec_sibling(
+            "brachy-import", argv,
+            "install the package brachyd-import, or libdcmtk-dev and build with scripts/build.sh release "
+            "brachy-import");
+      exec_sibling("brachy-study", argv,
+                   "build it with scripts/build.sh release brachy-study, or install the package brachyd");
     } catch (const UserError& e) {
       std::cerr << "brachy: " << escaped(e.what()) << "\n";
       return kExitBadInput;

@@ -1,4 +1,4 @@
-#include "apps/brachy/exec_import.h"
+#include "apps/brachy/exec_sibling.h"
 
 #include <unistd.h>
 
@@ -22,15 +22,13 @@ bool is_import_command(int argc, char** argv) {
           }));
 }
 
-void exec_import(char** argv) {
+void exec_sibling(const std::string& program, char** argv, const std::string& fix) {
   std::error_code ignored;
-  const std::filesystem::path program =
-      std::filesystem::read_symlink("/proc/self/exe", ignored).replace_filename("brachy-import");
-  execv(program.c_str(), argv);
-  throw UserError(std::string(argv[1]) + " needs " + program.string() + ", which cannot be run (" +
-                  std::strerror(errno) +
-                  "); install the package brachyd-import, or libdcmtk-dev and build with scripts/build.sh "
-                  "release brachy-import");
+  const std::filesystem::path sibling =
+      std::filesystem::read_symlink("/proc/self/exe", ignored).replace_filename(program);
+  execv(sibling.c_str(), argv);
+  throw UserError(std::string(argv[1]) + " needs " + sibling.string() + ", which cannot be run (" +
+                  std::strerror(errno) + "); " + fix);
 }
 
 }  // namespace brachy
