@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/geometry/surface/plane_section.h"
+
 namespace brachy {
 namespace {
 
@@ -10,17 +12,8 @@ using Point = std::array<double, 2>;
 
 OutlinePieces cut(const SurfaceMesh& mesh, double z) {
   OutlinePieces pieces;
-  for (const Triangle& t : mesh.triangles) {
-    Point ends[2];
-    int count = 0;
-    for (std::size_t k = 0; k < 3 && count < 2; ++k) {
-      const Vec3 &a = mesh.vertices[t[k]], &b = mesh.vertices[t[(k + 1) % 3]];
-      if ((a.z() < z) == (b.z() < z)) continue;
-      const Vec3 p = a + (z - a.z()) / (b.z() - a.z()) * (b - a);
-      ends[count++] = {p.x(), p.y()};
-    }
-    if (count == 2) pieces.push_back({ends[0][0], ends[0][1], ends[1][0], ends[1][1]});
-  }
+  for (const auto& [from, to] : plane_section(mesh, {Mat3::Identity(), Vec3(0, 0, z)}))
+    pieces.push_back({from.x(), from.y(), to.x(), to.y()});
   return pieces;
 }
 
