@@ -3,17 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/geometry/surface/surface_volume.h"
+
 namespace brachy {
 namespace {
 
 constexpr double kPointEveryMm = 0.05;
-
-double volume_mm3(const SurfaceMesh& mesh) {
-  double volume = 0;
-  for (const Triangle& t : mesh.triangles)
-    volume += mesh.vertices[t[0]].dot(mesh.vertices[t[1]].cross(mesh.vertices[t[2]])) / 6;
-  return volume;
-}
 
 double mean_distance(const std::vector<OutlineDistance>& distances) {
   double sum = 0, length = 0;
@@ -61,7 +56,7 @@ std::pair<long, long> planes_of(const ContourSet& set, const SurfaceMesh& gland)
 ContourScore score_contours(const ContourSet& set, const SurfaceMesh& gland) {
   ContourScore score;
   score.step_mm = set.step_mm;
-  score.gland_cm3 = 1e-3 * volume_mm3(gland);
+  score.gland_cm3 = 1e-3 * enclosed_mm3(gland);
   TwoWays all;
   double outlined = 0, truth = 0, both = 0;
   const auto [first, last] = planes_of(set, gland);

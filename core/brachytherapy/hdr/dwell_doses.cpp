@@ -6,6 +6,7 @@
 #include "core/brachytherapy/dose/dose_rate.h"
 #include "core/brachytherapy/dose/source.h"
 #include "core/geometry/surface/surface_bvh.h"
+#include "core/geometry/surface/surface_volume.h"
 #include "core/geometry/tissue/interior_points.h"
 
 namespace brachy {
@@ -13,13 +14,6 @@ namespace {
 
 // A sixth of a cubic millimetre of urethra, six of the gland: what D2cc and the percents need to be within 0.5 %.
 constexpr double kTargetPoints = 4000, kUrethraPoints = 1000, kOrganPoints = 1500;
-
-double enclosed_cc(const SurfaceMesh& mesh) {
-  double six = 0;
-  for (const auto& t : mesh.triangles)
-    six += mesh.vertices[t[0]].dot(mesh.vertices[t[1]].cross(mesh.vertices[t[2]]));
-  return six / 6000;
-}
 
 double share_at_least(const std::vector<double>& decreasing, double dose) {
   const auto end = std::ranges::lower_bound(decreasing, dose, std::greater());
@@ -52,7 +46,7 @@ std::vector<DosePoints> dose_points(const std::vector<Structure>& structures, do
                                                               : kOrganPoints;
     all.push_back({role,
                    fill_interior(SurfaceBvh(s.mesh), static_cast<std::size_t>(share * count), 1, s.name),
-                   enclosed_cc(s.mesh)});
+                   1e-3 * enclosed_mm3(s.mesh)});
   }
   return all;
 }

@@ -1,6 +1,7 @@
 #include "core/brachytherapy/plan/optimiser/plan_points.h"
 
 #include "core/geometry/surface/surface_bvh.h"
+#include "core/geometry/surface/surface_volume.h"
 #include "core/geometry/tissue/interior_points.h"
 
 namespace brachy {
@@ -8,13 +9,6 @@ namespace {
 
 constexpr double kAroundGlandMm = 8;
 constexpr std::size_t kProbePoints = 4096;  // that show how much of a structure is near
-
-double volume_cc(const SurfaceMesh& mesh) {
-  double six = 0;
-  for (const auto& t : mesh.triangles)
-    six += mesh.vertices[t[0]].dot(mesh.vertices[t[1]].cross(mesh.vertices[t[2]]));
-  return six / 6000;
-}
 
 struct NearBox {
   Vec3 min, max;
@@ -43,7 +37,7 @@ void append_near(PlanPoints& all, const Structure& structure, const NearBox& box
   for (const Vec3& p : candidates)
     if (box.contains(p)) chosen.push_back(p);
   append(all, structure.name, chosen,
-         volume_cc(structure.mesh) * static_cast<double>(chosen.size()) /
+         1e-3 * enclosed_mm3(structure.mesh) * static_cast<double>(chosen.size()) /
              static_cast<double>(candidates.size()));
 }
 
@@ -55,7 +49,8 @@ PlanPoints plan_points(const std::vector<Structure>& structures, const PlanPoint
   const SurfaceBvh surface(gland.mesh);
   const NearBox near{surface.min() - Vec3::Constant(kAroundGlandMm),
                      surface.max() + Vec3::Constant(kAroundGlandMm)};
-  append(all, gland.name, fill_interior(surface, counts.gland, 1, gland.name), volume_cc(gland.mesh));
+  append(all, gland.name, fill_interior(surface, counts.gland, 1, gland.name),
+         1e-3 * enclosed_mm3(gland.mesh));
   for (std::size_t s = 1; s < structures.size(); ++s) {
     const Structure& structure = structures[s];
     if (structure.name == "pubic_arch") continue;

@@ -9,6 +9,7 @@
 #include "core/brachytherapy/plan/plan_file.h"
 #include "core/brachytherapy/plan/request/source_limits.h"
 #include "core/geometry/surface/surface_bvh.h"
+#include "core/geometry/surface/surface_volume.h"
 #include "core/geometry/tissue/interior_points.h"
 
 namespace brachy {
@@ -31,13 +32,6 @@ std::string grouped(double value) {
   return text;
 }
 
-double volume_cc_of(const SurfaceMesh& mesh) {
-  double six = 0;
-  for (const auto& t : mesh.triangles)
-    six += mesh.vertices[t[0]].dot(mesh.vertices[t[1]].cross(mesh.vertices[t[2]]));
-  return six / 6000;
-}
-
 void refuse_unreached(const Structure& gland, const SurfaceBvh& surface, const TemplateGrid& grid,
                       double needle_length_mm) {
   const Vec3 first = grid.position(0, 0), last = grid.position(grid.columns - 1, grid.rows - 1);
@@ -51,7 +45,7 @@ void refuse_unreached(const Structure& gland, const SurfaceBvh& surface, const T
   // A template that is beside or behind the gland is find_gland_holes' to refuse, with the origin it should have.
   if (share >= kLeastReached || reached == 0 || surface.min().z() <= first.z()) return;
   const Vec3 size = last - first, box = surface.max() - surface.min();
-  throw PlanRefused("the gland has " + grouped(volume_cc_of(gland.mesh)) + " cc; a template of " +
+  throw PlanRefused("the gland has " + grouped(1e-3 * enclosed_mm3(gland.mesh)) + " cc; a template of " +
                     rounded(size.x(), 1) + " × " + rounded(size.y(), 1) + " mm and needles of " +
                     text_of(needle_length_mm) + " mm reach " + std::to_string(std::lround(100 * share)) +
                     " % of it; the nearest that can be planned is a gland within " +
@@ -145,7 +139,7 @@ MadePlan make_plan(const std::vector<Structure>& structures, const TemplateGrid&
   } else {
     OptimiserSettings how = request.how;
     how.strength_u = choose_strength(request, made.notes);
-    const double volume = volume_cc_of(structures.front().mesh);
+    const double volume = 1e-3 * enclosed_mm3(structures.front().mesh);
     how.most_seeds = std::min(most_seeds_for(volume, how), settings.max_seeds);
     refuse_too_many_seeds(surface, volume, how.strength_u, how.most_seeds, settings);
     made.plan = request.method == PlanMethod::kInteger
