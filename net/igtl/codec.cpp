@@ -10,8 +10,6 @@
 namespace brachy::net::igtl {
 namespace {
 
-using Builder = MessageBuilder;
-
 /// Column by column, the translation last.
 void put_transform(Bytes& out, const RigidTransform& X) {
   for (int column = 0; column < 3; ++column)
@@ -22,11 +20,11 @@ void put_transform(Bytes& out, const RigidTransform& X) {
 }  // namespace
 
 Bytes encode_empty(std::string_view type, const Label& label) {
-  return Builder(type, label, 0).finish();
+  return MessageBuilder(type, label, 0).finish();
 }
 
 Bytes encode_transform(const Label& label, const RigidTransform& X, std::string_view status) {
-  Builder message("TRANSFORM", label, kTransformBytes);
+  MessageBuilder message("TRANSFORM", label, kTransformBytes);
   put_transform(message.bytes(), X);
   if (status.empty()) return message.finish();
   const MessageBuilder::Metadata metadata[] = {{"TransformStatus", status}};
@@ -34,7 +32,7 @@ Bytes encode_transform(const Label& label, const RigidTransform& X, std::string_
 }
 
 Bytes encode_status(const Label& label, const Status& status) {
-  Builder message("STATUS", label, 31 + status.text.size());
+  MessageBuilder message("STATUS", label, 31 + status.text.size());
   Bytes& out = message.bytes();
   put(out, static_cast<std::uint16_t>(status.code));
   put(out, static_cast<std::uint64_t>(status.sub_code));
@@ -45,7 +43,7 @@ Bytes encode_status(const Label& label, const Status& status) {
 
 Bytes encode_tracking(const Label& label, std::span<const TrackedTool> tools) {
   constexpr auto kSixDegrees = std::byte{2};
-  Builder message("TDATA", label, tools.size() * (kNameBytes + 2 + kTransformBytes));
+  MessageBuilder message("TDATA", label, tools.size() * (kNameBytes + 2 + kTransformBytes));
   for (const TrackedTool& tool : tools) {
     put_name(message.bytes(), tool.name, kNameBytes);
     message.bytes().push_back(kSixDegrees);
@@ -56,13 +54,13 @@ Bytes encode_tracking(const Label& label, std::span<const TrackedTool> tools) {
 }
 
 Bytes encode_start_answer(std::string_view type, const Label& label) {
-  Builder message(type, label, 1);
+  MessageBuilder message(type, label, 1);
   message.bytes().push_back(std::byte{0});
   return message.finish();
 }
 
 Bytes encode_capability(const Label& label, std::span<const std::string_view> types) {
-  Builder message("CAPABILITY", label, types.size() * kTypeBytes);
+  MessageBuilder message("CAPABILITY", label, types.size() * kTypeBytes);
   for (const std::string_view type : types) put_name(message.bytes(), type, kTypeBytes);
   return message.finish();
 }
@@ -72,7 +70,7 @@ Bytes encode_image(const Label& label, const ImageMessage& image) {
   constexpr std::uint16_t kVersion = 1;
   constexpr auto kComponents = std::byte{1}, kUint8 = std::byte{3}, kBigEndian = std::byte{1},
                  kRas = std::byte{1};
-  Builder message("IMAGE", label, kImageHeaderBytes + image.data.size());
+  MessageBuilder message("IMAGE", label, kImageHeaderBytes + image.data.size());
   Bytes& out = message.bytes();
   put(out, kVersion);
   out.insert(out.end(), {kComponents, kUint8, kBigEndian, kRas});
@@ -102,7 +100,7 @@ Bytes encode_triangles(std::span<const Triangle> triangles) {
 
 Bytes encode_polydata(const Label& label, std::span<const float> points, std::span<const std::byte> triangles,
                       std::uint32_t triangle_count) {
-  Builder message("POLYDATA", label, 40 + points.size_bytes() + triangles.size());
+  MessageBuilder message("POLYDATA", label, 40 + points.size_bytes() + triangles.size());
   Bytes& out = message.bytes();
   put(out, static_cast<std::uint32_t>(points.size() / 3));
   for (int vertices_and_lines = 0; vertices_and_lines < 4; ++vertices_and_lines) put(out, std::uint32_t{0});
