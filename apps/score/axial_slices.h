@@ -27,8 +27,7 @@ struct AxialSlice {
 };
 
 /// Slices at multiples of kSliceSpacingMm through the first structure, the prostate. Isodoses by marching squares
-/// between
-/// the grid's points in x and y (DoseGrid::at), linear along the squares' edges. Deterministic.
+/// between the grid's points in x and y (DoseGrid::at), linear along the squares' edges. Deterministic.
 std::vector<AxialSlice> axial_slices(const std::vector<Structure>& structures, const DoseGrid& dose,
                                      double prescription_gy);
 

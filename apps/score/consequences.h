@@ -29,8 +29,7 @@ struct NeedleCost {
 };
 
 /// A twelfth of the prostate: a third of its length (base, mid, apex), anterior or posterior, left or right of the
-/// middle
-/// of its bounding box.
+/// middle of its bounding box.
 struct Sector {
   std::string name;  ///< "base anterior left"
   double volume_cc = 0;

@@ -20,8 +20,7 @@ struct alignas(64) ScanNode {
 };
 
 /// How a scan is sampled: `kSegment` samples, kSampleMm apart, from one node to the next. Scatterers, which a cell
-/// makes
-/// smooth, are sampled at every second; the pulse's kernel makes the others of them.
+/// makes smooth, are sampled at every second; the pulse's kernel makes the others of them.
 struct ScanSteps {
   static constexpr std::size_t kSegment = 16, kScatter = kSegment / 2;
   static constexpr float kSampleMm = 0.08F, kScatterMm = 2 * kSampleMm;
@@ -70,13 +69,11 @@ struct PixelSource {
 struct ScanLoops {
   /// `segments` of a line of scattered pressure before the point-spread function, complex: as many nodes and one more,
   /// one sample pair for each kScatterMm. `interface_scale`: of each segment, of what surfaces reflect; `layers`:
-  /// of each
-  /// sample, dB more.
+  /// of each sample, dB more.
   void (*scatter)(const ScanNode* nodes, std::size_t segments, const Speckle& speckle,
                   const float* interface_scale, const float* layers, float* re, float* im);
   /// From samples kScatterMm apart to such kSampleMm apart, for so many segments: out[2 i + p] = Σ_t kernel[p][t]
-  /// in[i +
-  /// t], t < kernel.count.
+  /// in[i + t], t < kernel.count.
   void (*along)(const float* in, const AxialKernel& kernel, std::size_t segments, float* out);
   /// One segment of `groups` × kTogether lines, which are in_stride and out_stride floats apart. in: of line 0.
   void (*across)(const float* in, std::ptrdiff_t in_stride, const LateralKernel& kernel, std::size_t groups,

@@ -54,8 +54,7 @@ BRACHY_INLINE float share_inside(float distance, float edge) {
 }
 
 // Adds a node's complex value, 1 … 2 each: its hash's low and high 23 bits as mantissas. The bits that both have
-// are the
-// real part's first and the imaginary part's last.
+// are the real part's first and the imaginary part's last.
 BRACHY_INLINE void add_node(std::uint32_t key, float w, float& re, float& im) {
   const std::uint32_t h = hashed_quickly(key);
   const std::uint32_t low = (h & 0x7fffffU) | 0x3f800000U, high = (h >> 9) | 0x3f800000U;

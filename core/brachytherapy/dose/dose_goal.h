@@ -41,8 +41,7 @@ struct DoseGoal {
 
 /// The rule set of a scene that has none of its own, for permanent implants of the prostate; its entries name their
 /// sources: ABS (Davis et al., Brachytherapy 11 (2012) 6–19), GEC-ESTRO/EAU/EORTC (Salembier et al., Radiother.
-/// Oncol. 83
-/// (2007) 3–10) and AAPM TG-137 (Nath et al., Med. Phys. 36 (2009) 5310–5322).
+/// Oncol. 83 (2007) 3–10) and AAPM TG-137 (Nath et al., Med. Phys. 36 (2009) 5310–5322).
 std::vector<DoseGoal> default_dose_goals();
 
 }  // namespace brachy
