@@ -31,10 +31,10 @@ void PanelInverse::set(std::size_t landmark, std::size_t column, const Vec3& v) 
 }
 
 void PanelInverse::solve(const PanelMatrix& L) noexcept {
-  constexpr std::size_t kRows = PanelMatrix::kRows;
+  constexpr std::size_t kPanel = PanelMatrix::kRows;
   const auto differ = std::ranges::mismatch(entries_, last_entries_);
   const auto same = static_cast<std::size_t>(differ.in1 - entries_.begin());
-  fresh_from_ = std::min({known_rows_, 3 * same, rows_}) / kRows * kRows;
+  fresh_from_ = std::min({known_rows_, 3 * same, rows_}) / kPanel * kPanel;
   // What begins later is zero before; and columns that are no more would be summed.
   std::fill(X_.begin() + static_cast<std::ptrdiff_t>(fresh_from_ * stride_),
             X_.begin() + static_cast<std::ptrdiff_t>(rows_ * stride_), 0.0);
