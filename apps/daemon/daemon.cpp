@@ -103,6 +103,9 @@ class Daemon::Impl {
         broker_(broker_options(scene, options)),
         plan_(load_plan(scene)),
         structures_(load_structures(scene)),
+        // A volume that cannot be used is told at once; what is made up waits for a client that asks for images.
+        echoes_(scene.ultrasound.on && !scene.ultrasound.volume.empty() ? load_echo_map(scene, structures_)
+                                                                        : nullptr),
         session_(open_session(scene, options, plan_, structures_)),
         runs_(std::make_shared<SimulationRun>(0, false,
                                               load_simulation_model(scene, load_simulated_tissue(scene))),
@@ -225,7 +228,7 @@ class Daemon::Impl {
       ultrasound = std::jthread([&](const std::stop_token& stop) {
         name_thread("ultrasound");
         stand_back();
-        run_ultrasound_loop(stop, scene_, structures_, X_WR_, ultrasound_ports());
+        run_ultrasound_loop(stop, scene_, structures_, echoes_, X_WR_, ultrasound_ports());
       });
     std::jthread broker;
     if (publisher_)
@@ -490,6 +493,7 @@ class Daemon::Impl {
   std::optional<net::BrokerOptions> broker_;  // nullopt: nothing is published
   std::optional<Plan> plan_;
   std::vector<Structure> structures_;
+  std::shared_ptr<const EchoMap> echoes_;     // null: made at the first demand
   std::unique_ptr<RecordedSession> session_;  // snapshot thread; its sync() the dose thread; null: none
   EventLoop loop_;
   Worker worker_;        // builds simulators

@@ -1,12 +1,14 @@
 #include "core/scene/load_ultrasound.h"
 
-#include "core/scene/load_structures.h"
+#include "core/geometry/volume/nrrd_file.h"
 
 namespace brachy {
 
-std::shared_ptr<const EchoMap> load_echo_map(const Scene& scene) {
-  return std::make_shared<const EchoMap>(load_structures(scene), scene.ultrasound.surroundings,
-                                         scene.ultrasound.seed);
+std::shared_ptr<const EchoMap> load_echo_map(const Scene& scene, const std::vector<Structure>& structures) {
+  const UltrasoundSettings& s = scene.ultrasound;
+  if (s.volume.empty()) return std::make_shared<const EchoMap>(structures, s.surroundings, s.seed);
+  const NrrdVolume image = read_nrrd_file(scene.resolve(s.volume));
+  return std::make_shared<const EchoMap>(structures, image.volume, s.volume_db_per_value);
 }
 
 UltrasoundImager::Options imager_options(const Scene& scene) {

@@ -2,8 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string>
+#include <utility>
 
 #include "core/base/error.h"
+#include "core/base/number_text.h"
+#include "core/geometry/label_map/rasterise.h"
 #include "core/ultrasound/hashed_noise.h"
 
 namespace brachy {
@@ -15,6 +19,8 @@ constexpr float kUsed = 2.5F;  // mm: how far beyond a boundary its sides are in
 constexpr double kMuscleLevel = -4, kFasciaLevel = 7;  // dB
 constexpr int kCalcifications = 7;
 constexpr double kCalcificationDb = 20;
+constexpr double kImageMm = 1;     // UltrasoundImager's grid of the plane, which has no use for more
+constexpr float kNothingDb = -90;  // beyond an image's voxels
 
 // Of an ellipsoid: exact to first order about its surface (I. Quilez, Ellipsoid distance estimation).
 float ellipsoid_distance(const Vec3& X, const Vec3& centre, const Vec3& semi_axes) {
@@ -23,14 +29,52 @@ float ellipsoid_distance(const Vec3& X, const Vec3& centre, const Vec3& semi_axe
   return static_cast<float>(k1 > 0 ? k0 * (k0 - 1) / k1 : -semi_axes.minCoeff());
 }
 
+const Structure& gland_of(const std::vector<Structure>& structures) {
+  const Structure* gland = find_structure(structures, "prostate");
+  if (!gland) throw UserError("an ultrasound image needs a structure \"prostate\"; the scene has none");
+  return *gland;
+}
+
+std::string place(const Vec3& p) {
+  return "(" + text_of(p.x()) + ", " + text_of(p.y()) + ", " + text_of(p.z()) + ") mm";
+}
+
+Vec3 middle_of(const VoxelGrid& grid) {
+  Vec3 last;
+  for (Eigen::Index a = 0; a < 3; ++a)
+    last[a] = static_cast<double>(grid.size[static_cast<std::size_t>(a)] - 1);
+  return grid.position(0.5 * last);
+}
+
+double mean_within(const SurfaceBvh& surface, const Volume& image) {
+  std::vector<std::uint16_t> labels(image.grid().count(), 0);
+  const std::size_t count = rasterise(surface, image.grid(), 1, labels);
+  if (count == 0)
+    throw UserError("the ultrasound volume has no voxel in the prostate: its middle is at " +
+                    place(middle_of(image.grid())) + ", the prostate's at " +
+                    place(0.5 * (surface.min() + surface.max())) +
+                    "; give it the space and origin of the scene's structures");
+  double sum = 0;
+  for (std::size_t i = 0; i < labels.size(); ++i) sum += labels[i] * double{image.values()[i]};
+  return sum / static_cast<double>(count);
+}
+
 }  // namespace
+
+EchoMap::EchoMap(const std::vector<Structure>& structures, const Volume& image, double db_per_value) {
+  const Volume coarse = image.coarsened(kImageMm);
+  const double mean = mean_within(SurfaceBvh(gland_of(structures).mesh), coarse);
+  std::vector<float> levels;
+  levels.reserve(coarse.values().size());
+  for (const float value : coarse.values())
+    levels.push_back(static_cast<float>(db_per_value * (double{value} - mean)));
+  image_db_.emplace(coarse.grid(), std::move(levels));
+}
 
 EchoMap::EchoMap(const std::vector<Structure>& structures, bool has_surroundings, std::uint64_t seed)
     : has_surroundings_(has_surroundings),
       seed_(hashed(static_cast<std::uint32_t>(seed) ^ hashed(static_cast<std::uint32_t>(seed >> 32)))) {
-  const Structure* gland = find_structure(structures, "prostate");
-  if (!gland) throw UserError("an ultrasound image needs a structure \"prostate\"; the scene has none");
-  const SurfaceBvh surface(gland->mesh);
+  const SurfaceBvh surface(gland_of(structures).mesh);
   grids_[kGland] = DistanceGrid(surface, kCoarseMm, kMarginMm);
   middle_ = 0.5 * (surface.min() + surface.max());
   half_ = 0.5 * (surface.max() - surface.min());
@@ -68,8 +112,9 @@ float EchoMap::bone_distance(const Vec3& X) const noexcept {
 EchoMap::Tissue EchoMap::at(const Vec3& X) const noexcept {
   Tissue tissue;
   tissue.distance_mm.fill(kFar);
-  if (is_uniform()) {
+  if (is_uniform() || image_db_) {
     tissue.distance_mm[kGland] = -kFar;
+    if (image_db_) tissue.texture_db = image_db_->contains(X) ? image_db_->at(X) : kNothingDb;
     return tissue;
   }
   tissue.distance_mm[kGland] = grids_[kGland].at(X);

@@ -3,9 +3,11 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "core/brachytherapy/structures/structure.h"
+#include "core/geometry/volume/volume.h"
 #include "core/ultrasound/distance_grid.h"
 
 namespace brachy {
@@ -46,9 +48,14 @@ class EchoMap {
   /// `structures` (load_structures) at rest, W: "prostate", and "urethra" and "bladder" where there are such. Takes up
   /// to a second. Errors: UserError where there is no prostate.
   EchoMap(const std::vector<Structure>& structures, bool has_surroundings, std::uint64_t seed);
+  /// A patient's echoes, `image` at rest, W: levels are its values times `db_per_value` against their mean within the
+  /// structure "prostate". All tissue attenuates alike and no surface has an echo of its own: the image has both
+  /// already. Beyond its voxels nothing scatters. It is averaged to voxels of up to 1 mm, the imager's own grid.
+  /// Errors: UserError where there is no prostate, or no voxel lies in it.
+  EchoMap(const std::vector<Structure>& structures, const Volume& image, double db_per_value);
 
   Tissue at(const Vec3& X) const noexcept;
-  bool is_uniform() const { return grids_[kGland].is_empty(); }
+  bool is_uniform() const { return grids_[kGland].is_empty() && !image_db_; }
 
  private:
   float bladder_distance(const Vec3& X) const noexcept;
@@ -64,6 +71,7 @@ class EchoMap {
     float radius;
   };
   std::vector<Calcification> calcifications_;
+  std::optional<Volume> image_db_;
 };
 
 }  // namespace brachy

@@ -34,6 +34,9 @@ struct UltrasoundSettings {
   double shadow_db = 8;  ///< of a seed or needle across the whole slice, there and back
   bool surroundings =
       true;  ///< bladder, pubic arch, muscle and calcifications around and in the phantom's gland
+  /// An NRRD of the patient's echoes at rest, in place of made-up tissue; relative to the scene's folder; "": none.
+  std::string volume;
+  double volume_db_per_value = 60.0 / 255;  ///< of its values: a B-mode image of 8 bits over 60 dB
 
   /// Where the probe is while it has no pose of its own: parallel to z behind the gland, rectal wall between, the
   /// middle of its arrays this far from the gland's middle, turned by so much about its axis.

@@ -6,6 +6,7 @@
 #include <set>
 
 #include "core/scene/load_simulation_model.h"
+#include "core/scene/load_structures.h"
 #include "core/scene/load_tissue.h"
 #include "core/scene/load_ultrasound.h"
 #include "core/simulation/simulator.h"
@@ -50,7 +51,7 @@ struct UltrasoundScannerTest : ::testing::Test {
   MeshState state = simulator.initial_state();
   ImagedTick tick{simulator, state};
   std::uint64_t sequence = 0;
-  std::shared_ptr<const EchoMap> echoes = load_echo_map(scene);
+  std::shared_ptr<const EchoMap> echoes = load_echo_map(scene, load_structures(scene));
   RigidTransform X_WR = resting_probe(scene, simulator.tissue());
   ScannerSettings settings;
   ScannedModel model{0, simulator.model()};

@@ -16,6 +16,7 @@
 #include "core/scene/file/scene_file.h"
 #include "core/scene/load_plan.h"
 #include "core/scene/load_simulation_model.h"
+#include "core/scene/load_structures.h"
 #include "core/scene/load_tissue.h"
 #include "core/scene/load_ultrasound.h"
 #include "core/simulation/simulator.h"
@@ -151,7 +152,7 @@ int run(const UsOptions& given) {
   const std::vector<Seed> planned = options.planned_seeds ? seeds_of_plan(scene) : std::vector<Seed>{};
   Simulator simulator(load_simulation_model(scene, load_tissue(scene).tissue));
   simulator.restore_seeds(planned);
-  const auto echoes = load_echo_map(scene);
+  const auto echoes = load_echo_map(scene, load_structures(scene));
   std::vector<View> views = views_of(options, scene, simulator.tissue(), echoes);
   RecordedConsole console(options, simulator.period_s());
   make_directory(options.out);

@@ -6,6 +6,7 @@
 
 #include "core/base/error.h"
 #include "core/realtime/deadline.h"
+#include "core/scene/load_ultrasound.h"
 
 namespace brachy {
 namespace {
@@ -82,8 +83,8 @@ class UltrasoundRounds {
 }  // namespace
 
 void run_ultrasound_loop(const std::stop_token& stop, const Scene& scene,
-                         const std::vector<Structure>& structures, const RigidTransform& X_WR,
-                         const UltrasoundPorts& ports) {
+                         const std::vector<Structure>& structures, std::shared_ptr<const EchoMap> echoes,
+                         const RigidTransform& X_WR, const UltrasoundPorts& ports) {
   const double period_s = 1 / scene.ultrasound.rate_hz;
   const std::int64_t period_ns = std::llround(1e9 * period_s);
   DeadlineTimer timer(period_ns, monotonic_ns() + period_ns);
@@ -95,10 +96,8 @@ void run_ultrasound_loop(const std::stop_token& stop, const Scene& scene,
     if (!settings.demand.any) continue;
     try {
       if (!scanner) {
-        scanner = std::make_unique<UltrasoundScanner>(
-            scene,
-            std::make_shared<const EchoMap>(structures, scene.ultrasound.surroundings, scene.ultrasound.seed),
-            X_WR);
+        if (!echoes) echoes = load_echo_map(scene, structures);
+        scanner = std::make_unique<UltrasoundScanner>(scene, echoes, X_WR);
         scanner->set(settings);
         rounds.emplace(*scanner, ports);
       }

@@ -35,11 +35,11 @@ struct UltrasoundPorts {
 };
 
 /// Makes images at the scene's rate while somebody asks for them (ScannerSettings::demand), until `stop`. Where nobody
-/// does it wakes up and does nothing; its tables are made at the first demand. Beside the 200 Hz loop: it shares triple
-/// buffers with it only.
+/// does it wakes up and does nothing; its tables, and `echoes` where null, are made at the first demand. Beside the
+/// 200 Hz loop: it shares triple buffers with it only.
 /// Threads: the ultrasound thread's whole life. Real-time: no, but no allocation for an image save what on_images does.
 void run_ultrasound_loop(const std::stop_token& stop, const Scene& scene,
-                         const std::vector<Structure>& structures, const RigidTransform& X_WR,
-                         const UltrasoundPorts& ports);
+                         const std::vector<Structure>& structures, std::shared_ptr<const EchoMap> echoes,
+                         const RigidTransform& X_WR, const UltrasoundPorts& ports);
 
 }  // namespace brachy

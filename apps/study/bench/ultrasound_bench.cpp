@@ -9,6 +9,7 @@
 #include "core/realtime/deadline.h"
 #include "core/realtime/histogram.h"
 #include "core/scene/load_simulation_model.h"
+#include "core/scene/load_structures.h"
 #include "core/scene/load_tissue.h"
 #include "core/scene/load_ultrasound.h"
 #include "core/simulation/simulator.h"
@@ -30,7 +31,7 @@ class Examination {
       : scene_(scene(target)),
         simulator_(load_simulation_model(scene_, load_tissue(scene_).tissue)),
         poses_(scene_.needle.count) {
-    const auto echoes = load_echo_map(scene_);
+    const auto echoes = load_echo_map(scene_, load_structures(scene_));
     for (const std::string& array : variant.arrays) {
       UltrasoundImager::Options options = imager_options(scene_);
       options.settings.array = array;

@@ -42,6 +42,12 @@ std::vector<Key<UltrasoundSettings>> ultrasound_keys() {
              "of a needle or seed that covers the whole slice, there and back"),
       flag("surroundings", &S::surroundings, kRestart,
            "bladder, pubic arch, muscle and calcifications are made up around the gland"),
+      text("volume", &S::volume, {}, kRestart,
+           "NRRD of the echoes at rest, such as a recorded ultrasound volume, in place of made-up tissue; "
+           "its mean "
+           "within the gland is drawn as the gland's level"),
+      number("volume_db_per_value", &S::volume_db_per_value, {1e-6, 100}, kRestart,
+             "of the volume's values; 0.235: 8 bits over 60 dB"),
       number("offset_mm", &S::offset_mm, {-200, 200}, kRestart,
              "probe without a pose: its arrays' middle, along z from the gland's"),
       number("rotation_deg", &S::rotation_deg, {-180, 180}, kRestart,

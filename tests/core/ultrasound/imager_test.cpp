@@ -191,7 +191,7 @@ TEST(UltrasoundImage, DrawsTheCapsuleWhereTheFieldPutsIt) {
   scene.ultrasound.dynamic_range_db = 120;
   DeepNeedle deep(scene);
   const RigidTransform X_WP = resting_probe(scene, deep.simulator.tissue());
-  UltrasoundImager imager(imager_options(scene), load_echo_map(scene));
+  UltrasoundImager imager(imager_options(scene), load_echo_map(scene, load_structures(scene)));
   ImagedState state = deep.imaged(X_WP);
   state.needles = {};  // its echo and shadow would lie over the capsule
   ASSERT_EQ(imager.render(state), ImageResult::kNew);
@@ -232,7 +232,7 @@ TEST(UltrasoundImage, IsTheSameForAnyNumberOfThreads) {
   const Scene scene = small_scene();
   DeepNeedle deep(scene);
   const RigidTransform X_WP = resting_probe(scene, deep.simulator.tissue());
-  const auto echoes = load_echo_map(scene);
+  const auto echoes = load_echo_map(scene, load_structures(scene));
   std::vector<std::uint8_t> first;
   for (const int threads : {1, 2, 3}) {
     UltrasoundImager::Options options = imager_options(scene);
@@ -256,7 +256,7 @@ TEST(UltrasoundImage, DoesNotAllocate) {
   for (const char* array : {"transverse", "sagittal"}) {
     Scene of_array = scene;
     of_array.ultrasound.array = array;
-    UltrasoundImager imager(imager_options(of_array), load_echo_map(scene));
+    UltrasoundImager imager(imager_options(of_array), load_echo_map(scene, load_structures(scene)));
     const std::uint64_t before = test::allocation_count();
     for (int k = 0; k < 3; ++k) imager.render(deep.imaged(X_WP));
     EXPECT_EQ(test::allocation_count() - before, 0u);

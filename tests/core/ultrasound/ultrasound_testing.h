@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/scene/load_simulation_model.h"
+#include "core/scene/load_structures.h"
 #include "core/scene/load_tissue.h"
 #include "core/scene/load_ultrasound.h"
 #include "core/simulation/simulator.h"
