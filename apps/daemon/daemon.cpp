@@ -43,8 +43,8 @@
 #include "core/scene/load_ultrasound.h"
 #include "net/broker/broker_options.h"
 #include "net/http/http_listener.h"
+#include "net/igtl/content/wall_clock.h"
 #include "net/igtl/igtl_server.h"
-#include "net/igtl/wall_clock.h"
 #include "net/server/server.h"
 
 namespace brachy {

@@ -11,8 +11,8 @@
 
 #include "net/base/clock.h"
 #include "net/base/timeout_checks.h"
+#include "net/igtl/content/wall_clock.h"
 #include "net/igtl/igtl_session.h"
-#include "net/igtl/wall_clock.h"
 #include "net/server/server.h"
 #include "net/session/acceptor.h"
 #include "net/transport/tcp/tcp_connection.h"

@@ -6,9 +6,9 @@
 #include <utility>
 
 #include "net/base/clock.h"
-#include "net/igtl/needle_name.h"
-#include "net/igtl/text_codec.h"
-#include "net/igtl/wall_clock.h"
+#include "net/igtl/codec/text_codec.h"
+#include "net/igtl/content/needle_name.h"
+#include "net/igtl/content/wall_clock.h"
 
 namespace brachy::net::igtl {
 namespace {

@@ -9,11 +9,11 @@
 #include <string>
 #include <vector>
 
-#include "net/igtl/commands.h"
-#include "net/igtl/image_messages.h"
-#include "net/igtl/message_parser.h"
-#include "net/igtl/snapshot_messages.h"
-#include "net/igtl/tracking_feed.h"
+#include "net/igtl/codec/message_parser.h"
+#include "net/igtl/content/commands.h"
+#include "net/igtl/content/image_messages.h"
+#include "net/igtl/content/snapshot_messages.h"
+#include "net/igtl/content/tracking_feed.h"
 #include "net/server/server.h"
 #include "net/session/rate_limit.h"
 #include "net/transport/connection.h"

@@ -1,8 +1,8 @@
 // What OpenIGTLink's clients get beside surface and poses: points, errors, frames, status, rates; and commands.
 #include <cmath>
 
-#include "net/igtl/big_endian.h"
-#include "net/igtl/wall_clock.h"
+#include "net/igtl/codec/big_endian.h"
+#include "net/igtl/content/wall_clock.h"
 #include "tests/net/igtl/igtl_fixture.h"
 
 namespace brachy::net::igtl {

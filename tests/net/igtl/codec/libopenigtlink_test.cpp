@@ -17,11 +17,11 @@
 #include <cstring>
 #include <random>
 
-#include "net/igtl/codec.h"
-#include "net/igtl/crc64.h"
-#include "net/igtl/message_parser.h"
-#include "net/igtl/point_codec.h"
-#include "net/igtl/text_codec.h"
+#include "net/igtl/codec/codec.h"
+#include "net/igtl/codec/crc64.h"
+#include "net/igtl/codec/message_parser.h"
+#include "net/igtl/codec/point_codec.h"
+#include "net/igtl/codec/text_codec.h"
 #include "tests/net/igtl/igtl_peer.h"
 
 namespace brachy::net::igtl {
