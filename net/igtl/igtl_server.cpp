@@ -177,6 +177,7 @@ class IgtlServer::Impl : public std::enable_shared_from_this<IgtlServer::Impl> {
     all.skipped += some.skipped;
     all.ignored += some.ignored;
     all.replaced += some.replaced;
+    all.missed += some.missed;
   }
 
   std::shared_ptr<IgtlSession> add_session(asio::ip::tcp::socket socket, std::shared_ptr<ConnectionSlot> slot,
