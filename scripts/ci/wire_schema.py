@@ -4,10 +4,10 @@ A field of the schema has
   name    `reserved` is written 0 and skipped
   type    u8 u16 u32 u64 i32 f32 f64 time text pose as in net/PROTOCOL.md, the name of one of "records", or sections
   count   absent: one value; a number: that many; [FIELD] or [FIELD, 3]: as many as the earlier field FIELD says, or
-          three times as many; LIST.FIELD: the sum over the list's records
+          three times as many; FIELD may be LIST.FIELD, the sum over the list's records
   spread  the record's fields stand in the message as if they were its own
-and for readers offset (checked: bytes from the start, where it is fixed), unit, enum or flags (of this file), symbol and
-note.
+and for readers offset (checked: bytes from the start, where it is fixed), unit, enum or flags (of this file), symbol
+and note.
 
 Values: a record is a dictionary, an array a list; counts are worked out and may be left out; bytes are hex digits;
 numbers that JSON lacks are "nan", "inf", "-inf"; of 64 bits also "0x…".
@@ -35,6 +35,9 @@ class Reader:
         self.at += count
         return self.data[self.at - count:self.at]
 
+    def array(self, kind, count):
+        return list(struct.unpack(f"<{count}{FORMATS[kind]}", self.take(count * SIZES[kind])))
+
     def scalar(self, kind):
         return struct.unpack("<" + FORMATS[kind], self.take(SIZES[kind]))[0]
 
@@ -52,6 +55,15 @@ def packed(kind, value):
         return struct.pack("<" + FORMATS[kind], value)
     except struct.error as error:
         raise WireError(f"{value} is no {kind}") from error
+
+
+def packed_array(kind, values):
+    if any(isinstance(value, str) for value in values):
+        return b"".join(packed(kind, value) for value in values)
+    try:
+        return struct.pack(f"<{len(values)}{FORMATS[kind]}", *values)
+    except struct.error as error:
+        raise WireError(f"{values} are not all {kind}") from error
 
 
 def grouped(values, width):
@@ -134,7 +146,7 @@ class Schema:
             return label, value, packed(kind, value), 24
         is_triples = isinstance(count, list) and len(count) == 2
         flat = [x for triple in value for x in triple] if is_triples else value
-        return label, None, b"".join(packed(kind, x) for x in flat), 3 * SIZES[kind] if is_triples else 24
+        return label, None, packed_array(kind, flat), 3 * SIZES[kind] if is_triples else 24
 
     def section_pieces(self, of, sections):
         known = self.all["messages"][of].get("sections", {})
@@ -197,7 +209,9 @@ class Schema:
                     continue
                 if number > len(reader.data):
                     raise WireError(f"{of}: {number} {name} in {len(reader.data)} bytes")
-                read = [self.read_one(reader, kind) for _ in range(number * (3 if triples else 1))]
+                number *= 3 if triples else 1
+                read = reader.array(kind, number) if kind in FORMATS else \
+                    [self.read_one(reader, kind) for _ in range(number)]
                 values[name] = grouped(read, 3) if triples else read
         return values, sections
 

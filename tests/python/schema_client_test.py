@@ -20,6 +20,10 @@ sys.path.insert(0, str(ROOT / "scripts/ci"))
 from wire_schema import Schema  # pylint: disable=wrong-import-position
 
 SCHEMA = Schema()
+# (code, whether it is fatal) of the document's table of errors.
+DOCUMENT = (ROOT / "net/PROTOCOL.md").read_text(encoding="utf-8")
+ERRORS = {(int(code), int(fatal == "yes"))
+          for code, fatal in re.findall(r"^\| (\d+) [A-Z_]+ \| (yes|no) \|", DOCUMENT, re.M)}
 FLAGS, ENUMS = SCHEMA.all["flags"], SCHEMA.all["enums"]
 if len(sys.argv) < 2:
     sys.exit(__doc__)
@@ -28,8 +32,8 @@ BRACHYD = os.path.abspath(sys.argv[1])
 # Two needles that bend, a probe, a plan and ultrasound: every section of FRAME and SCENE has something to say.
 SCENE = f"""
 [tissue]
-points = 1500
-phantom_surface_vertices = 300
+points = 600
+phantom_surface_vertices = 150
 [model]
 kernel = "elastic"
 [needle]
@@ -43,9 +47,10 @@ file = "{ROOT}/config/plan.toml"
 width_px = 64
 height_px = 64
 lines = 32
-rate_hz = 5
+rate_hz = 2
 [rates]
-snapshot_hz = 10
+deformation_hz = 50
+snapshot_hz = 5
 """
 
 
@@ -61,13 +66,16 @@ class Peer:
         self.socket = socket.create_connection((host, int(port)), timeout=20)
         self.sequence, self.received, self.data = 0, 0, b""
         self.seen, self.sections, self.different = {}, {}, []
-        limits = dict.fromkeys(("max_force_n", "max_stiffness_n_per_mm", "damping_n_s_per_mm", "rate_hz"), "nan")
+        limits = dict.fromkeys(("max_force_n", "max_stiffness_n_per_mm", "damping_n_s_per_mm"), "nan") | {"rate_hz": 50}
         body = {"role": ENUMS["Role"]["values"][role], "subscription": subscription, "name": "schema", **limits}
         self.send("HELLO", body, sections)
 
     def send(self, name, body, sections=None):
         self.sequence += 1
-        self.socket.sendall(SCHEMA.encode(name, body, sections, self.sequence, time.monotonic_ns()))
+        try:
+            self.socket.sendall(SCHEMA.encode(name, body, sections, self.sequence, time.monotonic_ns()))
+        except (BrokenPipeError, ConnectionResetError):
+            pass  # poll() has the server's reason
 
     def poll(self, seconds=0.0):
         self.socket.settimeout(max(seconds, 1e-3))
@@ -93,6 +101,8 @@ class Peer:
             self.different.append(f"sequence {header['sequence']}, not {self.received}")
         if SCHEMA.encode(name, body, sections, header["sequence"], header["stamp_ns"]) != data:
             self.different.append(name)
+        if name == "ERROR" and (body["code"], body["fatal"]) not in ERRORS:
+            self.different.append(f"{body} is not in the table of errors")
         self.seen.setdefault(name, []).append(body)
         for section, content in sections.items():
             self.sections.setdefault(f"{name}.{section}", []).append(content)
@@ -174,6 +184,46 @@ class SchemaClient(unittest.TestCase):
         self.assertIn("LOCAL_MODEL", needles[0].seen)
         self.assertEqual(set(operator.codes()) & {11, 13}, {11, 13})
         self.check_content(operator)
+
+        self.check_refusal(needles[0])
+        self.check_reset(operator, needles)
+
+    def check_refusal(self, needle):
+        """A second device is told by a fatal ERROR, and nothing follows."""
+        second = device(self.address, needle.number, 0)
+        self.addCleanup(second.socket.close)
+        with self.assertRaises(AssertionError):
+            for _ in range(1000):
+                second.poll(0.02)
+        self.assertEqual([(error["code"], error["fatal"]) for error in second.seen["ERROR"]], [(5, 1)])
+        self.assertEqual(second.different, [])
+
+    def check_reset(self, operator, needles):
+        """Ticks count from 1, the next FRAME is full, and a DOSE without seeds follows, since seeds had fallen."""
+        for needle in needles:
+            needle.send("DROP", {"needle": needle.number, "pressed": 0})
+        end = time.monotonic() + 1
+        while time.monotonic() < end:
+            for peer in (operator, *needles):
+                peer.poll(0.02)
+        before = operator.seen["FRAME"][-1]["tick"]
+        operator.seen = {}
+        operator.send("CONTROL", {"action": ENUMS["ControlAction"]["values"]["RESET"], "flags": 0,
+                                  "support_radius_mm": "nan", "kernel": ""})
+        end = time.monotonic() + 60
+        while time.monotonic() < end:
+            for needle in needles:
+                needle.poll()
+            operator.poll(0.02)
+            resets = [frame for frame in operator.seen.get("FRAME", []) if frame["tick"] < before]
+            if resets and any(dose["seeds"] == 0 for dose in operator.seen.get("DOSE", [])):
+                break
+        self.assertEqual((resets[0]["frame_flags"], resets[0]["base_tick"]), (1, 0))
+        self.assertGreaterEqual(resets[0]["tick"], 1)
+        emptied, = [dose for dose in operator.seen.get("DOSE", []) if dose["seeds"] == 0]
+        self.assertTrue(all(structure["max_gy"] == 0 for structure in emptied["structures"]))
+        self.assertIn(ENUMS["EventKind"]["values"]["RESET"], [event["kind"] for event in operator.seen["EVENT"]])
+        self.assertEqual(operator.different, [])
 
     def check_content(self, operator):
         topology, = operator.seen["TOPOLOGY"]
