@@ -43,8 +43,8 @@
 #include "core/scene/load_ultrasound.h"
 #include "net/broker/broker_options.h"
 #include "net/http/http_listener.h"
+#include "net/igtl/content/wall_clock.h"
 #include "net/igtl/igtl_server.h"
-#include "net/igtl/wall_clock.h"
 #include "net/server/server.h"
 
 namespace brachy {
@@ -373,7 +373,7 @@ class Daemon::Impl {
   void on_tick(const TickForces& tick) {
     watch_.on_tick(tick.start_ns);
     if (!igtl_ || !igtl_->wants_ticks()) return;
-    net::igtl::TrackedTick tracked{tick.run, tick.sim_time_s, {}};
+    net::igtl::TrackedTick tracked{tick.run, tick.sim_time_s, tick.start_ns, {}};
     for (const NeedleTick& needle : tick.needles)
       tracked.X_WN.push_back(needle.is_present ? std::optional(needle.X_WN) : std::nullopt);
     igtl_->track(std::move(tracked), net::igtl::utc_ns() - (monotonic_ns() - tick.start_ns));
@@ -387,8 +387,8 @@ class Daemon::Impl {
   IgtlFigures igtl_figures() const {
     if (!igtl_) return {};
     const auto lost = igtl_->losses();
-    return {igtl_->client_count(),
-            igtl_->messages_dropped() + igtl_->other_names() + lost.skipped + lost.ignored + lost.replaced};
+    return {igtl_->client_count(), igtl_->messages_dropped() + igtl_->other_names() + lost.skipped +
+                                       lost.ignored + lost.replaced + lost.missed};
   }
   net::igtl::CommandHandlers igtl_commands() {
     net::ServerHandlers native = handlers();

@@ -16,8 +16,8 @@
 #include "net/access/token_file.h"
 #include "net/broker/broker_options.h"
 #include "net/http/served_files.h"
+#include "net/igtl/content/needle_name.h"
 #include "net/igtl/igtl_server.h"
-#include "net/igtl/needle_name.h"
 #include "net/session/server_options.h"
 #include "net/transport/tcp/tcp_link.h"
 

@@ -11,8 +11,8 @@
 
 #include "net/base/clock.h"
 #include "net/base/timeout_checks.h"
+#include "net/igtl/content/wall_clock.h"
 #include "net/igtl/igtl_session.h"
-#include "net/igtl/wall_clock.h"
 #include "net/server/server.h"
 #include "net/session/acceptor.h"
 #include "net/transport/tcp/tcp_connection.h"
@@ -177,6 +177,7 @@ class IgtlServer::Impl : public std::enable_shared_from_this<IgtlServer::Impl> {
     all.skipped += some.skipped;
     all.ignored += some.ignored;
     all.replaced += some.replaced;
+    all.missed += some.missed;
   }
 
   std::shared_ptr<IgtlSession> add_session(asio::ip::tcp::socket socket, std::shared_ptr<ConnectionSlot> slot,

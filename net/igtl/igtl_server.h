@@ -11,10 +11,10 @@
 #include "core/base/error.h"
 #include "core/geometry/tissue/tissue.h"
 #include "core/simulation/mesh_state.h"
-#include "net/igtl/commands.h"
+#include "net/igtl/content/commands.h"
+#include "net/igtl/content/needle_name.h"
+#include "net/igtl/content/tracking_feed.h"
 #include "net/igtl/igtl_session.h"
-#include "net/igtl/needle_name.h"
-#include "net/igtl/tracking_feed.h"
 #include "net/transport/tcp/tcp_link.h"
 
 namespace boost::asio {

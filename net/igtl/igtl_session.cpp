@@ -6,9 +6,9 @@
 #include <utility>
 
 #include "net/base/clock.h"
-#include "net/igtl/needle_name.h"
-#include "net/igtl/text_codec.h"
-#include "net/igtl/wall_clock.h"
+#include "net/igtl/codec/text_codec.h"
+#include "net/igtl/content/needle_name.h"
+#include "net/igtl/content/wall_clock.h"
 
 namespace brachy::net::igtl {
 namespace {
@@ -123,11 +123,13 @@ void IgtlSession::handle_query(const MessageParser::Message& message) {
   } else if (query.type == "STT_TDATA") {
     const auto asked = decode_start_tracking(message.content);
     if (!asked) return report({StatusCode::kIllegalInstruction, 0, "Malformed", "STT_TDATA has 36 bytes"});
+    stop_tracking();
     tracking_period_s_ = 1e-3 * asked->resolution_ms;
-    tracking_due_s_ = 0;
+    tracking_due_.emplace(asked->resolution_ms * std::int64_t{1'000'000},
+                          std::llround(1e9 / options_.deformation_hz));
     answer(encode_start_answer("RTS_TDATA", label(query.device)));
   } else if (query.type == "STP_TDATA") {
-    tracking_period_s_.reset();
+    stop_tracking();
     tracking_pending_ = false;
     answer(encode_start_answer("RTS_TDATA", label(query.device)));
   } else if (query.type == "GET_IMAGE") {
@@ -321,20 +323,21 @@ void IgtlSession::offer(bool transforms, bool surface) {
 }
 
 void IgtlSession::offer_tracking() {
-  if (is_closing() || !tracking_period_s_ || !is_tracking_due()) return;
+  if (is_closing() || !tracking_due_ || !tracking_due_->pass(environment_.tracking.time_ns())) return;
   if (std::exchange(tracking_pending_, true)) ++losses_.replaced;
   write_next();
 }
 
-/// The mean rate is the one asked for, as far as there are ticks: the next TDATA is due one period after the time
-/// at which the last one was due, not after the snapshot that it went with.
-bool IgtlSession::is_tracking_due() {
-  const double now_s = environment_.tracking.sim_time_s(), period_s = *tracking_period_s_;
-  // After a gap, at the start and after a reset of the simulation the periods begin now.
-  const bool is_near = std::abs(now_s - tracking_due_s_) <= period_s + 1 / options_.snapshot_hz;
-  if (is_near && now_s < tracking_due_s_) return false;
-  tracking_due_s_ = (is_near ? tracking_due_s_ : now_s) + period_s;
-  return true;
+void IgtlSession::stop_tracking() {
+  losses_ = losses();
+  tracking_period_s_.reset();
+  tracking_due_.reset();
+}
+
+IgtlSession::Losses IgtlSession::losses() const {
+  Losses all = losses_;
+  if (tracking_due_) all.missed += tracking_due_->missed();
+  return all;
 }
 
 void IgtlSession::write_next() {
@@ -452,7 +455,7 @@ void IgtlSession::on_closed(const std::string& reason) {
   phase_ = Phase::kClosed;
   slot_.reset();
   release_needles(why);
-  environment_.on_closed(*this, why + losses_.text());
+  environment_.on_closed(*this, why + losses().text());
 }
 
 std::string IgtlSession::Losses::text() const {
@@ -463,6 +466,7 @@ std::string IgtlSession::Losses::text() const {
   add(skipped, " messages of other types skipped");
   add(ignored, " queries over the limit ignored");
   add(replaced, " TDATA replaced by newer ones");
+  add(missed, " TDATA without a tick in time");
   return all.empty() ? all : all + ")";
 }
 

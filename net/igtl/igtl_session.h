@@ -9,11 +9,12 @@
 #include <string>
 #include <vector>
 
-#include "net/igtl/commands.h"
-#include "net/igtl/image_messages.h"
-#include "net/igtl/message_parser.h"
-#include "net/igtl/snapshot_messages.h"
-#include "net/igtl/tracking_feed.h"
+#include "net/igtl/codec/message_parser.h"
+#include "net/igtl/content/commands.h"
+#include "net/igtl/content/due_times.h"
+#include "net/igtl/content/image_messages.h"
+#include "net/igtl/content/snapshot_messages.h"
+#include "net/igtl/content/tracking_feed.h"
 #include "net/server/server.h"
 #include "net/session/rate_limit.h"
 #include "net/transport/connection.h"
@@ -44,6 +45,7 @@ class IgtlSession final : public ConnectionListener, public std::enable_shared_f
     std::uint64_t skipped = 0;   ///< messages of types that are not read
     std::uint64_t ignored = 0;   ///< queries beyond the limits of their rate and number
     std::uint64_t replaced = 0;  ///< TDATA that a newer one overtook, because the client reads too slowly
+    std::uint64_t missed = 0;    ///< TDATA for which no tick came in time
     std::string text() const;    ///< " (3 messages of other types skipped, …)"; empty where there were none
   };
 
@@ -69,7 +71,7 @@ class IgtlSession final : public ConnectionListener, public std::enable_shared_f
   std::uint64_t id() const { return id_; }
   const std::string& address() const { return connection_->peer(); }
   bool is_closing() const { return phase_ != Phase::kOpen; }
-  const Losses& losses() const { return losses_; }
+  Losses losses() const;
   /// The least time between two TDATA; nullopt: none are asked for.
   std::optional<double> tracking_period_s() const { return tracking_period_s_; }
 
@@ -94,10 +96,10 @@ class IgtlSession final : public ConnectionListener, public std::enable_shared_f
   void handle_text(const MessageParser::Message& message);
   Held* find_held(std::uint16_t needle);  ///< null: it does not hold this needle
   Held* attach(std::uint16_t needle, const std::string& device);
-  bool is_tracking_due();
   void release_needles(const std::string& reason);
   void refuse(const PoseVerdict& verdict, StatusCode code);
   void report(const Status& status);
+  void stop_tracking();
   void begin_stream();
   Label label(std::string_view device) const;
   void answer(Bytes message);
@@ -142,7 +144,7 @@ class IgtlSession final : public ConnectionListener, public std::enable_shared_f
   bool was_image_ = false;    // written last: the others' turn
   bool was_surface_ = false;  // written last: the others' turn
   std::optional<double> tracking_period_s_;
-  double tracking_due_s_ = 0;  // simulation time
+  std::optional<DueTimes> tracking_due_;  // where there is a period
   bool writing_ = false;
 };
 

@@ -118,10 +118,16 @@ running=()
 exec 3<&-
 
 if ((consumer)); then
-  cp -r tests/package "$root/tmp/consumer"
-  quietly inside cmake -S /tmp/consumer -B /tmp/consumer/build -DCMAKE_BUILD_TYPE=Release
+  # tests/package builds sources of apps/examples, which a user takes along; all else is installed.
+  mkdir -p "$root/tmp/consumer/tests" "$root/tmp/consumer/apps"
+  cp -r tests/package "$root/tmp/consumer/tests/"
+  cp -r apps/examples "$root/tmp/consumer/apps/"
+  quietly inside cmake -S /tmp/consumer/tests/package -B /tmp/consumer/build -DCMAKE_BUILD_TYPE=Release
   quietly inside cmake --build /tmp/consumer/build
-  say "a program built against libbrachy-dev says: $(inside /tmp/consumer/build/deform)"
+  said="$(inside /tmp/consumer/build/deform); $(inside /tmp/consumer/build/driver)"
+  say "programs built against libbrachy-dev say: $said"
+  inside /tmp/consumer/build/adapter 127.0.0.1:1 2>"$log" && fail "the adapter found a daemon where none is"
+  grep -q "nothing listens" "$log" || fail "the adapter says: $(cat "$log")"
 fi
 
 # A changed scene outlives an upgrade and a removal.

@@ -81,6 +81,9 @@ TEST_F(BrachydAccess, ToolsWithATokenAreLetInAndOthersAreToldWhatTheyLack) {
   EXPECT_TRUE(exited(none, 1));
   EXPECT_NE(none.err.find("--token-file"), std::string::npos) << none.err;
   EXPECT_EQ(none.out, "") << "no counters of nothing";
+  const Ended lines = run_brachy({"watch", "--connect", brachyd.address, "--duration", "0.3"});
+  EXPECT_TRUE(exited(lines, 1));
+  EXPECT_EQ(lines.out, "") << "nor lines of zeros";
   EXPECT_TRUE(exited(other, 1));
   EXPECT_NE(other.err.find("not known to this daemon"), std::string::npos) << other.err;
   const std::string motion = folder.write("motion.csv", short_insertion(0.3));

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "net/igtl/big_endian.h"
+#include "net/igtl/codec/big_endian.h"
 #include "test_paths.h"
 #include "tests/apps/peer.h"
 #include "tests/apps/running_brachyd.h"

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <string>
 
-#include "net/igtl/codec.h"
+#include "net/igtl/codec/codec.h"
 #include "tests/faults/fault_proxy.h"
 #include "tests/faults/faults_testing.h"
 #include "tests/net/http/websocket_peer.h"

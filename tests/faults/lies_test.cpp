@@ -7,9 +7,9 @@
 #include <functional>
 
 #include "net/base/clock.h"
-#include "net/igtl/big_endian.h"
-#include "net/igtl/codec.h"
-#include "net/igtl/message_parser.h"
+#include "net/igtl/codec/big_endian.h"
+#include "net/igtl/codec/codec.h"
+#include "net/igtl/codec/message_parser.h"
 #include "tests/faults/faults_testing.h"
 #include "tests/faults/largest_allocation.h"
 #include "tests/net/http/http_testing.h"

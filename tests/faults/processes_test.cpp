@@ -7,7 +7,7 @@
 #include <fstream>
 
 #include "haptics/trajectory/needle_trajectories.h"
-#include "net/igtl/wall_clock.h"
+#include "net/igtl/content/wall_clock.h"
 #include "tests/apps/apps_testing.h"
 #include "tests/apps/peer.h"
 #include "tests/apps/running_brachyd.h"

@@ -4,7 +4,7 @@
 #include <array>
 #include <boost/asio/io_context.hpp>
 
-#include "net/igtl/codec.h"
+#include "net/igtl/codec/codec.h"
 #include "tests/net/http/websocket_peer.h"
 #include "tests/net/igtl/igtl_peer.h"
 #include "tests/net/wire/sample_messages.h"

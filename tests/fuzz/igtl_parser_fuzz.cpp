@@ -1,8 +1,8 @@
 // A stream of OpenIGTLink messages: parsed whole and in pieces it gives the same messages, and transforms round-trip.
-#include "net/igtl/message_parser.h"
+#include "net/igtl/codec/message_parser.h"
 
-#include "net/igtl/codec.h"
-#include "net/igtl/needle_name.h"
+#include "net/igtl/codec/codec.h"
+#include "net/igtl/content/needle_name.h"
 #include "net/wire/messages.h"
 #include "tests/fuzz/igtl_script.h"
 

@@ -2,7 +2,7 @@
 
 #include <array>
 
-#include "net/igtl/codec.h"
+#include "net/igtl/codec/codec.h"
 #include "tests/net/igtl/igtl_peer.h"
 
 namespace brachy::fuzz {

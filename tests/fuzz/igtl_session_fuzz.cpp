@@ -5,9 +5,9 @@
 #include <boost/asio/io_context.hpp>
 
 #include "net/base/clock.h"
-#include "net/igtl/big_endian.h"
-#include "net/igtl/crc64.h"
-#include "net/igtl/wall_clock.h"
+#include "net/igtl/codec/big_endian.h"
+#include "net/igtl/codec/crc64.h"
+#include "net/igtl/content/wall_clock.h"
 #include "net/server/server.h"
 #include "tests/fuzz/fuzzed_connection.h"
 #include "tests/fuzz/igtl_script.h"

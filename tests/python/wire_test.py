@@ -49,7 +49,7 @@ def decoded(name):
 class Golden(unittest.TestCase):
     def test_every_server_message_is_read_to_its_end(self):
         for name in ("WELCOME", "TOPOLOGY", "FRAME", "STATE", "EVENT", "ERROR", "PING", "FORCE", "LOCAL_MODEL", "DOSE",
-                     "SCENE", "IMAGE", "SCANNER"):
+                     "DOSE_PLANNED", "SCENE", "IMAGE", "SCANNER"):
             with self.subTest(name):
                 decoded(name)
 

@@ -1,8 +1,8 @@
 // What OpenIGTLink's clients get beside surface and poses: points, errors, frames, status, rates; and commands.
 #include <cmath>
 
-#include "net/igtl/big_endian.h"
-#include "net/igtl/wall_clock.h"
+#include "net/igtl/codec/big_endian.h"
+#include "net/igtl/content/wall_clock.h"
 #include "tests/net/igtl/igtl_fixture.h"
 
 namespace brachy::net::igtl {
@@ -204,6 +204,53 @@ TEST_F(IgtlContent, TrackingDataComesAtTheRateAskedForDownToTenMilliseconds) {
     EXPECT_EQ(igtl->losses().replaced, 0u);
     igtl.reset();
   }
+}
+
+TEST_F(IgtlContent, TrackingDataKeepsItsRateWhereALoadedDaemonLosesTicks) {
+  for (const int period_ms : {10, 20, 33, 50}) {
+    start_igtl(kSilent);
+    publish_both();
+    test::IgtlPeer peer(io, igtl->port());
+    ASSERT_TRUE(peer.send(start_tracking(static_cast<std::uint32_t>(period_ms))));
+    ASSERT_TRUE(until_read(peer, [&] { return peer.count("RTS_TDATA") == 1; }));
+    // Of 25 ticks the daemon loses one, so that simulated time lags by 4 %, and all begin up to 3 ms late.
+    constexpr int kPeriods = 2000;
+    for (int period = 0; period < kPeriods; ++period) {
+      if (period % 25 == 24) continue;
+      simulation.step();
+      TrackedTick tick = TrackedTick::of(simulation.state());
+      tick.time_ns = 5'000'000 * std::int64_t{period + 1} + 1'000'000 * (period * 7 % 4);
+      igtl->track(std::move(tick), utc_ns());
+      io.restart();
+      io.poll();
+      peer.take();
+    }
+    EXPECT_NEAR(static_cast<double>(peer.count("TDATA")), kPeriods * 5.0 / period_ms, 2) << period_ms;
+    EXPECT_EQ(igtl->losses().replaced + igtl->losses().missed, 0u) << period_ms;
+    igtl.reset();
+  }
+}
+
+TEST_F(IgtlContent, TrackingDataThatNoTickCouldCarryIsCounted) {
+  start_igtl(kSilent);
+  publish_both();
+  test::IgtlPeer peer(io, igtl->port());
+  ASSERT_TRUE(peer.send(start_tracking(20)));
+  ASSERT_TRUE(until_read(peer, [&] { return peer.count("RTS_TDATA") == 1; }));
+  for (const std::int64_t time_ms : {1000, 1020, 1040, 1160}) {  // due after: 1060, 1080, …, 1160
+    simulation.step();
+    TrackedTick tick = TrackedTick::of(simulation.state());
+    tick.time_ns = 1'000'000 * time_ms;
+    igtl->track(std::move(tick), utc_ns());
+    io.restart();
+    io.poll();
+    peer.take();
+  }
+  ASSERT_TRUE(until_read(peer, [&] { return peer.count("TDATA") == 4; }));
+  EXPECT_EQ(igtl->losses().missed, 4u);
+  ASSERT_TRUE(peer.send_query("STP_TDATA", "TDataClient"));
+  ASSERT_TRUE(until_read(peer, [&] { return peer.count("RTS_TDATA") == 2; }));
+  EXPECT_EQ(igtl->losses().missed, 4u) << "and stays counted";
 }
 
 TEST_F(IgtlContent, CommandsAreCarriedOutWhereTheSceneAllowsThem) {

@@ -7,8 +7,8 @@
 #include <boost/asio/write.hpp>
 #include <stdexcept>
 
-#include "net/igtl/big_endian.h"
-#include "net/igtl/crc64.h"
+#include "net/igtl/codec/big_endian.h"
+#include "net/igtl/codec/crc64.h"
 
 namespace brachy::net::igtl::test {
 

@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "net/igtl/codec.h"
+#include "net/igtl/codec/codec.h"
 
 namespace brachy::net::igtl::test {
 

@@ -2,8 +2,8 @@
 #include <gtest/gtest.h>
 
 #include "net/base/clock.h"
+#include "net/igtl/content/image_messages.h"
 #include "net/igtl/igtl_server.h"
-#include "net/igtl/image_messages.h"
 #include "tests/net/igtl/igtl_peer.h"
 #include "tests/net/net_testing.h"
 #include "tests/net/wire/sample_messages.h"

@@ -1,5 +1,5 @@
-// The golden bytes of net/PROTOCOL.md against the codec. They were packed from the document's tables by a program that
-// is independent of the codec.
+// The golden bytes of net/PROTOCOL.md against the codec. scripts/ci/wire_document.py packs them from the fields and
+// examples of net/protocol.json, without the codec.
 #include <gtest/gtest.h>
 
 #include <string>
@@ -36,6 +36,7 @@ void expect_golden(const std::string& name, const Message& message, std::uint64_
 TEST(Protocol, GoldenBytesOfTheDocumentAreWhatTheCodecWritesAndReads) {
   expect_golden("HELLO", sample_hello(), 1, 1'000'000'001);
   expect_golden("HELLO_TOKEN", sample_hello_with_token(), 1, 1'000'000'002);
+  expect_golden("HELLO_IMAGES", sample_hello_with_images(), 1, 1'000'000'003);
   expect_golden("WELCOME", sample_welcome(), 1, 2'000'000'001);
   expect_golden("TOPOLOGY", sample_topology(), 2, 2'000'000'002);
   expect_golden("FRAME", sample_frame(), 3, 2'000'000'003);
@@ -49,6 +50,7 @@ TEST(Protocol, GoldenBytesOfTheDocumentAreWhatTheCodecWritesAndReads) {
   expect_golden("ARM", sample_arm(), 19, 1'000'000'700);
   expect_golden("DROP", sample_drop(), 20, 1'000'000'800);
   expect_golden("DOSE", sample_dose(), 9, 2'000'000'010);
+  expect_golden("DOSE_PLANNED", sample_dose_with_planned(), 12, 2'000'000'013);
   expect_golden("CONTROL", sample_control(), 21, 1'000'000'900);
   expect_golden("LOAD", sample_load(), 22, 1'000'001'256);
   expect_golden("SCENE", sample_scene(), 10, 2'000'000'011);

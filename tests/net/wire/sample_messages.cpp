@@ -141,6 +141,15 @@ HelloMessage sample_hello_with_token() {
   return hello;
 }
 
+HelloMessage sample_hello_with_images() {
+  HelloMessage hello;
+  hello.role = Role::kViewer;
+  hello.subscription = kSubscribeUltrasound;
+  hello.name = "screen";
+  hello.image_flags = kTakesZlib;
+  return hello;
+}
+
 WelcomeMessage sample_welcome() {
   WelcomeMessage welcome;
   welcome.session = 7;
@@ -257,6 +266,7 @@ StateMessage sample_state() {
   state.device_holder = "touch (127.0.0.1:5)";
   state.safety = {{2, 3, 7, "stalled"}};
   state.controls = {"psi31", 12, kScriptIsThere | kScriptPlays};
+  state.events_dropped = 12;
   return state;
 }
 
@@ -396,6 +406,7 @@ ScannerMessage sample_scanner() {
 std::vector<std::pair<MessageType, Bytes>> sample_bodies() {
   return {{MessageType::kHello, body_of(sample_hello())},
           {MessageType::kHello, body_of(sample_hello_with_token())},
+          {MessageType::kHello, body_of(sample_hello_with_images())},
           {MessageType::kWelcome, body_of(sample_welcome())},
           {MessageType::kTopology, body_of(sample_topology())},
           {MessageType::kFrame, body_of(sample_frame())},

@@ -11,6 +11,7 @@ namespace brachy::net::test {
 /// The messages of the golden bytes in net/PROTOCOL.md.
 HelloMessage sample_hello();
 HelloMessage sample_hello_with_token();
+HelloMessage sample_hello_with_images();
 WelcomeMessage sample_welcome();
 TopologyMessage sample_topology();
 FrameMessage sample_frame();

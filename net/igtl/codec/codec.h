@@ -6,7 +6,7 @@
 #include <span>
 
 #include "core/geometry/surface/surface_mesh.h"
-#include "net/igtl/messages.h"
+#include "net/igtl/codec/messages.h"
 #include "net/wire/byte_io.h"
 #include "net/wire/messages.h"
 

@@ -1,4 +1,4 @@
-#include "net/igtl/image_messages.h"
+#include "net/igtl/content/image_messages.h"
 
 #include <utility>
 

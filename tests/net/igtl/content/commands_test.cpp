@@ -1,12 +1,12 @@
-#include "net/igtl/commands.h"
+#include "net/igtl/content/commands.h"
 
 #include <gtest/gtest.h>
 
 #include <vector>
 
-#include "net/igtl/big_endian.h"
-#include "net/igtl/codec.h"
-#include "net/igtl/text_codec.h"
+#include "net/igtl/codec/big_endian.h"
+#include "net/igtl/codec/codec.h"
+#include "net/igtl/codec/text_codec.h"
 
 namespace brachy::net::igtl {
 namespace {

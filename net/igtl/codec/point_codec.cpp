@@ -1,6 +1,6 @@
-#include "net/igtl/point_codec.h"
+#include "net/igtl/codec/point_codec.h"
 
-#include "net/igtl/message_builder.h"
+#include "net/igtl/codec/message_builder.h"
 
 namespace brachy::net::igtl {
 

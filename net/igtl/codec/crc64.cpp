@@ -1,4 +1,4 @@
-#include "net/igtl/crc64.h"
+#include "net/igtl/codec/crc64.h"
 
 #include <array>
 

@@ -1,4 +1,4 @@
-#include "net/igtl/commands.h"
+#include "net/igtl/content/commands.h"
 
 #include <charconv>
 #include <optional>

@@ -6,9 +6,9 @@
 #include <string_view>
 #include <utility>
 
-#include "net/igtl/big_endian.h"
-#include "net/igtl/crc64.h"
-#include "net/igtl/messages.h"
+#include "net/igtl/codec/big_endian.h"
+#include "net/igtl/codec/crc64.h"
+#include "net/igtl/codec/messages.h"
 
 namespace brachy::net::igtl {
 

@@ -5,7 +5,7 @@
 #include <span>
 #include <string_view>
 
-#include "net/igtl/messages.h"
+#include "net/igtl/codec/messages.h"
 #include "net/wire/byte_io.h"
 
 namespace brachy::net::igtl {

@@ -1,10 +1,10 @@
-#include "net/igtl/codec.h"
+#include "net/igtl/codec/codec.h"
 
 #include <array>
 #include <utility>
 
-#include "net/igtl/big_endian.h"
-#include "net/igtl/message_builder.h"
+#include "net/igtl/codec/big_endian.h"
+#include "net/igtl/codec/message_builder.h"
 #include "net/wire/text.h"
 
 namespace brachy::net::igtl {

@@ -1,9 +1,9 @@
-#include "net/igtl/snapshot_messages.h"
+#include "net/igtl/content/snapshot_messages.h"
 
 #include <algorithm>
 #include <utility>
 
-#include "net/igtl/point_codec.h"
+#include "net/igtl/codec/point_codec.h"
 
 namespace brachy::net::igtl {
 namespace {

@@ -1,6 +1,6 @@
-#include "net/igtl/text_codec.h"
+#include "net/igtl/codec/text_codec.h"
 
-#include "net/igtl/message_builder.h"
+#include "net/igtl/codec/message_builder.h"
 #include "net/wire/text.h"
 
 namespace brachy::net::igtl {

@@ -9,8 +9,8 @@
 
 #include "core/geometry/tissue/tissue.h"
 #include "core/simulation/mesh_state.h"
-#include "net/igtl/codec.h"
-#include "net/igtl/needle_name.h"
+#include "net/igtl/codec/codec.h"
+#include "net/igtl/content/needle_name.h"
 
 namespace brachy::net::igtl {
 

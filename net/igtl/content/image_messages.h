@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "net/igtl/codec.h"
+#include "net/igtl/codec/codec.h"
 #include "net/wire/messages.h"
 
 namespace brachy::net::igtl {

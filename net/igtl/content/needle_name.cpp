@@ -1,4 +1,4 @@
-#include "net/igtl/needle_name.h"
+#include "net/igtl/content/needle_name.h"
 
 #include <algorithm>
 #include <charconv>

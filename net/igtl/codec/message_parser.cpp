@@ -1,10 +1,10 @@
-#include "net/igtl/message_parser.h"
+#include "net/igtl/codec/message_parser.h"
 
 #include <algorithm>
 
-#include "net/igtl/big_endian.h"
-#include "net/igtl/codec.h"
-#include "net/igtl/crc64.h"
+#include "net/igtl/codec/big_endian.h"
+#include "net/igtl/codec/codec.h"
+#include "net/igtl/codec/crc64.h"
 
 namespace brachy::net::igtl {
 

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "core/simulation/mesh_state.h"
-#include "net/igtl/codec.h"
-#include "net/igtl/needle_name.h"
+#include "net/igtl/codec/codec.h"
+#include "net/igtl/content/needle_name.h"
 
 namespace brachy::net::igtl {
 
@@ -17,10 +17,16 @@ namespace brachy::net::igtl {
 struct TrackedTick {
   std::uint64_t run = 0;  ///< TickSummary::run
   double sim_time_s = 0;
+  std::int64_t time_ns =
+      0;  ///< monotonic, when it was made: on a loaded machine ticks are lost, and simulated time lags
   std::vector<std::optional<RigidTransform>> X_WN;  ///< by needle; none: not there
 
   static TrackedTick of(const MeshState& state) {
-    TrackedTick tick{state.summary.run, state.summary.sim_time_s, {}};
+    const auto simulated_ns = static_cast<std::int64_t>(1e9 * state.summary.sim_time_s);
+    TrackedTick tick{state.summary.run,
+                     state.summary.sim_time_s,
+                     state.summary.publish_ns != 0 ? state.summary.publish_ns : simulated_ns,
+                     {}};
     for (const NeedleState& needle : state.needles.states)
       tick.X_WN.push_back(needle.present ? std::optional(needle.X_WN) : std::nullopt);
     return tick;
@@ -41,7 +47,7 @@ class TrackingFeed {
     return true;
   }
 
-  double sim_time_s() const { return tick_.sim_time_s; }
+  std::int64_t time_ns() const { return tick_.time_ns; }
 
   /// All needles that are there, as tools.
   std::shared_ptr<const Bytes> message(std::uint16_t version, const Naming& naming) {

@@ -1,4 +1,4 @@
-#include "net/igtl/codec.h"
+#include "net/igtl/codec/codec.h"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 #include <cmath>
 #include <sstream>
 
-#include "net/igtl/crc64.h"
+#include "net/igtl/codec/crc64.h"
 
 namespace brachy::net::igtl {
 namespace {
