@@ -95,8 +95,7 @@ LabelMap parse_label_nrrd(std::string_view bytes, const std::string& name, const
   SegmentKeys keys(header, name);
   while (auto segment = keys.segment(map.segments.size())) {
     map.segments.push_back(std::move(*segment));
-    if (map.segments.size() > kMostSegments)
-      throw UserError(name + ": has over 4096 segments; export fewer");
+    if (map.segments.size() > kMostSegments) throw UserError(name + ": has over 4096 segments; export fewer");
   }
   std::vector<std::uint16_t> all = parse_nrrd_labels(header, bytes, name);
   if (header.layers == 1) {
