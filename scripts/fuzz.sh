@@ -37,7 +37,10 @@ dictionary() {  # TARGET
     igtl*) echo igtl ;;
     scene | plan | source) echo toml ;;
     trajectory | tables | session) echo csv ;;
-    mesh | nrrd) echo "$1" ;;
+    mesh) echo mesh ;;
+    nrrd | label_nrrd) echo nrrd ;;
+    label_nifti) echo nifti ;;
+    rt_*) echo dicom ;;
     *) echo wire ;;
   esac
 }

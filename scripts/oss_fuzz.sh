@@ -27,7 +27,10 @@ for target in "${targets[@]}"; do
     igtl*) dictionary=igtl ;;
     scene | plan) dictionary=toml ;;
     trajectory | tables | session) dictionary=csv ;;
-    mesh | nrrd) dictionary=$target ;;
+    mesh) dictionary=mesh ;;
+    nrrd | label_nrrd) dictionary=nrrd ;;
+    label_nifti) dictionary=nifti ;;
+    rt_*) dictionary=dicom ;;
     *) dictionary=wire ;;
   esac
   cp "tests/fuzz/dictionaries/$dictionary.dict" "$out/${target}_fuzz.dict"

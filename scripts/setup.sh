@@ -8,7 +8,7 @@
 #            OpenIGTLink's own programs, as peers; numpy, venv and mypy for Python's client, --python; a wall clock that
 #            jumps; systemd's check of the unit; a model checker; --broker)
 #     --all: also what `scripts/test.sh --all` needs (--tests; format; names; --fuzz)
-#     --fuzz: also what the preset asan needs (clang with its sanitizers and libFuzzer)
+#     --fuzz: also what the preset asan needs (clang with its sanitizers and libFuzzer; DCMTK, whose files are fuzzed)
 #     --import: also what brachy-import needs (DCMTK); --tests has it, with what checks its files
 #     --charts: also what draws the charts of scripts/bench.sh
 #     --pictures: also what scripts/charts/screenshots.sh needs, beside --all
@@ -40,7 +40,7 @@ for option in "$@"; do
     --python) packages+=("${python[@]}") ;;
     --broker) packages+=("${broker[@]}") ;;
     --import) packages+=("${import[@]}") ;;
-    --fuzz) packages+=("${fuzz[@]}") ;;
+    --fuzz) packages+=("${fuzz[@]}" "${import[@]}") ;;
     --pictures) packages+=(pngquant) ;;
     --latency) packages+=(rt-tests) ;;
     --packages) packages+=(debootstrap lintian systemd-container devscripts binutils) ;;

@@ -21,7 +21,9 @@ done
 [[ $(id -u) == 0 ]] || { echo "package_check: must be root: sudo $0" >&2; exit 2; }
 shopt -s nullglob
 packages=(build/release/brachyd_*.deb build/release/libbrachy-dev_*.deb)
-[[ ${#packages[@]} == 2 ]] || { echo "package_check: build the packages first: scripts/package.sh" >&2; exit 2; }
+import=(build/release/brachyd-import_*.deb)
+[[ ${#packages[@]} == 2 && ${#import[@]} == 1 ]] \
+    || { echo "package_check: build the packages first: scripts/package.sh" >&2; exit 2; }
 scripts/setup.sh --packages
 
 fail() { echo "package_check: $1" >&2; exit 1; }
@@ -129,6 +131,16 @@ if ((consumer)); then
   inside /tmp/consumer/build/adapter 127.0.0.1:1 2>"$log" && fail "the adapter found a daemon where none is"
   grep -q "nothing listens" "$log" || fail "the adapter says: $(cat "$log")"
 fi
+
+# DICOM is read by a program and a package of its own; what serves the operator links none of its libraries.
+for program in brachyd brachy; do
+  libraries=$(inside ldd /usr/bin/$program)
+  ! grep -iE 'libdcm|liboflog|libofstd' <<<"$libraries" || fail "$program links DCMTK"
+done
+! dpkg-deb -f "${packages[0]}" Depends | grep -q dcmtk || fail "brachyd depends on DCMTK"
+dpkg-deb -f "${import[0]}" Depends | grep -q dcmtk || fail "brachyd-import does not name DCMTK"
+dpkg-deb -c "${import[0]}" | grep -q ' ./usr/bin/brachy-import$' || fail "brachyd-import has no brachy-import"
+say "no DCMTK in brachyd and brachy, only in brachyd-import"
 
 # A changed scene outlives an upgrade and a removal.
 echo '# mine' >>"$root/etc/brachyd/scene.toml"

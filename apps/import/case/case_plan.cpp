@@ -6,6 +6,7 @@
 
 #include "core/base/error.h"
 #include "core/base/number_text.h"
+#include "core/base/one_line.h"
 
 namespace brachy {
 namespace {
@@ -31,8 +32,9 @@ SourceModel source_of(const RtSource& source, const std::string& name) {
   // Without a known model the nuclide's.
   if (source.isotope.find("125") != std::string::npos) return SourceModel::kAmersham6711;
   if (source.isotope.find("103") != std::string::npos) return SourceModel::kTheraSeed200;
-  throw UserError(name + ": Source Sequence (300a,0210): no TG-43 data for model \"" + source.model +
-                  "\", isotope \"" + source.isotope + "\"; plan with I-125 (6711) or Pd-103 (200)");
+  throw UserError(name + ": Source Sequence (300a,0210): no TG-43 data for model \"" +
+                  one_short_line(source.model) + "\", isotope \"" + one_short_line(source.isotope) +
+                  "\"; plan with I-125 (6711) or Pd-103 (200)");
 }
 
 /// A needle as the file has it: its sources from the tip backwards.

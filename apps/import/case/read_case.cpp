@@ -8,9 +8,8 @@
 #include "apps/import/dicom/dicom_tags.h"
 #include "apps/import/dicom/identifiers.h"
 #include "apps/import/dicom/rt_structure.h"
-#include "apps/import/labels/inflate.h"
+#include "apps/import/labels/import_limits.h"
 #include "apps/import/labels/label_nifti.h"
-#include "apps/import/labels/label_nrrd.h"
 #include "core/base/error.h"
 #include "core/base/number_text.h"
 #include "core/geometry/contours/contour_surface.h"
@@ -18,6 +17,7 @@
 #include "core/geometry/simplify/simplify.h"
 #include "core/geometry/surface/surface_check.h"
 #include "core/geometry/surface/surface_volume.h"
+#include "core/geometry/volume/file_bytes.h"
 
 namespace brachy {
 namespace {

@@ -40,7 +40,8 @@ std::string colour_text(const std::array<double, 3>& colour) {
   return fmt::format("#{:02x}{:02x}{:02x}", byte(0), byte(1), byte(2));
 }
 
-std::string scene_text(const ImportedCase& imported) {
+/// `has_plan`: whether the session is by plan.toml.
+std::string scene_text(const ImportedCase& imported, bool has_plan) {
   const ImportedStructure& gland = imported.structures.front();
   const CaseBox box = box_of(gland.mesh);
   const Vec3 size = (box.max - box.min + Vec3::Constant(46)).cwiseMax(96).array().ceil();
@@ -54,7 +55,7 @@ std::string scene_text(const ImportedCase& imported) {
   const TemplateGrid& grid = imported.grid;
   text += fmt::format("\n[template]\ncolumns = {}\nrows = {}\nspacing_mm = {}\norigin_mm = {}\n",
                       grid.columns, grid.rows, exact_text(grid.spacing_mm), list_text(grid.origin_mm));
-  if (imported.plan) text += "\n[plan]\nfile = \"plan.toml\"\n\n[seeds]\napplicator = \"train\"\n";
+  if (has_plan) text += "\n[plan]\nfile = \"plan.toml\"\n\n[seeds]\napplicator = \"train\"\n";
   for (std::size_t s = 1; s < imported.structures.size(); ++s)
     text += "\n[[structure]]\nname = \"" + imported.structures[s].name + "\"\nfile = \"" +
             imported.structures[s].name + ".ply\"\n";
@@ -102,7 +103,9 @@ void write_case(const ImportedCase& imported, const std::filesystem::path& folde
   if (imported.plan) write_text(folder / "plan.toml", to_toml(imported.plan->plan));
   if (imported.dose) write_text(folder / "dose.nrrd", to_nrrd(*imported.dose, "dose", "Gy"));
   if (imported.volume) write_text(folder / "volume.nrrd", to_nrrd(*imported.volume, "image", ""));
-  write_text(folder / "scene.toml", scene_text(imported));
+  write_text(folder / "scene.toml", scene_text(imported, imported.plan.has_value()));
+  // The same with the plan that `brachy plan --generate` will write.
+  if (!imported.plan) write_text(folder / "session.toml", scene_text(imported, true));
   write_text(folder / "import.json", report_of(imported).dump(1) + "\n");
   // What was written is what the other programs will read.
   const Scene scene = load_scene(folder / "scene.toml");

@@ -11,12 +11,17 @@
 #include <charconv>
 #include <cmath>
 
+#include "apps/import/dicom/dicom_precheck.h"
 #include "apps/import/dicom/dicom_tags.h"
-#include "apps/import/labels/inflate.h"
+#include "apps/import/labels/import_limits.h"
 #include "core/base/error.h"
+#include "core/base/one_line.h"
 
 namespace brachy {
 namespace {
+
+/// Of pixels: an empty image in JPEG-LS has some 1/4000 of its bytes.
+constexpr std::size_t kMostCompression = 1 << 14;
 
 DcmTagKey key_of(const DicomTag& tag) {
   return {tag.group, tag.element};
@@ -77,7 +82,8 @@ std::vector<double> DicomItem::numbers(const DicomTag& tag) const {
     double value = 0;
     const auto [at, error] = std::from_chars(word.data(), word.data() + word.size(), value);
     if (error != std::errc() || at != word.data() + word.size() || !std::isfinite(value))
-      refuse(tag, "\"" + std::string(word.substr(0, 32)) + "\" is no number; export it again");
+      refuse(tag,
+             "\"" + one_short_line(std::string(word.substr(0, 32))) + "\" is no number; export it again");
     values.push_back(value);
   }
   return values;
@@ -126,11 +132,12 @@ bool is_dicom(std::string_view bytes) {
 }
 
 DicomFile::DicomFile(std::string_view bytes, const std::string& name)
-    : file_(std::make_unique<DcmFileFormat>()), name_(name) {
+    : file_(std::make_unique<DcmFileFormat>()), name_(name), file_bytes_(bytes.size()) {
   prepare_dcmtk();
   if (!is_dicom(bytes))
     throw UserError(name + ": is no DICOM file: it has no DICM at byte 128; export it as DICOM part 10");
   if (bytes.size() > kMostFileBytes) throw UserError(name + ": is over 2 GB; export fewer frames");
+  check_dicom_structure(bytes.substr(132), name);
   DcmInputBufferStream stream;
   stream.setBuffer(bytes.data(), static_cast<offile_off_t>(bytes.size()));
   stream.setEos();
@@ -172,6 +179,9 @@ DicomFile::Pixels DicomFile::pixels() const {
   if (count > kMostVoxels)
     data.refuse(tag::kRows, "rows × columns × frames are over 2^29 voxels; crop the grid");
   DcmDataset& set = *file_->getDataset();
+  // DCMTK takes memory for all pixels before it decompresses the first.
+  if (count * bits / 8 / kMostCompression > file_bytes_)
+    data.refuse(tag::kPixelData, "cannot hold rows × columns × frames in so short a file; export it again");
   const bool was_big_endian = DcmXfer(set.getOriginalXfer()).getByteOrder() == EBO_BigEndian;
   if (set.chooseRepresentation(EXS_LittleEndianExplicit, nullptr).bad())
     data.refuse(tag::kPixelData, "is compressed in a way that is not read here; export it uncompressed");

@@ -72,6 +72,7 @@ class DicomFile {
  private:
   std::unique_ptr<DcmFileFormat> file_;
   std::string name_;
+  std::size_t file_bytes_;
 };
 
 /// Whether the bytes begin as a DICOM file: "DICM" behind a preamble of 128 bytes.

@@ -4,9 +4,10 @@
 #include <cmath>
 
 #include "apps/import/dicom/dicom_tags.h"
-#include "apps/import/labels/inflate.h"
-#include "apps/import/labels/label_values.h"
+#include "apps/import/labels/import_limits.h"
 #include "core/base/number_text.h"
+#include "core/base/one_line.h"
+#include "core/geometry/volume/place_fault.h"
 
 namespace brachy {
 namespace {
@@ -39,7 +40,8 @@ VoxelGrid grid_of(const DicomItem& data, const ImagePlane& plane, const DicomFil
   grid.steps.col(0) = plane.column_spacing * plane.along_row;
   grid.steps.col(1) = plane.row_spacing * plane.along_column;
   grid.steps.col(2) = slice_mm * plane.normal;
-  if (const std::string fault = fault_of(grid); !fault.empty()) data.refuse(tag::kPixelSpacing, fault);
+  if (const std::string fault = place_fault(grid, kLabelIndependence); !fault.empty())
+    data.refuse(tag::kPixelSpacing, fault);
   return grid;
 }
 
@@ -58,7 +60,8 @@ double frame_distance(const DicomItem& data, std::size_t frames) {
 VoxelVolume read_rt_dose(const DicomFile& file) {
   const DicomItem data = file.data();
   if (data.text(tag::kDoseUnits) != "GY")
-    data.refuse(tag::kDoseUnits, "is \"" + data.text(tag::kDoseUnits) + "\"; export the dose in GY");
+    data.refuse(tag::kDoseUnits,
+                "is \"" + one_short_line(data.text(tag::kDoseUnits)) + "\"; export the dose in GY");
   const double scaling = data.number(tag::kDoseGridScaling);
   if (!(scaling > 0)) data.refuse(tag::kDoseGridScaling, "must be above 0; export it again");
   const DicomFile::Pixels pixels = file.pixels();

@@ -4,6 +4,7 @@
 #include <map>
 
 #include "apps/import/dicom/dicom_tags.h"
+#include "core/base/one_line.h"
 
 namespace brachy {
 namespace {
@@ -18,7 +19,7 @@ std::vector<Vec3> read_contour(const DicomItem& contour) {
                                           " numbers, which are not three a point; export it again");
   if (contour.has(tag::kContourPointCount) &&
       contour.number(tag::kContourPointCount) != static_cast<double>(values.size() / 3))
-    contour.refuse(tag::kContourPointCount, "is " + contour.text(tag::kContourPointCount) +
+    contour.refuse(tag::kContourPointCount, "is " + one_short_line(contour.text(tag::kContourPointCount)) +
                                                 ", but there are " + std::to_string(values.size() / 3) +
                                                 " points; export it again");
   std::vector<Vec3> points;

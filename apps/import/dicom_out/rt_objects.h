@@ -8,6 +8,7 @@
 
 #include "apps/import/dicom_out/dicom_writer.h"
 #include "core/brachytherapy/dose/dose_grid.h"
+#include "core/brachytherapy/hdr/hdr_plan.h"
 #include "core/brachytherapy/plan/plan.h"
 #include "core/brachytherapy/structures/structure.h"
 
@@ -22,6 +23,11 @@ std::array<int, 3> structure_colour(std::size_t n);
 /// An RTPLAN of a permanent implant: an application setup for each needle, in it a channel for each seed, with its
 /// position, axis, distance behind the tip, and the source's air-kerma strength.
 void write_rt_plan(const std::filesystem::path& file, const ExportIds& ids, const Plan& plan,
+                   const TemplateGrid& grid);
+
+/// An RTPLAN of a fraction of high-dose-rate brachytherapy: one application setup, in it a channel for each catheter in
+/// which the source dwells, with two control points for each dwell and time weights in seconds.
+void write_rt_plan(const std::filesystem::path& file, const ExportIds& ids, const HdrPlan& plan,
                    const TemplateGrid& grid);
 
 /// An RTDOSE: the total dose of the grid in Gy, transverse, rows and columns along LPS, `bits` (16 or 32) a voxel: to

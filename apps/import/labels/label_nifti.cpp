@@ -1,11 +1,13 @@
 #include "apps/import/labels/label_nifti.h"
 
 #include <cmath>
+#include <span>
 
-#include "apps/import/labels/inflate.h"
-#include "apps/import/labels/label_values.h"
-#include "apps/import/labels/voxel_values.h"
 #include "core/base/error.h"
+#include "core/geometry/volume/gzip.h"
+#include "core/geometry/volume/nrrd_data.h"
+#include "core/geometry/volume/place_fault.h"
+#include "core/geometry/volume/voxel_values.h"
 
 namespace brachy {
 namespace {
@@ -15,13 +17,19 @@ struct NiftiLayout {
   std::size_t size, dim, dim_bytes, datatype, pixdim, real_bytes, vox_offset, scl_slope, qform_code,
       code_bytes, quatern, srow;
 };
+constexpr double kFarthestData = 1 << 24;  // its extensions are some kilobytes
 constexpr NiftiLayout kNifti1{348, 40, 2, 70, 76, 4, 108, 112, 252, 2, 256, 280};
 constexpr NiftiLayout kNifti2{540, 16, 8, 12, 104, 8, 168, 176, 344, 4, 352, 400};
 
 class NiftiReader {
  public:
-  NiftiReader(std::string_view bytes, const std::string& name) : bytes_(bytes), name_(name) {}
-  LabelMap read();
+  /// `head`: the file's first bytes, with the header.
+  NiftiReader(std::string_view head, const std::string& name, std::size_t most_voxels)
+      : bytes_(head), name_(name), most_voxels_(most_voxels) {}
+  /// Reads the header; the file must have so many bytes.
+  std::size_t read_header();
+  /// `file`: all of its bytes.
+  LabelMap read_labels(std::string_view file);
 
  private:
   [[noreturn]] void refuse(const std::string& field, const std::string& what) const {
@@ -29,11 +37,10 @@ class NiftiReader {
   }
   void find_layout();
   double whole(std::size_t at, std::size_t size) const {
-    return voxel_value(bytes_.substr(at, size), 0, {size, true, false, is_big_endian_});
+    return voxel_value(bytes_, at, {size, true, false, is_big_endian_});
   }
   double real(std::size_t at) const {
-    return voxel_value(bytes_.substr(at, layout_.real_bytes), 0,
-                       {layout_.real_bytes, true, true, is_big_endian_});
+    return voxel_value(bytes_, at, {layout_.real_bytes, true, true, is_big_endian_});
   }
   VoxelType type() const;
   void read_geometry();
@@ -41,6 +48,9 @@ class NiftiReader {
 
   std::string_view bytes_;
   const std::string& name_;
+  std::size_t most_voxels_;
+  VoxelType voxel_;
+  std::size_t data_begin_ = 0;
   NiftiLayout layout_ = kNifti1;
   bool is_big_endian_ = false;
   LabelMap map_;
@@ -113,49 +123,73 @@ void NiftiReader::read_geometry() {
     refuse("qform_code",
            "it and sform_code are 0, so nothing says where the map lies; save it with its orientation");
   }
-  if (const std::string fault = fault_of(map_.grid); !fault.empty()) refuse("sform", fault);
+  if (const std::string fault = place_fault(map_.grid, kLabelIndependence); !fault.empty())
+    refuse("sform or qform", fault);
 }
 
-LabelMap NiftiReader::read() {
+std::size_t NiftiReader::read_header() {
   find_layout();
   const double dimensions = whole(layout_.dim, layout_.dim_bytes);
   if (!(dimensions >= 3 && dimensions <= 7)) refuse("dim", "must have three axes; save a label map");
-  std::size_t total = 1;
   for (std::size_t a = 0; a < static_cast<std::size_t>(dimensions); ++a) {
     const double size = whole(layout_.dim + (a + 1) * layout_.dim_bytes, layout_.dim_bytes);
     if (!(size >= 1 && size <= 1e6) || (a >= 3 && size != 1))
       refuse("dim", "must be three sizes from 1 on; save a label map");
-    total *= static_cast<std::size_t>(size);
-    if (total > kMostVoxels) refuse("dim", "are over 2^29 voxels; crop the map");
     if (a < 3) map_.grid.size[a] = static_cast<std::size_t>(size);
   }
+  if (map_.grid.count() > most_voxels_)
+    refuse("dim", "are over " + std::to_string(most_voxels_) + " voxels; crop the map");
   read_geometry();
-  const VoxelType voxel = type();
+  voxel_ = type();
   const double slope = real(layout_.scl_slope), intercept = real(layout_.scl_slope + layout_.real_bytes);
   if (std::isfinite(slope) && slope != 0 && (slope != 1 || (std::isfinite(intercept) && intercept != 0)))
     refuse("scl_slope", "labels are not scaled; save it as whole numbers");
   const double offset =
       layout_.size == kNifti2.size ? whole(layout_.vox_offset, 8) : real(layout_.vox_offset);
-  if (!(offset >= static_cast<double>(layout_.size) && offset <= static_cast<double>(bytes_.size())))
-    refuse("vox_offset", "lies outside the file; it is cut off, or no .nii file");
-  const std::string_view data = bytes_.substr(static_cast<std::size_t>(offset));
-  if (data.size() / voxel.bytes < total)
-    refuse("dim", "are of " + std::to_string(total * voxel.bytes) + " bytes, but the file has " +
-                      std::to_string(data.size()) + "; it is cut off, copy it again");
-  map_.layers.push_back(to_labels(data, total, voxel, name_));
+  if (!(offset >= static_cast<double>(layout_.size) && offset <= kFarthestData))
+    refuse("vox_offset", "lies within the header or far behind it; is it a .nii file?");
+  data_begin_ = static_cast<std::size_t>(offset);
+  return data_begin_ + map_.grid.count() * voxel_.bytes;
+}
+
+LabelMap NiftiReader::read_labels(std::string_view file) {
+  const std::size_t end = data_begin_ + map_.grid.count() * voxel_.bytes;
+  if (file.size() < end)
+    refuse("dim", "with vox_offset are of " + std::to_string(end) + " bytes, but the file has " +
+                      std::to_string(file.size()) + "; it is cut off, copy it again");
+  auto& labels = map_.layers.emplace_back();
+  labels.reserve(map_.grid.count());
+  append_labels(labels, file.substr(data_begin_, end - data_begin_), voxel_, name_);
   add_segments_by_value(map_);
   return std::move(map_);
 }
 
 }  // namespace
 
-LabelMap parse_label_nifti(std::string_view bytes, const std::string& name) {
-  std::string content;
-  if (bytes.starts_with("\x1f\x8b")) {
-    content = inflated(bytes, name, kMostFileBytes);
-    bytes = content;
+LabelMap parse_label_nifti(std::string_view bytes, const std::string& name, std::size_t most_voxels) {
+  if (!bytes.starts_with("\x1f\x8b")) {
+    NiftiReader reader(bytes, name, most_voxels);
+    reader.read_header();
+    return reader.read_labels(bytes);
   }
-  return NiftiReader(bytes, name).read();
+  GzipReader gzip(bytes);
+  const auto read_to = [&](std::string& content, std::size_t size) {
+    const std::size_t have = content.size();
+    content.resize(size);
+    const auto got = gzip.read(std::span(content).subspan(have));
+    if (!got) throw UserError(name + ": its compressed data are damaged or cut short; copy the file again");
+    content.resize(have + *got);
+  };
+  std::string content;
+  read_to(content, kNifti2.size);
+  NiftiReader reader(content, name, most_voxels);
+  const std::size_t size = reader.read_header();
+  if (!can_inflate_to(bytes.size(), size))
+    throw UserError(name + ": dim: are of " + std::to_string(size) + " bytes, but the file has " +
+                    std::to_string(bytes.size()) + " compressed ones; it is cut off, copy it again");
+  std::string file = content;
+  if (size > file.size()) read_to(file, size);
+  return reader.read_labels(file);
 }
 
 }  // namespace brachy

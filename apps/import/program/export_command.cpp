@@ -13,10 +13,12 @@
 #include "core/brachytherapy/dose/dose_nrrd.h"
 #include "core/brachytherapy/dose/dose_seed_file.h"
 #include "core/brachytherapy/dose/implant_dose.h"
+#include "core/brachytherapy/hdr/hdr_plan_file.h"
 #include "core/brachytherapy/plan/plan_file.h"
 #include "core/geometry/label_map/rasterise.h"
 #include "core/geometry/mesh_io/mesh_file.h"
 #include "core/geometry/surface/surface_check.h"
+#include "core/geometry/volume/file_bytes.h"
 #include "core/scene/file/scene_file.h"
 #include "core/scene/load_structures.h"
 
@@ -69,20 +71,40 @@ void replace_surface(std::vector<Structure>& structures, const std::string& text
   structure->mesh = std::move(prepared.mesh);
 }
 
+/// The scene's plan or the one that was named, of either kind, and its sources for the dose.
+struct ExportedPlan {
+  std::optional<Plan> permanent;
+  std::optional<HdrPlan> hdr;
+  std::string text;
+  std::vector<DoseSeed> seeds;
+  bool is_empty() const { return !permanent && !hdr; }
+};
+
+ExportedPlan plan_of(const ExportLine& line, const Scene& scene) {
+  ExportedPlan plan;
+  if (!line.plan && scene.plan_file.empty()) return plan;
+  const std::filesystem::path file = line.plan ? *line.plan : scene.resolve(scene.plan_file);
+  constexpr std::size_t kMostPlanBytes = std::size_t{1} << 20;
+  const TemplateGrid& grid = scene.template_grid;
+  if (scene.implant.is_hdr() || is_hdr_plan(file_bytes(file, kMostPlanBytes))) {
+    plan.hdr = load_hdr_plan(file, grid, scene.needle.length_mm);
+    plan.text = to_toml(*plan.hdr);
+    plan.seeds = as_seeds(plan.hdr->dwells(grid), plan.hdr->source, plan.hdr->source_strength_u);
+  } else {
+    plan.permanent = load_plan(file, grid, scene.needle.length_mm);
+    plan.text = to_toml(*plan.permanent);
+    for (const PlannedSeed& seed : plan.permanent->seeds(grid)) plan.seeds.push_back(seed);
+  }
+  return plan;
+}
+
 int run(const ExportLine& line) {
   const Scene scene = load_scene(line.scene);
   std::vector<Structure> structures = load_structures(scene);
   for (const std::string& text : line.surfaces) replace_surface(structures, text);
-  std::optional<Plan> plan;
-  if (line.plan)
-    plan = load_plan(*line.plan, scene.template_grid, scene.needle.length_mm);
-  else if (!scene.plan_file.empty())
-    plan = load_plan(scene.resolve(scene.plan_file), scene.template_grid, scene.needle.length_mm);
-  std::vector<DoseSeed> seeds;
-  if (line.seeds)
-    seeds = load_dose_seeds(*line.seeds);
-  else if (plan)
-    for (const PlannedSeed& seed : plan->seeds(scene.template_grid)) seeds.push_back(seed);
+  const ExportedPlan plan = plan_of(line, scene);
+  std::vector<DoseSeed> seeds = plan.seeds;
+  if (line.seeds) seeds = load_dose_seeds(*line.seeds);
   std::error_code ignored;
   std::filesystem::create_directories(line.dicom, ignored);
   if (!std::filesystem::is_directory(line.dicom))
@@ -90,7 +112,7 @@ int run(const ExportLine& line) {
   if (!line.force && !std::filesystem::is_empty(line.dicom))
     throw UserError(line.dicom.string() + ": is not empty; choose another --dicom, or give --force");
 
-  std::string content = scene.name + (plan ? to_toml(*plan) : "") + line.date;
+  std::string content = scene.name + plan.text + line.date;
   for (const Structure& s : structures) {
     content += s.name;
     for (const Vec3& v : s.mesh.vertices)
@@ -105,15 +127,18 @@ int run(const ExportLine& line) {
   write_text(line.dicom / "structures.seg.nrrd",
              to_seg_nrrd(label_map_of(structures, scene.dose.spacing_mm)));
   std::string written = "rtstruct.dcm, structures.seg.nrrd";
-  if (plan) {
-    write_rt_plan(line.dicom / "rtplan.dcm", ids, *plan, scene.template_grid);
+  if (!plan.is_empty()) {
+    if (plan.hdr)
+      write_rt_plan(line.dicom / "rtplan.dcm", ids, *plan.hdr, scene.template_grid);
+    else
+      write_rt_plan(line.dicom / "rtplan.dcm", ids, *plan.permanent, scene.template_grid);
     written += ", rtplan.dcm";
   }
   if (!seeds.empty()) {
     progress.show(0.5, "dose");
     ImplantDose dose(structures, scene.dose);
     for (const DoseSeed& seed : seeds) dose.add(seed);
-    write_rt_dose(line.dicom / "rtdose.dcm", ids, dose.grid(), plan.has_value(), std::stoi(line.dose_bits));
+    write_rt_dose(line.dicom / "rtdose.dcm", ids, dose.grid(), !plan.is_empty(), std::stoi(line.dose_bits));
     write_text(line.dicom / "dose.nrrd", to_nrrd(dose.grid()));
     written += ", rtdose.dcm, dose.nrrd";
   }
@@ -146,8 +171,9 @@ Tool export_dicom_tool() {
   brachy export --dicom out/dicom --config patient/scene.toml --plan patient/plan.toml --slice-mm 1
   brachy export --dicom out/dicom --config config/session.toml --surface prostate=deformed.ply --seeds seeds.csv
 Writes rtstruct.dcm, and structures.seg.nrrd for 3D Slicer; with a plan rtplan.dcm (an application setup for each
-needle, a channel for each seed); with seeds rtdose.dcm and dose.nrrd, the total dose on the grid of [dose]. UIDs come
-from the content: the same export has the same bytes. The patient is called as the scene is.
+needle, a channel for each seed; of an HDR plan a channel for each catheter, with its dwells); with seeds or dwells
+rtdose.dcm and dose.nrrd, the total dose on the grid of [dose]. UIDs come from the content: the same export has the
+same bytes. The patient is called as the scene is.
 Exit codes: 0 done, 1 the disk failed, 2 bad input.)",
                                declare, run);
 }

@@ -24,4 +24,10 @@ struct LabelMap {
   std::vector<Segment> segments;
 };
 
+/// One segment for each value but 0 that occurs, layer by layer, by increasing value.
+void add_segments_by_value(LabelMap& map);
+
+/// Axes of a map are no nearer to one plane than 6°: place_fault's `independence`.
+inline constexpr double kLabelIndependence = 0.1;
+
 }  // namespace brachy

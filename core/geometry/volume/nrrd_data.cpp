@@ -1,28 +1,21 @@
 #include "core/geometry/volume/nrrd_data.h"
 
-#include <zlib.h>
-
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <charconv>
 #include <cmath>
 #include <cstdint>
-#include <cstring>
 #include <limits>
-#include <optional>
-#include <span>
 #include <utility>
 
 #include "core/base/error.h"
 #include "core/base/number_text.h"
 #include "core/base/one_line.h"
+#include "core/geometry/volume/gzip.h"
 
 namespace brachy {
 namespace {
 
-// A byte of deflate's stream makes at most 1032 (zlib's technical notes), and its headers take 20.
-constexpr std::size_t kMostInflation = 1032, kGzipOverhead = 20;
 constexpr std::size_t kChunk = std::size_t{1} << 16;  // whole values of any type
 constexpr double kLargestWhole = 16777216;            // 2^24: every float below is exact
 
@@ -38,50 +31,14 @@ constexpr double kLargestWhole = 16777216;            // 2^24: every float below
                         .append("; it is damaged, save it again"));
 }
 
-template <class Word>
-Word word_at(const char* bytes, bool is_big_endian) {
-  Word word = 0;
-  for (std::size_t k = 0; k < sizeof(Word); ++k) {
-    const auto byte =
-        static_cast<Word>(static_cast<unsigned char>(bytes[is_big_endian ? sizeof(Word) - 1 - k : k]));
-    word = static_cast<Word>(word | static_cast<Word>(byte << (8 * k)));
-  }
-  return word;
-}
-
-double value_at(const char* bytes, NrrdType type, bool big) {
-  switch (type) {
-    case NrrdType::kInt8:
-      return std::bit_cast<std::int8_t>(bytes[0]);
-    case NrrdType::kUint8:
-      return static_cast<unsigned char>(bytes[0]);
-    case NrrdType::kInt16:
-      return std::bit_cast<std::int16_t>(word_at<std::uint16_t>(bytes, big));
-    case NrrdType::kUint16:
-      return word_at<std::uint16_t>(bytes, big);
-    case NrrdType::kInt32:
-      return std::bit_cast<std::int32_t>(word_at<std::uint32_t>(bytes, big));
-    case NrrdType::kUint32:
-      return word_at<std::uint32_t>(bytes, big);
-    case NrrdType::kFloat:
-      return static_cast<double>(std::bit_cast<float>(word_at<std::uint32_t>(bytes, big)));
-    case NrrdType::kDouble:
-      return std::bit_cast<double>(word_at<std::uint64_t>(bytes, big));
-  }
-  return 0;
-}
-
-/// Takes values one after another.
-class Values {
+/// Takes values one after another, as floats that hold them exactly.
+class FloatValues {
  public:
-  Values(const NrrdHeader& header, const std::string& name)
-      : header_(header),
-        name_(name),
-        is_integer_(header.type != NrrdType::kFloat && header.type != NrrdType::kDouble) {}
+  FloatValues(const NrrdHeader& header, const std::string& name) : header_(header), name_(name) {}
   // Not before it is known that the data can hold them.
-  void reserve() { values_.reserve(header_.grid.count()); }
+  void reserve() { values_.reserve(header_.count()); }
   void add(double value) {
-    if (is_integer_ && std::abs(value) > kLargestWhole)
+    if (!header_.type.is_real && std::abs(value) > kLargestWhole)
       refuse_data(name_,
                   "has the value " + text_of(value) +
                       ", and whole numbers beyond 16777216 are not read; convert it to int16 or uint16");
@@ -92,9 +49,8 @@ class Values {
     values_.push_back(single);
   }
   void add_bytes(std::string_view bytes) {
-    const std::size_t size = size_of(header_.type);
-    for (std::size_t at = 0; at + size <= bytes.size(); at += size)
-      add(value_at(&bytes[at], header_.type, header_.is_big_endian));
+    const std::size_t size = header_.type.bytes;
+    for (std::size_t at = 0; at + size <= bytes.size(); at += size) add(voxel_value(bytes, at, header_.type));
   }
   std::vector<float> take() { return std::move(values_); }
   std::size_t count() const { return values_.size(); }
@@ -102,74 +58,46 @@ class Values {
  private:
   const NrrdHeader& header_;
   const std::string& name_;
-  bool is_integer_;
   std::vector<float> values_;
 };
 
-std::vector<float> raw_values(const NrrdHeader& header, std::string_view data, const std::string& name) {
-  const std::size_t needed = header.grid.count() * size_of(header.type);
+/// Takes values one after another, as labels.
+class LabelValues {
+ public:
+  LabelValues(const NrrdHeader& header, const std::string& name) : header_(header), name_(name) {}
+  void reserve() { values_.reserve(header_.count()); }
+  void add(double value) { values_.push_back(label_of(value, name_)); }
+  void add_bytes(std::string_view bytes) { append_labels(values_, bytes, header_.type, name_); }
+  std::vector<std::uint16_t> take() { return std::move(values_); }
+  std::size_t count() const { return values_.size(); }
+
+ private:
+  const NrrdHeader& header_;
+  const std::string& name_;
+  std::vector<std::uint16_t> values_;
+};
+
+template <class Values>
+void read_raw(const NrrdHeader& header, std::string_view data, const std::string& name, Values& values) {
+  const std::size_t needed = header.data_bytes();
   if (header.is_at_end)
     data.remove_prefix(data.size() - std::min(needed, data.size()));
   else
     data.remove_prefix(std::min(header.byte_skip, data.size()));
   if (data.size() != needed) refuse_size(name, std::to_string(data.size()) + " bytes", needed);
-  Values values(header, name);
   values.reserve();
   values.add_bytes(data);
-  return values.take();
 }
 
-/// zlib's stream of a gzip file.
-class Inflater {
- public:
-  explicit Inflater(std::string_view data) : left_(data) {
-    if (inflateInit2(&stream_, 16 + MAX_WBITS) != Z_OK)
-      throw UserError("zlib cannot be started; free some memory");
-  }
-  ~Inflater() { inflateEnd(&stream_); }
-  Inflater(const Inflater&) = delete;
-  Inflater& operator=(const Inflater&) = delete;
-
-  /// Fills `out`; fewer bytes than it has: the data's end. Nothing: they are damaged.
-  std::optional<std::size_t> read(std::span<char> out) {
-    std::size_t done = 0;
-    while (done < out.size() && !is_at_end_) {
-      const auto in = static_cast<uInt>(std::min(left_.size(), kChunk));
-      // zlib does not write to its input.
-      stream_.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(left_.data()));
-      stream_.avail_in = in;
-      stream_.next_out = reinterpret_cast<Bytef*>(out.data() + done);
-      stream_.avail_out = static_cast<uInt>(out.size() - done);
-      const uInt space = stream_.avail_out;
-      const int result = inflate(&stream_, Z_NO_FLUSH);
-      left_.remove_prefix(in - stream_.avail_in);
-      done += space - stream_.avail_out;
-      if (result == Z_STREAM_END) {
-        // Files may be several streams, one after another; zeros after the last are padding.
-        left_.remove_prefix(std::min(left_.find_first_not_of('\0'), left_.size()));
-        is_at_end_ = left_.empty();
-        if (!is_at_end_ && inflateReset(&stream_) != Z_OK) return std::nullopt;
-      } else if (result != Z_OK || (in == stream_.avail_in && space == stream_.avail_out)) {
-        return std::nullopt;
-      }
-    }
-    return done;
-  }
-
- private:
-  z_stream stream_{};
-  std::string_view left_;
-  bool is_at_end_ = false;
-};
-
-std::vector<float> gzip_values(const NrrdHeader& header, std::string_view data, const std::string& name) {
-  const std::size_t needed = header.grid.count() * size_of(header.type);
-  if (needed / kMostInflation > data.size() + kGzipOverhead)
+template <class Values>
+void read_gzip(const NrrdHeader& header, std::string_view data, const std::string& name, Values& values) {
+  const std::size_t needed = header.data_bytes();
+  if (!can_inflate_to(data.size(), needed))
     refuse_size(name, std::to_string(data.size()) + " compressed bytes", needed);
-  Inflater inflater(data);
+  GzipReader gzip(data);
   std::array<char, kChunk> chunk;
   const auto read = [&](std::size_t size) {
-    const auto got = inflater.read({chunk.data(), size});
+    const auto got = gzip.read({chunk.data(), size});
     if (!got) refuse_data(name, "its compressed data are damaged or cut short; save it again");
     return *got;
   };
@@ -179,7 +107,6 @@ std::vector<float> gzip_values(const NrrdHeader& header, std::string_view data, 
     if (got == 0) refuse_data(name, "\"byte skip\" goes beyond its data; save it again");
     skip -= got;
   }
-  Values values(header, name);
   values.reserve();
   std::size_t done = 0;
   while (done < needed) {
@@ -189,15 +116,14 @@ std::vector<float> gzip_values(const NrrdHeader& header, std::string_view data, 
     if (got < wanted) refuse_size(name, std::to_string(done) + " bytes", needed);
   }
   if (read(1) != 0) refuse_size(name, "more bytes", needed);
-  return values.take();
 }
 
-std::vector<float> text_values(const NrrdHeader& header, std::string_view data, const std::string& name) {
-  const std::size_t needed = header.grid.count();
+template <class Values>
+void read_text(const NrrdHeader& header, std::string_view data, const std::string& name, Values& values) {
+  const std::size_t needed = header.count();
   data.remove_prefix(std::min(header.byte_skip, data.size()));
   if (data.size() / 2 + 1 < needed)
     refuse_size(name, "at most " + std::to_string(data.size() / 2 + 1) + " numbers", needed);
-  Values values(header, name);
   values.reserve();
   constexpr std::string_view kSpace = " \t\r\n,";
   while (true) {
@@ -216,22 +142,54 @@ std::vector<float> text_values(const NrrdHeader& header, std::string_view data, 
     data.remove_prefix(word.size());
   }
   if (values.count() != needed) refuse_size(name, std::to_string(values.count()) + " numbers", needed);
-  return values.take();
 }
 
-}  // namespace
-
-std::vector<float> parse_nrrd_data(const NrrdHeader& header, std::string_view bytes,
-                                   const std::string& name) {
+template <class Values>
+auto values_of(const NrrdHeader& header, std::string_view bytes, const std::string& name) {
   std::string_view data = bytes.substr(std::min(header.data_begin, bytes.size()));
   for (std::size_t line = 0; line < header.line_skip; ++line) {
     const std::size_t end = data.find('\n');
     if (end == std::string_view::npos) refuse_data(name, "\"line skip\" goes beyond its data; save it again");
     data.remove_prefix(end + 1);
   }
-  if (header.encoding == NrrdEncoding::kRaw) return raw_values(header, data, name);
-  if (header.encoding == NrrdEncoding::kGzip) return gzip_values(header, data, name);
-  return text_values(header, data, name);
+  Values values(header, name);
+  if (header.encoding == NrrdEncoding::kRaw)
+    read_raw(header, data, name, values);
+  else if (header.encoding == NrrdEncoding::kGzip)
+    read_gzip(header, data, name, values);
+  else
+    read_text(header, data, name, values);
+  return values.take();
+}
+
+}  // namespace
+
+std::uint16_t label_of(double value, const std::string& name) {
+  if (!(value >= 0 && value <= 65535) || value != std::floor(value))
+    refuse_data(name,
+                "has the voxel value " + text_of(value) +
+                    ", so it is an image, not a label map; give a segmentation with whole labels 0 … 65535");
+  return static_cast<std::uint16_t>(value);
+}
+
+void append_labels(std::vector<std::uint16_t>& labels, std::string_view bytes, const VoxelType& type,
+                   const std::string& name) {
+  if (type.bytes == 1 && !type.is_signed) {
+    for (const char byte : bytes) labels.push_back(static_cast<unsigned char>(byte));
+    return;
+  }
+  for (std::size_t at = 0; at + type.bytes <= bytes.size(); at += type.bytes)
+    labels.push_back(label_of(voxel_value(bytes, at, type), name));
+}
+
+std::vector<float> parse_nrrd_data(const NrrdHeader& header, std::string_view bytes,
+                                   const std::string& name) {
+  return values_of<FloatValues>(header, bytes, name);
+}
+
+std::vector<std::uint16_t> parse_nrrd_labels(const NrrdHeader& header, std::string_view bytes,
+                                             const std::string& name) {
+  return values_of<LabelValues>(header, bytes, name);
 }
 
 }  // namespace brachy

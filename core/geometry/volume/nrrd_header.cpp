@@ -13,13 +13,12 @@
 #include "core/base/error.h"
 #include "core/base/number_text.h"
 #include "core/base/one_line.h"
+#include "core/geometry/volume/place_fault.h"
 
 namespace brachy {
 namespace {
 
 constexpr std::size_t kMaxHeaderBytes = std::size_t{1} << 20;
-constexpr double kShortestStepMm = 1e-4, kLongestStepMm = 1e3, kFarthestMm = 1e6;
-constexpr double kLeastIndependence = 1e-3;  // of three unit steps' determinant
 
 [[noreturn]] void refuse(const std::string& name, const std::string& what) {
   throw UserError(name + ": " + what);
@@ -59,7 +58,7 @@ std::optional<Number> number_of(std::string_view word) {
   return value;
 }
 
-/// The fields by their names in lower case; key/value pairs are left out.
+/// The fields by their names in lower case, and the key/value pairs.
 class Fields {
  public:
   Fields(std::string_view bytes, const std::string& name) : name_(name) {
@@ -83,7 +82,10 @@ class Fields {
         refuse(name, "line " + std::to_string(line_number) + " of the header, \"" +
                          one_short_line(std::string(line)) +
                          "\", is no \"field: value\"; save the volume again");
-      if (line.substr(colon + 1).starts_with('=')) continue;
+      if (line.substr(colon + 1).starts_with('=')) {
+        keys_.insert_or_assign(std::string(line.substr(0, colon)), trimmed(line.substr(colon + 2)));
+        continue;
+      }
       const std::string field = lower_case(trimmed(line.substr(0, colon)));
       if (!values_.emplace(field, trimmed(line.substr(colon + 1))).second)
         refuse(name, "the header has \"" + one_short_line(field) + "\" twice; save the volume again");
@@ -92,6 +94,7 @@ class Fields {
   }
 
   std::size_t end() const { return end_; }
+  std::map<std::string, std::string> take_keys() { return std::move(keys_); }
   std::optional<std::string_view> find(std::initializer_list<const char*> spellings) const {
     for (const char* spelling : spellings)
       if (const auto it = values_.find(spelling); it != values_.end()) return it->second;
@@ -109,25 +112,34 @@ class Fields {
  private:
   const std::string& name_;
   std::map<std::string, std::string_view> values_;
+  std::map<std::string, std::string> keys_;
   std::size_t end_ = 0;
 };
 
-NrrdType type_of(const Fields& fields) {
+VoxelType type_of(const Fields& fields) {
   const std::string_view value = fields.need("type", "save the volume again");
   const std::string type = lower_case(value);
   const auto is_one_of = [&](std::initializer_list<const char*> names) {
     return std::ranges::find(names, type) != names.end();
   };
-  if (is_one_of({"signed char", "int8", "int8_t"})) return NrrdType::kInt8;
-  if (is_one_of({"uchar", "unsigned char", "uint8", "uint8_t"})) return NrrdType::kUint8;
+  const auto whole = [](std::size_t bytes, bool is_signed) {
+    return VoxelType{bytes, is_signed, false, false};
+  };
+  if (is_one_of({"signed char", "int8", "int8_t"})) return whole(1, true);
+  if (is_one_of({"uchar", "unsigned char", "uint8", "uint8_t"})) return whole(1, false);
   if (is_one_of({"short", "short int", "signed short", "signed short int", "int16", "int16_t"}))
-    return NrrdType::kInt16;
+    return whole(2, true);
   if (is_one_of({"ushort", "unsigned short", "unsigned short int", "uint16", "uint16_t"}))
-    return NrrdType::kUint16;
-  if (is_one_of({"int", "signed int", "int32", "int32_t"})) return NrrdType::kInt32;
-  if (is_one_of({"uint", "unsigned int", "uint32", "uint32_t"})) return NrrdType::kUint32;
-  if (is_one_of({"float"})) return NrrdType::kFloat;
-  if (is_one_of({"double"})) return NrrdType::kDouble;
+    return whole(2, false);
+  if (is_one_of({"int", "signed int", "int32", "int32_t"})) return whole(4, true);
+  if (is_one_of({"uint", "unsigned int", "uint32", "uint32_t"})) return whole(4, false);
+  if (is_one_of({"longlong", "long long", "long long int", "signed long long", "signed long long int",
+                 "int64", "int64_t"}))
+    return whole(8, true);
+  if (is_one_of({"ulonglong", "unsigned long long", "unsigned long long int", "uint64", "uint64_t"}))
+    return whole(8, false);
+  if (is_one_of({"float"})) return {4, true, true, false};
+  if (is_one_of({"double"})) return {8, true, true, false};
   fields.bad("type", value, "not readable; convert it to uint8, int16, uint16 or float");
 }
 
@@ -170,58 +182,73 @@ std::optional<Vec3> next_vector(std::string_view& text) {
   return v;
 }
 
-void read_sizes(const Fields& fields, const std::string& name, const NrrdLimits& limits, VoxelGrid& grid) {
-  const std::string_view dimension = fields.need("dimension", "save the volume again");
-  if (dimension != "3")
-    fields.bad("dimension", dimension,
-               "only volumes of three dimensions are read; save one volume of it as 3-D");
+/// The text of "space directions" without the "none" of the axis of layers.
+std::string_view directions_of(const Fields& fields, NrrdHeader& header, bool has_layers) {
+  const std::string_view text =
+      fields.need("space directions", "its place in the patient is not known: save it with orientation");
+  if (!has_layers) return text;
+  std::string_view rest = trimmed(text);
+  header.are_layers_last = !rest.starts_with("none");
+  if (!header.are_layers_last)
+    rest.remove_prefix(4);
+  else if (rest.ends_with("none"))
+    rest.remove_suffix(4);
+  else
+    fields.bad("space directions", text,
+               "must be none for the axis of layers, the first or last; correct it");
+  return rest;
+}
+
+void read_sizes(const Fields& fields, const std::string& name, const NrrdLimits& limits, bool has_layers,
+                NrrdHeader& header) {
   const std::string_view text = fields.need("sizes", "save the volume again");
   const auto words = words_of(text);
-  if (words.size() != 3) fields.bad("sizes", text, "give three");
+  if (words.size() != (has_layers ? 4 : 3))
+    fields.bad("sizes", text, has_layers ? "give four" : "give three");
   std::size_t count = 1;
-  for (std::size_t k = 0; k < 3; ++k) {
+  std::array<std::size_t, 4> sizes{};
+  for (std::size_t k = 0; k < words.size(); ++k) {
     const auto size = number_of<std::size_t>(words[k]);
     if (!size || *size == 0) fields.bad("sizes", text, "each is a whole number of 1 or more");
     if (*size > limits.max_values / count)
       refuse(name, "\"sizes: " + one_short_line(std::string(text)) + "\" are more than the " +
                        std::to_string(limits.max_values) +
                        " values that are read; crop or resample the volume");
-    grid.size[k] = *size;
+    sizes[k] = *size;
     count *= *size;
   }
+  const std::size_t first = has_layers && !header.are_layers_last ? 1 : 0;
+  if (has_layers) header.layers = sizes[first == 1 ? 0 : 3];
+  if (header.layers > limits.max_layers)
+    fields.bad("sizes", text,
+               "more than " + std::to_string(limits.max_layers) + " layers; export fewer segments");
+  for (std::size_t k = 0; k < 3; ++k) header.grid.size[k] = sizes[first + k];
 }
 
-void read_place(const Fields& fields, const std::string& name, VoxelGrid& grid) {
+void read_place(const Fields& fields, const std::string& name, std::string_view directions, VoxelGrid& grid) {
   const Vec3 signs = signs_of_space(fields);
   if (const auto units = fields.find({"space units"})) {
     const auto words = words_of(*units);
     if (std::ranges::any_of(words, [](std::string_view unit) { return unit != "\"mm\"" && unit != "mm"; }))
       fields.bad("space units", *units, "save it in mm");
   }
-  const std::string_view directions =
-      fields.need("space directions", "its place in the patient is not known: save it with orientation");
   std::string_view rest = directions;
   for (int k = 0; k < 3; ++k) {
     const auto step = next_vector(rest);
     if (!step)
       fields.bad("space directions", directions, "give three vectors (x,y,z), none of them \"none\"");
-    const double length = step->norm();
-    if (!(length >= kShortestStepMm && length <= kLongestStepMm))
-      refuse(name, "step " + std::to_string(k + 1) + " of \"space directions\" is " + text_of(length) +
-                       " mm long, and voxels are 0.0001 to 1000; correct it, or the unit");
     grid.steps.col(k) = signs.cwiseProduct(*step);
   }
   if (!trimmed(rest).empty()) fields.bad("space directions", directions, "give three vectors (x,y,z)");
-  const double independence = std::abs(grid.steps.colwise().normalized().determinant());
-  if (!(independence >= kLeastIndependence))
-    fields.bad("space directions", directions, "they lie in a plane; correct them");
   const std::string_view origin =
       fields.need("space origin", "its place in the patient is not known: save it with orientation");
   rest = origin;
   const auto at = next_vector(rest);
-  if (!at || !trimmed(rest).empty() || !at->allFinite() || at->cwiseAbs().maxCoeff() > kFarthestMm)
+  if (!at || !trimmed(rest).empty() || !at->allFinite())
     fields.bad("space origin", origin, "give one vector (x,y,z), mm");
   grid.origin = signs.cwiseProduct(*at);
+  if (const std::string fault = place_fault(grid); !fault.empty())
+    refuse(name, "\"space directions\" and \"space origin\": " + fault);
 }
 
 std::size_t skip_of(const Fields& fields, std::initializer_list<const char*> spellings) {
@@ -234,46 +261,37 @@ std::size_t skip_of(const Fields& fields, std::initializer_list<const char*> spe
 
 }  // namespace
 
-std::size_t size_of(NrrdType type) {
-  switch (type) {
-    case NrrdType::kInt8:
-    case NrrdType::kUint8:
-      return 1;
-    case NrrdType::kInt16:
-    case NrrdType::kUint16:
-      return 2;
-    case NrrdType::kInt32:
-    case NrrdType::kUint32:
-    case NrrdType::kFloat:
-      return 4;
-    case NrrdType::kDouble:
-      return 8;
-  }
-  return 1;
-}
-
 NrrdHeader parse_nrrd_header(std::string_view bytes, const std::string& name, const NrrdLimits& limits) {
-  const Fields fields(bytes, name);
+  Fields fields(bytes, name);
   if (fields.find({"data file", "datafile"}))
     refuse(name, "its data are in another file, which is not opened; save header and data as one .nrrd");
   NrrdHeader header;
   header.data_begin = fields.end();
   header.type = type_of(fields);
   header.encoding = encoding_of(fields);
-  if (size_of(header.type) > 1 && header.encoding != NrrdEncoding::kText) {
+  if (header.type.bytes > 1 && header.encoding != NrrdEncoding::kText) {
     const std::string_view endian = fields.need("endian", "save the volume again");
-    header.is_big_endian = lower_case(endian) == "big";
-    if (!header.is_big_endian && lower_case(endian) != "little")
+    header.type.is_big_endian = lower_case(endian) == "big";
+    if (!header.type.is_big_endian && lower_case(endian) != "little")
       fields.bad("endian", endian, "give little or big");
   }
-  read_sizes(fields, name, limits, header.grid);
-  read_place(fields, name, header.grid);
+  const std::string_view dimension = fields.need("dimension", "save the volume again");
+  const bool has_layers = dimension == "4" && limits.max_layers > 1;
+  if (dimension != "3" && !has_layers)
+    fields.bad("dimension", dimension,
+               limits.max_layers > 1
+                   ? "three axes are read, or layers and three axes; export it as a segmentation or label map"
+                   : "only volumes of three dimensions are read; save one volume of it as 3-D");
+  const std::string_view directions = directions_of(fields, header, has_layers);
+  read_sizes(fields, name, limits, has_layers, header);
+  read_place(fields, name, directions, header.grid);
   header.line_skip = skip_of(fields, {"line skip", "lineskip"});
   const auto byte_skip = fields.find({"byte skip", "byteskip"});
   header.is_at_end = byte_skip == "-1";
   if (header.is_at_end && header.encoding != NrrdEncoding::kRaw)
     fields.bad("byte skip", *byte_skip, "only raw data may have it; save the volume again");
   if (!header.is_at_end) header.byte_skip = skip_of(fields, {"byte skip", "byteskip"});
+  header.keys = fields.take_keys();
   return header;
 }
 

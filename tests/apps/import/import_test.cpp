@@ -5,7 +5,9 @@
 #include "apps/import/case/case_plan.h"
 #include "apps/import/case/volume_nrrd.h"
 #include "core/base/error.h"
+#include "core/brachytherapy/hdr/hdr_plan_file.h"
 #include "core/brachytherapy/plan/plan_file.h"
+#include "core/geometry/label_map/label_nrrd.h"
 #include "core/geometry/label_map/rasterise.h"
 #include "core/geometry/mesh_io/mesh_file.h"
 #include "core/geometry/surface/surface_check.h"
@@ -190,6 +192,47 @@ TEST_F(Import, ExportsObjectsInWhichDciodvfyFindsNoError) {
   }
 }
 
+// Channels, dwell positions and times of a fraction, and its dose, by an independent reader.
+TEST_F(Import, ExportsCathetersWithTheirDwellsAsAnIndependentReaderFindsThem) {
+  const TempFolder out;
+  const std::string scene = (kConfigFolder / "hdr.toml").string(), dicom = (out / "d").string();
+  const Ended ended = run_brachy({"export", "--dicom", dicom, "--config", scene, "--slice-mm", "5"});
+  ASSERT_TRUE(exited(ended, 0)) << ended.err;
+  const Ended read = run_python(
+      {"-c",
+       "import pydicom,json,sys\n"
+       "d=pydicom.dcmread(sys.argv[1]); r=[]\n"
+       "for c in d.ApplicationSetupSequence[0].ChannelSequence:\n"
+       "  p=c.BrachyControlPointSequence; u=float(c.ChannelTotalTime)/float(c.FinalCumulativeTimeWeight)\n"
+       "  for a,b in zip(p[::2],p[1::2]):\n"
+       "    r.append([*map(float,a.ControlPoint3DPosition),u*(float(b.CumulativeTimeWeight)-"
+       "float(a.CumulativeTimeWeight))])\n"
+       "print(json.dumps({'dwells':r,'type':d.BrachyTreatmentType,"
+       "'strength':float(d.SourceSequence[0].ReferenceAirKermaRate)}))\n",
+       dicom + "/rtplan.dcm"});
+  ASSERT_TRUE(exited(read, 0)) << read.err;
+  const nlohmann::json theirs = json_of(read);
+  const Scene loaded = load_scene(scene);
+  const HdrPlan plan =
+      load_hdr_plan(loaded.resolve(loaded.plan_file), loaded.template_grid, loaded.needle.length_mm);
+  EXPECT_EQ(theirs["type"], "HDR");
+  EXPECT_EQ(theirs["strength"], plan.source_strength_u);
+  ASSERT_EQ(theirs["dwells"].size(), plan.dwell_count());
+  std::size_t n = 0;
+  for (const Dwell& dwell : plan.dwells(loaded.template_grid)) {
+    if (dwell.seconds <= 0) continue;
+    const std::vector<double> theirs_n = theirs["dwells"][n++];
+    EXPECT_NEAR(theirs_n[0], -dwell.position.x(), 1e-9);
+    EXPECT_NEAR(theirs_n[1], -dwell.position.y(), 1e-9);
+    EXPECT_NEAR(theirs_n[2], dwell.position.z(), 1e-9);
+    EXPECT_NEAR(theirs_n[3], dwell.seconds, 1e-6);
+  }
+  EXPECT_TRUE(std::filesystem::exists(out / "d/rtdose.dcm"));
+  if (access("/usr/bin/dciodvfy", X_OK) != 0) return;
+  const Ended checked = run_process({"/usr/bin/dciodvfy", dicom + "/rtplan.dcm"});
+  EXPECT_EQ(checked.err.find("Error"), std::string::npos) << checked.err;
+}
+
 TEST_F(Import, ReadsEveryFormAndRefusesEveryMalformedOneInALineThatNamesFileAndTag) {
   const nlohmann::json variants = json_file(*folder_ / "v/variants.json");
   EXPECT_GE(variants.size(), 30u);
@@ -279,6 +322,61 @@ TEST_F(Import, BringsItsSegmentationBack) {
   EXPECT_EQ(json_file(out / "s/import.json")["structures"][0]["colour"], "#d55e00");
 }
 
+/// Of the voxels that one map has and the other has not, whether each has a neighbour, also across an edge or corner,
+/// in the other: then the Hausdorff distance of their voxels is at most a voxel's diagonal.
+::testing::AssertionResult lie_within_a_voxel(const VoxelGrid& grid, const std::vector<std::uint16_t>& a,
+                                              const std::vector<std::uint16_t>& b) {
+  const auto has_near = [&](const std::vector<std::uint16_t>& labels, std::array<std::size_t, 3> at) {
+    for (std::size_t k = at[2] == 0 ? 0 : at[2] - 1; k <= at[2] + 1 && k < grid.size[2]; ++k)
+      for (std::size_t j = at[1] == 0 ? 0 : at[1] - 1; j <= at[1] + 1 && j < grid.size[1]; ++j)
+        for (std::size_t i = at[0] == 0 ? 0 : at[0] - 1; i <= at[0] + 1 && i < grid.size[0]; ++i)
+          if (labels[grid.index(i, j, k)] != 0) return true;
+    return false;
+  };
+  for (std::size_t k = 0; k < grid.size[2]; ++k)
+    for (std::size_t j = 0; j < grid.size[1]; ++j)
+      for (std::size_t i = 0; i < grid.size[0]; ++i) {
+        const std::size_t n = grid.index(i, j, k);
+        if ((a[n] != 0) != (b[n] != 0) && !has_near(a[n] != 0 ? b : a, {i, j, k}))
+          return ::testing::AssertionFailure() << "voxel " << i << " " << j << " " << k << " is in one only";
+      }
+  return ::testing::AssertionSuccess();
+}
+
+// The same contours by another program: the surfaces that an import makes of them fill the same voxels.
+TEST_F(Import, FillsTheVoxelsThatPlastimatchFills) {
+  if (access("/usr/bin/plastimatch", X_OK) != 0) GTEST_SKIP() << "plastimatch is not installed";
+  const TempFolder out;
+  const std::string contours = (*folder_ / "dicom32/rtstruct.dcm").string();
+  const Ended ended = run_brachy({"import", contours, "--out", (out / "s").string()});
+  ASSERT_TRUE(exited(ended, 0)) << ended.err;
+  for (const Structure& structure : load_structures(load_scene(out / "s/scene.toml"))) {
+    const SurfaceBvh surface(structure.mesh);
+    // Voxels of 0.5 mm whose middles are in the planes of the contours, which are as far apart.
+    const auto before = [](double mm) { return 0.5 * std::floor(2 * mm) - 0.75; };
+    const std::array<double, 3> origin = {before(-surface.max().x()), before(-surface.max().y()),
+                                          before(surface.min().z())};  // LPS
+    std::string dim, from;
+    for (int a = 0; a < 3; ++a) {
+      dim += std::to_string(static_cast<int>(2 * (surface.max()[a] - surface.min()[a])) + 5) + " ";
+      from += std::to_string(origin[static_cast<std::size_t>(a)]) + " ";
+    }
+    const Ended theirs = run_process({"/usr/bin/plastimatch", "convert", "--input", contours, "--origin",
+                                      from, "--spacing", "0.5 0.5 0.5", "--dim", dim, "--output-prefix",
+                                      (out / structure.name).string(), "--prefix-format", "nrrd"});
+    ASSERT_TRUE(exited(theirs, 0)) << theirs.err;
+    const LabelMap map =
+        parse_label_nrrd(read_file(out / structure.name / (structure.name + ".nrrd")), structure.name);
+    std::vector<std::uint16_t> ours(map.grid.count(), 0);
+    const std::size_t count = rasterise(surface, map.grid, 1, ours);
+    const auto filled = static_cast<std::size_t>(
+        std::ranges::count_if(map.layers.front(), [](std::uint16_t value) { return value != 0; }));
+    EXPECT_GT(filled, 1000u) << structure.name;
+    EXPECT_NEAR(static_cast<double>(count) / static_cast<double>(filled), 1, 0.01) << structure.name;
+    EXPECT_TRUE(lie_within_a_voxel(map.grid, ours, map.layers.front())) << structure.name;
+  }
+}
+
 // The prostate of a patient, rasterised at 1 mm, comes back; plan, daemon and score take the scene as it is.
 TEST_F(Import, TakesARealProstateAllTheWayToAPlan) {
   BRACHY_REQUIRE_DATA(data);
@@ -301,10 +399,23 @@ TEST_F(Import, TakesARealProstateAllTheWayToAPlan) {
   const SurfaceMesh back = surface_file(out / "s/prostate.ply");
   EXPECT_NEAR(enclosed_mm3(back) / enclosed_mm3(mesh), 1, 0.01);
   EXPECT_LT(surface_distance(mesh, back).p95_mm, 0.5);
-  const std::string plan = (out / "s/plan.toml").string();
+  const std::string plan = (out / "s/plan.toml").string(), needles = (out / "needles.csv").string();
   const Ended planned = run_brachy({"plan", "--generate", "--config", scene, "--out", plan});
-  EXPECT_TRUE(exited(planned, 0)) << planned.err;
-  EXPECT_TRUE(exited(run_brachyd({"--check-config", scene}), 0));
+  ASSERT_TRUE(exited(planned, 0)) << planned.err;
+  // The scene of a session with that plan, which the import has written too.
+  const std::string session = (out / "s/session.toml").string();
+  ASSERT_TRUE(exited(run_brachyd({"--check-config", session}), 0));
+  const Ended path = run_brachy({"plan", "--config", session, "--trajectory", needles, "--speed-mm-s", "200",
+                                 "--drop-speed-mm-s", "100"});
+  ASSERT_TRUE(exited(path, 0)) << path.err;
+  const std::string recording = (out / "recording").string();
+  const Ended ran = run_brachyd({"--config", session, "--port", "0", "--trajectory", needles, "--play",
+                                 "--duration", "15", "--session", recording},
+                                ChildProcess::Milliseconds(240'000));
+  ASSERT_TRUE(exited(ran, 0)) << ran.err;
+  const Ended scored = run_brachy({"score", recording, "--config", session, "--json"});
+  ASSERT_TRUE(exited(scored, 0)) << scored.err;
+  EXPECT_GT(json_of(scored).at("seeds").size(), 0u) << scored.out.substr(0, 2000);
 }
 
 TEST(CasePlan, DescribesItsTemplateAndReadsItBack) {

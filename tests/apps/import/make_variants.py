@@ -4,6 +4,8 @@
 
 usage: make_variants.py EXPORT OUT     writes OUT/NAME/… and OUT/variants.json: {"NAME": {"good": true} or
 {"refused": ["words of the message", …]}}
+       make_variants.py --seeds EXPORT CORPUS     writes first inputs of the fuzz targets rt_structure, rt_plan,
+rt_dose, label_nrrd and label_nifti, some hundred bytes each: CORPUS/TARGET/NAME
 """
 import gzip
 import json
@@ -58,7 +60,110 @@ def nifti(path, labels, affine, big=False):
     path.write_bytes(gzip.compress(bytes(header) + labels.astype(e + "i2").tobytes()))
 
 
+SEED_SYNTAXES = {"explicit": None, "implicit": ImplicitVRLittleEndian, "big_endian": ExplicitVRBigEndian,
+                 "deflated": DeflatedExplicitVRLittleEndian}
+
+
+def bare(data, keep):
+    """Nothing but what is read."""
+    for element in list(data):
+        if element.keyword not in ("Modality", "SOPClassUID", "SOPInstanceUID", *keep):
+            del data[element.tag]
+
+
+def small_sets(export):
+    """The export's three objects, as short as they can be."""
+    structures, plan, dose = (pydicom.dcmread(export / n) for n in NAMES)
+    bare(structures, ("StructureSetROISequence", "ROIContourSequence"))
+    structures.StructureSetROISequence = structures.StructureSetROISequence[:1]
+    structures.ROIContourSequence = structures.ROIContourSequence[:1]
+    roi = structures.ROIContourSequence[0]
+    contours = list(roi.ContourSequence)[::max(1, len(roi.ContourSequence) // 3)][:3]
+    for n, contour in enumerate(contours):
+        if "ContourImageSequence" in contour:
+            del contour.ContourImageSequence
+        z = 2 * n
+        contour.ContourData = [-9, -9, z, 9, -9, z, 9, 9, z, 0, 11, z, -9, 9, z]
+        contour.NumberOfContourPoints = 5
+    roi.ContourSequence = pydicom.Sequence(contours)
+    bare(plan, ("FrameOfReferenceUID", "BrachyTreatmentTechnique", "BrachyTreatmentType", "RTPlanDescription",
+                "SourceSequence", "ApplicationSetupSequence"))
+    plan.ApplicationSetupSequence = plan.ApplicationSetupSequence[:2]
+    for setup in plan.ApplicationSetupSequence:
+        setup.ChannelSequence = setup.ChannelSequence[:2]
+    bare(dose, ("FrameOfReferenceUID", "ImagePositionPatient", "ImageOrientationPatient", "PixelSpacing", "DoseUnits",
+                "DoseGridScaling", "SamplesPerPixel", "PhotometricInterpretation", "PixelRepresentation"))
+    dose.Rows, dose.Columns, dose.NumberOfFrames = 3, 4, 2
+    dose.GridFrameOffsetVector = [0, 2]
+    dose.BitsAllocated, dose.BitsStored, dose.HighBit = 16, 16, 15
+    dose.PixelData = np.arange(24, dtype="<u2").tobytes()
+    return {"rt_structure": structures, "rt_plan": plan, "rt_dose": dose}
+
+
+def seeds(export, corpus):
+    for target in ("rt_structure", "rt_plan", "rt_dose", "label_nrrd", "label_nifti"):
+        (corpus / target).mkdir(parents=True, exist_ok=True)
+    scratch = corpus / "scratch"
+
+    def store(target, name, data, uid):
+        if uid:
+            data.file_meta.TransferSyntaxUID = uid
+            data.is_little_endian = uid != ExplicitVRBigEndian
+            data.is_implicit_VR = uid == ImplicitVRLittleEndian
+        data.save_as(scratch)
+        (corpus / target / name).write_bytes(scratch.read_bytes()[132:])  # a target adds preamble and "DICM"
+
+    for name, uid in SEED_SYNTAXES.items():
+        for target, data in small_sets(export).items():
+            if target == "rt_dose" and name == "big_endian":
+                data.PixelData = np.arange(24, dtype=">u2").tobytes()
+            store(target, name, data, uid)
+    packed = small_sets(export)["rt_dose"]
+    packed.compress(RLELossless)
+    store("rt_dose", "rle", packed, None)
+    wide = small_sets(export)["rt_dose"]
+    wide.BitsAllocated, wide.BitsStored, wide.HighBit = 32, 32, 31
+    wide.PixelData = np.arange(24, dtype="<u4").tobytes()
+    store("rt_dose", "wide", wide, None)
+
+    # The first byte: whether the target compresses what follows.
+    mask = box_map((1, 1, 1), (6, 5, 4), (2, 2, 1.5)).astype(np.uint8)
+    keys = ("Segment0_ID:=Segment_1\nSegment0_Name:=Prostate\nSegment0_Color:=0.8 0.4 0.1\nSegment0_LabelValue:=1\n"
+            "Segment0_Layer:=0\n")
+    for name, labels, kind, encoding in (("bytes", mask, "uint8", "raw"), ("gzip", mask, "uint8", "gzip"),
+                                         ("int64", mask.astype("<i8"), "int64", "raw"),
+                                         ("double", mask.astype("<f8"), "double", "raw")):
+        nrrd(scratch, labels, np.eye(3), np.zeros(3), keys if name == "gzip" else "", encoding, kind)
+        (corpus / "label_nrrd" / name).write_bytes(b"\0" + scratch.read_bytes())
+    layers = scratch.read_bytes().replace(b"dimension: 3", b"dimension: 4").replace(b"double", b"uint8")
+    layers = layers.replace(b"sizes: 6 5 4", b"sizes: 2 3 5 4").replace(b"directions: ", b"directions: none ")
+    layers = layers[:layers.index(b"\n\n") + 1] + keys.encode() + b"\n" + mask.tobytes()
+    (corpus / "label_nrrd" / "layers").write_bytes(b"\0" + layers)
+    (corpus / "label_nrrd" / "packed_layers").write_bytes(b"\1" + layers.replace(b"encoding: raw", b"encoding: gz"))
+    for name, big in (("little", False), ("big", True)):
+        nifti(scratch, mask, np.eye(4), big)
+        (corpus / "label_nifti" / f"gzip_{name}").write_bytes(b"\0" + scratch.read_bytes())
+        plain = gzip.decompress(scratch.read_bytes())
+        for packed in (0, 1):
+            (corpus / "label_nifti" / f"{name}{packed}").write_bytes(bytes([packed]) + plain)
+    e = "<"
+    second = bytearray(544)
+    struct.pack_into(e + "i", second, 0, 540)
+    second[4:12] = b"n+2\0\r\n\x1a\n"
+    struct.pack_into(e + "hh", second, 12, 2, 8)
+    struct.pack_into(e + "8q", second, 16, 3, 6, 5, 4, 1, 1, 1, 1)
+    struct.pack_into(e + "8d", second, 104, 1, 1, 1, 1, 1, 1, 1, 1)
+    struct.pack_into(e + "q", second, 168, 544)
+    struct.pack_into(e + "ii", second, 344, 1, 0)
+    struct.pack_into(e + "3d", second, 352, 0.1, 0.2, 0.3)
+    (corpus / "label_nifti" / "second").write_bytes(b"\0" + bytes(second) + mask.tobytes())
+    scratch.unlink()
+
+
 def main():
+    if sys.argv[1] == "--seeds":
+        seeds(pathlib.Path(sys.argv[2]), pathlib.Path(sys.argv[3]))
+        return
     export, out = pathlib.Path(sys.argv[1]), pathlib.Path(sys.argv[2])
     variants = {}
 

@@ -1,0 +1,21 @@
+// An RTDOSE or an image, from behind "DICM" on, read as both.
+#include "apps/import/dicom/rt_dose.h"
+#include "tests/fuzz/fuzzed_dicom.h"
+
+namespace brachy::fuzz {
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  reads_dicom(data, size, [](const DicomFile& file) {
+    reads("file: ", [&] {
+      const VoxelVolume dose = read_rt_dose(file);
+      EXPECT_EQ(dose.values.size(), dose.grid.count());
+    });
+    reads("file: ", [&] {
+      const VoxelVolume image = read_image_series({&file});
+      EXPECT_EQ(image.values.size(), image.grid.count());
+    });
+  });
+  return 0;
+}
+
+}  // namespace brachy::fuzz
