@@ -71,7 +71,7 @@ export class DvhPanel {
     }, data);
     this.legend.replaceChildren(
       ...dose.structures.map((structure, i) => legendItem(structure.name, colourOf(structure.name, i))),
-      ...(dose.withPlanned ? [legendItem('with the planned rest', 'dashed')] : []));
+      ...(dose.withPlanned ? [legendItem('with plan', 'dashed')] : []));
   }
 }
 
