@@ -18,6 +18,7 @@
 #include "apps/daemon/control/scanner_console.h"
 #include "apps/daemon/control/scene_reload.h"
 #include "apps/daemon/daemon_setup.h"
+#include "apps/daemon/exercise/exercise_pages.h"
 #include "apps/daemon/forces/force_cycle.h"
 #include "apps/daemon/forces/safety_notices.h"
 #include "apps/daemon/io/event_loop.h"
@@ -58,6 +59,12 @@ std::unique_ptr<RecordedSession> open_session(const Scene& scene, const DaemonOp
                                            names_of(tested_organs(structures)));
 }
 
+/// Null: nothing is recorded.
+std::function<Score()> score_of(const RecordedSession* session) {
+  if (!session) return nullptr;
+  return [session] { return session->score(); };
+}
+
 MeshState start_state(Simulator& simulator, const RecordedSession* session) {
   if (session) {
     simulator.restore_seeds(session->restored());
@@ -82,14 +89,19 @@ void stand_back() {
   setpriority(PRIO_PROCESS, 0, kNice);  // on Linux, of the calling thread
 }
 
-/// The thread of TLS handshakes, which anybody can cause: where processors are short the others go first.
-std::unique_ptr<Worker> make_handshake_thread() {
-  auto thread = std::make_unique<Worker>();
-  thread->post([] {
-    name_thread("handshake");
+/// First work of a thread that clients can make busy: where processors are short the others go first.
+std::function<void()> as_background_thread(const char* name) {
+  return [name] {
+    name_thread(name);
     drop_capabilities();
     stand_back();
-  });
+  };
+}
+
+/// The thread of TLS handshakes, which anybody can cause.
+std::unique_ptr<Worker> make_handshake_thread() {
+  auto thread = std::make_unique<Worker>();
+  thread->post(as_background_thread("handshake"));
   return thread;
 }
 
@@ -132,7 +144,8 @@ class Daemon::Impl {
         reload_(loop_, worker_, controls_, watch_, options),
         telemetry_(loop_, {loop_statistics_.reader, control_statistics_.reader, server_, runs_,
                            std::as_const(forces_).link(), controls_, reload_, watch_,
-                           [this] { return igtl_figures(); }, ultrasound_statistics_.reader}) {
+                           [this] { return igtl_figures(); }, ultrasound_statistics_.reader}),
+        exercises_(loop_, options.config, score_of(session_.get()), as_background_thread("score")) {
     spdlog::info("engine: {}, {} thread{}", to_string(simulator().simd_target()), scene.engine.threads,
                  scene.engine.threads == 1 ? "" : "s");
     runs_.on_model = [this](std::uint64_t run, const auto& model) { publish_model(run, model); };
@@ -145,6 +158,7 @@ class Daemon::Impl {
       net::HttpOptions http;
       http.port = static_cast<std::uint16_t>(port);
       http.pages = telemetry_.pages();
+      http.pages.merge(exercises_.pages());
       http_.emplace(loop_.io(), server_, std::move(http), served_viewer(), log_);
     }
     if (broker_) publisher_.emplace(loop_.io(), server_, *broker_, log_);
@@ -242,7 +256,8 @@ class Daemon::Impl {
 
     loop_.run();
     worker_.stop();  // a simulator that it still builds, which may take seconds, is not needed any more
-    summary.is_worker_busy = runs_.is_building() || reload_.is_running();
+    exercises_.stop();
+    summary.is_worker_busy = runs_.is_building() || reload_.is_running() || exercises_.is_scoring();
 
     // The deformation thread first: its last tick is then in the last snapshot.
     for (std::jthread* thread : {&deformation, &snapshots, &dose, &ultrasound, &control, &broker}) {
@@ -298,7 +313,7 @@ class Daemon::Impl {
     summary.drops_refused = events_.drops_refused();
     safety_.end();
     network_log_.end();
-    if (session_) summary.session = session_->end();
+    if (session_) summary.session = session_->end(exercises_.running());
   }
 
   net::ServerOptions own_server_options() {
@@ -538,6 +553,7 @@ class Daemon::Impl {
   ServiceWatch watch_;
   SceneReload reload_;
   Telemetry telemetry_;
+  ExercisePages exercises_;  // computes scores on a thread of its own
 };
 
 Daemon::Daemon(const Scene& scene, const DaemonOptions& options)

@@ -7,6 +7,7 @@
 
 #include "apps/score/report.h"
 #include "core/base/error.h"
+#include "core/scene/load_structures.h"
 
 namespace brachy {
 namespace {
@@ -47,7 +48,12 @@ std::optional<std::string> RecordedSession::record(const MeshState& state) {
   return std::nullopt;
 }
 
-std::string RecordedSession::end() {
+Score RecordedSession::score() const {
+  if (!plan_) throw UserError("the scene has no plan to score against: give it plan.file");
+  return score_recording(folder_, *plan_, scene_, load_structures(scene_));
+}
+
+std::string RecordedSession::end(const Exercise* exercise) {
   try {
     log_.close();
   } catch (const std::runtime_error& e) {
@@ -58,7 +64,8 @@ std::string RecordedSession::end() {
   if (!plan_) return kept;
   const std::filesystem::path page = folder_ / "report.html";
   try {
-    const std::string text = to_text(write_report(folder_, *plan_, scene_, page));
+    const Score score = write_report(folder_, *plan_, scene_, page);
+    const std::string text = (exercise ? to_text(*exercise, judge(*exercise, score)) : "") + to_text(score);
     for (const char* extension : {".html", ".json"}) {
       std::error_code ignored;
       const std::filesystem::path file = std::filesystem::path(page).replace_extension(extension);

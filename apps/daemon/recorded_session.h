@@ -3,6 +3,7 @@
 #include <optional>
 #include <string>
 
+#include "apps/score/exercise.h"
 #include "apps/session/session_log.h"
 #include "core/brachytherapy/plan/plan.h"
 #include "core/scene/scene.h"
@@ -27,14 +28,18 @@ class RecordedSession {
   std::optional<std::string> record(const MeshState& state);
   void sync() const noexcept { log_.sync_seeds(); }
 
+  /// Scores what has been recorded so far; takes up to seconds. Throws UserError, also without a plan.
+  /// Threads: any, also while another records.
+  Score score() const;
+
   /// Closes the files and, with a plan, writes report.html and report.json. Returns a summary for the
-  /// operator.
-  std::string end();
+  /// operator, with the result of `exercise` unless it is null.
+  std::string end(const Exercise* exercise);
 
  private:
-  std::filesystem::path folder_;
-  Scene scene_;
-  std::optional<Plan> plan_;
+  const std::filesystem::path folder_;
+  const Scene scene_;
+  const std::optional<Plan> plan_;
   SessionLog log_;
   std::string failure_;
 };

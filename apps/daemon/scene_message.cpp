@@ -38,6 +38,9 @@ net::SceneMessage make_scene_message(const Scene& scene, const std::optional<Pla
                      .diameter_mm = scene.probe.diameter_mm,
                      .length_mm = scene.probe.length_mm,
                      .rectal_wall_mm = scene.probe.rectal_wall_mm};
+  for (const DoseGoal& goal : scene.goals.empty() ? default_dose_goals() : scene.goals)
+    message.goals.push_back({goal.structure, goal.figure, goal.limit_for(message.prescription_gy),
+                             goal.is_above(), goal.is_of_plan(), goal.source});
   return message;
 }
 

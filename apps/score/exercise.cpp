@@ -89,6 +89,15 @@ constexpr std::array kMeasures = {
 
 constexpr double kMostLimit = 1e6;
 
+const Measure& measure_of(const ExerciseBound& bound) {
+  return *std::ranges::find(kMeasures, bound.key, [](const Measure& m) { return std::string_view(m.key); });
+}
+
+/// Whether a line of a TOML file begins the table [passes].
+bool has_passes(const std::string& text) {
+  return text.starts_with("[passes]") || text.find("\n[passes]") != std::string::npos;
+}
+
 std::string text_of(const std::filesystem::path& file) {
   std::ifstream in(file, std::ios::binary);
   if (!std::filesystem::is_regular_file(file) || !in)
@@ -133,6 +142,40 @@ Exercise load_exercise(const std::filesystem::path& file) {
   return exercise;
 }
 
+std::vector<ExerciseFile> exercises_beside(const std::filesystem::path& scene,
+                                           std::vector<std::string>& refusals) {
+  const std::filesystem::path folder = std::filesystem::absolute(scene).parent_path();
+  std::vector<ExerciseFile> found;
+  std::error_code unreadable;
+  for (const std::filesystem::path& place : {folder, folder.parent_path(), folder / "exercises"})
+    for (const auto& entry : std::filesystem::directory_iterator(place, unreadable)) {
+      const std::filesystem::path& file = entry.path();
+      std::error_code ignored;
+      if (file.extension() != ".toml" || !entry.is_regular_file(ignored)) continue;
+      try {
+        if (!has_passes(text_of(file))) continue;
+        ExerciseFile exercise{file, load_exercise(file)};
+        exercise.is_of_scene = std::filesystem::equivalent(exercise.exercise.scene, scene, ignored);
+        found.push_back(std::move(exercise));
+      } catch (const UserError& e) {
+        refusals.emplace_back(e.what());
+      }
+    }
+  std::ranges::sort(found, {}, [](const ExerciseFile& e) { return e.file.filename(); });
+  return found;
+}
+
+std::vector<std::string> what_passes(const Exercise& exercise) {
+  std::vector<std::string> lines;
+  for (const ExerciseBound& bound : exercise.bounds) {
+    const Measure& measure = measure_of(bound);
+    lines.push_back(fmt::format("{} {} {:g}{}", measure.what, measure.is_most ? "at most" : "at least",
+                                bound.limit, measure.unit));
+  }
+  if (exercise.needs_implant_goals) lines.emplace_back("every goal of the implant is met");
+  return lines;
+}
+
 bool ExerciseResult::has_passed() const {
   return std::ranges::all_of(bounds, &BoundResult::is_kept);
 }
@@ -140,13 +183,12 @@ bool ExerciseResult::has_passed() const {
 ExerciseResult judge(const Exercise& exercise, const Score& score) {
   ExerciseResult result;
   for (const ExerciseBound& bound : exercise.bounds) {
-    const auto measure =
-        std::ranges::find(kMeasures, bound.key, [](const Measure& m) { return std::string_view(m.key); });
-    const double value = measure->of(score);
-    const bool is_kept = measure->is_most ? value <= bound.limit : value >= bound.limit;
-    const std::string is = std::isfinite(value) ? fmt::format("{:.4g}{}", value, measure->unit) : "not known";
-    result.bounds.push_back({fmt::format("{} {}, {} {:g}", measure->what, is,
-                                         measure->is_most ? "at most" : "at least", bound.limit),
+    const Measure& measure = measure_of(bound);
+    const double value = measure.of(score);
+    const bool is_kept = measure.is_most ? value <= bound.limit : value >= bound.limit;
+    const std::string is = std::isfinite(value) ? fmt::format("{:.4g}{}", value, measure.unit) : "not known";
+    result.bounds.push_back({fmt::format("{} {}, {} {:g}", measure.what, is,
+                                         measure.is_most ? "at most" : "at least", bound.limit),
                              is_kept});
   }
   if (exercise.needs_implant_goals)

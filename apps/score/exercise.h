@@ -26,6 +26,21 @@ struct Exercise {
 /// keys are refused. Throws UserError "file:line: what; fix", also where the scene is not there.
 Exercise load_exercise(const std::filesystem::path& file);
 
+/// An exercise of a directory of them.
+struct ExerciseFile {
+  std::filesystem::path file;
+  Exercise exercise;
+  bool is_of_scene = false;  ///< its scene is the one that was asked about
+};
+
+/// The exercises that lie with a scene file: in its directory, in the one above, and in "exercises" below; by name. A
+/// file counts as one where it has a table [passes]. Files with mistakes are left out; `refusals` gets the reasons.
+std::vector<ExerciseFile> exercises_beside(const std::filesystem::path& scene,
+                                           std::vector<std::string>& refusals);
+
+/// What passes, a line for each bound: "mean error at most 2 mm".
+std::vector<std::string> what_passes(const Exercise& exercise);
+
 /// One bound and what became of it.
 struct BoundResult {
   std::string text;  ///< "mean error 0.4 mm, at most 2"

@@ -33,13 +33,19 @@ void leave_out(Recording& recording, std::uint32_t probe) {
 
 }  // namespace
 
-Score write_report(const std::filesystem::path& folder, const Plan& plan, const Scene& scene,
-                   const std::filesystem::path& html, const std::function<void(double share)>& progress) {
+Score score_recording(const std::filesystem::path& folder, const Plan& plan, const Scene& scene,
+                      const std::vector<Structure>& structures,
+                      const std::function<void(double share)>& progress) {
   Recording recording = load_recording(folder);
   if (scene.probe.on) leave_out(recording, static_cast<std::uint32_t>(scene.needle.count));
+  return score_session(plan, scene.template_grid, structures, scene.dose, recording, progress,
+                       scene.goals.empty() ? default_dose_goals() : scene.goals);
+}
+
+Score write_report(const std::filesystem::path& folder, const Plan& plan, const Scene& scene,
+                   const std::filesystem::path& html, const std::function<void(double share)>& progress) {
   const std::vector<Structure> structures = load_structures(scene);
-  Score score = score_session(plan, scene.template_grid, structures, scene.dose, recording, progress,
-                              scene.goals.empty() ? default_dose_goals() : scene.goals);
+  Score score = score_recording(folder, plan, scene, structures, progress);
   write(html, to_html(score, plan, scene.template_grid, structures));
   write(std::filesystem::path(html).replace_extension(".json"), to_json(score) + "\n");
   return score;

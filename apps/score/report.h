@@ -23,9 +23,14 @@ std::string to_json(const Score& score);
 /// A few lines for a terminal.
 std::string to_text(const Score& score);
 
-/// Scores the recording in `folder` against `plan` in `scene` and writes `html` and, beside it with the ending .json,
-/// the JSON; an existing file is replaced. `progress` as score_session. Throws UserError as load_recording and
-/// score_session do, and where the files cannot be written.
+/// Scores the recording in `folder` against `plan` in `scene`. `progress` as score_session. Throws UserError as
+/// load_recording and score_session do.
+Score score_recording(const std::filesystem::path& folder, const Plan& plan, const Scene& scene,
+                      const std::vector<Structure>& structures,
+                      const std::function<void(double share)>& progress = {});
+
+/// The same, with the scene's structures, and writes `html` and, beside it with the ending .json,
+/// the JSON; an existing file is replaced. Throws UserError also where the files cannot be written.
 Score write_report(const std::filesystem::path& folder, const Plan& plan, const Scene& scene,
                    const std::filesystem::path& html, const std::function<void(double share)>& progress = {});
 

@@ -11,8 +11,17 @@
 namespace brachy {
 namespace {
 
+/// A figure that rounds to zero has no sign.
 std::string signed_figure(double value, int digits) {
-  return std::isfinite(value) ? fmt::format("{:+.{}f}", value, digits) : "–";
+  if (!std::isfinite(value)) return "–";
+  const bool is_zero = std::abs(value) < 0.5 * std::pow(10, -digits);
+  return is_zero ? fmt::format("{:.{}f}", 0.0, digits) : fmt::format("{:+.{}f}", value, digits);
+}
+
+/// In whole mm; not "-0".
+std::string place(const Vec3& at) {
+  const auto whole = [](double mm) { return std::lround(mm); };
+  return fmt::format("({}, {}, {})", whole(at.x()), whole(at.y()), whole(at.z()));
 }
 
 std::string cells(const DoseChange& c) {
@@ -42,19 +51,18 @@ std::string needle_costs(const Score& score, const Plan& plan) {
 std::string sectors(const Score& score) {
   std::string rows;
   for (const Sector& sector : score.consequences->sectors)
-    rows += fmt::format(
-        "<tr><td>{}</td><td{}>{:.2f}</td><td>{:.0f}</td><td>({:.0f}, {:.0f}, {:.0f})</td></tr>\n",
-        sector.name, sector.cold_cc > 0.1 * sector.volume_cc ? " class=\"missed\"" : "", sector.cold_cc,
-        sector.coldest_gy, sector.coldest.x(), sector.coldest.y(), sector.coldest.z());
+    rows += fmt::format("<tr><td>{}</td><td{}>{:.2f}</td><td>{:.0f}</td><td>{}</td></tr>\n", sector.name,
+                        sector.cold_cc > 0.1 * sector.volume_cc ? " class=\"missed\"" : "", sector.cold_cc,
+                        sector.coldest_gy, place(sector.coldest));
   std::string out =
       "<table>\n<thead><tr><th>sector</th><th>cold,<br>cm³</th><th>coldest,<br>Gy</th><th>at, mm</th>"
       "</tr></thead>\n<tbody>\n" +
       rows + "</tbody>\n</table>\n";
   if (const auto& hot = score.consequences->urethra)
     out += fmt::format(
-        "<p class=\"small\">Hottest place of the urethra: {:.0f} Gy at ({:.0f}, {:.0f}, {:.0f}) mm; {:.2f} "
+        "<p class=\"small\">Hottest place of the urethra: {:.0f} Gy at {} mm; {:.2f} "
         "cm³ of it over 150 %.</p>\n",
-        hot->gy, hot->at.x(), hot->at.y(), hot->at.z(), hot->over_150_cc);
+        hot->gy, place(hot->at), hot->over_150_cc);
   return out;
 }
 
@@ -119,7 +127,7 @@ std::string goals_section(const Score& score) {
 
 std::string consequences_section(const Score& score, const Plan& plan) {
   if (!score.consequences) return "";
-  return "<h2>What it cost</h2>\n<div class=\"pair\">\n<div>\n" + needle_costs(score, plan) +
+  return "<h2 class=\"next\">What it cost</h2>\n<div class=\"pair\">\n<div>\n" + needle_costs(score, plan) +
          "<p class=\"small\">A needle: the implant as it is, less the same with this needle&rsquo;s seeds "
          "where the "
          "plan has them. The costliest first.</p>\n" +

@@ -12,12 +12,12 @@ constexpr const char* kHead = R"(<!DOCTYPE html>
 <html lang="en">
 <head>
 <meta charset="utf-8">
+<meta name="viewport" content="width=device-width, initial-scale=1">
 <title>Implant score: {}</title>
 <style>
 @page {{ size: A4; margin: 9mm 11mm }}
 body {{ font: 10pt/1.3 sans-serif; color: #222; max-width: 188mm; margin: 6mm auto; padding: 0 2mm }}
 h1 {{ font-size: 15pt; margin: 0 }}
-@media print {{ body {{ margin: 0 auto }} }}
 h2 {{ font-size: 11.5pt; margin: 3mm 0 1mm; break-after: avoid }}
 p {{ margin: 1mm 0 }}
 table {{ border-collapse: collapse; font-variant-numeric: tabular-nums }}
@@ -27,23 +27,42 @@ th:first-child, td:first-child, .left {{ text-align: left }}
 tr {{ break-inside: avoid }}
 svg {{ width: 100%; height: auto; display: block }}
 .pair {{ display: grid; grid-template-columns: repeat(2, minmax(0, 1fr)); )"
-                              R"(gap: 2mm; align-items: center; break-inside: avoid }}
+                              R"(gap: 2mm 4mm; align-items: start; break-inside: avoid }}
 .keys {{ display: grid; grid-template-columns: repeat(4, 1fr); gap: 3mm; margin: 2mm 0; font-size: 9pt }}
 .keys div {{ border: .2mm solid #bbb; padding: 1.5mm 2mm }}
-.keys b {{ display: block; font-size: 13pt }}
+.keys b {{ display: block; font-size: 12pt; white-space: nowrap; letter-spacing: -.01em }}
 .small {{ font-size: 8pt; color: #555 }}
 .remarks {{ border-left: 1mm solid #d55e00; padding-left: 2mm; margin: 2mm 0 }}
 .dose {{ grid-template-columns: minmax(0, 1.2fr) minmax(0, 1fr) }}
 .pair table {{ font-size: 8.5pt; width: 100% }}
 .pair th, .pair td {{ padding: .3mm 1.2mm; white-space: nowrap }}
 .missed {{ font-weight: 700; color: #b03000 }}
-.pair .goals {{ font-size: 7.5pt }}
-.pair .goals td {{ white-space: normal }}
+.pair .goals {{ font-size: 7pt }}
+.pair .goals th, .pair .goals td {{ padding: .2mm .7mm }}
 .verdict {{ font-weight: 600 }}
+.verdict::first-letter, li::first-letter {{ text-transform: uppercase }}
+ol {{ margin: 1mm 0; padding-left: 6mm }}
+.scroll {{ overflow-x: auto }}
 .slices {{ display: grid; grid-template-columns: repeat(5, minmax(0, 1fr)); gap: 1mm; break-inside: avoid }}
 .slices svg {{ border: .2mm solid #ddd }}
 .long {{ font-size: 8pt; width: 100% }}
 .long th, .long td {{ padding: .2mm 1.2mm }}
+@media print {{
+body {{ font-size: 9pt; margin: 0 auto }}
+h2 {{ margin-top: 2mm }}
+.keys {{ font-size: 8.5pt; margin: 1mm 0 }}
+.small {{ font-size: 7.5pt }}
+.dose table {{ font-size: 8pt }}
+.long {{ font-size: 7pt; line-height: 1.15 }}
+.long th, .long td {{ padding: .15mm 1.2mm }}
+.next {{ break-before: page }}
+.scroll {{ overflow: visible }}
+}}
+@media screen and (max-width: 600px) {{
+.pair, .dose {{ grid-template-columns: minmax(0, 1fr) }}
+.keys {{ grid-template-columns: repeat(2, minmax(0, 1fr)) }}
+.slices {{ grid-template-columns: repeat(3, minmax(0, 1fr)) }}
+}}
 </style>
 </head>
 <body>
@@ -63,7 +82,8 @@ std::string table(const char* attributes, std::initializer_list<const char*> hea
                   const std::string& rows) {
   std::string out = fmt::format("<table{}>\n<thead><tr>", attributes);
   for (const char* heading : headings) out += fmt::format("<th>{}</th>", heading);
-  return out + "</tr></thead>\n<tbody>\n" + rows + "</tbody>\n</table>\n";
+  return "<div class=\"scroll\">\n" + out + "</tr></thead>\n<tbody>\n" + rows +
+         "</tbody>\n</table>\n</div>\n";
 }
 
 std::string key(const std::string& value, const std::string& what) {
@@ -195,7 +215,7 @@ std::string needle_rows(const NeedlesScore& score, const Plan& plan, const Seeds
 }
 
 std::string needle_section(const NeedlesScore& score, const Plan& plan, const SeedsScore* seeds) {
-  std::string out = "<h2>Needles</h2>\n" +
+  std::string out = "<h2 class=\"next\">Needles</h2>\n" +
                     table(" class=\"long\"",
                           {"hole", "seeds<br>planned", "placed", "path in<br>tissue, mm",
                            "time in<br>tissue, s", "passes", "capsule<br>punctures", "largest<br>force, N"},

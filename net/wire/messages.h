@@ -356,6 +356,15 @@ struct SceneProbe {
   double rectal_wall_mm = 0;  ///< between it and the gland
 };
 
+/// What a figure of the dose should be.
+struct SceneGoal {
+  std::string structure, figure;  ///< "prostate", "V100"
+  double limit = 0;               ///< in the figure's unit: %, cm³ or Gy
+  bool is_above = false;          ///< of the limit the figure should be; else below
+  bool is_of_plan = false;        ///< else of the implant
+  std::string source;             ///< who recommends it
+};
+
 /// What surrounds the tissue and does not change while the daemon runs; world frame W.
 struct SceneMessage {
   static constexpr MessageType kType = MessageType::kScene;
@@ -368,6 +377,7 @@ struct SceneMessage {
   std::vector<SceneStructure> structures;       ///< all but the tissue itself
   std::vector<std::string> kernels;             ///< that kModel accepts
   std::optional<SceneProbe> probe;
+  std::vector<SceneGoal> goals;
 };
 
 /// Which array of a transrectal probe. May hold a value not listed: of IMAGE show it, of SCANNER refuse it.

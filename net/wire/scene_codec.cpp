@@ -5,8 +5,8 @@ namespace brachy::net {
 namespace {
 
 constexpr std::size_t kPlannedNeedleBytes = 26, kPlannedSeedBytes = 56, kStructureBytes = 10,
-                      kKernelBytes = 2;  // at least
-constexpr std::uint16_t kProbeSection = 1;
+                      kKernelBytes = 2, kGoalBytes = 16;  // at least
+constexpr std::uint16_t kProbeSection = 1, kGoalsSection = 2;
 
 void structure_fields(auto& archive, auto& structure) {
   archive.text(structure.name, kMaxNameBytes);
@@ -62,7 +62,8 @@ void fields(Archive& archive, MaybeConst<SceneMessage> auto& message) {
   archive.u16_list(message.structures, kStructureBytes,
                    [&](auto& structure) { structure_fields(archive, structure); });
   archive.u16_list(message.kernels, kKernelBytes, [&](auto& kernel) { archive.text(kernel, kMaxNameBytes); });
-  archive.sections(Section{kProbeSection, message.probe.has_value(), [&](auto& section) {
+  archive.sections(Section{kProbeSection, message.probe.has_value(),
+                           [&](auto& section) {
                              if constexpr (Archive::kReads) message.probe.emplace();
                              auto& probe = *message.probe;
                              section.u16(probe.needle);
@@ -72,6 +73,15 @@ void fields(Archive& archive, MaybeConst<SceneMessage> auto& message) {
                              section.f64(probe.rectal_wall_mm);
                              section.check(probe.diameter_mm > 0 && probe.length_mm > 0,
                                            "the probe has no size");
+                           }},
+                   Section{kGoalsSection, !message.goals.empty(), [&](auto& section) {
+                             section.u16_list(message.goals, kGoalBytes, [&](auto& goal) {
+                               section.text(goal.structure, kMaxNameBytes);
+                               section.text(goal.figure, kMaxNameBytes);
+                               section.f64(goal.limit);
+                               section.u16_bits(goal.is_above, goal.is_of_plan);
+                               section.text(goal.source, kMaxTextBytes);
+                             });
                            }});
 }
 BRACHY_CODEC(SceneMessage);

@@ -148,6 +148,21 @@ test('the needle is dragged with the mouse', async () => {
   await until(`brachy.needle[11] > ${before[11] + 3}`);
 });
 
+/** The dose panel shows the dose so far beside the one with the planned rest, by the goals that the daemon sends. */
+async function showsBothDoses() {
+  const {structures, withPlanned} = await ask('brachy.dose');
+  const v100 = (doses) => doses.find((dose) => dose.name === 'prostate').v100Percent;
+  assert.ok(v100(structures) < 5 && v100(withPlanned) > 90, `${v100(structures)} and ${v100(withPlanned)} %`);
+  const cells = await page.locator('#figures tr').evaluateAll((all) => all.map((row) => [...row.cells].map((cell) => cell.textContent)));
+  assert.deepEqual(cells[0], ['', 'so far', 'with plan', 'goal']);
+  const goal = (await ask('brachy.goals')).find((candidate) => candidate.figure === 'V100' && !candidate.ofPlan);
+  assert.deepEqual(cells.find(([name]) => name === 'prostate V100, %'),
+                   ['prostate V100, %', `${v100(structures).toFixed(1)} ✗`, `${v100(withPlanned).toFixed(1)} ✓`, `≥ ${goal.limit}`]);
+  for (const name of ['prostate D90, Gy', 'urethra D30, Gy', 'rectum D2cc, Gy']) assert.ok(cells.some((row) => row[0] === name), name);
+  await page.locator('#dvh-legend .dashed').waitFor();
+  await page.locator('#right').screenshot({path: join(artefacts, 'dose-panel.png')});
+}
+
 test('a seed is dropped and seen, until a reset, which asks first', async () => {
   await page.locator('#plan').setChecked(false);
   await page.locator('#opacity').fill('0.2');
@@ -162,7 +177,8 @@ test('a seed is dropped and seen, until a reset, which asks first', async () => 
   await picture('seed');
   await until('brachy.dose !== null && brachy.dose.seeds === 1');
   await page.locator('#tab-dose').click();
-  await page.locator('#figures tr').first().waitFor();
+  await page.locator('#figures tbody tr').first().waitFor();
+  await showsBothDoses();
   await page.locator('#take').click();
   await until('brachy.device === ""');
 

@@ -5,10 +5,10 @@ import {createInterface} from 'node:readline';
 
 export class Daemon {
   /** Resolves when it listens. `ports`: those of an earlier one, to come back on them. */
-  static async start(config, log, ports = {tcp: 0, http: 0}) {
+  static async start(config, log, ports = {tcp: 0, http: 0}, more = []) {
     const child = spawn(process.env.BRACHYD ?? 'build/release/bin/brachyd',
                         ['--config', config, '--port', String(ports.tcp), '--http-port', String(ports.http),
-                         '--duration', '900'], {stdio: ['ignore', 'pipe', 'pipe']});
+                         '--duration', '900', ...more], {stdio: ['ignore', 'pipe', 'pipe']});
     child.stderr.pipe(createWriteStream(log, {flags: 'a'}));
     const ended = new Promise((resolve) => child.once('exit', resolve));
     const found = {};

@@ -115,6 +115,32 @@ test('DOSE has figures, a histogram and the surface', () => {
   assert.deepEqual([prostate.name, prostate.v100Percent, prostate.d90Gy, prostate.d2ccGy], ['prostate', 0.5, 0.5, NaN]);
   assert.deepEqual([...prostate.volumeShare], [1, 0.5, 0.25]);
   assert.deepEqual([...dose.surfaceGy], [150, NaN]);
+  assert.equal(dose.withPlanned, null, 'a daemon that does not send it');
+});
+
+/** The page's DOSE with one more section, WITH_PLANNED: the same structure. */
+function doseWithPlanned(count = 1) {
+  const body = bodyOf('DOSE');
+  const structure = body.slice(24, body.length - (4 + 8 + 16));
+  const bytes = new Uint8Array(HEADER + body.length + 8 + 8 + structure.length);
+  const view = new DataView(bytes.buffer);
+  bytes.set(golden.get('DOSE'));
+  bytes.set(structure, bytes.length - structure.length);
+  view.setUint32(12, bytes.length - HEADER, true);
+  view.setUint16(HEADER + 24 + structure.length, 2, true);  // sections
+  view.setUint16(HEADER + body.length, 2, true);            // WITH_PLANNED
+  view.setUint32(HEADER + body.length + 4, 8 + structure.length, true);
+  view.setUint16(HEADER + body.length + 8, count, true);
+  view.setFloat64(bytes.length - structure.length + 10 + 8 * 8, 140, true);  // D90
+  return bytes;
+}
+
+test('DOSE may say what comes with the planned rest', () => {
+  const dose = viewer.decodeMessage(doseWithPlanned()).body;
+  assert.deepEqual([dose.structures[0].d90Gy, dose.withPlanned.length], [0.5, 1]);
+  assert.deepEqual([dose.withPlanned[0].name, dose.withPlanned[0].d90Gy, [...dose.withPlanned[0].volumeShare]], ['prostate', 140, [1, 0.5, 0.25]]);
+  assert.deepEqual([...dose.surfaceGy], [150, NaN]);
+  for (const count of [0, 2, 65535]) assert.throws(() => viewer.decodeMessage(doseWithPlanned(count)), viewer.ProtocolError, `${count} structures`);
 });
 
 test('SCENE has template, plan, structures and kernels', () => {
@@ -125,6 +151,7 @@ test('SCENE has template, plan, structures and kernels', () => {
   assert.deepEqual(scene.plannedSeeds, [{position: [5, -10, 18.25], axis: [0, 0, 1], needle: 0}]);
   assert.deepEqual(scene.structures.map((structure) => structure.name), ['urethra']);
   assert.ok(scene.kernels.length > 0);
+  assert.deepEqual(scene.goals, [{structure: 'prostate', figure: 'D90', limit: 130.5, above: true, ofPlan: false, source: 'ABS'}]);
 });
 
 test('IMAGE has its pixels in their place, SCANNER what is set', () => {

@@ -13,6 +13,7 @@ import {Viewport} from './scene/viewport.js';
 import {Endpoint} from './transport/endpoint.js';
 import {LiveConnection} from './transport/live.js';
 import {DisplayPanel} from './ui/display.js';
+import {ExercisePanel} from './ui/exercise.js';
 import {byId, setText, toast} from './ui/dom.js';
 import {HandPanel} from './ui/hand.js';
 import {Keyboard} from './ui/keyboard.js';
@@ -37,16 +38,19 @@ const viewport = openViewport();
 const uploads = new UploadCount(viewport.renderer.getContext() as WebGL2RenderingContext);
 const gizmo = new Gizmo(byId<HTMLCanvasElement>('gizmo'));
 const charts = new NeedleCharts({forceDepth: byId('c-depth'), forceTime: byId('c-force'), det: byId('c-det'), ticks: byId('c-ticks')});
-const dvh = new DvhPanel(byId('c-dvh'), byId('dvh-legend'), byId('figures'));
+const dvh = new DvhPanel(byId('c-dvh'), byId('dvh-legend'), byId<HTMLTableElement>('figures'));
 
 const display = new DisplayPanel(settings, () => live.wantVolume(wantsVolume(settings)));
 const simulation = new SimulationPanel(live, session);
 const scanner = new UltrasoundConsole(live, session);
+const exercise = new ExercisePanel(endpoint);
 const hand = new HandPanel(endpoint, session, live, settings, () => simulation.plays, () => shownNeedle, (hole) => display.change({hole}));
 new NeedleDrag(byId<HTMLCanvasElement>('scene'), viewport, hand);
 const playback: Playback = new Playback(session, () => {
   hand.release();
   live.end();
+  exercise.clear();
+  if (!byId('panel-exercise').hidden) selectTab('needle');
 }, () => {
   if (playback.player || playback.state === 'none') return;
   if (served) backToLive();
@@ -65,6 +69,7 @@ byId('banner').querySelector('button')!.addEventListener('click', () => live.con
 for (const button of byId('views').querySelectorAll('button'))
   button.addEventListener('click', () => viewport.views.go(button.dataset['view'] as View));
 live.onError = (error) => toast(error.text, true);
+live.onOpen = () => void exercise.load();
 
 byId<HTMLSelectElement>('needle').addEventListener('change', (event) => (shownNeedle = Number((event.target as HTMLSelectElement).value)));
 setUpDrawers();
@@ -117,6 +122,7 @@ function animate(nowMs: number): void {
 }
 let drawn = {...session.versions, settings: -1};
 let shownDose: unknown;
+let shownScene: unknown;
 
 function updateCharts(): void {
   showConnection(live, playback.player, session);
@@ -139,13 +145,14 @@ function updateCharts(): void {
   const planned = session.scene?.plannedSeeds.length ?? 0;
   setText(byId('seed-count'), fallen || planned ? `${fallen}${planned ? `/${planned}` : ''}` : '');
   if (!byId('panel-needle').hidden) charts.update(session.history, shownNeedle);
-  if (!byId('panel-dose').hidden && shownDose !== session.dose) {
+  if (!byId('panel-dose').hidden && (shownDose !== session.dose || shownScene !== session.scene)) {
     shownDose = session.dose;
-    dvh.show(session.dose);
-    setText(byId('dose-note'), session.dose ? `${session.dose.seeds} seeds, ${session.dose.airKermaStrengthU.toFixed(1)} U, prescription ${session.dose.prescriptionGy} Gy; at their positions once all needles are out.` : '');
+    shownScene = session.scene;
+    dvh.show(session.dose, session.scene?.goals ?? []);
+    setText(byId('dose-note'), session.dose ? `${session.dose.seeds} seeds, ${session.dose.airKermaStrengthU.toFixed(1)} U, prescription ${session.dose.prescriptionGy} Gy; at their positions once all needles are out.${session.dose.withPlanned ? ' With plan: the planned seeds that are still to come lie where the plan has them.' : ''}` : '');
   }
 }
-dvh.show(null);
+dvh.show(null, []);
 
 const toggles = (key: 'wireframe' | 'points' | 'structures' | 'template' | 'plan' | 'clip' | 'field') => () => display.change({[key]: !settings[key]});
 const nudge = (dx: number, dy: number, dz: number, seek: number) => () => {
@@ -175,6 +182,7 @@ const keyboard = new Keyboard([
   {key: ']', does: '', run: () => display.change({clipShare: Math.min(1, settings.clipShare + 0.02)})},
   {key: 'd', does: 'needle or dose charts', run: () => selectTab(byId('panel-needle').hidden ? 'needle' : 'dose')},
   {key: 'u', does: 'ultrasound; back to the charts', run: () => selectTab(scanner.isOpen ? 'needle' : 'ultrasound')},
+  {key: 'e', does: 'exercise', run: () => byId('tab-exercise').hidden || selectTab('exercise')},
   {key: 'f', does: 'freeze the ultrasound', run: () => scanner.toggleFreeze()},
   {key: 'b', does: 'transverse, sagittal, biplane', run: () => scanner.nextArray()},
   {key: 'h', does: 'template holes on the image', run: () => scanner.setGrid(!scanner.grid)},
@@ -202,6 +210,6 @@ addEventListener('hashchange', () => {
 });
 addEventListener('online', () => live.wake());
 
-expose(session, live, playback, viewport, uploads, scanner);
+expose(session, live, playback, viewport, uploads, scanner, exercise);
 if (served) live.connect();
 requestAnimationFrame(animate);

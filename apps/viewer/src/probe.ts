@@ -3,6 +3,7 @@ import {Vector3} from 'three';
 import type {Session} from './model/session.js';
 import type {LiveConnection} from './transport/live.js';
 import type {UltrasoundConsole} from './ultrasound/console.js';
+import type {ExercisePanel} from './ui/exercise.js';
 import type {Playback} from './ui/playback.js';
 import type {Viewport} from './scene/viewport.js';
 
@@ -37,7 +38,7 @@ export class UploadCount {
   }
 }
 
-export function expose(session: Session, live: LiveConnection, playback: Playback, viewport: Viewport, uploads: UploadCount, scanner: UltrasoundConsole): void {
+export function expose(session: Session, live: LiveConnection, playback: Playback, viewport: Viewport, uploads: UploadCount, scanner: UltrasoundConsole, exercise: ExercisePanel): void {
   const brachy = {
     get connection() {  // 'connecting', 'open', 'waiting', 'refused' or 'off', with the problem in words
       return {phase: live.status.phase, problem: 'problem' in live.status ? live.status.problem : '', reconnects: live.reconnects};
@@ -62,7 +63,9 @@ export function expose(session: Session, live: LiveConnection, playback: Playbac
     get device() { return session.state?.deviceHolder ?? ''; },
     get model() { return session.state?.controls?.kernel ?? ''; },
     get supportRadiusMm() { return session.state?.controls?.supportRadiusMm ?? NaN; },
-    get dose() { return session.dose ? {seeds: session.dose.seeds, atSurface: session.dose.surfaceGy !== null} : null; },
+    get dose() { return session.dose ? {seeds: session.dose.seeds, atSurface: session.dose.surfaceGy !== null, structures: structuredClone(session.dose.structures), withPlanned: structuredClone(session.dose.withPlanned)} : null; },
+    get exercise() { return {offered: structuredClone(exercise.list.exercises), result: structuredClone(exercise.result)}; },
+    get goals() { return structuredClone(session.scene?.goals ?? []); },
     onScreen: (place: number[]) => viewport.toScreen(new Vector3().fromArray(place)),  // CSS pixels of a place in mm
     get scanner() { return session.scanner ? {...session.scanner} : null; },
     get images() {  // the newest of each array

@@ -48,7 +48,8 @@ bool DoseGoal::is_met_by(double value, double prescription_gy) const {
   return is_above() ? value >= bound : value < bound;
 }
 
-// D0.1cc of the rectum: 200 Gy of 145. Of an implant the limits are those at which it is called adequate.
+// core/brachytherapy/dose/README.md says which of them were checked. D0.1cc of the rectum: 200 Gy of 145. Of an implant
+// the limits are those at which it is called adequate.
 std::vector<DoseGoal> default_dose_goals() {
   return {{"prostate", "V100", "plan", "above", 95, kBoth},
           {"prostate", "D90", "plan", "above", 100, kBoth},
@@ -61,7 +62,7 @@ std::vector<DoseGoal> default_dose_goals() {
           {"rectum", "V100cc", "plan", "below", 1, kAbs},
           {"prostate", "V100", "implant", "above", 90, kAbs},
           {"prostate", "D90", "implant", "above", 90, kAbs},
-          {"prostate", "V150", "implant", "below", 70, kAbs},
+          {"prostate", "V150", "implant", "below", 70, "no source found"},
           {"urethra", "D10", "implant", "below", 150, kBoth},
           {"urethra", "D30", "implant", "below", 130, kBoth},
           {"rectum", "D2cc", "implant", "below", 100, kTg137},

@@ -82,6 +82,45 @@ TEST(Exercises, WhatIsNotKnownPassesNothing) {
   for (const BoundResult& bound : result.bounds) EXPECT_NE(bound.text.find("not known"), std::string::npos);
 }
 
+TEST(Exercises, OnesThatLieWithASceneAreFoundAndItsOwnIsMarked) {
+  std::vector<std::string> refusals;
+  const std::vector<ExerciseFile> found = exercises_beside(kExercises / "scenes/05_apex.toml", refusals);
+  EXPECT_EQ(refusals, std::vector<std::string>());
+  ASSERT_EQ(found.size(), 10u);
+  for (const ExerciseFile& file : found)
+    EXPECT_EQ(file.is_of_scene, file.file.filename() == "05_apex.toml") << file.file;
+  EXPECT_EQ(found[4].exercise.name, "the apex");
+
+  const std::vector<ExerciseFile> others =
+      exercises_beside(fs::path(BRACHY_CONFIG_DIR) / "prostate.toml", refusals);
+  EXPECT_EQ(others.size(), 10u) << "offered to a daemon with another scene, too";
+  for (const ExerciseFile& file : others) EXPECT_FALSE(file.is_of_scene);
+}
+
+TEST(Exercises, OneWithAMistakeIsLeftOutAndTheReasonSaid) {
+  const test::TempFolder folder;
+  folder.write("scene.toml", "");
+  folder.write("notes.toml", "nothing = 1\n");
+  folder.write("good.toml",
+               "name = \"x\"\nasks = \"y\"\nscene = \"scene.toml\"\n[passes]\nplaced_at_least = 1\n");
+  folder.write("bad.toml", "name = \"x\"\nasks = \"y\"\nscene = \"scene.toml\"\n[passes]\nplaced = 1\n");
+  std::vector<std::string> refusals;
+  const std::vector<ExerciseFile> found = exercises_beside(folder / "scene.toml", refusals);
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_TRUE(found[0].is_of_scene);
+  ASSERT_EQ(refusals.size(), 1u);
+  EXPECT_NE(refusals[0].find("bad.toml:5"), std::string::npos) << refusals[0];
+}
+
+TEST(Exercises, WhatPassesIsALineForEachBound) {
+  Exercise exercise = bounded();
+  exercise.needs_implant_goals = true;
+  EXPECT_EQ(
+      what_passes(exercise),
+      (std::vector<std::string>{"seeds placed at least 2", "mean error at most 2 mm",
+                                "passes through organs at most 0", "every goal of the implant is met"}));
+}
+
 TEST(Exercises, AFileWithAMistakeIsRefusedWithItsLine) {
   const test::TempFolder folder;
   folder.write("scene.toml", "");

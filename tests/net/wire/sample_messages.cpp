@@ -96,6 +96,9 @@ std::size_t held(const SceneMessage& m) {
     bytes += structure.name.capacity() + structure.vertices.capacity() * 4 +
              structure.triangles.capacity() * sizeof(Triangle);
   for (const std::string& kernel : m.kernels) bytes += kernel.capacity();
+  bytes += m.goals.capacity() * sizeof(SceneGoal);
+  for (const SceneGoal& goal : m.goals)
+    bytes += goal.structure.capacity() + goal.figure.capacity() + goal.source.capacity();
   return bytes;
 }
 
@@ -367,6 +370,7 @@ SceneMessage sample_scene() {
   scene.structures = {{"urethra", {0, 0, 0, 1, 0, 0, 0, 1, 0.5}, {{0, 1, 2}}}};
   scene.kernels = {"psi31", "elastic"};
   scene.probe = SceneProbe{.needle = 3, .diameter_mm = 20, .length_mm = 150, .rectal_wall_mm = 4};
+  scene.goals = {{"prostate", "D90", 130.5, true, false, "ABS"}};
   return scene;
 }
 

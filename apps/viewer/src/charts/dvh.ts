@@ -1,19 +1,32 @@
 // Dose-volume histograms, and the quality figures of an implant.
 import uPlot from 'uplot';
+import type {DoseGoal} from '../protocol/scene_message.js';
 import type {Dose, StructureDose} from '../protocol/server_messages.js';
 import {structureColour} from '../scene/structures.js';
 import {COLOUR, axis, makeChart} from './chart.js';
 
-/** As in `brachy score` (apps/score/dose_score.cpp): ABS goals, those in Gy in proportion to the prescription. */
-const FIGURES: {structure: string; name: string; unit: string; of: (dose: StructureDose) => number; goal?: {above: boolean; limit: (gy: number) => number}}[] = [
-  {structure: 'prostate', name: 'V100', unit: '%', of: (d) => d.v100Percent, goal: {above: true, limit: () => 95}},
-  {structure: 'prostate', name: 'V150', unit: '%', of: (d) => d.v150Percent, goal: {above: false, limit: () => 60}},
-  {structure: 'prostate', name: 'V200', unit: '%', of: (d) => d.v200Percent},
-  {structure: 'prostate', name: 'D90', unit: 'Gy', of: (d) => d.d90Gy, goal: {above: true, limit: (gy) => (gy * 140) / 145}},
-  {structure: 'urethra', name: 'D30', unit: 'Gy', of: (d) => d.d30Gy, goal: {above: false, limit: (gy) => gy * 1.25}},
-  {structure: 'urethra', name: 'D10', unit: 'Gy', of: (d) => d.d10Gy},
-  {structure: 'rectum', name: 'V100', unit: 'cm³', of: (d) => d.v100Cc, goal: {above: false, limit: () => 1}},
-  {structure: 'rectum', name: 'D2cc', unit: 'Gy', of: (d) => d.d2ccGy},
+interface Figure {
+  structure: string;
+  name: string;
+}
+
+/** What DOSE says of a structure, by the names of `brachy score`'s figures. */
+const VALUES: Record<string, {unit: string; of: (dose: StructureDose) => number}> = {
+  V100: {unit: '%', of: (d) => d.v100Percent},
+  V150: {unit: '%', of: (d) => d.v150Percent},
+  V200: {unit: '%', of: (d) => d.v200Percent},
+  V100cc: {unit: 'cm³', of: (d) => d.v100Cc},
+  D90: {unit: 'Gy', of: (d) => d.d90Gy},
+  D30: {unit: 'Gy', of: (d) => d.d30Gy},
+  D10: {unit: 'Gy', of: (d) => d.d10Gy},
+  D2cc: {unit: 'Gy', of: (d) => d.d2ccGy},
+};
+
+/** Shown whether or not the scene has a goal for them; goals for others follow. */
+const FIGURES: Figure[] = [
+  {structure: 'prostate', name: 'V100'}, {structure: 'prostate', name: 'V150'}, {structure: 'prostate', name: 'V200'},
+  {structure: 'prostate', name: 'D90'}, {structure: 'urethra', name: 'D30'}, {structure: 'urethra', name: 'D10'},
+  {structure: 'rectum', name: 'V100cc'}, {structure: 'rectum', name: 'D2cc'},
 ];
 
 const colourOf = (name: string, index: number): string => (name === 'prostate' ? '#ff8f7d' : structureColour(name, index));
@@ -22,12 +35,14 @@ export class DvhPanel {
   private chart: uPlot | null = null;
   private names = '';
 
-  constructor(private readonly host: HTMLElement, private readonly legend: HTMLElement, private readonly table: HTMLElement) {}
+  constructor(private readonly host: HTMLElement, private readonly legend: HTMLElement, private readonly table: HTMLTableElement) {}
 
-  show(dose: Dose | null): void {
+  /** `goals`: those of the implant are shown. */
+  show(dose: Dose | null, goals: readonly DoseGoal[]): void {
     this.host.classList.toggle('empty', dose === null);
-    this.table.parentElement!.hidden = dose === null;
-    this.table.replaceChildren(...(dose ? rows(dose) : []));
+    this.table.hidden = dose === null;
+    this.table.tHead!.replaceChildren(...(dose ? [headings(dose)] : []));
+    this.table.tBodies[0]!.replaceChildren(...(dose ? rows(dose, goals.filter((goal) => !goal.ofPlan)) : []));
     if (!dose) {
       this.chart?.destroy();
       this.chart = null;
@@ -35,11 +50,15 @@ export class DvhPanel {
       this.legend.replaceChildren();
       return;
     }
-    const names = dose.structures.map((structure) => structure.name).join('\n');
-    const length = Math.max(...dose.structures.map((structure) => structure.volumeShare.length), 1);
+    const curves = [
+      ...dose.structures.map((structure, i) => ({structure, colour: colourOf(structure.name, i), dash: [] as number[]})),
+      ...(dose.withPlanned ?? []).map((structure, i) => ({structure, colour: colourOf(structure.name, i), dash: [5, 4]})),
+    ];
+    const names = curves.map(({structure, dash}) => `${structure.name} ${dash.length}`).join('\n');
+    const length = Math.max(...curves.map(({structure}) => structure.volumeShare.length), 1);
     const data = [
       Array.from({length}, (_, percent) => (percent * dose.prescriptionGy) / 100),
-      ...dose.structures.map((structure) => Array.from({length}, (_, i) => 100 * (structure.volumeShare[i] ?? 0))),
+      ...curves.map(({structure}) => Array.from({length}, (_, i) => 100 * (structure.volumeShare[i] ?? 0))),
     ] as uPlot.AlignedData;
     if (this.chart && names === this.names) return this.chart.setData(data);
     this.names = names;
@@ -47,16 +66,21 @@ export class DvhPanel {
     this.chart = makeChart(this.host, {
       scales: {x: {time: false, range: [0, 2.5 * dose.prescriptionGy]}, y: {range: [0, 102]}},
       axes: [axis('dose, Gy', 'x'), axis('volume, %', 'y')],
-      series: [{}, ...dose.structures.map((structure, i): uPlot.Series => ({stroke: colourOf(structure.name, i), width: 2, points: {show: false}}))],
+      series: [{}, ...curves.map(({colour, dash}): uPlot.Series => ({stroke: colour, width: dash.length ? 1.25 : 2, dash, points: {show: false}}))],
       hooks: {draw: [(chart) => drawPrescription(chart, dose.prescriptionGy)]},
     }, data);
-    this.legend.replaceChildren(...dose.structures.map((structure, i) => {
-      const item = document.createElement('span');
-      item.style.setProperty('--line', colourOf(structure.name, i));
-      item.textContent = structure.name;
-      return item;
-    }));
+    this.legend.replaceChildren(
+      ...dose.structures.map((structure, i) => legendItem(structure.name, colourOf(structure.name, i))),
+      ...(dose.withPlanned ? [legendItem('with plan', 'dashed')] : []));
   }
+}
+
+function legendItem(text: string, line: string): HTMLElement {
+  const item = document.createElement('span');
+  if (line === 'dashed') item.className = 'dashed';
+  else item.style.setProperty('--line', line);
+  item.textContent = text;
+  return item;
 }
 
 function drawPrescription(chart: uPlot, gy: number): void {
@@ -76,24 +100,43 @@ function drawPrescription(chart: uPlot, gy: number): void {
   context.restore();
 }
 
-function rows(dose: Dose): HTMLElement[] {
-  return FIGURES.flatMap((figure) => {
-    const structure = dose.structures.find((candidate) => candidate.name === figure.structure);
-    if (!structure) return [];
-    const value = figure.of(structure);
-    const limit = figure.goal?.limit(dose.prescriptionGy);
-    const met = limit === undefined ? null : figure.goal!.above ? value > limit : value < limit;
-    const row = document.createElement('tr');
-    const cell = (text: string, className = ''): void => {
-      const td = document.createElement('td');
-      td.textContent = text;
-      td.className = className;
-      row.append(td);
+function row(kind: 'th' | 'td', cells: readonly [text: string, className: string][]): HTMLElement {
+  const made = document.createElement('tr');
+  for (const [text, className] of cells) {
+    const cell = document.createElement(kind);
+    cell.textContent = text;
+    cell.className = className;
+    made.append(cell);
+  }
+  return made;
+}
+
+const headings = (dose: Dose): HTMLElement =>
+  row('th', [['', ''], ['so far', 'number'], ...(dose.withPlanned ? [['with plan', 'number'] as [string, string]] : []), ['goal', 'number']]);
+
+function rows(dose: Dose, goals: readonly DoseGoal[]): HTMLElement[] {
+  const others = goals.filter((goal) => VALUES[goal.figure] && !FIGURES.some((f) => f.structure === goal.structure && f.name === goal.figure));
+  const figures = [...FIGURES, ...others.map((goal) => ({structure: goal.structure, name: goal.figure}))];
+  return figures.flatMap(({structure, name}) => {
+    const {unit, of} = VALUES[name]!;
+    const goal = goals.find((candidate) => candidate.structure === structure && candidate.figure === name);
+    const digits = unit === 'cm³' ? 2 : 1;
+    const valueIn = (structures: readonly StructureDose[]): number | null => {
+      const found = structures.find((candidate) => candidate.name === structure);
+      return found ? of(found) : null;
     };
-    cell(`${figure.structure} ${figure.name}`);
-    cell(Number.isNaN(value) ? '—' : `${value.toFixed(figure.unit === 'cm³' ? 2 : 1)} ${figure.unit}`, 'number');
-    cell(limit === undefined ? '' : `${figure.goal!.above ? '>' : '<'} ${+limit.toFixed(1)}`, 'number goal');
-    cell(met === null || Number.isNaN(value) ? '' : met ? '✓ met' : 'not met', met ? 'met' : 'missed');
-    return [row];
+    const cell = (value: number): [string, string] => {
+      if (Number.isNaN(value)) return ['—', 'number'];
+      if (!goal) return [value.toFixed(digits), 'number'];
+      const met = goal.above ? value >= goal.limit : value < goal.limit;
+      return [`${value.toFixed(digits)} ${met ? '✓' : '✗'}`, `number ${met ? 'met' : 'missed'}`];
+    };
+    const soFar = valueIn(dose.structures);
+    if (soFar === null) return [];
+    return [row('td', [
+      [`${structure} ${name === 'V100cc' ? 'V100' : name}, ${unit}`, ''], cell(soFar),
+      ...(dose.withPlanned ? [cell(valueIn(dose.withPlanned) ?? NaN)] : []),
+      [goal ? `${goal.above ? '≥' : '<'} ${+goal.limit.toFixed(1)}` : '', 'number goal'],
+    ])];
   });
 }

@@ -29,6 +29,18 @@ export interface SceneProbe {
   lengthMm: number;
   rectalWallMm: number;
 }
+/** What a figure of the dose should be. */
+export interface DoseGoal {
+  structure: string;
+  /** "V100" and others; a later version's too. */
+  figure: string;
+  /** In the figure's unit: %, cm³ or Gy. */
+  limit: number;
+  above: boolean;
+  /** Else of the implant. */
+  ofPlan: boolean;
+  source: string;
+}
 export interface SceneMessage {
   needleLengthMm: number;
   needleDiameterMm: number;
@@ -41,9 +53,12 @@ export interface SceneMessage {
   structures: Structure[];
   kernels: string[];
   probe: SceneProbe | null;
+  /** Empty: not sent. */
+  goals: DoseGoal[];
 }
 
 const PROBE_SECTION = 1;
+const GOALS_SECTION = 2;
 
 export function decodeScene(body: Uint8Array): SceneMessage {
   const reader = new ByteReader(body);
@@ -75,14 +90,16 @@ export function decodeScene(body: Uint8Array): SceneMessage {
   reader.u16();
   for (let i = 0; i < kernelCount; ++i) kernels.push(reader.text());
   let probe: SceneProbe | null = null;
+  let goals: DoseGoal[] = [];
   reader.sections((id, section) => {
-    if (id !== PROBE_SECTION) return false;
-    probe = readProbe(section);
+    if (id === PROBE_SECTION) probe = readProbe(section);
+    else if (id === GOALS_SECTION) goals = readGoals(section);
+    else return false;
     return true;
   });
   reader.finish();
   return {needleLengthMm, needleDiameterMm, seedLengthMm, seedDiameterMm, prescriptionGy, template, plannedNeedles,
-          plannedSeeds, structures, kernels, probe};
+          plannedSeeds, structures, kernels, probe, goals};
 }
 
 function readProbe(reader: ByteReader): SceneProbe {
@@ -92,6 +109,17 @@ function readProbe(reader: ByteReader): SceneProbe {
   const probe = {needle, diameterMm: reader.f64(), lengthMm: reader.f64(), rectalWallMm: reader.f64()};
   if (!(probe.diameterMm > 0 && probe.lengthMm > 0)) throw new ProtocolError('the probe has no size');
   return probe;
+}
+
+function readGoals(reader: ByteReader): DoseGoal[] {
+  const goals: DoseGoal[] = [];
+  const count = reader.u16();
+  reader.u16();
+  for (let i = 0; i < count; ++i) {
+    const [structure, figure, limit, flags] = [reader.text(), reader.text(), reader.f64(), reader.u16()];
+    goals.push({structure, figure, limit, above: (flags & 1) !== 0, ofPlan: (flags & 2) !== 0, source: reader.text()});
+  }
+  return goals;
 }
 
 function readStructure(reader: ByteReader): Structure {

@@ -244,7 +244,13 @@ export interface Dose {
   structures: StructureDose[];
   /** Gy at each surface vertex at rest; null: not sent. */
   surfaceGy: Float32Array | null;
+  /** The same structures once the planned seeds still in their needles lie where the plan has them; null: not sent. */
+  withPlanned: StructureDose[] | null;
 }
+
+const AT_SURFACE_SECTION = 1;
+const WITH_PLANNED_SECTION = 2;
+const LEAST_STRUCTURE_BYTES = 2 + 12 * 8 + 2;
 
 function readStructureDose(reader: ByteReader): StructureDose {
   const dose: StructureDose = {
@@ -256,15 +262,25 @@ function readStructureDose(reader: ByteReader): StructureDose {
   return dose;
 }
 
+function readStructureDoses(reader: ByteReader, count: number): StructureDose[] {
+  return Array.from({length: reader.fits(count, LEAST_STRUCTURE_BYTES)}, () => readStructureDose(reader));
+}
+
 export function decodeDose(body: Uint8Array): Dose {
   const reader = new ByteReader(body);
   const seeds = reader.u32();
   const structureCount = reader.u16();
   reader.u16();
-  const dose: Dose = {seeds, prescriptionGy: reader.f64(), airKermaStrengthU: reader.f64(), structures: [], surfaceGy: null};
-  for (let i = 0; i < structureCount; ++i) dose.structures.push(readStructureDose(reader));
+  const dose: Dose = {seeds, prescriptionGy: reader.f64(), airKermaStrengthU: reader.f64(), structures: [], surfaceGy: null, withPlanned: null};
+  dose.structures = readStructureDoses(reader, structureCount);
   reader.sections((id, section) => {
-    if (id !== 1) return false;
+    if (id === WITH_PLANNED_SECTION) {
+      const planned = section.u16();
+      section.skip(6);
+      dose.withPlanned = readStructureDoses(section, planned);
+      return true;
+    }
+    if (id !== AT_SURFACE_SECTION) return false;
     const count = section.u32();
     section.u32();
     section.fits(count, 4);

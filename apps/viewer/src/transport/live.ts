@@ -25,6 +25,8 @@ export class LiveConnection {
   onChange: () => void = () => {};
   /** Called with every ERROR: requests of this viewer that were refused. */
   onError: (error: ServerError) => void = () => {};
+  /** Called whenever a connection has been accepted. */
+  onOpen: () => void = () => {};
   reconnects = 0;
 
   private socket: Socket | null = null;
@@ -114,6 +116,7 @@ export class LiveConnection {
     if (refusal) return socket.close(`The daemon sent what does not fit: ${refusal}.`);
     if (message.kind === 'welcome') {
       if (this.status.phase !== 'open') this.status = {phase: 'open'};
+      this.onOpen();
       this.waitMs = FIRST_WAIT_MS;
       this.asked.splice(0).forEach((control) => this.control(control));
     } else if (message.kind === 'frame') {

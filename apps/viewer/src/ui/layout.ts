@@ -1,7 +1,7 @@
 // Tabs of the charts, and the panels that are drawers on a tablet.
 import {byId} from './dom.js';
 
-const TABS = ['needle', 'dose', 'ultrasound'] as const;
+const TABS = ['needle', 'dose', 'ultrasound', 'exercise'] as const;
 export type Tab = (typeof TABS)[number];
 
 export function setUpTabs(onChange: (id: Tab) => void): (id: Tab) => void {
@@ -14,15 +14,16 @@ export function setUpTabs(onChange: (id: Tab) => void): (id: Tab) => void {
     document.body.classList.toggle('scanning', id === 'ultrasound');
     onChange(id);
   };
-  TABS.forEach((tab, i) => {
+  for (const tab of TABS) {
     byId(`tab-${tab}`).addEventListener('click', () => select(tab));
     byId(`tab-${tab}`).addEventListener('keydown', (event) => {
       if (event.key !== 'ArrowLeft' && event.key !== 'ArrowRight') return;
-      const other = TABS[(i + (event.key === 'ArrowRight' ? 1 : TABS.length - 1)) % TABS.length]!;
+      const shown = TABS.filter((candidate) => !byId(`tab-${candidate}`).hidden);
+      const other = shown[(shown.indexOf(tab) + (event.key === 'ArrowRight' ? 1 : shown.length - 1)) % shown.length]!;
       select(other);
       byId(`tab-${other}`).focus();
     });
-  });
+  }
   return select;
 }
 

@@ -1,0 +1,100 @@
+#include "apps/daemon/exercise/exercise_pages.h"
+
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+namespace brachy {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+// A page that asks again sooner gets the same answer. It also bounds what clients can make the daemon compute.
+constexpr std::chrono::seconds kGoodFor{2};
+
+std::string text_of(const Json& json) {
+  return json.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+Json to_json(const ExerciseResult& result) {
+  Json lines = Json::array();
+  for (const BoundResult& bound : result.bounds)
+    lines.push_back({{"text", bound.text}, {"kept", bound.is_kept}});
+  return {{"state", "scored"}, {"passed", result.has_passed()}, {"lines", lines}};
+}
+
+net::DynamicPage json_page(std::function<std::string()> make) {
+  return {true, [make = std::move(make)] {
+            return net::DynamicPage::Content{200, "application/json", make()};
+          }};
+}
+
+}  // namespace
+
+ExercisePages::ExercisePages(EventLoop& loop, const std::optional<std::filesystem::path>& scene,
+                             std::function<Score()> score, std::function<void()> name_thread)
+    : loop_(loop), score_(std::move(score)) {
+  if (!scene) return;
+  std::vector<std::string> refusals;
+  exercises_ = exercises_beside(*scene, refusals);
+  for (const std::string& refusal : refusals) spdlog::warn("no exercise: {}", refusal);
+  const auto own = std::ranges::find(exercises_, true, &ExerciseFile::is_of_scene);
+  if (own == exercises_.end()) return;
+  running_ = &own->exercise;
+  if (!score_) return;
+  worker_ = std::make_unique<Worker>();
+  worker_->post(std::move(name_thread));
+}
+
+net::DynamicPages ExercisePages::pages() {
+  net::DynamicPages pages;
+  pages["/exercises"] = json_page([this] { return list(); });
+  pages["/exercise-result"] = json_page([this] { return result(); });
+  return pages;
+}
+
+void ExercisePages::stop() {
+  is_stopped_ = true;
+  if (worker_) worker_->stop();
+}
+
+std::string ExercisePages::list() const {
+  Json all = Json::array();
+  for (const ExerciseFile& file : exercises_)
+    all.push_back({{"file", file.file.filename().string()},
+                   {"name", file.exercise.name},
+                   {"asks", file.exercise.asks},
+                   {"passes", what_passes(file.exercise)},
+                   {"running", &file.exercise == running_}});
+  return text_of({{"exercises", all}, {"recorded", score_ != nullptr}});
+}
+
+std::string ExercisePages::result() {
+  if (!running_) return text_of({{"state", "none"}, {"why", "the scene that runs is no exercise's"}});
+  if (!worker_)
+    return text_of({{"state", "none"}, {"why", "nothing is recorded: start brachyd with --session DIR"}});
+  if (!is_scoring_ && !last_.empty() && Clock::now() - scored_at_ < kGoodFor) return last_;
+  if (!is_scoring_ && !is_stopped_) begin_score();
+  return text_of({{"state", "scoring"}});
+}
+
+void ExercisePages::begin_score() {
+  is_scoring_ = true;
+  worker_->post([this, exercise = *running_] {
+    Json result;
+    try {
+      result = to_json(judge(exercise, score_()));
+    } catch (const std::exception& e) {
+      result = {{"state", "none"}, {"why", e.what()}};
+    }
+    loop_.post([this, text = text_of(result)] {
+      last_ = text;
+      scored_at_ = Clock::now();
+      is_scoring_ = false;
+    });
+  });
+}
+
+}  // namespace brachy

@@ -1,0 +1,39 @@
+#include "core/brachytherapy/dose/dose_goal.h"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "test_paths.h"
+
+namespace brachy {
+namespace {
+
+std::string row_of(const DoseGoal& goal) {
+  std::ostringstream row;
+  row << "| " << goal.structure << " | " << goal.figure << " | " << goal.stage << " | " << goal.side << " "
+      << goal.limit << " | " << goal.source << " | ";
+  return row.str();
+}
+
+TEST(DoseGoals, AreThoseOfTheTable) {
+  std::ifstream page(BRACHY_SOURCE_DIR "/core/brachytherapy/dose/README.md");
+  std::vector<std::string> rows;
+  for (std::string line; std::getline(page, line);)
+    if (line.starts_with("| ") &&
+        (line.find(" | plan | ") != line.npos || line.find(" | implant | ") != line.npos))
+      rows.push_back(line);
+  const std::vector<DoseGoal> goals = default_dose_goals();
+  ASSERT_EQ(rows.size(), goals.size());
+  for (std::size_t i = 0; i < goals.size(); ++i) {
+    EXPECT_TRUE(rows[i].starts_with(row_of(goals[i]))) << rows[i] << "\nis not\n" << row_of(goals[i]);
+    EXPECT_FALSE(goals[i].source.empty());
+    EXPECT_TRUE(find_dose_index(goals[i].figure)) << goals[i].figure;
+  }
+}
+
+}  // namespace
+}  // namespace brachy
