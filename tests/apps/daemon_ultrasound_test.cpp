@@ -133,13 +133,21 @@ TEST_F(DaemonUltrasound, OpenIgtLinkHasTheSameImageInItsPlace) {
   boost::asio::io_context io;
   net::igtl::test::IgtlPeer slicer(io, daemon.igtl_port());
   ASSERT_TRUE(boss.join(daemon.port()));
-  ASSERT_TRUE(until_image([](const auto&) { return true; }));
+  // It gets messages of every tick, and who does not read for long is closed.
+  const auto until = [&](auto&& condition) {
+    return boss.until([&] {
+      slicer.take();
+      return condition();
+    });
+  };
+  ASSERT_TRUE(until([&] { return !boss.images.empty(); }));
   ScannerMessage request;
   request.probe_rotation_deg = 20;
   request.probe_depth_mm = 5;
   ASSERT_TRUE(ask(request));
   RigidTransform moving;
-  ASSERT_TRUE(until_image([&](const auto& image) {  // it has arrived
+  ASSERT_TRUE(until([&] {  // it has arrived
+    const net::ImageMessage& image = boss.images.back();
     const bool is_still = image.X_WI == moving && image.X_WI.R(1, 0) != 0;
     moving = image.X_WI;
     return is_still && boss.images.size() > 40;
@@ -148,10 +156,8 @@ TEST_F(DaemonUltrasound, OpenIgtLinkHasTheSameImageInItsPlace) {
   request.freeze = net::ScannerFreeze::kFrozen;
   ASSERT_TRUE(ask(request));
   ASSERT_TRUE(slicer.send_query("GET_IMAGE", "UltrasoundTransverse"));
-  ASSERT_TRUE(boss.until([&] {
-    slicer.take();
-    return slicer.count("IMAGE") == 1 && (boss.images.back().flags & net::kImageFrozen) != 0;
-  }));
+  ASSERT_TRUE(until(
+      [&] { return slicer.count("IMAGE") == 1 && (boss.images.back().flags & net::kImageFrozen) != 0; }));
   const net::ImageMessage& ours = boss.images.back();
   const net::Bytes expected = net::igtl::encode_image({1, "UltrasoundTransverse", 0}, ours);
   const auto& content = slicer.last("IMAGE").content;
