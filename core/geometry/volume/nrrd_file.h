@@ -16,10 +16,10 @@ struct NrrdVolume {
   bool is_integer() const { return !type.is_real; }
 };
 
-/// Reads an attached NRRD of scalars (parse_nrrd_header), with limits.max_layers = 1, of encoding raw, gzip or ascii
-/// and either byte order. The values become floats, which must hold them: whole numbers to ±2²⁴ (labels), finite ones.
-/// Memory: the values' and 64 KiB; of gzip no more is decompressed than the sizes need, and none where so few bytes
-/// cannot hold them.
+/// Reads an attached NRRD of scalars (parse_nrrd_header), with limits.max_layers = 1, of encoding raw, gzip or
+/// ascii and either byte order. The values become floats, which must hold them: whole numbers to ±2²⁴ (labels),
+/// finite ones. Memory: the values' and 64 KiB; of gzip no more is decompressed than the sizes need, and none where
+/// so few bytes cannot hold them.
 /// `name`: for messages. Errors: UserError "name: what; fix", one line.
 /// Threads: any, independent calls. Not real-time.
 NrrdVolume parse_nrrd(std::string_view bytes, const std::string& name, const NrrdLimits& limits = {});
