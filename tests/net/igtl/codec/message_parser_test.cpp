@@ -112,6 +112,20 @@ TEST(IgtlMessageParser, IsLostWithAnotherVersionOrABodyBeyondAllReason) {
   }
 }
 
+TEST(IgtlMessageParser, ReadsAHeaderOfVersion3AsOfVersion2) {
+  Bytes version3 = encode_transform({2, "NeedleToRas", 1}, {Mat3::Identity(), Vec3(1, 2, 3)}, "OK");
+  version3[1] = std::byte{3};
+  MessageParser parser;
+  MessageParser::Message parsed;
+  parser.feed(version3);
+  ASSERT_EQ(parser.next(parsed), Parsed::kMessage);
+  EXPECT_EQ(parsed.header.type, "TRANSFORM");
+  EXPECT_EQ(parsed.find_metadata("TransformStatus"), "OK");
+  const auto X = decode_transform(parsed.content);
+  ASSERT_TRUE(X);
+  EXPECT_EQ(X->p, Vec3(1, 2, 3));
+}
+
 TEST(IgtlMessageParser, SkipsAMessageTooLongForItsType) {
   MessageParser parser;
   MessageParser::Message parsed;
