@@ -56,7 +56,7 @@ std::vector<DoseGoal> default_dose_goals() {
           {"prostate", "V150", "plan", "below", 60, kAbs},
           {"urethra", "D5", "plan", "below", 150, kAbs},
           {"urethra", "D10", "plan", "below", 150, kBoth},
-          {"urethra", "D30", "plan", "below", 130, kBoth},
+          {"urethra", "D30", "plan", "below", 125, kAbs},
           {"rectum", "D2cc", "plan", "below", 100, kBoth},
           {"rectum", "D0.1cc", "plan", "below", 200.0 / 1.45, kEstro},
           {"rectum", "V100cc", "plan", "below", 1, kAbs},
@@ -64,7 +64,7 @@ std::vector<DoseGoal> default_dose_goals() {
           {"prostate", "D90", "implant", "above", 90, kAbs},
           {"prostate", "V150", "implant", "below", 70, "no source found"},
           {"urethra", "D10", "implant", "below", 150, kBoth},
-          {"urethra", "D30", "implant", "below", 130, kBoth},
+          {"urethra", "D30", "implant", "below", 125, kAbs},
           {"rectum", "D2cc", "implant", "below", 100, kTg137},
           {"rectum", "D0.1cc", "implant", "below", 200.0 / 1.45, kBoth},
           {"rectum", "V100cc", "implant", "below", 1, kAbs}};
