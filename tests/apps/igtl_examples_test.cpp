@@ -40,7 +40,8 @@ struct IgtlBrachyd {
   std::string igtl_port;
 };
 
-/// The next matrix that an example prints with igtl::PrintMatrix: its rows without the last, as text.
+/// The next matrix that an example prints with igtl::PrintMatrix: its rows without the last, as text. None at the
+/// end, which may cut one in two where the example was stopped.
 std::optional<std::vector<std::string>> read_matrix(ChildProcess& client) {
   std::optional<std::string> line;
   do {
@@ -48,9 +49,9 @@ std::optional<std::vector<std::string>> read_matrix(ChildProcess& client) {
     if (!line) return std::nullopt;
   } while (!line->starts_with("====="));
   std::vector<std::string> rows;
-  for (int row = 0; row < 4; ++row) rows.push_back(client.read_line().value_or(""));
+  while ((line = client.read_line()) && !line->starts_with("=====")) rows.push_back(*line);
+  if (!line || rows.size() != 4) return std::nullopt;
   rows.pop_back();
-  client.read_line();
   return rows;
 }
 
