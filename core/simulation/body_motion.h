@@ -50,7 +50,7 @@ class BodyMotion {
 /// The field u of the body's frame, seen in the world: X ↦ A (X + u(X)) + b − X at single points.
 class MovedField : public DisplacementField {
  public:
-  MovedField(const DisplacementField& field, const BodyFrame& frame) : field_(field), frame_(frame) {}
+  MovedField(DisplacementField& field, const BodyFrame& frame) : field_(field), frame_(frame) {}
 
   std::span<const std::uint32_t> touched() const override { return field_.touched(); }
   const BlockDisplacement<float>& displacement(std::uint32_t block) const override {
@@ -60,9 +60,14 @@ class MovedField : public DisplacementField {
     const Vec3 u = field_.displacement_at(X);
     return frame_.is_identity() ? u : Vec3(frame_.to_world(X + u) - X);
   }
+  void displacements_at(std::span<const Vec3> X, std::span<Vec3> u) noexcept override {
+    field_.displacements_at(X, u);
+    if (frame_.is_identity()) return;
+    for (std::size_t i = 0; i < X.size(); ++i) u[i] = frame_.to_world(X[i] + u[i]) - X[i];
+  }
 
  private:
-  const DisplacementField& field_;
+  DisplacementField& field_;
   const BodyFrame& frame_;
 };
 

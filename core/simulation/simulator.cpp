@@ -68,7 +68,8 @@ void Simulator::resume_from(const Simulator& other) noexcept {
   tick_ = other.tick_;
   implant_ = other.implant_;
   body_.resume_from(other.body_);
-  implant_.move(tick_, MovedField(*field_, body_.frame()));
+  MovedField moved(*field_, body_.frame());
+  implant_.move(tick_, moved);
   seed_loading_ = other.seed_loading_;
   pose_histories_ = other.pose_histories_;
   failed_drops_ = other.failed_drops_;
@@ -246,7 +247,8 @@ void Simulator::deform() noexcept {
   else
     apply_everywhere();
   shown_frame_ = body_.frame();
-  implant_.move(tick_, MovedField(*field_, body_.frame()));
+  MovedField moved(*field_, body_.frame());
+  implant_.move(tick_, moved);
 }
 
 // The body has moved as a whole, or swollen: so has every point.

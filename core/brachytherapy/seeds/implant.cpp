@@ -8,21 +8,20 @@
 namespace brachy {
 namespace {
 
-constexpr double kAlong = 1e-3;  // mm, to either side: the difference that gives a seed's direction
+// To either side: the difference that gives a seed's direction. Well above what floats resolve (displacements_at), well
+// below a needle's radius, within which the field varies.
+constexpr double kAlongMm = 0.05;
 
 bool is_found(Inversion result) {
   return result == Inversion::kFound || result == Inversion::kAmbiguous;
 }
 
-// Moves the seed with the field; true if it moved.
-bool carry(Seed& seed, const DisplacementField& field) {
-  if (seed.is_fixed) return false;
-  const Vec3 u = field.displacement_at(seed.rest);
-  const Vec3 half = kAlong * seed.rest_axis;  // to both sides: a field may have a cusp at its landmark
-  const Vec3 turned =
-      0.5 * (field.displacement_at(seed.rest + half) - field.displacement_at(seed.rest - half));
+// Moves the seed to where the field takes its middle and, for its direction, the points kAlongMm before and behind it;
+// true if it moved. To both sides: a field may have a cusp at its landmark.
+bool carry(Seed& seed, const Vec3& u, const Vec3& u_before, const Vec3& u_behind) {
+  const Vec3 turned = 0.5 * (u_before - u_behind);
   const Vec3 position = seed.rest + u;
-  const Vec3 axis = turned.isZero(0) ? seed.rest_axis : (half + turned).normalized();
+  const Vec3 axis = turned.isZero(0) ? seed.rest_axis : (kAlongMm * seed.rest_axis + turned).normalized();
   if (position == seed.position && axis == seed.axis) return false;
   seed.position = position;
   seed.axis = axis;
@@ -34,6 +33,8 @@ bool carry(Seed& seed, const DisplacementField& field) {
 Implant::Implant(std::size_t max_count) : max_count_(max_count) {
   seeds_.reserve(max_count);
   changed_.reserve(max_count);
+  X_.reserve(kPointsOfSeed * max_count);
+  u_.resize(kPointsOfSeed * max_count);
 }
 
 void Implant::restore(std::span<const Seed> seeds) {
@@ -60,16 +61,29 @@ DropRefusal Implant::drop(Seed seed, const Place& place) noexcept {
   } else {
     seed.rest = point.X;
     seed.rest_axis = (point.F.inverse() * seed.dropped_axis).normalized();
-    carry(seed, place.field);
+    const Vec3 along = kAlongMm * seed.rest_axis;
+    carry(seed, place.field.displacement_at(seed.rest), place.field.displacement_at(seed.rest + along),
+          place.field.displacement_at(seed.rest - along));
   }
   seeds_.push_back(seed);
   changed_.push_back(seed.tick);
   return DropRefusal::kNone;
 }
 
-void Implant::move(std::uint64_t tick, const DisplacementField& field) noexcept {
-  for (std::size_t i = 0; i < seeds_.size(); ++i)
-    if (carry(seeds_[i], field)) changed_[i] = tick;
+void Implant::move(std::uint64_t tick, DisplacementField& field) noexcept {
+  X_.clear();
+  for (const Seed& seed : seeds_) {
+    if (seed.is_fixed) continue;
+    const Vec3 along = kAlongMm * seed.rest_axis;
+    for (const Vec3& X : {seed.rest, Vec3(seed.rest + along), Vec3(seed.rest - along)}) X_.push_back(X);
+  }
+  field.displacements_at(X_, {u_.data(), X_.size()});
+  const Vec3* u = u_.data();
+  for (std::size_t i = 0; i < seeds_.size(); ++i) {
+    if (seeds_[i].is_fixed) continue;
+    if (carry(seeds_[i], u[0], u[1], u[2])) changed_[i] = tick;
+    u += kPointsOfSeed;
+  }
 }
 
 }  // namespace brachy

@@ -37,8 +37,8 @@ class Implant {
   /// material point is found, keeps it in a needle that is in the tissue: then returns the reason.
   DropRefusal drop(Seed seed, const Place& place) noexcept;
 
-  /// Moves the seeds with `field`.
-  void move(std::uint64_t tick, const DisplacementField& field) noexcept;
+  /// Moves the seeds with `field`, which evaluates them together (displacements_at).
+  void move(std::uint64_t tick, DisplacementField& field) noexcept;
 
   std::span<const Seed> seeds() const { return seeds_; }
   std::size_t max_count() const { return max_count_; }
@@ -46,9 +46,12 @@ class Implant {
   std::uint64_t changed_tick(std::size_t i) const { return changed_[i]; }
 
  private:
+  static constexpr std::size_t kPointsOfSeed = 3;
+
   std::size_t max_count_;
   std::vector<Seed> seeds_;
   std::vector<std::uint64_t> changed_;
+  std::vector<Vec3> X_, u_;  // of move: the points of all seeds that move, and their displacements
 };
 
 }  // namespace brachy
