@@ -25,6 +25,8 @@ void add_needles_benches(Report& report,
                          const BenchOptions& options);  ///< whole ticks with three needles at work
 void add_resting_benches(Report& report,
                          const BenchOptions& options);  ///< whole ticks with many needles in the gland
+void add_organs_benches(Report& report,
+                        const BenchOptions& options);  ///< what the test against organs adds to a tick
 void add_dose_benches(Report& report,
                       const BenchOptions& options);  ///< a seed on the dose grid, DVH, and the grid's spacing
 void add_ultrasound_benches(Report& report,

@@ -106,6 +106,7 @@ void run(int argc, char** argv) {
   add_reactions_benches(report, options);
   add_needles_benches(report, options);
   add_resting_benches(report, options);
+  add_organs_benches(report, options);
   add_dose_benches(report, options);
   add_ultrasound_benches(report, options);
   add_figure6_benches(report, options);
