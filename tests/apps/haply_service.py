@@ -106,6 +106,8 @@ class Haply(unittest.TestCase):
     def wait_for(self, condition, seconds=60):
         end = time.monotonic() + seconds
         while not condition():
+            if self.adapter.poll() is not None:
+                self.fail(f"the adapter ended: {self.adapter.stderr.read()}")
             self.assertLess(time.monotonic(), end)
             time.sleep(0.002)
 
@@ -121,7 +123,7 @@ class Haply(unittest.TestCase):
             address = brachyd.stdout.readline().split()[-1]
             service = Service(dialect)
             line = [HAPLY_DEVICE, address, "--service", service.address, "--dialect", dialect]
-            adapter = subprocess.Popen(line, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+            adapter = self.adapter = subprocess.Popen(line, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
             self.addCleanup(adapter.kill)
             self.wait_for(lambda: len(service.cycles) > 200)
             for _ in range(440):  # 44 mm away from the user: 5 mm into the gland
