@@ -1,6 +1,7 @@
 // What testing needles against the organs adds to a tick: three needles of the default scene, the middle one through
 // the urethra, to and fro at 12 cm/s. The baseline is the same tick of a scene without organs. On psi31, whose ticks
-// are the shortest: what is added is the same on every model. `added_…` is of the differences tick by tick, each the least of 20 rounds.
+// are the shortest: what is added is the same on every model. `added_…` is of the differences tick by tick, each the
+// least of 20 rounds.
 #include <algorithm>
 #include <limits>
 #include <memory>
