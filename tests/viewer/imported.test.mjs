@@ -26,7 +26,7 @@ function writeScene() {
   const header = `NRRD0004\ntype: float\ndimension: 3\nspace: right-anterior-superior\nsizes: ${SIZE.join(' ')}\nspace directions: (1,0,0) (0,1,0) (0,0,2.5)\nendian: little\nencoding: raw\nspace origin: (${ORIGIN.join(',')})\n\n`;
   writeFileSync(join(artefacts, 'volume.nrrd'), Buffer.concat([Buffer.from(header), Buffer.from(values.buffer)]));
   const cube = ['ply', 'format ascii 1.0', 'element vertex 4', 'property float x', 'property float y', 'property float z', 'element face 4',
-    'property list uchar int vertex_indices', 'end_header', '0 26 0', '8 26 0', '0 34 0', '0 26 8', '3 0 2 1', '3 0 1 3', '3 1 2 3', '3 0 3 2', ''].join('\n');
+    'property list uchar int vertex_indices', 'end_header', '32 0 0', '40 0 0', '32 8 0', '32 0 8', '3 0 2 1', '3 0 1 3', '3 1 2 3', '3 0 3 2', ''].join('\n');
   writeFileSync(join(artefacts, 'node.ply'), cube);
   writeFileSync(join(artefacts, 'scene.toml'), `name = "imported"
 [tissue]
@@ -64,7 +64,7 @@ async function pictureAfter(act) {
   const before = await page.evaluate('brachy.pictures');
   await act();
   await comesTrue(page, `brachy.pictures > ${before}`);
-  return page.locator('#view').screenshot({mask: [page.locator('#legend')]});
+  return page.locator('#view').screenshot({mask: [page.locator('#legend'), page.locator('#views')]});
 }
 /** Red, green, blue and how many pixels are nearly so. */
 const pixelsLike = (png, rgb) => blank.evaluate(async ([data, rgb]) => {
