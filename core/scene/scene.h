@@ -171,9 +171,9 @@ struct BrokerSettings {
 
 /// A structure of the patient: dose is reported for it (core/scene/load_structures.h).
 struct StructureSettings {
-  std::string name;   ///< "urethra", "rectum" or any other of letters, digits, _ and -; once
-  std::string file;   ///< STL, OBJ or PLY, mm, relative to the scene file
-  std::string place;  ///< file:line, for messages
+  std::string name;         ///< "urethra", "rectum" or any other of letters, digits, _ and -; once
+  std::string file;         ///< STL, OBJ or PLY, mm, relative to the scene file
+  std::string place;        ///< file:line, for messages
   std::string colour = {};  ///< "#rrggbb", in viewers; empty: theirs
 
   bool operator==(const StructureSettings&) const = default;

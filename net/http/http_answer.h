@@ -31,7 +31,7 @@ struct HttpQuery {
 struct HttpAnswer {
   int status = 200;  ///< 101: continue as WebSocket, nothing else is set
   std::vector<std::pair<std::string, std::string>> headers;
-  std::string text;                   ///< the body, where `file` and `shared` are null
+  std::string text;  ///< the body, where `file` and `shared` are null
   std::shared_ptr<const std::string> shared = {};
   const ServedFile* file = nullptr;   ///< the body, of the files given
   const DynamicPage* page = nullptr;  ///< of the pages given: generates the answer, for an authorised client

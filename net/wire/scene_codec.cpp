@@ -74,7 +74,8 @@ void fields(Archive& archive, MaybeConst<SceneMessage> auto& message) {
                              section.check(probe.diameter_mm > 0 && probe.length_mm > 0,
                                            "the probe has no size");
                            }},
-                   Section{kGoalsSection, !message.goals.empty(), [&](auto& section) {
+                   Section{kGoalsSection, !message.goals.empty(),
+                           [&](auto& section) {
                              section.u16_list(message.goals, kGoalBytes, [&](auto& goal) {
                                section.text(goal.structure, kMaxNameBytes);
                                section.text(goal.figure, kMaxNameBytes);

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Fuzzes targets by turns until they have run so many inputs together without a finding; what earlier runs counted, of this
-# build folder, is in it. Exits with 1 at the first finding, and names it.
+# Fuzzes targets by turns until they have run so many inputs together without a finding; what earlier runs of this
+# build folder counted is in it. Exits with 1 at the first finding, and names it.
 #   scripts/campaigns/fuzz_count.sh [--executions N] [--slice SECONDS] [--jobs 1|2] [--most SECONDS] [TARGET…]
 #     N: 10,000,000; a slice of each target in turn: 60 s; --most: stop after so long, with 3 where N is not reached
 #     TARGET: as of scripts/fuzz.sh; by default what `brachy import` reads
@@ -47,6 +47,7 @@ until show; do
     exit $status
   fi
   for target in "${targets[@]}"; do
-    awk -v t="$target" -v s="$slice" '$1 == t && $2 ~ /^[0-9]+$/ { print t, $2, s }' build/asan/fuzz/last_slice >>$counts
+    awk -v t="$target" -v s="$slice" '$1 == t && $2 ~ /^[0-9]+$/ { print t, $2, s }' \
+      build/asan/fuzz/last_slice >>$counts
   done
 done

@@ -23,7 +23,8 @@ TEST(ShownVolume, IsThePartWithinTheBoxWhereItLies) {
   ASSERT_TRUE(part);
   EXPECT_EQ(part->grid().size, (std::array<std::size_t, 3>{3, 6, 3}));
   EXPECT_EQ(part->grid().origin, Vec3(2, 2, 4));
-  for (const Vec3& X : {Vec3(2, 2, 4), Vec3(4, 7, 8), Vec3(3, 5, 6)}) EXPECT_EQ(part->nearest(X), whole.nearest(X));
+  for (const Vec3& X : {Vec3(2, 2, 4), Vec3(4, 7, 8), Vec3(3, 5, 6)})
+    EXPECT_EQ(part->nearest(X), whole.nearest(X));
   EXPECT_FALSE(shown_part(whole, {20, 0, 0}, {30, 8, 8}));
   EXPECT_FALSE(shown_part(whole, {1.2, 0, 0}, {1.8, 8, 8})) << "between two voxels";
 }
@@ -37,7 +38,8 @@ TEST(ShownVolume, OfAnObliqueVolumeHoldsTheWholeBox) {
   ASSERT_TRUE(part);
   EXPECT_LT(part->grid().count(), grid.count() / 4);
   for (int corner = 0; corner < 8; ++corner)
-    EXPECT_TRUE(part->contains(Vec3((corner & 1) != 0 ? 5 : -5, (corner & 2) != 0 ? 5 : -5, (corner & 4) != 0 ? 5 : -5)));
+    EXPECT_TRUE(part->contains(
+        Vec3((corner & 1) != 0 ? 5 : -5, (corner & 2) != 0 ? 5 : -5, (corner & 4) != 0 ? 5 : -5)));
 }
 
 TEST(ShownVolume, HasAtMostSoManyVoxelsWhosePlacesAndMeanStay) {
@@ -56,7 +58,8 @@ TEST(ShownVolume, ComesBackFromItsTextToHalfAStepOfItsWords) {
   const NrrdHeader header = parse_nrrd_header(text, "volume");
   EXPECT_EQ(header.grid.size, whole.grid().size);
   EXPECT_EQ(header.grid.steps, whole.grid().steps);
-  const double least = std::stod(header.keys.at("value_least")), step = std::stod(header.keys.at("value_step"));
+  const double least = std::stod(header.keys.at("value_least")),
+               step = std::stod(header.keys.at("value_step"));
   const NrrdVolume back = parse_nrrd(text, "volume");
   for (std::size_t n = 0; n < whole.values().size(); ++n)
     ASSERT_NEAR(least + step * double{back.volume.values()[n]}, whole.values()[n], 0.51 * step);

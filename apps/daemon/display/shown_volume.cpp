@@ -108,8 +108,9 @@ net::DynamicPage volume_page(const Scene& scene, double margin_mm) {
   const Vec3 half = 0.5 * scene.box.size_mm + Vec3::Constant(margin_mm);
   const auto part = shown_part(read.volume, scene.box.centre_mm - half, scene.box.centre_mm + half);
   if (!part)
-    throw UserError(file.string() + ": has no voxel about the scene's box; is it the image of this patient, in "
-                                    "its frame? Correct display.volume, or leave it out");
+    throw UserError(file.string() +
+                    ": has no voxel about the scene's box; is it the image of this patient, in "
+                    "its frame? Correct display.volume, or leave it out");
   return {true, [body = std::make_shared<const std::string>(shown_text(*part))] {
             return net::DynamicPage::Content{200, "application/octet-stream", {}, body};
           }};

@@ -278,9 +278,10 @@ void CaseReader::read_volume() {
     case_.left.push_back(std::to_string(series_.size() - 1) + " shorter series of images");
   const VoxelGrid& grid = case_.volume->grid;
   if (case_.volume_modality != "US") {
-    case_.left.push_back("the " + case_.volume_modality +
-                         " images are no echoes: the ultrasound image is made of the structures; to use them all "
-                         "the same, add under [ultrasound] in scene.toml: volume = \"volume.nrrd\"");
+    case_.left.push_back(
+        "the " + case_.volume_modality +
+        " images are no echoes: the ultrasound image is made of the structures; to use them all "
+        "the same, add under [ultrasound] in scene.toml: volume = \"volume.nrrd\"");
     return;
   }
   // The display of a scanner: its whole scale of grey for some 60 dB.
@@ -294,9 +295,10 @@ void CaseReader::read_volume() {
   if (meets_gland && db_per_value >= 1e-6 && db_per_value <= 100)
     case_.echo_db_per_value = db_per_value;
   else
-    case_.left.push_back(meets_gland ? "the US images are not used for the ultrasound image: Rescale Slope "
-                                       "(0028,1053) leaves no scale in dB"
-                                     : "the US images are not used for the ultrasound image: they do not meet the gland");
+    case_.left.push_back(
+        meets_gland ? "the US images are not used for the ultrasound image: Rescale Slope "
+                      "(0028,1053) leaves no scale in dB"
+                    : "the US images are not used for the ultrasound image: they do not meet the gland");
 }
 
 ImportedCase CaseReader::read() {

@@ -339,7 +339,8 @@ TEST_F(Import, SaysHowToUseImagesThatAreNoEchoesForTheUltrasound) {
 
 TEST_F(Import, GivesTheSceneTheColoursOfTheStructures) {
   const TempFolder out;
-  ASSERT_TRUE(exited(run_brachy({"import", (*folder_ / "dicom/rtstruct.dcm").string(), "--out", (out / "s").string()}), 0));
+  ASSERT_TRUE(exited(
+      run_brachy({"import", (*folder_ / "dicom/rtstruct.dcm").string(), "--out", (out / "s").string()}), 0));
   const Scene scene = load_scene(out / "s/scene.toml");
   const auto json = json_file(out / "s/import.json").at("structures");
   EXPECT_EQ(scene.tissue.colour, json.at(0).at("colour"));

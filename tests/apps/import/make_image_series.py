@@ -1,7 +1,8 @@
 #!/usr/bin/python3
-"""Puts a series of images beside an exported RTSTRUCT: a ramp of grey along x, and a bright ball in the middle of the gland.
+"""Puts a series of images beside an exported RTSTRUCT: a ramp of grey along x, a bright ball in the middle of the gland.
 
-usage: make_image_series.py EXPORT OUT MODALITY     reads EXPORT/rtstruct.dcm, writes OUT/rtstruct.dcm and OUT/image_NNN.dcm
+usage: make_image_series.py EXPORT OUT MODALITY
+reads EXPORT/rtstruct.dcm, writes OUT/rtstruct.dcm and OUT/image_NNN.dcm
 """
 
 import pathlib
@@ -33,13 +34,15 @@ def main():
     for n in range(SLICES):
         z = SLICE_MM * n
         values = 0.5 * most * x / x.max()
-        far = np.sqrt((corner[0] + x - middle[0]) ** 2 + (corner[1] + y - middle[1]) ** 2 + (corner[2] + z - middle[2]) ** 2)
+        away = corner - middle
+        far = np.sqrt((away[0] + x) ** 2 + (away[1] + y) ** 2 + (away[2] + z) ** 2)
         values[far < 8] = most
         image = Dataset()
         image.file_meta = FileMetaDataset()
         image.file_meta.TransferSyntaxUID = ExplicitVRLittleEndian
         image.SOPClassUID = image.file_meta.MediaStorageSOPClassUID = CLASSES[modality]
-        image.SOPInstanceUID = image.file_meta.MediaStorageSOPInstanceUID = generate_uid(entropy_srcs=["image", modality, str(n)])
+        uid = generate_uid(entropy_srcs=["image", modality, str(n)])
+        image.SOPInstanceUID = image.file_meta.MediaStorageSOPInstanceUID = uid
         image.Modality, image.SeriesInstanceUID, image.FrameOfReferenceUID = modality, series, frame
         image.PatientName = "Doe^Jane"
         image.ImagePositionPatient = [round(float(v), 6) for v in corner + [0, 0, z]]

@@ -25,8 +25,8 @@ inline ::testing::AssertionResult is_closed_manifold(const SurfaceMesh& mesh) {
   for (const Edge& edge : directed) {
     const auto there = times(edge), back = times({edge.second, edge.first});
     if (there != 1 || back != 1)
-      return ::testing::AssertionFailure() << "edge " << edge.first << " " << edge.second << " occurs " << there
-                                           << " times, and back " << back;
+      return ::testing::AssertionFailure() << "edge " << edge.first << " " << edge.second << " occurs "
+                                           << there << " times, and back " << back;
   }
   return mesh.triangles.empty() ? ::testing::AssertionFailure() << "empty" : ::testing::AssertionSuccess();
 }
