@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Puts a series of images beside an exported RTSTRUCT: a ramp of grey along x, a bright ball in the middle of the gland.
+"""Puts a series of images beside an RTSTRUCT: a ramp of grey along x, a bright ball in the middle of the gland.
 
 usage: make_image_series.py EXPORT OUT MODALITY
 reads EXPORT/rtstruct.dcm, writes OUT/rtstruct.dcm and OUT/image_NNN.dcm
