@@ -18,6 +18,7 @@
 #include "apps/daemon/control/scanner_console.h"
 #include "apps/daemon/control/scene_reload.h"
 #include "apps/daemon/daemon_setup.h"
+#include "apps/daemon/display/shown_volume.h"
 #include "apps/daemon/exercise/exercise_pages.h"
 #include "apps/daemon/forces/force_cycle.h"
 #include "apps/daemon/forces/safety_notices.h"
@@ -159,6 +160,7 @@ class Daemon::Impl {
       http.port = static_cast<std::uint16_t>(port);
       http.pages = telemetry_.pages();
       http.pages.merge(exercises_.pages());
+      if (!scene.display.volume.empty()) http.pages["/volume"] = volume_page(scene);
       http_.emplace(loop_.io(), server_, std::move(http), served_viewer(), log_);
     }
     if (broker_) publisher_.emplace(loop_.io(), server_, *broker_, log_);

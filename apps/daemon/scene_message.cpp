@@ -2,10 +2,26 @@
 
 #include <algorithm>
 
+#include "core/base/colour_text.h"
 #include "core/brachytherapy/dose/source.h"
 #include "core/models/matrix_kernel/matrix_models.h"
 
 namespace brachy {
+namespace {
+
+std::vector<net::SceneColour> colours_of(const Scene& scene) {
+  std::vector<net::SceneColour> colours;
+  const auto add = [&](const std::string& name, const std::string& text) {
+    if (const auto rgb = colour_from(text)) colours.push_back({name, (*rgb)[0], (*rgb)[1], (*rgb)[2]});
+  };
+  for (const StructureSettings& structure : scene.structures) add(structure.name, structure.colour);
+  // Tissue that is more than the gland is no structure.
+  if (std::ranges::find(scene.structures, "prostate", &StructureSettings::name) == scene.structures.end())
+    add("prostate", scene.tissue.colour);
+  return colours;
+}
+
+}  // namespace
 
 net::SceneMessage make_scene_message(const Scene& scene, const std::optional<Plan>& plan,
                                      const std::vector<Structure>& structures) {
@@ -41,6 +57,7 @@ net::SceneMessage make_scene_message(const Scene& scene, const std::optional<Pla
   for (const DoseGoal& goal : scene.goals.empty() ? default_dose_goals() : scene.goals)
     message.goals.push_back({goal.structure, goal.figure, goal.limit_for(message.prescription_gy),
                              goal.is_above(), goal.is_of_plan(), goal.source});
+  message.colours = colours_of(scene);
   return message;
 }
 

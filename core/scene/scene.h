@@ -34,6 +34,7 @@ struct TissueSettings {
   Vec3 phantom_size_mm = kPhantomSize;  ///< its bounding box
   double min_island_share = 0.01;       ///< islands under this share of the volume are dropped and reported
   double weld_tolerance_mm = 1e-4;
+  std::string colour;      ///< "#rrggbb", in viewers; empty: theirs
   std::uint64_t seed = 1;  ///< of the interior points
   /// of tissue in no region; 17 kPa Young's modulus of a gland (core/DESIGN.md, section 5), a third of it
   double shear_modulus_kpa = 6;
@@ -170,11 +171,19 @@ struct BrokerSettings {
 
 /// A structure of the patient: dose is reported for it (core/scene/load_structures.h).
 struct StructureSettings {
-  std::string name;   ///< "urethra", "rectum" or any other of letters, digits, _ and -; once
-  std::string file;   ///< STL, OBJ or PLY, mm, relative to the scene file
-  std::string place;  ///< file:line, for messages
+  std::string name;         ///< "urethra", "rectum" or any other of letters, digits, _ and -; once
+  std::string file;         ///< STL, OBJ or PLY, mm, relative to the scene file
+  std::string place;        ///< file:line, for messages
+  std::string colour = {};  ///< "#rrggbb", in viewers; empty: theirs
 
   bool operator==(const StructureSettings&) const = default;
+};
+
+/// What viewers show beside the simulation.
+struct DisplaySettings {
+  std::string volume;  ///< NRRD, in slices; relative to the scene file; empty: none
+
+  bool operator==(const DisplaySettings&) const = default;
 };
 
 /// All settings of a scene file (config/KEYS.md). The defaults are those of config/prostate.toml. Checked by
@@ -203,6 +212,7 @@ struct Scene {
   DoseSettings dose;
   std::vector<StructureSettings> structures;
   std::vector<DoseGoal> goals;  ///< none: default_dose_goals()
+  DisplaySettings display;
   RateSettings rates;
   EngineSettings engine;
   RealtimeSettings realtime;

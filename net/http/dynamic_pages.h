@@ -2,6 +2,7 @@
 
 #include <functional>
 #include <map>
+#include <memory>
 #include <string>
 
 namespace brachy::net {
@@ -12,6 +13,7 @@ struct DynamicPage {
     int status = 200;
     std::string content_type = "text/plain; charset=utf-8";
     std::string text;
+    std::shared_ptr<const std::string> shared = {};  ///< in place of `text`: one body for all answers
   };
   bool needs_token = true;  ///< a viewer's token, where the server has tokens
   std::function<Content()> make;

@@ -49,6 +49,7 @@ HttpAnswer page_answer(DynamicPage::Content content) {
   answer.status = content.status;
   answer.headers = {{"Content-Type", std::move(content.content_type)}, {"Cache-Control", "no-store"}};
   answer.text = std::move(content.text);
+  answer.shared = std::move(content.shared);
   return with_common_headers(std::move(answer));
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <boost/asio/ip/address.hpp>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -30,13 +31,17 @@ struct HttpQuery {
 struct HttpAnswer {
   int status = 200;  ///< 101: continue as WebSocket, nothing else is set
   std::vector<std::pair<std::string, std::string>> headers;
-  std::string text;                   ///< the body, where `file` is null
+  std::string text;  ///< the body, where `file` and `shared` are null
+  std::shared_ptr<const std::string> shared = {};
   const ServedFile* file = nullptr;   ///< the body, of the files given
   const DynamicPage* page = nullptr;  ///< of the pages given: generates the answer, for an authorised client
   bool sends_body = true;             ///< false: its length alone is sent (HEAD)
   bool closes = false;                ///< of the connection of no further use
 
-  std::string_view body() const { return file ? std::string_view(file->content) : text; }
+  std::string_view body() const {
+    if (file) return file->content;
+    return shared ? *shared : text;
+  }
 };
 
 /// The answer to a request. Pure.

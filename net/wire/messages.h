@@ -365,6 +365,12 @@ struct SceneGoal {
   std::string source;             ///< who recommends it
 };
 
+/// In what colour a structure is shown.
+struct SceneColour {
+  std::string name;  ///< of SceneMessage::structures or of DOSE, such as "prostate", the tissue; once
+  std::uint8_t red = 0, green = 0, blue = 0;
+};
+
 /// What surrounds the tissue and does not change while the daemon runs; world frame W.
 struct SceneMessage {
   static constexpr MessageType kType = MessageType::kScene;
@@ -378,6 +384,7 @@ struct SceneMessage {
   std::vector<std::string> kernels;             ///< that kModel accepts
   std::optional<SceneProbe> probe;
   std::vector<SceneGoal> goals;
+  std::vector<SceneColour> colours;  ///< of structures whose file has one
 };
 
 /// Which array of a transrectal probe. May hold a value not listed: of IMAGE show it, of SCANNER refuse it.

@@ -5,8 +5,8 @@ namespace brachy::net {
 namespace {
 
 constexpr std::size_t kPlannedNeedleBytes = 26, kPlannedSeedBytes = 56, kStructureBytes = 10,
-                      kKernelBytes = 2, kGoalBytes = 16;  // at least
-constexpr std::uint16_t kProbeSection = 1, kGoalsSection = 2;
+                      kKernelBytes = 2, kGoalBytes = 16, kColourBytes = 6;  // at least
+constexpr std::uint16_t kProbeSection = 1, kGoalsSection = 2, kColoursSection = 3;
 
 void structure_fields(auto& archive, auto& structure) {
   archive.text(structure.name, kMaxNameBytes);
@@ -74,13 +74,23 @@ void fields(Archive& archive, MaybeConst<SceneMessage> auto& message) {
                              section.check(probe.diameter_mm > 0 && probe.length_mm > 0,
                                            "the probe has no size");
                            }},
-                   Section{kGoalsSection, !message.goals.empty(), [&](auto& section) {
+                   Section{kGoalsSection, !message.goals.empty(),
+                           [&](auto& section) {
                              section.u16_list(message.goals, kGoalBytes, [&](auto& goal) {
                                section.text(goal.structure, kMaxNameBytes);
                                section.text(goal.figure, kMaxNameBytes);
                                section.f64(goal.limit);
                                section.u16_bits(goal.is_above, goal.is_of_plan);
                                section.text(goal.source, kMaxTextBytes);
+                             });
+                           }},
+                   Section{kColoursSection, !message.colours.empty(), [&](auto& section) {
+                             section.u16_list(message.colours, kColourBytes, [&](auto& colour) {
+                               section.text(colour.name, kMaxNameBytes);
+                               section.u8(colour.red);
+                               section.u8(colour.green);
+                               section.u8(colour.blue);
+                               section.reserved(1);
                              });
                            }});
 }

@@ -153,6 +153,7 @@ test('SCENE has template, plan, structures and kernels', () => {
   assert.deepEqual(scene.structures.map((structure) => structure.name), ['urethra']);
   assert.ok(scene.kernels.length > 0);
   assert.deepEqual(scene.goals, [{structure: 'prostate', figure: 'D90', limit: 130.5, above: true, ofPlan: false, source: 'ABS'}]);
+  assert.deepEqual([...scene.colours], [['urethra', '#f2c94c']]);
 });
 
 test('IMAGE has its pixels in their place, SCANNER what is set', () => {

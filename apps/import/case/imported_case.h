@@ -29,6 +29,9 @@ struct ImportedCase {
   TemplateGrid grid;
   std::optional<CasePlan> plan;
   std::optional<VoxelVolume> dose, volume;
+  std::string volume_modality;  ///< CT, MR, US, PT
+  /// Of the volume's values, where they are the echoes that the scene's ultrasound shows.
+  std::optional<double> echo_db_per_value;
   std::vector<std::string> taken, left, dropped;                 ///< one line each; dropped: tags
   std::vector<std::pair<std::string, std::string>> identifiers;  ///< empty unless asked for
 };

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cctype>
+#include <cmath>
 #include <map>
 #include <memory>
 #include <set>
@@ -18,9 +19,12 @@
 #include "core/geometry/surface/surface_check.h"
 #include "core/geometry/surface/surface_volume.h"
 #include "core/geometry/volume/file_bytes.h"
+#include "core/geometry/volume/volume.h"
 
 namespace brachy {
 namespace {
+
+constexpr double kDisplayedDb = 60;  // as of ultrasound.volume_db_per_value
 
 std::string lower(std::string text) {
   for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
@@ -64,6 +68,7 @@ class CaseReader {
   void add(ImportedStructure structure, const std::string& file);
   void check_frame(const std::string& frame, const std::string& file);
   void put_gland_first();
+  void read_volume();
   std::string unique(const std::string& name) const;
 
   const ImportOptions& options_;
@@ -258,6 +263,44 @@ void CaseReader::put_gland_first() {
   }
 }
 
+void CaseReader::read_volume() {
+  // The longest series is the volume.
+  const auto longest = std::ranges::max_element(series_, {}, [](const auto& s) { return s.second.size(); });
+  if (longest == series_.end()) return;
+  std::vector<const DicomFile*> slices;
+  for (const auto& file : longest->second) slices.push_back(file.get());
+  const DicomItem first = slices.front()->data();
+  case_.volume = read_image_series(slices);
+  case_.volume_modality = slices.front()->modality();
+  check_frame(case_.volume->frame, series_file_[longest->first]);
+  case_.taken.push_back("volume from a series of " + std::to_string(slices.size()) + " images");
+  if (series_.size() > 1)
+    case_.left.push_back(std::to_string(series_.size() - 1) + " shorter series of images");
+  const VoxelGrid& grid = case_.volume->grid;
+  if (case_.volume_modality != "US") {
+    case_.left.push_back(
+        "the " + case_.volume_modality +
+        " images are no echoes: the ultrasound image is made of the structures; to use them all "
+        "the same, add under [ultrasound] in scene.toml: volume = \"volume.nrrd\"");
+    return;
+  }
+  // The display of a scanner: its whole scale of grey for some 60 dB.
+  const double bits = first.optional_number(tag::kBitsStored).value_or(8);
+  const double slope = std::abs(first.optional_number(tag::kRescaleSlope).value_or(1));
+  const double scale = slope * (std::exp2(std::clamp(bits, 1.0, 32.0)) - 1);
+  const double db_per_value = kDisplayedDb / scale;
+  const Volume image(grid, case_.volume->values);
+  const bool meets_gland = std::ranges::any_of(case_.structures.front().mesh.vertices,
+                                               [&](const Vec3& v) { return image.contains(v); });
+  if (meets_gland && db_per_value >= 1e-6 && db_per_value <= 100)
+    case_.echo_db_per_value = db_per_value;
+  else
+    case_.left.push_back(
+        meets_gland ? "the US images are not used for the ultrasound image: Rescale Slope "
+                      "(0028,1053) leaves no scale in dB"
+                    : "the US images are not used for the ultrasound image: they do not meet the gland");
+}
+
 ImportedCase CaseReader::read() {
   const std::vector<std::string> files = files_of(options_.inputs);
   for (std::size_t n = 0; n < files.size(); ++n) {
@@ -265,21 +308,11 @@ ImportedCase CaseReader::read() {
     progress_(share_, "file " + std::to_string(n + 1) + " of " + std::to_string(files.size()));
     read_file(files[n], "file " + std::to_string(n + 1) + " of " + std::to_string(files.size()));
   }
-  // The longest series is the volume.
-  const auto longest = std::ranges::max_element(series_, {}, [](const auto& s) { return s.second.size(); });
-  if (longest != series_.end()) {
-    std::vector<const DicomFile*> slices;
-    for (const auto& file : longest->second) slices.push_back(file.get());
-    case_.volume = read_image_series(slices);
-    check_frame(case_.volume->frame, series_file_[longest->first]);
-    case_.taken.push_back("volume from a series of " + std::to_string(slices.size()) + " images");
-    if (series_.size() > 1)
-      case_.left.push_back(std::to_string(series_.size() - 1) + " shorter series of images");
-  }
   if (case_.structures.empty())
     throw UserError(options_.inputs.front() +
                     ": no structure with a volume; add an RTSTRUCT or a label map to the files");
   put_gland_first();
+  read_volume();
   Vec3 min = Vec3::Constant(1e9), max = -min;
   for (const Vec3& v : case_.structures.front().mesh.vertices) {
     min = min.cwiseMin(v);

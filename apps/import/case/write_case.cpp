@@ -7,6 +7,7 @@
 #include "apps/command_line/output_file.h"
 #include "apps/import/case/imported_case.h"
 #include "apps/import/case/volume_nrrd.h"
+#include "core/base/colour_text.h"
 #include "core/base/error.h"
 #include "core/base/number_text.h"
 #include "core/base/version.h"
@@ -14,6 +15,7 @@
 #include "core/geometry/mesh_io/ply_writer.h"
 #include "core/scene/file/scene_file.h"
 #include "core/scene/load_structures.h"
+#include "core/scene/load_ultrasound.h"
 
 namespace brachy {
 namespace {
@@ -35,9 +37,13 @@ std::string list_text(const Vec3& v) {
   return "[" + exact_text(v.x()) + ", " + exact_text(v.y()) + ", " + exact_text(v.z()) + "]";
 }
 
-std::string colour_text(const std::array<double, 3>& colour) {
-  const auto byte = [&](std::size_t n) { return static_cast<int>(std::lround(255 * colour[n])); };
-  return fmt::format("#{:02x}{:02x}{:02x}", byte(0), byte(1), byte(2));
+std::string hex_text(const std::array<double, 3>& colour) {
+  const auto byte = [&](std::size_t n) { return static_cast<std::uint8_t>(std::lround(255 * colour[n])); };
+  return colour_text(Rgb{byte(0), byte(1), byte(2)});
+}
+
+std::string colour_line(const ImportedStructure& structure) {
+  return structure.colour ? "colour = \"" + hex_text(*structure.colour) + "\"\n" : std::string();
 }
 
 /// `has_plan`: whether the session is by plan.toml.
@@ -51,6 +57,7 @@ std::string scene_text(const ImportedCase& imported, bool has_plan) {
       "name = \"imported\"\n\n[tissue]\nmesh = \"prostate.ply\"\n";
   // A surface of more than a third of the default's points gets an interior of its own.
   text += fmt::format("points = {}\n", std::max<std::size_t>(14560, 3 * gland.mesh.vertices.size()));
+  text += colour_line(gland);
   text += "\n[box]\nsize_mm = " + list_text(size) + "\ncentre_mm = " + list_text(centre) + "\n";
   const TemplateGrid& grid = imported.grid;
   text += fmt::format("\n[template]\ncolumns = {}\nrows = {}\nspacing_mm = {}\norigin_mm = {}\n",
@@ -58,7 +65,11 @@ std::string scene_text(const ImportedCase& imported, bool has_plan) {
   if (has_plan) text += "\n[plan]\nfile = \"plan.toml\"\n\n[seeds]\napplicator = \"train\"\n";
   for (std::size_t s = 1; s < imported.structures.size(); ++s)
     text += "\n[[structure]]\nname = \"" + imported.structures[s].name + "\"\nfile = \"" +
-            imported.structures[s].name + ".ply\"\n";
+            imported.structures[s].name + ".ply\"\n" + colour_line(imported.structures[s]);
+  if (imported.echo_db_per_value)
+    text += "\n[ultrasound]\non = true\nvolume = \"volume.nrrd\"\nvolume_db_per_value = " +
+            exact_text(*imported.echo_db_per_value) + "\n";
+  if (imported.volume) text += "\n[display]\nvolume = \"volume.nrrd\"\n";
   return text;
 }
 
@@ -69,7 +80,7 @@ nlohmann::ordered_json report_of(const ImportedCase& imported) {
     json["structures"].push_back(
         {{"name", s.name},
          {"from", s.from},
-         {"colour", s.colour ? nlohmann::ordered_json(colour_text(*s.colour)) : nlohmann::ordered_json()},
+         {"colour", s.colour ? nlohmann::ordered_json(hex_text(*s.colour)) : nlohmann::ordered_json()},
          {"source_cc", s.source_cc},
          {"surface_cc", s.surface_cc},
          {"vertices", s.mesh.vertices.size()},
@@ -82,6 +93,10 @@ nlohmann::ordered_json report_of(const ImportedCase& imported) {
                     {"notes", imported.plan->notes}};
   json["dose"] = imported.dose ? nlohmann::ordered_json("dose.nrrd") : nlohmann::ordered_json();
   json["volume"] = imported.volume ? nlohmann::ordered_json("volume.nrrd") : nlohmann::ordered_json();
+  if (imported.volume) {
+    json["volume_modality"] = imported.volume_modality;
+    json["volume_is_ultrasound"] = imported.echo_db_per_value.has_value();
+  }
   json["left"] = imported.left;
   json["dropped"] = imported.dropped;
   if (!imported.identifiers.empty())
@@ -109,7 +124,8 @@ void write_case(const ImportedCase& imported, const std::filesystem::path& folde
   write_text(folder / "import.json", report_of(imported).dump(1) + "\n");
   // What was written is what the other programs will read.
   const Scene scene = load_scene(folder / "scene.toml");
-  (void)load_structures(scene);
+  const std::vector<Structure> structures = load_structures(scene);
+  if (imported.echo_db_per_value) (void)load_echo_map(scene, structures);
   if (imported.plan) (void)load_plan(folder / "plan.toml", scene.template_grid, scene.needle.length_mm);
 }
 

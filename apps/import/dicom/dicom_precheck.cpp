@@ -93,6 +93,8 @@ StructureWalk::Element StructureWalk::element(std::size_t at, std::size_t end, E
 
 std::size_t StructureWalk::walk_meta(std::string& syntax) {
   std::size_t at = 0;
+  Element length;
+  std::optional<std::size_t> stated_end;
   while (bytes_.size() - at >= 8 && number(at, 2, false) == 2) {
     const Element e = element(at, bytes_.size(), {});
     if (e.length > bytes_.size() - e.value) refuse(e, "is longer than the file");
@@ -101,10 +103,13 @@ std::size_t StructureWalk::walk_meta(std::string& syntax) {
       while (!syntax.empty() && (syntax.back() == '\0' || syntax.back() == ' ')) syntax.pop_back();
     }
     at = e.value + e.length;
-    // DCMTK takes the meta header to be as long as it says.
-    if (e.number == 0 && (e.length != 4 || number(e.value, 4, false) > bytes_.size() - at))
-      refuse(e, "is not the length of the meta header");
+    if (e.number != 0) continue;
+    if (e.length != 4 || stated_end) refuse(e, "is not the length of the meta header");
+    stated_end = at + number(e.value, 4, false);
+    length = e;
   }
+  // DCMTK takes the meta header to be as long as it says: else it reads another data set than is walked here.
+  if (stated_end && *stated_end != at) refuse(length, "is not the length of the meta header");
   return at;
 }
 
@@ -192,7 +197,8 @@ void check_dicom_structure(std::string_view bytes, const std::string& name) {
     return;
   }
   const DcmXfer xfer(syntax.c_str());
-  if (xfer.getXfer() == EXS_Unknown)
+  // Its table has entries beside the standard's, one without a UID.
+  if (xfer.getXfer() == EXS_Unknown || !syntax.starts_with("1.2.840.10008.1.2"))
     throw UserError(name +
                     ": Transfer Syntax UID (0002,0010): is missing or not known; export it as explicit VR "
                     "little endian");

@@ -17,10 +17,12 @@ import {ExercisePanel} from './ui/exercise.js';
 import {byId, setText, toast} from './ui/dom.js';
 import {HandPanel} from './ui/hand.js';
 import {Keyboard} from './ui/keyboard.js';
+import {Legend} from './ui/legend.js';
 import {setUpDrawers, setUpTabs} from './ui/layout.js';
 import {STEP_DEG, STEP_MM, UltrasoundConsole} from './ultrasound/console.js';
 import {Playback} from './ui/playback.js';
 import {SimulationPanel} from './ui/simulation.js';
+import {VolumePanel} from './ui/volume_panel.js';
 import {showConnection, showCounters, showEvents, showReadouts, showVerdict} from './ui/status.js';
 
 const CHARTS_MS = 100;
@@ -41,6 +43,8 @@ const charts = new NeedleCharts({forceDepth: byId('c-depth'), forceTime: byId('c
 const dvh = new DvhPanel(byId('c-dvh'), byId('dvh-legend'), byId<HTMLTableElement>('figures'));
 
 const display = new DisplayPanel(settings, () => live.wantVolume(wantsVolume(settings)));
+const legend = new Legend(settings, (some) => display.change(some));
+const volume = new VolumePanel(endpoint, settings, (some) => display.change(some), (shown) => viewport.setVolume(shown));
 const simulation = new SimulationPanel(live, session);
 const scanner = new UltrasoundConsole(live, session);
 const exercise = new ExercisePanel(endpoint);
@@ -50,6 +54,7 @@ const playback: Playback = new Playback(session, () => {
   hand.release();
   live.end();
   exercise.clear();
+  volume.clear();
   if (!byId('panel-exercise').hidden) selectTab('needle');
 }, () => {
   if (playback.player || playback.state === 'none') return;
@@ -69,7 +74,10 @@ byId('banner').querySelector('button')!.addEventListener('click', () => live.con
 for (const button of byId('views').querySelectorAll('button'))
   button.addEventListener('click', () => viewport.views.go(button.dataset['view'] as View));
 live.onError = (error) => toast(error.text, true);
-live.onOpen = () => void exercise.load();
+live.onOpen = () => {
+  void exercise.load();
+  void volume.load();
+};
 
 byId<HTMLSelectElement>('needle').addEventListener('change', (event) => (shownNeedle = Number((event.target as HTMLSelectElement).value)));
 setUpDrawers();
@@ -131,6 +139,7 @@ function updateCharts(): void {
   simulation.update();
   if (scanner.isOpen) scanner.update();
   hand.update();
+  legend.update(session.scene);
   display.update(viewport.sliceBox, viewport.scales, session.dose?.surfaceGy != null);
   byId('empty').hidden = session.topology !== null || live.status.phase === 'connecting';
   setText(byId('empty-text'), served
@@ -148,7 +157,7 @@ function updateCharts(): void {
   if (!byId('panel-dose').hidden && (shownDose !== session.dose || shownScene !== session.scene)) {
     shownDose = session.dose;
     shownScene = session.scene;
-    dvh.show(session.dose, session.scene?.goals ?? []);
+    dvh.show(session.dose, session.scene?.goals ?? [], session.scene?.colours);
     setText(byId('dose-note'), session.dose ? `${session.dose.seeds} seeds, ${session.dose.airKermaStrengthU.toFixed(1)} U, prescription ${session.dose.prescriptionGy} Gy; at their positions once all needles are out.${session.dose.withPlanned ? ' With plan: the planned seeds that are still to come lie where the plan has them.' : ''}` : '');
   }
 }
@@ -210,6 +219,6 @@ addEventListener('hashchange', () => {
 });
 addEventListener('online', () => live.wake());
 
-expose(session, live, playback, viewport, uploads, scanner, exercise);
+expose(session, live, playback, viewport, uploads, scanner, exercise, volume);
 if (served) live.connect();
 requestAnimationFrame(animate);

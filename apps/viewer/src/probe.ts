@@ -5,6 +5,7 @@ import type {LiveConnection} from './transport/live.js';
 import type {UltrasoundConsole} from './ultrasound/console.js';
 import type {ExercisePanel} from './ui/exercise.js';
 import type {Playback} from './ui/playback.js';
+import type {VolumePanel} from './ui/volume_panel.js';
 import type {Viewport} from './scene/viewport.js';
 
 /** Counts uploads to the graphics card's buffers, per picture. */
@@ -38,7 +39,7 @@ export class UploadCount {
   }
 }
 
-export function expose(session: Session, live: LiveConnection, playback: Playback, viewport: Viewport, uploads: UploadCount, scanner: UltrasoundConsole, exercise: ExercisePanel): void {
+export function expose(session: Session, live: LiveConnection, playback: Playback, viewport: Viewport, uploads: UploadCount, scanner: UltrasoundConsole, exercise: ExercisePanel, volume: VolumePanel): void {
   const brachy = {
     get connection() {  // 'connecting', 'open', 'waiting', 'refused' or 'off', with the problem in words
       return {phase: live.status.phase, problem: 'problem' in live.status ? live.status.problem : '', reconnects: live.reconnects};
@@ -65,6 +66,8 @@ export function expose(session: Session, live: LiveConnection, playback: Playbac
     get supportRadiusMm() { return session.state?.controls?.supportRadiusMm ?? NaN; },
     get dose() { return session.dose ? {seeds: session.dose.seeds, atSurface: session.dose.surfaceGy !== null, structures: structuredClone(session.dose.structures), withPlanned: structuredClone(session.dose.withPlanned)} : null; },
     get exercise() { return {offered: structuredClone(exercise.list.exercises), result: structuredClone(exercise.result)}; },
+    get structures() { return (session.scene?.structures ?? []).map(({name}) => ({name, colour: session.scene?.colours.get(name) ?? ''})); },
+    get volume() { return volume.volume ? {...volume.volume, words: volume.volume.words.length} : null; },
     get goals() { return structuredClone(session.scene?.goals ?? []); },
     onScreen: (place: number[]) => viewport.toScreen(new Vector3().fromArray(place)),  // CSS pixels of a place in mm
     get scanner() { return session.scanner ? {...session.scanner} : null; },

@@ -111,6 +111,7 @@ std::vector<Key<StructureSettings>> structure_keys() {
   return {
       text("name", &S::name, {}, kRestart, "1 to 32 letters, digits, _ and -"),
       text("file", &S::file, {}, kRestart, "a closed surface: STL, OBJ or PLY, mm, relative to this file"),
+      text("colour", &S::colour, {}, kRestart, "#rrggbb, in viewers; empty: theirs"),
   };
 }
 
@@ -152,6 +153,7 @@ void check_structure(const TomlTable& t, Scene& scene) {
   if (!t.has("file")) t.missing("file", what);
   if (!is_plain(s.name))
     t.contradiction("name", "is \"" + s.name + "\"; name it with 1 to 32 letters, digits, _ and -");
+  check_colour(t, s.colour);
   const auto same = std::ranges::find(scene.structures, s.name, &StructureSettings::name);
   if (&*same != &s)
     t.contradiction("name", "is \"" + s.name + "\" as that at " + same->place + "; rename one of them");
@@ -194,7 +196,7 @@ std::vector<SceneSection> implant_sections() {
                             scene.structures.push_back({"", "", t.place()});
                           },
                           [](Scene& scene) {
-                            scene.structures.push_back({"urethra", "urethra.stl", ""});
+                            scene.structures.push_back({"urethra", "urethra.stl", "", "#f2c94c"});
                           }}},
       {"goal",
        "What a dose figure should be, of a plan or of an implant; the score judges by them. None: those of "

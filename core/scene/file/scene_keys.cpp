@@ -2,6 +2,8 @@
 
 #include <iterator>
 
+#include "core/base/colour_text.h"
+
 namespace brachy {
 
 const std::vector<SceneSection>& scene_sections() {
@@ -14,6 +16,11 @@ const std::vector<SceneSection>& scene_sections() {
     return all;
   }();
   return sections;
+}
+
+void check_colour(const TomlTable& table, const std::string& colour) {
+  if (!colour.empty() && !colour_from(colour))
+    table.contradiction("colour", "is \"" + colour + "\"; write it as #rrggbb, such as \"#f2c94c\"");
 }
 
 }  // namespace brachy

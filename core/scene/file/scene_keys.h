@@ -51,6 +51,9 @@ Key<Scene> list_key(const char* name, std::vector<Entry> Scene::*list, Reload re
   return key;
 }
 
+/// Refuses a `colour` that is neither empty nor "#rrggbb".
+void check_colour(const TomlTable& table, const std::string& colour);
+
 // Its parts.
 std::vector<SceneSection> tissue_sections();
 std::vector<SceneSection> needle_sections();

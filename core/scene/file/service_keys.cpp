@@ -125,6 +125,12 @@ void check_server(const TomlTable& t, Scene& scene) {
     t.contradiction("tls_client_ca", "needs TLS: give server.tls_certificate and server.tls_key");
 }
 
+std::vector<Key<DisplaySettings>> display_keys() {
+  return {text("volume", &DisplaySettings::volume, {}, kRestart,
+               "NRRD at rest that viewers show in slices, such as the image that the structures were drawn "
+               "on, relative to this file; empty: none")};
+}
+
 std::vector<Key<BrokerSettings>> broker_keys() {
   using S = BrokerSettings;
   return {
@@ -161,6 +167,9 @@ std::vector<SceneSection> service_sections() {
        within<Scene>(
            server_keys(), [](auto& s) -> auto& { return s.server; }),
        check_server},
+      {"display", "What viewers show beside the simulation.",
+       within<Scene>(
+           display_keys(), [](auto& s) -> auto& { return s.display; })},
       {"broker", "Relaying to many viewers: a NATS server, and `brachy relay` on the viewers' machines.",
        within<Scene>(
            broker_keys(), [](auto& s) -> auto& { return s.broker; })},

@@ -62,6 +62,8 @@ std::vector<Key<TissueSettings>> tissue_keys() {
       number("shear_modulus_kpa", &S::shear_modulus_kpa, kModulus, kLive,
              "of tissue in no region: a third of the gland's Young's modulus, 17 kPa"),
       number("poisson", &S::poisson, {0, 0.4995}, kLive, "Poisson's ratio of all tissue"),
+      text("colour", &S::colour, {}, kRestart,
+           "#rrggbb, of the tissue in viewers that show no displacement or dose on it; empty: theirs"),
   };
   for (Key<S>& key : within<S>(
            tissue_contact_keys(), [](auto& s) -> auto& { return s.contact; }))
@@ -72,6 +74,7 @@ std::vector<Key<TissueSettings>> tissue_keys() {
 void check_tissue(const TomlTable& t, Scene& scene) {
   const TissueSettings& s = scene.tissue;
   check_tissue_contact(t, s.contact);
+  check_colour(t, s.colour);
   if (s.mesh.empty() && s.points < s.phantom_surface_vertices)
     t.contradiction("points", "is less than tissue.phantom_surface_vertices (" +
                                   std::to_string(s.phantom_surface_vertices) +

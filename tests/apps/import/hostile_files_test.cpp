@@ -53,6 +53,23 @@ void expect_dicom_refusal(const std::string& bytes, std::initializer_list<const 
   }
 }
 
+// Found by the fuzzer: DCMTK begins the data set where the length says, and takes the memory that stands there.
+TEST(HostileDicom, RefusesAMetaHeaderOfAnotherLengthThanItSays) {
+  const std::string whole = file_with(DicomBytes().element(0x0008, 0x0060, "CS", "RTDOSE").text);
+  const std::size_t length_at = 132 + 8;
+  for (const int by : {-2, 2, 100}) {
+    std::string bytes = whole;
+    bytes[length_at] = static_cast<char>(bytes[length_at] + by);
+    expect_dicom_refusal(bytes, {"(0002,0000)", "length of the meta header", "export it again"});
+  }
+}
+
+TEST(HostileDicom, RefusesATransferSyntaxThatOnlyDcmtkKnows) {
+  const std::string data = DicomBytes().element(0x0008, 0x0060, "CS", "RTDOSE").text;
+  expect_dicom_refusal(std::string(128, '\0') + "DICM" + data, {"(0002,0010)", "export it as"});
+  expect_dicom_refusal(file_with(data, "Virtual Big Endian Implicit"), {"(0002,0010)", "export it as"});
+}
+
 TEST(HostileDicom, RefusesSequencesThatLieDeepInEachOther) {
   DicomBytes deep;
   for (int n = 0; n < 200'000; ++n) deep.longer(0x3006, 0x20, "SQ", 0xFFFFFFFF, "").item(0xFFFFFFFF);

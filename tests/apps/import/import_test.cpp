@@ -304,6 +304,53 @@ TEST_F(Import, WritesTheSameBytesAgainAndNothingThatIdentifiesThePatient) {
   EXPECT_TRUE(exited(import_to("a", {"--force"}), 0));
 }
 
+TEST_F(Import, ShowsAnUltrasoundSeriesAsTheScenesUltrasoundWithoutAnEdit) {
+  const TempFolder out;
+  const Ended made = run_python(
+      {source_file("make_image_series.py"), (*folder_ / "dicom").string(), (out / "us").string(), "US"});
+  ASSERT_TRUE(exited(made, 0)) << made.err;
+  ASSERT_TRUE(exited(run_brachy({"import", (out / "us").string(), "--out", (out / "s").string()}), 0));
+  const Scene scene = load_scene(out / "s/scene.toml");
+  EXPECT_TRUE(scene.ultrasound.on);
+  EXPECT_EQ(scene.ultrasound.volume, "volume.nrrd");
+  EXPECT_NEAR(scene.ultrasound.volume_db_per_value, 60.0 / 255, 1e-9);
+  EXPECT_EQ(scene.display.volume, "volume.nrrd");
+  EXPECT_EQ(json_file(out / "s/import.json").at("volume_is_ultrasound"), true);
+  const Ended image =
+      run_brachy({"us", "--config", (out / "s/scene.toml").string(), "--out", (out / "image").string()});
+  EXPECT_TRUE(exited(image, 0)) << image.err;
+  EXPECT_TRUE(std::filesystem::exists(out / "image/transverse_000000.png"));
+}
+
+TEST_F(Import, SaysHowToUseImagesThatAreNoEchoesForTheUltrasound) {
+  const TempFolder out;
+  const Ended made = run_python(
+      {source_file("make_image_series.py"), (*folder_ / "dicom").string(), (out / "ct").string(), "CT"});
+  ASSERT_TRUE(exited(made, 0)) << made.err;
+  const Ended ended = run_brachy({"import", (out / "ct").string(), "--out", (out / "s").string()});
+  ASSERT_TRUE(exited(ended, 0)) << ended.err;
+  const Scene scene = load_scene(out / "s/scene.toml");
+  EXPECT_EQ(scene.ultrasound, UltrasoundSettings());
+  EXPECT_EQ(scene.display.volume, "volume.nrrd");
+  const char* line = "add under [ultrasound] in scene.toml: volume = \"volume.nrrd\"";
+  EXPECT_NE(ended.err.find(line), std::string::npos) << ended.err;
+  EXPECT_NE(json_file(out / "s/import.json").at("left").dump().find("[ultrasound]"), std::string::npos);
+}
+
+TEST_F(Import, GivesTheSceneTheColoursOfTheStructures) {
+  const TempFolder out;
+  ASSERT_TRUE(exited(
+      run_brachy({"import", (*folder_ / "dicom/rtstruct.dcm").string(), "--out", (out / "s").string()}), 0));
+  const Scene scene = load_scene(out / "s/scene.toml");
+  const auto json = json_file(out / "s/import.json").at("structures");
+  EXPECT_EQ(scene.tissue.colour, json.at(0).at("colour"));
+  ASSERT_EQ(scene.structures.size() + 1, json.size());
+  for (std::size_t n = 0; n < scene.structures.size(); ++n) {
+    EXPECT_EQ(scene.structures[n].colour.size(), 7U) << scene.structures[n].name;
+    EXPECT_EQ(scene.structures[n].colour, json.at(n + 1).at("colour"));
+  }
+}
+
 TEST_F(Import, BringsItsSegmentationBack) {
   const TempFolder out;
   const Ended ended = run_brachy(

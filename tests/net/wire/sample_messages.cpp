@@ -96,7 +96,8 @@ std::size_t held(const SceneMessage& m) {
     bytes += structure.name.capacity() + structure.vertices.capacity() * 4 +
              structure.triangles.capacity() * sizeof(Triangle);
   for (const std::string& kernel : m.kernels) bytes += kernel.capacity();
-  bytes += m.goals.capacity() * sizeof(SceneGoal);
+  bytes += m.goals.capacity() * sizeof(SceneGoal) + m.colours.capacity() * sizeof(SceneColour);
+  for (const SceneColour& colour : m.colours) bytes += colour.name.capacity();
   for (const SceneGoal& goal : m.goals)
     bytes += goal.structure.capacity() + goal.figure.capacity() + goal.source.capacity();
   return bytes;
@@ -371,6 +372,7 @@ SceneMessage sample_scene() {
   scene.kernels = {"psi31", "elastic"};
   scene.probe = SceneProbe{.needle = 3, .diameter_mm = 20, .length_mm = 150, .rectal_wall_mm = 4};
   scene.goals = {{"prostate", "D90", 130.5, true, false, "ABS"}};
+  scene.colours = {{"urethra", 242, 201, 76}};
   return scene;
 }
 

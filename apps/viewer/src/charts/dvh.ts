@@ -29,8 +29,6 @@ const FIGURES: Figure[] = [
   {structure: 'rectum', name: 'V100cc'}, {structure: 'rectum', name: 'D2cc'},
 ];
 
-const colourOf = (name: string, index: number): string => (name === 'prostate' ? '#ff8f7d' : structureColour(name, index));
-
 export class DvhPanel {
   private chart: uPlot | null = null;
   private names = '';
@@ -38,7 +36,8 @@ export class DvhPanel {
   constructor(private readonly host: HTMLElement, private readonly legend: HTMLElement, private readonly table: HTMLTableElement) {}
 
   /** `goals`: those of the implant are shown. */
-  show(dose: Dose | null, goals: readonly DoseGoal[]): void {
+  show(dose: Dose | null, goals: readonly DoseGoal[], colours?: ReadonlyMap<string, string>): void {
+    const colourOf = (name: string, index: number): string => structureColour(name, index, colours);
     this.host.classList.toggle('empty', dose === null);
     this.table.hidden = dose === null;
     this.table.tHead!.replaceChildren(...(dose ? [headings(dose)] : []));
@@ -54,7 +53,7 @@ export class DvhPanel {
       ...dose.structures.map((structure, i) => ({structure, colour: colourOf(structure.name, i), dash: [] as number[]})),
       ...(dose.withPlanned ?? []).map((structure, i) => ({structure, colour: colourOf(structure.name, i), dash: [5, 4]})),
     ];
-    const names = curves.map(({structure, dash}) => `${structure.name} ${dash.length}`).join('\n');
+    const names = curves.map(({structure, colour, dash}) => `${structure.name} ${colour} ${dash.length}`).join('\n');
     const length = Math.max(...curves.map(({structure}) => structure.volumeShare.length), 1);
     const data = [
       Array.from({length}, (_, percent) => (percent * dose.prescriptionGy) / 100),

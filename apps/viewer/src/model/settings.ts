@@ -1,4 +1,15 @@
 // Display settings of the user.
+
+/** Slices of the image volume: along x (sagittal), y (coronal) and z (axial). */
+export interface VolumeSettings {
+  planes: [boolean, boolean, boolean];
+  /** Positions along the volume's box, 0 … 1. */
+  shares: [number, number, number];
+  /** The middle of the greys and their range, in the volume's values. */
+  level: number;
+  width: number;
+}
+
 export interface Settings {
   version: number;
   opacity: number;
@@ -6,6 +17,9 @@ export interface Settings {
   wireframe: boolean;
   points: boolean;
   structures: boolean;
+  /** Structures that the legend has switched off; "prostate" is the tissue. */
+  hidden: ReadonlySet<string>;
+  volume: VolumeSettings;
   template: boolean;
   plan: boolean;
   clip: boolean;
@@ -20,7 +34,8 @@ export interface Settings {
 }
 
 export const defaultSettings = (): Settings => ({
-  version: 0, opacity: 0.6, colour: 'displacement', wireframe: false, points: false, structures: true, template: true,
+  version: 0, opacity: 0.6, colour: 'displacement', wireframe: false, points: false, structures: true, hidden: new Set<string>(),
+  volume: {planes: [false, false, false], shares: [0.5, 0.5, 0.5], level: 0, width: 1}, template: true,
   plan: true, clip: false, clipAxis: 1, clipShare: 0.5, clipFlipped: false, field: true, hole: '',
 });
 

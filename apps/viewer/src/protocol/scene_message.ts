@@ -55,10 +55,13 @@ export interface SceneMessage {
   probe: SceneProbe | null;
   /** Empty: not sent. */
   goals: DoseGoal[];
+  /** "#rrggbb" by a structure's name ("prostate": the tissue), of those whose file has one. */
+  colours: Map<string, string>;
 }
 
 const PROBE_SECTION = 1;
 const GOALS_SECTION = 2;
+const COLOURS_SECTION = 3;
 
 export function decodeScene(body: Uint8Array): SceneMessage {
   const reader = new ByteReader(body);
@@ -91,15 +94,17 @@ export function decodeScene(body: Uint8Array): SceneMessage {
   for (let i = 0; i < kernelCount; ++i) kernels.push(reader.text());
   let probe: SceneProbe | null = null;
   let goals: DoseGoal[] = [];
+  let colours = new Map<string, string>();
   reader.sections((id, section) => {
     if (id === PROBE_SECTION) probe = readProbe(section);
     else if (id === GOALS_SECTION) goals = readGoals(section);
+    else if (id === COLOURS_SECTION) colours = readColours(section);
     else return false;
     return true;
   });
   reader.finish();
   return {needleLengthMm, needleDiameterMm, seedLengthMm, seedDiameterMm, prescriptionGy, template, plannedNeedles,
-          plannedSeeds, structures, kernels, probe, goals};
+          plannedSeeds, structures, kernels, probe, goals, colours};
 }
 
 function readProbe(reader: ByteReader): SceneProbe {
@@ -120,6 +125,19 @@ function readGoals(reader: ByteReader): DoseGoal[] {
     goals.push({structure, figure, limit, above: (flags & 1) !== 0, ofPlan: (flags & 2) !== 0, source: reader.text()});
   }
   return goals;
+}
+
+function readColours(reader: ByteReader): Map<string, string> {
+  const colours = new Map<string, string>();
+  const count = reader.u16();
+  reader.u16();
+  for (let i = 0; i < count; ++i) {
+    const name = reader.text();
+    const rgb = [reader.u8(), reader.u8(), reader.u8()];
+    reader.u8();
+    colours.set(name, `#${rgb.map((value) => value.toString(16).padStart(2, '0')).join('')}`);
+  }
+  return colours;
 }
 
 function readStructure(reader: ByteReader): Structure {

@@ -1,7 +1,9 @@
 // The gland: its surface, the wires on it, and the points inside.
-import {BufferAttribute, BufferGeometry, Group, LineSegments, Mesh, Points, type ShaderMaterial} from 'three';
+import {BufferAttribute, BufferGeometry, Group, LineSegments, Mesh, Points, type ShaderMaterial, type Vector3} from 'three';
 import type {MeshBuffer} from './mesh_buffer.js';
 import {tissueMaterial, type TissueUniforms} from './tissue_material.js';
+
+const PLAIN: [number, number, number] = [0.80, 0.50, 0.47];
 
 export class Tissue {
   readonly group = new Group();
@@ -14,7 +16,7 @@ export class Tissue {
   private extra: BufferAttribute | null = null;
 
   constructor(uniforms: TissueUniforms) {
-    this.surfaceMaterial = tissueMaterial('SURFACE', uniforms, [0.80, 0.50, 0.47], 0.55);
+    this.surfaceMaterial = tissueMaterial('SURFACE', uniforms, PLAIN, 0.55);
     this.wireMaterial = tissueMaterial('WIRES', {...uniforms, mode: {value: 0}}, [0.85, 0.92, 1.0], 0.22);
     this.pointMaterial = tissueMaterial('POINTS', uniforms, [0.55, 0.68, 0.85], 1);
     this.group.add(this.wires, this.points);
@@ -70,10 +72,17 @@ export class Tissue {
     this.extra.needsUpdate = true;
   }
 
-  setOpacity(opacity: number): void {
+  /** `shown`: else as if it were quite clear. */
+  setOpacity(opacity: number, shown: boolean): void {
     this.surfaceMaterial.uniforms['opacity']!.value = opacity;
     this.surfaceMaterial.depthWrite = opacity >= 1;
-    if (this.surface) this.surface.visible = opacity > 0;
+    if (this.surface) this.surface.visible = shown && opacity > 0;
+  }
+
+  /** Where it shows neither displacement nor dose; undefined: this page's own. */
+  setColour(colour: string | undefined): void {
+    const value = colour ? [1, 3, 5].map((at) => parseInt(colour.slice(at, at + 2), 16) / 255) : PLAIN;
+    (this.surfaceMaterial.uniforms['plain']!.value as Vector3).fromArray(value);
   }
 
   setWireframe(shown: boolean): void {

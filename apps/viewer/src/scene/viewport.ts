@@ -2,17 +2,19 @@
 import {AmbientLight, Color, DirectionalLight, PerspectiveCamera, Scene, Vector3, WebGLRenderer} from 'three';
 import type {Session} from '../model/session.js';
 import type {Settings} from '../model/settings.js';
+import type {ShownVolume} from '../protocol/volume.js';
 import {colourTable, roundUp} from './colours.js';
 import {ImagePlanes} from './image_planes.js';
 import {MeshBuffer} from './mesh_buffer.js';
 import {Needles} from './needles.js';
 import {Seeds} from './seeds.js';
 import {SLICE_VERTICES, Slice} from './slice.js';
-import {Structures} from './structures.js';
+import {Structures, TISSUE} from './structures.js';
 import {TemplatePlate} from './template_plate.js';
 import {Tissue} from './tissue.js';
 import {tissueUniforms} from './tissue_material.js';
 import {Views} from './views.js';
+import {VolumeSlices} from './volume_slices.js';
 
 export class Viewport {
   readonly camera = new PerspectiveCamera(28, 1, 5, 2000);
@@ -30,6 +32,7 @@ export class Viewport {
   private readonly seeds = new Seeds();
   private readonly plate = new TemplatePlate();
   private readonly images = new ImagePlanes();
+  private readonly volume = new VolumeSlices();
   private drawn = {topology: 0, scene: 0, seeds: 0, dose: 0, frame: 0, images: 0, settings: -1};
   private slicePlace = '';
   private framed = false;
@@ -42,7 +45,7 @@ export class Viewport {
     key.position.set(-0.35, 0.6, 0.75);
     this.camera.add(key);
     this.scene.add(this.camera, new AmbientLight('#c8d8f0', 1.1));
-    this.scene.add(this.needles.group, this.seeds.group, this.structures.group, this.slice.mesh, this.plate.mesh, this.tissue.group, this.images.group);
+    this.scene.add(this.needles.group, this.seeds.group, this.structures.group, this.slice.mesh, this.plate.mesh, this.tissue.group, this.images.group, this.volume.group);
     this.views = new Views(this.camera, canvas, () => this.invalidate());
     session.storage = (topology) => (this.buffer = new MeshBuffer(topology, SLICE_VERTICES)).positions;
     new ResizeObserver(() => this.resize()).observe(canvas.parentElement!);
@@ -55,6 +58,13 @@ export class Viewport {
 
   get sliceBox(): {low: number[]; high: number[]} {
     return this.slice.box;
+  }
+
+  /** null: there is none. */
+  setVolume(volume: ShownVolume | null): void {
+    this.volume.build(volume);
+    this.drawn.settings = -1;
+    this.dirty = true;
   }
 
   /** Draws if anything has changed. Returns whether it did. */
@@ -93,7 +103,8 @@ export class Viewport {
     if (this.drawn.scene === versions.scene) return;
     this.drawn.scene = versions.scene;
     this.drawn.seeds = this.drawn.settings = -1;
-    this.structures.build(scene?.structures ?? []);
+    this.structures.build(scene);
+    this.tissue.setColour(scene?.colours.get(TISSUE));
     if (!scene) return;
     this.needles.setSize(scene.needleLengthMm, scene.needleDiameterMm, scene.probe);
     this.seeds.setSize(scene.seedLengthMm, scene.seedDiameterMm);
@@ -105,11 +116,12 @@ export class Viewport {
     if (this.drawn.settings === s.version || !this.buffer) return;
     this.drawn.settings = s.version;
     const volume = this.buffer.topology.pointCount > this.buffer.topology.surfaceVertexCount;
-    this.tissue.setOpacity(s.opacity);
+    this.tissue.setOpacity(s.opacity, !s.hidden.has(TISSUE));
     this.tissue.setWireframe(s.wireframe);
     this.tissue.setPoints(s.points && volume);
     this.uniforms.mode.value = {none: 0, displacement: 1, dose: 2}[s.colour];
-    this.structures.group.visible = s.structures;
+    this.structures.show(s.structures, s.hidden);
+    this.volume.show(s.volume);
     this.plate.mesh.visible = s.template && this.session.scene !== null;
     if (this.session.scene && this.plate.mesh.visible) this.plate.draw(this.session.scene, s.hole);
     this.seeds.setPlanShown(s.plan);

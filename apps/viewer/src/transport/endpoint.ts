@@ -15,6 +15,12 @@ export class Endpoint {
     if (served && !this.takeToken()) this.token = token(sessionStorage.getItem(KEPT) ?? '');
   }
 
+  /** The headers of a request over HTTP. */
+  authorisation(): Record<string, string> {
+    const digits = this.token && Array.from(this.token, (byte) => byte.toString(16).padStart(2, '0')).join('');
+    return digits ? {Authorization: `Bearer ${digits}`} : {};
+  }
+
   /** Moves #token=… from the page's visible address into this tab's storage. False: there is none. */
   takeToken(): boolean {
     const given = new URLSearchParams(location.hash.slice(1)).get('token');

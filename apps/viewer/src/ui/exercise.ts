@@ -60,9 +60,8 @@ export class ExercisePanel {
   }
 
   private async get<T>(page: string): Promise<T | null> {
-    const digits = this.endpoint.token && Array.from(this.endpoint.token, (byte) => byte.toString(16).padStart(2, '0')).join('');
     try {
-      const answer = await fetch(`/${page}`, {cache: 'no-store', headers: digits ? {Authorization: `Bearer ${digits}`} : {}});
+      const answer = await fetch(`/${page}`, {cache: 'no-store', headers: this.endpoint.authorisation()});
       return answer.ok && answer.headers.get('Content-Type') === 'application/json' ? ((await answer.json()) as T) : null;
     } catch {
       return null;

@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <map>
 #include <utility>
 #include <vector>
 
@@ -13,15 +12,21 @@ namespace brachy::test {
 
 /// Every edge has two triangles, wound alike.
 inline ::testing::AssertionResult is_closed_manifold(const SurfaceMesh& mesh) {
-  std::map<std::pair<std::uint32_t, std::uint32_t>, int> directed;
+  using Edge = std::pair<std::uint32_t, std::uint32_t>;
+  std::vector<Edge> directed;
+  directed.reserve(3 * mesh.triangles.size());
   for (const Triangle& t : mesh.triangles)
-    for (std::size_t n = 0; n < 3; ++n) ++directed[{t[n], t[(n + 1) % 3]}];
-  for (const auto& [edge, count] : directed) {
-    const auto back = directed.find({edge.second, edge.first});
-    if (count != 1 || back == directed.end() || back->second != 1)
-      return ::testing::AssertionFailure()
-             << "edge " << edge.first << " " << edge.second << " occurs " << count << " times, and back "
-             << (back == directed.end() ? 0 : back->second);
+    for (std::size_t n = 0; n < 3; ++n) directed.emplace_back(t[n], t[(n + 1) % 3]);
+  std::ranges::sort(directed);
+  const auto times = [&](const Edge& edge) {
+    const auto [first, last] = std::equal_range(directed.begin(), directed.end(), edge);
+    return last - first;
+  };
+  for (const Edge& edge : directed) {
+    const auto there = times(edge), back = times({edge.second, edge.first});
+    if (there != 1 || back != 1)
+      return ::testing::AssertionFailure() << "edge " << edge.first << " " << edge.second << " occurs "
+                                           << there << " times, and back " << back;
   }
   return mesh.triangles.empty() ? ::testing::AssertionFailure() << "empty" : ::testing::AssertionSuccess();
 }

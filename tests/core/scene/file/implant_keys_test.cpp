@@ -44,6 +44,17 @@ TEST(ImplantKeys, AFractionHasADoseAndASourceOfItsOwn) {
   EXPECT_EQ(parse_scene("", "scene.toml").dose.prescription_gy, 145);
 }
 
+TEST(ImplantKeys, AStructureAndTheTissueHaveAColourOrNone) {
+  const std::string structure = "[[structure]]\nname = \"node\"\nfile = \"node.ply\"\n";
+  const Scene scene =
+      parse_scene("[tissue]\ncolour = \"#33cc66\"\n" + structure + "colour = \"#FF00ff\"\n", "scene.toml");
+  EXPECT_EQ(scene.tissue.colour, "#33cc66");
+  EXPECT_EQ(scene.structures[0].colour, "#FF00ff");
+  EXPECT_EQ(parse_scene(structure, "scene.toml").structures[0].colour, "");
+  EXPECT_EQ(refusal_of_keys(structure + "colour = \"red\""),
+            "scene.toml:4: 'structure.colour' is \"red\"; write it as #rrggbb, such as \"#f2c94c\"");
+}
+
 TEST(ImplantKeys, TheDefaultTemplateHasAHoleOnThePhantomsAxis) {
   const TemplateGrid grid = parse_scene("", "nothing").template_grid;
   EXPECT_EQ(grid.position("G7"), Vec3(0, 0, -60));

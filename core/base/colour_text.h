@@ -1,0 +1,17 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+
+namespace brachy {
+
+using Rgb = std::array<std::uint8_t, 3>;  ///< red, green, blue
+
+/// "#rrggbb", and back; nothing where it is another text.
+std::string colour_text(const Rgb& colour);
+std::optional<Rgb> colour_from(std::string_view text);
+
+}  // namespace brachy
