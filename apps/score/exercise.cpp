@@ -98,10 +98,9 @@ constexpr std::array kMeasures = {
                 return c.step_mm > 0 ? std::abs(c.volume_error_percent()) : kNoNumber;
               });
             }},
-    Measure{"study_hausdorff_95_mm_at_most", "volume study, 95 % Hausdorff distance", " mm", true,
-            [](const Score& s) {
-              return study_of(s, [](const ContourScore& c) { return c.hausdorff_95_mm; });
-            }},
+    Measure{
+        "study_hausdorff_95_mm_at_most", "volume study, 95 % Hausdorff distance", " mm", true,
+        [](const Score& s) { return study_of(s, [](const ContourScore& c) { return c.hausdorff_95_mm; }); }},
     Measure{"study_missed_at_most", "volume study, planes missed", "", true, [](const Score& s) {
               return study_of(s, [](const ContourScore& c) { return static_cast<double>(c.missed); });
             }}};

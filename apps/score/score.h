@@ -38,7 +38,7 @@ struct Score {
     ContourScore score;
   };
   std::vector<Study> studies;
-  std::vector<Finding> findings;   ///< what went wrong, the heaviest first
+  std::vector<Finding> findings;  ///< what went wrong, the heaviest first
 };
 
 /// Scores a recording; the implant is judged by `goals`. `structures`: the scene's at rest, the tissue's own

@@ -87,8 +87,11 @@ std::string study_line(const RecordedStudy& recorded) {
          {"outlined", to_json(plane.outlined)},
          {"truth", to_json(plane.truth)}});
   }
-  return Json{{"t_s", recorded.t_s},           {"step_mm", study.step_mm}, {"gland_cm3", study.gland_cm3},
-              {"X_WS", pose_json(study.X_WS)}, {"planes", planes}}
+  return Json{{"t_s", recorded.t_s},
+              {"step_mm", study.step_mm},
+              {"gland_cm3", study.gland_cm3},
+              {"X_WS", pose_json(study.X_WS)},
+              {"planes", planes}}
              .dump() +
          "\n";
 }

@@ -20,7 +20,8 @@ struct RecordedStudy {
   /// Of each of study.planes.
   struct Source {
     std::uint64_t tick = 0;  ///< of the image, and of the gland's shape
-    double probe_depth_mm = std::numeric_limits<double>::quiet_NaN();  ///< as the client had it; NaN: not known
+    double probe_depth_mm =
+        std::numeric_limits<double>::quiet_NaN();  ///< as the client had it; NaN: not known
   };
   std::vector<Source> sources;
 };

@@ -444,8 +444,8 @@ struct ScannerMessage {
 /// An outline on a frozen image: of a client what an operator drew, in an answer the gland's own.
 struct ContourSlice {
   static constexpr std::int32_t kMissed = -1;
-  std::int32_t slice = 0;   ///< its number, from 0; kMissed (in an answer): nobody outlined this plane
-  std::uint64_t tick = 0;   ///< of the image it was drawn on, or of the gland's shape
+  std::int32_t slice = 0;  ///< its number, from 0; kMissed (in an answer): nobody outlined this plane
+  std::uint64_t tick = 0;  ///< of the image it was drawn on, or of the gland's shape
   double probe_depth_mm = std::numeric_limits<double>::quiet_NaN();  ///< ScannerMessage's; for the record
   RigidTransform X_WI;                                               ///< ImageMessage's
   std::vector<std::array<double, 2>> points;  ///< x and y in the plane, mm; the last is joined to the first

@@ -5,4 +5,5 @@
 #        more than 0.2 mm off
 set -euo pipefail
 cd "$(dirname "$0")/../.."
-BRACHY_TRUTH_STATES=${1:-1000} exec nice -n 19 "${2:-build/release}/bin/core_tests" --gtest_brief=1 --gtest_filter='UltrasoundTruth.*'
+export BRACHY_TRUTH_STATES=${1:-1000}
+exec nice -n 19 "${2:-build/release}/bin/core_tests" --gtest_brief=1 --gtest_filter='UltrasoundTruth.*'

@@ -171,7 +171,9 @@ net::ContourSlice square_on(const net::ImageMessage& image, std::int32_t slice, 
   outline.tick = image.tick;
   outline.X_WI = image.X_WI;
   const double x = 0.5 * image.spacing_mm * image.width, y = 0.5 * image.spacing_mm * image.height;
-  outline.points = {{x - half_mm, y - half_mm}, {x + half_mm, y - half_mm}, {x + half_mm, y + half_mm},
+  outline.points = {{x - half_mm, y - half_mm},
+                    {x + half_mm, y - half_mm},
+                    {x + half_mm, y + half_mm},
                     {x - half_mm, y + half_mm}};
   return outline;
 }

@@ -17,9 +17,8 @@ RecordedStudy made_up() {
   recorded.t_s = 12.5;
   recorded.study = {RigidTransform(), 5, 1.25, {}};
   recorded.study.X_WS.p = {1, 2, 3};
-  const std::vector<PlaneEdge> outline = {{Vec2(0, 0), Vec2(10, 0)},
-                                          {Vec2(10, 0), Vec2(0, 10.125)},
-                                          {Vec2(0, 10.125), Vec2(0, 0)}};
+  const std::vector<PlaneEdge> outline = {
+      {Vec2(0, 0), Vec2(10, 0)}, {Vec2(10, 0), Vec2(0, 10.125)}, {Vec2(0, 10.125), Vec2(0, 0)}};
   recorded.study.planes = {{3, 0, 0, outline, outline}, {std::nullopt, 0, 5, {}, outline}};
   recorded.sources = {{42, -5}, {43, NAN}};
   return recorded;

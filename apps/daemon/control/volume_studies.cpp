@@ -17,8 +17,8 @@ constexpr double kFarthestMm = 300, kLongestMm = 1000, kOffRigid = 1e-3;
 
 /// A study that can be scored.
 struct CheckedStudy {
-  net::ContourMessage message;  // as it came
-  ContourSet contours;          // whose slice is an index of message.slices
+  net::ContourMessage message;                             // as it came
+  ContourSet contours;                                     // whose slice is an index of message.slices
   std::vector<std::shared_ptr<const FrozenGland>> glands;  // of each of `contours`
 };
 
@@ -84,8 +84,7 @@ net::ContourMessage answer_of(const CheckedStudy& checked, const ContourStudy& s
     const SliceScore& s = score.slices[i];
     const net::ContourSlice& own = slice_of(checked, plane.shape);
     const std::int32_t number = plane.slice ? own.slice : net::ContourSlice::kMissed;
-    figures.planes.push_back(
-        {number, s.offset_mm, s.areas.first, s.areas.second, s.dice(), s.hausdorff_mm});
+    figures.planes.push_back({number, s.offset_mm, s.areas.first, s.areas.second, s.dice(), s.hausdorff_mm});
     const double aside = plane.offset_mm - checked.contours.contours[plane.shape].offset_mm;
     RigidTransform X_WI = own.X_WI, X_WP = study.X_WS;
     X_WI.p += aside * study.X_WS.R.col(2);

@@ -82,8 +82,7 @@ std::shared_ptr<const FrozenGland> UltrasoundScanner::deformed(const std::vector
   auto gland = std::make_shared<FrozenGland>(FrozenGland{taken_tick_, rest});
   std::vector<Vec3> u(rest.size());
   field_->displacements_at(rest, u);
-  for (std::size_t i = 0; i < rest.size(); ++i)
-    gland->vertices[i] = taken_frame_.to_world(rest[i] + u[i]);
+  for (std::size_t i = 0; i < rest.size(); ++i) gland->vertices[i] = taken_frame_.to_world(rest[i] + u[i]);
   return gland;
 }
 

@@ -66,8 +66,8 @@ class UltrasoundScanner {
   ImageResult result() const { return result_; }
   /// The view's last image again, marked as frozen. False: there is none.
   bool repeat(const ImagedTick& newest, std::size_t view, ScannedImage& out) noexcept;
-  /// A surface (at rest, the body's frame) as the last scan's field has deformed it. Nothing where the last image is not
-  /// of that field: it stood, or there is none. Allocates.
+  /// A surface (at rest, the body's frame) as the last scan's field has deformed it. Nothing where the last image is
+  /// not of that field: it stood, or there is none. Allocates.
   std::shared_ptr<const FrozenGland> deformed(const std::vector<Vec3>& rest);
 
  private:

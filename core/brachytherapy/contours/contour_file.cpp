@@ -123,7 +123,7 @@ ContourSet contours_of(std::vector<Ring> rings, const std::string& name) {
       if (std::abs(corner.z() - mean) > kOutOfPlaneMm)
         refuse(rings[r], name,
                slice_text(rings[r]) + " has corners up to " + text_of(std::abs(corner.z() - mean)) +
-                        " mm off its plane, or planes are not parallel; outline each in one plane");
+                   " mm off its plane, or planes are not parallel; outline each in one plane");
     order.emplace_back(mean, r);
   }
   std::ranges::sort(order);
@@ -133,7 +133,7 @@ ContourSet contours_of(std::vector<Ring> rings, const std::string& name) {
     if (step < kLeastStepMm)
       refuse(rings[order[k].second], name,
              slice_text(rings[order[k].second]) + " lies in the plane of slice " +
-                      std::to_string(rings[order[k - 1].second].slice) + "; give one outline for each plane");
+                 std::to_string(rings[order[k - 1].second].slice) + "; give one outline for each plane");
     set.step_mm = set.step_mm > 0 ? std::min(set.step_mm, step) : step;
   }
   for (const auto& [mean, r] : order) {
@@ -142,7 +142,7 @@ ContourSet contours_of(std::vector<Ring> rings, const std::string& name) {
     if (std::abs(steps - std::round(steps)) > kOffStep)
       refuse(rings[r], name,
              slice_text(rings[r]) + " lies " + text_of(steps) + " steps of " + text_of(set.step_mm) +
-                      " mm from the first; outline planes that are even steps apart");
+                 " mm from the first; outline planes that are even steps apart");
     Contour& contour = set.contours.emplace_back();
     contour.slice = rings[r].slice;
     contour.offset_mm = offset;

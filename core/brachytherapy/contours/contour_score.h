@@ -45,7 +45,7 @@ struct ContourScore {
 /// One plane of a volume study, with both outlines in S (ContourSet).
 struct StudyPlane {
   std::optional<long long> slice;  ///< none: missed
-  std::size_t shape = 0;           ///< of the glands given: the plane's own, or that of the nearest outlined one
+  std::size_t shape = 0;  ///< of the glands given: the plane's own, or that of the nearest outlined one
   double offset_mm = 0;
   std::vector<PlaneEdge> outlined, truth;
 };
@@ -54,7 +54,7 @@ struct StudyPlane {
 struct ContourStudy {
   RigidTransform X_WS;
   double step_mm = 0;
-  double gland_cm3 = 0;             ///< the mean of the glands given
+  double gland_cm3 = 0;            ///< the mean of the glands given
   std::vector<StudyPlane> planes;  ///< as ContourScore::slices
 };
 

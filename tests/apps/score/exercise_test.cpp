@@ -77,8 +77,7 @@ TEST(Exercises, EachBoundThatIsBrokenIsNamed) {
 }
 
 TEST(Exercises, AVolumeStudyIsJudgedByTheLastOne) {
-  const Exercise exercise =
-      load_exercise(kExercises / "11_volume_study.toml");
+  const Exercise exercise = load_exercise(kExercises / "11_volume_study.toml");
   Score score;
   EXPECT_FALSE(judge(exercise, score).has_passed()) << "none was made";
   ContourScore good;
@@ -93,7 +92,8 @@ TEST(Exercises, AVolumeStudyIsJudgedByTheLastOne) {
   EXPECT_TRUE(judge(exercise, score).has_passed());
   score.studies.push_back({30, small});
   const std::string text = to_text(exercise, judge(exercise, score));
-  EXPECT_NE(text.find("MISS volume study, error of the volume 33.33 %, at most 10"), std::string::npos) << text;
+  EXPECT_NE(text.find("MISS volume study, error of the volume 33.33 %, at most 10"), std::string::npos)
+      << text;
 }
 
 TEST(Exercises, WhatIsNotKnownPassesNothing) {

@@ -88,7 +88,7 @@ class RandomStates {
                           state_.summary.tick, needles, seeds, X_WP}) == ImageResult::kNew;
   }
 
-  /// The far capsule's echo: its power's centroid on each line, on average over the lines, as speckle interferes with it.
+  /// The far capsule's echo: its power's centroid on each line, on average over the lines, as speckle interferes.
   void measure_capsule(const RigidTransform& X_WP) {
     ASSERT_TRUE(draw(tissue_, X_WP));
     const ImagePlane& plane = tissue_.plane();

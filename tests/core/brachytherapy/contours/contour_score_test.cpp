@@ -231,7 +231,8 @@ TEST(PlaneSection, IsJoinedToAnOutlineForEachPiece) {
   const SurfaceMesh other = test::make_box({20, 0, 0}, {24, 5, 10});
   const auto first = static_cast<std::uint32_t>(two.vertices.size());
   two.vertices.insert(two.vertices.end(), other.vertices.begin(), other.vertices.end());
-  for (const Triangle& t : other.triangles) two.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
+  for (const Triangle& t : other.triangles)
+    two.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
   RigidTransform X_WS;
   X_WS.p = {0, 0, 5};
   const std::vector<PlaneEdge> section = plane_section(two, X_WS);
