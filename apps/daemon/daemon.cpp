@@ -17,6 +17,7 @@
 #include "apps/daemon/control/controls.h"
 #include "apps/daemon/control/scanner_console.h"
 #include "apps/daemon/control/scene_reload.h"
+#include "apps/daemon/control/volume_studies.h"
 #include "apps/daemon/daemon_setup.h"
 #include "apps/daemon/display/shown_volume.h"
 #include "apps/daemon/exercise/exercise_pages.h"
@@ -64,6 +65,12 @@ std::unique_ptr<RecordedSession> open_session(const Scene& scene, const DaemonOp
 std::function<Score()> score_of(const RecordedSession* session) {
   if (!session) return nullptr;
   return [session] { return session->score(); };
+}
+
+/// Null: nothing is recorded.
+VolumeStudies::Store store_of(const RecordedSession* session) {
+  if (!session) return nullptr;
+  return [session](RecordedStudy study) { return session->store(std::move(study)); };
 }
 
 MeshState start_state(Simulator& simulator, const RecordedSession* session) {
@@ -140,6 +147,11 @@ class Daemon::Impl {
         X_WR_(resting_probe(scene, simulator().tissue())),
         console_(scene, scene.probe.on ? add_stepper() : nullptr,
                  [this](const net::ScannerMessage& message) { server_.publish(message); }),
+        studies_(loop_, worker_, structures_.front().mesh, scene.period_s(), store_of(session_.get()),
+                 [this](const std::string& text) {
+                   log_(text);
+                   server_.broadcast({net::EventKind::kWarning, 0, 0, text});
+                 }),
         watch_(loop_, scene.period_s(),
                {[this] { forces_.update(monotonic_ns()); }, [this] { return telemetry_.status(); }}),
         reload_(loop_, worker_, controls_, watch_, options),
@@ -342,10 +354,14 @@ class Daemon::Impl {
     h.on_load = [this](const net::LoadMessage& message, const std::string& client) {
       return is_ending_ ? "the daemon is ending" : load(message, client);
     };
-    if (has_ultrasound())
+    if (has_ultrasound()) {
       h.on_scanner = [this](const net::ScannerMessage& message, const std::string&) {
         return console_.execute(message);
       };
+      h.on_contour = [this](const net::ContourMessage& message, const std::string&, auto answer) {
+        return is_ending_ ? "the daemon is ending" : studies_.execute(message, std::move(answer));
+      };
+    }
     h.on_arm = [this](std::uint16_t needle, const std::string& client) {
       forces_.link().arm(needle, client);
     };
@@ -482,6 +498,9 @@ class Daemon::Impl {
             console_.reader(),
             {&images_[0].writer, &images_[1].writer},
             ultrasound_statistics_.writer,
+            [this](std::shared_ptr<const FrozenGland> gland) {
+              loop_.post([this, gland = std::move(gland)] { studies_.keep(gland); });
+            },
             [this] { loop_.post([this] { deliver_images(); }); },
             [this](const std::string& why) {
               loop_.post([this, why] { network_log_.info("no ultrasound images: " + why); });
@@ -552,6 +571,7 @@ class Daemon::Impl {
   Controls controls_;
   const RigidTransform X_WR_;  // the probe at rest
   ScannerConsole console_;     // its reader the ultrasound thread
+  VolumeStudies studies_;
   ServiceWatch watch_;
   SceneReload reload_;
   Telemetry telemetry_;

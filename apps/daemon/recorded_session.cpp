@@ -48,6 +48,16 @@ std::optional<std::string> RecordedSession::record(const MeshState& state) {
   return std::nullopt;
 }
 
+std::string RecordedSession::store(RecordedStudy study) const {
+  study.t_s += log_.offset_s();
+  try {
+    append_study(folder_, study);
+  } catch (const std::exception& e) {
+    return std::string("session: ") + e.what();
+  }
+  return {};
+}
+
 Score RecordedSession::score() const {
   if (!plan_) throw UserError("the scene has no plan to score against: give it plan.file");
   return score_recording(folder_, *plan_, scene_, load_structures(scene_));

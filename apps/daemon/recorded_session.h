@@ -5,6 +5,7 @@
 
 #include "apps/score/exercise.h"
 #include "apps/session/session_log.h"
+#include "apps/session/volume_study_file.h"
 #include "core/brachytherapy/plan/plan.h"
 #include "core/scene/scene.h"
 
@@ -27,6 +28,10 @@ class RecordedSession {
   /// next call.
   std::optional<std::string> record(const MeshState& state);
   void sync() const noexcept { log_.sync_seeds(); }
+
+  /// Appends a study, whose time is that of this run. Returns the text of a failure, else "".
+  /// Threads: one at a time; not that of record().
+  std::string store(RecordedStudy study) const;
 
   /// Scores what has been recorded so far; takes up to seconds. Throws UserError, also without a plan.
   /// Threads: any, also while another records.

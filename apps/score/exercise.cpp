@@ -39,6 +39,10 @@ double insertions_of(const Score& score) {
   return sum;
 }
 
+double study_of(const Score& score, double (*value)(const ContourScore&)) {
+  return score.studies.empty() ? kNoNumber : value(score.studies.back().score);
+}
+
 /// What an exercise can bound.
 struct Measure {
   const char* key;
@@ -85,7 +89,21 @@ constexpr std::array kMeasures = {
     Measure{"urethra_d30_gy_at_most", "urethra D30", " Gy", true,
             [](const Score& s) { return dose_of(s, "urethra", &StructureDose::d30_gy); }},
     Measure{"rectum_d2cc_gy_at_most", "rectum D2cc", " Gy", true,
-            [](const Score& s) { return dose_of(s, "rectum", &StructureDose::d2cc_gy); }}};
+            [](const Score& s) { return dose_of(s, "rectum", &StructureDose::d2cc_gy); }},
+    Measure{"study_dice_at_least", "volume study, Dice", "", false,
+            [](const Score& s) { return study_of(s, [](const ContourScore& c) { return c.dice; }); }},
+    Measure{"study_volume_error_percent_at_most", "volume study, error of the volume", " %", true,
+            [](const Score& s) {
+              return study_of(s, [](const ContourScore& c) {
+                return c.step_mm > 0 ? std::abs(c.volume_error_percent()) : kNoNumber;
+              });
+            }},
+    Measure{
+        "study_hausdorff_95_mm_at_most", "volume study, 95 % Hausdorff distance", " mm", true,
+        [](const Score& s) { return study_of(s, [](const ContourScore& c) { return c.hausdorff_95_mm; }); }},
+    Measure{"study_missed_at_most", "volume study, planes missed", "", true, [](const Score& s) {
+              return study_of(s, [](const ContourScore& c) { return static_cast<double>(c.missed); });
+            }}};
 
 constexpr double kMostLimit = 1e6;
 

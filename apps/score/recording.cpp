@@ -83,6 +83,9 @@ Recording load_recording(const std::filesystem::path& folder) {
   if (files.has("contacts.csv"))
     recording.passes = files.read("contacts.csv", "passes through organs are those of the organs at rest.",
                                   parse_organ_passes);
+  if (files.has(kStudiesFile))
+    if (auto studies = files.read(kStudiesFile, "volume studies are not known.", parse_studies))
+      recording.studies = std::move(*studies);
   if (!recording.poses && !forces && !recording.seeds)
     throw UserError(folder.string() +
                     ": has no readable recording; it should contain poses.csv, forces.csv "

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "apps/forces/force_log.h"
+#include "apps/session/volume_study_file.h"
 #include "core/brachytherapy/seeds/seed.h"
 #include "core/brachytherapy/seeds/seed_drop.h"
 #include "core/brachytherapy/structures/organ_pass_file.h"
@@ -22,11 +23,12 @@ struct Recording {
   std::optional<std::vector<FailedDrop>>
       failed_drops;  ///< drops.csv; none: only the daemon and offline replays write it
   std::optional<std::vector<OrganPass>> passes;  ///< contacts.csv; the same
+  std::vector<RecordedStudy> studies;            ///< volume_studies.jsonl; empty: none
   std::vector<std::string> remarks;  ///< what is missing or truncated and its consequence, a sentence each
 };
 
-/// Reads a recording's directory: poses.csv, forces.csv and seeds.csv; drops.csv and contacts.csv where they are
-/// there. A file that is missing or unreadable is left
+/// Reads a recording's directory: poses.csv, forces.csv and seeds.csv; drops.csv, contacts.csv and
+/// volume_studies.jsonl where they are there. A file that is missing or unreadable is left
 /// out, as is an incomplete last line (the writer was killed), with a remark. Throws UserError where there is no such
 /// directory, or none of the files can be read.
 Recording load_recording(const std::filesystem::path& folder);

@@ -262,7 +262,7 @@ std::string to_html(const Score& score, const Plan& plan, const TemplateGrid& gr
   std::string out = fmt::format(kHead, xml_escaped(score.recording));
   out += fmt::format("<h1>Implant score</h1>\n<p>Recording <b>{}</b>, plan <b>{}</b>. {}</p>\n",
                      xml_escaped(score.recording), xml_escaped(score.plan), kNotice);
-  out += remarks(score) + keys(score) + findings_list(score) + goals_section(score) +
+  out += remarks(score) + keys(score) + findings_list(score) + study_section(score) + goals_section(score) +
          slices_section(score, plan, grid) + dose_section(score.dose) + consequences_section(score, plan) +
          seed_section(score, plan, grid, structures.front().mesh) +
          needle_section(score.needles, plan, seeds);

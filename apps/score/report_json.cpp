@@ -238,6 +238,32 @@ Json to_json_goals(const DoseScore& dose) {
   return goals;
 }
 
+Json to_json_studies(const std::vector<Score::Study>& studies) {
+  Json list = Json::array();
+  for (const auto& [t_s, s] : studies) {
+    Json planes = Json::array();
+    for (const SliceScore& plane : s.slices)
+      planes.push_back({{"slice", plane.slice ? Json(*plane.slice) : Json(nullptr)},
+                        {"offset_mm", plane.offset_mm},
+                        {"outlined_mm2", plane.areas.first},
+                        {"true_mm2", plane.areas.second},
+                        {"dice", plane.dice()},
+                        {"hausdorff_mm", plane.hausdorff_mm}});
+    list.push_back({{"t_s", t_s},
+                    {"dice", s.dice},
+                    {"outlined_cm3", s.outlined_cm3},
+                    {"true_cm3", s.gland_cm3},
+                    {"volume_error_percent", s.step_mm > 0 ? Json(s.volume_error_percent()) : Json(nullptr)},
+                    {"hausdorff_mm", s.hausdorff_mm},
+                    {"hausdorff_95_mm", s.hausdorff_95_mm},
+                    {"mean_mm", s.mean_mm},
+                    {"missed_planes", s.missed},
+                    {"planes_beyond", s.beyond},
+                    {"planes", planes}});
+  }
+  return list;
+}
+
 }  // namespace
 
 std::string to_json(const Score& score) {
@@ -254,6 +280,7 @@ std::string to_json(const Score& score) {
       {"consequences", score.consequences ? to_json_consequences(*score.consequences) : Json(nullptr)},
       {"seeds", score.seeds ? to_json_seeds(*score.seeds) : Json(nullptr)},
       {"needles", to_json_needles(score.needles)},
+      {"volume_studies", to_json_studies(score.studies)},
       {"dose",
        {{"prescription_gy", score.dose.prescription_gy},
         {"goals", to_json_goals(score.dose)},

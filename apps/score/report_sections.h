@@ -18,4 +18,8 @@ std::string goals_section(const Score& score);
 /// What each needle cost, cold sectors, the urethra's hottest place, organs entered, seeds lost and refused.
 std::string consequences_section(const Score& score, const Plan& plan);
 
+/// Volume studies: figures of each, and of the last one's planes. As HTML, and as lines for a terminal; empty: none.
+std::string study_section(const Score& score);
+std::string study_lines(const Score& score);
+
 }  // namespace brachy

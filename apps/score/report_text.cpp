@@ -4,6 +4,7 @@
 
 #include "apps/score/report.h"
 #include "apps/score/report_figures.h"
+#include "apps/score/report_sections.h"
 
 namespace brachy {
 namespace {
@@ -57,7 +58,7 @@ std::string dose_lines(const DoseScore& dose) {
 
 std::string to_text(const Score& score) {
   return fmt::format("{}, plan \"{}\"\n", score.recording, score.plan) + finding_lines(score) +
-         seed_lines(score) + needle_line(score.needles) + dose_lines(score.dose) +
+         seed_lines(score) + needle_line(score.needles) + study_lines(score) + dose_lines(score.dose) +
          (score.goals.empty() ? "" : "verdict: " + verdict(score.goals) + "\n") + kNotice + "\n";
 }
 

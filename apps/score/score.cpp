@@ -48,7 +48,11 @@ Score score_session(const Plan& plan, const TemplateGrid& grid, const std::vecto
     score.consequences = find_consequences(plan, grid, at_rest, score.dose.plan.structures, *recording.seeds);
     score.slices = axial_slices(structures, at_rest.grid(), plan.prescription_gy);
   }
-  score.findings = find_mistakes(score, plan, grid);
+  for (const RecordedStudy& study : recording.studies)
+    score.studies.push_back({study.t_s, score_study(study.study)});
+  // A session of outlining alone has no implant to find fault with.
+  if (score.studies.empty() || !recording.seeds || !recording.seeds->empty())
+    score.findings = find_mistakes(score, plan, grid);
   return score;
 }
 

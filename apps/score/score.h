@@ -13,6 +13,7 @@
 #include "apps/score/recording.h"
 #include "apps/score/seed_score.h"
 #include "apps/score/structure_contact.h"
+#include "core/brachytherapy/contours/contour_score.h"
 #include "core/brachytherapy/structures/structure.h"
 
 namespace brachy {
@@ -31,7 +32,13 @@ struct Score {
   std::optional<Consequences> consequences;             ///< none: the dropped seeds are not known
   std::vector<GoalResult> goals;                        ///< of the plan and of the implant, in their order
   std::vector<AxialSlice> slices;  ///< with the dose of the seeds at rest; empty: not known
-  std::vector<Finding> findings;   ///< what went wrong, the heaviest first
+  /// Volume studies in their order; the last one counts in an exercise.
+  struct Study {
+    double t_s = 0;
+    ContourScore score;
+  };
+  std::vector<Study> studies;
+  std::vector<Finding> findings;  ///< what went wrong, the heaviest first
 };
 
 /// Scores a recording; the implant is judged by `goals`. `structures`: the scene's at rest, the tissue's own

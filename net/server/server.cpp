@@ -271,6 +271,14 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
     if (!handlers_.on_scanner) return "this server has no ultrasound scanner";
     return handlers_.on_scanner(scanner, session.name() + " (" + session.address() + ")");
   }
+  std::string on_contour(Session& session, const ContourMessage& contour) override {
+    if (!handlers_.on_contour) return "this server scores no volume studies";
+    const auto answer = [weak = session.weak_from_this()](const ContourMessage& message) {
+      if (const auto client = weak.lock(); client && client->is_open())
+        client->send(ContourMessage::kType, encoded_body(message));
+    };
+    return handlers_.on_contour(contour, session.name() + " (" + session.address() + ")", answer);
+  }
   std::shared_ptr<const Bytes> scanner_body() override { return scanner_body_; }
   void offer_images(Session& session) override {
     for (const auto& [array, image] : images_) offer_image(session, array);

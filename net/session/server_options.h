@@ -91,6 +91,11 @@ struct ServerHandlers {
   std::function<std::string(const LoadMessage&, const std::string& sender)> on_load;  ///< the same
   /// A request to the scanner; returns "" where it is or will be done, else the reason why not.
   std::function<std::string(const ScannerMessage&, const std::string& sender)> on_scanner;
+  /// A volume study of an operator; about_sequence is its own. Returns "" where `answer` is or will be called, on the
+  /// io thread, else the reason why not.
+  std::function<std::string(const ContourMessage&, const std::string& sender,
+                            std::function<void(const ContourMessage&)> answer)>
+      on_contour;
   std::function<StateMessage()> state;  ///< the simulation's part of STATE; the server adds its own counts
   std::function<void(const std::string&)> log;  ///< one line, no line end
 };

@@ -97,6 +97,8 @@ void Session::handle(const MessageParser::Message& message) {
       return handle_control(message);
     case MessageType::kScanner:
       return handle_scanner(message);
+    case MessageType::kContour:
+      return handle_contour(message);
     case MessageType::kState:
       if (!message.body.empty()) {
         return fail(ErrorCode::kProtocol, "a STATE from a client must be empty", message.header.sequence);
@@ -280,6 +282,22 @@ void Session::handle_scanner(const MessageParser::Message& message) {
     return refuse(ErrorCode::kScannerRefused, "more than 30 SCANNERs a second");
   if (const std::string why = host_.on_scanner(*this, scanner); !why.empty())
     refuse(ErrorCode::kScannerRefused, why);
+}
+
+void Session::handle_contour(const MessageParser::Message& message) {
+  ContourMessage contour;
+  if (!decode(message, contour)) return;
+  contour.about_sequence = message.header.sequence;
+  contour.score.reset();
+  const auto refuse = [&](ErrorCode code, const std::string& why) {
+    send_message(ErrorMessage{code, false, 0, message.header.sequence, why});
+  };
+  if (hello_.role != Role::kOperator)
+    return refuse(ErrorCode::kNotOperator, "only a client with the role operator may send CONTOUR");
+  if (!contours_.pass(last_message_ns_))
+    return refuse(ErrorCode::kContourRefused, "more than one CONTOUR a second");
+  if (const std::string why = host_.on_contour(*this, contour); !why.empty())
+    refuse(ErrorCode::kContourRefused, why);
 }
 
 // --- out ---

@@ -41,6 +41,8 @@ class SessionHost {
   virtual std::string on_control(const Session& session, const ControlMessage& control) = 0;
   virtual std::string on_load(const Session& session, const LoadMessage& load) = 0;  ///< the same
   virtual std::string on_scanner(const Session& session, const ScannerMessage& scanner) = 0;
+  /// The same; the answer comes later.
+  virtual std::string on_contour(Session& session, const ContourMessage& contour) = 0;
   virtual std::shared_ptr<const Bytes> scanner_body() = 0;  ///< what is in use; null: not known yet
   virtual void offer_images(Session& session) = 0;          ///< the newest of each array
   virtual void count_refusal(const PoseVerdict& verdict) = 0;
@@ -125,6 +127,7 @@ class Session final : public ConnectionListener, public std::enable_shared_from_
   void handle_control(const MessageParser::Message& message);
   void handle_load(const MessageParser::Message& message);
   void handle_scanner(const MessageParser::Message& message);
+  void handle_contour(const MessageParser::Message& message);
   void ping(std::int64_t now_ns);
   bool write_newest();
   void refuse_pose(const PoseVerdict& verdict, ErrorCode code, std::uint64_t about_sequence,
@@ -164,6 +167,7 @@ class Session final : public ConnectionListener, public std::enable_shared_from_
   RateLimit drops_{100, 100};
   RateLimit controls_{10, 10};
   RateLimit scanner_requests_{30, 30};
+  RateLimit contours_{1, 2};
 
   std::uint16_t needle_ = kAnyNeedle;
   RoundTrip round_trip_;  // of a device

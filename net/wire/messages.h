@@ -46,6 +46,7 @@ enum class MessageType : std::uint16_t {
   kImage = 17,
   kScanner = 18,
   kLoad = 19,
+  kContour = 21,
 };
 
 /// Types of which a client never sends a message, and a server never one; the others go both ways.
@@ -447,6 +448,42 @@ struct ScannerMessage {
   double probe_rotation_deg = std::numeric_limits<double>::quiet_NaN();
 };
 
+/// An outline on a frozen image: of a client what an operator drew, in an answer the gland's own.
+struct ContourSlice {
+  static constexpr std::int32_t kMissed = -1;
+  std::int32_t slice = 0;  ///< its number, from 0; kMissed (in an answer): nobody outlined this plane
+  std::uint64_t tick = 0;  ///< of the image it was drawn on, or of the gland's shape
+  double probe_depth_mm = std::numeric_limits<double>::quiet_NaN();  ///< ScannerMessage's; for the record
+  RigidTransform X_WI;                                               ///< ImageMessage's
+  std::vector<std::array<double, 2>> points;  ///< x and y in the plane, mm; the last is joined to the first
+};
+
+/// A plane of ContourMessage's score.
+struct ContourPlaneScore {
+  std::int32_t slice = 0;  ///< as ContourSlice's
+  double offset_mm = 0;    ///< from the first outlined plane, across the planes
+  double outlined_mm2 = 0, true_mm2 = 0, dice = 0;
+  double hausdorff_mm = 0;  ///< 0 where one outline is empty
+};
+
+/// An operator's volume study, to be scored; from a server: the score, and the gland's outlines.
+struct ContourMessage {
+  static constexpr MessageType kType = MessageType::kContour;
+  static constexpr std::size_t kMostPoints = 2000;  ///< of an outline
+  static constexpr std::size_t kMostSlices = 64;    ///< from a client
+  std::uint64_t about_sequence = 0;  ///< from a server: the header's sequence of what it answers
+  std::vector<ContourSlice> slices;  ///< from a server as many of a plane as the gland has pieces there
+  /// core/brachytherapy/contours/contour_score.h
+  struct Figures {
+    double dice = 0, outlined_cm3 = 0, true_cm3 = 0, same_planes_cm3 = 0;
+    double volume_error_percent = 0;  ///< NaN of one plane
+    double hausdorff_mm = 0, hausdorff_95_mm = 0, mean_mm = 0, step_mm = 0;
+    std::uint16_t missed = 0, beyond = 0;  ///< planes
+    std::vector<ContourPlaneScore> planes;
+  };
+  std::optional<Figures> score;  ///< from a server
+};
+
 /// Of a histogram, ms.
 struct Quantiles {
   std::uint64_t count = 0;
@@ -543,6 +580,7 @@ enum class ErrorCode : std::uint16_t {
   kUnauthorised = 14,    ///< no token, an unknown one, or one for another role
   kScannerRefused = 15,  ///< a SCANNER that cannot be done; the text gives the reason
   kLoadRefused = 17,     ///< a LOAD that cannot be done; the text gives the reason
+  kContourRefused = 18,  ///< a CONTOUR that cannot be scored; the text gives the reason
 };
 
 /// PoseRefusals::code and ErrorMessage::reason from here on are the server's; lower ones are the daemon's.

@@ -144,9 +144,9 @@ class Schema:
             return label, json.dumps(value, ensure_ascii=False), b"".join(packed("u16", len(c)) + c for c in coded), 24
         if count == 1:
             return label, value, packed(kind, value), 24
-        is_triples = isinstance(count, list) and len(count) == 2
-        flat = [x for triple in value for x in triple] if is_triples else value
-        return label, None, packed_array(kind, flat), 3 * SIZES[kind] if is_triples else 24
+        is_grouped = isinstance(count, list) and len(count) == 2
+        flat = [x for group in value for x in group] if is_grouped else value
+        return label, None, packed_array(kind, flat), count[1] * SIZES[kind] if is_grouped else 24
 
     def section_pieces(self, of, sections):
         known = self.all["messages"][of].get("sections", {})
@@ -203,16 +203,16 @@ class Schema:
                 values[name] = self.read_one(reader, kind)
             else:
                 number = self.number(count, values)
-                triples = isinstance(count, list) and len(count) == 2
+                group = count[1] if isinstance(count, list) and len(count) == 2 else 0
                 if kind == "u8":
                     values[name] = reader.take(number).hex()
                     continue
                 if number > len(reader.data):
                     raise WireError(f"{of}: {number} {name} in {len(reader.data)} bytes")
-                number *= 3 if triples else 1
+                number *= group or 1
                 read = reader.array(kind, number) if kind in FORMATS else \
                     [self.read_one(reader, kind) for _ in range(number)]
-                values[name] = grouped(read, 3) if triples else read
+                values[name] = grouped(read, group) if group else read
         return values, sections
 
     @staticmethod

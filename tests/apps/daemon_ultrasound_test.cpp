@@ -164,5 +164,66 @@ TEST_F(DaemonUltrasound, OpenIgtLinkHasTheSameImageInItsPlace) {
   EXPECT_TRUE(std::ranges::equal(content, std::span(expected).subspan(net::igtl::kHeaderSize)));
 }
 
+/// An outline on the newest image: a square about the image's middle.
+net::ContourSlice square_on(const net::ImageMessage& image, std::int32_t slice, double half_mm) {
+  net::ContourSlice outline;
+  outline.slice = slice;
+  outline.tick = image.tick;
+  outline.X_WI = image.X_WI;
+  const double x = 0.5 * image.spacing_mm * image.width, y = 0.5 * image.spacing_mm * image.height;
+  outline.points = {{x - half_mm, y - half_mm},
+                    {x + half_mm, y - half_mm},
+                    {x + half_mm, y + half_mm},
+                    {x - half_mm, y + half_mm}};
+  return outline;
+}
+
+TEST_F(DaemonUltrasound, AnOutlinedGlandIsScoredAgainstWhereTheFieldHadIt) {
+  ASSERT_TRUE(boss.join(daemon.port()));
+  ASSERT_TRUE(until_image([](const auto&) { return true; }));
+  ScannerMessage request;
+  request.freeze = net::ScannerFreeze::kFrozen;
+  ASSERT_TRUE(ask(request));
+  ASSERT_TRUE(until_image([](const auto& image) { return (image.flags & net::kImageFrozen) != 0; }));
+  net::ContourMessage study;
+  study.slices.push_back(square_on(boss.images.back(), 7, 5));
+  boss.client.send(study);
+  ASSERT_TRUE(boss.until([&] { return !boss.contours.empty(); }));
+  const net::ContourMessage first = boss.contours.back();
+  ASSERT_TRUE(first.score);
+  EXPECT_GT(first.about_sequence, 0u);
+  EXPECT_NEAR(first.score->planes.at(0).outlined_mm2, 100, 1e-9);
+  EXPECT_EQ(first.score->planes[0].slice, 7);
+  ASSERT_EQ(first.slices.size(), 1u);
+  EXPECT_EQ(first.slices[0].tick, study.slices[0].tick);
+
+  // What it says the gland was is a perfect outline.
+  study.slices[0].points = first.slices[0].points;
+  boss.client.send(study);
+  ASSERT_TRUE(boss.until([&] { return boss.contours.size() == 2; }));
+  const net::ContourMessage::Figures& score = *boss.contours[1].score;
+  EXPECT_NEAR(score.dice, 1, 1e-9);
+  EXPECT_NEAR(score.hausdorff_mm, 0, 1e-9);
+  EXPECT_NEAR(score.true_cm3, first.score->true_cm3, 1e-12);
+  EXPECT_GT(score.true_cm3, 10);
+}
+
+TEST_F(DaemonUltrasound, AStudyOfAnImageThatWasNotFrozenIsRefused) {
+  ASSERT_TRUE(boss.join(daemon.port()));
+  ASSERT_TRUE(until_image([](const auto&) { return true; }));
+  net::ContourMessage study;
+  study.slices.push_back(square_on(boss.images.back(), 7, 5));
+  boss.client.send(study);
+  ASSERT_TRUE(boss.until([&] { return !boss.errors.empty(); }));
+  EXPECT_EQ(boss.errors[0].code, net::ErrorCode::kContourRefused);
+  EXPECT_NE(boss.errors[0].text.find("slice 7: no image of tick"), std::string::npos) << boss.errors[0].text;
+  Peer viewer{net::Role::kViewer, net::kSubscribeUltrasound};
+  viewer.stand_beside(boss);
+  ASSERT_TRUE(viewer.join(daemon.port()));
+  viewer.client.send(study);
+  ASSERT_TRUE(viewer.until([&] { return !viewer.errors.empty(); }));
+  EXPECT_EQ(viewer.errors[0].code, net::ErrorCode::kNotOperator);
+}
+
 }  // namespace
 }  // namespace brachy

@@ -76,6 +76,22 @@ TEST_F(UltrasoundScannerTest, ItsImageIsThatOfTheSimulatorsOwnField) {
   EXPECT_EQ(unpacked, image.plain.data);
 }
 
+TEST_F(UltrasoundScannerTest, TheGlandOfItsImageIsWhereTheSimulatorHasIt) {
+  EXPECT_EQ(scanner.deformed({Vec3::Zero()}), nullptr) << "there is no image yet";
+  ASSERT_TRUE(scan());
+  const Tissue& tissue = simulator.tissue();
+  const auto gland = scanner.deformed({tissue.rest_vertices.begin(), tissue.rest_vertices.begin() + 400});
+  ASSERT_TRUE(gland);
+  EXPECT_EQ(gland->tick, state.summary.tick);
+  double moved = 0;
+  for (std::size_t i = 0; i < gland->vertices.size(); ++i) {
+    const float* v = &state.deformed_vertices[3 * i];
+    EXPECT_NEAR((gland->vertices[i] - Vec3(v[0], v[1], v[2])).norm(), 0, 1e-4);
+    moved = std::max(moved, (gland->vertices[i] - tissue.rest_vertices[i]).norm());
+  }
+  EXPECT_GT(moved, 0.1);
+}
+
 TEST_F(UltrasoundScannerTest, AnImageAllocatesNothingOnceThereWasOne) {
   if (!test::allocations_are_counted()) GTEST_SKIP() << "the sanitizer owns malloc";
   ASSERT_TRUE(scan());

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <memory>
 #include <optional>
+#include <utility>
 
 #include "core/base/error.h"
 #include "core/realtime/deadline.h"
@@ -14,8 +15,8 @@ namespace {
 /// The loop's state between periods.
 class UltrasoundRounds {
  public:
-  UltrasoundRounds(UltrasoundScanner& scanner, const UltrasoundPorts& ports)
-      : scanner_(scanner), ports_(ports) {}
+  UltrasoundRounds(UltrasoundScanner& scanner, const UltrasoundPorts& ports, const SurfaceMesh& gland)
+      : scanner_(scanner), ports_(ports), gland_(gland) {}
 
   /// One period: images of the newest tick, where there is a newer one or something else is to be shown.
   void round(const ScannerSettings& settings, double period_s, std::uint64_t overruns) {
@@ -35,6 +36,8 @@ class UltrasoundRounds {
     bool is_published = false;
     if (is_frozen_) {
       if (was_frozen && !is_other_demand) return;
+      if (!was_frozen)
+        if (auto gland = scanner_.deformed(gland_.vertices)) ports_.on_freeze(std::move(gland));
       for (std::size_t v = 0; v < scanner_.views(); ++v)
         if (scanner_.repeat(ports_.ticks.value(), v, ports_.images[v]->slot())) {
           ports_.images[v]->publish();
@@ -74,6 +77,7 @@ class UltrasoundRounds {
 
   UltrasoundScanner& scanner_;
   const UltrasoundPorts& ports_;
+  const SurfaceMesh& gland_;  // at rest
   UltrasoundStatistics statistics_;
   bool is_frozen_ = false;
   net::ImageDemand demand_;
@@ -99,7 +103,7 @@ void run_ultrasound_loop(const std::stop_token& stop, const Scene& scene,
         if (!echoes) echoes = load_echo_map(scene, structures);
         scanner = std::make_unique<UltrasoundScanner>(scene, echoes, X_WR);
         scanner->set(settings);
-        rounds.emplace(*scanner, ports);
+        rounds.emplace(*scanner, ports, structures.front().mesh);
       }
       rounds->round(settings, period_s, timer.overruns());
     } catch (const UserError& e) {

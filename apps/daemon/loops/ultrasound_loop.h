@@ -30,8 +30,9 @@ struct UltrasoundPorts {
   HandOver<ScannerSettings>::Reader& settings;
   std::array<HandOver<ScannedImage>::Writer*, UltrasoundScanner::kMostViews> images;
   HandOver<UltrasoundStatistics>::Writer& statistics;
-  std::function<void()> on_images;                         ///< something was published
-  std::function<void(const std::string& why)> on_failure;  ///< there will be no images
+  std::function<void(std::shared_ptr<const FrozenGland>)> on_freeze;  ///< before its image is published
+  std::function<void()> on_images;                                    ///< something was published
+  std::function<void(const std::string& why)> on_failure;             ///< there will be no images
 };
 
 /// Makes images at the scene's rate while somebody asks for them (ScannerSettings::demand), until `stop`. Where nobody

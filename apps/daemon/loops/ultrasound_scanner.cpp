@@ -48,6 +48,8 @@ bool UltrasoundScanner::take(const ImagedTick& tick, const ScannedModel& model) 
     run_ = tick.run;
   }
   const LandmarkSet& l = tick.landmarks;
+  taken_tick_ = tick.tick;
+  taken_frame_ = tick.frame;
   is_taken_ = static_cast<bool>(field_->update(l.positions, l.displacements, l.spreads, l.compliance));
   return is_taken_;
 }
@@ -73,6 +75,15 @@ bool UltrasoundScanner::repeat(const ImagedTick& newest, std::size_t view, Scann
   if (!views_[view].has_image) return false;
   write(views_[view], newest, net::kImageFrozen, out);
   return true;
+}
+
+std::shared_ptr<const FrozenGland> UltrasoundScanner::deformed(const std::vector<Vec3>& rest) {
+  if (!is_taken_ || result_ != ImageResult::kNew || views_[0].tick != taken_tick_) return nullptr;
+  auto gland = std::make_shared<FrozenGland>(FrozenGland{taken_tick_, rest});
+  std::vector<Vec3> u(rest.size());
+  field_->displacements_at(rest, u);
+  for (std::size_t i = 0; i < rest.size(); ++i) gland->vertices[i] = taken_frame_.to_world(rest[i] + u[i]);
+  return gland;
 }
 
 RigidTransform UltrasoundScanner::probe_pose(const ImagedTick& tick) const noexcept {

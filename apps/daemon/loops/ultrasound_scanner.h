@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "apps/daemon/loops/frozen_gland.h"
 #include "apps/daemon/loops/imaged_tick.h"
 #include "core/models/guard/guarded_field.h"
 #include "core/scene/scene.h"
@@ -65,6 +66,9 @@ class UltrasoundScanner {
   ImageResult result() const { return result_; }
   /// The view's last image again, marked as frozen. False: there is none.
   bool repeat(const ImagedTick& newest, std::size_t view, ScannedImage& out) noexcept;
+  /// A surface (at rest, the body's frame) as the last scan's field has deformed it. Nothing where the last image is
+  /// not of that field: it stood, or there is none. Allocates.
+  std::shared_ptr<const FrozenGland> deformed(const std::vector<Vec3>& rest);
 
  private:
   struct View {
@@ -92,6 +96,8 @@ class UltrasoundScanner {
   std::shared_ptr<const SimulationModel> model_;  // null: none yet
   std::unique_ptr<GuardedField> field_;           // of it
   bool is_taken_ = false;                         // the field is the last tick's
+  std::uint64_t taken_tick_ = 0;                  // that tick, and where the body was
+  BodyFrame taken_frame_;
 };
 
 /// "transverse", "sagittal" or "end_fire".

@@ -30,6 +30,7 @@ class MessageType(IntEnum):
     IMAGE = 17
     SCANNER = 18
     LOAD = 19
+    CONTOUR = 21
 
 
 class Role(IntEnum):
@@ -69,6 +70,7 @@ class ErrorCode(IntEnum):
     UNAUTHORISED = 14
     SCANNER_REFUSED = 15
     LOAD_REFUSED = 17
+    CONTOUR_REFUSED = 18
 
 
 class ControlAction(IntEnum):

@@ -55,6 +55,7 @@ const playback: Playback = new Playback(session, () => {
   live.end();
   exercise.clear();
   volume.clear();
+  scanner.outlining.forget();
   if (!byId('panel-exercise').hidden) selectTab('needle');
 }, () => {
   if (playback.player || playback.state === 'none') return;
@@ -73,11 +74,15 @@ byId('live').addEventListener('click', () => {
 byId('banner').querySelector('button')!.addEventListener('click', () => live.connect());
 for (const button of byId('views').querySelectorAll('button'))
   button.addEventListener('click', () => viewport.views.go(button.dataset['view'] as View));
-live.onError = (error) => toast(error.text, true);
 live.onOpen = () => {
   void exercise.load();
   void volume.load();
 };
+live.onError = (error) => {
+  scanner.outlining.onError();
+  toast(error.text, true);
+};
+live.onContour = (answer) => scanner.outlining.onAnswer(answer);
 
 byId<HTMLSelectElement>('needle').addEventListener('change', (event) => (shownNeedle = Number((event.target as HTMLSelectElement).value)));
 setUpDrawers();
@@ -196,6 +201,7 @@ const keyboard = new Keyboard([
   {key: 'b', does: 'transverse, sagittal, biplane', run: () => scanner.nextArray()},
   {key: 'h', does: 'template holes on the image', run: () => scanner.setGrid(!scanner.grid)},
   {key: 'm', does: 'clear the calipers', run: () => scanner.clearCalipers()},
+  {key: 'v', does: 'volume study: outline the gland on frozen images', run: () => scanner.isOpen && scanner.outlining.toggle()},
   {key: '-', shown: '− +', does: 'step the probe 5 mm out, in', run: () => scanner.step(-STEP_MM, 0)},
   {key: '+', does: '', run: () => scanner.step(STEP_MM, 0)},
   {key: '=', does: '', run: () => scanner.step(STEP_MM, 0)},

@@ -80,6 +80,16 @@ export function expose(session: Session, live: LiveConnection, playback: Playbac
         return image ? screen.calipers.map(({from, to}) => image.spacingMm * Math.hypot(from.x - to.x, from.y - to.y)) : [];
       });
     },
+    get study() {  // the volume study: points of each slice, and the daemon's score
+      return {
+        on: scanner.outlining.isOn, score: structuredClone(scanner.outlining.result?.score ?? null), truth: structuredClone(scanner.outlining.result?.slices.length ?? 0),
+        slices: scanner.outlining.study.slices.map(({number, tick, points, selected}) => ({number, tick, points: points.length, selected})),
+      };
+    },
+    get frozenOnScreen() {  // the tick of the frozen image that the first screen shows; null: it is live
+      const image = [...scanner.screens.values()][0]!.shownImage;
+      return image?.frozen ? image.tick : null;
+    },
     get imagesDrawn() { return Math.max(...[...scanner.screens.values()].map((screen) => screen.drawn)); },
     get pictures() { return viewport.pictures; },
     get uploads() { return {...uploads.last, most: {...uploads.most}}; },  // of a picture with a new snapshot

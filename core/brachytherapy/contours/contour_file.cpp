@@ -18,7 +18,7 @@ constexpr double kLeastAreaMm2 = 1, kFarthestMm = 1e4;
 /// Corners of one slice, in space.
 struct Ring {
   long long slice;
-  std::size_t line;  // of its first corner
+  std::size_t line;  // of its first corner; 0: of no file
   std::vector<Vec3> corners;
 
   // Newell's: twice the area along the normal, right for any closed polygon.
@@ -32,6 +32,18 @@ struct Ring {
 
 std::string slice_text(const Ring& ring) {
   return "slice " + std::to_string(ring.slice);
+}
+
+[[noreturn]] void refuse(const Ring& ring, const std::string& name, const std::string& what) {
+  if (ring.line == 0) throw UserError(what);
+  refuse_line(name, ring.line, what);
+}
+
+// Drawn closed or not, it is closed.
+void close(Ring& ring, const std::string& name) {
+  if (ring.corners.size() > 1 && ring.corners.back() == ring.corners.front()) ring.corners.pop_back();
+  if (ring.corners.size() < 3 || ring.area_vector().norm() < kLeastAreaMm2)
+    refuse(ring, name, slice_text(ring) + " encloses no area; give three corners or more around it");
 }
 
 std::vector<Ring> rings_of(const NumberTable& table, const std::string& name) {
@@ -60,13 +72,7 @@ std::vector<Ring> rings_of(const NumberTable& table, const std::string& name) {
                       "; give fewer");
     if (corners.empty() || corners.back() != corner) corners.push_back(corner);
   }
-  for (Ring& ring : rings) {
-    // Drawn closed or not, it is closed.
-    if (ring.corners.size() > 1 && ring.corners.back() == ring.corners.front()) ring.corners.pop_back();
-    if (ring.corners.size() < 3 || ring.area_vector().norm() < kLeastAreaMm2)
-      refuse_line(name, ring.line,
-                  slice_text(ring) + " encloses no area; give three corners or more around it");
-  }
+  for (Ring& ring : rings) close(ring, name);
   return rings;
 }
 
@@ -102,8 +108,7 @@ namespace {
 
 constexpr NumberCsvLimits kLimits{.max_bytes = std::size_t{64} << 20, .max_rows = kMaxCorners * kMaxSlices};
 
-ContourSet contours_of(const NumberTable& table, const std::string& name) {
-  std::vector<Ring> rings = rings_of(table, name);
+ContourSet contours_of(std::vector<Ring> rings, const std::string& name) {
   ContourSet set;
   set.X_WS = frame_of(rings);
   const RigidTransform X_SW = set.X_WS.inverse();
@@ -116,9 +121,9 @@ ContourSet contours_of(const NumberTable& table, const std::string& name) {
     }
     for (const Vec3& corner : rings[r].corners)
       if (std::abs(corner.z() - mean) > kOutOfPlaneMm)
-        refuse_line(name, rings[r].line,
-                    slice_text(rings[r]) + " has corners up to " + text_of(std::abs(corner.z() - mean)) +
-                        " mm off its plane, or planes are not parallel; outline each in one plane");
+        refuse(rings[r], name,
+               slice_text(rings[r]) + " has corners up to " + text_of(std::abs(corner.z() - mean)) +
+                   " mm off its plane, or planes are not parallel; outline each in one plane");
     order.emplace_back(mean, r);
   }
   std::ranges::sort(order);
@@ -126,18 +131,18 @@ ContourSet contours_of(const NumberTable& table, const std::string& name) {
   for (std::size_t k = 1; k < order.size(); ++k) {
     const double step = order[k].first - order[k - 1].first;
     if (step < kLeastStepMm)
-      refuse_line(name, rings[order[k].second].line,
-                  slice_text(rings[order[k].second]) + " lies in the plane of slice " +
-                      std::to_string(rings[order[k - 1].second].slice) + "; give one outline for each plane");
+      refuse(rings[order[k].second], name,
+             slice_text(rings[order[k].second]) + " lies in the plane of slice " +
+                 std::to_string(rings[order[k - 1].second].slice) + "; give one outline for each plane");
     set.step_mm = set.step_mm > 0 ? std::min(set.step_mm, step) : step;
   }
   for (const auto& [mean, r] : order) {
     const double offset = mean - order.front().first;
     const double steps = set.step_mm > 0 ? offset / set.step_mm : 0;
     if (std::abs(steps - std::round(steps)) > kOffStep)
-      refuse_line(name, rings[r].line,
-                  slice_text(rings[r]) + " lies " + text_of(steps) + " steps of " + text_of(set.step_mm) +
-                      " mm from the first; outline planes that are even steps apart");
+      refuse(rings[r], name,
+             slice_text(rings[r]) + " lies " + text_of(steps) + " steps of " + text_of(set.step_mm) +
+                 " mm from the first; outline planes that are even steps apart");
     Contour& contour = set.contours.emplace_back();
     contour.slice = rings[r].slice;
     contour.offset_mm = offset;
@@ -149,11 +154,28 @@ ContourSet contours_of(const NumberTable& table, const std::string& name) {
 }  // namespace
 
 ContourSet parse_contours(std::string_view text, const std::string& name) {
-  return contours_of(parse_number_csv(text, name, kHeader, kLimits), name);
+  return contours_of(rings_of(parse_number_csv(text, name, kHeader, kLimits), name), name);
+}
+
+ContourSet make_contours(const std::vector<OutlinedSlice>& slices) {
+  if (slices.empty()) throw UserError("there is no outline; outline a slice");
+  if (slices.size() > kMaxSlices)
+    throw UserError("more than " + std::to_string(kMaxSlices) + " slices; give fewer");
+  std::vector<Ring> rings;
+  for (const OutlinedSlice& slice : slices) {
+    Ring& ring = rings.emplace_back(Ring{slice.slice, 0, {}});
+    if (slice.corners.size() > kMaxCorners)
+      throw UserError("more than " + std::to_string(kMaxCorners) + " corners of " + slice_text(ring) +
+                      "; give fewer");
+    for (const Vec3& corner : slice.corners)
+      if (ring.corners.empty() || ring.corners.back() != corner) ring.corners.push_back(corner);
+    close(ring, {});
+  }
+  return contours_of(std::move(rings), {});
 }
 
 ContourSet load_contours(const std::filesystem::path& file) {
-  return contours_of(load_number_csv(file, kHeader, kLimits), file.string());
+  return contours_of(rings_of(load_number_csv(file, kHeader, kLimits), file.string()), file.string());
 }
 
 }  // namespace brachy

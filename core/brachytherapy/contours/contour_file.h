@@ -33,6 +33,14 @@ struct ContourSet {
 ContourSet parse_contours(std::string_view text, const std::string& name);
 ContourSet load_contours(const std::filesystem::path& file);
 
+/// One slice of a study that comes from no file: its corners in W, in order around it.
+struct OutlinedSlice {
+  long long slice = 0;
+  std::vector<Vec3> corners;
+};
+/// The same checks, of finite corners. Errors: UserError "what; fix".
+ContourSet make_contours(const std::vector<OutlinedSlice>& slices);
+
 constexpr std::size_t kMaxCorners = 2000, kMaxSlices = 200;
 
 }  // namespace brachy

@@ -51,30 +51,57 @@ std::pair<long, long> planes_of(const ContourSet& set, const SurfaceMesh& gland)
           std::lround(std::floor(high / set.step_mm + 1e-9))};
 }
 
+// The contour whose plane is nearest.
+std::size_t nearest_contour(const ContourSet& set, double offset_mm) {
+  const auto nearest = std::ranges::min_element(
+      set.contours, {}, [&](const Contour& contour) { return std::abs(contour.offset_mm - offset_mm); });
+  return static_cast<std::size_t>(nearest - set.contours.begin());
+}
+
 }  // namespace
 
-ContourScore score_contours(const ContourSet& set, const SurfaceMesh& gland) {
-  ContourScore score;
-  score.step_mm = set.step_mm;
-  score.gland_cm3 = 1e-3 * enclosed_mm3(gland);
-  TwoWays all;
-  double outlined = 0, truth = 0, both = 0;
-  const auto [first, last] = planes_of(set, gland);
+ContourStudy make_study(const ContourSet& set, std::span<const SurfaceMesh* const> glands) {
+  ContourStudy study{set.X_WS, set.step_mm, 0, {}};
+  const auto shape_of = [&](std::size_t contour) { return glands.size() > 1 ? contour : 0; };
+  std::pair<long, long> range{0, 0};
+  for (const SurfaceMesh* gland : glands) {
+    study.gland_cm3 += 1e-3 * enclosed_mm3(*gland) / static_cast<double>(glands.size());
+    const auto [first, last] = planes_of(set, *gland);
+    range = {std::min(range.first, first), std::max(range.second, last)};
+  }
   auto contour = set.contours.begin();
-  for (long k = first; k <= last; ++k) {
+  for (long k = range.first; k <= range.second; ++k) {
     const bool is_drawn = contour != set.contours.end() &&
                           (set.step_mm == 0 || std::lround(contour->offset_mm / set.step_mm) == k);
-    SliceScore slice;
-    slice.offset_mm = is_drawn ? contour->offset_mm : static_cast<double>(k) * set.step_mm;
+    StudyPlane plane;
+    plane.offset_mm = is_drawn ? contour->offset_mm : static_cast<double>(k) * set.step_mm;
+    plane.shape = shape_of(is_drawn ? static_cast<std::size_t>(contour - set.contours.begin())
+                                    : nearest_contour(set, plane.offset_mm));
     RigidTransform X_WP = set.X_WS;
-    X_WP.p += slice.offset_mm * X_WP.R.col(2);
-    const std::vector<PlaneEdge> section = plane_section(gland, X_WP);
-    const std::vector<PlaneEdge> drawn = is_drawn ? contour->edges() : std::vector<PlaneEdge>{};
-    if (is_drawn) slice.slice = (contour++)->slice;
-    if (drawn.empty() && section.empty()) continue;
-    slice.areas = region_areas(drawn, section);
+    X_WP.p += plane.offset_mm * X_WP.R.col(2);
+    plane.truth = plane_section(*glands[plane.shape], X_WP);
+    if (is_drawn) {
+      plane.slice = contour->slice;
+      plane.outlined = (contour++)->edges();
+    }
+    if (!plane.outlined.empty() || !plane.truth.empty()) study.planes.push_back(std::move(plane));
+  }
+  return study;
+}
+
+ContourScore score_study(const ContourStudy& study) {
+  ContourScore score;
+  score.step_mm = study.step_mm;
+  score.gland_cm3 = study.gland_cm3;
+  TwoWays all;
+  double outlined = 0, truth = 0, both = 0;
+  for (const StudyPlane& plane : study.planes) {
+    SliceScore slice;
+    slice.slice = plane.slice;
+    slice.offset_mm = plane.offset_mm;
+    slice.areas = region_areas(plane.outlined, plane.truth);
     TwoWays distances;
-    distances.add(drawn, section);
+    distances.add(plane.outlined, plane.truth);
     slice.hausdorff_mm = distances.quantile(1);
     slice.mean_mm = distances.mean();
     all.add(distances);
@@ -86,12 +113,17 @@ ContourScore score_contours(const ContourSet& set, const SurfaceMesh& gland) {
     score.slices.push_back(slice);
   }
   score.dice = 2 * both / (outlined + truth);
-  score.outlined_cm3 = 1e-3 * outlined * set.step_mm;
-  score.same_planes_cm3 = 1e-3 * truth * set.step_mm;
+  score.outlined_cm3 = 1e-3 * outlined * study.step_mm;
+  score.same_planes_cm3 = 1e-3 * truth * study.step_mm;
   score.hausdorff_mm = all.quantile(1);
   score.hausdorff_95_mm = all.quantile(0.95);
   score.mean_mm = all.mean();
   return score;
+}
+
+ContourScore score_contours(const ContourSet& set, const SurfaceMesh& gland) {
+  const SurfaceMesh* const one = &gland;
+  return score_study(make_study(set, {&one, 1}));
 }
 
 }  // namespace brachy

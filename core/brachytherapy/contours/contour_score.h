@@ -1,6 +1,7 @@
 #pragma once
 
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "core/brachytherapy/contours/contour_file.h"
@@ -40,6 +41,27 @@ struct ContourScore {
 
   double volume_error_percent() const { return 100 * (outlined_cm3 / gland_cm3 - 1); }
 };
+
+/// One plane of a volume study, with both outlines in S (ContourSet).
+struct StudyPlane {
+  std::optional<long long> slice;  ///< none: missed
+  std::size_t shape = 0;  ///< of the glands given: the plane's own, or that of the nearest outlined one
+  double offset_mm = 0;
+  std::vector<PlaneEdge> outlined, truth;
+};
+
+/// A volume study with the truth, which can be stored and scored again.
+struct ContourStudy {
+  RigidTransform X_WS;
+  double step_mm = 0;
+  double gland_cm3 = 0;            ///< the mean of the glands given
+  std::vector<StudyPlane> planes;  ///< as ContourScore::slices
+};
+
+/// The planes of a study in which the gland or an outline is. `glands`: the gland's surface as it was when each contour
+/// was drawn, in the order of `contours` (or one for all); closed, outward, W, mm. Not real-time.
+ContourStudy make_study(const ContourSet& contours, std::span<const SurfaceMesh* const> glands);
+ContourScore score_study(const ContourStudy& study);
 
 /// Scores outlines against the gland's surface (closed, outward, W, mm) in their planes and, where there is a step, in
 /// those a step apart in which the gland is cut besides. Distances are of points every 0.05 mm of the outlines.

@@ -1,5 +1,8 @@
 #include "core/geometry/surface/plane_section.h"
 
+#include <map>
+#include <utility>
+
 namespace brachy {
 
 std::vector<PlaneEdge> plane_section(const SurfaceMesh& mesh, const RigidTransform& X_WS) {
@@ -23,6 +26,32 @@ std::vector<PlaneEdge> plane_section(const SurfaceMesh& mesh, const RigidTransfo
     if (ends == 2 && edge[0] != edge[1]) edges.push_back(edge);
   }
   return edges;
+}
+
+std::vector<std::vector<Vec2>> outlines_of(std::span<const PlaneEdge> edges) {
+  // Both edges at a point have it to the bit.
+  std::multimap<std::pair<double, double>, std::size_t> at;
+  for (std::size_t e = 0; e < edges.size(); ++e)
+    for (const Vec2& end : edges[e]) at.emplace(std::pair(end.x(), end.y()), e);
+  std::vector<bool> is_used(edges.size());
+  std::vector<std::vector<Vec2>> outlines;
+  for (std::size_t first = 0; first < edges.size(); ++first) {
+    if (is_used[first]) continue;
+    std::vector<Vec2> outline;
+    Vec2 end = edges[first][1];
+    for (std::size_t e = first; e < edges.size();) {
+      is_used[e] = true;
+      outline.push_back(end);
+      std::size_t next = edges.size();
+      const auto [begin, stop] = at.equal_range({end.x(), end.y()});
+      for (auto it = begin; it != stop && next == edges.size(); ++it)
+        if (!is_used[it->second]) next = it->second;
+      if (next < edges.size()) end = edges[next][edges[next][0] == end ? 1 : 0];
+      e = next;
+    }
+    if (outline.size() > 2 && outline.back() == edges[first][0]) outlines.push_back(std::move(outline));
+  }
+  return outlines;
 }
 
 }  // namespace brachy

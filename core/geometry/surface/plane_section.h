@@ -19,4 +19,8 @@ using PlaneEdge = std::array<Vec2, 2>;
 /// number of edges. Empty where the plane misses the mesh. Not real-time.
 std::vector<PlaneEdge> plane_section(const SurfaceMesh& mesh, const RigidTransform& X_WS);
 
+/// Closed outlines of a section's edges: each point is joined to the next, the last to the first. An outline that does
+/// not close is left out.
+std::vector<std::vector<Vec2>> outlines_of(std::span<const PlaneEdge> edges);
+
 }  // namespace brachy

@@ -46,9 +46,9 @@ Exercise bounded() {
           false};
 }
 
-TEST(Exercises, TenAreShippedAndEachHasItsSceneAndItsPlan) {
+TEST(Exercises, ElevenAreShippedAndEachHasItsSceneAndItsPlan) {
   const std::vector<fs::path> files = shipped();
-  EXPECT_EQ(files.size(), 10u);
+  EXPECT_EQ(files.size(), 11u);
   std::set<std::string> names;
   for (const fs::path& file : files) {
     const Exercise exercise = load_exercise(file);
@@ -76,6 +76,26 @@ TEST(Exercises, EachBoundThatIsBrokenIsNamed) {
   EXPECT_NE(text.find("ok   seeds placed 2, at least 2"), std::string::npos) << text;
 }
 
+TEST(Exercises, AVolumeStudyIsJudgedByTheLastOne) {
+  const Exercise exercise = load_exercise(kExercises / "11_volume_study.toml");
+  Score score;
+  EXPECT_FALSE(judge(exercise, score).has_passed()) << "none was made";
+  ContourScore good;
+  good.dice = 0.95;
+  good.step_mm = 5;
+  good.gland_cm3 = 30;
+  good.outlined_cm3 = 28.5;
+  good.hausdorff_95_mm = 2;
+  ContourScore small = good;
+  small.outlined_cm3 = 20;
+  score.studies = {{10, small}, {20, good}};
+  EXPECT_TRUE(judge(exercise, score).has_passed());
+  score.studies.push_back({30, small});
+  const std::string text = to_text(exercise, judge(exercise, score));
+  EXPECT_NE(text.find("MISS volume study, error of the volume 33.33 %, at most 10"), std::string::npos)
+      << text;
+}
+
 TEST(Exercises, WhatIsNotKnownPassesNothing) {
   const ExerciseResult result = judge(bounded(), Score{});
   EXPECT_FALSE(result.has_passed());
@@ -86,14 +106,14 @@ TEST(Exercises, OnesThatLieWithASceneAreFoundAndItsOwnIsMarked) {
   std::vector<std::string> refusals;
   const std::vector<ExerciseFile> found = exercises_beside(kExercises / "scenes/05_apex.toml", refusals);
   EXPECT_EQ(refusals, std::vector<std::string>());
-  ASSERT_EQ(found.size(), 10u);
+  ASSERT_EQ(found.size(), 11u);
   for (const ExerciseFile& file : found)
     EXPECT_EQ(file.is_of_scene, file.file.filename() == "05_apex.toml") << file.file;
   EXPECT_EQ(found[4].exercise.name, "the apex");
 
   const std::vector<ExerciseFile> others =
       exercises_beside(fs::path(BRACHY_CONFIG_DIR) / "prostate.toml", refusals);
-  EXPECT_EQ(others.size(), 10u) << "offered to a daemon with another scene, too";
+  EXPECT_EQ(others.size(), 11u) << "offered to a daemon with another scene, too";
   for (const ExerciseFile& file : others) EXPECT_FALSE(file.is_of_scene);
 }
 

@@ -13,47 +13,15 @@
 namespace brachy {
 namespace {
 
+using test::apart;
 using test::FunctionField;
 using test::needle_pose;
 using test::plain_options;
 using test::pressure_at;
+using test::spot_near;
 
 const auto kNoMotion = [](const Vec3&) { return Vec3(Vec3::Zero()); };
 constexpr double kSampleStep = double{ScanSteps::kSampleMm};
-
-// The brightest spot around p: the centroid of the power about its peak.
-PlanePoint spot_near(const UltrasoundImager& imager, const PlanePoint& p, double reach_mm) {
-  const ImagePlane& plane = imager.plane();
-  const LinePoint at = plane.find(p);
-  const auto lines = static_cast<int>(reach_mm / plane.line_spacing_mm(at.depth)),
-             samples = static_cast<int>(0.5 * reach_mm / kSampleStep);
-  const auto l0 = static_cast<int>(std::round(at.line)),
-             s0 = static_cast<int>(std::round(at.depth / kSampleStep));
-  const auto power = [&](int l, int s) {
-    return std::pow(pressure_at(imager, static_cast<std::size_t>(l), static_cast<std::size_t>(s)), 2);
-  };
-  double best = -1;
-  int peak_line = 0, peak_sample = 0;
-  for (int l = l0 - lines; l <= l0 + lines; ++l)
-    for (int s = s0 - samples; s <= s0 + samples; ++s)
-      if (power(l, s) > best) {
-        best = power(l, s);
-        peak_line = l;
-        peak_sample = s;
-      }
-  double sum = 0, line = 0, sample = 0;
-  for (int l = peak_line - lines; l <= peak_line + lines; ++l)
-    for (int s = peak_sample - 3; s <= peak_sample + 3; ++s) {
-      sum += power(l, s);
-      line += power(l, s) * l;
-      sample += power(l, s) * s;
-    }
-  return plane.at(line / sum, sample / sum * kSampleStep);
-}
-
-double apart(const PlanePoint& a, const PlanePoint& b) {
-  return std::hypot(a.a - b.a, a.b - b.b);
-}
 
 UltrasoundImager::Options bright(const std::string& array) {
   UltrasoundImager::Options options = plain_options(array);

@@ -56,6 +56,7 @@ TEST(Protocol, GoldenBytesOfTheDocumentAreWhatTheCodecWritesAndReads) {
   expect_golden("SCENE", sample_scene(), 10, 2'000'000'011);
   expect_golden("IMAGE", sample_image(), 11, 2'000'000'012);
   expect_golden("SCANNER", sample_scanner(), 22, 1'000'001'000);
+  expect_golden("CONTOUR", sample_contour(), 23, 1'000'001'512);
 }
 
 }  // namespace

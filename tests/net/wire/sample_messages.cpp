@@ -109,6 +109,11 @@ std::size_t held(const ImageMessage& m) {
 std::size_t held(const ScannerMessage&) {
   return 0;
 }
+std::size_t held(const ContourMessage& m) {
+  std::size_t bytes = m.slices.capacity() * sizeof(ContourSlice);
+  for (const ContourSlice& slice : m.slices) bytes += slice.points.capacity() * 16;
+  return bytes + (m.score ? m.score->planes.capacity() * sizeof(ContourPlaneScore) : 0);
+}
 
 template <class Message>
 DecodeResult decode_as(std::span<const std::byte> body, Bytes& reencoded, std::size_t& held_bytes) {
@@ -324,6 +329,20 @@ DropMessage sample_drop() {
   return {2, true};
 }
 
+ContourMessage sample_contour() {
+  ContourMessage contour;
+  contour.about_sequence = 22;
+  ContourSlice& slice = contour.slices.emplace_back();
+  slice.slice = 3;
+  slice.tick = 42;
+  slice.probe_depth_mm = -5;
+  slice.X_WI.R.diagonal() << 1, -1, -1;
+  slice.X_WI.p = {-30, 40, 5};
+  slice.points = {{20, 30}, {40, 30}, {30, 50.5}};
+  contour.score = {0.75, 31.5, 30, 30.25, 5, 2.5, 1.5, 0.5, 5, 1, 0, {{3, 0, 205, 200, 0.75, 2.5}}};
+  return contour;
+}
+
 LoadMessage sample_load() {
   return {2, 5};
 }
@@ -431,7 +450,8 @@ std::vector<std::pair<MessageType, Bytes>> sample_bodies() {
           {MessageType::kControl, body_of(sample_control())},
           {MessageType::kScene, body_of(sample_scene())},
           {MessageType::kImage, body_of(sample_image())},
-          {MessageType::kScanner, body_of(sample_scanner())}};
+          {MessageType::kScanner, body_of(sample_scanner())},
+          {MessageType::kContour, body_of(sample_contour())}};
 }
 
 DecodeResult decode_any(MessageType type, std::span<const std::byte> body, Bytes& reencoded,
@@ -475,6 +495,8 @@ DecodeResult decode_any(MessageType type, std::span<const std::byte> body, Bytes
       return decode_as<ImageMessage>(body, reencoded, held_bytes);
     case MessageType::kScanner:
       return decode_as<ScannerMessage>(body, reencoded, held_bytes);
+    case MessageType::kContour:
+      return decode_as<ContourMessage>(body, reencoded, held_bytes);
   }
   return DecodeResult::bad("unknown type");
 }

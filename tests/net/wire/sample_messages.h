@@ -31,6 +31,7 @@ ControlMessage sample_control();
 SceneMessage sample_scene();
 ImageMessage sample_image();
 ScannerMessage sample_scanner();
+ContourMessage sample_contour();
 Seed sample_seed();
 
 template <class Message>

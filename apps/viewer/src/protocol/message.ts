@@ -1,5 +1,6 @@
 // One message of any type that this viewer reads.
 import {ProtocolError} from './bytes.js';
+import {decodeContour, type Contour} from './contour.js';
 import {decodeFrame, type Frame} from './frame.js';
 import {HEADER_BYTES, MessageType, decodeHeader, type Header} from './header.js';
 import {decodeImage, decodeScanner, type Scanner, type UltrasoundImage} from './image.js';
@@ -21,6 +22,7 @@ export type Message =
   | {kind: 'scene'; header: Header; body: SceneMessage}
   | {kind: 'image'; header: Header; body: UltrasoundImage}
   | {kind: 'scanner'; header: Header; body: Scanner}
+  | {kind: 'contour'; header: Header; body: Contour}
   | {kind: 'other'; header: Header};
 
 /** `bytes` is a whole message. A message of a type not known here, of a later version say, is `other`. */
@@ -42,6 +44,7 @@ export function decodeMessage(bytes: Uint8Array): Message {
     case MessageType.Scene: return {kind: 'scene', header, body: decodeScene(body)};
     case MessageType.Image: return {kind: 'image', header, body: decodeImage(body)};
     case MessageType.Scanner: return {kind: 'scanner', header, body: decodeScanner(body)};
+    case MessageType.Contour: return {kind: 'contour', header, body: decodeContour(body)};
     default: return {kind: 'other', header};
   }
 }

@@ -160,7 +160,7 @@ export function decodeEvent(body: Uint8Array): ServerEvent {
 export const ErrorCode = {
   Protocol: 1, Version: 2, TooLarge: 3, Busy: 4, DeviceBusy: 5, NotDevice: 6, PoseRefused: 7, PoseRate: 8, Timeout: 9,
   Shutdown: 10, NoNeedle: 11, NotOperator: 12, ControlRefused: 13, Unauthorised: 14, ScannerRefused: 15,
-  LoadRefused: 17,
+  LoadRefused: 17, ContourRefused: 18,
 } as const;
 
 export interface ServerError {

@@ -1,6 +1,7 @@
 // The connection to a daemon: passes messages to a Session and reconnects automatically.
 import type {Session} from '../model/session.js';
 import {SOFTWARE, encodeControl, encodeDrop, encodeHello, type Control} from '../protocol/client_messages.js';
+import {encodeContour, type Contour, type ContourSlice} from '../protocol/contour.js';
 import {MessageType} from '../protocol/header.js';
 import {encodeScanner, type ScannerRequest} from '../protocol/image.js';
 import type {Message} from '../protocol/message.js';
@@ -25,6 +26,7 @@ export class LiveConnection {
   onChange: () => void = () => {};
   /** Called with every ERROR: requests of this viewer that were refused. */
   onError: (error: ServerError) => void = () => {};
+  onContour: (answer: Contour) => void = () => {};
   /** Called whenever a connection has been accepted. */
   onOpen: () => void = () => {};
   reconnects = 0;
@@ -93,6 +95,11 @@ export class LiveConnection {
     this.socket?.send(MessageType.Scanner, encodeScanner(request));
   }
 
+  /** The answer comes as a CONTOUR, or an ERROR. */
+  sendContour(slices: readonly ContourSlice[]): void {
+    this.socket?.send(MessageType.Contour, encodeContour(slices));
+  }
+
   /** Reconnects at once after the page was suspended. */
   wake(): void {
     if (this.status.phase === 'waiting') this.connect(this.status.problem);
@@ -122,6 +129,8 @@ export class LiveConnection {
     } else if (message.kind === 'frame') {
       const ageMs = (Number(nowNs()) - socket.clock.toLocalNs(message.body.publishNs)) / 1e6;
       if (!Number.isNaN(ageMs)) this.session.meshAge.add(ageMs);
+    } else if (message.kind === 'contour') {
+      this.onContour(message.body);
     } else if (message.kind === 'error' && !message.body.fatal) {
       if (message.body.code === ErrorCode.Shutdown) return;
       this.onError(message.body);

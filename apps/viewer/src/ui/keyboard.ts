@@ -13,6 +13,7 @@ export interface Shortcut {
 const NOTES = [
   'Drag turns the view, the wheel zooms, the right button or two fingers shift it. With the needle in your hand, a drag that starts near the needle moves it; Shift or the wheel goes deeper.',
   'The patient’s right is on the left, as in radiology; axial looks from the feet, through the template. Lengths in mm, patient RAS.',
+  'Volume study: on the image, arrows move the chosen point by 0.5 mm (with Shift 0.1), [ and ] choose, Enter adds, Delete removes, Ctrl+Z takes back. + and − go to the next slice, F freezes it.',
   'The surface alone is sent as a rule; inner points and the displacement on the clipping plane ask for the whole volume.',
   'The verdict beside the connection is the field’s certificate: injective (det J > 0 everywhere), folded, or not known.',
   'For research and training. Not a medical device.',

@@ -5,6 +5,7 @@ import {Subscription} from '../protocol/server_messages.js';
 import type {LiveConnection} from '../transport/live.js';
 import {byId, setDisabled, setText} from '../ui/dom.js';
 import {Screen} from './screen.js';
+import {StudyPanel} from './study_panel.js';
 
 const KNOBS = {
   'us-depth': 'depthMm', 'us-gain': 'gainDb', 'us-range': 'dynamicRangeDb', 'us-tgc': 'tgcExtraDbPerCm', 'us-focus': 'focusMm',
@@ -18,6 +19,7 @@ export const STEP_DEG = 5;
 
 export class UltrasoundConsole {
   readonly screens: ReadonlyMap<number, Screen>;
+  readonly outlining: StudyPanel;
   grid = true;
   private shown = {images: -1, overlays: 0};
   private overlays = 1;
@@ -27,6 +29,7 @@ export class UltrasoundConsole {
     const first = new Screen(byId<HTMLCanvasElement>('us-first'));
     const second = new Screen(byId<HTMLCanvasElement>('us-second'));
     this.screens = new Map([[ScannerArray.Transverse, first], [ScannerArray.EndFire, first], [ScannerArray.Sagittal, second]]);
+    this.outlining = new StudyPanel(live, session, this.screens.values(), (frozen) => this.ask({frozen}));
     for (const button of byId('us-array').querySelectorAll('button'))
       button.addEventListener('click', () => this.ask({array: Number(button.dataset['value'])}));
     for (const [id, key] of Object.entries(KNOBS))
@@ -66,6 +69,7 @@ export class UltrasoundConsole {
   step(mm: number, deg: number): void {
     const scanner = this.session.scanner;
     if (!scanner) return;
+    this.outlining.beforeStep();
     const depth = Math.max(-100, Math.min(100, scanner.probeDepthMm + mm));
     const rotation = Math.max(-180, Math.min(180, scanner.probeRotationDeg + deg));
     this.ask({...(mm ? {probeDepthMm: depth} : {}), ...(deg ? {probeRotationDeg: rotation} : {})});
@@ -85,10 +89,11 @@ export class UltrasoundConsole {
   /** With every picture: draws images that are new. */
   draw(): void {
     const {images, versions, scene} = this.session;
-    if (!this.isOpen || (this.shown.images === versions.images && this.shown.overlays === this.overlays)) return;
-    this.shown = {images: versions.images, overlays: this.overlays};
+    const overlays = this.overlays + this.outlining.version;
+    if (!this.isOpen || (this.shown.images === versions.images && this.shown.overlays === overlays)) return;
+    this.shown = {images: versions.images, overlays};
     for (const image of images.values())
-      this.screens.get(image.array)?.show(image, {grid: this.grid, template: scene?.template ?? null, outline: []});
+      this.screens.get(image.array)?.show(image, {grid: this.grid, template: scene?.template ?? null, outline: this.outlining.outlineOn(image)});
   }
 
   /** Some times a second: buttons, knobs and texts. */
@@ -104,6 +109,7 @@ export class UltrasoundConsole {
     setText(byId('us-note'), this.note(isGranted, present.length > 0));
     for (const id of ['us-freeze', ...Object.keys(KNOBS)]) setDisabled(id, !may);
     for (const button of byId('us-array').querySelectorAll('button')) button.disabled = !may;
+    this.outlining.update();
     const mayStep = may && !scanner.probeHasDevice;
     for (const button of byId('us-stepper').querySelectorAll('button')) button.disabled = !mayStep;
     if (!scanner) return;
@@ -117,7 +123,7 @@ export class UltrasoundConsole {
     if (!isGranted) return this.session.welcome ? 'This daemon makes no ultrasound images: [ultrasound] on is false.' : '';
     if (!hasImage) return 'The first image is being made…';
     const image = [...this.session.images.values()][0]!;
-    return `${this.session.imageRate.perSecond(performance.now()).toFixed(0)} images/s, tick ${image.tick}, ${image.spacingMm.toFixed(3)} mm a pixel. Drag on an image to measure.`;
+    return `${this.session.imageRate.perSecond(performance.now()).toFixed(0)} images/s, tick ${image.tick}, ${image.spacingMm.toFixed(3)} mm a pixel.${this.outlining.isOn ? '' : ' Drag on an image to measure.'}`;
   }
 
   private showScanner(scanner: Scanner): void {

@@ -2,9 +2,12 @@
 import type {UltrasoundImage} from '../protocol/image.js';
 import type {TemplateGrid} from '../protocol/scene_message.js';
 import {distanceMm, templateMarks, type Pixel} from './geometry.js';
+import type {Outline} from './study_panel.js';
 
 const CALIPER = '#ffd166';
 const OUTLINE = '#5fd3c6';
+const TRUTH = '#ff8a7a';
+const REACH_PX = 9;  // CSS, of a press from what it means
 const MOST_CALIPERS = 2;
 const ARRAY_NAMES = ['', 'transverse', 'sagittal', 'end-fire'];
 
@@ -19,29 +22,42 @@ export interface Caliper {
 export interface Overlay {
   grid: boolean;
   template: TemplateGrid | null;
-  /** Points of the slice's outline in the image, closed; empty: none. */
-  outline: readonly Pixel[];
+  outline: Outline;
 }
+
+/** Takes what is pressed before the calipers do. */
+export interface Editor {
+  /** False: it is not its own. `reach`: pixels within which something is meant. */
+  press: (image: UltrasoundImage, at: Pixel, reach: number) => boolean;
+  drag: (image: UltrasoundImage, at: Pixel) => void;
+  release: () => void;
+}
+
+const NO_OUTLINE: Outline = {points: [], selected: -1, curve: [], truth: []};
 
 export class Screen {
   calipers: Caliper[] = [];
-  /** Called for a click that is no caliper: a point of an outline. */
-  onPoint: ((at: Pixel) => void) | null = null;
+  editor: Editor | null = null;
   drawn = 0;
 
   private readonly context: CanvasRenderingContext2D;
   private data: ImageData | null = null;
   private readonly source = document.createElement('canvas');
   private image: UltrasoundImage | null = null;
-  private overlay: Overlay = {grid: true, template: null, outline: []};
+  private overlay: Overlay = {grid: true, template: null, outline: NO_OUTLINE};
+  private isEditing = false;
   private moving: Caliper | null = null;
 
   constructor(readonly canvas: HTMLCanvasElement) {
     this.context = canvas.getContext('2d')!;
     canvas.addEventListener('pointerdown', (event) => this.press(event));
     canvas.addEventListener('pointermove', (event) => this.drag(event));
-    canvas.addEventListener('pointerup', () => (this.moving = null));
-    canvas.addEventListener('pointercancel', () => (this.moving = null));
+    for (const end of ['pointerup', 'pointercancel'])
+      canvas.addEventListener(end, () => {
+        this.moving = null;
+        if (this.isEditing) this.editor?.release();
+        this.isEditing = false;
+      });
   }
 
   show(image: UltrasoundImage, overlay: Overlay): void {
@@ -50,6 +66,10 @@ export class Screen {
     this.overlay = overlay;
     this.draw();
     this.drawn += 1;
+  }
+
+  get shownImage(): UltrasoundImage | null {
+    return this.image;
   }
 
   private copy(image: UltrasoundImage): void {
@@ -61,6 +81,12 @@ export class Screen {
     const out = new Uint32Array(this.data.data.buffer);
     for (let i = 0; i < image.pixels.length; ++i) out[i] = GRAYS[image.pixels[i]!]!;
     this.source.getContext('2d')!.putImageData(this.data, 0, 0);
+  }
+
+  /** Image pixels of one CSS pixel. */
+  private get pixelsEach(): number {
+    const box = this.canvas.getBoundingClientRect();
+    return 1 / Math.min(box.width / this.canvas.width, box.height / this.canvas.height);
   }
 
   /** CSS pixels to the image's: the canvas shows the image whole, in its middle. */
@@ -76,13 +102,15 @@ export class Screen {
   private press(event: PointerEvent): void {
     if (!this.image || event.button !== 0) return;
     const at = this.at(event);
-    if (this.onPoint) return this.onPoint(at);
     this.canvas.setPointerCapture(event.pointerId);
+    this.isEditing = this.editor?.press(this.image, at, REACH_PX * this.pixelsEach) ?? false;
+    if (this.isEditing) return;
     this.moving = {from: at, to: at};
     this.calipers = [...this.calipers, this.moving].slice(-MOST_CALIPERS);
   }
 
   private drag(event: PointerEvent): void {
+    if (this.isEditing && this.image) return this.editor?.drag(this.image, this.at(event));
     if (!this.moving) return;
     this.moving.to = this.at(event);
     this.draw();
@@ -100,7 +128,7 @@ export class Screen {
     context.shadowColor = '#000';  // legible on bright tissue
     context.shadowBlur = 2 * unit;
     if (this.overlay.grid && this.overlay.template) this.drawGrid(image, this.overlay.template, unit);
-    if (this.overlay.outline.length > 0) this.drawOutline(unit);
+    this.drawOutline(unit);
     this.drawCalipers(image, unit);
     this.drawScale(image, unit);
     context.font = `${14 * unit}px system-ui, sans-serif`;
@@ -145,14 +173,25 @@ export class Screen {
 
   private drawOutline(unit: number): void {
     const {context} = this;
-    const points = this.overlay.outline;
-    context.strokeStyle = context.fillStyle = OUTLINE;
+    const {points, selected, curve, truth} = this.overlay.outline;
+    const line = (along: readonly Pixel[]): void => {
+      context.beginPath();
+      along.forEach(({x, y}, i) => (i === 0 ? context.moveTo(x, y) : context.lineTo(x, y)));
+      if (along.length > 2) context.closePath();
+      context.stroke();
+    };
     context.lineWidth = 1.5 * unit;
-    context.beginPath();
-    points.forEach(({x, y}, i) => (i === 0 ? context.moveTo(x, y) : context.lineTo(x, y)));
-    if (points.length > 2) context.closePath();
-    context.stroke();
-    for (const {x, y} of points) context.fillRect(x - 2 * unit, y - 2 * unit, 4 * unit, 4 * unit);
+    context.strokeStyle = TRUTH;
+    context.setLineDash([5 * unit, 4 * unit]);
+    truth.forEach(line);
+    context.setLineDash([]);
+    context.strokeStyle = context.fillStyle = OUTLINE;
+    line(curve);
+    points.forEach(({x, y}, i) => {
+      const half = (i === selected ? 4 : 2.5) * unit;
+      context.fillStyle = i === selected ? '#fff' : OUTLINE;
+      context.fillRect(x - half, y - half, 2 * half, 2 * half);
+    });
   }
 
   private drawCalipers(image: UltrasoundImage, unit: number): void {

@@ -1,6 +1,8 @@
 // Outlines of a volume study against glands whose cross-sections are known exactly.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -176,6 +178,79 @@ TEST(ContourFile, ClosesOutlinesWhetherDrawnClosedOrNot) {
     EXPECT_EQ(set.contours[0].corners.size(), 3u);
     EXPECT_NEAR(region_areas(set.contours[0].edges(), {}).first, 40.5, 1e-9);
   }
+}
+
+TEST(ContourScore, MeasuresEachSliceAgainstTheGlandAsItWasThen) {
+  // The gland goes 4 mm to the side between the first slice and the second; so does what is drawn.
+  const SurfaceMesh before = test::make_box({0, 0, 0}, {20, 10, 15}),
+                    after = test::make_box({4, 0, 0}, {24, 10, 15});
+  Drawing drawing;
+  drawing.add_box(0, 20, 0, 10, 2);
+  drawing.add_box(4, 24, 0, 10, 7);
+  const ContourSet set = drawing.read();
+  const std::array<const SurfaceMesh*, 2> both = {&before, &after};
+  const ContourStudy study = make_study(set, both);
+  const ContourScore score = score_study(study);
+  ASSERT_EQ(score.slices.size(), 3u);
+  EXPECT_EQ(score.slices[0].dice(), 1);
+  EXPECT_EQ(score.slices[1].dice(), 1);
+  EXPECT_TRUE(score.slices[2].is_missed());
+  EXPECT_EQ(study.planes[2].shape, 1u) << "of the nearest outlined plane";
+  EXPECT_NEAR(score.dice, 0.8, 1e-12);
+  EXPECT_NEAR(score.gland_cm3, 3, 1e-12);
+  EXPECT_LT(score_contours(set, before).dice, 0.8);
+}
+
+TEST(ContourSet, OfNoFileIsCheckedAlike) {
+  const std::vector<Vec3> square = {{0, 0, 0}, {10, 0, 0}, {10, 10, 0}, {0, 10, 0}};
+  const auto at = [&](double z, double tilt) {
+    std::vector<Vec3> corners = square;
+    for (Vec3& corner : corners) corner.z() = z + tilt * corner.x();
+    return corners;
+  };
+  const ContourSet set = make_contours({{4, at(5, 0)}, {2, at(0, 0)}, {9, at(15, 0)}});
+  ASSERT_EQ(set.contours.size(), 3u);
+  EXPECT_EQ(set.contours[0].slice, 2);
+  EXPECT_EQ(set.step_mm, 5);
+  const auto refused = [](const std::vector<OutlinedSlice>& slices) -> std::string {
+    try {
+      make_contours(slices);
+    } catch (const UserError& e) {
+      return e.what();
+    }
+    return "accepted";
+  };
+  EXPECT_EQ(refused({}), "there is no outline; outline a slice");
+  EXPECT_TRUE(refused({{1, {square[0], square[1]}}}).starts_with("slice 1 encloses no area"));
+  EXPECT_NE(refused({{1, at(0, 0)}, {2, at(5, 0.2)}}).find("not parallel"), std::string::npos);
+  EXPECT_NE(refused({{1, at(0, 0)}, {2, at(5, 0)}, {3, at(12, 0)}}).find("even steps"), std::string::npos);
+}
+
+TEST(PlaneSection, IsJoinedToAnOutlineForEachPiece) {
+  SurfaceMesh two = test::make_box({0, 0, 0}, {10, 10, 10});
+  const SurfaceMesh other = test::make_box({20, 0, 0}, {24, 5, 10});
+  const auto first = static_cast<std::uint32_t>(two.vertices.size());
+  two.vertices.insert(two.vertices.end(), other.vertices.begin(), other.vertices.end());
+  for (const Triangle& t : other.triangles)
+    two.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
+  RigidTransform X_WS;
+  X_WS.p = {0, 0, 5};
+  const std::vector<PlaneEdge> section = plane_section(two, X_WS);
+  const auto outlines = outlines_of(section);
+  ASSERT_EQ(outlines.size(), 2u);
+  EXPECT_EQ(outlines[0].size() + outlines[1].size(), section.size());
+  std::vector<double> areas;
+  for (const auto& outline : outlines) {
+    double twice = 0;
+    for (std::size_t k = 0; k < outline.size(); ++k) {
+      const Vec2 &a = outline[k], &b = outline[(k + 1) % outline.size()];
+      twice += a.x() * b.y() - a.y() * b.x();
+    }
+    areas.push_back(std::abs(twice) / 2);
+  }
+  std::ranges::sort(areas);
+  EXPECT_NEAR(areas[0], 20, 1e-9);
+  EXPECT_NEAR(areas[1], 100, 1e-9);
 }
 
 }  // namespace
