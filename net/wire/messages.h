@@ -310,17 +310,14 @@ struct LoadMessage {
 
 /// Where a plan comes from; of a request, what is to be done. May hold a value not listed: of a request refuse it.
 enum class PlanKind : std::uint16_t {
-  kFile = 1,  ///< of the scene's file; never in a request
-  kOptimised =
-      2,  ///< in a request: optimise the rest, with what lies in the body; the needles are not looked at
-  kEdited = 3,  ///< in a request: the rest is to be these needles
+  kFile = 1,       ///< of the scene's file; never in a request
+  kOptimised = 2,  ///< in a request: optimise the rest, for what lies in the body, and give no needles
+  kEdited = 3,     ///< in a request: the rest is to be these needles
 };
 
-/// One needle of a plan.
+/// One needle of a plan. Of a request the first three are not looked at.
 struct PlanMessageNeedle {
-  std::uint16_t number =
-      0;  ///< that LOAD names; never used for another needle. Not looked at in a request, as the
-          ///< next two
+  std::uint16_t number = 0;      ///< that LOAD names; never used for another needle
   bool is_begun = false;         ///< a seed has left it: it stays as it is
   std::uint32_t first_seed = 0;  ///< number of its first seed, which Seed::planned counts; the others follow
   double depth_mm = 0;           ///< of its tip beyond the template; NaN in a request: by the loading rule

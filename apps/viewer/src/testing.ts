@@ -4,6 +4,8 @@ export {encodeMessage} from './protocol/header.js';
 export {ProtocolError} from './protocol/bytes.js';
 export * from './protocol/client_messages.js';
 export * from './protocol/image.js';
+export * from './protocol/plan_message.js';
+export * from './ui/train.js';
 export * from './ultrasound/geometry.js';
 export {FrameAssembler} from './protocol/assembler.js';
 export {RecordingReader} from './protocol/recording.js';

@@ -123,19 +123,24 @@ export class ByteWriter {
   }
 
   u8(value: number): void {
-    this.view.setUint8(this.take(1), value);
+    const at = this.take(1);
+    this.view.setUint8(at, value);
   }
   u16(value: number): void {
-    this.view.setUint16(this.take(2), value, true);
+    const at = this.take(2);
+    this.view.setUint16(at, value, true);
   }
   u32(value: number): void {
-    this.view.setUint32(this.take(4), value, true);
+    const at = this.take(4);
+    this.view.setUint32(at, value, true);
   }
   u64(value: bigint): void {
-    this.view.setBigUint64(this.take(8), value, true);
+    const at = this.take(8);
+    this.view.setBigUint64(at, value, true);
   }
   f64(value: number): void {
-    this.view.setFloat64(this.take(8), value, true);
+    const at = this.take(8);  // first: it may make a larger view
+    this.view.setFloat64(at, value, true);
   }
   raw(bytes: Uint8Array): void {
     const from = this.take(bytes.length);
