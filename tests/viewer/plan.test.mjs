@@ -86,7 +86,7 @@ test('holes are reached by the arrow keys, and Delete removes the needle of the 
   await page.keyboard.press('Delete');
   await changed(5);
   assert.equal(await needle('G7'), undefined);
-  assert.ok(await page.locator('#plan-needle').isHidden());
+  await comesTrue(page, `document.querySelector('#plan-needle').hidden`);
 });
 
 test('the rest is optimised on request, and what is refused is said', async () => {
