@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "apps/daemon/control/controls.h"
+#include "apps/daemon/control/plan_changes.h"
 #include "apps/daemon/control/scanner_console.h"
 #include "apps/daemon/control/scene_reload.h"
 #include "apps/daemon/control/volume_studies.h"
@@ -73,7 +74,9 @@ VolumeStudies::Store store_of(const RecordedSession* session) {
   return [session](RecordedStudy study) { return session->store(std::move(study)); };
 }
 
-MeshState start_state(Simulator& simulator, const RecordedSession* session) {
+MeshState start_state(Simulator& simulator, const RecordedSession* session,
+                      const std::optional<PlanLedger>& ledger) {
+  if (ledger) simulator.set_plan(ledger->loading());
   if (session) {
     simulator.restore_seeds(session->restored());
     simulator.restore_lost(session->restored_lost());
@@ -130,20 +133,25 @@ class Daemon::Impl {
         runs_(std::make_shared<SimulationRun>(0, false,
                                               load_simulation_model(scene, load_simulated_tissue(scene))),
               loop_, worker_),
-        states_(start_state(simulator(), session_.get())),
+        ledger_(plan_ledger(scene, plan_, options.session)),
+        states_(start_state(simulator(), session_.get(), ledger_)),
         seeds_(DroppedSeeds(simulator().initial_state())),
         needle_count_(scene.instrument_count()),
         devices_(make_devices(scene, simulator().tissue(), needle_count_)),
         tick_forces_(TickForces(needle_count_)),
         imaged_ticks_(ImagedTick(simulator(), simulator().initial_state())),
         events_(simulator().initial_state(),
-                plan_ ? plan_->seeds(scene.template_grid) : std::vector<PlannedSeed>(),
+                ledger_ ? ledger_->all().seeds(scene.template_grid) : std::vector<PlannedSeed>(),
                 names_of(simulator().model()->organs)),
         forces_(loop_, tick_forces_.reader, needle_count_, force_outputs(),
                 [this](const TickForces& tick) { on_tick(tick); }),
         handshakes_(scene.server.has_tls() ? make_handshake_thread() : nullptr),
         server_(loop_.io(), own_server_options(), simulator().tissue(), handlers()),
         controls_(scene, devices_, runs_, server_, log_, session_ != nullptr),
+        changes_(scene_, structures_, ledger_, session_ ? options.session : std::nullopt,
+                 session_ ? session_->start_s() : 0,
+                 session_ ? session_->restored_lost() : std::vector<std::int32_t>(), loop_, runs_, server_,
+                 as_background_thread("plan"), log_),
         X_WR_(resting_probe(scene, simulator().tissue())),
         console_(scene, scene.probe.on ? add_stepper() : nullptr,
                  [this](const net::ScannerMessage& message) { server_.publish(message); }),
@@ -223,7 +231,8 @@ class Daemon::Impl {
       for (const auto& device : devices_) devices.push_back(device.get());
       run_deformation_loop(stop, runs_.in_use(),
                            {runs_.reader(), devices, states_.writer, tick_forces_.writer, seeds_.writer,
-                            loop_statistics_.writer, has_ultrasound() ? &imaged_ticks_.writer : nullptr});
+                            loop_statistics_.writer, &changes_.for_simulator(),
+                            has_ultrasound() ? &imaged_ticks_.writer : nullptr});
     });
     std::jthread control;
     if (options_.control_thread || scene_.realtime.control_thread)
@@ -271,7 +280,9 @@ class Daemon::Impl {
     loop_.run();
     worker_.stop();  // a simulator that it still builds, which may take seconds, is not needed any more
     exercises_.stop();
-    summary.is_worker_busy = runs_.is_building() || reload_.is_running() || exercises_.is_scoring();
+    changes_.stop();
+    summary.is_worker_busy =
+        runs_.is_building() || reload_.is_running() || exercises_.is_scoring() || changes_.is_optimising();
 
     // The deformation thread first: its last tick is then in the last snapshot.
     for (std::jthread* thread : {&deformation, &snapshots, &dose, &ultrasound, &control, &broker}) {
@@ -354,6 +365,9 @@ class Daemon::Impl {
     h.on_load = [this](const net::LoadMessage& message, const std::string& client) {
       return is_ending_ ? "the daemon is ending" : load(message, client);
     };
+    h.on_plan = [this](const net::PlanMessage& message, const std::string& client) {
+      return is_ending_ ? "the daemon is ending" : changes_.execute(message, client);
+    };
     if (has_ultrasound()) {
       h.on_scanner = [this](const net::ScannerMessage& message, const std::string&) {
         return console_.execute(message);
@@ -370,13 +384,12 @@ class Daemon::Impl {
 
   std::string load(const net::LoadMessage& message, const std::string& client) {
     const bool is_nothing = message.plan_needle == net::LoadMessage::kNothing;
-    if (!is_nothing && (!plan_ || message.plan_needle >= plan_->needles.size()))
-      return plan_ ? fmt::format("the plan has no needle {}: they are 0 to {}", message.plan_needle,
-                                 plan_->needles.size() - 1)
-                   : "there is no plan to load a needle from";
+    if (!is_nothing && !changes_.has_plan()) return "there is no plan to load a needle from";
+    const PlanNeedle* planned = is_nothing ? nullptr : changes_.needle(message.plan_needle);
+    if (!is_nothing && !planned) return changes_.no_needle(message.plan_needle);
     if (scene_.probe.on && message.needle == scene_.needle.count) return "the probe carries no seeds";
     network_device(message.needle).load(is_nothing ? -1 : message.plan_needle);
-    const std::string what = is_nothing ? "as nothing" : "as " + plan_->needles[message.plan_needle].hole;
+    const std::string what = planned ? "as " + planned->hole : "as nothing";
     announce({net::EventKind::kNote, message.needle, 0, "needle loaded " + what + " by " + client});
     return {};
   }
@@ -440,14 +453,17 @@ class Daemon::Impl {
   // On the snapshot thread. A seed is in the session's ledger before any client receives it.
   void deliver(std::shared_ptr<const MeshState> state) {
     if (session_) record(*state);
-    loop_.post([this, run = state->summary.run, tick = state->summary.tick, seeds = state->seeds.count] {
-      safety_.update();
-      spdlog::default_logger_raw()->flush();  // what waits for the log's reader
-      telemetry_.set_seed_count(seeds);
-      controls_.on_snapshot(run);
-      if (has_ultrasound()) console_.update(image_demand(), tick);
-      reload_.begin_if_requested();
-    });
+    if (changes_.for_events().update()) events_.set_planned(changes_.for_events().value().seeds);
+    loop_.post(
+        [this, run = state->summary.run, tick = state->summary.tick, seeds = state->seeds.count, state] {
+          safety_.update();
+          spdlog::default_logger_raw()->flush();  // what waits for the log's reader
+          telemetry_.set_seed_count(seeds);
+          controls_.on_snapshot(run);
+          changes_.on_snapshot(state);
+          if (has_ultrasound()) console_.update(image_demand(), tick);
+          reload_.begin_if_requested();
+        });
     for (net::EventMessage& event : events_.update(*state)) announce(std::move(event));
     if (igtl_) igtl_->publish(state);
     server_.publish(std::move(state));
@@ -513,11 +529,8 @@ class Daemon::Impl {
     if (plan_) settings.prescription_gy = plan_->prescription_gy;
     return settings;
   }
-  PlanToCome plan_to_come() const {
-    PlanToCome plan;
-    if (plan_) plan.planned = plan_->seeds(scene_.template_grid);
-    if (session_) plan.lost = session_->restored_lost();
-    return plan;
+  PlanToCome plan_to_come() {
+    return {changes_.for_dose(), session_ ? session_->restored_lost() : std::vector<std::int32_t>()};
   }
   void deliver_dose(net::DoseMessage message) {
     if (session_) session_->sync();
@@ -534,6 +547,8 @@ class Daemon::Impl {
   EventLoop loop_;
   Worker worker_;        // builds simulators
   SimulationRuns runs_;  // io thread; its reader the deformation thread
+
+  const std::optional<PlanLedger> ledger_;  // at the start; none: there is no plan
 
   // From the deformation thread, except the last, which is from the control thread.
   HandOver<MeshState> states_;    // to the snapshot thread
@@ -569,6 +584,7 @@ class Daemon::Impl {
   std::optional<net::igtl::IgtlServer> igtl_;  // nullopt: off
   std::optional<net::Publisher> publisher_;    // nullopt: off; its run() has a thread of its own
   Controls controls_;
+  PlanChanges changes_;        // its readers the deformation, dose and snapshot threads
   const RigidTransform X_WR_;  // the probe at rest
   ScannerConsole console_;     // its reader the ultrasound thread
   VolumeStudies studies_;

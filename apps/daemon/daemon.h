@@ -20,6 +20,7 @@ namespace brachy {
 ///   control thread      200 Hz   nothing, if enabled: its missed deadlines are the machine's
 ///   broker thread               messages → NATS server, where one is configured
 ///   worker              1        builds another simulator when an operator requests one; reads the scene again
+///   plan thread         on request, optimises what is left of the plan
 ///   score thread        on request, of an exercise's session so far
 ///   io thread                    run()'s caller: sockets, signals, systemd; poses in,
 ///                                snapshots and forces (≤ 1 kHz) out

@@ -24,6 +24,8 @@ class RecordedSession {
   const std::vector<Seed>& restored() const { return log_.restored(); }
   const std::vector<std::int32_t>& restored_lost() const { return log_.restored_lost(); }
 
+  double start_s() const { return log_.offset_s(); }  ///< session time of tick 0
+
   /// Writes what is new in `state`. Returns and logs the text of a failure, once; seeds are retried at the
   /// next call.
   std::optional<std::string> record(const MeshState& state);

@@ -7,7 +7,9 @@
 #include <vector>
 
 #include "apps/score/recording.h"
+#include "apps/session/plan_change_log.h"
 #include "core/base/error.h"
+#include "core/base/number_text.h"
 #include "core/scene/load_structures.h"
 
 namespace brachy {
@@ -31,12 +33,28 @@ void leave_out(Recording& recording, std::uint32_t probe) {
   recording.poses = std::move(rest);
 }
 
+/// Seeds of needles that changes of the plan added have numbers after those of the plan at the start.
+void note_plan_changes(Recording& recording, const std::vector<PlanChange>& changes, std::size_t planned) {
+  if (changes.empty()) return;
+  if (recording.seeds)
+    for (Seed& seed : *recording.seeds)
+      if (seed.planned >= static_cast<std::int32_t>(planned)) seed.planned = Seed::kUnplanned;
+  const std::string times = changes.size() == 1   ? "once"
+                            : changes.size() == 2 ? "twice"
+                                                  : std::to_string(changes.size()) + " times";
+  const PlanChange& last = changes.back();
+  recording.remarks.push_back(
+      "The plan was changed " + times + " while the session ran, last at " + text_of(last.t_s) + " s (" +
+      last.what + "); the score is against the one at its start, " + last.file + " is the last one.");
+}
+
 }  // namespace
 
 Score score_recording(const std::filesystem::path& folder, const Plan& plan, const Scene& scene,
                       const std::vector<Structure>& structures,
                       const std::function<void(double share)>& progress) {
   Recording recording = load_recording(folder);
+  note_plan_changes(recording, load_plan_changes(folder), plan.seed_count());
   if (scene.probe.on) leave_out(recording, static_cast<std::uint32_t>(scene.needle.count));
   return score_session(plan, scene.template_grid, structures, scene.dose, recording, progress,
                        scene.goals.empty() ? default_dose_goals() : scene.goals);

@@ -23,8 +23,9 @@ std::string to_json(const Score& score);
 /// A few lines for a terminal.
 std::string to_text(const Score& score);
 
-/// Scores the recording in `folder` against `plan` in `scene`. `progress` as score_session. Throws UserError as
-/// load_recording and score_session do.
+/// Scores the recording in `folder` against `plan`, the one at its start, in `scene`: where the plan was changed
+/// while it ran (apps/session/plan_change_log.h), seeds of later needles are in no plan, and a remark says so.
+/// `progress` as score_session. Throws UserError as load_recording and score_session do.
 Score score_recording(const std::filesystem::path& folder, const Plan& plan, const Scene& scene,
                       const std::vector<Structure>& structures,
                       const std::function<void(double share)>& progress = {});

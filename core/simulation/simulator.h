@@ -43,6 +43,9 @@ class Simulator {
   /// The same for seeds that an earlier run lost: indices in Plan::seeds.
   void restore_lost(std::span<const std::int32_t> planned);
 
+  /// Another plan to load needles from (SeedLoading::set_plan), from the next step on. Real-time: as step.
+  void set_plan(const LoadingPlan& plan) noexcept { seed_loading_.set_plan(plan); }
+
   /// Continues from `other`, which has the same scene with another model: with its time, its seeds and the seeds left
   /// in its needles. The tissue is at rest, and needles in it are reinserted. Before the first step.
   /// Real-time: as step.

@@ -30,6 +30,7 @@ struct MessageHandlers {
   Handler<DoseMessage> on_dose;
   Handler<SceneMessage> on_scene;
   Handler<ImageMessage> on_image;             ///< its pixels: net/wire/image_pixels.h
+  Handler<PlanMessage> on_plan;               ///< in use
   Handler<ScannerMessage> on_scanner;         ///< what is set
   Handler<ContourMessage> on_contour;         ///< the answer to one of this client's
   Handler<ForceMessage> on_force;             ///< of several at once only the last is current
@@ -38,7 +39,7 @@ struct MessageHandlers {
   /// All of one message type: what is listed here is decoded and handed over.
   auto by_type() const {
     return std::tie(on_welcome, on_topology, on_frame, on_state, on_event, on_error, on_dose, on_scene,
-                    on_image, on_scanner, on_contour, on_force, on_local_model);
+                    on_image, on_plan, on_scanner, on_contour, on_force, on_local_model);
   }
 };
 

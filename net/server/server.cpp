@@ -115,6 +115,12 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
       if (session->wants_mesh()) session->offer(MessageType::kDose, dose_body_);
   }
 
+  void publish(const PlanMessage& plan) {
+    plan_body_ = encoded_body(plan);
+    for (const auto& session : sessions())
+      if (session->wants_plan()) session->offer(MessageType::kPlan, plan_body_);
+  }
+
   ImageDemand image_demand() const {
     ImageDemand demand;
     for (const auto& [id, session] : sessions_) {
@@ -267,6 +273,11 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
     if (!handlers_.on_load) return "this server loads no needles";
     return handlers_.on_load(load, session.name() + " (" + session.address() + ")");
   }
+  std::string on_plan(const Session& session, const PlanMessage& plan) override {
+    if (!handlers_.on_plan) return "this server has no plan";
+    return handlers_.on_plan(plan, session.name() + " (" + session.address() + ")");
+  }
+  std::shared_ptr<const Bytes> plan_body() override { return plan_body_; }
   std::string on_scanner(const Session& session, const ScannerMessage& scanner) override {
     if (!handlers_.on_scanner) return "this server has no ultrasound scanner";
     return handlers_.on_scanner(scanner, session.name() + " (" + session.address() + ")");
@@ -456,6 +467,7 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
   const std::shared_ptr<const Bytes> topology_body_, surface_body_;
   std::shared_ptr<const Bytes> scene_body_;    // null: not set
   std::shared_ptr<const Bytes> dose_body_;     // null: none yet
+  std::shared_ptr<const Bytes> plan_body_;     // likewise
   std::shared_ptr<const Bytes> scanner_body_;  // likewise
   std::map<ScannerArray, std::pair<std::shared_ptr<const Bytes>, std::shared_ptr<const Bytes>>>
       images_;  // the newest: plain, packed
@@ -537,6 +549,9 @@ void Server::broadcast(const EventMessage& event) {
 
 void Server::publish(const DoseMessage& dose) {
   impl_->publish(dose);
+}
+void Server::publish(const PlanMessage& plan) {
+  impl_->publish(plan);
 }
 ImageDemand Server::image_demand() const {
   return impl_->image_demand();

@@ -74,6 +74,9 @@ class Server {
   /// Sent to every client that subscribes to the scene from now on.
   void set_scene(const SceneMessage& scene);
 
+  /// The plan in use, to every client subscribed to it, now or when it connects.
+  void publish(const PlanMessage& plan);
+
   /// What the clients subscribed to ultrasound are to get.
   ImageDemand image_demand() const;
   /// A newer image of its array, to every client subscribed to ultrasound, now or when it connects. `packed`: the same

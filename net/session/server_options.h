@@ -89,6 +89,7 @@ struct ServerHandlers {
   /// A request of an operator; returns "" where it is or will be done, else the reason why not.
   std::function<std::string(const ControlMessage&, const std::string& sender)> on_control;
   std::function<std::string(const LoadMessage&, const std::string& sender)> on_load;  ///< the same
+  std::function<std::string(const PlanMessage&, const std::string& sender)> on_plan;  ///< the same
   /// A request to the scanner; returns "" where it is or will be done, else the reason why not.
   std::function<std::string(const ScannerMessage&, const std::string& sender)> on_scanner;
   /// A volume study of an operator; about_sequence is its own. Returns "" where `answer` is or will be called, on the

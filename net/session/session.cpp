@@ -93,6 +93,8 @@ void Session::handle(const MessageParser::Message& message) {
       return handle_drop(message);
     case MessageType::kLoad:
       return handle_load(message);
+    case MessageType::kPlan:
+      return handle_plan(message);
     case MessageType::kControl:
       return handle_control(message);
     case MessageType::kScanner:
@@ -122,8 +124,8 @@ void Session::handle(const MessageParser::Message& message) {
 void Session::handle_hello(const MessageParser::Message& message) {
   HelloMessage hello;
   if (!decode(message, hello)) return;
-  constexpr std::uint32_t kGranted =
-      kSubscribeFullFrames | kSubscribePoseHistory | kSubscribeSurface | kSubscribeNoMesh | kSubscribeScene;
+  constexpr std::uint32_t kGranted = kSubscribeFullFrames | kSubscribePoseHistory | kSubscribeSurface |
+                                     kSubscribeNoMesh | kSubscribeScene | kSubscribePlan;
   hello.subscription &= options_.has_ultrasound ? kGranted | kSubscribeUltrasound : kGranted;
   hello_ = hello;
   hello_.token.reset();
@@ -148,6 +150,7 @@ void Session::handle_hello(const MessageParser::Message& message) {
     send(MessageType::kTopology, host_.topology_body((hello_.subscription & kSubscribeSurface) != 0));
   if (auto scene = host_.scene_body(); scene && (hello_.subscription & kSubscribeScene))
     send(MessageType::kScene, std::move(scene));
+  if (auto plan = host_.plan_body(); plan && wants_plan()) send(MessageType::kPlan, std::move(plan));
   if (wants_scanner()) {
     if (auto scanner = host_.scanner_body()) send(MessageType::kScanner, std::move(scanner));
     host_.offer_images(*this);
@@ -265,6 +268,22 @@ void Session::handle_load(const MessageParser::Message& message) {
   if (!controls_.pass(last_message_ns_))
     return refuse(ErrorCode::kLoadRefused, "more than 10 LOADs or CONTROLs a second");
   if (const std::string why = host_.on_load(*this, load); !why.empty()) refuse(ErrorCode::kLoadRefused, why);
+}
+
+void Session::handle_plan(const MessageParser::Message& message) {
+  PlanMessage plan;
+  if (!decode(message, plan)) return;
+  const auto refuse = [&](ErrorCode code, const std::string& why) {
+    send_message(ErrorMessage{code, false, 0, message.header.sequence, why});
+  };
+  if (hello_.role != Role::kOperator)
+    return refuse(
+        ErrorCode::kNotOperator,
+        "only a client with the role operator may send PLAN" +
+            (options_.devices_at.empty() ? std::string() : ": operators connect to " + options_.devices_at));
+  if (!controls_.pass(last_message_ns_))
+    return refuse(ErrorCode::kPlanRefused, "more than 10 PLANs, LOADs or CONTROLs a second");
+  if (const std::string why = host_.on_plan(*this, plan); !why.empty()) refuse(ErrorCode::kPlanRefused, why);
 }
 
 void Session::handle_scanner(const MessageParser::Message& message) {

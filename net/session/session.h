@@ -29,6 +29,7 @@ class SessionHost {
   virtual std::shared_ptr<const Bytes> topology_body(bool surface) = 0;
   virtual std::shared_ptr<const Bytes> scene_body() = 0;  ///< null: none
   virtual std::shared_ptr<const Bytes> dose_body() = 0;   ///< the newest; null: none yet
+  virtual std::shared_ptr<const Bytes> plan_body() = 0;   ///< in use; null: there is no plan
   virtual bool has_snapshot() const = 0;
   /// The newest snapshot as asked for, and the tick it holds.
   virtual std::pair<std::shared_ptr<const Bytes>, std::uint64_t> frame_body(const FrameRequest& request) = 0;
@@ -40,6 +41,7 @@ class SessionHost {
   /// "" where it is or will be done, else the reason why not.
   virtual std::string on_control(const Session& session, const ControlMessage& control) = 0;
   virtual std::string on_load(const Session& session, const LoadMessage& load) = 0;  ///< the same
+  virtual std::string on_plan(const Session& session, const PlanMessage& plan) = 0;  ///< the same
   virtual std::string on_scanner(const Session& session, const ScannerMessage& scanner) = 0;
   /// The same; the answer comes later.
   virtual std::string on_contour(Session& session, const ContourMessage& contour) = 0;
@@ -95,6 +97,7 @@ class Session final : public ConnectionListener, public std::enable_shared_from_
   bool is_open() const { return phase_ == Phase::kOpen; }
   const HelloMessage& hello() const { return hello_; }  ///< once open; without its token
   bool wants_mesh() const { return (hello_.subscription & kSubscribeNoMesh) == 0; }
+  bool wants_plan() const { return (hello_.subscription & kSubscribePlan) != 0; }
   bool wants_scanner() const { return (hello_.subscription & kSubscribeUltrasound) != 0; }
   bool wants_images() const { return wants_scanner() && (hello_.image_flags & kScannerOnly) == 0; }
   bool takes_packed_images() const { return (hello_.image_flags & kTakesZlib) != 0; }
@@ -126,6 +129,7 @@ class Session final : public ConnectionListener, public std::enable_shared_from_
   void handle_drop(const MessageParser::Message& message);
   void handle_control(const MessageParser::Message& message);
   void handle_load(const MessageParser::Message& message);
+  void handle_plan(const MessageParser::Message& message);
   void handle_scanner(const MessageParser::Message& message);
   void handle_contour(const MessageParser::Message& message);
   void ping(std::int64_t now_ns);

@@ -46,6 +46,7 @@ enum class MessageType : std::uint16_t {
   kImage = 17,
   kScanner = 18,
   kLoad = 19,
+  kPlan = 20,
   kContour = 21,
 };
 
@@ -99,6 +100,7 @@ enum Subscription : std::uint32_t {
   kSubscribeNoMesh = 1u << 3,       ///< neither TOPOLOGY nor FRAME is sent (a plain device)
   kSubscribeScene = 1u << 4,        ///< SCENE comes after TOPOLOGY
   kSubscribeUltrasound = 1u << 5,   ///< SCANNER and IMAGEs are sent, where the server has ultrasound
+  kSubscribePlan = 1u << 6,         ///< PLAN is sent, where there is one, and whenever it changes
 };
 
 /// Capabilities of a haptic device; NaN = not stated.
@@ -305,6 +307,37 @@ struct LoadMessage {
   std::uint16_t needle = 0;  ///< the device's
   std::uint16_t plan_needle =
       kNothing;  ///< index in SCENE's planned needles; kNothing: as if nobody had loaded it
+};
+
+/// Where a plan comes from; of a request, what is to be done. May hold a value not listed: of a request refuse it.
+enum class PlanKind : std::uint16_t {
+  kFile = 1,       ///< of the scene's file; never in a request
+  kOptimised = 2,  ///< in a request: optimise the rest, for what lies in the body, and give no needles
+  kEdited = 3,     ///< in a request: the rest is to be these needles
+};
+
+/// One needle of a plan. Of a request the first three are not looked at.
+struct PlanMessageNeedle {
+  std::uint16_t number = 0;      ///< that LOAD names; never used for another needle
+  bool is_begun = false;         ///< a seed has left it: it stays as it is
+  std::uint32_t first_seed = 0;  ///< number of its first seed, which Seed::planned counts; the others follow
+  double depth_mm = 0;           ///< of its tip beyond the template; NaN in a request: by the loading rule
+  std::string hole;              ///< "E7"
+  std::string train;             ///< PlanNeedle::train; empty in a request: by the loading rule
+};
+
+/// From a server: the plan in use, the needles that were begun and the rest. From an operator: a request to change the
+/// rest.
+struct PlanMessage {
+  static constexpr MessageType kType = MessageType::kPlan;
+  static constexpr std::size_t kMostNeedles = 4096;
+
+  PlanKind kind = PlanKind::kFile;
+  bool is_optimising = false;  ///< from a server: a request to optimise is being carried out
+  std::uint32_t change = 0;    ///< the changes since the file; in a request: of the plan that it goes on from
+  double air_kerma_strength_u = 0;  ///< of each seed; not looked at in a request, as `by`
+  std::string by;                   ///< who or what made it: a file, or "NAME (ADDRESS)"
+  std::vector<PlanMessageNeedle> needles;
 };
 
 /// The dose of all seeds in the tissue at rest, by structure.
@@ -579,6 +612,7 @@ enum class ErrorCode : std::uint16_t {
   kControlRefused = 13,  ///< a CONTROL that cannot be done; the text gives the reason
   kUnauthorised = 14,    ///< no token, an unknown one, or one for another role
   kScannerRefused = 15,  ///< a SCANNER that cannot be done; the text gives the reason
+  kPlanRefused = 16,     ///< a PLAN that cannot be done; the text gives the reason
   kLoadRefused = 17,     ///< a LOAD that cannot be done; the text gives the reason
   kContourRefused = 18,  ///< a CONTOUR that cannot be scored; the text gives the reason
 };

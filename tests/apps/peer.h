@@ -111,6 +111,7 @@ class Peer {
     h.on_dose = [this](const net::DoseMessage& m) { doses.push_back(m); };
     h.on_scene = [this](const net::SceneMessage& m) { scenes.push_back(m); };
     h.on_image = [this](const net::ImageMessage& m) { images.push_back(m); };
+    h.on_plan = [this](const net::PlanMessage& m) { plans.push_back(m); };
     h.on_contour = [this](const net::ContourMessage& m) { contours.push_back(m); };
     h.on_scanner = [this](const net::ScannerMessage& m) { scanners.push_back(m); };
     h.on_closed = [this](const std::string& reason) { closed.push_back(reason); };
@@ -134,6 +135,7 @@ class Peer {
   std::vector<net::DoseMessage> doses;
   std::vector<net::SceneMessage> scenes;
   std::vector<net::ImageMessage> images;
+  std::vector<net::PlanMessage> plans;
   std::vector<net::ScannerMessage> scanners;
   std::vector<net::ContourMessage> contours;
   std::vector<std::string> closed;

@@ -25,7 +25,9 @@ inline Scene small() {
 class RunningDaemon {
  public:
   explicit RunningDaemon(const Scene& scene, std::optional<double> duration_s = {})
-      : daemon_(scene, options(duration_s)), thread_([this] { summary_ = daemon_.run(); }) {}
+      : RunningDaemon(scene, options(duration_s)) {}
+  RunningDaemon(const Scene& scene, const DaemonOptions& options)
+      : daemon_(scene, options), thread_([this] { summary_ = daemon_.run(); }) {}
   ~RunningDaemon() { stop(); }
 
   std::uint16_t port() const { return daemon_.port(); }

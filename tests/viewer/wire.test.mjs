@@ -30,6 +30,34 @@ test('a body that is cut short or has a byte too many is refused', () => {
   }
 });
 
+test('PLAN has the needles in use and where their seeds go, and a request is written as it is read', () => {
+  const plan = decode('PLAN');
+  assert.deepEqual(plan, {
+    kind: 3, optimising: true, change: 2, airKermaStrengthU: 0.5, by: 'desk (127.0.0.1)',
+    needles: [{number: 4, begun: true, firstSeed: 12, depthMm: 80.5, hole: 'E7', train: 's-s--s'},
+              {number: 9, begun: false, firstSeed: 31, depthMm: 78, hole: 'G5', train: 'ss'}]});
+  const seeds = viewer.plannedSeeds(plan, {origin: [-30, -30, -60], spacingMm: 5, columns: 13, rows: 13});
+  assert.deepEqual([...seeds.keys()], [12, 13, 14, 31, 32]);
+  assert.deepEqual(seeds.get(13).position, [-10, 0, -60 + 80.5 - 12.25]);
+  const asked = (needles) => viewer.decodePlan(viewer.encodePlanRequest(2, needles));
+  assert.deepEqual([asked(null).kind, asked(null).needles], [2, []]);
+  assert.deepEqual([asked(plan.needles).kind, asked(plan.needles).change], [3, 2]);
+  const many = Array.from({length: 100}, (_, i) => ({...plan.needles[1], number: i}));  // more than the writer begins with
+  assert.deepEqual(asked(many).needles, many);
+  assert.deepEqual(asked(plan.needles).needles, plan.needles.map((needle) => ({...needle, begun: false})));
+});
+
+test('a seed moves along its needle by a spacer where nothing is in the way, and its removal leaves the others', () => {
+  assert.deepEqual(viewer.moveSeed('s-s', 0, 1), {train: '-ss', at: 1});
+  assert.deepEqual(viewer.moveSeed('s-s', 2, -1), {train: 'ss', at: 1});
+  assert.deepEqual(viewer.moveSeed('s-s', 2, 1), {train: 's--s', at: 3});
+  assert.deepEqual(viewer.moveSeed('ss', 0, 1), {train: 'ss', at: 0});
+  assert.deepEqual(viewer.moveSeed('ss', 0, -1), {train: 'ss', at: 0});
+  assert.equal(viewer.removeSeed('s-s-s', 2), 's---s');
+  assert.equal(viewer.removeSeed('s-s', 2), 's');
+  assert.equal(viewer.removeSeed('s', 0), 's');
+});
+
 test('another magic, version or length is refused', () => {
   for (const at of [0, 4, 12]) {
     const bytes = golden.get('EVENT').slice();

@@ -43,6 +43,8 @@ void run_deformation_loop(const std::stop_token& stop, SimulationRun& first, con
     const std::int64_t start_ns = monotonic_ns();
 
     for (std::size_t n = 0; n < needles; ++n) is_fresh[n] = ports.devices[n]->update(start_ns, poses[n]);
+    // First: a run that resumes goes on with the plan of the one before, one that restarts has the scene's.
+    if (ports.plans && ports.plans->update()) run->simulator.set_plan(ports.plans->value());
     if (ports.runs.update()) run = begin(*ports.runs.value(), *run);
     MeshState& state = ports.states.slot();
     if (state.summary.run != run->number) run->swap_slot(state);

@@ -20,7 +20,8 @@ struct DeformationPorts {
   HandOver<MeshState>::Writer& states;    ///< every tick
   HandOver<TickForces>::Writer& forces;   ///< every tick, before the mesh
   HandOver<DroppedSeeds>::Writer& seeds;  ///< whenever their number or the run changes
-  HandOver<LoopStatistics>::Writer& statistics;  ///< ten times a second, and at the end
+  HandOver<LoopStatistics>::Writer& statistics;    ///< ten times a second, and at the end
+  HandOver<LoadingPlan>::Reader* plans = nullptr;  ///< changes of the plan; null: there are none
   HandOver<ImagedTick>::Writer* images =
       nullptr;  ///< every tick whose field is its landmarks'; null: no ultrasound
 };

@@ -41,10 +41,12 @@ class ProjectedDose {
     lost_.clear();
   }
   std::vector<StructureDose> evaluate(std::span<const Seed> fallen) {
-    if (plan_.planned.empty()) return {};
+    const LoadingPlan& plan = plan_.plan.value();
+    if (plan.seeds.empty()) return {};
     dose_.clear();
     for (const Seed& seed : fallen) dose_.add(seed.at_rest());
-    for (const PlannedSeed& seed : remaining_seeds(plan_.planned, fallen, lost_)) dose_.add(seed);
+    for (const PlannedSeed& seed : remaining_seeds(plan.seeds, fallen, lost_))
+      if (plan.is_in_use(seed.needle)) dose_.add(seed);
     return dose_.evaluate();
   }
 
@@ -75,9 +77,11 @@ DoseStatistics run_dose_loop(const std::stop_token& stop, std::vector<Structure>
       dose.clear();
       projected.restart();
     }
+    const bool is_other_plan = plan.plan.update();
     const bool has_failed = std::exchange(failed, all.failed.count) != all.failed.count;
     projected.add_lost(all.failed);
-    if (all.count == dose.seed_count() && !is_restarted && !(has_failed && !plan.planned.empty())) continue;
+    const bool is_other_rest = is_other_plan || (has_failed && !plan.plan.value().seeds.empty());
+    if (all.count == dose.seed_count() && !is_restarted && !is_other_rest) continue;
     const bool is_new = all.count != dose.seed_count();
     for (const Seed& seed : all.seeds().subspan(dose.seed_count())) dose.add(seed.at_rest());
     net::DoseMessage message = message_of(all.seeds(), dose, surface);

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "apps/daemon/telemetry/guard_events.h"
@@ -19,6 +20,9 @@ class TickEvents {
   /// `start`: before the first tick. `planned`: Plan::seeds; empty without a plan. `organs`: names of
   /// SimulationModel::organs.
   TickEvents(const MeshState& start, std::vector<PlannedSeed> planned, std::vector<std::string> organs = {});
+
+  /// Another plan from now on: all seeds that were ever planned, by number.
+  void set_planned(std::vector<PlannedSeed> planned) { planned_ = std::move(planned); }
 
   /// The events since the last call. After a restart of the simulation only the new run's.
   std::vector<net::EventMessage> update(const MeshState& state);

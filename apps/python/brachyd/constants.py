@@ -30,6 +30,7 @@ class MessageType(IntEnum):
     IMAGE = 17
     SCANNER = 18
     LOAD = 19
+    PLAN = 20
     CONTOUR = 21
 
 
@@ -69,8 +70,15 @@ class ErrorCode(IntEnum):
     CONTROL_REFUSED = 13
     UNAUTHORISED = 14
     SCANNER_REFUSED = 15
+    PLAN_REFUSED = 16
     LOAD_REFUSED = 17
     CONTOUR_REFUSED = 18
+
+
+class PlanKind(IntEnum):
+    FILE = 1
+    OPTIMISED = 2
+    EDITED = 3
 
 
 class ControlAction(IntEnum):
@@ -117,6 +125,7 @@ class Subscription(IntFlag):
     NO_MESH = 8
     SCENE = 16
     ULTRASOUND = 32
+    PLAN = 64
 
 
 class DeviceFlag(IntFlag):

@@ -20,6 +20,7 @@ import {Keyboard} from './ui/keyboard.js';
 import {Legend} from './ui/legend.js';
 import {setUpDrawers, setUpTabs} from './ui/layout.js';
 import {STEP_DEG, STEP_MM, UltrasoundConsole} from './ultrasound/console.js';
+import {PlanPanel} from './ui/plan.js';
 import {Playback} from './ui/playback.js';
 import {SimulationPanel} from './ui/simulation.js';
 import {VolumePanel} from './ui/volume_panel.js';
@@ -47,6 +48,7 @@ const legend = new Legend(settings, (some) => display.change(some));
 const volume = new VolumePanel(endpoint, settings, (some) => display.change(some), (shown) => viewport.setVolume(shown));
 const simulation = new SimulationPanel(live, session);
 const scanner = new UltrasoundConsole(live, session);
+const plan = new PlanPanel(live, session);
 const exercise = new ExercisePanel(endpoint);
 const hand = new HandPanel(endpoint, session, live, settings, () => simulation.plays, () => shownNeedle, (hole) => display.change({hole}));
 new NeedleDrag(byId<HTMLCanvasElement>('scene'), viewport, hand);
@@ -56,6 +58,7 @@ const playback: Playback = new Playback(session, () => {
   exercise.clear();
   volume.clear();
   scanner.outlining.forget();
+  if (!byId('panel-plan').hidden) selectTab('needle');
   if (!byId('panel-exercise').hidden) selectTab('needle');
 }, () => {
   if (playback.player || playback.state === 'none') return;
@@ -145,6 +148,7 @@ function updateCharts(): void {
   if (scanner.isOpen) scanner.update();
   hand.update();
   legend.update(session.scene);
+  plan.update();
   display.update(viewport.sliceBox, viewport.scales, session.dose?.surfaceGy != null);
   byId('empty').hidden = session.topology !== null || live.status.phase === 'connecting';
   setText(byId('empty-text'), served
@@ -156,7 +160,7 @@ function updateCharts(): void {
   if (select.options.length !== ids.length) select.replaceChildren(...ids.map((id) => new Option(String(id), String(id))));
   showReadouts(session, shownNeedle);
   const fallen = session.assembler.seeds.length;
-  const planned = session.scene?.plannedSeeds.length ?? 0;
+  const planned = session.plannedSeeds().size;
   setText(byId('seed-count'), fallen || planned ? `${fallen}${planned ? `/${planned}` : ''}` : '');
   if (!byId('panel-needle').hidden) charts.update(session.history, shownNeedle);
   if (!byId('panel-dose').hidden && (shownDose !== session.dose || shownScene !== session.scene)) {
@@ -195,6 +199,7 @@ const keyboard = new Keyboard([
   {key: '[', shown: '[ ]', does: 'move it', run: () => display.change({clipShare: Math.max(0, settings.clipShare - 0.02)})},
   {key: ']', does: '', run: () => display.change({clipShare: Math.min(1, settings.clipShare + 0.02)})},
   {key: 'd', does: 'needle or dose charts', run: () => selectTab(byId('panel-needle').hidden ? 'needle' : 'dose')},
+  {key: 'l', does: 'plan', run: () => byId('tab-plan').hidden || selectTab('plan')},
   {key: 'u', does: 'ultrasound; back to the charts', run: () => selectTab(scanner.isOpen ? 'needle' : 'ultrasound')},
   {key: 'e', does: 'exercise', run: () => byId('tab-exercise').hidden || selectTab('exercise')},
   {key: 'f', does: 'freeze the ultrasound', run: () => scanner.toggleFreeze()},

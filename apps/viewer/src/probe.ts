@@ -59,7 +59,8 @@ export function expose(session: Session, live: LiveConnection, playback: Playbac
       const shape = session.frame?.needles[0]?.shape;
       return shape ? {points: Array.from(shape.points), tipDeflectionMm: Math.hypot(...shape.tipDeflection)} : null;
     },
-    get plannedSeeds() { return session.scene?.plannedSeeds.length ?? 0; },
+    get plannedSeeds() { return session.plannedSeeds().size; },
+    get plan() { return structuredClone(session.plan); },
     get depthMm() { return session.frame?.needles[0]?.forces?.tipDepthMm ?? NaN; },
     get device() { return session.state?.deviceHolder ?? ''; },
     get model() { return session.state?.controls?.kernel ?? ''; },

@@ -5,6 +5,8 @@ export {ProtocolError} from './protocol/bytes.js';
 export * from './protocol/client_messages.js';
 export * from './protocol/contour.js';
 export * from './protocol/image.js';
+export * from './protocol/plan_message.js';
+export * from './ui/train.js';
 export * from './protocol/volume.js';
 export * from './ultrasound/geometry.js';
 export {VolumeStudy, closedCurve} from './ultrasound/volume_study.js';

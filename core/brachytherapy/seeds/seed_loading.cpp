@@ -10,14 +10,23 @@ SeedLoading::SeedLoading(const SeedSettings& settings, const TemplateGrid& grid,
                          const std::optional<Plan>& plan, std::size_t needles)
     : settings_(settings), grid_(grid), held_(needles) {
   if (!plan) return;
-  planned_ = plan->seeds(grid);
-  is_gone_.assign(planned_.size(), 0);
-  for (std::size_t n = 0, seed = 0; n < plan->needles.size(); ++n) {
-    holes_.push_back(plan->planned_tip(grid, n));
-    first_of_needle_.push_back(seed);
-    seed += plan->needles[n].seed_offsets_mm().size();
+  plan_ = LoadingPlan(*plan, grid);
+  plan_.reserve();
+  is_gone_.reserve(LoadingPlan::kMostSeeds);
+  is_gone_.assign(plan_.seeds.size(), 0);
+}
+
+void SeedLoading::set_plan(const LoadingPlan& plan) noexcept {
+  if (plan_.needle_count() == 0 || plan.seeds.size() > LoadingPlan::kMostSeeds) return;
+  plan_ = plan;
+  is_gone_.resize(plan_.seeds.size(), 0);
+  for (Held& held : held_) {
+    if (held.carried && !plan_.is_in_use(*held.carried)) {
+      held.carried.reset();
+      held.is_loaded_for_press = false;
+    }
+    if (held.plan_needle && !plan_.is_in_use(*held.plan_needle)) held.plan_needle.reset();
   }
-  first_of_needle_.push_back(planned_.size());
 }
 
 void SeedLoading::update(std::size_t n, const NeedlePose& pose, bool is_in_tissue,
@@ -50,7 +59,7 @@ void SeedLoading::load(std::size_t n, std::int32_t plan_needle) noexcept {
   if (plan_needle < 0) return;
   const auto wanted = static_cast<std::size_t>(plan_needle);
   const bool is_there =
-      wanted < holes_.size() && first_remaining(wanted) < planned_.size() &&
+      plan_.is_in_use(wanted) && first_remaining(wanted) < plan_.seeds.size() &&
       std::ranges::none_of(held_, [wanted](const Held& other) { return other.carried == wanted; });
   held.request_failed = !is_there;
   if (!is_there) return;
@@ -63,7 +72,7 @@ void SeedLoading::press(Held& held, const RigidTransform& X_WN) noexcept {
   const Vec3 axis = X_WN.R.col(2);
   held.has_refused = false;
   if (!is_train()) {
-    if (first_remaining(held.carried) == planned_.size()) held.carried.reset();
+    if (first_remaining(held.carried) == plan_.seeds.size()) held.carried.reset();
     held.plan_needle = held.carried ? held.carried : plan_needle_at(X_WN.p, axis);
     held.is_asked = true;
     return;
@@ -79,11 +88,11 @@ void SeedLoading::press(Held& held, const RigidTransform& X_WN) noexcept {
   held.was_out = held.was_free = false;
   held.plan_needle = held.carried;
   const std::size_t first = first_remaining(held.plan_needle);
-  held.request_failed = first == planned_.size();
+  held.request_failed = first == plan_.seeds.size();
   if (held.request_failed) return held.plan_needle.reset();
   // A whole train lies as planned; the rest of one that was begun has been pushed to the tip by the stylet.
-  const bool is_whole = first == first_of_needle_[*held.plan_needle];
-  held.pushed_mm = is_whole ? 0 : planned_[first].offset_mm - 0.5 * PlanNeedle::kSeedMm;
+  const bool is_whole = first == plan_.first_of_needle[*held.plan_needle];
+  held.pushed_mm = is_whole ? 0 : plan_.seeds[first].offset_mm - 0.5 * PlanNeedle::kSeedMm;
   held.press_tip = held.tip;
   held.axis = X_WN.R.col(2);
 }
@@ -91,8 +100,9 @@ void SeedLoading::press(Held& held, const RigidTransform& X_WN) noexcept {
 // The plan's needle whose hole the line passes within half a spacing, in x and in y.
 std::optional<std::size_t> SeedLoading::plan_needle_at(const Vec3& tip, const Vec3& axis) const noexcept {
   const Vec3 met = tip + (grid_.origin_mm.z() - tip.z()) / axis.z() * axis;
-  for (std::size_t n = 0; n < holes_.size(); ++n) {
-    const Vec3 off = (met - holes_[n]).cwiseAbs();
+  for (std::size_t n = 0; n < plan_.needle_count(); ++n) {
+    if (plan_.is_withdrawn[n]) continue;
+    const Vec3 off = (met - plan_.tips[n]).cwiseAbs();
     if (std::max(off.x(), off.y()) < 0.5 * grid_.spacing_mm)
       return n;  // false where the line is parallel to the template
   }
@@ -108,10 +118,11 @@ SeedLoading::Hole SeedLoading::hole_at(const Vec3& tip, const Vec3& axis) const 
 std::optional<std::size_t> SeedLoading::train_for(const Vec3& tip, const Vec3& axis) const noexcept {
   if (settings_.loading == "hole")
     if (const auto planned_here = plan_needle_at(tip, axis)) return planned_here;
-  for (std::size_t n = 0; n < holes_.size(); ++n) {
+  for (std::size_t n = 0; n < plan_.needle_count(); ++n) {
+    if (plan_.is_withdrawn[n]) continue;
     const bool is_untouched =
-        std::none_of(is_gone_.begin() + static_cast<std::ptrdiff_t>(first_of_needle_[n]),
-                     is_gone_.begin() + static_cast<std::ptrdiff_t>(first_of_needle_[n + 1]),
+        std::none_of(is_gone_.begin() + static_cast<std::ptrdiff_t>(plan_.first_of_needle[n]),
+                     is_gone_.begin() + static_cast<std::ptrdiff_t>(plan_.first_of_needle[n + 1]),
                      [](char gone) { return gone != 0; });
     if (is_untouched && std::ranges::none_of(held_, [n](const Held& held) { return held.carried == n; }))
       return n;
@@ -120,21 +131,21 @@ std::optional<std::size_t> SeedLoading::train_for(const Vec3& tip, const Vec3& a
 }
 
 std::size_t SeedLoading::first_remaining(const std::optional<std::size_t>& plan_needle) const noexcept {
-  if (!plan_needle) return planned_.size();
-  for (std::size_t i = first_of_needle_[*plan_needle]; i < first_of_needle_[*plan_needle + 1]; ++i)
+  if (!plan_needle) return plan_.seeds.size();
+  for (std::size_t i = plan_.first_of_needle[*plan_needle]; i < plan_.first_of_needle[*plan_needle + 1]; ++i)
     if (!is_gone_[i]) return i;
-  return planned_.size();
+  return plan_.seeds.size();
 }
 
 std::optional<SeedDrop> SeedLoading::due(std::size_t n) const noexcept {
   const Held& held = held_[n];
   if (held.waits || !(is_train() ? held.plan_needle.has_value() : held.is_asked)) return {};
   const std::size_t next = first_remaining(held.plan_needle);
-  if (next == planned_.size()) {
+  if (next == plan_.seeds.size()) {
     if (is_train()) return {};
     return SeedDrop{Seed::kUnplanned, settings_.source, settings_.air_kerma_strength_u, held.tip};
   }
-  const PlannedSeed& seed = planned_[next];
+  const PlannedSeed& seed = plan_.seeds[next];
   SeedDrop drop{static_cast<std::int32_t>(next), seed.source, seed.air_kerma_strength_u, held.tip};
   if (!is_train()) return drop;
   const auto retracted = [&](const Vec3& tip) { return (held.press_tip - tip).dot(held.axis); };

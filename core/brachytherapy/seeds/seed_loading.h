@@ -8,6 +8,7 @@
 
 #include "core/brachytherapy/plan/plan.h"
 #include "core/brachytherapy/plan/template_grid.h"
+#include "core/brachytherapy/seeds/loading_plan.h"
 #include "core/brachytherapy/seeds/seed.h"
 #include "core/brachytherapy/seeds/seed_drop.h"
 #include "core/brachytherapy/seeds/seed_settings.h"
@@ -33,6 +34,11 @@ class SeedLoading {
   /// `plan`: none where the scene has none; then a train drops nothing.
   SeedLoading(const SeedSettings& settings, const TemplateGrid& grid, const std::optional<Plan>& plan,
               std::size_t needles);
+
+  /// Another plan from now on, which has all needles of the one before, by the same numbers, and perhaps more. What has
+  /// left its needle stays known; a needle that carries a train which is no longer planned carries none.
+  /// Does nothing where there was no plan at construction, or `plan` has more than LoadingPlan::kMostSeeds.
+  void set_plan(const LoadingPlan& plan) noexcept;
 
   /// Updates needle n with its pose of this tick, whether it is in the tissue, and how far its tip is off the pose,
   /// mm, where it bends.
@@ -81,11 +87,9 @@ class SeedLoading {
 
   SeedSettings settings_;
   TemplateGrid grid_;
-  std::vector<PlannedSeed> planned_;
-  std::vector<std::size_t> first_of_needle_;  // in planned_, and its end
-  std::vector<Vec3> holes_;                   // of the plan's needles; only x and y are used
-  std::vector<char> is_gone_;                 // by planned
-  std::vector<Held> held_;                    // by device needle
+  LoadingPlan plan_;
+  std::vector<char> is_gone_;  // by planned seed
+  std::vector<Held> held_;     // by device needle
 };
 
 }  // namespace brachy

@@ -53,6 +53,7 @@ TEST(Protocol, GoldenBytesOfTheDocumentAreWhatTheCodecWritesAndReads) {
   expect_golden("DOSE_PLANNED", sample_dose_with_planned(), 12, 2'000'000'013);
   expect_golden("CONTROL", sample_control(), 21, 1'000'000'900);
   expect_golden("LOAD", sample_load(), 22, 1'000'001'256);
+  expect_golden("PLAN", sample_plan(), 13, 2'000'000'014);
   expect_golden("SCENE", sample_scene(), 10, 2'000'000'011);
   expect_golden("IMAGE", sample_image(), 11, 2'000'000'012);
   expect_golden("SCANNER", sample_scanner(), 22, 1'000'001'000);

@@ -77,6 +77,11 @@ std::size_t held(const DropMessage&) {
 std::size_t held(const LoadMessage&) {
   return 0;
 }
+std::size_t held(const PlanMessage& m) {
+  std::size_t bytes = m.by.capacity() + m.needles.capacity() * sizeof(PlanMessageNeedle);
+  for (const PlanMessageNeedle& needle : m.needles) bytes += needle.hole.capacity() + needle.train.capacity();
+  return bytes;
+}
 std::size_t held(const DoseMessage& m) {
   std::size_t bytes = (m.structures.capacity() + m.with_planned.capacity()) * sizeof(StructureDose);
   for (const auto* structures : {&m.structures, &m.with_planned})
@@ -347,6 +352,17 @@ LoadMessage sample_load() {
   return {2, 5};
 }
 
+PlanMessage sample_plan() {
+  PlanMessage message;
+  message.kind = PlanKind::kEdited;
+  message.is_optimising = true;
+  message.change = 2;
+  message.air_kerma_strength_u = 0.5;
+  message.by = "desk (127.0.0.1)";
+  message.needles = {{4, true, 12, 80.5, "E7", "s-s--s"}, {9, false, 31, 78, "G5", "ss"}};
+  return message;
+}
+
 DoseMessage sample_dose() {
   StructureDose prostate;
   prostate.name = "prostate";
@@ -447,6 +463,7 @@ std::vector<std::pair<MessageType, Bytes>> sample_bodies() {
           {MessageType::kDose, body_of(sample_dose())},
           {MessageType::kDose, body_of(sample_dose_with_planned())},
           {MessageType::kLoad, body_of(sample_load())},
+          {MessageType::kPlan, body_of(sample_plan())},
           {MessageType::kControl, body_of(sample_control())},
           {MessageType::kScene, body_of(sample_scene())},
           {MessageType::kImage, body_of(sample_image())},
@@ -487,6 +504,8 @@ DecodeResult decode_any(MessageType type, std::span<const std::byte> body, Bytes
       return decode_as<DoseMessage>(body, reencoded, held_bytes);
     case MessageType::kLoad:
       return decode_as<LoadMessage>(body, reencoded, held_bytes);
+    case MessageType::kPlan:
+      return decode_as<PlanMessage>(body, reencoded, held_bytes);
     case MessageType::kControl:
       return decode_as<ControlMessage>(body, reencoded, held_bytes);
     case MessageType::kScene:

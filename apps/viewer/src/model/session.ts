@@ -4,7 +4,8 @@ import type {Frame} from '../protocol/frame.js';
 import type {Scanner, UltrasoundImage} from '../protocol/image.js';
 import {ScannerArray} from '../protocol/image.js';
 import type {Message} from '../protocol/message.js';
-import type {SceneMessage} from '../protocol/scene_message.js';
+import {plannedSeeds, type Plan} from '../protocol/plan_message.js';
+import type {PlannedSeed, SceneMessage} from '../protocol/scene_message.js';
 import {EventKind, type Dose, type ServerError, type ServerEvent, type State, type Welcome} from '../protocol/server_messages.js';
 import type {Topology} from '../protocol/topology.js';
 import {History} from './history.js';
@@ -20,6 +21,8 @@ export class Session {
   welcome: Welcome | null = null;
   topology: Topology | null = null;
   scene: SceneMessage | null = null;
+  /** In use; null: not sent, SCENE's then is. */
+  plan: Plan | null = null;
   frame: Frame | null = null;
   state: State | null = null;
   dose: Dose | null = null;
@@ -31,7 +34,7 @@ export class Session {
   events: LoggedEvent[] = [];
 
   /** Incremented whenever the item is replaced; displays compare them to update. */
-  readonly versions = {topology: 0, scene: 0, seeds: 0, dose: 0, events: 0, frame: 0, images: 0};
+  readonly versions = {topology: 0, scene: 0, plan: 0, seeds: 0, dose: 0, events: 0, frame: 0, images: 0};
   /** Points changed since they were last drawn: [first, end). */
   private changedFirst = Infinity;
   private changedEnd = 0;
@@ -59,6 +62,7 @@ export class Session {
     this.dose = null;
     this.forgetImages();
     this.scene = null;
+    this.plan = null;
     this.events = [];
     this.history = new History();
     this.firstStampNs = NaN;
@@ -78,6 +82,11 @@ export class Session {
       case 'scene':
         this.scene = message.body;
         this.versions.scene += 1;
+        return '';
+      case 'plan':
+        this.plan = message.body;
+        this.versions.plan += 1;
+        this.versions.seeds += 1;
         return '';
       case 'frame':
         return this.applyFrame(message.body, message.header.stampNs);
@@ -109,6 +118,17 @@ export class Session {
       default:
         return '';
     }
+  }
+
+  /** The holes of the plan in use. */
+  plannedHoles(): string[] {
+    return (this.plan?.needles ?? this.scene?.plannedNeedles ?? []).map((needle) => needle.hole);
+  }
+
+  /** The planned seeds in use, by their numbers. */
+  plannedSeeds(): Map<number, PlannedSeed> {
+    if (this.plan && this.scene) return plannedSeeds(this.plan, this.scene.template);
+    return new Map((this.scene?.plannedSeeds ?? []).entries());
   }
 
   forgetImages(): void {
@@ -174,7 +194,7 @@ export class Session {
       this.changedEnd = Math.max(this.changedEnd, frame.ranges[i]! + frame.ranges[i + 1]!);
     }
     if (frame.full || (frame.seeds && frame.seeds.entries.length > 0)) this.versions.seeds += 1;
-    if (before && frame.seeds === null && this.assembler.seeds.length === 0 && this.dose) {  // the daemon was reset
+    if (before && frame.seeds === null && this.assembler.seeds.length === 0 && this.dose && this.dose.seeds > 0) {  // the daemon was reset
       this.dose = null;
       this.versions.dose += 1;
     }

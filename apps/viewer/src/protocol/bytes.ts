@@ -140,7 +140,7 @@ export class ByteWriter {
     this.view.setBigUint64(at, value, true);
   }
   f64(value: number): void {
-    const at = this.take(8);
+    const at = this.take(8);  // first: it may make a larger view
     this.view.setFloat64(at, value, true);
   }
   raw(bytes: Uint8Array): void {

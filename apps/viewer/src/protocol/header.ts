@@ -7,7 +7,7 @@ const MAGIC = 0x59435242;  // "BRCY"
 
 export const MessageType = {
   Hello: 1, Welcome: 2, Topology: 3, Frame: 4, Pose: 5, State: 6, Event: 7, Error: 8, Ping: 9, Force: 10, LocalModel: 11,
-  Arm: 12, Drop: 13, Dose: 14, Control: 15, Scene: 16, Image: 17, Scanner: 18, Load: 19, Contour: 21,
+  Arm: 12, Drop: 13, Dose: 14, Control: 15, Scene: 16, Image: 17, Scanner: 18, Load: 19, Plan: 20, Contour: 21,
 } as const;
 
 export interface Header {

@@ -4,6 +4,7 @@ import {decodeContour, type Contour} from './contour.js';
 import {decodeFrame, type Frame} from './frame.js';
 import {HEADER_BYTES, MessageType, decodeHeader, type Header} from './header.js';
 import {decodeImage, decodeScanner, type Scanner, type UltrasoundImage} from './image.js';
+import {decodePlan, type Plan} from './plan_message.js';
 import {decodeScene, type SceneMessage} from './scene_message.js';
 import {decodeDose, decodeError, decodeEvent, decodeForce, decodePing, decodeState, decodeWelcome} from './server_messages.js';
 import type {Dose, HandForce, Ping, ServerError, ServerEvent, State, Welcome} from './server_messages.js';
@@ -20,6 +21,7 @@ export type Message =
   | {kind: 'force'; header: Header; body: HandForce}
   | {kind: 'dose'; header: Header; body: Dose}
   | {kind: 'scene'; header: Header; body: SceneMessage}
+  | {kind: 'plan'; header: Header; body: Plan}
   | {kind: 'image'; header: Header; body: UltrasoundImage}
   | {kind: 'scanner'; header: Header; body: Scanner}
   | {kind: 'contour'; header: Header; body: Contour}
@@ -42,6 +44,7 @@ export function decodeMessage(bytes: Uint8Array): Message {
     case MessageType.Force: return {kind: 'force', header, body: decodeForce(body)};
     case MessageType.Dose: return {kind: 'dose', header, body: decodeDose(body)};
     case MessageType.Scene: return {kind: 'scene', header, body: decodeScene(body)};
+    case MessageType.Plan: return {kind: 'plan', header, body: decodePlan(body)};
     case MessageType.Image: return {kind: 'image', header, body: decodeImage(body)};
     case MessageType.Scanner: return {kind: 'scanner', header, body: decodeScanner(body)};
     case MessageType.Contour: return {kind: 'contour', header, body: decodeContour(body)};

@@ -2,7 +2,7 @@
 import {ByteReader} from './bytes.js';
 
 export const Role = {Viewer: 1, Device: 2, Operator: 3} as const;
-export const Subscription = {Surface: 1 << 2, NoMesh: 1 << 3, Scene: 1 << 4, Ultrasound: 1 << 5} as const;
+export const Subscription = {Surface: 1 << 2, NoMesh: 1 << 3, Scene: 1 << 4, Ultrasound: 1 << 5, Plan: 1 << 6} as const;
 export const ANY_NEEDLE = 0xffff;
 
 export interface Welcome {
@@ -160,7 +160,7 @@ export function decodeEvent(body: Uint8Array): ServerEvent {
 export const ErrorCode = {
   Protocol: 1, Version: 2, TooLarge: 3, Busy: 4, DeviceBusy: 5, NotDevice: 6, PoseRefused: 7, PoseRate: 8, Timeout: 9,
   Shutdown: 10, NoNeedle: 11, NotOperator: 12, ControlRefused: 13, Unauthorised: 14, ScannerRefused: 15,
-  LoadRefused: 17, ContourRefused: 18,
+  PlanRefused: 16, LoadRefused: 17, ContourRefused: 18,
 } as const;
 
 export interface ServerError {

@@ -34,8 +34,8 @@ export class Seeds {
   }
 
   /** `fallen`: indices of planned seeds that have been dropped. */
-  showPlan(plan: readonly PlannedSeed[], fallen: ReadonlySet<number>): void {
-    if (plan.length > this.planned.instanceMatrix.count) this.planned = this.remake(this.planned, plan.length, this.plannedMaterial);
+  showPlan(plan: ReadonlyMap<number, PlannedSeed>, fallen: ReadonlySet<number>): void {
+    if (plan.size > this.planned.instanceMatrix.count) this.planned = this.remake(this.planned, plan.size, this.plannedMaterial);
     let count = 0;
     plan.forEach((seed, i) => {
       if (!fallen.has(i)) this.set(this.planned, count++, seed.position, seed.axis, PLANNED);

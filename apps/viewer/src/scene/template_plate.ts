@@ -23,7 +23,7 @@ export class TemplatePlate {
     this.mesh.visible = false;
   }
 
-  draw(scene: SceneMessage, chosen: string): void {
+  draw(scene: SceneMessage, planned: readonly string[], chosen: string): void {
     const {origin, spacingMm, columns, rows} = scene.template;
     const cells = Math.max(columns, rows) + 2;
     const cell = PIXELS / cells;
@@ -59,8 +59,8 @@ export class TemplatePlate {
         context.stroke();
       }
     context.fillStyle = 'rgba(95, 211, 198, 0.9)';
-    for (const needle of scene.plannedNeedles) {
-      const hole = holeOf(needle.hole, scene.template);
+    for (const name of planned) {
+      const hole = holeOf(name, scene.template);
       if (!hole) continue;
       context.beginPath();
       context.arc(x(hole.column), y(hole.row), 0.15 * cell, 0, 2 * Math.PI);

@@ -33,7 +33,7 @@ export class Viewport {
   private readonly plate = new TemplatePlate();
   private readonly images = new ImagePlanes();
   private readonly volume = new VolumeSlices();
-  private drawn = {topology: 0, scene: 0, seeds: 0, dose: 0, frame: 0, images: 0, settings: -1};
+  private drawn = {topology: 0, scene: 0, plan: 0, seeds: 0, dose: 0, frame: 0, images: 0, settings: -1};
   private slicePlace = '';
   private framed = false;
   private dirty = true;
@@ -113,6 +113,8 @@ export class Viewport {
 
   private takeSettings(): void {
     const s = this.settings;
+    if (this.drawn.plan !== this.session.versions.plan) this.drawn.settings = -1;
+    this.drawn.plan = this.session.versions.plan;
     if (this.drawn.settings === s.version || !this.buffer) return;
     this.drawn.settings = s.version;
     const volume = this.buffer.topology.pointCount > this.buffer.topology.surfaceVertexCount;
@@ -123,7 +125,7 @@ export class Viewport {
     this.structures.show(s.structures, s.hidden);
     this.volume.show(s.volume);
     this.plate.mesh.visible = s.template && this.session.scene !== null;
-    if (this.session.scene && this.plate.mesh.visible) this.plate.draw(this.session.scene, s.hole);
+    if (this.session.scene && this.plate.mesh.visible) this.plate.draw(this.session.scene, this.session.plannedHoles(), s.hole);
     this.seeds.setPlanShown(s.plan);
 
     this.uniforms.clip.value = s.clip;
@@ -157,11 +159,11 @@ export class Viewport {
   }
 
   private takeSeedsAndDose(): void {
-    const {assembler, dose, scene, versions} = this.session;
+    const {assembler, dose, versions} = this.session;
     if (this.drawn.seeds !== versions.seeds) {
       this.drawn.seeds = versions.seeds;
       this.seeds.show(assembler.seeds);
-      this.seeds.showPlan(scene?.plannedSeeds ?? [], new Set(assembler.seeds.map((seed) => seed.planned)));
+      this.seeds.showPlan(this.session.plannedSeeds(), new Set(assembler.seeds.map((seed) => seed.planned)));
       this.dirty = true;
     }
     if (this.drawn.dose !== versions.dose) {

@@ -4,6 +4,7 @@ import {SOFTWARE, encodeControl, encodeDrop, encodeHello, type Control} from '..
 import {encodeContour, type Contour, type ContourSlice} from '../protocol/contour.js';
 import {MessageType} from '../protocol/header.js';
 import {encodeScanner, type ScannerRequest} from '../protocol/image.js';
+import {encodePlanRequest, type PlanNeedle} from '../protocol/plan_message.js';
 import type {Message} from '../protocol/message.js';
 import {ErrorCode, Role, Subscription, type ServerError} from '../protocol/server_messages.js';
 import {nowNs} from './clock.js';
@@ -58,7 +59,7 @@ export class LiveConnection {
     const socket: Socket = new Socket(this.endpoint.url, {
       opened: () => socket.send(MessageType.Hello, encodeHello({
         role: this.role, name: 'viewer', device: null, token: this.endpoint.token, software: SOFTWARE,
-        subscription: Subscription.Scene | (this.volume ? 0 : Subscription.Surface) | (this.ultrasound ? Subscription.Ultrasound : 0),
+        subscription: Subscription.Scene | Subscription.Plan | (this.volume ? 0 : Subscription.Surface) | (this.ultrasound ? Subscription.Ultrasound : 0),
       })),
       message: (message, size) => this.receive(socket, message, size),
       closed: (reason, wasOpen) => {
@@ -98,6 +99,11 @@ export class LiveConnection {
   /** The answer comes as a CONTOUR, or an ERROR. */
   sendContour(slices: readonly ContourSlice[]): void {
     this.socket?.send(MessageType.Contour, encodeContour(slices));
+  }
+
+  /** Asks for another rest of the plan; null: for an optimised one. */
+  changePlan(change: number, needles: readonly PlanNeedle[] | null): void {
+    this.socket?.send(MessageType.Plan, encodePlanRequest(change, needles));
   }
 
   /** Reconnects at once after the page was suspended. */

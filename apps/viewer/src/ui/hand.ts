@@ -123,11 +123,11 @@ export class HandPanel {
     setDisabled('take', !this.device && (!open || !this.session.topology));
     setDisabled('drop', !this.held && !(this.live.mayControl && this.scriptPlays()));
     const scene = this.session.scene;
-    const names = scene ? holeNames(scene.template, scene.plannedNeedles.map((needle) => needle.hole)) : [];
+    const names = scene ? holeNames(scene.template, this.session.plannedHoles()) : [];
     const key = names.join();
     if (key === this.holes) return;
     this.holes = key;
-    const planned = new Set(scene?.plannedNeedles.map((needle) => needle.hole));
+    const planned = new Set(this.session.plannedHoles());
     byId<HTMLSelectElement>('hole').replaceChildren(
       new Option('free', ''), ...names.map((name) => new Option(planned.has(name) ? `${name} · planned` : name, name)));
     byId<HTMLSelectElement>('hole').value = this.settings.hole;

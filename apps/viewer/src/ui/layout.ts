@@ -1,7 +1,7 @@
 // Tabs of the charts, and the panels that are drawers on a tablet.
 import {byId} from './dom.js';
 
-const TABS = ['needle', 'dose', 'ultrasound', 'exercise'] as const;
+const TABS = ['needle', 'dose', 'plan', 'ultrasound', 'exercise'] as const;
 export type Tab = (typeof TABS)[number];
 
 export function setUpTabs(onChange: (id: Tab) => void): (id: Tab) => void {

@@ -239,12 +239,16 @@ OptimiserSettings replan_settings(std::uint64_t seed) {
 
 OptimisedPlan replan(const std::vector<Structure>& structures, const TemplateGrid& grid,
                      const Plan& remaining, const std::vector<DoseSeed>& placed, double needle_length_mm,
-                     const OptimiserSettings& how) {
+                     const OptimiserSettings& how, std::span<const std::string> taken) {
   OptimisedPlan result;
   const std::vector<Structure> all = with_urethra(structures, result.urethra_assumed);
   result.plan = remaining;
-  PlanSearch problem(all, usable_choices(all, grid, how.clearances, needle_length_mm), remaining.source,
-                     remaining.air_kerma_strength_u, remaining.prescription_gy, how, placed);
+  std::vector<NeedleChoice> choices = usable_choices(all, grid, how.clearances, needle_length_mm);
+  std::erase_if(choices, [&](const NeedleChoice& choice) {
+    return std::ranges::find(taken, choice.hole) != taken.end();
+  });
+  PlanSearch problem(all, std::move(choices), remaining.source, remaining.air_kerma_strength_u,
+                     remaining.prescription_gy, how, placed);
   problem.most_needles = remaining.needles.size();
   std::vector<NeedleLoad> start(problem.choices.size());
   for (const PlanNeedle& needle : remaining.needles) {

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -59,10 +60,11 @@ Plan remaining_needles(const Plan& plan, const TemplateGrid& grid, const std::ve
 
 /// What is left to do: the plan's needles that are not in yet, for an implant whose other seeds lie where they lie.
 /// Chooses holes, depths and trains of `remaining` again, with no more needles than it has, given the dose of `placed`.
+/// `taken`: holes through which none may go.
 /// Under 1 s with replan_settings(). Errors: as optimise_plan.
 OptimisedPlan replan(const std::vector<Structure>& structures, const TemplateGrid& grid,
                      const Plan& remaining, const std::vector<DoseSeed>& placed, double needle_length_mm,
-                     const OptimiserSettings& how);
+                     const OptimiserSettings& how, std::span<const std::string> taken = {});
 OptimiserSettings replan_settings(std::uint64_t seed = 1);
 
 /// The needles and seeds that a gland may have at most: what `how` says, or what is customary.

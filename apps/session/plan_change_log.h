@@ -1,0 +1,43 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "core/brachytherapy/plan/plan.h"
+
+namespace brachy {
+
+/// The table of changes in a session's directory, and the plan of change n.
+inline constexpr const char* kPlanChangesFile = "plan_changes.csv";
+inline constexpr const char* kPlanChangesHeader = "t_s,file,what";
+
+/// One change of the plan while a session ran.
+struct PlanChange {
+  double t_s = 0;    ///< session time, to 0.1 s
+  std::string file;  ///< the whole plan from then on, in the session's directory: plan_change_1.toml, …
+  std::string what;  ///< "optimised by desk (127.0.0.1)"
+};
+
+/// The changes in a session's directory, in their order; empty where there are none. An unfinished last line is left
+/// out. Throws UserError for a file that cannot be read or is not such a table.
+std::vector<PlanChange> load_plan_changes(const std::filesystem::path& folder);
+
+/// Records changes of the plan in a session's directory, which exists: first the plan under a name of its own, then the
+/// row of the table. Nothing that is there is overwritten. Files are the owner's alone. Threads: one.
+class PlanChangeLog {
+ public:
+  /// Continues the changes of an earlier run. Throws UserError as load_plan_changes.
+  explicit PlanChangeLog(std::filesystem::path folder);
+
+  const std::vector<PlanChange>& changes() const { return changes_; }
+
+  /// Throws UserError where it cannot be written: then nothing has changed but perhaps a plan that no row names.
+  void add(double t_s, const Plan& whole, const std::string& what);
+
+ private:
+  std::filesystem::path folder_;
+  std::vector<PlanChange> changes_;
+};
+
+}  // namespace brachy
