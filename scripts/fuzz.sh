@@ -49,7 +49,7 @@ dictionary() {  # TARGET
 fuzz() {  # TARGET, in a shell of its own, which it becomes; its files go to memory
   local corpus=$work/corpus/$1
   mkdir -p "$corpus"
-  # Few frames of each allocation, and a small quarantine: they took a third of the time.
+  # Few frames of each allocation, and a small quarantine: an execution is allocations above all.
   export TMPDIR=/dev/shm ASAN_OPTIONS=allow_addr2line=1:malloc_context_size=6:quarantine_size_mb=32
   export UBSAN_OPTIONS=print_stacktrace=1:allow_addr2line=1
   export LSAN_OPTIONS=suppressions=tests/fuzz/leaks.supp:print_suppressions=0

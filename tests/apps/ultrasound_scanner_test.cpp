@@ -85,7 +85,7 @@ TEST_F(UltrasoundScannerTest, TheGlandOfItsImageIsWhereTheSimulatorHasIt) {
   EXPECT_EQ(gland->tick, state.summary.tick);
   double moved = 0;
   for (std::size_t i = 0; i < gland->vertices.size(); ++i) {
-    const float* v = &state.deformed_vertices[3 * i];
+    const float* v = &state.mesh.deformed_vertices[3 * i];
     EXPECT_NEAR((gland->vertices[i] - Vec3(v[0], v[1], v[2])).norm(), 0, 1e-4);
     moved = std::max(moved, (gland->vertices[i] - tissue.rest_vertices[i]).norm());
   }

@@ -8,7 +8,7 @@
 
 namespace brachy::fuzz {
 
-/// Of the limit in use only the time is different: filling millions of voxels took nine tenths of a run.
+/// Of the limit in use only the time is different: filling millions of voxels finds nothing.
 inline constexpr std::size_t kMostFuzzedVoxels = std::size_t{1} << 15;
 
 /// What must hold of every map that was read; small ones become surfaces, which must be closed.

@@ -108,7 +108,7 @@ net::ContourMessage answer_of(const CheckedStudy& checked, const ContourStudy& s
 }  // namespace
 
 void VolumeStudies::keep(std::shared_ptr<const FrozenGland> gland) {
-  // Where nothing has moved in between, one shape serves both.
+  // Frozen again in the same tick: the same shape.
   if (!frozen_.empty() && frozen_.back()->tick == gland->tick) frozen_.pop_back();
   if (frozen_.size() == kMostFreezes) frozen_.pop_front();
   frozen_.push_back(std::move(gland));
