@@ -180,7 +180,7 @@ class Daemon::Impl {
       http.port = static_cast<std::uint16_t>(port);
       http.pages = telemetry_.pages();
       http.pages.merge(exercises_.pages());
-      if (!scene.display.volume.empty()) http.pages["/volume"] = volume_page(scene);
+      http.pages["/volume"] = volume_page(scene);
       http_.emplace(loop_.io(), server_, std::move(http), served_viewer(), log_);
     }
     if (broker_) publisher_.emplace(loop_.io(), server_, *broker_, log_);

@@ -222,7 +222,7 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
     for (const auto& [name, value] : answer_.headers) response_->set(name, value);
     response_->keep_alive(keeps_alive);
     const std::string_view body = answer_.body();
-    if (answer_.status != 304) response_->content_length(body.size());
+    if (answer_.status != 204 && answer_.status != 304) response_->content_length(body.size());
     if (answer_.sends_body) response_->body() = {body.data(), body.size()};
     expires_after(shared_->options.answer_timeout);
     http::async_write(

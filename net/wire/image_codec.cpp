@@ -77,7 +77,7 @@ void fields(Archive& archive, MaybeConst<ContourMessage> auto& message) {
   archive.u64(message.about_sequence);
   archive.u16_list(message.slices, kSliceBytes, [&](auto& slice) { slice_fields(archive, slice); });
   archive.sections(Section{kScoreSection, message.score.has_value(), [&](auto& section) {
-                             if constexpr (Archive::kReads) message.score.emplace();
+                             if constexpr (Archive::kReads) message.score = ContourMessage::Figures{};
                              score_fields(section, *message.score);
                            }});
 }

@@ -83,13 +83,14 @@ TEST_F(UltrasoundScannerTest, TheGlandOfItsImageIsWhereTheSimulatorHasIt) {
   const auto gland = scanner.deformed({tissue.rest_vertices.begin(), tissue.rest_vertices.begin() + 400});
   ASSERT_TRUE(gland);
   EXPECT_EQ(gland->tick, state.summary.tick);
+  constexpr double kRoundingMm = 1e-4;
   double moved = 0;
   for (std::size_t i = 0; i < gland->vertices.size(); ++i) {
     const float* v = &state.mesh.deformed_vertices[3 * i];
-    EXPECT_NEAR((gland->vertices[i] - Vec3(v[0], v[1], v[2])).norm(), 0, 1e-4);
+    EXPECT_NEAR((gland->vertices[i] - Vec3(v[0], v[1], v[2])).norm(), 0, kRoundingMm);
     moved = std::max(moved, (gland->vertices[i] - tissue.rest_vertices[i]).norm());
   }
-  EXPECT_GT(moved, 0.1);
+  EXPECT_GT(moved, 500 * kRoundingMm) << "the gland at rest would pass as well";
 }
 
 TEST_F(UltrasoundScannerTest, AnImageAllocatesNothingOnceThereWasOne) {

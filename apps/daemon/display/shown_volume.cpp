@@ -103,6 +103,8 @@ std::string shown_text(const Volume& volume) {
 }
 
 net::DynamicPage volume_page(const Scene& scene, double margin_mm) {
+  if (scene.display.volume.empty())
+    return {true, [] { return net::DynamicPage::Content{204, "application/octet-stream", {}}; }};
   const auto file = scene.resolve(scene.display.volume);
   const NrrdVolume read = read_nrrd_file(file);
   const Vec3 half = 0.5 * scene.box.size_mm + Vec3::Constant(margin_mm);

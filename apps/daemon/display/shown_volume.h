@@ -21,7 +21,8 @@ std::optional<Volume> shown_part(const Volume& volume, const Vec3& least, const 
 /// these two as key/value pairs, as are window_least and window_most, between which 98 % of the values lie.
 std::string shown_text(const Volume& volume);
 
-/// The page `/volume`: scene.display.volume about the scene's box, made once. `margin_mm`: beyond the box.
+/// The page `/volume`: scene.display.volume about the scene's box, made once; where the scene names none, 204 No
+/// Content. `margin_mm`: beyond the box.
 /// Errors: UserError where the file is no NRRD volume, or has no voxel there.
 net::DynamicPage volume_page(const Scene& scene, double margin_mm = 30);
 

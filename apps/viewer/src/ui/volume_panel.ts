@@ -28,7 +28,7 @@ export class VolumePanel {
     let volume: ShownVolume | null = null;
     try {
       const answer = await fetch('/volume', {cache: 'no-store', headers: this.endpoint.authorisation()});
-      if (answer.ok) volume = parseVolume(new Uint8Array(await answer.arrayBuffer()));
+      if (answer.status === 200) volume = parseVolume(new Uint8Array(await answer.arrayBuffer()));
     } catch (error) {
       toast(`The image volume cannot be shown: ${(error as Error).message}.`, true);
     }
