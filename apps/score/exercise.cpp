@@ -116,7 +116,7 @@ bool has_passes(const std::string& text) {
   return text.starts_with("[passes]") || text.find("\n[passes]") != std::string::npos;
 }
 
-std::string text_of(const std::filesystem::path& file) {
+std::string read_text(const std::filesystem::path& file) {
   std::ifstream in(file, std::ios::binary);
   if (!std::filesystem::is_regular_file(file) || !in)
     throw UserError(file.string() +
@@ -129,7 +129,7 @@ std::string text_of(const std::filesystem::path& file) {
 }  // namespace
 
 Exercise load_exercise(const std::filesystem::path& file) {
-  TomlTable t = parse_toml(text_of(file), file.string());
+  TomlTable t = parse_toml(read_text(file), file.string());
   Exercise exercise;
   std::string scene;
   t.text("name", exercise.name);
@@ -171,7 +171,7 @@ std::vector<ExerciseFile> exercises_beside(const std::filesystem::path& scene,
       std::error_code ignored;
       if (file.extension() != ".toml" || !entry.is_regular_file(ignored)) continue;
       try {
-        if (!has_passes(text_of(file))) continue;
+        if (!has_passes(read_text(file))) continue;
         ExerciseFile exercise{file, load_exercise(file)};
         exercise.is_of_scene = std::filesystem::equivalent(exercise.exercise.scene, scene, ignored);
         found.push_back(std::move(exercise));
