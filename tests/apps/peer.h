@@ -14,11 +14,17 @@
 
 namespace brachy::test {
 
+#ifdef __SANITIZE_THREAD__
+inline constexpr std::chrono::milliseconds kPeerDeadline{120'000};  // an image takes half a second there
+#else
+inline constexpr std::chrono::milliseconds kPeerDeadline{30'000};
+#endif
+
 /// A client of a daemon that records what it receives. It is served only while its pump, or that of a peer that it
 /// stands beside, runs.
 class Peer {
  public:
-  static constexpr std::chrono::milliseconds kDeadline{30'000};
+  static constexpr std::chrono::milliseconds kDeadline = kPeerDeadline;
 
   struct Frame {
     net::FrameMessage message;     ///< without its positions
