@@ -67,7 +67,7 @@ net::ContourMessage answer_of(const CheckedStudy& checked, const ContourStudy& s
                               const ContourScore& score) {
   net::ContourMessage answer;
   answer.about_sequence = checked.message.about_sequence;
-  auto& figures = answer.score.emplace();
+  net::ContourMessage::Figures figures;
   figures.dice = score.dice;
   figures.outlined_cm3 = score.outlined_cm3;
   figures.true_cm3 = score.gland_cm3;
@@ -102,6 +102,7 @@ net::ContourMessage answer_of(const CheckedStudy& checked, const ContourStudy& s
       }
     }
   }
+  answer.score = std::move(figures);
   return answer;
 }
 

@@ -42,31 +42,31 @@ bool has_pydicom() {
 class Import : public ::testing::Test {
  protected:
   static void SetUpTestSuite() {
-    folder_ = new TempFolder;
-    exported_ = run_brachy({"export", "--dicom", (*folder_ / "dicom").string(), "--config", kSession});
+    made_folder = new TempFolder;
+    made_export = run_brachy({"export", "--dicom", (*made_folder / "dicom").string(), "--config", kSession});
     if (has_pydicom()) {
-      const std::string exact = (*folder_ / "dicom32").string();
+      const std::string exact = (*made_folder / "dicom32").string();
       ASSERT_TRUE(exited(run_brachy({"export", "--dicom", exact, "--config", kSession, "--dose-bits", "32",
                                      "--slice-mm", "0.5"}),
                          0));
-      const Ended made = run_python({source_file("make_variants.py"), exact, (*folder_ / "v").string()});
+      const Ended made = run_python({source_file("make_variants.py"), exact, (*made_folder / "v").string()});
       ASSERT_TRUE(exited(made, 0)) << made.err;
     }
   }
   static void TearDownTestSuite() {
-    delete folder_;
-    folder_ = nullptr;
+    delete made_folder;
+    made_folder = nullptr;
   }
   void SetUp() override {
-    ASSERT_TRUE(exited(exported_, 0)) << exported_.err;
+    ASSERT_TRUE(exited(made_export, 0)) << made_export.err;
     if (!has_pydicom()) GTEST_SKIP() << "python3-pydicom is not installed";
   }
 
-  static TempFolder* folder_;
-  static Ended exported_;
+  static TempFolder* made_folder;
+  static Ended made_export;
 };
-TempFolder* Import::folder_ = nullptr;
-Ended Import::exported_;
+TempFolder* Import::made_folder = nullptr;
+Ended Import::made_export;
 
 /// Exit code 2, nothing on stdout, and a last line on stderr, behind those of a slow run's progress, with all `parts`.
 ::testing::AssertionResult refused_in_last_line(const Ended& ended, const std::vector<std::string>& parts) {
@@ -93,9 +93,9 @@ SurfaceMesh surface_file(const std::filesystem::path& file) {
 TEST_F(Import, GivesBackSurfacesNeedlesSeedsAndStrengthOfTheSceneItWasExportedFrom) {
   const TempFolder out;
   const Ended ended =
-      run_brachy({"import", (*folder_ / "dicom/rtstruct.dcm").string(),
-                  (*folder_ / "dicom/rtplan.dcm").string(), (*folder_ / "dicom/rtdose.dcm").string(),
-                  (*folder_ / "dicom/dose.nrrd").string(), "--out", (out / "s").string()});
+      run_brachy({"import", (*made_folder / "dicom/rtstruct.dcm").string(),
+                  (*made_folder / "dicom/rtplan.dcm").string(), (*made_folder / "dicom/rtdose.dcm").string(),
+                  (*made_folder / "dicom/dose.nrrd").string(), "--out", (out / "s").string()});
   ASSERT_TRUE(exited(ended, 0)) << ended.err;
   const Scene before = load_scene(kSession), after = load_scene(out / "s/scene.toml");
   const auto was = load_structures(before), is = load_structures(after);
@@ -142,7 +142,8 @@ TEST_F(Import, GivesBackTheDoseToATenthOfAPercent) {
 }
 
 TEST_F(Import, ExportsWhatAnIndependentReaderAgreesWith) {
-  const Ended checked = run_python({source_file("check_export.py"), (*folder_ / "dicom").string(), "145"});
+  const Ended checked =
+      run_python({source_file("check_export.py"), (*made_folder / "dicom").string(), "145"});
   ASSERT_TRUE(exited(checked, 0)) << checked.err;
   const nlohmann::json theirs = json_of(checked);
   const TempFolder out;
@@ -186,7 +187,7 @@ TEST_F(Import, ExportsWhatAnIndependentReaderAgreesWith) {
 TEST_F(Import, ExportsObjectsInWhichDciodvfyFindsNoError) {
   if (access("/usr/bin/dciodvfy", X_OK) != 0) GTEST_SKIP() << "dicom3tools is not installed";
   for (const char* name : {"rtstruct.dcm", "rtplan.dcm", "rtdose.dcm"}) {
-    const Ended checked = run_process({"/usr/bin/dciodvfy", (*folder_ / "dicom" / name).string()});
+    const Ended checked = run_process({"/usr/bin/dciodvfy", (*made_folder / "dicom" / name).string()});
     EXPECT_EQ(checked.signal, 0) << name;
     EXPECT_EQ(checked.err.find("Error"), std::string::npos) << name << ": " << checked.err;
   }
@@ -234,13 +235,13 @@ TEST_F(Import, ExportsCathetersWithTheirDwellsAsAnIndependentReaderFindsThem) {
 }
 
 TEST_F(Import, ReadsEveryFormAndRefusesEveryMalformedOneInALineThatNamesFileAndTag) {
-  const nlohmann::json variants = json_file(*folder_ / "v/variants.json");
+  const nlohmann::json variants = json_file(*made_folder / "v/variants.json");
   EXPECT_GE(variants.size(), 30u);
   const SurfaceMesh plain = load_structures(load_scene(kSession)).front().mesh;
   for (const auto& [name, expected] : variants.items()) {
     const TempFolder out;
     const Ended ended =
-        run_brachy({"import", (*folder_ / "v" / name).string(), "--out", (out / "s").string()});
+        run_brachy({"import", (*made_folder / "v" / name).string(), "--out", (out / "s").string()});
     EXPECT_EQ(ended.signal, 0) << name;
     if (!expected.contains("good")) {
       const std::vector<std::string> words = expected["refused"];
@@ -275,7 +276,7 @@ TEST_F(Import, WritesTheSameBytesAgainAndNothingThatIdentifiesThePatient) {
        "d.PatientID='PID-4711-0815'\n"
        "  d.PatientBirthDate='19510203'; d.InstitutionName='Saint Elsewhere'; d.OperatorsName='Roe^Rick'\n"
        "  d.StudyDescription='Doe seed implant'; d.save_as(f'{sys.argv[2]}/{n}.dcm')\n",
-       (*folder_ / "dicom").string(), [&] {
+       (*made_folder / "dicom").string(), [&] {
          std::filesystem::create_directories(out / "in");
          return (out / "in").string();
        }()});
@@ -307,7 +308,7 @@ TEST_F(Import, WritesTheSameBytesAgainAndNothingThatIdentifiesThePatient) {
 TEST_F(Import, ShowsAnUltrasoundSeriesAsTheScenesUltrasoundWithoutAnEdit) {
   const TempFolder out;
   const Ended made = run_python(
-      {source_file("make_image_series.py"), (*folder_ / "dicom").string(), (out / "us").string(), "US"});
+      {source_file("make_image_series.py"), (*made_folder / "dicom").string(), (out / "us").string(), "US"});
   ASSERT_TRUE(exited(made, 0)) << made.err;
   ASSERT_TRUE(exited(run_brachy({"import", (out / "us").string(), "--out", (out / "s").string()}), 0));
   const Scene scene = load_scene(out / "s/scene.toml");
@@ -325,7 +326,7 @@ TEST_F(Import, ShowsAnUltrasoundSeriesAsTheScenesUltrasoundWithoutAnEdit) {
 TEST_F(Import, SaysHowToUseImagesThatAreNoEchoesForTheUltrasound) {
   const TempFolder out;
   const Ended made = run_python(
-      {source_file("make_image_series.py"), (*folder_ / "dicom").string(), (out / "ct").string(), "CT"});
+      {source_file("make_image_series.py"), (*made_folder / "dicom").string(), (out / "ct").string(), "CT"});
   ASSERT_TRUE(exited(made, 0)) << made.err;
   const Ended ended = run_brachy({"import", (out / "ct").string(), "--out", (out / "s").string()});
   ASSERT_TRUE(exited(ended, 0)) << ended.err;
@@ -340,7 +341,8 @@ TEST_F(Import, SaysHowToUseImagesThatAreNoEchoesForTheUltrasound) {
 TEST_F(Import, GivesTheSceneTheColoursOfTheStructures) {
   const TempFolder out;
   ASSERT_TRUE(exited(
-      run_brachy({"import", (*folder_ / "dicom/rtstruct.dcm").string(), "--out", (out / "s").string()}), 0));
+      run_brachy({"import", (*made_folder / "dicom/rtstruct.dcm").string(), "--out", (out / "s").string()}),
+      0));
   const Scene scene = load_scene(out / "s/scene.toml");
   const auto json = json_file(out / "s/import.json").at("structures");
   EXPECT_EQ(scene.tissue.colour, json.at(0).at("colour"));
@@ -354,7 +356,7 @@ TEST_F(Import, GivesTheSceneTheColoursOfTheStructures) {
 TEST_F(Import, BringsItsSegmentationBack) {
   const TempFolder out;
   const Ended ended = run_brachy(
-      {"import", (*folder_ / "dicom/structures.seg.nrrd").string(), "--out", (out / "s").string()});
+      {"import", (*made_folder / "dicom/structures.seg.nrrd").string(), "--out", (out / "s").string()});
   ASSERT_TRUE(exited(ended, 0)) << ended.err;
   const auto was = load_structures(load_scene(kSession)),
              is = load_structures(load_scene(out / "s/scene.toml"));
@@ -394,7 +396,7 @@ TEST_F(Import, BringsItsSegmentationBack) {
 TEST_F(Import, FillsTheVoxelsThatPlastimatchFills) {
   if (access("/usr/bin/plastimatch", X_OK) != 0) GTEST_SKIP() << "plastimatch is not installed";
   const TempFolder out;
-  const std::string contours = (*folder_ / "dicom32/rtstruct.dcm").string();
+  const std::string contours = (*made_folder / "dicom32/rtstruct.dcm").string();
   const Ended ended = run_brachy({"import", contours, "--out", (out / "s").string()});
   ASSERT_TRUE(exited(ended, 0)) << ended.err;
   for (const Structure& structure : load_structures(load_scene(out / "s/scene.toml"))) {

@@ -211,7 +211,7 @@ TEST(UltrasoundTruth, EverythingIsDrawnWithinATenthOrTwoOfWhereTheSimulationHasI
   if (wanted) std::printf("%-10s%8s%8s%8s%8s\n", "mm", "states", "p50", "p95", "max");
   for (auto& [what, errors] : states.errors_mm) {
     std::ranges::sort(errors);
-    const auto at = [&](double share) {
+    const auto at = [&errors = errors](double share) {
       return errors[static_cast<std::size_t>(share * static_cast<double>(errors.size() - 1))];
     };
     if (wanted)
