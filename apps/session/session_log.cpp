@@ -11,6 +11,7 @@
 #include "core/base/error.h"
 #include "core/brachytherapy/seeds/failed_drop_file.h"
 #include "core/brachytherapy/structures/organ_pass_file.h"
+#include "core/simulation/new_failed_drops.h"
 
 namespace brachy {
 bool SessionLog::is_recording(const std::filesystem::path& folder) {
@@ -109,16 +110,12 @@ void SessionLog::add_forces(std::uint64_t tick, std::uint32_t needle, const Need
   forces_.add(force_sample(time_of(tick), needle, state, min_det));
 }
 
-// Fewer than last time: another run, which has lost none yet.
 void SessionLog::add_failed_drops(const FailedDrops& drops) {
   if (!drops_) return;
-  drops_written_ = std::min(drops_written_, drops.count);
-  if (drops.count - drops_written_ > FailedDrops::kKept) drops_written_ = drops.count - FailedDrops::kKept;
-  for (; drops_written_ < drops.count; ++drops_written_) {
-    FailedDrop drop = drops.slots[drops_written_ % FailedDrops::kKept];
+  visit_new(drops, drops_written_, [&](FailedDrop drop) {
     drop.t_s += offset_s_;
     drops_->add(failed_drop_row(drop));
-  }
+  });
 }
 
 void SessionLog::add_contacts(const MeshState& state) {

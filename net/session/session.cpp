@@ -239,68 +239,50 @@ void Session::handle_drop(const MessageParser::Message& message) {
 void Session::handle_control(const MessageParser::Message& message) {
   ControlMessage control;
   if (!decode(message, control)) return;
-  const std::uint64_t sequence = message.header.sequence;
-  const auto refuse = [&](ErrorCode code, const std::string& why) {
-    send_message(ErrorMessage{code, false, 0, sequence, why});
-  };
   if (hello_.role != Role::kOperator)
-    return refuse(
-        ErrorCode::kNotOperator,
-        "only a client with the role operator may send CONTROL" +
-            (options_.devices_at.empty() ? std::string() : ": operators connect to " + options_.devices_at));
+    return refuse(message, ErrorCode::kNotOperator, operators_only("CONTROL"));
   if (!controls_.pass(last_message_ns_))
-    return refuse(ErrorCode::kControlRefused, "more than 10 CONTROLs a second");
+    return refuse(message, ErrorCode::kControlRefused, "more than 10 CONTROLs a second");
   if (const std::string why = host_.on_control(*this, control); !why.empty())
-    refuse(ErrorCode::kControlRefused, why);
+    refuse(message, ErrorCode::kControlRefused, why);
 }
 
 void Session::handle_load(const MessageParser::Message& message) {
   LoadMessage load;
   if (!decode(message, load)) return;
-  const auto refuse = [&](ErrorCode code, const std::string& why) {
-    send_message(ErrorMessage{code, false, 0, message.header.sequence, why});
-  };
   if (hello_.role != Role::kOperator)
-    return refuse(ErrorCode::kNotOperator, "only a client with the role operator may send LOAD");
+    return refuse(message, ErrorCode::kNotOperator, "only a client with the role operator may send LOAD");
   if (load.needle >= options_.needles)
-    return refuse(ErrorCode::kNoNeedle, "there is no needle " + std::to_string(load.needle) +
-                                            ": needles are 0 to " + std::to_string(options_.needles - 1));
+    return refuse(message, ErrorCode::kNoNeedle,
+                  "there is no needle " + std::to_string(load.needle) + ": needles are 0 to " +
+                      std::to_string(options_.needles - 1));
   if (!controls_.pass(last_message_ns_))
-    return refuse(ErrorCode::kLoadRefused, "more than 10 LOADs or CONTROLs a second");
-  if (const std::string why = host_.on_load(*this, load); !why.empty()) refuse(ErrorCode::kLoadRefused, why);
+    return refuse(message, ErrorCode::kLoadRefused, "more than 10 LOADs or CONTROLs a second");
+  if (const std::string why = host_.on_load(*this, load); !why.empty())
+    refuse(message, ErrorCode::kLoadRefused, why);
 }
 
 void Session::handle_plan(const MessageParser::Message& message) {
   PlanMessage plan;
   if (!decode(message, plan)) return;
-  const auto refuse = [&](ErrorCode code, const std::string& why) {
-    send_message(ErrorMessage{code, false, 0, message.header.sequence, why});
-  };
-  if (hello_.role != Role::kOperator)
-    return refuse(
-        ErrorCode::kNotOperator,
-        "only a client with the role operator may send PLAN" +
-            (options_.devices_at.empty() ? std::string() : ": operators connect to " + options_.devices_at));
+  if (hello_.role != Role::kOperator) return refuse(message, ErrorCode::kNotOperator, operators_only("PLAN"));
   if (!controls_.pass(last_message_ns_))
-    return refuse(ErrorCode::kPlanRefused, "more than 10 PLANs, LOADs or CONTROLs a second");
-  if (const std::string why = host_.on_plan(*this, plan); !why.empty()) refuse(ErrorCode::kPlanRefused, why);
+    return refuse(message, ErrorCode::kPlanRefused, "more than 10 PLANs, LOADs or CONTROLs a second");
+  if (const std::string why = host_.on_plan(*this, plan); !why.empty())
+    refuse(message, ErrorCode::kPlanRefused, why);
 }
 
 void Session::handle_scanner(const MessageParser::Message& message) {
   ScannerMessage scanner;
   if (!decode(message, scanner)) return;
-  const std::uint64_t sequence = message.header.sequence;
-  const auto refuse = [&](ErrorCode code, const std::string& why) {
-    send_message(ErrorMessage{code, false, 0, sequence, why});
-  };
   const bool is_probe = hello_.role == Role::kDevice && needle_ == options_.probe_needle;
   if (hello_.role != Role::kOperator && !is_probe)
-    return refuse(ErrorCode::kNotOperator,
+    return refuse(message, ErrorCode::kNotOperator,
                   "only a client with the role operator, or the probe's device, may send SCANNER");
   if (!scanner_requests_.pass(last_message_ns_))
-    return refuse(ErrorCode::kScannerRefused, "more than 30 SCANNERs a second");
+    return refuse(message, ErrorCode::kScannerRefused, "more than 30 SCANNERs a second");
   if (const std::string why = host_.on_scanner(*this, scanner); !why.empty())
-    refuse(ErrorCode::kScannerRefused, why);
+    refuse(message, ErrorCode::kScannerRefused, why);
 }
 
 void Session::handle_contour(const MessageParser::Message& message) {
@@ -308,18 +290,24 @@ void Session::handle_contour(const MessageParser::Message& message) {
   if (!decode(message, contour)) return;
   contour.about_sequence = message.header.sequence;
   contour.score.reset();
-  const auto refuse = [&](ErrorCode code, const std::string& why) {
-    send_message(ErrorMessage{code, false, 0, message.header.sequence, why});
-  };
   if (hello_.role != Role::kOperator)
-    return refuse(ErrorCode::kNotOperator, "only a client with the role operator may send CONTOUR");
+    return refuse(message, ErrorCode::kNotOperator, "only a client with the role operator may send CONTOUR");
   if (!contours_.pass(last_message_ns_))
-    return refuse(ErrorCode::kContourRefused, "more than one CONTOUR a second");
+    return refuse(message, ErrorCode::kContourRefused, "more than one CONTOUR a second");
   if (const std::string why = host_.on_contour(*this, contour); !why.empty())
-    refuse(ErrorCode::kContourRefused, why);
+    refuse(message, ErrorCode::kContourRefused, why);
 }
 
 // --- out ---
+
+void Session::refuse(const MessageParser::Message& message, ErrorCode code, const std::string& why) {
+  send_message(ErrorMessage{code, false, 0, message.header.sequence, why});
+}
+
+std::string Session::operators_only(const std::string& type) const {
+  return "only a client with the role operator may send " + type +
+         (options_.devices_at.empty() ? std::string() : ": operators connect to " + options_.devices_at);
+}
 
 template <class M>
 void Session::send_message(const M& message) {

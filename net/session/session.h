@@ -138,6 +138,9 @@ class Session final : public ConnectionListener, public std::enable_shared_from_
                    RateLimit& reports);
   template <class M>
   bool decode(const MessageParser::Message& message, M& decoded);
+  /// An error that ends nothing, about a message of this client.
+  void refuse(const MessageParser::Message& message, ErrorCode code, const std::string& why);
+  std::string operators_only(const std::string& type) const;  ///< why a message of this type is refused
   template <class M>
   void send_message(const M& message);
   void end(const std::string& reason);

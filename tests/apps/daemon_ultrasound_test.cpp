@@ -34,6 +34,14 @@ struct DaemonUltrasound : ::testing::Test {
   bool until_image(Condition&& condition) {
     return boss.until([&] { return !boss.images.empty() && condition(boss.images.back()); });
   }
+  void join_and_freeze() {
+    ASSERT_TRUE(boss.join(daemon.port()));
+    ASSERT_TRUE(until_image([](const auto&) { return true; }));
+    ScannerMessage request;
+    request.freeze = net::ScannerFreeze::kFrozen;
+    ASSERT_TRUE(ask(request));
+    ASSERT_TRUE(until_image([](const auto& image) { return (image.flags & net::kImageFrozen) != 0; }));
+  }
   static double mean(const net::ImageMessage& image) {
     double sum = 0;
     for (const std::uint8_t gray : image.data) sum += gray;
@@ -94,18 +102,14 @@ TEST_F(DaemonUltrasound, SettingsTakeEffectWhileItRuns) {
 }
 
 TEST_F(DaemonUltrasound, AFrozenScannerSendsItsLastImageOnceAndToWhoComesLater) {
-  ASSERT_TRUE(boss.join(daemon.port()));
-  ASSERT_TRUE(until_image([](const auto&) { return true; }));
-  ScannerMessage request;
-  request.freeze = net::ScannerFreeze::kFrozen;
-  ASSERT_TRUE(ask(request));
-  ASSERT_TRUE(until_image([](const auto& image) { return (image.flags & net::kImageFrozen) != 0; }));
+  ASSERT_NO_FATAL_FAILURE(join_and_freeze());
   const net::ImageMessage frozen = boss.images.back();
   Peer later{net::Role::kViewer, net::kSubscribeUltrasound};
   later.stand_beside(boss);
   ASSERT_TRUE(later.join(daemon.port()));
   ASSERT_TRUE(later.until([&] { return !later.images.empty(); }));
   EXPECT_EQ(later.images[0].data, frozen.data);
+  ScannerMessage request;
   request.freeze = net::ScannerFreeze::kLive;
   ASSERT_TRUE(ask(request));
   ASSERT_TRUE(until_image([&](const auto& image) { return image.flags == 0 && image.tick > frozen.tick; }));
@@ -179,12 +183,7 @@ net::ContourSlice square_on(const net::ImageMessage& image, std::int32_t slice, 
 }
 
 TEST_F(DaemonUltrasound, AnOutlinedGlandIsScoredAgainstWhereTheFieldHadIt) {
-  ASSERT_TRUE(boss.join(daemon.port()));
-  ASSERT_TRUE(until_image([](const auto&) { return true; }));
-  ScannerMessage request;
-  request.freeze = net::ScannerFreeze::kFrozen;
-  ASSERT_TRUE(ask(request));
-  ASSERT_TRUE(until_image([](const auto& image) { return (image.flags & net::kImageFrozen) != 0; }));
+  ASSERT_NO_FATAL_FAILURE(join_and_freeze());
   net::ContourMessage study;
   study.slices.push_back(square_on(boss.images.back(), 7, 5));
   boss.client.send(study);

@@ -12,6 +12,7 @@
 #include "core/brachytherapy/plan/change/hole_loading.h"
 #include "core/brachytherapy/plan/optimiser/optimise_plan.h"
 #include "core/brachytherapy/plan/plan_file.h"
+#include "core/simulation/new_failed_drops.h"
 #include "net/server/server.h"
 
 namespace brachy {
@@ -231,13 +232,9 @@ void PlanChanges::on_snapshot(const std::shared_ptr<const MeshState>& state) {
   const bool is_reset = state_ && state->summary.tick < state_->summary.tick;
   state_ = state;
   if (is_reset) restart();
-  const FailedDrops& failed = state->failed_drops;
-  failed_seen_ = std::min(failed_seen_, failed.count);
-  if (failed.count - failed_seen_ > FailedDrops::kKept) failed_seen_ = failed.count - FailedDrops::kKept;
-  for (; failed_seen_ < failed.count; ++failed_seen_) {
-    const FailedDrop& drop = failed.slots[failed_seen_ % FailedDrops::kKept];
+  visit_new(state->failed_drops, failed_seen_, [&](const FailedDrop& drop) {
     if (drop.why == DropRefusal::kLost && drop.planned >= 0) lost_.push_back(drop.planned);
-  }
+  });
   if (begun() != begun_published_) publish();
 }
 

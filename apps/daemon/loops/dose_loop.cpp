@@ -5,6 +5,7 @@
 
 #include "core/brachytherapy/seeds/remaining_seeds.h"
 #include "core/realtime/deadline.h"
+#include "core/simulation/new_failed_drops.h"
 
 namespace brachy {
 namespace {
@@ -30,11 +31,9 @@ class ProjectedDose {
 
   /// Takes what has failed in this run until now.
   void add_lost(const FailedDrops& failed) {
-    if (failed.count > FailedDrops::kKept) seen_ = std::max(seen_, failed.count - FailedDrops::kKept);
-    for (; seen_ < failed.count; ++seen_) {
-      const FailedDrop& drop = failed.slots[seen_ % FailedDrops::kKept];
+    visit_new(failed, seen_, [&](const FailedDrop& drop) {
       if (drop.why == DropRefusal::kLost && drop.planned >= 0) lost_.push_back(drop.planned);
-    }
+    });
   }
   void restart() {
     seen_ = 0;

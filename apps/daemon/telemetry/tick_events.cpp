@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "core/brachytherapy/structures/tested_organs.h"
+#include "core/simulation/new_failed_drops.h"
 
 namespace brachy {
 
@@ -56,10 +57,7 @@ std::vector<net::EventMessage> TickEvents::update(const MeshState& state) {
 }
 
 void TickEvents::add_failed_drops(const MeshState& state, std::vector<net::EventMessage>& events) {
-  const FailedDrops& drops = state.failed_drops;
-  if (drops.count - failed_drops_ > FailedDrops::kKept) failed_drops_ = drops.count - FailedDrops::kKept;
-  for (; failed_drops_ < drops.count; ++failed_drops_) {
-    const FailedDrop& drop = drops.slots[failed_drops_ % FailedDrops::kKept];
+  visit_new(state.failed_drops, failed_drops_, [&](const FailedDrop& drop) {
     if (drop.why == DropRefusal::kLost)
       events.push_back({net::EventKind::kSeedLost, drop.needle, drop.tick,
                         fmt::format("{}, at ({:.1f}, {:.1f}, {:.1f}) mm", to_string(drop.why), drop.at.x(),
@@ -67,7 +65,7 @@ void TickEvents::add_failed_drops(const MeshState& state, std::vector<net::Event
     else
       events.push_back({net::EventKind::kSeed, drop.needle, drop.tick,
                         "no seed dropped: " + std::string(to_string(drop.why))});
-  }
+  });
 }
 
 void TickEvents::add_organs(const MeshState& state, std::vector<net::EventMessage>& events) {
