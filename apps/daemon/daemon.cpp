@@ -426,7 +426,7 @@ class Daemon::Impl {
   }
   /// Looks for ticks twice a period while a client of OpenIGTLink wants them.
   void follow_ticks() {
-    if (igtl_->wants_ticks() && !is_ending_) forces_.update(monotonic_ns());
+    if (igtl_->wants_ticks()) forces_.update(monotonic_ns());
     const double wait_s = igtl_->wants_ticks() ? scene_.period_s() / 2 : 0.05;
     tracking_.start_after(std::chrono::nanoseconds(std::llround(1e9 * wait_s)), [this] { follow_ticks(); });
   }

@@ -28,9 +28,7 @@ void ForceCycle::run_cycle() {
   if (!is_running_) return;
   // Missed cycles are skipped.
   due_ = std::max(due_ + std::chrono::nanoseconds(link_.period_ns()), Timer::Clock::now());
-  timer_.start_at(due_, [this] {
-    if (!is_stopped_) run_cycle();
-  });
+  timer_.start_at(due_, [this] { run_cycle(); });
 }
 
 void ForceCycle::update(std::int64_t now_ns) {

@@ -24,6 +24,7 @@ class Timer::Impl {
  public:
   explicit Impl(boost::asio::io_context& io) : timer(io) {}
   boost::asio::steady_timer timer;
+  std::shared_ptr<std::function<void()>> call;  // what is waited for; null: nothing
 };
 
 Timer::Timer(EventLoop& loop) : impl_(std::make_unique<Impl>(loop.io())) {}
@@ -31,8 +32,11 @@ Timer::~Timer() = default;
 
 void Timer::start_at(Clock::time_point due, std::function<void()> on_due) {
   impl_->timer.expires_at(due);
-  impl_->timer.async_wait([call = std::move(on_due)](const auto& error) {
-    if (!error) call();
+  impl_->call = std::make_shared<std::function<void()>>(std::move(on_due));
+  // Asio does not take back a handler that is due already: it finds its call gone.
+  impl_->timer.async_wait([call = std::weak_ptr(impl_->call)](const auto& error) {
+    const auto waiting = call.lock();
+    if (!error && waiting) (*waiting)();
   });
 }
 
@@ -41,6 +45,7 @@ void Timer::start_after(std::chrono::nanoseconds delay, std::function<void()> on
 }
 
 void Timer::cancel() {
+  impl_->call.reset();
   impl_->timer.cancel();
 }
 

@@ -46,7 +46,7 @@ class Timer {
   /// Replaces what was waited for. A time that has passed is due at once.
   void start_at(Clock::time_point due, std::function<void()> on_due);
   void start_after(std::chrono::nanoseconds delay, std::function<void()> on_due);
-  /// A call that is due already may still come.
+  /// The call does not come any more, even if it is due already; nor after the timer's end.
   void cancel();
 
  private:

@@ -41,7 +41,6 @@ void ServiceWatch::reloaded(const std::string& outcome) {
 
 void ServiceWatch::schedule_feed() {
   timer_.start_after(*manager_.watchdog() / kFeedsPerWatchdog, [this] {
-    if (is_ending_) return;
     handlers_.update();
     if (pulse_.has_ticked()) manager_.alive(handlers_.status());
     schedule_feed();

@@ -118,7 +118,6 @@ void Telemetry::start_reports(double every_s, bool as_json) {
 
 void Telemetry::report_later() {
   report_timer_.start_after(std::chrono::nanoseconds(report_period_ns_), [this] {
-    if (is_stopped_) return;
     const double elapsed_s = 1e-9 * static_cast<double>(monotonic_ns() - report_start_ns_);
     const auto interval = interval_report_.next(elapsed_s, loop(), from_.server.client_count());
     if (reports_as_json_) {
@@ -131,7 +130,6 @@ void Telemetry::report_later() {
 }
 
 void Telemetry::stop_reports() {
-  is_stopped_ = true;
   report_timer_.cancel();
 }
 

@@ -70,7 +70,7 @@ class Telemetry {
   Timer report_timer_;
   IntervalReport interval_report_;
   std::int64_t report_start_ns_ = 0, report_period_ns_ = 0;
-  bool reports_as_json_ = false, is_stopped_ = false;
+  bool reports_as_json_ = false;
 };
 
 }  // namespace brachy
