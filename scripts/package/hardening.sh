@@ -8,7 +8,8 @@ set -euo pipefail
 status=0
 for program in "$@"; do
   missing=()
-  has() { readelf -W "$1" "$program" | grep -qE "$2" || missing+=("$3"); }  # OPTION PATTERN NAME
+  # OPTION PATTERN NAME. Not grep -q: it may end before readelf has written all, whose failure then counts.
+  has() { readelf -W "$1" "$program" | grep -E "$2" >/dev/null || missing+=("$3"); }
   has -h 'Type: +DYN' 'position independent'
   has -l 'GNU_RELRO' RELRO
   has -d 'BIND_NOW|FLAGS_1.*NOW' BIND_NOW
