@@ -57,6 +57,7 @@ if [[ ! -f $base ]]; then
 else
   tar -C "$root" -xf "$base"
 fi
+chmod 755 "$root"  # mktemp's is root's alone
 mount -t proc proc "$root/proc" && mounted+=("$root/proc")
 [[ -z $sources ]] || echo "$sources" >"$root/etc/apt/sources.list"
 cp /etc/resolv.conf "$root/etc/resolv.conf"
@@ -137,9 +138,10 @@ for program in brachyd brachy; do
   libraries=$(inside ldd /usr/bin/$program)
   ! grep -iE 'libdcm|liboflog|libofstd' <<<"$libraries" || fail "$program links DCMTK"
 done
-! dpkg-deb -f "${packages[0]}" Depends | grep -q dcmtk || fail "brachyd depends on DCMTK"
-dpkg-deb -f "${import[0]}" Depends | grep -q dcmtk || fail "brachyd-import does not name DCMTK"
-dpkg-deb -c "${import[0]}" | grep -q ' ./usr/bin/brachy-import$' || fail "brachyd-import has no brachy-import"
+# Not grep -q: it may end before dpkg-deb has written all, whose failure then counts.
+! dpkg-deb -f "${packages[0]}" Depends | grep dcmtk >/dev/null || fail "brachyd depends on DCMTK"
+dpkg-deb -f "${import[0]}" Depends | grep dcmtk >/dev/null || fail "brachyd-import does not name DCMTK"
+dpkg-deb -c "${import[0]}" | grep ' ./usr/bin/brachy-import$' >/dev/null || fail "brachyd-import has no brachy-import"
 say "no DCMTK in brachyd and brachy, only in brachyd-import"
 
 # A changed scene outlives an upgrade and a removal.
