@@ -24,8 +24,8 @@ struct DoseScore {
   DoseStage plan, dropped, rest;
 };
 
-/// `dose`: with the structures, and the plan's prescription; its seeds are removed, and afterwards it has those at rest,
-/// or without `seeds` the plan's. `seeds` null: what was implanted is not known.
+/// `dose`: with the structures, and the plan's prescription; its seeds are removed, and afterwards it has those at
+/// rest, or without `seeds` the plan's. `seeds` null: what was implanted is not known.
 DoseScore score_dose(ImplantDose& dose, const Plan& plan, const TemplateGrid& grid,
                      const std::vector<Seed>* seeds);
 

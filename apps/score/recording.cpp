@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <fstream>
-#include <future>
 #include <utility>
 
 #include "core/base/error.h"
@@ -36,7 +35,6 @@ std::string text_of_file(const std::filesystem::path& file) {
 }
 
 /// What `parse` makes of a file's text. Nothing, and a remark that ends with `without`, where that is impossible.
-/// Threads: any.
 template <class Parse>
 auto read(const std::filesystem::path& folder, const std::string& name, const char* without, Parse&& parse)
     -> FileRead<decltype(parse(std::string_view(), name))> {
@@ -70,10 +68,6 @@ Recording load_recording(const std::filesystem::path& folder) {
                     ": no such directory; give a recording made by `brachy record`, or a session");
   Recording recording;
   recording.name = name_of(folder);
-  // Of equal size, and most of the work: one thread each.
-  auto forces_read = std::async(std::launch::async, [&] {
-    return read(folder, "forces.csv", "punctures and forces are not known.", parse_force_log);
-  });
   const auto take = [&](auto&& file) {
     if (!file.remark.empty()) recording.remarks.push_back(std::move(file.remark));
     return std::move(file.content);
@@ -87,7 +81,7 @@ Recording load_recording(const std::filesystem::path& folder) {
   recording.poses = take(
       read(folder, "poses.csv", "needle paths, times and passes are not known.",
            [](std::string_view text, const std::string& name) { return parse_trajectories(text, name); }));
-  auto forces = take(forces_read.get());
+  auto forces = take(read(folder, "forces.csv", "punctures and forces are not known.", parse_force_log));
   recording.seeds = take(
       read(folder, "seeds.csv", "what was implanted, its errors and its dose are not known.", parse_seeds));
   recording.failed_drops =

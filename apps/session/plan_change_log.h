@@ -29,9 +29,10 @@ struct PlanChange {
 /// out. Throws UserError for a file that cannot be read or is not such a table.
 std::vector<PlanChange> load_plan_changes(const std::filesystem::path& folder);
 
-/// Records changes of the plan in a session's directory, which exists: first the plan under a name of its own, then the
-/// row of the table, each by one write(2) before add() returns: kill −9 loses no change that a client was told of. A
-/// table without kinds goes on without. Nothing that is there is overwritten. Files are the owner's alone. Threads: one.
+/// Records changes of the plan in a session's directory, which exists: first the plan under a name of its own, then
+/// the row of the table, each by one write(2) before add() returns: kill −9 loses no change that a client was told
+/// of. A table without kinds goes on without. Nothing that is there is overwritten. Files are the owner's alone.
+/// Threads: one.
 class PlanChangeLog {
  public:
   /// Continues the changes of an earlier run. Throws UserError as load_plan_changes.
