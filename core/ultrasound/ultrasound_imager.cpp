@@ -13,6 +13,8 @@ namespace {
 // Of the dynamic range, above the gland's speckle: what is brighter than that is white.
 constexpr double kHeadroomShare = 0.56;
 constexpr std::size_t kLineOfCache = 16;  // floats
+constexpr double kContactPatchMm = 4;     // of the probe's surface: with gel, or air
+constexpr double kNoContactDb = 80;       // that a line loses in air
 
 std::size_t segments_of(double depth_mm) {
   return static_cast<std::size_t>(std::ceil(depth_mm / ScanSteps::kSegmentMm)) + 1;
@@ -91,8 +93,29 @@ UltrasoundImager::UltrasoundImager(const Options& options, std::shared_ptr<const
   wide_re_.resize((lines + 2 * margin_) * wide_stride_);
   wide_im_.resize(wide_re_.size());
   gray_.resize((lines + 1) * samples_ + 1);
+  make_contact();
   make_layers(options.rectal_wall_mm);
   make_pixels();
+}
+
+// What each line loses where parts of its aperture have no contact, there and back.
+void UltrasoundImager::make_contact() {
+  contact_loss_.assign(plane_.lines(), 0);
+  if (settings_.coupling >= 1) return;
+  const auto has_contact = [&](double at_mm) {
+    const auto patch = static_cast<std::int32_t>(std::floor(at_mm / kContactPatchMm));
+    return hashed(speckle_.seed ^ hashed(static_cast<std::uint32_t>(patch) + 5)) <
+           settings_.coupling * 4294967296.0;
+  };
+  constexpr int kPlaces = 32;  // of the aperture
+  for (std::size_t line = 0; line < plane_.lines(); ++line) {
+    const double middle = plane_.line_spacing_mm(0) * static_cast<double>(line);
+    int covered = 0;
+    for (int k = 0; k < kPlaces; ++k)
+      covered += has_contact(middle + settings_.aperture_mm * ((k + 0.5) / kPlaces - 0.5));
+    const double share = static_cast<double>(covered) / kPlaces;
+    contact_loss_[line] = static_cast<float>(std::min(kNoContactDb, -40 * std::log10(std::max(share, 1e-3))));
+  }
 }
 
 // The grid's cell that has p, within the grid.
@@ -147,6 +170,8 @@ ImageResult UltrasoundImager::render(const ImagedState& state) noexcept {
   map_plane();
   instruments_.find(X_WI, state.needles, state.seeds, spread_);
   std::ranges::fill(loss_, 0.0F);
+  for (std::size_t line = 0; line < plane_.lines(); ++line)
+    loss_[line * (segments_ + 1)] = contact_loss_[line];
   instruments_.add_losses(spread_, segments_, loss_);
   share_out(plane_.lines(), threads_, [&](std::size_t line, std::size_t) {
     place_nodes(line);

@@ -88,6 +88,7 @@ class UltrasoundImager {
   void spread_along(std::size_t line) noexcept;
   void spread_across(std::size_t segment) noexcept;
   void find_first_segments();
+  void make_contact();
   void make_layers(double wall_mm);
   void make_pixels();
 
@@ -121,6 +122,7 @@ class UltrasoundImager {
   std::vector<std::size_t> first_segment_;  // of each line, from where on it is made (LateralKernel::step)
   std::vector<ScanNode> nodes_;             // lines × (segments + 1)
   std::vector<float> loss_;                 // as many, dB
+  std::vector<float> contact_loss_;         // of lines, dB: where the probe's surface has air before it
   std::vector<float> scattered_re_, scattered_im_;  // lines, each padded
   std::vector<float> re_, im_;                      // lines, after pulse and beam
   std::vector<float> wide_re_, wide_im_;            // after the pulse, with lines of zeros on both sides
