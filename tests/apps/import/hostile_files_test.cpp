@@ -1,8 +1,8 @@
 // Files that would take DCMTK or zlib far, refused before that: by one line, without the memory that they claim.
 #include <gtest/gtest.h>
 
-#include "apps/import/dicom/rt_dose.h"
 #include "apps/import/labels/label_nifti.h"
+#include "apps/import/voxels/rt_dose.h"
 #include "core/base/error.h"
 #include "tests/core/geometry/volume/nrrd_fixtures.h"
 
