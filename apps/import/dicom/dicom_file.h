@@ -67,8 +67,8 @@ class DicomFile {
     std::size_t rows = 0, columns = 0, frames = 0;
     std::vector<std::int64_t> values;
   };
-  /// Errors: not one grey sample a pixel of 8, 16 or 32 bits; the stored bits lie beside it; the data is shorter than rows × columns × frames; a codec
-  /// that is not here.
+  /// Errors: not one grey sample a pixel of 8, 16 or 32 bits; the stored bits lie beside it; the data is shorter than
+  /// rows × columns × frames; a codec that is not here.
   Pixels pixels() const;
 
  private:

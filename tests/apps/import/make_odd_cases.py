@@ -3,8 +3,9 @@
 nothing by pydicom and numpy; never committed.
 
 usage: make_odd_cases.py OUT     writes OUT/NAME/… and OUT/cases.json: {"NAME": {…}} with
-  "cc": {structure: volume}      what must be read; "says", "out": words of stderr, of stdout; "volume": a point (RAS, mm) and the
-                                 volume's value there
+  "cc": {structure: volume}      what must be read
+  "says", "out": [words]         of stderr, of stdout
+  "volume": [x, y, z, value]     the image's value at a point in RAS, mm
   "refused": [words]             of the one line that refuses it
 """
 import gzip
@@ -254,7 +255,8 @@ def main():
        volume=[0, -((20 - 24) * c), (20 - 24) * s + 12, value])
     ct("ct_shifted_slice", place=lambda z: (-30 + (4 if z == 12 else 0), -24, z),
        refused=["image_04.dcm", "(0020,0032)"])
-    ct("ct_missing_slice", change=lambda n, d: None if n == 5 else d, refused=["image_06.dcm", "(0020,0032)", "one is missing"])
+    ct("ct_missing_slice", change=lambda n, d: None if n == 5 else d,
+       refused=["image_06.dcm", "(0020,0032)", "one is missing"])
     ct("ct_slice_twice", heights=[*HEIGHTS, 12.0], refused=["image_", "(0020,0032)", "one place"])
     ct("ct_all_in_one_place", heights=[6.0, 6.0, 6.0], refused=["image_", "(0020,0032)", "one place"])
     ct("ct_uneven", heights=[0, 3, 6, 9, 13, 16, 19.0], refused=["image_04.dcm", "(0020,0032)", "4 mm from"])
