@@ -2,8 +2,14 @@
 // the file, the tag and the fix.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <csignal>
+#include <map>
+
 #include "core/geometry/volume/nrrd_file.h"
 #include "tests/apps/import/import_testing.h"
+#include "tests/apps/peer.h"
+#include "tests/apps/running_brachyd.h"
 
 namespace brachy::test {
 namespace {
@@ -22,11 +28,17 @@ void expect_words(const std::string& text, const std::vector<std::string>& words
     EXPECT_NE(text.find(word), std::string::npos) << word << " in: " << text;
 }
 
-TEST(ImportOddCases, AreReadAsTheyAreMeantOrRefusedInALine) {
-  if (!has_pydicom()) GTEST_SKIP() << "python3-pydicom is not installed";
-  const TempFolder out;
-  const Ended made = run_python({source_file("make_odd_cases.py"), (out / "in").string()});
-  ASSERT_TRUE(exited(made, 0)) << made.err;
+struct ImportOddCases : ::testing::Test {
+  void SetUp() override {
+    if (!has_pydicom()) GTEST_SKIP() << "python3-pydicom is not installed";
+    const Ended made = run_python({source_file("make_odd_cases.py"), (out / "in").string()});
+    ASSERT_TRUE(exited(made, 0)) << made.err;
+  }
+
+  TempFolder out;
+};
+
+TEST_F(ImportOddCases, AreReadAsTheyAreMeantOrRefusedInALine) {
   const nlohmann::json cases = json_file(out / "in/cases.json");
   EXPECT_GE(cases.size(), 50u);
   for (const auto& [name, expected] : cases.items()) {
@@ -52,6 +64,25 @@ TEST(ImportOddCases, AreReadAsTheyAreMeantOrRefusedInALine) {
     EXPECT_LT((index - index.array().round().matrix()).norm(), 1e-3) << index.transpose();
     EXPECT_NEAR(volume.at(at), place[3], 1e-2);
   }
+}
+
+// From the series to a subscriber's screen, without an edit by hand.
+TEST_F(ImportOddCases, AnUltrasoundSeriesIsWhatARunningDaemonsSubscriberSees) {
+  const std::string scene = (out / "s/scene.toml").string();
+  const Ended ended =
+      run_brachy({"import", (out / "in/us_backwards").string(), "--out", (out / "s").string()});
+  ASSERT_TRUE(exited(ended, 0)) << ended.err;
+  RunningBrachyd brachyd(scene);
+  Peer viewer{net::Role::kViewer, net::kSubscribeUltrasound};
+  ASSERT_TRUE(viewer.join(brachyd.port));
+  ASSERT_TRUE(viewer.until([&] { return viewer.images.size() >= 30; }));
+  const net::ImageMessage& image = viewer.images.back();
+  ASSERT_FALSE(image.data.empty());
+  const auto [least, most] = std::ranges::minmax(image.data);
+  EXPECT_GT(most - least, 50) << "the series is a ramp of grey";
+  brachyd.process.send_signal(SIGTERM);
+  const Ended daemon = brachyd.process.wait();
+  EXPECT_TRUE(exited(daemon, 0)) << daemon.err;
 }
 
 }  // namespace
