@@ -74,7 +74,6 @@ Recording load_recording(const std::filesystem::path& folder) {
   };
   const auto take_if_there = [&](const char* name, const char* without, auto&& parse) {
     using Content = decltype(parse(std::string_view(), std::string()));
-    std::error_code ignored;
     return std::filesystem::exists(folder / name, ignored) ? take(read(folder, name, without, parse))
                                                            : std::optional<Content>();
   };

@@ -16,9 +16,9 @@ namespace brachy {
 /// A cylinder is cut into short pieces. One that lies e across the plane returns pressure by the slice's Gaussian in e
 /// and by cosⁿ of the angle between beam and its surface's normal, plus a share in all directions; echoes from within
 /// the metal follow behind it at even distances, each weaker. It takes from what lies behind as much of the beam's
-/// cross-section as it covers. Between two seeds that fell one after the other lie the spacers of their train, where the
-/// gap is as long as some and in line with both: weak, without echoes from within, shadow or drift of their own. The tip
-/// of a needle returns more (its edge), with no regard to the angle.
+/// cross-section as it covers. The tip of a needle returns more (its edge), with no regard to the angle. Between two
+/// seeds that fell one after the other lie the spacers of their train, where the gap is as long as some and in line
+/// with both: weak, without echoes from within and without shadow.
 /// Threads: one. Real-time: no allocation after construction.
 class InstrumentEchoes {
  public:

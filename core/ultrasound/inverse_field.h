@@ -15,8 +15,9 @@ namespace brachy {
 /// by interpolation; with their change across the plane.
 ///
 /// Broyden's method at each node, which needs no gradient of u: X ← X − B (X + u(X) − y), B ≈ (I + ∇u)⁻¹ by rank-one
-/// updates (C. G. Broyden, Math. Comp. 19, 1965). It starts from rest, or from the last plane's solution and B, going on
-/// as from the plane before that. Nodes are solved in patches, so that the field evaluates points together that lie together.
+/// updates (C. G. Broyden, Math. Comp. 19, 1965). It starts from rest, or from the last plane's solution and B, going
+/// on as from the plane before that. Nodes are solved in patches, so that the field evaluates points together that lie
+/// together.
 /// Threads: one. Real-time: no allocation after construction; at most kMostSteps evaluations of a node.
 class InverseField {
  public:

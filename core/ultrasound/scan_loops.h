@@ -26,8 +26,8 @@ struct GridPlace {
   float s = 0, t = 0;  ///< shares of the next column, and of the next row
 };
 
-/// How a scan is sampled: `kScatter` samples of scatterers, kScatterMm apart, from one node to the next. Where the image's
-/// pixels are smaller, the pulse's kernel makes two samples of the scan of each.
+/// How a scan is sampled: `kScatter` samples of scatterers, kScatterMm apart, from one node to the next. Where the
+/// image's pixels are smaller, the pulse's kernel makes two samples of the scan of each.
 struct ScanSteps {
   static constexpr std::size_t kScatter = 8, kMostPerScatter = 2;
   static constexpr float kScatterMm = 0.16F;
@@ -86,8 +86,8 @@ struct ScanLoops {
   /// From scattered samples to samples of the scan, for so many segments: out[per_scatter × i + p] = Σ_t kernel[p][t]
   /// in[i + t], t < kernel.count.
   void (*along)(const float* in, const AxialKernel& kernel, std::size_t segments, float* out);
-  /// One segment of so many `samples` (8 or 16) of `groups` × kTogether lines, which are in_stride and out_stride floats
-  /// apart. in: of line 0.
+  /// One segment of so many `samples` (8 or 16) of `groups` × kTogether lines, which are in_stride and out_stride
+  /// floats apart. in: of line 0.
   void (*across)(const float* in, std::ptrdiff_t in_stride, const LateralKernel& kernel, std::size_t groups,
                  std::size_t samples, float* out, std::ptrdiff_t out_stride);
   /// The envelope's level in gray values: (10 log₁₀(|re + noise|² + …) + offset) × scale, within 0 … 255. noise[k]: the
