@@ -17,6 +17,8 @@ namespace {
 constexpr std::array kStates = {ContactState::kFree, ContactState::kTouching, ContactState::kInserted,
                                 ContactState::kThrough, ContactState::kWithdrawn};
 
+constexpr std::size_t kShortestRow = 26;  // bytes: 13 cells and what separates them
+
 template <class T>
 void append(std::string& row, T value) {
   std::array<char, 32> buffer;
@@ -31,41 +33,65 @@ std::string_view cut(std::string_view& text, char separator) {
   return head;
 }
 
-/// One row's cells, in order; each column's name and what is wrong with a cell come from the header.
+/// One row's cells, in order; each column's name comes from the header.
 class Cells {
  public:
   Cells(std::string_view header, std::string_view row, const std::string& name, std::size_t line)
-      : header_(header), row_(row), name_(name), line_(line) {
-    const auto found = std::count(row.begin(), row.end(), ',');
-    const auto expected = std::count(header.begin(), header.end(), ',');
-    if (found != expected)
-      refuse_line(name_, line_,
-                  "found " + std::to_string(1 + found) + " columns, expected " +
-                      std::to_string(1 + expected) + "; is the file truncated?");
-  }
+      : header_(header), row_(row), rest_(row), name_(name), line_(line) {}
 
   template <class T>
   T number() {
-    const std::string_view column = cut(header_, ','), cell = cut(row_, ',');
     T value{};
-    const auto [end, error] = std::from_chars(cell.data(), cell.data() + cell.size(), value);
-    if (error != std::errc() || end != cell.data() + cell.size())
-      refuse_line(name_, line_, std::string(column) + " is not a valid number; was the log edited?");
+    const auto [end, error] = std::from_chars(rest_.data(), rest_.data() + rest_.size(), value);
+    const auto size = static_cast<std::size_t>(end - rest_.data());
+    if (error != std::errc() || (size < rest_.size() && rest_[size] != ','))
+      refuse(std::string(column()) + " is not a valid number; was the log edited?");
+    go_behind(size);
     return value;
   }
 
   ContactState state() {
-    cut(header_, ',');
-    const std::string_view cell = cut(row_, ',');
+    const std::string_view cell = rest_.substr(0, rest_.find(','));
     for (ContactState state : kStates)
-      if (to_string(state) == cell) return state;
-    refuse_line(name_, line_, "state must be free, touching, inserted, through or withdrawn");
+      if (to_string(state) == cell) {
+        go_behind(cell.size());
+        return state;
+      }
+    refuse("state must be free, touching, inserted, through or withdrawn");
+  }
+
+  /// After the last cell: refuses a row with more.
+  void end() {
+    if (seen_ != 1 + commas(row_)) refuse({});
   }
 
  private:
-  std::string_view header_, row_;
+  static std::ptrdiff_t commas(std::string_view text) { return std::count(text.begin(), text.end(), ','); }
+
+  void go_behind(std::size_t cell) {
+    rest_.remove_prefix(std::min(cell + 1, rest_.size()));
+    ++seen_;
+  }
+
+  std::string_view column() const {
+    std::string_view left = header_;
+    for (std::ptrdiff_t i = 0; i < seen_; ++i) cut(left, ',');
+    return cut(left, ',');
+  }
+
+  /// A wrong number of columns explains whatever else is wrong.
+  [[noreturn]] void refuse(const std::string& what) const {
+    const std::ptrdiff_t found = commas(row_), expected = commas(header_);
+    if (found == expected) refuse_line(name_, line_, what);
+    refuse_line(name_, line_,
+                "found " + std::to_string(1 + found) + " columns, expected " + std::to_string(1 + expected) +
+                    "; is the file truncated?");
+  }
+
+  std::string_view header_, row_, rest_;
   const std::string& name_;
   std::size_t line_;
+  std::ptrdiff_t seen_ = 0;
 };
 
 ForceSample parse_row(ForceColumns columns, std::string_view row, const std::string& name, std::size_t line) {
@@ -83,6 +109,7 @@ ForceSample parse_row(ForceColumns columns, std::string_view row, const std::str
   sample.landmarks = cells.number<std::uint32_t>();
   sample.min_det = cells.number<double>();
   if (columns == ForceColumns::kAll) sample.tip_deflection_mm = cells.number<double>();
+  cells.end();
   return sample;
 }
 
@@ -130,6 +157,8 @@ std::vector<ForceSample> parse_force_log(std::string_view text, const std::strin
         refuse_line(name, line_number,
                     "is not a force log: expected the header " + std::string(kForceLogHeader) +
                         "; `brachy replay --offline --log` and `brachy record` write them");
+      const auto lines = static_cast<std::size_t>(std::count(text.begin(), text.end(), '\n'));
+      samples.reserve(std::min(lines, 1 + text.size() / kShortestRow));
       continue;
     }
     samples.push_back(parse_row(*columns, line, name, line_number));

@@ -40,8 +40,7 @@ DoseSeed taken_out(DoseSeed seed) {
 
 /// Calls visit(dose, place, cc) for each part of a structure.
 template <class Visit>
-void visit_parts(const SurfaceMesh& mesh, const DoseGrid& grid, const Visit& visit) {
-  const StructureVoxels voxels = structure_voxels(SurfaceBvh(mesh), grid);
+void visit_parts(const StructureVoxels& voxels, const DoseGrid& grid, const Visit& visit) {
   const auto [nx, ny, nz] = grid.size();
   const double cc = std::pow(grid.spacing_mm(), 3) / 1000;
   for (const std::uint32_t i : voxels.whole)
@@ -50,7 +49,8 @@ void visit_parts(const SurfaceMesh& mesh, const DoseGrid& grid, const Visit& vis
     visit(grid.at(part.centre), part.centre, part.volume_mm3 / 1000);
 }
 
-std::vector<Sector> sectors_of(const SurfaceMesh& prostate, const DoseGrid& grid, double prescription_gy) {
+std::vector<Sector> sectors_of(const SurfaceMesh& prostate, const StructureVoxels& voxels,
+                               const DoseGrid& grid, double prescription_gy) {
   Vec3 least = prostate.vertices.front(), most = least;
   for (const Vec3& v : prostate.vertices) {
     least = least.cwiseMin(v);
@@ -63,7 +63,7 @@ std::vector<Sector> sectors_of(const SurfaceMesh& prostate, const DoseGrid& grid
       for (const char* side : {"left", "right"})
         sectors.push_back({.name = std::string(level) + " " + front + " " + side,
                            .coldest_gy = std::numeric_limits<double>::infinity()});
-  visit_parts(prostate, grid, [&](double gy, const Vec3& p, double cc) {
+  visit_parts(voxels, grid, [&](double gy, const Vec3& p, double cc) {
     const double up = (p.z() - least.z()) / size.z();
     const std::size_t level = up > 2.0 / 3 ? 0 : up > 1.0 / 3 ? 1 : 2;
     // RAS: +x is the patient's right, +y anterior.
@@ -78,9 +78,9 @@ std::vector<Sector> sectors_of(const SurfaceMesh& prostate, const DoseGrid& grid
   return sectors;
 }
 
-HotSpot hot_spot_of(const SurfaceMesh& mesh, const DoseGrid& grid, double prescription_gy) {
+HotSpot hot_spot_of(const StructureVoxels& voxels, const DoseGrid& grid, double prescription_gy) {
   HotSpot spot;
-  visit_parts(mesh, grid, [&](double gy, const Vec3& p, double cc) {
+  visit_parts(voxels, grid, [&](double gy, const Vec3& p, double cc) {
     if (gy > 1.5 * prescription_gy) spot.over_150_cc += cc;
     if (gy <= spot.gy) return;
     spot.gy = gy;
@@ -97,34 +97,51 @@ double DoseChange::harm_percent(double prescription_gy) const {
          100 / prescription_gy * (too_much(-d90_gy) + too_much(urethra_d30_gy) + too_much(rectum_d2cc_gy));
 }
 
-Consequences find_consequences(const Plan& plan, const TemplateGrid& grid, const ImplantDose& at_rest,
-                               const std::vector<StructureDose>& planned_dose,
-                               const std::vector<Seed>& seeds) {
+NeedleCosts::NeedleCosts(const Plan& plan, const TemplateGrid& grid, const ImplantDose& at_rest,
+                         const std::vector<Seed>& seeds)
+    : at_rest_(at_rest),
+      as_is_(at_rest.evaluate()),
+      fallen_(plan.needles.size()),
+      wanted_(plan.needles.size()) {
   const std::vector<PlannedSeed> planned = plan.seeds(grid);
-  const std::vector<Structure>& structures = at_rest.structures();
-  const Figures as_is = figures_of(at_rest.evaluate());
-  ImplantDose dose = at_rest;
-
-  Consequences all;
-  all.whole = change(figures_of(planned_dose), as_is);
-  all.sectors = sectors_of(structures.front().mesh, at_rest.grid(), plan.prescription_gy);
-  if (const Structure* urethra = find_structure(structures, "urethra"))
-    all.urethra = hot_spot_of(urethra->mesh, at_rest.grid(), plan.prescription_gy);
-  const auto without = [&](const std::vector<DoseSeed>& fallen, const std::vector<DoseSeed>& instead) {
-    dose = at_rest;
-    for (const DoseSeed& seed : fallen) dose.add(taken_out(seed));
-    for (const DoseSeed& seed : instead) dose.add(seed);
-    return change(figures_of(dose.evaluate()), as_is);
-  };
-  std::vector<std::vector<DoseSeed>> fallen(plan.needles.size()), wanted(plan.needles.size());
-  std::vector<DoseSeed> unplanned;
-  for (const PlannedSeed& seed : planned) wanted[seed.needle].push_back(seed);
+  for (const PlannedSeed& seed : planned) wanted_[seed.needle].push_back(seed);
   for (const Seed& seed : seeds)
-    (seed.planned < 0 ? unplanned : fallen[planned[static_cast<std::size_t>(seed.planned)].needle])
+    (seed.planned < 0 ? unplanned_ : fallen_[planned[static_cast<std::size_t>(seed.planned)].needle])
         .push_back(seed.at_rest());
-  for (std::size_t n = 0; n < plan.needles.size(); ++n)
-    all.needles.push_back({n, without(fallen[n], wanted[n])});
-  if (!unplanned.empty()) all.unplanned = without(unplanned, {});
+}
+
+DoseChange NeedleCosts::of(std::span<const std::size_t> needles) const {
+  ImplantDose dose = at_rest_;
+  for (const std::size_t n : needles) {
+    for (const DoseSeed& seed : fallen_[n]) dose.add(taken_out(seed));
+    for (const DoseSeed& seed : wanted_[n]) dose.add(seed);
+  }
+  return change(figures_of(dose.evaluate()), figures_of(as_is_));
+}
+
+DoseChange NeedleCosts::of_unplanned() const {
+  if (unplanned_.empty()) return {};
+  ImplantDose dose = at_rest_;
+  for (const DoseSeed& seed : unplanned_) dose.add(taken_out(seed));
+  return change(figures_of(dose.evaluate()), figures_of(as_is_));
+}
+
+DoseChange NeedleCosts::of_all(const std::vector<StructureDose>& planned) const {
+  return change(figures_of(planned), figures_of(as_is_));
+}
+
+Consequences find_consequences(const NeedleCosts& costs, const Plan& plan, const ImplantDose& at_rest,
+                               const std::vector<StructureDose>& planned) {
+  const std::vector<Structure>& structures = at_rest.structures();
+  Consequences all;
+  all.whole = costs.of_all(planned);
+  all.sectors =
+      sectors_of(structures.front().mesh, at_rest.voxels().front(), at_rest.grid(), plan.prescription_gy);
+  if (const Structure* urethra = find_structure(structures, "urethra"))
+    all.urethra = hot_spot_of(at_rest.voxels()[static_cast<std::size_t>(urethra - structures.data())],
+                              at_rest.grid(), plan.prescription_gy);
+  for (std::size_t n = 0; n < plan.needles.size(); ++n) all.needles.push_back({n, costs.of({&n, 1})});
+  all.unplanned = costs.of_unplanned();
   return all;
 }
 

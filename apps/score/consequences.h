@@ -1,6 +1,7 @@
 #pragma once
 
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -52,10 +53,33 @@ struct Consequences {
   std::optional<HotSpot> urethra;   ///< its hottest place; none: the scene has no urethra
 };
 
-/// `at_rest`: the dose of `seeds`, where they are at rest, with the prescription of the plan; its structures are the
-/// score's, "prostate" first. `planned`: the dose of the plan to the same structures. Each needle is taken out and put
-/// in as planned by itself: costs do not add up. Some 10 ms a needle.
-Consequences find_consequences(const Plan& plan, const TemplateGrid& grid, const ImplantDose& at_rest,
-                               const std::vector<StructureDose>& planned, const std::vector<Seed>& seeds);
+/// What the errors of several needles cost together: costs of single ones do not add up (where all seeds are missing,
+/// no needle alone brings back much). Some 10 ms a question. References outlive this. Threads: one.
+class NeedleCosts {
+ public:
+  /// `at_rest`: the dose of `seeds`, where they are at rest, with the prescription of the plan; its structures are the
+  /// score's, "prostate" first.
+  NeedleCosts(const Plan& plan, const TemplateGrid& grid, const ImplantDose& at_rest,
+              const std::vector<Seed>& seeds);
+
+  /// The implant as it is, against the same with the seeds of these needles (indices in Plan::needles) where the plan
+  /// has them.
+  DoseChange of(std::span<const std::size_t> needles) const;
+  /// Of all seeds that are not in the plan: with them against without.
+  DoseChange of_unplanned() const;
+  /// The implant against a dose of the plan to the same structures.
+  DoseChange of_all(const std::vector<StructureDose>& planned) const;
+
+ private:
+  const ImplantDose& at_rest_;
+  std::vector<StructureDose> as_is_;                    // of at_rest
+  std::vector<std::vector<DoseSeed>> fallen_, wanted_;  // by the plan's needle
+  std::vector<DoseSeed> unplanned_;
+};
+
+/// `costs`: of the same plan, dose and seeds. `planned`: the dose of the plan. Each needle is taken out and put in as
+/// planned by itself.
+Consequences find_consequences(const NeedleCosts& costs, const Plan& plan, const ImplantDose& at_rest,
+                               const std::vector<StructureDose>& planned);
 
 }  // namespace brachy

@@ -34,9 +34,14 @@ DoseScore score_dose(const Plan& plan, const TemplateGrid& grid, const std::vect
                      DoseSettings settings, const std::vector<Seed>* seeds) {
   settings.prescription_gy = plan.prescription_gy;
   ImplantDose dose(structures, settings);
+  return score_dose(dose, plan, grid, seeds);
+}
+
+DoseScore score_dose(ImplantDose& dose, const Plan& plan, const TemplateGrid& grid,
+                     const std::vector<Seed>* seeds) {
   DoseScore score;
   score.prescription_gy = plan.prescription_gy;
-  score.margin_mm = settings.margin_mm;
+  score.margin_mm = dose.settings().margin_mm;
   score.plan = stage_of(dose, plan.seeds(grid), [](const PlannedSeed& s) -> DoseSeed { return s; });
   if (!seeds) return score;
   score.dropped = stage_of(dose, *seeds, [](const Seed& s) { return s.as_dropped(); });

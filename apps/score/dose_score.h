@@ -24,6 +24,11 @@ struct DoseScore {
   DoseStage plan, dropped, rest;
 };
 
+/// `dose`: with the structures, and the plan's prescription; its seeds are removed, and afterwards it has those at
+/// rest, or without `seeds` the plan's. `seeds` null: what was implanted is not known.
+DoseScore score_dose(ImplantDose& dose, const Plan& plan, const TemplateGrid& grid,
+                     const std::vector<Seed>* seeds);
+
 /// `seeds` null: what was implanted is not known. `settings`: its prescription is the plan's instead.
 DoseScore score_dose(const Plan& plan, const TemplateGrid& grid, const std::vector<Structure>& structures,
                      DoseSettings settings, const std::vector<Seed>* seeds);

@@ -8,6 +8,7 @@
 #include <map>
 #include <tuple>
 
+#include "apps/score/consequences.h"
 #include "apps/score/score.h"
 #include "core/brachytherapy/structures/tested_organs.h"
 
@@ -18,6 +19,7 @@ namespace {
 constexpr double kShiftAlongMm = 2, kShiftAcrossMm = 1;  // median of all seeds
 constexpr double kScatterMm = 2;                         // standard deviation along the needle
 constexpr std::size_t kLeastSeeds = 5;                   // for what is said of all seeds
+constexpr double kMostOfDepth = 1.0 / 3;  // of the needles: more of another depth are no exception
 constexpr double kFastMmS =
     120;  // tip speed that 5 % of the segments exceed: a needle's in a clinic (core/DESIGN.md)
 constexpr double kLeastHarmPercent = 0.5;  // less is what a session as planned varies by
@@ -46,18 +48,22 @@ Vec3 across_the_needle(const SeedScore& seed) {
 
 class Mistakes {
  public:
-  Mistakes(const Score& score, const Plan& plan, const TemplateGrid& grid)
+  Mistakes(const Score& score, const Plan& plan, const TemplateGrid& grid, const NeedleCosts* costs)
       : score_(score),
+        costs_(costs),
         plan_(plan),
         grid_(grid),
         seeds_(plan.seeds(grid)),
-        is_elsewhere_(plan.needles.size()) {}
+        is_elsewhere_(plan.needles.size()),
+        is_at_other_depth_(plan.needles.size()) {}
 
   std::vector<Finding> find() && {
     structures();
     if (score_.seeds) {
       shifts();
       needles_elsewhere();
+      needles_at_other_depths();
+      scatter();
       missing();
     }
     lost();
@@ -94,16 +100,7 @@ class Mistakes {
   }
   DoseChange cost_of_all() const { return score_.consequences ? score_.consequences->whole : DoseChange{}; }
   DoseChange cost_of(const std::vector<std::size_t>& needles) const {
-    DoseChange sum;
-    if (!score_.consequences) return sum;
-    for (const std::size_t n : needles) {
-      const DoseChange& cost = score_.consequences->needles[n].change;
-      sum.d90_gy += cost.d90_gy;
-      sum.v100_percent += cost.v100_percent;
-      sum.urethra_d30_gy += cost.urethra_d30_gy;
-      sum.rectum_d2cc_gy += cost.rectum_d2cc_gy;
-    }
-    return sum;
+    return costs_ ? costs_->of(needles) : DoseChange{};
   }
 
   void rank() {
@@ -171,9 +168,7 @@ class Mistakes {
   // By the number in the plan, where it is known: by position a seed of a shifted train may be its neighbour's.
   // Medians, as the seeds of one needle in another's place are not everybody's.
   void shifts() {
-    const SeedsScore& all = *score_.seeds;
-    const std::vector<SeedScore>& seeds =
-        all.planned.size() >= kLeastSeeds ? all.planned : all.by_position.placed;
+    const std::vector<SeedScore>& seeds = seeds_of_all();
     if (seeds.size() < kLeastSeeds) return;
     const auto n = static_cast<double>(seeds.size());
     std::vector<double> axial;
@@ -185,14 +180,9 @@ class Mistakes {
     }
     const double along = median(axial);
     const Vec3 across(median(lateral[0]), median(lateral[1]), median(lateral[2]));
-    double squares = 0, near = 0;
-    for (const SeedScore& seed : seeds) {
-      if ((across_the_needle(seed) - across).norm() > grid_.spacing_mm) continue;
-      squares += (seed.dropped.axial_mm - along) * (seed.dropped.axial_mm - along);
-      ++near;
-    }
-    const double scatter = near > 0 ? std::sqrt(squares / near) : 0;
-    if (std::abs(along) > kShiftAlongMm)
+    along_ = along;
+    has_shift_along_ = std::abs(along) > kShiftAlongMm;
+    if (has_shift_along_)
       add_costly(n * std::abs(along),
                  fmt::format("all needles too {}: the seeds fell {:.1f} mm {} on the whole",
                              along < 0 ? "shallow" : "deep", std::abs(along),
@@ -206,13 +196,73 @@ class Mistakes {
                  cost_of_all());
       across_ = across;
     }
-    if (scatter > kScatterMm)
+  }
+
+  const std::vector<SeedScore>& seeds_of_all() const {
+    const SeedsScore& all = *score_.seeds;
+    return all.planned.size() >= kLeastSeeds ? all.planned : all.by_position.placed;
+  }
+
+  // Of what is not told of single needles.
+  void scatter() {
+    double squares = 0, near = 0;
+    for (const SeedScore& seed : seeds_of_all()) {
+      if ((across_the_needle(seed) - across_).norm() > grid_.spacing_mm) continue;
+      const double off = seed.dropped.axial_mm - along_;
+      if (is_at_other_depth_[seed.planned.needle] || std::abs(off) > SeedAssignment::kFarthestMm) continue;
+      squares += off * off;
+      ++near;
+    }
+    const double deviation = near >= kLeastSeeds ? std::sqrt(squares / near) : 0;
+    has_scatter_ = deviation > kScatterMm;
+    if (has_scatter_)
       add_costly(
-          n * scatter,
+          near * deviation,
           fmt::format("depths scatter: the seeds' errors along the needle have a standard deviation of "
                       "{:.1f} mm",
-                      scatter),
+                      deviation),
           cost_of_all());
+  }
+
+  // By the number in the plan. Where it is more than a few needles, their depths scatter, and none is to be named.
+  void needles_at_other_depths() {
+    struct Depth {
+      double count = 0, sum = 0, least = 0, most = 0;  // mm beyond the others' seeds
+    };
+    std::map<std::size_t, Depth> depths;  // by needle
+    for (const SeedScore& seed : score_.seeds->planned) {
+      const double off = seed.dropped.axial_mm - along_;
+      const auto [depth, is_first] = depths.try_emplace(seed.planned.needle, Depth{0, 0, off, off});
+      Depth& needle = depth->second;
+      ++needle.count;
+      needle.sum += off;
+      needle.least = std::min(needle.least, off);
+      needle.most = std::max(needle.most, off);
+    }
+    std::map<bool, std::vector<std::size_t>> found;  // by whether they are too deep
+    std::size_t count = 0;
+    for (const auto& [n, depth] : depths)
+      if (!is_elsewhere_[n] && (depth.least > kShiftAlongMm || depth.most < -kShiftAlongMm)) {
+        found[depth.least > 0].push_back(n);
+        ++count;
+      }
+    if (static_cast<double>(count) > kMostOfDepth * static_cast<double>(depths.size())) return;
+    for (const auto& [is_deep, needles] : found) {
+      std::vector<std::string> names;
+      double weight = 0;
+      for (const std::size_t n : needles) {
+        const Depth& depth = depths[n];
+        is_at_other_depth_[n] = true;
+        names.push_back(
+            fmt::format("{} by {:.1f} mm", plan_.needles[n].hole, std::abs(depth.sum / depth.count)));
+        weight += std::abs(depth.sum);
+      }
+      add_costly(
+          weight,
+          fmt::format("{} too {}{}: {}", counted(needles.size(), "needle"), is_deep ? "deep" : "shallow",
+                      has_shift_along_ ? " beside the others" : "", joined(names)),
+          cost_of(needles));
+    }
   }
 
   // By the number in the plan, which tells the needle that a seed came from.
@@ -258,22 +308,34 @@ class Mistakes {
   }
 
   void missing() {
-    std::vector<std::size_t> lacking(plan_.needles.size(), 0), planned(plan_.needles.size(), 0);
+    // A seed that fell elsewhere is not missing: by position alone, each train that is shifted by a seed's distance or
+    // more would lack one.
+    std::vector<char> fell(seeds_.size(), 0);
+    for (const SeedScore& seed : score_.seeds->planned) fell[seed.planned_index] = 1;
+    std::vector<std::size_t> lacking(plan_.needles.size(), 0), planned = lacking, astray = lacking;
     for (const PlannedSeed& seed : seeds_) ++planned[seed.needle];
-    for (const std::size_t i : score_.seeds->by_position.missing) ++lacking[seeds_[i].needle];
+    for (const std::size_t i : score_.seeds->by_position.missing)
+      ++(fell[i] ? astray : lacking)[seeds_[i].needle];
     std::vector<std::string> left_out;
     std::vector<std::size_t> needles_left_out;
     std::size_t seeds_left_out = 0;
     for (std::size_t n = 0; n < lacking.size(); ++n) {
-      if (lacking[n] == 0 || is_elsewhere_[n]) continue;
+      if (is_elsewhere_[n]) continue;
+      if (astray[n] > 0 && !has_shift_along_ && !has_scatter_ && !is_at_other_depth_[n])
+        add_costly(
+            SeedAssignment::kFarthestMm * static_cast<double>(astray[n]),
+            fmt::format("needle {}: {} of its {} fell away from where {} planned", plan_.needles[n].hole,
+                        astray[n], counted(planned[n], "seed"), astray[n] == 1 ? "it was" : "they were"),
+            cost_of({n}));
+      if (lacking[n] == 0) continue;
       if (lacking[n] == planned[n]) {
         left_out.push_back(plan_.needles[n].hole);
         needles_left_out.push_back(n);
         seeds_left_out += lacking[n];
       } else {
         add_costly(SeedAssignment::kFarthestMm * static_cast<double>(lacking[n]),
-                   fmt::format("needle {}: {} of its {} are missing", plan_.needles[n].hole, lacking[n],
-                               counted(planned[n], "seed")),
+                   fmt::format("needle {}: {} of its {} {} missing", plan_.needles[n].hole, lacking[n],
+                               counted(planned[n], "seed"), lacking[n] == 1 ? "is" : "are"),
                    cost_of({n}));
       }
     }
@@ -324,18 +386,23 @@ class Mistakes {
   }
 
   const Score& score_;
+  const NeedleCosts* costs_;
   const Plan& plan_;
   const TemplateGrid& grid_;
   std::vector<PlannedSeed> seeds_;
-  std::vector<bool> is_elsewhere_;  // by the plan's needle
-  Vec3 across_ = Vec3::Zero();      // common to all seeds, if found
+  std::vector<bool> is_elsewhere_;       // by the plan's needle
+  std::vector<bool> is_at_other_depth_;  // the same
+  double along_ = 0;                     // median of all seeds
+  bool has_shift_along_ = false, has_scatter_ = false;
+  Vec3 across_ = Vec3::Zero();  // common to all seeds, if found
   std::vector<Finding> found_;
 };
 
 }  // namespace
 
-std::vector<Finding> find_mistakes(const Score& score, const Plan& plan, const TemplateGrid& grid) {
-  return Mistakes(score, plan, grid).find();
+std::vector<Finding> find_mistakes(const Score& score, const Plan& plan, const TemplateGrid& grid,
+                                   const NeedleCosts* costs) {
+  return Mistakes(score, plan, grid, costs).find();
 }
 
 }  // namespace brachy

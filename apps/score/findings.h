@@ -8,6 +8,7 @@
 namespace brachy {
 
 struct Score;
+class NeedleCosts;
 
 /// A mistake in a session.
 struct Finding {
@@ -18,10 +19,12 @@ struct Finding {
 };
 
 /// What went wrong; none of a session as planned. Organs entered come first, then what harmed the dose, the most
-/// harmful first, then the rest by weight: a needle's seeds off their hole, seeds that are missing or lost,
-/// and what all seeds have in common (a shift along or across, a scatter) by seeds times mm, a missing seed by
-/// SeedAssignment::kFarthestMm, a puncture too many like half a seed. The limits stand in findings.cpp. Goals that the
-/// plan meets and the implant misses are told with the most harmful mistake.
-std::vector<Finding> find_mistakes(const Score& score, const Plan& plan, const TemplateGrid& grid);
+/// harmful first, then the rest by weight: a needle's seeds off their hole or at another depth, seeds that are
+/// missing or lost, and what all seeds have in common (a shift along or across, a scatter) by seeds times mm, a
+/// missing seed by SeedAssignment::kFarthestMm, a puncture too many like half a seed. The limits stand in
+/// findings.cpp. Goals that the plan meets and the implant misses are told with the most harmful mistake. `costs`:
+/// of the score's implant; null where its seeds are not known.
+std::vector<Finding> find_mistakes(const Score& score, const Plan& plan, const TemplateGrid& grid,
+                                   const NeedleCosts* costs);
 
 }  // namespace brachy

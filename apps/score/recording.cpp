@@ -1,7 +1,8 @@
 #include "apps/score/recording.h"
 
+#include <algorithm>
 #include <fstream>
-#include <sstream>
+#include <utility>
 
 #include "core/base/error.h"
 #include "core/brachytherapy/seeds/failed_drop_file.h"
@@ -15,45 +16,42 @@ std::string_view whole_lines(std::string_view text) {
   return text.substr(0, text.rfind('\n') + 1);
 }
 
-class RecordingFiles {
- public:
-  explicit RecordingFiles(const std::filesystem::path& folder) : folder_(folder) {}
-
-  /// What `parse` makes of a file's text. Nothing, and a remark that ends with `without`, where that is impossible.
-  template <class Parse>
-  auto read(const std::string& name, const char* without, Parse&& parse)
-      -> std::optional<decltype(parse(std::string_view(), name))> {
-    const std::filesystem::path file = folder_ / name;
-    std::error_code ignored;
-    if (!std::filesystem::is_regular_file(file, ignored)) {
-      remarks_.push_back(name + " is missing: " + without);
-      return std::nullopt;
-    }
-    std::ifstream in(file, std::ios::binary);
-    std::ostringstream content;
-    content << in.rdbuf();
-    const std::string_view text = content.view(), whole = whole_lines(text);
-    try {
-      auto parsed = parse(whole, name);
-      if (whole.size() < text.size())
-        remarks_.push_back(name + " ends within a line, which was left out: what came after is not known.");
-      return parsed;
-    } catch (const UserError& error) {
-      remarks_.push_back(std::string(error.what()) + ". It cannot be read: " + without);
-      return std::nullopt;
-    }
-  }
-
-  bool has(const char* name) const {
-    std::error_code ignored;
-    return std::filesystem::exists(folder_ / name, ignored);
-  }
-  std::vector<std::string> take_remarks() { return std::move(remarks_); }
-
- private:
-  const std::filesystem::path& folder_;
-  std::vector<std::string> remarks_;
+/// What a file holds, and what is to be said about it.
+template <class Content>
+struct FileRead {
+  std::optional<Content> content;
+  std::string remark;  ///< empty: none
 };
+
+/// By one read of its size: sessions have files of 100 MB. What is written meanwhile is left out.
+std::string text_of_file(const std::filesystem::path& file) {
+  std::error_code failed;
+  const std::uintmax_t size = std::filesystem::file_size(file, failed);
+  std::string text(failed ? 0 : static_cast<std::size_t>(size), '\0');
+  std::ifstream in(file, std::ios::binary);
+  in.read(text.data(), static_cast<std::streamsize>(text.size()));
+  text.resize(static_cast<std::size_t>(std::max(in.gcount(), std::streamsize{0})));
+  return text;
+}
+
+/// What `parse` makes of a file's text. Nothing, and a remark that ends with `without`, where that is impossible.
+template <class Parse>
+auto read(const std::filesystem::path& folder, const std::string& name, const char* without, Parse&& parse)
+    -> FileRead<decltype(parse(std::string_view(), name))> {
+  const std::filesystem::path file = folder / name;
+  std::error_code ignored;
+  if (!std::filesystem::is_regular_file(file, ignored)) return {{}, name + " is missing: " + without};
+  const std::string text = text_of_file(file);
+  const std::string_view whole = whole_lines(text);
+  try {
+    auto parsed = parse(whole, name);
+    const bool is_cut = whole.size() < text.size();
+    return {std::move(parsed),
+            is_cut ? name + " ends within a line, which was left out: what came after is not known." : ""};
+  } catch (const UserError& error) {
+    return {{}, std::string(error.what()) + ". It cannot be read: " + without};
+  }
+}
 
 /// A directory's own name, however the path is written.
 std::string name_of(const std::filesystem::path& folder) {
@@ -68,31 +66,35 @@ Recording load_recording(const std::filesystem::path& folder) {
   if (!std::filesystem::is_directory(folder, ignored))
     throw UserError(folder.string() +
                     ": no such directory; give a recording made by `brachy record`, or a session");
-  RecordingFiles files(folder);
   Recording recording;
   recording.name = name_of(folder);
-  recording.poses = files.read(
-      "poses.csv", "needle paths, times and passes are not known.",
-      [](std::string_view text, const std::string& name) { return parse_trajectories(text, name); });
-  auto forces = files.read("forces.csv", "punctures and forces are not known.", parse_force_log);
-  recording.seeds =
-      files.read("seeds.csv", "what was implanted, its errors and its dose are not known.", parse_seeds);
-  if (files.has("drops.csv"))
-    recording.failed_drops =
-        files.read("drops.csv", "lost and refused seeds are not known.", parse_failed_drops);
-  if (files.has("contacts.csv"))
-    recording.passes = files.read("contacts.csv", "passes through organs are those of the organs at rest.",
-                                  parse_organ_passes);
-  if (files.has(kStudiesFile))
-    if (auto studies = files.read(kStudiesFile, "volume studies are not known.", parse_studies))
-      recording.studies = std::move(*studies);
+  const auto take = [&](auto&& file) {
+    if (!file.remark.empty()) recording.remarks.push_back(std::move(file.remark));
+    return std::move(file.content);
+  };
+  const auto take_if_there = [&](const char* name, const char* without, auto&& parse) {
+    using Content = decltype(parse(std::string_view(), std::string()));
+    return std::filesystem::exists(folder / name, ignored) ? take(read(folder, name, without, parse))
+                                                           : std::optional<Content>();
+  };
+  recording.poses = take(
+      read(folder, "poses.csv", "needle paths, times and passes are not known.",
+           [](std::string_view text, const std::string& name) { return parse_trajectories(text, name); }));
+  auto forces = take(read(folder, "forces.csv", "punctures and forces are not known.", parse_force_log));
+  recording.seeds = take(
+      read(folder, "seeds.csv", "what was implanted, its errors and its dose are not known.", parse_seeds));
+  recording.failed_drops =
+      take_if_there("drops.csv", "lost and refused seeds are not known.", parse_failed_drops);
+  recording.passes = take_if_there("contacts.csv", "passes through organs are those of the organs at rest.",
+                                   parse_organ_passes);
+  if (auto studies = take_if_there(kStudiesFile, "volume studies are not known.", parse_studies))
+    recording.studies = std::move(*studies);
   if (!recording.poses && !forces && !recording.seeds)
     throw UserError(folder.string() +
                     ": has no readable recording; it should contain poses.csv, forces.csv "
                     "and seeds.csv (" +
-                    files.take_remarks().front() + ")");
+                    recording.remarks.front() + ")");
   if (forces) recording.forces = std::move(*forces);
-  recording.remarks = files.take_remarks();
   return recording;
 }
 

@@ -1,6 +1,7 @@
 #include "apps/score/score.h"
 
 #include <cassert>
+#include <optional>
 
 #include "core/geometry/surface/surface_bvh.h"
 
@@ -31,7 +32,10 @@ Score score_session(const Plan& plan, const TemplateGrid& grid, const std::vecto
         return tissue.inside(p);
       });
   if (progress) progress(kSharePoses);
-  score.dose = score_dose(plan, grid, structures, dose, recording.seeds ? &*recording.seeds : nullptr);
+  DoseSettings of_plan = dose;
+  of_plan.prescription_gy = plan.prescription_gy;
+  ImplantDose implant(structures, of_plan);
+  score.dose = score_dose(implant, plan, grid, recording.seeds ? &*recording.seeds : nullptr);
   const auto organs = std::span(structures).subspan(1);
   if (recording.passes)
     score.contacts =
@@ -40,19 +44,17 @@ Score score_session(const Plan& plan, const TemplateGrid& grid, const std::vecto
     score.contacts = structure_contacts(organs, grid, *recording.poses);
   score.failed_drops = recording.failed_drops;
   score.goals = judge(goals, score.dose);
+  std::optional<NeedleCosts> costs;
   if (recording.seeds) {
-    DoseSettings of_plan = dose;
-    of_plan.prescription_gy = plan.prescription_gy;
-    ImplantDose at_rest(structures, of_plan);
-    for (const Seed& seed : *recording.seeds) at_rest.add(seed.at_rest());
-    score.consequences = find_consequences(plan, grid, at_rest, score.dose.plan.structures, *recording.seeds);
-    score.slices = axial_slices(structures, at_rest.grid(), plan.prescription_gy);
+    costs.emplace(plan, grid, implant, *recording.seeds);
+    score.consequences = find_consequences(*costs, plan, implant, score.dose.plan.structures);
+    score.slices = axial_slices(structures, implant.grid(), plan.prescription_gy);
   }
   for (const RecordedStudy& study : recording.studies)
     score.studies.push_back({study.t_s, score_study(study.study)});
   // A session of outlining alone has no implant to find fault with.
   if (score.studies.empty() || !recording.seeds || !recording.seeds->empty())
-    score.findings = find_mistakes(score, plan, grid);
+    score.findings = find_mistakes(score, plan, grid, costs ? &*costs : nullptr);
   return score;
 }
 

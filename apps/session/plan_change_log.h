@@ -10,12 +10,18 @@ namespace brachy {
 
 /// The table of changes in a session's directory, and the plan of change n.
 inline constexpr const char* kPlanChangesFile = "plan_changes.csv";
-inline constexpr const char* kPlanChangesHeader = "t_s,file,what";
+inline constexpr const char* kPlanChangesHeader = "t_s,file,kind,what";
+/// Of sessions from before a change's kind was kept; the text tells it ("optimised by …").
+inline constexpr const char* kPlanChangesWithoutKindHeader = "t_s,file,what";
+
+enum class PlanChangeKind { kOptimised, kEdited };
+const char* to_string(PlanChangeKind kind);  ///< "optimised", "edited"
 
 /// One change of the plan while a session ran.
 struct PlanChange {
   double t_s = 0;    ///< session time, to 0.1 s
   std::string file;  ///< the whole plan from then on, in the session's directory: plan_change_1.toml, …
+  PlanChangeKind kind = PlanChangeKind::kEdited;
   std::string what;  ///< "optimised by desk (127.0.0.1)"
 };
 
@@ -23,8 +29,10 @@ struct PlanChange {
 /// out. Throws UserError for a file that cannot be read or is not such a table.
 std::vector<PlanChange> load_plan_changes(const std::filesystem::path& folder);
 
-/// Records changes of the plan in a session's directory, which exists: first the plan under a name of its own, then the
-/// row of the table. Nothing that is there is overwritten. Files are the owner's alone. Threads: one.
+/// Records changes of the plan in a session's directory, which exists: first the plan under a name of its own, then
+/// the row of the table, each by one write(2) before add() returns: kill −9 loses no change that a client was told
+/// of. A table without kinds goes on without. Nothing that is there is overwritten. Files are the owner's alone.
+/// Threads: one.
 class PlanChangeLog {
  public:
   /// Continues the changes of an earlier run. Throws UserError as load_plan_changes.
@@ -33,11 +41,12 @@ class PlanChangeLog {
   const std::vector<PlanChange>& changes() const { return changes_; }
 
   /// Throws UserError where it cannot be written: then nothing has changed but perhaps a plan that no row names.
-  void add(double t_s, const Plan& whole, const std::string& what);
+  void add(double t_s, const Plan& whole, PlanChangeKind kind, const std::string& what);
 
  private:
   std::filesystem::path folder_;
   std::vector<PlanChange> changes_;
+  bool has_kinds_ = true;  // the table
 };
 
 }  // namespace brachy

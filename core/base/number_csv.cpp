@@ -39,6 +39,12 @@ std::size_t count_columns(std::string_view line) {
   return 1 + static_cast<std::size_t>(std::count(line.begin(), line.end(), ','));
 }
 
+/// As many as there are lines, unless they are too short for their cells.
+std::size_t most_rows(std::string_view text, std::size_t columns) {
+  const auto lines = 1 + static_cast<std::size_t>(std::count(text.begin(), text.end(), '\n'));
+  return std::min(lines, 1 + text.size() / (2 * columns));
+}
+
 // bytes that a message quotes; `compare --beads` has the file's own
 constexpr std::size_t kLongestHeader = 240;
 
@@ -81,23 +87,40 @@ double parse_number(std::string_view cell, std::size_t column, const Place& plac
   if (digits.starts_with('+')) digits.remove_prefix(1);
   double value = 0;
   const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
+  if (error == std::errc() && end == digits.data() + digits.size() && std::isfinite(value)) return value;
   const std::string where = "column " + std::to_string(column + 1) + " ";
   if (error == std::errc::result_out_of_range)
     place.refuse(where + quoted(cell) + " is out of range for a double; correct the value");
   if (error != std::errc() || end != digits.data() + digits.size())
     place.refuse(where + "is not a number: " + quoted(cell) + "; write it like -12.5 or 1e-3");
-  if (!std::isfinite(value))
-    place.refuse(where + "is " + quoted(cell) + "; remove the row or correct the value");
-  return value;
+  place.refuse(where + "is " + quoted(cell) + "; remove the row or correct the value");
+}
+
+/// Reads a row as programs write it: finite numbers without blanks or plus signs, one for each of `row`. False for any
+/// other, which parse_row reads or refuses.
+bool parse_plain_row(std::string_view line, std::span<double> row) {
+  const char *at = line.data(), *const end = at + line.size();
+  for (double& value : row) {
+    const auto [cell_end, error] = std::from_chars(at, end, value);
+    const bool is_last = &value == &row.back();
+    if (error != std::errc() || !std::isfinite(value) || (cell_end == end) != is_last) return false;
+    if (is_last) return true;
+    if (*cell_end != ',') return false;
+    at = cell_end + 1;
+  }
+  return false;
 }
 
 void parse_row(std::string_view line, NumberTable& table, std::string_view header, const Place& place) {
+  const std::size_t first = table.values.size();
+  table.lines.push_back(place.line);
+  table.values.resize(first + table.columns);
+  if (parse_plain_row(line, std::span(table.values).subspan(first))) return;
   if (const std::size_t found = count_columns(line); found != table.columns)
     place.refuse("found " + std::to_string(found) + " columns, expected " + std::to_string(table.columns) +
                  " (" + one_short_line(std::string(header), kLongestHeader) + "); is the file truncated?");
   for (std::size_t i = 0; i < table.columns; ++i)
-    table.values.push_back(parse_number(cut(line, ','), i, place));
-  table.lines.push_back(place.line);
+    table.values[first + i] = parse_number(cut(line, ','), i, place);
 }
 
 }  // namespace
@@ -133,6 +156,9 @@ NumberTable parse_number_csv(std::string_view text, const std::string& name, std
       for (const std::string& column : table.optional_columns) whole_header += "," + column;
       check_header(line, whole_header, place);
       header_seen = true;
+      const std::size_t rows = std::min(most_rows(text, table.columns), limits.max_rows);
+      table.lines.reserve(rows);
+      table.values.reserve(rows * table.columns);
       continue;
     }
     if (table.rows() == limits.max_rows)

@@ -19,8 +19,22 @@ constexpr float kUsed = 2.5F;  // mm: how far beyond a boundary its sides are in
 constexpr double kMuscleLevel = -4, kFasciaLevel = 7;  // dB
 constexpr int kCalcifications = 7;
 constexpr double kCalcificationDb = 20;
+constexpr std::uint32_t kFirstGrainSeed = 11;
 constexpr double kImageMm = 1;     // UltrasoundImager's grid of the plane, which has no use for more
 constexpr float kNothingDb = -90;  // beyond an image's voxels
+
+struct GrainSize {
+  std::array<float, 3> cell_mm;
+  float lean = 0;  // y rises with |x|
+};
+enum Grain : std::size_t { kDucts, kStroma, kZoneEdge, kZone, kFascia, kPatches, kVeins };
+constexpr std::array<GrainSize, 7> kGrainSizes = {{{{4.5F, 3.5F, 4.5F}},
+                                                   {{1.8F, 1.6F, 1.8F}},
+                                                   {{6, 5, 7}},
+                                                   {{6.5F, 5, 6.5F}},
+                                                   {{14, 1.3F, 16}, 0.12F},
+                                                   {{5, 3, 6}},
+                                                   {{5, 3.2F, 7}}}};
 
 // Of an ellipsoid: exact to first order about its surface (I. Quilez, Ellipsoid distance estimation).
 float ellipsoid_distance(const Vec3& X, const Vec3& centre, const Vec3& semi_axes) {
@@ -109,7 +123,46 @@ float EchoMap::bone_distance(const Vec3& X) const noexcept {
   return static_cast<float>((q - top - t * way).norm() - 6);
 }
 
+float EchoMap::Tissue::loss_share() const noexcept {
+  float share = 1;
+  for (std::size_t b = 0; b < kBoundaries; ++b)
+    share += std::clamp(0.5F - distance_mm[b], 0.0F, 1.0F) * (kInside[b].attenuation_share - share);
+  return share;
+}
+
 EchoMap::Tissue EchoMap::at(const Vec3& X) const noexcept {
+  Tissue tissue;
+  at({&X, 1}, scan_loops(best_simd_target()), {&tissue, 1});
+  return tissue;
+}
+
+void EchoMap::at(std::span<const Vec3> X, const ScanLoops& loops, std::span<Tissue> tissue) const noexcept {
+  if (is_uniform() || image_db_) {
+    for (std::size_t i = 0; i < X.size(); ++i) tissue[i] = at(X[i], Grains{});
+    return;
+  }
+  constexpr std::size_t kTogether = 64;
+  for (std::size_t first = 0; first < X.size(); first += kTogether) {
+    const std::size_t count = std::min(kTogether, X.size() - first);
+    float x[kTogether], y[kTogether], z[kTogether], leaning_y[kTogether], noise[kTogether];
+    for (std::size_t i = 0; i < count; ++i) {
+      x[i] = static_cast<float>(X[first + i].x());
+      y[i] = static_cast<float>(X[first + i].y());
+      z[i] = static_cast<float>(X[first + i].z());
+    }
+    Grains grains[kTogether];
+    for (std::size_t g = 0; g < kGrains; ++g) {
+      const GrainSize& size = kGrainSizes[g];
+      for (std::size_t i = 0; i < count; ++i) leaning_y[i] = y[i] + size.lean * std::abs(x[i]);
+      loops.noise(x, leaning_y, z, count, size.cell_mm.data(),
+                  seed_ + kFirstGrainSeed + static_cast<std::uint32_t>(g), noise);
+      for (std::size_t i = 0; i < count; ++i) grains[i][g] = noise[i];
+    }
+    for (std::size_t i = 0; i < count; ++i) tissue[first + i] = at(X[first + i], grains[i]);
+  }
+}
+
+EchoMap::Tissue EchoMap::at(const Vec3& X, const Grains& grain) const noexcept {
   Tissue tissue;
   tissue.distance_mm.fill(kFar);
   if (is_uniform() || image_db_) {
@@ -122,18 +175,17 @@ EchoMap::Tissue EchoMap::at(const Vec3& X) const noexcept {
   const bool may_be_gland =
       tissue.distance_mm[kGland]<kUsed, may_be_outside = tissue.distance_mm[kGland]> - kUsed;
   // Grains of some millimetres: ducts and stroma.
-  if (may_be_gland)
-    tissue.texture_db = static_cast<float>(1.6 * value_noise(X, Vec3(4.5, 3.5, 4.5), seed_ + 11) +
-                                           1.2 * value_noise(X, Vec3(1.8, 1.6, 1.8), seed_ + 12));
+  if (may_be_gland) tissue.texture_db = 1.6F * grain[kDucts] + 1.2F * grain[kStroma];
   if (!has_surroundings_) return tissue;
 
   const Vec3 p = (X - middle_).cwiseQuotient(half_);
-  const Vec3 zone(0.62 * half_.x(), 0.55 * half_.y(), 0.72 * half_.z());
-  const float edge = may_be_gland ? static_cast<float>(1.5 * value_noise(X, Vec3(6, 5, 7), seed_ + 13)) : 0;
-  tissue.distance_mm[kTransition] =
-      ellipsoid_distance(X, middle_ + Vec3(0, 0.22, 0.18).cwiseProduct(half_), zone) + edge;
-  if (tissue.distance_mm[kTransition] < 0)
-    tissue.texture_db += static_cast<float>(2.6 * value_noise(X, Vec3(6.5, 5, 6.5), seed_ + 14));
+  if (may_be_gland) {
+    const Vec3 zone(0.62 * half_.x(), 0.55 * half_.y(), 0.72 * half_.z());
+    tissue.distance_mm[kTransition] =
+        ellipsoid_distance(X, middle_ + Vec3(0, 0.22, 0.18).cwiseProduct(half_), zone) +
+        1.5F * grain[kZoneEdge];
+    if (tissue.distance_mm[kTransition] < 0) tissue.texture_db += 2.6F * grain[kZone];
+  }
   tissue.distance_mm[kBladder] = bladder_distance(X);
   tissue.distance_mm[kBone] = bone_distance(X);
   for (const Calcification& c : calcifications_) {
@@ -144,15 +196,13 @@ EchoMap::Tissue EchoMap::at(const Vec3& X) const noexcept {
   if (!may_be_outside) return tissue;
   // Around the gland: fat, with fascia in layers that follow it; farther off and beside it muscle.
   const double out = tissue.distance_mm[kGland];
-  const double layers =
-      value_noise(Vec3(X.x(), X.y() + 0.12 * std::abs(X.x()), X.z()), Vec3(14, 1.3, 16), seed_ + 15);
-  const double patches = value_noise(X, Vec3(5, 3, 6), seed_ + 16);
+  const double layers = grain[kFascia], patches = grain[kPatches];
   double level = 5 + kFasciaLevel * std::max(0.0, layers - 0.15) * 1.6 + 3.5 * patches;
   const double muscle = std::clamp((std::abs(p.x()) - 1.12 + 0.1 * patches) * 8, 0.0, 1.0) *
                         std::clamp((1.1 - p.y()) * 4, 0.0, 1.0);
   level += muscle * (kMuscleLevel - level + 4 * layers);
   // Veins in front of the gland.
-  const double veins = value_noise(X, Vec3(5, 3.2, 7), seed_ + 17);
+  const double veins = grain[kVeins];
   if (p.y() > 0.6 && out > 0.5 && out < 7 && veins > 0.25) level -= 22 * std::min(1.0, (veins - 0.25) * 6);
   tissue.outside_db = static_cast<float>(level);
   return tissue;

@@ -4,11 +4,13 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "core/brachytherapy/structures/structure.h"
 #include "core/geometry/volume/volume.h"
 #include "core/ultrasound/distance_grid.h"
+#include "core/ultrasound/scan_loops.h"
 
 namespace brachy {
 
@@ -28,6 +30,7 @@ class EchoMap {
     std::array<float, kBoundaries> distance_mm;  ///< signed, negative inside
     float outside_db = 0;                        ///< of what is around the gland, here
     float texture_db = 0;                        ///< of the gland's coarse texture
+    float loss_share() const noexcept;           ///< attenuation, as a share of soft tissue's
   };
   /// Of each boundary's inside: level, attenuation against soft tissue's, and how much of the pressure its surface
   /// reflects square on, in dB against the same level.
@@ -55,9 +58,14 @@ class EchoMap {
   EchoMap(const std::vector<Structure>& structures, const Volume& image, double db_per_value);
 
   Tissue at(const Vec3& X) const noexcept;
+  /// The same at each of several places, faster: tissue[i] at X[i].
+  void at(std::span<const Vec3> X, const ScanLoops& loops, std::span<Tissue> tissue) const noexcept;
   bool is_uniform() const { return grids_[kGland].is_empty() && !image_db_; }
 
  private:
+  static constexpr std::size_t kGrains = 7;   // smooth noises that textures are made of
+  using Grains = std::array<float, kGrains>;  // −1 … 1 each
+  Tissue at(const Vec3& X, const Grains& grain) const noexcept;
   float bladder_distance(const Vec3& X) const noexcept;
   float bone_distance(const Vec3& X) const noexcept;
 

@@ -17,7 +17,11 @@ constexpr double kRoundSide = 0.45;   // rad: where else around the cylinder it 
 constexpr double kRoundShare = 0.35;  // … and how much returns from there
 constexpr std::size_t kSidesSeen = 3;
 constexpr int kNeedleRepeats = 6, kSeedRepeats = 2;
-constexpr std::size_t kMostPiecesOfNeedle = 900, kMostPiecesOfSeed = 20;
+constexpr int kMostSpacers = 4;          // between two seeds
+constexpr double kSpacerMm = 5.5;        // of the planning system's trains (PlanNeedle)
+constexpr double kSpacersOffMm = 1.5;    // how much the gap may differ from their length
+constexpr double kSpacersInLine = 0.95;  // cosine
+constexpr std::size_t kMostPiecesOfNeedle = 900, kMostPiecesOfSeed = 20 + 96;  // with the spacers behind it
 
 }  // namespace
 
@@ -29,7 +33,8 @@ InstrumentEchoes::InstrumentEchoes(const UltrasoundSettings& settings, const Ima
       length_(needle_length_mm),
       radius_(needle_radius_mm),
       needle_db_(settings.needle_echo_db),
-      seed_db_(settings.seed_echo_db) {
+      seed_db_(settings.seed_echo_db),
+      spacer_db_(settings.spacer_echo_db) {
   const std::size_t pieces = kMostPiecesOfNeedle * max_needles + kMostPiecesOfSeed * max_seeds;
   shadows_.resize(pieces);
   echoes_.resize(pieces * kSidesSeen * (1 + kSeedRepeats));
@@ -63,6 +68,19 @@ void InstrumentEchoes::find(const RigidTransform& X_WI, std::span<const NeedleSt
     const Vec3 half = 0.5 * kSeedLengthMm * seed.axis;
     add_piece(X_IW, seed.position - half, seed.position + half, seed_look, spread);
   }
+  for (std::size_t k = 0; k + 1 < seeds.size(); ++k) add_spacers(X_IW, seeds[k], seeds[k + 1], spread);
+}
+
+void InstrumentEchoes::add_spacers(const RigidTransform& X_IW, const Seed& a, const Seed& b,
+                                   const PointSpread& spread) noexcept {
+  const Vec3 way = b.position - a.position;
+  const double apart = way.norm(), gap = apart - kSeedLengthMm, count = std::round(gap / kSpacerMm);
+  if (count < 1 || count > kMostSpacers || std::abs(gap - count * kSpacerMm) > kSpacersOffMm) return;
+  const Vec3 along = way / apart;
+  if (std::abs(along.dot(a.axis)) < kSpacersInLine || std::abs(along.dot(b.axis)) < kSpacersInLine) return;
+  const Look look{spacer_db_, 0.5 * kSeedDiameterMm, 5, 0.1, 0, 0, false};
+  const Vec3 end = 0.5 * kSeedLengthMm * along;
+  add_piece(X_IW, a.position + end, b.position - end, look, spread);
 }
 
 void InstrumentEchoes::add_piece(const RigidTransform& X_IW, const Vec3& begins, const Vec3& ends,
@@ -101,7 +119,7 @@ void InstrumentEchoes::add_piece(const RigidTransform& X_IW, const Vec3& begins,
       add_point(surface, turn == 0 ? pressure : kRoundShare * pressure, look);
     }
     const double slice = in_slice / (spread.elevation_sigma_mm() * std::sqrt(2 * std::numbers::pi));
-    if (shadow_count_ < shadows_.size())
+    if (look.has_shadow && shadow_count_ < shadows_.size())
       shadows_[shadow_count_++] = {at.line, at.depth, 2 * look.radius * step * square_on * slice};
   }
 }

@@ -16,7 +16,9 @@ namespace brachy {
 /// A cylinder is cut into short pieces. One that lies e across the plane returns pressure by the slice's Gaussian in e
 /// and by cosⁿ of the angle between beam and its surface's normal, plus a share in all directions; echoes from within
 /// the metal follow behind it at even distances, each weaker. It takes from what lies behind as much of the beam's
-/// cross-section as it covers. The tip of a needle returns more (its edge), with no regard to the angle.
+/// cross-section as it covers. The tip of a needle returns more (its edge), with no regard to the angle. Between two
+/// seeds that fell one after the other lie the spacers of their train, where the gap is as long as some and in line
+/// with both: weak, without echoes from within and without shadow.
 /// Threads: one. Real-time: no allocation after construction.
 class InstrumentEchoes {
  public:
@@ -39,17 +41,20 @@ class InstrumentEchoes {
   struct Look {
     double echo_db, radius, power, diffuse, reverberation;
     int repeats;
+    bool has_shadow = true;
   };
   struct Shadow {
     double line, depth, area;
   };
+  void add_spacers(const RigidTransform& X_IW, const Seed& a, const Seed& b,
+                   const PointSpread& spread) noexcept;
   void add_piece(const RigidTransform& X_IW, const Vec3& begins, const Vec3& ends, const Look& look,
                  const PointSpread& spread) noexcept;
   void add_point(const Vec3& p_I, double pressure, const Look& look) noexcept;
   void add_echo(const PlanePoint& p, double pressure) noexcept;
 
   const ImagePlane& plane_;
-  double shadow_db_, length_, radius_, needle_db_, seed_db_;
+  double shadow_db_, length_, radius_, needle_db_, seed_db_, spacer_db_;
   std::vector<Echo> echoes_;
   std::size_t echo_count_ = 0;
   std::vector<Shadow> shadows_;

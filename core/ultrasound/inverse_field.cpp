@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
 namespace brachy {
 namespace {
@@ -44,6 +45,8 @@ InverseField::InverseField(const ImagePlane& plane, double spacing_mm) : spacing
         for (std::size_t l = i; l < std::min(columns_, i + kPatch); ++l)
           if (nodes_[k * columns_ + l].is_active)
             active_.push_back(static_cast<std::uint32_t>(k * columns_ + l));
+  for (const std::uint32_t k : active_)
+    if (k / columns_ % 2 == 0 && k % columns_ % 2 == 0) sparse_.push_back(k);
   open_.reserve(active_.size());
   X_.resize(active_.size());
   u_.resize(active_.size());
@@ -65,20 +68,25 @@ bool InverseField::solve(DisplacementField& field, const BodyFrame& frame,
   for (const std::uint32_t k : active_) {
     Node& node = nodes_[k];
     const Vec3 y = frame.from_world(X_WI * Vec3(node.place.a, node.place.b, 0));
-    if (is_started_)
-      node.X += y - node.y;
-    else
+    if (is_started_) {
+      node.last = node.X - node.y;
+      node.X = y + node.last + node.drift;
+    } else {
       node.X = y;
-    if (!is_started_) node.B = Mat3::Identity();
+      node.last = node.drift = Vec3::Zero();
+      node.B = Mat3::Identity();
+    }
     node.y = y;
     open_.push_back(k);
   }
-  is_started_ = true;
+  const bool was_started = std::exchange(is_started_, true);
   if (field.touched().empty()) {
     for (const std::uint32_t k : active_) {
-      nodes_[k].X = nodes_[k].y;
-      nodes_[k].B = Mat3::Identity();
-      nodes_[k].by_n = across / kAcross;
+      Node& node = nodes_[k];
+      node.X = node.y;
+      node.drift = Vec3::Zero();
+      node.B = Mat3::Identity();
+      node.by_n = across / kAcross;
     }
     return true;
   }
@@ -109,12 +117,16 @@ bool InverseField::solve(DisplacementField& field, const BodyFrame& frame,
     }
     open_.resize(left);
   }
+  for (const std::uint32_t k : active_) {
+    Node& node = nodes_[k];
+    node.drift = was_started ? Vec3(node.X - node.y - node.last) : Vec3::Zero();
+  }
   // What the plane beside it has at X + n: one step of the same method from there.
-  for (std::size_t k = 0; k < active_.size(); ++k) X_[k] = nodes_[active_[k]].X + across;
-  field.displacements_at(X_, u_);
-  evaluations_ += active_.size();
-  for (std::size_t k = 0; k < active_.size(); ++k) {
-    Node& node = nodes_[active_[k]];
+  for (std::size_t k = 0; k < sparse_.size(); ++k) X_[k] = nodes_[sparse_[k]].X + across;
+  field.displacements_at({X_.data(), sparse_.size()}, {u_.data(), sparse_.size()});
+  evaluations_ += sparse_.size();
+  for (std::size_t k = 0; k < sparse_.size(); ++k) {
+    Node& node = nodes_[sparse_[k]];
     const Vec3 residual = X_[k] + u_[k] - (node.y + across) - node.residual;
     node.by_n = (across - node.B * residual) / kAcross;
   }
@@ -135,9 +147,12 @@ InverseField::Sample InverseField::at(const PlanePoint& p) const noexcept {
       const Node& node = nodes_[(j + k - 1) * columns_ + i + l - 1];
       sample.X += wy[k] * wx[l] * node.X;
     }
+  const std::size_t i2 = i / 2 * 2, j2 = j / 2 * 2;
+  const double s2 = 0.5 * (x - static_cast<double>(i2)), t2 = 0.5 * (y - static_cast<double>(j2));
   for (std::size_t k = 0; k < 2; ++k)
     for (std::size_t l = 0; l < 2; ++l)
-      sample.X_by_n += (k ? t : 1 - t) * (l ? s : 1 - s) * nodes_[(j + k) * columns_ + i + l].by_n;
+      sample.X_by_n +=
+          (k ? t2 : 1 - t2) * (l ? s2 : 1 - s2) * nodes_[(j2 + 2 * k) * columns_ + i2 + 2 * l].by_n;
   return sample;
 }
 

@@ -15,8 +15,9 @@ namespace brachy {
 /// by interpolation; with their change across the plane.
 ///
 /// Broyden's method at each node, which needs no gradient of u: X ← X − B (X + u(X) − y), B ≈ (I + ∇u)⁻¹ by rank-one
-/// updates (C. G. Broyden, Math. Comp. 19, 1965). It starts from the last plane's solution and B, or from rest. Nodes
-/// are solved in patches, so that the field evaluates points together that lie together.
+/// updates (C. G. Broyden, Math. Comp. 19, 1965). It starts from rest, or from the last plane's solution and B, going
+/// on as from the plane before that. Nodes are solved in patches, so that the field evaluates points together that lie
+/// together.
 /// Threads: one. Real-time: no allocation after construction; at most kMostSteps evaluations of a node.
 class InverseField {
  public:
@@ -41,7 +42,7 @@ class InverseField {
     Vec3 X;       ///< mm, material
     Vec3 X_by_n;  ///< its change for each mm across the plane
   };
-  /// Between the nodes, bicubic in X. Only for places within the scan.
+  /// Between the nodes, bicubic in X; X_by_n is known at every second of them. Only for places within the scan.
   Sample at(const PlanePoint& p) const noexcept;
 
  private:
@@ -49,6 +50,8 @@ class InverseField {
     PlanePoint place;
     Vec3 y = Vec3::Zero(), X = Vec3::Zero(), by_n = Vec3::UnitZ();
     Vec3 residual = Vec3::Zero(), step = Vec3::Zero();
+    Vec3 last = Vec3::Zero();   // X − y of the last plane
+    Vec3 drift = Vec3::Zero();  // of that, from the plane before the last
     Mat3 B = Mat3::Identity();
     bool is_active = false;
   };
@@ -58,6 +61,7 @@ class InverseField {
   std::size_t columns_ = 0, rows_ = 0;
   std::vector<Node> nodes_;
   std::vector<std::uint32_t> active_, open_;  // in the order of patches
+  std::vector<std::uint32_t> sparse_;         // every second of each row and column: where by_n is known
   std::vector<Vec3> X_, u_;
   bool is_started_ = false;
   double worst_ = 0;

@@ -95,13 +95,14 @@ Speckle speckle_of(const UltrasoundSettings& settings) {
 }
 
 PointSpread::PointSpread(const UltrasoundSettings& settings, const ImagePlane& plane, const Speckle& speckle,
-                         std::size_t segments)
+                         std::size_t segments, std::size_t per_scatter)
     : wavelength_(kSpeedMmPerUs / settings.frequency_mhz),
       aperture_(settings.aperture_mm),
       focus_(settings.focus_mm),
+      sample_mm_(double{ScanSteps::kScatterMm} / static_cast<double>(per_scatter)),
       axial_mm_(0.5 * settings.pulse_cycles * wavelength_),
       elevation_sigma_(settings.elevation_mm * kSigmaOfWidth) {
-  const double sample = ScanSteps::kSampleMm, sigma = deviation_beside_cell(axial_mm_, sample);
+  const double sigma = deviation_beside_cell(axial_mm_, sample_mm_);
   axial_mm_ = std::sqrt(sigma * sigma + kCellVariance) / kSigmaOfWidth;
   const double across_square = mean_square(
       speckle.planes, [&](std::size_t p) { return double{speckle.weight[p]}; },
@@ -110,12 +111,13 @@ PointSpread::PointSpread(const UltrasoundSettings& settings, const ImagePlane& p
   axial_.half =
       std::min(AxialKernel::kMost / 2 - 1, static_cast<std::size_t>(std::ceil(kCut * sigma / scattered)));
   axial_.count = 2 * axial_.half + 2;
+  axial_.per_scatter = per_scatter;
   double bell = 0;  // what a surface 0.4 mm thick becomes (scatter_loop.h)
-  for (std::size_t phase = 0; phase < 2; ++phase) {
+  for (std::size_t phase = 0; phase < per_scatter; ++phase) {
     std::vector<double> taps;
     for (std::size_t t = 0; t < axial_.count; ++t) {
       const double z = scattered * (static_cast<double>(t) - static_cast<double>(axial_.half)) -
-                       sample * static_cast<double>(phase);
+                       sample_mm_ * static_cast<double>(phase);
       taps.push_back(std::exp(-z * z / (2 * sigma * sigma)));
       if (phase == 0) bell += taps.back() * std::max(0.0, 1 - std::abs(z) / 0.2);
     }
@@ -127,9 +129,9 @@ PointSpread::PointSpread(const UltrasoundSettings& settings, const ImagePlane& p
       axial_.weight[phase][t] = static_cast<float>(scale * taps[t]);
     if (phase == 0) bell *= scale;
   }
-  pulse_half_ = static_cast<std::size_t>(std::ceil(kCut * sigma / sample));
-  for (std::size_t k = 0; k <= 2 * pulse_half_; ++k) {
-    const double z = sample * (static_cast<double>(k) - static_cast<double>(pulse_half_));
+  pulse_half_ = static_cast<std::size_t>(std::ceil(kCut * sigma / sample_mm_));
+  for (std::size_t k = 0; k <= pulse_half_ * static_cast<std::size_t>(kPulseSteps); ++k) {
+    const double z = sample_mm_ * static_cast<double>(k) / double{kPulseSteps};
     pulse_.push_back(static_cast<float>(std::exp(-z * z / (2 * sigma * sigma))));
   }
   for (std::size_t s = 0; s < segments; ++s) {

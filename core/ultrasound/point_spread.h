@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cmath>
 #include <cstddef>
 #include <vector>
 
@@ -20,17 +21,23 @@ namespace brachy {
 /// Threads: any. Constant.
 class PointSpread {
  public:
+  /// `per_scatter`: samples of the scan for each of scatterers, 1 or 2.
   PointSpread(const UltrasoundSettings& settings, const ImagePlane& plane, const Speckle& speckle,
-              std::size_t segments);
+              std::size_t segments, std::size_t per_scatter);
 
   double axial_mm() const { return axial_mm_; }  ///< of the resolution cell
   double lateral_mm(double depth_mm) const;
   double elevation_sigma_mm() const { return elevation_sigma_; }
 
   const AxialKernel& axial() const { return axial_; }
-  /// The pulse of a point, 1 in its middle: 2 × pulse_half() + 1 samples kSampleMm apart.
+  double sample_mm() const { return sample_mm_; }  ///< of the scan, along a line
+  /// The pulse of a point, 1 in its middle, so many samples from there; 0 from pulse_half() on.
   std::size_t pulse_half() const { return pulse_half_; }
-  const float* pulse() const { return pulse_.data(); }
+  float pulse(float samples) const {
+    const float at = std::abs(samples) * kPulseSteps;
+    const auto i = static_cast<std::size_t>(at);
+    return i + 1 < pulse_.size() ? pulse_[i] + (at - static_cast<float>(i)) * (pulse_[i + 1] - pulse_[i]) : 0;
+  }
   const LateralKernel& lateral(std::size_t segment) const { return lateral_[segment]; }
   /// What a point with the pulse of pressure 1 becomes at its peak, in a segment.
   float point_response(std::size_t segment) const { return points_[segment]; }
@@ -38,7 +45,8 @@ class PointSpread {
   const float* interface_scale() const { return interfaces_.data(); }
 
  private:
-  double wavelength_, aperture_, focus_, axial_mm_, elevation_sigma_;
+  static constexpr float kPulseSteps = 16;  // of a sample
+  double wavelength_, aperture_, focus_, sample_mm_, axial_mm_, elevation_sigma_;
   AxialKernel axial_;
   std::size_t pulse_half_ = 0;
   std::vector<float> pulse_, points_, interfaces_;

@@ -36,6 +36,10 @@ BRACHY_INLINE float log_two(float x) {
 template <std::size_t kWidth>
 struct ScanRegister;
 template <>
+struct ScanRegister<2> {  // never used: what is half of the least width
+  using Floats = float __attribute__((vector_size(8)));
+};
+template <>
 struct ScanRegister<4> {
   using Floats = float __attribute__((vector_size(16)));
 };
@@ -54,18 +58,44 @@ BRACHY_INLINE void add_product(float weight, const float* from, R& sum) {
   sum += weight * in;
 }
 
+template <std::size_t kWidth>
+BRACHY_INLINE void place(const ScanNode* grid, std::size_t columns, const GridPlace* places,
+                         std::size_t count, ScanNode* nodes) {
+  using R = typename ScanRegister<kWidth>::Floats;
+  for (std::size_t i = 0; i < count; ++i) {
+    const GridPlace& p = places[i];
+    const ScanNode* from = grid + p.first;
+    const float weight[4] = {(1 - p.s) * (1 - p.t), p.s * (1 - p.t), (1 - p.s) * p.t, p.s * p.t};
+    for (std::size_t k = 0; k < ScanNode::kChannels; k += kWidth) {
+      R sum{};
+      add_product(weight[0], from[0].c + k, sum);
+      add_product(weight[1], from[1].c + k, sum);
+      add_product(weight[2], from[columns].c + k, sum);
+      add_product(weight[3], from[columns + 1].c + k, sum);
+      std::memcpy(nodes[i].c + k, &sum, sizeof sum);
+    }
+  }
+}
+
 BRACHY_INLINE void along(const float* __restrict in, const AxialKernel& kernel, std::size_t segments,
                          float* __restrict out) {
   constexpr std::size_t kScatter = ScanSteps::kScatter;
   using R = ScanRegister<4>::Floats;
   for (std::size_t s = 0; s < segments; ++s) {
     R even[2] = {}, odd[2] = {};
+    const float* from = in + s * kScatter;
+    if (kernel.per_scatter == 1) {
+      for (std::size_t t = 0; t < kernel.count; ++t)
+        for (std::size_t k = 0; k < 2; ++k) add_product(kernel.weight[0][t], from + t + 4 * k, even[k]);
+      std::memcpy(out + s * kScatter, even, sizeof even);
+      continue;
+    }
     for (std::size_t t = 0; t < kernel.count; ++t)
       for (std::size_t k = 0; k < 2; ++k) {
-        add_product(kernel.weight[0][t], in + s * kScatter + t + 4 * k, even[k]);
-        add_product(kernel.weight[1][t], in + s * kScatter + t + 4 * k, odd[k]);
+        add_product(kernel.weight[0][t], from + t + 4 * k, even[k]);
+        add_product(kernel.weight[1][t], from + t + 4 * k, odd[k]);
       }
-    float* to = out + s * ScanSteps::kSegment;
+    float* to = out + 2 * s * kScatter;
     for (std::size_t k = 0; k < kScatter; ++k) {
       to[2 * k] = even[k / 4][k % 4];
       to[2 * k + 1] = odd[k / 4][k % 4];
@@ -76,12 +106,13 @@ BRACHY_INLINE void along(const float* __restrict in, const AxialKernel& kernel, 
 // Each line that is read serves four.
 template <std::size_t kWidth>
 BRACHY_INLINE void across(const float* __restrict in, std::ptrdiff_t in_stride, const LateralKernel& kernel,
-                          std::size_t groups, float* __restrict out, std::ptrdiff_t out_stride) {
+                          std::size_t groups, std::size_t samples, float* __restrict out,
+                          std::ptrdiff_t out_stride) {
   using R = typename ScanRegister<kWidth>::Floats;
   constexpr auto kTogether = static_cast<std::ptrdiff_t>(LateralKernel::kTogether);
   const std::ptrdiff_t step = static_cast<std::ptrdiff_t>(kernel.step) * in_stride;
   for (std::size_t g = 0; g < groups; ++g)
-    for (std::size_t k = 0; k < ScanSteps::kSegment; k += kWidth) {
+    for (std::size_t k = 0; k < samples; k += kWidth) {
       const float* from = in + (static_cast<std::ptrdiff_t>(g) * kTogether + kernel.first) * in_stride + k;
       R a{}, b{}, c{}, d{};
       for (std::size_t t = 0; t < kernel.count; ++t, from += step) {
@@ -99,6 +130,38 @@ BRACHY_INLINE void across(const float* __restrict in, std::ptrdiff_t in_stride, 
       std::memcpy(to + 2 * out_stride, &c, sizeof c);
       std::memcpy(to + 3 * out_stride, &d, sizeof d);
     }
+}
+
+BRACHY_INLINE float smooth_step(float t) {
+  return t * t * (3 - 2 * t);
+}
+
+BRACHY_INLINE float node_value(std::uint32_t key) {
+  return static_cast<float>(static_cast<std::int32_t>(hashed(key) ^ 0x80000000U)) * (1.0F / 2147483648.0F);
+}
+
+BRACHY_INLINE float between(float a, float b, float t) {
+  return a + t * (b - a);
+}
+
+BRACHY_INLINE void noise(const float* __restrict x, const float* __restrict y, const float* __restrict z,
+                         std::size_t count, const float* cell_mm, std::uint32_t seed, float* __restrict out) {
+  const std::uint32_t origin = seed - static_cast<std::uint32_t>(scan::kOffGrid) * (kNodeX + kNodeY + kNodeZ);
+  const float per_x = 1 / cell_mm[0], per_y = 1 / cell_mm[1], per_z = 1 / cell_mm[2];
+  for (std::size_t i = 0; i < count; ++i) {
+    const float p = x[i] * per_x + scan::kOffGrid, q = y[i] * per_y + scan::kOffGrid,
+                r = z[i] * per_z + scan::kOffGrid;
+    const auto ix = static_cast<std::int32_t>(p), iy = static_cast<std::int32_t>(q),
+               iz = static_cast<std::int32_t>(r);
+    const float s = smooth_step(p - static_cast<float>(ix)), t = smooth_step(q - static_cast<float>(iy)),
+                u = smooth_step(r - static_cast<float>(iz));
+    const std::uint32_t key = static_cast<std::uint32_t>(ix) * kNodeX +
+                              static_cast<std::uint32_t>(iy) * kNodeY +
+                              static_cast<std::uint32_t>(iz) * kNodeZ + origin;
+    const auto along_x = [&](std::uint32_t k) { return between(node_value(k), node_value(k + kNodeX), s); };
+    const auto along_y = [&](std::uint32_t k) { return between(along_x(k), along_x(k + kNodeY), t); };
+    out[i] = between(along_y(key), along_y(key + kNodeZ), u);
+  }
 }
 
 BRACHY_INLINE void detect(const float* __restrict re, const float* __restrict im,
@@ -134,6 +197,10 @@ BRACHY_INLINE void convert(const float* __restrict gray, std::size_t samples,
 // NOLINTBEGIN(bugprone-macro-parentheses): an attribute cannot stand in parentheses.
 #define BRACHY_TARGET(name, attribute, width)                                                                \
   struct name {                                                                                              \
+    attribute static void run_place(const ScanNode* grid, std::size_t columns, const GridPlace* places,      \
+                                    std::size_t count, ScanNode* nodes) {                                    \
+      place<width>(grid, columns, places, count, nodes);                                                     \
+    }                                                                                                        \
     attribute static void run_scatter(const ScanNode* nodes, std::size_t segments, const Speckle& speckle,   \
                                       const float* interface_scale, const float* layers, float* re,          \
                                       float* im) {                                                           \
@@ -144,8 +211,16 @@ BRACHY_INLINE void convert(const float* __restrict gray, std::size_t samples,
       along(in, kernel, segments, out);                                                                      \
     }                                                                                                        \
     attribute static void run_across(const float* in, std::ptrdiff_t in_stride, const LateralKernel& kernel, \
-                                     std::size_t groups, float* out, std::ptrdiff_t out_stride) {            \
-      across<width>(in, in_stride, kernel, groups, out, out_stride);                                         \
+                                     std::size_t groups, std::size_t samples, float* out,                    \
+                                     std::ptrdiff_t out_stride) {                                            \
+      if (samples % width == 0)                                                                              \
+        across<width>(in, in_stride, kernel, groups, samples, out, out_stride);                              \
+      else                                                                                                   \
+        across<width / 2>(in, in_stride, kernel, groups, samples, out, out_stride);                          \
+    }                                                                                                        \
+    attribute static void run_noise(const float* x, const float* y, const float* z, std::size_t count,       \
+                                    const float* cell_mm, std::uint32_t seed, float* out) {                  \
+      noise(x, y, z, count, cell_mm, seed, out);                                                             \
     }                                                                                                        \
     attribute static void run_detect(const float* re, const float* im, const float* noise,                   \
                                      std::uint32_t key, std::size_t count, float offset_db,                  \
@@ -156,7 +231,8 @@ BRACHY_INLINE void convert(const float* __restrict gray, std::size_t samples,
                                       std::size_t count, std::uint8_t* pixels) {                             \
       convert(gray, samples, sources, count, pixels);                                                        \
     }                                                                                                        \
-    static constexpr ScanLoops kLoops{run_scatter, run_along, run_across, run_detect, run_convert};          \
+    static constexpr ScanLoops kLoops{run_place,  run_scatter, run_along,  run_across,                       \
+                                      run_detect, run_noise,   run_convert};                                 \
   }
 // NOLINTEND(bugprone-macro-parentheses)
 

@@ -15,16 +15,23 @@ struct alignas(64) ScanNode {
       kDistance = 6,                    ///< to the boundaries of EchoMap, mm: 5
       kOutside = 11, kTexture = 12,     ///< dB
       kGain = 13,  ///< of all that is between probe and here, and of the console's TGC, dB
+      kLoss = 14,  ///< attenuation, as a share of soft tissue's
       kChannels = 16;
   float c[kChannels];
 };
 
-/// How a scan is sampled: `kSegment` samples, kSampleMm apart, from one node to the next. Scatterers, which a cell
-/// makes smooth, are sampled at every second; the pulse's kernel makes the others of them.
+/// Where a node of the scan lies in the plane's grid: between four of its nodes, `first` and its neighbours.
+struct GridPlace {
+  std::uint32_t first = 0;
+  float s = 0, t = 0;  ///< shares of the next column, and of the next row
+};
+
+/// How a scan is sampled: `kScatter` samples of scatterers, kScatterMm apart, from one node to the next. Where the
+/// image's pixels are smaller, the pulse's kernel makes two samples of the scan of each.
 struct ScanSteps {
-  static constexpr std::size_t kSegment = 16, kScatter = kSegment / 2;
-  static constexpr float kSampleMm = 0.08F, kScatterMm = 2 * kSampleMm;
-  static constexpr float kSegmentMm = kSampleMm * kSegment;
+  static constexpr std::size_t kScatter = 8, kMostPerScatter = 2;
+  static constexpr float kScatterMm = 0.16F;
+  static constexpr float kSegmentMm = kScatterMm * kScatter;
 };
 
 /// The scatterers: complex values at the nodes of a cubic grid in material coordinates, by a hash of the node.
@@ -49,12 +56,13 @@ struct LateralKernel {
   std::array<std::array<float, kTogether>, kMostWeights> weight{};  ///< of line first + t · step, for each
 };
 
-/// The pulse along a line: weights of scattered samples for the sample at the one in the middle, and for the next
-/// sample.
+/// The pulse along a line: weights of scattered samples for the sample at the one in the middle, and, with two for each
+/// scattered one, for the next sample.
 struct AxialKernel {
   static constexpr std::size_t kMost = 64;
+  std::size_t per_scatter = 1;      ///< 1 or 2
   std::size_t half = 0, count = 0;  ///< count = 2 × half + 2
-  std::array<std::array<float, kMost>, 2> weight{};
+  std::array<std::array<float, kMost>, ScanSteps::kMostPerScatter> weight{};
 };
 
 /// One pixel of scan conversion: bilinear between two samples of two lines. `first` past the scan's end: black.
@@ -64,24 +72,32 @@ struct PixelSource {
   float along = 0, across = 0;  ///< shares of the next sample, and of the next line
 };
 
-/// The inner loops of the image, for one instruction set. Rows have a multiple of ScanSteps::kSegment samples.
+/// The inner loops of the image, for one instruction set. Rows have a multiple of ScanSteps::kScatter samples.
 /// Threads: any. Real-time: no allocation.
 struct ScanLoops {
+  /// Bilinear between the nodes of a grid with so many columns, all channels.
+  void (*place)(const ScanNode* grid, std::size_t columns, const GridPlace* places, std::size_t count,
+                ScanNode* nodes);
   /// `segments` of a line of scattered pressure before the point-spread function, complex: as many nodes and one more,
   /// one sample pair for each kScatterMm. `interface_scale`: of each segment, of what surfaces reflect; `layers`:
   /// of each sample, dB more.
   void (*scatter)(const ScanNode* nodes, std::size_t segments, const Speckle& speckle,
                   const float* interface_scale, const float* layers, float* re, float* im);
-  /// From samples kScatterMm apart to such kSampleMm apart, for so many segments: out[2 i + p] = Σ_t kernel[p][t]
+  /// From scattered samples to samples of the scan, for so many segments: out[per_scatter × i + p] = Σ_t kernel[p][t]
   /// in[i + t], t < kernel.count.
   void (*along)(const float* in, const AxialKernel& kernel, std::size_t segments, float* out);
-  /// One segment of `groups` × kTogether lines, which are in_stride and out_stride floats apart. in: of line 0.
+  /// One segment of so many `samples` (8 or 16) of `groups` × kTogether lines, which are in_stride and out_stride
+  /// floats apart. in: of line 0.
   void (*across)(const float* in, std::ptrdiff_t in_stride, const LateralKernel& kernel, std::size_t groups,
-                 float* out, std::ptrdiff_t out_stride);
+                 std::size_t samples, float* out, std::ptrdiff_t out_stride);
   /// The envelope's level in gray values: (10 log₁₀(|re + noise|² + …) + offset) × scale, within 0 … 255. noise[k]: the
   /// receiver's at each sample (amplitude); `key` makes it another one for each line and image.
   void (*detect)(const float* re, const float* im, const float* noise, std::uint32_t key, std::size_t count,
                  float offset_db, float gray_per_db, float* gray);
+  /// Smooth noise, −1 … 1, at so many places x, y, z (mm): trilinear by smooth steps between random values of the nodes
+  /// of a grid of cells of these sizes.
+  void (*noise)(const float* x, const float* y, const float* z, std::size_t count, const float* cell_mm,
+                std::uint32_t seed, float* out);
   /// pixels[i] from the rows of `gray`, rounded.
   void (*convert)(const float* gray, std::size_t samples, const PixelSource* sources, std::size_t count,
                   std::uint8_t* pixels);

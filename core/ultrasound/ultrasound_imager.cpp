@@ -12,9 +12,17 @@ namespace {
 
 // Of the dynamic range, above the gland's speckle: what is brighter than that is white.
 constexpr double kHeadroomShare = 0.56;
+constexpr std::size_t kLineOfCache = 16;  // floats
+constexpr double kContactPatchMm = 4;     // of the probe's surface: with gel, or air
+constexpr double kNoContactDb = 80;       // that a line loses in air
 
 std::size_t segments_of(double depth_mm) {
   return static_cast<std::size_t>(std::ceil(depth_mm / ScanSteps::kSegmentMm)) + 1;
+}
+
+// Samples of the scan for each of scatterers: no finer than the pixels.
+std::size_t per_scatter_of(const ImagePlane& plane) {
+  return plane.spacing_mm() >= double{ScanSteps::kScatterMm} ? 1 : ScanSteps::kMostPerScatter;
 }
 
 // The layers of the rectal wall against the probe, as a share of its thickness (B. Kimmey et al., Gastroenterology 96,
@@ -34,8 +42,9 @@ UltrasoundImager::UltrasoundImager(const Options& options, std::shared_ptr<const
       inverse_(plane_),
       speckle_(speckle_of(settings_)),
       segments_(segments_of(settings_.depth_mm)),
-      samples_(segments_ * ScanSteps::kSegment),
-      spread_(settings_, plane_, speckle_, segments_),
+      per_segment_(ScanSteps::kScatter * per_scatter_of(plane_)),
+      samples_(segments_ * per_segment_),
+      spread_(settings_, plane_, speckle_, segments_, per_scatter_of(plane_)),
       instruments_(settings_, plane_, options.needle_length_mm, options.needle_radius_mm, options.max_needles,
                    options.max_seeds),
       loops_(scan_loops(options.target)),
@@ -47,7 +56,7 @@ UltrasoundImager::UltrasoundImager(const Options& options, std::shared_ptr<const
       groups_((plane_.lines() + LateralKernel::kTogether - 1) / LateralKernel::kTogether),
       // An odd number of cache lines: the beam's kernel goes down a column, which would else use few of the
       // cache's sets.
-      wide_stride_((segments_ | 1) * ScanSteps::kSegment) {
+      wide_stride_(((samples_ + kLineOfCache - 1) / kLineOfCache | 1) * kLineOfCache) {
   const double range = settings_.dynamic_range_db;
   gray_per_db_ = static_cast<float>(255 / range);
   offset_db_ = static_cast<float>(settings_.gain_db + range * (1 - kHeadroomShare));
@@ -64,11 +73,10 @@ UltrasoundImager::UltrasoundImager(const Options& options, std::shared_ptr<const
   std::vector<bool> is_used(grid_.size());
   for (std::size_t l = 0; l < lines; ++l)
     for (std::size_t k = 0; k <= segments_; ++k) {
-      Place& place = places_.emplace_back();
       // Beyond the depth that is shown as at its end.
       const double depth =
           std::min(ScanSteps::kSegmentMm * static_cast<double>(k), plane_.depth_mm() + kGridMm);
-      locate(plane_.at(static_cast<double>(l), depth), place);
+      const GridPlace& place = places_.emplace_back(locate(plane_.at(static_cast<double>(l), depth)));
       for (const std::size_t corner : {std::size_t{0}, std::size_t{1}, grid_columns_, grid_columns_ + 1})
         is_used[place.first + corner] = true;
     }
@@ -85,17 +93,38 @@ UltrasoundImager::UltrasoundImager(const Options& options, std::shared_ptr<const
   wide_re_.resize((lines + 2 * margin_) * wide_stride_);
   wide_im_.resize(wide_re_.size());
   gray_.resize((lines + 1) * samples_ + 1);
+  make_contact();
   make_layers(options.rectal_wall_mm);
   make_pixels();
 }
 
+// What each line loses where parts of its aperture have no contact, there and back.
+void UltrasoundImager::make_contact() {
+  contact_loss_.assign(plane_.lines(), 0);
+  if (settings_.coupling >= 1) return;
+  const auto has_contact = [&](double at_mm) {
+    const auto patch = static_cast<std::int32_t>(std::floor(at_mm / kContactPatchMm));
+    return hashed(speckle_.seed ^ hashed(static_cast<std::uint32_t>(patch) + 5)) <
+           settings_.coupling * 4294967296.0;
+  };
+  constexpr int kPlaces = 32;  // of the aperture
+  for (std::size_t line = 0; line < plane_.lines(); ++line) {
+    const double middle = plane_.line_spacing_mm(0) * static_cast<double>(line);
+    int covered = 0;
+    for (int k = 0; k < kPlaces; ++k)
+      covered += has_contact(middle + settings_.aperture_mm * ((k + 0.5) / kPlaces - 0.5));
+    const double share = static_cast<double>(covered) / kPlaces;
+    contact_loss_[line] = static_cast<float>(std::min(kNoContactDb, -40 * std::log10(std::max(share, 1e-3))));
+  }
+}
+
 // The grid's cell that has p, within the grid.
-void UltrasoundImager::locate(const PlanePoint& p, Place& place) const noexcept {
+GridPlace UltrasoundImager::locate(const PlanePoint& p) const noexcept {
   const double x = std::clamp((p.a - grid_left_) / kGridMm, 0.0, static_cast<double>(grid_columns_) - 1.001);
   const double y = std::clamp((p.b - grid_bottom_) / kGridMm, 0.0, static_cast<double>(grid_rows_) - 1.001);
   const auto i = static_cast<std::size_t>(x), j = static_cast<std::size_t>(y);
-  place = {static_cast<std::uint32_t>(j * grid_columns_ + i), static_cast<float>(x - static_cast<double>(i)),
-           static_cast<float>(y - static_cast<double>(j))};
+  return {static_cast<std::uint32_t>(j * grid_columns_ + i), static_cast<float>(x - static_cast<double>(i)),
+          static_cast<float>(y - static_cast<double>(j))};
 }
 
 void UltrasoundImager::make_layers(double wall_mm) {
@@ -107,7 +136,7 @@ void UltrasoundImager::make_layers(double wall_mm) {
     if (layer != kLayers.end()) layers_[k] = static_cast<float>(layer->db);
   }
   for (std::size_t k = 0; k < samples_; ++k) {
-    const double z = double{ScanSteps::kSampleMm} * static_cast<double>(k);
+    const double z = spread_.sample_mm() * static_cast<double>(k);
     // A uniform value has a third of its square on average, and there are two.
     noise_.push_back(
         static_cast<float>(std::sqrt(1.5) * std::pow(10, 0.05 * (settings_.noise_db + tgc_per_mm_ * z))));
@@ -122,7 +151,7 @@ void UltrasoundImager::make_pixels() {
       const LinePoint p = plane_.find(plane_.pixel(static_cast<double>(column), static_cast<double>(row)));
       PixelSource& source = sources_.emplace_back();
       if (!plane_.is_in_scan(p)) continue;
-      const double sample = p.depth / ScanSteps::kSampleMm;
+      const double sample = p.depth / spread_.sample_mm();
       const auto l = static_cast<std::size_t>(std::min(p.line, std::max(0.0, last_line - 1e-6)));
       const auto s = std::min(static_cast<std::size_t>(sample), samples_ - 2);
       source = {static_cast<std::uint32_t>(l * samples_ + s),
@@ -141,6 +170,8 @@ ImageResult UltrasoundImager::render(const ImagedState& state) noexcept {
   map_plane();
   instruments_.find(X_WI, state.needles, state.seeds, spread_);
   std::ranges::fill(loss_, 0.0F);
+  for (std::size_t line = 0; line < plane_.lines(); ++line)
+    loss_[line * (segments_ + 1)] = contact_loss_[line];
   instruments_.add_losses(spread_, segments_, loss_);
   share_out(plane_.lines(), threads_, [&](std::size_t line, std::size_t) {
     place_nodes(line);
@@ -164,20 +195,33 @@ ImageResult UltrasoundImager::render(const ImagedState& state) noexcept {
 
 // What is at the nodes of the plane's grid.
 void UltrasoundImager::map_plane() noexcept {
-  share_out(used_.size(), threads_, [&](std::size_t k, std::size_t) {
-    const std::size_t i = used_[k];
-    const PlanePoint p{grid_left_ + kGridMm * static_cast<double>(i % grid_columns_),
-                       grid_bottom_ + kGridMm * static_cast<double>(i / grid_columns_)};
-    const InverseField::Sample sample = inverse_.at(p);
-    const EchoMap::Tissue tissue = echo_map_->at(sample.X);
-    ScanNode& node = grid_[i];
-    for (Eigen::Index d = 0; d < 3; ++d) {
-      node.c[ScanNode::kX + static_cast<std::size_t>(d)] = static_cast<float>(sample.X[d]);
-      node.c[ScanNode::kByN + static_cast<std::size_t>(d)] = static_cast<float>(sample.X_by_n[d]);
+  constexpr std::size_t kTogether = 64;
+  share_out((used_.size() + kTogether - 1) / kTogether, threads_, [&](std::size_t block, std::size_t) {
+    const std::span<const std::uint32_t> used =
+        std::span(used_)
+            .subspan(block * kTogether)
+            .first(std::min(kTogether, used_.size() - block * kTogether));
+    std::array<Vec3, kTogether> X;
+    std::array<EchoMap::Tissue, kTogether> tissues;
+    for (std::size_t k = 0; k < used.size(); ++k) {
+      const PlanePoint p{grid_left_ + kGridMm * static_cast<double>(used[k] % grid_columns_),
+                         grid_bottom_ + kGridMm * static_cast<double>(used[k] / grid_columns_)};
+      const InverseField::Sample sample = inverse_.at(p);
+      X[k] = sample.X;
+      ScanNode& node = grid_[used[k]];
+      for (Eigen::Index d = 0; d < 3; ++d) {
+        node.c[ScanNode::kX + static_cast<std::size_t>(d)] = static_cast<float>(sample.X[d]);
+        node.c[ScanNode::kByN + static_cast<std::size_t>(d)] = static_cast<float>(sample.X_by_n[d]);
+      }
     }
-    std::ranges::copy(tissue.distance_mm, &node.c[ScanNode::kDistance]);
-    node.c[ScanNode::kOutside] = tissue.outside_db;
-    node.c[ScanNode::kTexture] = tissue.texture_db;
+    echo_map_->at({X.data(), used.size()}, loops_, {tissues.data(), used.size()});
+    for (std::size_t k = 0; k < used.size(); ++k) {
+      ScanNode& node = grid_[used[k]];
+      std::ranges::copy(tissues[k].distance_mm, &node.c[ScanNode::kDistance]);
+      node.c[ScanNode::kOutside] = tissues[k].outside_db;
+      node.c[ScanNode::kTexture] = tissues[k].texture_db;
+      node.c[ScanNode::kLoss] = tissues[k].loss_share();
+    }
   });
 }
 
@@ -185,25 +229,12 @@ void UltrasoundImager::map_plane() noexcept {
 void UltrasoundImager::place_nodes(std::size_t line) noexcept {
   const std::size_t first = line * (segments_ + 1);
   float gain = 0;
+  loops_.place(grid_.data(), grid_columns_, &places_[first], segments_ + 1, &nodes_[first]);
   for (std::size_t k = 0; k <= segments_; ++k) {
-    const Place& place = places_[first + k];
-    const float* a = grid_[place.first].c;
-    const float* b = grid_[place.first + 1].c;
-    const float* c = grid_[place.first + grid_columns_].c;
-    const float* d = grid_[place.first + grid_columns_ + 1].c;
-    const float wa = (1 - place.s) * (1 - place.t), wb = place.s * (1 - place.t),
-                wc = (1 - place.s) * place.t, wd = place.s * place.t;
     float* out = nodes_[first + k].c;
-    for (std::size_t i = 0; i < ScanNode::kChannels; ++i)
-      out[i] = wa * a[i] + wb * b[i] + wc * c[i] + wd * d[i];
     gain -= loss_[first + k];
     out[ScanNode::kGain] = gain;
-    float share = 1;
-    for (std::size_t boundary = 0; boundary < EchoMap::kBoundaries; ++boundary) {
-      const float inside = std::clamp(0.5F - out[ScanNode::kDistance + boundary], 0.0F, 1.0F);
-      share += inside * (EchoMap::kInside[boundary].attenuation_share - share);
-    }
-    gain += ScanSteps::kSegmentMm * (tgc_per_mm_ - share * loss_per_mm_);
+    gain += ScanSteps::kSegmentMm * (tgc_per_mm_ - out[ScanNode::kLoss] * loss_per_mm_);
   }
 }
 
@@ -231,19 +262,19 @@ void UltrasoundImager::spread_along(std::size_t line) noexcept {
   if (first == segments_) return;
   const std::size_t from = line * scatter_stride_ + padding_ + first * ScanSteps::kScatter -
                            spread_.axial().half,
-                    to = (line + margin_) * wide_stride_ + first * ScanSteps::kSegment;
+                    to = (line + margin_) * wide_stride_ + first * per_segment_;
   loops_.along(&scattered_re_[from], spread_.axial(), segments_ - first, &wide_re_[to]);
   loops_.along(&scattered_im_[from], spread_.axial(), segments_ - first, &wide_im_[to]);
 }
 
-// With the pulse's shape, shared between the two nearest samples and the two nearest lines that are made.
+// With the pulse's shape, shared between the two nearest lines that are made.
 void UltrasoundImager::add_instruments() noexcept {
   const auto half = static_cast<std::ptrdiff_t>(spread_.pulse_half());
   for (const InstrumentEchoes::Echo& echo : instruments_.echoes()) {
-    const float sample = echo.depth / ScanSteps::kSampleMm;
+    const float sample = echo.depth / static_cast<float>(spread_.sample_mm());
     const auto s = static_cast<std::ptrdiff_t>(sample);
     const float t = sample - static_cast<float>(s);
-    const auto own = static_cast<std::size_t>(s) / ScanSteps::kSegment;
+    const auto own = static_cast<std::size_t>(s) / per_segment_;
     if (own >= segments_) continue;
     const auto line = static_cast<std::size_t>(echo.line);
     const float gain = nodes_[line * (segments_ + 1) + own].c[ScanNode::kGain];
@@ -251,12 +282,11 @@ void UltrasoundImager::add_instruments() noexcept {
     for (std::ptrdiff_t k = -half; k <= half + 1; ++k) {
       const std::ptrdiff_t at = s + k;
       if (at < 0 || at >= static_cast<std::ptrdiff_t>(samples_)) continue;
-      const std::size_t segment = static_cast<std::size_t>(at) / ScanSteps::kSegment,
+      const std::size_t segment = static_cast<std::size_t>(at) / per_segment_,
                         step = spread_.lateral(segment).step, near = line / step * step;
       const float u = (echo.line - static_cast<float>(near)) / static_cast<float>(step);
-      const float* pulse = spread_.pulse() + half + k;
-      const float of_pulse = (k <= half ? (1 - t) * pulse[0] : 0) + (k > -half ? t * pulse[-1] : 0);
-      const float value = pressure * of_pulse / spread_.point_response(segment);
+      const float value =
+          pressure * spread_.pulse(static_cast<float>(k) - t) / spread_.point_response(segment);
       float* to = &wide_re_[(near + margin_) * wide_stride_ + static_cast<std::size_t>(at)];
       to[0] += value * (1 - u);
       if (near + step < plane_.lines()) to[step * wide_stride_] += value * u;
@@ -266,11 +296,11 @@ void UltrasoundImager::add_instruments() noexcept {
 
 void UltrasoundImager::spread_across(std::size_t segment) noexcept {
   const LateralKernel& kernel = spread_.lateral(segment);
-  const std::size_t to = segment * ScanSteps::kSegment, from = margin_ * wide_stride_ + to;
+  const std::size_t to = segment * per_segment_, from = margin_ * wide_stride_ + to;
   const auto in_stride = static_cast<std::ptrdiff_t>(wide_stride_),
              out_stride = static_cast<std::ptrdiff_t>(samples_);
-  loops_.across(&wide_re_[from], in_stride, kernel, groups_, &re_[to], out_stride);
-  loops_.across(&wide_im_[from], in_stride, kernel, groups_, &im_[to], out_stride);
+  loops_.across(&wide_re_[from], in_stride, kernel, groups_, per_segment_, &re_[to], out_stride);
+  loops_.across(&wide_im_[from], in_stride, kernel, groups_, per_segment_, &im_[to], out_stride);
 }
 
 }  // namespace brachy

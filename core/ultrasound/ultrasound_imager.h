@@ -72,18 +72,15 @@ class UltrasoundImager {
   const PointSpread& point_spread() const { return spread_; }
   const InverseField& inverse() const { return inverse_; }
 
-  // The scan of the last image before scan conversion: lines × samples_per_line, kSampleMm apart.
+  // The scan of the last image before scan conversion: lines × samples_per_line, sample_mm apart.
   std::size_t samples_per_line() const { return samples_; }
+  double sample_mm() const { return spread_.sample_mm(); }
   std::span<const float> gray_scan() const { return gray_; }
   /// The envelope's level, dB, of a gray value within the dynamic range.
   double level_db(double gray) const { return gray / gray_per_db_ - offset_db_; }
 
  private:
-  struct Place {
-    std::uint32_t first;  // cell of the plane's grid
-    float s, t;
-  };
-  void locate(const PlanePoint& p, Place& place) const noexcept;
+  GridPlace locate(const PlanePoint& p) const noexcept;
   void map_plane() noexcept;
   void place_nodes(std::size_t line) noexcept;
   void scatter_line(std::size_t line) noexcept;
@@ -91,6 +88,7 @@ class UltrasoundImager {
   void spread_along(std::size_t line) noexcept;
   void spread_across(std::size_t segment) noexcept;
   void find_first_segments();
+  void make_contact();
   void make_layers(double wall_mm);
   void make_pixels();
 
@@ -99,7 +97,8 @@ class UltrasoundImager {
   ImagePlane plane_;
   InverseField inverse_;
   Speckle speckle_;
-  std::size_t segments_, samples_;
+  std::size_t segments_;
+  std::size_t per_segment_, samples_;  // samples of the scan
   PointSpread spread_;
   InstrumentEchoes instruments_;
   const ScanLoops& loops_;
@@ -113,7 +112,7 @@ class UltrasoundImager {
   std::size_t grid_columns_ = 0, grid_rows_ = 0;
   std::vector<ScanNode> grid_;
   std::vector<std::uint32_t> used_;
-  std::vector<Place> places_;  // of each scan node
+  std::vector<GridPlace> places_;  // of each scan node
 
   std::size_t padding_;                     // zeros before and after each line's scatterers, for the pulse
   std::size_t scatter_stride_;              // of scattered_re_, scattered_im_
@@ -123,6 +122,7 @@ class UltrasoundImager {
   std::vector<std::size_t> first_segment_;  // of each line, from where on it is made (LateralKernel::step)
   std::vector<ScanNode> nodes_;             // lines × (segments + 1)
   std::vector<float> loss_;                 // as many, dB
+  std::vector<float> contact_loss_;         // of lines, dB: where the probe's surface has air before it
   std::vector<float> scattered_re_, scattered_im_;  // lines, each padded
   std::vector<float> re_, im_;                      // lines, after pulse and beam
   std::vector<float> wide_re_, wide_im_;            // after the pulse, with lines of zeros on both sides

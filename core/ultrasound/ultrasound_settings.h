@@ -31,7 +31,9 @@ struct UltrasoundSettings {
 
   double attenuation_db_per_cm_mhz = 0.5;  ///< of soft tissue, one way
   double needle_echo_db = 32, seed_echo_db = 22;
-  double shadow_db = 8;  ///< of a seed or needle across the whole slice, there and back
+  double spacer_echo_db = 10;  ///< of a spacer across the beam, between two seeds of one train
+  double shadow_db = 8;        ///< of a seed or needle across the whole slice, there and back
+  double coupling = 1;         ///< share of the probe's surface that has contact (gel); elsewhere is air
   bool surroundings =
       true;  ///< bladder, pubic arch, muscle and calcifications around and in the phantom's gland
   /// An NRRD of the patient's echoes at rest, in place of made-up tissue; relative to the scene's folder; "": none.

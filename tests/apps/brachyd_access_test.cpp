@@ -16,8 +16,10 @@
 #include "core/scene/file/scene_file.h"
 #include "net/access/token_file.h"
 #include "net/session/server_options.h"
+#include "tests/apps/http_get.h"
 #include "tests/apps/peer.h"
 #include "tests/apps/running_brachyd.h"
+#include "tests/core/geometry/volume/nrrd_fixtures.h"
 #include "tests/net/raw_peer.h"
 
 namespace brachy {
@@ -103,6 +105,32 @@ TEST_F(BrachydAccess, ATokenIsMadeOnceAndShownForTheBrowser) {
   EXPECT_EQ(shown.out, net::to_hex(net::load_token(file)) + "\n");
   EXPECT_TRUE(
       refused_in_one_line(run_brachy({"token", "--show", (folder / "none").string()}), {"no such token"}));
+}
+
+// It shows a patient.
+TEST_F(BrachydAccess, TheVolumeIsServedToAViewersTokenOnly) {
+  const std::string viewer = token("viewer.token"), other = token("other.token");
+  NrrdText image;
+  image.sizes = "2 2 2";
+  image.directions = "(40,0,0) (0,40,0) (0,0,40)";
+  image.origin = "(-20,-20,-20)";
+  folder.write("volume.nrrd", image.header() + std::string("\1\2\3\4\5\6\7\10", 8));
+  RunningBrachyd brachyd(
+      scene("http_port = 0\nviewer_token_file = \"viewer.token\"\n"
+            "[display]\nvolume = \"volume.nrrd\"\n"));
+  const std::uint16_t port = http_port(brachyd);
+  ASSERT_NE(port, 0);
+  const auto with_token = [](const std::string& file) {
+    return "Authorization: Bearer " + net::to_hex(net::load_token(file)) + "\r\n";
+  };
+  for (const std::string& more : {std::string(), with_token(other)}) {
+    const std::string refused = http_get(port, "/volume", more);
+    EXPECT_TRUE(refused.starts_with("HTTP/1.1 401 ")) << refused.substr(0, 200);
+    EXPECT_EQ(refused.find("NRRD"), std::string::npos);
+  }
+  const std::string served = http_get(port, "/volume", with_token(viewer));
+  EXPECT_TRUE(served.starts_with("HTTP/1.1 200 ")) << served.substr(0, 200);
+  EXPECT_TRUE(body_of(served).starts_with("NRRD"));
 }
 
 TEST_F(BrachydAccess, ATokenThatOthersMayReadIsRefusedAtTheStart) {

@@ -1,5 +1,6 @@
 // An RTDOSE or an image, from behind "DICM" on, read as both.
-#include "apps/import/dicom/rt_dose.h"
+#include "apps/import/voxels/image_series.h"
+#include "apps/import/voxels/rt_dose.h"
 #include "tests/fuzz/fuzzed_dicom.h"
 
 namespace brachy::fuzz {

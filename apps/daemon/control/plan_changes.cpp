@@ -78,8 +78,9 @@ PlanChanges::PlanChanges(const Scene& scene, const std::vector<Structure>& struc
   if (session) {
     changes_.emplace(*session);
     if (!changes_->changes().empty()) {
-      by_ = changes_->changes().back().what;
-      kind_ = by_.starts_with("optimised") ? net::PlanKind::kOptimised : net::PlanKind::kEdited;
+      const PlanChange& last = changes_->changes().back();
+      by_ = last.what;
+      kind_ = last.kind == PlanChangeKind::kOptimised ? net::PlanKind::kOptimised : net::PlanKind::kEdited;
     }
   }
   publish();
@@ -122,7 +123,7 @@ std::vector<char> PlanChanges::begun() const {
 std::string PlanChanges::edit(const net::PlanMessage& request, const std::string& client) {
   try {
     const Plan rest = drawn_plan(request, ledger_->all(), structures_, scene_.template_grid);
-    change_to(ledger_->with_rest(begun(), rest), net::PlanKind::kEdited, "edited", client);
+    change_to(ledger_->with_rest(begun(), rest), PlanChangeKind::kEdited, client);
   } catch (const UserError& e) {
     return e.what();
   }
@@ -164,7 +165,7 @@ void PlanChanges::take(std::optional<Plan> found, const std::string& failure, co
   if (why.empty() && found->needles.empty()) why = "no further seed improves the implant";
   try {
     if (why.empty())
-      change_to(ledger_->with_rest(begun_at_start_, *found), net::PlanKind::kOptimised, "optimised", client);
+      change_to(ledger_->with_rest(begun_at_start_, *found), PlanChangeKind::kOptimised, client);
   } catch (const UserError& e) {
     why = e.what();
   }
@@ -173,14 +174,13 @@ void PlanChanges::take(std::optional<Plan> found, const std::string& failure, co
   publish();
 }
 
-void PlanChanges::change_to(const Plan& whole, net::PlanKind kind, const std::string& what,
-                            const std::string& client) {
+void PlanChanges::change_to(const Plan& whole, PlanChangeKind kind, const std::string& client) {
   PlanLedger changed = *ledger_;
   changed.change_to(whole);
-  const std::string by = what + " by " + client;
-  if (changes_) changes_->add(session_start_s_ + state_->summary.sim_time_s, changed.in_use(), by);
+  const std::string by = std::string(to_string(kind)) + " by " + client;
+  if (changes_) changes_->add(session_start_s_ + state_->summary.sim_time_s, changed.in_use(), kind, by);
   ledger_ = std::move(changed);
-  kind_ = kind;
+  kind_ = kind == PlanChangeKind::kOptimised ? net::PlanKind::kOptimised : net::PlanKind::kEdited;
   by_ = by;
   hand_over();
   const Plan rest = ledger_->rest(begun());

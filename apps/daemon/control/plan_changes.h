@@ -67,7 +67,7 @@ class PlanChanges {
   std::string edit(const net::PlanMessage& request, const std::string& client);
   std::string optimise(const std::string& client);
   void take(std::optional<Plan> found, const std::string& failure, const std::string& client);
-  void change_to(const Plan& whole, net::PlanKind kind, const std::string& what, const std::string& client);
+  void change_to(const Plan& whole, PlanChangeKind kind, const std::string& client);
   void hand_over();
   void publish();
   void announce(net::EventKind kind, const std::string& text);

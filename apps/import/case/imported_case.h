@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "apps/import/case/case_plan.h"
-#include "apps/import/dicom/rt_dose.h"
+#include "apps/import/voxels/voxel_volume.h"
 #include "core/geometry/surface/surface_mesh.h"
 
 namespace brachy {
@@ -49,12 +49,8 @@ ImportedCase read_case(const ImportOptions& options,
                        const std::function<void(double, const std::string&)>& progress);
 
 /// Writes scene.toml, a PLY for each structure, plan.toml, dose.nrrd, volume.nrrd and import.json, and loads the scene
-/// again as brachyd would. The same case gives the same bytes. Errors: UserError where a file cannot be written, or one
-/// is there already, unless `force`.
+/// again as brachyd would. The files appear together, or none does. The same case gives the same bytes. Errors:
+/// UserError where a file cannot be written, or one is there already, unless `force`.
 void write_case(const ImportedCase& imported, const std::filesystem::path& folder, bool force);
-
-/// A structure's name as a scene can have it: "Prostate (CTV)" → "prostate" where it is the organ's, else with _ for
-/// what is no letter, digit, _ or -.
-std::string plain_name(const std::string& name, const std::string& otherwise);
 
 }  // namespace brachy

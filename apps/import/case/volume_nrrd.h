@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "apps/import/dicom/rt_dose.h"
+#include "apps/import/voxels/voxel_volume.h"
 #include "core/geometry/label_map/label_map.h"
 
 namespace brachy {

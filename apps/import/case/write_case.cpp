@@ -6,6 +6,7 @@
 
 #include "apps/command_line/output_file.h"
 #include "apps/import/case/imported_case.h"
+#include "apps/import/case/staged_folder.h"
 #include "apps/import/case/volume_nrrd.h"
 #include "core/base/colour_text.h"
 #include "core/base/error.h"
@@ -107,26 +108,26 @@ nlohmann::ordered_json report_of(const ImportedCase& imported) {
 }  // namespace
 
 void write_case(const ImportedCase& imported, const std::filesystem::path& folder, bool force) {
-  std::error_code error;
-  std::filesystem::create_directories(folder, error);
-  if (!std::filesystem::is_directory(folder))
-    throw UserError(folder.string() + ": cannot be made; choose another --out");
-  if (!force && !std::filesystem::is_empty(folder))
+  std::error_code none;
+  if (!force && std::filesystem::is_directory(folder, none) && !std::filesystem::is_empty(folder))
     throw UserError(folder.string() + ": is not empty; choose another --out, or give --force");
+  StagedFolder staged(folder);
+  const std::filesystem::path& stage = staged.stage();
   for (const ImportedStructure& structure : imported.structures)
-    write_ply(folder / (structure.name + ".ply"), structure.mesh);
-  if (imported.plan) write_text(folder / "plan.toml", to_toml(imported.plan->plan));
-  if (imported.dose) write_text(folder / "dose.nrrd", to_nrrd(*imported.dose, "dose", "Gy"));
-  if (imported.volume) write_text(folder / "volume.nrrd", to_nrrd(*imported.volume, "image", ""));
-  write_text(folder / "scene.toml", scene_text(imported, imported.plan.has_value()));
+    write_ply(stage / (structure.name + ".ply"), structure.mesh);
+  if (imported.plan) write_text(stage / "plan.toml", to_toml(imported.plan->plan));
+  if (imported.dose) write_text(stage / "dose.nrrd", to_nrrd(*imported.dose, "dose", "Gy"));
+  if (imported.volume) write_text(stage / "volume.nrrd", to_nrrd(*imported.volume, "image", ""));
+  write_text(stage / "scene.toml", scene_text(imported, imported.plan.has_value()));
   // The same with the plan that `brachy plan --generate` will write.
-  if (!imported.plan) write_text(folder / "session.toml", scene_text(imported, true));
-  write_text(folder / "import.json", report_of(imported).dump(1) + "\n");
+  if (!imported.plan) write_text(stage / "session.toml", scene_text(imported, true));
+  write_text(stage / "import.json", report_of(imported).dump(1) + "\n");
   // What was written is what the other programs will read.
-  const Scene scene = load_scene(folder / "scene.toml");
+  const Scene scene = load_scene(stage / "scene.toml");
   const std::vector<Structure> structures = load_structures(scene);
   if (imported.echo_db_per_value) (void)load_echo_map(scene, structures);
-  if (imported.plan) (void)load_plan(folder / "plan.toml", scene.template_grid, scene.needle.length_mm);
+  if (imported.plan) (void)load_plan(stage / "plan.toml", scene.template_grid, scene.needle.length_mm);
+  staged.publish();
 }
 
 }  // namespace brachy

@@ -45,6 +45,26 @@ std::string_view without_blanks(std::string_view text) {
   return text.substr(first, text.find_last_not_of(std::string_view(" \t\r\n\0", 5)) - first + 1);
 }
 
+/// The bits of a word that are the value; those above may hold an overlay (PS3.5 before 2004, 8.1).
+struct StoredValue {
+  unsigned shift;
+  std::uint32_t mask, sign;
+
+  std::int64_t of(std::uint32_t word) const {
+    const std::uint32_t value = word >> shift & mask;
+    return std::int64_t{value} - 2 * std::int64_t{value & sign};
+  }
+};
+
+StoredValue stored_value(const DicomItem& data, std::size_t bits) {
+  const std::size_t stored = data.has(tag::kBitsStored) ? data.count(tag::kBitsStored, 1, bits) : bits;
+  const std::size_t high =
+      data.has(tag::kHighBit) ? data.count(tag::kHighBit, stored - 1, bits - 1) : stored - 1;
+  const bool is_signed = data.has(tag::kPixelRepresentation) && data.number(tag::kPixelRepresentation) == 1;
+  const auto mask = static_cast<std::uint32_t>((std::uint64_t{1} << stored) - 1);
+  return {static_cast<unsigned>(high + 1 - stored), mask, is_signed ? mask / 2 + 1 : 0};
+}
+
 }  // namespace
 
 std::string DicomTag::text() const {
@@ -61,7 +81,19 @@ bool DicomItem::has(const DicomTag& tag) const {
   return item_->tagExistsWithValue(key_of(tag));
 }
 
+// A long value of a short kind is written as UN in explicit VR (PS3.5, 6.2.2), which DCMTK gives as bytes in hex.
+std::optional<std::string> DicomItem::unknown_value(const DicomTag& tag) const {
+  DcmElement* element = nullptr;
+  if (item_->findAndGetElement(key_of(tag), element).bad() || !element || element->getVR() != EVR_UN)
+    return std::nullopt;
+  Uint8* bytes = nullptr;
+  if (element->getUint8Array(bytes).bad() || !bytes) return std::string();
+  return std::string(bytes, bytes + element->getLength());
+}
+
 std::string DicomItem::text(const DicomTag& tag) const {
+  if (const auto unknown = unknown_value(tag))
+    return std::string(without_blanks(std::string_view(*unknown).substr(0, unknown->find('\\'))));
   OFString value;
   if (item_->findAndGetOFString(key_of(tag), value).bad()) return {};
   return std::string(without_blanks({value.c_str(), value.size()}));
@@ -69,9 +101,10 @@ std::string DicomItem::text(const DicomTag& tag) const {
 
 std::vector<double> DicomItem::numbers(const DicomTag& tag) const {
   OFString all;
-  if (item_->findAndGetOFStringArray(key_of(tag), all).bad()) return {};
+  const std::optional<std::string> unknown = unknown_value(tag);
+  if (!unknown && item_->findAndGetOFStringArray(key_of(tag), all).bad()) return {};
   std::vector<double> values;
-  std::string_view rest(all.c_str(), all.size());
+  std::string_view rest = unknown ? std::string_view(*unknown) : std::string_view(all.c_str(), all.size());
   if (without_blanks(rest).empty()) return {};
   for (bool more = true; more;) {
     const auto end = rest.find('\\');
@@ -174,7 +207,6 @@ DicomFile::Pixels DicomFile::pixels() const {
   const std::size_t bits = data.count(tag::kBitsAllocated, 8, 32);
   if (bits != 8 && bits != 16 && bits != 32)
     data.refuse(tag::kBitsAllocated, "must be 8, 16 or 32; export it again");
-  const bool is_signed = data.has(tag::kPixelRepresentation) && data.number(tag::kPixelRepresentation) == 1;
   const std::size_t count = pixels.rows * pixels.columns * pixels.frames;
   if (count > kMostVoxels)
     data.refuse(tag::kRows, "rows × columns × frames are over 2^29 voxels; crop the grid");
@@ -192,13 +224,12 @@ DicomFile::Pixels DicomFile::pixels() const {
     data.refuse(tag::kPixelData, "has " + std::to_string(element->getLength()) + " bytes for " +
                                      std::to_string(count * bits / 8) + "; it is cut off, export it again");
   pixels.values.resize(count);
+  const StoredValue stored = stored_value(data, bits);
   if (bits == 8) {
     Uint8* bytes = nullptr;
     if (element->getUint8Array(bytes).bad() || !bytes)
       data.refuse(tag::kPixelData, "cannot be read; export it again");
-    for (std::size_t n = 0; n < count; ++n)
-      pixels.values[n] =
-          is_signed ? std::int64_t{static_cast<signed char>(bytes[n])} : std::int64_t{bytes[n]};
+    for (std::size_t n = 0; n < count; ++n) pixels.values[n] = stored.of(bytes[n]);
     return pixels;
   }
   Uint16* words = nullptr;
@@ -206,13 +237,12 @@ DicomFile::Pixels DicomFile::pixels() const {
     data.refuse(tag::kPixelData, "cannot be read; export it again");
   for (std::size_t n = 0; n < count; ++n) {
     if (bits == 16) {
-      pixels.values[n] = is_signed ? std::int64_t{static_cast<Sint16>(words[n])} : std::int64_t{words[n]};
+      pixels.values[n] = stored.of(words[n]);
       continue;
     }
     // DCMTK swaps words of 16 bits alone: of a big-endian file the upper word still comes first.
     const std::uint32_t first = words[2 * n], second = words[2 * n + 1];
-    const std::uint32_t value = was_big_endian ? first << 16 | second : second << 16 | first;
-    pixels.values[n] = is_signed ? std::int64_t{static_cast<std::int32_t>(value)} : std::int64_t{value};
+    pixels.values[n] = stored.of(was_big_endian ? first << 16 | second : second << 16 | first);
   }
   return pixels;
 }

@@ -45,6 +45,8 @@ class DicomItem {
   DcmItem* item() const { return item_; }
 
  private:
+  std::optional<std::string> unknown_value(const DicomTag& tag) const;
+
   DcmItem* item_;
   std::string name_;
 };
@@ -60,13 +62,13 @@ class DicomFile {
   DicomItem data() const;
   std::string modality() const;
 
-  /// The voxels of an image, decompressed: words of `bits` bits, the stored value with its sign, frame by frame.
+  /// The voxels of an image, decompressed: the stored bits with their sign, frame by frame.
   struct Pixels {
     std::size_t rows = 0, columns = 0, frames = 0;
     std::vector<std::int64_t> values;
   };
-  /// Errors: not one grey sample a pixel of 8, 16 or 32 bits; the data is shorter than rows × columns × frames; a codec
-  /// that is not here.
+  /// Errors: not one grey sample a pixel of 8, 16 or 32 bits; the stored bits lie beside it; the data is shorter than
+  /// rows × columns × frames; a codec that is not here.
   Pixels pixels() const;
 
  private:

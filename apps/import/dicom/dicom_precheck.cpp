@@ -98,7 +98,11 @@ std::size_t StructureWalk::walk_meta(std::string& syntax) {
   while (bytes_.size() - at >= 8 && number(at, 2, false) == 2) {
     const Element e = element(at, bytes_.size(), {});
     if (e.length > bytes_.size() - e.value) refuse(e, "is longer than the file");
+    // What DCMTK would not take for the transfer syntax, or would read as more elements.
+    const std::string_view vr = e.vr;
+    if (vr == "SQ" || vr == "UN") refuse(e, "does not belong in the meta header");
     if (e.number == 0x0010) {
+      if (vr != "UI" || !syntax.empty()) refuse(e, "is not one transfer syntax");
       syntax = bytes_.substr(e.value, e.length);
       while (!syntax.empty() && (syntax.back() == '\0' || syntax.back() == ' ')) syntax.pop_back();
     }

@@ -29,6 +29,15 @@ std::vector<Vec3> read_contour(const DicomItem& contour) {
   return points;
 }
 
+/// Contours of a plane are combined by even and odd in both closed types: a CLOSED_PLANAR within another is its hole.
+bool is_closed(const DicomItem& contour) {
+  const std::string type = contour.text(tag::kContourType);
+  if (type == "CLOSED_PLANAR" || type == "CLOSEDPLANAR_XOR") return true;
+  if (type != "POINT" && type != "OPEN_PLANAR" && type != "OPEN_NONPLANAR")
+    contour.refuse(tag::kContourType, "is \"" + one_short_line(type) + "\"; export it as CLOSED_PLANAR");
+  return false;
+}
+
 }  // namespace
 
 RtStructureSet read_rt_structure(const DicomFile& file) {
@@ -65,7 +74,7 @@ RtStructureSet read_rt_structure(const DicomFile& file) {
       for (std::size_t c = 0; c < 3; ++c) (*roi.colour)[c] = std::clamp(rgb[c] / 255, 0.0, 1.0);
     }
     for (const DicomItem& contour : item.sequence(tag::kContours)) {
-      if (contour.text(tag::kContourType) != "CLOSED_PLANAR") {
+      if (!is_closed(contour)) {
         ++roi.other_contours;
         continue;
       }

@@ -14,7 +14,7 @@ struct RtRoi {
   int number = 0;
   std::string name;
   std::optional<std::array<double, 3>> colour;  ///< red, green, blue, 0 … 1
-  std::vector<std::vector<Vec3>> contours;      ///< CLOSED_PLANAR; mm, RAS
+  std::vector<std::vector<Vec3>> contours;      ///< CLOSED_PLANAR and CLOSEDPLANAR_XOR; mm, RAS
   std::size_t other_contours = 0;               ///< points and open ones, which have no inside
 };
 

@@ -22,8 +22,8 @@ void write_rt_dose(const std::filesystem::path& file, const ExportIds& ids, cons
   data.put_word(tag::kRows, static_cast<unsigned short>(ny))
       .put_word(tag::kColumns, static_cast<unsigned short>(nx));
   const auto word = static_cast<unsigned short>(bits);
-  data.put_word(tag::kBitsAllocated, word).put_word({0x0028, 0x0101}, word);
-  data.put_word({0x0028, 0x0102}, static_cast<unsigned short>(bits - 1));
+  data.put_word(tag::kBitsAllocated, word).put_word(tag::kBitsStored, word);
+  data.put_word(tag::kHighBit, static_cast<unsigned short>(bits - 1));
   data.put_word(tag::kPixelRepresentation, 0);
   data.put(tag::kDoseUnits, "GY").put(tag::kDoseType, "PHYSICAL").put({0x3004, 0x000a}, "PLAN");
   std::string offsets;

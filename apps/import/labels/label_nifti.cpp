@@ -1,9 +1,13 @@
 #include "apps/import/labels/label_nifti.h"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <optional>
 #include <span>
 
 #include "core/base/error.h"
+#include "core/base/number_text.h"
 #include "core/geometry/volume/gzip.h"
 #include "core/geometry/volume/nrrd_data.h"
 #include "core/geometry/volume/place_fault.h"
@@ -14,12 +18,12 @@ namespace {
 
 /// Where the fields of a header lie; https://nifti.nimh.nih.gov/pub/dist/src/niftilib/nifti1.h, …/nifti2.h.
 struct NiftiLayout {
-  std::size_t size, dim, dim_bytes, datatype, pixdim, real_bytes, vox_offset, scl_slope, qform_code,
-      code_bytes, quatern, srow;
+  std::size_t size, dim, dim_bytes, datatype, pixdim, real_bytes, vox_offset, scl_slope, units, units_bytes,
+      qform_code, code_bytes, quatern, srow;
 };
 constexpr double kFarthestData = 1 << 24;  // its extensions are some kilobytes
-constexpr NiftiLayout kNifti1{348, 40, 2, 70, 76, 4, 108, 112, 252, 2, 256, 280};
-constexpr NiftiLayout kNifti2{540, 16, 8, 12, 104, 8, 168, 176, 344, 4, 352, 400};
+constexpr NiftiLayout kNifti1{348, 40, 2, 70, 76, 4, 108, 112, 123, 1, 252, 2, 256, 280};
+constexpr NiftiLayout kNifti2{540, 16, 8, 12, 104, 8, 168, 176, 500, 4, 344, 4, 352, 400};
 
 class NiftiReader {
  public:
@@ -44,7 +48,9 @@ class NiftiReader {
   }
   VoxelType type() const;
   void read_geometry();
-  Mat3 quaternion_rotation() const;
+  double mm_per_unit() const;
+  VoxelGrid sform() const;
+  std::optional<VoxelGrid> qform() const;
 
   std::string_view bytes_;
   const std::string& name_;
@@ -96,35 +102,75 @@ VoxelType NiftiReader::type() const {
   }
 }
 
-// Method 2 of the NIFTI-1 data format: a unit quaternion (a, b, c, d), of which a is left out.
-Mat3 NiftiReader::quaternion_rotation() const {
-  const double b = real(layout_.quatern), c = real(layout_.quatern + layout_.real_bytes),
-               d = real(layout_.quatern + 2 * layout_.real_bytes);
+// xyzt_units: in the lower three bits that of space.
+double NiftiReader::mm_per_unit() const {
+  const auto unit = static_cast<unsigned>(whole(layout_.units, layout_.units_bytes)) & 7U;
+  constexpr std::array<double, 4> kMm = {1, 1000, 1, 0.001};  // not said, m, mm, µm
+  if (unit >= kMm.size())
+    refuse("xyzt_units", "is " + std::to_string(unit) + ", no unit of length; save it in mm");
+  return kMm[unit];
+}
+
+// Method 3 of the NIFTI-1 data format.
+VoxelGrid NiftiReader::sform() const {
+  VoxelGrid grid = map_.grid;
+  for (int row = 0; row < 3; ++row)
+    for (int column = 0; column < 4; ++column) {
+      const double value =
+          real(layout_.srow + static_cast<std::size_t>(4 * row + column) * layout_.real_bytes);
+      (column < 3 ? grid.steps(row, column) : grid.origin[row]) = value;
+    }
+  return grid;
+}
+
+// Method 2: a unit quaternion (a, b, c, d), of which a is left out; nothing where it is longer than 1.
+std::optional<VoxelGrid> NiftiReader::qform() const {
+  const std::size_t size = layout_.real_bytes;
+  const auto at = [&](std::size_t field, std::size_t n) { return real(field + n * size); };
+  const double b = at(layout_.quatern, 0), c = at(layout_.quatern, 1), d = at(layout_.quatern, 2);
   const double rest = b * b + c * c + d * d;
-  if (!(rest <= 1.0001)) refuse("quatern_b", "the quaternion is longer than 1; write the file again");
-  return Eigen::Quaterniond(std::sqrt(std::max(0.0, 1 - rest)), b, c, d).normalized().toRotationMatrix();
+  if (!(rest <= 1.0001)) return std::nullopt;
+  const Vec3 spacing(at(layout_.pixdim, 1), at(layout_.pixdim, 2),
+                     at(layout_.pixdim, 3) * (at(layout_.pixdim, 0) < 0 ? -1 : 1));
+  VoxelGrid grid = map_.grid;
+  grid.steps =
+      Eigen::Quaterniond(std::sqrt(std::max(0.0, 1 - rest)), b, c, d).normalized().toRotationMatrix() *
+      spacing.asDiagonal();
+  grid.origin = Vec3(at(layout_.quatern, 3), at(layout_.quatern, 4), at(layout_.quatern, 5));
+  return grid;
+}
+
+/// How far apart two grids of one size put a voxel: a corner's, as both are affine.
+double most_apart(const VoxelGrid& a, const VoxelGrid& b) {
+  double most = 0;
+  for (unsigned corner = 0; corner < 8; ++corner) {
+    Vec3 ijk;
+    for (unsigned k = 0; k < 3; ++k)
+      ijk[k] = (corner >> k & 1U) != 0 ? static_cast<double>(a.size[k] - 1) : 0;
+    most = std::max(most, (a.position(ijk) - b.position(ijk)).norm());
+  }
+  return most;
 }
 
 void NiftiReader::read_geometry() {
-  const std::size_t real_bytes = layout_.real_bytes, code_bytes = layout_.code_bytes;
-  if (whole(layout_.qform_code + code_bytes, code_bytes) > 0) {
-    for (int row = 0; row < 3; ++row)
-      for (int column = 0; column < 4; ++column) {
-        const double value = real(layout_.srow + static_cast<std::size_t>(4 * row + column) * real_bytes);
-        (column < 3 ? map_.grid.steps(row, column) : map_.grid.origin[row]) = value;
-      }
-  } else if (whole(layout_.qform_code, code_bytes) > 0) {
-    const Vec3 spacing(real(layout_.pixdim + real_bytes), real(layout_.pixdim + 2 * real_bytes),
-                       real(layout_.pixdim + 3 * real_bytes) * (real(layout_.pixdim) < 0 ? -1 : 1));
-    map_.grid.steps = quaternion_rotation() * spacing.asDiagonal();
-    const std::size_t offset = layout_.quatern + 3 * real_bytes;
-    map_.grid.origin = Vec3(real(offset), real(offset + real_bytes), real(offset + 2 * real_bytes));
-  } else {
+  const bool has_sform = whole(layout_.qform_code + layout_.code_bytes, layout_.code_bytes) > 0;
+  const bool has_qform = whole(layout_.qform_code, layout_.code_bytes) > 0;
+  if (!has_sform && !has_qform)
     refuse("qform_code",
            "it and sform_code are 0, so nothing says where the map lies; save it with its orientation");
-  }
+  const std::optional<VoxelGrid> by_quaternion = has_qform ? qform() : std::nullopt;
+  if (!has_sform && !by_quaternion)
+    refuse("quatern_b", "the quaternion is longer than 1; write the file again");
+  const double unit = mm_per_unit();
+  map_.grid = has_sform ? sform() : *by_quaternion;
+  const double apart = has_sform && by_quaternion ? unit * most_apart(map_.grid, *by_quaternion) : 0;
+  map_.grid.steps *= unit;
+  map_.grid.origin *= unit;
   if (const std::string fault = place_fault(map_.grid, kLabelIndependence); !fault.empty())
     refuse("sform or qform", fault);
+  if (apart > 0.5 * map_.grid.steps.colwise().norm().minCoeff())
+    map_.notes.push_back("qform_code: the qform puts the map up to " + text_of(apart) +
+                         " mm from where the sform does, which is taken");
 }
 
 std::size_t NiftiReader::read_header() {
@@ -134,7 +180,7 @@ std::size_t NiftiReader::read_header() {
   for (std::size_t a = 0; a < static_cast<std::size_t>(dimensions); ++a) {
     const double size = whole(layout_.dim + (a + 1) * layout_.dim_bytes, layout_.dim_bytes);
     if (!(size >= 1 && size <= 1e6) || (a >= 3 && size != 1))
-      refuse("dim", "must be three sizes from 1 on; save a label map");
+      refuse("dim", "must be three sizes from 1 on, and 1 along other axes; save one 3-D label map");
     if (a < 3) map_.grid.size[a] = static_cast<std::size_t>(size);
   }
   if (map_.grid.count() > most_voxels_)

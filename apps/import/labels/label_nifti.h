@@ -10,7 +10,8 @@ namespace brachy {
 
 /// Reads a label map from the bytes of a NIfTI-1 or NIfTI-2 file (.nii; .nii.gz: still compressed), either endian: the
 /// sform where sform_code > 0, else the qform where qform_code > 0 (NIFTI-1 data format, methods 3 and 2), which are in
-/// RAS; a file with neither is refused, as nothing says where it lies. One segment for each value but 0.
+/// RAS, in the unit of xyzt_units; a file with neither is refused, as nothing says where it lies. Where both are there
+/// and differ by over half a voxel, a note says so. One segment for each value but 0.
 /// Of compressed data no more is decompressed than the header asks for, and none where so few bytes cannot hold it.
 /// Errors: UserError "name: field: what; fix", also where there are more than `most_voxels`. Threads: any.
 LabelMap parse_label_nifti(std::string_view bytes, const std::string& name,

@@ -5,7 +5,7 @@
 
 #include "apps/command_line/output_file.h"
 #include "apps/command_line/tool.h"
-#include "apps/import/case/imported_case.h"
+#include "apps/import/case/case_structures.h"
 #include "apps/import/case/volume_nrrd.h"
 #include "apps/import/dicom_out/rt_objects.h"
 #include "apps/terminal/progress.h"

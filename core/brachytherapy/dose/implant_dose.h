@@ -28,6 +28,8 @@ class ImplantDose {
   std::size_t seed_count() const { return seed_count_; }
   const DoseGrid& grid() const { return grid_; }
   const std::vector<Structure>& structures() const { return structures_; }
+  /// The part of the grid's voxels that each structure fills, in the order of structures().
+  const std::vector<StructureVoxels>& voxels() const { return voxels_; }
   const DoseSettings& settings() const { return settings_; }
 
   /// The figures of all structures, in their order, for the seeds so far.

@@ -2,12 +2,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "core/base/error.h"
 #include "core/base/number_text.h"
 
 namespace brachy {
 namespace {
+
+constexpr double kLeastDoubleArea = 1e-9;  // mm²
 
 /// Twice the area, along the normal (Newell).
 Vec3 area_vector(const std::vector<Vec3>& contour) {
@@ -99,6 +102,34 @@ void add_without_channels(Polygon polygon, std::vector<Polygon>& out) {
   out.push_back(std::move(polygon));
 }
 
+double side_of(const Vec2& a, const Vec2& b, const Vec2& p) {
+  return (b - a).x() * (p - a).y() - (b - a).y() * (p - a).x();
+}
+
+/// Whether two edges cross within both; not where they only touch.
+bool do_cross(const Vec2& a, const Vec2& b, const Vec2& c, const Vec2& d) {
+  return side_of(a, b, c) * side_of(a, b, d) < 0 && side_of(c, d, a) * side_of(c, d, b) < 0;
+}
+
+bool do_cross(const Polygon& p, const Polygon& q) {
+  Eigen::AlignedBox2d of_q;
+  for (const Vec2& v : q) of_q.extend(v);
+  for (std::size_t i = 0; i < p.size(); ++i) {
+    const Vec2 &a = p[i], &b = p[(i + 1) % p.size()];
+    if (!of_q.intersects(Eigen::AlignedBox2d(a.cwiseMin(b), a.cwiseMax(b)))) continue;
+    for (std::size_t j = 0; j < q.size(); ++j)
+      if (do_cross(a, b, q[j], q[(j + 1) % q.size()])) return true;
+  }
+  return false;
+}
+
+bool has_crossing(const ContourPlane& plane) {
+  for (std::size_t n = 0; n < plane.polygons.size(); ++n)
+    for (std::size_t m = n + 1; m < plane.polygons.size(); ++m)
+      if (do_cross(plane.polygons[n], plane.polygons[m])) return true;
+  return false;
+}
+
 void measure_spacing(ContourStack& stack) {
   std::vector<double> gaps;
   for (std::size_t p = 0; p + 1 < stack.planes.size(); ++p)
@@ -107,16 +138,39 @@ void measure_spacing(ContourStack& stack) {
   std::vector<double> sorted = gaps;
   std::ranges::nth_element(sorted, sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2));
   stack.spacing_mm = sorted[sorted.size() / 2];
-  for (const double gap : gaps)
-    if (gap > 1.5 * stack.spacing_mm && gap <= kBridgedGap * stack.spacing_mm)
-      stack.missing_planes += static_cast<std::size_t>(std::lround(gap / stack.spacing_mm)) - 1;
+  for (std::size_t p = 0; p < gaps.size(); ++p)
+    if (gaps[p] > 1.5 * stack.spacing_mm && !stack.is_piece_end(p))
+      stack.missing_planes += static_cast<std::size_t>(std::lround(gaps[p] / stack.spacing_mm)) - 1;
 }
 
 }  // namespace
 
+double ContourStack::gap_mm(std::size_t plane) const {
+  if (plane + 1 >= planes.size()) return std::numeric_limits<double>::infinity();
+  return planes[plane + 1].height_mm - planes[plane].height_mm;
+}
+
+bool ContourStack::is_piece_end(std::size_t plane) const {
+  if (plane + 1 >= planes.size()) return true;
+  // Planes are drawn farther apart where a structure changes little.
+  double usual = spacing_mm;
+  if (plane > 0) usual = std::max(usual, gap_mm(plane - 1));
+  if (plane + 2 < planes.size()) usual = std::max(usual, gap_mm(plane + 1));
+  return gap_mm(plane) > kBridgedGap * usual;
+}
+
+bool has_area(std::span<const std::vector<Vec3>> contours) {
+  // A point that is not finite is for stack_contours to refuse.
+  return std::ranges::any_of(contours,
+                             [](const auto& c) { return !(area_vector(c).norm() <= kLeastDoubleArea); });
+}
+
 ContourStack stack_contours(std::span<const std::vector<Vec3>> contours, const std::string& name) {
   Vec3 largest = Vec3::Zero();
   for (const auto& contour : contours) {
+    if (contour.size() > kMostContourPoints)
+      throw UserError(name + ": a contour has " + std::to_string(contour.size()) +
+                      " points, and 50,000 are read; export it with fewer");
     for (const Vec3& p : contour)
       if (!(p.cwiseAbs().maxCoeff() <= kMostMm))
         throw UserError(
@@ -124,7 +178,7 @@ ContourStack stack_contours(std::span<const std::vector<Vec3>> contours, const s
     const Vec3 area = area_vector(contour);
     if (area.norm() > largest.norm()) largest = area;
   }
-  if (!(largest.norm() > 1e-9))
+  if (!(largest.norm() > kLeastDoubleArea))
     throw UserError(name + ": has no closed contour with an area; export it as CLOSED_PLANAR contours");
   ContourStack stack;
   stack.axes = axes_along(largest);
@@ -149,6 +203,7 @@ ContourStack stack_contours(std::span<const std::vector<Vec3>> contours, const s
   }
   std::erase_if(stack.planes, [](const ContourPlane& plane) { return plane.polygons.empty(); });
   if (stack.planes.empty()) throw UserError(name + ": has no contour with an area; export it again");
+  stack.crossing_planes = static_cast<std::size_t>(std::ranges::count_if(stack.planes, has_crossing));
   measure_spacing(stack);
   return stack;
 }

@@ -22,21 +22,14 @@ struct GridLayer {
 
 constexpr double kEndMm = 0.02;  // half the distance of the two layers about the flat end of a slab
 
-/// A gap that separates two pieces, or an end of the stack.
-bool is_apart(const ContourStack& stack, std::size_t plane) {
-  if (plane + 1 >= stack.planes.size()) return true;
-  const double gap = stack.planes[plane + 1].height_mm - stack.planes[plane].height_mm;
-  return gap > kBridgedGap * stack.spacing_mm;
-}
-
 /// How far the slab of a piece's first or last plane reaches beyond it.
 double half_slab(const ContourStack& stack, std::size_t plane, bool towards_next) {
   const double spacing = stack.spacing_mm > 0 ? stack.spacing_mm : 1;
   const bool has_neighbour =
-      towards_next ? plane > 0 && !is_apart(stack, plane - 1) : !is_apart(stack, plane);
+      towards_next ? plane > 0 && !stack.is_piece_end(plane - 1) : !stack.is_piece_end(plane);
   if (!has_neighbour) return 0.5 * spacing;
   const std::size_t low = towards_next ? plane - 1 : plane;
-  return 0.5 * std::min(spacing, stack.planes[low + 1].height_mm - stack.planes[low].height_mm);
+  return 0.5 * std::min(spacing, stack.gap_mm(low));
 }
 
 void add_end(std::vector<GridLayer>& layers, const ContourStack& stack, std::size_t plane,
@@ -54,13 +47,13 @@ void add_end(std::vector<GridLayer>& layers, const ContourStack& stack, std::siz
 std::vector<GridLayer> layers_of(const ContourStack& stack, double pitch_mm) {
   std::vector<GridLayer> layers;
   for (std::size_t p = 0; p < stack.planes.size(); ++p) {
-    if (p == 0 || is_apart(stack, p - 1)) add_end(layers, stack, p, false);
+    if (p == 0 || stack.is_piece_end(p - 1)) add_end(layers, stack, p, false);
     layers.push_back({stack.planes[p].height_mm, p, 0, false, false});
-    if (is_apart(stack, p)) {
+    if (stack.is_piece_end(p)) {
       add_end(layers, stack, p, true);
       continue;
     }
-    const double gap = stack.planes[p + 1].height_mm - stack.planes[p].height_mm;
+    const double gap = stack.gap_mm(p);
     const auto steps = static_cast<std::size_t>(std::ceil(gap / pitch_mm - 1e-6));
     for (std::size_t s = 1; s < steps; ++s) {
       const double share = static_cast<double>(s) / static_cast<double>(steps);
@@ -111,11 +104,9 @@ class PlaneDistances {
 double slabs_mm3(const ContourStack& stack) {
   double sum = 0;
   for (std::size_t p = 0; p < stack.planes.size(); ++p) {
-    const auto gap = [&](std::size_t low) {
-      return stack.planes[low + 1].height_mm - stack.planes[low].height_mm;
-    };
-    const double below = p == 0 || is_apart(stack, p - 1) ? half_slab(stack, p, false) : 0.5 * gap(p - 1);
-    const double above = is_apart(stack, p) ? half_slab(stack, p, true) : 0.5 * gap(p);
+    const double below =
+        p == 0 || stack.is_piece_end(p - 1) ? half_slab(stack, p, false) : 0.5 * stack.gap_mm(p - 1);
+    const double above = stack.is_piece_end(p) ? half_slab(stack, p, true) : 0.5 * stack.gap_mm(p);
     sum += (below + above) * area_mm2(stack.planes[p].polygons);
   }
   return sum;

@@ -13,8 +13,9 @@ struct ContourSurfaceOptions {
 };
 
 struct ContourSurface {
-  SurfaceMesh mesh;     ///< closed, outward, every edge with two triangles; mm, RAS
-  double slabs_cc = 0;  ///< volume of the contours: areas times the distance between the planes' midplanes
+  SurfaceMesh mesh;  ///< closed, outward, every edge with two triangles; mm, RAS
+  /// Volume of the contours: areas times the distance between the planes' midplanes. Not of contours that cross.
+  double slabs_cc = 0;
   double surface_cc = 0;
   double pitch_mm = 0;  ///< that was used
 };

@@ -22,6 +22,7 @@ struct LabelMap {
   VoxelGrid grid;
   std::vector<std::vector<std::uint16_t>> layers;  ///< each of grid.count() values; 0 belongs to none
   std::vector<Segment> segments;
+  std::vector<std::string> notes;  ///< what in the file was not taken, one line each
 };
 
 /// One segment for each value but 0 that occurs, layer by layer, by increasing value.

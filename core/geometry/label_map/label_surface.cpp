@@ -92,6 +92,9 @@ LabelSurface label_surface(const VoxelGrid& grid, std::span<const std::uint16_t>
       },
       0.5F, options.most_vertices);
   smooth(net, options.smoothing_steps);
+  // In voxels, so that long ones grow along their length. Along a corner's normal a whole step is 0.58 along each axis:
+  // a voxel by itself gets its volume back.
+  move_to_volume(net.mesh, static_cast<double>(box.voxels), 1);
   LabelSurface result{std::move(net.mesh), 1e-3 * grid.voxel_mm3() * static_cast<double>(box.voxels), 0,
                       box.voxels};
   const auto first =
@@ -99,7 +102,6 @@ LabelSurface label_surface(const VoxelGrid& grid, std::span<const std::uint16_t>
   for (Vec3& v : result.mesh.vertices) v = grid.position(first + v);
   if (grid.steps.determinant() < 0)
     for (Triangle& t : result.mesh.triangles) std::swap(t[1], t[2]);
-  move_to_volume(result.mesh, 1e3 * result.voxels_cc, 0.5 * grid.steps.colwise().norm().minCoeff());
   result.surface_cc = 1e-3 * enclosed_mm3(result.mesh);
   return result;
 }

@@ -264,7 +264,9 @@ std::size_t skip_of(const Fields& fields, std::initializer_list<const char*> spe
 NrrdHeader parse_nrrd_header(std::string_view bytes, const std::string& name, const NrrdLimits& limits) {
   Fields fields(bytes, name);
   if (fields.find({"data file", "datafile"}))
-    refuse(name, "its data are in another file, which is not opened; save header and data as one .nrrd");
+    refuse(name,
+           "\"data file\": its data are in another file, which is not opened; save header and data as one "
+           ".nrrd");
   NrrdHeader header;
   header.data_begin = fields.end();
   header.type = type_of(fields);

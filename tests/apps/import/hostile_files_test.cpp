@@ -1,8 +1,8 @@
 // Files that would take DCMTK or zlib far, refused before that: by one line, without the memory that they claim.
 #include <gtest/gtest.h>
 
-#include "apps/import/dicom/rt_dose.h"
 #include "apps/import/labels/label_nifti.h"
+#include "apps/import/voxels/rt_dose.h"
 #include "core/base/error.h"
 #include "tests/core/geometry/volume/nrrd_fixtures.h"
 
@@ -33,9 +33,10 @@ struct DicomBytes {
   }
 };
 
-std::string file_with(const std::string& data, const std::string& syntax = "1.2.840.10008.1.2.1") {
+std::string file_with(const std::string& data, const std::string& syntax = "1.2.840.10008.1.2.1",
+                      const char* syntax_vr = "UI") {
   const std::string padded = syntax.size() % 2 == 0 ? syntax : syntax + '\0';
-  const std::string uid = DicomBytes().element(2, 0x10, "UI", padded).text;
+  const std::string uid = DicomBytes().element(2, 0x10, syntax_vr, padded).text;
   return std::string(128, '\0') + "DICM" +
          DicomBytes().element(2, 0, "UL", DicomBytes::word(uid.size(), 4)).text + uid + data;
 }
@@ -68,6 +69,17 @@ TEST(HostileDicom, RefusesATransferSyntaxThatOnlyDcmtkKnows) {
   const std::string data = DicomBytes().element(0x0008, 0x0060, "CS", "RTDOSE").text;
   expect_dicom_refusal(std::string(128, '\0') + "DICM" + data, {"(0002,0010)", "export it as"});
   expect_dicom_refusal(file_with(data, "Virtual Big Endian Implicit"), {"(0002,0010)", "export it as"});
+}
+
+// Found by the fuzzer: DCMTK takes no TM for the transfer syntax, and reads deflated bytes as elements.
+TEST(HostileDicom, RefusesAMetaHeaderWithoutOneTransferSyntaxOfItsKind) {
+  const std::string data = DicomBytes().element(0x0008, 0x0060, "CS", "RTDOSE").text;
+  for (const char* vr : {"TM", "SQ", "UN", "OB"})
+    expect_dicom_refusal(file_with(data, "1.2.840.10008.1.2.1.99", vr), {"(0002,0010)", "export it again"});
+  const std::string again = DicomBytes().element(2, 0x10, "UI", "1.2.840.10008.1.2.1.99").text;
+  std::string twice = file_with(again + data);
+  twice[132 + 8] = static_cast<char>(twice[132 + 8] + static_cast<char>(again.size()));
+  expect_dicom_refusal(twice, {"(0002,0010)", "is not one transfer syntax"});
 }
 
 TEST(HostileDicom, RefusesSequencesThatLieDeepInEachOther) {

@@ -42,7 +42,7 @@ Consequences consequences(const Plan& plan, const std::vector<Seed>& seeds) {
   ImplantDose planned(body(), settings), at_rest(body(), settings);
   for (const PlannedSeed& seed : plan.seeds(kGrid)) planned.add(seed);
   for (const Seed& seed : seeds) at_rest.add(seed.at_rest());
-  return find_consequences(plan, kGrid, at_rest, planned.evaluate(), seeds);
+  return find_consequences(NeedleCosts(plan, kGrid, at_rest, seeds), plan, at_rest, planned.evaluate());
 }
 
 TEST(Consequences, AnImplantAsPlannedCostsNothing) {

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cstdio>
 #include <random>
 
 #include "apps/score/score.h"
@@ -164,6 +165,44 @@ TEST_F(Sessions, ClinicalNoise) {
     }
   }
   EXPECT_TRUE(says("depths scatter"));
+}
+
+TEST_F(Sessions, OfAFewNeedlesAtAnotherDepthSaysWhichAndNotThatAllScatter) {
+  for (std::size_t n = 0; n < plan.needles.size(); ++n) {
+    if (n == 4) continue;  // and one skipped
+    implant(n, n < 2 ? Vec3(0, 0, -8) : n == 7 ? Vec3(0, 0, 30) : Vec3::Zero());
+  }
+  EXPECT_TRUE(says("2 needles too shallow: E5 by 8.0 mm, G5 by 8.0 mm"));
+  EXPECT_TRUE(says("1 needle too deep: J7 by 30.0 mm"));
+  EXPECT_TRUE(says("1 needle left no seed in place: G9; 3 seeds missing"));
+  EXPECT_EQ(findings().size(), 3u);
+}
+
+TEST_F(Sessions, OfAShiftThatBringsSeedsToOthersPlacesSaysNoneMissing) {
+  implant_all_but(kNone, {0, 0, -10});  // a seed's distance and a spacer
+  ASSERT_EQ(findings().size(), 1u);
+  EXPECT_TRUE(says("all needles too shallow: the seeds fell 10.0 mm short"));
+}
+
+TEST_F(Sessions, ASeedAwayFromTheOthersOfItsNeedleIsToldAsSuch) {
+  implant_all_but(4);
+  implant(4, Vec3::Zero(), 1);
+  drop(14, {0, 0, -25});
+  EXPECT_TRUE(says("needle G9: 1 of its 3 seeds fell away from where it was planned"));
+  EXPECT_EQ(findings().size(), 1u);
+}
+
+// One by one, each needle brings back less than its part of all.
+TEST_F(Sessions, WithoutAnySeedTheCostIsAllOfTheDose) {
+  for (std::size_t n = 0; n < plan.needles.size(); ++n) implant(n, Vec3::Zero(), 3);
+  const auto found = findings();
+  ASSERT_FALSE(found.empty());
+  EXPECT_TRUE(found[0].text.starts_with("9 needles left no seed in place")) << found[0].text;
+  ImplantDose as_planned(structures, {.spacing_mm = 4, .margin_mm = 2, .source = {}});
+  for (const PlannedSeed& seed : planned) as_planned.add(seed);
+  char d90[32];
+  std::snprintf(d90, sizeof d90, "D90 -%.1f Gy", as_planned.evaluate()[0].d90_gy);
+  EXPECT_NE(found[0].text.find(d90), std::string::npos) << found[0].text << ", not " << d90;
 }
 
 TEST_F(Sessions, TheUrethraPiercedThreeTimesComesFirst) {

@@ -21,7 +21,6 @@ using test::pressure_at;
 using test::spot_near;
 
 const auto kNoMotion = [](const Vec3&) { return Vec3(Vec3::Zero()); };
-constexpr double kSampleStep = double{ScanSteps::kSampleMm};
 
 UltrasoundImager::Options bright(const std::string& array) {
   UltrasoundImager::Options options = plain_options(array);
@@ -104,6 +103,24 @@ struct DeepNeedle {
   MeshState state;
 };
 
+TEST(UltrasoundImage, TissueThatMovesOnIsFoundAtOnce) {
+  double amplitude_mm = 0;
+  FunctionField field(
+      [&](const Vec3& X) { return Vec3(amplitude_mm * std::sin(0.06 * X.z()), 0, amplitude_mm); });
+  const ImagePlane plane(plain_options("transverse").settings, 10);
+  InverseField inverse(plane);
+  const RigidTransform X_WI = test::probe_below() * plane.in_probe();
+  std::vector<double> evaluations;  // of a node
+  for (int k = 1; k <= 4; ++k) {
+    amplitude_mm = 0.1 * k;
+    ASSERT_TRUE(inverse.solve(field, BodyFrame(), X_WI));
+    evaluations.push_back(static_cast<double>(inverse.evaluations()) /
+                          static_cast<double>(inverse.node_count()));
+  }
+  EXPECT_GT(evaluations[1], 2);  // it had been still
+  EXPECT_LT(evaluations[3], 1.3);
+}
+
 TEST(UltrasoundImage, FindsTheMaterialPointsOfADeformedGland) {
   const Scene scene = small_scene();
   DeepNeedle deep(scene);
@@ -119,8 +136,10 @@ TEST(UltrasoundImage, FindsTheMaterialPointsOfADeformedGland) {
     for (const bool is_warm : {false, true}) {
       ASSERT_TRUE(inverse.solve(deep.simulator.field(), deep.simulator.body_frame(), X_WI)) << array;
       EXPECT_LE(inverse.worst_residual_mm(), 0.02);
-      if (is_warm) {  // once each, and once across the plane
-        EXPECT_EQ(inverse.evaluations(), 2 * inverse.node_count());
+      if (is_warm) {  // once each, and every second of each row and column once across the plane
+        EXPECT_GT(inverse.evaluations(), inverse.node_count());
+        EXPECT_LT(static_cast<double>(inverse.evaluations()),
+                  1.3 * static_cast<double>(inverse.node_count()));
       }
     }
     double squares = 0, n = 0;
@@ -183,13 +202,14 @@ TEST(UltrasoundImage, DrawsTheCapsuleWhereTheFieldPutsIt) {
       (is_inside(l, middle) ? lower : upper) = middle;
     }
     double sum = 0, at = 0;
-    const auto s0 = static_cast<int>(lower / kSampleStep);
-    for (int s = s0 - 6; s <= s0 + 7; ++s) {
+    const auto reach = static_cast<int>(std::lround(0.5 / imager.sample_mm()));
+    const auto s0 = static_cast<int>(lower / imager.sample_mm());
+    for (int s = s0 - reach; s <= s0 + reach + 1; ++s) {
       const double w = std::pow(pressure_at(imager, line, static_cast<std::size_t>(s)), 2);
       sum += w;
       at += w * s;
     }
-    bias += at / sum * kSampleStep - lower;
+    bias += at / sum * imager.sample_mm() - lower;
     n += 1;
   }
   ASSERT_GT(n, 40);

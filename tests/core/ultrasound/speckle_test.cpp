@@ -13,10 +13,9 @@ using test::plain_options;
 using test::pressure_at;
 
 const auto kAtRest = [](const Vec3&) { return Vec3(Vec3::Zero()); };
-constexpr double kSample = double{ScanSteps::kSampleMm};
 
-std::size_t sample_of(double depth_mm) {
-  return static_cast<std::size_t>(depth_mm / kSample);
+std::size_t sample_of(const UltrasoundImager& imager, double depth_mm) {
+  return static_cast<std::size_t>(depth_mm / imager.sample_mm());
 }
 
 struct Patch {
@@ -61,7 +60,7 @@ TEST(Speckle, EnvelopeIsRayleighWithTheLevelOfTheTissue) {
       for (const double depth : {12.0, 30.0, 50.0}) {
         double sum = 0, squares = 0, n = 0;
         for (std::size_t l = 60; l < 450; ++l)
-          for (std::size_t s = sample_of(depth - 5); s < sample_of(depth + 5); ++s) {
+          for (std::size_t s = sample_of(imager, depth - 5); s < sample_of(imager, depth + 5); ++s) {
             const double p = pressure_at(imager, l, s);
             sum += p;
             squares += p * p;
@@ -84,9 +83,10 @@ TEST(Speckle, CellIsTheStatedResolution) {
   ASSERT_EQ(test::render(imager, field), ImageResult::kNew);
   const double line_mm = imager.plane().line_spacing_mm(0);
   for (const double depth : {20.0, 30.0, 45.0}) {
-    const Patch patch{20, 490, sample_of(depth - 4), sample_of(depth + 4)};
+    const Patch patch{20, 490, sample_of(imager, depth - 4), sample_of(imager, depth + 4)};
     const PointSpread& spread = imager.point_spread();
-    EXPECT_NEAR(width(imager, patch, false) * kSample, spread.axial_mm(), 0.15 * spread.axial_mm()) << depth;
+    EXPECT_NEAR(width(imager, patch, false) * imager.sample_mm(), spread.axial_mm(), 0.15 * spread.axial_mm())
+        << depth;
     const double lateral = spread.lateral_mm(depth);
     EXPECT_NEAR(width(imager, patch, true) * line_mm, lateral, 0.15 * lateral) << depth;
   }
@@ -102,10 +102,10 @@ TEST(Speckle, LevelFallsWithDepthAsTissueAttenuates) {
   FunctionField field(kAtRest);
   ASSERT_EQ(test::render(imager, field), ImageResult::kNew);
   double n = 0, z = 0, db = 0, zz = 0, z_db = 0;
-  for (std::size_t s = sample_of(5); s < sample_of(55); ++s) {
+  for (std::size_t s = sample_of(imager, 5); s < sample_of(imager, 55); ++s) {
     double power = 0;
     for (std::size_t l = 0; l < imager.plane().lines(); ++l) power += std::pow(pressure_at(imager, l, s), 2);
-    const double cm = 0.1 * kSample * static_cast<double>(s);
+    const double cm = 0.1 * imager.sample_mm() * static_cast<double>(s);
     const double level = 10 * std::log10(power / static_cast<double>(imager.plane().lines()));
     n += 1;
     z += cm;
@@ -118,10 +118,11 @@ TEST(Speckle, LevelFallsWithDepthAsTissueAttenuates) {
 
 // The pattern around a sample of a line, without its mean, of length 1.
 std::vector<double> pattern_at(const UltrasoundImager& imager, std::size_t line, std::size_t sample) {
-  constexpr std::size_t kLines = 10, kSamples = 14;
+  constexpr std::size_t kLines = 10;
+  const std::size_t samples = sample_of(imager, 1.12);
   std::vector<double> values;
   for (std::size_t l = line - kLines; l <= line + kLines; ++l)
-    for (std::size_t s = sample - kSamples; s <= sample + kSamples; ++s)
+    for (std::size_t s = sample - samples; s <= sample + samples; ++s)
       values.push_back(pressure_at(imager, l, s));
   const double mean = std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
   double square = 0;
@@ -151,14 +152,15 @@ TEST(Speckle, MovesWithTheTissue) {
   std::vector<Tracked> tracked;
   for (std::size_t line = 60; line < 450; line += 65)
     for (double depth = 12; depth < 50; depth += 9)
-      tracked.push_back({pattern_at(imager, line, sample_of(depth)), line, sample_of(depth)});
+      tracked.push_back({pattern_at(imager, line, sample_of(imager, depth)), line, sample_of(imager, depth)});
   ASSERT_EQ(test::render(imager, moved), ImageResult::kNew);
   double squares = 0;
   for (const Tracked& t : tracked) {
     double best = -1;
     std::ptrdiff_t best_line = 0, best_sample = 0;
+    const auto reach = static_cast<std::ptrdiff_t>(sample_of(imager, 1.92));
     for (std::ptrdiff_t dl = -16; dl <= 16; ++dl)
-      for (std::ptrdiff_t ds = -24; ds <= 24; ++ds) {
+      for (std::ptrdiff_t ds = -reach; ds <= reach; ++ds) {
         const std::vector<double> there =
             pattern_at(imager, static_cast<std::size_t>(static_cast<std::ptrdiff_t>(t.line) + dl),
                        static_cast<std::size_t>(static_cast<std::ptrdiff_t>(t.sample) + ds));
@@ -168,10 +170,11 @@ TEST(Speckle, MovesWithTheTissue) {
         best_line = dl;
         best_sample = ds;
       }
-    const PlanePoint p = plane.at(static_cast<double>(t.line), kSample * static_cast<double>(t.sample));
+    const PlanePoint p =
+        plane.at(static_cast<double>(t.line), imager.sample_mm() * static_cast<double>(t.sample));
     const Vec3 truth = X_WI.R.transpose() * u(X_WI * Vec3(p.a, p.b, 0));
     squares += std::pow(static_cast<double>(best_line) * plane.line_spacing_mm(0) - truth.x(), 2) +
-               std::pow(static_cast<double>(best_sample) * kSample - truth.y(), 2);
+               std::pow(static_cast<double>(best_sample) * imager.sample_mm() - truth.y(), 2);
   }
   EXPECT_GE(tracked.size(), 25u);
   EXPECT_LE(std::sqrt(squares / static_cast<double>(tracked.size())), 0.3);

@@ -18,7 +18,6 @@ namespace brachy {
 namespace {
 
 constexpr double kGoalMm = 0.2;
-constexpr double kStepMm = double{ScanSteps::kSampleMm};
 
 /// Tissue without noise and made-up surroundings, in which the places of structures alone decide.
 Scene truth_scene() {
@@ -107,13 +106,14 @@ class RandomStates {
         (is_inside(l, middle) ? lower : upper) = middle;
       }
       double sum = 0, at = 0;
-      const auto s0 = static_cast<int>(lower / kStepMm);
-      for (int s = s0 - 6; s <= s0 + 7; ++s) {
+      const auto reach = static_cast<int>(std::lround(0.5 / tissue_.sample_mm()));
+      const auto s0 = static_cast<int>(lower / tissue_.sample_mm());
+      for (int s = s0 - reach; s <= s0 + reach + 1; ++s) {
         const double w = std::pow(test::pressure_at(tissue_, line, static_cast<std::size_t>(s)), 2);
         sum += w;
         at += w * s;
       }
-      bias += at / sum * kStepMm - lower;
+      bias += at / sum * tissue_.sample_mm() - lower;
       n += 1;
     }
     if (n > 40) errors_mm["capsule"].push_back(std::abs(bias / n));
@@ -127,10 +127,14 @@ class RandomStates {
     const RigidTransform X_WI = X_WP * plane.in_probe();
     Vec2 seen = Vec2::Zero(), is = Vec2::Zero();
     double dark = 0, area = 0;
+    const auto samples_in = [&](double mm) {
+      return static_cast<std::size_t>(std::lround(mm / tissue_.sample_mm()));
+    };
+    const std::size_t from = samples_in(2.4), to = samples_in(25.6), step = samples_in(0.16);
     for (std::size_t line = 0; line < plane.lines(); line += 2)
-      for (std::size_t s = 30; s < 320; s += 2) {
+      for (std::size_t s = from; s < to; s += step) {
         const auto l = static_cast<double>(line);
-        const double depth = kStepMm * static_cast<double>(s);
+        const double depth = tissue_.sample_mm() * static_cast<double>(s);
         const double gain = 20 * std::log10(test::pressure_at(filled_, line, s) /
                                             std::max(1e-6, test::pressure_at(tissue_, line, s)));
         const PlanePoint p = plane.at(l, depth);

@@ -62,9 +62,9 @@ inline PlanePoint spot_near(const UltrasoundImager& imager, const PlanePoint& p,
   const ImagePlane& plane = imager.plane();
   const LinePoint at = plane.find(p);
   const auto lines = static_cast<int>(reach_mm / plane.line_spacing_mm(at.depth)),
-             samples = static_cast<int>(0.5 * reach_mm / double{ScanSteps::kSampleMm});
+             samples = static_cast<int>(0.5 * reach_mm / imager.sample_mm());
   const auto l0 = static_cast<int>(std::round(at.line)),
-             s0 = static_cast<int>(std::round(at.depth / double{ScanSteps::kSampleMm}));
+             s0 = static_cast<int>(std::round(at.depth / imager.sample_mm()));
   const auto power = [&](int l, int s) {
     return std::pow(pressure_at(imager, static_cast<std::size_t>(l), static_cast<std::size_t>(s)), 2);
   };
@@ -77,14 +77,15 @@ inline PlanePoint spot_near(const UltrasoundImager& imager, const PlanePoint& p,
         peak_line = l;
         peak_sample = s;
       }
+  const auto near = static_cast<int>(std::lround(0.24 / imager.sample_mm()));
   double sum = 0, line = 0, sample = 0;
   for (int l = peak_line - lines; l <= peak_line + lines; ++l)
-    for (int s = peak_sample - 3; s <= peak_sample + 3; ++s) {
+    for (int s = peak_sample - near; s <= peak_sample + near; ++s) {
       sum += power(l, s);
       line += power(l, s) * l;
       sample += power(l, s) * s;
     }
-  return plane.at(line / sum, sample / sum * double{ScanSteps::kSampleMm});
+  return plane.at(line / sum, sample / sum * imager.sample_mm());
 }
 
 inline double apart(const PlanePoint& a, const PlanePoint& b) {

@@ -47,7 +47,7 @@ double level_between(const UltrasoundImager& imager, double from_x, double to_x)
   for (std::size_t line = 0; line < plane.lines(); line += 2)
     for (std::size_t sample = 0; sample < imager.samples_per_line(); sample += 4) {
       const PlanePoint p =
-          plane.at(static_cast<double>(line), static_cast<double>(sample) * double{ScanSteps::kSampleMm});
+          plane.at(static_cast<double>(line), static_cast<double>(sample) * imager.sample_mm());
       const Vec3 y = X_WI * Vec3(p.a, p.b, 0);
       if (y.x() < from_x || y.x() > to_x || std::abs(y.y()) > 10) continue;
       sum += std::pow(pressure_at(imager, line, sample), 2);

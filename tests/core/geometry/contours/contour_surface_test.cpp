@@ -131,6 +131,17 @@ TEST(ContourSurface, MakesTwoPiecesOfAWideGap) {
   EXPECT_TRUE(SurfaceBvh(two.mesh).inside(Vec3(0, 0, 21)));
 }
 
+// Drawn at 1 mm where the structure changes, at 5 mm where it does not.
+TEST(ContourSurface, IsOnePieceWherePlanesAreFartherApartThroughout) {
+  Contours contours;
+  for (const int z : {0, 1, 2, 3, 4, 5, 6, 7, 12, 17, 22, 27}) contours.push_back(circle(10, z));
+  const ContourStack stack = stack_contours(contours, "test");
+  for (std::size_t plane = 0; plane + 1 < stack.planes.size(); ++plane)
+    EXPECT_FALSE(stack.is_piece_end(plane)) << plane;
+  const ContourSurface tube = contour_surface(stack, "test");
+  EXPECT_NEAR(tube.surface_cc, 1e-3 * 28 * 100 * 60 * std::sin(2 * std::numbers::pi / 60) / 2, 0.05);
+}
+
 TEST(ContourSurface, JoinsBranches) {
   Contours contours;
   for (int z = 0; z < 5; ++z) contours.push_back(circle(8, z));
@@ -157,6 +168,26 @@ TEST(ContourStack, TakesARepeatedContourOnce) {
   const ContourStack stack = stack_contours(Contours{circle(10, 0), circle(10, 0), circle(10, 1)}, "test");
   EXPECT_EQ(stack.repeated, 1u);
   EXPECT_EQ(stack.planes.size(), 2u);
+}
+
+TEST(ContourStack, CountsPlanesInWhichContoursCross) {
+  const Contours contours = {circle(10, 0),
+                             circle(10, 0, {8, 0}),  // cross
+                             circle(10, 1),
+                             circle(5, 1),  // a hole
+                             circle(10, 2),
+                             circle(10, 2, {40, 0}),             // apart
+                             {{0, 0, 3}, {4, 0, 3}, {0, 4, 3}},  // touch in a corner and along an edge
+                             {{0, 0, 3}, {-4, 0, 3}, {0, -4, 3}},
+                             {{0, 4, 3}, {4, 0, 3}, {4, 4, 3}}};
+  EXPECT_EQ(stack_contours(contours, "test").crossing_planes, 1u);
+}
+
+TEST(ContourStack, RefusesAContourOfMorePointsThanItCanLookThrough) {
+  EXPECT_NO_THROW(stack_contours(Contours{circle(10, 0, {0, 0}, 500)}, "test"));
+  EXPECT_THROW(
+      stack_contours(Contours{circle(10, 0, {0, 0}, static_cast<int>(kMostContourPoints) + 1)}, "test"),
+      UserError);
 }
 
 TEST(ContourStack, RefusesWhatIsNoStack) {

@@ -102,5 +102,14 @@ TEST(Rasterise, SetsTheVoxelsWhoseCentresAreInside) {
   EXPECT_EQ(labels[grid.index(4, 2, 5)], 0);
 }
 
+// Smoothing leaves a quarter of it, or less of one that is long.
+TEST(LabelSurface, OfAVoxelByItselfKeepsItsVolume) {
+  VoxelGrid grid{{5, 5, 5}, Vec3::Zero(), Vec3(1, 0.5, 2).asDiagonal().toDenseMatrix()};
+  std::vector<std::uint16_t> labels(grid.count(), 0);
+  labels[grid.index(2, 2, 2)] = 3;
+  const LabelSurface surface = label_surface(grid, labels, 3);
+  EXPECT_NEAR(surface.surface_cc, 0.001, 1e-5);
+}
+
 }  // namespace
 }  // namespace brachy
