@@ -108,7 +108,7 @@ double brighter_between(double apart_mm, double aside_mm) {
 TEST(UltrasoundShadow, SpacersLieBetweenTheSeedsOfATrain) {
   EXPECT_GT(brighter_between(10, 0), 6);
   EXPECT_GT(brighter_between(15.5, 0.5), 6);
-  EXPECT_EQ(brighter_between(7, 0), 0);   // no room for one
+  EXPECT_EQ(brighter_between(7, 0), 0);   // no space for one
   EXPECT_EQ(brighter_between(10, 5), 0);  // not of one train
 }
 
