@@ -144,7 +144,7 @@ BRACHY_INLINE void sum_scatterers(const ScanNode* nodes, std::size_t segments, c
 BRACHY_INLINE void add_levels(const Segment& s, Lanes& db) {
   using E = EchoMap;
   constexpr std::size_t kDistance = ScanNode::kDistance;
-  constexpr auto blend = [](float& value, float distance, float edge, float level) {
+  const auto blend = [](float& value, float distance, float edge, float level) {
     value += share_inside(distance, edge) * (level - value);
   };
   for (int k = 0; k < kLanes; ++k) db.v[k] = s.at(ScanNode::kOutside, static_cast<float>(k));
