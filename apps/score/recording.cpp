@@ -1,9 +1,8 @@
 #include "apps/score/recording.h"
 
-#include <algorithm>
-#include <fstream>
 #include <utility>
 
+#include "apps/session/whole_lines.h"
 #include "core/base/error.h"
 #include "core/brachytherapy/seeds/failed_drop_file.h"
 #include "core/brachytherapy/seeds/seed_file.h"
@@ -22,17 +21,6 @@ struct FileRead {
   std::optional<Content> content;
   std::string remark;  ///< empty: none
 };
-
-/// By one read of its size: sessions have files of 100 MB. What is written meanwhile is left out.
-std::string text_of_file(const std::filesystem::path& file) {
-  std::error_code failed;
-  const std::uintmax_t size = std::filesystem::file_size(file, failed);
-  std::string text(failed ? 0 : static_cast<std::size_t>(size), '\0');
-  std::ifstream in(file, std::ios::binary);
-  in.read(text.data(), static_cast<std::streamsize>(text.size()));
-  text.resize(static_cast<std::size_t>(std::max(in.gcount(), std::streamsize{0})));
-  return text;
-}
 
 /// What `parse` makes of a file's text. Nothing, and a remark that ends with `without`, where that is impossible.
 template <class Parse>

@@ -2,8 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <fstream>
-#include <sstream>
 #include <stdexcept>
 
 #include "apps/session/whole_lines.h"
@@ -29,11 +27,8 @@ std::vector<std::int32_t> lost_in(const std::filesystem::path& file) {
   if (!std::filesystem::is_regular_file(file, none)) return {};
   truncate_partial_line(file);
   if (std::filesystem::file_size(file) == 0) return {};
-  std::ifstream in(file, std::ios::binary);
-  std::ostringstream text;
-  text << in.rdbuf();
   std::vector<std::int32_t> lost;
-  for (const FailedDrop& drop : parse_failed_drops(text.view(), file.string()))
+  for (const FailedDrop& drop : parse_failed_drops(text_of_file(file), file.string()))
     if (drop.why == DropRefusal::kLost && drop.planned >= 0) lost.push_back(drop.planned);
   return lost;
 }

@@ -3,9 +3,9 @@
 #include <cmath>
 #include <fstream>
 #include <nlohmann/json.hpp>
-#include <sstream>
 #include <stdexcept>
 
+#include "apps/session/whole_lines.h"
 #include "core/base/error.h"
 
 namespace brachy {
@@ -64,13 +64,6 @@ RecordedStudy study_of(const Json& json) {
   return recorded;
 }
 
-std::string text_in(const std::filesystem::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  std::ostringstream text;
-  text << in.rdbuf();
-  return std::move(text).str();
-}
-
 }  // namespace
 
 std::string study_line(const RecordedStudy& recorded) {
@@ -115,7 +108,7 @@ void append_study(const std::filesystem::path& folder, const RecordedStudy& stud
   const std::filesystem::path file = folder / kStudiesFile;
   std::error_code error;
   if (std::filesystem::exists(file, error)) {
-    const std::string before = text_in(file);
+    const std::string before = text_of_file(file);
     const std::size_t whole = before.rfind('\n') + 1;  // 0 of none
     if (whole < before.size()) std::filesystem::resize_file(file, whole, error);
   }

@@ -25,6 +25,16 @@ std::string tail_of(const std::filesystem::path& file, std::uintmax_t& size) {
 
 }  // namespace
 
+std::string text_of_file(const std::filesystem::path& file) {
+  std::error_code failed;
+  const std::uintmax_t size = std::filesystem::file_size(file, failed);
+  std::string text(failed ? 0 : static_cast<std::size_t>(size), '\0');
+  std::ifstream in(file, std::ios::binary);
+  in.read(text.data(), static_cast<std::streamsize>(text.size()));
+  text.resize(static_cast<std::size_t>(std::max(in.gcount(), std::streamsize{0})));
+  return text;
+}
+
 bool truncate_partial_line(const std::filesystem::path& file) {
   std::uintmax_t size = 0;
   const std::string tail = tail_of(file, size);

@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "core/brachytherapy/dose/source.h"
+#include "core/brachytherapy/plan/plan.h"
 
 namespace brachy {
 namespace {
@@ -18,7 +19,6 @@ constexpr double kRoundShare = 0.35;  // … and how much returns from there
 constexpr std::size_t kSidesSeen = 3;
 constexpr int kNeedleRepeats = 6, kSeedRepeats = 2;
 constexpr int kMostSpacers = 4;          // between two seeds
-constexpr double kSpacerMm = 5.5;        // of the planning system's trains (PlanNeedle)
 constexpr double kSpacersOffMm = 1.5;    // how much the gap may differ from their length
 constexpr double kSpacersInLine = 0.95;  // cosine
 constexpr std::size_t kMostPiecesOfNeedle = 900, kMostPiecesOfSeed = 20 + 96;  // with the spacers behind it
@@ -74,8 +74,10 @@ void InstrumentEchoes::find(const RigidTransform& X_WI, std::span<const NeedleSt
 void InstrumentEchoes::add_spacers(const RigidTransform& X_IW, const Seed& a, const Seed& b,
                                    const PointSpread& spread) noexcept {
   const Vec3 way = b.position - a.position;
-  const double apart = way.norm(), gap = apart - kSeedLengthMm, count = std::round(gap / kSpacerMm);
-  if (count < 1 || count > kMostSpacers || std::abs(gap - count * kSpacerMm) > kSpacersOffMm) return;
+  const double apart = way.norm(), gap = apart - kSeedLengthMm,
+               count = std::round(gap / PlanNeedle::kSpacerMm);
+  if (count < 1 || count > kMostSpacers || std::abs(gap - count * PlanNeedle::kSpacerMm) > kSpacersOffMm)
+    return;
   const Vec3 along = way / apart;
   if (std::abs(along.dot(a.axis)) < kSpacersInLine || std::abs(along.dot(b.axis)) < kSpacersInLine) return;
   const Look look{spacer_db_, 0.5 * kSeedDiameterMm, 5, 0.1, 0, 0, false};
