@@ -104,7 +104,8 @@ VoxelType NiftiReader::type() const {
 
 // xyzt_units: in the lower three bits that of space.
 double NiftiReader::mm_per_unit() const {
-  const auto unit = static_cast<unsigned>(whole(layout_.units, layout_.units_bytes)) & 7U;
+  const VoxelType bits{layout_.units_bytes, false, false, is_big_endian_};
+  const auto unit = static_cast<unsigned>(voxel_value(bytes_, layout_.units, bits)) & 7U;
   constexpr std::array<double, 4> kMm = {1, 1000, 1, 0.001};  // not said, m, mm, µm
   if (unit >= kMm.size())
     refuse("xyzt_units", "is " + std::to_string(unit) + ", no unit of length; save it in mm");

@@ -305,6 +305,7 @@ def main():
     nifti(case("nifti_metres", cc={"prostate": 24.0}) / "m.nii.gz", labels,
           sform=((-0.01, -0.02, 0), (0.001, 0.001, 0.001)), units=1)
     nifti(case("nifti_units", refused=["m.nii.gz", "xyzt_units"]) / "m.nii.gz", labels, sform=place, units=5)
+    nifti(case("nifti_all_units", refused=["m.nii.gz", "xyzt_units"]) / "m.nii.gz", labels, sform=place, units=255)
     two = np.stack([labels, labels])
     nifti(case("nifti_4d", refused=["m.nii.gz", "dim", "3-D"]) / "m.nii.gz", two, sform=place,
           dim=(4, 50, 40, 30, 2, 1, 1, 1))
