@@ -95,6 +95,7 @@ std::size_t StructureWalk::walk_meta(std::string& syntax) {
   std::size_t at = 0;
   Element length;
   std::optional<std::size_t> stated_end;
+  bool has_syntax = false;
   while (bytes_.size() - at >= 8 && number(at, 2, false) == 2) {
     const Element e = element(at, bytes_.size(), {});
     if (e.length > bytes_.size() - e.value) refuse(e, "is longer than the file");
@@ -102,7 +103,9 @@ std::size_t StructureWalk::walk_meta(std::string& syntax) {
     const std::string_view vr = e.vr;
     if (vr == "SQ" || vr == "UN") refuse(e, "does not belong in the meta header");
     if (e.number == 0x0010) {
-      if (vr != "UI" || !syntax.empty()) refuse(e, "is not one transfer syntax");
+      // An empty one before the other too: DCMTK takes the first.
+      if (vr != "UI" || has_syntax) refuse(e, "is not one transfer syntax");
+      has_syntax = true;
       syntax = bytes_.substr(e.value, e.length);
       while (!syntax.empty() && (syntax.back() == '\0' || syntax.back() == ' ')) syntax.pop_back();
     }

@@ -77,9 +77,11 @@ TEST(HostileDicom, RefusesAMetaHeaderWithoutOneTransferSyntaxOfItsKind) {
   for (const char* vr : {"TM", "SQ", "UN", "OB"})
     expect_dicom_refusal(file_with(data, "1.2.840.10008.1.2.1.99", vr), {"(0002,0010)", "export it again"});
   const std::string again = DicomBytes().element(2, 0x10, "UI", "1.2.840.10008.1.2.1.99").text;
-  std::string twice = file_with(again + data);
-  twice[132 + 8] = static_cast<char>(twice[132 + 8] + static_cast<char>(again.size()));
-  expect_dicom_refusal(twice, {"(0002,0010)", "is not one transfer syntax"});
+  for (const std::string& first : {std::string("1.2.840.10008.1.2.1"), std::string(2, '\0')}) {
+    std::string twice = file_with(again + data, first);
+    twice[132 + 8] = static_cast<char>(twice[132 + 8] + static_cast<char>(again.size()));
+    expect_dicom_refusal(twice, {"(0002,0010)", "is not one transfer syntax"});
+  }
 }
 
 TEST(HostileDicom, RefusesSequencesThatLieDeepInEachOther) {
