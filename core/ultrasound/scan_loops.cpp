@@ -77,28 +77,30 @@ BRACHY_INLINE void place(const ScanNode* grid, std::size_t columns, const GridPl
   }
 }
 
+template <std::size_t kWidth>
 BRACHY_INLINE void along(const float* __restrict in, const AxialKernel& kernel, std::size_t segments,
                          float* __restrict out) {
-  constexpr std::size_t kScatter = ScanSteps::kScatter;
-  using R = ScanRegister<4>::Floats;
+  constexpr std::size_t kScatter = ScanSteps::kScatter, kRegisters = kScatter / kWidth;
+  using R = typename ScanRegister<kWidth>::Floats;
   for (std::size_t s = 0; s < segments; ++s) {
-    R even[2] = {}, odd[2] = {};
+    R even[kRegisters] = {}, odd[kRegisters] = {};
     const float* from = in + s * kScatter;
     if (kernel.per_scatter == 1) {
       for (std::size_t t = 0; t < kernel.count; ++t)
-        for (std::size_t k = 0; k < 2; ++k) add_product(kernel.weight[0][t], from + t + 4 * k, even[k]);
+        for (std::size_t k = 0; k < kRegisters; ++k)
+          add_product(kernel.weight[0][t], from + t + kWidth * k, even[k]);
       std::memcpy(out + s * kScatter, even, sizeof even);
       continue;
     }
     for (std::size_t t = 0; t < kernel.count; ++t)
-      for (std::size_t k = 0; k < 2; ++k) {
-        add_product(kernel.weight[0][t], from + t + 4 * k, even[k]);
-        add_product(kernel.weight[1][t], from + t + 4 * k, odd[k]);
+      for (std::size_t k = 0; k < kRegisters; ++k) {
+        add_product(kernel.weight[0][t], from + t + kWidth * k, even[k]);
+        add_product(kernel.weight[1][t], from + t + kWidth * k, odd[k]);
       }
     float* to = out + 2 * s * kScatter;
     for (std::size_t k = 0; k < kScatter; ++k) {
-      to[2 * k] = even[k / 4][k % 4];
-      to[2 * k + 1] = odd[k / 4][k % 4];
+      to[2 * k] = even[k / kWidth][k % kWidth];
+      to[2 * k + 1] = odd[k / kWidth][k % kWidth];
     }
   }
 }
@@ -208,7 +210,7 @@ BRACHY_INLINE void convert(const float* __restrict gray, std::size_t samples,
     }                                                                                                        \
     attribute static void run_along(const float* in, const AxialKernel& kernel, std::size_t segments,        \
                                     float* out) {                                                            \
-      along(in, kernel, segments, out);                                                                      \
+      along<std::min(width, 8)>(in, kernel, segments, out);                                                  \
     }                                                                                                        \
     attribute static void run_across(const float* in, std::ptrdiff_t in_stride, const LateralKernel& kernel, \
                                      std::size_t groups, std::size_t samples, float* out,                    \

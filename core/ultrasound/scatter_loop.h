@@ -23,9 +23,6 @@ constexpr float kWallMm = 0.75F;           // half the thickness of the urethral
 constexpr float kOffGrid = 32768;          // keeps positions in cells positive
 constexpr float kRootTwelve = 3.4641016F;  // a uniform value of width 1 has the deviation 1/√12
 
-struct Lanes {
-  alignas(64) float v[kLanes];
-};
 struct Block {
   alignas(64) float v[kBlock];
 };
@@ -64,17 +61,20 @@ BRACHY_INLINE void add_node(std::uint32_t key, float w, float& re, float& im) {
   im += w * b;
 }
 
-// 1/√(f² + (1 − f)²), within 6e-4: a polynomial of (f − ½)² through Chebyshev's points.
-BRACHY_INLINE float root_of_squares(float f) {
-  const float d = (f - 0.5F) * (f - 0.5F);
-  float p = -7.4955237F;
-  p = p * d + 6.1613186F;
-  p = p * d - 2.7272873F;
-  p = p * d + 1.4134445F;
+// 1/√s for ¼ ≤ s ≤ 1, within 9e-4: a polynomial through Chebyshev's points.
+BRACHY_INLINE float inverse_root(float s) {
+  const float d = s - 0.625F;
+  float p = -5.5663829F;
+  p = p * d + 3.8048984F;
+  p = p * d - 1.4837590F;
+  p = p * d + 1.1240445F;
+  p = p * d - 1.0130054F;
+  p = p * d + 1.2656290F;
   return p;
 }
 
-// Trilinear between eight nodes, divided by the deviation of such a sum, so that it is the same everywhere.
+// Linear in the tetrahedron of four of a cell's corners that has the point (of six; K. Perlin, Improving noise, 2002,
+// for the split), divided by the deviation of such a sum, so that it is the same everywhere.
 BRACHY_INLINE void scatterers_at(float x, float y, float z, std::uint32_t seed, float& re, float& im) {
   const auto ix = static_cast<std::int32_t>(x), iy = static_cast<std::int32_t>(y),
              iz = static_cast<std::int32_t>(z);
@@ -83,18 +83,19 @@ BRACHY_INLINE void scatterers_at(float x, float y, float z, std::uint32_t seed, 
   const std::uint32_t key = static_cast<std::uint32_t>(ix) * kNodeX +
                             static_cast<std::uint32_t>(iy) * kNodeY +
                             static_cast<std::uint32_t>(iz) * kNodeZ + seed;
-  const float gx = 1 - fx, gy = 1 - fy, gz = 1 - fz;
-  const float w00 = gy * gz, w10 = fy * gz, w01 = gy * fz, w11 = fy * fz;
+  // From the cell's first corner to its last, along the axis of the largest fraction first.
+  const float less = std::min(fx, fy), more = std::max(fx, fy);
+  const float first = std::max(more, fz), last = std::min(less, fz),
+              middle = std::max(less, std::min(more, fz));
+  const std::uint32_t key_more = fx >= fy ? kNodeX : kNodeY, key_less = fx >= fy ? kNodeY : kNodeX;
+  const std::uint32_t key_first = fz > more ? kNodeZ : key_more, key_last = fz <= less ? kNodeZ : key_less;
+  const float w0 = 1 - first, w1 = first - middle, w2 = middle - last;
   re = im = -1.5F;  // the nodes' mean: their weights sum to 1
-  add_node(key, gx * w00, re, im);
-  add_node(key + kNodeX, fx * w00, re, im);
-  add_node(key + kNodeY, gx * w10, re, im);
-  add_node(key + kNodeX + kNodeY, fx * w10, re, im);
-  add_node(key + kNodeZ, gx * w01, re, im);
-  add_node(key + kNodeX + kNodeZ, fx * w01, re, im);
-  add_node(key + kNodeY + kNodeZ, gx * w11, re, im);
-  add_node(key + kNodeX + kNodeY + kNodeZ, fx * w11, re, im);
-  const float norm = kRootTwelve * root_of_squares(fx) * root_of_squares(fy) * root_of_squares(fz);
+  add_node(key, w0, re, im);
+  add_node(key + key_first, w1, re, im);
+  add_node(key + (kNodeX + kNodeY + kNodeZ) - key_last, w2, re, im);
+  add_node(key + (kNodeX + kNodeY + kNodeZ), last, re, im);
+  const float norm = kRootTwelve * inverse_root(w0 * w0 + w1 * w1 + w2 * w2 + last * last);
   re *= norm;
   im *= norm;
 }
@@ -111,6 +112,11 @@ struct Segment {
   BRACHY_INLINE float most(std::size_t c) const { return std::max(a[c], last(c)); }
 };
 
+// GCC 12 mixes the channels of plain loops here.
+using LaneFloats = float __attribute__((vector_size(4 * kLanes)));
+constexpr LaneFloats kRamp = {0, 1, 2, 3, 4, 5, 6, 7};
+static_assert(kLanes == 8);
+
 // The slice's planes, summed, in up to kTogether segments.
 BRACHY_INLINE void sum_scatterers(const ScanNode* nodes, std::size_t segments, const Speckle& speckle,
                                   Block& re, Block& im) {
@@ -121,54 +127,54 @@ BRACHY_INLINE void sum_scatterers(const ScanNode* nodes, std::size_t segments, c
     for (std::size_t c = 0; c < 6; ++c) {
       const float offset = c < 3 ? kOffGrid : 0, a = nodes[s].c[N::kX + c] * kPerCell + offset,
                   step = (nodes[s + 1].c[N::kX + c] - nodes[s].c[N::kX + c]) * (kPerCell / kLanes);
-      float* to = place[c].v + s * kLanes;
-      for (int k = 0; k < kLanes; ++k) to[k] = a + static_cast<float>(k) * step;
+      const LaneFloats along = a + kRamp * step;
+      std::memcpy(place[c].v + s * kLanes, &along, sizeof along);
     }
   for (std::size_t s = segments * kLanes; s < kBlock; ++s)
     for (Block& of : place) of.v[s] = kOffGrid;
-  for (int k = 0; k < kBlock; ++k) re.v[k] = im.v[k] = 0;
   for (std::size_t p = 0; p < speckle.planes; ++p) {
     const float e = speckle.offset_mm[p], w = speckle.weight[p];
     const std::uint32_t seed = speckle.seed;
+    const bool is_first = p == 0;
     for (int k = 0; k < kBlock; ++k) {
       float x, y;
       scatterers_at(place[0].v[k] + e * place[3].v[k], place[1].v[k] + e * place[4].v[k],
                     place[2].v[k] + e * place[5].v[k], seed, x, y);
-      re.v[k] += w * x;
-      im.v[k] += w * y;
+      re.v[k] = w * x + (is_first ? 0 : re.v[k]);
+      im.v[k] = w * y + (is_first ? 0 : im.v[k]);
     }
   }
 }
 
 // Levels of the tissue, dB. A boundary that is far from the whole segment changes nothing there, and is left out.
-BRACHY_INLINE void add_levels(const Segment& s, Lanes& db) {
+BRACHY_INLINE void add_levels(const Segment& s, float* db) {
   using E = EchoMap;
   constexpr std::size_t kDistance = ScanNode::kDistance;
   const auto blend = [](float& value, float distance, float edge, float level) {
     value += share_inside(distance, edge) * (level - value);
   };
-  for (int k = 0; k < kLanes; ++k) db.v[k] = s.at(ScanNode::kOutside, static_cast<float>(k));
+  for (int k = 0; k < kLanes; ++k) db[k] = s.at(ScanNode::kOutside, static_cast<float>(k));
   if (s.least(kDistance + E::kGland) < 0.5F * kEdgeMm)
     for (int k = 0; k < kLanes; ++k) {
       const auto t = static_cast<float>(k);
-      blend(db.v[k], s.at(kDistance + E::kGland, t), kEdgeMm, s.at(ScanNode::kTexture, t));
+      blend(db[k], s.at(kDistance + E::kGland, t), kEdgeMm, s.at(ScanNode::kTexture, t));
     }
   if (std::max(s.least(kDistance + E::kGland), s.least(kDistance + E::kTransition)) < 0.5F * kZoneEdgeMm)
     for (int k = 0; k < kLanes; ++k) {
       const auto t = static_cast<float>(k);
-      blend(db.v[k], std::max(s.at(kDistance + E::kTransition, t), s.at(kDistance + E::kGland, t)),
-            kZoneEdgeMm, s.at(ScanNode::kTexture, t) + E::kInside[E::kTransition].level_db);
+      blend(db[k], std::max(s.at(kDistance + E::kTransition, t), s.at(kDistance + E::kGland, t)), kZoneEdgeMm,
+            s.at(ScanNode::kTexture, t) + E::kInside[E::kTransition].level_db);
     }
   if (s.least(kDistance + E::kUrethra) < 2 * kWallMm)
     for (int k = 0; k < kLanes; ++k) {
       const float urethra = s.at(kDistance + E::kUrethra, static_cast<float>(k));
-      db.v[k] += E::kUrethralWallDb * std::max(0.0F, 1 - std::abs(urethra - kWallMm) * (1 / kWallMm));
-      blend(db.v[k], urethra, kUrethraEdgeMm, E::kInside[E::kUrethra].level_db);
+      db[k] += E::kUrethralWallDb * std::max(0.0F, 1 - std::abs(urethra - kWallMm) * (1 / kWallMm));
+      blend(db[k], urethra, kUrethraEdgeMm, E::kInside[E::kUrethra].level_db);
     }
   for (const std::size_t b : {E::kBladder, E::kBone})
     if (s.least(kDistance + b) < 0.5F * kEdgeMm)
       for (int k = 0; k < kLanes; ++k)
-        blend(db.v[k], s.at(kDistance + b, static_cast<float>(k)), kEdgeMm, E::kInside[b].level_db);
+        blend(db[k], s.at(kDistance + b, static_cast<float>(k)), kEdgeMm, E::kInside[b].level_db);
 }
 
 // What surfaces reflect: square on, it falls with a power of the cosine between beam and normal, which is the
@@ -190,28 +196,28 @@ BRACHY_INLINE void add_surfaces(const Segment& s, const float* interface_scale, 
 BRACHY_INLINE void scatter(const ScanNode* nodes, std::size_t segments, const Speckle& speckle,
                            const float* interface_scale, const float* layers, float* __restrict re,
                            float* __restrict im) {
-  Block sum_re, sum_im;
-  for (std::size_t n = 0; n < segments; ++n) {
-    const std::size_t in_block = n % kTogether;
-    if (in_block == 0) sum_scatterers(nodes + n, std::min(kTogether, segments - n), speckle, sum_re, sum_im);
-    Segment s;
-    s.a = nodes[n].c;
-    for (std::size_t c = 0; c < ScanNode::kChannels; ++c)
-      s.step[c] = (nodes[n + 1].c[c] - s.a[c]) * (1.0F / kLanes);
-    Lanes db;
-    add_levels(s, db);
-    const float* from_re = sum_re.v + in_block * kLanes;
-    const float* from_im = sum_im.v + in_block * kLanes;
-    const float* layer = layers + n * ScanSteps::kScatter;
-    float* to_re = re + n * ScanSteps::kScatter;
-    float* to_im = im + n * ScanSteps::kScatter;
-    for (int k = 0; k < kLanes; ++k) {
-      const float level =
-          power_of_two((db.v[k] + s.at(ScanNode::kGain, static_cast<float>(k)) + layer[k]) * kLog2PerDb);
-      to_re[k] = level * from_re[k];
-      to_im[k] = level * from_im[k];
+  Block sum_re, sum_im, db;
+  for (std::size_t first = 0; first < segments; first += kTogether) {
+    const std::size_t together = std::min(kTogether, segments - first);
+    sum_scatterers(nodes + first, together, speckle, sum_re, sum_im);
+    Segment of[kTogether];
+    for (std::size_t n = 0; n < together; ++n) {
+      Segment& s = of[n];
+      s.a = nodes[first + n].c;
+      for (std::size_t c = 0; c < ScanNode::kChannels; ++c)
+        s.step[c] = (nodes[first + n + 1].c[c] - s.a[c]) * (1.0F / kLanes);
+      float* to = db.v + n * kLanes;
+      add_levels(s, to);
+      for (int k = 0; k < kLanes; ++k) to[k] += s.at(ScanNode::kGain, static_cast<float>(k));
     }
-    add_surfaces(s, interface_scale + n * EchoMap::kBoundaries, to_re);
+    const std::size_t at = first * kLanes;
+    for (std::size_t k = 0; k < together * kLanes; ++k) {
+      const float level = power_of_two((db.v[k] + layers[at + k]) * kLog2PerDb);
+      re[at + k] = level * sum_re.v[k];
+      im[at + k] = level * sum_im.v[k];
+    }
+    for (std::size_t n = 0; n < together; ++n)
+      add_surfaces(of[n], interface_scale + (first + n) * EchoMap::kBoundaries, re + at + n * kLanes);
   }
 }
 
