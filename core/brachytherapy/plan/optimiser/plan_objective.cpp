@@ -93,11 +93,11 @@ PlanObjective PlanObjective::standard() {
   objective.terms = {
       // structure, side, threshold, cap, weight, excess, allowed, allowed_cc
       {"prostate", Side::kBelow, 1.05, 0, 20, 0, 0, 0},
-      {"prostate", Side::kBelow, 1.03, 0.03, 4, 40, 0.010, 0},
-      {"prostate", Side::kAbove, 1.45, 0.05, 0.1, 10, 0.44, 0},
-      {"prostate", Side::kAbove, 1.90, 0.1, 0.1, 10, 0.195, 0},
-      {"urethra", Side::kAbove, 1.18, 0, 1, 0, 0, 0},
-      {"urethra", Side::kAbove, 1.15, 0.05, 0, 4, 0.26, 0},
+      {"prostate", Side::kBelow, 1.03, 0.03, 20, 125, 0.005, 0},
+      {"prostate", Side::kAbove, 1.46, 0.05, 0.1, 10, 0.44, 0},
+      {"prostate", Side::kAbove, 1.925, 0.1, 0.1, 10, 0.19, 0},
+      {"urethra", Side::kAbove, 1.20, 0, 1, 0, 0, 0},
+      {"urethra", Side::kAbove, 1.16, 0.05, 0, 4, 0.26, 0},
       {"urethra", Side::kAbove, 1.24, 0.05, 0, 6, 0.07, 0},
       {"rectum", Side::kAbove, 0.90, 0, 5, 0, 0, 0},
       {"rectum", Side::kAbove, 0.95, 0.05, 0, 20, 0, 0.4},
@@ -111,6 +111,11 @@ PlanObjective PlanObjective::with_margin() {
   PlanObjective objective = standard();
   for (PenaltyTerm& term : objective.terms) {
     if (term.side == Side::kBelow) term.threshold += kMargin;
+    if (term.side == Side::kBelow && term.cap > 0) {  // coverage is the draws' matter
+      term.weight = 4;
+      term.excess = 40;
+      term.allowed = 0.01;
+    }
     if (term.structure == std::string_view("prostate") && term.side == Side::kAbove)
       term.allowed += term.threshold < 1.5 ? 0.12 : 0.08;
   }
