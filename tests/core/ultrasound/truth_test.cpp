@@ -19,12 +19,14 @@ namespace {
 
 constexpr double kGoalMm = 0.2;
 
-/// Tissue without noise and made-up surroundings, in which the places of structures alone decide.
+/// Tissue without noise and made-up surroundings, in which the places of structures alone decide: nor does what lies
+/// before them, as it takes nothing (urine takes less than tissue).
 Scene truth_scene() {
   Scene scene;
   scene.tissue.points = 2500;
   scene.ultrasound.surroundings = false;
   scene.ultrasound.noise_db = -150;
+  scene.ultrasound.attenuation_db_per_cm_mhz = 0;
   scene.ultrasound.dynamic_range_db = 120;
   return scene;
 }
