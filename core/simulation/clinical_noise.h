@@ -14,11 +14,11 @@ namespace brachy {
 struct NoiseSettings {
   bool on = false;
   std::uint64_t seed = 1;
-  double template_play_mm = 0.4;  ///< across, of each insertion: the needle in its hole
+  double template_play_mm = 0.7;  ///< across, of each insertion: the needle in its hole
   double tremor_mm = 0.1;         ///< of the hand, 8 to 12 Hz, in each direction
   double stop_s = 0.03;           ///< times the insertion's speed: where the hand stops along the needle
-  double drop_along_mm = 2.0;     ///< of each seed: ejection and stylet
-  double drop_across_mm = 0.5;
+  double drop_along_mm = 1.8;     ///< of each seed: ejection and stylet
+  double drop_across_mm = 1.2;
   double migration_along_mm = 1.5;  ///< of each seed, with the tissue that closes behind the needle
 
   bool operator==(const NoiseSettings&) const = default;
