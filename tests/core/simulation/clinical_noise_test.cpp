@@ -10,6 +10,12 @@ namespace {
 NoiseSettings settings_on() {
   NoiseSettings settings;
   settings.on = true;
+  settings.template_play_mm = 0.4;
+  settings.tremor_mm = 0.1;
+  settings.stop_s = 0.03;
+  settings.drop_along_mm = 2;
+  settings.drop_across_mm = 0.5;
+  settings.migration_along_mm = 1.5;
   return settings;
 }
 
