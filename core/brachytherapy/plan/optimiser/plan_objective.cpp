@@ -74,10 +74,10 @@ BRACHY_TARGET_OBJECTIVE(evaluate_avx2, BRACHY_AVX2)
 BRACHY_TARGET_OBJECTIVE(evaluate_avx512, BRACHY_AVX512)
 
 Evaluate best_evaluate() {
-  static const Evaluate kGeneric = evaluate_generic, kSse4 = evaluate_sse4, kAvx2 = evaluate_avx2,
-                        kAvx512 = evaluate_avx512;
-  static const Evaluate kBest = loops_for(best_simd_target(), kGeneric, kSse4, kAvx2, kAvx512);
-  return kBest;
+  static const Evaluate generic = evaluate_generic, sse4 = evaluate_sse4, avx2 = evaluate_avx2,
+                        avx512 = evaluate_avx512;
+  static const Evaluate best = loops_for(best_simd_target(), generic, sse4, avx2, avx512);
+  return best;
 }
 
 bool concerns(const PenaltyTerm& term, const PlanPoints::Part& part, bool is_gland) {
