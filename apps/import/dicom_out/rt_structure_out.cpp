@@ -22,14 +22,14 @@ void put_contour(DicomWriter roi, const Polygon& polygon, double z) {
 
 std::array<int, 3> structure_colour(std::size_t n) {
   // Okabe and Ito's palette, which colour-blind people can tell apart.
-  static constexpr std::array<std::array<int, 3>, 7> colours = {{{213, 94, 0},
-                                                                 {240, 228, 66},
-                                                                 {0, 158, 115},
-                                                                 {86, 180, 233},
-                                                                 {204, 121, 167},
-                                                                 {230, 159, 0},
-                                                                 {0, 114, 178}}};
-  return colours[n % colours.size()];
+  static constexpr std::array<std::array<int, 3>, 7> kColours = {{{213, 94, 0},
+                                                                  {240, 228, 66},
+                                                                  {0, 158, 115},
+                                                                  {86, 180, 233},
+                                                                  {204, 121, 167},
+                                                                  {230, 159, 0},
+                                                                  {0, 114, 178}}};
+  return kColours[n % kColours.size()];
 }
 
 void write_rt_structure(const std::filesystem::path& file, const ExportIds& ids,

@@ -47,11 +47,11 @@ BRACHY_INLINE void locate(float v, int count, std::int32_t& interval, float& sha
   share = inside - static_cast<float>(interval);
 }
 
-// `is_folded`: the grid of F is kFolded, and a point behind the seed's middle is as one before it.
-template <bool is_folded>
+// `kIsFolded`: the grid of F is kFolded, and a point behind the seed's middle is as one before it.
+template <bool kIsFolded>
 BRACHY_INLINE void add_row(const DoseTables& tables, const DoseRow& row, float strength_u, std::size_t count,
                            float* __restrict dose) {
-  constexpr AnisotropyGrid kGrid = is_folded ? DoseTables::kFolded : DoseTables::kFull;
+  constexpr AnisotropyGrid kGrid = kIsFolded ? DoseTables::kFolded : DoseTables::kFull;
   constexpr int kColumns = static_cast<int>(kGrid.radii);
   const float half_length = tables.half_length_mm, radius = tables.radius_mm;
   const float* __restrict f = tables.anisotropy.data();
@@ -72,7 +72,7 @@ BRACHY_INLINE void add_row(const DoseTables& tables, const DoseRow& row, float s
       const float q = rho * rho + (z - L / 2) * (z + L / 2);
       value[k] = scale * angle(L * rho, q) / (L * rho);
       r[k] = std::sqrt(rho * rho + z * z);
-      theta[k] = (180 / kPi) * angle(rho, is_folded ? z : std::copysign(z, along));
+      theta[k] = (180 / kPi) * angle(rho, kIsFolded ? z : std::copysign(z, along));
     }
     for (int k = 0; k < padded; ++k) {
       std::int32_t i, j, l;

@@ -30,12 +30,12 @@ struct IgtlLink : test::IgtlFixture {
     return socket;
   }
   void send(tcp::socket& socket, const std::string& name, const RigidTransform& X) {
-    const Bytes bytes = encode_transform({2, name, to_timestamp(stamp_ns_ += 5'000'000)}, X, "OK");
+    const Bytes bytes = encode_transform({2, name, to_timestamp(stamp_ns += 5'000'000)}, X, "OK");
     boost::asio::write(socket, boost::asio::buffer(bytes.data(), bytes.size()));
   }
 
   std::optional<tcp::acceptor> tracker;
-  std::int64_t stamp_ns_ = 1'700'000'000'000'000'000;
+  std::int64_t stamp_ns = 1'700'000'000'000'000'000;
 };
 
 TEST_F(IgtlLink, ATrackersToolMovesTheNeedleAndGetsNothing) {

@@ -260,8 +260,8 @@ TEST(ImplantDose, IsWithinOnePercentOfExactSumsAtRandomPoints) {
   const std::vector<DoseSeed> seeds = implant(random);
   const std::vector<Structure> structures = {{"prostate", prostate_phantom()},
                                              {"urethra", cylinder(0, 5, 3, -18, 18)}};
-  const DoseSettings kSettings{.prescription_gy = 145, .spacing_mm = 1, .margin_mm = 10, .source = {}};
-  ImplantDose implant_dose(structures, kSettings);
+  const DoseSettings settings{.prescription_gy = 145, .spacing_mm = 1, .margin_mm = 10, .source = {}};
+  ImplantDose implant_dose(structures, settings);
   for (const DoseSeed& seed : seeds) implant_dose.add(seed);
   const std::vector<StructureDose> doses = implant_dose.evaluate();
   ASSERT_EQ(doses.size(), 2u);
