@@ -178,7 +178,8 @@ def main():
             again = set()
             for together, job in zip(groups, jobs):
                 names, errors, broken = job.result()
-                breaches |= names
+                # After an error types may be unknown, and with them what a member is: headers are also parsed elsewhere.
+                breaches |= {name for name in names if not broken or is_source(name.split(":")[0])}
                 if len(together) > 1:
                     again |= broken
                 else:
