@@ -143,9 +143,12 @@ def parse(name, files, options):
             broken.update([place for place in places if place in files][:1] or files)
     if not any(file.startswith("build/") and "'WrongName'" in text for file, text in names):
         sys.exit(f"names: clang-tidy-14 has not checked {together}:\n{run.stdout[-2000:]}{run.stderr[-2000:]}")
-    # What clang makes of a broken source is not reported: it is parsed again.
+    # What clang makes of a broken source is not reported: it is parsed again. Nor what it makes there of a header that
+    # is in another group: after an error types are unknown, and with them what a private member is.
     again = broken if len(files) > 1 else set()
-    return {text for file, text in names if file.startswith(TREES) and file not in again}, errors, broken
+    told = {text for file, text in names
+            if file.startswith(TREES) and file not in again and (file in files or not broken)}
+    return told, errors, broken
 
 
 def main():
@@ -178,8 +181,7 @@ def main():
             again = set()
             for together, job in zip(groups, jobs):
                 names, errors, broken = job.result()
-                # After an error types may be unknown, and with them what a member is: headers are also parsed elsewhere.
-                breaches |= {name for name in names if not broken or is_source(name.split(":")[0])}
+                breaches |= names
                 if len(together) > 1:
                     again |= broken
                 else:
