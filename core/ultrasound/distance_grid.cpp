@@ -22,25 +22,17 @@ DistanceGrid::DistanceGrid(const SurfaceBvh& surface, double spacing_mm, double 
       }
 }
 
-float DistanceGrid::at(const Vec3& X) const noexcept {
-  if (values_.empty()) return outside_;
-  std::size_t first[3];
-  float t[3];
-  for (int k = 0; k < 3; ++k) {
-    const double x = (X[k] - least_[k]) / spacing_;
-    if (!(x >= 0 && x < static_cast<double>(counts_[k] - 1))) return outside_;
-    first[k] = static_cast<std::size_t>(x);
-    t[k] = static_cast<float>(x - static_cast<double>(first[k]));
+GridView DistanceGrid::view() const noexcept {
+  GridView view;
+  view.outside = outside_;
+  if (values_.empty()) return view;
+  view.values = values_.data();
+  view.per_mm = static_cast<float>(1 / spacing_);
+  for (std::size_t k = 0; k < 3; ++k) {
+    view.least[k] = static_cast<float>(least_[static_cast<Eigen::Index>(k)]);
+    view.counts[k] = static_cast<std::int32_t>(counts_[k]);
   }
-  const std::size_t row = counts_[0], slice = counts_[0] * counts_[1];
-  const float* v = &values_[first[0] + first[1] * row + first[2] * slice];
-  const auto along = [&](const float* p) { return p[0] + t[0] * (p[1] - p[0]); };
-  const auto across = [&](const float* p) {
-    const float a = along(p);
-    return a + t[1] * (along(p + row) - a);
-  };
-  const float a = across(v);
-  return a + t[2] * (across(v + slice) - a);
+  return view;
 }
 
 }  // namespace brachy

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "core/geometry/surface/surface_bvh.h"
+#include "core/ultrasound/anatomy.h"
 
 namespace brachy {
 
@@ -17,7 +18,8 @@ class DistanceGrid {
   /// Takes some microseconds a node.
   DistanceGrid(const SurfaceBvh& surface, double spacing_mm, double margin_mm);
 
-  float at(const Vec3& X) const noexcept;
+  /// What reads it; valid as long as this is.
+  GridView view() const noexcept;
   bool is_empty() const { return values_.empty(); }
 
  private:

@@ -9,6 +9,7 @@
 
 #include "core/brachytherapy/structures/structure.h"
 #include "core/geometry/volume/volume.h"
+#include "core/ultrasound/anatomy.h"
 #include "core/ultrasound/distance_grid.h"
 #include "core/ultrasound/scan_loops.h"
 
@@ -23,15 +24,9 @@ namespace brachy {
 /// Threads: const functions from any. Real-time: they do not allocate.
 class EchoMap {
  public:
-  /// Boundaries, by their index in Tissue::distance_mm. A later one lies over an earlier one.
+  /// Boundaries, by their index in EchoTissues::distance_mm. A later one lies over an earlier one.
   enum Boundary : std::size_t { kGland, kTransition, kUrethra, kBladder, kBone, kBoundaries };
 
-  struct Tissue {
-    std::array<float, kBoundaries> distance_mm;  ///< signed, negative inside
-    float outside_db = 0;                        ///< of what is around the gland, here
-    float texture_db = 0;                        ///< of the gland's coarse texture
-    float loss_share() const noexcept;           ///< attenuation, as a share of soft tissue's
-  };
   /// Of each boundary's inside: level, attenuation against soft tissue's, and how much of the pressure its surface
   /// reflects square on, in dB against the same level.
   struct Inside {
@@ -57,29 +52,35 @@ class EchoMap {
   /// Errors: UserError where there is no prostate, or no voxel lies in it.
   EchoMap(const std::vector<Structure>& structures, const Volume& image, double db_per_value);
 
-  Tissue at(const Vec3& X) const noexcept;
-  /// The same at each of several places, faster: tissue[i] at X[i].
-  void at(std::span<const Vec3> X, const ScanLoops& loops, std::span<Tissue> tissue) const noexcept;
+  /// What is at up to EchoTissues::kMost places.
+  void at(const EchoPlaces& places, const ScanLoops& loops, EchoTissues& tissues) const noexcept;
   bool is_uniform() const { return grids_[kGland].is_empty() && !image_db_; }
 
  private:
-  static constexpr std::size_t kGrains = 7;   // smooth noises that textures are made of
-  using Grains = std::array<float, kGrains>;  // −1 … 1 each
-  Tissue at(const Vec3& X, const Grains& grain) const noexcept;
-  float bladder_distance(const Vec3& X) const noexcept;
-  float bone_distance(const Vec3& X) const noexcept;
+  Anatomy anatomy() const noexcept;
 
   std::array<DistanceGrid, kBoundaries>
       grids_;  // bladder: where the scene has one; transition and bone: never
   bool has_surroundings_ = false;
   std::uint32_t seed_ = 0;
   Vec3 middle_ = Vec3::Zero(), half_ = Vec3::Ones();  // of the gland's box
-  struct Calcification {
-    Vec3 at;
-    float radius;
-  };
-  std::vector<Calcification> calcifications_;
+  std::vector<Anatomy::Spot> calcifications_;
   std::optional<Volume> image_db_;
+};
+
+/// Material points, mm, W.
+struct EchoPlaces {
+  static constexpr std::size_t kMost = 64;
+  std::size_t count = 0;
+  alignas(64) float x[kMost], y[kMost], z[kMost];
+};
+
+struct EchoTissues {
+  static constexpr std::size_t kMost = EchoPlaces::kMost;
+  alignas(64) float distance_mm[EchoMap::kBoundaries][kMost];  ///< signed, negative inside
+  alignas(64) float outside_db[kMost];                         ///< of what is around the gland, here
+  alignas(64) float texture_db[kMost];                         ///< of the gland's coarse texture
+  alignas(64) float loss_share[kMost];                         ///< attenuation, as a share of soft tissue's
 };
 
 }  // namespace brachy

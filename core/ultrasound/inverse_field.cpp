@@ -156,4 +156,58 @@ InverseField::Sample InverseField::at(const PlanePoint& p) const noexcept {
   return sample;
 }
 
+// Rows first, then columns: the cubic of at(), of which nodes are themselves; and across the plane the line of at().
+void InverseField::find(std::size_t column, std::size_t row, Patch& patch) const noexcept {
+  constexpr std::size_t kSide = Patch::kSide, kNodes = kSide / 2 + 3, kSparse = kSide / 4 + 2;
+  const std::array<double, 4> w = cubic_through(0.5);
+  const float inner = static_cast<float>(w[1]), outer = static_cast<float>(w[0]);
+  const std::size_t first_column = column / 2 - 1, first_row = row / 2 - 1;
+  const auto node = [&](std::size_t i, std::size_t j) -> const Node& {
+    return nodes_[std::min(j, rows_ - 1) * columns_ + std::min(i, columns_ - 1)];
+  };
+  float X[3][kNodes][kNodes], along[3][kNodes][kSide];
+  for (std::size_t j = 0; j < kNodes; ++j)
+    for (std::size_t i = 0; i < kNodes; ++i) {
+      const Vec3& of = node(first_column + i, first_row + j).X;
+      for (std::size_t d = 0; d < 3; ++d) X[d][j][i] = static_cast<float>(of[static_cast<Eigen::Index>(d)]);
+    }
+  for (std::size_t d = 0; d < 3; ++d) {
+    for (std::size_t j = 0; j < kNodes; ++j)
+      for (std::size_t q = 0; q < kSide / 2; ++q) {
+        const float* x = X[d][j] + q;
+        along[d][j][2 * q] = x[1];
+        along[d][j][2 * q + 1] = inner * (x[1] + x[2]) + outer * (x[0] + x[3]);
+      }
+    for (std::size_t q = 0; q < kSide / 2; ++q)
+      for (std::size_t i = 0; i < kSide; ++i) {
+        const auto at = [&](std::size_t k) { return along[d][q + k][i]; };
+        patch.X[d][2 * q][i] = at(1);
+        patch.X[d][2 * q + 1][i] = inner * (at(1) + at(2)) + outer * (at(0) + at(3));
+      }
+  }
+  // In quarters of what is between the sparse nodes.
+  const std::size_t sparse_column = column / 4 * 4, sparse_row = row / 4 * 4;
+  float N[3][kSparse][kSparse], half[3][kSparse][kSide];
+  for (std::size_t j = 0; j < kSparse; ++j)
+    for (std::size_t i = 0; i < kSparse; ++i) {
+      const Vec3& of = node(sparse_column / 2 + 2 * i, sparse_row / 2 + 2 * j).by_n;
+      for (std::size_t d = 0; d < 3; ++d) N[d][j][i] = static_cast<float>(of[static_cast<Eigen::Index>(d)]);
+    }
+  const auto between = [](float a, float b, std::size_t quarter) {
+    return a + 0.25F * static_cast<float>(quarter) * (b - a);
+  };
+  for (std::size_t d = 0; d < 3; ++d) {
+    for (std::size_t j = 0; j < kSparse; ++j)
+      for (std::size_t i = 0; i < kSide; ++i) {
+        const std::size_t at = column - sparse_column + i;
+        half[d][j][i] = between(N[d][j][at / 4], N[d][j][at / 4 + 1], at % 4);
+      }
+    for (std::size_t j = 0; j < kSide; ++j)
+      for (std::size_t i = 0; i < kSide; ++i) {
+        const std::size_t at = row - sparse_row + j;
+        patch.by_n[d][j][i] = between(half[d][at / 4][i], half[d][at / 4 + 1][i], at % 4);
+      }
+  }
+}
+
 }  // namespace brachy

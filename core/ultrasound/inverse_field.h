@@ -45,6 +45,16 @@ class InverseField {
   /// Between the nodes, bicubic in X; X_by_n is known at every second of them. Only for places within the scan.
   Sample at(const PlanePoint& p) const noexcept;
 
+  /// The same on a grid twice as fine, all nodes of a patch of it: its column and row 0 are those of the nodes, and
+  /// `column` and `row`, of its first, are even and at least 2. Beyond the scan: any numbers.
+  struct Patch {
+    static constexpr std::size_t kSide = 8;
+    float X[3][kSide][kSide], by_n[3][kSide][kSide];  ///< by rows
+  };
+  void find(std::size_t column, std::size_t row, Patch& patch) const noexcept;
+  double left_mm() const { return left_; }      ///< of column 0
+  double bottom_mm() const { return bottom_; }  ///< of row 0
+
  private:
   struct Node {
     PlanePoint place;

@@ -8,6 +8,7 @@
 #include "core/base/simd/simd_attributes.h"
 #include "core/ultrasound/hashed_noise.h"
 #include "core/ultrasound/scatter_loop.h"
+#include "core/ultrasound/tissue_loop.h"
 
 namespace brachy {
 namespace {
@@ -134,38 +135,6 @@ BRACHY_INLINE void across(const float* __restrict in, std::ptrdiff_t in_stride, 
     }
 }
 
-BRACHY_INLINE float smooth_step(float t) {
-  return t * t * (3 - 2 * t);
-}
-
-BRACHY_INLINE float node_value(std::uint32_t key) {
-  return static_cast<float>(static_cast<std::int32_t>(hashed(key) ^ 0x80000000U)) * (1.0F / 2147483648.0F);
-}
-
-BRACHY_INLINE float between(float a, float b, float t) {
-  return a + t * (b - a);
-}
-
-BRACHY_INLINE void noise(const float* __restrict x, const float* __restrict y, const float* __restrict z,
-                         std::size_t count, const float* cell_mm, std::uint32_t seed, float* __restrict out) {
-  const std::uint32_t origin = seed - static_cast<std::uint32_t>(scan::kOffGrid) * (kNodeX + kNodeY + kNodeZ);
-  const float per_x = 1 / cell_mm[0], per_y = 1 / cell_mm[1], per_z = 1 / cell_mm[2];
-  for (std::size_t i = 0; i < count; ++i) {
-    const float p = x[i] * per_x + scan::kOffGrid, q = y[i] * per_y + scan::kOffGrid,
-                r = z[i] * per_z + scan::kOffGrid;
-    const auto ix = static_cast<std::int32_t>(p), iy = static_cast<std::int32_t>(q),
-               iz = static_cast<std::int32_t>(r);
-    const float s = smooth_step(p - static_cast<float>(ix)), t = smooth_step(q - static_cast<float>(iy)),
-                u = smooth_step(r - static_cast<float>(iz));
-    const std::uint32_t key = static_cast<std::uint32_t>(ix) * kNodeX +
-                              static_cast<std::uint32_t>(iy) * kNodeY +
-                              static_cast<std::uint32_t>(iz) * kNodeZ + origin;
-    const auto along_x = [&](std::uint32_t k) { return between(node_value(k), node_value(k + kNodeX), s); };
-    const auto along_y = [&](std::uint32_t k) { return between(along_x(k), along_x(k + kNodeY), t); };
-    out[i] = between(along_y(key), along_y(key + kNodeZ), u);
-  }
-}
-
 BRACHY_INLINE void detect(const float* __restrict re, const float* __restrict im,
                           const float* __restrict noise, std::uint32_t key, std::size_t count,
                           float offset_db, float gray_per_db, float* __restrict gray) {
@@ -220,9 +189,8 @@ BRACHY_INLINE void convert(const float* __restrict gray, std::size_t samples,
       else                                                                                                   \
         across<width / 2>(in, in_stride, kernel, groups, samples, out, out_stride);                          \
     }                                                                                                        \
-    attribute static void run_noise(const float* x, const float* y, const float* z, std::size_t count,       \
-                                    const float* cell_mm, std::uint32_t seed, float* out) {                  \
-      noise(x, y, z, count, cell_mm, seed, out);                                                             \
+    attribute static void run_tissues(const Anatomy& anatomy, const EchoPlaces& places, EchoTissues& out) {  \
+      scan::find_tissues(anatomy, places, out);                                                              \
     }                                                                                                        \
     attribute static void run_detect(const float* re, const float* im, const float* noise,                   \
                                      std::uint32_t key, std::size_t count, float offset_db,                  \
@@ -234,7 +202,7 @@ BRACHY_INLINE void convert(const float* __restrict gray, std::size_t samples,
       convert(gray, samples, sources, count, pixels);                                                        \
     }                                                                                                        \
     static constexpr ScanLoops kLoops{run_place,  run_scatter, run_along,  run_across,                       \
-                                      run_detect, run_noise,   run_convert};                                 \
+                                      run_detect, run_tissues, run_convert};                                 \
   }
 // NOLINTEND(bugprone-macro-parentheses)
 

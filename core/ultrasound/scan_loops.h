@@ -72,6 +72,10 @@ struct PixelSource {
   float along = 0, across = 0;  ///< shares of the next sample, and of the next line
 };
 
+struct Anatomy;
+struct EchoPlaces;
+struct EchoTissues;
+
 /// The inner loops of the image, for one instruction set. Rows have a multiple of ScanSteps::kScatter samples.
 /// Threads: any. Real-time: no allocation.
 struct ScanLoops {
@@ -94,10 +98,8 @@ struct ScanLoops {
   /// receiver's at each sample (amplitude); `key` makes it another one for each line and image.
   void (*detect)(const float* re, const float* im, const float* noise, std::uint32_t key, std::size_t count,
                  float offset_db, float gray_per_db, float* gray);
-  /// Smooth noise, −1 … 1, at so many places x, y, z (mm): trilinear by smooth steps between random values of the nodes
-  /// of a grid of cells of these sizes.
-  void (*noise)(const float* x, const float* y, const float* z, std::size_t count, const float* cell_mm,
-                std::uint32_t seed, float* out);
+  /// What EchoMap says of so many places.
+  void (*tissues)(const Anatomy& anatomy, const EchoPlaces& places, EchoTissues& tissues);
   /// pixels[i] from the rows of `gray`, rounded.
   void (*convert)(const float* gray, std::size_t samples, const PixelSource* sources, std::size_t count,
                   std::uint8_t* pixels);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 
 #include "core/base/share_out.h"
@@ -64,8 +65,9 @@ UltrasoundImager::UltrasoundImager(const Options& options, std::shared_ptr<const
   tgc_per_mm_ = static_cast<float>(loss_per_mm_ + 0.1 * settings_.tgc_extra_db_per_cm);
 
   const std::size_t lines = plane_.lines();
-  grid_left_ = plane_.left_mm() - kGridMm;
-  grid_bottom_ = plane_.bottom_mm() - kGridMm;
+  static_assert(InverseField::kSpacingMm == 2 * kGridMm);
+  grid_left_ = inverse_.left_mm() + kGridMm * kGridOffset;
+  grid_bottom_ = inverse_.bottom_mm() + kGridMm * kGridOffset;
   // The last segment ends beyond the depth shown.
   grid_columns_ = static_cast<std::size_t>((2 * plane_.right_mm() + 8 * kGridMm) / kGridMm);
   grid_rows_ = static_cast<std::size_t>((plane_.top_mm() - plane_.bottom_mm() + 8 * kGridMm) / kGridMm);
@@ -80,8 +82,7 @@ UltrasoundImager::UltrasoundImager(const Options& options, std::shared_ptr<const
       for (const std::size_t corner : {std::size_t{0}, std::size_t{1}, grid_columns_, grid_columns_ + 1})
         is_used[place.first + corner] = true;
     }
-  for (std::size_t i = 0; i < grid_.size(); ++i)
-    if (is_used[i]) used_.push_back(static_cast<std::uint32_t>(i));
+  find_patches(is_used);
 
   nodes_.resize(lines * (segments_ + 1));
   loss_.resize(nodes_.size());
@@ -193,36 +194,54 @@ ImageResult UltrasoundImager::render(const ImagedState& state) noexcept {
   return ImageResult::kNew;
 }
 
+void UltrasoundImager::find_patches(const std::vector<bool>& is_used) {
+  constexpr std::size_t kSide = InverseField::Patch::kSide;
+  for (std::size_t row = 0; row < grid_rows_; row += kSide)
+    for (std::size_t column = 0; column < grid_columns_; column += kSide) {
+      Patch patch{column, row};
+      for (std::size_t k = 0; k < kSide * kSide; ++k) {
+        const std::size_t i = column + k % kSide, j = row + k / kSide;
+        if (i < grid_columns_ && j < grid_rows_ && is_used[j * grid_columns_ + i])
+          patch.used |= std::uint64_t{1} << k;
+      }
+      if (patch.used != 0) patches_.push_back(patch);
+    }
+}
+
 // What is at the nodes of the plane's grid.
 void UltrasoundImager::map_plane() noexcept {
-  constexpr std::size_t kTogether = 64;
-  share_out((used_.size() + kTogether - 1) / kTogether, threads_, [&](std::size_t block, std::size_t) {
-    const std::span<const std::uint32_t> used =
-        std::span(used_)
-            .subspan(block * kTogether)
-            .first(std::min(kTogether, used_.size() - block * kTogether));
-    std::array<Vec3, kTogether> X;
-    std::array<EchoMap::Tissue, kTogether> tissues;
-    for (std::size_t k = 0; k < used.size(); ++k) {
-      const PlanePoint p{grid_left_ + kGridMm * static_cast<double>(used[k] % grid_columns_),
-                         grid_bottom_ + kGridMm * static_cast<double>(used[k] / grid_columns_)};
-      const InverseField::Sample sample = inverse_.at(p);
-      X[k] = sample.X;
-      ScanNode& node = grid_[used[k]];
-      for (Eigen::Index d = 0; d < 3; ++d) {
-        node.c[ScanNode::kX + static_cast<std::size_t>(d)] = static_cast<float>(sample.X[d]);
-        node.c[ScanNode::kByN + static_cast<std::size_t>(d)] = static_cast<float>(sample.X_by_n[d]);
-      }
+  share_out(patches_.size(), threads_, [&](std::size_t p, std::size_t) { map_patch(patches_[p]); });
+}
+
+void UltrasoundImager::map_patch(const Patch& patch) noexcept {
+  constexpr std::size_t kSide = InverseField::Patch::kSide;
+  static_assert(kSide * kSide == EchoPlaces::kMost);
+  InverseField::Patch field;
+  inverse_.find(patch.column + kGridOffset, patch.row + kGridOffset, field);
+  EchoPlaces places;
+  std::array<std::uint8_t, EchoPlaces::kMost> from;  // of a place, in the patch
+  for (std::uint64_t used = patch.used; used != 0; used &= used - 1) {
+    const auto k = static_cast<std::size_t>(std::countr_zero(used));
+    from[places.count] = static_cast<std::uint8_t>(k);
+    places.x[places.count] = field.X[0][k / kSide][k % kSide];
+    places.y[places.count] = field.X[1][k / kSide][k % kSide];
+    places.z[places.count++] = field.X[2][k / kSide][k % kSide];
+  }
+  EchoTissues tissues;
+  echo_map_->at(places, loops_, tissues);
+  for (std::size_t i = 0; i < places.count; ++i) {
+    const std::size_t row = from[i] / kSide, column = from[i] % kSide;
+    float* node = grid_[(patch.row + row) * grid_columns_ + patch.column + column].c;
+    for (std::size_t d = 0; d < 3; ++d) {
+      node[ScanNode::kX + d] = field.X[d][row][column];
+      node[ScanNode::kByN + d] = field.by_n[d][row][column];
     }
-    echo_map_->at({X.data(), used.size()}, loops_, {tissues.data(), used.size()});
-    for (std::size_t k = 0; k < used.size(); ++k) {
-      ScanNode& node = grid_[used[k]];
-      std::ranges::copy(tissues[k].distance_mm, &node.c[ScanNode::kDistance]);
-      node.c[ScanNode::kOutside] = tissues[k].outside_db;
-      node.c[ScanNode::kTexture] = tissues[k].texture_db;
-      node.c[ScanNode::kLoss] = tissues[k].loss_share();
-    }
-  });
+    for (std::size_t b = 0; b < EchoMap::kBoundaries; ++b)
+      node[ScanNode::kDistance + b] = tissues.distance_mm[b][i];
+    node[ScanNode::kOutside] = tissues.outside_db[i];
+    node[ScanNode::kTexture] = tissues.texture_db[i];
+    node[ScanNode::kLoss] = tissues.loss_share[i];
+  }
 }
 
 // A line's nodes from the grid; and along them what tissue and instruments take, and what the console gives back.

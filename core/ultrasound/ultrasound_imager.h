@@ -80,8 +80,14 @@ class UltrasoundImager {
   double level_db(double gray) const { return gray / gray_per_db_ - offset_db_; }
 
  private:
+  struct Patch {                      // of the plane's grid
+    std::size_t column = 0, row = 0;  // of its first node
+    std::uint64_t used = 0;           // by the scan: a bit for each of its nodes
+  };
+  void find_patches(const std::vector<bool>& is_used);
   GridPlace locate(const PlanePoint& p) const noexcept;
   void map_plane() noexcept;
+  void map_patch(const Patch& patch) noexcept;
   void place_nodes(std::size_t line) noexcept;
   void scatter_line(std::size_t line) noexcept;
   void add_instruments() noexcept;
@@ -106,12 +112,14 @@ class UltrasoundImager {
   bool keeps_solution_;
   float offset_db_, gray_per_db_, tgc_per_mm_, loss_per_mm_;
 
-  // The plane's grid: what is known at its nodes, and which cells' corners the scan uses.
+  // The plane's grid: what is known at its nodes, and which of them the scan uses. It is twice as fine as that of the
+  // inverse field, and begins kGridOffset of its steps within that.
   static constexpr double kGridMm = 1;
+  static constexpr std::size_t kGridOffset = 2;
   double grid_left_ = 0, grid_bottom_ = 0;
   std::size_t grid_columns_ = 0, grid_rows_ = 0;
   std::vector<ScanNode> grid_;
-  std::vector<std::uint32_t> used_;
+  std::vector<Patch> patches_;
   std::vector<GridPlace> places_;  // of each scan node
 
   std::size_t padding_;                     // zeros before and after each line's scatterers, for the pulse

@@ -154,6 +154,34 @@ TEST(UltrasoundImage, FindsTheMaterialPointsOfADeformedGland) {
   }
 }
 
+TEST(UltrasoundImage, PatchesOfThePlaneAreWhatSinglePlacesAre) {
+  DeepNeedle deep(small_scene());
+  const Scene scene = small_scene();
+  const RigidTransform X_WP = resting_probe(scene, deep.simulator.tissue());
+  const ImagePlane plane(scene.ultrasound, 10);
+  InverseField inverse(plane);
+  ASSERT_TRUE(inverse.solve(deep.simulator.field(), deep.simulator.body_frame(), X_WP * plane.in_probe()));
+  double moved = 0;
+  for (const auto& [column, row] : {std::pair<std::size_t, std::size_t>{54, 20}, {60, 34}, {42, 48}}) {
+    InverseField::Patch patch;
+    inverse.find(column, row, patch);
+    for (std::size_t j = 0; j < InverseField::Patch::kSide; ++j)
+      for (std::size_t i = 0; i < InverseField::Patch::kSide; ++i) {
+        const double half = 0.5 * InverseField::kSpacingMm;
+        const PlanePoint p{inverse.left_mm() + half * static_cast<double>(column + i),
+                           inverse.bottom_mm() + half * static_cast<double>(row + j)};
+        const InverseField::Sample sample = inverse.at(p);
+        for (std::size_t d = 0; d < 3; ++d) {
+          EXPECT_NEAR(patch.X[d][j][i], sample.X[static_cast<Eigen::Index>(d)], 2e-5);
+          EXPECT_NEAR(patch.by_n[d][j][i], sample.X_by_n[static_cast<Eigen::Index>(d)], 2e-6);
+        }
+        const Vec3 y = X_WP * plane.in_probe() * Vec3(p.a, p.b, 0);
+        moved = std::max(moved, (sample.X - y).norm());
+      }
+  }
+  EXPECT_GT(moved, 0.3);
+}
+
 TEST(UltrasoundImage, FieldEvaluatesManyPointsAsItDoesOne) {
   DeepNeedle deep(small_scene());
   std::vector<Vec3> X;
