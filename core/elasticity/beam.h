@@ -40,13 +40,15 @@ struct Beam {
     return guide_mm > 0 ? unguided(guide_mm, t) / unguided(guide_mm, guide_mm) : 0;
   }
 
+  /// The compliance without the guide.
+  double unguided(double s, double t) const {
+    const double least = std::min(s, t), most = std::max(s, t);
+    return least * least * (3 * most - least) * (1 / (6 * bending_stiffness_nmm2)) + s * t * hand_rad_per_nmm;
+  }
+
   bool operator==(const Beam&) const = default;
 
  private:
-  double unguided(double s, double t) const {
-    const double least = std::min(s, t), most = std::max(s, t);
-    return least * least * (3 * most - least) / (6 * bending_stiffness_nmm2) + s * t * hand_rad_per_nmm;
-  }
   double unguided_slope(double s, double t) const {
     const double bend = s < t ? s * (2 * t - s) : t * t;
     return bend / (2 * bending_stiffness_nmm2) + t * hand_rad_per_nmm;

@@ -1,5 +1,7 @@
 #include "core/elasticity/landmark_compliance.h"
 
+#include <algorithm>
+
 namespace brachy {
 
 void LandmarkCompliance::reserve(std::size_t landmarks, std::size_t beams) {
@@ -24,7 +26,7 @@ void LandmarkCompliance::remove_landmark(std::size_t i) noexcept {
   points_.erase(points_.begin() + static_cast<std::ptrdiff_t>(i));
 }
 
-void LandmarkCompliance::add_to(Eigen::Ref<Eigen::MatrixXd> K, double scale) const noexcept {
+void LandmarkCompliance::add_without_beams_to(Eigen::Ref<Eigen::MatrixXd> K, double scale) const noexcept {
   if (body_) add_body_to(K, scale);
   for (std::size_t i = 0; i < points_.size() && sliding_ > 0; ++i) {
     const Vec3& n = points_[i].slides_on;
@@ -32,6 +34,17 @@ void LandmarkCompliance::add_to(Eigen::Ref<Eigen::MatrixXd> K, double scale) con
     const auto at = static_cast<Eigen::Index>(3 * i);
     K.block<3, 3>(at, at) += scale * kSliding * (Mat3::Identity() - n * n.transpose());
   }
+}
+
+bool LandmarkCompliance::is_alike_without_beams(const LandmarkCompliance& other) const noexcept {
+  return body_ == other.body_ &&
+         std::ranges::equal(points_, other.points_, [](const Point& a, const Point& b) {
+           return a.arm == b.arm && a.slides_on == b.slides_on;
+         });
+}
+
+void LandmarkCompliance::add_to(Eigen::Ref<Eigen::MatrixXd> K, double scale) const noexcept {
+  add_without_beams_to(K, scale);
   for (std::size_t j = 0; j < points_.size() && !is_empty(); ++j) {
     if (points_[j].beam < 0) continue;
     const Beam& beam = beams_[static_cast<std::size_t>(points_[j].beam)];
@@ -78,19 +91,31 @@ void LandmarkCompliance::subtract(std::span<const Vec3> forces,
     const Vec3& n = points_[i].slides_on;
     if (n != Vec3::Zero()) displacements[i] -= kSliding * (forces[i] - forces[i].dot(n) * n);
   }
-  for (std::size_t i = 0; i < points_.size() && !is_empty(); ++i) {
-    if (points_[i].beam < 0) continue;
-    const Beam& beam = beams_[static_cast<std::size_t>(points_[i].beam)];
-    const auto across = [&](const Vec3& v) { return Vec3(v - v.dot(beam.axis) * beam.axis); };
+  for (std::size_t b = 0; b < beams_.size(); ++b) subtract_beam(b, forces, displacements);
+}
+
+void LandmarkCompliance::subtract_beam(std::size_t b, std::span<const Vec3> forces,
+                                       std::span<Vec3> displacements) const noexcept {
+  const Beam& beam = beams_[b];
+  const auto is_on = [&](std::size_t i) { return points_[i].beam == static_cast<std::int32_t>(b); };
+  const auto across = [&](const Vec3& v) { return Vec3(v - v.dot(beam.axis) * beam.axis); };
+  Vec3 guide = Vec3::Zero();  // what its hole takes of all forces
+  for (std::size_t i = 0; i < points_.size(); ++i) {
+    if (!is_on(i)) continue;
     const Vec3 force = across(forces[i]);
-    displacements[i] -= beam.compliance(points_[i].arc_mm, points_[i].arc_mm) * force;
+    const double arc = points_[i].arc_mm;
+    guide += beam.guide_share(arc) * force;
+    displacements[i] -= beam.unguided(arc, arc) * force;
     for (std::size_t j = 0; j < i; ++j) {
-      if (points_[j].beam != points_[i].beam) continue;
-      const double both_ways = beam.compliance(points_[i].arc_mm, points_[j].arc_mm);
+      if (!is_on(j)) continue;
+      const double both_ways = beam.unguided(arc, points_[j].arc_mm);
       displacements[i] -= both_ways * across(forces[j]);
       displacements[j] -= both_ways * force;
     }
   }
+  if (beam.guide_mm > 0)
+    for (std::size_t i = 0; i < points_.size(); ++i)
+      if (is_on(i)) displacements[i] += beam.unguided(points_[i].arc_mm, beam.guide_mm) * guide;
 }
 
 }  // namespace brachy

@@ -51,9 +51,15 @@ class LandmarkCompliance {
   /// What holds the body gives by `compliance` in each direction of translation and rotation: mm/N, rad/(N·mm).
   void set_body(const Vec6& compliance) noexcept { body_ = compliance; }
 
+  std::span<const Beam> beams() const { return beams_; }
+  std::span<const Point> points() const { return points_; }                    ///< of landmarks
   bool is_empty() const { return beams_.empty() && !body_ && sliding_ == 0; }  ///< nothing gives
   /// K += scale C, in the lower triangle of the 3n × 3n matrix.
   void add_to(Eigen::Ref<Eigen::MatrixXd> K, double scale) const noexcept;
+  /// The same without the needles, whose part is another in every tick in which they move (BeamColumns).
+  void add_without_beams_to(Eigen::Ref<Eigen::MatrixXd> K, double scale) const noexcept;
+  /// Whether add_without_beams_to adds the same for both.
+  bool is_alike_without_beams(const LandmarkCompliance& other) const noexcept;
   /// displacements −= C forces (both n, mm, N).
   void subtract(std::span<const Vec3> forces, std::span<Vec3> displacements) const noexcept;
   /// How far the body goes under the landmarks' forces (n, N).
@@ -71,6 +77,8 @@ class LandmarkCompliance {
 
  private:
   void add_body_to(Eigen::Ref<Eigen::MatrixXd> K, double scale) const noexcept;
+  void subtract_beam(std::size_t beam, std::span<const Vec3> forces,
+                     std::span<Vec3> displacements) const noexcept;
 
   std::vector<Beam> beams_;
   std::vector<Point> points_;  // of every landmark

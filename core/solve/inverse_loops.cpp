@@ -117,6 +117,51 @@ BRACHY_INLINE void add_gram(const double* X, std::size_t stride, std::size_t fir
 }
 
 template <class W>
+BRACHY_INLINE void product(const double* A, std::size_t a_stride, const std::uint32_t* a_starts,
+                           std::size_t columns, const double* X, std::size_t stride,
+                           const std::uint32_t* starts, std::size_t m, std::size_t n, double* Z,
+                           std::size_t z_stride) {
+  for (std::size_t j = 0; j < columns; j += kRows)
+    for (std::size_t c = 0; c < m; c += W::kTogether) {
+      const std::size_t start = std::min<std::size_t>(std::max(a_starts[j], starts[c]), n);
+      Tile<W, kRows> tile;
+      accumulate<W, kRows>(A + j, a_stride, X + c, stride, start, n, tile);
+      for (std::size_t q = 0; q < std::min(kRows, columns - j); ++q) {
+        double* z = Z + (j + q) * z_stride + c;
+        store<typename W::Vector>(z, tile.sum[q][0]);
+        store<typename W::Vector>(z + W::kLanes, tile.sum[q][1]);
+      }
+    }
+}
+
+template <class W>
+BRACHY_INLINE void project(const double* X, std::size_t stride, const std::uint32_t* starts, std::size_t m,
+                           const double* y, std::size_t n, double* sums) {
+  for (std::size_t c = 0; c < m; c += W::kTogether) {
+    Tile<W, 1> tile;
+    accumulate<W, 1>(y, 1, X + c, stride, std::min<std::size_t>(starts[c], n), n, tile);
+    store<typename W::Vector>(sums + c, tile.sum[0][0]);
+    store<typename W::Vector>(sums + c + W::kLanes, tile.sum[0][1]);
+  }
+}
+
+template <class W>
+BRACHY_INLINE void subtract(const double* X, std::size_t stride, const std::uint32_t* starts, std::size_t m,
+                            const double* sums, std::size_t n, double* y) {
+  using V = typename W::Vector;
+  for (std::size_t r = 0; r < n; ++r) {
+    V all{};
+    for (std::size_t c = 0; c < m && starts[c] <= r; c += W::kTogether) {
+      const double* x = X + r * stride + c;
+      all += load<V>(x) * load<V>(sums + c) + load<V>(x + W::kLanes) * load<V>(sums + c + W::kLanes);
+    }
+    double sum = 0;
+    for (std::size_t k = 0; k < W::kLanes; ++k) sum += all[k];
+    y[r] -= sum;
+  }
+}
+
+template <class W>
 BRACHY_INLINE void gram(const double* X, std::size_t stride, std::size_t n, const std::uint32_t* starts,
                         std::size_t m, double* H, std::size_t outer) {
   // H's column j from X's column j as the scalar and its rows as the vector: rows [c, c + two vectors), columns [j,
@@ -164,7 +209,22 @@ BRACHY_INLINE void gram(const double* X, std::size_t stride, std::size_t n, cons
                                      std::size_t outer) {                                                    \
       add_gram<W>(X, stride, first, end, starts, m, H, outer);                                               \
     }                                                                                                        \
-    static constexpr InverseLoops kLoops{solve, solve_by_panels, add_square, square};                        \
+    attribute static void multiply(const double* A, std::size_t a_stride, const std::uint32_t* a_starts,     \
+                                   std::size_t columns, const double* X, std::size_t stride,                 \
+                                   const std::uint32_t* starts, std::size_t m, std::size_t n, double* Z,     \
+                                   std::size_t z_stride) {                                                   \
+      product<W>(A, a_stride, a_starts, columns, X, stride, starts, m, n, Z, z_stride);                      \
+    }                                                                                                        \
+    attribute static void project_one(const double* X, std::size_t stride, const std::uint32_t* starts,      \
+                                      std::size_t m, const double* y, std::size_t n, double* sums) {         \
+      project<W>(X, stride, starts, m, y, n, sums);                                                          \
+    }                                                                                                        \
+    attribute static void subtract_one(const double* X, std::size_t stride, const std::uint32_t* starts,     \
+                                       std::size_t m, const double* sums, std::size_t n, double* y) {        \
+      subtract<W>(X, stride, starts, m, sums, n, y);                                                         \
+    }                                                                                                        \
+    static constexpr InverseLoops kLoops{solve,       solve_by_panels, add_square, multiply,                 \
+                                         project_one, subtract_one,    square};                              \
   }
 // NOLINTEND(bugprone-macro-parentheses)
 

@@ -26,6 +26,17 @@ struct InverseLoops {
   /// after the other, H has the same bits as in one.
   void (*add_gram)(const double* X, std::size_t stride, std::size_t first, std::size_t end,
                    const std::uint32_t* starts, std::size_t m, double* H, std::size_t outer);
+  /// Z = AᵀX by rows, of n rows of A (`columns`, which start at `a_starts`) and X; all strides multiples of kColumns,
+  /// `starts` of both ascending. Fills whole rows of Z up to the next multiple of kColumns.
+  void (*product)(const double* A, std::size_t a_stride, const std::uint32_t* a_starts, std::size_t columns,
+                  const double* X, std::size_t stride, const std::uint32_t* starts, std::size_t m,
+                  std::size_t n, double* Z, std::size_t z_stride);
+  /// sums = Xᵀy of n rows, up to the next multiple of kColumns; `starts` ascend.
+  void (*project)(const double* X, std::size_t stride, const std::uint32_t* starts, std::size_t m,
+                  const double* y, std::size_t n, double* sums);
+  /// y −= X sums, of which those beyond m are zero up to the next multiple of kColumns.
+  void (*subtract)(const double* X, std::size_t stride, const std::uint32_t* starts, std::size_t m,
+                   const double* sums, std::size_t n, double* y);
   /// The lower triangle of H = XᵀX, m × m by columns, `outer` numbers to the next one. `starts` in any order.
   void (*gram)(const double* X, std::size_t stride, std::size_t n, const std::uint32_t* starts, std::size_t m,
                double* H, std::size_t outer);

@@ -62,8 +62,6 @@ void PanelInverse::gram(Eigen::Ref<Eigen::MatrixXd> H) noexcept {
   for (Index j = 0; j < m; ++j) H.col(j).tail(m - j) = sums_.col(j).segment(j, m - j);
   loops_.add_gram(X_.data(), stride_, fresh_from_, rows_, starts_.data(), columns_, H.data(),
                   static_cast<std::size_t>(H.outerStride()));
-  for (Index j = 0; j < m; ++j)
-    for (Index i = j + 1; i < m; ++i) H(j, i) = H(i, j);
 }
 
 void PanelInverse::squares(std::span<double> sums) const noexcept {

@@ -32,7 +32,12 @@ class PanelInverse {
   /// X = L⁻¹A.
   void solve(const PanelMatrix& L) noexcept;
 
-  /// H = XᵀX, columns × columns.
+  // X by rows, `stride` numbers to the next; zeros beyond its columns, and in each before its start.
+  const double* data() const { return X_.data(); }
+  std::size_t stride() const { return stride_; }
+  const std::uint32_t* starts() const { return starts_.data(); }
+
+  /// The lower triangle of H = XᵀX, columns × columns.
   void gram(Eigen::Ref<Eigen::MatrixXd> H) noexcept;
   /// Its diagonal.
   void squares(std::span<double> sums) const noexcept;

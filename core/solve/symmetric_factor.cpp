@@ -26,7 +26,8 @@ SymmetricFactor::SymmetricFactor(std::size_t max_landmarks, SimdTarget target)
     : loops_(panel_loops(target)),
       inverse_block_(3 * max_landmarks, max_landmarks, target),
       axial_(3 * max_landmarks, max_landmarks, true, target),
-      rigid_(3 * max_landmarks, kMaxGroups, false, target) {
+      rigid_(3 * max_landmarks, kMaxGroups, false, target),
+      added_(max_landmarks, max_landmarks / 2, target) {
   const auto n = static_cast<Index>(3 * max_landmarks);
   for (Eigen::MatrixXd& K : matrices_) K.resize(n, n);
   solution_.resize(n);
@@ -42,11 +43,32 @@ SymmetricFactor::SymmetricFactor(std::size_t max_landmarks, SimdTarget target)
 Eigen::Ref<Eigen::MatrixXd> SymmetricFactor::begin(std::size_t landmarks) noexcept {
   n_ = static_cast<Index>(3 * landmarks);
   assert(n_ <= matrices_[0].rows());
+  added_.clear();
+  added_norm_ = 0;
+  is_again_ = false;
   return matrix();
+}
+
+LowRankTerm& SymmetricFactor::add_columns(std::size_t columns, double norm) noexcept {
+  assert(takes(static_cast<std::size_t>(n_) / 3, columns));
+  added_.begin(static_cast<std::size_t>(n_) / 3, columns);
+  added_norm_ = norm;
+  return added_;
+}
+
+void SymmetricFactor::begin_again() noexcept {
+  assert(keeps(static_cast<std::size_t>(n_) / 3));
+  added_.clear();
+  added_norm_ = 0;
+  is_again_ = true;
 }
 
 bool SymmetricFactor::factor() noexcept {
   if (n_ == 0) return true;
+  if (is_again_) {
+    if (!added_.is_empty()) added_.factor(panels());
+    return true;
+  }
   auto K = matrix();
   norm_ = symmetric_norm(K, scratch_.col(0).head(n_));
   if (is_by_panels()) return factor_panels();
@@ -81,25 +103,30 @@ bool SymmetricFactor::factor_panels() noexcept {
     }
   }
   known_ = 0;
+  inverse_norm_ = 0;
   if (!loops_.factor(L, begin, end, static_cast<int>(n_))) return false;
   known_ = n_;
   current_ = 1 - current_;
+  if (!added_.is_empty()) added_.factor(L);
   return true;
 }
 
 double SymmetricFactor::condition() noexcept {
   if (n_ == 0) return 1;
   if (!is_by_panels()) return norm_ * inverse_norm(matrix(), scratch_.topRows(n_));
-  const PanelVectors v = vectors();
-  const auto n = static_cast<int>(n_);
-  return norm_ * estimate_inverse_norm(
-                     static_cast<std::size_t>(n_), v.plane,
-                     [&](std::size_t row) { return inverse_diagonal_[row]; },
-                     [&] {
-                       for (double* plane : v.plane) std::fill(plane + n, plane + kHigh * panels_of(n_), 0.0);
-                       loops_.forward(panels(), n, 0, v);
-                       loops_.backward(panels(), n, v);
-                     });
+  if (inverse_norm_ == 0) {
+    const PanelVectors v = vectors();
+    const auto n = static_cast<int>(n_);
+    inverse_norm_ = estimate_inverse_norm(
+        static_cast<std::size_t>(n_), v.plane, [&](std::size_t row) { return inverse_diagonal_[row]; },
+        [&] {
+          for (double* plane : v.plane) std::fill(plane + n, plane + kHigh * panels_of(n_), 0.0);
+          loops_.forward(panels(), n, 0, v);
+          loops_.backward(panels(), n, v);
+        });
+  }
+  // What is added is positive semidefinite: the inverse's norm falls with it.
+  return (norm_ + added_norm_) * inverse_norm_;
 }
 
 void SymmetricFactor::solve(std::span<Vec3> x) noexcept {
@@ -117,6 +144,7 @@ void SymmetricFactor::solve(std::span<Vec3> x) noexcept {
   for (std::vector<double>& plane : planes_) std::fill_n(plane.begin(), kHigh * panels_of(n_), 0.0);
   for (std::size_t l = 0; l < x.size(); ++l) std::copy_n(x[l].data(), 3, &planes_[0][3 * l]);
   loops_.forward(panels(), static_cast<int>(n_), 0, vectors());
+  if (!added_.is_empty()) added_.apply(planes_[0].data());
   loops_.backward(panels(), static_cast<int>(n_), vectors());
   for (std::size_t l = 0; l < x.size(); ++l) std::copy_n(&planes_[0][3 * l], 3, x[l].data());
 }
@@ -128,6 +156,10 @@ void SymmetricFactor::project(std::size_t first, std::span<const Vec3> axes,
   for (std::size_t i = 0; i < axes.size(); ++i) axial_.set(first + i, i, axes[i]);
   axial_.solve(panels());
   axial_.gram(H);
+  if (!added_.is_empty())
+    added_.subtract_gram(axial_.data(), axial_.stride(), axial_.starts(), axes.size(), H);
+  for (Index j = 0; j < H.cols(); ++j)
+    for (Index i = j + 1; i < H.rows(); ++i) H(j, i) = H(i, j);
 }
 
 void SymmetricFactor::rigid_stiffness(std::span<const std::uint32_t> group_of,
@@ -138,7 +170,10 @@ void SymmetricFactor::rigid_stiffness(std::span<const std::uint32_t> group_of,
     for (std::size_t l = 0; l < group_of.size(); ++l)
       if (group_of[l] != kNoGroup) rigid_.set(l, group_of[l], directions[group_of[l]]);
     rigid_.solve(panels());
-    return rigid_.squares(stiffness);
+    rigid_.squares(stiffness);
+    if (!added_.is_empty())
+      added_.subtract_squares(rigid_.data(), rigid_.stride(), rigid_.starts(), directions.size(), stiffness);
+    return;
   }
   for (std::size_t g = 0; g < directions.size(); ++g) {
     auto x = solution_.head(n_);

@@ -8,6 +8,7 @@
 
 #include "core/base/rigid_transform.h"
 #include "core/solve/inverse_block.h"
+#include "core/solve/low_rank_term.h"
 #include "core/solve/panel_inverse.h"
 #include "core/solve/panel_loops.h"
 
@@ -15,8 +16,9 @@ namespace brachy {
 
 /// The Cholesky factor L of a symmetric positive definite matrix K, three rows a landmark, that is given again in every
 /// tick. Up to kPanelsFrom rows it is Eigen's. From there on it is made of panels (panel_loops.h), and only from the
-/// first row on in which K is another than in the last tick: so landmarks that rest should come first. Either way the
-/// result depends on K alone, to the bit.
+/// first row on in which K is another than in the last tick: so landmarks that rest should come first. What changes in
+/// every tick with few columns U is added to K as U Uᵀ (LowRankTerm). Either way the result depends on K and U alone, to
+/// the bit.
 /// Threads: one. Real-time: no allocation after construction, no exceptions.
 class SymmetricFactor {
  public:
@@ -27,9 +29,20 @@ class SymmetricFactor {
 
   /// K of so many landmarks, whose lower triangle is to be filled.
   Eigen::Ref<Eigen::MatrixXd> begin(std::size_t landmarks) noexcept;
+  /// Whether so many columns can be added to the K of so many landmarks. They are filled in before `factor`, and K
+  /// without them stays factored.
+  bool takes(std::size_t landmarks, std::size_t columns) const {
+    return static_cast<Eigen::Index>(3 * landmarks) >= kPanelsFrom && added_.takes(columns);
+  }
+  LowRankTerm& add_columns(std::size_t columns, double norm) noexcept;
+  /// Instead of begin: K is as it was factored last, without columns. Only where `keeps` says so.
+  void begin_again() noexcept;
+  bool keeps(std::size_t landmarks) const {
+    return is_by_panels() && known_ == static_cast<Eigen::Index>(3 * landmarks) && known_ == n_;
+  }
   /// Factors what was filled. False: K is not positive definite; call begin before anything else.
   bool factor() noexcept;
-  /// Of K, 1-norm, estimated (norm_estimate.h). After factor.
+  /// Of K, 1-norm, estimated (norm_estimate.h). After factor. With columns: (‖K‖ + ‖U Uᵀ‖) ‖K⁻¹‖, more than it can be.
   double condition() noexcept;
 
   /// x = K⁻¹ x, one vector a landmark.
@@ -53,7 +66,9 @@ class SymmetricFactor {
 
   const PanelLoops& loops_;
   Eigen::Index n_ = 0;
-  double norm_ = 0;
+  double norm_ = 0, added_norm_ = 0;
+  double inverse_norm_ = 0;  // of K by panels; 0: not known yet
+  bool is_again_ = false;
   std::array<Eigen::MatrixXd, 2> matrices_;  // K of this tick and of the last; by Eigen, K and then L
   std::size_t current_ = 0;
   Eigen::Index known_ = 0;  // rows of the other matrix that panels have
@@ -66,6 +81,7 @@ class SymmetricFactor {
   std::vector<double> inverse_diagonal_;
   std::array<std::vector<double>, PanelVectors::kCount> planes_;
   PanelInverse axial_, rigid_;
+  LowRankTerm added_;
 };
 
 }  // namespace brachy

@@ -60,6 +60,8 @@ MatrixKernelField::MatrixKernelField(const Tissue& tissue, std::shared_ptr<const
       kernel_(std::move(kernel)),
       near_matrix_(options.max_landmarks),
       factor_(options.max_landmarks, options.target),
+      beam_columns_(options.max_landmarks),
+      keeps_matrix_(options.keeps_matrix),
       all_blocks_(tissue.blocks.size()),
       displacements_(tissue.blocks.size()),
       sources_(static_cast<std::size_t>(std::max(1, options.threads))) {
@@ -81,8 +83,8 @@ MatrixKernelField::MatrixKernelField(const Tissue& tissue, std::shared_ptr<const
   field_rings_.reserve(n);
   ring_forces_.reserve(rings);
   pieces_.reserve(rings);
-  if (options.keeps_matrix)
-    kept_matrix_.resize(static_cast<Eigen::Index>(3 * n), static_cast<Eigen::Index>(3 * n));
+  kept_compliance_.reserve(n, n);
+  if (keeps_matrix_) kept_matrix_.resize(static_cast<Eigen::Index>(3 * n), static_cast<Eigen::Index>(3 * n));
   kept_positions_.reserve(n);
   kept_spreads_.reserve(n);
   std::iota(all_blocks_.begin(), all_blocks_.end(), 0u);
@@ -98,11 +100,26 @@ FactorStatus MatrixKernelField::do_factorize(std::span<const Vec3> positions,
                                              std::span<const LandmarkSpread> spreads,
                                              const LandmarkCompliance& compliance,
                                              double& condition) noexcept {
+  // Of many landmarks K is mostly that of the last tick, and stays factored; needles that bend are added to it.
+  bool adds_beams = factor_.takes(positions.size(), 1);
+  if (adds_beams) {
+    beam_columns_.find(compliance);
+    const std::size_t columns = beam_columns_.count();
+    adds_beams = columns > 0 && factor_.takes(positions.size(), columns);
+  }
+  const double scale = force_scale();
   if (remembers(positions, spreads)) {
-    auto K = factor_.begin(count_);
-    K.triangularView<Eigen::Lower>() = kept_matrix_.topLeftCorner(K.rows(), K.cols());
-    compliance.add_to(K, force_scale());
-    return factor(condition);
+    if (adds_beams && factor_.keeps(count_) && compliance.is_alike_without_beams(kept_compliance_)) {
+      factor_.begin_again();
+      add_beams(scale);
+      return factor(condition);
+    }
+    if (!adds_beams && has_kept_matrix_) {
+      auto K = factor_.begin(count_);
+      K.triangularView<Eigen::Lower>() = kept_matrix_.topLeftCorner(K.rows(), K.cols());
+      compliance.add_to(K, scale);
+      return factor(condition);
+    }
   }
   const double duplicate = FactorStatus::kDuplicateDistance * needle_radius_;
   if (const FactorStatus status = check_landmarks(positions, duplicate); !status) return status;
@@ -120,13 +137,27 @@ FactorStatus MatrixKernelField::do_factorize(std::span<const Vec3> positions,
   }
   auto K = factor_.begin(count_);
   assemble(K);
-  if (kept_matrix_.size() > 0) {
-    kept_matrix_.topLeftCorner(K.rows(), K.cols()).triangularView<Eigen::Lower>() = K;
+  has_kept_matrix_ = keeps_matrix_ && !adds_beams;
+  if (has_kept_matrix_) kept_matrix_.topLeftCorner(K.rows(), K.cols()).triangularView<Eigen::Lower>() = K;
+  if (keeps_matrix_) {
     kept_positions_.assign(positions.begin(), positions.end());
     kept_spreads_.assign(spreads.begin(), spreads.end());
+    kept_compliance_ = compliance;
   }
-  compliance.add_to(K, force_scale());
+  if (adds_beams) {
+    compliance.add_without_beams_to(K, scale);
+    add_beams(scale);
+  } else {
+    compliance.add_to(K, scale);
+  }
   return factor(condition);
+}
+
+void MatrixKernelField::add_beams(double scale) noexcept {
+  LowRankTerm& U = factor_.add_columns(beam_columns_.count(), scale * beam_columns_.norm());
+  beam_columns_.each(scale, [&](std::size_t landmark, std::size_t column, const Vec3& value) {
+    U.add(landmark, column, value);
+  });
 }
 
 // Whether the tissue's K as it was last assembled is of these landmarks: only needles or the body give otherwise.

@@ -8,6 +8,7 @@
 
 #include <Eigen/Core>
 
+#include "core/elasticity/beam_columns.h"
 #include "core/elasticity/needle_rings.h"
 #include "core/kernels/matrix_kernel.h"
 #include "core/models/matrix_kernel/matrix_kernel_cells.h"
@@ -109,6 +110,7 @@ class MatrixKernelField : public TissueField {
   void assemble(Eigen::Ref<Eigen::MatrixXd> K) noexcept;
   bool remembers(std::span<const Vec3> positions, std::span<const LandmarkSpread> spreads) const noexcept;
   FactorStatus factor(double& condition) noexcept;
+  void add_beams(double scale) noexcept;
   void spread_forces(std::span<const Vec3> forces) noexcept;
   void evaluate_blocks() noexcept;
   void evaluate_block(std::uint32_t b, std::vector<NearSource>& sources) noexcept;
@@ -127,7 +129,12 @@ class MatrixKernelField : public TissueField {
   NeedleRings rings_;
   NearMatrix near_matrix_;
   SymmetricFactor factor_;
-  Eigen::MatrixXd kept_matrix_;  // without compliance, of these landmarks; empty unless the options ask
+  BeamColumns beam_columns_;
+  bool keeps_matrix_;
+  // K without compliance, of these landmarks, unless the factor keeps it; empty unless the options ask.
+  Eigen::MatrixXd kept_matrix_;
+  bool has_kept_matrix_ = false;
+  LandmarkCompliance kept_compliance_;
   std::vector<Vec3> kept_positions_;
   std::vector<LandmarkSpread> kept_spreads_;
 

@@ -4,9 +4,11 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
+#include <limits>
 #include <random>
 
 #include "core/elasticity/beam.h"
+#include "core/elasticity/beam_columns.h"
 #include "core/elasticity/kelvin.h"
 #include "core/elasticity/landmark_compliance.h"
 #include "tests/core/solve/random_landmarks.h"
@@ -135,6 +137,64 @@ TEST(LandmarkCompliance, LeavesTheLandmarksSystemPositiveDefinite) {
   }
   RecordProperty("largest_condition", std::to_string(largest_condition));
   EXPECT_LT(largest_condition, 1e10);
+}
+
+// Needles of 18 G and 20 G, free, with a hand that turns and with a guide; landmarks in any order.
+TEST(BeamColumns, AreTheNeedlesCompliances) {
+  LandmarkCompliance compliance;
+  compliance.reserve(200, 6);
+  BeamColumns columns(200);
+  const Beam rigid{.length_mm = 200, .bending_stiffness_nmm2 = std::numeric_limits<double>::infinity()};
+  std::vector<Beam> beams = {eighteen_gauge(), eighteen_gauge(), rigid, eighteen_gauge()};
+  beams[1].guide_mm = 118;
+  beams[1].axis = Vec3(1, 2, 3).normalized();
+  beams[3].bending_stiffness_nmm2 = 6441;
+  beams[3].hand_rad_per_nmm = 1e-4;
+  beams[3].axis = Vec3::UnitX();
+  for (const Beam& beam : beams) compliance.add_beam(beam);
+  compliance.add_landmark({});
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> arc(128, 200);
+  for (int k = 0; k < 30; ++k)
+    for (std::int32_t b = 0; b < 4; ++b)
+      compliance.add_landmark({.beam = b, .arc_mm = k == 0 ? 128 : k == 1 ? 200 : arc(random)});
+  compliance.set_body(Vec6::Constant(0.1));
+  const Eigen::Index n = 3 * 121;
+  Eigen::MatrixXd all = Eigen::MatrixXd::Zero(n, n), others = all;
+  compliance.add_to(all, 2.5);
+  compliance.add_without_beams_to(others, 2.5);
+  const Eigen::MatrixXd C = (all - others).selfadjointView<Eigen::Lower>();
+
+  columns.find(compliance);
+  ASSERT_EQ(columns.count(), 4u * 2 * 6);  // of 72 mm
+  Eigen::MatrixXd U = Eigen::MatrixXd::Zero(n, 48);
+  columns.each(2.5, [&](std::size_t landmark, std::size_t column, const Vec3& value) {
+    U.block<3, 1>(static_cast<Eigen::Index>(3 * landmark), static_cast<Eigen::Index>(column)) = value;
+  });
+  const Eigen::MatrixXd rest = C - U * U.transpose();
+  EXPECT_LT(rest.topLeftCorner(n - 3, n - 3).cwiseAbs().maxCoeff(), 2.5 * 0.0075);  // 20 G
+  for (Eigen::Index l = 3; l < n; l += 12)                                          // 18 G
+    EXPECT_LT(rest.block(l, l, 6, 6).cwiseAbs().maxCoeff(), 2.5 * 0.0035) << l;
+  EXPECT_GT(C.cwiseAbs().maxCoeff(), 2.5 * 100);
+  EXPECT_GT(Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(rest).eigenvalues().minCoeff(), -1e-9);
+  const double norm = C.cwiseAbs().colwise().sum().maxCoeff() / 2.5;
+  EXPECT_GT(columns.norm(), 0.99 * norm);
+  EXPECT_LT(columns.norm(), 1.8 * norm);
+}
+
+TEST(BeamColumns, AreNoneWithoutNeedles) {
+  LandmarkCompliance compliance;
+  compliance.reserve(4, 2);
+  BeamColumns columns(4);
+  compliance.add_landmark({});
+  columns.find(compliance);
+  EXPECT_EQ(columns.count(), 0u);
+  compliance.add_beam(eighteen_gauge());
+  columns.find(compliance);
+  EXPECT_EQ(columns.count(), 0u);
+  compliance.add_landmark({.beam = 0, .arc_mm = 150});
+  columns.find(compliance);
+  EXPECT_EQ(columns.count(), 2u);
 }
 
 TEST(LandmarkCompliance, TakesFromDisplacementsWhatItAddsToTheMatrix) {

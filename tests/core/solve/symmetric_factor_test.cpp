@@ -145,5 +145,96 @@ TEST(SymmetricFactor, HasTheSameBitsWhateverWasFactoredBefore) {
   }
 }
 
+/// Columns of three groups of landmarks, far larger than K, one of them of nothing.
+MatrixXd columns_of(std::size_t landmarks, double by) {
+  MatrixXd U = MatrixXd::Zero(static_cast<Index>(3 * landmarks), 21);
+  const std::vector<Vec3> values = unit_vectors(21 * landmarks, 5);
+  for (std::size_t l = 0; l < landmarks; ++l)
+    for (std::size_t c = 7 * (l % 3); c < 7 * (l % 3) + 7; ++c)
+      if (c != 9)
+        U.block<3, 1>(static_cast<Index>(3 * l), static_cast<Index>(c)) = (20 + by) * values[21 * l + c];
+  return U;
+}
+
+void add(SymmetricFactor& factor, const MatrixXd& U) {
+  LowRankTerm& added = factor.add_columns(static_cast<std::size_t>(U.cols()),
+                                          (U * U.transpose()).cwiseAbs().colwise().sum().maxCoeff());
+  for (Index l = 0; l < U.rows() / 3; ++l)
+    for (Index c = 0; c < U.cols(); ++c)
+      if (const Vec3 value = U.block<3, 1>(3 * l, c); value != Vec3::Zero())
+        added.add(static_cast<std::size_t>(l), static_cast<std::size_t>(c), value);
+}
+
+bool factor(SymmetricFactor& factor, const MatrixXd& K, const MatrixXd& U) {
+  factor.begin(static_cast<std::size_t>(K.rows()) / 3).triangularView<Eigen::Lower>() = K;
+  add(factor, U);
+  return factor.factor();
+}
+
+TEST(SymmetricFactor, SolvesWithAddedColumnsAsWithTheirSum) {
+  const MatrixXd K = compliance(kMany, kMany, 0), U = columns_of(kMany, 0);
+  SymmetricFactor added(kMany + 3, best_simd_target()), whole(kMany + 3, best_simd_target());
+  ASSERT_TRUE(factor(added, K, U));
+  ASSERT_TRUE(factor(whole, K + U * U.transpose()));
+  const Results a = results(added, kMany, 4), b = results(whole, kMany, 4);
+  for (std::size_t l = 0; l < kMany; ++l) EXPECT_LT((a.solved[l] - b.solved[l]).norm(), 1e-9) << l;
+  EXPECT_LT((a.H - b.H).cwiseAbs().maxCoeff(), 1e-9);
+  EXPECT_EQ(a.H, a.H.transpose());
+  for (std::size_t g = 0; g < 2; ++g) EXPECT_NEAR(a.stiffness[g], b.stiffness[g], 1e-9);
+  const auto norm = [](const MatrixXd& M) { return M.cwiseAbs().colwise().sum().maxCoeff(); };
+  const MatrixXd C = U * U.transpose(), inverse = (K + C).inverse();
+  EXPECT_LE(a.condition, (norm(K) + norm(C)) * norm(inverse) * (1 + 1e-9));
+  EXPECT_GE(a.condition, 0.3 * norm(K + C) * norm(inverse));
+  EXPECT_GT(norm(C), 10 * norm(K));
+}
+
+TEST(SymmetricFactor, HasTheSameBitsWhateverColumnsWereAddedBefore) {
+  SymmetricFactor kept(kMany, best_simd_target());
+  for (const int by : {1, 2, 3, 4, 5}) {
+    const MatrixXd K = compliance(kMany, by > 3 ? 65 : 68, by), U = columns_of(kMany, by);
+    SymmetricFactor fresh(kMany, best_simd_target());
+    const bool is_plain = by == 3;
+    ASSERT_TRUE(is_plain ? factor(kept, K) : factor(kept, K, U));
+    ASSERT_TRUE(is_plain ? factor(fresh, K) : factor(fresh, K, U));
+    const Results a = results(kept, kMany), b = results(fresh, kMany);
+    EXPECT_EQ(a.solved, b.solved) << by;
+    EXPECT_EQ(a.H, b.H) << by;
+    EXPECT_EQ(a.stiffness, b.stiffness) << by;
+    EXPECT_EQ(a.condition, b.condition) << by;
+  }
+}
+
+TEST(SymmetricFactor, GoesOnWithTheSameMatrixAndOtherColumns) {
+  const MatrixXd K = compliance(kMany, kMany, 0), U = columns_of(kMany, 3);
+  SymmetricFactor kept(kMany, best_simd_target()), fresh(kMany, best_simd_target());
+  EXPECT_FALSE(kept.keeps(kMany));
+  ASSERT_TRUE(factor(kept, K, columns_of(kMany, 0)));
+  ASSERT_TRUE(kept.keeps(kMany));
+  EXPECT_FALSE(kept.keeps(kMany - 1));
+  kept.begin_again();
+  add(kept, U);
+  ASSERT_TRUE(kept.factor());
+  ASSERT_TRUE(factor(fresh, K, U));
+  Results a = results(kept, kMany), b = results(fresh, kMany);
+  EXPECT_EQ(a.solved, b.solved);
+  EXPECT_EQ(a.H, b.H);
+  EXPECT_EQ(a.stiffness, b.stiffness);
+  EXPECT_EQ(a.condition, b.condition);
+  kept.begin_again();
+  ASSERT_TRUE(kept.factor());
+  ASSERT_TRUE(factor(fresh, K));
+  a = results(kept, kMany), b = results(fresh, kMany);
+  EXPECT_EQ(a.solved, b.solved);
+  EXPECT_EQ(a.H, b.H);
+  EXPECT_EQ(a.condition, b.condition);
+}
+
+TEST(SymmetricFactor, TakesNoColumnsOfFewLandmarksNorMoreThanItHasSpaceFor) {
+  SymmetricFactor tested(kMany, best_simd_target());
+  EXPECT_FALSE(tested.takes(kFew, 2));
+  EXPECT_TRUE(tested.takes(kMany, 21));
+  EXPECT_FALSE(tested.takes(kMany, kMany));
+}
+
 }  // namespace
 }  // namespace brachy
