@@ -9,8 +9,8 @@
 namespace brachy {
 
 /// What bending needles add to the landmarks' compliance, as a product of few columns, C = U Uᵀ: Cholesky's method on
-/// C(s, t) with supports along the needle as pivots. It leaves out what a needle that is held at its supports still gives
-/// between them: at most 0.005 mm/N of 18 G (EI 15,720 N·mm²), where the tissue's own give is some tenths.
+/// C(s, t) with supports along the needle as pivots. It leaves out what a needle that is held at its supports still
+/// gives between them: at most 0.005 mm/N of 18 G (EI 15,720 N·mm²), where the tissue's own give is some tenths.
 /// Threads: a plain value. Real-time: no allocation after construction, with at most `max_landmarks`.
 class BeamColumns {
  public:

@@ -17,8 +17,8 @@ namespace brachy {
 /// The Cholesky factor L of a symmetric positive definite matrix K, three rows a landmark, that is given again in every
 /// tick. Up to kPanelsFrom rows it is Eigen's. From there on it is made of panels (panel_loops.h), and only from the
 /// first row on in which K is another than in the last tick: so landmarks that rest should come first. What changes in
-/// every tick with few columns U is added to K as U Uᵀ (LowRankTerm). Either way the result depends on K and U alone, to
-/// the bit.
+/// every tick with few columns U is added to K as U Uᵀ (LowRankTerm). Either way the result depends on K and U alone,
+/// to the bit.
 /// Threads: one. Real-time: no allocation after construction, no exceptions.
 class SymmetricFactor {
  public:

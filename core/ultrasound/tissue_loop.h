@@ -8,8 +8,8 @@
 #include "core/ultrasound/hashed_noise.h"
 #include "core/ultrasound/scatter_loop.h"
 
-// What is at the nodes of the plane's grid; for scan_loops.cpp, which compiles it for each instruction set. All loops go
-// over all kMost places, of which those from `count` on repeat the last: loops of a fixed length become vectors.
+// What is at the nodes of the plane's grid; for scan_loops.cpp, which compiles it for each instruction set. All loops
+// go over all kMost places, of which those from `count` on repeat the last: loops of a fixed length become vectors.
 namespace brachy::scan {
 
 constexpr std::size_t kPlaces = EchoPlaces::kMost;
