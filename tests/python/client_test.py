@@ -165,7 +165,7 @@ class OverWebSocket(WithDaemon):
 
     def test_a_port_of_another_protocol_is_refused_in_words(self):
         with self.assertRaises((ConnectionError, brachyd.ProtocolError)):
-            brachyd.Client(self.daemon.http)
+            brachyd.Client(self.daemon.http, timeout_s=30)  # the port waits 10 s for the rest of a request
         with self.assertRaisesRegex(ValueError, "needs HOST:PORT"):
             brachyd.Client("http://" + self.daemon.http)
 
