@@ -33,7 +33,7 @@ before(async () => {
 });
 after(async () => {
   await browser?.close();
-  await daemon?.stop();
+  await Daemon.stopAll();
 });
 
 async function newPage(more = {}) {
@@ -328,7 +328,8 @@ test('a page that was served over TLS connects over TLS, by hand too', async () 
   await until('brachy.connection.phase === "open" && brachy.frames > 0', visitor);
   await visitor.locator('#take').click();
   await until('/by hand/.test(brachy.device)', visitor);
-  assert.deepEqual(sockets.map((url) => url.slice(0, 6)), ['wss://', 'wss://']);
+  assert.ok(sockets.length >= 2);  // more where the page has lost a connection, as beside a busy machine
+  assert.deepEqual([...new Set(sockets.map((url) => url.slice(0, 6)))], ['wss://']);
   await visitor.close();
   await tls.stop();
 });

@@ -4,6 +4,8 @@ import {createWriteStream} from 'node:fs';
 import {createInterface} from 'node:readline';
 
 export class Daemon {
+  static running = new Set();
+
   /** Resolves when it listens. `ports`: those of an earlier one, to come back on them. */
   static async start(config, log, ports = {tcp: 0, http: 0}, more = []) {
     const child = spawn(process.env.BRACHYD ?? 'build/release/bin/brachyd',
@@ -26,6 +28,7 @@ export class Daemon {
     this.ended = ended;
     this.ports = ports;
     child.stdout.resume();
+    Daemon.running.add(this);
   }
 
   get url() {
@@ -35,5 +38,11 @@ export class Daemon {
   async stop() {
     this.child.kill('SIGTERM');
     await this.ended;
+    Daemon.running.delete(this);
+  }
+
+  /** Also those of tests that failed: the process would wait for them. */
+  static async stopAll() {
+    for (const daemon of Daemon.running) await daemon.stop();
   }
 }
