@@ -4,7 +4,7 @@ apps and tests.
 
 A source takes clang-tidy seconds, most of them for the headers of Eigen, Asio and JSON. So a hundred sources are
 included into one file, and that is parsed once. Sources whose local names clash go into different files. Which do is
-guessed from the text: sources that do not parse together are parsed again, at last each alone.
+guessed from the text: sources that do not parse together are parsed again by tens, at last each alone.
 
 usage: scripts/ci/check_names.py [--jobs N] [FILE…]     exit code 1 and a line for each name that breaks the rules
 """
@@ -23,6 +23,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 BUILD = ROOT / "build/tidy"
 TREES = ("core", "haptics", "net", "apps", "tests")
 MOST_TOGETHER = 100  # sources; clang-tidy then takes two gigabytes
+FEW_TOGETHER = 10  # of those that did not parse with others: one that clashes takes few with it
 MESSAGE = re.compile(r"^(/[^\s:]+)(:\d+:\d+: error: .*) \[([a-z-]+).*\]$", re.M)
 # At the end of each file that is parsed. If clang-tidy does not find it, the check has failed.
 WRONG_NAME = "int WrongName = 0;"
@@ -90,12 +91,12 @@ class Group:
         self.names |= names
 
 
-def group(files, groups=(), with_parameters=True):
+def group(files, groups=(), with_parameters=True, most=MOST_TOGETHER):
     """`groups` and more, with `files` in them. No two sources of a group declare the same."""
     groups = list(groups)
     for file in files:
         names, used = (declared(file, with_parameters), namespaces_used(file)) if is_source(file) else (set(), set())
-        fitting = (g for g in groups if g.sources < MOST_TOGETHER and g.used == used and not names & g.names)
+        fitting = (g for g in groups if g.sources < most and g.used == used and not names & g.names)
         chosen = next(fitting, None)
         if not chosen:
             groups.append(chosen := Group(used))
@@ -187,7 +188,7 @@ def main():
                 else:
                     unparsed |= errors
             if turn == "first":
-                groups = [g.files for g in group(sorted(again), with_parameters=False)]
+                groups = [g.files for g in group(sorted(again), with_parameters=False, most=FEW_TOGETHER)]
             else:
                 groups = [[file] for file in sorted(again)]
     for line in sorted(breaches | unparsed):
