@@ -4,23 +4,15 @@
 #include <cassert>
 
 namespace brachy {
-namespace {
-
-constexpr std::size_t padded(std::size_t columns) {
-  constexpr std::size_t kStep = InverseLoops::kColumns;
-  return (columns + kStep - 1) / kStep * kStep;
-}
-
-}  // namespace
 
 InverseBlock::InverseBlock(std::size_t max_rows, std::size_t max_columns, SimdTarget target)
-    : loops_(inverse_loops(target)), X_(max_rows * padded(max_columns)), starts_(max_columns) {}
+    : loops_(inverse_loops(target)), X_(max_rows * InverseLoops::padded(max_columns)), starts_(max_columns) {}
 
 void InverseBlock::begin(std::size_t rows, std::size_t columns) noexcept {
-  assert(columns <= starts_.size() && rows * padded(columns) <= X_.size());
+  assert(columns <= starts_.size() && rows * InverseLoops::padded(columns) <= X_.size());
   rows_ = rows;
   columns_ = columns;
-  stride_ = padded(columns);
+  stride_ = InverseLoops::padded(columns);
   std::fill_n(X_.data(), rows_ * stride_, 0.0);
 }
 

@@ -78,7 +78,8 @@ BRACHY_INLINE void solve_panels(const PanelMatrix& L, std::size_t first, std::si
                                 const std::uint32_t* starts, double* X, std::size_t stride, std::size_t m) {
   constexpr std::size_t kHigh = PanelMatrix::kRows;
   const auto panel_of = [&](std::size_t r) {
-    return L.panel(static_cast<int>(r / kHigh))->row - r / kHigh * kHigh;
+    const double* first_row = L.panel(static_cast<int>(r / kHigh))->row;
+    return first_row - r / kHigh * kHigh;
   };
   std::size_t r = first;
   for (; r + kRows <= n; r += kRows)

@@ -13,7 +13,10 @@ namespace brachy {
 /// Threads: any. Real-time: no allocation.
 struct InverseLoops {
   static constexpr std::size_t kColumns = 16;  ///< of X that are computed together
-  static constexpr std::size_t kRows = 4;      ///< rows of X, and of the Gram matrix, computed together
+  static constexpr std::size_t padded(std::size_t columns) {
+    return (columns + kColumns - 1) / kColumns * kColumns;
+  }
+  static constexpr std::size_t kRows = 4;  ///< rows of X, and of the Gram matrix, computed together
 
   /// X = L⁻¹ X, L the lower triangle of an n × n matrix by columns, `outer` numbers to the next one. `starts` ascend.
   void (*solve_lower)(const double* L, std::size_t outer, std::size_t n, const std::uint32_t* starts,

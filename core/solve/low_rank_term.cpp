@@ -19,16 +19,12 @@ Rows rows_of(const double* data, std::size_t rows, std::size_t columns, std::siz
           Eigen::OuterStride<>(static_cast<Index>(stride))};
 }
 
-std::size_t padded(std::size_t columns) {
-  return (columns + InverseLoops::kColumns - 1) / InverseLoops::kColumns * InverseLoops::kColumns;
-}
-
 }  // namespace
 
 LowRankTerm::LowRankTerm(std::size_t max_landmarks, std::size_t max_columns, SimdTarget target)
     : loops_(inverse_loops(target)),
-      stride_(padded(max_columns)),
-      projected_stride_(padded(max_landmarks)),
+      stride_(InverseLoops::padded(max_columns)),
+      projected_stride_(InverseLoops::padded(max_landmarks)),
       W_(3 * max_landmarks * stride_),
       Z_(stride_ * projected_stride_),
       starts_(stride_),

@@ -9,7 +9,7 @@ using Eigen::Index;
 
 PanelInverse::PanelInverse(std::size_t max_rows, std::size_t max_columns, bool has_gram, SimdTarget target)
     : loops_(inverse_loops(target)),
-      stride_((max_columns + InverseLoops::kColumns - 1) / InverseLoops::kColumns * InverseLoops::kColumns),
+      stride_(InverseLoops::padded(max_columns)),
       starts_(stride_, kNone),
       X_(max_rows * stride_) {
   for (auto* entries : {&entries_, &last_entries_}) entries->reserve(max_rows / 3);

@@ -176,7 +176,8 @@ BRACHY_INLINE void find_surroundings(const EchoPlaces& at, const Anatomy& body, 
     const float muscle = within((x - 1.12F + 0.1F * patches.v[i]) * 8, 0, 1) * within((1.1F - y) * 4, 0, 1);
     level += muscle * (kMuscleDb - level + 4 * fascia.v[i]);
     const float vein = std::min(1.0F, std::max(0.0F, veins.v[i] - 0.25F) * 6);
-    level += (y > 0.6F) & (gland[i] > 0.5F) & (gland[i] < 7) ? kVeinDb * vein : 0;
+    const bool has_veins = (y > 0.6F) & (gland[i] > 0.5F) & (gland[i] < 7);
+    level += has_veins ? kVeinDb * vein : 0;
     out.outside_db[i] = level;
   }
 }
