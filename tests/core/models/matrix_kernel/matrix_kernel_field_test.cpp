@@ -220,5 +220,44 @@ TEST(MatrixKernelField, RefusesTissueOutsideTheBox) {
   EXPECT_THROW(MatrixKernelField(phantom(), "compact_elastic", body, {}), UserError);
 }
 
+// Two needles that bend, 22 landmarks each: so many that their compliance is a term of few columns. The forces are those
+// that a rigid needle has where these needles are: K f = d − C f.
+TEST(MatrixKernelField, SolvesBendingNeedlesAsRigidOnesWhereTheyHaveBent) {
+  const MatrixKernelField::Options options{
+      .max_landmarks = 60, .evaluates_points = false, .keeps_matrix = true};
+  MatrixKernelField bending(phantom(), "elastic", body_of(1), options),
+      rigid(phantom(), "elastic", body_of(1), options);
+  std::vector<Vec3> positions, displacements;
+  for (const double x : {-6.0, 6.0})
+    for (int k = 0; k < 22; ++k) {
+      positions.emplace_back(x, 1, -20 + 1.8 * k);
+      displacements.emplace_back(0.5, 0.1 * std::sin(k), 0.2);
+    }
+  // The guide moves from tick to tick, and in the last so do landmarks.
+  for (const double guide : {110.0, 111.0, 112.0, 112.5}) {
+    LandmarkCompliance compliance;
+    compliance.reserve(60, 2);
+    for (std::int32_t n = 0; n < 2; ++n) {
+      compliance.add_beam({.length_mm = 200, .bending_stiffness_nmm2 = 15720, .guide_mm = guide});
+      for (int k = 0; k < 22; ++k) compliance.add_landmark({.beam = n, .arc_mm = 155 + 1.8 * k});
+    }
+    if (guide == 112.5) positions.back().z() += 0.3;
+    std::vector<Vec3> forces(positions.size()), as_rigid(positions.size()), left = displacements;
+    ASSERT_TRUE(bending.factorize(positions, {}, compliance));
+    bending.solve(displacements, forces);
+    compliance.subtract(forces, left);
+    ASSERT_TRUE(rigid.factorize(positions, {}, {}));
+    rigid.solve(left, as_rigid);
+    double largest = 0, bent = 0;
+    for (std::size_t i = 0; i < forces.size(); ++i) {
+      largest = std::max(largest, forces[i].norm());
+      bent = std::max(bent, (left[i] - displacements[i]).norm());
+    }
+    EXPECT_GT(bent, 0.2);
+    for (std::size_t i = 0; i < forces.size(); ++i)
+      EXPECT_LT((forces[i] - as_rigid[i]).norm(), 0.005 * largest) << guide << ' ' << i;
+  }
+}
+
 }  // namespace
 }  // namespace brachy
