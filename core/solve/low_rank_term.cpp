@@ -24,7 +24,7 @@ Rows rows_of(const double* data, std::size_t rows, std::size_t columns, std::siz
 LowRankTerm::LowRankTerm(std::size_t max_landmarks, std::size_t max_columns, SimdTarget target)
     : loops_(inverse_loops(target)),
       stride_(InverseLoops::padded(max_columns)),
-      projected_stride_(InverseLoops::padded(max_landmarks)),
+      projected_stride_(stride_ > 0 ? InverseLoops::padded(max_landmarks) : 0),
       W_(3 * max_landmarks * stride_),
       Z_(stride_ * projected_stride_),
       starts_(stride_),

@@ -22,12 +22,12 @@ int panels_of(Index rows) {
 
 }  // namespace
 
-SymmetricFactor::SymmetricFactor(std::size_t max_landmarks, SimdTarget target)
+SymmetricFactor::SymmetricFactor(std::size_t max_landmarks, SimdTarget target, std::size_t max_columns)
     : loops_(panel_loops(target)),
       inverse_block_(3 * max_landmarks, max_landmarks, target),
       axial_(3 * max_landmarks, max_landmarks, true, target),
       rigid_(3 * max_landmarks, kMaxGroups, false, target),
-      added_(max_landmarks, max_landmarks / 2, target) {
+      added_(max_landmarks, max_columns, target) {
   const auto n = static_cast<Index>(3 * max_landmarks);
   for (Eigen::MatrixXd& K : matrices_) K.resize(n, n);
   solution_.resize(n);

@@ -24,8 +24,9 @@ class SymmetricFactor {
  public:
   static constexpr Eigen::Index kPanelsFrom = 120;  ///< rows
 
-  /// For at most `max_landmarks` landmarks, of which as many move together as one (rigid_stiffness).
-  SymmetricFactor(std::size_t max_landmarks, SimdTarget target);
+  /// For at most `max_landmarks` landmarks, of which as many move together as one (rigid_stiffness), and so many added
+  /// columns.
+  SymmetricFactor(std::size_t max_landmarks, SimdTarget target, std::size_t max_columns = 0);
 
   /// K of so many landmarks, whose lower triangle is to be filled.
   Eigen::Ref<Eigen::MatrixXd> begin(std::size_t landmarks) noexcept;

@@ -46,7 +46,7 @@ class MatrixKernelField : public TissueField {
     double landmark_stiffness_n_per_mm = 0;
     /// Whether evaluate and update evaluate the tissue's points. Not where a MatrixComposition does it.
     bool evaluates_points = true;
-    /// Whether the assembled K is kept beside its factor: where compliances change while landmarks do not.
+    /// Whether K, or its factor, is kept while only compliances change: where needles bend or the body moves.
     bool keeps_matrix = false;
   };
 

@@ -173,7 +173,7 @@ bool factor(SymmetricFactor& factor, const MatrixXd& K, const MatrixXd& U) {
 
 TEST(SymmetricFactor, SolvesWithAddedColumnsAsWithTheirSum) {
   const MatrixXd K = compliance(kMany, kMany, 0), U = columns_of(kMany, 0);
-  SymmetricFactor added(kMany + 3, best_simd_target()), whole(kMany + 3, best_simd_target());
+  SymmetricFactor added(kMany + 3, best_simd_target(), 30), whole(kMany + 3, best_simd_target());
   ASSERT_TRUE(factor(added, K, U));
   ASSERT_TRUE(factor(whole, K + U * U.transpose()));
   const Results a = results(added, kMany, 4), b = results(whole, kMany, 4);
@@ -189,10 +189,10 @@ TEST(SymmetricFactor, SolvesWithAddedColumnsAsWithTheirSum) {
 }
 
 TEST(SymmetricFactor, HasTheSameBitsWhateverColumnsWereAddedBefore) {
-  SymmetricFactor kept(kMany, best_simd_target());
+  SymmetricFactor kept(kMany, best_simd_target(), 21);
   for (const int by : {1, 2, 3, 4, 5}) {
     const MatrixXd K = compliance(kMany, by > 3 ? 65 : 68, by), U = columns_of(kMany, by);
-    SymmetricFactor fresh(kMany, best_simd_target());
+    SymmetricFactor fresh(kMany, best_simd_target(), 21);
     const bool is_plain = by == 3;
     ASSERT_TRUE(is_plain ? factor(kept, K) : factor(kept, K, U));
     ASSERT_TRUE(is_plain ? factor(fresh, K) : factor(fresh, K, U));
@@ -206,7 +206,7 @@ TEST(SymmetricFactor, HasTheSameBitsWhateverColumnsWereAddedBefore) {
 
 TEST(SymmetricFactor, GoesOnWithTheSameMatrixAndOtherColumns) {
   const MatrixXd K = compliance(kMany, kMany, 0), U = columns_of(kMany, 3);
-  SymmetricFactor kept(kMany, best_simd_target()), fresh(kMany, best_simd_target());
+  SymmetricFactor kept(kMany, best_simd_target(), 21), fresh(kMany, best_simd_target(), 40);
   EXPECT_FALSE(kept.keeps(kMany));
   ASSERT_TRUE(factor(kept, K, columns_of(kMany, 0)));
   ASSERT_TRUE(kept.keeps(kMany));
@@ -230,10 +230,11 @@ TEST(SymmetricFactor, GoesOnWithTheSameMatrixAndOtherColumns) {
 }
 
 TEST(SymmetricFactor, TakesNoColumnsOfFewLandmarksNorMoreThanItHasSpaceFor) {
-  SymmetricFactor tested(kMany, best_simd_target());
+  SymmetricFactor tested(kMany, best_simd_target(), 21), none(kMany, best_simd_target());
   EXPECT_FALSE(tested.takes(kFew, 2));
   EXPECT_TRUE(tested.takes(kMany, 21));
   EXPECT_FALSE(tested.takes(kMany, kMany));
+  EXPECT_FALSE(none.takes(kMany, 1));
 }
 
 }  // namespace
