@@ -220,8 +220,8 @@ TEST(MatrixKernelField, RefusesTissueOutsideTheBox) {
   EXPECT_THROW(MatrixKernelField(phantom(), "compact_elastic", body, {}), UserError);
 }
 
-// Two needles that bend, 22 landmarks each: so many that their compliance is a term of few columns. The forces are those
-// that a rigid needle has where these needles are: K f = d − C f.
+// Two needles that bend, 22 landmarks each: so many that their compliance is a term of few columns. The forces are
+// those that a rigid needle has where these needles are: K f = d − C f.
 TEST(MatrixKernelField, SolvesBendingNeedlesAsRigidOnesWhereTheyHaveBent) {
   const MatrixKernelField::Options options{
       .max_landmarks = 60, .evaluates_points = false, .keeps_matrix = true};
