@@ -109,7 +109,9 @@ FactorStatus MatrixKernelField::do_factorize(std::span<const Vec3> positions,
   }
   const double scale = force_scale();
   if (remembers(positions, spreads)) {
-    if (adds_beams && factor_.keeps(count_) && compliance.is_alike_without_beams(kept_compliance_)) {
+    // Where K was kept beside its factor, the needles are in that factor.
+    if (adds_beams && !has_kept_matrix_ && factor_.keeps(count_) &&
+        compliance.is_alike_without_beams(kept_compliance_)) {
       factor_.begin_again();
       add_beams(scale);
       return factor(condition);
