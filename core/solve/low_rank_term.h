@@ -25,7 +25,7 @@ class LowRankTerm {
   void clear() noexcept { columns_ = 0; }
   bool is_empty() const { return columns_ == 0; }
 
-  /// U = 0, which it `takes`; add fills it, three rows a landmark.
+  /// U = 0 with so many columns, which it must take; add fills it, three rows a landmark.
   void begin(std::size_t landmarks, std::size_t columns) noexcept;
   void add(std::size_t landmark, std::size_t column, const Vec3& value) noexcept;
   /// To be called whenever U or L is another.
@@ -49,7 +49,7 @@ class LowRankTerm {
   std::size_t projected_stride_;  // of Z_
   std::size_t rows_ = 0, columns_ = 0;
   std::vector<double> W_;  // rows_ × columns_
-  std::vector<double> Z_;  // RYᵀX, then YᵀX: columns_ × those of X
+  std::vector<double> Z_;  // WᵀX, then YᵀX: columns_ × those of X
   std::vector<std::uint32_t> starts_;
   std::vector<std::uint32_t> zeros_;
   Eigen::MatrixXd R_, gram_;

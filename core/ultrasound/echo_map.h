@@ -52,7 +52,7 @@ class EchoMap {
   /// Errors: UserError where there is no prostate, or no voxel lies in it.
   EchoMap(const std::vector<Structure>& structures, const Volume& image, double db_per_value);
 
-  /// What is at up to EchoTissues::kMost places.
+  /// What is at 1 to EchoTissues::kMost places.
   void at(const EchoPlaces& places, const ScanLoops& loops, EchoTissues& tissues) const noexcept;
   bool is_uniform() const { return grids_[kGland].is_empty() && !image_db_; }
 

@@ -233,8 +233,8 @@ TEST(MatrixKernelField, SolvesBendingNeedlesAsRigidOnesWhereTheyHaveBent) {
       positions.emplace_back(x, 1, -20 + 1.8 * k);
       displacements.emplace_back(0.5, 0.1 * std::sin(k), 0.2);
     }
-  // The guide moves from tick to tick, and in the last so do landmarks. In the first the needles are loaded over so much
-  // of their length that there are more columns than space, and they are added to K itself.
+  // The guide moves from tick to tick, and in the last so do landmarks. In the first the needles are loaded over so
+  // much of their length that there are more columns than space, and they are added to K itself.
   for (const double guide : {109.0, 110.0, 111.0, 112.0, 112.5}) {
     const double first = guide == 109 ? 30 : 155, apart = guide == 109 ? 7.5 : 1.8;
     LandmarkCompliance compliance;
