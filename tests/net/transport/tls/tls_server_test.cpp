@@ -216,24 +216,5 @@ TEST_F(TlsServer, OneTooManyIsToldBusy) {
   EXPECT_EQ(join_over_tls(client_context())->welcomes, 1);
 }
 
-TEST_F(TlsServer, FortyAtOnceGetTheirMesh) {
-  start_tls();
-  std::vector<std::unique_ptr<Recorder>> clients;
-  ClientOptions options;
-  options.tls = client_context();
-  for (int i = 0; i < 40; ++i) {
-    clients.push_back(std::make_unique<Recorder>(io, options));
-    clients.back()->client.connect("127.0.0.1", server->port());
-  }
-  const auto all = [&](const auto& condition) {
-    return until([&] { return std::ranges::all_of(clients, [&](const auto& c) { return condition(*c); }); });
-  };
-  ASSERT_TRUE(all([](const Recorder& c) { return c.welcomes == 1; }));
-  publish();
-  ASSERT_TRUE(all([](const Recorder& c) { return c.frames.size() == 1; }));
-  for (const auto& client : clients)
-    EXPECT_EQ(client->client.mesh().positions(), simulation.state().mesh.deformed_vertices);
-}
-
 }  // namespace
 }  // namespace brachy::net::test
