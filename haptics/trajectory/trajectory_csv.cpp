@@ -93,6 +93,12 @@ std::uint32_t to_needle(double id, std::size_t needle_count, const std::string& 
 NeedleTrajectories to_trajectories(const NumberTable& table, const std::string& name,
                                    std::size_t needle_count) {
   std::array<std::vector<TrajectorySample>, kMaxTrajectoryNeedles> samples;
+  std::array<std::size_t, kMaxTrajectoryNeedles> rows{};  // a long session's samples are moved otherwise
+  for (std::size_t i = 0; i < table.rows(); ++i) {
+    const double id = table.optional(i, kNeedleColumn).value_or(0);
+    if (id >= 0 && id < static_cast<double>(kMaxTrajectoryNeedles)) ++rows[static_cast<std::size_t>(id)];
+  }
+  for (std::size_t id = 0; id < rows.size(); ++id) samples[id].reserve(rows[id]);
   double last_s = -kMaxTime;
   for (std::size_t i = 0; i < table.rows(); ++i) {
     const std::size_t line = table.lines[i];
