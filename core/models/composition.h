@@ -47,8 +47,9 @@ class Composition : public DisplacementField {
   virtual std::size_t most_steps() const { return std::numeric_limits<std::size_t>::max(); }
 
   /// φ at the tissue's points, and the least det ∇φ among them (at most 1). Blocks for which a tick has no time, by
-  /// count, stay where an earlier evaluate has put them.
-  virtual void evaluate() noexcept = 0;
+  /// count, stay where an earlier evaluate has put them. `work`: what the tick's certificates took
+  /// (InjectivitySearch::Result), which leaves less.
+  virtual void evaluate(std::uint64_t work) noexcept = 0;
   /// Whether there are such. evaluate() goes on with them, while begin is not called.
   virtual bool is_late() const { return false; }
   /// No landmark is there any more: the tissue is at rest, and the next evaluate starts from there.

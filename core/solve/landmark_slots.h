@@ -9,8 +9,9 @@ namespace brachy {
 
 /// Remembers landmarks by what they are made of, not by their number: a slot keeps what is known of one, and a landmark
 /// that was there before finds its slot again whichever number it has now, however many ticks later, until the slot is
-/// needed for another. So when one needle gets a landmark more, those of all others keep theirs. Pairs of landmarks are
-/// remembered by their slots, and in the order in which they were computed.
+/// needed for another. So when one needle gets a landmark more, those of all others keep theirs. Of few landmarks few
+/// slots are used, the first: what is kept of them and of their pairs stays in the processor's caches. Pairs of
+/// landmarks are remembered by their slots, and in the order in which they were computed.
 /// `Part`: equality comparable, with `double key() const`; equal parts have equal keys.
 /// Threads: one. Real-time: no allocation after construction, with at most `max_parts` parts a landmark.
 template <class Part>
@@ -59,6 +60,7 @@ class LandmarkSlots {
 
  private:
   static constexpr std::uint32_t kNone = ~0u;
+  static constexpr std::size_t kMore = 32;
 
   static double key_of(const std::vector<Part>& parts) {
     double key = static_cast<double>(parts.size());
@@ -68,16 +70,21 @@ class LandmarkSlots {
 
   void recall(std::size_t l) noexcept {
     const double key = key_of(parts_[l]);
-    for (auto at = keys_.begin(); (at = std::find(at, keys_.end(), key)) != keys_.end(); ++at) {
+    const auto end = keys_.begin() + static_cast<std::ptrdiff_t>(used_);
+    for (auto at = keys_.begin(); (at = std::find(at, end, key)) != end; ++at) {
       const auto slot = static_cast<std::size_t>(at - keys_.begin());
       if (generations_[slot] == 0 || claimed_[slot] == round_ || kept_[slot] != parts_[l]) continue;
       claim(l, slot);
       return;
     }
   }
-  // The slots take turns: one that was filled long ago is likely not to be asked for again.
+  // Some slots more than there are landmarks take turns: one that was filled long ago is likely not to be asked for
+  // again.
   void replace(std::size_t l) noexcept {
-    while (claimed_[next_] == round_) next_ = (next_ + 1) % kept_.size();
+    const std::size_t taking_turns = std::min(kept_.size(), kMore + 2 * slots_.size());
+    do next_ = next_ + 1 < taking_turns ? next_ + 1 : 0;
+    while (claimed_[next_] == round_);
+    used_ = std::max(used_, next_ + 1);
     claim(l, next_);
     kept_[next_] = parts_[l];
     keys_[next_] = key_of(parts_[l]);
@@ -99,7 +106,8 @@ class LandmarkSlots {
   std::vector<std::uint64_t> pairs_;        // both generations when it was computed
   std::uint64_t round_ = 0;
   std::uint32_t generation_ = 0;
-  std::size_t next_ = 0;
+  std::size_t next_ = 0;  // whose turn was last
+  std::size_t used_ = 0;  // slots that were ever filled
 };
 
 }  // namespace brachy

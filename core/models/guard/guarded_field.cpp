@@ -37,13 +37,20 @@ GuardedField::GuardedField(const Tissue& tissue, std::unique_ptr<TissueField> fi
   std::iota(all_.begin(), all_.end(), 0u);
 }
 
+bool GuardedField::shows(std::span<const Vec3> positions, std::span<const Vec3> displacements,
+                         std::span<const LandmarkSpread> spreads,
+                         const LandmarkCompliance& compliance) const noexcept {
+  return is_updated_ && std::ranges::equal(positions, positions_) && std::ranges::equal(spreads, spreads_) &&
+         std::ranges::equal(displacements, displacements_) && compliance == compliance_;
+}
+
 FactorStatus GuardedField::update(std::span<const Vec3> positions, std::span<const Vec3> displacements,
                                   std::span<const LandmarkSpread> spreads,
                                   const LandmarkCompliance& compliance) noexcept {
   evaluation_ = Evaluation::kIdle;
-  if (is_updated_ && std::ranges::equal(positions, positions_) && std::ranges::equal(spreads, spreads_) &&
-      std::ranges::equal(displacements, displacements_) && compliance == compliance_) {
+  if (shows(positions, displacements, spreads, compliance)) {
     if (is_composed_ && composition_->is_late()) {
+      work_left_ = kTickWork;
       evaluate_composition();
       let_vertex_decide();
     }
@@ -92,7 +99,7 @@ void GuardedField::displacements_at(std::span<const Vec3> X, std::span<Vec3> u) 
 
 void GuardedField::guard() noexcept {
   work_left_ = kTickWork;
-  if (may_compose() && composition_->is_always_used()) return compose();
+  if (always_composes()) return compose();
   const CellField& cells = field_->cells();
   FoldCandidate fold_candidate = search_.find_fold_candidate(cells);
   certificate_.substeps = 1;
@@ -205,7 +212,7 @@ void GuardedField::compose() noexcept {
 }
 
 void GuardedField::evaluate_composition() noexcept {
-  composition_->evaluate();
+  composition_->evaluate(kTickWork - work_left_);
   is_composed_ = true;
   evaluation_ = Evaluation::kDirect;
   flags_ = composition_->is_late() ? flags_ | kStepLate : flags_ & ~kStepLate;

@@ -35,6 +35,11 @@ class GuardedField : public DisplacementField {
   FactorStatus update(std::span<const Vec3> positions, std::span<const Vec3> displacements,
                       std::span<const LandmarkSpread> spreads = {},
                       const LandmarkCompliance& compliance = {}) noexcept;
+  /// Whether every field is composed of sub-steps: then update takes most of a tick where landmarks are many.
+  bool always_composes() const { return may_compose() && composition_->is_always_used(); }
+  /// Whether update would find the field as it is.
+  bool shows(std::span<const Vec3> positions, std::span<const Vec3> displacements,
+             std::span<const LandmarkSpread> spreads, const LandmarkCompliance& compliance) const noexcept;
   Evaluation evaluation() const { return evaluation_; }  ///< of the last update
 
   std::span<const std::uint32_t> touched() const override {

@@ -21,7 +21,9 @@ LandmarkColumns::LandmarkColumns(const ElasticKernel& kernel, const RemainderTab
       slots_(max_landmarks, kMostParts),
       columns_(max_landmarks),
       node_weight_(table.nodes(), 0),
-      is_node_taken_(table.nodes(), 0) {
+      is_node_taken_(table.nodes(), 0),
+      max_landmarks_(max_landmarks),
+      table_blocks_(max_landmarks * max_landmarks, Mat3::Zero()) {
   for (Column& column : columns_) {
     column.nodes.reserve(table.nodes());
     column.weights.reserve(table.nodes());
@@ -32,7 +34,6 @@ LandmarkColumns::LandmarkColumns(const ElasticKernel& kernel, const RemainderTab
   is_outside_.reserve(max_landmarks);
   moduli_.reserve(max_landmarks * NeedleRings::kMaxRingsBetween);
   const auto rows = static_cast<Index>(3 * max_landmarks);
-  table_matrix_.resize(rows, rows);
   exact_matrix_.resize(rows, rows);
 }
 
@@ -222,8 +223,7 @@ Mat3 LandmarkColumns::self_compliance(std::size_t landmark) const noexcept {
 void LandmarkColumns::begin_matrix(Eigen::Ref<Eigen::MatrixXd> K) noexcept {
   for (std::size_t j = 0; j < count_; ++j)
     for (std::size_t i = j; i < count_; ++i) {
-      auto known = table_matrix_.block<3, 3>(3 * static_cast<Index>(slots_.slot(i)),
-                                             3 * static_cast<Index>(slots_.slot(j)));
+      Mat3& known = table_blocks_[slots_.slot(j) * max_landmarks_ + slots_.slot(i)];
       if (slots_.take_pair(i, j)) {
         const Column &a = column(i), &b = column(j);
         const bool through_b = a.is_exact && !b.is_exact;

@@ -86,8 +86,9 @@ class LandmarkColumns {
   std::vector<std::array<double, 2>> moduli_;      // of each ring's share in its landmarks
   std::vector<float> node_weight_;                 // of the column in work, by node …
   std::vector<std::uint8_t> is_node_taken_;        // … and which nodes it has
-  Eigen::MatrixXd table_matrix_,
-      exact_matrix_;  // the table's share of K, by slots; K between landmarks outside
+  const std::size_t max_landmarks_;
+  std::vector<Mat3> table_blocks_;  // the table's share of K, of pairs, by slots
+  Eigen::MatrixXd exact_matrix_;    // K between landmarks outside
 };
 
 }  // namespace brachy

@@ -16,8 +16,10 @@ constexpr std::size_t kPoints = Tissue::kBlockSize;
 constexpr double kMet = 2e-3;      // mm: a landmark missed by no more needs no correction
 constexpr int kSweeps = 16;        // of Gauss and Seidel, at most
 constexpr double kNotFelt = 2e-3;  // mm
-// Roots of a correction's s beyond which other landmarks feel less than 1 % of it: what they miss by it is found after.
-constexpr double kFeltCores = 10;
+// Roots of a correction's s beyond which other landmarks feel less than 1 % of it, and of many landmarks less than 2 %:
+// what they miss by it is found after.
+constexpr double kFeltCores = 10, kFeltOfMany = 7;
+constexpr std::size_t kManyLandmarks = 40;
 // Within this many of the landmarks' largest displacement, and some mm, the tissue has stayed where it was.
 constexpr double kStays = 1.5, kStaysBeyond = 1;
 // Of a block's points one in so many is asked for its determinant, and all within so many clearances of a needle, and
@@ -27,6 +29,10 @@ constexpr std::size_t kAllClose = 100;  // steps times rings up to which those w
 constexpr std::uint32_t kStride = 16;
 constexpr std::size_t kRefined = 6;
 constexpr std::size_t kAllRefined = 1200;  // steps times rings beyond which they are fewer
+constexpr std::size_t kMuch = 1000;  // … beyond which only the first step's weakest place is looked at
+constexpr std::size_t kMostCorrected = 250;  // rings beyond which steps are corrected afterwards only
+constexpr std::size_t kMostRingSteps =
+    1500;  // … beyond which landmarks are clamped: sixteen needles in four steps
 
 // How far along the way between its landmarks a ring lies, 0 … 1.
 double share_between(const NeedleRings::Ring& ring, std::span<const Vec3> positions) {
@@ -92,6 +98,7 @@ MatrixComposition::MatrixComposition(const Tissue& tissue, const MatrixKernelFie
     step.forces.reserve(rings);
   }
   for (auto* v : {&smooth_, &images_, &misses_, &correction_}) v->reserve(max_landmarks);
+  lots_.resize(1 + max_landmarks / NearLoops::kFew);
   ring_smooth_.reserve(rings);
   near_forces_.reserve(rings);
   carried_.reserve(max_landmarks);
@@ -106,7 +113,7 @@ MatrixComposition::MatrixComposition(const Tissue& tissue, const MatrixKernelFie
 double MatrixComposition::begin(std::span<const Vec3> positions,
                                 std::span<const Vec3> displacements) noexcept {
   begin_way(positions, displacements);
-  count_ = 0;
+  count_ = carried_steps_ = 0;
   least_determinant_ = 1;
   for (Turn& turn : turns_) turn.is_present = false;
   is_correcting_ = false;
@@ -132,7 +139,7 @@ bool MatrixComposition::next() noexcept {
     is_correcting_ = true;
     if (!prepare_correction()) return false;
   } else {
-    if (steps() == max_steps_) {
+    if (steps() == max_steps_ || steps() * near_forces_.size() > kMostRingSteps) {
       missed_ = find_misses();
       return false;
     }
@@ -149,15 +156,20 @@ void MatrixComposition::prepare_forces() noexcept {
   const MatrixKernelField::Parts parts = field_.parts();
   near_forces_.assign(parts.ring_forces.begin(), parts.ring_forces.end());
   carried_.clear();
+  if (near_forces_.size() > kMostCorrected) return;
   place_rings();
   steps_[0].scale = 1;
   count_ = 1;
   const double worst = find_misses();
-  count_ = 0;
+  count_ = carried_steps_ = 0;
   if (worst <= kMet) return;
   for (std::size_t i = 0; i < positions_.size(); ++i) images_[i] = positions_[i] + smooth_[i];
   solve_correction(worst, carried_);
   near_forces_.insert(near_forces_.end(), correction_.begin(), correction_.end());
+}
+
+bool MatrixComposition::is_much() const noexcept {
+  return count_ * near_forces_.size() > kMuch;
 }
 
 std::size_t MatrixComposition::most_steps() const {
@@ -207,29 +219,39 @@ void MatrixComposition::accept(double scale, const Vec3* weakest) noexcept {
 void MatrixComposition::find_images() noexcept {
   const NearField& near = field_.parts().near;
   const std::size_t lot = positions_.size() > kPoints ? NearLoops::kFew : kPoints;
+  if (carried_steps_ == 0) begin_lots(lot);
   images_.clear();
   for (std::size_t first = 0; first < positions_.size(); first += lot) {
     const std::size_t count = std::min(lot, positions_.size() - first);
     const Vec3& centre = positions_[first];
-    BlockPoints<float> X{};
-    BlockDisplacement<float> u{};
-    Block box;
+    Lot& carried = lots_[first / lot];
+    for (std::size_t k = carried_steps_; k < count_; ++k) {
+      const Step& step = steps_[k];
+      BlockDisplacement<float> u{};
+      near.add_to_points(carried.X, centre, carried.box, step.rings, step.forces, step.pieces, sources_[0], u,
+                         lot);
+      move(u, step.scale, count, carried.X, centre, carried.box);
+    }
+    for (std::size_t i = 0; i < count; ++i)
+      images_.push_back(centre +
+                        Eigen::Vector3f(carried.X.x[i], carried.X.y[i], carried.X.z[i]).cast<double>());
+  }
+  carried_steps_ = count_;
+}
+
+void MatrixComposition::begin_lots(std::size_t lot) noexcept {
+  for (std::size_t first = 0; first < positions_.size(); first += lot) {
+    const std::size_t count = std::min(lot, positions_.size() - first);
+    const Vec3& centre = positions_[first];
+    Lot& carried = lots_[first / lot];
     for (std::size_t i = 0; i < kPoints; ++i) {
       const std::size_t k = first + (i < count ? i : 0);
       const Eigen::Vector3f x = (positions_[k] + smooth_[k] - centre).cast<float>();
-      X.x[i] = x.x();
-      X.y[i] = x.y();
-      X.z[i] = x.z();
+      carried.X.x[i] = x.x();
+      carried.X.y[i] = x.y();
+      carried.X.z[i] = x.z();
     }
-    move(u, 0, count, X, centre, box);
-    for (std::size_t k = 0; k < count_; ++k) {
-      const Step& step = steps_[k];
-      u = {};
-      near.add_to_points(X, centre, box, step.rings, step.forces, step.pieces, sources_[0], u, lot);
-      move(u, step.scale, count, X, centre, box);
-    }
-    for (std::size_t i = 0; i < count; ++i)
-      images_.push_back(centre + Eigen::Vector3f(X.x[i], X.y[i], X.z[i]).cast<double>());
+    move({}, 0, count, carried.X, centre, carried.box);
   }
 }
 
@@ -279,10 +301,11 @@ void MatrixComposition::solve_correction(double worst, NeedleRings& points) noex
   };
   close_.clear();
   close_ends_.clear();
+  const double felt = n > kManyLandmarks ? kFeltOfMany : kFeltCores;
   for (std::size_t i = 0; i < n; ++i) {
     for (std::size_t j = 0; j < n; ++j) {
       const Vec3 apart = images_[i] - images_[j];
-      if (apart.squaredNorm() > kFeltCores * kFeltCores * rings[j].core.s) continue;
+      if (apart.squaredNorm() > felt * felt * rings[j].core.s) continue;
       block(i, j) = near.of_correction(apart, rings[j].core);
       close_.push_back(static_cast<std::uint32_t>(j));
     }
@@ -308,11 +331,12 @@ void MatrixComposition::end() noexcept {
 
 // All blocks that do not show the present landmarks yet; or those of them that have waited longest for how fast they
 // move.
-void MatrixComposition::choose_blocks() noexcept {
+void MatrixComposition::choose_blocks(std::uint64_t work) noexcept {
   std::size_t cost = kStepCost;
   for (std::size_t k = 0; k < count_; ++k) cost += kStepCost + steps_[k].forces.size();
   const double time_s = kOfPeriod * period_s_ - kOfSystem -
                         kOfLandmark * static_cast<double>(positions_.size()) -
+                        kOfWork * static_cast<double>(work) -
                         kOfStep * static_cast<double>(std::max(count_, kFewSteps) - kFewSteps);
   const auto most = std::max(all_blocks_.size() / kLeastOf,
                              static_cast<std::size_t>(std::max(0.0, kBlockRingSteps * time_s)) / cost);
@@ -331,8 +355,8 @@ void MatrixComposition::choose_blocks() noexcept {
   std::ranges::sort(chosen_);
 }
 
-void MatrixComposition::evaluate() noexcept {
-  choose_blocks();
+void MatrixComposition::evaluate(std::uint64_t work) noexcept {
+  choose_blocks(work);
   share_out(chosen_.size(), sources_.size(),
             [&](std::size_t k, std::size_t thread) { evaluate_block(chosen_[k], sources_[thread]); });
   find_least_determinant();
@@ -418,7 +442,7 @@ void MatrixComposition::find_least_determinant() noexcept {
       kAllRefined / std::max<std::size_t>(1, count_ * near_forces_.size()), std::size_t{1}, kRefined);
   for (const auto& [sampled, b] : worst)
     if (sampled < 2 && refined_.size() < most_refined) refined_.push_back(b);
-  for (std::size_t k = 0; k < count_; ++k)
+  for (std::size_t k = 0; k < (is_much() ? 1 : count_); ++k)
     if (steps_[k].weakest) refined_.push_back(block_at(*steps_[k].weakest, steps_[k].begin));
   std::ranges::sort(refined_);
   refined_.erase(std::unique(refined_.begin(), refined_.end()), refined_.end());
@@ -481,7 +505,9 @@ void MatrixComposition::determinants(std::span<const PointAt> points, double* de
   }
 }
 
-double MatrixComposition::determinant_at(const Vec3& X) const noexcept {
+// The same at one of them, as the blocks' points are evaluated: near rings by their points, along the way that the
+// point takes.
+double MatrixComposition::determinant_at(const Vec3& X) noexcept {
   const MatrixKernelField::Parts parts = field_.parts();
   Vec3 x = X;
   double det = 1;
@@ -489,10 +515,20 @@ double MatrixComposition::determinant_at(const Vec3& X) const noexcept {
     det = (Mat3::Identity() + parts.smooth->gradient_at(X)).determinant();
     parts.smooth->add_displacement_at(X, x);
   }
+  const BlockPoints<float> here{};
   for (std::size_t k = 0; k < count_; ++k) {
     const Step& step = steps_[k];
-    det *= (Mat3::Identity() + step.scale * cells_[k].gradient(x)).determinant();
-    x += step.scale * parts.near.displacement_at(x, step.rings, step.forces);
+    Block box;
+    box.min = box.max = x;
+    BlockDisplacement<float> u{};
+    std::vector<NearSource>& sources = sources_[0];
+    parts.near.add_to_points(here, x, box, step.rings, step.forces, step.pieces, sources, u, 1);
+    CellGradients A{};
+    parts.near.add_gradients(CellPoints{}, sources, A);
+    alignas(64) float of_step[CellPoints::kCount];
+    cells_[k].loops().determinants(A, static_cast<float>(step.scale), of_step);
+    det *= static_cast<double>(of_step[0]);
+    x += step.scale * displacement_in(u, 0);
   }
   return det;
 }

@@ -37,7 +37,7 @@ class MatrixComposition : public Composition {
   double missed_mm() const override { return missed_; }
   std::size_t most_steps() const override;
 
-  void evaluate() noexcept override;
+  void evaluate(std::uint64_t work) noexcept override;
   bool is_late() const override { return is_late_; }
   void end() noexcept override;
   std::span<const std::uint32_t> touched() const override { return all_blocks_; }
@@ -55,9 +55,10 @@ class MatrixComposition : public Composition {
   // Steps times rings that a tick has time for: three needles with 22 landmarks in three steps.
   static constexpr std::size_t kRingSteps = 400;
   // What evaluate has time for: blocks times steps times rings in a second, of half the tick less what the landmarks'
-  // system and steps beyond kFewSteps take; in any case a share of the blocks. A step costs as much as some rings.
+  // system, the certificates and steps beyond kFewSteps take; in any case a share of the blocks. A step costs as much
+  // as some rings.
   static constexpr double kPeriod = 1.0 / 200, kOfPeriod = 0.5;
-  static constexpr double kOfSystem = 1.5e-4, kOfLandmark = 3e-5, kOfStep = 1.5e-4;  // s
+  static constexpr double kOfSystem = 1.5e-4, kOfLandmark = 3e-5, kOfStep = 1.5e-4, kOfWork = 2.5e-8;  // s
   static constexpr std::size_t kFewSteps = 4;
   static constexpr double kBlockRingSteps = 5.2e7;
   static constexpr std::size_t kLeastOf = 12, kStepCost = 10;
@@ -79,6 +80,7 @@ class MatrixComposition : public Composition {
   };
 
   void place_rings() noexcept;
+  bool is_much() const noexcept;
   void prepare_forces() noexcept;
   bool prepare_correction() noexcept;
   double find_misses() noexcept;
@@ -86,12 +88,13 @@ class MatrixComposition : public Composition {
   void limit_reach(Step& step, std::size_t first) const noexcept;
   double correction_core(std::size_t landmark) const noexcept;
   void find_images() noexcept;
-  void choose_blocks() noexcept;
+  void begin_lots(std::size_t lot) noexcept;
+  void choose_blocks(std::uint64_t work) noexcept;
   void evaluate_block(std::uint32_t b, std::vector<NearSource>& sources) noexcept;
   void find_least_determinant() noexcept;
   void determinants(std::span<const PointAt> points, double* det) noexcept;
   std::uint32_t block_at(const Vec3& x, double reached) const noexcept;
-  double determinant_at(const Vec3& X) const noexcept;
+  double determinant_at(const Vec3& X) noexcept;
 
   const Tissue& tissue_;
   const MatrixKernelField& field_;
@@ -107,6 +110,13 @@ class MatrixComposition : public Composition {
   bool is_correcting_ = false;
   double missed_ = 0;  // mm, by what is composed
 
+  /// Landmarks that are carried together.
+  struct Lot {
+    BlockPoints<float> X;
+    Block box;
+  };
+  std::vector<Lot> lots_;
+  std::size_t carried_steps_ = 0;                   // by which they are carried already
   std::vector<Vec3> images_, misses_, correction_;  // of the landmarks: φ, what it misses, forces
   std::vector<std::uint32_t> close_;                // of each landmark, those whose correction it feels …
   std::vector<std::size_t> close_ends_;             // … and where they end

@@ -340,7 +340,8 @@ bool MatrixKernelCells::fold_candidates(std::uint32_t i, Cell& cell, CellPoints&
 }
 
 Mat3 MatrixKernelCells::gradient(const Vec3& X) const noexcept {
-  Mat3 A = near_.gradient_at(X, *rings_, ring_forces_);
+  Mat3 A = sources() > kMany ? near_.gradient_at(X, *rings_, ring_forces_, pieces_)
+                             : near_.gradient_at(X, *rings_, ring_forces_);
   if (smooth_) A += smooth_->gradient_at(X);
   return A;
 }

@@ -58,7 +58,7 @@ MatrixKernelField::MatrixKernelField(const Tissue& tissue, std::shared_ptr<const
       evaluates_points_(options.evaluates_points),
       needle_radius_(body.needle_radius),
       kernel_(std::move(kernel)),
-      near_matrix_(options.max_landmarks),
+      near_matrix_(options.max_landmarks, options.target),
       factor_(options.max_landmarks, options.target, options.keeps_matrix ? options.max_landmarks / 2 : 0),
       beam_columns_(options.max_landmarks),
       keeps_matrix_(options.keeps_matrix),

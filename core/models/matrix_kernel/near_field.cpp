@@ -177,6 +177,10 @@ double NearField::compliance_times_core() const {
   return scale_ / elastic_landmark_stiffness(1, poisson, 1);
 }
 
+double NearField::kelvin_share() const {
+  return 1 / (4 * (1 - elastic_->body().poisson));
+}
+
 double NearField::reach() const {
   return elastic_ ? std::numeric_limits<double>::infinity() : compact_->support();
 }
@@ -207,6 +211,28 @@ Mat3 NearField::gradient_at(const Vec3& X, const NeedleRings& rings,
     const Vec3 force = ring_forces[r] / static_cast<double>(ring.count);
     for (const Vec3& p : rings.points(ring)) A += gradient(X - p, ring.core.s, force);
     if (ring.core.counter_s > 0) A -= gradient(X - ring.centre, ring.core.counter_s, force);
+  }
+  return A;
+}
+
+Mat3 NearField::gradient_at(const Vec3& X, const NeedleRings& rings, std::span<const Vec3> ring_forces,
+                            std::span<const Piece> pieces) const noexcept {
+  Mat3 A = Mat3::Zero();
+  const auto squared_distance = [&](const Vec3& p) { return (X - p).squaredNorm(); };
+  for (const Piece& piece : pieces) {
+    if (!piece.reaches(squared_distance(piece.centre))) continue;
+    visit_sources(
+        rings, ring_forces, piece, squared_distance,
+        [&](const Point& point) { A += gradient(X - point.at, point.s, point.force); },
+        [&](const NeedleRings::Ring& ring, const Vec3& force, bool is_far) {
+          if (ring.core.counter_s > 0) A -= gradient(X - ring.centre, ring.core.counter_s, force);
+          if (is_far) {
+            A += gradient(X - ring.centre, ring.core.s, force);
+            return;
+          }
+          const Vec3 share = force / static_cast<double>(ring.count);
+          for (const Vec3& p : rings.points(ring)) A += gradient(X - p, ring.core.s, share);
+        });
   }
   return A;
 }

@@ -99,6 +99,8 @@ class NearField {
   bool is_far(double distance) const { return distance > far_distance_; }
   double reach() const;  ///< mm, from where on a force displaces nothing
   double scale() const { return scale_; }
+  bool is_kelvin() const { return elastic_ != nullptr; }  ///< else a compact kernel
+  double kelvin_share() const;                            ///< b of kelvin.h, of Kelvin's solution
   /// Kelvin's solution: the compliance of a lone landmark (core/elasticity/landmark_stiffness.h) times its core, mm²/N.
   double compliance_times_core() const;
   NearBounds bounds() const;  ///< of a force times scale()
@@ -113,6 +115,9 @@ class NearField {
                      CellGradients& A) const noexcept;
   /// ∇u at X by every ring's points.
   Mat3 gradient_at(const Vec3& X, const NeedleRings& rings, std::span<const Vec3> ring_forces) const noexcept;
+  /// ∇u at X of the field as blocks have it: far pieces and rings by what stands for them.
+  Mat3 gradient_at(const Vec3& X, const NeedleRings& rings, std::span<const Vec3> ring_forces,
+                   std::span<const Piece> pieces) const noexcept;
 
   std::size_t bytes() const { return blocks_.points.size() * sizeof(blocks_.points[0]); }
 
@@ -123,6 +128,10 @@ class NearField {
                        double s) const noexcept;
   static void take_pairs(std::span<const NeedleRings::Ring> rings, std::span<const Vec3> forces,
                          Piece& piece) noexcept;
+  template <class SquaredDistance, class VisitPoint, class VisitRing>
+  void visit_sources(const NeedleRings& rings, std::span<const Vec3> ring_forces, const Piece& piece,
+                     const SquaredDistance& squared_distance, const VisitPoint& visit_point,
+                     const VisitRing& visit_ring) const noexcept;
   void add_ring(const NeedleRings& rings, const NeedleRings::Ring& ring, bool as_one, const Vec3& force,
                 const Vec3& centre, std::vector<NearSource>& sources) const noexcept;
   void add_source(const Point& point, const Vec3& centre, std::vector<NearSource>& sources) const noexcept;
@@ -141,12 +150,13 @@ class NearField {
   CentredBlocks blocks_;
 };
 
-template <class SquaredDistance>
-void NearField::add_sources(const NeedleRings& rings, std::span<const Vec3> ring_forces, const Piece& piece,
-                            const SquaredDistance& squared_distance, const Vec3& centre, bool roughly,
-                            std::vector<NearSource>& sources) const noexcept {
+// Points that stand for several rings, and rings, each with whether it is far enough to be its centre.
+template <class SquaredDistance, class VisitPoint, class VisitRing>
+void NearField::visit_sources(const NeedleRings& rings, std::span<const Vec3> ring_forces, const Piece& piece,
+                              const SquaredDistance& squared_distance, const VisitPoint& visit_point,
+                              const VisitRing& visit_ring) const noexcept {
   if (piece.is_far(squared_distance(piece.centre))) {
-    for (const Point& point : piece.whole) add_source(point, centre, sources);
+    for (const Point& point : piece.whole) visit_point(point);
     return;
   }
   const std::uint32_t end = piece.first + piece.count;
@@ -154,15 +164,26 @@ void NearField::add_sources(const NeedleRings& rings, std::span<const Vec3> ring
     const std::uint32_t pair = (r - piece.first) / 2;
     if (pair < piece.pair_count && (r - piece.first) % 2 == 0 &&
         squared_distance(piece.pairs[pair].at) > far_pair2_) {
-      add_source(piece.pairs[pair], centre, sources);
+      visit_point(piece.pairs[pair]);
       ++r;
       continue;
     }
     const NeedleRings::Ring& ring = rings.rings()[r];
-    const bool as_one =
-        roughly || ring.count == 1 || squared_distance(ring.centre) > far_distance_ * far_distance_;
-    add_ring(rings, ring, as_one, ring_forces[r], centre, sources);
+    visit_ring(ring, ring_forces[r],
+               ring.count == 1 || squared_distance(ring.centre) > far_distance_ * far_distance_);
   }
+}
+
+template <class SquaredDistance>
+void NearField::add_sources(const NeedleRings& rings, std::span<const Vec3> ring_forces, const Piece& piece,
+                            const SquaredDistance& squared_distance, const Vec3& centre, bool roughly,
+                            std::vector<NearSource>& sources) const noexcept {
+  visit_sources(
+      rings, ring_forces, piece, squared_distance,
+      [&](const Point& point) { add_source(point, centre, sources); },
+      [&](const NeedleRings::Ring& ring, const Vec3& force, bool is_far) {
+        add_ring(rings, ring, roughly || is_far, force, centre, sources);
+      });
 }
 
 }  // namespace brachy

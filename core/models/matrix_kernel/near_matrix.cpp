@@ -16,13 +16,15 @@ constexpr double kFarAside = 1.25;
 }  // namespace
 
 // Shares of a landmark: its own and those of the ways to its neighbours, with a tip's point.
-NearMatrix::NearMatrix(std::size_t max_landmarks)
-    : slots_(max_landmarks, 2 * NeedleRings::kMaxRingsBetween + 2),
+NearMatrix::NearMatrix(std::size_t max_landmarks, SimdTarget target)
+    : max_landmarks_(max_landmarks),
+      far_pair_loop_(far_pair_loop(target)),
+      slots_(max_landmarks, 2 * NeedleRings::kMaxRingsBetween + 2),
       fresh_pairs_(max_landmarks * max_landmarks, 0),
-      has_fresh_(max_landmarks, 0) {
+      has_fresh_(max_landmarks, 0),
+      blocks_(max_landmarks * max_landmarks, Mat3::Zero()),
+      far_{} {
   pieces_.reserve(max_landmarks * (NeedleRings::kMaxRingsBetween + 2));
-  const auto rows = static_cast<Index>(3 * max_landmarks);
-  matrix_.setZero(rows, rows);
 }
 
 void NearMatrix::find_fresh(std::size_t landmarks, const NeedleRings& rings) noexcept {
@@ -126,7 +128,14 @@ void NearMatrix::add_to(Eigen::Ref<Eigen::MatrixXd> K, std::size_t landmarks, co
     for (std::size_t q = 0; q <= p; ++q) {
       const Piece& b = pieces_[q];
       if (!is_asked(a, b)) continue;
-      if (a.is_far_from(b)) {
+      const bool is_far = a.is_far_from(b);
+      if (is_far && near.is_kelvin()) {
+        take_far(a, b, rings, smooth);
+        if (far_count_ == FarPairs::kCount) add_taken(near);
+        continue;
+      }
+      add_taken(near);  // in order: the same bits however many are taken together
+      if (is_far) {
         add_far(a, b, rings, near, smooth);
         continue;
       }
@@ -135,6 +144,7 @@ void NearMatrix::add_to(Eigen::Ref<Eigen::MatrixXd> K, std::size_t landmarks, co
           add_pair(i, j, rings, near, smooth);
     }
   }
+  add_taken(near);
   for (std::size_t m = 0; m < landmarks; ++m)
     for (std::size_t l = m; l < landmarks; ++l)
       K.block<3, 3>(3 * static_cast<Index>(l), 3 * static_cast<Index>(m)) += kept(l, m);
@@ -142,6 +152,59 @@ void NearMatrix::add_to(Eigen::Ref<Eigen::MatrixXd> K, std::size_t landmarks, co
 
 void NearMatrix::add(std::uint32_t l, std::uint32_t m, const Mat3& part) noexcept {
   if (is_fresh(l, m)) kept(l, m) += part;
+}
+
+// Adds a pair to those that are summed together.
+void NearMatrix::take_far(const Piece& a, const Piece& b, const NeedleRings& rings,
+                          const SmoothField* smooth) noexcept {
+  const std::size_t lane = far_count_++;
+  far_pieces_[lane] = {&a, &b};
+  far_.s[lane] = rings.rings()[a.first].core.with(rings.rings()[b.first].core);
+  for (std::size_t k = 0; k < 2; ++k)
+    for (std::size_t q = 0; q < 2; ++q) {
+      const Vec3 apart = a.at[k] - b.at[q];
+      far_.x[2 * k + q][lane] = apart.x();
+      far_.y[2 * k + q][lane] = apart.y();
+      far_.z[2 * k + q][lane] = apart.z();
+    }
+  for (std::size_t i = 0; i < 2; ++i)
+    for (std::size_t j = 0; j < 2; ++j) {
+      const double weight = smooth ? smooth->near_factor(a.first, i, b.first, j) : 1;
+      for (std::size_t k = 0; k < 2; ++k)
+        for (std::size_t q = 0; q < 2; ++q) {
+          const std::size_t sides = 2 * i + j, points = 2 * k + q;
+          const double more_a = a.along[k][i] - a.across[k][i], more_b = b.along[q][j] - b.across[q][j];
+          far_.weight[sides][points][lane] = weight * a.across[k][i] * b.across[q][j];
+          far_.along_a[sides][points][lane] = weight * more_a * b.across[q][j];
+          far_.along_b[sides][points][lane] = weight * a.across[k][i] * more_b;
+          far_.along_both[sides][points][lane] = weight * more_a * more_b;
+        }
+    }
+  for (std::size_t k = 0; k < 3; ++k) {
+    far_.axis_a[k][lane] = a.axis[static_cast<Index>(k)];
+    far_.axis_b[k][lane] = b.axis[static_cast<Index>(k)];
+  }
+  far_.are_even = (lane == 0 || far_.are_even) && a.is_even && b.is_even;
+}
+
+void NearMatrix::add_taken(const NearField& near) noexcept {
+  if (far_count_ == 0) return;
+  FarBlocks sums;
+  far_pair_loop_(far_, near.kelvin_share(), near.scale(), sums);
+  for (std::size_t lane = 0; lane < far_count_; ++lane) {
+    const auto [a, b] = far_pieces_[lane];
+    for (std::size_t i = 0; i < 2; ++i)
+      for (std::size_t j = 0; j < 2; ++j) {
+        const std::uint32_t l = a->landmark[i], m = b->landmark[j];
+        const bool is_below = is_fresh(l, m), is_above = is_fresh(m, l);
+        if (!is_below && !is_above) continue;
+        Mat3 sum;
+        for (Index k = 0; k < 9; ++k) sum(k / 3, k % 3) = sums.value[2 * i + j][k][lane];
+        if (is_below) kept(l, m) += sum;
+        if (is_above) kept(m, l) += sum.transpose();
+      }
+  }
+  far_count_ = 0;
 }
 
 void NearMatrix::add_far(const Piece& a, const Piece& b, const NeedleRings& rings, const NearField& near,

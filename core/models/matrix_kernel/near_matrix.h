@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "core/models/matrix_kernel/far_pairs.h"
 #include "core/models/matrix_kernel/near_field.h"
 #include "core/models/matrix_kernel/smooth_field.h"
 #include "core/solve/landmark_slots.h"
@@ -15,7 +16,7 @@ namespace brachy {
 /// Threads: one. Real-time: no allocation after construction.
 class NearMatrix {
  public:
-  explicit NearMatrix(std::size_t max_landmarks);
+  explicit NearMatrix(std::size_t max_landmarks, SimdTarget target = best_simd_target());
 
   /// Adds it to K's lower triangle (3 `landmarks` rows). `smooth`: none, or the same field in every call.
   void add_to(Eigen::Ref<Eigen::MatrixXd> K, std::size_t landmarks, const NeedleRings& rings,
@@ -64,22 +65,29 @@ class NearMatrix {
                 const SmoothField* smooth) noexcept;
   void add_far(const Piece& a, const Piece& b, const NeedleRings& rings, const NearField& near,
                const SmoothField* smooth) noexcept;
+  void take_far(const Piece& a, const Piece& b, const NeedleRings& rings, const SmoothField* smooth) noexcept;
+  void add_taken(const NearField& near) noexcept;
   void add(std::uint32_t l, std::uint32_t m, const Mat3& part) noexcept;
 
   bool is_fresh(std::uint32_t l, std::uint32_t m) const {
     return l >= m && fresh_pairs_[l * count_ + m] != 0;
   }
-  Eigen::Block<Eigen::MatrixXd, 3, 3> kept(std::size_t l, std::size_t m) {
-    return matrix_.block<3, 3>(3 * static_cast<Eigen::Index>(slots_.slot(l)),
-                               3 * static_cast<Eigen::Index>(slots_.slot(m)));
+  Mat3& kept(std::size_t l, std::size_t m) {
+    return blocks_[slots_.slot(m) * max_landmarks_ + slots_.slot(l)];
   }
 
+  const std::size_t max_landmarks_;
+  const FarPairLoop far_pair_loop_;
   LandmarkSlots<Share> slots_;
   std::size_t count_ = 0;                  // landmarks
   std::vector<std::uint8_t> fresh_pairs_;  // of landmarks, count_ a row
   std::vector<std::uint8_t> has_fresh_;    // landmarks that are in one
   std::vector<Piece> pieces_;
-  Eigen::MatrixXd matrix_;  // by slots
+  std::vector<Mat3> blocks_;  // of pairs, by slots
+
+  FarPairs far_;  // pairs of pieces that are summed together …
+  std::array<std::array<const Piece*, 2>, FarPairs::kCount> far_pieces_;
+  std::size_t far_count_ = 0;  // … and how many there are
 };
 
 }  // namespace brachy

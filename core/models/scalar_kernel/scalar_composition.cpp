@@ -87,7 +87,7 @@ void ScalarComposition::accept(double scale, const Vec3* /*weakest*/) noexcept {
   go_on(scale);
 }
 
-void ScalarComposition::evaluate() noexcept {
+void ScalarComposition::evaluate(std::uint64_t) noexcept {
   std::ranges::fill(is_touched_, std::uint8_t{0});
   std::ranges::fill(determinants_, 1.0f);
   least_determinant_ = 1;

@@ -32,7 +32,7 @@ class ScalarComposition : public Composition {
   void accept(double scale, const Vec3* weakest) noexcept override;
   double missed_mm() const override { return 0; }
 
-  void evaluate() noexcept override;
+  void evaluate(std::uint64_t work) noexcept override;
   std::span<const std::uint32_t> touched() const override { return touched_; }
   Vec3 displacement_at(const Vec3& X) const noexcept override;
 
