@@ -92,9 +92,19 @@ MeshState Simulator::initial_state() const {
 
 void Simulator::step(std::span<const NeedlePose> poses, MeshState& state) noexcept {
   ++tick_;
-  begin_contacts(poses);
-  gather_landmarks();
-  deform();
+  changed_[tick_ % kChangeHistory].clear();
+  std::uint64_t punctures = 0;
+  for (const NeedleContact& contact : contacts_) punctures += contact.puncture_count();
+  body_.swell(punctures, period_s_);
+  if (is_field_due_) {
+    hold_contacts(poses);
+    is_field_due_ = false;
+    deform();
+  } else {
+    begin_contacts(poses);
+    gather_landmarks();
+    if (solve_contacts()) deform();
+  }
   find_shapes();
   test_organs();
   drop_seeds();
@@ -103,9 +113,6 @@ void Simulator::step(std::span<const NeedlePose> poses, MeshState& state) noexce
 
 void Simulator::begin_contacts(std::span<const NeedlePose> poses) noexcept {
   flags_ = 0;
-  std::uint64_t punctures = 0;
-  for (const NeedleContact& contact : contacts_) punctures += contact.puncture_count();
-  body_.swell(punctures, period_s_);
   for (std::size_t n = 0; n < contacts_.size(); ++n) {
     const NeedlePose pose = n < poses.size() ? poses[n] : NeedlePose{};
     needles_[n].present = pose.present;
@@ -128,6 +135,26 @@ void Simulator::begin_contacts(std::span<const NeedlePose> poses) noexcept {
     flags_ |= contacts_[n].flags();
   }
   if (probe_) begin_probe(contacts_.size() < poses.size() ? poses[contacts_.size()] : NeedlePose{});
+}
+
+// A tick that has the field of the last one's landmarks to find leaves contacts and forces as they are.
+void Simulator::hold_contacts(std::span<const NeedlePose> poses) noexcept {
+  flags_ = kStepLate;
+  for (std::size_t n = 0; n < needles_.size(); ++n) {
+    NeedleState& state = needles_[n];
+    const NeedlePose pose = n < poses.size() ? poses[n] : NeedlePose{};
+    if (!pose.present || !state.present) state.X_WN = pose.X_WN;
+    state.present = pose.present;
+    state.input = pose;
+    if (pose.present) {
+      pose_histories_[n][tick_ % NeedleStates::kPoseHistory] = {tick_, pose.X_WN, pose.button};
+    } else if (n < contacts_.size()) {
+      contacts_[n].skip();
+      bone_stops_[n].skip();
+    } else {
+      probe_->skip();
+    }
+  }
 }
 
 void Simulator::begin_probe(const NeedlePose& pose) noexcept {
@@ -228,11 +255,32 @@ bool Simulator::keep_clear(Vec3& anchor) const noexcept {
   });
 }
 
-void Simulator::deform() noexcept {
-  changed_[tick_ % kChangeHistory].clear();
+// False where the tissue stays where it is: the system has no solution, or the tick no time for more.
+bool Simulator::solve_contacts() noexcept {
   if (!contact_solve_.solve(tick_, contacts_, probe_ ? &*probe_ : nullptr, landmarks_, field_->plain_field(),
-                            flags_) ||
-      !field_->update(landmarks_.positions, landmarks_.displacements, landmarks_.spreads,
+                            flags_)) {
+    flags_ |= kStepSolveFailed;  // the last field is kept
+    return false;
+  }
+  if (!is_over_budget()) return true;
+  is_field_due_ = true;
+  flags_ |= kStepLate | field_->flags();
+  return false;
+}
+
+// What a tick takes grows with the pairs of landmarks that are new to it, and with the sub-steps of all; as many as the
+// last field had. Counted, not timed: the same poses give the same bits.
+bool Simulator::is_over_budget() const noexcept {
+  const std::size_t landmarks = landmarks_.positions.size();
+  return field_->always_composes() &&
+         (needle_order_.changed_landmarks() * landmarks > kMostChangedPairs ||
+          field_->certificate().substeps * landmarks > kMostLandmarkSteps) &&
+         !field_->shows(landmarks_.positions, landmarks_.displacements, landmarks_.spreads,
+                        landmarks_.compliance);
+}
+
+void Simulator::deform() noexcept {
+  if (!field_->update(landmarks_.positions, landmarks_.displacements, landmarks_.spreads,
                       landmarks_.compliance)) {
     flags_ |= kStepSolveFailed;  // the last field is kept
     return;

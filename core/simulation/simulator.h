@@ -78,6 +78,7 @@ class Simulator {
 
  private:
   void begin_contacts(std::span<const NeedlePose> poses) noexcept;
+  void hold_contacts(std::span<const NeedlePose> poses) noexcept;
   void begin_probe(const NeedlePose& pose) noexcept;
   void gather_landmarks() noexcept;
   void add_needle(std::size_t n, bool tip) noexcept;
@@ -85,6 +86,8 @@ class Simulator {
   void add_landmark(NeedleLandmark& landmark, const LandmarkSpread& spread, LandmarkSet::Owner owner,
                     std::int32_t beam) noexcept;
   bool keep_clear(Vec3& anchor) const noexcept;
+  bool solve_contacts() noexcept;
+  bool is_over_budget() const noexcept;
   void deform() noexcept;
   void apply_field() noexcept;
   void apply_everywhere() noexcept;
@@ -98,6 +101,10 @@ class Simulator {
   void test_organs() noexcept;
   Vec3 mean_displacement() const noexcept;
   void write_state(MeshState& state) noexcept;
+
+  /// Beyond either, forces and field take turns: seven needles that all move, or sixteen in two sub-steps. Less than
+  /// what a tick of 5 ms has time for.
+  static constexpr std::size_t kMostChangedPairs = 1200, kMostLandmarkSteps = 120;
 
   std::shared_ptr<const SimulationModel> model_;
   const Tissue& tissue_;  // the model's
@@ -118,7 +125,8 @@ class Simulator {
 
   std::uint64_t tick_ = 0;
   std::uint32_t flags_ = 0;
-  LandmarkSet landmarks_;  // of this tick
+  LandmarkSet landmarks_;      // of this tick, or of the one before it, whose field is due
+  bool is_field_due_ = false;  // the last tick had no time for the field of its landmarks
   NeedleOrder needle_order_;
   std::vector<std::int32_t> last_on_shaft_;  // of each needle, its landmark behind the tip; −1: none
   std::vector<std::int32_t> beams_;  // of each needle, in landmarks_.compliance; −1: it does not bend
