@@ -17,7 +17,7 @@ enum StepFlag : std::uint32_t {
   kStepMerged = 1u << 7,   ///< duplicate landmarks were merged
   kStepDropped = 1u << 8,  ///< landmarks were left out: contradictory, or too close for a stable solve
   kStepSlipUnsettled = 1u << 9,  ///< stick and slip did not converge: a reaction may be out of its bounds
-  kStepLate = 1u << 10,   ///< the tick's work was spent: some of the tissue is where an earlier tick put it
+  kStepLate = 1u << 10,   ///< the tick's work was spent: some of the tissue, or forces, are an earlier tick's
   kStepSteep = 1u << 11,  ///< a needle bends by more than 8°, for which its beam does not hold
 };
 
