@@ -221,13 +221,33 @@ def clock_steps(file):
             time.sleep(0.5)
 
 
+def prefer_rightful_clients():
+    """Device, operator and viewer have hosts of their own where it counts: here their threads come before those of the
+    attackers, who share the cores. Without the right to do so they do not."""
+    for thread in os.listdir("/proc/self/task"):
+        with contextlib.suppress(OSError):
+            os.setpriority(os.PRIO_PROCESS, int(thread), -15)
+
+
+def attack_as_others(begins, attack, *arguments):
+    with contextlib.suppress(OSError):
+        os.setpriority(os.PRIO_PROCESS, 0, 0)
+    begins.wait()
+    attack(*arguments)
+
+
 @contextlib.contextmanager
-def attacked_by(*attacks):
-    processes = [multiprocessing.Process(target=attack, args=arguments, daemon=True) for attack, *arguments in attacks]
+def attackers(*attacks):
+    """Processes that wait for the event that is yielded. They are made before the device: while a process is copied,
+    its threads stand still, and a hand that sends no pose for 50 ms is latched."""
+    begins = multiprocessing.Event()
+    processes = [
+        multiprocessing.Process(target=attack_as_others, args=(begins, *each), daemon=True) for each in attacks
+    ]
     for process in processes:
         process.start()
     try:
-        yield
+        yield begins
     finally:
         for process in processes:
             process.kill()
@@ -254,11 +274,13 @@ def stand(folder, name, scene, token, tls, attack_of, seconds, before=(), nats=N
             running(Daemon(folder, "--http-port", "0", *published, scene=scene, before=before, name=name))
         )
         relay = stack.enter_context(running(Relay(folder, nats))) if nats else None
+        attack_begins = stack.enter_context(attackers(*attack_of(daemon, relay)))
         clients = {
             VIEWER: Client((relay or daemon).port, VIEWER, token, tls),
             OPERATOR: Client(daemon.port, OPERATOR, token, tls),
             DEVICE: Client(daemon.port, DEVICE, token, tls),
         }
+        prefer_rightful_clients()
         for client in clients.values():
             if not client.welcomed.wait(5):
                 raise RuntimeError(f"not welcomed: {client.closed}")
@@ -270,20 +292,20 @@ def stand(folder, name, scene, token, tls, attack_of, seconds, before=(), nats=N
         time.sleep(max(5, seconds / 5))
         quiet_ms, device.gaps = p99_ms(device.gaps), []
         ticks, entries = clients[OPERATOR].state, []
-        with attacked_by(*attack_of(daemon, relay)):
-            end = time.monotonic() + seconds
-            while time.monotonic() < end:
-                begin = time.monotonic()
-                late = None
-                with contextlib.suppress(OSError, RuntimeError):
-                    late = Client(daemon.port, OPERATOR, token, tls)
-                is_in = late is not None and late.welcomed.wait(5)
-                entries.append(time.monotonic() - begin if is_in else float("inf"))
-                if late:
-                    late.end()
-                time.sleep(1)
-            gaps, latched = list(device.gaps), device.latched + device.received.is_latched
-            later = clients[OPERATOR].state
+        attack_begins.set()
+        end = time.monotonic() + seconds
+        while time.monotonic() < end:
+            begin = time.monotonic()
+            late = None
+            with contextlib.suppress(OSError, RuntimeError):
+                late = Client(daemon.port, OPERATOR, token, tls)
+            is_in = late is not None and late.welcomed.wait(5)
+            entries.append(time.monotonic() - begin if is_in else float("inf"))
+            if late:
+                late.end()
+            time.sleep(1)
+        gaps, latched = list(device.gaps), device.latched + device.received.is_latched
+        later = clients[OPERATOR].state
         stop.set()
         time.sleep(0.2)
         stay = [role for role, client in clients.items() if client.closed is None]
