@@ -88,8 +88,10 @@ void FaultsFixture::publish_all() {
   igtl->publish(simulation.snapshot());
 }
 
-void FaultsFixture::publish_now_and_then() {
+void FaultsFixture::publish_now_and_then(const net::test::Recorder* reader) {
   constexpr std::int64_t kPeriodNs = 3'000'000;
+  if (reader && !reader->frames.empty() && reader->frames.back().tick != simulation.state().summary.tick)
+    return;
   const std::int64_t now = monotonic_ns();
   if (now - published_ns_ < kPeriodNs) return;
   published_ns_ = now;

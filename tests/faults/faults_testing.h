@@ -44,13 +44,14 @@ struct FaultsFixture : net::test::ServerFixture {
   void start_all(net::ServerOptions options = short_timeouts());
   /// One tick of the simulation, sent to all clients.
   void publish_all();
-  /// Serves all clients until `condition()`, with a tick every few milliseconds; false at the deadline.
+  /// Serves all clients until `condition()`, with a tick every few milliseconds, but none before `reader` has the last:
+  /// so it misses none, however slow the machine; false at the deadline.
   template <class Condition>
-  bool until_ticked(Condition&& condition) {
+  bool until_ticked(Condition&& condition, const net::test::Recorder* reader = nullptr) {
     return net::test::pump(
         io,
         [&] {
-          publish_now_and_then();
+          publish_now_and_then(reader);
           return condition();
         },
         std::chrono::milliseconds(30'000));
@@ -64,7 +65,7 @@ struct FaultsFixture : net::test::ServerFixture {
   std::optional<net::igtl::IgtlServer> igtl;
 
  private:
-  void publish_now_and_then();
+  void publish_now_and_then(const net::test::Recorder* reader);
   std::int64_t published_ns_ = 0;
 };
 

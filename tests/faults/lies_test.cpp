@@ -246,19 +246,22 @@ TEST_F(LiesTest, SlowlorisEndsOnEveryListenerAndDelaysNobody) {
            tracker.is_ended();
   };
   std::int64_t dripped_ns = 0;
-  EXPECT_TRUE(until_ticked([&] {
-    const std::int64_t now = monotonic_ns();
-    if (now - dripped_ns > 20'000'000) {
-      dripped_ns = now;
-      if (!native.is_ended()) to_native();
-      if (!welcomed.is_ended()) to_welcomed();
-      if (!http_peer.is_ended()) to_http();
-      if (!page.is_ended()) to_page();
-      if (!tracker.is_ended()) to_tracker();
-    }
-    return take_all();
-  })) << native.is_ended()
-      << welcomed.is_ended() << http_peer.is_ended() << page.is_ended() << tracker.is_ended();
+  EXPECT_TRUE(until_ticked(
+      [&] {
+        const std::int64_t now = monotonic_ns();
+        if (now - dripped_ns > 20'000'000) {
+          dripped_ns = now;
+          if (!native.is_ended()) to_native();
+          if (!welcomed.is_ended()) to_welcomed();
+          if (!http_peer.is_ended()) to_http();
+          if (!page.is_ended()) to_page();
+          if (!tracker.is_ended()) to_tracker();
+        }
+        return take_all();
+      },
+      good.get()))
+      << native.is_ended() << welcomed.is_ended() << http_peer.is_ended() << page.is_ended()
+      << tracker.is_ended();
   EXPECT_EQ(native.fatal(), ErrorCode::kTimeout);
   EXPECT_EQ(welcomed.fatal(), ErrorCode::kTimeout);
   EXPECT_TRUE(good->closed.empty());
@@ -274,19 +277,22 @@ TEST_F(LiesTest, AFloodOfPosesIsRefusedBeyondItsLimitAndCounted) {
   RawPeer flooding(io, server->port());
   flooding.hello(Role::kDevice);
   std::size_t sent = 0;
-  ASSERT_TRUE(until_ticked([&] {
-    for (int i = 0; i < 100 && sent < kPoses; ++i, ++sent) flooding.send_message(PoseMessage{});
-    if (sent == kPoses) flooding.send_message(StateMessage{}), ++sent;  // refused: all before it was read
-    flooding.take();
-    return flooding.is_ended();
-  }));
+  ASSERT_TRUE(until_ticked(
+      [&] {
+        for (int i = 0; i < 100 && sent < kPoses; ++i, ++sent) flooding.send_message(PoseMessage{});
+        if (sent == kPoses) flooding.send_message(StateMessage{}), ++sent;  // refused: all before it was read
+        flooding.take();
+        return flooding.is_ended();
+      },
+      good.get()));
   const double elapsed_s = 1e-9 * static_cast<double>(monotonic_ns() - begin);
   const double most_accepted = 200 + 2000 * elapsed_s + 1;
   EXPECT_GE(poses.size(), 200u);
   EXPECT_LE(static_cast<double>(poses.size()), most_accepted);
   EXPECT_LE(static_cast<double>(flooding.errors.size()), 2 + elapsed_s + 1);
   ASSERT_TRUE(until_ticked(
-      [&] { return !good->states.empty() && good->states.back().poses_accepted == poses.size(); }));
+      [&] { return !good->states.empty() && good->states.back().poses_accepted == poses.size(); },
+      good.get()));
   const StateMessage& state = good->states.back();
   ASSERT_EQ(state.refusals.size(), 1u);
   EXPECT_EQ(state.refusals[0].count + poses.size(), kPoses);

@@ -115,10 +115,12 @@ TEST_F(SlowTest, ASlowReaderGetsTheNewestAndDelaysNobody) {
   ClientOptions all_points;
   all_points.subscription = kSubscribeFullFrames;
   const auto slow = join_through(proxy, all_points);
-  ASSERT_TRUE(until_ticked([&] {
-    return slow->client.snapshots_missed() > 10 && !slow->states.empty() &&
-           slow->states.back().snapshots_dropped > 10;
-  }));
+  ASSERT_TRUE(until_ticked(
+      [&] {
+        return slow->client.snapshots_missed() > 10 && !slow->states.empty() &&
+               slow->states.back().snapshots_dropped > 10;
+      },
+      good.get()));
   EXPECT_TRUE(slow->closed.empty());
   EXPECT_TRUE(good->closed.empty());
   EXPECT_EQ(good->client.snapshots_missed(), 0u);
