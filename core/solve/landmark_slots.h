@@ -82,8 +82,8 @@ class LandmarkSlots {
   // again.
   void replace(std::size_t l) noexcept {
     const std::size_t taking_turns = std::min(kept_.size(), kMore + 2 * slots_.size());
-    do next_ = next_ + 1 < taking_turns ? next_ + 1 : 0;
-    while (claimed_[next_] == round_);
+    next_ %= taking_turns;
+    while (claimed_[next_] == round_) next_ = (next_ + 1) % taking_turns;
     used_ = std::max(used_, next_ + 1);
     claim(l, next_);
     kept_[next_] = parts_[l];
@@ -106,7 +106,7 @@ class LandmarkSlots {
   std::vector<std::uint64_t> pairs_;        // both generations when it was computed
   std::uint64_t round_ = 0;
   std::uint32_t generation_ = 0;
-  std::size_t next_ = 0;  // whose turn was last
+  std::size_t next_ = 0;  // whose turn is next
   std::size_t used_ = 0;  // slots that were ever filled
 };
 
