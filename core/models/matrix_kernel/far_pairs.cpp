@@ -10,38 +10,42 @@ namespace {
 
 constexpr std::size_t kPairs = FarPairs::kCount;
 
-// A G B = αβ G + α′β a (aᵀG) + αβ′ (G b) bᵀ + α′β′ (aᵀG b) a bᵀ, of which the first is there already.
-BRACHY_INLINE void add_along(const FarPairs& __restrict pairs, const FarBlocks& __restrict points,
-                             FarBlocks& __restrict blocks) {
-  double of_a[4][3][kPairs], of_b[4][3][kPairs], of_both[4][kPairs];
-  for (std::size_t at = 0; at < 4; ++at)
-    for (std::size_t i = 0; i < kPairs; ++i) {
-      const auto& G = points.value[at];
-      const double ax = pairs.axis_a[0][i], ay = pairs.axis_a[1][i], az = pairs.axis_a[2][i];
-      const double bx = pairs.axis_b[0][i], by = pairs.axis_b[1][i], bz = pairs.axis_b[2][i];
-      for (std::size_t k = 0; k < 3; ++k) {
-        of_a[at][k][i] = ax * G[k][i] + ay * G[3 + k][i] + az * G[6 + k][i];
-        of_b[at][k][i] = G[3 * k][i] * bx + G[3 * k + 1][i] * by + G[3 * k + 2][i] * bz;
-      }
-      of_both[at][i] = of_a[at][0][i] * bx + of_a[at][1][i] * by + of_a[at][2][i] * bz;
-    }
-  for (std::size_t sides = 0; sides < 4; ++sides) {
-    double row[3][kPairs] = {}, column[3][kPairs] = {}, both[kPairs] = {};
-    for (std::size_t at = 0; at < 4; ++at)
-      for (std::size_t i = 0; i < kPairs; ++i) {
-        both[i] += pairs.along_both[sides][at][i] * of_both[at][i];
-        for (std::size_t k = 0; k < 3; ++k) {
-          row[k][i] += pairs.along_a[sides][at][i] * of_a[at][k][i];
-          column[k][i] += pairs.along_b[sides][at][i] * of_b[at][k][i];
-        }
-      }
-    for (std::size_t r = 0; r < 3; ++r)
-      for (std::size_t c = 0; c < 3; ++c)
+using Matrices = double[9][kPairs];
+
+BRACHY_INLINE void multiply(const Matrices& __restrict a, const Matrices& __restrict b,
+                            Matrices& __restrict product) {
+  for (std::size_t r = 0; r < 3; ++r)
+    for (std::size_t c = 0; c < 3; ++c)
+      for (std::size_t i = 0; i < kPairs; ++i)
+        product[3 * r + c][i] =
+            a[3 * r][i] * b[c][i] + a[3 * r + 1][i] * b[3 + c][i] + a[3 * r + 2][i] * b[6 + c][i];
+}
+
+BRACHY_INLINE void sum_even(const FarPairs& __restrict pairs, const FarBlocks& __restrict points,
+                            FarBlocks& __restrict blocks) {
+  for (std::size_t sides = 0; sides < 4; ++sides)
+    for (std::size_t k = 0; k < 9; ++k)
+      for (std::size_t i = 0; i < kPairs; ++i)
+        blocks.value[sides][k][i] = pairs.even[sides][0][i] * points.value[0][k][i] +
+                                    pairs.even[sides][1][i] * points.value[1][k][i] +
+                                    pairs.even[sides][2][i] * points.value[2][k][i] +
+                                    pairs.even[sides][3][i] * points.value[3][k][i];
+}
+
+BRACHY_INLINE void sum_uneven(const FarPairs& __restrict pairs, const FarBlocks& __restrict points,
+                              FarBlocks& __restrict blocks) {
+  for (std::size_t sides = 0; sides < 4; ++sides)
+    for (std::size_t at = 0; at < 4; ++at) {
+      Matrices weighted, left, both;
+      for (std::size_t k = 0; k < 9; ++k)
         for (std::size_t i = 0; i < kPairs; ++i)
-          blocks.value[sides][3 * r + c][i] +=
-              pairs.axis_a[r][i] * (row[c][i] + both[i] * pairs.axis_b[c][i]) +
-              column[r][i] * pairs.axis_b[c][i];
-  }
+          weighted[k][i] = pairs.weight[sides][i] * pairs.share_a[at / 2][sides / 2][k][i];
+      multiply(weighted, points.value[at], left);
+      multiply(left, pairs.share_b[at % 2][sides % 2], both);
+      for (std::size_t k = 0; k < 9; ++k)
+        for (std::size_t i = 0; i < kPairs; ++i)
+          blocks.value[sides][k][i] = at == 0 ? both[k][i] : blocks.value[sides][k][i] + both[k][i];
+    }
 }
 
 BRACHY_INLINE void sum_far_pairs(const FarPairs& __restrict pairs, double b, double scale,
@@ -63,14 +67,10 @@ BRACHY_INLINE void sum_far_pairs(const FarPairs& __restrict pairs, double b, dou
       points.value[at][7][i] = scale * (along * z * y);
       points.value[at][8][i] = scale * (along * z * z + across);
     }
-  for (std::size_t sides = 0; sides < 4; ++sides)
-    for (std::size_t k = 0; k < 9; ++k)
-      for (std::size_t i = 0; i < kPairs; ++i)
-        blocks.value[sides][k][i] = pairs.weight[sides][0][i] * points.value[0][k][i] +
-                                    pairs.weight[sides][1][i] * points.value[1][k][i] +
-                                    pairs.weight[sides][2][i] * points.value[2][k][i] +
-                                    pairs.weight[sides][3][i] * points.value[3][k][i];
-  if (!pairs.are_even) add_along(pairs, points, blocks);
+  if (pairs.are_even)
+    sum_even(pairs, points, blocks);
+  else
+    sum_uneven(pairs, points, blocks);
 }
 
 // NOLINTBEGIN(bugprone-macro-parentheses): an attribute cannot stand in parentheses.

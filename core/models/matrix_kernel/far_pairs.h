@@ -10,25 +10,24 @@ namespace brachy {
 struct alignas(64) FarPairs {
   static constexpr std::size_t kCount = 8;
   using Lanes = double[kCount];
-  /// What a landmark of a, side i, has of point k there, with one of b, side j, of point q; at [2i + j][2k + q].
-  using Weights = Lanes[4][4];
 
   Lanes x[4], y[4], z[4];  ///< from b's point q to a's point k, at 2k + q, mm
   Lanes s;                 ///< mm² (kelvin.h)
-  Weights weight;          ///< across both shafts
-  /// How much more it is along a's shaft, along b's, and of what is along both: products of differences.
-  Weights along_a, along_b, along_both;
-  Lanes axis_a[3], axis_b[3];  ///< of the shafts, unit
-  bool are_even;               ///< those three are all 0
+  bool are_even;           ///< all of them: shares are numbers, else matrices, row by row
+  /// What a landmark of a, side i, has of point k there, with one of b, side j, of point q: at [2i + j][2k + q] the
+  /// product of both shares and the tissue's weight …
+  Lanes even[4][4];
+  /// … or these apart: at [2i + j], [k][i] and [q][j].
+  Lanes weight[4], share_a[2][2][9], share_b[2][2][9];
 };
 
-/// Σ A G B over the points, by sides, with Kelvin's solution G and shares A = α I + α′ a aᵀ and B: what the pieces add
-/// to K between their landmarks, row by row; mm/N.
+/// Σ A G B over the points, by sides, with Kelvin's solution G and shares A and B: what the pieces add to K between their
+/// landmarks, row by row; mm/N.
 struct alignas(64) FarBlocks {
   FarPairs::Lanes value[4][9];
 };
 
-/// `b` and s as in kelvin.h; `scale`: of a force. The same bits for every target, and G as kelvin() has it.
+/// `b` and s as in kelvin.h; `scale`: of a force. The same bits for every target.
 using FarPairLoop = void (*)(const FarPairs& pairs, double b, double scale, FarBlocks& blocks);
 
 /// The loop for `target`, which must be supported by this processor. Threads: any. Real-time: no allocation.

@@ -29,10 +29,10 @@ constexpr std::size_t kAllClose = 100;  // steps times rings up to which those w
 constexpr std::uint32_t kStride = 16;
 constexpr std::size_t kRefined = 6;
 constexpr std::size_t kAllRefined = 1200;  // steps times rings beyond which they are fewer
-constexpr std::size_t kMuch = 1000;  // … beyond which only the first step's weakest place is looked at
+constexpr std::size_t kAllWeakest = 1000;  // … beyond which only the first step's weakest place is looked at
 constexpr std::size_t kMostCorrected = 250;  // rings beyond which steps are corrected afterwards only
-constexpr std::size_t kMostRingSteps =
-    1500;  // … beyond which landmarks are clamped: sixteen needles in four steps
+// Steps times rings beyond which landmarks are clamped: sixteen needles in four steps.
+constexpr std::size_t kMostRingSteps = 1500;
 
 // How far along the way between its landmarks a ring lies, 0 … 1.
 double share_between(const NeedleRings::Ring& ring, std::span<const Vec3> positions) {
@@ -166,10 +166,6 @@ void MatrixComposition::prepare_forces() noexcept {
   for (std::size_t i = 0; i < positions_.size(); ++i) images_[i] = positions_[i] + smooth_[i];
   solve_correction(worst, carried_);
   near_forces_.insert(near_forces_.end(), correction_.begin(), correction_.end());
-}
-
-bool MatrixComposition::is_much() const noexcept {
-  return count_ * near_forces_.size() > kMuch;
 }
 
 std::size_t MatrixComposition::most_steps() const {
@@ -442,7 +438,8 @@ void MatrixComposition::find_least_determinant() noexcept {
       kAllRefined / std::max<std::size_t>(1, count_ * near_forces_.size()), std::size_t{1}, kRefined);
   for (const auto& [sampled, b] : worst)
     if (sampled < 2 && refined_.size() < most_refined) refined_.push_back(b);
-  for (std::size_t k = 0; k < (is_much() ? 1 : count_); ++k)
+  const std::size_t asked = count_ * near_forces_.size() > kAllWeakest ? 1 : count_;
+  for (std::size_t k = 0; k < asked; ++k)
     if (steps_[k].weakest) refined_.push_back(block_at(*steps_[k].weakest, steps_[k].begin));
   std::ranges::sort(refined_);
   refined_.erase(std::unique(refined_.begin(), refined_.end()), refined_.end());

@@ -80,7 +80,6 @@ class MatrixComposition : public Composition {
   };
 
   void place_rings() noexcept;
-  bool is_much() const noexcept;
   void prepare_forces() noexcept;
   bool prepare_correction() noexcept;
   double find_misses() noexcept;

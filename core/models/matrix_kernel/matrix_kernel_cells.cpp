@@ -339,9 +339,10 @@ bool MatrixKernelCells::fold_candidates(std::uint32_t i, Cell& cell, CellPoints&
   return true;
 }
 
+// Of many sources as blocks have it.
 Mat3 MatrixKernelCells::gradient(const Vec3& X) const noexcept {
-  Mat3 A = sources() > kMany ? near_.gradient_at(X, *rings_, ring_forces_, pieces_)
-                             : near_.gradient_at(X, *rings_, ring_forces_);
+  Mat3 A = sources() > kManySources ? near_.gradient_at(X, *rings_, ring_forces_, pieces_)
+                                    : near_.gradient_at(X, *rings_, ring_forces_);
   if (smooth_) A += smooth_->gradient_at(X);
   return A;
 }

@@ -48,8 +48,7 @@ class MatrixKernelCells : public CellField {
   Mat3 gradient(const Vec3& X) const noexcept override;
 
  private:
-  static constexpr double kResolution = 6;   // mm
-  static constexpr std::size_t kMany = 140;  // sources: single points are then asked as blocks are
+  static constexpr double kResolution = 6;  // mm
   static constexpr double kStraight =
       0.05;  // mm: rings on one line to so much are one straight piece of needle
   void find_needles() noexcept;

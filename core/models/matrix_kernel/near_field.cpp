@@ -39,7 +39,7 @@ NearField::NearField(const Tissue& tissue, const ElasticKernel& kernel, double w
     : NearField(tissue, weight / kernel.body().shear_modulus, kernel.body().needle_radius, target) {
   elastic_ = &kernel;
   loop_scale_ = scale_ / (4 * std::numbers::pi);
-  kelvin_b_ = static_cast<float>(1 / (4 * (1 - kernel.body().poisson)));
+  kelvin_b_ = static_cast<float>(kelvin_share());
 }
 
 NearField::NearField(const Tissue& tissue, const CompactKernel& kernel, double needle_radius,

@@ -130,6 +130,9 @@ void NearMatrix::add_to(Eigen::Ref<Eigen::MatrixXd> K, std::size_t landmarks, co
       if (!is_asked(a, b)) continue;
       const bool is_far = a.is_far_from(b);
       if (is_far && near.is_kelvin()) {
+        const bool are_even = a.is_even && b.is_even;
+        if (are_even != far_.are_even) add_taken(near);
+        far_.are_even = are_even;
         take_far(a, b, rings, smooth);
         if (far_count_ == FarPairs::kCount) add_taken(near);
         continue;
@@ -170,21 +173,20 @@ void NearMatrix::take_far(const Piece& a, const Piece& b, const NeedleRings& rin
   for (std::size_t i = 0; i < 2; ++i)
     for (std::size_t j = 0; j < 2; ++j) {
       const double weight = smooth ? smooth->near_factor(a.first, i, b.first, j) : 1;
+      far_.weight[2 * i + j][lane] = weight;
       for (std::size_t k = 0; k < 2; ++k)
-        for (std::size_t q = 0; q < 2; ++q) {
-          const std::size_t sides = 2 * i + j, points = 2 * k + q;
-          const double more_a = a.along[k][i] - a.across[k][i], more_b = b.along[q][j] - b.across[q][j];
-          far_.weight[sides][points][lane] = weight * a.across[k][i] * b.across[q][j];
-          far_.along_a[sides][points][lane] = weight * more_a * b.across[q][j];
-          far_.along_b[sides][points][lane] = weight * a.across[k][i] * more_b;
-          far_.along_both[sides][points][lane] = weight * more_a * more_b;
-        }
+        for (std::size_t q = 0; q < 2; ++q)
+          far_.even[2 * i + j][2 * k + q][lane] = weight * a.across[k][i] * b.across[q][j];
     }
-  for (std::size_t k = 0; k < 3; ++k) {
-    far_.axis_a[k][lane] = a.axis[static_cast<Index>(k)];
-    far_.axis_b[k][lane] = b.axis[static_cast<Index>(k)];
-  }
-  far_.are_even = (lane == 0 || far_.are_even) && a.is_even && b.is_even;
+  if (far_.are_even) return;
+  const auto put = [&](const Mat3& share, FarPairs::Lanes* to) {
+    for (Index k = 0; k < 9; ++k) to[k][lane] = share(k / 3, k % 3);
+  };
+  for (std::size_t k = 0; k < 2; ++k)
+    for (std::size_t side = 0; side < 2; ++side) {
+      put(a.share(k, side), far_.share_a[k][side]);
+      put(b.share(k, side), far_.share_b[k][side]);
+    }
 }
 
 void NearMatrix::add_taken(const NearField& near) noexcept {
