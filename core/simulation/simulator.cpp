@@ -13,6 +13,18 @@ namespace {
 
 constexpr std::size_t kManyLandmarks = 40;  // one to four needles have fewer: these never take turns
 
+NeedlePose pose_of(std::size_t n, std::span<const NeedlePose> poses) {
+  return n < poses.size() ? poses[n] : NeedlePose{};
+}
+
+// What is known of an instrument's pose in a tick before contact is asked.
+void take_pose(const NeedlePose& pose, std::uint64_t tick, NeedleState& state,
+               NeedleStates::PoseHistory& history) {
+  state.present = pose.present;
+  state.input = pose;
+  if (pose.present) history[tick % NeedleStates::kPoseHistory] = {tick, pose.X_WN, pose.button};
+}
+
 }  // namespace
 
 Simulator::Simulator(std::shared_ptr<const SimulationModel> model)
@@ -119,9 +131,8 @@ void Simulator::step(std::span<const NeedlePose> poses, MeshState& state) noexce
 void Simulator::begin_contacts(std::span<const NeedlePose> poses) noexcept {
   flags_ = 0;
   for (std::size_t n = 0; n < contacts_.size(); ++n) {
-    const NeedlePose pose = n < poses.size() ? poses[n] : NeedlePose{};
-    needles_[n].present = pose.present;
-    needles_[n].input = pose;
+    const NeedlePose pose = pose_of(n, poses);
+    take_pose(pose, tick_, needles_[n], pose_histories_[n]);
     const ContactState last = contacts_[n].state();
     const bool is_in = last == ContactState::kInserted || last == ContactState::kThrough;
     if (pose.present && noise_.is_on())
@@ -135,11 +146,10 @@ void Simulator::begin_contacts(std::span<const NeedlePose> poses) noexcept {
     }
     const Vec3 bend = needles_[n].shape.is_bent ? needles_[n].shape.tip_deflection : Vec3(Vec3::Zero());
     needles_[n].X_WN = bone_stops_[n].hold(needles_[n].X_WN, bend);
-    pose_histories_[n][tick_ % NeedleStates::kPoseHistory] = {tick_, pose.X_WN, pose.button};
     contacts_[n].begin(needles_[n].X_WN, field_.get(), body_.frame());
     flags_ |= contacts_[n].flags();
   }
-  if (probe_) begin_probe(contacts_.size() < poses.size() ? poses[contacts_.size()] : NeedlePose{});
+  if (probe_) begin_probe(pose_of(contacts_.size(), poses));
 }
 
 // A tick that has the field of the last one's landmarks to find leaves contacts and forces as they are.
@@ -147,13 +157,11 @@ void Simulator::hold_contacts(std::span<const NeedlePose> poses) noexcept {
   flags_ = kStepLate;
   for (std::size_t n = 0; n < needles_.size(); ++n) {
     NeedleState& state = needles_[n];
-    const NeedlePose pose = n < poses.size() ? poses[n] : NeedlePose{};
+    const NeedlePose pose = pose_of(n, poses);
     if (!pose.present || !state.present) state.X_WN = pose.X_WN;
-    state.present = pose.present;
-    state.input = pose;
-    if (pose.present) {
-      pose_histories_[n][tick_ % NeedleStates::kPoseHistory] = {tick_, pose.X_WN, pose.button};
-    } else if (n < contacts_.size()) {
+    take_pose(pose, tick_, state, pose_histories_[n]);
+    if (pose.present) continue;
+    if (n < contacts_.size()) {
       contacts_[n].skip();
       bone_stops_[n].skip();
     } else {
@@ -164,11 +172,9 @@ void Simulator::hold_contacts(std::span<const NeedlePose> poses) noexcept {
 
 void Simulator::begin_probe(const NeedlePose& pose) noexcept {
   NeedleState& state = needles_.back();
-  state.present = pose.present;
-  state.input = pose;
+  take_pose(pose, tick_, state, pose_histories_.back());
   state.X_WN = pose.X_WN;
   if (!pose.present) return probe_->skip();
-  pose_histories_.back()[tick_ % NeedleStates::kPoseHistory] = {tick_, pose.X_WN, pose.button};
   probe_->begin(pose.X_WN, *field_, body_.frame());
   flags_ |= probe_->flags();
 }
