@@ -11,7 +11,7 @@
 namespace brachy {
 namespace {
 
-constexpr std::size_t kManyLandmarks = 40;  // one to four needles have fewer: these never take turns
+constexpr std::size_t kManyLandmarks = 24;  // one to three needles have fewer: these never take turns
 
 NeedlePose pose_of(std::size_t n, std::span<const NeedlePose> poses) {
   return n < poses.size() ? poses[n] : NeedlePose{};

@@ -102,8 +102,8 @@ class Simulator {
   Vec3 mean_displacement() const noexcept;
   void write_state(MeshState& state) noexcept;
 
-  /// Beyond either, forces and field take turns: seven needles that all move, or sixteen in two sub-steps. Less than
-  /// what a tick of 5 ms has time for.
+  /// Beyond either, forces and field take turns: seven needles that all move, or four in four sub-steps, sixteen in
+  /// two. Less than what a tick of 5 ms has time for.
   static constexpr std::size_t kMostChangedPairs = 1200, kMostLandmarkSteps = 120;
 
   std::shared_ptr<const SimulationModel> model_;

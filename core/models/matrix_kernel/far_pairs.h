@@ -21,8 +21,8 @@ struct alignas(64) FarPairs {
   Lanes weight[4], share_a[2][2][9], share_b[2][2][9];
 };
 
-/// Σ A G B over the points, by sides, with Kelvin's solution G and shares A and B: what the pieces add to K between their
-/// landmarks, row by row; mm/N.
+/// Σ A G B over the points, by sides, with Kelvin's solution G and shares A and B: what the pieces add to K between
+/// their landmarks, row by row; mm/N.
 struct alignas(64) FarBlocks {
   FarPairs::Lanes value[4][9];
 };
