@@ -8,7 +8,7 @@ cd "$(dirname "$0")/../.."
 scenes=${1:-100000}
 [[ $# -le 1 && $scenes =~ ^[1-9][0-9]*$ ]] || { sed -n '2,/^[^#]/s/^# \?//p' "$0" >&2; exit 2; }
 scripts/build.sh release core_tests
-echo "campaign: $scenes scenes, every result finite and within its certificate or flagged"
+echo "campaign: $scenes scenes, every result finite and within its certificate or flagged, at single points too"
 BRACHY_SCENES=$scenes build/release/bin/core_tests --gtest_brief=1 --gtest_filter='Property/*'
 echo "campaign: $((scenes / 10)) scenes, verdicts against det(I + grad u) on a grid of 0.25 mm"
 BRACHY_SCENES=$((scenes / 10)) build/release/bin/core_tests --gtest_brief=1 --gtest_filter='InjectivitySearch.IsNever*'
