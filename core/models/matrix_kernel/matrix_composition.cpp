@@ -79,8 +79,6 @@ MatrixComposition::MatrixComposition(const Tissue& tissue, const MatrixKernelFie
       field_(field),
       max_steps_(max_steps),
       steps_(max_steps + kCorrections),
-      correction_matrix_(static_cast<Eigen::Index>(3 * max_landmarks),
-                         static_cast<Eigen::Index>(3 * max_landmarks)),
       all_blocks_(tissue.blocks.size()),
       period_s_(period_s),
       turns_(tissue.blocks.size()),
@@ -103,6 +101,8 @@ MatrixComposition::MatrixComposition(const Tissue& tissue, const MatrixKernelFie
   near_forces_.reserve(rings);
   carried_.reserve(max_landmarks);
   close_.reserve(max_landmarks * max_landmarks);
+  close_blocks_.reserve(max_landmarks * max_landmarks);
+  for (auto* v : {&correction_cores_, &own_blocks_}) v->reserve(max_landmarks);
   close_ends_.reserve(max_landmarks);
   refined_.reserve(kRefined + steps_.size());
   for (auto& sources : sources_) sources.reserve(rings * NeedleRings::kPoints);
@@ -116,7 +116,8 @@ double MatrixComposition::begin(std::span<const Vec3> positions,
   count_ = carried_steps_ = 0;
   least_determinant_ = 1;
   for (Turn& turn : turns_) turn.is_present = false;
-  is_correcting_ = false;
+  is_correcting_ = has_correction_blocks_ = false;
+  correction_cores_.clear();
   missed_ = 0;
   const MatrixKernelField::Parts parts = field_.parts();
   const auto smooth_at = [&](const Vec3& X) {
@@ -286,36 +287,46 @@ bool MatrixComposition::prepare_correction() noexcept {
 // force at j does at i. Cores of half the way to the nearest landmark make the diagonal dominate, so Gauss's and
 // Seidel's sweeps converge, and fast.
 void MatrixComposition::solve_correction(double worst, NeedleRings& points) noexcept {
-  const NearField& near = field_.parts().near;
   const std::size_t n = positions_.size();
+  if (correction_cores_.empty())
+    for (std::size_t i = 0; i < n; ++i) correction_cores_.push_back(correction_core(i));
   points.clear();
   for (std::size_t i = 0; i < n; ++i)
-    points.add_point(images_[i], PointCore::of_correction(correction_core(i)), static_cast<std::uint32_t>(i));
-  const auto rings = points.rings();
-  const auto block = [&](std::size_t i, std::size_t j) {
-    return correction_matrix_.block<3, 3>(static_cast<Eigen::Index>(3 * i), static_cast<Eigen::Index>(3 * j));
-  };
-  close_.clear();
-  close_ends_.clear();
-  const double felt = n > kManyLandmarks ? kFeltOfMany : kFeltCores;
-  for (std::size_t i = 0; i < n; ++i) {
-    for (std::size_t j = 0; j < n; ++j) {
-      const Vec3 apart = images_[i] - images_[j];
-      if (apart.squaredNorm() > felt * felt * rings[j].core.s) continue;
-      block(i, j) = near.of_correction(apart, rings[j].core);
-      close_.push_back(static_cast<std::uint32_t>(j));
-    }
-    close_ends_.push_back(close_.size());
-  }
+    points.add_point(images_[i], PointCore::of_correction(correction_cores_[i]),
+                     static_cast<std::uint32_t>(i));
+  // Between one correction and the next many landmarks have hardly moved.
+  if (!has_correction_blocks_) find_correction_blocks(points);
+  has_correction_blocks_ = is_correcting_ && n > kManyLandmarks;
   correction_.assign(n, Vec3::Zero());
   for (int sweep = 0; sweep < kSweeps && worst > 0.25 * kMet; ++sweep) {
     worst = 0;
     for (std::size_t i = 0, k = 0; i < n; ++i) {
       Vec3 left = misses_[i];
-      for (; k < close_ends_[i]; ++k) left -= block(i, close_[k]) * correction_[close_[k]];
-      correction_[i] += left / block(i, i)(0, 0);
+      for (; k < close_ends_[i]; ++k) left -= close_blocks_[k] * correction_[close_[k]];
+      correction_[i] += left / own_blocks_[i];
       worst = std::max(worst, left.norm());
     }
+  }
+}
+
+void MatrixComposition::find_correction_blocks(const NeedleRings& points) noexcept {
+  const NearField& near = field_.parts().near;
+  const std::size_t n = positions_.size();
+  const auto rings = points.rings();
+  close_.clear();
+  close_blocks_.clear();
+  close_ends_.clear();
+  own_blocks_.clear();
+  const double felt = n > kManyLandmarks ? kFeltOfMany : kFeltCores;
+  for (std::size_t i = 0; i < n; ++i) {
+    for (std::size_t j = 0; j < n; ++j) {
+      const Vec3 apart = images_[i] - images_[j];
+      if (apart.squaredNorm() > felt * felt * rings[j].core.s) continue;
+      close_.push_back(static_cast<std::uint32_t>(j));
+      close_blocks_.push_back(near.of_correction(apart, rings[j].core));
+      if (i == j) own_blocks_.push_back(close_blocks_.back()(0, 0));
+    }
+    close_ends_.push_back(close_.size());
   }
 }
 

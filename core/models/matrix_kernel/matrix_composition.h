@@ -86,6 +86,7 @@ class MatrixComposition : public Composition {
   void solve_correction(double worst, NeedleRings& rings) noexcept;
   void limit_reach(Step& step, std::size_t first) const noexcept;
   double correction_core(std::size_t landmark) const noexcept;
+  void find_correction_blocks(const NeedleRings& points) noexcept;
   void find_images() noexcept;
   void begin_lots(std::size_t lot) noexcept;
   void choose_blocks(std::uint64_t work) noexcept;
@@ -117,11 +118,14 @@ class MatrixComposition : public Composition {
   std::vector<Lot> lots_;
   std::size_t carried_steps_ = 0;                   // by which they are carried already
   std::vector<Vec3> images_, misses_, correction_;  // of the landmarks: φ, what it misses, forces
-  std::vector<std::uint32_t> close_;                // of each landmark, those whose correction it feels …
+  std::vector<double> correction_cores_;            // mm; empty until one is asked for
+  std::vector<std::uint32_t> close_;                // of each landmark, those whose correction it feels, …
+  std::vector<Mat3> close_blocks_;                  // … what a force there does to it, mm/N, …
   std::vector<std::size_t> close_ends_;             // … and where they end
+  std::vector<double> own_blocks_;                  // what a landmark's own force does, mm/N
+  bool has_correction_blocks_ = false;              // of these landmarks, where the steps have carried them
   NeedleRings carried_;                             // the points of the steps' own correction, at rest
   std::vector<Vec3> near_forces_;                   // of the rings and of these points
-  Eigen::MatrixXd correction_matrix_;
 
   /// When a block was evaluated, and how fast it moved then.
   struct Turn {
