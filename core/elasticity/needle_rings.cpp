@@ -1,6 +1,7 @@
 #include "core/elasticity/needle_rings.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -8,6 +9,19 @@ namespace brachy {
 namespace {
 
 constexpr double kMaxTurn = 0.8660254;  // cos 30°
+
+// Cosine and sine of the angles at which a ring's points lie; and of those between them, where the next ring's do.
+std::array<std::array<std::array<double, 2>, NeedleRings::kPoints>, 2> directions_on_rings() {
+  std::array<std::array<std::array<double, 2>, NeedleRings::kPoints>, 2> directions;
+  for (std::size_t turned = 0; turned < 2; ++turned)
+    for (std::size_t k = 0; k < NeedleRings::kPoints; ++k) {
+      const double turn = turned ? 0.5 : 0;
+      const double angle = 2 * std::numbers::pi * (static_cast<double>(k) + turn) / NeedleRings::kPoints;
+      directions[turned][k] = {std::cos(angle), std::sin(angle)};
+    }
+  return directions;
+}
+const auto kDirectionsOnRings = directions_on_rings();
 
 bool continues_shaft(const Vec3* before, const Vec3& a, const Vec3& b, double max_gap) {
   const double gap = (b - a).norm();
@@ -188,11 +202,8 @@ void NeedleRings::add_ring(const Vec3& centre, const Vec3& axis, double radius, 
   ring.count = kPoints;
   const Vec3 e = axis.cross(std::abs(axis.y()) < 0.9 ? Vec3::UnitY() : Vec3::UnitX()).normalized();
   const Vec3 f = axis.cross(e);
-  const double turn = turned ? 0.5 : 0;
-  for (std::size_t k = 0; k < kPoints; ++k) {
-    const double angle = 2 * std::numbers::pi * (static_cast<double>(k) + turn) / kPoints;
-    points_.push_back(centre + radius * (std::cos(angle) * e + std::sin(angle) * f));
-  }
+  for (const auto& [cosine, sine] : kDirectionsOnRings[turned ? 1 : 0])
+    points_.push_back(centre + radius * (cosine * e + sine * f));
   rings_.push_back(ring);
   spacing_.push_back(spacing);
 }

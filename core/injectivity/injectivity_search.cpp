@@ -133,7 +133,7 @@ double InjectivitySearch::wanted() const noexcept {
   return 4 * result_.work < budget_ ? kWantedShare * std::max(result_.least_det, 0.0) : 0;
 }
 
-void InjectivitySearch::settle(const Node& node, std::size_t count, const CellBounds& bounds) noexcept {
+void InjectivitySearch::settle(const Node& node, std::size_t count, CellBounds& bounds) noexcept {
   const double cheap = std::max(node.bound, bound_by_norms(bounds, scale_));
   const bool has_work = result_.work < budget_;
   // Near a cusp bounds do not get better than their limit there.
@@ -148,11 +148,14 @@ void InjectivitySearch::settle(const Node& node, std::size_t count, const CellBo
     return;
   }
   alignas(64) float lower[16];
-  const double error = node.cell.half * node.cell.half / 8 * bounds.curvature + bounds.rounding;
-  if (node.cell.half > field_->resolution() || scale_ * error > kHopeless) {
+  const auto push_undecided = [&] {
     std::fill_n(lower, 16, -1.0f);
-    return push_eighths(node, lower);
-  }
+    push_eighths(node, lower);
+  };
+  if (node.cell.half > field_->resolution()) return push_undecided();
+  field_->bound_curvature(node.cell, bounds);
+  const double error = node.cell.half * node.cell.half / 8 * bounds.curvature + bounds.rounding;
+  if (scale_ * error > kHopeless) return push_undecided();
   const std::span sources(&candidates_[(node.depth + 1) * max_sources_], count);
   CellGradients A;
   field_->gradients(node.cell, sources, bounds, lattice_of(node.cell.half), A);

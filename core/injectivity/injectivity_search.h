@@ -52,7 +52,7 @@ class InjectivitySearch {
     std::uint32_t depth = 0;
     double bound = -1;  // of the determinant, known from above
   };
-  void settle(const Node& node, std::size_t count, const CellBounds& bounds) noexcept;
+  void settle(const Node& node, std::size_t count, CellBounds& bounds) noexcept;
   void push_eighths(const Node& node, const float* lower) noexcept;
   double wanted() const noexcept;
   void look_at(const Vec3& X) noexcept;

@@ -19,6 +19,11 @@ constexpr std::size_t kFoldCandidates = 12;      // rings of a few needles that 
 // Of more sources than three needles have, so many taken by number would be too far apart: then the strongest are.
 constexpr std::size_t kManySources = 155, kStrongest = 8;
 
+// Of forces and of corrections, with what single precision may lack.
+double sum_of_bounds(float a, float b) {
+  return (1 + kSinglePrecisionBounds) * (static_cast<double>(a) + static_cast<double>(b));
+}
+
 }  // namespace
 
 MatrixKernelCells::MatrixKernelCells(const Tissue& tissue, const NearField& near, const SmoothField* smooth,
@@ -162,26 +167,36 @@ void MatrixKernelCells::take_bounded_forces() noexcept {
   correction_work_ = 2 * corrections;
 }
 
-void MatrixKernelCells::add_kelvin_bounds(const Cell& cell, CellBounds& bounds) const noexcept {
+BoundedCell MatrixKernelCells::bounded(const Cell& cell) const noexcept {
   const Eigen::Vector3f x = (cell.centre - domain_.centre).cast<float>();
   const double least = clearance_ - kStraight, far = near_.far_distance();
-  const BoundedCell asked{x.x(),
-                          x.y(),
-                          x.z(),
-                          static_cast<float>(cell.half),
-                          static_cast<float>(least * least),
-                          static_cast<float>(far * far)};
+  return {x.x(),
+          x.y(),
+          x.z(),
+          static_cast<float>(cell.half),
+          static_cast<float>(least * least),
+          static_cast<float>(far * far)};
+}
+
+void MatrixKernelCells::add_kelvin_bounds(const Cell& cell, CellBounds& bounds) const noexcept {
+  const BoundedCell asked = bounded(cell);
   const BoundSums forces =
       near_loops_.kelvin_bounds(bounded_forces_.data(), bounded_forces_.size(), kelvin_, asked);
   const BoundSums corrections =
       near_loops_.correction_bounds(bounded_corrections_.data(), bounded_corrections_.size(), kelvin_, asked);
-  const auto sum = [](float a, float b) {
-    return (1 + kSinglePrecisionBounds) * (static_cast<double>(a) + static_cast<double>(b));
-  };
-  bounds.slope = sum(forces.slope, corrections.slope);
-  bounds.squeeze = sum(forces.squeeze, corrections.squeeze);
-  bounds.shrink = sum(forces.shrink, corrections.shrink);
-  bounds.curvature = sum(forces.curvature, corrections.curvature);
+  bounds.slope = sum_of_bounds(forces.slope, corrections.slope);
+  bounds.squeeze = sum_of_bounds(forces.squeeze, corrections.squeeze);
+  bounds.shrink = sum_of_bounds(forces.shrink, corrections.shrink);
+}
+
+void MatrixKernelCells::bound_curvature(const Cell& cell, CellBounds& bounds) const noexcept {
+  if (!bounds_.is_kelvin()) return;
+  const BoundedCell asked = bounded(cell);
+  const CurvatureSums forces =
+      near_loops_.kelvin_curvatures(bounded_forces_.data(), bounded_forces_.size(), kelvin_, asked);
+  bounds.curvature = sum_of_bounds(
+      forces.curvature, near_loops_.correction_curvatures(bounded_corrections_.data(),
+                                                          bounded_corrections_.size(), kelvin_, asked));
   bounds.work = static_cast<std::size_t>(forces.work) + correction_work_;
 }
 
@@ -271,15 +286,14 @@ std::size_t MatrixKernelCells::narrow(const Cell& cell, std::span<const std::uin
   if (((cell.centre - min_).array() < -cell.half).any() || ((cell.centre - max_).array() > cell.half).any())
     return 0;
   if (is_in_needle(cell)) return 0;
-  std::size_t count = 0;
   if (bounds_.is_kelvin()) {
-    for (const std::uint32_t r : from)
-      if (forces_[r].size > 0) to[count++] = r;
+    std::ranges::copy(from, to);  // it reaches everywhere
     add_kelvin_bounds(cell, bounds);
     bounds.rounding += kSinglePrecision * bounds.slope;
-    if (smooth_ && count > 0) smooth_->add_bounds(cell, bounds);
-    return count;
+    if (smooth_) smooth_->add_bounds(cell, bounds);
+    return from.size();
   }
+  std::size_t count = 0;
   for (std::size_t i = 0; i < from.size();) {
     const std::uint32_t p = piece_of_[from[i]];
     if (const double d2 = cell.squared_distance(pieces_[p].centre); pieces_[p].is_far(d2)) {

@@ -38,6 +38,7 @@ class MatrixKernelCells : public CellField {
   double resolution() const override { return kResolution; }
   std::size_t narrow(const Cell& cell, std::span<const std::uint32_t> from, std::uint32_t* to,
                      CellBounds& bounds) const noexcept override;
+  void bound_curvature(const Cell& cell, CellBounds& bounds) const noexcept override;
   void gradients(const Cell& cell, std::span<const std::uint32_t> sources, const CellBounds& bounds,
                  const CellPoints& X, CellGradients& A) const noexcept override;
   const CellLoops& loops() const override { return loops_; }
@@ -68,6 +69,7 @@ class MatrixKernelCells : public CellField {
   void take_bounded_forces() noexcept;
   void choose_fold_candidates() noexcept;
   double fold_distance(std::size_t ring) const noexcept;
+  BoundedCell bounded(const Cell& cell) const noexcept;
   void add_kelvin_bounds(const Cell& cell, CellBounds& bounds) const noexcept;
 
   struct Segment {

@@ -202,6 +202,8 @@ BRACHY_INLINE void add_distance2(const R& at, float centre, float half, R& d2) {
   d2 += beyond * beyond;
 }
 
+constexpr float kTiny = 1e-6f;  // mm²
+
 // Sixteen sums, added up in one order on every target.
 struct LaneSums {
   alignas(64) float lanes[BoundedForces::kCount];
@@ -212,24 +214,42 @@ struct LaneSums {
   }
 };
 
+// 1 for forces that count in the cell: of a piece that is far what stands for it, of a near one its rings.
+template <std::size_t kWidth>
+BRACHY_INLINE void take_counts(const BoundedForces& f, std::size_t lane, const BoundedCell& cell,
+                               Floats<kWidth>& counts) {
+  using R = Floats<kWidth>;
+  const R zero = {}, one = zero + 1.0f;
+  R x, y, z, far2, is_piece, d2 = {};
+  load(f.piece_x.data() + lane, x);
+  load(f.piece_y.data() + lane, y);
+  load(f.piece_z.data() + lane, z);
+  load(f.far2.data() + lane, far2);
+  load(f.is_piece.data() + lane, is_piece);
+  add_distance2(x, cell.x, cell.half, d2);
+  add_distance2(y, cell.y, cell.half, d2);
+  add_distance2(z, cell.z, cell.half, d2);
+  const R is_other = (d2 > far2 ? one : zero) - is_piece;
+  counts = one - is_other * is_other;  // comparing two masks GCC 12 does lane by lane
+}
+
 // A ring of radius R is on average 1/√((q + R²)² − 4 R² ρ²) ≤ 1/(q − R²) in 1/d², q the distance² of its centre and ρ
-// that of its axis; its six points do the same up to 2 (R/ρ)⁶. What is asked lies outside the needle, what is
-// interpolated may not: there the mean of 1/d⁴ is (q + R²)/(q − R²)³ at most, and near to the ring nothing is.
+// that of its axis; its six points do the same up to 2 (R/ρ)⁶. What is asked lies outside the needle.
 // The cosine of the angle from a force to the cell's places is bounded by the cell's shadow on its direction.
 template <std::size_t kWidth>
 BRACHY_INLINE BoundSums add_kelvin_bounds(const BoundedForces* __restrict forces, std::size_t groups,
                                           const KelvinBounds& k, const BoundedCell& cell) {
-  constexpr float kTiny = 1e-6f, kInfinite = 1e30f, kPi4 = 12.5663706f;
+  constexpr float kOverPi4 = 0.0795774715f;
   using R = Floats<kWidth>;
   constexpr std::size_t kParts = BoundedForces::kCount / kWidth;
   const R zero = {}, one = zero + 1.0f;
-  LaneSums sums[5];  // slope, squeeze, shrink, curvature, work
+  LaneSums sums[3];  // slope, squeeze, shrink
   for (std::size_t part = 0; part < kParts; ++part) {
     const std::size_t lane = part * kWidth;
-    R slope = {}, squeeze = {}, shrink = {}, curvature = {}, work = {};
+    R slope = {}, squeeze = {}, shrink = {};
     for (std::size_t g = 0; g < groups; ++g) {
       const BoundedForces& f = forces[g];
-      R x, y, z, s, ring2, size, fx, fy, fz, aside, cubed, piece_x, piece_y, piece_z, far2, is_piece, points;
+      R x, y, z, s, ring2, size, fx, fy, fz, aside, cubed, counts, d2 = {};
       load(f.x.data() + lane, x);
       load(f.y.data() + lane, y);
       load(f.z.data() + lane, z);
@@ -241,23 +261,13 @@ BRACHY_INLINE BoundSums add_kelvin_bounds(const BoundedForces* __restrict forces
       load(f.fz.data() + lane, fz);
       load(f.aside.data() + lane, aside);
       load(f.cubed.data() + lane, cubed);
-      load(f.piece_x.data() + lane, piece_x);
-      load(f.piece_y.data() + lane, piece_y);
-      load(f.piece_z.data() + lane, piece_z);
-      load(f.far2.data() + lane, far2);
-      load(f.is_piece.data() + lane, is_piece);
-      load(f.points.data() + lane, points);
-      R piece2 = {}, d2 = {};
-      add_distance2(piece_x, cell.x, cell.half, piece2);
-      add_distance2(piece_y, cell.y, cell.half, piece2);
-      add_distance2(piece_z, cell.z, cell.half, piece2);
-      const R is_far = piece2 > far2 ? one : zero;
-      const R counts = is_far == is_piece ? one : zero;
+      take_counts<kWidth>(f, lane, cell, counts);
       size *= counts;
       add_distance2(x, cell.x, cell.half, d2);
       add_distance2(y, cell.y, cell.half, d2);
       add_distance2(z, cell.z, cell.half, d2);
-      R asked2 = ring2 > 0.0f ? (d2 > cell.clearance2 ? d2 : zero + cell.clearance2) : d2;
+      R asked2 = ring2 > 0.0f ? zero + cell.clearance2 : zero;
+      take_max(asked2, d2);
       asked2 -= ring2;
       take_max<R>(asked2, zero + kTiny);
       R inverse_distance;
@@ -273,7 +283,7 @@ BRACHY_INLINE BoundSums add_kelvin_bounds(const BoundedForces* __restrict forces
         take_min(*cosine, one);
       }
       const R steepest = ahead > behind ? ahead : behind;
-      const R skew = 0.5f * (k.shrink + spread / kPi4) * (1.0f + steepest);
+      const R skew = 0.5f * (k.shrink + spread * kOverPi4) * (1.0f + steepest);
       R turned = 2.0f * ahead;
       take_max(turned, behind);
       R squeezed = skew + k.stretch * turned;
@@ -282,61 +292,121 @@ BRACHY_INLINE BoundSums add_kelvin_bounds(const BoundedForces* __restrict forces
       slope += k.slope * there;
       squeeze += squeezed * there;
       shrink += k.shrink * (1.0f + spread) * steepest * there;
-      R inner = d2 - ring2;
-      const R is_near = inner < 3.0f * ring2 ? one : zero;
-      take_max<R>(inner, zero + kTiny);
-      const R inverse2 = 1.0f / ((inner + s) * (inner + s));
-      curvature += size * ((1.0f + 2.0f * ring2 / inner) * k.curvature * inverse2 + is_near * kInfinite);
-      work += counts * (d2 > cell.far2 ? one : points);
     }
     store(slope, sums[0].lanes + lane);
     store(squeeze, sums[1].lanes + lane);
     store(shrink, sums[2].lanes + lane);
-    store(curvature, sums[3].lanes + lane);
-    store(work, sums[4].lanes + lane);
   }
-  return {sums[0].total(), sums[1].total(), sums[2].total(), sums[3].total(), sums[4].total()};
+  return {sums[0].total(), sums[1].total(), sums[2].total()};
 }
 
-// Each as two forces, or as what is left of both.
+// What is interpolated may lie in a needle: there the mean of 1/d⁴ is (q + R²)/(q − R²)³ at most, and near to the ring
+// nothing is.
+template <std::size_t kWidth>
+BRACHY_INLINE CurvatureSums add_kelvin_curvatures(const BoundedForces* __restrict forces, std::size_t groups,
+                                                  const KelvinBounds& k, const BoundedCell& cell) {
+  constexpr float kInfinite = 1e30f;
+  using R = Floats<kWidth>;
+  constexpr std::size_t kParts = BoundedForces::kCount / kWidth;
+  const R zero = {}, one = zero + 1.0f;
+  LaneSums sums[2];  // curvature, work
+  for (std::size_t part = 0; part < kParts; ++part) {
+    const std::size_t lane = part * kWidth;
+    R curvature = {}, work = {};
+    for (std::size_t g = 0; g < groups; ++g) {
+      const BoundedForces& f = forces[g];
+      R x, y, z, s, ring2, size, points, counts, d2 = {};
+      load(f.x.data() + lane, x);
+      load(f.y.data() + lane, y);
+      load(f.z.data() + lane, z);
+      load(f.s.data() + lane, s);
+      load(f.ring2.data() + lane, ring2);
+      load(f.size.data() + lane, size);
+      load(f.points.data() + lane, points);
+      take_counts<kWidth>(f, lane, cell, counts);
+      add_distance2(x, cell.x, cell.half, d2);
+      add_distance2(y, cell.y, cell.half, d2);
+      add_distance2(z, cell.z, cell.half, d2);
+      R inner = d2 - ring2;
+      const R is_near = inner < 3.0f * ring2 ? one : zero;
+      take_max<R>(inner, zero + kTiny);
+      const R inverse2 = 1.0f / ((inner + s) * (inner + s));
+      curvature +=
+          counts * size * ((1.0f + 2.0f * ring2 / inner) * k.curvature * inverse2 + is_near * kInfinite);
+      work += counts * (d2 > cell.far2 ? one : points);
+    }
+    store(curvature, sums[0].lanes + lane);
+    store(work, sums[1].lanes + lane);
+  }
+  return {sums[0].total(), sums[1].total()};
+}
+
+// Of sixteen corrections 1/(d² + s) of both their forces, and of what is left of both.
+template <std::size_t kWidth>
+BRACHY_INLINE void take_correction(const BoundedCorrections& c, std::size_t lane, const BoundedCell& cell,
+                                   Floats<kWidth>& size, Floats<kWidth>& inverse, Floats<kWidth>& other,
+                                   Floats<kWidth>& both) {
+  Floats<kWidth> x, y, z, s, counter_s, d2 = {};
+  load(c.x.data() + lane, x);
+  load(c.y.data() + lane, y);
+  load(c.z.data() + lane, z);
+  load(c.s.data() + lane, s);
+  load(c.counter_s.data() + lane, counter_s);
+  load(c.size.data() + lane, size);
+  add_distance2(x, cell.x, cell.half, d2);
+  add_distance2(y, cell.y, cell.half, d2);
+  add_distance2(z, cell.z, cell.half, d2);
+  inverse = 1.0f / (d2 + s);
+  other = 1.0f / (d2 + counter_s);
+  both = s * inverse * inverse;
+}
+
 template <std::size_t kWidth>
 BRACHY_INLINE BoundSums add_correction_bounds(const BoundedCorrections* __restrict corrections,
                                               std::size_t groups, const KelvinBounds& k,
                                               const BoundedCell& cell) {
   using R = Floats<kWidth>;
   constexpr std::size_t kParts = BoundedCorrections::kCount / kWidth;
-  LaneSums sums[3];  // slope, squeeze, curvature
+  LaneSums sums[2];  // slope, squeeze
   for (std::size_t part = 0; part < kParts; ++part) {
     const std::size_t lane = part * kWidth;
-    R slope = {}, squeeze = {}, curvature = {};
+    R slope = {}, squeeze = {};
     for (std::size_t g = 0; g < groups; ++g) {
-      const BoundedCorrections& c = corrections[g];
-      R x, y, z, s, counter_s, size, d2 = {};
-      load(c.x.data() + lane, x);
-      load(c.y.data() + lane, y);
-      load(c.z.data() + lane, z);
-      load(c.s.data() + lane, s);
-      load(c.counter_s.data() + lane, counter_s);
-      load(c.size.data() + lane, size);
-      add_distance2(x, cell.x, cell.half, d2);
-      add_distance2(y, cell.y, cell.half, d2);
-      add_distance2(z, cell.z, cell.half, d2);
-      const R inverse = 1.0f / (d2 + s), other = 1.0f / (d2 + counter_s), both = s * inverse * inverse;
-      R steep = k.slope * (inverse + other), squeezed = k.squeeze * (inverse + other),
-        curved = k.curvature * (inverse * inverse + other * other);
+      R size, inverse, other, both;
+      take_correction<kWidth>(corrections[g], lane, cell, size, inverse, other, both);
+      R steep = k.slope * (inverse + other), squeezed = k.squeeze * (inverse + other);
       take_min<R>(steep, k.pair_slope * both);
       take_min<R>(squeezed, k.pair_squeeze * both);
-      take_min<R>(curved, k.pair_curvature * both * inverse);
       slope += size * steep;
       squeeze += size * squeezed;
-      curvature += size * curved;
     }
     store(slope, sums[0].lanes + lane);
     store(squeeze, sums[1].lanes + lane);
-    store(curvature, sums[2].lanes + lane);
   }
   // A correction's divergence is no more than its slope.
-  return {sums[0].total(), sums[1].total(), sums[0].total(), sums[2].total(), 0};
+  return {sums[0].total(), sums[1].total(), sums[0].total()};
+}
+
+template <std::size_t kWidth>
+BRACHY_INLINE float add_correction_curvatures(const BoundedCorrections* __restrict corrections,
+                                              std::size_t groups, const KelvinBounds& k,
+                                              const BoundedCell& cell) {
+  using R = Floats<kWidth>;
+  constexpr std::size_t kParts = BoundedCorrections::kCount / kWidth;
+  LaneSums sums;
+  for (std::size_t part = 0; part < kParts; ++part) {
+    const std::size_t lane = part * kWidth;
+    R curvature = {};
+    for (std::size_t g = 0; g < groups; ++g) {
+      R size, inverse, other, both;
+      take_correction<kWidth>(corrections[g], lane, cell, size, inverse, other, both);
+      R curved = k.curvature * (inverse * inverse + other * other);
+      take_min<R>(curved, k.pair_curvature * both * inverse);
+      curvature += size * curved;
+    }
+    store(curvature, sums.lanes + lane);
+  }
+  return sums.total();
 }
 
 BRACHY_INLINE void add_compact_gradients(const CellPoints& __restrict X, const NearSource* __restrict sources,
@@ -445,6 +515,14 @@ BRACHY_INLINE void axpy_loop(float a, const float* __restrict x, float* __restri
                                               const KelvinBounds& k, const BoundedCell& cell) {             \
       return add_correction_bounds<kWidth>(c, n, k, cell);                                                  \
     }                                                                                                       \
+    Target static CurvatureSums kelvin_curvatures(const BoundedForces* f, std::size_t n,                    \
+                                                  const KelvinBounds& k, const BoundedCell& cell) {         \
+      return add_kelvin_curvatures<kWidth>(f, n, k, cell);                                                  \
+    }                                                                                                       \
+    Target static float correction_curvatures(const BoundedCorrections* c, std::size_t n,                   \
+                                              const KelvinBounds& k, const BoundedCell& cell) {             \
+      return add_correction_curvatures<kWidth>(c, n, k, cell);                                              \
+    }                                                                                                       \
     Target static void interpolate(const float* values, std::size_t row, std::size_t slice,                 \
                                    const GridPoint* points, std::size_t count,                              \
                                    BlockDisplacement<float>& u) {                                           \
@@ -455,9 +533,18 @@ BRACHY_INLINE void axpy_loop(float a, const float* __restrict x, float* __restri
       quadratic_loop(X, q, u);                                                                              \
     }                                                                                                       \
     Target static void axpy(float a, const float* x, float* y, std::size_t n) { axpy_loop(a, x, y, n); }    \
-    static constexpr NearLoops kLoops = {                                                                   \
-        kelvin,        kelvin_few,        compact,     kelvin_gradients, compact_gradients,                 \
-        kelvin_bounds, correction_bounds, interpolate, quadratic,        axpy};                             \
+    static constexpr NearLoops kLoops = {kelvin,                                                            \
+                                         kelvin_few,                                                        \
+                                         compact,                                                           \
+                                         kelvin_gradients,                                                  \
+                                         compact_gradients,                                                 \
+                                         kelvin_bounds,                                                     \
+                                         correction_bounds,                                                 \
+                                         kelvin_curvatures,                                                 \
+                                         correction_curvatures,                                             \
+                                         interpolate,                                                       \
+                                         quadratic,                                                         \
+                                         axpy};                                                             \
   }
 // NOLINTEND(bugprone-macro-parentheses)
 

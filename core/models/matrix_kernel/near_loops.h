@@ -64,7 +64,10 @@ struct KelvinBounds {
   float pair_slope = 0, pair_squeeze = 0, pair_curvature = 0;  ///< of a correction
 };
 struct BoundSums {
-  float slope = 0, squeeze = 0, shrink = 0, curvature = 0, work = 0;
+  float slope = 0, squeeze = 0, shrink = 0;
+};
+struct CurvatureSums {
+  float curvature = 0, work = 0;
 };
 
 /// Where a point lies in a grid of nodes, and its cubic weights along each axis.
@@ -94,6 +97,11 @@ struct NearLoops {
   BoundSums (*kelvin_bounds)(const BoundedForces* forces, std::size_t groups, const KelvinBounds& kelvin,
                              const BoundedCell& cell);
   BoundSums (*correction_bounds)(const BoundedCorrections* corrections, std::size_t groups,
+                                 const KelvinBounds& kelvin, const BoundedCell& cell);
+  /// What only cells that are evaluated point by point are asked for: curvature, and of forces the gradients' work.
+  CurvatureSums (*kelvin_curvatures)(const BoundedForces* forces, std::size_t groups,
+                                     const KelvinBounds& kelvin, const BoundedCell& cell);
+  float (*correction_curvatures)(const BoundedCorrections* corrections, std::size_t groups,
                                  const KelvinBounds& kelvin, const BoundedCell& cell);
   /// u = Σ_nodes weight · value for `count` points. Values are interleaved x, y, z, x fastest; `row` and
   /// `slice` are the numbers of floats to the next y and z. Four floats beyond a row may be read.
