@@ -19,6 +19,8 @@ constexpr double kLookAhead = 25;
 constexpr double kMostOblique = 0.5;  // cosine: a tip slides no more on a capsule that is steeper
 constexpr double kTipFriction = 0.3;  // of a tip on the capsule; an assumption
 constexpr int kBisections = 20;       // of a tick's cut: a capsule is found to 1e-6 of it
+// mm: by less a landmark has not moved along a needle; rounding alone would move it, and the tissue, for ever.
+constexpr double kStays = 1e-12;
 
 }  // namespace
 
@@ -409,8 +411,9 @@ void NeedleContact::finish(std::uint64_t tick, double period_s, double axial_sti
   if (!is_in()) return;
   for (std::size_t i = 0; i < shaft_.size(); ++i) {
     shaft_[i].slips = landmarks_[i].slip_mm != 0;
-    shaft_[i].axial =
+    const double axial =
         landmarks_[i].if_stuck.dot(needle_.axis) - landmarks_[i].slip_mm - landmarks_[i].body_mm;
+    if (std::abs(axial - shaft_[i].axial) > kStays) shaft_[i].axial = axial;
   }
   last_slip_ = has_tip_landmark_ ? free_slip_ + landmarks_.back().slip_mm : 0;
   if (has_tip_landmark_) move_tip(last_slip_);

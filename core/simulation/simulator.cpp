@@ -11,8 +11,6 @@
 namespace brachy {
 namespace {
 
-constexpr std::size_t kManyLandmarks = 24;  // one to three needles have fewer: these never take turns
-
 NeedlePose pose_of(std::size_t n, std::span<const NeedlePose> poses) {
   return n < poses.size() ? poses[n] : NeedlePose{};
 }
@@ -279,12 +277,13 @@ bool Simulator::solve_contacts() noexcept {
   return false;
 }
 
-// What a tick takes grows with the pairs of landmarks that are new to it, and with the sub-steps of all; as many as the
-// last field had. Counted, not timed: the same poses give the same bits.
+// Sub-steps are as many as the last field had. Counted, not timed: the same poses give the same bits.
 bool Simulator::is_over_budget() const noexcept {
   const std::size_t landmarks = landmarks_.positions.size();
+  const std::size_t pairs =
+      needle_order_.changed_landmarks() * landmarks + landmarks * landmarks / kOfKnownPairs;
   return field_->always_composes() &&
-         (needle_order_.changed_landmarks() * landmarks > kMostChangedPairs ||
+         (pairs > kMostPairs ||
           (landmarks > kManyLandmarks && field_->certificate().substeps * landmarks > kMostLandmarkSteps)) &&
          !field_->shows(landmarks_.positions, landmarks_.displacements, landmarks_.spreads,
                         landmarks_.compliance);

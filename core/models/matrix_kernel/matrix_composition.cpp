@@ -341,9 +341,9 @@ void MatrixComposition::end() noexcept {
 void MatrixComposition::choose_blocks(std::uint64_t work) noexcept {
   std::size_t cost = kStepCost;
   for (std::size_t k = 0; k < count_; ++k) cost += kStepCost + steps_[k].forces.size();
-  const double time_s = kOfPeriod * period_s_ - kOfSystem -
-                        kOfLandmark * static_cast<double>(positions_.size()) -
-                        kOfWork * static_cast<double>(work) -
+  const auto landmarks = static_cast<double>(positions_.size());
+  const double time_s = kOfPeriod * period_s_ - kOfSystem - kOfLandmark * landmarks -
+                        kOfPair * landmarks * landmarks - kOfWork * static_cast<double>(work) -
                         kOfStep * static_cast<double>(std::max(count_, kFewSteps) - kFewSteps);
   const auto most = std::max(all_blocks_.size() / kLeastOf,
                              static_cast<std::size_t>(std::max(0.0, kBlockRingSteps * time_s)) / cost);

@@ -58,7 +58,8 @@ class MatrixComposition : public Composition {
   // system, the certificates and steps beyond kFewSteps take; in any case a share of the blocks. A step costs as much
   // as some rings.
   static constexpr double kPeriod = 1.0 / 200, kOfPeriod = 0.5;
-  static constexpr double kOfSystem = 1.5e-4, kOfLandmark = 3e-5, kOfStep = 1.5e-4, kOfWork = 2.5e-8;  // s
+  static constexpr double kOfSystem = 1.5e-4, kOfLandmark = 2.45e-5, kOfPair = 2.5e-7;  // s
+  static constexpr double kOfStep = 1.5e-4, kOfWork = 2.5e-8;                           // s
   static constexpr std::size_t kFewSteps = 4;
   static constexpr double kBlockRingSteps = 5.2e7;
   static constexpr std::size_t kLeastOf = 12, kStepCost = 10;
