@@ -59,7 +59,7 @@ class CellField {
   /// there, or not checked.
   virtual std::size_t narrow(const Cell& cell, std::span<const std::uint32_t> from, std::uint32_t* to,
                              CellBounds& bounds) const noexcept = 0;
-  /// To what narrow found for a cell, curvature and work, where narrow left them out: only cells that are evaluated point
+  /// Adds what narrow left out of a cell's bounds, curvature and work: only cells that are evaluated point
   /// by point need them.
   virtual void bound_curvature(const Cell& /*cell*/, CellBounds& /*bounds*/) const noexcept {}
   /// ∇u by those sources at points about the cell's centre.

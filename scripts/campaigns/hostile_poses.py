@@ -3,11 +3,18 @@
 
   hostile_poses.py trajectory NEEDLES SEED > trajectory.csv
   hostile_poses.py judge NEEDLES daemon.json
+  hostile_poses.py offline SCRIPTS path/to/brachy      all scripts by the simulator alone, one a core: no time is judged
 """
+import concurrent.futures
+import contextlib
 import json
 import math
+import os
+import pathlib
 import random
+import subprocess
 import sys
+import tempfile
 
 SECONDS = 10.0
 RATE_HZ = 200
@@ -63,14 +70,14 @@ class Hand:
         return [v for row, p in zip(rows, (x, y, depth)) for v in row + [p]]
 
 
-def write_trajectory(needles, seed):
+def write_trajectory(needles, seed, file=sys.stdout):
     rng = random.Random(1000 * needles + seed)
     hands = [Hand(k, needles, rng) for k in range(needles)]
-    print(HEADER)
+    print(HEADER, file=file)
     for i in range(int(SECONDS * RATE_HZ)):
         for k, hand in enumerate(hands):
             t = i / RATE_HZ
-            print(",".join(f"{v:.6g}" for v in [t] + hand.pose(t)) + f",{k}")
+            print(",".join(f"{v:.6g}" for v in [t] + hand.pose(t)) + f",{k}", file=file)
 
 
 def judge(needles, file):
@@ -96,10 +103,53 @@ def judge(needles, file):
     return 1 if failures else 0
 
 
+def replay(brachy, folder, needles, seed):
+    """What `brachy replay --offline` says of one script."""
+    scene, trajectory = (pathlib.Path(folder) / f"{needles}_{seed}.{end}" for end in ("toml", "csv"))
+    scene.write_text(f'name = "hostile poses"\n[needle]\ncount = {needles}\n', encoding="utf-8")
+    with open(trajectory, "w", encoding="utf-8") as file:
+        write_trajectory(needles, seed, file)
+    command = [brachy, "replay", trajectory, "--offline", "--config", scene, "--json"]
+    done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, check=True)
+    trajectory.unlink()
+    return json.loads(done.stdout)
+
+
+def judge_offline(needles, outcomes):
+    """A row of sums, and whether every tick is finite and certified or flagged."""
+    counts = [key for key in outcomes[0] if key.startswith("ticks") or key == "nonfinite"]
+    total = {key: sum(outcome[key] for outcome in outcomes) for key in counts}
+    peaks = [f"peak_{way}_n" for way in ("out", "in", "lateral")]
+    forces = [needle[peak] for outcome in outcomes for needle in outcome["needles"] for peak in peaks]
+    print(
+        f"hostile poses, simulator alone: {needles} needles: {len(outcomes)} scripts, {total['ticks']} ticks, "
+        f"{total['ticks_in_contact']} in contact; {total['ticks_injective']} injective, "
+        f"{total['ticks_unknown']} unknown, {total['ticks_folded']} folded, {total['ticks_clamped']} clamped, "
+        f"{total['ticks_unflagged']} not flagged, "
+        f"{total['nonfinite']} not finite; largest force {max(forces):.1f} N",
+        flush=True,
+    )
+    return total["ticks_unflagged"] == 0 and total["nonfinite"] == 0 and all(map(math.isfinite, forces))
+
+
+def play_offline(scripts, brachy):
+    good = True
+    with contextlib.ExitStack() as stack:
+        folder = stack.enter_context(tempfile.TemporaryDirectory())
+        pool = stack.enter_context(concurrent.futures.ThreadPoolExecutor(os.cpu_count()))
+        for needles in (1, 4, 16):
+            seeds = range((scripts + 2) // 3)
+            outcomes = list(pool.map(lambda seed, n=needles: replay(brachy, folder, n, seed), seeds))
+            good &= judge_offline(needles, outcomes)
+    return 0 if good else 1
+
+
 if __name__ == "__main__":
     if len(sys.argv) == 4 and sys.argv[1] == "trajectory":
         write_trajectory(int(sys.argv[2]), int(sys.argv[3]))
     elif len(sys.argv) == 4 and sys.argv[1] == "judge":
         sys.exit(judge(int(sys.argv[2]), sys.argv[3]))
+    elif len(sys.argv) == 4 and sys.argv[1] == "offline":
+        sys.exit(play_offline(int(sys.argv[2]), sys.argv[3]))
     else:
         sys.exit(__doc__)
