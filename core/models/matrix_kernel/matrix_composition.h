@@ -54,10 +54,10 @@ class MatrixComposition : public Composition {
   static constexpr std::size_t kCorrections = 2;  // at most
   // Steps times rings that a tick has time for: three needles with 22 landmarks in three steps.
   static constexpr std::size_t kRingSteps = 400;
-  // What evaluate has time for: blocks times steps times rings in a second, of half the tick less what the landmarks'
-  // system, the certificates and steps beyond kFewSteps take; in any case a share of the blocks. A step costs as much
-  // as some rings.
-  static constexpr double kPeriod = 1.0 / 200, kOfPeriod = 0.5;
+  // What evaluate has time for: blocks times steps times rings in a second, of a share of the tick (at a half, four
+  // stirred needles left a daemon no time) less what the landmarks' system, the certificates and steps beyond
+  // kFewSteps take; in any case a share of the blocks. A step costs as much as some rings.
+  static constexpr double kPeriod = 1.0 / 200, kOfPeriod = 0.43;
   static constexpr double kOfSystem = 1.5e-4, kOfLandmark = 2.45e-5, kOfPair = 2.5e-7;  // s
   static constexpr double kOfStep = 1.5e-4, kOfWork = 2.5e-8;                           // s
   static constexpr std::size_t kFewSteps = 4;
