@@ -6,7 +6,6 @@
   hostile_poses.py offline SCRIPTS path/to/brachy      all scripts by the simulator alone, one a core: no time is judged
 """
 import concurrent.futures
-import contextlib
 import json
 import math
 import os
@@ -125,8 +124,7 @@ def judge_offline(needles, outcomes):
         f"hostile poses, simulator alone: {needles} needles: {len(outcomes)} scripts, {total['ticks']} ticks, "
         f"{total['ticks_in_contact']} in contact; {total['ticks_injective']} injective, "
         f"{total['ticks_unknown']} unknown, {total['ticks_folded']} folded, {total['ticks_clamped']} clamped, "
-        f"{total['ticks_unflagged']} not flagged, "
-        f"{total['nonfinite']} not finite; largest force {max(forces):.1f} N",
+        f"{total['ticks_unflagged']} not flagged, {total['nonfinite']} not finite; largest force {max(forces):.1f} N",
         flush=True,
     )
     return total["ticks_unflagged"] == 0 and total["nonfinite"] == 0 and all(map(math.isfinite, forces))
@@ -134,9 +132,7 @@ def judge_offline(needles, outcomes):
 
 def play_offline(scripts, brachy):
     good = True
-    with contextlib.ExitStack() as stack:
-        folder = stack.enter_context(tempfile.TemporaryDirectory())
-        pool = stack.enter_context(concurrent.futures.ThreadPoolExecutor(os.cpu_count()))
+    with tempfile.TemporaryDirectory() as folder, concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
         for needles in (1, 4, 16):
             seeds = range((scripts + 2) // 3)
             outcomes = list(pool.map(lambda seed, n=needles: replay(brachy, folder, n, seed), seeds))

@@ -214,21 +214,31 @@ struct LaneSums {
   }
 };
 
+// The square of the cell's distance from each of sixteen places.
+template <std::size_t kWidth>
+BRACHY_INLINE void take_distance2(const BoundedForces::Lanes& at_x, const BoundedForces::Lanes& at_y,
+                                  const BoundedForces::Lanes& at_z, std::size_t lane, const BoundedCell& cell,
+                                  Floats<kWidth>& d2) {
+  Floats<kWidth> x, y, z;
+  load(at_x.data() + lane, x);
+  load(at_y.data() + lane, y);
+  load(at_z.data() + lane, z);
+  d2 = Floats<kWidth>{};
+  add_distance2(x, cell.x, cell.half, d2);
+  add_distance2(y, cell.y, cell.half, d2);
+  add_distance2(z, cell.z, cell.half, d2);
+}
+
 // 1 for forces that count in the cell: of a piece that is far what stands for it, of a near one its rings.
 template <std::size_t kWidth>
 BRACHY_INLINE void take_counts(const BoundedForces& f, std::size_t lane, const BoundedCell& cell,
                                Floats<kWidth>& counts) {
   using R = Floats<kWidth>;
   const R zero = {}, one = zero + 1.0f;
-  R x, y, z, far2, is_piece, d2 = {};
-  load(f.piece_x.data() + lane, x);
-  load(f.piece_y.data() + lane, y);
-  load(f.piece_z.data() + lane, z);
+  R far2, is_piece, d2;
   load(f.far2.data() + lane, far2);
   load(f.is_piece.data() + lane, is_piece);
-  add_distance2(x, cell.x, cell.half, d2);
-  add_distance2(y, cell.y, cell.half, d2);
-  add_distance2(z, cell.z, cell.half, d2);
+  take_distance2<kWidth>(f.piece_x, f.piece_y, f.piece_z, lane, cell, d2);
   const R is_other = (d2 > far2 ? one : zero) - is_piece;
   counts = one - is_other * is_other;  // comparing two masks GCC 12 does lane by lane
 }
@@ -249,7 +259,7 @@ BRACHY_INLINE BoundSums add_kelvin_bounds(const BoundedForces* __restrict forces
     R slope = {}, squeeze = {}, shrink = {};
     for (std::size_t g = 0; g < groups; ++g) {
       const BoundedForces& f = forces[g];
-      R x, y, z, s, ring2, size, fx, fy, fz, aside, cubed, counts, d2 = {};
+      R x, y, z, s, ring2, size, fx, fy, fz, aside, cubed, counts, d2;
       load(f.x.data() + lane, x);
       load(f.y.data() + lane, y);
       load(f.z.data() + lane, z);
@@ -263,9 +273,7 @@ BRACHY_INLINE BoundSums add_kelvin_bounds(const BoundedForces* __restrict forces
       load(f.cubed.data() + lane, cubed);
       take_counts<kWidth>(f, lane, cell, counts);
       size *= counts;
-      add_distance2(x, cell.x, cell.half, d2);
-      add_distance2(y, cell.y, cell.half, d2);
-      add_distance2(z, cell.z, cell.half, d2);
+      take_distance2<kWidth>(f.x, f.y, f.z, lane, cell, d2);
       R asked2 = ring2 > 0.0f ? zero + cell.clearance2 : zero;
       take_max(asked2, d2);
       asked2 -= ring2;
@@ -315,18 +323,13 @@ BRACHY_INLINE CurvatureSums add_kelvin_curvatures(const BoundedForces* __restric
     R curvature = {}, work = {};
     for (std::size_t g = 0; g < groups; ++g) {
       const BoundedForces& f = forces[g];
-      R x, y, z, s, ring2, size, points, counts, d2 = {};
-      load(f.x.data() + lane, x);
-      load(f.y.data() + lane, y);
-      load(f.z.data() + lane, z);
+      R s, ring2, size, points, counts, d2;
       load(f.s.data() + lane, s);
       load(f.ring2.data() + lane, ring2);
       load(f.size.data() + lane, size);
       load(f.points.data() + lane, points);
       take_counts<kWidth>(f, lane, cell, counts);
-      add_distance2(x, cell.x, cell.half, d2);
-      add_distance2(y, cell.y, cell.half, d2);
-      add_distance2(z, cell.z, cell.half, d2);
+      take_distance2<kWidth>(f.x, f.y, f.z, lane, cell, d2);
       R inner = d2 - ring2;
       const R is_near = inner < 3.0f * ring2 ? one : zero;
       take_max<R>(inner, zero + kTiny);
@@ -346,16 +349,11 @@ template <std::size_t kWidth>
 BRACHY_INLINE void take_correction(const BoundedCorrections& c, std::size_t lane, const BoundedCell& cell,
                                    Floats<kWidth>& size, Floats<kWidth>& inverse, Floats<kWidth>& other,
                                    Floats<kWidth>& both) {
-  Floats<kWidth> x, y, z, s, counter_s, d2 = {};
-  load(c.x.data() + lane, x);
-  load(c.y.data() + lane, y);
-  load(c.z.data() + lane, z);
+  Floats<kWidth> s, counter_s, d2;
   load(c.s.data() + lane, s);
   load(c.counter_s.data() + lane, counter_s);
   load(c.size.data() + lane, size);
-  add_distance2(x, cell.x, cell.half, d2);
-  add_distance2(y, cell.y, cell.half, d2);
-  add_distance2(z, cell.z, cell.half, d2);
+  take_distance2<kWidth>(c.x, c.y, c.z, lane, cell, d2);
   inverse = 1.0f / (d2 + s);
   other = 1.0f / (d2 + counter_s);
   both = s * inverse * inverse;
