@@ -29,6 +29,13 @@ bool continues_shaft(const Vec3* before, const Vec3& a, const Vec3& b, double ma
   return before == nullptr || (a - *before).normalized().dot((b - a) / gap) > kMaxTurn;
 }
 
+// How much a shaft's ends are round, 0 to 1. One shorter than two round ends is a disc or a cylinder with rims. Chosen
+// for flat cylinders of 0.5 to 1.9 R (tests/reference/short_contacts).
+double end_roundness(double length_in_radii) {
+  const double share = std::min(1.0, length_in_radii / 2);
+  return 0.5 * (share + std::pow(share, 7));
+}
+
 // Rings on the way from one landmark to the next, its own at the start included.
 int rings_between(double distance, double radius) {
   return std::clamp(static_cast<int>(std::ceil(distance / (NeedleRings::kSpacing * radius) - 1e-2)), 1,
@@ -151,7 +158,10 @@ void NeedleRings::add_shaft(std::span<const Vec3> positions, std::span<const dou
   const auto is_turned = [&] { return (rings_.size() - (goes_on_ ? 0 : first_ring)) % 2 != 0; };
   const auto p = [&](std::size_t i) -> const Vec3& { return positions[shaft_[i]]; };
   const auto core_of = [&](std::size_t i) { return shaft_[i] < cores.size() ? cores[shaft_[i]] : 0; };
-  const double end_radius = radius * std::sqrt(1 - (1 - kEndInset) * (1 - kEndInset));
+  const double roundness = end_roundness((p(count - 1) - p(0)).norm() / radius);
+  const double inset = roundness * kEndInset * radius;
+  const double end_radius =
+      radius * std::lerp(1.0, std::sqrt(1 - (1 - kEndInset) * (1 - kEndInset)), roundness);
   double before = 0;  // ring spacing of the segment before
   for (std::size_t i = 0; i + 1 < count; ++i) {
     const double distance = (p(i + 1) - p(i)).norm();
@@ -162,8 +172,7 @@ void NeedleRings::add_shaft(std::span<const Vec3> positions, std::span<const dou
     for (int q = 0; q < parts; ++q) {
       const double t = static_cast<double>(q) / parts;
       const bool is_end = i == 0 && q == 0;
-      const double inset = is_end ? kEndInset * radius : 0;
-      add_ring(p(i) + (q * h + inset) * axis, axis, is_end ? end_radius : radius,
+      add_ring(p(i) + (q * h + (is_end ? inset : 0)) * axis, axis, is_end ? end_radius : radius,
                q == 0 && before > 0 ? 0.5 * (before + h) : h, is_turned());
       Ring& ring = rings_.back();
       ring.landmark = {shaft_[i], shaft_[i + 1]};
@@ -175,10 +184,12 @@ void NeedleRings::add_shaft(std::span<const Vec3> positions, std::span<const dou
     before = h;
   }
   const Vec3 axis = (p(count - 1) - p(count - 2)).normalized();
-  add_ring(p(count - 1) - kEndInset * radius * axis, axis, end_radius, before, is_turned());
+  add_ring(p(count - 1) - inset * axis, axis, end_radius, before, is_turned());
   rings_.back().landmark = {shaft_.back(), shaft_.back()};
   rings_.back().across = {1, 0};
   if (!(core_of(count - 1) > 0)) rings_.back().along = rings_.back().smooth = {1, 0};
+  for (const std::size_t end : {first_ring, rings_.size() - 1})  // a flat end is as large as R/2 of the shaft
+    spacing_[end] += 0.5 * (1 - roundness) * (radius - spacing_[end]);
   for (std::size_t k = first_ring; k < rings_.size();
        ++k) {  // cores by the shaft's own radius: end rings are narrower
     const double area = 2 * std::numbers::pi * radius / kPoints * spacing_[k];

@@ -16,9 +16,10 @@ namespace brachy {
 /// at each landmark and, where they are more than 1.5 R apart, between them. Each landmark's force is spread over the
 /// rings up to its neighbours, falling linearly, and its displacement is observed by the same weights: a rigid cylinder
 /// is moved by tractions on its surface, and points of its axis have either its resistance or its far field, not both.
-/// The rings at the shaft's ends lie 0.3 R inward, where a round end is 0.714 R wide. Core of a point 0.40 √A, A its
-/// share of the surface: a lattice of points that carries a surface force then moves as the smooth layer does (by
-/// theory 0.385, for any ν).
+/// The rings at the shaft's ends lie 0.3 R inward, where a round end is 0.714 R wide. A shaft shorter than 2 R is too
+/// short for round ends: the shorter, the nearer are its end rings to a cylinder's rims, and they carry its flat ends.
+/// Core of a point 0.40 √A, A its share of the surface: a lattice of points that carries a surface force then moves as
+/// the smooth layer does (by theory 0.385, for any ν).
 /// Alone: a contact; one point of core (4/π) R, the resistance of a rigid disc of radius R.
 /// With a core c of its own: one point of that core, which boundary and regions see as a point: what they add varies
 /// little over it, and the tissue ends within it. Tissue at the

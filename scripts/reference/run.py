@@ -7,6 +7,7 @@ examples:
   scripts/reference/run.py --all --level coarse                   # the same for every scene, a few minutes
   scripts/reference/run.py --scene lateral_stiff                  # regenerate one scene: refine until converged, store
   scripts/reference/run.py --all                                  # regenerate everything (half an hour or more)
+  scripts/reference/run.py --scene short_contacts/disc_along      # one of tests/reference/short_contacts
   scripts/reference/run.py --scene large_motion/drag              # one of tests/reference/large_motion, likewise
   scripts/reference/run.py --table                                # only rewrite tests/reference/CONVERGENCE.md
 
@@ -134,7 +135,7 @@ def main():
     )
     options = parser.parse_args()
 
-    names = sorted(folder.parent.name for folder in ROOT.glob("*/scene.toml"))
+    names = stored.names(ROOT, "scene.toml")
     large = [f"large_motion/{name}" for name in large_motion.names(ROOT)]
     if options.list:
         print("\n".join(names + large))

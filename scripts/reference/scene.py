@@ -23,8 +23,8 @@ class UserError(Exception):
 
 @dataclasses.dataclass
 class Load:
-    """kind "shaft": a rigid round-ended cylinder from `start` to `tip` to which the tissue sticks, moved by
-    `displacement`. kind "contact": the capsule within one needle radius of `tip` (on the capsule), moved by
+    """kind "shaft": a rigid cylinder from `start` to `tip`, with round ends or flat ones, to which the tissue sticks,
+    moved by `displacement`. kind "contact": the capsule within one needle radius of `tip` (on the capsule), moved by
     `displacement`. kind "force": dead body forces around the axis from `start` to `tip`. kind "indentation": one dead
     body force around `tip`, along +z, of several magnitudes (forces.py)."""
 
@@ -33,6 +33,7 @@ class Load:
     displacement: np.ndarray  # 3, mm
     start: np.ndarray  # 3, mm; equal to tip for a contact
     landmark_spacing: float  # mm, between the models' landmarks on the shaft
+    has_flat_ends: bool = False  # of a shaft
     blobs: list = dataclasses.field(default_factory=list)  # of Blob, for "force"
     indentations: list = dataclasses.field(default_factory=list)  # (mm, N) for "indentation"
 
@@ -87,6 +88,11 @@ class Scene:
         if length == 0:
             return np.linalg.norm(points - tip, axis=1) - self.radius
         axis = (tip - start) / length
+        if self.load.has_flat_ends:
+            along = np.abs((points - (start + tip) / 2) @ axis)
+            across = np.linalg.norm(np.cross(points - start, axis), axis=1)
+            beyond = np.stack([across - self.radius, along - length / 2])
+            return np.linalg.norm(np.maximum(beyond, 0), axis=0) + np.minimum(beyond.max(axis=0), 0)
         # The ends are half-spheres, so the surface is one radius from the segment between their centres.
         tip_inset = self.radius if self.load.kind == "shaft" else 0.0
         along = np.clip((points - start) @ axis, self._start_inset(), length - tip_inset)
@@ -162,6 +168,7 @@ def load_scene(folder):
                 displacement=np.array(load["displacement_mm"] if is_moved(load["kind"]) else [0, 0, 0], float),
                 start=np.array(load.get("start_mm", tip), float),
                 landmark_spacing=load.get("landmark_spacing_mm", 3.0),
+                has_flat_ends=load.get("flat_ends", False),
                 blobs=_insertion_blobs(load, tip) if load["kind"] == "force" else [],
                 indentations=_indentations(load) if load["kind"] == "indentation" else [],
             ),
@@ -227,8 +234,14 @@ def _check(scene, folder):
         np.linalg.norm((scene.load.tip - scene.centre) / scene.semi_axes), 1, abs_tol=1e-6
     ):
         raise UserError(f"{folder}/load.toml: the tip of a contact must lie on the capsule")
-    if scene.load.kind == "shaft" and np.linalg.norm(scene.load.tip - scene.load.start) < 2 * scene.radius - 1e-9:
-        raise UserError(f"{folder}/load.toml: the shaft is shorter than its two round ends; move start_mm away")
+    if scene.load.has_flat_ends and (scene.load.kind != "shaft" or scene.shaft_leaves_box()):
+        raise UserError(f"{folder}/load.toml: flat_ends is for a shaft that ends in the box")
+    too_short = np.linalg.norm(scene.load.tip - scene.load.start) < 2 * scene.radius - 1e-9
+    if scene.load.kind == "shaft" and too_short and not scene.load.has_flat_ends:
+        raise UserError(
+            f"{folder}/load.toml: the shaft is shorter than its two round ends; move start_mm away, or set "
+            "flat_ends = true"
+        )
     if scene.amplitudes[-1] != 1.0 or sorted(set(scene.amplitudes)) != scene.amplitudes:
         raise UserError(f"{folder}/load.toml: amplitudes must rise and end with 1.0")
     if len(scene.amplitudes) > 1 and not scene.neo_hookean:

@@ -112,6 +112,15 @@ def read_convergence(folder):
         return list(csv.DictReader(table))
 
 
+def names(root, file):
+    """The scenes that have this file, sorted, those of short_contacts behind the others; none of large_motion."""
+    return [
+        str(path.parent.relative_to(root))
+        for pattern in ("*", "short_contacts/*")
+        for path in sorted(root.glob(f"{pattern}/{file}"))
+    ]
+
+
 def write_table(root):
     """CONVERGENCE.md from every scene's convergence.csv and linearity.csv."""
     out = [
@@ -125,17 +134,18 @@ def write_table(root):
         "|---|---|---|---|---|---|---|---|---|",
     ]
     curves = []
-    for folder in sorted(path.parent for path in root.glob("*/convergence.csv")):
+    for name in names(root, "convergence.csv"):
+        folder = root / name
         for row in read_convergence(folder):
             rel = f"{float(row['rel_l2_to_previous']):.2%}" if row["rel_l2_to_previous"] else "–"
             most = f"{float(row['max_mm_to_previous']):.3f}" if row["max_mm_to_previous"] else "–"
             out.append(
-                f"| {folder.name} | {row['level']} | {row['needle_mm']} | {row['gland_mm']} | {row['nodes']} | {rel} "
+                f"| {name} | {row['level']} | {row['needle_mm']} | {row['gland_mm']} | {row['nodes']} | {rel} "
                 f"| {most} | {float(row['cpu_s']):.0f} | {float(row['memory_mb']):.0f} |"
             )
         if (folder / "linearity.csv").is_file():
             with open(folder / "linearity.csv", newline="") as table:
-                curves.append((folder.name, list(csv.DictReader(table))))
+                curves.append((name, list(csv.DictReader(table))))
     for name, rows in curves:
         out += [
             "",

@@ -97,16 +97,18 @@ def _shaft(scene, tip, start, r, offset):
     axis = (tip - start) / length
     if axis[1] != 0:
         raise UserError(f"{scene.name}: the shaft must lie in a plane y = constant")
-    inset = 0.0 if scene.shaft_leaves_box() else r
+    tip_inset = 0.0 if scene.load.has_flat_ends else r
+    inset = 0.0 if scene.shaft_leaves_box() else tip_inset
     cylinder, tip_end, start_end = (str(offset + n) for n in (3, 4, 5))
-    parts = [tip_end]
+    lines, parts = [], []
     # Built along z with the tip at the origin. Half-spheres share a disc with the cylinder: no tangent surfaces to
     # intersect.
-    lines = [f"Sphere({tip_end}) = {{0, 0, {-r:.12g}, {r:.12g}, 0, Pi/2, 2*Pi}};"]
-    if length - r - inset > 1e-9:
-        lines.append(
-            f"Cylinder({cylinder}) = {{0, 0, {-(length - inset):.12g}, 0, 0, {length - r - inset:.12g}, {r:.12g}}};"
-        )
+    if tip_inset > 0:
+        lines.append(f"Sphere({tip_end}) = {{0, 0, {-r:.12g}, {r:.12g}, 0, Pi/2, 2*Pi}};")
+        parts.append(tip_end)
+    middle = length - tip_inset - inset
+    if middle > 1e-9:
+        lines.append(f"Cylinder({cylinder}) = {{0, 0, {-(length - inset):.12g}, 0, 0, {middle:.12g}, {r:.12g}}};")
         parts.append(cylinder)
     if inset > 0:
         lines.append(f"Sphere({start_end}) = {{0, 0, {-(length - inset):.12g}, {r:.12g}, -Pi/2, 0, 2*Pi}};")
@@ -148,11 +150,12 @@ def _sizes(scene, factor):
 
 
 def _distance(start, tip, r):
-    """gmsh's formula for the distance to a round-ended cylinder's surface, to a segment or a point with r = 0."""
+    """gmsh's formula for the distance to a round-ended cylinder's surface (about that to a flat-ended one's), to a
+    segment or a point with r = 0."""
     length = np.linalg.norm(tip - start)
     axis = (tip - start) / length if length > 0 else np.array([0.0, 0, 1])
     centre = tip - axis * length / 2
-    reach = length / 2 - r
+    reach = max(length / 2 - r, 0.0)
     along = "+".join(f"({a:.12g})*({x}-({o:.12g}))" for a, x, o in zip(axis, "xyz", centre))
     # along the axis, past the shaft's ends
     beyond = f"((abs(abs({along})-{reach:.12g})+abs({along})-{reach:.12g})/2)"

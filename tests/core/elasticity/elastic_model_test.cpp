@@ -41,8 +41,12 @@ INSTANTIATE_TEST_SUITE_P(
                     StoredScene{"oblique_homogeneous", 1.69}, StoredScene{"lateral_homogeneous", 2.54},
                     StoredScene{"push_stiff", 9.94}, StoredScene{"straight_stiff", 3.38},
                     StoredScene{"oblique_stiff", 2.17}, StoredScene{"lateral_stiff", 2.76},
-                    StoredScene{"free_face_homogeneous", 2.32}, StoredScene{"free_face_stiff_lateral", 2.19}),
-    [](const auto& test) { return std::string(test.param.name); });
+                    StoredScene{"free_face_homogeneous", 2.32}, StoredScene{"free_face_stiff_lateral", 2.19},
+                    StoredScene{"short_contacts/disc_along", 1.61},
+                    StoredScene{"short_contacts/disc_across", 3.37},
+                    StoredScene{"short_contacts/cylinder_along", 5.69},
+                    StoredScene{"short_contacts/cylinder_across", 11.13}),
+    [](const auto& test) { return std::filesystem::path(test.param.name).filename().string(); });
 
 }  // namespace
 }  // namespace brachy
