@@ -2,6 +2,7 @@
 #include <set>
 
 #include "apps/study/ticks/large_motion.h"
+#include "apps/study/ticks/tick_errors.h"
 #include "tests/apps/reference_run.h"
 
 namespace brachy {
@@ -77,6 +78,29 @@ TEST(Ticks, EveryLevelHasARowWithItsLandmarksMet) {
   EXPECT_EQ(rows.count("thin_plate_walls sphere_2"), 4u);
   EXPECT_EQ(rows.count("psi31 insertion_10"), 1u);
   EXPECT_EQ(rows.count("thin_plate_walls insertion_10"), 0u);  // a spline knows no forces
+}
+
+// More landmarks than a tick has time for, and than a scene has by default: the tissue lags by some ticks of the hand's
+// way, wherever that begins, and by no more.
+TEST(Ticks, TheNeedleComesToALevelAtAHandsSpeed) {
+  LargeMotion crowded = load_large_motion(kLargeMotions / "two_needles");
+  const auto shaft = static_cast<std::ptrdiff_t>(crowded.landmarks.size() / 2);
+  for (LargeMotion::Level& level : crowded.levels) level.spreads.resize(static_cast<std::size_t>(4 * shaft));
+  for (std::ptrdiff_t i = 2 * shaft; i-- > 0;) {
+    const auto at = static_cast<std::size_t>(i);
+    crowded.landmarks.insert(crowded.landmarks.begin() + i, crowded.landmarks[at] + Vec3(0, 0, 1.5));
+    for (LargeMotion::Level& level : crowded.levels)
+      level.displacements.insert(level.displacements.begin() + i, Vec3(level.displacements[at]));
+  }
+  const auto last_row = [](const LargeMotion& motion) {
+    return measure_ticks({.name = "elastic", .kernel = "elastic"}, motion).back();
+  };
+  const TickRow after_others = last_row(crowded);
+  ASSERT_EQ(after_others.error, "");
+  EXPECT_TRUE(after_others.is_late);
+  crowded.levels.erase(crowded.levels.begin(), crowded.levels.end() - 1);
+  const TickRow alone = last_row(crowded);
+  EXPECT_NEAR(alone.rel_l2, after_others.rel_l2, 0.02);
 }
 
 TEST(Ticks, WhatThereIsNotIsRefusedByName) {

@@ -12,6 +12,7 @@
 #include "apps/study/compare/match_points.h"
 #include "apps/study/compare/timing.h"
 #include "core/models/matrix_kernel/matrix_models.h"
+#include "core/models/step_flag.h"
 #include "core/scene/load_simulation_model.h"
 #include "core/scene/load_tissue.h"
 #include "core/simulation/make_guarded_field.h"
@@ -23,6 +24,7 @@ namespace {
 constexpr double kSupports[] = {6, 8, 12, 16, 24, 32, 48, 64, 96};
 
 constexpr double kAtRest = 1e-3;  // mm a tick
+constexpr double kHand = 0.25;    // mm a tick: 50 mm/s at 200 Hz
 
 TickRow row_of(const LargeMotion& motion, const LargeMotion::Level& level, const std::string& model) {
   TickRow row;
@@ -64,6 +66,9 @@ class ShownField {
     }
     if (!scene.regions.empty()) scene.tissue.phantom_size_mm = 2 * scene.regions.front().semi_axes_mm;
     scene.tissue.points = scene.tissue.phantom_surface_vertices;
+    // A reference may have more needles than its scene, and their landmarks closer.
+    const int landmarks = static_cast<int>(motion.landmarks.size());
+    scene.contact.max_landmarks = std::max(scene.contact.max_landmarks, landmarks);
     const Tissue phantom = load_tissue(scene).tissue;
     model_ = load_simulation_model(scene, build_tissue({phantom.rest_vertices, phantom.triangles}, points));
     for (const Vec3& anchor : model_->anchors.positions())
@@ -74,6 +79,22 @@ class ShownField {
     field_ = make_guarded_field(*model_);
     const std::span<const Vec3> vertices = model_->tissue.rest_vertices;
     order_ = match_points(vertices.subspan(model_->tissue.surface_count), points);
+  }
+
+  /// update() in every tick of a hand's straight way from the displacements `from` to `to` (m each, mm). What a tick
+  /// has no time for, by count, is then as old as a user sees it.
+  void approach(const std::vector<Vec3>& from, const std::vector<Vec3>& to,
+                const std::vector<LandmarkSpread>& spreads) {
+    double way = 0;
+    for (std::size_t i = 0; i < to.size(); ++i) way = std::max(way, (to[i] - from[i]).norm());
+    const int ticks = std::max(1, static_cast<int>(std::ceil(way / kHand)));
+    std::vector<Vec3> d = to;
+    for (int tick = 1; tick < ticks; ++tick) {
+      const double share = static_cast<double>(tick) / ticks;
+      for (std::size_t i = 0; i < d.size(); ++i) d[i] = from[i] + share * (to[i] - from[i]);
+      update(d, spreads);
+    }
+    update(to, spreads);
   }
 
   /// Evaluates the field of displacements (m, mm). Throws std::runtime_error where the model refuses them.
@@ -185,10 +206,12 @@ std::vector<TickRow> measure_ticks(const ShownModel& model, const LargeMotion& m
   std::vector<TickRow> rows;
   try {
     ShownField shown(model, motion);
+    std::vector<Vec3> last(motion.landmarks.size(), Vec3::Zero());
     for (const LargeMotion::Level& level : motion.levels) {
       const std::vector<Vec3> displacements =
           motion.is_by_forces ? shown.displacements_of(level.forces, level.spreads) : level.displacements;
-      shown.update(displacements, level.spreads);
+      shown.approach(last, displacements, level.spreads);
+      last = displacements;
       TickRow& row = rows.emplace_back(row_of(motion, level, model.name));
       row.kernel = model.kernel;
       row.support_mm = model.support_mm;
@@ -205,6 +228,7 @@ std::vector<TickRow> measure_ticks(const ShownModel& model, const LargeMotion& m
       row.vertex_det = certificate.vertex_det;
       row.held_mm = certificate.held_mm;
       row.substeps = certificate.substeps;
+      row.is_late = (shown.field().flags() & kStepLate) != 0;
       if (model.repeats == 0) continue;
       row.evaluation_ms =
           evaluation_ms(displacements, model.repeats, [&, k = 0](const std::vector<Vec3>& d) mutable {

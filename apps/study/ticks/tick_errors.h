@@ -43,6 +43,7 @@ struct TickRow {
   double vertex_det = 1;  ///< least det(I + ∇u) at the tissue's vertices
   double held_mm = 0;     ///< clamped
   unsigned substeps = 1;  ///< composed
+  bool is_late = false;   ///< some of the tissue is an earlier tick's
   /// Median time of an update or evaluation of 14,560 points (of a surface's 1,600), one thread; of a needle under
   /// forces with its tip advancing. 0: not timed.
   double evaluation_ms = 0;
@@ -50,7 +51,8 @@ struct TickRow {
 };
 
 /// What a tick of the daemon shows by the scene's default policy: the vertices of a tissue with the reference's points.
-/// One row a level.
+/// The needle comes to a level from the one before it, at 50 mm/s, tick by tick; the row is of the tick in which it is
+/// there. One row a level.
 std::vector<TickRow> measure_ticks(const ShownModel& model, const LargeMotion& motion);
 
 /// A comparator's field at the same points; `repeats` evaluations are timed. Not for motions by forces.

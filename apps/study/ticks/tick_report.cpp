@@ -33,6 +33,7 @@ Json to_json(const TickRow& row) {
   json["vertex_det"] = row.vertex_det;
   json["held_mm"] = row.held_mm;
   json["substeps"] = row.substeps;
+  json["late"] = row.is_late;
   return json;
 }
 
