@@ -47,7 +47,7 @@ class MatrixComposition : public Composition {
  private:
   // A fifth of the way to a fold: two or three steps for a needle's large motions. More converge to a flow, not to a
   // hyperelastic solid.
-  static constexpr double kReach = 0.205;
+  static constexpr double kReach = 0.2;
   // Of a correction's force, in needle radii and no more than landmarks' distances allow, so that each is local.
   static constexpr double kWidestCore = 4, kLeastCore = 0.5, kOfDistance = 0.5;
   static constexpr double kCorrectionReach = 0.6;

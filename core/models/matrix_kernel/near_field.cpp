@@ -14,6 +14,12 @@ namespace {
 
 constexpr double kCoaxial = 1e-6;  // mm, and radians: rings on one axis
 
+// s of a point that stands for a ring. Its points have the variance R²/2 in each of two directions, R²/3 averaged over
+// all; Kelvin's solution with that is the one of s + 2 R²/3, as for pairs (NearField::Piece).
+double spread_of(const NeedleRings::Ring& ring) {
+  return ring.core.s + 2 * ring.radius * ring.radius / 3;
+}
+
 }  // namespace
 
 CompactShape shape_of(const CompactKernel& kernel) {
@@ -87,7 +93,7 @@ void NearField::add_ring(const NeedleRings& rings, const NeedleRings::Ring& ring
                          const Vec3& force, const Vec3& centre,
                          std::vector<NearSource>& sources) const noexcept {
   if (ring.core.counter_s > 0) add_source({ring.centre, -force, ring.core.counter_s}, centre, sources);
-  if (as_one) return add_source({ring.centre, force, ring.core.s}, centre, sources);
+  if (as_one) return add_source({ring.centre, force, spread_of(ring)}, centre, sources);
   const Eigen::Vector3f g = of_loops(force / static_cast<double>(ring.count));
   const auto square = static_cast<float>(ring.core.s);
   for (const Vec3& at : rings.points(ring)) {
@@ -126,7 +132,8 @@ void NearField::take_pieces(const NeedleRings& rings, std::span<const Vec3> ring
     }
     for (std::size_t k = 0; k < 2 && arm > 0; ++k) {
       const double side = k == 0 ? -1 : 1;
-      piece.whole[k] = {centre + side * arm * ring.axis, 0.5 * (force + side / arm * moment), ring.core.s};
+      piece.whole[k] = {centre + side * arm * ring.axis, 0.5 * (force + side / arm * moment),
+                        spread_of(ring)};
     }
     take_pairs(all, ring_forces, piece);
     pieces.push_back(piece);
@@ -227,7 +234,7 @@ Mat3 NearField::gradient_at(const Vec3& X, const NeedleRings& rings, std::span<c
         [&](const NeedleRings::Ring& ring, const Vec3& force, bool is_far) {
           if (ring.core.counter_s > 0) A -= gradient(X - ring.centre, ring.core.counter_s, force);
           if (is_far) {
-            A += gradient(X - ring.centre, ring.core.s, force);
+            A += gradient(X - ring.centre, spread_of(ring), force);
             return;
           }
           const Vec3 share = force / static_cast<double>(ring.count);

@@ -25,7 +25,7 @@ CompactShape shape_of(const CompactKernel& kernel);
 class NearField {
  public:
   static constexpr double kFarRadii =
-      8;  ///< from here on a ring is its centre: 0.7 % of its field there (tests)
+      8;  ///< from here on a ring is its centre: 0.5 % of its field there (tests)
 
   /// The kernel must outlive this. `weight`: w of the modulus that near parts are weighted for (remainder.h).
   NearField(const Tissue& tissue, const ElasticKernel& kernel, double weight, SimdTarget target);
@@ -54,7 +54,7 @@ class NearField {
   /// lie as far aside of it as they do along the shaft where rings lie √2 radii apart, and Kelvin's solution averaged
   /// over all directions with the variance v is the one of s + 2 v.
   struct Piece {
-    static constexpr double kFarPieces = 1.75;  ///< lengths: 0.3 % of the piece's field there (tests)
+    static constexpr double kFarPieces = 1.75;  ///< lengths: 0.2 % of the piece's field there (tests)
     static constexpr double kFarPairs = 4;      ///< radii: 0.6 % of the pair's field there (tests)
     static constexpr double kEven =
         0.2;  ///< of the variance aside: pairs whose variance along differs more are none
