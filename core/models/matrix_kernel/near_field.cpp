@@ -151,7 +151,7 @@ void NearField::take_pairs(std::span<const NeedleRings::Ring> rings, std::span<c
     if (std::abs(along - aside) > Piece::kEven * aside) return;
     const double size2 = force.squaredNorm();
     const double t = size2 > 0 ? std::clamp(forces[r + 1].dot(force) / size2, 0.0, 1.0) : 0.5;
-    piece.pairs[k] = {a.centre + t * way, force, 0.5 * (a.core.s + b.core.s) + 2 * (2 * aside + along) / 3};
+    piece.pairs[k] = {a.centre + t * way, force, 0.5 * (spread_of(a) + spread_of(b)) + 2 * along / 3};
     piece.pair_count = k + 1;
   }
 }
