@@ -123,6 +123,10 @@ TEST_F(DaemonUltrasound, GoesOnAfterAResetAndWithAnotherModel) {
   const std::uint64_t before = boss.images.back().tick;
   boss.client.control(control);
   ASSERT_TRUE(until_image([&](const auto& image) { return image.tick < before && image.flags == 0; }));
+  // An image may come before the snapshot that ends the reset; until then another change is refused.
+  ASSERT_TRUE(boss.until([&] {
+    return std::ranges::any_of(boss.events, [](const auto& e) { return e.kind == net::EventKind::kReset; });
+  }));
   control.action = net::ControlAction::kModel;
   control.support_radius_mm = 18;
   boss.client.control(control);
