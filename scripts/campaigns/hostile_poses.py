@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """What scripts/campaigns/hostile_poses.sh plays, and what it makes of the outcome. Standard library only.
 
+  hostile_poses.py scene NEEDLES > scene.toml
   hostile_poses.py trajectory NEEDLES SEED > trajectory.csv
   hostile_poses.py judge NEEDLES daemon.json
   hostile_poses.py offline SCRIPTS path/to/brachy      all scripts by the simulator alone, one a core: no time is judged
@@ -20,6 +21,10 @@ RATE_HZ = 200
 PITCH_MM = 8.0
 PERIOD_MS = 5.0
 HEADER = "t_s,m00,m01,m02,m03,m10,m11,m12,m13,m20,m21,m22,m23,needle"
+
+
+def scene_of(needles):
+    return f'name = "hostile poses"\n[needle]\ncount = {needles}\n'
 
 
 def rotation(tilt, turn, roll):
@@ -105,7 +110,7 @@ def judge(needles, file):
 def replay(brachy, folder, needles, seed):
     """What `brachy replay --offline` says of one script."""
     scene, trajectory = (pathlib.Path(folder) / f"{needles}_{seed}.{end}" for end in ("toml", "csv"))
-    scene.write_text(f'name = "hostile poses"\n[needle]\ncount = {needles}\n', encoding="utf-8")
+    scene.write_text(scene_of(needles), encoding="utf-8")
     with open(trajectory, "w", encoding="utf-8") as file:
         write_trajectory(needles, seed, file)
     command = [brachy, "replay", trajectory, "--offline", "--config", scene, "--json"]
@@ -141,7 +146,9 @@ def play_offline(scripts, brachy):
 
 
 if __name__ == "__main__":
-    if len(sys.argv) == 4 and sys.argv[1] == "trajectory":
+    if len(sys.argv) == 3 and sys.argv[1] == "scene":
+        print(scene_of(int(sys.argv[2])), end="")
+    elif len(sys.argv) == 4 and sys.argv[1] == "trajectory":
         write_trajectory(int(sys.argv[2]), int(sys.argv[3]))
     elif len(sys.argv) == 4 and sys.argv[1] == "judge":
         sys.exit(judge(int(sys.argv[2]), sys.argv[3]))

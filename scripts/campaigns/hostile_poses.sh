@@ -29,7 +29,7 @@ trap 'kill_daemon; rm -r "$work"' EXIT
 
 status=0
 for needles in 1 4 16; do
-  printf 'name = "hostile poses"\n[needle]\ncount = %d\n' "$needles" >"$work/scene.toml"
+  /usr/bin/python3 $player scene "$needles" >"$work/scene.toml"
   start_daemon "$work" --config "$work/scene.toml" --port 0 --control-thread --json
   for ((script = first / 3; script < first / 3 + (scripts + 2) / 3; ++script)); do
     /usr/bin/python3 $player trajectory "$needles" "$script" >"$work/trajectory.csv"

@@ -103,6 +103,13 @@ TEST(Ticks, TheNeedleComesToALevelAtAHandsSpeed) {
   EXPECT_NEAR(alone.rel_l2, after_others.rel_l2, 0.02);
 }
 
+TEST(Ticks, AWayThatNoHandGoesIsAnErrorOfItsRows) {
+  LargeMotion motion = load_large_motion(kLargeMotions / "indentation");
+  motion.levels.back().displacements = {1e6 * Vec3::UnitZ()};
+  for (const TickRow& row : measure_ticks({.name = "elastic", .kernel = "elastic"}, motion))
+    EXPECT_NE(row.error.find("move by 999994 mm"), std::string::npos) << row.error;
+}
+
 TEST(Ticks, WhatThereIsNotIsRefusedByName) {
   EXPECT_TRUE(refused_in_one_line(run_brachy({"ticks", "--scenes", "drift"}), {"--scenes", "drift", "drag"}));
   EXPECT_TRUE(refused_in_one_line(run_brachy({"ticks", "--models", "gel"}), {"--models", "gel", "elastic"}));

@@ -23,8 +23,9 @@ namespace {
 // mm, of the ψ kernels that "auto" chooses among; 12 is the default.
 constexpr double kSupports[] = {6, 8, 12, 16, 24, 32, 48, 64, 96};
 
-constexpr double kAtRest = 1e-3;  // mm a tick
-constexpr double kHand = 0.25;    // mm a tick: 50 mm/s at 200 Hz
+constexpr double kAtRest = 1e-3;    // mm a tick
+constexpr double kHand = 0.25;      // mm a tick: 50 mm/s at 200 Hz
+constexpr double kFarthest = 1000;  // mm, of a hand's way: 20 s
 
 TickRow row_of(const LargeMotion& motion, const LargeMotion::Level& level, const std::string& model) {
   TickRow row;
@@ -82,11 +83,15 @@ class ShownField {
   }
 
   /// update() in every tick of a hand's straight way from the displacements `from` to `to` (m each, mm). What a tick
-  /// has no time for, by count, is then as old as a user sees it.
+  /// has no time for, by count, is then as old as a user sees it. Throws std::runtime_error for a way of more than
+  /// kFarthest, and as update.
   void approach(const std::vector<Vec3>& from, const std::vector<Vec3>& to,
                 const std::vector<LandmarkSpread>& spreads) {
     double way = 0;
     for (std::size_t i = 0; i < to.size(); ++i) way = std::max(way, (to[i] - from[i]).norm());
+    if (!(way <= kFarthest))
+      throw std::runtime_error(
+          fmt::format("the landmarks move by {:g} mm to the next level, at most {:g}", way, kFarthest));
     const int ticks = std::max(1, static_cast<int>(std::ceil(way / kHand)));
     std::vector<Vec3> d = to;
     for (int tick = 1; tick < ticks; ++tick) {
