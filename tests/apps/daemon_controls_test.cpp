@@ -32,11 +32,6 @@ class Operator : public Peer {
   bool until_state(Condition&& condition) {
     return until([&] { return !states.empty() && condition(states.back().controls); });
   }
-  bool has_event(net::EventKind kind, const std::string& part) const {
-    return std::ranges::any_of(events, [&](const net::EventMessage& e) {
-      return e.kind == kind && e.text.find(part) != std::string::npos;
-    });
-  }
 };
 
 Scene with_script() {

@@ -124,9 +124,7 @@ TEST_F(DaemonUltrasound, GoesOnAfterAResetAndWithAnotherModel) {
   boss.client.control(control);
   ASSERT_TRUE(until_image([&](const auto& image) { return image.tick < before && image.flags == 0; }));
   // An image may come before the snapshot that ends the reset; until then another change is refused.
-  ASSERT_TRUE(boss.until([&] {
-    return std::ranges::any_of(boss.events, [](const auto& e) { return e.kind == net::EventKind::kReset; });
-  }));
+  ASSERT_TRUE(boss.until([&] { return boss.has_event(net::EventKind::kReset); }));
   control.action = net::ControlAction::kModel;
   control.support_radius_mm = 18;
   boss.client.control(control);

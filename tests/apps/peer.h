@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <boost/asio/io_context.hpp>
 #include <chrono>
 #include <map>
@@ -78,6 +79,13 @@ class Peer {
     const std::int64_t stamp_ns = monotonic_ns();
     client.send_pose(X_WN, stamp_ns);
     return until([&] { return !frames.empty() && last().message.input_stamp_ns == stamp_ns; });
+  }
+
+  /// Whether an event of this kind came that has `part` in its text.
+  bool has_event(net::EventKind kind, const std::string& part = "") const {
+    return std::ranges::any_of(events, [&](const net::EventMessage& e) {
+      return e.kind == kind && e.text.find(part) != std::string::npos;
+    });
   }
 
   /// The newest STATE, on request.

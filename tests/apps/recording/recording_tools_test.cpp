@@ -272,10 +272,7 @@ TEST_F(RecordingTools, WhatAnOperatorDidIsSeenInARecording) {
       boss.until([&] { return boss.refresh_state() && boss.states.back().controls.support_radius_mm == 8; }));
   control.action = net::ControlAction::kReset;
   boss.client.control(control);
-  ASSERT_TRUE(boss.until([&] {
-    return std::ranges::any_of(
-        boss.events, [](const net::EventMessage& event) { return event.kind == net::EventKind::kReset; });
-  }));
+  ASSERT_TRUE(boss.until([&] { return boss.has_event(net::EventKind::kReset); }));
   const std::size_t seen = boss.frames.size();
   ASSERT_TRUE(boss.until([&] { return boss.frames.size() > seen + 2 && boss.last().message.tick > 20; }));
   record.send_signal(SIGINT);
