@@ -35,9 +35,14 @@ struct Beam {
   double slope_compliance(double s, double t) const {
     return unguided_slope(s, t) - (guide_mm > 0 ? unguided_slope(s, guide_mm) * guide_share(t) : 0);
   }
-  /// Share of a force at t that the guide takes.
+  /// Share of a force at t that the guide takes; and how far t goes for each mm that the guide is moved across.
   double guide_share(double t) const {
     return guide_mm > 0 ? unguided(guide_mm, t) / unguided(guide_mm, guide_mm) : 0;
+  }
+
+  /// The derivative of guide_share with respect to t: the slope there for each mm that the guide is moved, 1/mm.
+  double guide_slope(double t) const {
+    return guide_mm > 0 ? unguided_slope(t, guide_mm) / unguided(guide_mm, guide_mm) : 0;
   }
 
   /// The compliance without the guide.

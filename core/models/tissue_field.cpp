@@ -66,25 +66,25 @@ void TissueField::axial_stiffness(std::size_t first, std::span<const Vec3> axes,
   H *= options_.force_scale;
 }
 
-void TissueField::rigid_stiffness(std::span<const std::uint32_t> group_of, std::span<const Vec3> directions,
+void TissueField::rigid_stiffness(std::span<const std::uint32_t> group_of, std::span<const Vec3> motions,
                                   std::span<double> stiffness) noexcept {
   assert(factorized_.is_known && group_of.size() == factorized_.positions.size() &&
-         stiffness.size() == directions.size());
-  do_rigid_stiffness(group_of, directions, stiffness);
+         motions.size() == group_of.size());
+  do_rigid_stiffness(group_of, motions, stiffness);
   for (double& k : stiffness) k *= options_.force_scale;
 }
 
 void TissueField::do_rigid_stiffness(std::span<const std::uint32_t> group_of,
-                                     std::span<const Vec3> directions, std::span<double> stiffness) noexcept {
+                                     std::span<const Vec3> motions, std::span<double> stiffness) noexcept {
   unit_forces_.resize(group_of.size());
-  for (std::size_t g = 0; g < directions.size(); ++g) {
+  for (std::size_t g = 0; g < stiffness.size(); ++g) {
     unit_.assign(group_of.size(), Vec3::Zero());
     for (std::size_t l = 0; l < group_of.size(); ++l)
-      if (group_of[l] == g) unit_[l] = directions[g];
+      if (group_of[l] == g) unit_[l] = motions[l];
     do_solve(unit_, unit_forces_);
     stiffness[g] = 0;
     for (std::size_t l = 0; l < group_of.size(); ++l)
-      if (group_of[l] == g) stiffness[g] += directions[g].dot(unit_forces_[l]);
+      if (group_of[l] == g) stiffness[g] += motions[l].dot(unit_forces_[l]);
   }
 }
 

@@ -54,10 +54,11 @@ class TissueField : public DisplacementField, public CertifiableField {
   /// the matrix-valued ones.
   void axial_stiffness(std::size_t first, std::span<const Vec3> axes, Eigen::Ref<Eigen::MatrixXd> H) noexcept;
 
-  /// How stiff the factorized landmarks are in groups that move as one: stiffness_g = Σ directions_g · f, N/mm, of the
-  /// forces f that move group g by 1 mm along directions_g (unit) while all other landmarks are held. `group_of` (n):
-  /// each landmark's, or kNoGroup; groups are numbered in the order of their first landmarks, at most 32.
-  void rigid_stiffness(std::span<const std::uint32_t> group_of, std::span<const Vec3> directions,
+  /// How stiff the factorized landmarks are in groups that move together: stiffness_g = Σ motions_i · f_i, N/mm, of the
+  /// forces f that move the landmarks i of group g by `motions` (n, 1 for each mm of the group's) while all others are
+  /// held. `group_of` (n): each landmark's, or kNoGroup; groups are numbered in the order of their first landmarks, at
+  /// most 32.
+  void rigid_stiffness(std::span<const std::uint32_t> group_of, std::span<const Vec3> motions,
                        std::span<double> stiffness) noexcept;
   static constexpr std::uint32_t kNoGroup = ~0u;
 
@@ -76,6 +77,7 @@ class TissueField : public DisplacementField, public CertifiableField {
   void rescale(double scale) noexcept;
 
   Evaluation evaluation() const { return evaluation_; }  ///< of the last evaluate
+  bool gives_way() const { return options_.gives_way; }  ///< whether a compliance can be given
 
   /// Condition number of the factorized landmarks' system, 1-norm, estimated each time that the set changes; 1 for no
   /// landmarks. Above FactorStatus::kMaxCondition factorize fails and the last set's condition is kept.
@@ -111,7 +113,7 @@ class TissueField : public DisplacementField, public CertifiableField {
   virtual void do_project_inverse(std::size_t first, std::span<const Vec3> axes,
                                   Eigen::Ref<Eigen::MatrixXd> H) noexcept = 0;
   /// rigid_stiffness, unscaled. Here with a solve for each group.
-  virtual void do_rigid_stiffness(std::span<const std::uint32_t> group_of, std::span<const Vec3> directions,
+  virtual void do_rigid_stiffness(std::span<const std::uint32_t> group_of, std::span<const Vec3> motions,
                                   std::span<double> stiffness) noexcept;
   /// Finds the weights (n) of displacements() and evaluates the field. `is_new_set`: positions() have changed since the
   /// last call, and are the factorized ones.

@@ -26,8 +26,10 @@ struct NeedleSettings {
   double bevel_force_share = 0;
   std::size_t locking_count = 0;  ///< needles that lock the gland: the last so many of them
   double bevel_deg = 0;           ///< where it pushes the tip: about the shaft, from the pose's +x towards +y
-  std::string guide_at =
-      "none";  ///< what holds the shaft across: "template", where it passes the holes' plane
+  static constexpr const char* kGuideInHand = "hand";
+  /// What holds the shaft across where it passes the plane of the holes: "template", a hole fixed in the world; "hand",
+  /// one that goes with the hand; "none"
+  std::string guide_at = "none";
 
   bool operator==(const NeedleSettings&) const = default;
 };

@@ -51,7 +51,7 @@ ContactSolve::ContactSolve(std::size_t max_landmarks, double period_s)
     : solver_(max_landmarks), period_s_(period_s) {
   const auto n = static_cast<Eigen::Index>(max_landmarks);
   stiffness_.resize(n, n);
-  for (auto* v : {&axes_, &reactions_, &directions_, &relaxed_, &yielded_}) v->reserve(max_landmarks);
+  for (auto* v : {&axes_, &reactions_, &directions_, &motions_, &relaxed_, &yielded_}) v->reserve(max_landmarks);
   for (auto* v : {&along_, &across_, &stiffnesses_}) v->reserve(max_landmarks + 1);
   group_of_.reserve(max_landmarks);
   instruments_.reserve(max_landmarks);
@@ -62,8 +62,13 @@ ContactSolve::ContactSolve(std::size_t max_landmarks, double period_s)
 
 FactorStatus ContactSolve::solve(std::uint64_t tick, std::span<NeedleContact> needles, ProbeContact* probe,
                                  LandmarkSet& landmarks, TissueField& field, std::uint32_t& flags) noexcept {
-  if (const FactorStatus status = factorize(landmarks, field, flags); !status) return status;
   body_motion_.setZero();
+  if (const FactorStatus status = factorize(landmarks, field, flags); !status) {
+    for (NeedleContact& needle : needles)
+      needle.landmarks().empty() ? needle.finish(tick, period_s_, 0, 0) : needle.finish_unsolved(tick, period_s_);
+    if (probe) probe->skip();
+    return status;
+  }
   const auto clear = [](NeedleLandmark& landmark) {
     landmark.reaction_n.setZero();
     landmark.slip_mm = 0;
@@ -150,14 +155,15 @@ void ContactSolve::find_slips(std::span<NeedleContact> needles, ProbeContact* pr
   }
 }
 
-// The forces that move each needle's landmarks together by 1 mm while all others are held. Along a needle all its
-// landmarks have its axis, and H knows it.
+// The forces that move each needle's landmarks together by 1 mm of the hand while all others are held. Along a needle
+// all its landmarks have its axis, and H knows it; but for those that it pushes from the side.
 void ContactSolve::find_stiffnesses(std::span<const NeedleContact> needles, const ProbeContact* probe,
                                     const LandmarkSet& landmarks, TissueField& field) noexcept {
   along_.assign(needles.size() + 1, 0);
   across_.assign(needles.size() + 1, 0);
   if (landmarks.owners.empty()) return;
   group_of_.assign(landmarks.positions.size(), TissueField::kNoGroup);
+  motions_.assign(landmarks.positions.size(), Vec3::Zero());
   instruments_.clear();
   directions_.clear();
   const std::size_t count = landmarks.owners.size();
@@ -166,18 +172,23 @@ void ContactSolve::find_stiffnesses(std::span<const NeedleContact> needles, cons
     auto known = std::ranges::find(instruments_, of);
     const auto group = static_cast<std::uint32_t>(known - instruments_.begin());
     group_of_[landmarks.anchors + i] = group;
-    if (known != instruments_.end()) continue;
-    instruments_.push_back(of);
-    directions_.push_back(of == needles.size() ? probe->direction() : needles[of].axis().unitOrthogonal());
+    const bool is_new = known == instruments_.end();
+    if (is_new) {
+      instruments_.push_back(of);
+      directions_.push_back(of == needles.size() ? probe->direction() : needles[of].lateral_direction());
+    }
+    const double share = of == needles.size() ? 1 : needles[of].share_of_hand(*owned_[i]);
+    motions_[landmarks.anchors + i] = share * directions_[group];
   }
   stiffnesses_.resize(directions_.size());
-  field.rigid_stiffness(group_of_, directions_, stiffnesses_);
+  field.rigid_stiffness(group_of_, motions_, stiffnesses_);
   for (std::size_t g = 0; g < instruments_.size(); ++g)
     (instruments_[g] == needles.size() ? along_ : across_)[instruments_[g]] = stiffnesses_[g];
+  const auto is_along = [&](std::size_t i) { return axes_[i] == needles[landmarks.owners[i].needle].axis(); };
   for (std::size_t j = 0; j < count; ++j)
     for (std::size_t i = 0; i < count; ++i)
       if (landmarks.owners[i].needle == landmarks.owners[j].needle &&
-          landmarks.owners[i].needle < needles.size())
+          landmarks.owners[i].needle < needles.size() && is_along(i) && is_along(j))
         along_[landmarks.owners[i].needle] +=
             stiffness_(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j));
 }

@@ -45,8 +45,8 @@ class ContactSolve {
 
   /// `landmarks` has the needles' landmarks where they would be if they stuck; on return, where they are. Reactions and
   /// slips go to the needles, which then finish their tick. Sets the solver's StepFlag bits in `flags`. Unless it
-  /// returns kOk, nothing was changed except that landmarks were left out, which is flagged.
-  /// `probe`: null where there is none.
+  /// returns kOk, the needles go on without a solution (NeedleContact::finish_unsolved), nothing holds the probe, and
+  /// the field is as it was. `probe`: null where there is none.
   FactorStatus solve(std::uint64_t tick, std::span<NeedleContact> needles, ProbeContact* probe,
                      LandmarkSet& landmarks, TissueField& field, std::uint32_t& flags) noexcept;
   /// Where the body goes under the last solve's reactions (LandmarkCompliance::body_motion).
@@ -68,6 +68,7 @@ class ContactSolve {
   std::vector<std::uint32_t> group_of_;   // of each landmark, for the field
   std::vector<std::size_t> instruments_;  // of each group …
   std::vector<Vec3> directions_;          // … and where it is moved
+  std::vector<Vec3> motions_;             // of each landmark, by 1 mm of its group's
   std::vector<double> stiffnesses_;
   std::vector<Vec3> relaxed_;           // of all landmarks, N
   std::vector<Vec3> yielded_;           // what needles and body have given back for it, mm

@@ -18,7 +18,7 @@ namespace brachy {
 /// at once when the needle turns (Karnopp's stick and slip). Where axial_min_n is 0 the tissue only pushes,
 /// and contact_point stays when the needle leaves. Where is_capsule is set, reaching axial_max_n punctures:
 /// from then on after_puncture_n limits.
-/// Across the shaft: lateral_n − lateral_stiffness (tip − reference_tip)_⊥, while there is contact.
+/// Besides, while there is contact: lateral_n − lateral_stiffness (tip − reference_tip)_⊥.
 struct LocalContactModel {
   std::uint64_t tick = 0;               ///< that it belongs to; 0: none
   bool in_contact = false;              ///< false: no force; contact_point may describe a capsule ahead
@@ -31,7 +31,8 @@ struct LocalContactModel {
   double axial_min_n = 0;               ///< ≤ 0: minus the friction bound
   double axial_max_n = 0;               ///< friction bound and cutting force, or puncture force
   double after_puncture_n = 0;          ///< axial_max_n once the capsule is through
-  Vec3 lateral_n = Vec3::Zero();        ///< on the needle at reference_tip, across the axis
+  /// on the needle at reference_tip, across the axis; and what a template's hole does along it to a bent needle
+  Vec3 lateral_n = Vec3::Zero();
   double lateral_stiffness_n_per_mm = 0;
   double time_to_live_s = 0.05;  ///< from arrival on; then the force goes to 0
 

@@ -14,7 +14,7 @@ constexpr double kLeastArc = 1;      // mm from the hub or the tip within which 
 
 NeedleBend::NeedleBend(const NeedleSettings& needle, std::optional<double> guide_z_mm,
                        std::size_t max_landmarks)
-    : guide_z_(guide_z_mm) {
+    : guide_z_(guide_z_mm), goes_with_hand_(needle.guide_at == NeedleSettings::kGuideInHand) {
   loads_.reserve(max_landmarks);
   beam_.length_mm = needle.length_mm;
   beam_.bending_stiffness_nmm2 =
@@ -32,9 +32,27 @@ void NeedleBend::begin(const RigidTransform& X_BN, const RigidTransform& X_WN) n
   tip_ = X_BN.p;
   bevel_direction_ = bevel_cos_ * X_BN.R.col(0) + bevel_sin_ * X_BN.R.col(1);
   beam_.guide_mm = 0;
-  if (!guide_z_ || X_WN.R(2, 2) == 0) return;
-  const double guide = beam_.length_mm - (X_WN.p.z() - *guide_z_) / X_WN.R(2, 2);
-  if (guide > kLeastArc && guide < beam_.length_mm - kLeastArc) beam_.guide_mm = guide;
+  offset_.setZero();
+  if (guide_z_) find_hole(X_BN, X_WN);
+}
+
+// A fixed hole is where the needle first passed the plane, until it is drawn back through it.
+void NeedleBend::find_hole(const RigidTransform& X_BN, const RigidTransform& X_WN) noexcept {
+  const auto holds = [&](double arc) { return arc > kLeastArc && arc < beam_.length_mm - kLeastArc; };
+  const double beyond = X_WN.R(2, 2) == 0 ? 0 : (X_WN.p.z() - *guide_z_) / X_WN.R(2, 2);  // of the tip
+  if (!holds(beam_.length_mm - beyond)) {
+    hole_.reset();
+    return;
+  }
+  if (goes_with_hand_) {
+    beam_.guide_mm = beam_.length_mm - beyond;
+    return;
+  }
+  if (!hole_) hole_ = X_WN.p - beyond * X_WN.R.col(2);
+  const Vec3 hole_N = X_WN.R.transpose() * (*hole_ - X_WN.p);
+  if (!holds(beam_.length_mm + hole_N.z())) return;
+  beam_.guide_mm = beam_.length_mm + hole_N.z();
+  offset_ = X_BN.R.leftCols<2>() * hole_N.head<2>();
 }
 
 void NeedleBend::set_loads(std::span<const NeedleLandmark> landmarks) noexcept {
@@ -61,6 +79,7 @@ Vec3 NeedleBend::deflection(double s) const noexcept {
 
 Vec3 NeedleBend::slope(double s) const noexcept {
   Vec3 sum = beam_.slope_compliance(s, beam_.length_mm) * tip_force_n_;
+  if (is_held_aside()) sum += beam_.guide_slope(s) * offset_;
   for (const Load& load : loads_) sum += beam_.slope_compliance(s, load.arc_mm) * load.force_n;
   return across(sum);
 }
@@ -72,10 +91,14 @@ bool NeedleBend::is_steep() const noexcept {
          (!loads_.empty() && steep_at(loads_.front().arc_mm));
 }
 
+// The hole's force is normal to the bent needle: the part along the needle is what moving the hole along it would take
+// of the energy that the needle stores.
 Vec3 NeedleBend::guide_force_n() const noexcept {
-  Vec3 sum = beam_.guide_share(beam_.length_mm) * tip_force_n_;
-  for (const Load& load : loads_) sum += beam_.guide_share(load.arc_mm) * load.force_n;
-  return -sum;
+  if (!is_guided()) return Vec3::Zero();
+  Vec3 force = stiffness_at_hole() * offset_ - beam_.guide_share(beam_.length_mm) * tip_force_n_;
+  for (const Load& load : loads_) force -= beam_.guide_share(load.arc_mm) * load.force_n;
+  const Vec3 along = -force.dot(slope(beam_.guide_mm)) * beam_.axis;
+  return goes_with_hand_ ? along : Vec3(force + along);
 }
 
 }  // namespace brachy

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 #include "core/models/step_flag.h"
 
@@ -19,8 +20,12 @@ constexpr double kLookAhead = 25;
 constexpr double kMostOblique = 0.5;  // cosine: a tip slides no more on a capsule that is steeper
 constexpr double kTipFriction = 0.3;  // of a tip on the capsule; an assumption
 constexpr int kBisections = 20;       // of a tick's cut: a capsule is found to 1e-6 of it
-// mm: by less a landmark has not moved along a needle; rounding alone would move it, and the tissue, for ever.
-constexpr double kStays = 1e-12;
+// mm: by less a landmark has not moved along a needle, nor a tip past its material point. Rounding alone would move
+// them, and the tissue, for ever.
+constexpr double kRestToleranceMm = 1e-9;
+// Cosine of a surface's normal to the needle up to which a tip that slides over it drags it, as its side would not.
+constexpr double kFacing = -0.5;
+constexpr double kMostTurn = 0.866;  // cosine of the 30° beyond which a needle that turns in a tick has jumped
 
 }  // namespace
 
@@ -31,6 +36,7 @@ NeedleContact::NeedleContact(const SurfaceBvh& surface, const NeedleTissues& tis
       tissues_(tissues),
       needle_settings_(needle),
       settings_(settings),
+      side_(surface, 0.5 * needle.diameter_mm, settings.max_displacement_mm),
       path_(kPathSlack * needle.length_mm) {
   old_paths_.reserve(kOldPaths);  // a copy would not keep its capacity
   while (old_paths_.size() < kOldPaths) old_paths_.emplace_back(kPathSlack * needle.length_mm);
@@ -48,9 +54,14 @@ void NeedleContact::begin(const RigidTransform& X_WN, const DisplacementField* l
   if (is_turned_) turn_ = X_WN.R * X_BN.R.transpose();
   last_tip_ = frame.from_world(last_world_tip_);
   last_world_tip_ = X_WN.p;
-  const Vec3 axis = X_BN.R.col(2);
+  const Vec3 axis = X_BN.R.col(2), last_axis = last_world_axis_;
+  last_world_axis_ = X_WN.R.col(2);
+  const bool has_jumped = has_last_pose_ && ((X_BN.p - last_tip_).norm() > settings_.max_jump_mm ||
+                                             last_axis.dot(last_world_axis_) < kMostTurn);
   needle_ = {X_BN.p - needle_settings_.length_mm * axis, X_BN.p, axis, X_BN.p};
+  moved_ = (X_BN.p - last_tip_).norm() + needle_settings_.length_mm * (last_world_axis_ - last_axis).norm();
   if (bend_) {
+    if (has_jumped) bend_->leave_hole();
     bend_->begin(X_BN, X_WN);
     needle_.bent_tip += bend_->tip_deflection();
     last_slope_ = bend_->tip_slope();
@@ -63,13 +74,13 @@ void NeedleContact::begin(const RigidTransform& X_WN, const DisplacementField* l
   insertion_depth_ = 0;
 
   bool is_reinitialized = false;
-  if (!has_last_pose_ || motion.norm() > settings_.max_jump_mm) {
+  if (!has_last_pose_ || has_jumped) {
     reinitialize();
     is_reinitialized = true;
   } else if (state_ == ContactState::kFree || state_ == ContactState::kWithdrawn) {
     approach();
   } else if (state_ == ContactState::kTouching) {
-    press();
+    by_tip_ ? press() : press_beside();
   } else {
     follow_path(last_field);
   }
@@ -126,10 +137,18 @@ void NeedleContact::reinitialize() noexcept {
 }
 
 void NeedleContact::approach() noexcept {
-  if (const auto hit = surface_.first_hit(last_tip_, needle_.tip); hit && hit->entering) {
-    if (CutPath* old = find_old_path(hit->point)) return enter_old_path(*old);
+  auto hit = surface_.first_hit(last_tip_, needle_.tip);
+  if (hit && !hit->entering) hit.reset();
+  const bool along = hit && comes_along(hit->normal);
+  not_pressed_ = 0;
+  if (along || (hit && hit->normal.dot(needle_.axis) <= kFacing)) {
+    CutPath* const old = along ? find_old_path(hit->point) : nullptr;
+    if (old) return enter_old_path(*old);
     contact_point_ = hit->point;
+    if (!along) not_pressed_ = std::max(0.0, (needle_.tip - contact_point_).dot(needle_.axis));
     by_tip_ = true;
+  } else if (side_.begin(needle_.hub, needle_.tip, needle_.tip - last_tip_) && !comes_along(side_.normal())) {
+    by_tip_ = false;
   } else if (surface_.inside(needle_.tip)) {
     if (!is_body_moving_) return reinitialize();
     // The gland has come to the tip.
@@ -137,14 +156,19 @@ void NeedleContact::approach() noexcept {
     if (CutPath* old = find_old_path(contact_point_)) return enter_old_path(*old);
     by_tip_ = true;
   } else {
-    std::array<SurfaceHit, 2> hits;
-    if (surface_.all_hits(needle_.hub, needle_.tip, hits) < 2) return;
-    contact_point_ = surface_.closest_point(0.5 * (hits[0].point + hits[1].point)).point;
-    by_tip_ = false;
+    return;
   }
   state_ = ContactState::kTouching;
-  slid_ = 0;
-  press();
+  slid_ = advanced_ = 0;
+  if (by_tip_) press();
+}
+
+// Whether the needle has come through a surface with that outward normal more by its way along itself than by its way
+// across.
+bool NeedleContact::comes_along(const Vec3& normal) const noexcept {
+  const Vec3 motion = needle_.tip - last_tip_;
+  const double along = motion.dot(needle_.axis) * -normal.dot(needle_.axis);
+  return along > 0 && along >= -normal.dot(needle_.across(motion));
 }
 
 // The capsule has a hole where the needle was before, and the tissue behind it a cut.
@@ -171,17 +195,30 @@ void NeedleContact::press() noexcept {
   const bool tip_inside = is_inside();
   if (!tip_inside && !surface_.first_hit(needle_.hub, needle_.bent_tip)) return release();
 
-  const double off_axis = (needle_.nearest_on_line(contact_point_) - contact_point_).norm();
-  if (tip_inside) by_tip_ = true;
-  if (!tip_inside && off_axis > settings_.surface_slip_mm) by_tip_ = false;
-  if (by_tip_ && has_punctured_) return enter();
+  if (has_punctured_) return enter();
+  const Vec3 off_axis = needle_.nearest_on_line(contact_point_) - contact_point_;
+  if (!tip_inside && off_axis.norm() > settings_.surface_slip_mm) {  // dragged off: only the shaft can touch now
+    if (!side_.begin(needle_.hub, needle_.tip, off_axis)) return release();
+    by_tip_ = false;
+    return;
+  }
 
   // The contact point slides over the capsule once it has been dragged aside too far.
-  const Vec3 drag = needle_.across(needle_.bent_tip - contact_point_);
+  const Vec3 before = contact_point_, drag = needle_.across(needle_.bent_tip - contact_point_);
   if (const double length = drag.norm(); length > settings_.surface_slip_mm)
     contact_point_ =
         surface_.closest_point(contact_point_ + (1 - settings_.surface_slip_mm / length) * drag).point;
-  if (bend_ && by_tip_) slide_downhill();
+  if (bend_) slide_downhill();
+  not_pressed_ = std::max(0.0, not_pressed_ + (before - contact_point_).dot(needle_.axis));
+}
+
+// What the needle's tip has gone along it while it lies beside the tissue presses on what is in front of it.
+void NeedleContact::press_beside() noexcept {
+  if (has_punctured_) return enter();
+  if (!side_.update(needle_.hub, needle_.tip, moved_)) return release();
+  const double advance = (needle_.tip - last_tip_).dot(needle_.axis);
+  advanced_ = side_.below_tip() ? std::max(0.0, advanced_ + advance) : 0;
+  if (side_.below_tip()) contact_point_ = *side_.below_tip();
 }
 
 // Bent or not: once released it springs back to its line.
@@ -261,6 +298,7 @@ void NeedleContact::release() noexcept {
   }
   state_ = was_inserted_ ? ContactState::kWithdrawn : ContactState::kFree;
   shaft_.clear();
+  side_.clear();
   tip_s_ = 0;
   capsule_of_ = 0;
   has_punctured_ = false;
@@ -271,31 +309,51 @@ void NeedleContact::release() noexcept {
 
 double NeedleContact::depth_of_tip() const noexcept {
   if (state_ == ContactState::kTouching)
-    return by_tip_ ? (needle_.tip - contact_point_).dot(needle_.axis) : 0;
+    return by_tip_ ? (needle_.tip - contact_point_).dot(needle_.axis) : advanced_;
   return is_in() ? tip_s_ + (needle_.tip - path_.at(tip_s_)).dot(needle_.axis) : 0;
 }
 
+// How far the tip has indented the capsule by its way along the needle, mm.
+double NeedleContact::pressed_mm() const noexcept {
+  return by_tip_ ? std::max(0.0, (needle_.tip - contact_point_).dot(needle_.axis) - not_pressed_) : advanced_;
+}
+
 void NeedleContact::add_contact() noexcept {
+  if (!by_tip_) add_side();
+  if (!by_tip_ && !(advanced_ > 0)) return;
   NeedleLandmark landmark{.position = contact_point_, .relaxed_n = tip_relaxed_n_};
   const TissueContact& capsule = tissues_[0];
-  if (by_tip_) {
-    landmark.if_stuck = needle_.tip - contact_point_;
-    if (capsule.puncture_force_n > 0)
-      landmark.high_n =
-          std::min(capsule.puncture_force_n,
-                   capsule.indentation_force_n(std::max(0.0, landmark.if_stuck.dot(needle_.axis))));
-  } else {
-    landmark.if_stuck = needle_.nearest_on_line(contact_point_) - contact_point_;
-  }
-  const double indentation = by_tip_ ? (needle_.bent_tip - contact_point_).norm() : landmark.if_stuck.norm();
+  const double pressed = pressed_mm();
+  landmark.if_stuck = by_tip_ ? Vec3(needle_.tip - contact_point_) : Vec3(pressed * needle_.axis);
+  landmark.slides = !by_tip_;  // what is across is the side's
+  if (capsule.puncture_force_n > 0)
+    landmark.high_n = std::min(capsule.puncture_force_n, capsule.indentation_force_n(pressed));
+  const double indentation = by_tip_ ? (needle_.bent_tip - contact_point_).norm() : pressed;
   const double stiffness = capsule.indentation_stiffness_n_per_mm(indentation);
   if (settings_.tip_core_mm > 0 || !(stiffness > 0))  // 0: the law of a capsule that takes no force
     landmark.spread.core_mm = settings_.inserted_tip_core_mm();
   else
-    landmark.spread = {
-        .stiffness_n_per_mm = stiffness,
-        .axis = by_tip_ || indentation == 0 ? needle_.axis : Vec3(landmark.if_stuck / indentation)};
+    landmark.spread = {.stiffness_n_per_mm = stiffness, .axis = needle_.axis};
   add(landmark, landmark.if_stuck.dot(needle_.axis));
+}
+
+// Pushed along one direction, in which a needle that bends gives way.
+void NeedleContact::add_side() noexcept {
+  if (side_.is_saturated()) flags_ |= kStepSaturated;
+  const Vec3& direction = side_.direction();
+  for (const SideContact::Point& point : side_.points()) {
+    if (landmarks_.size() + 1 >= landmarks_.capacity()) break;
+    NeedleLandmark landmark{.position = point.rest, .axis = direction, .slides = true};
+    double depth = point.depth_mm;
+    if (bend_) {
+      landmark.arc_mm = bend_->arc_of(point.rest);
+      depth += bend_->free_deflection(landmark.arc_mm).dot(direction);
+    }
+    landmark.if_stuck = depth * direction;
+    landmark.high_n = landmark.friction_n = std::numeric_limits<double>::infinity();
+    landmark.spread.core_mm = point.core_mm;
+    landmarks_.push_back(landmark);
+  }
 }
 
 // The bevel pushes the tip aside while it cuts, by its share of the cutting force.
@@ -400,10 +458,10 @@ void NeedleContact::finish(std::uint64_t tick, double period_s, double axial_sti
   sum_forces();
   update_local_model(tick, axial_stiffness, lateral_stiffness);
   if (is_turned_) turn_to_world();
-  if (state_ == ContactState::kTouching && by_tip_) {
+  if (const NeedleLandmark* pressing = pressing_landmark()) {
     const double full = tissues_[0].puncture_force_n;
     // A surface without a capsule opens at once.
-    has_punctured_ = full == 0 || landmarks_[0].reaction_n.dot(needle_.axis) >= full * (1 - 1e-9);
+    has_punctured_ = full == 0 || pressing->reaction_n.dot(needle_.axis) >= full * (1 - 1e-9);
     if (has_punctured_) ++puncture_count_;
   }
   tip_reaction_n_ = pressing_reaction();
@@ -413,11 +471,42 @@ void NeedleContact::finish(std::uint64_t tick, double period_s, double axial_sti
     shaft_[i].slips = landmarks_[i].slip_mm != 0;
     const double axial =
         landmarks_[i].if_stuck.dot(needle_.axis) - landmarks_[i].slip_mm - landmarks_[i].body_mm;
-    if (std::abs(axial - shaft_[i].axial) > kStays) shaft_[i].axial = axial;
+    if (std::abs(axial - shaft_[i].axial) > kRestToleranceMm) shaft_[i].axial = axial;
   }
   last_slip_ = has_tip_landmark_ ? free_slip_ + landmarks_.back().slip_mm : 0;
-  if (has_tip_landmark_) move_tip(last_slip_);
+  if (has_tip_landmark_ && std::abs(last_slip_) > kRestToleranceMm) move_tip(last_slip_);
   insertion_depth_ = tip_s_;
+}
+
+void NeedleContact::finish_unsolved(std::uint64_t tick, double period_s) noexcept {
+  const double kept = std::exp(-period_s / kUnsolvedFade);
+  NeedleForces& f = forces_;
+  for (Vec3* v : {&f.force_n, &f.guide_n, &f.tip_torque_nmm, &f.hub_torque_nmm}) *v *= kept;
+  for (double* n : {&f.axial_n, &f.lateral_n, &f.cutting_n, &f.friction_n}) *n *= kept;
+  has_punctured_ = false;
+  tip_reaction_n_ = 0;
+  const double motion = (needle_.tip - last_tip_).dot(needle_.axis);
+  for (ShaftLandmark& shaft : shaft_) shaft.slips = true;
+  last_slip_ = has_tip_landmark_ ? motion : 0;
+  if (has_tip_landmark_) move_tip(motion);
+  insertion_depth_ = is_in() ? tip_s_ : 0;
+  local_model_ = {};
+  local_model_.tick = tick;
+  local_model_.in_contact = true;
+  local_model_.is_stuck = false;
+  local_model_.reference_tip = local_model_.contact_point = needle_.tip;
+  local_model_.axis = needle_.axis;
+  if (is_turned_) {
+    local_model_.axis = turn_ * needle_.axis;
+    local_model_.reference_tip = local_model_.contact_point = last_world_tip_;
+  }
+  local_model_.lateral_n = forces_.force_n;
+}
+
+// Of a tip on the intact capsule, what it presses with; null: it does not.
+const NeedleLandmark* NeedleContact::pressing_landmark() const noexcept {
+  if (state_ != ContactState::kTouching || landmarks_.empty()) return nullptr;
+  return by_tip_ || landmarks_.back().axis == needle_.axis ? &landmarks_.back() : nullptr;
 }
 
 // dr/dt = (share · K⁻¹u − r)/τ at each landmark's material point. A tip that cuts comes to tissue that has not relaxed.
@@ -427,6 +516,10 @@ void NeedleContact::relax(double period_s) noexcept {
     const Vec3 at_once = landmark.reaction_n + landmark.relaxed_n;
     return Vec3(landmark.relaxed_n + done * (settings_.relaxation_share * at_once - landmark.relaxed_n));
   };
+  if (is_beside()) {
+    tip_relaxed_n_.setZero();
+    return;
+  }
   const bool has_shaft = is_in();
   for (std::size_t i = 0; has_shaft && i < shaft_.size(); ++i) shaft_[i].relaxed_n = relaxed(landmarks_[i]);
   if (!has_tip_landmark_ && state_ != ContactState::kTouching) {
@@ -440,7 +533,7 @@ void NeedleContact::relax(double period_s) noexcept {
 
 // Of what the tip cuts or presses on, N.
 double NeedleContact::pressing_reaction() const noexcept {
-  const bool presses = state_ == ContactState::kTouching && by_tip_;
+  const bool presses = pressing_landmark() != nullptr;
   if (landmarks_.empty() || !(presses || (has_tip_landmark_ && tip_s_ == path_.length()))) return 0;
   const double along = landmarks_.back().reaction_n.dot(needle_.axis);
   return std::max(0.0, presses ? along : along - landmarks_.back().friction_n);
@@ -512,20 +605,26 @@ void NeedleContact::sum_forces() noexcept {
     forces_.cutting_n += std::max(0.0, along - rubbed);
   }
   if (bend_) {
-    forces_.force_n += bend_->tip_force_n() + bend_->guide_force_n();
-    forces_.tip_torque_nmm +=
-        ((bend_->beam().guide_mm - needle_settings_.length_mm) * needle_.axis).cross(bend_->guide_force_n()) +
-        bend_->tip_deflection().cross(bend_->tip_force_n());
+    forces_.force_n += bend_->tip_force_n();
+    forces_.tip_torque_nmm += bend_->tip_deflection().cross(bend_->tip_force_n());
   }
-  forces_.hub_torque_nmm = forces_.tip_torque_nmm + (needle_.tip - needle_.hub).cross(forces_.force_n);
   forces_.axial_n = forces_.cutting_n + forces_.friction_n;
   forces_.lateral_n = needle_.across(forces_.force_n).norm();
+  if (bend_) add_guide();
+  forces_.hub_torque_nmm = forces_.tip_torque_nmm + (needle_.tip - needle_.hub).cross(forces_.force_n);
+}
+
+// What the template's hole does, which the hand feels beside the tissue.
+void NeedleContact::add_guide() noexcept {
+  forces_.guide_n = bend_->guide_force_n();
+  forces_.force_n += forces_.guide_n;
+  forces_.tip_torque_nmm += bend_->guide_place().cross(forces_.guide_n);
 }
 
 // Contact is solved in the body's frame; forces and the local model are the world's.
 void NeedleContact::turn_to_world() noexcept {
-  for (Vec3* v : {&forces_.force_n, &forces_.tip_torque_nmm, &forces_.hub_torque_nmm, &local_model_.axis,
-                  &local_model_.lateral_n})
+  for (Vec3* v : {&forces_.force_n, &forces_.guide_n, &forces_.tip_torque_nmm, &forces_.hub_torque_nmm,
+                  &local_model_.axis, &local_model_.lateral_n})
     *v = turn_ * *v;
   for (Vec3* p : {&local_model_.reference_tip, &local_model_.contact_point})
     *p = last_world_tip_ + turn_ * (*p - needle_.tip);
@@ -540,12 +639,18 @@ void NeedleContact::update_local_model(std::uint64_t tick, double axial_stiffnes
   m.reference_tip = needle_.tip;
   m.contact_point = needle_.tip;
   m.axis = needle_.axis;
-  if (landmarks_.empty()) return add_capsule_ahead();
+  if (bend_ && bend_->is_held_by_template()) {
+    m.in_contact = true;
+    m.lateral_n = forces_.guide_n;
+    m.lateral_stiffness_n_per_mm = bend_->stiffness_at_hole();
+  }
+  if (landmarks_.empty()) return m.in_contact ? void() : add_capsule_ahead();
   m.in_contact = true;
-  m.lateral_n = needle_.across(forces_.force_n);
-  m.lateral_stiffness_n_per_mm = lateral_stiffness;
+  m.lateral_n = needle_.across(forces_.force_n - forces_.guide_n) + forces_.guide_n;
+  m.lateral_stiffness_n_per_mm += lateral_stiffness;
   m.axial_stiffness_n_per_mm = axial_stiffness;
   for (const NeedleLandmark& landmark : landmarks_) {
+    if (landmark.axis != needle_.axis) continue;  // beside
     m.axial_min_n += landmark.low_n;
     m.axial_max_n += landmark.high_n;
     m.is_stuck &= landmark.slip_mm == 0;
@@ -555,14 +660,16 @@ void NeedleContact::update_local_model(std::uint64_t tick, double axial_stiffnes
   if (m.is_capsule) m.after_puncture_n += tissues_[capsule_of_].cutting_force_n - resistance();
   if (state_ == ContactState::kTouching) {
     const TissueContact& capsule = tissues_[0];
-    const double indentation = std::max(0.0, (needle_.tip - contact_point_).dot(needle_.axis));
-    m.is_capsule = by_tip_;
-    m.axial_max_n = by_tip_ ? capsule.puncture_force_n : 0;
-    m.after_puncture_n = by_tip_ ? capsule.cutting_force_n : 0;
-    const double of_law = capsule.capsule_n_per_mm + 2 * capsule.capsule_n_per_mm2 * indentation;
+    // What only pushes gives no force until it presses; so it waits where the tissue pushes the needle aside already.
+    const NeedleLandmark* pressing = pressing_landmark();
+    if (forces_.axial_n == 0 && forces_.lateral_n > 0) pressing = nullptr;
+    m.is_capsule = pressing != nullptr;
+    m.axial_max_n = pressing ? capsule.puncture_force_n : 0;
+    m.after_puncture_n = pressing ? capsule.cutting_force_n : 0;
+    const double of_law = capsule.capsule_n_per_mm + 2 * capsule.capsule_n_per_mm2 * pressed_mm();
     // Of a core by the law itself `axial_stiffness` is its secant.
     m.axial_stiffness_n_per_mm =
-        landmarks_[0].spread.core_mm > 0 ? std::min(axial_stiffness, of_law) : of_law;
+        !pressing ? 0 : pressing->spread.core_mm > 0 ? std::min(axial_stiffness, of_law) : of_law;
   }
   if (m.axial_stiffness_n_per_mm > 0)
     m.contact_point -= forces_.axial_n / m.axial_stiffness_n_per_mm * needle_.axis;
@@ -581,7 +688,7 @@ void NeedleContact::add_capsule_ahead() noexcept {
 
 double NeedleContact::load() const noexcept {
   const double full = tissues_[0].puncture_force_n;
-  return full > 0 ? std::min(1.0, forces_.force_n.norm() / full) : 0;
+  return full > 0 ? std::min(1.0, (forces_.force_n - forces_.guide_n).norm() / full) : 0;
 }
 
 }  // namespace brachy

@@ -15,28 +15,31 @@
 #include "core/needle/needle_forces.h"
 #include "core/needle/needle_landmark.h"
 #include "core/needle/needle_tissues.h"
+#include "core/needle/side_contact.h"
 
 namespace brachy {
 
 /// One needle's contact: from its pose to the landmarks that displace the tissue, and from their reactions
 /// to cut and forces (core/DESIGN.md, section 5).
 ///
-/// free → touching: the tip's sweep since the last tick crosses the surface, or the shaft lies across it.
+/// free → touching: the tip crosses the surface, more by its way along the needle than by its way across it: the tip
+///   presses. Otherwise shaft or tip come from the side (side_contact.h), and push across the needle only.
 /// touching → inserted: the tip's force has reached the capsule's puncture force. Before that an indentation δ takes at
-///   most a₁δ + a₂δ²; the part that the tissue as a whole does not yield is the tip's local dent.
+///   most a₁δ + a₂δ²; the part that the tissue as a whole does not yield is the tip's local dent. δ is what the tip has
+///   gone along the needle: how deep it comes to lie by sliding over the surface does not count.
 /// inserted: the tip cuts at its cutting force; the shaft sticks up to its friction. A region with a capsule stops the
 ///   tip at its surface up to its own puncture force.
 /// inserted → through: the tip's material point leaves through the far side; back again when the tip returns.
 /// inserted → withdrawn: the tip is back at the entry and out; every landmark is released. Pushed in again at the same
 ///   place the needle follows its old cut, which takes friction only, until it is leave_path_mm beside it.
-/// A pose that starts inside, or jumps, reinitializes the contact: the needle is in the tissue as if it had always
-/// been there, and carries no force until it moves.
+/// A pose that starts inside, or jumps, in place or in direction, reinitializes the contact: the needle is in the tissue
+/// as if it had always been there, and carries no force until it moves.
 ///
 /// Contact with the deformed surface is decided in the rest shape: tissue springs back to rest where it is
 /// not held, and X + u(X) crosses the deformed surface exactly where the material point X crosses the surface at rest.
 ///
 /// A tick is begin, which sets the landmarks' bounds, then the solve of all needles together
-/// (contact_solve.h), then finish.
+/// (contact_solve.h), then finish; or, where there is no solution, finish_unsolved.
 /// Limits: a tip that leaves and enters a second lobe stays `through`; a needle does not enter other needles' cuts,
 /// and stores kOldPaths of its own.
 /// Threads: one. Real-time: no allocation after construction, no exceptions; a few BVH queries a call.
@@ -62,6 +65,12 @@ class NeedleContact {
   std::span<const NeedleLandmark> landmarks() const { return landmarks_; }
   bool has_tip_landmark() const { return has_tip_landmark_; }
   const Vec3& axis() const { return needle_.axis; }
+  /// A direction across the needle, unit: that in which it pushes from the side, if it does.
+  Vec3 lateral_direction() const { return is_beside() ? side_.direction() : needle_.axis.unitOrthogonal(); }
+  /// How much of the hand's motion across the needle a landmark takes part in (NeedleBend::share_of_hand).
+  double share_of_hand(const NeedleLandmark& landmark) const {
+    return bend_ ? bend_->share_of_hand(landmark.arc_mm) : 1;
+  }
   Vec3 nearest_on_line(const Vec3& p) const {
     return needle_.nearest_on_line(p);
   }  ///< the shaft's, without end
@@ -73,6 +82,11 @@ class NeedleContact {
   /// Ends a tick with the landmarks' reactions and slips: cuts, punctures, slips, forces. The stiffnesses are those
   /// of all landmarks together, stuck, N/mm.
   void finish(std::uint64_t tick, double period_s, double axial_stiffness, double lateral_stiffness) noexcept;
+
+  /// Ends a tick whose landmarks have no solution. Nothing sticks, so that the needle goes on, in or out; it punctures
+  /// no capsule. The last tick's force fades, e-fold in kUnsolvedFade seconds, and the local model has that force alone.
+  void finish_unsolved(std::uint64_t tick, double period_s) noexcept;
+  static constexpr double kUnsolvedFade = 0.05;
 
   ContactState state() const { return state_; }
   double insertion_depth() const { return insertion_depth_; }  ///< mm, along the cut path
@@ -117,7 +131,9 @@ class NeedleContact {
   void approach() noexcept;
   CutPath* find_old_path(const Vec3& entry) noexcept;
   void enter_old_path(CutPath& old) noexcept;
+  bool comes_along(const Vec3& normal) const noexcept;
   void press() noexcept;
+  void press_beside() noexcept;
   bool is_inside() const noexcept;
   void enter() noexcept;
   void follow_path(const DisplacementField* last_field) noexcept;
@@ -127,6 +143,9 @@ class NeedleContact {
   // landmarks
   double depth_of_tip() const noexcept;
   void add_contact() noexcept;
+  void add_side() noexcept;
+  double pressed_mm() const noexcept;
+  const NeedleLandmark* pressing_landmark() const noexcept;
   void add_shaft(double motion) noexcept;
   void add_tip() noexcept;
   void add(const NeedleLandmark& landmark, double axial) noexcept;
@@ -143,10 +162,12 @@ class NeedleContact {
   void cut(double distance) noexcept;
   double stop_at_capsule(const Vec3& from, const Vec3& to) noexcept;
   void sum_forces() noexcept;
+  void add_guide() noexcept;
   void turn_to_world() noexcept;
   void update_local_model(std::uint64_t tick, double axial_stiffness, double lateral_stiffness) noexcept;
   void add_capsule_ahead() noexcept;
 
+  bool is_beside() const { return state_ == ContactState::kTouching && !by_tip_; }
   bool is_in() const { return state_ == ContactState::kInserted || state_ == ContactState::kThrough; }
 
   const SurfaceBvh& surface_;
@@ -159,6 +180,8 @@ class NeedleContact {
   bool has_last_pose_ = false;
   Needle needle_;  // in the body's frame
   Vec3 last_tip_ = Vec3::Zero(), last_world_tip_ = Vec3::Zero();
+  Vec3 last_world_axis_ = Vec3::UnitZ();
+  double moved_ = 0;  // since the last tick, the farther of tip and hub, mm
   bool is_turned_ = false;       // the body's frame is not the world's
   bool is_body_moving_ = false;  // nor was it in the last tick
   Mat3 turn_ = Mat3::Identity();
@@ -166,7 +189,10 @@ class NeedleContact {
 
   // touching
   Vec3 contact_point_ = Vec3::Zero();  // material, on the surface
-  bool by_tip_ = false;                // the tip presses; otherwise the shaft lies against the surface
+  bool by_tip_ = false;                // the tip presses; otherwise the needle lies against the surface
+  SideContact side_;                   // … as this
+  double advanced_ = 0;                // how far such a needle's tip has gone along it since, mm
+  double not_pressed_ = 0;             // how much deeper the tip lies by sliding than by its way along the needle, mm
   double slid_ = 0;                    // how far the tip has slid downhill, mm
   bool has_punctured_ = false;         // in the last tick
 

@@ -96,7 +96,7 @@ std::size_t SimulationModel::max_landmarks() const {
 }
 
 std::optional<double> SimulationModel::guide_z_mm() const {
-  if (settings.needle.guide_at != "template") return {};
+  if (settings.needle.guide_at == "none") return {};
   return settings.template_grid.origin_mm.z();
 }
 

@@ -235,7 +235,7 @@ void Simulator::add_needle(std::size_t n, bool tip) noexcept {
 void Simulator::add_landmark(NeedleLandmark& landmark, const LandmarkSpread& spread, LandmarkSet::Owner owner,
                              std::int32_t beam) noexcept {
   LandmarkCompliance::Point point{.beam = beam, .arc_mm = landmark.arc_mm};
-  if (landmark.slides) point.slides_on = landmark.axis;
+  if (landmark.slides && field_->plain_field().gives_way()) point.slides_on = landmark.axis;
   if (body_.compliance()) {
     // Where it would go if the tissue were rigid: from where the body is now.
     point.arm = landmark.position + landmark.if_stuck - body_.pivot();

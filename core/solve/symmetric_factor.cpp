@@ -163,23 +163,22 @@ void SymmetricFactor::project(std::size_t first, std::span<const Vec3> axes,
 }
 
 void SymmetricFactor::rigid_stiffness(std::span<const std::uint32_t> group_of,
-                                      std::span<const Vec3> directions,
-                                      std::span<double> stiffness) noexcept {
-  if (directions.size() <= kMaxGroups && is_by_panels()) {
-    rigid_.begin(group_of.size(), directions.size());
+                                      std::span<const Vec3> motions, std::span<double> stiffness) noexcept {
+  if (stiffness.size() <= kMaxGroups && is_by_panels()) {
+    rigid_.begin(group_of.size(), stiffness.size());
     for (std::size_t l = 0; l < group_of.size(); ++l)
-      if (group_of[l] != kNoGroup) rigid_.set(l, group_of[l], directions[group_of[l]]);
+      if (group_of[l] != kNoGroup) rigid_.set(l, group_of[l], motions[l]);
     rigid_.solve(panels());
     rigid_.squares(stiffness);
     if (!added_.is_empty())
-      added_.subtract_squares(rigid_.data(), rigid_.stride(), rigid_.starts(), directions.size(), stiffness);
+      added_.subtract_squares(rigid_.data(), rigid_.stride(), rigid_.starts(), stiffness.size(), stiffness);
     return;
   }
-  for (std::size_t g = 0; g < directions.size(); ++g) {
+  for (std::size_t g = 0; g < stiffness.size(); ++g) {
     auto x = solution_.head(n_);
     x.setZero();
     for (std::size_t l = 0; l < group_of.size(); ++l)
-      if (group_of[l] == g) x.segment<3>(static_cast<Index>(3 * l)) = directions[g];
+      if (group_of[l] == g) x.segment<3>(static_cast<Index>(3 * l)) = motions[l];
     matrices_[current_].topLeftCorner(n_, n_).triangularView<Eigen::Lower>().solveInPlace(x);
     stiffness[g] = x.squaredNorm();
   }

@@ -50,9 +50,9 @@ class SymmetricFactor {
   void solve(std::span<Vec3> x) noexcept;
   /// H_ij = axes_i · (K⁻¹)_ij axes_j of the landmarks first … first + m − 1.
   void project(std::size_t first, std::span<const Vec3> axes, Eigen::Ref<Eigen::MatrixXd> H) noexcept;
-  /// stiffness_g = vᵀK⁻¹v with v of groups' `directions`: `group_of` each landmark, or kNoGroup. Groups are numbered in
-  /// the order of their first landmarks.
-  void rigid_stiffness(std::span<const std::uint32_t> group_of, std::span<const Vec3> directions,
+  /// stiffness_g = vᵀK⁻¹v with v the `motions` of the group's landmarks: `group_of` each, or kNoGroup. Groups are
+  /// numbered in the order of their first landmarks.
+  void rigid_stiffness(std::span<const std::uint32_t> group_of, std::span<const Vec3> motions,
                        std::span<double> stiffness) noexcept;
   static constexpr std::uint32_t kNoGroup = ~0u;
   static constexpr std::size_t kMaxGroups = 32;

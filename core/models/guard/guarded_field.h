@@ -24,6 +24,7 @@ class GuardedField : public DisplacementField {
   static constexpr std::uint64_t kMarginWork = kWork / 8;  ///< and on the margin alone
   static constexpr std::uint64_t kFoldWork = kWork / 8;    ///< and on a part of a field that is not certified
   static constexpr std::size_t kMostSources = 140;         ///< of a field that kWork can certify
+  static constexpr double kRestToleranceMm = 1e-9;
 
   /// The tissue must outlive this. `composition`: null where the model has no sub-steps.
   GuardedField(const Tissue& tissue, std::unique_ptr<TissueField> field,
@@ -37,7 +38,8 @@ class GuardedField : public DisplacementField {
                       const LandmarkCompliance& compliance = {}) noexcept;
   /// Whether every field is composed of sub-steps: then update takes most of a tick where landmarks are many.
   bool always_composes() const { return may_compose() && composition_->is_always_used(); }
-  /// Whether update would find the field as it is.
+  /// Whether update would find the field as it is: of the same landmarks, none of them farther than kRestToleranceMm
+  /// from where the field has it. By rounding alone resting landmarks move by 1e-16 mm a tick.
   bool shows(std::span<const Vec3> positions, std::span<const Vec3> displacements,
              std::span<const LandmarkSpread> spreads, const LandmarkCompliance& compliance) const noexcept;
   Evaluation evaluation() const { return evaluation_; }  ///< of the last update

@@ -137,15 +137,23 @@ FactorStatus MatrixKernelField::do_factorize(std::span<const Vec3> positions,
     smooth_->columns().place(count_, rings_);
     find_cores(spreads);
   }
-  auto K = factor_.begin(count_);
-  assemble(K);
-  has_kept_matrix_ = keeps_matrix_ && !adds_beams;
-  if (has_kept_matrix_) kept_matrix_.topLeftCorner(K.rows(), K.cols()).triangularView<Eigen::Lower>() = K;
   if (keeps_matrix_) {
     kept_positions_.assign(positions.begin(), positions.end());
     kept_spreads_.assign(spreads.begin(), spreads.end());
     kept_compliance_ = compliance;
   }
+  FactorStatus status = assemble_and_factor(compliance, adds_beams, condition);
+  while (!status && narrow_cores(spreads)) status = assemble_and_factor(compliance, adds_beams, condition);
+  return status;
+}
+
+FactorStatus MatrixKernelField::assemble_and_factor(const LandmarkCompliance& compliance, bool adds_beams,
+                                                    double& condition) noexcept {
+  auto K = factor_.begin(count_);
+  assemble(K);
+  has_kept_matrix_ = keeps_matrix_ && !adds_beams;
+  if (has_kept_matrix_) kept_matrix_.topLeftCorner(K.rows(), K.cols()).triangularView<Eigen::Lower>() = K;
+  const double scale = force_scale();
   if (adds_beams) {
     compliance.add_without_beams_to(K, scale);
     add_beams(scale);
@@ -178,13 +186,27 @@ double MatrixKernelField::core_in_free_space(double stiffness_n_per_mm) const no
 
 // A landmark's compliance is that of its core, which is in proportion to 1/c, and what boundary and regions add at it,
 // S: c from 1/k = w A/c + aᵀ S a, A of core_in_free_space. A core so wide that S could take more than it gives would
-// leave K indefinite: a landmark stiffer than that is as stiff as one of the widest core.
+// leave K indefinite: a landmark stiffer than that is as stiff as one of the widest core. So is one whose core is given
+// but too wide for where it lies: in a nodule that is smaller than the core, S takes what soft tissue would give.
 void MatrixKernelField::find_cores(std::span<const LandmarkSpread> spreads) noexcept {
   constexpr double kDefinite = 1.25;  // times a bound of S's eigenvalues, at least
   const auto rings = rings_.rings();
   for (std::size_t r = 0; r < rings.size(); ++r) {
     const std::size_t l = rings[r].landmark[0];
-    if (l >= spreads.size() || spreads[l].core_mm > 0 || !(spreads[l].stiffness_n_per_mm > 0)) continue;
+    if (l >= spreads.size() || rings[r].count > 1) continue;
+    if (spreads[l].core_mm > 0) {
+      const Mat3 S = smooth_->columns().self_compliance(l);
+      Eigen::SelfAdjointEigenSolver<Mat3> eigen;
+      eigen.computeDirect(0.5 * (S + S.transpose()), Eigen::EigenvaluesOnly);
+      const double taken = -kDefinite * eigen.eigenvalues().minCoeff();
+      if (!(taken > 0)) continue;
+      const double widest = core_in_free_space(smooth_->near_factor(r, 0, r, 0) / taken);
+      if (widest >= ring_cores_[l]) continue;
+      ring_cores_[l] = widest;
+      rings_.set_core(r, widest);
+      continue;
+    }
+    if (!(spreads[l].stiffness_n_per_mm > 0)) continue;
     const Mat3 S = smooth_->columns().self_compliance(l);
     const Vec3& a = spreads[l].axis;
     const double most = S.cwiseAbs().rowwise().sum().maxCoeff();
@@ -192,6 +214,23 @@ void MatrixKernelField::find_cores(std::span<const LandmarkSpread> spreads) noex
     ring_cores_[l] = core_in_free_space(smooth_->near_factor(r, 0, r, 0) / own);
     rings_.set_core(r, ring_cores_[l]);
   }
+}
+
+// K of these landmarks is not definite: cores of their own become narrower, down to a disc's, and K more diagonal. False
+// where none can.
+bool MatrixKernelField::narrow_cores(std::span<const LandmarkSpread> spreads) noexcept {
+  constexpr double kNarrower = 0.6;
+  const double least = NeedleRings::kDiscCore * needle_radius_;
+  bool any = false;
+  const auto rings = rings_.rings();
+  for (std::size_t r = 0; smooth_ && r < rings.size(); ++r) {
+    const std::size_t l = rings[r].landmark[0];
+    if (l >= spreads.size() || rings[r].count > 1 || !(ring_cores_[l] > least)) continue;
+    ring_cores_[l] = std::max(least, kNarrower * ring_cores_[l]);
+    rings_.set_core(r, ring_cores_[l]);
+    any = true;
+  }
+  return any;
 }
 
 Evaluation MatrixKernelField::do_evaluate(bool is_new_set, std::span<Vec3> weights) noexcept {
@@ -207,10 +246,9 @@ void MatrixKernelField::do_project_inverse(std::size_t first, std::span<const Ve
   factor_.project(first, axes, H);
 }
 
-void MatrixKernelField::do_rigid_stiffness(std::span<const std::uint32_t> group_of,
-                                           std::span<const Vec3> directions,
+void MatrixKernelField::do_rigid_stiffness(std::span<const std::uint32_t> group_of, std::span<const Vec3> motions,
                                            std::span<double> stiffness) noexcept {
-  factor_.rigid_stiffness(group_of, directions, stiffness);
+  factor_.rigid_stiffness(group_of, motions, stiffness);
 }
 
 // K in the lower triangle.

@@ -100,13 +100,15 @@ class MatrixKernelField : public TissueField {
   void do_solve(std::span<const Vec3> displacements, std::span<Vec3> weights) noexcept override;
   void do_project_inverse(std::size_t first, std::span<const Vec3> axes,
                           Eigen::Ref<Eigen::MatrixXd> H) noexcept override;
-  void do_rigid_stiffness(std::span<const std::uint32_t> group_of, std::span<const Vec3> directions,
+  void do_rigid_stiffness(std::span<const std::uint32_t> group_of, std::span<const Vec3> motions,
                           std::span<double> stiffness) noexcept override;
   Evaluation do_evaluate(bool is_new_set, std::span<Vec3> weights) noexcept override;
   void do_rescale(double scale) noexcept override;
 
   double core_in_free_space(double stiffness_n_per_mm) const noexcept;
   void find_cores(std::span<const LandmarkSpread> spreads) noexcept;
+  bool narrow_cores(std::span<const LandmarkSpread> spreads) noexcept;
+  FactorStatus assemble_and_factor(const LandmarkCompliance& compliance, bool adds_beams, double& condition) noexcept;
   void assemble(Eigen::Ref<Eigen::MatrixXd> K) noexcept;
   bool remembers(std::span<const Vec3> positions, std::span<const LandmarkSpread> spreads) const noexcept;
   FactorStatus factor(double& condition) noexcept;
