@@ -108,23 +108,33 @@ ForceSample parse_row(ForceColumns columns, std::string_view row, const std::str
   sample.forces.friction_n = cells.number<double>();
   sample.landmarks = cells.number<std::uint32_t>();
   sample.min_det = cells.number<double>();
-  if (columns == ForceColumns::kAll) sample.tip_deflection_mm = cells.number<double>();
+  if (columns != ForceColumns::kRigid) sample.tip_deflection_mm = cells.number<double>();
+  if (columns == ForceColumns::kAll)
+    for (int i = 0; i < 3; ++i) sample.forces.guide_n[i] = cells.number<double>();
+  sample.forces.force_n += sample.forces.guide_n;
   cells.end();
   return sample;
 }
 
 }  // namespace
 
+std::optional<ForceColumns> force_columns(std::string_view header) {
+  for (const ForceColumns columns : {ForceColumns::kAll, ForceColumns::kUnguided, ForceColumns::kRigid})
+    if (header == force_log_header(columns)) return columns;
+  return {};
+}
+
 std::string force_row(const ForceSample& sample, ForceColumns columns) {
   const NeedleForces& f = sample.forces;
+  const Vec3 tissue = f.force_n - f.guide_n;
   std::string row;
   append(row, sample.t_s);
   row += ',';
   append(row, sample.needle);
   row += ',';
   row += to_string(sample.state);
-  for (double value : {sample.depth_mm, f.force_n.x(), f.force_n.y(), f.force_n.z(), f.axial_n, f.lateral_n,
-                       f.cutting_n, f.friction_n}) {
+  for (double value : {sample.depth_mm, tissue.x(), tissue.y(), tissue.z(), f.axial_n, f.lateral_n, f.cutting_n,
+                       f.friction_n}) {
     row += ',';
     append(row, value);
   }
@@ -135,6 +145,11 @@ std::string force_row(const ForceSample& sample, ForceColumns columns) {
   if (columns == ForceColumns::kRigid) return row;
   row += ',';
   append(row, sample.tip_deflection_mm);
+  if (columns == ForceColumns::kUnguided) return row;
+  for (int i = 0; i < 3; ++i) {
+    row += ',';
+    append(row, f.guide_n[i]);
+  }
   return row;
 }
 
@@ -149,11 +164,8 @@ std::vector<ForceSample> parse_force_log(std::string_view text, const std::strin
     if (line.ends_with('\r')) line.remove_suffix(1);
     if (line.empty() || line.front() == '#') continue;
     if (!columns) {
-      if (line == kForceLogHeader)
-        columns = ForceColumns::kAll;
-      else if (line == kRigidForceLogHeader)
-        columns = ForceColumns::kRigid;
-      else
+      columns = force_columns(line);
+      if (!columns)
         refuse_line(name, line_number,
                     "is not a force log: expected the header " + std::string(kForceLogHeader) +
                         "; `brachy replay --offline --log` and `brachy record` write them");

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -30,16 +31,28 @@ ForceSample force_sample(double t_s, std::uint32_t needle, const NeedleState& st
 /// The first line of a force log.
 inline constexpr std::string_view kForceLogHeader =
     "t_s,needle,state,depth_mm,fx_n,fy_n,fz_n,axial_n,lateral_n,cutting_n,friction_n,landmarks,min_det,"
-    "tip_deflection_mm";
-/// Of logs from before needles could bend: all but the last column.
+    "tip_deflection_mm,guide_x_n,guide_y_n,guide_z_n";
+/// Of logs from before the template's force was told apart.
+inline constexpr std::string_view kUnguidedForceLogHeader = kForceLogHeader.substr(0, kForceLogHeader.find(",guide_x_n"));
+/// Of logs from before needles could bend: all but the last column of these.
 inline constexpr std::string_view kRigidForceLogHeader =
-    kForceLogHeader.substr(0, kForceLogHeader.rfind(','));
+    kUnguidedForceLogHeader.substr(0, kUnguidedForceLogHeader.rfind(','));
 
 /// Which columns a log has.
-enum class ForceColumns { kAll, kRigid };
+enum class ForceColumns { kAll, kUnguided, kRigid };
 constexpr std::string_view force_log_header(ForceColumns columns) {
-  return columns == ForceColumns::kAll ? kForceLogHeader : kRigidForceLogHeader;
+  switch (columns) {
+    case ForceColumns::kRigid:
+      return kRigidForceLogHeader;
+    case ForceColumns::kUnguided:
+      return kUnguidedForceLogHeader;
+    case ForceColumns::kAll:
+      break;
+  }
+  return kForceLogHeader;
 }
+/// The columns that a log with this header has; nothing: it is none.
+std::optional<ForceColumns> force_columns(std::string_view header);
 
 /// One line without its end: the fewest digits from which the same bits are read back.
 std::string force_row(const ForceSample& sample, ForceColumns columns = ForceColumns::kAll);

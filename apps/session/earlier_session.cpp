@@ -103,8 +103,7 @@ EarlierSession examine_earlier_session(const fs::path& folder, const std::string
                              return poses.needles().at(0).motion.samples().at(0).t_s;
                            });
   if (exists(kForcesFile)) {
-    if (first_line(folder / kForcesFile) == kRigidForceLogHeader)
-      earlier.force_columns = ForceColumns::kRigid;
+    earlier.force_columns = force_columns(first_line(folder / kForcesFile)).value_or(ForceColumns::kAll);
     earlier.end_s =
         std::max(earlier.end_s,
                  end_of(folder / kForcesFile, std::string(force_log_header(earlier.force_columns)),

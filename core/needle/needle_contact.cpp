@@ -25,6 +25,7 @@ constexpr int kBisections = 20;       // of a tick's cut: a capsule is found to 
 constexpr double kRestToleranceMm = 1e-9;
 // Cosine of a surface's normal to the needle up to which a tip that slides over it drags it, as its side would not.
 constexpr double kFacing = -0.5;
+constexpr double kNoForceN = 1e-9, kRounding = 1e-12;
 constexpr double kMostTurn = 0.866;  // cosine of the 30° beyond which a needle that turns in a tick has jumped
 
 }  // namespace
@@ -150,7 +151,9 @@ void NeedleContact::approach() noexcept {
   } else if (side_.begin(needle_.hub, needle_.tip, needle_.tip - last_tip_) && !comes_along(side_.normal())) {
     by_tip_ = false;
   } else if (surface_.inside(needle_.tip)) {
-    if (!is_body_moving_) return reinitialize();
+    // A needle that has slid off the far side is out before all of its thickness is.
+    const double depth = -surface_.closest_point(needle_.tip).signed_distance;
+    if (!is_body_moving_) return depth > needle_settings_.diameter_mm ? reinitialize() : void();
     // The gland has come to the tip.
     contact_point_ = surface_.closest_point(needle_.tip).point;
     if (CutPath* old = find_old_path(contact_point_)) return enter_old_path(*old);
@@ -320,11 +323,12 @@ double NeedleContact::pressed_mm() const noexcept {
 
 void NeedleContact::add_contact() noexcept {
   if (!by_tip_) add_side();
-  if (!by_tip_ && !(advanced_ > 0)) return;
+  if (!by_tip_ && !(advanced_ > kRestToleranceMm)) return;
   NeedleLandmark landmark{.position = contact_point_, .relaxed_n = tip_relaxed_n_};
   const TissueContact& capsule = tissues_[0];
   const double pressed = pressed_mm();
-  landmark.if_stuck = by_tip_ ? Vec3(needle_.tip - contact_point_) : Vec3(pressed * needle_.axis);
+  landmark.if_stuck = needle_.tip - contact_point_;
+  if (!by_tip_) landmark.if_stuck = needle_.across(landmark.if_stuck) + pressed * needle_.axis;
   landmark.slides = !by_tip_;  // what is across is the side's
   if (capsule.puncture_force_n > 0)
     landmark.high_n = std::min(capsule.puncture_force_n, capsule.indentation_force_n(pressed));
@@ -594,12 +598,14 @@ double NeedleContact::stop_at_capsule(const Vec3& from, const Vec3& to) noexcept
 void NeedleContact::sum_forces() noexcept {
   forces_ = {};
   for (const NeedleLandmark& landmark : landmarks_) {
-    const Vec3 force = -landmark.reaction_n;
+    // What slides passes on nothing across its axis, though a little is left of it in the solution.
+    const Vec3 force =
+        landmark.slides ? Vec3(-landmark.reaction_n.dot(landmark.axis) * landmark.axis) : Vec3(-landmark.reaction_n);
     Vec3 at = needle_.nearest_on_line(landmark.position + landmark.if_stuck - landmark.body);
     if (bend_ && &landmark == &landmarks_.back()) at += bend_->tip_deflection();  // of the others, little
     forces_.force_n += force;
     forces_.tip_torque_nmm += (at - needle_.tip).cross(force);
-    const double along = landmark.reaction_n.dot(needle_.axis);
+    const double along = -force.dot(needle_.axis);
     const double rubbed = std::clamp(along, -landmark.friction_n, landmark.friction_n);
     forces_.friction_n += rubbed;
     forces_.cutting_n += std::max(0.0, along - rubbed);
@@ -662,7 +668,7 @@ void NeedleContact::update_local_model(std::uint64_t tick, double axial_stiffnes
     const TissueContact& capsule = tissues_[0];
     // What only pushes gives no force until it presses; so it waits where the tissue pushes the needle aside already.
     const NeedleLandmark* pressing = pressing_landmark();
-    if (forces_.axial_n == 0 && forces_.lateral_n > 0) pressing = nullptr;
+    if (forces_.axial_n < kNoForceN) pressing = nullptr;
     m.is_capsule = pressing != nullptr;
     m.axial_max_n = pressing ? capsule.puncture_force_n : 0;
     m.after_puncture_n = pressing ? capsule.cutting_force_n : 0;
@@ -671,6 +677,7 @@ void NeedleContact::update_local_model(std::uint64_t tick, double axial_stiffnes
     m.axial_stiffness_n_per_mm =
         !pressing ? 0 : pressing->spread.core_mm > 0 ? std::min(axial_stiffness, of_law) : of_law;
   }
+  m.axial_max_n = std::max(m.axial_max_n, (1 + kRounding) * forces_.axial_n);  // a puncture is the next tick's
   if (m.axial_stiffness_n_per_mm > 0)
     m.contact_point -= forces_.axial_n / m.axial_stiffness_n_per_mm * needle_.axis;
 }

@@ -57,6 +57,8 @@ class NeedleContact {
              const BodyFrame& frame = {}) noexcept;
   /// Makes it a locking needle, which holds the gland by barbs (ContactSettings::locking_force_n).
   void lock() { is_locking_ = true; }
+  /// Its side presses as one point, for models whose weights are no forces.
+  void press_as_one_point() { side_.press_as_one_point(); }
   /// A tick without a pose: no landmarks; the contact stays as it is.
   void skip() noexcept;
 

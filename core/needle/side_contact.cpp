@@ -78,7 +78,7 @@ bool SideContact::find_points(const Vec3& hub, const Vec3& tip) noexcept {
   if (!(chord > 0)) return false;
 
   const auto count = static_cast<std::size_t>(
-      std::clamp(std::ceil(chord / kSpacingMm), 1.0, static_cast<double>(kMaxPoints)));
+      std::clamp(std::ceil(chord / kSpacingMm), 1.0, static_cast<double>(most_points_)));
   const double each = chord / static_cast<double>(count), core = core_of(std::max(each, 2 * radius_), kLineCore * radius_);
   const Vec3 axis = (b - a) / length;
   normal_.setZero();

@@ -16,6 +16,7 @@ namespace brachy {
 /// these points and follows them over kTurnMm of motion. Where the edge is nearer to the far side it pushes no
 /// farther than that, so that a needle that is drawn through sidewise lets go without a jump. Where the surface slants
 /// against the direction by θ the tissue makes way along its normal: cos²θ of the depth is along the direction.
+/// Models that know no forces have one point for the whole contact, of which alone their scale is known.
 /// Limits: one direction for the whole contact; no friction; the needle's line is taken as straight.
 /// Threads: one. Real-time: no allocation after construction, no exceptions; two BVH queries a point.
 class SideContact {
@@ -35,6 +36,7 @@ class SideContact {
 
   /// `radius`: the needle's, mm. The surface must outlive this.
   SideContact(const SurfaceBvh& surface, double radius, double max_depth_mm);
+  void press_as_one_point() { most_points_ = 1; }
 
   /// A needle from `hub` to `tip` (mm) that has moved by `motion` and did not touch before: whether it does now.
   bool begin(const Vec3& hub, const Vec3& tip, const Vec3& motion) noexcept;
@@ -59,6 +61,7 @@ class SideContact {
 
   const SurfaceBvh& surface_;
   double radius_, max_depth_, reach_;
+  std::size_t most_points_ = kMaxPoints;
   Vec3 direction_ = Vec3::Zero();
   Vec3 normal_ = Vec3::Zero();
   std::optional<Vec3> below_tip_;

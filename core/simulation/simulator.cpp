@@ -15,6 +15,19 @@ NeedlePose pose_of(std::size_t n, std::span<const NeedlePose> poses) {
   return n < poses.size() ? poses[n] : NeedlePose{};
 }
 
+// The verdict of the field that stands is told in every tick, also where that field is an earlier tick's.
+std::uint32_t flag_of(Verdict verdict) {
+  switch (verdict) {
+    case Verdict::kFolded:
+      return kStepFolded;
+    case Verdict::kUnknown:
+      return kStepUncertified;
+    case Verdict::kInjective:
+      break;
+  }
+  return 0;
+}
+
 // What is known of an instrument's pose in a tick before contact is asked.
 void take_pose(const NeedlePose& pose, std::uint64_t tick, NeedleState& state,
                NeedleStates::PoseHistory& history) {
@@ -52,6 +65,8 @@ Simulator::Simulator(std::shared_ptr<const SimulationModel> model)
   organ_states_.resize(needle_count * model_->organs.size());
   const std::size_t locking = std::min(needle_count, model_->settings.needle.locking_count);
   for (std::size_t n = needle_count - locking; n < needle_count; ++n) contacts_[n].lock();
+  if (!field_->plain_field().knows_forces())
+    for (NeedleContact& contact : contacts_) contact.press_as_one_point();
   if (model_->settings.probe.on)
     probe_.emplace(model_->surface.mesh(), model_->settings.probe, model_->settings.contact);
   landmarks_.reserve(model_->max_landmarks());
@@ -547,8 +562,8 @@ void Simulator::write_state(MeshState& state) noexcept {
   for (std::uint64_t& i = state.failed_drops.count; i < failed_drops_.count; ++i)
     state.failed_drops.slots[i % FailedDrops::kKept] = failed_drops_.slots[i % FailedDrops::kKept];
   summary.landmark_count = static_cast<std::uint32_t>(landmarks_.positions.size());
-  summary.step_flags = flags_;
   summary.certificate = field_->certificate();
+  summary.step_flags = flags_ | flag_of(summary.certificate.verdict);
   summary.certificate.condition = field_->plain_field().condition();
   summary.max_displacement_mm = max_displacement_;
   summary.moved_vertices = moved_vertices_;

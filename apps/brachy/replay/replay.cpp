@@ -23,7 +23,8 @@ A file with the column needle after m23 moves several needles, with --connect ea
 without moves needle 0. In the column button, the last, 1 is a button held from that row to the needle's next:
 pressed, it drops seeds.
 The log has a row per tick and needle: t_s,needle,state,depth_mm,fx_n,fy_n,fz_n,axial_n,lateral_n,
-cutting_n,friction_n,landmarks,min_det,tip_deflection_mm; brachy plot-force draws it.)";
+cutting_n,friction_n,landmarks,min_det,tip_deflection_mm,guide_x_n,guide_y_n,guide_z_n; brachy plot-force
+draws it.)";
 
 /// The options as they are given on the command line.
 struct GivenOptions : ReplayOptions {
