@@ -67,6 +67,12 @@ void RemainderTable::place_planes(const Tissue& tissue, const Remainder* remaind
   }
   if (remainder) planes_ = remainder->planes();
   is_linear_ = !planes_[0].empty();
+  const Vec3 extent = (max - min).cwiseMax(1e-3);
+  const auto cells = [&](std::size_t k) {
+    return std::max(3, static_cast<int>(std::ceil(extent[static_cast<Eigen::Index>(k)] / spacing)));
+  };
+  while (!is_linear_ && (cells(0) + 1.0) * (cells(1) + 1.0) * (cells(2) + 1.0) > kMaxSmoothNodes)
+    spacing *= 1.02;
   for (std::size_t k = 0; k < 3; ++k) {
     const auto axis = static_cast<Eigen::Index>(k);
     std::vector<double>& p = planes_[k];
@@ -75,9 +81,7 @@ void RemainderTable::place_planes(const Tissue& tissue, const Remainder* remaind
       auto last = std::max(std::lower_bound(p.begin(), p.end() - 1, max[axis]) + 1, first + 4);
       p = std::vector<double>(first, last);
     } else {
-      const double extent = std::max(max[axis] - min[axis], 1e-3);
-      const int cells = std::max(3, static_cast<int>(std::ceil(extent / spacing)));
-      for (int i = 0; i <= cells; ++i) p.push_back(min[axis] + extent * i / cells);
+      for (int i = 0; i <= cells(k); ++i) p.push_back(min[axis] + extent[axis] * i / cells(k));
     }
     count_[k] = static_cast<std::uint32_t>(p.size());
   }
@@ -105,36 +109,40 @@ void RemainderTable::fill(const ElasticKernel& kernel) {
 void RemainderTable::fill_by_columns(const ElasticKernel& kernel, bool is_mixed, const SetUp& set_up) {
   const ElasticBody& body = kernel.body();
   const std::vector<Vec3> at = positions();
-  double s = 0;
-  std::vector<double> modulus(at.size());
+  std::vector<double> modulus(at.size(), 1 / near_weight_), s(at.size());
   if (is_mixed) {
-    const Vec3 cell =
-        (at.back() - at.front()).cwiseQuotient(Vec3(count_[0] - 1, count_[1] - 1, count_[2] - 1));
-    s = 0.5 * cell.squaredNorm() / 3;
     std::ranges::transform(at, modulus.begin(), [&](const Vec3& X) { return body.relative_modulus(X); });
+    for (std::uint32_t i = 0; i < nodes(); ++i)
+      if (modulus[i] != 1 / near_weight_) s[i] = 0.5 * cell_around(i).squaredNorm() / 3;
   } else if (!body.regions.empty()) {
     held_.resize(table_.size());
   }
   const std::vector<std::uint32_t> order = nodes_by_slices(*kernel.remainder());
   // The rows of a chunk's nodes and of all after it; the others are the same by symmetry.
   const auto fill_chunk = [&](std::size_t begin, std::size_t end) {
-    std::vector<Vec3> places;
-    for (std::size_t i = begin; i < order.size(); ++i) places.push_back(at[order[i]]);
-    const std::span<const Vec3> chunk = std::span(places).first(end - begin);
-    const Remainder::Parts parts =
-        kernel.remainder()->between(PointGroups::single(places, s), PointGroups::single(chunk, s));
-    for (std::size_t q = 0; q < chunk.size(); ++q)
-      for (std::size_t p = q; p < places.size(); ++p) {
+    const auto groups = [&](std::size_t last) {
+      PointGroups some;
+      for (std::size_t i = begin; i < last; ++i) {
+        some.begin_group();
+        some.add(at[order[i]], s[order[i]], 1);
+      }
+      some.finish();
+      return some;
+    };
+    const Remainder::Parts parts = kernel.remainder()->between(groups(order.size()), groups(end));
+    const std::size_t chunk = end - begin;
+    for (std::size_t q = 0; q < chunk; ++q)
+      for (std::size_t p = q; begin + p < order.size(); ++p) {
         const std::uint32_t i = order[begin + p], j = order[begin + q];
         const auto row = static_cast<Eigen::Index>(3 * p), column = static_cast<Eigen::Index>(3 * q);
         Mat3 P = parts.motion.block<3, 3>(row, column), Q = parts.held.block<3, 3>(row, column);
-        if (p < chunk.size()) {
+        if (p < chunk) {
           P = 0.5 * (P + parts.motion.block<3, 3>(column, row).transpose());
           Q = 0.5 * (Q + parts.held.block<3, 3>(column, row).transpose());
         }
-        const double w = is_mixed ? 2 / (modulus[i] + modulus[j]) : near_weight_;
+        const double w = 2 / (modulus[i] + modulus[j]);
         Mat3 D = P - w * Q;
-        if (w != near_weight_) D += (w - near_weight_) * kelvin(at[i] - at[j], 2 * s, body.poisson);
+        if (s[i] + s[j] > 0) D += (w - near_weight_) * kelvin(at[i] - at[j], s[i] + s[j], body.poisson);
         set_pair(table_, i, j, D / body.shear_modulus);
         if (!held_.empty()) set_pair(held_, i, j, Q / body.shear_modulus);
       }
@@ -169,6 +177,19 @@ std::vector<std::uint32_t> RemainderTable::nodes_by_slices(const Remainder& rema
       for (std::uint32_t x = 0; x < count_[axes[0]]; ++x)
         order.push_back(x * stride[axes[0]] + y * stride[axes[1]] + z * stride[axes[2]]);
   return order;
+}
+
+// Half the way to the nodes on either side, along each axis.
+Vec3 RemainderTable::cell_around(std::uint32_t node) const {
+  const std::size_t at[] = {node % count_[0], node / count_[0] % count_[1], node / count_[0] / count_[1]};
+  Vec3 size;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const std::size_t below = at[k] > 0 ? at[k] - 1 : 0,
+                      above = std::min<std::size_t>(at[k] + 1, count_[k] - 1);
+    size[static_cast<Eigen::Index>(k)] =
+        (planes_[k][above] - planes_[k][below]) / static_cast<double>(above - below);
+  }
+  return size;
 }
 
 std::vector<Vec3> RemainderTable::positions() const {

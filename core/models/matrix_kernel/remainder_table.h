@@ -21,6 +21,9 @@ namespace brachy {
 /// any. Real-time: they do not allocate.
 class RemainderTable {
  public:
+  /// Most nodes where the remainder is smooth: of tissue more than about 90 mm wide they lie farther apart.
+  static constexpr int kMaxSmoothNodes = 1000;
+
   /// Nodes lie at most `spacing` mm apart, four at least along each axis.
   RemainderTable(const Tissue& tissue, const ElasticKernel& kernel, double spacing, SimdTarget target,
                  const SetUp& set_up = {});
@@ -63,6 +66,7 @@ class RemainderTable {
  private:
   void place_planes(const Tissue& tissue, const Remainder* remainder, double spacing);
   std::vector<Vec3> positions() const;
+  Vec3 cell_around(std::uint32_t node) const;
   std::vector<std::uint32_t> nodes_by_slices(const Remainder& remainder) const;
   /// D between nodes i and j, and its transpose between j and i.
   void set_pair(std::vector<float>& table, std::uint32_t i, std::uint32_t j, const Mat3& D) const;
