@@ -104,16 +104,18 @@ void RemainderTable::fill(const ElasticKernel& kernel) {
 
 // Of finite elements some nodes' columns at a time, which no other columns change. Q is not quite symmetric (10⁻⁴ to
 // 3·10⁻³ of C): of a pair of nodes the one that is first in the system's order has the force. Where regions fill only part of the
-// tissue, both ends are spread over a node's spacing, and near parts have the weights of their places:
+// tissue, all nodes are spread over a node's spacing (with those of the main material as points K is not definite), and near parts have the weights of their places:
 // D = P − wQ + (w − ŵ) G.
 void RemainderTable::fill_by_columns(const ElasticKernel& kernel, bool is_mixed, const SetUp& set_up) {
   const ElasticBody& body = kernel.body();
   const std::vector<Vec3> at = positions();
-  std::vector<double> modulus(at.size(), 1 / near_weight_), s(at.size());
+  double s = 0;
+  std::vector<double> modulus(at.size(), 1 / near_weight_);
   if (is_mixed) {
     std::ranges::transform(at, modulus.begin(), [&](const Vec3& X) { return body.relative_modulus(X); });
-    for (std::uint32_t i = 0; i < nodes(); ++i)
-      if (modulus[i] != 1 / near_weight_) s[i] = 0.5 * cell_around(i).squaredNorm() / 3;
+    const Vec3 cell =
+        (at.back() - at.front()).cwiseQuotient(Vec3(count_[0] - 1, count_[1] - 1, count_[2] - 1));
+    s = 0.5 * cell.squaredNorm() / 3;
   } else if (!body.regions.empty()) {
     held_.resize(table_.size());
   }
@@ -124,7 +126,7 @@ void RemainderTable::fill_by_columns(const ElasticKernel& kernel, bool is_mixed,
       PointGroups some;
       for (std::size_t i = begin; i < last; ++i) {
         some.begin_group();
-        some.add(at[order[i]], s[order[i]], 1);
+        some.add(at[order[i]], s, 1);
       }
       some.finish();
       return some;
@@ -142,7 +144,7 @@ void RemainderTable::fill_by_columns(const ElasticKernel& kernel, bool is_mixed,
         }
         const double w = 2 / (modulus[i] + modulus[j]);
         Mat3 D = P - w * Q;
-        if (s[i] + s[j] > 0) D += (w - near_weight_) * kelvin(at[i] - at[j], s[i] + s[j], body.poisson);
+        if (w != near_weight_) D += (w - near_weight_) * kelvin(at[i] - at[j], 2 * s, body.poisson);
         set_pair(table_, i, j, D / body.shear_modulus);
         if (!held_.empty()) set_pair(held_, i, j, Q / body.shear_modulus);
       }
@@ -177,19 +179,6 @@ std::vector<std::uint32_t> RemainderTable::nodes_by_slices(const Remainder& rema
       for (std::uint32_t x = 0; x < count_[axes[0]]; ++x)
         order.push_back(x * stride[axes[0]] + y * stride[axes[1]] + z * stride[axes[2]]);
   return order;
-}
-
-// Half the way to the nodes on either side, along each axis.
-Vec3 RemainderTable::cell_around(std::uint32_t node) const {
-  const std::size_t at[] = {node % count_[0], node / count_[0] % count_[1], node / count_[0] / count_[1]};
-  Vec3 size;
-  for (std::size_t k = 0; k < 3; ++k) {
-    const std::size_t below = at[k] > 0 ? at[k] - 1 : 0,
-                      above = std::min<std::size_t>(at[k] + 1, count_[k] - 1);
-    size[static_cast<Eigen::Index>(k)] =
-        (planes_[k][above] - planes_[k][below]) / static_cast<double>(above - below);
-  }
-  return size;
 }
 
 std::vector<Vec3> RemainderTable::positions() const {

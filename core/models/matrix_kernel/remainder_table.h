@@ -66,7 +66,6 @@ class RemainderTable {
  private:
   void place_planes(const Tissue& tissue, const Remainder* remainder, double spacing);
   std::vector<Vec3> positions() const;
-  Vec3 cell_around(std::uint32_t node) const;
   std::vector<std::uint32_t> nodes_by_slices(const Remainder& remainder) const;
   /// D between nodes i and j, and its transpose between j and i.
   void set_pair(std::vector<float>& table, std::uint32_t i, std::uint32_t j, const Mat3& D) const;

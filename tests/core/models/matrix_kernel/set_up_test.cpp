@@ -9,8 +9,10 @@
 #include "core/elasticity/elastic_kernel.h"
 #include "core/elasticity/fem/fem_remainder.h"
 #include "core/geometry/tissue/tissue.h"
+#include "core/models/matrix_kernel/matrix_kernel_field.h"
 #include "core/models/matrix_kernel/matrix_models.h"
 #include "core/models/matrix_kernel/smooth_tables.h"
+#include "tests/sanitized.h"
 
 namespace brachy {
 namespace {
@@ -88,6 +90,19 @@ TEST(RemainderTable, LargeTissueHasNoMoreNodesThanItsLimit) {
     const auto tables = make_smooth_tables(tissue_of(Vec3(1, 0.8, 0.9) * width), *kernel, best_simd_target());
     EXPECT_LE(tables->remainder.nodes(), static_cast<std::size_t>(RemainderTable::kMaxSmoothNodes));
     EXPECT_GE(tables->remainder.nodes(), 700u);
+  }
+}
+
+// The table's spreading of materials keeps K definite, also where it is coarse.
+TEST(RemainderTable, LetsAShaftThroughAStiffNoduleBeSolved) {
+  if (test::kIsSanitized) GTEST_SKIP() << "skipped: finite elements take long under a sanitizer";
+  const Tissue tissue = tissue_of(Vec3(50, 40, 45));
+  const ElasticBody body = body_with({{8, 0, 2}}, 8);
+  MatrixKernelField field(tissue, "elastic", body, {.max_landmarks = 16, .evaluates_points = false});
+  std::vector<Vec3> shaft;
+  for (double z = -18; z <= 12; z += 3) {
+    shaft.emplace_back(4, 1, z);
+    EXPECT_TRUE(field.factorize(shaft, std::vector<LandmarkSpread>(shaft.size()))) << z;
   }
 }
 
