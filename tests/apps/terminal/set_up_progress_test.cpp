@@ -17,7 +17,7 @@ TEST(SetUpText, SaysNothingInTheFirstSecondAndThenALineASecond) {
 
 TEST(SetUpText, AQuickSetUpPrintsNothing) {
   int lines = 0;
-  const SetUp set_up = announced_set_up([&](const std::string&) { ++lines; });
+  const auto set_up = announced_set_up([&](const std::string&) { ++lines; });
   set_up.progress(0.5);
   set_up.progress(1);
   EXPECT_EQ(lines, 0);
