@@ -10,16 +10,20 @@ namespace {
 
 constexpr std::size_t kBoundsPatches = 400;  // of a region's surface, to find its bounding box
 
-// Of the regions inside the box; without one, the middle half of the box.
+// Of the regions inside the box that have another modulus, or of all; without one, the middle half of the box.
 MeshBounds region_bounds(const ElasticBody& body) {
   const MeshBounds box = {body.box_centre - 0.5 * body.box_size, body.box_centre + 0.5 * body.box_size};
   MeshBounds bounds = {box.max, box.min};
-  for (const auto& region : body.regions)
+  const auto differs = [&](const auto& region) { return region->shear_modulus != body.shear_modulus; };
+  const bool any_differs = std::ranges::any_of(body.regions, differs);
+  for (const auto& region : body.regions) {
+    if (any_differs && !differs(region)) continue;
     for (const SurfacePatch& patch : region->surface(kBoundsPatches)) {
       const Vec3 p = patch.position.cwiseMax(box.min).cwiseMin(box.max);
       bounds.min = bounds.min.cwiseMin(p);
       bounds.max = bounds.max.cwiseMax(p);
     }
+  }
   if ((bounds.max - bounds.min).minCoeff() <= 0)
     return {body.box_centre - 0.25 * body.box_size, body.box_centre + 0.25 * body.box_size};
   return bounds;
