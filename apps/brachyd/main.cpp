@@ -14,6 +14,7 @@
 #include "apps/daemon/service/stderr_sink.h"
 #include "apps/daemon/telemetry/summary_report.h"
 #include "apps/doctor/doctor.h"
+#include "apps/terminal/set_up_progress.h"
 #include "core/base/error.h"
 #include "core/base/escaped.h"
 
@@ -21,7 +22,8 @@ namespace {
 
 using namespace brachy;
 
-int run(const DaemonOptions& options) {
+int run(DaemonOptions options) {
+  options.set_up = announced_set_up([](const std::string& line) { spdlog::info(line); });
   const Scene scene = read_scene(options);
   if (options.check_config) {
     DaemonOptions any_port = options;

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "apps/command_line/exit_code.h"
+#include "core/base/set_up.h"
 
 namespace brachy {
 
@@ -29,6 +30,7 @@ struct DaemonOptions {
   std::optional<double> report_every_s;  ///< none: only the closing summary
   std::optional<double> doctor_s;        ///< `brachyd doctor`: duration of each measurement
   bool json = false;
+  SetUp set_up;  ///< of the first model; not from the command line
 };
 
 }  // namespace brachy

@@ -131,7 +131,7 @@ class Daemon::Impl {
                                                                         : nullptr),
         session_(open_session(scene, options, plan_, structures_)),
         runs_(std::make_shared<SimulationRun>(0, false,
-                                              load_simulation_model(scene, load_simulated_tissue(scene))),
+                                              load_simulation_model(scene, load_simulated_tissue(scene), options.set_up)),
               loop_, worker_),
         ledger_(plan_ledger(scene, plan_, options.session)),
         states_(start_state(simulator(), session_.get(), ledger_)),

@@ -26,13 +26,14 @@ DeformationModel load_deformation_model(const Scene& scene, const Tissue& tissue
   ElasticBody body = load_body(scene);
   require_in_box(tissue, body);
   if (heterogeneous) return load_compact_tissues(scene, body);
-  std::shared_ptr<const MatrixKernel> kernel = make_matrix_kernel(name, body);
+  std::shared_ptr<const MatrixKernel> kernel = make_matrix_kernel(name, body, tissue.rest_vertices);
   return MatrixModel{std::move(kernel), std::move(body)};
 }
 
 }  // namespace
 
-std::shared_ptr<const SimulationModel> load_simulation_model(const Scene& scene, Tissue tissue) {
+std::shared_ptr<const SimulationModel> load_simulation_model(const Scene& scene, Tissue tissue,
+                                                             const SetUp& set_up) {
   if (scene.model.kernel == "auto")
     throw UserError("model.kernel is still \"auto\"; the scene has to go through with_choice first");
   if (scene.needle.flexible && !knows_forces(scene.model.kernel))
@@ -64,7 +65,7 @@ std::shared_ptr<const SimulationModel> load_simulation_model(const Scene& scene,
   DeformationModel deformation = load_deformation_model(scene, tissue);
   return std::make_shared<const SimulationModel>(std::move(tissue), std::move(deformation),
                                                  std::move(needle_tissues), settings, load_plan(scene),
-                                                 tested_organs(load_structures(scene)));
+                                                 tested_organs(load_structures(scene)), set_up);
 }
 
 Anchors load_anchors(const Scene& scene, const Tissue& tissue) {

@@ -17,7 +17,7 @@ SurfaceMesh closed(PreparedSurface prepared, const std::string& name) {
 }
 
 SurfaceMesh stretched(SurfaceMesh mesh, const Vec3& size_mm) {
-  for (Vec3& v : mesh.vertices) v = v.cwiseProduct(size_mm.cwiseQuotient(kPhantomSize));
+  for (Vec3& v : mesh.vertices) v = v.cwiseProduct(size_mm.cwiseQuotient(phantom_size()));
   return mesh;
 }
 

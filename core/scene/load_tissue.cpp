@@ -18,7 +18,7 @@ PreparedSurface load_surface(const Scene& scene) {
   const TissueSettings& s = scene.tissue;
   if (s.mesh.empty()) {
     SurfaceMesh phantom = prostate_phantom(s.phantom_surface_vertices);
-    for (Vec3& v : phantom.vertices) v = v.cwiseProduct(s.phantom_size_mm.cwiseQuotient(kPhantomSize));
+    for (Vec3& v : phantom.vertices) v = v.cwiseProduct(s.phantom_size_mm.cwiseQuotient(phantom_size()));
     return prepare_surface(std::move(phantom), {}, surface_name(scene));
   }
   MeshFileOptions file;

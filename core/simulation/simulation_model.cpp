@@ -73,7 +73,8 @@ Anchors make_anchors(const Tissue& tissue, Anchors::Options options, bool models
 
 SimulationModel::SimulationModel(Tissue tissue_at_rest, DeformationModel deformation_model,
                                  NeedleTissues tissues_of_needle, const SimulationSettings& s,
-                                 std::optional<Plan> seed_plan, std::vector<TestedOrgan> organs_at_risk)
+                                 std::optional<Plan> seed_plan, std::vector<TestedOrgan> organs_at_risk,
+                                 const SetUp& set_up)
     : tissue(std::move(tissue_at_rest)),
       surface(surface_of(tissue)),
       deformation(std::move(deformation_model)),
@@ -86,7 +87,7 @@ SimulationModel::SimulationModel(Tissue tissue_at_rest, DeformationModel deforma
       anchors(make_anchors(tissue, s.anchors, models_support(deformation))) {
   if (const auto* matrix = std::get_if<MatrixModel>(&deformation)) {
     require_in_box(tissue, matrix->body);
-    smooth_tables = make_smooth_tables(tissue, *matrix->kernel, settings.target);
+    smooth_tables = make_smooth_tables(tissue, *matrix->kernel, settings.target, set_up);
   }
 }
 

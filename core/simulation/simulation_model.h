@@ -6,6 +6,7 @@
 #include <variant>
 #include <vector>
 
+#include "core/base/set_up.h"
 #include "core/base/simd/simd_target.h"
 #include "core/brachytherapy/plan/plan.h"
 #include "core/brachytherapy/plan/template_grid.h"
@@ -77,7 +78,7 @@ struct SimulationModel {
   /// MatrixModel's box.
   SimulationModel(Tissue tissue, DeformationModel deformation, NeedleTissues needle_tissues,
                   const SimulationSettings& settings = {}, std::optional<Plan> plan = {},
-                  std::vector<TestedOrgan> organs = {});
+                  std::vector<TestedOrgan> organs = {}, const SetUp& set_up = {});
 
   std::size_t max_landmarks() const;  ///< of a tick: all needles', the probe's and the anchors
   /// Where the gland turns and swells about: its apex, the lowest point, on its axis.

@@ -16,6 +16,7 @@
 #include "apps/score/report.h"
 #include "apps/session/session_log.h"
 #include "apps/terminal/progress.h"
+#include "apps/terminal/set_up_progress.h"
 #include "core/base/error.h"
 #include "core/brachytherapy/plan/plan_file.h"
 #include "core/scene/choice/choice.h"
@@ -60,7 +61,7 @@ int replay_offline(const ReplayOptions& options) {
   const Scene scene = scene_of(options);
   NeedleTrajectories trajectories =
       load_motion(options.trajectory, ReplayedModel::kRecorded, scene.instrument_count());
-  Simulator simulator(load_simulation_model(scene, load_tissue(scene).tissue));
+  Simulator simulator(load_simulation_model(scene, load_tissue(scene).tissue, announced_set_up()));
   trajectories = place(trajectories, options, options.centre_on_tissue || scene.device.centre_on_tissue,
                        centre_of(simulator.tissue()));
   std::optional<ForceLogWriter> log;

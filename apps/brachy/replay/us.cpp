@@ -11,6 +11,7 @@
 #include "apps/command_line/tool.h"
 #include "apps/recording/recorded_scanner.h"
 #include "apps/terminal/progress.h"
+#include "apps/terminal/set_up_progress.h"
 #include "core/base/error.h"
 #include "core/scene/choice/choice.h"
 #include "core/scene/file/scene_file.h"
@@ -150,7 +151,7 @@ int run(const UsOptions& given) {
   if (options.trajectory)
     trajectories = load_motion(*options.trajectory, ReplayedModel::kRecorded, scene.instrument_count());
   const std::vector<Seed> planned = options.planned_seeds ? seeds_of_plan(scene) : std::vector<Seed>{};
-  Simulator simulator(load_simulation_model(scene, load_tissue(scene).tissue));
+  Simulator simulator(load_simulation_model(scene, load_tissue(scene).tissue, announced_set_up()));
   simulator.restore_seeds(planned);
   const auto echoes = load_echo_map(scene, load_structures(scene));
   std::vector<View> views = views_of(options, scene, simulator.tissue(), echoes);

@@ -1,5 +1,6 @@
 #include "apps/daemon/loops/simulation_runs.h"
 
+#include <algorithm>
 #include <cassert>
 #include <exception>
 #include <utility>
@@ -10,7 +11,11 @@ namespace brachy {
 
 void SimulationRuns::begin(const Scene& scene, std::function<void(const std::string&)> on_failure) {
   const Tissue* tissue = &in_use_->simulator.tissue();  // stays until the next one is in use
-  build([scene, tissue] { return load_simulation_model(scene, *tissue); }, true, std::move(on_failure));
+  // One processor stays with the threads that run.
+  SetUp set_up;
+  set_up.threads = std::max<std::size_t>(1, set_up.threads - 1);
+  build([scene, tissue, set_up] { return load_simulation_model(scene, *tissue, set_up); }, true,
+        std::move(on_failure));
 }
 
 void SimulationRuns::restart(std::function<void(const std::string&)> on_failure) {

@@ -24,10 +24,11 @@ bool BandFactor::factor() {
   return panel_loops(target_).factor_band(matrix(), 0, static_cast<int>(first_column_.size()), n_);
 }
 
-void BandFactor::solve(BandRow* x, int zero_before, int from) const {
+void BandFactor::solve(BandRow* x, std::size_t count, int zero_before, int from) const {
   const BandLoops& loops = band_loops(target_);
-  loops.forward(matrix(), n_, zero_before, x);
-  loops.backward(matrix(), n_, from, x);
+  const BandSets sets{x, count, padded_rows()};
+  loops.forward(matrix(), n_, zero_before, sets);
+  loops.backward(matrix(), n_, from, sets);
 }
 
 }  // namespace brachy

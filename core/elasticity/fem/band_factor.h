@@ -24,9 +24,9 @@ class BandFactor {
   /// False: not positive definite; it is of no use then.
   bool factor();
 
-  /// x = A⁻¹ x, rows from `from` on, given that x is zero before row `zero_before`; x has padded_rows() rows, of which
-  /// those before `from` are left undefined.
-  void solve(BandRow* x, int zero_before = 0, int from = 0) const;
+  /// x = A⁻¹ x for `sets` sets of right-hand sides, rows from `from` on, given that they are zero before row
+  /// `zero_before`. Each set has padded_rows() rows, one after the other; those before `from` are left undefined.
+  void solve(BandRow* x, std::size_t sets = 1, int zero_before = 0, int from = 0) const;
 
   int rows() const { return n_; }
   std::size_t padded_rows() const { return inverse_diagonal_.size(); }

@@ -86,13 +86,13 @@ FemRemainder::FemRemainder(const ElasticBody& body, const FemOptions& options)
       max_(body.box_centre + 0.5 * body.box_size),
       poisson_(body.poisson),
       tissue_(
-          HexMesh(mesh_planes(body, options.sizes)), body.poisson,
+          HexMesh(mesh_planes(body, options.sizes, options.tissue)), body.poisson,
           [moduli = std::make_shared<CellModuli>(body)](const HexMesh& mesh, const HexMesh::Place& cell) {
             return (*moduli)(mesh, cell);
           },
           on_faces(body.held), options.target),
-      unbounded_(HexMesh(with_outer_cells(mesh_planes(body, options.sizes))), body.poisson, modulus_one,
-                 on_faces({true, true, true, true, true, true}), options.target) {}
+      unbounded_(HexMesh(with_outer_cells(mesh_planes(body, options.sizes, options.tissue))), body.poisson,
+                 modulus_one, on_faces({true, true, true, true, true, true}), options.target) {}
 
 PointGroups FemRemainder::loads(const PointGroups& groups) const {
   PointGroups spread;

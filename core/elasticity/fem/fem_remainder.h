@@ -1,6 +1,9 @@
 #pragma once
 
+#include <optional>
+
 #include "core/elasticity/elastic_body.h"
+#include "core/elasticity/fem/hex_mesh.h"
 #include "core/elasticity/fem/mesh_system.h"
 #include "core/elasticity/remainder.h"
 
@@ -8,6 +11,7 @@ namespace brachy {
 
 struct FemOptions {
   MeshSizes sizes;
+  std::optional<MeshBounds> tissue;  ///< for which it is used (mesh_planes)
   SimdTarget target = best_simd_target();
 };
 

@@ -3,25 +3,27 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/base/error.h"
+
 namespace brachy {
 namespace {
 
 constexpr std::size_t kBoundsPatches = 400;  // of a region's surface, to find its bounding box
 
-struct Bounds {
-  Vec3 min, max;
-};
-
-// Of the regions inside the box; without one, the middle half of the box.
-Bounds region_bounds(const ElasticBody& body) {
-  const Bounds box = {body.box_centre - 0.5 * body.box_size, body.box_centre + 0.5 * body.box_size};
-  Bounds bounds = {box.max, box.min};
-  for (const auto& region : body.regions)
+// Of the regions inside the box that have another modulus, or of all; without one, the middle half of the box.
+MeshBounds region_bounds(const ElasticBody& body) {
+  const MeshBounds box = {body.box_centre - 0.5 * body.box_size, body.box_centre + 0.5 * body.box_size};
+  MeshBounds bounds = {box.max, box.min};
+  const auto differs = [&](const auto& region) { return region->shear_modulus != body.shear_modulus; };
+  const bool any_differs = std::ranges::any_of(body.regions, differs);
+  for (const auto& region : body.regions) {
+    if (any_differs && !differs(region)) continue;
     for (const SurfacePatch& patch : region->surface(kBoundsPatches)) {
       const Vec3 p = patch.position.cwiseMax(box.min).cwiseMin(box.max);
       bounds.min = bounds.min.cwiseMin(p);
       bounds.max = bounds.max.cwiseMax(p);
     }
+  }
   if ((bounds.max - bounds.min).minCoeff() <= 0)
     return {body.box_centre - 0.25 * body.box_size, body.box_centre + 0.25 * body.box_size};
   return bounds;
@@ -57,20 +59,71 @@ std::vector<double> planes_along(double wall_min, double wall_max, double min, d
   return planes;
 }
 
-}  // namespace
-
-MeshPlanes mesh_planes(const ElasticBody& body, const MeshSizes& sizes) {
-  const Bounds core = region_bounds(body);
-  const double cell = std::cbrt((core.max - core.min).prod() / sizes.core_cells),
-               margin = sizes.margin * cell;
+MeshPlanes planes_of(const ElasticBody& body, const MeshBounds& core, const Vec3& cell, double margin,
+                     double growth) {
   MeshPlanes planes;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const auto k = static_cast<Eigen::Index>(axis);
     const double half = 0.5 * body.box_size[k], centre = body.box_centre[k];
-    planes[axis] = planes_along(centre - half, centre + half, std::max(core.min[k] - margin, centre - half),
-                                std::min(core.max[k] + margin, centre + half), cell, sizes.growth);
+    planes[axis] =
+        planes_along(centre - half, centre + half, std::max(core.min[k] - margin * cell[k], centre - half),
+                     std::min(core.max[k] + margin * cell[k], centre + half), cell[k], growth);
   }
   return planes;
+}
+
+// Rows of a system over so many nodes times its half band: multiply-adds of one triangular solve.
+double solve_work(std::array<double, 3> nodes) {
+  std::ranges::sort(nodes);
+  return 3 * nodes[0] * nodes[1] * nodes[2] * 3 * (nodes[0] * nodes[1] + nodes[0] + 1);
+}
+
+}  // namespace
+
+// A column takes half a forward and half a backward solve among the nodes inside the walls, and one and a half among all
+// nodes, where the walls move.
+double table_work(const MeshPlanes& planes, const MeshBounds& tissue) {
+  double columns = 3;
+  std::array<double, 3> all{}, inside{};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const auto k = static_cast<Eigen::Index>(axis);
+    const auto count = static_cast<double>(planes[axis].size());
+    const auto within =
+        std::ranges::count_if(planes[axis], [&](double x) { return x > tissue.min[k] && x < tissue.max[k]; });
+    columns *= std::min(count, static_cast<double>(within) + 2);
+    all[axis] = count;
+    inside[axis] = std::max(1.0, count - 2);
+  }
+  return columns * (solve_work(inside) + 1.5 * solve_work(all));
+}
+
+MeshPlanes mesh_planes(const ElasticBody& body, const MeshSizes& sizes,
+                       const std::optional<MeshBounds>& tissue_bounds) {
+  const MeshBounds core = region_bounds(body);
+  const Vec3 half = 0.25 * body.box_size;
+  const MeshBounds tissue = tissue_bounds.value_or(
+      MeshBounds{core.min.cwiseMin(body.box_centre - half), core.max.cwiseMax(body.box_centre + half)});
+  const double volume = (core.max - core.min).prod(), widest = std::cbrt(volume / sizes.least_cells);
+  Vec3 cell = Vec3::Constant(std::cbrt(volume / sizes.core_cells));
+  const auto is_within = [&](const MeshPlanes& planes) {
+    return table_work(planes, tissue) <= sizes.max_work;
+  };
+  constexpr double kCoarser = 1.04, kFaster = 1.05, kMaxGrowth = 8;
+  // One axis after the other, so that a step takes no more than it has to.
+  for (Eigen::Index axis = 0;; axis = (axis + 1) % 3) {
+    for (double g = sizes.growth; g < sizes.coarse_growth; g *= kFaster)
+      if (MeshPlanes planes = planes_of(body, core, cell, sizes.margin, g); is_within(planes)) return planes;
+    if (cell[axis] >= widest) break;
+    cell[axis] *= kCoarser;
+  }
+  for (double growth = sizes.coarse_growth; growth < kMaxGrowth; growth *= kFaster)
+    if (MeshPlanes planes = planes_of(body, core, cell, sizes.margin, growth); is_within(planes))
+      return planes;
+  throw UserError(
+      "[[region]]: finite elements would take minutes to set up, because the regions together are long and "
+      "thin in "
+      "this [box]; leave out shear_modulus_kpa of some of them, make box.size_mm smaller, or choose kernel = "
+      "\"psi31\"");
 }
 
 MeshPlanes with_outer_cells(MeshPlanes planes) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 #include <numeric>
+#include <utility>
 
 #include "core/base/error.h"
 
@@ -12,6 +13,7 @@ namespace {
 using Eigen::Index;
 
 constexpr int kColumns = BandRow::kCount;
+constexpr std::size_t kSets = 4;  // of columns that are solved at once
 
 // Rows of free nodes, three each in the order of the nodes; fixed node f has −1 − f.
 std::vector<int> number_rows(const HexMesh& mesh, const MeshSystem::IsFixed& is_fixed) {
@@ -87,6 +89,20 @@ void MeshSystem::assemble(double poisson, const CellModulus& modulus) {
       }
     }
   });
+  merge_couplings();
+}
+
+// Cells that share a free and a fixed node have each given the pair a coupling.
+void MeshSystem::merge_couplings() {
+  const auto pair_of = [](const Coupling& c) { return std::pair(c.row, c.fixed); };
+  std::ranges::stable_sort(couplings_, {}, pair_of);
+  std::vector<Coupling> merged;
+  for (const Coupling& c : couplings_)
+    if (!merged.empty() && pair_of(merged.back()) == pair_of(c))
+      merged.back().stiffness += c.stiffness;
+    else
+      merged.push_back(c);
+  couplings_ = std::move(merged);
 }
 
 std::vector<MeshSystem::Observation> MeshSystem::observe(const PointGroups& groups) const {
@@ -104,8 +120,7 @@ std::vector<MeshSystem::Observation> MeshSystem::observe(const PointGroups& grou
 }
 
 int MeshSystem::load(std::span<const Load> loads, const PointGroups& b, const std::vector<Observation>& of_b,
-                     const FixedMotion& fixed_motion, std::vector<BandRow>& x) const {
-  std::ranges::fill(x, BandRow{});
+                     const FixedMotion& fixed_motion, BandRow* x) const {
   int first = factor_.rows() - 1;
   const auto add = [&](int row, const Forces& forces, double share) {
     first = std::min(first, row);
@@ -120,18 +135,39 @@ int MeshSystem::load(std::span<const Load> loads, const PointGroups& b, const st
   std::vector<Forces> motions(fixed_.size(), Forces::Zero());
   for (std::size_t f = 0; f < fixed_.size(); ++f)
     for (const Load& l : loads) motions[f] += fixed_motion(fixed_[f], b, l.group) * l.forces;
-  for (const Coupling& c : couplings_) add(c.row, c.stiffness * motions[c.fixed], -1);
+  return std::min(first, load_fixed(motions, x));
+}
+
+int MeshSystem::load_units(std::span<const std::size_t> groups, const PointGroups& b,
+                           const std::vector<Observation>& of_b, const FixedMotion& fixed_motion,
+                           BandRow* x) const {
+  int first = factor_.rows() - 1;
+  for (std::size_t q = 0; q < groups.size(); ++q)
+    for (const Term& term : of_b[groups[q]]) {
+      first = std::min(first, term.row);
+      for (std::size_t i = 0; i < 3; ++i)
+        x[static_cast<std::size_t>(term.row) + i].column[3 * q + i] += term.share;
+    }
+  if (!fixed_motion) return first;
+
+  std::vector<Forces> motions(fixed_.size(), Forces::Zero());
+  for (std::size_t f = 0; f < fixed_.size(); ++f)
+    for (std::size_t q = 0; q < groups.size(); ++q)
+      motions[f].middleCols<3>(static_cast<Index>(3 * q)) = fixed_motion(fixed_[f], b, groups[q]);
+  return std::min(first, load_fixed(motions, x));
+}
+
+int MeshSystem::load_fixed(const std::vector<Forces>& motions, BandRow* x) const {
+  int first = factor_.rows() - 1;
+  for (const Coupling& c : couplings_) {
+    first = std::min(first, c.row);
+    Eigen::Map<Forces>(x[c.row].column).noalias() -= c.stiffness.lazyProduct(motions[c.fixed]);
+  }
   return first;
 }
 
-void MeshSystem::solve(std::span<const Load> loads, const PointGroups& b,
-                       const std::vector<Observation>& of_b, const std::vector<Observation>& of_a,
-                       const FixedMotion& fixed_motion, std::vector<BandRow>& x,
-                       Eigen::Ref<Eigen::MatrixXd> out) const {
-  int last = factor_.rows();
-  for (const Observation& terms : of_a)
-    for (const Term& term : terms) last = std::min(last, term.row);
-  factor_.solve(x.data(), load(loads, b, of_b, fixed_motion, x), last);
+void MeshSystem::read(const std::vector<Observation>& of_a, const BandRow* x,
+                      Eigen::Ref<Eigen::MatrixXd> out) const {
   for (std::size_t g = 0; g < of_a.size(); ++g) {
     Forces sum = Forces::Zero();
     for (const Term& term : of_a[g]) {
@@ -143,7 +179,15 @@ void MeshSystem::solve(std::span<const Load> loads, const PointGroups& b,
   }
 }
 
-// Groups that lie near each other are solved together, so that none begins much before the others.
+int MeshSystem::first_row(const std::vector<Observation>& observations) const {
+  int first = factor_.rows();
+  for (const Observation& terms : observations)
+    for (const Term& term : terms) first = std::min(first, term.row);
+  return first;
+}
+
+// Groups that lie near each other are solved together, so that none begins much before the others, and several sets of
+// 24 columns at once.
 Eigen::MatrixXd MeshSystem::between(const PointGroups& a, const PointGroups& b,
                                     const FixedMotion& fixed_motion) const {
   const std::vector<Observation> of_a = observe(a), of_b = observe(b);
@@ -155,19 +199,29 @@ Eigen::MatrixXd MeshSystem::between(const PointGroups& a, const PointGroups& b,
   std::ranges::sort(order, {}, [&](std::size_t g) { return of_b[g].empty() ? 0 : of_b[g].front().row; });
 
   constexpr std::size_t kGroups = kColumns / 3;
-  std::vector<BandRow> x(factor_.padded_rows());
+  const std::size_t stride = factor_.padded_rows(), most = std::min(order.size(), kSets * kGroups);
+  const auto group = [&](std::size_t begin) {
+    return std::span(order).subspan(begin, std::min(kGroups, order.size() - begin));
+  };
+  std::vector<BandRow> x((most + kGroups - 1) / kGroups * stride);
   Eigen::MatrixXd out(all.rows(), kColumns);
-  for (std::size_t begin = 0; begin < order.size(); begin += kGroups) {
-    const std::span<const std::size_t> some =
-        std::span(order).subspan(begin, std::min(kGroups, order.size() - begin));
-    std::vector<Load> loads;
-    for (std::size_t q = 0; q < some.size(); ++q) {
-      loads.push_back({some[q], Forces::Zero()});
-      loads.back().forces.block<3, 3>(0, static_cast<Index>(3 * q)).setIdentity();
+  for (std::size_t begin = 0; begin < order.size(); begin += kSets * kGroups) {
+    const std::size_t end = std::min(begin + kSets * kGroups, order.size());
+    std::ranges::fill(x, BandRow{});
+    int first = factor_.rows();
+    std::size_t sets = 0;
+    for (std::size_t set = begin; set < end; set += kGroups) {
+      first = std::min(first, load_units(group(set), b, of_b, fixed_motion, &x[sets++ * stride]));
     }
-    solve(loads, b, of_b, of_a, fixed_motion, x, out);
-    for (std::size_t q = 0; q < some.size(); ++q)
-      all.middleCols<3>(static_cast<Index>(3 * some[q])) = out.middleCols<3>(static_cast<Index>(3 * q));
+    factor_.solve(x.data(), sets, first, first_row(of_a));
+    for (std::size_t set = 0; set < sets; ++set) {
+      read(of_a, &x[set * stride], out);
+      Index column = 0;
+      for (const std::size_t g : group(begin + set * kGroups)) {
+        all.middleCols<3>(static_cast<Index>(3 * g)) = out.middleCols<3>(column);
+        column += 3;
+      }
+    }
   }
   return all;
 }
@@ -184,7 +238,10 @@ Eigen::MatrixXd MeshSystem::fields(const PointGroups& a, const PointGroups& b, c
       loads.push_back({g, Forces::Zero()});
       loads.back().forces.leftCols(count) = forces.block(static_cast<Index>(3 * g), begin, 3, count);
     }
-    solve(loads, b, of_b, of_a, fixed_motion, x, all.middleCols(begin, count));
+    std::ranges::fill(x, BandRow{});
+    const int first = load(loads, b, of_b, fixed_motion, x.data());
+    factor_.solve(x.data(), 1, first, first_row(of_a));
+    read(of_a, x.data(), all.middleCols(begin, count));
   }
   return all;
 }

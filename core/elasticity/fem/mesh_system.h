@@ -60,14 +60,19 @@ class MeshSystem {
   };
 
   void assemble(double poisson, const CellModulus& modulus);
+  void merge_couplings();
   std::vector<Observation> observe(const PointGroups& groups) const;
-  /// Right-hand sides of some loads into x; returns the first row that is not zero.
+  /// Right-hand sides of some loads into x, padded_rows() rows of zeros; returns the first row that is not zero.
   int load(std::span<const Load> loads, const PointGroups& b, const std::vector<Observation>& of_b,
-           const FixedMotion& fixed_motion, std::vector<BandRow>& x) const;
-  /// Solves them and observes groups a: out, 3|a| × (up to 24).
-  void solve(std::span<const Load> loads, const PointGroups& b, const std::vector<Observation>& of_b,
-             const std::vector<Observation>& of_a, const FixedMotion& fixed_motion, std::vector<BandRow>& x,
-             Eigen::Ref<Eigen::MatrixXd> out) const;
+           const FixedMotion& fixed_motion, BandRow* x) const;
+  /// The same of unit forces along x, y and z on each of up to eight groups.
+  int load_units(std::span<const std::size_t> groups, const PointGroups& b,
+                 const std::vector<Observation>& of_b, const FixedMotion& fixed_motion, BandRow* x) const;
+  /// What moved fixed nodes do to the right-hand sides.
+  int load_fixed(const std::vector<Forces>& motions, BandRow* x) const;
+  int first_row(const std::vector<Observation>& observations) const;
+  /// Groups a in a solution x: out, 3|a| × (up to 24).
+  void read(const std::vector<Observation>& of_a, const BandRow* x, Eigen::Ref<Eigen::MatrixXd> out) const;
 
   HexMesh mesh_;
   std::vector<int> rows_;    // first of a node's three; −1 − f for fixed node f

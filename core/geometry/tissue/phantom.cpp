@@ -13,7 +13,6 @@ namespace brachy {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
-const Vec3 kHalfSize = 0.5 * kPhantomSize;  // x right–left, y front–back, z base–apex
 
 double square(double x) {
   return x * x;
@@ -42,10 +41,10 @@ double radius_share(const Vec3& n) {
   return (1 - sulcus - neck + lobes) / inverse;
 }
 
-/// At polar angle θ from the base and azimuth φ from the back (−y).
+/// x right–left, y front–back, z base–apex; at polar angle θ from the base and azimuth φ from the back (−y).
 Vec3 shape_point(double polar, double azimuth) {
   const Vec3 n(std::sin(polar) * std::sin(azimuth), -std::sin(polar) * std::cos(azimuth), std::cos(polar));
-  return radius_share(n) * kHalfSize.cwiseProduct(n);
+  return radius_share(n) * (0.5 * phantom_size()).cwiseProduct(n);
 }
 
 /// Cumulative length of a sampled curve, from 0.
@@ -120,7 +119,7 @@ void fit_box(std::vector<Vec3>& vertices) {
     min = min.cwiseMin(v);
     max = max.cwiseMax(v);
   }
-  const Vec3 middle = 0.5 * (min + max), scale = (2 * kHalfSize).cwiseQuotient(max - min);
+  const Vec3 middle = 0.5 * (min + max), scale = phantom_size().cwiseQuotient(max - min);
   for (Vec3& v : vertices) v = scale.cwiseProduct(v - middle);
 }
 

@@ -1,13 +1,18 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
 
 #include "core/geometry/surface/surface_mesh.h"
 
 namespace brachy {
 
-/// Bounding box of the phantom before scaling, mm.
-inline const Vec3 kPhantomSize(50, 40, 45);
+/// Bounding box of the phantom before scaling, mm. Numbers, since a vector of Eigen's is no constant: what another file's
+/// constant is made of it can be made before it.
+inline constexpr std::array<double, 3> kPhantomSize = {50, 40, 45};
+inline Vec3 phantom_size() {
+  return {kPhantomSize[0], kPhantomSize[1], kPhantomSize[2]};
+}
 
 /// A prostate-shaped surface for scenes without a patient: closed, outward, smooth, star-shaped about the origin, with
 /// exactly `surface_vertices` vertices (50 … 1,000,000); mm, RAS.

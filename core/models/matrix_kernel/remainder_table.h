@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "core/base/set_up.h"
 #include "core/elasticity/elastic_kernel.h"
 #include "core/geometry/tissue/tissue.h"
 #include "core/models/matrix_kernel/near_loops.h"
@@ -20,8 +21,12 @@ namespace brachy {
 /// any. Real-time: they do not allocate.
 class RemainderTable {
  public:
+  /// Most nodes where the remainder is smooth: of tissue more than about 90 mm wide they lie farther apart.
+  static constexpr int kMaxSmoothNodes = 1000;
+
   /// Nodes lie at most `spacing` mm apart, four at least along each axis.
-  RemainderTable(const Tissue& tissue, const ElasticKernel& kernel, double spacing, SimdTarget target);
+  RemainderTable(const Tissue& tissue, const ElasticKernel& kernel, double spacing, SimdTarget target,
+                 const SetUp& set_up = {});
 
   std::size_t nodes() const { return static_cast<std::size_t>(count_[0]) * count_[1] * count_[2]; }
   /// Numbers of floats of a field at the nodes (interleaved x, y, z, x fastest), to the next row and slice of nodes; a
@@ -60,7 +65,12 @@ class RemainderTable {
 
  private:
   void place_planes(const Tissue& tissue, const Remainder* remainder, double spacing);
-  void fill(const ElasticKernel& kernel, bool is_mixed);
+  std::vector<Vec3> positions() const;
+  std::vector<std::uint32_t> nodes_by_slices(const Remainder& remainder) const;
+  /// D between nodes i and j, and its transpose between j and i.
+  void set_pair(std::vector<float>& table, std::uint32_t i, std::uint32_t j, const Mat3& D) const;
+  void fill(const ElasticKernel& kernel);
+  void fill_by_columns(const ElasticKernel& kernel, bool is_mixed, const SetUp& set_up);
 
   std::array<std::vector<double>, 3> planes_;  // along x, y, z, mm
   bool is_linear_ = false;

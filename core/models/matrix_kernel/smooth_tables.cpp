@@ -4,8 +4,10 @@
 
 namespace brachy {
 
-SmoothTables::SmoothTables(const Tissue& tissue, const ElasticKernel& kernel, SimdTarget target)
-    : remainder(tissue, kernel, kernel.body().regions.empty() ? kSmoothSpacing : kRegionSpacing, target) {
+SmoothTables::SmoothTables(const Tissue& tissue, const ElasticKernel& kernel, SimdTarget target,
+                           const SetUp& set_up)
+    : remainder(tissue, kernel, kernel.body().regions.empty() ? kSmoothSpacing : kRegionSpacing, target,
+                set_up) {
   for (const Block& block : tissue.blocks) add_block(tissue, block);
 }
 
@@ -37,9 +39,9 @@ void SmoothTables::add_block(const Tissue& tissue, const Block& block) {
 }
 
 std::shared_ptr<const SmoothTables> make_smooth_tables(const Tissue& tissue, const MatrixKernel& kernel,
-                                                       SimdTarget target) {
+                                                       SimdTarget target, const SetUp& set_up) {
   const auto* elastic = dynamic_cast<const ElasticKernel*>(&kernel);
-  return elastic ? std::make_shared<const SmoothTables>(tissue, *elastic, target) : nullptr;
+  return elastic ? std::make_shared<const SmoothTables>(tissue, *elastic, target, set_up) : nullptr;
 }
 
 }  // namespace brachy

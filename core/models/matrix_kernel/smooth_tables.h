@@ -17,7 +17,8 @@ struct SmoothTables {
   static constexpr double kSmoothSpacing = 10;  ///< mm, where only the box's faces are felt
 
   /// Neither tissue nor kernel is needed afterwards.
-  SmoothTables(const Tissue& tissue, const ElasticKernel& kernel, SimdTarget target);
+  SmoothTables(const Tissue& tissue, const ElasticKernel& kernel, SimdTarget target,
+               const SetUp& set_up = {});
   SmoothTables(const SmoothTables&) = delete;
   SmoothTables& operator=(const SmoothTables&) = delete;
 
@@ -43,6 +44,6 @@ struct SmoothTables {
 /// The tables of `kernel`'s smooth part over a tissue within its body's box; null where it has none: the compact
 /// kernels.
 std::shared_ptr<const SmoothTables> make_smooth_tables(const Tissue& tissue, const MatrixKernel& kernel,
-                                                       SimdTarget target);
+                                                       SimdTarget target, const SetUp& set_up = {});
 
 }  // namespace brachy

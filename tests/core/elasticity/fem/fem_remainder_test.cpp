@@ -97,14 +97,21 @@ TEST(BandFactor, SolvesAsADenseFactorDoesOnEveryTarget) {
     const int zero_before = 61, from = 21;
     MatrixXd rest = b;
     rest.topRows(zero_before).setZero();
-    std::vector<BandRow> x(factor.padded_rows());
+    // Two sets, of which the second is twice the first.
+    const std::size_t second = factor.padded_rows();
+    std::vector<BandRow> x(2 * second);
     for (int i = 0; i < n; ++i)
-      for (int c = 0; c < BandRow::kCount; ++c) x[static_cast<std::size_t>(i)].column[c] = rest(i, c);
-    factor.solve(x.data(), zero_before, from);
+      for (int c = 0; c < BandRow::kCount; ++c) {
+        x[static_cast<std::size_t>(i)].column[c] = rest(i, c);
+        x[second + static_cast<std::size_t>(i)].column[c] = 2 * rest(i, c);
+      }
+    factor.solve(x.data(), 2, zero_before, from);
     const MatrixXd expected = A.llt().solve(rest);
     for (int i = from; i < n; ++i)
-      for (int c = 0; c < BandRow::kCount; ++c)
+      for (int c = 0; c < BandRow::kCount; ++c) {
         ASSERT_NEAR(x[static_cast<std::size_t>(i)].column[c], expected(i, c), 1e-12);
+        ASSERT_NEAR(x[second + static_cast<std::size_t>(i)].column[c], 2 * expected(i, c), 2e-12);
+      }
   }
   BandFactor indefinite(2, 1, SimdTarget::kGeneric);
   indefinite.at(0, 0) = indefinite.at(1, 1) = 1;

@@ -107,7 +107,7 @@ TEST(MakePlan, NeverMakesWhatTheLoaderRefuses) {
   PlanRandom random(26);
   const auto within = [&](double least, double most) { return least + (most - least) * random.share(); };
   SurfaceMesh unit = phantom_for("[tissue]\nphantom_surface_vertices = 200\npoints = 400").front().mesh;
-  for (Vec3& v : unit.vertices) v = v.cwiseQuotient(0.5 * kPhantomSize);
+  for (Vec3& v : unit.vertices) v = v.cwiseQuotient(0.5 * phantom_size());
   int made = 0, refused = 0;
   for (int k = 0; k < 500; ++k) {
     const Vec3 centre(within(-8, 8), within(-8, 8), within(-5, 5));
