@@ -9,14 +9,24 @@ ON_SURFACE = 1e-4  # mm: gmsh puts nodes on the geometry to about 1e-7
 
 
 def gland_rows(mesh, scene):
-    """Which tets are gland: decided for each of gmsh's volumes as a whole, never tet by tet."""
-    inside = scene.in_gland(mesh.centroids())
+    """Which tets are gland, nodules included."""
+    return _rows_inside(mesh, scene.in_gland(mesh.centroids()), f"{scene.name}: the mesh does not follow the capsule")
+
+
+def nodule_rows(mesh, scene, nodule):
+    """Which tets are a nodule."""
+    inside = nodule.measure(mesh.centroids()) < 1
+    return _rows_inside(mesh, inside, f"{scene.name}: the mesh does not follow a nodule")
+
+
+def _rows_inside(mesh, inside, otherwise):
+    """Decided for each of gmsh's volumes as a whole, never tet by tet."""
     rows = np.zeros(len(mesh.tets), bool)
     for tag in np.unique(mesh.volume_tags):
         here = mesh.volume_tags == tag
         share = inside[here].mean()
         if 0.05 < share < 0.95:
-            raise UserError(f"{scene.name}: the mesh does not follow the capsule (volume {tag}: {share:.0%} inside)")
+            raise UserError(f"{otherwise} (volume {tag}: {share:.0%} inside)")
         rows[here] = share > 0.5
     return rows
 
@@ -69,7 +79,14 @@ def pose(mesh, scene):
     soft = Material(scene.shear_modulus, scene.poisson, scene.neo_hookean)
     stiff = Material(scene.gland_shear_modulus, scene.poisson, scene.neo_hookean)
     first, largest = scene.increments
-    return Problem(mesh, {"GLAND": (np.flatnonzero(gland), stiff), "SURROUND": (np.flatnonzero(~gland), soft)},
+    surround, nodules = ~gland, {}
+    for i, nodule in enumerate(scene.nodules, 1):
+        rows = nodule_rows(mesh, scene, nodule)
+        gland &= ~rows
+        material = Material(nodule.shear_modulus, scene.poisson, scene.neo_hookean)
+        nodules[f"NODULE{i}"] = (np.flatnonzero(rows), material)
+    parts = {"GLAND": (np.flatnonzero(gland), stiff), "SURROUND": (np.flatnonzero(surround), soft), **nodules}
+    return Problem(mesh, parts,
                    conditions(mesh, scene), forces.Quadrature(mesh).nodal_forces(scene.load.blobs),
                    nonlinear=scene.neo_hookean, amplitudes=tuple(scene.amplitudes),
                    first_increment=first, largest_increment=largest)

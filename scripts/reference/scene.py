@@ -48,6 +48,19 @@ class Blob:
 
 
 @dataclasses.dataclass
+class Nodule:
+    """An ellipsoid in the gland with a modulus of its own, bonded to it."""
+
+    centre: np.ndarray  # 3, mm
+    semi_axes: np.ndarray  # 3, mm
+    shear_modulus: float  # N/mm²
+
+    def measure(self, points):
+        """0 in the centre, 1 on the surface (n)."""
+        return np.sqrt((((points - self.centre) / self.semi_axes) ** 2).sum(axis=1))
+
+
+@dataclasses.dataclass
 class Scene:
     name: str
     size: np.ndarray  # 3, mm
@@ -69,6 +82,8 @@ class Scene:
     mesh_growth: float = 0.25  # of the size, mm for each mm away from the needle (level "coarse")
     increments: tuple = (0.125, 0.25)  # the first and the largest, of a nonlinear step
     held_shafts: list = dataclasses.field(default_factory=list)  # (start, tip) of shafts that stay where they are
+    nodules: list = dataclasses.field(default_factory=list)  # of Nodule
+    mesh_nodule: float = 0.0  # mm, element size at a nodule's surface
 
     def in_gland(self, points):
         """Which of the points (n×3) lie in the gland."""
@@ -147,8 +162,8 @@ def load_scene(folder):
     file = folder / "scene.toml"
     try:
         regions = body["region"]
-        if len(regions) != 1 or regions[0]["shape"] != "ellipsoid":
-            raise UserError(f'{file}: exactly one [[region]] with shape = "ellipsoid" is needed: the gland')
+        if not regions or regions[0]["shape"] != "ellipsoid":
+            raise UserError(f'{file}: the first [[region]] is the gland and has shape = "ellipsoid"')
         load = _section(motion, "load", folder / "load.toml")
         tip = np.array(load["tip_mm"], float)
         mesh = motion["mesh"]
@@ -185,11 +200,20 @@ def load_scene(folder):
                 (np.array(held["start_mm"], float), np.array(held["tip_mm"], float))
                 for held in motion.get("held_shaft", [])
             ],
+            nodules=[_nodule(region, file) for region in regions[1:]],
+            mesh_nodule=mesh["nodule_mm"] if len(regions) > 1 else 0.0,
         )
     except KeyError as error:
         raise UserError(f"{folder}: the key {error} is missing in scene.toml or load.toml") from error
     _check(scene, folder)
     return scene
+
+
+def _nodule(region, file):
+    if region["shape"] not in ("sphere", "ellipsoid"):
+        raise UserError(f'{file}: a nodule, a [[region]] after the gland, has shape = "sphere" or "ellipsoid"')
+    axes = [region["radius_mm"]] * 3 if region["shape"] == "sphere" else region["semi_axes_mm"]
+    return Nodule(np.array(region["centre_mm"], float), np.array(axes, float), region["shear_modulus_kpa"] * 1e-3)
 
 
 def is_moved(kind):
@@ -230,6 +254,15 @@ def _check(scene, folder):
     for start, tip in scene.held_shafts:
         if not np.allclose(tip - start, scene.load.tip - scene.load.start):
             raise UserError(f"{folder}/load.toml: a held shaft must be parallel to the moved one and as long")
+    if scene.nodules and scene.load.kind != "shaft":
+        raise UserError(f'{folder}/scene.toml: nodules are for loads of kind "shaft"')
+    for i, nodule in enumerate(scene.nodules):
+        reach = (np.abs(nodule.centre - scene.centre) + nodule.semi_axes) / scene.semi_axes
+        if np.linalg.norm(reach) >= 1:
+            raise UserError(f"{folder}/scene.toml: a nodule must lie inside the gland, clear of its surface")
+        for other in scene.nodules[:i]:
+            if np.linalg.norm(nodule.centre - other.centre) <= nodule.semi_axes.max() + other.semi_axes.max():
+                raise UserError(f"{folder}/scene.toml: nodules must lie apart")
     if scene.load.kind == "contact" and not math.isclose(
         np.linalg.norm((scene.load.tip - scene.centre) / scene.semi_axes), 1, abs_tol=1e-6
     ):
@@ -250,8 +283,9 @@ def _check(scene, folder):
         raise UserError(f"{folder}/load.toml: finest is one of {', '.join(LEVELS)}, not \"{scene.finest}\"")
     for axis in scene.symmetry + scene.antisymmetry:
         k = "xyz".index(axis)
-        if scene.load.tip[k] or scene.load.start[k] or scene.centre[k]:
-            raise UserError(f"{folder}/load.toml: needle and gland must lie in the plane of symmetry {axis} = 0")
+        centres = [scene.load.tip, scene.load.start, scene.centre, *(nodule.centre for nodule in scene.nodules)]
+        if any(centre[k] for centre in centres):
+            raise UserError(f"{folder}/load.toml: needle, gland and nodules must lie in the plane {axis} = 0 of symmetry")
         across = np.arange(3) == k
         if scene.load.displacement[across if axis in scene.symmetry else ~across].any():
             raise UserError(

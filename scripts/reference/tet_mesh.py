@@ -84,10 +84,22 @@ def _shafts(scene, r):
         lines += shaft
         volumes += parts
     needle = f"Volume{{{', '.join(volumes)}}};"
+    nodules = []
+    for i, nodule in enumerate(scene.nodules):
+        nodules.append(f"nodule{i}()")
+        lines += [
+            f"Sphere({1000 + i}) = {{0, 0, 0, 1}};",
+            f"Dilate {{{{0, 0, 0}}, {{{_list(nodule.semi_axes)}}}}} {{ Volume{{{1000 + i}}}; }}",
+            f"Translate {{{_list(nodule.centre)}}} {{ Volume{{{1000 + i}}}; }}",
+        ]
+    clip = [f"nodule{i}() = BooleanIntersection{{ Volume{{{1000 + i}}}; Delete; }}{{ Volume{{tissue()}}; }};"
+            for i in range(len(nodules))]
     return lines + [
         f"tissue() = BooleanDifference{{ Volume{{1}}; Delete; }}{{ {needle} Delete; }};",
         "gland() = BooleanIntersection{ Volume{2}; Delete; }{ Volume{tissue()}; };",
-        "all() = BooleanFragments{ Volume{tissue()}; Delete; }{ Volume{gland()}; Delete; };",
+        *clip,
+        f"all() = BooleanFragments{{ Volume{{tissue()}}; Delete; }}{{ Volume{{{', '.join(['gland()', *nodules])}}}; "
+        "Delete; };",
     ]
 
 
@@ -126,7 +138,7 @@ def _sizes(scene, factor):
     r, tip = scene.radius, scene.load.tip
     needle, gland = scene.mesh_needle * factor, scene.mesh_gland * factor
     c, s = scene.centre, scene.semi_axes
-    q = f"sqrt(((x-({c[0]:g}))/{s[0]:g})^2+((y-({c[1]:g}))/{s[1]:g})^2+((z-({c[2]:g}))/{s[2]:g})^2)"
+    q = _measure(c, s)
     outside = f"{gland:.6g}+{0.25 * s.min() * factor:.6g}*(abs({q}-1)+{q}-1)/2"
     if scene.load.kind == "shaft":
         distances = [_distance(start, tip, r) for start, tip in [(scene.load.start, tip), *scene.held_shafts]]
@@ -144,9 +156,20 @@ def _sizes(scene, factor):
             f"Field[{i}] = MathEval;",
             f'Field[{i}].F = "{needle:.6g}+{scene.mesh_growth * factor ** 0.5:.6g}*abs({distance})";',
         ]
-    last = len(distances) + 2
+    for i, nodule in enumerate(scene.nodules, len(distances) + 2):
+        lines += [
+            f"Field[{i}] = MathEval;",
+            f'Field[{i}].F = "{scene.mesh_nodule * factor:.6g}+{scene.mesh_growth * factor ** 0.5:.6g}'
+            f'*{nodule.semi_axes.min():g}*abs({_measure(nodule.centre, nodule.semi_axes)}-1)";',
+        ]
+    last = len(distances) + len(scene.nodules) + 2
     fields = ", ".join(str(i) for i in range(1, last))
     return lines + [f"Field[{last}] = Min; Field[{last}].FieldsList = {{{fields}}}; Background Field = {last};"]
+
+
+def _measure(c, s):
+    """gmsh's formula that is 0 in an ellipsoid's centre and 1 on its surface."""
+    return f"sqrt(((x-({c[0]:g}))/{s[0]:g})^2+((y-({c[1]:g}))/{s[1]:g})^2+((z-({c[2]:g}))/{s[2]:g})^2)"
 
 
 def _distance(start, tip, r):
