@@ -130,8 +130,8 @@ class Daemon::Impl {
         echoes_(scene.ultrasound.on && !scene.ultrasound.volume.empty() ? load_echo_map(scene, structures_)
                                                                         : nullptr),
         session_(open_session(scene, options, plan_, structures_)),
-        runs_(std::make_shared<SimulationRun>(0, false,
-                                              load_simulation_model(scene, load_simulated_tissue(scene), options.set_up)),
+        runs_(std::make_shared<SimulationRun>(
+                  0, false, load_simulation_model(scene, load_simulated_tissue(scene), options.set_up)),
               loop_, worker_),
         ledger_(plan_ledger(scene, plan_, options.session)),
         states_(start_state(simulator(), session_.get(), ledger_)),

@@ -133,8 +133,8 @@ std::string force_row(const ForceSample& sample, ForceColumns columns) {
   append(row, sample.needle);
   row += ',';
   row += to_string(sample.state);
-  for (double value : {sample.depth_mm, tissue.x(), tissue.y(), tissue.z(), f.axial_n, f.lateral_n, f.cutting_n,
-                       f.friction_n}) {
+  for (double value : {sample.depth_mm, tissue.x(), tissue.y(), tissue.z(), f.axial_n, f.lateral_n,
+                       f.cutting_n, f.friction_n}) {
     row += ',';
     append(row, value);
   }

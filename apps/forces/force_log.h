@@ -33,7 +33,8 @@ inline constexpr std::string_view kForceLogHeader =
     "t_s,needle,state,depth_mm,fx_n,fy_n,fz_n,axial_n,lateral_n,cutting_n,friction_n,landmarks,min_det,"
     "tip_deflection_mm,guide_x_n,guide_y_n,guide_z_n";
 /// Of logs from before the template's force was told apart.
-inline constexpr std::string_view kUnguidedForceLogHeader = kForceLogHeader.substr(0, kForceLogHeader.find(",guide_x_n"));
+inline constexpr std::string_view kUnguidedForceLogHeader =
+    kForceLogHeader.substr(0, kForceLogHeader.find(",guide_x_n"));
 /// Of logs from before needles could bend: all but the last column of these.
 inline constexpr std::string_view kRigidForceLogHeader =
     kUnguidedForceLogHeader.substr(0, kUnguidedForceLogHeader.rfind(','));

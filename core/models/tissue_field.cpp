@@ -74,8 +74,8 @@ void TissueField::rigid_stiffness(std::span<const std::uint32_t> group_of, std::
   for (double& k : stiffness) k *= options_.force_scale;
 }
 
-void TissueField::do_rigid_stiffness(std::span<const std::uint32_t> group_of,
-                                     std::span<const Vec3> motions, std::span<double> stiffness) noexcept {
+void TissueField::do_rigid_stiffness(std::span<const std::uint32_t> group_of, std::span<const Vec3> motions,
+                                     std::span<double> stiffness) noexcept {
   unit_forces_.resize(group_of.size());
   for (std::size_t g = 0; g < stiffness.size(); ++g) {
     unit_.assign(group_of.size(), Vec3::Zero());

@@ -77,8 +77,10 @@ class TissueField : public DisplacementField, public CertifiableField {
   void rescale(double scale) noexcept;
 
   Evaluation evaluation() const { return evaluation_; }  ///< of the last evaluate
-  bool gives_way() const { return options_.gives_way; }        ///< whether a compliance can be given
-  bool knows_forces() const { return options_.uses_spreads; }  ///< whether its weights are forces: `elastic`, `fem`
+  bool gives_way() const { return options_.gives_way; }  ///< whether a compliance can be given
+  bool knows_forces() const {
+    return options_.uses_spreads;
+  }  ///< whether its weights are forces: `elastic`, `fem`
 
   /// Condition number of the factorized landmarks' system, 1-norm, estimated each time that the set changes; 1 for no
   /// landmarks. Above FactorStatus::kMaxCondition factorize fails and the last set's condition is kept.

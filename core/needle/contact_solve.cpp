@@ -51,7 +51,8 @@ ContactSolve::ContactSolve(std::size_t max_landmarks, double period_s)
     : solver_(max_landmarks), period_s_(period_s) {
   const auto n = static_cast<Eigen::Index>(max_landmarks);
   stiffness_.resize(n, n);
-  for (auto* v : {&axes_, &reactions_, &directions_, &motions_, &relaxed_, &yielded_}) v->reserve(max_landmarks);
+  for (auto* v : {&axes_, &reactions_, &directions_, &motions_, &relaxed_, &yielded_})
+    v->reserve(max_landmarks);
   for (auto* v : {&along_, &across_, &stiffnesses_}) v->reserve(max_landmarks + 1);
   group_of_.reserve(max_landmarks);
   instruments_.reserve(max_landmarks);
@@ -65,7 +66,8 @@ FactorStatus ContactSolve::solve(std::uint64_t tick, std::span<NeedleContact> ne
   body_motion_.setZero();
   if (const FactorStatus status = factorize(landmarks, field, flags); !status) {
     for (NeedleContact& needle : needles)
-      needle.landmarks().empty() ? needle.finish(tick, period_s_, 0, 0) : needle.finish_unsolved(tick, period_s_);
+      needle.landmarks().empty() ? needle.finish(tick, period_s_, 0, 0)
+                                 : needle.finish_unsolved(tick, period_s_);
     if (probe) probe->skip();
     return status;
   }

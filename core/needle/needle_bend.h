@@ -84,8 +84,8 @@ class NeedleBend {
   Beam beam_;
   std::optional<double> guide_z_;
   bool goes_with_hand_;
-  std::optional<Vec3> hole_;     // fixed, in the world
-  Vec3 offset_ = Vec3::Zero();   // of the hole from the line of the pose, across it
+  std::optional<Vec3> hole_;    // fixed, in the world
+  Vec3 offset_ = Vec3::Zero();  // of the hole from the line of the pose, across it
   Vec3 tip_ = Vec3::Zero();
   double bevel_cos_ = 0, bevel_sin_ = 0;
   Vec3 bevel_direction_ = Vec3::Zero(), tip_force_n_ = Vec3::Zero();

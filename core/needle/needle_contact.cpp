@@ -26,7 +26,8 @@ constexpr double kRestToleranceMm = 1e-9;
 // Cosine of a surface's normal to the needle up to which a tip that slides over it drags it, as its side would not.
 constexpr double kFacing = -0.5;
 constexpr double kNoForceN = 1e-9, kRounding = 1e-12;
-constexpr double kMostTurn = 0.866;  // cosine of the 30° beyond which a needle that turns in a tick has jumped
+constexpr double kMostTurn =
+    0.866;  // cosine of the 30° beyond which a needle that turns in a tick has jumped
 
 }  // namespace
 
@@ -153,11 +154,14 @@ void NeedleContact::approach() noexcept {
   } else if (surface_.inside(needle_.tip)) {
     // A needle that has slid off the far side is out before all of its thickness is.
     const double depth = -surface_.closest_point(needle_.tip).signed_distance;
-    if (!is_body_moving_) return depth > needle_settings_.diameter_mm ? reinitialize() : void();
-    // The gland has come to the tip.
-    contact_point_ = surface_.closest_point(needle_.tip).point;
-    if (CutPath* old = find_old_path(contact_point_)) return enter_old_path(*old);
-    by_tip_ = true;
+    if (!is_body_moving_ && depth > needle_settings_.diameter_mm) return reinitialize();
+    by_tip_ = is_body_moving_;
+    if (by_tip_) {  // the gland has come to the tip
+      contact_point_ = surface_.closest_point(needle_.tip).point;
+      if (CutPath* old = find_old_path(contact_point_)) return enter_old_path(*old);
+    } else {
+      side_.rest_at(needle_.tip, needle_.axis);
+    }
   } else {
     return;
   }
@@ -200,7 +204,8 @@ void NeedleContact::press() noexcept {
 
   if (has_punctured_) return enter();
   const Vec3 off_axis = needle_.nearest_on_line(contact_point_) - contact_point_;
-  if (!tip_inside && off_axis.norm() > settings_.surface_slip_mm) {  // dragged off: only the shaft can touch now
+  if (!tip_inside &&
+      off_axis.norm() > settings_.surface_slip_mm) {  // dragged off: only the shaft can touch now
     if (!side_.begin(needle_.hub, needle_.tip, off_axis)) return release();
     by_tip_ = false;
     return;
@@ -218,7 +223,10 @@ void NeedleContact::press() noexcept {
 // What the needle's tip has gone along it while it lies beside the tissue presses on what is in front of it.
 void NeedleContact::press_beside() noexcept {
   if (has_punctured_) return enter();
-  if (!side_.update(needle_.hub, needle_.tip, moved_)) return release();
+  if (!side_.update(needle_.hub, needle_.tip, moved_)) {
+    if (!surface_.inside(needle_.tip)) return release();
+    side_.rest_at(needle_.tip, needle_.axis);
+  }
   const double advance = (needle_.tip - last_tip_).dot(needle_.axis);
   advanced_ = side_.below_tip() ? std::max(0.0, advanced_ + advance) : 0;
   if (side_.below_tip()) contact_point_ = *side_.below_tip();
@@ -329,7 +337,11 @@ void NeedleContact::add_contact() noexcept {
   const double pressed = pressed_mm();
   landmark.if_stuck = needle_.tip - contact_point_;
   if (!by_tip_) landmark.if_stuck = needle_.across(landmark.if_stuck) + pressed * needle_.axis;
-  landmark.slides = !by_tip_;  // what is across is the side's
+  // What is across is the side's, but where its point is too near for a landmark of its own.
+  const auto is_near = [&](const NeedleLandmark& other) {
+    return (other.position - contact_point_).norm() < needle_settings_.diameter_mm;
+  };
+  landmark.slides = !by_tip_ && std::erase_if(landmarks_, is_near) == 0;
   if (capsule.puncture_force_n > 0)
     landmark.high_n = std::min(capsule.puncture_force_n, capsule.indentation_force_n(pressed));
   const double indentation = by_tip_ ? (needle_.bent_tip - contact_point_).norm() : pressed;
@@ -599,8 +611,8 @@ void NeedleContact::sum_forces() noexcept {
   forces_ = {};
   for (const NeedleLandmark& landmark : landmarks_) {
     // What slides passes on nothing across its axis, though a little is left of it in the solution.
-    const Vec3 force =
-        landmark.slides ? Vec3(-landmark.reaction_n.dot(landmark.axis) * landmark.axis) : Vec3(-landmark.reaction_n);
+    const Vec3 force = landmark.slides ? Vec3(-landmark.reaction_n.dot(landmark.axis) * landmark.axis)
+                                       : Vec3(-landmark.reaction_n);
     Vec3 at = needle_.nearest_on_line(landmark.position + landmark.if_stuck - landmark.body);
     if (bend_ && &landmark == &landmarks_.back()) at += bend_->tip_deflection();  // of the others, little
     forces_.force_n += force;
@@ -674,10 +686,12 @@ void NeedleContact::update_local_model(std::uint64_t tick, double axial_stiffnes
     m.after_puncture_n = pressing ? capsule.cutting_force_n : 0;
     const double of_law = capsule.capsule_n_per_mm + 2 * capsule.capsule_n_per_mm2 * pressed_mm();
     // Of a core by the law itself `axial_stiffness` is its secant.
-    m.axial_stiffness_n_per_mm =
-        !pressing ? 0 : pressing->spread.core_mm > 0 ? std::min(axial_stiffness, of_law) : of_law;
+    m.axial_stiffness_n_per_mm = !pressing                      ? 0
+                                 : pressing->spread.core_mm > 0 ? std::min(axial_stiffness, of_law)
+                                                                : of_law;
   }
-  m.axial_max_n = std::max(m.axial_max_n, (1 + kRounding) * forces_.axial_n);  // a puncture is the next tick's
+  m.axial_max_n =
+      std::max(m.axial_max_n, (1 + kRounding) * forces_.axial_n);  // a puncture is the next tick's
   if (m.axial_stiffness_n_per_mm > 0)
     m.contact_point -= forces_.axial_n / m.axial_stiffness_n_per_mm * needle_.axis;
 }

@@ -32,8 +32,8 @@ namespace brachy {
 /// inserted → through: the tip's material point leaves through the far side; back again when the tip returns.
 /// inserted → withdrawn: the tip is back at the entry and out; every landmark is released. Pushed in again at the same
 ///   place the needle follows its old cut, which takes friction only, until it is leave_path_mm beside it.
-/// A pose that starts inside, or jumps, in place or in direction, reinitializes the contact: the needle is in the tissue
-/// as if it had always been there, and carries no force until it moves.
+/// A pose that starts inside, or jumps, in place or in direction, reinitializes the contact: the needle is in the
+/// tissue as if it had always been there, and carries no force until it moves.
 ///
 /// Contact with the deformed surface is decided in the rest shape: tissue springs back to rest where it is
 /// not held, and X + u(X) crosses the deformed surface exactly where the material point X crosses the surface at rest.
@@ -86,7 +86,7 @@ class NeedleContact {
   void finish(std::uint64_t tick, double period_s, double axial_stiffness, double lateral_stiffness) noexcept;
 
   /// Ends a tick whose landmarks have no solution. Nothing sticks, so that the needle goes on, in or out; it punctures
-  /// no capsule. The last tick's force fades, e-fold in kUnsolvedFade seconds, and the local model has that force alone.
+  /// no capsule. The last tick's force fades, e-fold in kUnsolvedFade seconds; the local model has that force alone.
   void finish_unsolved(std::uint64_t tick, double period_s) noexcept;
   static constexpr double kUnsolvedFade = 0.05;
 
@@ -183,7 +183,7 @@ class NeedleContact {
   Needle needle_;  // in the body's frame
   Vec3 last_tip_ = Vec3::Zero(), last_world_tip_ = Vec3::Zero();
   Vec3 last_world_axis_ = Vec3::UnitZ();
-  double moved_ = 0;  // since the last tick, the farther of tip and hub, mm
+  double moved_ = 0;             // since the last tick, the farther of tip and hub, mm
   bool is_turned_ = false;       // the body's frame is not the world's
   bool is_body_moving_ = false;  // nor was it in the last tick
   Mat3 turn_ = Mat3::Identity();
@@ -194,9 +194,9 @@ class NeedleContact {
   bool by_tip_ = false;                // the tip presses; otherwise the needle lies against the surface
   SideContact side_;                   // … as this
   double advanced_ = 0;                // how far such a needle's tip has gone along it since, mm
-  double not_pressed_ = 0;             // how much deeper the tip lies by sliding than by its way along the needle, mm
-  double slid_ = 0;                    // how far the tip has slid downhill, mm
-  bool has_punctured_ = false;         // in the last tick
+  double not_pressed_ = 0;  // how much deeper the tip lies by sliding than by its way along the needle, mm
+  double slid_ = 0;         // how far the tip has slid downhill, mm
+  bool has_punctured_ = false;  // in the last tick
 
   // inserted, through
   CutPath path_;

@@ -46,6 +46,15 @@ bool SideContact::update(const Vec3& hub, const Vec3& tip, double moved_mm) noex
   return find_points(hub, tip);
 }
 
+void SideContact::rest_at(const Vec3& tip, const Vec3& axis) noexcept {
+  const ClosestPoint nearest = surface_.closest_point(tip);
+  turn(axis, direction_, 1);
+  points_.clear();
+  points_.push_back({nearest.point, 0, core_of(2 * radius_, kLineCore * radius_)});
+  normal_.setZero();
+  below_tip_.reset();
+}
+
 // Turns the direction by a share of the way, and keeps it across the needle.
 void SideContact::turn(const Vec3& axis, const Vec3& towards, double share) noexcept {
   const auto across = [&](const Vec3& v) { return Vec3(v - v.dot(axis) * axis); };
@@ -79,7 +88,8 @@ bool SideContact::find_points(const Vec3& hub, const Vec3& tip) noexcept {
 
   const auto count = static_cast<std::size_t>(
       std::clamp(std::ceil(chord / kSpacingMm), 1.0, static_cast<double>(most_points_)));
-  const double each = chord / static_cast<double>(count), core = core_of(std::max(each, 2 * radius_), kLineCore * radius_);
+  const double each = chord / static_cast<double>(count),
+               core = core_of(std::max(each, 2 * radius_), kLineCore * radius_);
   const Vec3 axis = (b - a) / length;
   normal_.setZero();
   for (std::size_t k = 0; k < count; ++k) {

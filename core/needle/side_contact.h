@@ -42,6 +42,8 @@ class SideContact {
   bool begin(const Vec3& hub, const Vec3& tip, const Vec3& motion) noexcept;
   /// The same needle `moved_mm` later: false once it is off the tissue.
   bool update(const Vec3& hub, const Vec3& tip, double moved_mm) noexcept;
+  /// The needle's edge is off the tissue, its tip, at `tip`, not yet: it touches and does not push.
+  void rest_at(const Vec3& tip, const Vec3& axis) noexcept;
   void clear() noexcept { points_.clear(); }
 
   std::span<const Point> points() const { return points_; }

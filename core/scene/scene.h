@@ -32,7 +32,7 @@ struct TissueSettings {
   std::uint64_t points = 14560;  ///< surface and interior together
   std::uint64_t phantom_surface_vertices = 1200;
   Vec3 phantom_size_mm = phantom_size();  ///< its bounding box
-  double min_island_share = 0.01;       ///< islands under this share of the volume are dropped and reported
+  double min_island_share = 0.01;         ///< islands under this share of the volume are dropped and reported
   double weld_tolerance_mm = 1e-4;
   std::string colour;      ///< "#rrggbb", in viewers; empty: theirs
   std::uint64_t seed = 1;  ///< of the interior points

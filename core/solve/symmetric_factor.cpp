@@ -162,8 +162,8 @@ void SymmetricFactor::project(std::size_t first, std::span<const Vec3> axes,
     for (Index i = j + 1; i < H.rows(); ++i) H(j, i) = H(i, j);
 }
 
-void SymmetricFactor::rigid_stiffness(std::span<const std::uint32_t> group_of,
-                                      std::span<const Vec3> motions, std::span<double> stiffness) noexcept {
+void SymmetricFactor::rigid_stiffness(std::span<const std::uint32_t> group_of, std::span<const Vec3> motions,
+                                      std::span<double> stiffness) noexcept {
   if (stiffness.size() <= kMaxGroups && is_by_panels()) {
     rigid_.begin(group_of.size(), stiffness.size());
     for (std::size_t l = 0; l < group_of.size(); ++l)

@@ -80,7 +80,7 @@ double solve_work(std::array<double, 3> nodes) {
 
 }  // namespace
 
-// A column takes half a forward and half a backward solve among the nodes inside the walls, and one and a half among all
+// A column takes half a forward and half a backward solve among nodes inside the walls, and one and a half among all
 // nodes, where the walls move.
 double table_work(const MeshPlanes& planes, const MeshBounds& tissue) {
   double columns = 3;

@@ -7,8 +7,8 @@
 
 namespace brachy {
 
-/// Bounding box of the phantom before scaling, mm. Numbers, since a vector of Eigen's is no constant: what another file's
-/// constant is made of it can be made before it.
+/// Bounding box of the phantom before scaling, mm. Numbers, since a vector of Eigen's is no constant: what another
+/// file's constant is made of it can be made before it.
 inline constexpr std::array<double, 3> kPhantomSize = {50, 40, 45};
 inline Vec3 phantom_size() {
   return {kPhantomSize[0], kPhantomSize[1], kPhantomSize[2]};

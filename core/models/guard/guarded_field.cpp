@@ -40,7 +40,9 @@ GuardedField::GuardedField(const Tissue& tissue, std::unique_ptr<TissueField> fi
 bool GuardedField::shows(std::span<const Vec3> positions, std::span<const Vec3> displacements,
                          std::span<const LandmarkSpread> spreads,
                          const LandmarkCompliance& compliance) const noexcept {
-  const auto rests = [](const Vec3& a, const Vec3& b) { return (a - b).cwiseAbs().maxCoeff() <= kRestToleranceMm; };
+  const auto rests = [](const Vec3& a, const Vec3& b) {
+    return (a - b).cwiseAbs().maxCoeff() <= kRestToleranceMm;
+  };
   return is_updated_ && std::ranges::equal(positions, positions_) && std::ranges::equal(spreads, spreads_) &&
          std::ranges::equal(displacements, displacements_, rests) && compliance == compliance_;
 }

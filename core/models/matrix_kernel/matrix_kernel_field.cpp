@@ -216,8 +216,8 @@ void MatrixKernelField::find_cores(std::span<const LandmarkSpread> spreads) noex
   }
 }
 
-// K of these landmarks is not definite: cores of their own become narrower, down to a disc's, and K more diagonal. False
-// where none can.
+// K of these landmarks is not definite: cores of their own become narrower, down to a disc's, and K more diagonal.
+// False where none can.
 bool MatrixKernelField::narrow_cores(std::span<const LandmarkSpread> spreads) noexcept {
   constexpr double kNarrower = 0.6;
   const double least = NeedleRings::kDiscCore * needle_radius_;
@@ -246,7 +246,8 @@ void MatrixKernelField::do_project_inverse(std::size_t first, std::span<const Ve
   factor_.project(first, axes, H);
 }
 
-void MatrixKernelField::do_rigid_stiffness(std::span<const std::uint32_t> group_of, std::span<const Vec3> motions,
+void MatrixKernelField::do_rigid_stiffness(std::span<const std::uint32_t> group_of,
+                                           std::span<const Vec3> motions,
                                            std::span<double> stiffness) noexcept {
   factor_.rigid_stiffness(group_of, motions, stiffness);
 }

@@ -108,7 +108,8 @@ class MatrixKernelField : public TissueField {
   double core_in_free_space(double stiffness_n_per_mm) const noexcept;
   void find_cores(std::span<const LandmarkSpread> spreads) noexcept;
   bool narrow_cores(std::span<const LandmarkSpread> spreads) noexcept;
-  FactorStatus assemble_and_factor(const LandmarkCompliance& compliance, bool adds_beams, double& condition) noexcept;
+  FactorStatus assemble_and_factor(const LandmarkCompliance& compliance, bool adds_beams,
+                                   double& condition) noexcept;
   void assemble(Eigen::Ref<Eigen::MatrixXd> K) noexcept;
   bool remembers(std::span<const Vec3> positions, std::span<const LandmarkSpread> spreads) const noexcept;
   FactorStatus factor(double& condition) noexcept;

@@ -32,7 +32,7 @@ inline bool knows_forces(std::string_view model_name) {
 /// What to say of a model that earlier versions had: why it is refused and what to take instead. Empty for all others.
 std::string_view retired_model_advice(std::string_view model_name);
 
-/// The kernel of matrix model `model_name` for a body; finite elements are made for tables (SmoothTables) over `points`,
+/// The kernel of matrix model `model_name` for a body; finite elements are made for tables (SmoothTables) of `points`,
 /// which bound the tissue (none: the middle half of the box). `elastic` and `fem` take some tenths of a second.
 /// Errors: UserError where the model cannot have the body.
 std::unique_ptr<MatrixKernel> make_matrix_kernel(std::string_view model_name, const ElasticBody& body,

@@ -65,7 +65,8 @@ std::vector<Key<NeedleSettings>> needle_keys() {
       integer("locking_count", &S::locking_count, {0, NeedleSettings::kMaxCount}, kRestart,
               "needles, the last ones of count, that lock the gland by barbs"),
       text("guide_at", &S::guide_at, {"none", "template", "hand"}, kRestart,
-           "flexible: what holds the shaft across besides the hand where it passes the template: a hole that is fixed, "
+           "flexible: what holds the shaft across besides the hand where it passes the template: a hole that "
+           "is fixed, "
            "or one that goes with the hand"),
       integer("count", &S::count, {1, NeedleSettings::kMaxCount}, kRestart,
               "needles that may be in the scene at the same time; each has its own device"),

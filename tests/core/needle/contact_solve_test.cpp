@@ -33,7 +33,8 @@ class SpringField : public TissueField {
   void do_solve(std::span<const Vec3> displacements, std::span<Vec3> weights) noexcept override {
     for (std::size_t i = 0; i < displacements.size(); ++i) weights[i] = kSpring * displacements[i];
   }
-  void do_project_inverse(std::size_t, std::span<const Vec3>, Eigen::Ref<Eigen::MatrixXd> H) noexcept override {
+  void do_project_inverse(std::size_t, std::span<const Vec3>,
+                          Eigen::Ref<Eigen::MatrixXd> H) noexcept override {
     H.setIdentity();
     H *= kSpring;
   }
@@ -136,10 +137,8 @@ TEST_F(Unsolved, TheTipGoesOnAndTheNextSolutionIsFromThere) {
 }
 
 TEST_F(Unsolved, ACapsuleIsNotPunctured) {
-  go(below, {8, -4, -17});
-  ASSERT_EQ(needle().state(), ContactState::kTouching);
   field.is_solvable = false;
-  go({8, -4, -17}, {8, -4, 0});
+  go(below, {8, -4, 0});
   EXPECT_EQ(needle().state(), ContactState::kTouching);
   EXPECT_EQ(needle().puncture_count(), 0u);
 }

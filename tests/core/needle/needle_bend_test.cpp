@@ -1,4 +1,4 @@
-// A needle in a hole of the template against closed forms of a cantilever (S. Timoshenko, Strength of Materials I, 1940).
+// A needle in a hole of the template against closed forms of a cantilever (S. Timoshenko, Strength of Materials I).
 #include <gtest/gtest.h>
 
 #include "core/needle/needle_bend.h"
@@ -20,7 +20,8 @@ NeedleSettings settings(const char* guide_at) {
 }
 
 /// A needle along `axis` that has come through the template with its tip at `tip`, and is then moved by `aside`.
-NeedleBend bent(const char* guide_at, const Vec3& aside, const Vec3& axis = Vec3::UnitZ(), double tip_force_n = 0) {
+NeedleBend bent(const char* guide_at, const Vec3& aside, const Vec3& axis = Vec3::UnitZ(),
+                double tip_force_n = 0) {
   NeedleBend bend(settings(guide_at), kTemplateZ, 4);
   const Vec3 tip = kTipZ * Vec3::UnitZ();
   for (double back = 130; back >= 0; back -= 5) {
@@ -47,7 +48,8 @@ TEST(NeedleBend, AHandThatMovesAsideIsPushedBackByAFixedHole) {
   const Vec3 force = bend.guide_force_n();
   EXPECT_NEAR(force.x(), -k * g, 1e-9);
   EXPECT_NEAR(force.y(), 0, 1e-12);
-  EXPECT_NEAR(force.z(), -1.5 * k * g * g / kArc, 1e-9) << "the bent needle slants in the hole, which pushes it out";
+  EXPECT_NEAR(force.z(), -1.5 * k * g * g / kArc, 1e-9)
+      << "the bent needle slants in the hole, which pushes it out";
   EXPECT_NEAR(bend.stiffness_at_hole(), k, 1e-12);
   EXPECT_NEAR(bend.share_of_hand(kLength), 1 - (3 * kLength - kArc) / (2 * kArc), 1e-12);
 }
@@ -79,7 +81,8 @@ TEST(NeedleBend, AHoleShiftsAForceAtTheTipToTheHand) {
     EXPECT_NEAR(bend.tip_deflection().dot(across), held, 0.01 * held) << guide_at;
     EXPECT_NEAR(bend.deflection(kArc).norm(), 0, 1e-9) << guide_at;
   }
-  EXPECT_NEAR(bent("template", Vec3::Zero(), Vec3::UnitZ(), P).guide_force_n().dot(across), -P * share, 0.01 * P);
+  EXPECT_NEAR(bent("template", Vec3::Zero(), Vec3::UnitZ(), P).guide_force_n().dot(across), -P * share,
+              0.01 * P);
   // The hand carries the other hole: across the needle it feels all of P, the tissue's own force.
   EXPECT_NEAR(bent("hand", Vec3::Zero(), Vec3::UnitZ(), P).guide_force_n().dot(across), 0, 1e-12);
 }

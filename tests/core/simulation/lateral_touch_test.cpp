@@ -29,8 +29,7 @@ Sweep random_sweep(std::mt19937_64& random, bool by_shaft) {
   const Vec3 any = test::uniform_point(random, 1);
   sweep.push = (any - any.dot(sweep.axis) * sweep.axis).normalized();
   const double along = by_shaft ? test::uniform(random, 30, 60) : test::uniform(random, -15, 15);
-  const Vec3 middle =
-      along * sweep.axis + test::uniform(random, -15, 15) * sweep.axis.cross(sweep.push);
+  const Vec3 middle = along * sweep.axis + test::uniform(random, -15, 15) * sweep.axis.cross(sweep.push);
   sweep.from = middle - 40 * sweep.push;
   sweep.to = middle + 40 * sweep.push;
   return sweep;
@@ -42,7 +41,8 @@ struct Felt {
   bool at_rest = false, is_finite = true;
 };
 
-Felt feel(const std::shared_ptr<const SimulationModel>& model, const Sweep& sweep, double speed_mm_s, double until = 1) {
+Felt feel(const std::shared_ptr<const SimulationModel>& model, const Sweep& sweep, double speed_mm_s,
+          double until = 1) {
   Simulator simulator(model);
   MeshState state = simulator.initial_state();
   const std::vector<float> rest = state.mesh.deformed_vertices;
@@ -121,7 +121,8 @@ TEST(LateralTouch, PuncturesByAxialWorkAlone) {
   const auto model = load_simulation_model(small_scene(), load_tissue(small_scene()).tissue);
   Simulator simulator(model);
   MeshState state = simulator.initial_state();
-  const Vec3 beside(23, 0, -4);
+  const Vec3 surface = model->surface.first_hit({40, 0, -4}, {0, 0, -4})->point,
+             beside = surface - Vec3(1.5, 0, 0);
   for (const Vec3& tip : test::straight({40, 0, -4}, beside, 0.1))
     simulator.step(needle_pose(pose_at(tip, Vec3::UnitZ())), state);
   ASSERT_EQ(state.needles.states[0].contact, ContactState::kTouching);
@@ -143,7 +144,7 @@ TEST(LateralTouch, DraggingAPressedTipUphillPressesNoMore) {
   const auto model = load_simulation_model(small_scene(), load_tissue(small_scene()).tissue);
   Simulator simulator(model);
   MeshState state = simulator.initial_state();
-  const Vec3 pressed(14, 0, -14.5);
+  const Vec3 pressed = model->surface.first_hit({14, 0, -40}, {14, 0, 0})->point + Vec3(0, 0, 3);
   for (const Vec3& tip : test::straight({14, 0, -40}, pressed, 0.1))
     simulator.step(needle_pose(pose_at(tip, Vec3::UnitZ())), state);
   ASSERT_EQ(state.needles.states[0].contact, ContactState::kTouching);
