@@ -8,7 +8,8 @@ namespace brachy {
 namespace {
 
 constexpr std::size_t kMaxCrossings = 32;  // of one line with one surface
-constexpr double kLeastAcross = 1e-9;      // of a direction that may be normalized
+constexpr double kSteep = 0.75;        // cos²30°: a surface that slants less is pushed by all of the depth
+constexpr double kLeastAcross = 1e-9;  // of a direction that may be normalized
 
 // The core of a point that stands for `length` of a line of core c: both move themselves alike under a force across
 // them. Kelvin's solution, regularised, at the middle of the line (core/DESIGN.md, section 3), for ν → ½.
@@ -97,7 +98,8 @@ bool SideContact::find_points(const Vec3& hub, const Vec3& tip) noexcept {
     const auto out = way_out(q);
     if (!out) continue;  // between two lobes
     const auto far = surface_.first_hit(q, q + reach_ * direction_);
-    const double slant = out->normal.dot(direction_), depth = slant * slant * (q - out->point).norm();
+    const double slant = out->normal.dot(direction_);
+    const double depth = std::min(1.0, slant * slant / kSteep) * (q - out->point).norm();
     const double left = far ? (far->point - q).norm() : 0;
     is_saturated_ |= std::min(depth, left) > max_depth_;
     points_.push_back({out->point, std::min({depth, left, max_depth_}), core});

@@ -15,7 +15,7 @@ namespace brachy {
 /// direction across the needle; they slide, and are not pulled. The direction is against the surface's normals at
 /// these points and follows them over kTurnMm of motion. Where the edge is nearer to the far side it pushes no
 /// farther than that, so that a needle that is drawn through sidewise lets go without a jump. Where the surface slants
-/// against the direction by θ the tissue makes way along its normal: cos²θ of the depth is along the direction.
+/// by more than 30° against the direction, it is pushed by less: the tissue makes way along its normal.
 /// Models that know no forces have one point for the whole contact, of which alone their scale is known.
 /// Limits: one direction for the whole contact; no friction; the needle's line is taken as straight.
 /// Threads: one. Real-time: no allocation after construction, no exceptions; two BVH queries a point.
