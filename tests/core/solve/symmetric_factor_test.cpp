@@ -64,7 +64,9 @@ Results results(SymmetricFactor& factor, std::size_t landmarks, std::size_t firs
   factor.project(first, std::span(axes).subspan(first), r.H);
   std::vector<std::uint32_t> group_of(landmarks, SymmetricFactor::kNoGroup);
   for (std::size_t l = 3; l < landmarks; ++l) group_of[l] = l < 10 || l + 2 > landmarks ? 0 : 1;
-  factor.rigid_stiffness(group_of, std::span(axes).first(2), r.stiffness);
+  std::vector<Vec3> motions(landmarks, Vec3::Zero());
+  for (std::size_t l = 3; l < landmarks; ++l) motions[l] = axes[group_of[l]];
+  factor.rigid_stiffness(group_of, motions, r.stiffness);
   r.condition = factor.condition();
   return r;
 }

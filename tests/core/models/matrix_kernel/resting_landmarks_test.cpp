@@ -44,7 +44,7 @@ Solved solve(MatrixKernelField& field, const NeedleLandmarks& landmarks) {
   field.axial_stiffness(0, std::vector<Vec3>(n, Vec3::UnitZ()), solved.H);
   std::vector<std::uint32_t> group_of(n, TissueField::kNoGroup);
   std::fill_n(group_of.begin(), kPerNeedle, 0u);
-  field.rigid_stiffness(group_of, std::array{Vec3(Vec3::UnitX())}, {&solved.stiffness, 1});
+  field.rigid_stiffness(group_of, std::vector<Vec3>(n, Vec3::UnitX()), {&solved.stiffness, 1});
   return solved;
 }
 
