@@ -126,15 +126,15 @@ std::optional<ForceColumns> force_columns(std::string_view header) {
 
 std::string force_row(const ForceSample& sample, ForceColumns columns) {
   const NeedleForces& f = sample.forces;
-  const Vec3 tissue = f.force_n - f.guide_n;
+  const Vec3 force = columns == ForceColumns::kAll ? Vec3(f.force_n - f.guide_n) : f.force_n;
   std::string row;
   append(row, sample.t_s);
   row += ',';
   append(row, sample.needle);
   row += ',';
   row += to_string(sample.state);
-  for (double value : {sample.depth_mm, tissue.x(), tissue.y(), tissue.z(), f.axial_n, f.lateral_n,
-                       f.cutting_n, f.friction_n}) {
+  for (double value : {sample.depth_mm, force.x(), force.y(), force.z(), f.axial_n, f.lateral_n, f.cutting_n,
+                       f.friction_n}) {
     row += ',';
     append(row, value);
   }

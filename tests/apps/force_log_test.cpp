@@ -69,13 +69,30 @@ TEST(ForceLog, ARowIsTheShortestThatGivesTheSameBitsBack) {
 TEST(ForceLog, ALogOfBeforeNeedlesBentIsReadAsOfRigidOnes) {
   ForceSample sample = sample_at(0, ContactState::kInserted, 10, 1, 0);
   const std::string row = force_row(sample, ForceColumns::kRigid);
-  EXPECT_EQ(row + ",1.25", force_row(sample));
+  EXPECT_EQ(row + ",1.25", force_row(sample, ForceColumns::kUnguided));
+  EXPECT_EQ(row + ",1.25,0,0,0", force_row(sample));
   const std::string header = std::string(kRigidForceLogHeader) + "\n";
   EXPECT_TRUE(header.ends_with(",landmarks,min_det\n"));
   sample.tip_deflection_mm = 0;
   EXPECT_EQ(parse_force_log(header + row + "\n", "f.csv"), std::vector{sample});
   EXPECT_TRUE(parse_error(header + row + ",1.25\n").starts_with("f.csv:2: found 14 columns, expected 13"));
-  EXPECT_TRUE(parse_error(kHeader + row + "\n").starts_with("f.csv:2: found 13 columns, expected 14"));
+  EXPECT_TRUE(parse_error(kHeader + row + "\n").starts_with("f.csv:2: found 13 columns, expected 17"));
+}
+
+TEST(ForceLog, WhatTheGuideDoesHasColumnsOfItsOwn) {
+  ForceSample sample = sample_at(0, ContactState::kInserted, 10, 1, 0);
+  sample.forces.guide_n = Vec3(0.25, -0.5, -0.125);
+  sample.forces.force_n = Vec3(0.5, -0.25, -1.125);
+  const std::string row = force_row(sample);
+  EXPECT_TRUE(row.starts_with("0,0,inserted,10,0.25,0.25,-1,")) << row << ": the tissue's";
+  EXPECT_TRUE(row.ends_with(",1.25,0.25,-0.5,-0.125")) << row;
+  EXPECT_EQ(parse_force_log(kHeader + row + "\n", "f.csv"), std::vector{sample});
+  // A log that lacks them has the whole, as before.
+  const std::string before = force_row(sample, ForceColumns::kUnguided);
+  EXPECT_TRUE(before.starts_with("0,0,inserted,10,0.5,-0.25,-1.125,")) << before;
+  sample.forces.guide_n.setZero();
+  EXPECT_EQ(parse_force_log(std::string(kUnguidedForceLogHeader) + "\n" + before + "\n", "f.csv"),
+            std::vector{sample});
 }
 
 TEST(ForceLog, AnUnknownDetIsNanAndReadBack) {

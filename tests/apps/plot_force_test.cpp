@@ -11,10 +11,10 @@ using namespace test;
 const std::string kHeader = std::string(kForceLogHeader) + "\n";
 /// Needle 0 into 12.5 mm and back, needle 3 on the capsule.
 const std::string kLog = kHeader +
-                         "0,0,touching,0,0,0,-5.5,5.5,0,5.5,0,1,1,0\n"
-                         "0,3,touching,0,0,0,-1.5,1.5,0,1.5,0,1,1,0\n"
-                         "1,0,inserted,12.5,0.5,0,-3,3,0.5,1.75,1.25,4,0.75,1.5\n"
-                         "2,0,inserted,5,0,0,1.25,-1.25,0,0,-1.25,2,0.9,0.25\n";
+                         "0,0,touching,0,0,0,-5.5,5.5,0,5.5,0,1,1,0,0,0,0\n"
+                         "0,3,touching,0,0,0,-1.5,1.5,0,1.5,0,1,1,0,0,0,0\n"
+                         "1,0,inserted,12.5,0.5,0,-3,3,0.5,1.75,1.25,4,0.75,1.5,0,0,0\n"
+                         "2,0,inserted,5,0,0,1.25,-1.25,0,0,-1.25,2,0.9,0.25,0,0,0\n";
 
 struct PlotForce : ::testing::Test {
   TempFolder folder;

@@ -163,7 +163,7 @@ TEST(ReplayOffline, TheLogHasARowATick) {
   EXPECT_EQ(
       lines_of(read_file(log))[0],
       "t_s,needle,state,depth_mm,fx_n,fy_n,fz_n,axial_n,lateral_n,cutting_n,friction_n,landmarks,min_det,"
-      "tip_deflection_mm");
+      "tip_deflection_mm,guide_x_n,guide_y_n,guide_z_n");
   const std::vector<ForceSample> rows = load_force_log(log);
   ASSERT_EQ(rows.size(), json.at("ticks").get<std::size_t>());
   EXPECT_EQ(rows[0].t_s, 0);
