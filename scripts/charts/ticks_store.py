@@ -3,8 +3,8 @@
 
 usage: scripts/charts/ticks_store.py choices.json tests/reference/large_motion core/scene/choice/comparison.csv
 A row for each setting and scene: the largest error at a point of the gland and the median time of a tick, of all
-levels. Scenes with nodules have none, as the choice knows nothing of nodules. Commit the result: choices are made
-from it, never from live timings.
+levels. Scenes with nodules have none, as the choice knows nothing of nodules. Commit the result: choices are made from
+it, never from live timings.
 """
 import json
 import pathlib

@@ -285,7 +285,7 @@ def _check(scene, folder):
         k = "xyz".index(axis)
         centres = [scene.load.tip, scene.load.start, scene.centre, *(nodule.centre for nodule in scene.nodules)]
         if any(centre[k] for centre in centres):
-            raise UserError(f"{folder}/load.toml: needle, gland and nodules must lie in the symmetry plane {axis} = 0")
+            raise UserError(f"{folder}/load.toml: needle, gland and nodules must lie in the plane {axis} = 0")
         across = np.arange(3) == k
         if scene.load.displacement[across if axis in scene.symmetry else ~across].any():
             raise UserError(
