@@ -245,7 +245,8 @@ def solve(number, levels, work):
         forces.append(each.sum())
     along = pressed.places[pushed & (each > 1e-3 * each.max()), 0] - touch.past
     print(f"case {number}: {forces[-1]:.4f} N, contact from {along.min():.1f} to {along.max():.1f} mm of the tip, half "
-          f"as wide as {np.abs(pressed.places[pushed, 1]).max():.2f} mm, {time.monotonic() - started:.0f} s", flush=True)
+          f"as wide as {np.abs(pressed.places[pushed, 1]).max():.2f} mm, "
+          f"{time.monotonic() - started:.0f} s", flush=True)
     return [number, *touch.tip, *touch.axis, *touch.push, touch.deepest(), touch.past, *(forces[-1] * touch.push),
             along.min(), along.max()], forces
 
