@@ -41,17 +41,14 @@ struct Felt {
   bool at_rest = false, is_finite = true;
 };
 
-Felt feel(const std::shared_ptr<const SimulationModel>& model, const Sweep& sweep, double speed_mm_s,
-          double until = 1) {
+Felt feel(const std::shared_ptr<const SimulationModel>& model, const Sweep& sweep, double speed_mm_s) {
   Simulator simulator(model);
   MeshState state = simulator.initial_state();
   const std::vector<float> rest = state.mesh.deformed_vertices;
   Felt felt;
   Vec3 last_force = Vec3::Zero(), last_tip = sweep.from;
-  const Vec3 to = sweep.from + until * (sweep.to - sweep.from);
-  // Up to the gland a tick is half a millimetre.
   const double stride = speed_mm_s * simulator.period_s();
-  for (const Vec3& tip : test::straight(sweep.from, to, stride)) {
+  for (const Vec3& tip : test::straight(sweep.from, sweep.to, stride)) {
     simulator.step(needle_pose(pose_at(tip, sweep.axis)), state);
     const NeedleState& needle = state.needles.states[0];
     const Vec3 force = needle.forces.force_n;
