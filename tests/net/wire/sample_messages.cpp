@@ -24,7 +24,7 @@ NeedleShape sample_shape() {
 }
 
 NeedleForces sample_forces() {
-  return {{0.5, -0.25, 2}, {8, -4, 1}, {-128, 64, 16}, 2, 0.5, 1.25, 0.75};
+  return {{0.5, -0.25, 2}, {0, 0, 0}, {8, -4, 1}, {-128, 64, 16}, 2, 0.5, 1.25, 0.75};
 }
 
 std::size_t held(const HelloMessage& m) {
