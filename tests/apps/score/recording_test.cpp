@@ -81,7 +81,7 @@ TEST_F(RecordingFolder, CutOffWithinItsHeaderIsLeftOut) {
 
 TEST_F(RecordingFolder, WithABrokenRowSaysItsLineAndReadsTheRest) {
   write_all();
-  folder.write("forces.csv", forces_csv() + "1,0,nowhere,0,0,0,0,0,0,0,0,0,1,0\n");
+  folder.write("forces.csv", forces_csv() + "1,0,nowhere,0,0,0,0,0,0,0,0,0,1,0,0,0,0\n");
   const Recording recording = load();
   EXPECT_TRUE(recording.poses && recording.seeds && recording.forces.empty());
   ASSERT_EQ(recording.remarks.size(), 1u);
