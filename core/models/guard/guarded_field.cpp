@@ -41,7 +41,7 @@ bool GuardedField::shows(std::span<const Vec3> positions, std::span<const Vec3> 
                          std::span<const LandmarkSpread> spreads,
                          const LandmarkCompliance& compliance) const noexcept {
   const auto rests = [](const Vec3& a, const Vec3& b) {
-    return (a - b).cwiseAbs().maxCoeff() <= kRestToleranceMm;
+    return ((a - b).cwiseAbs().array() <= kRestToleranceMm).all();  // not a number is no rest
   };
   return is_updated_ && std::ranges::equal(positions, positions_) && std::ranges::equal(spreads, spreads_) &&
          std::ranges::equal(displacements, displacements_, rests) && compliance == compliance_;
