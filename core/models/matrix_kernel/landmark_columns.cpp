@@ -211,7 +211,8 @@ void LandmarkColumns::spread_core(const NeedleRings::Ring& ring, double share, C
 // Where the tissue is mixed the table has what a place's modulus adds to Kelvin's solution only as smoothly as its
 // nodes show it, (w − ŵ) G_s. The near part has the weight of the ring's own modulus, w; so what the table has of it is
 // taken out of the column again, by one smooth point for all rings in one modulus, which has their centre and
-// their variance v, and that of their nodes: Kelvin's solution averaged over all directions with v is the one of s + 2v.
+// their variance v, and that of their nodes: averaged over all directions with v, Kelvin's solution is the one of
+// s + 2v.
 void LandmarkColumns::add_to_lump(const NeedleRings::Ring& ring, double modulus, double field_modulus,
                                   double share, Column& column) noexcept {
   auto lump = std::ranges::find(column.lumps, modulus, &Lump::modulus);

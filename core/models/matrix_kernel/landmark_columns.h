@@ -28,7 +28,8 @@ class LandmarkColumns {
   /// For so many landmarks, whose rings are `rings`.
   void place(std::size_t landmarks, const NeedleRings& rings) noexcept;
 
-  /// Relative modulus where a ring carries its share of a landmark's force: on a region's surface the mean of its sides.
+  /// Relative modulus where a ring carries its share of a landmark's force: on a region's surface the mean of its
+  /// sides, of a core in mixed tissue the mean of what it takes up.
   double modulus(std::size_t ring, std::size_t side) const { return moduli_[ring][side]; }
   /// And the one that the near part of its field is for: where the tissue is mixed its own, else the tissue's.
   double field_modulus(std::size_t ring, std::size_t side) const { return field_moduli_[ring][side]; }

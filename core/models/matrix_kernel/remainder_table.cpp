@@ -117,10 +117,9 @@ void RemainderTable::fill(const ElasticKernel& kernel) {
 }
 
 // Of finite elements some nodes' columns at a time, which no other columns change. Q is not quite symmetric (10⁻⁴ to
-// 3·10⁻³ of C): of a pair of nodes the one that is first in the system's order has the force. Where regions fill only
-// part of the tissue, all nodes are spread over a node's spacing (with those of the main material as points K is not
-// definite), and near parts have the weights of their places:
-// D = P − wQ + (w − ŵ) G.
+// 3·10⁻³ of C): of a pair of nodes the one that is first in the system's order has the force. Where the tissue is
+// mixed, all nodes are spread over a node's spacing (with those of the main material as points K is not definite), and
+// D = P − wQ + (w − ŵ) G has the weights of their places.
 void RemainderTable::fill_by_columns(const ElasticKernel& kernel, bool is_mixed, const SetUp& set_up) {
   const ElasticBody& body = kernel.body();
   const std::vector<Vec3> at = positions();
