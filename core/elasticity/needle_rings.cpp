@@ -93,12 +93,24 @@ void NeedleRings::build(std::span<const Vec3> positions, std::span<const double>
     if (shaft_.size() > 1)
       add_shaft(positions, cores, has_tip, radius);
     else if (shaft_.size() == 1)
-      add_point(positions[begin],
-                core_of(begin) > 0 ? PointCore::of_landmark(core_of(begin))
-                                   : PointCore::of_surface(0.5 * std::pow(kDiscCore * radius, 2)),
-                shaft_[0]);
+      add_lone(positions[begin], core_of(begin), radius, shaft_[0],
+               begin < spreads.size() ? spreads[begin] : LandmarkSpread{});
     begin = end;
   }
+}
+
+void NeedleRings::add_lone(const Vec3& position, double core, double radius, std::uint32_t landmark,
+                           const LandmarkSpread& spread) {
+  add_point(
+      position,
+      core > 0 ? PointCore::of_landmark(core) : PointCore::of_surface(0.5 * std::pow(kDiscCore * radius, 2)),
+      landmark);
+  if (!(core > 0) || !(spread.across_mm > 0)) return;
+  rings_.back().axis = spread.axis;
+  rings_.back().across = {0, 0};
+  add_point(position, PointCore::of_landmark(std::min(core, spread.across_mm)), landmark);
+  rings_.back().axis = spread.axis;
+  rings_.back().along = rings_.back().smooth = {0, 0};
 }
 
 void NeedleRings::add_point(const Vec3& position, const PointCore& core, std::uint32_t landmark) {

@@ -26,6 +26,7 @@ namespace brachy {
 /// landmark goes as far as the landmark does, and folds at 2.57 cores (core/DESIGN.md, section 4).
 /// A tip with a core that continues a shaft: such a point for its force along the shaft; for what is across, the shaft
 /// goes on to the tip, because a needle's steel is as thick there as elsewhere.
+/// A needle's tip with a core that is alone: the core for its force along the needle, LandmarkSpread::across_mm across.
 /// Threads: one. Real-time: build does not allocate where reserve was called for as many landmarks.
 class NeedleRings {
  public:
@@ -107,6 +108,8 @@ class NeedleRings {
 
  private:
   void add_shaft(std::span<const Vec3> positions, std::span<const double> cores, bool has_tip, double radius);
+  void add_lone(const Vec3& position, double core, double radius, std::uint32_t landmark,
+                const LandmarkSpread& spread);
   void add_ring(const Vec3& centre, const Vec3& axis, double radius, double spacing, bool turned);
   void normalize(std::size_t first_ring);
 

@@ -421,7 +421,9 @@ void NeedleContact::add_tip() noexcept {
        .low_n = -friction,
        .high_n = friction + (tip_s_ < path_.length() ? 0 : resistance()),
        .friction_n = friction,
-       .spread = {.core_mm = settings_.inserted_tip_core_mm()},
+       .spread = {.core_mm = settings_.inserted_tip_core_mm(),
+                  .axis = needle_.axis,
+                  .across_mm = 0.5 * settings_.landmark_spacing_mm},
        .relaxed_n = tip_relaxed_n_},
       (needle_.tip - X).dot(needle_.axis) - std::max(0.0, last_slip_));
 }

@@ -194,6 +194,10 @@ void MatrixKernelField::find_cores(std::span<const LandmarkSpread> spreads) noex
   for (std::size_t r = 0; r < rings.size(); ++r) {
     const std::size_t l = rings[r].landmark[0];
     if (l >= spreads.size() || rings[r].count > 1) continue;
+    if (rings[r].along[0] == 0) {  // its core across, no wider than the one along
+      limit_core(r, ring_cores_[l]);
+      continue;
+    }
     if (spreads[l].core_mm > 0) {
       const Mat3 S = smooth_->columns().self_compliance(l);
       Eigen::SelfAdjointEigenSolver<Mat3> eigen;
@@ -216,6 +220,10 @@ void MatrixKernelField::find_cores(std::span<const LandmarkSpread> spreads) noex
   }
 }
 
+void MatrixKernelField::limit_core(std::size_t r, double widest) noexcept {
+  if (rings_.rings()[r].core.s > widest * widest) rings_.set_core(r, widest);
+}
+
 // K of these landmarks is not definite: cores of their own become narrower, down to a disc's, and K more diagonal.
 // False where none can.
 bool MatrixKernelField::narrow_cores(std::span<const LandmarkSpread> spreads) noexcept {
@@ -225,10 +233,10 @@ bool MatrixKernelField::narrow_cores(std::span<const LandmarkSpread> spreads) no
   const auto rings = rings_.rings();
   for (std::size_t r = 0; smooth_ && r < rings.size(); ++r) {
     const std::size_t l = rings[r].landmark[0];
-    if (l >= spreads.size() || rings[r].count > 1 || !(ring_cores_[l] > least)) continue;
-    ring_cores_[l] = std::max(least, kNarrower * ring_cores_[l]);
-    rings_.set_core(r, ring_cores_[l]);
-    any = true;
+    if (l >= spreads.size() || rings[r].count > 1) continue;
+    any |= rings[r].along[0] > 0 && ring_cores_[l] > least;
+    if (rings[r].along[0] > 0) ring_cores_[l] = std::max(least, kNarrower * ring_cores_[l]);
+    limit_core(r, ring_cores_[l]);
   }
   return any;
 }

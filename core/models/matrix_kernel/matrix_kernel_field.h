@@ -107,6 +107,7 @@ class MatrixKernelField : public TissueField {
 
   double core_in_free_space(double stiffness_n_per_mm) const noexcept;
   void find_cores(std::span<const LandmarkSpread> spreads) noexcept;
+  void limit_core(std::size_t r, double widest) noexcept;
   bool narrow_cores(std::span<const LandmarkSpread> spreads) noexcept;
   FactorStatus assemble_and_factor(const LandmarkCompliance& compliance, bool adds_beams,
                                    double& condition) noexcept;

@@ -29,19 +29,33 @@ std::array<float, 4> cubic_slopes(double t, double spacing) {
 
 struct Makeup {
   std::size_t main = 0;   // material of most points
-  bool is_mixed = false;  // some inner point is of another
+  bool is_mixed = false;  // some inner point lies in another
 };
+
+// A point or two beside a region's surface do not make a mixture: one lies a millimetre deep in another material.
+bool is_deep_in(const ElasticBody& body, const Vec3& X, std::size_t material, std::span<double> shares) {
+  constexpr double kDeep = 1;  // mm
+  for (Eigen::Index k = 0; k < 6; ++k) {
+    body.material_shares(X + (k % 2 ? kDeep : -kDeep) * Vec3::Unit(k / 2), shares);
+    if (shares[material] < 1) return false;
+  }
+  return true;
+}
 
 Makeup makeup_of(const Tissue& tissue, const ElasticBody& body) {
   std::vector<double> total(body.regions.size() + 1), shares(total.size());
-  for (std::size_t i = tissue.surface_count; i < tissue.size(); ++i) {
-    body.material_shares(tissue.rest_vertices[i], shares);
+  const std::span inner = std::span(tissue.rest_vertices).subspan(tissue.surface_count);
+  for (const Vec3& X : inner) {
+    body.material_shares(X, shares);
     for (std::size_t m = 0; m < shares.size(); ++m) total[m] += shares[m];
   }
-  const auto most = std::max_element(total.begin(), total.end());
-  const double sum = static_cast<double>(tissue.size() - tissue.surface_count);
-  // A point or two beside the region's surface do not make a mixture.
-  return {static_cast<std::size_t>(most - total.begin()), *most < 0.99 * sum};
+  Makeup makeup{static_cast<std::size_t>(std::ranges::max_element(total) - total.begin())};
+  makeup.is_mixed = std::ranges::any_of(inner, [&](const Vec3& X) {
+    body.material_shares(X, shares);
+    const auto m = static_cast<std::size_t>(std::ranges::max_element(shares) - shares.begin());
+    return m != makeup.main && is_deep_in(body, X, m, shares);
+  });
+  return makeup;
 }
 
 }  // namespace
@@ -103,10 +117,9 @@ void RemainderTable::fill(const ElasticKernel& kernel) {
 }
 
 // Of finite elements some nodes' columns at a time, which no other columns change. Q is not quite symmetric (10⁻⁴ to
-// 3·10⁻³ of C): of a pair of nodes the one that is first in the system's order has the force. Where regions fill only
-// part of the tissue, all nodes are spread over a node's spacing (with those of the main material as points K is not
-// definite), and near parts have the weights of their places:
-// D = P − wQ + (w − ŵ) G.
+// 3·10⁻³ of C): of a pair of nodes the one that is first in the system's order has the force. Where the tissue is
+// mixed, all nodes are spread over a node's spacing (with those of the main material as points K is not definite), and
+// D = P − wQ + (w − ŵ) G has the weights of their places.
 void RemainderTable::fill_by_columns(const ElasticKernel& kernel, bool is_mixed, const SetUp& set_up) {
   const ElasticBody& body = kernel.body();
   const std::vector<Vec3> at = positions();
@@ -117,6 +130,7 @@ void RemainderTable::fill_by_columns(const ElasticKernel& kernel, bool is_mixed,
     const Vec3 cell =
         (at.back() - at.front()).cwiseQuotient(Vec3(count_[0] - 1, count_[1] - 1, count_[2] - 1));
     s = 0.5 * cell.squaredNorm() / 3;
+    smooth_s_ = 2 * s;
   } else if (!body.regions.empty()) {
     held_.resize(table_.size());
   }
@@ -145,7 +159,7 @@ void RemainderTable::fill_by_columns(const ElasticKernel& kernel, bool is_mixed,
         }
         const double w = 2 / (modulus[i] + modulus[j]);
         Mat3 D = P - w * Q;
-        if (w != near_weight_) D += (w - near_weight_) * kelvin(at[i] - at[j], 2 * s, body.poisson);
+        if (w != near_weight_) D += (w - near_weight_) * kelvin(at[i] - at[j], smooth_s_, body.poisson);
         set_pair(table_, i, j, D / body.shear_modulus);
         if (!held_.empty()) set_pair(held_, i, j, Q / body.shear_modulus);
       }
@@ -234,6 +248,17 @@ GridPoint RemainderTable::locate(const Vec3& X, GridPoint& slopes) const noexcep
   }
   p.base = slopes.base = first[0] + count_[0] * (first[1] + count_[1] * first[2]);
   return p;
+}
+
+double RemainderTable::variance_of_nodes(const Vec3& X) const noexcept {
+  double sum = 0;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const std::vector<double>& planes = planes_[k];
+    const double x = std::clamp(X[static_cast<Eigen::Index>(k)], planes.front(), planes.back());
+    const auto above = std::upper_bound(planes.begin() + 1, planes.end() - 1, x);
+    sum += (x - *std::prev(above)) * (*above - x);
+  }
+  return sum / 3;
 }
 
 bool RemainderTable::is_at_end(const Vec3& X, double within, std::size_t axis) const noexcept {

@@ -13,11 +13,10 @@ namespace brachy {
 /// The smooth part of an elastic kernel, D(x, y) = (P − ŵQ)/μ (remainder.h), between the nodes of a grid over a tissue:
 /// it replaces some hundred sources on walls and capsule in a tick. Between nodes it is cubic in x and
 /// in y, or trilinear on the remainder's own planes where it has them (fem). ŵ is the weight of the material
-/// that most of the tissue is made of; where the tissue has more than one, what the others add is smoothed
-/// over a node's spacing. Where the body has regions, none of which fills only part of the tissue, Q is kept
-/// as well, for landmarks on a region's
-/// surface, where w is another.
-/// Memory: (3M)² floats for M nodes, twice that with regions. Threads: const functions may be called from
+/// that most of the tissue is made of. Where the tissue is mixed, D = (P − wQ + (w − ŵ)G)/μ with the nodes spread over
+/// their spacing, w of both nodes. Where the body has regions and the tissue is not mixed, Q is kept as well, for
+/// landmarks on a region's surface, where w is another.
+/// Memory: (3M)² floats for M nodes, twice that with Q. Threads: const functions may be called from
 /// any. Real-time: they do not allocate.
 class RemainderTable {
  public:
@@ -59,6 +58,12 @@ class RemainderTable {
   bool covers(const Vec3& X) const noexcept;
   Vec3 position(std::uint32_t node) const noexcept;  ///< mm
 
+  /// Whether it is of more than one material: then so much is added to s by what the nodes smooth.
+  bool is_mixed() const { return smooth_s_ > 0; }
+  double smooth_s() const { return smooth_s_; }  ///< mm²
+  /// Of the nodes' weights at X, between the table's planes, averaged over directions, mm².
+  double variance_of_nodes(const Vec3& X) const noexcept;
+
   double near_weight() const { return near_weight_; }  ///< ŵ
   double modulus() const { return 1 / near_weight_; }  ///< relative, of the tissue
   std::size_t bytes() const { return (table_.size() + held_.size()) * sizeof(float); }
@@ -75,7 +80,7 @@ class RemainderTable {
   std::array<std::vector<double>, 3> planes_;  // along x, y, z, mm
   bool is_linear_ = false;
   std::array<std::uint32_t, 3> count_{};
-  double near_weight_ = 1;
+  double near_weight_ = 1, smooth_s_ = 0;
   const NearLoops& loops_;
   std::vector<float> table_, held_;  // row 3 node + axis
 };

@@ -28,7 +28,7 @@ class SmoothField {
     return factor_between(columns_.modulus(ring_a, side_a), columns_.modulus(ring_b, side_b));
   }
   double near_factor(std::size_t ring, std::size_t side) const {
-    return factor_between(columns_.modulus(ring, side), table_.modulus());
+    return factor_between(columns_.modulus(ring, side), columns_.field_modulus(ring, side));
   }
 
   /// Sets the landmarks' forces (n, N) that the functions below use.

@@ -154,6 +154,29 @@ TEST(LateralTouch, DraggingAPressedTipUphillPressesNoMore) {
   EXPECT_EQ(state.needles.states[0].puncture_count, 0u);
 }
 
+// Its last landmark is a needle's end, not a blunt core: what is pushed aside is let go of as the shaft comes out.
+TEST(LateralTouch, ANeedleThatIsAsideComesOutWithoutAJump) {
+  const auto model = load_simulation_model(small_scene(), load_tissue(small_scene()).tissue);
+  Simulator simulator(model);
+  MeshState state = simulator.initial_state();
+  const Vec3 surface = model->surface.first_hit({8, -4, -40}, {8, -4, 0})->point;
+  const Vec3 in = surface + Vec3(0, 0, 12), aside = in + Vec3(2, 0, 0);
+  for (const Vec3& tip : test::straight({8, -4, -40}, in, 0.1))
+    simulator.step(needle_pose(pose_at(tip, Vec3::UnitZ())), state);
+  ASSERT_EQ(state.needles.states[0].contact, ContactState::kInserted);
+  for (const Vec3& tip : test::straight(in, aside, 0.1))
+    simulator.step(needle_pose(pose_at(tip, Vec3::UnitZ())), state);
+  double last = state.needles.states[0].forces.lateral_n;
+  EXPECT_GT(last, 0.3);
+  for (const Vec3& tip : test::straight(aside, aside - Vec3(0, 0, 20), 0.05)) {
+    simulator.step(needle_pose(pose_at(tip, Vec3::UnitZ())), state);
+    const double lateral = state.needles.states[0].forces.lateral_n;
+    ASSERT_LT(std::abs(lateral - last), 0.5) << tip.z();  // 2.5 with one core
+    last = lateral;
+  }
+  EXPECT_EQ(last, 0);
+}
+
 // A needle that turns over in one tick has jumped: it is where its pose says, with no force.
 TEST(LateralTouch, AnAxisThatFlipsReinitializesTheContact) {
   const auto model = load_simulation_model(small_scene(), load_tissue(small_scene()).tissue);

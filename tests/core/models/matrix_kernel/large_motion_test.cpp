@@ -150,7 +150,8 @@ INSTANTIATE_TEST_SUITE_P(
     Motions, LargeMotion,
     testing::Values(Case{"lateral", kShafts, {6, 7, 7.5, 8}}, Case{"drag", kShafts, {3.5, 4, 5, 5}},
                     Case{"lateral_stiff", kShafts, {4, 5, 5, 5.5}}, Case{"drag_stiff", kShafts, {5, 5, 5, 5}},
-                    Case{"oblique", kShafts, {2, 2.5, 3, 4}}, Case{"free_face", kShafts, {3, 4, 4.5, 5.5}},
+                    Case{"oblique", kShafts, {2, 2.5, 3, 4}}, Case{"nodule_5", {4, 8, 12}, {8, 8, 8}},
+                    Case{"nodule_8", {4, 8}, {8, 8}}, Case{"free_face", kShafts, {3, 4, 4.5, 5.5}},
                     Case{"two_needles", kShafts, {4.5, 5, 5.5, 7}}, Case{"indentation", kTips, {4, 3, 4, 4}},
                     Case{"sphere_2", kTips, {6, 6, 8, 10}}, Case{"sphere_4", kTips, {9, 8, 8, 8.5}}),
     [](const auto& motion) { return motion.param.name; });
