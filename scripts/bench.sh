@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # Builds brachy_bench and runs it beside the paper's method and the machine's limits; prints the performance goals and
-# whether they are met; writes JSON and SVG charts. Wants a quiet machine; takes some 20 minutes, --quick two.
+# whether they are met; writes JSON and SVG charts. Wants a quiet machine; takes some 20 minutes, --quick two. Without
+# --quick it is the laboratory's long form (apps/lab).
 #   scripts/bench.sh [--quick] [--json FILE] [--charts DIR] [--simd TARGET] [Google Benchmark's options]
 set -euo pipefail
 from=$PWD
@@ -23,7 +24,9 @@ while (($#)); do
 done
 
 scripts/setup.sh --charts
-scripts/build.sh release brachy_bench
+targets=(brachy_bench)
+if [[ " ${options[*]} " != *' --quick '* ]]; then targets+=(brachy_bench_long); fi
+scripts/build.sh release "${targets[@]}"
 mkdir -p "$(dirname "$json")" "$charts"
 build/release/bin/brachy_bench "${options[@]}" --json="$json"
 /usr/bin/python3 scripts/charts/bench_charts.py "$json" "$charts"

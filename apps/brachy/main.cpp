@@ -1,8 +1,10 @@
 // The tools of `brachy`, in the order of its help. A tool is a file of its own and two lines here; see README.md.
+#include <algorithm>
 #include <iostream>
+#include <string_view>
 #include <vector>
 
-#include "apps/brachy/exec_sibling.h"
+#include "apps/command_line/exec_sibling.h"
 #include "apps/command_line/study_commands.h"
 #include "apps/command_line/tool.h"
 #include "core/base/escaped.h"
@@ -37,12 +39,22 @@ std::vector<Tool> all_tools() {
                              export_tool(), deform_tool(), dose_tool(),   inspect_tool()};
   // Its arguments are parsed by brachy-import.
   tools.push_back({"import", "Make a scene of a patient's DICOM RT files or of a label map.", "", {}});
-  // Their arguments are parsed by brachy-study.
+  // Their arguments are parsed by brachy-study, of the laboratory.
   for (const StudyCommand& command : kStudyCommands) tools.push_back({command.name, command.summary, "", {}});
   for (const auto tool :
        {advise_tool, plot_force_tool, metrics_tool, score_tool, plan_tool, token_tool, us_tool, contour_tool})
     tools.push_back(tool());
   return tools;
+}
+
+/// Whether a command line is one of brachy-import: `import …`, or `export` with the option --dicom.
+bool is_import_command(int argc, char** argv) {
+  if (argc < 2) return false;
+  const std::string_view command = argv[1];
+  return command == "import" ||
+         (command == "export" && std::any_of(argv + 2, argv + argc, [](std::string_view word) {
+            return word == "--dicom" || word.starts_with("--dicom=");
+          }));
 }
 
 }  // namespace
@@ -52,11 +64,12 @@ int main(int argc, char** argv) {
     try {
       if (is_import_command(argc, argv))
         exec_sibling(
-            "brachy-import", argv,
+            "brachy-import", argv[1], argv,
             "install the package brachyd-import, or libdcmtk-dev and build with scripts/build.sh release "
             "brachy-import");
-      exec_sibling("brachy-study", argv,
-                   "build it with scripts/build.sh release brachy-study, or install the package brachyd");
+      exec_sibling("brachy-study", argv[1], argv,
+                   "install the package brachyd-lab, or build it with scripts/build.sh release brachy-study "
+                   "(CMake option BRACHY_LAB)");
     } catch (const UserError& e) {
       std::cerr << "brachy: " << escaped(e.what()) << "\n";
       return kExitBadInput;

@@ -9,7 +9,7 @@
 
 namespace brachy {
 
-// Shared by the files in apps/command_line and apps/study/program/study_line.cpp. No other file includes CLI11.
+// Shared by the files in apps/command_line and apps/lab/program/study_line.cpp. No other file includes CLI11.
 
 CLI::Validator between(double least, double most);  ///< CLI::Range, but NaN is not between
 CLI::Validator whole_between(int least, int most);  ///< CLI::Range, which says what is no number

@@ -5,7 +5,7 @@
 
 namespace brachy {
 
-/// A command of brachy-study that `brachy` lists and forwards to it.
+/// A command of brachy-study, the laboratory's program, that `brachy` lists and forwards to it.
 struct StudyCommand {
   const char* name;
   const char* summary;  ///< for --help

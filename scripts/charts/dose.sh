@@ -10,7 +10,9 @@ usage() { sed -n '2,/^[^#]/s/^# \?//p' "$0" >&2; exit 2; }
 
 . scripts/charts/chart_options.sh
 
-scripts/build.sh release brachy_bench
+targets=(brachy_bench)
+if [[ " ${options[*]} " != *' --quick '* ]]; then targets+=(brachy_bench_long); fi
+scripts/build.sh release "${targets[@]}"
 build/release/bin/brachy_bench "${options[@]}" --benchmark_filter=^dose/ --json="$kept"
 /usr/bin/python3 scripts/charts/dose_chart.py "$kept" "$charts"
 echo "dose: figures in $kept, table and chart in $charts"

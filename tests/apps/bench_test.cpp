@@ -74,7 +74,17 @@ TEST(Bench, SaysHowFarDoseOnAGridIsOff) {
 }
 
 TEST(Bench, RefusesATargetThatDoesNotExist) {
-  EXPECT_TRUE(refused_in_one_line(run_process({BRACHY_BENCH_BINARY, "--simd=abacus"}), {"abacus", "avx2"}));
+  EXPECT_TRUE(refused_in_one_line(run_process({BRACHY_BENCH_BINARY, "--quick", "--simd=abacus"}),
+                                  {"abacus", "avx2"}));
+}
+
+TEST(Bench, WithoutTheLaboratorysProgramALongRunIsRefusedWithTheFix) {
+  TempFolder folder;
+  std::filesystem::copy_file(BRACHY_BENCH_BINARY, folder / "brachy_bench");
+  EXPECT_TRUE(
+      refused_in_one_line(run_process({(folder / "brachy_bench").string()}),
+                          {"a run without --quick needs ", (folder / "brachy_bench_long").string(),
+                           "build it with scripts/build.sh release brachy_bench_long", "BRACHY_LAB"}));
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
-// `brachy compare`, `stability`, `ticks` and `zwidth`, which run brachy-study: a copy of brachy in a directory without
-// it, and beside a script of that name.
+// `brachy compare`, `stability`, `ticks`, `zwidth` and `deflection`, which run brachy-study: a copy of brachy in a
+// directory without it, and beside a script of that name.
 #include "apps/command_line/study_commands.h"
 #include "test_paths.h"
 #include "tests/apps/apps_testing.h"
@@ -24,11 +24,11 @@ struct ExecStudy : ::testing::Test {
 
 TEST_F(ExecStudy, AMissingProgramIsNamedWithTheFix) {
   for (const StudyCommand& command : kStudyCommands)
-    EXPECT_TRUE(refused_in_one_line(
-        run({command.name, "--quick"}),
-        {"brachy: ", std::string(command.name) + " needs " + study.string() + ", ",
-         "(No such file or directory)", "build it with scripts/build.sh release brachy-study",
-         "install the package brachyd"}));
+    EXPECT_TRUE(
+        refused_in_one_line(run({command.name, "--quick"}),
+                            {"brachy: ", std::string(command.name) + " needs " + study.string() + ", ",
+                             "(No such file or directory)", "install the package brachyd-lab",
+                             "build it with scripts/build.sh release brachy-study"}));
 }
 
 TEST_F(ExecStudy, AFileThatIsNoProgramIsNamedWithTheReason) {

@@ -44,18 +44,31 @@ TEST(ProgressText, TellsDurationsAsPeopleDo) {
 
 // A terminal gets one line that is redrawn and removed; a file gets nothing from a quick command.
 TEST(Progress, IsDrawnOnATerminalAndLeavesNothingBehind) {
+  const TempFolder folder;
+  const std::vector<std::string> quick = {"deform",
+                                          "--landmarks",
+                                          folder.write("l.csv", "x,y,z,dx,dy,dz\n0,0,0,0,0,1\n"),
+                                          "--points",
+                                          folder.write("p.csv", "x,y,z\n1,2,3\n"),
+                                          "--out",
+                                          (folder / "o.csv").string(),
+                                          "--force"};
+  const auto with_term = [&](const std::string& term) {
+    std::vector<std::string> line = {"/usr/bin/env", "TERM=" + term, BRACHY_BINARY};
+    line.insert(line.end(), quick.begin(), quick.end());
+    return line;
+  };
   PseudoTerminal terminal(40, 24);
-  ChildProcess on_terminal({"/usr/bin/env", "TERM=xterm", BRACHY_BINARY, "zwidth", "--quick"},
-                           {-1, terminal.end()});
+  ChildProcess on_terminal(with_term("xterm"), {-1, terminal.end()});
   std::string shown;
   ASSERT_TRUE(exited(on_terminal.wait(), 0));
   shown = terminal.read();
-  EXPECT_TRUE(shown.starts_with("\r\x1b[Kzwidth: 0 %, ")) << shown;
+  EXPECT_TRUE(shown.starts_with("\r\x1b[Kdeform: 0 %, ")) << shown;
   EXPECT_TRUE(shown.ends_with("\r\x1b[K")) << shown;
   EXPECT_EQ(shown.find('\n'), std::string::npos);
-  EXPECT_EQ(run_brachy({"zwidth", "--quick"}).err, "");
+  EXPECT_EQ(run_brachy(quick).err, "");
   PseudoTerminal dumb(40, 24);
-  ChildProcess on_dumb({"/usr/bin/env", "TERM=dumb", BRACHY_BINARY, "zwidth", "--quick"}, {-1, dumb.end()});
+  ChildProcess on_dumb(with_term("dumb"), {-1, dumb.end()});
   ASSERT_TRUE(exited(on_dumb.wait(), 0));
   EXPECT_EQ(dumb.read().find('\x1b'), std::string::npos);
 }
