@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Builds the Debian packages: build/release/brachyd_VERSION_ARCH.deb, to run, brachyd-import_…,
+# Builds the Debian packages: build/release/brachyd_VERSION_ARCH.deb, to run, brachyd-import_…, brachyd-lab_…
 # and libbrachy-dev_…, to build against, with Debian's hardening flags (dpkg-buildflags) in a build of their own,
 # build/package. Two builds of a commit have the same bytes: scripts/package/reproducible.sh.
 #   scripts/package.sh      then: sudo apt install ./build/release/brachyd_*.deb

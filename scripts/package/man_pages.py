@@ -1,7 +1,7 @@
 #!/usr/bin/python3
-"""Writes brachyd(1), brachy(1) and brachy-study(1), gzipped, from the programs' --help.
+"""Writes the manuals of programs, brachyd(1), brachy(1) and brachy-study(1), gzipped, from their --help.
 
-usage: man_pages.py BRACHYD BRACHY BRACHY_STUDY VERSION DIR
+usage: man_pages.py VERSION DIR PROGRAM…
 """
 import gzip
 import pathlib
@@ -21,7 +21,7 @@ FILES = {
 The scene that the service runs: tissue, model, needles, seeds, server. Every key with its unit and meaning is in it.
 .TP
 .I /usr/share/brachy
-Other scenes, trajectories and a plan; reference scenes; the viewer's page.
+Other scenes, trajectories and a plan; the viewer's page.
 .TP
 .I /usr/share/doc/brachyd/PROTOCOL.md.gz
 The protocol, enough to write a client.
@@ -36,6 +36,10 @@ Scenes, trajectories and a plan.""",
 Reference scenes of
 .BR "brachy compare" .""",
 }
+# Commands of brachy that are programs of their own, which a build may lack, by the package that has them.
+ELSEWHERE = {"import": "brachyd-import"} | dict.fromkeys(
+    ("compare", "stability", "ticks", "zwidth", "deflection"), "brachyd-lab"
+)
 SEE_ALSO = {"brachyd": "brachy", "brachy": "brachyd", "brachy-study": "brachy"}
 
 
@@ -149,10 +153,9 @@ def page(program, binary, version):
         try:
             text = help_of(binary, name)
         except subprocess.CalledProcessError:
-            if name != "import":
+            if name not in ELSEWHERE:
                 raise
-            # A program of its own, which this build lacks.
-            out += [f'.SS "{program} import"', roff(summary), "It is in the package brachyd-import."]
+            out += [f'.SS "{program} {name}"', roff(summary), f"It is in the package {ELSEWHERE[name]}."]
             continue
         about, usage, lists, its_footer = parts_of(text)
         out += [f'.SS "{roff(usage)}"', roff(about), *options_of(lists), ".PP", *footer_of(its_footer)]
@@ -164,13 +167,14 @@ def page(program, binary, version):
     return "\n".join(out) + "\n"
 
 
-def main(brachyd, brachy, study, version, folder):
-    for program, binary in (("brachyd", brachyd), ("brachy", brachy), ("brachy-study", study)):
+def main(version, folder, *programs):
+    for binary in programs:
+        program = pathlib.Path(binary).name
         text = page(program, binary, version).encode()
         (pathlib.Path(folder) / f"{program}.1.gz").write_bytes(gzip.compress(text, 9, mtime=0))
 
 
 if __name__ == "__main__":
-    if len(sys.argv) != 6:
+    if len(sys.argv) < 4:
         sys.exit(__doc__)
     main(*sys.argv[1:])

@@ -1,25 +1,38 @@
-# The manuals; and the Debian packages, which scripts/package.sh makes by CPack: brachyd, to run, and libbrachy-dev, to build against.
+# The manuals; and the Debian packages, which scripts/package.sh makes by CPack: brachyd, to run, and libbrachy-dev, to build against;
+# brachyd-import and brachyd-lab where their programs are built.
 # What only a system has (service, scene in /etc, documentation in /usr/share/doc) is no part of `cmake --install`.
 set(BRACHY_MAINTAINER "brachyd maintainers <brachyd@example.org>" CACHE STRING "whom the Debian packages name")
 set(BRACHY_RELEASE 1 CACHE STRING "the Debian packages' revision of this version")
 set(here ${CMAKE_CURRENT_LIST_DIR})
 
-# Whose help is that of `brachy import`.
+# Whose help is that of `brachy import`; and of `brachy compare` and others, with a manual of its own.
 set(import_program "")
 if(TARGET brachy-import)
   set(import_program brachy-import)
 endif()
+set(lab_program "")
+if(TARGET brachy-study)
+  set(lab_program brachy-study)
+endif()
 if(NOT BRACHY_SANITIZE)
+  set(manuals)
+  set(programs)
+  foreach(program brachyd brachy ${lab_program})
+    list(APPEND manuals ${CMAKE_BINARY_DIR}/${program}.1.gz)
+    list(APPEND programs $<TARGET_FILE:${program}>)
+  endforeach()
   add_custom_command(
-    OUTPUT ${CMAKE_BINARY_DIR}/brachyd.1.gz ${CMAKE_BINARY_DIR}/brachy.1.gz ${CMAKE_BINARY_DIR}/brachy-study.1.gz
-    COMMAND python3 ${here}/man_pages.py $<TARGET_FILE:brachyd> $<TARGET_FILE:brachy> $<TARGET_FILE:brachy-study> ${PROJECT_VERSION}
-            ${CMAKE_BINARY_DIR}
-    DEPENDS brachyd brachy brachy-study ${import_program} ${here}/man_pages.py
+    OUTPUT ${manuals}
+    COMMAND python3 ${here}/man_pages.py ${PROJECT_VERSION} ${CMAKE_BINARY_DIR} ${programs}
+    DEPENDS brachyd brachy ${lab_program} ${import_program} ${here}/man_pages.py
     COMMENT "Writing the manuals"
     VERBATIM)
   add_custom_target(man_pages ALL DEPENDS ${CMAKE_BINARY_DIR}/brachyd.1.gz)
-  install(FILES ${CMAKE_BINARY_DIR}/brachyd.1.gz ${CMAKE_BINARY_DIR}/brachy.1.gz ${CMAKE_BINARY_DIR}/brachy-study.1.gz
+  install(FILES ${CMAKE_BINARY_DIR}/brachyd.1.gz ${CMAKE_BINARY_DIR}/brachy.1.gz
           DESTINATION ${CMAKE_INSTALL_MANDIR}/man1 COMPONENT brachyd)
+  if(lab_program)
+    install(FILES ${CMAKE_BINARY_DIR}/brachy-study.1.gz DESTINATION ${CMAKE_INSTALL_MANDIR}/man1 COMPONENT lab)
+  endif()
 endif()
 
 set(made ${CMAKE_BINARY_DIR}/deb)
@@ -58,6 +71,11 @@ if(BRACHY_IMPORT)
   install(FILES ${here}/copyright ${made}/changelog.Debian.gz DESTINATION /usr/share/doc/brachyd-import
           COMPONENT import EXCLUDE_FROM_ALL)
 endif()
+if(lab_program)
+  list(APPEND CPACK_COMPONENTS_ALL lab)
+  install(FILES ${here}/copyright ${made}/changelog.Debian.gz DESTINATION /usr/share/doc/brachyd-lab
+          COMPONENT lab EXCLUDE_FROM_ALL)
+endif()
 set(CPACK_DEB_COMPONENT_INSTALL ON)
 set(CPACK_COMPONENTS_GROUPING IGNORE)
 set(CPACK_INSTALL_DEFAULT_DIRECTORY_PERMISSIONS OWNER_READ OWNER_WRITE OWNER_EXECUTE GROUP_READ GROUP_EXECUTE WORLD_READ WORLD_EXECUTE)
@@ -69,7 +87,7 @@ set(CPACK_DEBIAN_BRACHYD_PACKAGE_NAME brachyd)
 set(CPACK_DEBIAN_BRACHYD_PACKAGE_SECTION science)
 set(CPACK_DEBIAN_BRACHYD_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_BRACHYD_PACKAGE_DEPENDS procps)  # the unit reloads by /bin/kill
-set(CPACK_DEBIAN_BRACHYD_PACKAGE_SUGGESTS "nats-server, brachyd-import")
+set(CPACK_DEBIAN_BRACHYD_PACKAGE_SUGGESTS "nats-server, brachyd-import, brachyd-lab")
 set(CPACK_DEBIAN_BRACHYD_PACKAGE_CONTROL_EXTRA ${here}/postinst ${here}/prerm ${here}/postrm ${here}/conffiles)
 set(CPACK_DEBIAN_BRACHYD_PACKAGE_CONTROL_STRICT_PERMISSION ON)
 set(CPACK_DEBIAN_BRACHYD_DESCRIPTION
@@ -77,8 +95,8 @@ set(CPACK_DEBIAN_BRACHYD_DESCRIPTION
 The daemon brachyd takes needle poses over TCP, deforms soft tissue around
 the needles 200 times a second and streams the result to any number of
 viewers, a browser and 3D Slicer among them. Trainees drop seeds to a plan,
-and their dose is scored. The tools of brachy replay, watch, record, plan,
-score and compare. The daemon is installed as a systemd service that listens
+and their dose is scored. The tools of brachy replay, watch, record, plan and
+score. The daemon is installed as a systemd service that listens
 on loopback.
 For research and training. Not a medical device.")
 
@@ -91,6 +109,17 @@ set(CPACK_DEBIAN_IMPORT_DESCRIPTION
 The program brachy-import, which `brachy import` and `brachy export --dicom`
 start: it makes a scene of a patient's DICOM RT structures, plan and dose, or
 of a label map (NRRD, NIfTI), and writes a scene and its plan as DICOM RT.
+For research and training. Not a medical device.")
+
+set(CPACK_DEBIAN_LAB_PACKAGE_NAME brachyd-lab)
+set(CPACK_DEBIAN_LAB_PACKAGE_SECTION science)
+set(CPACK_DEBIAN_LAB_PACKAGE_SHLIBDEPS ON)
+set(CPACK_DEBIAN_LAB_PACKAGE_DEPENDS "brachyd (= ${PROJECT_VERSION}-${BRACHY_RELEASE})")
+set(CPACK_DEBIAN_LAB_DESCRIPTION
+    "accuracy and failure of the models of the simulator brachyd
+The program brachy-study, which `brachy compare`, `ticks`, `stability`,
+`zwidth` and `deflection` start, with the reference scenes that it compares
+the deformation models and other methods with.
 For research and training. Not a medical device.")
 
 set(CPACK_DEBIAN_DEV_PACKAGE_NAME libbrachy-dev)

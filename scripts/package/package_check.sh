@@ -22,7 +22,8 @@ done
 shopt -s nullglob
 packages=(build/release/brachyd_*.deb build/release/libbrachy-dev_*.deb)
 import=(build/release/brachyd-import_*.deb)
-[[ ${#packages[@]} == 2 && ${#import[@]} == 1 ]] \
+lab=(build/release/brachyd-lab_*.deb)
+[[ ${#packages[@]} == 2 && ${#import[@]} == 1 && ${#lab[@]} == 1 ]] \
     || { echo "package_check: build the packages first: scripts/package.sh" >&2; exit 2; }
 scripts/setup.sh --packages
 
@@ -85,7 +86,7 @@ inside dpkg --audit
 [[ -z $(inside dpkg --verify brachyd libbrachy-dev) ]] || fail \
     "files are not what the package says: $(inside dpkg --verify brachyd libbrachy-dev)"
 
-for program in brachyd brachy brachy-study; do scripts/package/hardening.sh "$root/usr/bin/$program"; done
+for program in brachyd brachy; do scripts/package/hardening.sh "$root/usr/bin/$program"; done
 say "hardened: position independent, full RELRO, BIND_NOW, stack protector, FORTIFY"
 
 # serve: the daemon as the service runs it, but by nobody, on free ports; a device and a viewer.
@@ -143,6 +144,12 @@ done
 dpkg-deb -f "${import[0]}" Depends | grep dcmtk >/dev/null || fail "brachyd-import does not name DCMTK"
 dpkg-deb -c "${import[0]}" | grep ' ./usr/bin/brachy-import$' >/dev/null || fail "brachyd-import has no brachy-import"
 say "no DCMTK in brachyd and brachy, only in brachyd-import"
+# So is the laboratory.
+! dpkg-deb -c "${packages[0]}" | grep -E ' ./usr/(bin/brachy-study|share/brachy/reference)' >/dev/null \
+    || fail "brachyd has parts of the laboratory"
+dpkg-deb -c "${lab[0]}" | grep ' ./usr/bin/brachy-study$' >/dev/null || fail "brachyd-lab has no brachy-study"
+said=$(inside brachy compare 2>&1) && fail "brachy compare ran without brachyd-lab"
+grep -q "install the package brachyd-lab" <<<"$said" || fail "brachy compare says: $said"
 
 # A changed scene outlives an upgrade and a removal.
 echo '# mine' >>"$root/etc/brachyd/scene.toml"

@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 """Holds the manuals against what the programs' --help says: each option, each command, each example is there.
 
-usage: man_pages.py BRACHYD BRACHY BRACHY_STUDY DIR
+usage: man_pages.py DIR PROGRAM…
 """
 import gzip
 import pathlib
@@ -15,6 +15,13 @@ def help_of(*command):
     return subprocess.run([*command, "--help"], check=True, capture_output=True, text=True).stdout
 
 
+def missing_package(binary, command):
+    """The package of a command's own program, where this build lacks it; else None."""
+    done = subprocess.run([binary, command, "--help"], capture_output=True, text=True)
+    found = re.search(r"cannot be run .* install the package ([a-z-]+)", done.stderr)
+    return found[1] if done.returncode == 2 and found else None
+
+
 def check(program, binary, folder):
     file = pathlib.Path(folder) / f"{program}.1.gz"
     text = gzip.decompress(file.read_bytes()).decode()
@@ -26,7 +33,12 @@ def check(program, binary, folder):
     if "\nSubcommands:\n" in wanted[0][1]:
         names = re.findall(r"^  ([a-z][\w-]*) ", wanted[0][1].split("Subcommands:")[1].split("\n\n")[0], re.M)
         assert names, program
-        wanted += [(name, help_of(binary, name)) for name in names]
+        for name in names:
+            package = missing_package(binary, name)
+            if package:
+                assert f"It is in the package {package}." in plain, f"{program}(1) does not say where {name} is"
+            else:
+                wanted.append((name, help_of(binary, name)))
     for name, said in wanted:
         assert name in sections, f"{program}(1) has no command {name}"
         options = re.findall(r"^  (?:-\w,)?(--[\w-]+)", said, re.M)
@@ -48,7 +60,5 @@ def check(program, binary, folder):
 
 
 if __name__ == "__main__":
-    brachyd, brachy, study, folder = sys.argv[1:]
-    check("brachyd", brachyd, folder)
-    check("brachy", brachy, folder)
-    check("brachy-study", study, folder)
+    for binary in sys.argv[2:]:
+        check(pathlib.Path(binary).name, binary, sys.argv[1])

@@ -1,6 +1,6 @@
 # Packs the Debian packages, unpacks them into a directory, builds the programs of README.md and core/README.md against
 # their content, and runs them; where there is no dpkg, against what `cmake --install` leaves in a scratch prefix.
-# cmake -DBUILD=… -DSOURCE=… -DWORK=… -P run.cmake
+# cmake -DBUILD=… -DSOURCE=… -DWORK=… -DLAB=ON|OFF -P run.cmake
 file(REMOVE_RECURSE ${WORK})
 function(run)
   execute_process(COMMAND ${ARGN} RESULT_VARIABLE result OUTPUT_VARIABLE output ERROR_VARIABLE output)
@@ -34,10 +34,13 @@ if(DPKG_DEB AND DPKG_SHLIBDEPS)
   list(LENGTH packages count)
   set(expected 2)
   if(EXISTS ${BUILD}/bin/brachy-import)
-    set(expected 3)  # brachyd-import, where DCMTK is installed
+    math(EXPR expected "${expected} + 1")  # brachyd-import, where DCMTK is installed
+  endif()
+  if(LAB)
+    math(EXPR expected "${expected} + 1")  # brachyd-lab
   endif()
   if(NOT count EQUAL expected)
-    message(FATAL_ERROR "brachyd, libbrachy-dev and, with DCMTK, brachyd-import expected, not: ${packages}")
+    message(FATAL_ERROR "brachyd, libbrachy-dev, with DCMTK brachyd-import, and with the laboratory brachyd-lab expected, not: ${packages}")
   endif()
   foreach(package ${packages})
     run(${DPKG_DEB} -x ${package} ${WORK}/root)
@@ -91,3 +94,13 @@ if(NOT result EQUAL 2 OR NOT output MATCHES "usage: spacenav_device HOST:PORT")
   message(FATAL_ERROR "unexpected answer of the device example (${result}): ${output}")
 endif()
 run(${usr}/bin/brachyd --check-config ${usr}/share/brachy/prostate.toml)
+# The laboratory's commands run where it is installed, on the installed scenes; else they name its package.
+execute_process(COMMAND ${usr}/bin/brachy compare --models psi31 --scenes no_such_scene
+                RESULT_VARIABLE result OUTPUT_VARIABLE output ERROR_VARIABLE output)
+set(said "install the package brachyd-lab")
+if(LAB)
+  set(said "no_such_scene")
+endif()
+if(NOT result EQUAL 2 OR NOT output MATCHES "${said}")
+  message(FATAL_ERROR "unexpected answer of brachy compare (${result}): ${output}")
+endif()
