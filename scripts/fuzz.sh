@@ -3,7 +3,8 @@
 # UndefinedBehaviorSanitizer. Ends with 1 if an input was found that crashes, hangs, leaks, or breaks what a target
 # says must hold.
 #   scripts/fuzz.sh [--seconds N | --short | --long] [--jobs 1|2] [--keep] [TARGET…]
-#     seconds for each target: 10, --short 60, --long 3600; TARGET: a tests/fuzz/TARGET_fuzz.cpp, by default all
+#     seconds for each target: 10, --short 60, --long 3600; TARGET: a TARGET_fuzz.cpp of tests/fuzz or
+#     tests/apps/lab/fuzz, by default all
 #     --keep: inputs that reach what no kept one does join tests/fuzz/corpus
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -17,14 +18,17 @@ while (($#)); do
     --jobs) jobs=${2:-}; shift ;;
     --keep) keep=1 ;;
     -*) usage ;;
-    *) [[ -f tests/fuzz/$1_fuzz.cpp ]] || { echo "fuzz: there is no tests/fuzz/$1_fuzz.cpp" >&2; exit 2; }
+    *) [[ -f tests/fuzz/$1_fuzz.cpp || -f tests/apps/lab/fuzz/$1_fuzz.cpp ]] \
+         || { echo "fuzz: there is no tests/fuzz/$1_fuzz.cpp" >&2; exit 2; }
        targets+=("$1") ;;
   esac
   shift
 done
 [[ $seconds =~ ^[1-9][0-9]*$ && $jobs =~ ^[12]$ ]] || usage
 if ((${#targets[@]} == 0)); then
-  for file in tests/fuzz/*_fuzz.cpp; do file=${file##*/}; targets+=("${file%_fuzz.cpp}"); done
+  for file in tests/fuzz/*_fuzz.cpp tests/apps/lab/fuzz/*_fuzz.cpp; do
+    file=${file##*/}; targets+=("${file%_fuzz.cpp}")
+  done
 fi
 
 scripts/build.sh asan "${targets[@]/%/_fuzz}"
@@ -37,7 +41,7 @@ dictionary() {  # TARGET
     http*) echo http ;;
     igtl*) echo igtl ;;
     scene | plan | source) echo toml ;;
-    trajectory | tables | session) echo csv ;;
+    trajectory | tables | beads | session) echo csv ;;
     mesh) echo mesh ;;
     nrrd | label_nrrd) echo nrrd ;;
     label_nifti) echo nifti ;;

@@ -15,7 +15,9 @@ cmake -S . -B "$work" -G Ninja -DCMAKE_BUILD_TYPE=RelWithDebInfo -DCMAKE_CXX_FLA
     -DBRACHY_BENCH=OFF -DBRACHY_OPENMP=OFF -DBRACHY_NATS=OFF >/dev/null
 targets=("$@")
 if ((${#targets[@]} == 0)); then
-  for file in tests/fuzz/*_fuzz.cpp; do file=${file##*/}; targets+=("${file%_fuzz.cpp}"); done
+  for file in tests/fuzz/*_fuzz.cpp tests/apps/lab/fuzz/*_fuzz.cpp; do
+    file=${file##*/}; targets+=("${file%_fuzz.cpp}")
+  done
 fi
 cmake --build "$work" --target "${targets[@]/%/_fuzz}"
 mkdir -p "$out"
@@ -26,7 +28,7 @@ for target in "${targets[@]}"; do
     http*) dictionary=http ;;
     igtl*) dictionary=igtl ;;
     scene | plan) dictionary=toml ;;
-    trajectory | tables | session) dictionary=csv ;;
+    trajectory | tables | beads | session) dictionary=csv ;;
     mesh) dictionary=mesh ;;
     nrrd | label_nrrd) dictionary=nrrd ;;
     label_nifti) dictionary=nifti ;;

@@ -288,7 +288,7 @@ void add_tables(const Corpus& corpus) {
     for (const int v : {x, y, z, 10 * x, 10 * y, 10 * z, 10 * x, 10 * y}) beads += std::to_string(v) + ",";
     beads += std::to_string(10 * z + 1) + "\n";
   }
-  corpus.add("tables", "beads", Steps().u8(4).text(beads).str());
+  corpus.add("beads", "beads", Steps().text(beads).str());
 
   TrajectorySample sample{0.005, RigidTransform(), true};
   const TrajectoryColumns columns{true, true};

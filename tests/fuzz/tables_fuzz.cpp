@@ -1,7 +1,6 @@
 // The other CSV files, selected by the first byte. Rows that we write are read back unchanged.
 #include "apps/forces/force_log.h"
 #include "apps/landmarks/landmark_file.h"
-#include "apps/study/compare/compare_beads.h"
 #include "core/brachytherapy/dose/dose_seed_file.h"
 #include "core/brachytherapy/seeds/seed_file.h"
 #include "tests/core/geometry/tissue/mesh_fixtures.h"
@@ -32,19 +31,11 @@ void read_landmarks(const std::string& text) {
   });
 }
 
-void read_beads(const std::string& text) {
-  const test::TempFile file("beads.csv", text);
-  reads(file.path().string() + ":", [&] {
-    const Beads beads = load_beads(file.path());
-    EXPECT_EQ(beads.boundary.size() + beads.interior.size(), beads.rest.size());
-  });
-}
-
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   Script script(data, size);
-  const std::uint8_t which = script.u8() % 5;
+  const std::uint8_t which = script.u8() % 4;
   const std::string text = text_of(script.rest());
   switch (which) {
     case 0:
@@ -64,11 +55,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
         EXPECT_EQ(written(parse_force_log(once, "again")), once);
       });
       return 0;
-    case 3:
-      read_landmarks(text);
-      return 0;
     default:
-      read_beads(text);
+      read_landmarks(text);
       return 0;
   }
 }
