@@ -1,9 +1,10 @@
 #!/usr/bin/env python3
-"""Checks who includes whom, against the tables "Directories" in the README.md of core, haptics, net and apps.
+"""Checks who includes whom, against the tables "Directories" in the README.md of core, haptics, net, apps, apps/lab.
 
 A directory includes only directories above it in the table of its tree, and the trees only each other as TREES says.
-So the include graph between directories has no cycle. Also what must stay in one file: libraries, threads, atomics,
-locks.
+So the include graph between directories has no cycle. The laboratory, apps/lab, is a tree that no other includes, nor
+do tests outside of tests/apps/lab, and no CMake list of the product's sources names its targets. Also what must stay in
+one file: libraries, threads, atomics, locks.
 
 usage: scripts/ci/check_layers.py [--root DIR]     exit code 1 and a line for each breach
 """
@@ -13,15 +14,16 @@ import re
 import sys
 
 # A tree includes itself and these.
-TREES = {"core": (), "haptics": ("core",), "net": ("core",), "apps": ("core", "haptics", "net")}
+TREES = {"core": (), "haptics": ("core",), "net": ("core",), "apps": ("core", "haptics", "net"),
+         "apps/lab": ("core", "haptics", "net", "apps")}
+LAB, LAB_TESTS = "apps/lab", "tests/apps/lab"
 
 # What a pattern matches stays in files whose path matches.
 ONE_PLACE = [
     (r"#include <assimp/", r"core/geometry/mesh_io/mesh_file\.cpp", "assimp"),
     (r"#include <CLI/", r"apps/command_line/command_line_parts\.h", "CLI11"),
     (r'#include "apps/command_line/command_line_parts\.h"',
-     r"apps/(command_line/[a-z_]*|study/program/study_line)\.cpp", "CLI11's header"),
-    (r'#include "apps/study/', r"apps/study/.*", "a source of the study, which no product includes"),
+     r"apps/(command_line/[a-z_]*|lab/program/study_line)\.cpp", "CLI11's header"),
     (r"#include <toml\+\+/", r"core/base/toml_table\.cpp", "tomlplusplus"),
     (r'#include "core/base/toml_table\.h"',
      r"core/(base/toml_table\.cpp|scene/file/.*|"
@@ -59,6 +61,29 @@ def table(root, tree):
     return [tree if name == "." else f"{tree}/{name}" for name in re.findall(r"^\| `([^`]+)` \|", section[1], re.M)]
 
 
+def tree_of(path):
+    """The tree that a path lies in, the laboratory before apps; else its first directory."""
+    inside = [tree for tree in TREES if path.startswith(tree + "/")]
+    return max(inside, key=len) if inside else path.split("/")[0]
+
+
+def uses_of_lab(root):
+    """Complaints about uses of the laboratory from outside, sources apart: tests' includes, its targets in CMake."""
+    for path in sorted((root / "tests").rglob("*")):
+        name = str(path.relative_to(root))
+        if path.suffix in (".h", ".cpp") and not name.startswith(LAB_TESTS + "/"):
+            for include in re.findall(rf'^#include "((?:{LAB}|{LAB_TESTS})/[^"]+)"', path.read_text(), re.M):
+                yield f"{name} includes {include}, of the laboratory: its tests are in {LAB_TESTS}"
+    lists = root / LAB / "CMakeLists.txt"
+    targets = re.findall(r"^ *add_(?:library|executable)\((\S+)", lists.read_text(), re.M) if lists.exists() else []
+    for path in sorted(p for tree in ("core", "haptics", "net", "apps") for p in (root / tree).rglob("CMakeLists.txt")):
+        name = str(path.relative_to(root))
+        if not name.startswith(LAB + "/"):
+            for target in targets:
+                if re.search(rf"(?<![\w-]){re.escape(target)}(?![\w-])", re.sub(r"#.*", "", path.read_text())):
+                    yield f"{name} names {target}, a target of the laboratory"
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--root", type=pathlib.Path, default=pathlib.Path(__file__).resolve().parents[2])
@@ -66,7 +91,8 @@ def main():
     complaints = []
     order = {tree: table(root, tree) for tree in TREES}
     for tree in TREES:
-        files = sorted(p for p in (root / tree).rglob("*") if p.suffix in (".h", ".cpp"))
+        files = sorted(p for p in (root / tree).rglob("*") if p.suffix in (".h", ".cpp") and
+                       tree_of(str(p.relative_to(root))) == tree)
         used = {str(p.parent.relative_to(root)) for p in files}
         for directory in sorted(used - set(order[tree])):
             complaints.append(f"{directory} is not in the table of {tree}/README.md")
@@ -79,7 +105,7 @@ def main():
             text = path.read_text()
             for include in re.findall(r'^#include "([^"]+)"', text, re.M):
                 other = include.rsplit("/", 1)[0] if "/" in include else include
-                other_tree = include.split("/")[0]
+                other_tree = tree_of(include)
                 if other_tree != tree:
                     if other_tree not in TREES[tree]:
                         complaints.append(f"{name} includes {include}: {tree} does not include {other_tree}")
@@ -90,6 +116,7 @@ def main():
             for pattern, where, what in ONE_PLACE:
                 if re.search(pattern, text) and not re.fullmatch(where, name):
                     complaints.append(f"{name} has {what}, which belongs in {where or 'no file'}")
+    complaints += uses_of_lab(root)
     top = {d.split("/")[1] for d in order["core"] if "/" in d}
     if len(top) > MOST_TOP_DIRECTORIES:
         complaints.append(f"core has {len(top)} directories at its top, more than {MOST_TOP_DIRECTORIES}")
