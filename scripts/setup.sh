@@ -16,7 +16,7 @@
 #     --planning: also what scripts/charts/planning.sh and `brachy plan --method integer` need (CBC as a program, numpy)
 #     --packages: also what scripts/package/package_check.sh needs, with all its options
 #     --python: also what the engine as a Python module needs (pybind11)
-#     --reference: also what scripts/reference needs (CalculiX and gmsh as programs, numpy, scipy)
+#     --reference: also what apps/lab/reference needs (CalculiX and gmsh as programs, numpy, scipy)
 set -euo pipefail
 
 packages=(cmake ninja-build g++ lld ccache libeigen3-dev libboost-dev libassimp-dev libcli11-dev libtomlplusplus-dev

@@ -10,7 +10,7 @@
 
 namespace brachy {
 
-/// Landmarks on a needle as an elastic kernel wants them (tests/reference/MODEL_STUDY.md).
+/// Landmarks on a needle as an elastic kernel wants them (apps/lab/reference/MODEL_STUDY.md).
 ///
 /// On a shaft, which is two or more consecutive landmarks along a line: rings of six points on the needle's surface,
 /// at each landmark and, where they are more than 1.5 R apart, between them. Each landmark's force is spread over the

@@ -9,7 +9,7 @@ namespace brachy {
 
 /// The remainder of the model `elastic` in tissue of one modulus whose faces are all held: forces on points of the
 /// faces, and no volume cells. Condensed, they leave G − G_wᵀ G_ww⁻¹ G_w of Kelvin's solution G
-/// (tests/reference/MODEL_STUDY.md, "The rule", 3).
+/// (apps/lab/reference/MODEL_STUDY.md, "The rule", 3).
 ///
 /// Cells and cores are chosen on the references (tests/reference/README.md, "In ticks"): walls of wider cores give way,
 /// those of narrower ones hold what lies between the cells' points too well.

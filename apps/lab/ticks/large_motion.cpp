@@ -33,12 +33,12 @@ std::string read_header(const fs::path& file, std::vector<LargeMotion::Level>& l
     const auto [end, error] = std::from_chars(header.data() + at + 3, header.data() + header.size(), level);
     if (error != std::errc())
       throw UserError(file.string() + ":1: '" + header.substr(at + 1) +
-                      "' names no level; write it with scripts/reference/run.py");
+                      "' names no level; write it with apps/lab/reference/run.py");
     levels.emplace_back().motion_mm = level;
   }
   if (levels.empty())
     throw UserError(file.string() +
-                    ": has no columns dx2,dy2,dz2 or the like; write it with scripts/reference/run.py");
+                    ": has no columns dx2,dy2,dz2 or the like; write it with apps/lab/reference/run.py");
   return header;
 }
 

@@ -21,7 +21,7 @@ struct CompactFit {
 /// 1/2 and 1 × wall, their weights by non-negative least squares to 4πμ G (kelvin.h, s = core²/2 at both ends,
 /// `core` in mm) less its mean over directions at r = wall; at 241 distances 0 … wall, across and along the force,
 /// each weighted by √(r + core).
-/// Sources: tests/reference/MODEL_STUDY.md, "Compact models". Takes less than 1 ms.
+/// Sources: apps/lab/reference/MODEL_STUDY.md, "Compact models". Takes less than 1 ms.
 CompactFit fit_compact(double poisson, double core, double wall);
 
 /// argmin ‖A x − b‖ over x ≥ 0, A m × n with independent columns: the active-set algorithm of C. L. Lawson and

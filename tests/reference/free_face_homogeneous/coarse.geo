@@ -1,4 +1,4 @@
-// free_face_homogeneous, element sizes × 1; written by scripts/reference, lengths in mm
+// free_face_homogeneous, element sizes × 1; written by apps/lab/reference, lengths in mm
 SetFactory("OpenCASCADE");
 General.NumThreads = 1; Mesh.RandomSeed = 1;  // the same mesh every time
 Mesh.ElementOrder = 2; Mesh.HighOrderOptimize = 1; Mesh.Optimize = 1;

@@ -1,4 +1,4 @@
-// straight_stiff, element sizes × 1; written by scripts/reference, lengths in mm
+// straight_stiff, element sizes × 1; written by apps/lab/reference, lengths in mm
 SetFactory("OpenCASCADE");
 General.NumThreads = 1; Mesh.RandomSeed = 1;  // the same mesh every time
 Mesh.ElementOrder = 2; Mesh.HighOrderOptimize = 1; Mesh.Optimize = 1;

@@ -1,5 +1,5 @@
 // Debian's libopenigtlink as an oracle: its encoding and ours are equal byte for byte, and each decodes the other's. It
-// supports version 1 of the header only. Upstream's (scripts/reference/openigtlink.sh) writes that where not asked.
+// supports version 1 of the header only. Upstream's (scripts/campaigns/openigtlink.sh) writes that where not asked.
 #include <gtest/gtest.h>
 #include <igtl_util.h>
 #include <igtlCapabilityMessage.h>

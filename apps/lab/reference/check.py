@@ -12,8 +12,8 @@
                 (the scenes' own mesh generator, boundary conditions and evaluation)
 
 examples:
-  scripts/reference/check.py                 # all, ν 0.45 and 0.49; about two minutes
-  scripts/reference/check.py --only uniaxial
+  apps/lab/reference/check.py                 # all, ν 0.45 and 0.49; about two minutes
+  apps/lab/reference/check.py --only uniaxial
 
 Exit codes: 0 all within tolerance, 1 some are not, 2 something is missing.
 """

@@ -2,9 +2,9 @@
 """Scores candidate models on the stored reference scenes (relative L2 over field.csv) and prints a Markdown table.
 
 examples:
-  scripts/reference/model_study.py                    # all rows, about five minutes of one processor
-  scripts/reference/model_study.py --only elastic     # rows whose name contains this
-  scripts/reference/model_study.py --scenes DIR
+  apps/lab/reference/model_study.py                    # all rows, about five minutes of one processor
+  apps/lab/reference/model_study.py --only elastic     # rows whose name contains this
+  apps/lab/reference/model_study.py --scenes DIR
       # other scenes: DIR/*/{scene.toml,load.toml,landmarks.csv,field.csv}
 Nothing is tuned per scene: a row is one rule with the same constants everywhere. Exit codes: 0 done, 2 bad input.
 """

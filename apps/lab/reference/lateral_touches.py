@@ -6,9 +6,9 @@ A block of 96 mm, ν = 0.49, μ = 6 kPa, all faces held, and the gland's surface
 semi-axes, in its middle; linear elasticity. What is prescribed is in the folder's README.md.
 
 examples:
-  scripts/reference/lateral_touches.py                     # solve again and store, half an hour of one processor
-  scripts/reference/lateral_touches.py --check             # solve the coarse level again, compare with what is stored
-  scripts/reference/lateral_touches.py --check --case 2 4  # only these
+  apps/lab/reference/lateral_touches.py                     # solve again and store, half an hour of one processor
+  apps/lab/reference/lateral_touches.py --check             # solve the coarse level again, compare with what is stored
+  apps/lab/reference/lateral_touches.py --check --case 2 4  # only these
 
 Exit codes: 0 done, 1 disagrees, 2 a program is missing.
 """
@@ -30,7 +30,7 @@ import calculix
 import tet_mesh
 from scene import LEVELS, UserError
 
-ROOT = pathlib.Path(__file__).resolve().parents[2] / "tests" / "reference" / "lateral_touches"
+ROOT = pathlib.Path(__file__).resolve().parents[3] / "tests" / "reference" / "lateral_touches"
 SIZE = 96.0  # mm, of the block
 SEMI_AXES = np.array([25.0, 20.0, 22.5])
 MODULUS, POISSON = 0.006, 0.49  # N/mm²
@@ -125,7 +125,7 @@ def geo_text(touch, factor):
     at_tip = f"(x-({last:.12g}))^2"
     finest, growth = MESH * factor, GROWTH * factor**0.5
     return "\n".join([
-        "// written by scripts/reference/lateral_touches.py, lengths in mm",
+        "// written by apps/lab/reference/lateral_touches.py, lengths in mm",
         'SetFactory("OpenCASCADE");',
         "General.NumThreads = 1; Mesh.RandomSeed = 1;  // the same mesh every time",
         "Mesh.ElementOrder = 2; Mesh.HighOrderOptimize = 0; Mesh.Optimize = 1;",

@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 """Six scenes that no constant of the model study was chosen on, solved at CalculiX's coarse level (two minutes).
 
-example: scripts/reference/study_held_out.py /tmp/held && scripts/reference/model_study.py --scenes /tmp/held --only
+example: apps/lab/reference/study_held_out.py /tmp/held && apps/lab/reference/model_study.py --scenes /tmp/held --only
 capsule
 """
 import json

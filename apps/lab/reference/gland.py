@@ -15,8 +15,8 @@ Stored: probe.csv and motion.csv with x,y,z and the displacements of each level 
 with forces, and how far two mesh levels differ.
 
 examples:
-  scripts/reference/gland.py            # solve again and store, two minutes
-  scripts/reference/gland.py --check    # solve the coarse level again, compare with what is stored
+  apps/lab/reference/gland.py            # solve again and store, two minutes
+  apps/lab/reference/gland.py --check    # solve the coarse level again, compare with what is stored
 
 Exit codes: 0 done, 1 disagrees, 2 a program is missing.
 """
@@ -35,7 +35,7 @@ import problem
 import tet_mesh
 from scene import LEVELS, Blob, Load, Scene, UserError
 
-ROOT = pathlib.Path(__file__).resolve().parents[2] / "tests" / "reference" / "gland"
+ROOT = pathlib.Path(__file__).resolve().parents[3] / "tests" / "reference" / "gland"
 SEMI_AXES = np.array([25.0, 20.0, 22.5])
 RADIUS = 14.0  # mm, of the probe with the rectal wall
 DEPTHS = (3.0, 6.0)  # mm

@@ -2,14 +2,14 @@
 """Solves the reference scenes of tests/reference with CalculiX, and checks what is stored there.
 
 examples:
-  scripts/reference/run.py --list
-  scripts/reference/run.py --scene lateral_stiff --level coarse   # solve it again, compare with the stored level
-  scripts/reference/run.py --all --level coarse                   # the same for every scene, a few minutes
-  scripts/reference/run.py --scene lateral_stiff                  # regenerate one scene: refine until converged, store
-  scripts/reference/run.py --all                                  # regenerate everything (half an hour or more)
-  scripts/reference/run.py --scene short_contacts/disc_along      # one of tests/reference/short_contacts
-  scripts/reference/run.py --scene large_motion/drag              # one of tests/reference/large_motion, likewise
-  scripts/reference/run.py --table                                # only rewrite tests/reference/CONVERGENCE.md
+  apps/lab/reference/run.py --list
+  apps/lab/reference/run.py --scene lateral_stiff --level coarse   # solve it again, compare with the stored level
+  apps/lab/reference/run.py --all --level coarse                   # the same for every scene, a few minutes
+  apps/lab/reference/run.py --scene lateral_stiff                  # regenerate one scene: refine until converged, store
+  apps/lab/reference/run.py --all                                  # regenerate everything (half an hour or more)
+  apps/lab/reference/run.py --scene short_contacts/disc_along      # one of tests/reference/short_contacts
+  apps/lab/reference/run.py --scene large_motion/drag              # one of tests/reference/large_motion, likewise
+  apps/lab/reference/run.py --table                                # only rewrite tests/reference/CONVERGENCE.md
 
 Each ccx runs under nice, with one thread. Exit codes: 0 done, 1 disagrees or not converged, 2 bad input or a program
 missing.
@@ -26,7 +26,7 @@ import stored
 from scene import LEVELS, UserError, load_scene
 from solution import Solution, difference
 
-ROOT = pathlib.Path(__file__).resolve().parents[2] / "tests" / "reference"
+ROOT = pathlib.Path(__file__).resolve().parents[3] / "tests" / "reference"
 ENOUGH = 0.01  # two levels differing by less: no further refinement
 ACCEPTED = 0.02  # the most that the last two levels may differ
 

@@ -9,7 +9,7 @@ import scipy.linalg as la
 import kelvin
 from scene import FACES, load_scene
 
-ROOT = pathlib.Path(__file__).resolve().parents[2] / "tests" / "reference"
+ROOT = pathlib.Path(__file__).resolve().parents[3] / "tests" / "reference"
 HOMOGENEOUS = ["push_homogeneous", "straight_homogeneous", "oblique_homogeneous", "lateral_homogeneous"]
 STIFF = ["push_stiff", "straight_stiff", "oblique_stiff", "lateral_stiff"]
 FREE = ["free_face_homogeneous", "free_face_stiff_lateral"]

@@ -126,7 +126,7 @@ def write_table(root):
     out = [
         "# Convergence of the reference scenes",
         "",
-        "Written by `scripts/reference/run.py`. Difference: relative L2 over the points of field.csv between a "
+        "Written by `apps/lab/reference/run.py`. Difference: relative L2 over the points of field.csv between a "
         "level and",
         "the one before it, on the finer; at most: the largest of them. Time: ccx's processor time, one thread.",
         "",

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Builds upstream's OpenIGTLink and runs our tests with its library and its example programs as peers, beside Debian's
 # (version 1.11): the same sources, as igtl_upstream_tests. Some minutes.
-#   scripts/reference/openigtlink.sh [WORK]       WORK: default out/openigtlink; kept for the next time
+#   scripts/campaigns/openigtlink.sh [WORK]       WORK: default out/openigtlink; kept for the next time
 # Environment:
 #   OPENIGTLINK_SOURCE   a git repository to clone; default https://github.com/openigtlink/OpenIGTLink.git
 #   OPENIGTLINK_REVISION its commit, tag or branch; default what was tested last

@@ -40,7 +40,7 @@ def geo_text(scene, factor):
     c, s, r = scene.centre, scene.semi_axes, scene.radius
     tip, start = scene.load.tip, scene.load.start
     lines = [
-        f"// {scene.name}, element sizes × {factor:g}; written by scripts/reference, lengths in mm",
+        f"// {scene.name}, element sizes × {factor:g}; written by apps/lab/reference, lengths in mm",
         'SetFactory("OpenCASCADE");',
         "General.NumThreads = 1; Mesh.RandomSeed = 1;  // the same mesh every time",
         "Mesh.ElementOrder = 2; Mesh.HighOrderOptimize = 1; Mesh.Optimize = 1;",
