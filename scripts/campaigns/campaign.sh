@@ -38,8 +38,8 @@ if is_part nodules; then
 fi
 if is_part asan; then
   echo "campaign: the engine, the models, the daemon and the tools under AddressSanitizer"
-  scripts/build.sh asan core_tests models_tests daemon_tests apps_tests
-  for program in core_tests models_tests daemon_tests apps_tests; do run asan $program '*'; done
+  scripts/build.sh asan core_tests models_tests daemon_tests apps_tests lab_tests
+  for program in core_tests models_tests daemon_tests apps_tests lab_tests; do run asan $program '*'; done
 fi
 if is_part tsan; then
   echo "campaign: devices and server under ThreadSanitizer"
