@@ -52,6 +52,8 @@ TEST(Progress, IsDrawnOnATerminalAndLeavesNothingBehind) {
                                           folder.write("p.csv", "x,y,z\n1,2,3\n"),
                                           "--out",
                                           (folder / "o.csv").string(),
+                                          "--support",
+                                          "12",
                                           "--force"};
   const auto with_term = [&](const std::string& term) {
     std::vector<std::string> line = {"/usr/bin/env", "TERM=" + term, BRACHY_BINARY};
