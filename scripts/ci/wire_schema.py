@@ -6,6 +6,10 @@ A field of the schema has
   count   absent: one value; a number: that many; [FIELD] or [FIELD, 3]: as many as the earlier field FIELD says, or
           three times as many; FIELD may be LIST.FIELD, the sum over the list's records
   spread  the record's fields stand in the message as if they were its own
+  least, most  of a number; other values are refused
+  bool    true: 0 or 1
+and for clients' codecs (scripts/ci/wire_clients.py) default (of a field that a program does not state) and exact (64
+bits that go back as they came: hashes, echoed stamps);
 and for readers offset (checked: bytes from the start, where it is fixed), unit, enum or flags (of this file), symbol
 and note.
 
