@@ -7,6 +7,7 @@ import json
 import math
 import pathlib
 import re
+import struct
 import sys
 import unittest
 import zlib
@@ -20,7 +21,7 @@ except ImportError:
     sys.exit(77)
 
 import brachyd
-from brachyd import wire
+from brachyd import wire, wire_generated
 from brachyd.constants import ErrorCode, ForceFlag, MessageType
 
 
@@ -106,10 +107,10 @@ class Golden(unittest.TestCase):
             return body[:2] + flags + body[4:144] + len(data).to_bytes(4, "little") + data + bytes(4)
 
         good = zlib.compress(pixels)
-        self.assertEqual(wire.decode_image(wire.Reader(packed(good))).pixels.tobytes(), pixels)
+        self.assertEqual(wire.Image.read(wire.Reader(packed(good))).pixels.tobytes(), pixels)
         for bad in (good[:-1], good + b"x", zlib.compress(pixels + b"x"), zlib.compress(pixels[1:]), b"x" * 20, b""):
             with self.subTest(bad), self.assertRaises(wire.ProtocolError):
-                wire.decode_image(wire.Reader(packed(bad)))
+                wire.Image.read(wire.Reader(packed(bad)))
 
     def test_scanner_is_written_as_the_document_has_it(self):
         body = decoded("SCANNER").encode()
@@ -145,6 +146,109 @@ class Golden(unittest.TestCase):
         with self.assertRaises(brachyd.ServerError) as caught:
             brachyd.Protocol(brachyd.Hello()).feed(wire.encode_message(MessageType.ERROR, bytes(body), 1, 0))
         self.assertEqual(caught.exception.error.code, ErrorCode.POSE_REFUSED)
+
+
+def with_section(message, number, payload):
+    """The message's body with one more section."""
+    w = wire.Writer()
+    message.sections.write(w) if hasattr(message, "sections") else w.sections([])
+    body = message.encode()
+    at = len(body) - len(w.data)
+    count = struct.unpack_from("<H", body, at)[0]
+    return (body[:at] + struct.pack("<H", count + 1) + body[at + 2:] +
+            struct.pack("<HHI", number, 0, len(payload)) + payload)
+
+
+class Generated(unittest.TestCase):
+    """The codecs that scripts/ci/wire_clients.py writes."""
+
+    def test_every_message_of_the_document_is_read_and_written_again_bit_for_bit(self):
+        seen = set()
+        for name, block in BLOCKS.items():
+            if name == "RECORDING":
+                continue
+            with self.subTest(name):
+                header = wire.decode_header(block)
+                reader = wire.Reader(block[32:])
+                message = wire_generated.MESSAGES[header.type].read(reader)
+                reader.finish()
+                self.assertEqual(message.TYPE, header.type)
+                self.assertEqual(message.encode(), block[32:])
+                seen.add(message.TYPE)
+        self.assertEqual(seen, set(MessageType))
+
+    def test_a_message_cut_anywhere_or_with_a_byte_too_many_is_refused(self):
+        for name, block in BLOCKS.items():
+            if name == "RECORDING":
+                continue
+            kind, body = wire_generated.MESSAGES[wire.decode_header(block).type], block[32:]
+            for other in [body[:end] for end in range(len(body))] + [body + b"x"]:
+                with self.assertRaises(wire.ProtocolError, msg=f"{name} of {len(other)} bytes"):
+                    reader = wire.Reader(other)
+                    kind.read(reader)
+                    reader.finish()
+
+    def test_a_section_of_a_later_version_is_skipped_in_every_message_that_has_sections(self):
+        with_sections = set()
+        schema = json.loads((ROOT / "net/protocol.json").read_text(encoding="utf-8"))
+        for name, message in schema["messages"].items():
+            if not any(field["type"] == "sections" for field in message["fields"]):
+                continue
+            with_sections.add(name)
+            body, kind = BLOCKS[name][32:], wire_generated.MESSAGES[MessageType[name]]
+            longer = with_section(kind.read(wire.Reader(body)), 999, b"what a later version says")
+            self.assertGreater(len(longer), len(body) + 8)
+            reader = wire.Reader(longer)
+            read = kind.read(reader)
+            reader.finish()
+            self.assertEqual(read.encode(), body)
+        self.assertGreaterEqual(with_sections, {"HELLO", "WELCOME", "TOPOLOGY", "FRAME", "STATE", "SCENE", "DOSE"})
+
+    def test_a_section_that_is_absent_is_none_and_its_values_are_the_defaults(self):
+        frame = wire_generated.Frame()
+        reader = wire.Reader(frame.encode())
+        again = wire_generated.Frame.read(reader)
+        reader.finish()
+        self.assertIsNone(again.certificate)
+        self.assertEqual((again.seeds, again.seed_count, again.is_full), ([], 0, False))
+        state = wire_generated.State.read(wire.Reader(wire_generated.State().encode()))
+        self.assertEqual((state.kernel, state.support_radius_mm, state.control_flags), ("", 0, 0))
+        welcome = wire_generated.Welcome.read(wire.Reader(wire_generated.Welcome().encode()))
+        self.assertEqual((welcome.needle, welcome.needle_count, welcome.limits), (0xffff, 1, None))
+
+    def test_limits_of_the_schema_are_kept(self):
+        image = wire_generated.Image(width=4097, height=0)
+        plan = wire_generated.Plan(needles=[wire_generated.PlanNeedle()] * 4097)
+        shape = wire_generated.NeedleShape(points=np.zeros((1, 3), np.float32))
+        for message in (image, plan):
+            with self.assertRaises(wire.ProtocolError):
+                type(message).read(wire.Reader(message.encode()))
+        w = wire.Writer()
+        shape.write(w)
+        with self.assertRaises(wire.ProtocolError):
+            wire_generated.NeedleShape.read(wire.Reader(bytes(w.data)))
+        for name, offset in (("ERROR", 2), ("PING", 8), ("DROP", 2)):  # 0 or 1
+            body = bytearray(BLOCKS[name][32:])
+            body[offset] = 2
+            with self.assertRaises(wire.ProtocolError, msg=name):
+                wire_generated.MESSAGES[MessageType[name]].read(wire.Reader(bytes(body)))
+
+    def test_what_is_no_text_or_names_a_needle_that_is_not_there_is_refused(self):
+        body = bytearray(BLOCKS["EVENT"][32:])
+        body[18] = 0xff
+        with self.assertRaises(wire.ProtocolError):
+            wire_generated.Event.read(wire.Reader(bytes(body)))
+        for sections in (wire_generated.FrameSections(force=wire_generated.FrameForce([wire_generated.NeedleForce(7)])),
+                         wire_generated.FrameSections(needle_shapes=wire_generated.FrameNeedleShapes(
+                             [wire_generated.NeedleShape(7, points=np.zeros((2, 3), np.float32))]))):
+            frame = wire_generated.Frame(needles=[wire_generated.Needle()], sections=sections)
+            with self.assertRaises(wire.ProtocolError):
+                wire_generated.Frame.read(wire.Reader(frame.encode()))
+
+    def test_what_does_not_fit_is_not_written(self):
+        for message in (wire_generated.HelloToken(bytes(31)), wire_generated.Pose(X_WN=np.eye(3))):
+            with self.assertRaises(ValueError):
+                message.write(wire.Writer())
 
 
 def number(value):
