@@ -205,6 +205,8 @@ class Schema:
                 values |= self.read(reader, self.records[kind], of)[0]
             elif "count" not in field:
                 values[name] = self.read_one(reader, kind)
+                if "least" in field or "most" in field or field.get("bool"):
+                    self.check(field, values[name], of)
             else:
                 number = self.number(count, values)
                 group = count[1] if isinstance(count, list) and len(count) == 2 else 0
@@ -218,6 +220,12 @@ class Schema:
                     [self.read_one(reader, kind) for _ in range(number)]
                 values[name] = grouped(read, group) if group else read
         return values, sections
+
+    @staticmethod
+    def check(field, value, of):
+        most = 1 if field.get("bool") else field.get("most", value)
+        if not field.get("least", value) <= value <= most:
+            raise WireError(f"{of}: {field['name']} is {value}")
 
     @staticmethod
     def number(count, values):

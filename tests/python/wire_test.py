@@ -9,11 +9,13 @@ import pathlib
 import re
 import struct
 import sys
+import types
 import unittest
 import zlib
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "apps/python"))
+sys.path.insert(0, str(ROOT / "scripts/ci"))
 try:
     import numpy as np
 except ImportError:
@@ -21,6 +23,7 @@ except ImportError:
     sys.exit(77)
 
 import brachyd
+import wire_clients
 from brachyd import wire, wire_generated
 from brachyd.constants import ErrorCode, ForceFlag, MessageType
 
@@ -249,6 +252,53 @@ class Generated(unittest.TestCase):
         for message in (wire_generated.HelloToken(bytes(31)), wire_generated.Pose(X_WN=np.eye(3))):
             with self.assertRaises(ValueError):
                 message.write(wire.Writer())
+
+
+class LaterVersion(unittest.TestCase):
+    """Of a schema with one more section, one of another type of field each; the codec is made of it as today's is."""
+
+    def setUp(self):
+        schema = wire_clients.Schema()
+        fields = [("count", "u16", None), ("kind", "u8", None), ("reserved", "u8", None), ("names", "text", ["count"]),
+                  ("X_WN", "pose", None), ("rows", "f32", ["count", 3]), ("pairs", "f64", ["count", 2]),
+                  ("poses", "needle_poses", ["count"]), ("note", "text", None)]
+        section = [{"name": name, "type": kind} | ({"count": count} if count else {}) for name, kind, count in fields]
+        for message in schema.all["messages"].values():
+            if any(field["type"] == "sections" for field in message["fields"]):
+                message.setdefault("sections", {})["LATER"] = {"id": 77, "fields": section}
+        views = wire_clients.VIEWS.read_text(encoding="utf-8")
+        self.later = types.ModuleType("brachyd.wire_later")
+        self.later.__package__ = "brachyd"
+        sys.modules["brachyd.wire_later"] = self.later
+        exec(wire_clients.Python(schema, views).text(), self.later.__dict__)  # pylint: disable=exec-used
+        self.scripts = wire_clients.TypeScript(schema).text()
+
+    def test_its_section_is_read_by_its_codec_and_skipped_by_todays(self):
+        tried = 0
+        for kind, today in wire_generated.MESSAGES.items():
+            newer = self.later.MESSAGES[kind]
+            if "sections" not in newer.__dataclass_fields__:
+                continue
+            body = BLOCKS[MessageType(kind).name][32:]
+            message = newer.read(wire.Reader(body))
+            section = getattr(self.later, f"{newer.__name__}Later")
+            poses = [self.later.NeedlePoses(i, [self.later.TickPose(i, np.eye(4))] * i) for i in range(2)]
+            message.sections.later = section(3, ["a", "ö"], np.eye(4), np.ones((2, 3), np.float32), np.ones((2, 2)), poses,
+                                             "end")
+            longer = message.encode()
+            reader = wire.Reader(longer)
+            again = newer.read(reader)
+            reader.finish()
+            self.assertEqual(again.encode(), longer)
+            self.assertEqual((again.sections.later.names, again.sections.later.pairs.shape), (["a", "ö"], (2, 2)))
+            self.assertEqual(again.sections.later.poses[1].poses[0].tick, 1)
+            reader = wire.Reader(longer)
+            skipped = today.read(reader)
+            reader.finish()
+            self.assertEqual(skipped.encode(), body)
+            self.assertIn(f"export interface {newer.__name__}Later {{", self.scripts)
+            tried += 1
+        self.assertGreaterEqual(tried, 11)
 
 
 def number(value):
