@@ -283,8 +283,8 @@ class LaterVersion(unittest.TestCase):
             message = newer.read(wire.Reader(body))
             section = getattr(self.later, f"{newer.__name__}Later")
             poses = [self.later.NeedlePoses(i, [self.later.TickPose(i, np.eye(4))] * i) for i in range(2)]
-            message.sections.later = section(3, ["a", "ö"], np.eye(4), np.ones((2, 3), np.float32), np.ones((2, 2)), poses,
-                                             "end")
+            rows, pairs = np.ones((2, 3), np.float32), np.ones((2, 2))
+            message.sections.later = section(3, ["a", "ö"], np.eye(4), rows, pairs, poses, "end")
             longer = message.encode()
             reader = wire.Reader(longer)
             again = newer.read(reader)
