@@ -312,6 +312,9 @@ test('what the viewer says has the bytes of the page', () => {
   const token = Uint8Array.from({length: 32}, (_, i) => 0xe0 + i);
   assert.deepEqual(viewer.encodeHello({role: 3, subscription: 0, name: 'desk', device: null, token, software: 'desk 2.1'}), bodyOf('HELLO_TOKEN'));
 
+  const plain = viewer.encodeHello({role: 1, subscription: 16, name: 'test', device: null});  // what is not stated is absent
+  assert.deepEqual([...plain.slice(0, 8), ...plain.slice(40)], [1, 0, 0, 0, 16, 0, 0, 0, 4, 0, ...Buffer.from('test'), 0, 0, 0, 0]);
+
   const header = viewer.encodeMessage(13, 20, 0x3b9acd20n, viewer.encodeDrop(2, true));
   assert.deepEqual(header, golden.get('DROP'));
 });

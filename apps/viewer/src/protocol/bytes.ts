@@ -196,6 +196,6 @@ export function encoded<T>(write: (writer: ByteWriter, value: T) => void, value:
 }
 
 /** For ByteWriter.sections. */
-export function section<T>(id: number, value: T | null, write: (writer: ByteWriter, value: T) => void): [number, Uint8Array] | null {
-  return value === null ? null : [id, encoded(write, value)];
+export function section<T>(id: number, value: T | null | undefined, write: (writer: ByteWriter, value: T) => void): [number, Uint8Array] | null {
+  return value == null ? null : [id, encoded(write, value)];
 }
