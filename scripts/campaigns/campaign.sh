@@ -1,28 +1,50 @@
 #!/usr/bin/env bash
 # The long form of the property tests: many random scenes through every model, verdicts against brute force;
-# and the tests under AddressSanitizer and ThreadSanitizer that scripts/test.sh --all has no time for.
-#   scripts/campaigns/campaign.sh [SCENES]     default 100000 through the fields, a tenth of them against a grid of
-#       0.25 mm
+# whole generators of needles' ways; and the tests under AddressSanitizer and ThreadSanitizer that scripts/test.sh --all
+# has no time for.
+#   scripts/campaigns/campaign.sh [fields [SCENES] | contact | nodules | asan | tsan]     default: all
+#       fields: 100000 scenes through the fields, a tenth of them against a grid of 0.25 mm
 set -euo pipefail
 cd "$(dirname "$0")/../.."
-scenes=${1:-100000}
-[[ $# -le 1 && $scenes =~ ^[1-9][0-9]*$ ]] || { sed -n '2,/^[^#]/s/^# \?//p' "$0" >&2; exit 2; }
-scripts/build.sh release core_tests haptics_tests
-echo "campaign: $scenes scenes, every result finite and within its certificate or flagged, at single points too"
-BRACHY_SCENES=$scenes build/release/bin/core_tests --gtest_brief=1 --gtest_filter='Property/*'
-echo "campaign: $((scenes / 10)) scenes, verdicts against det(I + grad u) on a grid of 0.25 mm"
-BRACHY_SCENES=$((scenes / 10)) build/release/bin/core_tests --gtest_brief=1 --gtest_filter='InjectivitySearch.IsNever*'
-echo "campaign: 1,000 loops of the hand through the template, 200 ways past the gland from the side, 50 needles at rest"
-BRACHY_SCENES=250 build/release/bin/haptics_tests --gtest_brief=1 --gtest_filter='*Guide*'
-BRACHY_SCENES=200 build/release/bin/core_tests --gtest_brief=1 --gtest_filter='LateralTouch.*'
-BRACHY_SCENES=50 build/release/bin/core_tests --gtest_brief=1 --gtest_filter='*Rest.*'
-echo "campaign: the engine, the models, the daemon and the tools under AddressSanitizer"
-scripts/build.sh asan core_tests models_tests daemon_tests apps_tests
-build/asan/bin/core_tests --gtest_brief=1
-build/asan/bin/models_tests --gtest_brief=1
-build/asan/bin/daemon_tests --gtest_brief=1
-build/asan/bin/apps_tests --gtest_brief=1
-echo "campaign: devices and server under ThreadSanitizer"
-scripts/build.sh tsan haptics_tests net_tests
-build/tsan/bin/haptics_tests --gtest_brief=1 --gtest_filter='*Device*'
-build/tsan/bin/net_tests --gtest_brief=1
+part=${1:-all} scenes=${2:-100000}
+usage() { sed -n '2,/^[^#]/s/^# \?//p' "$0" >&2; exit 2; }
+[[ $# -le 2 && $part =~ ^(all|fields|contact|nodules|asan|tsan)$ && $scenes =~ ^[1-9][0-9]*$ ]] || usage
+[[ $# -lt 2 || $part == fields ]] || usage
+is_part() { [[ $part == all || $part == "$1" ]]; }
+
+run() {  # PRESET PROGRAM FILTER [SCENES]
+  if [[ ${4:-} ]]; then export BRACHY_SCENES=$4; else unset BRACHY_SCENES; fi
+  "build/$1/bin/$2" --gtest_brief=1 --gtest_filter="$3"
+}
+
+if is_part fields; then
+  scripts/build.sh release core_tests
+  echo "campaign: $scenes scenes, every result finite and within its certificate or flagged, at single points too"
+  run release core_tests 'Property/*' "$scenes"
+  echo "campaign: $((scenes / 10)) scenes, verdicts against det(I + grad u) on a grid of 0.25 mm"
+  run release core_tests 'InjectivitySearch.IsNever*' $((scenes / 10))
+fi
+if is_part contact; then
+  scripts/build.sh release core_tests haptics_tests
+  echo "campaign: 1,000 loops of the hand through the template, 200 ways past the gland from the side, 50 needles at rest"
+  run release haptics_tests '*Guide*' 250
+  run release core_tests 'LateralTouch.*' 200
+  run release core_tests '*Rest.*' 50
+fi
+if is_part nodules; then
+  scripts/build.sh release core_tests
+  echo "campaign: 2,000 needles into 40 nodules"
+  run release core_tests 'Nodule.*' 2000
+fi
+if is_part asan; then
+  echo "campaign: the engine, the models, the daemon and the tools under AddressSanitizer"
+  scripts/build.sh asan core_tests models_tests daemon_tests apps_tests
+  for program in core_tests models_tests daemon_tests apps_tests; do run asan $program '*'; done
+fi
+if is_part tsan; then
+  echo "campaign: devices and server under ThreadSanitizer"
+  scripts/build.sh tsan haptics_tests net_tests
+  run tsan haptics_tests '*Device*'
+  run tsan net_tests '*'
+fi
+echo "campaign: passed"

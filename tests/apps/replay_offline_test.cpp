@@ -154,6 +154,23 @@ TEST(ReplayOffline, TheLogSaysHowFarANeedleBends) {
   EXPECT_EQ(rigid.at("ticks_steep"), 0);
 }
 
+TEST(ReplayOffline, SaysWhereARigidNeedleTakesMoreThanARealOneBears) {
+  const TempFolder folder;
+  const std::string trajectory = folder.write("t.csv", short_insertion(1));
+  const auto said = [&](const std::string& needle, const std::string& kpa) {
+    const std::string scene =
+        "[model]\nkernel = \"elastic\"\n[tissue]\npoints = 1500\nshear_modulus_kpa = " + kpa +
+        "\n[needle]\nflexible = " + needle + "\n";
+    const Ended ended =
+        run_brachy({"replay", trajectory, "--offline", "--config", folder.write("s.toml", scene)});
+    EXPECT_TRUE(exited(ended, 0)) << ended.err;
+    return ended.out.find("would bend any needle") != std::string::npos;
+  };
+  EXPECT_TRUE(said("false", "120"));
+  EXPECT_FALSE(said("true", "120"));
+  EXPECT_FALSE(said("false", "6"));
+}
+
 TEST(ReplayOffline, TheLogHasARowATick) {
   const TempFolder folder;
   const std::string scene = folder.write("s.toml", small_scene()), log = (folder / "f.csv").string();
