@@ -39,8 +39,8 @@ if [[ -f build/release/build.ninja ]]; then cmake --preset release >/dev/null; f
 run_tests release '' -j "$((2 * $(nproc)))"
 if ((all)); then
   mkdir -p out
-  # What only computes, most of the build, is under AddressSanitizer in nightly, and daemon and tools with it: what comes
-  # from outside is read in these.
+  # What only computes, most of the build, is under AddressSanitizer in nightly, and daemon and tools with it: what
+  # comes from outside is read in these.
   asan='input_tests realtime_tests haptics_tests net_tests'
   # shellcheck disable=SC2086
   scripts/build.sh asan $asan fuzz_targets
@@ -51,7 +51,8 @@ if ((all)); then
   scripts/fuzz.sh
   # Threads meet in the buffer and in the daemon, which has all of them: these under ThreadSanitizer; server and
   # devices by themselves in nightly.
-  run_tests tsan 'realtime_tests daemon_tests' -j 2 -R 'TripleBuffer|Device|Server|Daemon|Deadline|ForceLink|Histogram|MonotonicClock'
+  run_tests tsan 'realtime_tests daemon_tests' -j 2 \
+    -R 'TripleBuffer|Device|Server|Daemon|Deadline|ForceLink|Histogram|MonotonicClock'
   echo "test: names"
   wait "$names" || { cat out/names.log >&2; exit 1; }
   tail -n 1 out/names.log

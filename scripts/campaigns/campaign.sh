@@ -26,7 +26,7 @@ if is_part fields; then
 fi
 if is_part contact; then
   scripts/build.sh release core_tests haptics_tests
-  echo "campaign: 1,000 loops of the hand through the template, 200 ways past the gland from the side, 50 needles at rest"
+  echo "campaign: 1,000 loops through the template, 200 ways past the gland from the side, 50 needles at rest"
   run release haptics_tests '*Guide*' 250
   run release core_tests 'LateralTouch.*' 200
   run release core_tests '*Rest.*' 50
