@@ -53,9 +53,11 @@ def decoded(name):
 class Golden(unittest.TestCase):
     def test_every_server_message_is_read_to_its_end(self):
         for name in ("WELCOME", "TOPOLOGY", "FRAME", "STATE", "EVENT", "ERROR", "PING", "FORCE", "LOCAL_MODEL", "DOSE",
-                     "DOSE_PLANNED", "SCENE", "IMAGE", "SCANNER"):
+                     "DOSE_PLANNED", "SCENE", "IMAGE", "SCANNER", "PLAN", "CONTOUR"):
             with self.subTest(name):
                 decoded(name)
+        for name in ("HELLO", "POSE", "ARM", "DROP", "CONTROL", "LOAD"):  # what a client says is not read by one
+            self.assertNotIn(MessageType[name], wire.DECODERS)
 
     def test_hello_is_written_as_the_document_has_it(self):
         hello = wire.Hello(brachyd.Role.DEVICE, "touch", brachyd.Subscription.POSE_HISTORY, 3.3, 1.0, rate_hz=1000,
@@ -91,6 +93,31 @@ class Golden(unittest.TestCase):
         self.assertEqual(decoded("ERROR").code, ErrorCode.POSE_REFUSED)
         self.assertEqual(decoded("DOSE").structures[0].name, "prostate")
         self.assertEqual(decoded("SCENE").kernels, ["psi31", "elastic"])
+
+    def test_what_sections_say_is_found_where_programs_look_for_it(self):
+        frame = decoded("FRAME")
+        needle = frame.needles[0]
+        self.assertEqual((needle.input_sequence, needle.input_stamp_ns, needle.present), (17, 1_000_000_500, True))
+        self.assertEqual((frame.is_full, frame.seed_count, frame.seeds[0].is_certified), (False, 2, True))
+        self.assertEqual((frame.certificate.verdict, frame.certificate.substeps), (1, 3))
+        self.assertEqual(needle.shape[-1].tolist(), [3.5, -2, 30.25])
+        state = decoded("STATE")
+        self.assertEqual((state.kernel, state.support_radius_mm, state.control_flags), ("psi31", 12, 3))
+        self.assertEqual([(r.count, r.code, r.text) for r in state.refusals], [(5, 0xff01, "too many")])
+        surface = decoded("DOSE").surface_gy
+        self.assertEqual(surface[0], 150)
+        self.assertTrue(math.isnan(surface[1]))
+        self.assertIsNone(decoded("DOSE").sections.with_planned)
+        self.assertEqual(decoded("DOSE_PLANNED").sections.with_planned.structures[0].d90_gy, 145)
+        self.assertEqual(decoded("TOPOLOGY").rest[4].tolist(), [2.5, 2.5, 2.5])
+        scene = decoded("SCENE")
+        self.assertEqual((scene.planned_needles[0].hole, scene.planned_seeds[0].needle), ("G5", 0))
+        self.assertEqual((scene.sections.probe.needle, scene.sections.goals.goals[0].figure), (3, "D90"))
+        plan = decoded("PLAN")
+        self.assertEqual([(n.number, n.hole, n.train) for n in plan.needles], [(4, "E7", "s-s--s"), (9, "G5", "ss")])
+        contour = decoded("CONTOUR")
+        self.assertEqual(contour.slices[0].points.tolist(), [[20, 30], [40, 30], [30, 50.5]])
+        self.assertEqual((contour.about_sequence, contour.sections.score.planes[0].dice), (22, 0.75))
 
     def test_an_image_has_its_pixels_and_their_places(self):
         image = decoded("IMAGE")

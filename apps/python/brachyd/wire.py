@@ -6,13 +6,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Callable, Dict, Optional
+from typing import Callable, Dict, Optional, get_args
 
 import numpy.typing as npt
 
 from . import wire_generated
-from .constants import (ANY_NEEDLE, ControlAction, DeviceFlag, ImageRequestFlag, MessageType, PlayFlag, Role,
-                        Subscription)
+from .constants import ANY_NEEDLE, ControlAction, DeviceFlag, ImageRequestFlag, PlayFlag, Role, Subscription
 from .wire_bytes import (HEADER, Array, FloatArray, Header, ProtocolError, Reader, Writer, decode_header,
                          encode_message)
 from .wire_generated import (Arm, Contour, Control, Dose, Drop, Error, Event, Force, Forces, Frame, HelloDevice,
@@ -59,11 +58,8 @@ class Hello:
                                     self.damping_n_s_per_mm, self.rate_hz, self.name, sections).encode()
 
 
-DECODERS: Dict[int, Callable[[Reader], Message]] = {
-    kind: wire_generated.MESSAGES[kind].read
-    for kind in (MessageType.WELCOME, MessageType.TOPOLOGY, MessageType.FRAME, MessageType.STATE, MessageType.EVENT,
-                 MessageType.ERROR, MessageType.PING, MessageType.FORCE, MessageType.LOCAL_MODEL, MessageType.DOSE,
-                 MessageType.SCENE, MessageType.IMAGE, MessageType.SCANNER, MessageType.PLAN, MessageType.CONTOUR)}
+# Of the messages that a server sends.
+DECODERS: Dict[int, Callable[[Reader], Message]] = {message.TYPE: message.read for message in get_args(Message)}
 
 
 def encode_pose(needle: int, X_WN: npt.ArrayLike) -> bytes:
