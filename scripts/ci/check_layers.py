@@ -2,9 +2,10 @@
 """Checks who includes whom, against the tables "Directories" in the README.md of core, haptics, net, apps, apps/lab.
 
 A directory includes only directories above it in the table of its tree, and the trees only each other as TREES says.
-So the include graph between directories has no cycle. The laboratory, apps/lab, is a tree that no other includes, nor
-do tests outside of tests/apps/lab, and no CMake list of the product's sources names its targets. Also what must stay in
-one file: libraries, threads, atomics, locks.
+So the include graph between directories has no cycle, and neither have the imports between the viewer's files and
+between their directories. The laboratory, apps/lab, is a tree that no other includes, nor do tests outside of
+tests/apps/lab, and no CMake list of the product's sources names its targets. Also what must stay in one file:
+libraries, threads, atomics, locks.
 
 usage: scripts/ci/check_layers.py [--root DIR]     exit code 1 and a line for each breach
 """
@@ -35,10 +36,18 @@ ONE_PLACE = [
     (r"#include <nats", r"net/broker/nats_link\.cpp", "libnats"),
     (r"#include <pybind11/", r"apps/python/engine/module\.cpp", "pybind11"),
     (r"#include <(openssl/|boost/asio/ssl)", r"net/(transport/tls|access)/.*", "OpenSSL"),
-    (r"#include <atomic>|std::atomic", r"core/realtime/triple_buffer\.h", "atomics"),
-    (r"std::j?thread[ ({]|pthread_create|std::async\(",
+    (r"#include <(stdatomic\.h|atomic)>|\bstd::atomic|\b_Atomic\b|\b__(atomic|sync)_",
+     r"core/realtime/triple_buffer\.h", "atomics"),
+    # `std::thread::hardware_concurrency` creates none.
+    (r"\bstd::j?thread\b(?!::)|\bpthread_create\b|\bthrd_create\b|\bstd::async\b|\bstd::execution::(par|unseq)|"
+     r"#include <execution>",
      r"apps/(daemon/daemon\.(h|cpp)|brachy/live/relay\.cpp)", "creating threads"),
-    (r"std::(mutex|condition_variable|shared_mutex|recursive_mutex)",
+    (r"\b(thread_pool|system_context|system_executor|static_thread_pool)\b",
+     r"apps/(daemon/io/event_loop|brachy/live/relay)\.cpp", "a pool of threads (TLS handshakes beside the event loop)"),
+    (r"#\s*pragma\s+omp\b|#include <omp\.h>", r"core/base/share_out\.h|apps/bench/paper_baseline\.cpp",
+     "OpenMP's threads"),
+    (r"\bstd::(\w*mutex|condition_variable|\w*semaphore|latch|barrier|call_once|once_flag)|"
+     r"\bpthread_(mutex|cond|rwlock|spin)|#include <(mutex|shared_mutex|condition_variable|semaphore|latch|barrier)>",
      r"apps/daemon/service/stderr_sink\.h", "a lock (of spdlog's sinks)"),
     (r"reinterpret_cast", r"(?!net/).*", "reinterpret_cast (never of wire bytes)"),
     # What comes from the network never becomes a file's name or content.
@@ -50,6 +59,9 @@ ONE_PLACE = [
 TOP_LEVEL = {"CMakeLists.txt", "CMakePresets.json", "LICENSE", "SECURITY.md", "README.md", "apps", "core", "net",
              "haptics", "config", "tests", "scripts", "build", "out"}
 MOST_TOP_DIRECTORIES = 13  # of core
+# Endings of C++; only .h and .cpp are allowed, and the others are seen, too.
+ALL_CPP = (".h", ".cpp", ".hpp", ".hh", ".hxx", ".cc", ".cxx", ".c", ".ipp", ".inl", ".inc", ".tpp")
+VIEWER = "apps/viewer/src"
 
 
 def table(root, tree):
@@ -84,39 +96,105 @@ def uses_of_lab(root):
                     yield f"{name} names {target}, a target of the laboratory"
 
 
+def include_names(text):
+    """Files that a source includes in quotes, and those of the trees in angle brackets."""
+    return re.findall(r'^\s*#\s*include\s*(?:"|<(?=(?:%s)/))([^">]+)[">]' % "|".join(TREES), text, re.M)
+
+
+def misplaced(name, text):
+    """What a file has that belongs in another one."""
+    return [f"{name} has {what}, which belongs in {where or 'no file'}" for pattern, where, what in ONE_PLACE
+            if re.search(pattern, text) and not re.fullmatch(where, name)]
+
+
+def tree_complaints(root, tree, listed):
+    files = sorted(p for p in (root / tree).rglob("*") if "node_modules" not in p.parts and p.suffix in ALL_CPP and
+                   tree_of(str(p.relative_to(root))) == tree)
+    used, complaints = {str(p.parent.relative_to(root)) for p in files}, []
+    for directory in sorted(used - set(listed)):
+        complaints.append(f"{directory} is not in the table of {tree}/README.md")
+    for directory in listed:
+        if directory not in used:
+            complaints.append(f"{tree}/README.md lists {directory}, which has no sources")
+    for path in files:
+        name, own, text = str(path.relative_to(root)), str(path.parent.relative_to(root)), path.read_text()
+        if path.suffix not in (".h", ".cpp"):
+            complaints.append(f"{name}: sources end in .h or .cpp")
+        for include in include_names(text):
+            other = include.rsplit("/", 1)[0] if "/" in include else include
+            other_tree = tree_of(include)
+            if other_tree != tree:
+                if other_tree not in TREES[tree]:
+                    complaints.append(f"{name} includes {include}: {tree} does not include {other_tree}")
+            elif other != own and (other not in listed or own not in listed or listed.index(other) > listed.index(own)):
+                complaints.append(
+                    f"{name} includes {include}: {other} is not above {own} in the table of {tree}/README.md")
+        complaints += misplaced(name, text)
+    return complaints
+
+
+def script_imports(source):
+    """File → the files that it imports, of a directory of TypeScript; types, too. Names are from that directory."""
+    graph = {}
+    for path in sorted(source.rglob("*.ts")):
+        found = re.findall(r"""(?:\bfrom|\bimport)\s*\(?\s*['"](\.[^'"]+)['"]""", path.read_text(encoding="utf-8"))
+        targets = [(path.parent / name).resolve().with_suffix(".ts") for name in found]
+        graph[str(path.relative_to(source))] = sorted(
+            str(target.relative_to(source.resolve())) for target in targets if target.exists())
+    return graph
+
+
+def directory_graph(graph):
+    """The same between directories."""
+    directories = {}
+    for name, imported in graph.items():
+        own = str(pathlib.PurePath(name).parent)
+        others = {str(pathlib.PurePath(other).parent) for other in imported} - {own}
+        directories.setdefault(own, set()).update(others)
+    return {name: sorted(others) for name, others in directories.items()}
+
+
+def circle(graph):
+    """The first circle of a graph, as the list of its nodes; empty where there is none."""
+    done, path = set(), []
+
+    def visit(node):
+        if node in path:
+            return path[path.index(node):] + [node]
+        if node in done:
+            return []
+        path.append(node)
+        for other in graph.get(node, []):
+            found = visit(other)
+            if found:
+                return found
+        path.pop()
+        done.add(node)
+        return []
+
+    for start in sorted(graph):
+        found = visit(start)
+        if found:
+            return found
+    return []
+
+
+def viewer_complaints(root):
+    graph = script_imports(root / VIEWER)
+    if not graph:
+        return [f"{VIEWER} has no TypeScript"]
+    return [f"{VIEWER}: {' imports '.join(found)}: a circle"
+            for found in (circle(graph), circle(directory_graph(graph))) if found]
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--root", type=pathlib.Path, default=pathlib.Path(__file__).resolve().parents[2])
     root = parser.parse_args().root
-    complaints = []
     order = {tree: table(root, tree) for tree in TREES}
-    for tree in TREES:
-        files = sorted(p for p in (root / tree).rglob("*") if p.suffix in (".h", ".cpp") and
-                       tree_of(str(p.relative_to(root))) == tree)
-        used = {str(p.parent.relative_to(root)) for p in files}
-        for directory in sorted(used - set(order[tree])):
-            complaints.append(f"{directory} is not in the table of {tree}/README.md")
-        for directory in order[tree]:
-            if directory not in used:
-                complaints.append(f"{tree}/README.md lists {directory}, which has no sources")
-        for path in files:
-            name = str(path.relative_to(root))
-            own = str(path.parent.relative_to(root))
-            text = path.read_text()
-            for include in re.findall(r'^#include "([^"]+)"', text, re.M):
-                other = include.rsplit("/", 1)[0] if "/" in include else include
-                other_tree = tree_of(include)
-                if other_tree != tree:
-                    if other_tree not in TREES[tree]:
-                        complaints.append(f"{name} includes {include}: {tree} does not include {other_tree}")
-                elif other != own and (other not in order[tree] or own not in order[tree] or
-                                       order[tree].index(other) > order[tree].index(own)):
-                    complaints.append(
-                        f"{name} includes {include}: {other} is not above {own} in the table of {tree}/README.md")
-            for pattern, where, what in ONE_PLACE:
-                if re.search(pattern, text) and not re.fullmatch(where, name):
-                    complaints.append(f"{name} has {what}, which belongs in {where or 'no file'}")
+    complaints = [complaint for tree in TREES for complaint in tree_complaints(root, tree, order[tree])]
     complaints += uses_of_lab(root)
+    complaints += viewer_complaints(root)
     top = {d.split("/")[1] for d in order["core"] if "/" in d}
     if len(top) > MOST_TOP_DIRECTORIES:
         complaints.append(f"core has {len(top)} directories at its top, more than {MOST_TOP_DIRECTORIES}")

@@ -6,6 +6,10 @@ A field of the schema has
   count   absent: one value; a number: that many; [FIELD] or [FIELD, 3]: as many as the earlier field FIELD says, or
           three times as many; FIELD may be LIST.FIELD, the sum over the list's records
   spread  the record's fields stand in the message as if they were its own
+  least, most  of a number; other values are refused
+  bool    true: 0 or 1
+and for clients' codecs (scripts/ci/wire_clients.py) default (of a field that a program does not state) and exact (64
+bits that go back as they came: hashes, echoed stamps);
 and for readers offset (checked: bytes from the start, where it is fixed), unit, enum or flags (of this file), symbol
 and note.
 
@@ -201,6 +205,8 @@ class Schema:
                 values |= self.read(reader, self.records[kind], of)[0]
             elif "count" not in field:
                 values[name] = self.read_one(reader, kind)
+                if "least" in field or "most" in field or field.get("bool"):
+                    self.check(field, values[name], of)
             else:
                 number = self.number(count, values)
                 group = count[1] if isinstance(count, list) and len(count) == 2 else 0
@@ -214,6 +220,12 @@ class Schema:
                     [self.read_one(reader, kind) for _ in range(number)]
                 values[name] = grouped(read, group) if group else read
         return values, sections
+
+    @staticmethod
+    def check(field, value, of):
+        most = 1 if field.get("bool") else field.get("most", value)
+        if not field.get("least", value) <= value <= most:
+            raise WireError(f"{of}: {field['name']} is {value}")
 
     @staticmethod
     def number(count, values):

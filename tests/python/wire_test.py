@@ -7,12 +7,15 @@ import json
 import math
 import pathlib
 import re
+import struct
 import sys
+import types
 import unittest
 import zlib
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "apps/python"))
+sys.path.insert(0, str(ROOT / "scripts/ci"))
 try:
     import numpy as np
 except ImportError:
@@ -20,7 +23,8 @@ except ImportError:
     sys.exit(77)
 
 import brachyd
-from brachyd import wire
+import wire_clients
+from brachyd import wire, wire_generated
 from brachyd.constants import ErrorCode, ForceFlag, MessageType
 
 
@@ -49,9 +53,11 @@ def decoded(name):
 class Golden(unittest.TestCase):
     def test_every_server_message_is_read_to_its_end(self):
         for name in ("WELCOME", "TOPOLOGY", "FRAME", "STATE", "EVENT", "ERROR", "PING", "FORCE", "LOCAL_MODEL", "DOSE",
-                     "DOSE_PLANNED", "SCENE", "IMAGE", "SCANNER"):
+                     "DOSE_PLANNED", "SCENE", "IMAGE", "SCANNER", "PLAN", "CONTOUR"):
             with self.subTest(name):
                 decoded(name)
+        for name in ("HELLO", "POSE", "ARM", "DROP", "CONTROL", "LOAD"):  # what a client says is not read by one
+            self.assertNotIn(MessageType[name], wire.DECODERS)
 
     def test_hello_is_written_as_the_document_has_it(self):
         hello = wire.Hello(brachyd.Role.DEVICE, "touch", brachyd.Subscription.POSE_HISTORY, 3.3, 1.0, rate_hz=1000,
@@ -88,6 +94,31 @@ class Golden(unittest.TestCase):
         self.assertEqual(decoded("DOSE").structures[0].name, "prostate")
         self.assertEqual(decoded("SCENE").kernels, ["psi31", "elastic"])
 
+    def test_what_sections_say_is_found_where_programs_look_for_it(self):
+        frame = decoded("FRAME")
+        needle = frame.needles[0]
+        self.assertEqual((needle.input_sequence, needle.input_stamp_ns, needle.present), (17, 1_000_000_500, True))
+        self.assertEqual((frame.is_full, frame.seed_count, frame.seeds[0].is_certified), (False, 2, True))
+        self.assertEqual((frame.certificate.verdict, frame.certificate.substeps), (1, 3))
+        self.assertEqual(needle.shape[-1].tolist(), [3.5, -2, 30.25])
+        state = decoded("STATE")
+        self.assertEqual((state.kernel, state.support_radius_mm, state.control_flags), ("psi31", 12, 3))
+        self.assertEqual([(r.count, r.code, r.text) for r in state.refusals], [(5, 0xff01, "too many")])
+        surface = decoded("DOSE").surface_gy
+        self.assertEqual(surface[0], 150)
+        self.assertTrue(math.isnan(surface[1]))
+        self.assertIsNone(decoded("DOSE").sections.with_planned)
+        self.assertEqual(decoded("DOSE_PLANNED").sections.with_planned.structures[0].d90_gy, 145)
+        self.assertEqual(decoded("TOPOLOGY").rest[4].tolist(), [2.5, 2.5, 2.5])
+        scene = decoded("SCENE")
+        self.assertEqual((scene.planned_needles[0].hole, scene.planned_seeds[0].needle), ("G5", 0))
+        self.assertEqual((scene.sections.probe.needle, scene.sections.goals.goals[0].figure), (3, "D90"))
+        plan = decoded("PLAN")
+        self.assertEqual([(n.number, n.hole, n.train) for n in plan.needles], [(4, "E7", "s-s--s"), (9, "G5", "ss")])
+        contour = decoded("CONTOUR")
+        self.assertEqual(contour.slices[0].points.tolist(), [[20, 30], [40, 30], [30, 50.5]])
+        self.assertEqual((contour.about_sequence, contour.sections.score.planes[0].dice), (22, 0.75))
+
     def test_an_image_has_its_pixels_and_their_places(self):
         image = decoded("IMAGE")
         self.assertEqual((image.array, image.flags), (brachyd.ScannerArray.SAGITTAL, brachyd.ImageFlag.HELD))
@@ -106,10 +137,10 @@ class Golden(unittest.TestCase):
             return body[:2] + flags + body[4:144] + len(data).to_bytes(4, "little") + data + bytes(4)
 
         good = zlib.compress(pixels)
-        self.assertEqual(wire.decode_image(wire.Reader(packed(good))).pixels.tobytes(), pixels)
+        self.assertEqual(wire.Image.read(wire.Reader(packed(good))).pixels.tobytes(), pixels)
         for bad in (good[:-1], good + b"x", zlib.compress(pixels + b"x"), zlib.compress(pixels[1:]), b"x" * 20, b""):
             with self.subTest(bad), self.assertRaises(wire.ProtocolError):
-                wire.decode_image(wire.Reader(packed(bad)))
+                wire.Image.read(wire.Reader(packed(bad)))
 
     def test_scanner_is_written_as_the_document_has_it(self):
         body = decoded("SCANNER").encode()
@@ -145,6 +176,156 @@ class Golden(unittest.TestCase):
         with self.assertRaises(brachyd.ServerError) as caught:
             brachyd.Protocol(brachyd.Hello()).feed(wire.encode_message(MessageType.ERROR, bytes(body), 1, 0))
         self.assertEqual(caught.exception.error.code, ErrorCode.POSE_REFUSED)
+
+
+def with_section(message, number, payload):
+    """The message's body with one more section."""
+    w = wire.Writer()
+    message.sections.write(w) if hasattr(message, "sections") else w.sections([])
+    body = message.encode()
+    at = len(body) - len(w.data)
+    count = struct.unpack_from("<H", body, at)[0]
+    return (body[:at] + struct.pack("<H", count + 1) + body[at + 2:] +
+            struct.pack("<HHI", number, 0, len(payload)) + payload)
+
+
+class Generated(unittest.TestCase):
+    """The codecs that scripts/ci/wire_clients.py writes."""
+
+    def test_every_message_of_the_document_is_read_and_written_again_bit_for_bit(self):
+        seen = set()
+        for name, block in BLOCKS.items():
+            if name == "RECORDING":
+                continue
+            with self.subTest(name):
+                header = wire.decode_header(block)
+                reader = wire.Reader(block[32:])
+                message = wire_generated.MESSAGES[header.type].read(reader)
+                reader.finish()
+                self.assertEqual(message.TYPE, header.type)
+                self.assertEqual(message.encode(), block[32:])
+                seen.add(message.TYPE)
+        self.assertEqual(seen, set(MessageType))
+
+    def test_a_message_cut_anywhere_or_with_a_byte_too_many_is_refused(self):
+        for name, block in BLOCKS.items():
+            if name == "RECORDING":
+                continue
+            kind, body = wire_generated.MESSAGES[wire.decode_header(block).type], block[32:]
+            for other in [body[:end] for end in range(len(body))] + [body + b"x"]:
+                with self.assertRaises(wire.ProtocolError, msg=f"{name} of {len(other)} bytes"):
+                    reader = wire.Reader(other)
+                    kind.read(reader)
+                    reader.finish()
+
+    def test_a_section_of_a_later_version_is_skipped_in_every_message_that_has_sections(self):
+        with_sections = set()
+        schema = json.loads((ROOT / "net/protocol.json").read_text(encoding="utf-8"))
+        for name, message in schema["messages"].items():
+            if not any(field["type"] == "sections" for field in message["fields"]):
+                continue
+            with_sections.add(name)
+            body, kind = BLOCKS[name][32:], wire_generated.MESSAGES[MessageType[name]]
+            longer = with_section(kind.read(wire.Reader(body)), 999, b"what a later version says")
+            self.assertGreater(len(longer), len(body) + 8)
+            reader = wire.Reader(longer)
+            read = kind.read(reader)
+            reader.finish()
+            self.assertEqual(read.encode(), body)
+        self.assertGreaterEqual(with_sections, {"HELLO", "WELCOME", "TOPOLOGY", "FRAME", "STATE", "SCENE", "DOSE"})
+
+    def test_a_section_that_is_absent_is_none_and_its_values_are_the_defaults(self):
+        frame = wire_generated.Frame()
+        reader = wire.Reader(frame.encode())
+        again = wire_generated.Frame.read(reader)
+        reader.finish()
+        self.assertIsNone(again.certificate)
+        self.assertEqual((again.seeds, again.seed_count, again.is_full), ([], 0, False))
+        state = wire_generated.State.read(wire.Reader(wire_generated.State().encode()))
+        self.assertEqual((state.kernel, state.support_radius_mm, state.control_flags), ("", 0, 0))
+        welcome = wire_generated.Welcome.read(wire.Reader(wire_generated.Welcome().encode()))
+        self.assertEqual((welcome.needle, welcome.needle_count, welcome.limits), (0xffff, 1, None))
+
+    def test_limits_of_the_schema_are_kept(self):
+        image = wire_generated.Image(width=4097, height=0)
+        plan = wire_generated.Plan(needles=[wire_generated.PlanNeedle()] * 4097)
+        shape = wire_generated.NeedleShape(points=np.zeros((1, 3), np.float32))
+        for message in (image, plan):
+            with self.assertRaises(wire.ProtocolError):
+                type(message).read(wire.Reader(message.encode()))
+        w = wire.Writer()
+        shape.write(w)
+        with self.assertRaises(wire.ProtocolError):
+            wire_generated.NeedleShape.read(wire.Reader(bytes(w.data)))
+        for name, offset in (("ERROR", 2), ("PING", 8), ("DROP", 2)):  # 0 or 1
+            body = bytearray(BLOCKS[name][32:])
+            body[offset] = 2
+            with self.assertRaises(wire.ProtocolError, msg=name):
+                wire_generated.MESSAGES[MessageType[name]].read(wire.Reader(bytes(body)))
+
+    def test_what_is_no_text_or_names_a_needle_that_is_not_there_is_refused(self):
+        body = bytearray(BLOCKS["EVENT"][32:])
+        body[18] = 0xff
+        with self.assertRaises(wire.ProtocolError):
+            wire_generated.Event.read(wire.Reader(bytes(body)))
+        for sections in (wire_generated.FrameSections(force=wire_generated.FrameForce([wire_generated.NeedleForce(7)])),
+                         wire_generated.FrameSections(needle_shapes=wire_generated.FrameNeedleShapes(
+                             [wire_generated.NeedleShape(7, points=np.zeros((2, 3), np.float32))]))):
+            frame = wire_generated.Frame(needles=[wire_generated.Needle()], sections=sections)
+            with self.assertRaises(wire.ProtocolError):
+                wire_generated.Frame.read(wire.Reader(frame.encode()))
+
+    def test_what_does_not_fit_is_not_written(self):
+        for message in (wire_generated.HelloToken(bytes(31)), wire_generated.Pose(X_WN=np.eye(3))):
+            with self.assertRaises(ValueError):
+                message.write(wire.Writer())
+
+
+class LaterVersion(unittest.TestCase):
+    """Of a schema with one more section, one of another type of field each; the codec is made of it as today's is."""
+
+    def setUp(self):
+        schema = wire_clients.Schema()
+        fields = [("count", "u16", None), ("kind", "u8", None), ("reserved", "u8", None), ("names", "text", ["count"]),
+                  ("X_WN", "pose", None), ("rows", "f32", ["count", 3]), ("pairs", "f64", ["count", 2]),
+                  ("poses", "needle_poses", ["count"]), ("note", "text", None)]
+        section = [{"name": name, "type": kind} | ({"count": count} if count else {}) for name, kind, count in fields]
+        for message in schema.all["messages"].values():
+            if any(field["type"] == "sections" for field in message["fields"]):
+                message.setdefault("sections", {})["LATER"] = {"id": 77, "fields": section}
+        views = wire_clients.VIEWS.read_text(encoding="utf-8")
+        self.later = types.ModuleType("brachyd.wire_later")
+        self.later.__package__ = "brachyd"
+        sys.modules["brachyd.wire_later"] = self.later
+        exec(wire_clients.Python(schema, views).text(), self.later.__dict__)  # pylint: disable=exec-used
+        self.scripts = wire_clients.TypeScript(schema).text()
+
+    def test_its_section_is_read_by_its_codec_and_skipped_by_todays(self):
+        tried = 0
+        for kind, today in wire_generated.MESSAGES.items():
+            newer = self.later.MESSAGES[kind]
+            if "sections" not in newer.__dataclass_fields__:
+                continue
+            body = BLOCKS[MessageType(kind).name][32:]
+            message = newer.read(wire.Reader(body))
+            section = getattr(self.later, f"{newer.__name__}Later")
+            poses = [self.later.NeedlePoses(i, [self.later.TickPose(i, np.eye(4))] * i) for i in range(2)]
+            rows, pairs = np.ones((2, 3), np.float32), np.ones((2, 2))
+            message.sections.later = section(3, ["a", "ö"], np.eye(4), rows, pairs, poses, "end")
+            longer = message.encode()
+            reader = wire.Reader(longer)
+            again = newer.read(reader)
+            reader.finish()
+            self.assertEqual(again.encode(), longer)
+            self.assertEqual((again.sections.later.names, again.sections.later.pairs.shape), (["a", "ö"], (2, 2)))
+            self.assertEqual(again.sections.later.poses[1].poses[0].tick, 1)
+            reader = wire.Reader(longer)
+            skipped = today.read(reader)
+            reader.finish()
+            self.assertEqual(skipped.encode(), body)
+            self.assertIn(f"export interface {newer.__name__}Later {{", self.scripts)
+            tried += 1
+        self.assertGreaterEqual(tried, 11)
 
 
 def number(value):

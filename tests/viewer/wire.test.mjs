@@ -1,9 +1,11 @@
 // The viewer's codec against the bytes that net/PROTOCOL.md shows, and its mesh by the rules of the native client's.
 import assert from 'node:assert/strict';
+import {readFileSync} from 'node:fs';
 import {test} from 'node:test';
 import {HEADER, bodyOf, golden} from './golden.mjs';
 import {viewer} from './viewer_module.mjs';
 
+const schema = JSON.parse(readFileSync(new URL('../../net/protocol.json', import.meta.url), 'utf8'));
 const decode = (name) => viewer.decodeMessage(golden.get(name)).body;
 
 test('every message that a server sends is decoded, or skipped where the viewer has no use for it', () => {
@@ -28,6 +30,70 @@ test('a body that is cut short or has a byte too many is refused', () => {
       assert.throws(() => viewer.decodeMessage(resized(length)), viewer.ProtocolError, `${name} of ${length} bytes`);
     assert.throws(() => viewer.decodeMessage(resized(bytes.length + 1)), viewer.ProtocolError, `${name} with a byte too many`);
   }
+});
+
+/** Message type of the document's example, and its generated codec. */
+const codecOf = (name) => {
+  const type = name.replace(/_(TOKEN|IMAGES|PLANNED)$/, '').split('_').map((word) => word[0] + word.slice(1).toLowerCase()).join('');
+  return {type, read: (bytes) => viewer.wire[`read${type}`](new viewer.ByteReader(bytes)), write: (value) => viewer.encoded(viewer.wire[`write${type}`], value)};
+};
+
+test('the generated codec of every message reads it and writes the same bytes again', () => {
+  const seen = new Set();
+  for (const name of golden.keys()) {
+    const {type, read, write} = codecOf(name);
+    assert.deepEqual([...write(read(bodyOf(name)))], [...bodyOf(name)], name);
+    seen.add(type);
+  }
+  assert.deepEqual([...seen].sort(), Object.keys(viewer.wire.MessageType).sort());
+});
+
+test('a message cut anywhere or with a byte too many is refused by its generated codec', () => {
+  for (const name of golden.keys()) {
+    const {read} = codecOf(name);
+    const body = bodyOf(name);
+    for (let length = 0; length < body.length; ++length) assert.throws(() => read(body.slice(0, length)), viewer.ProtocolError, `${name} of ${length} bytes`);
+    assert.throws(() => read(Uint8Array.of(...body, 0)), viewer.ProtocolError, `${name} with a byte too many`);
+  }
+});
+
+test('a section of a later version is skipped in every message that has sections', () => {
+  const payload = new TextEncoder().encode('what a later version says');
+  let tried = 0;
+  for (const [name, {fields, sections = {}}] of Object.entries(schema.messages)) {
+    if (!fields.some(({type}) => type === 'sections')) continue;
+    const {read, write} = codecOf(name);
+    const value = read(bodyOf(name));
+    const absent = Object.keys(sections).length ? {...value, sections: Object.fromEntries(Object.keys(value.sections).map((key) => [key, null]))} : value;
+    const list = write(absent).length - 4;  // where the list of sections begins, which ends the body
+    const body = bodyOf(name);
+    const longer = new Uint8Array(body.length + 8 + payload.length);
+    const view = new DataView(longer.buffer);
+    longer.set(body);
+    view.setUint16(list, view.getUint16(list, true) + 1, true);
+    view.setUint16(body.length, 999, true);
+    view.setUint32(body.length + 4, payload.length, true);
+    longer.set(payload, body.length + 8);
+    assert.deepEqual(read(longer), value, name);
+    ++tried;
+  }
+  assert.ok(tried >= 11, `${tried} messages`);
+});
+
+test('limits of the schema are kept', () => {
+  const refused = (name, change) => {
+    const {read, write} = codecOf(name);
+    const value = read(bodyOf(name));
+    change(value);
+    assert.throws(() => read(write(value)), viewer.ProtocolError, name);
+  };
+  refused('IMAGE', (image) => (image.width = 4097));
+  refused('IMAGE', (image) => (image.height = 4097));
+  refused('PLAN', (plan) => (plan.needles = Array.from({length: 4097}, () => plan.needles[0])));
+  refused('FRAME', ({sections}) => (sections.needleShapes.entries[0].points = new Float32Array(3)));
+  refused('ERROR', (error) => (error.fatal = 2));  // neither 0 nor 1
+  refused('PING', (ping) => (ping.reply = 2));
+  refused('FRAME', ({needles}) => (needles[0].present = 2));
 });
 
 test('PLAN has the needles in use and where their seeds go, and a request is written as it is read', () => {
@@ -93,7 +159,8 @@ test('FRAME has needle, forces, seeds and certificate', () => {
   const [needle] = frame.needles;
   assert.deepEqual([needle.id, needle.contact, needle.present, needle.landmarkCount, needle.insertionDepthMm], [0, 2, true, 11, 12.5]);
   assert.deepEqual([needle.pose[1], needle.pose[3], needle.pose[7], needle.pose[11]], [-1, 1.5, -2, 30.25]);
-  assert.deepEqual(needle.forces, {force: [0.5, -0.25, 2], axial: 2, lateral: 0.5, cutting: 1.25, friction: 0.75, tipDepthMm: 14.5});
+  assert.deepEqual(needle.forces, {forceN: [0.5, -0.25, 2], tipTorqueNmm: [8, -4, 1], hubTorqueNmm: [-128, 64, 16], axialN: 2, lateralN: 0.5,
+                                   cuttingN: 1.25, frictionN: 0.75, tipDepthMm: 14.5});
   assert.deepEqual([needle.shape.tipAxis, needle.shape.tipDeflection], [[0.0625, 0, 0.998046875], [2, 0, 0]]);
   assert.equal(needle.shape.points.length, 3 * 17);
   assert.deepEqual([...needle.shape.points.slice(0, 3), ...needle.shape.points.slice(-3)], [1.5, -2, -169.75, 3.5, -2, 30.25]);
@@ -101,7 +168,8 @@ test('FRAME has needle, forces, seeds and certificate', () => {
   const [seed] = frame.seeds.entries;
   assert.deepEqual([seed.id, seed.planned, seed.needle, seed.certified, seed.tick], [2, 1, 0, true, 40]);
   assert.deepEqual([seed.dropped, seed.rest, seed.position, seed.axis], [[1.5, -2, 28], [1.5, -2, 26.5], [1.5, -2, 27.75], [0, 0, 1]]);
-  assert.deepEqual(frame.certificate, {verdict: 'injective', substeps: 3, detBound: 0.25, vertexDet: 0.5, place: [1.5, -2, 28], heldMm: 2.125});
+  assert.deepEqual(frame.certificate, {verdict: 'injective', substeps: 3, detBound: 0.25, vertexDet: 0.5, place: [1.5, -2, 28],
+                                       marginMm: 0.75, heldMm: 2.125, heldN: NaN, condition: 1024});
 });
 
 test('a verdict of a later version is read as unknown', () => {
@@ -133,8 +201,9 @@ test('STATE, EVENT, ERROR, PING and FORCE', () => {
   assert.equal(state.controls.kernel, 'psi31');
   assert.deepEqual(decode('EVENT'), {kind: 3, needle: 0, tick: 42, text: 'capsule punctured'});
   assert.deepEqual(decode('ERROR'), {code: 7, fatal: false, reason: 3, aboutSequence: 17, text: 'not rigid'});
-  assert.deepEqual(decode('PING'), {nonce: 5n, reply: true, echoedStampNs: 0x77359407, receivedNs: 0x3b9acc4e});
-  assert.deepEqual(decode('FORCE'), {needle: 2, flags: 3, axial: 2, lateral: 0.5});
+  assert.deepEqual(decode('PING'), {nonce: 5n, reply: true, echoedStampNs: 0x77359407n, receivedNs: 0x3b9acc4en});
+  assert.deepEqual(decode('FORCE'), {needle: 2, flags: 3, validMs: 0, tick: 42, inputSequence: 17, inputStampNs: 1000000500, forces: {
+    forceN: [0.5, -0.25, 2], tipTorqueNmm: [8, -4, 1], hubTorqueNmm: [-128, 64, 16], axialN: 2, lateralN: 0.5, cuttingN: 1.25, frictionN: 0.75}});
 });
 
 test('DOSE has figures, a histogram and the surface', () => {
@@ -242,6 +311,9 @@ test('what the viewer says has the bytes of the page', () => {
   assert.deepEqual(viewer.encodeHello({role: 2, subscription: 2, name: 'touch', device: {needle: 2, rateHz: 1000}, token: null}), hello);
   const token = Uint8Array.from({length: 32}, (_, i) => 0xe0 + i);
   assert.deepEqual(viewer.encodeHello({role: 3, subscription: 0, name: 'desk', device: null, token, software: 'desk 2.1'}), bodyOf('HELLO_TOKEN'));
+
+  const plain = viewer.encodeHello({role: 1, subscription: 16, name: 'test', device: null});  // what is not stated is absent
+  assert.deepEqual([...plain.slice(0, 8), ...plain.slice(40)], [1, 0, 0, 0, 16, 0, 0, 0, 4, 0, ...Buffer.from('test'), 0, 0, 0, 0]);
 
   const header = viewer.encodeMessage(13, 20, 0x3b9acd20n, viewer.encodeDrop(2, true));
   assert.deepEqual(header, golden.get('DROP'));

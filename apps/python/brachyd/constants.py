@@ -163,6 +163,32 @@ class ControlFlag(IntFlag):
     PREPARES_MODEL = 8
 
 
+class FrameFlag(IntFlag):
+    FULL = 1
+
+
+class SeedFlag(IntFlag):
+    CERTIFIED = 1
+    OUTSIDE = 2
+
+
+class GoalFlag(IntFlag):
+    ABOVE = 1
+    OF_PLAN = 2
+
+
+class PlanFlag(IntFlag):
+    OPTIMISING = 1
+
+
+class PlanNeedleFlag(IntFlag):
+    BEGUN = 1
+
+
+class PlayFlag(IntFlag):
+    LOOP = 1
+
+
 class ImplausibleLimit(IntFlag):
     FORCE_NOT_PLAUSIBLE = 1
     STIFFNESS_NOT_PLAUSIBLE = 2

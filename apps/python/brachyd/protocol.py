@@ -1,7 +1,6 @@
 """The protocol's state without a socket: bytes in, messages out, and bytes to send. Both clients use it."""
 from __future__ import annotations
 
-import struct
 import time
 from typing import Dict, List, Optional
 
@@ -78,10 +77,10 @@ class Protocol:
         self.send(MessageType.STATE, b"")
 
     def arm(self, needle: int) -> None:
-        self.send(MessageType.ARM, struct.pack("<H6x", needle))
+        self.send(MessageType.ARM, wire.Arm(needle).encode())
 
     def press(self, needle: int, pressed: bool) -> None:
-        self.send(MessageType.DROP, struct.pack("<HB5x", needle, pressed))
+        self.send(MessageType.DROP, wire.Drop(needle, pressed).encode())
 
     def control(self, action: ControlAction, loop: bool = False, kernel: str = "",
                 support_radius_mm: float = wire.NOT_STATED) -> int:
@@ -128,7 +127,7 @@ class Protocol:
 
     def _take(self, message: Message, stamp_ns: int) -> None:
         if isinstance(message, Ping):
-            if not message.is_reply:
+            if not message.reply:
                 self.send(MessageType.PING, Ping(message.nonce, True, stamp_ns, time.monotonic_ns()).encode())
         elif isinstance(message, Frame):
             self._apply(message)

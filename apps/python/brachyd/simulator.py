@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, List, Optional, Tuple, Union, cast
 import numpy as np
 import numpy.typing as npt
 
+from .constants import SeedFlag
 from .wire import Array, Certificate, FloatArray, Forces, Needle, Seed, StructureDose
 
 if TYPE_CHECKING:
@@ -103,8 +104,10 @@ class Simulator:
         for n in range(self._engine.needle_count):
             contact, present, landmarks, punctures, depth, X_WN, forces, sequence, tip_depth, shape = \
                 self._engine.needle(n)
-            found.append(Needle(n, contact, present, landmarks, punctures, depth, X_WN, Forces(*forces), sequence, 0,
-                                tip_depth, shape))
+            needle = Needle(n, contact, present, landmarks, punctures, depth, X_WN)
+            needle.forces, needle.input_sequence, needle.tip_depth_mm = Forces(*forces), sequence, tip_depth
+            needle.shape = shape
+            found.append(needle)
         return found
 
     def drops(self, needle: int = 0) -> Drops:
@@ -113,7 +116,12 @@ class Simulator:
     @property
     def seeds(self) -> List[Seed]:
         """In the order in which they fell; copies."""
-        return [Seed(*fields) for fields in self._engine.seeds()]
+        found = []
+        for fields in self._engine.seeds():
+            values: List[Any] = list(fields)
+            values[4] = SeedFlag.CERTIFIED if fields[4] else SeedFlag(0)
+            found.append(Seed(*values))
+        return found
 
     @property
     def certificate(self) -> Certificate:

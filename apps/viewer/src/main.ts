@@ -179,7 +179,7 @@ const nudge = (dx: number, dy: number, dz: number, seek: number) => () => {
 };
 const keyboard = new Keyboard([
   {key: ' ', shown: 'Space', does: 'start or stop the script; play or pause', run: () => (playback.player ? playback.toggle() : simulation.togglePlay())},
-  {key: 'l', does: 'loop the script', run: () => simulation.toggleLoop()},
+  {key: 'k', does: 'loop the script', run: () => simulation.toggleLoop()},
   {key: 'n', does: 'take the needle, release it', run: () => hand.toggle()},
   {key: 's', does: 'drop a seed', run: () => hand.press(true), released: () => hand.press(false)},
   {key: 'r', does: 'reset (after confirmation)', run: () => simulation.askReset()},

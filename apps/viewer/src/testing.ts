@@ -1,12 +1,14 @@
 // Modules of the viewer that tests/viewer uses without a page.
 export {decodeMessage} from './protocol/message.js';
 export {encodeMessage} from './protocol/header.js';
-export {ProtocolError} from './protocol/bytes.js';
+export {ByteReader, ProtocolError, encoded} from './protocol/bytes.js';
+export * as wire from './protocol/wire_generated.js';
 export * from './protocol/client_messages.js';
 export * from './protocol/contour.js';
 export * from './protocol/image.js';
 export * from './protocol/plan_message.js';
 export * from './ui/train.js';
+export {shortcutsByKey} from './ui/shortcuts.js';
 export * from './protocol/volume.js';
 export * from './ultrasound/geometry.js';
 export {VolumeStudy, closedCurve} from './ultrasound/volume_study.js';

@@ -227,7 +227,7 @@ export function recordFrame(history: History, frame: Frame, timeS: number): void
   history.nowS = timeS;
   for (const needle of frame.needles) {
     const forces = needle.present ? needle.forces : null;
-    history.needle(needle.id).push(timeS, forces?.tipDepthMm ?? NaN, forces?.axial ?? NaN, forces?.lateral ?? NaN);
+    history.needle(needle.id).push(timeS, forces?.tipDepthMm ?? NaN, forces?.axialN ?? NaN, forces?.lateralN ?? NaN);
   }
   const certificate = frame.certificate;
   history.det.push(timeS, certificate?.vertexDet ?? NaN, certificate?.detBound ?? NaN);

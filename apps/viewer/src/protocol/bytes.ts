@@ -1,4 +1,4 @@
-// Little-endian reading and writing of message bodies. A reader throws ProtocolError on the first thing that is wrong.
+// Little-endian reading and writing of message bodies, for wire_generated.ts. A reader throws ProtocolError on the first thing that is wrong.
 
 export class ProtocolError extends Error {}
 
@@ -49,6 +49,11 @@ export class ByteReader {
   f64(): number {
     return this.view.getFloat64(this.take(8), true);
   }
+  boolean(name: string): boolean {
+    const value = this.u8();
+    if (value > 1) throw new ProtocolError(`${name} is neither 0 nor 1`);
+    return value === 1;
+  }
   vec3(): Vec3 {
     return [this.f64(), this.f64(), this.f64()];
   }
@@ -84,10 +89,12 @@ export class ByteReader {
     if (/[\u0000-\u001f\u007f-\u009f]/.test(text)) throw new ProtocolError('a text has control characters');
     return text;
   }
-  /** A count read from the body is accepted only if that many entries can still follow. */
-  fits(count: number, bytesEach: number): number {
-    if (count * bytesEach > this.remaining) throw new ProtocolError('a count is larger than the body');
-    return count;
+  /** As many as a count of the body says; it is believed only if that many entries of at least `leastBytes` can still follow. */
+  list<T>(count: number, leastBytes: number, read: () => T): T[] {
+    if (count * leastBytes > this.remaining) throw new ProtocolError('a count is larger than the body');
+    const list: T[] = [];
+    for (let i = 0; i < count; ++i) list.push(read());
+    return list;
   }
   /** The sections that end a body: `read` gets those it may know, each with a reader of its own. */
   sections(read: (id: number, section: ByteReader) => boolean): void {
@@ -135,6 +142,10 @@ export class ByteWriter {
     const at = this.take(4);
     this.view.setUint32(at, value, true);
   }
+  i32(value: number): void {
+    const at = this.take(4);
+    this.view.setInt32(at, value, true);
+  }
   u64(value: bigint): void {
     const at = this.take(8);
     this.view.setBigUint64(at, value, true);
@@ -142,6 +153,13 @@ export class ByteWriter {
   f64(value: number): void {
     const at = this.take(8);  // first: it may make a larger view
     this.view.setFloat64(at, value, true);
+  }
+  /** X, 3×4 row by row. */
+  pose(pose: ArrayLike<number>): void {
+    for (let i = 0; i < 12; ++i) this.f64(pose[i]!);
+  }
+  array(values: Float32Array | Uint32Array): void {
+    this.raw(new Uint8Array(values.buffer, values.byteOffset, values.byteLength));
   }
   raw(bytes: Uint8Array): void {
     const from = this.take(bytes.length);
@@ -155,7 +173,29 @@ export class ByteWriter {
   zeros(count: number): void {
     for (let i = 0; i < count; ++i) this.u8(0);
   }
+  /** The list of sections that ends a body; null: it is absent. */
+  sections(sections: ([number, Uint8Array] | null)[]): void {
+    const present = sections.filter((one) => one !== null);
+    this.u32(present.length);
+    for (const [id, bytes] of present) {
+      this.u32(id);
+      this.u32(bytes.length);
+      this.raw(bytes);
+    }
+  }
   result(): Uint8Array<ArrayBuffer> {
     return this.bytes.slice(0, this.size);
   }
+}
+
+/** The bytes that `write` writes of a value. */
+export function encoded<T>(write: (writer: ByteWriter, value: T) => void, value: T): Uint8Array<ArrayBuffer> {
+  const writer = new ByteWriter();
+  write(writer, value);
+  return writer.result();
+}
+
+/** For ByteWriter.sections. */
+export function section<T>(id: number, value: T | null | undefined, write: (writer: ByteWriter, value: T) => void): [number, Uint8Array] | null {
+  return value == null ? null : [id, encoded(write, value)];
 }

@@ -1,5 +1,6 @@
 // Messages of this viewer: bodies of HELLO, POSE, PING, DROP, CONTROL.
-import {ByteWriter} from './bytes.js';
+import {encoded} from './bytes.js';
+import {ControlAction, PlayFlag, writeControl, writeDrop, writeHello, writePing, writePose} from './wire_generated.js';
 
 declare const VIEWER_VERSION: string;  // the build's
 
@@ -18,84 +19,37 @@ export interface Hello {
   software?: string;
 }
 
-export function encodeHello(hello: Hello): Uint8Array {
-  const writer = new ByteWriter();
-  writer.u16(hello.role);
-  writer.u16(0);
-  writer.u32(hello.subscription);
-  writer.f64(NaN);  // a mouse renders no force
-  writer.f64(NaN);
-  writer.f64(NaN);
-  writer.f64(hello.device ? hello.device.rateHz : NaN);
-  writer.text(hello.name);
-  writer.u16((hello.device ? 1 : 0) + (hello.token ? 1 : 0) + (hello.software ? 1 : 0));
-  writer.u16(0);
-  if (hello.device) {
-    writer.u16(1);
-    writer.u16(0);
-    writer.u32(8);
-    writer.u16(hello.device.needle);
-    writer.u16(0);
-    writer.u32(0);
-  }
-  if (hello.token) {
-    writer.u16(2);
-    writer.u16(0);
-    writer.u32(hello.token.length);
-    writer.raw(hello.token);
-  }
-  if (hello.software) {
-    const payload = new ByteWriter();
-    payload.text(hello.software);
-    const bytes = payload.result();
-    writer.u16(3);
-    writer.u16(0);
-    writer.u32(bytes.length);
-    writer.raw(bytes);
-  }
-  return writer.result();
+export function encodeHello({role, subscription, name, device, token, software}: Hello): Uint8Array {
+  return encoded(writeHello, {
+    role, subscription, name,
+    maxForceN: NaN, maxStiffnessNPerMm: NaN, dampingNSPerMm: NaN,  // a mouse renders no force
+    rateHz: device ? device.rateHz : NaN,
+    sections: {device: device && {needle: device.needle, flags: 0}, token: token && {token}, software: software ? {software} : null, images: null},
+  });
 }
 
 /** X_WN, 3×4 row by row, mm. */
 export function encodePose(needle: number, pose: ArrayLike<number>): Uint8Array {
-  const writer = new ByteWriter();
-  writer.u16(needle);
-  writer.u16(0);
-  writer.u32(0);
-  for (let i = 0; i < 12; ++i) writer.f64(pose[i]!);
-  return writer.result();
+  return encoded(writePose, {needle, flags: 0, pose});
 }
 
 export function encodePing(nonce: bigint, reply: {echoedStampNs: bigint; receivedNs: bigint} | null): Uint8Array {
-  const writer = new ByteWriter();
-  writer.u64(nonce);
-  writer.u8(reply ? 1 : 0);
-  writer.zeros(7);
-  writer.u64(reply ? reply.echoedStampNs : 0n);
-  writer.u64(reply ? reply.receivedNs : 0n);
-  return writer.result();
+  return encoded(writePing, {nonce, reply: reply !== null, echoedStampNs: reply?.echoedStampNs ?? 0n, receivedNs: reply?.receivedNs ?? 0n});
 }
 
 export function encodeDrop(needle: number, pressed: boolean): Uint8Array {
-  const writer = new ByteWriter();
-  writer.u16(needle);
-  writer.u8(pressed ? 1 : 0);
-  writer.zeros(5);
-  return writer.result();
+  return encoded(writeDrop, {needle, pressed});
 }
 
 export type Control =
   {action: 'play'; loop: boolean} | {action: 'stop'} | {action: 'reset'} | {action: 'model'; kernel: string; supportRadiusMm: number};
 
+const ACTIONS = {play: ControlAction.Play, stop: ControlAction.Stop, reset: ControlAction.Reset, model: ControlAction.Model};
+
 /** MODEL: an empty kernel and a support of NaN leave them as they are. */
 export function encodeControl(control: Control): Uint8Array {
-  const writer = new ByteWriter();
-  writer.u16({play: 1, stop: 2, reset: 3, model: 4}[control.action]);
-  writer.u16(control.action === 'play' && control.loop ? 1 : 0);
-  writer.u32(0);
-  writer.f64(control.action === 'model' ? control.supportRadiusMm : 0);
-  writer.text(control.action === 'model' ? control.kernel : '');
-  writer.u16(0);
-  writer.u16(0);
-  return writer.result();
+  return encoded(writeControl, {
+    action: ACTIONS[control.action], flags: control.action === 'play' && control.loop ? PlayFlag.Loop : 0,
+    supportRadiusMm: control.action === 'model' ? control.supportRadiusMm : 0, kernel: control.action === 'model' ? control.kernel : '',
+  });
 }

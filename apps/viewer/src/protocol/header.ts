@@ -1,14 +1,8 @@
 // The 32 bytes before every body (net/PROTOCOL.md, Header).
 import {ByteReader, ByteWriter, ProtocolError} from './bytes.js';
+import {HEADER_BYTES, MAGIC, VERSION} from './wire_generated.js';
 
-export const HEADER_BYTES = 32;
-export const VERSION = 1;
-const MAGIC = 0x59435242;  // "BRCY"
-
-export const MessageType = {
-  Hello: 1, Welcome: 2, Topology: 3, Frame: 4, Pose: 5, State: 6, Event: 7, Error: 8, Ping: 9, Force: 10, LocalModel: 11,
-  Arm: 12, Drop: 13, Dose: 14, Control: 15, Scene: 16, Image: 17, Scanner: 18, Load: 19, Plan: 20, Contour: 21,
-} as const;
+export {HEADER_BYTES, MessageType, VERSION} from './wire_generated.js';
 
 export interface Header {
   type: number;

@@ -1,78 +1,39 @@
 // PLAN: the plan in use, and an operator's request to change what is left of it.
-import {ByteReader, ByteWriter, ProtocolError, type Vec3} from './bytes.js';
+import {ByteReader, encoded, type Vec3} from './bytes.js';
 import {holeOf, type PlannedSeed, type TemplateGrid} from './scene_message.js';
+import {PlanFlag, PlanKind, PlanNeedleFlag, readPlan, writePlan} from './wire_generated.js';
+import type {Plan as WirePlan, PlanNeedle as WireNeedle} from './wire_generated.js';
 
-export const PlanKind = {File: 1, Optimised: 2, Edited: 3} as const;
+export {PlanKind} from './wire_generated.js';
 
 /** A train's elements from the tip backwards, mm. */
 export const SEED_MM = 4.5;
 export const SPACER_MM = 5.5;
-const MOST_NEEDLES = 4096;
 
-export interface PlanNeedle {
-  /** That LOAD names. */
-  number: number;
+/** In a request a `depthMm` of NaN and an empty `train` are chosen by the loading rule. */
+export interface PlanNeedle extends Omit<WireNeedle, 'flags'> {
   /** A seed has left it: it stays as it is. */
   begun: boolean;
-  /** Number of its first seed, which a seed's `planned` counts. */
-  firstSeed: number;
-  /** Of its tip beyond the template; NaN in a request: by the loading rule. */
-  depthMm: number;
-  hole: string;
-  /** s a seed, - a spacer; empty in a request: by the loading rule. */
-  train: string;
 }
 
-export interface Plan {
-  kind: number;
+/** `change`: the changes since the scene's file. */
+export interface Plan extends Omit<WirePlan, 'flags' | 'needles'> {
   optimising: boolean;
-  /** The changes since the scene's file. */
-  change: number;
-  airKermaStrengthU: number;
-  by: string;
   needles: PlanNeedle[];
 }
 
 export function decodePlan(body: Uint8Array): Plan {
-  const reader = new ByteReader(body);
-  const kind = reader.u16();
-  const optimising = (reader.u16() & 1) !== 0;
-  const plan: Plan = {kind, optimising, change: reader.u32(), airKermaStrengthU: reader.f64(), by: reader.text(), needles: []};
-  const count = reader.u16();
-  reader.u16();
-  if (count > MOST_NEEDLES) throw new ProtocolError('a plan has too many needles');
-  reader.fits(count, 20);
-  for (let i = 0; i < count; ++i) {
-    const number = reader.u16();
-    const begun = (reader.u16() & 1) !== 0;
-    plan.needles.push({number, begun, firstSeed: reader.u32(), depthMm: reader.f64(), hole: reader.text(), train: reader.text()});
-  }
-  reader.sections(() => false);
-  reader.finish();
-  return plan;
+  const {flags, needles, ...plan} = readPlan(new ByteReader(body));
+  return {...plan, optimising: (flags & PlanFlag.Optimising) !== 0,
+          needles: needles.map(({flags: bits, ...needle}) => ({...needle, begun: (bits & PlanNeedleFlag.Begun) !== 0}))};
 }
 
 /** `change`: of the plan that the request goes on from; `needles`: the rest as drawn, null: to be optimised. */
 export function encodePlanRequest(change: number, needles: readonly PlanNeedle[] | null): Uint8Array {
-  const writer = new ByteWriter();
-  writer.u16(needles ? PlanKind.Edited : PlanKind.Optimised);
-  writer.u16(0);
-  writer.u32(change);
-  writer.f64(0);
-  writer.text('');
-  writer.u16(needles?.length ?? 0);
-  writer.u16(0);
-  for (const needle of needles ?? []) {
-    writer.u16(needle.number);
-    writer.u16(0);
-    writer.u32(needle.firstSeed);
-    writer.f64(needle.depthMm);
-    writer.text(needle.hole);
-    writer.text(needle.train);
-  }
-  writer.u16(0);
-  writer.u16(0);
-  return writer.result();
+  return encoded(writePlan, {
+    kind: needles ? PlanKind.Edited : PlanKind.Optimised, flags: 0, change, airKermaStrengthU: 0, by: '',
+    needles: (needles ?? []).map((needle) => ({...needle, flags: 0})),
+  });
 }
 
 /** Each seed's centre behind the tip, mm. */

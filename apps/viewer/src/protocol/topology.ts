@@ -1,38 +1,23 @@
 // TOPOLOGY: the points at rest and the surface's triangles.
 import {ByteReader, ProtocolError} from './bytes.js';
+import {readTopology, type Topology as Wire} from './wire_generated.js';
 
-export interface Topology {
-  hash: bigint;
-  surfaceVertexCount: number;
+/** `triangles`: 3T vertex indices; `restPositions`: 3N, mm, frame W. */
+export interface Topology extends Wire {
   pointCount: number;
-  /** 3T vertex indices. */
-  triangles: Uint32Array;
-  /** 3N, mm, frame W. */
-  restPositions: Float32Array;
-  name: string;
   /** Whether `hash` is that of the content. */
   hashHolds: boolean;
 }
 
 export function decodeTopology(body: Uint8Array): Topology {
-  const reader = new ByteReader(body);
-  const hash = reader.u64Exact();
-  const surfaceVertexCount = reader.u32();
-  const pointCount = reader.u32();
-  const triangleCount = reader.u32();
-  reader.u32();
-  reader.fits(triangleCount, 12);
-  const triangles = reader.u32Array(3 * triangleCount);
-  reader.fits(pointCount, 12);
-  const restPositions = reader.f32Array(3 * pointCount);
+  const topology = readTopology(new ByteReader(body));
+  const {hash, surfaceVertexCount, triangles, restPositions} = topology;
+  const pointCount = restPositions.length / 3;
   if (surfaceVertexCount > pointCount) throw new ProtocolError('a topology has more surface vertices than points');
   for (const vertex of triangles)
     if (vertex >= surfaceVertexCount) throw new ProtocolError('a triangle names a vertex that is not there');
-  const hashed = body.subarray(8, 24 + 12 * triangleCount + 12 * pointCount);
-  const name = reader.text();
-  reader.sections(() => false);
-  reader.finish();
-  return {hash, surfaceVertexCount, pointCount, triangles, restPositions, name, hashHolds: fnv1a64(hashed) === hash};
+  const hashed = body.subarray(8, 24 + triangles.byteLength + restPositions.byteLength);
+  return {...topology, pointCount, hashHolds: fnv1a64(hashed) === hash};
 }
 
 /** 64-bit FNV-1a. The product with the prime 2^40 + 0x1b3 in 32-bit halves: a BigInt per byte takes a hundred times as long. */

@@ -9,8 +9,8 @@ export class ServerClock {
 
   /** `t2Ns`: the reply's header stamp; `t3Ns`: its arrival. */
   add(reply: Ping, t2Ns: number, t3Ns: number): void {
-    const t0 = reply.echoedStampNs;
-    const t1 = reply.receivedNs;
+    const t0 = Number(reply.echoedStampNs);
+    const t1 = Number(reply.receivedNs);
     this.answers.push({roundTripNs: t3Ns - t0 - (t2Ns - t1), offsetNs: (t1 - t0 + (t2Ns - t3Ns)) / 2});
     if (this.answers.length > 16) this.answers.shift();
   }

@@ -1,14 +1,6 @@
 // Shortcuts, and the help that lists them.
 import {byId} from './dom.js';
-
-export interface Shortcut {
-  key: string;
-  /** Label in the help, where it differs from the key. */
-  shown?: string;
-  does: string;
-  run: (event: KeyboardEvent) => void;
-  released?: () => void;
-}
+import {shortcutsByKey, type Shortcut} from './shortcuts.js';
 
 const NOTES = [
   'Drag turns the view, the wheel zooms, the right button or two fingers shift it. With the needle in your hand, a drag that starts near the needle moves it; Shift or the wheel goes deeper.',
@@ -23,7 +15,7 @@ export class Keyboard {
   private readonly byKey: Map<string, Shortcut>;
 
   constructor(shortcuts: Shortcut[]) {
-    this.byKey = new Map(shortcuts.map((shortcut) => [shortcut.key, shortcut]));
+    this.byKey = shortcutsByKey(shortcuts);
     addEventListener('keydown', (event) => this.down(event));
     addEventListener('keyup', (event) => this.byKey.get(event.key.toLowerCase())?.released?.());
     byId('help-button').addEventListener('click', () => this.help());

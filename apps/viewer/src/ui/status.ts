@@ -57,7 +57,7 @@ export function showReadouts(session: Session, needle: number): void {
     if (element.innerHTML !== html) element.innerHTML = html;
   };
   set('r-depth', unit(figure(present ? record.forces?.tipDepthMm : undefined), 'mm'));
-  set('r-axial', unit(figure(present ? record.forces?.axial : undefined, 2), 'N'));
+  set('r-axial', unit(figure(present ? record.forces?.axialN : undefined, 2), 'N'));
   const shape = present ? record.shape : null;
   const steep = shape !== null && ((session.frame?.stepFlags ?? 0) & StepFlag.Steep) !== 0;
   byId('r-bend-cell').hidden = shape === null;

@@ -8,6 +8,14 @@ export interface Pixel {
   y: number;
 }
 
+/** What is drawn over an image. */
+export interface Outline {
+  points: readonly Pixel[];
+  selected: number;
+  curve: readonly Pixel[];
+  truth: readonly (readonly Pixel[])[];
+}
+
 const axis = (image: UltrasoundImage, column: number): Vec3 => [image.pose[column]!, image.pose[4 + column]!, image.pose[8 + column]!];
 const dot = (a: Vec3, b: Vec3): number => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 

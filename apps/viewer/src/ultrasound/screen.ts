@@ -1,8 +1,7 @@
 // One array's image on a canvas, with the template's holes, calipers and an outline over it.
 import type {UltrasoundImage} from '../protocol/image.js';
 import type {TemplateGrid} from '../protocol/scene_message.js';
-import {distanceMm, templateMarks, type Pixel} from './geometry.js';
-import type {Outline} from './study_panel.js';
+import {distanceMm, templateMarks, type Outline, type Pixel} from './geometry.js';
 
 const CALIPER = '#ffd166';
 const OUTLINE = '#5fd3c6';

@@ -4,21 +4,13 @@ import {MISSED, type Contour} from '../protocol/contour.js';
 import type {UltrasoundImage} from '../protocol/image.js';
 import type {LiveConnection} from '../transport/live.js';
 import {byId, figure, setDisabled, setText, toast} from '../ui/dom.js';
-import {toPixel, type Pixel} from './geometry.js';
+import {toPixel, type Outline, type Pixel} from './geometry.js';
 import type {Screen} from './screen.js';
 import {VolumeStudy, closedCurve} from './volume_study.js';
 
 const NUDGE_MM = 0.5;
 const FINE_MM = 0.1;  // with Shift
 const SAME_PLANE_MM = 0.5;
-
-/** What is drawn over an image. */
-export interface Outline {
-  points: readonly Pixel[];
-  selected: number;
-  curve: readonly Pixel[];
-  truth: readonly (readonly Pixel[])[];
-}
 
 export class StudyPanel {
   readonly study = new VolumeStudy();

@@ -15,7 +15,7 @@ export interface StudySlice {
   tick: number;
   probeDepthMm: number;
   /** X_WI of the image that it was drawn on last. */
-  pose: Float64Array;
+  pose: ArrayLike<number>;
   spacingMm: number;
   /** In the world, mm, in order around the gland. */
   points: Vec3[];
