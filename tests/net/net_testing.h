@@ -96,6 +96,7 @@ struct ServerFixture : ::testing::Test {
   }
 
   ManualClock clock;
+  TimerClock* used_clock = &clock;  ///< the server's and its clients'
   boost::asio::io_context io;
   Tissue tissue = line_tissue(40);
   FakeSimulation simulation{tissue};
