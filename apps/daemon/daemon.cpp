@@ -47,7 +47,6 @@
 #include "core/scene/load_ultrasound.h"
 #include "net/broker/broker_options.h"
 #include "net/http/http_listener.h"
-#include "net/igtl/content/wall_clock.h"
 #include "net/igtl/igtl_server.h"
 #include "net/server/server.h"
 
@@ -422,7 +421,7 @@ class Daemon::Impl {
     net::igtl::TrackedTick tracked{tick.run, tick.sim_time_s, tick.start_ns, {}};
     for (const NeedleTick& needle : tick.needles)
       tracked.X_WN.push_back(needle.is_present ? std::optional(needle.X_WN) : std::nullopt);
-    igtl_->track(std::move(tracked), net::igtl::utc_ns() - (monotonic_ns() - tick.start_ns));
+    igtl_->track(std::move(tracked), net::real_clock().utc_ns() - (monotonic_ns() - tick.start_ns));
   }
   /// Looks for ticks twice a period while a client of OpenIGTLink wants them.
   void follow_ticks() {

@@ -1,12 +1,13 @@
 #include "net/broker/in_process_viewer.h"
 
-#include "net/base/clock.h"
 #include "net/wire/codec.h"
 
 namespace brachy::net {
 
-InProcessViewer::InProcessViewer(std::string name, Post post, OnMessage on_message, OnClosed on_closed)
-    : name_(std::move(name)),
+InProcessViewer::InProcessViewer(Clock& clock, std::string name, Post post, OnMessage on_message,
+                                 OnClosed on_closed)
+    : clock_(clock),
+      name_(std::move(name)),
       post_(std::move(post)),
       on_message_(std::move(on_message)),
       on_closed_(std::move(on_closed)) {}
@@ -21,13 +22,13 @@ void InProcessViewer::start(std::shared_ptr<ConnectionListener> listener) {
     hello.subscription = kSubscribePoseHistory | kSubscribeScene;
     hello.name = self->name_;
     Bytes bytes;
-    encode(hello, 1, monotonic_ns(), bytes);
+    encode(hello, 1, self->clock_.now_ns(), bytes);
     server->on_bytes(bytes);
   });
 }
 
 void InProcessViewer::write(Bytes header, std::shared_ptr<const Bytes> body) {
-  last_progress_ns_ = monotonic_ns();
+  last_progress_ns_ = clock_.now_ns();
   if (on_message_) on_message_(std::move(header), std::move(body));
 }
 

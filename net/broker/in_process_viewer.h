@@ -5,6 +5,7 @@
 #include <string>
 #include <utility>
 
+#include "net/base/clock.h"
 #include "net/transport/connection.h"
 #include "net/wire/messages.h"
 
@@ -21,7 +22,7 @@ class InProcessViewer final : public Connection, public std::enable_shared_from_
   using Post = std::function<void(std::function<void()>)>;
 
   /// `on_closed`: the server ended it.
-  InProcessViewer(std::string name, Post post, OnMessage on_message, OnClosed on_closed);
+  InProcessViewer(Clock& clock, std::string name, Post post, OnMessage on_message, OnClosed on_closed);
 
   void done();   ///< releases the last message
   void leave();  ///< no call of on_message or on_closed after it
@@ -36,6 +37,7 @@ class InProcessViewer final : public Connection, public std::enable_shared_from_
   const std::string& peer() const override { return name_; }
 
  private:
+  Clock& clock_;
   const std::string name_;
   const Post post_;
   OnMessage on_message_;

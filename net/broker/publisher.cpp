@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/post.hpp>
-#include <boost/asio/steady_timer.hpp>
 #include <random>
 #include <utility>
 
@@ -33,7 +32,11 @@ std::uint64_t random_number() {
 class Publisher::Impl {
  public:
   Impl(asio::io_context& io, Server& server, BrokerOptions options, Log log)
-      : io_(io), server_(server), options_(std::move(options)), log_(std::move(log)) {}
+      : io_(io),
+        server_(server),
+        clock_(*server.options().clock),
+        options_(std::move(options)),
+        log_(std::move(log)) {}
 
   ~Impl() {
     if (viewer_) viewer_->leave();
@@ -51,21 +54,18 @@ class Publisher::Impl {
   // --- on the broker's thread ---
 
   void watch() {
-    const std::int64_t now_ns = monotonic_ns();
+    const std::int64_t now_ns = clock_.now_ns();
     if (link_ && !link_->is_up()) disconnect("the broker is gone");
     if (!link_ && retry_.is_due(now_ns)) connect();
     for (int i = 0; i < kMaxAsked && link_ && link_->next(std::chrono::milliseconds(0)); ++i)
       is_asked_ = true;
-    if (link_ && is_asked_ && monotonic_ns() - epoch_ns_ >= kEpochEveryNs) begin_epoch();
-    timer_.expires_after(kPeriod);
-    timer_.async_wait([this](const auto& error) {
-      if (!error) watch();
-    });
+    if (link_ && is_asked_ && clock_.now_ns() - epoch_ns_ >= kEpochEveryNs) begin_epoch();
+    timer_->start(kPeriod, [this] { watch(); });
   }
 
   void disconnect(const std::string& why) {
     link_.reset();
-    retry_.failed(monotonic_ns());
+    retry_.failed(clock_.now_ns());
     on_io([this, why] { lose(why); });
   }
 
@@ -83,7 +83,7 @@ class Publisher::Impl {
 
   void begin_epoch() {
     is_asked_ = false;
-    epoch_ns_ = monotonic_ns();
+    epoch_ns_ = clock_.now_ns();
     ++epoch_;
     sequence_ = 0;
     ++statistics_.epochs;
@@ -118,7 +118,7 @@ class Publisher::Impl {
   void begin(std::uint64_t epoch) {
     if (viewer_) viewer_->leave();
     viewer_ = std::make_shared<InProcessViewer>(
-        "broker " + shown_url(options_), [this](std::function<void()> f) { on_io(std::move(f)); },
+        clock_, "broker " + shown_url(options_), [this](std::function<void()> f) { on_io(std::move(f)); },
         [this, epoch](Bytes header, std::shared_ptr<const Bytes> body) {
           hand_over(epoch, std::move(header), std::move(body));
         },
@@ -151,13 +151,14 @@ class Publisher::Impl {
 
   asio::io_context& io_;
   Server& server_;
+  TimerClock& clock_;
   const BrokerOptions options_;
   const Log log_;
   std::shared_ptr<InProcessViewer> viewer_;  // io thread; null: no broker
   bool was_lost_ = false;                    // io thread: it was logged
 
   asio::io_context broker_{1};  // this and what follows: the broker's thread
-  asio::steady_timer timer_{broker_};
+  const std::unique_ptr<Timer> timer_ = clock_.make_timer(broker_);
   std::optional<NatsLink> link_;
   ConnectRetry retry_;
   const std::uint64_t publisher_ = random_number();

@@ -1,10 +1,8 @@
 #include "net/broker/session_feed.h"
 
 #include <optional>
-#include <thread>
 #include <utility>
 
-#include "net/base/clock.h"
 #include "net/base/retry.h"
 #include "net/broker/nats_link.h"
 
@@ -19,16 +17,16 @@ constexpr std::uint32_t kMaxMessageBytes = 256u << 20;  // as of a Client
 
 class SessionFeed {
  public:
-  SessionFeed(const BrokerOptions& options, const FeedHandlers& handlers)
-      : options_(options), handlers_(handlers) {}
+  SessionFeed(const BrokerOptions& options, const FeedHandlers& handlers, Clock& clock)
+      : options_(options), handlers_(handlers), clock_(clock) {}
 
   void run(const std::stop_token& stop) {
     while (!stop.stop_requested()) {
-      const std::int64_t now_ns = monotonic_ns();
+      const std::int64_t now_ns = clock_.now_ns();
       if (link_ && !link_->is_up()) disconnect("the broker is gone");
       if (!link_ && retry_.is_due(now_ns)) connect();
       if (!link_) {
-        std::this_thread::sleep_for(kWait);
+        clock_.sleep_until_ns(now_ns + in_ns(kWait));
         continue;
       }
       if (now_ns - heard_ns_ >= kSilenceNs) chunks_.lose();
@@ -52,7 +50,7 @@ class SessionFeed {
 
   void disconnect(const std::string& why) {
     link_.reset();
-    retry_.failed(monotonic_ns());
+    retry_.failed(clock_.now_ns());
     if (!std::exchange(was_lost_, true)) handlers_.on_broker(false, why);
   }
 
@@ -64,12 +62,13 @@ class SessionFeed {
 
   void take(const Bytes& payload) {
     const auto taken = chunks_.take(payload);
-    if (taken != ChunkAssembler::Taken::kLeftOut) heard_ns_ = monotonic_ns();
+    if (taken != ChunkAssembler::Taken::kLeftOut) heard_ns_ = clock_.now_ns();
     if (taken == ChunkAssembler::Taken::kMessage && !handlers_.on_message(chunks_.message())) chunks_.lose();
   }
 
   const BrokerOptions& options_;
   const FeedHandlers& handlers_;
+  Clock& clock_;
   std::optional<NatsLink> link_;
   ConnectRetry retry_;
   ChunkAssembler chunks_{kMaxMessageBytes};
@@ -79,9 +78,9 @@ class SessionFeed {
 
 }  // namespace
 
-void run_session_feed(const std::stop_token& stop, const BrokerOptions& options,
-                      const FeedHandlers& handlers) {
-  SessionFeed(options, handlers).run(stop);
+void run_session_feed(const std::stop_token& stop, const BrokerOptions& options, const FeedHandlers& handlers,
+                      Clock& clock) {
+  SessionFeed(options, handlers, clock).run(stop);
 }
 
 }  // namespace brachy::net

@@ -5,6 +5,7 @@
 #include <stop_token>
 #include <string>
 
+#include "net/base/clock.h"
 #include "net/broker/broker_options.h"
 #include "net/broker/chunks.h"
 
@@ -23,7 +24,7 @@ struct FeedHandlers {
 /// Reads a session that a Publisher publishes. Reconnects when the broker is lost, and requests a complete
 /// publication once a second until it arrives. Messages wait in libnats' buffer (NatsLink::kMaxPendingBytes) while
 /// on_message runs. Threads: occupies one, until `stop`, which it checks every 0.1 s, or every 1 s while connecting.
-void run_session_feed(const std::stop_token& stop, const BrokerOptions& options,
-                      const FeedHandlers& handlers);
+void run_session_feed(const std::stop_token& stop, const BrokerOptions& options, const FeedHandlers& handlers,
+                      Clock& clock);
 
 }  // namespace brachy::net

@@ -2,12 +2,10 @@
 
 #include <algorithm>
 #include <boost/asio/io_context.hpp>
-#include <boost/asio/steady_timer.hpp>
 #include <deque>
 #include <utility>
 
 #include "core/base/version.h"
-#include "net/base/clock.h"
 #include "net/base/timeout_checks.h"
 #include "net/transport/tcp/connect.h"
 #include "net/transport/tcp/tcp_connection.h"
@@ -31,18 +29,20 @@ class Client::Impl final : public ConnectionListener, public std::enable_shared_
         on_closed_(handlers.on_closed),
         messages_(wrap(std::move(handlers))),
         io_(io),
-        timer_(io),
+        clock_(*options_.clock),
+        timer_(clock_.make_timer(io)),
         parser_(options_.max_message_bytes),
         needle_(options_.needle == kAnyNeedle ? std::uint16_t{0} : options_.needle) {}
 
   void connect(const std::string& host, std::uint16_t port) {
     asio::ip::tcp::socket socket = connect_tcp(io_, host, port, options_.connect_timeout);
     if (options_.tls)
-      connection_ =
-          TlsConnection::at_client(std::move(socket), *options_.tls, host, kSendBufferBytes, kFrameReadBytes);
+      connection_ = TlsConnection::at_client(std::move(socket), clock_, *options_.tls, host, kSendBufferBytes,
+                                             kFrameReadBytes);
     else
-      connection_ = std::make_shared<TcpConnection>(std::move(socket), kSendBufferBytes, kFrameReadBytes);
-    last_heard_ns_ = monotonic_ns();
+      connection_ =
+          std::make_shared<TcpConnection>(std::move(socket), clock_, kSendBufferBytes, kFrameReadBytes);
+    last_heard_ns_ = clock_.now_ns();
     connection_->start(shared_from_this());
     const auto flags = static_cast<std::uint16_t>(options_.evaluates_local_model ? kEvaluatesLocalModel : 0);
     send(HelloMessage{options_.role, options_.subscription, options_.limits, options_.name, options_.needle,
@@ -60,7 +60,7 @@ class Client::Impl final : public ConnectionListener, public std::enable_shared_
   void send_body(MessageType type, Bytes body) {
     if (!connection_) return;
     if (queue_.size() >= kMaxQueuedMessages) return end("the server does not read");
-    queue_.push_back({type, monotonic_ns(), std::move(body)});
+    queue_.push_back({type, clock_.now_ns(), std::move(body)});
     write_next();
   }
 
@@ -85,7 +85,7 @@ class Client::Impl final : public ConnectionListener, public std::enable_shared_
       return end("the server does not read");
     Bytes body;
     encode_body(DropMessage{needle, pressed}, body);
-    poses_.push_back({MessageType::kDrop, monotonic_ns(), std::move(body)});
+    poses_.push_back({MessageType::kDrop, clock_.now_ns(), std::move(body)});
     write_next();
   }
 
@@ -94,7 +94,7 @@ class Client::Impl final : public ConnectionListener, public std::enable_shared_
     if (!connection_) return;
     connection_->close();
     connection_.reset();
-    timer_.cancel();
+    timer_->cancel();
     if (!reason.empty() && on_closed_) on_closed_(reason);
   }
 
@@ -105,7 +105,7 @@ class Client::Impl final : public ConnectionListener, public std::enable_shared_
   const ClientOptions options_;
   std::function<void(const std::string&)> on_closed_;
   ServerMessages messages_;
-  ClockOffset clock_;
+  ClockOffset offset_;
   std::shared_ptr<Connection> connection_;  // null before connect() and after the end
   std::uint64_t poses_sent_ = 0;
   std::uint64_t poses_dropped_ = 0;
@@ -119,7 +119,7 @@ class Client::Impl final : public ConnectionListener, public std::enable_shared_
 
   void on_bytes(std::span<const std::byte> bytes) override {
     bytes_received_ += bytes.size();
-    last_heard_ns_ = monotonic_ns();
+    last_heard_ns_ = clock_.now_ns();
     parser_.feed(bytes);
     MessageParser::Message message;
     while (connection_) {
@@ -138,7 +138,7 @@ class Client::Impl final : public ConnectionListener, public std::enable_shared_
 
   void on_closed(const std::string& reason) override {
     connection_.reset();
-    timer_.cancel();
+    timer_->cancel();
     if (on_closed_) on_closed_(fatal_.empty() ? reason : fatal_);
   }
 
@@ -166,11 +166,11 @@ class Client::Impl final : public ConnectionListener, public std::enable_shared_
   void handle_ping(const PingMessage& ping, const Header& header) {
     if (!ping.reply) return send(PingMessage{ping.nonce, true, header.stamp_ns, last_heard_ns_});
     if (ping.nonce != ping_nonce_) return;
-    clock_.add(ping.echoed_stamp_ns, ping.received_ns, header.stamp_ns, last_heard_ns_);
+    offset_.add(ping.echoed_stamp_ns, ping.received_ns, header.stamp_ns, last_heard_ns_);
   }
 
   void on_timer() {
-    const std::int64_t now = monotonic_ns();
+    const std::int64_t now = clock_.now_ns();
     if (checks_.as_of(now) && now - last_heard_ns_ >= in_ns(options_.silence_timeout))
       return end("the server stopped sending");
     if (connection_ && now - last_ping_ns_ >= in_ns(options_.ping_interval)) {
@@ -178,9 +178,8 @@ class Client::Impl final : public ConnectionListener, public std::enable_shared_
       send(PingMessage{++ping_nonce_, false, 0, 0});
     }
     if (!connection_) return;
-    timer_.expires_after(std::chrono::milliseconds(100));
-    timer_.async_wait([self = shared_from_this()](const boost::system::error_code& error) {
-      if (!error && self->connection_) self->on_timer();
+    timer_->start(std::chrono::milliseconds(100), [self = shared_from_this()] {
+      if (self->connection_) self->on_timer();
     });
   }
 
@@ -199,7 +198,8 @@ class Client::Impl final : public ConnectionListener, public std::enable_shared_
   }
 
   asio::io_context& io_;
-  asio::steady_timer timer_;
+  TimerClock& clock_;
+  const std::unique_ptr<Timer> timer_;
   MessageParser parser_;
   std::uint16_t needle_;
   std::deque<Outgoing> queue_;
@@ -273,7 +273,7 @@ std::uint64_t Client::bytes_received() const {
   return impl_->bytes_received_;
 }
 std::optional<ClockOffset::Sample> Client::clock_offset() const {
-  return impl_->clock_.best();
+  return impl_->offset_.best();
 }
 
 }  // namespace brachy::net

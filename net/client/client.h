@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/base/error.h"
+#include "net/base/clock.h"
 #include "net/base/clock_offset.h"
 #include "net/client/server_messages.h"
 #include "net/transport/tls/tls_context.h"
@@ -36,6 +37,7 @@ struct ClientOptions {
       1000};  ///< for the clock offset, and to avoid the server's silence timeout
   std::uint32_t max_message_bytes = 256u << 20;  ///< body from the server
   std::size_t max_queued_poses = 64;             ///< the oldest waiting pose is dropped beyond this
+  TimerClock* clock = &real_clock();             ///< of stamps and timeouts
 };
 
 /// Called on the io thread, in the order of the messages. Empty ones are skipped. A handler may close() the client,

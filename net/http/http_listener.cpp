@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/read_until.hpp>
-#include <boost/asio/steady_timer.hpp>
 #include <boost/beast/http/empty_body.hpp>
 #include <boost/beast/http/parser.hpp>
 #include <boost/beast/http/span_body.hpp>
@@ -71,10 +70,12 @@ struct Shared {
 /// One connection, from its first byte until it ends or becomes a session of the server.
 class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
  public:
-  HttpConnection(tcp::socket socket, std::shared_ptr<Shared> shared, std::shared_ptr<ConnectionSlot> slot)
-      : peer_(peer_of(socket)),
-        stream_(std::move(socket)),
-        timer_(stream_.get_executor()),
+  HttpConnection(asio::io_context& io, tcp::socket socket, std::shared_ptr<Shared> shared,
+                 std::shared_ptr<ConnectionSlot> slot)
+      : io_(io),
+        peer_(peer_of(socket)),
+        stream_(std::move(socket), *shared->server->options().clock),
+        timer_(shared->server->options().clock->make_timer(io)),
         shared_(std::move(shared)),
         slot_(std::move(slot)) {
     set_up(stream_.socket().socket, shared_->server->options().send_buffer_bytes);
@@ -86,12 +87,12 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
     slot_->on_shed([weak = weak_from_this()] {
       if (const auto self = weak.lock()) self->close();
     });
-    expires_after(options.tls ? options.hello_timeout : time_for_request());
+    close_after(options.tls ? options.hello_timeout : time_for_request());
     options.tls ? begin_handshake() : read_first();
   }
 
   void close() {
-    timer_.cancel();
+    timer_->cancel();
     if (handshake_) handshake_->close();
     stream_.close();
     if (websocket_) websocket_->close();
@@ -141,7 +142,7 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
   }
 
   void read() {
-    expires_after(time_for_request());
+    close_after(time_for_request());
     read_header();
   }
 
@@ -224,13 +225,13 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
     const std::string_view body = answer_.body();
     if (answer_.status != 204 && answer_.status != 304) response_->content_length(body.size());
     if (answer_.sends_body) response_->body() = {body.data(), body.size()};
-    expires_after(shared_->options.answer_timeout);
+    close_after(shared_->options.answer_timeout);
     http::async_write(
         stream_, *response_,
         [self = shared_from_this(), keeps_alive](const boost::system::error_code& error, std::size_t) {
           if (error || !self->shared_->server) return self->close();
           if (keeps_alive) return self->read();
-          self->expires_after(self->shared_->server->options().drain_timeout);
+          self->close_after(self->shared_->server->options().drain_timeout);
           self->stream_.async_shutdown_send([self] { self->drain(); });
         });
   }
@@ -249,11 +250,9 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
   }
 
   /// Closes the connection then, unless another time is set before.
-  void expires_after(std::chrono::milliseconds time) {
-    timer_.expires_after(time);
-    timer_.async_wait([weak = weak_from_this()](const boost::system::error_code& error) {
-      const auto self = weak.lock();
-      if (!error && self && self->timer_.expiry() <= asio::steady_timer::clock_type::now()) self->close();
+  void close_after(std::chrono::milliseconds time) {
+    timer_->start(time, [weak = weak_from_this()] {
+      if (const auto self = weak.lock()) self->close();
     });
   }
 
@@ -270,8 +269,9 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
   void upgrade() {
     if (!unread_.empty())
       return send(refusal(400, "Frames may follow only after the answer to the upgrade."), false);
-    timer_.cancel();
-    websocket_ = std::make_shared<WebSocketConnection>(std::move(stream_), peer_, shared_->server->options());
+    timer_->cancel();
+    websocket_ =
+        std::make_shared<WebSocketConnection>(io_, std::move(stream_), peer_, shared_->server->options());
     websocket_->accept(parser_->get(), [self = shared_from_this()](const boost::system::error_code& error) {
       const auto connection = std::exchange(self->websocket_, nullptr);
       if (error || !self->shared_->server) return connection->close();
@@ -279,9 +279,10 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
     });
   }
 
+  asio::io_context& io_;
   const std::string peer_;
   HttpStream stream_;
-  asio::steady_timer timer_;
+  const std::unique_ptr<Timer> timer_;
   const std::shared_ptr<Shared> shared_;
   const std::shared_ptr<ConnectionSlot> slot_;
   std::shared_ptr<WebSocketConnection> websocket_;  // while the upgrade is being answered
@@ -298,9 +299,10 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
 class HttpListener::Impl {
  public:
   Impl(asio::io_context& io, Server& server, HttpOptions options, ServedFiles files, Log log)
-      : shared_(std::make_shared<Shared>(Shared{&server, options, std::move(files), std::move(log)})),
-        acceptor_(
-            std::make_shared<Acceptor>(io, listen_options(server.options(), options.port, "--http-port"))) {}
+      : io_(io),
+        shared_(std::make_shared<Shared>(Shared{&server, options, std::move(files), std::move(log)})),
+        acceptor_(std::make_shared<Acceptor>(
+            io, *server.options().clock, listen_options(server.options(), options.port, "--http-port"))) {}
 
   void start() {
     acceptor_->start(
@@ -321,11 +323,13 @@ class HttpListener::Impl {
  private:
   void on_socket(tcp::socket socket, std::shared_ptr<ConnectionSlot> slot) {
     std::erase_if(connections_, [](const auto& connection) { return connection.expired(); });
-    const auto connection = std::make_shared<HttpConnection>(std::move(socket), shared_, std::move(slot));
+    const auto connection =
+        std::make_shared<HttpConnection>(io_, std::move(socket), shared_, std::move(slot));
     connections_.push_back(connection);
     connection->start();
   }
 
+  asio::io_context& io_;
   const std::shared_ptr<Shared> shared_;
   const std::shared_ptr<Acceptor> acceptor_;
   std::vector<std::weak_ptr<HttpConnection>> connections_;  // those that are not sessions yet

@@ -15,7 +15,8 @@ class HttpStream {
  public:
   using executor_type = MeteredSocket::executor_type;
 
-  explicit HttpStream(boost::asio::ip::tcp::socket socket) : stream_(MeteredSocket{std::move(socket)}) {}
+  HttpStream(boost::asio::ip::tcp::socket socket, Clock& clock)
+      : stream_(MeteredSocket{std::move(socket), &clock}) {}
 
   executor_type get_executor() { return socket().get_executor(); }
   MeteredSocket& socket() {

@@ -41,21 +41,30 @@ void async_teardown(beast::role_type, HttpStream& stream, Handler&& handler) {
 class WebSocketConnection final : public Connection,
                                   public std::enable_shared_from_this<WebSocketConnection> {
  public:
-  WebSocketConnection(HttpStream stream, std::string peer, const ServerOptions& options)
-      : peer_(std::move(peer)), stream_(std::in_place, std::move(stream)) {
+  WebSocketConnection(boost::asio::io_context& io, HttpStream stream, std::string peer,
+                      const ServerOptions& options)
+      : peer_(std::move(peer)),
+        clock_(*options.clock),
+        handshake_timeout_(options.drain_timeout),
+        timer_(options.clock->make_timer(io)),
+        stream_(std::in_place, std::move(stream)) {
     stream_->read_message_max(options.max_message_bytes + kHeaderSize);
     stream_->auto_fragment(false);
     stream_->binary(true);
-    // The session has the timeouts; this one limits the closing handshake.
-    stream_->set_option(
-        websocket::stream_base::timeout{options.drain_timeout, websocket::stream_base::none(), false});
+    // The session has the timeouts, and timer_ those of both handshakes.
+    stream_->set_option(websocket::stream_base::timeout{websocket::stream_base::none(),
+                                                        websocket::stream_base::none(), false});
   }
 
   /// Answers the upgrade; `handler(error)` is called once it is sent.
   template <class Request, class Handler>
   void accept(const Request& request, Handler handler) {
-    stream_->async_accept(request, [self = shared_from_this(), handler = std::move(handler)](
-                                       const boost::system::error_code& error) { handler(error); });
+    limit_handshake();
+    stream_->async_accept(request, [self = shared_from_this(),
+                                    handler = std::move(handler)](const boost::system::error_code& error) {
+      self->timer_->cancel();
+      handler(error);
+    });
   }
 
   void start(std::shared_ptr<ConnectionListener> listener) override {
@@ -67,7 +76,7 @@ class WebSocketConnection final : public Connection,
     assert(header_.empty());
     header_ = std::move(header);
     body_ = std::move(body);
-    socket().last_progress_ns = monotonic_ns();
+    socket().last_progress_ns = clock_.now_ns();
     const std::array<boost::asio::const_buffer, 2> message = {
         boost::asio::buffer(header_), body_ ? boost::asio::buffer(*body_) : boost::asio::const_buffer()};
     stream_->async_write(message,
@@ -86,6 +95,7 @@ class WebSocketConnection final : public Connection,
   void close() override {
     listener_.reset();
     if (std::exchange(is_closed_, true)) return;
+    timer_->cancel();
     stream_->next_layer().close();
     drop_stream(kTurns);
   }
@@ -123,10 +133,19 @@ class WebSocketConnection final : public Connection,
   void end(websocket::close_code code, const char* reason) {
     if (is_ending_) return;
     is_ending_ = true;
+    limit_handshake();
     stream_->async_close({code, reason},
                          [self = shared_from_this(), reason](const boost::system::error_code&) {
                            if (self->listener_) self->lost(reason);
                          });
+  }
+
+  /// Closes the socket then, which ends accept() and end(). Closed already: their handlers run.
+  void limit_handshake() {
+    timer_->start(handshake_timeout_, [weak = weak_from_this()] {
+      const auto self = weak.lock();
+      if (self && self->stream_) self->stream_->next_layer().close();
+    });
   }
 
   void lost(const boost::system::error_code& error) {
@@ -152,6 +171,9 @@ class WebSocketConnection final : public Connection,
   static constexpr int kTurns = 16;  // aborted operations take a few
 
   const std::string peer_;
+  Clock& clock_;
+  const std::chrono::milliseconds handshake_timeout_;
+  const std::unique_ptr<Timer> timer_;
   mutable std::optional<websocket::stream<HttpStream, false>> stream_;  // none once closed
   std::shared_ptr<ConnectionListener> listener_;                        // null once closed
   std::array<std::byte, 4096> piece_;

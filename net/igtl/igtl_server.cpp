@@ -3,15 +3,12 @@
 #include <algorithm>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/post.hpp>
-#include <boost/asio/steady_timer.hpp>
 #include <map>
 #include <set>
 #include <utility>
 #include <vector>
 
-#include "net/base/clock.h"
 #include "net/base/timeout_checks.h"
-#include "net/igtl/content/wall_clock.h"
 #include "net/igtl/igtl_session.h"
 #include "net/server/server.h"
 #include "net/session/acceptor.h"
@@ -51,15 +48,16 @@ class IgtlServer::Impl : public std::enable_shared_from_this<IgtlServer::Impl> {
       : io_(io),
         options_(options),
         server_(server),
+        clock_(*server.options().clock),
         log_(std::move(log)),
         messages_(tissue, server.options().topology_name, options.naming, options.targets),
         address_(options.listens ? checked_address(options, server.options()) : std::string()),
-        acceptor_(options.listens
-                      ? std::make_shared<Acceptor>(
-                            io, ListenOptions{address_, options.port, server.options().allow_remote, false,
-                                              false, "--igtl-port"})
-                      : nullptr),
-        timer_(io) {
+        acceptor_(options.listens ? std::make_shared<Acceptor>(
+                                        io, clock_,
+                                        ListenOptions{address_, options.port, server.options().allow_remote,
+                                                      false, false, "--igtl-port"})
+                                  : nullptr),
+        timer_(clock_.make_timer(io)) {
     if (options.connect) check_target(*options.connect, server.options());
     restart_rates();
   }
@@ -72,7 +70,7 @@ class IgtlServer::Impl : public std::enable_shared_from_this<IgtlServer::Impl> {
           [this](const std::string& line) { log_(line); });
     if (options_.connect) {
       link_ = std::make_shared<TcpLink>(
-          io_, *options_.connect,
+          io_, clock_, *options_.connect,
           TcpLink::Handlers{[this](asio::ip::tcp::socket socket) { on_linked(std::move(socket)); },
                             [this](const std::string& line) { log_("OpenIGTLink: " + line); }});
       link_->start();
@@ -107,8 +105,8 @@ class IgtlServer::Impl : public std::enable_shared_from_this<IgtlServer::Impl> {
     // Of the simulation's time, so that a snapshot that came late does not cost the next one.
     const auto time_ns = static_cast<std::int64_t>(1e9 * state->summary.sim_time_s);
     const std::int64_t age_ns =
-        state->summary.publish_ns != 0 ? monotonic_ns() - state->summary.publish_ns : 0;
-    const std::int64_t when_ns = utc_ns() - age_ns;
+        state->summary.publish_ns != 0 ? clock_.now_ns() - state->summary.publish_ns : 0;
+    const std::int64_t when_ns = clock_.utc_ns() - age_ns;
     TrackedTick tick = TrackedTick::of(*state);
     messages_.update(std::move(state), when_ns);
     const bool transforms = transform_rate_.pass(time_ns), surface = surface_rate_.pass(time_ns);
@@ -119,8 +117,8 @@ class IgtlServer::Impl : public std::enable_shared_from_this<IgtlServer::Impl> {
   void publish_image(std::shared_ptr<const ImageMessage> image) {
     if (is_stopped_) return;
     const ScannerArray array = image->array;
-    const std::int64_t age_ns = image->publish_ns != 0 ? monotonic_ns() - image->publish_ns : 0;
-    images_.update(std::move(image), utc_ns() - age_ns);
+    const std::int64_t age_ns = image->publish_ns != 0 ? clock_.now_ns() - image->publish_ns : 0;
+    images_.update(std::move(image), clock_.utc_ns() - age_ns);
     for (const auto& session : sessions()) session->offer_image(array);
   }
   bool wants_images() const {
@@ -133,14 +131,14 @@ class IgtlServer::Impl : public std::enable_shared_from_this<IgtlServer::Impl> {
     stop_connecting();
     for (const auto& session : sessions())
       session->fail({StatusCode::kShutdown, 0, "Shutdown", "the server stops"});
-    if (sessions_.empty()) timer_.cancel();
+    if (sessions_.empty()) timer_->cancel();
   }
 
   void end() {
     is_stopped_ = true;
     stop_connecting();
     for (const auto& session : sessions()) session->abort("the server is gone");
-    timer_.cancel();
+    timer_->cancel();
   }
 
   std::size_t client_count() const {
@@ -182,8 +180,8 @@ class IgtlServer::Impl : public std::enable_shared_from_this<IgtlServer::Impl> {
 
   std::shared_ptr<IgtlSession> add_session(asio::ip::tcp::socket socket, std::shared_ptr<ConnectionSlot> slot,
                                            IgtlSession::Wish wish) {
-    auto connection = std::make_shared<TcpConnection>(std::move(socket), server_.options().send_buffer_bytes,
-                                                      kReadBufferBytes);
+    auto connection = std::make_shared<TcpConnection>(std::move(socket), clock_,
+                                                      server_.options().send_buffer_bytes, kReadBufferBytes);
     IgtlSession::Environment environment{
         server_,
         messages_,
@@ -229,7 +227,7 @@ class IgtlServer::Impl : public std::enable_shared_from_this<IgtlServer::Impl> {
       linked_ = 0;
       link_->on_ended();
     }
-    if (is_stopped_ && sessions_.empty()) timer_.cancel();
+    if (is_stopped_ && sessions_.empty()) timer_->cancel();
   }
 
   /// Counts all, logs each name once while there are few.
@@ -242,18 +240,16 @@ class IgtlServer::Impl : public std::enable_shared_from_this<IgtlServer::Impl> {
   }
 
   void on_timer() {
-    if (const auto time = checks_.as_of(monotonic_ns()))
+    if (const auto time = checks_.as_of(clock_.now_ns()))
       for (const auto& session : sessions()) session->check_time(*time);
     if (is_stopped_ && sessions_.empty()) return;
-    timer_.expires_after(TimeoutChecks::kPeriod);
-    timer_.async_wait([self = shared_from_this()](const boost::system::error_code& error) {
-      if (!error) self->on_timer();
-    });
+    timer_->start(TimeoutChecks::kPeriod, [self = shared_from_this()] { self->on_timer(); });
   }
 
   asio::io_context& io_;
   const IgtlOptions options_;
   Server& server_;
+  TimerClock& clock_;
   const Log log_;
   SnapshotMessages messages_;
   ImageMessages images_;
@@ -262,7 +258,7 @@ class IgtlServer::Impl : public std::enable_shared_from_this<IgtlServer::Impl> {
   const std::shared_ptr<Acceptor> acceptor_;  // null likewise
   std::shared_ptr<TcpLink> link_;             // null: connects to nobody
   std::uint64_t linked_ = 0;                  // its session; 0: not connected
-  asio::steady_timer timer_;
+  const std::unique_ptr<Timer> timer_;
   TimeoutChecks checks_;
   RateLimit transform_rate_{1, 1}, surface_rate_{1, 1};
   std::map<std::uint64_t, std::shared_ptr<IgtlSession>> sessions_;

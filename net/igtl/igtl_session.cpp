@@ -5,10 +5,8 @@
 #include <cmath>
 #include <utility>
 
-#include "net/base/clock.h"
 #include "net/igtl/codec/text_codec.h"
 #include "net/igtl/content/needle_name.h"
-#include "net/igtl/content/wall_clock.h"
 
 namespace brachy::net::igtl {
 namespace {
@@ -32,7 +30,7 @@ IgtlSession::IgtlSession(std::uint64_t id, std::shared_ptr<Connection> connectio
       environment_(environment),
       options_(environment.server.options()),
       wish_(wish),
-      opened_ns_(monotonic_ns()),
+      opened_ns_(options_.clock->now_ns()),
       now_ns_(opened_ns_),
       poses_(options_.max_poses_per_s, std::max(1.0, options_.max_poses_per_s / 10.0)) {}
 
@@ -41,7 +39,7 @@ IgtlSession::IgtlSession(std::uint64_t id, std::shared_ptr<Connection> connectio
 void IgtlSession::on_bytes(std::span<const std::byte> bytes) {
   if (is_closing())
     return;  // read and discard: closing with unread input would reset the connection before our STATUS arrives
-  now_ns_ = monotonic_ns();
+  now_ns_ = options_.clock->now_ns();
   parser_.feed(bytes);
   MessageParser::Message message;
   while (!is_closing()) {
@@ -303,7 +301,7 @@ void IgtlSession::report(const Status& status) {
 // --- out ---
 
 Label IgtlSession::label(std::string_view device) const {
-  return {version_, device, to_timestamp(utc_ns())};
+  return {version_, device, to_timestamp(options_.clock->utc_ns())};
 }
 
 void IgtlSession::answer(Bytes message) {
@@ -436,7 +434,7 @@ void IgtlSession::check_time(std::int64_t now_ns) {
 void IgtlSession::fail(const Status& status) {
   if (is_closing()) return;
   phase_ = Phase::kClosing;
-  closing_ns_ = monotonic_ns();
+  closing_ns_ = options_.clock->now_ns();
   end_reason_ = status.text;
   release_needles(status.text);
   answers_.clear();

@@ -7,7 +7,6 @@
 #include <utility>
 #include <vector>
 
-#include "net/base/clock.h"
 #include "net/base/timeout_checks.h"
 #include "net/session/acceptor.h"
 #include "net/session/device_lease.h"
@@ -59,6 +58,7 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
        ServerHandlers handlers)
       : io_(io),
         options_(checked(std::move(given))),
+        clock_(*options_.clock),
         handlers_(std::move(handlers)),
         topology_hash_(topologies.volume.hash),
         surface_hash_(topologies.surface.hash),
@@ -66,9 +66,9 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
         surface_body_(encoded_body(topologies.surface)),
         frames_(make_layout(tissue, topologies.volume), make_layout(tissue, topologies.surface)),
         gate_(options_.max_clients, options_.max_clients_per_address, options_.tokens),
-        handshakes_(std::make_shared<HandshakeTurns>(io, options_.handshake_thread)),
-        acceptor_(std::make_shared<Acceptor>(io, listen_options(options_, options_.port, "--port"))),
-        timer_(io),
+        handshakes_(std::make_shared<HandshakeTurns>(io, clock_, options_.handshake_thread)),
+        acceptor_(std::make_shared<Acceptor>(io, clock_, listen_options(options_, options_.port, "--port"))),
+        timer_(clock_.make_timer(io)),
         leases_(options_.needles) {}
 
   void start() {
@@ -76,7 +76,7 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
         gate_, Gate::Entry::kHello,
         [this](asio::ip::tcp::socket socket, auto slot) { on_socket(std::move(socket), std::move(slot)); },
         [this](const std::string& line) { log(line); });
-    next_state_ns_ = monotonic_ns();
+    next_state_ns_ = clock_.now_ns();
     on_timer();
   }
 
@@ -155,7 +155,7 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
     is_stopped_ = true;
     acceptor_->stop();
     for (const auto& session : sessions()) session->fail(ErrorCode::kShutdown, "the server stops");
-    if (sessions_.empty()) timer_.cancel();
+    if (sessions_.empty()) timer_->cancel();
   }
 
   void end() {
@@ -163,7 +163,7 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
     handlers_ = {};
     acceptor_->stop();
     for (const auto& session : sessions()) session->abort("the server is gone");
-    timer_.cancel();
+    timer_->cancel();
   }
 
   void set_scene(const SceneMessage& scene) { scene_body_ = encoded_body(scene); }
@@ -216,7 +216,7 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
       return ErrorMessage{ErrorCode::kNotDevice, true, kRefusedNotDevice, 0,
                           "this server is view-only: devices connect to " + options_.devices_at};
     if (role == Role::kDevice) {
-      const DeviceLease::Holder holder{session.id(), hello.name, session.address(), monotonic_ns()};
+      const DeviceLease::Holder holder{session.id(), hello.name, session.address(), clock_.now_ns()};
       if (auto refusal = leases_.lend(holder, hello.needle, welcome.needle)) return refusal;
       send_attached(device_info(session, welcome.needle));
     }
@@ -322,12 +322,12 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
 
   void on_closed(const Session& session) override {
     sessions_.erase(session.id());
-    if (is_stopped_ && sessions_.empty()) timer_.cancel();
+    if (is_stopped_ && sessions_.empty()) timer_->cancel();
   }
 
   std::optional<ErrorMessage> attach(const DeviceInfo& device) {
     std::uint16_t granted = 0;
-    const DeviceLease::Holder holder{++last_session_, device.name, device.address, monotonic_ns()};
+    const DeviceLease::Holder holder{++last_session_, device.name, device.address, clock_.now_ns()};
     if (auto refusal = leases_.lend(holder, device.needle, granted)) return refusal;
     attached_devices_[granted] = {holder.session, device};
     send_attached(device);
@@ -350,6 +350,9 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
   DeviceLease& lease(std::uint16_t needle) {
     assert(needle < leases_.size());
     return leases_[needle];
+  }
+  bool hold_lease(std::uint16_t needle, const std::string& name) {
+    return lease(needle).take({kOwnDevice, name, "", clock_.now_ns()});
   }
   std::uint64_t forces_replaced() const { return forces_replaced_; }
 
@@ -420,7 +423,7 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
 
   void notify(EventMessage device_notice) {
     const std::string needle = std::to_string(device_notice.needle);
-    device_notices_.add(needle, std::move(device_notice), monotonic_ns());
+    device_notices_.add(needle, std::move(device_notice), clock_.now_ns());
   }
 
   static DeviceInfo device_info(const Session& session, std::uint16_t needle) {
@@ -432,16 +435,17 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
   void on_socket(asio::ip::tcp::socket socket, std::shared_ptr<ConnectionSlot> slot) {
     const int buffer = options_.send_buffer_bytes;
     if (options_.tls) {
-      auto connection = TlsConnection::at_server(std::move(socket), *options_.tls, handshakes_,
+      auto connection = TlsConnection::at_server(std::move(socket), clock_, *options_.tls, handshakes_,
                                                  slot->origin(), buffer, kReadBufferBytes);
       adopt(std::move(connection), std::move(slot));
     } else {
-      adopt(std::make_shared<TcpConnection>(std::move(socket), buffer, kReadBufferBytes), std::move(slot));
+      adopt(std::make_shared<TcpConnection>(std::move(socket), clock_, buffer, kReadBufferBytes),
+            std::move(slot));
     }
   }
 
   void on_timer() {
-    const std::int64_t now = monotonic_ns();
+    const std::int64_t now = clock_.now_ns();
     if (const auto time = checks_.as_of(now))
       for (const auto& session : sessions()) session->check_time(*time);
     device_notices_.update(now);
@@ -450,10 +454,7 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
       broadcast_state();
     }
     if (is_stopped_ && sessions_.empty()) return;
-    timer_.expires_after(TimeoutChecks::kPeriod);
-    timer_.async_wait([self = shared_from_this()](const boost::system::error_code& error) {
-      if (!error) self->on_timer();
-    });
+    timer_->start(TimeoutChecks::kPeriod, [self = shared_from_this()] { self->on_timer(); });
   }
 
   void log(const std::string& line) {
@@ -462,6 +463,7 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
 
   asio::io_context& io_;
   const ServerOptions options_;
+  TimerClock& clock_;
   ServerHandlers handlers_;
   const std::uint64_t topology_hash_, surface_hash_;
   const std::shared_ptr<const Bytes> topology_body_, surface_body_;
@@ -475,7 +477,7 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
   Gate gate_;
   const std::shared_ptr<HandshakeTurns> handshakes_;
   const std::shared_ptr<Acceptor> acceptor_;
-  asio::steady_timer timer_;
+  const std::unique_ptr<Timer> timer_;
   std::map<std::uint64_t, std::shared_ptr<Session>> sessions_;
   std::uint64_t last_session_ = kOwnDevice;
   DeviceLeases leases_;
@@ -574,7 +576,7 @@ void Server::broadcast_state() {
   impl_->broadcast_state();
 }
 bool Server::hold_lease(std::uint16_t needle, const std::string& name) {
-  return impl_->lease(needle).take({kOwnDevice, name, "", monotonic_ns()});
+  return impl_->hold_lease(needle, name);
 }
 void Server::release_lease(std::uint16_t needle) {
   impl_->lease(needle).release(kOwnDevice);

@@ -64,7 +64,8 @@ bool is_loopback(const std::string& address) {
   return parsed(address, error).is_loopback() && !error;
 }
 
-Acceptor::Acceptor(asio::io_context& io, const ListenOptions& options) : acceptor_(io), retry_(io) {
+Acceptor::Acceptor(asio::io_context& io, TimerClock& clock, const ListenOptions& options)
+    : acceptor_(io), retry_(clock.make_timer(io)) {
   const auto endpoint = checked_endpoint(options);
   boost::system::error_code error;
   acceptor_.open(endpoint.protocol(), error);
@@ -95,8 +96,7 @@ void Acceptor::accept_next() {
         }
         if (!self->was_refused_) self->log_("cannot accept a connection: " + error.message() + "; retrying");
         self->was_refused_ = true;
-        self->retry_.expires_after(kRetryDelay);
-        self->retry_.async_wait([self](const boost::system::error_code&) {
+        self->retry_->start(kRetryDelay, [self] {
           if (self->acceptor_.is_open()) self->accept_next();
         });
       });
@@ -112,7 +112,7 @@ void Acceptor::on_accepted(asio::ip::tcp::socket socket) {
 void Acceptor::stop() {
   boost::system::error_code ignored;
   acceptor_.close(ignored);
-  retry_.cancel();
+  retry_->cancel();
 }
 
 }  // namespace brachy::net

@@ -2,13 +2,13 @@
 
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/tcp.hpp>
-#include <boost/asio/steady_timer.hpp>
 #include <cstdint>
 #include <functional>
 #include <memory>
 #include <string>
 
 #include "net/access/gate.h"
+#include "net/base/clock.h"
 #include "net/session/server_options.h"
 
 namespace brachy::net {
@@ -38,7 +38,7 @@ class Acceptor : public std::enable_shared_from_this<Acceptor> {
   using Log = std::function<void(const std::string&)>;
 
   /// Binds and listens. Throws UserError that names the fix.
-  Acceptor(boost::asio::io_context& io, const ListenOptions& options);
+  Acceptor(boost::asio::io_context& io, TimerClock& clock, const ListenOptions& options);
 
   /// `entry`: how its connections become clients.
   void start(Gate& gate, Gate::Entry entry, OnSocket on_socket, Log log);
@@ -50,7 +50,7 @@ class Acceptor : public std::enable_shared_from_this<Acceptor> {
   void on_accepted(boost::asio::ip::tcp::socket socket);
 
   boost::asio::ip::tcp::acceptor acceptor_;
-  boost::asio::steady_timer retry_;
+  const std::unique_ptr<Timer> retry_;
   std::uint16_t port_ = 0;
   Gate* gate_ = nullptr;  // null before start()
   Gate::Entry entry_ = Gate::Entry::kHello;

@@ -8,6 +8,7 @@
 
 #include "core/needle/needle_pose.h"
 #include "net/access/token_grants.h"
+#include "net/base/clock.h"
 #include "net/transport/tls/tls_context.h"
 #include "net/wire/messages.h"
 
@@ -46,6 +47,7 @@ struct ServerOptions {
   std::uint16_t probe_needle = kAnyNeedle;  ///< whose device may send SCANNER; none: operators alone
   double deformation_hz = 200;
   double snapshot_hz = 30;
+  TimerClock* clock = &real_clock();  ///< of stamps, rates and timeouts, of all listeners
 };
 
 /// What subscribed clients are to get, at present.

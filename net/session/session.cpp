@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "net/base/clock.h"
 #include "net/wire/codec.h"
 
 namespace brachy::net {
@@ -31,7 +30,7 @@ Session::Session(std::uint64_t id, std::shared_ptr<Connection> connection,
       host_(host),
       options_(options),
       parser_(options.max_message_bytes),
-      opened_ns_(monotonic_ns()),
+      opened_ns_(options_.clock->now_ns()),
       last_message_ns_(opened_ns_),
       poses_(options.max_poses_per_s, std::max(1.0, options.max_poses_per_s / 10.0)) {}
 
@@ -53,7 +52,7 @@ void Session::on_bytes(std::span<const std::byte> bytes) {
     const DecodeResult result = parser_.next(message);
     if (result.is_bad()) return fail(result.code, std::string(result.reason), parser_.last_sequence() + 1);
     if (!result.is_good()) return;
-    last_message_ns_ = monotonic_ns();
+    last_message_ns_ = options_.clock->now_ns();
     handle(message);
   }
 }
@@ -437,9 +436,9 @@ void Session::write_frame() {
 
 void Session::write(MessageType type, std::shared_ptr<const Bytes> body) {
   Bytes header;
-  encode_header(
-      {kProtocolVersion, type, 0, static_cast<std::uint32_t>(body->size()), ++sent_sequence_, monotonic_ns()},
-      header);
+  encode_header({kProtocolVersion, type, 0, static_cast<std::uint32_t>(body->size()), ++sent_sequence_,
+                 options_.clock->now_ns()},
+                header);
   writing_ = true;
   last_written_ = type;
   connection_->write(std::move(header), std::move(body));
@@ -497,14 +496,14 @@ void Session::ping(std::int64_t now_ns) {
                            now_ns - last_ping_ns_ >= in_ns(kMeasureInterval);
   if (!is_due && !is_measured) return;
   last_ping_ns_ = now_ns;
-  round_trip_.on_ping(++ping_nonce_, monotonic_ns());
+  round_trip_.on_ping(++ping_nonce_, options_.clock->now_ns());
   send_message(PingMessage{ping_nonce_, false, 0, 0});
 }
 
 void Session::fail(ErrorCode code, const std::string& text, std::uint64_t about_sequence) {
   if (is_closing()) return;
   phase_ = Phase::kClosing;
-  closing_ns_ = monotonic_ns();
+  closing_ns_ = options_.clock->now_ns();
   queue_.clear();
   waiting_force_ = waiting_model_ = nullptr;
   waiting_images_.fill(nullptr);

@@ -50,6 +50,8 @@ ONE_PLACE = [
      r"\bpthread_(mutex|cond|rwlock|spin)|#include <(mutex|shared_mutex|condition_variable|semaphore|latch|barrier)>",
      r"apps/daemon/service/stderr_sink\.h", "a lock (of spdlog's sinks)"),
     (r"reinterpret_cast", r"(?!net/).*", "reinterpret_cast (never of wire bytes)"),
+    (r"\bmonotonic_ns\(|monotonic_clock\(|steady_timer|(steady|system)_clock|sleep_for",
+     r"(?!net/).*|net/base/clock\.(h|cpp)", "the real time in net (a TimerClock gives it)"),
     # What comes from the network never becomes a file's name or content.
     (r"#include <(fstream|filesystem)>",
      r"(?!net/).*|net/(http/served_files|access/token_file|transport/tls/tls_context)\.(h|cpp)",

@@ -40,6 +40,7 @@ class Talker : public std::enable_shared_from_this<Talker> {
 
 /// A server with all its listeners over a fake simulation, on one io_context; its timeouts are fractions of a second.
 struct FaultsFixture : net::test::ServerFixture {
+  FaultsFixture() { used_clock = &net::real_clock(); }  // its proxies delay by the real time
   static net::ServerOptions short_timeouts();
   void start_all(net::ServerOptions options = short_timeouts());
   /// One tick of the simulation, sent to all clients.

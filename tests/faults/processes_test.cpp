@@ -7,7 +7,6 @@
 #include <fstream>
 
 #include "haptics/trajectory/needle_trajectories.h"
-#include "net/igtl/content/wall_clock.h"
 #include "tests/apps/apps_testing.h"
 #include "tests/apps/peer.h"
 #include "tests/apps/running_brachyd.h"
@@ -166,7 +165,7 @@ TEST_F(ProcessesTest, AWallClockThatJumpsMovesStampsAndNothingElse) {
     slicer.take();
     if (slicer.count("TRANSFORM") == 0) return std::nan("");
     const std::int64_t stamp_ns = net::igtl::to_ns(slicer.last("TRANSFORM").header.timestamp);
-    return 1e-9 * static_cast<double>(stamp_ns - net::igtl::utc_ns());
+    return 1e-9 * static_cast<double>(stamp_ns - net::real_clock().utc_ns());
   };
   for (const double offset_s : {0.0, 3600.0, -3600.0, 0.0}) {
     folder.write("clock.new", (offset_s < 0 ? "" : "+") + std::to_string(static_cast<int>(offset_s)));

@@ -7,7 +7,6 @@
 #include "net/base/clock.h"
 #include "net/igtl/codec/big_endian.h"
 #include "net/igtl/codec/crc64.h"
-#include "net/igtl/content/wall_clock.h"
 #include "net/server/server.h"
 #include "tests/fuzz/fuzzed_connection.h"
 #include "tests/fuzz/igtl_script.h"
@@ -59,11 +58,11 @@ class World {
         return;
       case 3: {
         simulation_.step();
-        messages_.update(simulation_.snapshot(), igtl::utc_ns());
+        messages_.update(simulation_.snapshot(), real_clock().utc_ns());
         const std::uint8_t due = script.u8();
         if ((due & 4) != 0) {
           auto image = std::make_shared<ImageMessage>(net::test::sample_image());
-          images_.update(image, igtl::utc_ns());
+          images_.update(image, real_clock().utc_ns());
           session_->offer_image(image->array);
         }
         return session_->offer((due & 1) != 0, (due & 2) != 0);

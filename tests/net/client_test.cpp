@@ -33,7 +33,7 @@ TEST_F(ClientTest, SaysWhenNothingListens) {
     FakeServer gone(io);
     port = gone.port();
   }
-  Recorder recorder(io);
+  Recorder recorder(io, on_clock());
   try {
     recorder.client.connect("127.0.0.1", port);
     FAIL();
@@ -70,7 +70,7 @@ TEST_F(ClientTest, DropsTheOldestWaitingPoses) {
 TEST_F(ClientTest, ClosesOnAnythingThatIsNotTheProtocol) {
   const auto closed_after = [&](const Bytes& bytes) {
     FakeServer fake(io);
-    Recorder recorder(io);
+    Recorder recorder(io, on_clock());
     recorder.client.connect("127.0.0.1", fake.port());
     fake.say(bytes);
     EXPECT_TRUE(until([&] { return !recorder.closed.empty(); }));
@@ -113,7 +113,7 @@ TEST_F(ClientTest, HandsOutEveryMessageAsItCameBeforeItsHandler) {
   h.on_welcome = [&](const WelcomeMessage&) { order.push_back("welcome"); };
   h.on_event = [&](const EventMessage&) { order.push_back("event"); };
   h.on_closed = [&](const std::string&) { order.push_back("closed"); };
-  Client client(io, {}, std::move(h));
+  Client client(io, on_clock(), std::move(h));
   client.connect("127.0.0.1", fake.port());
   Bytes said, event, rest;
   encode(WelcomeMessage{}, 1, 5, said);
@@ -134,9 +134,12 @@ TEST_F(ClientTest, GivesUpAServerThatSaysNothing) {
   FakeServer fake(io);
   ClientOptions options;
   options.silence_timeout = std::chrono::milliseconds(200);
-  Recorder recorder(io, options);
+  Recorder recorder(io, on_clock(options));
   recorder.client.connect("127.0.0.1", fake.port());
-  EXPECT_TRUE(until([&] { return !recorder.closed.empty(); }));
+  pass(std::chrono::milliseconds(150));
+  EXPECT_TRUE(recorder.closed.empty());
+  pass(std::chrono::milliseconds(200));  // it looks every 100 ms
+  EXPECT_EQ(recorder.closed, std::vector<std::string>{"the server stopped sending"});
 }
 
 TEST_F(ClientTest, TellsTheServersReasonWhenItIsClosed) {

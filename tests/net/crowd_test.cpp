@@ -106,12 +106,12 @@ TEST_F(CrowdTest, EventsForAClientThatIsBehindAreDroppedAndCountedSafetyLast) {
   // As many as fill its buffers, and more.
   for (; sent < 600; ++sent) {
     server->broadcast(EventMessage{sent == 300 ? EventKind::kSafety : EventKind::kNote, 0, sent, text});
-    ASSERT_TRUE(until([&] { return good->events.size() == sent; }));
+    ASSERT_TRUE(until_at_once([&] { return good->events.size() == sent; }));
   }
   EXPECT_EQ(server->client_count(), 2u);
   const std::uint64_t dropped = server->state().events_dropped;
   EXPECT_GT(dropped, 100u);
-  ASSERT_TRUE(until([&] {
+  ASSERT_TRUE(until_at_once([&] {
     behind.take();
     return !behind.events.empty() && behind.events.back().tick == sent - 1;
   }));

@@ -125,7 +125,7 @@ TEST_F(ImagesTest, OfEachArrayASlowClientGetsTheNewestAndDelaysNobody) {
   for (std::uint64_t i = 1; i <= kImages; ++i)
     for (const ScannerArray array : {ScannerArray::kTransverse, ScannerArray::kSagittal}) {
       send_image(array, i);
-      ASSERT_TRUE(until([&] {
+      ASSERT_TRUE(until_at_once([&] {
         return !good->images.empty() && good->images.back().array == array &&
                good->images.back().sequence == i;
       }));
@@ -137,7 +137,7 @@ TEST_F(ImagesTest, OfEachArrayASlowClientGetsTheNewestAndDelaysNobody) {
       if (image.array == array) sequence = std::max(sequence, image.sequence);
     return sequence;
   };
-  ASSERT_TRUE(until([&] {
+  ASSERT_TRUE(until_at_once([&] {
     slow.take();
     return newest(ScannerArray::kTransverse) == kImages && newest(ScannerArray::kSagittal) == kImages;
   }));

@@ -48,11 +48,17 @@ void ServerFixture::start(ServerOptions options) {
     return state;
   };
   handlers.log = [this](const std::string& line) { log.push_back(line); };
+  options.clock = used_clock;
   server = std::make_unique<Server>(io, options, tissue, handlers);
 }
 
+ClientOptions ServerFixture::on_clock(ClientOptions options) {
+  options.clock = used_clock;
+  return options;
+}
+
 std::unique_ptr<Recorder> ServerFixture::join(ClientOptions options) {
-  auto recorder = std::make_unique<Recorder>(io, options);
+  auto recorder = std::make_unique<Recorder>(io, on_clock(std::move(options)));
   recorder->client.connect("127.0.0.1", server->port());
   return recorder;
 }

@@ -13,10 +13,26 @@
 #include "net/client/client.h"
 #include "net/server/server.h"
 #include "tests/net/fake_simulation.h"
+#include "tests/net/manual_clock.h"
 
 namespace brachy::net::test {
 
-/// Runs `io` until `condition()` holds; false if it does not within `deadline`.
+/// Runs `io` until `condition()` holds; `on_idle()` is called whenever there is nothing to do, which the system has had
+/// a moment to change. False if the condition does not hold after 12,000 idle turns, or far more busy ones.
+template <class Condition, class OnIdle>
+bool pump_turns(boost::asio::io_context& io, Condition&& condition, OnIdle&& on_idle) {
+  int idle = 0;
+  for (int turns = 0; !condition(); ++turns) {
+    if (idle >= 12'000 || turns >= 1'000'000) return false;
+    if (io.stopped()) io.restart();
+    if (io.run_one_for(std::chrono::milliseconds(1)) > 0) continue;
+    ++idle;
+    on_idle();
+  }
+  return true;
+}
+
+/// Likewise where the server has the real clock; false if it does not within `deadline`.
 template <class Condition>
 bool pump(boost::asio::io_context& io, Condition&& condition,
           std::chrono::milliseconds deadline = std::chrono::milliseconds(8000)) {
@@ -59,13 +75,28 @@ struct ServerFixture : ::testing::Test {
     simulation.step();
     server->publish(simulation.snapshot());
   }
+  ClientOptions on_clock(ClientOptions options = {});
   std::unique_ptr<Recorder> join(ClientOptions options = {});  ///< connected, not yet welcomed
   std::unique_ptr<Recorder> join_as(Role role, const std::string& name);
+  /// Serves everybody until the condition holds. Each time there is nothing to do, 5 ms pass: so the machine's other
+  /// work takes no time. False if it does not hold within a minute.
   template <class Condition>
   bool until(Condition&& condition) {
-    return pump(io, condition);
+    return pump_turns(io, condition, [this] { clock.advance(std::chrono::milliseconds(5)); });
+  }
+  /// Likewise, and no time passes but what `condition` lets pass.
+  template <class Condition>
+  bool until_at_once(Condition&& condition) {
+    return pump_turns(io, condition, [] {});
+  }
+  /// Lets this much time pass, and serves everybody meanwhile.
+  void pass(std::chrono::milliseconds time) {
+    const std::int64_t end = clock.now_ns() + in_ns(time);
+    until([&] { return clock.now_ns() >= end; });
   }
 
+  ManualClock clock;
+  TimerClock* used_clock = &clock;  ///< the server's and its clients'
   boost::asio::io_context io;
   Tissue tissue = line_tissue(40);
   FakeSimulation simulation{tissue};

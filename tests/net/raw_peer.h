@@ -59,9 +59,9 @@ class RawPeer : public Heard {
   }
   bool hello(Role role = Role::kViewer, std::uint32_t subscription = 0, std::optional<Token> token = {});
 
-  /// Reads received data, `max_bytes` at most, and stores the messages.
-  void take(std::size_t max_bytes = SIZE_MAX) {
-    socket_.take(max_bytes, [this](std::span<const std::byte> bytes) { hear(bytes); });
+  /// Reads received data, `max_bytes` at most, and stores the messages; returns how many bytes.
+  std::size_t take(std::size_t max_bytes = SIZE_MAX) {
+    return socket_.take(max_bytes, [this](std::span<const std::byte> bytes) { hear(bytes); });
   }
   void close() { socket_.close(); }
 

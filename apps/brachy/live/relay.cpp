@@ -108,7 +108,7 @@ class Relay {
     }
     say("waiting for session " + options_.session + " at " + net::shown_url(broker_));
     feed_ = std::jthread([this](const std::stop_token& stop) {
-      net::run_session_feed(stop, broker_, feed_handlers());
+      net::run_session_feed(stop, broker_, feed_handlers(), monotonic_clock());
       asio::post(io_, [this] { work_.reset(); });  // the feed no longer waits for the io thread
     });
     for (bool is_over = false; !is_over;) {

@@ -55,7 +55,7 @@ struct MeteredSocket {
             return socket.async_wait(socket.wait_write, std::move(self));
           }
           if (size > 0) {
-            last_progress_ns = monotonic_ns();
+            last_progress_ns = clock->now_ns();
             if (was_full || step == Step::kWaited) last_waited_progress_ns = last_progress_ns;
             was_full = size < boost::asio::buffer_size(buffers);
           }
@@ -78,6 +78,7 @@ struct MeteredSocket {
   }
 
   boost::asio::ip::tcp::socket socket;
+  Clock* clock;
   Bytes unread = {};  // received by someone else before
   std::int64_t last_progress_ns = 0;
   std::int64_t last_waited_progress_ns = 0;

@@ -8,14 +8,13 @@
 #include <cassert>
 #include <utility>
 
-#include "net/base/clock.h"
 #include "net/transport/tcp/tcp_socket.h"
 
 namespace brachy::net {
 namespace asio = boost::asio;
-TcpConnection::TcpConnection(asio::ip::tcp::socket socket, int send_buffer_bytes,
+TcpConnection::TcpConnection(asio::ip::tcp::socket socket, Clock& clock, int send_buffer_bytes,
                              std::size_t read_buffer_bytes)
-    : socket_(std::move(socket)), peer_(peer_of(socket_)), read_buffer_(read_buffer_bytes) {
+    : socket_(std::move(socket)), clock_(clock), peer_(peer_of(socket_)), read_buffer_(read_buffer_bytes) {
   set_up(socket_, send_buffer_bytes);
 }
 
@@ -41,7 +40,7 @@ void TcpConnection::write(Bytes header, std::shared_ptr<const Bytes> body) {
   header_ = std::move(header);
   body_ = std::move(body);
   written_ = 0;
-  last_progress_ns_ = monotonic_ns();
+  last_progress_ns_ = clock_.now_ns();
   write_some(false);
 }
 
@@ -56,7 +55,7 @@ void TcpConnection::write_some(bool has_waited) {
     const std::size_t size = socket_.write_some(rest, error);
     written_ += size;
     if (size == 0) continue;
-    last_progress_ns_ = monotonic_ns();
+    last_progress_ns_ = clock_.now_ns();
     if (has_waited) last_waited_progress_ns_ = last_progress_ns_;
   }
   const auto self = shared_from_this();

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "net/base/clock.h"
 #include "net/transport/connection.h"
 
 namespace brachy::net {
@@ -12,7 +13,8 @@ namespace brachy::net {
 /// Connection over TCP. `send_buffer_bytes` is SO_SNDBUF; what else is set: tcp_socket.h.
 class TcpConnection final : public Connection, public std::enable_shared_from_this<TcpConnection> {
  public:
-  TcpConnection(boost::asio::ip::tcp::socket socket, int send_buffer_bytes, std::size_t read_buffer_bytes);
+  TcpConnection(boost::asio::ip::tcp::socket socket, Clock& clock, int send_buffer_bytes,
+                std::size_t read_buffer_bytes);
 
   void start(std::shared_ptr<ConnectionListener> listener) override;
   void write(Bytes header, std::shared_ptr<const Bytes> body) override;
@@ -29,6 +31,7 @@ class TcpConnection final : public Connection, public std::enable_shared_from_th
   void lost(const boost::system::error_code& error);
 
   mutable boost::asio::ip::tcp::socket socket_;  // native_handle() is not const
+  Clock& clock_;
   std::string peer_;
   std::shared_ptr<ConnectionListener> listener_;  // null once closed
   std::vector<std::byte> read_buffer_;

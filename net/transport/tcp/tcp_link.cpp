@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "core/base/error.h"
-#include "net/base/clock.h"
 
 namespace brachy::net {
 namespace asio = boost::asio;
@@ -35,22 +34,27 @@ LinkTarget link_target(const std::string& text, const std::string& what) {
   throw UserError(what + ": '" + text + "' is not HOST:PORT, such as 127.0.0.1:18945");
 }
 
-TcpLink::TcpLink(asio::io_context& io, LinkTarget target, Handlers handlers)
-    : target_(std::move(target)), handlers_(std::move(handlers)), resolver_(io), socket_(io), timer_(io) {}
+TcpLink::TcpLink(asio::io_context& io, TimerClock& clock, LinkTarget target, Handlers handlers)
+    : target_(std::move(target)),
+      handlers_(std::move(handlers)),
+      resolver_(io),
+      socket_(io),
+      clock_(clock),
+      timer_(clock.make_timer(io)) {}
 
 void TcpLink::start() {
   connect();
 }
 
 void TcpLink::on_ended() {
-  retry_.failed(monotonic_ns());
+  retry_.failed(clock_.now_ns());
   wait();
 }
 
 void TcpLink::stop() {
   is_stopped_ = true;
   resolver_.cancel();
-  timer_.cancel();
+  timer_->cancel();
   boost::system::error_code ignored;
   socket_.close(ignored);
 }
@@ -71,14 +75,13 @@ void TcpLink::connect() {
 }
 
 void TcpLink::on_resolved(const asio::ip::tcp::resolver::results_type& endpoints) {
-  timer_.expires_after(kLongestAttempt);
-  timer_.async_wait([self = shared_from_this()](const boost::system::error_code& error) {
+  timer_->start(kLongestAttempt, [self = shared_from_this()] {
     boost::system::error_code ignored;
-    if (!error) self->socket_.close(ignored);
+    self->socket_.close(ignored);
   });
   asio::async_connect(socket_, endpoints,
                       [self = shared_from_this()](const boost::system::error_code& error, const auto&) {
-                        self->timer_.cancel();
+                        self->timer_->cancel();
                         if (self->is_stopped_) return;
                         if (error) return self->failed(error.message());
                         self->retry_.connected();
@@ -90,7 +93,7 @@ void TcpLink::on_resolved(const asio::ip::tcp::resolver::results_type& endpoints
 void TcpLink::failed(const std::string& why) {
   if (!std::exchange(is_reported_, true))
     handlers_.log("cannot connect to " + target_.text() + ": " + why + "; trying again");
-  retry_.failed(monotonic_ns());
+  retry_.failed(clock_.now_ns());
   wait();
 }
 
@@ -98,9 +101,8 @@ void TcpLink::wait() {
   if (is_stopped_) return;
   boost::system::error_code ignored;
   socket_.close(ignored);
-  timer_.expires_after(std::chrono::nanoseconds(retry_.wait_ns(monotonic_ns())));
-  timer_.async_wait([self = shared_from_this()](const boost::system::error_code& error) {
-    if (!error && !self->is_stopped_) self->connect();
+  timer_->start(std::chrono::nanoseconds(retry_.wait_ns(clock_.now_ns())), [self = shared_from_this()] {
+    if (!self->is_stopped_) self->connect();
   });
 }
 

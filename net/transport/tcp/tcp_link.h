@@ -2,12 +2,12 @@
 
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/tcp.hpp>
-#include <boost/asio/steady_timer.hpp>
 #include <cstdint>
 #include <functional>
 #include <memory>
 #include <string>
 
+#include "net/base/clock.h"
 #include "net/base/retry.h"
 
 namespace brachy::net {
@@ -33,7 +33,7 @@ class TcpLink : public std::enable_shared_from_this<TcpLink> {
     std::function<void(const std::string& line)> log;  ///< the first failure after a connection, not each
   };
 
-  TcpLink(boost::asio::io_context& io, LinkTarget target, Handlers handlers);
+  TcpLink(boost::asio::io_context& io, TimerClock& clock, LinkTarget target, Handlers handlers);
 
   void start();
   /// The connection of on_connected has ended: connects again.
@@ -54,7 +54,8 @@ class TcpLink : public std::enable_shared_from_this<TcpLink> {
   const Handlers handlers_;
   boost::asio::ip::tcp::resolver resolver_;
   boost::asio::ip::tcp::socket socket_;
-  boost::asio::steady_timer timer_;  // of the attempt, and of the pause before the next
+  TimerClock& clock_;
+  const std::unique_ptr<Timer> timer_;  // of the attempt, and of the pause before the next
   ConnectRetry retry_;
   std::uint64_t attempts_ = 0;
   bool is_reported_ = false, is_stopped_ = false;

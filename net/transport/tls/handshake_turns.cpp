@@ -5,8 +5,6 @@
 #include <set>
 #include <utility>
 
-#include "net/base/clock.h"
-
 namespace brachy::net {
 namespace asio = boost::asio;
 namespace {
@@ -15,12 +13,13 @@ constexpr std::chrono::milliseconds kRetry{5};  // where the limit is reached
 
 }  // namespace
 
-HandshakeTurns::HandshakeTurns(asio::io_context& io, HandshakeThread thread)
+HandshakeTurns::HandshakeTurns(asio::io_context& io, TimerClock& clock, HandshakeThread thread)
     : io_(io),
       limit_(thread ? kShareOfOwnThread : kShareOfIoThread),
       thread_(thread ? std::move(thread)
                      : [&io](std::function<void()> work) { asio::post(io, std::move(work)); }),
-      timer_(io) {}
+      clock_(clock),
+      timer_(clock.make_timer(io)) {}
 
 std::uint64_t HandshakeTurns::wait(const std::string& origin, std::function<bool()> begin) {
   waiting_.push_back({++last_ticket_, origin, std::move(begin)});
@@ -35,10 +34,9 @@ void HandshakeTurns::forget(std::uint64_t ticket) {
 
 void HandshakeTurns::begin_next() {
   while (!is_beginning_ && !waiting_.empty()) {
-    if (!limit_.may_begin(monotonic_ns())) {
+    if (!limit_.may_begin(clock_.now_ns())) {
       is_beginning_ = true;
-      timer_.expires_after(kRetry);
-      timer_.async_wait([weak = weak_from_this()](const boost::system::error_code&) {
+      timer_->start(kRetry, [weak = weak_from_this()] {
         const auto self = weak.lock();
         if (!self) return;
         self->is_beginning_ = false;

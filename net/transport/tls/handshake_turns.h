@@ -1,7 +1,6 @@
 #pragma once
 
 #include <boost/asio/io_context.hpp>
-#include <boost/asio/steady_timer.hpp>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -9,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "net/base/clock.h"
 #include "net/transport/tls/handshake_limit.h"
 
 namespace brachy::net {
@@ -27,7 +27,7 @@ class HandshakeTurns : public std::enable_shared_from_this<HandshakeTurns> {
   /// Share of a thread's time for handshakes: of their own thread's, or of the io thread's.
   static constexpr double kShareOfOwnThread = 0.5, kShareOfIoThread = 0.02;
 
-  HandshakeTurns(boost::asio::io_context& io, HandshakeThread thread);
+  HandshakeTurns(boost::asio::io_context& io, TimerClock& clock, HandshakeThread thread);
 
   /// `begin` is called when its turn has come, from here or later, and calls compute() for its first step; false where
   /// its peer has left: then it is another's turn. Returns what forget() wants.
@@ -55,7 +55,8 @@ class HandshakeTurns : public std::enable_shared_from_this<HandshakeTurns> {
   boost::asio::io_context& io_;
   HandshakeLimit limit_;
   const HandshakeThread thread_;
-  boost::asio::steady_timer timer_;
+  TimerClock& clock_;
+  const std::unique_ptr<Timer> timer_;
   std::vector<Waiting> waiting_;  // oldest first; as many as the gate lets in before HELLO
   std::minstd_rand random_;
   std::uint64_t last_ticket_ = 0, begun_ = 0;

@@ -16,30 +16,30 @@
 namespace brachy::net {
 namespace asio = boost::asio;
 
-TlsConnection::TlsConnection(End end, std::string peer, std::size_t read_buffer_bytes)
-    : end_(end), peer_(std::move(peer)), read_buffer_(read_buffer_bytes) {}
+TlsConnection::TlsConnection(End end, Clock& clock, std::string peer, std::size_t read_buffer_bytes)
+    : end_(end), clock_(clock), peer_(std::move(peer)), read_buffer_(read_buffer_bytes) {}
 
-std::shared_ptr<TlsConnection> TlsConnection::at_server(asio::ip::tcp::socket socket,
+std::shared_ptr<TlsConnection> TlsConnection::at_server(asio::ip::tcp::socket socket, Clock& clock,
                                                         asio::ssl::context& context,
                                                         std::shared_ptr<HandshakeTurns> turns,
                                                         const std::string& origin, int send_buffer_bytes,
                                                         std::size_t read_buffer_bytes) {
   std::shared_ptr<TlsConnection> connection(
-      new TlsConnection(End::kServer, peer_of(socket), read_buffer_bytes));
+      new TlsConnection(End::kServer, clock, peer_of(socket), read_buffer_bytes));
   set_up(socket, send_buffer_bytes);
-  connection->handshake_ =
-      std::make_shared<ServerHandshake>(MeteredSocket{std::move(socket)}, context, std::move(turns), origin);
+  connection->handshake_ = std::make_shared<ServerHandshake>(MeteredSocket{std::move(socket), &clock},
+                                                             context, std::move(turns), origin);
   return connection;
 }
 
-std::shared_ptr<TlsConnection> TlsConnection::at_client(asio::ip::tcp::socket socket,
+std::shared_ptr<TlsConnection> TlsConnection::at_client(asio::ip::tcp::socket socket, Clock& clock,
                                                         asio::ssl::context& context, const std::string& host,
                                                         int send_buffer_bytes,
                                                         std::size_t read_buffer_bytes) {
   std::shared_ptr<TlsConnection> connection(
-      new TlsConnection(End::kClient, peer_of(socket), read_buffer_bytes));
+      new TlsConnection(End::kClient, clock, peer_of(socket), read_buffer_bytes));
   set_up(socket, send_buffer_bytes);
-  connection->stream_.emplace(MeteredSocket{std::move(socket)}, context);
+  connection->stream_.emplace(MeteredSocket{std::move(socket), &clock}, context);
   SSL* tls = connection->stream_->handle();
   boost::system::error_code is_name;
   asio::ip::make_address(host, is_name);
@@ -82,7 +82,7 @@ void TlsConnection::on_handshake(ServerHandshake::Outcome outcome, const std::st
 void TlsConnection::answer_plain() {
   Bytes answer;
   encode(ErrorMessage{ErrorCode::kProtocol, true, 0, 0, "this server speaks TLS: add --tls"}, 1,
-         monotonic_ns(), answer);
+         clock_.now_ns(), answer);
   boost::system::error_code ignored;
   socket().socket.write_some(asio::buffer(answer), ignored);
   lost("it speaks no TLS, and this port takes nothing else");
@@ -111,7 +111,7 @@ void TlsConnection::write(Bytes header, std::shared_ptr<const Bytes> body) {
   assert(header_.empty());
   header_ = std::move(header);
   body_ = std::move(body);
-  socket().last_progress_ns = monotonic_ns();
+  socket().last_progress_ns = clock_.now_ns();
   if (phase_ == Phase::kOpen) write_all();
 }
 

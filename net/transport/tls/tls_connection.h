@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "net/base/clock.h"
 #include "net/transport/connection.h"
 #include "net/transport/tls/server_handshake.h"
 #include "net/transport/tls/tls_stream.h"
@@ -16,13 +17,13 @@ namespace brachy::net {
 /// that does nothing is left to the owner's timeouts. At the server a handshake waits for its turn (HandshakeTurns).
 class TlsConnection final : public Connection, public std::enable_shared_from_this<TlsConnection> {
  public:
-  static std::shared_ptr<TlsConnection> at_server(boost::asio::ip::tcp::socket socket,
+  static std::shared_ptr<TlsConnection> at_server(boost::asio::ip::tcp::socket socket, Clock& clock,
                                                   boost::asio::ssl::context& context,
                                                   std::shared_ptr<HandshakeTurns> turns,
                                                   const std::string& origin, int send_buffer_bytes,
                                                   std::size_t read_buffer_bytes);
   /// `host` is the name or address that the server's certificate must hold.
-  static std::shared_ptr<TlsConnection> at_client(boost::asio::ip::tcp::socket socket,
+  static std::shared_ptr<TlsConnection> at_client(boost::asio::ip::tcp::socket socket, Clock& clock,
                                                   boost::asio::ssl::context& context, const std::string& host,
                                                   int send_buffer_bytes, std::size_t read_buffer_bytes);
 
@@ -39,7 +40,7 @@ class TlsConnection final : public Connection, public std::enable_shared_from_th
   enum class End { kServer, kClient };
   enum class Phase { kHandshake, kOpen, kEnding };
 
-  TlsConnection(End end, std::string peer, std::size_t read_buffer_bytes);
+  TlsConnection(End end, Clock& clock, std::string peer, std::size_t read_buffer_bytes);
   MeteredSocket& socket() const { return handshake_ ? handshake_->socket() : stream_->socket(); }
 
   void on_handshake(ServerHandshake::Outcome outcome, const std::string& why);
@@ -52,6 +53,7 @@ class TlsConnection final : public Connection, public std::enable_shared_from_th
   void lost(const std::string& reason);
 
   const End end_;
+  Clock& clock_;
   // One of both is set: at the server first the handshake. Asio's accessors are not const.
   std::shared_ptr<ServerHandshake> handshake_;
   mutable std::optional<TlsStream> stream_;

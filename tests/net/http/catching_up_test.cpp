@@ -60,7 +60,7 @@ struct CatchingUp : TlsFixture, ::testing::WithParamInterface<Pages> {
     return page;
   }
   bool catches_up(WebSocketPeer& page) {
-    return until([&] {
+    return until_at_once([&] {
       page.take();
       return page.mesh.tick() == simulation.state().summary.tick;
     });

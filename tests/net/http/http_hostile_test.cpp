@@ -66,6 +66,7 @@ TEST_F(HostileHttpTest, ASlowHeaderIsNotWaitedFor) {
   std::size_t at = 0;
   EXPECT_TRUE(until([&] {  // a byte at a time is not enough
     dripping.send(at < request.size() ? request.substr(at++, 1) : "a");
+    clock.advance(std::chrono::milliseconds(5));
     dripping.take();
     return dripping.is_ended();
   }));
@@ -86,8 +87,7 @@ TEST_F(HostileHttpTest, WhoDoesNotReadTheAnswerIsClosed) {
   start_http({}, options, ServedFiles(folder.path()));
   HttpPeer stalled(io, http->port());
   stalled.send("GET / HTTP/1.1\r\n" + host_line() + "\r\n");
-  const auto end = std::chrono::steady_clock::now() + 2 * options.answer_timeout;
-  ASSERT_TRUE(until([&] { return std::chrono::steady_clock::now() > end; }));
+  pass(2 * options.answer_timeout);
   HttpReply reply;
   EXPECT_TRUE(ends(stalled));
   EXPECT_FALSE(stalled.next(reply));
@@ -266,8 +266,7 @@ TEST_F(HostileHttpTest, NothingIsLeftOfAPageWhoseLastFramesCameTogether) {
   ASSERT_TRUE(until([&] { return server->client_count() == 0; }));
   server->stop();
   http->stop();
-  io.run_for(std::chrono::seconds(20));
-  EXPECT_TRUE(io.stopped()) << "an operation of a connection that is gone still runs";
+  EXPECT_TRUE(until([&] { return io.stopped(); })) << "an operation of a connection that is gone still runs";
 }
 
 TEST_F(HostileHttpTest, AStalledPageDelaysNobodyAndIsClosed) {
@@ -275,7 +274,6 @@ TEST_F(HostileHttpTest, AStalledPageDelaysNobodyAndIsClosed) {
   simulation = FakeSimulation(tissue);
   ServerOptions options;
   options.send_buffer_bytes = 4096;
-  // longer than a busy machine keeps the good one waiting
   options.stall_timeout = std::chrono::milliseconds(2000);
   start_http(options);
   const auto good = join_page();
@@ -284,7 +282,10 @@ TEST_F(HostileHttpTest, AStalledPageDelaysNobodyAndIsClosed) {
   ASSERT_TRUE(until([&] { return server->client_count() == 2; }));
   std::size_t frames = 0;
   ASSERT_TRUE(until([&] {
-    if (good->frames.size() == frames) publish(), ++frames;
+    if (good->frames.size() == frames) {
+      publish(), ++frames;
+      clock.advance(std::chrono::milliseconds(33));
+    }
     good->take();
     return server->client_count() == 1;
   }));
@@ -320,12 +321,14 @@ TEST_F(HostileHttpTest, APageThatReadsSlowlyButSteadilyStays) {
   slow->hello(Role::kViewer, kSubscribeFullFrames);  // and says nothing more, not even to a PING
   simulation.step();
   const auto snapshot = simulation.snapshot();
-  const auto end = std::chrono::steady_clock::now() + std::chrono::milliseconds(1200);
-  std::uint64_t turns = 0;
-  ASSERT_TRUE(until([&] {
-    if (turns++ % 8 == 0) server->publish(snapshot);
-    slow->take(4096);
-    return std::chrono::steady_clock::now() > end || slow->is_ended();
+  const std::int64_t end_ns = clock.now_ns() + in_ns(std::chrono::milliseconds(1200));
+  server->publish(snapshot);
+  ASSERT_TRUE(until_at_once([&] {  // 4 kB every 10 ms, whatever time the system takes for them
+    if (slow->take(4096) > 0) {
+      server->publish(snapshot);
+      clock.advance(std::chrono::milliseconds(10));
+    }
+    return clock.now_ns() > end_ns || slow->is_ended();
   }));
   EXPECT_FALSE(slow->is_ended()) << log.back();
   EXPECT_EQ(server->client_count(), 1u);

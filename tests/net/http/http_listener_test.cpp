@@ -147,10 +147,11 @@ TEST_F(HttpListenerTest, StoppingLeavesNothingToWaitFor) {
   reading.send("GET / HTTP/1.1\r\n" + host_line() + "\r\n");
   const auto page_peer = join_page();
   ASSERT_TRUE(until([&] { return server->client_count() == 1; }));
+  const std::int64_t begin_ns = clock.now_ns();
   server->stop();
   http->stop();
-  ASSERT_TRUE(pump(
-      io, [&] { return io.stopped(); }, std::chrono::milliseconds(1900)));  // nothing is left to run
+  ASSERT_TRUE(until([&] { return io.stopped(); })) << "something is left to run";
+  EXPECT_LT(clock.now_ns() - begin_ns, in_ns(std::chrono::milliseconds(1900)));
   EXPECT_TRUE(ends(*page_peer));
   EXPECT_EQ(page_peer->fatal(), ErrorCode::kShutdown);
   EXPECT_EQ(page_peer->close_code(), 1000);

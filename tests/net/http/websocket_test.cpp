@@ -125,6 +125,7 @@ TEST_F(WebSocketTest, ASilentPageIsAskedAndThenClosed) {
   const auto page = join_page();
   ASSERT_TRUE(until([&] {
     if (!page->is_ended()) page->send_frame(Opcode::kPing, {});  // is no message
+    clock.advance(std::chrono::milliseconds(5));
     page->take();
     return page->is_ended();
   }));

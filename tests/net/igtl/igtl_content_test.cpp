@@ -2,7 +2,6 @@
 #include <cmath>
 
 #include "net/igtl/codec/big_endian.h"
-#include "net/igtl/content/wall_clock.h"
 #include "tests/net/igtl/igtl_fixture.h"
 
 namespace brachy::net::igtl {
@@ -189,7 +188,7 @@ TEST_F(IgtlContent, TrackingDataComesAtTheRateAskedForDownToTenMilliseconds) {
       const auto older = simulation.snapshot();
       simulation.step();
       const double now_s = simulation.state().summary.sim_time_s;
-      if (igtl->wants_ticks()) igtl->track(TrackedTick::of(simulation.state()), utc_ns());
+      if (igtl->wants_ticks()) igtl->track(TrackedTick::of(simulation.state()), clock.utc_ns());
       if (now_s >= next_snapshot_s) {
         next_snapshot_s += 1 / 30.0;
         igtl->publish(older);
@@ -220,7 +219,7 @@ TEST_F(IgtlContent, TrackingDataKeepsItsRateWhereALoadedDaemonLosesTicks) {
       simulation.step();
       TrackedTick tick = TrackedTick::of(simulation.state());
       tick.time_ns = 5'000'000 * std::int64_t{period + 1} + 1'000'000 * (period * 7 % 4);
-      igtl->track(std::move(tick), utc_ns());
+      igtl->track(std::move(tick), clock.utc_ns());
       io.restart();
       io.poll();
       peer.take();
@@ -241,7 +240,7 @@ TEST_F(IgtlContent, TrackingDataThatNoTickCouldCarryIsCounted) {
     simulation.step();
     TrackedTick tick = TrackedTick::of(simulation.state());
     tick.time_ns = 1'000'000 * time_ms;
-    igtl->track(std::move(tick), utc_ns());
+    igtl->track(std::move(tick), clock.utc_ns());
     io.restart();
     io.poll();
     peer.take();

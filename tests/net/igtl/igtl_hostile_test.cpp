@@ -164,12 +164,15 @@ TEST_F(IgtlStalled, ATrackerThatOnlySendsIsKept) {
   })) << "the idle one is closed";
   const std::size_t before = poses.size();
   EXPECT_TRUE(until([&] {  // more than one: it has sent more a second than are taken
+    clock.advance(std::chrono::milliseconds(1));
     return tracker.send_pose("NeedleToRas", at(1, 2, 3)) && poses.size() > before;
   }));
 }
 
 TEST_F(IgtlStalled, AClientThatWasAsleepGetsTheNewest) {
-  start_large({});
+  ServerOptions options;
+  options.stall_timeout = std::chrono::minutes(1);  // it sleeps for 10 s
+  start_large(options);
   IgtlPeer sleeper(io, igtl->port(), 4096), reader(io, igtl->port());
   ASSERT_TRUE(until_ticked(reader, [&] { return reader.count("POLYDATA") > 100; }));
   const auto newest = simulation.state().mesh.deformed_vertices;

@@ -1,7 +1,6 @@
 // IMAGE over OpenIGTLink: for those that ask, and for nobody else.
 #include <gtest/gtest.h>
 
-#include "net/base/clock.h"
 #include "net/igtl/content/image_messages.h"
 #include "net/igtl/igtl_server.h"
 #include "tests/net/igtl/igtl_peer.h"
@@ -22,7 +21,7 @@ struct IgtlImages : ServerFixture {
     auto image = std::make_shared<ImageMessage>(net::test::sample_image());
     image->array = array;
     image->flags = 0;
-    image->publish_ns = monotonic_ns();
+    image->publish_ns = clock.now_ns();
     image->data.assign(6, gray);
     igtl->publish_image(image);
   }

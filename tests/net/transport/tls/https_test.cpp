@@ -150,7 +150,7 @@ TEST_F(Https, AStalledPageIsClosedAndDelaysNobody) {
   ASSERT_TRUE(until([&] { return server->client_count() == 2; }));
   for (std::size_t i = 1; i <= 30; ++i) {
     publish();
-    ASSERT_TRUE(until([&] { return good->frames.size() == i; }));
+    ASSERT_TRUE(until_at_once([&] { return good->frames.size() == i; }));
   }
   ASSERT_TRUE(until([&] { return server->client_count() == 1; }));
   EXPECT_TRUE(is_logged("did not read for 300 ms"));

@@ -24,7 +24,7 @@ struct TlsFixture : HttpFixture {
   std::unique_ptr<Recorder> join_over_tls(TlsContext context, ClientOptions options = {},
                                           const std::string& host = "127.0.0.1") {
     options.tls = std::move(context);
-    auto recorder = std::make_unique<Recorder>(io, options);
+    auto recorder = std::make_unique<Recorder>(io, on_clock(options));
     recorder->client.connect(host, server->port());
     EXPECT_TRUE(until([&] { return recorder->welcomes == 1 || !recorder->closed.empty(); }));
     return recorder;
