@@ -7,7 +7,7 @@
 namespace brachy {
 namespace {
 
-constexpr std::size_t kMaxCrossings = 32;  // of one line with one surface
+constexpr std::size_t kMostCrossings = 32;  // of one line with one surface
 constexpr double kSteep = 0.75;        // cos²30°: a surface that slants less is pushed by all of the depth
 constexpr double kLeastAcross = 1e-9;  // of a direction that may be normalized
 
@@ -77,7 +77,7 @@ bool SideContact::find_points(const Vec3& hub, const Vec3& tip) noexcept {
   is_saturated_ = false;
   below_tip_.reset();
   const Vec3 edge = radius_ * direction_, a = hub + edge, b = tip + edge;
-  std::array<SurfaceHit, kMaxCrossings> buffer;
+  std::array<SurfaceHit, kMostCrossings> buffer;
   const std::span hits(buffer.data(), surface_.all_hits(a, b, buffer));
   const bool tip_inside = surface_.inside(b);
   if (hits.empty()) return false;
