@@ -165,7 +165,7 @@ def main():
         capture_output=True, text=True, check=True).stdout.split()
     # Fuzz targets belong to the preset asan, tests/package to a build of its own.
     skipped = [file for file in files if is_source(file) and file not in compiled
-               and not file.startswith(("tests/fuzz/", "tests/package/"))]
+               and not file.startswith(("tests/fuzz/", "tests/apps/lab/fuzz/", "tests/package/"))]
     if skipped:
         print("names: not checked, because what they need is not installed:", *skipped)
     files = [file for file in files if file not in skipped]
