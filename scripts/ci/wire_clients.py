@@ -16,7 +16,7 @@ import sys
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
 from wire_constants import camel  # pylint: disable=wrong-import-position
-from wire_schema import FORMATS, ROOT, SIZES, Schema  # pylint: disable=wrong-import-position
+from wire_schema import FORMATS, ROOT, SIZES, Schema, write_or_compare  # pylint: disable=wrong-import-position
 
 PYTHON = ROOT / "apps/python/brachyd/wire_generated.py"
 VIEWS = ROOT / "apps/python/brachyd/wire_views.py"
@@ -492,12 +492,7 @@ class TypeScript:
 def main():
     schema = Schema()
     files = {PYTHON: Python(schema, VIEWS.read_text(encoding="utf-8")).text(), TYPESCRIPT: TypeScript(schema).text()}
-    found = []
-    for path, text in files.items():
-        if "--write" in sys.argv[1:]:
-            path.write_text(text, encoding="utf-8")
-        elif not path.exists() or path.read_text(encoding="utf-8") != text:
-            found.append(f"{path.relative_to(ROOT)} is not what scripts/ci/wire_clients.py --write writes")
+    found = write_or_compare(files, "--write" in sys.argv[1:], "wire_clients.py")
     for line in found:
         print(line)
     print(f"wire clients: {len(found)} differences")

@@ -9,7 +9,9 @@ import pathlib
 import re
 import sys
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
+from wire_schema import ROOT, write_or_compare  # pylint: disable=wrong-import-position
+
 CPP = ROOT / "net/wire/messages.h"
 PYTHON = ROOT / "apps/python/brachyd/constants.py"
 
@@ -69,11 +71,7 @@ def python_text(schema):
 def main():
     schema = json.loads((ROOT / "net/protocol.json").read_text(encoding="utf-8"))
     found = differences(schema)
-    text = python_text(schema)
-    if "--write" in sys.argv[1:]:
-        PYTHON.write_text(text, encoding="utf-8")
-    elif not PYTHON.exists() or PYTHON.read_text(encoding="utf-8") != text:
-        found.append(f"{PYTHON.relative_to(ROOT)} is not what --write writes")
+    found += write_or_compare({PYTHON: python_text(schema)}, "--write" in sys.argv[1:], "wire_constants.py")
     for line in found:
         print(line)
     print(f"wire constants: {len(found)} differences")

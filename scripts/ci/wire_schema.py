@@ -25,6 +25,17 @@ FORMATS = {"u8": "B", "u16": "H", "u32": "I", "u64": "Q", "i32": "i", "f32": "f"
 SIZES = {name: struct.calcsize("<" + code) for name, code in FORMATS.items()} | {"pose": 96}
 
 
+def write_or_compare(files, writes, script):
+    """Writes {path: text}, or tells which files differ, in complaints that name the script that writes them."""
+    found = []
+    for path, text in files.items():
+        if writes:
+            path.write_text(text, encoding="utf-8")
+        elif not path.exists() or path.read_text(encoding="utf-8") != text:
+            found.append(f"{path.relative_to(ROOT)} is not what scripts/ci/{script} --write writes")
+    return found
+
+
 class WireError(Exception):
     """Bytes or values that do not fit the schema."""
 
