@@ -49,10 +49,10 @@ void NeedleBend::find_hole(const RigidTransform& X_BN, const RigidTransform& X_W
     return;
   }
   if (!hole_) hole_ = X_WN.p - beyond * X_WN.R.col(2);
-  const Vec3 hole_N = X_WN.R.transpose() * (*hole_ - X_WN.p);
-  if (!holds(beam_.length_mm + hole_N.z())) return;
-  beam_.guide_mm = beam_.length_mm + hole_N.z();
-  offset_ = X_BN.R.leftCols<2>() * hole_N.head<2>();
+  const Vec3 p_N = X_WN.R.transpose() * (*hole_ - X_WN.p);
+  if (!holds(beam_.length_mm + p_N.z())) return;
+  beam_.guide_mm = beam_.length_mm + p_N.z();
+  offset_ = X_BN.R.leftCols<2>() * p_N.head<2>();
 }
 
 void NeedleBend::set_loads(std::span<const NeedleLandmark> landmarks) noexcept {

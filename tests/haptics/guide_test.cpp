@@ -112,7 +112,8 @@ TEST(GuideForce, BeforeTheTissueIsTheBentNeedlesAlone) {
   Hand hand(scene_of("template"));
   hand.go({0, 0, -70}, {0, 0, -30}, 0.5);
   const NeedleState& needle = hand.go({0, 0, -30}, {1.5, 0, -30}, 0.25);
-  const double EI = Beam::bending_stiffness(200, 1.27, 1.0), arc = 200 - 30, k = 3 * EI / (arc * arc * arc);
+  const double bending_nmm2 = Beam::bending_stiffness(200, 1.27, 1.0), arc = 200 - 30,
+               k = 3 * bending_nmm2 / (arc * arc * arc);
   EXPECT_NEAR(needle.forces.force_n.x(), -1.5 * k, 0.01 * 1.5 * k);
   EXPECT_EQ(needle.forces.guide_n, needle.forces.force_n);
   EXPECT_EQ(needle.forces.axial_n, 0);
