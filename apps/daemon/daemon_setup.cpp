@@ -137,6 +137,7 @@ std::optional<net::igtl::IgtlOptions> igtl_options(const Scene& scene, const Dae
   o.listens = port >= 0;
   o.port = static_cast<std::uint16_t>(std::max(port, 0));
   o.without_token = s.igtl_without_token;
+  o.takes_commands = s.igtl_commands;
   if (!s.igtl_connect.empty()) o.connect = net::link_target(s.igtl_connect, "server.igtl_connect");
   o.connect_sends = s.igtl_connect_sends;
   o.naming.frame = s.igtl_frame;

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "core/realtime/deadline.h"
-#include "net/session/rate_limit.h"
+#include "net/base/rate_limit.h"
 
 namespace brachy {
 

@@ -187,7 +187,7 @@ class IgtlServer::Impl : public std::enable_shared_from_this<IgtlServer::Impl> {
         messages_,
         images_,
         tracking_,
-        options_.commands.on_control ? &options_.commands : nullptr,
+        options_.takes_commands ? &server_.requests() : nullptr,
         options_.first_message_wait,
         [this](const IgtlSession& session, const std::string& reason) { on_closed(session, reason); },
         [this] { ++messages_dropped_; },

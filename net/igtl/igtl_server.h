@@ -11,7 +11,6 @@
 #include "core/base/error.h"
 #include "core/geometry/tissue/tissue.h"
 #include "core/simulation/mesh_state.h"
-#include "net/igtl/content/commands.h"
 #include "net/igtl/content/needle_name.h"
 #include "net/igtl/content/tracking_feed.h"
 #include "net/igtl/igtl_session.h"
@@ -43,7 +42,7 @@ struct IgtlOptions {
   bool connect_sends = false;      ///< sends it what clients get, as to a 3D Slicer that listens
   Naming naming = {};              ///< of tools, and the frame of all coordinates
   std::vector<Vec3> targets = {};  ///< planned seeds at rest, W, mm: POINT "Targets", and ErrorToRas
-  CommandHandlers commands = {};   ///< all set, or none: STRING and COMMAND are skipped
+  bool takes_commands = false;     ///< STRING and COMMAND go to Server::requests(); else they are skipped
 };
 
 /// OpenIGTLink for 3D Slicer and PLUS, beside the native protocol (net/IGTL.md). Clients that send a

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "net/base/rate_limit.h"
 #include "net/igtl/codec/message_parser.h"
 #include "net/igtl/content/commands.h"
 #include "net/igtl/content/due_times.h"
@@ -16,7 +17,6 @@
 #include "net/igtl/content/snapshot_messages.h"
 #include "net/igtl/content/tracking_feed.h"
 #include "net/server/server.h"
-#include "net/session/rate_limit.h"
 #include "net/transport/connection.h"
 
 namespace brachy::net::igtl {
@@ -31,7 +31,7 @@ class IgtlSession final : public ConnectionListener, public std::enable_shared_f
     SnapshotMessages& messages;
     ImageMessages& images;
     TrackingFeed& tracking;
-    const CommandHandlers* commands;  ///< null: STRING and COMMAND are skipped
+    const RequestHandlers* commands;  ///< null: STRING and COMMAND are skipped
     std::chrono::milliseconds first_message_wait;
     std::function<void(const IgtlSession&, const std::string& reason)> on_closed;  ///< last call
     std::function<void()> on_dropped;  ///< a message of this client was dropped

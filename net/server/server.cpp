@@ -69,7 +69,15 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
         handshakes_(std::make_shared<HandshakeTurns>(io, clock_, options_.handshake_thread)),
         acceptor_(std::make_shared<Acceptor>(io, clock_, listen_options(options_, options_.port, "--port"))),
         timer_(clock_.make_timer(io)),
-        leases_(options_.needles) {}
+        leases_(options_.needles),
+        requests_{options_.needles,
+                  options_.probe_needle,
+                  options_.max_poses_per_s,
+                  options_.devices_at,
+                  [this](std::uint16_t needle) { return is_own_device(needle); },
+                  [this](std::uint16_t needle, const NeedlePose& pose) { return submit(needle, pose); },
+                  [this](const PoseVerdict& verdict) { count_refusal(verdict); },
+                  [this] { broadcast_state(); }} {}
 
   void start() {
     acceptor_->start(
@@ -83,8 +91,8 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
   void adopt(std::shared_ptr<Connection> connection, std::shared_ptr<ConnectionSlot> slot) {
     if (is_stopped_) return connection->close();
     const auto refusal = slot->refusal() ? slot->refusal() : gate_.busy(*slot);
-    const auto session =
-        std::make_shared<Session>(++last_session_, std::move(connection), std::move(slot), *this, options_);
+    const auto session = std::make_shared<Session>(++last_session_, std::move(connection), std::move(slot),
+                                                   *this, requests_, options_);
     sessions_.emplace(session->id(), session);
     session->start();
     if (refusal) session->fail(refusal->code, refusal->text);
@@ -109,16 +117,10 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
       session->offer(MessageType::kEvent, body, event.kind == EventKind::kSafety);
   }
 
-  void publish(const DoseMessage& dose) {
-    dose_body_ = encoded_body(dose);
+  void publish(MessageType type, const std::shared_ptr<const Bytes>& body) {
+    kept_[type] = body;
     for (const auto& session : sessions())
-      if (session->wants_mesh()) session->offer(MessageType::kDose, dose_body_);
-  }
-
-  void publish(const PlanMessage& plan) {
-    plan_body_ = encoded_body(plan);
-    for (const auto& session : sessions())
-      if (session->wants_plan()) session->offer(MessageType::kPlan, plan_body_);
+      if (session->wants(type)) session->offer(type, body);
   }
 
   ImageDemand image_demand() const {
@@ -135,12 +137,6 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
                      std::shared_ptr<const Bytes> packed) {
     images_[array] = {std::move(plain), std::move(packed)};
     for (const auto& session : sessions()) offer_image(*session, array);
-  }
-
-  void publish(const ScannerMessage& scanner) {
-    scanner_body_ = encoded_body(scanner);
-    for (const auto& session : sessions())
-      if (session->wants_scanner()) session->offer(MessageType::kScanner, scanner_body_);
   }
 
   std::uint64_t images_dropped() const {
@@ -161,12 +157,13 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
   void end() {
     is_stopped_ = true;
     handlers_ = {};
+    requests_.handlers = {};
     acceptor_->stop();
     for (const auto& session : sessions()) session->abort("the server is gone");
     timer_->cancel();
   }
 
-  void set_scene(const SceneMessage& scene) { scene_body_ = encoded_body(scene); }
+  void set_scene(const SceneMessage& scene) { kept_[MessageType::kScene] = encoded_body(scene); }
 
   void broadcast_state() {
     if (sessions_.empty()) return;
@@ -239,62 +236,19 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
     return std::nullopt;
   }
 
-  std::shared_ptr<const Bytes> topology_body(bool surface) override {
-    return surface ? surface_body_ : topology_body_;
+  void on_open(Session& session) override {
+    const bool is_surface = (session.hello().subscription & kSubscribeSurface) != 0;
+    if (session.wants_mesh())
+      session.send(MessageType::kTopology, is_surface ? surface_body_ : topology_body_);
+    for (const MessageType type : {MessageType::kScene, MessageType::kPlan, MessageType::kScanner})
+      send_kept(session, type);
+    for (const auto& [array, image] : images_) offer_image(session, array);
+    send_kept(session, MessageType::kDose);
+    if (frames_.has_snapshot()) session.offer_snapshot();
   }
-  std::shared_ptr<const Bytes> scene_body() override { return scene_body_; }
-  std::shared_ptr<const Bytes> dose_body() override { return dose_body_; }
-  bool has_snapshot() const override { return frames_.has_snapshot(); }
   std::pair<std::shared_ptr<const Bytes>, std::uint64_t> frame_body(const FrameRequest& request) override {
     return {frames_.body(request), frames_.tick()};
   }
-
-  PoseVerdict on_pose(std::uint16_t needle, const NeedlePose& pose) override {
-    PoseVerdict verdict = handlers_.on_pose ? handlers_.on_pose(needle, pose) : PoseVerdict{};
-    if (verdict.accepted) poses_.accept();
-    return verdict;
-  }
-  void on_arm(const Session& session, std::uint16_t needle) override {
-    if (handlers_.on_arm) handlers_.on_arm(needle, session.name() + " (" + session.address() + ")");
-  }
-  bool is_own_device(std::uint16_t needle) const override {
-    return needle < leases_.size() && leases_[needle].is_held_by(kOwnDevice);
-  }
-  void on_drop(std::uint16_t needle, bool pressed) override {
-    if (handlers_.on_drop) handlers_.on_drop(needle, pressed);
-  }
-  std::string on_control(const Session& session, const ControlMessage& control) override {
-    if (!handlers_.on_control) return "this server has no controls";
-    std::string refusal = handlers_.on_control(control, session.name() + " (" + session.address() + ")");
-    if (refusal.empty()) broadcast_state();
-    return refusal;
-  }
-  std::string on_load(const Session& session, const LoadMessage& load) override {
-    if (!handlers_.on_load) return "this server loads no needles";
-    return handlers_.on_load(load, session.name() + " (" + session.address() + ")");
-  }
-  std::string on_plan(const Session& session, const PlanMessage& plan) override {
-    if (!handlers_.on_plan) return "this server has no plan";
-    return handlers_.on_plan(plan, session.name() + " (" + session.address() + ")");
-  }
-  std::shared_ptr<const Bytes> plan_body() override { return plan_body_; }
-  std::string on_scanner(const Session& session, const ScannerMessage& scanner) override {
-    if (!handlers_.on_scanner) return "this server has no ultrasound scanner";
-    return handlers_.on_scanner(scanner, session.name() + " (" + session.address() + ")");
-  }
-  std::string on_contour(Session& session, const ContourMessage& contour) override {
-    if (!handlers_.on_contour) return "this server scores no volume studies";
-    const auto answer = [weak = session.weak_from_this()](const ContourMessage& message) {
-      if (const auto client = weak.lock(); client && client->is_open())
-        client->send(ContourMessage::kType, encoded_body(message));
-    };
-    return handlers_.on_contour(contour, session.name() + " (" + session.address() + ")", answer);
-  }
-  std::shared_ptr<const Bytes> scanner_body() override { return scanner_body_; }
-  void offer_images(Session& session) override {
-    for (const auto& [array, image] : images_) offer_image(session, array);
-  }
-  void count_refusal(const PoseVerdict& verdict) override { poses_.refuse(verdict.code, verdict.text); }
 
   StateMessage common_state() override {
     StateMessage state = handlers_.state ? handlers_.state() : StateMessage{};
@@ -325,6 +279,16 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
     if (is_stopped_ && sessions_.empty()) timer_->cancel();
   }
 
+  bool is_own_device(std::uint16_t needle) const {
+    return needle < leases_.size() && leases_[needle].is_held_by(kOwnDevice);
+  }
+  PoseVerdict submit(std::uint16_t needle, const NeedlePose& pose) {
+    PoseVerdict verdict = handlers_.on_pose ? handlers_.on_pose(needle, pose) : PoseVerdict{};
+    verdict.accepted ? poses_.accept() : count_refusal(verdict);
+    return verdict;
+  }
+  void count_refusal(const PoseVerdict& verdict) { poses_.refuse(verdict.code, verdict.text); }
+
   std::optional<ErrorMessage> attach(const DeviceInfo& device) {
     std::uint16_t granted = 0;
     const DeviceLease::Holder holder{++last_session_, device.name, device.address, clock_.now_ns()};
@@ -342,11 +306,6 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
     release(session, device);
   }
 
-  const ServerOptions& options() const { return options_; }
-  Gate& gate() { return gate_; }
-  const std::shared_ptr<HandshakeTurns>& handshakes() const { return handshakes_; }
-  std::uint16_t port() const { return acceptor_->port(); }
-  std::uint64_t topology_hash() const { return topology_hash_; }
   DeviceLease& lease(std::uint16_t needle) {
     assert(needle < leases_.size());
     return leases_[needle];
@@ -354,7 +313,6 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
   bool hold_lease(std::uint16_t needle, const std::string& name) {
     return lease(needle).take({kOwnDevice, name, "", clock_.now_ns()});
   }
-  std::uint64_t forces_replaced() const { return forces_replaced_; }
 
   template <class M>
   bool send(std::uint16_t needle, const M& message) {
@@ -371,14 +329,18 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
     return ns ? std::optional(1e-9 * static_cast<double>(*ns)) : std::nullopt;
   }
 
-  asio::io_context& io() { return io_; }
-
  private:
+  friend Server;
   /// A copy: sessions may end during an iteration.
   std::vector<std::shared_ptr<Session>> sessions() const {
     std::vector<std::shared_ptr<Session>> all;
     for (const auto& [id, session] : sessions_) all.push_back(session);
     return all;
+  }
+
+  void send_kept(Session& session, MessageType type) {
+    if (const auto found = kept_.find(type); found != kept_.end() && session.wants(type))
+      session.send(type, found->second);
   }
 
   /// The array's newest image, in the form that the client takes; nothing where it was not made.
@@ -467,10 +429,8 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
   ServerHandlers handlers_;
   const std::uint64_t topology_hash_, surface_hash_;
   const std::shared_ptr<const Bytes> topology_body_, surface_body_;
-  std::shared_ptr<const Bytes> scene_body_;    // null: not set
-  std::shared_ptr<const Bytes> dose_body_;     // null: none yet
-  std::shared_ptr<const Bytes> plan_body_;     // likewise
-  std::shared_ptr<const Bytes> scanner_body_;  // likewise
+  std::map<MessageType, std::shared_ptr<const Bytes>>
+      kept_;  // SCENE, DOSE, PLAN, SCANNER, where there is one
   std::map<ScannerArray, std::pair<std::shared_ptr<const Bytes>, std::shared_ptr<const Bytes>>>
       images_;  // the newest: plain, packed
   FrameCache frames_;
@@ -481,6 +441,7 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
   std::map<std::uint64_t, std::shared_ptr<Session>> sessions_;
   std::uint64_t last_session_ = kOwnDevice;
   DeviceLeases leases_;
+  RequestServer requests_;
   std::map<std::uint16_t, std::pair<std::uint64_t, DeviceInfo>>
       attached_devices_;  // of attach(), by needle: session number and device
   std::uint64_t forces_replaced_ = 0;
@@ -510,23 +471,26 @@ Server::~Server() {
 }
 
 std::uint16_t Server::port() const {
-  return impl_->port();
+  return impl_->acceptor_->port();
 }
 const std::string& Server::address() const {
-  return impl_->options().address;
+  return impl_->options_.address;
 }
 std::uint64_t Server::topology_hash() const {
-  return impl_->topology_hash();
+  return impl_->topology_hash_;
 }
 
 const ServerOptions& Server::options() const {
-  return impl_->options();
+  return impl_->options_;
+}
+RequestHandlers& Server::requests() {
+  return impl_->requests_.handlers;
 }
 Gate& Server::gate() {
-  return impl_->gate();
+  return impl_->gate_;
 }
 const std::shared_ptr<HandshakeTurns>& Server::handshakes() const {
-  return impl_->handshakes();
+  return impl_->handshakes_;
 }
 void Server::adopt(std::shared_ptr<Connection> connection, std::shared_ptr<ConnectionSlot> slot) {
   impl_->adopt(std::move(connection), std::move(slot));
@@ -537,7 +501,7 @@ void Server::adopt_own(std::shared_ptr<Connection> connection) {
 }
 
 void Server::publish(std::shared_ptr<const MeshState> state) {
-  asio::post(impl_->io(),
+  asio::post(impl_->io_,
              [impl = impl_, state = std::move(state)]() mutable { impl->publish(std::move(state)); });
 }
 
@@ -549,11 +513,8 @@ void Server::broadcast(const EventMessage& event) {
   impl_->broadcast(event);
 }
 
-void Server::publish(const DoseMessage& dose) {
-  impl_->publish(dose);
-}
-void Server::publish(const PlanMessage& plan) {
-  impl_->publish(plan);
+void Server::publish(MessageType type, const std::shared_ptr<const Bytes>& body) {
+  impl_->publish(type, body);
 }
 ImageDemand Server::image_demand() const {
   return impl_->image_demand();
@@ -561,9 +522,6 @@ ImageDemand Server::image_demand() const {
 void Server::publish_image(ScannerArray array, std::shared_ptr<const Bytes> plain,
                            std::shared_ptr<const Bytes> packed) {
   impl_->publish_image(array, std::move(plain), std::move(packed));
-}
-void Server::publish(const ScannerMessage& scanner) {
-  impl_->publish(scanner);
 }
 std::uint64_t Server::images_dropped() const {
   return impl_->images_dropped();
@@ -591,9 +549,7 @@ void Server::detach(std::uint16_t needle, const std::string& reason) {
   impl_->detach(needle, reason);
 }
 PoseVerdict Server::submit(std::uint16_t needle, const NeedlePose& pose) {
-  PoseVerdict verdict = impl_->on_pose(needle, pose);
-  if (!verdict.accepted) impl_->count_refusal(verdict);
-  return verdict;
+  return impl_->submit(needle, pose);
 }
 void Server::count_refusal(const PoseVerdict& verdict) {
   impl_->count_refusal(verdict);
@@ -605,7 +561,7 @@ bool Server::send(std::uint16_t needle, const LocalModelMessage& message) {
   return impl_->send(needle, message);
 }
 std::uint64_t Server::forces_replaced() const {
-  return impl_->forces_replaced();
+  return impl_->forces_replaced_;
 }
 std::optional<double> Server::round_trip_s(std::uint16_t needle) const {
   return impl_->round_trip_s(needle);

@@ -44,6 +44,9 @@ class Server {
   std::uint64_t topology_hash() const;  ///< of all points
   const ServerOptions& options() const;
 
+  /// Whoever carries out a request of clients sets its handler here. The server calls none once it is being destroyed.
+  RequestHandlers& requests();
+
   /// Access control and connection limits, for the other listeners too.
   Gate& gate();
   /// Of the TLS handshakes on all ports.
@@ -68,14 +71,14 @@ class Server {
   }
   void broadcast(const EventMessage& event);
 
-  /// To every client subscribed to the mesh, now or when it connects.
-  void publish(const DoseMessage& dose);
+  /// A newer DOSE, PLAN or SCANNER, to every client subscribed to it (DOSE: to the mesh), now or when it connects.
+  template <WireMessage Message>
+  void publish(const Message& message) {
+    publish(Message::kType, encoded_body(message));
+  }
 
   /// Sent to every client that subscribes to the scene from now on.
   void set_scene(const SceneMessage& scene);
-
-  /// The plan in use, to every client subscribed to it, now or when it connects.
-  void publish(const PlanMessage& plan);
 
   /// What the clients subscribed to ultrasound are to get.
   ImageDemand image_demand() const;
@@ -84,8 +87,6 @@ class Server {
   /// it.
   void publish_image(ScannerArray array, std::shared_ptr<const Bytes> plain,
                      std::shared_ptr<const Bytes> packed);
-  /// What is set at the scanner, to the same clients.
-  void publish(const ScannerMessage& scanner);
   std::uint64_t images_dropped() const;  ///< replaced by newer ones, over all clients since start
 
   /// Sends a STATE to every client, now.
@@ -138,6 +139,7 @@ class Server {
  private:
   class Impl;
   void broadcast(MessageType type, const std::shared_ptr<const Bytes>& body);
+  void publish(MessageType type, const std::shared_ptr<const Bytes>& body);
 
   std::shared_ptr<Impl> impl_;
 };

@@ -7,7 +7,7 @@
 #include <string>
 #include <utility>
 
-#include "net/session/rate_limit.h"
+#include "net/base/rate_limit.h"
 #include "net/wire/messages.h"
 
 namespace brachy::net {

@@ -9,6 +9,7 @@
 #include "core/needle/needle_pose.h"
 #include "net/access/token_grants.h"
 #include "net/base/clock.h"
+#include "net/requests/request.h"
 #include "net/transport/tls/tls_context.h"
 #include "net/wire/messages.h"
 
@@ -59,13 +60,6 @@ struct ImageDemand {
   bool operator==(const ImageDemand&) const = default;
 };
 
-/// The verdict on a pose. Codes below 0xFF00 are the daemon's; the text goes to the sender and into STATE.
-struct PoseVerdict {
-  bool accepted = true;
-  std::uint16_t code = 0;
-  std::string text;
-};
-
 /// The device that holds, or held, the lease of a needle.
 struct DeviceInfo {
   std::string name;
@@ -77,28 +71,14 @@ struct DeviceInfo {
   std::string reason;       ///< why it left; empty while it is connected
 };
 
-/// Called on the io thread; must be quick and must not throw. Empty ones are skipped.
+/// Called on the io thread; must be quick and must not throw. Empty ones are skipped. Of clients' requests:
+/// Server::requests().
 struct ServerHandlers {
   std::function<PoseVerdict(std::uint16_t needle, const NeedlePose&)>
       on_pose;                                                      ///< none: every pose is accepted
   std::function<void(bool attached, const DeviceInfo&)> on_device;  ///< a network device took or left a lease
   /// What was negotiated with the needle's device, which has just been attached; none: nothing.
   std::function<std::optional<NegotiatedLimits>(std::uint16_t needle)> negotiated;
-  /// The needle's device or an operator ends a latched fault; `sender` is "NAME (ADDRESS)".
-  std::function<void(std::uint16_t needle, const std::string& sender)> on_arm;
-  std::function<void(std::uint16_t needle, bool pressed)>
-      on_drop;  ///< its device's button went down or up; or an operator's, where the device is the daemon's
-  /// A request of an operator; returns "" where it is or will be done, else the reason why not.
-  std::function<std::string(const ControlMessage&, const std::string& sender)> on_control;
-  std::function<std::string(const LoadMessage&, const std::string& sender)> on_load;  ///< the same
-  std::function<std::string(const PlanMessage&, const std::string& sender)> on_plan;  ///< the same
-  /// A request to the scanner; returns "" where it is or will be done, else the reason why not.
-  std::function<std::string(const ScannerMessage&, const std::string& sender)> on_scanner;
-  /// A volume study of an operator; about_sequence is its own. Returns "" where `answer` is or will be called, on the
-  /// io thread, else the reason why not.
-  std::function<std::string(const ContourMessage&, const std::string& sender,
-                            std::function<void(const ContourMessage&)> answer)>
-      on_contour;
   std::function<StateMessage()> state;  ///< the simulation's part of STATE; the server adds its own counts
   std::function<void(const std::string&)> log;  ///< one line, no line end
 };

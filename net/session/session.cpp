@@ -22,17 +22,18 @@ std::string seconds(std::chrono::milliseconds duration) {
 }  // namespace
 
 Session::Session(std::uint64_t id, std::shared_ptr<Connection> connection,
-                 std::shared_ptr<ConnectionSlot> slot, SessionHost& host, const ServerOptions& options)
+                 std::shared_ptr<ConnectionSlot> slot, SessionHost& host, const RequestServer& server,
+                 const ServerOptions& options)
     : id_(id),
       connection_(std::move(connection)),
       slot_(std::move(slot)),
       is_own_(slot_->is_exempt()),
       host_(host),
+      server_(server),
       options_(options),
       parser_(options.max_message_bytes),
       opened_ns_(options_.clock->now_ns()),
-      last_message_ns_(opened_ns_),
-      poses_(options.max_poses_per_s, std::max(1.0, options.max_poses_per_s / 10.0)) {}
+      last_message_ns_(opened_ns_) {}
 
 void Session::start() {
   slot_->on_shed([weak = weak_from_this()] {
@@ -82,42 +83,28 @@ void Session::handle(const MessageParser::Message& message) {
     return fail(ErrorCode::kProtocol, "the first message must be HELLO", message.header.sequence);
   }
   switch (type) {
-    case MessageType::kPose:
-      return handle_pose(message);
+    case MessageType::kHello:
+      return fail(ErrorCode::kProtocol, "a second HELLO", message.header.sequence);
     case MessageType::kPing:
       return handle_ping(message);
-    case MessageType::kArm:
-      return handle_arm(message);
-    case MessageType::kDrop:
-      return handle_drop(message);
-    case MessageType::kLoad:
-      return handle_load(message);
-    case MessageType::kPlan:
-      return handle_plan(message);
-    case MessageType::kControl:
-      return handle_control(message);
-    case MessageType::kScanner:
-      return handle_scanner(message);
-    case MessageType::kContour:
-      return handle_contour(message);
     case MessageType::kState:
-      if (!message.body.empty()) {
-        return fail(ErrorCode::kProtocol, "a STATE from a client must be empty", message.header.sequence);
-      }
-      if (state_requests_.pass(last_message_ns_)) send_state(host_.common_state());
-      return;
+      return handle_state(message);
     case MessageType::kError: {
       ErrorMessage ignored;  // an error that a client reports changes nothing here
       decode(message, ignored);
       return;
     }
-    case MessageType::kHello:
-      return fail(ErrorCode::kProtocol, "a second HELLO", message.header.sequence);
     default:
-      if (only_servers_send(type))
-        fail(ErrorCode::kProtocol, "only a server sends messages of this type", message.header.sequence);
-      // Any other type is of a later version: skipped.
+      break;
   }
+  if (Request* const request = find_request(type)) {
+    const auto refusal = request({message.header, message.body, last_message_ns_, sender_, rates_, server_});
+    if (!refusal) return;
+    refusal->fatal ? fail(refusal->code, refusal->text, refusal->about_sequence) : send_message(*refusal);
+  } else if (only_servers_send(type)) {
+    fail(ErrorCode::kProtocol, "only a server sends messages of this type", message.header.sequence);
+  }
+  // Any other type is of a later version: skipped.
 }
 
 void Session::handle_hello(const MessageParser::Message& message) {
@@ -138,175 +125,34 @@ void Session::handle_hello(const MessageParser::Message& message) {
     return fail(refusal->code, refusal->text, message.header.sequence);
   }
   phase_ = Phase::kOpen;
-  needle_ = welcome.needle;
   send_message(welcome);
   if (hello_.role != welcome.role) {  // a view-only server grants the role viewer alone
     hello_.role = welcome.role;
     send_message(ErrorMessage{ErrorCode::kNotOperator, false, 0, message.header.sequence,
                               "this server is view-only: operators connect to " + options_.devices_at});
   }
-  if (wants_mesh())
-    send(MessageType::kTopology, host_.topology_body((hello_.subscription & kSubscribeSurface) != 0));
-  if (auto scene = host_.scene_body(); scene && (hello_.subscription & kSubscribeScene))
-    send(MessageType::kScene, std::move(scene));
-  if (auto plan = host_.plan_body(); plan && wants_plan()) send(MessageType::kPlan, std::move(plan));
-  if (wants_scanner()) {
-    if (auto scanner = host_.scanner_body()) send(MessageType::kScanner, std::move(scanner));
-    host_.offer_images(*this);
-  }
-  if (!wants_mesh()) return;
-  if (auto dose = host_.dose_body()) send(MessageType::kDose, std::move(dose));
-  if (host_.has_snapshot()) offer_snapshot();
-}
-
-void Session::handle_pose(const MessageParser::Message& message) {
-  PoseMessage received;
-  if (!decode(message, received)) return;
-  const std::uint64_t sequence = message.header.sequence;
-  if (hello_.role != Role::kDevice) {
-    return refuse_pose({false, kRefusedNotDevice, "only the client with the role device sends poses"},
-                       ErrorCode::kNotDevice, sequence, rate_reports_);
-  }
-  if (!poses_.pass(last_message_ns_)) {
-    return refuse_pose(
-        {false, kRefusedRate, "more than " + std::to_string(options_.max_poses_per_s) + " poses a second"},
-        ErrorCode::kPoseRate, sequence, rate_reports_);
-  }
-  if (received.needle != needle_) {
-    return refuse_pose(
-        {false, kRefusedNeedle, "this device has needle " + std::to_string(needle_) + ": WELCOME says so"},
-        ErrorCode::kPoseRefused, sequence, refusal_reports_);
-  }
-  NeedlePose pose;
-  pose.X_WN = received.X_WN;
-  pose.sequence = sequence;
-  pose.stamp_ns = message.header.stamp_ns;
-  pose.received_ns = last_message_ns_;
-  pose.present = true;
-  const PoseVerdict verdict = host_.on_pose(needle_, pose);
-  if (!verdict.accepted) refuse_pose(verdict, ErrorCode::kPoseRefused, sequence, refusal_reports_);
-}
-
-void Session::refuse_pose(const PoseVerdict& verdict, ErrorCode code, std::uint64_t about_sequence,
-                          RateLimit& reports) {
-  host_.count_refusal(verdict);
-  if (!reports.pass(last_message_ns_)) return;
-  send_message(ErrorMessage{code, false, verdict.code, about_sequence, verdict.text});
+  sender_ = {name() + " (" + address() + ")", welcome.role, welcome.needle,
+             [weak = weak_from_this()](MessageType type, std::shared_ptr<const Bytes> body) {
+               if (const auto self = weak.lock()) self->send(type, std::move(body));
+             }};
+  host_.on_open(*this);
 }
 
 void Session::handle_ping(const MessageParser::Message& message) {
   PingMessage ping;
   if (!decode(message, ping)) return;
   if (ping.reply) return round_trip_.on_answer(ping.nonce, last_message_ns_);
-  if (!pings_.pass(last_message_ns_)) return;
+  if (!rates_.pass({"PING", 50, 50}, last_message_ns_)) return;
   send_message(PingMessage{ping.nonce, true, message.header.stamp_ns, last_message_ns_});
 }
 
-void Session::handle_arm(const MessageParser::Message& message) {
-  ArmMessage arm;
-  if (!decode(message, arm) || !arms_.pass(last_message_ns_)) return;
-  const std::uint64_t sequence = message.header.sequence;
-  if (arm.needle >= options_.needles) {
-    return send_message(ErrorMessage{ErrorCode::kNoNeedle, false, 0, sequence,
-                                     "there is no needle " + std::to_string(arm.needle) +
-                                         ": needles are 0 to " + std::to_string(options_.needles - 1)});
-  }
-  if (hello_.role != Role::kOperator && arm.needle != needle_) {
-    return send_message(ErrorMessage{ErrorCode::kNotDevice, false, kRefusedNotDevice, sequence,
-                                     "only the device of needle " + std::to_string(arm.needle) +
-                                         " or a client with the role operator may arm it"});
-  }
-  host_.on_arm(*this, arm.needle);
-}
-
-void Session::handle_drop(const MessageParser::Message& message) {
-  DropMessage drop;
-  if (!decode(message, drop)) return;
-  const std::uint64_t sequence = message.header.sequence;
-  if (!drops_.pass(last_message_ns_))
-    return fail(ErrorCode::kProtocol, "more than 100 DROPs a second", sequence);
-  const bool is_device = hello_.role == Role::kDevice && drop.needle == needle_;
-  if (!is_device && !(hello_.role == Role::kOperator && host_.is_own_device(drop.needle))) {
-    return send_message(
-        ErrorMessage{ErrorCode::kNotDevice, false, kRefusedNotDevice, sequence,
-                     "only the device of needle " + std::to_string(drop.needle) +
-                         " drops its seeds; an operator does where the daemon's own device has the needle"});
-  }
-  host_.on_drop(drop.needle, drop.pressed);
-}
-
-void Session::handle_control(const MessageParser::Message& message) {
-  ControlMessage control;
-  if (!decode(message, control)) return;
-  if (hello_.role != Role::kOperator)
-    return refuse(message, ErrorCode::kNotOperator, operators_only("CONTROL"));
-  if (!controls_.pass(last_message_ns_))
-    return refuse(message, ErrorCode::kControlRefused, "more than 10 CONTROLs a second");
-  if (const std::string why = host_.on_control(*this, control); !why.empty())
-    refuse(message, ErrorCode::kControlRefused, why);
-}
-
-void Session::handle_load(const MessageParser::Message& message) {
-  LoadMessage load;
-  if (!decode(message, load)) return;
-  if (hello_.role != Role::kOperator)
-    return refuse(message, ErrorCode::kNotOperator, "only a client with the role operator may send LOAD");
-  if (load.needle >= options_.needles)
-    return refuse(message, ErrorCode::kNoNeedle,
-                  "there is no needle " + std::to_string(load.needle) + ": needles are 0 to " +
-                      std::to_string(options_.needles - 1));
-  if (!controls_.pass(last_message_ns_))
-    return refuse(message, ErrorCode::kLoadRefused, "more than 10 LOADs or CONTROLs a second");
-  if (const std::string why = host_.on_load(*this, load); !why.empty())
-    refuse(message, ErrorCode::kLoadRefused, why);
-}
-
-void Session::handle_plan(const MessageParser::Message& message) {
-  PlanMessage plan;
-  if (!decode(message, plan)) return;
-  if (hello_.role != Role::kOperator) return refuse(message, ErrorCode::kNotOperator, operators_only("PLAN"));
-  if (!controls_.pass(last_message_ns_))
-    return refuse(message, ErrorCode::kPlanRefused, "more than 10 PLANs, LOADs or CONTROLs a second");
-  if (const std::string why = host_.on_plan(*this, plan); !why.empty())
-    refuse(message, ErrorCode::kPlanRefused, why);
-}
-
-void Session::handle_scanner(const MessageParser::Message& message) {
-  ScannerMessage scanner;
-  if (!decode(message, scanner)) return;
-  const bool is_probe = hello_.role == Role::kDevice && needle_ == options_.probe_needle;
-  if (hello_.role != Role::kOperator && !is_probe)
-    return refuse(message, ErrorCode::kNotOperator,
-                  "only a client with the role operator, or the probe's device, may send SCANNER");
-  if (!scanner_requests_.pass(last_message_ns_))
-    return refuse(message, ErrorCode::kScannerRefused, "more than 30 SCANNERs a second");
-  if (const std::string why = host_.on_scanner(*this, scanner); !why.empty())
-    refuse(message, ErrorCode::kScannerRefused, why);
-}
-
-void Session::handle_contour(const MessageParser::Message& message) {
-  ContourMessage contour;
-  if (!decode(message, contour)) return;
-  contour.about_sequence = message.header.sequence;
-  contour.score.reset();
-  if (hello_.role != Role::kOperator)
-    return refuse(message, ErrorCode::kNotOperator, "only a client with the role operator may send CONTOUR");
-  if (!contours_.pass(last_message_ns_))
-    return refuse(message, ErrorCode::kContourRefused, "more than one CONTOUR a second");
-  if (const std::string why = host_.on_contour(*this, contour); !why.empty())
-    refuse(message, ErrorCode::kContourRefused, why);
+void Session::handle_state(const MessageParser::Message& message) {
+  if (!message.body.empty())
+    return fail(ErrorCode::kProtocol, "a STATE from a client must be empty", message.header.sequence);
+  if (rates_.pass({"STATE", 10, 2}, last_message_ns_)) send_state(host_.common_state());
 }
 
 // --- out ---
-
-void Session::refuse(const MessageParser::Message& message, ErrorCode code, const std::string& why) {
-  send_message(ErrorMessage{code, false, 0, message.header.sequence, why});
-}
-
-std::string Session::operators_only(const std::string& type) const {
-  return "only a client with the role operator may send " + type +
-         (options_.devices_at.empty() ? std::string() : ": operators connect to " + options_.devices_at);
-}
 
 template <class M>
 void Session::send_message(const M& message) {
@@ -357,6 +203,12 @@ void Session::send_state(const StateMessage& common) {
   state.snapshots_dropped = snapshots_dropped_;
   state.events_dropped = events_dropped_;
   send_message(state);
+}
+
+bool Session::wants(MessageType type) const {
+  if (type == MessageType::kDose) return wants_mesh();
+  if (type == MessageType::kScanner) return wants_scanner();
+  return hello_.subscription & (type == MessageType::kScene ? kSubscribeScene : kSubscribePlan);
 }
 
 void Session::offer_snapshot() {

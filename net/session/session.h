@@ -8,7 +8,7 @@
 #include <string>
 
 #include "net/access/gate.h"
-#include "net/session/rate_limit.h"
+#include "net/requests/request.h"
 #include "net/session/round_trip.h"
 #include "net/session/server_options.h"
 #include "net/transport/connection.h"
@@ -26,28 +26,10 @@ class SessionHost {
   /// Admits the client, or returns the reason why not. Only `hello` has its token. On admission fills in the WELCOME.
   virtual std::optional<ErrorMessage> admit(Session& session, const HelloMessage& hello,
                                             WelcomeMessage& welcome) = 0;
-  virtual std::shared_ptr<const Bytes> topology_body(bool surface) = 0;
-  virtual std::shared_ptr<const Bytes> scene_body() = 0;  ///< null: none
-  virtual std::shared_ptr<const Bytes> dose_body() = 0;   ///< the newest; null: none yet
-  virtual std::shared_ptr<const Bytes> plan_body() = 0;   ///< in use; null: there is no plan
-  virtual bool has_snapshot() const = 0;
+  /// The client has been welcomed: sends it what it subscribed to and is there already.
+  virtual void on_open(Session& session) = 0;
   /// The newest snapshot as asked for, and the tick it holds.
   virtual std::pair<std::shared_ptr<const Bytes>, std::uint64_t> frame_body(const FrameRequest& request) = 0;
-  /// Handles a pose of the device.
-  virtual PoseVerdict on_pose(std::uint16_t needle, const NeedlePose& pose) = 0;
-  virtual void on_arm(const Session& session, std::uint16_t needle) = 0;
-  virtual bool is_own_device(std::uint16_t needle) const = 0;  ///< true: the daemon's, not a client's
-  virtual void on_drop(std::uint16_t needle, bool pressed) = 0;
-  /// "" where it is or will be done, else the reason why not.
-  virtual std::string on_control(const Session& session, const ControlMessage& control) = 0;
-  virtual std::string on_load(const Session& session, const LoadMessage& load) = 0;  ///< the same
-  virtual std::string on_plan(const Session& session, const PlanMessage& plan) = 0;  ///< the same
-  virtual std::string on_scanner(const Session& session, const ScannerMessage& scanner) = 0;
-  /// The same; the answer comes later.
-  virtual std::string on_contour(Session& session, const ContourMessage& contour) = 0;
-  virtual std::shared_ptr<const Bytes> scanner_body() = 0;  ///< what is in use; null: not known yet
-  virtual void offer_images(Session& session) = 0;          ///< the newest of each array
-  virtual void count_refusal(const PoseVerdict& verdict) = 0;
   virtual StateMessage common_state() = 0;
   /// The session ends; once, before on_closed(). If it failed, a last ERROR is still being sent, and nothing else any
   /// more.
@@ -56,14 +38,14 @@ class SessionHost {
   virtual void on_closed(const Session& session) = 0;
 };
 
-/// One client, from connection to end: handshake, poses in; frames, states and pings out. Knows messages and time,
+/// One client, from connection to end: handshake, requests in; frames, states and pings out. Knows messages and time,
 /// but no socket and no other session. Holds at most one frame being written; the pending one is only a flag, encoded
 /// from the newest snapshot when its turn comes. Forces have priority, but take only every other message while
 /// anything else waits. Threads: the io thread only.
 class Session final : public ConnectionListener, public std::enable_shared_from_this<Session> {
  public:
   Session(std::uint64_t id, std::shared_ptr<Connection> connection, std::shared_ptr<ConnectionSlot> slot,
-          SessionHost& host, const ServerOptions& options);
+          SessionHost& host, const RequestServer& server, const ServerOptions& options);
 
   void start();
   /// Queues an answer to this client. One that leaves more than max_queued_messages answers unread is closed.
@@ -97,11 +79,11 @@ class Session final : public ConnectionListener, public std::enable_shared_from_
   bool is_open() const { return phase_ == Phase::kOpen; }
   const HelloMessage& hello() const { return hello_; }  ///< once open; without its token
   bool wants_mesh() const { return (hello_.subscription & kSubscribeNoMesh) == 0; }
-  bool wants_plan() const { return (hello_.subscription & kSubscribePlan) != 0; }
+  bool wants(MessageType type) const;  ///< SCENE, PLAN, SCANNER or DOSE
   bool wants_scanner() const { return (hello_.subscription & kSubscribeUltrasound) != 0; }
   bool wants_images() const { return wants_scanner() && (hello_.image_flags & kScannerOnly) == 0; }
   bool takes_packed_images() const { return (hello_.image_flags & kTakesZlib) != 0; }
-  std::uint16_t needle() const { return needle_; }  ///< granted; kAnyNeedle: none
+  std::uint16_t needle() const { return sender_.needle; }  ///< granted; kAnyNeedle: none
   std::uint64_t snapshots_dropped() const { return snapshots_dropped_; }
   std::uint64_t images_dropped() const { return images_dropped_; }
   std::uint64_t events_dropped() const { return events_dropped_; }
@@ -123,24 +105,12 @@ class Session final : public ConnectionListener, public std::enable_shared_from_
 
   void handle(const MessageParser::Message& message);
   void handle_hello(const MessageParser::Message& message);
-  void handle_pose(const MessageParser::Message& message);
   void handle_ping(const MessageParser::Message& message);
-  void handle_arm(const MessageParser::Message& message);
-  void handle_drop(const MessageParser::Message& message);
-  void handle_control(const MessageParser::Message& message);
-  void handle_load(const MessageParser::Message& message);
-  void handle_plan(const MessageParser::Message& message);
-  void handle_scanner(const MessageParser::Message& message);
-  void handle_contour(const MessageParser::Message& message);
+  void handle_state(const MessageParser::Message& message);
   void ping(std::int64_t now_ns);
   bool write_newest();
-  void refuse_pose(const PoseVerdict& verdict, ErrorCode code, std::uint64_t about_sequence,
-                   RateLimit& reports);
   template <class M>
   bool decode(const MessageParser::Message& message, M& decoded);
-  /// An error that ends nothing, about a message of this client.
-  void refuse(const MessageParser::Message& message, ErrorCode code, const std::string& why);
-  std::string operators_only(const std::string& type) const;  ///< why a message of this type is refused
   template <class M>
   void send_message(const M& message);
   void end(const std::string& reason);
@@ -156,6 +126,7 @@ class Session final : public ConnectionListener, public std::enable_shared_from_
   std::shared_ptr<ConnectionSlot> slot_;  // null once closed
   const bool is_own_;
   SessionHost& host_;
+  const RequestServer& server_;
   const ServerOptions& options_;
   Phase phase_ = Phase::kHello;
   MessageParser parser_;
@@ -165,19 +136,9 @@ class Session final : public ConnectionListener, public std::enable_shared_from_
   std::int64_t last_ping_ns_ = 0;
   std::int64_t closing_ns_ = 0;
   std::optional<ErrorMessage> late_refusal_;  // of a wrong token, sent a moment later
-  RateLimit poses_;
-  RateLimit rate_reports_{1, 1};     // ERROR kPoseRate and kNotDevice
-  RateLimit refusal_reports_{4, 4};  // ERROR kPoseRefused
-  RateLimit state_requests_{10, 2};
-  RateLimit pings_{50, 50};
-  RateLimit arms_{10, 10};
-  RateLimit drops_{100, 100};
-  RateLimit controls_{10, 10};
-  RateLimit scanner_requests_{30, 30};
-  RateLimit contours_{1, 2};
-
-  std::uint16_t needle_ = kAnyNeedle;
-  RoundTrip round_trip_;  // of a device
+  Sender sender_;                             // this client, once open
+  RateLimits rates_;                          // of its requests
+  RoundTrip round_trip_;                      // of a device
   std::deque<Outgoing> queue_;
   std::shared_ptr<const Bytes> waiting_force_, waiting_model_;        // null: none
   static constexpr std::size_t kArrays = 4;                           // ScannerArray of an image

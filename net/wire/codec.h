@@ -49,7 +49,7 @@ concept WireMessage = std::same_as<decltype(T::kType), const MessageType>;
 
 /// Appends the body alone. Too long texts are cut, ill-formed ones repaired. Precondition of the mesh messages,
 /// asserted: array sizes agree with each other (positions with ranges, ranges with point_count). Defined in
-/// net/wire/*_codec.cpp, from the message's list of fields (net/wire/fields.h).
+/// net/wire/*_codec.cpp and net/requests, from the message's list of fields (net/wire/fields.h).
 template <WireMessage Message>
 void encode_body(const Message& message, Bytes& out);
 

@@ -1,4 +1,4 @@
-// The header, and the messages of the connection: HELLO, WELCOME, POSE, STATE, EVENT, ERROR, PING.
+// The header, and the messages of the connection: HELLO, WELCOME, STATE, EVENT, ERROR, PING.
 #include "net/wire/codec.h"
 #include "net/wire/fields.h"
 
@@ -130,14 +130,6 @@ void fields(Archive& archive, MaybeConst<WelcomeMessage> auto& message) {
                            }});
 }
 BRACHY_CODEC(WelcomeMessage);
-
-void fields(auto& archive, MaybeConst<PoseMessage> auto& message) {
-  archive.u16(message.needle);
-  archive.u16(message.flags);
-  archive.reserved(4);
-  archive.pose(message.X_WN);
-}
-BRACHY_CODEC(PoseMessage);
 
 void fields(auto& archive, MaybeConst<StateMessage> auto& message) {
   archive.u64(message.ticks);

@@ -12,7 +12,6 @@
 #include <vector>
 
 #include "net/wire/codec.h"
-#include "net/wire/sections.h"
 
 /// The fields of a message are listed once, for both directions:
 ///
@@ -108,8 +107,9 @@ class FieldWriter {
   }
   void floats(const std::vector<float>& v, std::uint64_t /*count*/) { writer_.floats(v); }
 
-  /// The list of optional sections that ends a body (net/wire/sections.h), in the order given. A reader takes them in
-  /// any order, skips those that are not listed, and leaves the fields of those that are missing as they were.
+  /// The list of optional sections that ends a body, in the order given: count u16, reserved u16, then {id u16,
+  /// reserved u16, length u32, payload}. A reader takes them in any order, skips those that are not listed, which later
+  /// versions add, and leaves the fields of those that are missing as they were.
   template <class... Fields>
   void sections(const Section<Fields>&... section) {
     writer_.u16(static_cast<std::uint16_t>((0 + ... + (section.is_present ? 1 : 0))));
@@ -127,7 +127,9 @@ class FieldWriter {
   template <class Fields>
   void write_section(const Section<Fields>& section) {
     if (!section.is_present) return;
-    write_section_head(writer_, section.id, 0);
+    writer_.u16(section.id);
+    writer_.u16(0);
+    writer_.u32(0);  // the length, which is known below
     const std::size_t start = out_.size();
     section.fields(*this);
     const std::size_t length = out_.size() - start;
@@ -226,10 +228,17 @@ class FieldReader {
 
   template <class... Fields>
   void sections(const Section<Fields>&... section) {
-    read_known_sections(reader_, [&]([[maybe_unused]] std::uint16_t id, ByteReader& payload) {
+    const std::uint16_t count = reader_.u16();
+    reader_.u16();
+    for (std::uint16_t i = 0; i < count && reader_.ok(); ++i) {
+      [[maybe_unused]] const std::uint16_t id = reader_.u16();
+      reader_.u16();
+      const std::uint32_t length = reader_.u32();
+      ByteReader payload(reader_.take(length));
       FieldReader archive(payload);
-      return (... || read_section(section, id, archive));
-    });
+      if (!reader_.ok() || !(... || read_section(section, id, archive))) continue;
+      if (const std::string_view reason = payload.finish(); !reason.empty()) reader_.fail(reason);
+    }
   }
 
  private:

@@ -1,4 +1,4 @@
-// What a haptic device is sent, FORCE and LOCAL_MODEL, and ARM.
+// What a haptic device is sent: FORCE and LOCAL_MODEL.
 #include "net/wire/force_fields.h"
 
 namespace brachy::net {
@@ -49,11 +49,5 @@ void fields(auto& archive, MaybeConst<LocalModelMessage> auto& message) {
   finite_force(archive, message.ramp_s);
 }
 BRACHY_CODEC(LocalModelMessage);
-
-void fields(auto& archive, MaybeConst<ArmMessage> auto& message) {
-  archive.u16(message.needle);
-  archive.reserved(6);
-}
-BRACHY_CODEC(ArmMessage);
 
 }  // namespace brachy::net

@@ -1,4 +1,4 @@
-// SCENE, what surrounds the tissue, and CONTROL, what an operator asks of the simulation.
+// SCENE: what surrounds the tissue.
 #include "net/wire/fields.h"
 
 namespace brachy::net {
@@ -23,16 +23,6 @@ void structure_fields(auto& archive, auto& structure) {
 }
 
 }  // namespace
-
-void fields(auto& archive, MaybeConst<ControlMessage> auto& message) {
-  archive.u16(message.action);
-  archive.u16_bits(message.loop);
-  archive.reserved(4);
-  archive.f64(message.support_radius_mm);
-  archive.text(message.kernel, kMaxNameBytes);
-  archive.sections();
-}
-BRACHY_CODEC(ControlMessage);
 
 template <class Archive>
 void fields(Archive& archive, MaybeConst<SceneMessage> auto& message) {

@@ -1,11 +1,10 @@
-// Seeds, their plan and their dose on the wire: DROP, LOAD, PLAN, DOSE, and the buttons in a FRAME.
+// DOSE, and the buttons in a FRAME.
 #include "net/wire/seed_fields.h"
 
 namespace brachy::net {
 namespace {
 
 constexpr std::size_t kStructureDoseBytes = 2 + 12 * 8 + 2;
-constexpr std::size_t kPlanNeedleBytes = 20;  // at least
 constexpr std::uint16_t kMaxBins = 4096;
 constexpr std::uint16_t kAtSurfaceSection = 1, kWithPlannedSection = 2;  // of DOSE
 
@@ -54,41 +53,6 @@ void apply_buttons(const std::vector<HeldTicks>& held, FrameMessage& message) {
       if (needle.needle == run.needle) apply(run, needle.poses);
   }
 }
-
-void fields(auto& archive, MaybeConst<DropMessage> auto& message) {
-  archive.u16(message.needle);
-  archive.u8_bool(message.pressed, "pressed is neither 0 nor 1");
-  archive.reserved(5);
-}
-BRACHY_CODEC(DropMessage);
-
-void fields(auto& archive, MaybeConst<LoadMessage> auto& message) {
-  archive.u16(message.needle);
-  archive.u16(message.plan_needle);
-  archive.reserved(4);
-}
-BRACHY_CODEC(LoadMessage);
-
-void fields(auto& archive, MaybeConst<PlanMessage> auto& message) {
-  archive.u16(message.kind);
-  archive.u16_bits(message.is_optimising);
-  archive.u32(message.change);
-  archive.f64(message.air_kerma_strength_u);
-  archive.text(message.by, kMaxTextBytes);
-  const std::uint16_t count = archive.u16_count(message.needles);
-  archive.check(count <= PlanMessage::kMostNeedles, "a plan has too many needles");
-  archive.reserved(2);
-  archive.items(message.needles, count, kPlanNeedleBytes, [&](auto& needle) {
-    archive.u16(needle.number);
-    archive.u16_bits(needle.is_begun);
-    archive.u32(needle.first_seed);
-    archive.f64(needle.depth_mm);
-    archive.text(needle.hole, kMaxNameBytes);
-    archive.text(needle.train, kMaxTextBytes);
-  });
-  archive.sections();
-}
-BRACHY_CODEC(PlanMessage);
 
 void fields(auto& archive, MaybeConst<DoseMessage> auto& message) {
   archive.u32(message.seeds);

@@ -48,6 +48,15 @@ class World {
     return handlers;
   }
 
+  static RequestHandlers commands() {
+    RequestHandlers commands;
+    commands.set<ControlMessage>([](const ControlMessage&, const Sender&) {});
+    commands.set<ArmMessage>([](const ArmMessage& arm, const Sender&) { EXPECT_LT(arm.needle, kNeedles); });
+    commands.set<DropMessage>(
+        [](const DropMessage& drop, const Sender&) { EXPECT_LT(drop.needle, kNeedles); });
+    return commands;
+  }
+
   void step(Script& script) {
     switch (script.u8() % 5) {
       case 0:
@@ -96,10 +105,7 @@ class World {
   igtl::SnapshotMessages messages_{tissue_, "gland"};
   igtl::ImageMessages images_;
   igtl::TrackingFeed tracking_;
-  igtl::CommandHandlers commands_{
-      [](const ControlMessage&, const std::string&) { return std::string(); },
-      [](std::uint16_t needle, const std::string&) { EXPECT_LT(needle, kNeedles); },
-      [](std::uint16_t needle, bool) { EXPECT_LT(needle, kNeedles); }};
+  const RequestHandlers commands_ = commands();
   Bytes heard_;  // the beginning of a message
   bool is_closed_ = false;
   const std::shared_ptr<FuzzedConnection> connection_ =

@@ -57,7 +57,11 @@ class Client : public net::test::Heard {
 class World {
  public:
   /// With a token for all roles and one for devices and viewers, or with none.
-  explicit World(bool has_tokens) : server_(io_, options(has_tokens), tissue_, handlers()) {}
+  explicit World(bool has_tokens) : server_(io_, options(has_tokens), tissue_, handlers()) {
+    server_.requests().set<ControlMessage>([](const ControlMessage& control, const Sender&) {
+      return control.action == ControlAction::kModel ? "no other model" : "";
+    });
+  }
 
   void play(Script& script) {
     while (!script.is_over()) step(script);
@@ -89,9 +93,6 @@ class World {
     ServerHandlers handlers;
     handlers.on_pose = [](std::uint16_t, const NeedlePose& pose) {
       return pose.X_WN.p.allFinite() ? PoseVerdict{} : PoseVerdict{false, 1, "not finite"};
-    };
-    handlers.on_control = [](const ControlMessage& control, const std::string&) -> std::string {
-      return control.action == ControlAction::kModel ? "no other model" : "";
     };
     return handlers;
   }

@@ -31,16 +31,6 @@ void ServerFixture::start(ServerOptions options) {
     devices.emplace_back(attached, device.name);
     last_device = device;
   };
-  handlers.on_arm = [this](std::uint16_t needle, const std::string& who) { arms.emplace_back(needle, who); };
-  handlers.on_drop = [this](std::uint16_t needle, bool pressed) { drops.emplace_back(needle, pressed); };
-  handlers.on_scanner = [this](const ScannerMessage& request, const std::string&) {
-    scanner_requests.push_back(request);
-    return control_refusal;
-  };
-  handlers.on_control = [this](const ControlMessage& control, const std::string& who) {
-    controls.emplace_back(control, who);
-    return control_refusal;
-  };
   handlers.state = [this] {
     StateMessage state;
     state.ticks = 1234;
@@ -50,6 +40,19 @@ void ServerFixture::start(ServerOptions options) {
   handlers.log = [this](const std::string& line) { log.push_back(line); };
   options.clock = used_clock;
   server = std::make_unique<Server>(io, options, tissue, handlers);
+  RequestHandlers& requests = server->requests();
+  requests.set<ArmMessage>(
+      [this](const ArmMessage& arm, const Sender& from) { arms.emplace_back(arm.needle, from.name); });
+  requests.set<DropMessage>(
+      [this](const DropMessage& drop, const Sender&) { drops.emplace_back(drop.needle, drop.pressed); });
+  requests.set<ScannerMessage>([this](const ScannerMessage& request, const Sender&) {
+    scanner_requests.push_back(request);
+    return control_refusal;
+  });
+  requests.set<ControlMessage>([this](const ControlMessage& control, const Sender& from) {
+    controls.emplace_back(control, from.name);
+    return control_refusal;
+  });
 }
 
 ClientOptions ServerFixture::on_clock(ClientOptions options) {

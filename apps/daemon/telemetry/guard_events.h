@@ -5,7 +5,7 @@
 #include <string>
 
 #include "core/simulation/mesh_state.h"
-#include "net/session/rate_limit.h"
+#include "net/base/rate_limit.h"
 
 namespace brachy {
 

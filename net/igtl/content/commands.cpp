@@ -28,21 +28,22 @@ std::optional<Number> number_of(const std::string& word) {
 
 }  // namespace
 
-std::string execute_command(std::string_view text, std::size_t needles, const CommandHandlers& handlers,
+std::string execute_command(std::string_view text, std::size_t needles, const RequestHandlers& handlers,
                             const std::string& client) {
   const std::vector<std::string> words = words_of(text);
   if (words.empty()) return kUsage;
   const std::string& verb = words.front();
+  const Sender sender{client, Role::kOperator};
   ControlMessage control;
   if (verb == "arm" || verb == "drop") {
     const auto needle = words.size() < 2 ? std::uint16_t{0} : number_of<std::uint16_t>(words[1]);
     if (words.size() > 2 || !needle) return kUsage;
     if (*needle >= needles) return "there is no needle " + words.back();
     if (verb == "arm") {
-      handlers.on_arm(*needle, client);
+      handlers.call(ArmMessage{*needle}, sender);
     } else {
-      handlers.on_drop(*needle, true);
-      handlers.on_drop(*needle, false);
+      handlers.call(DropMessage{*needle, true}, sender);
+      handlers.call(DropMessage{*needle, false}, sender);
     }
     return {};
   }
@@ -64,7 +65,7 @@ std::string execute_command(std::string_view text, std::size_t needles, const Co
   } else {
     return kUsage;
   }
-  return handlers.on_control(control, client);
+  return handlers.call(control, sender, "this server has no controls");
 }
 
 }  // namespace brachy::net::igtl

@@ -256,14 +256,17 @@ TEST_F(IgtlContent, CommandsAreCarriedOutWhereTheSceneAllowsThem) {
   IgtlOptions own;
   own.first_message_wait = kSilent;
   std::vector<std::string> done;
-  own.commands = {
-      [&](const ControlMessage& message, const std::string&) {
-        done.push_back("control " + std::to_string(static_cast<int>(message.action)));
-        return std::string(message.action == ControlAction::kPlay ? "there is no script" : "");
-      },
-      [&](std::uint16_t, const std::string& client) { done.push_back("arm for " + client.substr(0, 11)); },
-      [&](std::uint16_t, bool pressed) { done.push_back(pressed ? "press" : "release"); }};
+  own.takes_commands = true;
   start_both({}, own);
+  RequestHandlers& requests = server->requests();
+  requests.set<ControlMessage>([&](const ControlMessage& message, const Sender&) {
+    done.push_back("control " + std::to_string(static_cast<int>(message.action)));
+    return message.action == ControlAction::kPlay ? "there is no script" : "";
+  });
+  requests.set<ArmMessage>(
+      [&](const ArmMessage&, const Sender& from) { done.push_back("arm for " + from.name.substr(0, 11)); });
+  requests.set<DropMessage>(
+      [&](const DropMessage& drop, const Sender&) { done.push_back(drop.pressed ? "press" : "release"); });
   simulation.steps(5);
   igtl->publish(simulation.snapshot());
   test::IgtlPeer peer(io, igtl->port());

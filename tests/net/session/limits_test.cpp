@@ -1,8 +1,8 @@
 #include <gtest/gtest.h>
 
+#include "net/base/rate_limit.h"
 #include "net/session/device_lease.h"
 #include "net/session/pose_counts.h"
-#include "net/session/rate_limit.h"
 #include "net/session/round_trip.h"
 
 namespace brachy::net::test {
@@ -21,6 +21,14 @@ TEST(RateLimit, PassesABurstThenTheRate) {
   int passed = 0;
   for (int i = 0; i < 10; ++i) passed += limit.pass(now);
   EXPECT_EQ(passed, 3);
+}
+
+TEST(RateLimits, ThoseOfOneNameShareABucketAndOthersDoNot) {
+  RateLimits limits;
+  EXPECT_TRUE(limits.pass({"ARM", 1, 1}, kSecond));
+  EXPECT_FALSE(limits.pass({"ARM", 1, 1}, kSecond));
+  EXPECT_TRUE(limits.pass({"DROP", 1, 1}, kSecond));
+  EXPECT_TRUE(limits.pass({"ARM", 1, 1}, 2 * kSecond));
 }
 
 TEST(DeviceLease, OnlyTheHolderReleasesIt) {

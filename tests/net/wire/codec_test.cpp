@@ -7,7 +7,6 @@
 #include <limits>
 #include <random>
 
-#include "net/wire/sections.h"
 #include "tests/net/wire/sample_messages.h"
 
 namespace brachy::net::test {

@@ -13,16 +13,16 @@ namespace {
 
 struct IgtlCommands : ::testing::Test {
   std::string execute(std::string_view text) {
-    return execute_command(
-        text, 2,
-        {[this](const ControlMessage& message, const std::string& client) {
-           controls.push_back(message);
-           clients.push_back(client);
-           return refusal;
-         },
-         [this](std::uint16_t needle, const std::string&) { arms.push_back(needle); },
-         [this](std::uint16_t needle, bool pressed) { drops.emplace_back(needle, pressed); }},
-        "slicer");
+    RequestHandlers handlers;
+    handlers.set<ControlMessage>([this](const ControlMessage& message, const Sender& sender) {
+      controls.push_back(message);
+      clients.push_back(sender.name);
+      return refusal;
+    });
+    handlers.set<ArmMessage>([this](const ArmMessage& arm, const Sender&) { arms.push_back(arm.needle); });
+    handlers.set<DropMessage>(
+        [this](const DropMessage& drop, const Sender&) { drops.emplace_back(drop.needle, drop.pressed); });
+    return execute_command(text, 2, handlers, "slicer");
   }
 
   std::vector<ControlMessage> controls;

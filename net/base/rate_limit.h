@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <map>
+#include <string_view>
 
 namespace brachy::net {
 
@@ -25,6 +27,23 @@ class RateLimit {
   double burst_;
   double tokens_;
   std::int64_t last_ns_ = 0;
+};
+
+/// How often something may happen, as RateLimit's constructor takes it. Those of one name share a bucket.
+struct Rate {
+  std::string_view name;  ///< a literal
+  double per_s = 0, burst = 0;
+};
+
+/// The buckets of one peer.
+class RateLimits {
+ public:
+  bool pass(const Rate& rate, std::int64_t now_ns) {
+    return limits_.try_emplace(rate.name, rate.per_s, rate.burst).first->second.pass(now_ns);
+  }
+
+ private:
+  std::map<std::string_view, RateLimit> limits_;
 };
 
 }  // namespace brachy::net

@@ -1,0 +1,27 @@
+// ARM: the device of a needle, or an operator, ends its latched fault.
+#include "net/requests/request.h"
+#include "net/wire/fields.h"
+
+namespace brachy::net {
+
+void fields(auto& archive, MaybeConst<ArmMessage> auto& message) {
+  archive.u16(message.needle);
+  archive.reserved(6);
+}
+BRACHY_CODEC(ArmMessage);
+
+Refusal handle_arm(const IncomingRequest& request) {
+  ArmMessage arm;
+  if (auto refusal = request.decode(arm)) return refusal;
+  if (!request.pass({"ARM", 10, 10})) return std::nullopt;
+  if (auto refusal = request.refuse_needle(arm.needle)) return refusal;
+  if (request.sender.role != Role::kOperator && arm.needle != request.sender.needle)
+    return request.refuse(ErrorCode::kNotDevice,
+                          "only the device of needle " + std::to_string(arm.needle) +
+                              " or a client with the role operator may arm it",
+                          kRefusedNotDevice);
+  request.server.handlers.call(arm, request.sender);
+  return std::nullopt;
+}
+
+}  // namespace brachy::net

@@ -1,0 +1,28 @@
+// CONTROL: an operator plays, stops and resets the simulation, and changes its model.
+#include "net/requests/request.h"
+#include "net/wire/fields.h"
+
+namespace brachy::net {
+
+void fields(auto& archive, MaybeConst<ControlMessage> auto& message) {
+  archive.u16(message.action);
+  archive.u16_bits(message.loop);
+  archive.reserved(4);
+  archive.f64(message.support_radius_mm);
+  archive.text(message.kernel, kMaxNameBytes);
+  archive.sections();
+}
+BRACHY_CODEC(ControlMessage);
+
+Refusal handle_control(const IncomingRequest& request) {
+  ControlMessage control;
+  if (auto refusal = request.decode(control)) return refusal;
+  if (auto refusal = request.refuse_others("CONTROL")) return refusal;
+  if (!request.pass(kChangesRate))
+    return request.refuse(ErrorCode::kControlRefused, "more than 10 CONTROLs a second");
+  auto refusal = request.call(control, ErrorCode::kControlRefused, "this server has no controls");
+  if (!refusal) request.server.broadcast_state();
+  return refusal;
+}
+
+}  // namespace brachy::net

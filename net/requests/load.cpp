@@ -1,0 +1,25 @@
+// LOAD: an operator loads a needle with the seeds of one of the plan's.
+#include "net/requests/request.h"
+#include "net/wire/fields.h"
+
+namespace brachy::net {
+
+void fields(auto& archive, MaybeConst<LoadMessage> auto& message) {
+  archive.u16(message.needle);
+  archive.u16(message.plan_needle);
+  archive.reserved(4);
+}
+BRACHY_CODEC(LoadMessage);
+
+Refusal handle_load(const IncomingRequest& request) {
+  LoadMessage load;
+  if (auto refusal = request.decode(load)) return refusal;
+  if (request.sender.role != Role::kOperator)
+    return request.refuse(ErrorCode::kNotOperator, "only a client with the role operator may send LOAD");
+  if (auto refusal = request.refuse_needle(load.needle)) return refusal;
+  if (!request.pass(kChangesRate))
+    return request.refuse(ErrorCode::kLoadRefused, "more than 10 LOADs or CONTROLs a second");
+  return request.call(load, ErrorCode::kLoadRefused, "this server loads no needles");
+}
+
+}  // namespace brachy::net
