@@ -4,8 +4,8 @@
 A directory includes only directories above it in the table of its tree, and the trees only each other as TREES says.
 So the include graph between directories has no cycle, and neither have the imports between the viewer's files and
 between their directories. The laboratory, apps/lab, is a tree that no other includes, nor do tests outside of
-tests/apps/lab, and no CMake list of the product's sources names its targets. Also what must stay in one file:
-libraries, threads, atomics, locks.
+tests/apps/lab, and no CMake list of the product's sources names its targets. What clients may ask, net/requests,
+reaches no socket and no thread. Also what must stay in one file: libraries, threads, atomics, locks.
 
 usage: scripts/ci/check_layers.py [--root DIR]     exit code 1 and a line for each breach
 """
@@ -58,6 +58,9 @@ ONE_PLACE = [
      "opening files in net"),
     (r'#include "core/(geometry/mesh_io|scene)/', r"(?!net/).*", "reading meshes and scenes"),
 ]
+# What these sources include, directly or not, has neither sockets nor threads.
+WITHOUT_IO = "net/requests"
+IO = r"^\s*#\s*include\s*<(boost/(?:asio|beast)[^>]*|thread|stop_token|future|pthread\.h|sys/socket\.h)>"
 TOP_LEVEL = {"CMakeLists.txt", "CMakePresets.json", "LICENSE", "SECURITY.md", "README.md", "apps", "core", "net",
              "haptics", "config", "tests", "scripts", "build", "out"}
 MOST_TOP_DIRECTORIES = 13  # of core
@@ -107,6 +110,20 @@ def misplaced(name, text):
     """What a file has that belongs in another one."""
     return [f"{name} has {what}, which belongs in {where or 'no file'}" for pattern, where, what in ONE_PLACE
             if re.search(pattern, text) and not re.fullmatch(where, name)]
+
+
+def io_complaints(root):
+    """Sockets and threads in what WITHOUT_IO includes."""
+    waiting = sorted(str(p.relative_to(root)) for p in (root / WITHOUT_IO).rglob("*") if p.suffix in ALL_CPP)
+    seen = set(waiting)
+    while waiting:
+        name = waiting.pop()
+        text = (root / name).read_text()
+        for header in re.findall(IO, text, re.M):
+            yield f"{WITHOUT_IO} reaches <{header}> by {name}: it has no sockets and no threads"
+        found = {include for include in include_names(text) if (root / include).exists()} - seen
+        seen |= found
+        waiting += sorted(found)
 
 
 def tree_complaints(root, tree, listed):
@@ -195,6 +212,7 @@ def main():
     root = parser.parse_args().root
     order = {tree: table(root, tree) for tree in TREES}
     complaints = [complaint for tree in TREES for complaint in tree_complaints(root, tree, order[tree])]
+    complaints += io_complaints(root)
     complaints += uses_of_lab(root)
     complaints += viewer_complaints(root)
     top = {d.split("/")[1] for d in order["core"] if "/" in d}

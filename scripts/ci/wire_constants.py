@@ -1,5 +1,7 @@
 #!/usr/bin/env python3
-"""Checks the wire's numbers in C++ against net/protocol.json, and writes Python's; TypeScript's: wire_clients.py.
+"""Checks C++ against net/protocol.json, and writes Python's numbers; TypeScript's: wire_clients.py.
+
+In C++: the wire's numbers, who sends which message, and that a server handles every message that clients send.
 
 usage: scripts/ci/wire_constants.py [--write]     exit code 1 and a line for each difference
   --write: write apps/python/brachyd/constants.py; otherwise it is checked, too
@@ -13,6 +15,7 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
 from wire_schema import ROOT, write_or_compare  # pylint: disable=wrong-import-position
 
 CPP = ROOT / "net/wire/messages.h"
+REQUESTS, SESSION = ROOT / "net/requests/requests.cpp", ROOT / "net/session/session.cpp"
 PYTHON = ROOT / "apps/python/brachyd/constants.py"
 
 
@@ -55,6 +58,26 @@ def differences(schema):
     return found
 
 
+def part(path, begin, end):
+    """The message types that are named between two marks of a file, as the schema names them."""
+    found = re.search(re.escape(begin) + "(.*?)" + re.escape(end), path.read_text(encoding="utf-8"), re.S)
+    names = re.findall(r"MessageType::k(\w+)", found[1]) if found else []
+    return {re.sub(r"(?<=[a-z])(?=[A-Z])", "_", name).upper() for name in names}
+
+
+def direction_differences(schema):
+    senders = {name: message["from"] for name, message in schema["messages"].items()}
+    end = "\n}\n"
+    cpp = {"only_servers_send": (part(CPP, "bool only_servers_send(", end), ("server",)),
+           "only_clients_send": (part(CPP, "bool only_clients_send(", end), ("client",)),
+           "Session::handle with net/requests/requests.cpp": (
+               part(REQUESTS, "kRequests[] = {", "\n};\n") | part(SESSION, "switch (type) {", end), ("client", "both"))}
+    for where, (names, wanted) in cpp.items():
+        expected = {name for name, sender in senders.items() if sender in wanted}
+        if names != expected:
+            yield f"cpp: {where} has {sorted(names - expected)} too many and lacks {sorted(expected - names)}"
+
+
 def python_text(schema):
     about = "Numbers of the wire: net/PROTOCOL.md. Written by scripts/ci/wire_constants.py from net/protocol.json."
     lines = [f'"""{about}"""', "from enum import IntEnum, IntFlag", ""]
@@ -70,7 +93,7 @@ def python_text(schema):
 
 def main():
     schema = json.loads((ROOT / "net/protocol.json").read_text(encoding="utf-8"))
-    found = differences(schema)
+    found = differences(schema) + list(direction_differences(schema))
     found += write_or_compare({PYTHON: python_text(schema)}, "--write" in sys.argv[1:], "wire_constants.py")
     for line in found:
         print(line)

@@ -81,6 +81,20 @@ class Trees(unittest.TestCase):
                 self.assertIn(words, "\n".join(self.complaints(files)))
 
 
+class Requests(unittest.TestCase):
+    def test_reach_no_socket_by_whatever_they_include(self):
+        with tempfile.TemporaryDirectory() as folder:
+            root = pathlib.Path(folder)
+            for name, text in {f"{NET}/requests/a.cpp": f'#include "{NET}/wire/b.h"\n',
+                               f"{NET}/wire/b.h": "#include <map>\n",
+                               f"{NET}/wire/c.h": "#include <boost/asio.hpp>\n"}.items():
+                (root / name).parent.mkdir(parents=True, exist_ok=True)
+                (root / name).write_text(text, encoding="utf-8")
+            self.assertEqual(list(check_layers.io_complaints(root)), [])
+            (root / NET / "wire/b.h").write_text(f'#include "{NET}/wire/c.h"\n', encoding="utf-8")
+            self.assertIn(f"<boost/asio.hpp> by {NET}/wire/c.h", "".join(check_layers.io_complaints(root)))
+
+
 class Circles(unittest.TestCase):
     def test_one_is_found_wherever_it_begins(self):
         self.assertEqual(check_layers.circle({"a": ["b"], "b": ["c"], "c": []}), [])
