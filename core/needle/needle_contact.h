@@ -117,6 +117,8 @@ class NeedleContact {
   struct Needle {  // this tick's pose in parts
     Vec3 hub = Vec3::Zero(), tip = Vec3::Zero(), axis = Vec3::UnitZ();
     Vec3 bent_tip = Vec3::Zero();  // by the last tick's forces
+    Vec3 free_hub = Vec3::Zero(),
+         free_tip = Vec3::Zero();  // of the line that it takes where nothing touches it
     Vec3 nearest_on_line(const Vec3& p) const { return tip + (p - tip).dot(axis) * axis; }
     Vec3 across(const Vec3& v) const { return v - v.dot(axis) * axis; }
   };
@@ -129,6 +131,7 @@ class NeedleContact {
   };
 
   // geometry, before the solve
+  void lay_free_line() noexcept;
   void reinitialize() noexcept;
   void approach() noexcept;
   CutPath* find_old_path(const Vec3& entry) noexcept;
@@ -167,6 +170,7 @@ class NeedleContact {
   void add_guide() noexcept;
   void turn_to_world() noexcept;
   void update_local_model(std::uint64_t tick, double axial_stiffness, double lateral_stiffness) noexcept;
+  double pushed_aslant_n() const noexcept;
   void add_capsule_ahead() noexcept;
 
   bool is_beside() const { return state_ == ContactState::kTouching && !by_tip_; }
@@ -181,7 +185,7 @@ class NeedleContact {
   bool is_locking_ = false;
   bool has_last_pose_ = false;
   Needle needle_;  // in the body's frame
-  Vec3 last_tip_ = Vec3::Zero(), last_world_tip_ = Vec3::Zero();
+  Vec3 last_tip_ = Vec3::Zero(), last_world_tip_ = Vec3::Zero(), last_free_tip_ = Vec3::Zero();
   Vec3 last_world_axis_ = Vec3::UnitZ();
   double moved_ = 0;             // since the last tick, the farther of tip and hub, mm
   bool is_turned_ = false;       // the body's frame is not the world's
