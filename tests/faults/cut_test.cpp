@@ -81,7 +81,7 @@ struct CutTest : FaultsFixture, ::testing::WithParamInterface<std::tuple<Case, C
     options.ping_interval = std::chrono::milliseconds(50);
     start_all(options);
     publish_all();
-    proxy.emplace(io, server_port());
+    proxy.emplace(io, clock, server_port());
     // One-time allocations of this process are done by now.
     expect_a_good_client_is_served();
     descriptors = open_descriptors();
@@ -131,7 +131,7 @@ struct CutTest : FaultsFixture, ::testing::WithParamInterface<std::tuple<Case, C
     std::vector<std::shared_ptr<Talker>> talkers;
     for (std::size_t i = 0; i < count; ++i) {
       talkers.push_back(talk(static_cast<std::uint16_t>(i)));
-      while (proxy->count() <= i) io.run_one_for(std::chrono::milliseconds(100));
+      ASSERT_TRUE(until_at_once([&] { return proxy->count() > i; }));
     }
     // The server has released them, although the peers' ends may still be open.
     const std::size_t others = descriptors + 3 * count;
@@ -193,12 +193,12 @@ TEST_P(CutClientTest, AtEveryByteIsToldOnceAndShowsNoWrongMesh) {
   simulation = net::test::FakeSimulation(tissue);
   start_all();
   publish_all();
-  FaultProxy proxy(io, server->port());
+  FaultProxy proxy(io, clock, server->port());
   net::ClientOptions options;
   options.silence_timeout = std::chrono::milliseconds(200);
   options.ping_interval = std::chrono::milliseconds(50);
   const auto join_through = [&] {
-    auto recorder = std::make_unique<net::test::Recorder>(io, options);
+    auto recorder = std::make_unique<net::test::Recorder>(io, on_clock(options));
     recorder->client.connect("127.0.0.1", proxy.port());
     return recorder;
   };

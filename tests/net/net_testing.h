@@ -32,19 +32,6 @@ bool pump_turns(boost::asio::io_context& io, Condition&& condition, OnIdle&& on_
   return true;
 }
 
-/// Likewise where the server has the real clock; false if it does not within `deadline`.
-template <class Condition>
-bool pump(boost::asio::io_context& io, Condition&& condition,
-          std::chrono::milliseconds deadline = std::chrono::milliseconds(8000)) {
-  const auto end = std::chrono::steady_clock::now() + deadline;
-  while (!condition()) {
-    if (std::chrono::steady_clock::now() >= end) return false;
-    if (io.stopped()) io.restart();
-    io.run_one_for(std::chrono::milliseconds(5));
-  }
-  return true;
-}
-
 /// A Client that records what it receives.
 struct Recorder {
   explicit Recorder(boost::asio::io_context& io, ClientOptions options = {})
@@ -95,8 +82,7 @@ struct ServerFixture : ::testing::Test {
     until([&] { return clock.now_ns() >= end; });
   }
 
-  ManualClock clock;
-  TimerClock* used_clock = &clock;  ///< the server's and its clients'
+  ManualClock clock;  ///< the server's and its clients'
   boost::asio::io_context io;
   Tissue tissue = line_tissue(40);
   FakeSimulation simulation{tissue};
