@@ -11,7 +11,7 @@ namespace brachy::test {
 inline constexpr std::chrono::milliseconds kDeadline{300'000};
 
 /// How long one turn of a wait lasts where nothing happens.
-inline constexpr std::chrono::milliseconds kTurn{5};
+inline constexpr std::chrono::milliseconds kTurn{1};
 
 /// The end of a wait that begins with its construction.
 class Deadline {
@@ -28,8 +28,8 @@ class Deadline {
   const Clock::time_point end_ = Clock::now() + kDeadline;
 };
 
-/// Calls `take_turn`, which serves somebody or waits a moment, until `condition()` holds; false where it does not before
-/// the deadline.
+/// Calls `take_turn`, which serves somebody or waits a moment, until `condition()` holds; false where it does not
+/// before the deadline.
 template <class Condition, class TakeTurn>
 bool wait_until(Condition&& condition, TakeTurn&& take_turn) {
   const Deadline deadline;

@@ -14,6 +14,7 @@
 #include "net/server/server.h"
 #include "tests/net/fake_simulation.h"
 #include "tests/net/manual_clock.h"
+#include "tests/wait.h"
 
 namespace brachy::net::test {
 
@@ -25,7 +26,7 @@ bool pump_turns(boost::asio::io_context& io, Condition&& condition, OnIdle&& on_
   for (int turns = 0; !condition(); ++turns) {
     if (idle >= 12'000 || turns >= 1'000'000) return false;
     if (io.stopped()) io.restart();
-    if (io.run_one_for(std::chrono::milliseconds(1)) > 0) continue;
+    if (io.run_one_for(brachy::test::kTurn) > 0) continue;
     ++idle;
     on_idle();
   }

@@ -11,6 +11,8 @@
 #include <utility>
 #include <vector>
 
+#include "tests/wait.h"
+
 namespace brachy::net::test {
 
 using boost::asio::ip::tcp;

@@ -102,7 +102,7 @@ TEST_F(NonBlockingStderrTest, TheLogKnowsWhichLinesAreAboutSafety) {
   spdlog::set_default_logger(std::make_shared<spdlog::logger>("test", sink));
   spdlog::register_logger(std::make_shared<spdlog::logger>(kSafetyLogger, sink));
   fill();
-  NetworkLog log;
+  NetworkLog log(net::real_clock());
   log.info("client 1 joined");
   log.safety("safety: device lost in contact");
   read_all();
