@@ -64,20 +64,20 @@ TEST_F(Brachyd, SaysItsAddressThenRunsForItsDurationAndSumsUp) {
 }
 
 TEST_F(Brachyd, ReportsWhatEachIntervalDid) {
-  const Ended ended =
-      run_brachyd({"--config", scene, "--port", "0", "--duration", "0.7", "--report-every", "0.2", "--json"});
-  ASSERT_TRUE(exited(ended, 0));
-  const auto lines = lines_of(ended.out);
-  ASSERT_GE(lines.size(), 3u) << ended.out;  // at least one interval; an overloaded machine may skip others
+  RunningBrachyd daemon(scene, {"--report-every", "0.2"});
   double last_s = 0, ticks = 0;
-  for (std::size_t i = 1; i + 1 < lines.size(); ++i) {
-    const auto interval = nlohmann::json::parse(lines[i]);
+  for (int intervals = 0; intervals < 2 || ticks == 0; ++intervals) {
+    const auto line = daemon.process.read_line();
+    ASSERT_TRUE(line);
+    const auto interval = nlohmann::json::parse(*line);
     EXPECT_GE(interval.at("interval_end_s").get<double>(), last_s + 0.2);
     last_s = interval.at("interval_end_s");
     ticks += interval.at("ticks").get<double>();
     EXPECT_LE(interval.at("tick_ms").at("p50").get<double>(), interval.at("tick_ms").at("max").get<double>());
   }
-  EXPECT_GT(ticks, 0);
+  daemon.process.send_signal(SIGTERM);
+  const Ended ended = daemon.process.wait();
+  ASSERT_TRUE(exited(ended, 0));
   EXPECT_LE(ticks, json_of(ended).at("ticks").get<double>());
 }
 

@@ -31,7 +31,7 @@ TEST(ExercisePages, AResultIsGoodForTwoSecondsAndThenMadeAgain) {
   ASSERT_NE(exercises.running(), nullptr);
   auto pages = exercises.pages();
   const auto state = [&] {
-    return nlohmann::json::parse(pages.at("/exercise-result").make().body).at("state").get<std::string>();
+    return nlohmann::json::parse(pages.at("/exercise-result").make().text).at("state").get<std::string>();
   };
   const auto is_scored = [&] {
     return wait_until([&] { return !exercises.is_scoring(); },

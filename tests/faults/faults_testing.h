@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "net/base/timeout_checks.h"
 #include "net/http/http_listener.h"
 #include "net/igtl/igtl_server.h"
 #include "tests/net/net_testing.h"
@@ -44,14 +45,15 @@ struct FaultsFixture : net::test::ServerFixture {
   void start_all(net::ServerOptions options = short_timeouts());
   /// One tick of the simulation, sent to all clients.
   void publish_all();
-  /// As until(), with a tick whenever time has passed, but none before `reader` has the last: so it misses none,
-  /// however slow the machine.
+  /// As until(), by 20 ms each time there is nothing to do, and with a tick then, but none before `reader` has the last:
+  /// so it misses none, however slow the machine.
   template <class Condition>
   bool until_ticked(Condition&& condition, const net::test::Recorder* reader = nullptr) {
-    return until([&] {
+    const auto publish_and_ask = [&] {
       publish_now_and_then(reader);
       return condition();
-    });
+    };
+    return net::test::pump_turns(io, publish_and_ask, [this] { clock.advance(net::TimeoutChecks::kPeriod); });
   }
   /// Checks that a well-behaved client is served: its mesh is the simulation's, bit for bit.
   void expect_a_good_client_is_served();
