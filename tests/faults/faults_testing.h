@@ -45,8 +45,8 @@ struct FaultsFixture : net::test::ServerFixture {
   void start_all(net::ServerOptions options = short_timeouts());
   /// One tick of the simulation, sent to all clients.
   void publish_all();
-  /// As until(), by 20 ms each time there is nothing to do, and with a tick then, but none before `reader` has the last:
-  /// so it misses none, however slow the machine.
+  /// As until(), by 20 ms each time there is nothing to do, and with a tick then, but none before `reader` has the
+  /// last: so it misses none, however slow the machine.
   template <class Condition>
   bool until_ticked(Condition&& condition, const net::test::Recorder* reader = nullptr) {
     const auto publish_and_ask = [&] {
