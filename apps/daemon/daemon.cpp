@@ -39,7 +39,6 @@
 #include "apps/daemon/telemetry/tick_events.h"
 #include "core/base/error.h"
 #include "core/realtime/capabilities.h"
-#include "core/realtime/deadline.h"
 #include "core/realtime/hand_over.h"
 #include "core/realtime/realtime_thread.h"
 #include "core/scene/load_plan.h"
@@ -159,10 +158,11 @@ std::unique_ptr<Worker> make_handshake_thread(const Scene& scene) {
 
 class Daemon::Impl {
  public:
-  Impl(const Scene& scene, const DaemonOptions& options)
+  Impl(const Scene& scene, const DaemonOptions& options, net::TimerClock& clock)
       : options_(options),
         broker_(broker_options(scene, options)),
         loaded_(scene, options),
+        loop_(clock),
         runs_(first_run(loaded_, options), loop_, worker_),
         devices_(make_devices(scene, simulator().tissue(), scene.instrument_count())),
         X_WR_(resting_probe(scene, simulator().tissue())),
@@ -189,13 +189,12 @@ class Daemon::Impl {
       end();
     });
     if (options_.duration_s)
-      duration_.start_after(std::chrono::nanoseconds(std::llround(*options_.duration_s * 1e9)),
-                            [this] { end(); });
+      duration_->start(std::chrono::nanoseconds(std::llround(*options_.duration_s * 1e9)), [this] { end(); });
     if (igtl_) follow_ticks();
     if (options_.report_every_s) telemetry_->start_reports(*options_.report_every_s, options_.json);
 
     DaemonSummary summary;
-    const std::int64_t start_ns = monotonic_ns();
+    const std::int64_t start_ns = loop_.clock().now_ns();
     std::vector<Vec3> surface = surface_vertices(simulator().tissue());
     std::promise<std::string> granted;
     std::jthread deformation([&](const std::stop_token& stop) {
@@ -206,7 +205,7 @@ class Daemon::Impl {
       granted.set_value(to_string(grant));
       std::vector<Device*> devices;
       for (const auto& device : devices_) devices.push_back(device.get());
-      run_deformation_loop(stop, runs_.in_use(),
+      run_deformation_loop(stop, loop_.clock(), runs_.in_use(),
                            {runs_.reader(), devices, hand_overs_.states.writer, hand_overs_.forces.writer,
                             hand_overs_.seeds.writer, hand_overs_.loop.writer, &changes_->for_simulator(),
                             has_ultrasound() ? &hand_overs_.imaged_ticks.writer : nullptr});
@@ -218,7 +217,7 @@ class Daemon::Impl {
         request_realtime(
             {scene().realtime.fifo_priority, false});  // the same scheduling as the deformation thread
         drop_capabilities();
-        run_control_loop(stop, scene().period_s(), hand_overs_.control.writer);
+        run_control_loop(stop, loop_.clock(), scene().period_s(), hand_overs_.control.writer);
       });
     // Only those two threads need capabilities. Threads that this one creates from here on inherit none.
     drop_capabilities();
@@ -228,21 +227,24 @@ class Daemon::Impl {
     });
     std::jthread snapshots([&](const std::stop_token& stop) {
       name_thread("snapshot");
-      summary.snapshots = run_snapshot_loop(stop, scene().rates.snapshot_hz, hand_overs_.states.reader,
-                                            [&](auto state) { deliver(std::move(state)); });
+      summary.snapshots =
+          run_snapshot_loop(stop, loop_.clock(), scene().rates.snapshot_hz, hand_overs_.states.reader,
+                            [&](auto state) { deliver(std::move(state)); });
     });
     std::jthread dose([&](const std::stop_token& stop) {
       name_thread("dose");
-      summary.dose = run_dose_loop(stop, loaded_.structures, loaded_.dose_settings(), std::move(surface),
-                                   {changes_->for_dose(), loaded_.lost_seeds()}, hand_overs_.seeds.reader,
-                                   [&](net::DoseMessage message) { deliver_dose(std::move(message)); });
+      summary.dose =
+          run_dose_loop(stop, loop_.clock(), loaded_.structures, loaded_.dose_settings(), std::move(surface),
+                        {changes_->for_dose(), loaded_.lost_seeds()}, hand_overs_.seeds.reader,
+                        [&](net::DoseMessage message) { deliver_dose(std::move(message)); });
     });
     std::jthread ultrasound;
     if (has_ultrasound())
       ultrasound = std::jthread([&](const std::stop_token& stop) {
         name_thread("ultrasound");
         stand_back();
-        run_ultrasound_loop(stop, scene(), loaded_.structures, loaded_.echoes, X_WR_, ultrasound_ports());
+        run_ultrasound_loop(stop, loop_.clock(), scene(), loaded_.structures, loaded_.echoes, X_WR_,
+                            ultrasound_ports());
       });
     std::jthread broker;
     if (publisher_)
@@ -266,7 +268,7 @@ class Daemon::Impl {
       thread->request_stop();
       if (thread->joinable()) thread->join();
     }
-    summary.elapsed_s = 1e-9 * static_cast<double>(monotonic_ns() - start_ns);
+    summary.elapsed_s = 1e-9 * static_cast<double>(loop_.clock().now_ns() - start_ns);
     finish(summary);
     return summary;
   }
@@ -380,9 +382,9 @@ class Daemon::Impl {
 
   /// What the service manager watches, and asks for.
   void add_service() {
-    watch_.emplace(loop_, scene().period_s(),
-                   ServiceWatch::Handlers{[this] { forces_->update(monotonic_ns()); },
-                                          [this] { return telemetry_->status(); }});
+    watch_.emplace(
+        loop_, scene().period_s(),
+        ServiceWatch::Handlers{[this] { forces_->update(); }, [this] { return telemetry_->status(); }});
     reload_.emplace(loop_, worker_, *controls_, *watch_, options_);
     on_snapshot_.push_back([this](const auto&) { reload_->begin_if_requested(); });
     at_end_.push_back([this] { reload_->stop(); });
@@ -425,13 +427,14 @@ class Daemon::Impl {
         igtl->targets.push_back(seed.position);
     igtl_.emplace(loop_.io(), *igtl, server_, simulator().tissue(), log_);
     at_end_.push_back([this] {
-      tracking_.cancel();
+      tracking_->cancel();
       igtl_->stop();
     });
   }
 
   net::ServerOptions own_server_options() {
     net::ServerOptions o = server_options(scene(), options_, devices_.size());
+    o.clock = &loop_.clock();
     if (handshakes_)
       o.handshake_thread = [this](std::function<void()> step) { handshakes_->post(std::move(step)); };
     return o;
@@ -453,7 +456,7 @@ class Daemon::Impl {
   void end() {
     is_ending_ = true;
     end_signals_.cancel();
-    duration_.cancel();
+    duration_->cancel();
     for (const auto& stop : std::views::reverse(at_end_)) stop();
   }
 
@@ -521,13 +524,14 @@ class Daemon::Impl {
     net::igtl::TrackedTick tracked{tick.run, tick.sim_time_s, tick.start_ns, {}};
     for (const NeedleTick& needle : tick.needles)
       tracked.X_WN.push_back(needle.is_present ? std::optional(needle.X_WN) : std::nullopt);
-    igtl_->track(std::move(tracked), net::real_clock().utc_ns() - (monotonic_ns() - tick.start_ns));
+    net::TimerClock& clock = loop_.clock();
+    igtl_->track(std::move(tracked), clock.utc_ns() - (clock.now_ns() - tick.start_ns));
   }
   /// Looks for ticks twice a period while a client of OpenIGTLink wants them.
   void follow_ticks() {
-    if (igtl_->wants_ticks()) forces_->update(monotonic_ns());
+    if (igtl_->wants_ticks()) forces_->update();
     const double wait_s = igtl_->wants_ticks() ? scene().period_s() / 2 : 0.05;
-    tracking_.start_after(std::chrono::nanoseconds(std::llround(1e9 * wait_s)), [this] { follow_ticks(); });
+    tracking_->start(std::chrono::nanoseconds(std::llround(1e9 * wait_s)), [this] { follow_ticks(); });
   }
   IgtlFigures igtl_figures() const {
     if (!igtl_) return {};
@@ -623,16 +627,16 @@ class Daemon::Impl {
   std::vector<std::function<void()>> at_end_;         // the last one first
   net::DynamicPages pages_;                           // until http_ has them
   SignalWait end_signals_{loop_, {SIGINT, SIGTERM}};  // from construction on: a signal before run() is kept
-  Timer duration_{loop_};
-  Timer tracking_{loop_};  // of follow_ticks()
-  NetworkLog network_log_;
+  const std::unique_ptr<net::Timer> duration_ = loop_.make_timer();
+  const std::unique_ptr<net::Timer> tracking_ = loop_.make_timer();  // of follow_ticks()
+  NetworkLog network_log_{loop_.clock()};
   const std::function<void(const std::string&)> log_ = [this](const std::string& line) {
     network_log_.info(line);
   };
-  SafetyNotices safety_{[this](const net::EventMessage& event) {
-    network_log_.safety("safety: " + event.text);
-    server_.broadcast(event);
-  }};
+  SafetyNotices safety_{loop_.clock(), [this](const net::EventMessage& event) {
+                          network_log_.safety("safety: " + event.text);
+                          server_.broadcast(event);
+                        }};
   bool is_ending_ = false;
   const std::unique_ptr<Worker> handshakes_;  // computes what server_ gives it; null: no TLS
   net::Server server_;
@@ -651,8 +655,8 @@ class Daemon::Impl {
   std::optional<ExercisePages> exercises_;  // computes scores on a thread of its own
 };
 
-Daemon::Daemon(const Scene& scene, const DaemonOptions& options)
-    : impl_(std::make_unique<Impl>(scene, options)) {}
+Daemon::Daemon(const Scene& scene, const DaemonOptions& options, net::TimerClock& clock)
+    : impl_(std::make_unique<Impl>(scene, options, clock)) {}
 Daemon::~Daemon() = default;
 std::uint16_t Daemon::port() const {
   return impl_->server_.port();

@@ -12,9 +12,10 @@ using namespace net;
 
 /// A server with an HTTP port, for all inputs.
 struct Page {
+  net::test::ManualClock clock;
   boost::asio::io_context io;
   Tissue tissue = net::test::line_tissue(4);
-  Server server{io, {}, tissue, {}};
+  Server server{io, {.clock = &clock}, tissue, {}};
   HttpListener http{io, server, pages(), {}, [](const std::string&) {}};
 
   static HttpOptions pages() {
@@ -50,7 +51,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     net::test::HttpReply reply;
     if (peer.next(reply, true)) expect_answer(reply);
   }
-  EXPECT_TRUE(net::test::pump(page.io, [&] { return page.server.client_count() == 0; }));
+  EXPECT_TRUE(net::test::pump_turns(
+      page.io, [&] { return page.server.client_count() == 0; },
+      [&] { page.clock.advance(std::chrono::milliseconds(5)); }));
   return 0;
 }
 

@@ -38,7 +38,7 @@ void ServerFixture::start(ServerOptions options) {
     return state;
   };
   handlers.log = [this](const std::string& line) { log.push_back(line); };
-  options.clock = used_clock;
+  options.clock = &clock;
   server = std::make_unique<Server>(io, options, tissue, handlers);
   RequestHandlers& requests = server->requests();
   requests.set<ArmMessage>(
@@ -56,7 +56,7 @@ void ServerFixture::start(ServerOptions options) {
 }
 
 ClientOptions ServerFixture::on_clock(ClientOptions options) {
-  options.clock = used_clock;
+  options.clock = &clock;
   return options;
 }
 
