@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 """Changes needle, wire, dose and planning by one small error at a time, and shows which the quick tests catch.
 
-A seeded draw takes as many errors of each area: a sign turned, a comparison or an index off by one, a constant ten times
-as large, a check left out. Each is made in a worktree of its own (out/mutants), never in yours; one that does not compile
-is drawn again. The tests of the same folder run first, then all with the label `quick`.
+A seeded draw takes as many errors of each area: a sign turned, a comparison or an index off by one, a constant ten
+times as large, a check left out. Each is made in a worktree of its own (out/mutants), never in yours; one that does
+not compile is drawn again. The tests of the same folder run first, then all with the label `quick`.
 
 usage: scripts/campaigns/mutants.py [--seed N] [--count N] [--only AREA] [--skip N] [--json FILE]
 exit code 0: all were caught; 1: some lived, which are printed. Half an hour for forty on two idle cores.
@@ -126,20 +126,24 @@ def suites_beside(file):
 
 def failed(output):
     """The first test that failed, of ctest's output or GoogleTest's."""
-    found = re.search(r"\[  FAILED  \] ([\w/.]+)", output) or re.search(r"Test +#\d+: (\S+) \.+\**(?:Failed|Timeout)", output)
+    found = (re.search(r"\[  FAILED  \] ([\w/.]+)", output) or
+             re.search(r"Test +#\d+: (\S+) \.+\**(?:Failed|Timeout)", output))
     return found[1] if found else "(a crash or a hang)"
+
+
+def run_quick(*options):
+    return run("ctest", "--test-dir", str(BUILD), "-j", "2", "--stop-on-failure", "--output-on-failure", "-L", "quick",
+               *options, timeout=HANGS_S)
 
 
 def judge(file):
     """Which test catches the present error; None: it lives."""
     if (TREE / "tests" / file).parent.is_dir() and (names := suites_beside(file)):
         pattern = r"(^|/|_)(" + "|".join(names) + ")(/|$)"
-        near = run("ctest", "--test-dir", str(BUILD), "-j", "2", "--stop-on-failure", "--output-on-failure", "-L", "quick",
-                   "-R", pattern, timeout=HANGS_S)
+        near = run_quick("-R", pattern)
         if near.returncode:
             return failed(near.stdout)
-    rest = run("ctest", "--test-dir", str(BUILD), "-j", "2", "--stop-on-failure", "--output-on-failure", "-L", "quick",
-               timeout=HANGS_S)
+    rest = run_quick()
     return failed(rest.stdout) if rest.returncode else None
 
 
