@@ -14,8 +14,9 @@ class MostProcessorTime {
  public:
   explicit MostProcessorTime(double seconds) : most_s_(seconds) {}
   ~MostProcessorTime() {
-    if (std::getenv("BRACHY_TIMED"))
+    if (std::getenv("BRACHY_TIMED")) {
       EXPECT_LT(static_cast<double>(std::clock() - start_) / CLOCKS_PER_SEC, most_s_);
+    }
   }
   MostProcessorTime(const MostProcessorTime&) = delete;
   MostProcessorTime& operator=(const MostProcessorTime&) = delete;

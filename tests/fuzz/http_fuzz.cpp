@@ -15,9 +15,14 @@ struct Page {
   net::test::ManualClock clock;
   boost::asio::io_context io;
   Tissue tissue = net::test::line_tissue(4);
-  Server server{io, {.clock = &clock}, tissue, {}};
+  Server server{io, options(), tissue, {}};
   HttpListener http{io, server, pages(), {}, [](const std::string&) {}};
 
+  ServerOptions options() {
+    ServerOptions options;
+    options.clock = &clock;
+    return options;
+  }
   static HttpOptions pages() {
     HttpOptions options;  // the server has no tokens: one that is presented is parsed nevertheless
     options.pages["/metrics"].make = [] { return DynamicPage::Content{200, "text/plain", "made\n"}; };
