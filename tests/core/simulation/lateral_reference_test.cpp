@@ -12,7 +12,7 @@ namespace {
 
 const Vec3 kSemiAxes(25, 20, 22.5);
 
-// The gland's surface as in the reference: the phantom's vertices, moved onto an fine_ellipsoid; so many that the surface
+// The gland's surface as in the reference: the phantom's vertices, moved onto an ellipsoid; so many that the surface
 // between them is at most 0.03 mm inside it.
 Tissue fine_ellipsoid() {
   SurfaceMesh surface = prostate_phantom(5000);
