@@ -177,7 +177,7 @@ def check_readme(name):
 
 
 # With the longest literal of each pattern, in lower case, without which it cannot match: most files have none of them.
-COMPILED = [(max(re.findall(r"[a-z]+", p), key=len), re.compile(p), instead) for p, instead in WORDS]
+COMPILED = [(max(re.findall(r"[a-z]+", re.sub(r"\\.", " ", p)), key=len), re.compile(p), instead) for p, instead in WORDS]
 
 
 def main():
