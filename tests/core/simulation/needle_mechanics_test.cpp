@@ -59,13 +59,13 @@ class RecordedInsertion {
 const Vec3 kBelow{8, -4, -36}, kDeep{8, -4, 12};
 
 // In at 5 mm/s, 2 s of rest, and out again.
-std::vector<Row> clinical_insertion(const Scene& scene, const Vec3& below = kBelow,
-                                    const Vec3& deep = kDeep) {
+std::vector<Row> clinical_insertion(const Scene& scene, const Vec3& below = kBelow, const Vec3& deep = kDeep,
+                                    double out_mm_s = 5) {
   RecordedInsertion session(scene);
   const double stride = 5 * scene.period_s();
   session.go(below, deep, stride);
   for (double t = 0; t < 2; t += scene.period_s()) session.step(deep);
-  session.go(deep, below, stride);
+  session.go(deep, below, out_mm_s * scene.period_s());
   return session.rows;
 }
 
@@ -162,7 +162,7 @@ INSTANTIATE_TEST_SUITE_P(Mechanics, PressedCapsule, testing::Values("elastic", "
 // Skin and perineum first, about 9 N, then the gland's own capsule, 5.6 N with the friction of the way there.
 TEST(Mechanics, ThePerineumTakesNineNewtonsAndTheGlandBehindItFivePointSix) {
   Scene scene = load_scene(std::filesystem::path(BRACHY_SOURCE_DIR) / "config/perineum.toml");
-  const std::vector<Row> rows = clinical_insertion(scene, {5, -4, -50}, {5, -4, 30});
+  const std::vector<Row> rows = clinical_insertion(scene, {5, -4, -50}, {5, -4, 30}, 20);
   double skin = 0, gland = 0, between = INFINITY;
   for (const Row& row : rows) {
     const double axial = row.needle.forces.axial_n;
