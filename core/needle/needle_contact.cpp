@@ -17,9 +17,11 @@ constexpr double kSameEntry = 1;  // needle diameters from an old entry within w
 constexpr double kSameDirection = 0.94;  // cosine of the 20° within which a needle finds its old cut
 // mm ahead of a free needle within which the capsule is reported to the device
 constexpr double kLookAhead = 25;
-constexpr double kMostOblique = 0.5;  // cosine: a tip slides no more on a capsule that is steeper
-constexpr double kTipFriction = 0.3;  // of a tip on the capsule; an assumption
-constexpr int kBisections = 20;       // of a tick's cut: a capsule is found to 1e-6 of it
+constexpr double kMostOblique = 0.5;   // cosine: a tip slides no more on a capsule that is steeper
+constexpr double kTipFriction = 0.3;   // of a tip on the capsule; an assumption
+constexpr double kSideFriction = 0.1;  // of a smooth shaft that lies against the capsule; an assumption
+constexpr double kSideStick = 2;       // N/mm, along the needle, before it slides over the capsule
+constexpr int kBisections = 20;        // of a tick's cut: a capsule is found to 1e-6 of it
 // mm: by less a landmark has not moved along a needle, nor a tip past its material point. Rounding alone would move
 // them, and the tissue, for ever.
 constexpr double kRestToleranceMm = 1e-9;
@@ -146,7 +148,7 @@ void NeedleContact::approach() noexcept {
   if (along || (hit && hit->normal.dot(needle_.axis) <= kFacing)) {
     CutPath* const old = along ? find_old_path(hit->point) : nullptr;
     if (old) return enter_old_path(*old);
-    contact_point_ = hit->point;
+    touch_at(hit->point);
     if (!along) not_pressed_ = std::max(0.0, (needle_.tip - contact_point_).dot(needle_.axis));
     by_tip_ = true;
   } else if (side_.begin(needle_.hub, needle_.tip, needle_.tip - last_tip_) && !comes_along(side_.normal())) {
@@ -166,8 +168,16 @@ void NeedleContact::approach() noexcept {
     return;
   }
   state_ = ContactState::kTouching;
-  slid_ = advanced_ = 0;
+  slid_ = advanced_ = rubbed_mm_ = 0;
   if (by_tip_) press();
+}
+
+// The tip of a needle that is bent already, in a hole, touches where it is, not where its line comes through.
+void NeedleContact::touch_at(const Vec3& on_line) noexcept {
+  contact_point_ = on_line;
+  if (!bend_) return;
+  contact_point_ = surface_.closest_point(on_line + needle_.across(needle_.bent_tip - needle_.tip)).point;
+  not_pressed_ = std::max(0.0, (on_line - contact_point_).dot(needle_.axis));
 }
 
 // Whether the needle has come through a surface with that outward normal more by its way along itself than by its way
@@ -229,6 +239,7 @@ void NeedleContact::press_beside() noexcept {
   }
   const double advance = (needle_.tip - last_tip_).dot(needle_.axis);
   advanced_ = side_.below_tip() ? std::max(0.0, advanced_ + advance) : 0;
+  rubbed_mm_ += advance;
   if (side_.below_tip()) contact_point_ = *side_.below_tip();
 }
 
@@ -351,6 +362,11 @@ void NeedleContact::add_contact() noexcept {
   else
     landmark.spread = {.stiffness_n_per_mm = stiffness, .axis = needle_.axis};
   add(landmark, landmark.if_stuck.dot(needle_.axis));
+  if (by_tip_) return;
+  // The side pushes in its direction only, also the tissue of a needle that is bent another way.
+  Vec3& if_stuck = landmarks_.back().if_stuck;
+  const Vec3& direction = side_.direction();
+  if_stuck = if_stuck.dot(needle_.axis) * needle_.axis + std::max(0.0, if_stuck.dot(direction)) * direction;
 }
 
 // Pushed along one direction, in which a needle that bends gives way.
@@ -628,10 +644,27 @@ void NeedleContact::sum_forces() noexcept {
     forces_.force_n += bend_->tip_force_n();
     forces_.tip_torque_nmm += bend_->tip_deflection().cross(bend_->tip_force_n());
   }
+  if (is_beside()) add_side_friction();
   forces_.axial_n = forces_.cutting_n + forces_.friction_n;
   forces_.lateral_n = needle_.across(forces_.force_n).norm();
   if (bend_) add_guide();
   forces_.hub_torque_nmm = forces_.tip_torque_nmm + (needle_.tip - needle_.hub).cross(forces_.force_n);
+}
+
+// A needle that goes along itself rubs on what it presses against from the side: Coulomb's friction, and a spring up
+// to it. Without it a side that the needle's own advance pushes deeper would give back more than it took.
+void NeedleContact::add_side_friction() noexcept {
+  const double most = side_friction_n();
+  rubbed_mm_ = std::clamp(rubbed_mm_, -most / kSideStick, most / kSideStick);
+  forces_.friction_n += kSideStick * rubbed_mm_;
+  forces_.force_n -= kSideStick * rubbed_mm_ * needle_.axis;
+}
+
+double NeedleContact::side_friction_n() const noexcept {
+  double pressed = 0;
+  for (const NeedleLandmark& landmark : landmarks_)
+    pressed += std::max(0.0, landmark.reaction_n.dot(side_.direction()));
+  return kSideFriction * pressed;
 }
 
 // What the template's hole does, which the hand feels beside the tissue.
@@ -682,7 +715,7 @@ void NeedleContact::update_local_model(std::uint64_t tick, double axial_stiffnes
     const TissueContact& capsule = tissues_[0];
     // What only pushes gives no force until it presses; so it waits where the tissue pushes the needle aside already.
     const NeedleLandmark* pressing = pressing_landmark();
-    if (forces_.axial_n < kNoForceN) pressing = nullptr;
+    if (forces_.cutting_n < kNoForceN) pressing = nullptr;
     m.is_capsule = pressing != nullptr;
     m.axial_max_n = pressing ? capsule.puncture_force_n : 0;
     m.after_puncture_n = pressing ? capsule.cutting_force_n : 0;
@@ -691,6 +724,11 @@ void NeedleContact::update_local_model(std::uint64_t tick, double axial_stiffnes
     m.axial_stiffness_n_per_mm = !pressing                      ? 0
                                  : pressing->spread.core_mm > 0 ? std::min(axial_stiffness, of_law)
                                                                 : of_law;
+    if (const double rubs = is_beside() ? side_friction_n() : 0; rubs > 0) {
+      m.axial_min_n -= rubs;
+      m.axial_max_n += rubs;
+      m.axial_stiffness_n_per_mm += kSideStick;
+    }
   }
   m.axial_max_n =
       std::max(m.axial_max_n, (1 + kRounding) * forces_.axial_n);  // a puncture is the next tick's

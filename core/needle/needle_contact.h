@@ -133,6 +133,7 @@ class NeedleContact {
   void approach() noexcept;
   CutPath* find_old_path(const Vec3& entry) noexcept;
   void enter_old_path(CutPath& old) noexcept;
+  void touch_at(const Vec3& on_line) noexcept;
   bool comes_along(const Vec3& normal) const noexcept;
   void press() noexcept;
   void press_beside() noexcept;
@@ -164,6 +165,8 @@ class NeedleContact {
   void cut(double distance) noexcept;
   double stop_at_capsule(const Vec3& from, const Vec3& to) noexcept;
   void sum_forces() noexcept;
+  void add_side_friction() noexcept;
+  double side_friction_n() const noexcept;
   void add_guide() noexcept;
   void turn_to_world() noexcept;
   void update_local_model(std::uint64_t tick, double axial_stiffness, double lateral_stiffness) noexcept;
@@ -194,6 +197,7 @@ class NeedleContact {
   bool by_tip_ = false;                // the tip presses; otherwise the needle lies against the surface
   SideContact side_;                   // … as this
   double advanced_ = 0;                // how far such a needle's tip has gone along it since, mm
+  double rubbed_mm_ = 0;               // how far it has gone along the tissue beside it and not slid
   double not_pressed_ = 0;  // how much deeper the tip lies by sliding than by its way along the needle, mm
   double slid_ = 0;         // how far the tip has slid downhill, mm
   bool has_punctured_ = false;  // in the last tick
