@@ -11,6 +11,8 @@
 namespace brachy {
 namespace {
 
+using test::sphere;
+
 const Tissue& phantom() {
   static const Tissue tissue = test::small_phantom(Vec3::Zero());
   return tissue;

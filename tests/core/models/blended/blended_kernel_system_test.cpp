@@ -21,6 +21,7 @@ namespace brachy {
 namespace {
 
 using test::RandomTissues;
+using test::sphere;
 using test::uniform_point;
 
 const std::array<Kernel, 4> kKernels = {Wendland30{}, Wendland31{}, Wendland32{}, Buhmann{}};

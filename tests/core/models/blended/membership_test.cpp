@@ -9,6 +9,7 @@
 namespace brachy {
 namespace {
 
+using test::sphere;
 using test::uniform_point;
 
 std::vector<double> shares(const Membership& membership, const Vec3& X) {
