@@ -10,13 +10,14 @@
 namespace brachy {
 namespace {
 
-const Vec3 kSemiAxes(25, 20, 22.5);
+const Vec3 kFineSemiAxes(25, 20, 22.5);
 
 // The gland's surface as in the reference: the phantom's vertices, moved onto an ellipsoid; so many that the surface
 // between them is at most 0.03 mm inside it.
 Tissue fine_ellipsoid() {
   SurfaceMesh surface = prostate_phantom(5000);
-  for (Vec3& v : surface.vertices) v = kSemiAxes.cwiseProduct(v.cwiseQuotient(kSemiAxes).normalized());
+  for (Vec3& v : surface.vertices)
+    v = kFineSemiAxes.cwiseProduct(v.cwiseQuotient(kFineSemiAxes).normalized());
   const SurfaceBvh bvh(surface);
   return build_tissue(surface, fill_interior(bvh, 500, 1, "the fine_ellipsoid"));
 }
