@@ -114,6 +114,7 @@ std::vector<double> DicomItem::numbers(const DicomTag& tag) const {
     rest = {of_binary.c_str(), of_binary.size()};
   else
     return {};
+  std::vector<double> values;
   if (without_blanks(rest).empty()) return {};
   for (bool more = true; more;) {
     const auto end = rest.find('\\');
