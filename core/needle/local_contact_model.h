@@ -31,7 +31,8 @@ struct LocalContactModel {
   double axial_min_n = 0;               ///< ≤ 0: minus the friction bound
   double axial_max_n = 0;               ///< friction bound and cutting force, or puncture force
   double after_puncture_n = 0;          ///< axial_max_n once the capsule is through
-  /// on the needle at reference_tip, across the axis; and what a template's hole does along it to a bent needle
+  /// on the needle at reference_tip, across the axis; and what a template's hole and the tissue beside do along it to a
+  /// bent needle
   Vec3 lateral_n = Vec3::Zero();
   double lateral_stiffness_n_per_mm = 0;
   double time_to_live_s = 0.05;  ///< from arrival on; then the force goes to 0

@@ -43,6 +43,10 @@ class NeedleBend {
     const Vec3 by_tip = beam_.compliance(s, beam_.length_mm) * tip_force_n_;
     return is_held_aside() ? Vec3(by_tip + beam_.guide_share(s) * offset_) : by_tip;
   }
+  Vec3 free_tip_slope() const { return beam_.guide_slope(beam_.length_mm) * offset_; }  ///< by the hole alone
+  bool is_held_aside() const {
+    return is_held_by_template() && offset_ != Vec3::Zero();
+  }  ///< off the pose's line
   /// Takes the landmarks' reactions of this tick.
   void set_loads(std::span<const NeedleLandmark> landmarks) noexcept;
   void clear() noexcept;  ///< no force acts on the needle
@@ -79,7 +83,6 @@ class NeedleBend {
   };
   Vec3 across(const Vec3& v) const { return v - v.dot(beam_.axis) * beam_.axis; }
   void find_hole(const RigidTransform& X_BN, const RigidTransform& X_WN) noexcept;
-  bool is_held_aside() const { return is_held_by_template() && offset_ != Vec3::Zero(); }
 
   Beam beam_;
   std::optional<double> guide_z_;

@@ -17,11 +17,9 @@ constexpr double kSameEntry = 1;  // needle diameters from an old entry within w
 constexpr double kSameDirection = 0.94;  // cosine of the 20° within which a needle finds its old cut
 // mm ahead of a free needle within which the capsule is reported to the device
 constexpr double kLookAhead = 25;
-constexpr double kMostOblique = 0.5;   // cosine: a tip slides no more on a capsule that is steeper
-constexpr double kTipFriction = 0.3;   // of a tip on the capsule; an assumption
-constexpr double kSideFriction = 0.1;  // of a smooth shaft that lies against the capsule; an assumption
-constexpr double kSideStick = 2;       // N/mm, along the needle, before it slides over the capsule
-constexpr int kBisections = 20;        // of a tick's cut: a capsule is found to 1e-6 of it
+constexpr double kMostOblique = 0.5;  // cosine: a tip slides no more on a capsule that is steeper
+constexpr double kTipFriction = 0.3;  // of a tip on the capsule; an assumption
+constexpr int kBisections = 20;       // of a tick's cut: a capsule is found to 1e-6 of it
 // mm: by less a landmark has not moved along a needle, nor a tip past its material point. Rounding alone would move
 // them, and the tissue, for ever.
 constexpr double kRestToleranceMm = 1e-9;
@@ -57,17 +55,20 @@ void NeedleContact::begin(const RigidTransform& X_WN, const DisplacementField* l
   is_turned_ = !frame.is_identity();
   if (is_turned_) turn_ = X_WN.R * X_BN.R.transpose();
   last_tip_ = frame.from_world(last_world_tip_);
+  last_free_tip_ = last_tip_ + (needle_.free_tip - needle_.tip);
   last_world_tip_ = X_WN.p;
   const Vec3 axis = X_BN.R.col(2), last_axis = last_world_axis_;
   last_world_axis_ = X_WN.R.col(2);
   const bool has_jumped = has_last_pose_ && ((X_BN.p - last_tip_).norm() > settings_.max_jump_mm ||
                                              last_axis.dot(last_world_axis_) < kMostTurn);
-  needle_ = {X_BN.p - needle_settings_.length_mm * axis, X_BN.p, axis, X_BN.p};
+  const Vec3 hub = X_BN.p - needle_settings_.length_mm * axis;
+  needle_ = {hub, X_BN.p, axis, X_BN.p, hub, X_BN.p};
   moved_ = (X_BN.p - last_tip_).norm() + needle_settings_.length_mm * (last_world_axis_ - last_axis).norm();
   if (bend_) {
     if (has_jumped) bend_->leave_hole();
     bend_->begin(X_BN, X_WN);
     needle_.bent_tip += bend_->tip_deflection();
+    lay_free_line();
     last_slope_ = bend_->tip_slope();
   }
   const Vec3 motion = needle_.tip - last_tip_;
@@ -110,6 +111,14 @@ void NeedleContact::skip() noexcept {
   tip_depth_ = 0;
 }
 
+// A hole that holds the needle aside turns what is beyond it: where nothing else presses on it, it is straight there.
+void NeedleContact::lay_free_line() noexcept {
+  if (!bend_->is_held_aside()) return;
+  const double length = needle_settings_.length_mm;
+  needle_.free_tip += bend_->free_deflection(length);
+  needle_.free_hub = needle_.free_tip - length * (needle_.axis + bend_->free_tip_slope()).normalized();
+}
+
 // The needle is in the tissue where its pose says, without any displacement.
 void NeedleContact::reinitialize() noexcept {
   if (has_last_pose_) flags_ |= kStepReinitialized;
@@ -141,49 +150,42 @@ void NeedleContact::reinitialize() noexcept {
 }
 
 void NeedleContact::approach() noexcept {
-  auto hit = surface_.first_hit(last_tip_, needle_.tip);
+  auto hit = surface_.first_hit(last_free_tip_, needle_.free_tip);
   if (hit && !hit->entering) hit.reset();
   const bool along = hit && comes_along(hit->normal);
   not_pressed_ = 0;
   if (along || (hit && hit->normal.dot(needle_.axis) <= kFacing)) {
     CutPath* const old = along ? find_old_path(hit->point) : nullptr;
     if (old) return enter_old_path(*old);
-    touch_at(hit->point);
-    if (!along) not_pressed_ = std::max(0.0, (needle_.tip - contact_point_).dot(needle_.axis));
+    contact_point_ = hit->point;
+    if (!along) not_pressed_ = std::max(0.0, (needle_.free_tip - contact_point_).dot(needle_.axis));
     by_tip_ = true;
-  } else if (side_.begin(needle_.hub, needle_.tip, needle_.tip - last_tip_) && !comes_along(side_.normal())) {
+  } else if (side_.begin(needle_.free_hub, needle_.free_tip, needle_.free_tip - last_free_tip_) &&
+             !comes_along(side_.normal())) {
     by_tip_ = false;
-  } else if (surface_.inside(needle_.tip)) {
+  } else if (surface_.inside(needle_.free_tip)) {
     // A needle that has slid off the far side is out before all of its thickness is.
-    const double depth = -surface_.closest_point(needle_.tip).signed_distance;
+    const double depth = -surface_.closest_point(needle_.free_tip).signed_distance;
     if (!is_body_moving_ && depth > needle_settings_.diameter_mm) return reinitialize();
     by_tip_ = is_body_moving_;
     if (by_tip_) {  // the gland has come to the tip
-      contact_point_ = surface_.closest_point(needle_.tip).point;
+      contact_point_ = surface_.closest_point(needle_.free_tip).point;
       if (CutPath* old = find_old_path(contact_point_)) return enter_old_path(*old);
     } else {
-      side_.rest_at(needle_.tip, needle_.axis);
+      side_.rest_at(needle_.free_tip, needle_.axis);
     }
   } else {
     return;
   }
   state_ = ContactState::kTouching;
-  slid_ = advanced_ = rubbed_mm_ = 0;
+  slid_ = advanced_ = 0;
   if (by_tip_) press();
-}
-
-// The tip of a needle that is bent already, in a hole, touches where it is, not where its line comes through.
-void NeedleContact::touch_at(const Vec3& on_line) noexcept {
-  contact_point_ = on_line;
-  if (!bend_) return;
-  contact_point_ = surface_.closest_point(on_line + needle_.across(needle_.bent_tip - needle_.tip)).point;
-  not_pressed_ = std::max(0.0, (on_line - contact_point_).dot(needle_.axis));
 }
 
 // Whether the needle has come through a surface with that outward normal more by its way along itself than by its way
 // across.
 bool NeedleContact::comes_along(const Vec3& normal) const noexcept {
-  const Vec3 motion = needle_.tip - last_tip_;
+  const Vec3 motion = needle_.free_tip - last_free_tip_;
   const double along = motion.dot(needle_.axis) * -normal.dot(needle_.axis);
   return along > 0 && along >= -normal.dot(needle_.across(motion));
 }
@@ -213,10 +215,10 @@ void NeedleContact::press() noexcept {
   if (!tip_inside && !surface_.first_hit(needle_.hub, needle_.bent_tip)) return release();
 
   if (has_punctured_) return enter();
-  const Vec3 off_axis = needle_.nearest_on_line(contact_point_) - contact_point_;
+  const Vec3 off_axis = needle_.across(needle_.free_tip - contact_point_);
   if (!tip_inside &&
       off_axis.norm() > settings_.surface_slip_mm) {  // dragged off: only the shaft can touch now
-    if (!side_.begin(needle_.hub, needle_.tip, off_axis)) return release();
+    if (!side_.begin(needle_.free_hub, needle_.free_tip, off_axis)) return release();
     by_tip_ = false;
     return;
   }
@@ -233,19 +235,18 @@ void NeedleContact::press() noexcept {
 // What the needle's tip has gone along it while it lies beside the tissue presses on what is in front of it.
 void NeedleContact::press_beside() noexcept {
   if (has_punctured_) return enter();
-  if (!side_.update(needle_.hub, needle_.tip, moved_)) {
-    if (!surface_.inside(needle_.tip)) return release();
-    side_.rest_at(needle_.tip, needle_.axis);
+  if (!side_.update(needle_.free_hub, needle_.free_tip, moved_)) {
+    if (!surface_.inside(needle_.free_tip)) return release();
+    side_.rest_at(needle_.free_tip, needle_.axis);
   }
   const double advance = (needle_.tip - last_tip_).dot(needle_.axis);
   advanced_ = side_.below_tip() ? std::max(0.0, advanced_ + advance) : 0;
-  rubbed_mm_ += advance;
   if (side_.below_tip()) contact_point_ = *side_.below_tip();
 }
 
 // Bent or not: once released it springs back to its line.
 bool NeedleContact::is_inside() const noexcept {
-  return surface_.inside(needle_.tip) || (bend_ && surface_.inside(needle_.bent_tip));
+  return surface_.inside(needle_.free_tip) || (bend_ && surface_.inside(needle_.bent_tip));
 }
 
 void NeedleContact::enter() noexcept {
@@ -376,12 +377,8 @@ void NeedleContact::add_side() noexcept {
   for (const SideContact::Point& point : side_.points()) {
     if (landmarks_.size() + 1 >= landmarks_.capacity()) break;
     NeedleLandmark landmark{.position = point.rest, .axis = direction, .slides = true};
-    double depth = point.depth_mm;
-    if (bend_) {
-      landmark.arc_mm = bend_->arc_of(point.rest);
-      depth += bend_->free_deflection(landmark.arc_mm).dot(direction);
-    }
-    landmark.if_stuck = depth * direction;
+    if (bend_) landmark.arc_mm = bend_->arc_of(point.rest);
+    landmark.if_stuck = point.depth_mm * direction;
     landmark.high_n = landmark.friction_n = std::numeric_limits<double>::infinity();
     landmark.spread.core_mm = point.core_mm;
     landmarks_.push_back(landmark);
@@ -644,27 +641,10 @@ void NeedleContact::sum_forces() noexcept {
     forces_.force_n += bend_->tip_force_n();
     forces_.tip_torque_nmm += bend_->tip_deflection().cross(bend_->tip_force_n());
   }
-  if (is_beside()) add_side_friction();
   forces_.axial_n = forces_.cutting_n + forces_.friction_n;
   forces_.lateral_n = needle_.across(forces_.force_n).norm();
   if (bend_) add_guide();
   forces_.hub_torque_nmm = forces_.tip_torque_nmm + (needle_.tip - needle_.hub).cross(forces_.force_n);
-}
-
-// A needle that goes along itself rubs on what it presses against from the side: Coulomb's friction, and a spring up
-// to it. Without it a side that the needle's own advance pushes deeper would give back more than it took.
-void NeedleContact::add_side_friction() noexcept {
-  const double most = side_friction_n();
-  rubbed_mm_ = std::clamp(rubbed_mm_, -most / kSideStick, most / kSideStick);
-  forces_.friction_n += kSideStick * rubbed_mm_;
-  forces_.force_n -= kSideStick * rubbed_mm_ * needle_.axis;
-}
-
-double NeedleContact::side_friction_n() const noexcept {
-  double pressed = 0;
-  for (const NeedleLandmark& landmark : landmarks_)
-    pressed += std::max(0.0, landmark.reaction_n.dot(side_.direction()));
-  return kSideFriction * pressed;
 }
 
 // What the template's hole does, which the hand feels beside the tissue.
@@ -699,7 +679,9 @@ void NeedleContact::update_local_model(std::uint64_t tick, double axial_stiffnes
   }
   if (landmarks_.empty()) return m.in_contact ? void() : add_capsule_ahead();
   m.in_contact = true;
-  m.lateral_n = needle_.across(forces_.force_n - forces_.guide_n) + forces_.guide_n;
+  // A side that a hole turns pushes a little along the needle, whatever the needle's way.
+  const double aslant_n = pushed_aslant_n(), axial_n = forces_.axial_n - aslant_n;
+  m.lateral_n = needle_.across(forces_.force_n - forces_.guide_n) - aslant_n * needle_.axis + forces_.guide_n;
   m.lateral_stiffness_n_per_mm += lateral_stiffness;
   m.axial_stiffness_n_per_mm = axial_stiffness;
   for (const NeedleLandmark& landmark : landmarks_) {
@@ -715,7 +697,7 @@ void NeedleContact::update_local_model(std::uint64_t tick, double axial_stiffnes
     const TissueContact& capsule = tissues_[0];
     // What only pushes gives no force until it presses; so it waits where the tissue pushes the needle aside already.
     const NeedleLandmark* pressing = pressing_landmark();
-    if (forces_.cutting_n < kNoForceN) pressing = nullptr;
+    if (axial_n < kNoForceN) pressing = nullptr;
     m.is_capsule = pressing != nullptr;
     m.axial_max_n = pressing ? capsule.puncture_force_n : 0;
     m.after_puncture_n = pressing ? capsule.cutting_force_n : 0;
@@ -724,20 +706,23 @@ void NeedleContact::update_local_model(std::uint64_t tick, double axial_stiffnes
     m.axial_stiffness_n_per_mm = !pressing                      ? 0
                                  : pressing->spread.core_mm > 0 ? std::min(axial_stiffness, of_law)
                                                                 : of_law;
-    if (const double rubs = is_beside() ? side_friction_n() : 0; rubs > 0) {
-      m.axial_min_n -= rubs;
-      m.axial_max_n += rubs;
-      m.axial_stiffness_n_per_mm += kSideStick;
-    }
   }
-  m.axial_max_n =
-      std::max(m.axial_max_n, (1 + kRounding) * forces_.axial_n);  // a puncture is the next tick's
-  if (m.axial_stiffness_n_per_mm > 0)
-    m.contact_point -= forces_.axial_n / m.axial_stiffness_n_per_mm * needle_.axis;
+  m.axial_max_n = std::max(m.axial_max_n, (1 + kRounding) * axial_n);  // a puncture is the next tick's
+  if (m.axial_stiffness_n_per_mm > 0) m.contact_point -= axial_n / m.axial_stiffness_n_per_mm * needle_.axis;
+}
+
+// Along the needle, of what lies beside it, N.
+double NeedleContact::pushed_aslant_n() const noexcept {
+  double sum = 0;
+  if (!is_beside() || !bend_ || !bend_->is_held_aside()) return sum;
+  for (const NeedleLandmark& landmark : landmarks_)
+    if (landmark.axis != needle_.axis)
+      sum += landmark.reaction_n.dot(landmark.axis) * landmark.axis.dot(needle_.axis);
+  return sum;
 }
 
 void NeedleContact::add_capsule_ahead() noexcept {
-  const auto hit = surface_.first_hit(needle_.tip, needle_.tip + kLookAhead * needle_.axis);
+  const auto hit = surface_.first_hit(needle_.free_tip, needle_.free_tip + kLookAhead * needle_.axis);
   if (!hit || !hit->entering || find_old_path(hit->point)) return;
   const TissueContact& capsule = tissues_[0];
   local_model_.contact_point = hit->point;

@@ -117,6 +117,8 @@ class NeedleContact {
   struct Needle {  // this tick's pose in parts
     Vec3 hub = Vec3::Zero(), tip = Vec3::Zero(), axis = Vec3::UnitZ();
     Vec3 bent_tip = Vec3::Zero();  // by the last tick's forces
+    Vec3 free_hub = Vec3::Zero(),
+         free_tip = Vec3::Zero();  // of the line that it takes where nothing touches it
     Vec3 nearest_on_line(const Vec3& p) const { return tip + (p - tip).dot(axis) * axis; }
     Vec3 across(const Vec3& v) const { return v - v.dot(axis) * axis; }
   };
@@ -129,11 +131,11 @@ class NeedleContact {
   };
 
   // geometry, before the solve
+  void lay_free_line() noexcept;
   void reinitialize() noexcept;
   void approach() noexcept;
   CutPath* find_old_path(const Vec3& entry) noexcept;
   void enter_old_path(CutPath& old) noexcept;
-  void touch_at(const Vec3& on_line) noexcept;
   bool comes_along(const Vec3& normal) const noexcept;
   void press() noexcept;
   void press_beside() noexcept;
@@ -165,11 +167,10 @@ class NeedleContact {
   void cut(double distance) noexcept;
   double stop_at_capsule(const Vec3& from, const Vec3& to) noexcept;
   void sum_forces() noexcept;
-  void add_side_friction() noexcept;
-  double side_friction_n() const noexcept;
   void add_guide() noexcept;
   void turn_to_world() noexcept;
   void update_local_model(std::uint64_t tick, double axial_stiffness, double lateral_stiffness) noexcept;
+  double pushed_aslant_n() const noexcept;
   void add_capsule_ahead() noexcept;
 
   bool is_beside() const { return state_ == ContactState::kTouching && !by_tip_; }
@@ -184,7 +185,7 @@ class NeedleContact {
   bool is_locking_ = false;
   bool has_last_pose_ = false;
   Needle needle_;  // in the body's frame
-  Vec3 last_tip_ = Vec3::Zero(), last_world_tip_ = Vec3::Zero();
+  Vec3 last_tip_ = Vec3::Zero(), last_world_tip_ = Vec3::Zero(), last_free_tip_ = Vec3::Zero();
   Vec3 last_world_axis_ = Vec3::UnitZ();
   double moved_ = 0;             // since the last tick, the farther of tip and hub, mm
   bool is_turned_ = false;       // the body's frame is not the world's
@@ -197,7 +198,6 @@ class NeedleContact {
   bool by_tip_ = false;                // the tip presses; otherwise the needle lies against the surface
   SideContact side_;                   // … as this
   double advanced_ = 0;                // how far such a needle's tip has gone along it since, mm
-  double rubbed_mm_ = 0;               // how far it has gone along the tissue beside it and not slid
   double not_pressed_ = 0;  // how much deeper the tip lies by sliding than by its way along the needle, mm
   double slid_ = 0;         // how far the tip has slid downhill, mm
   bool has_punctured_ = false;  // in the last tick

@@ -17,7 +17,7 @@ namespace brachy {
 /// farther than that, so that a needle that is drawn through sidewise lets go without a jump. Where the surface slants
 /// by more than 30° against the direction, it is pushed by less: the tissue makes way along its normal.
 /// Models that know no forces have one point for the whole contact, of which alone their scale is known.
-/// Limits: one direction for the whole contact; friction is the hand's, not the tissue's; the needle's line is taken as straight.
+/// Limits: one direction for the whole contact; no friction; the needle's line is taken as straight.
 /// Threads: one. Real-time: no allocation after construction, no exceptions; two BVH queries a point.
 class SideContact {
  public:

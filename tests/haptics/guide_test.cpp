@@ -108,6 +108,25 @@ TEST(GuideForce, PushesTheHandBack) {
   }
 }
 
+// A needle that the hole turns towards the gland's side touches where it is: the force begins at nothing, there as well
+// as on the pose's line. Its tip is 3 mm aside by then.
+TEST(GuideForce, BeginsWhereTheTurnedNeedleTouches) {
+  const Vec3 axis = Vec3(-0.03, -0.06, 1).normalized(), in(8, 10.9, -19), to(7, 10.8, -10.4);
+  Hand hand(scene_of("template"));
+  hand.go(Vec3(-0.8, 15.8, -81), Vec3(3.7, 10.9, -36.4), 0.5, axis);
+  hand.go({3.7, 10.9, -36.4}, {7.7, 13.9, -30.6}, 0.5, axis);
+  hand.go({7.7, 13.9, -30.6}, in, 0.5, axis);
+  Vec3 last = hand.last_force();
+  int touched = 0;
+  for (const Vec3& tip : test::straight(in, to, 0.1)) {
+    const NeedleState& needle = hand.step(tip, axis);
+    EXPECT_LT((needle.forces.force_n - last).norm(), 0.06) << tip.transpose();
+    last = needle.forces.force_n;
+    touched += needle.contact == ContactState::kTouching;
+  }
+  EXPECT_GT(touched, 10);
+}
+
 // Through the template and not in the tissue: the needle is a cantilever between hub and hole.
 TEST(GuideForce, BeforeTheTissueIsTheBentNeedlesAlone) {
   GuidedHand hand(scene_of("template"));
