@@ -27,6 +27,7 @@ parts=(
   'soak        scripts/campaigns/soak.sh --short'
   'latency     scripts/campaigns/latency.sh'
   'seeds       scripts/campaigns/dose_latency.sh'
+  'timed       scripts/campaigns/timed.sh'
 )
 name_of() { echo "${1%% *}"; }
 command_of() { echo "${1#"${1%% *}"}" | sed 's/^ *//'; }

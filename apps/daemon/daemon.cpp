@@ -38,7 +38,6 @@
 #include "apps/daemon/telemetry/tick_events.h"
 #include "core/base/error.h"
 #include "core/realtime/capabilities.h"
-#include "core/realtime/deadline.h"
 #include "core/realtime/hand_over.h"
 #include "core/realtime/realtime_thread.h"
 #include "core/scene/load_plan.h"
@@ -119,7 +118,7 @@ std::unique_ptr<Worker> make_handshake_thread() {
 
 class Daemon::Impl {
  public:
-  Impl(const Scene& scene, const DaemonOptions& options)
+  Impl(const Scene& scene, const DaemonOptions& options, net::TimerClock& clock)
       : scene_(scene),
         options_(options),
         broker_(broker_options(scene, options)),
@@ -129,6 +128,7 @@ class Daemon::Impl {
         echoes_(scene.ultrasound.on && !scene.ultrasound.volume.empty() ? load_echo_map(scene, structures_)
                                                                         : nullptr),
         session_(open_session(scene, options, plan_, structures_)),
+        loop_(clock),
         runs_(std::make_shared<SimulationRun>(
                   0, false, load_simulation_model(scene, load_simulated_tissue(scene), options.set_up)),
               loop_, worker_),
@@ -160,7 +160,7 @@ class Daemon::Impl {
                    server_.broadcast({net::EventKind::kWarning, 0, 0, text});
                  }),
         watch_(loop_, scene.period_s(),
-               {[this] { forces_.update(monotonic_ns()); }, [this] { return telemetry_.status(); }}),
+               {[this] { forces_.update(); }, [this] { return telemetry_.status(); }}),
         reload_(loop_, worker_, controls_, watch_, options),
         telemetry_(loop_, {loop_statistics_.reader, control_statistics_.reader, server_, runs_,
                            std::as_const(forces_).link(), controls_, reload_, watch_,
@@ -211,13 +211,12 @@ class Daemon::Impl {
       end();
     });
     if (options_.duration_s)
-      duration_.start_after(std::chrono::nanoseconds(std::llround(*options_.duration_s * 1e9)),
-                            [this] { end(); });
+      duration_->start(std::chrono::nanoseconds(std::llround(*options_.duration_s * 1e9)), [this] { end(); });
     if (igtl_) follow_ticks();
     if (options_.report_every_s) telemetry_.start_reports(*options_.report_every_s, options_.json);
 
     DaemonSummary summary;
-    const std::int64_t start_ns = monotonic_ns();
+    const std::int64_t start_ns = loop_.clock().now_ns();
     std::vector<Vec3> surface = surface_vertices(simulator().tissue());
     std::promise<std::string> granted;
     std::jthread deformation([&](const std::stop_token& stop) {
@@ -228,7 +227,7 @@ class Daemon::Impl {
       granted.set_value(to_string(grant));
       std::vector<Device*> devices;
       for (const auto& device : devices_) devices.push_back(device.get());
-      run_deformation_loop(stop, runs_.in_use(),
+      run_deformation_loop(stop, loop_.clock(), runs_.in_use(),
                            {runs_.reader(), devices, states_.writer, tick_forces_.writer, seeds_.writer,
                             loop_statistics_.writer, &changes_.for_simulator(),
                             has_ultrasound() ? &imaged_ticks_.writer : nullptr});
@@ -240,7 +239,7 @@ class Daemon::Impl {
         request_realtime(
             {scene_.realtime.fifo_priority, false});  // the same scheduling as the deformation thread
         drop_capabilities();
-        run_control_loop(stop, scene_.period_s(), control_statistics_.writer);
+        run_control_loop(stop, loop_.clock(), scene_.period_s(), control_statistics_.writer);
       });
     // Only those two threads need capabilities. Threads that this one creates from here on inherit none.
     drop_capabilities();
@@ -250,21 +249,21 @@ class Daemon::Impl {
     });
     std::jthread snapshots([&](const std::stop_token& stop) {
       name_thread("snapshot");
-      summary.snapshots = run_snapshot_loop(stop, scene_.rates.snapshot_hz, states_.reader,
+      summary.snapshots = run_snapshot_loop(stop, loop_.clock(), scene_.rates.snapshot_hz, states_.reader,
                                             [&](auto state) { deliver(std::move(state)); });
     });
     std::jthread dose([&](const std::stop_token& stop) {
       name_thread("dose");
       summary.dose =
-          run_dose_loop(stop, structures_, dose_settings(), std::move(surface), plan_to_come(), seeds_.reader,
-                        [&](net::DoseMessage message) { deliver_dose(std::move(message)); });
+          run_dose_loop(stop, loop_.clock(), structures_, dose_settings(), std::move(surface), plan_to_come(),
+                        seeds_.reader, [&](net::DoseMessage message) { deliver_dose(std::move(message)); });
     });
     std::jthread ultrasound;
     if (has_ultrasound())
       ultrasound = std::jthread([&](const std::stop_token& stop) {
         name_thread("ultrasound");
         stand_back();
-        run_ultrasound_loop(stop, scene_, structures_, echoes_, X_WR_, ultrasound_ports());
+        run_ultrasound_loop(stop, loop_.clock(), scene_, structures_, echoes_, X_WR_, ultrasound_ports());
       });
     std::jthread broker;
     if (publisher_)
@@ -288,7 +287,7 @@ class Daemon::Impl {
       thread->request_stop();
       if (thread->joinable()) thread->join();
     }
-    summary.elapsed_s = 1e-9 * static_cast<double>(monotonic_ns() - start_ns);
+    summary.elapsed_s = 1e-9 * static_cast<double>(loop_.clock().now_ns() - start_ns);
     finish(summary);
     return summary;
   }
@@ -306,11 +305,11 @@ class Daemon::Impl {
   void end() {
     is_ending_ = true;
     end_signals_.cancel();
-    duration_.cancel();
+    duration_->cancel();
     watch_.end();
     reload_.stop();
     forces_.stop();
-    tracking_.cancel();
+    tracking_->cancel();
     telemetry_.stop_reports();
     if (igtl_) igtl_->stop();
     server_.stop();
@@ -342,6 +341,7 @@ class Daemon::Impl {
 
   net::ServerOptions own_server_options() {
     net::ServerOptions o = server_options(scene_, options_, needle_count_);
+    o.clock = &loop_.clock();
     if (handshakes_)
       o.handshake_thread = [this](std::function<void()> step) { handshakes_->post(std::move(step)); };
     return o;
@@ -421,13 +421,14 @@ class Daemon::Impl {
     net::igtl::TrackedTick tracked{tick.run, tick.sim_time_s, tick.start_ns, {}};
     for (const NeedleTick& needle : tick.needles)
       tracked.X_WN.push_back(needle.is_present ? std::optional(needle.X_WN) : std::nullopt);
-    igtl_->track(std::move(tracked), net::real_clock().utc_ns() - (monotonic_ns() - tick.start_ns));
+    net::TimerClock& clock = loop_.clock();
+    igtl_->track(std::move(tracked), clock.utc_ns() - (clock.now_ns() - tick.start_ns));
   }
   /// Looks for ticks twice a period while a client of OpenIGTLink wants them.
   void follow_ticks() {
-    if (igtl_->wants_ticks()) forces_.update(monotonic_ns());
+    if (igtl_->wants_ticks()) forces_.update();
     const double wait_s = igtl_->wants_ticks() ? scene_.period_s() / 2 : 0.05;
-    tracking_.start_after(std::chrono::nanoseconds(std::llround(1e9 * wait_s)), [this] { follow_ticks(); });
+    tracking_->start(std::chrono::nanoseconds(std::llround(1e9 * wait_s)), [this] { follow_ticks(); });
   }
   IgtlFigures igtl_figures() const {
     if (!igtl_) return {};
@@ -565,16 +566,16 @@ class Daemon::Impl {
 
   // On the io thread.
   SignalWait end_signals_{loop_, {SIGINT, SIGTERM}};  // from construction on: a signal before run() is kept
-  Timer duration_{loop_};
-  Timer tracking_{loop_};  // of follow_ticks()
-  NetworkLog network_log_;
+  const std::unique_ptr<net::Timer> duration_ = loop_.make_timer();
+  const std::unique_ptr<net::Timer> tracking_ = loop_.make_timer();  // of follow_ticks()
+  NetworkLog network_log_{loop_.clock()};
   const std::function<void(const std::string&)> log_ = [this](const std::string& line) {
     network_log_.info(line);
   };
-  SafetyNotices safety_{[this](const net::EventMessage& event) {
-    network_log_.safety("safety: " + event.text);
-    server_.broadcast(event);
-  }};
+  SafetyNotices safety_{loop_.clock(), [this](const net::EventMessage& event) {
+                          network_log_.safety("safety: " + event.text);
+                          server_.broadcast(event);
+                        }};
   ForceCycle forces_;
   bool is_ending_ = false;
   std::unique_ptr<Worker> handshakes_;  // computes what server_ gives it; null: no TLS
@@ -593,8 +594,8 @@ class Daemon::Impl {
   ExercisePages exercises_;  // computes scores on a thread of its own
 };
 
-Daemon::Daemon(const Scene& scene, const DaemonOptions& options)
-    : impl_(std::make_unique<Impl>(scene, options)) {}
+Daemon::Daemon(const Scene& scene, const DaemonOptions& options, net::TimerClock& clock)
+    : impl_(std::make_unique<Impl>(scene, options, clock)) {}
 Daemon::~Daemon() = default;
 std::uint16_t Daemon::port() const {
   return impl_->server().port();

@@ -8,6 +8,7 @@
 #include "apps/command_line/options.h"
 #include "apps/daemon/telemetry/daemon_summary.h"
 #include "core/scene/scene.h"
+#include "net/base/clock.h"
 
 namespace brachy {
 
@@ -26,8 +27,9 @@ namespace brachy {
 ///                                snapshots and forces (≤ 1 kHz) out
 class Daemon {
  public:
-  /// Loads what the scene names and binds the ports. Throws UserError.
-  Daemon(const Scene& scene, const DaemonOptions& options);
+  /// Loads what the scene names and binds the ports. Throws UserError. `clock`, which all its threads take their time
+  /// from, outlives it.
+  Daemon(const Scene& scene, const DaemonOptions& options, net::TimerClock& clock = net::real_clock());
   ~Daemon();
   Daemon(const Daemon&) = delete;
   Daemon& operator=(const Daemon&) = delete;

@@ -18,10 +18,10 @@ void to_program_log(NetworkLog::Level level, const std::string& line) {
 
 }  // namespace
 
-NetworkLog::NetworkLog() : NetworkLog(to_program_log) {}
+NetworkLog::NetworkLog(Clock& clock) : NetworkLog(clock, to_program_log) {}
 
-void NetworkLog::write(Level level, const std::string& line, std::int64_t now_ns) {
-  if (!rate_.pass(now_ns)) {
+void NetworkLog::write(Level level, const std::string& line) {
+  if (!rate_.pass(clock_.now_ns())) {
     ++left_out_;
     return;
   }

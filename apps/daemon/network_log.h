@@ -20,22 +20,20 @@ class NetworkLog {
   enum class Level { kInfo, kWarning, kSafety };
   using Out = std::function<void(Level, const std::string&)>;
 
-  NetworkLog();  ///< to the program's log
-  explicit NetworkLog(Out out) : out_(std::move(out)) {}
+  /// `clock` outlives this.
+  explicit NetworkLog(Clock& clock);  ///< to the program's log
+  NetworkLog(Clock& clock, Out out) : clock_(clock), out_(std::move(out)) {}
 
-  void info(const std::string& line, std::int64_t now_ns = monotonic_ns()) {
-    write(Level::kInfo, line, now_ns);
-  }
-  void warn(const std::string& line, std::int64_t now_ns = monotonic_ns()) {
-    write(Level::kWarning, line, now_ns);
-  }
+  void info(const std::string& line) { write(Level::kInfo, line); }
+  void warn(const std::string& line) { write(Level::kWarning, line); }
   /// A line about safety: never omitted. Its caller bounds their number (SafetyNotices).
   void safety(const std::string& line);
   void end();  ///< logs how many lines were omitted last
 
  private:
-  void write(Level level, const std::string& line, std::int64_t now_ns);
+  void write(Level level, const std::string& line);
 
+  Clock& clock_;
   Out out_;
   net::RateLimit rate_{kPerS, kBurst};
   std::uint64_t left_out_ = 0;

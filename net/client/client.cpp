@@ -35,7 +35,7 @@ class Client::Impl final : public ConnectionListener, public std::enable_shared_
         needle_(options_.needle == kAnyNeedle ? std::uint16_t{0} : options_.needle) {}
 
   void connect(const std::string& host, std::uint16_t port) {
-    asio::ip::tcp::socket socket = connect_tcp(io_, host, port, options_.connect_timeout);
+    asio::ip::tcp::socket socket = connect_tcp(io_, host, port, clock_, options_.connect_timeout);
     if (options_.tls)
       connection_ = TlsConnection::at_client(std::move(socket), clock_, *options_.tls, host, kSendBufferBytes,
                                              kFrameReadBytes);

@@ -49,8 +49,8 @@ std::vector<std::string> brachyd_line(std::vector<std::string> arguments) {
 Ended run_brachy(std::vector<std::string> arguments) {
   return run_process(brachy_line(std::move(arguments)));
 }
-Ended run_brachyd(std::vector<std::string> arguments, ChildProcess::Milliseconds deadline) {
-  return run_process(brachyd_line(std::move(arguments)), deadline);
+Ended run_brachyd(std::vector<std::string> arguments) {
+  return run_process(brachyd_line(std::move(arguments)));
 }
 
 ::testing::AssertionResult exited(const Ended& ended, int code) {

@@ -34,8 +34,7 @@ std::string read_file(const std::filesystem::path& file);
 
 /// `brachy ARGUMENTS…` and `brachyd ARGUMENTS…`, to their end.
 Ended run_brachy(std::vector<std::string> arguments);
-Ended run_brachyd(std::vector<std::string> arguments,
-                  ChildProcess::Milliseconds deadline = ChildProcess::kDeadline);
+Ended run_brachyd(std::vector<std::string> arguments);
 
 /// The command lines, for a ChildProcess.
 std::vector<std::string> brachy_line(std::vector<std::string> arguments);

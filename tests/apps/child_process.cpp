@@ -107,25 +107,24 @@ void ChildProcess::reap() {
 }
 
 // Waits for output or the end of the process; false at the deadline, or when there is nothing left to wait for.
-bool ChildProcess::poll_once(Clock::time_point end) {
-  const auto left = std::chrono::duration_cast<Milliseconds>(end - Clock::now()).count();
-  if (left <= 0) return false;
+bool ChildProcess::poll_once(const Deadline& deadline) {
+  if (deadline.has_passed()) return false;
   std::array<pollfd, 3> fds{{{out_.get(), POLLIN, 0}, {err_.get(), POLLIN, 0}, {-1, POLLIN, 0}}};
   // Once both streams have ended only the process remains; before that its end shows as theirs.
   if (!out_.is_open() && !err_.is_open()) {
     if (reaped_) return false;
     fds[2].fd = pidfd_.get();
   }
-  const int ready = poll(fds.data(), fds.size(), static_cast<int>(left));
+  const int ready = poll(fds.data(), fds.size(), deadline.left_ms());
   if (ready < 0) return errno == EINTR;
   if (fds[0].revents) read_into(out_, ended_.out);
   if (fds[1].revents) read_into(err_, ended_.err);
   if (fds[2].revents) reap();
-  return ready > 0;
+  return true;
 }
 
-std::optional<std::string> ChildProcess::read_line(Milliseconds deadline) {
-  const auto end = Clock::now() + deadline;
+std::optional<std::string> ChildProcess::read_line() {
+  const Deadline deadline;
   for (;;) {
     const std::size_t line_end = ended_.out.find('\n', lines_read_);
     if (line_end != std::string::npos) {
@@ -133,18 +132,18 @@ std::optional<std::string> ChildProcess::read_line(Milliseconds deadline) {
       lines_read_ = line_end + 1;
       return line;
     }
-    if (!out_.is_open() || !poll_once(end)) return std::nullopt;
+    if (!out_.is_open() || !poll_once(deadline)) return std::nullopt;
   }
 }
 
-bool ChildProcess::says(const std::string& text, std::size_t times, Milliseconds deadline) {
-  const auto end = Clock::now() + deadline;
+bool ChildProcess::says(const std::string& text, std::size_t times) {
+  const Deadline deadline;
   for (;;) {
     std::size_t count = 0;
     for (std::size_t at = 0; (at = ended_.err.find(text, at)) != std::string::npos; at += text.size())
       ++count;
     if (count >= times) return true;
-    if (!err_.is_open() || !poll_once(end)) return false;
+    if (!err_.is_open() || !poll_once(deadline)) return false;
   }
 }
 
@@ -152,9 +151,9 @@ void ChildProcess::send_signal(int number) {
   if (!reaped_) kill(pid_, number);
 }
 
-Ended ChildProcess::wait(Milliseconds deadline) {
-  const auto end = Clock::now() + deadline;
-  while (!reaped_ && poll_once(end)) {
+Ended ChildProcess::wait() {
+  const Deadline deadline;
+  while (!reaped_ && poll_once(deadline)) {
   }
   if (!reaped_) {
     ended_.timed_out = true;
@@ -164,8 +163,8 @@ Ended ChildProcess::wait(Milliseconds deadline) {
   return ended_;
 }
 
-Ended run_process(const std::vector<std::string>& argv, ChildProcess::Milliseconds deadline) {
-  return ChildProcess(argv).wait(deadline);
+Ended run_process(const std::vector<std::string>& argv) {
+  return ChildProcess(argv).wait();
 }
 
 }  // namespace brachy::test

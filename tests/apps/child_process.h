@@ -2,11 +2,12 @@
 
 #include <sys/types.h>
 
-#include <chrono>
 #include <optional>
 #include <string>
 #include <utility>
 #include <vector>
+
+#include "tests/wait.h"
 
 namespace brachy::test {
 
@@ -38,12 +39,9 @@ struct Ended {
 std::vector<std::string> lines_of(const std::string& text);
 
 /// A process with its stdout and stderr on pipes and nothing on stdin. The destructor kills it, by its pid, if it
-/// still runs, and reaps it. Waits are for conditions, with a deadline; nothing sleeps.
+/// still runs, and reaps it. Waits are for conditions, until kDeadline; nothing sleeps.
 class ChildProcess {
  public:
-  using Milliseconds = std::chrono::milliseconds;
-  static constexpr Milliseconds kDeadline{60'000};
-
   /// Where its output goes instead of a pipe; -1: to the pipe.
   struct Output {
     int out = -1, err = -1;
@@ -57,23 +55,21 @@ class ChildProcess {
   ChildProcess& operator=(const ChildProcess&) = delete;
 
   /// The next line of its stdout without the line break; nothing where none comes before its end or the deadline.
-  std::optional<std::string> read_line(Milliseconds deadline = kDeadline);
+  std::optional<std::string> read_line();
 
   /// Waits until its stderr contains `text` so many times; false at its end or the deadline.
-  bool says(const std::string& text, std::size_t times = 1, Milliseconds deadline = kDeadline);
+  bool says(const std::string& text, std::size_t times = 1);
 
   void send_signal(int number);
 
   /// Waits for its end, reading both pipes meanwhile.
-  Ended wait(Milliseconds deadline = kDeadline);
+  Ended wait();
 
   pid_t pid() const { return pid_; }
   bool is_running() const { return !reaped_; }  ///< not yet waited for
 
  private:
-  using Clock = std::chrono::steady_clock;
-
-  bool poll_once(Clock::time_point end);
+  bool poll_once(const Deadline& deadline);
   void reap();
 
   pid_t pid_ = -1;
@@ -84,7 +80,6 @@ class ChildProcess {
 };
 
 /// Starts a program, waits for its end.
-Ended run_process(const std::vector<std::string>& argv,
-                  ChildProcess::Milliseconds deadline = ChildProcess::kDeadline);
+Ended run_process(const std::vector<std::string>& argv);
 
 }  // namespace brachy::test

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <boost/asio/io_context.hpp>
-#include <chrono>
 #include <map>
 #include <string>
 #include <utility>
@@ -12,21 +11,14 @@
 
 #include "core/realtime/deadline.h"
 #include "net/client/client.h"
+#include "tests/wait.h"
 
 namespace brachy::test {
-
-#ifdef __SANITIZE_THREAD__
-inline constexpr std::chrono::milliseconds kPeerDeadline{120'000};  // an image takes half a second there
-#else
-inline constexpr std::chrono::milliseconds kPeerDeadline{30'000};
-#endif
 
 /// A client of a daemon that records what it receives. It is served only while its pump, or that of a peer that it
 /// stands beside, runs.
 class Peer {
  public:
-  static constexpr std::chrono::milliseconds kDeadline = kPeerDeadline;
-
   struct Frame {
     net::FrameMessage message;     ///< without its positions
     std::vector<float> positions;  ///< of the whole mesh after it, if kept
@@ -44,17 +36,12 @@ class Peer {
   /// Serves the connection until `condition()`; false where it does not come within the deadline.
   template <class Condition>
   bool until(Condition&& condition) {
-    const auto end = std::chrono::steady_clock::now() + kDeadline;
-    while (!condition()) {
-      if (std::chrono::steady_clock::now() >= end) return false;
-      poll();
-    }
-    return true;
+    return wait_until(condition, [this] { poll(); });
   }
-  /// Serves it once: until something happens, at most 5 ms.
+  /// Serves it once: until something happens, at most kTurn.
   void poll() {
     if (io_.stopped()) io_.restart();
-    io_.run_one_for(std::chrono::milliseconds(5));
+    io_.run_one_for(kTurn);
     if (beside_) {
       if (beside_->io_.stopped()) beside_->io_.restart();
       beside_->io_.poll();

@@ -6,7 +6,7 @@
 
 namespace brachy::test {
 
-/// A brachyd process on a free port. It ends by itself after at most a minute, even if the test crashes.
+/// A brachyd process on a free port. It ends by itself after kDeadline, even if the test crashes.
 class RunningBrachyd {
  public:
   /// `before`: a program, with its arguments, that executes brachyd.
@@ -34,7 +34,7 @@ class RunningBrachyd {
     std::vector<std::string> arguments = {"--config", scene, "--port", "0", "--json"};
     arguments.insert(arguments.end(), more.begin(), more.end());
     if (std::find(more.begin(), more.end(), "--duration") == more.end())
-      arguments.insert(arguments.end(), {"--duration", "60"});
+      arguments.insert(arguments.end(), {"--duration", std::to_string(kDeadline / std::chrono::seconds(1))});
     const auto all = brachyd_line(arguments);
     before.insert(before.end(), all.begin(), all.end());
     return before;

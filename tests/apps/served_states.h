@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <boost/asio/io_context.hpp>
-#include <chrono>
 #include <limits>
 #include <memory>
 #include <string>
@@ -29,10 +28,7 @@ class ServedStates {
     line.insert(line.end(), more.begin(), more.end());
     tools_.push_back(std::make_unique<ChildProcess>(line, output));
     const std::size_t awaited = joined_ + 1;
-    const auto deadline = std::chrono::steady_clock::now() + ChildProcess::kDeadline;
-    while (joined_ < awaited && std::chrono::steady_clock::now() < deadline)
-      io_.run_one_for(std::chrono::milliseconds(50));
-    EXPECT_EQ(joined_, awaited);
+    EXPECT_TRUE(wait_until([&] { return joined_ == awaited; }, [&] { io_.run_one_for(kTurn); }));
     return *tools_.back();
   }
 

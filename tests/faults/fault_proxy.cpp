@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <boost/asio/buffer.hpp>
-#include <boost/asio/steady_timer.hpp>
 #include <boost/asio/write.hpp>
 #include <cstddef>
 #include <utility>
@@ -17,11 +16,13 @@ using Error = boost::system::error_code;
 /// A client's connection and the corresponding one to the server.
 class FaultProxy::Link : public std::enable_shared_from_this<Link> {
  public:
-  Link(asio::io_context& io, tcp::socket client, std::uint16_t server_port, const Faults& faults)
+  Link(asio::io_context& io, net::TimerClock& clock, tcp::socket client, std::uint16_t server_port,
+       const Faults& faults)
       : client_(std::move(client)),
         server_(io),
         cut_(faults.cut),
-        lanes_{Lane(io, faults.up, client_, server_), Lane(io, faults.down, server_, client_)} {
+        lanes_{Lane(clock.make_timer(io), faults.up, client_, server_),
+               Lane(clock.make_timer(io), faults.down, server_, client_)} {
     Error error;
     server_.open(tcp::v4(), error);
     if (faults.receive_buffer > 0)
@@ -36,7 +37,7 @@ class FaultProxy::Link : public std::enable_shared_from_this<Link> {
   }
   void cut(Cut how) {
     if (phase_ != Phase::kPassing) return;
-    for (Lane& lane : lanes_) lane.timer.cancel();
+    for (Lane& lane : lanes_) lane.timer->cancel();
     Error ignored;
     if (how == Cut::kSilence) {
       phase_ = Phase::kSilent;
@@ -56,7 +57,7 @@ class FaultProxy::Link : public std::enable_shared_from_this<Link> {
   void close() {
     phase_ = Phase::kClosed;
     Error ignored;
-    for (Lane& lane : lanes_) lane.timer.cancel();
+    for (Lane& lane : lanes_) lane.timer->cancel();
     for (tcp::socket* socket : {&client_, &server_}) socket->close(ignored);
   }
   std::uint64_t passed(std::size_t lane) const { return lanes_[lane].passed; }
@@ -64,12 +65,16 @@ class FaultProxy::Link : public std::enable_shared_from_this<Link> {
  private:
   enum class Phase { kPassing, kSilent, kDraining, kClosed };
   struct Lane {
-    Lane(asio::io_context& io, const Way& given, tcp::socket& source, tcp::socket& sink)
-        : way(given), from(source), to(sink), timer(io), buffer(std::max<std::size_t>(given.piece, 1)) {}
+    Lane(std::unique_ptr<net::Timer> delay, const Way& given, tcp::socket& source, tcp::socket& sink)
+        : way(given),
+          from(source),
+          to(sink),
+          timer(std::move(delay)),
+          buffer(std::max<std::size_t>(given.piece, 1)) {}
     const Way way;
     tcp::socket& from;
     tcp::socket& to;
-    asio::steady_timer timer;
+    std::unique_ptr<net::Timer> timer;
     std::vector<std::byte> buffer;
     std::uint64_t passed = 0;
     bool has_ended = false;
@@ -84,10 +89,8 @@ class FaultProxy::Link : public std::enable_shared_from_this<Link> {
                                 if (self->phase_ != Phase::kPassing) return;
                                 if (error) return self->source_ended(lane, error);
                                 if (lane.way.delay.count() == 0) return self->pass_on(lane, size);
-                                lane.timer.expires_after(lane.way.delay);
-                                lane.timer.async_wait([self, &lane, size](const Error& cancelled) {
-                                  if (!cancelled) self->pass_on(lane, size);
-                                });
+                                lane.timer->start(lane.way.delay,
+                                                  [self, &lane, size] { self->pass_on(lane, size); });
                               });
   }
 
@@ -132,8 +135,11 @@ class FaultProxy::Link : public std::enable_shared_from_this<Link> {
   Phase phase_ = Phase::kPassing;
 };
 
-FaultProxy::FaultProxy(asio::io_context& io, std::uint16_t server_port)
-    : io_(io), acceptor_(io, {asio::ip::address_v4::loopback(), 0}), server_port_(server_port) {
+FaultProxy::FaultProxy(asio::io_context& io, net::TimerClock& clock, std::uint16_t server_port)
+    : io_(io),
+      clock_(clock),
+      acceptor_(io, {asio::ip::address_v4::loopback(), 0}),
+      server_port_(server_port) {
   accept_next();
 }
 
@@ -144,8 +150,8 @@ FaultProxy::~FaultProxy() {
 void FaultProxy::accept_next() {
   acceptor_.async_accept([this](const Error& error, tcp::socket socket) {
     if (error) return;  // closed: `this` may be gone
-    links_.push_back(
-        std::make_shared<Link>(io_, std::move(socket), server_port_, plan ? plan(links_.size()) : next));
+    links_.push_back(std::make_shared<Link>(io_, clock_, std::move(socket), server_port_,
+                                            plan ? plan(links_.size()) : next));
     links_.back()->start();
     accept_next();
   });

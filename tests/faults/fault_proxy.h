@@ -8,6 +8,8 @@
 #include <memory>
 #include <vector>
 
+#include "net/base/clock.h"
+
 namespace brachy::test {
 
 /// Faults of one direction of a connection.
@@ -43,14 +45,15 @@ struct Faults {
 /// A TCP proxy on a free port of the loopback that injects faults. Without faults it forwards everything, including
 /// ends of the stream and resets. Connections are numbered from 0 in the order of arrival.
 ///
-///     FaultProxy proxy(io, server.port());
+///     FaultProxy proxy(io, clock, server.port());
 ///     proxy.next = {.down = Way{.piece = 1}};   // for later connections
 ///     client.connect("127.0.0.1", proxy.port());
 ///
 /// Threads: creates none; everything happens on the one that runs `io`.
 class FaultProxy {
  public:
-  FaultProxy(boost::asio::io_context& io, std::uint16_t server_port);
+  /// `clock`: of the delays; it outlives `io`.
+  FaultProxy(boost::asio::io_context& io, net::TimerClock& clock, std::uint16_t server_port);
   ~FaultProxy();  ///< as clear(), and no new ones
   FaultProxy(const FaultProxy&) = delete;
   FaultProxy& operator=(const FaultProxy&) = delete;
@@ -71,6 +74,7 @@ class FaultProxy {
   void accept_next();
 
   boost::asio::io_context& io_;
+  net::TimerClock& clock_;
   boost::asio::ip::tcp::acceptor acceptor_;
   const std::uint16_t server_port_;
   std::vector<std::shared_ptr<Link>> links_;

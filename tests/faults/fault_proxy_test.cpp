@@ -6,7 +6,6 @@
 #include <boost/asio/write.hpp>
 #include <string>
 
-#include "net/base/clock.h"
 #include "tests/net/net_testing.h"
 
 namespace brachy::test {
@@ -14,13 +13,12 @@ namespace {
 
 namespace asio = boost::asio;
 using asio::ip::tcp;
-using net::test::pump;
 
 struct FaultProxyTest : ::testing::Test {
   void connect(const Faults& faults) {
     proxy.next = faults;
     client.connect({asio::ip::address_v4::loopback(), proxy.port()});
-    ASSERT_TRUE(pump(io, [&] { return proxy.count() == 1; }));
+    ASSERT_TRUE(until([&] { return proxy.count() == 1; }));
     server = acceptor.accept();
     client.non_blocking(true);
     server.non_blocking(true);
@@ -29,7 +27,7 @@ struct FaultProxyTest : ::testing::Test {
   std::string through(tcp::socket& from, tcp::socket& to, const std::string& given, std::size_t size) {
     std::string got;
     std::size_t sent = 0;
-    EXPECT_TRUE(pump(io, [&] {
+    EXPECT_TRUE(until([&] {
       boost::system::error_code error;
       sent += from.write_some(asio::buffer(given) + sent, error);
       char buffer[4096];
@@ -41,9 +39,15 @@ struct FaultProxyTest : ::testing::Test {
     return got;
   }
 
+  template <class Condition>
+  bool until(Condition&& condition) {
+    return net::test::pump_turns(io, condition, [this] { clock.advance(std::chrono::milliseconds(1)); });
+  }
+
+  net::test::ManualClock clock;
   asio::io_context io;
   tcp::acceptor acceptor{io, {asio::ip::address_v4::loopback(), 0}};
-  FaultProxy proxy{io, acceptor.local_endpoint().port()};
+  FaultProxy proxy{io, clock, acceptor.local_endpoint().port()};
   tcp::socket client{io}, server{io};
   boost::system::error_code end;  // of the reading side; none: it goes on
   const std::string text = [] {
@@ -57,7 +61,7 @@ TEST_F(FaultProxyTest, PassesOnEverythingWithoutFaults) {
   connect({});
   EXPECT_EQ(through(client, server, text, text.size()), text);
   EXPECT_EQ(through(server, client, text, text.size()), text);
-  EXPECT_TRUE(pump(io, [&] { return proxy.passed_up(0) + proxy.passed_down(0) == 2 * text.size(); }));
+  EXPECT_TRUE(until([&] { return proxy.passed_up(0) + proxy.passed_down(0) == 2 * text.size(); }));
   client.shutdown(tcp::socket::shutdown_send);
   through(client, server, "", 1);
   EXPECT_EQ(end, asio::error::eof);
@@ -101,9 +105,9 @@ TEST_F(FaultProxyTest, FallsSilentAndTellsNobody) {
 
 TEST_F(FaultProxyTest, ReadsNoFasterThanItIsTold) {
   connect({.down = {.piece = 100, .delay = std::chrono::milliseconds(10)}});
-  const std::int64_t begin = monotonic_ns();
+  const std::int64_t begin_ns = clock.now_ns();
   EXPECT_EQ(through(server, client, text, text.size()), text);
-  EXPECT_GE(monotonic_ns() - begin, 300'000'000);  // 31 pieces of 10 ms
+  EXPECT_GE(clock.now_ns() - begin_ns, 300'000'000);  // 31 pieces of 10 ms
 }
 
 }  // namespace

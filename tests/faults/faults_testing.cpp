@@ -6,8 +6,6 @@
 #include <iterator>
 #include <utility>
 
-#include "net/base/clock.h"
-
 namespace brachy::test {
 
 namespace asio = boost::asio;
@@ -89,13 +87,9 @@ void FaultsFixture::publish_all() {
 }
 
 void FaultsFixture::publish_now_and_then(const net::test::Recorder* reader) {
-  constexpr std::int64_t kPeriodNs = 3'000'000;
   if (reader && !reader->frames.empty() && reader->frames.back().tick != simulation.state().summary.tick)
     return;
-  const std::int64_t now = monotonic_ns();
-  if (now - published_ns_ < kPeriodNs) return;
-  published_ns_ = now;
-  publish_all();
+  if (std::exchange(published_ns_, clock.now_ns()) != clock.now_ns()) publish_all();
 }
 
 void FaultsFixture::expect_a_good_client_is_served() {

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "net/base/timeout_checks.h"
 #include "net/http/http_listener.h"
 #include "net/igtl/igtl_server.h"
 #include "tests/net/net_testing.h"
@@ -38,24 +39,21 @@ class Talker : public std::enable_shared_from_this<Talker> {
   bool is_saying_ = false, is_ended_ = false;
 };
 
-/// A server with all its listeners over a fake simulation, on one io_context; its timeouts are fractions of a second.
+/// A server with all its listeners over a fake simulation, on one io_context.
 struct FaultsFixture : net::test::ServerFixture {
-  FaultsFixture() { used_clock = &net::real_clock(); }  // its proxies delay by the real time
   static net::ServerOptions short_timeouts();
   void start_all(net::ServerOptions options = short_timeouts());
   /// One tick of the simulation, sent to all clients.
   void publish_all();
-  /// Serves all clients until `condition()`, with a tick every few milliseconds, but none before `reader` has the last:
-  /// so it misses none, however slow the machine; false at the deadline.
+  /// As until(), by 20 ms each time there is nothing to do, and with a tick then, but none before `reader` has the
+  /// last: so it misses none, however slow the machine.
   template <class Condition>
   bool until_ticked(Condition&& condition, const net::test::Recorder* reader = nullptr) {
-    return net::test::pump(
-        io,
-        [&] {
-          publish_now_and_then(reader);
-          return condition();
-        },
-        std::chrono::milliseconds(30'000));
+    const auto publish_and_ask = [&] {
+      publish_now_and_then(reader);
+      return condition();
+    };
+    return net::test::pump_turns(io, publish_and_ask, [this] { clock.advance(net::TimeoutChecks::kPeriod); });
   }
   /// Checks that a well-behaved client is served: its mesh is the simulation's, bit for bit.
   void expect_a_good_client_is_served();

@@ -6,7 +6,6 @@
 #include <boost/asio/write.hpp>
 #include <functional>
 
-#include "net/base/clock.h"
 #include "net/igtl/codec/big_endian.h"
 #include "net/igtl/codec/codec.h"
 #include "net/igtl/codec/message_parser.h"
@@ -180,7 +179,7 @@ TEST_F(LiesTest, OfAServerAreRefusedByAClient) {
   const auto hear = [&](std::uint32_t length) {
     ClientOptions options;
     options.silence_timeout = std::chrono::milliseconds(300);
-    auto client = std::make_unique<net::test::Recorder>(io, options);
+    auto client = std::make_unique<net::test::Recorder>(io, on_clock(options));
     client->client.connect("127.0.0.1", liar.local_endpoint().port());
     auto socket = liar.accept();
     forget_allocations();
@@ -248,7 +247,7 @@ TEST_F(LiesTest, SlowlorisEndsOnEveryListenerAndDelaysNobody) {
   std::int64_t dripped_ns = 0;
   EXPECT_TRUE(until_ticked(
       [&] {
-        const std::int64_t now = monotonic_ns();
+        const std::int64_t now = clock.now_ns();
         if (now - dripped_ns > 20'000'000) {
           dripped_ns = now;
           if (!native.is_ended()) to_native();
@@ -273,7 +272,7 @@ TEST_F(LiesTest, SlowlorisEndsOnEveryListenerAndDelaysNobody) {
 TEST_F(LiesTest, AFloodOfPosesIsRefusedBeyondItsLimitAndCounted) {
   constexpr std::uint64_t kPoses = 5000;
   const auto good = join_as(Role::kViewer, "good");
-  const std::int64_t begin = monotonic_ns();
+  const std::int64_t begin = clock.now_ns();
   RawPeer flooding(io, server->port());
   flooding.hello(Role::kDevice);
   std::size_t sent = 0;
@@ -285,7 +284,7 @@ TEST_F(LiesTest, AFloodOfPosesIsRefusedBeyondItsLimitAndCounted) {
         return flooding.is_ended();
       },
       good.get()));
-  const double elapsed_s = 1e-9 * static_cast<double>(monotonic_ns() - begin);
+  const double elapsed_s = 1e-9 * static_cast<double>(clock.now_ns() - begin);
   const double most_accepted = 200 + 2000 * elapsed_s + 1;
   EXPECT_GE(poses.size(), 200u);
   EXPECT_LE(static_cast<double>(poses.size()), most_accepted);
@@ -301,7 +300,7 @@ TEST_F(LiesTest, AFloodOfPosesIsRefusedBeyondItsLimitAndCounted) {
 }
 
 TEST_F(LiesTest, AFloodOfOpenIgtLinkPosesIsRefusedBeyondItsLimit) {
-  const std::int64_t begin = monotonic_ns();
+  const std::int64_t begin = clock.now_ns();
   IgtlPeer flooding(io, igtl->port());
   std::size_t sent = 0;
   ASSERT_TRUE(until_ticked([&] {
@@ -310,7 +309,7 @@ TEST_F(LiesTest, AFloodOfOpenIgtLinkPosesIsRefusedBeyondItsLimit) {
     flooding.take();
     return flooding.count("CAPABILITY") > 0;
   }));
-  const double elapsed_s = 1e-9 * static_cast<double>(monotonic_ns() - begin);
+  const double elapsed_s = 1e-9 * static_cast<double>(clock.now_ns() - begin);
   EXPECT_LE(static_cast<double>(poses.size()), 200 + 2000 * elapsed_s + 1);
   EXPECT_FALSE(flooding.is_ended());
 }

@@ -15,9 +15,7 @@
 namespace brachy {
 namespace {
 
-using namespace test;
-
-constexpr double kTicksPerS = 200;
+using namespace brachy::test;
 
 struct ProcessesTest : ::testing::Test {
   const TempFolder folder;
@@ -35,7 +33,7 @@ TEST_F(ProcessesTest, AStoppedViewerIsClosedAndTheOthersAreServed) {
   RunningBrachyd brachyd(scene, {"--trajectory", insertion, "--play"});
   Peer peer;
   ASSERT_TRUE(peer.join(brachyd.port));
-  ChildProcess watch(brachy_line({"watch", "--connect", brachyd.address, "--duration", "30"}));
+  ChildProcess watch(brachy_line({"watch", "--connect", brachyd.address, "--duration", "600"}));
   ASSERT_TRUE(sees(peer, [](const auto& state) { return state.viewers == 2; }));
   watch.send_signal(SIGSTOP);
   ASSERT_TRUE(sees(peer, [](const auto& state) { return state.viewers == 1; }));
@@ -66,42 +64,38 @@ TEST_F(ProcessesTest, AStoppedDeviceLosesItsNeedleToTheNext) {
   EXPECT_TRUE(next.closed.empty());
 }
 
-// Stopped for 2 s of 5: all clients are still connected afterwards, missed deadlines are counted, and there is no burst
-// of ticks.
-TEST_F(ProcessesTest, AStoppedServerMissesItsDeadlinesAndKeepsItsClients) {
+/// 'T': stopped.
+char state_of(pid_t pid) {
+  std::ifstream file("/proc/" + std::to_string(pid) + "/stat");
+  std::string number, name;
+  char state = 0;
+  file >> number >> name >> state;
+  return state;
+}
+
+// How many deadlines it misses, and that it makes up for none: DeformationLoop's tests, and the case stop of
+// scripts/campaigns/faults.sh in real time.
+TEST_F(ProcessesTest, AStoppedServerKeepsItsClients) {
   const std::string patient = folder.write("patient.toml", small_scene());
   RunningBrachyd brachyd(patient);
   Peer viewer, device(net::Role::kDevice, 0, false, "device");
   ASSERT_TRUE(viewer.join(brachyd.port));
   ASSERT_TRUE(device.join(brachyd.port));
-  const auto serve_for = [&](double seconds) {
-    const std::int64_t end = monotonic_ns() + static_cast<std::int64_t>(1e9 * seconds);
-    while (monotonic_ns() < end) viewer.poll(), device.poll();
-  };
+  viewer.stand_beside(device);
   ASSERT_TRUE(viewer.until([&] { return viewer.frames.size() > 5; }));
-  serve_for(0.2);
-  const auto before = viewer.last().message;
   brachyd.process.send_signal(SIGSTOP);
-  serve_for(2);
-  const std::size_t received = viewer.frames.size();
+  ASSERT_TRUE(viewer.until([&] { return state_of(brachyd.process.pid()) == 'T'; }));
+  const std::size_t received = viewer.frames.size(), states = viewer.states.size();
+  viewer.client.request_state();
   brachyd.process.send_signal(SIGCONT);
-  ASSERT_TRUE(viewer.until([&] { return viewer.frames.size() > received + 1; }));
-  serve_for(1);
-  const auto after = viewer.last().message;
+  ASSERT_TRUE(
+      viewer.until([&] { return viewer.frames.size() > received + 5 && viewer.states.size() > states; }));
   EXPECT_TRUE(viewer.closed.empty());
   EXPECT_TRUE(device.closed.empty());
-  EXPECT_GE(after.overruns - before.overruns, 380u);
-  // Each deadline was met once or missed once: 400 ticks were skipped. A tick that was late itself shifts the count.
-  constexpr double kLate = 30;
-  const auto seconds_between = [](const net::FrameMessage& a, const net::FrameMessage& b) {
-    return 1e-9 * static_cast<double>(b.publish_ns - a.publish_ns);
-  };
-  const auto deadlines = static_cast<double>(after.tick - before.tick + after.overruns - before.overruns);
-  EXPECT_NEAR(deadlines, kTicksPerS * seconds_between(before, after), kLate);
   for (std::size_t i = 1; i < viewer.frames.size(); ++i) {
     const auto &last = viewer.frames[i - 1].message, &next = viewer.frames[i].message;
-    EXPECT_LE(static_cast<double>(next.tick - last.tick), kTicksPerS * seconds_between(last, next) + kLate)
-        << i;
+    EXPECT_GT(next.tick, last.tick);
+    EXPECT_GE(next.overruns, last.overruns);
   }
 }
 

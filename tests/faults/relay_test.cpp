@@ -17,7 +17,7 @@
 namespace brachy {
 namespace {
 
-using namespace test;
+using namespace brachy::test;
 
 std::uint16_t free_port() {
   boost::asio::io_context io;
@@ -64,7 +64,7 @@ class Relay {
  private:
   static std::vector<std::string> line(const Broker& broker, std::uint16_t at) {
     return brachy_line({"relay", "--nats", broker.url(), "--port", std::to_string(at), "--http-port", "0",
-                        "--duration", "60", "--json"});
+                        "--duration", std::to_string(kDeadline / std::chrono::seconds(1)), "--json"});
   }
 };
 
@@ -175,10 +175,9 @@ TEST_F(RelayTest, ABrowsersPageWatchesWithoutTheControls) {
   boost::asio::io_context io;
   net::test::WebSocketPeer page(io,
                                 static_cast<std::uint16_t>(std::stoi(line->substr(line->rfind(':') + 1))));
-  const auto end = std::chrono::steady_clock::now() + Peer::kDeadline;
   const auto until = [&](auto&& condition) {
-    while (!condition() && !page.is_ended() && std::chrono::steady_clock::now() < end) page.take_soon();
-    return condition();
+    return wait_until([&] { return condition() || page.is_ended(); }, [&] { page.take_soon(); }) &&
+           condition();
   };
   ASSERT_TRUE(until([&] { return page.is_open(); })) << page.answer();
   page.hello(net::Role::kOperator, net::kSubscribeSurface);
@@ -256,7 +255,7 @@ TEST_F(RelayTest, WhatIsMissingOrMakesNoSenseIsAskedForAnew) {
   const auto say = [&](const net::Bytes& payload) {
     return other.publish(options.stream_subject(), payload);
   };
-  const auto overheard = other.next(std::chrono::seconds(30));
+  const auto overheard = other.next(kDeadline);
   ASSERT_TRUE(overheard && overheard->size() > net::kChunkHeaderSize);
   EXPECT_TRUE(say({}));
   EXPECT_TRUE(say(net::Bytes(1000, std::byte{'x'})));

@@ -12,11 +12,17 @@ using namespace net;
 
 /// A server with an HTTP port, for all inputs.
 struct Page {
+  net::test::ManualClock clock;
   boost::asio::io_context io;
   Tissue tissue = net::test::line_tissue(4);
-  Server server{io, {}, tissue, {}};
+  Server server{io, options(), tissue, {}};
   HttpListener http{io, server, pages(), {}, [](const std::string&) {}};
 
+  ServerOptions options() {
+    ServerOptions options;
+    options.clock = &clock;
+    return options;
+  }
   static HttpOptions pages() {
     HttpOptions options;  // the server has no tokens: one that is presented is parsed nevertheless
     options.pages["/metrics"].make = [] { return DynamicPage::Content{200, "text/plain", "made\n"}; };
@@ -50,7 +56,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     net::test::HttpReply reply;
     if (peer.next(reply, true)) expect_answer(reply);
   }
-  EXPECT_TRUE(net::test::pump(page.io, [&] { return page.server.client_count() == 0; }));
+  EXPECT_TRUE(net::test::pump_turns(
+      page.io, [&] { return page.server.client_count() == 0; },
+      [&] { page.clock.advance(std::chrono::milliseconds(5)); }));
   return 0;
 }
 

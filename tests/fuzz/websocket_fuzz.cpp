@@ -19,8 +19,9 @@ struct Page {
     server.publish(simulation.snapshot());
     serve();
   }
-  static ServerOptions options() {
+  ServerOptions options() {
     ServerOptions options;
+    options.clock = &clock;
     options.max_message_bytes = 1024;
     options.send_buffer_bytes = 4096;
     return options;
@@ -28,6 +29,12 @@ struct Page {
   void serve() {
     while (io.poll() > 0) continue;
   }
+  /// Likewise until the condition holds; 5 ms pass each time there is nothing to do.
+  template <class Condition>
+  bool until(Condition&& condition) {
+    return net::test::pump_turns(io, condition, [this] { clock.advance(std::chrono::milliseconds(5)); });
+  }
+  net::test::ManualClock clock;
   boost::asio::io_context io;
   const Tissue& tissue = large_tissue();
   net::test::FakeSimulation simulation{tissue};
@@ -79,7 +86,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const bool reads = script.u8() % 2 == 0;
   {
     net::test::WebSocketPeer peer(page.io, page.http.port(), reads ? 0 : 4096);
-    EXPECT_TRUE(net::test::pump(page.io, [&] {
+    EXPECT_TRUE(page.until([&] {
       peer.take();
       return peer.is_open();
     }));
@@ -95,11 +102,10 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       if (reads) peer.take();
     }
   }
-  EXPECT_TRUE(net::test::pump(page.io, [&] { return page.server.client_count() == 0; }));
+  EXPECT_TRUE(page.until([&] { return page.server.client_count() == 0; }));
   page.server.stop();
   page.http.stop();
-  page.io.run_for(std::chrono::seconds(5));
-  EXPECT_TRUE(page.io.stopped()) << "something of the connection is left";
+  EXPECT_TRUE(page.until([&] { return page.io.stopped(); })) << "something of the connection is left";
   return 0;
 }
 

@@ -48,12 +48,12 @@ void ServerFixture::start(ServerOptions options) {
     return state;
   };
   handlers.log = [this](const std::string& line) { log.push_back(line); };
-  options.clock = used_clock;
+  options.clock = &clock;
   server = std::make_unique<Server>(io, options, tissue, handlers);
 }
 
 ClientOptions ServerFixture::on_clock(ClientOptions options) {
-  options.clock = used_clock;
+  options.clock = &clock;
   return options;
 }
 

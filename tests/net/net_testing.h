@@ -14,6 +14,7 @@
 #include "net/server/server.h"
 #include "tests/net/fake_simulation.h"
 #include "tests/net/manual_clock.h"
+#include "tests/wait.h"
 
 namespace brachy::net::test {
 
@@ -25,22 +26,9 @@ bool pump_turns(boost::asio::io_context& io, Condition&& condition, OnIdle&& on_
   for (int turns = 0; !condition(); ++turns) {
     if (idle >= 12'000 || turns >= 1'000'000) return false;
     if (io.stopped()) io.restart();
-    if (io.run_one_for(std::chrono::milliseconds(1)) > 0) continue;
+    if (io.run_one_for(brachy::test::kTurn) > 0) continue;
     ++idle;
     on_idle();
-  }
-  return true;
-}
-
-/// Likewise where the server has the real clock; false if it does not within `deadline`.
-template <class Condition>
-bool pump(boost::asio::io_context& io, Condition&& condition,
-          std::chrono::milliseconds deadline = std::chrono::milliseconds(8000)) {
-  const auto end = std::chrono::steady_clock::now() + deadline;
-  while (!condition()) {
-    if (std::chrono::steady_clock::now() >= end) return false;
-    if (io.stopped()) io.restart();
-    io.run_one_for(std::chrono::milliseconds(5));
   }
   return true;
 }
@@ -95,8 +83,7 @@ struct ServerFixture : ::testing::Test {
     until([&] { return clock.now_ns() >= end; });
   }
 
-  ManualClock clock;
-  TimerClock* used_clock = &clock;  ///< the server's and its clients'
+  ManualClock clock;  ///< the server's and its clients'
   boost::asio::io_context io;
   Tissue tissue = line_tissue(40);
   FakeSimulation simulation{tissue};

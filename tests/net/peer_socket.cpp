@@ -11,6 +11,8 @@
 #include <utility>
 #include <vector>
 
+#include "tests/wait.h"
+
 namespace brachy::net::test {
 
 using boost::asio::ip::tcp;
@@ -116,7 +118,7 @@ void PeerSocket::fail(int result) {
 
 void PeerSocket::wait() {
   pollfd wanted{socket_.native_handle(), POLLIN, 0};
-  if (!is_ended_) ::poll(&wanted, 1, 5);
+  if (!is_ended_) ::poll(&wanted, 1, static_cast<int>(brachy::test::kTurn.count()));
 }
 
 void PeerSocket::shutdown_tls() {

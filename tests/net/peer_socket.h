@@ -32,7 +32,7 @@ class PeerSocket {
   using Taker = std::function<void(std::span<const std::byte>)>;
   /// Reads received data, at most `max_bytes` on the wire; returns how many.
   std::size_t take(std::size_t max_bytes, const Taker& taker);
-  /// Waits until there is something to read, 5 ms at most.
+  /// Waits until there is something to read, kTurn at most.
   void wait();
 
   /// Ends the stream by TLS (close_notify).

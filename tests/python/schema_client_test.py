@@ -17,6 +17,7 @@ import unittest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "scripts/ci"))
+from waiting import DEADLINE_S, wait_until  # pylint: disable=wrong-import-position
 from wire_schema import Schema  # pylint: disable=wrong-import-position
 
 SCHEMA = Schema()
@@ -63,7 +64,7 @@ class Peer:
 
     def __init__(self, address, role, subscription, sections):
         host, port = address.rsplit(":", 1)
-        self.socket = socket.create_connection((host, int(port)), timeout=20)
+        self.socket = socket.create_connection((host, int(port)), timeout=DEADLINE_S)
         self.sequence, self.received, self.data = 0, 0, b""
         self.seen, self.sections, self.different = {}, {}, []
         limits = dict.fromkeys(("max_force_n", "max_stiffness_n_per_mm", "damping_n_s_per_mm"), "nan") | {"rate_hz": 50}
@@ -124,7 +125,7 @@ class SchemaClient(unittest.TestCase):
         self.addCleanup(self.folder.cleanup)
         scene = pathlib.Path(self.folder.name) / "scene.toml"
         scene.write_text(SCENE, encoding="utf-8")
-        self.process = subprocess.Popen([BRACHYD, "--config", scene, "--port", "0", "--duration", "200"],
+        self.process = subprocess.Popen([BRACHYD, "--config", scene, "--port", "0", "--duration", str(2 * DEADLINE_S)],
                                         stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
         self.addCleanup(self.end)
         line = self.process.stdout.readline()
@@ -134,7 +135,7 @@ class SchemaClient(unittest.TestCase):
 
     def end(self):
         self.process.terminate()
-        self.process.communicate(timeout=30)
+        self.process.communicate(timeout=DEADLINE_S)
 
     def insert(self, needle, pressed):
         """The needle's next pose; in the tissue its button goes down and up."""
@@ -166,17 +167,25 @@ class SchemaClient(unittest.TestCase):
                   "FRAME.FORCE", "FRAME.SEEDS", "FRAME.CERTIFICATE", "FRAME.POSE_HISTORY", "FRAME.POSES_OF_NEEDLES",
                   "FRAME.BUTTONS", "FRAME.NEEDLE_SHAPES"}
         of_device = {"FORCE", "WELCOME.LIMITS", "PING"}
-        end, turn = time.monotonic() + 120, 0
-        while time.monotonic() < end:
+        turn = 0
+
+        def serve():
+            nonlocal turn
             turn += 1
             for needle in needles:
                 self.insert(needle, turn // 40 % 2 == 1)
                 needle.poll()
             operator.poll(0.005)
+
+        def has_seen_all():
             have = operator.seen.keys() | operator.sections.keys()
-            if have >= wanted and needles[0].seen.keys() >= {"LOCAL_MODEL"} and len(operator.codes()) >= 2 and \
-                    needles[1].seen.keys() | needles[1].sections.keys() >= of_device:
-                break
+            return have >= wanted and needles[0].seen.keys() >= {"LOCAL_MODEL"} and len(operator.codes()) >= 2 and \
+                needles[1].seen.keys() | needles[1].sections.keys() >= of_device
+
+        try:
+            wait_until(has_seen_all, serve)
+        except TimeoutError:
+            pass  # what is missing is named below
         for peer in (operator, *needles):
             self.assertEqual(peer.different, [])
         self.assertEqual(wanted - (operator.seen.keys() | operator.sections.keys()), set())
@@ -193,8 +202,7 @@ class SchemaClient(unittest.TestCase):
         second = device(self.address, needle.number, 0)
         self.addCleanup(second.socket.close)
         with self.assertRaises(AssertionError):
-            for _ in range(1000):
-                second.poll(0.02)
+            wait_until(lambda: False, lambda: second.poll(0.02))
         self.assertEqual([(error["code"], error["fatal"]) for error in second.seen["ERROR"]], [(5, 1)])
         self.assertEqual(second.different, [])
 
@@ -202,22 +210,31 @@ class SchemaClient(unittest.TestCase):
         """Ticks count from 1, the next FRAME is full, and a DOSE without seeds follows, since seeds had fallen."""
         for needle in needles:
             needle.send("DROP", {"needle": needle.number, "pressed": 0})
-        end = time.monotonic() + 1
-        while time.monotonic() < end:
+            needle.send("PING", {"nonce": 77, "reply": 0, "echoed_stamp_ns": 0, "received_ns": 0})
+
+        def serve():
             for peer in (operator, *needles):
-                peer.poll(0.02)
+                peer.poll(0.005)
+
+        def is_answered(needle):
+            return any(ping["reply"] == 1 and ping["nonce"] == 77 for ping in needle.seen["PING"])
+
+        wait_until(lambda: all(is_answered(needle) for needle in needles), serve)  # the DROPs came before
+        frames = len(operator.seen["FRAME"])
+        wait_until(lambda: len(operator.seen["FRAME"]) >= frames + 2, serve)  # a tick has seen them
         before = operator.seen["FRAME"][-1]["tick"]
         operator.seen = {}
         operator.send("CONTROL", {"action": ENUMS["ControlAction"]["values"]["RESET"], "flags": 0,
                                   "support_radius_mm": "nan", "kernel": ""})
-        end = time.monotonic() + 60
-        while time.monotonic() < end:
-            for needle in needles:
-                needle.poll()
-            operator.poll(0.02)
-            resets = [frame for frame in operator.seen.get("FRAME", []) if frame["tick"] < before]
-            if resets and any(dose["seeds"] == 0 for dose in operator.seen.get("DOSE", [])):
-                break
+
+        def frames_of_reset():
+            return [frame for frame in operator.seen.get("FRAME", []) if frame["tick"] < before]
+
+        def is_emptied():
+            return any(dose["seeds"] == 0 for dose in operator.seen.get("DOSE", []))
+
+        wait_until(lambda: frames_of_reset() and is_emptied(), serve)
+        resets = frames_of_reset()
         self.assertEqual((resets[0]["frame_flags"], resets[0]["base_tick"]), (1, 0))
         self.assertGreaterEqual(resets[0]["tick"], 1)
         emptied, = [dose for dose in operator.seen.get("DOSE", []) if dose["seeds"] == 0]

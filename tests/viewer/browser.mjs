@@ -15,17 +15,21 @@ const {chromium} = createRequire(new URL('../../apps/viewer/package.json', impor
 
 export const launch = () => chromium.launch({executablePath: EXECUTABLE, args: ARGUMENTS});
 
-const PATIENCE_MS = 40000;  // until a wait is a failure
+const PATIENCE_MS = 180000;  // only ends a test that would hang
 const WHERE = 'JSON.stringify([brachy.connection, brachy.frames, brachy.tick, brachy.needle, brachy.recording])';
 
-/** Waits until `expression` of window.brachy holds; asks from outside, as the page's security policy evaluates no text. */
-export async function comesTrue(page, expression, patienceMs = PATIENCE_MS) {
-  for (const start = Date.now(); Date.now() - start < patienceMs;) {
-    if (await page.evaluate(`typeof brachy !== 'undefined' && (${expression})`)) return;
+/** Asks again and again until `condition()` holds; `what` describes it where it never does. */
+export async function waitFor(condition, what) {
+  for (const start = Date.now(); Date.now() - start < PATIENCE_MS;) {
+    if (await condition()) return;
     await new Promise((resolve) => setTimeout(resolve, 30));
   }
-  throw new Error(`never came true: ${expression}; ${await page.evaluate(WHERE)}`);
+  throw new Error(`never came true: ${await what()}`);
 }
+
+/** Waits until `expression` of window.brachy holds; asks from outside, as the page's security policy evaluates no text. */
+export const comesTrue = (page, expression) =>
+  waitFor(() => page.evaluate(`typeof brachy !== 'undefined' && (${expression})`), async () => `${expression}; ${await page.evaluate(WHERE)}`);
 
 /** How many pixels of two PNGs clearly differ; `blank` is an empty page, whose browser decodes them. */
 export const differingPixels = (blank, ...pngs) => blank.evaluate(async (sources) => {

@@ -14,7 +14,7 @@ const brachy = (...words) => {
   const child = spawn(process.env.BRACHY, words, {stdio: ['ignore', 'ignore', 'inherit']});
   return {child, done: new Promise((done) => child.once('exit', done))};
 };
-const until = (expression) => comesTrue(page, expression, 180000);
+const until = (expression) => comesTrue(page, expression);
 async function take(name) {
   await page.evaluate('document.activeElement?.blur()');  // no ring of the keyboard's focus
   await page.screenshot({path: join(pictures, `${name}.png`)});

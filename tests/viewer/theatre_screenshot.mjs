@@ -7,7 +7,7 @@ const [, , http, pictures] = process.argv;
 const browser = await launch();
 const context = await browser.newContext({viewport: {width: 1280, height: 720}});
 const page = await context.newPage();
-const until = (expression) => comesTrue(page, expression, 180000);
+const until = (expression) => comesTrue(page, expression);
 
 await page.goto(`http://${http}/`);
 await until('brachy.frames > 10');

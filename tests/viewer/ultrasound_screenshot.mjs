@@ -8,7 +8,7 @@ const browser = await launch();
 const context = await browser.newContext({viewport: {width: 1280, height: 720}});
 const page = await context.newPage();
 page.on('pageerror', (error) => console.error(error.message));
-const until = (expression) => comesTrue(page, expression, 180000);
+const until = (expression) => comesTrue(page, expression);
 
 await page.goto(`http://${http}/`);
 await until('brachy.frames > 3');

@@ -100,7 +100,7 @@ test('an operator outlines two slices by mouse and keys, and gets the score that
   const errors = [];
   const page = await browser.newPage({viewport: {width: 1280, height: 900}});
   page.on('pageerror', (error) => errors.push(error.message));
-  const until = (expression) => comesTrue(page, expression, 90000);
+  const until = (expression) => comesTrue(page, expression);
   await page.goto(daemon.url);
   await until('brachy.frames > 3');
   await page.locator('#tab-ultrasound').click();

@@ -75,7 +75,8 @@ std::string ExercisePages::result() {
   if (!running_) return text_of({{"state", "none"}, {"why", "the scene that runs is no exercise's"}});
   if (!worker_)
     return text_of({{"state", "none"}, {"why", "nothing is recorded: start brachyd with --session DIR"}});
-  if (!is_scoring_ && !last_.empty() && Clock::now() - scored_at_ < kGoodFor) return last_;
+  if (!is_scoring_ && !last_.empty() && loop_.clock().now_ns() - scored_ns_ < net::in_ns(kGoodFor))
+    return last_;
   if (!is_scoring_ && !is_stopped_) begin_score();
   return text_of({{"state", "scoring"}});
 }
@@ -91,7 +92,7 @@ void ExercisePages::begin_score() {
     }
     loop_.post([this, text = text_of(result)] {
       last_ = text;
-      scored_at_ = Clock::now();
+      scored_ns_ = loop_.clock().now_ns();
       is_scoring_ = false;
     });
   });

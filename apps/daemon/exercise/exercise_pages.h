@@ -1,6 +1,6 @@
 #pragma once
 
-#include <chrono>
+#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <memory>
@@ -33,8 +33,6 @@ class ExercisePages {
   void stop();  ///< what is being scored is not waited for; nothing more is started
 
  private:
-  using Clock = std::chrono::steady_clock;
-
   std::string list() const;
   std::string result();
   void begin_score();
@@ -44,7 +42,7 @@ class ExercisePages {
   std::vector<ExerciseFile> exercises_;
   const Exercise* running_ = nullptr;
   std::string last_;  // JSON of the last result; empty: none
-  Clock::time_point scored_at_{};
+  std::int64_t scored_ns_ = 0;
   bool is_scoring_ = false, is_stopped_ = false;
   std::unique_ptr<Worker> worker_;  // null: nothing is ever scored
 };

@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <memory>
 
 #include "apps/daemon/forces/force_link.h"
 #include "apps/daemon/forces/tick_forces.h"
@@ -28,18 +29,19 @@ class ForceCycle {
   /// A device that takes forces came or left.
   void on_device(bool attached, const net::DeviceInfo& device);
   /// Takes the newest tick, if it is new.
-  void update(std::int64_t now_ns);
+  void update();
   /// Sends no more forces.
   void stop();
 
  private:
   void run_cycle();
 
+  net::TimerClock& clock_;
   HandOver<TickForces>::Reader& ticks_;
   ForceLink link_;
   const OnTick on_tick_;
-  Timer timer_;
-  Timer::Clock::time_point due_;  // of the next cycle
+  const std::unique_ptr<net::Timer> timer_;
+  std::int64_t due_ns_ = 0;  // of the next cycle
   bool is_running_ = false, is_stopped_ = false;
 };
 

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <cstdint>
 #include <functional>
 #include <string>
 #include <utility>
@@ -18,17 +17,19 @@ class SafetyNotices {
   static constexpr double kPerS = 10, kBurst = 40;
   using Out = std::function<void(const net::EventMessage&)>;
 
-  explicit SafetyNotices(Out out)
-      : queue_(kPerS, kBurst, [out = std::move(out)](net::EventMessage event, std::uint64_t count) {
+  /// `clock` outlives this.
+  SafetyNotices(Clock& clock, Out out)
+      : clock_(clock),
+        queue_(kPerS, kBurst, [out = std::move(out)](net::EventMessage event, std::uint64_t count) {
           if (count > 1) event.text += " (" + std::to_string(count) + " times)";
           out(event);
         }) {}
 
-  void add(net::EventMessage event, std::int64_t now_ns = monotonic_ns()) {
+  void add(net::EventMessage event) {
     const std::string kind = kind_of(event);
-    queue_.add(kind, std::move(event), now_ns);
+    queue_.add(kind, std::move(event), clock_.now_ns());
   }
-  void update(std::int64_t now_ns = monotonic_ns()) { queue_.update(now_ns); }
+  void update() { queue_.update(clock_.now_ns()); }
   void end() { queue_.end(); }  ///< passes on all that waits: the daemon ends
 
  private:
@@ -37,6 +38,7 @@ class SafetyNotices {
     return std::to_string(event.needle) + event.text.substr(0, event.text.find(" by "));
   }
 
+  Clock& clock_;
   net::NoticeQueue queue_;
 };
 

@@ -1,13 +1,10 @@
 #pragma once
 
-#include <chrono>
 #include <functional>
 #include <initializer_list>
 #include <memory>
 
-namespace boost::asio {
-class io_context;
-}
+#include "net/base/clock.h"
 
 namespace brachy {
 
@@ -17,7 +14,8 @@ namespace brachy {
 /// Threads: run() makes its caller the io thread; post() any; the rest before run() or on the io thread.
 class EventLoop {
  public:
-  EventLoop();
+  /// `clock` outlives the loop.
+  explicit EventLoop(net::TimerClock& clock);
   ~EventLoop();
   EventLoop(const EventLoop&) = delete;
   EventLoop& operator=(const EventLoop&) = delete;
@@ -28,30 +26,14 @@ class EventLoop {
   void post(std::function<void()> work);
 
   boost::asio::io_context& io() { return *io_; }  ///< for the servers of net
+  /// The daemon's time. Threads: any.
+  net::TimerClock& clock() const { return clock_; }
+  /// The loop outlives it.
+  std::unique_ptr<net::Timer> make_timer() { return clock_.make_timer(*io_); }
 
  private:
+  net::TimerClock& clock_;
   std::unique_ptr<boost::asio::io_context> io_;
-};
-
-/// Calls a function once, at a time. The loop outlives it. Threads: the io thread.
-class Timer {
- public:
-  using Clock = std::chrono::steady_clock;
-
-  explicit Timer(EventLoop& loop);
-  ~Timer();
-  Timer(const Timer&) = delete;
-  Timer& operator=(const Timer&) = delete;
-
-  /// Replaces what was waited for. A time that has passed is due at once.
-  void start_at(Clock::time_point due, std::function<void()> on_due);
-  void start_after(std::chrono::nanoseconds delay, std::function<void()> on_due);
-  /// The call does not come any more, even if it is due already; nor after the timer's end.
-  void cancel();
-
- private:
-  class Impl;
-  std::unique_ptr<Impl> impl_;
 };
 
 /// Waits for signals. Those that arrive after construction are kept until start(). Threads: the io thread.

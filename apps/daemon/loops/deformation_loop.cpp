@@ -4,8 +4,6 @@
 #include <cmath>
 #include <vector>
 
-#include "core/realtime/deadline.h"
-
 namespace brachy {
 namespace {
 
@@ -27,10 +25,11 @@ constexpr std::uint64_t kTicksPerReport = 20;  // statistics are 24 kB: ten time
 
 }  // namespace
 
-void run_deformation_loop(const std::stop_token& stop, SimulationRun& first, const DeformationPorts& ports) {
+void run_deformation_loop(const std::stop_token& stop, Clock& clock, SimulationRun& first,
+                          const DeformationPorts& ports) {
   SimulationRun* run = &first;
   const std::int64_t period_ns = to_ns(run->simulator.period_s());
-  DeadlineTimer timer(period_ns, monotonic_ns() + period_ns);
+  DeadlineTimer timer(period_ns, clock.now_ns() + period_ns, clock);
   LoopStatistics measured;
   const std::size_t needles = ports.devices.size();
   std::vector<NeedlePose> poses(needles);
@@ -40,7 +39,7 @@ void run_deformation_loop(const std::stop_token& stop, SimulationRun& first, con
   while (!stop.stop_requested()) {
     measured.lateness_ns.record(timer.wait());
     measured.count_overruns(timer.overruns());
-    const std::int64_t start_ns = monotonic_ns();
+    const std::int64_t start_ns = clock.now_ns();
 
     for (std::size_t n = 0; n < needles; ++n) is_fresh[n] = ports.devices[n]->update(start_ns, poses[n]);
     // First: a run that resumes goes on with the plan of the one before, one that restarts has the scene's.
@@ -57,7 +56,7 @@ void run_deformation_loop(const std::stop_token& stop, SimulationRun& first, con
     measured.certificates.add(summary.certificate, summary.step_flags,
                               changes_are_finite(state, run->simulator.tissue().blocks));
     const bool is_imaged = ports.images && ports.images->slot().copy_from(run->simulator, state);
-    summary.publish_ns = monotonic_ns();
+    summary.publish_ns = clock.now_ns();
     if (is_imaged) {
       ports.images->slot().publish_ns = summary.publish_ns;
       ports.images->publish();
@@ -87,9 +86,9 @@ void run_deformation_loop(const std::stop_token& stop, SimulationRun& first, con
   publish(measured, ports.statistics);
 }
 
-void run_control_loop(const std::stop_token& stop, double period_s,
+void run_control_loop(const std::stop_token& stop, Clock& clock, double period_s,
                       HandOver<LoopStatistics>::Writer& statistics) {
-  DeadlineTimer timer(to_ns(period_s), monotonic_ns() + to_ns(period_s));
+  DeadlineTimer timer(to_ns(period_s), clock.now_ns() + to_ns(period_s), clock);
   LoopStatistics measured;
   while (!stop.stop_requested()) {
     measured.lateness_ns.record(timer.wait());

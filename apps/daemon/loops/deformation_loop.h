@@ -8,6 +8,7 @@
 #include "apps/daemon/loops/imaged_tick.h"
 #include "apps/daemon/loops/loop_statistics.h"
 #include "apps/daemon/loops/simulation_run.h"
+#include "core/realtime/deadline.h"
 #include "core/realtime/hand_over.h"
 #include "haptics/devices/device.h"
 
@@ -29,12 +30,13 @@ struct DeformationPorts {
 /// The 200 Hz loop, until a stop is requested: wait for the deadline, read each needle's newest pose, step,
 /// publish. It begins with `first` and changes to each successor at the next tick.
 /// Threads: the deformation thread's whole life. Real-time: no allocation, lock or exception.
-void run_deformation_loop(const std::stop_token& stop, SimulationRun& first, const DeformationPorts& ports);
+void run_deformation_loop(const std::stop_token& stop, Clock& clock, SimulationRun& first,
+                          const DeformationPorts& ports);
 
 /// The same deadlines without work: deadlines missed here are missed by the machine. Publishes lateness and
 /// overruns.
 /// Threads: the control thread's whole life.
-void run_control_loop(const std::stop_token& stop, double period_s,
+void run_control_loop(const std::stop_token& stop, Clock& clock, double period_s,
                       HandOver<LoopStatistics>::Writer& statistics);
 
 }  // namespace brachy

@@ -4,7 +4,6 @@
 #include <utility>
 
 #include "core/brachytherapy/seeds/remaining_seeds.h"
-#include "core/realtime/deadline.h"
 #include "core/simulation/new_failed_drops.h"
 
 namespace brachy {
@@ -58,14 +57,14 @@ class ProjectedDose {
 
 }  // namespace
 
-DoseStatistics run_dose_loop(const std::stop_token& stop, std::vector<Structure> structures,
+DoseStatistics run_dose_loop(const std::stop_token& stop, Clock& clock, std::vector<Structure> structures,
                              const DoseSettings& settings, std::vector<Vec3> surface, const PlanToCome& plan,
                              HandOver<DroppedSeeds>::Reader& fallen,
                              const std::function<void(net::DoseMessage)>& deliver) {
   ImplantDose dose(std::move(structures), settings);
   ProjectedDose projected(dose, plan);
   DoseStatistics statistics;
-  DeadlineTimer timer(kPeriodNs, monotonic_ns() + kPeriodNs);
+  DeadlineTimer timer(kPeriodNs, clock.now_ns() + kPeriodNs, clock);
   std::uint64_t run = fallen.value().run, failed = 0;
   for (; !stop.stop_requested(); timer.wait()) {
     fallen.update();
@@ -84,7 +83,7 @@ DoseStatistics run_dose_loop(const std::stop_token& stop, std::vector<Structure>
     const bool is_new = all.count != dose.seed_count();
     for (const Seed& seed : all.seeds().subspan(dose.seed_count())) dose.add(seed.at_rest());
     net::DoseMessage message = message_of(all.seeds(), dose, surface);
-    if (is_new && all.publish_ns) statistics.drop_to_dvh_ns.record(monotonic_ns() - all.publish_ns);
+    if (is_new && all.publish_ns) statistics.drop_to_dvh_ns.record(clock.now_ns() - all.publish_ns);
     message.with_planned = projected.evaluate(all.seeds());
     deliver(std::move(message));
   }

@@ -7,6 +7,7 @@
 #include "apps/daemon/loops/dropped_seeds.h"
 #include "core/brachytherapy/dose/implant_dose.h"
 #include "core/brachytherapy/seeds/loading_plan.h"
+#include "core/realtime/deadline.h"
 #include "core/realtime/hand_over.h"
 #include "core/realtime/histogram.h"
 #include "net/wire/messages.h"
@@ -31,7 +32,7 @@ struct PlanToCome {
 /// each poll that found seeds, or a restarted simulation without any; with a plan also where a seed failed or the
 /// plan was changed. Seeds present at the start count, but not in the statistics.
 /// Threads: the dose thread's whole life; it delays no other thread.
-DoseStatistics run_dose_loop(const std::stop_token& stop, std::vector<Structure> structures,
+DoseStatistics run_dose_loop(const std::stop_token& stop, Clock& clock, std::vector<Structure> structures,
                              const DoseSettings& settings, std::vector<Vec3> surface, const PlanToCome& plan,
                              HandOver<DroppedSeeds>::Reader& fallen,
                              const std::function<void(net::DoseMessage)>& deliver);

@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "core/base/error.h"
-#include "core/realtime/deadline.h"
 #include "core/scene/load_ultrasound.h"
 
 namespace brachy {
@@ -15,8 +14,9 @@ namespace {
 /// The loop's state between periods.
 class UltrasoundRounds {
  public:
-  UltrasoundRounds(UltrasoundScanner& scanner, const UltrasoundPorts& ports, const SurfaceMesh& gland)
-      : scanner_(scanner), ports_(ports), gland_(gland) {}
+  UltrasoundRounds(Clock& clock, UltrasoundScanner& scanner, const UltrasoundPorts& ports,
+                   const SurfaceMesh& gland)
+      : clock_(clock), scanner_(scanner), ports_(ports), gland_(gland) {}
 
   /// One period: images of the newest tick, where there is a newer one or something else is to be shown.
   void round(const ScannerSettings& settings, double period_s, std::uint64_t overruns) {
@@ -53,14 +53,14 @@ class UltrasoundRounds {
 
  private:
   bool scan() {
-    const std::int64_t start_ns = monotonic_ns();
+    const std::int64_t start_ns = clock_.now_ns();
     bool is_published = false;
     scanner_.take(ports_.ticks.value(), ports_.models.value());
-    std::int64_t before_ns = monotonic_ns();
+    std::int64_t before_ns = clock_.now_ns();
     statistics_.field_ns.record(before_ns - start_ns);
     for (std::size_t v = 0; v < scanner_.views(); ++v) {
       const bool has_image = scanner_.scan(ports_.ticks.value(), v, ports_.images[v]->slot());
-      const std::int64_t after_ns = monotonic_ns();
+      const std::int64_t after_ns = clock_.now_ns();
       if (scanner_.result() == ImageResult::kNew) {
         ++statistics_.images;
         statistics_.image_ns.record(after_ns - before_ns);
@@ -75,6 +75,7 @@ class UltrasoundRounds {
     return is_published;
   }
 
+  Clock& clock_;
   UltrasoundScanner& scanner_;
   const UltrasoundPorts& ports_;
   const SurfaceMesh& gland_;  // at rest
@@ -86,12 +87,12 @@ class UltrasoundRounds {
 
 }  // namespace
 
-void run_ultrasound_loop(const std::stop_token& stop, const Scene& scene,
+void run_ultrasound_loop(const std::stop_token& stop, Clock& clock, const Scene& scene,
                          const std::vector<Structure>& structures, std::shared_ptr<const EchoMap> echoes,
                          const RigidTransform& X_WR, const UltrasoundPorts& ports) {
   const double period_s = 1 / scene.ultrasound.rate_hz;
   const std::int64_t period_ns = std::llround(1e9 * period_s);
-  DeadlineTimer timer(period_ns, monotonic_ns() + period_ns);
+  DeadlineTimer timer(period_ns, clock.now_ns() + period_ns, clock);
   std::unique_ptr<UltrasoundScanner> scanner;
   std::optional<UltrasoundRounds> rounds;
   for (; !stop.stop_requested(); timer.wait()) {
@@ -103,7 +104,7 @@ void run_ultrasound_loop(const std::stop_token& stop, const Scene& scene,
         if (!echoes) echoes = load_echo_map(scene, structures);
         scanner = std::make_unique<UltrasoundScanner>(scene, echoes, X_WR);
         scanner->set(settings);
-        rounds.emplace(*scanner, ports, structures.front().mesh);
+        rounds.emplace(clock, *scanner, ports, structures.front().mesh);
       }
       rounds->round(settings, period_s, timer.overruns());
     } catch (const UserError& e) {

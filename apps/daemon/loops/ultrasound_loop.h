@@ -9,6 +9,7 @@
 
 #include "apps/daemon/loops/ultrasound_scanner.h"
 #include "core/brachytherapy/structures/structure.h"
+#include "core/realtime/deadline.h"
 #include "core/realtime/hand_over.h"
 #include "core/realtime/histogram.h"
 
@@ -39,7 +40,7 @@ struct UltrasoundPorts {
 /// does it wakes up and does nothing; its tables, and `echoes` where null, are made at the first demand. Beside the
 /// 200 Hz loop: it shares triple buffers with it only.
 /// Threads: the ultrasound thread's whole life. Real-time: no, but no allocation for an image save what on_images does.
-void run_ultrasound_loop(const std::stop_token& stop, const Scene& scene,
+void run_ultrasound_loop(const std::stop_token& stop, Clock& clock, const Scene& scene,
                          const std::vector<Structure>& structures, std::shared_ptr<const EchoMap> echoes,
                          const RigidTransform& X_WR, const UltrasoundPorts& ports);
 

@@ -4,8 +4,6 @@
 
 #include <cstdint>
 
-#include "core/realtime/deadline.h"
-
 namespace brachy {
 namespace {
 
@@ -29,10 +27,9 @@ void ServiceManager::alive(const std::string& status) {
   notify("WATCHDOG=1\nSTATUS=" + status);
 }
 
-void ServiceManager::reloading() {
+void ServiceManager::reloading(std::int64_t now_ns) {
   // systemd 253 and later (Type=notify-reload) want to know when it began.
-  notify("RELOADING=1\nMONOTONIC_USEC=" + std::to_string(monotonic_ns() / 1000) +
-         "\nSTATUS=reading the scene again");
+  notify("RELOADING=1\nMONOTONIC_USEC=" + std::to_string(now_ns / 1000) + "\nSTATUS=reading the scene again");
 }
 
 void ServiceManager::stopping() {

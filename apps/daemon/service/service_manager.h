@@ -1,6 +1,7 @@
 #pragma once
 
 #include <chrono>
+#include <cstdint>
 #include <optional>
 #include <string>
 
@@ -17,7 +18,7 @@ class ServiceManager {
 
   void ready(const std::string& status);  ///< listening; or a reload is over
   void alive(const std::string& status);  ///< feeds the watchdog
-  void reloading();
+  void reloading(std::int64_t now_ns);    ///< on CLOCK_MONOTONIC
   void stopping();
 
  private:

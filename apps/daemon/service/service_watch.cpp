@@ -2,8 +2,6 @@
 
 #include <utility>
 
-#include "core/realtime/deadline.h"
-
 namespace brachy {
 namespace {
 
@@ -12,27 +10,30 @@ constexpr int kFeedsPerWatchdog = 4;
 }  // namespace
 
 ServiceWatch::ServiceWatch(EventLoop& loop, double period_s, Handlers handlers)
-    : handlers_(std::move(handlers)), pulse_(period_s, monotonic_ns()), timer_(loop) {}
+    : handlers_(std::move(handlers)),
+      clock_(loop.clock()),
+      pulse_(period_s, clock_.now_ns()),
+      timer_(loop.make_timer()) {}
 
 void ServiceWatch::begin() {
-  pulse_.on_tick(monotonic_ns());  // the silence before the start does not count
+  pulse_.on_tick(clock_.now_ns());  // the silence before the start does not count
   manager_.ready(handlers_.status());
   if (manager_.watchdog()) schedule_feed();
 }
 
 void ServiceWatch::end() {
   is_ending_ = true;
-  timer_.cancel();
+  timer_->cancel();
   manager_.stopping();
 }
 
 std::string ServiceWatch::failure() {
   handlers_.update();
-  return pulse_.failure(monotonic_ns());
+  return pulse_.failure(clock_.now_ns());
 }
 
 void ServiceWatch::reloading() {
-  if (!is_ending_) manager_.reloading();
+  if (!is_ending_) manager_.reloading(clock_.now_ns());
 }
 
 void ServiceWatch::reloaded(const std::string& outcome) {
@@ -40,7 +41,7 @@ void ServiceWatch::reloaded(const std::string& outcome) {
 }
 
 void ServiceWatch::schedule_feed() {
-  timer_.start_after(*manager_.watchdog() / kFeedsPerWatchdog, [this] {
+  timer_->start(*manager_.watchdog() / kFeedsPerWatchdog, [this] {
     handlers_.update();
     if (pulse_.has_ticked()) manager_.alive(handlers_.status());
     schedule_feed();

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <string>
 
 #include "apps/daemon/io/event_loop.h"
@@ -19,6 +20,7 @@ class ServiceWatch {
     std::function<std::string()> status;  ///< one line
   };
 
+  /// `loop` outlives this.
   ServiceWatch(EventLoop& loop, double period_s, Handlers handlers);
 
   void begin();  ///< the daemon listens, and its loop ticks from here on
@@ -37,8 +39,9 @@ class ServiceWatch {
 
   const Handlers handlers_;
   ServiceManager manager_;
+  net::TimerClock& clock_;
   LoopPulse pulse_;
-  Timer timer_;
+  const std::unique_ptr<net::Timer> timer_;
   bool is_ending_ = false;
 };
 

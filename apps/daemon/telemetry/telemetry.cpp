@@ -14,16 +14,10 @@
 #include "apps/daemon/loops/simulation_runs.h"
 #include "apps/daemon/service/service_watch.h"
 #include "apps/daemon/telemetry/metrics_text.h"
-#include "core/realtime/deadline.h"
 #include "net/server/server.h"
 
 namespace brachy {
 namespace {
-
-double wall_clock_s() {
-  const auto since_1970 = std::chrono::system_clock::now().time_since_epoch();
-  return std::chrono::duration<double>(since_1970).count();
-}
 
 net::Quantiles quantiles_ms(const Histogram& ns) {
   const auto ms = [&](double q) { return 1e-6 * static_cast<double>(ns.quantile(q)); };
@@ -33,7 +27,10 @@ net::Quantiles quantiles_ms(const Histogram& ns) {
 }  // namespace
 
 Telemetry::Telemetry(EventLoop& loop, Sources sources)
-    : from_(std::move(sources)), start_time_s_(wall_clock_s()), report_timer_(loop) {}
+    : from_(std::move(sources)),
+      clock_(loop.clock()),
+      start_time_s_(1e-9 * static_cast<double>(clock_.utc_ns())),
+      report_timer_(loop.make_timer()) {}
 
 const LoopStatistics& Telemetry::loop() {
   from_.loop.update();
@@ -110,15 +107,15 @@ std::string Telemetry::metrics() {
 }
 
 void Telemetry::start_reports(double every_s, bool as_json) {
-  report_start_ns_ = monotonic_ns();
+  report_start_ns_ = clock_.now_ns();
   report_period_ns_ = std::llround(every_s * 1e9);
   reports_as_json_ = as_json;
   report_later();
 }
 
 void Telemetry::report_later() {
-  report_timer_.start_after(std::chrono::nanoseconds(report_period_ns_), [this] {
-    const double elapsed_s = 1e-9 * static_cast<double>(monotonic_ns() - report_start_ns_);
+  report_timer_->start(std::chrono::nanoseconds(report_period_ns_), [this] {
+    const double elapsed_s = 1e-9 * static_cast<double>(clock_.now_ns() - report_start_ns_);
     const auto interval = interval_report_.next(elapsed_s, loop(), from_.server.client_count());
     if (reports_as_json_) {
       std::cout << to_json(interval) << std::endl;
@@ -130,7 +127,7 @@ void Telemetry::report_later() {
 }
 
 void Telemetry::stop_reports() {
-  report_timer_.cancel();
+  report_timer_->cancel();
 }
 
 }  // namespace brachy

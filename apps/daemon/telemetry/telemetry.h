@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <string>
 
 #include "apps/daemon/io/event_loop.h"
@@ -43,6 +44,7 @@ class Telemetry {
     std::function<IgtlFigures()> igtl;
     HandOver<UltrasoundStatistics>::Reader& ultrasound;
   };
+  /// `loop` outlives this.
   Telemetry(EventLoop& loop, Sources sources);
 
   const LoopStatistics& loop();     ///< the newest
@@ -65,9 +67,10 @@ class Telemetry {
   void report_later();
 
   Sources from_;
+  net::TimerClock& clock_;
   const double start_time_s_;  // wall clock, since 1970
   std::uint32_t seeds_ = 0;
-  Timer report_timer_;
+  const std::unique_ptr<net::Timer> report_timer_;
   IntervalReport interval_report_;
   std::int64_t report_start_ns_ = 0, report_period_ns_ = 0;
   bool reports_as_json_ = false;

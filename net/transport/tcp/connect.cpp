@@ -9,7 +9,7 @@ namespace brachy::net {
 namespace asio = boost::asio;
 using asio::ip::tcp;
 
-tcp::socket connect_tcp(asio::io_context& io, const std::string& host, std::uint16_t port,
+tcp::socket connect_tcp(asio::io_context& io, const std::string& host, std::uint16_t port, TimerClock& clock,
                         std::chrono::milliseconds timeout) {
   const std::string server = host + ":" + std::to_string(port);
   asio::io_context local;  // separate, so that no other handler runs meanwhile
@@ -17,18 +17,25 @@ tcp::socket connect_tcp(asio::io_context& io, const std::string& host, std::uint
   const auto endpoints = tcp::resolver(local).resolve(host, std::to_string(port), error);
   if (error) throw UserError("cannot find the host '" + host + "': " + error.message());
   tcp::socket socket(local);
-  error = asio::error::timed_out;
+  bool is_late = false;
   tcp::endpoint endpoint;
+  const std::unique_ptr<Timer> timer = clock.make_timer(local);
+  timer->start(timeout, [&] {
+    is_late = true;
+    boost::system::error_code ignored;
+    socket.close(ignored);
+  });
   asio::async_connect(socket, endpoints,
                       [&](const boost::system::error_code& result, const tcp::endpoint& reached) {
                         error = result;
                         endpoint = reached;
+                        timer->cancel();
                       });
-  local.run_for(timeout);
+  local.run();
   if (error == asio::error::connection_refused) {
     throw UserError("nothing listens on " + server + ": start brachyd first, or give the port it printed");
   }
-  if (error == asio::error::timed_out)
+  if (is_late || error == asio::error::timed_out)
     throw UserError("no answer from " + server + " within " + std::to_string(timeout.count()) + " ms");
   if (error) throw UserError("cannot connect to " + server + ": " + error.message());
   tcp::socket moved(io);

@@ -1,8 +1,10 @@
 """Cases of scripts/campaigns/faults.sh: a full disk, and programs that are ended."""
 import json
+import math
 import os
 import re
 import shutil
+import signal
 import socket
 import subprocess
 import time
@@ -218,20 +220,28 @@ def sigterm(folder, short):
     ]
 
 
+def seconds_to_refuse(port):
+    begin = time.monotonic()
+    ended = subprocess.run([BIN + "brachyd", "--port", str(port)], capture_output=True, check=False)
+    return time.monotonic() - begin if ended.returncode == 2 else math.inf
+
+
 def start_stop(folder, short):
-    """Start and stop on one port."""
+    """Start and stop on one port, by SIGTERM and SIGINT in turn."""
     count = 10 if short else 100
     with socket.socket() as free:
         free.bind(("127.0.0.1", 0))
         port = free.getsockname()[1]
     slowest = slowest_start = 0.0
     good, before = 0, set(os.listdir("/dev/shm")) | set(os.listdir("/tmp"))
-    for _ in range(count):
+    for i in range(count):
         begin = time.monotonic()
         with running(Daemon(folder, port=port)) as daemon:
             slowest_start = max(slowest_start, time.monotonic() - begin)
+            if i == 0:
+                refused = seconds_to_refuse(port)
             with socket.create_connection(("127.0.0.1", port), 5):
-                code, seconds = daemon.end()
+                code, seconds = daemon.end(signal.SIGINT if i % 2 else signal.SIGTERM)
         slowest = max(slowest, seconds)
         good += code == 0
     left = (set(os.listdir("/dev/shm")) | set(os.listdir("/tmp"))) - before
@@ -243,5 +253,6 @@ def start_stop(folder, short):
             f"{slowest:.2f} s; {len(left)} files left",
             f"{count}, 2 s",
             good == count and slowest <= 2 and not left,
-        )
+        ),
+        Row("a port in use", f"refused within {refused:.2f} s", "5 s", refused <= 5),
     ]

@@ -71,10 +71,10 @@ class Daemon:
         """The match of a log line, and when it came."""
         return wait_for(f"the log line '{pattern}'", lambda: re.search(pattern, read(self.log)), seconds)
 
-    def end(self):
-        """Exit code and seconds after SIGTERM."""
+    def end(self, number=signal.SIGTERM):
+        """Exit code and seconds after the signal."""
         begin = time.monotonic()
-        self.process.send_signal(signal.SIGTERM)
+        self.process.send_signal(number)
         code = self.process.wait(30)
         return code, time.monotonic() - begin
 

@@ -135,12 +135,8 @@ struct WatchOnATerminal : ::testing::Test {
   }
   /// Serves the tool until it has written `part`, at or after `from`.
   bool until(const std::string& part, std::size_t from = 0) {
-    const auto deadline = std::chrono::steady_clock::now() + ChildProcess::kDeadline;
-    while (terminal.read().find(part, from) == std::string::npos) {
-      if (std::chrono::steady_clock::now() > deadline) return false;
-      states.serve();
-    }
-    return true;
+    return wait_until([&] { return terminal.read().find(part, from) != std::string::npos; },
+                      [this] { states.serve(); });
   }
   void show_a_needle() {
     states.show([](MeshState& s) {

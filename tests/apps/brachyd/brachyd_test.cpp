@@ -2,7 +2,6 @@
 
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/tcp.hpp>
-#include <chrono>
 #include <csignal>
 
 #include "core/base/simd/simd_target.h"
@@ -14,7 +13,6 @@ namespace brachy {
 namespace {
 
 using namespace test;
-using namespace std::chrono_literals;
 
 struct Brachyd : ::testing::Test {
   TempFolder folder;
@@ -24,10 +22,6 @@ struct Brachyd : ::testing::Test {
     return run_brachyd({"--check-config", folder.write("checked.toml", text)});
   }
 };
-
-double seconds_since(std::chrono::steady_clock::time_point begin) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-}
 
 TEST_F(Brachyd, SaysItsAddressThenRunsForItsDurationAndSumsUp) {
   RunningBrachyd daemon(scene, {"--duration", "0.6"});
@@ -70,20 +64,20 @@ TEST_F(Brachyd, SaysItsAddressThenRunsForItsDurationAndSumsUp) {
 }
 
 TEST_F(Brachyd, ReportsWhatEachIntervalDid) {
-  const Ended ended =
-      run_brachyd({"--config", scene, "--port", "0", "--duration", "0.7", "--report-every", "0.2", "--json"});
-  ASSERT_TRUE(exited(ended, 0));
-  const auto lines = lines_of(ended.out);
-  ASSERT_GE(lines.size(), 3u) << ended.out;  // at least one interval; an overloaded machine may skip others
+  RunningBrachyd daemon(scene, {"--report-every", "0.2"});
   double last_s = 0, ticks = 0;
-  for (std::size_t i = 1; i + 1 < lines.size(); ++i) {
-    const auto interval = nlohmann::json::parse(lines[i]);
+  for (int intervals = 0; intervals < 2 || ticks == 0; ++intervals) {
+    const auto line = daemon.process.read_line();
+    ASSERT_TRUE(line);
+    const auto interval = nlohmann::json::parse(*line);
     EXPECT_GE(interval.at("interval_end_s").get<double>(), last_s + 0.2);
     last_s = interval.at("interval_end_s");
     ticks += interval.at("ticks").get<double>();
     EXPECT_LE(interval.at("tick_ms").at("p50").get<double>(), interval.at("tick_ms").at("max").get<double>());
   }
-  EXPECT_GT(ticks, 0);
+  daemon.process.send_signal(SIGTERM);
+  const Ended ended = daemon.process.wait();
+  ASSERT_TRUE(exited(ended, 0));
   EXPECT_LE(ticks, json_of(ended).at("ticks").get<double>());
 }
 
@@ -104,15 +98,14 @@ TEST_F(Brachyd, TheControlThreadCountsTheMachinesOwnMisses) {
 
 class BrachydSignal : public Brachyd, public ::testing::WithParamInterface<int> {};
 
-TEST_P(BrachydSignal, EndsItAtOnce) {
+// How soon: scripts/campaigns/faults.sh sigterm start-stop.
+TEST_P(BrachydSignal, EndsIt) {
   RunningBrachyd daemon(scene);
   ASSERT_NE(daemon.port, 0);
   // Right after its first line: an early signal is not lost.
   daemon.process.send_signal(GetParam());
-  const auto begin = std::chrono::steady_clock::now();
-  const Ended ended = daemon.process.wait(10s);
+  const Ended ended = daemon.process.wait();
   EXPECT_TRUE(exited(ended, 0));
-  EXPECT_LT(seconds_since(begin), 2);
   EXPECT_FALSE(json_of(ended).is_discarded());
 }
 
@@ -128,10 +121,8 @@ TEST_P(BrachydSignal, EndsItWithAViewerAndADeviceConnected) {
   ASSERT_TRUE(device.show(X_WN));
 
   daemon.process.send_signal(GetParam());
-  const auto begin = std::chrono::steady_clock::now();
-  const Ended ended = daemon.process.wait(10s);
+  const Ended ended = daemon.process.wait();
   EXPECT_TRUE(exited(ended, 0));
-  EXPECT_LT(seconds_since(begin), 2);
   ASSERT_TRUE(viewer.until([&] { return !viewer.closed.empty(); }));
   ASSERT_FALSE(viewer.errors.empty());
   EXPECT_EQ(viewer.errors.back().code, net::ErrorCode::kShutdown);
@@ -141,13 +132,11 @@ TEST_P(BrachydSignal, EndsItWithAViewerAndADeviceConnected) {
 INSTANTIATE_TEST_SUITE_P(InterruptAndTerminate, BrachydSignal, ::testing::Values(SIGINT, SIGTERM),
                          [](const auto& number) { return number.param == SIGINT ? "Int" : "Term"; });
 
-TEST_F(Brachyd, RefusesAPortInUseAtOnceAndNamesIt) {
+TEST_F(Brachyd, RefusesAPortInUseAndNamesIt) {
   boost::asio::io_context io;
   const boost::asio::ip::tcp::acceptor taken(io, {boost::asio::ip::make_address("127.0.0.1"), 0});
   const std::string port = std::to_string(taken.local_endpoint().port());
-  const auto begin = std::chrono::steady_clock::now();
   const Ended ended = run_brachyd({"--config", scene, "--port", port});
-  EXPECT_LT(seconds_since(begin), 5);  // a second on a free machine without sanitizers
   ASSERT_TRUE(exited(ended, 2));
   EXPECT_EQ(ended.out, "");
   EXPECT_NE(lines_of(ended.err).back().find(port), std::string::npos) << ended.err;
@@ -184,8 +173,7 @@ TEST_F(Brachyd, CheckConfigSaysOkToEveryShippedScene) {
     if (entry.path().extension() != ".toml" || is_plan) continue;
     ++scenes;
     const std::string file = entry.path().string();
-    // The mesh of the perineum takes a minute where other programs run too.
-    const Ended ended = run_brachyd({"--check-config", file}, 5 * ChildProcess::kDeadline);
+    const Ended ended = run_brachyd({"--check-config", file});
     EXPECT_TRUE(exited(ended, 0)) << ended.err;
     EXPECT_EQ(ended.out, file + ": ok\n");
   }

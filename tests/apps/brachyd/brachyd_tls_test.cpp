@@ -1,8 +1,11 @@
 // brachyd with a certificate, tested with our tools, openssl's client and curl.
 #include <sys/stat.h>
 
+#include <csignal>
 #include <fstream>
 
+#include "net/transport/tls/tls_context.h"
+#include "tests/apps/peer.h"
 #include "tests/apps/running_brachyd.h"
 #include "tests/net/raw_peer.h"
 #include "tests/net/transport/tls/certificates.h"
@@ -45,9 +48,19 @@ struct BrachydTls : ::testing::Test {
 
 TEST_F(BrachydTls, ToolsWatchItOverTlsAndSayWhyTheyCannot) {
   RunningBrachyd daemon(scene_with());
-  const Ended good = watch(daemon, {"--tls-ca", ca.certificate().string()});
-  ASSERT_TRUE(exited(good, 0));
-  EXPECT_GT(json_of(good)["snapshots"], 5);
+  ChildProcess good(
+      brachy_line({"watch", "--connect", daemon.address, "--json", "--tls-ca", ca.certificate().string()}));
+  net::ClientOptions options;
+  options.tls = net::make_client_context({ca.certificate().string(), "", ""});
+  Peer beside(std::move(options));
+  ASSERT_TRUE(beside.join(daemon.port));
+  ASSERT_TRUE(beside.until([&] { return !beside.states.empty() && beside.states.back().viewers == 2; }));
+  const std::size_t frames = beside.frames.size();
+  ASSERT_TRUE(beside.until([&] { return beside.frames.size() > frames + 8; }));
+  good.send_signal(SIGINT);
+  const Ended ended = good.wait();
+  ASSERT_TRUE(exited(ended, 0));
+  EXPECT_GT(json_of(ended)["snapshots"], 5);
 
   const Ended plain = watch(daemon, {});
   EXPECT_TRUE(exited(plain, 1));

@@ -216,7 +216,6 @@ TEST(DaemonForce, WhoReconnectsInsideWithoutAFaultGetsARampFromZero) {
   }  // out of contact: no fault
   Hand second;
   second.X_WN = tip_at(8, -4, 5);  // the tissue is there where it begins
-  const std::int64_t began_ns = monotonic_ns();
   ASSERT_TRUE(second.join(daemon.port()));
   ASSERT_TRUE(second.go({second.X_WN}));
   for (const net::ForceMessage& force : second.peer.forces) ASSERT_EQ(force.forces.force_n.norm(), 0);
@@ -227,7 +226,6 @@ TEST(DaemonForce, WhoReconnectsInsideWithoutAFaultGetsARampFromZero) {
     if (second.is_latched()) second.peer.client.arm();  // the machine was busy
     return second.force_n() > 1.65;
   }));
-  EXPECT_GE(monotonic_ns() - began_ns, 250'000'000);  // of 2.7 N: 310 ms of the ramp's 500
   ASSERT_TRUE(second.arm_fully());
   EXPECT_GT(second.force_n(), 2.5);
   EXPECT_LE(second.largest_step(), largest_allowed_step(daemon.stop()));

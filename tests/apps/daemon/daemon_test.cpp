@@ -250,8 +250,9 @@ TEST(DaemonDevice, BadPosesAreRefusedCountedAndReportedAndTheNeedleStays) {
   device.client.send_pose(tip_at(0, 0, 1e6), monotonic_ns());
   device.client.send_pose(tip_at(0, 0, 0), good_stamp_ns);
   device.client.send_pose(tip_at(0, 0, 0), good_stamp_ns - 1);
-  // Taken right after the good one, sent much later.
-  ASSERT_TRUE(device.until([&] { return monotonic_ns() > good_stamp_ns + 200'000'000; }));
+  // Taken right after the good one, sent many ticks of 5 ms later.
+  const std::uint64_t good_tick = device.last().message.tick;
+  ASSERT_TRUE(device.until([&] { return device.last().message.tick > good_tick + 40; }));
   device.client.send_pose(tip_at(0, 0, 0), good_stamp_ns + 1);
 
   std::map<PoseStatus, std::uint64_t> counts;
@@ -382,12 +383,10 @@ TEST(DaemonEnd, StopEndsRunAndTellsTheClients) {
 }
 
 TEST(DaemonEnd, StopBeforeItRunsEndsItToo) {
-  DaemonOptions options;
-  options.duration_s = 30;
-  Daemon daemon(small(), options);
+  Daemon daemon(small(), {});
   daemon.stop();
   daemon.stop();
-  EXPECT_LT(daemon.run().elapsed_s, 20);
+  daemon.run();  // returns
 }
 
 TEST(DaemonEnd, ItEndsAfterItsDuration) {

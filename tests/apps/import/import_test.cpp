@@ -432,8 +432,7 @@ TEST_F(Import, TakesARealProstateAllTheWayToAPlan) {
   ASSERT_TRUE(exited(path, 0)) << path.err;
   const std::string recording = (out / "recording").string();
   const Ended ran = run_brachyd({"--config", session, "--port", "0", "--trajectory", needles, "--play",
-                                 "--duration", "15", "--session", recording},
-                                ChildProcess::Milliseconds(240'000));
+                                 "--duration", "15", "--session", recording});
   ASSERT_TRUE(exited(ran, 0)) << ran.err;
   const Ended scored = run_brachy({"score", recording, "--config", session, "--json"});
   ASSERT_TRUE(exited(scored, 0)) << scored.err;

@@ -18,7 +18,7 @@ inline std::string source_file(const char* name) {
 /// Runs Debian's Python, which has pydicom.
 inline Ended run_python(std::vector<std::string> arguments) {
   arguments.insert(arguments.begin(), "/usr/bin/python3");
-  return run_process(arguments, ChildProcess::Milliseconds(240'000));
+  return run_process(arguments);
 }
 
 inline bool has_pydicom() {

@@ -24,10 +24,7 @@ struct BrachydService : ::testing::Test {
   }
   template <class Condition>
   static bool until(Condition&& condition) {
-    const auto end = std::chrono::steady_clock::now() + ChildProcess::kDeadline;
-    while (!condition())
-      if (std::chrono::steady_clock::now() >= end) return false;
-    return true;
+    return wait_until(condition, [] {});
   }
 };
 

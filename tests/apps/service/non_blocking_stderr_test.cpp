@@ -12,6 +12,7 @@
 #include "apps/daemon/network_log.h"
 #include "apps/daemon/service/stderr_sink.h"
 #include "tests/apps/child_process.h"
+#include "tests/net/manual_clock.h"
 
 namespace brachy {
 namespace {
@@ -102,7 +103,8 @@ TEST_F(NonBlockingStderrTest, TheLogKnowsWhichLinesAreAboutSafety) {
   spdlog::set_default_logger(std::make_shared<spdlog::logger>("test", sink));
   spdlog::register_logger(std::make_shared<spdlog::logger>(kSafetyLogger, sink));
   fill();
-  NetworkLog log;
+  net::test::ManualClock clock;
+  NetworkLog log(clock);
   log.info("client 1 joined");
   log.safety("safety: device lost in contact");
   read_all();

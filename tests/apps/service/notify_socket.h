@@ -6,7 +6,6 @@
 #include <unistd.h>
 
 #include <array>
-#include <chrono>
 #include <cstring>
 #include <stdexcept>
 #include <string>
@@ -33,15 +32,13 @@ class NotifySocket {
   std::string variable() const { return "NOTIFY_SOCKET=" + path_; }
 
   /// Reads messages until one contains this line; false where none comes.
-  bool hears(const std::string& line, ChildProcess::Milliseconds deadline = ChildProcess::kDeadline) {
-    const auto end = std::chrono::steady_clock::now() + deadline;
-    for (;;) {
-      const auto left =
-          std::chrono::duration_cast<ChildProcess::Milliseconds>(end - std::chrono::steady_clock::now());
-      if (left.count() <= 0 || !take(static_cast<int>(left.count()))) return false;
+  bool hears(const std::string& line) {
+    const Deadline deadline;
+    while (take(deadline.left_ms())) {
       for (const std::string& said : lines_of(messages.back()))
         if (said == line || (line.back() == '=' && said.starts_with(line))) return true;
     }
+    return false;
   }
 
   /// Reads pending messages; returns how many of them contain this line.

@@ -86,7 +86,10 @@ class GoodViewer {
 class BadPeer {
  public:
   BadPeer(boost::asio::io_context& io, const std::string& kind, std::uint16_t port)
-      : kind_(kind), proxy_(io, port), timer_(io), client_(io, client_options(kind), handlers()) {
+      : kind_(kind),
+        proxy_(io, net::real_clock(), port),
+        timer_(io),
+        client_(io, client_options(kind), handlers()) {
     proxy_.next.receive_buffer = 4096;
     if (kind == "slow") proxy_.next.down = test::Way::at_rate(1000);
   }

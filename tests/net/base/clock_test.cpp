@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <functional>
 #include <string>
 
 #include "tests/net/manual_clock.h"
@@ -95,6 +96,36 @@ TEST(RealClock, ATimerThatIsCancelledAfterItWasDueDoesNotExpire) {
   io.restart();
   io.run();
   EXPECT_EQ(expired, 1);
+}
+
+TEST(RealClock, ATimerThatStartsItselfAgainEndsWithTheCancel) {
+  boost::asio::io_context io;
+  const auto repeated = real_clock().make_timer(io), end = real_clock().make_timer(io);
+  int turns = 0, after_end = 0;
+  bool is_over = false;
+  std::function<void()> again = [&] {
+    after_end += is_over;
+    repeated->start(std::chrono::nanoseconds(0), again);
+    if (++turns == 10)
+      end->start(std::chrono::nanoseconds(0), [&] {
+        is_over = true;
+        repeated->cancel();
+      });
+  };
+  again();
+  io.run();  // returns: nothing is waited for
+  EXPECT_TRUE(is_over);
+  EXPECT_EQ(after_end, 0);
+}
+
+TEST(RealClock, AnotherStartReplacesTheFirst) {
+  boost::asio::io_context io;
+  const auto timer = real_clock().make_timer(io);
+  int calls = 0;
+  timer->start(std::chrono::nanoseconds(0), [&] { calls += 1; });
+  timer->start(std::chrono::nanoseconds(0), [&] { calls += 10; });
+  io.run();
+  EXPECT_EQ(calls, 10);
 }
 
 }  // namespace

@@ -55,7 +55,7 @@ class WebSocketPeer : public Heard {
   /// Reads received data, `max_bytes` at most, and stores the messages; returns how many bytes. Never replies by
   /// itself.
   std::size_t take(std::size_t max_bytes = SIZE_MAX);
-  /// take() as soon as there is something, 5 ms from now at the latest: for a server in another process.
+  /// take() as soon as there is something, kTurn from now at the latest: for a server in another process.
   std::size_t take_soon();
   void close() { socket_.close(); }
 

@@ -43,14 +43,11 @@ std::string affine_beads(int loads) {
   return text + '\n';
 }
 
-// Seconds of computation, on a machine that may be busy.
-constexpr ChildProcess::Milliseconds kPatience{300'000};
-
 // The rows of `brachy compare --beads FILE --json …`; empty unless it exits with 0.
 nlohmann::json rows_of(const std::string& file) {
   const TempFolder folder;
   const std::string json = (folder / "rows.json").string();
-  const Ended ended = run_process(brachy_line({"compare", "--beads", file, "--json", json}), kPatience);
+  const Ended ended = run_process(brachy_line({"compare", "--beads", file, "--json", json}));
   EXPECT_TRUE(exited(ended, 0));
   EXPECT_NE(ended.out.find("elastic"), std::string::npos);
   if (ended.exit_code != 0) return nlohmann::json::array();
