@@ -112,7 +112,7 @@ TEST(GuideForce, PushesTheHandBack) {
 // as on the pose's line. Its tip is 3 mm aside by then.
 TEST(GuideForce, BeginsWhereTheTurnedNeedleTouches) {
   const Vec3 axis = Vec3(-0.03, -0.06, 1).normalized(), in(8, 10.9, -19), to(7, 10.8, -10.4);
-  Hand hand(scene_of("template"));
+  GuidedHand hand(scene_of("template"));
   hand.go(Vec3(-0.8, 15.8, -81), Vec3(3.7, 10.9, -36.4), 0.5, axis);
   hand.go({3.7, 10.9, -36.4}, {7.7, 13.9, -30.6}, 0.5, axis);
   hand.go({7.7, 13.9, -30.6}, in, 0.5, axis);
