@@ -11,18 +11,22 @@ if [[ ${1:-} == --no-viewer ]]; then shows=0; shift; fi
 trajectory=${1:-config/insertion.csv}
 scene=${2:-config/prostate.toml}
 
-targets=(brachyd brachy)
-if ((shows)); then
-  scripts/setup.sh --viewer
-  # A build that was configured without npm does not know of it yet.
-  if [[ -f build/release/build.ninja && ! -f build/release/viewer/index.html ]]; then cmake \
-      --preset release >/dev/null; fi
-  targets+=(viewer)
-fi
-scripts/build.sh release "${targets[@]}"
-bin=build/release/bin
+# The demonstration needs the programs alone. npm is installed while they compile, as apt waits for the network, and the
+# page is built while the needle goes in.
+scripts/setup.sh
 out=out/run-$(date +%Y%m%d-%H%M%S)-$$
 mkdir -p "$out"
+if ((shows)); then
+  scripts/setup.sh --viewer >"$out/setup.log" 2>&1 &
+  installing=$!
+fi
+scripts/build.sh release brachyd brachy
+if ((shows)); then
+  wait "$installing" || { cat "$out/setup.log" >&2; exit 1; }
+  nice -n 19 scripts/build.sh release viewer >"$out/viewer_build.log" 2>&1 &
+  building=$!
+fi
+bin=build/release/bin
 
 . scripts/daemon.sh
 clients=()
@@ -46,6 +50,10 @@ kill -INT $watcher $recorder
 wait $watcher $recorder || true
 clients=()
 end_daemon
+if ((shows)); then
+  wait "$building" || { cat "$out/viewer_build.log" >&2; exit 1; }
+  grep '^viewer: ' "$out/viewer_build.log" || true
+fi
 
 echo
 echo "=== Summary ==="

@@ -15,46 +15,67 @@ case "${1:-}" in
   *) sed -n '2,/^[^#]/s/^# \?//p' "$0" >&2; exit 2 ;;
 esac
 
-run_tests() {  # PRESET "TARGETS" [ctest options]; no targets: all
-  local preset=$1 targets=$2; shift 2
-  # shellcheck disable=SC2086
-  scripts/build.sh "$preset" $targets
-  echo "test: $preset"
+# Runs a command, and notes what it took: seconds of the wall and of processor.
+table=
+spent=$(mktemp)
+trap 'rm -f "$spent"' EXIT
+processor_s() {  # of all that has ended, to $processor
+  times >"$spent"
+  processor=$(awk -F'[ms ]+' 'NR == 2 { printf "%d", 60 * $1 + $2 + 60 * $3 + $4 }' "$spent")
+}
+stage() {  # NAME COMMAND…
+  local name=$1 began=$SECONDS before; shift
+  echo "test: $name"
+  processor_s
+  before=$processor
+  "$@"
+  processor_s
+  table+=$(printf '%-32s %6d %10d' "$name" $((SECONDS - began)) $((processor - before)))$'\n'
+}
+
+run_tests() {  # PRESET [ctest options]
+  local preset=$1; shift
   rm -rf "build/$preset/test-results"
   ctest --test-dir "build/$preset" --output-on-failure --no-tests=error --output-junit tests.xml "$@"
   scripts/ci/list_skipped.py "build/$preset/tests.xml" "build/$preset/test-results"
 }
+check_format() { git ls-files '*.h' '*.cpp' | xargs clang-format-14 --dry-run --Werror; }
+finish_names() {
+  wait "$names" || { cat out/names.log >&2; exit 1; }
+  tail -n 1 out/names.log
+}
+set_up() {
+  if ((all)); then scripts/setup.sh --all; else scripts/setup.sh --tests; fi
+  # A build that was configured before these were installed does not know of them yet.
+  if [[ -f build/release/build.ninja ]]; then cmake --preset release >/dev/null; fi
+}
 
+stage packages set_up
 if ((all)); then
-  scripts/setup.sh --all
-  echo "test: format"
-  git ls-files '*.h' '*.cpp' | xargs clang-format-14 --dry-run --Werror
-  scripts/ci/check_layers.py
-  scripts/ci/check_docs.py
+  stage format check_format
+  stage layers scripts/ci/check_layers.py
+  stage documents scripts/ci/check_docs.py
 fi
-scripts/setup.sh --tests
-# A build that was configured before these were installed does not know of them yet.
-if [[ -f build/release/build.ninja ]]; then cmake --preset release >/dev/null; fi
+stage 'release, build' scripts/build.sh release
 # Most tests wait for sockets half of their time.
-run_tests release '' -j "$((2 * $(nproc)))"
+stage 'release, tests' run_tests release -j "$((2 * $(nproc)))"
 if ((all)); then
   mkdir -p out
   # What only computes, most of the build, is under AddressSanitizer in nightly, and daemon and tools with it: what
   # comes from outside is read in these.
-  asan='input_tests realtime_tests haptics_tests net_tests'
-  # shellcheck disable=SC2086
-  scripts/build.sh asan $asan fuzz_targets
-  scripts/campaigns/live_fuzz.sh 5000
+  asan=(input_tests realtime_tests haptics_tests net_tests)
+  stage 'AddressSanitizer, build' scripts/build.sh asan "${asan[@]}" fuzz_targets
+  stage 'live fuzz' scripts/campaigns/live_fuzz.sh 5000
   nice -n 19 scripts/ci/check_names.py --jobs 1 >out/names.log 2>&1 &
   names=$!
-  run_tests asan "$asan" -j 2 -E 'NOT_BUILT|Package'
-  scripts/fuzz.sh
+  stage 'AddressSanitizer, tests' run_tests asan -j 2 -E 'NOT_BUILT|Package'
+  stage fuzz scripts/fuzz.sh
   # Threads meet in the buffer and in the daemon, which has all of them: these under ThreadSanitizer; server and
   # devices by themselves in nightly.
-  run_tests tsan 'realtime_tests daemon_tests' -j 2 \
+  stage 'ThreadSanitizer, build' scripts/build.sh tsan realtime_tests daemon_tests
+  stage 'ThreadSanitizer, tests' run_tests tsan -j 2 \
     -R 'TripleBuffer|Device|Server|Daemon|Deadline|ForceLink|Histogram|MonotonicClock'
-  echo "test: names"
-  wait "$names" || { cat out/names.log >&2; exit 1; }
-  tail -n 1 out/names.log
+  stage 'names, beside the last' finish_names
 fi
+printf '%-32s %6s %10s\n%s' stage 'wall s' 'processor s' "$table"
 echo "test: all passed"

@@ -17,7 +17,7 @@
 namespace brachy::bench {
 namespace {
 
-constexpr std::size_t kSeeds = 75;
+constexpr std::size_t kShownSeeds = 75;
 constexpr int kTicksAnImage = 6;
 
 struct Variant {
@@ -47,8 +47,8 @@ class Examination {
     }
     std::mt19937 random(1);
     std::uniform_real_distribution<double> in(-1, 1);
-    std::vector<Seed> seeds(kSeeds);
-    for (std::size_t k = 0; k < kSeeds; ++k) {
+    std::vector<Seed> seeds(kShownSeeds);
+    for (std::size_t k = 0; k < kShownSeeds; ++k) {
       seeds[k].id = static_cast<std::uint32_t>(k + 1);
       const double x = 17 * in(random), y = 12 * in(random);
       seeds[k].rest = seeds[k].position = Vec3(x, y, 16 * in(random));

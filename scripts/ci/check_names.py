@@ -31,9 +31,9 @@ WRONG_NAME = "int WrongName = 0;"
 
 def configure():
     """The directories and macros of all targets together, and the sources that some target has."""
-    # Without precompiled headers, which are GCC's.
-    subprocess.run(["cmake", "--preset", "release", "-B", BUILD, "-DBRACHY_PCH=OFF"], cwd=ROOT, check=True,
-                   stdout=subprocess.DEVNULL)
+    # Without precompiled headers, which are GCC's; each source by itself.
+    subprocess.run(["cmake", "--preset", "release", "-B", BUILD, "-DBRACHY_PCH=OFF", "-DBRACHY_TOGETHER=0"], cwd=ROOT,
+                   check=True, stdout=subprocess.DEVNULL)
     options, compiled = {}, set()
     for entry in json.loads((BUILD / "compile_commands.json").read_text()):
         compiled.add(os.path.relpath(entry["file"], ROOT))

@@ -4,8 +4,8 @@
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 command -v clang-tidy-14 >/dev/null || { echo "tidy: apt-get install clang-tidy-14" >&2; exit 2; }
-# Without precompiled headers: clang does not read GCC's, and a missing #include is noticed.
-cmake --preset release -B build/tidy -DBRACHY_PCH=OFF >/dev/null
+# Each source alone, without precompiled headers: clang does not read GCC's, and a missing #include is noticed.
+cmake --preset release -B build/tidy -DBRACHY_PCH=OFF -DBRACHY_TOGETHER=0 >/dev/null
 files=("$@")
 ((${#files[@]})) || mapfile -t files < <(git ls-files 'core/*.cpp' 'net/*.cpp' 'haptics/*.cpp' 'apps/*.cpp')
 # -fopenmp is g++'s; clang 14 without its runtime only needs to skip the pragmas.

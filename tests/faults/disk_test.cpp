@@ -13,7 +13,7 @@
 namespace brachy {
 namespace {
 
-using namespace test;
+using namespace brachy::test;
 
 enum class Shortage { kFullDisk, kFileLimit };
 

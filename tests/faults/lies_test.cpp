@@ -200,7 +200,7 @@ auto dripping(Bytes bytes, Send send) {
   };
 }
 
-Bytes bytes_of(const std::string& text) {
+Bytes request_bytes(const std::string& text) {
   const auto bytes = std::as_bytes(std::span(text));
   return {bytes.begin(), bytes.end()};
 }
@@ -216,8 +216,8 @@ TEST_F(LiesTest, SlowlorisEndsOnEveryListenerAndDelaysNobody) {
   hello.resize(4000);
   Bytes pose = header(MessageType::kPose, 4096, 2);
   pose.resize(4000);
-  const Bytes request = bytes_of("GET / HTTP/1.1\r\nHost: 127.0.0.1:" + std::to_string(http->port()) +
-                                 "\r\nX: " + std::string(4000, 'x'));
+  const Bytes request = request_bytes("GET / HTTP/1.1\r\nHost: 127.0.0.1:" + std::to_string(http->port()) +
+                                      "\r\nX: " + std::string(4000, 'x'));
   Bytes transform = igtl::encode_empty("TRANSFORM", {1, "NeedleToRas", 0});
   transform[igtl::kHeaderSize - 10] = std::byte{0x10};  // a body of 4096 bytes
   transform.resize(4000);

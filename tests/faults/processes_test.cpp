@@ -15,7 +15,7 @@
 namespace brachy {
 namespace {
 
-using namespace test;
+using namespace brachy::test;
 
 struct ProcessesTest : ::testing::Test {
   const TempFolder folder;

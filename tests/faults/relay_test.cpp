@@ -17,7 +17,7 @@
 namespace brachy {
 namespace {
 
-using namespace test;
+using namespace brachy::test;
 
 std::uint16_t free_port() {
   boost::asio::io_context io;

@@ -10,8 +10,8 @@
 namespace brachy {
 namespace {
 
-constexpr std::int64_t kTick = 5'000'000;
-constexpr std::int64_t kStart = 123 * kTick;
+constexpr std::int64_t kScriptTick = 5'000'000;
+constexpr std::int64_t kStart = 123 * kScriptTick;
 
 RigidTransform tip_at(double z_mm) {
   return {Mat3::Identity(), Vec3(0, 0, z_mm)};
@@ -38,9 +38,9 @@ TEST(ScriptedDevice, PlaysInRealTimeAlsoOverMissedTicks) {
   NeedlePose pose;
   device.update(kStart, pose);
   for (std::int64_t tick : {1, 2, 3, 50, 51, 100, 150, 199}) {
-    ASSERT_TRUE(device.update(kStart + tick * kTick, pose));
+    ASSERT_TRUE(device.update(kStart + tick * kScriptTick, pose));
     EXPECT_NEAR(pose.X_WN.p.z(), 0.05 * static_cast<double>(tick), 1e-9);
-    EXPECT_EQ(pose.stamp_ns, kStart + tick * kTick);
+    EXPECT_EQ(pose.stamp_ns, kStart + tick * kScriptTick);
   }
   EXPECT_EQ(pose.sequence, 9u);
   EXPECT_FALSE(device.finished());
@@ -50,10 +50,10 @@ TEST(ScriptedDevice, HoldsTheLastPoseAfterTheEnd) {
   ScriptedDevice device(ten_mm());
   NeedlePose pose;
   device.update(kStart, pose);
-  EXPECT_TRUE(device.update(kStart + 203 * kTick, pose));
+  EXPECT_TRUE(device.update(kStart + 203 * kScriptTick, pose));
   EXPECT_EQ(pose.X_WN, tip_at(10));
   EXPECT_TRUE(device.finished());
-  EXPECT_FALSE(device.update(kStart + 204 * kTick, pose));
+  EXPECT_FALSE(device.update(kStart + 204 * kScriptTick, pose));
   EXPECT_EQ(pose.X_WN, tip_at(10));
   EXPECT_TRUE(pose.present);
 }
@@ -62,7 +62,7 @@ TEST(ScriptedDevice, LoopsWithoutEndAndWithoutDrift) {
   ScriptedDevice device(ten_mm(), true);
   NeedlePose pose;
   for (std::int64_t tick = 0; tick < 2000; ++tick) {
-    ASSERT_TRUE(device.update(kStart + tick * kTick, pose));
+    ASSERT_TRUE(device.update(kStart + tick * kScriptTick, pose));
     ASSERT_NEAR(pose.X_WN.p.z(), 0.05 * static_cast<double>(tick % 200), 1e-9) << tick;
     ASSERT_EQ(pose.sequence, static_cast<std::uint64_t>(tick) + 1);
   }
@@ -73,7 +73,7 @@ TEST(ScriptedDevice, LoopsOverASinglePose) {
   ScriptedDevice device(Trajectory({{3.0, tip_at(4)}}), true);
   NeedlePose pose;
   for (std::int64_t tick = 0; tick < 3; ++tick) {
-    EXPECT_TRUE(device.update(kStart + tick * kTick, pose));
+    EXPECT_TRUE(device.update(kStart + tick * kScriptTick, pose));
     EXPECT_EQ(pose.X_WN, tip_at(4));
   }
 }
@@ -83,7 +83,7 @@ NeedlePose pose_number(std::uint64_t n) {
   pose.X_WN = {Eigen::AngleAxisd(1e-3 * static_cast<double>(n), Vec3::UnitX()).toRotationMatrix(),
                Vec3::Constant(1e-3 * static_cast<double>(n))};
   pose.sequence = n;
-  pose.stamp_ns = static_cast<std::int64_t>(n) * kTick;
+  pose.stamp_ns = static_cast<std::int64_t>(n) * kScriptTick;
   pose.received_ns = pose.stamp_ns + kStart;
   return pose;
 }
@@ -134,7 +134,7 @@ TEST(NetworkDevice, KeepsTheLastGoodPoseWhenTheLeaseEnds) {
   EXPECT_EQ(device.submit(pose_number(9)), PoseStatus::kNotAttached);
   EXPECT_EQ(device.guard().count(PoseStatus::kNotAttached), 1u);
   EXPECT_TRUE(device.update(kStart, pose));
-  EXPECT_FALSE(device.update(kStart + kTick, pose));
+  EXPECT_FALSE(device.update(kStart + kScriptTick, pose));
   EXPECT_EQ(pose.sequence, 8u);
 }
 
@@ -193,20 +193,20 @@ TEST(NetworkDevice, ShowsEachChangeOfTheButtonToOneTickAtLeast) {
   ASSERT_EQ(device.submit(sent), PoseStatus::kAccepted);
   EXPECT_TRUE(device.update(kStart, pose));
   EXPECT_TRUE(pose.button);
-  EXPECT_FALSE(device.update(kStart + kTick, pose));
+  EXPECT_FALSE(device.update(kStart + kScriptTick, pose));
   EXPECT_TRUE(pose.button);
   device.press(true);  // again: no change
   device.press(false);
   device.press(true);
   device.press(false);
   for (const bool shown : {false, true, false, false}) {
-    device.update(kStart + 2 * kTick, pose);
+    device.update(kStart + 2 * kScriptTick, pose);
     EXPECT_EQ(pose.button, shown);
   }
   device.press(true);
   device.detach();
   for (const bool shown : {true, false, false}) {
-    device.update(kStart + 3 * kTick, pose);
+    device.update(kStart + 3 * kScriptTick, pose);
     EXPECT_EQ(pose.button, shown);
   }
 }

@@ -7,10 +7,11 @@
 #include <limits>
 #include <vector>
 
+#include "tests/haptics/milliseconds.h"
+
 namespace brachy {
 namespace {
 
-constexpr std::int64_t kMs = 1'000'000;
 const Vec3 kPush(0, 0.6, -0.8);
 
 /// A gate with a device that sends a pose every millisecond; time advances across calls.

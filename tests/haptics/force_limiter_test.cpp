@@ -5,10 +5,10 @@
 #include <cstdint>
 #include <limits>
 
+#include "tests/haptics/milliseconds.h"
+
 namespace brachy {
 namespace {
-
-constexpr std::int64_t kMs = 1'000'000;
 
 TEST(ForceLimiter, NeverFasterThanHalfANewtonAMillisecond) {
   ForceLimiter limiter;

@@ -23,9 +23,10 @@ Scene scene_of(const std::string& guide_at) {
   return scene;
 }
 
-class Hand {
+class GuidedHand {
  public:
-  explicit Hand(const Scene& scene) : simulator_(load_simulation_model(scene, load_tissue(scene).tissue)) {}
+  explicit GuidedHand(const Scene& scene)
+      : simulator_(load_simulation_model(scene, load_tissue(scene).tissue)) {}
 
   const NeedleState& step(const Vec3& tip, const Vec3& axis) {
     simulator_.step(needle_pose(pose_at(tip, axis)), state_);
@@ -66,7 +67,7 @@ class Guide : public ::testing::TestWithParam<const char*> {};
 // Loops from outside the template to outside, with a hand that moves aside by millimetres within.
 TEST_P(Guide, CreatesNoEnergyAndItsForceIsTheLocalModels) {
   std::mt19937_64 random(14);
-  Hand hand(scene_of(GetParam()));
+  GuidedHand hand(scene_of(GetParam()));
   const int loops = test::kIsSanitized ? 2 : test::scene_count(12);
   for (int loop = 0; loop < loops; ++loop) {
     const Vec3 axis = (Vec3::UnitZ() + test::uniform_point(random, 0.15)).normalized();
@@ -90,7 +91,7 @@ INSTANTIATE_TEST_SUITE_P(Simulation, Guide, testing::Values("rigid", "none", "te
 // A hand that moves aside with 36 mm of the shaft in the gland is pushed back, whatever guides the needle.
 TEST(GuideForce, PushesTheHandBack) {
   for (const char* guide_at : {"none", "template", "hand"}) {
-    Hand hand(scene_of(guide_at));
+    GuidedHand hand(scene_of(guide_at));
     const Vec3 in(0, 0, 14);
     hand.go({0, 0, -70}, in, 0.25);
     const double before = hand.last_force().x();
@@ -111,7 +112,7 @@ TEST(GuideForce, PushesTheHandBack) {
 // as on the pose's line. Its tip is 3 mm aside by then.
 TEST(GuideForce, BeginsWhereTheTurnedNeedleTouches) {
   const Vec3 axis = Vec3(-0.03, -0.06, 1).normalized(), in(8, 10.9, -19), to(7, 10.8, -10.4);
-  Hand hand(scene_of("template"));
+  GuidedHand hand(scene_of("template"));
   hand.go(Vec3(-0.8, 15.8, -81), Vec3(3.7, 10.9, -36.4), 0.5, axis);
   hand.go({3.7, 10.9, -36.4}, {7.7, 13.9, -30.6}, 0.5, axis);
   hand.go({7.7, 13.9, -30.6}, in, 0.5, axis);
@@ -128,7 +129,7 @@ TEST(GuideForce, BeginsWhereTheTurnedNeedleTouches) {
 
 // Through the template and not in the tissue: the needle is a cantilever between hub and hole.
 TEST(GuideForce, BeforeTheTissueIsTheBentNeedlesAlone) {
-  Hand hand(scene_of("template"));
+  GuidedHand hand(scene_of("template"));
   hand.go({0, 0, -70}, {0, 0, -30}, 0.5);
   const NeedleState& needle = hand.go({0, 0, -30}, {1.5, 0, -30}, 0.25);
   const double bending_nmm2 = Beam::bending_stiffness(200, 1.27, 1.0), arc = 200 - 30,

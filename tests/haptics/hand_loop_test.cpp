@@ -4,10 +4,10 @@
 
 #include <cmath>
 
+#include "tests/haptics/milliseconds.h"
+
 namespace brachy {
 namespace {
-
-constexpr std::int64_t kMs = 1'000'000;
 
 /// A device that is where the test puts it and notes what it is to render.
 struct FakeHand final : HandDevice {

@@ -8,11 +8,10 @@
 #include <random>
 
 #include "tests/core/simulation/allocation_guard.h"
+#include "tests/haptics/milliseconds.h"
 
 namespace brachy {
 namespace {
-
-constexpr std::int64_t kMs = 1'000'000;
 
 Vec3 at(double z, double x = 0) {
   return {x, 0, z};

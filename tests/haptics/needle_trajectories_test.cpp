@@ -16,11 +16,11 @@ const std::string kPlainButton = std::string(kTrajectoryHeader) + ",button\n";
 const std::string kSeveralButton = std::string(kTrajectoryHeader) + ",needle,button\n";
 
 /// A row at t with the tip at (x, 0, 0) and no rotation.
-std::string row(const std::string& t, const std::string& x, const std::string& needle = "") {
+std::string needle_row(const std::string& t, const std::string& x, const std::string& needle = "") {
   return t + ",1,0,0," + x + ",0,1,0,0,0,0,1,0" + (needle.empty() ? "" : "," + needle) + "\n";
 }
 
-std::string parse_error(const std::string& text, std::size_t needle_count = kMaxTrajectoryNeedles) {
+std::string needles_error(const std::string& text, std::size_t needle_count = kMaxTrajectoryNeedles) {
   try {
     parse_trajectories(text, "t.csv", needle_count);
   } catch (const UserError& error) {
@@ -31,18 +31,19 @@ std::string parse_error(const std::string& text, std::size_t needle_count = kMax
 
 /// Needle 0 from 1 s to 3 s, needle 5 from 2 s to 4 s.
 NeedleTrajectories two_needles() {
-  return parse_trajectories(
-      kSeveral + row("1", "0", "0") + row("2", "100", "5") + row("3", "20", "0") + row("4", "140", "5"),
-      "t.csv");
+  return parse_trajectories(kSeveral + needle_row("1", "0", "0") + needle_row("2", "100", "5") +
+                                needle_row("3", "20", "0") + needle_row("4", "140", "5"),
+                            "t.csv");
 }
 
 TEST(NeedleTrajectories, AFileWithoutTheColumnIsNeedleZeros) {
-  const NeedleTrajectories read = parse_trajectories(kPlain + row("1", "2") + row("3", "4"), "t.csv", 1);
+  const NeedleTrajectories read =
+      parse_trajectories(kPlain + needle_row("1", "2") + needle_row("3", "4"), "t.csv", 1);
   ASSERT_EQ(read.needles().size(), 1u);
   EXPECT_EQ(read.needles()[0].id, 0u);
   EXPECT_EQ(read.id_count(), 1u);
   EXPECT_EQ(read.needles()[0].motion.samples(),
-            parse_trajectory(kPlain + row("1", "2") + row("3", "4"), "t.csv").samples());
+            parse_trajectory(kPlain + needle_row("1", "2") + needle_row("3", "4"), "t.csv").samples());
 }
 
 TEST(NeedleTrajectories, RowsGoToTheirNeedlesOnOneClock) {
@@ -67,46 +68,49 @@ TEST(NeedleTrajectories, ANeedleIsAbsentBeforeItsFirstRowAndHeldAfterItsLast) {
 
 TEST(NeedleTrajectories, DifferentNeedlesMayHaveRowsAtTheSameTime) {
   const NeedleTrajectories read =
-      parse_trajectories(kSeveral + row("0", "1", "1") + row("0", "2", "0"), "t.csv", 2);
+      parse_trajectories(kSeveral + needle_row("0", "1", "1") + needle_row("0", "2", "0"), "t.csv", 2);
   EXPECT_EQ(read.sample(0, 0)->p.x(), 2);
   EXPECT_EQ(read.sample(1, 0)->p.x(), 1);
 }
 
 TEST(NeedleTrajectories, RefusesTimesThatGoBackOrStandStillForANeedle) {
-  const std::string first = kSeveral + row("0", "1", "0") + row("1", "1", "1");
-  EXPECT_TRUE(
-      parse_error(first + row("1", "2", "1")).starts_with("t.csv:4: t_s does not increase for needle 1"));
-  EXPECT_TRUE(
-      parse_error(first + row("0.5", "2", "1")).starts_with("t.csv:4: t_s does not increase for needle 1"));
-  const std::string sorted = parse_error(first + row("0.5", "2", "0"));
+  const std::string first = kSeveral + needle_row("0", "1", "0") + needle_row("1", "1", "1");
+  EXPECT_TRUE(needles_error(first + needle_row("1", "2", "1"))
+                  .starts_with("t.csv:4: t_s does not increase for needle 1"));
+  EXPECT_TRUE(needles_error(first + needle_row("0.5", "2", "1"))
+                  .starts_with("t.csv:4: t_s does not increase for needle 1"));
+  const std::string sorted = needles_error(first + needle_row("0.5", "2", "0"));
   EXPECT_TRUE(sorted.starts_with("t.csv:4: t_s goes back to 0.5")) << sorted;
   EXPECT_NE(sorted.find("sort the rows"), sorted.npos) << sorted;
-  EXPECT_EQ(parse_error(first + row("1", "2", "0")), "no error");
+  EXPECT_EQ(needles_error(first + needle_row("1", "2", "0")), "no error");
 }
 
 TEST(NeedleTrajectories, RefusesIdsThatAreNone) {
   for (const char* id : {"-1", "25", "0.5", "1e9", "-0.25"}) {
-    const std::string message = parse_error(kSeveral + row("0", "1", "0") + row("1", "1", id));
+    const std::string message =
+        needles_error(kSeveral + needle_row("0", "1", "0") + needle_row("1", "1", id));
     EXPECT_TRUE(message.starts_with("t.csv:3: needle ")) << message;
     EXPECT_NE(message.find("whole numbers from 0 to 24"), message.npos) << message;
   }
-  EXPECT_TRUE(parse_error(kSeveral + row("0", "1", "nan")).starts_with("t.csv:2: column 14 is 'nan'"));
-  EXPECT_TRUE(parse_error(kSeveral + row("0", "1")).starts_with("t.csv:2: found 13 columns, expected 14"));
-  EXPECT_EQ(parse_error(kSeveral + row("0", "1", "16")), "no error");
+  EXPECT_TRUE(
+      needles_error(kSeveral + needle_row("0", "1", "nan")).starts_with("t.csv:2: column 14 is 'nan'"));
+  EXPECT_TRUE(
+      needles_error(kSeveral + needle_row("0", "1")).starts_with("t.csv:2: found 13 columns, expected 14"));
+  EXPECT_EQ(needles_error(kSeveral + needle_row("0", "1", "16")), "no error");
 }
 
 TEST(NeedleTrajectories, ANeedleThatTheSceneHasNotNamesTheSettingToRaise) {
-  const std::string text = kSeveral + row("0", "1", "0") + row("1", "1", "3");
-  const std::string message = parse_error(text, 2);
+  const std::string text = kSeveral + needle_row("0", "1", "0") + needle_row("1", "1", "3");
+  const std::string message = needles_error(text, 2);
   EXPECT_TRUE(message.starts_with("t.csv:3: moves needle 3")) << message;
   EXPECT_NE(message.find("raise needle.count in the scene to 4"), message.npos) << message;
-  EXPECT_EQ(parse_error(text, 4), "no error");
+  EXPECT_EQ(needles_error(text, 4), "no error");
 }
 
 TEST(NeedleTrajectories, RefusesOtherColumns) {
-  EXPECT_TRUE(parse_error(std::string(kTrajectoryHeader) + ",force\n" + row("0", "1", "0"))
+  EXPECT_TRUE(needles_error(std::string(kTrajectoryHeader) + ",force\n" + needle_row("0", "1", "0"))
                   .starts_with("t.csv:1: unknown columns 'force'"));
-  EXPECT_TRUE(parse_error(std::string(kTrajectoryHeader) + ",needle,needle\n" + row("0", "1", "0"))
+  EXPECT_TRUE(needles_error(std::string(kTrajectoryHeader) + ",needle,needle\n" + needle_row("0", "1", "0"))
                   .starts_with("t.csv:1: unknown columns 'needle'"));
 }
 
@@ -124,7 +128,7 @@ TEST(NeedleTrajectories, MovingAndSpeedingUpMovesAllNeedlesAlike) {
 }
 
 TEST(NeedleTrajectories, OneNeedleIsCentredAsItsTrajectoryIs) {
-  const std::string text = kPlain + row("0", "3") + row("1", "4.7") + row("7", "9.1");
+  const std::string text = kPlain + needle_row("0", "3") + needle_row("1", "4.7") + needle_row("7", "9.1");
   const Vec3 centre(0.1, 0.2, 0.3);
   EXPECT_EQ(parse_trajectories(text, "t.csv").centred_on(centre).needles()[0].motion.samples(),
             parse_trajectory(text, "t.csv").centred_on(centre).samples());
@@ -139,9 +143,10 @@ TEST(NeedleTrajectories, ARowWithItsNeedleIsReadBackBitForBit) {
 
 /// Needle 2 presses at 1 s, releases at 1.5 s and presses again from 2 s to 2.001 s; needle 0 never does.
 NeedleTrajectories two_presses() {
-  return parse_trajectories(kSeveralButton + row("0", "0", "0,0") + row("0", "0", "2,0") +
-                                row("1", "1", "2,1") + row("1.2", "1", "0,0") + row("1.5", "2", "2,0") +
-                                row("2", "3", "2,1") + row("2.001", "3", "2,0") + row("3", "3", "2,0"),
+  return parse_trajectories(kSeveralButton + needle_row("0", "0", "0,0") + needle_row("0", "0", "2,0") +
+                                needle_row("1", "1", "2,1") + needle_row("1.2", "1", "0,0") +
+                                needle_row("1.5", "2", "2,0") + needle_row("2", "3", "2,1") +
+                                needle_row("2.001", "3", "2,0") + needle_row("3", "3", "2,0"),
                             "t.csv");
 }
 
@@ -203,19 +208,21 @@ TEST(NeedleTrajectories, SamplesAtTicksAreSeenAsTheyAre) {
 
 TEST(NeedleTrajectories, AButtonThatIsNeitherUpNorDownIsRefused) {
   for (const char* button : {"2", "-1", "0.5", "1e9"}) {
-    const std::string message = parse_error(kPlainButton + row("0", "1", "1") + row("1", "1", button));
+    const std::string message =
+        needles_error(kPlainButton + needle_row("0", "1", "1") + needle_row("1", "1", button));
     EXPECT_TRUE(message.starts_with("t.csv:3: button ")) << message;
     EXPECT_NE(message.find("write 0 or 1"), message.npos) << message;
   }
-  EXPECT_TRUE(
-      parse_error(kPlainButton + row("0", "1", "down")).starts_with("t.csv:2: column 14 is not a number"));
-  EXPECT_TRUE(
-      parse_error(kSeveralButton + row("0", "1", "0")).starts_with("t.csv:2: found 14 columns, expected 15"));
+  EXPECT_TRUE(needles_error(kPlainButton + needle_row("0", "1", "down"))
+                  .starts_with("t.csv:2: column 14 is not a number"));
+  EXPECT_TRUE(needles_error(kSeveralButton + needle_row("0", "1", "0"))
+                  .starts_with("t.csv:2: found 14 columns, expected 15"));
 }
 
 TEST(NeedleTrajectories, AFileWithoutTheButtonIsReadAsOneThatNeverPresses) {
-  const auto never = parse_trajectories(kPlainButton + row("1", "2", "0") + row("3", "4", "0"), "t.csv");
-  const auto without = parse_trajectories(kPlain + row("1", "2") + row("3", "4"), "t.csv");
+  const auto never =
+      parse_trajectories(kPlainButton + needle_row("1", "2", "0") + needle_row("3", "4", "0"), "t.csv");
+  const auto without = parse_trajectories(kPlain + needle_row("1", "2") + needle_row("3", "4"), "t.csv");
   EXPECT_EQ(never.needles()[0].motion.samples(), without.needles()[0].motion.samples());
   EXPECT_FALSE(without.button(0, -INFINITY, INFINITY));
   EXPECT_EQ(two_presses().sample(2, 1.25)->p.x(), 1.5);

@@ -7,10 +7,11 @@
 #include <limits>
 #include <set>
 
+#include "tests/haptics/milliseconds.h"
+
 namespace brachy {
 namespace {
 
-constexpr std::int64_t kMs = 1'000'000;
 constexpr std::int64_t kDeviceClockAhead = 7'000'000 * kMs;
 
 /// Pose number n of a 200 Hz device whose clock is ahead of ours by an arbitrary amount; 1 ms under way.

@@ -5,10 +5,10 @@
 #include <cmath>
 #include <limits>
 
+#include "tests/haptics/milliseconds.h"
+
 namespace brachy {
 namespace {
-
-constexpr std::int64_t kMs = 1'000'000;
 
 /// A device's cycle of 1 ms.
 struct ReceivedForceTest : ::testing::Test {

@@ -7,7 +7,7 @@
 namespace brachy {
 namespace {
 
-constexpr std::int64_t kTick = 5'000'000;
+constexpr std::int64_t kProbeTick = 5'000'000;
 
 RigidTransform rest() {
   RigidTransform X;
@@ -17,14 +17,14 @@ RigidTransform rest() {
 
 struct SteppedProbeTest : ::testing::Test {
   SteppedProbeTest() { device.add_stepper(rest()); }
-  bool update() { return device.update(now += kTick, pose); }
+  bool update() { return device.update(now += kProbeTick, pose); }
   void updates(int count) {
     for (int i = 0; i < count; ++i) update();
   }
 
   SwitchedDevice device{{}, std::nullopt};
   NeedlePose pose;
-  std::int64_t now = 77 * kTick;
+  std::int64_t now = 77 * kProbeTick;
 };
 
 TEST_F(SteppedProbeTest, IsNotThereUntilItIsSentSomewhere) {

@@ -5,43 +5,44 @@
 namespace brachy {
 namespace {
 
-constexpr std::int64_t kTick = 5'000'000, kStart = 77 * kTick;
+constexpr std::int64_t kDeviceTick = 5'000'000, kSwitchStart = 77 * kDeviceTick;
 
-RigidTransform tip_at(double z_mm) {
+RigidTransform switched_tip_at(double z_mm) {
   return {Mat3::Identity(), Vec3(0, 0, z_mm)};
 }
 
 NeedlePose pose_of(double z_mm, std::uint64_t sequence) {
   NeedlePose pose;
-  pose.X_WN = tip_at(z_mm);
+  pose.X_WN = switched_tip_at(z_mm);
   pose.sequence = sequence;
-  pose.stamp_ns = pose.received_ns = kStart + static_cast<std::int64_t>(sequence) * kTick;
+  pose.stamp_ns = pose.received_ns = kSwitchStart + static_cast<std::int64_t>(sequence) * kDeviceTick;
   return pose;
 }
 
 /// 1 s along z at 10 mm/s, with the button held from 0.5 s on.
-Trajectory ten_mm() {
-  return Trajectory({{0, tip_at(0)}, {0.5, tip_at(5), true}, {1, tip_at(10), true}});
+Trajectory pressed_ten_mm() {
+  return Trajectory(
+      {{0, switched_tip_at(0)}, {0.5, switched_tip_at(5), true}, {1, switched_tip_at(10), true}});
 }
 
 struct SwitchedDeviceTest : ::testing::Test {
-  bool update() { return device.update(now += kTick, pose); }
+  bool update() { return device.update(now += kDeviceTick, pose); }
 
-  SwitchedDevice device{{}, ScriptedDevice(ten_mm())};
+  SwitchedDevice device{{}, ScriptedDevice(pressed_ten_mm())};
   NeedlePose pose;
-  std::int64_t now = kStart;
+  std::int64_t now = kSwitchStart;
 };
 
 TEST_F(SwitchedDeviceTest, IsTheNetworksUntilItPlaysAndAgainAfterwards) {
   device.network().attach();
   device.network().submit(pose_of(-30, 1));
   ASSERT_TRUE(update());
-  EXPECT_EQ(pose.X_WN, tip_at(-30));
+  EXPECT_EQ(pose.X_WN, switched_tip_at(-30));
   device.network().detach();
 
   device.play(false);
   ASSERT_TRUE(update());
-  EXPECT_EQ(pose.X_WN, tip_at(0));
+  EXPECT_EQ(pose.X_WN, switched_tip_at(0));
   ASSERT_TRUE(update());
   EXPECT_NEAR(pose.X_WN.p.z(), 0.05, 1e-12);
 
@@ -52,7 +53,7 @@ TEST_F(SwitchedDeviceTest, IsTheNetworksUntilItPlaysAndAgainAfterwards) {
   device.network().submit(pose_of(-20, 2));
   ASSERT_TRUE(update());
   EXPECT_TRUE(pose.present);
-  EXPECT_EQ(pose.X_WN, tip_at(-20));
+  EXPECT_EQ(pose.X_WN, switched_tip_at(-20));
 }
 
 TEST_F(SwitchedDeviceTest, PlaysFromTheBeginningEachTimeItIsToldTo) {
@@ -61,7 +62,7 @@ TEST_F(SwitchedDeviceTest, PlaysFromTheBeginningEachTimeItIsToldTo) {
   EXPECT_NEAR(pose.X_WN.p.z(), 49 * 0.05, 1e-9);
   device.play(true);
   ASSERT_TRUE(update());
-  EXPECT_EQ(pose.X_WN, tip_at(0));
+  EXPECT_EQ(pose.X_WN, switched_tip_at(0));
   for (int i = 0; i < 250; ++i) update();  // looping: 1 s is 200 ticks
   EXPECT_NEAR(pose.X_WN.p.z(), 50 * 0.05, 1e-9);
 }

@@ -81,7 +81,8 @@ TEST(TrajectoryCsv, RefusesAWrongHeaderAndNamesTheExpectedOne) {
 }
 
 TEST(TrajectoryCsv, RefusesColumnsItDoesNotKnow) {
-  expect_error(std::string(kTrajectoryHeader) + ",needle\n" + row("0"), "t.csv:1: unknown columns 'needle'");
+  expect_error(std::string(kTrajectoryHeader).append(",needle\n") + row("0"),
+               "t.csv:1: unknown columns 'needle'");
 }
 
 TEST(TrajectoryCsv, RefusesAWrongNumberOfColumns) {

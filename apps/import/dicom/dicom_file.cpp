@@ -100,11 +100,21 @@ std::string DicomItem::text(const DicomTag& tag) const {
 }
 
 std::vector<double> DicomItem::numbers(const DicomTag& tag) const {
-  OFString all;
+  OFString of_binary;
   const std::optional<std::string> unknown = unknown_value(tag);
-  if (!unknown && item_->findAndGetOFStringArray(key_of(tag), all).bad()) return {};
+  std::string_view rest;
+  DcmElement* element = nullptr;
+  char* text = nullptr;
+  Uint32 length = 0;
+  if (unknown) rest = *unknown;
+  // The whole text: DCMTK's array of strings looks for each of n numbers from the front.
+  else if (item_->findAndGetElement(key_of(tag), element).good() && element->getString(text, length).good())
+    rest = {text ? text : "", text ? length : 0};
+  else if (item_->findAndGetOFStringArray(key_of(tag), of_binary).good())
+    rest = {of_binary.c_str(), of_binary.size()};
+  else
+    return {};
   std::vector<double> values;
-  std::string_view rest = unknown ? std::string_view(*unknown) : std::string_view(all.c_str(), all.size());
   if (without_blanks(rest).empty()) return {};
   for (bool more = true; more;) {
     const auto end = rest.find('\\');

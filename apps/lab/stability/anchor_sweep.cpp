@@ -13,13 +13,13 @@
 namespace brachy {
 namespace {
 
-constexpr double kMostPush = 20, kSpacing = 2.5;  // mm
+constexpr double kMostAnchoredPush = 20, kShaftSpacing = 2.5;  // mm
 constexpr std::size_t kLandmarks = 9;
 
 /// `midway`: between the fifth and the sixth landmark, else beside the fifth.
 PushedLandmarks with_anchor(const Vec3& middle, double distance, bool midway, const Vec3& direction) {
-  PushedLandmarks landmarks = pushed_shaft(middle, kLandmarks, kSpacing, direction);
-  landmarks.add(middle + Vec3(distance, 0, midway ? -0.5 * kSpacing : 0), Vec3::Zero());
+  PushedLandmarks landmarks = pushed_shaft(middle, kLandmarks, kShaftSpacing, direction);
+  landmarks.add(middle + Vec3(distance, 0, midway ? -0.5 * kShaftSpacing : 0), Vec3::Zero());
   return landmarks;
 }
 
@@ -27,10 +27,10 @@ StabilityRow fold_row(const PushedMethod& method, std::string sweep, const Pushe
   StabilityRow row{.method = method.name,
                    .sweep = std::move(sweep),
                    .parameter = "mm",
-                   .swept_to = kMostPush,
+                   .swept_to = kMostAnchoredPush,
                    .kind = "fold"};
   if (const PushedField field = method.field(landmarks)) {
-    row.at_failure = field.fold(kMostPush);
+    row.at_failure = field.fold(kMostAnchoredPush);
   } else {
     row.kind = "singular";
     row.at_failure = 0;
@@ -74,7 +74,7 @@ void measure_bound(const StabilityScene& scene, StabilityReport& report) {
         system.solve(landmarks.directions, weights);
         double sum = 0;
         for (const Vec3& alpha : weights) sum += alpha.norm();
-        const auto fold = method.field(landmarks).fold(kMostPush);
+        const auto fold = method.field(landmarks).fold(kMostAnchoredPush);
         if (!fold) continue;
         const double ratio = *fold * sum * max_slope(kernel) / a;
         least = std::min(ratio, least.value_or(ratio));

@@ -10,7 +10,7 @@
 namespace brachy {
 namespace {
 
-constexpr double kLattice = 4, kMostPush = 40;  // mm
+constexpr double kLattice = 4, kMostLatticePush = 40;  // mm
 
 /// How far a landmark `off` mm beside a node is from where a push of 1 mm puts it, at rest.
 double missed(ComparedModel& model, const StabilityScene& scene, const Vec3& node, double off) {
@@ -65,8 +65,8 @@ void sweep_order(const StabilityScene& scene, StabilityReport& report) {
   report.rows.push_back({.method = "chainmail",
                          .sweep = "push, two contacts given in either order",
                          .parameter = "mm",
-                         .at_failure = first_failure(0.01, kMostPush, depends),
-                         .swept_to = kMostPush,
+                         .at_failure = first_failure(0.01, kMostLatticePush, depends),
+                         .swept_to = kMostLatticePush,
                          .kind = "order"});
 }
 

@@ -10,7 +10,7 @@
 namespace brachy {
 namespace {
 
-constexpr double kLength = 1.5, kMostPush = 4;  // supports
+constexpr double kLength = 1.5, kMostPlanePush = 4;  // supports
 
 PlaneBorder fold_border(const PushedMethod& method, bool tip_alone, double support, bool is_quick) {
   PlaneBorder border{method.name, tip_alone ? "tip alone" : "whole shaft", "fold", {}, {}};
@@ -22,7 +22,7 @@ PlaneBorder fold_border(const PushedMethod& method, bool tip_alone, double suppo
     if (tip_alone)
       for (std::size_t i = 1; i < n; ++i) shaft.directions[i].setZero();
     const PushedField field = method.field(shaft);
-    const auto push = field ? field.fold(kMostPush * support) : 0.0;
+    const auto push = field ? field.fold(kMostPlanePush * support) : 0.0;
     if (!push) continue;
     border.spacing.push_back(1 / a_over_q);
     border.push.push_back(*push / support);

@@ -23,20 +23,12 @@ namespace {
 
 const std::string kSession = (kConfigFolder / "session.toml").string();
 
-/// The session's scene as DICOM, its variants, and what is expected of them: made once for all tests.
+/// The session's scene as DICOM: made once for all tests.
 class Import : public ::testing::Test {
  protected:
   static void SetUpTestSuite() {
     made_folder = new TempFolder;
     made_export = run_brachy({"export", "--dicom", (*made_folder / "dicom").string(), "--config", kSession});
-    if (has_pydicom()) {
-      const std::string exact = (*made_folder / "dicom32").string();
-      ASSERT_TRUE(exited(run_brachy({"export", "--dicom", exact, "--config", kSession, "--dose-bits", "32",
-                                     "--slice-mm", "0.5"}),
-                         0));
-      const Ended made = run_python({source_file("make_variants.py"), exact, (*made_folder / "v").string()});
-      ASSERT_TRUE(exited(made, 0)) << made.err;
-    }
   }
   static void TearDownTestSuite() {
     delete made_folder;
@@ -52,6 +44,24 @@ class Import : public ::testing::Test {
 };
 TempFolder* Import::made_folder = nullptr;
 Ended Import::made_export;
+
+/// With an exact export and its variants, and what is expected of them.
+class ImportForms : public Import {
+ protected:
+  static void SetUpTestSuite() {
+    Import::SetUpTestSuite();
+    const std::string exact = (*made_folder / "dicom32").string();
+    ASSERT_TRUE(exited(run_brachy({"export", "--dicom", exact, "--config", kSession, "--dose-bits", "32",
+                                   "--slice-mm", "0.5"}),
+                       0));
+    if (!has_pydicom()) return;
+    const Ended made = run_python({source_file("make_variants.py"), exact, (*made_folder / "v").string()});
+    ASSERT_TRUE(exited(made, 0)) << made.err;
+  }
+};
+
+/// Imports of the same files, one after the other: a suite of its own runs beside the others.
+class ImportRepeats : public Import {};
 
 TEST_F(Import, GivesBackSurfacesNeedlesSeedsAndStrengthOfTheSceneItWasExportedFrom) {
   const TempFolder out;
@@ -197,7 +207,7 @@ TEST_F(Import, ExportsCathetersWithTheirDwellsAsAnIndependentReaderFindsThem) {
   EXPECT_EQ(checked.err.find("Error"), std::string::npos) << checked.err;
 }
 
-TEST_F(Import, ReadsEveryFormAndRefusesEveryMalformedOneInALineThatNamesFileAndTag) {
+TEST_F(ImportForms, ReadsEveryFormAndRefusesEveryMalformedOneInALineThatNamesFileAndTag) {
   const nlohmann::json variants = json_file(*made_folder / "v/variants.json");
   EXPECT_GE(variants.size(), 30u);
   const SurfaceMesh plain = load_structures(load_scene(kSession)).front().mesh;
@@ -230,7 +240,7 @@ TEST_F(Import, ReadsEveryFormAndRefusesEveryMalformedOneInALineThatNamesFileAndT
   }
 }
 
-TEST_F(Import, WritesTheSameBytesAgainAndNothingThatIdentifiesThePatient) {
+TEST_F(ImportRepeats, WritesTheSameBytesAgainAndNothingThatIdentifiesThePatient) {
   const TempFolder out;
   const Ended named = run_python(
       {"-c",
@@ -356,7 +366,7 @@ TEST_F(Import, BringsItsSegmentationBack) {
 }
 
 // The same contours by another program: the surfaces that an import makes of them fill the same voxels.
-TEST_F(Import, FillsTheVoxelsThatPlastimatchFills) {
+TEST_F(ImportForms, FillsTheVoxelsThatPlastimatchFills) {
   if (access("/usr/bin/plastimatch", X_OK) != 0) GTEST_SKIP() << "plastimatch is not installed";
   const TempFolder out;
   const std::string contours = (*made_folder / "dicom32/rtstruct.dcm").string();

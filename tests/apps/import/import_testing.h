@@ -22,7 +22,8 @@ inline Ended run_python(std::vector<std::string> arguments) {
 }
 
 inline bool has_pydicom() {
-  return exited(run_python({"-c", "import pydicom, numpy"}), 0) == true;
+  static const bool has = bool{exited(run_python({"-c", "import pydicom, numpy"}), 0)};
+  return has;
 }
 
 /// Exit code 2, nothing on stdout, and a last line on stderr, behind those of a slow run's progress, with all `parts`.

@@ -10,6 +10,7 @@ rt_dose, label_nrrd and label_nifti, some hundred bytes each: CORPUS/TARGET/NAME
 import gzip
 import json
 import pathlib
+import shutil
 import struct
 import sys
 
@@ -172,14 +173,17 @@ def main():
         (out / name).mkdir(parents=True, exist_ok=True)
         return out / name
 
-    def files(name, change, which=NAMES, **expected):
-        """All files of the export after change(rtstruct, rtplan, rtdose)."""
+    def files(name, change, which=NAMES, only=NAMES, **expected):
+        """The files `which` of the export after change(rtstruct, rtplan, rtdose), which changes the files `only`. The
+        others are the export's: pydicom takes half a second to write its contours."""
         sets = [pydicom.dcmread(export / n) for n in NAMES]
         change(*sets)
         into = folder(name, **expected)
         for data, file in zip(sets, NAMES):
-            if file in which:
+            if file in which and file in only:
                 data.save_as(into / file)
+            elif file in which:
+                shutil.copyfile(export / file, into / file)
         return into
 
     def syntax(uid):
@@ -235,22 +239,22 @@ def main():
             roi.ContourSequence = pydicom.Sequence([c for n, c in enumerate(roi.ContourSequence)
                                                     if n % 3 != 1 or min(n, count - n) < 8])
 
+    def first_alone(rs, rp, rd):
+        rs.ROIContourSequence = rs.ROIContourSequence[:1]
+        rs.StructureSetROISequence = rs.StructureSetROISequence[:1]
+
     # What must be read.
     files("plain", lambda *sets: None, good=True)
     files("implicit", syntax(ImplicitVRLittleEndian), good=True)
     files("deflated", syntax(DeflatedExplicitVRLittleEndian), good=True)
     files("big_endian", big_endian, good=True)
-    files("sixteen_bits_signed", sixteen_bits, good=True)
-    files("encapsulated", encapsulated, good=True)
-    files("out_of_order", shuffled, good=True)
+    files("sixteen_bits_signed", sixteen_bits, only=NAMES[2:], good=True)
+    files("encapsulated", encapsulated, only=NAMES[2:], good=True)
+    files("out_of_order", shuffled, only=NAMES[:1], good=True)
     files("oblique", oblique, which=NAMES[:1], good=True, turned=True)
     files("missing_references", no_references, good=True)
-    files("missing_slices", every_third_gone, good=True)
-    one = files("one_structure", lambda *sets: None, good=True)
-    rs = pydicom.dcmread(one / NAMES[0])
-    rs.ROIContourSequence = rs.ROIContourSequence[:1]
-    rs.StructureSetROISequence = rs.StructureSetROISequence[:1]
-    rs.save_as(one / NAMES[0])
+    files("missing_slices", every_third_gone, only=NAMES[:1], good=True)
+    files("one_structure", first_alone, only=NAMES[:1], good=True)
 
     # Label maps of a box of 40 × 30 × 36 mm whose middle is at RAS (10, −20, 30).
     middle = np.array([-10.0, 20.0, 30.0])  # LPS
@@ -292,33 +296,34 @@ def main():
             delattr(sets[index], attribute)
         return change
 
-    files("wrong_frame", wrong_frame, refused=["rtplan.dcm", "(0020,0052)", "frame"])
+    files("wrong_frame", wrong_frame, only=NAMES[2:], refused=["rtplan.dcm", "(0020,0052)", "frame"])
     files("no_contour_triples", change_contour(lambda c: setattr(c, "ContourData", list(c.ContourData)[:-1])),
-          refused=["rtstruct.dcm", "(3006,0050)"])
+          only=NAMES[:1], refused=["rtstruct.dcm", "(3006,0050)"])
     files("wrong_point_count", change_contour(lambda c: setattr(c, "NumberOfContourPoints", 7)),
-          refused=["rtstruct.dcm", "(3006,0046)"])
+          only=NAMES[:1], refused=["rtstruct.dcm", "(3006,0046)"])
 
     def bend(contour):
         values = [float(v) for v in contour.ContourData]
         values[2] += 5
         contour.ContourData = values
-    files("contour_off_its_plane", change_contour(bend), refused=["rtstruct.dcm", "(3006,0050)", "plane"])
-    files("no_structures", drop(0, "StructureSetROISequence"), refused=["rtstruct.dcm", "(3006,0020)"])
-    files("dose_without_scaling", drop(2, "DoseGridScaling"), refused=["rtdose.dcm", "(3004,000e)"])
-    files("dose_relative", set_value(2, "DoseUnits", "RELATIVE"), refused=["rtdose.dcm", "(3004,0002)"])
-    files("dose_without_pixels", drop(2, "PixelData"), refused=["rtdose.dcm", "(7fe0,0010)"])
+    files("contour_off_its_plane", change_contour(bend), only=NAMES[:1],
+          refused=["rtstruct.dcm", "(3006,0050)", "plane"])
+    files("no_structures", drop(0, "StructureSetROISequence"), only=NAMES[:1], refused=["rtstruct.dcm", "(3006,0020)"])
+    files("dose_without_scaling", drop(2, "DoseGridScaling"), only=NAMES[2:], refused=["rtdose.dcm", "(3004,000e)"])
+    files("dose_relative", set_value(2, "DoseUnits", "RELATIVE"), only=NAMES[2:], refused=["rtdose.dcm", "(3004,0002)"])
+    files("dose_without_pixels", drop(2, "PixelData"), only=NAMES[2:], refused=["rtdose.dcm", "(7fe0,0010)"])
     files("dose_too_short", lambda rs, rp, rd: setattr(rd, "PixelData", rd.PixelData[:-1000]),
-          refused=["rtdose.dcm", "(7fe0,0010)"])
+          only=NAMES[2:], refused=["rtdose.dcm", "(7fe0,0010)"])
     files("dose_uneven", lambda rs, rp, rd: rd.GridFrameOffsetVector.__setitem__(3, 99),
-          refused=["rtdose.dcm", "(3004,000c)"])
-    files("plan_without_sources", drop(1, "SourceSequence"), refused=["rtplan.dcm", "(300a,0210)"])
+          only=NAMES[2:], refused=["rtdose.dcm", "(3004,000c)"])
+    files("plan_without_sources", drop(1, "SourceSequence"), only=NAMES[1:2], refused=["rtplan.dcm", "(300a,0210)"])
 
     def no_position(rs, rp, rd):
         del rp.ApplicationSetupSequence[2].ChannelSequence[0].BrachyControlPointSequence[1].ControlPoint3DPosition
-    files("plan_without_positions", no_position, refused=["rtplan.dcm", "(300a,02d4)"])
+    files("plan_without_positions", no_position, only=NAMES[1:2], refused=["rtplan.dcm", "(300a,02d4)"])
     files("plan_of_iridium", lambda rs, rp, rd: (setattr(rp.SourceSequence[0], "SourceIsotopeName", "Ir-192"),
                                                   setattr(rp.SourceSequence[0], "SourceModelID", "mHDR")),
-          refused=["rtplan.dcm", "(300a,0210)", "Ir-192"])
+          only=NAMES[1:2], refused=["rtplan.dcm", "(300a,0210)", "Ir-192"])
     whole = (export / NAMES[0]).read_bytes()
     for name, share in (("truncated", 0.6), ("truncated_early", 0.02)):
         (folder(name, refused=["rtstruct.dcm"]) / NAMES[0]).write_bytes(whole[:int(share * len(whole))])

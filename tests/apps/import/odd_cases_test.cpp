@@ -29,22 +29,33 @@ void expect_words(const std::string& text, const std::vector<std::string>& words
 }
 
 struct ImportOddCases : ::testing::Test {
-  void SetUp() override {
-    if (!has_pydicom()) GTEST_SKIP() << "python3-pydicom is not installed";
-    const Ended made = run_python({source_file("make_odd_cases.py"), (out / "in").string()});
+  static void SetUpTestSuite() {
+    made_folder = new TempFolder;
+    if (!has_pydicom()) return;
+    const Ended made = run_python({source_file("make_odd_cases.py"), (*made_folder / "in").string()});
     ASSERT_TRUE(exited(made, 0)) << made.err;
   }
+  static void TearDownTestSuite() {
+    delete made_folder;
+    made_folder = nullptr;
+  }
+  void SetUp() override {
+    if (!has_pydicom()) GTEST_SKIP() << "python3-pydicom is not installed";
+  }
 
+  static TempFolder* made_folder;
   TempFolder out;
 };
+TempFolder* ImportOddCases::made_folder = nullptr;
 
 TEST_F(ImportOddCases, AreReadAsTheyAreMeantOrRefusedInALine) {
-  const nlohmann::json cases = json_file(out / "in/cases.json");
+  const nlohmann::json cases = json_file(*made_folder / "in/cases.json");
   EXPECT_GE(cases.size(), 50u);
   for (const auto& [name, expected] : cases.items()) {
     SCOPED_TRACE(name);
     const std::filesystem::path scene = out / "scene" / name;
-    const Ended ended = run_brachy({"import", (out / "in" / name).string(), "--out", scene.string()});
+    const Ended ended =
+        run_brachy({"import", (*made_folder / "in" / name).string(), "--out", scene.string()});
     EXPECT_EQ(ended.signal, 0);
     if (expected.contains("refused")) {
       EXPECT_TRUE(refused_in_last_line(ended, expected.at("refused")));
@@ -70,7 +81,7 @@ TEST_F(ImportOddCases, AreReadAsTheyAreMeantOrRefusedInALine) {
 TEST_F(ImportOddCases, AnUltrasoundSeriesIsWhatARunningDaemonsSubscriberSees) {
   const std::string scene = (out / "s/scene.toml").string();
   const Ended ended =
-      run_brachy({"import", (out / "in/us_backwards").string(), "--out", (out / "s").string()});
+      run_brachy({"import", (*made_folder / "in/us_backwards").string(), "--out", (out / "s").string()});
   ASSERT_TRUE(exited(ended, 0)) << ended.err;
   RunningBrachyd brachyd(scene);
   Peer viewer{net::Role::kViewer, net::kSubscribeUltrasound};

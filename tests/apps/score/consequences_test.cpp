@@ -12,8 +12,6 @@ namespace {
 
 using namespace test;
 
-const TemplateGrid kGrid;
-
 Plan plan_of_five() {
   Plan plan;
   plan.air_kerma_strength_u = 2;

@@ -12,7 +12,6 @@ namespace {
 
 using namespace test;
 
-const TemplateGrid kGrid;
 const DoseSettings kSettings{.prescription_gy = 145, .spacing_mm = 1, .margin_mm = 5, .source = {}};
 
 /// Strong enough that part of the small prostate receives its prescription.
@@ -22,7 +21,7 @@ Plan strong_plan() {
   return plan;
 }
 
-std::vector<Seed> as_planned(const Plan& plan) {
+std::vector<Seed> dropped_as_planned(const Plan& plan) {
   std::vector<Seed> seeds;
   for (const PlannedSeed& planned : plan.seeds(kGrid)) {
     const auto index = static_cast<std::int32_t>(seeds.size());
@@ -47,7 +46,7 @@ const DoseFigure& figure_named(const char* structure, const char* name) {
 
 TEST(DoseScore, SeedsWhereTheyWerePlannedGiveThePlansDose) {
   const Plan plan = strong_plan();
-  const std::vector<Seed> seeds = as_planned(plan);
+  const std::vector<Seed> seeds = dropped_as_planned(plan);
   const DoseScore score = score_dose(plan, kGrid, prostate_only(), kSettings, &seeds);
   EXPECT_EQ(score.plan.seeds, 3u);
   ASSERT_EQ(score.plan.structures.size(), 1u);
@@ -61,7 +60,7 @@ TEST(DoseScore, SeedsWhereTheyWerePlannedGiveThePlansDose) {
 
 TEST(DoseScore, AsDroppedAndAtRestAreToldApart) {
   const Plan plan = strong_plan();
-  std::vector<Seed> seeds = as_planned(plan);
+  std::vector<Seed> seeds = dropped_as_planned(plan);
   for (Seed& seed : seeds) seed.rest += Vec3(200, 0, 0);  // out of the gland
   const DoseScore score = score_dose(plan, kGrid, prostate_only(), kSettings, &seeds);
   EXPECT_EQ(score.dropped.structures[0].d90_gy, score.plan.structures[0].d90_gy);
@@ -71,7 +70,7 @@ TEST(DoseScore, AsDroppedAndAtRestAreToldApart) {
 
 TEST(DoseScore, DoseIsInThePlansPrescription) {
   Plan plan = strong_plan();
-  const std::vector<Seed> seeds = as_planned(plan);
+  const std::vector<Seed> seeds = dropped_as_planned(plan);
   const double v100 =
       score_dose(plan, kGrid, prostate_only(), kSettings, &seeds).plan.structures[0].v100_percent;
   plan.prescription_gy = 72.5;

@@ -15,8 +15,6 @@ namespace {
 
 using namespace test;
 
-const TemplateGrid kGrid;
-
 Plan plan_of_nine() {
   Plan plan;
   plan.base_plane_mm = 75;

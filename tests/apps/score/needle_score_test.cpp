@@ -9,8 +9,6 @@ namespace {
 
 using namespace test;
 
-const Plan kPlan = small_plan();
-const TemplateGrid kGrid;
 const InsideTest kAbove = [](const Vec3& p) { return p.z() > -20; };
 constexpr auto kFree = ContactState::kFree, kTouching = ContactState::kTouching,
                kInserted = ContactState::kInserted, kWithdrawn = ContactState::kWithdrawn;

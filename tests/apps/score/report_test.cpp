@@ -11,8 +11,6 @@ namespace {
 
 using namespace test;
 
-const TemplateGrid kGrid;
-
 std::size_t count_of(const std::string& text, const std::string& part) {
   std::size_t count = 0;
   for (std::size_t at = text.find(part); at != text.npos; at = text.find(part, at + part.size())) ++count;

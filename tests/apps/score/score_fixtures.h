@@ -23,6 +23,9 @@ inline Plan small_plan() {
   return plan;
 }
 
+inline const Plan kPlan = small_plan();
+inline const TemplateGrid kGrid;
+
 /// Fell `dropped` beside the plan's seed and lies `rest` beside it.
 inline Seed seed_beside(const PlannedSeed& planned, std::uint32_t id, std::int32_t index, const Vec3& dropped,
                         const Vec3& rest) {

@@ -10,9 +10,6 @@ namespace {
 
 using namespace test;
 
-const Plan kPlan = small_plan();
-const TemplateGrid kGrid;
-
 TEST(SeedScore, ErrorsAreSplitAlongAndAcrossThePlannedNeedle) {
   const SeedsScore score = score_seeds(kPlan, kGrid, small_seeds());
   ASSERT_EQ(score.planned.size(), 3u);

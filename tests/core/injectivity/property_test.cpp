@@ -23,7 +23,7 @@
 namespace brachy {
 namespace {
 
-constexpr std::size_t kLandmarks = 40;
+constexpr std::size_t kMostLandmarks = 40;
 constexpr double kSupport = 12;
 
 const Tissue& tissue() {
@@ -37,19 +37,20 @@ std::unique_ptr<GuardedField> guarded(const std::string& model_name, const std::
   std::unique_ptr<Composition> composition;
   if (const auto kernel = find_kernel(model_name)) {
     field = std::make_unique<ScalarKernelField>(
-        tissue(), *kernel, kSupport, BlockField::Options{.target = target, .max_landmarks = kLandmarks});
-    composition = std::make_unique<ScalarComposition>(tissue(), *kernel, kSupport, target, kLandmarks, 8);
+        tissue(), *kernel, kSupport, BlockField::Options{.target = target, .max_landmarks = kMostLandmarks});
+    composition = std::make_unique<ScalarComposition>(tissue(), *kernel, kSupport, target, kMostLandmarks, 8);
   } else {
     const bool composes = model_name == "elastic" && policy == "substep";
     auto matrix = std::make_unique<MatrixKernelField>(
         tissue(), model_name, ElasticBody{},
         MatrixKernelField::Options{
-            .target = target, .max_landmarks = kLandmarks, .evaluates_points = !composes});
-    if (composes) composition = std::make_unique<MatrixComposition>(tissue(), *matrix, target, kLandmarks, 8);
+            .target = target, .max_landmarks = kMostLandmarks, .evaluates_points = !composes});
+    if (composes)
+      composition = std::make_unique<MatrixComposition>(tissue(), *matrix, target, kMostLandmarks, 8);
     field = std::move(matrix);
   }
   return std::make_unique<GuardedField>(tissue(), std::move(field), std::move(composition),
-                                        GuardSettings{.policy = policy}, kLandmarks);
+                                        GuardSettings{.policy = policy}, kMostLandmarks);
 }
 
 // Scenes about the origin lie in the phantom.

@@ -54,14 +54,14 @@ class Needles {
   std::uint32_t flags = 0;
 };
 
-const Vec3 kOutside{1, -3, -36};
+const Vec3 kBeforeSkin{1, -3, -36};
 
 // Pressed by a capsule that never gives way: 6 to 8 N move it about 10 mm.
 TEST(GlandMotion, SevenNewtonsAlongTheNeedleMoveItTenMillimetres) {
   Scene scene = moving_scene();
   scene.tissue.contact.puncture_force_n = 100;
   Needles needles(scene);
-  Vec3 tip = kOutside;
+  Vec3 tip = kBeforeSkin;
   for (; needles.state.needles.states[0].forces.axial_n < 7 && tip.z() < 30; tip.z() += 0.1)
     needles.put(0, tip);
   ASSERT_NEAR(needles.needle(0).forces.axial_n, 7, 0.2);
@@ -86,7 +86,7 @@ TEST(GlandMotion, LockingNeedlesHalveIt) {
       needles.poses[1] = needle_pose(pose_at({-9, -3, 10}, Vec3::UnitZ()));
       needles.poses[2] = needle_pose(pose_at({11, -3, 10}, Vec3::UnitZ()));
     }
-    Vec3 tip = kOutside;
+    Vec3 tip = kBeforeSkin;
     for (; needles.state.needles.states[0].forces.axial_n < 7 && tip.z() < 30; tip.z() += 0.1)
       needles.put(0, tip);
     return needles.mean_motion().z();
@@ -118,9 +118,9 @@ TEST(GlandMotion, RefusesAGlandThatTheWallsHoldLess) {
 TEST(GlandMotion, FollowsAnInsertionAndComesBack) {
   Needles needles(moving_scene());
   const std::vector<float> rest = needles.state.mesh.deformed_vertices;
-  needles.put(0, kOutside);
+  needles.put(0, kBeforeSkin);
   const Vec3 deep{1, -3, 16};
-  const std::vector<Vec3> way = test::straight(kOutside, deep, 0.25);
+  const std::vector<Vec3> way = test::straight(kBeforeSkin, deep, 0.25);
   const std::uint64_t before = test::allocation_count();
   double farthest = 0, largest = 0;
   for (const Vec3& tip : way) {
@@ -136,7 +136,7 @@ TEST(GlandMotion, FollowsAnInsertionAndComesBack) {
   // On the way out friction drags it the other way.
   needles.go(0, deep, deep - Vec3(0, 0, 12), 0.25);
   EXPECT_LT(needles.mean_motion().z(), 0);
-  needles.go(0, deep - Vec3(0, 0, 12), kOutside - Vec3(0, 0, 5), 0.25);
+  needles.go(0, deep - Vec3(0, 0, 12), kBeforeSkin - Vec3(0, 0, 5), 0.25);
   EXPECT_EQ(needles.needle(0).contact, ContactState::kWithdrawn);
   EXPECT_EQ(needles.state.mesh.deformed_vertices, rest);
   EXPECT_EQ(needles.flags & (kStepFolded | kStepUncertified | kStepClamped | kStepReinitialized), 0u);
@@ -145,10 +145,10 @@ TEST(GlandMotion, FollowsAnInsertionAndComesBack) {
 TEST(GlandMotion, DoesNotDependOnTheTickRate) {
   Scene scene = moving_scene();
   Needles slow(scene);
-  slow.go(0, kOutside, {1, -3, 16}, 0.25);
+  slow.go(0, kBeforeSkin, {1, -3, 16}, 0.25);
   scene.rates.deformation_hz = 1000;
   Needles fast(scene);
-  fast.go(0, kOutside, {1, -3, 16}, 0.05);
+  fast.go(0, kBeforeSkin, {1, -3, 16}, 0.05);
   EXPECT_NEAR(slow.mean_motion().z(), fast.mean_motion().z(), 0.02 * fast.mean_motion().z());
   EXPECT_NEAR(slow.needle(0).insertion_depth_mm, fast.needle(0).insertion_depth_mm, 0.3);
   EXPECT_NEAR(slow.needle(0).forces.axial_n, fast.needle(0).forces.axial_n, 0.02 * 3.5);
@@ -175,13 +175,13 @@ TEST(GlandMotion, SeedsFallInTheMovedGlandAndRideHome) {
   Scene scene = moving_scene();
   Needles needles(scene);
   const Vec3 deep{1, -3, 16};
-  needles.go(0, kOutside, deep, 0.25);
+  needles.go(0, kBeforeSkin, deep, 0.25);
   const double carried = needles.mean_motion().z();
   needles.poses[0].button = true;
   needles.step();
   ASSERT_EQ(needles.state.seeds.count, 1u);
   EXPECT_LT((needles.state.seeds.slots[0].position - deep).norm(), 1e-3);
-  const Vec3 outside = kOutside - Vec3(0, 0, 5);
+  const Vec3 outside = kBeforeSkin - Vec3(0, 0, 5);
   for (const Vec3& tip : test::straight(deep, outside, 0.25)) {
     needles.poses[0] = needle_pose(pose_at(tip, Vec3::UnitZ()));
     needles.step();
@@ -222,7 +222,7 @@ TEST(Swelling, IsAsDeepUnderTheNeedle) {
   scene.tissue.points = 2000;
   scene.swelling.on = true;
   Needles needles(scene);
-  needles.go(0, kOutside, {1, -3, 16}, 0.25);
+  needles.go(0, kBeforeSkin, {1, -3, 16}, 0.25);
   EXPECT_NEAR(needles.needle(0).forces.axial_n, 3 + 0.02 * needles.needle(0).insertion_depth_mm, 0.15);
   EXPECT_EQ(needles.flags & (kStepFolded | kStepUncertified | kStepClamped | kStepReinitialized), 0u);
 }

@@ -10,15 +10,16 @@
 namespace brachy {
 namespace {
 
-const Vec3 kSemiAxes(25, 20, 22.5);
+const Vec3 kFineSemiAxes(25, 20, 22.5);
 
 // The gland's surface as in the reference: the phantom's vertices, moved onto an ellipsoid; so many that the surface
 // between them is at most 0.03 mm inside it.
-Tissue ellipsoid() {
+Tissue fine_ellipsoid() {
   SurfaceMesh surface = prostate_phantom(5000);
-  for (Vec3& v : surface.vertices) v = kSemiAxes.cwiseProduct(v.cwiseQuotient(kSemiAxes).normalized());
+  for (Vec3& v : surface.vertices)
+    v = kFineSemiAxes.cwiseProduct(v.cwiseQuotient(kFineSemiAxes).normalized());
   const SurfaceBvh bvh(surface);
-  return build_tissue(surface, fill_interior(bvh, 500, 1, "the ellipsoid"));
+  return build_tissue(surface, fill_interior(bvh, 500, 1, "the fine_ellipsoid"));
 }
 
 TEST(LateralReference, ForcesAreFiniteElements) {
@@ -27,7 +28,7 @@ TEST(LateralReference, ForcesAreFiniteElements) {
       "case,tip_x_mm,tip_y_mm,tip_z_mm,axis_x,axis_y,axis_z,push_x,push_y,push_z,depth_mm,tip_past_mm,"
       "force_x_n,force_y_n,force_z_n,contact_from_mm,contact_to_mm,mesh_difference_percent");
   ASSERT_EQ(table.rows(), 10u);
-  const auto model = load_simulation_model(Scene{}, ellipsoid());
+  const auto model = load_simulation_model(Scene{}, fine_ellipsoid());
   for (std::size_t i = 0; i < table.rows(); ++i) {
     const Vec3 tip = test::vector_at(table.row(i), 1), axis = test::vector_at(table.row(i), 4),
                push = test::vector_at(table.row(i), 7), truth = test::vector_at(table.row(i), 12);

@@ -12,7 +12,7 @@ namespace {
 using test::needle_pose;
 using test::pose_at;
 
-Scene small_scene() {
+Scene coarse_scene() {
   Scene scene;
   scene.tissue.points = 1500;
   return scene;
@@ -68,7 +68,7 @@ Felt feel(const std::shared_ptr<const SimulationModel>& model, const Sweep& swee
 }
 
 TEST(LateralTouch, IsLateralWhereverAndHoweverFastTheNeedleComes) {
-  const auto model = load_simulation_model(small_scene(), load_tissue(small_scene()).tissue);
+  const auto model = load_simulation_model(coarse_scene(), load_tissue(coarse_scene()).tissue);
   std::mt19937_64 random(5);
   const int sweeps = test::kIsSanitized ? 4 : test::scene_count(24);
   for (int i = 0; i < sweeps; ++i) {
@@ -87,7 +87,7 @@ TEST(LateralTouch, IsLateralWhereverAndHoweverFastTheNeedleComes) {
 // At 1 mm/s no tick changes the force by half a newton, neither where it begins nor where the needle lets go; those in
 // every run of the tests go twice as fast.
 TEST(LateralTouch, ChangesSmoothly) {
-  const auto model = load_simulation_model(small_scene(), load_tissue(small_scene()).tissue);
+  const auto model = load_simulation_model(coarse_scene(), load_tissue(coarse_scene()).tissue);
   std::mt19937_64 random(5);
   const int sweeps = test::kIsSanitized ? 1 : std::max(2, test::scene_count(20) / 10);
   const double speed_mm_s = sweeps > 2 ? 1 : 2;
@@ -99,7 +99,7 @@ TEST(LateralTouch, ChangesSmoothly) {
 
 // The issue's own needle: along z with its tip at z = 10, from the right to the gland.
 TEST(LateralTouch, DoesNotPunctureAlongTheAxis) {
-  const auto model = load_simulation_model(small_scene(), load_tissue(small_scene()).tissue);
+  const auto model = load_simulation_model(coarse_scene(), load_tissue(coarse_scene()).tissue);
   Simulator simulator(model);
   MeshState state = simulator.initial_state();
   double last = 0;
@@ -117,7 +117,7 @@ TEST(LateralTouch, DoesNotPunctureAlongTheAxis) {
 
 // Once it goes along itself the tip presses by the capsule's law: the puncture takes the law's work.
 TEST(LateralTouch, PuncturesByAxialWorkAlone) {
-  const auto model = load_simulation_model(small_scene(), load_tissue(small_scene()).tissue);
+  const auto model = load_simulation_model(coarse_scene(), load_tissue(coarse_scene()).tissue);
   Simulator simulator(model);
   MeshState state = simulator.initial_state();
   const Vec3 surface = model->surface.first_hit({40, 0, -4}, {0, 0, -4})->point,
@@ -140,7 +140,7 @@ TEST(LateralTouch, PuncturesByAxialWorkAlone) {
 
 // Pressed on the capsule's slope and dragged uphill the tip comes to lie deeper without having pressed.
 TEST(LateralTouch, DraggingAPressedTipUphillPressesNoMore) {
-  const auto model = load_simulation_model(small_scene(), load_tissue(small_scene()).tissue);
+  const auto model = load_simulation_model(coarse_scene(), load_tissue(coarse_scene()).tissue);
   Simulator simulator(model);
   MeshState state = simulator.initial_state();
   const Vec3 pressed = model->surface.first_hit({14, 0, -40}, {14, 0, 0})->point + Vec3(0, 0, 3);
@@ -158,7 +158,7 @@ TEST(LateralTouch, DraggingAPressedTipUphillPressesNoMore) {
 
 // Its last landmark is a needle's end, not a blunt core: what is pushed aside is let go of as the shaft comes out.
 TEST(LateralTouch, ANeedleThatIsAsideComesOutWithoutAJump) {
-  const auto model = load_simulation_model(small_scene(), load_tissue(small_scene()).tissue);
+  const auto model = load_simulation_model(coarse_scene(), load_tissue(coarse_scene()).tissue);
   Simulator simulator(model);
   MeshState state = simulator.initial_state();
   const Vec3 surface = model->surface.first_hit({8, -4, -40}, {8, -4, 0})->point;
@@ -181,7 +181,7 @@ TEST(LateralTouch, ANeedleThatIsAsideComesOutWithoutAJump) {
 
 // A needle that turns over in one tick has jumped: it is where its pose says, with no force.
 TEST(LateralTouch, AnAxisThatFlipsReinitializesTheContact) {
-  const auto model = load_simulation_model(small_scene(), load_tissue(small_scene()).tissue);
+  const auto model = load_simulation_model(coarse_scene(), load_tissue(coarse_scene()).tissue);
   for (const Vec3& flipped : {Vec3(1, 0, 0), Vec3(0, 0, -1)}) {
     Simulator simulator(model);
     MeshState state = simulator.initial_state();

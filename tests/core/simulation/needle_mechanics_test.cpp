@@ -20,7 +20,7 @@ using test::pose_at;
 
 const Vec3 kUp = Vec3::UnitZ();
 
-Scene small_scene() {
+Scene unanchored_scene() {
   Scene scene;
   scene.model.kernel = "psi31";
   scene.tissue.points = 2000;
@@ -35,9 +35,10 @@ struct Row {
   std::uint32_t flags;
 };
 
-class Session {
+class RecordedInsertion {
  public:
-  explicit Session(const Scene& scene) : simulator(load_simulation_model(scene, load_tissue(scene).tissue)) {}
+  explicit RecordedInsertion(const Scene& scene)
+      : simulator(load_simulation_model(scene, load_tissue(scene).tissue)) {}
 
   const NeedleState& step(const Vec3& tip, const Vec3& axis = kUp) {
     simulator.step(needle_pose(pose_at(tip, axis)), state);
@@ -58,13 +59,13 @@ class Session {
 const Vec3 kBelow{8, -4, -36}, kDeep{8, -4, 12};
 
 // In at 5 mm/s, 2 s of rest, and out again.
-std::vector<Row> clinical_insertion(const Scene& scene, const Vec3& below = kBelow,
-                                    const Vec3& deep = kDeep) {
-  Session session(scene);
+std::vector<Row> clinical_insertion(const Scene& scene, const Vec3& below = kBelow, const Vec3& deep = kDeep,
+                                    double out_mm_s = 5) {
+  RecordedInsertion session(scene);
   const double stride = 5 * scene.period_s();
   session.go(below, deep, stride);
   for (double t = 0; t < 2; t += scene.period_s()) session.step(deep);
-  session.go(deep, below, stride);
+  session.go(deep, below, out_mm_s * scene.period_s());
   return session.rows;
 }
 
@@ -131,9 +132,9 @@ INSTANTIATE_TEST_SUITE_P(Mechanics, ForceDepth, testing::ValuesIn(force_models()
 class PressedCapsule : public ::testing::TestWithParam<const char*> {};
 
 TEST_P(PressedCapsule, StaysAtTheTipUntilThePuncture) {
-  Scene scene = small_scene();
+  Scene scene = unanchored_scene();
   scene.model.kernel = GetParam();
-  Session session(scene);
+  RecordedInsertion session(scene);
   const Tissue& tissue = session.simulator.tissue();
   std::size_t vertex = 0;  // the lowest
   for (std::size_t i = 0; i < tissue.surface_count; ++i)
@@ -161,7 +162,7 @@ INSTANTIATE_TEST_SUITE_P(Mechanics, PressedCapsule, testing::Values("elastic", "
 // Skin and perineum first, about 9 N, then the gland's own capsule, 5.6 N with the friction of the way there.
 TEST(Mechanics, ThePerineumTakesNineNewtonsAndTheGlandBehindItFivePointSix) {
   Scene scene = load_scene(std::filesystem::path(BRACHY_SOURCE_DIR) / "config/perineum.toml");
-  const std::vector<Row> rows = clinical_insertion(scene, {5, -4, -50}, {5, -4, 30});
+  const std::vector<Row> rows = clinical_insertion(scene, {5, -4, -50}, {5, -4, 30}, 20);
   double skin = 0, gland = 0, between = INFINITY;
   for (const Row& row : rows) {
     const double axial = row.needle.forces.axial_n;
@@ -179,12 +180,12 @@ TEST(Mechanics, ThePerineumTakesNineNewtonsAndTheGlandBehindItFivePointSix) {
 
 // A capsule that never gives way and takes any force: the landmark sticks, and the force is K⁻¹ d.
 TEST(Mechanics, OneStuckLandmarkIsTheInverseOfTheKernel) {
-  Scene scene = small_scene();
+  Scene scene = unanchored_scene();
   scene.tissue.contact.puncture_force_n = 100;
   scene.tissue.contact.capsule_n_per_mm = 1000;
   scene.contact.tip_core_mm = 12;
   const double stiffness = elastic_landmark_stiffness(0.006, 0.49, 12);
-  Session session(scene);
+  RecordedInsertion session(scene);
   session.go(kBelow, {8, -4, -15}, 0.1);
   ASSERT_EQ(session.state.needles.states[0].contact, ContactState::kTouching);
   for (const double push : {0.5, 1.0, 0.75}) {
@@ -201,10 +202,10 @@ TEST(Mechanics, OneStuckLandmarkIsTheInverseOfTheKernel) {
 }
 
 TEST(Mechanics, WithoutFrictionTheTissueIsAxiallyUnmovedBehindTheTip) {
-  Scene scene = small_scene();
+  Scene scene = unanchored_scene();
   scene.tissue.contact.friction_n_per_mm = 0;
   scene.stability.policy = "flag";  // composed sub-steps take along a little of what lies behind
-  Session session(scene);
+  RecordedInsertion session(scene);
   session.go(kBelow, kDeep, 0.1);
   EXPECT_NEAR(session.forces().axial_n, scene.tissue.contact.cutting_force_n, 1e-9);
   EXPECT_EQ(session.forces().friction_n, 0);
@@ -226,11 +227,11 @@ TEST(Mechanics, WithoutFrictionTheTissueIsAxiallyUnmovedBehindTheTip) {
 
 TEST(Mechanics, InfiniteFrictionIsTheStuckSolution) {
   for (const char* kernel : {"psi31", "compact_elastic", "elastic"}) {
-    Scene scene = small_scene();
+    Scene scene = unanchored_scene();
     scene.model.kernel = kernel;
     scene.tissue.contact.friction_n_per_mm = 1e6;
     scene.tissue.contact.cutting_force_n = 100;
-    Session session(scene);
+    RecordedInsertion session(scene);
     session.step(kDeep);  // starts there
     ASSERT_EQ(session.state.needles.states[0].contact, ContactState::kInserted);
     EXPECT_LT(session.forces().force_n.norm(), 1e-9);
@@ -248,7 +249,7 @@ TEST(Mechanics, InfiniteFrictionIsTheStuckSolution) {
 }
 
 TEST(Mechanics, TheForceIsTheSumOfItsPartsAndItsMomentAboutTheHubFollows) {
-  Session session(small_scene());
+  RecordedInsertion session(unanchored_scene());
   session.go(kBelow, kDeep, 0.2);
   session.go(kDeep, kDeep + Vec3(1, 0.5, 0), 0.1);
   for (const Row& row : session.rows) {
@@ -265,7 +266,7 @@ TEST(Mechanics, TheForceIsTheSumOfItsPartsAndItsMomentAboutTheHubFollows) {
 
 // What the needle feels is what its landmarks take, which the field itself counts.
 TEST(Mechanics, TheForceIsTheSumOfTheFieldsReactions) {
-  const Scene scene = small_scene();
+  const Scene scene = unanchored_scene();
   const Tissue tissue = load_tissue(scene).tissue;
   const SurfaceBvh surface(
       {{tissue.rest_vertices.begin(),
@@ -302,9 +303,9 @@ class Energy : public ::testing::TestWithParam<std::pair<const char*, int>> {};
 
 TEST_P(Energy, IsNeverCreatedByAnInsertionLoop) {
   std::mt19937_64 random(11);
-  Scene scene = small_scene();
+  Scene scene = unanchored_scene();
   scene.model.kernel = GetParam().first;
-  Session session(scene);
+  RecordedInsertion session(scene);
   const int loops = test::kIsSanitized ? 5 : GetParam().second;
   double least = INFINITY;
   int entered = 0;
@@ -346,7 +347,7 @@ INSTANTIATE_TEST_SUITE_P(Mechanics, Energy,
                          [](const auto& model_name) { return std::string(model_name.param.first); });
 
 TEST(Mechanics, DoNotDependOnTheTickRate) {
-  Scene scene = small_scene(), fast = scene;
+  Scene scene = unanchored_scene(), fast = scene;
   fast.rates.deformation_hz = 1000;
   const std::vector<Row> slow_run = clinical_insertion(scene), fast_run = clinical_insertion(fast);
   double largest = 0, worst_force = 0, worst_depth = 0;
@@ -368,7 +369,7 @@ TEST(Mechanics, DoNotDependOnTheTickRate) {
 }
 
 TEST(Mechanics, APoseThatStartsInsideFeelsNothingUntilItMoves) {
-  Session session(small_scene());
+  RecordedInsertion session(unanchored_scene());
   session.step(kDeep);
   EXPECT_EQ(session.state.needles.states[0].contact, ContactState::kInserted);
   EXPECT_LT(session.forces().force_n.norm(), 1e-9);
@@ -378,7 +379,7 @@ TEST(Mechanics, APoseThatStartsInsideFeelsNothingUntilItMoves) {
 
 // One needle held in place, one that moves beside it: the held one is dragged, and feels it.
 TEST(Mechanics, SeveralNeedlesFeelEachOther) {
-  Scene scene = small_scene();
+  Scene scene = unanchored_scene();
   scene.needle.count = 3;
   Simulator simulator(load_simulation_model(scene, load_tissue(scene).tissue));
   MeshState state = simulator.initial_state();

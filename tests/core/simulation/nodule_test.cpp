@@ -61,7 +61,7 @@ Way random_way(std::mt19937_64& random, const Nodule& nodule) {
   return way;
 }
 
-struct Felt {
+struct NoduleFelt {
   int ticks = 0, unsolved = 0, silent = 0;
   double work_nmm = 0, through_nmm = 0;
   bool is_finite = true, is_free = true, at_rest = false;
@@ -71,11 +71,11 @@ bool has(const MeshState& state, std::uint32_t flag) {
   return (state.summary.step_flags & flag) != 0;
 }
 
-Felt feel(const std::shared_ptr<const SimulationModel>& model, const Way& way) {
+NoduleFelt feel(const std::shared_ptr<const SimulationModel>& model, const Way& way) {
   Simulator simulator(model);
   MeshState state = simulator.initial_state();
   const std::vector<float> rest = state.mesh.deformed_vertices;
-  Felt felt;
+  NoduleFelt felt;
   Vec3 last_force = Vec3::Zero(), last_tip = way.out;
   std::vector<Vec3> tips = test::straight(way.out, way.in, way.stride_mm);
   tips.insert(tips.end(), tips.rbegin(), tips.rend());
@@ -116,7 +116,7 @@ TEST(Nodule, NeverTrapsANeedleNorFailsWithoutAWord) {
     for (int i = 0; i < insertions; ++i) {
       SCOPED_TRACE(testing::Message() << "model " << m << ", way " << i << ": radius " << nodule.radius
                                       << " mm, contrast " << nodule.contrast);
-      const Felt felt = feel(model, random_way(random, nodule));
+      const NoduleFelt felt = feel(model, random_way(random, nodule));
       ticks += felt.ticks;
       unsolved += felt.unsolved;
       EXPECT_EQ(felt.silent, 0);

@@ -23,9 +23,10 @@ Scene small_scene(const std::string& model_name = "psi31") {
   return scene;
 }
 
-class Session {
+class DropSession {
  public:
-  explicit Session(const Scene& scene) : simulator(load_simulation_model(scene, load_tissue(scene).tissue)) {}
+  explicit DropSession(const Scene& scene)
+      : simulator(load_simulation_model(scene, load_tissue(scene).tissue)) {}
 
   void step(const Vec3& tip, bool button = false, const Vec3& axis = Vec3::UnitZ()) {
     NeedlePose pose = needle_pose(pose_at(tip, axis));
@@ -41,16 +42,16 @@ class Session {
   MeshState state = simulator.initial_state();
 };
 
-const Vec3 kBelow{8, -4, -40}, kDeep{8, -4, 8};
+const Vec3 kUnderTemplate{8, -4, -40}, kDropDepth{8, -4, 8};
 
 class SeedsOnModels : public ::testing::TestWithParam<std::string> {};
 
 // The needle pushes the tissue ahead of itself and to the side by 5 mm, drops, and goes out again.
 TEST_P(SeedsOnModels, DroppedAtADisplacedTipASeedComesHomeToItsMaterialPoint) {
-  Session session(small_scene(GetParam()));
-  session.go(kBelow, kDeep, 0.25);
-  const Vec3 aside = kDeep + Vec3(4, 3, 0);
-  session.go(kDeep, aside, 0.1);
+  DropSession session(small_scene(GetParam()));
+  session.go(kUnderTemplate, kDropDepth, 0.25);
+  const Vec3 aside = kDropDepth + Vec3(4, 3, 0);
+  session.go(kDropDepth, aside, 0.1);
   session.step(aside, true);
   ASSERT_EQ(session.state.seeds.count, 1u) << to_string(session.state.needles.states[0].drops.last_refusal);
   const Seed fallen = session.seed(0);
@@ -59,8 +60,8 @@ TEST_P(SeedsOnModels, DroppedAtADisplacedTipASeedComesHomeToItsMaterialPoint) {
   EXPECT_GT((fallen.rest - aside).norm(), 3);  // it was displaced
   EXPECT_NEAR(fallen.axis.z(), 1, 1e-3);
 
-  session.go(aside, kDeep, 0.1);
-  session.go(kDeep, kBelow, 0.25);
+  session.go(aside, kDropDepth, 0.1);
+  session.go(kDropDepth, kUnderTemplate, 0.25);
   ASSERT_EQ(session.state.summary.moved_vertices, 0u);
   EXPECT_EQ(session.seed(0).position, fallen.rest);
   EXPECT_EQ(session.seed(0).axis, fallen.rest_axis);
@@ -73,23 +74,24 @@ INSTANTIATE_TEST_SUITE_P(Seeds, SeedsOnModels,
 // The material point at the tip is known without inversion: it is as far along the straight cut as the needle has cut,
 // also when pushed aside by 5 mm.
 TEST(Seeds, BelongToTheTissueThatTheTipHasCutTo) {
-  Session session(small_scene());
+  DropSession session(small_scene());
   const SurfaceBvh surface(load_surface(small_scene()).mesh);
-  const double entry_z = surface.first_hit(kBelow, kDeep)->point.z();
-  session.go(kBelow, kDeep, 0.25);
-  const Vec3 aside = kDeep + Vec3(4, 3, 0);
-  session.go(kDeep, aside, 0.1);
+  const double entry_z = surface.first_hit(kUnderTemplate, kDropDepth)->point.z();
+  session.go(kUnderTemplate, kDropDepth, 0.25);
+  const Vec3 aside = kDropDepth + Vec3(4, 3, 0);
+  session.go(kDropDepth, aside, 0.1);
   session.step(aside, true);
   ASSERT_EQ(session.state.seeds.count, 1u);
-  const Vec3 under_tip(kDeep.x(), kDeep.y(), entry_z + session.state.needles.states[0].insertion_depth_mm);
+  const Vec3 under_tip(kDropDepth.x(), kDropDepth.y(),
+                       entry_z + session.state.needles.states[0].insertion_depth_mm);
   ASSERT_GT((under_tip - aside).norm(), 5);
   EXPECT_LT((session.seed(0).rest - under_tip).norm(), 0.05);
 }
 
 // Beside a point of the mesh that is next to the tip.
 TEST(Seeds, LandWithinAFewMicrometresOfTheTissueTheyFellInto) {
-  Session session(small_scene());
-  session.go(kBelow, kDeep, 0.25);
+  DropSession session(small_scene());
+  session.go(kUnderTemplate, kDropDepth, 0.25);
   // Tissue points near the tip, where they are now.
   const Tissue& tissue = session.simulator.tissue();
   const auto now = [&](std::size_t i) {
@@ -98,52 +100,52 @@ TEST(Seeds, LandWithinAFewMicrometresOfTheTissueTheyFellInto) {
   };
   std::size_t nearest = 0;
   for (std::size_t i = 0; i < tissue.size(); ++i)
-    if ((now(i) - kDeep).norm() < (now(nearest) - kDeep).norm()) nearest = i;
-  ASSERT_LT((now(nearest) - kDeep).norm(), 3);
-  session.step(kDeep, true);
+    if ((now(i) - kDropDepth).norm() < (now(nearest) - kDropDepth).norm()) nearest = i;
+  ASSERT_LT((now(nearest) - kDropDepth).norm(), 3);
+  session.step(kDropDepth, true);
   ASSERT_EQ(session.state.seeds.count, 1u);
   // Neighbours at the tip are neighbours at rest: the offset is stretched by F at most.
-  const Vec3 offset = now(nearest) - kDeep,
+  const Vec3 offset = now(nearest) - kDropDepth,
              rest_offset = tissue.rest_vertices[nearest] - session.seed(0).rest;
   EXPECT_LT(rest_offset.norm(), 3 * offset.norm() + 0.05);
 }
 
 TEST(Seeds, OutsideTheTissueASeedStaysWhereTheTipWasWhateverTheTissueDoes) {
-  Session session(small_scene());
-  session.step(kBelow);
-  session.step(kBelow, true);
+  DropSession session(small_scene());
+  session.step(kUnderTemplate);
+  session.step(kUnderTemplate, true);
   ASSERT_EQ(session.state.seeds.count, 1u);
   EXPECT_EQ(session.state.needles.states[0].drops.dropped, 1u);
   const Seed fallen = session.seed(0);
   EXPECT_TRUE(fallen.is_fixed);
   EXPECT_FALSE(fallen.is_certified);
-  EXPECT_EQ(fallen.dropped, kBelow);
-  EXPECT_EQ(fallen.rest, kBelow);
-  session.go(kBelow, kDeep, 0.25);
+  EXPECT_EQ(fallen.dropped, kUnderTemplate);
+  EXPECT_EQ(fallen.rest, kUnderTemplate);
+  session.go(kUnderTemplate, kDropDepth, 0.25);
   EXPECT_EQ(session.seed(0), fallen);
 }
 
 TEST(Seeds, BeyondTheFarSideASeedStaysWhereTheTipWas) {
-  Session session(small_scene());
+  DropSession session(small_scene());
   const Vec3 beyond{8, -4, 40};
-  session.go(kBelow, beyond, 0.25);
+  session.go(kUnderTemplate, beyond, 0.25);
   ASSERT_EQ(session.state.needles.states[0].contact, ContactState::kThrough);
   session.step(beyond, true);
   ASSERT_EQ(session.state.seeds.count, 1u) << to_string(session.state.needles.states[0].drops.last_refusal);
   EXPECT_TRUE(session.seed(0).is_fixed);
   EXPECT_EQ(session.seed(0).rest, beyond);
   session.step(beyond, false);
-  session.go(beyond, kDeep, 0.25);
-  session.step(kDeep, true);
+  session.go(beyond, kDropDepth, 0.25);
+  session.step(kDropDepth, true);
   ASSERT_EQ(session.state.seeds.count, 2u);
   EXPECT_FALSE(session.seed(1).is_fixed);
-  session.go(kDeep, kBelow, 0.25);
+  session.go(kDropDepth, kUnderTemplate, 0.25);
   EXPECT_EQ(session.seed(0).position, beyond);
   EXPECT_EQ(session.seed(1).position, session.seed(1).rest);
 }
 
 TEST(Seeds, OutsideTheBodyASeedIsLostAndItsNeedleLacksIt) {
-  Session session(small_scene());
+  DropSession session(small_scene());
   const Vec3 in_front{8, -4, small_scene().template_grid.origin_mm.z() - 1};
   session.step(in_front);
   session.step(in_front, true);
@@ -156,11 +158,11 @@ TEST(Seeds, OutsideTheBodyASeedIsLostAndItsNeedleLacksIt) {
 TEST(Seeds, AreAtMostAsManyAsTheSceneSays) {
   Scene scene = small_scene();
   scene.seeds.max_count = 2;
-  Session session(scene);
-  session.go(kBelow, kDeep, 0.25);
+  DropSession session(scene);
+  session.go(kUnderTemplate, kDropDepth, 0.25);
   for (int i = 0; i < 4; ++i) {
-    session.step(kDeep - Vec3(0, 0, i), true);
-    session.step(kDeep - Vec3(0, 0, i), false);
+    session.step(kDropDepth - Vec3(0, 0, i), true);
+    session.step(kDropDepth - Vec3(0, 0, i), false);
   }
   EXPECT_EQ(session.state.seeds.count, 2u);
   EXPECT_EQ(session.state.needles.states[0].drops.refused, 2u);
@@ -169,7 +171,7 @@ TEST(Seeds, AreAtMostAsManyAsTheSceneSays) {
 
 // Slots of a triple buffer lag: whichever ticks they miss, they have all seeds at their present positions.
 TEST(Seeds, StatesThatSkipTicksHoldThemAll) {
-  Session session(small_scene());
+  DropSession session(small_scene());
   MeshState lagging = session.simulator.initial_state();
   std::mt19937 random(3);
   const auto poses = test::insertion();
@@ -191,10 +193,10 @@ TEST(Seeds, StatesThatSkipTicksHoldThemAll) {
 }
 
 TEST(Seeds, OfAnEarlierRunAreInTheTissueAndMoveWithIt) {
-  Session first(small_scene());
-  first.go(kBelow, kDeep, 0.25);
-  first.step(kDeep, true);
-  first.go(kDeep, kBelow, 0.25);
+  DropSession first(small_scene());
+  first.go(kUnderTemplate, kDropDepth, 0.25);
+  first.step(kDropDepth, true);
+  first.go(kDropDepth, kUnderTemplate, 0.25);
   ASSERT_EQ(first.state.seeds.count, 1u);
 
   const Scene scene = small_scene();
@@ -203,10 +205,10 @@ TEST(Seeds, OfAnEarlierRunAreInTheTissueAndMoveWithIt) {
   MeshState state = simulator.initial_state();
   ASSERT_EQ(state.seeds.count, 1u);
   EXPECT_EQ(state.seeds.in_tissue()[0].position, first.seed(0).rest);
-  for (const Vec3& tip : test::straight(kBelow, kDeep, 0.25))
+  for (const Vec3& tip : test::straight(kUnderTemplate, kDropDepth, 0.25))
     simulator.step(needle_pose(pose_at(tip, Vec3::UnitZ())), state);
   EXPECT_NE(state.seeds.in_tissue()[0].position, first.seed(0).rest);
-  NeedlePose pose = needle_pose(pose_at(kDeep - Vec3(0, 0, 1), Vec3::UnitZ()));
+  NeedlePose pose = needle_pose(pose_at(kDropDepth - Vec3(0, 0, 1), Vec3::UnitZ()));
   pose.button = true;
   simulator.step(pose, state);
   EXPECT_EQ(state.seeds.count, 2u);
@@ -219,17 +221,17 @@ TEST(Seeds, OfAnEarlierRunAreInTheTissueAndMoveWithIt) {
 
 // Another model during an insertion: time and seeds continue, the tissue is at rest and the needle is reinserted.
 TEST(Seeds, GoOnWithAnotherModel) {
-  Session first(small_scene());
-  first.go(kBelow, kDeep, 0.25);
-  first.step(kDeep, true);
-  first.step(kDeep + Vec3(2, 0, 0));
+  DropSession first(small_scene());
+  first.go(kUnderTemplate, kDropDepth, 0.25);
+  first.step(kDropDepth, true);
+  first.step(kDropDepth + Vec3(2, 0, 0));
   ASSERT_EQ(first.state.seeds.count, 1u);
   ASSERT_NE(first.seed(0).position, first.seed(0).rest);
   for (const char* model_name : {"psi32", "elastic", "compact_elastic"}) {
-    Session next(small_scene(model_name));
+    DropSession next(small_scene(model_name));
     const std::uint64_t before = test::allocation_count();
     next.simulator.resume_from(first.simulator);
-    next.step(kDeep);
+    next.step(kDropDepth);
     EXPECT_EQ(test::allocation_count(), before) << model_name;
     EXPECT_EQ(next.state.summary.tick, first.state.summary.tick + 1);
     EXPECT_EQ(next.state.needles.states[0].contact, ContactState::kInserted);
@@ -238,17 +240,17 @@ TEST(Seeds, GoOnWithAnotherModel) {
     EXPECT_EQ(next.seed(0).rest, first.seed(0).rest);
     EXPECT_EQ(next.state.summary.moved_vertices, 0u) << model_name;
     EXPECT_EQ(next.state.needles.states[0].drops.dropped, 1u);
-    next.go(kDeep, kBelow, 0.25);
+    next.go(kDropDepth, kUnderTemplate, 0.25);
     EXPECT_EQ(next.state.mesh.deformed_vertices, next.simulator.initial_state().mesh.deformed_vertices)
         << model_name;
   }
 }
 
 TEST(Seeds, FallAndMoveWithoutAllocating) {
-  Session session(small_scene());
-  session.go(kBelow, kDeep, 0.25);
+  DropSession session(small_scene());
+  session.go(kUnderTemplate, kDropDepth, 0.25);
   const std::uint64_t before = test::allocation_count();
-  for (int i = 0; i < 20; ++i) session.step(kDeep - Vec3(0, 0, 0.5 * i), i % 2 == 0);
+  for (int i = 0; i < 20; ++i) session.step(kDropDepth - Vec3(0, 0, 0.5 * i), i % 2 == 0);
   EXPECT_EQ(test::allocation_count(), before);
   EXPECT_EQ(session.state.seeds.count, 10u);
 }
@@ -266,7 +268,7 @@ TEST(Seeds, RandomDropsAreRightOrRefused) {
     scene.tissue.points = 1300;
     scene.stability.policy = std::array{"substep", "clamp", "flag"}[static_cast<std::size_t>(run) % 3];
     scene.seeds.max_count = 4096;
-    Session session(scene);
+    DropSession session(scene);
     const Vec3 axis = Vec3(0.3 * unit(random), 0.3 * unit(random), 1).normalized();
     const Vec3 target(14 * unit(random), 8 * unit(random), 10 * unit(random));
     session.go(target - 60 * axis, target, 0.5, axis);

@@ -17,7 +17,7 @@ namespace {
 
 using test::uniform_point;
 
-double exact_condition(const Eigen::MatrixXd& K) {
+double exact_matrix_condition(const Eigen::MatrixXd& K) {
   const auto norm = [](const auto& m) {
     return static_cast<double>(m.cwiseAbs().colwise().sum().maxCoeff());
   };
@@ -32,7 +32,7 @@ ElasticBody body() {
 }
 
 // Clouds, and clouds in which some are close to one of the others.
-std::vector<Vec3> random_set(std::mt19937_64& random, bool crowded) {
+std::vector<Vec3> random_points(std::mt19937_64& random, bool crowded) {
   const auto n = 1 + random() % 12;
   std::vector<Vec3> p;
   for (std::size_t i = 0; i < n; ++i) p.push_back(uniform_point(random, 20));
@@ -42,8 +42,8 @@ std::vector<Vec3> random_set(std::mt19937_64& random, bool crowded) {
   return p;
 }
 
-void expect_estimate(double estimate, const Eigen::MatrixXd& K) {
-  const double exact = exact_condition(K);
+void expect_matrix_estimate(double estimate, const Eigen::MatrixXd& K) {
+  const double exact = exact_matrix_condition(K);
   EXPECT_LE(estimate, exact * (1 + 1e-15 * static_cast<double>(K.rows()) * (1 + exact)));
   EXPECT_GE(estimate, exact / 3);
 }
@@ -54,12 +54,12 @@ TEST(MatrixCondition, IsEstimatedWithinAThirdOfTheTruthAndNeverAboveIt) {
   const CompactKernel kernel = CompactKernel::of_body(body());
   for (int trial = 0; trial < 120; ++trial) {
     MatrixKernelSystem system(kernel);
-    if (!system.factorize(random_set(random, trial % 2))) {
+    if (!system.factorize(random_points(random, trial % 2))) {
       EXPECT_GT(system.condition(), FactorStatus::kMaxCondition);
       continue;
     }
     SCOPED_TRACE(trial);
-    expect_estimate(system.condition(), system.matrix());
+    expect_matrix_estimate(system.condition(), system.matrix());
     near_singular += system.condition() > 1e6;
   }
   EXPECT_GT(near_singular, 20);

@@ -14,13 +14,13 @@
 namespace brachy {
 namespace {
 
-constexpr SourceModel kModels[] = {SourceModel::kAmersham6711, SourceModel::kTheraSeed200};
+constexpr SourceModel kSeedModels[] = {SourceModel::kAmersham6711, SourceModel::kTheraSeed200};
 
 double radians(double degrees) {
   return degrees * std::numbers::pi / 180;
 }
 
-Vec3 random_vector(std::mt19937& random, double half) {
+Vec3 random_offset(std::mt19937& random, double half) {
   std::uniform_real_distribution<double> one(-half, half);
   const double x = one(random), y = one(random), z = one(random);
   return {x, y, z};
@@ -28,15 +28,15 @@ Vec3 random_vector(std::mt19937& random, double half) {
 
 // Anywhere within 30 mm, in any direction, of either source.
 DoseSeed random_seed(std::mt19937& random) {
-  DoseSeed seed{.position = random_vector(random, 30),
-                .axis = random_vector(random, 1).normalized(),
-                .source = kModels[random() % 2],
+  DoseSeed seed{.position = random_offset(random, 30),
+                .axis = random_offset(random, 1).normalized(),
+                .source = kSeedModels[random() % 2],
                 .air_kerma_strength_u = 0.3 + 0.01 * static_cast<double>(random() % 100)};
   return seed;
 }
 
 TEST(DoseSource, KnowsItsModelsByNameAndNoOthers) {
-  for (const SourceModel model : kModels) {
+  for (const SourceModel model : kSeedModels) {
     EXPECT_EQ(tg43_source(model).model, model);
     EXPECT_EQ(find_source(to_string(model)), model);
   }
@@ -90,7 +90,7 @@ TEST(GeometryFunction, KeepsItsDigitsNearTheAxis) {
 }
 
 TEST(RadialDoseFunction, MeetsItsTableExactly) {
-  for (const SourceModel model : kModels) {
+  for (const SourceModel model : kSeedModels) {
     const Tg43Source& source = tg43_source(model);
     for (std::size_t i = 0; i < source.g.size(); ++i)
       EXPECT_EQ(radial_dose_function(source, source.g_r_cm[i]), source.g[i])
@@ -110,7 +110,7 @@ TEST(RadialDoseFunction, IsLogLinearBetweenNodesNearestBelowAndALineInTheLogarit
 }
 
 TEST(AnisotropyFunction, MeetsItsTableExactly) {
-  for (const SourceModel model : kModels) {
+  for (const SourceModel model : kSeedModels) {
     const Tg43Source& source = tg43_source(model);
     const std::size_t columns = source.F_r_cm.size();
     for (std::size_t i = 0; i < source.F.size(); ++i)
@@ -131,7 +131,7 @@ TEST(AnisotropyFunction, IsBilinearBetweenNodesAndTheNearestBeyondThem) {
 }
 
 TEST(DoseRate, IsTheDoseRateConstantAtTheReferencePoint) {
-  for (const SourceModel model : kModels) {
+  for (const SourceModel model : kSeedModels) {
     const Tg43Source& source = tg43_source(model);
     EXPECT_NEAR(dose_rate_per_u(source, 0, 10), source.dose_rate_constant, 1e-12);
   }
@@ -162,7 +162,7 @@ TEST(DoseRate, IsTheSameOnBothSidesOfTheMiddleBitForBit) {
   std::uniform_real_distribution<double> one(0, 40);
   for (int i = 0; i < 1000; ++i) {
     const double along = one(random), away = one(random);
-    for (const SourceModel model : kModels)
+    for (const SourceModel model : kSeedModels)
       EXPECT_EQ(dose_rate_per_u(tg43_source(model), along, away),
                 dose_rate_per_u(tg43_source(model), -along, away));
   }
@@ -172,7 +172,7 @@ TEST(DoseRate, DoesNotKnowWhichWayTheAxisPoints) {
   std::mt19937 random(2);
   for (int i = 0; i < 1000; ++i) {
     DoseSeed seed = random_seed(random);
-    const Vec3 p = random_vector(random, 40);
+    const Vec3 p = random_offset(random, 40);
     const double dose = dose_rate_cgy_h(seed, p);
     seed.axis = -seed.axis;
     EXPECT_EQ(dose_rate_cgy_h(seed, p), dose);
@@ -183,7 +183,7 @@ TEST(DoseRate, IsTheSameAllAroundTheAxisAndMirrored) {
   std::mt19937 random(3);
   for (int i = 0; i < 1000; ++i) {
     const DoseSeed seed = random_seed(random);
-    const Vec3 d = random_vector(random, 40);
+    const Vec3 d = random_offset(random, 40);
     const double dose = dose_rate_cgy_h(seed, seed.position + d);
     const Vec3 turned = Eigen::AngleAxisd(0.01 * i, seed.axis) * d;
     EXPECT_NEAR(dose_rate_cgy_h(seed, seed.position + turned) / dose, 1, 1e-11);
@@ -195,10 +195,10 @@ TEST(DoseRate, MovesWithTheSeed) {
   std::mt19937 random(4);
   for (int i = 0; i < 1000; ++i) {
     DoseSeed seed = random_seed(random);
-    const Vec3 p = random_vector(random, 40);
+    const Vec3 p = random_offset(random, 40);
     const double dose = dose_rate_cgy_h(seed, p);
-    const Mat3 R = Eigen::AngleAxisd(0.1 * i, random_vector(random, 1).normalized()).toRotationMatrix();
-    const RigidTransform X{R, random_vector(random, 100)};
+    const Mat3 R = Eigen::AngleAxisd(0.1 * i, random_offset(random, 1).normalized()).toRotationMatrix();
+    const RigidTransform X{R, random_offset(random, 100)};
     seed.position = X * seed.position;
     seed.axis = X.R * seed.axis;
     EXPECT_NEAR(dose_rate_cgy_h(seed, X * p) / dose, 1, 1e-10);
@@ -210,7 +210,7 @@ TEST(DoseRate, AddsUpOverSeedsAndIsProportionalToStrength) {
   std::vector<DoseSeed> seeds(20);
   for (DoseSeed& seed : seeds) seed = random_seed(random);
   for (int i = 0; i < 100; ++i) {
-    const Vec3 p = random_vector(random, 40);
+    const Vec3 p = random_offset(random, 40);
     double sum = 0;
     for (const DoseSeed& seed : seeds) {
       const double half_life_h = seed.source == SourceModel::kAmersham6711 ? 59.40 * 24 : 16.991 * 24;
@@ -226,7 +226,7 @@ TEST(DoseRate, AddsUpOverSeedsAndIsProportionalToStrength) {
 }
 
 TEST(DoseRate, IsFiniteAndPositiveInsideTheCapsuleAndOnItsAxis) {
-  for (const SourceModel model : kModels) {
+  for (const SourceModel model : kSeedModels) {
     const Tg43Source& source = tg43_source(model);
     for (double along = -3; along <= 3; along += 0.03125)
       for (double away = 0; away <= 0.5; away += 0.03125) {
@@ -238,7 +238,7 @@ TEST(DoseRate, IsFiniteAndPositiveInsideTheCapsuleAndOnItsAxis) {
 }
 
 TEST(DoseRate, InsideTheCapsuleIsThatOfThePointOutwardsOnItsSurface) {
-  for (const SourceModel model : kModels) {
+  for (const SourceModel model : kSeedModels) {
     const Tg43Source& source = tg43_source(model);
     EXPECT_EQ(dose_rate_per_u(source, 0, 0), dose_rate_per_u(source, 0.4, 0.4));
     EXPECT_NEAR(dose_rate_per_u(source, 1, 0.25), dose_rate_per_u(source, 1.15, 0.4), 1e-9);
@@ -252,13 +252,13 @@ TEST(DoseRate, IsContinuousIntoTheCapsuleAndOntoTheAxis) {
   const std::array<Vec3, 5> starts = {Vec3(0, 0, 0), Vec3(0.4, 0, 0), Vec3(0, 0, 2.25), Vec3(0.4, 0, 2.25),
                                       Vec3(0, 0, 4)};
   std::mt19937 random(6);
-  for (const SourceModel model : kModels)
+  for (const SourceModel model : kSeedModels)
     for (const Vec3& start : starts)
       for (int i = 0; i < 200; ++i) {
         const DoseSeed seed{
             .position = Vec3::Zero(), .axis = Vec3::UnitZ(), .source = model, .air_kerma_strength_u = 1};
         const double here = dose_rate_cgy_h(seed, start);
-        const double there = dose_rate_cgy_h(seed, start + kStep * random_vector(random, 1));
+        const double there = dose_rate_cgy_h(seed, start + kStep * random_offset(random, 1));
         EXPECT_NEAR(there / here, 1, 30 * kStep) << start.transpose();
       }
 }

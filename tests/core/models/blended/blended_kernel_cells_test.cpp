@@ -16,9 +16,9 @@ using test::RandomTissues;
 using test::uniform;
 using test::uniform_point;
 
-const std::array<Kernel, 4> kKernels = {Wendland30{}, Wendland31{}, Wendland32{}, Buhmann{}};
+const std::array<Kernel, 4> kCellKernels = {Wendland30{}, Wendland31{}, Wendland32{}, Buhmann{}};
 
-TissueModel<CompactKernels> compact_model() {
+TissueModel<CompactKernels> three_box_model() {
   ElasticBody body;
   CompactKernels kernels;
   for (const double wall : {48.0, 20.0, 9.0}) {
@@ -115,12 +115,12 @@ void expect_bounds(const Looked<Kernels>& looked, std::mt19937_64& random, int c
 
 TEST(BlendedKernelCells, GradientsAreTheFieldsAndBoundsHold) {
   std::mt19937_64 random(12);
-  for (const Kernel& psi : kKernels)
+  for (const Kernel& psi : kCellKernels)
     for (int k = 0; k < 4; ++k) {
       const RandomTissues set = test::random_tissues(random, psi, 20);
       expect_bounds(Looked(set.model, set.positions, set.displacements), random, 40);
     }
-  const auto model = compact_model();
+  const auto model = three_box_model();
   const auto set = test::random_landmarks(random, 12, 15, 4, 3);
   expect_bounds(Looked(model, set.positions, set.displacements), random, 60);
 }
@@ -144,7 +144,7 @@ TEST(BlendedKernelCells, NothingThatFoldsIsCalledInjective) {
   std::mt19937_64 random(14);
   int injective = 0, folded = 0, unknown = 0;
   for (int k = 0; k < (test::kIsSanitized ? 8 : 80); ++k) {
-    RandomTissues set = test::random_tissues(random, kKernels[static_cast<std::size_t>(k % 4)], 8);
+    RandomTissues set = test::random_tissues(random, kCellKernels[static_cast<std::size_t>(k % 4)], 8);
     const double scale = uniform(random, 0.05, 1);
     for (Vec3& d : set.displacements) d *= scale;
     const Looked looked(set.model, set.positions, set.displacements);

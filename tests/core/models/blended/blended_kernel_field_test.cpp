@@ -11,6 +11,8 @@
 namespace brachy {
 namespace {
 
+using test::sphere;
+
 const Tissue& phantom() {
   static const Tissue tissue = test::small_phantom(Vec3::Zero());
   return tissue;
@@ -39,10 +41,6 @@ double error_of(const TissueField& field) {
   return largest_difference(displacements_of(field), exact);
 }
 
-std::shared_ptr<const RegionDistance> sphere(const Vec3& centre, double radius) {
-  return std::make_shared<EllipsoidDistance>(centre, Vec3::Constant(radius));
-}
-
 std::vector<Membership::Part> tumour_in_a_lobe() {
   return {{std::make_shared<EllipsoidDistance>(Vec3(6, 0, 0), Vec3(15, 14, 16)), 5, 1},
           {sphere({8, -4, 3}, 6), 4, 2}};
@@ -52,7 +50,7 @@ TissueModel<ScalarKernels> scalar_model(const Kernel& psi) {
   return {{tumour_in_a_lobe(), 3}, {psi, {8, 14, 30}}};
 }
 
-TissueModel<CompactKernels> compact_model() {
+TissueModel<CompactKernels> nested_lobe_model() {
   ElasticBody body;
   CompactKernels kernels;
   for (const double wall : {48.0, 30.0, 12.0}) {
@@ -94,7 +92,7 @@ TEST(BlendedKernelField, PointsGoWhereTheExactFieldTakesThem) {
 
 TEST(BlendedKernelField, CompactElasticDoesSoToo) {
   for (const SimdTarget target : test::supported_targets()) {
-    BlendedKernelField field(phantom(), compact_model(), {.target = target});
+    BlendedKernelField field(phantom(), nested_lobe_model(), {.target = target});
     const Needle needle = shaft();
     ASSERT_TRUE(field.update(needle.positions, needle.displacements));
     EXPECT_LT(error_of(field), 2e-5) << to_string(target);
@@ -165,7 +163,7 @@ void expect_bits_without_history(const Model& model) {
 
 TEST(BlendedKernelField, TheSameTickInAnyHistoryGivesTheSameBits) {
   expect_bits_without_history(scalar_model(Wendland31{}));
-  expect_bits_without_history(compact_model());
+  expect_bits_without_history(nested_lobe_model());
 }
 
 TEST(BlendedKernelField, ARefusedSetKeepsTheLastFieldAndTheNextOneIsSolved) {
@@ -203,7 +201,7 @@ void expect_reactions(const Model& model) {
 TEST(BlendedKernelField, ReactionsAreForcesInUnitsOfTheBasesLoneLandmark) {
   expect_reactions(scalar_model(Wendland31{}));
   expect_reactions(scalar_model(Buhmann{}));
-  expect_reactions(compact_model());
+  expect_reactions(nested_lobe_model());
 }
 
 }  // namespace

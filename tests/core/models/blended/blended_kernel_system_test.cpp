@@ -21,13 +21,10 @@ namespace brachy {
 namespace {
 
 using test::RandomTissues;
+using test::sphere;
 using test::uniform_point;
 
 const std::array<Kernel, 4> kKernels = {Wendland30{}, Wendland31{}, Wendland32{}, Buhmann{}};
-
-std::shared_ptr<const RegionDistance> sphere(const Vec3& centre, double radius) {
-  return std::make_shared<EllipsoidDistance>(centre, Vec3::Constant(radius));
-}
 
 // A solved set, with all that its field refers to.
 template <class Kernels>

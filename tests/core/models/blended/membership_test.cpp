@@ -9,11 +9,8 @@
 namespace brachy {
 namespace {
 
+using test::sphere;
 using test::uniform_point;
-
-std::shared_ptr<const RegionDistance> sphere(const Vec3& centre, double radius) {
-  return std::make_shared<EllipsoidDistance>(centre, Vec3::Constant(radius));
-}
 
 std::vector<double> shares(const Membership& membership, const Vec3& X) {
   std::vector<double> w(membership.tissues());

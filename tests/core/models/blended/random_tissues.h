@@ -9,6 +9,10 @@
 
 namespace brachy::test {
 
+inline std::shared_ptr<const RegionDistance> sphere(const Vec3& centre, double radius) {
+  return std::make_shared<EllipsoidDistance>(centre, Vec3::Constant(radius));
+}
+
 /// Two to five tissues of different supports and landmarks in them; and for the paper's rule K_ij = ψ(|p_i − p_j|/a_j)
 /// a support for each landmark, that of the tissue with its largest share.
 struct RandomTissues {

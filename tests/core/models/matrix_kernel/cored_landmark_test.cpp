@@ -11,7 +11,7 @@
 namespace brachy {
 namespace {
 
-const Tissue& phantom() {
+const Tissue& cored_phantom() {
   static const Tissue tissue = test::small_phantom(Vec3::Zero());
   return tissue;
 }
@@ -19,7 +19,7 @@ const Tissue& phantom() {
 class CoredLandmark : public testing::TestWithParam<const char*> {};
 
 TEST_P(CoredLandmark, TissueAtItGoesAsFarAsItDoes) {
-  MatrixKernelField field(phantom(), GetParam(), {}, {});
+  MatrixKernelField field(cored_phantom(), GetParam(), {}, {});
   for (const double core : {2.0, 5.0, 10.0})
     for (const Vec3& p : {Vec3(0, 0, 0), Vec3(5, -3, -12), Vec3(-8, 4, 9)}) {
       const std::vector<Vec3> at = {p}, d = {{0.5, 0, 2}};
@@ -37,11 +37,12 @@ TEST_P(CoredLandmark, TissueAtItGoesAsFarAsItDoes) {
 // As a contact's: it takes the force of its law, and the tissue goes all the way with it. Depths of the capsule's law
 // from the first touch to the puncture, at places on the surface and within.
 TEST_P(CoredLandmark, YieldsAsItsStiffnessSays) {
-  MatrixKernelField field(phantom(), GetParam(), {}, {});
+  MatrixKernelField field(cored_phantom(), GetParam(), {}, {});
   const Vec3 axis = Vec3(0.1, -0.2, 1).normalized();
   for (const double k : {0.301, 0.4, 0.6, 0.75})
-    for (const std::size_t i : {std::size_t{0}, std::size_t{70}, std::size_t{170}, phantom().size() - 1}) {
-      const Vec3 p = phantom().rest_vertices[i], d = 3 * axis;
+    for (const std::size_t i :
+         {std::size_t{0}, std::size_t{70}, std::size_t{170}, cored_phantom().size() - 1}) {
+      const Vec3 p = cored_phantom().rest_vertices[i], d = 3 * axis;
       const std::vector<LandmarkSpread> spreads = {{.stiffness_n_per_mm = k, .axis = axis}};
       ASSERT_TRUE(field.update({&p, 1}, {&d, 1}, spreads));
       MatrixKernelSystem exact(field.kernel());
@@ -53,9 +54,9 @@ TEST_P(CoredLandmark, YieldsAsItsStiffnessSays) {
 
 // Stiffer than any tissue: the widest core, and a system that can be solved.
 TEST_P(CoredLandmark, AStiffnessBeyondTheTissuesIsThatOfTheWidestCore) {
-  MatrixKernelField field(phantom(), GetParam(), {}, {});
-  for (std::size_t i = 0; i < phantom().size(); i += 37) {
-    const Vec3 p = phantom().rest_vertices[i];
+  MatrixKernelField field(cored_phantom(), GetParam(), {}, {});
+  for (std::size_t i = 0; i < cored_phantom().size(); i += 37) {
+    const Vec3 p = cored_phantom().rest_vertices[i];
     double core = 0;
     for (const double k : {2.0, 10.0, 1e6}) {
       const std::vector<LandmarkSpread> spreads = {{.stiffness_n_per_mm = k, .axis = Vec3::UnitZ()}};
@@ -71,18 +72,18 @@ TEST_P(CoredLandmark, AStiffnessBeyondTheTissuesIsThatOfTheWidestCore) {
 INSTANTIATE_TEST_SUITE_P(Models, CoredLandmark, testing::ValuesIn(test::accurate_models()),
                          [](const auto& model_name) { return model_name.param; });
 
-struct Push {
+struct CoredPush {
   std::vector<Vec3> positions, displacements;
   std::vector<LandmarkSpread> spreads;
 };
 
-Push lone(double core, double d) {
+CoredPush lone(double core, double d) {
   return {{{0, 0, 0}}, {d * Vec3(0, 0.6, 0.8)}, {{.core_mm = core}}};
 }
 
 // A shaft of rings 5 mm apart and its tip, ahead of the last one by `ahead`.
-Push shaft_and_tip(int shaft, double ahead, double core) {
-  Push push;
+CoredPush shaft_and_tip(int shaft, double ahead, double core) {
+  CoredPush push;
   const Vec3 axis = Vec3(0.1, 0, 1).normalized();
   for (int k = 0; k < shaft; ++k) push.positions.push_back(Vec3(3, -2, -16) + 5.0 * k * axis);
   push.positions.push_back(push.positions.back() + ahead * axis);
@@ -94,9 +95,9 @@ Push shaft_and_tip(int shaft, double ahead, double core) {
 
 // Across a needle its tip is as thick as its shaft; along it, the tip's force is spread.
 TEST(CoredLandmarkField, ATipThatContinuesAShaftHasItsCoreAlongOnly) {
-  MatrixKernelField field(phantom(), "elastic", {}, {});
+  MatrixKernelField field(cored_phantom(), "elastic", {}, {});
   const Vec3 axis = Vec3(0.1, 0, 1).normalized(), across = axis.cross(Vec3::UnitY());
-  Push push = shaft_and_tip(5, 4, 12);
+  CoredPush push = shaft_and_tip(5, 4, 12);
   const auto stiffness = [&](std::span<const LandmarkSpread> spreads, const Vec3& direction) {
     const std::vector<Vec3> d(push.positions.size(), direction);
     std::vector<Vec3> f(d.size());
@@ -144,15 +145,15 @@ TEST(NeedleRings, CarryTheForceOfEachLandmark) {
 }
 
 TEST(CoredLandmarkField, BlocksAndGradientsAreThoseOfTheSinglePoints) {
-  MatrixKernelField field(phantom(), "elastic", {}, {});
-  for (const Push& push : {lone(5, 3), shaft_and_tip(5, 4, 8)}) {
+  MatrixKernelField field(cored_phantom(), "elastic", {}, {});
+  for (const CoredPush& push : {lone(5, 3), shaft_and_tip(5, 4, 8)}) {
     ASSERT_TRUE(field.update(push.positions, push.displacements, push.spreads));
     for (const std::uint32_t b : field.touched()) {
-      const Block& block = phantom().blocks[b];
+      const Block& block = cored_phantom().blocks[b];
       const BlockDisplacement<float>& u = field.displacement(b);
       for (std::uint32_t i = 0; i < block.count; i += 5)
         ASSERT_LT((Vec3(u.ux[i], u.uy[i], u.uz[i]) -
-                   field.displacement_at(phantom().rest_vertices[block.first + i]))
+                   field.displacement_at(cored_phantom().rest_vertices[block.first + i]))
                       .norm(),
                   1e-3);
     }
@@ -186,17 +187,17 @@ double least_determinant(MatrixKernelField& field, const Vec3& axis, double core
 // part of the force, at the same force and a somewhat smaller displacement.
 TEST(CoredLandmarkField, FoldsAtTheForceOfTwoAndAHalfCores) {
   const auto make = [] {
-    return std::make_unique<MatrixKernelField>(phantom(), "elastic", ElasticBody{},
+    return std::make_unique<MatrixKernelField>(cored_phantom(), "elastic", ElasticBody{},
                                                MatrixKernelField::Options{});
   };
   const auto field = make();
-  GuardedField guarded(phantom(), make(), nullptr, {.policy = "flag"}, 64);
+  GuardedField guarded(cored_phantom(), make(), nullptr, {.policy = "flag"}, 64);
   for (const double core : {2.0, 5.0}) {
     SCOPED_TRACE(core);
     double none = 1, folded = 4;  // cores
     while (folded - none > 1e-3) {
       const double d = 0.5 * (none + folded);
-      const Push push = lone(core, d * core);
+      const CoredPush push = lone(core, d * core);
       ASSERT_TRUE(field->update(push.positions, push.displacements, push.spreads));
       (least_determinant(*field, push.displacements[0].normalized(), core) > 0 ? none : folded) = d;
     }
@@ -204,7 +205,7 @@ TEST(CoredLandmarkField, FoldsAtTheForceOfTwoAndAHalfCores) {
     EXPECT_LT(folded, 2.57);
     EXPECT_GT(folded, core < 3 ? 2.4 : 2.2);
     const auto verdict_at = [&](double d) {
-      const Push push = lone(core, d * core);
+      const CoredPush push = lone(core, d * core);
       EXPECT_TRUE(guarded.update(push.positions, push.displacements, push.spreads));
       return guarded.certificate().verdict;
     };
@@ -217,18 +218,18 @@ TEST(CoredLandmarkField, FoldsAtTheForceOfTwoAndAHalfCores) {
 
 // A tip a little ahead of its shaft, its core reaching back over the last rings.
 TEST(CoredLandmarkField, AShaftWithATipOfItsOwnIsWellConditionedAndSane) {
-  MatrixKernelField field(phantom(), "elastic", {}, {});
+  MatrixKernelField field(cored_phantom(), "elastic", {}, {});
   for (const int shaft : {1, 2, 6})
     for (const double ahead : {2.5, 5.0, 7.5})
       for (const double core : {6.0, 8.0, 10.0}) {
         SCOPED_TRACE(testing::Message() << shaft << " " << ahead << " " << core);
-        const Push push = shaft_and_tip(shaft, ahead, core);
+        const CoredPush push = shaft_and_tip(shaft, ahead, core);
         ASSERT_TRUE(field.update(push.positions, push.displacements, push.spreads));
         EXPECT_LT(field.condition(), 50);
         const double pushed = push.displacements.back().norm();
         EXPECT_NEAR(field.displacement_at(push.positions.back()).norm(), pushed, 0.12 * pushed);
         for (const std::uint32_t b : field.touched())
-          for (std::uint32_t i = 0; i < phantom().blocks[b].count; ++i) {
+          for (std::uint32_t i = 0; i < cored_phantom().blocks[b].count; ++i) {
             const BlockDisplacement<float>& u = field.displacement(b);
             ASSERT_LT(Vec3(u.ux[i], u.uy[i], u.uz[i]).norm(), 1.05 * pushed);
           }
@@ -244,7 +245,7 @@ TEST(CoredLandmarkField, AShaftWithATipOfItsOwnIsWellConditionedAndSane) {
 // Cores of 0 leave K unchanged: rings by the kernel's default.
 TEST(CoredLandmarkField, OnlyLandmarksWithACoreAreSeenWithAllOfIt) {
   NeedleRings rings;
-  const Push push = shaft_and_tip(3, 5, 8);
+  const CoredPush push = shaft_and_tip(3, 5, 8);
   rings.build(push.positions, std::vector<double>{0, 0, 0, 8}, 0.635);
   for (const NeedleRings::Ring& ring : rings.rings())
     EXPECT_EQ(ring.core.with(ring.core), ring.count == 1 ? ring.core.s : 2 * ring.core.s);
@@ -257,8 +258,8 @@ TEST(CoredLandmarkField, OnlyLandmarksWithACoreAreSeenWithAllOfIt) {
 // The tip's force, by far the largest, carries the tissue on the shaft as far as K says. The tip itself is missed by
 // what the shaft's forces do within its core.
 TEST_P(CoredLandmark, AShaftBehindItGoesAsFarAsItDoes) {
-  MatrixKernelField field(phantom(), GetParam(), {}, {});
-  const Push push = shaft_and_tip(4, 4, 8);
+  MatrixKernelField field(cored_phantom(), GetParam(), {}, {});
+  const CoredPush push = shaft_and_tip(4, 4, 8);
   const Vec3 axis = push.displacements[0].normalized();
   // The tip pushes, and what lies behind is carried along by it and by friction of 0.1 N.
   ASSERT_TRUE(field.factorize(push.positions, push.spreads));

@@ -10,31 +10,31 @@
 namespace brachy {
 namespace {
 
-constexpr std::size_t kLandmarks = 64;
+constexpr std::size_t kShaftLandmarks = 64;
 constexpr int kMostTicks = 20;  // until all of it has come
 
-const Tissue& phantom() {
+const Tissue& default_phantom() {
   static const Tissue tissue = load_tissue(Scene{}).tissue;
   return tissue;
 }
 
 std::unique_ptr<GuardedField> composed() {
   auto field = std::make_unique<MatrixKernelField>(
-      phantom(), "elastic", ElasticBody{},
-      MatrixKernelField::Options{.max_landmarks = kLandmarks, .evaluates_points = false});
-  auto composition =
-      std::make_unique<MatrixComposition>(phantom(), *field, best_simd_target(), kLandmarks, std::size_t{8});
-  return std::make_unique<GuardedField>(phantom(), std::move(field), std::move(composition), GuardSettings{},
-                                        kLandmarks);
+      default_phantom(), "elastic", ElasticBody{},
+      MatrixKernelField::Options{.max_landmarks = kShaftLandmarks, .evaluates_points = false});
+  auto composition = std::make_unique<MatrixComposition>(default_phantom(), *field, best_simd_target(),
+                                                         kShaftLandmarks, std::size_t{8});
+  return std::make_unique<GuardedField>(default_phantom(), std::move(field), std::move(composition),
+                                        GuardSettings{}, kShaftLandmarks);
 }
 
-struct Push {
+struct ShaftPush {
   std::vector<Vec3> positions, displacements;
 };
 
 // Shafts of four landmarks each, 8 mm apart, moved by d.
-Push sixteen(const Vec3& d) {
-  Push push;
+ShaftPush sixteen(const Vec3& d) {
+  ShaftPush push;
   for (int n = 0; n < 16; ++n)
     for (int k = 0; k < 4; ++k) {
       push.positions.emplace_back(8 * (n % 4) - 12, 8 * (n / 4) - 12, 6 * k - 14);
@@ -48,7 +48,7 @@ bool is_late(const GuardedField& field) {
 }
 
 // Ticks with the same landmarks until nothing is late.
-int stand_still(GuardedField& field, const Push& push) {
+int stand_still(GuardedField& field, const ShaftPush& push) {
   int ticks = 0;
   while (is_late(field) && ticks < kMostTicks) {
     EXPECT_TRUE(field.update(push.positions, push.displacements));
@@ -68,14 +68,14 @@ Vec3 first_of(const GuardedField& field, std::uint32_t b) {
 
 std::size_t blocks_that_differ(const GuardedField& a, const GuardedField& b) {
   std::size_t count = 0;
-  for (std::uint32_t block = 0; block < phantom().blocks.size(); ++block)
+  for (std::uint32_t block = 0; block < default_phantom().blocks.size(); ++block)
     count += first_of(a, block) != first_of(b, block);
   return count;
 }
 
 TEST(LateTissue, ComesWhileNothingMovesAndIsThenWhatAnyTickShows) {
   const auto moved = composed(), fresh = composed();
-  const Push before = sixteen({1, 1, 2}), push = sixteen({2, 0, 1});
+  const ShaftPush before = sixteen({1, 1, 2}), push = sixteen({2, 0, 1});
   ASSERT_TRUE(moved->update(before.positions, before.displacements));
   const std::uint64_t allocated = test::allocation_count();
   ASSERT_TRUE(moved->update(push.positions, push.displacements));
@@ -95,7 +95,7 @@ TEST(LateTissue, ComesWhileNothingMovesAndIsThenWhatAnyTickShows) {
 TEST(LateTissue, LandmarksAreWhereTheyBelongInEveryTick) {
   const auto field = composed();
   for (const Vec3& d : {Vec3(1, 1, 2), Vec3(2, 0, 1), Vec3(0, -1.5, 2)}) {
-    const Push push = sixteen(d);
+    const ShaftPush push = sixteen(d);
     ASSERT_TRUE(field->update(push.positions, push.displacements));
     ASSERT_TRUE(is_late(*field));
     for (std::size_t i = 0; i < push.positions.size(); ++i)
@@ -105,10 +105,10 @@ TEST(LateTissue, LandmarksAreWhereTheyBelongInEveryTick) {
 
 TEST(LateTissue, NoBlockWaitsForever) {
   const auto field = composed();
-  std::vector<int> waited(phantom().blocks.size(), 0);
-  std::vector<Vec3> last(phantom().blocks.size(), Vec3::Zero());
+  std::vector<int> waited(default_phantom().blocks.size(), 0);
+  std::vector<Vec3> last(default_phantom().blocks.size(), Vec3::Zero());
   for (int tick = 0; tick < 60; ++tick) {
-    const Push push = sixteen(Vec3(1 + 0.01 * tick, 0.5, 2 - 0.01 * tick));
+    const ShaftPush push = sixteen(Vec3(1 + 0.01 * tick, 0.5, 2 - 0.01 * tick));
     ASSERT_TRUE(field->update(push.positions, push.displacements));
     ASSERT_TRUE(is_late(*field));
     for (std::uint32_t b = 0; b < waited.size(); ++b) {
@@ -121,7 +121,7 @@ TEST(LateTissue, NoBlockWaitsForever) {
 
 TEST(LateTissue, IsAtRestOnceNoLandmarkIsLeft) {
   const auto field = composed();
-  const Push push = sixteen({1, 1, 2});
+  const ShaftPush push = sixteen({1, 1, 2});
   ASSERT_TRUE(field->update(push.positions, push.displacements));
   stand_still(*field, push);
   ASSERT_TRUE(field->update({}, {}));

@@ -14,21 +14,22 @@
 namespace brachy {
 namespace {
 
-constexpr std::size_t kLandmarks = 40;
+constexpr std::size_t kComposedLandmarks = 40;
 
-const Tissue& phantom() {
+const Tissue& composed_phantom() {
   static const Tissue tissue = test::small_phantom(Vec3::Zero());
   return tissue;
 }
 
 std::unique_ptr<GuardedField> composed(const char* model_name, int max_substeps = 8) {
   auto field = std::make_unique<MatrixKernelField>(
-      phantom(), model_name, ElasticBody{},
-      MatrixKernelField::Options{.max_landmarks = kLandmarks, .evaluates_points = false});
-  auto composition = std::make_unique<MatrixComposition>(phantom(), *field, best_simd_target(), kLandmarks,
-                                                         static_cast<std::size_t>(max_substeps));
-  return std::make_unique<GuardedField>(phantom(), std::move(field), std::move(composition),
-                                        GuardSettings{.max_substeps = max_substeps}, kLandmarks);
+      composed_phantom(), model_name, ElasticBody{},
+      MatrixKernelField::Options{.max_landmarks = kComposedLandmarks, .evaluates_points = false});
+  auto composition =
+      std::make_unique<MatrixComposition>(composed_phantom(), *field, best_simd_target(), kComposedLandmarks,
+                                          static_cast<std::size_t>(max_substeps));
+  return std::make_unique<GuardedField>(composed_phantom(), std::move(field), std::move(composition),
+                                        GuardSettings{.max_substeps = max_substeps}, kComposedLandmarks);
 }
 
 struct Push {
@@ -81,11 +82,11 @@ TEST_P(MatrixCompositionOf, ThePointsOfTheTissueGoWhereTheSingleOnesDo) {
     SCOPED_TRACE(push.displacements[0].transpose());
     ASSERT_TRUE(field().update(push.positions, push.displacements, push.spreads));
     for (const std::uint32_t b : field().touched()) {
-      const Block& block = phantom().blocks[b];
+      const Block& block = composed_phantom().blocks[b];
       const BlockDisplacement<float>& u = field().displacement(b);
       for (std::uint32_t i = 0; i < block.count; i += 5)
         ASSERT_LT((Vec3(u.ux[i], u.uy[i], u.uz[i]) -
-                   field().displacement_at(phantom().rest_vertices[block.first + i]))
+                   field().displacement_at(composed_phantom().rest_vertices[block.first + i]))
                       .norm(),
                   0.01);
     }
@@ -106,8 +107,8 @@ TEST_P(MatrixCompositionOf, DeterminantsAreAboveTheirBoundAndTheLeastAtAVertexIs
       return push.positions.size() == 1 || (X - nearest).norm() > 3 * kRadius;
     };
     double least = 1;
-    for (std::size_t i = 0; i < phantom().size(); ++i)
-      if (const Vec3& X = phantom().rest_vertices[i]; is_beside(X))
+    for (std::size_t i = 0; i < composed_phantom().size(); ++i)
+      if (const Vec3& X = composed_phantom().rest_vertices[i]; is_beside(X))
         least = std::min(least, test::deformation_gradient(field(), X).determinant());
     EXPECT_GT(least, c.det_bound);
     EXPECT_NEAR(c.vertex_det, least, 0.03);

@@ -2,9 +2,13 @@
 
 #include <gtest/gtest.h>
 
+#include <map>
+#include <memory>
+
 #include "core/base/error.h"
 #include "core/models/matrix_kernel/matrix_kernel_system.h"
 #include "core/models/matrix_kernel/matrix_models.h"
+#include "core/models/matrix_kernel/smooth_tables.h"
 #include "core/scene/load_tissue.h"
 #include "tests/core/models/blocks/reactions.h"
 #include "tests/sanitized.h"
@@ -23,6 +27,22 @@ ElasticBody body_of(double stiffness) {
     body.regions.push_back(
         std::make_shared<EllipsoidRegion>(Vec3(0, 0, 0), Vec3(30, 25, 27), stiffness * body.shear_modulus));
   return body;
+}
+
+// All fields of a model and a body share kernel and tables, which fem makes in seconds.
+MatrixKernelField shared_field(const char* model_name, double stiffness,
+                               const MatrixKernelField::Options& options = {}) {
+  struct Made {
+    std::shared_ptr<const MatrixKernel> kernel;
+    std::shared_ptr<const SmoothTables> tables;
+  };
+  static std::map<std::pair<std::string, double>, Made> all;
+  Made& made = all[{model_name, stiffness}];
+  if (!made.kernel) {
+    made.kernel = make_matrix_kernel(model_name, body_of(stiffness));
+    made.tables = make_smooth_tables(phantom(), *made.kernel, options.target);
+  }
+  return {phantom(), made.kernel, made.tables, body_of(stiffness), options};
 }
 
 struct Needle {
@@ -66,7 +86,7 @@ class EveryModel : public testing::TestWithParam<const char*> {};
 
 TEST_P(EveryModel, TicksAreTheExactSystemsFieldWithinOnePercent) {
   for (const double stiffness : {1.0, 3.0}) {
-    MatrixKernelField fast(phantom(), GetParam(), body_of(stiffness), {});
+    MatrixKernelField fast = shared_field(GetParam(), stiffness);
     const Needle needle = shaft();
     ASSERT_TRUE(fast.update(needle.positions, needle.displacements));
     EXPECT_EQ(fast.evaluation(), Evaluation::kDirect);
@@ -81,14 +101,14 @@ TEST_P(EveryModel, ShaftsThatComeFromOutsideAreAsExact) {
     needle.displacements.insert(needle.displacements.begin(), Vec3(0.3, 0, 1.5));
   }
   for (const double stiffness : {1.0, 3.0}) {
-    MatrixKernelField fast(phantom(), GetParam(), body_of(stiffness), {});
+    MatrixKernelField fast = shared_field(GetParam(), stiffness);
     ASSERT_TRUE(fast.update(needle.positions, needle.displacements));
     EXPECT_LT(difference(fast, needle), 0.01) << stiffness;
   }
 }
 
 TEST_P(EveryModel, LandmarksGoWhereTheyAreTold) {
-  MatrixKernelField fast(phantom(), GetParam(), body_of(1), {});
+  MatrixKernelField fast = shared_field(GetParam(), 1);
   const Needle contact{{Vec3(0, 0, -22)}, {Vec3(0, 0, 2)}};
   ASSERT_TRUE(fast.update(contact.positions, contact.displacements));
   // The displacement prescribed is the landmark's own observation, an average over its core.
@@ -100,7 +120,8 @@ TEST_P(EveryModel, LandmarksGoWhereTheyAreTold) {
 
 TEST_P(EveryModel, TheSameTicksInAnyHistoryGiveTheSameBits) {
   const Needle needle = shaft();
-  MatrixKernelField a(phantom(), GetParam(), body_of(1), {});
+  MatrixKernelField a = shared_field(GetParam(), 1);
+  // With a kernel and tables of its own.
   MatrixKernelField b(phantom(), GetParam(), body_of(1), {.threads = 2});
   for (std::size_t n = 2; n <= needle.positions.size(); ++n)
     ASSERT_TRUE(a.update(std::span(needle.positions).first(n), std::span(needle.displacements).first(n)));
@@ -113,7 +134,7 @@ TEST_P(EveryModel, TheSameTicksInAnyHistoryGiveTheSameBits) {
 TEST_P(EveryModel, LandmarksThatLeftAreReadAnewWhenTheyComeBack) {
   Needle before = shaft(), after = shaft();
   after.positions.front() += Vec3(0.2, 0, 0);
-  MatrixKernelField a(phantom(), GetParam(), body_of(1), {}), b(phantom(), GetParam(), body_of(1), {});
+  MatrixKernelField a = shared_field(GetParam(), 1), b = shared_field(GetParam(), 1);
   ASSERT_TRUE(a.update(before.positions, before.displacements));
   // The first one moves while the last three are removed; these are then restored.
   ASSERT_TRUE(a.update(std::span(after.positions).first(4), std::span(after.displacements).first(4)));
@@ -125,7 +146,7 @@ TEST_P(EveryModel, LandmarksThatLeftAreReadAnewWhenTheyComeBack) {
 // A landmark's rings follow from its whole shaft: where the line turns too far it breaks, two landmarks further on.
 TEST_P(EveryModel, AShaftThatBreaksIsReadAnew) {
   Needle needle = shaft();
-  MatrixKernelField a(phantom(), GetParam(), body_of(1), {}), b(phantom(), GetParam(), body_of(1), {});
+  MatrixKernelField a = shared_field(GetParam(), 1), b = shared_field(GetParam(), 1);
   ASSERT_TRUE(a.update(needle.positions, needle.displacements));
   needle.positions[1] += Vec3(4, 0, 0);  // the line turns by more than 30° at landmarks 1 and 2
   ASSERT_TRUE(a.update(needle.positions, needle.displacements));
@@ -135,7 +156,7 @@ TEST_P(EveryModel, AShaftThatBreaksIsReadAnew) {
 
 TEST_P(EveryModel, ReactionsAreForcesOfThePlacedLandmarks) {
   const bool is_compact = is_compact_model(GetParam());
-  MatrixKernelField field(phantom(), GetParam(), body_of(1), {.landmark_stiffness_n_per_mm = 0.2});
+  MatrixKernelField field = shared_field(GetParam(), 1, {.landmark_stiffness_n_per_mm = 0.2});
   const std::vector<Vec3> lone = {{1, 2, 3}}, d = {{1, -2, 0.5}};
   std::vector<Vec3> f(1);
   ASSERT_TRUE(field.factorize(lone));
@@ -151,13 +172,13 @@ TEST_P(EveryModel, ReactionsAreForcesOfThePlacedLandmarks) {
   const auto now = test::random_landmarks(random, 9, 12, 5, 2),
              next = test::random_landmarks(random, 30, 15, 4, 2);
   test::expect_axial_stiffness(field, next.positions, {}, 12);
-  MatrixKernelField fresh(phantom(), GetParam(), body_of(1), {.landmark_stiffness_n_per_mm = 0.2});
+  MatrixKernelField fresh = shared_field(GetParam(), 1, {.landmark_stiffness_n_per_mm = 0.2});
   test::expect_factorize_leaves_the_field(field, fresh, now, next);
 }
 
 TEST_P(EveryModel, CoresAreAnotherSetWhereTheyAreLookedAt) {
   const bool is_compact = is_compact_model(GetParam());
-  MatrixKernelField field(phantom(), GetParam(), body_of(1), {});
+  MatrixKernelField field = shared_field(GetParam(), 1);
   const std::vector<Vec3> positions = {{0, 0, 0}, {0, 0, 9}}, d = {{0, 0, 1}, {1, 0, 1}};
   const std::vector<LandmarkSpread> cores = {{}, {.core_mm = 6}}, none(2);
   ASSERT_TRUE(field.update(positions, d));

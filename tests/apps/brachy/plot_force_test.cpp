@@ -8,9 +8,9 @@ namespace {
 
 using namespace test;
 
-const std::string kHeader = std::string(kForceLogHeader) + "\n";
+const std::string kLogHeader = std::string(kForceLogHeader) + "\n";
 /// Needle 0 into 12.5 mm and back, needle 3 on the capsule.
-const std::string kLog = kHeader +
+const std::string kLog = kLogHeader +
                          "0,0,touching,0,0,0,-5.5,5.5,0,5.5,0,1,1,0,0,0,0\n"
                          "0,3,touching,0,0,0,-1.5,1.5,0,1.5,0,1,1,0,0,0,0\n"
                          "1,0,inserted,12.5,0.5,0,-3,3,0.5,1.75,1.25,4,0.75,1.5,0,0,0\n"
@@ -75,7 +75,7 @@ TEST_F(PlotForce, RefusesWhatItCannotReadOrWrite) {
                                   {"none.csv", "no such"}));
   EXPECT_TRUE(refused_in_one_line(run_brachy({"plot-force", folder.write("t.csv", short_insertion(1))}),
                                   {"t.csv:1", "not a force log"}));
-  EXPECT_TRUE(refused_in_one_line(run_brachy({"plot-force", folder.write("h.csv", kHeader)}),
+  EXPECT_TRUE(refused_in_one_line(run_brachy({"plot-force", folder.write("h.csv", kLogHeader)}),
                                   {"h.csv:1", "no rows"}));
   EXPECT_EQ(read_file(log), kLog);
 }

@@ -7,12 +7,11 @@
 #include <chrono>
 #include <vector>
 
+#include "tests/haptics/milliseconds.h"
 #include "tests/net/manual_clock.h"
 
 namespace brachy {
 namespace {
-
-constexpr std::int64_t kMs = 1'000'000;
 
 struct ForceCycleTest : ::testing::Test {
   void run(int milliseconds) {

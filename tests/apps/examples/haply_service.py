@@ -3,7 +3,7 @@
 
 A hand goes 44 mm in, meets the tissue, and the daemon is killed. Prints the cycles' jitter and how long a force stood.
 
-usage: tests/apps/haply_service.py HAPLY_DEVICE BRACHYD
+usage: tests/apps/examples/haply_service.py HAPLY_DEVICE BRACHYD
 """
 import base64
 import hashlib

@@ -11,7 +11,7 @@ namespace {
 
 using namespace test;
 
-constexpr const char* kHeader = "t_s,m00,m01,m02,m03,m10,m11,m12,m13,m20,m21,m22,m23";
+constexpr const char* kPoseHeader = "t_s,m00,m01,m02,m03,m10,m11,m12,m13,m20,m21,m22,m23";
 
 std::string default_scene() {
   return (kConfigFolder / "prostate.toml").string();
@@ -218,7 +218,7 @@ TEST(ReplayOffline, TheLogHasARowATick) {
 TEST(ReplayOffline, TheLogHasTheTrajectorysTimes) {
   const TempFolder folder;
   const std::string trajectory =
-      folder.write("t.csv", std::string(kHeader) +
+      folder.write("t.csv", std::string(kPoseHeader) +
                                 "\n100.5,1,0,0,8,0,1,0,-4,0,0,1,-40\n100.7,1,0,0,8,0,1,0,-4,0,0,1,-39\n");
   const std::string log = (folder / "f.csv").string();
   ASSERT_TRUE(
@@ -349,7 +349,7 @@ TEST(ReplayOffline, SpeedAndTranslationMoveTheTrajectory) {
 TEST(ReplayOffline, RefusesABadTrajectoryInOneLineWithFileAndLine) {
   const TempFolder folder;
   const std::string scene = folder.write("s.toml", small_scene());
-  const std::string header = std::string(kHeader) + "\n", row = "0,1,0,0,8,0,1,0,-4,0,0,1,-40\n";
+  const std::string header = std::string(kPoseHeader) + "\n", row = "0,1,0,0,8,0,1,0,-4,0,0,1,-40\n";
   const auto with = [&](const std::string& text) { return offline(folder.write("bad.csv", text), scene); };
   EXPECT_TRUE(refused_in_one_line(with(header + row + "1,1,0,0,nan,0,1,0,-4,0,0,1,-40\n"),
                                   {"bad.csv:3", "column 5", "nan"}));

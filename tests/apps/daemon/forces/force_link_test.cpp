@@ -7,11 +7,11 @@
 #include <limits>
 
 #include "haptics/force/negotiation.h"
+#include "tests/haptics/milliseconds.h"
 
 namespace brachy {
 namespace {
 
-constexpr std::int64_t kMs = 1'000'000;
 constexpr double kStiffness = 0.1;  // N/mm, which a device on a near network renders
 
 /// A tissue that holds each needle like a spring; a device that moves it, or not, a millisecond at a time.
