@@ -19,7 +19,7 @@ import threading
 import time
 import unittest
 
-sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "../python"))
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../python"))
 from waiting import DEADLINE_S, wait_until  # pylint: disable=wrong-import-position
 
 if len(sys.argv) < 3:
