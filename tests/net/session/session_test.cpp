@@ -34,6 +34,11 @@ struct SessionTest : ::testing::Test {
     handle<ScannerMessage>("scanner");
     handle<ContourMessage>("contour");
   }
+  ~SessionTest() override { forget_session(); }
+  /// A session and its connection hold each other until one of them ends.
+  void forget_session() {
+    if (connection) connection->close();
+  }
   template <class Message>
   void handle(const std::string& name) {
     server.handlers.set<Message>([this, name](const Message&, const Sender& from) {
@@ -45,6 +50,7 @@ struct SessionTest : ::testing::Test {
 
   /// Another session, which has not said HELLO.
   void connect() {
+    forget_session();
     connection = std::make_shared<FakeConnection>(clock);
     session = std::make_shared<Session>(++sessions, connection, gate.acquire_slot("10.0.0.7"), host, server,
                                         options);
