@@ -1,20 +1,19 @@
 #pragma once
 
-// GCC defines a macro, clang has __has_feature.
-#if defined(__has_feature)
-#define BRACHY_ADDRESS_SANITIZER __has_feature(address_sanitizer)
-#define BRACHY_THREAD_SANITIZER __has_feature(thread_sanitizer)
-#else
+// GCC defines a macro, clang has __has_feature; some headers define that for GCC, as 0.
 #if defined(__SANITIZE_ADDRESS__)
 #define BRACHY_ADDRESS_SANITIZER 1
+#elif defined(__clang__)
+#define BRACHY_ADDRESS_SANITIZER __has_feature(address_sanitizer)
 #else
 #define BRACHY_ADDRESS_SANITIZER 0
 #endif
 #if defined(__SANITIZE_THREAD__)
 #define BRACHY_THREAD_SANITIZER 1
+#elif defined(__clang__)
+#define BRACHY_THREAD_SANITIZER __has_feature(thread_sanitizer)
 #else
 #define BRACHY_THREAD_SANITIZER 0
-#endif
 #endif
 
 namespace brachy::test {
