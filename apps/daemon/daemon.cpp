@@ -5,11 +5,10 @@
 #include <spdlog/spdlog.h>
 #include <sys/resource.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <csignal>
-#include <future>
-#include <ranges>
 #include <stop_token>
 #include <thread>
 #include <utility>
@@ -457,7 +456,7 @@ class Daemon::Impl {
     is_ending_ = true;
     end_signals_.cancel();
     duration_->cancel();
-    for (const auto& stop : std::views::reverse(at_end_)) stop();
+    std::for_each(at_end_.rbegin(), at_end_.rend(), [](const auto& stop) { stop(); });
   }
 
   /// After all threads have ended.
