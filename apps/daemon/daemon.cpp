@@ -9,6 +9,7 @@
 #include <array>
 #include <cmath>
 #include <csignal>
+#include <future>
 #include <stop_token>
 #include <thread>
 #include <utility>
