@@ -44,9 +44,8 @@ class NeedleBend {
     return is_held_aside() ? Vec3(by_tip + beam_.guide_share(s) * offset_) : by_tip;
   }
   Vec3 free_tip_slope() const { return beam_.guide_slope(beam_.length_mm) * offset_; }  ///< by the hole alone
-  bool is_held_aside() const {
-    return is_held_by_template() && offset_ != Vec3::Zero();
-  }  ///< off the pose's line
+  /// Whether a fixed hole holds the needle off the line of the pose.
+  bool is_held_aside() const { return is_held_by_template() && offset_ != Vec3::Zero(); }
   /// Takes the landmarks' reactions of this tick.
   void set_loads(std::span<const NeedleLandmark> landmarks) noexcept;
   void clear() noexcept;  ///< no force acts on the needle

@@ -117,8 +117,8 @@ class NeedleContact {
   struct Needle {  // this tick's pose in parts
     Vec3 hub = Vec3::Zero(), tip = Vec3::Zero(), axis = Vec3::UnitZ();
     Vec3 bent_tip = Vec3::Zero();  // by the last tick's forces
-    Vec3 free_hub = Vec3::Zero(),
-         free_tip = Vec3::Zero();  // of the line that it takes where nothing touches it
+    // Of the line that it takes where nothing touches it:
+    Vec3 free_hub = Vec3::Zero(), free_tip = Vec3::Zero();
     Vec3 nearest_on_line(const Vec3& p) const { return tip + (p - tip).dot(axis) * axis; }
     Vec3 across(const Vec3& v) const { return v - v.dot(axis) * axis; }
   };
