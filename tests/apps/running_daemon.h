@@ -16,7 +16,10 @@ inline Scene small() {
   scene.tissue.points = 3000;
   scene.tissue.phantom_surface_vertices = 400;
   scene.rates.snapshot_hz = 60;
-  scene.device.stale_pose_ms = 60'000;  // the machine may be busy
+  // The machine may be busy.
+  scene.device.stale_pose_ms = 60'000;
+  scene.server.hello_timeout_ms = 60'000;
+  scene.server.silence_timeout_ms = scene.server.stall_timeout_ms = 600'000;
   scene.server.port = 0;
   return scene;
 }

@@ -78,7 +78,7 @@ TEST(ScriptedDevice, LoopsOverASinglePose) {
   }
 }
 
-NeedlePose pose_number(std::uint64_t n) {
+NeedlePose device_pose(std::uint64_t n) {
   NeedlePose pose;
   pose.X_WN = {Eigen::AngleAxisd(1e-3 * static_cast<double>(n), Vec3::UnitX()).toRotationMatrix(),
                Vec3::Constant(1e-3 * static_cast<double>(n))};
@@ -101,11 +101,11 @@ TEST(NetworkDevice, GivesTheNewestAcceptedPoseOnce) {
   NetworkDevice device;
   NeedlePose pose;
   device.attach();
-  for (std::uint64_t n : {1, 2, 3}) EXPECT_EQ(device.submit(pose_number(n)), PoseStatus::kAccepted);
+  for (std::uint64_t n : {1, 2, 3}) EXPECT_EQ(device.submit(device_pose(n)), PoseStatus::kAccepted);
   ASSERT_TRUE(device.update(kStart, pose));
   EXPECT_EQ(pose.sequence, 3u);
-  EXPECT_EQ(pose.X_WN, pose_number(3).X_WN);
-  EXPECT_EQ(pose.stamp_ns, pose_number(3).stamp_ns);
+  EXPECT_EQ(pose.X_WN, device_pose(3).X_WN);
+  EXPECT_EQ(pose.stamp_ns, device_pose(3).stamp_ns);
   EXPECT_TRUE(pose.present);
   EXPECT_FALSE(device.update(kStart, pose));
 }
@@ -114,9 +114,9 @@ TEST(NetworkDevice, ARefusedPoseNeverReachesTheSimulation) {
   NetworkDevice device;
   NeedlePose pose;
   device.attach();
-  device.submit(pose_number(1));
+  device.submit(device_pose(1));
   device.update(kStart, pose);
-  NeedlePose bad = pose_number(2);
+  NeedlePose bad = device_pose(2);
   bad.X_WN.p.x() = std::nan("");
   EXPECT_EQ(device.submit(bad), PoseStatus::kNotFinite);
   EXPECT_FALSE(device.update(kStart, pose));
@@ -128,10 +128,10 @@ TEST(NetworkDevice, KeepsTheLastGoodPoseWhenTheLeaseEnds) {
   NetworkDevice device;
   NeedlePose pose;
   device.attach();
-  device.submit(pose_number(8));
+  device.submit(device_pose(8));
   device.detach();
   EXPECT_FALSE(device.attached());
-  EXPECT_EQ(device.submit(pose_number(9)), PoseStatus::kNotAttached);
+  EXPECT_EQ(device.submit(device_pose(9)), PoseStatus::kNotAttached);
   EXPECT_EQ(device.guard().count(PoseStatus::kNotAttached), 1u);
   EXPECT_TRUE(device.update(kStart, pose));
   EXPECT_FALSE(device.update(kStart + kScriptTick, pose));
@@ -142,10 +142,10 @@ TEST(NetworkDevice, ANewDeviceStartsItsCountAndClockAnew) {
   NetworkDevice device;
   NeedlePose pose;
   device.attach();
-  device.submit(pose_number(1000));
+  device.submit(device_pose(1000));
   device.detach();
   device.attach();
-  EXPECT_EQ(device.submit(pose_number(1)), PoseStatus::kAccepted);
+  EXPECT_EQ(device.submit(device_pose(1)), PoseStatus::kAccepted);
   EXPECT_TRUE(device.update(kStart, pose));
   EXPECT_EQ(pose.sequence, 1u);
 }
@@ -157,7 +157,7 @@ TEST(NetworkDevice, HandsWholePosesFromTheIoThreadToTheSimulation) {
   std::thread io([&] {
     device.attach();
     start.arrive_and_wait();
-    for (std::uint64_t n = 1; n <= kPoses; ++n) device.submit(pose_number(n));
+    for (std::uint64_t n = 1; n <= kPoses; ++n) device.submit(device_pose(n));
   });
   NeedlePose pose;
   std::uint64_t last = 0, torn = 0, backwards = 0;
@@ -167,7 +167,7 @@ TEST(NetworkDevice, HandsWholePosesFromTheIoThreadToTheSimulation) {
       std::this_thread::yield();
       continue;
     }
-    const NeedlePose expected = pose_number(pose.sequence);
+    const NeedlePose expected = device_pose(pose.sequence);
     if (pose.X_WN != expected.X_WN || pose.stamp_ns != expected.stamp_ns) ++torn;
     if (pose.sequence <= last) ++backwards;
     last = pose.sequence;
