@@ -12,6 +12,7 @@ parts=(
   'fields      scripts/campaigns/campaign.sh fields'
   'contact     scripts/campaigns/campaign.sh contact'
   'nodules     scripts/campaigns/campaign.sh nodules'
+  'laboratory  scripts/campaigns/campaign.sh laboratory'
   'asan        scripts/campaigns/campaign.sh asan'
   'tsan        scripts/campaigns/campaign.sh tsan'
   'torn        scripts/campaigns/torn_frames.sh 1200'

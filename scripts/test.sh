@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Builds and runs the tests.
-#   scripts/test.sh          release tests; installs the programs that they run against
+#   scripts/test.sh          release tests of the product; installs the programs that they run against
 #   scripts/test.sh --all    also format, names, layers, the tests of what reads strangers' bytes under AddressSanitizer
 #                            and of buffer and daemon under ThreadSanitizer, ten seconds of each fuzz target and a
 #                            short live fuzz; scripts/nightly.sh has the rest
@@ -46,8 +46,11 @@ finish_names() {
 }
 set_up() {
   if ((all)); then scripts/setup.sh --all; else scripts/setup.sh --tests; fi
-  # A build that was configured before these were installed does not know of them yet.
-  if [[ -f build/release/build.ninja ]]; then cmake --preset release >/dev/null; fi
+}
+# A build that was configured before these were installed does not know of them yet. The laboratory is nightly's.
+build_product() {
+  cmake --preset release -DBRACHY_LAB=OFF >/dev/null
+  cmake --build --preset release
 }
 
 stage packages set_up
@@ -56,7 +59,7 @@ if ((all)); then
   stage layers scripts/ci/check_layers.py
   stage documents scripts/ci/check_docs.py
 fi
-stage 'release, build' scripts/build.sh release
+stage 'release, build' build_product
 # Most tests wait for sockets half of their time.
 stage 'release, tests' run_tests release -j "$((2 * $(nproc)))"
 if ((all)); then

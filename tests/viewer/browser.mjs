@@ -15,6 +15,18 @@ const {chromium} = createRequire(new URL('../../apps/viewer/package.json', impor
 
 export const launch = () => chromium.launch({executablePath: EXECUTABLE, args: ARGUMENTS});
 
+/** A page that draws the scene without antialiasing, which is half of what a picture takes in software. */
+export async function newPage(browser, options = {}) {
+  const page = await browser.newPage(options);
+  await page.addInitScript(() => {
+    const getContext = HTMLCanvasElement.prototype.getContext;
+    HTMLCanvasElement.prototype.getContext = function (kind, wishes) {
+      return getContext.call(this, kind, kind.startsWith('webgl') ? {...wishes, antialias: false} : wishes);
+    };
+  });
+  return page;
+}
+
 const PATIENCE_MS = 180000;  // only ends a test that would hang
 const WHERE = 'JSON.stringify([brachy.connection, brachy.frames, brachy.tick, brachy.needle, brachy.recording])';
 

@@ -5,7 +5,7 @@ import {mkdirSync, readFileSync, statSync, writeFileSync} from 'node:fs';
 import {join, resolve} from 'node:path';
 import {after, before, test} from 'node:test';
 import {fileURLToPath, pathToFileURL} from 'node:url';
-import {comesTrue, differingPixels, launch} from './browser.mjs';
+import {comesTrue, differingPixels, launch, newPage as newQuickPage} from './browser.mjs';
 import {Daemon} from './daemon.mjs';
 import {recording} from './messages.mjs';
 import {NativeClient} from './native_client.mjs';
@@ -38,7 +38,7 @@ after(async () => {
 
 async function newPage(more = {}) {
   // Its pictures are rendered in software: few pixels, but wide enough for both panels.
-  const made = await browser.newPage({viewport: {width: 1100, height: 440}, ...more});
+  const made = await newQuickPage(browser, {viewport: {width: 1100, height: 440}, ...more});
   made.on('pageerror', (error) => errors.push(error.message));
   made.on('console', (message) => message.type() === 'error' && !/WebSocket|ERR_CONNECTION/.test(message.text()) && errors.push(message.text()));
   return made;
