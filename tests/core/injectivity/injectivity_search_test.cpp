@@ -12,6 +12,7 @@
 #include "tests/core/injectivity/random_scene.h"
 #include "tests/core/models/blocks/small_tissue.h"
 #include "tests/sanitized.h"
+#include "tests/scene_count.h"
 
 namespace brachy {
 namespace {

@@ -17,6 +17,7 @@
 #include "tests/core/models/blocks/small_tissue.h"
 #include "tests/core/models/deformation_gradient.h"
 #include "tests/sanitized.h"
+#include "tests/scene_count.h"
 
 // Invariants of every scene, on thousands of random ones: scripts/campaigns/campaign.sh runs 100,000.
 

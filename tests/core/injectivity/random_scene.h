@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <numbers>
 #include <random>
 #include <vector>
@@ -16,12 +15,6 @@ struct RandomScene {
   std::vector<Vec3> positions, displacements;
   double support = 12;  ///< a, mm
 };
-
-/// Number of scenes of a test: `usual`, or BRACHY_SCENES (scripts/campaigns/campaign.sh).
-inline int scene_count(int usual) {
-  const char* asked = std::getenv("BRACHY_SCENES");
-  return asked ? std::atoi(asked) : usual;
-}
 
 /// Scenes that occur in a simulator and in which fields fold: a shaft pushed and bent, a cluster, a shaft and an
 /// anchor, landmarks at the edge of each other's support. Displacements up to 20 mm, small ones as often as large

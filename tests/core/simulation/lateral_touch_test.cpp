@@ -1,10 +1,10 @@
 // A needle that comes to the tissue from the side: it pushes across itself, punctures nothing, and lets go smoothly.
 #include <gtest/gtest.h>
 
-#include "tests/core/injectivity/random_scene.h"
 #include "tests/core/simulation/phantom_scene.h"
 #include "tests/core/solve/random_landmarks.h"
 #include "tests/sanitized.h"
+#include "tests/scene_count.h"
 
 namespace brachy {
 namespace {

@@ -4,10 +4,10 @@
 
 #include <iostream>
 
-#include "tests/core/injectivity/random_scene.h"
 #include "tests/core/simulation/phantom_scene.h"
 #include "tests/core/solve/random_landmarks.h"
 #include "tests/sanitized.h"
+#include "tests/scene_count.h"
 
 namespace brachy {
 namespace {

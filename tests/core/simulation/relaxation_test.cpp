@@ -2,10 +2,10 @@
 #include <gtest/gtest.h>
 
 #include "core/simulation/state_hash.h"
-#include "tests/core/injectivity/random_scene.h"
 #include "tests/core/simulation/phantom_scene.h"
 #include "tests/core/solve/random_landmarks.h"
 #include "tests/sanitized.h"
+#include "tests/scene_count.h"
 
 namespace brachy {
 namespace {

@@ -1,10 +1,10 @@
 // What rests costs nothing: however a needle lies, ticks in which it does not move find the field as it is.
 #include <gtest/gtest.h>
 
-#include "tests/core/injectivity/random_scene.h"
 #include "tests/core/simulation/phantom_scene.h"
 #include "tests/core/solve/random_landmarks.h"
 #include "tests/sanitized.h"
+#include "tests/scene_count.h"
 
 namespace brachy {
 namespace {
