@@ -55,8 +55,7 @@ Refusal handle_contour(const IncomingRequest& request) {
   if (auto refusal = request.decode(contour)) return refusal;
   contour.about_sequence = request.header.sequence;
   contour.score.reset();
-  if (request.sender.role != Role::kOperator)
-    return request.refuse(ErrorCode::kNotOperator, "only a client with the role operator may send CONTOUR");
+  if (auto refusal = request.refuse_others("CONTOUR")) return refusal;
   if (!request.pass({"CONTOUR", 1, 2}))
     return request.refuse(ErrorCode::kContourRefused, "more than one CONTOUR a second");
   return request.call(contour, ErrorCode::kContourRefused, "this server scores no volume studies");

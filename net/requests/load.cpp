@@ -14,8 +14,7 @@ BRACHY_CODEC(LoadMessage);
 Refusal handle_load(const IncomingRequest& request) {
   LoadMessage load;
   if (auto refusal = request.decode(load)) return refusal;
-  if (request.sender.role != Role::kOperator)
-    return request.refuse(ErrorCode::kNotOperator, "only a client with the role operator may send LOAD");
+  if (auto refusal = request.refuse_others("LOAD")) return refusal;
   if (auto refusal = request.refuse_needle(load.needle)) return refusal;
   if (!request.pass(kChangesRate))
     return request.refuse(ErrorCode::kLoadRefused, "more than 10 LOADs or CONTROLs a second");

@@ -212,7 +212,8 @@ TEST_F(SessionTest, AViewOnlyServerNamesTheOneForOperators) {
   const std::string where = ": operators connect to 10.0.0.1:18950";
   expect_refused(sample_control(), ErrorCode::kNotOperator, only + "CONTROL" + where);
   expect_refused(sample_plan(), ErrorCode::kNotOperator, only + "PLAN" + where);
-  expect_refused(load(0), ErrorCode::kNotOperator, only + "LOAD");
+  expect_refused(load(0), ErrorCode::kNotOperator, only + "LOAD" + where);
+  expect_refused(sample_contour(), ErrorCode::kNotOperator, only + "CONTOUR" + where);
 }
 
 TEST_F(SessionTest, NeedlesThatTheSceneLacksAreNamed) {
