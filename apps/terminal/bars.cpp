@@ -37,7 +37,7 @@ std::string centred_bar(double share, std::size_t columns) {
          std::string(side, ' ');
 }
 
-void History::add(double t_s, double value, bool is_marked) {
+void ValueHistory::add(double t_s, double value, bool is_marked) {
   if (t_s < last_s_) columns_.clear();
   if (columns_.empty() || t_s - last_s_ >= kColumnS) {
     // No value for some time: gaps, at most as many as columns are kept.
@@ -53,7 +53,7 @@ void History::add(double t_s, double value, bool is_marked) {
   last.is_marked |= is_marked;
 }
 
-std::string History::sparkline(std::size_t columns, double low, double high) const {
+std::string ValueHistory::sparkline(std::size_t columns, double low, double high) const {
   const std::size_t count = std::min(columns, columns_.size());
   std::string text(columns - count, ' ');
   for (std::size_t i = columns_.size() - count; i < columns_.size(); ++i) {
@@ -69,13 +69,13 @@ std::string History::sparkline(std::size_t columns, double low, double high) con
   return text;
 }
 
-double History::smallest() const {
+double ValueHistory::smallest() const {
   double result = std::numeric_limits<double>::quiet_NaN();
   for (const Column& column : columns_) result = std::fmin(result, column.value);
   return result;
 }
 
-double History::largest() const {
+double ValueHistory::largest() const {
   double result = std::numeric_limits<double>::quiet_NaN();
   for (const Column& column : columns_) result = std::fmax(result, column.value);
   return result;

@@ -13,7 +13,7 @@ std::string bar(double share, std::size_t columns);
 std::string centred_bar(double share, std::size_t columns);
 
 /// History of a value, a column per quarter of a second: of several values within one the farthest from 0.
-class History {
+class ValueHistory {
  public:
   static constexpr double kColumnS = 0.25;
   static constexpr std::size_t kLongest = 200;  // columns

@@ -18,7 +18,7 @@ struct WatchScreen {
     double depth_mm = 0, axial_n = 0, lateral_n = 0;
     double tip_deflection_mm = 0;  ///< 0: not bent
     std::uint32_t punctures = 0;
-    History axial;  ///< marked at punctures
+    ValueHistory axial;  ///< marked at punctures
   };
 
   std::string server, address, model, device;  ///< empty: not known
@@ -30,10 +30,10 @@ struct WatchScreen {
   double frames_hz = 0, bytes_per_s = 0;
   std::uint64_t dropped = 0, gaps = 0;
   std::string verdict;  ///< of the field, with its det
-  History det;
+  ValueHistory det;
   double displacement_mm = 0;
   std::uint32_t moved = 0;
-  History displacement;
+  ValueHistory displacement;
   std::vector<Needle> needles;
   std::uint32_t seeds = 0;
   std::string dose_name;  ///< of the structure; empty: no dose was received

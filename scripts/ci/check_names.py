@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """Checks names against .clang-tidy (readability-identifier-naming) in every header and source of core, haptics, net,
-apps and tests.
+apps and tests; and that no two files of a program define a class of the same name.
 
 A source takes clang-tidy seconds, most of them for the headers of Eigen, Asio and JSON. So a hundred sources are
 included into one file, and that is parsed once. Sources whose local names clash go into different files. Which do is
@@ -91,6 +91,23 @@ class Group:
         self.names |= names
 
 
+def defined_twice(files):
+    """Classes of the same name and namespace in two files: a program with both has one of them at random."""
+    scope = re.compile(r"namespace ([\w:]*)\s*\{|(?:enum class|class|struct) (\w+)(?: final)?(?:\s*:[^:;{][^;{]*)?\s*\{"
+                       r"|\{|\}")
+    places = {}
+    for file in files:
+        scopes = []  # of the namespace's name, "" where it has none; None: no namespace
+        for found in scope.finditer(re.sub(r"//.*", "", text_of(file))):
+            if found[0] == "}":
+                scopes = scopes[:-1]
+                continue
+            if found[2] and all(scopes):
+                places.setdefault("::".join([*scopes, found[2]]), set()).add(file)
+            scopes.append(found[1] if found[0].startswith("namespace") else None)
+    return {f"{name} is defined in {' and '.join(sorted(where))}" for name, where in places.items() if len(where) > 1}
+
+
 def group(files, groups=(), with_parameters=True, most=MOST_TOGETHER):
     """`groups` and more, with `files` in them. No two sources of a group declare the same."""
     groups = list(groups)
@@ -172,7 +189,7 @@ def main():
     shutil.rmtree(BUILD / "names", ignore_errors=True)
     (BUILD / "names").mkdir()
 
-    breaches, unparsed = set(), set()
+    breaches, unparsed = defined_twice([f for f in files if not f.startswith("tests/")]), set()
     # A model checker's header redefines keywords: what includes it is parsed alone.
     alone = [file for file in files if "<relacy/" in (ROOT / file).read_text()]
     groups = [g.files for g in first_groups([file for file in files if file not in alone])] + [[f] for f in alone]

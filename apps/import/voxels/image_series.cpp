@@ -6,7 +6,7 @@
 #include "apps/import/dicom/dicom_file.h"
 #include "apps/import/dicom/dicom_tags.h"
 #include "apps/import/labels/import_limits.h"
-#include "apps/import/voxels/image_plane.h"
+#include "apps/import/voxels/dicom_plane.h"
 #include "core/base/number_text.h"
 #include "core/base/one_line.h"
 
@@ -17,7 +17,7 @@ constexpr double kSlackMm = 1e-3;  // positions are decimal strings
 
 struct Slice {
   double height;  ///< along the first image's normal, mm
-  ImagePlane plane;
+  DicomPlane plane;
   const DicomFile* file;
 };
 
@@ -30,7 +30,7 @@ void check_is_grey(const DicomItem& data) {
                                   "; export a series of images of one frame each");
 }
 
-void check_is_of_stack(const DicomItem& data, const ImagePlane& plane, const ImagePlane& first,
+void check_is_of_stack(const DicomItem& data, const DicomPlane& plane, const DicomPlane& first,
                        const std::string& frame) {
   if (!((plane.along_row - first.along_row).norm() <= 1e-3 &&
         (plane.along_column - first.along_column).norm() <= 1e-3))
@@ -45,13 +45,13 @@ void check_is_of_stack(const DicomItem& data, const ImagePlane& plane, const Ima
 /// The images by their height.
 std::vector<Slice> stack_of(const std::vector<const DicomFile*>& files) {
   const DicomItem first = files.front()->data();
-  const ImagePlane plane = image_plane(first);
+  const DicomPlane plane = dicom_plane(first);
   const std::string frame = first.text(tag::kFrameOfReference);
   std::vector<Slice> slices;
   for (const DicomFile* file : files) {
     const DicomItem data = file->data();
     check_is_grey(data);
-    const ImagePlane own = image_plane(data);
+    const DicomPlane own = dicom_plane(data);
     check_is_of_stack(data, own, plane, frame);
     slices.push_back({plane.normal.dot(own.corner), own, file});
   }

@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "apps/import/dicom/dicom_tags.h"
-#include "apps/import/voxels/image_plane.h"
+#include "apps/import/voxels/dicom_plane.h"
 #include "core/base/one_line.h"
 
 namespace brachy {
@@ -30,7 +30,7 @@ VoxelVolume read_rt_dose(const DicomFile& file) {
   if (!(scaling > 0)) data.refuse(tag::kDoseGridScaling, "must be above 0; export it again");
   check_scale(data, tag::kDoseGridScaling, scaling, 0);
   const DicomFile::Pixels pixels = file.pixels();
-  const ImagePlane plane = image_plane(data);
+  const DicomPlane plane = dicom_plane(data);
   VoxelVolume dose;
   dose.frame = data.text(tag::kFrameOfReference);
   dose.grid = grid_of(data, plane, pixels, frame_distance(data, pixels.frames) * plane.normal,

@@ -29,8 +29,8 @@ TEST(Bar, GoesFromTheMiddleByItsSign) {
     EXPECT_EQ(columns_of(centred_bar(share, 21)), 21u) << share;
 }
 
-TEST(History, ShowsTheFarthestFromZeroOfEachQuarterSecond) {
-  History history;
+TEST(ValueHistory, ShowsTheFarthestFromZeroOfEachQuarterSecond) {
+  ValueHistory history;
   history.add(1, 0.1);
   history.add(1.1, 4);
   history.add(1.2, -1);
@@ -41,19 +41,19 @@ TEST(History, ShowsTheFarthestFromZeroOfEachQuarterSecond) {
   EXPECT_EQ(history.sparkline(1, 0, 4), "▅");
 }
 
-TEST(History, MarksWhatHappenedAndLeavesGaps) {
-  History history;
+TEST(ValueHistory, MarksWhatHappenedAndLeavesGaps) {
+  ValueHistory history;
   history.add(0, 1, true);
   history.add(1, 1);  // after three quarters of a second of which nothing is known
   history.add(1.3, std::nan(""));
   EXPECT_EQ(history.sparkline(6, 0, 1), "▼   █ ");
   history.add(0.5, 1);  // starts over
   EXPECT_EQ(history.sparkline(6, 0, 1), "     █");
-  EXPECT_TRUE(std::isnan(History().largest()));
+  EXPECT_TRUE(std::isnan(ValueHistory().largest()));
 }
 
-TEST(History, KeepsALimitedPast) {
-  History history;
+TEST(ValueHistory, KeepsALimitedPast) {
+  ValueHistory history;
   for (int i = 0; i < 10'000; ++i) history.add(i, 1);
   EXPECT_EQ(columns_of(history.sparkline(1000, 0, 1)), 1000u);
   history.add(1e9, 1);

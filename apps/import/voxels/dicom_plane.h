@@ -6,7 +6,7 @@
 namespace brachy {
 
 /// Where the pixels of an image lie: Image Plane Module, PS3.3, C.7.6.2; RAS, mm.
-struct ImagePlane {
+struct DicomPlane {
   Vec3 corner;                           ///< middle of the first pixel
   Vec3 along_row, along_column, normal;  ///< of length 1, at right angles
   double column_spacing, row_spacing;    ///< between columns (along a row), between rows
@@ -14,11 +14,11 @@ struct ImagePlane {
 
 /// Errors: UserError "FILE: tag: what; fix" where a tag is missing, directions are not at right angles, or a length is
 /// not one of a patient.
-ImagePlane image_plane(const DicomItem& data);
+DicomPlane dicom_plane(const DicomItem& data);
 
 /// The grid of `pixels`, whose frames follow each other by `step` (mm, RAS; `step_tag`: where it comes from). Errors:
 /// UserError where it is no step between slices.
-VoxelGrid grid_of(const DicomItem& data, const ImagePlane& plane, const DicomFile::Pixels& pixels,
+VoxelGrid grid_of(const DicomItem& data, const DicomPlane& plane, const DicomFile::Pixels& pixels,
                   const Vec3& step, const DicomTag& step_tag);
 
 /// Slice Thickness where it says something, else 1 mm: for a single slice.

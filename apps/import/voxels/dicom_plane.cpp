@@ -1,4 +1,4 @@
-#include "apps/import/voxels/image_plane.h"
+#include "apps/import/voxels/dicom_plane.h"
 
 #include <cmath>
 
@@ -13,10 +13,10 @@ constexpr double kFarthestCornerMm = 1e6, kLargestValue = 1e30;
 
 }  // namespace
 
-ImagePlane image_plane(const DicomItem& data) {
+DicomPlane dicom_plane(const DicomItem& data) {
   const std::vector<double> o = data.numbers(tag::kImageOrientation, 6);
   const std::vector<double> spacing = data.numbers(tag::kPixelSpacing, 2);
-  ImagePlane plane{data.point(tag::kImagePosition),
+  DicomPlane plane{data.point(tag::kImagePosition),
                    ras_of_lps({o[0], o[1], o[2]}),
                    ras_of_lps({o[3], o[4], o[5]}),
                    Vec3::Zero(),
@@ -34,7 +34,7 @@ ImagePlane image_plane(const DicomItem& data) {
   return plane;
 }
 
-VoxelGrid grid_of(const DicomItem& data, const ImagePlane& plane, const DicomFile::Pixels& pixels,
+VoxelGrid grid_of(const DicomItem& data, const DicomPlane& plane, const DicomFile::Pixels& pixels,
                   const Vec3& step, const DicomTag& step_tag) {
   VoxelGrid grid{{pixels.columns, pixels.rows, pixels.frames}, plane.corner, Mat3::Identity()};
   grid.steps.col(0) = plane.column_spacing * plane.along_row;
