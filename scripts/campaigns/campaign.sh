@@ -2,7 +2,7 @@
 # The long form of the property tests: many random scenes through every model, verdicts against brute force;
 # whole generators of needles' ways; the laboratory's tests; and those under AddressSanitizer and ThreadSanitizer that
 # scripts/test.sh --all has no time for.
-#   scripts/campaigns/campaign.sh [PART]     fields [SCENES], contact, nodules, inputs, laboratory, asan, tsan; default: all
+#   scripts/campaigns/campaign.sh [fields [SCENES] | contact | nodules | inputs | laboratory | asan | tsan]  default all
 #       fields: 100000 scenes through the fields, a tenth of them against a grid of 0.25 mm
 set -euo pipefail
 cd "$(dirname "$0")/../.."
