@@ -14,12 +14,9 @@ if [[ ! -f build/$preset/build.ninja ]]; then
   echo "build: compiling $preset (the first time takes a few minutes)"
 fi
 # scripts/test.sh leaves out the laboratory; who asks for it, or for everything, has it again.
-lacks() { ! ninja -C "build/$preset" -t query "$1" >/dev/null 2>&1; }
-if [[ $preset == release ]] && grep -q '^BRACHY_LAB:.*=OFF' build/release/CMakeCache.txt; then
-  wanted=0
-  if (($# == 0)); then wanted=1; fi
-  for target in "$@"; do if lacks "$target"; then wanted=1; fi; done
-  if ((wanted)); then cmake --preset release >/dev/null; fi
+has_all() { (($#)) && ninja -C build/release -t query "$@" >/dev/null 2>&1; }
+if [[ $preset == release ]] && grep -q '^BRACHY_LAB:.*=OFF' build/release/CMakeCache.txt && ! has_all "$@"; then
+  cmake --preset release >/dev/null
 fi
 targets=()
 if (($#)); then targets=(--target "$@"); fi

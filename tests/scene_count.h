@@ -10,4 +10,9 @@ inline int scene_count(int usual) {
   return asked ? std::atoi(asked) : usual;
 }
 
+/// Whether a campaign runs a generator whole.
+inline bool is_campaign() {
+  return std::getenv("BRACHY_SCENES") != nullptr;
+}
+
 }  // namespace brachy::test

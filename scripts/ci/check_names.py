@@ -92,13 +92,14 @@ class Group:
 
 
 def defined_twice(files):
-    """Classes of the same name and namespace in two files: a program with both has one of them at random."""
+    """Classes of the same name and namespace in two files: of their inline functions the linker keeps one's."""
     scope = re.compile(r"namespace ([\w:]*)\s*\{|(?:enum class|class|struct) (\w+)(?: final)?(?:\s*:[^:;{][^;{]*)?\s*\{"
                        r"|\{|\}")
+    no_code = re.compile(r"""//.*|"(?:\\.|[^"\\\n])*"|'(?:\\.|[^'\\\n])'""")
     places = {}
     for file in files:
         scopes = []  # of the namespace's name, "" where it has none; None: no namespace
-        for found in scope.finditer(re.sub(r"//.*", "", text_of(file))):
+        for found in scope.finditer(no_code.sub("", text_of(file))):
             if found[0] == "}":
                 scopes = scopes[:-1]
                 continue

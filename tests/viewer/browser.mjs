@@ -16,7 +16,7 @@ const {chromium} = createRequire(new URL('../../apps/viewer/package.json', impor
 export const launch = () => chromium.launch({executablePath: EXECUTABLE, args: ARGUMENTS});
 
 /** A page that draws the scene without antialiasing, which is half of what a picture takes in software. */
-export async function newPage(browser, options = {}) {
+export async function newQuickPage(browser, options = {}) {
   const page = await browser.newPage(options);
   await page.addInitScript(() => {
     const getContext = HTMLCanvasElement.prototype.getContext;

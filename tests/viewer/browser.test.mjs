@@ -5,7 +5,7 @@ import {mkdirSync, readFileSync, statSync, writeFileSync} from 'node:fs';
 import {join, resolve} from 'node:path';
 import {after, before, test} from 'node:test';
 import {fileURLToPath, pathToFileURL} from 'node:url';
-import {comesTrue, differingPixels, launch, newPage as newQuickPage} from './browser.mjs';
+import {comesTrue, differingPixels, launch, newQuickPage} from './browser.mjs';
 import {Daemon} from './daemon.mjs';
 import {recording} from './messages.mjs';
 import {NativeClient} from './native_client.mjs';

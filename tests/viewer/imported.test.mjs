@@ -3,7 +3,7 @@ import assert from 'node:assert/strict';
 import {mkdirSync, rmSync, writeFileSync} from 'node:fs';
 import {join, resolve} from 'node:path';
 import {after, before, test} from 'node:test';
-import {comesTrue, differingPixels, launch, newPage} from './browser.mjs';
+import {comesTrue, differingPixels, launch, newQuickPage} from './browser.mjs';
 import {Daemon} from './daemon.mjs';
 import {viewer} from './viewer_module.mjs';
 
@@ -47,7 +47,7 @@ before(async () => {
   daemon = await Daemon.start(join(artefacts, 'scene.toml'), join(artefacts, 'brachyd.log'));
   browser = await launch();
   blank = await browser.newPage();
-  page = await newPage(browser, {viewport: {width: 1280, height: 900}});
+  page = await newQuickPage(browser, {viewport: {width: 1280, height: 900}});
   page.on('pageerror', (error) => errors.push(error.message));
   page.on('console', (message) => ['error', 'warning'].includes(message.type()) && errors.push(message.text()));
   await page.emulateMedia({reducedMotion: 'reduce'});  // the camera does not travel

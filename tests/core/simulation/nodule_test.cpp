@@ -103,7 +103,7 @@ NoduleFelt feel(const std::shared_ptr<const SimulationModel>& model, const Way& 
 TEST(Nodule, NeverTrapsANeedleNorFailsWithoutAWord) {
   std::mt19937_64 random(11);
   // BRACHY_SCENES counts insertions; in tests a few into each of a few nodules.
-  const bool is_whole = std::getenv("BRACHY_SCENES") != nullptr;
+  const bool is_whole = test::is_campaign();
   const int models = is_whole             ? std::max(1, test::scene_count(0) / kInsertionsOfModel)
                      : test::kIsSanitized ? 1
                                           : 4;
