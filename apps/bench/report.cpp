@@ -18,24 +18,24 @@ const Row* Report::find(std::string_view name, std::size_t points, std::size_t l
 }
 
 void Report::write_json(const std::string& path) const {
-  using Json = nlohmann::ordered_json;
-  Json json{{"simd", simd_target}, {"machine", machine}, {"others_load", others_load},
-            {"limits", limits},    {"memory", memory},   {"rows", Json::array()}};
+  using OrderedJson = nlohmann::ordered_json;
+  OrderedJson json{{"simd", simd_target}, {"machine", machine}, {"others_load", others_load},
+                   {"limits", limits},    {"memory", memory},   {"rows", OrderedJson::array()}};
   for (const Row& row : rows) {
-    Json entry{{"case", row.name},
-               {"kernel", row.kernel},
-               {"points", row.points},
-               {"landmarks", row.landmarks},
-               {"support_mm", row.support_mm},
-               {"threads", row.threads},
-               {"moving", row.moving},
-               {"ms", row.ms},
-               {"baseline_ms", row.baseline_ms},
-               {"ratio", row.ratio()}};
+    OrderedJson entry{{"case", row.name},
+                      {"kernel", row.kernel},
+                      {"points", row.points},
+                      {"landmarks", row.landmarks},
+                      {"support_mm", row.support_mm},
+                      {"threads", row.threads},
+                      {"moving", row.moving},
+                      {"ms", row.ms},
+                      {"baseline_ms", row.baseline_ms},
+                      {"ratio", row.ratio()}};
     for (const auto& [key, value] : row.more) entry[key] = value;
     json["rows"].push_back(std::move(entry));
   }
-  json["goals"] = Json::array();
+  json["goals"] = OrderedJson::array();
   for (const Goal& goal : goals(*this))
     json["goals"].push_back({{"work", goal.work},
                              {"figure", goal.figure},

@@ -7,17 +7,17 @@
 namespace brachy {
 namespace {
 
-using Json = nlohmann::ordered_json;  // NaN becomes null
+using OrderedJson = nlohmann::ordered_json;  // NaN becomes null
 
-Json to_json_point(const Vec3& p) {
+OrderedJson to_json_point(const Vec3& p) {
   return {p.x(), p.y(), p.z()};
 }
 
-Json to_json_spread(const Spread& s) {
+OrderedJson to_json_spread(const Spread& s) {
   return {{"count", s.count}, {"mean", s.mean}, {"sd", s.sd}, {"max", s.max}};
 }
 
-Json to_json_errors(const MisplacementSpread& s) {
+OrderedJson to_json_errors(const MisplacementSpread& s) {
   return {{"total_mm", to_json_spread(s.total_mm)},
           {"axial_mm", to_json_spread(s.axial_mm)},
           {"lateral_mm", to_json_spread(s.lateral_mm)},
@@ -25,11 +25,11 @@ Json to_json_errors(const MisplacementSpread& s) {
           {"axial_share", s.axial_share}};
 }
 
-Json to_json_error(const Misplacement& m) {
+OrderedJson to_json_error(const Misplacement& m) {
   return {{"total_mm", m.total_mm}, {"axial_mm", m.axial_mm}, {"lateral_mm", m.lateral_mm}};
 }
 
-Json to_json_seed(const Seed& s) {
+OrderedJson to_json_seed(const Seed& s) {
   return {{"seed", s.id},
           {"t_s", s.t_s},
           {"needle", s.needle},
@@ -39,7 +39,7 @@ Json to_json_seed(const Seed& s) {
           {"gland_motion_mm", s.gland_motion.norm()}};
 }
 
-Json to_json_pair(const SeedScore& s) {
+OrderedJson to_json_pair(const SeedScore& s) {
   return {{"planned", s.planned_index},
           {"hole", s.hole},
           {"offset_mm", s.planned.offset_mm},
@@ -48,8 +48,8 @@ Json to_json_pair(const SeedScore& s) {
           {"rest_error", to_json_error(s.rest)}};
 }
 
-Json to_json_assignment(const SeedAssignment& assignment) {
-  Json each = Json::array(), extra = Json::array();
+OrderedJson to_json_assignment(const SeedAssignment& assignment) {
+  OrderedJson each = OrderedJson::array(), extra = OrderedJson::array();
   for (const SeedScore& s : assignment.placed) {
     each.push_back({{"seed", s.seed.id}});
     each.back().update(to_json_pair(s));
@@ -64,8 +64,8 @@ Json to_json_assignment(const SeedAssignment& assignment) {
           {"each", each}};
 }
 
-Json to_json_seeds(const SeedsScore& score) {
-  Json each = Json::array(), unplanned = Json::array();
+OrderedJson to_json_seeds(const SeedsScore& score) {
+  OrderedJson each = OrderedJson::array(), unplanned = OrderedJson::array();
   for (const SeedScore& s : score.planned) {
     each.push_back(to_json_pair(s));
     each.back().update(to_json_seed(s.seed));
@@ -82,8 +82,8 @@ Json to_json_seeds(const SeedsScore& score) {
           {"by_position", to_json_assignment(score.by_position)}};
 }
 
-Json to_json_findings(const std::vector<Finding>& findings) {
-  Json all = Json::array();
+OrderedJson to_json_findings(const std::vector<Finding>& findings) {
+  OrderedJson all = OrderedJson::array();
   for (const Finding& finding : findings)
     all.push_back({{"text", finding.text},
                    {"weight", finding.weight},
@@ -92,38 +92,38 @@ Json to_json_findings(const std::vector<Finding>& findings) {
   return all;
 }
 
-Json to_json_contacts(const std::vector<StructureContact>& contacts) {
-  Json all = Json::array();
+OrderedJson to_json_contacts(const std::vector<StructureContact>& contacts) {
+  OrderedJson all = OrderedJson::array();
   for (const StructureContact& contact : contacts)
     all.push_back({{"structure", contact.structure},
-                   {"hole", contact.hole.empty() ? Json(nullptr) : Json(contact.hole)},
+                   {"hole", contact.hole.empty() ? OrderedJson(nullptr) : OrderedJson(contact.hole)},
                    {"passes", contact.passes},
                    {"depth_mm", contact.depth_mm},
                    {"time_s", contact.time_s}});
   return all;
 }
 
-Json to_json_failed_drops(const std::vector<FailedDrop>& drops) {
-  Json all = Json::array();
+OrderedJson to_json_failed_drops(const std::vector<FailedDrop>& drops) {
+  OrderedJson all = OrderedJson::array();
   for (const FailedDrop& drop : drops)
     all.push_back({{"t_s", drop.t_s},
                    {"needle", drop.needle},
-                   {"planned", drop.planned < 0 ? Json(nullptr) : Json(drop.planned)},
+                   {"planned", drop.planned < 0 ? OrderedJson(nullptr) : OrderedJson(drop.planned)},
                    {"lost", drop.why == DropRefusal::kLost},
                    {"why", to_string(drop.why)},
                    {"at_mm", to_json_point(drop.at)}});
   return all;
 }
 
-Json to_json_change(const DoseChange& change) {
+OrderedJson to_json_change(const DoseChange& change) {
   return {{"v100_percent", change.v100_percent},
           {"d90_gy", change.d90_gy},
           {"urethra_d30_gy", change.urethra_d30_gy},
           {"rectum_d2cc_gy", change.rectum_d2cc_gy}};
 }
 
-Json to_json_consequences(const Consequences& c) {
-  Json needles = Json::array(), sectors = Json::array();
+OrderedJson to_json_consequences(const Consequences& c) {
+  OrderedJson needles = OrderedJson::array(), sectors = OrderedJson::array();
   for (const NeedleCost& n : c.needles) {
     needles.push_back({{"needle", n.needle}});
     needles.back().update(to_json_change(n.change));
@@ -134,11 +134,11 @@ Json to_json_consequences(const Consequences& c) {
                        {"cold_cc", s.cold_cc},
                        {"coldest_gy", s.coldest_gy},
                        {"coldest_mm", to_json_point(s.coldest)}});
-  Json json = {{"whole", to_json_change(c.whole)},
-               {"needles", needles},
-               {"unplanned", to_json_change(c.unplanned)},
-               {"sectors", sectors},
-               {"urethra_hottest", nullptr}};
+  OrderedJson json = {{"whole", to_json_change(c.whole)},
+                      {"needles", needles},
+                      {"unplanned", to_json_change(c.unplanned)},
+                      {"sectors", sectors},
+                      {"urethra_hottest", nullptr}};
   if (c.urethra)
     json["urethra_hottest"] = {{"gy", c.urethra->gy},
                                {"at_mm", to_json_point(c.urethra->at)},
@@ -146,28 +146,28 @@ Json to_json_consequences(const Consequences& c) {
   return json;
 }
 
-Json to_json_verdict(const std::vector<GoalResult>& results) {
-  Json each = Json::array();
+OrderedJson to_json_verdict(const std::vector<GoalResult>& results) {
+  OrderedJson each = OrderedJson::array();
   for (const GoalResult& r : results)
     each.push_back({{"stage", r.goal.stage},
                     {"structure", r.goal.structure},
                     {"figure", r.goal.figure},
                     {r.goal.is_above() ? "at_least" : "below", r.limit},
                     {"is", r.value},
-                    {"met", r.is_met ? Json(*r.is_met) : Json(nullptr)},
+                    {"met", r.is_met ? OrderedJson(*r.is_met) : OrderedJson(nullptr)},
                     {"source", r.goal.source}});
   return {{"text", verdict(results)}, {"goals", each}};
 }
 
 template <class T>
-Json or_null(const std::optional<T>& value) {
-  return value ? Json(*value) : Json(nullptr);
+OrderedJson or_null(const std::optional<T>& value) {
+  return value ? OrderedJson(*value) : OrderedJson(nullptr);
 }
 
-Json to_json_needles(const NeedlesScore& score) {
-  Json each = Json::array();
+OrderedJson to_json_needles(const NeedlesScore& score) {
+  OrderedJson each = OrderedJson::array();
   for (const NeedleScore& n : score.needles)
-    each.push_back({{"hole", n.hole.empty() ? Json(nullptr) : Json(n.hole)},
+    each.push_back({{"hole", n.hole.empty() ? OrderedJson(nullptr) : OrderedJson(n.hole)},
                     {"planned", or_null(n.planned)},
                     {"path_in_tissue_mm", n.path_in_tissue_mm},
                     {"time_in_tissue_s", n.time_in_tissue_s},
@@ -177,21 +177,21 @@ Json to_json_needles(const NeedlesScore& score) {
                     {"largest_force_n", n.largest_force_n}});
   const NeedleMetrics* m = score.motion ? &*score.motion : nullptr;
   const auto of = [&](double NeedleMetrics::*value) { return m ? m->*value : kNoNumber; };
-  const Json total = {{"elapsed_time_s", of(&NeedleMetrics::elapsed_time_s)},
-                      {"path_length_mm", of(&NeedleMetrics::path_length_mm)},
-                      {"path_in_tissue_mm", of(&NeedleMetrics::path_in_tissue_mm)},
-                      {"time_in_tissue_s", of(&NeedleMetrics::time_in_tissue_s)},
-                      {"passes", m ? Json(m->passes) : Json(nullptr)},
-                      {"punctures", or_null(score.punctures)},
-                      {"largest_force_n", score.largest_force_n},
-                      {"speed_p50_mm_s", of(&NeedleMetrics::speed_p50_mm_s)},
-                      {"speed_p95_mm_s", of(&NeedleMetrics::speed_p95_mm_s)},
-                      {"speed_max_mm_s", of(&NeedleMetrics::speed_max_mm_s)}};
+  const OrderedJson total = {{"elapsed_time_s", of(&NeedleMetrics::elapsed_time_s)},
+                             {"path_length_mm", of(&NeedleMetrics::path_length_mm)},
+                             {"path_in_tissue_mm", of(&NeedleMetrics::path_in_tissue_mm)},
+                             {"time_in_tissue_s", of(&NeedleMetrics::time_in_tissue_s)},
+                             {"passes", m ? OrderedJson(m->passes) : OrderedJson(nullptr)},
+                             {"punctures", or_null(score.punctures)},
+                             {"largest_force_n", score.largest_force_n},
+                             {"speed_p50_mm_s", of(&NeedleMetrics::speed_p50_mm_s)},
+                             {"speed_p95_mm_s", of(&NeedleMetrics::speed_p95_mm_s)},
+                             {"speed_max_mm_s", of(&NeedleMetrics::speed_max_mm_s)}};
   return {{"total", total}, {"each", each}};
 }
 
-Json to_json_structure(const StructureDose& s) {
-  Json share = Json::array();
+OrderedJson to_json_structure(const StructureDose& s) {
+  OrderedJson share = OrderedJson::array();
   for (float v : s.volume_share) share.push_back(std::round(1e6 * v) / 1e6);
   return {{"name", s.name},
           {"volume_cc", s.volume_cc},
@@ -211,20 +211,21 @@ Json to_json_structure(const StructureDose& s) {
           {"volume_share", share}};
 }
 
-Json to_json_stage(const DoseStage& stage) {
+OrderedJson to_json_stage(const DoseStage& stage) {
   if (stage.structures.empty()) return nullptr;
-  Json structures = Json::array();
+  OrderedJson structures = OrderedJson::array();
   for (const StructureDose& s : stage.structures) structures.push_back(to_json_structure(s));
   return {{"seeds", stage.seeds}, {"structures", structures}};
 }
 
-Json to_json_goals(const DoseScore& dose) {
-  Json goals = Json::array();
+OrderedJson to_json_goals(const DoseScore& dose) {
+  OrderedJson goals = OrderedJson::array();
   for (const DoseFigure& f : dose_figures()) {
     if (f.goal == DoseFigure::Goal::kNone) continue;
     const auto met = [&](const DoseStage& stage) {
       const double figure = figure_of(stage, f);
-      return std::isnan(figure) ? Json(nullptr) : Json(f.is_met_by(figure, dose.prescription_gy));
+      return std::isnan(figure) ? OrderedJson(nullptr)
+                                : OrderedJson(f.is_met_by(figure, dose.prescription_gy));
     };
     goals.push_back(
         {{"structure", f.structure},
@@ -238,12 +239,12 @@ Json to_json_goals(const DoseScore& dose) {
   return goals;
 }
 
-Json to_json_studies(const std::vector<Score::Study>& studies) {
-  Json list = Json::array();
+OrderedJson to_json_studies(const std::vector<Score::Study>& studies) {
+  OrderedJson list = OrderedJson::array();
   for (const auto& [t_s, s] : studies) {
-    Json planes = Json::array();
+    OrderedJson planes = OrderedJson::array();
     for (const SliceScore& plane : s.slices)
-      planes.push_back({{"slice", plane.slice ? Json(*plane.slice) : Json(nullptr)},
+      planes.push_back({{"slice", plane.slice ? OrderedJson(*plane.slice) : OrderedJson(nullptr)},
                         {"offset_mm", plane.offset_mm},
                         {"outlined_mm2", plane.areas.first},
                         {"true_mm2", plane.areas.second},
@@ -253,7 +254,8 @@ Json to_json_studies(const std::vector<Score::Study>& studies) {
                     {"dice", s.dice},
                     {"outlined_cm3", s.outlined_cm3},
                     {"true_cm3", s.gland_cm3},
-                    {"volume_error_percent", s.step_mm > 0 ? Json(s.volume_error_percent()) : Json(nullptr)},
+                    {"volume_error_percent",
+                     s.step_mm > 0 ? OrderedJson(s.volume_error_percent()) : OrderedJson(nullptr)},
                     {"hausdorff_mm", s.hausdorff_mm},
                     {"hausdorff_95_mm", s.hausdorff_95_mm},
                     {"mean_mm", s.mean_mm},
@@ -267,7 +269,7 @@ Json to_json_studies(const std::vector<Score::Study>& studies) {
 }  // namespace
 
 std::string to_json(const Score& score) {
-  const Json json = {
+  const OrderedJson json = {
       {"notice", kNotice},
       {"recording", score.recording},
       {"plan", score.plan},
@@ -275,10 +277,10 @@ std::string to_json(const Score& score) {
       {"planned_seeds", score.planned_seeds},
       {"findings", to_json_findings(score.findings)},
       {"structures_entered", to_json_contacts(score.contacts)},
-      {"failed_drops", score.failed_drops ? to_json_failed_drops(*score.failed_drops) : Json(nullptr)},
+      {"failed_drops", score.failed_drops ? to_json_failed_drops(*score.failed_drops) : OrderedJson(nullptr)},
       {"verdict", to_json_verdict(score.goals)},
-      {"consequences", score.consequences ? to_json_consequences(*score.consequences) : Json(nullptr)},
-      {"seeds", score.seeds ? to_json_seeds(*score.seeds) : Json(nullptr)},
+      {"consequences", score.consequences ? to_json_consequences(*score.consequences) : OrderedJson(nullptr)},
+      {"seeds", score.seeds ? to_json_seeds(*score.seeds) : OrderedJson(nullptr)},
       {"needles", to_json_needles(score.needles)},
       {"volume_studies", to_json_studies(score.studies)},
       {"dose",
@@ -288,7 +290,7 @@ std::string to_json(const Score& score) {
         {"dropped", to_json_stage(score.dose.dropped)},
         {"rest", to_json_stage(score.dose.rest)}}}};
   // Names of folders need not be UTF-8.
-  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+  return json.dump(-1, ' ', false, OrderedJson::error_handler_t::replace);
 }
 
 }  // namespace brachy

@@ -55,9 +55,10 @@ if is_part asan; then
   for program in core_tests models_tests daemon_tests apps_tests lab_tests; do run asan $program '*'; done
 fi
 if is_part tsan; then
-  echo "campaign: devices and server under ThreadSanitizer"
-  scripts/build.sh tsan haptics_tests net_tests
+  echo "campaign: devices and server under ThreadSanitizer, and the daemon where it makes plans"
+  scripts/build.sh tsan haptics_tests net_tests daemon_tests
   run tsan haptics_tests '*Device*'
   run tsan net_tests '*'
+  run tsan daemon_tests 'DaemonImplant.*'
 fi
 echo "campaign: passed"

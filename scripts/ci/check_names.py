@@ -2,14 +2,16 @@
 """Checks names against .clang-tidy (readability-identifier-naming) in every header and source of core, haptics, net,
 apps and tests; and that no two files of a program define a class of the same name.
 
-A source takes clang-tidy seconds, most of them for the headers of Eigen, Asio and JSON. So a hundred sources are
+A source takes clang-tidy seconds, most of them for the headers of Eigen, Asio and JSON. So hundreds of sources are
 included into one file, and that is parsed once. Sources whose local names clash go into different files. Which do is
 guessed from the text: sources that do not parse together are parsed again by tens, at last each alone.
 
 usage: scripts/ci/check_names.py [--jobs N] [FILE…]     exit code 1 and a line for each name that breaks the rules
 """
 import argparse
+import collections
 import concurrent.futures
+import functools
 import json
 import os
 import pathlib
@@ -22,11 +24,13 @@ import sys
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 BUILD = ROOT / "build/tidy"
 TREES = ("core", "haptics", "net", "apps", "tests")
-MOST_TOGETHER = 100  # sources; clang-tidy then takes two gigabytes
+MOST_TOGETHER = 250  # sources; clang-tidy then takes two gigabytes
 FEW_TOGETHER = 10  # of those that did not parse with others: one that clashes takes few with it
 MESSAGE = re.compile(r"^(/[^\s:]+)(:\d+:\d+: error: .*) \[([a-z-]+).*\]$", re.M)
 # At the end of each file that is parsed. If clang-tidy does not find it, the check has failed.
 WRONG_NAME = "int WrongName = 0;"
+# After it. After a fatal error clang instantiates no template, which takes half of the time: their names were seen.
+NO_MORE = "no more templates"
 
 
 def configure():
@@ -54,41 +58,64 @@ def text_of(file):
     return (ROOT / file).read_text()
 
 
-def declared(file, with_parameters=True):
-    """A guess of what a header declares at its outermost level, or a source in its unnamed namespace. Functions with
-    their parameters: overloads do not clash."""
+@functools.cache
+def declared(file):
+    """A guess of what a header declares at its outermost level, or a source in its unnamed namespace."""
     names = set()
     is_wanted = not is_source(file)
     for line in text_of(file).splitlines():
         if is_source(file) and line in ("namespace {", "}  // namespace"):
             is_wanted = line == "namespace {"
-        if not is_wanted or re.match(r"namespace|using|TEST|[^a-zA-Z]|$", line):
+        if not is_wanted or re.match(r"namespace|using|TEST|INSTANTIATE|[^a-zA-Z]|$", line):
             continue
         line = re.sub(r"^template <.*?> *", "", line)
         if found := re.match(r"(?:struct|class|enum class|enum) (\w+)", line):
             names.add(found[1])
         elif line.startswith(("constexpr ", "const ", "inline const")):
             names.update(re.findall(r"\b(k[A-Z]\w*)(?:\[.*?\])*(?: =|\{|;)", line))
-        elif found := re.match(r"[^({=]*(?<!::)\b(\w+)(\(.*)", line):
-            names.add(found[1] + (found[2] if with_parameters else ""))
+        elif found := re.match(r"[^({=]*(?<!::)\b(\w+)(?:\((.*)|;| =)", line):
+            # With the classes of its parameters: overloads by these do not clash.
+            names.add(" ".join([found[1], *re.findall(r"(?<!:)\b[A-Z]\w+(?=&)", found[2] or "")]))
     return names
+
+
+@functools.cache
+def included(file):
+    """The project's headers that a file includes, and those that they include."""
+    headers, left = set(), [file]
+    while left:
+        left = [path for from_file in left for path in re.findall(r'^#include "(.*)"', text_of(from_file), re.M)
+                if path not in headers and (ROOT / path).exists()]
+        headers.update(left)
+    return headers
+
+
+@functools.cache
+def declared_around(file):
+    """What the headers of a source declare."""
+    return set().union(*(declared(header) for header in included(file)))
 
 
 def namespaces_used(file):
     """Those that make names in the sources that follow ambiguous."""
-    return set(re.findall(r"^using namespace (?!brachy;|test;|std)(.*);", text_of(file), re.M))
+    return set(re.findall(r"^using namespace (?!brachy;|test;|brachy::test;|std)(.*);", text_of(file), re.M))
 
 
 class Group:
-    """Files that are parsed together."""
+    """Files that are parsed together: no two sources declare the same, nor does a source what another's header does."""
 
     def __init__(self, used):
-        self.files, self.sources, self.names, self.used = [], 0, set(), used
+        self.files, self.sources, self.names, self.around, self.used = [], 0, set(), set(), used
 
-    def add(self, file, names):
+    def takes(self, file, most):
+        return (self.sources < most and self.used == namespaces_used(file)
+                and not declared(file) & (self.names | self.around) and not declared_around(file) & self.names)
+
+    def add(self, file):
         self.files.append(file)
-        self.sources += is_source(file)
-        self.names |= names
+        self.sources += 1
+        self.names |= declared(file)
+        self.around |= declared_around(file)
 
 
 def defined_twice(files):
@@ -109,27 +136,16 @@ def defined_twice(files):
     return {f"{name} is defined in {' and '.join(sorted(where))}" for name, where in places.items() if len(where) > 1}
 
 
-def group(files, groups=(), with_parameters=True, most=MOST_TOGETHER):
-    """`groups` and more, with `files` in them. No two sources of a group declare the same."""
-    groups = list(groups)
-    for file in files:
-        names, used = (declared(file, with_parameters), namespaces_used(file)) if is_source(file) else (set(), set())
-        fitting = (g for g in groups if g.sources < most and g.used == used and not names & g.names)
-        chosen = next(fitting, None)
+def group(sources, most):
+    # Those whose names many declare come first, while there are groups without them.
+    count = collections.Counter(name for source in sources for name in declared(source))
+    groups = []
+    for source in sorted(sources, key=lambda source: -max((count[name] for name in declared(source)), default=0)):
+        chosen = next((g for g in groups if g.takes(source, most)), None)
         if not chosen:
-            groups.append(chosen := Group(used))
-        chosen.add(file, names)
-    return groups
-
-
-def first_groups(files):
-    """Headers are in the first. Sources that declare what a header has declared are not in the large ones."""
-    headers = [file for file in files if not is_source(file)]
-    public = set().union(*(declared(file, False) for file in headers))
-    apart = [file for file in files if is_source(file) and declared(file, False) & public]
-    groups = group(headers + [file for file in files if is_source(file) and file not in apart])
-    large = [g for g in groups if g.sources == MOST_TOGETHER]
-    return large + group(apart, [g for g in groups if g not in large])
+            groups.append(chosen := Group(namespaces_used(source)))
+        chosen.add(source)
+    return [g.files for g in groups]
 
 
 def parse(name, files, options):
@@ -137,12 +153,13 @@ def parse(name, files, options):
     lines = {}
     if len(files) > 1:  # what they include comes first: then it is a source that clashes, not a header
         for file in files:
-            lines.update(dict.fromkeys(re.findall(r"^#include .*", text_of(file), re.M)))
-    lines = list(lines)
+            for header in re.findall(r'^#include (["<][^">]*[">])', text_of(file), re.M):
+                lines[f"#if __has_include({header})\n#include {header}\n#endif"] = None
+    lines = ["#define ZLIB_CONST", *lines]
     for i, file in enumerate(files):  # programs have the same entry point
         lines += [f"#define main main_{i}", f"#define LLVMFuzzerTestOneInput fuzz_{i}", f'#include "{file}"']
     together = BUILD / "names" / f"{name}.cpp"
-    together.write_text("\n".join(lines + [WRONG_NAME]) + "\n")
+    together.write_text("\n".join([*lines, WRONG_NAME, f'#include "{NO_MORE}"']) + "\n")
     run = subprocess.run(
         ["clang-tidy-14", "--quiet", "--checks=-*,readability-identifier-naming",
          f"--header-filter=^{re.escape(str(ROOT))}/({'|'.join(TREES)})/", together, "--", "-std=c++20", *options, "-w",
@@ -150,7 +167,7 @@ def parse(name, files, options):
     names, errors, broken = [], set(), set()
     for message in re.split(r"^(?=\S+: (?:error|warning): )", run.stdout, flags=re.M):
         found = MESSAGE.match(message)
-        if not found:
+        if not found or NO_MORE in found[2]:
             continue
         file = os.path.relpath(found[1], ROOT)
         if found[3] == "readability-identifier-naming":
@@ -193,7 +210,9 @@ def main():
     breaches, unparsed = defined_twice([f for f in files if not f.startswith("tests/")]), set()
     # A model checker's header redefines keywords: what includes it is parsed alone.
     alone = [file for file in files if "<relacy/" in (ROOT / file).read_text()]
-    groups = [g.files for g in first_groups([file for file in files if file not in alone])] + [[f] for f in alone]
+    headers = [file for file in files if not is_source(file)]
+    sources = [file for file in files if is_source(file) and file not in alone]
+    groups = [headers, *group(sources, MOST_TOGETHER)] + [[file] for file in alone]
     with concurrent.futures.ThreadPoolExecutor(args.jobs) as pool:
         for turn in ("first", "second", "alone"):
             jobs = [pool.submit(parse, f"{turn}-{i}", together, options) for i, together in enumerate(groups)]
@@ -206,7 +225,7 @@ def main():
                 else:
                     unparsed |= errors
             if turn == "first":
-                groups = [g.files for g in group(sorted(again), with_parameters=False, most=FEW_TOGETHER)]
+                groups = group(sorted(again), FEW_TOGETHER)
             else:
                 groups = [[file] for file in sorted(again)]
     for line in sorted(breaches | unparsed):

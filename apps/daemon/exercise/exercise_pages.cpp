@@ -9,17 +9,17 @@
 namespace brachy {
 namespace {
 
-using Json = nlohmann::ordered_json;
+using OrderedJson = nlohmann::ordered_json;
 
 // A page that asks again sooner gets the same answer. It also bounds what clients can make the daemon compute.
 constexpr std::chrono::seconds kGoodFor{2};
 
-std::string text_of(const Json& json) {
-  return json.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
+std::string text_of(const OrderedJson& json) {
+  return json.dump(-1, ' ', false, OrderedJson::error_handler_t::replace) + "\n";
 }
 
-Json to_json(const ExerciseResult& result) {
-  Json lines = Json::array();
+OrderedJson to_json(const ExerciseResult& result) {
+  OrderedJson lines = OrderedJson::array();
   for (const BoundResult& bound : result.bounds)
     lines.push_back({{"text", bound.text}, {"kept", bound.is_kept}});
   return {{"state", "scored"}, {"passed", result.has_passed()}, {"lines", lines}};
@@ -61,7 +61,7 @@ void ExercisePages::stop() {
 }
 
 std::string ExercisePages::list() const {
-  Json all = Json::array();
+  OrderedJson all = OrderedJson::array();
   for (const ExerciseFile& file : exercises_)
     all.push_back({{"file", file.file.filename().string()},
                    {"name", file.exercise.name},
@@ -84,7 +84,7 @@ std::string ExercisePages::result() {
 void ExercisePages::begin_score() {
   is_scoring_ = true;
   worker_->post([this, exercise = *running_] {
-    Json result;
+    OrderedJson result;
     try {
       result = to_json(judge(exercise, score_()));
     } catch (const std::exception& e) {

@@ -13,15 +13,15 @@
 namespace brachy {
 namespace {
 
-using Json = nlohmann::ordered_json;
+using OrderedJson = nlohmann::ordered_json;
 
 /// A number as report.cpp writes it: omitted where it is 0, null where JSON cannot represent it.
-double number(const Json& row, const char* key) {
+double number(const OrderedJson& row, const char* key) {
   if (!row.contains(key)) return 0;
   return row[key].is_null() ? std::numeric_limits<double>::quiet_NaN() : row[key].get<double>();
 }
 
-CompareRow row_of(const Json& json) {
+CompareRow row_of(const OrderedJson& json) {
   CompareRow row;
   json.at("model").get_to(row.model);
   json.at("family").get_to(row.family);
@@ -51,9 +51,9 @@ CompareRow row_of(const Json& json) {
   return row;
 }
 
-std::string sentence_on_times(const std::vector<Json>& slices) {
+std::string sentence_on_times(const std::vector<OrderedJson>& slices) {
   double least = std::numeric_limits<double>::infinity(), most = 0;
-  for (const Json& slice : slices) {
+  for (const OrderedJson& slice : slices) {
     if (!slice.at("yardstick_ms").is_number())
       return "Times are each slice's own; slices without a yardstick cannot be compared.\n";
     least = std::min(least, slice["yardstick_ms"].get<double>());
@@ -69,29 +69,30 @@ std::string sentence_on_times(const std::vector<Json>& slices) {
 
 std::string to_json(const ComparePlan& plan, const Slice& slice, std::optional<double> yardstick_ms,
                     const std::vector<CompareRow>& rows) {
-  Json json =
+  OrderedJson json =
       slice_file("compare", slice, {{"quick", plan.quick}, {"scenes", plan.scenes}, {"models", plan.models}});
-  json["yardstick_ms"] = yardstick_ms ? Json(*yardstick_ms) : Json(nullptr);
-  json["rows"] = Json::parse(to_json(rows, plan.quick)).at("rows");
+  json["yardstick_ms"] = yardstick_ms ? OrderedJson(*yardstick_ms) : OrderedJson(nullptr);
+  json["rows"] = OrderedJson::parse(to_json(rows, plan.quick)).at("rows");
   return json.dump(1) + "\n";
 }
 
 MergedComparison merge_comparison(const std::vector<std::filesystem::path>& files) {
-  const std::vector<Json> slices = read_slice_files(files, "compare");
+  const std::vector<OrderedJson> slices = read_slice_files(files, "compare");
   try {
-    const Json& run = slices.at(0).at("run");
+    const OrderedJson& run = slices.at(0).at("run");
     const auto scenes = run.at("scenes").get<std::vector<std::string>>(),
                models = run.at("models").get<std::vector<std::string>>();
     MergedComparison merged;
-    Json all = {{"quick", run.at("quick")}, {"simd", run.at("simd")}, {"yardstick_ms", Json::array()}};
-    for (const Json& slice : slices) all["yardstick_ms"].push_back(slice.at("yardstick_ms"));
-    all["rows"] = Json::array();
+    OrderedJson all = {
+        {"quick", run.at("quick")}, {"simd", run.at("simd")}, {"yardstick_ms", OrderedJson::array()}};
+    for (const OrderedJson& slice : slices) all["yardstick_ms"].push_back(slice.at("yardstick_ms"));
+    all["rows"] = OrderedJson::array();
     std::vector<std::size_t> taken(slices.size());
     for (std::size_t s = 0; s < scenes.size(); ++s)
       for (std::size_t m = 0; m < models.size(); ++m) {
         const std::size_t from = (s + m) % slices.size();
-        const Json& rows = slices[from].at("rows");
-        const Json row = taken[from] < rows.size() ? rows[taken[from]++] : Json();
+        const OrderedJson& rows = slices[from].at("rows");
+        const OrderedJson row = taken[from] < rows.size() ? rows[taken[from]++] : OrderedJson();
         if (!row.is_object() || row.at("scene") != scenes[s] || row.at("model") != models[m])
           throw UserError(
               fmt::format("--merge: slice {} lacks the row of {} on {} where it should be: run it again",

@@ -12,12 +12,12 @@
 namespace brachy {
 namespace {
 
-using Json = nlohmann::ordered_json;
+using OrderedJson = nlohmann::ordered_json;
 
-Json to_json(const CompareRow& row) {
-  Json json = {{"model", row.model},   {"family", row.family},       {"scene", row.scene},
-               {"group", row.group},   {"counts", row.counts},       {"listed", row.listed},
-               {"kernel", row.kernel}, {"anchors", row.has_anchors}, {"surface", row.is_surface}};
+OrderedJson to_json(const CompareRow& row) {
+  OrderedJson json = {{"model", row.model},   {"family", row.family},       {"scene", row.scene},
+                      {"group", row.group},   {"counts", row.counts},       {"listed", row.listed},
+                      {"kernel", row.kernel}, {"anchors", row.has_anchors}, {"surface", row.is_surface}};
   if (row.landmark_spacing_mm > 0) json["landmark_spacing_mm"] = row.landmark_spacing_mm;
   if (row.support_mm > 0) json["support_mm"] = row.support_mm;
   if (!row.error.empty()) {
@@ -65,7 +65,7 @@ std::string cell(const std::vector<double>& values, const char* format, double f
 }  // namespace
 
 std::string to_json(const std::vector<CompareRow>& rows, bool quick) {
-  Json all = Json::array();
+  OrderedJson all = OrderedJson::array();
   for (const CompareRow& row : rows) all.push_back(to_json(row));
   return report_text(quick, std::move(all));
 }

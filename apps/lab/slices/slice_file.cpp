@@ -12,18 +12,18 @@
 namespace brachy {
 namespace {
 
-using Json = nlohmann::ordered_json;
+using OrderedJson = nlohmann::ordered_json;
 
 struct ReadFile {
   std::string name;
   Slice slice;
-  Json json;
+  OrderedJson json;
 };
 
 ReadFile read_file(const std::filesystem::path& path, const std::string& tool) {
   std::ifstream in(path, std::ios::binary);
   if (!in) throw UserError(path.string() + ": cannot be read");
-  Json json = Json::parse(in, nullptr, false);
+  OrderedJson json = OrderedJson::parse(in, nullptr, false);
   const auto refuse = [&](const std::string& why) {
     throw UserError(
         fmt::format("{}: {}; write it with `brachy {} --slice I/N --json FILE`", path.string(), why, tool));
@@ -40,7 +40,7 @@ ReadFile read_file(const std::filesystem::path& path, const std::string& tool) {
 }
 
 /// A value, shortened for an error message.
-std::string shown(const Json& value) {
+std::string shown(const OrderedJson& value) {
   const std::string text = value.dump();
   return text.size() <= 40 ? text : "another";
 }
@@ -49,7 +49,7 @@ void check_same_run(const ReadFile& first, const ReadFile& other) {
   if (other.slice.count != first.slice.count)
     throw UserError(fmt::format("{}: is of {} slices, {} of {}", other.name, other.slice.count, first.name,
                                 first.slice.count));
-  const Json &run = first.json["run"], &its = other.json["run"];
+  const OrderedJson &run = first.json["run"], &its = other.json["run"];
   for (const auto& [key, value] : run.items())
     if (!its.contains(key) || its[key] != value)
       throw UserError(fmt::format("{}: is of another run than {}: {} is {}, not {}", other.name, first.name,
@@ -58,13 +58,14 @@ void check_same_run(const ReadFile& first, const ReadFile& other) {
 
 }  // namespace
 
-Json slice_file(const std::string& tool, const Slice& slice, Json run) {
+OrderedJson slice_file(const std::string& tool, const Slice& slice, OrderedJson run) {
   run["version"] = version();
   run["simd"] = to_string(best_simd_target());
   return {{"tool", tool}, {"slice", to_string(slice)}, {"run", std::move(run)}};
 }
 
-std::vector<Json> read_slice_files(const std::vector<std::filesystem::path>& files, const std::string& tool) {
+std::vector<OrderedJson> read_slice_files(const std::vector<std::filesystem::path>& files,
+                                          const std::string& tool) {
   std::vector<std::optional<ReadFile>> slices;
   const ReadFile* first = nullptr;
   for (const auto& file : files) {
@@ -83,7 +84,7 @@ std::vector<Json> read_slice_files(const std::vector<std::filesystem::path>& fil
     if (!slices[i]) missing.append(missing.empty() ? "" : ", ").append(std::to_string(i + 1));
   if (!missing.empty())
     throw UserError(fmt::format("--merge: of {} slices these are missing: {}", slices.size(), missing));
-  std::vector<Json> all;
+  std::vector<OrderedJson> all;
   all.reserve(slices.size());
   for (auto& slice : slices) all.push_back(std::move(slice->json));
   return all;

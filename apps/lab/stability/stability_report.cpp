@@ -8,48 +8,48 @@
 namespace brachy {
 namespace {
 
-using Json = nlohmann::ordered_json;
+using OrderedJson = nlohmann::ordered_json;
 
 /// JSON has no infinity: null.
-Json number(double value) {
-  return std::isfinite(value) ? Json(value) : Json(nullptr);
+OrderedJson number(double value) {
+  return std::isfinite(value) ? OrderedJson(value) : OrderedJson(nullptr);
 }
 
-Json number(const std::optional<double>& value) {
-  return value ? number(*value) : Json(nullptr);
+OrderedJson number(const std::optional<double>& value) {
+  return value ? number(*value) : OrderedJson(nullptr);
 }
 
-Json numbers(const std::vector<double>& values) {
-  Json array = Json::array();
+OrderedJson numbers(const std::vector<double>& values) {
+  OrderedJson array = OrderedJson::array();
   for (const double value : values) array.push_back(number(value));
   return array;
 }
 
-Json to_json(const StabilityRow& row) {
-  Json json = {{"method", row.method},
-               {"sweep", row.sweep},
-               {"parameter", row.parameter},
-               {"at_failure", number(row.at_failure)},
-               {"swept_to", row.kind == "law" ? Json(nullptr) : number(row.swept_to)},
-               {"theory", number(row.theory)},
-               {"kind", row.kind}};
+OrderedJson to_json(const StabilityRow& row) {
+  OrderedJson json = {{"method", row.method},
+                      {"sweep", row.sweep},
+                      {"parameter", row.parameter},
+                      {"at_failure", number(row.at_failure)},
+                      {"swept_to", row.kind == "law" ? OrderedJson(nullptr) : number(row.swept_to)},
+                      {"theory", number(row.theory)},
+                      {"kind", row.kind}};
   if (row.theory_range) json["theory_range"] = {(*row.theory_range)[0], (*row.theory_range)[1]};
   return json;
 }
 
-Json to_json(const StabilityCurve& curve) {
-  Json json = {{"method", curve.method},
-               {"sweep", curve.sweep},
-               {"parameter", curve.parameter},
-               {"at", numbers(curve.at)}};
+OrderedJson to_json(const StabilityCurve& curve) {
+  OrderedJson json = {{"method", curve.method},
+                      {"sweep", curve.sweep},
+                      {"parameter", curve.parameter},
+                      {"at", numbers(curve.at)}};
   if (!curve.condition.empty()) json["condition"] = numbers(curve.condition);
   if (!curve.condition_by_theory.empty()) json["condition_by_theory"] = numbers(curve.condition_by_theory);
   if (!curve.min_det.empty()) json["min_det"] = numbers(curve.min_det);
   return json;
 }
 
-Json to_json(const PlaneBorder& border) {
-  Json json = {{"method", border.method}, {"kind", border.kind}, {"spacing", numbers(border.spacing)}};
+OrderedJson to_json(const PlaneBorder& border) {
+  OrderedJson json = {{"method", border.method}, {"kind", border.kind}, {"spacing", numbers(border.spacing)}};
   if (!border.load.empty()) {
     json["load"] = border.load;
     json["push"] = numbers(border.push);
@@ -58,8 +58,8 @@ Json to_json(const PlaneBorder& border) {
 }
 
 template <class Part>
-Json all_of(const std::vector<Part>& parts) {
-  Json array = Json::array();
+OrderedJson all_of(const std::vector<Part>& parts) {
+  OrderedJson array = OrderedJson::array();
   for (const Part& part : parts) array.push_back(to_json(part));
   return array;
 }
@@ -85,10 +85,10 @@ std::string cell(const std::string& text) {
 }  // namespace
 
 std::string to_json(const StabilityReport& report) {
-  const Json json = {{"quick", report.quick},
-                     {"rows", all_of(report.rows)},
-                     {"curves", all_of(report.curves)},
-                     {"plane", all_of(report.plane)}};
+  const OrderedJson json = {{"quick", report.quick},
+                            {"rows", all_of(report.rows)},
+                            {"curves", all_of(report.curves)},
+                            {"plane", all_of(report.plane)}};
   return json.dump(1) + "\n";
 }
 

@@ -12,21 +12,21 @@
 namespace brachy {
 namespace {
 
-using Json = nlohmann::ordered_json;
+using OrderedJson = nlohmann::ordered_json;
 
 /// As written by stability_report.cpp: JSON has no infinity.
-double number(const Json& json) {
+double number(const OrderedJson& json) {
   return json.is_null() ? std::numeric_limits<double>::infinity() : json.get<double>();
 }
 
-std::vector<double> numbers(const Json& json, const char* key) {
+std::vector<double> numbers(const OrderedJson& json, const char* key) {
   std::vector<double> values;
   if (json.contains(key))
-    for (const Json& value : json[key]) values.push_back(number(value));
+    for (const OrderedJson& value : json[key]) values.push_back(number(value));
   return values;
 }
 
-StabilityRow row_of(const Json& json) {
+StabilityRow row_of(const OrderedJson& json) {
   StabilityRow row;
   json.at("method").get_to(row.method);
   json.at("sweep").get_to(row.sweep);
@@ -39,7 +39,7 @@ StabilityRow row_of(const Json& json) {
   return row;
 }
 
-StabilityCurve curve_of(const Json& json) {
+StabilityCurve curve_of(const OrderedJson& json) {
   StabilityCurve curve;
   json.at("method").get_to(curve.method);
   json.at("sweep").get_to(curve.sweep);
@@ -51,7 +51,7 @@ StabilityCurve curve_of(const Json& json) {
   return curve;
 }
 
-PlaneBorder border_of(const Json& json) {
+PlaneBorder border_of(const OrderedJson& json) {
   PlaneBorder border;
   json.at("method").get_to(border.method);
   json.at("kind").get_to(border.kind);
@@ -83,30 +83,30 @@ std::vector<Sweep> sweeps_of(const Slice& slice, const std::vector<Sweep>& sweep
 
 std::string to_json(const Slice& slice, const std::vector<Sweep>& all, const std::string& scene, bool quick,
                     const std::vector<Sweep>& swept, const std::vector<StabilityReport>& parts) {
-  Json names = Json::array();
+  OrderedJson names = OrderedJson::array();
   for (const Sweep& sweep : all) names.push_back(sweep.name);
-  Json json = slice_file("stability", slice, {{"quick", quick}, {"sweeps", names}, {"scene", scene}});
-  json["parts"] = Json::object();
+  OrderedJson json = slice_file("stability", slice, {{"quick", quick}, {"sweeps", names}, {"scene", scene}});
+  json["parts"] = OrderedJson::object();
   for (std::size_t i = 0; i < swept.size(); ++i)
-    json["parts"][swept[i].name] = Json::parse(to_json(parts[i]));
+    json["parts"][swept[i].name] = OrderedJson::parse(to_json(parts[i]));
   return json.dump(1) + "\n";
 }
 
 StabilityReport merge_stability(const std::vector<std::filesystem::path>& files) {
-  const std::vector<Json> slices = read_slice_files(files, "stability");
+  const std::vector<OrderedJson> slices = read_slice_files(files, "stability");
   try {
-    const Json& run = slices.at(0).at("run");
+    const OrderedJson& run = slices.at(0).at("run");
     StabilityReport merged{.quick = run.at("quick").get<bool>(), .rows = {}, .curves = {}, .plane = {}};
-    for (const Json& sweep : run.at("sweeps")) {
+    for (const OrderedJson& sweep : run.at("sweeps")) {
       const auto name = sweep.get<std::string>();
       const auto slice =
-          std::ranges::find_if(slices, [&](const Json& s) { return s.at("parts").contains(name); });
+          std::ranges::find_if(slices, [&](const OrderedJson& s) { return s.at("parts").contains(name); });
       if (slice == slices.end())
         throw UserError(fmt::format("--merge: no slice has the sweep {}: run them again", name));
-      const Json& part = slice->at("parts").at(name);
-      for (const Json& row : part.at("rows")) merged.rows.push_back(row_of(row));
-      for (const Json& curve : part.at("curves")) merged.curves.push_back(curve_of(curve));
-      for (const Json& border : part.at("plane")) merged.plane.push_back(border_of(border));
+      const OrderedJson& part = slice->at("parts").at(name);
+      for (const OrderedJson& row : part.at("rows")) merged.rows.push_back(row_of(row));
+      for (const OrderedJson& curve : part.at("curves")) merged.curves.push_back(curve_of(curve));
+      for (const OrderedJson& border : part.at("plane")) merged.plane.push_back(border_of(border));
     }
     return merged;
   } catch (const nlohmann::json::exception& e) {

@@ -8,13 +8,13 @@
 namespace brachy {
 namespace {
 
-using Json = nlohmann::ordered_json;
+using OrderedJson = nlohmann::ordered_json;
 
-Json to_json(const TickRow& row) {
-  Json json = {{"model", row.model},
-               {"in_daemon", row.is_in_daemon},
-               {"scene", row.scene},
-               {"motion_mm", row.motion_mm}};
+OrderedJson to_json(const TickRow& row) {
+  OrderedJson json = {{"model", row.model},
+                      {"in_daemon", row.is_in_daemon},
+                      {"scene", row.scene},
+                      {"motion_mm", row.motion_mm}};
   if (!row.error.empty()) {
     json["error"] = row.error;
     return json;
@@ -47,7 +47,7 @@ std::vector<std::string> names(const std::vector<TickRow>& rows, Member member) 
 }  // namespace
 
 std::string to_json(const std::vector<TickRow>& rows, bool quick) {
-  Json all = Json::array();
+  OrderedJson all = OrderedJson::array();
   for (const TickRow& row : rows) all.push_back(to_json(row));
   return report_text(quick, std::move(all));
 }

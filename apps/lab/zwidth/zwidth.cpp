@@ -144,8 +144,8 @@ std::vector<ZWidthCase> zwidth_cases(bool quick) {
 }
 
 std::string to_json(const std::vector<ZWidthPoint>& points, const DeviceDynamicsSettings& device) {
-  using Json = nlohmann::ordered_json;
-  Json rows = Json::array();
+  using OrderedJson = nlohmann::ordered_json;
+  OrderedJson rows = OrderedJson::array();
   for (const ZWidthPoint& p : points)
     rows.push_back({{"loop", p.loop.local_model ? "local" : "wire"},
                     {"rate_hz", p.loop.rate_hz},
@@ -157,7 +157,7 @@ std::string to_json(const std::vector<ZWidthPoint>& points, const DeviceDynamics
                     {"stable_n_per_mm", p.stable_n_per_mm},
                     {"greatest_calm_share", p.greatest_calm_share},
                     {"least_ringing_share", p.least_ringing_share}});
-  const Json json = {
+  const OrderedJson json = {
       {"mass_kg", device.mass_kg}, {"damping_n_s_per_mm", device.damping_n_s_per_mm}, {"points", rows}};
   return json.dump(1) + "\n";
 }

@@ -135,7 +135,8 @@ TEST(DaemonPlan, AnOperatorGetsThePlanAndChangesTheRest) {
   EXPECT_EQ(holes_of(desk->plans.back()), holes_of(before));
 }
 
-TEST(DaemonPlan, SeedsThatLieWrongAreMadeUpForByTheRestThatIsOptimised) {
+// ThreadSanitizer takes a minute and a half for these two: scripts/nightly.sh tsan.
+TEST(DaemonImplant, SeedsThatLieWrongAreMadeUpForByTheRestThatIsOptimised) {
   RunningDaemon daemon(planned());
   const auto desk = operator_of(daemon);
   Applicator device;
@@ -226,7 +227,7 @@ TEST(DaemonPlan, WithoutOneThereIsNothingToChange) {
   EXPECT_TRUE(desk.plans.empty());
 }
 
-TEST(DaemonPlan, ASessionKeepsItsChangesGoesOnWithThemAndIsScoredAgainstThePlanAtItsStart) {
+TEST(DaemonImplant, ASessionKeepsItsChangesGoesOnWithThemAndIsScoredAgainstThePlanAtItsStart) {
   const Scene scene = planned();
   const TempFolder temporary;
   DaemonOptions options;

@@ -21,7 +21,7 @@
 namespace brachy {
 namespace {
 
-using Json = nlohmann::ordered_json;
+using OrderedJson = nlohmann::ordered_json;
 
 struct CrowdOptions {
   std::uint16_t port = 0;
@@ -101,7 +101,7 @@ class BadPeer {
     if (kind_.starts_with("half-open")) proxy_.cut(0, test::Cut::kSilence);
     if (kind_ == "flood") flood();
   }
-  Json to_json() const {
+  OrderedJson to_json() const {
     return {{"kind", kind_},
             {"began_ns", begin_ns_},
             {"bytes_read", proxy_.passed_down(0)},
@@ -195,7 +195,7 @@ class Crowd {
   }
 
   void report() const {
-    Json json;
+    OrderedJson json;
     std::vector<double> gaps;
     std::map<std::string, int> closed;
     std::size_t served = 0, busy = 0;
@@ -227,7 +227,7 @@ class Crowd {
       json["poses_accepted"] = witness.state().poses_accepted;
       json["poses_refused"] = refused;
     }
-    json["bad"] = Json::array();
+    json["bad"] = OrderedJson::array();
     for (const auto& peer : bad_) json["bad"].push_back(peer->to_json());
     std::cout << json.dump() << std::endl;
   }
