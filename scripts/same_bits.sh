@@ -94,7 +94,7 @@ replay=(--offline --simd sse4 --json)
 for scene in "$scenes"/*.toml; do
   name=$(basename "$scene" .toml)
   case $name in
-    plan) continue ;;  # a plan, not a scene
+    plan | hdr_plan) continue ;;  # no scenes
     perineum) trajectory=config/perineum_5mm_s.csv ;;
     three_needles) trajectory=config/insertion_three_needles.csv ;;
     million_points) trajectory=$(cut_short config/insertion.csv 4) ;;

@@ -1,27 +1,24 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <memory>
-#include <optional>
 #include <span>
-#include <vector>
 
-#include "core/brachytherapy/seeds/implant.h"
-#include "core/brachytherapy/seeds/seed_loading.h"
-#include "core/brachytherapy/structures/bone_stop.h"
-#include "core/brachytherapy/structures/organ_contacts.h"
 #include "core/models/guard/guarded_field.h"
 #include "core/needle/contact_solve.h"
-#include "core/needle/needle_contact.h"
-#include "core/needle/needle_order.h"
 #include "core/simulation/body_motion.h"
+#include "core/simulation/instruments.h"
 #include "core/simulation/mesh_state.h"
+#include "core/simulation/organ_tests.h"
+#include "core/simulation/seed_drops.h"
+#include "core/simulation/shown_mesh.h"
 #include "core/simulation/simulation_model.h"
-#include "core/solve/anchors.h"
+#include "core/simulation/tick_landmarks.h"
 
 namespace brachy {
 
-/// The simulation: poses → contact → landmarks → stick and slip → field → seeds → mesh state, one tick a call.
+/// The simulation, one tick a call: poses → contact → landmarks → stick and slip → field → mesh, seeds and organs.
 ///
 /// A step depends on its arguments and on the simulator's state: the needles' contact, the anchors' λ and the last
 /// field. Every tick's field is computed from the rest shape. The same poses give the same states, bit for bit, on
@@ -36,15 +33,12 @@ class Simulator {
   Simulator(const Simulator&) = delete;
   Simulator& operator=(const Simulator&) = delete;
 
-  /// Puts the seeds of an earlier run, in the order of their drops, into the tissue and removes them from their
-  /// needles. Call it before initial_state and the first step. Throws UserError where they are more than
-  /// seeds.max_count.
-  void restore_seeds(std::span<const Seed> seeds);
-  /// The same for seeds that an earlier run lost: indices in Plan::seeds.
-  void restore_lost(std::span<const std::int32_t> planned);
+  /// As SeedDrops::restore and restore_lost. Call them before initial_state and the first step.
+  void restore_seeds(std::span<const Seed> seeds) { seeds_.restore(seeds); }
+  void restore_lost(std::span<const std::int32_t> planned) { seeds_.restore_lost(planned); }
 
   /// Another plan to load needles from (SeedLoading::set_plan), from the next step on. Real-time: as step.
-  void set_plan(const LoadingPlan& plan) noexcept { seed_loading_.set_plan(plan); }
+  void set_plan(const LoadingPlan& plan) noexcept { seeds_.set_plan(plan); }
 
   /// Continues from `other`, which has the same scene with another model: with its time, its seeds and the seeds left
   /// in its needles. The tissue is at rest, and needles in it are reinserted. Before the first step.
@@ -63,44 +57,24 @@ class Simulator {
   void step(const NeedlePose& pose, MeshState& state) noexcept { step(std::span(&pose, 1), state); }
 
   const std::shared_ptr<const SimulationModel>& model() const { return model_; }
-  const Tissue& tissue() const { return tissue_; }
+  const Tissue& tissue() const { return model_->tissue; }
   SimdTarget simd_target() const { return model_->settings.target; }
   /// Ticks evaluated in each way since construction, indexed by Evaluation.
   const std::array<std::uint64_t, 4>& evaluation_counts() const { return evaluation_counts_; }
-  double period_s() const { return period_s_; }
+  double period_s() const { return model_->settings.period_s; }
   /// The displacement field of the last step, in the frame of the body, and where the body is: a material point X is at
   /// body_frame().to_world(X + u(X)). Its certificate is the summary's. Valid until the next step.
   DisplacementField& field() { return *field_; }
   const BodyFrame& body_frame() const { return body_.frame(); }
   /// The landmarks that make it, in the frame of the body. Where the summary has kStepSolveFailed the field is that of
   /// an earlier tick.
-  const LandmarkSet& landmarks() const { return landmarks_; }
+  const LandmarkSet& landmarks() const { return landmarks_.set(); }
 
  private:
-  void begin_contacts(std::span<const NeedlePose> poses) noexcept;
-  void hold_contacts(std::span<const NeedlePose> poses) noexcept;
-  void begin_probe(const NeedlePose& pose) noexcept;
-  void gather_landmarks() noexcept;
-  void add_needle(std::size_t n, bool tip) noexcept;
-  void add_probe() noexcept;
-  void add_landmark(NeedleLandmark& landmark, const LandmarkSpread& spread, LandmarkSet::Owner owner,
-                    std::int32_t beam) noexcept;
-  bool keep_clear(Vec3& anchor) const noexcept;
   bool solve_contacts() noexcept;
   bool is_over_budget() const noexcept;
   void deform() noexcept;
-  void apply_field() noexcept;
-  void apply_everywhere() noexcept;
-  bool apply_block(std::uint32_t b) noexcept;
-  void find_shapes() noexcept;
-  void drop_seeds() noexcept;
-  void drop(std::size_t needle, const SeedDrop& due) noexcept;
-  bool is_in_tissue(std::size_t needle) const noexcept;
-  void refuse_drop(std::size_t needle, DropRefusal why, const Vec3& at,
-                   std::int32_t planned = FailedDrop::kNotPlanned) noexcept;
-  void test_organs() noexcept;
-  Vec3 mean_displacement() const noexcept;
-  void write_state(MeshState& state) noexcept;
+  void write(MeshState& state) noexcept;
 
   /// What a tick of 5 ms has time for, beyond which forces and field take turns. Pairs of landmarks that are new to it,
   /// and a share of all pairs: 30 landmarks that all move (four needles deep in the gland), or 7 that move among 78 in
@@ -110,46 +84,19 @@ class Simulator {
   static constexpr std::size_t kManyLandmarks = 24, kMostLandmarkSteps = 120;
 
   std::shared_ptr<const SimulationModel> model_;
-  const Tissue& tissue_;  // the model's
-  double period_s_;
-  std::vector<NeedleContact> contacts_;  // by needle
-  std::vector<BoneStop> bone_stops_;     // by needle
-  std::vector<OrganContacts> organ_contacts_;
-  std::optional<ProbeContact> probe_;  // the instrument after them
-  ContactSolve contact_solve_;
-  ClinicalNoise noise_;
-  BodyMotion body_;
-  BodyFrame shown_frame_;  // in which deformed_ is
-  Anchors anchors_;
-  double anchor_clearance_;
   std::unique_ptr<GuardedField> field_;
-  SeedLoading seed_loading_;
-  Implant implant_;
+  Instruments instruments_;
+  TickLandmarks landmarks_;  // of this tick, or of the one before it, whose field is due
+  ContactSolve contact_solve_;
+  BodyMotion body_;
+  ShownMesh mesh_;
+  SeedDrops seeds_;
+  OrganTests organs_;
 
   std::uint64_t tick_ = 0;
   std::uint32_t flags_ = 0;
-  LandmarkSet landmarks_;      // of this tick, or of the one before it, whose field is due
   bool is_field_due_ = false;  // the last tick had no time for the field of its landmarks
-  NeedleOrder needle_order_;
-  std::vector<std::int32_t> last_on_shaft_;  // of each needle, its landmark behind the tip; −1: none
-  std::vector<std::int32_t> beams_;  // of each needle, in landmarks_.compliance; −1: it does not bend
   std::array<std::uint64_t, 4> evaluation_counts_{};
-
-  std::vector<float> rest_, deformed_;  // 3N
-  std::vector<std::uint64_t> block_ticks_;
-  std::vector<std::uint64_t> block_evaluated_;  // tick in which the block was last in reach
-  std::vector<std::uint32_t> displaced_,
-      was_displaced_;  // blocks not at rest now, and after the last evaluation
-  /// Blocks that changed in each of the last ticks, ring by tick: what a slot that is a few publishes behind has to
-  /// catch up on.
-  static constexpr std::size_t kChangeHistory = 8;
-  std::array<std::vector<std::uint32_t>, kChangeHistory> changed_;
-  double max_displacement_ = 0;
-  std::uint32_t moved_vertices_ = 0;
-  std::vector<NeedleState> needles_;
-  std::vector<OrganContact> organ_states_;  // as NeedleStates::organ_contacts
-  FailedDrops failed_drops_;
-  std::vector<NeedleStates::PoseHistory> pose_histories_;
 };
 
 }  // namespace brachy

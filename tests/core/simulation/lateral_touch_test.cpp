@@ -70,7 +70,7 @@ Felt feel(const std::shared_ptr<const SimulationModel>& model, const Sweep& swee
 TEST(LateralTouch, IsLateralWhereverAndHoweverFastTheNeedleComes) {
   const auto model = load_simulation_model(coarse_scene(), load_tissue(coarse_scene()).tissue);
   std::mt19937_64 random(5);
-  const int sweeps = test::kIsSanitized ? 4 : test::scene_count(24);
+  const int sweeps = test::kIsSanitized ? 4 : test::scene_count(12);
   for (int i = 0; i < sweeps; ++i) {
     const Sweep sweep = random_sweep(random, i % 2 == 0);
     const double speed_mm_s = std::pow(300.0, test::uniform(random, 0.5, 1));  // 17 … 300
