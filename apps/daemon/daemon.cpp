@@ -103,20 +103,23 @@ std::shared_ptr<SimulationRun> first_run(const LoadedScene& loaded, const Daemon
 
 /// What the threads hand each other.
 struct HandOvers {
-  HandOvers(const Simulator& simulator, std::size_t needles)
+  HandOvers(const Simulator& simulator, std::size_t needles, bool keeps_states)
       : states(simulator.initial_state()),
         seeds(DroppedSeeds(simulator.initial_state())),
         forces(TickForces(needles)),
-        imaged_ticks(ImagedTick(simulator, simulator.initial_state())) {}
+        imaged_ticks(ImagedTick(simulator, simulator.initial_state())) {
+    if (keeps_states) saves.emplace(SavedTick(simulator));
+  }
 
   // From the deformation thread:
-  HandOver<MeshState> states;         // to the snapshot thread
-  HandOver<DroppedSeeds> seeds;       // to the dose thread
-  HandOver<TickForces> forces;        // to the io thread
-  HandOver<LoopStatistics> loop;      // to the io thread
-  HandOver<ImagedTick> imaged_ticks;  // to the ultrasound thread
-  HandOver<LoopStatistics> control;   // from the control thread to the io thread
-  HandOver<ScannedModel> models;      // from the io thread to the ultrasound thread
+  HandOver<MeshState> states;                // to the snapshot thread
+  std::optional<HandOver<SavedTick>> saves;  // to the snapshot thread, where a session keeps them
+  HandOver<DroppedSeeds> seeds;              // to the dose thread
+  HandOver<TickForces> forces;               // to the io thread
+  HandOver<LoopStatistics> loop;             // to the io thread
+  HandOver<ImagedTick> imaged_ticks;         // to the ultrasound thread
+  HandOver<LoopStatistics> control;          // from the control thread to the io thread
+  HandOver<ScannedModel> models;             // from the io thread to the ultrasound thread
   std::array<HandOver<ScannedImage>, UltrasoundScanner::kMostViews> images;  // back
   HandOver<UltrasoundStatistics> ultrasound;                                 // likewise
 };
@@ -166,7 +169,7 @@ class Daemon::Impl {
         runs_(first_run(loaded_, options), loop_, worker_),
         devices_(make_devices(scene, simulator().tissue(), scene.instrument_count())),
         X_WR_(resting_probe(scene, simulator().tissue())),
-        hand_overs_(simulator(), devices_.size()),
+        hand_overs_(simulator(), devices_.size(), loaded_.session != nullptr),
         events_(
             simulator().initial_state(),
             loaded_.ledger ? loaded_.ledger->all().seeds(scene.template_grid) : std::vector<PlannedSeed>(),
@@ -208,7 +211,8 @@ class Daemon::Impl {
       run_deformation_loop(stop, loop_.clock(), runs_.in_use(),
                            {runs_.reader(), devices, hand_overs_.states.writer, hand_overs_.forces.writer,
                             hand_overs_.seeds.writer, hand_overs_.loop.writer, &changes_->for_simulator(),
-                            has_ultrasound() ? &hand_overs_.imaged_ticks.writer : nullptr});
+                            has_ultrasound() ? &hand_overs_.imaged_ticks.writer : nullptr,
+                            hand_overs_.saves ? &hand_overs_.saves->writer : nullptr, ticks_per_save()});
     });
     std::jthread control;
     if (options_.control_thread || scene().realtime.control_thread)
@@ -283,6 +287,9 @@ class Daemon::Impl {
   const Scene& scene() const { return loaded_.scene; }
   Simulator& simulator() { return runs_.in_use().simulator; }
   bool has_ultrasound() const { return scene().ultrasound.on; }
+  std::uint64_t ticks_per_save() const {
+    return static_cast<std::uint64_t>(std::llround(kStatePeriodS / scene().period_s()));
+  }
   bool is_probe(std::size_t needle) const {
     return scene().probe.on && needle == std::size_t(scene().needle.count);
   }
@@ -591,7 +598,9 @@ class Daemon::Impl {
     server_.publish(std::move(state));
   }
   void record(const MeshState& state) {
-    if (auto failure = loaded_.session->record(state))
+    const bool is_saved = hand_overs_.saves->reader.update();
+    if (auto failure =
+            loaded_.session->record(state, is_saved ? &hand_overs_.saves->reader.value() : nullptr))
       announce({net::EventKind::kWarning, 0, state.summary.tick, std::move(*failure)});
   }
   /// Ticks after the last snapshot, whose thread has ended.

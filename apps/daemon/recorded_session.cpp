@@ -35,9 +35,10 @@ RecordedSession::RecordedSession(const std::filesystem::path& folder, const Scen
   if (!log_.restored_text().empty()) spdlog::info("session {}: {}", folder.string(), log_.restored_text());
 }
 
-std::optional<std::string> RecordedSession::record(const MeshState& state) {
+std::optional<std::string> RecordedSession::record(const MeshState& state, const SavedTick* saved) {
   try {
     log_.add(state);
+    if (saved) log_.add_state(saved->tick, saved->bytes);
     log_.flush();
   } catch (const std::runtime_error& e) {
     if (failure_ == e.what()) return std::nullopt;

@@ -3,6 +3,7 @@
 #include <optional>
 #include <string>
 
+#include "apps/daemon/loops/saved_tick.h"
 #include "apps/score/exercise.h"
 #include "apps/session/session_log.h"
 #include "apps/session/volume_study_file.h"
@@ -26,9 +27,9 @@ class RecordedSession {
 
   double start_s() const { return log_.offset_s(); }  ///< session time of tick 0
 
-  /// Writes what is new in `state`. Returns and logs the text of a failure, once; seeds are retried at the
+  /// Writes what is new in `state`, and keeps `saved` unless it is null. Returns and logs the text of a failure, once; seeds are retried at the
   /// next call.
-  std::optional<std::string> record(const MeshState& state);
+  std::optional<std::string> record(const MeshState& state, const SavedTick* saved = nullptr);
   void sync() const noexcept { log_.sync_seeds(); }
 
   /// Appends a study, whose time is that of this run. Returns the text of a failure, else "".

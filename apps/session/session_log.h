@@ -10,6 +10,7 @@
 #include "apps/forces/row_file.h"
 #include "apps/session/earlier_session.h"
 #include "apps/session/seed_ledger.h"
+#include "apps/session/session_states.h"
 #include "core/simulation/mesh_state.h"
 #include "haptics/trajectory/needle_trajectories.h"
 
@@ -52,6 +53,10 @@ class SessionLog {
   /// cannot be written; the
   /// next call retries them.
   void add(const MeshState& state);
+  /// Keeps the state of the simulator after tick `tick` (session_states.h). Errors: as write_session_state.
+  void add_state(std::uint64_t tick, std::span<const std::byte> bytes) const {
+    write_session_state(folder_, time_of(tick), bytes);
+  }
 
   // The same in parts, for data received over the wire.
   void add_seeds(std::span<const Seed> seeds) { ledger_.append(seeds, offset_s_); }

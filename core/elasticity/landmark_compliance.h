@@ -34,6 +34,10 @@ class LandmarkCompliance {
     /// Unit, if what it lies against gives way across it by kSliding, as a well lubricated surface; 0: it does not
     Vec3 slides_on = Vec3::Zero();
 
+    template <class Archive>
+    void list_state(Archive& archive) {
+      archive(beam, arc_mm, arm, slides_on);
+    }
     bool operator==(const Point&) const = default;
   };
 
@@ -74,6 +78,12 @@ class LandmarkCompliance {
   }
 
   bool operator==(const LandmarkCompliance&) const = default;
+
+  /// For StateWriter and StateReader (core/base/state_archive.h).
+  template <class Archive>
+  void list_state(Archive& archive) {
+    archive(beams_, points_, sliding_, body_);
+  }
 
  private:
   void add_body_to(Eigen::Ref<Eigen::MatrixXd> K, double scale) const noexcept;

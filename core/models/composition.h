@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "core/base/state_archive.h"
 #include "core/injectivity/cell_field.h"
 #include "core/models/displacement_field.h"
 
@@ -54,6 +55,9 @@ class Composition : public DisplacementField {
   virtual bool is_late() const { return false; }
   /// No landmark is there any more: the tissue is at rest, and the next evaluate starts from there.
   virtual void end() noexcept {}
+  /// What the tissue's points still show of earlier landmarks, where blocks are late. As TissueField's.
+  virtual void save(StateWriter& /*writer*/) const {}
+  virtual void restore(StateReader& /*reader*/) {}
   double least_determinant() const { return least_determinant_; }
   const Vec3& least_place() const { return least_place_; }  ///< rest position of that point
   const BlockDisplacement<float>& displacement(std::uint32_t block) const override {

@@ -120,6 +120,16 @@ void TissueField::rescale(double scale) noexcept {
   do_rescale(scale);
 }
 
+void TissueField::save(StateWriter& writer) const {
+  writer(displacements_, weights_, landmark_displacements_);
+  do_save(writer);
+}
+
+void TissueField::restore(StateReader& reader) {
+  reader(displacements_, weights_, landmark_displacements_);
+  do_restore(reader);
+}
+
 double TissueField::total_force_n() const {
   Vec3 sum = Vec3::Zero();
   for (const Vec3& w : weights_) sum += w;

@@ -7,6 +7,7 @@
 
 #include <Eigen/Core>
 
+#include "core/base/state_archive.h"
 #include "core/elasticity/landmark_compliance.h"
 #include "core/injectivity/certifiable_field.h"
 #include "core/kernels/landmark_spread.h"
@@ -89,6 +90,11 @@ class TissueField : public DisplacementField, public CertifiableField {
   /// Size of the force on all landmarks of the field together, N; scaled as in solve.
   double total_force_n() const;
 
+  /// What the field of one set of landmarks still depends on besides these: how far work has gone that is spread over
+  /// ticks. `restore` is for a field that `update` has been given the same set. Errors: as StateReader. Not real-time.
+  void save(StateWriter& writer) const;
+  void restore(StateReader& reader);
+
  protected:
   struct LandmarkOptions {
     std::size_t max_landmarks = 0;
@@ -121,6 +127,9 @@ class TissueField : public DisplacementField, public CertifiableField {
   /// Finds the weights (n) of displacements() and evaluates the field. `is_new_set`: positions() have changed since the
   /// last call, and are the factorized ones.
   virtual Evaluation do_evaluate(bool is_new_set, std::span<Vec3> weights) noexcept = 0;
+  /// What a model has besides.
+  virtual void do_save(StateWriter& /*writer*/) const {}
+  virtual void do_restore(StateReader& /*reader*/) {}
   /// Evaluates the field again: weights() and displacements() have been multiplied by `scale`.
   virtual void do_rescale(double scale) noexcept = 0;
 

@@ -21,6 +21,12 @@ class BodyFrame {
 
   bool operator==(const BodyFrame& other) const { return A_ == other.A_ && b_ == other.b_; }
 
+  /// For StateWriter and StateReader (core/base/state_archive.h).
+  template <class Archive>
+  void list_state(Archive& archive) {
+    archive(is_identity_, A_, inverse_, b_);
+  }
+
  private:
   bool is_identity_ = true;
   Mat3 A_ = Mat3::Identity(), inverse_ = Mat3::Identity();

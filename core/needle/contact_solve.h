@@ -21,6 +21,10 @@ struct LandmarkSet {
   /// Of a landmark behind the anchors: landmark `index` of needle `needle`; the probe's is the needle after the last.
   struct Owner {
     std::uint32_t needle = 0, index = 0;
+    template <class Archive>
+    void list_state(Archive& archive) {
+      archive(needle, index);
+    }
   };
   std::vector<Vec3> positions, displacements;  ///< mm, n
   std::vector<LandmarkSpread> spreads;         ///< n
@@ -32,6 +36,11 @@ struct LandmarkSet {
   void clear() noexcept;
   void add(const Vec3& position, const Vec3& displacement, const LandmarkSpread& spread,
            const LandmarkCompliance::Point& point = {}) noexcept;
+  /// For StateWriter and StateReader (core/base/state_archive.h).
+  template <class Archive>
+  void list_state(Archive& archive) {
+    archive(positions, displacements, spreads, compliance, owners, anchors);
+  }
   /// Removes spread, owner and compliance of landmark i, which is already gone from positions and displacements.
   void remove(std::size_t i) noexcept;
 };
@@ -51,6 +60,12 @@ class ContactSolve {
                      LandmarkSet& landmarks, TissueField& field, std::uint32_t& flags) noexcept;
   /// Where the body goes under the last solve's reactions (LandmarkCompliance::body_motion).
   const Vec6& body_motion() const { return body_motion_; }
+
+  /// For StateWriter and StateReader (core/base/state_archive.h).
+  template <class Archive>
+  void list_state(Archive& archive) {
+    archive(body_motion_);
+  }
 
  private:
   FactorStatus factorize(LandmarkSet& landmarks, TissueField& field, std::uint32_t& flags) noexcept;

@@ -34,10 +34,20 @@ class CutPath {
   /// The material point at arc length s, clamped to [0, length()].
   Vec3 at(double s) const noexcept;
 
+  /// For StateWriter and StateReader (core/base/state_archive.h).
+  template <class Archive>
+  void list_state(Archive& archive) {
+    archive(knots_, end_, end_length_);
+  }
+
  private:
   struct Knot {
     Vec3 point;
     double s;
+    template <class Archive>
+    void list_state(Archive& archive) {
+      archive(point, s);
+    }
   };
   std::vector<Knot> knots_;
   std::size_t capacity_;

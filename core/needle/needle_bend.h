@@ -75,10 +75,21 @@ class NeedleBend {
     return is_held_by_template() ? 1 / beam_.unguided(beam_.guide_mm, beam_.guide_mm) : 0;
   }
 
+  /// For StateWriter and StateReader (core/base/state_archive.h).
+  template <class Archive>
+  void list_state(Archive& archive) {
+    archive(beam_, hole_, offset_, tip_, bevel_direction_, tip_force_n_, loads_);
+  }
+
  private:
   struct Load {
     double arc_mm = 0;
     Vec3 force_n = Vec3::Zero();  // on the needle, across it
+
+    template <class Archive>
+    void list_state(Archive& archive) {
+      archive(arc_mm, force_n);
+    }
   };
   Vec3 across(const Vec3& v) const { return v - v.dot(beam_.axis) * beam_.axis; }
   void find_hole(const RigidTransform& X_BN, const RigidTransform& X_WN) noexcept;

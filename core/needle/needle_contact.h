@@ -113,6 +113,17 @@ class NeedleContact {
   /// Share of the outer capsule's puncture force that the needle carries, 0 … 1: the load of dynamic anchors.
   double load() const noexcept;
 
+  /// For StateWriter and StateReader (core/base/state_archive.h).
+  template <class Archive>
+  void list_state(Archive& archive) {
+    archive(state_, has_last_pose_, needle_, last_tip_, last_world_tip_, last_free_tip_, last_world_axis_,
+            moved_, is_turned_, is_body_moving_, turn_, was_inserted_);
+    archive(contact_point_, by_tip_, side_, advanced_, not_pressed_, slid_, has_punctured_);
+    archive(path_, tip_s_, tissue_, capsule_of_, free_slip_, shaft_, old_paths_, next_old_path_);
+    archive(bend_, last_slope_, tip_relaxed_n_, last_slip_, tip_reaction_n_, landmarks_, has_tip_landmark_,
+            insertion_depth_, tip_depth_, puncture_count_, flags_, forces_, local_model_);
+  }
+
  private:
   struct Needle {  // this tick's pose in parts
     Vec3 hub = Vec3::Zero(), tip = Vec3::Zero(), axis = Vec3::UnitZ();
@@ -121,6 +132,10 @@ class NeedleContact {
     Vec3 free_hub = Vec3::Zero(), free_tip = Vec3::Zero();
     Vec3 nearest_on_line(const Vec3& p) const { return tip + (p - tip).dot(axis) * axis; }
     Vec3 across(const Vec3& v) const { return v - v.dot(axis) * axis; }
+    template <class Archive>
+    void list_state(Archive& archive) {
+      archive(hub, tip, axis, bent_tip, free_hub, free_tip);
+    }
   };
   struct ShaftLandmark {
     Vec3 position;       // material point on the cut path
@@ -128,6 +143,11 @@ class NeedleContact {
     double axial = 0;    // how far friction has carried it along the needle, mm
     bool slips = false;  // did in the last tick
     Vec3 relaxed_n = Vec3::Zero();
+
+    template <class Archive>
+    void list_state(Archive& archive) {
+      archive(position, friction, axial, slips, relaxed_n);
+    }
   };
 
   // geometry, before the solve

@@ -25,11 +25,21 @@ class NeedleOrder {
   /// Landmarks of the needles of which the last update found any elsewhere.
   std::size_t changed_landmarks() const { return changed_landmarks_; }
 
+  /// For StateWriter and StateReader (core/base/state_archive.h).
+  template <class Archive>
+  void list_state(Archive& archive) {
+    archive(update_, changed_, places_, order_, changed_landmarks_, is_by_rest_);
+  }
+
  private:
   /// What its rows depend on.
   struct Place {
     Vec3 position;
     LandmarkSpread spread;
+    template <class Archive>
+    void list_state(Archive& archive) {
+      archive(position, spread);
+    }
     bool operator==(const Place&) const = default;
   };
 

@@ -54,11 +54,23 @@ class ProbeContact {
   const NeedleForces& forces() const { return forces_; }
   const LocalContactModel& local_model() const { return local_model_; }
 
+  /// For StateWriter and StateReader (core/base/state_archive.h).
+  template <class Archive>
+  void list_state(Archive& archive) {
+    archive(points_, tip_, axis_, world_tip_, turn_, state_, flags_, landmarks_, touching_, direction_,
+            indentation_, forces_, local_model_);
+  }
+
  private:
   struct Point {
     Vec3 position = Vec3::Zero();  // at rest, B, mm
     Vec3 normal = Vec3::Zero();    // of the probe where the point lies against it; 0: it does not
     double pressed_n = 0;          // in the last tick
+
+    template <class Archive>
+    void list_state(Archive& archive) {
+      archive(position, normal, pressed_n);
+    }
   };
   Vec3 nearest_on_axis(const Vec3& p) const noexcept;
   void update(std::size_t point, const DisplacementField& last_field) noexcept;

@@ -32,6 +32,11 @@ class SideContact {
     Vec3 rest = Vec3::Zero();  ///< on the surface, mm
     double depth_mm = 0;       ///< how far it is pushed along direction(), ≥ 0
     double core_mm = 0;        ///< over which its force is spread
+
+    template <class Archive>
+    void list_state(Archive& archive) {
+      archive(rest, depth_mm, core_mm);
+    }
   };
 
   /// `radius`: the needle's, mm. The surface must outlive this.
@@ -55,6 +60,12 @@ class SideContact {
   const Vec3& normal() const { return normal_; }
   /// Whether a point would have gone farther than the most.
   bool is_saturated() const { return is_saturated_; }
+
+  /// For StateWriter and StateReader (core/base/state_archive.h).
+  template <class Archive>
+  void list_state(Archive& archive) {
+    archive(direction_, normal_, below_tip_, is_saturated_, points_);
+  }
 
  private:
   void turn(const Vec3& axis, const Vec3& towards, double share) noexcept;

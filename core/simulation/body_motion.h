@@ -36,6 +36,12 @@ class BodyMotion {
   void swell(std::uint64_t punctures, double period_s) noexcept;
   double swelling_share() const { return share_; }  ///< of the day-0 swelling
 
+  /// For StateWriter and StateReader (core/base/state_archive.h).
+  template <class Archive>
+  void list_state(Archive& archive) {
+    archive(motion_, share_, frame_);
+  }
+
  private:
   void update_frame() noexcept;
 

@@ -39,12 +39,23 @@ class ClinicalNoise {
   /// How far from the needle's tip seed `id` comes to lie, mm; `axis` along the needle, towards the tip.
   Vec3 drop_offset(std::uint32_t id, const Vec3& axis) const noexcept;
 
+  /// For StateWriter and StateReader (core/base/state_archive.h).
+  template <class Archive>
+  void list_state(Archive& archive) {
+    archive(hands_);
+  }
+
  private:
   struct Hand {
     std::uint64_t insertion = 0;
     bool was_in_tissue = false, is_known = false;
     Vec3 last_tip = Vec3::Zero();
     double fastest_mm_s = 0;  // of this insertion, forward
+
+    template <class Archive>
+    void list_state(Archive& archive) {
+      archive(insertion, was_in_tissue, is_known, last_tip, fastest_mm_s);
+    }
   };
 
   /// Standard normal, of the numbers alone.

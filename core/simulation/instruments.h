@@ -53,6 +53,12 @@ class Instruments {
   /// Takes over the poses and the counts of drops of `other`, which is of the same scene.
   void resume_from(const Instruments& other) noexcept;
 
+  /// For StateWriter and StateReader (core/base/state_archive.h).
+  template <class Archive>
+  void list_state(Archive& archive) {
+    archive(needles_, bone_stops_, probe_, noise_, states_, pose_histories_);
+  }
+
  private:
   void begin_needle(std::size_t n, const NeedlePose& pose, double t_s, const DisplacementField& last_field,
                     const BodyFrame& frame) noexcept;

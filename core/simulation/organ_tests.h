@@ -24,6 +24,12 @@ class OrganTests {
   /// Of needle n and SimulationModel::organs[k] at n × organs + k.
   const std::vector<OrganContact>& contacts() const { return states_; }
 
+  /// For StateWriter and StateReader (core/base/state_archive.h).
+  template <class Archive>
+  void list_state(Archive& archive) {
+    archive(tests_, states_);
+  }
+
  private:
   const SimulationModel& model_;
   std::vector<OrganContacts> tests_;  // by needle

@@ -49,6 +49,12 @@ class SeedDrops {
   std::span<const Seed> in_tissue() const { return implant_.seeds(); }
   std::size_t max_count() const { return implant_.max_count(); }
 
+  /// For StateWriter and StateReader (core/base/state_archive.h).
+  template <class Archive>
+  void list_state(Archive& archive) {
+    archive(loading_, implant_, failed_);
+  }
+
  private:
   void drop_one(std::uint64_t tick, std::size_t needle, const SeedDrop& due, Instruments& instruments,
                 const DeformedTissue& tissue) noexcept;

@@ -38,6 +38,13 @@ class ShownMesh {
   std::uint32_t moved_vertices() const { return moved_vertices_; }  ///< points that are not where they rest
   Vec3 mean_displacement() const noexcept;                          ///< of all points, mm
 
+  /// For StateWriter and StateReader (core/base/state_archive.h).
+  template <class Archive>
+  void list_state(Archive& archive) {
+    archive(tick_, frame_, deformed_, block_ticks_, block_evaluated_, displaced_, was_displaced_, changed_,
+            max_displacement_, moved_vertices_);
+  }
+
  private:
   void show_everywhere(const DisplacementField& field, const BodyFrame& frame) noexcept;
   void show_touched(const DisplacementField& field) noexcept;

@@ -30,6 +30,12 @@ class TickLandmarks {
   /// Of these, how many belong to needles whose landmarks lay elsewhere in the last tick.
   std::size_t changed() const { return order_.changed_landmarks(); }
 
+  /// For StateWriter and StateReader (core/base/state_archive.h).
+  template <class Archive>
+  void list_state(Archive& archive) {
+    archive(anchors_, order_, set_);
+  }
+
  private:
   void add_anchors(const Instruments& instruments) noexcept;
   bool keep_clear(Vec3& anchor, const Instruments& instruments) const noexcept;

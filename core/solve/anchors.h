@@ -35,6 +35,12 @@ class Anchors {
   std::span<const Vec3> positions() const { return positions_; }
   double lambda() const { return lambda_; }
 
+  /// For StateWriter and StateReader (core/base/state_archive.h).
+  template <class Archive>
+  void list_state(Archive& archive) {
+    archive(lambda_, positions_);
+  }
+
  private:
   void place() noexcept;
 

@@ -13,6 +13,7 @@ constexpr auto kDetails = R"(Examples:
   brachy replay config/insertion.csv --connect 127.0.0.1:18950
   brachy replay run1.brachy --offline --config config/prostate.toml      a recording: the same ticks again
   brachy replay insertion.csv --offline --config config/prostate.toml --json
+  brachy replay out/monday/poses.csv --offline --config config/session.toml --from 60      a session, from its middle
   brachy replay config/insertion_5mm_s.csv --offline --log force.csv
   brachy replay config/insertion_three_needles.csv --offline --config three.toml   needle.count = 3 there
   brachy replay config/insertion.csv --offline --device-dynamics --delay-ms 20 --drop 0.01
@@ -71,9 +72,16 @@ void declare(OptionList& list, GivenOptions& options) {
            "for --offline: the force on every needle in every tick, as CSV; must not exist yet")
       .needs(offline);
   list.add_flag("--force", options.force, "overwrite a log that exists");
-  list.add("--session", options.session,
-           "for --offline: directory for poses, forces and seeds, as brachyd --session records them")
-      .needs(offline);
+  const Option session =
+      list.add("--session", options.session,
+               "for --offline: directory for poses, forces and seeds, as brachyd --session records them")
+          .needs(offline);
+  list.add("--from", options.from_s,
+           "for --offline: start at the newest state before that time, s, that the session beside the "
+           "trajectory kept")
+      .needs(offline)
+      .range(0.0, 1e6)
+      .excludes(session);
   list.add("--rate-hz", options.rate_hz, "poses per second; interpolated between samples")
       .needs(connect)
       .range(1.0, 2000.0)

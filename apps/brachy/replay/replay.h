@@ -24,6 +24,7 @@ struct ReplayOptions {
   std::optional<std::filesystem::path> log;      ///< offline: the force log to write
   std::optional<std::filesystem::path> session;  ///< offline: directory to record and to report in
   std::optional<SimulatedDeviceOptions> device;  ///< none: the trajectory is the needle's
+  std::optional<double> from_s;                  ///< offline: start from a state that the session kept before
   bool json = false;
   bool force = false;  ///< overwrite a log that exists
 };

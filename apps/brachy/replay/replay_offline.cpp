@@ -15,6 +15,7 @@
 #include "apps/score/hdr_report.h"
 #include "apps/score/report.h"
 #include "apps/session/session_log.h"
+#include "apps/session/session_states.h"
 #include "apps/terminal/progress.h"
 #include "apps/terminal/set_up_progress.h"
 #include "core/base/error.h"
@@ -53,6 +54,21 @@ void add_to_log(ForceLogWriter& log, double t_s, const MeshState& state) {
       log.add(force_sample(t_s, id, needles[id], state.summary.certificate.vertex_det));
 }
 
+/// Restores what the trajectory's session kept before `from_s`; returns the first tick after it.
+std::uint64_t restore_before(double from_s, const ReplayOptions& options, double start_s,
+                             Simulator& simulator) {
+  const SessionState state = load_session_state(options.trajectory.parent_path(), from_s);
+  try {
+    simulator.restore(state.bytes);
+  } catch (const UserError& e) {
+    throw UserError(fmt::format("{}: the state at {} s: {}; give the session's own --config",
+                                options.trajectory.parent_path().string(), state.t_s, e.what()));
+  }
+  std::cerr << fmt::format("brachy: goes on from {} s\n", state.t_s);
+  return static_cast<std::uint64_t>(
+      std::max(0.0, std::round((state.t_s - start_s) / simulator.period_s()) + 1));
+}
+
 }  // namespace
 
 int replay_offline(const ReplayOptions& options) {
@@ -77,11 +93,14 @@ int replay_offline(const ReplayOptions& options) {
   // One tick for each period from the first sample to the last, as the recorder's pose log counts them.
   const double period_s = simulator.period_s();
   const auto ticks = static_cast<std::uint64_t>(std::floor(trajectories.duration_s() / period_s + 1e-6)) + 1;
+  std::uint64_t k =
+      options.from_s ? restore_before(*options.from_s, options, trajectories.start_s(), simulator) : 0;
   MeshState state = simulator.initial_state();
   std::vector<NeedlePose> poses(trajectories.id_count());
   StateHash hash;
   ReplayTally tally(ids_of(trajectories));
-  std::uint64_t k = 0;
+  const auto ticks_per_state = static_cast<std::uint64_t>(std::llround(kStatePeriodS / period_s));
+  std::vector<std::byte> saved;
   Progress progress("replay");
   const auto tick = [&](const NeedlePose* held) {
     progress.show_step(k, ticks);
@@ -111,6 +130,10 @@ int replay_offline(const ReplayOptions& options) {
     tally.add(t_s, state, changes_are_finite(state, simulator.tissue().blocks));
     if (log) add_to_log(*log, t_s, state);
     if (session) session->add(state);
+    if (session && state.summary.tick % ticks_per_state == 0) {
+      simulator.save(saved);
+      session->add_state(state.summary.tick, saved);
+    }
     return state.needles.states[held_id].local_model;
   };
   HandReport hand;

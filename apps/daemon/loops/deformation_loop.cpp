@@ -71,6 +71,11 @@ void run_deformation_loop(const std::stop_token& stop, Clock& clock, SimulationR
       ports.seeds.publish();
     }
 
+    if (ports.saves && summary.tick % ports.ticks_per_save == 0) {
+      run->simulator.save(ports.saves->slot().bytes);
+      ports.saves->slot().tick = summary.tick;
+      ports.saves->publish();
+    }
     ++measured.ticks;
     measured.tick_ns.record(summary.publish_ns - start_ns);
     for (std::size_t n = 0; n < needles; ++n)

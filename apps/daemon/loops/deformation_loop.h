@@ -7,6 +7,7 @@
 #include "apps/daemon/loops/dropped_seeds.h"
 #include "apps/daemon/loops/imaged_tick.h"
 #include "apps/daemon/loops/loop_statistics.h"
+#include "apps/daemon/loops/saved_tick.h"
 #include "apps/daemon/loops/simulation_run.h"
 #include "core/realtime/deadline.h"
 #include "core/realtime/hand_over.h"
@@ -25,6 +26,8 @@ struct DeformationPorts {
   HandOver<LoadingPlan>::Reader* plans = nullptr;  ///< changes of the plan; null: there are none
   HandOver<ImagedTick>::Writer* images =
       nullptr;  ///< every tick whose field is its landmarks'; null: no ultrasound
+  HandOver<SavedTick>::Writer* saves = nullptr;  ///< a tick every so often; null: no session keeps them
+  std::uint64_t ticks_per_save = 0;
 };
 
 /// The 200 Hz loop, until a stop is requested: wait for the deadline, read each needle's newest pose, step,

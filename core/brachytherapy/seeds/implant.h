@@ -45,6 +45,12 @@ class Implant {
   /// The last tick in which seed i was dropped or moved; 0: restored and at rest since.
   std::uint64_t changed_tick(std::size_t i) const { return changed_[i]; }
 
+  /// For StateWriter and StateReader (core/base/state_archive.h).
+  template <class Archive>
+  void list_state(Archive& archive) {
+    archive(seeds_, changed_);
+  }
+
  private:
   static constexpr std::size_t kPointsOfSeed = 3;
 

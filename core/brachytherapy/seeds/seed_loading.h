@@ -56,6 +56,12 @@ class SeedLoading {
   /// A planned seed was dropped earlier: it is no longer in its needle.
   void mark_dropped(std::int32_t planned) noexcept;
 
+  /// For StateWriter and StateReader (core/base/state_archive.h).
+  template <class Archive>
+  void list_state(Archive& archive) {
+    archive(plan_, is_gone_, held_);
+  }
+
  private:
   using Hole = std::array<double, 2>;  // column and row, whole numbers; also beside the template
   struct Held {                        // one device needle
@@ -75,6 +81,12 @@ class SeedLoading {
     double pushed_mm = 0;                // train: how far the stylet has pushed the remaining seeds
     Vec3 press_tip = Vec3::Zero(), axis = Vec3::UnitZ();
     Vec3 last_tip = Vec3::Zero(), tip = Vec3::Zero();
+
+    template <class Archive>
+    void list_state(Archive& archive) {
+      archive(is_known, button, is_asked, request_failed, waits, has_refused, plan_needle, carried, is_loaded_for_press,
+              hole, was_out, was_free, load_number, pushed_mm, press_tip, axis, last_tip, tip);
+    }
   };
   void press(Held& held, const RigidTransform& X_WN) noexcept;
   void load(std::size_t n, std::int32_t plan_needle) noexcept;

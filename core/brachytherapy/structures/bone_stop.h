@@ -38,6 +38,12 @@ class BoneStop {
   /// Adds the bone's part to a tick's force and to the model that a device computes it from; none: nothing.
   void add_to(NeedleForces& forces, LocalContactModel& model) const noexcept;
 
+  /// For StateWriter and StateReader (core/base/state_archive.h).
+  template <class Archive>
+  void list_state(Archive& archive) {
+    archive(is_known_, last_tip_, axis_, last_hand_tip_, held_back_mm_);
+  }
+
  private:
   const std::vector<TestedOrgan>& organs_;
   double stiffness_, length_, max_jump_;

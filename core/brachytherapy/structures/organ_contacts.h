@@ -48,6 +48,12 @@ class OrganContacts {
   void update(std::uint64_t tick, double period_s, const NeedleCourse* course,
               std::span<OrganContact> contacts) noexcept;
 
+  /// For StateWriter and StateReader (core/base/state_archive.h).
+  template <class Archive>
+  void list_state(Archive& archive) {
+    archive(last_s_, is_scanned_, last_free_tip_, came_in_s_, pass_s_);
+  }
+
  private:
   struct Touch {
     bool is_in = false;

@@ -20,6 +20,12 @@ struct BlockPoints {
 template <class T>
 struct BlockDisplacement {
   alignas(64) T ux[Tissue::kBlockSize], uy[Tissue::kBlockSize], uz[Tissue::kBlockSize];
+
+  /// For StateWriter and StateReader (core/base/state_archive.h).
+  template <class Archive>
+  void list_state(Archive& archive) {
+    for (std::size_t i = 0; i < Tissue::kBlockSize; ++i) archive(ux[i], uy[i], uz[i]);
+  }
 };
 
 /// Neighbours that share a list of landmarks where points are sparse: one AVX-512 vector.

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "core/models/landmark_state.h"
 #include "core/models/step_flag.h"
 
 namespace brachy {
@@ -267,6 +268,26 @@ void GuardedField::find_least_vertex(const CellField& cells, double scale) noexc
       }
     }
   }
+}
+
+void GuardedField::save(StateWriter& writer) const {
+  writer(positions_, displacements_, spreads_, compliance_);
+  field_->save(writer);
+  if (composition_) composition_->save(writer);
+  writer(is_updated_, evaluation_, certificate_, least_vertex_, flags_);
+}
+
+// The field is that of its landmarks alone, but for what blocks show that are late, and work that is spread over ticks.
+void GuardedField::restore(StateReader& reader) {
+  std::vector<Vec3> positions, displacements;
+  std::vector<LandmarkSpread> spreads;
+  LandmarkCompliance compliance;
+  reader(positions, displacements, spreads, compliance);
+  if (!update(positions, displacements, spreads, compliance))
+    throw UserError("the saved state is another scene's");
+  field_->restore(reader);
+  if (composition_) composition_->restore(reader);
+  reader(is_updated_, evaluation_, certificate_, least_vertex_, flags_);
 }
 
 double GuardedField::largest_displacement() const noexcept {

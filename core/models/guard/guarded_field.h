@@ -60,6 +60,11 @@ class GuardedField : public DisplacementField {
   const Certificate& certificate() const { return certificate_; }
   std::uint32_t flags() const { return flags_; }  ///< StepFlag bits of the guard in this tick
 
+  /// The landmarks of the field and what it still shows of earlier ones. A field that is made alike and restored goes
+  /// on bit for bit. Errors: as StateReader. Not real-time.
+  void save(StateWriter& writer) const;
+  void restore(StateReader& reader);
+
  private:
   void guard() noexcept;
   void clamp(const CellField& cells, const FoldCandidate& fold_candidate) noexcept;

@@ -336,6 +336,14 @@ void MatrixComposition::end() noexcept {
   is_late_ = false;
 }
 
+void MatrixComposition::save(StateWriter& writer) const {
+  writer(displacements_, turns_, is_late_, least_determinant_, least_place_);
+}
+
+void MatrixComposition::restore(StateReader& reader) {
+  reader(displacements_, turns_, is_late_, least_determinant_, least_place_);
+}
+
 // All blocks that do not show the present landmarks yet; or those of them that have waited longest for how fast they
 // move.
 void MatrixComposition::choose_blocks(std::uint64_t work) noexcept {

@@ -40,6 +40,8 @@ class MatrixComposition : public Composition {
   void evaluate(std::uint64_t work) noexcept override;
   bool is_late() const override { return is_late_; }
   void end() noexcept override;
+  void save(StateWriter& writer) const override;
+  void restore(StateReader& reader) override;
   std::span<const std::uint32_t> touched() const override { return all_blocks_; }
   Vec3 displacement_at(const Vec3& X) const noexcept override;
   void displacements_at(std::span<const Vec3> X, std::span<Vec3> u) noexcept override;
@@ -133,6 +135,10 @@ class MatrixComposition : public Composition {
     std::uint32_t age = 1;    ///< ticks
     float speed = 0;          ///< mm a tick
     bool is_present = false;  ///< it shows what was begun last
+    template <class Archive>
+    void list_state(Archive& archive) {
+      archive(age, speed, is_present);
+    }
     float priority() const { return static_cast<float>(age) * (age < kOldest ? speed + kSlowest : kFirst); }
   };
 

@@ -72,6 +72,7 @@ void ScalarKernelField::do_rescale(double scale) noexcept {
 void ScalarKernelField::restart() noexcept {
   settled_ticks_ = 0;
   columns_done_ = 0;
+  shares_ = 0;
   is_condensing_ = has_columns_ = is_complete_ = false;
   moving_displacements_.clear();
 }
@@ -112,17 +113,37 @@ void ScalarKernelField::advance_condensing() noexcept {
     is_condensing_ = true;
     inverse_columns_.resize(positions().size() * moving_.size());
   }
-  const std::size_t m = moving_.size();
-  if (!has_columns_) {
-    const std::size_t count = std::min(kColumnsAtOnce, m - columns_done_);
-    system_.solve_columns(std::span(moving_).subspan(columns_done_, count),
-                          inverse_columns_.data() + columns_done_, m);
-    columns_done_ += count;
-    has_columns_ = columns_done_ == m;
-    if (has_columns_) blocks_.begin_condensing(inverse_columns_, m);
-    return;
+  if (!has_columns_) return add_columns();
+  if (is_complete_) return;
+  is_complete_ = !blocks_.condense(std::max<std::uint64_t>(1, blocks_.reachable_pairs()));
+  ++shares_;
+}
+
+void ScalarKernelField::add_columns() noexcept {
+  const std::size_t m = moving_.size(), count = std::min(kColumnsAtOnce, m - columns_done_);
+  system_.solve_columns(std::span(moving_).subspan(columns_done_, count),
+                        inverse_columns_.data() + columns_done_, m);
+  columns_done_ += count;
+  has_columns_ = columns_done_ == m;
+  if (has_columns_) blocks_.begin_condensing(inverse_columns_, m);
+}
+
+void ScalarKernelField::do_save(StateWriter& writer) const {
+  writer(settled_ticks_, is_condensing_, moving_, columns_done_, shares_, moving_displacements_);
+}
+
+// Columns are not kept: they are made again in the same shares, so that they have the same bits.
+void ScalarKernelField::do_restore(StateReader& reader) {
+  std::size_t columns = 0;
+  std::uint64_t shares = 0;
+  reader(settled_ticks_, is_condensing_, moving_, columns, shares, moving_displacements_);
+  inverse_columns_.resize(positions().size() * moving_.size());
+  while (columns_done_ < columns) add_columns();
+  while (shares_ < shares) {
+    is_complete_ = !blocks_.condense(std::max<std::uint64_t>(1, blocks_.reachable_pairs()));
+    ++shares_;
   }
-  if (!is_complete_) is_complete_ = !blocks_.condense(std::max<std::uint64_t>(1, blocks_.reachable_pairs()));
+  blocks_.evaluate(weights(), moving_displacements_);
 }
 
 void ScalarKernelField::compute_weights(std::span<Vec3> weights) noexcept {

@@ -50,12 +50,15 @@ class ScalarKernelField : public TissueField {
                           Eigen::Ref<Eigen::MatrixXd> H) noexcept override;
   Evaluation do_evaluate(bool is_new_set, std::span<Vec3> weights) noexcept override;
   void do_rescale(double scale) noexcept override;
+  void do_save(StateWriter& writer) const override;
+  void do_restore(StateReader& reader) override;
 
   void choose_moving() noexcept;
   bool is_condensable() const noexcept;
   bool moves_within_columns() const noexcept;
   void restart() noexcept;
   void advance_condensing() noexcept;
+  void add_columns() noexcept;
   void compute_weights(std::span<Vec3> weights) noexcept;
 
   RbfSystem system_;
@@ -73,6 +76,7 @@ class ScalarKernelField : public TissueField {
   bool is_condensing_ = false;  // moving_ is chosen
   bool has_columns_ = false;    // inverse_columns_ is complete
   bool is_complete_ = false;    // every block is condensed
+  std::uint64_t shares_ = 0;    // of the blocks' condensing that are done
   std::vector<Vec3> moving_displacements_;
 };
 

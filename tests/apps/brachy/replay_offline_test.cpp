@@ -395,5 +395,29 @@ TEST(ReplayOffline, NeedsEitherOfflineOrADaemon) {
   EXPECT_EQ(both.out, "");
 }
 
+// Forces and depths from there on are those of the whole replay, to the last digit.
+TEST(ReplayOffline, ASessionGoesOnFromItsMiddle) {
+  const TempFolder folder;
+  const std::string scene = folder.write("scene.toml", small_scene());
+  const std::string session = (folder / "session").string(), whole = (folder / "whole.csv").string(),
+                    later = (folder / "later.csv").string();
+  ASSERT_TRUE(exited(offline(folder.write("t.csv", short_insertion(24)), scene, {"--session", session}), 0));
+  const std::string poses = session + "/poses.csv";
+  const auto all = json_of(offline(poses, scene, {"--log", whole}));
+  const Ended ended = offline(poses, scene, {"--log", later, "--from", "17"});
+  const auto half = json_of(ended);
+  ASSERT_FALSE(half.is_discarded()) << ended.err;
+  EXPECT_NE(ended.err.find("goes on from 10 s"), std::string::npos) << ended.err;
+  EXPECT_EQ(all.at("ticks").get<int>() - half.at("ticks").get<int>(), 2000);
+  const std::string rows = read_file(whole), rows_later = read_file(later);
+  const std::size_t header = rows_later.find('\n') + 1;
+  ASSERT_GT(rows_later.size(), 100'000u);
+  EXPECT_EQ(rows.substr(rows.size() - (rows_later.size() - header)), rows_later.substr(header));
+
+  EXPECT_TRUE(refused_in_one_line(offline(poses, scene, {"--from", "5"}), {"states", "every 10 s"}));
+  const std::string other = folder.write("other.toml", small_scene("[needle]\ncount = 2\n"));
+  EXPECT_TRUE(refused_in_one_line(offline(poses, other, {"--from", "17"}), {"another scene", "--config"}));
+}
+
 }  // namespace
 }  // namespace brachy

@@ -65,5 +65,38 @@ TEST(DeformationLoop, ThatWasStoppedMissesItsDeadlinesAndMakesUpForNone) {
   EXPECT_EQ(states.reader.value().summary.publish_ns, clock.now_ns());
 }
 
+// From a tick that it has saved another simulator goes on as the loop did; saving takes no memory.
+TEST(DeformationLoop, SavesATickEverySoOften) {
+  const Scene scene = test::small();
+  net::test::ManualClock clock;
+  const auto model = load_simulation_model(scene, load_tissue(scene).tissue);
+  SimulationRun run(0, false, model);
+  HandOver<SimulationRun*> runs;
+  HandOver<MeshState> states(run.simulator.initial_state());
+  HandOver<TickForces> forces(TickForces(1));
+  HandOver<DroppedSeeds> seeds(DroppedSeeds(run.simulator.initial_state()));
+  HandOver<LoopStatistics> statistics;
+  HandOver<SavedTick> saves{SavedTick(run.simulator)};
+  const std::byte* const room = saves.writer.slot().bytes.data();
+  std::stop_source stop;
+  NotingDevice device;
+  device.on_asked = [&](std::size_t tick) {
+    if (tick == 45) stop.request_stop();
+  };
+  Device* const devices[] = {&device};
+  DeformationPorts ports{runs.reader, devices, states.writer, forces.writer, seeds.writer, statistics.writer};
+  ports.saves = &saves.writer;
+  ports.ticks_per_save = 40;
+  run_deformation_loop(stop.get_token(), clock, run, ports);
+  ASSERT_TRUE(saves.reader.update());
+  EXPECT_EQ(saves.reader.value().tick, 40u);
+  EXPECT_EQ(saves.reader.value().bytes.data(), room);
+  Simulator again(model);
+  again.restore(saves.reader.value().bytes);
+  MeshState slot = again.initial_state();
+  again.step(NeedlePose{}, slot);
+  EXPECT_EQ(slot.summary.tick, 41u);
+}
+
 }  // namespace
 }  // namespace brachy

@@ -1,0 +1,26 @@
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <span>
+#include <vector>
+
+namespace brachy {
+
+/// The states that a session's directory keeps of its run (Simulator::save), so that a replay can start in the middle: a
+/// file for each, `states/STATE_S.bin`, by the session's time in seconds. Each has a checksum, and is complete or not
+/// there.
+constexpr double kStatePeriodS = 10;  ///< one in so many seconds
+
+struct SessionState {
+  double t_s = 0;  ///< of the session, after the tick
+  std::vector<std::byte> bytes;
+};
+
+/// Errors: std::runtime_error with the file where it cannot be written.
+void write_session_state(const std::filesystem::path& session, double t_s, std::span<const std::byte> bytes);
+
+/// The newest that is not later than `t_s`. Errors: UserError where the session has none, or the file is damaged.
+SessionState load_session_state(const std::filesystem::path& session, double t_s);
+
+}  // namespace brachy

@@ -1,0 +1,185 @@
+// A run is saved at random ticks and goes on from there in another simulator: with the same bits.
+#include <gtest/gtest.h>
+
+#include <map>
+#include <random>
+#include <utility>
+
+#include "core/base/error.h"
+#include "core/scene/choice/choice.h"
+#include "core/scene/file/scene_file.h"
+#include "core/simulation/state_hash.h"
+#include "test_paths.h"
+#include "tests/core/simulation/phantom_scene.h"
+#include "tests/scene_count.h"
+
+namespace brachy {
+namespace {
+
+using State = std::vector<std::byte>;
+
+State saved_of(const Simulator& simulator) {
+  State bytes;
+  simulator.save(bytes);
+  return bytes;
+}
+
+/// Poses of tick `k`: every needle of the scene goes in and out beside the others, later than the one before it, with
+/// its button pressed now and then; a probe pushes from behind.
+std::vector<NeedlePose> poses_at(const SimulationModel& model, const std::vector<RigidTransform>& way,
+                                 std::size_t k) {
+  std::vector<NeedlePose> poses;
+  const std::size_t needles = model.settings.needle.count;
+  for (std::size_t n = 0; n < needles; ++n) {
+    const std::size_t at = k - std::min(k, 40 * n);
+    NeedlePose pose = test::needle_pose(way[std::min(at, way.size() - 1)]);
+    pose.X_WN.p.x() -= 5.0 * static_cast<double>(n % 5);
+    pose.X_WN.p.y() += 5.0 * static_cast<double>(n / 5);
+    pose.sequence = k;
+    pose.button = at % 100 > 80;
+    poses.push_back(pose);
+  }
+  if (model.settings.probe.on) {
+    const double pushed_mm = 0.02 * static_cast<double>(std::min<std::size_t>(k, 200));
+    poses.push_back(test::needle_pose(test::pose_at({0, -35 + pushed_mm, 10}, Vec3::UnitZ())));
+  }
+  return poses;
+}
+
+std::uint64_t hash_of(const MeshState& state) {
+  StateHash hash;
+  hash.add(state);
+  return hash.value();
+}
+
+/// Runs the scene, saves it after `saves` random ticks, and goes on from each for `further` ticks.
+void goes_on_alike(const Scene& scene, int saves, std::size_t further) {
+  const auto model = load_simulation_model(scene, load_tissue(scene).tissue);
+  std::vector<RigidTransform> way;
+  const auto all = test::insertion();
+  for (std::size_t k = 0; k < all.size(); k += 2) way.push_back(all[k]);
+  const std::size_t ticks = way.size() + 40 * (model->settings.needle.count - 1);
+  std::mt19937_64 random(9);
+  std::map<std::size_t, State> saved;
+  for (int i = 0; i < saves; ++i) saved[random() % (ticks - 1)];
+
+  Simulator simulator(model);
+  MeshState state = simulator.initial_state();
+  std::vector<std::uint64_t> hashes;
+  std::uint64_t spread_ticks = 0;
+  for (std::size_t k = 0; k < ticks; ++k) {
+    simulator.step(poses_at(*model, way, k), state);
+    hashes.push_back(hash_of(state));
+    // Besides, where a model spreads its work over ticks: some of those while it does, and after.
+    const auto& counts = simulator.evaluation_counts();
+    const std::uint64_t spread =
+        counts[std::size_t(Evaluation::kMixed)] + counts[std::size_t(Evaluation::kCondensed)];
+    const bool is_spread = std::exchange(spread_ticks, spread) < spread && spread % 7 == 1 && spread < 30;
+    if (saved.contains(k) || is_spread) saved[k] = saved_of(simulator);
+  }
+  for (const auto& [last, bytes] : saved) {
+    Simulator again(model);
+    again.restore(bytes);
+    ASSERT_EQ(saved_of(again), bytes) << "saved in tick " << last;
+    MeshState slot = again.initial_state();
+    for (std::size_t k = last + 1; k < std::min(ticks, last + 1 + further); ++k) {
+      again.step(poses_at(*model, way, k), slot);
+      ASSERT_EQ(hash_of(slot), hashes[k]) << "saved in tick " << last << ", tick " << k;
+    }
+  }
+}
+
+class ShippedScene : public ::testing::TestWithParam<const char*> {};
+
+TEST_P(ShippedScene, GoesOnFromAnyTickWithTheSameBits) {
+  Scene scene = with_choice(load_scene(std::string(BRACHY_CONFIG_DIR "/") + GetParam() + ".toml"));
+  if (!test::is_campaign()) scene.tissue.points = std::min<std::uint64_t>(scene.tissue.points, 6000);
+  goes_on_alike(scene, test::scene_count(3), 40);
+}
+
+INSTANTIATE_TEST_SUITE_P(Saved, ShippedScene,
+                         testing::Values("prostate", "prostate_1khz", "three_needles", "perineum", "theatre",
+                                         "session", "hdr"),
+                         [](const auto& name) { return std::string(name.param); });
+
+class SavedModel : public ::testing::TestWithParam<const char*> {};
+
+TEST_P(SavedModel, GoesOnFromAnyTickWithTheSameBits) {
+  Scene scene;
+  scene.tissue.points = 4000;
+  scene.model.kernel = GetParam();
+  scene.needle.count = 2;
+  scene.probe.on = scene.model.kernel == std::string("elastic") || scene.model.kernel == std::string("fem");
+  goes_on_alike(scene, test::scene_count(4), 60);
+}
+
+INSTANTIATE_TEST_SUITE_P(Saved, SavedModel,
+                         testing::Values("psi31", "buhmann", "compact_elastic", "elastic", "fem"),
+                         [](const auto& name) { return std::string(name.param); });
+
+// Many needles stirred: ticks whose field is still due, and blocks that are late.
+TEST(SavedState, GoesOnWhereWorkIsUnfinished) {
+  Scene scene;
+  scene.needle.count = 6;
+  const auto model = load_simulation_model(scene, load_tissue(scene).tissue);
+  Simulator simulator(model);
+  MeshState state = simulator.initial_state();
+  const auto poses = [&](int k) {
+    std::vector<NeedlePose> all;
+    for (int n = 0; n < 6; ++n) {
+      const double depth = std::min(12.0, -40 + 0.5 * k), stirred = depth < 12 ? 0 : 3 * std::sin(0.2 * k);
+      all.push_back(test::needle_pose(test::pose_at({-12.0 + 5 * n + stirred, -4, depth}, Vec3::UnitZ())));
+    }
+    return all;
+  };
+  int late = 0, k = 0;
+  for (; k < 400 && late < 3; ++k) {
+    simulator.step(poses(k), state);
+    if (!(state.summary.step_flags & kStepLate)) continue;
+    ++late;
+    Simulator again(model);
+    again.restore(saved_of(simulator));
+    Simulator same(model);
+    same.restore(saved_of(again));
+    MeshState slot = again.initial_state(), other = same.initial_state();
+    for (int further = 1; further <= 20; ++further) {
+      again.step(poses(k + further), slot);
+      same.step(poses(k + further), other);
+      ASSERT_EQ(hash_of(slot), hash_of(other));
+    }
+  }
+  EXPECT_EQ(late, 3);
+  const State bytes = saved_of(simulator);
+  Simulator again(model);
+  again.restore(bytes);
+  MeshState slot = again.initial_state();
+  for (; k < 440; ++k) {
+    simulator.step(poses(k), state);
+    again.step(poses(k), slot);
+    ASSERT_EQ(hash_of(slot), hash_of(state)) << k;
+  }
+}
+
+TEST(SavedState, IsRefusedWhereItIsNotWholeOrAnothers) {
+  Scene scene;
+  scene.tissue.points = 2000;
+  const auto model = load_simulation_model(scene, load_tissue(scene).tissue);
+  Simulator simulator(model);
+  MeshState state = simulator.initial_state();
+  for (double z = -40; z <= 0; z += 0.5)
+    simulator.step(test::needle_pose(test::pose_at({8, -4, z}, Vec3::UnitZ())), state);
+  const State bytes = saved_of(simulator);
+  for (std::size_t size = 0; size < bytes.size(); size += 1 + size / 3)
+    EXPECT_THROW(Simulator(model).restore(std::span(bytes).first(size)), UserError) << size;
+  State longer = bytes;
+  longer.push_back({});
+  EXPECT_THROW(Simulator(model).restore(longer), UserError);
+  State other = bytes;
+  other[0] = std::byte{1};
+  EXPECT_THROW(Simulator(model).restore(other), UserError);
+  scene.needle.count = 2;
+  EXPECT_THROW(Simulator(load_simulation_model(scene, load_tissue(scene).tissue)).restore(bytes), UserError);
+}
+
+}  // namespace
+}  // namespace brachy
