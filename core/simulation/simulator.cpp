@@ -300,13 +300,11 @@ bool Simulator::is_over_budget() const noexcept {
   return field_->always_composes() &&
          (pairs > kMostPairs ||
           (landmarks > kManyLandmarks && field_->certificate().substeps * landmarks > kMostLandmarkSteps)) &&
-         !field_->shows(landmarks_.positions, landmarks_.displacements, landmarks_.spreads,
-                        landmarks_.compliance);
+         !field_->shows(landmarks_);
 }
 
 void Simulator::deform() noexcept {
-  if (!field_->update(landmarks_.positions, landmarks_.displacements, landmarks_.spreads,
-                      landmarks_.compliance)) {
+  if (!field_->update(landmarks_)) {
     flags_ |= kStepSolveFailed;  // the last field is kept
     return;
   }
