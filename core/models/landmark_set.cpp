@@ -76,7 +76,7 @@ void LandmarkSet::remove(std::size_t i) noexcept {
 
 void LandmarkSet::assign(std::span<const Vec3> new_positions, std::span<const Vec3> new_displacements,
                          std::span<const LandmarkSpread> new_spreads,
-                         const LandmarkCompliance& new_compliance) noexcept {
+                         const LandmarkCompliance& new_compliance) {
   const std::size_t n = new_positions.size();
   clear();
   positions.assign(new_positions.begin(), new_positions.end());

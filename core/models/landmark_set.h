@@ -28,11 +28,11 @@ class LandmarkSet {
   };
 
   /// The number of each part; 0: it has none. No two parts that differ have the same number, whichever sets of this
-  /// process they are in.
+  /// process they are in. In another process a number means nothing.
   struct Revision {
     std::uint64_t positions = 0, spreads = 0, compliance = 0;
-    std::uint64_t held =
-        0;  ///< of the compliance without its beams (LandmarkCompliance::is_alike_without_beams)
+    /// Of the compliance without its beams (LandmarkCompliance::is_alike_without_beams).
+    std::uint64_t held = 0;
     /// Displacements with one number differ by up to kRestToleranceMm from the first that had it, and the other parts
     /// are the same.
     std::uint64_t displacements = 0;
@@ -64,7 +64,7 @@ class LandmarkSet {
   /// others lack of n is 0, the model's own rule, nothing that gives way. They must not be this set's own.
   void assign(std::span<const Vec3> new_positions, std::span<const Vec3> new_displacements = {},
               std::span<const LandmarkSpread> new_spreads = {},
-              const LandmarkCompliance& new_compliance = {}) noexcept;
+              const LandmarkCompliance& new_compliance = {});
 
   /// Numbers all parts but the displacements, which have no number until they are settled: a part that is the same as
   /// when it was settled last has the number of then, another one a new number. Call it after clear, add, remove or
