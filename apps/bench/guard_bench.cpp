@@ -14,18 +14,21 @@ namespace {
 class PushedShaft {
  public:
   PushedShaft(std::size_t n, double push_mm) {
-    for (std::size_t i = 0; i < n; ++i) {
-      positions_.emplace_back(
+    std::vector<Vec3> positions;
+    for (std::size_t i = 0; i < n; ++i)
+      positions.emplace_back(
           8, -4, -20 + 35 * static_cast<double>(i) / static_cast<double>(std::max<std::size_t>(n - 1, 1)));
-      displacements_.emplace_back(0.1 * push_mm, 0, push_mm);
-    }
+    landmarks_.assign(positions, std::vector<Vec3>(n, Vec3(0.1 * push_mm, 0, push_mm)));
   }
-  void advance() { positions_.back().z() += (tick_++ % 16 < 8 ? 1e-3 : -1e-3); }
-  const std::vector<Vec3>& positions() const { return positions_; }
-  const std::vector<Vec3>& displacements() const { return displacements_; }
+  void advance() {
+    landmarks_.positions.back().z() += (tick_++ % 16 < 8 ? 1e-3 : -1e-3);
+    landmarks_.number();
+    landmarks_.settle();
+  }
+  const LandmarkSet& landmarks() const { return landmarks_; }
 
  private:
-  std::vector<Vec3> positions_, displacements_;
+  LandmarkSet landmarks_;
   int tick_ = 0;
 };
 
@@ -36,12 +39,11 @@ void run_guard(benchmark::State& state, Report& report, SimdTarget target, Row r
   ScalarKernelField plain(tissue, kernel, row.support_mm, options);
   GuardedField guarded(
       tissue, std::make_unique<ScalarKernelField>(tissue, kernel, row.support_mm, options),
-      std::make_unique<ScalarComposition>(tissue, kernel, row.support_mm, target, row.landmarks, 8), {},
-      row.landmarks);
+      std::make_unique<ScalarComposition>(tissue, kernel, row.support_mm, target, row.landmarks, 8),
+      GuardSettings{});
   PushedShaft shaft(row.landmarks, push_mm), same(row.landmarks, push_mm);
-  time_row(state, row,
-           {[&] { guarded.update(shaft.positions(), shaft.displacements()); }, [&] { shaft.advance(); }},
-           {[&] { plain.update(same.positions(), same.displacements()); }, [&] { same.advance(); }});
+  time_row(state, row, {[&] { guarded.update(shaft.landmarks()); }, [&] { shaft.advance(); }},
+           {[&] { plain.update(same.landmarks()); }, [&] { same.advance(); }});
   row.more["push_mm"] = push_mm;
   row.more["added_ms"] = row.ms - row.baseline_ms;
   row.more["substeps"] = guarded.certificate().substeps;

@@ -18,23 +18,27 @@ constexpr double kTipCore = 8;          // mm
 /// Needles side by side along z, the last one's tip a little further on at every tick, with a core of its own.
 class Needles {
  public:
-  explicit Needles(std::size_t n) : cores_(n), axes_(n, Vec3::UnitZ()), displacements_(n, Vec3(0.1, 0, 1)) {
+  explicit Needles(std::size_t n) : axes_(n, Vec3::UnitZ()) {
+    std::vector<Vec3> positions;
     for (std::size_t i = 0; i < n; ++i) {
       const auto needle = static_cast<double>(i / kPerNeedle), row = static_cast<double>(i % kPerNeedle);
-      positions_.emplace_back(-8 + 8 * needle, 2 * std::fmod(needle, 2), -17 + 1.2 * row);
+      positions.emplace_back(-8 + 8 * needle, 2 * std::fmod(needle, 2), -17 + 1.2 * row);
     }
-    cores_.back().core_mm = kTipCore;
+    std::vector<LandmarkSpread> cores(n);
+    cores.back().core_mm = kTipCore;
+    landmarks_.assign(positions, std::vector<Vec3>(n, Vec3(0.1, 0, 1)), cores);
   }
-  void advance() { positions_.back().z() += (tick_++ % 16 < 8 ? 1e-3 : -1e-3); }
-  const std::vector<Vec3>& positions() const { return positions_; }
-  const std::vector<LandmarkSpread>& cores() const { return cores_; }
+  void advance() {
+    landmarks_.positions.back().z() += (tick_++ % 16 < 8 ? 1e-3 : -1e-3);
+    landmarks_.number();
+    landmarks_.settle();
+  }
+  const LandmarkSet& landmarks() const { return landmarks_; }
   const std::vector<Vec3>& axes() const { return axes_; }
-  const std::vector<Vec3>& displacements() const { return displacements_; }
 
  private:
-  std::vector<Vec3> positions_;
-  std::vector<LandmarkSpread> cores_;
-  std::vector<Vec3> axes_, displacements_;
+  LandmarkSet landmarks_;
+  std::vector<Vec3> axes_;
   int tick_ = 0;
 };
 
@@ -55,11 +59,10 @@ void run_axial_stiffness(benchmark::State& state, Report& report, SimdTarget tar
   const std::size_t n = row.landmarks;
   Eigen::MatrixXd H(static_cast<Eigen::Index>(n), static_cast<Eigen::Index>(n)), by_columns = H;
   std::vector<Vec3> d(n, Vec3::Zero()), f(n);
-  const Work place{.run = [&] { field->factorize(needles.positions(), needles.cores()); },
+  const Work place{.run = [&] { field->factorize(needles.landmarks()); },
                    .prepare = [&] { needles.advance(); }};
-  const Work update{
-      .run = [&] { field->update(needles.positions(), needles.displacements(), needles.cores()); },
-      .prepare = [&] { needles.advance(); }};
+  const Work update{.run = [&] { field->update(needles.landmarks()); },
+                    .prepare = [&] { needles.advance(); }};
   const Work stiffness{.run = [&] { field->axial_stiffness(0, needles.axes(), H); }};
   const Work columns{.run = [&] {
     for (std::size_t j = 0; j < n; ++j) {

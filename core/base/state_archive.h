@@ -27,6 +27,8 @@ namespace brachy {
 /// constructed with is not part of its state. Bytes are this machine's: 64 bits, little-endian, as all that we run on.
 class StateWriter {
  public:
+  static constexpr bool kReads = false;
+
   /// Writes over what `bytes` holds; within its capacity without allocation. It must outlive this.
   explicit StateWriter(std::vector<std::byte>& bytes) : bytes_(bytes) { bytes_.clear(); }
 
@@ -88,6 +90,8 @@ class StateWriter {
 /// of what is constructed with a scene. Objects are then half read: do not use them.
 class StateReader {
  public:
+  static constexpr bool kReads = true;
+
   explicit StateReader(std::span<const std::byte> bytes) : left_(bytes) {}
 
   template <class... Members>

@@ -1,59 +1,38 @@
 #include "core/models/tissue_field.h"
 
-#include <algorithm>
 #include <cassert>
 
 namespace brachy {
 
-void TissueField::Landmarks::reserve(std::size_t capacity) {
-  positions.reserve(capacity);
-  spreads.reserve(capacity);
-  compliance.reserve(capacity, capacity);
-}
-
-void TissueField::Landmarks::assign(std::span<const Vec3> new_positions,
-                                    std::span<const LandmarkSpread> new_spreads,
-                                    const LandmarkCompliance& new_compliance) noexcept {
-  positions.assign(new_positions.begin(), new_positions.end());
-  spreads.assign(positions.size(), {});
-  std::ranges::copy(new_spreads.first(std::min(new_spreads.size(), positions.size())), spreads.begin());
-  compliance = new_compliance;
-  is_known = true;
-}
-
 TissueField::TissueField(const LandmarkOptions& options) : options_(options) {
-  factorized_.reserve(options.max_landmarks);
-  field_.reserve(options.max_landmarks);
-  for (auto* v : {&displacements_, &weights_, &landmark_displacements_, &forces_, &unit_, &unit_forces_})
+  for (auto* v :
+       {&positions_, &displacements_, &weights_, &landmark_displacements_, &forces_, &unit_, &unit_forces_})
     v->reserve(options.max_landmarks);
 }
 
-bool TissueField::are(const Landmarks& set, std::span<const Vec3> positions,
-                      std::span<const LandmarkSpread> spreads,
-                      const LandmarkCompliance& compliance) const noexcept {
-  if (!set.is_known || !std::ranges::equal(positions, set.positions)) return false;
-  if (options_.gives_way && compliance != set.compliance) return false;
-  if (!options_.uses_spreads) return true;
-  for (std::size_t i = 0; i < positions.size(); ++i)
-    if ((i < spreads.size() ? spreads[i] : LandmarkSpread{}) != set.spreads[i]) return false;
-  return true;
+TissueField::Key TissueField::key_of(const LandmarkSet& landmarks) const noexcept {
+  const LandmarkSet::Revision& revision = landmarks.revision();
+  return {revision.positions, options_.uses_spreads ? revision.spreads : 0,
+          options_.gives_way ? revision.compliance : 0};
 }
 
-FactorStatus TissueField::factorize(std::span<const Vec3> positions, std::span<const LandmarkSpread> spreads,
-                                    const LandmarkCompliance& compliance) noexcept {
-  assert(options_.gives_way || compliance.is_empty());
-  if (are(factorized_, positions, spreads, compliance)) return {};
-  factorized_.is_known = false;
+FactorStatus TissueField::factorize(const LandmarkSet& landmarks) noexcept {
+  assert(landmarks.is_numbered());
+  assert(options_.gives_way || landmarks.compliance.is_empty());
+  const Key key = key_of(landmarks);
+  if (key == factorized_) return {};
+  factorized_ = {};
   double condition = 1;
-  const FactorStatus status = do_factorize(positions, spreads, compliance, condition);
+  const FactorStatus status = do_factorize(landmarks, condition);
   if (!status) return status;
-  factorized_.assign(positions, spreads, compliance);
+  factorized_ = key;
+  factorized_count_ = landmarks.positions.size();
   condition_ = condition;
   return {};
 }
 
 void TissueField::solve(std::span<const Vec3> displacements, std::span<Vec3> forces) noexcept {
-  assert(factorized_.is_known && displacements.size() == factorized_.positions.size() &&
+  assert(factorized_ != Key{} && displacements.size() == factorized_count_ &&
          forces.size() == displacements.size());
   do_solve(displacements, forces);
   for (Vec3& f : forces) f *= options_.force_scale;
@@ -61,15 +40,14 @@ void TissueField::solve(std::span<const Vec3> displacements, std::span<Vec3> for
 
 void TissueField::axial_stiffness(std::size_t first, std::span<const Vec3> axes,
                                   Eigen::Ref<Eigen::MatrixXd> H) noexcept {
-  assert(factorized_.is_known && first + axes.size() <= factorized_.positions.size());
+  assert(factorized_ != Key{} && first + axes.size() <= factorized_count_);
   do_project_inverse(first, axes, H);
   H *= options_.force_scale;
 }
 
 void TissueField::rigid_stiffness(std::span<const std::uint32_t> group_of, std::span<const Vec3> motions,
                                   std::span<double> stiffness) noexcept {
-  assert(factorized_.is_known && group_of.size() == factorized_.positions.size() &&
-         motions.size() == group_of.size());
+  assert(factorized_ != Key{} && group_of.size() == factorized_count_ && motions.size() == group_of.size());
   do_rigid_stiffness(group_of, motions, stiffness);
   for (double& k : stiffness) k *= options_.force_scale;
 }
@@ -88,29 +66,28 @@ void TissueField::do_rigid_stiffness(std::span<const std::uint32_t> group_of, st
   }
 }
 
-void TissueField::evaluate(std::span<const Vec3> displacements) noexcept {
-  assert(factorized_.is_known && displacements.size() == factorized_.positions.size());
-  const bool is_new_set = !are(field_, factorized_.positions, factorized_.spreads, factorized_.compliance);
-  if (!is_new_set && std::ranges::equal(displacements, displacements_)) {
+void TissueField::evaluate(const LandmarkSet& landmarks) noexcept {
+  assert(factorized_ != Key{} && key_of(landmarks) == factorized_);
+  const bool is_new_set = field_ != factorized_;
+  if (!is_new_set && landmarks.displacements == displacements_) {
     evaluation_ = Evaluation::kIdle;
     return;
   }
-  if (is_new_set) field_.assign(factorized_.positions, factorized_.spreads, factorized_.compliance);
-  displacements_.assign(displacements.begin(), displacements.end());
-  weights_.resize(displacements.size());
+  if (is_new_set) positions_ = landmarks.positions;
+  field_ = factorized_;
+  displacements_ = landmarks.displacements;
+  weights_.resize(displacements_.size());
   evaluation_ = do_evaluate(is_new_set, weights_);
   landmark_displacements_ = displacements_;
-  if (field_.compliance.is_empty()) return;
+  if (landmarks.compliance.is_empty()) return;
   forces_ = weights_;
   for (Vec3& f : forces_) f *= options_.force_scale;
-  field_.compliance.subtract(forces_, landmark_displacements_);
+  landmarks.compliance.subtract(forces_, landmark_displacements_);
 }
 
-FactorStatus TissueField::update(std::span<const Vec3> positions, std::span<const Vec3> displacements,
-                                 std::span<const LandmarkSpread> spreads,
-                                 const LandmarkCompliance& compliance) noexcept {
-  if (const FactorStatus status = factorize(positions, spreads, compliance); !status) return status;
-  evaluate(displacements);
+FactorStatus TissueField::update(const LandmarkSet& landmarks) noexcept {
+  if (const FactorStatus status = factorize(landmarks); !status) return status;
+  evaluate(landmarks);
   return {};
 }
 

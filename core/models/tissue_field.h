@@ -8,10 +8,9 @@
 #include <Eigen/Core>
 
 #include "core/base/state_archive.h"
-#include "core/elasticity/landmark_compliance.h"
 #include "core/injectivity/certifiable_field.h"
-#include "core/kernels/landmark_spread.h"
 #include "core/models/displacement_field.h"
+#include "core/models/landmark_set.h"
 #include "core/solve/factor_status.h"
 
 namespace brachy {
@@ -30,18 +29,16 @@ enum class Evaluation : std::uint8_t {
 /// to tissue.
 ///
 /// The set that is factorized and the set of the evaluated field may differ: factorize and solve do not
-/// change the field. The base keeps what models share: both sets, the displacements and weights of the field,
-/// and the scale from a model's weights to forces. A model implements the private do_ functions.
+/// change the field. The base keeps what models share: the numbers of both sets (LandmarkSet::Revision), the field's
+/// landmarks and weights, and the scale from a model's weights to forces. A model implements the private do_ functions.
 /// Threads: one caller. Real-time: no allocation after construction with one thread, no exceptions.
 class TissueField : public DisplacementField, public CertifiableField {
  public:
-  /// Makes `positions` (n, at rest, mm) the landmark set and factorizes its system K. `spreads`: how each landmark's
-  /// force is spread; empty: by the model's own rule for all. Only `elastic` and `fem` use them; for these other
-  /// spreads make another set. `compliance`: what gives way besides the tissue, C; in all that follows K is then K + C,
-  /// which only the matrix-valued models can. The same set again costs a comparison. Unless it returns kOk, no set is
-  /// factorized.
-  FactorStatus factorize(std::span<const Vec3> positions, std::span<const LandmarkSpread> spreads = {},
-                         const LandmarkCompliance& compliance = {}) noexcept;
+  /// Makes `landmarks` (n, numbered) the factorized set and factorizes the system K of its positions. Only `elastic`
+  /// and `fem` use its spreads; for these other spreads make another set. With a compliance C, K is K + C in all that
+  /// follows, which only the matrix-valued models can. The same set again costs nothing: it is known by its numbers.
+  /// Unless it returns kOk, no set is factorized.
+  FactorStatus factorize(const LandmarkSet& landmarks) noexcept;
 
   /// The forces on the factorized landmarks that displace them by `displacements`: f = K⁻¹ d, N (both n).
   /// Where K is not a compliance they are scaled so that a lone landmark has the stiffness that the model was made with
@@ -63,16 +60,15 @@ class TissueField : public DisplacementField, public CertifiableField {
                        std::span<double> stiffness) noexcept;
   static constexpr std::uint32_t kNoGroup = ~0u;
 
-  /// Makes the factorized set that of the field, solves u(p_i) = d_i for `displacements` (n, mm) and evaluates u at the
-  /// tissue's points. With a compliance C it is u(p_i) = d_i − (C f)_i.
-  void evaluate(std::span<const Vec3> displacements) noexcept;
-  /// u at the field's landmarks, mm.
+  /// Makes the factorized set, which `landmarks` are, that of the field, solves u(p_i) = d_i for their displacements
+  /// and evaluates u at the tissue's points. With a compliance C it is u(p_i) = d_i − (C f)_i.
+  void evaluate(const LandmarkSet& landmarks) noexcept;
+  /// The field's landmarks at rest, and u there; n, mm. In place until the next evaluate.
+  std::span<const Vec3> landmark_positions() const { return positions_; }
   std::span<const Vec3> landmark_displacements() const { return landmark_displacements_; }
 
   /// factorize, then evaluate. Unless it returns kOk, the last field is kept.
-  FactorStatus update(std::span<const Vec3> positions, std::span<const Vec3> displacements,
-                      std::span<const LandmarkSpread> spreads = {},
-                      const LandmarkCompliance& compliance = {}) noexcept;
+  FactorStatus update(const LandmarkSet& landmarks) noexcept;
 
   /// Multiplies the field by `scale`, everywhere.
   void rescale(double scale) noexcept;
@@ -107,15 +103,14 @@ class TissueField : public DisplacementField, public CertifiableField {
   std::size_t max_landmarks() const { return options_.max_landmarks; }
   double force_scale() const { return options_.force_scale; }
   // The field's landmarks, n.
-  const std::vector<Vec3>& positions() const { return field_.positions; }    // at rest, mm
+  const std::vector<Vec3>& positions() const { return positions_; }          // at rest, mm
   const std::vector<Vec3>& displacements() const { return displacements_; }  // mm
   const std::vector<Vec3>& weights() const { return weights_; }              // by the kernel's own compliance
 
  private:
-  /// Factorizes the system of `positions`; `condition` is asked for where it returns kOk only. `compliance` is empty
-  /// unless the model gives way.
-  virtual FactorStatus do_factorize(std::span<const Vec3> positions, std::span<const LandmarkSpread> spreads,
-                                    const LandmarkCompliance& compliance, double& condition) noexcept = 0;
+  /// Factorizes the system of `landmarks`; `condition` is asked for where it returns kOk only. Their compliance is
+  /// empty unless the model gives way.
+  virtual FactorStatus do_factorize(const LandmarkSet& landmarks, double& condition) noexcept = 0;
   /// weights = K⁻¹ displacements, unscaled.
   virtual void do_solve(std::span<const Vec3> displacements, std::span<Vec3> weights) noexcept = 0;
   /// axial_stiffness, unscaled.
@@ -133,22 +128,17 @@ class TissueField : public DisplacementField, public CertifiableField {
   /// Evaluates the field again: weights() and displacements() have been multiplied by `scale`.
   virtual void do_rescale(double scale) noexcept = 0;
 
-  struct Landmarks {
-    std::vector<Vec3> positions;
-    std::vector<LandmarkSpread> spreads;
-    LandmarkCompliance compliance;
-    bool is_known = false;
-
-    void reserve(std::size_t capacity);
-    void assign(std::span<const Vec3> new_positions, std::span<const LandmarkSpread> new_spreads,
-                const LandmarkCompliance& new_compliance) noexcept;
+  /// What K depends on: the numbers of the parts that the model uses; 0 for the others, and for no set.
+  struct Key {
+    std::uint64_t positions = 0, spreads = 0, compliance = 0;
+    bool operator==(const Key&) const = default;
   };
-  bool are(const Landmarks& set, std::span<const Vec3> positions, std::span<const LandmarkSpread> spreads,
-           const LandmarkCompliance& compliance) const noexcept;
+  Key key_of(const LandmarkSet& landmarks) const noexcept;
 
   LandmarkOptions options_;
-  Landmarks factorized_, field_;
-  std::vector<Vec3> displacements_, weights_;  // of the field
+  Key factorized_, field_;
+  std::size_t factorized_count_ = 0;
+  std::vector<Vec3> positions_, displacements_, weights_;  // of the field
   std::vector<Vec3> landmark_displacements_, forces_;
   std::vector<Vec3> unit_, unit_forces_;  // of a group
   double condition_ = 1;

@@ -8,45 +8,6 @@
 
 namespace brachy {
 
-void LandmarkSet::reserve(std::size_t capacity) {
-  positions.reserve(capacity);
-  displacements.reserve(capacity);
-  spreads.reserve(capacity);
-  owners.reserve(capacity);
-  compliance.reserve(capacity, capacity);
-}
-
-void LandmarkSet::clear() noexcept {
-  positions.clear();
-  displacements.clear();
-  spreads.clear();
-  owners.clear();
-  compliance.clear();
-  anchors = 0;
-}
-
-void LandmarkSet::add(const Vec3& position, const Vec3& displacement, const LandmarkSpread& spread,
-                      const LandmarkCompliance::Point& point) noexcept {
-  compliance.add_landmark(point);
-  positions.push_back(position);
-  displacements.push_back(displacement);
-  spreads.push_back(spread);
-}
-
-void LandmarkSet::remove(std::size_t i) noexcept {
-  spreads.erase(spreads.begin() + static_cast<std::ptrdiff_t>(i));
-  compliance.remove_landmark(i);
-  const auto removed = static_cast<std::int32_t>(i);
-  for (LandmarkSpread& spread : spreads) {
-    if (spread.behind == removed) spread.behind = -1;
-    if (spread.behind > removed) --spread.behind;
-  }
-  if (i < anchors)
-    --anchors;
-  else
-    owners.erase(owners.begin() + static_cast<std::ptrdiff_t>(i - anchors));
-}
-
 ContactSolve::ContactSolve(std::size_t max_landmarks, double period_s)
     : solver_(max_landmarks), period_s_(period_s) {
   const auto n = static_cast<Eigen::Index>(max_landmarks);
@@ -78,6 +39,7 @@ FactorStatus ContactSolve::solve(std::uint64_t tick, std::span<NeedleContact> ne
   for (NeedleContact& needle : needles) std::ranges::for_each(needle.landmarks(), clear);
   if (probe) std::ranges::for_each(probe->landmarks(), clear);
   if (!landmarks.owners.empty()) find_slips(needles, probe, landmarks, field, flags);
+  landmarks.settle();
   find_stiffnesses(needles, probe, landmarks, field);
   for (std::size_t n = 0; n < needles.size(); ++n) needles[n].finish(tick, period_s_, along_[n], across_[n]);
   if (probe) probe->finish(tick, along_.back());
@@ -87,7 +49,8 @@ FactorStatus ContactSolve::solve(std::uint64_t tick, std::span<NeedleContact> ne
 // Landmarks that are too close together to be solved are left out, with their spreads and owners.
 FactorStatus ContactSolve::factorize(LandmarkSet& landmarks, TissueField& field,
                                      std::uint32_t& flags) noexcept {
-  FactorStatus status = field.factorize(landmarks.positions, landmarks.spreads, landmarks.compliance);
+  landmarks.number();
+  FactorStatus status = field.factorize(landmarks);
   if (status) return status;
   LandmarkRepair repair(landmarks.positions, landmarks.displacements, landmarks.anchors, &removed_);
   while (!status) {
@@ -96,7 +59,8 @@ FactorStatus ContactSolve::factorize(LandmarkSet& landmarks, TissueField& field,
     if (repaired == Repaired::kNothing) break;
     flags |= repaired == Repaired::kMerged ? kStepMerged : kStepDropped;
     for (const std::size_t i : removed_) landmarks.remove(i);
-    status = field.factorize(landmarks.positions, landmarks.spreads, landmarks.compliance);
+    landmarks.number();
+    status = field.factorize(landmarks);
   }
   return status;
 }

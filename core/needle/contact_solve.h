@@ -6,44 +6,13 @@
 
 #include <Eigen/Core>
 
-#include "core/elasticity/landmark_compliance.h"
+#include "core/models/landmark_set.h"
 #include "core/models/tissue_field.h"
 #include "core/needle/needle_contact.h"
 #include "core/needle/probe_contact.h"
 #include "core/needle/reaction_solver.h"
 
 namespace brachy {
-
-/// All landmarks of a tick: anchors, the probe's, then every needle's shaft, then the tips; of many needles, those of
-/// each needle by NeedleOrder, then the probe's. Those that move come last: landmark systems recompute the rows from
-/// the first that changed.
-struct LandmarkSet {
-  /// Of a landmark behind the anchors: landmark `index` of needle `needle`; the probe's is the needle after the last.
-  struct Owner {
-    std::uint32_t needle = 0, index = 0;
-    template <class Archive>
-    void list_state(Archive& archive) {
-      archive(needle, index);
-    }
-  };
-  std::vector<Vec3> positions, displacements;  ///< mm, n
-  std::vector<LandmarkSpread> spreads;         ///< n
-  LandmarkCompliance compliance;               ///< of what gives way besides the tissue
-  std::vector<Owner> owners;                   ///< n − anchors
-  std::size_t anchors = 0;
-
-  void reserve(std::size_t capacity);
-  void clear() noexcept;
-  void add(const Vec3& position, const Vec3& displacement, const LandmarkSpread& spread,
-           const LandmarkCompliance::Point& point = {}) noexcept;
-  /// For StateWriter and StateReader (core/base/state_archive.h).
-  template <class Archive>
-  void list_state(Archive& archive) {
-    archive(positions, displacements, spreads, compliance, owners, anchors);
-  }
-  /// Removes spread, owner and compliance of landmark i, which is already gone from positions and displacements.
-  void remove(std::size_t i) noexcept;
-};
 
 /// Stick and slip of all needles' landmarks at once: reactions of sticking landmarks, from the field's own landmark
 /// system, and the slip of each (reaction_solver.h).
@@ -52,10 +21,10 @@ class ContactSolve {
  public:
   explicit ContactSolve(std::size_t max_landmarks, double period_s = 1.0 / 200);
 
-  /// `landmarks` has the needles' landmarks where they would be if they stuck; on return, where they are. Reactions and
-  /// slips go to the needles, which then finish their tick. Sets the solver's StepFlag bits in `flags`. Unless it
-  /// returns kOk, the needles go on without a solution (NeedleContact::finish_unsolved), nothing holds the probe, and
-  /// the field is as it was. `probe`: null where there is none.
+  /// `landmarks` has the needles' landmarks where they would be if they stuck; on return, where they are, settled.
+  /// Reactions and slips go to the needles, which then finish their tick. Sets the solver's StepFlag bits in `flags`.
+  /// Unless it returns kOk, the needles go on without a solution (NeedleContact::finish_unsolved), nothing holds the
+  /// probe, the field is as it was, and the landmarks are not settled. `probe`: null where there is none.
   FactorStatus solve(std::uint64_t tick, std::span<NeedleContact> needles, ProbeContact* probe,
                      LandmarkSet& landmarks, TissueField& field, std::uint32_t& flags) noexcept;
   /// Where the body goes under the last solve's reactions (LandmarkCompliance::body_motion).

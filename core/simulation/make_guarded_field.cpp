@@ -63,7 +63,7 @@ std::unique_ptr<GuardedField> make_guarded_field(const SimulationModel& model) {
   Fields fields = std::visit(FieldMaker{model, options, static_cast<std::size_t>(s.guard.max_substeps)},
                              model.deformation);
   return std::make_unique<GuardedField>(model.tissue, std::move(fields.field), std::move(fields.composition),
-                                        s.guard, landmarks);
+                                        s.guard);
 }
 
 }  // namespace brachy

@@ -15,7 +15,7 @@ void Simulator::save(std::vector<std::byte>& bytes) const {
   StateWriter writer(bytes);
   writer(kFormat, tissue().size(), instruments_.states().size(), model_->max_landmarks());
   const_cast<Simulator*>(this)->list_state(writer);
-  field_->save(writer);
+  field_->save(writer, landmarks().settled_revision());
 }
 
 void Simulator::restore(std::span<const std::byte> state) {
@@ -29,7 +29,7 @@ void Simulator::restore(std::span<const std::byte> state) {
       landmarks != model_->max_landmarks())
     throw UserError("the saved state is another scene's");
   list_state(reader);
-  field_->restore(reader);
+  field_->restore(reader, landmarks().last_settled());
   if (reader.bytes_left() > 0) throw UserError("the saved state goes on after its end");
 }
 

@@ -94,12 +94,11 @@ bool Simulator::is_over_budget() const noexcept {
   return field_->always_composes() &&
          (pairs > kMostPairs ||
           (landmarks > kManyLandmarks && field_->certificate().substeps * landmarks > kMostLandmarkSteps)) &&
-         !field_->shows(set.positions, set.displacements, set.spreads, set.compliance);
+         !field_->shows(set);
 }
 
 void Simulator::deform() noexcept {
-  const LandmarkSet& set = landmarks_.set();
-  if (!field_->update(set.positions, set.displacements, set.spreads, set.compliance)) {
+  if (!field_->update(landmarks_.set())) {
     flags_ |= kStepSolveFailed;  // the last field is kept
     return;
   }

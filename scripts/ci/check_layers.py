@@ -37,7 +37,7 @@ ONE_PLACE = [
     (r"#include <pybind11/", r"apps/python/engine/module\.cpp", "pybind11"),
     (r"#include <(openssl/|boost/asio/ssl)", r"net/(transport/tls|access)/.*", "OpenSSL"),
     (r"#include <(stdatomic\.h|atomic)>|\bstd::atomic|\b_Atomic\b|\b__(atomic|sync)_",
-     r"core/realtime/triple_buffer\.h", "atomics"),
+     r"core/(realtime/triple_buffer\.h|models/landmark_set\.cpp)", "atomics"),
     # `std::thread::hardware_concurrency` creates none.
     (r"\bstd::j?thread\b(?!::)|\bpthread_create\b|\bthrd_create\b|\bstd::async\b|\bstd::execution::(par|unseq)|"
      r"#include <execution>",

@@ -36,10 +36,7 @@ struct ImagedTick {
       return false;
     run = state.summary.run;
     tick = state.summary.tick;
-    landmarks.positions = from.positions;
-    landmarks.displacements = from.displacements;
-    landmarks.spreads = from.spreads;
-    landmarks.compliance = from.compliance;
+    landmarks = from;
     frame = simulator.body_frame();
     std::ranges::copy(state.needles.states, instruments.begin());
     std::ranges::copy(state.seeds.in_tissue(), slots.begin());
@@ -50,7 +47,7 @@ struct ImagedTick {
   std::uint64_t run = 0, tick = 0;  ///< TickSummary's
   std::int64_t publish_ns = 0;      ///< monotonic clock (set by the loop)
   std::size_t most_landmarks = 0;
-  LandmarkSet landmarks;  ///< without owners
+  LandmarkSet landmarks;
   BodyFrame frame;
   std::vector<NeedleState> instruments;  ///< needles, then the probe where the scene has one
   std::vector<Seed> slots;

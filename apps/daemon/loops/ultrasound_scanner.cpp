@@ -47,10 +47,9 @@ bool UltrasoundScanner::take(const ImagedTick& tick, const ScannedModel& model) 
     model_ = std::move(next);
     run_ = tick.run;
   }
-  const LandmarkSet& l = tick.landmarks;
   taken_tick_ = tick.tick;
   taken_frame_ = tick.frame;
-  is_taken_ = static_cast<bool>(field_->update(l.positions, l.displacements, l.spreads, l.compliance));
+  is_taken_ = static_cast<bool>(field_->update(tick.landmarks));
   return is_taken_;
 }
 

@@ -32,28 +32,29 @@ void EngineModel::set_up(const ComparedScene& scene) {
   kept_.clear();
   for (std::size_t i = 0; i < scene.landmarks.size(); i += sparing_.every) kept_.push_back(i);
   if (kept_.back() + 1 < scene.landmarks.size()) kept_.push_back(scene.landmarks.size() - 1);
-  positions_.clear();
-  for (const std::size_t i : kept_) positions_.push_back(scene.landmarks[i]);
+  std::vector<Vec3> positions;
+  for (const std::size_t i : kept_) positions.push_back(scene.landmarks[i]);
   if (has_anchors_)
-    for (const Vec3& anchor : paper_anchors(scene.body, scene.landmarks)) positions_.push_back(anchor);
-  displacements_.assign(positions_.size(), Vec3::Zero());
+    for (const Vec3& anchor : paper_anchors(scene.body, scene.landmarks)) positions.push_back(anchor);
+  landmarks_.assign(positions);
   const std::size_t count =
       sparing_.points > 0 ? std::min(sparing_.points, scene.points.size()) : scene.points.size();
   const std::vector<Vec3> points(scene.points.begin(),
                                  scene.points.begin() + static_cast<std::ptrdiff_t>(count));
   tissue_ = build_tissue({}, points);
   order_ = match_points(tissue_.rest_vertices, points);
-  field_ = make_field_(tissue_, scene.body, positions_.size());
+  field_ = make_field_(tissue_, scene.body, positions.size());
 }
 
 void EngineModel::tick(std::span<const Vec3> displacements) {
-  for (std::size_t k = 0; k < kept_.size(); ++k) displacements_[k] = displacements[kept_[k]];
-  if (!field_->update(positions_, displacements_))
-    throw std::runtime_error("the landmarks' matrix is singular to rounding");
+  for (std::size_t k = 0; k < kept_.size(); ++k) landmarks_.displacements[k] = displacements[kept_[k]];
+  landmarks_.settle();
+  if (!field_->update(landmarks_)) throw std::runtime_error("the landmarks' matrix is singular to rounding");
 }
 
 bool EngineModel::move(std::span<const Vec3> landmarks) {
-  for (std::size_t k = 0; k < kept_.size(); ++k) positions_[k] = landmarks[kept_[k]];
+  for (std::size_t k = 0; k < kept_.size(); ++k) landmarks_.positions[k] = landmarks[kept_[k]];
+  landmarks_.number();
   return true;
 }
 

@@ -49,7 +49,7 @@ class EngineModel : public ComparedModel {
   Tissue tissue_;
   std::vector<std::uint32_t> order_;  // of the tissue's points in the scene's
   std::unique_ptr<TissueField> field_;
-  std::vector<Vec3> positions_, displacements_;  // landmarks, anchors
+  LandmarkSet landmarks_;  // and anchors
 };
 
 }  // namespace brachy

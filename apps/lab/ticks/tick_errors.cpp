@@ -103,19 +103,17 @@ class ShownField {
   }
 
   /// Evaluates the field of displacements (m, mm). Throws std::runtime_error where the model refuses them.
-  void update(std::vector<Vec3> displacements, std::vector<LandmarkSpread> spreads) {
-    displacements.resize(landmarks_.size(), Vec3::Zero());  // anchors stay
-    spreads.resize(landmarks_.size());
-    if (!field_->update(landmarks_, displacements, spreads))
-      throw std::runtime_error("the landmarks' matrix is singular to rounding");
+  void update(const std::vector<Vec3>& displacements, const std::vector<LandmarkSpread>& spreads) {
+    set_.assign(landmarks_, displacements, spreads);
+    if (!field_->update(set_)) throw std::runtime_error("the landmarks' matrix is singular to rounding");
   }
 
   /// The displacements (m, mm) that forces (m, N) on the needle's landmarks cause, by the model's own compliance.
-  std::vector<Vec3> displacements_of(const std::vector<Vec3>& forces, std::vector<LandmarkSpread> spreads) {
-    spreads.resize(landmarks_.size());
+  std::vector<Vec3> displacements_of(const std::vector<Vec3>& forces,
+                                     const std::vector<LandmarkSpread>& spreads) {
     TissueField& plain = field_->plain_field();
-    if (!plain.factorize(landmarks_, spreads))
-      throw std::runtime_error("the landmarks' matrix is singular to rounding");
+    set_.assign(landmarks_, {}, spreads);
+    if (!plain.factorize(set_)) throw std::runtime_error("the landmarks' matrix is singular to rounding");
     const auto rows = static_cast<Eigen::Index>(3 * needle_landmarks_);
     Eigen::MatrixXd stiffness(rows, rows);
     std::vector<Vec3> unit(landmarks_.size(), Vec3::Zero()), reactions(landmarks_.size());
@@ -160,7 +158,8 @@ class ShownField {
   }
 
  private:
-  std::vector<Vec3> landmarks_;  // the needle's, then anchors
+  std::vector<Vec3> landmarks_;  // the needle's, then anchors, which stay
+  LandmarkSet set_;              // of them
   std::size_t needle_landmarks_;
   std::shared_ptr<const SimulationModel> model_;
   std::unique_ptr<GuardedField> field_;

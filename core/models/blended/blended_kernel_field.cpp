@@ -61,11 +61,9 @@ BlendedKernelField<Kernels>::BlendedKernelField(const Tissue& tissue, TissueMode
 }
 
 template <class Kernels>
-FactorStatus BlendedKernelField<Kernels>::do_factorize(std::span<const Vec3> positions,
-                                                       std::span<const LandmarkSpread> /*spreads*/,
-                                                       const LandmarkCompliance& /*compliance*/,
+FactorStatus BlendedKernelField<Kernels>::do_factorize(const LandmarkSet& landmarks,
                                                        double& condition) noexcept {
-  const FactorStatus status = system_.factorize(positions);
+  const FactorStatus status = system_.factorize(landmarks.positions);
   condition = system_.condition();
   return status;
 }

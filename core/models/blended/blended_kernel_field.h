@@ -44,8 +44,7 @@ class BlendedKernelField : public TissueField {
   HeterogeneousField<Kernels> field() const { return {&model_, positions(), shares_, weights()}; }
 
  private:
-  FactorStatus do_factorize(std::span<const Vec3> positions, std::span<const LandmarkSpread> spreads,
-                            const LandmarkCompliance& compliance, double& condition) noexcept override;
+  FactorStatus do_factorize(const LandmarkSet& landmarks, double& condition) noexcept override;
   void do_solve(std::span<const Vec3> displacements, std::span<Vec3> weights) noexcept override;
   void do_project_inverse(std::size_t first, std::span<const Vec3> axes,
                           Eigen::Ref<Eigen::MatrixXd> H) noexcept override;

@@ -1,6 +1,7 @@
 #include "core/models/guard/guarded_field.h"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <numeric>
 
@@ -21,8 +22,7 @@ constexpr double kMargin = 0.8;   // share of the way to a fold that the margin 
 }  // namespace
 
 GuardedField::GuardedField(const Tissue& tissue, std::unique_ptr<TissueField> field,
-                           std::unique_ptr<Composition> composition, const GuardSettings& settings,
-                           std::size_t max_landmarks)
+                           std::unique_ptr<Composition> composition, const GuardSettings& settings)
     : tissue_(tissue),
       field_(std::move(field)),
       composition_(std::move(composition)),
@@ -30,52 +30,32 @@ GuardedField::GuardedField(const Tissue& tissue, std::unique_ptr<TissueField> fi
       search_(field_->max_sources()),
       all_(field_->max_sources()),
       near_(field_->max_sources()) {
-  positions_.reserve(max_landmarks);
-  displacements_.reserve(max_landmarks);
-  spreads_.reserve(max_landmarks);
-  compliance_.reserve(max_landmarks, max_landmarks);
   block_bounds_.reserve(tissue.blocks.size());
   std::iota(all_.begin(), all_.end(), 0u);
 }
 
-bool GuardedField::shows(std::span<const Vec3> positions, std::span<const Vec3> displacements,
-                         std::span<const LandmarkSpread> spreads,
-                         const LandmarkCompliance& compliance) const noexcept {
-  const auto rests = [](const Vec3& a, const Vec3& b) {
-    return ((a - b).cwiseAbs().array() <= kRestToleranceMm).all();  // not a number is no rest
-  };
-  return is_updated_ && std::ranges::equal(positions, positions_) && std::ranges::equal(spreads, spreads_) &&
-         std::ranges::equal(displacements, displacements_, rests) && compliance == compliance_;
-}
-
-FactorStatus GuardedField::update(std::span<const Vec3> positions, std::span<const Vec3> displacements,
-                                  std::span<const LandmarkSpread> spreads,
-                                  const LandmarkCompliance& compliance) noexcept {
+FactorStatus GuardedField::update(const LandmarkSet& landmarks) noexcept {
+  assert(landmarks.revision().displacements != 0);
   evaluation_ = Evaluation::kIdle;
-  if (shows(positions, displacements, spreads, compliance)) {
+  if (shows(landmarks)) {
     if (is_composed_ && composition_->is_late()) {
       work_left_ = kTickWork;
       evaluate_composition();
       let_vertex_decide();
     }
-    return field_->factorize(positions, spreads, compliance);
+    return field_->factorize(landmarks);
   }
-  is_updated_ = false;
-  for (std::size_t i = 0; i < displacements.size(); ++i)
-    if (!displacements[i].allFinite()) return {FactorStatus::kNotFinite, static_cast<int>(i)};
-  if (const FactorStatus status = field_->update(positions, displacements, spreads, compliance); !status)
-    return status;
-  is_updated_ = true;
-  positions_.assign(positions.begin(), positions.end());
-  displacements_.assign(displacements.begin(), displacements.end());
-  spreads_.assign(spreads.begin(), spreads.end());
-  compliance_ = compliance;
+  shown_ = {};
+  for (std::size_t i = 0; i < landmarks.displacements.size(); ++i)
+    if (!landmarks.displacements[i].allFinite()) return {FactorStatus::kNotFinite, static_cast<int>(i)};
+  if (const FactorStatus status = field_->update(landmarks); !status) return status;
+  shown_ = landmarks.revision();
   // The field may have been rescaled or composed since it was last evaluated: so it is new in any case.
   evaluation_ = field_->evaluation() == Evaluation::kIdle ? Evaluation::kDirect : field_->evaluation();
   is_composed_ = false;
   flags_ = 0;
   certificate_ = {};
-  if (positions.empty()) {
+  if (landmarks.positions.empty()) {
     if (composition_) composition_->end();
     return {};
   }
@@ -178,7 +158,7 @@ void GuardedField::clamp(const CellField& cells, const FoldCandidate& fold_candi
 }
 
 void GuardedField::compose() noexcept {
-  const double begun = composition_->begin(positions_, field_->landmark_displacements());
+  const double begun = composition_->begin(field_->landmark_positions(), field_->landmark_displacements());
   const std::size_t most_steps =
       std::min(static_cast<std::size_t>(settings_.max_substeps), composition_->most_steps());
   FoldCandidate fold_candidate;
@@ -270,24 +250,25 @@ void GuardedField::find_least_vertex(const CellField& cells, double scale) noexc
   }
 }
 
-void GuardedField::save(StateWriter& writer) const {
-  writer(positions_, displacements_, spreads_, compliance_);
-  field_->save(writer);
+void GuardedField::save(StateWriter& writer, const LandmarkSet::Revision& landmarks) const {
+  const bool is_of_these = shown_ == landmarks;
+  writer(is_of_these);
+  if (is_of_these) field_->save(writer);
   if (composition_) composition_->save(writer);
-  writer(is_updated_, evaluation_, certificate_, least_vertex_, flags_);
+  writer(evaluation_, certificate_, least_vertex_, flags_);
 }
 
 // The field is that of its landmarks alone, but for what blocks show that are late, and work that is spread over ticks.
-void GuardedField::restore(StateReader& reader) {
-  std::vector<Vec3> positions, displacements;
-  std::vector<LandmarkSpread> spreads;
-  LandmarkCompliance compliance;
-  reader(positions, displacements, spreads, compliance);
-  if (!update(positions, displacements, spreads, compliance))
+// Where the field of the settled landmarks is still due, the next update makes it.
+void GuardedField::restore(StateReader& reader, const LandmarkSet& landmarks) {
+  if (landmarks.revision().displacements != 0 && !update(landmarks))
     throw UserError("the saved state is another scene's");
-  field_->restore(reader);
+  bool is_of_these = false;
+  reader(is_of_these);
+  if (is_of_these) field_->restore(reader);
   if (composition_) composition_->restore(reader);
-  reader(is_updated_, evaluation_, certificate_, least_vertex_, flags_);
+  reader(evaluation_, certificate_, least_vertex_, flags_);
+  shown_ = is_of_these ? landmarks.revision() : LandmarkSet::Revision();
 }
 
 double GuardedField::largest_displacement() const noexcept {

@@ -24,24 +24,19 @@ class GuardedField : public DisplacementField {
   static constexpr std::uint64_t kMarginWork = kWork / 8;  ///< and on the margin alone
   static constexpr std::uint64_t kFoldWork = kWork / 8;    ///< and on a part of a field that is not certified
   static constexpr std::size_t kMostSources = 140;         ///< of a field that kWork can certify
-  static constexpr double kRestToleranceMm = 1e-9;
 
   /// The tissue must outlive this. `composition`: null where the model has no sub-steps.
   GuardedField(const Tissue& tissue, std::unique_ptr<TissueField> field,
-               std::unique_ptr<Composition> composition, const GuardSettings& settings,
-               std::size_t max_landmarks);
+               std::unique_ptr<Composition> composition, const GuardSettings& settings);
 
-  /// Certifies and evaluates the field of `displacements` at `positions`, as TissueField::update. Unless it returns
+  /// Certifies and evaluates the field of `landmarks`, which are settled, as TissueField::update. Unless it returns
   /// kOk, the last field is kept.
-  FactorStatus update(std::span<const Vec3> positions, std::span<const Vec3> displacements,
-                      std::span<const LandmarkSpread> spreads = {},
-                      const LandmarkCompliance& compliance = {}) noexcept;
+  FactorStatus update(const LandmarkSet& landmarks) noexcept;
   /// Whether every field is composed of sub-steps: then update takes most of a tick where landmarks are many.
   bool always_composes() const { return may_compose() && composition_->is_always_used(); }
-  /// Whether update would find the field as it is: of the same landmarks, none of them farther than kRestToleranceMm
-  /// from where the field has it. By rounding alone resting landmarks move by 1e-16 mm a tick.
-  bool shows(std::span<const Vec3> positions, std::span<const Vec3> displacements,
-             std::span<const LandmarkSpread> spreads, const LandmarkCompliance& compliance) const noexcept;
+  /// Whether update would find the field as it is: of landmarks with the same numbers, so none of them farther than
+  /// LandmarkSet::kRestToleranceMm from where the field has it.
+  bool shows(const LandmarkSet& landmarks) const noexcept { return landmarks.revision() == shown_; }
   Evaluation evaluation() const { return evaluation_; }  ///< of the last update
 
   std::span<const std::uint32_t> touched() const override {
@@ -60,10 +55,11 @@ class GuardedField : public DisplacementField {
   const Certificate& certificate() const { return certificate_; }
   std::uint32_t flags() const { return flags_; }  ///< StepFlag bits of the guard in this tick
 
-  /// The landmarks of the field and what it still shows of earlier ones. A field that is made alike and restored goes
-  /// on bit for bit. Errors: as StateReader. Not real-time.
-  void save(StateWriter& writer) const;
-  void restore(StateReader& reader);
+  /// What the field has besides `landmarks`, the last settled ones: above all what it still shows of earlier ones. A
+  /// field that is made alike and restored with the same landmarks goes on bit for bit. Errors: as StateReader; restore
+  /// is not real-time.
+  void save(StateWriter& writer, const LandmarkSet::Revision& landmarks) const;
+  void restore(StateReader& reader, const LandmarkSet& landmarks);
 
  private:
   void guard() noexcept;
@@ -89,10 +85,7 @@ class GuardedField : public DisplacementField {
   GuardSettings settings_;
   InjectivitySearch search_;
 
-  std::vector<Vec3> positions_, displacements_;
-  std::vector<LandmarkSpread> spreads_;
-  LandmarkCompliance compliance_;
-  bool is_updated_ = false;  // the field is that of these landmarks
+  LandmarkSet::Revision shown_;  // of the landmarks that the field is of; without numbers: of none
   bool is_composed_ = false;
   std::uint64_t work_left_ = 0;  // of this tick
   Evaluation evaluation_ = Evaluation::kIdle;

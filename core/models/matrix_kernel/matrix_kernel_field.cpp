@@ -83,10 +83,7 @@ MatrixKernelField::MatrixKernelField(const Tissue& tissue, std::shared_ptr<const
   field_rings_.reserve(n);
   ring_forces_.reserve(rings);
   pieces_.reserve(rings);
-  kept_compliance_.reserve(n, n);
   if (keeps_matrix_) kept_matrix_.resize(static_cast<Eigen::Index>(3 * n), static_cast<Eigen::Index>(3 * n));
-  kept_positions_.reserve(n);
-  kept_spreads_.reserve(n);
   std::iota(all_blocks_.begin(), all_blocks_.end(), 0u);
   for (auto& sources : sources_) sources.reserve(n * NeedleRings::kMaxRingsBetween * NeedleRings::kPoints);
 }
@@ -96,10 +93,10 @@ std::size_t MatrixKernelField::bytes() const {
          displacements_.size() * sizeof(displacements_[0]);
 }
 
-FactorStatus MatrixKernelField::do_factorize(std::span<const Vec3> positions,
-                                             std::span<const LandmarkSpread> spreads,
-                                             const LandmarkCompliance& compliance,
-                                             double& condition) noexcept {
+FactorStatus MatrixKernelField::do_factorize(const LandmarkSet& landmarks, double& condition) noexcept {
+  const std::vector<Vec3>& positions = landmarks.positions;
+  const std::vector<LandmarkSpread>& spreads = landmarks.spreads;
+  const LandmarkCompliance& compliance = landmarks.compliance;
   // Of many landmarks K is mostly that of the last tick, and stays factored; needles that bend are added to it.
   bool adds_beams = factor_.takes(positions.size(), 1);
   if (adds_beams) {
@@ -108,10 +105,9 @@ FactorStatus MatrixKernelField::do_factorize(std::span<const Vec3> positions,
     adds_beams = columns > 0 && factor_.takes(positions.size(), columns);
   }
   const double scale = force_scale();
-  if (remembers(positions, spreads)) {
+  if (remembers(landmarks.revision())) {
     // Where K was kept beside its factor, the needles are in that factor.
-    if (adds_beams && !has_kept_matrix_ && factor_.keeps(count_) &&
-        compliance.is_alike_without_beams(kept_compliance_)) {
+    if (adds_beams && !has_kept_matrix_ && factor_.keeps(count_) && landmarks.revision().held == kept_.held) {
       factor_.begin_again();
       add_beams(scale);
       return factor(condition);
@@ -127,9 +123,8 @@ FactorStatus MatrixKernelField::do_factorize(std::span<const Vec3> positions,
   if (const FactorStatus status = check_landmarks(positions, duplicate); !status) return status;
   count_ = positions.size();
   ring_cores_.assign(count_, smooth_ ? 0.0 : 1.0);  // one of its own makes a landmark a point
-  spreads = spreads.first(std::min(spreads.size(), count_));
   if (smooth_)
-    for (std::size_t l = 0; l < spreads.size(); ++l)
+    for (std::size_t l = 0; l < count_; ++l)
       ring_cores_[l] =
           spreads[l].core_mm > 0 ? spreads[l].core_mm : core_in_free_space(spreads[l].stiffness_n_per_mm);
   rings_.build(positions, ring_cores_, needle_radius_, spreads);
@@ -137,13 +132,9 @@ FactorStatus MatrixKernelField::do_factorize(std::span<const Vec3> positions,
     smooth_->columns().place(count_, rings_);
     find_cores(spreads);
   }
-  if (keeps_matrix_) {
-    kept_positions_.assign(positions.begin(), positions.end());
-    kept_spreads_.assign(spreads.begin(), spreads.end());
-    kept_compliance_ = compliance;
-  }
+  if (keeps_matrix_) kept_ = landmarks.revision();
   FactorStatus status = assemble_and_factor(compliance, adds_beams, condition);
-  while (!status && narrow_cores(spreads)) status = assemble_and_factor(compliance, adds_beams, condition);
+  while (!status && narrow_cores()) status = assemble_and_factor(compliance, adds_beams, condition);
   return status;
 }
 
@@ -171,10 +162,8 @@ void MatrixKernelField::add_beams(double scale) noexcept {
 }
 
 // Whether the tissue's K as it was last assembled is of these landmarks: only needles or the body give otherwise.
-bool MatrixKernelField::remembers(std::span<const Vec3> positions,
-                                  std::span<const LandmarkSpread> spreads) const noexcept {
-  return !kept_positions_.empty() && std::ranges::equal(positions, kept_positions_) &&
-         std::ranges::equal(spreads, kept_spreads_);
+bool MatrixKernelField::remembers(const LandmarkSet::Revision& revision) const noexcept {
+  return count_ > 0 && revision.positions == kept_.positions && revision.spreads == kept_.spreads;
 }
 
 // Of a lone landmark in an unbounded solid of the tissue's modulus; no narrower than a rigid disc of the needle's.
@@ -193,7 +182,7 @@ void MatrixKernelField::find_cores(std::span<const LandmarkSpread> spreads) noex
   const auto rings = rings_.rings();
   for (std::size_t r = 0; r < rings.size(); ++r) {
     const std::size_t l = rings[r].landmark[0];
-    if (l >= spreads.size() || rings[r].count > 1) continue;
+    if (rings[r].count > 1) continue;
     if (rings[r].along[0] == 0) {  // its core across, no wider than the one along
       limit_core(r, ring_cores_[l]);
       continue;
@@ -226,14 +215,14 @@ void MatrixKernelField::limit_core(std::size_t r, double widest) noexcept {
 
 // K of these landmarks is not definite: cores of their own become narrower, down to a disc's, and K more diagonal.
 // False where none can.
-bool MatrixKernelField::narrow_cores(std::span<const LandmarkSpread> spreads) noexcept {
+bool MatrixKernelField::narrow_cores() noexcept {
   constexpr double kNarrower = 0.6;
   const double least = NeedleRings::kDiscCore * needle_radius_;
   bool any = false;
   const auto rings = rings_.rings();
   for (std::size_t r = 0; smooth_ && r < rings.size(); ++r) {
     const std::size_t l = rings[r].landmark[0];
-    if (l >= spreads.size() || rings[r].count > 1) continue;
+    if (rings[r].count > 1) continue;
     any |= rings[r].along[0] > 0 && ring_cores_[l] > least;
     if (rings[r].along[0] > 0) ring_cores_[l] = std::max(least, kNarrower * ring_cores_[l]);
     limit_core(r, ring_cores_[l]);

@@ -95,8 +95,7 @@ class MatrixKernelField : public TissueField {
   MatrixKernelField(const Tissue& tissue, std::shared_ptr<const MatrixKernel> kernel, const ElasticBody& body,
                     const Options& options);
 
-  FactorStatus do_factorize(std::span<const Vec3> positions, std::span<const LandmarkSpread> spreads,
-                            const LandmarkCompliance& compliance, double& condition) noexcept override;
+  FactorStatus do_factorize(const LandmarkSet& landmarks, double& condition) noexcept override;
   void do_solve(std::span<const Vec3> displacements, std::span<Vec3> weights) noexcept override;
   void do_project_inverse(std::size_t first, std::span<const Vec3> axes,
                           Eigen::Ref<Eigen::MatrixXd> H) noexcept override;
@@ -108,11 +107,11 @@ class MatrixKernelField : public TissueField {
   double core_in_free_space(double stiffness_n_per_mm) const noexcept;
   void find_cores(std::span<const LandmarkSpread> spreads) noexcept;
   void limit_core(std::size_t r, double widest) noexcept;
-  bool narrow_cores(std::span<const LandmarkSpread> spreads) noexcept;
+  bool narrow_cores() noexcept;
   FactorStatus assemble_and_factor(const LandmarkCompliance& compliance, bool adds_beams,
                                    double& condition) noexcept;
   void assemble(Eigen::Ref<Eigen::MatrixXd> K) noexcept;
-  bool remembers(std::span<const Vec3> positions, std::span<const LandmarkSpread> spreads) const noexcept;
+  bool remembers(const LandmarkSet::Revision& revision) const noexcept;
   FactorStatus factor(double& condition) noexcept;
   void add_beams(double scale) noexcept;
   void spread_forces(std::span<const Vec3> forces) noexcept;
@@ -138,9 +137,7 @@ class MatrixKernelField : public TissueField {
   // K without compliance, of these landmarks, unless the factor keeps it; empty unless the options ask.
   Eigen::MatrixXd kept_matrix_;
   bool has_kept_matrix_ = false;
-  LandmarkCompliance kept_compliance_;
-  std::vector<Vec3> kept_positions_;
-  std::vector<LandmarkSpread> kept_spreads_;
+  LandmarkSet::Revision kept_;  // of the landmarks whose K was assembled last, if the options ask
 
   // The field's landmarks, which may be others.
   NeedleRings field_rings_;

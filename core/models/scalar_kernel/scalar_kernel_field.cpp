@@ -28,11 +28,8 @@ ScalarKernelField::ScalarKernelField(const Tissue& tissue, Kernel kernel, double
   inverse_columns_.reserve(n * n);
 }
 
-FactorStatus ScalarKernelField::do_factorize(std::span<const Vec3> positions,
-                                             std::span<const LandmarkSpread> /*spreads*/,
-                                             const LandmarkCompliance& /*compliance*/,
-                                             double& condition) noexcept {
-  const FactorStatus status = system_.refactorize(positions);  // the tip, last, moves alone
+FactorStatus ScalarKernelField::do_factorize(const LandmarkSet& landmarks, double& condition) noexcept {
+  const FactorStatus status = system_.refactorize(landmarks.positions);  // the tip, last, moves alone
   if (!status) return status;
   condition = system_.condition();
   return FactorStatus::of_condition(condition);

@@ -43,8 +43,7 @@ class ScalarKernelField : public TissueField {
   const RbfField& field() const { return field_; }      ///< the same field at single points, in double
 
  private:
-  FactorStatus do_factorize(std::span<const Vec3> positions, std::span<const LandmarkSpread> spreads,
-                            const LandmarkCompliance& compliance, double& condition) noexcept override;
+  FactorStatus do_factorize(const LandmarkSet& landmarks, double& condition) noexcept override;
   void do_solve(std::span<const Vec3> displacements, std::span<Vec3> weights) noexcept override;
   void do_project_inverse(std::size_t first, std::span<const Vec3> axes,
                           Eigen::Ref<Eigen::MatrixXd> H) noexcept override;

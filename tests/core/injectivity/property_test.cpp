@@ -51,7 +51,7 @@ std::unique_ptr<GuardedField> guarded(const std::string& model_name, const std::
     field = std::move(matrix);
   }
   return std::make_unique<GuardedField>(tissue(), std::move(field), std::move(composition),
-                                        GuardSettings{.policy = policy}, kMostLandmarks);
+                                        GuardSettings{.policy = policy});
 }
 
 // Scenes about the origin lie in the phantom.
@@ -100,7 +100,8 @@ TEST_P(EveryModel, IsFiniteReproducesItsLandmarksAndIsWithinItsCertificateOrFlag
   for (int i = 0; i < count; ++i) {
     SCOPED_TRACE(i);
     const test::RandomScene scene = scene_in_phantom(scenes);
-    if (!field->update(scene.positions, scene.displacements)) continue;  // refused with a reason
+    if (!field->update(LandmarkSet::of(scene.positions, scene.displacements)))
+      continue;  // refused with a reason
     ++solved;
     const Certificate& c = field->certificate();
     const std::uint32_t flags = field->flags();
@@ -130,7 +131,7 @@ TEST_P(EveryModel, IsFiniteReproducesItsLandmarksAndIsWithinItsCertificateOrFlag
   if (count > 100)
     std::cout << GetParam() << ": " << solved << " of " << count << " solved, " << unknown << " unknown, "
               << substepped << " sub-stepped, " << held << " clamped\n";
-  ASSERT_TRUE(field->update({}, {}));
+  ASSERT_TRUE(field->update(LandmarkSet::of({})));
   EXPECT_TRUE(field->touched().empty());
   EXPECT_EQ(field->certificate().verdict, Verdict::kInjective);
 }
@@ -147,7 +148,7 @@ TEST_P(EveryModel, IsNeverWronglyInjective) {
   for (int i = 0; i < count; ++i) {
     SCOPED_TRACE(i);
     const test::RandomScene scene = scene_in_phantom(scenes);
-    if (!field->update(scene.positions, scene.displacements)) continue;
+    if (!field->update(LandmarkSet::of(scene.positions, scene.displacements))) continue;
     const Certificate& c = field->certificate();
     if (c.verdict != Verdict::kInjective) continue;
     ++injective;
@@ -178,8 +179,8 @@ TEST_P(EveryModel, OrderOfLandmarksDoesNotMatter) {
     const test::RandomScene scene = scene_in_phantom(scenes);
     std::vector<Vec3> p(scene.positions.rbegin(), scene.positions.rend()),
         d(scene.displacements.rbegin(), scene.displacements.rend());
-    if (!field->update(scene.positions, scene.displacements)) continue;
-    ASSERT_TRUE(shuffled->update(p, d));
+    if (!field->update(LandmarkSet::of(scene.positions, scene.displacements))) continue;
+    ASSERT_TRUE(shuffled->update(LandmarkSet::of(p, d)));
     double largest = 0;
     for (const Vec3& way : d) largest = std::max(largest, way.norm());
     for (int k = 0; k < 8; ++k) {
@@ -204,8 +205,8 @@ TEST_P(EveryKernel, TurnsAndMovesWithTheScene) {
     std::vector<Vec3> p, d;
     for (const Vec3& x : scene.positions) p.push_back(R * x + t);
     for (const Vec3& x : scene.displacements) d.push_back(R * x);
-    if (!field->update(scene.positions, scene.displacements)) continue;
-    ASSERT_TRUE(moved->update(p, d));
+    if (!field->update(LandmarkSet::of(scene.positions, scene.displacements))) continue;
+    ASSERT_TRUE(moved->update(LandmarkSet::of(p, d)));
     for (int k = 0; k < 8; ++k) {
       const Vec3 X = scenes.between(0, 25) * scenes.direction();
       EXPECT_LT((R * field->displacement_at(X) - moved->displacement_at(R * X + t)).norm(),

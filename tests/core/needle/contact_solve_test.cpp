@@ -25,9 +25,8 @@ class SpringField : public TissueField {
   std::size_t max_sources() const override { return 0; }
 
  private:
-  FactorStatus do_factorize(std::span<const Vec3> positions, std::span<const LandmarkSpread>,
-                            const LandmarkCompliance&, double&) noexcept override {
-    if (!is_solvable && !positions.empty()) return {FactorStatus::kNotPositiveDefinite};
+  FactorStatus do_factorize(const LandmarkSet& landmarks, double&) noexcept override {
+    if (!is_solvable && !landmarks.positions.empty()) return {FactorStatus::kNotPositiveDefinite};
     return {};
   }
   void do_solve(std::span<const Vec3> displacements, std::span<Vec3> weights) noexcept override {
@@ -58,7 +57,7 @@ struct Unsolved : ::testing::Test {
     }
     const FactorStatus status = solve.solve(++tick, needles, nullptr, landmarks, field, flags);
     if (status) {
-      EXPECT_TRUE(field.update(landmarks.positions, landmarks.displacements, landmarks.spreads));
+      EXPECT_TRUE(field.update(landmarks));
     }
     return status;
   }
@@ -134,6 +133,15 @@ TEST_F(Unsolved, TheTipGoesOnAndTheNextSolutionIsFromThere) {
   EXPECT_TRUE(step(deep + 5 * Vec3::UnitZ()));
   EXPECT_EQ(needle().state(), ContactState::kInserted);
   EXPECT_TRUE(needle().forces().is_finite());
+}
+
+TEST_F(Unsolved, ItsLandmarksAreNotSettled) {
+  go(below, deep);
+  EXPECT_NE(landmarks.revision().displacements, 0u);
+  field.is_solvable = false;
+  EXPECT_FALSE(step(deep));
+  EXPECT_NE(landmarks.revision().positions, 0u);
+  EXPECT_EQ(landmarks.revision().displacements, 0u);
 }
 
 TEST_F(Unsolved, ACapsuleIsNotPunctured) {

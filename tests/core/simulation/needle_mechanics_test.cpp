@@ -291,7 +291,7 @@ TEST(Mechanics, TheForceIsTheSumOfTheFieldsReactions) {
       landmarks.owners.push_back({0, index++});
     }
     ASSERT_TRUE(contact.solve(++tick, needles, nullptr, landmarks, field, flags));
-    ASSERT_TRUE(field.update(landmarks.positions, landmarks.displacements, landmarks.spreads));
+    ASSERT_TRUE(field.update(landmarks));
     ASSERT_NEAR(needles[0].forces().force_n.norm(), field.total_force_n(), 1e-9);
     ASSERT_EQ(flags, 0u);
   }

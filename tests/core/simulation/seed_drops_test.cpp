@@ -25,10 +25,9 @@ struct Dropping : TickParts {
     mesh.begin(tick + 1);
     instruments.begin(++tick, {&pose, 1}, *field, body.frame());
     landmarks.gather(instruments, body);
-    const LandmarkSet& set = landmarks.set();
     ASSERT_TRUE(contact_solve.solve(tick, instruments.needles(), nullptr, landmarks.set(),
                                     field->plain_field(), flags));
-    ASSERT_TRUE(field->update(set.positions, set.displacements, set.spreads, set.compliance));
+    ASSERT_TRUE(field->update(landmarks.set()));
     mesh.show(*field, body.frame());
     seeds.move(tick, *field, body.frame());
     instruments.find_shapes();

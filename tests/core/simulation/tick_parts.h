@@ -32,10 +32,9 @@ struct TickParts {
     for (const Vec3& tip : tips) poses.push_back(needle_pose(pose_at(tip, Vec3::UnitZ())));
     flags = instruments.begin(++tick, poses, *field, body.frame());
     landmarks.gather(instruments, body);
-    const LandmarkSet& set = landmarks.set();
     is_solved = bool(contact_solve.solve(tick, instruments.needles(), instruments.probe(), landmarks.set(),
                                          field->plain_field(), flags)) &&
-                bool(field->update(set.positions, set.displacements, set.spreads, set.compliance));
+                bool(field->update(landmarks.set()));
   }
 
   std::shared_ptr<const SimulationModel> model;

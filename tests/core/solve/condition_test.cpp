@@ -139,12 +139,13 @@ TEST(Condition, OfAFieldIsThatOfItsSystemAndDoesNotAllocate) {
   std::vector<Vec3> p{{0, 0, 0}, {3, 0, 0}, {0, 4, 0}}, d{{1, 0, 0}, {0, 0, 0}, {0, 0, 0}};
   RbfSystem system(Wendland31{}, 12, 8);
   ASSERT_TRUE(system.factorize(p));
+  const LandmarkSet landmarks = LandmarkSet::of(p, d);
   const std::uint64_t before = test::allocation_count();
-  ASSERT_TRUE(field.update(p, d));
+  ASSERT_TRUE(field.update(landmarks));
   EXPECT_EQ(test::allocation_count() - before, 0u);
   EXPECT_EQ(field.condition(), system.condition());
   d[1].x() = 0.5;
-  ASSERT_TRUE(field.update(p, d));
+  ASSERT_TRUE(field.update(LandmarkSet::of(p, d)));
   EXPECT_EQ(field.condition(), system.condition());
 
   // Too close for the bound, but not for Cholesky: refused with the condition number, and the previous field keeps its
@@ -154,13 +155,13 @@ TEST(Condition, OfAFieldIsThatOfItsSystemAndDoesNotAllocate) {
     d.emplace_back(1, 0, 0);
   }
   ScalarKernelField wide(tissue, Wendland32{}, 40, {.max_landmarks = 8});
-  ASSERT_TRUE(wide.update(std::span(p).first(3), std::span(d).first(3)));
+  ASSERT_TRUE(wide.update(LandmarkSet::of(std::span(p).first(3), std::span(d).first(3))));
   const double condition = wide.condition();
-  const FactorStatus status = wide.update(p, d);
+  const FactorStatus status = wide.update(LandmarkSet::of(p, d));
   EXPECT_EQ(status.kind, FactorStatus::kIllConditioned);
   EXPECT_GT(status.condition, FactorStatus::kMaxCondition);
   EXPECT_EQ(wide.condition(), condition);
-  ASSERT_TRUE(wide.update({}, {}));
+  ASSERT_TRUE(wide.update(LandmarkSet::of({})));
   EXPECT_EQ(wide.condition(), 1);
 }
 

@@ -79,16 +79,17 @@ TEST(MatrixCondition, OfATickIsThatOfTheExactSystem) {
   for (const char* model_name : {"compact_elastic", "elastic"}) {
     MatrixKernelField field(tissue, model_name, body(), {});
     EXPECT_EQ(field.condition(), 1);
-    ASSERT_TRUE(field.update(p, std::vector<Vec3>(7, Vec3(0, 0, 1))));
+    ASSERT_TRUE(field.update(LandmarkSet::of(p, std::vector<Vec3>(7, Vec3(0, 0, 1)))));
     MatrixKernelSystem system(field.kernel());
     ASSERT_TRUE(system.factorize(p));
     EXPECT_NEAR(field.condition(), system.condition(), 0.05 * system.condition()) << model_name;
     // A tip that almost coincides with the last landmark.
     std::vector<Vec3> near = p;
     near.push_back(near.back() + Vec3(0, 0, 1e-7));
-    EXPECT_EQ(field.update(near, std::vector<Vec3>(8, Vec3(0, 0, 1))).kind, FactorStatus::kDuplicate)
+    EXPECT_EQ(field.update(LandmarkSet::of(near, std::vector<Vec3>(8, Vec3(0, 0, 1)))).kind,
+              FactorStatus::kDuplicate)
         << model_name;
-    ASSERT_TRUE(field.update({}, {}));
+    ASSERT_TRUE(field.update(LandmarkSet::of({})));
     EXPECT_EQ(field.condition(), 1);
   }
 }

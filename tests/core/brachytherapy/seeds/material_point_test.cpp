@@ -22,7 +22,7 @@ std::unique_ptr<ScalarKernelField> one_landmark(const Tissue& tissue, double d) 
   auto field =
       std::make_unique<ScalarKernelField>(tissue, Wendland31{}, 12, BlockField::Options{.max_landmarks = 4});
   const std::vector<Vec3> p = {Vec3::Zero()}, u = {Vec3(d, 0, 0)};
-  EXPECT_TRUE(field->update(p, u));
+  EXPECT_TRUE(field->update(LandmarkSet::of(p, u)));
   return field;
 }
 

@@ -81,11 +81,11 @@ TEST(BlendedKernelField, PointsGoWhereTheExactFieldTakesThem) {
     for (const SimdTarget target : test::supported_targets()) {
       BlendedKernelField field(phantom(), scalar_model(psi), {.target = target});
       const Needle needle = shaft();
-      ASSERT_TRUE(field.update(needle.positions, needle.displacements));
+      ASSERT_TRUE(field.update(LandmarkSet::of(needle.positions, needle.displacements)));
       EXPECT_EQ(field.evaluation(), Evaluation::kDirect);
       EXPECT_LT(error_of(field), 2e-5) << name_of(psi) << " " << to_string(target);
       const auto set = test::random_landmarks(random, 40, 22, 3, 5);
-      ASSERT_TRUE(field.update(set.positions, set.displacements));
+      ASSERT_TRUE(field.update(LandmarkSet::of(set.positions, set.displacements)));
       EXPECT_LT(error_of(field), 2e-5) << name_of(psi) << " " << to_string(target);
     }
 }
@@ -94,7 +94,7 @@ TEST(BlendedKernelField, CompactElasticDoesSoToo) {
   for (const SimdTarget target : test::supported_targets()) {
     BlendedKernelField field(phantom(), nested_lobe_model(), {.target = target});
     const Needle needle = shaft();
-    ASSERT_TRUE(field.update(needle.positions, needle.displacements));
+    ASSERT_TRUE(field.update(LandmarkSet::of(needle.positions, needle.displacements)));
     EXPECT_LT(error_of(field), 2e-5) << to_string(target);
   }
 }
@@ -104,21 +104,21 @@ TEST(BlendedKernelField, OneSupportEverywhereIsTheHomogeneousTick) {
   const Needle needle = shaft();
   BlendedKernelField<ScalarKernels> field(phantom(), {{parts, 1}, {Wendland31{}, {14}}}, {});
   ScalarKernelField plain(phantom(), Wendland31{}, 14, {});
-  ASSERT_TRUE(field.update(needle.positions, needle.displacements));
-  ASSERT_TRUE(plain.update(needle.positions, needle.displacements));
+  ASSERT_TRUE(field.update(LandmarkSet::of(needle.positions, needle.displacements)));
+  ASSERT_TRUE(plain.update(LandmarkSet::of(needle.positions, needle.displacements)));
   EXPECT_LT(largest_difference(displacements_of(field), displacements_of(plain)), 2e-5);
 
   const CompactKernel kernel = CompactKernel::of_body({});
   BlendedKernelField<CompactKernels> compact(phantom(), {{parts, 1}, {{kernel}}}, {});
   MatrixKernelField homogeneous(phantom(), "compact_elastic", {}, {});
-  ASSERT_TRUE(compact.update(needle.positions, needle.displacements));
-  ASSERT_TRUE(homogeneous.update(needle.positions, needle.displacements));
+  ASSERT_TRUE(compact.update(LandmarkSet::of(needle.positions, needle.displacements)));
+  ASSERT_TRUE(homogeneous.update(LandmarkSet::of(needle.positions, needle.displacements)));
   EXPECT_LT(largest_difference(displacements_of(compact), displacements_of(homogeneous)), 2e-5);
 }
 
 TEST(BlendedKernelField, OnlyBlocksInReachAreTouchedAndInOrder) {
   BlendedKernelField field(phantom(), scalar_model(Wendland31{}), {});
-  ASSERT_TRUE(field.update(std::vector<Vec3>{{-20, 0, 0}}, std::vector<Vec3>{{1, 0, 0}}));
+  ASSERT_TRUE(field.update(LandmarkSet::of(std::vector<Vec3>{{-20, 0, 0}}, std::vector<Vec3>{{1, 0, 0}})));
   EXPECT_FALSE(field.touched().empty());
   EXPECT_LT(field.touched().size(), phantom().blocks.size() / 2);
   EXPECT_TRUE(std::ranges::is_sorted(field.touched()));
@@ -129,7 +129,7 @@ TEST(BlendedKernelField, OnlyBlocksInReachAreTouchedAndInOrder) {
       ASSERT_EQ(u[i], Vec3(0, 0, 0));
     }
   }
-  ASSERT_TRUE(field.update({}, {}));
+  ASSERT_TRUE(field.update(LandmarkSet::of({})));
   EXPECT_TRUE(field.touched().empty());
   EXPECT_EQ(field.displacement_at({8, -4, 3}), Vec3(0, 0, 0));
 }
@@ -138,26 +138,28 @@ TEST(BlendedKernelField, ARegionBesideTheTissueMovesNothing) {
   const std::vector<Membership::Part> parts = {{sphere({90, 0, 0}, 12), 5, 1}};
   BlendedKernelField<ScalarKernels> field(phantom(), {{parts, 2}, {Wendland31{}, {14, 40}}}, {});
   const Needle needle = shaft();
-  ASSERT_TRUE(field.update(needle.positions, needle.displacements));
+  ASSERT_TRUE(field.update(LandmarkSet::of(needle.positions, needle.displacements)));
   EXPECT_LT(error_of(field), 2e-5);
-  ASSERT_TRUE(field.update(std::vector<Vec3>{{90, 0, 0}}, std::vector<Vec3>{{1, 0, 0}}));
+  ASSERT_TRUE(field.update(LandmarkSet::of(std::vector<Vec3>{{90, 0, 0}}, std::vector<Vec3>{{1, 0, 0}})));
   EXPECT_TRUE(field.touched().empty());
 }
 
 template <class Model>
 void expect_bits_without_history(const Model& model) {
   const Needle needle = shaft();
+  const LandmarkSet landmarks = LandmarkSet::of(needle.positions, needle.displacements);
   BlendedKernelField a(phantom(), model, {}), b(phantom(), model, {.threads = 2});
   for (std::size_t n = 1; n < needle.positions.size(); ++n)
-    ASSERT_TRUE(a.update(std::span(needle.positions).first(n), std::span(needle.displacements).first(n)));
+    ASSERT_TRUE(a.update(
+        LandmarkSet::of(std::span(needle.positions).first(n), std::span(needle.displacements).first(n))));
   auto moved = needle.positions;
   moved[3] += Vec3(0, 0, 0.3);
-  ASSERT_TRUE(a.update(moved, needle.displacements));
-  ASSERT_TRUE(a.update(needle.positions, needle.displacements));
-  ASSERT_TRUE(b.update(needle.positions, needle.displacements));
+  ASSERT_TRUE(a.update(LandmarkSet::of(moved, needle.displacements)));
+  ASSERT_TRUE(a.update(landmarks));
+  ASSERT_TRUE(b.update(landmarks));
   EXPECT_TRUE(std::ranges::equal(a.touched(), b.touched()));
   EXPECT_EQ(displacements_of(a), displacements_of(b));
-  ASSERT_TRUE(a.update(needle.positions, needle.displacements));
+  ASSERT_TRUE(a.update(landmarks));
   EXPECT_EQ(a.evaluation(), Evaluation::kIdle);
 }
 
@@ -169,15 +171,15 @@ TEST(BlendedKernelField, TheSameTickInAnyHistoryGivesTheSameBits) {
 TEST(BlendedKernelField, ARefusedSetKeepsTheLastFieldAndTheNextOneIsSolved) {
   BlendedKernelField field(phantom(), scalar_model(Wendland31{}), {});
   const Needle needle = shaft();
-  ASSERT_TRUE(field.update(needle.positions, needle.displacements));
+  ASSERT_TRUE(field.update(LandmarkSet::of(needle.positions, needle.displacements)));
   const auto before = displacements_of(field);
   const Vec3 u = field.displacement_at({8, -3, 1});
   auto doubled = needle.positions;
   doubled[3] = doubled[2];
-  EXPECT_EQ(field.update(doubled, needle.displacements).kind, FactorStatus::kDuplicate);
+  EXPECT_EQ(field.update(LandmarkSet::of(doubled, needle.displacements)).kind, FactorStatus::kDuplicate);
   EXPECT_EQ(displacements_of(field), before);
   EXPECT_EQ(field.displacement_at({8, -3, 1}), u);
-  ASSERT_TRUE(field.update(needle.positions, needle.displacements));
+  ASSERT_TRUE(field.update(LandmarkSet::of(needle.positions, needle.displacements)));
   EXPECT_EQ(displacements_of(field), before);
 }
 
@@ -187,7 +189,7 @@ void expect_reactions(const Model& model) {
   BlendedKernelField field(phantom(), model, {}, 0.4), fresh(phantom(), model, {}, 0.4);
   const std::vector<Vec3> d = {{1, -2, 0.5}};
   std::vector<Vec3> f(1);
-  ASSERT_TRUE(field.factorize(std::vector<Vec3>{{-18, 0, 0}}));  // in no region
+  ASSERT_TRUE(field.factorize(LandmarkSet::of(std::vector<Vec3>{{-18, 0, 0}})));  // in no region
   field.solve(d, f);
   EXPECT_LT((f[0] - 0.4 * d[0]).norm(), 1e-12);
   const auto now = test::random_landmarks(random, 12, 10, 3, 3),

@@ -88,7 +88,8 @@ TEST_P(Agreement, EveryWayEqualsLongDouble) {
 
     ScalarKernelField deformation(tissue, GetParam(), a,
                                   {.target = targets[static_cast<std::size_t>(trial) % targets.size()]});
-    ASSERT_TRUE(deformation.update(L.positions, L.displacements));
+    LandmarkSet landmarks = LandmarkSet::of(L.positions, L.displacements);
+    ASSERT_TRUE(deformation.update(landmarks));
     ASSERT_EQ(deformation.evaluation(), Evaluation::kDirect);
     ASSERT_LT(worst(displacements_of(deformation.blocks(), tissue), expected), 1e-5)
         << trial << " a=" << a << " n=" << n;
@@ -101,11 +102,13 @@ TEST_P(Agreement, EveryWayEqualsLongDouble) {
     for (int tick = 0; tick < 60 && deformation.evaluation() != Evaluation::kCondensed; ++tick) {
       for (int j = 0; j < n; j += 2)
         L.displacements[static_cast<std::size_t>(j)] = 0.1 * (tick % 7) * Vec3(1, -1, 0.5);
-      ASSERT_TRUE(deformation.update(L.positions, L.displacements));
+      landmarks.assign(L.positions, L.displacements);
+      ASSERT_TRUE(deformation.update(landmarks));
     }
     if (deformation.evaluation() != Evaluation::kCondensed)
       continue;  // direct evaluation is cheaper for this set
-    ASSERT_TRUE(deformation.update(first.positions, first.displacements));
+    landmarks.assign(first.positions, first.displacements);
+    ASSERT_TRUE(deformation.update(landmarks));
     ASSERT_LT(worst(displacements_of(deformation.blocks(), tissue), expected), 1e-5)
         << "condensed, " << trial;
   }

@@ -39,7 +39,7 @@ inline std::vector<Vec3> random_axes(std::mt19937_64& random, std::size_t m) {
 /// common axis with the force that moves all of them along it.
 inline void expect_axial_stiffness(TissueField& field, std::span<const Vec3> positions,
                                    std::span<const LandmarkSpread> cores, std::size_t first) {
-  ASSERT_TRUE(field.factorize(positions, cores));
+  ASSERT_TRUE(field.factorize(LandmarkSet::of(positions, {}, cores)));
   std::mt19937_64 random(7);
   const std::size_t n = positions.size(), m = n - first;
   const std::vector<Vec3> axes = random_axes(random, m);
@@ -73,14 +73,16 @@ inline void expect_axial_stiffness(TissueField& field, std::span<const Vec3> pos
 inline void expect_factorize_leaves_the_field(TissueField& field, TissueField& fresh,
                                               const RandomLandmarks& now, const RandomLandmarks& next) {
   const Vec3 X(1, 2, -3);
+  const LandmarkSet first = LandmarkSet::of(now.positions, now.displacements),
+                    second = LandmarkSet::of(next.positions, next.displacements);
   std::vector<Vec3> f(next.positions.size());
-  ASSERT_TRUE(field.update(now.positions, now.displacements));
+  ASSERT_TRUE(field.update(first));
   const Vec3 u = field.displacement_at(X);
   const std::uint32_t b = field.touched().front();
   const float shown = field.displacement(b).ux[0];
   const double force = field.total_force_n();
   const std::uint64_t before = allocation_count();
-  ASSERT_TRUE(field.factorize(next.positions));
+  ASSERT_TRUE(field.factorize(second));
   field.solve(next.displacements, f);
   EXPECT_EQ(allocation_count(), before);
   EXPECT_EQ(field.displacement_at(X), u);
@@ -92,22 +94,22 @@ inline void expect_factorize_leaves_the_field(TissueField& field, TissueField& f
   std::vector<Vec3> twice = next.positions;
   twice[1] = twice[0];
   const Vec3 half = field.displacement_at(X);
-  EXPECT_EQ(field.factorize(twice).kind, FactorStatus::kDuplicate);
+  EXPECT_EQ(field.factorize(LandmarkSet::of(twice)).kind, FactorStatus::kDuplicate);
   EXPECT_EQ(field.displacement_at(X), half);
 
-  ASSERT_TRUE(field.factorize(next.positions));
-  ASSERT_TRUE(field.update(next.positions, next.displacements));
-  ASSERT_TRUE(fresh.update(next.positions, next.displacements));
+  ASSERT_TRUE(field.factorize(second));
+  ASSERT_TRUE(field.update(second));
+  ASSERT_TRUE(fresh.update(second));
   EXPECT_EQ(field.displacement_at(X), fresh.displacement_at(X));
   EXPECT_EQ(field.total_force_n(), fresh.total_force_n());
   Vec3 sum = Vec3::Zero();
   for (const Vec3& each : f) sum += each;
   EXPECT_NEAR(field.total_force_n(), sum.norm(), 1e-9 * sum.norm());
-  ASSERT_TRUE(field.update(next.positions, next.displacements));
+  ASSERT_TRUE(field.update(second));
   EXPECT_EQ(field.evaluation(), Evaluation::kIdle);
   // The field's first set again, after another one: factorized, and evaluated as before.
-  ASSERT_TRUE(field.factorize(now.positions));
-  ASSERT_TRUE(field.update(next.positions, next.displacements));
+  ASSERT_TRUE(field.factorize(first));
+  ASSERT_TRUE(field.update(second));
   EXPECT_EQ(field.displacement_at(X), fresh.displacement_at(X));
   std::vector<Vec3> again(f.size());
   field.solve(next.displacements, again);

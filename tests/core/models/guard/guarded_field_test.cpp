@@ -27,25 +27,21 @@ std::unique_ptr<GuardedField> guarded(const Tissue& tissue, const Kernel& kernel
                                           BlockField::Options{.target = target, .max_landmarks = kLandmarks}),
       std::make_unique<ScalarComposition>(tissue, kernel, support, target, kLandmarks,
                                           static_cast<std::size_t>(max_substeps)),
-      GuardSettings{.policy = policy, .max_substeps = max_substeps}, kLandmarks);
+      GuardSettings{.policy = policy, .max_substeps = max_substeps});
 }
 
 double determinant_at(const GuardedField& field, const Vec3& X) {
   return test::deformation_gradient(field, X).determinant();
 }
 
-struct Push {
-  std::vector<Vec3> positions, displacements;
-};
-
 // A contact on the phantom's axis, or a shaft of six, pushed by `d` mm along z; anchors 20 mm aside.
-Push push(bool is_shaft, double d) {
-  Push p{{{20, 0, 0}, {-20, 3, 0}}, {Vec3::Zero(), Vec3::Zero()}};
+LandmarkSet push(bool is_shaft, double d) {
+  std::vector<Vec3> positions{{20, 0, 0}, {-20, 3, 0}}, displacements(2, Vec3::Zero());
   for (int i = 0; i < (is_shaft ? 6 : 1); ++i) {
-    p.positions.emplace_back(0, 0, -5.0 * (is_shaft ? 5 - i : 0));
-    p.displacements.emplace_back(0.1 * d, 0, d);
+    positions.emplace_back(0, 0, -5.0 * (is_shaft ? 5 - i : 0));
+    displacements.emplace_back(0.1 * d, 0, d);
   }
-  return p;
+  return LandmarkSet::of(positions, displacements);
 }
 
 TEST(GuardedField, SubstepsStayInjectiveToFifteenMillimetresWhereThePlainFieldFolds) {
@@ -56,9 +52,9 @@ TEST(GuardedField, SubstepsStayInjectiveToFifteenMillimetresWhereThePlainFieldFo
     for (const bool is_shaft : {false, true})
       for (const double d : {4.0, 8.0, 15.0}) {
         SCOPED_TRACE(d);
-        const Push p = push(is_shaft, d);
-        ASSERT_TRUE(plain->update(p.positions, p.displacements));
-        ASSERT_TRUE(composed->update(p.positions, p.displacements));
+        const LandmarkSet p = push(is_shaft, d);
+        ASSERT_TRUE(plain->update(p));
+        ASSERT_TRUE(composed->update(p));
         EXPECT_EQ(plain->certificate().verdict == Verdict::kFolded, d > 6);
         EXPECT_EQ(composed->certificate().verdict, Verdict::kInjective);
         EXPECT_EQ(composed->certificate().held_mm, 0);
@@ -82,8 +78,8 @@ TEST(GuardedField, SubstepsStayInjectiveToFifteenMillimetresWhereThePlainFieldFo
 TEST(GuardedField, ThePointsOfTheTissueGoWhereTheSingleOnesDo) {
   const Tissue tissue = test::small_phantom(Vec3::Zero());
   const auto field = guarded(tissue, Wendland31{}, 12, "substep");
-  const Push p = push(true, 12);
-  ASSERT_TRUE(field->update(p.positions, p.displacements));
+  const LandmarkSet p = push(true, 12);
+  ASSERT_TRUE(field->update(p));
   ASSERT_GT(field->certificate().substeps, 1u);
   std::vector<Vec3> u(tissue.size(), Vec3::Zero());
   double least = 1;
@@ -104,17 +100,17 @@ TEST(GuardedField, WhatIsShownDependsOnThePresentLandmarksOnly) {
   const auto field = guarded(tissue, Wendland31{}, 12, "substep"),
              fresh = guarded(tissue, Wendland31{}, 12, "substep");
   for (const double d : {2.0, 9.0, 15.0, 4.0}) {
-    const Push p = push(true, d);
-    ASSERT_TRUE(field->update(p.positions, p.displacements));
+    const LandmarkSet p = push(true, d);
+    ASSERT_TRUE(field->update(p));
   }
-  const Push p = push(true, 9);
-  ASSERT_TRUE(field->update(p.positions, p.displacements));
-  ASSERT_TRUE(fresh->update(p.positions, p.displacements));
+  const LandmarkSet p = push(true, 9);
+  ASSERT_TRUE(field->update(p));
+  ASSERT_TRUE(fresh->update(p));
   for (std::size_t i = 0; i < tissue.size(); i += 7)
     EXPECT_EQ(field->displacement_at(tissue.rest_vertices[i]),
               fresh->displacement_at(tissue.rest_vertices[i]));
   EXPECT_EQ(field->certificate().substeps, fresh->certificate().substeps);
-  ASSERT_TRUE(field->update({}, {}));
+  ASSERT_TRUE(field->update(LandmarkSet::of({})));
   EXPECT_TRUE(field->touched().empty());
   EXPECT_EQ(field->certificate().substeps, 0u);
 }
@@ -122,8 +118,8 @@ TEST(GuardedField, WhatIsShownDependsOnThePresentLandmarksOnly) {
 TEST(GuardedField, ClampHoldsLandmarksAtTheLastInjectivePosition) {
   const Tissue tissue = test::small_phantom(Vec3::Zero());
   const auto field = guarded(tissue, Wendland31{}, 12, "clamp");
-  const Push p = push(false, 10);
-  ASSERT_TRUE(field->update(p.positions, p.displacements));
+  const LandmarkSet p = push(false, 10);
+  ASSERT_TRUE(field->update(p));
   const Certificate& c = field->certificate();
   EXPECT_EQ(c.verdict, Verdict::kInjective);
   EXPECT_TRUE(field->flags() & kStepClamped);
@@ -139,8 +135,8 @@ TEST(GuardedField, ClampHoldsLandmarksAtTheLastInjectivePosition) {
 TEST(GuardedField, BeyondTheLastSubstepLandmarksAreHeld) {
   const Tissue tissue = test::small_phantom(Vec3::Zero());
   const auto field = guarded(tissue, Wendland31{}, 12, "substep", 2);
-  const Push p = push(false, 15);
-  ASSERT_TRUE(field->update(p.positions, p.displacements));
+  const LandmarkSet p = push(false, 15);
+  ASSERT_TRUE(field->update(p));
   EXPECT_EQ(field->certificate().substeps, 2u);
   EXPECT_EQ(field->flags(), kStepSubstepped | kStepClamped);
   EXPECT_NEAR(field->displacement_at(p.positions.back()).norm() + field->certificate().held_mm,
@@ -152,13 +148,14 @@ TEST(GuardedField, TheMarginIsInjectiveToo) {
   const Tissue tissue = test::small_phantom(Vec3::Zero());
   const auto field = guarded(tissue, Wendland31{}, 12, "flag");
   for (const double d : {1.0, 3.0, 5.0}) {
-    Push p = push(false, d);
-    ASSERT_TRUE(field->update(p.positions, p.displacements));
+    LandmarkSet p = push(false, d);
+    ASSERT_TRUE(field->update(p));
     const double margin = field->certificate().margin_mm, length = p.displacements.back().norm();
     EXPECT_GT(margin, 0.1);
     EXPECT_LT(length + margin, 12 / Wendland31::kMaxSlope);
     for (Vec3& way : p.displacements) way *= 1 + margin / length;
-    ASSERT_TRUE(field->update(p.positions, p.displacements));
+    p.settle();
+    ASSERT_TRUE(field->update(p));
     EXPECT_EQ(field->certificate().verdict, Verdict::kInjective);
   }
 }
@@ -166,8 +163,8 @@ TEST(GuardedField, TheMarginIsInjectiveToo) {
 TEST(GuardedField, ReactionsAreThoseOfThePlacedLandmarksWhateverIsShown) {
   const Tissue tissue = test::small_phantom(Vec3::Zero());
   const auto field = guarded(tissue, Wendland31{}, 12, "substep");
-  const Push shown = push(true, 12), other = push(true, 2);
-  ASSERT_TRUE(field->update(shown.positions, shown.displacements));
+  const LandmarkSet shown = push(true, 12), other = push(true, 2);
+  ASSERT_TRUE(field->update(shown));
   ASSERT_GT(field->certificate().substeps, 1u);
   const Vec3 u = field->displacement_at({1, 2, 3});
   std::vector<Vec3> more = other.positions, f(shown.positions.size()), again(f.size());
@@ -176,21 +173,48 @@ TEST(GuardedField, ReactionsAreThoseOfThePlacedLandmarksWhateverIsShown) {
   test::expect_axial_stiffness(field->plain_field(), more, {}, 2);
   EXPECT_EQ(field->displacement_at({1, 2, 3}), u);
   // Repeating the update changes nothing, but its landmarks are then the factorized ones.
-  ASSERT_TRUE(field->update(shown.positions, shown.displacements));
+  ASSERT_TRUE(field->update(shown));
   EXPECT_EQ(field->evaluation(), Evaluation::kIdle);
   EXPECT_EQ(field->displacement_at({1, 2, 3}), u);
   field->plain_field().solve(shown.displacements, again);
   for (std::size_t i = 0; i < f.size(); ++i) EXPECT_LT((again[i] - f[i]).norm(), 1e-9);
 }
 
+TEST(GuardedField, ShowsLandmarksThatRestAndNoOthers) {
+  const Tissue tissue = test::small_phantom(Vec3::Zero());
+  const auto field = guarded(tissue, Wendland31{}, 12, "substep");
+  LandmarkSet p = push(true, 3);
+  EXPECT_FALSE(field->shows(p));
+  ASSERT_TRUE(field->update(p));
+  EXPECT_TRUE(field->shows(p));
+  const auto settle_at = [&](double moved_mm) {
+    p.displacements[3] += Vec3(moved_mm, 0, 0);
+    p.settle();
+  };
+  settle_at(0.5 * LandmarkSet::kRestToleranceMm);
+  EXPECT_TRUE(field->shows(p));
+  ASSERT_TRUE(field->update(p));
+  EXPECT_EQ(field->evaluation(), Evaluation::kIdle);
+  settle_at(LandmarkSet::kRestToleranceMm);
+  EXPECT_FALSE(field->shows(p));
+  ASSERT_TRUE(field->update(p));
+  EXPECT_NE(field->evaluation(), Evaluation::kIdle);
+  // Of other spreads it is another field, whether the model uses them or not.
+  p.spreads[3].core_mm = 2;
+  p.number();
+  p.settle();
+  EXPECT_FALSE(field->shows(p));
+}
+
 TEST(GuardedField, ADisplacementThatIsNotFiniteIsRefusedAndTheLastFieldStands) {
   const Tissue tissue = test::small_phantom(Vec3::Zero());
   const auto field = guarded(tissue, Wendland31{}, 12, "substep");
-  Push p = push(true, 3);
-  ASSERT_TRUE(field->update(p.positions, p.displacements));
+  LandmarkSet p = push(true, 3);
+  ASSERT_TRUE(field->update(p));
   const Vec3 before = field->displacement_at({1, 2, 3});
   p.displacements[3].y() = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_EQ(field->update(p.positions, p.displacements).kind, FactorStatus::kNotFinite);
+  p.settle();
+  EXPECT_EQ(field->update(p).kind, FactorStatus::kNotFinite);
   EXPECT_EQ(field->displacement_at({1, 2, 3}), before);
 }
 

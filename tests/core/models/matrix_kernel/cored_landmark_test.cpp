@@ -25,7 +25,7 @@ TEST_P(CoredLandmark, TissueAtItGoesAsFarAsItDoes) {
       const std::vector<Vec3> at = {p}, d = {{0.5, 0, 2}};
       const std::vector<double> cores = {core};
       const std::vector<LandmarkSpread> spreads = {{.core_mm = core}};
-      ASSERT_TRUE(field.update(at, d, spreads));
+      ASSERT_TRUE(field.update(LandmarkSet::of(at, d, spreads)));
       EXPECT_LT((field.displacement_at(p) - d[0]).norm(), 0.01 * d[0].norm()) << core;
       MatrixKernelSystem exact(field.kernel());
       ASSERT_TRUE(exact.factorize(at, cores));
@@ -44,7 +44,7 @@ TEST_P(CoredLandmark, YieldsAsItsStiffnessSays) {
          {std::size_t{0}, std::size_t{70}, std::size_t{170}, cored_phantom().size() - 1}) {
       const Vec3 p = cored_phantom().rest_vertices[i], d = 3 * axis;
       const std::vector<LandmarkSpread> spreads = {{.stiffness_n_per_mm = k, .axis = axis}};
-      ASSERT_TRUE(field.update({&p, 1}, {&d, 1}, spreads));
+      ASSERT_TRUE(field.update(LandmarkSet::of({&p, 1}, {&d, 1}, spreads)));
       MatrixKernelSystem exact(field.kernel());
       ASSERT_TRUE(exact.factorize({&p, 1}, field.cores()));
       EXPECT_NEAR(axis.dot(exact.matrix() * axis), 1 / k, 0.02 / k) << k << " at " << p.transpose();
@@ -60,7 +60,7 @@ TEST_P(CoredLandmark, AStiffnessBeyondTheTissuesIsThatOfTheWidestCore) {
     double core = 0;
     for (const double k : {2.0, 10.0, 1e6}) {
       const std::vector<LandmarkSpread> spreads = {{.stiffness_n_per_mm = k, .axis = Vec3::UnitZ()}};
-      ASSERT_TRUE(field.factorize({&p, 1}, spreads)) << k << " at " << p.transpose();
+      ASSERT_TRUE(field.factorize(LandmarkSet::of({&p, 1}, {}, spreads))) << k << " at " << p.transpose();
       if (k > 10) {
         EXPECT_EQ(field.cores()[0], core) << p.transpose();
       }
@@ -101,7 +101,7 @@ TEST(CoredLandmarkField, ATipThatContinuesAShaftHasItsCoreAlongOnly) {
   const auto stiffness = [&](std::span<const LandmarkSpread> spreads, const Vec3& direction) {
     const std::vector<Vec3> d(push.positions.size(), direction);
     std::vector<Vec3> f(d.size());
-    EXPECT_TRUE(field.factorize(push.positions, spreads));
+    EXPECT_TRUE(field.factorize(LandmarkSet::of(push.positions, {}, spreads)));
     field.solve(d, f);
     double sum = 0;
     for (const Vec3& force : f) sum += direction.dot(force);
@@ -147,7 +147,7 @@ TEST(NeedleRings, CarryTheForceOfEachLandmark) {
 TEST(CoredLandmarkField, BlocksAndGradientsAreThoseOfTheSinglePoints) {
   MatrixKernelField field(cored_phantom(), "elastic", {}, {});
   for (const CoredPush& push : {lone(5, 3), shaft_and_tip(5, 4, 8)}) {
-    ASSERT_TRUE(field.update(push.positions, push.displacements, push.spreads));
+    ASSERT_TRUE(field.update(LandmarkSet::of(push.positions, push.displacements, push.spreads)));
     for (const std::uint32_t b : field.touched()) {
       const Block& block = cored_phantom().blocks[b];
       const BlockDisplacement<float>& u = field.displacement(b);
@@ -191,14 +191,14 @@ TEST(CoredLandmarkField, FoldsAtTheForceOfTwoAndAHalfCores) {
                                                MatrixKernelField::Options{});
   };
   const auto field = make();
-  GuardedField guarded(cored_phantom(), make(), nullptr, {.policy = "flag"}, 64);
+  GuardedField guarded(cored_phantom(), make(), nullptr, {.policy = "flag"});
   for (const double core : {2.0, 5.0}) {
     SCOPED_TRACE(core);
     double none = 1, folded = 4;  // cores
     while (folded - none > 1e-3) {
       const double d = 0.5 * (none + folded);
       const CoredPush push = lone(core, d * core);
-      ASSERT_TRUE(field->update(push.positions, push.displacements, push.spreads));
+      ASSERT_TRUE(field->update(LandmarkSet::of(push.positions, push.displacements, push.spreads)));
       (least_determinant(*field, push.displacements[0].normalized(), core) > 0 ? none : folded) = d;
     }
     EXPECT_NEAR(field->total_force_n() / (ElasticBody{}.shear_modulus * core * core), 32, 0.5);
@@ -206,7 +206,7 @@ TEST(CoredLandmarkField, FoldsAtTheForceOfTwoAndAHalfCores) {
     EXPECT_GT(folded, core < 3 ? 2.4 : 2.2);
     const auto verdict_at = [&](double d) {
       const CoredPush push = lone(core, d * core);
-      EXPECT_TRUE(guarded.update(push.positions, push.displacements, push.spreads));
+      EXPECT_TRUE(guarded.update(LandmarkSet::of(push.positions, push.displacements, push.spreads)));
       return guarded.certificate().verdict;
     };
     EXPECT_EQ(verdict_at(0.7 * folded), Verdict::kInjective);
@@ -224,7 +224,7 @@ TEST(CoredLandmarkField, AShaftWithATipOfItsOwnIsWellConditionedAndSane) {
       for (const double core : {6.0, 8.0, 10.0}) {
         SCOPED_TRACE(testing::Message() << shaft << " " << ahead << " " << core);
         const CoredPush push = shaft_and_tip(shaft, ahead, core);
-        ASSERT_TRUE(field.update(push.positions, push.displacements, push.spreads));
+        ASSERT_TRUE(field.update(LandmarkSet::of(push.positions, push.displacements, push.spreads)));
         EXPECT_LT(field.condition(), 50);
         const double pushed = push.displacements.back().norm();
         EXPECT_NEAR(field.displacement_at(push.positions.back()).norm(), pushed, 0.12 * pushed);
@@ -262,7 +262,7 @@ TEST_P(CoredLandmark, AShaftBehindItGoesAsFarAsItDoes) {
   const CoredPush push = shaft_and_tip(4, 4, 8);
   const Vec3 axis = push.displacements[0].normalized();
   // The tip pushes, and what lies behind is carried along by it and by friction of 0.1 N.
-  ASSERT_TRUE(field.factorize(push.positions, push.spreads));
+  ASSERT_TRUE(field.factorize(LandmarkSet::of(push.positions, {}, push.spreads)));
   std::vector<Vec3> axes(push.positions.size(), axis);
   Eigen::MatrixXd H(push.positions.size(), push.positions.size());
   field.axial_stiffness(0, axes, H);
@@ -271,7 +271,7 @@ TEST_P(CoredLandmark, AShaftBehindItGoesAsFarAsItDoes) {
   const Eigen::VectorXd along = H.inverse() * forces;
   std::vector<Vec3> d;
   for (Eigen::Index i = 0; i < along.size(); ++i) d.push_back(along[i] * axis);
-  ASSERT_TRUE(field.update(push.positions, d, push.spreads));
+  ASSERT_TRUE(field.update(LandmarkSet::of(push.positions, d, push.spreads)));
   for (std::size_t i = 0; i < d.size(); ++i)
     EXPECT_LT((field.displacement_at(push.positions[i]) - d[i]).norm(), 0.06 * d.back().norm()) << i;
 }

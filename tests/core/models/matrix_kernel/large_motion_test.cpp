@@ -79,7 +79,7 @@ GuardedField field_of(const Tissue& tissue, const ElasticBody& body, const char*
       MatrixKernelField::Options{.max_landmarks = kLandmarks, .evaluates_points = false});
   auto composition =
       std::make_unique<MatrixComposition>(tissue, *field, best_simd_target(), kLandmarks, std::size_t{8});
-  return {tissue, std::move(field), std::move(composition), {}, kLandmarks};
+  return {tissue, std::move(field), std::move(composition), {}};
 }
 
 // Relative L2 over the points against the table's level, %.
@@ -137,7 +137,7 @@ TEST_P(LargeMotion, IsShownAsANeoHookeanSolidMoves) {
       landmarks.spreads[0] = {.stiffness_n_per_mm = 0.3 + 0.06 * level, .axis = Vec3::UnitZ()};
     std::vector<Vec3> displacements;
     for (const Vec3& direction : landmarks.directions) displacements.push_back(level * direction);
-    ASSERT_TRUE(guarded.update(landmarks.positions, displacements, landmarks.spreads));
+    ASSERT_TRUE(guarded.update(LandmarkSet::of(landmarks.positions, displacements, landmarks.spreads)));
     const double percent = error_percent(guarded, points, table, k);
     print(name + " " + std::to_string(level).substr(0, 3) + " mm", percent, guarded.certificate());
     EXPECT_LT(percent, motion.at_most[k]);
@@ -207,7 +207,7 @@ std::vector<Vec3> displacements_of(const Forces& needle, TissueField& field) {
   Eigen::MatrixXd stiffness(rows, rows);
   Eigen::VectorXd forces(rows);
   std::vector<Vec3> unit(count, Vec3::Zero()), reactions(count);
-  EXPECT_TRUE(field.factorize(needle.positions, needle.spreads));
+  EXPECT_TRUE(field.factorize(LandmarkSet::of(needle.positions, {}, needle.spreads)));
   for (std::size_t j = 0; j < count; ++j) {
     forces.segment<3>(static_cast<Eigen::Index>(3 * j)) = needle.forces[j];
     for (Eigen::Index axis = 0; axis < 3; ++axis) {
@@ -238,7 +238,7 @@ TEST_P(StagedInsertion, IsShownAsANeoHookeanSolidMovesUnderTheNeedlesForces) {
   const Tissue tissue = build_tissue({}, points);
   GuardedField guarded = field_of(tissue, body, model);
   const std::vector<Vec3> displacements = displacements_of(needle, guarded.plain_field());
-  ASSERT_TRUE(guarded.update(needle.positions, displacements, needle.spreads));
+  ASSERT_TRUE(guarded.update(LandmarkSet::of(needle.positions, displacements, needle.spreads)));
   const double percent = error_percent(guarded, points, table, 0);
   print(name + ", " + model, percent, guarded.certificate());
   EXPECT_LT(percent, at_most);

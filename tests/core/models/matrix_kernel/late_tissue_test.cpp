@@ -25,22 +25,18 @@ std::unique_ptr<GuardedField> composed() {
   auto composition = std::make_unique<MatrixComposition>(default_phantom(), *field, best_simd_target(),
                                                          kShaftLandmarks, std::size_t{8});
   return std::make_unique<GuardedField>(default_phantom(), std::move(field), std::move(composition),
-                                        GuardSettings{}, kShaftLandmarks);
+                                        GuardSettings{});
 }
 
-struct ShaftPush {
-  std::vector<Vec3> positions, displacements;
-};
-
 // Shafts of four landmarks each, 8 mm apart, moved by d.
-ShaftPush sixteen(const Vec3& d) {
-  ShaftPush push;
+LandmarkSet sixteen(const Vec3& d) {
+  std::vector<Vec3> positions, displacements;
   for (int n = 0; n < 16; ++n)
     for (int k = 0; k < 4; ++k) {
-      push.positions.emplace_back(8 * (n % 4) - 12, 8 * (n / 4) - 12, 6 * k - 14);
-      push.displacements.push_back(n % 2 ? d : Vec3(-0.5 * d));
+      positions.emplace_back(8 * (n % 4) - 12, 8 * (n / 4) - 12, 6 * k - 14);
+      displacements.push_back(n % 2 ? d : Vec3(-0.5 * d));
     }
-  return push;
+  return LandmarkSet::of(positions, displacements);
 }
 
 bool is_late(const GuardedField& field) {
@@ -48,10 +44,10 @@ bool is_late(const GuardedField& field) {
 }
 
 // Ticks with the same landmarks until nothing is late.
-int stand_still(GuardedField& field, const ShaftPush& push) {
+int stand_still(GuardedField& field, const LandmarkSet& push) {
   int ticks = 0;
   while (is_late(field) && ticks < kMostTicks) {
-    EXPECT_TRUE(field.update(push.positions, push.displacements));
+    EXPECT_TRUE(field.update(push));
     EXPECT_NE(field.evaluation(), Evaluation::kIdle);
     if (field.certificate().vertex_det <= 0) {
       EXPECT_EQ(field.certificate().verdict, Verdict::kFolded);
@@ -75,12 +71,12 @@ std::size_t blocks_that_differ(const GuardedField& a, const GuardedField& b) {
 
 TEST(LateTissue, ComesWhileNothingMovesAndIsThenWhatAnyTickShows) {
   const auto moved = composed(), fresh = composed();
-  const ShaftPush before = sixteen({1, 1, 2}), push = sixteen({2, 0, 1});
-  ASSERT_TRUE(moved->update(before.positions, before.displacements));
+  const LandmarkSet before = sixteen({1, 1, 2}), push = sixteen({2, 0, 1});
+  ASSERT_TRUE(moved->update(before));
   const std::uint64_t allocated = test::allocation_count();
-  ASSERT_TRUE(moved->update(push.positions, push.displacements));
+  ASSERT_TRUE(moved->update(push));
   EXPECT_EQ(test::allocation_count(), allocated);
-  ASSERT_TRUE(fresh->update(push.positions, push.displacements));
+  ASSERT_TRUE(fresh->update(push));
   ASSERT_TRUE(is_late(*moved));
   ASSERT_TRUE(is_late(*fresh));
   EXPECT_GT(blocks_that_differ(*moved, *fresh), 0u);
@@ -88,15 +84,15 @@ TEST(LateTissue, ComesWhileNothingMovesAndIsThenWhatAnyTickShows) {
   EXPECT_LT(stand_still(*moved, push), kMostTicks);
   EXPECT_LT(stand_still(*fresh, push), kMostTicks);
   EXPECT_EQ(blocks_that_differ(*moved, *fresh), 0u);
-  ASSERT_TRUE(moved->update(push.positions, push.displacements));
+  ASSERT_TRUE(moved->update(push));
   EXPECT_EQ(moved->evaluation(), Evaluation::kIdle);
 }
 
 TEST(LateTissue, LandmarksAreWhereTheyBelongInEveryTick) {
   const auto field = composed();
   for (const Vec3& d : {Vec3(1, 1, 2), Vec3(2, 0, 1), Vec3(0, -1.5, 2)}) {
-    const ShaftPush push = sixteen(d);
-    ASSERT_TRUE(field->update(push.positions, push.displacements));
+    const LandmarkSet push = sixteen(d);
+    ASSERT_TRUE(field->update(push));
     ASSERT_TRUE(is_late(*field));
     for (std::size_t i = 0; i < push.positions.size(); ++i)
       EXPECT_LT((field->displacement_at(push.positions[i]) - push.displacements[i]).norm(), 0.02) << i;
@@ -108,8 +104,8 @@ TEST(LateTissue, NoBlockWaitsForever) {
   std::vector<int> waited(default_phantom().blocks.size(), 0);
   std::vector<Vec3> last(default_phantom().blocks.size(), Vec3::Zero());
   for (int tick = 0; tick < 60; ++tick) {
-    const ShaftPush push = sixteen(Vec3(1 + 0.01 * tick, 0.5, 2 - 0.01 * tick));
-    ASSERT_TRUE(field->update(push.positions, push.displacements));
+    const LandmarkSet push = sixteen(Vec3(1 + 0.01 * tick, 0.5, 2 - 0.01 * tick));
+    ASSERT_TRUE(field->update(push));
     ASSERT_TRUE(is_late(*field));
     for (std::uint32_t b = 0; b < waited.size(); ++b) {
       const bool has_come = first_of(*field, b) != std::exchange(last[b], first_of(*field, b));
@@ -121,15 +117,15 @@ TEST(LateTissue, NoBlockWaitsForever) {
 
 TEST(LateTissue, IsAtRestOnceNoLandmarkIsLeft) {
   const auto field = composed();
-  const ShaftPush push = sixteen({1, 1, 2});
-  ASSERT_TRUE(field->update(push.positions, push.displacements));
+  const LandmarkSet push = sixteen({1, 1, 2});
+  ASSERT_TRUE(field->update(push));
   stand_still(*field, push);
-  ASSERT_TRUE(field->update({}, {}));
+  ASSERT_TRUE(field->update(LandmarkSet::of({})));
   EXPECT_TRUE(field->touched().empty());
   // What the next contact has no time for is at rest, not where the last one left it.
   const auto fresh = composed();
-  ASSERT_TRUE(field->update(push.positions, push.displacements));
-  ASSERT_TRUE(fresh->update(push.positions, push.displacements));
+  ASSERT_TRUE(field->update(push));
+  ASSERT_TRUE(fresh->update(push));
   ASSERT_TRUE(is_late(*field));
   EXPECT_EQ(blocks_that_differ(*field, *fresh), 0u);
 }

@@ -29,30 +29,25 @@ std::unique_ptr<GuardedField> composed(const char* model_name, int max_substeps 
       std::make_unique<MatrixComposition>(composed_phantom(), *field, best_simd_target(), kComposedLandmarks,
                                           static_cast<std::size_t>(max_substeps));
   return std::make_unique<GuardedField>(composed_phantom(), std::move(field), std::move(composition),
-                                        GuardSettings{.max_substeps = max_substeps}, kComposedLandmarks);
+                                        GuardSettings{.max_substeps = max_substeps});
 }
 
-struct Push {
-  std::vector<Vec3> positions, displacements;
-  std::vector<LandmarkSpread> spreads;
-};
-
 // A contact whose force is spread over 9 mm.
-Push press(double d) {
-  return {{{0, 0, -15}}, {d * Vec3(0.1, 0, 1).normalized()}, {{.core_mm = 9}}};
+LandmarkSet press(double d) {
+  return LandmarkSet::of(std::vector<Vec3>{{0, 0, -15}}, std::vector<Vec3>{d * Vec3(0.1, 0, 1).normalized()},
+                         std::vector<LandmarkSpread>{{.core_mm = 9}});
 }
 
 // A shaft of seven and its tip, moved by d.
-Push shaft(const Vec3& d) {
-  Push push;
-  for (int k = 0; k < 8; ++k) push.positions.emplace_back(2, -1, k < 7 ? -16 + 4.0 * k : 10.5);
-  push.displacements.assign(8, d);
-  push.spreads.resize(8);
-  push.spreads.back() = {.core_mm = 12, .behind = 6};
-  return push;
+LandmarkSet shaft(const Vec3& d) {
+  std::vector<Vec3> positions;
+  for (int k = 0; k < 8; ++k) positions.emplace_back(2, -1, k < 7 ? -16 + 4.0 * k : 10.5);
+  std::vector<LandmarkSpread> spreads(8);
+  spreads.back() = {.core_mm = 12, .behind = 6};
+  return LandmarkSet::of(positions, std::vector<Vec3>(8, d), spreads);
 }
 
-std::vector<Push> pushes() {
+std::vector<LandmarkSet> pushes() {
   return {press(2), press(7.5), shaft({0, 0, 1}), shaft({0, 0, 4}), shaft({2, 0, 0}), shaft({4, 3, 1})};
 }
 
@@ -67,9 +62,9 @@ class MatrixCompositionOf : public testing::TestWithParam<const char*> {
 };
 
 TEST_P(MatrixCompositionOf, TissueAtEachLandmarkGoesWhereItDoes) {
-  for (const Push& push : pushes()) {
+  for (const LandmarkSet& push : pushes()) {
     SCOPED_TRACE(push.displacements[0].transpose());
-    ASSERT_TRUE(field().update(push.positions, push.displacements, push.spreads));
+    ASSERT_TRUE(field().update(push));
     EXPECT_EQ(field().certificate().verdict, Verdict::kInjective);
     EXPECT_EQ(field().certificate().held_mm, 0);
     for (std::size_t i = 0; i < push.positions.size(); ++i)
@@ -78,9 +73,9 @@ TEST_P(MatrixCompositionOf, TissueAtEachLandmarkGoesWhereItDoes) {
 }
 
 TEST_P(MatrixCompositionOf, ThePointsOfTheTissueGoWhereTheSingleOnesDo) {
-  for (const Push& push : pushes()) {
+  for (const LandmarkSet& push : pushes()) {
     SCOPED_TRACE(push.displacements[0].transpose());
-    ASSERT_TRUE(field().update(push.positions, push.displacements, push.spreads));
+    ASSERT_TRUE(field().update(push));
     for (const std::uint32_t b : field().touched()) {
       const Block& block = composed_phantom().blocks[b];
       const BlockDisplacement<float>& u = field().displacement(b);
@@ -95,9 +90,9 @@ TEST_P(MatrixCompositionOf, ThePointsOfTheTissueGoWhereTheSingleOnesDo) {
 
 // Beside the needle by three radii and more: nearer its rings are the needle itself.
 TEST_P(MatrixCompositionOf, DeterminantsAreAboveTheirBoundAndTheLeastAtAVertexIsFound) {
-  for (const Push& push : pushes()) {
+  for (const LandmarkSet& push : pushes()) {
     SCOPED_TRACE(push.displacements[0].transpose());
-    ASSERT_TRUE(field().update(push.positions, push.displacements, push.spreads));
+    ASSERT_TRUE(field().update(push));
     const Certificate& c = field().certificate();
     ASSERT_EQ(c.verdict, Verdict::kInjective);
     // The axis of the shaft's rings, whose ends lie 0.3 radii inward.
@@ -124,18 +119,18 @@ TEST_P(MatrixCompositionOf, DeterminantsAreAboveTheirBoundAndTheLeastAtAVertexIs
 
 TEST_P(MatrixCompositionOf, WhatIsShownDependsOnThePresentLandmarksOnly) {
   const auto fresh = composed(GetParam());
-  const Push other = shaft({3, 1, 2}), push = shaft({4, 3, 1});
-  ASSERT_TRUE(field().update(other.positions, other.displacements, other.spreads));
+  const LandmarkSet other = shaft({3, 1, 2}), push = shaft({4, 3, 1});
+  ASSERT_TRUE(field().update(other));
   const std::uint64_t before = test::allocation_count();
-  ASSERT_TRUE(field().update(push.positions, push.displacements, push.spreads));
+  ASSERT_TRUE(field().update(push));
   EXPECT_EQ(test::allocation_count(), before);
-  ASSERT_TRUE(fresh->update(push.positions, push.displacements, push.spreads));
+  ASSERT_TRUE(fresh->update(push));
   for (const std::uint32_t b : fresh->touched())
     for (std::size_t i = 0; i < Tissue::kBlockSize; ++i) {
       ASSERT_EQ(field().displacement(b).ux[i], fresh->displacement(b).ux[i]);
       ASSERT_EQ(field().displacement(b).uz[i], fresh->displacement(b).uz[i]);
     }
-  ASSERT_TRUE(field().update({}, {}));
+  ASSERT_TRUE(field().update(LandmarkSet::of({})));
   EXPECT_TRUE(field().touched().empty());
 }
 
@@ -145,8 +140,8 @@ TEST_P(MatrixCompositionOf, AnotherStepComesWithoutAJump) {
   Vec3 last = Vec3::Zero();
   std::uint32_t steps = 0, changes = 0;
   for (double d = 0.5; d < 5; d += 0.01) {
-    const Push push = shaft({0.8 * d, 0, 0.6 * d});
-    ASSERT_TRUE(field().update(push.positions, push.displacements, push.spreads));
+    const LandmarkSet push = shaft({0.8 * d, 0, 0.6 * d});
+    ASSERT_TRUE(field().update(push));
     const Vec3 u = field().displacement_at(X);
     if (d > 0.505) {
       EXPECT_LT((u - last).norm(), 0.02) << d;
@@ -159,8 +154,8 @@ TEST_P(MatrixCompositionOf, AnotherStepComesWithoutAJump) {
 
 TEST_P(MatrixCompositionOf, WhereStepsEndLandmarksAreClampedAndFlagged) {
   const auto two = composed(GetParam(), 2);
-  const Push push = shaft({8, 0, 0});
-  ASSERT_TRUE(two->update(push.positions, push.displacements, push.spreads));
+  const LandmarkSet push = shaft({8, 0, 0});
+  ASSERT_TRUE(two->update(push));
   const Certificate& c = two->certificate();
   EXPECT_NE(c.verdict, Verdict::kFolded);
   EXPECT_GT(c.held_mm, 0);

@@ -88,7 +88,7 @@ TEST_P(EveryModel, TicksAreTheExactSystemsFieldWithinOnePercent) {
   for (const double stiffness : {1.0, 3.0}) {
     MatrixKernelField fast = shared_field(GetParam(), stiffness);
     const Needle needle = shaft();
-    ASSERT_TRUE(fast.update(needle.positions, needle.displacements));
+    ASSERT_TRUE(fast.update(LandmarkSet::of(needle.positions, needle.displacements)));
     EXPECT_EQ(fast.evaluation(), Evaluation::kDirect);
     EXPECT_LT(difference(fast, needle), 0.01) << stiffness;
   }
@@ -102,7 +102,7 @@ TEST_P(EveryModel, ShaftsThatComeFromOutsideAreAsExact) {
   }
   for (const double stiffness : {1.0, 3.0}) {
     MatrixKernelField fast = shared_field(GetParam(), stiffness);
-    ASSERT_TRUE(fast.update(needle.positions, needle.displacements));
+    ASSERT_TRUE(fast.update(LandmarkSet::of(needle.positions, needle.displacements)));
     EXPECT_LT(difference(fast, needle), 0.01) << stiffness;
   }
 }
@@ -110,7 +110,7 @@ TEST_P(EveryModel, ShaftsThatComeFromOutsideAreAsExact) {
 TEST_P(EveryModel, LandmarksGoWhereTheyAreTold) {
   MatrixKernelField fast = shared_field(GetParam(), 1);
   const Needle contact{{Vec3(0, 0, -22)}, {Vec3(0, 0, 2)}};
-  ASSERT_TRUE(fast.update(contact.positions, contact.displacements));
+  ASSERT_TRUE(fast.update(LandmarkSet::of(contact.positions, contact.displacements)));
   // The displacement prescribed is the landmark's own observation, an average over its core.
   MatrixKernelSystem system(fast.kernel());
   ASSERT_TRUE(system.factorize(contact.positions));
@@ -124,8 +124,9 @@ TEST_P(EveryModel, TheSameTicksInAnyHistoryGiveTheSameBits) {
   // With a kernel and tables of its own.
   MatrixKernelField b(phantom(), GetParam(), body_of(1), {.threads = 2});
   for (std::size_t n = 2; n <= needle.positions.size(); ++n)
-    ASSERT_TRUE(a.update(std::span(needle.positions).first(n), std::span(needle.displacements).first(n)));
-  ASSERT_TRUE(b.update(needle.positions, needle.displacements));
+    ASSERT_TRUE(a.update(
+        LandmarkSet::of(std::span(needle.positions).first(n), std::span(needle.displacements).first(n))));
+  ASSERT_TRUE(b.update(LandmarkSet::of(needle.positions, needle.displacements)));
   for (const std::uint32_t block : a.touched())
     for (std::size_t i = 0; i < Tissue::kBlockSize; ++i)
       ASSERT_EQ(a.displacement(block).uz[i], b.displacement(block).uz[i]);
@@ -135,11 +136,12 @@ TEST_P(EveryModel, LandmarksThatLeftAreReadAnewWhenTheyComeBack) {
   Needle before = shaft(), after = shaft();
   after.positions.front() += Vec3(0.2, 0, 0);
   MatrixKernelField a = shared_field(GetParam(), 1), b = shared_field(GetParam(), 1);
-  ASSERT_TRUE(a.update(before.positions, before.displacements));
+  ASSERT_TRUE(a.update(LandmarkSet::of(before.positions, before.displacements)));
   // The first one moves while the last three are removed; these are then restored.
-  ASSERT_TRUE(a.update(std::span(after.positions).first(4), std::span(after.displacements).first(4)));
-  ASSERT_TRUE(a.update(after.positions, after.displacements));
-  ASSERT_TRUE(b.update(after.positions, after.displacements));
+  ASSERT_TRUE(a.update(
+      LandmarkSet::of(std::span(after.positions).first(4), std::span(after.displacements).first(4))));
+  ASSERT_TRUE(a.update(LandmarkSet::of(after.positions, after.displacements)));
+  ASSERT_TRUE(b.update(LandmarkSet::of(after.positions, after.displacements)));
   for (std::size_t l = 0; l < a.forces().size(); ++l) EXPECT_EQ(a.forces()[l], b.forces()[l]) << l;
 }
 
@@ -147,10 +149,10 @@ TEST_P(EveryModel, LandmarksThatLeftAreReadAnewWhenTheyComeBack) {
 TEST_P(EveryModel, AShaftThatBreaksIsReadAnew) {
   Needle needle = shaft();
   MatrixKernelField a = shared_field(GetParam(), 1), b = shared_field(GetParam(), 1);
-  ASSERT_TRUE(a.update(needle.positions, needle.displacements));
+  ASSERT_TRUE(a.update(LandmarkSet::of(needle.positions, needle.displacements)));
   needle.positions[1] += Vec3(4, 0, 0);  // the line turns by more than 30° at landmarks 1 and 2
-  ASSERT_TRUE(a.update(needle.positions, needle.displacements));
-  ASSERT_TRUE(b.update(needle.positions, needle.displacements));
+  ASSERT_TRUE(a.update(LandmarkSet::of(needle.positions, needle.displacements)));
+  ASSERT_TRUE(b.update(LandmarkSet::of(needle.positions, needle.displacements)));
   for (std::size_t l = 0; l < needle.positions.size(); ++l) EXPECT_EQ(a.forces()[l], b.forces()[l]) << l;
 }
 
@@ -159,7 +161,7 @@ TEST_P(EveryModel, ReactionsAreForcesOfThePlacedLandmarks) {
   MatrixKernelField field = shared_field(GetParam(), 1, {.landmark_stiffness_n_per_mm = 0.2});
   const std::vector<Vec3> lone = {{1, 2, 3}}, d = {{1, -2, 0.5}};
   std::vector<Vec3> f(1);
-  ASSERT_TRUE(field.factorize(lone));
+  ASSERT_TRUE(field.factorize(LandmarkSet::of(lone)));
   field.solve(d, f);
   MatrixKernelSystem system(field.kernel());
   ASSERT_TRUE(system.factorize(lone));
@@ -181,11 +183,14 @@ TEST_P(EveryModel, CoresAreAnotherSetWhereTheyAreLookedAt) {
   MatrixKernelField field = shared_field(GetParam(), 1);
   const std::vector<Vec3> positions = {{0, 0, 0}, {0, 0, 9}}, d = {{0, 0, 1}, {1, 0, 1}};
   const std::vector<LandmarkSpread> cores = {{}, {.core_mm = 6}}, none(2);
-  ASSERT_TRUE(field.update(positions, d));
+  LandmarkSet landmarks = LandmarkSet::of(positions, d);
+  ASSERT_TRUE(field.update(landmarks));
   const double force = field.total_force_n();
-  ASSERT_TRUE(field.update(positions, d, none));
+  landmarks.assign(positions, d, none);
+  ASSERT_TRUE(field.update(landmarks));
   EXPECT_EQ(field.evaluation(), Evaluation::kIdle);
-  ASSERT_TRUE(field.update(positions, d, cores));
+  landmarks.assign(positions, d, cores);
+  ASSERT_TRUE(field.update(landmarks));
   EXPECT_EQ(field.evaluation(), is_compact ? Evaluation::kIdle : Evaluation::kDirect);
   if (is_compact)
     EXPECT_EQ(field.total_force_n(), force);
@@ -211,7 +216,7 @@ TEST(MatrixKernelField, AContactInANoduleIsSolvedByTheSmoothedTable) {
       std::make_shared<EllipsoidRegion>(Vec3(2, 0, 0), Vec3(17, 14, 15), 2 * body.shear_modulus));
   MatrixKernelField fast(phantom(), "elastic", body, {});
   const Needle contact{{Vec3(2, 0, 0)}, {Vec3(0, 0, 1)}};
-  ASSERT_TRUE(fast.update(contact.positions, contact.displacements));
+  ASSERT_TRUE(fast.update(LandmarkSet::of(contact.positions, contact.displacements)));
   MatrixKernelSystem exact(fast.kernel());
   ASSERT_TRUE(exact.factorize(contact.positions));
   const double force = exact.solve(contact.displacements)[0].z();
@@ -221,7 +226,7 @@ TEST(MatrixKernelField, AContactInANoduleIsSolvedByTheSmoothedTable) {
 
 TEST(MatrixKernelField, NoLandmarksNoField) {
   MatrixKernelField fast(phantom(), "compact_elastic", body_of(1), {});
-  ASSERT_TRUE(fast.update({}, {}));
+  ASSERT_TRUE(fast.update(LandmarkSet::of({})));
   EXPECT_TRUE(fast.touched().empty());
   EXPECT_EQ(fast.displacement_at({1, 2, 3}), Vec3(0, 0, 0));
 }
@@ -229,7 +234,7 @@ TEST(MatrixKernelField, NoLandmarksNoField) {
 TEST(MatrixKernelField, RefusesWhatCannotBeSolvedByName) {
   MatrixKernelField fast(phantom(), "compact_elastic", body_of(1), {});
   const std::vector<Vec3> twice = {{0, 0, 0}, {1, 0, 0}, {0, 0, 0}}, d(3, Vec3(0, 0, 1));
-  const FactorStatus status = fast.update(twice, d);
+  const FactorStatus status = fast.update(LandmarkSet::of(twice, d));
   EXPECT_EQ(status.kind, FactorStatus::kDuplicate);
   EXPECT_EQ(status.first, 0);
   EXPECT_EQ(status.second, 2);
@@ -248,6 +253,7 @@ TEST(MatrixKernelField, SolvesBendingNeedlesAsRigidOnesWhereTheyHaveBent) {
       .max_landmarks = 60, .evaluates_points = false, .keeps_matrix = true};
   MatrixKernelField bending(phantom(), "elastic", body_of(1), options),
       rigid(phantom(), "elastic", body_of(1), options);
+  LandmarkSet bends, stays;
   std::vector<Vec3> positions, displacements;
   for (const double x : {-6.0, 6.0})
     for (int k = 0; k < 22; ++k) {
@@ -266,10 +272,12 @@ TEST(MatrixKernelField, SolvesBendingNeedlesAsRigidOnesWhereTheyHaveBent) {
     }
     if (guide == 112.5) positions.back().z() += 0.3;
     std::vector<Vec3> forces(positions.size()), as_rigid(positions.size()), left = displacements;
-    ASSERT_TRUE(bending.factorize(positions, {}, compliance));
+    bends.assign(positions, {}, {}, compliance);
+    ASSERT_TRUE(bending.factorize(bends));
     bending.solve(displacements, forces);
     compliance.subtract(forces, left);
-    ASSERT_TRUE(rigid.factorize(positions, {}, {}));
+    stays.assign(positions);
+    ASSERT_TRUE(rigid.factorize(stays));
     rigid.solve(left, as_rigid);
     double largest = 0, bent = 0;
     for (std::size_t i = 0; i < forces.size(); ++i) {

@@ -37,7 +37,7 @@ struct Solved {
 
 Solved solve(MatrixKernelField& field, const NeedleLandmarks& landmarks) {
   Solved solved;
-  EXPECT_TRUE(field.update(landmarks.positions, landmarks.displacements, landmarks.spreads));
+  EXPECT_TRUE(field.update(LandmarkSet::of(landmarks.positions, landmarks.displacements, landmarks.spreads)));
   const std::size_t n = landmarks.positions.size();
   solved.forces.assign(field.forces().begin(), field.forces().end());
   solved.H.resize(static_cast<Eigen::Index>(n), static_cast<Eigen::Index>(n));

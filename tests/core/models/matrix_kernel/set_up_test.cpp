@@ -102,7 +102,7 @@ TEST(RemainderTable, LetsAShaftThroughAStiffNoduleBeSolved) {
   std::vector<Vec3> shaft;
   for (double z = -18; z <= 12; z += 3) {
     shaft.emplace_back(4, 1, z);
-    EXPECT_TRUE(field.factorize(shaft, std::vector<LandmarkSpread>(shaft.size()))) << z;
+    EXPECT_TRUE(field.factorize(LandmarkSet::of(shaft, {}, std::vector<LandmarkSpread>(shaft.size())))) << z;
   }
 }
 

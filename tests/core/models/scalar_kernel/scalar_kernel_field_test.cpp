@@ -19,23 +19,29 @@ struct DeformationWays : ::testing::Test {
     positions = L.positions;
     displacements = L.displacements;
     for (std::size_t j = 4; j < displacements.size(); ++j) displacements[j] = Vec3::Zero();
+    landmarks.reserve(positions.size());
   }
   void nudge(int tick) { displacements[static_cast<std::size_t>(tick % 4)].x() += 0.01; }
+  FactorStatus update() {
+    landmarks.assign(positions, displacements);
+    return deformation.update(landmarks);
+  }
   std::vector<Vec3> fresh() const {
     ScalarKernelField direct(tissue, Wendland31{}, 20, {});
-    EXPECT_TRUE(direct.update(positions, displacements));
+    EXPECT_TRUE(direct.update(LandmarkSet::of(positions, displacements)));
     return displacements_of(direct.blocks(), tissue);
   }
 
   const Tissue tissue = test::small_phantom(Vec3::Zero());
   std::vector<Vec3> positions, displacements;
+  LandmarkSet landmarks;
   ScalarKernelField deformation{tissue, Wendland31{}, 20, {}};
 };
 
 TEST_F(DeformationWays, NothingNewIsIdle) {
-  ASSERT_TRUE(deformation.update(positions, displacements));
+  ASSERT_TRUE(update());
   EXPECT_EQ(deformation.evaluation(), Evaluation::kDirect);
-  ASSERT_TRUE(deformation.update(positions, displacements));
+  ASSERT_TRUE(update());
   EXPECT_EQ(deformation.evaluation(), Evaluation::kIdle);
 }
 
@@ -44,7 +50,7 @@ TEST_F(DeformationWays, LandmarksThatStayAreCondensedWithoutChangingTheResult) {
   int tick = 0;
   for (; tick < 200 && deformation.evaluation() != Evaluation::kCondensed; ++tick) {
     nudge(tick);
-    ASSERT_TRUE(deformation.update(positions, displacements));
+    ASSERT_TRUE(update());
     was_mixed |= deformation.evaluation() == Evaluation::kMixed;
     const auto expected = fresh(), u = displacements_of(deformation.blocks(), tissue);
     for (std::size_t i = 0; i < tissue.size(); ++i) ASSERT_LT((u[i] - expected[i]).norm(), 2e-5) << tick;
@@ -58,17 +64,17 @@ TEST_F(DeformationWays, LandmarksThatStayAreCondensedWithoutChangingTheResult) {
 TEST_F(DeformationWays, ANewLandmarkOrAnotherMovingOneStartsOverDirectly) {
   for (int tick = 0; tick < 200 && deformation.evaluation() != Evaluation::kCondensed; ++tick) {
     nudge(tick);
-    ASSERT_TRUE(deformation.update(positions, displacements));
+    ASSERT_TRUE(update());
   }
   ASSERT_EQ(deformation.evaluation(), Evaluation::kCondensed);
   displacements[10] = Vec3(1, 0, 0);
-  ASSERT_TRUE(deformation.update(positions, displacements));
+  ASSERT_TRUE(update());
   EXPECT_EQ(deformation.evaluation(), Evaluation::kDirect);
   EXPECT_EQ(displacements_of(deformation.blocks(), tissue), fresh());
 
   positions.push_back({23, 0, 0});
   displacements.push_back({0, 0.5, 0});
-  ASSERT_TRUE(deformation.update(positions, displacements));
+  ASSERT_TRUE(update());
   EXPECT_EQ(deformation.evaluation(), Evaluation::kDirect);
   EXPECT_EQ(displacements_of(deformation.blocks(), tissue), fresh());
 }
@@ -85,22 +91,23 @@ TEST_F(DeformationWays, ATipThatMovesGivesTheFieldOfAFreshStart) {
       positions.erase(positions.end() - 2);
       displacements.erase(displacements.end() - 2);
     }
-    ASSERT_TRUE(deformation.update(positions, displacements));
+    ASSERT_TRUE(update());
     ASSERT_EQ(displacements_of(deformation.blocks(), tissue), fresh()) << tick;
   }
 }
 
 TEST_F(DeformationWays, ARefusedSetKeepsTheLastFieldAndTheNextOneIsSolved) {
-  ASSERT_TRUE(deformation.update(positions, displacements));
+  ASSERT_TRUE(update());
   const auto before = displacements_of(deformation.blocks(), tissue);
   const Vec3 u = deformation.field().displacement({1, 2, 3});
   auto doubled = positions;
   doubled[3] = doubled[2];
-  EXPECT_EQ(deformation.update(doubled, displacements).kind, FactorStatus::kDuplicate);
+  landmarks.assign(doubled, displacements);
+  EXPECT_EQ(deformation.update(landmarks).kind, FactorStatus::kDuplicate);
   EXPECT_EQ(displacements_of(deformation.blocks(), tissue), before);
   EXPECT_EQ(deformation.field().displacement({1, 2, 3}), u);
   nudge(0);
-  ASSERT_TRUE(deformation.update(positions, displacements));
+  ASSERT_TRUE(update());
   EXPECT_EQ(displacements_of(deformation.blocks(), tissue), fresh());
 }
 
@@ -109,7 +116,7 @@ TEST_F(DeformationWays, NoWayAllocates) {
   const std::uint64_t before = test::allocation_count();
   for (int tick = 0; tick < 100; ++tick) {
     nudge(tick);
-    ASSERT_TRUE(deformation.update(positions, displacements));
+    ASSERT_TRUE(update());
   }
   EXPECT_EQ(deformation.evaluation(), Evaluation::kCondensed);
   EXPECT_EQ(test::allocation_count() - before, 0u);
@@ -119,12 +126,13 @@ TEST(Reactions, OfALoneLandmarkAreItsStiffness) {
   const Tissue tissue = test::small_phantom(Vec3::Zero());
   for_each_kernel([&](auto kernel) {
     ScalarKernelField field(tissue, kernel, 12, {}, 0.3);
-    ASSERT_TRUE(field.factorize(std::vector<Vec3>{{1, 2, 3}}));
+    ASSERT_TRUE(field.factorize(LandmarkSet::of(std::vector<Vec3>{{1, 2, 3}})));
     const std::vector<Vec3> d = {{1, -2, 0.5}};
     std::vector<Vec3> f(1);
     field.solve(d, f);
     EXPECT_LT((f[0] - 0.3 * d[0]).norm(), 1e-15) << kernel.kName;
-    ASSERT_TRUE(field.update(std::vector<Vec3>{{1, 2, 3}}, d, std::vector<LandmarkSpread>{{.core_mm = 5}}));
+    ASSERT_TRUE(field.update(
+        LandmarkSet::of(std::vector<Vec3>{{1, 2, 3}}, d, std::vector<LandmarkSpread>{{.core_mm = 5}})));
     EXPECT_NEAR(field.total_force_n(), 0.3 * d[0].norm(), 1e-15);
   });
 }
@@ -135,7 +143,7 @@ TEST(Reactions, AreThoseOfTheWholeMatrix) {
   const auto L = test::random_landmarks(random, 60, 18, 3, 3);
   const auto n = static_cast<Eigen::Index>(L.positions.size());
   ScalarKernelField field(tissue, Wendland31{}, 14, {}, 0.25);
-  ASSERT_TRUE(field.factorize(L.positions));
+  ASSERT_TRUE(field.factorize(LandmarkSet::of(L.positions)));
   std::vector<Vec3> f(L.positions.size());
   field.solve(L.displacements, f);
   Eigen::MatrixXd K(n, n), d(n, 3);
