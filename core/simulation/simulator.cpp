@@ -294,12 +294,11 @@ bool Simulator::solve_contacts() noexcept {
 
 // Sub-steps are as many as the last field had. Counted, not timed: the same poses give the same bits.
 bool Simulator::is_over_budget() const noexcept {
-  const std::size_t landmarks = landmarks_.positions.size();
-  const std::size_t pairs =
-      needle_order_.changed_landmarks() * landmarks + landmarks * landmarks / kOfKnownPairs;
-  return field_->always_composes() &&
-         (pairs > kMostPairs ||
-          (landmarks > kManyLandmarks && field_->certificate().substeps * landmarks > kMostLandmarkSteps)) &&
+  const Allowance may =
+      model_->work_budget().allowance({.landmarks = landmarks_.positions.size(),
+                                       .changed_landmarks = needle_order_.changed_landmarks(),
+                                       .steps = field_->certificate().substeps});
+  return field_->always_composes() && !may.may_find_field &&
          !field_->shows(landmarks_.positions, landmarks_.displacements, landmarks_.spreads,
                         landmarks_.compliance);
 }

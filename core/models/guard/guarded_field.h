@@ -4,6 +4,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/base/work_budget.h"
 #include "core/injectivity/certificate.h"
 #include "core/injectivity/guard_settings.h"
 #include "core/injectivity/injectivity_search.h"
@@ -17,19 +18,13 @@ namespace brachy {
 /// Threads: one caller. Real-time: as the field it guards; the certificate's work is bounded by count.
 class GuardedField : public DisplacementField {
  public:
-  /// Limit of the work on one certificate, in pairs of InjectivitySearch: about 0.2 ms.
-  static constexpr std::uint64_t kWork = 8000;
-
-  static constexpr std::uint64_t kTickWork = 4 * kWork;    ///< and on all of a tick
-  static constexpr std::uint64_t kMarginWork = kWork / 8;  ///< and on the margin alone
-  static constexpr std::uint64_t kFoldWork = kWork / 8;    ///< and on a part of a field that is not certified
-  static constexpr std::size_t kMostSources = 140;         ///< of a field that kWork can certify
   static constexpr double kRestToleranceMm = 1e-9;
 
-  /// The tissue must outlive this. `composition`: null where the model has no sub-steps.
+  /// The tissue must outlive this. `composition`: null where the model has no sub-steps. `budget`: what a tick may
+  /// search for folds.
   GuardedField(const Tissue& tissue, std::unique_ptr<TissueField> field,
                std::unique_ptr<Composition> composition, const GuardSettings& settings,
-               std::size_t max_landmarks);
+               std::size_t max_landmarks, const WorkBudget& budget = {});
 
   /// Certifies and evaluates the field of `displacements` at `positions`, as TissueField::update. Unless it returns
   /// kOk, the last field is kept.
@@ -67,10 +62,10 @@ class GuardedField : public DisplacementField {
   void evaluate_composition() noexcept;
   void let_vertex_decide() noexcept;
   InjectivitySearch::Result search(const CellField& cells, double scale, const FoldCandidate& fold_candidate,
-                                   std::uint64_t most = kWork) noexcept;
+                                   std::uint64_t pairs) noexcept;
   InjectivitySearch::Result find_step(const CellField& cells, const FoldCandidate& fold_candidate,
                                       double& scale) noexcept;
-  std::uint64_t most_work(const CellField& cells) const noexcept;
+  Allowance allowance(const CellField& cells) const noexcept;
   void add_to_certificate(const InjectivitySearch::Result& result) noexcept;
   void find_margin(const CellField& cells, double scale, const FoldCandidate& fold_candidate) noexcept;
   void find_least_vertex(const CellField& cells, double scale = 1) noexcept;
@@ -82,6 +77,7 @@ class GuardedField : public DisplacementField {
   std::unique_ptr<TissueField> field_;
   std::unique_ptr<Composition> composition_;
   GuardSettings settings_;
+  WorkBudget budget_;
   InjectivitySearch search_;
 
   std::vector<Vec3> positions_, displacements_;
@@ -89,7 +85,7 @@ class GuardedField : public DisplacementField {
   LandmarkCompliance compliance_;
   bool is_updated_ = false;  // the field is that of these landmarks
   bool is_composed_ = false;
-  std::uint64_t work_left_ = 0;  // of this tick
+  std::uint64_t spent_pairs_ = 0;  // of this tick's certificates
   Evaluation evaluation_ = Evaluation::kIdle;
   Certificate certificate_;
   Vec3 least_vertex_ = Vec3::Zero();  // rest position of that of certificate_.vertex_det

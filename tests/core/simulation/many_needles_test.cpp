@@ -1,4 +1,4 @@
-// More needles on the move than a tick has time for: forces and field take turns (Simulator::is_over_budget).
+// More needles on the move than a tick has time for: forces and field take turns (Allowance::may_find_field).
 #include <gtest/gtest.h>
 
 #include <array>
