@@ -5,10 +5,10 @@ namespace {
 
 constexpr WorkCosts kStored;
 
-/// A count at the stored `cost`, on a machine where it is `own`.
+/// A count of the stored table, on a machine that may do `share` of it.
 template <class Count>
-Count at_cost(Count count, double cost, double own) {
-  return std::max(Count{1}, static_cast<Count>(static_cast<double>(count) * (cost / own)));
+Count share_of(Count count, double share) {
+  return std::max(Count{1}, static_cast<Count>(static_cast<double>(count) * share));
 }
 
 }  // namespace
@@ -19,16 +19,15 @@ WorkCosts WorkCosts::slower_by(double factor) const {
 }
 
 Allowance WorkBudget::allowance(const TickWork& work) const noexcept {
-  const auto by_pairs = [&](std::size_t count) {
-    return at_cost(count, kStored.landmark_pair_s, costs.landmark_pair_s);
-  };
-  const auto by_steps = [&](std::size_t count) { return at_cost(count, kStored.step_s, costs.step_s); };
-  const auto by_search = [&](auto count) {
-    return at_cost(count, kStored.certificate_pair_s, costs.certificate_pair_s);
-  };
-  const auto by_rings = [&](std::size_t count) {
-    return at_cost(count, costs.block_ring_steps_per_s, kStored.block_ring_steps_per_s);
-  };
+  // What this machine may do of a count at the stored costs.
+  const double pair_share = kStored.landmark_pair_s / costs.landmark_pair_s;
+  const double step_share = kStored.step_s / costs.step_s;
+  const double search_share = kStored.certificate_pair_s / costs.certificate_pair_s;
+  const double ring_share = costs.block_ring_steps_per_s / kStored.block_ring_steps_per_s;
+  const auto by_pairs = [&](std::size_t count) { return share_of(count, pair_share); };
+  const auto by_steps = [&](std::size_t count) { return share_of(count, step_share); };
+  const auto by_search = [&](auto count) { return share_of(count, search_share); };
+  const auto by_rings = [&](std::size_t count) { return share_of(count, ring_share); };
   const std::size_t sources = std::max<std::size_t>(1, work.sources), in_steps = work.steps * work.sources;
   Allowance may;
 

@@ -40,7 +40,7 @@ struct WorkCosts {
 struct TickWork {
   std::size_t needles = 0;    ///< with landmarks
   std::size_t landmarks = 0;  ///< in the landmarks' system
-  /// On needles of which any landmark lies elsewhere than in the last tick.
+  /// Of these, on needles of which any landmark lies elsewhere than in the last tick.
   std::size_t changed_landmarks = 0;
   std::size_t steps = 0;            ///< sub-steps: those composed so far, or the last field's
   std::size_t sources = 0;          ///< of one sub-step: rings of a matrix model, landmarks of a ψ kernel
@@ -51,7 +51,7 @@ struct TickWork {
   std::size_t blocks = 0;               ///< of the tissue
 };
 
-/// What the tick may still do. Counts are of what the name says.
+/// What the tick may still do.
 struct Allowance {
   bool puts_resting_needles_first = false;  ///< in the landmarks' system, so that their rows stay factored
   bool may_find_field = true;               ///< false: this tick has the forces, the next one the field
@@ -89,9 +89,9 @@ struct Allowance {
 ///      earlier tick put them (kStepLate), and follow when nothing moves.
 ///
 /// Shares of the period: the blocks alone (`work_share`). Everything else is a count for a tick of any length, so a
-/// tick of 1 ms may do as much as one of 5 ms. Counts that name a cost are those of the stored table: a machine on
-/// which that cost is twice as high may do half as many. The other counts choose between methods and do not depend on
-/// costs.
+/// tick of 1 ms may do as much as one of 5 ms. Counts whose comment names a cost are those of the stored table: where
+/// that cost is twice as high, a tick may do half as many. The other counts choose between methods and do not depend
+/// on costs.
 struct WorkBudget {
   double period_s = 1.0 / 200;  ///< of a tick, > 0
   WorkCosts costs = {};
@@ -121,21 +121,22 @@ struct WorkBudget {
   double short_correction_reach = 7;
   std::size_t correction_sweeps = 16;  ///< a diagonal that dominates needs fewer
 
-  // The certificate, in pairs of InjectivitySearch; certificate_pair_s.
+  // The certificate, in pairs of InjectivitySearch; certificate_pair_s. Of 5 ms a search may take 4 %, all of them 16.
   std::uint64_t search_pairs = 8000;    ///< of one search: 0.2 ms; beyond it a field is uncertified
-  std::uint64_t tick_pairs = 32000;     ///< of all searches of a tick; beyond it steps are uncertified
-  std::uint64_t margin_pairs = 1000;    ///< of a search for the margin alone, which is 0 where they do not do
+  std::uint64_t tick_pairs = 32000;     ///< of all of a tick: 0.8 ms; beyond it, steps are uncertified
+  std::uint64_t margin_pairs = 1000;    ///< of a search for the margin alone; beyond it the margin is 0
   std::uint64_t fold_pairs = 1000;      ///< of a search for folds in a field that cannot be certified
   std::size_t certified_sources = 140;  ///< that reach everywhere and that `search_pairs` can certify
   std::size_t step_tries = 2;           ///< a step that could not be certified is tried once more, shorter
 
   // Where folds are looked for. Fewer candidates would miss folds: these do not depend on costs.
-  std::size_t candidates = 12;  ///< sources, by number: one in fourteen of four needles was too few
+  std::size_t candidates = 12;              ///< sources, by number; of four needles these were too few
   std::size_t few_candidate_sources = 155;  ///< up to three needles' sources: candidates are taken by number
   std::size_t strongest_candidates = 8;     ///< of more sources: the strongest of as many pieces of shafts
 
   // Determinants at vertices, by rings × steps of what is composed; block_ring_steps_per_s.
-  std::size_t close_step_rings = 100;  ///< for each, of the points close to a needle one in one more is asked
+  /// For each of these, of the points close to a needle one in one more is asked.
+  std::size_t close_step_rings = 100;
   std::size_t refined_step_rings = 1200;  ///< shared by the blocks that are asked point by point
   std::size_t weakest_step_rings = 1000;  ///< beyond it, only the first step's weakest place is looked at
   static constexpr std::size_t kRefinedBlocks = 6;  ///< at most
@@ -144,7 +145,7 @@ struct WorkBudget {
 
   // The points of the tissue, block by block, of a share of the period: at a half, four stirred needles left a daemon
   // no time. That share is less what system, certificates and steps take by WorkCosts.
-  double work_share = 0.43;               ///< of the period
+  double work_share = 0.43;               ///< of the period: 2.15 ms at 200 Hz
   std::size_t few_steps = 4;              ///< steps whose own cost the share already has
   std::size_t least_blocks_share = 12;    ///< in any case one in so many blocks is evaluated
   std::uint32_t oldest_block_ticks = 12;  ///< a block that has waited so long comes before all others
