@@ -15,9 +15,9 @@
 namespace brachy {
 namespace {
 
-constexpr int kTicks = 400, kRuns = 3;
+constexpr int kTicks = 200, kRuns = 6;
 /// Processor time of `push_needles` with AVX-512 on the machine of core/DESIGN.md, section 7, s.
-constexpr double kStoredSeconds = 1;
+constexpr double kStoredSeconds = 0.5;
 
 /// Four needles go into the gland side by side, to four fifths of its depth. Returns the processor time, s.
 double push_needles(const std::shared_ptr<const SimulationModel>& model) {

@@ -6,7 +6,7 @@
 namespace brachy {
 
 /// How many times the stored WorkCosts a tick's work costs on this machine with the scene's instruction set: the
-/// processor time of a fixed count of work, 400 ticks of four needles in the default phantom, over what it takes where
+/// processor time of a fixed count of work, 200 ticks of four needles in the default phantom, over what it takes where
 /// the stored costs are from. Takes some seconds. Throws UserError if the scene's engine.simd is not available here.
 double measure_work_scale(const Scene& scene);
 
