@@ -57,6 +57,7 @@ stage packages set_up
 if ((all)); then
   stage format check_format
   stage layers scripts/ci/check_layers.py
+  stage budget scripts/ci/check_budget.py
   stage documents scripts/ci/check_docs.py
 fi
 stage 'release, build' build_product

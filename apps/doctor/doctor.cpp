@@ -11,6 +11,7 @@
 
 #include "apps/daemon/control/read_scene.h"
 #include "apps/doctor/doctor_report.h"
+#include "apps/doctor/work_scale.h"
 #include "core/base/error.h"
 
 namespace brachy {
@@ -47,12 +48,15 @@ int doctor(const DaemonOptions& options) {
   const Scene scene = read_scene(options);
   const TemporaryFile insertion(representative_insertion(scene, seconds));
   std::cerr << fmt::format("doctor: the machine's clock, {:g} s\n", seconds);
-  const Machine machine = measure_machine(scene, seconds);
+  Machine machine = measure_machine(scene, seconds);
   const Diagnosis diagnosis = diagnose(scene, [&](const Scene& tried) {
     std::cerr << fmt::format("doctor: {}, support {:g} mm, at {:g} Hz, {:g} s\n", tried.model.kernel,
                              tried.model.support_radius_mm, tried.rates.deformation_hz, seconds);
     return try_scene(tried, insertion.path, seconds);
   });
+  // After the trials, which need a process of one thread: setting up a model starts others.
+  std::cerr << "doctor: the costs of a tick's work\n";
+  machine.work_scale = measure_work_scale(scene);
   std::cout << (options.json ? to_json(machine, scene, diagnosis) + "\n"
                              : to_text(machine, scene, diagnosis));
   return diagnosis.fit == std::size_t{0} ? kExitOk : kExitFailed;

@@ -4,6 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "apps/doctor/work_scale.h"
 #include "apps/reports/quantiles.h"
 
 namespace brachy {
@@ -102,7 +103,9 @@ std::string to_text(const Machine& machine, const Scene& scene, const Diagnosis&
     if (t.charted_error_mm) text += fmt::format("; charted error {:.2f} mm", *t.charted_error_mm);
     text += fits(t) ? "; fits\n" : "\n";
   }
-  return text;
+  text += fmt::format("a tick's work costs {:.2f} times what is stored; for scenes of this machine alone:\n",
+                      machine.work_scale);
+  return text + work_costs_toml(WorkCosts{}.slower_by(machine.work_scale), "    ");
 }
 
 std::string to_json(const Machine& m, const Scene& scene, const Diagnosis& d) {
@@ -125,6 +128,7 @@ std::string to_json(const Machine& m, const Scene& scene, const Diagnosis& d) {
   machine["governor"] = m.governor.empty() ? nlohmann::ordered_json() : nlohmann::ordered_json(m.governor);
   machine["stolen_share"] =
       m.stolen_share ? nlohmann::ordered_json(*m.stolen_share) : nlohmann::ordered_json();
+  machine["work_scale"] = m.work_scale;
   json["scene"] = {{"name", scene.name},
                    {"points", scene.tissue.points},
                    {"needles", scene.needle.count},

@@ -24,6 +24,7 @@ struct Machine {
   bool is_measured_with_fifo = false;  ///< lateness was measured with SCHED_FIFO, as the scene requests
   double seconds = 0, period_s = 0;    ///< of the measurement, and between its deadlines
   Histogram lateness_ns;               ///< wake-up after the deadline, with nothing else to do
+  double work_scale = 1;               ///< of measure_work_scale, which measure_machine does not call
 };
 
 /// Takes `seconds`. Throws UserError if the scene's engine.simd is not available here. Threads: the calling

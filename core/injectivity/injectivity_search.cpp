@@ -3,13 +3,12 @@
 #include <cassert>
 #include <numeric>
 
+#include "core/base/work_budget.h"
+
 namespace brachy {
 namespace {
 
-// Of the least determinant found: a cell with a lower bound is refined while less than half the work is done.
-constexpr double kWantedShare = 0.05;
 constexpr double kHopeless = 0.8;  // interpolation error of a lattice above which no eighth can be decided
-constexpr std::uint64_t kLatticeWork = 12;  // of the bounds at a lattice, in pairs
 
 // Lattice points by eighth are two steps of half a cell apart; the remaining places repeat the centre.
 CellPoints lattice_of(double half) {
@@ -113,7 +112,7 @@ InjectivitySearch::Result InjectivitySearch::run(const CellField& field, double 
     const std::size_t count =
         field.narrow(node.cell, from, &candidates_[(node.depth + 1) * max_sources_], bounds);
     counts_[node.depth + 1] = count;
-    result_.work += 1 + from.size() / 8 + bounds.extra_work;
+    result_.work += 1 + from.size() / WorkCosts::kSourcesForPair + bounds.extra_work;
     if (count > 0) settle(node, count, bounds);
   }
   if (result_.verdict != Verdict::kFolded)
@@ -130,7 +129,8 @@ double InjectivitySearch::bound_by_norms(const CellBounds& bounds, double scale)
 }
 
 double InjectivitySearch::wanted() const noexcept {
-  return 4 * result_.work < budget_ ? kWantedShare * std::max(result_.least_det, 0.0) : 0;
+  const bool may_refine = WorkBudget::kRefiningPart * result_.work < budget_;
+  return may_refine ? WorkBudget::kRefinedBoundShare * std::max(result_.least_det, 0.0) : 0;
 }
 
 void InjectivitySearch::settle(const Node& node, std::size_t count, CellBounds& bounds) noexcept {
@@ -159,7 +159,7 @@ void InjectivitySearch::settle(const Node& node, std::size_t count, CellBounds& 
   const std::span sources(&candidates_[(node.depth + 1) * max_sources_], count);
   CellGradients A;
   field_->gradients(node.cell, sources, bounds, lattice_of(node.cell.half), A);
-  result_.work += bounds.work + kLatticeWork;
+  result_.work += bounds.work + WorkCosts::kLatticePairs;
   if (bounds.cusp < 0) look_at_points(node.cell, A);
   if (result_.verdict == Verdict::kFolded) return;
 

@@ -11,7 +11,7 @@ void NeedleOrder::reserve(std::size_t needles, std::size_t landmarks_of_one) {
   order_.reserve(needles);
 }
 
-void NeedleOrder::update(std::span<const NeedleContact> contacts) noexcept {
+void NeedleOrder::update(std::span<const NeedleContact> contacts, const WorkBudget& budget) noexcept {
   ++update_;
   order_.clear();
   changed_landmarks_ = 0;
@@ -31,7 +31,7 @@ void NeedleOrder::update(std::span<const NeedleContact> contacts) noexcept {
     for (const NeedleLandmark& landmark : landmarks)
       places_[n].push_back({landmark.position, landmark.spread});
   }
-  is_by_rest_ = in_tissue > kFew;
+  is_by_rest_ = budget.allowance({.needles = in_tissue}).puts_resting_needles_first;
   if (!is_by_rest_) return;
   std::ranges::sort(order_, [&](std::uint32_t a, std::uint32_t b) {
     return changed_[a] != changed_[b] ? changed_[a] < changed_[b] : a < b;

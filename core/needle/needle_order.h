@@ -4,21 +4,20 @@
 #include <span>
 #include <vector>
 
+#include "core/base/work_budget.h"
 #include "core/needle/needle_contact.h"
 
 namespace brachy {
 
 /// The order in which needles' landmarks are put into the landmarks' system, which factors rows again from the first
-/// that changed: of more than kFew needles in the tissue, those whose landmarks have stayed longest come first. A few
-/// are taken by number, whatever they do: there ordering does not pay.
+/// that changed: of more than a few needles in the tissue (WorkBudget::few_needles), those whose landmarks have stayed
+/// longest come first. A few are taken by number, whatever they do.
 /// Threads: one. Real-time: no allocation after reserve.
 class NeedleOrder {
  public:
-  static constexpr std::size_t kFew = 3;
-
   void reserve(std::size_t needles, std::size_t landmarks_of_one);
   /// Once a tick, with the landmarks of this tick.
-  void update(std::span<const NeedleContact> contacts) noexcept;
+  void update(std::span<const NeedleContact> contacts, const WorkBudget& budget = {}) noexcept;
 
   bool is_by_rest() const { return is_by_rest_; }
   std::span<const std::uint32_t> needles() const { return order_; }  ///< all of them

@@ -6,6 +6,8 @@
 
 #include <Eigen/Cholesky>
 
+#include "core/base/work_budget.h"
+
 namespace brachy {
 namespace {
 
@@ -43,7 +45,7 @@ ReactionSolver::Result ReactionSolver::solve(const Eigen::Ref<const Eigen::Matri
   std::size_t fewest = std::numeric_limits<std::size_t>::max();
   int patience = kPatience;
   result.converged = false;
-  while (result.pivots < kMaxPivots) {
+  while (result.pivots < WorkBudget::kReactionPivots) {
     ++result.pivots;
     if (!solve_for_sides(low, high)) break;
     const std::size_t violations = find_violations(low, high);

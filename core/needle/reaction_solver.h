@@ -21,10 +21,9 @@ namespace brachy {
 /// active set: block principal pivoting, with single pivots once block pivots make no progress, which ends for every
 /// such H (J. Júdice, F. Pires, Comput. Oper. Res. 21 (1994) 587; K. Murty, Opsearch 11 (1974) 129). It
 /// starts from the last solution's sets.
-/// Threads: one. Real-time: no allocation up to the capacity; work is bounded by kMaxPivots.
+/// Threads: one. Real-time: no allocation up to the capacity; work is bounded by WorkBudget::kReactionPivots.
 class ReactionSolver {
  public:
-  static constexpr int kMaxPivots = 200;
   /// Reactions may leave their bounds by this share of the largest finite one or of 1 N, whichever is more; and by
   /// kRounding of the largest stuck reaction, which is what systems of large condition round to.
   static constexpr double kTolerance = 1e-9, kRounding = 1e-12;

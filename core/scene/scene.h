@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/base/rigid_transform.h"
+#include "core/base/work_budget.h"
 #include "core/brachytherapy/dose/dose_goal.h"
 #include "core/brachytherapy/dose/dose_settings.h"
 #include "core/brachytherapy/hdr/implant_settings.h"
@@ -215,6 +216,7 @@ struct Scene {
   DisplaySettings display;
   RateSettings rates;
   EngineSettings engine;
+  WorkCosts work_costs;
   RealtimeSettings realtime;
   DeviceSettings device;
   ServerSettings server;

@@ -40,10 +40,11 @@ struct FieldMaker {
             .max_landmarks = options.max_landmarks,
             .landmark_stiffness_n_per_mm = model.landmark_stiffness_n_per_mm(),
             .evaluates_points = !composes,
-            .keeps_matrix = model.settings.needle.bends() || model.settings.gland.moves});
+            .keeps_matrix = model.settings.needle.bends() || model.settings.gland.moves,
+            .budget = model.work_budget()});
     if (!composes) return {std::move(field), nullptr};
     auto composition = std::make_unique<MatrixComposition>(
-        model.tissue, *field, options.target, options.max_landmarks, max_substeps, model.settings.period_s);
+        model.tissue, *field, options.target, options.max_landmarks, max_substeps, model.work_budget());
     return {std::move(field), std::move(composition)};
   }
   template <class Kernels>
@@ -63,7 +64,7 @@ std::unique_ptr<GuardedField> make_guarded_field(const SimulationModel& model) {
   Fields fields = std::visit(FieldMaker{model, options, static_cast<std::size_t>(s.guard.max_substeps)},
                              model.deformation);
   return std::make_unique<GuardedField>(model.tissue, std::move(fields.field), std::move(fields.composition),
-                                        s.guard);
+                                        s.guard, model.work_budget());
 }
 
 }  // namespace brachy

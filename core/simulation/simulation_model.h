@@ -8,6 +8,7 @@
 
 #include "core/base/set_up.h"
 #include "core/base/simd/simd_target.h"
+#include "core/base/work_budget.h"
 #include "core/brachytherapy/plan/plan.h"
 #include "core/brachytherapy/plan/template_grid.h"
 #include "core/brachytherapy/seeds/seed_settings.h"
@@ -51,6 +52,7 @@ struct SimulationSettings {
   double period_s = 1.0 / 200;  ///< of a tick, > 0
   SimdTarget target = best_simd_target();
   int threads = 1;  ///< OpenMP threads of the field evaluation
+  WorkCosts work_costs;
   /// Of tissue in no region: these set the stiffness of a landmark where the kernel itself knows no force.
   double shear_modulus_kpa = 6;
   double poisson = 0.49;
@@ -87,6 +89,8 @@ struct SimulationModel {
   std::optional<double> guide_z_mm() const;
   /// Of one landmark alone (core/elasticity/landmark_stiffness.h).
   double landmark_stiffness_n_per_mm() const;
+  /// What a tick of these settings may do.
+  WorkBudget work_budget() const { return {.period_s = settings.period_s, .costs = settings.work_costs}; }
 
   Tissue tissue;
   SurfaceBvh surface;  ///< the tissue's

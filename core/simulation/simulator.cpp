@@ -89,12 +89,10 @@ bool Simulator::solve_contacts() noexcept {
 // Sub-steps are as many as the last field had. Counted, not timed: the same poses give the same bits.
 bool Simulator::is_over_budget() const noexcept {
   const LandmarkSet& set = landmarks_.set();
-  const std::size_t landmarks = set.positions.size();
-  const std::size_t pairs = landmarks_.changed() * landmarks + landmarks * landmarks / kOfKnownPairs;
-  return field_->always_composes() &&
-         (pairs > kMostPairs ||
-          (landmarks > kManyLandmarks && field_->certificate().substeps * landmarks > kMostLandmarkSteps)) &&
-         !field_->shows(set);
+  const Allowance may = model_->work_budget().allowance({.landmarks = set.positions.size(),
+                                                         .changed_landmarks = landmarks_.changed(),
+                                                         .steps = field_->certificate().substeps});
+  return field_->always_composes() && !may.may_find_field && !field_->shows(set);
 }
 
 void Simulator::deform() noexcept {

@@ -90,13 +90,6 @@ class Simulator {
             mesh_, seeds_, organs_);
   }
 
-  /// What a tick of 5 ms has time for, beyond which forces and field take turns. Pairs of landmarks that are new to it,
-  /// and a share of all pairs: 30 landmarks that all move (four needles deep in the gland), or 7 that move among 78 in
-  /// 16 needles.
-  static constexpr std::size_t kMostPairs = 900, kOfKnownPairs = 16;
-  /// Of more than kManyLandmarks, landmarks in all sub-steps: four needles in four, sixteen in two.
-  static constexpr std::size_t kManyLandmarks = 24, kMostLandmarkSteps = 120;
-
   std::shared_ptr<const SimulationModel> model_;
   std::unique_ptr<GuardedField> field_;
   Instruments instruments_;

@@ -9,6 +9,7 @@ TickLandmarks::TickLandmarks(const SimulationModel& model, bool gives_way)
       gives_way_(gives_way),
       anchors_(model.anchors),
       anchor_clearance_(model.settings.anchors.clearance_mm),
+      budget_(model.work_budget()),
       last_on_shaft_(model.settings.needle.count),
       beams_(model.settings.needle.count, -1) {
   order_.reserve(model.settings.needle.count, static_cast<std::size_t>(model.settings.contact.max_landmarks));
@@ -33,7 +34,7 @@ void TickLandmarks::gather(Instruments& instruments, const BodyMotion& body) noe
     const NeedleBend* bend = needle.landmarks().empty() ? nullptr : needle.bend();
     beams_[n] = bend ? set_.compliance.add_beam(bend->beam()) : -1;
   }
-  order_.update(instruments.needles());
+  order_.update(instruments.needles(), budget_);
   if (order_.is_by_rest()) {
     for (const std::uint32_t n : order_.needles())
       for (const bool tip : {false, true}) add_needle(instruments, n, tip, body);

@@ -48,6 +48,7 @@ class TickLandmarks {
   bool gives_way_;
   Anchors anchors_;
   double anchor_clearance_;  // mm
+  WorkBudget budget_;
   NeedleOrder order_;
   std::vector<std::int32_t> last_on_shaft_;  // of each needle, its landmark behind the tip; −1: none
   std::vector<std::int32_t> beams_;          // of each needle, in set_.compliance; −1: it does not bend

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cassert>
 
+#include "core/base/work_budget.h"
+
 namespace brachy {
 namespace {
-
-constexpr int kFewChanges = 8;  // in a sparse factor, each costs up to a tenth of factorizing from scratch
 
 FactorStatus check_finite(std::span<const Vec3> positions) {
   for (std::size_t i = 0; i < positions.size(); ++i)
@@ -33,9 +33,10 @@ void RbfSystem::clear() noexcept {
 
 bool RbfSystem::prefers_sparse(std::span<const Vec3> positions) noexcept {
   if (sparse_ == Sparse::kNever || positions.empty()) return false;
-  if (sparse_ == Sparse::kAuto && static_cast<int>(positions.size()) < kSparseFrom) return false;
+  if (sparse_ == Sparse::kAuto && static_cast<int>(positions.size()) < SpeedThresholds::kSparseLandmarks)
+    return false;
   sweep_.compute(positions, support_radius_);
-  return sparse_ == Sparse::kAlways || sweep_.fill_estimate() < kSparseFill;
+  return sparse_ == Sparse::kAlways || sweep_.fill_estimate() < SpeedThresholds::kSparseFill;
 }
 
 FactorStatus RbfSystem::factorize(std::span<const Vec3> positions) noexcept {
@@ -62,8 +63,8 @@ FactorStatus RbfSystem::refactorize(std::span<const Vec3> positions) noexcept {
   const auto differ = std::ranges::mismatch(positions, positions_);
   const auto kept = static_cast<int>(differ.in1 - positions.begin());
   const int n = static_cast<int>(positions.size()), changes = size() - kept + n - kept;
-  const bool few = is_sparse_ ? changes <= kFewChanges : kept >= n / 2;
-  if (!few && (is_sparse_ || n >= kSparseFrom)) return factorize(positions);
+  const bool few = is_sparse_ ? changes <= SpeedThresholds::kSparseChanges : kept >= n / 2;
+  if (!few && (is_sparse_ || n >= SpeedThresholds::kSparseLandmarks)) return factorize(positions);
 
   if (is_sparse_) {
     while (size() > kept) remove(size() - 1);

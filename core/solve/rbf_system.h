@@ -17,18 +17,13 @@ namespace brachy {
 /// u(p_i) = d_i = q_i − p_i and φ = 0). K is positive definite for distinct landmarks, one common a, dimension ≤ 3.
 ///
 /// Phases: factorize(positions), then solve(displacements) as often as they change; RbfField evaluates. One landmark
-/// is added by append and removed by remove, O(n²); refactorize detects what changed. From kSparseFrom landmarks on,
-/// where the support leaves enough of K empty, rows are ordered by a sweep and only their envelope is stored and
-/// computed; that is decided from the landmarks alone. The same calls give the same bits on one SIMD target.
+/// is added by append and removed by remove, O(n²); refactorize detects what changed. Of many landmarks
+/// (SpeedThresholds), where the support leaves enough of K empty, rows are ordered by a sweep and only their envelope
+/// is stored and computed; that is decided from the landmarks alone. The same calls give the same bits on one SIMD
+/// target.
 /// Threads: one. Real-time: no allocation after construction at any n ≤ capacity; no exceptions.
 class RbfSystem {
  public:
-  /// Below, a dense factorisation is so cheap that ordering the rows does not pay.
-  static constexpr int kSparseFrom = 256;
-  /// Largest share of a dense factorisation's operations at which the envelope is used: above, it gains little and
-  /// gives up the landmarks' own order.
-  static constexpr double kSparseFill = 0.6;
-
   /// When K is factored within its envelope. kNever and kAlways are for measurements and tests.
   enum class Sparse : std::uint8_t { kAuto, kNever, kAlways };
 

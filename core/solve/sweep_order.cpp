@@ -4,10 +4,12 @@
 #include <Eigen/Eigenvalues>
 #include <tuple>
 
+#include "core/base/work_budget.h"
+
 namespace brachy {
 namespace {
 
-constexpr int kWindow = 48;  // rows: three panels
+constexpr int kWindow = SpeedThresholds::kSweepWindow;
 
 }  // namespace
 

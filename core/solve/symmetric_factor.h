@@ -7,6 +7,7 @@
 #include <Eigen/Core>
 
 #include "core/base/rigid_transform.h"
+#include "core/base/work_budget.h"
 #include "core/solve/inverse_block.h"
 #include "core/solve/low_rank_term.h"
 #include "core/solve/panel_inverse.h"
@@ -15,15 +16,13 @@
 namespace brachy {
 
 /// The Cholesky factor L of a symmetric positive definite matrix K, three rows a landmark, that is given again in every
-/// tick. Up to kPanelsFrom rows it is Eigen's. From there on it is made of panels (panel_loops.h), and only from the
+/// tick. Of few rows (SpeedThresholds) it is Eigen's. Of more it is made of panels (panel_loops.h), and only from the
 /// first row on in which K is another than in the last tick: so landmarks that rest should come first. What changes in
 /// every tick with few columns U is added to K as U Uᵀ (LowRankTerm). Either way the result depends on K and U alone,
 /// to the bit.
 /// Threads: one. Real-time: no allocation after construction, no exceptions.
 class SymmetricFactor {
  public:
-  static constexpr Eigen::Index kPanelsFrom = 120;  ///< rows
-
   /// For at most `max_landmarks` landmarks, of which as many move together as one (rigid_stiffness), and so many added
   /// columns.
   SymmetricFactor(std::size_t max_landmarks, SimdTarget target, std::size_t max_columns = 0);
@@ -33,7 +32,7 @@ class SymmetricFactor {
   /// Whether so many columns can be added to the K of so many landmarks. They are filled in before `factor`, and K
   /// without them stays factored.
   bool takes(std::size_t landmarks, std::size_t columns) const {
-    return static_cast<Eigen::Index>(3 * landmarks) >= kPanelsFrom && added_.takes(columns);
+    return static_cast<Eigen::Index>(3 * landmarks) >= SpeedThresholds::kPanelRows && added_.takes(columns);
   }
   LowRankTerm& add_columns(std::size_t columns, double norm) noexcept;
   /// Instead of begin: K is as it was factored last, without columns. Only where `keeps` says so.
@@ -58,7 +57,7 @@ class SymmetricFactor {
   static constexpr std::size_t kMaxGroups = 32;
 
  private:
-  bool is_by_panels() const { return n_ >= kPanelsFrom; }
+  bool is_by_panels() const { return n_ >= SpeedThresholds::kPanelRows; }
   Eigen::Ref<Eigen::MatrixXd> matrix() { return matrices_[current_].topLeftCorner(n_, n_); }
   Eigen::Index first_change() const noexcept;
   bool factor_panels() noexcept;

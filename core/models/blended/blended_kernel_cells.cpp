@@ -5,6 +5,7 @@
 #include <limits>
 #include <numbers>
 
+#include "core/base/work_budget.h"
 #include "core/injectivity/fold_candidate_points.h"
 #include "core/models/matrix_kernel/near_field.h"
 
@@ -13,8 +14,7 @@ namespace {
 
 constexpr double kSinglePrecision = 1e-5;  // of the greatest slopes: Buhmann's sum cancels near r = 1
 constexpr double kCuspReach = 3;           // as in scalar_cells.cpp
-constexpr double kDecided = 0.9;        // slopes below which a cell is decided without evaluating its centre
-constexpr std::size_t kCentreWork = 4;  // of that evaluation
+constexpr double kDecided = 0.9;  // slopes below which a cell is decided without evaluating its centre
 
 // u += Σ ψ(|X − p|/a) w: the loop over a cell's points vectorises.
 template <class K>
@@ -133,7 +133,7 @@ std::size_t BlendedKernelCells<Kernels>::narrow(const Cell& cell, std::span<cons
     if (w[m].value == 0 || of.norms[0] == 0) continue;
     if (evaluates_centre && w[m].slope > 0) {
       evaluate_centre(m, cell, {to, count}, bounds.cusp, of);
-      bounds.extra_work += kCentreWork + 2 * count;
+      bounds.extra_work += WorkCosts::kBlendCentrePairs + 2 * count;
     }
     bounds.slope += w[m].value * of.slope + w[m].slope * of.value;
     bounds.curvature += 3 * w[m].value * of.norms[3] +

@@ -5,20 +5,12 @@
 #include <cmath>
 
 #include "core/base/share_out.h"
+#include "core/base/work_budget.h"
 
 namespace brachy {
 namespace {
 
 constexpr std::size_t kPoints = Tissue::kBlockSize;
-
-// Work below which threads cost more than they save: fork-join is 1 µs on free cores but a scheduler slice of 8 ms on
-// taken ones, so only ticks of some milliseconds are shared out.
-constexpr std::uint64_t kPairsWorthThreads = 4'000'000;
-constexpr std::uint64_t kColumnsWorthThreads = 4'000'000;
-
-// a pair in double with its column share, against a direct float pair
-constexpr std::uint64_t kBuildPair = 3;
-constexpr std::uint64_t kColumnsForOne = 3;  // columns updated in the time of one direct pair
 
 constexpr float kFarAway = 1e15f;  // a landmark there reaches nothing; its square is still finite
 
@@ -82,8 +74,8 @@ void BlockField::evaluate(std::span<const Vec3> weights, std::span<const Vec3> m
 
   const auto reached = clusters_.reached();
   const bool all_condensed = m_ > 0 && next_cluster_ == reached.size();
-  const bool worth_threads = (!all_condensed && reachable_pairs_ > kPairsWorthThreads) ||
-                             slots_ * kPoints * m_ > kColumnsWorthThreads;
+  const bool worth_threads = (!all_condensed && reachable_pairs_ > SpeedThresholds::kPairsForThreads) ||
+                             slots_ * kPoints * m_ > SpeedThresholds::kColumnsForThreads;
   const std::size_t threads = worth_threads ? local_.size() : 1;
   share_out(reached.size(), threads, [&](std::size_t c, std::size_t thread) {
     results_[c] = evaluate_cluster(reached[c], weights, local_[thread]);
@@ -210,7 +202,7 @@ bool BlockField::condense(std::uint64_t budget) noexcept {
     const Clusters::Reached& r = reached[next_cluster_];
     const Clusters::Cluster& cluster = clusters_.cluster(r.cluster);
     condense_block(cluster.first_block + next_block_, r);
-    spent += kPoints * r.count * (kBuildPair + m_ / kColumnsForOne);
+    spent += kPoints * r.count * (WorkCosts::kBuildPair + m_ / WorkCosts::kColumnsBuiltForPair);
     if (++next_block_ == cluster.block_count) {
       next_block_ = 0;
       ++next_cluster_;

@@ -4,6 +4,8 @@
 #include <bit>
 #include <numeric>
 
+#include "core/base/work_budget.h"
+
 namespace brachy {
 namespace {
 
@@ -13,10 +15,6 @@ bool reaches(const Vec3& landmark, double support_radius, const Vec3& min, const
   return (min - landmark).cwiseMax(landmark - max).cwiseMax(0.0).squaredNorm() <
          support_radius * support_radius;
 }
-
-// Up to this diagonal, in support radii, a block's own box culls as well as its groups' boxes less their cost (measured
-// with brachy_bench: a tenth more pairs, but longer runs).
-constexpr double kDenseDiagonal = 0.35;
 
 LocalBox box_of(const BlockPoints<float>& points, std::size_t first, std::size_t count) {
   LocalBox box;
@@ -57,7 +55,7 @@ Clusters::Clusters(const Tissue& tissue, double support_radius, std::size_t capa
         group_boxes_[b * kGroupsInBlock + g] = box_of(points_[b], g * kGroupSize, kGroupSize);
       diagonals += (tissue.blocks[b].max - tissue.blocks[b].min).norm();
     }
-    cluster.is_dense = diagonals < cluster.block_count * kDenseDiagonal * support_radius;
+    cluster.is_dense = diagonals < cluster.block_count * SpeedThresholds::kDenseDiagonal * support_radius;
   }
   scratch_.resize((kMaxDepth + 1) * capacity);
   reached_.reserve(clusters_.size());

@@ -15,18 +15,19 @@ namespace {
 // for a bound that is found quickly, and where landmarks are held.
 constexpr double kSubstepReach = 0.6, kClampReach = 0.9;
 constexpr double kShorter = 0.6;  // of a step that could not be certified
-constexpr int kTries = 2;
 constexpr double kMissed = 0.01;  // mm: landmarks that are off by less are not called clamped
 constexpr double kMargin = 0.8;   // share of the way to a fold that the margin asks for
 
 }  // namespace
 
 GuardedField::GuardedField(const Tissue& tissue, std::unique_ptr<TissueField> field,
-                           std::unique_ptr<Composition> composition, const GuardSettings& settings)
+                           std::unique_ptr<Composition> composition, const GuardSettings& settings,
+                           const WorkBudget& budget)
     : tissue_(tissue),
       field_(std::move(field)),
       composition_(std::move(composition)),
       settings_(settings),
+      budget_(budget),
       search_(field_->max_sources()),
       all_(field_->max_sources()),
       near_(field_->max_sources()) {
@@ -39,7 +40,7 @@ FactorStatus GuardedField::update(const LandmarkSet& landmarks) noexcept {
   evaluation_ = Evaluation::kIdle;
   if (shows(landmarks)) {
     if (is_composed_ && composition_->is_late()) {
-      work_left_ = kTickWork;
+      spent_pairs_ = 0;
       evaluate_composition();
       let_vertex_decide();
     }
@@ -82,13 +83,14 @@ void GuardedField::displacements_at(std::span<const Vec3> X, std::span<Vec3> u) 
 }
 
 void GuardedField::guard() noexcept {
-  work_left_ = kTickWork;
+  spent_pairs_ = 0;
   if (always_composes()) return compose();
   const CellField& cells = field_->cells();
   FoldCandidate fold_candidate = search_.find_fold_candidate(cells);
   certificate_.substeps = 1;
   if (is_flagged_only() || fold_candidate.scale * (may_compose() ? kSubstepReach : kClampReach) >= 1) {
-    const InjectivitySearch::Result result = search(cells, 1, fold_candidate);
+    const InjectivitySearch::Result result =
+        search(cells, 1, fold_candidate, allowance(cells).certificate_pairs);
     if (is_flagged_only() || result.verdict != Verdict::kFolded) {
       add_to_certificate(result);
       find_margin(cells, 1, fold_candidate);
@@ -115,20 +117,19 @@ void GuardedField::add_to_certificate(const InjectivitySearch::Result& result) n
   flags_ |= result.verdict == Verdict::kFolded ? kStepFolded : kStepUncertified;
 }
 
-// Once a part of the tick's field is left undecided so is the tick, and of many sources that reach everywhere kWork
-// decides nothing: then only folds are looked for.
-std::uint64_t GuardedField::most_work(const CellField& cells) const noexcept {
-  const bool is_hopeless = certificate_.verdict == Verdict::kUnknown ||
-                           (cells.reaches_everywhere() && cells.sources() > kMostSources);
-  return is_hopeless ? kFoldWork : kWork;
+Allowance GuardedField::allowance(const CellField& cells) const noexcept {
+  return budget_.allowance({.sources = cells.sources(),
+                            .reaches_everywhere = cells.reaches_everywhere(),
+                            .is_undecided = certificate_.verdict == Verdict::kUnknown,
+                            .certificate_pairs = spent_pairs_});
 }
 
+// The last cell that a search looks at may take it past its pairs.
 InjectivitySearch::Result GuardedField::search(const CellField& cells, double scale,
                                                const FoldCandidate& fold_candidate,
-                                               std::uint64_t most) noexcept {
-  const InjectivitySearch::Result result =
-      search_.run(cells, scale, fold_candidate, std::min({most, most_work(cells), work_left_}));
-  work_left_ -= std::min(work_left_, result.work);
+                                               std::uint64_t pairs) noexcept {
+  const InjectivitySearch::Result result = search_.run(cells, scale, fold_candidate, pairs);
+  spent_pairs_ += result.work;
   return result;
 }
 
@@ -136,12 +137,14 @@ InjectivitySearch::Result GuardedField::search(const CellField& cells, double sc
 // spent, steps only stay below their candidate folds, and are flagged as uncertified.
 InjectivitySearch::Result GuardedField::find_step(const CellField& cells, const FoldCandidate& fold_candidate,
                                                   double& scale) noexcept {
-  InjectivitySearch::Result result = search(cells, scale, fold_candidate);
-  const auto is_hopeless = [&] { return result.verdict == Verdict::kUnknown && most_work(cells) < kWork; };
-  for (int i = 1; i < kTries && result.verdict != Verdict::kInjective && !is_hopeless() && work_left_ > 0;
-       ++i) {
+  Allowance may = allowance(cells);
+  InjectivitySearch::Result result = search(cells, scale, fold_candidate, may.certificate_pairs);
+  for (std::size_t tried = 1; tried < may.step_tries && result.verdict != Verdict::kInjective; ++tried) {
+    may = allowance(cells);
+    const bool is_hopeless = result.verdict == Verdict::kUnknown && !may.may_certify;
+    if (is_hopeless || may.certificate_pairs == 0) break;
     scale *= kShorter;
-    result = search(cells, scale, fold_candidate);
+    result = search(cells, scale, fold_candidate, may.certificate_pairs);
   }
   return result;
 }
@@ -179,7 +182,7 @@ void GuardedField::compose() noexcept {
                          fold_candidate.scale < FoldCandidate::kMaxScale ? &fold_candidate.place : nullptr);
   }
   if (const CellField* cells = composition_->cells_of_beginning(); cells && !(begun > 0))
-    add_to_certificate(search(*cells, 1, {}));
+    add_to_certificate(search(*cells, 1, {}, allowance(*cells).certificate_pairs));
   else if (certificate_.verdict == Verdict::kInjective)
     certificate_.det_bound *= begun;
   certificate_.substeps = static_cast<std::uint32_t>(composition_->steps());
@@ -196,7 +199,7 @@ void GuardedField::compose() noexcept {
 }
 
 void GuardedField::evaluate_composition() noexcept {
-  composition_->evaluate(kTickWork - work_left_);
+  composition_->evaluate(spent_pairs_);
   is_composed_ = true;
   evaluation_ = Evaluation::kDirect;
   flags_ = composition_->is_late() ? flags_ | kStepLate : flags_ & ~kStepLate;
@@ -209,7 +212,8 @@ void GuardedField::find_margin(const CellField& cells, double scale,
   certificate_.margin_mm = 0;
   if (certificate_.verdict != Verdict::kInjective || fold_candidate.scale <= scale) return;
   const double further = kMargin * (fold_candidate.scale - scale);
-  if (search(cells, scale + further, fold_candidate, kMarginWork).verdict == Verdict::kInjective)
+  const std::uint64_t pairs = allowance(cells).margin_pairs;
+  if (search(cells, scale + further, fold_candidate, pairs).verdict == Verdict::kInjective)
     certificate_.margin_mm = further * largest_displacement();
 }
 

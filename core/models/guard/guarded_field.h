@@ -4,6 +4,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/base/work_budget.h"
 #include "core/injectivity/certificate.h"
 #include "core/injectivity/guard_settings.h"
 #include "core/injectivity/injectivity_search.h"
@@ -17,17 +18,11 @@ namespace brachy {
 /// Threads: one caller. Real-time: as the field it guards; the certificate's work is bounded by count.
 class GuardedField : public DisplacementField {
  public:
-  /// Limit of the work on one certificate, in pairs of InjectivitySearch: about 0.2 ms.
-  static constexpr std::uint64_t kWork = 8000;
-
-  static constexpr std::uint64_t kTickWork = 4 * kWork;    ///< and on all of a tick
-  static constexpr std::uint64_t kMarginWork = kWork / 8;  ///< and on the margin alone
-  static constexpr std::uint64_t kFoldWork = kWork / 8;    ///< and on a part of a field that is not certified
-  static constexpr std::size_t kMostSources = 140;         ///< of a field that kWork can certify
-
-  /// The tissue must outlive this. `composition`: null where the model has no sub-steps.
+  /// The tissue must outlive this. `composition`: null where the model has no sub-steps. `budget`: what a tick may
+  /// search for folds.
   GuardedField(const Tissue& tissue, std::unique_ptr<TissueField> field,
-               std::unique_ptr<Composition> composition, const GuardSettings& settings);
+               std::unique_ptr<Composition> composition, const GuardSettings& settings,
+               const WorkBudget& budget = {});
 
   /// Certifies and evaluates the field of `landmarks`, which are settled, as TissueField::update. Unless it returns
   /// kOk, the last field is kept.
@@ -68,10 +63,10 @@ class GuardedField : public DisplacementField {
   void evaluate_composition() noexcept;
   void let_vertex_decide() noexcept;
   InjectivitySearch::Result search(const CellField& cells, double scale, const FoldCandidate& fold_candidate,
-                                   std::uint64_t most = kWork) noexcept;
+                                   std::uint64_t pairs) noexcept;
   InjectivitySearch::Result find_step(const CellField& cells, const FoldCandidate& fold_candidate,
                                       double& scale) noexcept;
-  std::uint64_t most_work(const CellField& cells) const noexcept;
+  Allowance allowance(const CellField& cells) const noexcept;
   void add_to_certificate(const InjectivitySearch::Result& result) noexcept;
   void find_margin(const CellField& cells, double scale, const FoldCandidate& fold_candidate) noexcept;
   void find_least_vertex(const CellField& cells, double scale = 1) noexcept;
@@ -83,11 +78,12 @@ class GuardedField : public DisplacementField {
   std::unique_ptr<TissueField> field_;
   std::unique_ptr<Composition> composition_;
   GuardSettings settings_;
+  WorkBudget budget_;
   InjectivitySearch search_;
 
   LandmarkSet::Revision shown_;  // of the landmarks that the field is of; without numbers: of none
   bool is_composed_ = false;
-  std::uint64_t work_left_ = 0;  // of this tick
+  std::uint64_t spent_pairs_ = 0;  // of this tick's certificates
   Evaluation evaluation_ = Evaluation::kIdle;
   Certificate certificate_;
   Vec3 least_vertex_ = Vec3::Zero();  // rest position of that of certificate_.vertex_det

@@ -14,25 +14,10 @@ namespace {
 
 constexpr std::size_t kPoints = Tissue::kBlockSize;
 constexpr double kMet = 2e-3;      // mm: a landmark missed by no more needs no correction
-constexpr int kSweeps = 16;        // of Gauss and Seidel, at most
 constexpr double kNotFelt = 2e-3;  // mm
-// Roots of a correction's s beyond which other landmarks feel less than 1 % of it, and of many landmarks less than 2 %:
-// what they miss by it is found after.
-constexpr double kFeltCores = 10, kFeltOfMany = 7;
-constexpr std::size_t kManyLandmarks = 40;
 // Within this many of the landmarks' largest displacement, and some mm, the tissue has stayed where it was.
 constexpr double kStays = 1.5, kStaysBeyond = 1;
-// Of a block's points one in so many is asked for its determinant, and all within so many clearances of a needle, and
-// of so many blocks.
-constexpr double kClose = 2;
-constexpr std::size_t kAllClose = 100;  // steps times rings up to which those within are all asked
-constexpr std::uint32_t kStride = 16;
-constexpr std::size_t kRefined = 6;
-constexpr std::size_t kAllRefined = 1200;  // steps times rings beyond which they are fewer
-constexpr std::size_t kAllWeakest = 1000;  // … beyond which only the first step's weakest place is looked at
-constexpr std::size_t kMostCorrected = 250;  // rings beyond which steps are corrected afterwards only
-// Steps times rings beyond which landmarks are clamped: sixteen needles in four steps.
-constexpr std::size_t kMostRingSteps = 1500;
+constexpr double kClose = 2;  // clearances of a needle within which a point is close to it
 
 // How far along the way between its landmarks a ring lies, 0 … 1.
 double share_between(const NeedleRings::Ring& ring, std::span<const Vec3> positions) {
@@ -73,14 +58,15 @@ void add(const BlockDisplacement<float>& more, double scale, BlockDisplacement<f
 }  // namespace
 
 MatrixComposition::MatrixComposition(const Tissue& tissue, const MatrixKernelField& field, SimdTarget target,
-                                     std::size_t max_landmarks, std::size_t max_steps, double period_s)
+                                     std::size_t max_landmarks, std::size_t max_steps,
+                                     const WorkBudget& budget)
     : Composition(tissue.blocks.size()),
       tissue_(tissue),
       field_(field),
       max_steps_(max_steps),
       steps_(max_steps + kCorrections),
       all_blocks_(tissue.blocks.size()),
-      period_s_(period_s),
+      budget_(budget),
       turns_(tissue.blocks.size()),
       sources_(static_cast<std::size_t>(std::max(1, field.threads()))),
       block_smooth_(tissue.blocks.size()),
@@ -89,7 +75,7 @@ MatrixComposition::MatrixComposition(const Tissue& tissue, const MatrixKernelFie
   if (field.parts().smooth) smooth_cells_.emplace(tissue, *field.parts().smooth, target);
   cells_.reserve(steps_.size());
   for (std::size_t k = 0; k < steps_.size(); ++k)
-    cells_.emplace_back(tissue, field.parts().near, nullptr, field.needle_radius(), target, rings);
+    cells_.emplace_back(tissue, field.parts().near, nullptr, field.needle_radius(), target, rings, budget);
   for (Step& step : steps_) {
     step.rings.reserve(2 * max_landmarks);
     step.pieces.reserve(rings);
@@ -104,7 +90,7 @@ MatrixComposition::MatrixComposition(const Tissue& tissue, const MatrixKernelFie
   close_blocks_.reserve(max_landmarks * max_landmarks);
   for (auto* v : {&correction_cores_, &own_blocks_}) v->reserve(max_landmarks);
   close_ends_.reserve(max_landmarks);
-  refined_.reserve(kRefined + steps_.size());
+  refined_.reserve(WorkBudget::kRefinedBlocks + steps_.size());
   for (auto& sources : sources_) sources.reserve(rings * NeedleRings::kPoints);
   std::iota(all_blocks_.begin(), all_blocks_.end(), 0u);
   chosen_.reserve(all_blocks_.size());
@@ -140,7 +126,7 @@ bool MatrixComposition::next() noexcept {
     is_correcting_ = true;
     if (!prepare_correction()) return false;
   } else {
-    if (steps() == max_steps_ || steps() * near_forces_.size() > kMostRingSteps) {
+    if (steps() == max_steps_ || !allowance().may_add_step) {
       missed_ = find_misses();
       return false;
     }
@@ -157,7 +143,7 @@ void MatrixComposition::prepare_forces() noexcept {
   const MatrixKernelField::Parts parts = field_.parts();
   near_forces_.assign(parts.ring_forces.begin(), parts.ring_forces.end());
   carried_.clear();
-  if (near_forces_.size() > kMostCorrected) return;
+  if (!allowance().may_correct_steps) return;
   place_rings();
   steps_[0].scale = 1;
   count_ = 1;
@@ -170,7 +156,7 @@ void MatrixComposition::prepare_forces() noexcept {
 }
 
 std::size_t MatrixComposition::most_steps() const {
-  return std::clamp(kRingSteps / std::max<std::size_t>(1, near_forces_.size()), std::size_t{1}, max_steps_);
+  return std::min(allowance().steps, max_steps_);
 }
 
 void MatrixComposition::place_rings() noexcept {
@@ -296,9 +282,10 @@ void MatrixComposition::solve_correction(double worst, NeedleRings& points) noex
                      static_cast<std::uint32_t>(i));
   // Between one correction and the next many landmarks have hardly moved.
   if (!has_correction_blocks_) find_correction_blocks(points);
-  has_correction_blocks_ = is_correcting_ && n > kManyLandmarks;
+  const Allowance may = allowance();
+  has_correction_blocks_ = is_correcting_ && !may.may_renew_corrections;
   correction_.assign(n, Vec3::Zero());
-  for (int sweep = 0; sweep < kSweeps && worst > 0.25 * kMet; ++sweep) {
+  for (std::size_t sweep = 0; sweep < may.correction_sweeps && worst > 0.25 * kMet; ++sweep) {
     worst = 0;
     for (std::size_t i = 0, k = 0; i < n; ++i) {
       Vec3 left = misses_[i];
@@ -317,7 +304,7 @@ void MatrixComposition::find_correction_blocks(const NeedleRings& points) noexce
   close_blocks_.clear();
   close_ends_.clear();
   own_blocks_.clear();
-  const double felt = n > kManyLandmarks ? kFeltOfMany : kFeltCores;
+  const double felt = allowance().correction_reach;
   for (std::size_t i = 0; i < n; ++i) {
     for (std::size_t j = 0; j < n; ++j) {
       const Vec3 apart = images_[i] - images_[j];
@@ -344,17 +331,23 @@ void MatrixComposition::restore(StateReader& reader) {
   reader(displacements_, turns_, is_late_, least_determinant_, least_place_);
 }
 
+// With the steps so far, corrections included where they are composed.
+Allowance MatrixComposition::allowance() const noexcept {
+  return budget_.allowance({.landmarks = positions_.size(), .steps = count_, .sources = near_forces_.size()});
+}
+
 // All blocks that do not show the present landmarks yet; or those of them that have waited longest for how fast they
 // move.
 void MatrixComposition::choose_blocks(std::uint64_t work) noexcept {
-  std::size_t cost = kStepCost;
-  for (std::size_t k = 0; k < count_; ++k) cost += kStepCost + steps_[k].forces.size();
-  const auto landmarks = static_cast<double>(positions_.size());
-  const double time_s = kOfPeriod * period_s_ - kOfSystem - kOfLandmark * landmarks -
-                        kOfPair * landmarks * landmarks - kOfWork * static_cast<double>(work) -
-                        kOfStep * static_cast<double>(std::max(count_, kFewSteps) - kFewSteps);
-  const auto most = std::max(all_blocks_.size() / kLeastOf,
-                             static_cast<std::size_t>(std::max(0.0, kBlockRingSteps * time_s)) / cost);
+  std::size_t rings = 0;
+  for (std::size_t k = 0; k < count_; ++k) rings += steps_[k].forces.size();
+  const std::size_t most = budget_
+                               .allowance({.landmarks = positions_.size(),
+                                           .steps = count_,
+                                           .step_sources = rings,
+                                           .certificate_pairs = work,
+                                           .blocks = all_blocks_.size()})
+                               .blocks;
   chosen_.clear();
   for (const std::uint32_t b : all_blocks_)
     if (!turns_[b].is_present) chosen_.push_back(b);
@@ -362,7 +355,8 @@ void MatrixComposition::choose_blocks(std::uint64_t work) noexcept {
   if (!is_late_) return;
   const auto end = chosen_.begin() + static_cast<std::ptrdiff_t>(most);
   std::ranges::nth_element(chosen_, end, [&](std::uint32_t a, std::uint32_t b) {
-    const float of_a = turns_[a].priority(), of_b = turns_[b].priority();
+    const auto priority = [&](const Turn& turn) { return budget_.block_priority(turn.age, turn.speed); };
+    const float of_a = priority(turns_[a]), of_b = priority(turns_[b]);
     return of_a != of_b ? of_a > of_b : a < b;
   });
   for (auto late = end; late != chosen_.end(); ++late) ++turns_[*late].age;
@@ -405,7 +399,7 @@ void MatrixComposition::evaluate_block(std::uint32_t b, std::vector<NearSource>&
 // Points close to a needle and a few of each block's first; then all of the blocks with the least among these and of
 // those where a step would fold first; and the least of all once more, in double.
 void MatrixComposition::find_least_determinant() noexcept {
-  std::array<std::pair<double, std::uint32_t>, kRefined> worst;
+  std::array<std::pair<double, std::uint32_t>, WorkBudget::kRefinedBlocks> worst;
   worst.fill({2, 0});
   std::array<PointAt, CellPoints::kCount> points;
   std::array<double, CellPoints::kCount> det;
@@ -428,6 +422,7 @@ void MatrixComposition::find_least_determinant() noexcept {
   };
   constexpr double kFar = std::numeric_limits<double>::infinity();
   const double clearance = cells_[0].clearance();
+  constexpr std::uint32_t kStride = WorkBudget::kPointStride;
   const auto add = [&](std::uint32_t b, std::uint32_t first, std::uint32_t stride, double within) {
     const Block& block = tissue_.blocks[b];
     for (std::uint32_t i = first; i < block.count; i += stride) {
@@ -442,7 +437,8 @@ void MatrixComposition::find_least_determinant() noexcept {
   };
   const double close = kClose * clearance;
   // The more each point costs the fewer are asked.
-  const auto close_stride = static_cast<std::uint32_t>(1 + count_ * near_forces_.size() / kAllClose);
+  const Allowance may = allowance();
+  const auto close_stride = static_cast<std::uint32_t>(may.close_stride);
   for (const std::uint32_t b : chosen_) {
     const Block& block = tissue_.blocks[b];
     const double radius = 0.5 * (block.max - block.min).norm();
@@ -453,12 +449,9 @@ void MatrixComposition::find_least_determinant() noexcept {
   }
   if (count > 0) take();
   refined_.clear();
-  const std::size_t most_refined = std::clamp(
-      kAllRefined / std::max<std::size_t>(1, count_ * near_forces_.size()), std::size_t{1}, kRefined);
   for (const auto& [sampled, b] : worst)
-    if (sampled < 2 && refined_.size() < most_refined) refined_.push_back(b);
-  const std::size_t asked = count_ * near_forces_.size() > kAllWeakest ? 1 : count_;
-  for (std::size_t k = 0; k < asked; ++k)
+    if (sampled < 2 && refined_.size() < may.refined_blocks) refined_.push_back(b);
+  for (std::size_t k = 0; k < may.weakest_steps; ++k)
     if (steps_[k].weakest) refined_.push_back(block_at(*steps_[k].weakest, steps_[k].begin));
   std::ranges::sort(refined_);
   refined_.erase(std::unique(refined_.begin(), refined_.end()), refined_.end());

@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/base/work_budget.h"
 #include "core/models/composition.h"
 #include "core/models/matrix_kernel/matrix_kernel_cells.h"
 #include "core/models/matrix_kernel/matrix_kernel_field.h"
@@ -20,10 +21,10 @@ namespace brachy {
 /// Threads: one caller (OpenMP over blocks if the field's options ask). Real-time: as Composition, with one thread.
 class MatrixComposition : public Composition {
  public:
-  /// Composes the field that `field` was evaluated to last. Tissue and field must outlive this. `period_s` of a tick:
-  /// what evaluate has time for grows with it.
+  /// Composes the field that `field` was evaluated to last. Tissue and field must outlive this. `budget`: how many
+  /// steps, corrections and blocks a tick may take.
   MatrixComposition(const Tissue& tissue, const MatrixKernelField& field, SimdTarget target,
-                    std::size_t max_landmarks, std::size_t max_steps, double period_s = kPeriod);
+                    std::size_t max_landmarks, std::size_t max_steps, const WorkBudget& budget = {});
 
   bool is_always_used() const override { return true; }
   double reach() const override { return is_correcting_ ? kCorrectionReach : kReach; }
@@ -54,20 +55,6 @@ class MatrixComposition : public Composition {
   static constexpr double kWidestCore = 4, kLeastCore = 0.5, kOfDistance = 0.5;
   static constexpr double kCorrectionReach = 0.6;
   static constexpr std::size_t kCorrections = 2;  // at most
-  // Steps times rings that a tick has time for: three needles with 22 landmarks in three steps.
-  static constexpr std::size_t kRingSteps = 400;
-  // What evaluate has time for: blocks times steps times rings in a second, of a share of the tick (at a half, four
-  // stirred needles left a daemon no time) less what the landmarks' system, the certificates and steps beyond
-  // kFewSteps take; in any case a share of the blocks. A step costs as much as some rings.
-  static constexpr double kPeriod = 1.0 / 200, kOfPeriod = 0.43;
-  static constexpr double kOfSystem = 1.5e-4, kOfLandmark = 2.45e-5, kOfPair = 2.5e-7;  // s
-  static constexpr double kOfStep = 1.5e-4, kOfWork = 2.5e-8;                           // s
-  static constexpr std::size_t kFewSteps = 4;
-  static constexpr double kBlockRingSteps = 5.2e7;
-  static constexpr std::size_t kLeastOf = 12, kStepCost = 10;
-  // Ticks after which a block's turn comes before all others'; and what it is taken to move in each, mm, at least.
-  static constexpr std::uint32_t kOldest = 12;
-  static constexpr float kSlowest = 0.05F, kFirst = 1e3F;
 
   struct Step {
     double scale = 0, begin = 0;  // its own, and the share of the way before it
@@ -92,6 +79,7 @@ class MatrixComposition : public Composition {
   void find_correction_blocks(const NeedleRings& points) noexcept;
   void find_images() noexcept;
   void begin_lots(std::size_t lot) noexcept;
+  Allowance allowance() const noexcept;
   void choose_blocks(std::uint64_t work) noexcept;
   void evaluate_block(std::uint32_t b, std::vector<NearSource>& sources) noexcept;
   void find_least_determinant() noexcept;
@@ -135,15 +123,15 @@ class MatrixComposition : public Composition {
     std::uint32_t age = 1;    ///< ticks
     float speed = 0;          ///< mm a tick
     bool is_present = false;  ///< it shows what was begun last
+
     template <class Archive>
     void list_state(Archive& archive) {
       archive(age, speed, is_present);
     }
-    float priority() const { return static_cast<float>(age) * (age < kOldest ? speed + kSlowest : kFirst); }
   };
 
   std::vector<std::uint32_t> all_blocks_;
-  double period_s_;
+  WorkBudget budget_;
   std::vector<Turn> turns_;
   std::vector<std::uint32_t> chosen_;  // blocks that this tick evaluates
   bool is_late_ = false;

@@ -15,9 +15,6 @@ constexpr double kSixPoints = 1.05;
 // At three radii from a ring's axis, and less farther: 2 E(3/4)/π/16 over 8^(−3/2) = 1.09 (an elliptic integral).
 constexpr double kRingCubed = 1.1;
 constexpr double kSinglePrecisionBounds = 1e-4;  // of bounds that are summed in single precision
-constexpr std::size_t kFoldCandidates = 12;      // rings of a few needles that are searched for folds
-// Of more sources than three needles have, so many taken by number would be too far apart: then the strongest are.
-constexpr std::size_t kManySources = 155, kStrongest = 8;
 
 // Of forces and of corrections, with what single precision may lack.
 double sum_of_bounds(float a, float b) {
@@ -27,7 +24,8 @@ double sum_of_bounds(float a, float b) {
 }  // namespace
 
 MatrixKernelCells::MatrixKernelCells(const Tissue& tissue, const NearField& near, const SmoothField* smooth,
-                                     double needle_radius, SimdTarget target, std::size_t max_rings)
+                                     double needle_radius, SimdTarget target, std::size_t max_rings,
+                                     const WorkBudget& budget)
     : near_(near),
       smooth_(smooth),
       clearance_(kClearance * needle_radius),
@@ -36,6 +34,7 @@ MatrixKernelCells::MatrixKernelCells(const Tissue& tissue, const NearField& near
       kelvin_(bounds_.kelvin()),
       rest_min_(tissue.rest_vertices.front()),
       rest_max_(rest_min_),
+      budget_(budget),
       near_loops_(near_loops(target)) {
   for (const Vec3& X : tissue.rest_vertices) {
     rest_min_ = rest_min_.cwiseMin(X);
@@ -47,7 +46,7 @@ MatrixKernelCells::MatrixKernelCells(const Tissue& tissue, const NearField& near
   forces_.reserve(max_rings);
   piece_forces_.reserve(max_rings);
   strengths_.reserve(max_rings);
-  strongest_.reserve(kStrongest);
+  strongest_.reserve(budget.strongest_candidates);
   const std::size_t groups = 3 * max_rings / BoundedForces::kCount + 1;  // a piece is two forces
   bounded_forces_.reserve(groups);
   bounded_corrections_.reserve(max_rings / BoundedCorrections::kCount + 1);
@@ -66,6 +65,7 @@ void MatrixKernelCells::set_field(const NeedleRings& rings, std::span<const Vec3
   rings_ = &rings;
   ring_forces_ = ring_forces;
   pieces_ = pieces;
+  may_ = budget_.allowance({.sources = ring_forces.size()});
   piece_of_.clear();
   for (std::uint32_t p = 0; p < pieces.size(); ++p) piece_of_.insert(piece_of_.end(), pieces[p].count, p);
   forces_.clear();
@@ -91,12 +91,12 @@ double MatrixKernelCells::fold_distance(std::size_t ring) const noexcept {
   return r.count == 1 ? bounds_.steepest(r.core.s) : 1.2 * clearance_;
 }
 
-// By what a piece's forces do together where its field is steepest; of each its strongest ring.
+// By what a piece's forces do together where its field is steepest; of each its strongest ring. Of many rings those
+// taken by number would be too far apart.
 void MatrixKernelCells::choose_fold_candidates() noexcept {
-  fold_candidate_every_ = 1 + ring_forces_.size() / kFoldCandidates;
   strengths_.clear();
   strongest_.clear();
-  if (ring_forces_.size() <= kManySources) return;
+  if (may_.strongest_candidates == 0) return;
   for (const NearField::Piece& piece : pieces_) {
     std::uint32_t ring = piece.first;
     for (std::uint32_t r = piece.first; r < piece.first + piece.count; ++r)
@@ -106,7 +106,7 @@ void MatrixKernelCells::choose_fold_candidates() noexcept {
         distance * distance + rings_->rings()[ring].core.s + piece.half_length * piece.half_length;
     strengths_.emplace_back(-piece.size / squared, ring);
   }
-  const std::size_t count = std::min(kStrongest, strengths_.size());
+  const std::size_t count = std::min(may_.strongest_candidates, strengths_.size());
   std::ranges::partial_sort(strengths_, strengths_.begin() + static_cast<std::ptrdiff_t>(count));
   for (std::size_t k = 0; k < count; ++k) strongest_.push_back(strengths_[k].second);
   std::ranges::sort(strongest_);
@@ -335,7 +335,7 @@ void MatrixKernelCells::gradients(const Cell& cell, std::span<const std::uint32_
 bool MatrixKernelCells::fold_candidates(std::uint32_t i, Cell& cell, CellPoints& X) const noexcept {
   const bool is_last = i + 1 == ring_forces_.size();
   const double force = ring_forces_[i].norm();
-  const bool is_asked = strongest_.empty() ? i % fold_candidate_every_ == 0 || is_last
+  const bool is_asked = strongest_.empty() ? i % may_.candidate_stride == 0 || is_last
                                            : std::ranges::binary_search(strongest_, i);
   if (force == 0 || !is_asked) return false;
   const NeedleRings::Ring& ring = rings_->rings()[i];
@@ -353,10 +353,10 @@ bool MatrixKernelCells::fold_candidates(std::uint32_t i, Cell& cell, CellPoints&
   return true;
 }
 
-// Of many sources as blocks have it.
+// With many sources the gradient is the one that blocks use.
 Mat3 MatrixKernelCells::gradient(const Vec3& X) const noexcept {
-  Mat3 A = sources() > kManySources ? near_.gradient_at(X, *rings_, ring_forces_, pieces_)
-                                    : near_.gradient_at(X, *rings_, ring_forces_);
+  Mat3 A = may_.may_sum_single_rings ? near_.gradient_at(X, *rings_, ring_forces_)
+                                     : near_.gradient_at(X, *rings_, ring_forces_, pieces_);
   if (smooth_) A += smooth_->gradient_at(X);
   return A;
 }

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/base/work_budget.h"
 #include "core/elasticity/needle_rings.h"
 #include "core/injectivity/cell_field.h"
 #include "core/models/matrix_kernel/near_bounds.h"
@@ -23,9 +24,11 @@ class MatrixKernelCells : public CellField {
  public:
   static constexpr double kClearance = 3;  ///< radii
 
-  /// All must outlive this. `smooth`: none for the compact models.
+  /// Tissue and fields must outlive this. `smooth`: none for the compact models. `budget`: at how many rings folds are
+  /// looked for.
   MatrixKernelCells(const Tissue& tissue, const NearField& near, const SmoothField* smooth,
-                    double needle_radius, SimdTarget target, std::size_t max_rings);
+                    double needle_radius, SimdTarget target, std::size_t max_rings,
+                    const WorkBudget& budget = {});
 
   /// Sets the field: that of `ring_forces` (N, one for each ring), and as far as they are far of their `pieces`.
   /// The tissue lies within `margin` mm of its box.
@@ -99,7 +102,8 @@ class MatrixKernelCells : public CellField {
   std::vector<std::uint32_t> piece_of_;             // of each ring
   std::vector<Force> forces_;                       // of the rings …
   std::vector<std::array<Force, 2>> piece_forces_;  // … and of the pieces
-  std::size_t fold_candidate_every_ = 1;
+  WorkBudget budget_;
+  Allowance may_;                                            // with these rings
   std::vector<std::pair<double, std::uint32_t>> strengths_;  // of pieces, each with its strongest ring
   std::vector<std::uint32_t>
       strongest_;  // rings, ascending, that alone are searched for folds; empty: by number

@@ -77,7 +77,8 @@ MatrixKernelField::MatrixKernelField(const Tissue& tissue, std::shared_ptr<const
   }
 
   const std::size_t rings = max_sources();
-  cells_.emplace(tissue, *near_, smooth_ ? &*smooth_ : nullptr, needle_radius_, options.target, rings);
+  cells_.emplace(tissue, *near_, smooth_ ? &*smooth_ : nullptr, needle_radius_, options.target, rings,
+                 options.budget);
   ring_cores_.reserve(n);
   rings_.reserve(n);
   field_rings_.reserve(n);

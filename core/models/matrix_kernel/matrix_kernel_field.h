@@ -48,6 +48,7 @@ class MatrixKernelField : public TissueField {
     bool evaluates_points = true;
     /// Whether K, or its factor, is kept while only compliances change: where needles bend or the body moves.
     bool keeps_matrix = false;
+    WorkBudget budget = {};  ///< of a tick: at how many rings folds are looked for
   };
 
   /// `kernel` was made for `body` (make_matrix_kernel), `tables` for kernel, tissue and options.target

@@ -3,15 +3,9 @@
 #include <algorithm>
 #include <cassert>
 
+#include "core/base/work_budget.h"
+
 namespace brachy {
-namespace {
-
-// column multiply-adds in the time of one direct pair, out of cache
-constexpr std::uint64_t kColumnsForPair = 6;
-// columns of K⁻¹ a tick: they cost as much as the solve for weights
-constexpr std::size_t kColumnsAtOnce = 3;
-
-}  // namespace
 
 ScalarKernelField::ScalarKernelField(const Tissue& tissue, Kernel kernel, double support_radius,
                                      const BlockField::Options& options, double landmark_stiffness_n_per_mm)
@@ -92,7 +86,7 @@ void ScalarKernelField::choose_moving() noexcept {
 }
 
 bool ScalarKernelField::is_condensable() const noexcept {
-  const std::uint64_t condensed = blocks_.reachable_points() * moving_.size() / kColumnsForPair;
+  const std::uint64_t condensed = blocks_.reachable_points() * moving_.size() / WorkCosts::kColumnsForPair;
   return blocks_.can_condense(moving_.size()) && 2 * condensed < blocks_.reachable_pairs();
 }
 
@@ -104,7 +98,7 @@ void ScalarKernelField::advance_condensing() noexcept {
     restart();
   }
   if (!is_condensing_) {
-    if (settled_ticks_ < kSettleTicks) return;
+    if (settled_ticks_ < SpeedThresholds::kSettleTicks) return;
     choose_moving();
     if (!is_condensable()) return;
     is_condensing_ = true;
@@ -117,7 +111,7 @@ void ScalarKernelField::advance_condensing() noexcept {
 }
 
 void ScalarKernelField::add_columns() noexcept {
-  const std::size_t m = moving_.size(), count = std::min(kColumnsAtOnce, m - columns_done_);
+  const std::size_t m = moving_.size(), count = std::min(SpeedThresholds::kColumnsATick, m - columns_done_);
   system_.solve_columns(std::span(moving_).subspan(columns_done_, count),
                         inverse_columns_.data() + columns_done_, m);
   columns_done_ += count;

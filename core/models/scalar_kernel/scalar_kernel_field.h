@@ -14,16 +14,14 @@ namespace brachy {
 
 /// The deformation model of one scalar kernel: landmark system and field, evaluated in the cheaper of two ways.
 ///
-/// When the landmarks' rest positions have not changed for kSettleTicks, the columns of K⁻¹ that belong to moving
-/// landmarks are computed, three a tick, then the blocks' condensed columns, each tick no more than a direct
+/// When the landmarks' rest positions have not changed for some ticks (SpeedThresholds), the columns of K⁻¹ that belong
+/// to moving landmarks are computed, three a tick, then the blocks' condensed columns, each tick no more than a direct
 /// evaluation's worth; so no tick costs more than about two direct ones. A new set of landmarks, or another
 /// moving landmark, starts again with direct evaluation. What is chosen depends on counts only, never on measured
 /// time: the same landmarks give the same bits. The two ways differ by less than 2e-5 mm.
 /// Threads: one caller. Real-time: no allocation after construction with one thread, no exceptions.
 class ScalarKernelField : public TissueField {
  public:
-  static constexpr int kSettleTicks = 4;
-
   /// `support_radius` a in mm; the tissue must outlive this. `landmark_stiffness`, N/mm: of one landmark alone;
   /// it scales the weights to forces. Displacements do not depend on it.
   ScalarKernelField(const Tissue& tissue, Kernel kernel, double support_radius,

@@ -27,6 +27,21 @@ std::vector<Key<EngineSettings>> engine_keys() {
   };
 }
 
+std::vector<Key<WorkCosts>> work_cost_keys() {
+  using S = WorkCosts;
+  constexpr Range kSeconds = {1e-9, 1};
+  return {
+      number("system_s", &S::system_s, kSeconds, kLive, "contact and the landmarks' system"),
+      number("landmark_s", &S::landmark_s, kSeconds, kLive, "and for each of its landmarks"),
+      number("landmark_pair_s", &S::landmark_pair_s, kSeconds, kLive, "and for each pair of them"),
+      number("step_s", &S::step_s, kSeconds, kLive, "a sub-step beyond the fourth"),
+      number("certificate_pair_s", &S::certificate_pair_s, kSeconds, kLive,
+             "a pair of a lattice and a source in the search for folds"),
+      number("block_ring_steps_per_s", &S::block_ring_steps_per_s, {1e5, 1e10}, kLive,
+             "the field of one ring in one sub-step at the points of a block, how many in a second"),
+  };
+}
+
 std::vector<Key<RealtimeSettings>> realtime_keys() {
   using S = RealtimeSettings;
   return {
@@ -156,6 +171,12 @@ std::vector<SceneSection> service_sections() {
       {"engine", "How the field is evaluated.",
        within<Scene>(
            engine_keys(), [](auto& s) -> auto& { return s.engine; })},
+      {"work_costs",
+       "What a tick's work costs on this machine, as `brachyd doctor` prints it: what a tick may do is "
+       "counted "
+       "by these figures, never timed, so the same figures give the same bits on any machine.",
+       within<Scene>(
+           work_cost_keys(), [](auto& s) -> auto& { return s.work_costs; })},
       {"realtime", "The deformation thread.",
        within<Scene>(
            realtime_keys(), [](auto& s) -> auto& { return s.realtime; })},

@@ -2,6 +2,7 @@
 
 #include "apps/doctor/doctor_report.h"
 #include "apps/doctor/fitting.h"
+#include "core/scene/file/scene_file.h"
 #include "core/scene/load_body.h"
 #include "tests/apps/apps_testing.h"
 
@@ -115,6 +116,24 @@ TEST(Doctor, AnswersInASentenceWithTheKeysThatAreToBeWritten) {
   EXPECT_EQ(json.at("take").at("support_radius_mm"), 12);
 }
 
+TEST(Doctor, EndsWithTheCostsOfWorkAsLinesForAScene) {
+  Machine machine;
+  machine.work_scale = 2;
+  const Scene scene = psi_scene();
+  const std::string text = to_text(machine, scene, diagnosed(scene, [](const Scene&) { return 1; }));
+  const std::string words =
+      "a tick's work costs 2.00 times what is stored; for scenes of this machine alone:\n";
+  const std::size_t at = text.find(words);
+  ASSERT_NE(at, std::string::npos) << text;
+  const Scene pasted = parse_scene(text.substr(at + words.size()), "pasted");
+  EXPECT_EQ(pasted.work_costs.system_s, 3e-4);
+  EXPECT_EQ(pasted.work_costs.landmark_s, 4.9e-5);
+  EXPECT_EQ(pasted.work_costs.landmark_pair_s, 5e-7);
+  EXPECT_EQ(pasted.work_costs.step_s, 3e-4);
+  EXPECT_EQ(pasted.work_costs.certificate_pair_s, 5e-8);
+  EXPECT_EQ(pasted.work_costs.block_ring_steps_per_s, 2.6e7);
+}
+
 TEST(Doctor, SaysWhereTheMachineIsToBlame) {
   Machine busy;
   busy.period_s = 0.005;
@@ -135,6 +154,7 @@ TEST(Doctor, OfTheRealDaemonSaysWhatItMeasured) {
   // Whether it fits depends on the machine, which may be busy.
   EXPECT_TRUE(exited(ended, json.at("fits").get<bool>() ? 0 : 1));
   EXPECT_GE(json.at("machine").at("cores").get<int>(), 1);
+  EXPECT_GT(json.at("machine").at("work_scale").get<double>(), 0);
   EXPECT_GT(json.at("machine").at("wakeup_lateness_ms").at("max").get<double>(), 0);
   EXPECT_EQ(json.at("machine").at("sched_fifo").at("granted").get<bool>(),
             json.at("machine").at("sched_fifo").at("refusal").get<std::string>().empty());

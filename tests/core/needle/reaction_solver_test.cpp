@@ -4,6 +4,7 @@
 
 #include <limits>
 
+#include "core/base/work_budget.h"
 #include "core/kernels/kernels.h"
 #include "tests/core/solve/random_landmarks.h"
 
@@ -130,7 +131,7 @@ TEST(ReactionSolver, SolvesRandomShaftsFromAnyStart) {
     most = std::max(most, s.result.pivots);
     ASSERT_FALSE(HasFailure()) << "trial " << trial << ", " << n << " landmarks";
   }
-  EXPECT_LT(most, ReactionSolver::kMaxPivots / 2);
+  EXPECT_LT(most, WorkBudget::kReactionPivots / 2);
 }
 
 TEST(ReactionSolver, GoesOnFromTheLastSolution) {

@@ -42,6 +42,7 @@ TEST(Scene, TheDefaultFileSaysTheDefaults) {
   EXPECT_EQ(file.structures, built_in.structures);
   EXPECT_EQ(file.rates, built_in.rates);
   EXPECT_EQ(file.engine, built_in.engine);
+  EXPECT_EQ(file.work_costs, built_in.work_costs);
   EXPECT_EQ(file.realtime, built_in.realtime);
   EXPECT_EQ(file.device, built_in.device);
   EXPECT_EQ(file.server, built_in.server);

@@ -1,4 +1,4 @@
-// More needles on the move than a tick has time for: forces and field take turns (Simulator::is_over_budget).
+// More needles on the move than a tick has time for: forces and field take turns (Allowance::may_find_field).
 #include <gtest/gtest.h>
 
 #include <array>
@@ -13,11 +13,13 @@ namespace {
 
 constexpr std::size_t kNeedles = 16;
 
-std::shared_ptr<const SimulationModel> model(const char* kernel = "elastic", std::size_t needles = kNeedles) {
+std::shared_ptr<const SimulationModel> model(const char* kernel = "elastic", std::size_t needles = kNeedles,
+                                             const WorkCosts& costs = {}) {
   Scene scene;
   scene.needle.count = needles;
   scene.tissue.points = 2000;
   scene.model.kernel = kernel;
+  scene.work_costs = costs;
   return load_simulation_model(scene, load_tissue(scene).tissue);
 }
 
@@ -106,6 +108,18 @@ TEST(ManyNeedles, AreTheSameBitForBitOnEveryRun) {
     hash = session.hash.value();
   }
   EXPECT_EQ(hashes[0], hashes[1]);
+}
+
+TEST(ManyNeedles, DoWhatTheScenesCostsOfWorkAllowSoThatTheSameCostsGiveTheSameBits) {
+  const auto hash_with = [](const WorkCosts& costs) {
+    Session session(model("elastic", 4, costs));
+    session.insert();
+    for (int k = 0; k < 20; ++k) session.step(session.stir(k));
+    return session.hash.value();
+  };
+  const std::uint64_t stored = hash_with({}), slow = hash_with(WorkCosts{}.slower_by(2));
+  EXPECT_NE(slow, stored);
+  EXPECT_EQ(hash_with(WorkCosts{}.slower_by(2)), slow);
 }
 
 TEST(ManyNeedles, ANeedleThatLeavesWhileTheFieldIsDueIsGone) {

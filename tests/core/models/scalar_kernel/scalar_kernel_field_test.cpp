@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "core/base/work_budget.h"
 #include "tests/core/models/blocks/reactions.h"
 #include "tests/core/models/blocks/small_tissue.h"
 #include "tests/core/simulation/allocation_guard.h"
@@ -57,7 +58,7 @@ TEST_F(DeformationWays, LandmarksThatStayAreCondensedWithoutChangingTheResult) {
   }
   EXPECT_EQ(deformation.evaluation(), Evaluation::kCondensed);
   EXPECT_TRUE(was_mixed);  // it was spread over ticks
-  EXPECT_GT(tick, ScalarKernelField::kSettleTicks);
+  EXPECT_GT(tick, SpeedThresholds::kSettleTicks);
   EXPECT_EQ(deformation.blocks().statistics().pairs, 0u);
 }
 
