@@ -39,76 +39,77 @@ NeedleContact::NeedleContact(const SurfaceBvh& surface, const NeedleTissues& tis
       needle_settings_(needle),
       settings_(settings),
       side_(surface, 0.5 * needle.diameter_mm, settings.max_displacement_mm),
-      path_(kPathSlack * needle.length_mm) {
-  old_paths_.reserve(kOldPaths);  // a copy would not keep its capacity
-  while (old_paths_.size() < kOldPaths) old_paths_.emplace_back(kPathSlack * needle.length_mm);
+      cut_{CutPath(kPathSlack * needle.length_mm)} {
+  old_.paths.reserve(kOldPaths);  // a copy would not keep its capacity
+  while (old_.paths.size() < kOldPaths) old_.paths.emplace_back(kPathSlack * needle.length_mm);
   const auto capacity = static_cast<std::size_t>(settings.max_landmarks);
-  shaft_.reserve(capacity);
-  landmarks_.reserve(capacity);
+  cut_.shaft.reserve(capacity);
+  outcome_.landmarks.reserve(capacity);
   if (needle.bends()) bend_.emplace(needle, guide_z_mm, capacity);
 }
 
 void NeedleContact::begin(const RigidTransform& X_WN, const DisplacementField* last_field,
                           const BodyFrame& frame) noexcept {
   const RigidTransform X_BN = frame.from_world(X_WN);
-  is_body_moving_ = is_turned_ || !frame.is_identity();
-  is_turned_ = !frame.is_identity();
-  if (is_turned_) turn_ = X_WN.R * X_BN.R.transpose();
-  last_tip_ = frame.from_world(last_world_tip_);
-  last_free_tip_ = last_tip_ + (needle_.free_tip - needle_.tip);
-  last_world_tip_ = X_WN.p;
-  const Vec3 axis = X_BN.R.col(2), last_axis = last_world_axis_;
-  last_world_axis_ = X_WN.R.col(2);
-  const bool has_jumped = has_last_pose_ && ((X_BN.p - last_tip_).norm() > settings_.max_jump_mm ||
-                                             last_axis.dot(last_world_axis_) < kMostTurn);
+  body_.is_moving = body_.is_turned || !frame.is_identity();
+  body_.is_turned = !frame.is_identity();
+  if (body_.is_turned) body_.turn = X_WN.R * X_BN.R.transpose();
+  last_.tip = frame.from_world(last_.world_tip);
+  last_.free_tip = last_.tip + (needle_.free_tip - needle_.tip);
+  last_.world_tip = X_WN.p;
+  const Vec3 axis = X_BN.R.col(2), last_axis = last_.world_axis;
+  last_.world_axis = X_WN.R.col(2);
+  const bool has_jumped = last_.is_known && ((X_BN.p - last_.tip).norm() > settings_.max_jump_mm ||
+                                             last_axis.dot(last_.world_axis) < kMostTurn);
   const Vec3 hub = X_BN.p - needle_settings_.length_mm * axis;
   needle_ = {hub, X_BN.p, axis, X_BN.p, hub, X_BN.p};
-  moved_ = (X_BN.p - last_tip_).norm() + needle_settings_.length_mm * (last_world_axis_ - last_axis).norm();
+  needle_.moved =
+      (X_BN.p - last_.tip).norm() + needle_settings_.length_mm * (last_.world_axis - last_axis).norm();
   if (bend_) {
     if (has_jumped) bend_->leave_hole();
     bend_->begin(X_BN, X_WN);
     needle_.bent_tip += bend_->tip_deflection();
     lay_free_line();
-    last_slope_ = bend_->tip_slope();
+    last_.slope = bend_->tip_slope();
   }
-  const Vec3 motion = needle_.tip - last_tip_;
-  flags_ = 0;
-  landmarks_.clear();
-  has_tip_landmark_ = false;
-  free_slip_ = 0;
-  insertion_depth_ = 0;
+  const Vec3 motion = needle_.tip - last_.tip;
+  outcome_.flags = 0;
+  outcome_.landmarks.clear();
+  outcome_.has_tip_landmark = false;
+  cut_.free_slip = 0;
+  outcome_.insertion_depth = 0;
 
   bool is_reinitialized = false;
-  if (!has_last_pose_ || has_jumped) {
+  if (!last_.is_known || has_jumped) {
     reinitialize();
     is_reinitialized = true;
   } else if (state_ == ContactState::kFree || state_ == ContactState::kWithdrawn) {
     approach();
   } else if (state_ == ContactState::kTouching) {
-    by_tip_ ? press() : press_beside();
+    press_.by_tip ? press() : press_beside();
   } else {
     follow_path(last_field);
   }
-  has_last_pose_ = true;
+  last_.is_known = true;
 
-  tip_depth_ = std::max(0.0, depth_of_tip());
+  outcome_.tip_depth = std::max(0.0, depth_of_tip());
   if (bend_) set_tip_force();
   if (state_ == ContactState::kTouching) add_contact();
   if (!is_in()) return;
-  insertion_depth_ = tip_s_;
+  outcome_.insertion_depth = cut_.tip_s;
   set_shaft(is_reinitialized ? nullptr : last_field);
   add_shaft(is_reinitialized ? 0 : motion.dot(axis));
   if (state_ == ContactState::kInserted) add_tip();
 }
 
 void NeedleContact::skip() noexcept {
-  landmarks_.clear();
-  has_tip_landmark_ = false;
+  outcome_.landmarks.clear();
+  outcome_.has_tip_landmark = false;
   if (bend_) bend_->clear();
-  flags_ = 0;
-  forces_ = {};
-  local_model_ = {};
-  tip_depth_ = 0;
+  outcome_.flags = 0;
+  outcome_.forces = {};
+  outcome_.local_model = {};
+  outcome_.tip_depth = 0;
 }
 
 // A hole that holds the needle aside turns what is beyond it: where nothing else presses on it, it is straight there.
@@ -121,7 +122,7 @@ void NeedleContact::lay_free_line() noexcept {
 
 // The needle is in the tissue where its pose says, without any displacement.
 void NeedleContact::reinitialize() noexcept {
-  if (has_last_pose_) flags_ |= kStepReinitialized;
+  if (last_.is_known) outcome_.flags |= kStepReinitialized;
   release();
   needle_.bent_tip = needle_.tip;
   std::array<SurfaceHit, kMaxCrossings> buffer;
@@ -142,35 +143,35 @@ void NeedleContact::reinitialize() noexcept {
   if (!inside && !(entered && left)) return;
 
   state_ = inside ? ContactState::kInserted : ContactState::kThrough;
-  was_inserted_ = true;
-  path_.start(entry);
-  path_.extend_to(inside ? needle_.tip : exit);
-  tip_s_ = path_.length();
-  tissue_ = tissues_.at(path_.at(tip_s_));
+  old_.was_inserted = true;
+  cut_.path.start(entry);
+  cut_.path.extend_to(inside ? needle_.tip : exit);
+  cut_.tip_s = cut_.path.length();
+  cut_.tissue = tissues_.at(cut_.path.at(cut_.tip_s));
 }
 
 void NeedleContact::approach() noexcept {
-  auto hit = surface_.first_hit(last_free_tip_, needle_.free_tip);
+  auto hit = surface_.first_hit(last_.free_tip, needle_.free_tip);
   if (hit && !hit->entering) hit.reset();
   const bool along = hit && comes_along(hit->normal);
-  not_pressed_ = 0;
+  press_.not_pressed = 0;
   if (along || (hit && hit->normal.dot(needle_.axis) <= kFacing)) {
     CutPath* const old = along ? find_old_path(hit->point) : nullptr;
     if (old) return enter_old_path(*old);
-    contact_point_ = hit->point;
-    if (!along) not_pressed_ = std::max(0.0, (needle_.free_tip - contact_point_).dot(needle_.axis));
-    by_tip_ = true;
-  } else if (side_.begin(needle_.free_hub, needle_.free_tip, needle_.free_tip - last_free_tip_) &&
+    press_.point = hit->point;
+    if (!along) press_.not_pressed = std::max(0.0, (needle_.free_tip - press_.point).dot(needle_.axis));
+    press_.by_tip = true;
+  } else if (side_.begin(needle_.free_hub, needle_.free_tip, needle_.free_tip - last_.free_tip) &&
              !comes_along(side_.normal())) {
-    by_tip_ = false;
+    press_.by_tip = false;
   } else if (surface_.inside(needle_.free_tip)) {
     // A needle that has slid off the far side is out before all of its thickness is.
     const double depth = -surface_.closest_point(needle_.free_tip).signed_distance;
-    if (!is_body_moving_ && depth > needle_settings_.diameter_mm) return reinitialize();
-    by_tip_ = is_body_moving_;
-    if (by_tip_) {  // the gland has come to the tip
-      contact_point_ = surface_.closest_point(needle_.free_tip).point;
-      if (CutPath* old = find_old_path(contact_point_)) return enter_old_path(*old);
+    if (!body_.is_moving && depth > needle_settings_.diameter_mm) return reinitialize();
+    press_.by_tip = body_.is_moving;
+    if (press_.by_tip) {  // the gland has come to the tip
+      press_.point = surface_.closest_point(needle_.free_tip).point;
+      if (CutPath* old = find_old_path(press_.point)) return enter_old_path(*old);
     } else {
       side_.rest_at(needle_.free_tip, needle_.axis);
     }
@@ -178,21 +179,21 @@ void NeedleContact::approach() noexcept {
     return;
   }
   state_ = ContactState::kTouching;
-  slid_ = advanced_ = 0;
-  if (by_tip_) press();
+  press_.slid = press_.advanced = 0;
+  if (press_.by_tip) press();
 }
 
 // Whether the needle has come through a surface with that outward normal more by its way along itself than by its way
 // across.
 bool NeedleContact::comes_along(const Vec3& normal) const noexcept {
-  const Vec3 motion = needle_.free_tip - last_free_tip_;
+  const Vec3 motion = needle_.free_tip - last_.free_tip;
   const double along = motion.dot(needle_.axis) * -normal.dot(needle_.axis);
   return along > 0 && along >= -normal.dot(needle_.across(motion));
 }
 
 // The capsule has a hole where the needle was before, and the tissue behind it a cut.
 CutPath* NeedleContact::find_old_path(const Vec3& entry) noexcept {
-  for (CutPath& old : old_paths_) {
+  for (CutPath& old : old_.paths) {
     if (old.empty()) continue;
     const Vec3 start = old.at(0), way = old.at(settings_.landmark_spacing_mm) - start;
     if ((start - entry).norm() <= kSameEntry * needle_settings_.diameter_mm &&
@@ -203,45 +204,45 @@ CutPath* NeedleContact::find_old_path(const Vec3& entry) noexcept {
 }
 
 void NeedleContact::enter_old_path(CutPath& old) noexcept {
-  std::swap(path_, old);
+  std::swap(cut_.path, old);
   old.clear();
   state_ = ContactState::kInserted;
-  tip_s_ = 0;
-  tissue_ = tissues_.at(path_.at(path_.length()));
+  cut_.tip_s = 0;
+  cut_.tissue = tissues_.at(cut_.path.at(cut_.path.length()));
 }
 
 void NeedleContact::press() noexcept {
   const bool tip_inside = is_inside();
   if (!tip_inside && !surface_.first_hit(needle_.hub, needle_.bent_tip)) return release();
 
-  if (has_punctured_) return enter();
-  const Vec3 off_axis = needle_.across(needle_.free_tip - contact_point_);
+  if (press_.has_punctured) return enter();
+  const Vec3 off_axis = needle_.across(needle_.free_tip - press_.point);
   if (!tip_inside &&
       off_axis.norm() > settings_.surface_slip_mm) {  // dragged off: only the shaft can touch now
     if (!side_.begin(needle_.free_hub, needle_.free_tip, off_axis)) return release();
-    by_tip_ = false;
+    press_.by_tip = false;
     return;
   }
 
   // The contact point slides over the capsule once it has been dragged aside too far.
-  const Vec3 before = contact_point_, drag = needle_.across(needle_.bent_tip - contact_point_);
+  const Vec3 before = press_.point, drag = needle_.across(needle_.bent_tip - press_.point);
   if (const double length = drag.norm(); length > settings_.surface_slip_mm)
-    contact_point_ =
-        surface_.closest_point(contact_point_ + (1 - settings_.surface_slip_mm / length) * drag).point;
+    press_.point =
+        surface_.closest_point(press_.point + (1 - settings_.surface_slip_mm / length) * drag).point;
   if (bend_) slide_downhill();
-  not_pressed_ = std::max(0.0, not_pressed_ + (before - contact_point_).dot(needle_.axis));
+  press_.not_pressed = std::max(0.0, press_.not_pressed + (before - press_.point).dot(needle_.axis));
 }
 
 // What the needle's tip has gone along it while it lies beside the tissue presses on what is in front of it.
 void NeedleContact::press_beside() noexcept {
-  if (has_punctured_) return enter();
-  if (!side_.update(needle_.free_hub, needle_.free_tip, moved_)) {
+  if (press_.has_punctured) return enter();
+  if (!side_.update(needle_.free_hub, needle_.free_tip, needle_.moved)) {
     if (!surface_.inside(needle_.free_tip)) return release();
     side_.rest_at(needle_.free_tip, needle_.axis);
   }
-  const double advance = (needle_.tip - last_tip_).dot(needle_.axis);
-  advanced_ = side_.below_tip() ? std::max(0.0, advanced_ + advance) : 0;
-  if (side_.below_tip()) contact_point_ = *side_.below_tip();
+  const double advance = (needle_.tip - last_.tip).dot(needle_.axis);
+  press_.advanced = side_.below_tip() ? std::max(0.0, press_.advanced + advance) : 0;
+  if (side_.below_tip()) press_.point = *side_.below_tip();
 }
 
 // Bent or not: once released it springs back to its line.
@@ -250,29 +251,29 @@ bool NeedleContact::is_inside() const noexcept {
 }
 
 void NeedleContact::enter() noexcept {
-  tip_relaxed_n_.setZero();
+  press_.relaxed_n.setZero();
   state_ = ContactState::kInserted;
-  was_inserted_ = true;
-  has_punctured_ = false;
-  path_.start(contact_point_);
-  tip_s_ = 0;
-  tissue_ = tissues_.at(contact_point_ + kInsideMargin * needle_.axis);
+  old_.was_inserted = true;
+  press_.has_punctured = false;
+  cut_.path.start(press_.point);
+  cut_.tip_s = 0;
+  cut_.tissue = tissues_.at(press_.point + kInsideMargin * needle_.axis);
 }
 
 void NeedleContact::follow_path(const DisplacementField* last_field) noexcept {
   if (state_ == ContactState::kThrough) {
-    const Vec3 exit = path_.at(path_.length());
+    const Vec3 exit = cut_.path.at(cut_.path.length());
     const Vec3 carried = last_field ? last_field->displacement_at(exit) : Vec3(Vec3::Zero());
     if ((needle_.bent_tip - exit - carried).dot(needle_.axis) > 0) return;
     state_ = ContactState::kInserted;
-    tip_s_ = path_.length();
+    cut_.tip_s = cut_.path.length();
   }
-  if (tip_s_ == 0 && !is_inside()) return release();
-  if (tip_s_ < path_.length() &&
-      needle_.across(needle_.bent_tip - path_.at(tip_s_)).norm() > settings_.leave_path_mm) {
-    path_.cut_off(tip_s_);
-    tissue_ = tissues_.at(path_.at(tip_s_));
-    capsule_of_ = 0;
+  if (cut_.tip_s == 0 && !is_inside()) return release();
+  if (cut_.tip_s < cut_.path.length() &&
+      needle_.across(needle_.bent_tip - cut_.path.at(cut_.tip_s)).norm() > settings_.leave_path_mm) {
+    cut_.path.cut_off(cut_.tip_s);
+    cut_.tissue = tissues_.at(cut_.path.at(cut_.tip_s));
+    cut_.capsule_of = 0;
   }
 }
 
@@ -280,13 +281,13 @@ void NeedleContact::follow_path(const DisplacementField* last_field) noexcept {
 // past it and removed at a quarter, so that it never comes near the tip's own landmark and does not flicker.
 void NeedleContact::set_shaft(const DisplacementField* last_field) noexcept {
   const double spacing = settings_.landmark_spacing_mm;
-  const auto s_of_last = [&] { return spacing * (static_cast<double>(shaft_.size()) - 1); };
-  while (!shaft_.empty() && tip_s_ < s_of_last() + 0.25 * spacing) shaft_.pop_back();
-  while (tip_s_ >= s_of_last() + 1.5 * spacing &&
-         shaft_.size() + 1 < static_cast<std::size_t>(settings_.max_landmarks)) {
-    const Vec3 X = path_.at(s_of_last() + spacing);
+  const auto s_of_last = [&] { return spacing * (static_cast<double>(cut_.shaft.size()) - 1); };
+  while (!cut_.shaft.empty() && cut_.tip_s < s_of_last() + 0.25 * spacing) cut_.shaft.pop_back();
+  while (cut_.tip_s >= s_of_last() + 1.5 * spacing &&
+         cut_.shaft.size() + 1 < static_cast<std::size_t>(settings_.max_landmarks)) {
+    const Vec3 X = cut_.path.at(s_of_last() + spacing);
     const double carried = last_field ? last_field->displacement_at(X).dot(needle_.axis) : 0;
-    shaft_.push_back({X, tissues_[tissues_.at(X)].friction_n_per_mm, carried});
+    cut_.shaft.push_back({X, tissues_[tissues_.at(X)].friction_n_per_mm, carried});
   }
 }
 
@@ -295,122 +296,123 @@ void NeedleContact::set_shaft(const DisplacementField* last_field) noexcept {
 // shrink, so that no force jumps when one is added or removed.
 double NeedleContact::tributary(std::size_t landmark) const noexcept {
   const double spacing = settings_.landmark_spacing_mm;
-  const std::size_t count = shaft_.size();
-  const bool tip = has_tip_landmark_;
+  const std::size_t count = cut_.shaft.size();
+  const bool tip = outcome_.has_tip_landmark;
   // Of the first `set` landmarks and the tip.
   const auto share = [&](std::size_t set) {
-    const auto s = [&](std::size_t i) { return i < set ? spacing * static_cast<double>(i) : tip_s_; };
+    const auto s = [&](std::size_t i) { return i < set ? spacing * static_cast<double>(i) : cut_.tip_s; };
     const std::size_t all = set + (tip ? 1 : 0), i = landmark == count ? set : landmark;
     if (i >= all) return 0.0;
     const double from = i == 0 ? 0 : 0.5 * (s(i - 1) + s(i));
-    const double to = i + 1 == all ? tip_s_ : 0.5 * (s(i) + s(i + 1));
+    const double to = i + 1 == all ? cut_.tip_s : 0.5 * (s(i) + s(i + 1));
     return to - from;
   };
   if (count == 0) return share(0);
-  const double past = tip_s_ - spacing * static_cast<double>(count - 1);
+  const double past = cut_.tip_s - spacing * static_cast<double>(count - 1);
   const double grown = std::clamp(2 * past / spacing - 1, 0.0, 1.0);
   const double without = landmark + 1 == count ? 0 : share(count - 1);
   return (1 - grown) * without + grown * share(count);
 }
 
 void NeedleContact::release() noexcept {
-  if (is_in() && !path_.empty()) {
-    std::swap(path_, old_paths_[next_old_path_]);
-    next_old_path_ = (next_old_path_ + 1) % old_paths_.size();
-    path_.clear();
+  if (is_in() && !cut_.path.empty()) {
+    std::swap(cut_.path, old_.paths[old_.next]);
+    old_.next = (old_.next + 1) % old_.paths.size();
+    cut_.path.clear();
   }
-  state_ = was_inserted_ ? ContactState::kWithdrawn : ContactState::kFree;
-  shaft_.clear();
+  state_ = old_.was_inserted ? ContactState::kWithdrawn : ContactState::kFree;
+  cut_.shaft.clear();
   side_.clear();
-  tip_s_ = 0;
-  capsule_of_ = 0;
-  has_punctured_ = false;
-  tip_reaction_n_ = 0;
-  tip_relaxed_n_.setZero();
+  cut_.tip_s = 0;
+  cut_.capsule_of = 0;
+  press_.has_punctured = false;
+  last_.tip_reaction_n = 0;
+  press_.relaxed_n.setZero();
   if (bend_) bend_->clear();
 }
 
 double NeedleContact::depth_of_tip() const noexcept {
   if (state_ == ContactState::kTouching)
-    return by_tip_ ? (needle_.tip - contact_point_).dot(needle_.axis) : advanced_;
-  return is_in() ? tip_s_ + (needle_.tip - path_.at(tip_s_)).dot(needle_.axis) : 0;
+    return press_.by_tip ? (needle_.tip - press_.point).dot(needle_.axis) : press_.advanced;
+  return is_in() ? cut_.tip_s + (needle_.tip - cut_.path.at(cut_.tip_s)).dot(needle_.axis) : 0;
 }
 
 // How far the tip has indented the capsule by its way along the needle, mm.
 double NeedleContact::pressed_mm() const noexcept {
-  return by_tip_ ? std::max(0.0, (needle_.tip - contact_point_).dot(needle_.axis) - not_pressed_) : advanced_;
+  return press_.by_tip ? std::max(0.0, (needle_.tip - press_.point).dot(needle_.axis) - press_.not_pressed)
+                       : press_.advanced;
 }
 
 void NeedleContact::add_contact() noexcept {
-  if (!by_tip_) add_side();
-  if (!by_tip_ && !(advanced_ > kRestToleranceMm)) return;
-  NeedleLandmark landmark{.position = contact_point_, .relaxed_n = tip_relaxed_n_};
+  if (!press_.by_tip) add_side();
+  if (!press_.by_tip && !(press_.advanced > kRestToleranceMm)) return;
+  NeedleLandmark landmark{.position = press_.point, .relaxed_n = press_.relaxed_n};
   const TissueContact& capsule = tissues_[0];
   const double pressed = pressed_mm();
-  landmark.if_stuck = needle_.tip - contact_point_;
-  if (!by_tip_) landmark.if_stuck = needle_.across(landmark.if_stuck) + pressed * needle_.axis;
+  landmark.if_stuck = needle_.tip - press_.point;
+  if (!press_.by_tip) landmark.if_stuck = needle_.across(landmark.if_stuck) + pressed * needle_.axis;
   // What is across is the side's, but where its point is too near for a landmark of its own.
   const auto is_near = [&](const NeedleLandmark& other) {
-    return (other.position - contact_point_).norm() < needle_settings_.diameter_mm;
+    return (other.position - press_.point).norm() < needle_settings_.diameter_mm;
   };
-  landmark.slides = !by_tip_ && std::erase_if(landmarks_, is_near) == 0;
+  landmark.slides = !press_.by_tip && std::erase_if(outcome_.landmarks, is_near) == 0;
   if (capsule.puncture_force_n > 0)
     landmark.high_n = std::min(capsule.puncture_force_n, capsule.indentation_force_n(pressed));
-  const double indentation = by_tip_ ? (needle_.bent_tip - contact_point_).norm() : pressed;
+  const double indentation = press_.by_tip ? (needle_.bent_tip - press_.point).norm() : pressed;
   const double stiffness = capsule.indentation_stiffness_n_per_mm(indentation);
   if (settings_.tip_core_mm > 0 || !(stiffness > 0))  // 0: the law of a capsule that takes no force
     landmark.spread.core_mm = settings_.inserted_tip_core_mm();
   else
     landmark.spread = {.stiffness_n_per_mm = stiffness, .axis = needle_.axis};
   add(landmark, landmark.if_stuck.dot(needle_.axis));
-  if (by_tip_) return;
+  if (press_.by_tip) return;
   // The side pushes in its direction only, also the tissue of a needle that is bent another way.
-  Vec3& if_stuck = landmarks_.back().if_stuck;
+  Vec3& if_stuck = outcome_.landmarks.back().if_stuck;
   const Vec3& direction = side_.direction();
   if_stuck = if_stuck.dot(needle_.axis) * needle_.axis + std::max(0.0, if_stuck.dot(direction)) * direction;
 }
 
 // Pushed along one direction, in which a needle that bends gives way.
 void NeedleContact::add_side() noexcept {
-  if (side_.is_saturated()) flags_ |= kStepSaturated;
+  if (side_.is_saturated()) outcome_.flags |= kStepSaturated;
   const Vec3& direction = side_.direction();
   for (const SideContact::Point& point : side_.points()) {
-    if (landmarks_.size() + 1 >= landmarks_.capacity()) break;
+    if (outcome_.landmarks.size() + 1 >= outcome_.landmarks.capacity()) break;
     NeedleLandmark landmark{.position = point.rest, .axis = direction, .slides = true};
     if (bend_) landmark.arc_mm = bend_->arc_of(point.rest);
     landmark.if_stuck = point.depth_mm * direction;
     landmark.high_n = landmark.friction_n = std::numeric_limits<double>::infinity();
     landmark.spread.core_mm = point.core_mm;
-    landmarks_.push_back(landmark);
+    outcome_.landmarks.push_back(landmark);
   }
 }
 
 // The bevel pushes the tip aside while it cuts, by its share of the cutting force.
 void NeedleContact::set_tip_force() noexcept {
-  const double cutting = state_ == ContactState::kInserted ? tip_reaction_n_ : 0;
+  const double cutting = state_ == ContactState::kInserted ? last_.tip_reaction_n : 0;
   bend_->set_tip_force(needle_settings_.bevel_force_share * cutting * bend_->bevel_direction());
 }
 
 // A capsule pushes back along its normal. Where the needle meets it obliquely, by more than friction holds, the tip
 // of a needle that bends slides downhill, as far as the needle gives under what is left; a sharp tip not far.
 void NeedleContact::slide_downhill() noexcept {
-  const Vec3 normal = surface_.closest_point(contact_point_).normal;
+  const Vec3 normal = surface_.closest_point(press_.point).normal;
   const Vec3 down = needle_.axis - needle_.axis.dot(normal) * normal;
   const double into = std::max(-normal.dot(needle_.axis), kMostOblique), aslant = down.norm();
-  const double left_n = tip_reaction_n_ * (aslant / into - kTipFriction);
+  const double left_n = last_.tip_reaction_n * (aslant / into - kTipFriction);
   const double length = needle_settings_.length_mm;
   const double wanted =
       std::min(settings_.surface_slip_mm, left_n * bend_->beam().compliance(length, length));
-  if (wanted <= slid_) return;
-  contact_point_ = surface_.closest_point(contact_point_ + (wanted - slid_) / aslant * down).point;
-  slid_ = wanted;
+  if (wanted <= press_.slid) return;
+  press_.point = surface_.closest_point(press_.point + (wanted - press_.slid) / aslant * down).point;
+  press_.slid = wanted;
 }
 
 // `elastic` and `fem` treat a single landmark as a needle's point, not a shaft, and its friction would fold the field.
 void NeedleContact::add_shaft(double motion) noexcept {
-  has_tip_landmark_ = state_ == ContactState::kInserted;
-  for (std::size_t i = 0; i < shaft_.size(); ++i) {
-    const ShaftLandmark& shaft = shaft_[i];
+  outcome_.has_tip_landmark = state_ == ContactState::kInserted;
+  for (std::size_t i = 0; i < cut_.shaft.size(); ++i) {
+    const ShaftLandmark& shaft = cut_.shaft[i];
     const Vec3 across = needle_.nearest_on_line(shaft.position) - shaft.position;
     const double friction = (shaft.friction + barbs_n_per_mm()) * tributary(i);
     add({.position = shaft.position,
@@ -418,7 +420,7 @@ void NeedleContact::add_shaft(double motion) noexcept {
          .low_n = -friction,
          .high_n = friction,
          .friction_n = friction,
-         .spread = {.core_mm = shaft_.size() == 1 ? settings_.landmark_spacing_mm : 0},
+         .spread = {.core_mm = cut_.shaft.size() == 1 ? settings_.landmark_spacing_mm : 0},
          .relaxed_n = shaft.relaxed_n},
         shaft.axial + (shaft.slips ? 0 : motion));
   }
@@ -426,55 +428,56 @@ void NeedleContact::add_shaft(double motion) noexcept {
 
 // The tip has friction too, and pushes the tissue that it does not cut.
 void NeedleContact::add_tip() noexcept {
-  const Vec3 X = path_.at(tip_s_);
+  const Vec3 X = cut_.path.at(cut_.tip_s);
   const double friction =
-      (tissues_[tissues_.at(X)].friction_n_per_mm + barbs_n_per_mm()) * tributary(shaft_.size());
+      (tissues_[tissues_.at(X)].friction_n_per_mm + barbs_n_per_mm()) * tributary(cut_.shaft.size());
   add({.position = X,
        .if_stuck = needle_.tip - X,
        .low_n = -friction,
-       .high_n = friction + (tip_s_ < path_.length() ? 0 : resistance()),
+       .high_n = friction + (cut_.tip_s < cut_.path.length() ? 0 : resistance()),
        .friction_n = friction,
        .spread = {.core_mm = settings_.inserted_tip_core_mm(),
                   .axis = needle_.axis,
                   .across_mm = 0.5 * settings_.landmark_spacing_mm},
-       .relaxed_n = tip_relaxed_n_},
-      (needle_.tip - X).dot(needle_.axis) - std::max(0.0, last_slip_));
+       .relaxed_n = press_.relaxed_n},
+      (needle_.tip - X).dot(needle_.axis) - std::max(0.0, last_.slip));
 }
 
 // What a locking needle's barbs hold, for each mm of shaft in the tissue.
 double NeedleContact::barbs_n_per_mm() const noexcept {
-  return is_locking_ && tip_s_ > 0 ? settings_.locking_force_n / tip_s_ : 0;
+  return is_locking_ && cut_.tip_s > 0 ? settings_.locking_force_n / cut_.tip_s : 0;
 }
 
 // The force that extends the cut at the end of the path, N.
 double NeedleContact::resistance() const noexcept {
-  return capsule_of_ > 0 ? tissues_[capsule_of_].puncture_force_n : tissues_[tissue_].cutting_force_n;
+  return cut_.capsule_of > 0 ? tissues_[cut_.capsule_of].puncture_force_n
+                             : tissues_[cut_.tissue].cutting_force_n;
 }
 
 // Along and across the needle a landmark's displacement is limited. `axial`: how far it is carried by the end.
 void NeedleContact::add(const NeedleLandmark& landmark, double axial) noexcept {
   const double limit = settings_.max_displacement_mm;
-  landmarks_.push_back(landmark);
-  landmarks_.back().axis = needle_.axis;
+  outcome_.landmarks.push_back(landmark);
+  outcome_.landmarks.back().axis = needle_.axis;
   const double along = landmark.if_stuck.dot(needle_.axis);
   const Vec3 across = needle_.across(landmark.if_stuck);
   if (std::abs(along) > limit || across.norm() > limit) {
-    flags_ |= kStepSaturated;
-    landmarks_.back().if_stuck = std::clamp(along, -limit, limit) * needle_.axis +
-                                 across * std::min(1.0, limit / std::max(across.norm(), limit));
+    outcome_.flags |= kStepSaturated;
+    outcome_.landmarks.back().if_stuck = std::clamp(along, -limit, limit) * needle_.axis +
+                                         across * std::min(1.0, limit / std::max(across.norm(), limit));
   }
   if (!bend_) return;
-  NeedleLandmark& added = landmarks_.back();
+  NeedleLandmark& added = outcome_.landmarks.back();
   added.arc_mm = bend_->arc_of(landmark.position + axial * needle_.axis);
   added.if_stuck += bend_->free_deflection(added.arc_mm);
 }
 
 bool NeedleContact::reaches_uncut_tissue() noexcept {
-  if (!has_tip_landmark_ || free_slip_ > 0) return false;
-  const double gap = path_.length() - tip_s_;
-  NeedleLandmark& tip = landmarks_.back();
+  if (!outcome_.has_tip_landmark || cut_.free_slip > 0) return false;
+  const double gap = cut_.path.length() - cut_.tip_s;
+  NeedleLandmark& tip = outcome_.landmarks.back();
   if (gap <= 0 || tip.slip_mm <= gap) return false;
-  free_slip_ = gap;
+  cut_.free_slip = gap;
   tip.if_stuck -= gap * needle_.axis;
   tip.high_n += resistance();
   return true;
@@ -483,61 +486,62 @@ bool NeedleContact::reaches_uncut_tissue() noexcept {
 void NeedleContact::finish(std::uint64_t tick, double period_s, double axial_stiffness,
                            double lateral_stiffness) noexcept {
   if (bend_) {
-    bend_->set_loads(landmarks_);
-    if (bend_->is_steep()) flags_ |= kStepSteep;
+    bend_->set_loads(outcome_.landmarks);
+    if (bend_->is_steep()) outcome_.flags |= kStepSteep;
   }
   sum_forces();
   update_local_model(tick, axial_stiffness, lateral_stiffness);
-  if (is_turned_) turn_to_world();
+  if (body_.is_turned) turn_to_world();
   if (const NeedleLandmark* pressing = pressing_landmark()) {
     const double full = tissues_[0].puncture_force_n;
     // A surface without a capsule opens at once.
-    has_punctured_ = full == 0 || pressing->reaction_n.dot(needle_.axis) >= full * (1 - 1e-9);
-    if (has_punctured_) ++puncture_count_;
+    press_.has_punctured = full == 0 || pressing->reaction_n.dot(needle_.axis) >= full * (1 - 1e-9);
+    if (press_.has_punctured) ++outcome_.puncture_count;
   }
-  tip_reaction_n_ = pressing_reaction();
+  last_.tip_reaction_n = pressing_reaction();
   if (settings_.relaxation_share > 0) relax(period_s);
   if (!is_in()) return;
-  for (std::size_t i = 0; i < shaft_.size(); ++i) {
-    shaft_[i].slips = landmarks_[i].slip_mm != 0;
-    const double axial =
-        landmarks_[i].if_stuck.dot(needle_.axis) - landmarks_[i].slip_mm - landmarks_[i].body_mm;
-    if (std::abs(axial - shaft_[i].axial) > kRestToleranceMm) shaft_[i].axial = axial;
+  for (std::size_t i = 0; i < cut_.shaft.size(); ++i) {
+    cut_.shaft[i].slips = outcome_.landmarks[i].slip_mm != 0;
+    const double axial = outcome_.landmarks[i].if_stuck.dot(needle_.axis) - outcome_.landmarks[i].slip_mm -
+                         outcome_.landmarks[i].body_mm;
+    if (std::abs(axial - cut_.shaft[i].axial) > kRestToleranceMm) cut_.shaft[i].axial = axial;
   }
-  last_slip_ = has_tip_landmark_ ? free_slip_ + landmarks_.back().slip_mm : 0;
-  if (has_tip_landmark_ && std::abs(last_slip_) > kRestToleranceMm) move_tip(last_slip_);
-  insertion_depth_ = tip_s_;
+  last_.slip = outcome_.has_tip_landmark ? cut_.free_slip + outcome_.landmarks.back().slip_mm : 0;
+  if (outcome_.has_tip_landmark && std::abs(last_.slip) > kRestToleranceMm) move_tip(last_.slip);
+  outcome_.insertion_depth = cut_.tip_s;
 }
 
 void NeedleContact::finish_unsolved(std::uint64_t tick, double period_s) noexcept {
   const double kept = std::exp(-period_s / kUnsolvedFade);
-  NeedleForces& f = forces_;
+  NeedleForces& f = outcome_.forces;
   for (Vec3* v : {&f.force_n, &f.guide_n, &f.tip_torque_nmm, &f.hub_torque_nmm}) *v *= kept;
   for (double* n : {&f.axial_n, &f.lateral_n, &f.cutting_n, &f.friction_n}) *n *= kept;
-  has_punctured_ = false;
-  tip_reaction_n_ = 0;
-  const double motion = (needle_.tip - last_tip_).dot(needle_.axis);
-  for (ShaftLandmark& shaft : shaft_) shaft.slips = true;
-  last_slip_ = has_tip_landmark_ ? motion : 0;
-  if (has_tip_landmark_) move_tip(motion);
-  insertion_depth_ = is_in() ? tip_s_ : 0;
-  local_model_ = {};
-  local_model_.tick = tick;
-  local_model_.in_contact = true;
-  local_model_.is_stuck = false;
-  local_model_.reference_tip = local_model_.contact_point = needle_.tip;
-  local_model_.axis = needle_.axis;
-  if (is_turned_) {
-    local_model_.axis = turn_ * needle_.axis;
-    local_model_.reference_tip = local_model_.contact_point = last_world_tip_;
+  press_.has_punctured = false;
+  last_.tip_reaction_n = 0;
+  const double motion = (needle_.tip - last_.tip).dot(needle_.axis);
+  for (ShaftLandmark& shaft : cut_.shaft) shaft.slips = true;
+  last_.slip = outcome_.has_tip_landmark ? motion : 0;
+  if (outcome_.has_tip_landmark) move_tip(motion);
+  outcome_.insertion_depth = is_in() ? cut_.tip_s : 0;
+  outcome_.local_model = {};
+  outcome_.local_model.tick = tick;
+  outcome_.local_model.in_contact = true;
+  outcome_.local_model.is_stuck = false;
+  outcome_.local_model.reference_tip = outcome_.local_model.contact_point = needle_.tip;
+  outcome_.local_model.axis = needle_.axis;
+  if (body_.is_turned) {
+    outcome_.local_model.axis = body_.turn * needle_.axis;
+    outcome_.local_model.reference_tip = outcome_.local_model.contact_point = last_.world_tip;
   }
-  local_model_.lateral_n = forces_.force_n;
+  outcome_.local_model.lateral_n = outcome_.forces.force_n;
 }
 
 // Of a tip on the intact capsule, what it presses with; null: it does not.
 const NeedleLandmark* NeedleContact::pressing_landmark() const noexcept {
-  if (state_ != ContactState::kTouching || landmarks_.empty()) return nullptr;
-  return by_tip_ || landmarks_.back().axis == needle_.axis ? &landmarks_.back() : nullptr;
+  if (state_ != ContactState::kTouching || outcome_.landmarks.empty()) return nullptr;
+  return press_.by_tip || outcome_.landmarks.back().axis == needle_.axis ? &outcome_.landmarks.back()
+                                                                         : nullptr;
 }
 
 // dr/dt = (share · K⁻¹u − r)/τ at each landmark's material point. A tip that cuts comes to tissue that has not relaxed.
@@ -548,47 +552,51 @@ void NeedleContact::relax(double period_s) noexcept {
     return Vec3(landmark.relaxed_n + done * (settings_.relaxation_share * at_once - landmark.relaxed_n));
   };
   if (is_beside()) {
-    tip_relaxed_n_.setZero();
+    press_.relaxed_n.setZero();
     return;
   }
   const bool has_shaft = is_in();
-  for (std::size_t i = 0; has_shaft && i < shaft_.size(); ++i) shaft_[i].relaxed_n = relaxed(landmarks_[i]);
-  if (!has_tip_landmark_ && state_ != ContactState::kTouching) {
-    tip_relaxed_n_.setZero();
+  for (std::size_t i = 0; has_shaft && i < cut_.shaft.size(); ++i)
+    cut_.shaft[i].relaxed_n = relaxed(outcome_.landmarks[i]);
+  if (!outcome_.has_tip_landmark && state_ != ContactState::kTouching) {
+    press_.relaxed_n.setZero();
     return;
   }
-  const double fresh =
-      has_tip_landmark_ ? (free_slip_ + landmarks_.back().slip_mm) / settings_.landmark_spacing_mm : 0;
-  tip_relaxed_n_ = std::clamp(1 - std::abs(fresh), 0.0, 1.0) * relaxed(landmarks_.back());
+  const double fresh = outcome_.has_tip_landmark ? (cut_.free_slip + outcome_.landmarks.back().slip_mm) /
+                                                       settings_.landmark_spacing_mm
+                                                 : 0;
+  press_.relaxed_n = std::clamp(1 - std::abs(fresh), 0.0, 1.0) * relaxed(outcome_.landmarks.back());
 }
 
 // Of what the tip cuts or presses on, N.
 double NeedleContact::pressing_reaction() const noexcept {
   const bool presses = pressing_landmark() != nullptr;
-  if (landmarks_.empty() || !(presses || (has_tip_landmark_ && tip_s_ == path_.length()))) return 0;
-  const double along = landmarks_.back().reaction_n.dot(needle_.axis);
-  return std::max(0.0, presses ? along : along - landmarks_.back().friction_n);
+  if (outcome_.landmarks.empty() ||
+      !(presses || (outcome_.has_tip_landmark && cut_.tip_s == cut_.path.length())))
+    return 0;
+  const double along = outcome_.landmarks.back().reaction_n.dot(needle_.axis);
+  return std::max(0.0, presses ? along : along - outcome_.landmarks.back().friction_n);
 }
 
 // The tip has slipped past its material point.
 void NeedleContact::move_tip(double distance) noexcept {
-  if (distance <= 0 || tip_s_ + distance <= path_.length()) {
-    tip_s_ = std::max(0.0, tip_s_ + distance);
+  if (distance <= 0 || cut_.tip_s + distance <= cut_.path.length()) {
+    cut_.tip_s = std::max(0.0, cut_.tip_s + distance);
     return;
   }
-  const double rest = tip_s_ + distance - path_.length();
-  if (capsule_of_ > 0) {
-    ++puncture_count_;
-    tissue_ = capsule_of_;
-    capsule_of_ = 0;
+  const double rest = cut_.tip_s + distance - cut_.path.length();
+  if (cut_.capsule_of > 0) {
+    ++outcome_.puncture_count;
+    cut_.tissue = cut_.capsule_of;
+    cut_.capsule_of = 0;
   }
   cut(rest);
 }
 
 void NeedleContact::cut(double distance) noexcept {
-  const Vec3 from = path_.at(path_.length());
+  const Vec3 from = cut_.path.at(cut_.path.length());
   // Along the tip's tangent, so that the tissue beside it keeps its displacement: X + u(X) = tip goes on to hold.
-  const Vec3 ahead = bend_ ? Vec3(needle_.axis + 0.5 * (last_slope_ + bend_->tip_slope())) : needle_.axis;
+  const Vec3 ahead = bend_ ? Vec3(needle_.axis + 0.5 * (last_.slope + bend_->tip_slope())) : needle_.axis;
   const Vec3 to = from + stop_at_capsule(from, from + distance * ahead) * distance * ahead;
   // A cut from the entry starts on the surface and may report that entry: the first crossing outwards counts.
   std::array<SurfaceHit, 4> buffer;
@@ -596,21 +604,21 @@ void NeedleContact::cut(double distance) noexcept {
   const auto exit =
       std::find_if(hits.begin(), hits.end(), [](const SurfaceHit& hit) { return !hit.entering; });
   if (exit != hits.end()) {
-    path_.extend_to(exit->point - kInsideMargin * needle_.axis);
+    cut_.path.extend_to(exit->point - kInsideMargin * needle_.axis);
     state_ = ContactState::kThrough;
-    capsule_of_ = 0;
+    cut_.capsule_of = 0;
   } else {
-    path_.extend_to(to);
+    cut_.path.extend_to(to);
   }
-  tip_s_ = path_.length();
+  cut_.tip_s = cut_.path.length();
 }
 
 // The share of the cut up to where it enters a tissue with a capsule; 1 where it enters none.
 double NeedleContact::stop_at_capsule(const Vec3& from, const Vec3& to) noexcept {
   const std::size_t next = tissues_.at(to);
-  if (next == tissue_) return 1;
+  if (next == cut_.tissue) return 1;
   if (next == 0 || tissues_[next].puncture_force_n == 0) {
-    tissue_ = next;
+    cut_.tissue = next;
     return 1;
   }
   double outside = 0, inside = 1;
@@ -618,55 +626,58 @@ double NeedleContact::stop_at_capsule(const Vec3& from, const Vec3& to) noexcept
     const double middle = 0.5 * (outside + inside);
     (tissues_.at(from + middle * (to - from)) == next ? inside : outside) = middle;
   }
-  capsule_of_ = next;
+  cut_.capsule_of = next;
   return inside;
 }
 
 void NeedleContact::sum_forces() noexcept {
-  forces_ = {};
-  for (const NeedleLandmark& landmark : landmarks_) {
+  outcome_.forces = {};
+  for (const NeedleLandmark& landmark : outcome_.landmarks) {
     // What slides passes on nothing across its axis, though a little is left of it in the solution.
     const Vec3 force = landmark.slides ? Vec3(-landmark.reaction_n.dot(landmark.axis) * landmark.axis)
                                        : Vec3(-landmark.reaction_n);
     Vec3 at = needle_.nearest_on_line(landmark.position + landmark.if_stuck - landmark.body);
-    if (bend_ && &landmark == &landmarks_.back()) at += bend_->tip_deflection();  // of the others, little
-    forces_.force_n += force;
-    forces_.tip_torque_nmm += (at - needle_.tip).cross(force);
+    if (bend_ && &landmark == &outcome_.landmarks.back())
+      at += bend_->tip_deflection();  // of the others, little
+    outcome_.forces.force_n += force;
+    outcome_.forces.tip_torque_nmm += (at - needle_.tip).cross(force);
     const double along = -force.dot(needle_.axis);
     const double rubbed = std::clamp(along, -landmark.friction_n, landmark.friction_n);
-    forces_.friction_n += rubbed;
-    forces_.cutting_n += std::max(0.0, along - rubbed);
+    outcome_.forces.friction_n += rubbed;
+    outcome_.forces.cutting_n += std::max(0.0, along - rubbed);
   }
   if (bend_) {
-    forces_.force_n += bend_->tip_force_n();
-    forces_.tip_torque_nmm += bend_->tip_deflection().cross(bend_->tip_force_n());
+    outcome_.forces.force_n += bend_->tip_force_n();
+    outcome_.forces.tip_torque_nmm += bend_->tip_deflection().cross(bend_->tip_force_n());
   }
-  forces_.axial_n = forces_.cutting_n + forces_.friction_n;
-  forces_.lateral_n = needle_.across(forces_.force_n).norm();
+  outcome_.forces.axial_n = outcome_.forces.cutting_n + outcome_.forces.friction_n;
+  outcome_.forces.lateral_n = needle_.across(outcome_.forces.force_n).norm();
   if (bend_) add_guide();
-  forces_.hub_torque_nmm = forces_.tip_torque_nmm + (needle_.tip - needle_.hub).cross(forces_.force_n);
+  outcome_.forces.hub_torque_nmm =
+      outcome_.forces.tip_torque_nmm + (needle_.tip - needle_.hub).cross(outcome_.forces.force_n);
 }
 
 // What the template's hole does, which the hand feels beside the tissue.
 void NeedleContact::add_guide() noexcept {
-  forces_.guide_n = bend_->guide_force_n();
-  forces_.force_n += forces_.guide_n;
-  forces_.tip_torque_nmm += bend_->guide_place().cross(forces_.guide_n);
+  outcome_.forces.guide_n = bend_->guide_force_n();
+  outcome_.forces.force_n += outcome_.forces.guide_n;
+  outcome_.forces.tip_torque_nmm += bend_->guide_place().cross(outcome_.forces.guide_n);
 }
 
 // Contact is solved in the body's frame; forces and the local model are the world's.
 void NeedleContact::turn_to_world() noexcept {
-  for (Vec3* v : {&forces_.force_n, &forces_.guide_n, &forces_.tip_torque_nmm, &forces_.hub_torque_nmm,
-                  &local_model_.axis, &local_model_.lateral_n})
-    *v = turn_ * *v;
-  for (Vec3* p : {&local_model_.reference_tip, &local_model_.contact_point})
-    *p = last_world_tip_ + turn_ * (*p - needle_.tip);
+  for (Vec3* v :
+       {&outcome_.forces.force_n, &outcome_.forces.guide_n, &outcome_.forces.tip_torque_nmm,
+        &outcome_.forces.hub_torque_nmm, &outcome_.local_model.axis, &outcome_.local_model.lateral_n})
+    *v = body_.turn * *v;
+  for (Vec3* p : {&outcome_.local_model.reference_tip, &outcome_.local_model.contact_point})
+    *p = last_.world_tip + body_.turn * (*p - needle_.tip);
 }
 
 // The local stiffness is that of the capsule's indentation where it is softer than the tissue, else the tissue's.
 void NeedleContact::update_local_model(std::uint64_t tick, double axial_stiffness,
                                        double lateral_stiffness) noexcept {
-  LocalContactModel& m = local_model_;
+  LocalContactModel& m = outcome_.local_model;
   m = {};
   m.tick = tick;
   m.reference_tip = needle_.tip;
@@ -674,25 +685,26 @@ void NeedleContact::update_local_model(std::uint64_t tick, double axial_stiffnes
   m.axis = needle_.axis;
   if (bend_ && bend_->is_held_by_template()) {
     m.in_contact = true;
-    m.lateral_n = forces_.guide_n;
+    m.lateral_n = outcome_.forces.guide_n;
     m.lateral_stiffness_n_per_mm = bend_->stiffness_at_hole();
   }
-  if (landmarks_.empty()) return m.in_contact ? void() : add_capsule_ahead();
+  if (outcome_.landmarks.empty()) return m.in_contact ? void() : add_capsule_ahead();
   m.in_contact = true;
   // A side that a hole turns pushes a little along the needle, whatever the needle's way.
-  const double aslant_n = pushed_aslant_n(), axial_n = forces_.axial_n - aslant_n;
-  m.lateral_n = needle_.across(forces_.force_n - forces_.guide_n) - aslant_n * needle_.axis + forces_.guide_n;
+  const double aslant_n = pushed_aslant_n(), axial_n = outcome_.forces.axial_n - aslant_n;
+  m.lateral_n = needle_.across(outcome_.forces.force_n - outcome_.forces.guide_n) - aslant_n * needle_.axis +
+                outcome_.forces.guide_n;
   m.lateral_stiffness_n_per_mm += lateral_stiffness;
   m.axial_stiffness_n_per_mm = axial_stiffness;
-  for (const NeedleLandmark& landmark : landmarks_) {
+  for (const NeedleLandmark& landmark : outcome_.landmarks) {
     if (landmark.axis != needle_.axis) continue;  // beside
     m.axial_min_n += landmark.low_n;
     m.axial_max_n += landmark.high_n;
     m.is_stuck &= landmark.slip_mm == 0;
   }
-  m.is_capsule = has_tip_landmark_ && capsule_of_ > 0 && tip_s_ == path_.length();
+  m.is_capsule = outcome_.has_tip_landmark && cut_.capsule_of > 0 && cut_.tip_s == cut_.path.length();
   m.after_puncture_n = m.axial_max_n;
-  if (m.is_capsule) m.after_puncture_n += tissues_[capsule_of_].cutting_force_n - resistance();
+  if (m.is_capsule) m.after_puncture_n += tissues_[cut_.capsule_of].cutting_force_n - resistance();
   if (state_ == ContactState::kTouching) {
     const TissueContact& capsule = tissues_[0];
     // What only pushes gives no force until it presses; so it waits where the tissue pushes the needle aside already.
@@ -715,7 +727,7 @@ void NeedleContact::update_local_model(std::uint64_t tick, double axial_stiffnes
 double NeedleContact::pushed_aslant_n() const noexcept {
   double sum = 0;
   if (!is_beside() || !bend_ || !bend_->is_held_aside()) return sum;
-  for (const NeedleLandmark& landmark : landmarks_)
+  for (const NeedleLandmark& landmark : outcome_.landmarks)
     if (landmark.axis != needle_.axis)
       sum += landmark.reaction_n.dot(landmark.axis) * landmark.axis.dot(needle_.axis);
   return sum;
@@ -725,16 +737,16 @@ void NeedleContact::add_capsule_ahead() noexcept {
   const auto hit = surface_.first_hit(needle_.free_tip, needle_.free_tip + kLookAhead * needle_.axis);
   if (!hit || !hit->entering || find_old_path(hit->point)) return;
   const TissueContact& capsule = tissues_[0];
-  local_model_.contact_point = hit->point;
-  local_model_.is_capsule = true;
-  local_model_.axial_stiffness_n_per_mm = capsule.capsule_n_per_mm;
-  local_model_.axial_max_n = capsule.puncture_force_n;
-  local_model_.after_puncture_n = capsule.cutting_force_n;
+  outcome_.local_model.contact_point = hit->point;
+  outcome_.local_model.is_capsule = true;
+  outcome_.local_model.axial_stiffness_n_per_mm = capsule.capsule_n_per_mm;
+  outcome_.local_model.axial_max_n = capsule.puncture_force_n;
+  outcome_.local_model.after_puncture_n = capsule.cutting_force_n;
 }
 
 double NeedleContact::load() const noexcept {
   const double full = tissues_[0].puncture_force_n;
-  return full > 0 ? std::min(1.0, (forces_.force_n - forces_.guide_n).norm() / full) : 0;
+  return full > 0 ? std::min(1.0, (outcome_.forces.force_n - outcome_.forces.guide_n).norm() / full) : 0;
 }
 
 }  // namespace brachy

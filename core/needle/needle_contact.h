@@ -63,9 +63,9 @@ class NeedleContact {
   void skip() noexcept;
 
   /// Shaft landmarks from the entry on, then the tip's, if it is in the tissue.
-  std::span<NeedleLandmark> landmarks() { return landmarks_; }
-  std::span<const NeedleLandmark> landmarks() const { return landmarks_; }
-  bool has_tip_landmark() const { return has_tip_landmark_; }
+  std::span<NeedleLandmark> landmarks() { return outcome_.landmarks; }
+  std::span<const NeedleLandmark> landmarks() const { return outcome_.landmarks; }
+  bool has_tip_landmark() const { return outcome_.has_tip_landmark; }
   const Vec3& axis() const { return needle_.axis; }
   /// A direction across the needle, unit: that in which it pushes from the side, if it does.
   Vec3 lateral_direction() const { return is_beside() ? side_.direction() : needle_.axis.unitOrthogonal(); }
@@ -91,24 +91,26 @@ class NeedleContact {
   static constexpr double kUnsolvedFade = 0.05;
 
   ContactState state() const { return state_; }
-  double insertion_depth() const { return insertion_depth_; }  ///< mm, along the cut path
-  double tip_depth() const { return tip_depth_; }              ///< mm, NeedleState::tip_depth_mm
+  double insertion_depth() const { return outcome_.insertion_depth; }  ///< mm, along the cut path
+  double tip_depth() const { return outcome_.tip_depth; }              ///< mm, NeedleState::tip_depth_mm
   Vec3 material_tip() const {
-    return path_.at(tip_s_);
-  }                                              ///< while in the tissue: the tip's material point, mm
-  double tip_arc_mm() const { return tip_s_; }   ///< of material_tip() on path()
-  const CutPath& path() const { return path_; }  ///< while in the tissue: what the needle has cut, at rest
+    return cut_.path.at(cut_.tip_s);
+  }                                                 ///< while in the tissue: the tip's material point, mm
+  double tip_arc_mm() const { return cut_.tip_s; }  ///< of material_tip() on path()
+  const CutPath& path() const {
+    return cut_.path;
+  }  ///< while in the tissue: what the needle has cut, at rest
   /// While it presses on the intact capsule: where, at rest.
-  const Vec3& contact_point() const { return contact_point_; }
-  bool is_pressing() const { return state_ == ContactState::kTouching && by_tip_; }
-  std::uint32_t puncture_count() const { return puncture_count_; }
-  std::uint32_t flags() const { return flags_; }  ///< StepFlag bits of this tick
-  const NeedleForces& forces() const { return forces_; }
-  const LocalContactModel& local_model() const { return local_model_; }
+  const Vec3& contact_point() const { return press_.point; }
+  bool is_pressing() const { return state_ == ContactState::kTouching && press_.by_tip; }
+  std::uint32_t puncture_count() const { return outcome_.puncture_count; }
+  std::uint32_t flags() const { return outcome_.flags; }  ///< StepFlag bits of this tick
+  const NeedleForces& forces() const { return outcome_.forces; }
+  const LocalContactModel& local_model() const { return outcome_.local_model; }
   /// How the needle bends, after finish; null: it is rigid.
   const NeedleBend* bend() const { return bend_ ? &*bend_ : nullptr; }
   /// A direction of the body's frame in the world's, where the needle is.
-  Vec3 direction_in_world(const Vec3& v) const { return is_turned_ ? Vec3(turn_ * v) : v; }
+  Vec3 direction_in_world(const Vec3& v) const { return body_.is_turned ? Vec3(body_.turn * v) : v; }
 
   /// Share of the outer capsule's puncture force that the needle carries, 0 … 1: the load of dynamic anchors.
   double load() const noexcept;
@@ -116,12 +118,7 @@ class NeedleContact {
   /// For StateWriter and StateReader (core/base/state_archive.h).
   template <class Archive>
   void list_state(Archive& archive) {
-    archive(state_, has_last_pose_, needle_, last_tip_, last_world_tip_, last_free_tip_, last_world_axis_,
-            moved_, is_turned_, is_body_moving_, turn_, was_inserted_);
-    archive(contact_point_, by_tip_, side_, advanced_, not_pressed_, slid_, has_punctured_);
-    archive(path_, tip_s_, tissue_, capsule_of_, free_slip_, shaft_, old_paths_, next_old_path_);
-    archive(bend_, last_slope_, tip_relaxed_n_, last_slip_, tip_reaction_n_, landmarks_, has_tip_landmark_,
-            insertion_depth_, tip_depth_, puncture_count_, flags_, forces_, local_model_);
+    archive(state_, needle_, last_, body_, press_, side_, cut_, old_, bend_, outcome_);
   }
 
  private:
@@ -130,11 +127,12 @@ class NeedleContact {
     Vec3 bent_tip = Vec3::Zero();  // by the last tick's forces
     // Of the line that it takes where nothing touches it:
     Vec3 free_hub = Vec3::Zero(), free_tip = Vec3::Zero();
+    double moved = 0;  // since the last tick, the farther of tip and hub, mm
     Vec3 nearest_on_line(const Vec3& p) const { return tip + (p - tip).dot(axis) * axis; }
     Vec3 across(const Vec3& v) const { return v - v.dot(axis) * axis; }
     template <class Archive>
     void list_state(Archive& archive) {
-      archive(hub, tip, axis, bent_tip, free_hub, free_tip);
+      archive(hub, tip, axis, bent_tip, free_hub, free_tip, moved);
     }
   };
   struct ShaftLandmark {
@@ -147,6 +145,87 @@ class NeedleContact {
     template <class Archive>
     void list_state(Archive& archive) {
       archive(position, friction, axial, slips, relaxed_n);
+    }
+  };
+
+  /// What is known of the tick before.
+  struct LastTick {
+    bool is_known = false;
+    Vec3 tip = Vec3::Zero(), free_tip = Vec3::Zero();  // in the body's frame of this tick
+    Vec3 world_tip = Vec3::Zero(), world_axis = Vec3::UnitZ();
+    Vec3 slope = Vec3::Zero();  // of the bent tip, by its forces
+    double slip = 0;            // of the tip, mm
+    double tip_reaction_n = 0;  // along the needle, in uncut tissue
+
+    template <class Archive>
+    void list_state(Archive& archive) {
+      archive(is_known, tip, free_tip, world_tip, world_axis, slope, slip, tip_reaction_n);
+    }
+  };
+  /// Whether and how the body's frame is turned against the world's.
+  struct BodyTurn {
+    bool is_turned = false;
+    bool is_moving = false;  // nor was it the world's in the last tick
+    Mat3 turn = Mat3::Identity();
+
+    template <class Archive>
+    void list_state(Archive& archive) {
+      archive(is_turned, is_moving, turn);
+    }
+  };
+  /// Touching.
+  struct Press {
+    Vec3 point = Vec3::Zero();  // material, on the surface
+    bool by_tip = false;        // the tip presses; otherwise the needle lies against the surface
+    double advanced = 0;        // how far such a needle's tip has gone along it since, mm
+    double not_pressed = 0;  // how much deeper the tip lies by sliding than by its way along the needle, mm
+    double slid = 0;         // how far the tip has slid downhill, mm
+    bool has_punctured = false;     // in the last tick
+    Vec3 relaxed_n = Vec3::Zero();  // at the tip, or where it presses
+
+    template <class Archive>
+    void list_state(Archive& archive) {
+      archive(point, by_tip, advanced, not_pressed, slid, has_punctured, relaxed_n);
+    }
+  };
+  /// Inserted, through.
+  struct Cut {
+    CutPath path;
+    double tip_s = 0;            // arc length of the tip's material point
+    std::size_t tissue = 0;      // that the end of the path lies in
+    std::size_t capsule_of = 0;  // the tissue whose capsule stops the path's end; 0: none
+    double free_slip = 0;        // part of this tick's slip within the old cut
+    std::vector<ShaftLandmark> shaft = {};
+
+    template <class Archive>
+    void list_state(Archive& archive) {
+      archive(path, tip_s, tissue, capsule_of, free_slip, shaft);
+    }
+  };
+  struct OldCuts {
+    bool was_inserted = false;   // decides between free and withdrawn
+    std::vector<CutPath> paths;  // kOldPaths, unused ones empty
+    std::size_t next = 0;
+
+    template <class Archive>
+    void list_state(Archive& archive) {
+      archive(was_inserted, paths, next);
+    }
+  };
+  /// Of a tick.
+  struct Outcome {
+    std::vector<NeedleLandmark> landmarks;
+    bool has_tip_landmark = false;
+    double insertion_depth = 0, tip_depth = 0;
+    std::uint32_t puncture_count = 0;
+    std::uint32_t flags = 0;
+    NeedleForces forces;
+    LocalContactModel local_model;
+
+    template <class Archive>
+    void list_state(Archive& archive) {
+      archive(landmarks, has_tip_landmark, insertion_depth, tip_depth, puncture_count, flags, forces,
+              local_model);
     }
   };
 
@@ -193,7 +272,7 @@ class NeedleContact {
   double pushed_aslant_n() const noexcept;
   void add_capsule_ahead() noexcept;
 
-  bool is_beside() const { return state_ == ContactState::kTouching && !by_tip_; }
+  bool is_beside() const { return state_ == ContactState::kTouching && !press_.by_tip; }
   bool is_in() const { return state_ == ContactState::kInserted || state_ == ContactState::kThrough; }
 
   const SurfaceBvh& surface_;
@@ -201,49 +280,17 @@ class NeedleContact {
   NeedleSettings needle_settings_;
   ContactSettings settings_;
 
-  ContactState state_ = ContactState::kFree;
   bool is_locking_ = false;
-  bool has_last_pose_ = false;
+  ContactState state_ = ContactState::kFree;
   Needle needle_;  // in the body's frame
-  Vec3 last_tip_ = Vec3::Zero(), last_world_tip_ = Vec3::Zero(), last_free_tip_ = Vec3::Zero();
-  Vec3 last_world_axis_ = Vec3::UnitZ();
-  double moved_ = 0;             // since the last tick, the farther of tip and hub, mm
-  bool is_turned_ = false;       // the body's frame is not the world's
-  bool is_body_moving_ = false;  // nor was it in the last tick
-  Mat3 turn_ = Mat3::Identity();
-  bool was_inserted_ = false;  // decides between free and withdrawn
-
-  // touching
-  Vec3 contact_point_ = Vec3::Zero();  // material, on the surface
-  bool by_tip_ = false;                // the tip presses; otherwise the needle lies against the surface
-  SideContact side_;                   // … as this
-  double advanced_ = 0;                // how far such a needle's tip has gone along it since, mm
-  double not_pressed_ = 0;  // how much deeper the tip lies by sliding than by its way along the needle, mm
-  double slid_ = 0;         // how far the tip has slid downhill, mm
-  bool has_punctured_ = false;  // in the last tick
-
-  // inserted, through
-  CutPath path_;
-  double tip_s_ = 0;            // arc length of the tip's material point
-  std::size_t tissue_ = 0;      // that the end of the path lies in
-  std::size_t capsule_of_ = 0;  // the tissue whose capsule stops the path's end; 0: none
-  double free_slip_ = 0;        // part of this tick's slip within the old cut
-  std::vector<ShaftLandmark> shaft_;
-  std::vector<CutPath> old_paths_;  // kOldPaths, unused ones empty
-  std::size_t next_old_path_ = 0;
-
-  std::optional<NeedleBend> bend_;     // of a flexible needle
-  Vec3 last_slope_ = Vec3::Zero();     // of the bent tip, by the last tick's forces
-  Vec3 tip_relaxed_n_ = Vec3::Zero();  // at the tip, or where it presses
-  double last_slip_ = 0;               // of the tip in the last tick, mm
-  double tip_reaction_n_ = 0;          // along the needle, of the last tick, in uncut tissue
-  std::vector<NeedleLandmark> landmarks_;
-  bool has_tip_landmark_ = false;
-  double insertion_depth_ = 0, tip_depth_ = 0;
-  std::uint32_t puncture_count_ = 0;
-  std::uint32_t flags_ = 0;
-  NeedleForces forces_;
-  LocalContactModel local_model_;
+  LastTick last_;
+  BodyTurn body_;
+  Press press_;
+  SideContact side_;  // where it does not press by its tip
+  Cut cut_;
+  OldCuts old_;
+  std::optional<NeedleBend> bend_;  // of a flexible needle
+  Outcome outcome_;
 };
 
 }  // namespace brachy

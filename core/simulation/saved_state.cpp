@@ -21,12 +21,12 @@ void Simulator::save(std::vector<std::byte>& bytes) const {
 void Simulator::restore(std::span<const std::byte> state) {
   StateReader reader(state);
   std::uint64_t format = 0;
-  std::size_t points = 0, instruments = 0, landmarks = 0;
+  std::size_t points = 0, instruments = 0, most_landmarks = 0;
   reader(format);
   if (format != kFormat) throw UserError("the saved state is of another version of brachyd");
-  reader(points, instruments, landmarks);
+  reader(points, instruments, most_landmarks);
   if (points != tissue().size() || instruments != instruments_.states().size() ||
-      landmarks != model_->max_landmarks())
+      most_landmarks != model_->max_landmarks())
     throw UserError("the saved state is another scene's");
   list_state(reader);
   field_->restore(reader, landmarks().last_settled());
