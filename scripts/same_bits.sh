@@ -96,7 +96,7 @@ replay=(--offline --simd sse4 --json)
 for scene in "$scenes"/*.toml; do
   name=$(basename "$scene" .toml)
   case $name in
-    plan | hdr_plan) continue ;;  # no scenes
+    plan | hdr_plan) continue ;;  # plans, not scenes
     perineum) trajectory=config/perineum_5mm_s.csv ;;
     three_needles) trajectory=config/insertion_three_needles.csv ;;
     million_points) trajectory=$(cut_short config/insertion.csv 4) ;;
@@ -109,7 +109,7 @@ compare "trajectory insertion_5mm_s" replay "$PWD/config/insertion_5mm_s.csv" "$
 
 # 2. Every kernel on the default scene, with and without a stiffer region where it knows moduli.
 for kernel in psi30 psi31 psi32 buhmann compact_elastic elastic fem; do
-  sed "s/^kernel = .*/kernel = \"$kernel\"/" config/prostate.toml >"$scenes/kernel_$kernel.toml"
+  sed "s/^kernel = .*/kernel = \"$kernel\"/" "$scenes/prostate.toml" >"$scenes/kernel_$kernel.toml"
   trajectory=$(cut_short config/insertion.csv 4)
   compare "kernel $kernel" replay "$trajectory" "${replay[@]}" --config "$scenes/kernel_$kernel.toml" --log forces.csv
 done
