@@ -27,8 +27,8 @@ class RecordedSession {
 
   double start_s() const { return log_.offset_s(); }  ///< session time of tick 0
 
-  /// Writes what is new in `state`, and keeps `saved` unless it is null. Returns and logs the text of a failure, once; seeds are retried at the
-  /// next call.
+  /// Writes what is new in `state`, and keeps `saved` unless it is null. Returns and logs the text of a failure, once;
+  /// seeds are retried at the next call.
   std::optional<std::string> record(const MeshState& state, const SavedTick* saved = nullptr);
   void sync() const noexcept { log_.sync_seeds(); }
 

@@ -7,9 +7,8 @@
 
 namespace brachy {
 
-/// The states that a session's directory keeps of its run (Simulator::save), so that a replay can start in the middle: a
-/// file for each, `states/STATE_S.bin`, by the session's time in seconds. Each has a checksum, and is complete or not
-/// there.
+/// The states that a session's directory keeps of its run (Simulator::save), so that a replay can start in the middle:
+/// a file for each, `states/SECONDS.bin`, by the session's time. Each has a checksum, and is complete or not there.
 constexpr double kStatePeriodS = 10;  ///< one in so many seconds
 
 struct SessionState {

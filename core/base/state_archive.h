@@ -17,7 +17,7 @@
 
 namespace brachy {
 
-/// The state of a run as bytes, from which it goes on bit for bit (core/simulation/saved_state.h). A class lists its
+/// The state of a run as bytes, from which it goes on bit for bit (core/simulation/saved_state.cpp). A class lists its
 /// members once, for writing and reading:
 ///
 ///     template <class Archive>
@@ -86,8 +86,8 @@ class StateWriter {
 };
 
 /// Reads what a StateWriter has written, into objects that were constructed alike.
-/// Errors: UserError where the bytes end too early, an array in them is longer than they are, or there are more or fewer
-/// of what is constructed with a scene. Objects are then half read: do not use them.
+/// Errors: UserError where the bytes end too early, an array in them is longer than they are, or there are more or
+/// fewer of what is constructed with a scene. Objects are then half read: do not use them.
 class StateReader {
  public:
   static constexpr bool kReads = true;

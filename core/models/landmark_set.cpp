@@ -124,7 +124,7 @@ LandmarkSet LandmarkSet::last_settled() const {
   return set;
 }
 
-void LandmarkSet::number_anew(bool has_settled, bool is_settled) noexcept {
+void LandmarkSet::renumber(bool has_settled, bool is_settled) noexcept {
   settled_.revision = {};
   if (has_settled) settled_.revision = {new_number(), new_number(), new_number(), new_number(), new_number()};
   revision_ = is_settled ? settled_.revision : Revision();

@@ -85,18 +85,18 @@ class LandmarkSet {
   /// Whether number was called since the last change, as far as that can be told: for asserts. Takes a comparison.
   bool is_numbered() const noexcept;
 
-  /// For StateWriter and StateReader (core/base/state_archive.h). Numbers are this process's: what is read is numbered
-  /// anew.
+  /// For StateWriter and StateReader (core/base/state_archive.h). Numbers are this process's, so what is read gets
+  /// new ones.
   template <class Archive>
   void list_state(Archive& archive) {
     bool has_settled = settled_.revision != Revision(), is_settled = revision_ == settled_.revision;
     archive(positions, displacements, spreads, compliance, owners, anchors, has_settled, is_settled);
     archive(settled_.positions, settled_.displacements, settled_.spreads, settled_.compliance);
-    if constexpr (Archive::kReads) number_anew(has_settled, is_settled);
+    if constexpr (Archive::kReads) renumber(has_settled, is_settled);
   }
 
  private:
-  void number_anew(bool has_settled, bool is_settled) noexcept;
+  void renumber(bool has_settled, bool is_settled) noexcept;
 
   /// What the present landmarks are compared with. A part is copied where its number is new, so that displacements
   /// stay those of the first tick of their number: in steps below the tolerance nothing drifts.

@@ -5,8 +5,8 @@
 #include "core/injectivity/certificate.h"
 #include "core/kernels/landmark_spread.h"
 
-/// The members of the plain structs that a field's state is made of, for StateWriter and StateReader. Each binding names
-/// all of them, so that a new member does not compile until it is in its list.
+/// The members of the plain structs that a field's state is made of, for StateWriter and StateReader. Each binding
+/// names all of them, so that a new member does not compile until it is in its list.
 namespace brachy {
 
 template <class Archive>

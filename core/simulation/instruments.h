@@ -20,12 +20,12 @@ namespace brachy {
 /// Threads: one. Real-time: no allocation after construction, no exceptions.
 class Instruments {
  public:
-  /// `model` must outlive this. `knows_forces`: TissueField::knows_forces of the field that the contacts are solved with.
+  /// `model` must outlive this. `knows_forces`: TissueField::knows_forces of the field that solves the contacts.
   Instruments(const SimulationModel& model, bool knows_forces);
 
-  /// Begins the contacts of tick `tick` at `poses`, by id (not present, or fewer than there are instruments: none), each
-  /// as the hand really holds it (ClinicalNoise) and bone lets it (BoneStop). `last_field`, `frame`: the last tick's, as
-  /// NeedleContact::begin. Returns the contacts' StepFlag bits.
+  /// Begins the contacts of tick `tick` at `poses`, by id (not present, or fewer than there are instruments: none),
+  /// each as the hand really holds it (ClinicalNoise) and bone lets it (BoneStop). `last_field`, `frame`: the last
+  /// tick's, as NeedleContact::begin. Returns the contacts' StepFlag bits.
   std::uint32_t begin(std::uint64_t tick, std::span<const NeedlePose> poses,
                       const DisplacementField& last_field, const BodyFrame& frame) noexcept;
   /// In place of begin, in a tick that leaves contacts and forces as they are: it only takes the poses.

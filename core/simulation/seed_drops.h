@@ -14,7 +14,7 @@
 
 namespace brachy {
 
-/// The seeds of a run: those in the needles, those in the tissue, and those that were asked for and are not in the body.
+/// The seeds of a run: in the needles, in the tissue, and those that were asked for and are not in the body.
 /// Threads: one. Real-time: no allocation after construction.
 class SeedDrops {
  public:

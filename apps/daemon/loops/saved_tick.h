@@ -11,15 +11,15 @@ namespace brachy {
 /// A tick and the simulator's state after it, for a session to keep.
 struct SavedTick {
   SavedTick() = default;
-  /// With room for every state of this simulator, so that saving one does not allocate: needles in the tissue and seeds
-  /// make it larger than it is at rest, by far less than this.
+  /// With space for every state of this simulator, so that saving one does not allocate: needles in the tissue and
+  /// seeds make it larger than it is at rest, by far less than this.
   explicit SavedTick(const Simulator& simulator) {
     simulator.save(bytes);
-    room = 2 * bytes.size() + kMoreBytes;
-    bytes.reserve(room);
+    capacity = 2 * bytes.size() + kMoreBytes;
+    bytes.reserve(capacity);
   }
-  SavedTick(const SavedTick& other) : tick(other.tick), room(other.room) {
-    bytes.reserve(room);
+  SavedTick(const SavedTick& other) : tick(other.tick), capacity(other.capacity) {
+    bytes.reserve(capacity);
     bytes.assign(other.bytes.begin(), other.bytes.end());
   }
   SavedTick& operator=(const SavedTick&) = delete;
@@ -29,7 +29,7 @@ struct SavedTick {
 
  private:
   static constexpr std::size_t kMoreBytes = 1 << 20;
-  std::size_t room = 0;
+  std::size_t capacity = 0;
 };
 
 }  // namespace brachy

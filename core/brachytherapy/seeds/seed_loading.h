@@ -84,8 +84,9 @@ class SeedLoading {
 
     template <class Archive>
     void list_state(Archive& archive) {
-      archive(is_known, button, is_asked, request_failed, waits, has_refused, plan_needle, carried, is_loaded_for_press,
-              hole, was_out, was_free, load_number, pushed_mm, press_tip, axis, last_tip, tip);
+      archive(is_known, button, is_asked, request_failed, waits, has_refused, plan_needle, carried,
+              is_loaded_for_press, hole, was_out, was_free, load_number, pushed_mm, press_tip, axis, last_tip,
+              tip);
     }
   };
   void press(Held& held, const RigidTransform& X_WN) noexcept;

@@ -77,7 +77,7 @@ TEST(DeformationLoop, SavesATickEverySoOften) {
   HandOver<DroppedSeeds> seeds(DroppedSeeds(run.simulator.initial_state()));
   HandOver<LoopStatistics> statistics;
   HandOver<SavedTick> saves{SavedTick(run.simulator)};
-  const std::byte* const room = saves.writer.slot().bytes.data();
+  const std::byte* const memory = saves.writer.slot().bytes.data();
   std::stop_source stop;
   NotingDevice device;
   device.on_asked = [&](std::size_t tick) {
@@ -90,7 +90,7 @@ TEST(DeformationLoop, SavesATickEverySoOften) {
   run_deformation_loop(stop.get_token(), clock, run, ports);
   ASSERT_TRUE(saves.reader.update());
   EXPECT_EQ(saves.reader.value().tick, 40u);
-  EXPECT_EQ(saves.reader.value().bytes.data(), room);
+  EXPECT_EQ(saves.reader.value().bytes.data(), memory);
   Simulator again(model);
   again.restore(saves.reader.value().bytes);
   MeshState slot = again.initial_state();
