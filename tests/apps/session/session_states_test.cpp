@@ -47,21 +47,28 @@ TEST(SessionStates, WithoutAnyTheFolderIsNamed) {
   }
 }
 
-// Every byte changed, and every length cut: refused, or what was written.
+// Every byte changed, and every length cut: refused; only in the bits that fill deflate's last byte nothing is lost.
 TEST(SessionStates, ADamagedOneIsRefused) {
   const TempFolder folder;
   const auto bytes = some_bytes(3000, 1);
   write_session_state(path_of(folder), 10, bytes);
   const std::string file = (folder / "states" / "00010.000.bin").string(), whole = read_file(file);
   ASSERT_GT(whole.size(), 100u);
+  int taken = 0;
   for (std::size_t i = 0; i < whole.size(); ++i) {
     std::string changed = whole;
     changed[i] = static_cast<char>(changed[i] ^ 0x20);
     folder.write("states/00010.000.bin", changed);
-    EXPECT_THROW(load_session_state(path_of(folder), 10), UserError) << i;
+    try {
+      EXPECT_EQ(load_session_state(path_of(folder), 10).bytes, bytes) << i;
+      ++taken;
+    } catch (const UserError& e) {
+      EXPECT_NE(std::string(e.what()).find("00010.000.bin"), std::string::npos) << e.what();
+    }
     folder.write("states/00010.000.bin", whole.substr(0, i));
     EXPECT_THROW(load_session_state(path_of(folder), 10), UserError) << i;
   }
+  EXPECT_LE(taken, 1);
 }
 
 TEST(SessionStates, WhatCannotBeWrittenIsSaidAndLeavesNothingHalf) {
