@@ -55,6 +55,7 @@ compare() {
       cd "$folder"
       "${!side}/brachy" "$@" >"$folder.json" 2>"$folder.err"
       drop_times <"$folder.json" >report.json
+      rm -rf session/states  # of their own version's members
       # Of force logs the columns that earlier versions have.
       if [[ -f forces.csv ]]; then cut -d, -f1-13 forces.csv >kept && mv kept forces.csv; fi
     ) &

@@ -157,7 +157,7 @@ TEST(DaemonForce, ANeedlePushedIntoTheCapsuleIsPushedBackAsTheTissueDoes) {
   ASSERT_TRUE(hand.arm_fully());
   ASSERT_EQ(hand.needle().contact, ContactState::kInserted);
   EXPECT_GT(hand.needle().forces.force_n.norm(), 3.5);  // more than the device's limit
-  EXPECT_NEAR(hand.force_n(), 3.3, 1e-9);
+  ASSERT_TRUE(hand.until([&] { return std::abs(hand.force_n() - 3.3) < 1e-9; }));
   EXPECT_TRUE(hand.flags() & net::kForceLimited);
   ASSERT_TRUE(hand.go(way_out()));
   ASSERT_TRUE(hand.arm_fully());
@@ -248,7 +248,7 @@ TEST(DaemonForce, AStalledDeviceLosesItsForceAndIsToldSo) {
   EXPECT_EQ(hand.count(Intervention::kStale), before + 1);
   const std::vector<net::ForceMessage> until_then = hand.peer.forces;
   ASSERT_TRUE(hand.arm_fully());
-  EXPECT_NEAR(hand.force_n(), 3.3, 1e-9);
+  ASSERT_TRUE(hand.until([&] { return std::abs(hand.force_n() - 3.3) < 1e-9; }));
   const DaemonSummary& summary = daemon.stop();
   EXPECT_LE(hand.largest_step(), largest_allowed_step(summary));
   hand.peer.forces = until_then;
@@ -268,7 +268,7 @@ TEST(DaemonForce, APoseWithNaNTakesTheForceAway) {
   EXPECT_EQ(hand.needle().X_WN, way_in().back());
   const std::vector<net::ForceMessage> until_then = hand.peer.forces;
   ASSERT_TRUE(hand.arm_fully());
-  EXPECT_NEAR(hand.force_n(), 3.3, 1e-9);
+  ASSERT_TRUE(hand.until([&] { return std::abs(hand.force_n() - 3.3) < 1e-9; }));
   const DaemonSummary& summary = daemon.stop();
   EXPECT_LE(hand.largest_step(), largest_allowed_step(summary));
   hand.peer.forces = until_then;
