@@ -15,11 +15,11 @@ struct SavedTick {
   /// seeds make it larger than it is at rest, by far less than this.
   explicit SavedTick(const Simulator& simulator) {
     simulator.save(bytes);
-    capacity = 2 * bytes.size() + kMoreBytes;
-    bytes.reserve(capacity);
+    capacity_ = 2 * bytes.size() + kMoreBytes;
+    bytes.reserve(capacity_);
   }
-  SavedTick(const SavedTick& other) : tick(other.tick), capacity(other.capacity) {
-    bytes.reserve(capacity);
+  SavedTick(const SavedTick& other) : tick(other.tick), capacity_(other.capacity_) {
+    bytes.reserve(capacity_);
     bytes.assign(other.bytes.begin(), other.bytes.end());
   }
   SavedTick& operator=(const SavedTick&) = delete;
@@ -29,7 +29,7 @@ struct SavedTick {
 
  private:
   static constexpr std::size_t kMoreBytes = 1 << 20;
-  std::size_t capacity = 0;
+  std::size_t capacity_ = 0;
 };
 
 }  // namespace brachy
