@@ -208,11 +208,12 @@ class Daemon::Impl {
       granted.set_value(to_string(grant));
       std::vector<Device*> devices;
       for (const auto& device : devices_) devices.push_back(device.get());
-      run_deformation_loop(stop, loop_.clock(), runs_.in_use(),
-                           {runs_.reader(), devices, hand_overs_.states.writer, hand_overs_.forces.writer,
-                            hand_overs_.seeds.writer, hand_overs_.loop.writer, &changes_->for_simulator(),
-                            has_ultrasound() ? &hand_overs_.imaged_ticks.writer : nullptr,
-                            hand_overs_.saves ? &hand_overs_.saves->writer : nullptr, ticks_per_save()});
+      run_deformation_loop(
+          stop, loop_.clock(), runs_.in_use(),
+          {runs_.reader(), devices, hand_overs_.states.writer, hand_overs_.forces.writer,
+           hand_overs_.seeds.writer, hand_overs_.loop.writer, &changes_->for_simulator(),
+           has_ultrasound() ? &hand_overs_.imaged_ticks.writer : nullptr,
+           hand_overs_.saves ? &hand_overs_.saves->writer : nullptr, ticks_per_state(scene().period_s())});
     });
     std::jthread control;
     if (options_.control_thread || scene().realtime.control_thread)
@@ -287,9 +288,6 @@ class Daemon::Impl {
   const Scene& scene() const { return loaded_.scene; }
   Simulator& simulator() { return runs_.in_use().simulator; }
   bool has_ultrasound() const { return scene().ultrasound.on; }
-  std::uint64_t ticks_per_save() const {
-    return static_cast<std::uint64_t>(std::llround(kStatePeriodS / scene().period_s()));
-  }
   bool is_probe(std::size_t needle) const {
     return scene().probe.on && needle == std::size_t(scene().needle.count);
   }

@@ -5,8 +5,6 @@
 
 #include <array>
 #include <charconv>
-#include <cmath>
-#include <cstdint>
 #include <cstring>
 #include <fstream>
 #include <optional>

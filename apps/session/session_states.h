@@ -1,6 +1,8 @@
 #pragma once
 
+#include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <span>
 #include <vector>
@@ -10,6 +12,10 @@ namespace brachy {
 /// The states that a session's directory keeps of its run (Simulator::save), so that a replay can start in the middle:
 /// a file for each, `states/SECONDS.bin`, by the session's time. Each has a checksum, and is complete or not there.
 constexpr double kStatePeriodS = 10;  ///< one in so many seconds
+/// The same in ticks.
+inline std::uint64_t ticks_per_state(double period_s) {
+  return static_cast<std::uint64_t>(std::llround(kStatePeriodS / period_s));
+}
 
 struct SessionState {
   double t_s = 0;  ///< of the session, after the tick

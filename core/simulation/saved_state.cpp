@@ -1,5 +1,3 @@
-#include <cstring>
-
 #include "core/simulation/simulator.h"
 #include "core/simulation/tick_state.h"
 

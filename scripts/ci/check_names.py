@@ -54,6 +54,7 @@ def is_source(file):
     return file.endswith(".cpp")
 
 
+@functools.cache
 def text_of(file):
     return (ROOT / file).read_text()
 
@@ -105,15 +106,14 @@ class Group:
     """Files that are parsed together: no two sources declare the same, nor does a source what another's header does."""
 
     def __init__(self, used):
-        self.files, self.sources, self.names, self.around, self.used = [], 0, set(), set(), used
+        self.files, self.names, self.around, self.used = [], set(), set(), used
 
     def takes(self, file, most):
-        return (self.sources < most and self.used == namespaces_used(file)
+        return (len(self.files) < most and self.used == namespaces_used(file)
                 and not declared(file) & (self.names | self.around) and not declared_around(file) & self.names)
 
     def add(self, file):
         self.files.append(file)
-        self.sources += 1
         self.names |= declared(file)
         self.around |= declared_around(file)
 

@@ -99,7 +99,6 @@ int replay_offline(const ReplayOptions& options) {
   std::vector<NeedlePose> poses(trajectories.id_count());
   StateHash hash;
   ReplayTally tally(ids_of(trajectories));
-  const auto ticks_per_state = static_cast<std::uint64_t>(std::llround(kStatePeriodS / period_s));
   std::vector<std::byte> saved;
   Progress progress("replay");
   const auto tick = [&](const NeedlePose* held) {
@@ -130,7 +129,7 @@ int replay_offline(const ReplayOptions& options) {
     tally.add(t_s, state, changes_are_finite(state, simulator.tissue().blocks));
     if (log) add_to_log(*log, t_s, state);
     if (session) session->add(state);
-    if (session && state.summary.tick % ticks_per_state == 0) {
+    if (session && state.summary.tick % ticks_per_state(period_s) == 0) {
       simulator.save(saved);
       session->add_state(state.summary.tick, saved);
     }
