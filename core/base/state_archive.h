@@ -7,6 +7,7 @@
 #include <cstring>
 #include <optional>
 #include <span>
+#include <string>
 #include <type_traits>
 #include <utility>
 #include <vector>
@@ -50,6 +51,14 @@ class StateWriter {
            kColumns != Eigen::Dynamic) void put(const Eigen::Matrix<Scalar, kRows, kColumns>& matrix) {
     put_bytes(matrix.data(), sizeof(Scalar) * kRows * kColumns);
   }
+  void put(const std::string& text) {
+    put(text.size());
+    put_bytes(text.data(), text.size());
+  }
+  template <class T, std::size_t kCount>
+  void put(const T (&values)[kCount]) {
+    put_all(std::span<const T>(values));
+  }
   template <class T>
   void put(const std::vector<T>& values) {
     put(values.size());
@@ -74,7 +83,7 @@ class StateWriter {
   template <class T>
   requires std::is_class_v<T>
   void put(const T& object) {
-    // Members are listed once, for reading too, so the list is not const; writing changes nothing.
+    // Members are listed once, for reading too, so the list of a class is not const; writing changes nothing.
     auto& listed = const_cast<T&>(object);
     if constexpr (requires { listed.list_state(*this); })
       listed.list_state(*this);
@@ -116,6 +125,10 @@ class StateReader {
   requires(kRows != Eigen::Dynamic &&
            kColumns != Eigen::Dynamic) void get(Eigen::Matrix<Scalar, kRows, kColumns>& matrix) {
     get_bytes(matrix.data(), sizeof(Scalar) * kRows * kColumns);
+  }
+  template <class T, std::size_t kCount>
+  void get(T (&values)[kCount]) {
+    get_all(std::span<T>(values));
   }
   template <class T>
   void get(std::vector<T>& values) {

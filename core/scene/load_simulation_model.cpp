@@ -53,8 +53,7 @@ std::shared_ptr<const SimulationModel> load_simulation_model(const Scene& scene,
   settings.guard = scene.stability;
   settings.needle = scene.needle;
   settings.contact = scene.contact;
-  settings.gland = scene.gland;
-  settings.swelling = scene.swelling;
+  settings.body = {scene.gland, scene.swelling};
   settings.probe = scene.probe;
   settings.noise = scene.noise;
   settings.template_grid = scene.template_grid;

@@ -35,4 +35,10 @@ struct SwellingSettings {
   bool operator==(const SwellingSettings&) const = default;
 };
 
+/// How the gland as a whole behaves.
+struct BodySettings {
+  GlandSettings gland;
+  SwellingSettings swelling;
+};
+
 }  // namespace brachy

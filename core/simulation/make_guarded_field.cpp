@@ -40,7 +40,7 @@ struct FieldMaker {
             .max_landmarks = options.max_landmarks,
             .landmark_stiffness_n_per_mm = model.landmark_stiffness_n_per_mm(),
             .evaluates_points = !composes,
-            .keeps_matrix = model.settings.needle.bends() || model.settings.gland.moves,
+            .keeps_matrix = model.settings.needle.bends() || model.settings.body.gland.moves,
             .budget = model.work_budget()});
     if (!composes) return {std::move(field), nullptr};
     auto composition = std::make_unique<MatrixComposition>(

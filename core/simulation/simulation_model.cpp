@@ -82,8 +82,8 @@ SimulationModel::SimulationModel(Tissue tissue_at_rest, DeformationModel deforma
       settings(s),
       plan(std::move(seed_plan)),
       organs(std::move(organs_at_risk)),
-      body_at_rest(s.gland, s.swelling, apex_of(tissue),
-                   s.gland.moves ? held_compliance(tissue, deformation) : Vec6(Vec6::Zero())),
+      body_at_rest(s.body.gland, s.body.swelling, apex_of(tissue),
+                   s.body.gland.moves ? held_compliance(tissue, deformation) : Vec6(Vec6::Zero())),
       anchors(make_anchors(tissue, s.anchors, models_support(deformation))) {
   if (const auto* matrix = std::get_if<MatrixModel>(&deformation)) {
     require_in_box(tissue, matrix->body);

@@ -61,8 +61,7 @@ struct SimulationSettings {
   GuardSettings guard;
   NeedleSettings needle;
   ContactSettings contact;
-  GlandSettings gland;
-  SwellingSettings swelling;
+  BodySettings body;
   NoiseSettings noise;
   ProbeSettings probe;
   TemplateGrid template_grid;

@@ -79,18 +79,21 @@ class Simulator {
   /// an earlier tick.
   const LandmarkSet& landmarks() const { return landmarks_.set(); }
 
- private:
-  bool solve_contacts() noexcept;
-  bool is_over_budget() const noexcept;
-  void deform() noexcept;
-  void write(MeshState& state) noexcept;
+  /// For StateWriter and StateReader (core/base/state_archive.h): all but the field, which `save` adds.
   template <class Archive>
   void list_state(Archive& archive) {
     archive(tick_, flags_, is_field_due_, evaluation_counts_, instruments_, landmarks_, contact_solve_, body_,
             mesh_, seeds_, organs_);
   }
 
+ private:
+  bool solve_contacts() noexcept;
+  bool is_over_budget() const noexcept;
+  void deform() noexcept;
+  void write(MeshState& state) noexcept;
+
   std::shared_ptr<const SimulationModel> model_;
+  std::uint64_t digest_;  // the model's, for saved states
   std::unique_ptr<GuardedField> field_;
   Instruments instruments_;
   TickLandmarks landmarks_;  // of this tick, or of the one before it, whose field is due

@@ -415,7 +415,7 @@ TEST(ReplayOffline, ASessionGoesOnFromItsMiddle) {
   EXPECT_EQ(rows.substr(rows.size() - (rows_later.size() - header)), rows_later.substr(header));
 
   EXPECT_TRUE(refused_in_one_line(offline(poses, scene, {"--from", "5"}), {"states", "every 10 s"}));
-  const std::string other = folder.write("other.toml", small_scene("[needle]\ncount = 2\n"));
+  const std::string other = folder.write("other.toml", small_scene("[contact]\nrelaxation_share = 0.3\n"));
   EXPECT_TRUE(refused_in_one_line(offline(poses, other, {"--from", "17"}), {"another scene", "--config"}));
 }
 
