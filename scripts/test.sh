@@ -58,6 +58,7 @@ if ((all)); then
   stage format check_format
   stage layers scripts/ci/check_layers.py
   stage budget scripts/ci/check_budget.py
+  stage shape scripts/ci/check_shape.py
   stage documents scripts/ci/check_docs.py
 fi
 stage 'release, build' build_product

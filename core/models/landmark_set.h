@@ -45,7 +45,7 @@ class LandmarkSet {
     bool operator==(const Revision&) const = default;
   };
 
-  /// By rounding alone resting landmarks move by 1e-16 mm a tick.
+  /// By rounding alone resting landmarks move by 1e-16 mm a tick: what moves by less than this rests.
   static constexpr double kRestToleranceMm = 1e-9;
 
   std::vector<Vec3> positions, displacements;  ///< mm, n

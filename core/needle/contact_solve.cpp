@@ -12,14 +12,15 @@ ContactSolve::ContactSolve(std::size_t max_landmarks, double period_s)
     : solver_(max_landmarks), period_s_(period_s) {
   const auto n = static_cast<Eigen::Index>(max_landmarks);
   stiffness_.resize(n, n);
-  for (auto* v : {&axes_, &reactions_, &directions_, &motions_, &relaxed_, &yielded_})
+  for (auto* v : {&axes_, &reactions_, &groups_.directions, &groups_.motions, &relaxed_, &yielded_})
     v->reserve(max_landmarks);
-  for (auto* v : {&along_, &across_, &stiffnesses_}) v->reserve(max_landmarks + 1);
-  group_of_.reserve(max_landmarks);
-  instruments_.reserve(max_landmarks);
+  for (auto* v : {&along_, &across_, &groups_.stiffnesses}) v->reserve(max_landmarks + 1);
+  groups_.of.reserve(max_landmarks);
+  groups_.instruments.reserve(max_landmarks);
   owned_.reserve(max_landmarks);
   removed_.reserve(max_landmarks);
-  for (auto* v : {&stuck_, &low_, &high_, &slips_, &axial_}) v->reserve(max_landmarks);
+  for (auto* v : {&slip_.stuck, &slip_.low, &slip_.high, &slip_.slips, &slip_.axial})
+    v->reserve(max_landmarks);
 }
 
 FactorStatus ContactSolve::solve(std::uint64_t tick, std::span<NeedleContact> needles, ProbeContact* probe,
@@ -91,26 +92,27 @@ void ContactSolve::find_slips(std::span<NeedleContact> needles, ProbeContact* pr
   const auto m = static_cast<Eigen::Index>(count);
   auto H = stiffness_.topLeftCorner(m, m);
   field.axial_stiffness(first, axes_, H);
-  for (auto* v : {&stuck_, &low_, &high_, &slips_, &axial_}) v->resize(count);
+  for (auto* v : {&slip_.stuck, &slip_.low, &slip_.high, &slip_.slips, &slip_.axial}) v->resize(count);
   reactions_.resize(landmarks.positions.size());
   add_relaxed(landmarks);
 
   for (bool again = true; again;) {
     field.solve(landmarks.displacements, reactions_);
     for (std::size_t i = 0; i < count; ++i) {
-      stuck_[i] = axes_[i].dot(reactions_[first + i]);
+      slip_.stuck[i] = axes_[i].dot(reactions_[first + i]);
       const double relaxed = axes_[i].dot(relaxed_[first + i]);
-      low_[i] = landmark(i).low_n + relaxed;
-      high_[i] = landmark(i).high_n + relaxed;
+      slip_.low[i] = landmark(i).low_n + relaxed;
+      slip_.high[i] = landmark(i).high_n + relaxed;
     }
-    const ReactionSolver::Result result = solver_.solve(H, stuck_, low_, high_, slips_, axial_);
+    const ReactionSolver::Result result =
+        solver_.solve(H, slip_.stuck, slip_.low, slip_.high, slip_.slips, slip_.axial);
     if (!result.converged) flags |= kStepSlipUnsettled;
-    for (std::size_t i = 0; i < count; ++i) landmark(i).slip_mm = slips_[i];
+    for (std::size_t i = 0; i < count; ++i) landmark(i).slip_mm = slip_.slips[i];
     again = false;
     for (NeedleContact& needle : needles) again |= needle.reaches_uncut_tissue();
     for (std::size_t i = 0; i < count; ++i)
       landmarks.displacements[first + i] =
-          landmark(i).if_stuck - (again ? 0 : slips_[i]) * axes_[i] + yielded_[first + i];
+          landmark(i).if_stuck - (again ? 0 : slip_.slips[i]) * axes_[i] + yielded_[first + i];
   }
   field.solve(landmarks.displacements, reactions_);
   for (std::size_t i = 0; i < reactions_.size(); ++i) reactions_[i] -= relaxed_[i];
@@ -128,28 +130,30 @@ void ContactSolve::find_stiffnesses(std::span<const NeedleContact> needles, cons
   along_.assign(needles.size() + 1, 0);
   across_.assign(needles.size() + 1, 0);
   if (landmarks.owners.empty()) return;
-  group_of_.assign(landmarks.positions.size(), TissueField::kNoGroup);
-  motions_.assign(landmarks.positions.size(), Vec3::Zero());
-  instruments_.clear();
-  directions_.clear();
+  groups_.of.assign(landmarks.positions.size(), TissueField::kNoGroup);
+  groups_.motions.assign(landmarks.positions.size(), Vec3::Zero());
+  groups_.instruments.clear();
+  groups_.directions.clear();
   const std::size_t count = landmarks.owners.size();
   for (std::size_t i = 0; i < count; ++i) {
     const std::size_t of = landmarks.owners[i].needle;
-    auto known = std::ranges::find(instruments_, of);
-    const auto group = static_cast<std::uint32_t>(known - instruments_.begin());
-    group_of_[landmarks.anchors + i] = group;
-    const bool is_new = known == instruments_.end();
+    auto known = std::ranges::find(groups_.instruments, of);
+    const auto group = static_cast<std::uint32_t>(known - groups_.instruments.begin());
+    groups_.of[landmarks.anchors + i] = group;
+    const bool is_new = known == groups_.instruments.end();
     if (is_new) {
-      instruments_.push_back(of);
-      directions_.push_back(of == needles.size() ? probe->direction() : needles[of].lateral_direction());
+      groups_.instruments.push_back(of);
+      groups_.directions.push_back(of == needles.size() ? probe->direction()
+                                                        : needles[of].lateral_direction());
     }
     const double share = of == needles.size() ? 1 : needles[of].share_of_hand(*owned_[i]);
-    motions_[landmarks.anchors + i] = share * directions_[group];
+    groups_.motions[landmarks.anchors + i] = share * groups_.directions[group];
   }
-  stiffnesses_.resize(directions_.size());
-  field.rigid_stiffness(group_of_, motions_, stiffnesses_);
-  for (std::size_t g = 0; g < instruments_.size(); ++g)
-    (instruments_[g] == needles.size() ? along_ : across_)[instruments_[g]] = stiffnesses_[g];
+  groups_.stiffnesses.resize(groups_.directions.size());
+  field.rigid_stiffness(groups_.of, groups_.motions, groups_.stiffnesses);
+  for (std::size_t g = 0; g < groups_.instruments.size(); ++g)
+    (groups_.instruments[g] == needles.size() ? along_ : across_)[groups_.instruments[g]] =
+        groups_.stiffnesses[g];
   const auto is_along = [&](std::size_t i) { return axes_[i] == needles[landmarks.owners[i].needle].axis(); };
   for (std::size_t j = 0; j < count; ++j)
     for (std::size_t i = 0; i < count; ++i)

@@ -48,18 +48,26 @@ class ContactSolve {
   double period_s_;
   Eigen::MatrixXd stiffness_;
   std::vector<Vec3> axes_, reactions_;
-  std::vector<double> along_, across_;    // stiffness of each instrument, N/mm
-  std::vector<std::uint32_t> group_of_;   // of each landmark, for the field
-  std::vector<std::size_t> instruments_;  // of each group …
-  std::vector<Vec3> directions_;          // … and where it is moved
-  std::vector<Vec3> motions_;             // of each landmark, by 1 mm of its group's
-  std::vector<double> stiffnesses_;
+  std::vector<double> along_, across_;  // stiffness of each instrument, N/mm
+  /// The landmarks of each instrument that has some, which are moved together.
+  struct Groups {
+    std::vector<std::uint32_t> of;         // of each landmark, for the field
+    std::vector<std::size_t> instruments;  // of each group …
+    std::vector<Vec3> directions;          // … and where it is moved
+    std::vector<Vec3> motions;             // of each landmark, by 1 mm of its group's
+    std::vector<double> stiffnesses;       // N/mm
+  };
+  Groups groups_;
   std::vector<Vec3> relaxed_;           // of all landmarks, N
   std::vector<Vec3> yielded_;           // what needles and body have given back for it, mm
   std::vector<NeedleLandmark*> owned_;  // of landmarks behind the anchors
   std::vector<std::size_t> removed_;
   Vec6 body_motion_ = Vec6::Zero();
-  std::vector<double> stuck_, low_, high_, slips_, axial_;
+  /// Of the needles' landmarks, along their axes: reactions if they stuck, their bounds, N; slips, mm; reactions, N.
+  struct Slip {
+    std::vector<double> stuck, low, high, slips, axial;
+  };
+  Slip slip_;
 };
 
 }  // namespace brachy

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "core/models/landmark_set.h"
 #include "core/models/step_flag.h"
 
 namespace brachy {
@@ -20,9 +21,6 @@ constexpr double kLookAhead = 25;
 constexpr double kMostOblique = 0.5;  // cosine: a tip slides no more on a capsule that is steeper
 constexpr double kTipFriction = 0.3;  // of a tip on the capsule; an assumption
 constexpr int kBisections = 20;       // of a tick's cut: a capsule is found to 1e-6 of it
-// mm: by less a landmark has not moved along a needle, nor a tip past its material point. Rounding alone would move
-// them, and the tissue, for ever.
-constexpr double kRestToleranceMm = 1e-9;
 // Cosine of a surface's normal to the needle up to which a tip that slides over it drags it, as its side would not.
 constexpr double kFacing = -0.5;
 constexpr double kNoForceN = 1e-9, kRounding = 1e-12;
@@ -345,7 +343,7 @@ double NeedleContact::pressed_mm() const noexcept {
 
 void NeedleContact::add_contact() noexcept {
   if (!press_.by_tip) add_side();
-  if (!press_.by_tip && !(press_.advanced > kRestToleranceMm)) return;
+  if (!press_.by_tip && !(press_.advanced > LandmarkSet::kRestToleranceMm)) return;
   NeedleLandmark landmark{.position = press_.point, .relaxed_n = press_.relaxed_n};
   const TissueContact& capsule = tissues_[0];
   const double pressed = pressed_mm();
@@ -505,10 +503,10 @@ void NeedleContact::finish(std::uint64_t tick, double period_s, double axial_sti
     cut_.shaft[i].slips = outcome_.landmarks[i].slip_mm != 0;
     const double axial = outcome_.landmarks[i].if_stuck.dot(needle_.axis) - outcome_.landmarks[i].slip_mm -
                          outcome_.landmarks[i].body_mm;
-    if (std::abs(axial - cut_.shaft[i].axial) > kRestToleranceMm) cut_.shaft[i].axial = axial;
+    if (std::abs(axial - cut_.shaft[i].axial) > LandmarkSet::kRestToleranceMm) cut_.shaft[i].axial = axial;
   }
   last_.slip = outcome_.has_tip_landmark ? cut_.free_slip + outcome_.landmarks.back().slip_mm : 0;
-  if (outcome_.has_tip_landmark && std::abs(last_.slip) > kRestToleranceMm) move_tip(last_.slip);
+  if (outcome_.has_tip_landmark && std::abs(last_.slip) > LandmarkSet::kRestToleranceMm) move_tip(last_.slip);
   outcome_.insertion_depth = cut_.tip_s;
 }
 

@@ -36,24 +36,24 @@ ProbeContact::ProbeContact(const SurfaceMesh& surface, const ProbeSettings& prob
 
 // The round tip's centre is a radius behind the tip.
 Vec3 ProbeContact::nearest_on_axis(const Vec3& p) const noexcept {
-  const double along = (p - tip_).dot(axis_);
-  return tip_ + std::clamp(along, -probe_.length_mm, -0.5 * probe_.diameter_mm) * axis_;
+  const double along = (p - pose_.tip).dot(pose_.axis);
+  return pose_.tip + std::clamp(along, -probe_.length_mm, -0.5 * probe_.diameter_mm) * pose_.axis;
 }
 
 void ProbeContact::begin(const RigidTransform& X_WP, const DisplacementField& last_field,
                          const BodyFrame& frame) noexcept {
   const RigidTransform X_BP = frame.from_world(X_WP);
-  tip_ = X_BP.p;
-  axis_ = X_BP.R.col(2);
-  world_tip_ = X_WP.p;
-  turn_ = X_WP.R * X_BP.R.transpose();
+  pose_.tip = X_BP.p;
+  pose_.axis = X_BP.R.col(2);
+  pose_.world_tip = X_WP.p;
+  pose_.turn = X_WP.R * X_BP.R.transpose();
   flags_ = 0;
   landmarks_.clear();
   touching_.clear();
   for (std::size_t i = 0; i < points_.size(); ++i) update(i, last_field);
   direction_ = Vec3::Zero();
   for (const NeedleLandmark& landmark : landmarks_) direction_ += landmark.axis;
-  direction_ = direction_.norm() > 0 ? Vec3(direction_.normalized()) : Vec3(axis_.unitOrthogonal());
+  direction_ = direction_.norm() > 0 ? Vec3(direction_.normalized()) : Vec3(pose_.axis.unitOrthogonal());
 }
 
 void ProbeContact::update(std::size_t i, const DisplacementField& last_field) noexcept {
@@ -114,22 +114,22 @@ void ProbeContact::finish(std::uint64_t tick, double stiffness_n_per_mm) noexcep
     points_[touching_[i]].pressed_n = pressed;
     on_gland += landmark.reaction_n;
     const Vec3 at = nearest_on_axis(landmark.position + landmark.if_stuck - landmark.body);
-    forces_.tip_torque_nmm -= (at - tip_).cross(landmark.reaction_n);
+    forces_.tip_torque_nmm -= (at - pose_.tip).cross(landmark.reaction_n);
     if (pressed > 0) indentation_ = std::max(indentation_, landmark.if_stuck.dot(landmark.axis));
   }
   const double pushed = on_gland.norm();
   state_ = pushed > 0 ? ContactState::kTouching : ContactState::kFree;
   local_model_ = {};
   local_model_.tick = tick;
-  local_model_.axis = turn_ * axis_;
-  local_model_.reference_tip = local_model_.contact_point = world_tip_;
+  local_model_.axis = pose_.turn * pose_.axis;
+  local_model_.reference_tip = local_model_.contact_point = pose_.world_tip;
   if (pushed == 0) return;
 
   // The surroundings are pushed where the gland is.
   const double more = probe_.surroundings_n_per_mm * indentation_ / pushed;
-  const Vec3 force = -(1 + more) * (turn_ * on_gland);
+  const Vec3 force = -(1 + more) * (pose_.turn * on_gland);
   forces_.force_n = force;
-  forces_.tip_torque_nmm = (1 + more) * (turn_ * forces_.tip_torque_nmm);
+  forces_.tip_torque_nmm = (1 + more) * (pose_.turn * forces_.tip_torque_nmm);
   forces_.hub_torque_nmm =
       forces_.tip_torque_nmm + (probe_.length_mm * local_model_.axis).cross(forces_.force_n);
   forces_.axial_n = forces_.cutting_n = std::max(0.0, -force.dot(local_model_.axis));

@@ -57,8 +57,8 @@ class ProbeContact {
   /// For StateWriter and StateReader (core/base/state_archive.h).
   template <class Archive>
   void list_state(Archive& archive) {
-    archive(points_, tip_, axis_, world_tip_, turn_, state_, flags_, landmarks_, touching_, direction_,
-            indentation_, forces_, local_model_);
+    archive(points_, pose_, state_, flags_, landmarks_, touching_, direction_, indentation_, forces_,
+            local_model_);
   }
 
  private:
@@ -80,9 +80,18 @@ class ProbeContact {
   std::vector<Point> points_;
   Vec3 centre_ = Vec3::Zero();  // of the gland at rest, mm
 
-  Vec3 tip_ = Vec3::Zero(), axis_ = Vec3::UnitZ();  // in B
-  Vec3 world_tip_ = Vec3::Zero();
-  Mat3 turn_ = Mat3::Identity();  // B to W
+  /// In B, but for world_tip in W; mm.
+  struct Pose {
+    Vec3 tip = Vec3::Zero(), axis = Vec3::UnitZ();
+    Vec3 world_tip = Vec3::Zero();
+    Mat3 turn = Mat3::Identity();  // B to W
+
+    template <class Archive>
+    void list_state(Archive& archive) {
+      archive(tip, axis, world_tip, turn);
+    }
+  };
+  Pose pose_;
   ContactState state_ = ContactState::kFree;
   std::uint32_t flags_ = 0;
   std::vector<NeedleLandmark> landmarks_;

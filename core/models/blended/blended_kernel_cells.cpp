@@ -68,27 +68,35 @@ void BlendedKernelCells<Kernels>::set_field(const HeterogeneousField<Kernels>& f
 }
 
 template <class Kernels>
-void BlendedKernelCells<Kernels>::bound_shares(const Cell& cell, Shares& w) const noexcept {
+typename BlendedKernelCells<Kernels>::Shares BlendedKernelCells<Kernels>::bound_shares(
+    const Cell& cell) const noexcept {
+  Shares w;
   model_.membership.bound(cell.centre, std::numbers::sqrt3 * cell.half, std::span(w).first(reach_.size()));
+  return w;
+}
+
+template <class Kernels>
+std::size_t BlendedKernelCells<Kernels>::find_near(const Cell& cell, std::span<const std::uint32_t> from,
+                                                   std::uint32_t* to) const noexcept {
+  std::size_t near = 0;
+  for (const std::uint32_t i : from) {
+    const double d = std::sqrt(cell.squared_distance(field_.positions[i]));
+    bool reaches = false;
+    for (std::size_t m = 0; m < reach_.size(); ++m) reaches |= share(i, m) > 0 && d < reach_[m].support();
+    if (!reaches || sizes_[i] == 0) continue;
+    distances_[near] = d;
+    to[near++] = i;
+  }
+  return near;
 }
 
 template <class Kernels>
 std::size_t BlendedKernelCells<Kernels>::narrow(const Cell& cell, std::span<const std::uint32_t> from,
                                                 std::uint32_t* to, CellBounds& bounds) const noexcept {
   bounds = {};
-  const std::size_t M = reach_.size();
-  std::size_t near = 0;
-  for (const std::uint32_t i : from) {
-    const double d = std::sqrt(cell.squared_distance(field_.positions[i]));
-    bool reaches = false;
-    for (std::size_t m = 0; m < M; ++m) reaches |= share(i, m) > 0 && d < reach_[m].support();
-    if (!reaches || sizes_[i] == 0) continue;
-    distances_[near] = d;
-    to[near++] = i;
-  }
+  const std::size_t M = reach_.size(), near = find_near(cell, from, to);
   if (near == 0) return 0;
-  Shares w;
-  bound_shares(cell, w);
+  const Shares w = bound_shares(cell);
 
   std::array<Sums, Membership::kMaxTissues> sums{};
   std::size_t count = 0;
@@ -135,16 +143,21 @@ std::size_t BlendedKernelCells<Kernels>::narrow(const Cell& cell, std::span<cons
       evaluate_centre(m, cell, {to, count}, bounds.cusp, of);
       bounds.extra_work += WorkCosts::kBlendCentrePairs + 2 * count;
     }
-    bounds.slope += w[m].value * of.slope + w[m].slope * of.value;
-    bounds.curvature += 3 * w[m].value * of.norms[3] +
-                        (3 + 2 * std::numbers::sqrt3) * w[m].slope * of.norms[2] +
-                        (w[m].bends + 2 * w[m].bend) * of.slope + w[m].third * of.value;
+    add_tissue(w[m], of, bounds);
   }
   bounds.squeeze = bounds.slope;
   bounds.work = is_blend ? 4 * count + model_.membership.work() : count;
   // What is linear on both sides of a kink is interpolated to within a quarter of jump and spacing along each axis.
   bounds.rounding = kSinglePrecision * greatest + 0.25 * std::numbers::sqrt3 * cell.half * kinks;
   return count;
+}
+
+template <class Kernels>
+void BlendedKernelCells<Kernels>::add_tissue(const Membership::ShareBounds& w, const Sums& of,
+                                             CellBounds& bounds) noexcept {
+  bounds.slope += w.value * of.slope + w.slope * of.value;
+  bounds.curvature += 3 * w.value * of.norms[3] + (3 + 2 * std::numbers::sqrt3) * w.slope * of.norms[2] +
+                      (w.bends + 2 * w.bend) * of.slope + w.third * of.value;
 }
 
 // Weights cancel in u, not in the sum of their sizes: from the centre on, u_m and ∇u_m change by their derivatives.
@@ -231,8 +244,7 @@ void BlendedKernelCells<Kernels>::gradients(const Cell& cell, std::span<const st
                                             CellGradients& A) const noexcept {
   constexpr std::size_t kCount = CellPoints::kCount;
   const std::size_t M = reach_.size();
-  Shares bound;
-  bound_shares(cell, bound);
+  const Shares bound = bound_shares(cell);
   const bool is_blend = std::any_of(bound.begin(), bound.begin() + static_cast<std::ptrdiff_t>(M),
                                     [](const Membership::ShareBounds& w) { return w.slope > 0; });
   if (!is_blend) {  // one tissue, all of it

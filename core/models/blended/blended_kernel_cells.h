@@ -46,7 +46,11 @@ class BlendedKernelCells : public CellField {
     double value = 0, slope = 0;
   };
   double share(std::size_t i, std::size_t m) const { return field_.shares[i * reach_.size() + m]; }
-  void bound_shares(const Cell& cell, Shares& w) const noexcept;
+  /// Of `from` into `to`, those whose support reaches the cell, with their distances_; returns how many.
+  std::size_t find_near(const Cell& cell, std::span<const std::uint32_t> from,
+                        std::uint32_t* to) const noexcept;
+  static void add_tissue(const Membership::ShareBounds& w, const Sums& of, CellBounds& bounds) noexcept;
+  Shares bound_shares(const Cell& cell) const noexcept;
   void evaluate_centre(std::size_t m, const Cell& cell, std::span<const std::uint32_t> sources,
                        std::int32_t left_out, Sums& sums) const noexcept;
   /// ∇u_m and, if it is asked for, u_m by `sources` but `left_out`.

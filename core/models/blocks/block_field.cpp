@@ -41,12 +41,12 @@ BlockField::BlockField(const Tissue& tissue, Kernel kernel, double support_radiu
   results_.resize(clusters_.size());
   touched_.reserve(blocks);
   displacements_.resize(blocks);
-  column_of_block_.assign(blocks, kNotCondensed);
-  condensed_list_.reserve(blocks);
+  condensed_.column_of_block.assign(blocks, kNotCondensed);
+  condensed_.blocks.reserve(blocks);
   const std::size_t all_columns = blocks * options.max_landmarks * kPoints;
-  columns_.resize(std::min(all_columns, options.max_condensed_bytes / sizeof(float)));
-  build_.resize(options.max_landmarks * kPoints);
-  moving_.resize(3 * options.max_landmarks);
+  condensed_.columns.resize(std::min(all_columns, options.max_condensed_bytes / sizeof(float)));
+  condensed_.build.resize(options.max_landmarks * kPoints);
+  condensed_.moving.resize(3 * options.max_landmarks);
 }
 
 void BlockField::set_landmarks(std::span<const Vec3> positions) noexcept {
@@ -59,23 +59,23 @@ void BlockField::set_landmarks(std::span<const Vec3> positions) noexcept {
     reachable_points_ += points;
     reachable_pairs_ += points * reached.count;
   }
-  for (const std::uint32_t block : condensed_list_) column_of_block_[block] = kNotCondensed;
-  condensed_list_.clear();
-  slots_ = 0;
-  m_ = 0;
+  for (const std::uint32_t block : condensed_.blocks) condensed_.column_of_block[block] = kNotCondensed;
+  condensed_.blocks.clear();
+  condensed_.slots = 0;
+  condensed_.m = 0;
 }
 
 void BlockField::evaluate(std::span<const Vec3> weights, std::span<const Vec3> moving) noexcept {
   assert(weights.size() == positions_.size());
-  assert(condensed_list_.empty() || moving.size() == m_);
+  assert(condensed_.blocks.empty() || moving.size() == condensed_.m);
   for (std::size_t k = 0; k < moving.size(); ++k)
     for (int axis = 0; axis < 3; ++axis)
-      moving_[3 * k + static_cast<std::size_t>(axis)] = static_cast<float>(moving[k][axis]);
+      condensed_.moving[3 * k + static_cast<std::size_t>(axis)] = static_cast<float>(moving[k][axis]);
 
   const auto reached = clusters_.reached();
-  const bool all_condensed = m_ > 0 && next_cluster_ == reached.size();
+  const bool all_condensed = condensed_.m > 0 && condensed_.next_cluster == reached.size();
   const bool worth_threads = (!all_condensed && reachable_pairs_ > SpeedThresholds::kPairsForThreads) ||
-                             slots_ * kPoints * m_ > SpeedThresholds::kColumnsForThreads;
+                             condensed_.slots * kPoints * condensed_.m > SpeedThresholds::kColumnsForThreads;
   const std::size_t threads = worth_threads ? local_.size() : 1;
   share_out(reached.size(), threads, [&](std::size_t c, std::size_t thread) {
     results_[c] = evaluate_cluster(reached[c], weights, local_[thread]);
@@ -103,12 +103,12 @@ BlockField::ClusterResult BlockField::evaluate_cluster(const Clusters::Reached& 
   bool are_local = false;  // condensed blocks need no landmarks
   for (std::uint32_t i = 0; i < cluster.block_count; ++i) {
     const std::size_t block = cluster.first_block + i;
-    const std::int32_t slot = column_of_block_[block];
+    const std::int32_t slot = condensed_.column_of_block[block];
     if (slot == kOutOfReach) continue;
     bool is_touched = true;
     if (slot >= 0) {
-      loops_.condensed(columns_.data() + static_cast<std::size_t>(slot) * m_ * kPoints, moving_.data(), m_,
-                       displacements_[block]);
+      loops_.condensed(condensed_.columns.data() + static_cast<std::size_t>(slot) * condensed_.m * kPoints,
+                       condensed_.moving.data(), condensed_.m, displacements_[block]);
       ++result.condensed_blocks;
     } else {
       if (!are_local) localize(reached, weights, local);
@@ -184,53 +184,54 @@ std::uint32_t BlockField::sum_large_groups_in_double(std::size_t block, const Ve
 }
 
 bool BlockField::can_condense(std::size_t m) const noexcept {
-  return m > 0 && m <= options_.max_landmarks && reachable_points_ * m <= columns_.size();
+  return m > 0 && m <= options_.max_landmarks && reachable_points_ * m <= condensed_.columns.size();
 }
 
 void BlockField::begin_condensing(std::span<const double> inverse_columns, std::size_t m) noexcept {
   assert(can_condense(m) && inverse_columns.size() == positions_.size() * m);
-  inverse_columns_ = inverse_columns;
-  m_ = m;
-  next_cluster_ = 0;
-  next_block_ = 0;
+  condensed_.inverse_columns = inverse_columns;
+  condensed_.m = m;
+  condensed_.next_cluster = 0;
+  condensed_.next_block = 0;
 }
 
 bool BlockField::condense(std::uint64_t budget) noexcept {
   const auto reached = clusters_.reached();
   std::uint64_t spent = 0;
-  while (next_cluster_ < reached.size() && spent < budget) {
-    const Clusters::Reached& r = reached[next_cluster_];
+  while (condensed_.next_cluster < reached.size() && spent < budget) {
+    const Clusters::Reached& r = reached[condensed_.next_cluster];
     const Clusters::Cluster& cluster = clusters_.cluster(r.cluster);
-    condense_block(cluster.first_block + next_block_, r);
-    spent += kPoints * r.count * (WorkCosts::kBuildPair + m_ / WorkCosts::kColumnsBuiltForPair);
-    if (++next_block_ == cluster.block_count) {
-      next_block_ = 0;
-      ++next_cluster_;
+    condense_block(cluster.first_block + condensed_.next_block, r);
+    spent += kPoints * r.count * (WorkCosts::kBuildPair + condensed_.m / WorkCosts::kColumnsBuiltForPair);
+    if (++condensed_.next_block == cluster.block_count) {
+      condensed_.next_block = 0;
+      ++condensed_.next_cluster;
     }
   }
-  return next_cluster_ < reached.size();
+  return condensed_.next_cluster < reached.size();
 }
 
 void BlockField::condense_block(std::size_t block, const Clusters::Reached& reached) noexcept {
   const Clusters::Cluster& cluster = clusters_.cluster(reached.cluster);
   const BlockPoints<double> X = clusters_.exact_points(block, cluster.centre);
-  std::fill_n(build_.begin(), m_ * kPoints, 0.0);
+  std::fill_n(condensed_.build.begin(), condensed_.m * kPoints, 0.0);
   bool reaches_any = false;
   for (const std::uint32_t j : clusters_.landmark_indices().subspan(reached.first, reached.count)) {
     if (tissue_.blocks[block].squared_distance(positions_[j]) >= support_radius_ * support_radius_) continue;
     reaches_any = true;
     const Vec3 p = (positions_[j] - cluster.centre) / support_radius_;
-    loops_.condense(X, p.x(), p.y(), p.z(), inverse_columns_.data() + j * m_, m_, build_.data());
+    loops_.condense(X, p.x(), p.y(), p.z(), condensed_.inverse_columns.data() + j * condensed_.m,
+                    condensed_.m, condensed_.build.data());
   }
-  condensed_list_.push_back(static_cast<std::uint32_t>(block));
+  condensed_.blocks.push_back(static_cast<std::uint32_t>(block));
   if (!reaches_any) {
-    column_of_block_[block] = kOutOfReach;
+    condensed_.column_of_block[block] = kOutOfReach;
     return;
   }
-  const std::size_t slot = slots_++;
-  float* out = columns_.data() + slot * m_ * kPoints;
-  for (std::size_t i = 0; i < m_ * kPoints; ++i) out[i] = static_cast<float>(build_[i]);
-  column_of_block_[block] = static_cast<std::int32_t>(slot);
+  const std::size_t slot = condensed_.slots++;
+  float* out = condensed_.columns.data() + slot * condensed_.m * kPoints;
+  for (std::size_t i = 0; i < condensed_.m * kPoints; ++i) out[i] = static_cast<float>(condensed_.build[i]);
+  condensed_.column_of_block[block] = static_cast<std::int32_t>(slot);
 }
 
 }  // namespace brachy

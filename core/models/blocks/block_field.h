@@ -112,17 +112,19 @@ class BlockField {
   std::vector<BlockDisplacement<float>> displacements_;
   FieldStatistics statistics_;
 
-  // condensed
-  std::span<const double> inverse_columns_;
-  std::size_t m_ = 0;
-  std::size_t next_cluster_ = 0;               // of reached(): where building continues
-  std::uint32_t next_block_ = 0;               // within that cluster
-  std::vector<std::int32_t> column_of_block_;  // slot in columns_, or why it has none
-  std::vector<std::uint32_t> condensed_list_;  // blocks that condense has processed
-  std::size_t slots_ = 0;
-  std::vector<float> columns_;  // slots × m × kBlockSize
-  std::vector<double> build_;   // m × kBlockSize
-  std::vector<float> moving_;   // m × 3
+  struct Condensed {
+    std::span<const double> inverse_columns;
+    std::size_t m = 0;
+    std::size_t next_cluster = 0;               // of reached(): where building continues
+    std::uint32_t next_block = 0;               // within that cluster
+    std::vector<std::int32_t> column_of_block;  // slot in columns, or why it has none
+    std::vector<std::uint32_t> blocks;          // that condense has processed
+    std::size_t slots = 0;
+    std::vector<float> columns;  // slots × m × kBlockSize
+    std::vector<double> build;   // m × kBlockSize
+    std::vector<float> moving;   // m × 3
+  };
+  Condensed condensed_;
 };
 
 }  // namespace brachy

@@ -24,7 +24,7 @@ struct BlockDisplacement {
   /// For StateWriter and StateReader (core/base/state_archive.h).
   template <class Archive>
   void list_state(Archive& archive) {
-    for (std::size_t i = 0; i < Tissue::kBlockSize; ++i) archive(ux[i], uy[i], uz[i]);
+    archive(ux, uy, uz);
   }
 };
 

@@ -29,10 +29,10 @@ GuardedField::GuardedField(const Tissue& tissue, std::unique_ptr<TissueField> fi
       settings_(settings),
       budget_(budget),
       search_(field_->max_sources()),
-      all_(field_->max_sources()),
-      near_(field_->max_sources()) {
+      sources_{std::vector<std::uint32_t>(field_->max_sources()),
+               std::vector<std::uint32_t>(field_->max_sources())} {
   block_bounds_.reserve(tissue.blocks.size());
-  std::iota(all_.begin(), all_.end(), 0u);
+  std::iota(sources_.all.begin(), sources_.all.end(), 0u);
 }
 
 FactorStatus GuardedField::update(const LandmarkSet& landmarks) noexcept {
@@ -223,18 +223,18 @@ void GuardedField::find_least_vertex(const CellField& cells, double scale) noexc
     const Block& block = tissue_.blocks[b];
     return Cell::around(block.min, block.max);
   };
-  const std::span<const std::uint32_t> all(all_.data(), cells.sources());
+  const std::span<const std::uint32_t> all(sources_.all.data(), cells.sources());
   block_bounds_.clear();
   CellBounds bounds;
   for (const std::uint32_t b : field_->touched())
-    if (cells.narrow(cell_of(b), all, near_.data(), bounds) > 0)
+    if (cells.narrow(cell_of(b), all, sources_.near.data(), bounds) > 0)
       block_bounds_.push_back({InjectivitySearch::bound_by_norms(bounds, scale), b});
   std::ranges::sort(block_bounds_);
   for (const auto& [bound, b] : block_bounds_) {
     if (bound >= certificate_.vertex_det) return;
     const Block& block = tissue_.blocks[b];
     const Cell cell = cell_of(b);
-    const std::size_t count = cells.narrow(cell, all, near_.data(), bounds);
+    const std::size_t count = cells.narrow(cell, all, sources_.near.data(), bounds);
     bounds.cusp = -1;
     for (std::size_t first = 0; first < block.count; first += CellPoints::kCount) {
       const std::size_t points = std::min(CellPoints::kCount, block.count - first);
@@ -242,7 +242,7 @@ void GuardedField::find_least_vertex(const CellField& cells, double scale) noexc
       CellPoints X{};
       for (std::size_t i = 0; i < points; ++i) X.set(i, rest[i] - cell.centre);
       CellGradients A;
-      cells.gradients(cell, {near_.data(), count}, bounds, X, A);
+      cells.gradients(cell, {sources_.near.data(), count}, bounds, X, A);
       alignas(64) float det[CellPoints::kCount];
       cells.loops().determinants(A, static_cast<float>(scale), det);
       for (std::size_t i = 0; i < points; ++i) {

@@ -88,7 +88,10 @@ class GuardedField : public DisplacementField {
   Certificate certificate_;
   Vec3 least_vertex_ = Vec3::Zero();  // rest position of that of certificate_.vertex_det
   std::uint32_t flags_ = 0;
-  std::vector<std::uint32_t> all_, near_;  // sources
+  struct Sources {
+    std::vector<std::uint32_t> all, near;
+  };
+  Sources sources_;
   std::vector<std::pair<double, std::uint32_t>> block_bounds_;
 };
 

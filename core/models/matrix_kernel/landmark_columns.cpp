@@ -49,10 +49,10 @@ LandmarkColumns::LandmarkColumns(const ElasticKernel& kernel, const RemainderTab
       loops_(near_loops(target)),
       slots_(max_landmarks, kMostParts),
       columns_(max_landmarks),
-      node_weight_(table.nodes(), 0),
-      is_node_taken_(table.nodes(), 0),
       max_landmarks_(max_landmarks),
       table_blocks_(max_landmarks * max_landmarks, Mat3::Zero()) {
+  nodes_.weight.assign(table.nodes(), 0);
+  nodes_.is_taken.assign(table.nodes(), 0);
   for (Column& column : columns_) {
     column.nodes.reserve(table.nodes());
     column.weights.reserve(table.nodes());
@@ -64,12 +64,12 @@ LandmarkColumns::LandmarkColumns(const ElasticKernel& kernel, const RemainderTab
   of_core_.weights.reserve(table.nodes());
   for (std::uint32_t node = 0; table.is_mixed() && node < table.nodes(); ++node)
     node_positions_.push_back(table.position(node));
-  for (auto* exact : {&exact_, &last_exact_}) exact->reserve(2 * max_landmarks);
+  for (auto* exact : {&exact_.landmarks, &exact_.last}) exact->reserve(2 * max_landmarks);
   is_outside_.reserve(max_landmarks);
   for (auto* moduli : {&moduli_, &field_moduli_})
     moduli->reserve(max_landmarks * NeedleRings::kMaxRingsBetween);
   const auto rows = static_cast<Index>(3 * max_landmarks);
-  exact_matrix_.resize(rows, rows);
+  exact_.matrix.resize(rows, rows);
 }
 
 std::size_t LandmarkColumns::bytes() const {
@@ -82,23 +82,24 @@ void LandmarkColumns::place(std::size_t landmarks, const NeedleRings& rings) noe
   count_ = landmarks;
   take_moduli(count_, rings.rings());
   take_parts(rings);
-  std::swap(exact_, last_exact_);
-  exact_.clear();
+  std::swap(exact_.landmarks, exact_.last);
+  exact_.landmarks.clear();
   for (std::size_t l = 0; l < count_; ++l) {
     const auto landmark = static_cast<std::uint32_t>(l);
     const std::size_t slot = slots_.slot(l);
     Column& fresh = columns_[slot];
     if (is_outside_[l] != 0)
-      for (const std::uint32_t which : {landmark, static_cast<std::uint32_t>(slot)}) exact_.push_back(which);
+      for (const std::uint32_t which : {landmark, static_cast<std::uint32_t>(slot)})
+        exact_.landmarks.push_back(which);
     if (!slots_.is_fresh(l)) continue;
-    if (is_outside_[l] != 0) last_exact_.clear();
+    if (is_outside_[l] != 0) exact_.last.clear();
     fresh.is_exact = is_outside_[l] != 0;
     if (fresh.is_exact)
       gather_exactly(fresh, landmark, rings);
     else
       gather(fresh, landmark, rings.rings());
   }
-  if (exact_ != last_exact_) prepare_exact_pairs(rings);
+  if (exact_.landmarks != exact_.last) prepare_exact_pairs(rings);
 }
 
 void LandmarkColumns::take_parts(const NeedleRings& rings) noexcept {
@@ -192,9 +193,9 @@ void LandmarkColumns::gather(Column& column, std::uint32_t landmark,
 
 void LandmarkColumns::finish_nodes(Column& column) noexcept {
   for (const std::uint32_t node : column.nodes) {
-    column.weights.push_back(node_weight_[node]);
-    node_weight_[node] = 0;
-    is_node_taken_[node] = 0;
+    column.weights.push_back(nodes_.weight[node]);
+    nodes_.weight[node] = 0;
+    nodes_.is_taken[node] = 0;
   }
 }
 
@@ -267,9 +268,9 @@ void LandmarkColumns::spread(const Vec3& X, double share, Column& column) noexce
         const float weight = static_cast<float>(share) * p.wx[x] * p.wy[y] * p.wz[z];
         if (weight == 0) continue;
         const std::uint32_t node = table_.node(p, x, y, z);
-        if (!is_node_taken_[node]) column.nodes.push_back(node);
-        is_node_taken_[node] = 1;
-        node_weight_[node] += weight;
+        if (!nodes_.is_taken[node]) column.nodes.push_back(node);
+        nodes_.is_taken[node] = 1;
+        nodes_.weight[node] += weight;
       }
 }
 
@@ -324,7 +325,7 @@ void LandmarkColumns::prepare_exact_pairs(const NeedleRings& rings) {
   const Eigen::MatrixXd C = kernel_.between(groups, groups);
   for (std::size_t i = 0; i < rows.size(); ++i)
     for (std::size_t j = 0; j <= i; ++j)
-      exact_matrix_.block<3, 3>(rows[i], rows[j]) =
+      exact_.matrix.block<3, 3>(rows[i], rows[j]) =
           C.block<3, 3>(3 * static_cast<Index>(i), 3 * static_cast<Index>(j));
 }
 
@@ -383,7 +384,7 @@ void LandmarkColumns::finish_matrix(Eigen::Ref<Eigen::MatrixXd> K) const noexcep
     for (std::size_t j = 0; j <= i; ++j) {
       const Index row = 3 * static_cast<Index>(i), at = 3 * static_cast<Index>(j);
       if (column(i).is_exact && column(j).is_exact)
-        K.block<3, 3>(row, at) = exact_matrix_.block<3, 3>(row, at);
+        K.block<3, 3>(row, at) = exact_.matrix.block<3, 3>(row, at);
     }
 }
 

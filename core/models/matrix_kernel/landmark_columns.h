@@ -101,14 +101,22 @@ class LandmarkColumns {
   std::vector<Column> columns_;  // by slot
   Column of_core_;               // nodes and weights of a wide core's force
   std::size_t count_ = 0;
-  std::vector<std::uint32_t> exact_, last_exact_;  // landmarks outside the table, each with its slot
-  std::vector<std::uint8_t> is_outside_;           // of each landmark: the table
+  /// Landmarks outside the table, each with its slot.
+  struct Exact {
+    std::vector<std::uint32_t> landmarks, last;
+    Eigen::MatrixXd matrix;  // K between them
+  };
+  Exact exact_;
+  std::vector<std::uint8_t> is_outside_;                      // of each landmark: the table
   std::vector<std::array<double, 2>> moduli_, field_moduli_;  // of each ring's share in its landmarks
-  std::vector<float> node_weight_;                            // of the column in work, by node …
-  std::vector<std::uint8_t> is_node_taken_;                   // … and which nodes it has
+  /// Of the column in work, by node.
+  struct Nodes {
+    std::vector<float> weight;
+    std::vector<std::uint8_t> is_taken;  // the column has it
+  };
+  Nodes nodes_;
   const std::size_t max_landmarks_;
   std::vector<Mat3> table_blocks_;  // the table's share of K, of pairs, by slots
-  Eigen::MatrixXd exact_matrix_;    // K between landmarks outside
 };
 
 }  // namespace brachy

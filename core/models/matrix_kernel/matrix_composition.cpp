@@ -65,12 +65,12 @@ MatrixComposition::MatrixComposition(const Tissue& tissue, const MatrixKernelFie
       field_(field),
       max_steps_(max_steps),
       steps_(max_steps + kCorrections),
-      all_blocks_(tissue.blocks.size()),
       budget_(budget),
-      turns_(tissue.blocks.size()),
-      sources_(static_cast<std::size_t>(std::max(1, field.threads()))),
-      block_smooth_(tissue.blocks.size()),
-      block_smooth_determinants_(tissue.blocks.size()) {
+      sources_(static_cast<std::size_t>(std::max(1, field.threads()))) {
+  blocks_.all.resize(tissue.blocks.size());
+  blocks_.turns.resize(tissue.blocks.size());
+  smooth_.blocks.resize(tissue.blocks.size());
+  smooth_.block_determinants.resize(tissue.blocks.size());
   const std::size_t rings = field.max_sources();
   if (field.parts().smooth) smooth_cells_.emplace(tissue, *field.parts().smooth, target);
   cells_.reserve(steps_.size());
@@ -81,29 +81,30 @@ MatrixComposition::MatrixComposition(const Tissue& tissue, const MatrixKernelFie
     step.pieces.reserve(rings);
     step.forces.reserve(rings);
   }
-  for (auto* v : {&smooth_, &images_, &misses_, &correction_}) v->reserve(max_landmarks);
-  lots_.resize(1 + max_landmarks / NearLoops::kFew);
-  ring_smooth_.reserve(rings);
-  near_forces_.reserve(rings);
-  carried_.reserve(max_landmarks);
-  close_.reserve(max_landmarks * max_landmarks);
-  close_blocks_.reserve(max_landmarks * max_landmarks);
-  for (auto* v : {&correction_cores_, &own_blocks_}) v->reserve(max_landmarks);
-  close_ends_.reserve(max_landmarks);
-  refined_.reserve(WorkBudget::kRefinedBlocks + steps_.size());
+  for (auto* v : {&smooth_.landmarks, &carried_.images, &correction_.misses, &correction_.forces})
+    v->reserve(max_landmarks);
+  carried_.lots.resize(1 + max_landmarks / NearLoops::kFew);
+  smooth_.rings.reserve(rings);
+  correction_.near_forces.reserve(rings);
+  correction_.of_steps.reserve(max_landmarks);
+  correction_.close.reserve(max_landmarks * max_landmarks);
+  correction_.close_blocks.reserve(max_landmarks * max_landmarks);
+  for (auto* v : {&correction_.cores, &correction_.own_blocks}) v->reserve(max_landmarks);
+  correction_.close_ends.reserve(max_landmarks);
+  blocks_.refined.reserve(WorkBudget::kRefinedBlocks + steps_.size());
   for (auto& sources : sources_) sources.reserve(rings * NeedleRings::kPoints);
-  std::iota(all_blocks_.begin(), all_blocks_.end(), 0u);
-  chosen_.reserve(all_blocks_.size());
+  std::iota(blocks_.all.begin(), blocks_.all.end(), 0u);
+  blocks_.chosen.reserve(blocks_.all.size());
 }
 
 double MatrixComposition::begin(std::span<const Vec3> positions,
                                 std::span<const Vec3> displacements) noexcept {
   begin_way(positions, displacements);
-  count_ = carried_steps_ = 0;
+  count_ = carried_.steps = 0;
   least_determinant_ = 1;
-  for (Turn& turn : turns_) turn.is_present = false;
-  is_correcting_ = has_correction_blocks_ = false;
-  correction_cores_.clear();
+  for (Turn& turn : blocks_.turns) turn.is_present = false;
+  correction_.is_on = correction_.has_blocks = false;
+  correction_.cores.clear();
   missed_ = 0;
   const MatrixKernelField::Parts parts = field_.parts();
   const auto smooth_at = [&](const Vec3& X) {
@@ -111,10 +112,10 @@ double MatrixComposition::begin(std::span<const Vec3> positions,
     if (parts.smooth) parts.smooth->add_displacement_at(X, u);
     return u;
   };
-  smooth_.clear();
-  ring_smooth_.clear();
-  for (const Vec3& p : positions) smooth_.push_back(smooth_at(p));
-  for (const NeedleRings::Ring& ring : parts.rings.rings()) ring_smooth_.push_back(smooth_at(ring.centre));
+  smooth_.landmarks.clear();
+  smooth_.rings.clear();
+  for (const Vec3& p : positions) smooth_.landmarks.push_back(smooth_at(p));
+  for (const NeedleRings::Ring& ring : parts.rings.rings()) smooth_.rings.push_back(smooth_at(ring.centre));
   largest_ = 0;
   for (const Vec3& d : displacements) largest_ = std::max(largest_, d.norm());
   prepare_forces();
@@ -123,7 +124,7 @@ double MatrixComposition::begin(std::span<const Vec3> positions,
 
 bool MatrixComposition::next() noexcept {
   if (reached() >= 1) {
-    is_correcting_ = true;
+    correction_.is_on = true;
     if (!prepare_correction()) return false;
   } else {
     if (steps() == max_steps_ || !allowance().may_add_step) {
@@ -141,18 +142,20 @@ bool MatrixComposition::next() noexcept {
 // with those that correct what one whole step would miss.
 void MatrixComposition::prepare_forces() noexcept {
   const MatrixKernelField::Parts parts = field_.parts();
-  near_forces_.assign(parts.ring_forces.begin(), parts.ring_forces.end());
-  carried_.clear();
+  correction_.near_forces.assign(parts.ring_forces.begin(), parts.ring_forces.end());
+  correction_.of_steps.clear();
   if (!allowance().may_correct_steps) return;
   place_rings();
   steps_[0].scale = 1;
   count_ = 1;
   const double worst = find_misses();
-  count_ = carried_steps_ = 0;
+  count_ = carried_.steps = 0;
   if (worst <= kMet) return;
-  for (std::size_t i = 0; i < positions_.size(); ++i) images_[i] = positions_[i] + smooth_[i];
-  solve_correction(worst, carried_);
-  near_forces_.insert(near_forces_.end(), correction_.begin(), correction_.end());
+  for (std::size_t i = 0; i < positions_.size(); ++i)
+    carried_.images[i] = positions_[i] + smooth_.landmarks[i];
+  solve_correction(worst, correction_.of_steps);
+  correction_.near_forces.insert(correction_.near_forces.end(), correction_.forces.begin(),
+                                 correction_.forces.end());
 }
 
 std::size_t MatrixComposition::most_steps() const {
@@ -164,14 +167,14 @@ void MatrixComposition::place_rings() noexcept {
   const std::size_t own = parts.ring_forces.size();
   Step& step = steps_[count_];
   step.rings = parts.rings;
-  step.rings.append(carried_);
-  step.forces = near_forces_;
-  const auto way = [&](std::size_t l) { return Vec3(landmark_displacements_[l] - smooth_[l]); };
+  step.rings.append(correction_.of_steps);
+  step.forces = correction_.near_forces;
+  const auto way = [&](std::size_t l) { return Vec3(landmark_displacements_[l] - smooth_.landmarks[l]); };
   for (std::size_t r = 0; r < own; ++r) {
     const NeedleRings::Ring& ring = parts.rings.rings()[r];
     const double t = share_between(ring, positions_);
     step.rings.move(
-        r, ring_smooth_[r] + reached() * ((1 - t) * way(ring.landmark[0]) + t * way(ring.landmark[1])));
+        r, smooth_.rings[r] + reached() * ((1 - t) * way(ring.landmark[0]) + t * way(ring.landmark[1])));
   }
   for (std::size_t r = own; r < step.forces.size(); ++r) step.rings.move(r, reached() * way(r - own));
   NearField::take_pieces(step.rings, step.forces, step.pieces);
@@ -194,7 +197,7 @@ void MatrixComposition::accept(double scale, const Vec3* weakest) noexcept {
   step.begin = reached();
   step.weakest.reset();
   if (weakest) step.weakest = *weakest;
-  if (!is_correcting_) go_on(scale);
+  if (!correction_.is_on) go_on(scale);
 }
 
 // Where the landmarks' tissue is by the steps so far, evaluated as the tissue's points are: together, or where they are
@@ -202,13 +205,13 @@ void MatrixComposition::accept(double scale, const Vec3* weakest) noexcept {
 void MatrixComposition::find_images() noexcept {
   const NearField& near = field_.parts().near;
   const std::size_t lot = positions_.size() > kPoints ? NearLoops::kFew : kPoints;
-  if (carried_steps_ == 0) begin_lots(lot);
-  images_.clear();
+  if (carried_.steps == 0) begin_lots(lot);
+  carried_.images.clear();
   for (std::size_t first = 0; first < positions_.size(); first += lot) {
     const std::size_t count = std::min(lot, positions_.size() - first);
     const Vec3& centre = positions_[first];
-    Lot& carried = lots_[first / lot];
-    for (std::size_t k = carried_steps_; k < count_; ++k) {
+    Lot& carried = carried_.lots[first / lot];
+    for (std::size_t k = carried_.steps; k < count_; ++k) {
       const Step& step = steps_[k];
       BlockDisplacement<float> u{};
       near.add_to_points(carried.X, centre, carried.box, step.rings, step.forces, step.pieces, sources_[0], u,
@@ -216,20 +219,20 @@ void MatrixComposition::find_images() noexcept {
       move(u, step.scale, count, carried.X, centre, carried.box);
     }
     for (std::size_t i = 0; i < count; ++i)
-      images_.push_back(centre +
-                        Eigen::Vector3f(carried.X.x[i], carried.X.y[i], carried.X.z[i]).cast<double>());
+      carried_.images.push_back(
+          centre + Eigen::Vector3f(carried.X.x[i], carried.X.y[i], carried.X.z[i]).cast<double>());
   }
-  carried_steps_ = count_;
+  carried_.steps = count_;
 }
 
 void MatrixComposition::begin_lots(std::size_t lot) noexcept {
   for (std::size_t first = 0; first < positions_.size(); first += lot) {
     const std::size_t count = std::min(lot, positions_.size() - first);
     const Vec3& centre = positions_[first];
-    Lot& carried = lots_[first / lot];
+    Lot& carried = carried_.lots[first / lot];
     for (std::size_t i = 0; i < kPoints; ++i) {
       const std::size_t k = first + (i < count ? i : 0);
-      const Eigen::Vector3f x = (positions_[k] + smooth_[k] - centre).cast<float>();
+      const Eigen::Vector3f x = (positions_[k] + smooth_.landmarks[k] - centre).cast<float>();
       carried.X.x[i] = x.x();
       carried.X.y[i] = x.y();
       carried.X.z[i] = x.z();
@@ -249,11 +252,11 @@ double MatrixComposition::correction_core(std::size_t landmark) const noexcept {
 // The greatest of what the steps so far miss, mm.
 double MatrixComposition::find_misses() noexcept {
   find_images();
-  misses_.clear();
+  correction_.misses.clear();
   double worst = 0;
   for (std::size_t i = 0; i < positions_.size(); ++i) {
-    misses_.push_back(positions_[i] + landmark_displacements_[i] - images_[i]);
-    worst = std::max(worst, misses_.back().norm());
+    correction_.misses.push_back(positions_[i] + landmark_displacements_[i] - carried_.images[i]);
+    worst = std::max(worst, correction_.misses.back().norm());
   }
   return worst;
 }
@@ -263,34 +266,35 @@ bool MatrixComposition::prepare_correction() noexcept {
   if (missed_ <= kMet || count_ == steps() + kCorrections) return false;
   Step& step = steps_[count_];
   solve_correction(missed_, step.rings);
-  step.forces = correction_;
+  step.forces = correction_.forces;
   NearField::take_pieces(step.rings, step.forces, step.pieces);
   limit_reach(step, 0);
   return true;
 }
 
-// Forces at images_ that displace what is there by misses_, of which `worst` is the greatest: M g = misses, M_ij what a
-// force at j does at i. Cores of half the way to the nearest landmark make the diagonal dominate, so Gauss's and
-// Seidel's sweeps converge, and fast.
+// Forces at the landmarks' images that displace what is there by the misses, of which `worst` is the greatest:
+// M g = misses, M_ij what a force at j does at i. Cores of half the way to the nearest landmark make the diagonal
+// dominate, so Gauss's and Seidel's sweeps converge, and fast.
 void MatrixComposition::solve_correction(double worst, NeedleRings& points) noexcept {
   const std::size_t n = positions_.size();
-  if (correction_cores_.empty())
-    for (std::size_t i = 0; i < n; ++i) correction_cores_.push_back(correction_core(i));
+  if (correction_.cores.empty())
+    for (std::size_t i = 0; i < n; ++i) correction_.cores.push_back(correction_core(i));
   points.clear();
   for (std::size_t i = 0; i < n; ++i)
-    points.add_point(images_[i], PointCore::of_correction(correction_cores_[i]),
+    points.add_point(carried_.images[i], PointCore::of_correction(correction_.cores[i]),
                      static_cast<std::uint32_t>(i));
   // Between one correction and the next many landmarks have hardly moved.
-  if (!has_correction_blocks_) find_correction_blocks(points);
+  if (!correction_.has_blocks) find_correction_blocks(points);
   const Allowance may = allowance();
-  has_correction_blocks_ = is_correcting_ && !may.may_renew_corrections;
-  correction_.assign(n, Vec3::Zero());
+  correction_.has_blocks = correction_.is_on && !may.may_renew_corrections;
+  correction_.forces.assign(n, Vec3::Zero());
   for (std::size_t sweep = 0; sweep < may.correction_sweeps && worst > 0.25 * kMet; ++sweep) {
     worst = 0;
     for (std::size_t i = 0, k = 0; i < n; ++i) {
-      Vec3 left = misses_[i];
-      for (; k < close_ends_[i]; ++k) left -= close_blocks_[k] * correction_[close_[k]];
-      correction_[i] += left / own_blocks_[i];
+      Vec3 left = correction_.misses[i];
+      for (; k < correction_.close_ends[i]; ++k)
+        left -= correction_.close_blocks[k] * correction_.forces[correction_.close[k]];
+      correction_.forces[i] += left / correction_.own_blocks[i];
       worst = std::max(worst, left.norm());
     }
   }
@@ -300,40 +304,41 @@ void MatrixComposition::find_correction_blocks(const NeedleRings& points) noexce
   const NearField& near = field_.parts().near;
   const std::size_t n = positions_.size();
   const auto rings = points.rings();
-  close_.clear();
-  close_blocks_.clear();
-  close_ends_.clear();
-  own_blocks_.clear();
+  correction_.close.clear();
+  correction_.close_blocks.clear();
+  correction_.close_ends.clear();
+  correction_.own_blocks.clear();
   const double felt = allowance().correction_reach;
   for (std::size_t i = 0; i < n; ++i) {
     for (std::size_t j = 0; j < n; ++j) {
-      const Vec3 apart = images_[i] - images_[j];
+      const Vec3 apart = carried_.images[i] - carried_.images[j];
       if (apart.squaredNorm() > felt * felt * rings[j].core.s) continue;
-      close_.push_back(static_cast<std::uint32_t>(j));
-      close_blocks_.push_back(near.of_correction(apart, rings[j].core));
-      if (i == j) own_blocks_.push_back(close_blocks_.back()(0, 0));
+      correction_.close.push_back(static_cast<std::uint32_t>(j));
+      correction_.close_blocks.push_back(near.of_correction(apart, rings[j].core));
+      if (i == j) correction_.own_blocks.push_back(correction_.close_blocks.back()(0, 0));
     }
-    close_ends_.push_back(close_.size());
+    correction_.close_ends.push_back(correction_.close.size());
   }
 }
 
 void MatrixComposition::end() noexcept {
   std::ranges::fill(displacements_, BlockDisplacement<float>{});
-  std::ranges::fill(turns_, Turn{});
-  is_late_ = false;
+  std::ranges::fill(blocks_.turns, Turn{});
+  blocks_.is_late = false;
 }
 
 void MatrixComposition::save(StateWriter& writer) const {
-  writer(displacements_, turns_, is_late_, least_determinant_, least_place_);
+  writer(displacements_, blocks_.turns, blocks_.is_late, least_determinant_, least_place_);
 }
 
 void MatrixComposition::restore(StateReader& reader) {
-  reader(displacements_, turns_, is_late_, least_determinant_, least_place_);
+  reader(displacements_, blocks_.turns, blocks_.is_late, least_determinant_, least_place_);
 }
 
 // With the steps so far, corrections included where they are composed.
 Allowance MatrixComposition::allowance() const noexcept {
-  return budget_.allowance({.landmarks = positions_.size(), .steps = count_, .sources = near_forces_.size()});
+  return budget_.allowance(
+      {.landmarks = positions_.size(), .steps = count_, .sources = correction_.near_forces.size()});
 }
 
 // All blocks that do not show the present landmarks yet; or those of them that have waited longest for how fast they
@@ -346,28 +351,28 @@ void MatrixComposition::choose_blocks(std::uint64_t work) noexcept {
                                            .steps = count_,
                                            .step_sources = rings,
                                            .certificate_pairs = work,
-                                           .blocks = all_blocks_.size()})
+                                           .blocks = blocks_.all.size()})
                                .blocks;
-  chosen_.clear();
-  for (const std::uint32_t b : all_blocks_)
-    if (!turns_[b].is_present) chosen_.push_back(b);
-  is_late_ = most < chosen_.size();
-  if (!is_late_) return;
-  const auto end = chosen_.begin() + static_cast<std::ptrdiff_t>(most);
-  std::ranges::nth_element(chosen_, end, [&](std::uint32_t a, std::uint32_t b) {
+  blocks_.chosen.clear();
+  for (const std::uint32_t b : blocks_.all)
+    if (!blocks_.turns[b].is_present) blocks_.chosen.push_back(b);
+  blocks_.is_late = most < blocks_.chosen.size();
+  if (!blocks_.is_late) return;
+  const auto end = blocks_.chosen.begin() + static_cast<std::ptrdiff_t>(most);
+  std::ranges::nth_element(blocks_.chosen, end, [&](std::uint32_t a, std::uint32_t b) {
     const auto priority = [&](const Turn& turn) { return budget_.block_priority(turn.age, turn.speed); };
-    const float of_a = priority(turns_[a]), of_b = priority(turns_[b]);
+    const float of_a = priority(blocks_.turns[a]), of_b = priority(blocks_.turns[b]);
     return of_a != of_b ? of_a > of_b : a < b;
   });
-  for (auto late = end; late != chosen_.end(); ++late) ++turns_[*late].age;
-  chosen_.erase(end, chosen_.end());
-  std::ranges::sort(chosen_);
+  for (auto late = end; late != blocks_.chosen.end(); ++late) ++blocks_.turns[*late].age;
+  blocks_.chosen.erase(end, blocks_.chosen.end());
+  std::ranges::sort(blocks_.chosen);
 }
 
 void MatrixComposition::evaluate(std::uint64_t work) noexcept {
   choose_blocks(work);
-  share_out(chosen_.size(), sources_.size(),
-            [&](std::size_t k, std::size_t thread) { evaluate_block(chosen_[k], sources_[thread]); });
+  share_out(blocks_.chosen.size(), sources_.size(),
+            [&](std::size_t k, std::size_t thread) { evaluate_block(blocks_.chosen[k], sources_[thread]); });
   find_least_determinant();
 }
 
@@ -379,8 +384,8 @@ void MatrixComposition::evaluate_block(std::uint32_t b, std::vector<NearSource>&
   if (parts.smooth) parts.smooth->interpolate(b, parts.near.blocks().points[b], u);
   Block box = tissue_.blocks[b];
   const Vec3& centre = parts.near.blocks().centres[b];
-  block_smooth_[b] = Eigen::Vector3f(u.ux[0], u.uy[0], u.uz[0]).cast<double>();
-  block_smooth_determinants_[b] =
+  smooth_.blocks[b] = Eigen::Vector3f(u.ux[0], u.uy[0], u.uz[0]).cast<double>();
+  smooth_.block_determinants[b] =
       parts.smooth ? (Mat3::Identity() + parts.smooth->gradient_at(centre)).determinant() : 1;
   BlockPoints<float> X = parts.near.blocks().points[b];
   move(u, 1, box.count, X, centre, box);
@@ -391,7 +396,7 @@ void MatrixComposition::evaluate_block(std::uint32_t b, std::vector<NearSource>&
     add(more, step.scale, u);
     if (k + 1 < count_) move(more, step.scale, box.count, X, centre, box);
   }
-  Turn& turn = turns_[b];
+  Turn& turn = blocks_.turns[b];
   const Eigen::Vector3f way = Eigen::Vector3f(u.ux[0], u.uy[0], u.uz[0]) - before;
   turn = {1, way.norm() / static_cast<float>(turn.age), true};
 }
@@ -399,7 +404,7 @@ void MatrixComposition::evaluate_block(std::uint32_t b, std::vector<NearSource>&
 // Points close to a needle and a few of each block's first; then all of the blocks with the least among these and of
 // those where a step would fold first; and the least of all once more, in double.
 void MatrixComposition::find_least_determinant() noexcept {
-  std::array<std::pair<double, std::uint32_t>, WorkBudget::kRefinedBlocks> worst;
+  WorstBlocks worst;
   worst.fill({2, 0});
   std::array<PointAt, CellPoints::kCount> points;
   std::array<double, CellPoints::kCount> det;
@@ -428,7 +433,7 @@ void MatrixComposition::find_least_determinant() noexcept {
     for (std::uint32_t i = first; i < block.count; i += stride) {
       const double distance =
           within > 0
-              ? cells_[0].distance_to_needles(tissue_.rest_vertices[block.first + i] + block_smooth_[b])
+              ? cells_[0].distance_to_needles(tissue_.rest_vertices[block.first + i] + smooth_.blocks[b])
               : clearance;
       if (distance >= clearance && (distance <= within || i % kStride == b % kStride))
         points[count++] = {b, i};
@@ -439,32 +444,37 @@ void MatrixComposition::find_least_determinant() noexcept {
   // The more each point costs the fewer are asked.
   const Allowance may = allowance();
   const auto close_stride = static_cast<std::uint32_t>(may.close_stride);
-  for (const std::uint32_t b : chosen_) {
+  for (const std::uint32_t b : blocks_.chosen) {
     const Block& block = tissue_.blocks[b];
     const double radius = 0.5 * (block.max - block.min).norm();
-    if (cells_[0].distance_to_needles(0.5 * (block.min + block.max) + block_smooth_[b]) > close + radius)
+    if (cells_[0].distance_to_needles(0.5 * (block.min + block.max) + smooth_.blocks[b]) > close + radius)
       add(b, b % kStride, kStride, 0);  // none of them is near a needle
     else
       add(b, b % close_stride, close_stride, close);
   }
   if (count > 0) take();
-  refined_.clear();
-  for (const auto& [sampled, b] : worst)
-    if (sampled < 2 && refined_.size() < may.refined_blocks) refined_.push_back(b);
-  for (std::size_t k = 0; k < may.weakest_steps; ++k)
-    if (steps_[k].weakest) refined_.push_back(block_at(*steps_[k].weakest, steps_[k].begin));
-  std::ranges::sort(refined_);
-  refined_.erase(std::unique(refined_.begin(), refined_.end()), refined_.end());
-  for (const std::uint32_t b : refined_) add(b, 0, 1, kFar);
+  choose_refined(worst, may);
+  for (const std::uint32_t b : blocks_.refined) add(b, 0, 1, kFar);
   if (count > 0) take();
   if (least_determinant_ < 1) least_determinant_ = std::min(1.0, determinant_at(least_place_));
+}
+
+void MatrixComposition::choose_refined(const WorstBlocks& worst, const Allowance& may) noexcept {
+  std::vector<std::uint32_t>& refined = blocks_.refined;
+  refined.clear();
+  for (const auto& [sampled, b] : worst)
+    if (sampled < 2 && refined.size() < may.refined_blocks) refined.push_back(b);
+  for (std::size_t k = 0; k < may.weakest_steps; ++k)
+    if (steps_[k].weakest) refined.push_back(block_at(*steps_[k].weakest, steps_[k].begin));
+  std::ranges::sort(refined);
+  refined.erase(std::unique(refined.begin(), refined.end()), refined.end());
 }
 
 // The one that is nearest to x when so much of the way is gone.
 std::uint32_t MatrixComposition::block_at(const Vec3& x, double reached) const noexcept {
   std::uint32_t nearest = 0;
   double least = std::numeric_limits<double>::infinity();
-  for (const std::uint32_t b : chosen_) {
+  for (const std::uint32_t b : blocks_.chosen) {
     const BlockDisplacement<float>& u = displacements_[b];
     const Vec3 moved = Eigen::Vector3f(u.ux[0], u.uy[0], u.uz[0]).cast<double>();
     const double distance = tissue_.blocks[b].squared_distance(x - reached * moved);
@@ -484,10 +494,10 @@ void MatrixComposition::determinants(std::span<const PointAt> points, double* de
     const PointAt& p = points[i];
     const BlockDisplacement<float>& u = displacements_[p.block];
     const Vec3& rest = tissue_.rest_vertices[tissue_.blocks[p.block].first + p.index];
-    const Vec3& smooth = block_smooth_[p.block];
+    const Vec3& smooth = smooth_.blocks[p.block];
     begin[i] = rest + smooth;
     way[i] = Eigen::Vector3f(u.ux[p.index], u.uy[p.index], u.uz[p.index]).cast<double>() - smooth;
-    det[i] = block_smooth_determinants_[p.block];
+    det[i] = smooth_.block_determinants[p.block];
   }
   for (std::size_t k = 0; k < count_; ++k) {
     const Step& step = steps_[k];

@@ -27,23 +27,23 @@ class MatrixComposition : public Composition {
                     std::size_t max_landmarks, std::size_t max_steps, const WorkBudget& budget = {});
 
   bool is_always_used() const override { return true; }
-  double reach() const override { return is_correcting_ ? kCorrectionReach : kReach; }
+  double reach() const override { return correction_.is_on ? kCorrectionReach : kReach; }
   double begin(std::span<const Vec3> positions, std::span<const Vec3> displacements) noexcept override;
   const CellField* cells_of_beginning() const override { return smooth_cells_ ? &*smooth_cells_ : nullptr; }
   bool next() noexcept override;
   const CellField& cells() const override { return cells_[count_]; }
-  bool is_like_last() const override { return steps() > 0 && !is_correcting_; }
-  double rest() const override { return is_correcting_ ? 1 : 1 - reached(); }
+  bool is_like_last() const override { return steps() > 0 && !correction_.is_on; }
+  double rest() const override { return correction_.is_on ? 1 : 1 - reached(); }
   void accept(double scale, const Vec3* weakest) noexcept override;
   double missed_mm() const override { return missed_; }
   std::size_t most_steps() const override;
 
   void evaluate(std::uint64_t work) noexcept override;
-  bool is_late() const override { return is_late_; }
+  bool is_late() const override { return blocks_.is_late; }
   void end() noexcept override;
   void save(StateWriter& writer) const override;
   void restore(StateReader& reader) override;
-  std::span<const std::uint32_t> touched() const override { return all_blocks_; }
+  std::span<const std::uint32_t> touched() const override { return blocks_.all; }
   Vec3 displacement_at(const Vec3& X) const noexcept override;
   void displacements_at(std::span<const Vec3> X, std::span<Vec3> u) noexcept override;
 
@@ -82,7 +82,10 @@ class MatrixComposition : public Composition {
   Allowance allowance() const noexcept;
   void choose_blocks(std::uint64_t work) noexcept;
   void evaluate_block(std::uint32_t b, std::vector<NearSource>& sources) noexcept;
+  /// Blocks with the least determinants of the points that were sampled, each with that.
+  using WorstBlocks = std::array<std::pair<double, std::uint32_t>, WorkBudget::kRefinedBlocks>;
   void find_least_determinant() noexcept;
+  void choose_refined(const WorstBlocks& worst, const Allowance& may) noexcept;
   void determinants(std::span<const PointAt> points, double* det) noexcept;
   std::uint32_t block_at(const Vec3& x, double reached) const noexcept;
   double determinant_at(const Vec3& X) noexcept;
@@ -92,31 +95,43 @@ class MatrixComposition : public Composition {
   std::optional<SmoothCells> smooth_cells_;
   std::vector<MatrixKernelCells> cells_;  // of each step
 
-  std::vector<Vec3> smooth_;       // R at the landmarks …
-  std::vector<Vec3> ring_smooth_;  // … and at the rings
+  /// R, mm.
+  struct SmoothAt {
+    std::vector<Vec3> landmarks, rings;
+    std::vector<Vec3> blocks;                // at a point of each block, …
+    std::vector<double> block_determinants;  // … and det(I + ∇R) in its middle
+  };
+  SmoothAt smooth_;
   std::size_t max_steps_;
   std::vector<Step> steps_;  // of which count_ are accepted; the next is a trial
   std::size_t count_ = 0;
   double largest_ = 0;  // of the landmarks' displacements, mm
-  bool is_correcting_ = false;
-  double missed_ = 0;  // mm, by what is composed
+  double missed_ = 0;   // mm, by what is composed
 
   /// Landmarks that are carried together.
   struct Lot {
     BlockPoints<float> X;
     Block box;
   };
-  std::vector<Lot> lots_;
-  std::size_t carried_steps_ = 0;                   // by which they are carried already
-  std::vector<Vec3> images_, misses_, correction_;  // of the landmarks: φ, what it misses, forces
-  std::vector<double> correction_cores_;            // mm; empty until one is asked for
-  std::vector<std::uint32_t> close_;                // of each landmark, those whose correction it feels, …
-  std::vector<Mat3> close_blocks_;                  // … what a force there does to it, mm/N, …
-  std::vector<std::size_t> close_ends_;             // … and where they end
-  std::vector<double> own_blocks_;                  // what a landmark's own force does, mm/N
-  bool has_correction_blocks_ = false;              // of these landmarks, where the steps have carried them
-  NeedleRings carried_;                             // the points of the steps' own correction, at rest
-  std::vector<Vec3> near_forces_;                   // of the rings and of these points
+  struct Carried {
+    std::vector<Lot> lots;
+    std::size_t steps = 0;     // by which they are carried already
+    std::vector<Vec3> images;  // φ of the landmarks, mm
+  };
+  Carried carried_;
+  struct Correction {
+    bool is_on = false;                   // the next step is one
+    std::vector<Vec3> misses, forces;     // of the landmarks, mm, N
+    std::vector<double> cores;            // mm; empty until one is asked for
+    std::vector<std::uint32_t> close;     // of each landmark, those whose correction it feels, …
+    std::vector<Mat3> close_blocks;       // … what a force there does to it, mm/N, …
+    std::vector<std::size_t> close_ends;  // … and where they end
+    std::vector<double> own_blocks;       // what a landmark's own force does, mm/N
+    bool has_blocks = false;              // of these landmarks, where the steps have carried them
+    NeedleRings of_steps;                 // the points of the steps' own correction, at rest
+    std::vector<Vec3> near_forces;        // of the rings and of these points, N
+  };
+  Correction correction_;
 
   /// When a block was evaluated, and how fast it moved then.
   struct Turn {
@@ -130,15 +145,16 @@ class MatrixComposition : public Composition {
     }
   };
 
-  std::vector<std::uint32_t> all_blocks_;
   WorkBudget budget_;
-  std::vector<Turn> turns_;
-  std::vector<std::uint32_t> chosen_;  // blocks that this tick evaluates
-  bool is_late_ = false;
+  struct Blocks {
+    std::vector<std::uint32_t> all;
+    std::vector<Turn> turns;
+    std::vector<std::uint32_t> chosen;  // that this tick evaluates
+    bool is_late = false;
+    std::vector<std::uint32_t> refined;  // whose determinants are all taken
+  };
+  Blocks blocks_;
   std::vector<std::vector<NearSource>> sources_;  // one for each thread
-  std::vector<std::uint32_t> refined_;            // blocks whose determinants are all taken
-  std::vector<Vec3> block_smooth_;  // R at a point of each block, and det(I + ∇R) in its middle
-  std::vector<double> block_smooth_determinants_;
 };
 
 }  // namespace brachy

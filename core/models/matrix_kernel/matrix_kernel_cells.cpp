@@ -32,24 +32,23 @@ MatrixKernelCells::MatrixKernelCells(const Tissue& tissue, const NearField& near
       loops_(cell_loops(target)),
       bounds_(near.bounds()),
       kelvin_(bounds_.kelvin()),
-      rest_min_(tissue.rest_vertices.front()),
-      rest_max_(rest_min_),
       budget_(budget),
       near_loops_(near_loops(target)) {
+  extent_.rest_min = extent_.rest_max = tissue.rest_vertices.front();
   for (const Vec3& X : tissue.rest_vertices) {
-    rest_min_ = rest_min_.cwiseMin(X);
-    rest_max_ = rest_max_.cwiseMax(X);
+    extent_.rest_min = extent_.rest_min.cwiseMin(X);
+    extent_.rest_max = extent_.rest_max.cwiseMax(X);
   }
   chosen_.reserve(max_rings * NeedleRings::kPoints);
-  piece_of_.reserve(max_rings);
-  needles_.reserve(max_rings);
-  forces_.reserve(max_rings);
-  piece_forces_.reserve(max_rings);
-  strengths_.reserve(max_rings);
-  strongest_.reserve(budget.strongest_candidates);
+  field_.piece_of.reserve(max_rings);
+  field_.needles.reserve(max_rings);
+  field_.forces.reserve(max_rings);
+  field_.piece_forces.reserve(max_rings);
+  folds_.strengths.reserve(max_rings);
+  folds_.strongest.reserve(budget.strongest_candidates);
   const std::size_t groups = 3 * max_rings / BoundedForces::kCount + 1;  // a piece is two forces
-  bounded_forces_.reserve(groups);
-  bounded_corrections_.reserve(max_rings / BoundedCorrections::kCount + 1);
+  bounded_.forces.reserve(groups);
+  bounded_.corrections.reserve(max_rings / BoundedCorrections::kCount + 1);
 }
 
 MatrixKernelCells::Force MatrixKernelCells::force_of(const Vec3& force, double scale) {
@@ -59,26 +58,27 @@ MatrixKernelCells::Force MatrixKernelCells::force_of(const Vec3& force, double s
 
 void MatrixKernelCells::set_field(const NeedleRings& rings, std::span<const Vec3> ring_forces,
                                   std::span<const NearField::Piece> pieces, double margin) noexcept {
-  min_ = rest_min_.array() - margin;
-  max_ = rest_max_.array() + margin;
-  domain_ = Cell::around(min_, max_);
-  rings_ = &rings;
-  ring_forces_ = ring_forces;
-  pieces_ = pieces;
-  may_ = budget_.allowance({.sources = ring_forces.size()});
-  piece_of_.clear();
-  for (std::uint32_t p = 0; p < pieces.size(); ++p) piece_of_.insert(piece_of_.end(), pieces[p].count, p);
-  forces_.clear();
+  extent_.min = extent_.rest_min.array() - margin;
+  extent_.max = extent_.rest_max.array() + margin;
+  domain_ = Cell::around(extent_.min, extent_.max);
+  field_.rings = &rings;
+  field_.ring_forces = ring_forces;
+  field_.pieces = pieces;
+  folds_.may = budget_.allowance({.sources = ring_forces.size()});
+  field_.piece_of.clear();
+  for (std::uint32_t p = 0; p < pieces.size(); ++p)
+    field_.piece_of.insert(field_.piece_of.end(), pieces[p].count, p);
+  field_.forces.clear();
   for (std::size_t r = 0; r < ring_forces.size(); ++r) {
-    Force& force = forces_.emplace_back(force_of(ring_forces[r], near_.scale()));
+    Force& force = field_.forces.emplace_back(force_of(ring_forces[r], near_.scale()));
     const NeedleRings::Ring& ring = rings.rings()[r];
     if (ring.count == 1) continue;
     force.aside = ring.radius * force.direction.cross(ring.axis).norm();
     force.cubed = kRingCubed;
   }
-  piece_forces_.clear();
+  field_.piece_forces.clear();
   for (const NearField::Piece& piece : pieces)
-    piece_forces_.push_back(
+    field_.piece_forces.push_back(
         {force_of(piece.whole[0].force, near_.scale()), force_of(piece.whole[1].force, near_.scale())});
   find_needles();
   if (bounds_.is_kelvin()) take_bounded_forces();
@@ -87,34 +87,34 @@ void MatrixKernelCells::set_field(const NeedleRings& rings, std::span<const Vec3
 
 // How far from a ring its field is steepest, outside the needle.
 double MatrixKernelCells::fold_distance(std::size_t ring) const noexcept {
-  const NeedleRings::Ring& r = rings_->rings()[ring];
+  const NeedleRings::Ring& r = field_.rings->rings()[ring];
   return r.count == 1 ? bounds_.steepest(r.core.s) : 1.2 * clearance_;
 }
 
 // By what a piece's forces do together where its field is steepest; of each its strongest ring. Of many rings those
 // taken by number would be too far apart.
 void MatrixKernelCells::choose_fold_candidates() noexcept {
-  strengths_.clear();
-  strongest_.clear();
-  if (may_.strongest_candidates == 0) return;
-  for (const NearField::Piece& piece : pieces_) {
+  folds_.strengths.clear();
+  folds_.strongest.clear();
+  if (folds_.may.strongest_candidates == 0) return;
+  for (const NearField::Piece& piece : field_.pieces) {
     std::uint32_t ring = piece.first;
     for (std::uint32_t r = piece.first; r < piece.first + piece.count; ++r)
-      if (forces_[r].size > forces_[ring].size) ring = r;
+      if (field_.forces[r].size > field_.forces[ring].size) ring = r;
     const double distance = fold_distance(ring);
     const double squared =
-        distance * distance + rings_->rings()[ring].core.s + piece.half_length * piece.half_length;
-    strengths_.emplace_back(-piece.size / squared, ring);
+        distance * distance + field_.rings->rings()[ring].core.s + piece.half_length * piece.half_length;
+    folds_.strengths.emplace_back(-piece.size / squared, ring);
   }
-  const std::size_t count = std::min(may_.strongest_candidates, strengths_.size());
-  std::ranges::partial_sort(strengths_, strengths_.begin() + static_cast<std::ptrdiff_t>(count));
-  for (std::size_t k = 0; k < count; ++k) strongest_.push_back(strengths_[k].second);
-  std::ranges::sort(strongest_);
+  const std::size_t count = std::min(folds_.may.strongest_candidates, folds_.strengths.size());
+  std::ranges::partial_sort(folds_.strengths, folds_.strengths.begin() + static_cast<std::ptrdiff_t>(count));
+  for (std::size_t k = 0; k < count; ++k) folds_.strongest.push_back(folds_.strengths[k].second);
+  std::ranges::sort(folds_.strongest);
 }
 
 void MatrixKernelCells::take_bounded_forces() noexcept {
-  bounded_forces_.clear();
-  bounded_corrections_.clear();
+  bounded_.forces.clear();
+  bounded_.corrections.clear();
   std::size_t forces = 0, corrections = 0;
   const auto single = [](double x) { return static_cast<float>(x); };
   const auto place = [&](auto& groups, std::size_t& count, const Vec3& at, double s, double size) {
@@ -131,9 +131,9 @@ void MatrixKernelCells::take_bounded_forces() noexcept {
   };
   const auto add = [&](const Force& force, const Vec3& at, const NearField::Piece& piece, bool is_piece,
                        const NeedleRings::Ring& ring) {
-    const std::size_t lane = place(bounded_forces_, forces, at, ring.core.s,
+    const std::size_t lane = place(bounded_.forces, forces, at, ring.core.s,
                                    !is_piece && ring.count > 1 ? kSixPoints * force.size : force.size);
-    BoundedForces& group = bounded_forces_.back();
+    BoundedForces& group = bounded_.forces.back();
     group.ring2[lane] = is_piece ? 0 : single(ring.radius * ring.radius);
     group.fx[lane] = single(force.direction.x());
     group.fy[lane] = single(force.direction.y());
@@ -141,30 +141,30 @@ void MatrixKernelCells::take_bounded_forces() noexcept {
     group.aside[lane] = single(force.aside);
     group.cubed[lane] = single(force.cubed);
     const Vec3 middle = piece.centre - domain_.centre;
-    group.piece_x[lane] = single(middle.x());
-    group.piece_y[lane] = single(middle.y());
-    group.piece_z[lane] = single(middle.z());
+    group.piece.x[lane] = single(middle.x());
+    group.piece.y[lane] = single(middle.y());
+    group.piece.z[lane] = single(middle.z());
     group.far2[lane] = single(std::min(piece.squared_far(), 1e30));
     group.is_piece[lane] = is_piece ? 1 : 0;
     group.points[lane] = is_piece ? 1 : single(ring.count);
   };
-  for (std::size_t p = 0; p < pieces_.size(); ++p) {
-    const NearField::Piece& piece = pieces_[p];
+  for (std::size_t p = 0; p < field_.pieces.size(); ++p) {
+    const NearField::Piece& piece = field_.pieces[p];
     for (std::uint32_t r = piece.first; r < piece.first + piece.count; ++r) {
-      const NeedleRings::Ring& ring = rings_->rings()[r];
+      const NeedleRings::Ring& ring = field_.rings->rings()[r];
       if (ring.core.counter_s > 0) {
         const std::size_t lane =
-            place(bounded_corrections_, corrections, ring.centre, ring.core.s, forces_[r].size);
-        bounded_corrections_.back().counter_s[lane] = single(ring.core.counter_s);
+            place(bounded_.corrections, corrections, ring.centre, ring.core.s, field_.forces[r].size);
+        bounded_.corrections.back().counter_s[lane] = single(ring.core.counter_s);
       } else {
-        add(forces_[r], ring.centre, piece, false, ring);
+        add(field_.forces[r], ring.centre, piece, false, ring);
       }
     }
     if (piece.squared_far() < std::numeric_limits<double>::infinity())
       for (std::size_t k = 0; k < 2; ++k)
-        add(piece_forces_[p][k], piece.whole[k].at, piece, true, rings_->rings()[piece.first]);
+        add(field_.piece_forces[p][k], piece.whole[k].at, piece, true, field_.rings->rings()[piece.first]);
   }
-  correction_work_ = 2 * corrections;
+  bounded_.correction_work = 2 * corrections;
 }
 
 BoundedCell MatrixKernelCells::bounded(const Cell& cell) const noexcept {
@@ -181,9 +181,9 @@ BoundedCell MatrixKernelCells::bounded(const Cell& cell) const noexcept {
 void MatrixKernelCells::add_kelvin_bounds(const Cell& cell, CellBounds& bounds) const noexcept {
   const BoundedCell asked = bounded(cell);
   const BoundSums forces =
-      near_loops_.kelvin_bounds(bounded_forces_.data(), bounded_forces_.size(), kelvin_, asked);
+      near_loops_.kelvin_bounds(bounded_.forces.data(), bounded_.forces.size(), kelvin_, asked);
   const BoundSums corrections =
-      near_loops_.correction_bounds(bounded_corrections_.data(), bounded_corrections_.size(), kelvin_, asked);
+      near_loops_.correction_bounds(bounded_.corrections.data(), bounded_.corrections.size(), kelvin_, asked);
   bounds.slope = sum_of_bounds(forces.slope, corrections.slope);
   bounds.squeeze = sum_of_bounds(forces.squeeze, corrections.squeeze);
   bounds.shrink = sum_of_bounds(forces.shrink, corrections.shrink);
@@ -193,17 +193,17 @@ void MatrixKernelCells::bound_curvature(const Cell& cell, CellBounds& bounds) co
   if (!bounds_.is_kelvin()) return;
   const BoundedCell asked = bounded(cell);
   const CurvatureSums forces =
-      near_loops_.kelvin_curvatures(bounded_forces_.data(), bounded_forces_.size(), kelvin_, asked);
+      near_loops_.kelvin_curvatures(bounded_.forces.data(), bounded_.forces.size(), kelvin_, asked);
   bounds.curvature = sum_of_bounds(
-      forces.curvature, near_loops_.correction_curvatures(bounded_corrections_.data(),
-                                                          bounded_corrections_.size(), kelvin_, asked));
-  bounds.work = static_cast<std::size_t>(forces.work) + correction_work_;
+      forces.curvature, near_loops_.correction_curvatures(bounded_.corrections.data(),
+                                                          bounded_.corrections.size(), kelvin_, asked));
+  bounds.work = static_cast<std::size_t>(forces.work) + bounded_.correction_work;
 }
 
 // Rings that follow one another on one shaft enclose a piece of needle. Those on one line make one piece.
 void MatrixKernelCells::find_needles() noexcept {
-  needles_.clear();
-  const auto rings = rings_->rings();
+  field_.needles.clear();
+  const auto rings = field_.rings->rings();
   std::size_t first = 0;  // ring of the last piece
   bool continues = false;
   for (std::size_t r = 0; r + 1 < rings.size(); ++r) {
@@ -215,17 +215,17 @@ void MatrixKernelCells::find_needles() noexcept {
       continue;
     }
     if (continues && is_straight(first, r + 1)) {
-      needles_.back() = {rings[first].centre, rings[r + 1].centre};
+      field_.needles.back() = {rings[first].centre, rings[r + 1].centre};
       continue;
     }
-    needles_.emplace_back(rings[r].centre, rings[r + 1].centre);
+    field_.needles.emplace_back(rings[r].centre, rings[r + 1].centre);
     first = r;
     continues = true;
   }
 }
 
 bool MatrixKernelCells::is_straight(std::size_t first, std::size_t last) const noexcept {
-  const auto rings = rings_->rings();
+  const auto rings = field_.rings->rings();
   const Segment line(rings[first].centre, rings[last].centre);
   for (std::size_t r = first + 1; r < last; ++r)
     if (line.squared_distance(rings[r].centre) > kStraight * kStraight) return false;
@@ -234,7 +234,7 @@ bool MatrixKernelCells::is_straight(std::size_t first, std::size_t last) const n
 
 double MatrixKernelCells::distance_to_needles(const Vec3& X) const noexcept {
   double least = std::numeric_limits<double>::infinity();
-  for (const Segment& needle : needles_) least = std::min(least, needle.squared_distance(X));
+  for (const Segment& needle : field_.needles) least = std::min(least, needle.squared_distance(X));
   return std::sqrt(least);
 }
 
@@ -246,8 +246,8 @@ bool MatrixKernelCells::is_in_needle(const Cell& cell) const noexcept {
 // Of the compact kernel, as near_loops.cpp has those of Kelvin's solution: what is asked lies outside the needle, what
 // is interpolated may not.
 void MatrixKernelCells::add_ring_bounds(std::uint32_t r, double distance, CellBounds& bounds) const noexcept {
-  const NeedleRings::Ring& ring = rings_->rings()[r];
-  const double force = forces_[r].size;
+  const NeedleRings::Ring& ring = field_.rings->rings()[r];
+  const double force = field_.forces[r].size;
   const bool is_ring = ring.count > 1;
   const double R2 = ring.radius * ring.radius, asked = is_ring ? std::max(distance, clearance_) : distance;
   const NearBounds::At at = bounds_.at(std::sqrt(asked * asked - R2));
@@ -267,9 +267,9 @@ void MatrixKernelCells::add_ring_bounds(std::uint32_t r, double distance, CellBo
 
 void MatrixKernelCells::add_piece_bounds(std::uint32_t p, const Cell& cell,
                                          CellBounds& bounds) const noexcept {
-  const NearField::Piece& piece = pieces_[p];
+  const NearField::Piece& piece = field_.pieces[p];
   for (std::size_t k = 0; k < 2; ++k) {
-    const double force = piece_forces_[p][k].size;
+    const double force = field_.piece_forces[p][k].size;
     const NearBounds::At at = bounds_.at(std::sqrt(cell.squared_distance(piece.whole[k].at)));
     bounds.slope += force * at.slope;
     bounds.squeeze += force * at.squeeze;
@@ -283,7 +283,8 @@ std::size_t MatrixKernelCells::narrow(const Cell& cell, std::span<const std::uin
                                       std::uint32_t* to, CellBounds& bounds) const noexcept {
   bounds = {};
   bounds.shrink = 0;
-  if (((cell.centre - min_).array() < -cell.half).any() || ((cell.centre - max_).array() > cell.half).any())
+  if (((cell.centre - extent_.min).array() < -cell.half).any() ||
+      ((cell.centre - extent_.max).array() > cell.half).any())
     return 0;
   if (is_in_needle(cell)) return 0;
   if (bounds_.is_kelvin()) {
@@ -295,16 +296,16 @@ std::size_t MatrixKernelCells::narrow(const Cell& cell, std::span<const std::uin
   }
   std::size_t count = 0;
   for (std::size_t i = 0; i < from.size();) {
-    const std::uint32_t p = piece_of_[from[i]];
-    if (const double d2 = cell.squared_distance(pieces_[p].centre); pieces_[p].is_far(d2)) {
+    const std::uint32_t p = field_.piece_of[from[i]];
+    if (const double d2 = cell.squared_distance(field_.pieces[p].centre); field_.pieces[p].is_far(d2)) {
       add_piece_bounds(p, cell, bounds);
-      for (; i < from.size() && piece_of_[from[i]] == p; ++i) to[count++] = from[i];
+      for (; i < from.size() && field_.piece_of[from[i]] == p; ++i) to[count++] = from[i];
       continue;
     }
     const std::uint32_t r = from[i++];
-    const NeedleRings::Ring& ring = rings_->rings()[r];
+    const NeedleRings::Ring& ring = field_.rings->rings()[r];
     const double distance = std::sqrt(cell.squared_distance(ring.centre));
-    if (ring_forces_[r].isZero(0) || distance - ring.radius >= near_.reach()) continue;
+    if (field_.ring_forces[r].isZero(0) || distance - ring.radius >= near_.reach()) continue;
     to[count++] = r;
     add_ring_bounds(r, distance, bounds);
   }
@@ -324,24 +325,25 @@ void MatrixKernelCells::gradients(const Cell& cell, std::span<const std::uint32_
   const auto squared_distance = [&](const Vec3& p) { return cell.squared_distance(p); };
   std::uint32_t done = 0;  // pieces: a source of each is enough
   for (const std::uint32_t r : sources) {
-    const std::uint32_t p = piece_of_[r];
+    const std::uint32_t p = field_.piece_of[r];
     if (p < done) continue;
-    near_.add_sources(*rings_, ring_forces_, pieces_[p], squared_distance, cell.centre, false, chosen_);
+    near_.add_sources(*field_.rings, field_.ring_forces, field_.pieces[p], squared_distance, cell.centre,
+                      false, chosen_);
     done = p + 1;
   }
   near_.add_gradients(X, chosen_, A);
 }
 
 bool MatrixKernelCells::fold_candidates(std::uint32_t i, Cell& cell, CellPoints& X) const noexcept {
-  const bool is_last = i + 1 == ring_forces_.size();
-  const double force = ring_forces_[i].norm();
-  const bool is_asked = strongest_.empty() ? i % may_.candidate_stride == 0 || is_last
-                                           : std::ranges::binary_search(strongest_, i);
+  const bool is_last = i + 1 == field_.ring_forces.size();
+  const double force = field_.ring_forces[i].norm();
+  const bool is_asked = folds_.strongest.empty() ? i % folds_.may.candidate_stride == 0 || is_last
+                                                 : std::ranges::binary_search(folds_.strongest, i);
   if (force == 0 || !is_asked) return false;
-  const NeedleRings::Ring& ring = rings_->rings()[i];
+  const NeedleRings::Ring& ring = field_.rings->rings()[i];
   const double distance = fold_distance(i);
   cell = {ring.centre, 2 * distance};
-  surround(ring_forces_[i] / force, distance, X);
+  surround(field_.ring_forces[i] / force, distance, X);
   // Points within the needle are not checked: they are replaced by the first point outside it.
   std::size_t outside = CellPoints::kCount;
   const auto point = [&](std::size_t k) -> Vec3 { return ring.centre + X.at(k); };
@@ -355,8 +357,9 @@ bool MatrixKernelCells::fold_candidates(std::uint32_t i, Cell& cell, CellPoints&
 
 // With many sources the gradient is the one that blocks use.
 Mat3 MatrixKernelCells::gradient(const Vec3& X) const noexcept {
-  Mat3 A = may_.may_sum_single_rings ? near_.gradient_at(X, *rings_, ring_forces_)
-                                     : near_.gradient_at(X, *rings_, ring_forces_, pieces_);
+  Mat3 A = folds_.may.may_sum_single_rings
+               ? near_.gradient_at(X, *field_.rings, field_.ring_forces)
+               : near_.gradient_at(X, *field_.rings, field_.ring_forces, field_.pieces);
   if (smooth_) A += smooth_->gradient_at(X);
   return A;
 }

@@ -35,7 +35,7 @@ class MatrixKernelCells : public CellField {
   void set_field(const NeedleRings& rings, std::span<const Vec3> ring_forces,
                  std::span<const NearField::Piece> pieces, double margin = 0) noexcept;
 
-  std::size_t sources() const override { return ring_forces_.size(); }
+  std::size_t sources() const override { return field_.ring_forces.size(); }
   Cell domain() const override { return domain_; }
   bool reaches_everywhere() const override { return bounds_.is_kelvin(); }
   double resolution() const override { return kResolution; }
@@ -91,27 +91,40 @@ class MatrixKernelCells : public CellField {
   double clearance_;
   const CellLoops& loops_;
   NearBounds bounds_;
-  KelvinBounds kelvin_;       // of bounds_, where the near part is Kelvin's solution
-  Vec3 rest_min_, rest_max_;  // of the tissue …
-  Vec3 min_, max_;            // … and with the field's margin
+  KelvinBounds kelvin_;  // of bounds_, where the near part is Kelvin's solution
+  struct Extent {
+    Vec3 rest_min, rest_max;  // of the tissue …
+    Vec3 min, max;            // … and with the field's margin
+  };
+  Extent extent_;
   Cell domain_;
-  const NeedleRings* rings_ = nullptr;
-  std::span<const Vec3> ring_forces_;
-  std::span<const NearField::Piece> pieces_;
-  std::vector<Segment> needles_;                    // straight pieces that rings enclose
-  std::vector<std::uint32_t> piece_of_;             // of each ring
-  std::vector<Force> forces_;                       // of the rings …
-  std::vector<std::array<Force, 2>> piece_forces_;  // … and of the pieces
+  /// The field that was set, and what follows from it.
+  struct Field {
+    const NeedleRings* rings = nullptr;
+    std::span<const Vec3> ring_forces;
+    std::span<const NearField::Piece> pieces;
+    std::vector<Segment> needles;                    // straight pieces that rings enclose
+    std::vector<std::uint32_t> piece_of;             // of each ring
+    std::vector<Force> forces;                       // of the rings …
+    std::vector<std::array<Force, 2>> piece_forces;  // … and of the pieces
+  };
+  Field field_;
   WorkBudget budget_;
-  Allowance may_;                                            // with these rings
-  std::vector<std::pair<double, std::uint32_t>> strengths_;  // of pieces, each with its strongest ring
-  std::vector<std::uint32_t>
-      strongest_;  // rings, ascending, that alone are searched for folds; empty: by number
-  // Kelvin's solution: of the rings and pieces about the domain's centre, for the loops.
+  /// Where folds are looked for.
+  struct FoldSearch {
+    Allowance may;                                            // with these rings
+    std::vector<std::pair<double, std::uint32_t>> strengths;  // of pieces, each with its strongest ring
+    std::vector<std::uint32_t> strongest;  // rings, ascending, that alone are searched; empty: by number
+  };
+  FoldSearch folds_;
   const NearLoops& near_loops_;
-  std::vector<BoundedForces> bounded_forces_;
-  std::vector<BoundedCorrections> bounded_corrections_;
-  std::size_t correction_work_ = 0;  // as CellBounds::work
+  /// Kelvin's solution: of the rings and pieces about the domain's centre, for the loops.
+  struct Bounded {
+    std::vector<BoundedForces> forces;
+    std::vector<BoundedCorrections> corrections;
+    std::size_t correction_work = 0;  // as CellBounds::work
+  };
+  Bounded bounded_;
   mutable std::vector<NearSource> chosen_;
 };
 

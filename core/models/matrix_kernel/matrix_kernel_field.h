@@ -74,7 +74,7 @@ class MatrixKernelField : public TissueField {
   std::size_t max_sources() const override { return max_landmarks() * (NeedleRings::kMaxRingsBetween + 2); }
 
   /// Of the factorized landmarks, mm: given, or found for a given stiffness; 0: the model's own rule.
-  std::span<const double> cores() const { return ring_cores_; }
+  std::span<const double> cores() const { return factorized_.cores; }
   /// On the landmarks, of the last update, N by the kernel's own compliance.
   std::span<const Vec3> forces() const { return weights(); }
   const MatrixKernel& kernel() const { return *kernel_; }
@@ -86,7 +86,7 @@ class MatrixKernelField : public TissueField {
     const NeedleRings& rings;
     std::span<const Vec3> ring_forces;  ///< N
   };
-  Parts parts() const { return {*near_, smooth_ ? &*smooth_ : nullptr, field_rings_, ring_forces_}; }
+  Parts parts() const { return {*near_, smooth_ ? &*smooth_ : nullptr, shown_.rings, shown_.ring_forces}; }
   double needle_radius() const { return needle_radius_; }  ///< mm
   int threads() const { return threads_; }
 
@@ -127,23 +127,33 @@ class MatrixKernelField : public TissueField {
   std::optional<SmoothField> smooth_;  // compact_elastic has none
   std::optional<MatrixKernelCells> cells_;
 
-  // The factorized landmarks, n.
-  std::size_t count_ = 0;
-  std::vector<double> ring_cores_;
-  NeedleRings rings_;
-  NearMatrix near_matrix_;
-  SymmetricFactor factor_;
-  BeamColumns beam_columns_;
-  bool keeps_matrix_;
-  // K without compliance, of these landmarks, unless the factor keeps it; empty unless the options ask.
-  Eigen::MatrixXd kept_matrix_;
-  bool has_kept_matrix_ = false;
-  LandmarkSet::Revision kept_;  // of the landmarks whose K was assembled last, if the options ask
+  /// The factorized landmarks, n.
+  struct Factorized {
+    explicit Factorized(const Options& options);
+    std::size_t count = 0;
+    std::vector<double> cores;  // mm
+    NeedleRings rings;
+    NearMatrix near_matrix;
+    SymmetricFactor factor;
+    BeamColumns beam_columns;
+  };
+  Factorized factorized_;
+  /// What is kept of them while only compliances change, if the options ask.
+  struct Kept {
+    bool is_asked = false;
+    Eigen::MatrixXd matrix;  // K without compliance, unless the factor keeps it
+    bool has_matrix = false;
+    LandmarkSet::Revision landmarks;  // whose K was assembled last
+  };
+  Kept kept_;
 
-  // The field's landmarks, which may be others.
-  NeedleRings field_rings_;
-  std::vector<Vec3> ring_forces_;         // near part
-  std::vector<NearField::Piece> pieces_;  // theirs
+  /// The field's landmarks, which may be others.
+  struct Shown {
+    NeedleRings rings;
+    std::vector<Vec3> ring_forces;         // near part
+    std::vector<NearField::Piece> pieces;  // theirs
+  };
+  Shown shown_;
 
   std::vector<std::uint32_t> all_blocks_;
   std::span<const std::uint32_t> touched_;

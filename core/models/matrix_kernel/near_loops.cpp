@@ -238,7 +238,7 @@ BRACHY_INLINE void take_counts(const BoundedForces& f, std::size_t lane, const B
   R far2, is_piece, d2;
   load(f.far2.data() + lane, far2);
   load(f.is_piece.data() + lane, is_piece);
-  take_distance2<kWidth>(f.piece_x, f.piece_y, f.piece_z, lane, cell, d2);
+  take_distance2<kWidth>(f.piece.x, f.piece.y, f.piece.z, lane, cell, d2);
   const R is_other = (d2 > far2 ? one : zero) - is_piece;
   counts = one - is_other * is_other;  // comparing two masks GCC 12 does lane by lane
 }

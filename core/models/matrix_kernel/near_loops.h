@@ -39,10 +39,13 @@ struct alignas(64) BoundedForces {
   Lanes fx{}, fy{}, fz{};  ///< direction
   Lanes aside{};           ///< mm: how far along it the points lie that carry it
   Lanes cubed{};  ///< the mean of 1/d³ over these is at most that of 1/d² to the power of 3/2, times this
-  Lanes piece_x{}, piece_y{}, piece_z{};  ///< middle of the piece that it belongs to, mm …
-  Lanes far2{};                           ///< … which is far from this square of a distance on, mm²
-  Lanes is_piece{};                       ///< 1: it counts where its piece is far, 0: where it is not
-  Lanes points{};                         ///< of the ring, 1 for a point
+  struct Middle {
+    Lanes x{}, y{}, z{};
+  };
+  Middle piece;      ///< middle of the piece that it belongs to, mm …
+  Lanes far2{};      ///< … which is far from this square of a distance on, mm²
+  Lanes is_piece{};  ///< 1: it counts where its piece is far, 0: where it is not
+  Lanes points{};    ///< of the ring, 1 for a point
 };
 
 /// Sixteen corrections (PointCore::of_correction), as above.

@@ -38,19 +38,19 @@ ScalarComposition::ScalarComposition(const Tissue& tissue, const Kernel& kernel,
       cells_(kernel, support_radius, target, max_landmarks),
       steps_(max_steps),
       is_touched_(tissue.blocks.size()),
-      determinants_(tissue.blocks.size() * kPoints),
-      all_(max_landmarks),
-      near_(max_landmarks),
-      double_(max_landmarks),
-      single_(max_landmarks),
-      chosen_(max_landmarks + BlockKernels::kSpare) {
-  for (auto* plane : {&x_, &y_, &z_}) plane->resize(max_landmarks + kGroupSize);
+      determinants_(tissue.blocks.size() * kPoints) {
+  scratch_.all.resize(max_landmarks);
+  scratch_.near.resize(max_landmarks);
+  scratch_.in_double.resize(max_landmarks);
+  scratch_.in_single.resize(max_landmarks);
+  scratch_.chosen.resize(max_landmarks + BlockKernels::kSpare);
+  for (auto* plane : {&scratch_.x, &scratch_.y, &scratch_.z}) plane->resize(max_landmarks + kGroupSize);
   for (Step& step : steps_) {
     step.positions.reserve(max_landmarks);
     step.weights.reserve(max_landmarks);
   }
   touched_.reserve(tissue.blocks.size());
-  std::iota(all_.begin(), all_.end(), 0u);
+  std::iota(scratch_.all.begin(), scratch_.all.end(), 0u);
 }
 
 double ScalarComposition::begin(std::span<const Vec3> positions,
@@ -124,10 +124,11 @@ void ScalarComposition::apply(const Step& step, std::uint32_t b) noexcept {
   }
   const Cell cell = Cell::around(min, max);
   CellBounds bounds;
-  const std::size_t count = cells_.narrow(cell, {all_.data(), step.positions.size()}, near_.data(), bounds);
+  const std::size_t count =
+      cells_.narrow(cell, {scratch_.all.data(), step.positions.size()}, scratch_.near.data(), bounds);
   if (count == 0) return;
   is_touched_[b] = 1;
-  const std::span<const std::uint32_t> near(near_.data(), count);
+  const std::span<const std::uint32_t> near(scratch_.near.data(), count);
 
   float* det_product = &determinants_[b * kPoints];
   if (const double bound = InjectivitySearch::bound_by_norms(bounds, step.scale); bound > kHardlyStrained)
@@ -170,19 +171,19 @@ void ScalarComposition::add_displacement(const Step& step, std::uint32_t b, cons
     const bool is_one = j < sources.size();
     const Vec3 p =
         is_one ? Vec3(inverse * (step.positions[sources[j]] - cell.centre)) : Vec3::Constant(kFarAway);
-    x_[j] = static_cast<float>(p.x());
-    y_[j] = static_cast<float>(p.y());
-    z_[j] = static_cast<float>(p.z());
+    scratch_.x[j] = static_cast<float>(p.x());
+    scratch_.y[j] = static_cast<float>(p.y());
+    scratch_.z[j] = static_cast<float>(p.z());
     if (!is_one) continue;
     const Eigen::Vector3f w = (step.scale * step.weights[sources[j]]).cast<float>();
-    single_[j] = {x_[j], y_[j], z_[j], w.x(), w.y(), w.z()};
+    scratch_.in_single[j] = {scratch_.x[j], scratch_.y[j], scratch_.z[j], w.x(), w.y(), w.z()};
   }
   const auto half = static_cast<float>(inverse * cell.half);
   const LocalBox box{{-half, -half, -half}, {half, half, half}};
   const BlockPoints<float> X = moved_points<float>(b, cell.centre);
   BlockDisplacement<float> more;
-  loops_.direct_by_block(X, &box, {x_.data(), y_.data(), z_.data(), padded}, single_.data(), chosen_.data(),
-                         more);
+  loops_.direct_by_block(X, &box, {scratch_.x.data(), scratch_.y.data(), scratch_.z.data(), padded},
+                         scratch_.in_single.data(), scratch_.chosen.data(), more);
   add(more, displacements_[b]);
 }
 
@@ -192,12 +193,12 @@ void ScalarComposition::add_in_double(const Step& step, std::uint32_t b, const C
   for (std::size_t j = 0; j < sources.size(); ++j) {
     const Vec3 p = inverse * (step.positions[sources[j]] - cell.centre),
                w = step.scale * step.weights[sources[j]];
-    double_[j] = {p.x(), p.y(), p.z(), w.x(), w.y(), w.z()};
+    scratch_.in_double[j] = {p.x(), p.y(), p.z(), w.x(), w.y(), w.z()};
   }
   const BlockPoints<double> X = moved_points<double>(b, cell.centre);
   BlockDisplacement<double> more;
   for (std::size_t first = 0; first < kPoints; first += kGroupSize)
-    loops_.direct_double(X, first, double_.data(), all_.data(), sources.size(), more);
+    loops_.direct_double(X, first, scratch_.in_double.data(), scratch_.all.data(), sources.size(), more);
   add(more, displacements_[b]);
 }
 

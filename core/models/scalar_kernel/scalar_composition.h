@@ -67,12 +67,16 @@ class ScalarComposition : public Composition {
 
   std::vector<std::uint32_t> touched_;
   std::vector<std::uint8_t> is_touched_;
-  std::vector<float> determinants_;        // of each point, the product over steps
-  std::vector<std::uint32_t> all_, near_;  // landmarks
-  std::vector<LocalLandmark<double>> double_;
-  std::vector<LocalLandmark<float>> single_;
-  std::vector<std::uint32_t> chosen_;
-  std::vector<float> x_, y_, z_;
+  std::vector<float> determinants_;  // of each point, the product over steps
+  /// Of the block in work.
+  struct Scratch {
+    std::vector<std::uint32_t> all, near;  // landmarks
+    std::vector<LocalLandmark<double>> in_double;
+    std::vector<LocalLandmark<float>> in_single;
+    std::vector<std::uint32_t> chosen;
+    std::vector<float> x, y, z;
+  };
+  Scratch scratch_;
 };
 
 }  // namespace brachy

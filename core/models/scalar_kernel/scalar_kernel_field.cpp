@@ -105,7 +105,10 @@ void ScalarKernelField::advance_condensing() noexcept {
     inverse_columns_.resize(positions().size() * moving_.size());
   }
   if (!has_columns_) return add_columns();
-  if (is_complete_) return;
+  if (!is_complete_) condense_share();
+}
+
+void ScalarKernelField::condense_share() noexcept {
   is_complete_ = !blocks_.condense(std::max<std::uint64_t>(1, blocks_.reachable_pairs()));
   ++shares_;
 }
@@ -130,10 +133,7 @@ void ScalarKernelField::do_restore(StateReader& reader) {
   reader(settled_ticks_, is_condensing_, moving_, columns, shares, moving_displacements_);
   inverse_columns_.resize(positions().size() * moving_.size());
   while (columns_done_ < columns) add_columns();
-  while (shares_ < shares) {
-    is_complete_ = !blocks_.condense(std::max<std::uint64_t>(1, blocks_.reachable_pairs()));
-    ++shares_;
-  }
+  while (shares_ < shares) condense_share();
   blocks_.evaluate(weights(), moving_displacements_);
 }
 

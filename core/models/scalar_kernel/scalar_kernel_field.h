@@ -56,6 +56,7 @@ class ScalarKernelField : public TissueField {
   void restart() noexcept;
   void advance_condensing() noexcept;
   void add_columns() noexcept;
+  void condense_share() noexcept;
   void compute_weights(std::span<Vec3> weights) noexcept;
 
   RbfSystem system_;

@@ -23,11 +23,8 @@ struct Dropping : TickParts {
     NeedlePose pose = test::needle_pose(test::pose_at(tip, Vec3::UnitZ()));
     pose.button = button;
     mesh.begin(tick + 1);
-    instruments.begin(++tick, {&pose, 1}, *field, body.frame());
-    landmarks.gather(instruments, body);
-    ASSERT_TRUE(contact_solve.solve(tick, instruments.needles(), nullptr, landmarks.set(),
-                                    field->plain_field(), flags));
-    ASSERT_TRUE(field->update(landmarks.set()));
+    TickParts::step(std::span(&pose, 1));
+    ASSERT_TRUE(is_solved);
     mesh.show(*field, body.frame());
     seeds.move(tick, *field, body.frame());
     instruments.find_shapes();

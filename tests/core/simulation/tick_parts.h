@@ -30,6 +30,9 @@ struct TickParts {
   void step(std::initializer_list<Vec3> tips) {
     std::vector<NeedlePose> poses;
     for (const Vec3& tip : tips) poses.push_back(needle_pose(pose_at(tip, Vec3::UnitZ())));
+    step(poses);
+  }
+  void step(std::span<const NeedlePose> poses) {
     flags = instruments.begin(++tick, poses, *field, body.frame());
     landmarks.gather(instruments, body);
     is_solved = bool(contact_solve.solve(tick, instruments.needles(), instruments.probe(), landmarks.set(),
