@@ -33,7 +33,7 @@ class ContactSolve {
   /// For StateWriter and StateReader (core/base/state_archive.h).
   template <class Archive>
   void list_state(Archive& archive) {
-    archive(body_motion_);
+    archive(solver_, body_motion_);
   }
 
  private:

@@ -41,6 +41,12 @@ class ReactionSolver {
                std::span<const double> low, std::span<const double> high, std::span<double> slips,
                std::span<double> reactions) noexcept;
 
+  /// For StateWriter and StateReader (core/base/state_archive.h): the sets, from which reactions have their last bits.
+  template <class Archive>
+  void list_state(Archive& archive) {
+    archive(sides_);
+  }
+
  private:
   enum Side : std::int8_t { kLow = -1, kStuck = 0, kHigh = 1 };
 

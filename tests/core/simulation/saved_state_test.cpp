@@ -100,7 +100,7 @@ TEST_P(ShippedScene, GoesOnFromAnyTickWithTheSameBits) {
 
 INSTANTIATE_TEST_SUITE_P(Saved, ShippedScene,
                          testing::Values("prostate", "prostate_1khz", "three_needles", "perineum", "theatre",
-                                         "session", "hdr"),
+                                         "session", "hdr", "million_points"),
                          [](const auto& name) { return std::string(name.param); });
 
 class SavedModel : public ::testing::TestWithParam<const char*> {};
