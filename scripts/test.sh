@@ -75,7 +75,7 @@ if ((all)); then
   asan=(input_tests realtime_tests haptics_tests net_tests)
   stage 'AddressSanitizer, build' scripts/build.sh asan "${asan[@]}" fuzz_targets
   stage 'live fuzz' scripts/campaigns/live_fuzz.sh 5000
-  stage 'AddressSanitizer, tests' run_tests asan -j 2 -E 'NOT_BUILT|Package|Python|Documents|Layers'
+  stage 'AddressSanitizer, tests' run_tests asan -j 3 -E 'NOT_BUILT|Package|Python|Documents|Layers'
   stage fuzz scripts/fuzz.sh
   # Threads meet in the buffer and in the daemon, which has all of them: these under ThreadSanitizer; server and
   # devices by themselves, and long sums, in nightly.
