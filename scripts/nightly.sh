@@ -19,6 +19,7 @@ parts=(
   'torn        scripts/campaigns/torn_frames.sh 1200'
   'compare     scripts/charts/compare.sh --charts out/nightly/compare'
   'ticks       scripts/charts/ticks.sh --charts out/nightly/ticks'
+  'lag         scripts/charts/lag.sh'
   'stability   scripts/charts/stability.sh --charts out/nightly/stability'
   'zwidth      scripts/charts/zwidth.sh --charts out/nightly/zwidth'
   'dose        scripts/charts/dose.sh --charts out/nightly/dose'

@@ -25,6 +25,8 @@ inline void add_to_json(nlohmann::ordered_json& json, const std::string& counted
   json["min_vertex_det"] = tally.min_vertex_det;
   json["max_substeps"] = tally.max_substeps;
   json["max_held_mm"] = tally.max_held_mm;
+  json[counted + "_late"] = tally.late;
+  json["max_lag_mm"] = tally.max_lag_mm;
   json["max_condition"] = tally.max_condition;
   json["nonfinite"] = tally.nonfinite;
   json[counted + "_steep"] = tally.steep;
@@ -48,10 +50,15 @@ inline std::string to_text(const std::string& counted, const CertificateTally& t
   return fmt::format(
       "  {}: {} injective, {} folded, {} unknown; least det: bound {}, at vertices {}\n"
       "  guard: {} with sub-steps (at most {}), {} clamped (at most {:.2f} mm), {} merged, {} left "
-      "out{}{}{}{}\n",
+      "out{}{}{}{}{}\n",
       counted, tally.injective, tally.folded, tally.unknown, known(tally.min_det_bound),
       known(tally.min_vertex_det), tally.substepped, tally.max_substeps, tally.clamped, tally.max_held_mm,
       tally.merged, tally.dropped,
+      tally.late ? fmt::format(", {} late{}", tally.late,
+                               std::isnan(tally.max_lag_mm)
+                                   ? std::string()
+                                   : fmt::format(" (tissue at most {:.2f} mm behind)", tally.max_lag_mm))
+                 : "",
       tally.steep ? fmt::format(", {} with a needle bent by more than 8°", tally.steep) : "",
       tally.solve_failed ? fmt::format(", {} NOT SOLVED", tally.solve_failed) : "",
       tally.unflagged ? fmt::format(", {} NOT FLAGGED", tally.unflagged) : "",

@@ -21,14 +21,20 @@ struct CertificateTally {
   std::uint64_t injective = 0, folded = 0, unknown = 0;  ///< by verdict; without a certificate: unknown
   std::uint64_t unflagged = 0;  ///< neither injective nor said to be otherwise by a StepFlag: must stay 0
   std::uint64_t nonfinite = 0;  ///< with a coordinate that is not finite: must stay 0
-  std::uint64_t substepped = 0, clamped = 0, merged = 0, dropped = 0, solve_failed = 0,
-                steep = 0;  ///< by StepFlag
+  std::uint64_t substepped = 0, clamped = 0, merged = 0, dropped = 0, solve_failed = 0, steep = 0,
+                late = 0;  ///< by StepFlag
   double min_det_bound = Certificate::kNotKnown,
          min_vertex_det = Certificate::kNotKnown;  ///< NaN: none had one
   std::uint32_t max_substeps = 0;
   double max_held_mm = 0;
+  double max_lag_mm = Certificate::kNotKnown;  ///< TickSummary::lag_mm; NaN: of frames, which do not have it
   double max_condition = 1;
 
+  /// Of a tick.
+  void add(const TickSummary& summary, bool finite) noexcept {
+    add(summary.certificate, summary.step_flags, finite);
+    max_lag_mm = std::fmax(max_lag_mm, summary.lag_mm);
+  }
   void add(const std::optional<Certificate>& certificate, std::uint32_t step_flags, bool finite) noexcept {
     const auto flagged = [&](StepFlag flag) { return (step_flags & flag) != 0; };
     const Verdict verdict = certificate ? certificate->verdict : Verdict::kUnknown;
@@ -46,6 +52,7 @@ struct CertificateTally {
     dropped += flagged(kStepDropped);
     solve_failed += flagged(kStepSolveFailed);
     steep += flagged(kStepSteep);
+    late += flagged(kStepLate);
     if (!certificate) return;
     // fmin and fmax pass over what is not known.
     min_det_bound = std::fmin(min_det_bound, certificate->det_bound);

@@ -20,23 +20,15 @@ WorkCosts WorkCosts::slower_by(double factor) const {
 
 Allowance WorkBudget::allowance(const TickWork& work) const noexcept {
   // What this machine may do of a count at the stored costs.
-  const double pair_share = kStored.landmark_pair_s / costs.landmark_pair_s;
-  const double step_share = kStored.step_s / costs.step_s;
   const double search_share = kStored.certificate_pair_s / costs.certificate_pair_s;
   const double ring_share = costs.block_ring_steps_per_s / kStored.block_ring_steps_per_s;
-  const auto by_pairs = [&](std::size_t count) { return share_of(count, pair_share); };
-  const auto by_steps = [&](std::size_t count) { return share_of(count, step_share); };
   const auto by_search = [&](auto count) { return share_of(count, search_share); };
   const auto by_rings = [&](std::size_t count) { return share_of(count, ring_share); };
   const std::size_t sources = std::max<std::size_t>(1, work.sources), in_steps = work.steps * work.sources;
   Allowance may;
 
   // Forces and field in one tick.
-  const std::size_t pairs =
-      work.changed_landmarks * work.landmarks + work.landmarks * work.landmarks / known_pairs_share;
-  const bool has_many_steps =
-      work.landmarks > few_field_landmarks && work.steps * work.landmarks > by_steps(landmark_steps);
-  may.may_find_field = pairs <= by_pairs(field_pairs) && !has_many_steps;
+  may.may_find_field = is_whole || work.landmarks <= few_field_landmarks || time_left(work_share, work) > 0;
   may.puts_resting_needles_first = work.needles > few_needles;
 
   // The field near what moves.
@@ -66,16 +58,28 @@ Allowance WorkBudget::allowance(const TickWork& work) const noexcept {
   may.weakest_steps = in_steps > by_rings(weakest_step_rings) ? 1 : work.steps;
 
   // The far field: what is left of the period.
-  const auto landmarks = static_cast<double>(work.landmarks);
-  const double time_s = work_share * period_s - costs.system_s - costs.landmark_s * landmarks -
-                        costs.landmark_pair_s * landmarks * landmarks -
-                        costs.certificate_pair_s * static_cast<double>(spent) -
-                        costs.step_s * static_cast<double>(std::max(work.steps, few_steps) - few_steps);
-  const std::size_t block_cost = WorkCosts::kStepRings * (1 + work.steps) + work.step_sources;
-  may.blocks =
-      std::max(work.blocks / least_blocks_share,
-               static_cast<std::size_t>(std::max(0.0, costs.block_ring_steps_per_s * time_s)) / block_cost);
+  const std::size_t block_cost =
+      WorkCosts::kBlockRings + WorkCosts::kStepRings * work.steps + work.step_sources;
+  const auto blocks_in = [&](double time_s) {
+    return static_cast<std::size_t>(std::max(0.0, costs.block_ring_steps_per_s * time_s)) / block_cost;
+  };
+  TickWork with_search = work;
+  with_search.certificate_pairs = spent;
+  const std::size_t least = work.blocks / least_blocks_share;
+  may.easy_blocks = is_whole ? work.blocks : std::max(least, blocks_in(time_left(light_share, with_search)));
+  const std::size_t most = blocks_in(time_left(work_share, with_search)),
+                    lags = work.blocks / WorkCosts::kLagBlocks;
+  may.blocks = std::max(may.easy_blocks, most - std::min(most, lags));
+  may.lag_mm = lag_mm;
   return may;
+}
+
+// Of that share of the period, besides blocks; below 0 where it does not do.
+double WorkBudget::time_left(double share, const TickWork& work) const noexcept {
+  const auto landmarks = static_cast<double>(work.landmarks);
+  return share * period_s - costs.system_s - costs.landmark_s * landmarks -
+         costs.landmark_pair_s * landmarks * landmarks - costs.step_s * static_cast<double>(work.steps) -
+         costs.certificate_pair_s * static_cast<double>(work.certificate_pairs);
 }
 
 }  // namespace brachy

@@ -11,15 +11,17 @@ namespace brachy {
 /// give another machine's figures ([work_costs]; `brachyd doctor` prints them). They belong to what a run computes: a
 /// replay with the same scene has the same bits on any machine.
 struct WorkCosts {
-  double system_s = 1.5e-4;            ///< contact and the landmarks' system, before any landmark, s
-  double landmark_s = 2.45e-5;         ///< a landmark of that system, s
-  double landmark_pair_s = 2.5e-7;     ///< a pair of its landmarks, s
-  double step_s = 1.5e-4;              ///< a sub-step beyond WorkBudget::few_steps, s
+  double system_s = 2e-4;              ///< a tick before any landmark, with its determinants, s
+  double landmark_s = 4e-6;            ///< contact, system and field of a landmark, s
+  double landmark_pair_s = 1.5e-7;     ///< a pair of its landmarks, s
+  double step_s = 1.1e-4;              ///< a sub-step but for blocks and certificate, s
   double certificate_pair_s = 2.5e-8;  ///< a pair of a lattice and a source in the search for folds, s
   /// The field at a block's points by one ring in one sub-step, how many in a second.
   double block_ring_steps_per_s = 5.2e7;
-  /// Rings whose time a step takes at a block, and the block itself.
-  static constexpr std::size_t kStepRings = 10;
+  /// Rings whose time a step takes at a block besides its own, and the block itself with its determinants.
+  static constexpr std::size_t kStepRings = 10, kBlockRings = 40;
+  /// Blocks whose time it takes to find how far every one of them lags (MatrixComposition), as one in so many.
+  static constexpr std::size_t kLagBlocks = 32;
 
   // Of the certificate's other work, in its pairs.
   static constexpr std::uint64_t kLatticePairs = 12;   ///< the bounds at a lattice
@@ -38,10 +40,8 @@ struct WorkCosts {
 
 /// What a tick has counted so far. Each question of WorkBudget::allowance fills in what its answer depends on.
 struct TickWork {
-  std::size_t needles = 0;    ///< with landmarks
-  std::size_t landmarks = 0;  ///< in the landmarks' system
-  /// Of these, on needles of which any landmark lies elsewhere than in the last tick.
-  std::size_t changed_landmarks = 0;
+  std::size_t needles = 0;          ///< with landmarks
+  std::size_t landmarks = 0;        ///< in the landmarks' system
   std::size_t steps = 0;            ///< sub-steps: those composed so far, or the last field's
   std::size_t sources = 0;          ///< of one sub-step: rings of a matrix model, landmarks of a ψ kernel
   std::size_t step_sources = 0;     ///< the sum of the sources of all sub-steps
@@ -69,6 +69,8 @@ struct Allowance {
   std::size_t strongest_candidates = 0;  ///< instead: so many of the strongest sources; 0: by number
   bool may_sum_single_rings = true;      ///< false: gradients in double sum pieces of shafts, as blocks do
   std::size_t blocks = 0;                ///< whose points are evaluated; the others wait
+  std::size_t easy_blocks = 0;           ///< of these, that are evaluated however little they lag
+  double lag_mm = 0;               ///< by which a block may lag behind the landmarks before it counts as late
   std::size_t close_stride = 1;    ///< every so many points close to a needle one has its determinant asked
   std::size_t refined_blocks = 1;  ///< blocks of which every point has
   std::size_t weakest_steps = 0;   ///< steps around whose weakest place every point has
@@ -82,29 +84,26 @@ struct Allowance {
 ///   1. Forces. Contact and the landmarks' system are solved whole. Where the field does not fit into the same tick,
 ///      forces and field take turns: one tick has new forces, the next one the field of its landmarks.
 ///   2. The field near what moves. The landmarks' way is gone in fewer and longer sub-steps, corrections become
-///      coarser, and in the end landmarks are clamped. Blocks that move fast are evaluated before others.
+///      coarser, and in the end landmarks are clamped. Blocks that lag most are evaluated before others.
 ///   3. The certificate. A step that is not certified is tried again, shorter; then folds are only looked for, and the
 ///      tick is flagged (kStepUncertified). Fewer points have their determinants asked.
-///   4. The far field. What the period has left after 1 to 3 goes to blocks; the blocks left out stay where an
-///      earlier tick put them (kStepLate), and follow when nothing moves.
+///   4. The far field. What the period has left after 1 to 3 goes to blocks. Beyond a light tick's share they are those
+///      that lag; what is left out stays where an earlier tick put it, which the tick tells where it is more than
+///      `lag_mm` (kStepLate), and follows when nothing moves.
 ///
-/// Shares of the period: the blocks alone (`work_share`). Everything else is a count for a tick of any length, so a
-/// tick of 1 ms may do as much as one of 5 ms. Counts whose comment names a cost are those of the stored table: where
-/// that cost is twice as high, a tick may do half as many. The other counts choose between methods and do not depend
-/// on costs.
+/// Shares of the period: blocks, and whether the field fits into the forces' tick (`light_share`, `work_share`).
+/// Everything else is a count for a tick of any length, so a tick of 1 ms may do as much as one of 5 ms. Counts whose
+/// comment names a cost are those of the stored table: where that cost is twice as high, a tick may do half as many.
+/// The other counts choose between methods and do not depend on costs.
 struct WorkBudget {
   double period_s = 1.0 / 200;  ///< of a tick, > 0
   WorkCosts costs = {};
+  /// Field and blocks of every tick are evaluated whatever that takes: not in real time, but what `lag_mm` is off.
+  bool is_whole = false;
 
-  // Forces and field in one tick. At 200 Hz 900 pairs are 30 landmarks that all move (four needles deep in the gland),
-  // or 7 that move among 78 in 16 needles.
-  /// Changed landmarks × landmarks, and a share of all pairs; landmark_pair_s.
-  std::size_t field_pairs = 900;
-  /// Of all pairs, one in so many counts: what K knows is not made again.
-  std::size_t known_pairs_share = 16;
-  /// Landmarks up to which `landmark_steps` is not asked.
+  // Forces and field in one tick.
+  /// Landmarks up to which they are never parted: those of three or four needles.
   std::size_t few_field_landmarks = 24;
-  std::size_t landmark_steps = 120;  ///< landmarks × the last field's steps: four needles in four; step_s
   /// Needles up to which the landmarks' system takes them by number: with so few, ordering does not pay.
   std::size_t few_needles = 3;
 
@@ -143,14 +142,16 @@ struct WorkBudget {
   /// Of a block's points far from needles, one in so many is asked.
   static constexpr std::uint32_t kPointStride = 16;
 
-  // The points of the tissue, block by block, of a share of the period: at a half, four stirred needles left a daemon
-  // no time. That share is less what system, certificates and steps take by WorkCosts.
-  double work_share = 0.43;               ///< of the period: 2.15 ms at 200 Hz
-  std::size_t few_steps = 4;              ///< steps whose own cost the share already has
-  std::size_t least_blocks_share = 12;    ///< in any case one in so many blocks is evaluated
-  std::uint32_t oldest_block_ticks = 12;  ///< a block that has waited so long comes before all others
-  float slowest_block_mm = 0.05F;         ///< that a block is taken to move in a tick, at least
-  float oldest_block_mm = 1e3F;           ///< the same of one that has waited too long
+  // The points of the tissue, block by block: what shares of the period leave besides system, certificate and steps by
+  // WorkCosts. The rest of the period is for snapshots, other threads, and ticks that are dearer than the table.
+  double light_share = 0.3;  ///< 1.5 ms at 200 Hz: so much is done though nothing would be late without it
+  double work_share = 0.6;   ///< 3 ms at 200 Hz
+  std::size_t least_blocks_share = 12;  ///< in any case one in so many blocks is evaluated
+  double lag_mm = 0.01;  ///< of one point; of others beside it up to ten times as much was seen
+
+  /// Landmarks no farther from a block than this may move points of it more than the one that is asked …
+  static constexpr double kBesideMm = 8;
+  static constexpr float kMovedShare = 0.5F;  ///< … and by this of their own way at least, it is taken
 
   /// Block pivots of stick and slip (ReactionSolver); beyond, a tick is flagged kStepSlipUnsettled. Sets settle in a
   /// handful.
@@ -163,11 +164,8 @@ struct WorkBudget {
   /// What a tick that has done `work` may still do. Real-time: some divisions.
   Allowance allowance(const TickWork& work) const noexcept;
 
-  /// The order of late blocks, greatest first: how far a block has moved in the `age` ticks since it was evaluated, by
-  /// its `speed` then, mm a tick.
-  float block_priority(std::uint32_t age, float speed) const noexcept {
-    return static_cast<float>(age) * (age < oldest_block_ticks ? speed + slowest_block_mm : oldest_block_mm);
-  }
+ private:
+  double time_left(double share, const TickWork& work) const noexcept;
 };
 
 /// Where one of two ways of computing the same is the faster one, by measurement (`brachy_bench`). Results differ by

@@ -47,11 +47,15 @@ class Composition : public DisplacementField {
   /// Of these, that a tick has time for with what has begun; at least 1. Counted, not timed.
   virtual std::size_t most_steps() const { return std::numeric_limits<std::size_t>::max(); }
 
-  /// φ at the tissue's points, and the least det ∇φ among them (at most 1). Blocks for which a tick has no time, by
-  /// count, stay where an earlier evaluate has put them. `work`: what the tick's certificates took
+  /// φ at the tissue's points, and the least det ∇φ among all that are shown (at most 1). Blocks for which a tick has
+  /// no time, by count, stay where an earlier evaluate has put them. `work`: what the tick's certificates took
   /// (InjectivitySearch::Result), which leaves less.
   virtual void evaluate(std::uint64_t work) noexcept = 0;
   /// Whether there are such. evaluate() goes on with them, while begin is not called.
+  virtual bool is_unfinished() const { return false; }
+  /// How far the points of these lag behind φ, mm: the most, of one point of each block.
+  virtual double lag_mm() const { return 0; }
+  /// Whether that is more than WorkBudget::lag_mm.
   virtual bool is_late() const { return false; }
   /// No landmark is there any more: the tissue is at rest, and the next evaluate starts from there.
   virtual void end() noexcept {}

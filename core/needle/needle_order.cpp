@@ -14,7 +14,6 @@ void NeedleOrder::reserve(std::size_t needles, std::size_t landmarks_of_one) {
 void NeedleOrder::update(std::span<const NeedleContact> contacts, const WorkBudget& budget) noexcept {
   ++update_;
   order_.clear();
-  changed_landmarks_ = 0;
   std::size_t in_tissue = 0;
   for (std::uint32_t n = 0; n < contacts.size(); ++n) {
     const auto landmarks = contacts[n].landmarks();
@@ -26,7 +25,6 @@ void NeedleOrder::update(std::span<const NeedleContact> contacts, const WorkBudg
     in_tissue += landmarks.empty() ? 0 : 1;
     if (stays) continue;
     changed_[n] = update_;
-    changed_landmarks_ += landmarks.size();
     places_[n].clear();
     for (const NeedleLandmark& landmark : landmarks)
       places_[n].push_back({landmark.position, landmark.spread});

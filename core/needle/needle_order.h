@@ -21,13 +21,11 @@ class NeedleOrder {
 
   bool is_by_rest() const { return is_by_rest_; }
   std::span<const std::uint32_t> needles() const { return order_; }  ///< all of them
-  /// Landmarks of the needles of which the last update found any elsewhere.
-  std::size_t changed_landmarks() const { return changed_landmarks_; }
 
   /// For StateWriter and StateReader (core/base/state_archive.h).
   template <class Archive>
   void list_state(Archive& archive) {
-    archive(update_, changed_, places_, order_, changed_landmarks_, is_by_rest_);
+    archive(update_, changed_, places_, order_, is_by_rest_);
   }
 
  private:
@@ -46,7 +44,6 @@ class NeedleOrder {
   std::vector<std::uint64_t> changed_;      // of each needle, the update that found it elsewhere
   std::vector<std::vector<Place>> places_;  // of each needle, then
   std::vector<std::uint32_t> order_;
-  std::size_t changed_landmarks_ = 0;
   bool is_by_rest_ = false;
 };
 

@@ -46,7 +46,7 @@ std::shared_ptr<const SimulationModel> load_simulation_model(const Scene& scene,
   settings.period_s = scene.period_s();
   settings.target = resolve_simd_target(scene.engine.simd);
   settings.threads = scene.engine.threads;
-  settings.work_costs = scene.work_costs;
+  settings.work.costs = scene.work_costs;
   settings.shear_modulus_kpa = scene.tissue.shear_modulus_kpa;
   settings.poisson = scene.tissue.poisson;
   settings.anchors = scene.anchors;

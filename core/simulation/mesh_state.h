@@ -73,6 +73,9 @@ struct TickSummary {
   std::uint32_t landmark_count = 0;  ///< solved in this tick: all needles' and the anchors
   Certificate certificate;           ///< of this tick's field
   double max_displacement_mm = 0;
+  /// By how much the points that are shown lag behind the landmarks' field, at most (Composition::lag_mm): of blocks
+  /// that are left to later ticks, and of the landmarks where the whole field is.
+  double lag_mm = 0;
   std::uint32_t moved_vertices = 0;  ///< points displaced from rest in this tick
   std::uint64_t overruns = 0;        ///< deadlines missed since start (set by the loop)
   std::int64_t publish_ns = 0;       ///< monotonic clock at publish (set by the loop)

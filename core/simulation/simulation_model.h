@@ -52,7 +52,12 @@ struct SimulationSettings {
   double period_s = 1.0 / 200;  ///< of a tick, > 0
   SimdTarget target = best_simd_target();
   int threads = 1;  ///< OpenMP threads of the field evaluation
-  WorkCosts work_costs;
+  /// What a tick may do: `is_whole` as WorkBudget's.
+  struct Work {
+    WorkCosts costs;
+    bool is_whole = false;
+  };
+  Work work;
   /// Of tissue in no region: these set the stiffness of a landmark where the kernel itself knows no force.
   double shear_modulus_kpa = 6;
   double poisson = 0.49;
@@ -89,7 +94,9 @@ struct SimulationModel {
   /// Of one landmark alone (core/elasticity/landmark_stiffness.h).
   double landmark_stiffness_n_per_mm() const;
   /// What a tick of these settings may do.
-  WorkBudget work_budget() const { return {.period_s = settings.period_s, .costs = settings.work_costs}; }
+  WorkBudget work_budget() const {
+    return {.period_s = settings.period_s, .costs = settings.work.costs, .is_whole = settings.work.is_whole};
+  }
 
   Tissue tissue;
   SurfaceBvh surface;  ///< the tissue's

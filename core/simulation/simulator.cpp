@@ -91,10 +91,20 @@ bool Simulator::solve_contacts() noexcept {
 // Sub-steps are as many as the last field had. Counted, not timed: the same poses give the same bits.
 bool Simulator::is_over_budget() const noexcept {
   const LandmarkSet& set = landmarks_.set();
-  const Allowance may = model_->work_budget().allowance({.landmarks = set.positions.size(),
-                                                         .changed_landmarks = landmarks_.changed(),
-                                                         .steps = field_->certificate().substeps});
+  const Allowance may = model_->work_budget().allowance(
+      {.landmarks = set.positions.size(), .steps = field_->certificate().substeps});
   return field_->always_composes() && !may.may_find_field && !field_->shows(set);
+}
+
+// Where the whole field is due it lags as far as its landmarks have gone since.
+double Simulator::lag_mm() const noexcept {
+  double lag = field_->lag_mm();
+  if (!is_field_due_) return lag;
+  const std::span<const Vec3> now = landmarks().displacements,
+                              shown = field_->plain_field().landmark_displacements();
+  for (std::size_t i = 0; i < now.size(); ++i)
+    lag = std::max(lag, (now[i] - (i < shown.size() ? shown[i] : Vec3(Vec3::Zero()))).norm());
+  return lag;
 }
 
 void Simulator::deform() noexcept {
@@ -123,6 +133,7 @@ void Simulator::write(MeshState& state) noexcept {
   summary.certificate = field_->certificate();
   summary.step_flags = flags_ | flag_of(summary.certificate.verdict);
   summary.certificate.condition = field_->plain_field().condition();
+  summary.lag_mm = lag_mm();
   summary.max_displacement_mm = mesh_.max_displacement_mm();
   summary.moved_vertices = mesh_.moved_vertices();
 }

@@ -89,6 +89,7 @@ class Simulator {
  private:
   bool solve_contacts() noexcept;
   bool is_over_budget() const noexcept;
+  double lag_mm() const noexcept;
   void deform() noexcept;
   void write(MeshState& state) noexcept;
 

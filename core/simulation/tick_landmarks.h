@@ -27,8 +27,6 @@ class TickLandmarks {
 
   LandmarkSet& set() { return set_; }
   const LandmarkSet& set() const { return set_; }
-  /// Of these, how many belong to needles whose landmarks lay elsewhere in the last tick.
-  std::size_t changed() const { return order_.changed_landmarks(); }
 
   /// For StateWriter and StateReader (core/base/state_archive.h).
   template <class Archive>

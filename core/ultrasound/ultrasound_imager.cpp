@@ -162,7 +162,7 @@ void UltrasoundImager::make_pixels() {
 }
 
 ImageResult UltrasoundImager::render(const ImagedState& state) noexcept {
-  if (state.verdict != Verdict::kInjective) return ImageResult::kNotCertified;
+  if (state.verdict == Verdict::kFolded) return ImageResult::kFolded;
   const RigidTransform X_WI = state.X_WP * plane_.in_probe();
   if (!keeps_solution_) inverse_.reset();
   if (!inverse_.solve(state.field, state.frame, X_WI)) return ImageResult::kNotSolved;

@@ -20,17 +20,17 @@ namespace brachy {
 
 /// What became of a request for an image.
 enum class ImageResult : std::uint8_t {
-  kNew,           ///< of this state
-  kNotCertified,  ///< the field folds, or may: the last image stands
-  kNotSolved,     ///< some node's material point was not found: the last image stands
+  kNew,        ///< of this state
+  kFolded,     ///< the field folds: the last image stands
+  kNotSolved,  ///< some node's material point was not found: the last image stands
 };
 
 /// What one image shows.
 struct ImagedState {
-  DisplacementField& field;              ///< in the frame of the body
-  const BodyFrame& frame;                ///< where the body is
-  Verdict verdict;                       ///< of the field
-  std::uint64_t tick;                    ///< the receiver's noise differs from tick to tick
+  DisplacementField& field;  ///< in the frame of the body
+  const BodyFrame& frame;    ///< where the body is
+  Verdict verdict;           ///< of the field; unknown: an image that could be solved may still be wrong
+  std::uint64_t tick;        ///< the receiver's noise differs from tick to tick
   std::span<const NeedleState> needles;  ///< without the probe
   std::span<const Seed> seeds;
   RigidTransform X_WP;  ///< the probe's pose

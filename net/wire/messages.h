@@ -432,9 +432,11 @@ enum class ScannerArray : std::uint16_t {
 
 /// Bits of ImageMessage::flags.
 enum ImageFlag : std::uint16_t {
-  kImageHeld = 1u << 0,    ///< the field is not certified since: the pixels are those of an earlier tick
-  kImageFrozen = 1u << 1,  ///< the scanner is frozen
-  kImageZlib = 1u << 2,    ///< `data` is compressed (RFC 1950)
+  /// The field folds since, or could not be inverted: the pixels are those of an earlier tick.
+  kImageHeld = 1u << 0,
+  kImageFrozen = 1u << 1,       ///< the scanner is frozen
+  kImageZlib = 1u << 2,         ///< `data` is compressed (RFC 1950)
+  kImageUncertified = 1u << 3,  ///< it is not known whether the field of these pixels folds
 };
 
 /// An ultrasound image. Image frame I: origin in the middle of the first pixel, +x along its row, +y down its columns.

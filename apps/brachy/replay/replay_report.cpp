@@ -75,7 +75,7 @@ ReplayTally::ReplayTally(const std::vector<std::uint32_t>& needles) {
 void ReplayTally::add(double t_s, const MeshState& state, bool finite) {
   ++ticks_;
   const TickSummary& summary = state.summary;
-  certificates_.add(summary.certificate, summary.step_flags, finite);
+  certificates_.add(summary, finite);
   max_displacement_ = std::max(max_displacement_, summary.max_displacement_mm);
   max_moved_ = std::max(max_moved_, summary.moved_vertices);
   all_flags_ |= summary.step_flags;

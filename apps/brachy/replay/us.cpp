@@ -225,8 +225,9 @@ int run(const UsOptions& given) {
                                          {"files", list}};
     std::cout << json.dump() << "\n";
   } else {
-    std::cout << fmt::format("{}: {} images, {} of them held because their field is not certified\n",
-                             options.out.string(), images, held);
+    std::cout << fmt::format(
+        "{}: {} images, {} of them held because their field folds or could not be inverted\n",
+        options.out.string(), images, held);
   }
   return kExitOk;
 }

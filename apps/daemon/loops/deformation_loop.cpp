@@ -53,8 +53,7 @@ void run_deformation_loop(const std::stop_token& stop, Clock& clock, SimulationR
     ports.forces.slot().start_ns = start_ns;
     ports.forces.publish();
     summary.overruns = measured.overruns;
-    measured.certificates.add(summary.certificate, summary.step_flags,
-                              changes_are_finite(state, run->simulator.tissue().blocks));
+    measured.certificates.add(summary, changes_are_finite(state, run->simulator.tissue().blocks));
     const bool is_imaged = ports.images && ports.images->slot().copy_from(run->simulator, state);
     summary.publish_ns = clock.now_ns();
     if (is_imaged) {

@@ -57,11 +57,13 @@ bool UltrasoundScanner::scan(const ImagedTick& tick, std::size_t view, ScannedIm
   View& v = views_[view];
   const std::span<const NeedleState> instruments = tick.instruments;
   result_ = ImageResult::kNotSolved;
+  const Verdict verdict = is_taken_ ? field_->certificate().verdict : Verdict::kUnknown;
   if (is_taken_)
-    result_ = v.imager->render({*field_, tick.frame, field_->certificate().verdict, tick.tick,
+    result_ = v.imager->render({*field_, tick.frame, verdict, tick.tick,
                                 instruments.first(scene_.needle.count), tick.seeds(), probe_pose(tick)});
   if (result_ == ImageResult::kNew) {
     v.has_image = true;
+    v.flags = verdict == Verdict::kInjective ? 0 : net::kImageUncertified;
     v.tick = tick.tick;
     v.publish_ns = tick.publish_ns;
   }
@@ -95,7 +97,7 @@ void UltrasoundScanner::write(View& view, const ImagedTick& newest, std::uint16_
   const ImagePlane& plane = view.imager->plane();
   net::ImageMessage& m = out.plain;
   m.array = view.array;
-  m.flags = flags;
+  m.flags = flags | view.flags;
   m.width = static_cast<std::uint16_t>(plane.width());
   m.height = static_cast<std::uint16_t>(plane.height());
   m.sequence = ++sequences_[static_cast<std::size_t>(view.array)];

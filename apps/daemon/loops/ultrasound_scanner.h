@@ -77,6 +77,7 @@ class UltrasoundScanner {
     bool has_image = false;
     std::uint64_t tick = 0;
     std::int64_t publish_ns = 0;
+    std::uint16_t flags = 0;  ///< of that image
   };
   View make_view(const std::string& array) const;
   RigidTransform probe_pose(const ImagedTick& tick) const noexcept;

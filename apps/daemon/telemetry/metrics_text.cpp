@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <sys/resource.h>
 #include <unistd.h>
+#include <cmath>
 
 #include <filesystem>
 #include <fstream>
@@ -59,13 +60,17 @@ void add_loop(Exposition& out, const DaemonMetrics& m) {
   out.sample(static_cast<double>(tally.injective), {{"verdict", "injective"}});
   out.sample(static_cast<double>(tally.folded), {{"verdict", "folded"}});
   out.sample(static_cast<double>(tally.unknown), {{"verdict", "unknown"}});
+  out.counter("brachy_ticks_late_total", static_cast<double>(tally.late),
+              "Ticks that show tissue of an earlier one.");
+  out.gauge("brachy_lag_mm_max", std::isnan(tally.max_lag_mm) ? 0 : tally.max_lag_mm,
+            "By how much tissue that was shown lagged behind its landmarks since the start, at most.");
 }
 
 void add_ultrasound(Exposition& out, const DaemonMetrics& m) {
   const UltrasoundStatistics& u = m.ultrasound;
   out.counter("brachy_images_total", static_cast<double>(u.images), "Ultrasound images made.");
   out.counter("brachy_images_held_total", static_cast<double>(u.held),
-              "Times the last ultrasound image stood, because the field is not certified or was not solved.");
+              "Times the last ultrasound image stood, because the field folded or was not solved.");
   out.counter(
       "brachy_images_dropped_total", static_cast<double>(m.images_dropped),
       "Ultrasound images replaced by a newer one before a slow client received them, over all clients.");

@@ -13,6 +13,7 @@ struct Run {
   int operator()(const CompareOptions& o) const { return compare(o); }
   int operator()(const StabilityOptions& o) const { return stability(o); }
   int operator()(const TicksOptions& o) const { return ticks(o); }
+  int operator()(const LagOptions& o) const { return lag(o); }
   int operator()(const ZWidthOptions& o) const { return zwidth(o); }
   int operator()(const DeflectionOptions& o) const { return deflection(o); }
 };

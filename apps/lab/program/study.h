@@ -44,6 +44,12 @@ struct TicksOptions : ReferenceRunOptions {
   bool choices = false;  ///< all that "auto" chooses among, without comparators
 };
 
+struct LagOptions {
+  std::optional<std::filesystem::path> json, markdown;  ///< files to write
+  std::optional<std::filesystem::path> daemon_files;    ///< folder for scenes and trajectories
+  std::vector<std::string> scenarios;                   ///< beginnings of names; empty: all
+};
+
 struct ZWidthOptions {
   double mass_kg = 0.1, damping_n_s_per_mm = 0.0005;    ///< of the device
   std::optional<std::filesystem::path> json, markdown;  ///< files to write
@@ -57,8 +63,8 @@ struct DeflectionOptions {
   std::optional<std::filesystem::path> json, markdown;  ///< files to write
 };
 
-using StudyOptions =
-    std::variant<CompareOptions, StabilityOptions, TicksOptions, ZWidthOptions, DeflectionOptions>;
+using StudyOptions = std::variant<CompareOptions, StabilityOptions, TicksOptions, LagOptions, ZWidthOptions,
+                                  DeflectionOptions>;
 
 /// Runs every model on every reference scene: errors, times, memory; or scores models against measured beads.
 int compare(const CompareOptions& options);
@@ -66,6 +72,8 @@ int compare(const CompareOptions& options);
 int stability(const StabilityOptions& options);
 /// Measures what a tick of every model shows of large motions.
 int ticks(const TicksOptions& options);
+/// Measures how far what ticks show is behind whole ticks, of one to seventeen needles.
+int lag(const LagOptions& options);
 /// Finds the stiffest spring that a device renders stably, against rate and delay.
 int zwidth(const ZWidthOptions& options);
 /// Fits the needle's bending to measured insertions and predicts others.

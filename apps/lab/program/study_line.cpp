@@ -139,6 +139,28 @@ StudyLine add_ticks(CLI::App& app) {
   return {command, [options]() -> StudyOptions { return *options; }};
 }
 
+StudyLine add_lag(CLI::App& app) {
+  auto options = std::make_shared<LagOptions>();
+  auto* command = add_command(app, "lag");
+  command->footer(
+      "Examples:\n"
+      "  brachy lag                                   all scenarios, a minute or two\n"
+      "  brachy lag --scenarios 16 --json lag.json    those whose names begin like this\n"
+      "A tick evaluates as much tissue as it has time for, by count. Lag: the largest distance of a point "
+      "that is\n"
+      "shown from where whole ticks of the same poses show it. scripts/charts/lag.sh measures the ticks of "
+      "running\n"
+      "daemons beside it.\n"
+      "Exit codes: 0 done, 2 bad input.");
+  command->add_option("--json", options->json, "write the rows as JSON");
+  command->add_option("--markdown", options->markdown, "write the table, which is printed anyway");
+  command->add_option("--daemon-files", options->daemon_files,
+                      "folder for scene and trajectory of each scenario, NAME.toml and NAME.csv");
+  command->add_option("--scenarios", options->scenarios, "beginnings of names, comma-separated")
+      ->delimiter(',');
+  return {command, [options]() -> StudyOptions { return *options; }};
+}
+
 StudyLine add_zwidth(CLI::App& app) {
   auto options = std::make_shared<ZWidthOptions>();
   auto damping = std::make_shared<double>(1e3 * options->damping_n_s_per_mm);
@@ -206,8 +228,8 @@ StudyOptions parse_study_line(int argc, char** argv, std::optional<int>& exit_co
                name == "brachy" ? name : "brachy-study");
   app.require_subcommand(1);
   app.footer(app.get_name() + " COMMAND --help describes a command, with examples.");
-  const StudyLine lines[] = {add_compare(app), add_stability(app), add_ticks(app), add_zwidth(app),
-                             add_deflection(app)};
+  const StudyLine lines[] = {add_compare(app), add_stability(app), add_ticks(app),
+                             add_lag(app),     add_zwidth(app),    add_deflection(app)};
   const auto* json = app.add_flag("--json")->description("with --version: print it as JSON");
   exit_code = parse_arguments(app, argc, argv);
   if (!exit_code && *json) {

@@ -141,6 +141,7 @@ class ImageFlag(IntFlag):
     HELD = 1
     FROZEN = 2
     ZLIB = 4
+    UNCERTIFIED = 8
 
 
 class ScannerFlag(IntFlag):

@@ -39,10 +39,9 @@ FactorStatus GuardedField::update(const LandmarkSet& landmarks) noexcept {
   assert(landmarks.revision().displacements != 0);
   evaluation_ = Evaluation::kIdle;
   if (shows(landmarks)) {
-    if (is_composed_ && composition_->is_late()) {
+    if (is_composed_ && composition_->is_unfinished()) {
       spent_pairs_ = 0;
       evaluate_composition();
-      let_vertex_decide();
     }
     return field_->factorize(landmarks);
   }
@@ -61,17 +60,31 @@ FactorStatus GuardedField::update(const LandmarkSet& landmarks) noexcept {
     return {};
   }
   guard();
-  let_vertex_decide();
   return {};
 }
 
-// A vertex may decide what the search could not.
-void GuardedField::let_vertex_decide() noexcept {
-  if (certificate_.vertex_det > 0 || certificate_.verdict == Verdict::kFolded) return;
-  certificate_.verdict = Verdict::kFolded;
-  certificate_.place = least_vertex_;
-  certificate_.det_bound = Certificate::kNotKnown;
-  flags_ = (flags_ & ~kStepUncertified) | kStepFolded;
+Certificate GuardedField::certificate() const {
+  Certificate shown = certificate_;
+  if (shown.verdict == Verdict::kFolded) return shown;
+  if (shown.vertex_det <= 0) {
+    shown.verdict = Verdict::kFolded;
+    shown.place = least_vertex_;
+  } else if (is_composed_ && composition_->is_late()) {
+    shown.verdict = Verdict::kUnknown;
+  }
+  if (shown.verdict != Verdict::kInjective) shown.det_bound = Certificate::kNotKnown;
+  return shown;
+}
+
+std::uint32_t GuardedField::flags() const {
+  switch (certificate().verdict) {
+    case Verdict::kFolded:
+      return (flags_ & ~kStepUncertified) | kStepFolded;
+    case Verdict::kUnknown:
+      return flags_ | kStepUncertified;
+    default:
+      return flags_;
+  }
 }
 
 Vec3 GuardedField::displacement_at(const Vec3& X) const noexcept {

@@ -47,8 +47,12 @@ class GuardedField : public DisplacementField {
   TissueField& plain_field() { return *field_; }
   const TissueField& plain_field() const { return *field_; }
 
-  const Certificate& certificate() const { return certificate_; }
-  std::uint32_t flags() const { return flags_; }  ///< StepFlag bits of the guard in this tick
+  /// As Composition::lag_mm, of the last update.
+  double lag_mm() const { return is_composed_ ? composition_->lag_mm() : 0; }
+  /// Of what is shown. A vertex may decide what the search could not; and where blocks lag behind an injective field
+  /// they are none of it, and the verdict is unknown.
+  Certificate certificate() const;
+  std::uint32_t flags() const;  ///< StepFlag bits of the guard in this tick
 
   /// What the field has besides `landmarks`, the last settled ones: above all what it still shows of earlier ones. A
   /// field that is made alike and restored with the same landmarks goes on bit for bit. Errors: as StateReader; restore
@@ -61,7 +65,6 @@ class GuardedField : public DisplacementField {
   void clamp(const CellField& cells, const FoldCandidate& fold_candidate) noexcept;
   void compose() noexcept;
   void evaluate_composition() noexcept;
-  void let_vertex_decide() noexcept;
   InjectivitySearch::Result search(const CellField& cells, double scale, const FoldCandidate& fold_candidate,
                                    std::uint64_t pairs) noexcept;
   InjectivitySearch::Result find_step(const CellField& cells, const FoldCandidate& fold_candidate,

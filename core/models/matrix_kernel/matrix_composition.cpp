@@ -55,6 +55,17 @@ void add(const BlockDisplacement<float>& more, double scale, BlockDisplacement<f
   }
 }
 
+// The point whose displacements differ most.
+std::uint32_t farthest_apart(const BlockDisplacement<float>& a, const BlockDisplacement<float>& b,
+                             std::size_t count) {
+  alignas(64) float apart2[kPoints];
+  for (std::size_t i = 0; i < kPoints; ++i) {
+    const float x = a.ux[i] - b.ux[i], y = a.uy[i] - b.uy[i], z = a.uz[i] - b.uz[i];
+    apart2[i] = x * x + y * y + z * z;
+  }
+  return static_cast<std::uint32_t>(std::max_element(apart2, apart2 + count) - apart2);
+}
+
 }  // namespace
 
 MatrixComposition::MatrixComposition(const Tissue& tissue, const MatrixKernelField& field, SimdTarget target,
@@ -68,7 +79,7 @@ MatrixComposition::MatrixComposition(const Tissue& tissue, const MatrixKernelFie
       budget_(budget),
       sources_(static_cast<std::size_t>(std::max(1, field.threads()))) {
   blocks_.all.resize(tissue.blocks.size());
-  blocks_.turns.resize(tissue.blocks.size());
+  blocks_.shown.resize(tissue.blocks.size());
   smooth_.blocks.resize(tissue.blocks.size());
   smooth_.block_determinants.resize(tissue.blocks.size());
   const std::size_t rings = field.max_sources();
@@ -95,14 +106,16 @@ MatrixComposition::MatrixComposition(const Tissue& tissue, const MatrixKernelFie
   for (auto& sources : sources_) sources.reserve(rings * NeedleRings::kPoints);
   std::iota(blocks_.all.begin(), blocks_.all.end(), 0u);
   blocks_.chosen.reserve(blocks_.all.size());
+  blocks_.last_landmarks.reserve(max_landmarks);
+  blocks_.movers.reserve(max_landmarks);
 }
 
 double MatrixComposition::begin(std::span<const Vec3> positions,
                                 std::span<const Vec3> displacements) noexcept {
   begin_way(positions, displacements);
   count_ = carried_.steps = 0;
-  least_determinant_ = 1;
-  for (Turn& turn : blocks_.turns) turn.is_present = false;
+  for (Shown& block : blocks_.shown) block.is_present = false;
+  note_motion();
   correction_.is_on = correction_.has_blocks = false;
   correction_.cores.clear();
   missed_ = 0;
@@ -323,16 +336,20 @@ void MatrixComposition::find_correction_blocks(const NeedleRings& points) noexce
 
 void MatrixComposition::end() noexcept {
   std::ranges::fill(displacements_, BlockDisplacement<float>{});
-  std::ranges::fill(blocks_.turns, Turn{});
-  blocks_.is_late = false;
+  std::ranges::fill(blocks_.shown, Shown{});
+  blocks_.last_landmarks.clear();
+  blocks_.is_unfinished = false;
+  blocks_.lag_mm = 0;
 }
 
 void MatrixComposition::save(StateWriter& writer) const {
-  writer(displacements_, blocks_.turns, blocks_.is_late, least_determinant_, least_place_);
+  writer(displacements_, blocks_.shown, blocks_.last_landmarks, blocks_.is_unfinished, blocks_.lag_mm,
+         least_determinant_, least_place_);
 }
 
 void MatrixComposition::restore(StateReader& reader) {
-  reader(displacements_, blocks_.turns, blocks_.is_late, least_determinant_, least_place_);
+  reader(displacements_, blocks_.shown, blocks_.last_landmarks, blocks_.is_unfinished, blocks_.lag_mm,
+         least_determinant_, least_place_);
 }
 
 // With the steps so far, corrections included where they are composed.
@@ -341,32 +358,97 @@ Allowance MatrixComposition::allowance() const noexcept {
       {.landmarks = positions_.size(), .steps = count_, .sources = correction_.near_forces.size()});
 }
 
-// All blocks that do not show the present landmarks yet; or those of them that have waited longest for how fast they
-// move.
+// All blocks that do not show the present landmarks yet; or those of them that lag most, as many as lag at all and the
+// tick has time for.
 void MatrixComposition::choose_blocks(std::uint64_t work) noexcept {
   std::size_t rings = 0;
   for (std::size_t k = 0; k < count_; ++k) rings += steps_[k].forces.size();
-  const std::size_t most = budget_
-                               .allowance({.landmarks = positions_.size(),
+  const Allowance may = budget_.allowance({.landmarks = positions_.size(),
                                            .steps = count_,
                                            .step_sources = rings,
                                            .certificate_pairs = work,
-                                           .blocks = blocks_.all.size()})
-                               .blocks;
-  blocks_.chosen.clear();
+                                           .blocks = blocks_.all.size()});
+  std::vector<std::uint32_t>& chosen = blocks_.chosen;
+  chosen.clear();
   for (const std::uint32_t b : blocks_.all)
-    if (!blocks_.turns[b].is_present) blocks_.chosen.push_back(b);
-  blocks_.is_late = most < blocks_.chosen.size();
-  if (!blocks_.is_late) return;
-  const auto end = blocks_.chosen.begin() + static_cast<std::ptrdiff_t>(most);
-  std::ranges::nth_element(blocks_.chosen, end, [&](std::uint32_t a, std::uint32_t b) {
-    const auto priority = [&](const Turn& turn) { return budget_.block_priority(turn.age, turn.speed); };
-    const float of_a = priority(blocks_.turns[a]), of_b = priority(blocks_.turns[b]);
-    return of_a != of_b ? of_a > of_b : a < b;
+    if (!blocks_.shown[b].is_present) chosen.push_back(b);
+  blocks_.is_unfinished = may.easy_blocks < chosen.size();
+  blocks_.lag_mm = 0;
+  if (!blocks_.is_unfinished) return;
+  find_lags();
+  const auto lag_of = [&](std::uint32_t b) { return blocks_.shown[b].lag_mm; };
+  const auto lagging = static_cast<std::size_t>(std::ranges::count_if(
+      chosen, [&](std::uint32_t b) { return !(static_cast<double>(lag_of(b)) <= may.lag_mm); }));
+  const std::size_t most = std::max(may.easy_blocks, std::min(may.blocks, lagging));
+  blocks_.is_unfinished = most < chosen.size();
+  if (!blocks_.is_unfinished) return;
+  const auto end = chosen.begin() + static_cast<std::ptrdiff_t>(most);
+  std::ranges::nth_element(chosen, end, [&](std::uint32_t a, std::uint32_t b) {
+    return lag_of(a) != lag_of(b) ? lag_of(a) > lag_of(b) : a < b;
   });
-  for (auto late = end; late != blocks_.chosen.end(); ++late) ++blocks_.turns[*late].age;
-  blocks_.chosen.erase(end, blocks_.chosen.end());
-  std::ranges::sort(blocks_.chosen);
+  blocks_.lag_mm = static_cast<double>(lag_of(*end));  // of those that are left out the most
+  chosen.erase(end, chosen.end());
+  std::ranges::sort(chosen);
+}
+
+// A landmark has gone as far as it is from the nearest of the last tick's; the first of all, all their way.
+void MatrixComposition::note_motion() noexcept {
+  std::vector<Vec3>& last = blocks_.last_landmarks;
+  blocks_.movers.clear();
+  for (std::size_t i = 0; i < positions_.size(); ++i) {
+    double least2 = landmark_displacements_[i].squaredNorm();
+    for (std::size_t k = 0; k < last.size(); ++k) {
+      const double distance2 = (positions_[i] + landmark_displacements_[i] - last[k]).squaredNorm();
+      least2 = k == 0 ? distance2 : std::min(least2, distance2);
+    }
+    if (least2 > 0) blocks_.movers.push_back({positions_[i], std::sqrt(least2)});
+  }
+  last.clear();
+  for (std::size_t i = 0; i < positions_.size(); ++i)
+    last.push_back(positions_[i] + landmark_displacements_[i]);
+  for (const std::uint32_t b : blocks_.all) {
+    double farthest = 0;
+    for (const auto& [at, motion] : blocks_.movers)
+      if (motion > farthest &&
+          tissue_.blocks[b].squared_distance(at) <= WorkBudget::kBesideMm * WorkBudget::kBesideMm)
+        farthest = motion;
+    blocks_.shown[b].moved_beside_mm += static_cast<float>(farthest);
+  }
+}
+
+// The point of each block that moved most last, as all are evaluated, those of some neighbouring blocks together.
+void MatrixComposition::find_lags() noexcept {
+  constexpr std::size_t kTogether = NearLoops::kFew;
+  const NearField& near = field_.parts().near;
+  const SmoothField* smooth = field_.parts().smooth;
+  std::array<Vec3, kTogether> X;
+  for (std::size_t first = 0; first < blocks_.chosen.size(); first += kTogether) {
+    const std::size_t count = std::min(kTogether, blocks_.chosen.size() - first);
+    const auto rest = [&](std::size_t i) {
+      const std::uint32_t b = blocks_.chosen[first + i];
+      return tissue_.rest_vertices[tissue_.blocks[b].first + blocks_.shown[b].sample];
+    };
+    for (std::size_t i = 0; i < count; ++i) {
+      X[i] = rest(i);
+      if (smooth) smooth->add_displacement_at(X[i], X[i]);
+    }
+    CentredPoints points({X.data(), count});
+    for (std::size_t k = 0; k < count_; ++k) {
+      const Step& step = steps_[k];
+      BlockDisplacement<float> u{};
+      near.add_to_points(points.local, points.centre, points.box, step.rings, step.forces, step.pieces,
+                         sources_[0], u, kTogether);
+      move(u, step.scale, count, points.local, points.centre, points.box);
+    }
+    for (std::size_t i = 0; i < count; ++i) {
+      const std::uint32_t b = blocks_.chosen[first + i];
+      const Vec3 u = points.centre + Vec3(points.local.x[i], points.local.y[i], points.local.z[i]) - rest(i);
+      Shown& shown = blocks_.shown[b];
+      shown.lag_mm =
+          std::max(static_cast<float>((u - displacement_in(displacements_[b], shown.sample)).norm()),
+                   WorkBudget::kMovedShare * shown.moved_beside_mm);
+    }
+  }
 }
 
 void MatrixComposition::evaluate(std::uint64_t work) noexcept {
@@ -379,7 +461,7 @@ void MatrixComposition::evaluate(std::uint64_t work) noexcept {
 void MatrixComposition::evaluate_block(std::uint32_t b, std::vector<NearSource>& sources) noexcept {
   const MatrixKernelField::Parts parts = field_.parts();
   BlockDisplacement<float>& u = displacements_[b];
-  const Eigen::Vector3f before(u.ux[0], u.uy[0], u.uz[0]);
+  const BlockDisplacement<float> before = u;
   u = {};
   if (parts.smooth) parts.smooth->interpolate(b, parts.near.blocks().points[b], u);
   Block box = tissue_.blocks[b];
@@ -396,9 +478,8 @@ void MatrixComposition::evaluate_block(std::uint32_t b, std::vector<NearSource>&
     add(more, step.scale, u);
     if (k + 1 < count_) move(more, step.scale, box.count, X, centre, box);
   }
-  Turn& turn = blocks_.turns[b];
-  const Eigen::Vector3f way = Eigen::Vector3f(u.ux[0], u.uy[0], u.uz[0]) - before;
-  turn = {1, way.norm() / static_cast<float>(turn.age), true};
+  Shown& shown = blocks_.shown[b];
+  shown = {.is_present = true, .sample = farthest_apart(before, u, box.count)};
 }
 
 // Points close to a needle and a few of each block's first; then all of the blocks with the least among these and of
@@ -413,9 +494,10 @@ void MatrixComposition::find_least_determinant() noexcept {
     determinants({points.data(), count}, det.data());
     for (std::size_t i = 0; i < count; ++i) {
       const auto [block, index] = points[i];
-      if (det[i] < least_determinant_) {
-        least_determinant_ = det[i];
-        least_place_ = tissue_.rest_vertices[tissue_.blocks[block].first + index];
+      Shown& shown = blocks_.shown[block];
+      if (det[i] < static_cast<double>(shown.least_det)) {
+        shown.least_det = static_cast<float>(det[i]);
+        shown.weakest = index;
       }
       const auto known = std::ranges::find(worst, block, &std::pair<double, std::uint32_t>::second);
       auto& place = known != worst.end() && known->first < 2 ? *known : worst.back();
@@ -456,7 +538,17 @@ void MatrixComposition::find_least_determinant() noexcept {
   choose_refined(worst, may);
   for (const std::uint32_t b : blocks_.refined) add(b, 0, 1, kFar);
   if (count > 0) take();
-  if (least_determinant_ < 1) least_determinant_ = std::min(1.0, determinant_at(least_place_));
+  take_least_determinant();
+}
+
+// Of all blocks, those too that show an earlier field.
+void MatrixComposition::take_least_determinant() noexcept {
+  const auto weakest = std::ranges::min_element(blocks_.shown, {}, &Shown::least_det);
+  const auto b = static_cast<std::size_t>(weakest - blocks_.shown.begin());
+  least_determinant_ = static_cast<double>(weakest->least_det);
+  if (least_determinant_ >= 1) return;
+  least_place_ = tissue_.rest_vertices[tissue_.blocks[b].first + weakest->weakest];
+  if (weakest->is_present) least_determinant_ = std::min(1.0, determinant_at(least_place_));
 }
 
 void MatrixComposition::choose_refined(const WorstBlocks& worst, const Allowance& may) noexcept {

@@ -39,7 +39,9 @@ class MatrixComposition : public Composition {
   std::size_t most_steps() const override;
 
   void evaluate(std::uint64_t work) noexcept override;
-  bool is_late() const override { return blocks_.is_late; }
+  bool is_unfinished() const override { return blocks_.is_unfinished; }
+  double lag_mm() const override { return blocks_.lag_mm; }
+  bool is_late() const override { return blocks_.lag_mm > budget_.lag_mm; }
   void end() noexcept override;
   void save(StateWriter& writer) const override;
   void restore(StateReader& reader) override;
@@ -81,10 +83,13 @@ class MatrixComposition : public Composition {
   void begin_lots(std::size_t lot) noexcept;
   Allowance allowance() const noexcept;
   void choose_blocks(std::uint64_t work) noexcept;
+  void note_motion() noexcept;
+  void find_lags() noexcept;
   void evaluate_block(std::uint32_t b, std::vector<NearSource>& sources) noexcept;
   /// Blocks with the least determinants of the points that were sampled, each with that.
   using WorstBlocks = std::array<std::pair<double, std::uint32_t>, WorkBudget::kRefinedBlocks>;
   void find_least_determinant() noexcept;
+  void take_least_determinant() noexcept;
   void choose_refined(const WorstBlocks& worst, const Allowance& may) noexcept;
   void determinants(std::span<const PointAt> points, double* det) noexcept;
   std::uint32_t block_at(const Vec3& x, double reached) const noexcept;
@@ -133,24 +138,32 @@ class MatrixComposition : public Composition {
   };
   Correction correction_;
 
-  /// When a block was evaluated, and how fast it moved then.
-  struct Turn {
-    std::uint32_t age = 1;    ///< ticks
-    float speed = 0;          ///< mm a tick
-    bool is_present = false;  ///< it shows what was begun last
+  /// What a block shows.
+  struct Shown {
+    bool is_present = false;    ///< what was begun last
+    float lag_mm = 0;           ///< else how far its sample is from there, where that was asked
+    float least_det = 1;        ///< of its points whose determinants were asked when it was evaluated, …
+    std::uint32_t weakest = 0;  ///< … and the one that has it
+    std::uint32_t sample = 0;   ///< the point that moved most when it was evaluated
+    float moved_beside_mm =
+        0;  ///< how far landmarks beside it have gone since then, the farthest in each tick
 
     template <class Archive>
     void list_state(Archive& archive) {
-      archive(age, speed, is_present);
+      archive(is_present, lag_mm, least_det, weakest, sample, moved_beside_mm);
     }
   };
 
   WorkBudget budget_;
   struct Blocks {
     std::vector<std::uint32_t> all;
-    std::vector<Turn> turns;
+    std::vector<Shown> shown;          // of each block
+    std::vector<Vec3> last_landmarks;  // where begin had them, mm
+    std::vector<std::pair<Vec3, double>>
+        movers;                         // of those now: where, at rest, and how far they have gone, mm
     std::vector<std::uint32_t> chosen;  // that this tick evaluates
-    bool is_late = false;
+    bool is_unfinished = false;
+    double lag_mm = 0;
     std::vector<std::uint32_t> refined;  // whose determinants are all taken
   };
   Blocks blocks_;

@@ -31,10 +31,10 @@ std::vector<Key<WorkCosts>> work_cost_keys() {
   using S = WorkCosts;
   constexpr Range kSeconds = {1e-9, 1};
   return {
-      number("system_s", &S::system_s, kSeconds, kLive, "contact and the landmarks' system"),
-      number("landmark_s", &S::landmark_s, kSeconds, kLive, "and for each of its landmarks"),
-      number("landmark_pair_s", &S::landmark_pair_s, kSeconds, kLive, "and for each pair of them"),
-      number("step_s", &S::step_s, kSeconds, kLive, "a sub-step beyond the fourth"),
+      number("system_s", &S::system_s, kSeconds, kLive, "a tick before any landmark, with its determinants"),
+      number("landmark_s", &S::landmark_s, kSeconds, kLive, "and for each landmark"),
+      number("landmark_pair_s", &S::landmark_pair_s, kSeconds, kLive, "and for each pair of landmarks"),
+      number("step_s", &S::step_s, kSeconds, kLive, "a sub-step, but for blocks and certificate"),
       number("certificate_pair_s", &S::certificate_pair_s, kSeconds, kLive,
              "a pair of a lattice and a source in the search for folds"),
       number("block_ring_steps_per_s", &S::block_ring_steps_per_s, {1e5, 1e10}, kLive,

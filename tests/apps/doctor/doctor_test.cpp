@@ -126,10 +126,10 @@ TEST(Doctor, EndsWithTheCostsOfWorkAsLinesForAScene) {
   const std::size_t at = text.find(words);
   ASSERT_NE(at, std::string::npos) << text;
   const Scene pasted = parse_scene(text.substr(at + words.size()), "pasted");
-  EXPECT_EQ(pasted.work_costs.system_s, 3e-4);
-  EXPECT_EQ(pasted.work_costs.landmark_s, 4.9e-5);
-  EXPECT_EQ(pasted.work_costs.landmark_pair_s, 5e-7);
-  EXPECT_EQ(pasted.work_costs.step_s, 3e-4);
+  EXPECT_EQ(pasted.work_costs.system_s, 4e-4);
+  EXPECT_EQ(pasted.work_costs.landmark_s, 8e-6);
+  EXPECT_EQ(pasted.work_costs.landmark_pair_s, 3e-7);
+  EXPECT_EQ(pasted.work_costs.step_s, 2.2e-4);
   EXPECT_EQ(pasted.work_costs.certificate_pair_s, 5e-8);
   EXPECT_EQ(pasted.work_costs.block_ring_steps_per_s, 2.6e7);
 }

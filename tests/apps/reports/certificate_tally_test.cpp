@@ -45,6 +45,22 @@ TEST(CertificateTally, CountsByVerdictAndByGuard) {
   EXPECT_EQ(tally.max_condition, 1e5);
 }
 
+TEST(CertificateTally, OfTicksTheLargestLagIsKept) {
+  CertificateTally tally;
+  EXPECT_TRUE(std::isnan(tally.max_lag_mm));
+  TickSummary summary;
+  tally.add(summary, true);
+  EXPECT_EQ(tally.max_lag_mm, 0);
+  EXPECT_EQ(tally.late, 0u);
+  summary.step_flags = kStepLate;
+  summary.lag_mm = 0.25;
+  tally.add(summary, true);
+  summary.lag_mm = 0.125;
+  tally.add(summary, true);
+  EXPECT_EQ(tally.max_lag_mm, 0.25);
+  EXPECT_EQ(tally.late, 2u);
+}
+
 TEST(CertificateTally, AVerdictThatItsOwnFlagDoesNotTellIsUnflagged) {
   CertificateTally tally;
   tally.add(certificate(Verdict::kFolded, Certificate::kNotKnown, 0), kStepUncertified, true);

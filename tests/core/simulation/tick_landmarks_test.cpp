@@ -47,9 +47,13 @@ TEST(TickLandmarks, TipsComeLast) {
 TEST(TickLandmarks, ANeedleThatRestsHasNotChanged) {
   TickParts parts;
   for (double z = -40; z <= 0; z += 0.5) parts.step({{8, -4, z}});
-  EXPECT_EQ(parts.landmarks.changed(), parts.instruments.needles()[0].landmarks().size());
-  for (int i = 0; i < 5; ++i) parts.step({{8, -4, 0}});
-  EXPECT_EQ(parts.landmarks.changed(), 0u);
+  const std::uint64_t moving = parts.landmarks.set().revision().positions;
+  parts.step({{8, -4, 0.5}});
+  EXPECT_NE(parts.landmarks.set().revision().positions, moving);
+  for (int i = 0; i < 5; ++i) parts.step({{8, -4, 0.5}});
+  const std::uint64_t resting = parts.landmarks.set().revision().positions;
+  parts.step({{8, -4, 0.5}});
+  EXPECT_EQ(parts.landmarks.set().revision().positions, resting);
 }
 
 // An anchor in a needle's way is moved beside it, not left out.

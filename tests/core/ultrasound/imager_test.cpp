@@ -279,19 +279,18 @@ TEST(UltrasoundImage, DoesNotAllocate) {
   }
 }
 
-TEST(UltrasoundImage, StandsWhereTheFieldIsNotCertified) {
+TEST(UltrasoundImage, StandsWhereTheFieldFoldsAndGoesOnWhereThatIsUnknown) {
   UltrasoundImager imager(plain_options("transverse"), std::make_shared<EchoMap>());
   FunctionField rest(kNoMotion);
   FunctionField moved([](const Vec3&) { return Vec3(0, 1, 0); });
   ASSERT_EQ(test::render(imager, rest), ImageResult::kNew);
   const std::vector<std::uint8_t> last(imager.pixels().begin(), imager.pixels().end());
   const BodyFrame frame;
-  for (const Verdict verdict : {Verdict::kUnknown, Verdict::kFolded}) {
-    EXPECT_EQ(imager.render({moved, frame, verdict, 2, {}, {}, test::probe_below()}),
-              ImageResult::kNotCertified);
-    EXPECT_TRUE(std::ranges::equal(last, imager.pixels()));
-  }
-  EXPECT_EQ(test::render(imager, moved), ImageResult::kNew);
+  EXPECT_EQ(imager.render({moved, frame, Verdict::kFolded, 2, {}, {}, test::probe_below()}),
+            ImageResult::kFolded);
+  EXPECT_TRUE(std::ranges::equal(last, imager.pixels()));
+  EXPECT_EQ(imager.render({moved, frame, Verdict::kUnknown, 2, {}, {}, test::probe_below()}),
+            ImageResult::kNew);
   EXPECT_FALSE(std::ranges::equal(last, imager.pixels()));
 }
 

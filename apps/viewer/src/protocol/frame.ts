@@ -6,7 +6,7 @@ import type {Forces, Frame as WireFrame, FrameCertificate, FrameSeeds, Needle as
 export const ContactState = ['free', 'touching', 'inserted', 'through', 'withdrawn'];
 
 /** Bits of Frame.stepFlags; those that the page shows. */
-export const StepFlag = {Steep: 1 << 11} as const;
+export const StepFlag = {Late: 1 << 10, Steep: 1 << 11} as const;
 
 export interface NeedleForces extends Forces {
   tipDepthMm: number;

@@ -7,8 +7,10 @@ export {ImageFlag, ScannerArray, ScannerFlag, ScannerFreeze} from './wire_genera
 
 /** `pose`: X_WI, (column · spacing, row · spacing, 0) to the world, mm. */
 export interface UltrasoundImage extends Omit<Image, 'flags' | 'imageSequence' | 'data'> {
-  /** The pixels are those of an earlier tick: the field is not certified since. */
+  /** The pixels are those of an earlier tick: the field folds since, or could not be inverted. */
   held: boolean;
+  /** It is not known whether the field of these pixels folds. */
+  uncertified: boolean;
   frozen: boolean;
   sequence: number;
   /** Gray values, rows from the top. */
@@ -20,7 +22,7 @@ export function decodeImage(body: Uint8Array): UltrasoundImage {
   // This viewer does not ask for compressed pixels.
   if (flags & ImageFlag.Zlib || pixels.length !== image.width * image.height)
     throw new ProtocolError('an image has not as many pixels as its size says');
-  return {...image, sequence, pixels, held: (flags & ImageFlag.Held) !== 0, frozen: (flags & ImageFlag.Frozen) !== 0};
+  return {...image, sequence, pixels, held: (flags & ImageFlag.Held) !== 0, frozen: (flags & ImageFlag.Frozen) !== 0, uncertified: (flags & ImageFlag.Uncertified) !== 0};
 }
 
 export interface Scanner extends Omit<WireScanner, 'flags' | 'freeze'> {

@@ -38,7 +38,7 @@ export const Subscription = {
   FullFrames: 1, PoseHistory: 2, Surface: 4, NoMesh: 8, Scene: 16, Ultrasound: 32, Plan: 64,
 } as const;
 export const ImageFlag = {
-  Held: 1, Frozen: 2, Zlib: 4,
+  Held: 1, Frozen: 2, Zlib: 4, Uncertified: 8,
 } as const;
 export const ScannerFlag = {
   ProbeHasDevice: 1, ProbeIsStepped: 2,

@@ -41,11 +41,13 @@ export function showVerdict(session: Session): void {
   element.hidden = session.frame === null;
   const certificate = session.frame?.certificate;
   if (!session.frame) return;
-  if (!certificate || certificate.verdict === 'unknown') return pill('verdict', 'folding unknown', 'warm');
+  // Some of the tissue is where an earlier tick put it.
+  const late = (session.frame.stepFlags & StepFlag.Late) !== 0 ? ' · late' : '';
+  if (!certificate || certificate.verdict === 'unknown') return pill('verdict', `folding unknown${late}`, 'warm');
   if (certificate.verdict === 'folded') return pill('verdict', 'FIELD FOLDS', 'bad');
   const clamped = certificate.heldMm > 0 ? ` · clamped by ${certificate.heldMm.toFixed(1)} mm` : '';
   const steps = certificate.substeps > 1 ? ` · ${certificate.substeps} sub-steps` : '';
-  pill('verdict', `injective${steps}${clamped}`, clamped ? 'warm' : 'good');
+  pill('verdict', `injective${steps}${clamped}${late}`, clamped ? 'warm' : 'good');
 }
 
 export function showReadouts(session: Session, needle: number): void {

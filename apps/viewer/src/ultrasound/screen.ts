@@ -134,11 +134,11 @@ export class Screen {
     context.textAlign = 'left';
     context.fillStyle = '#b9c7d9';
     context.fillText(ARRAY_NAMES[image.array] ?? '', 8 * unit, 14 * unit);
-    if (!image.held && !image.frozen) return;
+    if (!image.held && !image.frozen && !image.uncertified) return;
     context.font = `600 ${18 * unit}px system-ui, sans-serif`;
     context.textAlign = 'right';
     context.fillStyle = image.frozen ? '#7ec8ff' : '#ffb454';
-    context.fillText(image.frozen ? '❄ frozen' : '‖ held: field not certified', image.width - 8 * unit, 16 * unit);
+    context.fillText(image.frozen ? '❄ frozen' : image.held ? '‖ held: the field folds' : 'field not certified', image.width - 8 * unit, 16 * unit);
   }
 
   private drawGrid(image: UltrasoundImage, template: TemplateGrid, unit: number): void {
