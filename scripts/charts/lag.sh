@@ -26,5 +26,6 @@ for scenario in $(sed -n 's/.*"scenario": "\(.*\)".*/\1/p' "$out/lag.json"); do
     --duration 12 --json --control-thread 2>"$out/$scenario.log" | tail -n 1 >"$out/$scenario.daemon.json"
 done
 /usr/bin/python3 scripts/charts/lag_table.py "$out" | tee -a "$out/lag.md"
+sed -i '1i # Lag of ticks with many needles\n' "$out/lag.md"
 if ((store)); then mkdir -p tests/reference/lag; cp "$out/lag.md" "$out/lag.json" tests/reference/lag/; fi
 echo "lag: table and figures in $out"

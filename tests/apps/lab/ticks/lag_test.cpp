@@ -26,7 +26,7 @@ TEST(Lag, OfManyIsFoundAndToldAndAtMostAsFarAsTheyGo) {
   EXPECT_GT(row.late, 0u);
   EXPECT_GT(row.max_mm, 0);
   EXPECT_GT(row.told_mm, 0.1 * row.max_mm);
-  EXPECT_LT(row.max_mm, 5);
+  EXPECT_LT(row.max_mm, 10) << "their way from side to side";
   EXPECT_LE(row.mean_mm, row.p99_mm);
   EXPECT_LE(row.p99_mm, row.max_mm);
   EXPECT_LT(row.missed_mm, 0.01);
@@ -42,8 +42,7 @@ TEST(Lag, TheCommandWritesItsRowsAndWhatADaemonNeeds) {
   ASSERT_EQ(rows.size(), 1u);
   EXPECT_EQ(rows[0].at("scenario"), "1_inserted_1khz");
   EXPECT_NE(ended.out.find("| 1_inserted_1khz |"), std::string::npos) << ended.out;
-  const auto checked =
-      run_brachyd({"--check-config", "--config", (folder / "files" / "1_inserted_1khz.toml").string()});
+  const auto checked = run_brachyd({"--check-config", (folder / "files" / "1_inserted_1khz.toml").string()});
   EXPECT_TRUE(exited(checked, 0));
   EXPECT_NE(read_file(folder / "files" / "1_inserted_1khz.csv").find("t_s,m00"), std::string::npos);
   EXPECT_TRUE(exited(run_brachy({"lag", "--scenarios", "17"}), 2));
