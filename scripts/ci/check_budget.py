@@ -7,10 +7,9 @@ the tables below say by file. One that is not in them is reported. A number made
 
 usage: scripts/ci/check_budget.py [--root DIR]     exit code 1 and a line for each number
 """
-import argparse
-import pathlib
 import re
-import sys
+
+from complaints import end, root_of
 
 FOLDERS = ("core/simulation", "core/models", "core/needle", "core/solve", "core/injectivity")
 OWNER = "core/base/work_budget.h"
@@ -183,14 +182,7 @@ def complaints_of(root):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--root", type=pathlib.Path, default=pathlib.Path(__file__).resolve().parents[2])
-    complaints = list(complaints_of(parser.parse_args().root))
-    for complaint in complaints:
-        print("budget:", complaint, file=sys.stderr)
-    if complaints:
-        sys.exit(1)
-    print(f"budget: ok, no tuned number of a tick outside of {OWNER}")
+    end("budget", complaints_of(root_of(__doc__)), f"no tuned number of a tick outside of {OWNER}")
 
 
 if __name__ == "__main__":

@@ -9,9 +9,10 @@ reaches no socket and no thread. Also what must stay in one file: libraries, thr
 
 usage: scripts/ci/check_layers.py [--root DIR]     exit code 1 and a line for each breach
 """
-import argparse
 import pathlib
 import re
+
+from complaints import end, root_of
 import sys
 
 # A tree includes itself and these.
@@ -207,9 +208,7 @@ def viewer_complaints(root):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--root", type=pathlib.Path, default=pathlib.Path(__file__).resolve().parents[2])
-    root = parser.parse_args().root
+    root = root_of(__doc__)
     order = {tree: table(root, tree) for tree in TREES}
     complaints = [complaint for tree in TREES for complaint in tree_complaints(root, tree, order[tree])]
     complaints += io_complaints(root)
@@ -221,11 +220,7 @@ def main():
     for entry in sorted(p.name for p in root.iterdir()):
         if entry not in TOP_LEVEL and not entry.startswith("."):
             complaints.append(f"unexpected entry at the top: {entry}")
-    for complaint in complaints:
-        print("layers:", complaint, file=sys.stderr)
-    if complaints:
-        sys.exit(1)
-    print(f"layers: ok, {sum(map(len, order.values()))} directories without a cycle")
+    end("layers", complaints, f"{sum(map(len, order.values()))} directories without a cycle")
 
 
 if __name__ == "__main__":

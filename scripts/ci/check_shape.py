@@ -7,10 +7,9 @@ as clang-format writes them.
 
 usage: scripts/ci/check_shape.py [--root DIR]     exit code 1 and a line for each
 """
-import argparse
-import pathlib
 import re
-import sys
+
+from complaints import end, root_of
 
 FOLDERS = ("core/simulation", "core/models", "core/needle")
 MOST_LINES, MOST_MEMBERS = 60, 15
@@ -90,14 +89,8 @@ def complaints_of(root):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--root", type=pathlib.Path, default=pathlib.Path(__file__).resolve().parents[2])
-    complaints = list(complaints_of(parser.parse_args().root))
-    for complaint in complaints:
-        print("shape:", complaint, file=sys.stderr)
-    if complaints:
-        sys.exit(1)
-    print(f"shape: ok, no function over {MOST_LINES} lines and no class over {MOST_MEMBERS} members in a tick")
+    end("shape", complaints_of(root_of(__doc__)),
+        f"no function over {MOST_LINES} lines and no class over {MOST_MEMBERS} members in a tick")
 
 
 if __name__ == "__main__":
