@@ -36,10 +36,8 @@ Scenes, trajectories and a plan.""",
 Reference scenes of
 .BR "brachy compare" .""",
 }
-# Commands of brachy that are programs of their own, which a build may lack, by the package that has them.
-ELSEWHERE = {"import": "brachyd-import"} | dict.fromkeys(
-    ("compare", "stability", "ticks", "zwidth", "deflection"), "brachyd-lab"
-)
+# What brachy says of a command that is a program of its own, and that this build lacks.
+ELSEWHERE = re.compile(r"install the package (brachyd-\w+)")
 SEE_ALSO = {"brachyd": "brachy", "brachy": "brachyd", "brachy-study": "brachy"}
 
 
@@ -152,10 +150,11 @@ def page(program, binary, version):
     for name, summary in commands:
         try:
             text = help_of(binary, name)
-        except subprocess.CalledProcessError:
-            if name not in ELSEWHERE:
+        except subprocess.CalledProcessError as error:
+            package = ELSEWHERE.search(error.stderr)
+            if not package:
                 raise
-            out += [f'.SS "{program} {name}"', roff(summary), f"It is in the package {ELSEWHERE[name]}."]
+            out += [f'.SS "{program} {name}"', roff(summary), f"It is in the package {package[1]}."]
             continue
         about, usage, lists, its_footer = parts_of(text)
         out += [f'.SS "{roff(usage)}"', roff(about), *options_of(lists), ".PP", *footer_of(its_footer)]
