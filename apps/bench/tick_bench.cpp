@@ -1,4 +1,6 @@
 // Whole ticks, from landmarks to displacements of all points, as the daemon's thread computes them.
+#include <algorithm>
+
 #include "apps/bench/benches.h"
 #include "apps/bench/paper_baseline.h"
 #include "apps/bench/turns.h"
@@ -9,12 +11,12 @@ namespace {
 
 /// ScalarKernelField condenses over some ticks once landmarks are fixed, if its cost model favours that; ticks are
 /// timed after it has finished.
-void settle(ScalarKernelField& deformation, LandmarkCycle& cycle, LandmarkSet& landmarks) {
+template <class Tick>
+void condense(const ScalarKernelField& deformation, LandmarkCycle& cycle, const Tick& tick) {
   constexpr int kMostTicks = 500;
-  for (int tick = 0; tick < kMostTicks && deformation.evaluation() != Evaluation::kCondensed; ++tick) {
+  for (int i = 0; i < kMostTicks && deformation.evaluation() != Evaluation::kCondensed; ++i) {
     cycle.advance();
-    landmarks.assign(cycle.positions(), cycle.displacements());
-    deformation.update(landmarks);
+    tick();
   }
 }
 
@@ -26,13 +28,18 @@ void run_tick(benchmark::State& state, Report& report, SimdTarget target, Row ro
   PaperBaseline paper(row.kernel, row.support_mm);
   std::vector<Vec3> u(tissue.size());
 
-  LandmarkSet landmarks;
+  LandmarkSet landmarks = LandmarkSet::of(cycle.positions(), cycle.displacements());
   const auto tick = [&] {
-    landmarks.assign(cycle.positions(), cycle.displacements());
+    if (row.moving) {
+      landmarks.assign(cycle.positions(), cycle.displacements());
+    } else {
+      std::ranges::copy(cycle.displacements(), landmarks.displacements.begin());
+      landmarks.settle();
+    }
     deformation.update(landmarks);
   };
   tick();
-  if (!row.moving) settle(deformation, cycle, landmarks);
+  if (!row.moving) condense(deformation, cycle, tick);
 
   LandmarkCycle paper_cycle = cycle;
   const auto paper_tick = [&] {

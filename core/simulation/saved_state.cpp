@@ -11,7 +11,7 @@ constexpr std::uint64_t kFormat = 0x3230545352424f31;
 
 void Simulator::save(std::vector<std::byte>& bytes) const {
   StateWriter writer(bytes);
-  writer(kFormat, digest_, *this);
+  writer(kFormat, model_->digest, *this);
   field_->save(writer, landmarks().settled_revision());
 }
 
@@ -21,7 +21,7 @@ void Simulator::restore(std::span<const std::byte> state) {
   reader(format);
   if (format != kFormat) throw UserError("the saved state is of another version of brachyd");
   reader(digest);
-  if (digest != digest_) throw UserError("the saved state is another scene's");
+  if (digest != model_->digest) throw UserError("the saved state is another scene's");
   reader(*this);
   field_->restore(reader, landmarks().last_settled());
   if (reader.bytes_left() > 0) throw UserError("the saved state goes on after its end");

@@ -12,6 +12,7 @@
 #include "core/models/matrix_kernel/matrix_kernel_field.h"
 #include "core/models/matrix_kernel/matrix_kernel_system.h"
 #include "core/models/matrix_kernel/smooth_tables.h"
+#include "core/simulation/model_digest.h"
 
 namespace brachy {
 namespace {
@@ -89,6 +90,7 @@ SimulationModel::SimulationModel(Tissue tissue_at_rest, DeformationModel deforma
     require_in_box(tissue, matrix->body);
     smooth_tables = make_smooth_tables(tissue, *matrix->kernel, settings.target, set_up);
   }
+  digest = digest_of(*this);
 }
 
 std::size_t SimulationModel::max_landmarks() const {

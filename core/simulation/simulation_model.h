@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <variant>
@@ -110,6 +111,7 @@ struct SimulationModel {
   std::shared_ptr<const SmoothTables> smooth_tables;
   BodyMotion body_at_rest;
   Anchors anchors;  ///< at rest; none where the deformation model has the support of the tissue itself
+  std::uint64_t digest = 0;  ///< for saved states (core/simulation/model_digest.h)
 };
 
 /// The anchors at rest in `tissue`. They stand in for what supports the tissue; there are none where the deformation

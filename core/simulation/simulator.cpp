@@ -4,7 +4,6 @@
 #include <utility>
 
 #include "core/simulation/make_guarded_field.h"
-#include "core/simulation/model_digest.h"
 
 namespace brachy {
 namespace {
@@ -26,7 +25,6 @@ std::uint32_t flag_of(Verdict verdict) {
 
 Simulator::Simulator(std::shared_ptr<const SimulationModel> model)
     : model_(std::move(model)),
-      digest_(digest_of(*model_)),
       field_(make_guarded_field(*model_)),
       instruments_(*model_, field_->plain_field().knows_forces()),
       landmarks_(*model_, field_->plain_field().gives_way()),

@@ -94,7 +94,6 @@ class Simulator {
   void write(MeshState& state) noexcept;
 
   std::shared_ptr<const SimulationModel> model_;
-  std::uint64_t digest_;  // the model's, for saved states
   std::unique_ptr<GuardedField> field_;
   Instruments instruments_;
   TickLandmarks landmarks_;  // of this tick, or of the one before it, whose field is due
