@@ -84,39 +84,50 @@ FoldCandidate InjectivitySearch::find_fold_candidate(const CellField& field) noe
   return fold_candidate;
 }
 
-InjectivitySearch::Result InjectivitySearch::run(const CellField& field, double scale,
-                                                 const FoldCandidate& fold_candidate,
-                                                 std::uint64_t work) noexcept {
+const InjectivitySearch::Result& InjectivitySearch::run(const CellField& field, double scale,
+                                                        const FoldCandidate& fold_candidate,
+                                                        std::uint64_t work) noexcept {
+  begin(field, scale, fold_candidate, work / WorkBudget::kRefiningPart);
+  return go_on(work);
+}
+
+void InjectivitySearch::begin(const CellField& field, double scale, const FoldCandidate& fold_candidate,
+                              std::uint64_t refining) noexcept {
   assert(field.sources() <= max_sources_);
   field_ = &field;
   scale_ = scale;
-  budget_ = work;
-  is_unsettled_ = false;
+  refining_ = refining;
+  is_too_deep_ = false;
   result_ = {};
   stack_.clear();
   if (fold_candidate.scale < FoldCandidate::kMaxScale) look_at(fold_candidate.place);
-  if (result_.verdict == Verdict::kFolded) return result_;
+  if (result_.verdict == Verdict::kFolded) return;
   counts_[0] = field.sources();
   std::iota(candidates_.begin(), candidates_.begin() + static_cast<std::ptrdiff_t>(counts_[0]), 0u);
   if (counts_[0] > 0) stack_.push_back({field.domain(), 0});
+}
 
-  // Once a cell is left undecided because the work is spent, the others are too.
-  const auto is_over = [&] {
-    return result_.verdict == Verdict::kFolded || (is_unsettled_ && result_.work >= budget_);
-  };
-  while (!stack_.empty() && !is_over()) {
+// Where the work is spent, cells that their bounds decide are passed; the first other one is left for later, with what
+// was spent on it.
+const InjectivitySearch::Result& InjectivitySearch::go_on(std::uint64_t work) noexcept {
+  limit_ = result_.work + work;
+  while (!stack_.empty() && result_.verdict != Verdict::kFolded) {
     const Node node = stack_.back();
     stack_.pop_back();
+    const std::uint64_t before = result_.work;
     const std::span from(&candidates_[node.depth * max_sources_], counts_[node.depth]);
     CellBounds bounds;
     const std::size_t count =
-        field.narrow(node.cell, from, &candidates_[(node.depth + 1) * max_sources_], bounds);
+        field_->narrow(node.cell, from, &candidates_[(node.depth + 1) * max_sources_], bounds);
     counts_[node.depth + 1] = count;
     result_.work += 1 + from.size() / WorkCosts::kSourcesForPair + bounds.extra_work;
-    if (count > 0) settle(node, count, bounds);
+    if (count == 0 || settle(node, count, bounds)) continue;
+    result_.work = before;
+    stack_.push_back(node);
+    break;
   }
   if (result_.verdict != Verdict::kFolded)
-    result_.verdict = is_unsettled_ ? Verdict::kUnknown : Verdict::kInjective;
+    result_.verdict = is_too_deep_ || !stack_.empty() ? Verdict::kUnknown : Verdict::kInjective;
   return result_;
 }
 
@@ -129,28 +140,29 @@ double InjectivitySearch::bound_by_norms(const CellBounds& bounds, double scale)
 }
 
 double InjectivitySearch::wanted() const noexcept {
-  const bool may_refine = WorkBudget::kRefiningPart * result_.work < budget_;
-  return may_refine ? WorkBudget::kRefinedBoundShare * std::max(result_.least_det, 0.0) : 0;
+  return result_.work < refining_ ? WorkBudget::kRefinedBoundShare * std::max(result_.least_det, 0.0) : 0;
 }
 
-void InjectivitySearch::settle(const Node& node, std::size_t count, CellBounds& bounds) noexcept {
+// False: there is no work left for it.
+bool InjectivitySearch::settle(const Node& node, std::size_t count, CellBounds& bounds) noexcept {
   const double cheap = std::max(node.bound, bound_by_norms(bounds, scale_));
-  const bool has_work = result_.work < budget_;
   // Near a cusp bounds do not get better than their limit there.
   const double wanted = bounds.cusp < 0 ? this->wanted() : 0;
-  if (cheap > wanted) {
+  const bool is_deepest = node.depth + 1 > kMaxDepth, has_work = result_.work < limit_;
+  if (cheap > wanted || (cheap > 0 && (is_deepest || !has_work))) {
     result_.det_bound = std::min(result_.det_bound, cheap);
-    return;
+    return true;
   }
-  if (node.depth + 1 > kMaxDepth || !has_work) {
-    is_unsettled_ |= !(cheap > 0);
-    result_.det_bound = std::min(result_.det_bound, cheap);
-    return;
+  if (!has_work) return false;
+  if (is_deepest) {
+    is_too_deep_ = true;
+    return true;
   }
   alignas(64) float lower[16];
   const auto push_undecided = [&] {
     std::fill_n(lower, 16, -1.0f);
     push_eighths(node, lower);
+    return true;
   };
   if (node.cell.half > field_->resolution()) return push_undecided();
   field_->bound_curvature(node.cell, bounds);
@@ -161,7 +173,7 @@ void InjectivitySearch::settle(const Node& node, std::size_t count, CellBounds& 
   field_->gradients(node.cell, sources, bounds, lattice_of(node.cell.half), A);
   result_.work += bounds.work + WorkCosts::kLatticePairs;
   if (bounds.cusp < 0) look_at_points(node.cell, A);
-  if (result_.verdict == Verdict::kFolded) return;
+  if (result_.verdict == Verdict::kFolded) return true;
 
   CellRemainder remainder;
   remainder.scale = static_cast<float>(scale_);
@@ -172,6 +184,7 @@ void InjectivitySearch::settle(const Node& node, std::size_t count, CellBounds& 
   remainder.wz = static_cast<float>(bounds.cusp_weight.z());
   field_->loops().bounds(A, remainder, lower);
   push_eighths(node, lower);
+  return true;
 }
 
 // Eighths that are not decided yet are next.

@@ -22,7 +22,9 @@ struct FoldCandidate {
 /// A cell is decided when a bound from norms of ∇u is above the required one, or a bound from ∇u at a lattice of 27
 /// points: ∇u is trilinear between lattice points up to h²/8 Σ_k |∂_k²∇u|, h their spacing. A point with det
 /// ≤ 0 ends the search. Where u is 0 outside of a bounded set, det > 0 everywhere makes x a bijection (Hadamard).
-/// Threads: one. Real-time: no allocation after construction; work is bounded by `work`, counted, not timed.
+/// Work is counted in pairs of a lattice and a source, about 15 ns each (AVX-512), not timed. A search may stop
+/// anywhere and go on later; what it finds depends on the sum of its work alone.
+/// Threads: one. Real-time: no allocation after construction.
 class InjectivitySearch {
  public:
   struct Result {
@@ -41,10 +43,18 @@ class InjectivitySearch {
   /// Evaluates the points where a fold is likely, a few for each source; the field may fold a little before.
   FoldCandidate find_fold_candidate(const CellField& field) noexcept;
 
-  /// Searches for det(I + `scale` ∇u) ≤ 0, at the candidate first. `work`: pairs of a lattice and a source,
-  /// about 15 ns each (AVX-512).
-  Result run(const CellField& field, double scale, const FoldCandidate& fold_candidate,
-             std::uint64_t work) noexcept;
+  /// Begins to search for det(I + `scale` ∇u) ≤ 0, at the candidate first. `field` must stay as it is while the
+  /// search goes on. During the first `refining` pairs low bounds are made tighter (WorkBudget::kRefinedBoundShare).
+  void begin(const CellField& field, double scale, const FoldCandidate& fold_candidate,
+             std::uint64_t refining) noexcept;
+  /// Goes on with `work` pairs more; the last cell may take it past them.
+  const Result& go_on(std::uint64_t work) noexcept;
+  /// Whether more work may decide it.
+  bool is_open() const { return result_.verdict == Verdict::kUnknown && !is_too_deep_ && !stack_.empty(); }
+  const Result& result() const { return result_; }
+  /// Both at once.
+  const Result& run(const CellField& field, double scale, const FoldCandidate& fold_candidate,
+                    std::uint64_t work) noexcept;
 
  private:
   struct Node {
@@ -52,7 +62,7 @@ class InjectivitySearch {
     std::uint32_t depth = 0;
     double bound = -1;  // of the determinant, known from above
   };
-  void settle(const Node& node, std::size_t count, CellBounds& bounds) noexcept;
+  bool settle(const Node& node, std::size_t count, CellBounds& bounds) noexcept;
   void push_eighths(const Node& node, const float* lower) noexcept;
   double wanted() const noexcept;
   void look_at(const Vec3& X) noexcept;
@@ -64,11 +74,11 @@ class InjectivitySearch {
   std::vector<std::uint32_t> candidates_;  // by depth: sources that reach the parents of the current cell
   std::vector<std::size_t> counts_;
 
-  // during run
+  // of the search that was begun
   const CellField* field_ = nullptr;
   double scale_ = 1;
-  std::uint64_t budget_ = 0;
-  bool is_unsettled_ = false;
+  std::uint64_t refining_ = 0, limit_ = 0;
+  bool is_too_deep_ = false;  // a cell as small as they may be was not decided
   Result result_;
 };
 

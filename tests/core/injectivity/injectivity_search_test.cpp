@@ -44,6 +44,35 @@ TEST(InjectivitySearch, OneLandmarkFoldsBetween99And101PercentOfItsBound) {
   });
 }
 
+// What a search finds depends on the sum of its work alone.
+TEST(InjectivitySearch, MayStopAnywhereAndGoOn) {
+  for_each_kernel([&](auto kernel) {
+    SCOPED_TRACE(kernel.kName);
+    test::RandomScenes random(4);
+    int pauses = 0;
+    for (int i = 0; i < 40; ++i) {
+      const test::RandomScene scene = random.next(8, 20);
+      std::vector<Vec3> weights;
+      for (const Vec3& d : scene.displacements) weights.push_back(0.3 * d);
+      const RbfField field{kernel, scene.support, scene.positions, weights};
+      ScalarCells cells(field.kernel, field.support_radius, best_simd_target(), kLandmarks);
+      cells.set_field(field);
+      InjectivitySearch whole(kLandmarks), parts(kLandmarks);
+      const InjectivitySearch::Result& expected = whole.run(cells, 1, {}, kWork);
+      parts.begin(cells, 1, {}, kWork / WorkBudget::kRefiningPart);
+      do {
+        parts.go_on(std::min<std::uint64_t>(97, expected.work - parts.result().work));
+        ++pauses;
+      } while (parts.is_open() && parts.result().work < expected.work);
+      EXPECT_EQ(parts.result().verdict, expected.verdict);
+      EXPECT_EQ(parts.result().det_bound, expected.det_bound);
+      EXPECT_EQ(parts.result().least_det, expected.least_det);
+      EXPECT_EQ(parts.result().work, expected.work);
+    }
+    EXPECT_GT(pauses, 100);
+  });
+}
+
 TEST(InjectivitySearch, TargetsAgreeOnVerdicts) {
   const std::vector<Vec3> p{{0, 0, 0}, {1, 2, 4}}, w{{2, 1, 0}, {0, 3, 1}};
   for_each_kernel([&](auto kernel) {
