@@ -24,6 +24,9 @@ Allowance WorkBudget::allowance(const TickWork& work) const noexcept {
   const double ring_share = costs.block_ring_steps_per_s / kStored.block_ring_steps_per_s;
   const auto by_search = [&](auto count) { return share_of(count, search_share); };
   const auto by_rings = [&](std::size_t count) { return share_of(count, ring_share); };
+  const auto pairs_in = [&](double time_s) {
+    return static_cast<std::uint64_t>(std::max(0.0, time_s) / costs.certificate_pair_s);
+  };
   const std::size_t sources = std::max<std::size_t>(1, work.sources), in_steps = work.steps * work.sources;
   Allowance may;
 
@@ -41,13 +44,20 @@ Allowance WorkBudget::allowance(const TickWork& work) const noexcept {
   may.correction_sweeps = correction_sweeps;
 
   // The certificate. Once a part of the tick's field is left undecided so is the tick.
+  const std::size_t block_cost =
+      WorkCosts::kBlockRings + WorkCosts::kStepRings * work.steps + work.step_sources;
+  const double blocks_s = static_cast<double>(work.blocks * block_cost) / costs.block_ring_steps_per_s;
+  const auto beside_blocks = pairs_in(time_left(whole_share, work) - blocks_s);
   const std::uint64_t in_tick = by_search(tick_pairs);
   const std::uint64_t spent = std::min(in_tick, work.certificate_pairs), left = in_tick - spent;
   may.may_certify =
       !work.is_undecided && !(work.reaches_everywhere && work.sources > by_search(certified_sources));
-  may.certificate_pairs = std::min(by_search(may.may_certify ? search_pairs : fold_pairs), left);
+  const std::uint64_t in_search =
+      std::max(by_search(fold_pairs), std::min(by_search(search_pairs), beside_blocks));
+  may.certificate_pairs = std::min(may.may_certify ? in_search : by_search(fold_pairs), left);
   may.margin_pairs = std::min(by_search(margin_pairs), may.certificate_pairs);
-  may.step_tries = step_tries;
+  may.resting_pairs = pairs_in(time_left(whole_share, work));
+  may.step_tries = beside_blocks < step_tries * by_search(search_pairs) ? 1 : step_tries;
   const bool has_few_sources = work.sources <= few_candidate_sources;
   may.candidate_stride = 1 + work.sources / candidates;
   may.strongest_candidates = has_few_sources ? 0 : strongest_candidates;
@@ -58,8 +68,6 @@ Allowance WorkBudget::allowance(const TickWork& work) const noexcept {
   may.weakest_steps = in_steps > by_rings(weakest_step_rings) ? 1 : work.steps;
 
   // The far field: what is left of the period.
-  const std::size_t block_cost =
-      WorkCosts::kBlockRings + WorkCosts::kStepRings * work.steps + work.step_sources;
   const auto blocks_in = [&](double time_s) {
     return static_cast<std::size_t>(std::max(0.0, costs.block_ring_steps_per_s * time_s)) / block_cost;
   };
@@ -67,9 +75,13 @@ Allowance WorkBudget::allowance(const TickWork& work) const noexcept {
   with_search.certificate_pairs = spent;
   const std::size_t least = work.blocks / least_blocks_share;
   may.easy_blocks = is_whole ? work.blocks : std::max(least, blocks_in(time_left(light_share, with_search)));
-  const std::size_t most = blocks_in(time_left(work_share, with_search)),
-                    lags = work.blocks / WorkCosts::kLagBlocks;
-  may.blocks = std::max(may.easy_blocks, most - std::min(most, lags));
+  const auto besides_lags = [&](double share) {
+    const std::size_t most = blocks_in(time_left(share, with_search)),
+                      lags = work.blocks / WorkCosts::kLagBlocks;
+    return most - std::min(most, lags);
+  };
+  may.blocks = std::max(may.easy_blocks, besides_lags(work_share));
+  may.whole_blocks = besides_lags(whole_share);
   may.lag_mm = lag_mm;
   return may;
 }

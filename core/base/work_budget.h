@@ -48,7 +48,7 @@ struct TickWork {
   bool reaches_everywhere = false;  ///< every source counts in every cell (CellField)
   bool is_undecided = false;        ///< a part of the tick's field was neither certified nor seen to fold
   std::uint64_t certificate_pairs = 0;  ///< spent in this tick
-  std::size_t blocks = 0;               ///< of the tissue
+  std::size_t blocks = 0;  ///< of the tissue, or before they are known those that the last tick wanted
 };
 
 /// What the tick may still do.
@@ -65,10 +65,12 @@ struct Allowance {
   bool may_certify = true;              ///< false: folds are looked for, and the tick stays uncertified
   std::uint64_t certificate_pairs = 0;  ///< of the next search
   std::uint64_t margin_pairs = 0;       ///< of it, if it only measures the margin
+  std::uint64_t resting_pairs = 0;      ///< of searches that go on where the field stays as it is
   std::size_t candidate_stride = 1;     ///< every so many sources one is asked where it folds first
   std::size_t strongest_candidates = 0;  ///< instead: so many of the strongest sources; 0: by number
   bool may_sum_single_rings = true;      ///< false: gradients in double sum pieces of shafts, as blocks do
   std::size_t blocks = 0;                ///< whose points are evaluated; the others wait
+  std::size_t whole_blocks = 0;          ///< if these are all that lag, they are evaluated instead
   std::size_t easy_blocks = 0;           ///< of these, that are evaluated however little they lag
   double lag_mm = 0;               ///< by which a block may lag behind the landmarks before it counts as late
   std::size_t close_stride = 1;    ///< every so many points close to a needle one has its determinant asked
@@ -83,18 +85,19 @@ struct Allowance {
 ///
 ///   1. Forces. Contact and the landmarks' system are solved whole. Where the field does not fit into the same tick,
 ///      forces and field take turns: one tick has new forces, the next one the field of its landmarks.
-///   2. The field near what moves. The landmarks' way is gone in fewer and longer sub-steps, corrections become
+///   2. The field where it lags. The landmarks' way is gone in fewer and longer sub-steps, corrections become
 ///      coarser, and in the end landmarks are clamped. Blocks that lag most are evaluated before others.
-///   3. The certificate. A step that is not certified is tried again, shorter; then folds are only looked for, and the
-///      tick is flagged (kStepUncertified). Fewer points have their determinants asked.
+///   3. The certificate, in what they leave of `whole_share`. A step that is not certified is tried again, shorter;
+///      then folds are only looked for, and the tick is flagged (kStepUncertified). Fewer points have their
+///      determinants asked. Where nothing moves any more, ticks go on with the searches until all are decided.
 ///   4. The far field. What the period has left after 1 to 3 goes to blocks. Beyond a light tick's share they are those
 ///      that lag; what is left out stays where an earlier tick put it, which the tick tells where it is more than
 ///      `lag_mm` (kStepLate), and follows when nothing moves.
 ///
-/// Shares of the period: blocks, and whether the field fits into the forces' tick (`light_share`, `work_share`).
-/// Everything else is a count for a tick of any length, so a tick of 1 ms may do as much as one of 5 ms. Counts whose
-/// comment names a cost are those of the stored table: where that cost is twice as high, a tick may do half as many.
-/// The other counts choose between methods and do not depend on costs.
+/// Shares of the period: blocks, and whether the field fits into the forces' tick (`light_share`, `work_share`,
+/// `whole_share`). Everything else is a count for a tick of any length, so a tick of 1 ms may do as much as one of 5
+/// ms. Counts whose comment names a cost are those of the stored table: where that cost is twice as high, a tick may
+/// do half as many. The other counts choose between methods and do not depend on costs.
 struct WorkBudget {
   double period_s = 1.0 / 200;  ///< of a tick, > 0
   WorkCosts costs = {};
@@ -121,10 +124,11 @@ struct WorkBudget {
   std::size_t correction_sweeps = 16;  ///< a diagonal that dominates needs fewer
 
   // The certificate, in pairs of InjectivitySearch; certificate_pair_s. Of 5 ms a search may take 4 %, all of them 16.
-  std::uint64_t search_pairs = 8000;    ///< of one search: 0.2 ms; beyond it a field is uncertified
-  std::uint64_t tick_pairs = 32000;     ///< of all of a tick: 0.8 ms; beyond it, steps are uncertified
-  std::uint64_t margin_pairs = 1000;    ///< of a search for the margin alone; beyond it the margin is 0
-  std::uint64_t fold_pairs = 1000;      ///< of a search for folds in a field that cannot be certified
+  std::uint64_t search_pairs = 8000;  ///< of one search: 0.2 ms; beyond it a field is uncertified
+  std::uint64_t tick_pairs = 32000;   ///< of all of a tick: 0.8 ms; beyond it, steps are uncertified
+  std::uint64_t margin_pairs = 1000;  ///< of a search for the margin alone; beyond it the margin is 0
+  /// Of a search for folds in a field that cannot be certified, or in a tick that would be late if it were.
+  std::uint64_t fold_pairs = 1000;
   std::size_t certified_sources = 140;  ///< that reach everywhere and that `search_pairs` can certify
   std::size_t step_tries = 2;           ///< a step that could not be certified is tried once more, shorter
 
@@ -146,9 +150,12 @@ struct WorkBudget {
   // WorkCosts. The rest of the period is for snapshots, other threads, and ticks that are dearer than the table.
   double light_share = 0.3;  ///< 1.5 ms at 200 Hz: so much is done though nothing would be late without it
   double work_share = 0.6;   ///< 3 ms at 200 Hz
+  /// 3.75 ms: where that makes nothing late it is done; else no more than work_share.
+  double whole_share = 0.75;
   std::size_t least_blocks_share = 12;  ///< in any case one in so many blocks is evaluated
-  double lag_mm = 0.01;  ///< of one point; of others beside it up to ten times as much was seen
+  double lag_mm = 0.008;  ///< of one point; of others beside it up to ten times as much was seen
 
+  static constexpr std::size_t kWantedTicks = 16;  ///< by which it is forgotten that all blocks were wanted
   /// Landmarks no farther from a block than this may move points of it more than the one that is asked …
   static constexpr double kBesideMm = 8;
   static constexpr float kMovedShare = 0.5F;  ///< … and by this of their own way at least, it is taken

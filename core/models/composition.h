@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/base/state_archive.h"
+#include "core/base/work_budget.h"
 #include "core/injectivity/cell_field.h"
 #include "core/models/displacement_field.h"
 
@@ -33,6 +34,9 @@ class Composition : public DisplacementField {
   virtual bool next() noexcept = 0;
   /// That field, unscaled: for the certificate.
   virtual const CellField& cells() const = 0;
+  /// How many steps' fields stay as they are until begin is called again, so that their certificates may go on later;
+  /// 0: cells() is one field for all steps.
+  virtual std::size_t kept_fields() const { return 0; }
   /// Whether it is the last step's but for its place, so that it folds at the same scale.
   virtual bool is_like_last() const = 0;
   /// The scale of it that completes φ. It need not be a share of the landmarks' way.
@@ -57,6 +61,9 @@ class Composition : public DisplacementField {
   virtual double lag_mm() const { return 0; }
   /// Whether that is more than WorkBudget::lag_mm.
   virtual bool is_late() const { return false; }
+  /// What evaluate() will take if the landmarks' way has `steps` steps, with as many blocks as the last one wanted;
+  /// nothing where it does all of them in any case.
+  virtual TickWork work_ahead(std::size_t /*steps*/) const { return {}; }
   /// No landmark is there any more: the tissue is at rest, and the next evaluate starts from there.
   virtual void end() noexcept {}
   /// What the tissue's points still show of earlier landmarks, where blocks are late. As TissueField's.

@@ -31,6 +31,10 @@ GuardedField::GuardedField(const Tissue& tissue, std::unique_ptr<TissueField> fi
       search_(field_->max_sources()),
       sources_{std::vector<std::uint32_t>(field_->max_sources()),
                std::vector<std::uint32_t>(field_->max_sources())} {
+  // One more for what begins the composition.
+  parts_.searches.assign(
+      composition_ && composition_->kept_fields() > 0 ? composition_->kept_fields() + 1 : 1,
+      InjectivitySearch(field_->max_sources()));
   block_bounds_.reserve(tissue.blocks.size());
   std::iota(sources_.all.begin(), sources_.all.end(), 0u);
 }
@@ -39,10 +43,8 @@ FactorStatus GuardedField::update(const LandmarkSet& landmarks) noexcept {
   assert(landmarks.revision().displacements != 0);
   evaluation_ = Evaluation::kIdle;
   if (shows(landmarks)) {
-    if (is_composed_ && composition_->is_unfinished()) {
-      spent_pairs_ = 0;
-      evaluate_composition();
-    }
+    parts_.spent_pairs = 0;
+    if (is_composed_) composition_->is_unfinished() ? evaluate_composition() : go_on_certifying();
     return field_->factorize(landmarks);
   }
   shown_ = {};
@@ -96,14 +98,15 @@ void GuardedField::displacements_at(std::span<const Vec3> X, std::span<Vec3> u) 
 }
 
 void GuardedField::guard() noexcept {
-  spent_pairs_ = 0;
+  parts_.spent_pairs = 0;
+  parts_.steps = 0;
   if (always_composes()) return compose();
   const CellField& cells = field_->cells();
   FoldCandidate fold_candidate = search_.find_fold_candidate(cells);
   certificate_.substeps = 1;
   if (is_flagged_only() || fold_candidate.scale * (may_compose() ? kSubstepReach : kClampReach) >= 1) {
     const InjectivitySearch::Result result =
-        search(cells, 1, fold_candidate, allowance(cells).certificate_pairs);
+        search(search_, cells, 1, fold_candidate, allowance(cells).certificate_pairs);
     if (is_flagged_only() || result.verdict != Verdict::kFolded) {
       add_to_certificate(result);
       find_margin(cells, 1, fold_candidate);
@@ -130,41 +133,53 @@ void GuardedField::add_to_certificate(const InjectivitySearch::Result& result) n
   flags_ |= result.verdict == Verdict::kFolded ? kStepFolded : kStepUncertified;
 }
 
+// If the rest of the way is gone in steps of `scale`.
+void GuardedField::expect_steps(double scale) noexcept {
+  if (parts_.steps > 0 && composition_->reached() < 1)
+    parts_.steps = composition_->steps() + static_cast<std::size_t>(std::ceil(composition_->rest() / scale));
+}
+
+// Of what is composed, with the blocks that are evaluated after it.
 Allowance GuardedField::allowance(const CellField& cells) const noexcept {
-  return budget_.allowance({.sources = cells.sources(),
-                            .reaches_everywhere = cells.reaches_everywhere(),
-                            .is_undecided = certificate_.verdict == Verdict::kUnknown,
-                            .certificate_pairs = spent_pairs_});
+  TickWork work = parts_.steps > 0 ? composition_->work_ahead(parts_.steps) : TickWork();
+  work.sources = cells.sources();
+  work.reaches_everywhere = cells.reaches_everywhere();
+  work.is_undecided = certificate_.verdict == Verdict::kUnknown;
+  work.certificate_pairs = parts_.spent_pairs;
+  return budget_.allowance(work);
 }
 
 // The last cell that a search looks at may take it past its pairs.
-InjectivitySearch::Result GuardedField::search(const CellField& cells, double scale,
-                                               const FoldCandidate& fold_candidate,
-                                               std::uint64_t pairs) noexcept {
-  const InjectivitySearch::Result result = search_.run(cells, scale, fold_candidate, pairs);
-  spent_pairs_ += result.work;
+const InjectivitySearch::Result& GuardedField::search(InjectivitySearch& search, const CellField& cells,
+                                                      double scale, const FoldCandidate& fold_candidate,
+                                                      std::uint64_t pairs) noexcept {
+  const InjectivitySearch::Result& result = search.run(cells, scale, fold_candidate, pairs);
+  parts_.spent_pairs += result.work;
   return result;
 }
 
 // The longest of some steps towards `scale` that is certified; if none is, the shortest. Once a tick's work is
 // spent, steps only stay below their candidate folds, and are flagged as uncertified.
-InjectivitySearch::Result GuardedField::find_step(const CellField& cells, const FoldCandidate& fold_candidate,
-                                                  double& scale) noexcept {
+const InjectivitySearch::Result& GuardedField::find_step(InjectivitySearch& of_step, const CellField& cells,
+                                                         const FoldCandidate& fold_candidate,
+                                                         double& scale) noexcept {
+  expect_steps(scale);
   Allowance may = allowance(cells);
-  InjectivitySearch::Result result = search(cells, scale, fold_candidate, may.certificate_pairs);
-  for (std::size_t tried = 1; tried < may.step_tries && result.verdict != Verdict::kInjective; ++tried) {
+  search(of_step, cells, scale, fold_candidate, may.certificate_pairs);
+  for (std::size_t tried = 1; of_step.result().verdict != Verdict::kInjective; ++tried) {
+    expect_steps(kShorter * scale);
     may = allowance(cells);
-    const bool is_hopeless = result.verdict == Verdict::kUnknown && !may.may_certify;
-    if (is_hopeless || may.certificate_pairs == 0) break;
+    const bool is_hopeless = of_step.result().verdict == Verdict::kUnknown && !may.may_certify;
+    if (tried >= may.step_tries || is_hopeless || may.certificate_pairs == 0) break;
     scale *= kShorter;
-    result = search(cells, scale, fold_candidate, may.certificate_pairs);
+    search(of_step, cells, scale, fold_candidate, may.certificate_pairs);
   }
-  return result;
+  return of_step.result();
 }
 
 void GuardedField::clamp(const CellField& cells, const FoldCandidate& fold_candidate) noexcept {
   double scale = std::min(1.0, kClampReach * fold_candidate.scale);
-  add_to_certificate(find_step(cells, fold_candidate, scale));
+  add_to_certificate(find_step(search_, cells, fold_candidate, scale));
   find_least_vertex(cells, scale);
   certificate_.margin_mm = 0;
   certificate_.held_mm = (1 - scale) * largest_displacement();
@@ -174,7 +189,12 @@ void GuardedField::clamp(const CellField& cells, const FoldCandidate& fold_candi
 }
 
 void GuardedField::compose() noexcept {
-  const double begun = composition_->begin(field_->landmark_positions(), field_->landmark_displacements());
+  parts_.begun = composition_->begin(field_->landmark_positions(), field_->landmark_displacements());
+  parts_.count = 0;
+  parts_.steps = 1;
+  const auto next_part = [&]() -> InjectivitySearch& {
+    return parts_.searches[std::min(parts_.count, parts_.searches.size() - 1)];
+  };
   const std::size_t most_steps =
       std::min(static_cast<std::size_t>(settings_.max_substeps), composition_->most_steps());
   FoldCandidate fold_candidate;
@@ -187,17 +207,21 @@ void GuardedField::compose() noexcept {
     const double left = static_cast<double>(most_steps - std::min(most_steps - 1, composition_->steps()));
     double scale = std::min({rest, kSubstepReach * fold_candidate.scale,
                              std::max(composition_->reach() * fold_candidate.scale, rest / left)});
-    const InjectivitySearch::Result result = find_step(cells, fold_candidate, scale);
+    const InjectivitySearch::Result& result = find_step(next_part(), cells, fold_candidate, scale);
     if (result.verdict == Verdict::kFolded) break;
     add_to_certificate(result);
+    ++parts_.count;
     if (scale == rest) find_margin(cells, scale, fold_candidate);
     composition_->accept(scale,
                          fold_candidate.scale < FoldCandidate::kMaxScale ? &fold_candidate.place : nullptr);
   }
-  if (const CellField* cells = composition_->cells_of_beginning(); cells && !(begun > 0))
-    add_to_certificate(search(*cells, 1, {}, allowance(*cells).certificate_pairs));
-  else if (certificate_.verdict == Verdict::kInjective)
-    certificate_.det_bound *= begun;
+  if (const CellField* cells = composition_->cells_of_beginning(); cells && !(parts_.begun > 0)) {
+    add_to_certificate(search(next_part(), *cells, 1, {}, allowance(*cells).certificate_pairs));
+    ++parts_.count;
+    parts_.begun = 1;
+  } else if (certificate_.verdict == Verdict::kInjective) {
+    certificate_.det_bound *= parts_.begun;
+  }
   certificate_.substeps = static_cast<std::uint32_t>(composition_->steps());
   evaluate_composition();
   if (certificate_.substeps > 1) flags_ |= kStepSubstepped;
@@ -211,8 +235,30 @@ void GuardedField::compose() noexcept {
   }
 }
 
+// The landmarks rest, so what was left undecided may be decided now, where the parts' fields are kept.
+void GuardedField::go_on_certifying() noexcept {
+  if (certificate_.verdict != Verdict::kUnknown || parts_.count > parts_.searches.size() ||
+      composition_->kept_fields() == 0)
+    return;
+  const std::uint64_t pairs =
+      budget_.allowance({.landmarks = field_->landmark_positions().size()}).resting_pairs;
+  certificate_.verdict = Verdict::kInjective;
+  certificate_.det_bound = parts_.begun;
+  flags_ &= ~kStepUncertified;
+  for (std::size_t k = 0; k < parts_.count; ++k) {
+    InjectivitySearch& part = parts_.searches[k];
+    if (part.is_open() && parts_.spent_pairs < pairs) {
+      const std::uint64_t before = part.result().work;
+      parts_.spent_pairs += part.go_on(pairs - parts_.spent_pairs).work - before;
+    }
+    add_to_certificate(part.result());
+    if (certificate_.verdict == Verdict::kFolded) return;
+  }
+  certificate_.place = least_vertex_;
+}
+
 void GuardedField::evaluate_composition() noexcept {
-  composition_->evaluate(spent_pairs_);
+  composition_->evaluate(parts_.spent_pairs);
   is_composed_ = true;
   evaluation_ = Evaluation::kDirect;
   flags_ = composition_->is_late() ? flags_ | kStepLate : flags_ & ~kStepLate;
@@ -226,7 +272,7 @@ void GuardedField::find_margin(const CellField& cells, double scale,
   if (certificate_.verdict != Verdict::kInjective || fold_candidate.scale <= scale) return;
   const double further = kMargin * (fold_candidate.scale - scale);
   const std::uint64_t pairs = allowance(cells).margin_pairs;
-  if (search(cells, scale + further, fold_candidate, pairs).verdict == Verdict::kInjective)
+  if (search(search_, cells, scale + further, fold_candidate, pairs).verdict == Verdict::kInjective)
     certificate_.margin_mm = further * largest_displacement();
 }
 
@@ -272,6 +318,7 @@ void GuardedField::save(StateWriter& writer, const LandmarkSet::Revision& landma
   writer(is_of_these);
   if (is_of_these) field_->save(writer);
   if (composition_) composition_->save(writer);
+  for (const InjectivitySearch& part : parts_.searches) writer(part.result().work);
   writer(evaluation_, certificate_, least_vertex_, flags_);
 }
 
@@ -284,6 +331,11 @@ void GuardedField::restore(StateReader& reader, const LandmarkSet& landmarks) {
   reader(is_of_these);
   if (is_of_these) field_->restore(reader);
   if (composition_) composition_->restore(reader);
+  for (InjectivitySearch& part : parts_.searches) {
+    std::uint64_t work = 0;
+    reader(work);
+    if (is_of_these && part.is_open() && part.result().work < work) part.go_on(work - part.result().work);
+  }
   reader(evaluation_, certificate_, least_vertex_, flags_);
   shown_ = is_of_these ? landmarks.revision() : LandmarkSet::Revision();
 }

@@ -65,10 +65,12 @@ class GuardedField : public DisplacementField {
   void clamp(const CellField& cells, const FoldCandidate& fold_candidate) noexcept;
   void compose() noexcept;
   void evaluate_composition() noexcept;
-  InjectivitySearch::Result search(const CellField& cells, double scale, const FoldCandidate& fold_candidate,
-                                   std::uint64_t pairs) noexcept;
-  InjectivitySearch::Result find_step(const CellField& cells, const FoldCandidate& fold_candidate,
-                                      double& scale) noexcept;
+  void go_on_certifying() noexcept;
+  const InjectivitySearch::Result& search(InjectivitySearch& search, const CellField& cells, double scale,
+                                          const FoldCandidate& fold_candidate, std::uint64_t pairs) noexcept;
+  const InjectivitySearch::Result& find_step(InjectivitySearch& search, const CellField& cells,
+                                             const FoldCandidate& fold_candidate, double& scale) noexcept;
+  void expect_steps(double scale) noexcept;
   Allowance allowance(const CellField& cells) const noexcept;
   void add_to_certificate(const InjectivitySearch::Result& result) noexcept;
   void find_margin(const CellField& cells, double scale, const FoldCandidate& fold_candidate) noexcept;
@@ -82,11 +84,19 @@ class GuardedField : public DisplacementField {
   std::unique_ptr<Composition> composition_;
   GuardSettings settings_;
   WorkBudget budget_;
-  InjectivitySearch search_;
+  InjectivitySearch search_;  // of whole fields, for candidates and the margin
+  /// Of what is composed, in this tick.
+  struct Parts {
+    std::vector<InjectivitySearch> searches;  // one for all where fields are not kept
+    std::size_t count = 0;                    // of parts
+    std::size_t steps = 0;                    // of the way, that are expected
+    double begun = 1;                         // bound of the determinant of what has none
+    std::uint64_t spent_pairs = 0;            // by all searches
+  };
+  Parts parts_;
 
   LandmarkSet::Revision shown_;  // of the landmarks that the field is of; without numbers: of none
   bool is_composed_ = false;
-  std::uint64_t spent_pairs_ = 0;  // of this tick's certificates
   Evaluation evaluation_ = Evaluation::kIdle;
   Certificate certificate_;
   Vec3 least_vertex_ = Vec3::Zero();  // rest position of that of certificate_.vertex_det

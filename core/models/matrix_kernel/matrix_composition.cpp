@@ -338,24 +338,33 @@ void MatrixComposition::end() noexcept {
   std::ranges::fill(displacements_, BlockDisplacement<float>{});
   std::ranges::fill(blocks_.shown, Shown{});
   blocks_.last_landmarks.clear();
+  blocks_.wanted = 0;
   blocks_.is_unfinished = false;
   blocks_.lag_mm = 0;
 }
 
 void MatrixComposition::save(StateWriter& writer) const {
-  writer(displacements_, blocks_.shown, blocks_.last_landmarks, blocks_.is_unfinished, blocks_.lag_mm,
-         least_determinant_, least_place_);
+  writer(displacements_, blocks_.shown, blocks_.last_landmarks, blocks_.wanted, blocks_.is_unfinished,
+         blocks_.lag_mm, least_determinant_, least_place_);
 }
 
 void MatrixComposition::restore(StateReader& reader) {
-  reader(displacements_, blocks_.shown, blocks_.last_landmarks, blocks_.is_unfinished, blocks_.lag_mm,
-         least_determinant_, least_place_);
+  reader(displacements_, blocks_.shown, blocks_.last_landmarks, blocks_.wanted, blocks_.is_unfinished,
+         blocks_.lag_mm, least_determinant_, least_place_);
 }
 
 // With the steps so far, corrections included where they are composed.
 Allowance MatrixComposition::allowance() const noexcept {
   return budget_.allowance(
       {.landmarks = positions_.size(), .steps = count_, .sources = correction_.near_forces.size()});
+}
+
+TickWork MatrixComposition::work_ahead(std::size_t steps) const {
+  const std::size_t n = positions_.size();
+  return {.landmarks = n,
+          .steps = steps + kCorrections,
+          .step_sources = steps * correction_.near_forces.size() + kCorrections * n,
+          .blocks = blocks_.wanted + blocks_.all.size() / WorkCosts::kLagBlocks};
 }
 
 // All blocks that do not show the present landmarks yet; or those of them that lag most, as many as lag at all and the
@@ -372,6 +381,10 @@ void MatrixComposition::choose_blocks(std::uint64_t work) noexcept {
   chosen.clear();
   for (const std::uint32_t b : blocks_.all)
     if (!blocks_.shown[b].is_present) chosen.push_back(b);
+  // What is stirred stands still for a moment at each end.
+  const std::size_t wanted_lately =
+      blocks_.wanted - std::min(blocks_.wanted, blocks_.all.size() / WorkBudget::kWantedTicks);
+  blocks_.wanted = std::max(wanted_lately, chosen.size());
   blocks_.is_unfinished = may.easy_blocks < chosen.size();
   blocks_.lag_mm = 0;
   if (!blocks_.is_unfinished) return;
@@ -379,7 +392,9 @@ void MatrixComposition::choose_blocks(std::uint64_t work) noexcept {
   const auto lag_of = [&](std::uint32_t b) { return blocks_.shown[b].lag_mm; };
   const auto lagging = static_cast<std::size_t>(std::ranges::count_if(
       chosen, [&](std::uint32_t b) { return !(static_cast<double>(lag_of(b)) <= may.lag_mm); }));
-  const std::size_t most = std::max(may.easy_blocks, std::min(may.blocks, lagging));
+  blocks_.wanted = std::max({wanted_lately, may.easy_blocks, lagging});
+  const std::size_t most =
+      std::max(may.easy_blocks, lagging <= may.whole_blocks ? lagging : std::min(may.blocks, lagging));
   blocks_.is_unfinished = most < chosen.size();
   if (!blocks_.is_unfinished) return;
   const auto end = chosen.begin() + static_cast<std::ptrdiff_t>(most);

@@ -32,6 +32,7 @@ class MatrixComposition : public Composition {
   const CellField* cells_of_beginning() const override { return smooth_cells_ ? &*smooth_cells_ : nullptr; }
   bool next() noexcept override;
   const CellField& cells() const override { return cells_[count_]; }
+  std::size_t kept_fields() const override { return cells_.size(); }
   bool is_like_last() const override { return steps() > 0 && !correction_.is_on; }
   double rest() const override { return correction_.is_on ? 1 : 1 - reached(); }
   void accept(double scale, const Vec3* weakest) noexcept override;
@@ -42,6 +43,7 @@ class MatrixComposition : public Composition {
   bool is_unfinished() const override { return blocks_.is_unfinished; }
   double lag_mm() const override { return blocks_.lag_mm; }
   bool is_late() const override { return blocks_.lag_mm > budget_.lag_mm; }
+  TickWork work_ahead(std::size_t steps) const override;
   void end() noexcept override;
   void save(StateWriter& writer) const override;
   void restore(StateReader& reader) override;
@@ -162,6 +164,7 @@ class MatrixComposition : public Composition {
     std::vector<std::pair<Vec3, double>>
         movers;                         // of those now: where, at rest, and how far they have gone, mm
     std::vector<std::uint32_t> chosen;  // that this tick evaluates
+    std::size_t wanted = 0;             // that it would, had it time for all
     bool is_unfinished = false;
     double lag_mm = 0;
     std::vector<std::uint32_t> refined;  // whose determinants are all taken
