@@ -57,7 +57,8 @@ class Composition : public DisplacementField {
   virtual void evaluate(std::uint64_t work) noexcept = 0;
   /// Whether there are such. evaluate() goes on with them, while begin is not called.
   virtual bool is_unfinished() const { return false; }
-  /// How far the points of these lag behind φ, mm: the most, of one point of each block.
+  /// How far the points of these lag behind φ, mm: the most, of one point of each block. Others may lag more
+  /// (core/README.md, Limits).
   virtual double lag_mm() const { return 0; }
   /// Whether that is more than WorkBudget::lag_mm.
   virtual bool is_late() const { return false; }

@@ -73,8 +73,8 @@ struct TickSummary {
   std::uint32_t landmark_count = 0;  ///< solved in this tick: all needles' and the anchors
   Certificate certificate;           ///< of this tick's field
   double max_displacement_mm = 0;
-  /// By how much the points that are shown lag behind the landmarks' field, at most (Composition::lag_mm): of blocks
-  /// that are left to later ticks, and of the landmarks where the whole field is.
+  /// By how much the points that are shown lag behind this tick's field, at most (Composition::lag_mm, an estimate): of
+  /// blocks that are left to later ticks, and of the landmarks where the whole field is. NaN: not known, of a relay.
   double lag_mm = 0;
   std::uint32_t moved_vertices = 0;  ///< points displaced from rest in this tick
   std::uint64_t overruns = 0;        ///< deadlines missed since start (set by the loop)

@@ -56,6 +56,7 @@ void RelayedMesh::take(const FrameMessage& frame, std::int64_t clock_offset_ns) 
   summary.max_displacement_mm = frame.max_displacement_mm;
   summary.moved_vertices = frame.moved_vertices;
   summary.certificate = frame.certificate.value_or(Certificate{});
+  summary.lag_mm = frame.lag_mm;
   take_points(frame);
   take_needles(frame, clock_offset_ns);
   take_poses(0, frame.pose_history);

@@ -28,6 +28,7 @@ class ByteWriter {
   void u16(std::uint16_t v) { put(v); }
   void u32(std::uint32_t v) { put(v); }
   void u64(std::uint64_t v) { put(v); }
+  void f32(float v) { put(std::bit_cast<std::uint32_t>(v)); }
   void f64(double v) { put(std::bit_cast<std::uint64_t>(v)); }
   /// A monotonic clock reading, ns; a negative one cannot be sent and becomes 0.
   void time(std::int64_t ns) { put(static_cast<std::uint64_t>(ns < 0 ? 0 : ns)); }
@@ -96,6 +97,7 @@ class ByteReader {
   std::uint16_t u16() { return get<std::uint16_t>(); }
   std::uint32_t u32() { return get<std::uint32_t>(); }
   std::uint64_t u64() { return get<std::uint64_t>(); }
+  float f32() { return std::bit_cast<float>(get<std::uint32_t>()); }
   double f64() { return std::bit_cast<double>(get<std::uint64_t>()); }
   std::int64_t time() {
     const std::uint64_t v = u64();

@@ -51,6 +51,8 @@ class FieldWriter {
   void u32(WireInteger auto v) { writer_.u32(static_cast<std::uint32_t>(v)); }
   void u64(WireInteger auto v) { writer_.u64(static_cast<std::uint64_t>(v)); }
   void f64(double v) { writer_.f64(v); }
+  /// Rounded to f32.
+  void f32(double v) { writer_.f32(static_cast<float>(v)); }
   void time(std::int64_t ns) { writer_.time(ns); }
   void vec3(const Vec3& v) { writer_.vec3(v); }
   void pose(const RigidTransform& X) { writer_.pose(X); }
@@ -168,6 +170,7 @@ class FieldReader {
     v = static_cast<T>(reader_.u64());
   }
   void f64(double& v) { v = reader_.f64(); }
+  void f32(double& v) { v = static_cast<double>(reader_.f32()); }
   void time(std::int64_t& ns) { ns = reader_.time(); }
   void vec3(Vec3& v) { v = reader_.vec3(); }
   void pose(RigidTransform& X) { X = reader_.pose(); }

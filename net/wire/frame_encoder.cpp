@@ -111,6 +111,7 @@ void encode_frame(const MeshState& state, const FrameLayout& layout, std::uint64
     frame.positions.insert(frame.positions.end(), first, first + 3 * std::size_t{range.count});
   }
   frame.certificate = summary.certificate;
+  frame.lag_mm = summary.lag_mm;
   frame.has_pose_history = request.pose_history;
   if (request.pose_history) {
     frame.pose_history = poses_after(state, 0, request.after_tick);

@@ -32,8 +32,9 @@ struct FrameRequest {
       default;  // NOLINT(modernize-use-nullptr): clang-tidy 14 on <=>
 };
 
-/// Appends the body of a FRAME, always with the section CERTIFICATE, with the forces of each needle that are finite and
-/// the shape of each that bends, and with the seeds that fell or moved after `after_tick` once any has fallen.
+/// Appends the body of a FRAME, always with the section CERTIFICATE, with LAG unless the lag is NaN (not known), with
+/// the forces of each needle that are finite and the shape of each that bends, and with the seeds that fell or moved
+/// after `after_tick` once any has fallen.
 /// Changed blocks are those with block_ticks[b] > after_tick; neighbours become one range. `layout` is what the
 /// request asks for; `state.mesh.block_ticks` has one tick per block at least, and after_tick <=
 /// state.summary.tick (both asserted). A state may lack needles, or their histories: then the frame lacks them too.

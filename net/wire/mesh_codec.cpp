@@ -1,6 +1,7 @@
 // The mesh: TOPOLOGY once, FRAME at every snapshot.
 #include <algorithm>
 #include <cassert>
+#include <cmath>
 
 #include "net/wire/force_fields.h"
 #include "net/wire/seed_fields.h"
@@ -123,6 +124,7 @@ void reset_message(FrameMessage& message) {
   message.has_seeds = false;
   message.seed_count = 0;
   message.seeds.clear();
+  message.lag_mm = Certificate::kNotKnown;
 }
 
 template <class Archive>
@@ -179,7 +181,9 @@ void fields(Archive& archive, MaybeConst<FrameMessage> auto& message) {
       Section{number(FrameSection::kButtons), !held.empty(),
               [&](auto& section) { buttons_section(section, held); }},
       Section{number(FrameSection::kNeedleShapes), std::ranges::any_of(message.needles, has_shape),
-              [&](auto& section) { shapes_section(section, message); }});
+              [&](auto& section) { shapes_section(section, message); }},
+      Section{number(FrameSection::kLag), !std::isnan(message.lag_mm),
+              [&](auto& section) { section.f32(message.lag_mm); }});
   if constexpr (Archive::kReads) apply_buttons(held, message);
 }
 

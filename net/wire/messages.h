@@ -231,6 +231,7 @@ struct FrameMessage {
   bool has_seeds = false;                     ///< the section was there: seeds have fallen
   std::uint32_t seed_count = 0;               ///< in the tissue
   std::vector<Seed> seeds;                    ///< those that fell or moved after base_tick, ascending ids
+  double lag_mm = Certificate::kNotKnown;     ///< TickSummary::lag_mm; NaN: the section was not there
 };
 
 /// Sections of a FRAME. Absent means "not known", not zero.
@@ -242,6 +243,7 @@ enum class FrameSection : std::uint16_t {
   kPosesOfNeedles = 5,
   kButtons = 6,
   kNeedleShapes = 7,
+  kLag = 8,
 };
 
 struct PoseMessage {

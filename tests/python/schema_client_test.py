@@ -165,7 +165,7 @@ class SchemaClient(unittest.TestCase):
         wanted = {"WELCOME", "TOPOLOGY", "SCENE", "FRAME", "STATE", "EVENT", "ERROR", "DOSE", "SCANNER", "IMAGE",
                   "WELCOME.DEVICE", "STATE.CONTROLS", "SCENE.PROBE", "DOSE.AT_SURFACE", "DOSE.WITH_PLANNED",
                   "FRAME.FORCE", "FRAME.SEEDS", "FRAME.CERTIFICATE", "FRAME.POSE_HISTORY", "FRAME.POSES_OF_NEEDLES",
-                  "FRAME.BUTTONS", "FRAME.NEEDLE_SHAPES"}
+                  "FRAME.BUTTONS", "FRAME.NEEDLE_SHAPES", "FRAME.LAG"}
         of_device = {"FORCE", "WELCOME.LIMITS", "PING"}
         turn = 0
 

@@ -96,6 +96,7 @@ class FrameSection(IntEnum):
     POSES_OF_NEEDLES = 5
     BUTTONS = 6
     NEEDLE_SHAPES = 7
+    LAG = 8
 
 
 class ScannerArray(IntEnum):

@@ -799,6 +799,19 @@ class FrameNeedleShapes:
 
 
 @dataclass
+class FrameLag:
+    lag_mm: float = 0.0
+
+    @classmethod
+    def read(cls, r: Reader) -> FrameLag:
+        lag_mm, = r.get("f")
+        return cls(lag_mm)
+
+    def write(self, w: Writer) -> None:
+        w.put("f", self.lag_mm)
+
+
+@dataclass
 class FrameSections:
     force: Optional[FrameForce] = None
     seeds: Optional[FrameSeeds] = None
@@ -807,6 +820,7 @@ class FrameSections:
     poses_of_needles: Optional[FramePosesOfNeedles] = None
     buttons: Optional[FrameButtons] = None
     needle_shapes: Optional[FrameNeedleShapes] = None
+    lag: Optional[FrameLag] = None
 
     @classmethod
     def read(cls, r: Reader) -> FrameSections:
@@ -826,6 +840,8 @@ class FrameSections:
                 made.buttons = FrameButtons.read(s)
             elif number == 7:
                 made.needle_shapes = FrameNeedleShapes.read(s)
+            elif number == 8:
+                made.lag = FrameLag.read(s)
             else:
                 continue
             s.finish()
@@ -833,7 +849,7 @@ class FrameSections:
 
     def write(self, w: Writer) -> None:
         w.sections([(1, self.force), (2, self.seeds), (3, self.certificate), (4, self.pose_history),
-                    (5, self.poses_of_needles), (6, self.buttons), (7, self.needle_shapes)])
+                    (5, self.poses_of_needles), (6, self.buttons), (7, self.needle_shapes), (8, self.lag)])
 
 
 @dataclass

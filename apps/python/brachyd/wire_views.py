@@ -96,6 +96,11 @@ class FrameView:
     def certificate(self) -> Optional[FrameCertificate]:
         return self.sections.certificate
 
+    @property
+    def lag_mm(self) -> Optional[float]:
+        """How far the points of this frame's mesh lag behind its tick's field, at most, mm. None: not known."""
+        return self.sections.lag.lag_mm if self.sections.lag else None
+
 
 class StateView:
     sections: StateSections

@@ -63,6 +63,8 @@ void expect_frames_equal_simulation(const Scene& scene, const std::vector<Peer::
     ASSERT_EQ(m.max_displacement_mm, state.summary.max_displacement_mm) << "at tick " << m.tick;
     ASSERT_EQ(m.moved_vertices, state.summary.moved_vertices) << "at tick " << m.tick;
     ASSERT_EQ(m.step_flags, state.summary.step_flags) << "at tick " << m.tick;
+    ASSERT_EQ(m.lag_mm, static_cast<double>(static_cast<float>(state.summary.lag_mm)))
+        << "at tick " << m.tick;
     ASSERT_TRUE(m.certificate);
     ASSERT_EQ(m.certificate->verdict, state.summary.certificate.verdict) << "at tick " << m.tick;
     ASSERT_EQ(m.certificate->vertex_det, state.summary.certificate.vertex_det) << "at tick " << m.tick;
@@ -147,6 +149,30 @@ TEST(DaemonLoopback, EveryViewersMeshEqualsTheSimulationBitForBit) {
     SCOPED_TRACE(peer == &viewer ? "viewer" : peer == &late ? "late joiner" : "slow viewer");
     expect_frames_equal_simulation(scene, peer->frames, viewer.poses);
   }
+}
+
+// A tick's work is counted, so on a machine for which the scene says that work is dear the tissue lags, however fast
+// the machine is.
+TEST(DaemonLoopback, AViewerIsToldHowFarTheTissueThatItIsShownLags) {
+  Scene scene = small();
+  scene.model.kernel = "elastic";
+  scene.work_costs = WorkCosts{}.slower_by(20);
+  RunningDaemon daemon(scene);
+  Peer viewer(net::Role::kViewer, net::kSubscribePoseHistory, true, "viewer");
+  Peer device(net::Role::kDevice, 0, false, "device");
+  ASSERT_TRUE(viewer.join(daemon.port()));
+  ASSERT_TRUE(device.join(daemon.port()));
+  viewer.stand_beside(device);
+  int turn = 0;
+  const auto is_late = [](const Peer::Frame& frame) { return frame.message.lag_mm > WorkBudget{}.lag_mm; };
+  ASSERT_TRUE(viewer.until([&] {
+    RigidTransform X_WN = way_in().back();
+    X_WN.p.x() += std::sin(0.4 * ++turn);
+    device.client.send_pose(X_WN, monotonic_ns());
+    return std::ranges::count_if(viewer.frames, is_late) >= 5;
+  }));
+  daemon.stop();
+  expect_frames_equal_simulation(scene, viewer.frames, viewer.poses);
 }
 
 TEST(DaemonScriptedDevice, MovesTheTissueAndLeavesItBitwiseAtRest) {

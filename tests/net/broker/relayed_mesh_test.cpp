@@ -51,6 +51,7 @@ struct RelayedMeshTest : ::testing::Test {
 TEST_F(RelayedMeshTest, AFullFrameIsSentOnByteForByte) {
   simulation.steps(7);
   simulation.state().summary.certificate.verdict = Verdict::kInjective;
+  simulation.state().summary.lag_mm = 0.375;
   simulation.state().seeds.slots = {sample_seed()};
   simulation.state().seeds.slots[0].id = 1;
   simulation.state().seeds.ticks = {3};
@@ -110,6 +111,13 @@ TEST_F(RelayedMeshTest, StampsOfTheDaemonsClockAreMovedToOurs) {
             1'000'000 + static_cast<std::int64_t>(simulation.state().summary.tick) + 2);
   EXPECT_EQ(frame.input_sequence, simulation.state().summary.tick + 2000)
       << "of the needle whose pose came last";
+}
+
+TEST_F(RelayedMeshTest, ALagThatAnEarlierDaemonDoesNotTellIsNotToldAsZero) {
+  simulation.step();
+  simulation.state().summary.lag_mm = Certificate::kNotKnown;
+  relay();
+  EXPECT_TRUE(std::isnan(decoded(encoded(relayed.state(), relayed_layout, {0, true, true})).lag_mm));
 }
 
 TEST_F(RelayedMeshTest, NeedlesWithoutForcesStaySo) {

@@ -38,6 +38,7 @@ TEST(Codec, FieldsComeBackAsTheyWere) {
   EXPECT_EQ(frame.certificate->substeps, 3u);
   EXPECT_EQ(frame.certificate->det_bound, 0.25);
   EXPECT_EQ(frame.certificate->vertex_det, 0.5);
+  EXPECT_EQ(frame.lag_mm, 0.375);
   EXPECT_EQ(frame.certificate->place, Vec3(1.5, -2, 28));
   EXPECT_EQ(frame.certificate->margin_mm, 0.75);
   EXPECT_EQ(frame.certificate->held_mm, 2.125);
@@ -125,6 +126,7 @@ TEST(Codec, AForceOfANeedleThatTheFrameHasNotIsRefused) {
   frame.has_seeds = false;
   frame.poses_of_needles.clear();
   frame.needles[0].state.shape.is_bent = false;
+  frame.lag_mm = Certificate::kNotKnown;
   Bytes body = body_of(frame);
   body[body.size() - 136] = std::byte{7};  // the only entry's needle
   EXPECT_EQ(decode_body(body, decoded).reason, "a force names a needle that is not there");
@@ -281,6 +283,7 @@ struct ShapeBody {
     frame.has_pose_history = frame.has_seeds = false;
     frame.poses_of_needles.clear();
     frame.needles[0].has_forces = false;
+    frame.lag_mm = Certificate::kNotKnown;
     body = body_of(frame);
   }
   std::byte& entry(std::size_t at) { return body[body.size() - kEntry + at]; }
@@ -388,6 +391,27 @@ TEST(Codec, AFrameWithoutACertificateSaysNothingOfTheField) {
   EXPECT_EQ(decoded.pose_history.size(), 2u);
 }
 
+TEST(Codec, AFrameOfAnEarlierDaemonTellsNoLag) {
+  constexpr std::size_t kLagBytes = 8 + 4;
+  FrameMessage frame = sample_frame(), decoded = sample_frame();
+  const Bytes body = body_of(frame);
+  frame.lag_mm = Certificate::kNotKnown;
+  const Bytes earlier = body_of(frame);
+  ASSERT_EQ(earlier.size(), body.size() - kLagBytes);
+  ASSERT_TRUE(decode_body(earlier, decoded).is_good());
+  EXPECT_TRUE(std::isnan(decoded.lag_mm)) << "what the message held before is gone";
+  EXPECT_EQ(body_of(decoded), earlier);
+}
+
+TEST(Codec, ALagOfZeroIsToldAndIsRoundedToF32Otherwise) {
+  FrameMessage frame = sample_frame(), decoded;
+  for (const double lag_mm : {0.0, 0.1, 11.0}) {
+    frame.lag_mm = lag_mm;
+    ASSERT_TRUE(decode_body(body_of(frame), decoded).is_good());
+    EXPECT_EQ(decoded.lag_mm, static_cast<double>(static_cast<float>(lag_mm)));
+  }
+}
+
 TEST(Codec, AVerdictOfALaterVersionReadsAsUnknownAndStaysItself) {
   FrameMessage frame = sample_frame(), decoded;
   frame.certificate->verdict = static_cast<Verdict>(9);
@@ -402,6 +426,7 @@ TEST(Codec, ACertificateOfAnotherLengthIsRefused) {
   frame.has_pose_history = false;
   frame.poses_of_needles.clear();
   frame.needles[0].state.shape.is_bent = false;
+  frame.lag_mm = Certificate::kNotKnown;
   const Bytes body = body_of(frame);
   for (const std::size_t length : {0u, 79u, 81u}) {
     Bytes other = body;
@@ -420,6 +445,7 @@ TEST(Codec, UnknownSectionsAreSkipped) {
   frame.poses_of_needles.clear();
   frame.needles[0].has_forces = false;
   frame.needles[0].state.shape.is_bent = false;
+  frame.lag_mm = Certificate::kNotKnown;
   Bytes body = body_of(frame);
   body.resize(body.size() - 4);  // its empty list of sections
   ByteWriter writer(body);

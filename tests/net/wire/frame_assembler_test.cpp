@@ -54,9 +54,10 @@ TEST_F(FrameAssemblerTest, OnlyChangedBlocksTravelAndNeighboursShareARange) {
   EXPECT_TRUE(frame({1, false, false}).ranges.empty());
 }
 
-TEST_F(FrameAssemblerTest, EveryFrameCarriesTheTicksCertificateAndFlags) {
+TEST_F(FrameAssemblerTest, EveryFrameCarriesTheTicksCertificateFlagsAndLag) {
   MeshState state = simulation.state();
-  state.summary.step_flags = kStepFolded | kStepClamped;
+  state.summary.step_flags = kStepFolded | kStepClamped | kStepLate;
+  state.summary.lag_mm = 0.25;
   state.summary.certificate.verdict = Verdict::kFolded;
   state.summary.certificate.det_bound = Certificate::kNotKnown;
   state.summary.certificate.vertex_det = -0.25;
@@ -73,7 +74,20 @@ TEST_F(FrameAssemblerTest, EveryFrameCarriesTheTicksCertificateAndFlags) {
     EXPECT_EQ(decoded.certificate->vertex_det, -0.25);
     EXPECT_EQ(decoded.certificate->place, Vec3(1, 2, 3));
     EXPECT_EQ(decoded.certificate->held_mm, 2.1);
-    EXPECT_EQ(decoded.step_flags, kStepFolded | kStepClamped);
+    EXPECT_EQ(decoded.step_flags, kStepFolded | kStepClamped | kStepLate);
+    EXPECT_EQ(decoded.lag_mm, 0.25);
+  }
+}
+
+TEST_F(FrameAssemblerTest, AFramesLagIsThatOfTheTickWhoseMeshItHolds) {
+  ASSERT_EQ(mesh.start(topology), "");
+  for (const double lag_mm : {0.0, 2.0, 0.5}) {  // of each tick; the second has no frame
+    simulation.step();
+    simulation.state().summary.lag_mm = lag_mm;
+    if (lag_mm == 2) continue;
+    const FrameMessage sent = frame({mesh.tick(), mesh.tick() == 0, false});
+    ASSERT_EQ(mesh.apply(sent), "");
+    EXPECT_EQ(sent.lag_mm, lag_mm);
   }
 }
 

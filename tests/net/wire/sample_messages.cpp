@@ -204,7 +204,7 @@ FrameMessage sample_frame() {
   frame.input_stamp_ns = 1'000'000'500;
   frame.input_received_ns = 1'999'990'000;
   frame.max_displacement_mm = 1.25;
-  frame.step_flags = kStepSaturated | kStepSubstepped | kStepClamped | kStepSteep;
+  frame.step_flags = kStepSaturated | kStepSubstepped | kStepClamped | kStepLate | kStepSteep;
   frame.point_count = 5;
   frame.moved_vertices = 2;
   NeedleRecord needle;
@@ -240,6 +240,7 @@ FrameMessage sample_frame() {
   frame.has_seeds = true;
   frame.seed_count = 2;
   frame.seeds = {sample_seed()};
+  frame.lag_mm = 0.375;
   return frame;
 }
 

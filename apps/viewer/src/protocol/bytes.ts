@@ -46,6 +46,9 @@ export class ByteReader {
   u64Exact(): bigint {
     return this.view.getBigUint64(this.take(8), true);
   }
+  f32(): number {
+    return this.view.getFloat32(this.take(4), true);
+  }
   f64(): number {
     return this.view.getFloat64(this.take(8), true);
   }
@@ -149,6 +152,10 @@ export class ByteWriter {
   u64(value: bigint): void {
     const at = this.take(8);
     this.view.setBigUint64(at, value, true);
+  }
+  f32(value: number): void {
+    const at = this.take(4);
+    this.view.setFloat32(at, value, true);
   }
   f64(value: number): void {
     const at = this.take(8);  // first: it may make a larger view

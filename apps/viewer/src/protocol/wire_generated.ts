@@ -1001,6 +1001,19 @@ export function writeFrameNeedleShapes(w: ByteWriter, v: FrameNeedleShapes): voi
   for (const one of v.entries) writeNeedleShape(w, one);
 }
 
+export interface FrameLag {
+  lagMm: number;
+}
+
+export function readFrameLag(r: ByteReader): FrameLag {
+  const lagMm = r.f32();
+  return {lagMm};
+}
+
+export function writeFrameLag(w: ByteWriter, v: FrameLag): void {
+  w.f32(v.lagMm);
+}
+
 export interface FrameSections {
   force: FrameForce | null;
   seeds: FrameSeeds | null;
@@ -1009,6 +1022,7 @@ export interface FrameSections {
   posesOfNeedles: FramePosesOfNeedles | null;
   buttons: FrameButtons | null;
   needleShapes: FrameNeedleShapes | null;
+  lag: FrameLag | null;
 }
 
 export interface Frame {
@@ -1056,7 +1070,7 @@ export function readFrame(r: ByteReader): Frame {
   const ranges = r.u32Array(2 * rangeCount);
   const positions = r.f32Array(3 * ranges.reduce((sum, value, i) => (i % 2 ? sum + value : sum), 0));
   const sections: FrameSections = {force: null, seeds: null, certificate: null, poseHistory: null, posesOfNeedles: null,
-                                   buttons: null, needleShapes: null};
+                                   buttons: null, needleShapes: null, lag: null};
   r.sections((id, s) => {
     if (id === 1) sections.force = readFrameForce(s);
     else if (id === 2) sections.seeds = readFrameSeeds(s);
@@ -1065,6 +1079,7 @@ export function readFrame(r: ByteReader): Frame {
     else if (id === 5) sections.posesOfNeedles = readFramePosesOfNeedles(s);
     else if (id === 6) sections.buttons = readFrameButtons(s);
     else if (id === 7) sections.needleShapes = readFrameNeedleShapes(s);
+    else if (id === 8) sections.lag = readFrameLag(s);
     else return false;
     return true;
   });
@@ -1096,7 +1111,7 @@ export function writeFrame(w: ByteWriter, v: Frame): void {
   w.u32(v.ranges.length / 2);
   w.array(v.ranges);
   w.array(v.positions);
-  w.sections([section(1, v.sections.force, writeFrameForce), section(2, v.sections.seeds, writeFrameSeeds), section(3, v.sections.certificate, writeFrameCertificate), section(4, v.sections.poseHistory, writeFramePoseHistory), section(5, v.sections.posesOfNeedles, writeFramePosesOfNeedles), section(6, v.sections.buttons, writeFrameButtons), section(7, v.sections.needleShapes, writeFrameNeedleShapes)]);
+  w.sections([section(1, v.sections.force, writeFrameForce), section(2, v.sections.seeds, writeFrameSeeds), section(3, v.sections.certificate, writeFrameCertificate), section(4, v.sections.poseHistory, writeFramePoseHistory), section(5, v.sections.posesOfNeedles, writeFramePosesOfNeedles), section(6, v.sections.buttons, writeFrameButtons), section(7, v.sections.needleShapes, writeFrameNeedleShapes), section(8, v.sections.lag, writeFrameLag)]);
 }
 
 export interface Pose {
