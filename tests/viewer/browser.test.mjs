@@ -5,9 +5,9 @@ import {mkdirSync, readFileSync, statSync, writeFileSync} from 'node:fs';
 import {join, resolve} from 'node:path';
 import {after, before, test} from 'node:test';
 import {fileURLToPath, pathToFileURL} from 'node:url';
-import {comesTrue, differingPixels, launch, newQuickPage} from './browser.mjs';
+import {comesTrue, differingPixels, launch, newQuickPage, waitFor} from './browser.mjs';
 import {Daemon} from './daemon.mjs';
-import {recording} from './messages.mjs';
+import {frame, recording, topology} from './messages.mjs';
 import {NativeClient} from './native_client.mjs';
 import {viewerFolder} from './viewer_module.mjs';
 
@@ -403,6 +403,16 @@ test('a recording plays from a file, without a daemon', async () => {
 
   await page.locator('#file').setInputFiles({name: 'notes.txt', mimeType: 'text/plain', buffer: readFileSync(config)});
   await until('/no brachy recording/.test(brachy.recording.state)');
+});
+
+test('beside the verdict stands how far the tissue lags', async () => {
+  const file = recording([topology, frame(1, 1e9, 1, true, 0.354), frame(2, 1.1e9, 2)]);
+  await page.locator('#file').setInputFiles({name: 'late.brachy', mimeType: 'application/octet-stream', buffer: file});
+  const verdict = () => page.locator('#verdict').innerText();
+  await until('brachy.recording.state === "ready" && brachy.tick === 2 && !brachy.recording.playing');
+  await waitFor(async () => await verdict() === 'folding unknown', verdict);
+  await page.locator('#pb-seek').fill('0');
+  await waitFor(async () => await verdict() === 'folding unknown · 0.35 mm late', verdict);
 });
 
 test('nothing went wrong in the page', () => assert.deepEqual(errors, []));

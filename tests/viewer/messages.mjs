@@ -16,11 +16,12 @@ export function message(type, stampNs, body) {
   return bytes;
 }
 
-/** All five points at `x`, or without it none changed. */
-export function frame(tick, stampNs, x, full = false) {
+/** All five points at `x`, or without it none changed; late by `lagMm`, or without it of a daemon that does not tell its lag. */
+export function frame(tick, stampNs, x, full = false, lagMm = undefined) {
   const points = x === undefined ? 0 : 5;
   const ranges = points ? 1 : 0;
-  const body = Buffer.alloc(108 + 4 + 8 * ranges + 12 * points + 4);
+  const sections = 108 + 4 + 8 * ranges + 12 * points;
+  const body = Buffer.alloc(sections + 4 + (lagMm === undefined ? 0 : 12));
   body.writeBigUInt64LE(HASH, 0);
   body.writeBigUInt64LE(BigInt(tick), 8);
   body.writeDoubleLE(tick * 0.005, 16);
@@ -31,6 +32,13 @@ export function frame(tick, stampNs, x, full = false) {
   body.writeUInt32LE(ranges, 108);
   if (ranges) body.writeUInt32LE(5, 116);
   for (let i = 0; i < 3 * points; ++i) body.writeFloatLE(x, 120 + 4 * i);
+  if (lagMm !== undefined) {
+    body.writeUInt32LE(1 << 10, 88);
+    body.writeUInt16LE(1, sections);
+    body.writeUInt16LE(8, sections + 4);
+    body.writeUInt32LE(4, sections + 8);
+    body.writeFloatLE(lagMm, sections + 12);
+  }
   return message(4, stampNs, body);
 }
 

@@ -40,6 +40,15 @@ test('a whole file is read to its end', () => {
   assert.deepEqual(entriesOf(recording(messages)), {count: messages.length, damage: ''});
 });
 
+test('the lag of the tissue is played with it', async () => {
+  const {session, player} = await open(recording([topology, frame(1, stamp(0), 1, true), frame(2, stamp(1), 2, false, 0.375), frame(3, stamp(2), 3)]));
+  for (const [i, lagMm, text] of [[0, null, ''], [1, 0.375, ' · 0.38 mm late'], [2, null, '']]) {
+    player.seek(i / 10 + 0.01);
+    assert.equal(session.frame.lagMm, lagMm);
+    assert.equal(viewer.lateText(session.frame), text);
+  }
+});
+
 test('a file that ends anywhere in its last message is good up to there, and says so', () => {
   const short = [topology, frame(1, START, 1, true)];
   const whole = recording(short);

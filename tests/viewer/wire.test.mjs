@@ -151,9 +151,9 @@ test('TOPOLOGY has points, triangles and a hash that holds', () => {
   assert.equal(viewer.decodeMessage(bytes).body.hashHolds, false);
 });
 
-test('FRAME has needle, forces, seeds and certificate', () => {
+test('FRAME has needle, forces, seeds, certificate and lag', () => {
   const frame = decode('FRAME');
-  assert.deepEqual([frame.tick, frame.baseTick, frame.snapshotSequence, frame.overruns, frame.full, frame.stepFlags], [42, 40, 9, 3, false, 0x862]);
+  assert.deepEqual([frame.tick, frame.baseTick, frame.snapshotSequence, frame.overruns, frame.full, frame.stepFlags], [42, 40, 9, 3, false, 0xc62]);
   assert.deepEqual([...frame.ranges], [1, 1, 3, 1]);
   assert.deepEqual([...frame.positions], [10, 0.5, -0.25, 0, 0, 9]);
   const [needle] = frame.needles;
@@ -170,6 +170,28 @@ test('FRAME has needle, forces, seeds and certificate', () => {
   assert.deepEqual([seed.dropped, seed.rest, seed.position, seed.axis], [[1.5, -2, 28], [1.5, -2, 26.5], [1.5, -2, 27.75], [0, 0, 1]]);
   assert.deepEqual(frame.certificate, {verdict: 'injective', substeps: 3, detBound: 0.25, vertexDet: 0.5, place: [1.5, -2, 28],
                                        marginMm: 0.75, heldMm: 2.125, heldN: NaN, condition: 1024});
+  assert.equal(frame.lagMm, 0.375);
+});
+
+const LAG_BYTES = 8 + 4;  // the last section of the page's FRAME
+
+test('a FRAME of an earlier daemon tells no lag', () => {
+  const bytes = golden.get('FRAME').slice(0, -LAG_BYTES);
+  const view = new DataView(bytes.buffer);
+  view.setUint32(12, bytes.length - HEADER, true);
+  const sections = bytes.findIndex((_, i) => i > HEADER + 120 && view.getUint32(i, true) === 8 && view.getUint32(i + 4, true) === 1);
+  view.setUint16(sections, 7, true);
+  const frame = viewer.decodeMessage(bytes).body;
+  assert.equal(frame.lagMm, null);
+  assert.equal(frame.certificate.substeps, 3);
+});
+
+test('of late tissue the page says by how much, where that is known and can be seen', () => {
+  const late = (lagMm, stepFlags = 1 << 10) => viewer.lateText({stepFlags, lagMm});
+  assert.equal(late(0.354), ' · 0.35 mm late');
+  assert.equal(late(11), ' · 11.00 mm late');
+  for (const lagMm of [null, NaN, 0, 0.004]) assert.equal(late(lagMm), ' · late', `${lagMm}`);
+  assert.equal(late(0.009, 0x862), '', 'what is not late');
 });
 
 test('a verdict of a later version is read as unknown', () => {
@@ -184,7 +206,7 @@ test('a verdict of a later version is read as unknown', () => {
 
 test('a shape of a needle that is not there, or without points, is refused', () => {
   const bytes = golden.get('FRAME');
-  const at = bytes.length - (8 + 48 + 12 * 17);  // the only shape: needle, number of points
+  const at = bytes.length - LAG_BYTES - (8 + 48 + 12 * 17);  // the only shape: needle, number of points
   for (const [offset, value] of [[0, 7], [2, 1], [2, 0], [2, 18]]) {
     const other = bytes.slice();
     other[at + offset] = value;

@@ -9,6 +9,7 @@ export * from './protocol/image.js';
 export * from './protocol/plan_message.js';
 export * from './ui/train.js';
 export {shortcutsByKey} from './ui/shortcuts.js';
+export {lateText} from './ui/status.js';
 export * from './protocol/volume.js';
 export * from './ultrasound/geometry.js';
 export {VolumeStudy, closedCurve} from './ultrasound/volume_study.js';

@@ -33,6 +33,8 @@ export interface Frame extends Omit<WireFrame, 'frameFlags' | 'needles' | 'secti
   needles: Needle[];
   seeds: {count: number; entries: Seed[]} | null;
   certificate: Certificate | null;
+  /** How far the points shown lag behind the tick's field, at most, mm. Null: not known, of an earlier daemon. */
+  lagMm: number | null;
 }
 
 function checkRanges(frame: Frame): void {
@@ -62,11 +64,12 @@ function seedsOf({seedCount: count, entries}: FrameSeeds): {count: number; entri
 
 export function decodeFrame(body: Uint8Array): Frame {
   const {frameFlags, needles, sections, ...rest} = readFrame(new ByteReader(body));
-  const {force, seeds, certificate, needleShapes} = sections;
+  const {force, seeds, certificate, needleShapes, lag} = sections;
   const frame: Frame = {
     ...rest, full: (frameFlags & FrameFlag.Full) !== 0, needles: needles.map((needle) => ({...needle, forces: null, shape: null})),
     seeds: seeds && seedsOf(seeds),
     certificate: certificate && {...certificate, verdict: (['unknown', 'injective', 'folded'] as const)[certificate.verdict] ?? 'unknown'},
+    lagMm: lag && lag.lagMm,
   };
   checkRanges(frame);
   if (frame.baseTick > frame.tick) throw new ProtocolError("a frame's base tick is later than its tick");

@@ -7,7 +7,7 @@ const NOTES = [
   'The patient’s right is on the left, as in radiology; axial looks from the feet, through the template. Lengths in mm, patient RAS.',
   'Volume study: on the image, arrows move the chosen point by 0.5 mm (with Shift 0.1), [ and ] choose, Enter adds, Delete removes, Ctrl+Z takes back. + and − go to the next slice, F freezes it.',
   'The surface alone is sent as a rule; inner points and the displacement on the clipping plane ask for the whole volume.',
-  'The verdict beside the connection is the field’s certificate: injective (det J > 0 everywhere), folded, or not known.',
+  'The verdict beside the connection is the field’s certificate: injective (det J > 0 everywhere), folded, or not known. Late, in grey: how far the tissue shown lags behind that field.',
   'For research and training. Not a medical device.',
 ];
 

@@ -1,6 +1,6 @@
 // Status display: pills, banner, counters, read-outs and events.
 import type {Session} from '../model/session.js';
-import {ContactState, StepFlag} from '../protocol/frame.js';
+import {ContactState, StepFlag, type Frame} from '../protocol/frame.js';
 import {EventKind} from '../protocol/server_messages.js';
 import type {LiveConnection} from '../transport/live.js';
 import type {Player} from '../transport/player.js';
@@ -36,18 +36,23 @@ export function showConnection(live: LiveConnection, player: Player | null, sess
   }
 }
 
+/** Of a frame in which some of the tissue is where an earlier tick put it; '' of others. By how much, where that is known and can be seen. */
+export function lateText({stepFlags, lagMm}: Pick<Frame, 'stepFlags' | 'lagMm'>): string {
+  if ((stepFlags & StepFlag.Late) === 0) return '';
+  return lagMm !== null && lagMm >= 0.005 ? ` · ${lagMm.toFixed(2)} mm late` : ' · late';
+}
+
 export function showVerdict(session: Session): void {
   const element = byId('verdict');
   element.hidden = session.frame === null;
   const certificate = session.frame?.certificate;
   if (!session.frame) return;
-  // Some of the tissue is where an earlier tick put it.
-  const late = (session.frame.stepFlags & StepFlag.Late) !== 0 ? ' · late' : '';
-  if (!certificate || certificate.verdict === 'unknown') return pill('verdict', `folding unknown${late}`, 'warm');
+  setText(byId('late'), lateText(session.frame));
+  if (!certificate || certificate.verdict === 'unknown') return pill('verdict', 'folding unknown', 'warm');
   if (certificate.verdict === 'folded') return pill('verdict', 'FIELD FOLDS', 'bad');
   const clamped = certificate.heldMm > 0 ? ` · clamped by ${certificate.heldMm.toFixed(1)} mm` : '';
   const steps = certificate.substeps > 1 ? ` · ${certificate.substeps} sub-steps` : '';
-  pill('verdict', `injective${steps}${clamped}${late}`, clamped ? 'warm' : 'good');
+  pill('verdict', `injective${steps}${clamped}`, clamped ? 'warm' : 'good');
 }
 
 export function showReadouts(session: Session, needle: number): void {
