@@ -65,7 +65,7 @@ void RecordingTally::add(const net::FrameMessage& frame) {
     max_depth_mm_ = std::max(max_depth_mm_, needle.state.insertion_depth_mm);
     max_tip_deflection_mm_ = std::max(max_tip_deflection_mm_, needle.state.shape.tip_deflection_mm());
   }
-  certificates_.add(frame.certificate, frame.step_flags, all_finite(frame.positions));
+  certificates_.add(frame.certificate, frame.step_flags, frame.lag_mm, all_finite(frame.positions));
   add_poses(frame);
 }
 

@@ -27,15 +27,16 @@ struct CertificateTally {
          min_vertex_det = Certificate::kNotKnown;  ///< NaN: none had one
   std::uint32_t max_substeps = 0;
   double max_held_mm = 0;
-  double max_lag_mm = Certificate::kNotKnown;  ///< TickSummary::lag_mm; NaN: of frames, which do not have it
+  double max_lag_mm = Certificate::kNotKnown;  ///< TickSummary::lag_mm; NaN: none told it
   double max_condition = 1;
 
   /// Of a tick.
   void add(const TickSummary& summary, bool finite) noexcept {
-    add(summary.certificate, summary.step_flags, finite);
-    max_lag_mm = std::fmax(max_lag_mm, summary.lag_mm);
+    add(summary.certificate, summary.step_flags, summary.lag_mm, finite);
   }
-  void add(const std::optional<Certificate>& certificate, std::uint32_t step_flags, bool finite) noexcept {
+  /// Of a frame. `lag_mm`: NaN where it is not known.
+  void add(const std::optional<Certificate>& certificate, std::uint32_t step_flags, double lag_mm,
+           bool finite) noexcept {
     const auto flagged = [&](StepFlag flag) { return (step_flags & flag) != 0; };
     const Verdict verdict = certificate ? certificate->verdict : Verdict::kUnknown;
     if (verdict == Verdict::kInjective) {
@@ -53,8 +54,9 @@ struct CertificateTally {
     solve_failed += flagged(kStepSolveFailed);
     steep += flagged(kStepSteep);
     late += flagged(kStepLate);
-    if (!certificate) return;
     // fmin and fmax pass over what is not known.
+    max_lag_mm = std::fmax(max_lag_mm, lag_mm);
+    if (!certificate) return;
     min_det_bound = std::fmin(min_det_bound, certificate->det_bound);
     min_vertex_det = std::fmin(min_vertex_det, certificate->vertex_det);
     max_substeps = std::max(max_substeps, certificate->substeps);

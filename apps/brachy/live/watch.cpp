@@ -93,7 +93,7 @@ class Watch {
     moved_ = std::max(moved_, frame.moved_vertices);
     for (const net::NeedleRecord& needle : frame.needles)
       tip_deflection_mm_ = std::max(tip_deflection_mm_, needle.state.shape.tip_deflection_mm());
-    certificates_.add(frame.certificate, frame.step_flags, all_finite(frame.positions));
+    certificates_.add(frame.certificate, frame.step_flags, frame.lag_mm, all_finite(frame.positions));
     if (screen_) remember(frame);
     last_ = frame;
     last_.positions.clear();
@@ -142,7 +142,7 @@ class Watch {
     v.latency_p99_ms = latency_.count() ? latency_ms(0.99) : Certificate::kNotKnown;
     v.dropped = state.snapshots_dropped;
     v.gaps = run_.client().snapshots_missed();
-    v.verdict = frames_ ? one_line(last_.certificate, last_.step_flags) : "";
+    v.verdict = frames_ ? verdict_line() : "";
     v.displacement_mm = last_.max_displacement_mm;
     v.moved = last_.moved_vertices;
     v.seeds = static_cast<std::uint32_t>(run_.client().mesh().seeds().size());
@@ -173,6 +173,7 @@ class Watch {
                        gland.v100_percent, gland.d90_gy);
   }
 
+  std::string verdict_line() const { return one_line(last_.certificate, last_.step_flags, last_.lag_mm); }
   std::uint64_t ticks() const { return last_.tick - first_.tick; }
   std::uint64_t overruns() const { return last_.overruns - first_.overruns; }
   double sim_hz() const {
@@ -191,8 +192,8 @@ class Watch {
     const std::string line = fmt::format(
         "t {:7.2f} s  {:9}  depth {:5.1f} mm  displaced {:5.2f} mm  moved {:6}  {}  missed {}  drops {}\n",
         last_.sim_time_s, needle.present ? to_string(needle.contact) : "no needle", needle.insertion_depth_mm,
-        last_.max_displacement_mm, last_.moved_vertices, one_line(last_.certificate, last_.step_flags),
-        overruns(), run_.last_state().snapshots_dropped);
+        last_.max_displacement_mm, last_.moved_vertices, verdict_line(), overruns(),
+        run_.last_state().snapshots_dropped);
     (options_.json ? std::cerr : std::cout) << line << std::flush;
   }
 

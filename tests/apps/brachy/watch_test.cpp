@@ -86,6 +86,26 @@ TEST(Watch, TellsHowFarNeedlesBend) {
     EXPECT_NE(ended.out.find(part), std::string::npos) << part << "\n" << ended.out;
 }
 
+TEST(Watch, TellsTheLargestLagOfTheTissue) {
+  const auto show_late = [](WatchedStates& states) {
+    for (const double lag_mm : {0.125, 0.5, 0.25})
+      states.show([&](MeshState& s) {
+        s.summary.step_flags = kStepLate;
+        s.summary.lag_mm = lag_mm;
+      });
+  };
+  WatchedStates states({"--json"});
+  show_late(states);
+  const auto json = json_of(states.end());
+  ASSERT_FALSE(json.is_discarded());
+  EXPECT_EQ(json.at("frames_late"), 3);
+  EXPECT_EQ(json.at("max_lag_mm"), 0.5);
+  WatchedStates people;
+  show_late(people);
+  const Ended ended = people.end();
+  EXPECT_NE(ended.out.find("3 late (tissue at most 0.50 mm behind)"), std::string::npos) << ended.out;
+}
+
 TEST(Watch, CountsWhatMustNotBe) {
   WatchedStates states({"--json"});
   states.show([](MeshState& s) { s.summary.certificate.verdict = Verdict::kFolded; });  // without a flag

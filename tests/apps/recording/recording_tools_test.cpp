@@ -208,6 +208,23 @@ TEST_F(RecordingTools, AnExportIsWhatRecordWritesIntoAFolder) {
   EXPECT_EQ(files_in(folder / "ex"), files);
 }
 
+TEST_F(RecordingTools, TheLagOfTheTissueIsInTheRecordingAndItsReport) {
+  ServedStates states;
+  states.start({"record"}, {"--out", path("r.brachy")});
+  for (const double lag_mm : {0.125, 0.5, 0.25})
+    states.show([&](MeshState& s) {
+      moving(states.tick())(s);
+      s.summary.step_flags = kStepLate;
+      s.summary.lag_mm = lag_mm;
+    });
+  ASSERT_TRUE(exited(states.end().front(), 0));
+  const Ended inspected = run_brachy({"inspect", path("r.brachy")});
+  EXPECT_NE(inspected.out.find("3 late (tissue at most 0.50 mm behind)"), std::string::npos) << inspected.out;
+  const auto json = json_of(run_brachy({"inspect", path("r.brachy"), "--json"}));
+  EXPECT_EQ(json.at("frames_late"), 3);
+  EXPECT_EQ(json.at("max_lag_mm"), 0.5);
+}
+
 TEST_F(RecordingTools, ABentNeedleIsInTheRecordingItsReportAndItsExport) {
   ServedStates states;
   states.start({"record"}, {"--out", path("r.brachy")});

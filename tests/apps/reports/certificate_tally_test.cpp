@@ -23,10 +23,10 @@ TEST(CertificateTally, CountsByVerdictAndByGuard) {
   guarded.substeps = 4;
   guarded.held_mm = 2.1;
   guarded.condition = 1e5;
-  tally.add(guarded, kStepSubstepped | kStepClamped | kStepMerged, true);
-  tally.add(Certificate{}, 0, true);
-  tally.add(certificate(Verdict::kFolded, Certificate::kNotKnown, -0.5), kStepFolded | kStepDropped, true);
-  tally.add(certificate(Verdict::kUnknown, Certificate::kNotKnown, 0.125), kStepUncertified | kStepSteep,
+  tally.add(guarded, kStepSubstepped | kStepClamped | kStepMerged, 0, true);
+  tally.add(Certificate{}, 0, 0, true);
+  tally.add(certificate(Verdict::kFolded, Certificate::kNotKnown, -0.5), kStepFolded | kStepDropped, 0, true);
+  tally.add(certificate(Verdict::kUnknown, Certificate::kNotKnown, 0.125), kStepUncertified | kStepSteep, 0,
             true);
   EXPECT_EQ(tally.injective, 2u);
   EXPECT_EQ(tally.folded, 1u);
@@ -59,14 +59,26 @@ TEST(CertificateTally, OfTicksTheLargestLagIsKept) {
   tally.add(summary, true);
   EXPECT_EQ(tally.max_lag_mm, 0.25);
   EXPECT_EQ(tally.late, 2u);
+  EXPECT_NE(to_text("ticks", tally).find(", 2 late (tissue at most 0.25 mm behind)"), std::string::npos);
+}
+
+TEST(CertificateTally, OfFramesThatDoNotTellTheirLagOnlyTheLateOnesAreCounted) {
+  CertificateTally tally;
+  tally.add({}, kStepLate | kStepUncertified, Certificate::kNotKnown, true);
+  EXPECT_TRUE(std::isnan(tally.max_lag_mm));
+  EXPECT_NE(to_text("frames", tally).find(", 1 late\n"), std::string::npos);
+  tally.add({}, kStepLate | kStepUncertified, 0.5, true);
+  tally.add({}, kStepLate | kStepUncertified, Certificate::kNotKnown, true);
+  EXPECT_EQ(tally.max_lag_mm, 0.5);
+  EXPECT_NE(to_text("frames", tally).find(", 3 late (tissue at most 0.50 mm behind)"), std::string::npos);
 }
 
 TEST(CertificateTally, AVerdictThatItsOwnFlagDoesNotTellIsUnflagged) {
   CertificateTally tally;
-  tally.add(certificate(Verdict::kFolded, Certificate::kNotKnown, 0), kStepUncertified, true);
-  tally.add(certificate(Verdict::kUnknown, Certificate::kNotKnown, 0), kStepFolded, true);
-  tally.add({}, 0, true);
-  tally.add(certificate(static_cast<Verdict>(9), 1, 1), 0, true);  // of a later version
+  tally.add(certificate(Verdict::kFolded, Certificate::kNotKnown, 0), kStepUncertified, 0, true);
+  tally.add(certificate(Verdict::kUnknown, Certificate::kNotKnown, 0), kStepFolded, 0, true);
+  tally.add({}, 0, 0, true);
+  tally.add(certificate(static_cast<Verdict>(9), 1, 1), 0, 0, true);  // of a later version
   EXPECT_EQ(tally.unflagged, 4u);
   EXPECT_EQ(tally.folded, 1u);
   EXPECT_EQ(tally.unknown, 3u);
@@ -74,11 +86,12 @@ TEST(CertificateTally, AVerdictThatItsOwnFlagDoesNotTellIsUnflagged) {
 
 TEST(CertificateTally, WhatNoTickKnewIsNotKnown) {
   CertificateTally tally;
-  tally.add({}, kStepUncertified, true);
+  tally.add({}, kStepUncertified, Certificate::kNotKnown, true);
   EXPECT_TRUE(std::isnan(tally.min_det_bound));
   nlohmann::ordered_json json;
   add_to_json(json, "frames", tally);
   EXPECT_EQ(nlohmann::json::parse(json.dump()).at("min_det_bound"), nullptr);
+  EXPECT_EQ(nlohmann::json::parse(json.dump()).at("max_lag_mm"), nullptr);
   EXPECT_EQ(json.at("frames_unknown"), 1);
   EXPECT_NE(to_text("frames", tally).find("bound not known"), std::string::npos);
 }
@@ -99,19 +112,22 @@ TEST(CertificateTally, OneCoordinateThatIsNotFiniteIsFoundWhereverItChanged) {
       EXPECT_EQ(changes_are_finite(state, blocks), !changed) << i;
     }
   CertificateTally tally;
-  tally.add(Certificate{}, 0, false);
+  tally.add(Certificate{}, 0, 0, false);
   EXPECT_EQ(tally.nonfinite, 1u);
 }
 
-TEST(CertificateReport, ALiveLineShowsTheVerdictTheLeastDetAndTheGuard) {
-  EXPECT_EQ(one_line({}, 0), "unknown");
-  EXPECT_EQ(one_line(Certificate{}, 0), "injective det 1.000");
-  EXPECT_EQ(one_line(certificate(Verdict::kFolded, Certificate::kNotKnown, -0.25), kStepFolded),
+TEST(CertificateReport, ALiveLineShowsTheVerdictTheLeastDetTheGuardAndTheLag) {
+  EXPECT_EQ(one_line({}, 0, 0), "unknown");
+  EXPECT_EQ(one_line({}, kStepLate, 0.354), "unknown late 0.35 mm");
+  EXPECT_EQ(one_line(Certificate{}, 0, 0.004), "injective det 1.000");
+  EXPECT_EQ(one_line(Certificate{}, kStepLate, Certificate::kNotKnown), "injective det 1.000 late");
+  EXPECT_EQ(one_line(certificate(Verdict::kFolded, Certificate::kNotKnown, -0.25), kStepFolded, 0),
             "folded det -0.250");
   Certificate guarded = certificate(Verdict::kInjective, 0.125, 0.5);
   guarded.substeps = 3;
   guarded.held_mm = 2.14;
-  EXPECT_EQ(one_line(guarded, kStepSubstepped | kStepClamped), "injective det 0.125 sub-steps 3 held 2.1 mm");
+  EXPECT_EQ(one_line(guarded, kStepSubstepped | kStepClamped | kStepLate, 1.5),
+            "injective det 0.125 sub-steps 3 held 2.1 mm late 1.50 mm");
 }
 
 }  // namespace
