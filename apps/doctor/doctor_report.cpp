@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/doctor/work_scale.h"
+#include "apps/reports/certificate_report.h"
 #include "apps/reports/quantiles.h"
 
 namespace brachy {
@@ -17,8 +18,9 @@ std::string model_text(const Trial& t) {
 
 std::string trial_text(const Trial& t) {
   const TrialResult& r = t.result;
-  return fmt::format("{} at {:g} Hz: a tick takes {:.2f} ms of {:.1f} (p99), {} of {} missed", model_text(t),
-                     t.deformation_hz, r.tick_p99_ms, t.budget_ms(), r.missed, r.ticks + r.missed);
+  return fmt::format("{} at {:g} Hz: a tick takes {:.2f} ms of {:.1f} (p99), {} of {} missed{}",
+                     model_text(t), t.deformation_hz, r.tick_p99_ms, t.budget_ms(), r.missed,
+                     r.ticks + r.missed, late_text(r.late, r.max_lag_mm));
 }
 
 /// If an idle thread is woken late too, the machine is part of the cause.
@@ -64,6 +66,8 @@ nlohmann::ordered_json json_of(const Trial& t) {
   json["lateness_p99_ms"] = r.lateness_p99_ms;
   json["ticks"] = r.ticks;
   json["missed"] = r.missed;
+  json["ticks_late"] = r.late;
+  json["max_lag_mm"] = r.max_lag_mm;
   json["control_ticks"] = r.control_ticks;
   json["control_missed"] = r.control_missed;
   if (t.charted_error_mm) json["charted_error_mm"] = *t.charted_error_mm;

@@ -47,6 +47,8 @@ TrialResult run_here(const Scene& scene, double seconds) {
   result.tick_p99_ms = ms(s.loop.tick_ns.quantile(0.99));
   result.tick_max_ms = ms(s.loop.tick_ns.max());
   result.lateness_p99_ms = ms(s.loop.lateness_ns.quantile(0.99));
+  result.late = s.loop.certificates.late;
+  result.max_lag_mm = s.loop.certificates.max_lag_mm;
   return result;
 }
 

@@ -14,6 +14,8 @@ struct TrialResult {
   std::uint64_t control_ticks = 0, control_missed = 0;  ///< of an idle thread on the same deadlines
   double tick_p50_ms = 0, tick_p99_ms = 0, tick_max_ms = 0;
   double lateness_p99_ms = 0;
+  std::uint64_t late = 0;  ///< ticks that show some tissue where an earlier one put it (kStepLate)
+  double max_lag_mm = 0;   ///< the largest TickSummary::lag_mm
 };
 
 /// Runs the scene for `seconds` as brachyd would, in a process of its own, on a free port of the loopback,

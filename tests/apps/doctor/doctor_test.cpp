@@ -116,6 +116,22 @@ TEST(Doctor, AnswersInASentenceWithTheKeysThatAreToBeWritten) {
   EXPECT_EQ(json.at("take").at("support_radius_mm"), 12);
 }
 
+TEST(Doctor, SaysHowFarTheTissueLags) {
+  const Scene scene = psi_scene();
+  const Diagnosis late = diagnose(scene, [](const Scene&) {
+    TrialResult result = ticks_of(1);
+    result.late = 40;
+    result.max_lag_mm = 0.354;
+    return result;
+  });
+  const std::string text = to_text(Machine(), scene, late);
+  EXPECT_NE(text.find("0 of 1000 missed, 40 late (tissue at most 0.35 mm behind)"), std::string::npos)
+      << text;
+  const auto tried = nlohmann::json::parse(to_json(Machine(), scene, late)).at("tried").at(0);
+  EXPECT_EQ(tried.at("ticks_late"), 40);
+  EXPECT_EQ(tried.at("max_lag_mm"), 0.354);
+}
+
 TEST(Doctor, EndsWithTheCostsOfWorkAsLinesForAScene) {
   Machine machine;
   machine.work_scale = 2;
@@ -164,6 +180,8 @@ TEST(Doctor, OfTheRealDaemonSaysWhatItMeasured) {
   EXPECT_EQ(own.at("deformation_hz"), 200);
   EXPECT_GT(own.at("ticks").get<int>(), 0);
   EXPECT_GT(own.at("tick_ms").at("p99").get<double>(), 0);
+  EXPECT_EQ(own.at("ticks_late"), 0) << "psi31 evaluates every tick whole";
+  EXPECT_EQ(own.at("max_lag_mm"), 0);
 }
 
 TEST(Doctor, RefusesABadSceneAsTheDaemonDoes) {
