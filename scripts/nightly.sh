@@ -12,6 +12,7 @@ parts=(
   'fields      scripts/campaigns/campaign.sh fields'
   'contact     scripts/campaigns/campaign.sh contact'
   'nodules     scripts/campaigns/campaign.sh nodules'
+  'implants    scripts/campaigns/campaign.sh implants'
   'inputs      scripts/campaigns/campaign.sh inputs'
   'laboratory  scripts/campaigns/campaign.sh laboratory'
   'asan        scripts/campaigns/campaign.sh asan'

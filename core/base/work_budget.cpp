@@ -56,7 +56,7 @@ Allowance WorkBudget::allowance(const TickWork& work) const noexcept {
       std::max(by_search(fold_pairs), std::min(by_search(search_pairs), beside_blocks));
   may.certificate_pairs = std::min(may.may_certify ? in_search : by_search(fold_pairs), left);
   may.margin_pairs = std::min(by_search(margin_pairs), may.certificate_pairs);
-  may.resting_pairs = pairs_in(time_left(whole_share, work));
+  may.resting_pairs = pairs_in(time_left(rest_share, work));
   may.step_tries = beside_blocks < step_tries * by_search(search_pairs) ? 1 : step_tries;
   const bool has_few_sources = work.sources <= few_candidate_sources;
   may.candidate_stride = 1 + work.sources / candidates;

@@ -94,8 +94,8 @@ struct Allowance {
 ///      that lag; what is left out stays where an earlier tick put it, which the tick tells where it is more than
 ///      `lag_mm` (kStepLate), and follows when nothing moves.
 ///
-/// Shares of the period: blocks, and whether the field fits into the forces' tick (`light_share`, `work_share`,
-/// `whole_share`). Everything else is a count for a tick of any length, so a tick of 1 ms may do as much as one of 5
+/// Shares of the period: blocks, and whether the field fits into the forces' tick (`light_share` to `rest_share`).
+/// Everything else is a count for a tick of any length, so a tick of 1 ms may do as much as one of 5
 /// ms. Counts whose comment names a cost are those of the stored table: where that cost is twice as high, a tick may
 /// do half as many. The other counts choose between methods and do not depend on costs.
 struct WorkBudget {
@@ -150,11 +150,13 @@ struct WorkBudget {
   // WorkCosts. The rest of the period is for snapshots, other threads, and ticks that are dearer than the table.
   double light_share = 0.3;  ///< 1.5 ms at 200 Hz: so much is done though nothing would be late without it
   double work_share = 0.6;   ///< 3 ms at 200 Hz
-  /// 3.75 ms: where that makes nothing late it is done; else no more than work_share.
-  double whole_share = 0.75;
+  /// 3.5 ms: where that makes nothing late it is done; else no more than work_share.
+  double whole_share = 0.7;
+  double rest_share = 0.75;             ///< 3.75 ms, where nothing moves and only certificates are left
   std::size_t least_blocks_share = 12;  ///< in any case one in so many blocks is evaluated
   double lag_mm = 0.008;  ///< of one point; of others beside it up to ten times as much was seen
 
+  static constexpr std::size_t kUsualCorrections = 1;  ///< expected after the steps of the way
   static constexpr std::size_t kWantedTicks = 16;  ///< by which it is forgotten that all blocks were wanted
   /// Landmarks no farther from a block than this may move points of it more than the one that is asked …
   static constexpr double kBesideMm = 8;

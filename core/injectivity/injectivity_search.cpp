@@ -148,12 +148,12 @@ bool InjectivitySearch::settle(const Node& node, std::size_t count, CellBounds& 
   const double cheap = std::max(node.bound, bound_by_norms(bounds, scale_));
   // Near a cusp bounds do not get better than their limit there.
   const double wanted = bounds.cusp < 0 ? this->wanted() : 0;
-  const bool is_deepest = node.depth + 1 > kMaxDepth, has_work = result_.work < limit_;
-  if (cheap > wanted || (cheap > 0 && (is_deepest || !has_work))) {
+  const bool is_deepest = node.depth + 1 > kMaxDepth;
+  if (cheap > wanted || (cheap > 0 && is_deepest)) {
     result_.det_bound = std::min(result_.det_bound, cheap);
     return true;
   }
-  if (!has_work) return false;
+  if (result_.work >= limit_) return false;
   if (is_deepest) {
     is_too_deep_ = true;
     return true;

@@ -62,8 +62,12 @@ class Composition : public DisplacementField {
   virtual double lag_mm() const { return 0; }
   /// Whether that is more than WorkBudget::lag_mm.
   virtual bool is_late() const { return false; }
-  /// What evaluate() will take if the landmarks' way has `steps` steps, with as many blocks as the last one wanted;
-  /// nothing where it does all of them in any case.
+  /// As many blocks as the last evaluate() wanted to bring up to date, had it had time for all; and sets that, where a
+  /// run goes on from a saved state. Depends on earlier ticks.
+  virtual std::size_t wanted_blocks() const { return 0; }
+  virtual void expect_blocks(std::size_t /*wanted*/) {}
+  /// What evaluate() will take if the landmarks' way has `steps` steps, with wanted_blocks(); nothing where it
+  /// does all of them in any case.
   virtual TickWork work_ahead(std::size_t /*steps*/) const { return {}; }
   /// No landmark is there any more: the tissue is at rest, and the next evaluate starts from there.
   virtual void end() noexcept {}

@@ -2,14 +2,15 @@
 # The long form of the property tests: many random scenes through every model, verdicts against brute force;
 # whole generators of needles' ways; the laboratory's tests; and those under AddressSanitizer and ThreadSanitizer that
 # scripts/test.sh --all has no time for.
-#   scripts/campaigns/campaign.sh [fields [SCENES] | contact | nodules | inputs | laboratory | asan | tsan]  default all
+#   scripts/campaigns/campaign.sh [fields [SCENES] | contact | nodules | implants | inputs | laboratory | asan | tsan]
+#       default: all
 #       fields: 100000 scenes through the fields, a tenth of them against a grid of 0.25 mm
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 part=${1:-all} scenes=${2:-100000}
 usage() { sed -n '2,/^[^#]/s/^# \?//p' "$0" >&2; exit 2; }
 [[ $# -le 2 && $scenes =~ ^[1-9][0-9]*$ ]] || usage
-[[ $part =~ ^(all|fields|contact|nodules|inputs|laboratory|asan|tsan)$ ]] || usage
+[[ $part =~ ^(all|fields|contact|nodules|implants|inputs|laboratory|asan|tsan)$ ]] || usage
 [[ $# -lt 2 || $part == fields ]] || usage
 is_part() { [[ $part == all || $part == "$1" ]]; }
 
@@ -36,6 +37,11 @@ if is_part nodules; then
   scripts/build.sh release core_tests
   echo "campaign: 2,000 needles into 40 nodules"
   run release core_tests 'Nodule.*' 2000
+fi
+if is_part implants; then
+  scripts/build.sh release core_tests
+  echo "campaign: 200 implants of up to 20 needles come to rest: decided within a second, against determinants"
+  run release core_tests 'RestingImplant.*' 200
 fi
 if is_part inputs; then
   scripts/build.sh release core_tests input_tests

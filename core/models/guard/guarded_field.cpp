@@ -32,9 +32,10 @@ GuardedField::GuardedField(const Tissue& tissue, std::unique_ptr<TissueField> fi
       sources_{std::vector<std::uint32_t>(field_->max_sources()),
                std::vector<std::uint32_t>(field_->max_sources())} {
   // One more for what begins the composition.
-  parts_.searches.assign(
-      composition_ && composition_->kept_fields() > 0 ? composition_->kept_fields() + 1 : 1,
-      InjectivitySearch(field_->max_sources()));
+  const std::size_t most_parts =
+      composition_ && composition_->kept_fields() > 0 ? composition_->kept_fields() + 1 : 1;
+  parts_.searches.reserve(most_parts);
+  for (std::size_t k = 0; k < most_parts; ++k) parts_.searches.emplace_back(field_->max_sources());
   block_bounds_.reserve(tissue.blocks.size());
   std::iota(sources_.all.begin(), sources_.all.end(), 0u);
 }
@@ -57,6 +58,7 @@ FactorStatus GuardedField::update(const LandmarkSet& landmarks) noexcept {
   is_composed_ = false;
   flags_ = 0;
   certificate_ = {};
+  parts_.count = parts_.steps = parts_.blocks = 0;
   if (landmarks.positions.empty()) {
     if (composition_) composition_->end();
     return {};
@@ -99,7 +101,6 @@ void GuardedField::displacements_at(std::span<const Vec3> X, std::span<Vec3> u) 
 
 void GuardedField::guard() noexcept {
   parts_.spent_pairs = 0;
-  parts_.steps = 0;
   if (always_composes()) return compose();
   const CellField& cells = field_->cells();
   FoldCandidate fold_candidate = search_.find_fold_candidate(cells);
@@ -190,8 +191,8 @@ void GuardedField::clamp(const CellField& cells, const FoldCandidate& fold_candi
 
 void GuardedField::compose() noexcept {
   parts_.begun = composition_->begin(field_->landmark_positions(), field_->landmark_displacements());
-  parts_.count = 0;
   parts_.steps = 1;
+  parts_.blocks = composition_->wanted_blocks();
   const auto next_part = [&]() -> InjectivitySearch& {
     return parts_.searches[std::min(parts_.count, parts_.searches.size() - 1)];
   };
@@ -315,26 +316,28 @@ void GuardedField::find_least_vertex(const CellField& cells, double scale) noexc
 
 void GuardedField::save(StateWriter& writer, const LandmarkSet::Revision& landmarks) const {
   const bool is_of_these = shown_ == landmarks;
-  writer(is_of_these);
+  writer(parts_.blocks, is_of_these);
   if (is_of_these) field_->save(writer);
   if (composition_) composition_->save(writer);
-  for (const InjectivitySearch& part : parts_.searches) writer(part.result().work);
+  for (std::size_t k = 0; k < parts_.searches.size(); ++k)
+    writer(k < parts_.count && is_of_these ? parts_.searches[k].result().work : 0);
   writer(evaluation_, certificate_, least_vertex_, flags_);
 }
 
 // The field is that of its landmarks alone, but for what blocks show that are late, and work that is spread over ticks.
 // Where the field of the settled landmarks is still due, the next update makes it.
 void GuardedField::restore(StateReader& reader, const LandmarkSet& landmarks) {
+  bool is_of_these = false;
+  reader(parts_.blocks, is_of_these);
+  if (composition_) composition_->expect_blocks(parts_.blocks);
   if (landmarks.revision().displacements != 0 && !update(landmarks))
     throw UserError("the saved state is another scene's");
-  bool is_of_these = false;
-  reader(is_of_these);
   if (is_of_these) field_->restore(reader);
   if (composition_) composition_->restore(reader);
   for (InjectivitySearch& part : parts_.searches) {
     std::uint64_t work = 0;
     reader(work);
-    if (is_of_these && part.is_open() && part.result().work < work) part.go_on(work - part.result().work);
+    if (part.is_open() && part.result().work < work) part.go_on(work - part.result().work);
   }
   reader(evaluation_, certificate_, least_vertex_, flags_);
   shown_ = is_of_these ? landmarks.revision() : LandmarkSet::Revision();

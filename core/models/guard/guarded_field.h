@@ -90,6 +90,7 @@ class GuardedField : public DisplacementField {
     std::vector<InjectivitySearch> searches;  // one for all where fields are not kept
     std::size_t count = 0;                    // of parts
     std::size_t steps = 0;                    // of the way, that are expected
+    std::size_t blocks = 0;                   // that were expected to be evaluated after it
     double begun = 1;                         // bound of the determinant of what has none
     std::uint64_t spent_pairs = 0;            // by all searches
   };

@@ -362,8 +362,8 @@ Allowance MatrixComposition::allowance() const noexcept {
 TickWork MatrixComposition::work_ahead(std::size_t steps) const {
   const std::size_t n = positions_.size();
   return {.landmarks = n,
-          .steps = steps + kCorrections,
-          .step_sources = steps * correction_.near_forces.size() + kCorrections * n,
+          .steps = steps + WorkBudget::kUsualCorrections,
+          .step_sources = steps * correction_.near_forces.size() + WorkBudget::kUsualCorrections * n,
           .blocks = blocks_.wanted + blocks_.all.size() / WorkCosts::kLagBlocks};
 }
 
@@ -392,7 +392,7 @@ void MatrixComposition::choose_blocks(std::uint64_t work) noexcept {
   const auto lag_of = [&](std::uint32_t b) { return blocks_.shown[b].lag_mm; };
   const auto lagging = static_cast<std::size_t>(std::ranges::count_if(
       chosen, [&](std::uint32_t b) { return !(static_cast<double>(lag_of(b)) <= may.lag_mm); }));
-  blocks_.wanted = std::max({wanted_lately, may.easy_blocks, lagging});
+  blocks_.wanted = std::max(wanted_lately, lagging);
   const std::size_t most =
       std::max(may.easy_blocks, lagging <= may.whole_blocks ? lagging : std::min(may.blocks, lagging));
   blocks_.is_unfinished = most < chosen.size();

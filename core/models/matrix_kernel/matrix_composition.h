@@ -43,6 +43,8 @@ class MatrixComposition : public Composition {
   bool is_unfinished() const override { return blocks_.is_unfinished; }
   double lag_mm() const override { return blocks_.lag_mm; }
   bool is_late() const override { return blocks_.lag_mm > budget_.lag_mm; }
+  std::size_t wanted_blocks() const override { return blocks_.wanted; }
+  void expect_blocks(std::size_t wanted) override { blocks_.wanted = wanted; }
   TickWork work_ahead(std::size_t steps) const override;
   void end() noexcept override;
   void save(StateWriter& writer) const override;

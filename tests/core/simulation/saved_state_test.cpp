@@ -122,6 +122,7 @@ INSTANTIATE_TEST_SUITE_P(Saved, SavedModel,
 TEST(SavedState, GoesOnWhereWorkIsUnfinished) {
   Scene scene;
   scene.needle.count = 6;
+  scene.work_costs = WorkCosts{}.slower_by(2);
   const auto model = load_simulation_model(scene, load_tissue(scene).tissue);
   Simulator simulator(model);
   MeshState state = simulator.initial_state();
