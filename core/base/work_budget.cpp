@@ -47,7 +47,8 @@ Allowance WorkBudget::allowance(const TickWork& work) const noexcept {
   const std::size_t block_cost =
       WorkCosts::kBlockRings + WorkCosts::kStepRings * work.steps + work.step_sources;
   const double blocks_s = static_cast<double>(work.blocks * block_cost) / costs.block_ring_steps_per_s;
-  const auto beside_blocks = pairs_in(time_left(whole_share, work) - blocks_s);
+  const std::uint64_t beside_blocks =
+      work.blocks == 0 ? by_search(tick_pairs) : pairs_in(time_left(whole_share, work) - blocks_s);
   const std::uint64_t in_tick = by_search(tick_pairs);
   const std::uint64_t spent = std::min(in_tick, work.certificate_pairs), left = in_tick - spent;
   may.may_certify =
