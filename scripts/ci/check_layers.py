@@ -11,9 +11,9 @@ usage: scripts/ci/check_layers.py [--root DIR]     exit code 1 and a line for ea
 """
 import pathlib
 import re
+import sys
 
 from complaints import end, root_of
-import sys
 
 # A tree includes itself and these.
 TREES = {"core": (), "haptics": ("core",), "net": ("core",), "apps": ("core", "haptics", "net"),

@@ -45,7 +45,10 @@ FactorStatus GuardedField::update(const LandmarkSet& landmarks) noexcept {
   evaluation_ = Evaluation::kIdle;
   if (shows(landmarks)) {
     parts_.spent_pairs = 0;
-    if (is_composed_) composition_->is_unfinished() ? evaluate_composition() : go_on_certifying();
+    if (is_composed_ && composition_->is_unfinished())
+      evaluate_composition();
+    else if (is_composed_)
+      go_on_certifying();
     return field_->factorize(landmarks);
   }
   shown_ = {};

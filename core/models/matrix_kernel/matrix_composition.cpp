@@ -388,6 +388,7 @@ void MatrixComposition::choose_blocks(std::uint64_t work) noexcept {
   blocks_.is_unfinished = may.easy_blocks < chosen.size();
   blocks_.lag_mm = 0;
   if (!blocks_.is_unfinished) return;
+  spread_motion();
   find_lags();
   const auto lag_of = [&](std::uint32_t b) { return blocks_.shown[b].lag_mm; };
   const auto lagging = static_cast<std::size_t>(std::ranges::count_if(
@@ -421,6 +422,10 @@ void MatrixComposition::note_motion() noexcept {
   last.clear();
   for (std::size_t i = 0; i < positions_.size(); ++i)
     last.push_back(positions_[i] + landmark_displacements_[i]);
+}
+
+// To the blocks beside them. Where all blocks are evaluated nothing of it would be left.
+void MatrixComposition::spread_motion() noexcept {
   for (const std::uint32_t b : blocks_.all) {
     double farthest = 0;
     for (const auto& [at, motion] : blocks_.movers)
@@ -429,12 +434,23 @@ void MatrixComposition::note_motion() noexcept {
         farthest = motion;
     blocks_.shown[b].moved_beside_mm += static_cast<float>(farthest);
   }
+  blocks_.movers.clear();
+}
+
+// By all steps. `together`: as many points as add_to_points is asked for.
+void MatrixComposition::carry(CentredPoints& points, std::size_t count, std::size_t together) noexcept {
+  for (std::size_t k = 0; k < count_; ++k) {
+    const Step& step = steps_[k];
+    BlockDisplacement<float> u{};
+    field_.parts().near.add_to_points(points.local, points.centre, points.box, step.rings, step.forces,
+                                      step.pieces, sources_[0], u, together);
+    move(u, step.scale, count, points.local, points.centre, points.box);
+  }
 }
 
 // The point of each block that moved most last, as all are evaluated, those of some neighbouring blocks together.
 void MatrixComposition::find_lags() noexcept {
   constexpr std::size_t kTogether = NearLoops::kFew;
-  const NearField& near = field_.parts().near;
   const SmoothField* smooth = field_.parts().smooth;
   std::array<Vec3, kTogether> X;
   for (std::size_t first = 0; first < blocks_.chosen.size(); first += kTogether) {
@@ -448,13 +464,7 @@ void MatrixComposition::find_lags() noexcept {
       if (smooth) smooth->add_displacement_at(X[i], X[i]);
     }
     CentredPoints points({X.data(), count});
-    for (std::size_t k = 0; k < count_; ++k) {
-      const Step& step = steps_[k];
-      BlockDisplacement<float> u{};
-      near.add_to_points(points.local, points.centre, points.box, step.rings, step.forces, step.pieces,
-                         sources_[0], u, kTogether);
-      move(u, step.scale, count, points.local, points.centre, points.box);
-    }
+    carry(points, count, kTogether);
     for (std::size_t i = 0; i < count; ++i) {
       const std::uint32_t b = blocks_.chosen[first + i];
       const Vec3 u = points.centre + Vec3(points.local.x[i], points.local.y[i], points.local.z[i]) - rest(i);
@@ -670,13 +680,7 @@ void MatrixComposition::displacements_at(std::span<const Vec3> X, std::span<Vec3
     }
     CentredPoints points({smooth.data(), count});
     const CentredPoints begin = points;
-    for (std::size_t k = 0; k < count_; ++k) {
-      const Step& step = steps_[k];
-      BlockDisplacement<float> more{};
-      parts.near.add_to_points(points.local, points.centre, points.box, step.rings, step.forces, step.pieces,
-                               sources_[0], more);
-      move(more, step.scale, count, points.local, points.centre, points.box);
-    }
+    carry(points, count, kPoints);
     for (std::size_t i = 0; i < count; ++i) {
       const Vec3 way(points.local.x[i] - begin.local.x[i], points.local.y[i] - begin.local.y[i],
                      points.local.z[i] - begin.local.z[i]);

@@ -88,6 +88,8 @@ class MatrixComposition : public Composition {
   Allowance allowance() const noexcept;
   void choose_blocks(std::uint64_t work) noexcept;
   void note_motion() noexcept;
+  void spread_motion() noexcept;
+  void carry(CentredPoints& points, std::size_t count, std::size_t together) noexcept;
   void find_lags() noexcept;
   void evaluate_block(std::uint32_t b, std::vector<NearSource>& sources) noexcept;
   /// Blocks with the least determinants of the points that were sampled, each with that.

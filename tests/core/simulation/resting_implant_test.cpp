@@ -3,8 +3,9 @@
 
 #include <algorithm>
 #include <array>
+#include <iostream>
+#include <tuple>
 
-#include "core/simulation/state_hash.h"
 #include "tests/core/injectivity/random_scene.h"
 #include "tests/core/models/deformation_gradient.h"
 #include "tests/core/simulation/phantom_scene.h"
