@@ -13,6 +13,7 @@ parts=(
   'contact     scripts/campaigns/campaign.sh contact'
   'nodules     scripts/campaigns/campaign.sh nodules'
   'implants    scripts/campaigns/campaign.sh implants'
+  'planner     /usr/bin/python3 scripts/campaigns/planner.py'
   'inputs      scripts/campaigns/campaign.sh inputs'
   'laboratory  scripts/campaigns/campaign.sh laboratory'
   'asan        scripts/campaigns/campaign.sh asan'

@@ -9,17 +9,14 @@
 namespace brachy {
 namespace {
 
-using Goal = DoseFigure::Goal;
-
-constexpr std::array kFigures = {
-    DoseFigure{"prostate", "V100", "%", &StructureDose::v100_percent, Goal::kAbove, 95},
-    DoseFigure{"prostate", "V150", "%", &StructureDose::v150_percent, Goal::kBelow, 60},
-    DoseFigure{"prostate", "V200", "%", &StructureDose::v200_percent},
-    DoseFigure{"prostate", "D90", "Gy", &StructureDose::d90_gy, Goal::kAbove, 140.0 / 145, true},
-    DoseFigure{"urethra", "D30", "Gy", &StructureDose::d30_gy, Goal::kBelow, 1.25, true},
-    DoseFigure{"urethra", "D10", "Gy", &StructureDose::d10_gy},
-    DoseFigure{"rectum", "V100", "cm³", &StructureDose::v100_cc, Goal::kBelow, 1},
-    DoseFigure{"rectum", "D2cc", "Gy", &StructureDose::d2cc_gy}};
+constexpr std::array kFigures = {DoseFigure{"prostate", "V100", "%", &StructureDose::v100_percent},
+                                 DoseFigure{"prostate", "V150", "%", &StructureDose::v150_percent},
+                                 DoseFigure{"prostate", "V200", "%", &StructureDose::v200_percent},
+                                 DoseFigure{"prostate", "D90", "Gy", &StructureDose::d90_gy},
+                                 DoseFigure{"urethra", "D30", "Gy", &StructureDose::d30_gy},
+                                 DoseFigure{"urethra", "D10", "Gy", &StructureDose::d10_gy},
+                                 DoseFigure{"rectum", "V100", "cm³", &StructureDose::v100_cc},
+                                 DoseFigure{"rectum", "D2cc", "Gy", &StructureDose::d2cc_gy}};
 
 template <class Seeds, class ToDose>
 DoseStage stage_of(ImplantDose& dose, const Seeds& seeds, ToDose&& to_dose) {
@@ -47,18 +44,6 @@ DoseScore score_dose(ImplantDose& dose, const Plan& plan, const TemplateGrid& gr
   score.dropped = stage_of(dose, *seeds, [](const Seed& s) { return s.as_dropped(); });
   score.rest = stage_of(dose, *seeds, [](const Seed& s) { return s.at_rest(); });
   return score;
-}
-
-bool DoseFigure::is_met_by(double figure, double prescription_gy) const {
-  switch (goal) {
-    case Goal::kAbove:
-      return figure > limit_for(prescription_gy);
-    case Goal::kBelow:
-      return figure < limit_for(prescription_gy);
-    case Goal::kNone:
-      break;
-  }
-  return true;
 }
 
 std::span<const DoseFigure> dose_figures() {

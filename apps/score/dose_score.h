@@ -33,21 +33,12 @@ DoseScore score_dose(ImplantDose& dose, const Plan& plan, const TemplateGrid& gr
 DoseScore score_dose(const Plan& plan, const TemplateGrid& grid, const std::vector<Structure>& structures,
                      DoseSettings settings, const std::vector<Seed>* seeds);
 
-/// A quality figure of the dose, and its goal (core/DESIGN.md, section 6; those in Gy and % of the
-/// prescription for 145 Gy, in proportion for others).
+/// A quality figure of the dose. What it should be, goals say (goal_results.h).
 struct DoseFigure {
   const char* structure;  ///< whose
   const char* name;       ///< "V100"
   const char* unit;       ///< "%", "Gy", "cm³"
   double StructureDose::*value;
-  enum class Goal { kNone, kAbove, kBelow } goal = Goal::kNone;
-  double limit = 0;               ///< of the goal, in `unit` or …
-  bool per_prescription = false;  ///< … as a share of the prescription
-
-  double limit_for(double prescription_gy) const {
-    return per_prescription ? limit * prescription_gy : limit;
-  }
-  bool is_met_by(double figure, double prescription_gy) const;  ///< kNone: true; NaN: false
 };
 
 /// The figures of a session, in the order of reports.

@@ -24,13 +24,6 @@ inline std::string figure(const std::optional<std::uint32_t>& count) {
   return count ? std::to_string(*count) : "–";
 }
 
-/// "> 95", in the figure's unit; empty for one without a goal.
-inline std::string goal_of(const DoseFigure& f, double prescription_gy) {
-  if (f.goal == DoseFigure::Goal::kNone) return "";
-  return fmt::format("{} {:.4g}", f.goal == DoseFigure::Goal::kAbove ? ">" : "<",
-                     f.limit_for(prescription_gy));
-}
-
 /// Decimal places that are meaningful: percents and Gy to a tenth, cm³ to a hundredth.
 inline std::string figure_in(const DoseStage& stage, const DoseFigure& f) {
   return figure(figure_of(stage, f), f.unit == std::string_view("cm³") ? 2 : 1);

@@ -218,23 +218,23 @@ OrderedJson to_json_stage(const DoseStage& stage) {
   return {{"seeds", stage.seeds}, {"structures", structures}};
 }
 
-OrderedJson to_json_goals(const DoseScore& dose) {
+OrderedJson to_json_goals(const Score& score) {
   OrderedJson goals = OrderedJson::array();
-  for (const DoseFigure& f : dose_figures()) {
-    if (f.goal == DoseFigure::Goal::kNone) continue;
+  for (const GoalResult& result : score.goals) {
     const auto met = [&](const DoseStage& stage) {
-      const double figure = figure_of(stage, f);
-      return std::isnan(figure) ? OrderedJson(nullptr)
-                                : OrderedJson(f.is_met_by(figure, dose.prescription_gy));
+      const double value = value_of(result.goal, stage);
+      return std::isnan(value) ? OrderedJson(nullptr)
+                               : OrderedJson(result.goal.is_met_by(value, score.dose.prescription_gy));
     };
-    goals.push_back(
-        {{"structure", f.structure},
-         {"figure", f.name},
-         {"unit", f.unit},
-         {f.goal == DoseFigure::Goal::kAbove ? "above" : "below", f.limit_for(dose.prescription_gy)},
-         {"plan", met(dose.plan)},
-         {"dropped", met(dose.dropped)},
-         {"rest", met(dose.rest)}});
+    const DoseIndex* index = find_dose_index(result.goal.figure);
+    goals.push_back({{"structure", result.goal.structure},
+                     {"figure", result.goal.figure},
+                     {"stage", result.goal.stage},
+                     {"unit", index ? unit_text(index->unit) : ""},
+                     {result.goal.side, result.limit},
+                     {"plan", met(score.dose.plan)},
+                     {"dropped", met(score.dose.dropped)},
+                     {"rest", met(score.dose.rest)}});
   }
   return goals;
 }
@@ -285,7 +285,7 @@ std::string to_json(const Score& score) {
       {"volume_studies", to_json_studies(score.studies)},
       {"dose",
        {{"prescription_gy", score.dose.prescription_gy},
-        {"goals", to_json_goals(score.dose)},
+        {"goals", to_json_goals(score)},
         {"plan", to_json_stage(score.dose.plan)},
         {"dropped", to_json_stage(score.dose.dropped)},
         {"rest", to_json_stage(score.dose.rest)}}}};

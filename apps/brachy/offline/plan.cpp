@@ -76,6 +76,7 @@ PlanRequest request_of(const PlanOptions& options, const Scene& scene) {
                                                  : PlanMethod::kAnnealing;
   request.strength_u = options.strength_u;
   request.scene_u = scene.seeds.air_kerma_strength_u;
+  request.goals = scene.goals;
   request.how.seed = options.seed;
   request.how.most_needles = static_cast<std::size_t>(options.max_needles.value_or(0));
   request.how.most_seeds = static_cast<std::size_t>(options.max_seeds.value_or(0));
@@ -92,8 +93,10 @@ MadePlan replanned(const PlanOptions& options, const Scene& scene, const std::ve
   const Plan left =
       remaining_needles(written_plan(options, scene), scene.template_grid, placed.seeds, placed.planned);
   if (left.needles.empty()) throw PlanRefused("no needle of the plan is left: all have seeds in place");
-  OptimisedPlan found = replan(structures, scene.template_grid, left, placed.seeds, scene.needle.length_mm,
-                               replan_settings(options.seed));
+  OptimiserSettings how = replan_settings(options.seed);
+  how.objective.add_goals(scene.goals);
+  OptimisedPlan found =
+      replan(structures, scene.template_grid, left, placed.seeds, scene.needle.length_mm, how);
   if (found.plan.needles.empty())
     throw PlanRefused("no further seed improves the implant: the seeds in place are enough");
   made.plan = std::move(found.plan);
@@ -179,6 +182,7 @@ int run_plan(const PlanOptions& options) {
                           grid,
                           dose_of(made, scene, placed),
                           customary_u(plan, structures.front()),
+                          scene.goals.empty() ? default_dose_goals() : scene.goals,
                           made.notes,
                           placed.seeds.size()};
   std::cout << (options.json ? to_json(report) + "\n" : to_text(report));
@@ -207,7 +211,10 @@ void declare(OptionList& list, PlanOptions& options) {
            "of each seed; default: the scene's, where its source has such seeds")
       .needs(generate);
   list.add("--max-needles", options.max_needles, "default: 25 up to 50 cc").range(1, 200).needs(generate);
-  list.add("--max-seeds", options.max_seeds, "default: 90 up to 50 cc").range(1, 4096).needs(generate);
+  list.add("--max-seeds", options.max_seeds,
+           "default: 90 up to 50 cc, or what makes up the customary strength")
+      .range(1, 4096)
+      .needs(generate);
   list.add("--random-seed", options.seed, "of the annealing").show_default().needs(generate);
   list.add("--seconds", options.seconds, "of cbc").range(1.0, 86400.0).show_default().needs(generate);
   list.add("--placed", options.placed,

@@ -1,6 +1,8 @@
 #include "apps/brachy/offline/plan_report.h"
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "apps/score/report_figures.h"
 #include "core/brachytherapy/dose/source.h"
@@ -8,9 +10,36 @@
 namespace brachy {
 namespace {
 
-bool is_missed(const PlanReport& report, const DoseFigure& f) {
-  const double value = figure_of(report.dose, f);
-  return std::isfinite(value) && !f.is_met_by(value, report.plan.prescription_gy);
+/// A line of the report: a figure that is always shown, or that a goal asks for.
+struct FigureRow {
+  std::string structure, name, unit;
+  double value;
+  std::optional<GoalResult> goal;
+};
+
+/// The figures whose structure the scene has.
+std::vector<FigureRow> figure_rows(const PlanReport& r) {
+  std::vector<GoalResult> goals;
+  for (const GoalResult& result : judge(r.goals, {r.plan.prescription_gy, 0, r.dose, {}, {}}))
+    if (result.goal.is_of_plan() && result.is_met) goals.push_back(result);
+  std::vector<FigureRow> rows;
+  for (const DoseFigure& f : dose_figures()) {
+    const double value = figure_of(r.dose, f);
+    if (!std::isfinite(value)) continue;
+    const auto found = std::ranges::find_if(goals, [&](const GoalResult& result) {
+      return result.goal.structure == f.structure && find_dose_index(result.goal.figure)->value == f.value;
+    });
+    FigureRow row{f.structure, f.name, f.unit, value, {}};
+    if (found != goals.end()) {
+      row.goal = *found;
+      goals.erase(found);
+    }
+    rows.push_back(std::move(row));
+  }
+  for (const GoalResult& result : goals)
+    rows.push_back({result.goal.structure, result.goal.figure,
+                    unit_text(find_dose_index(result.goal.figure)->unit), result.value, result});
+  return rows;
 }
 
 std::string needle_lines(const PlanReport& r) {
@@ -24,12 +53,13 @@ std::string needle_lines(const PlanReport& r) {
 
 std::string dose_lines(const PlanReport& r) {
   std::string text;
-  for (const DoseFigure& f : dose_figures()) {
-    if (!std::isfinite(figure_of(r.dose, f))) continue;  // the scene has no such structure
-    const std::string goal = goal_of(f, r.plan.prescription_gy);
-    text +=
-        fmt::format("  {:<22}{:>9}{}{}{}\n", fmt::format("{} {}, {}", f.structure, f.name, f.unit),
-                    figure_in(r.dose, f), goal.empty() ? "" : "  ", goal, is_missed(r, f) ? "  MISSED" : "");
+  for (const FigureRow& row : figure_rows(r)) {
+    std::string goal;
+    if (row.goal)
+      goal = fmt::format("  {} {:.4g}{}", row.goal->goal.is_above() ? "≥" : "<", row.goal->limit,
+                         *row.goal->is_met ? "" : "  MISSED");
+    text += fmt::format("  {:<22}{:>9}{}\n", fmt::format("{} {}, {}", row.structure, row.name, row.unit),
+                        figure(row.value, row.unit == "cm³" ? 2 : 1), goal);
   }
   return text;
 }
@@ -72,14 +102,12 @@ std::string to_json(const PlanReport& r) {
                                {"tip_mm", {tip.x(), tip.y(), tip.z()}}});
   }
   json["figures"] = nlohmann::ordered_json::array();
-  for (const DoseFigure& f : dose_figures()) {
-    const double value = figure_of(r.dose, f);
-    if (!std::isfinite(value)) continue;
+  for (const FigureRow& row : figure_rows(r)) {
     nlohmann::ordered_json figure = {
-        {"structure", f.structure}, {"name", f.name}, {"unit", f.unit}, {"value", value}};
-    if (f.goal != DoseFigure::Goal::kNone) {
-      figure[f.goal == DoseFigure::Goal::kAbove ? "above" : "below"] = f.limit_for(p.prescription_gy);
-      figure["met"] = !is_missed(r, f);
+        {"structure", row.structure}, {"name", row.name}, {"unit", row.unit}, {"value", row.value}};
+    if (row.goal) {
+      figure[row.goal->goal.side] = row.goal->limit;
+      figure["met"] = *row.goal->is_met;
     }
     json["figures"].push_back(figure);
   }

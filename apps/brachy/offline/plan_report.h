@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "apps/score/dose_score.h"
+#include "apps/score/goal_results.h"
 #include "core/brachytherapy/plan/plan.h"
 
 namespace brachy {
@@ -14,6 +14,7 @@ struct PlanReport {
   TemplateGrid grid;
   DoseStage dose;                  ///< of its seeds at their planned positions, at rest
   double customary_u = 0;          ///< customary_strength_u() of the gland's mean dimension
+  std::vector<DoseGoal> goals;     ///< what is asked of a plan; those of an implant are left out
   std::vector<std::string> notes;  ///< what was assumed for the plan
   std::size_t placed_seeds = 0;    ///< whose dose is in `dose` too: a plan of what is left
 

@@ -3,6 +3,7 @@
 
 #include "core/base/number_text.h"
 #include "core/brachytherapy/dose/source.h"
+#include "core/brachytherapy/plan/request/source_limits.h"
 #include "core/scene/file/scene_keys.h"
 
 namespace brachy {
@@ -87,10 +88,10 @@ void check_seeds(const TomlTable& t, Scene& scene) {
 std::vector<Key<DoseSettings>> dose_keys() {
   using S = DoseSettings;
   return {
-      number(
-          "prescription_gy", &S::prescription_gy, {1, 1000}, kRestart,
-          "where there is no plan, which has its own; alone I-125: 145 Gy, Pd-103: 125 Gy (ABS); hdr: of a "
-          "fraction, 13.5 if not given"),
+      number("prescription_gy", &S::prescription_gy, {1, 1000}, kRestart,
+             "where there is no plan, which has its own; not given: what ABS has for the source alone, I-125 "
+             "145, "
+             "Pd-103 125, Cs-131 115; hdr: of a fraction, 13.5"),
       number("spacing_mm", &S::spacing_mm, {0.25, 10}, kRestart, "of the grid"),
       number("margin_mm", &S::margin_mm, {0, 50}, kRestart, "of the grid around the prostate"),
       text("source", &S::source, {}, kRestart,
@@ -100,10 +101,16 @@ std::vector<Key<DoseSettings>> dose_keys() {
   };
 }
 
-// A fraction's dose is not that of seeds.
+// A fraction's dose is not that of seeds, and a nuclide's not another's. A source file is read later: its scene has to
+// say what is prescribed where it is not 145 Gy.
 void check_dose(const TomlTable& t, Scene& scene) {
-  if (scene.implant.is_hdr() && !t.has("prescription_gy"))
+  if (t.has("prescription_gy")) return;
+  const auto named = find_source(scene.dose.source);
+  const auto limits = source_limits(named.value_or(scene.seeds.source));
+  if (scene.implant.is_hdr())
     scene.dose.prescription_gy = ImplantSettings::kFractionGy;
+  else if (limits)
+    scene.dose.prescription_gy = limits->customary_gy;
 }
 
 std::vector<Key<StructureSettings>> structure_keys() {

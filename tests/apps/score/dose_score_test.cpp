@@ -89,20 +89,5 @@ TEST(DoseScore, WithoutSeedsOnlyThePlansDoseIsKnown) {
   EXPECT_TRUE(std::isnan(figure_of(score.plan, figure_named("urethra", "D30"))));  // the scene has none
 }
 
-TEST(DoseScore, GoalsAreThoseOfTheDesignInProportionToThePrescription) {
-  const DoseFigure& v100 = figure_named("prostate", "V100");
-  EXPECT_TRUE(v100.is_met_by(95.1, 145));
-  EXPECT_FALSE(v100.is_met_by(95, 145));
-  EXPECT_FALSE(v100.is_met_by(kNoNumber, 145));
-  const DoseFigure& v150 = figure_named("prostate", "V150");
-  EXPECT_TRUE(v150.is_met_by(59.9, 145));
-  EXPECT_FALSE(v150.is_met_by(60, 145));
-  EXPECT_NEAR(figure_named("prostate", "D90").limit_for(145), 140, 1e-12);
-  EXPECT_NEAR(figure_named("urethra", "D30").limit_for(145), 181.25, 1e-12);
-  EXPECT_NEAR(figure_named("urethra", "D30").limit_for(125), 156.25, 1e-12);
-  EXPECT_EQ(figure_named("rectum", "V100").limit_for(125), 1);
-  EXPECT_TRUE(figure_named("prostate", "V200").is_met_by(99, 145));  // has none
-}
-
 }  // namespace
 }  // namespace brachy

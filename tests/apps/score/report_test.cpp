@@ -90,10 +90,14 @@ TEST_F(Report, JsonHoldsNeedlesAndDose) {
     EXPECT_EQ(dose.at(stage).at("structures").at(0).at("volume_share").size(), 301u);
     EXPECT_EQ(dose.at(stage).at("structures").at(0).at("volume_share").at(0), 1);
   }
-  ASSERT_EQ(dose.at("goals").size(), 5u);
+  // The same list as the verdict's: the scene's, or the guidelines'.
+  ASSERT_EQ(dose.at("goals").size(), default_dose_goals().size());
   EXPECT_EQ(dose.at("goals").at(0).at("figure"), "V100");
+  EXPECT_EQ(dose.at("goals").at(0).at("stage"), "plan");
   EXPECT_EQ(dose.at("goals").at(0).at("above"), 95);
   EXPECT_EQ(dose.at("goals").at(0).at("rest"), false);
+  EXPECT_EQ(dose.at("goals").at(1).at("figure"), "D90");
+  EXPECT_EQ(dose.at("goals").at(1).at("above"), 145);
   EXPECT_TRUE(dose.at("goals").at(3).at("rest").is_null());  // no urethra
 }
 

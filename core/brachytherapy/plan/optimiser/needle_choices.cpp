@@ -51,8 +51,10 @@ std::vector<NeedleChoice> find_needle_choices(const std::vector<Structure>& stru
   BlockedHoles counts;
   std::vector<NeedleChoice> choices;
   for (const GlandHole& hole : find_gland_holes(structures, grid)) {
-    const double reach = std::min(std::floor(hole.far_mm), std::floor(needle_length_mm));
-    if (hole.depth_mm < kLeastDepthMm || reach - hole.near_mm < kLeastLengthMm)
+    const double reach = std::floor(std::min(hole.far_mm + clearances.beyond_ends_mm, needle_length_mm));
+    const double first = std::max(hole.near_mm - clearances.beyond_ends_mm, 0.0);
+    if (hole.depth_mm < kLeastDepthMm ||
+        std::min(reach, std::floor(hole.far_mm)) - hole.near_mm < kLeastLengthMm)
       ++counts.too_short;
     else if (hole.urethra_mm < clearances.urethra_mm)
       ++counts.urethra;
@@ -61,9 +63,8 @@ std::vector<NeedleChoice> find_needle_choices(const std::vector<Structure>& stru
     else if (arch.blocks(hole.position, reach, clearances.pubic_arch_mm))
       ++counts.pubic_arch;
     else
-      // A seed's centre lies at or beyond the near end, its tip at most at the far one.
       choices.push_back({hole.name, hole.position,
-                         static_cast<int>(std::ceil(2 * hole.near_mm + PlanNeedle::kSeedMm)),
+                         static_cast<int>(std::ceil(2 * first + PlanNeedle::kSeedMm)),
                          static_cast<int>(2 * reach), static_cast<int>(reach), 0});
   }
   if (blocked) *blocked = counts;

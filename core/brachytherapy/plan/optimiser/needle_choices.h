@@ -15,6 +15,9 @@ struct NeedleClearances {
       3;  ///< within the gland; 5 mm where the template allows is customary, dose keeps the rest
   double rectum_mm = 3;      ///< from the template to the tip
   double pubic_arch_mm = 2;  ///< from the template to the tip; a structure "pubic_arch"
+  /// A tip may be so far past the gland's far end, and a seed's centre so far before its near one: without it a small
+  /// gland, of few seeds a needle, stays cold at its ends.
+  double beyond_ends_mm = 1.5;
   bool operator==(const NeedleClearances&) const = default;
 };
 
@@ -22,7 +25,7 @@ struct NeedleClearances {
 struct NeedleChoice {
   std::string hole;
   Vec3 position;                    ///< of the hole, mm, world
-  int first_row = 0, last_row = 0;  ///< of DoseRows: seeds' centres, inside the gland's ends
+  int first_row = 0, last_row = 0;  ///< of DoseRows: seeds' centres, within the gland's ends and beyond_ends_mm
   int most_tip_mm = 0;              ///< beyond the template
   int least_tail_mm = 0;            ///< beyond the template: the train ends here or farther
 
@@ -36,8 +39,7 @@ struct BlockedHoles {
 };
 
 /// The holes whose needles pass through the gland (find_gland_holes, whose errors these are) clear of everything,
-/// column by column. `structures`: gland first. A tip goes to a whole mm at most `beyond_mm` past the gland's far end,
-/// and no farther than the needle's length.
+/// column by column. `structures`: gland first. A tip goes to a whole mm, and no farther than the needle's length.
 std::vector<NeedleChoice> find_needle_choices(const std::vector<Structure>& structures,
                                               const TemplateGrid& grid, const NeedleClearances& clearances,
                                               double needle_length_mm, BlockedHoles* blocked = nullptr);

@@ -1,8 +1,9 @@
 #include "core/brachytherapy/plan/optimiser/plan_objective.h"
 
 #include <algorithm>
-#include <cassert>
+#include <cstdlib>
 #include <limits>
+#include <optional>
 
 #include "core/base/simd/simd_attributes.h"
 
@@ -16,7 +17,9 @@ constexpr std::size_t kBlock = 128;  // points whose doses stay in the L1 cache 
 /// on the vectors' width.
 BRACHY_INLINE void evaluate_part(const PointObjective::Part& part, const float* dose,
                                  std::span<const RowChange> rows, float* changed, double* sums) {
-  alignas(64) float x[kBlock], lanes[PointObjective::kMostTerms][kBlock] = {};
+  alignas(64) float x[kBlock], lanes[PointObjective::kMostTerms][kBlock];
+  for (int t = 0; t < part.terms; ++t)
+    for (float& lane : lanes[t]) lane = 0;
   for (std::size_t start = 0; start < part.count; start += kBlock) {
     const std::size_t at = part.first + start;
     const int n = static_cast<int>(std::min(kBlock, part.count - start));
@@ -82,8 +85,42 @@ Evaluate best_evaluate() {
 
 bool concerns(const PenaltyTerm& term, const PlanPoints::Part& part, bool is_gland) {
   const std::string_view name = is_gland ? "prostate" : std::string_view(part.structure);
-  const bool has_own = name == "prostate" || name == "urethra" || name == "rectum";
-  return term.structure == (has_own ? name : std::string_view());
+  if (!term.structure.empty()) return term.structure == name;
+  return name != "prostate" && name != "urethra" && name != "rectum";
+}
+
+/// "V100": 100; "D0.1cc": 0.1.
+double number_in(const std::string& figure) {
+  return std::strtod(figure.c_str() + 1, nullptr);
+}
+
+/// The penalty of a plan that misses the goal; nothing for a goal above a volume in cm³, of which points do not know
+/// how much there is beyond them.
+std::optional<PenaltyTerm> term_of(const DoseGoal& goal) {
+  constexpr double kInside = 0.03, kExcessAbove = 20, kExcessBelow = 125;
+  constexpr double kShareInside = 0.9;  // of what is allowed
+  const DoseIndex* index = find_dose_index(goal.figure);
+  if (!index) return {};
+  const bool is_dose = index->unit == DoseIndex::Unit::kGy;
+  const bool is_of_cc = goal.figure.ends_with("cc");
+  const double number = number_in(goal.figure);
+  if (is_of_cc && goal.is_above()) return {};
+  // Each goal says that at most, or at least, some volume has at least this dose.
+  const double dose = (is_dose ? goal.limit : number) / 100;
+  const double volume = is_dose ? number : goal.limit;  // % or cm³
+  PenaltyTerm term{goal.structure,
+                   goal.is_above() ? Side::kBelow : Side::kAbove,
+                   goal.is_above() ? dose + kInside : dose - kInside,
+                   kInside,
+                   0,
+                   goal.is_above() ? kExcessBelow : kExcessAbove,
+                   0,
+                   0};
+  if (is_of_cc)
+    term.allowed_cc = kShareInside * volume;
+  else
+    term.allowed = kShareInside * (goal.is_above() ? 1 - volume / 100 : volume / 100);
+  return term;
 }
 
 }  // namespace
@@ -108,6 +145,7 @@ PlanObjective PlanObjective::standard() {
 
 PlanObjective PlanObjective::with_margin() {
   constexpr double kMargin = 0.09;
+  constexpr double kUrethra = 3;  // more coverage must not be bought with it
   PlanObjective objective = standard();
   for (PenaltyTerm& term : objective.terms) {
     if (term.side == Side::kBelow) term.threshold += kMargin;
@@ -116,8 +154,9 @@ PlanObjective PlanObjective::with_margin() {
       term.excess = 40;
       term.allowed = 0.01;
     }
-    if (term.structure == std::string_view("prostate") && term.side == Side::kAbove)
+    if (term.structure == "prostate" && term.side == Side::kAbove)
       term.allowed += term.threshold < 1.5 ? 0.12 : 0.08;
+    if (term.structure == "urethra" && term.cap > 0) term.excess *= kUrethra;
   }
   return objective;
 }
@@ -134,13 +173,18 @@ PlanObjective PlanObjective::misplaced() {
   return objective;
 }
 
+void PlanObjective::add_goals(const std::vector<DoseGoal>& goals) {
+  for (const DoseGoal& goal : goals)
+    if (goal.is_of_plan())
+      if (auto term = term_of(goal)) terms.push_back(std::move(*term));
+}
+
 PointObjective::PointObjective(const PlanObjective& objective, const PlanPoints& points, std::size_t every) {
   for (const PlanPoints::Part& from : points.parts) {
     const std::size_t count = (from.count + every - 1) / every;
     Part part{from.first, count, 0, {}};
     for (const PenaltyTerm& term : objective.terms) {
-      if (!concerns(term, from, &from == points.parts.data())) continue;
-      assert(part.terms < kMostTerms);
+      if (part.terms == kMostTerms || !concerns(term, from, &from == points.parts.data())) continue;
       const double cap = term.cap > 0 ? term.cap : 1;
       part.term[part.terms++] = {
           term.side == Side::kAbove ? 1.0f : -1.0f,

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "core/brachytherapy/dose/dose_goal.h"
 #include "core/brachytherapy/plan/optimiser/plan_points.h"
 
 namespace brachy {
@@ -18,7 +19,7 @@ namespace brachy {
 /// 2001, 773–779), a constant slope for each Gy beyond the limit; with one it is a point of the DVH.
 struct PenaltyTerm {
   enum class Side { kBelow, kAbove };
-  const char* structure;  ///< "prostate", "urethra", "rectum", or "" for any other
+  std::string structure;  ///< "prostate" (the gland, whatever its name), any other's name, or "" for the rest
   Side side;
   double threshold;   ///< where the penalty begins; share of the prescription
   double cap;         ///< 0: none
@@ -39,6 +40,9 @@ struct PlanObjective {
   static PlanObjective with_margin();
   /// What a plan should keep where its seeds fall with clinical noise (PlacementNoise): the gland's coverage.
   static PlanObjective misplaced();
+  /// Adds the goals of a plan as constraints: a term each, as strong as the standard ones, whose threshold lies inside
+  /// the goal by 0.03 of the prescription, because points are fewer than voxels. Goals of an implant add nothing.
+  void add_goals(const std::vector<DoseGoal>& goals);
 };
 
 /// A row of doses added to (+1) or taken from (−1) all points.
@@ -60,7 +64,8 @@ class PointObjective {
   /// The penalties of dose + rows, which go to `changed` unless it is null.
   double with(const float* dose, std::span<const RowChange> rows, float* changed) const;
 
-  static constexpr int kMostTerms = 5;  ///< of one structure
+  /// Of one structure: the standard ones, and one of each figure and side. Further goals of the same add nothing.
+  static constexpr int kMostTerms = 24;
   struct Term {
     float sign, threshold, cap;  // cap: infinity for none
     double mean_scale, weight, excess, allowed;

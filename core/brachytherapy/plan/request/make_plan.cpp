@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "core/base/number_text.h"
-#include "core/brachytherapy/dose/dose_rate.h"
+#include "core/brachytherapy/dose/implant_dose.h"
 #include "core/brachytherapy/plan/integer/integer_plan.h"
 #include "core/brachytherapy/plan/plan_file.h"
 #include "core/brachytherapy/plan/request/source_limits.h"
@@ -18,8 +18,9 @@ namespace {
 constexpr double kReachMm = 8;          // beside the outermost holes: what their seeds still cover
 constexpr double kLeastReached = 0.95;  // of the gland
 constexpr double kLeastNeeded = 0.7;    // of the customary strength: no plan does with less
-constexpr double kLeastCovered = 0.9;
-constexpr std::size_t kReachPoints = 2000, kCoveragePoints = 1500;
+constexpr double kEnough = 0.9;  // of it: with that every gland of scripts/campaigns/planner.py is covered
+constexpr double kLeastCoveredPercent = 90;  // where no goal says
+constexpr std::size_t kReachPoints = 2000;
 
 std::string rounded(double value, double step) {
   return text_of(std::round(value / step) * step);
@@ -28,7 +29,7 @@ std::string rounded(double value, double step) {
 /// "1,480"
 std::string grouped(double value) {
   std::string text = std::to_string(std::lround(value));
-  for (std::size_t at = text.size(); at > 3; at -= 3) text.insert(at - 3, ",");
+  for (std::size_t at = text.size(); at > 3; at -= 3) text.insert(at - 3, 1, ',');
   return text;
 }
 
@@ -77,31 +78,79 @@ double choose_strength(const PlanRequest& request, std::vector<std::string>& not
   return limits->customary_u;
 }
 
-void refuse_too_many_seeds(const SurfaceBvh& surface, double volume_cc, double strength_u,
-                           std::size_t most_seeds, const PlanSettings& settings) {
-  const double mean_cm = (surface.max() - surface.min()).sum() / 30;
-  const double least_u =
-      kLeastNeeded * customary_strength_u(settings.source, settings.prescription_gy, mean_cm);
-  const double seeds = std::ceil(least_u / strength_u);
-  if (seeds <= static_cast<double>(most_seeds)) return;
-  const double stronger = std::ceil(100 * least_u / static_cast<double>(most_seeds)) / 100;
-  const auto limits = source_limits(settings.source);
-  const bool is_made = limits && stronger <= limits->most_u;
-  throw PlanRefused("the gland of " + grouped(volume_cc) + " cc needs at least " + grouped(seeds) +
-                    " seeds of " + text_of(strength_u) + " U for " + text_of(settings.prescription_gy) +
-                    " Gy, and " + std::to_string(most_seeds) +
-                    " are allowed; the nearest that can be planned is " +
-                    (is_made ? "--strength-u " + text_of(stronger) + ", or " : std::string()) +
-                    "--max-seeds and seeds.max_count of " + grouped(seeds));
+/// What a gland needs in all, and what the request allows it.
+struct SeedNeed {
+  double volume_cc, customary_u;
+  double seed_u;  // of each
+  std::size_t most_seeds;
+
+  double seeds_of(double share) const { return std::ceil(share * customary_u / seed_u); }
+};
+
+SeedNeed seed_need(const Structure& gland, const SurfaceBvh& surface, const OptimiserSettings& how,
+                   const PlanSettings& settings) {
+  SeedNeed need{1e-3 * enclosed_mm3(gland.mesh),
+                customary_strength_u(settings.source, settings.prescription_gy,
+                                     (surface.max() - surface.min()).sum() / 30),
+                how.strength_u, 0};
+  double most = static_cast<double>(most_seeds_for(need.volume_cc, how));
+  if (how.most_seeds == 0) most = std::max(most, need.seeds_of(1));
+  need.most_seeds = std::min(static_cast<std::size_t>(most), settings.max_seeds);
+  return need;
 }
 
-double covered_share(const Plan& plan, const TemplateGrid& grid, const SurfaceBvh& gland) {
-  const std::vector<PlannedSeed> planned = plan.seeds(grid);
-  const std::vector<DoseSeed> seeds(planned.begin(), planned.end());
-  const auto points = fill_interior(gland, kCoveragePoints, 2);
-  const auto covered = std::ranges::count_if(
-      points, [&](const Vec3& p) { return total_dose_gy(seeds, p) >= plan.prescription_gy; });
-  return static_cast<double>(covered) / static_cast<double>(points.size());
+/// "--strength-u 0.44, or --max-seeds and seeds.max_count of 112": a plan with that is enough.
+std::string advice_on_seeds(const SeedNeed& need, SourceModel source) {
+  const double stronger =
+      std::ceil(100 * kEnough * need.customary_u / static_cast<double>(need.most_seeds)) / 100;
+  const auto limits = source_limits(source);
+  const bool is_made = limits && stronger <= limits->most_u;
+  return (is_made ? "--strength-u " + text_of(stronger) + ", or " : std::string()) +
+         "--max-seeds and seeds.max_count of " + grouped(need.seeds_of(kEnough));
+}
+
+void refuse_too_many_seeds(const SeedNeed& need, const PlanSettings& settings) {
+  const double seeds = need.seeds_of(kLeastNeeded);
+  if (seeds <= static_cast<double>(need.most_seeds)) return;
+  throw PlanRefused("the gland of " + grouped(need.volume_cc) + " cc needs at least " + grouped(seeds) +
+                    " seeds of " + text_of(need.seed_u) + " U for " + text_of(settings.prescription_gy) +
+                    " Gy, and " + std::to_string(need.most_seeds) +
+                    " are allowed; the nearest that can be planned is " +
+                    advice_on_seeds(need, settings.source));
+}
+
+double v100_percent(const Plan& plan, const TemplateGrid& grid, const Structure& gland) {
+  DoseSettings settings;
+  settings.prescription_gy = plan.prescription_gy;
+  ImplantDose dose({gland}, settings);
+  for (const PlannedSeed& seed : plan.seeds(grid)) dose.add(seed);
+  return dose.evaluate().front().v100_percent;
+}
+
+double least_v100_percent(const std::vector<DoseGoal>& goals) {
+  double least = 0;
+  for (const DoseGoal& goal : goals.empty() ? default_dose_goals() : goals)
+    if (goal.is_of_plan() && goal.structure == "prostate" && goal.figure == "V100" && goal.is_above())
+      least = std::max(least, goal.limit);
+  return least > 0 ? least : kLeastCoveredPercent;
+}
+
+void refuse_uncovered(const Plan& plan, double v100, double least, const PlanRequest& request,
+                      const SeedNeed& need) {
+  if (v100 >= least) return;
+  const bool has_few_seeds = need.seeds_of(kEnough) > static_cast<double>(need.most_seeds);
+  const std::size_t usual_needles = most_needles_for(need.volume_cc, OptimiserSettings());
+  const bool has_few_needles = request.how.most_needles > 0 && request.how.most_needles < usual_needles;
+  std::string advice;
+  if (has_few_needles) advice = "--max-needles " + std::to_string(usual_needles);
+  if (has_few_needles && has_few_seeds) advice.append(", and ");
+  if (has_few_seeds) advice.append(advice_on_seeds(need, request.settings.source));
+  if (advice.empty())
+    advice = "a finer or nearer template, whose holes are not behind the pubic arch or beside the urethra";
+  throw PlanRefused("the best plan found with " + std::to_string(plan.needles.size()) + " needles and " +
+                    std::to_string(plan.seed_count()) + " seeds of " + text_of(need.seed_u) + " U covers " +
+                    text_of(std::floor(10 * v100) / 10) + " % of the gland, and the goal is " +
+                    text_of(least) + " %; use " + advice);
 }
 
 void refuse_what_the_loader_refuses(const Plan& plan, const TemplateGrid& grid, double needle_length_mm) {
@@ -139,20 +188,15 @@ MadePlan make_plan(const std::vector<Structure>& structures, const TemplateGrid&
   } else {
     OptimiserSettings how = request.how;
     how.strength_u = choose_strength(request, made.notes);
-    const double volume = 1e-3 * enclosed_mm3(structures.front().mesh);
-    how.most_seeds = std::min(most_seeds_for(volume, how), settings.max_seeds);
-    refuse_too_many_seeds(surface, volume, how.strength_u, how.most_seeds, settings);
+    how.objective.add_goals(request.goals);
+    const SeedNeed need = seed_need(structures.front(), surface, how, settings);
+    how.most_seeds = need.most_seeds;
+    refuse_too_many_seeds(need, settings);
     made.plan = request.method == PlanMethod::kInteger
                     ? integer_plan(made.structures, grid, settings, how, request.solve)
                     : optimise_plan(made.structures, grid, settings, how, progress).plan;
-    const double covered = covered_share(made.plan, grid, surface);
-    if (covered < kLeastCovered)
-      throw PlanRefused(
-          "the best plan found with " + std::to_string(made.plan.needles.size()) + " needles and " +
-          std::to_string(made.plan.seed_count()) + " seeds of " + text_of(how.strength_u) + " U covers " +
-          rounded(100 * covered, 0.1) +
-          " % of the gland; a plan covers at least 90 %: allow more (--max-needles, --max-seeds), "
-          "stronger seeds, or a finer or nearer template");
+    refuse_uncovered(made.plan, v100_percent(made.plan, grid, structures.front()),
+                     least_v100_percent(request.goals), request, need);
   }
   refuse_what_the_loader_refuses(made.plan, grid, settings.needle_length_mm);
   return made;

@@ -29,7 +29,12 @@ struct PlanRequest {
   /// of each seed; none: `scene_u` where the source has such seeds, else what is customary for it, with a note
   std::optional<double> strength_u;
   double scene_u = 0.5;
-  OptimiserSettings how;  ///< its strength is set from the above
+  /// What the plan has to reach, those of stage "plan": constraints of the annealing; none: default_dose_goals(), which
+  /// its standard objective keeps.
+  std::vector<DoseGoal> goals;
+  /// Its strength is set from the above; so is the number of seeds, where it has none: 90 up to 50 cc, or as many as
+  /// make up the customary strength.
+  OptimiserSettings how;
   /// kInteger: text of a linear programme in CPLEX's LP format to the solver's text of its solution.
   std::function<std::string(const std::string& programme)> solve;
 };
@@ -43,8 +48,9 @@ struct MadePlan {
 
 /// Makes a plan that load_plan accepts, or refuses with PlanRefused: a strength in which the source's seeds are not
 /// made; a gland that the template or the needles do not reach, that needs more seeds than the scene allows, or of
-/// which the best plan found covers less than 90 % (the pubic arch, the urethra's clearance). Other UserErrors as
-/// optimise_plan and generate_plan. Deterministic. Not real-time.
+/// which the best plan found covers less than the goals ask for (V100 of the prostate; 90 % where they ask for none):
+/// too few seeds or needles, the pubic arch, the urethra's clearance. Other UserErrors as optimise_plan and
+/// generate_plan. Deterministic. Not real-time.
 MadePlan make_plan(const std::vector<Structure>& structures, const TemplateGrid& grid,
                    const PlanRequest& request, const std::function<void(double share)>& progress = {});
 

@@ -7,11 +7,13 @@
 
 namespace brachy {
 
-/// The strengths in which a nuclide's seeds are ordered, U each, and one that is used where nothing else is said.
+/// The strengths in which a nuclide's seeds are ordered, U each, and one that is used where nothing else is said; and
+/// what is customarily prescribed for them alone, Gy (ABS: Davis et al., Brachytherapy 11 (2012) 6–19).
 struct SourceLimits {
   std::string_view nuclide;
   double half_life_days;
   double least_u, most_u, customary_u;
+  double customary_gy;
   std::string_view reference;  ///< where the range is from
 };
 

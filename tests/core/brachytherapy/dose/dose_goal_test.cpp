@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <fstream>
 #include <sstream>
 #include <string>
@@ -33,6 +34,22 @@ TEST(DoseGoals, AreThoseOfTheTable) {
     EXPECT_FALSE(goals[i].source.empty());
     EXPECT_TRUE(find_dose_index(goals[i].figure)) << goals[i].figure;
   }
+}
+
+TEST(DoseGoals, AreMetAtTheirLimitFromAboveAndBelowItFromBelow) {
+  const DoseGoal v100{"prostate", "V100", "plan", "above", 95}, v150{"prostate", "V150", "plan", "below", 60};
+  EXPECT_TRUE(v100.is_met_by(95, 145));
+  EXPECT_FALSE(v100.is_met_by(94.9, 145));
+  EXPECT_FALSE(v100.is_met_by(std::nan(""), 145));
+  EXPECT_TRUE(v150.is_met_by(59.9, 145));
+  EXPECT_FALSE(v150.is_met_by(60, 145));
+}
+
+TEST(DoseGoals, OfADoseAreInProportionToThePrescription) {
+  const DoseGoal d30{"urethra", "D30", "plan", "below", 125}, cc{"rectum", "V100cc", "plan", "below", 1};
+  EXPECT_NEAR(d30.limit_for(145), 181.25, 1e-12);
+  EXPECT_NEAR(d30.limit_for(125), 156.25, 1e-12);
+  EXPECT_EQ(cc.limit_for(125), 1);
 }
 
 }  // namespace

@@ -42,6 +42,14 @@ TEST(ImplantKeys, AFractionHasADoseAndASourceOfItsOwn) {
                 .dose.prescription_gy,
             19);
   EXPECT_EQ(parse_scene("", "scene.toml").dose.prescription_gy, 145);
+  // ABS 2012, of the source alone; what a scene says is never replaced.
+  const auto prescribed = [](const std::string& text) {
+    return parse_scene(text, "scene.toml").dose.prescription_gy;
+  };
+  EXPECT_EQ(prescribed("[seeds]\nsource = \"200\"\n"), 125);
+  EXPECT_EQ(prescribed("[seeds]\nsource = \"cs1-rev2\"\n"), 115);
+  EXPECT_EQ(prescribed("[dose]\nsource = \"200\"\n"), 125);
+  EXPECT_EQ(prescribed("[seeds]\nsource = \"200\"\n[dose]\nprescription_gy = 145\n"), 145);
 }
 
 TEST(ImplantKeys, AStructureAndTheTissueHaveAColourOrNone) {

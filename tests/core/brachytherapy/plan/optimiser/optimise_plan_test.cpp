@@ -55,6 +55,19 @@ TEST(OptimisePlan, APhantomOf34CcMeetsTheClinicsGoalsByItsExactDose) {
   EXPECT_FALSE(found.urethra_assumed);
 }
 
+TEST(OptimisePlan, ASmallGlandIsCoveredAtItsEnds) {
+  // 24 cc: with seeds within its ends alone 97 to 98 %, whatever the strength.
+  const auto structures = phantom_of("[tissue]\nphantom_size_mm = [40, 32, 36]");
+  OptimiserSettings how;
+  how.strength_u = 0.45;
+  how.proposals = 200'000;
+  const auto dose =
+      dose_of(structures, optimise_plan(structures, TemplateGrid(), kIodine, how).plan.seeds(TemplateGrid()));
+  EXPECT_GE(dose[0].v100_percent, 98);
+  EXPECT_LE(dose[0].v150_percent, 45);
+  EXPECT_LE(dose[1].d30_gy, 1.2 * 145);
+}
+
 TEST(OptimisePlan, TheSameSeedGivesTheSamePlanOnAnyNumberOfThreads) {
   const auto structures = phantom_of("");
   OptimiserSettings how = quick();
@@ -75,7 +88,7 @@ TEST(OptimisePlan, NeedlesKeepTheirClearances) {
   const SurfaceBvh gland(structures[0].mesh), urethra(structures[1].mesh), rectum(structures[2].mesh);
   for (std::size_t n = 0; n < plan.needles.size(); ++n) {
     const Vec3 tip = plan.planned_tip(TemplateGrid(), n);
-    EXPECT_LE(gland.closest_point(tip).signed_distance, 1e-9);
+    EXPECT_LE(gland.closest_point(tip).signed_distance, how.clearances.beyond_ends_mm + 1e-9);
     for (double z = -60; z < tip.z(); z += 0.7) {
       const Vec3 p(tip.x(), tip.y(), z);
       EXPECT_GT(rectum.closest_point(p).signed_distance, 2.5);
@@ -84,7 +97,8 @@ TEST(OptimisePlan, NeedlesKeepTheirClearances) {
       }
     }
   }
-  for (const PlannedSeed& seed : plan.seeds(TemplateGrid())) EXPECT_GE(seed.position.z(), gland.min().z());
+  for (const PlannedSeed& seed : plan.seeds(TemplateGrid()))
+    EXPECT_GE(seed.position.z(), gland.min().z() - how.clearances.beyond_ends_mm);
 }
 
 TEST(OptimisePlan, CountsStayWithinWhatIsAllowed) {

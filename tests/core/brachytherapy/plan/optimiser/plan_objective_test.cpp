@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <numeric>
 
 namespace brachy {
@@ -47,6 +48,38 @@ TEST(PlanObjective, ACappedPenaltyIsAShareOfTheVolumeAndCostsBeyondWhatIsAllowed
   EXPECT_EQ(of({{"prostate", Side::kAbove, 1.45, 0.05, 0, 10, 0.6, 0}}, points, dose), 0);
   // 2 cc of the 10 that the points stand for are allowed.
   EXPECT_NEAR(of({{"prostate", Side::kAbove, 1.45, 0.05, 0, 10, 0, 2}}, points, dose), 10 * 0.3, 1e-5);
+}
+
+TEST(PlanObjective, AGoalCostsNothingWhereItIsMetAndMoreTheFartherItIsMissed) {
+  const PlanPoints points = points_of(100, 50);  // each part stands for 10 cc
+  const auto cost = [&](const DoseGoal& goal, float gland, float urethra, int hot) {
+    PlanObjective objective;
+    objective.add_goals({goal});
+    std::vector<float> dose(points.points.size());
+    std::fill(dose.begin(), dose.begin() + 112, gland);
+    std::fill(dose.begin() + 112, dose.end(), urethra);
+    for (int i = 0; i < hot; ++i) dose[static_cast<std::size_t>(112 + i)] = 3;  // of the urethra's 50
+    return PointObjective(objective, points).of(dose.data());
+  };
+  const DoseGoal cover{"prostate", "V100", "plan", "above", 95}, d90{"prostate", "D90", "plan", "above", 120};
+  EXPECT_EQ(cost(cover, 1.1f, 0, 0), 0);
+  EXPECT_GT(cost(cover, 0.99f, 0, 0), 1);
+  EXPECT_GT(cost(d90, 1.1f, 0, 0), 1);
+  EXPECT_EQ(cost(d90, 1.3f, 0, 0), 0);
+  // D30 < 125 %: up to 30 % of the volume may have more.
+  const DoseGoal d30{"urethra", "D30", "plan", "below", 125};
+  EXPECT_EQ(cost(d30, 1, 1.1f, 13), 0);
+  EXPECT_GT(cost(d30, 1, 1.1f, 16), 0);
+  EXPECT_GT(cost(d30, 1, 1.3f, 16), cost(d30, 1, 1.1f, 16));
+  // 2 cc of 10, and no more, may have more than the prescription.
+  const DoseGoal d2cc{"urethra", "D2cc", "plan", "below", 100},
+      v100cc{"urethra", "V100cc", "plan", "below", 2};
+  for (const DoseGoal& goal : {d2cc, v100cc}) {
+    EXPECT_EQ(cost(goal, 1, 0.5f, 8), 0) << goal.figure;
+    EXPECT_GT(cost(goal, 1, 0.5f, 11), 0) << goal.figure;
+  }
+  EXPECT_EQ(cost({"bladder", "D2cc", "plan", "below", 10}, 1, 1, 50), 0);    // no such structure
+  EXPECT_EQ(cost({"urethra", "D10", "implant", "below", 10}, 1, 1, 50), 0);  // not a plan's
 }
 
 TEST(PlanObjective, RowsAreAddedAndTakenAway) {
