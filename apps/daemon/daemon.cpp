@@ -266,7 +266,7 @@ class Daemon::Impl {
     exercises_->stop();
     changes_->stop();
     summary.is_worker_busy =
-        runs_.is_building() || reload_->is_running() || exercises_->is_scoring() || changes_->is_optimising();
+        runs_.is_building() || reload_->is_running() || exercises_->is_scoring() || changes_->is_busy();
 
     // The deformation thread first: its last tick is then in the last snapshot.
     for (std::jthread* thread : {&deformation, &snapshots, &dose, &ultrasound, &control, &broker}) {
@@ -339,7 +339,7 @@ class Daemon::Impl {
   void add_controls() {
     controls_.emplace(scene(), devices_, runs_, server_, log_, loaded_.session != nullptr);
     on_request<net::ControlMessage>(
-        [this](const auto& message, const auto& from) { return controls_->execute(message, from.name); });
+        [this](const auto& message, const auto& from) { return controls_->execute(message, from); });
     on_snapshot_.push_back([this](const auto& state) { controls_->on_snapshot(state->summary.run); });
     if (scene().device.kind != "scripted" && !options_.play) return;
     if (const std::string refusal = controls_->play(scene().device.loop || options_.play); !refusal.empty())
@@ -352,7 +352,7 @@ class Daemon::Impl {
                      loaded_.session ? loaded_.session->start_s() : 0, loaded_.lost_seeds(), loop_, runs_,
                      server_, as_background_thread("plan"), log_);
     on_request<net::PlanMessage>(
-        [this](const auto& message, const auto& from) { return changes_->execute(message, from.name); });
+        [this](const auto& message, const auto& from) { return changes_->execute(message, from); });
     on_request<net::LoadMessage>(
         [this](const auto& message, const auto& from) { return load(message, from.name); });
     on_snapshot_.push_back([this](const auto& state) { changes_->on_snapshot(state); });
@@ -376,9 +376,8 @@ class Daemon::Impl {
                      });
     on_request<net::ScannerMessage>(
         [this](const auto& message, const auto&) { return console_->execute(message); });
-    on_request<net::ContourMessage>([this](const auto& message, const auto& from) {
-      return studies_->execute(message, [from](const net::ContourMessage& answer) { from.answer(answer); });
-    });
+    on_request<net::ContourMessage>(
+        [this](const auto& message, const auto& from) { return studies_->execute(message, from); });
     on_snapshot_.push_back(
         [this](const auto& state) { console_->update(image_demand(), state->summary.tick); });
     runs_.on_model = [this](std::uint64_t run, const auto& model) { publish_model(run, model); };

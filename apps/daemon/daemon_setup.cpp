@@ -142,6 +142,7 @@ std::optional<net::igtl::IgtlOptions> igtl_options(const Scene& scene, const Dae
   o.connect_sends = s.igtl_connect_sends;
   o.naming.frame = s.igtl_frame;
   o.naming.X_WF = rigid_transform_from(s.igtl_frame_pose).value_or(RigidTransform());
+  if (scene.probe.on) o.naming.probe = static_cast<std::uint16_t>(scene.needle.count);
   o.naming.needle_names = net::igtl::names_in(s.igtl_needle_names);
   if (o.naming.needle_names.size() > scene.instrument_count())
     throw UserError("server.igtl_needle_names has more names than the scene has needles; set needle.count");

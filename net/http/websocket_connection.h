@@ -90,6 +90,10 @@ class WebSocketConnection final : public Connection,
                          });
   }
 
+  void allow_messages_of(std::size_t bytes) override {
+    if (stream_) stream_->read_message_max(bytes);
+  }
+
   void shutdown_send() override { end(websocket::close_code::normal, "closed"); }
 
   void close() override {

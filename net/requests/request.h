@@ -26,6 +26,11 @@ struct Sender {
   std::uint16_t needle = kAnyNeedle;  ///< granted; kAnyNeedle: none
   /// Sends it a message, also later; does nothing once it has left. May be empty.
   std::function<void(MessageType, std::shared_ptr<const Bytes>)> send = {};
+  std::function<void(const ErrorMessage&)> send_error = {};  ///< likewise
+  std::uint64_t id = 0;                                      ///< of its connection; never used for another
+  /// Refuses the request that a handler has accepted to be carried out later: it keeps this until it is done. Set for
+  /// handlers that may refuse; does nothing once the client has left.
+  std::function<void(std::string why)> refuse = {};
 
   template <WireMessage Message>
   void answer(const Message& message) const {
@@ -34,7 +39,8 @@ struct Sender {
 };
 
 /// Carries out a request that its sender may send. Returns "" where it is or will be done, else the reason why not,
-/// which the sender gets in an ERROR. Must be quick and must not throw.
+/// which the sender gets in an ERROR; where that takes more than 1 ms to say, it returns "" and another thread works on
+/// it (Sender::answer, Sender::refuse). Must not throw.
 template <WireMessage Message>
 using RequestHandler = std::function<std::string(const Message&, const Sender&)>;
 
@@ -116,7 +122,12 @@ struct IncomingRequest {
   /// Calls the handler. A reason that it gives is sent with `code`, as is `if_none`.
   template <WireMessage Message>
   Refusal call(const Message& message, ErrorCode code, const char* if_none) const {
-    std::string why = server.handlers.call(message, sender, if_none);
+    Sender from = sender;
+    if (sender.send_error)
+      from.refuse = [send = sender.send_error, code, about = header.sequence](std::string reason) {
+        send({code, false, 0, about, std::move(reason)});
+      };
+    std::string why = server.handlers.call(message, from, if_none);
     return why.empty() ? std::nullopt : refuse(code, std::move(why));
   }
 };

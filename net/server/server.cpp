@@ -69,7 +69,7 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
         handshakes_(std::make_shared<HandshakeTurns>(io, clock_, options_.handshake_thread)),
         acceptor_(std::make_shared<Acceptor>(io, clock_, listen_options(options_, options_.port, "--port"))),
         timer_(clock_.make_timer(io)),
-        leases_(options_.needles),
+        leases_(options_.needles, options_.probe_needle),
         requests_{options_.needles,
                   options_.probe_needle,
                   options_.max_poses_per_s,
@@ -485,6 +485,9 @@ const ServerOptions& Server::options() const {
 }
 RequestHandlers& Server::requests() {
   return impl_->requests_.handlers;
+}
+const RequestServer& Server::request_server() const {
+  return impl_->requests_;
 }
 Gate& Server::gate() {
   return impl_->gate_;

@@ -46,6 +46,8 @@ class Server {
 
   /// Whoever carries out a request of clients sets its handler here. The server calls none once it is being destroyed.
   RequestHandlers& requests();
+  /// What requests are judged by, for the other listeners too.
+  const RequestServer& request_server() const;
 
   /// Access control and connection limits, for the other listeners too.
   Gate& gate();

@@ -1,7 +1,5 @@
 #include "net/session/device_lease.h"
 
-#include <algorithm>
-
 namespace brachy::net {
 namespace {
 
@@ -15,10 +13,11 @@ std::optional<ErrorMessage> DeviceLeases::lend(const DeviceLease::Holder& holder
                                                std::uint16_t& granted) {
   std::size_t needle = wanted;
   if (wanted == kAnyNeedle) {
-    const auto free = std::find_if(leases_.begin(), leases_.end(),
-                                   [](const DeviceLease& lease) { return !lease.is_held(); });
-    needle = free == leases_.end() ? 0 : static_cast<std::size_t>(free - leases_.begin());
-    if (free == leases_.end() && size() > 1) {
+    for (needle = 0; needle < size(); ++needle)
+      if (!leases_[needle].is_held() && needle != probe_) break;
+    const bool is_none_free = needle == size();
+    if (is_none_free) needle = 0;
+    if (is_none_free && size() > 1) {
       return refusal(ErrorCode::kDeviceBusy, "every needle has a device (" + holders() +
                                                  "): disconnect one first, or join as a viewer");
     }

@@ -47,13 +47,15 @@ class DeviceLease {
 /// The leases of a scene's needles, by id.
 class DeviceLeases {
  public:
-  explicit DeviceLeases(std::uint16_t needles) : leases_(needles) {}
+  /// `probe`: the one of them that is lent only to a device that asks for it by its number; kAnyNeedle: none is.
+  explicit DeviceLeases(std::uint16_t needles, std::uint16_t probe = kAnyNeedle)
+      : leases_(needles), probe_(probe) {}
 
   std::size_t size() const { return leases_.size(); }
   DeviceLease& operator[](std::size_t needle) { return leases_.at(needle); }
   const DeviceLease& operator[](std::size_t needle) const { return leases_.at(needle); }
 
-  /// Leases `holder` the needle it asks for (kAnyNeedle: the first that is free) and writes it to `granted`, or
+  /// Leases `holder` the needle it asks for (kAnyNeedle: the first needle that is free) and writes it to `granted`, or
   /// returns the reason why not.
   std::optional<ErrorMessage> lend(const DeviceLease::Holder& holder, std::uint16_t wanted,
                                    std::uint16_t& granted);
@@ -65,6 +67,7 @@ class DeviceLeases {
 
  private:
   std::vector<DeviceLease> leases_;
+  std::uint16_t probe_;
 };
 
 }  // namespace brachy::net

@@ -11,6 +11,10 @@ namespace {
 constexpr std::chrono::milliseconds kMeasureInterval{
     100};  // between the PINGs that measure a device's round trip
 
+/// A volume study within its own limits is longer than other messages, whatever max_message_bytes is.
+constexpr std::uint32_t kMostContourBytes =
+    1024 + ContourMessage::kMostSlices * (120 + 16 * ContourMessage::kMostPoints);
+
 /// Whoever sent a wrong token waits this long for its refusal: this connection alone.
 constexpr std::chrono::milliseconds kWrongTokenDelay{200};
 
@@ -60,7 +64,7 @@ void Session::on_bytes(std::span<const std::byte> bytes) {
 
 void Session::on_message(std::span<const std::byte> bytes) {
   Header header;
-  const DecodeResult result = decode_header(bytes, options_.max_message_bytes, header);
+  const DecodeResult result = parser_.read_header(bytes, header);
   if (result.is_bad() || (result.is_good() && bytes.size() == kHeaderSize + header.length))
     return on_bytes(bytes);  // on_bytes reports what is bad
   if (!is_closing())
@@ -125,16 +129,26 @@ void Session::handle_hello(const MessageParser::Message& message) {
     return fail(refusal->code, refusal->text, message.header.sequence);
   }
   phase_ = Phase::kOpen;
+  if (welcome.role == Role::kOperator && kMostContourBytes > options_.max_message_bytes) {
+    parser_.allow(MessageType::kContour, kMostContourBytes);
+    connection_->allow_messages_of(kHeaderSize + kMostContourBytes);
+  }
   send_message(welcome);
   if (hello_.role != welcome.role) {  // a view-only server grants the role viewer alone
     hello_.role = welcome.role;
     send_message(ErrorMessage{ErrorCode::kNotOperator, false, 0, message.header.sequence,
                               "this server is view-only: operators connect to " + options_.devices_at});
   }
-  sender_ = {name() + " (" + address() + ")", welcome.role, welcome.needle,
+  sender_ = {name() + " (" + address() + ")",
+             welcome.role,
+             welcome.needle,
              [weak = weak_from_this()](MessageType type, std::shared_ptr<const Bytes> body) {
                if (const auto self = weak.lock()) self->send(type, std::move(body));
-             }};
+             },
+             [weak = weak_from_this()](const ErrorMessage& error) {
+               if (const auto self = weak.lock()) self->send_message(error);
+             },
+             id_};
   host_.on_open(*this);
 }
 

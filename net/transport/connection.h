@@ -33,6 +33,8 @@ class Connection {
   virtual void write(Bytes header, std::shared_ptr<const Bytes> body) = 0;
   /// No more writes: the peer reads the end of the stream. Reading goes on.
   virtual void shutdown_send() = 0;
+  /// The peer may send messages of that size from now on: for a transport that knows where they end, and limits them.
+  virtual void allow_messages_of(std::size_t /*bytes*/) {}
   /// Ends at once; no listener call comes after it.
   virtual void close() = 0;
   /// When the running write last sent bytes (or began).

@@ -11,11 +11,17 @@ void MessageParser::feed(std::span<const std::byte> bytes) {
   buffer_.insert(buffer_.end(), bytes.begin(), bytes.end());
 }
 
+DecodeResult MessageParser::read_header(std::span<const std::byte> bytes, Header& header) const {
+  const DecodeResult result = decode_header(bytes, max_body_bytes_, header);
+  const bool is_too_long = result.is_bad() && result.code == ErrorCode::kTooLarge;
+  return is_too_long && header.type == longer_type_ ? decode_header(bytes, longer_bytes_, header) : result;
+}
+
 DecodeResult MessageParser::next(Message& message) {
   if (bad_.is_bad()) return bad_;
   const auto rest = std::span<const std::byte>(buffer_).subspan(consumed_);
   if (rest.empty()) return DecodeResult::need_more();
-  DecodeResult result = decode_header(rest, max_body_bytes_, message.header);
+  DecodeResult result = read_header(rest, message.header);
   if (result.is_good() && message.header.sequence != last_sequence_ + 1) {
     result = DecodeResult::bad("a message is missing: the sequence number is not the last one plus 1");
   }

@@ -22,9 +22,17 @@ std::string name_of(const ModelSettings& model) {
   return fmt::format("{}, support radius {:g} mm", model.kernel, model.support_radius_mm);
 }
 
+/// Refuses what was accepted, where it fails.
+Controls::Done answer_to(const net::Sender& from) {
+  return [from](const std::string& failure) {
+    if (!failure.empty() && from.refuse) from.refuse(failure);
+  };
+}
+
 }  // namespace
 
-std::string Controls::execute(const net::ControlMessage& message, const std::string& client) {
+std::string Controls::execute(const net::ControlMessage& message, const net::Sender& from) {
+  const std::string& client = from.name;
   switch (message.action) {
     case net::ControlAction::kPlay: {
       std::string refusal = play(message.loop);
@@ -38,9 +46,9 @@ std::string Controls::execute(const net::ControlMessage& message, const std::str
     }
     case net::ControlAction::kReset:
       return begin(model_, false, net::EventKind::kReset,
-                   "reset by " + client + ": tissue, needles and seeds from the start");
+                   "reset by " + client + ": tissue, needles and seeds from the start", answer_to(from));
     case net::ControlAction::kModel:
-      return change_model(message, client);
+      return change_model(message, from);
   }
   return fmt::format("there is no action {}: 1 play, 2 stop, 3 reset, 4 model",
                      static_cast<unsigned>(message.action));
@@ -77,7 +85,7 @@ std::string Controls::stop() {
   return {};
 }
 
-std::string Controls::change_model(const net::ControlMessage& message, const std::string& client) {
+std::string Controls::change_model(const net::ControlMessage& message, const net::Sender& from) {
   Scene scene = model_;
   ModelSettings& model = scene.model;
   if (!message.kernel.empty()) model.kernel = message.kernel;
@@ -89,7 +97,8 @@ std::string Controls::change_model(const net::ControlMessage& message, const std
         model.support_radius_mm <= ModelSettings::kMaxSupportMm))
     return fmt::format("a support radius is between {:g} and {:g} mm", ModelSettings::kMinSupportMm,
                        ModelSettings::kMaxSupportMm);
-  return begin(scene, true, net::EventKind::kNote, "model: " + name_of(model) + " (" + client + ")");
+  return begin(scene, true, net::EventKind::kNote, "model: " + name_of(model) + " (" + from.name + ")",
+               answer_to(from));
 }
 
 std::string Controls::change_scene(const Scene& scene, const std::string& what, Done done) {

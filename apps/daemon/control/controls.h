@@ -37,9 +37,9 @@ class Controls {
         log_(std::move(log)),
         is_recorded_(is_recorded) {}
 
-  /// Carries out a command of `client` ("NAME (ADDRESS)"). Returns "" if it is or will be done, else the
-  /// reason why not.
-  std::string execute(const net::ControlMessage& message, const std::string& client);
+  /// Carries out a command. Returns "" if it is done, or will be done or refused (net::Sender::refuse), else the reason
+  /// why not.
+  std::string execute(const net::ControlMessage& message, const net::Sender& from);
   /// Plays the scripted needles from their beginning; returns as execute().
   std::string play(bool loop);
 
@@ -59,7 +59,7 @@ class Controls {
   std::string stop();
   std::string begin(const Scene& scene, bool resumes, net::EventKind kind, const std::string& what,
                     Done done = nullptr);
-  std::string change_model(const net::ControlMessage& message, const std::string& client);
+  std::string change_model(const net::ControlMessage& message, const net::Sender& from);
   void announce(net::EventKind kind, const std::string& text);
 
   Scene model_;       // in use

@@ -115,26 +115,9 @@ void VolumeStudies::keep(std::shared_ptr<const FrozenGland> gland) {
   frozen_.push_back(std::move(gland));
 }
 
-std::string VolumeStudies::execute(const net::ContourMessage& study, Answer answer) {
-  if (study.slices.empty()) return "there is no outline: outline a slice";
-  if (study.slices.size() > net::ContourMessage::kMostSlices)
-    return fmt::format("more than {} slices", net::ContourMessage::kMostSlices);
-  auto checked = std::make_shared<CheckedStudy>(CheckedStudy{study, {}, {}});
-  std::vector<OutlinedSlice> outlined;
-  for (std::size_t i = 0; i < study.slices.size(); ++i) {
-    const net::ContourSlice& slice = study.slices[i];
-    if (const std::string why = refusal_of(slice); !why.empty())
-      return fmt::format("slice {}: {}", slice.slice, why);
-    OutlinedSlice& corners = outlined.emplace_back(OutlinedSlice{static_cast<long long>(i), {}});
-    for (const auto& [x, y] : slice.points) corners.corners.push_back(slice.X_WI * Vec3(x, y, 0));
-  }
-  try {
-    checked->contours = make_contours(outlined);
-  } catch (const UserError& e) {
-    return e.what();
-  }
-  for (const Contour& contour : checked->contours.contours) {
-    const net::ContourSlice& slice = study.slices[static_cast<std::size_t>(contour.slice)];
+/// The glands that the slices show, in their order; or why there is none of one.
+std::string VolumeStudies::find_glands(const net::ContourMessage& study, Glands& glands) const {
+  for (const net::ContourSlice& slice : study.slices) {
     const auto gland = std::find_if(frozen_.rbegin(), frozen_.rend(),
                                     [&](const auto& frozen) { return frozen->tick == slice.tick; });
     if (gland == frozen_.rend())
@@ -142,18 +125,53 @@ std::string VolumeStudies::execute(const net::ContourMessage& study, Answer answ
           "slice {}: no image of tick {} was frozen, or its field was not certified, or {} later ones were: "
           "freeze the image, and outline it again",
           slice.slice, slice.tick, kMostFreezes);
-    checked->glands.push_back(*gland);
+    glands.push_back(*gland);
   }
-  worker_.post([this, checked, answer = std::move(answer)] {
-    const RecordedStudy recorded = with_truth(*checked, gland_, period_s_);
-    const ContourScore score = score_study(recorded.study);
-    const std::string failure = store_ ? store_(recorded) : "";
-    loop_.post([this, answer, failure, message = answer_of(*checked, recorded.study, score)] {
-      if (!failure.empty()) warn_(failure);
-      answer(message);
-    });
-  });
   return {};
+}
+
+std::string VolumeStudies::execute(const net::ContourMessage& study, const net::Sender& from) {
+  if (study.slices.empty()) return "there is no outline: outline a slice";
+  if (study.slices.size() > net::ContourMessage::kMostSlices)
+    return fmt::format("more than {} slices", net::ContourMessage::kMostSlices);
+  Glands glands;
+  if (std::string why = find_glands(study, glands); !why.empty()) return why;
+  const bool is_taken =
+      turns_.add(from.id, [this, own = std::make_shared<const net::ContourMessage>(study), glands, from] {
+        return WorkTurns::Work([this, own, glands, from] { return score(*own, glands, from); });
+      });
+  return is_taken ? "" : "your last study is still being scored: wait for its result";
+}
+
+WorkTurns::Finish VolumeStudies::score(const net::ContourMessage& study, const Glands& glands,
+                                       const net::Sender& from) const {
+  const auto refuse = [&](std::string why) { return [from, why = std::move(why)] { from.refuse(why); }; };
+  CheckedStudy checked{study, {}, {}};
+  std::vector<OutlinedSlice> outlined;
+  for (std::size_t i = 0; i < study.slices.size(); ++i) {
+    const net::ContourSlice& slice = study.slices[i];
+    if (const std::string why = refusal_of(slice); !why.empty())
+      return refuse(fmt::format("slice {}: {}", slice.slice, why));
+    const auto same = [&](const net::ContourSlice& other) { return other.slice == slice.slice; };
+    if (std::ranges::count_if(study.slices, same) > 1)
+      return refuse(fmt::format("slice {} is there twice: a slice has one outline", slice.slice));
+    OutlinedSlice& corners = outlined.emplace_back(OutlinedSlice{static_cast<long long>(i), {}});
+    for (const auto& [x, y] : slice.points) corners.corners.push_back(slice.X_WI * Vec3(x, y, 0));
+  }
+  try {
+    checked.contours = make_contours(outlined);
+    for (const Contour& contour : checked.contours.contours)
+      checked.glands.push_back(glands[static_cast<std::size_t>(contour.slice)]);
+    const RecordedStudy recorded = with_truth(checked, gland_, period_s_);
+    const ContourScore result = score_study(recorded.study);
+    return [this, from, failure = store_ ? store_(recorded) : "",
+            answer = answer_of(checked, recorded.study, result)] {
+      if (!failure.empty()) warn_(failure);
+      from.answer(answer);
+    };
+  } catch (const std::exception& e) {
+    return refuse(e.what());
+  }
 }
 
 }  // namespace brachy

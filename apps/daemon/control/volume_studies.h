@@ -4,12 +4,13 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <vector>
 
-#include "apps/daemon/io/event_loop.h"
+#include "apps/daemon/io/work_turns.h"
 #include "apps/daemon/loops/frozen_gland.h"
 #include "apps/session/volume_study_file.h"
 #include "core/geometry/surface/surface_mesh.h"
-#include "net/wire/messages.h"
+#include "net/requests/request.h"
 
 namespace brachy {
 
@@ -18,7 +19,6 @@ namespace brachy {
 /// Threads: the io thread; scores are computed, and stored, on `worker`, which is ended before this is destroyed.
 class VolumeStudies {
  public:
-  using Answer = std::function<void(const net::ContourMessage&)>;
   /// Stores a study, on the worker; returns the text of a failure. May be null.
   using Store = std::function<std::string(RecordedStudy)>;
   static constexpr std::size_t kMostFreezes = 64;
@@ -26,8 +26,7 @@ class VolumeStudies {
   /// `loop`, `worker` and `gland` (its surface at rest) outlive this. `period_s`: of a tick. `warn` gets failures.
   VolumeStudies(EventLoop& loop, Worker& worker, const SurfaceMesh& gland, double period_s, Store store,
                 std::function<void(const std::string&)> warn)
-      : loop_(loop),
-        worker_(worker),
+      : turns_(loop, worker),
         gland_(gland),
         period_s_(period_s),
         store_(std::move(store)),
@@ -36,12 +35,16 @@ class VolumeStudies {
   /// The scanner was frozen. The oldest of more than kMostFreezes is forgotten.
   void keep(std::shared_ptr<const FrozenGland> gland);
 
-  /// Returns "" where `answer` will be called, else why the study cannot be scored.
-  std::string execute(const net::ContourMessage& study, Answer answer);
+  /// Returns "" where `from` will get the score, or the reason why there is none; else why the study is not scored.
+  std::string execute(const net::ContourMessage& study, const net::Sender& from);
 
  private:
-  EventLoop& loop_;
-  Worker& worker_;
+  using Glands = std::vector<std::shared_ptr<const FrozenGland>>;
+  std::string find_glands(const net::ContourMessage& study, Glands& glands) const;
+  WorkTurns::Finish score(const net::ContourMessage& study, const Glands& glands,
+                          const net::Sender& from) const;
+
+  WorkTurns turns_;
   const SurfaceMesh& gland_;
   const double period_s_;
   const Store store_;

@@ -6,14 +6,20 @@
 #include <boost/asio/thread_pool.hpp>
 #include <utility>
 
-namespace brachy {
+#include "core/realtime/deadline.h"
 
+namespace brachy {
 EventLoop::EventLoop(net::TimerClock& clock)
     : clock_(clock), io_(std::make_unique<boost::asio::io_context>(1)) {}
 EventLoop::~EventLoop() = default;
 
 void EventLoop::run() {
-  io_->run();
+  std::int64_t before_ns = thread_cpu_ns();
+  while (io_->run_one() > 0) {
+    const std::int64_t now_ns = thread_cpu_ns();
+    turns_ns_.record(now_ns - before_ns);
+    before_ns = now_ns;
+  }
 }
 
 void EventLoop::post(std::function<void()> work) {

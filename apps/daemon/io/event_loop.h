@@ -4,6 +4,7 @@
 #include <initializer_list>
 #include <memory>
 
+#include "core/realtime/histogram.h"
 #include "net/base/clock.h"
 
 namespace brachy {
@@ -25,6 +26,10 @@ class EventLoop {
   /// Runs `work` on the io thread. Threads: any. Real-time: no, it allocates and locks.
   void post(std::function<void()> work);
 
+  /// Of the handlers that run() has called: processor time of each, ns. None should take more than 1 ms: everything
+  /// else that the thread serves waits meanwhile. Threads: the io thread, or after run().
+  const Histogram& turns_ns() const { return turns_ns_; }
+
   boost::asio::io_context& io() { return *io_; }  ///< for the servers of net
   /// The daemon's time. Threads: any.
   net::TimerClock& clock() const { return clock_; }
@@ -34,6 +39,7 @@ class EventLoop {
  private:
   net::TimerClock& clock_;
   std::unique_ptr<boost::asio::io_context> io_;
+  Histogram turns_ns_;
 };
 
 /// Waits for signals. Those that arrive after construction are kept until start(). Threads: the io thread.

@@ -1,6 +1,7 @@
 #include "apps/daemon/loops/dose_loop.h"
 
 #include <algorithm>
+#include <optional>
 #include <utility>
 
 #include "core/brachytherapy/seeds/remaining_seeds.h"
@@ -38,17 +39,27 @@ class ProjectedDose {
     seen_ = 0;
     lost_.clear();
   }
-  std::vector<StructureDose> evaluate(std::span<const Seed> fallen) {
+  /// nullopt: `stop` came meanwhile.
+  std::optional<std::vector<StructureDose>> evaluate(std::span<const Seed> fallen,
+                                                     const std::stop_token& stop) {
     const LoadingPlan& plan = plan_.plan.value();
-    if (plan.seeds.empty()) return {};
+    if (plan.seeds.empty()) return std::vector<StructureDose>();
     dose_.clear();
-    for (const Seed& seed : fallen) dose_.add(seed.at_rest());
+    for (const Seed& seed : fallen)
+      if (!add(seed.at_rest(), stop)) return std::nullopt;
     for (const PlannedSeed& seed : remaining_seeds(plan.seeds, fallen, lost_))
-      if (plan.is_in_use(seed.needle)) dose_.add(seed);
+      if (plan.is_in_use(seed.needle) && !add(seed, stop)) return std::nullopt;
     return dose_.evaluate();
   }
 
  private:
+  /// A seed takes more than 1 ms, and a plan may have thousands, for which the daemon's end does not wait.
+  bool add(const DoseSeed& seed, const std::stop_token& stop) {
+    if (stop.stop_requested()) return false;
+    dose_.add(seed);
+    return true;
+  }
+
   ImplantDose dose_;
   const PlanToCome& plan_;
   std::vector<std::int32_t> lost_;
@@ -81,10 +92,15 @@ DoseStatistics run_dose_loop(const std::stop_token& stop, Clock& clock, std::vec
     const bool is_other_rest = is_other_plan || (has_failed && !plan.plan.value().seeds.empty());
     if (all.count == dose.seed_count() && !is_restarted && !is_other_rest) continue;
     const bool is_new = all.count != dose.seed_count();
-    for (const Seed& seed : all.seeds().subspan(dose.seed_count())) dose.add(seed.at_rest());
+    for (const Seed& seed : all.seeds().subspan(dose.seed_count())) {
+      if (stop.stop_requested()) return statistics;
+      dose.add(seed.at_rest());
+    }
     net::DoseMessage message = message_of(all.seeds(), dose, surface);
     if (is_new && all.publish_ns) statistics.drop_to_dvh_ns.record(clock.now_ns() - all.publish_ns);
-    message.with_planned = projected.evaluate(all.seeds());
+    auto with_planned = projected.evaluate(all.seeds(), stop);
+    if (!with_planned) break;
+    message.with_planned = std::move(*with_planned);
     deliver(std::move(message));
   }
   return statistics;

@@ -149,6 +149,10 @@ std::string metrics_text(const DaemonMetrics& m) {
   out.family("brachy_scene_reloads_total", "counter", "Reloads of the scene file, by result.");
   out.sample(static_cast<double>(m.reloads_done), {{"result", "done"}});
   out.sample(static_cast<double>(m.reloads_refused), {{"result", "refused"}});
+  out.histogram("brachy_io_turn_seconds", m.io_turns_ns,
+                "Processor time of one handler of the io thread, which serves all sockets.");
+  out.gauge("brachy_io_turn_seconds_max", 1e-9 * static_cast<double>(m.io_turns_ns.max()),
+            "The longest of them since the start; none should take more than 0.001.");
   add_process(out, m.start_time_s);
   return out.take();
 }

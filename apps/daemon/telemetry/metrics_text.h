@@ -35,6 +35,7 @@ struct DaemonMetrics {
   std::array<std::uint64_t, kInterventions> interventions{};
   std::uint32_t seeds = 0;  ///< in the tissue
   std::uint64_t reloads_done = 0, reloads_refused = 0;
+  const Histogram& io_turns_ns;  ///< EventLoop::turns_ns
 };
 
 /// Prometheus' text format, version 0.0.4: base units (seconds, bytes), counters since the daemon's start.

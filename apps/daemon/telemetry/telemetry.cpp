@@ -28,6 +28,7 @@ net::Quantiles quantiles_ms(const Histogram& ns) {
 
 Telemetry::Telemetry(EventLoop& loop, Sources sources)
     : from_(std::move(sources)),
+      io_(loop),
       clock_(loop.clock()),
       start_time_s_(1e-9 * static_cast<double>(clock_.utc_ns())),
       report_timer_(loop.make_timer()) {}
@@ -103,7 +104,8 @@ std::string Telemetry::metrics() {
                        .interventions = from_.forces.interventions(),
                        .seeds = seeds_,
                        .reloads_done = from_.reload.done(),
-                       .reloads_refused = from_.reload.refused()});
+                       .reloads_refused = from_.reload.refused(),
+                       .io_turns_ns = io_.turns_ns()});
 }
 
 void Telemetry::start_reports(double every_s, bool as_json) {

@@ -67,6 +67,7 @@ class Telemetry {
   void report_later();
 
   Sources from_;
+  const EventLoop& io_;
   net::TimerClock& clock_;
   const double start_time_s_;  // wall clock, since 1970
   std::uint32_t seeds_ = 0;

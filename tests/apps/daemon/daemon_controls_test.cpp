@@ -120,18 +120,22 @@ TEST(DaemonControls, AModelThatTheSceneCannotHaveIsToldAndTheOldOneStays) {
   boss.client.control(model);
   ASSERT_TRUE(
       boss.until([&] { return boss.has_event(net::EventKind::kWarning, "not done: model: elastic"); }));
+  ASSERT_TRUE(boss.until([&] { return !boss.errors.empty(); }));
+  EXPECT_EQ(boss.errors[0].code, net::ErrorCode::kControlRefused);
+  EXPECT_NE(boss.errors[0].about_sequence, 0u);
+  EXPECT_NE(boss.errors[0].text.find("box"), std::string::npos) << boss.errors[0].text;
   ASSERT_TRUE(boss.refresh_state());
   EXPECT_EQ(boss.states.back().controls.kernel, "psi31");
   EXPECT_EQ(boss.states.back().controls.flags, 0u);
   model.kernel = "jelly";
   boss.client.control(model);
-  ASSERT_TRUE(boss.until([&] { return !boss.errors.empty(); }));
-  EXPECT_NE(boss.errors[0].text.find("psi31"), std::string::npos) << boss.errors[0].text;
+  ASSERT_TRUE(boss.until([&] { return boss.errors.size() == 2; }));
+  EXPECT_NE(boss.errors[1].text.find("psi31"), std::string::npos) << boss.errors[1].text;
   model.kernel = "";
   model.support_radius_mm = -3;
   boss.client.control(model);
-  ASSERT_TRUE(boss.until([&] { return boss.errors.size() == 2; }));
-  EXPECT_NE(boss.errors[1].text.find("0.5 and 500 mm"), std::string::npos) << boss.errors[1].text;
+  ASSERT_TRUE(boss.until([&] { return boss.errors.size() == 3; }));
+  EXPECT_NE(boss.errors[2].text.find("0.5 and 500 mm"), std::string::npos) << boss.errors[2].text;
 }
 
 TEST(DaemonControls, AKernelIsOneOfAListAndNeverAFile) {

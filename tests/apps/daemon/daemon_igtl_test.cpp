@@ -2,8 +2,11 @@
 #include <gtest/gtest.h>
 
 #include <limits>
+#include <string>
 
 #include "haptics/devices/pose_guard.h"
+#include "net/igtl/codec/big_endian.h"
+#include "net/igtl/codec/codec.h"
 #include "tests/apps/peer.h"
 #include "tests/apps/running_daemon.h"
 #include "tests/net/igtl/igtl_peer.h"
@@ -119,6 +122,54 @@ TEST_F(DaemonIgtl, TheDaemonsEndIsToldToItsClients) {
   listener.take();
   EXPECT_TRUE(listener.is_ended());
   EXPECT_EQ(listener.last("STATUS").status().code, StatusCode::kShutdown);
+}
+
+net::Bytes string_message(const std::string& words) {
+  net::Bytes message = net::igtl::encode_empty("STRING", {1, "Slicer", 0});
+  net::igtl::put(message, std::uint16_t{3});
+  net::igtl::put(message, static_cast<std::uint16_t>(words.size()));
+  net::igtl::put_name(message, words, words.size());
+  return net::igtl::test::with_right_size_and_crc(message);
+}
+
+// Another's device holds the needle, and a model does not fit: the native operator is refused both.
+TEST(DaemonIgtlCommands, WhatTheNativeProtocolRefusesIsRefusedHereToo) {
+  Scene scene = small_with_igtl();
+  scene.server.igtl_commands = true;
+  scene.box.size_mm = Vec3::Constant(30);  // the gland does not fit
+  RunningDaemon daemon(scene);
+  Peer holder(net::Role::kDevice), native(net::Role::kOperator);
+  holder.stand_beside(native);
+  ASSERT_TRUE(holder.join(daemon.port()) && native.join(daemon.port()));
+  ASSERT_TRUE(holder.show(tip_at(8, -4, -34)));
+  boost::asio::io_context io;
+  IgtlPeer slicer(io, daemon.igtl_port());
+  const auto status_of = [&](const char* words) {
+    const std::size_t before = slicer.count("STATUS");
+    EXPECT_TRUE(slicer.send(string_message(words)));
+    EXPECT_TRUE(holder.until([&] {
+      slicer.take();
+      return slicer.count("STATUS") > before;
+    }));
+    return slicer.last("STATUS").status();
+  };
+  const auto native_refusal = [&](const auto& message) {
+    const std::size_t before = native.errors.size();
+    native.client.send(message);
+    EXPECT_TRUE(holder.until([&] { return native.errors.size() > before; }));
+    return native.errors.back().text;
+  };
+  const auto dropped = status_of("drop 0");
+  EXPECT_EQ(dropped.code, StatusCode::kIllegalInstruction);
+  EXPECT_EQ(dropped.text, native_refusal(net::DropMessage{0, true}));
+  net::ControlMessage model;
+  model.action = net::ControlAction::kModel;
+  model.kernel = "elastic";
+  const auto unfit = status_of("model elastic");
+  EXPECT_EQ(unfit.code, StatusCode::kIllegalInstruction);
+  EXPECT_EQ(unfit.text, native_refusal(model));
+  EXPECT_EQ(status_of("reset").code, StatusCode::kOk);
+  EXPECT_EQ(daemon.stop().seeds_dropped, 0u);
 }
 
 }  // namespace

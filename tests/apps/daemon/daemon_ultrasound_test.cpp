@@ -165,7 +165,7 @@ TEST_F(DaemonUltrasound, OpenIgtLinkHasTheSameImageInItsPlace) {
   ASSERT_TRUE(until(
       [&] { return slicer.count("IMAGE") == 1 && (boss.images.back().flags & net::kImageFrozen) != 0; }));
   const net::ImageMessage& ours = boss.images.back();
-  const net::Bytes expected = net::igtl::encode_image({1, "UltrasoundTransverse", 0}, ours);
+  const net::Bytes expected = net::igtl::encode_image({1, "UltrasoundTransverse", 0}, ours, ours.X_WI);
   const auto& content = slicer.last("IMAGE").content;
   EXPECT_TRUE(std::ranges::equal(content, std::span(expected).subspan(net::igtl::kHeaderSize)));
 }

@@ -1,6 +1,7 @@
 // A Session by itself: who may send which request, how often, what is answered, and in what order.
 #include "net/session/session.h"
 
+#include <functional>
 #include <map>
 
 #include "tests/net/manual_clock.h"
@@ -118,6 +119,7 @@ struct SessionTest : ::testing::Test {
   PoseVerdict verdict;
   std::vector<std::string> done;  ///< what handlers did
   Sender sender;                  ///< of the last
+  std::function<void(std::string)> kept;
   NeedlePose last_pose;
   std::map<std::uint16_t, int> poses_refused;  ///< by code
 };
@@ -353,6 +355,63 @@ TEST_F(SessionTest, AContourIsAnsweredLaterUnderItsOwnNumberAndNotOnceItsSenderH
   session.reset();
   sender.answer(asked);
   EXPECT_EQ(connection->types.size(), before);
+}
+
+TEST_F(SessionTest, WhatWasAcceptedMayBeRefusedLaterUnderItsOwnNumberAndCode) {
+  join(Role::kOperator);
+  const auto refuse_later = [&](const auto& message, ErrorCode code) {
+    send(message);
+    EXPECT_EQ(errors(), 0u);
+    const std::uint64_t about = connection->sent();
+    send(arm(0));
+    ASSERT_TRUE(kept);
+    kept("it came out that it cannot be done");
+    connection->read_all();
+    ASSERT_EQ(errors(), 1u);
+    EXPECT_EQ(connection->errors.back().code, code);
+    EXPECT_EQ(connection->errors.back().about_sequence, about);
+    EXPECT_EQ(connection->errors.back().text, "it came out that it cannot be done");
+    EXPECT_FALSE(connection->errors.back().fatal);
+    connection->errors.clear();
+  };
+  const auto keep = [&](const auto&, const Sender& from) { kept = from.refuse; };
+  server.handlers.set<PlanMessage>(keep);
+  server.handlers.set<ContourMessage>(keep);
+  server.handlers.set<ControlMessage>(keep);
+  refuse_later(sample_plan(), ErrorCode::kPlanRefused);
+  refuse_later(sample_contour(), ErrorCode::kContourRefused);
+  refuse_later(sample_control(), ErrorCode::kControlRefused);
+  connection->leave();
+  session.reset();
+  kept("nobody hears it");
+}
+
+/// The largest volume study that the document allows: 2 MB.
+ContourMessage largest_study() {
+  ContourMessage study;
+  ContourSlice slice = sample_contour().slices.at(0);
+  slice.points.assign(ContourMessage::kMostPoints, {1, 2});
+  for (std::size_t i = 0; i < ContourMessage::kMostSlices; ++i) {
+    slice.slice = static_cast<std::int32_t>(i);
+    study.slices.push_back(slice);
+  }
+  return study;
+}
+
+TEST_F(SessionTest, TheLargestStudyPassesTheLimitOfMessagesFromAnOperatorAlone) {
+  join(Role::kOperator);
+  send(largest_study());
+  EXPECT_EQ(count("contour"), 1);
+  EXPECT_EQ(errors(), 0u);
+  ContourMessage larger = largest_study();
+  larger.slices.push_back(larger.slices[0]);
+  EXPECT_EQ(refused(larger).code, ErrorCode::kTooLarge);
+  join(Role::kViewer);
+  EXPECT_EQ(refused(largest_study()).code, ErrorCode::kTooLarge);
+  join(Role::kOperator);
+  PlanMessage plan;
+  plan.needles.assign(4000, {0, false, 0, 80, "G7", "s-s-s-s-s-s-s-s"});
+  EXPECT_EQ(refused(plan).code, ErrorCode::kTooLarge) << "no other message";
 }
 
 TEST_F(SessionTest, MessagesOfLaterVersionsAreSkippedAndThoseOfServersEndIt) {

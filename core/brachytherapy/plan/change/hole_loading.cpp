@@ -6,17 +6,15 @@
 
 #include "core/base/error.h"
 #include "core/base/one_line.h"
-#include "core/brachytherapy/plan/gland_holes.h"
 
 namespace brachy {
 
-HoleLoading load_hole(const std::vector<Structure>& structures, const TemplateGrid& grid,
+HoleLoading load_hole(const std::vector<GlandHole>& holes, const TemplateGrid& grid,
                       const std::string& hole) {
   const std::string where = "hole " + one_short_line(hole) + ": ";
   if (!grid.position(hole)) throw UserError(where + "the template has " + grid.extent());
   std::string name = hole;
   name[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(name[0])));
-  const std::vector<GlandHole> holes = find_gland_holes(structures, grid);
   const auto found = std::ranges::find(holes, name, &GlandHole::name);
   if (found == holes.end())
     throw UserError(where + "its needle does not pass through the gland; give its depth and its train");

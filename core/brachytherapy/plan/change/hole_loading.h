@@ -3,9 +3,9 @@
 #include <string>
 #include <vector>
 
+#include "core/brachytherapy/plan/gland_holes.h"
 #include "core/brachytherapy/plan/plan.h"
 #include "core/brachytherapy/plan/template_grid.h"
-#include "core/brachytherapy/structures/structure.h"
 
 namespace brachy {
 
@@ -18,9 +18,8 @@ struct HoleLoading {
   std::string train;    ///< PlanNeedle::train
 };
 
-/// Errors: UserError "hole …: …" where there is no such hole or its needle does not pass through the gland; and as
-/// find_gland_holes.
-HoleLoading load_hole(const std::vector<Structure>& structures, const TemplateGrid& grid,
-                      const std::string& hole);
+/// `holes`: all of the gland (find_gland_holes). Errors: UserError "hole …: …" where there is no such hole or its
+/// needle does not pass through the gland.
+HoleLoading load_hole(const std::vector<GlandHole>& holes, const TemplateGrid& grid, const std::string& hole);
 
 }  // namespace brachy

@@ -26,20 +26,25 @@ PlanLedger::PlanLedger(Plan plan, const TemplateGrid& grid, double needle_length
     : all_(std::move(plan)),
       grid_(grid),
       needle_length_mm_(needle_length_mm),
-      withdrawn_(all_.needles.size(), 0) {}
+      withdrawn_(all_.needles.size(), 0) {
+  count_seeds();
+}
+
+void PlanLedger::count_seeds() {
+  needle_of_.clear();
+  for (std::size_t n = 0; n < all_.needles.size(); ++n)
+    needle_of_.insert(needle_of_.end(), all_.needles[n].seed_offsets_mm().size(), n);
+}
 
 double PlanLedger::depth_mm(std::size_t needle) const {
   return depth_in(all_, all_.needles[needle]);
 }
 
 std::vector<char> PlanLedger::begun(std::span<const Seed> fallen, std::span<const std::int32_t> lost) const {
-  std::vector<std::size_t> needle_of;
-  for (std::size_t n = 0; n < all_.needles.size(); ++n)
-    needle_of.insert(needle_of.end(), all_.needles[n].seed_offsets_mm().size(), n);
   std::vector<char> is_begun(all_.needles.size(), 0);
   const auto take = [&](std::int32_t seed) {
-    if (seed >= 0 && static_cast<std::size_t>(seed) < needle_of.size())
-      is_begun[needle_of[static_cast<std::size_t>(seed)]] = 1;
+    if (seed >= 0 && static_cast<std::size_t>(seed) < needle_of_.size())
+      is_begun[needle_of_[static_cast<std::size_t>(seed)]] = 1;
   };
   for (const Seed& seed : fallen) take(seed.planned);
   for (const std::int32_t seed : lost) take(seed);
@@ -141,6 +146,7 @@ void PlanLedger::change_to(const Plan& whole) {
   withdrawn.resize(all.needles.size(), 0);
   all_ = std::move(all);
   withdrawn_ = std::move(withdrawn);
+  count_seeds();
   ++changes_;
 }
 

@@ -33,7 +33,7 @@ class PlanLedger {
   LoadingPlan loading() const { return LoadingPlan(all_, grid_, withdrawn_); }
 
   /// What has left its needle: by number of the planned needle, 1 where one of its seeds is in `fallen` or `lost`
-  /// (seeds' numbers).
+  /// (seeds' numbers). As much work as they are.
   std::vector<char> begun(std::span<const Seed> fallen, std::span<const std::int32_t> lost) const;
   /// What lies in the body for certain: what has fallen, at rest, and the seeds still in needles that were begun.
   std::vector<DoseSeed> placed(std::span<const Seed> fallen, std::span<const std::int32_t> lost) const;
@@ -55,7 +55,10 @@ class PlanLedger {
   /// The plan of those needles, with the base plane where the deepest one of all is, or where it was.
   Plan plan_of(const std::vector<std::size_t>& needles) const;
 
+  void count_seeds();
+
   Plan all_;
+  std::vector<std::size_t> needle_of_;  // of each seed
   TemplateGrid grid_;
   double needle_length_mm_;
   std::vector<char> withdrawn_;  // by needle

@@ -169,12 +169,13 @@ TEST(PlanLedger, ANeedleIsLoadedAsTheChangedPlanHasIt) {
 TEST(HoleLoading, LoadsAHoleFromTheFarEndOfItsWayThroughTheGlandToTheNearOne) {
   const std::vector<Structure> structures = {{"prostate", prostate_phantom(400)}};
   const TemplateGrid grid;
-  const HoleLoading middle = load_hole(structures, grid, "g7"), rim = load_hole(structures, grid, "D7");
+  const std::vector<GlandHole> holes = find_gland_holes(structures, grid);
+  const HoleLoading middle = load_hole(holes, grid, "g7"), rim = load_hole(holes, grid, "D7");
   EXPECT_EQ(middle.depth_mm, std::floor(middle.depth_mm));
   EXPECT_GT(middle.train.size(), rim.train.size());
   EXPECT_EQ(middle.train.substr(0, 3), "s-s");
-  EXPECT_THROW(load_hole(structures, grid, "A1"), UserError);
-  EXPECT_THROW(load_hole(structures, grid, "Z9"), UserError);
+  EXPECT_THROW(load_hole(holes, grid, "A1"), UserError);
+  EXPECT_THROW(load_hole(holes, grid, "Z9"), UserError);
 }
 
 }  // namespace
