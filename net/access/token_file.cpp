@@ -8,7 +8,7 @@
 #include <cerrno>
 #include <charconv>
 #include <cstring>
-#include <span>
+#include <set>
 
 #include "core/base/error.h"
 
@@ -61,6 +61,10 @@ Token load_token(const std::filesystem::path& path) {
   if (::read(file.get(), token.data(), token.size()) != static_cast<ssize_t>(token.size()) ||
       ::read(file.get(), &one_more, 1) != 0)
     refuse(path, "does not hold a token, which is 32 bytes; " + make_one(path));
+  // Of 32 random bytes fewer than this differ once in 10^20 files.
+  constexpr std::size_t kLeastDistinct = 12;
+  if (std::set<std::byte>(token.begin(), token.end()).size() < kLeastDistinct)
+    refuse(path, "is no token: its bytes can be guessed, because they are hardly random; " + make_one(path));
   return token;
 }
 

@@ -164,6 +164,10 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
       return send(refusal(400, "This is not HTTP/1.1: " + error.message() + "."), false);
     unread_.erase(0, parsed);
 
+    // What its body's length is cannot be known.
+    if (parser_->get().count(http::field::transfer_encoding) > 0 && !parser_->chunked())
+      return send(refusal(501, "The only transfer coding known here is chunked."), false);
+
     HttpAnswer answer = answer_to(query(), shared_->files, shared_->options.pages);
     if (answer.status == 403) log(answer.text.substr(0, answer.text.size() - 1));
     if (answer.status == 101) return upgrade();  // the session sends the refusal

@@ -33,6 +33,13 @@ struct TokenFileTest : ::testing::Test {
     return folder.path() / name;
   }
 
+  /// 32 bytes, of which no two are equal.
+  static std::string some_token() {
+    std::string bytes;
+    for (int i = 0; i < 32; ++i) bytes += static_cast<char>(i * 8);
+    return bytes;
+  }
+
   TemporaryFolder folder;
 };
 
@@ -51,21 +58,19 @@ TEST_F(TokenFileTest, IsMadeOfRandomBytesForItsOwnerAlone) {
 }
 
 TEST_F(TokenFileTest, NothingIsOverwritten) {
-  const auto file = written("old", std::string(32, 'x'));
+  const auto file = written("old", some_token());
   EXPECT_THROW(make_token(file), UserError);
-  EXPECT_EQ(to_hex(load_token(file)).substr(0, 6), "787878");
+  EXPECT_EQ(to_hex(load_token(file)).substr(0, 6), "000810");
   EXPECT_THROW(make_token(folder.path() / "none" / "token"), UserError);
 }
 
 TEST_F(TokenFileTest, IsReadAsItIs) {
-  std::string bytes;
-  for (int i = 0; i < 32; ++i) bytes += static_cast<char>(i * 8);
-  const Token token = load_token(written("t", bytes, 0400));
+  const Token token = load_token(written("t", some_token(), 0400));
   EXPECT_EQ(to_hex(token), "0008101820283038404850586068707880889098a0a8b0b8c0c8d0d8e0e8f0f8");
 }
 
 TEST_F(TokenFileTest, IsRefusedWithTheFix) {
-  const std::string good(32, 'x');
+  const std::string good = some_token();
   EXPECT_NE(refusal(folder.path() / "none").find("brachy token"), std::string::npos);
   for (const mode_t mode : {0604, 0640, 0610, 0666})
     EXPECT_NE(refusal(written("open", good, mode)).find("chmod 600"), std::string::npos) << mode;
@@ -76,6 +81,17 @@ TEST_F(TokenFileTest, IsRefusedWithTheFix) {
   ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
   EXPECT_NE(refusal(pipe).find("not a regular file"), std::string::npos);
   EXPECT_EQ(refusal(written("open", good)), "");
+}
+
+TEST_F(TokenFileTest, IsRefusedWhereItCanBeGuessed) {
+  std::string few;  // 11 values
+  for (int i = 0; i < 32; ++i) few += static_cast<char>('a' + i % 11);
+  for (const std::string& guessable :
+       {std::string(32, '\0'), std::string(32, 'x'), few, std::string("password") + std::string(24, '\n')})
+    EXPECT_NE(refusal(written("guessable", guessable)).find("hardly random; make one with: brachy token"),
+              std::string::npos);
+  few.back() = 'z';
+  EXPECT_EQ(refusal(written("enough", few)), "");
 }
 
 TEST_F(TokenFileTest, OfAnotherUserIsRefused) {

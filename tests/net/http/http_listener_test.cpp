@@ -109,6 +109,8 @@ TEST_F(HttpListenerTest, OtherMethodsPathsAndBodiesAreRefusedInWords) {
   EXPECT_EQ(get("*").status, 400);
   EXPECT_EQ(get("/", "Content-Length: 3\r\n").status, 413);
   EXPECT_EQ(get("/", "Transfer-Encoding: chunked\r\n").status, 413);
+  for (const char* unknown : {"xchunked", "gzip", "chunked, identity", "chunkedx", "identity"})
+    EXPECT_EQ(get("/", std::string("Transfer-Encoding: ") + unknown + "\r\n").status, 501) << unknown;
   EXPECT_EQ(get("/", "Content-Length: 0\r\n").status, 200);
   HttpReply no_upgrade = get("/ws");
   EXPECT_EQ(no_upgrade.status, 426);
