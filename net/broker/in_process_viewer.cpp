@@ -19,7 +19,7 @@ void InProcessViewer::start(std::shared_ptr<ConnectionListener> listener) {
     if (!server) return;
     HelloMessage hello;
     hello.role = Role::kViewer;
-    hello.subscription = kSubscribePoseHistory | kSubscribeScene;
+    hello.subscription = kSubscribePoseHistory | kSubscribeScene | kSubscribePlan;
     hello.name = self->name_;
     Bytes bytes;
     encode(hello, 1, self->clock_.now_ns(), bytes);

@@ -1,15 +1,20 @@
 // Viewers behind `brachy relay`: brachyd, a real nats-server, relays and viewers, any of which is killed.
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/tcp.hpp>
+#include <cmath>
 #include <csignal>
 #include <cstring>
 #include <map>
 #include <optional>
+#include <string>
+#include <thread>
+#include <vector>
 
 #include "net/broker/chunks.h"
 #include "net/broker/nats_link.h"
 #include "test_paths.h"
 #include "tests/apps/apps_testing.h"
+#include "tests/apps/http_get.h"
 #include "tests/apps/peer.h"
 #include "tests/apps/running_brachyd.h"
 #include "tests/net/http/websocket_peer.h"
@@ -238,6 +243,108 @@ TEST_F(RelayTest, AnotherDaemonsViewersComeToTheSamePort) {
   Peer beside(net::Role::kViewer, 0, true), behind(net::Role::kViewer, 0, true);
   ASSERT_TRUE(beside.join(brachyd->port) && behind.join(relay.port));
   EXPECT_TRUE(have_the_same_mesh(beside, behind));
+}
+
+/// The number that a page of the relay's shows behind `name`; NaN: none.
+double metric(std::uint16_t http_port, const std::string& name) {
+  try {
+    const std::string page = http_get(http_port, "/metrics");
+    const std::size_t at = page.find("\n" + name + " ");
+    return at == page.npos ? NAN : std::stod(page.substr(at + 1 + name.size()));
+  } catch (const boost::system::system_error&) {  // between two daemons nobody listens
+    return NAN;
+  }
+}
+
+std::uint16_t http_port_of(Relay& relay) {
+  const auto line = relay.process.read_line();
+  if (!line || !line->starts_with("http on 127.0.0.1:")) ADD_FAILURE() << line.value_or("none");
+  return static_cast<std::uint16_t>(std::stoi(line->substr(line->rfind(':') + 1)));
+}
+
+TEST_F(RelayTest, ItTellsItsHealthAndWhatItCarries) {
+  std::optional<RunningBrachyd> brachyd(std::in_place, scene, needle());
+  Relay relay(*broker);
+  ASSERT_TRUE(relay.listens());
+  const std::uint16_t http = http_port_of(relay);
+  EXPECT_TRUE(http_get(http, "/healthz").starts_with("HTTP/1.1 200"));
+  Peer behind(net::Role::kViewer, 0, true);
+  ASSERT_TRUE(behind.join(relay.port));
+  ASSERT_TRUE(behind.until([&] { return behind.frames.size() > 5; }));
+  EXPECT_EQ(metric(http, "brachy_relay_viewers"), 1);
+  EXPECT_EQ(metric(http, "brachy_relay_simulations"), 1);
+  EXPECT_GT(metric(http, "brachy_relay_frames_total"), 5);
+  EXPECT_GT(metric(http, "process_resident_memory_bytes"), 1e6);
+  broker->kill();
+  EXPECT_TRUE(behind.until(
+      [&] { return http_get(http, "/healthz").find("no connection to the broker") != std::string::npos; }));
+  EXPECT_TRUE(http_get(http, "/healthz").starts_with("HTTP/1.1 503"));
+}
+
+TEST_F(RelayTest, APlanIsCarriedToWhoAsksForIt) {
+  const std::string planned =
+      folder.write("planned.toml", read_file(scene) + "[plan]\nfile = \"" BRACHY_CONFIG_DIR "/plan.toml\"\n");
+  RunningBrachyd brachyd(planned, needle());
+  Relay relay(*broker);
+  ASSERT_TRUE(relay.listens());
+  Peer desk(net::Role::kOperator, net::kSubscribePlan), behind(net::Role::kViewer, net::kSubscribePlan);
+  ASSERT_TRUE(desk.join(brachyd.port) && behind.join(relay.port));
+  ASSERT_TRUE(behind.until([&] { return desk.poll(), !behind.plans.empty() && !desk.plans.empty(); }));
+  EXPECT_EQ(behind.plans.back().needles.size(), desk.plans.back().needles.size());
+  net::PlanMessage edit;
+  edit.kind = net::PlanKind::kEdited;
+  edit.needles = {{0, false, 0, 90, "G7", "s-s-s"}};
+  ASSERT_TRUE(desk.until([&] { return !desk.frames.empty(); }));
+  desk.client.send(edit);
+  EXPECT_TRUE(behind.until([&] { return desk.poll(), behind.plans.back().change == 1; }));
+  Peer late(net::Role::kViewer, net::kSubscribePlan);
+  ASSERT_TRUE(late.join(relay.port));
+  ASSERT_TRUE(late.until([&] { return desk.poll(), !late.plans.empty(); }));
+  EXPECT_EQ(late.plans.back().needles.at(0).hole, "G7");
+}
+
+// Publishers that change faster than once a second left a simulation each, until there was one in a second: 1.8 GB.
+TEST_F(RelayTest, DaemonsThatChangeQuicklyLeaveNothingBehind) {
+  RunningBrachyd brachyd(scene, needle());
+  Relay relay(*broker);
+  net::BrokerOptions options;
+  options.url = broker->url();
+  net::NatsLink link(options, options.stream_subject());
+  ASSERT_TRUE(relay.listens());
+  const std::uint16_t http = http_port_of(relay);
+  // An epoch up to its first FRAME, which is said again by daemons that nobody has heard of.
+  ASSERT_TRUE(link.publish(options.ask_subject(), {}));
+  std::vector<net::Bytes> epoch;
+  net::ChunkAssembler chunks(1u << 26);
+  for (bool has_frame = false; !has_frame;) {
+    const auto payload = link.next(kDeadline);
+    ASSERT_TRUE(payload);
+    const auto taken = chunks.take(*payload);
+    if (taken == net::ChunkAssembler::Taken::kLeftOut || taken == net::ChunkAssembler::Taken::kLost) {
+      epoch.clear();
+      continue;
+    }
+    epoch.push_back(*payload);
+    has_frame = taken == net::ChunkAssembler::Taken::kMessage &&
+                chunks.message().header.type == net::MessageType::kFrame;
+  }
+  brachyd.process.send_signal(SIGTERM);
+  brachyd.process.wait();
+  double before = 0;
+  for (int daemon = 1; daemon <= 400; ++daemon) {
+    for (net::Bytes& payload : epoch) {
+      std::memcpy(payload.data() + 8, &daemon, sizeof daemon);  // the publisher
+      ASSERT_TRUE(link.publish(options.stream_subject(), payload));
+    }
+    if (daemon % 100 != 0) continue;
+    ASSERT_TRUE(wait_until([&] { return metric(http, "brachy_relay_daemons_total") > daemon; },
+                           [] { std::this_thread::sleep_for(kTurn); }));
+    EXPECT_LE(metric(http, "brachy_relay_simulations"), 3);
+    const double bytes = metric(http, "process_resident_memory_bytes");
+    if (daemon == 100) before = bytes;
+    EXPECT_LT(bytes - before, 20e6) << daemon;
+    RecordProperty("relay_mb_" + std::to_string(daemon), std::to_string(1e-6 * bytes));
+  }
 }
 
 TEST_F(RelayTest, WhatIsMissingOrMakesNoSenseIsAskedForAnew) {

@@ -1,4 +1,5 @@
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <boost/asio/executor_work_guard.hpp>
 #include <boost/asio/io_context.hpp>
@@ -8,14 +9,15 @@
 #include <boost/asio/thread_pool.hpp>
 #include <cmath>
 #include <csignal>
+#include <deque>
 #include <exception>
+#include <fstream>
 #include <future>
 #include <iostream>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <thread>
 #include <utility>
-#include <vector>
 
 #include "apps/command_line/option_groups.h"
 #include "apps/command_line/tool.h"
@@ -175,6 +177,7 @@ class Relay {
     if (publisher_ != message.chunk.publisher) switch_publisher(message.chunk.publisher);
     arrivals_.add(message.header.stamp_ns, monotonic_ns());
     ++messages_taken_;
+    heard_ns_ = monotonic_ns();
     bytes_ += net::kHeaderSize + message.body.size();
     if (message.header.type == net::MessageType::kDose) {  // sent again whenever a relay requests the state
       if (std::ranges::equal(dose_body_, message.body)) return {};
@@ -194,11 +197,12 @@ class Relay {
     welcome_.reset();
     topology_.reset();
     scene_.reset();
+    plan_.reset();
     dose_.reset();
     dose_body_.clear();
     if (!stage_) return;
     say("another daemon publishes the session");
-    ending_.push_back(std::move(stage_));
+    replaced_ = std::move(stage_);  // its viewers see the last picture until there is another
   }
 
   net::MessageHandlers message_handlers() {
@@ -219,6 +223,10 @@ class Relay {
     h.on_dose = [this](const net::DoseMessage& dose) {
       dose_ = dose;
       if (stage_) stage_->server.publish(dose);
+    };
+    h.on_plan = [this](const net::PlanMessage& plan) {
+      plan_ = plan;
+      if (stage_) stage_->server.publish(plan);
     };
     h.on_state = [this](const net::StateMessage& state) { state_ = state; };
     h.on_event = [this](const net::EventMessage& event) {
@@ -245,17 +253,21 @@ class Relay {
     return h;
   }
 
-  /// Frees the port at once, so that reconnecting viewers find the new simulation there.
-  void clear_stage() {
-    for (const auto& stage : ending_) stop(*stage);
-    clear_timer_.expires_after(2 * server_options_.drain_timeout);
-    clear_timer_.async_wait([this](const auto& error) {
-      if (!error) ending_.clear();
+  /// Frees the port at once, so that reconnecting viewers find the new simulation there. The old ones' viewers get the
+  /// reason within the drain timeout; where daemons come faster, the oldest viewers are closed without.
+  void retire_replaced() {
+    constexpr std::size_t kMostRetired = 2;
+    stop(*replaced_);
+    retired_.push_back(std::move(replaced_));
+    if (retired_.size() > kMostRetired) retired_.pop_front();
+    retire_timer_.expires_after(2 * server_options_.drain_timeout);
+    retire_timer_.async_wait([this](const auto& error) {
+      if (!error) retired_.clear();
     });
   }
 
   void open() {
-    if (!ending_.empty()) clear_stage();
+    if (replaced_) retire_replaced();
     net::ServerOptions o = server_options_;
     o.needles = welcome_->needle_count;
     o.deformation_hz = welcome_->deformation_hz;
@@ -275,12 +287,14 @@ class Relay {
     if (options_.http_port) {
       net::HttpOptions http;
       http.port = http_port_.value_or(static_cast<std::uint16_t>(*options_.http_port));
+      http.pages = pages();
       net::ServedFiles files = viewer_files();
       if (!files.has_viewer()) say("the viewer is not built: browsers get a page with the instructions");
       stage_->http.emplace(io_, server, std::move(http), std::move(files), [](const std::string&) {});
       http_port_ = stage_->http->port();
     }
     if (scene_) server.set_scene(*scene_);
+    if (plan_) server.publish(*plan_);
     if (dose_) server.publish(*dose_);
     if (!is_first) return;
     std::cout << "brachy relay listening on " << server.address() << ":" << server.port() << std::endl;
@@ -288,7 +302,60 @@ class Relay {
       std::cout << (o.tls ? "https on " : "http on ") << server.address() << ":" << *http_port_ << std::endl;
   }
 
+  net::DynamicPages pages() {
+    net::DynamicPages pages;
+    pages["/healthz"] = {false, [this] {
+                           const std::string failure = this->failure();
+                           return net::DynamicPage::Content{failure.empty() ? 200 : 503,
+                                                            "text/plain; charset=utf-8",
+                                                            (failure.empty() ? "ok" : failure) + "\n"};
+                         }};
+    pages["/metrics"] = {
+        true, [this] {
+          return net::DynamicPage::Content{200, "text/plain; version=0.0.4; charset=utf-8", metrics()};
+        }};
+    return pages;
+  }
+
+  /// Why viewers do not see what the daemon does now; "": they do.
+  std::string failure() const {
+    // A daemon with nothing new still sends its STATE twice a second.
+    constexpr std::int64_t kSilenceNs = 5'000'000'000;
+    if (!is_connected_) return "no connection to the broker";
+    if (monotonic_ns() - heard_ns_ >= kSilenceNs) return "the daemon has sent nothing for 5 s";
+    return {};
+  }
+
+  std::string metrics() const {
+    std::string text;
+    const auto add = [&](const char* name, const char* type, const char* help, double value) {
+      text += fmt::format("# HELP {0} {1}\n# TYPE {0} {2}\n{0} {3}\n", name, help, type, value);
+    };
+    const auto count = [&](const char* name, const char* help, std::uint64_t value) {
+      add(name, "counter", help, static_cast<double>(value));
+    };
+    double total_pages = 0, resident_pages = 0;
+    std::ifstream("/proc/self/statm") >> total_pages >> resident_pages;
+    add("brachy_relay_viewers", "gauge", "Connected viewers.",
+        static_cast<double>(stage_ ? stage_->server.client_count() : 0));
+    add("brachy_relay_simulations", "gauge",
+        "Simulations in memory: of the daemon, and of those before it whose viewers are being closed.",
+        static_cast<double>(retired_.size() + (stage_ ? 1 : 0) + (replaced_ ? 1 : 0)));
+    count("brachy_relay_messages_total", "Messages of daemons.", messages_taken_);
+    count("brachy_relay_bytes_total", "Bytes of them.", bytes_);
+    count("brachy_relay_frames_total", "Snapshots among them.", frames_);
+    count("brachy_relay_asked_total", "Times the full state was requested, because messages were missing.",
+          asked_);
+    count("brachy_relay_connections_total", "Connections to the broker.", connections_);
+    count("brachy_relay_daemons_total", "Daemons that have published the session, restarted ones too.",
+          daemons_);
+    add("process_resident_memory_bytes", "gauge", "Resident memory.",
+        resident_pages * static_cast<double>(sysconf(_SC_PAGESIZE)));
+    return text;
+  }
+
   void on_broker(bool is_connected, const std::string& why) {
+    is_connected_ = is_connected;
     say((is_connected ? "connected to " : "no connection to ") + net::shown_url(broker_) +
         (why.empty() ? "" : ": ") + why);
     connections_ += is_connected;
@@ -319,10 +386,10 @@ class Relay {
     if (std::exchange(is_ending_, true)) return;
     signals_.cancel();
     duration_.cancel();
-    clear_timer_.cancel();
+    retire_timer_.cancel();
     feed_.request_stop();
     if (stage_) stop(*stage_);
-    for (const auto& stage : ending_) stop(*stage);
+    if (replaced_) stop(*replaced_);
   }
 
   void report() const {
@@ -350,7 +417,7 @@ class Relay {
   std::optional<asio::thread_pool> handshakes_;
   asio::executor_work_guard<asio::io_context::executor_type> work_{io_.get_executor()};
   asio::signal_set signals_{io_, SIGINT, SIGTERM};
-  asio::steady_timer duration_{io_}, clear_timer_{io_};
+  asio::steady_timer duration_{io_}, retire_timer_{io_};
   std::exception_ptr failure_;
   bool is_ending_ = false, was_opened_ = false;
   bool is_missed_ = false;  // viewers have been notified that messages are missing
@@ -362,12 +429,16 @@ class Relay {
   std::optional<net::WelcomeMessage> welcome_;
   std::optional<net::TopologyMessage> topology_;
   std::optional<net::SceneMessage> scene_;
+  std::optional<net::PlanMessage> plan_;
   std::optional<net::DoseMessage> dose_;
   net::Bytes dose_body_;
   net::StateMessage state_;
 
-  std::unique_ptr<Stage> stage_;  // null: no frame yet
-  std::vector<std::unique_ptr<Stage>> ending_;
+  std::unique_ptr<Stage> stage_;                // null: no frame yet
+  std::unique_ptr<Stage> replaced_;             // of the daemon before, until there is a frame; null: none
+  std::deque<std::unique_ptr<Stage>> retired_;  // stopped
+  bool is_connected_ = false;                   // to the broker
+  std::int64_t heard_ns_ = 0;                   // when the daemon's last message came
   std::uint64_t messages_taken_ = 0, bytes_ = 0, frames_ = 0, asked_ = 0, connections_ = 0, daemons_ = 0;
   std::jthread feed_;
 };
@@ -419,8 +490,9 @@ Tool relay_tool() {
   brachy relay --nats tls://TOKEN@broker.example:4222 --nats-ca ca.pem --session theatre-2 --address 0.0.0.0 \
     --token-file viewer.token --tls-certificate relay.pem --tls-key relay.key
 Viewers receive the same messages as from the daemon (net/PROTOCOL.md) and can only watch: devices and
-operators connect to the daemon. Once the session is found, the first line of output is: brachy relay listening
-on ADDRESS:PORT. While the broker or the daemon is away, the relay waits.
+operators connect to the daemon. With --http-port there are /healthz and /metrics. Once the session is found,
+the first line of output is: brachy relay listening on ADDRESS:PORT. While the broker or the daemon is away, the
+relay waits.
 Exit codes: 0 ended by Ctrl-C or --duration, 1 failed while running, 2 bad usage, or the port is in use.)",
       declare, run);
 }
