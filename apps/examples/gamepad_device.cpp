@@ -53,8 +53,8 @@ class Gamepad final : public HandDevice {
   bool exchange(const Vec3&, HandReading& reading) override {
     if (!update()) return false;
     // Up on a stick is negative: pushed away from the user, the right one pushes the needle in.
-    X_DN_.p += Vec3(deflection(ABS_X), deflection(ABS_Y), -deflection(ABS_RY)) * kSpeedMmPerS / kRateHz;
-    reading = {X_DN_, is_down_};
+    p_DN_ += Vec3(deflection(ABS_X), deflection(ABS_Y), -deflection(ABS_RY)) * kSpeedMmPerS / kRateHz;
+    reading = {p_DN_, std::nullopt, is_down_};
     return true;
   }
 
@@ -83,7 +83,7 @@ class Gamepad final : public HandDevice {
   bool is_played_ = false, is_down_ = false;
   std::map<unsigned, std::pair<double, double>> ranges_;
   std::map<unsigned, double> at_;
-  RigidTransform X_DN_;
+  Vec3 p_DN_ = Vec3::Zero();  // right, down, in
 };
 
 }  // namespace
@@ -91,6 +91,7 @@ class Gamepad final : public HandDevice {
 int main(int argc, char** argv) try {
   AdapterLine line = adapter_line(argc, argv, kUsage, {"--input"});
   if (!line.own.contains("--input")) throw UserError(kUsage);
+  line.mapping.R_WD = device_in_world(Vec3::UnitX(), -Vec3::UnitY());
   Gamepad device(line.own["--input"]);
   return run_hand_adapter(device, line);
 } catch (const std::exception& e) {

@@ -5,12 +5,14 @@
 #include <boost/asio/signal_set.hpp>
 #include <charconv>
 #include <chrono>
+#include <cmath>
 #include <csignal>
 #include <cstdio>
 #include <thread>
 #include <vector>
 
 #include "core/base/error.h"
+#include "core/base/number_text.h"
 #include "core/realtime/deadline.h"
 #include "net/access/token_file.h"
 #include "net/client/client.h"
@@ -18,20 +20,40 @@
 namespace brachy {
 namespace {
 
-std::vector<double> numbers_in(const std::string& text, std::size_t count, const std::string& usage) {
+/// `count` finite numbers with commas between them.
+std::vector<double> numbers_in(const std::string& option, const std::string& text, std::size_t count) {
   std::vector<double> numbers;
   const char* at = text.data();
   const char* const end = at + text.size();
-  while (numbers.size() < count) {
+  for (bool is_good = true; is_good && numbers.size() < count;) {
     double number = 0;
     const auto [last, error] = std::from_chars(at, end, number);
-    if (error != std::errc()) throw UserError(usage);
-    numbers.push_back(number);
+    is_good = error == std::errc() && std::isfinite(number);
+    if (is_good) numbers.push_back(number);
     at = last;
-    if (at != end && *at == ',') ++at;
+    if (numbers.size() < count) is_good = is_good && at != end && *at++ == ',';
   }
-  if (at != end) throw UserError(usage);
+  if (numbers.size() < count || at != end)
+    throw UserError(option + " " + text + ": expected " +
+                    (count == 1 ? "a number" : std::to_string(count) + " numbers with commas between them"));
   return numbers;
+}
+
+double number_in(const std::string& option, const std::string& text, double least, double most) {
+  const double number = numbers_in(option, text, 1)[0];
+  if (number < least || number > most)
+    throw UserError(option + " " + text + ": expected " + text_of(least) + " to " + text_of(most));
+  return number;
+}
+
+std::uint16_t whole_number_in(const std::string& option, const std::string& text, std::uint16_t least,
+                              std::uint16_t most) {
+  std::uint16_t number = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+  if (error != std::errc() || end != text.data() + text.size() || number < least || number > most)
+    throw UserError(option + " " + text + ": expected a whole number from " + std::to_string(least) + " to " +
+                    std::to_string(most));
+  return number;
 }
 
 /// Where the time of cycles is kept, and told at the end.
@@ -108,7 +130,7 @@ class Adapter {
       return false;
     }
     if (!is_welcome_ || !loss_.empty()) return true;
-    client_.send_pose(cycle->X_WN, now_ns);
+    if (cycle->X_WN) client_.send_pose(*cycle->X_WN, now_ns);
     if (cycle->button) client_.press(*cycle->button);
     return true;
   }
@@ -163,19 +185,19 @@ AdapterLine adapter_line(int argc, char** argv, const std::string& usage,
   const std::size_t colon = server.rfind(':');
   if (colon == std::string::npos || argc % 2 != 0) throw UserError(usage);
   line.host = server.substr(0, colon);
-  line.port = static_cast<std::uint16_t>(numbers_in(server.substr(colon + 1), 1, usage)[0]);
+  line.port = whole_number_in("port", server.substr(colon + 1), 1, 65535);
   for (int i = 2; i + 1 < argc; i += 2) {
     const std::string option = argv[i], value = argv[i + 1];
     if (option == "--token") {
       line.token = net::load_token(value);
     } else if (option == "--needle") {
-      line.needle = static_cast<std::uint16_t>(numbers_in(value, 1, usage)[0]);
+      line.needle = whole_number_in(option, value, 0, 1023);
     } else if (option == "--seconds") {
-      line.seconds = numbers_in(value, 1, usage)[0];
+      line.seconds = number_in(option, value, 0, 1e9);
     } else if (option == "--scale") {
-      line.mapping.scale = numbers_in(value, 1, usage)[0];
+      line.mapping.scale = number_in(option, value, 0.01, 100);
     } else if (option == "--start") {
-      line.mapping.start_tip_mm = Vec3(numbers_in(value, 3, usage).data());
+      line.mapping.start_tip_mm = Vec3(numbers_in(option, value, 3).data());
     } else if (own_options.contains(option)) {
       line.own[option] = value;
     } else {

@@ -24,7 +24,8 @@ struct AdapterLine {
   std::map<std::string, std::string> own;
 };
 
-/// Throws UserError that begins with `usage` where the words are none of these.
+/// Throws UserError with `usage` where the words are none of these, and with the option and its limits where a value is
+/// out of them (port 1 to 65535, needle 0 to 1023, scale 0.01 to 100).
 AdapterLine adapter_line(int argc, char** argv, const std::string& usage,
                          const std::set<std::string>& own_options);
 

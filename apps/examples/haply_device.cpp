@@ -12,6 +12,9 @@
 #include <chrono>
 #include <cstdio>
 #include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <utility>
 
 #include "apps/examples/hand_adapter.h"
 #include "core/base/error.h"
@@ -30,86 +33,163 @@ constexpr const char* kUsage =
 constexpr double kMmPerM = 1000;
 constexpr double kMaxForceN = 8;  // what the Inverse3 renders for longer than a moment
 constexpr auto kLongestAnswer = std::chrono::milliseconds(20);
+constexpr auto kLongestFirst = std::chrono::milliseconds(2000);
+constexpr auto kLongestHandshake = std::chrono::milliseconds(200);
+constexpr auto kRetry = std::chrono::seconds(1);
 
-/// The service's x is right, y away from the user, z up; the needle goes in along the world's +z, away from the user.
-Mat3 inverse3_in_world() {
-  Mat3 R;
-  R << 1, 0, 0, 0, 0, -1, 0, 1, 0;
-  return R;
+/// The service's words for a device: a text, or in some versions a number.
+std::string text_of_id(const Json& id) {
+  return id.is_string() ? id.get<std::string>() : id.dump();
 }
 
+/// Whatever the service sends, late, about other devices, or of another kind altogether, the device is only not there
+/// until its next state; a service that ended is tried again.
 class Inverse3 final : public HandDevice {
  public:
-  Inverse3(const std::string& service, std::string dialect, std::string device)
-      : dialect_(std::move(dialect)), device_(std::move(device)) {
-    const std::size_t colon = service.rfind(':');
-    boost::system::error_code error;
-    asio::ip::tcp::resolver resolver(io_);
-    if (colon != std::string::npos) {
-      const auto found = resolver.resolve(service.substr(0, colon), service.substr(colon + 1), error);
-      if (!error) asio::connect(beast::get_lowest_layer(stream_).socket(), found, error);
-      if (!error) beast::get_lowest_layer(stream_).socket().set_option(asio::ip::tcp::no_delay(true), error);
-      if (!error) stream_.handshake(service, "/", error);
-    }
-    if (colon == std::string::npos || error)
-      throw UserError("no Haply service at " + service + " (" + error.message() +
+  Inverse3(std::string service, std::string dialect, const std::string& device)
+      : service_(std::move(service)), dialect_(std::move(dialect)), wanted_(device) {
+    if (const std::string why = connect(); !why.empty())
+      throw UserError("no Haply service at " + service_ + " (" + why +
                       "): start it, or name it by --service");
     HandReading first;
-    if (!read(first))
-      throw UserError("the Haply service at " + service +
+    if (!read_newest(first, kLongestFirst))
+      throw UserError("the Haply service at " + service_ +
                       " sends no state of an Inverse3: is one plugged in?");
   }
 
   HandDeviceFacts facts() const override { return {"haply_device", kMaxForceN, 0.0005, 1000}; }
 
   bool exchange(const Vec3& force_n, HandReading& reading) override {
+    if (!stream_ && !connect_again()) return true;
     const Json vector{{"x", force_n.x()}, {"y", force_n.y()}, {"z", force_n.z()}};
     const Json command{
-        {"inverse3", Json::array({{{"device_id", device_},
-                                   {"commands", {{"set_cursor_force", {{dialect_, vector}}}}}}})}};
+        {"inverse3",
+         Json::array({{{"device_id", id_}, {"commands", {{"set_cursor_force", {{dialect_, vector}}}}}}})}};
     const std::string text = command.dump();
     boost::system::error_code error;
-    stream_.write(asio::buffer(text), error);
-    return !error && read(reading);
+    stream_->write(asio::buffer(text), error);
+    if (error) lose("the service does not read: " + error.message());
+    note(stream_ && read_newest(reading));
+    return true;
   }
 
  private:
-  /// One message of the service; false: none within kLongestAnswer, or it is none of an Inverse3.
-  bool read(HandReading& reading) {
-    beast::flat_buffer buffer;
-    bool has_come = false;
-    stream_.async_read(buffer,
-                       [&](const boost::system::error_code& error, std::size_t) { has_come = !error; });
-    io_.restart();
-    io_.run_for(kLongestAnswer);
-    if (!has_come) {
-      beast::get_lowest_layer(stream_).cancel();
-      io_.restart();
-      io_.run();  // what waited ends here, before the buffer does
-      return false;
+  using Stream = beast::websocket::stream<beast::tcp_stream>;
+  using TimePoint = std::chrono::steady_clock::time_point;
+
+  /// "", or why not.
+  std::string connect() {
+    const std::size_t colon = service_.rfind(':');
+    if (colon == std::string::npos) return "it is no HOST:PORT";
+    boost::system::error_code error;
+    const auto found =
+        asio::ip::tcp::resolver(io_).resolve(service_.substr(0, colon), service_.substr(colon + 1), error);
+    stream_.emplace(io_);
+    auto& socket = beast::get_lowest_layer(*stream_).socket();
+    if (!error) asio::connect(socket, found, error);
+    if (!error) socket.set_option(asio::ip::tcp::no_delay(true), error);
+    if (!error) {
+      error = asio::error::timed_out;
+      stream_->async_handshake(service_, "/", [&](const boost::system::error_code& e) { error = e; });
+      run_for(kLongestHandshake);
+      if (error == asio::error::timed_out) cancel();
     }
-    const Json state = Json::parse(beast::buffers_to_string(buffer.data()), nullptr, false);
-    return !state.is_discarded() && take(state, reading);
+    if (error) {
+      stream_.reset();
+      return error.message();
+    }
+    buffer_.clear();
+    read_next();
+    return "";
   }
 
-  bool take(const Json& message, HandReading& reading) {
-    const Json none;
-    const Json& devices = message.contains("inverse3") ? message["inverse3"] : none;
-    for (const Json& one : devices) {
-      const std::string id = one.value("device_id", "");
-      if (device_.empty()) device_ = id;
+  bool connect_again() {
+    const auto now = std::chrono::steady_clock::now();
+    if (now - tried_ < kRetry) return false;
+    tried_ = now;
+    if (!connect().empty()) return false;
+    std::fprintf(stderr, "haply_device: the service is there again\n");
+    return true;
+  }
+
+  void lose(const std::string& why) {
+    std::fprintf(stderr, "haply_device: %s; no force until it is there again\n", why.c_str());
+    cancel();
+    stream_.reset();
+    tried_ = std::chrono::steady_clock::now();
+  }
+
+  /// Says once that the device's states end and when they come again.
+  void note(bool is_there) {
+    if (is_there == is_there_) return;
+    if (stream_)
+      std::fprintf(
+          stderr, "haply_device: %s\n",
+          is_there ? "the device is there again" : "the device sends no state; no force until it does");
+    is_there_ = is_there;
+  }
+
+  void run_for(std::chrono::milliseconds time) {
+    io_.restart();
+    io_.run_for(time);
+  }
+  /// What waits on the stream ends here, before the stream does.
+  void cancel() {
+    beast::get_lowest_layer(*stream_).close();
+    io_.restart();
+    io_.run();
+  }
+
+  /// Reads on, across cycles: a state that is late for its own is there for the next.
+  void read_next() {
+    stream_->async_read(buffer_, [this](const boost::system::error_code& error, std::size_t) {
+      if (error) {
+        read_error_ = error;
+        return;
+      }
+      const Json message = Json::parse(beast::buffers_to_string(buffer_.data()), nullptr, false);
+      buffer_.consume(buffer_.size());
+      if (auto reading = reading_of(message)) newest_ = reading;
+      read_next();
+    });
+  }
+
+  /// The newest state of the device; false: none has come within `wait`.
+  bool read_newest(HandReading& reading, std::chrono::milliseconds wait = kLongestAnswer) {
+    newest_.reset();
+    read_error_ = {};
+    const TimePoint end = std::chrono::steady_clock::now() + wait;
+    io_.restart();
+    while (!newest_ && !read_error_ && io_.run_one_until(end) > 0) {
+    }
+    io_.poll();  // what waits besides is newer
+    if (newest_) reading = *newest_;
+    const bool has_come = newest_.has_value();
+    if (read_error_) lose("the service ended: " + read_error_.message());
+    return has_come;
+  }
+
+  /// nullopt: the message holds no state of the device.
+  std::optional<HandReading> reading_of(const Json& message) {
+    if (!message.is_object() || !message.contains("inverse3")) return std::nullopt;
+    for (const Json& one : message["inverse3"]) {
+      if (!one.is_object() || !one.contains("device_id")) continue;
+      const Json& id = one["device_id"];
+      if (wanted_.empty()) wanted_ = text_of_id(id);
       const Json::json_pointer position("/state/cursor_position");
-      if (id != device_ || !one.contains(position)) continue;
+      if (text_of_id(id) != wanted_ || !one.contains(position)) continue;
       const Json& p = one[position];
+      HandReading reading;
       for (int i = 0; i < 3; ++i) {
         const char axis[] = {"xyz"[i], 0};
-        if (!p.contains(axis) || !p[axis].is_number()) return false;
-        reading.X_DN.p[i] = kMmPerM * p[axis].get<double>();
+        if (!p.is_object() || !p.contains(axis) || !p[axis].is_number()) return std::nullopt;
+        reading.p_DN[i] = kMmPerM * p[axis].get<double>();
       }
+      id_ = id;
       reading.button = button_of(message);
-      return true;
+      return reading;
     }
-    return false;
+    return std::nullopt;
   }
 
   /// Of a VerseGrip, whichever the service has.
@@ -119,15 +199,21 @@ class Inverse3 final : public HandDevice {
         for (const Json& grip : message[grips])
           for (const char* place : {"/state/buttons/a", "/state/button"})
             if (const Json::json_pointer at(place);
-                grip.contains(at) && grip[at].is_boolean() && grip[at].get<bool>())
+                grip.is_object() && grip.contains(at) && grip[at].is_boolean() && grip[at].get<bool>())
               return true;
     return false;
   }
 
+  const std::string service_, dialect_;
+  std::string wanted_;  // the device's id; empty: the first
+  Json id_ = "";        // the same as the service writes it
   asio::io_context io_{1};
-  beast::websocket::stream<beast::tcp_stream> stream_{io_};
-  const std::string dialect_;
-  std::string device_;  // its id; empty: the first
+  beast::flat_buffer buffer_;
+  std::optional<Stream> stream_;  // none: not connected
+  std::optional<HandReading> newest_;
+  boost::system::error_code read_error_;
+  TimePoint tried_{};  // to connect, last
+  bool is_there_ = true;
 };
 
 }  // namespace
@@ -139,7 +225,7 @@ int main(int argc, char** argv) try {
   };
   const std::string dialect = own("--dialect", "vector");
   if (dialect != "vector" && dialect != "values") throw UserError(kUsage);
-  line.mapping.R_WD = inverse3_in_world();
+  line.mapping.R_WD = device_in_world(Vec3::UnitX(), Vec3::UnitZ());  // x right, y away from the user, z up
   Inverse3 device(own("--service", "127.0.0.1:10001"), dialect, own("--device", ""));
   return run_hand_adapter(device, line);
 } catch (const std::exception& e) {

@@ -71,9 +71,11 @@ class SixAxes {
   bool is_played_ = false, is_down_ = false;
 };
 
-/// The cap's deflection is a speed. The device's frame is x right, y towards the user, z down: z pushes the needle in.
+/// The cap's deflection is a speed. The device's frame is x right, y towards the user, z down: z pushes the needle in,
+/// y lowers it on the screen. There the needle's +x, the patient's right, is on the left: the cap's axes are the
+/// needle's, turned by half a turn about z.
 RigidTransform moved(const RigidTransform& X_WN, const SixAxes& axes, double dt_s) {
-  const Vec3 push(axes.at[0], axes.at[1], axes.at[2]), turn(axes.at[3], axes.at[4], axes.at[5]);
+  const Vec3 push(-axes.at[0], -axes.at[1], axes.at[2]), turn(-axes.at[3], -axes.at[4], axes.at[5]);
   const double angle = turn.norm() * kTurnRadPerS * dt_s;
   RigidTransform X_NM;  // the needle's step, in its own frame
   X_NM.p = push * kSpeedMmPerS * dt_s;

@@ -6,7 +6,11 @@
 namespace brachy {
 
 HandLoop::HandLoop(HandDevice& device, const HandMapping& mapping)
-    : device_(device), mapping_(mapping), local_({device.facts().max_force_n}) {}
+    : device_(device),
+      mapping_(mapping),
+      local_({device.facts().max_force_n}),
+      first_tip_mm_(mapping.start_tip_mm),
+      tip_mm_(mapping.start_tip_mm) {}
 
 std::optional<HandLoop::Cycle> HandLoop::run(std::int64_t now_ns) {
   HandReading reading;
@@ -15,16 +19,28 @@ std::optional<HandLoop::Cycle> HandLoop::run(std::int64_t now_ns) {
     force_n_.setZero();
     return std::nullopt;
   }
-  if (!first_mm_) first_mm_ = reading.X_DN.p;
   Cycle cycle;
-  cycle.X_WN.p = mapping_.start_tip_mm + mapping_.scale * (mapping_.R_WD * (reading.X_DN.p - *first_mm_));
-  cycle.X_WN.R = mapping_.R_WD * reading.X_DN.R;
-  if (reading.button != button_) cycle.button = button_ = reading.button;
+  cycle.X_WN = place(reading, now_ns);
+  const bool is_down = cycle.X_WN && reading.button;  // a hand that is not there presses nothing
+  if (is_down != button_) cycle.button = button_ = is_down;
   // A tip that is not finite takes the force away, and so does the silence of a model that has expired.
-  const Vec3 tip = is_connected_ ? cycle.X_WN.p : Vec3::Constant(NAN);
+  const Vec3 tip = is_connected_ && cycle.X_WN ? cycle.X_WN->p : Vec3::Constant(NAN);
   force_n_ = local_.evaluate(tip, now_ns).force_n;
   cycle.force_n = force_n_;
   return cycle;
+}
+
+std::optional<RigidTransform> HandLoop::place(const HandReading& reading, std::int64_t now_ns) {
+  if (!reading.p_DN.allFinite() || (reading.R_DN && !reading.R_DN->allFinite())) return std::nullopt;
+  if (!first_mm_ || elapsed_ns(seen_ns_, now_ns) > kLongestAbsenceNs) {
+    first_mm_ = reading.p_DN;
+    first_tip_mm_ = tip_mm_;
+  }
+  seen_ns_ = now_ns;
+  RigidTransform X_WN;
+  X_WN.p = tip_mm_ = first_tip_mm_ + mapping_.scale * (mapping_.R_WD * (reading.p_DN - *first_mm_));
+  if (reading.R_DN) X_WN.R = mapping_.R_WD * *reading.R_DN;
+  return X_WN;
 }
 
 void HandLoop::take(const LocalContactModel& model, std::int64_t pose_stamp_ns, std::int64_t now_ns) {

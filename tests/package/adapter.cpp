@@ -9,7 +9,7 @@ namespace {
 struct StandsStill final : brachy::HandDevice {
   brachy::HandDeviceFacts facts() const override { return {"adapter", 3.3}; }
   bool exchange(const brachy::Vec3& force_n, brachy::HandReading& reading) override {
-    reading.X_DN.p = brachy::Vec3(1, 2, 3);
+    reading.p_DN = brachy::Vec3(1, 2, 3);
     return force_n.allFinite();
   }
 };

@@ -30,7 +30,7 @@ class ForceDimension final : public HandDevice {
   bool exchange(const Vec3& force_n, HandReading& reading) override {
     double x = 0, y = 0, z = 0;
     if (dhdGetPosition(&x, &y, &z) < 0) return false;
-    reading.X_DN.p = kMmPerM * Vec3(x, y, z);
+    reading.p_DN = kMmPerM * Vec3(x, y, z);
     reading.button = dhdGetButton(0) == DHD_ON;
     return dhdSetForce(force_n.x(), force_n.y(), force_n.z()) >= 0;
   }
@@ -44,8 +44,8 @@ int main(int argc, char** argv) try {
                    "usage: force_dimension_device HOST:PORT [--needle N] [--token FILE] [--scale S] "
                    "[--start X,Y,Z] [--seconds S]",
                    {});
-  // dhd's x points to the user, y to the right, z up; the needle goes in along the world's +z, away from the user.
-  line.mapping.R_WD << 0, 1, 0, 0, 0, -1, -1, 0, 0;
+  // dhd's x points to the user, y to the right, z up. Three axes: the needle points along the world's +z.
+  line.mapping.R_WD = device_in_world(Vec3::UnitY(), Vec3::UnitZ());
   ForceDimension device;
   return run_hand_adapter(device, line);
 } catch (const std::exception& e) {

@@ -50,12 +50,13 @@ class OpenHaptics final : public HandDevice {
     hdGetIntegerv(HD_CURRENT_BUTTONS, &buttons);
     hdSetDoublev(HD_CURRENT_FORCE, frame.force_n.data());
     hdEndFrame(hdGetCurrentDevice());
+    Mat3& R_DN = frame.reading->R_DN.emplace();
     for (int column = 0; column < 3; ++column)
-      for (int row = 0; row < 3; ++row) frame.reading->X_DN.R(row, column) = matrix[4 * column + row];
+      for (int row = 0; row < 3; ++row) R_DN(row, column) = matrix[4 * column + row];
     // The stylus points along its −z, the needle along +z.
-    frame.reading->X_DN.R.col(0) *= -1;
-    frame.reading->X_DN.R.col(2) *= -1;
-    frame.reading->X_DN.p = Vec3(matrix[12], matrix[13], matrix[14]);
+    R_DN.col(0) *= -1;
+    R_DN.col(2) *= -1;
+    frame.reading->p_DN = Vec3(matrix[12], matrix[13], matrix[14]);
     frame.reading->button = (buttons & HD_DEVICE_BUTTON_1) != 0;
     return HD_CALLBACK_DONE;
   }
@@ -71,8 +72,8 @@ int main(int argc, char** argv) try {
                    "usage: openhaptics_device HOST:PORT [--needle N] [--token FILE] [--scale S] "
                    "[--start X,Y,Z] [--seconds S]",
                    {});
-  // The device's x is right, y up, z to the user; the needle goes in along the world's +z, away from the user.
-  line.mapping.R_WD << 1, 0, 0, 0, -1, 0, 0, 0, -1;
+  // The device's x is right, y up, z to the user.
+  line.mapping.R_WD = device_in_world(Vec3::UnitX(), Vec3::UnitY());
   OpenHaptics device;
   return run_hand_adapter(device, line);
 } catch (const std::exception& e) {

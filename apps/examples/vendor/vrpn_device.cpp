@@ -39,9 +39,9 @@ class VrpnTracker final : public HandDevice {
  private:
   static void VRPN_CALLBACK on_pose(void* user, const vrpn_TRACKERCB report) {
     auto& self = *static_cast<VrpnTracker*>(user);
-    self.last_.X_DN.p = kMmPerM * Vec3(report.pos[0], report.pos[1], report.pos[2]);
+    self.last_.p_DN = kMmPerM * Vec3(report.pos[0], report.pos[1], report.pos[2]);
     const Eigen::Quaterniond q(report.quat[3], report.quat[0], report.quat[1], report.quat[2]);
-    self.last_.X_DN.R = q.normalized().toRotationMatrix();
+    self.last_.R_DN = q.normalized().toRotationMatrix();
   }
   static void VRPN_CALLBACK on_button(void* user, const vrpn_BUTTONCB report) {
     if (report.button == 0) static_cast<VrpnTracker*>(user)->last_.button = report.state != 0;

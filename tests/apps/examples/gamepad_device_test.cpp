@@ -52,7 +52,26 @@ TEST(GamepadDevice, SaysWhatIsWrong) {
   TempFolder folder;
   const std::string none = folder.write("none", "");
   EXPECT_TRUE(refused_in_one_line(run({"127.0.0.1:1", "--input", none}), {"127.0.0.1:1"}));
-  EXPECT_TRUE(refused_in_one_line(run({"127.0.0.1:1", "--input", none, "--start", "1,2"}), {"usage"}));
+  EXPECT_TRUE(refused_in_one_line(run({"127.0.0.1:1", "--input", none, "--start", "1,2"}),
+                                  {"--start 1,2: expected 3 numbers"}));
+  const std::vector<std::vector<std::string>> wrong = {{"127.0.0.1:99999"},
+                                                       {"127.0.0.1:0"},
+                                                       {"127.0.0.1:80x"},
+                                                       {"127.0.0.1:1", "--needle", "-1"},
+                                                       {"127.0.0.1:1", "--needle", "1.5"},
+                                                       {"127.0.0.1:1", "--needle", "65535"},
+                                                       {"127.0.0.1:1", "--scale", "0"},
+                                                       {"127.0.0.1:1", "--scale", "nan"},
+                                                       {"127.0.0.1:1", "--scale", "-1"},
+                                                       {"127.0.0.1:1", "--seconds", "inf"},
+                                                       {"127.0.0.1:1", "--start", "0,nan,0"},
+                                                       {"127.0.0.1:1", "--start", "1,2,3,4"},
+                                                       {"127.0.0.1:1", "--start", "1,2,3,"}};
+  for (std::vector<std::string> words : wrong) {
+    const std::string value = words.size() > 1 ? words[1] + " " + words[2] : words[0].substr(10);
+    words.insert(words.end(), {"--input", none});
+    EXPECT_TRUE(refused_in_one_line(run(words), {value + ": expected"}));
+  }
 }
 
 }  // namespace
