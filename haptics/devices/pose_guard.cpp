@@ -60,7 +60,7 @@ PoseStatus PoseGuard::judge(NeedlePose& pose) {
   }
   if (pose.stamp_ns < 0) return PoseStatus::kOutOfOrder;  // before any clock's start; and no overflow below
   if (const PoseStatus refused = judge_time(pose); refused != PoseStatus::kAccepted) {
-    if (!replaces_provisional(pose)) return refused;
+    if (!replaces_last(pose)) return refused;
     has_last_ = has_offset_ = false;
     judge_time(pose);
     is_provisional_ = false;  // four agree
@@ -81,8 +81,7 @@ PoseStatus PoseGuard::judge_time(const NeedlePose& pose) {
 
 /// Counts a pose refused for its time. Of a backlog that arrives at once the delays fall with each pose: they do not
 /// agree.
-bool PoseGuard::replaces_provisional(const NeedlePose& pose) {
-  if (!is_provisional_) return false;
+bool PoseGuard::replaces_last(const NeedlePose& pose) {
   const std::int64_t offset_ns = pose.received_ns - pose.stamp_ns;
   const auto agrees = [&] {
     if (refused_in_a_row_ == 0 || pose.stamp_ns <= refused_stamp_ns_) return false;
@@ -94,9 +93,11 @@ bool PoseGuard::replaces_provisional(const NeedlePose& pose) {
     refused_in_a_row_ = 0;
     refused_offset_ns_ = offset_ns;
     first_refused_stamp_ns_ = pose.stamp_ns;
+    is_set_back_ = pose.stamp_ns <= last_stamp_ns_;
   }
   refused_stamp_ns_ = pose.stamp_ns;
-  return ++refused_in_a_row_ >= kPosesThatAgree;
+  const bool may_replace = is_provisional_ || (is_set_back_ && pose.sequence > last_sequence_);
+  return ++refused_in_a_row_ >= kPosesThatAgree && may_replace;
 }
 
 bool PoseGuard::is_stale(const NeedlePose& pose) {

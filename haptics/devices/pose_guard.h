@@ -40,8 +40,10 @@ struct PoseGuardSettings {
 ///
 /// A pose stamped ahead of its device's clock makes those after it stale or back in time. So one whose difference is
 /// far below the smallest so far, or that is the first, is provisional until another one is accepted. While it is,
-/// four poses refused in a row for their time that agree among themselves replace it. A device whose clock jumps
-/// forward for longer and back is refused until the next reset, that is, until it connects again.
+/// four poses refused in a row for their time that agree among themselves replace it. Poses whose sequence goes on
+/// while their stamps go back are of a clock that was set back, as NTP does: four in a row that agree are a new
+/// offset. Where it was set back by less than a pose's distance from the one before, they cannot be told from late
+/// ones: those older than stale_ns are refused until the next reset, that is, until the device connects again.
 ///
 /// Threads: one, the io thread.
 ///
@@ -75,7 +77,7 @@ class PoseGuard {
   PoseStatus judge(NeedlePose& pose);
   PoseStatus judge_time(const NeedlePose& pose);
   bool is_stale(const NeedlePose& pose);
-  bool replaces_provisional(const NeedlePose& pose);
+  bool replaces_last(const NeedlePose& pose);
 
   PoseGuardSettings settings_;
   bool has_last_ = false;
@@ -85,8 +87,9 @@ class PoseGuard {
   std::int64_t least_offset_ns_ = 0;     // arrival − stamp
   std::int64_t least_offset_at_ns_ = 0;  // arrival of the pose that showed it
   bool is_provisional_ = false;          // the last accepted pose is
-  int refused_in_a_row_ = 0;             // since it, which agree
-  std::int64_t refused_offset_ns_ = 0;   // of the first of them
+  bool is_set_back_ = false;  // the first of those refused has a stamp before the last accepted one's
+  int refused_in_a_row_ = 0;  // since it, which agree
+  std::int64_t refused_offset_ns_ = 0;  // of the first of them
   std::int64_t first_refused_stamp_ns_ = 0;
   std::int64_t refused_stamp_ns_ = 0;  // of the last of them
   std::array<std::uint64_t, kPoseStatuses> counts_{};

@@ -51,6 +51,7 @@ class IgtlServer::Impl : public std::enable_shared_from_this<IgtlServer::Impl> {
         clock_(*server.options().clock),
         log_(std::move(log)),
         messages_(tissue, server.options().topology_name, options.naming, options.targets),
+        images_(options.naming),
         address_(options.listens ? checked_address(options, server.options()) : std::string()),
         acceptor_(options.listens ? std::make_shared<Acceptor>(
                                         io, clock_,
@@ -187,7 +188,7 @@ class IgtlServer::Impl : public std::enable_shared_from_this<IgtlServer::Impl> {
         messages_,
         images_,
         tracking_,
-        options_.takes_commands ? &server_.requests() : nullptr,
+        options_.takes_commands ? &server_.request_server() : nullptr,
         options_.first_message_wait,
         [this](const IgtlSession& session, const std::string& reason) { on_closed(session, reason); },
         [this] { ++messages_dropped_; },

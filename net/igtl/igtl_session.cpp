@@ -20,6 +20,18 @@ constexpr std::array<std::string_view, 15> kCapabilities = {
     "GET_POINT", "STT_TDATA",  "STP_TDATA",    "GET_IMAGE",    "STT_IMAGE",
     "STP_IMAGE", "GET_STATUS", "GET_CAPABIL",  "STRING",       "COMMAND"};
 
+/// Answers a command once nobody keeps it any more: at once, or when what takes its time has ended.
+struct CommandOutcome {
+  CommandOutcome() = default;
+  CommandOutcome(const CommandOutcome&) = delete;
+  CommandOutcome& operator=(const CommandOutcome&) = delete;
+  ~CommandOutcome() {
+    if (answer) answer(error);
+  }
+  std::string error;  // empty: done
+  std::function<void(const std::string& error)> answer;
+};
+
 }  // namespace
 
 IgtlSession::IgtlSession(std::uint64_t id, std::shared_ptr<Connection> connection,
@@ -191,7 +203,7 @@ void IgtlSession::answer_points(const Header& query) {
     if (query.device.empty() || query.device == "Seeds") return answer(*messages.seeds(version_));
     const std::size_t count = messages.state()->needles.states.size();
     for (const auto& of_needle : messages.transforms(version_))
-      if (query.device == shape_name(of_needle.needle, count) && !of_needle.shape.empty())
+      if (query.device == messages.naming().shape_name(of_needle.needle, count) && !of_needle.shape.empty())
         return answer(of_needle.shape);
   }
   answer(encode_empty("POINT", label(query.device)));
@@ -218,17 +230,26 @@ void IgtlSession::handle_text(const MessageParser::Message& message) {
   }
   const bool is_in_name = command && (command->content.empty() || command->content.starts_with('<'));
   const std::string& asked = text ? *text : is_in_name ? command->name : command->content;
-  const std::string error =
-      environment_.commands
-          ? execute_command(
-                asked,
-                environment_.messages.state() ? environment_.messages.state()->needles.states.size() : 0,
-                *environment_.commands, "OpenIGTLink " + address())
-          : "commands are off: set server.igtl_commands = true";
-  const Label to = label(message.header.device);
-  if (command) return answer(encode_command_answer(to, command->id, error));
-  answer(encode_status(to, error.empty() ? Status{StatusCode::kOk, 0, "OK", asked}
-                                         : Status{StatusCode::kIllegalInstruction, 0, "Refused", error}));
+  const auto outcome = std::make_shared<CommandOutcome>();
+  outcome->answer = [weak = weak_from_this(), to = std::string(message.header.device), asked,
+                     id = command ? std::optional(command->id) : std::nullopt](const std::string& error) {
+    const auto self = weak.lock();
+    if (!self || self->is_closing()) return;
+    const Label label = self->label(to);
+    if (id) return self->answer(encode_command_answer(label, *id, error));
+    self->answer(encode_status(label, error.empty()
+                                          ? Status{StatusCode::kOk, 0, "OK", asked}
+                                          : Status{StatusCode::kIllegalInstruction, 0, "Refused", error}));
+  };
+  if (!environment_.commands) {
+    outcome->error = "commands are off: set server.igtl_commands = true";
+    return;
+  }
+  Sender sender{"OpenIGTLink " + address(), Role::kOperator};
+  sender.refuse = [outcome](std::string why) { outcome->error = std::move(why); };
+  outcome->error =
+      execute_command(asked, {*environment_.commands, requests_, now_ns_, std::move(sender),
+                              [this](std::uint16_t needle) { return find_held(needle) != nullptr; }});
 }
 
 void IgtlSession::handle_transform(const MessageParser::Message& message) {
@@ -256,12 +277,21 @@ void IgtlSession::handle_transform(const MessageParser::Message& message) {
   NeedlePose pose;
   pose.X_WN = naming.to_world(*X_FN);
   pose.sequence = ++poses_received_;
-  pose.stamp_ns = header.timestamp != 0 ? to_ns(header.timestamp) : now_ns_;
+  pose.stamp_ns = stamp_of(header, *held);
   pose.received_ns = now_ns_;
+  held->pose_ns = now_ns_;
+  held->stamp_ns = pose.stamp_ns;
   pose.present = true;
   const PoseVerdict verdict = environment_.server.submit(*needle, pose);
   if (!verdict.accepted)
     report({StatusCode::kUnknownError, verdict.code, "PoseRefused", header.device + ": " + verdict.text});
+}
+
+/// The sender's; where it gives none, what its clock showed when the pose came: of those before, else ours.
+std::int64_t IgtlSession::stamp_of(const Header& header, const Held& held) const {
+  if (header.timestamp != 0) return to_ns(header.timestamp);
+  if (held.stamp_ns < 0) return now_ns_;
+  return held.stamp_ns + std::max<std::int64_t>(now_ns_ - held.pose_ns, 1);
 }
 
 IgtlSession::Held* IgtlSession::find_held(std::uint16_t needle) {
@@ -284,7 +314,7 @@ IgtlSession::Held* IgtlSession::attach(std::uint16_t needle, const std::string& 
            is_there ? StatusCode::kBusy : StatusCode::kNotPresent);
     return nullptr;
   }
-  return &held_.emplace_back(Held{needle, now_ns_});
+  return &held_.emplace_back(Held{.needle = needle, .last_ns = now_ns_});
 }
 
 void IgtlSession::refuse(const PoseVerdict& verdict, StatusCode code) {

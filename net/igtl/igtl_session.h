@@ -31,7 +31,7 @@ class IgtlSession final : public ConnectionListener, public std::enable_shared_f
     SnapshotMessages& messages;
     ImageMessages& images;
     TrackingFeed& tracking;
-    const RequestHandlers* commands;  ///< null: STRING and COMMAND are skipped
+    const RequestServer* commands;  ///< null: STRING and COMMAND are skipped
     std::chrono::milliseconds first_message_wait;
     std::function<void(const IgtlSession&, const std::string& reason)> on_closed;  ///< last call
     std::function<void()> on_dropped;  ///< a message of this client was dropped
@@ -80,6 +80,8 @@ class IgtlSession final : public ConnectionListener, public std::enable_shared_f
   struct Held {
     std::uint16_t needle = 0;
     std::int64_t last_ns = 0;  // when its last TRANSFORM arrived
+    std::int64_t pose_ns = 0,
+                 stamp_ns = -1;  // when its last pose did, and that one's stamp; negative: none yet
   };
 
   void on_bytes(std::span<const std::byte> bytes) override;
@@ -97,6 +99,7 @@ class IgtlSession final : public ConnectionListener, public std::enable_shared_f
   Held* find_held(std::uint16_t needle);  ///< null: it does not hold this needle
   Held* attach(std::uint16_t needle, const std::string& device);
   void release_needles(const std::string& reason);
+  std::int64_t stamp_of(const Header& header, const Held& held) const;
   void refuse(const PoseVerdict& verdict, StatusCode code);
   void report(const Status& status);
   void stop_tracking();
@@ -127,7 +130,8 @@ class IgtlSession final : public ConnectionListener, public std::enable_shared_f
   RateLimit poses_;
   RateLimit reports_{4, 4};  // STATUS that reports an error
   RateLimit queries_{50, 50};
-  RateLimit commands_{10, 10};  // as CONTROL of the native protocol
+  RateLimit commands_{10, 10};
+  RateLimits requests_;  // that commands are
   Losses losses_;
 
   std::deque<Bytes> answers_;

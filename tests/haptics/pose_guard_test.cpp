@@ -210,6 +210,48 @@ TEST(PoseGuard, PosesThatWaitedDoNotReplaceTheFirst) {
     EXPECT_EQ(check(guard, pose_number(n, 150 * kMs)), PoseStatus::kStale) << n;
 }
 
+/// Pose number n of a device whose clock is `ns` behind what it was.
+NeedlePose set_back(std::uint64_t n, std::int64_t period_ns, std::int64_t ns) {
+  NeedlePose pose = pose_number(n);
+  pose.stamp_ns = static_cast<std::int64_t>(n) * period_ns + kDeviceClockAhead - ns;
+  pose.received_ns = static_cast<std::int64_t>(n) * period_ns + kMs;
+  return pose;
+}
+
+// As NTP does. It froze the needle until the device connected again.
+TEST(PoseGuard, AClockThatIsSetBackCostsThreePoses) {
+  for (const std::int64_t period_ns : {kMs, 5 * kMs, 16 * kMs, 100 * kMs})
+    for (const std::int64_t back_ns : {2 * period_ns, 1000 * kMs, 3'600'000 * kMs}) {
+      PoseGuard guard;
+      std::uint64_t n = 1;
+      for (; n < 200; ++n) ASSERT_EQ(check(guard, set_back(n, period_ns, 0)), PoseStatus::kAccepted);
+      std::uint64_t refused = 0;
+      for (; n < 220 && check(guard, set_back(n, period_ns, back_ns)) != PoseStatus::kAccepted; ++n)
+        ++refused;
+      EXPECT_LE(refused, 3u) << period_ns << " " << back_ns;
+      ++n;
+      for (; n < 400; ++n)
+        ASSERT_EQ(check(guard, set_back(n, period_ns, back_ns)), PoseStatus::kAccepted) << n;
+    }
+}
+
+TEST(PoseGuard, WhatIsSentAgainIsNoClockThatIsSetBack) {
+  PoseGuard guard;
+  for (std::uint64_t n = 1; n < 200; ++n) ASSERT_EQ(check(guard, pose_number(n)), PoseStatus::kAccepted);
+  for (std::uint64_t n = 50; n < 200; ++n) {
+    NeedlePose again = pose_number(n);
+    again.received_ns += 1000 * kMs;
+    ASSERT_EQ(check(guard, again), PoseStatus::kOutOfOrder) << n;
+  }
+}
+
+TEST(PoseGuard, PosesThatAreLateAndGoOnAreNoClockThatIsSetBack) {
+  PoseGuard guard;
+  for (std::uint64_t n = 1; n < 200; ++n) ASSERT_EQ(check(guard, pose_number(n)), PoseStatus::kAccepted);
+  for (std::uint64_t n = 200; n < 400; ++n)
+    ASSERT_EQ(check(guard, pose_number(n, 500 * kMs)), PoseStatus::kStale) << n;
+}
+
 TEST(PoseGuard, EveryVerdictHasASentenceOfItsOwn) {
   std::set<std::string_view> sentences;
   for (std::size_t i = 0; i < kPoseStatuses; ++i) sentences.insert(to_string(static_cast<PoseStatus>(i)));

@@ -50,6 +50,22 @@ TEST_F(NeedlesTest, EachHasALeaseOfItsOwn) {
   EXPECT_NE(holders.find(", 1: left ("), std::string::npos) << holders;
 }
 
+TEST_F(NeedlesTest, TheProbeIsLentToWhomAsksForItByItsNumberAlone) {
+  ServerOptions options;
+  options.needles = 2;
+  options.probe_needle = 1;
+  start(options);
+  const auto first = join_needle(kAnyNeedle, "first");
+  EXPECT_EQ(first->client.needle(), 0);
+  const auto second = join_needle(kAnyNeedle, "second");
+  ASSERT_TRUE(until([&] { return !second->closed.empty(); }));
+  EXPECT_EQ(second->errors.at(0).code, ErrorCode::kDeviceBusy);
+  EXPECT_TRUE(second->errors[0].text.starts_with("every needle has a device (0: first"))
+      << second->errors[0].text;
+  const auto probe = join_needle(1, "probe");
+  EXPECT_EQ(probe->client.needle(), 1);
+}
+
 TEST_F(NeedlesTest, ATakenOneAndOneThatIsNotThereAreRefusedWithTheReason) {
   start_with_needles(2);
   const auto left = join_needle(1, "left");

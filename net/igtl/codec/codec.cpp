@@ -65,7 +65,7 @@ Bytes encode_capability(const Label& label, std::span<const std::string_view> ty
   return message.finish();
 }
 
-Bytes encode_image(const Label& label, const ImageMessage& image) {
+Bytes encode_image(const Label& label, const ImageMessage& image, const RigidTransform& X_FI) {
   constexpr std::size_t kImageHeaderBytes = 72;
   constexpr std::uint16_t kVersion = 1;
   constexpr auto kComponents = std::byte{1}, kUint8 = std::byte{3}, kBigEndian = std::byte{1},
@@ -77,9 +77,9 @@ Bytes encode_image(const Label& label, const ImageMessage& image) {
   const std::array<std::uint16_t, 3> size = {image.width, image.height, 1};
   for (const std::uint16_t side : size) put(out, side);
   RigidTransform matrix;
-  matrix.R = image.spacing_mm * image.X_WI.R;
-  matrix.p = image.X_WI *
-             Vec3(0.5 * image.spacing_mm * (image.width - 1), 0.5 * image.spacing_mm * (image.height - 1), 0);
+  matrix.R = image.spacing_mm * X_FI.R;
+  matrix.p =
+      X_FI * Vec3(0.5 * image.spacing_mm * (image.width - 1), 0.5 * image.spacing_mm * (image.height - 1), 0);
   put_transform(out, matrix);
   for (int offset = 0; offset < 3; ++offset) put(out, std::uint16_t{0});
   for (const std::uint16_t side : size) put(out, side);

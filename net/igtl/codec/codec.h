@@ -27,7 +27,7 @@ Bytes encode_capability(const Label& label, std::span<const std::string_view> ty
 
 /// One slice of 8-bit scalars in RAS, its matrix as the protocol has it: the axes times the spacing of pixels, which is
 /// the slice's thickness too, and the place of the slice's middle. Precondition: the pixels are not compressed.
-Bytes encode_image(const Label& label, const ImageMessage& image);
+Bytes encode_image(const Label& label, const ImageMessage& image, const RigidTransform& X_FI);
 
 /// The polygons of a POLYDATA, encoded once: they do not change.
 Bytes encode_triangles(std::span<const Triangle> triangles);

@@ -13,7 +13,7 @@ namespace brachy::net::igtl {
 /// The next item of a stream.
 enum class Parsed {
   kNeedMore,   ///< no complete message yet
-  kMessage,    ///< one that is_read(), with the right CRC
+  kMessage,    ///< one that is_read(), with the right CRC or with none (0)
   kSkipped,    ///< one that is not read, or too long for its type: its body is discarded as it arrives
   kWrongCrc,   ///< dropped; the stream goes on
   kMalformed,  ///< dropped: the sizes in its extended header are impossible; the stream goes on

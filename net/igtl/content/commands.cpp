@@ -26,26 +26,40 @@ std::optional<Number> number_of(const std::string& word) {
   return value;
 }
 
+/// As if the message had come over the native protocol.
+template <WireMessage Message>
+std::string carry_out(const Message& message, const CommandSource& source, const Sender& sender) {
+  const auto body = encoded_body(message);
+  net::Header header;
+  header.type = Message::kType;
+  header.length = static_cast<std::uint32_t>(body->size());
+  Request* const request = find_request(Message::kType);
+  const Refusal refusal = request({header, *body, source.received_ns, sender, source.rates, source.server});
+  return refusal ? refusal->text : "";
+}
+
+std::string press(std::uint16_t needle, const CommandSource& source, const Sender& sender) {
+  std::string error = carry_out(DropMessage{needle, true}, source, sender);
+  return error.empty() ? carry_out(DropMessage{needle, false}, source, sender) : error;
+}
+
 }  // namespace
 
-std::string execute_command(std::string_view text, std::size_t needles, const RequestHandlers& handlers,
-                            const std::string& client) {
+std::string execute_command(std::string_view text, const CommandSource& source) {
   const std::vector<std::string> words = words_of(text);
   if (words.empty()) return kUsage;
   const std::string& verb = words.front();
-  const Sender sender{client, Role::kOperator};
   ControlMessage control;
   if (verb == "arm" || verb == "drop") {
     const auto needle = words.size() < 2 ? std::uint16_t{0} : number_of<std::uint16_t>(words[1]);
     if (words.size() > 2 || !needle) return kUsage;
-    if (*needle >= needles) return "there is no needle " + words.back();
-    if (verb == "arm") {
-      handlers.call(ArmMessage{*needle}, sender);
-    } else {
-      handlers.call(DropMessage{*needle, true}, sender);
-      handlers.call(DropMessage{*needle, false}, sender);
+    if (*needle >= source.server.needles) return "there is no needle " + words.back();
+    Sender sender = source.sender;
+    if (source.is_held(*needle)) {
+      sender.role = Role::kDevice;
+      sender.needle = *needle;
     }
-    return {};
+    return verb == "drop" ? press(*needle, source, sender) : carry_out(ArmMessage{*needle}, source, sender);
   }
   if (verb == "reset" && words.size() == 1) {
     control.action = ControlAction::kReset;
@@ -65,7 +79,7 @@ std::string execute_command(std::string_view text, std::size_t needles, const Re
   } else {
     return kUsage;
   }
-  return handlers.call(control, sender, "this server has no controls");
+  return carry_out(control, source, source.sender);
 }
 
 }  // namespace brachy::net::igtl

@@ -39,8 +39,8 @@ std::shared_ptr<const Bytes> ImageMessages::encoded(ScannerArray array, std::uin
   Newest& newest = all_.at(array);
   auto& message = newest.encoded_as[version - 1u];
   if (!message)
-    message = std::make_shared<const Bytes>(
-        encode_image({version, image_name(array), newest.timestamp}, *newest.image));
+    message = std::make_shared<const Bytes>(encode_image({version, image_name(array), newest.timestamp},
+                                                         *newest.image, naming_.to_peer(newest.image->X_WI)));
   return message;
 }
 

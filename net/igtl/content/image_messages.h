@@ -6,9 +6,11 @@
 #include <memory>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "net/igtl/codec/codec.h"
+#include "net/igtl/content/needle_name.h"
 #include "net/wire/messages.h"
 
 namespace brachy::net::igtl {
@@ -22,6 +24,9 @@ bool is_image_of(std::string_view device, ScannerArray array);
 /// shared by all. One thread.
 class ImageMessages {
  public:
+  /// `naming`: the frame that images are in.
+  explicit ImageMessages(Naming naming = {}) : naming_(std::move(naming)) {}
+
   /// Its pixels are not compressed.
   void update(std::shared_ptr<const ImageMessage> image, std::int64_t utc_ns);
 
@@ -38,6 +43,7 @@ class ImageMessages {
     std::uint64_t timestamp = 0;
     std::array<std::shared_ptr<const Bytes>, 2> encoded_as;  // by version
   };
+  Naming naming_;
   std::map<ScannerArray, Newest> all_;
 };
 

@@ -8,46 +8,58 @@
 namespace brachy::net::igtl {
 namespace {
 
-std::string name(std::string_view what, std::size_t needle, std::size_t count, const std::string& frame) {
-  return std::string(what) + (count > 1 ? std::to_string(needle) : "") + "To" + frame;
+/// Whether `device` begins with `what`, which is then taken away.
+bool takes_name(std::string_view& device, std::string_view what) {
+  if (!device.starts_with(what)) return false;
+  device.remove_prefix(what.size());
+  return true;
+}
+
+bool is_end_of_name(std::string_view rest) {
+  return rest.empty() || rest.starts_with("To");
 }
 
 }  // namespace
 
 std::optional<std::uint16_t> needle_of(std::string_view device) {
-  constexpr std::string_view kNeedle = "Needle", kTip = "Tip";
-  if (!device.starts_with(kNeedle)) return std::nullopt;
-  device.remove_prefix(kNeedle.size());
-  if (device.starts_with(kTip)) device.remove_prefix(kTip.size());
+  if (!takes_name(device, "Needle")) return std::nullopt;
+  takes_name(device, "Tip");
   std::uint16_t needle = 0;
   const auto [end, error] = std::from_chars(device.data(), device.data() + device.size(), needle);
   if (error == std::errc::result_out_of_range || needle == kAnyNeedle) return std::nullopt;
   device.remove_prefix(static_cast<std::size_t>(end - device.data()));
-  if (!device.empty() && !device.starts_with("To")) return std::nullopt;
+  if (!is_end_of_name(device)) return std::nullopt;
   return needle;
 }
 
 std::optional<std::uint16_t> Naming::needle_of(std::string_view device) const {
   for (std::size_t n = 0; n < needle_names.size(); ++n)
     if (!needle_names[n].empty() && needle_names[n] == device) return static_cast<std::uint16_t>(n);
+  std::string_view rest = device;
+  if (probe && takes_name(rest, "Probe") && is_end_of_name(rest)) return probe;
   return igtl::needle_of(device);
 }
 
-std::string Naming::pose_name(std::size_t needle, std::size_t count) const {
-  return name("Needle", needle, count, frame);
-}
-std::string Naming::force_name(std::size_t needle, std::size_t count) const {
-  return name("Force", needle, count, frame);
-}
-std::string Naming::bent_tip_name(std::size_t needle, std::size_t count) const {
-  return name("BentTip", needle, count, frame);
-}
-std::string Naming::error_name(std::size_t needle, std::size_t count) const {
-  return name("Error", needle, count, frame);
+/// What tells one of several needles from the others.
+std::string Naming::number_of(std::size_t needle, std::size_t count) const {
+  const std::size_t needles = probe && *probe < count ? count - 1 : count;
+  return needles > 1 ? std::to_string(needle) : "";
 }
 
-std::string shape_name(std::size_t needle, std::size_t count) {
-  return "Needle" + (count > 1 ? std::to_string(needle) : "") + "Shape";
+std::string Naming::pose_name(std::size_t needle, std::size_t count) const {
+  return (is_probe(needle) ? "Probe" : "Needle" + number_of(needle, count)) + "To" + frame;
+}
+std::string Naming::force_name(std::size_t needle, std::size_t count) const {
+  return "Force" + number_of(needle, count) + "To" + frame;
+}
+std::string Naming::bent_tip_name(std::size_t needle, std::size_t count) const {
+  return "BentTip" + number_of(needle, count) + "To" + frame;
+}
+std::string Naming::error_name(std::size_t needle, std::size_t count) const {
+  return "Error" + number_of(needle, count) + "To" + frame;
+}
+std::string Naming::shape_name(std::size_t needle, std::size_t count) const {
+  return "Needle" + number_of(needle, count) + "Shape";
 }
 
 std::vector<std::string> names_in(std::string_view list) {

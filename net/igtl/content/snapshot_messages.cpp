@@ -99,7 +99,7 @@ Vec3 SnapshotMessages::to_nearest_target(const NeedleState& needle) const {
 
 /// The course of a needle that bends, from the hub to the tip.
 Bytes SnapshotMessages::shape_message(std::size_t needle, std::uint16_t version) const {
-  const std::string name = shape_name(needle, state_->needles.states.size());
+  const std::string name = naming_.shape_name(needle, state_->needles.states.size());
   std::vector<Point> points;
   for (const Vec3& p : state_->needles.states[needle].shape.points)
     points.push_back({name + " " + std::to_string(points.size()), "Needle", kShapeColour,
@@ -123,6 +123,7 @@ const std::vector<SnapshotMessages::Transforms>& SnapshotMessages::transforms(st
     const std::string pose = naming_.pose_name(n, needles.size()),
                       tip = naming_.bent_tip_name(n, needles.size());
     messages.pose = encode_transform({version, pose, timestamp_}, naming_.to_peer(needles[n].X_WN), "OK");
+    if (naming_.is_probe(n)) continue;  // no force, shape or target is a probe's
     if (needles[n].forces.is_finite())
       messages.force = vector_message(naming_.force_name(n, needles.size()), needles[n].forces.force_n);
     if (needles[n].shape.is_bent && needles[n].shape.is_finite()) {

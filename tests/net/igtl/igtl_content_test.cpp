@@ -1,5 +1,8 @@
 // What OpenIGTLink's clients get beside surface and poses: points, errors, frames, status, rates; and commands.
 #include <cmath>
+#include <functional>
+#include <set>
+#include <string>
 
 #include "net/igtl/codec/big_endian.h"
 #include "tests/net/igtl/igtl_fixture.h"
@@ -91,6 +94,54 @@ TEST_F(IgtlContent, TheTipsErrorIsTheWayToTheNearestTarget) {
   ASSERT_TRUE(peer.send_query("GET_TRANS", "ErrorToRas"));
   ASSERT_TRUE(until_read(peer, [&] { return peer.count("TRANSFORM", "ErrorToRas") == 1; }));
   EXPECT_EQ(peer.last("TRANSFORM").transform().p, Vec3(0, -3, -2));
+}
+
+// It was sent as Needle1ToRas, with Error1ToRas to a seed, and NeedleToRas became Needle0ToRas.
+TEST_F(IgtlContent, AProbeIsNoNeedle) {
+  simulation.state().needles.states.resize(2);
+  simulation.state().needles.pose_histories.resize(2);
+  IgtlOptions own;
+  own.first_message_wait = std::chrono::milliseconds(0);
+  own.targets = {Vec3(1, 2, 3)};
+  own.naming.probe = 1;
+  ServerOptions options;
+  options.needles = 2;
+  options.probe_needle = 1;
+  start_both(options, own);
+  simulation.steps(5);
+  for (NeedleState& state : simulation.state().needles.states) state.present = true;
+  test::IgtlPeer peer(io, igtl->port());
+  ASSERT_TRUE(until_ticked(peer, [&] { return peer.count("TRANSFORM", "ProbeToRas") > 2; }));
+  std::set<std::string> names;
+  for (const test::Received& message : peer.received)
+    if (message.header.type == "TRANSFORM") names.insert(message.header.device);
+  EXPECT_EQ(names, (std::set<std::string>{"NeedleToRas", "ForceToRas", "ErrorToRas", "ProbeToRas"}));
+}
+
+// PLUS's trackers may send poses without a time between others.
+TEST_F(IgtlContent, APoseWithoutAStampIsOfWhenItCame) {
+  start_igtl(kSilent);
+  test::IgtlPeer peer(io, igtl->port());
+  const auto send = [&](std::uint64_t timestamp) {
+    clock.advance(std::chrono::milliseconds(10));
+    const std::size_t before = poses.size();
+    EXPECT_TRUE(peer.send(encode_transform({1, "NeedleToRas", timestamp}, at(0, 0, 1))));
+    EXPECT_TRUE(until_read(peer, [&] { return poses.size() > before; }));
+    return poses.back().stamp_ns;
+  };
+  const std::uint64_t now = to_timestamp(1'700'000'000'000'000'000);
+  const std::int64_t first = send(now), second = send(0), third = send(0);
+  EXPECT_NEAR(static_cast<double>(second - first), 1e7, 2);
+  EXPECT_NEAR(static_cast<double>(third - second), 1e7, 2);
+  // Two that came together are one after the other.
+  Bytes two = encode_transform({1, "NeedleToRas", 0}, at(0, 0, 2));
+  const Bytes next = encode_transform({1, "NeedleToRas", 0}, at(0, 0, 3));
+  two.insert(two.end(), next.begin(), next.end());
+  const std::size_t before = poses.size();
+  ASSERT_TRUE(peer.send(two));
+  ASSERT_TRUE(until_read(peer, [&] { return poses.size() == before + 2; }));
+  EXPECT_LT(third, poses[before].stamp_ns);
+  EXPECT_LT(poses[before].stamp_ns, poses[before + 1].stamp_ns);
 }
 
 TEST_F(IgtlContent, ABentNeedlesCourseIsPointsFromHubToTip) {
@@ -258,6 +309,7 @@ TEST_F(IgtlContent, CommandsAreCarriedOutWhereTheSceneAllowsThem) {
   std::vector<std::string> done;
   own.takes_commands = true;
   start_both({}, own);
+  ASSERT_TRUE(server->hold_lease(0, "script"));
   RequestHandlers& requests = server->requests();
   requests.set<ControlMessage>([&](const ControlMessage& message, const Sender&) {
     done.push_back("control " + std::to_string(static_cast<int>(message.action)));
@@ -282,6 +334,31 @@ TEST_F(IgtlContent, CommandsAreCarriedOutWhereTheSceneAllowsThem) {
   const auto answer = std::span<const std::byte>(peer.last("RTS_COMMAND").content);
   EXPECT_EQ(get<std::uint32_t>(answer), 42u);
   EXPECT_EQ(get_name(answer.subspan(4, 128)), "there is no script");
+}
+
+// A model takes its time to prepare, and may be refused then: over the native protocol with CONTROL_REFUSED.
+TEST_F(IgtlContent, ACommandIsAnsweredWhenItsOutcomeIsKnown) {
+  IgtlOptions own;
+  own.first_message_wait = kSilent;
+  own.takes_commands = true;
+  start_both({}, own);
+  std::function<void(std::string)> kept;
+  server->requests().set<ControlMessage>(
+      [&](const ControlMessage&, const Sender& from) { kept = from.refuse; });
+  test::IgtlPeer peer(io, igtl->port());
+  for (const char* refusal : {"the needle bends, and psi31 knows no forces", ""}) {
+    const std::size_t before = peer.count("RTS_COMMAND"), statuses = peer.count("STATUS");
+    ASSERT_TRUE(peer.send(command("model psi31")));
+    ASSERT_TRUE(until_read(peer, [&] { return kept != nullptr; }));
+    ASSERT_TRUE(peer.send_query("GET_STATUS"));
+    ASSERT_TRUE(until_read(peer, [&] { return peer.count("STATUS") == statuses + 1; }));
+    EXPECT_EQ(peer.count("RTS_COMMAND"), before) << "it is not known yet";
+    if (*refusal) kept(refusal);
+    kept = nullptr;
+    ASSERT_TRUE(until_read(peer, [&] { return peer.count("RTS_COMMAND") == before + 1; }));
+    const auto answer = std::span<const std::byte>(peer.last("RTS_COMMAND").content);
+    EXPECT_EQ(get_name(answer.subspan(4, 128)), refusal);
+  }
 }
 
 TEST_F(IgtlContent, WhatIsNotTakenIsCountedAndTold) {

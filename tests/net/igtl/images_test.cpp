@@ -57,6 +57,28 @@ TEST_F(IgtlImages, GetImageIsAnsweredOnceByTheNextImage) {
   EXPECT_EQ(peer.count("IMAGE"), 1u);
 }
 
+// As all that is sent: POLYDATA beside it is in that frame.
+TEST_F(IgtlImages, AnImageLiesInTheScenesFrame) {
+  IgtlOptions options;
+  options.naming.frame = "Reference";
+  options.naming.X_WF.R = Eigen::AngleAxisd(0.7, Vec3(2, -1, 2) / 3).toRotationMatrix();
+  options.naming.X_WF.p = Vec3(12.5, -40, 8);
+  igtl.reset();
+  igtl = std::make_unique<IgtlServer>(io, options, *server, tissue, [](const std::string&) {});
+  IgtlPeer peer(io, igtl->port());
+  ASSERT_TRUE(peer.send_query("GET_IMAGE"));
+  ASSERT_TRUE(until([&] { return igtl->wants_images(); }));
+  publish_image(ScannerArray::kTransverse, 3);
+  ASSERT_TRUE(until_of(peer, [&] { return peer.count("IMAGE") == 1; }));
+  const ImageMessage image = net::test::sample_image();
+  const auto X_FI = decode_transform(std::span<const std::byte>(peer.last("IMAGE").content).subspan(12, 48));
+  const Vec3 middle_I(0.5 * image.spacing_mm * (image.width - 1), 0.5 * image.spacing_mm * (image.height - 1),
+                      0);
+  const Mat3& R_WF = options.naming.X_WF.R;
+  EXPECT_LT((X_FI->p - R_WF.transpose() * (image.X_WI * middle_I - options.naming.X_WF.p)).norm(), 1e-4);
+  EXPECT_LT((X_FI->R - image.spacing_mm * R_WF.transpose() * image.X_WI.R).norm(), 1e-6);
+}
+
 TEST_F(IgtlImages, SttImageStreamsUntilStpImage) {
   IgtlPeer peer(io, igtl->port());
   ASSERT_TRUE(peer.send_query("STT_IMAGE"));

@@ -303,7 +303,7 @@ TEST(LibOpenIgtLink, ImagesAreTheSameBytesBothWays) {
   ::igtl::Matrix4x4 matrix;
   fill(matrix, middle);
   theirs->SetMatrix(matrix);
-  const Bytes ours = encode_image(label("UltrasoundTransverse"), image);
+  const Bytes ours = encode_image(label("UltrasoundTransverse"), image, image.X_WI);
   EXPECT_TRUE(same(packed(theirs), ours));
 }
 
@@ -322,7 +322,8 @@ Vec3 placed(const ::igtl::Matrix4x4& matrix, const float spacing[3], const int s
 
 TEST(LibOpenIgtLink, AnObliqueImagesPixelsLieWhereTheyAreToHalfAPixel) {
   const ImageMessage image = oblique_image();
-  const auto back = unpacked<::igtl::ImageMessage>(encode_image(label("UltrasoundSagittal"), image));
+  const auto back =
+      unpacked<::igtl::ImageMessage>(encode_image(label("UltrasoundSagittal"), image, image.X_WI));
   int size[3], offset[3];
   back->GetDimensions(size);
   ASSERT_EQ(size[0], 7);

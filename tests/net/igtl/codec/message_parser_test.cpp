@@ -97,6 +97,17 @@ TEST(IgtlMessageParser, DropsAMessageWithAWrongCrcAndGoesOn) {
   EXPECT_EQ(parser.next(parsed), Parsed::kNeedMore);
 }
 
+// PLUS's default.
+TEST(IgtlMessageParser, TakesAMessageWhoseSenderComputesNoCrc) {
+  Bytes unchecked = transform();
+  for (int i = 50; i < 58; ++i) unchecked[static_cast<std::size_t>(i)] = std::byte{0};
+  MessageParser parser;
+  parser.feed(unchecked);
+  MessageParser::Message parsed;
+  ASSERT_EQ(parser.next(parsed), Parsed::kMessage);
+  EXPECT_EQ(decode_transform(parsed.content)->p, Vec3(1, 2, 3));
+}
+
 TEST(IgtlMessageParser, IsLostWithAnotherVersionOrABodyBeyondAllReason) {
   Bytes version0 = transform(), version4 = transform(), endless = message(1, "IMAGE", {});
   version0[1] = std::byte{0};

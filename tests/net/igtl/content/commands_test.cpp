@@ -13,7 +13,11 @@ namespace {
 
 struct IgtlCommands : ::testing::Test {
   std::string execute(std::string_view text) {
-    RequestHandlers handlers;
+    RequestServer server;
+    server.needles = 2;
+    server.is_own_device = [this](std::uint16_t needle) { return needle == own_device; };
+    server.broadcast_state = [] {};
+    RequestHandlers& handlers = server.handlers;
     handlers.set<ControlMessage>([this](const ControlMessage& message, const Sender& sender) {
       controls.push_back(message);
       clients.push_back(sender.name);
@@ -22,7 +26,11 @@ struct IgtlCommands : ::testing::Test {
     handlers.set<ArmMessage>([this](const ArmMessage& arm, const Sender&) { arms.push_back(arm.needle); });
     handlers.set<DropMessage>(
         [this](const DropMessage& drop, const Sender&) { drops.emplace_back(drop.needle, drop.pressed); });
-    return execute_command(text, 2, handlers, "slicer");
+    return execute_command(
+        text,
+        {server, rates, ++now_ns * 1'000'000'000, {"slicer", Role::kOperator}, [this](std::uint16_t needle) {
+           return needle == held;
+         }});
   }
 
   std::vector<ControlMessage> controls;
@@ -30,6 +38,9 @@ struct IgtlCommands : ::testing::Test {
   std::vector<std::uint16_t> arms;
   std::vector<std::pair<std::uint16_t, bool>> drops;
   std::string refusal;
+  RateLimits rates;
+  std::int64_t now_ns = 0;
+  int own_device = 0, held = -1;
 };
 
 TEST_F(IgtlCommands, AreTheOperatorsOfTheNativeProtocol) {
@@ -53,6 +64,17 @@ TEST_F(IgtlCommands, ArmAndDropNameANeedle) {
   EXPECT_EQ(drops, (std::vector<std::pair<std::uint16_t, bool>>{{0, true}, {0, false}}));
   EXPECT_EQ(execute("arm 2"), "there is no needle 2");
   EXPECT_EQ(arms.size(), 1u);
+}
+
+// The native protocol refuses an operator the same: another's device holds the needle.
+TEST_F(IgtlCommands, DropNothingOfAnothersDevice) {
+  EXPECT_NE(execute("drop 1").find("only the device of needle 1 drops its seeds"), std::string::npos);
+  own_device = -1;
+  EXPECT_NE(execute("drop").find("only the device of needle 0 drops its seeds"), std::string::npos);
+  EXPECT_TRUE(drops.empty());
+  held = 1;
+  EXPECT_EQ(execute("drop 1"), "") << "it is the device";
+  EXPECT_EQ(drops, (std::vector<std::pair<std::uint16_t, bool>>{{1, true}, {1, false}}));
 }
 
 TEST_F(IgtlCommands, WhatIsNoneDoesNothingAndIsToldWhatThereIs) {

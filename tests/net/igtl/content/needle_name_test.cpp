@@ -39,6 +39,24 @@ TEST(IgtlNeedleName, WhatIsSentFitsTheHeaderAndIsUnderstood) {
   EXPECT_LE(longest.pose_name(15, 16).size(), 20u);
 }
 
+TEST(IgtlNeedleName, AProbeLeavesTheNeedlesTheirNames) {
+  Naming naming;
+  naming.probe = 1;
+  EXPECT_EQ(naming.pose_name(0, 2), "NeedleToRas");
+  EXPECT_EQ(naming.force_name(0, 2), "ForceToRas");
+  EXPECT_EQ(naming.error_name(0, 2), "ErrorToRas");
+  EXPECT_EQ(naming.shape_name(0, 2), "NeedleShape");
+  EXPECT_EQ(naming.pose_name(1, 2), "ProbeToRas");
+  for (const char* name : {"Probe", "ProbeToRas", "ProbeToReference"})
+    EXPECT_EQ(naming.needle_of(name), 1) << name;
+  EXPECT_EQ(naming.needle_of("NeedleToRas"), 0);
+  for (const char* name : {"ProbeTip", "Prob", "Probe1ToRas"}) EXPECT_FALSE(naming.needle_of(name)) << name;
+  EXPECT_FALSE(Naming().needle_of("ProbeToRas"));
+  naming.probe = 3;
+  EXPECT_EQ(naming.pose_name(2, 4), "Needle2ToRas");
+  EXPECT_EQ(naming.pose_name(3, 4), "ProbeToRas");
+}
+
 TEST(IgtlNeedleName, NamesOfASceneMoveTheirNeedles) {
   Naming naming;
   naming.needle_names = names_in(" StylusTipToReference,, Probe ");
