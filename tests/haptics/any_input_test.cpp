@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <random>
 
 #include "haptics/force/force_gate.h"
 #include "haptics/force/local_force.h"
@@ -40,18 +39,6 @@ class Hand {
   std::int64_t last_ns_ = 0;
   bool started_ = false;
 };
-
-/// Mostly a cycle of up to 2 ms, sometimes any time.
-template <class Number>
-std::int64_t next_time(Number& number, std::int64_t now_ns) {
-  if (number.below(100) == 0) return number.any_time();
-  return now_ns > INT64_MAX - 4'000'000 ? now_ns
-                                        : now_ns + static_cast<std::int64_t>(number.below(2'000'000));
-}
-
-auto numbers(std::uint64_t seed) {
-  return AnyNumber([random = std::mt19937_64(seed)]() mutable { return random(); });
-}
 
 TEST(AnyInput, LocalForceKeepsItsPromise) {
   auto number = numbers(22);

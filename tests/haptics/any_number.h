@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <random>
 #include <utility>
 
 #include "core/base/rigid_transform.h"
@@ -126,5 +127,17 @@ class AnyNumber {
 
   Bits bits_;
 };
+
+/// Mostly a cycle of up to 2 ms, sometimes any time.
+template <class Number>
+std::int64_t next_time(Number& number, std::int64_t now_ns) {
+  if (number.below(100) == 0) return number.any_time();
+  return now_ns > INT64_MAX - 4'000'000 ? now_ns
+                                        : now_ns + static_cast<std::int64_t>(number.below(2'000'000));
+}
+
+inline auto numbers(std::uint64_t seed) {
+  return AnyNumber([random = std::mt19937_64(seed)]() mutable { return random(); });
+}
 
 }  // namespace brachy::test

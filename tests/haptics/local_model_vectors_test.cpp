@@ -8,7 +8,9 @@
 #include <string>
 
 #include "haptics/force/local_force.h"
+#include "haptics/force/received_force.h"
 #include "test_paths.h"
+#include "tests/haptics/any_number.h"
 
 // The test vectors of LOCAL_MODEL (net/PROTOCOL.md): local_model_vectors.json holds what a device receives and where
 // its tip is, and the force that LocalForce gives. They are for those who write the device's side again, in another
@@ -19,6 +21,8 @@ namespace brachy {
 namespace {
 
 using Json = nlohmann::json;
+using test::next_time;
+using test::numbers;
 
 constexpr const char* kVectorsFile = BRACHY_SOURCE_DIR "/tests/haptics/local_model_vectors.json";
 constexpr std::int64_t kMillisecond = 1'000'000;
@@ -47,13 +51,13 @@ Json json_of(const LocalContactModel& m) {
           {"reference_tip", json_of(m.reference_tip)},
           {"contact_point", json_of(m.contact_point)},
           {"axis", json_of(m.axis)},
-          {"axial_stiffness_n_per_mm", m.axial_stiffness_n_per_mm},
+          {"axial_stiffness_n_per_mm", json_of(m.axial_stiffness_n_per_mm)},
           {"axial_min_n", json_of(m.axial_min_n)},
           {"axial_max_n", json_of(m.axial_max_n)},
           {"after_puncture_n", json_of(m.after_puncture_n)},
           {"lateral_n", json_of(m.lateral_n)},
-          {"lateral_stiffness_n_per_mm", m.lateral_stiffness_n_per_mm},
-          {"time_to_live_s", m.time_to_live_s}};
+          {"lateral_stiffness_n_per_mm", json_of(m.lateral_stiffness_n_per_mm)},
+          {"time_to_live_s", json_of(m.time_to_live_s)}};
 }
 LocalContactModel model_of(const Json& json) {
   LocalContactModel m;
@@ -93,6 +97,21 @@ Json result_of(LocalForce& local, const Json& step) {
   return result;
 }
 
+/// The same of a device that renders FORCE: what comes in a step, and the force rendered after it.
+Json result_of(ReceivedForce& received, const Json& step) {
+  const std::int64_t now_ns = step.at("now_ns");
+  Json result;
+  if (step.contains("received_n"))
+    result["taken"] =
+        received.take(vector_of(step.at("received_n")), step.at("valid_ms").get<std::uint32_t>(),
+                      step.at("is_latched").get<bool>(), now_ns);
+  if (step.contains("lost")) received.lose();
+  if (step.contains("armed")) received.arm();
+  result["force_n"] = json_of(received.evaluate(now_ns));
+  result["is_latched"] = received.is_latched();
+  return result;
+}
+
 LocalForce device_of(const Json& vector) {
   return LocalForce({number_of(vector.at("max_force_n")), number_of(vector.at("max_stiffness_n_per_mm"))});
 }
@@ -103,10 +122,14 @@ class VectorWriter {
   VectorWriter(const char* name, const char* shows, const ForceLimits& limits = {})
       : vector_{{"name", name},
                 {"shows", shows},
-                {"max_force_n", limits.max_force_n},
+                {"max_force_n", json_of(limits.max_force_n)},
                 {"max_stiffness_n_per_mm", json_of(limits.max_stiffness_n_per_mm)},
                 {"steps", Json::array()}} {}
 
+  VectorWriter& step(Json step) {
+    vector_["steps"].push_back(std::move(step));
+    return *this;
+  }
   VectorWriter& model(std::int64_t ms, const LocalContactModel& model, Json pose_stamp_ns = nullptr) {
     vector_["steps"].push_back(
         {{"now_ns", ms * kMillisecond}, {"model", json_of(model)}, {"pose_stamp_ns", pose_stamp_ns}});
@@ -130,6 +153,13 @@ class VectorWriter {
   Json finish() {
     LocalForce local = device_of(vector_);
     for (Json& step : vector_["steps"]) step["result"] = result_of(local, step);
+    return vector_;
+  }
+  /// Of a device that renders FORCE.
+  Json finish_received() {
+    vector_.erase("max_stiffness_n_per_mm");
+    ReceivedForce received(number_of(vector_.at("max_force_n")));
+    for (Json& step : vector_["steps"]) step["result"] = result_of(received, step);
     return vector_;
   }
 
@@ -169,6 +199,61 @@ LocalContactModel oblique_tissue() {
   m.contact_point = m.reference_tip - 0.625 * m.axis;
   m.lateral_n = 0.25 * Vec3(3, 2, 0) / std::sqrt(13.0);
   return m;
+}
+
+/// FORCEs for a device that renders them.
+Json make_received_vectors() {
+  Json all = Json::array();
+  const auto force = [](std::int64_t ms, const Vec3& force_n, unsigned valid_ms, bool is_latched = false) {
+    return Json{{"now_ns", ms * kMillisecond},
+                {"received_n", json_of(force_n)},
+                {"valid_ms", valid_ms},
+                {"is_latched", is_latched}};
+  };
+  const auto cycle = [](std::int64_t ms) { return Json{{"now_ns", ms * kMillisecond}}; };
+  VectorWriter valid("valid_ms",
+                     "a force stands for its valid_ms, 50 ms where it states none, then it is latched");
+  std::int64_t ms = 0;
+  for (const unsigned valid_ms : {20u, 0u, 200u}) {
+    valid.step(force(ms, Vec3(0.5, -0.25, 1.125), valid_ms));
+    for (int i = 0; i < 12; ++i) valid.step(cycle(ms += 10));
+    Json arm = cycle(++ms);
+    arm["armed"] = true;
+    valid.step(arm);
+  }
+  all.push_back(valid.finish_received());
+  VectorWriter latch("latch", "a latch of the server's that was ended lets the force in over 0.5 s");
+  for (int i = 0; i < 40; ++i) latch.step(force(i * 20, Vec3(0, 0, -2), 50, i < 5));
+  Json lost = cycle(801);
+  lost["lost"] = true;
+  latch.step(lost);
+  for (int i = 802; i < 812; ++i) latch.step(force(i, Vec3(0, 0, -2), 50));
+  all.push_back(latch.finish_received());
+  for (const double limit : {std::nan(""), -1.0, 0.0, -kNoBound, 2.0})
+    all.push_back(VectorWriter("limit",
+                               "the whole vector is scaled; a limit that is no number above 0 gives no force",
+                               {limit, kNoBound})
+                      .step(force(0, Vec3(-3, 0, 5), 50))
+                      .step(cycle(1))
+                      .step(cycle(2))
+                      .step(cycle(9))
+                      .finish_received());
+  auto number = numbers(46);
+  VectorWriter any("any_input", "forces and times of every class of numbers");
+  std::int64_t now_ns = 0;
+  for (int i = 0; i < 150; ++i) {
+    now_ns = next_time(number, now_ns);
+    Json step = {{"now_ns", now_ns}};
+    if (number.below(3) != 0) {
+      step["received_n"] = json_of(number.place());
+      step["valid_ms"] = number.below(4) == 0 ? 0xFFFFFFFFu : static_cast<unsigned>(number.below(100));
+      step["is_latched"] = number.below(20) == 0;
+    }
+    if (number.below(10) == 0) step["armed"] = true;
+    any.step(step);
+  }
+  all.push_back(any.finish_received());
+  return all;
 }
 
 Json make_vectors() {
@@ -295,11 +380,38 @@ Json make_vectors() {
                     .tip(6, Vec3(0, 0, std::nan("")))
                     .tip(7, 1.5 * z)
                     .finish());
-  return {
-      {"about",
-       "LOCAL_MODEL's test vectors: net/PROTOCOL.md. Lengths mm, forces N, moments N mm, frame W, times ns "
-       "of the device's clock. Each step is a model that arrives or a cycle at a tip."},
-      {"vectors", all}};
+  for (const double limit : {std::nan(""), -1.0, 0.0, -kNoBound}) {
+    all.push_back(VectorWriter("no_limit_of_force", "a limit that is no number above 0 gives no force",
+                               {limit, kNoBound})
+                      .model(0, sticking_tissue())
+                      .hold(0, 4, 1.5 * z)
+                      .finish());
+    all.push_back(VectorWriter("no_limit_of_stiffness", "likewise: no model is taken", {3.3, limit})
+                      .model(0, sticking_tissue())
+                      .hold(0, 4, 1.5 * z)
+                      .finish());
+  }
+  for (const ForceLimits& limits : {ForceLimits{}, ForceLimits{2.5, 8}}) {
+    auto number = numbers(45);
+    VectorWriter any("any_input", "models and tips of every class of numbers", limits);
+    std::int64_t now_ns = 0;
+    for (int i = 0; i < 150; ++i) {
+      now_ns = next_time(number, now_ns);
+      if (number.below(4) == 0)
+        any.step({{"now_ns", now_ns},
+                  {"model", json_of(number.model())},
+                  {"pose_stamp_ns", number.below(2) ? Json() : Json(now_ns / 2)}});
+      any.step({{"now_ns", now_ns}, {"tip", json_of(number.place())}});
+    }
+    all.push_back(any.finish());
+  }
+  return {{"received", make_received_vectors()},
+          {"about",
+           "LOCAL_MODEL's and FORCE's test vectors: net/PROTOCOL.md. Lengths mm, forces N, moments N mm, "
+           "frame W, times ns "
+           "of the device's clock. Each step is a model that arrives or a cycle at a tip; of "
+           "received a cycle, with the FORCE that came before it."},
+          {"vectors", all}};
 }
 
 ::testing::AssertionResult is_same(const Json& expected, const Json& actual) {
@@ -323,11 +435,9 @@ Json make_vectors() {
 }
 
 /// A line for each step.
-void write_vectors(const Json& all) {
-  std::ofstream file(kVectorsFile);
-  file << "{\"about\": " << all.at("about") << ",\n\"vectors\": [";
+void write_vectors(std::ofstream& file, const Json& vectors) {
   const char* separator = "\n";
-  for (Json vector : all.at("vectors")) {
+  for (Json vector : vectors) {
     const Json steps = vector.at("steps");
     vector.erase("steps");
     std::string head = vector.dump();
@@ -341,6 +451,14 @@ void write_vectors(const Json& all) {
     file << "]}";
     separator = ",\n";
   }
+}
+
+void write_file(const Json& all) {
+  std::ofstream file(kVectorsFile);
+  file << "{\"about\": " << all.at("about") << ",\n\"vectors\": [";
+  write_vectors(file, all.at("vectors"));
+  file << "],\n\"received\": [";
+  write_vectors(file, all.at("received"));
   file << "]}\n";
 }
 
@@ -350,9 +468,9 @@ Json read_vectors() {
 }
 
 TEST(LocalModelVectors, AreWhatTheDevicesSideGives) {
-  if (std::getenv("BRACHY_WRITE_VECTORS")) write_vectors(make_vectors());
+  if (std::getenv("BRACHY_WRITE_VECTORS")) write_file(make_vectors());
   const Json vectors = read_vectors().at("vectors");
-  EXPECT_EQ(vectors.size(), 11u);
+  EXPECT_EQ(vectors.size(), 21u);
   for (const Json& vector : vectors) {
     LocalForce local = device_of(vector);
     const Json& steps = vector.at("steps");
@@ -360,6 +478,17 @@ TEST(LocalModelVectors, AreWhatTheDevicesSideGives) {
       const Json result = result_of(local, steps[i]);
       ASSERT_TRUE(is_same(steps[i].at("result"), result)) << vector.at("name") << ", step " << i;
     }
+  }
+}
+
+TEST(LocalModelVectors, OfForceAreWhatTheDevicesSideGives) {
+  const Json vectors = read_vectors().at("received");
+  EXPECT_EQ(vectors.size(), 8u);
+  for (const Json& vector : vectors) {
+    ReceivedForce received(number_of(vector.at("max_force_n")));
+    for (const Json& step : vector.at("steps"))
+      ASSERT_TRUE(is_same(step.at("result"), result_of(received, step)))
+          << vector.at("name") << " at " << step;
   }
 }
 

@@ -7,10 +7,12 @@ import asyncio
 import os
 import pathlib
 import re
+import socket
 import ssl
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 import unittest
 import urllib.error
@@ -131,6 +133,38 @@ class Viewing(WithDaemon):
         self.assertGreaterEqual(protocol.mesh_tick, 1)
         self.assertEqual(len(protocol.positions), len(protocol.topology.rest))
 
+    def test_asyncio_goes_on_after_a_break_and_answers_pings(self):
+        async def follow():
+            async with await brachyd.AsyncClient.connect(self.daemon.address) as client:
+                ticks, end = [], time.monotonic() + 8  # longer than a silent client is kept
+                while time.monotonic() < end:
+                    async for message in client:
+                        if isinstance(message, brachyd.Frame):
+                            ticks.append(message.tick)
+                            break
+                await client.control(ControlAction.RESET)
+                async for message in client:
+                    if client.errors:
+                        return ticks, client.errors
+
+        ticks, errors = asyncio.run(asyncio.wait_for(follow(), DEADLINE_S))
+        self.assertEqual(ticks, sorted(set(ticks)), "no message comes twice")
+        self.assertGreater(len(ticks), 20)
+        self.assertEqual(errors[0].code, ErrorCode.NOT_OPERATOR)
+
+    def test_asyncio_does_not_wait_for_ever(self):
+        with socket.create_server(("127.0.0.1", 0)) as silent:
+            with self.assertRaises(asyncio.TimeoutError):
+                asyncio.run(brachyd.AsyncClient.connect("127.0.0.1:%d" % silent.getsockname()[1], timeout_s=0.1))
+
+    def test_the_plan_that_was_subscribed_to_is_there(self):
+        scene = pathlib.Path(self.folder.name) / "s.toml"
+        scene.write_text(f'[plan]\nfile = "{ROOT}/config/plan.toml"\n')
+        daemon = Daemon(self.folder.name, "--config", str(scene))
+        self.addCleanup(daemon.end)
+        with brachyd.Client(daemon.address, Hello(subscription=Subscription.PLAN), timeout_s=DEADLINE_S) as viewer:
+            viewer.wait_for(lambda: viewer.protocol.plan is not None, DEADLINE_S)
+            self.assertGreater(len(viewer.protocol.plan.needles), 10)
 
     def test_a_recording_is_what_was_sent(self):
         file = pathlib.Path(self.folder.name) / "r.brachy"
@@ -165,6 +199,30 @@ class OverWebSocket(WithDaemon):
                     return message
 
         self.assertTrue(asyncio.run(asyncio.wait_for(first_frame(), DEADLINE_S)).is_full)
+
+    def test_wss_is_encrypted_also_where_no_context_is_given(self):
+        heard, token = [], bytes(range(32))
+
+        def listen(listener):
+            peer, _ = listener.accept()
+            with peer:
+                heard.append(peer.recv(4096))
+
+        def connect(address):
+            brachyd.Client(address, Hello(token=token), timeout_s=DEADLINE_S)
+
+        def connect_later(address):
+            asyncio.run(brachyd.AsyncClient.connect(address, Hello(token=token)))
+
+        for way in (connect, connect_later):
+            with socket.create_server(("127.0.0.1", 0)) as listener:
+                thread = threading.Thread(target=listen, args=[listener])
+                thread.start()
+                with self.assertRaises((ssl.SSLError, ConnectionError)):
+                    way("wss://127.0.0.1:%d" % listener.getsockname()[1])
+                thread.join()
+            self.assertEqual(heard[-1][:1], b"\x16", "a TLS handshake")
+            self.assertNotIn(token, heard[-1])
 
     def test_a_port_of_another_protocol_is_refused_in_words(self):
         with self.assertRaises((ConnectionError, brachyd.ProtocolError)):
@@ -242,6 +300,12 @@ class Examples(WithDaemon):
         rows = re.findall(r"tip +(\S+) mm +axial +(\S+) N", self.run_example("insertion.py", "5"))
         self.assertGreaterEqual(len(rows), 8)
         self.assertEqual(float(rows[0][1]), 0)
+
+    def test_an_insertion_meets_a_force_again_and_again(self):
+        for run in range(3):
+            out = self.run_example("insertion.py", "10")
+            forces = [float(axial) for axial in re.findall(r"axial +(\S+) N", out)]
+            self.assertGreater(max(abs(force) for force in forces), 0.2, f"run {run}: {out}")
 
     def test_round_trips_are_measured(self):
         out = self.run_example("round_trip.py", "200", "1")

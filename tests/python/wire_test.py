@@ -6,6 +6,7 @@ usage: tests/python/wire_test.py     exit code 77: skipped, with its reason
 import json
 import math
 import pathlib
+import random
 import re
 import struct
 import sys
@@ -283,6 +284,30 @@ class Generated(unittest.TestCase):
                 message.write(wire.Writer())
 
 
+class Damaged(unittest.TestCase):
+    def test_a_damaged_body_is_a_protocol_error_whatever_the_damage(self):
+        random.seed(46)
+        messages = [data for data in BLOCKS.values() if data[:6] == BLOCKS["FRAME"][:6]]
+        bodies = [(wire.decode_header(data).type, data[32:]) for data in messages]
+        bodies = [(kind, body) for kind, body in bodies if kind in wire.DECODERS and body]
+        self.assertGreater(len(bodies), 14)
+        refused = 0
+        for kind, body in bodies:
+            for _ in range(1500):
+                damaged = bytearray(body)
+                for _ in range(random.choice((1, 1, 2, 5))):
+                    at = random.randrange(len(damaged))
+                    damaged[at] = random.choice((0, 1, 0x7F, 0x80, 0xFF, random.randrange(256)))
+                if random.randrange(4) == 0:
+                    del damaged[random.randrange(len(damaged)):]
+                message = wire.encode_message(kind, bytes(damaged), 1, 0)
+                try:
+                    brachyd.Protocol(brachyd.Hello()).feed(message)
+                except (brachyd.ProtocolError, brachyd.ServerError):
+                    refused += 1
+        self.assertGreater(refused, 1000)
+
+
 class LaterVersion(unittest.TestCase):
     """Of a schema with one more section, one of another type of field each; the codec is made of it as today's is."""
 
@@ -344,12 +369,21 @@ def model_of(fields):
                                  for key, value in fields.items()})
 
 
-class LocalModelVectors(unittest.TestCase):
-    def test_forces_are_the_devices_to_1e12(self):
+def same_bits(ours, theirs):
+    return np.asarray(ours, dtype=np.float64).tobytes() == vector(theirs).tobytes()
+
+
+class ForceVectors(unittest.TestCase):
+    """tests/haptics/local_model_vectors.json: what the C++ headers give, to the bit."""
+
+    @classmethod
+    def setUpClass(cls):
         file = ROOT / "tests/haptics/local_model_vectors.json"
-        vectors = json.loads(file.read_text(encoding="utf-8"))["vectors"]
-        self.assertEqual(len(vectors), 11)
-        for one in vectors:
+        cls.vectors = json.loads(file.read_text(encoding="utf-8"))
+
+    def test_local_force_is_the_headers(self):
+        self.assertEqual(len(self.vectors["vectors"]), 21)
+        for one in self.vectors["vectors"]:
             local = brachyd.LocalForce(number(one["max_force_n"]), number(one["max_stiffness_n_per_mm"]))
             for i, step in enumerate(one["steps"]):
                 with self.subTest(one["name"], step=i):
@@ -360,13 +394,91 @@ class LocalModelVectors(unittest.TestCase):
                     else:
                         tip = vector(step["tip"])
                         force = local.evaluate(tip, step["now_ns"])
-                        self.assertLessEqual(np.abs(force - vector(result["force_n"])).max(), 1e-12)
+                        self.assertTrue(same_bits(force, result["force_n"]), f"{force} is not {result['force_n']}")
+                        self.assertEqual(local.flags, result["flags"])
                         if "moment_nmm" in result:
                             moment = np.cross(tip - vector(step["about"]), force)
                             self.assertLessEqual(np.abs(moment - vector(result["moment_nmm"])).max(), 1e-9)
                     if local.model is not None:
-                        point = vector(result["contact_point"])
-                        self.assertLessEqual(np.abs(local.model.contact_point - point).max(), 1e-12)
+                        self.assertTrue(same_bits(local.model.contact_point, result["contact_point"]))
+
+    def test_received_force_is_the_headers(self):
+        self.assertEqual(len(self.vectors["received"]), 8)
+        for one in self.vectors["received"]:
+            received = brachyd.ReceivedForce(number(one["max_force_n"]))
+            for i, step in enumerate(one["steps"]):
+                with self.subTest(one["name"], step=i):
+                    result = step["result"]
+                    if "received_n" in step:
+                        force = brachyd.Force(valid_ms=step["valid_ms"],
+                                              flags=brachyd.ForceFlag.LATCHED if step["is_latched"] else 0)
+                        force.forces.force_n = vector(step["received_n"])
+                        self.assertEqual(received.take(force, step["now_ns"]), result["taken"])
+                    if "lost" in step:
+                        received.lose()
+                    if "armed" in step:
+                        received.arm()
+                    self.assertTrue(same_bits(received.evaluate(step["now_ns"]), result["force_n"]))
+                    self.assertEqual(received.is_latched, result["is_latched"])
+
+
+class AnyForce(unittest.TestCase):
+    """Whatever comes, the force is finite, within its limit, and changes by at most 0.5 N/ms."""
+    NUMBERS = (0.0, -0.0, 5e-324, 1e308, -1e308, math.inf, -math.inf, math.nan)
+
+    def any_number(self):
+        kind = self.random.randrange(12)
+        if kind < 2:
+            return self.random.choice(self.NUMBERS)
+        return self.random.uniform(-1e6, 1e6) if kind == 2 else self.random.uniform(-20, 20)
+
+    def check(self, evaluate, limit, steps=8_000):
+        last, last_ns, now, felt = np.zeros(3), None, 0, 0
+        for _ in range(steps):
+            now = min(now + self.random.randrange(2_000_000), 2**63 - 1)
+            if self.random.randrange(100) == 0:
+                now = self.random.randrange(-2**63, 2**63)
+            force = evaluate(now)
+            since = 0 if last_ns is None else min(max(now - last_ns, 0), 1_000_000)
+            self.assertTrue(np.isfinite(force).all())
+            self.assertLessEqual(np.linalg.norm(force), (limit if limit > 0 else 0) * (1 + 1e-12))
+            self.assertLessEqual(np.linalg.norm(force - last), 0.5e-6 * since + 1e-12)
+            last, last_ns, felt = force, now, felt + (np.linalg.norm(force) > 0.1)
+        self.assertEqual(felt > steps / 50, limit > 0, "the test must reach the forces it is about")
+
+    def setUp(self):
+        self.random = random.Random(45)
+
+    def test_local_force(self):
+        for limit in (3.3, math.nan, -1.0, 0.0):
+            local = brachyd.LocalForce(limit)
+
+            def evaluate(now, own=local):
+                if self.random.randrange(8) == 0:
+                    axis = np.array([self.random.uniform(-1, 1), self.random.uniform(-1, 1), 1 + self.random.random()])
+                    own.take(brachyd.LocalModel(
+                        contact=self.random.randrange(8), axis=axis / math.sqrt(axis @ axis),
+                        reference_tip=np.array([self.any_number() for _ in range(3)]),
+                        contact_point=np.array([self.any_number() for _ in range(3)]),
+                        axial_stiffness_n_per_mm=abs(self.any_number()), axial_min_n=-abs(self.any_number()),
+                        axial_max_n=abs(self.any_number()), after_puncture_n=abs(self.any_number()),
+                        lateral_n=np.array([self.any_number() for _ in range(3)]),
+                        lateral_stiffness_n_per_mm=abs(self.any_number()), time_to_live_s=self.any_number()),
+                        None, now)
+                return own.evaluate([self.any_number() for _ in range(3)], now)
+            self.check(evaluate, limit)
+
+    def test_received_force(self):
+        for limit in (3.3, math.nan, -1.0, 0.0):
+            received = brachyd.ReceivedForce(limit)
+
+            def evaluate(now, own=received):
+                own.take_force([self.any_number() for _ in range(3)], self.random.choice([0, 20, 2**16 - 1]),
+                               self.random.randrange(50) == 0, now)
+                if self.random.randrange(20) == 0:
+                    own.arm()
+                return own.evaluate(now)
+            self.check(evaluate, limit)
 
 
 if __name__ == "__main__":

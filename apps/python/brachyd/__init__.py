@@ -2,7 +2,7 @@
 from .client import AsyncClient, Client
 from .constants import (ControlAction, ErrorCode, EventKind, ForceFlag, ImageFlag, MessageType, Role, ScannerArray,
                         ScannerFreeze, Subscription)
-from .force import LocalForce
+from .force import LocalForce, ReceivedForce
 from .recording import Recording
 from .protocol import Protocol, ServerError, unit_pose
 from .simulator import Drops, Simulator, Ticks
@@ -11,7 +11,7 @@ from .wire import (Certificate, Dose, Error, Event, Force, Forces, Frame, Hello,
 
 __version__ = "0.1.0"
 __all__ = ["AsyncClient", "Certificate", "Client", "ControlAction", "Dose", "Drops", "Error", "ErrorCode", "Event",
-           "EventKind", "Force", "ForceFlag", "Forces", "Frame", "Hello", "Image", "ImageFlag", "Limits", "LocalForce",
-           "LocalModel", "MessageType", "Needle", "Protocol", "ProtocolError", "Recording", "Role", "Scanner",
-           "ScannerArray", "ScannerFreeze", "Scene", "Seed", "ServerError", "Simulator", "State", "StructureDose",
-           "Subscription", "Ticks", "Topology", "Welcome", "unit_pose"]
+           "EventKind", "Force", "ForceFlag", "Forces", "Frame", "Hello", "Image", "ImageFlag", "Limits",
+           "LocalForce", "LocalModel", "MessageType", "Needle", "Protocol", "ProtocolError", "ReceivedForce",
+           "Recording", "Role", "Scanner", "ScannerArray", "ScannerFreeze", "Scene", "Seed", "ServerError",
+           "Simulator", "State", "StructureDose", "Subscription", "Ticks", "Topology", "Welcome", "unit_pose"]

@@ -6,7 +6,8 @@ import select
 import socket
 import ssl
 import time
-from typing import Any, AsyncIterator, Callable, List, Optional, Tuple
+from collections import deque
+from typing import Any, AsyncIterator, Callable, Deque, List, Optional, Tuple
 
 import numpy.typing as npt
 
@@ -18,13 +19,18 @@ from .wire import Error, Force, Hello, Message, Scanner
 READ_BYTES = 1 << 18
 
 
-def websocket_of(address: str) -> Tuple[str, Optional[WebSocket]]:
-    """HOST:PORT of ws://HOST:PORT, and the WebSocket to speak there; of any other address itself and None."""
+def endpoint_of(address: str, tls: Optional[ssl.SSLContext]
+                ) -> Tuple[str, int, Optional[WebSocket], Optional[ssl.SSLContext]]:
+    """Host, port, the WebSocket to speak there (None: the native protocol alone), and the TLS to speak it in. With
+    wss:// there is always one: the system's certificate authorities where `tls` names no others."""
     for scheme in ("ws://", "wss://"):
         if address.startswith(scheme):
-            address = address[len(scheme):].rstrip("/")
-            return address, WebSocket(*address_of(address))
-    return address, None
+            host, port = address_of(address[len(scheme):].rstrip("/"))
+            if scheme == "wss://" and tls is None:
+                tls = ssl.create_default_context()
+            return host, port, WebSocket(host, port), tls
+    host, port = address_of(address)
+    return host, port, None, tls
 
 
 def address_of(address: str) -> Tuple[str, int]:
@@ -48,7 +54,7 @@ def outgoing(protocol: Protocol, websocket: Optional[WebSocket]) -> bytes:
 
 class Client:
     """A client that blocks: `with Client("127.0.0.1:18950", Hello(...)) as client`. One thread. "ws://HOST:PORT" speaks
-    WebSocket to the HTTP port; give `tls` for TLS, also with wss://.
+    WebSocket to the HTTP port. `tls` for TLS; "wss://HOST:PORT" without it takes the system's certificate authorities.
 
     poll() serves the connection and is to be called often: it answers PINGs, and a viewer drains its socket so that it
     shows the present. `client.protocol` holds what came last; `errors` the errors that were not fatal.
@@ -56,13 +62,16 @@ class Client:
 
     def __init__(self, address: str, hello: Optional[Hello] = None, tls: Optional[ssl.SSLContext] = None,
                  timeout_s: float = 10.0) -> None:
-        address, self._websocket = websocket_of(address)
-        host, port = address_of(address)
+        host, port, self._websocket, tls = endpoint_of(address, tls)
         self.protocol = Protocol(hello or Hello())
         self.errors: List[Error] = []
         plain = socket.create_connection((host, port), timeout_s)
         plain.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-        self._socket: socket.socket = tls.wrap_socket(plain, server_hostname=host) if tls else plain
+        try:
+            self._socket: socket.socket = tls.wrap_socket(plain, server_hostname=host) if tls else plain
+        except BaseException:
+            plain.close()
+            raise
         try:
             if self._websocket:
                 self._socket.sendall(self._websocket.upgrade)
@@ -135,6 +144,17 @@ class Client:
         self.flush()
         return sequence
 
+    def arm(self, needle: Optional[int] = None) -> None:
+        """Ends a latch of the needle's force: of the device's own, or, as operator, of any. The force then comes in
+        over 0.5 s."""
+        self.protocol.arm(self.protocol.needle if needle is None else needle)
+        self.flush()
+
+    def press(self, pressed: bool, needle: Optional[int] = None) -> None:
+        """The button of the needle's device, which drops a seed when it goes down."""
+        self.protocol.press(self.protocol.needle if needle is None else needle, pressed)
+        self.flush()
+
     def set_scanner(self, scanner: Scanner) -> int:
         """As operator, or as the probe's device. What is in use then comes as protocol.scanner."""
         sequence = self.protocol.set_scanner(scanner)
@@ -143,28 +163,46 @@ class Client:
 
 
 class AsyncClient:
-    """The same for asyncio: `client = await AsyncClient.connect("127.0.0.1:18950")`, `async for message in client`."""
+    """The same for asyncio: `async with await AsyncClient.connect("127.0.0.1:18950") as client`, `async for message in
+    client`. PINGs are answered while it is iterated over: leave the loop and it goes on where it was, but a client that
+    does not come back to it within the server's silence_timeout is closed.
+    """
 
     def __init__(self, protocol: Protocol, reader: asyncio.StreamReader, writer: asyncio.StreamWriter,
                  websocket: Optional[WebSocket] = None) -> None:
         self.protocol = protocol
+        self.errors: List[Error] = []
         self._websocket = websocket
         self._reader, self._writer = reader, writer
-        self._waiting: List[Message] = []
+        self._waiting: Deque[Message] = deque()
 
     @classmethod
-    async def connect(cls, address: str, hello: Optional[Hello] = None,
-                      tls: Optional[ssl.SSLContext] = None) -> "AsyncClient":
-        address, websocket = websocket_of(address)
-        host, port = address_of(address)
-        reader, writer = await asyncio.open_connection(host, port, ssl=tls, limit=READ_BYTES)
-        client = cls(Protocol(hello or Hello()), reader, writer, websocket)
-        if websocket:
-            writer.write(websocket.upgrade)
-        await client.flush()
-        while client.protocol.welcome is None:
-            client._waiting += await client._read()
-        return client
+    async def connect(cls, address: str, hello: Optional[Hello] = None, tls: Optional[ssl.SSLContext] = None,
+                      timeout_s: float = 10.0) -> "AsyncClient":
+        """Throws as Client; asyncio.TimeoutError where no WELCOME comes in that time."""
+        host, port, websocket, tls = endpoint_of(address, tls)
+
+        async def begin() -> "AsyncClient":
+            reader, writer = await asyncio.open_connection(host, port, ssl=tls, limit=READ_BYTES)
+            client = cls(Protocol(hello or Hello()), reader, writer, websocket)
+            try:
+                if websocket:
+                    writer.write(websocket.upgrade)
+                await client.flush()
+                while client.protocol.welcome is None:
+                    await client._read()
+            except BaseException:
+                writer.close()
+                raise
+            return client
+
+        return await asyncio.wait_for(begin(), timeout_s)
+
+    async def __aenter__(self) -> "AsyncClient":
+        return self
+
+    async def __aexit__(self, *ignored: Any) -> None:
+        await self.close()
 
     async def flush(self) -> None:
         out = outgoing(self.protocol, self._websocket)
@@ -172,24 +210,35 @@ class AsyncClient:
             self._writer.write(out)
             await self._writer.drain()
 
-    async def _read(self) -> List[Message]:
+    async def _read(self) -> None:
         data = await self._reader.read(READ_BYTES)
         if not data:
             raise ConnectionError("the server closed the connection")
         messages = self.protocol.feed(self._websocket.feed(data) if self._websocket else data)
+        self.errors += [message for message in messages if isinstance(message, Error)]
+        self._waiting.extend(messages)
         await self.flush()
-        return messages
 
     async def __aiter__(self) -> AsyncIterator[Message]:
         while True:
-            for message in self._waiting:
-                yield message
-            self._waiting = await self._read()
+            while self._waiting:
+                yield self._waiting.popleft()
+            await self._read()
 
     async def send_pose(self, X_WN: npt.ArrayLike, stamp_ns: Optional[int] = None) -> int:
         sequence = self.protocol.send_pose(X_WN, stamp_ns)
         await self.flush()
         return sequence
+
+    async def control(self, action: ControlAction, loop: bool = False, kernel: str = "",
+                      support_radius_mm: float = float("nan")) -> int:
+        sequence = self.protocol.control(action, loop, kernel, support_radius_mm)
+        await self.flush()
+        return sequence
+
+    async def arm(self, needle: Optional[int] = None) -> None:
+        self.protocol.arm(self.protocol.needle if needle is None else needle)
+        await self.flush()
 
     async def close(self) -> None:
         self._writer.close()

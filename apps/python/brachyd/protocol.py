@@ -9,8 +9,8 @@ import numpy.typing as npt
 
 from . import wire
 from .constants import HEADER_BYTES, ControlAction, MessageType
-from .wire import (Dose, Error, FloatArray, Frame, Hello, Image, Message, Ping, ProtocolError, Scanner, Scene, Seed,
-                   State, Topology, Welcome)
+from .wire import (Dose, Error, FloatArray, Frame, Hello, Image, Message, Ping, Plan, ProtocolError, Scanner, Scene,
+                   Seed, State, Topology, Welcome)
 
 LARGEST_BODY = 1 << 30
 
@@ -38,6 +38,7 @@ class Protocol:
         self.frame: Optional[Frame] = None
         self.images: Dict[int, Image] = {}  # the newest by ScannerArray
         self.scanner: Optional[Scanner] = None
+        self.plan: Optional[Plan] = None  # in use, with Subscription.PLAN
         self.seeds: Dict[int, Seed] = {}
         self.mesh_tick = 0
         self._positions: Optional[FloatArray] = None
@@ -116,10 +117,8 @@ class Protocol:
             self._received += 1
             if header.sequence != self._received:
                 raise ProtocolError(f"message {self._received} has the sequence {header.sequence}")
-            if header.type in wire.DECODERS:
-                reader = wire.Reader(body)
-                message = wire.DECODERS[header.type](reader)
-                reader.finish()
+            message = wire.decode(header.type, body)
+            if message is not None:
                 self._take(message, header.stamp_ns)
                 messages.append(message)
         del self._buffer[:at]
@@ -149,6 +148,8 @@ class Protocol:
             self.images[message.array] = message
         elif isinstance(message, Scanner):
             self.scanner = message
+        elif isinstance(message, Plan):
+            self.plan = message
 
     def _apply(self, frame: Frame) -> None:
         if self.topology is None or self._positions is None or frame.topology_hash != self.topology.hash:

@@ -42,8 +42,6 @@ class Recording:
                 if struct.unpack("<I", crc)[0] != zlib.crc32(head + body):
                     self.end = f"damaged at byte {at}"
                     return
-                if header.type in wire.DECODERS:
-                    reader = wire.Reader(body)
-                    message = wire.DECODERS[header.type](reader)
-                    reader.finish()
+                message = wire.decode(header.type, body)
+                if message is not None:
                     yield header, message

@@ -6,12 +6,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Callable, Dict, Optional, get_args
+from typing import Callable, Dict, Optional, Union, get_args
 
 import numpy.typing as npt
 
 from . import wire_generated
-from .constants import ANY_NEEDLE, ControlAction, DeviceFlag, ImageRequestFlag, PlayFlag, Role, Subscription
+from .constants import (ANY_NEEDLE, ControlAction, DeviceFlag, ImageRequestFlag, MessageType, PlayFlag, Role,
+                        Subscription)
 from .wire_bytes import (HEADER, Array, FloatArray, Header, ProtocolError, Reader, Writer, decode_header,
                          encode_message)
 from .wire_generated import (Arm, Contour, Control, Dose, Drop, Error, Event, Force, Forces, Frame, HelloDevice,
@@ -27,7 +28,8 @@ __all__ = ["Arm", "Array", "Certificate", "Contour", "DECODERS", "Dose", "Drop",
            "Force", "Forces", "Frame", "HEADER", "Header", "Hello", "Image", "Limits", "LocalModel", "Message",
            "NOT_STATED", "Needle", "Ping", "Plan", "PlannedNeedle", "PlannedSeed", "Pose", "ProtocolError",
            "Quantiles", "Reader", "Refusal", "Scanner", "Scene", "Seed", "State", "Structure", "StructureDose",
-           "Topology", "Welcome", "Writer", "decode_header", "encode_control", "encode_message", "encode_pose"]
+           "Topology", "Welcome", "Writer", "decode", "decode_header", "encode_control", "encode_message",
+           "encode_pose"]
 NOT_STATED = math.nan
 
 
@@ -60,6 +62,24 @@ class Hello:
 
 # Of the messages that a server sends.
 DECODERS: Dict[int, Callable[[Reader], Message]] = {message.TYPE: message.read for message in get_args(Message)}
+
+
+def decode(kind: int, body: Union[bytes, memoryview]) -> Optional[Message]:
+    """A message of a server; None: its type is of a later version. Throws ProtocolError for a body that is damaged in
+    whatever way."""
+    read = DECODERS.get(kind)
+    if read is None:
+        return None
+    reader = Reader(body)
+    try:
+        message = read(reader)
+        reader.finish()
+    except ProtocolError:
+        raise
+    except Exception as error:  # of what the bytes are taken for: enumerations, texts, sizes
+        name = MessageType(kind).name
+        raise ProtocolError(f"a {name} is damaged: {type(error).__name__}: {error}") from error
+    return message
 
 
 def encode_pose(needle: int, X_WN: npt.ArrayLike) -> bytes:
