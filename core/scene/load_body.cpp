@@ -1,8 +1,8 @@
 #include "core/scene/load_body.h"
 
 #include "core/base/error.h"
-#include "core/geometry/mesh_io/mesh_file.h"
 #include "core/geometry/surface/surface_check.h"
+#include "core/scene/scene_mesh.h"
 
 namespace brachy {
 namespace {
@@ -25,9 +25,9 @@ std::shared_ptr<const Region> load_region(const Scene& scene, const RegionSettin
 }
 
 SurfaceMesh load_region_mesh(const Scene& scene, const RegionSettings& settings) {
-  const auto file = scene.resolve(settings.file);
-  PreparedSurface prepared = prepare_surface(read_mesh_file(file), {}, file.string());
-  require_closed(prepared.report, file.string());
+  const std::string name = scene.resolve(settings.file).string();
+  PreparedSurface prepared = prepare_surface(read_scene_mesh(scene, settings.file), {}, name);
+  require_closed(prepared.report, name);
   return std::move(prepared.mesh);
 }
 

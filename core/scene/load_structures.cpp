@@ -4,9 +4,10 @@
 
 #include "core/base/error.h"
 #include "core/brachytherapy/structures/phantom_structures.h"
-#include "core/geometry/mesh_io/mesh_file.h"
 #include "core/geometry/surface/surface_check.h"
 #include "core/scene/load_tissue.h"
+#include "core/scene/scene_mesh.h"
+#include "core/scene/structure_roles.h"
 
 namespace brachy {
 namespace {
@@ -22,9 +23,9 @@ SurfaceMesh stretched(SurfaceMesh mesh, const Vec3& size_mm) {
 }
 
 SurfaceMesh load(const Scene& scene, const StructureSettings& settings) {
-  const auto file = scene.resolve(settings.file);
+  const std::string file = scene.resolve(settings.file).string();
   try {
-    return closed(prepare_surface(read_mesh_file(file), {}, file.string()), file.string());
+    return closed(prepare_surface(read_scene_mesh(scene, settings.file), {}, file), file);
   } catch (const UserError& e) {
     throw UserError(settings.place + ": structure \"" + settings.name + "\": " + e.what());
   }
@@ -32,25 +33,34 @@ SurfaceMesh load(const Scene& scene, const StructureSettings& settings) {
 
 }  // namespace
 
+bool has_own_geometry(const Scene& scene) {
+  return !scene.tissue.mesh.empty() || !scene.structures.empty();
+}
+
 std::vector<Structure> load_structures(const Scene& scene) {
   const std::string tissue =
       scene.tissue.mesh.empty() ? "the phantom" : scene.resolve(scene.tissue.mesh).string();
-  const auto own = [&](const char* name) {
-    return std::ranges::find(scene.structures, name, &StructureSettings::name);
+  const std::vector<StructureRole> roles = structure_roles(scene);
+  const std::vector<std::string> names = structure_names(scene);
+  const auto load_own = [&](std::size_t n) {
+    const std::string& label = scene.structures[n].name;
+    return Structure{names[n], load(scene, scene.structures[n]), roles[n], label == names[n] ? "" : label};
   };
-  const auto has_own = [&](const char* name) { return own(name) != scene.structures.end(); };
+  const auto has_own = [&](StructureRole role) { return std::ranges::count(roles, role) > 0; };
   std::vector<Structure> all;
-  if (has_own("prostate"))
-    all.push_back({"prostate", load(scene, *own("prostate"))});
+  using enum StructureRole;
+  if (has_own(kGland))
+    all.push_back(load_own(static_cast<std::size_t>(std::ranges::find(roles, kGland) - roles.begin())));
   else
-    all.push_back({"prostate", closed(load_surface(scene), tissue)});
+    all.push_back({role_word(kGland), closed(load_surface(scene), tissue), kGland});
   if (scene.tissue.mesh.empty()) {
     const Vec3& size = scene.tissue.phantom_size_mm;
-    if (!has_own("urethra")) all.push_back({"urethra", stretched(phantom_urethra(), size)});
-    if (!has_own("rectum")) all.push_back({"rectum", stretched(phantom_rectum(), size)});
+    if (!has_own(kUrethra))
+      all.push_back({role_word(kUrethra), stretched(phantom_urethra(), size), kUrethra});
+    if (!has_own(kRectum)) all.push_back({role_word(kRectum), stretched(phantom_rectum(), size), kRectum});
   }
-  for (const StructureSettings& settings : scene.structures)
-    if (settings.name != "prostate") all.push_back({settings.name, load(scene, settings)});
+  for (std::size_t n = 0; n < roles.size(); ++n)
+    if (roles[n] != kGland) all.push_back(load_own(n));
   return all;
 }
 

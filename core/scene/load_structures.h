@@ -7,11 +7,15 @@
 
 namespace brachy {
 
-/// The structures that dose is reported for: first "prostate", the [[structure]] of that name, for a
+/// The structures that dose is reported for: first "prostate", the [[structure]] with the gland's role, for a
 /// body that is more than the gland, or else the tissue's own surface; then the phantom's "urethra"
 /// and "rectum", stretched with tissue.phantom_size_mm, where the scene has no mesh; then each [[structure]], in the
-/// file's order. A [[structure]] with the name of one of the phantom's replaces it. All closed, outward, mm, world
-/// frame. Errors: UserError where a mesh cannot be read or is not closed. Not real-time.
+/// file's order. A [[structure]] with the role of one of the phantom's replaces it. Those with a unique role have its
+/// word for a name (structure_names). All closed, outward, mm, world frame.
+/// Errors: UserError where a mesh cannot be read or is not closed, or roles are not clear. Not real-time.
 std::vector<Structure> load_structures(const Scene& scene);
+
+/// Whether any of them comes from a file: the phantom's are as they should be.
+bool has_own_geometry(const Scene& scene);
 
 }  // namespace brachy

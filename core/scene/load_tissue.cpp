@@ -1,9 +1,9 @@
 #include "core/scene/load_tissue.h"
 
-#include "core/geometry/mesh_io/mesh_file.h"
 #include "core/geometry/surface/surface_bvh.h"
 #include "core/geometry/tissue/interior_points.h"
 #include "core/geometry/tissue/phantom.h"
+#include "core/scene/scene_mesh.h"
 
 namespace brachy {
 namespace {
@@ -21,11 +21,8 @@ PreparedSurface load_surface(const Scene& scene) {
     for (Vec3& v : phantom.vertices) v = v.cwiseProduct(s.phantom_size_mm.cwiseQuotient(phantom_size()));
     return prepare_surface(std::move(phantom), {}, surface_name(scene));
   }
-  MeshFileOptions file;
-  file.units = s.units == "m" ? MeshUnits::kM : MeshUnits::kMm;
-  file.frame = s.frame == "LPS" ? MeshFrame::kLps : MeshFrame::kRas;
-  return prepare_surface(read_mesh_file(scene.resolve(s.mesh), file),
-                         {s.weld_tolerance_mm, s.min_island_share}, surface_name(scene));
+  return prepare_surface(read_scene_mesh(scene, s.mesh), {s.weld_tolerance_mm, s.min_island_share},
+                         surface_name(scene));
 }
 
 LoadedTissue load_tissue(const Scene& scene) {

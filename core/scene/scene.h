@@ -28,8 +28,8 @@ namespace brachy {
 /// The tissue: its surface, points, moduli and needle forces.
 struct TissueSettings {
   std::string mesh;              ///< STL, OBJ or PLY, relative to the scene file; empty: the phantom
-  std::string units = "mm";      ///< of the mesh file: mm or m
-  std::string frame = "RAS";     ///< of the mesh file: RAS or LPS
+  std::string units = "mm";      ///< of all mesh files of the scene: mm or m
+  std::string frame = "RAS";     ///< of all mesh files of the scene: RAS or LPS
   std::uint64_t points = 14560;  ///< surface and interior together
   std::uint64_t phantom_surface_vertices = 1200;
   Vec3 phantom_size_mm = phantom_size();  ///< its bounding box
@@ -65,7 +65,7 @@ struct RegionSettings {
   std::string shape = "ellipsoid";  ///< ellipsoid (axes along x, y, z), sphere, or mesh
   Vec3 centre_mm = Vec3::Zero();
   Vec3 semi_axes_mm = Vec3::Constant(20);  ///< of a sphere: its radius, three times
-  std::string file;                        ///< for mesh: STL, OBJ or PLY, mm, relative to the scene file
+  std::string file;                        ///< for mesh: STL, OBJ or PLY, relative to the scene file
   std::optional<double> shear_modulus_kpa;
   std::optional<double> support_radius_mm;  ///< of the ψ models; the compact ones' largest
   /// Needle forces in the region: those that the file omits are as in [tissue], but without a capsule.
@@ -173,9 +173,10 @@ struct BrokerSettings {
 /// A structure of the patient: dose is reported for it (core/scene/load_structures.h).
 struct StructureSettings {
   std::string name;         ///< "urethra", "rectum" or any other of letters, digits, _ and -; once
-  std::string file;         ///< STL, OBJ or PLY, mm, relative to the scene file
+  std::string file;         ///< STL, OBJ or PLY, relative to the scene file
   std::string place;        ///< file:line, for messages
   std::string colour = {};  ///< "#rrggbb", in viewers; empty: theirs
+  std::string role = {};    ///< of role_words(); empty: by its name (core/scene/structure_roles.h)
 
   bool operator==(const StructureSettings&) const = default;
 };

@@ -66,10 +66,14 @@ void NeedleMetricsTally::add(std::span<const TrajectorySample> motion, std::span
   first_s_ = sums_.poses == 0 ? motion.front().t_s : std::min(first_s_, motion.front().t_s);
   last_s_ = sums_.poses == 0 ? motion.back().t_s : std::max(last_s_, motion.back().t_s);
   sums_.poses += motion.size();
+  double left_s = motion.front().t_s;  // when the tip came to where it is
   for (std::size_t i = 1; i < motion.size(); ++i) {
     const double way_mm = tip_way(motion[i - 1], motion[i]);
     sums_.path_length_mm += way_mm;
-    speeds_.push_back(way_mm / (motion[i].t_s - motion[i - 1].t_s));
+    if (way_mm == 0) continue;
+    const bool was_resting = motion[i - 1].t_s - left_s > NeedleMetrics::kHeldS;
+    speeds_.push_back(way_mm / (motion[i].t_s - (was_resting ? motion[i - 1].t_s : left_s)));
+    left_s = motion[i].t_s;
   }
   for (const TissueVisit& visit : visits) {
     sums_.path_in_tissue_mm += visit.path_mm;

@@ -33,6 +33,9 @@ struct NeedleMetrics {
   /// no segment to compute it from
   static constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
+  /// Equal samples for longer than this are a rest: of a device of 10 Hz and more none are.
+  static constexpr double kHeldS = 0.1;
+
   std::size_t poses = 0;
   double elapsed_time_s = 0;  ///< first pose to last; of several needles the first of any to the last of any
   double path_length_mm = 0;  ///< polyline of tip positions; of several needles the sum, as below
@@ -42,8 +45,10 @@ struct NeedleMetrics {
   /// been outside before: a tip that trembles on the surface is one pass. A motion that begins inside begins
   /// with one.
   std::uint32_t passes = 0;
-  /// Quantiles of the tip's speed over each segment, mm/s, every segment weighted equally; linear in rank
-  /// between two of them (Hyndman, Fan 1996, type 7, as numpy.percentile).
+  /// Quantiles of the tip's speed over each segment in which it moves, mm/s, every segment weighted equally; linear in
+  /// rank between two of them (Hyndman, Fan 1996, type 7, as numpy.percentile). A hand that rests has no speed; a
+  /// device that is slower than the samples leaves equal ones between two places: up to kHeldS they belong to the
+  /// segment that follows.
   double speed_p50_mm_s = kNone, speed_p90_mm_s = kNone, speed_p95_mm_s = kNone, speed_max_mm_s = kNone;
 };
 

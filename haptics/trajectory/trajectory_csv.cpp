@@ -5,6 +5,7 @@
 #include <sstream>
 #include <utility>
 
+#include "core/base/file_kind.h"
 #include "core/base/number_csv.h"
 #include "haptics/trajectory/needle_trajectories.h"
 #include "haptics/trajectory/rigid_pose.h"
@@ -13,6 +14,9 @@ namespace brachy {
 
 namespace {
 
+/// In place of a matrix; q_WN.
+constexpr std::array<std::string_view, 2> kQuaternionHeaders = {"t_s,x,y,z,qw,qx,qy,qz",
+                                                                "t_s,x,y,z,qx,qy,qz,qw"};
 constexpr double kMaxTime = 4e9;  // seconds since 1970 are fine, and fit 64 bits in ns
 constexpr std::array kOneNeedlesColumns = {kButtonColumn};
 constexpr std::array kSeveralNeedlesColumns = {kNeedleColumn, kButtonColumn};
@@ -23,6 +27,37 @@ std::string short_number(double value) {
   std::ostringstream out;
   out << value;
   return out.str();
+}
+
+/// A table of matrices, of the file's own or of its unit quaternions.
+NumberTable parse_poses(std::string_view text, const std::string& name, const NumberCsvLimits& limits) {
+  const std::string header = csv_header(text);
+  const auto by_names =
+      std::ranges::find_if(kQuaternionHeaders, [&](std::string_view h) { return header.starts_with(h); });
+  if (by_names == kQuaternionHeaders.end()) return parse_number_csv(text, name, kTrajectoryHeader, limits);
+  const NumberTable from = parse_number_csv(text, name, *by_names, limits);
+  const std::size_t w = by_names == kQuaternionHeaders.begin() ? 4 : 7, x = w == 4 ? 5 : 4;
+  NumberTable to;
+  to.lines = from.lines;
+  to.optional_columns = from.optional_columns;
+  to.columns = 13 + from.optional_columns.size();
+  to.values.reserve(to.columns * from.rows());
+  for (std::size_t i = 0; i < from.rows(); ++i) {
+    const auto row = from.row(i);
+    const Eigen::Quaterniond q(row[w], row[x], row[x + 1], row[x + 2]);
+    if (!(std::abs(q.norm() - 1) <= kRigidTolerance))
+      refuse_line(
+          name, from.lines[i],
+          "the quaternion's length is " + short_number(q.norm()) + "; it must be 1, named qw, qx, qy, qz");
+    const Mat3 R = q.normalized().toRotationMatrix();
+    to.values.push_back(row[0]);
+    for (int r = 0; r < 3; ++r) {
+      for (int c = 0; c < 3; ++c) to.values.push_back(R(r, c));
+      to.values.push_back(row[1 + static_cast<std::size_t>(r)]);
+    }
+    to.values.insert(to.values.end(), row.begin() + 8, row.end());
+  }
+  return to;
 }
 
 RigidTransform to_pose(std::span<const double> row, const std::string& name, std::size_t line) {
@@ -125,21 +160,28 @@ NeedleTrajectories to_trajectories(const NumberTable& table, const std::string& 
 }  // namespace
 
 Trajectory parse_trajectory(std::string_view text, const std::string& name) {
-  return to_trajectory(parse_number_csv(text, name, kTrajectoryHeader, kLimits), name);
+  return to_trajectory(parse_poses(text, name, kLimits), name);
 }
 
 Trajectory load_trajectory(const std::filesystem::path& file) {
-  return to_trajectory(load_number_csv(file, kTrajectoryHeader, kLimits), file.string());
+  return reading(file, FileKind::kTrajectory, [&] {
+    return to_trajectory(
+        parse_poses(load_csv_text(file, kTrajectoryHeader, kLimits.max_bytes), file.string(), kLimits),
+        file.string());
+  });
 }
 
 NeedleTrajectories parse_trajectories(std::string_view text, const std::string& name,
                                       std::size_t needle_count) {
-  return to_trajectories(parse_number_csv(text, name, kTrajectoryHeader, kSeveralLimits), name, needle_count);
+  return to_trajectories(parse_poses(text, name, kSeveralLimits), name, needle_count);
 }
 
 NeedleTrajectories load_trajectories(const std::filesystem::path& file, std::size_t needle_count) {
-  return to_trajectories(load_number_csv(file, kTrajectoryHeader, kSeveralLimits), file.string(),
-                         needle_count);
+  return reading(file, FileKind::kTrajectory, [&] {
+    return to_trajectories(parse_poses(load_csv_text(file, kTrajectoryHeader, kSeveralLimits.max_bytes),
+                                       file.string(), kSeveralLimits),
+                           file.string(), needle_count);
+  });
 }
 
 std::string trajectory_row(const TrajectorySample& sample, std::uint32_t needle) {

@@ -79,6 +79,26 @@ TEST(NeedleMetrics, PercentilesOfSegmentSpeedsAreLinearInRank) {
   EXPECT_EQ(m.time_in_tissue_s, 0);
 }
 
+TEST(NeedleMetrics, OnlyATipThatMovesHasASpeed) {
+  // A hand at 20 mm/s for a tenth of the time, seen 200 times a second; numpy.percentile of its moving segments is 20.
+  std::vector<std::pair<double, double>> places;
+  double z = -50;
+  for (int i = 0; i < 2000; ++i) places.push_back({0.005 * i, i % 200 < 20 ? z += 0.1 : z});
+  const NeedleMetrics rested = metrics_of(along_z(places));
+  EXPECT_NEAR(rested.speed_p50_mm_s, 20, 1e-9);
+  EXPECT_NEAR(rested.speed_p95_mm_s, 20, 1e-9);
+  EXPECT_NEAR(rested.path_length_mm, 0.1 * 199, 1e-9);
+
+  // A mouse of 50 poses a second at 40 mm/s in the same samples: each pose stays for four of them.
+  places.clear();
+  for (int i = 0; i < 400; ++i) places.push_back({0.005 * i, -50 + 0.8 * (i / 4)});
+  const NeedleMetrics held = metrics_of(along_z(places));
+  EXPECT_NEAR(held.speed_p50_mm_s, 40, 1e-9);
+  EXPECT_NEAR(held.speed_max_mm_s, 40, 1e-9);
+
+  EXPECT_TRUE(std::isnan(metrics_of(along_z({{0, 5}, {1, 5}, {2, 5}})).speed_p95_mm_s)) << "it never moved";
+}
+
 TEST(NeedleMetrics, APoseAloneHasNoSpeed) {
   const NeedleMetrics m = metrics_of(along_z({{3, 5}}));
   EXPECT_EQ(m.elapsed_time_s, 0);

@@ -190,5 +190,23 @@ TEST_F(TrajectoryFile, AFileBeyondTheSizeLimitIsRefusedBeforeItIsRead) {
   EXPECT_NE(error_of([&] { load_trajectory(file); }).find("larger than 320 MiB"), std::string::npos);
 }
 
+TEST(TrajectoryCsv, ReadsQuaternionsInEitherOrderOfTheirNames) {
+  // A quarter turn about z: x of the needle along y of the world.
+  const std::string w_first = "t_s,x,y,z,qw,qx,qy,qz\n0,7,8,9,0.70710678118654757,0,0,0.70710678118654757\n";
+  const std::string w_last =
+      "t_s, x, y, z, qx, qy, qz, qw, button\n0,7,8,9,0,0,0.70710678118654757,0.70710678118654757,1\n";
+  for (const std::string& text : {w_first, w_last}) {
+    const Trajectory trajectory = parse_trajectory(text, "t.csv");
+    ASSERT_EQ(trajectory.samples().size(), 1u);
+    const RigidTransform& X_WN = trajectory.samples().front().X_WN;
+    EXPECT_LT((X_WN.R.col(0) - Vec3::UnitY()).norm(), 1e-12);
+    EXPECT_LT((X_WN.R.col(1) + Vec3::UnitX()).norm(), 1e-12);
+    EXPECT_LT((X_WN.p - Vec3(7, 8, 9)).norm(), 1e-12);
+  }
+  EXPECT_TRUE(parse_trajectory(w_last, "t.csv").samples().front().button);
+  expect_error("t_s,x,y,z,qw,qx,qy,qz\n0,0,0,0,1,1,0,0\n", "t.csv:2: the quaternion's length is 1.41421");
+  expect_error("t_s,x,y,z,qw,qx,qy\n0,0,0,0,1,1,0\n", "t.csv:1: expected the header t_s,m00");
+}
+
 }  // namespace
 }  // namespace brachy

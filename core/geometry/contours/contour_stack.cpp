@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 
 #include "core/base/error.h"
@@ -38,96 +39,95 @@ Mat3 axes_along(Vec3 normal) {
 struct FlatContour {
   double height_mm;
   Polygon polygon;
+  Eigen::AlignedBox2d box;
 };
+
+/// Whether two outlines are nearly the same, as neighbouring planes have them; those that are the same are one contour
+/// drawn twice, and farther apart are a wall's.
+bool are_alike(const Eigen::AlignedBox2d& a, const Eigen::AlignedBox2d& b) {
+  constexpr double kWallMm = 1;
+  const double apart =
+      std::max((a.min() - b.min()).cwiseAbs().maxCoeff(), (a.max() - b.max()).cwiseAbs().maxCoeff());
+  return apart > kRepeatedMm && apart < kWallMm;
+}
 
 FlatContour flatten(const std::vector<Vec3>& contour, const Mat3& axes, const std::string& name,
                     std::size_t number) {
-  FlatContour flat{0, {}};
+  FlatContour flat{0, {}, {}};
   double least = 1e300, most = -1e300;
   for (const Vec3& p : contour) {
     const Vec3 local = axes.transpose() * p;
     least = std::min(least, local.z());
     most = std::max(most, local.z());
     flat.height_mm += local.z() / static_cast<double>(contour.size());
-    if (flat.polygon.empty() || (flat.polygon.back() - local.head<2>()).norm() > 1e-6)
-      flat.polygon.emplace_back(local.head<2>());
+    flat.polygon.emplace_back(local.head<2>());
+    flat.box.extend(Vec2(local.head<2>()));
   }
-  while (flat.polygon.size() > 1 && (flat.polygon.back() - flat.polygon.front()).norm() <= 1e-6)
-    flat.polygon.pop_back();
   if (most - least > kOffPlaneMm)
     throw UserError(name + ": contour " + std::to_string(number) + " leaves the plane of the others by " +
                     text_of(most - least) + " mm; draw the contours of a structure in parallel planes");
   return flat;
 }
 
-bool is_same(const Polygon& a, const Polygon& b) {
-  return a.size() == b.size() &&
-         std::ranges::equal(a, b, [](const Vec2& p, const Vec2& q) { return (p - q).norm() < 1e-4; });
+/// The mean of the contours' directions that lie within 2° of the largest one's, by area.
+Vec3 common_normal(std::span<const std::vector<Vec3>> contours, const Vec3& largest) {
+  Vec3 sum = Vec3::Zero();
+  for (const auto& contour : contours) {
+    const Vec3 area = area_vector(contour);
+    if (std::abs(area.dot(largest)) > std::cos(0.035) * area.norm() * largest.norm())
+      sum += area.dot(largest) > 0 ? area : Vec3(-area);
+  }
+  return sum;
 }
 
-// A channel is drawn there and back along the same points.
-Polygon without_spikes(Polygon polygon) {
-  for (bool changed = true; changed && polygon.size() >= 3;) {
-    changed = false;
-    for (std::size_t i = 0; i < polygon.size() && polygon.size() >= 3; ++i) {
-      const std::size_t before = (i + polygon.size() - 1) % polygon.size(), after = (i + 1) % polygon.size();
-      if ((polygon[before] - polygon[after]).norm() > 1e-4) continue;
-      // There and back to the same point: the spike's tip and one of its two ends go.
-      polygon.erase(polygon.begin() + static_cast<std::ptrdiff_t>(std::max(i, after)));
-      polygon.erase(polygon.begin() + static_cast<std::ptrdiff_t>(std::min(i, after)));
-      changed = true;
+/// The gap at which half of the length is drawn: jitter has short gaps, however many, and pieces that lie apart a few
+/// long ones.
+double usual_gap(const std::vector<double>& heights) {
+  constexpr double kLongestMm = 10, kNothingMm = 1e-6;
+  std::vector<double> gaps;
+  for (std::size_t n = 1; n < heights.size(); ++n)
+    if (const double gap = heights[n] - heights[n - 1]; gap > kNothingMm) gaps.push_back(gap);
+  std::ranges::sort(gaps);
+  double total = 0, sum = 0;
+  for (const double gap : gaps) total += std::min(gap, kLongestMm);
+  for (const double gap : gaps)
+    if ((sum += std::min(gap, kLongestMm)) >= 0.5 * total) return gap;
+  return 0;
+}
+
+/// Each plane takes what lies within `most_mm` of its lowest contour.
+std::vector<std::size_t> grouped(const std::vector<double>& heights, double most_mm) {
+  std::vector<std::size_t> planes;
+  double from = 0;
+  for (const double height : heights) {
+    if (planes.empty() || height - from > most_mm) {
+      planes.push_back(planes.empty() ? 0 : planes.back() + 1);
+      from = height;
+    } else {
+      planes.push_back(planes.back());
     }
   }
-  return polygon;
+  return planes;
 }
 
-/// Cuts a polygon at an edge that it passes in both directions, a channel, into the polygons on either side.
-void add_without_channels(Polygon polygon, std::vector<Polygon>& out) {
-  polygon = without_spikes(std::move(polygon));
-  const std::size_t n = polygon.size();
-  if (n < 3) return;
-  for (std::size_t i = 0; i < n; ++i)
-    for (std::size_t j = i + 2; j < n; ++j) {
-      const bool is_reverse = (polygon[i] - polygon[(j + 1) % n]).norm() < 1e-4 &&
-                              (polygon[(i + 1) % n] - polygon[j]).norm() < 1e-4;
-      if (!is_reverse) continue;
-      const auto at = [&](std::size_t k) { return polygon.begin() + static_cast<std::ptrdiff_t>(k); };
-      Polygon inner(at(i + 1), at(j));
-      Polygon outer(at(0), at(i));
-      outer.insert(outer.end(), at(j + 1), polygon.end());
-      add_without_channels(std::move(inner), out);
-      add_without_channels(std::move(outer), out);
-      return;
-    }
-  out.push_back(std::move(polygon));
-}
-
-double side_of(const Vec2& a, const Vec2& b, const Vec2& p) {
-  return (b - a).x() * (p - a).y() - (b - a).y() * (p - a).x();
-}
-
-/// Whether two edges cross within both; not where they only touch.
-bool do_cross(const Vec2& a, const Vec2& b, const Vec2& c, const Vec2& d) {
-  return side_of(a, b, c) * side_of(a, b, d) < 0 && side_of(c, d, a) * side_of(c, d, b) < 0;
-}
-
-bool do_cross(const Polygon& p, const Polygon& q) {
-  Eigen::AlignedBox2d of_q;
-  for (const Vec2& v : q) of_q.extend(v);
-  for (std::size_t i = 0; i < p.size(); ++i) {
-    const Vec2 &a = p[i], &b = p[(i + 1) % p.size()];
-    if (!of_q.intersects(Eigen::AlignedBox2d(a.cwiseMin(b), a.cwiseMax(b)))) continue;
-    for (std::size_t j = 0; j < q.size(); ++j)
-      if (do_cross(a, b, q[j], q[(j + 1) % q.size()])) return true;
+std::vector<double> means_of(const std::vector<double>& heights, const std::vector<std::size_t>& planes) {
+  std::vector<double> sums(planes.back() + 1, 0), counts(planes.back() + 1, 0);
+  for (std::size_t n = 0; n < heights.size(); ++n) {
+    sums[planes[n]] += heights[n];
+    ++counts[planes[n]];
   }
-  return false;
+  for (std::size_t p = 0; p < sums.size(); ++p) sums[p] /= counts[p];
+  return sums;
 }
 
-bool has_crossing(const ContourPlane& plane) {
-  for (std::size_t n = 0; n < plane.polygons.size(); ++n)
-    for (std::size_t m = n + 1; m < plane.polygons.size(); ++m)
-      if (do_cross(plane.polygons[n], plane.polygons[m])) return true;
-  return false;
+/// Whether all distances are whole multiples of the usual one.
+bool are_even(const std::vector<double>& means) {
+  const double usual = usual_gap(means);
+  for (std::size_t p = 1; p < means.size(); ++p) {
+    const double steps = (means[p] - means[p - 1]) / usual;
+    if (std::abs(steps - std::round(steps)) > 0.15 || steps < 0.5) return false;
+  }
+  return true;
 }
 
 void measure_spacing(ContourStack& stack) {
@@ -159,13 +159,31 @@ bool ContourStack::is_piece_end(std::size_t plane) const {
   return gap_mm(plane) > kBridgedGap * usual;
 }
 
+std::vector<std::size_t> planes_of_heights(const std::vector<double>& heights, double image_spacing_mm,
+                                           const std::function<bool(std::size_t, std::size_t)>& is_alike) {
+  constexpr double kOfSpacing = 0.25, kLeastMm = 0.05, kMostUnevenMm = 0.1;
+  double spacing = usual_gap(heights);
+  if (spacing < 0.2 * image_spacing_mm) spacing = image_spacing_mm;
+  std::vector<std::size_t> planes = grouped(heights, std::max(kLeastMm, kOfSpacing * spacing));
+  bool is_sound = planes.empty() || are_even(means_of(heights, planes));
+  std::size_t first = 0;  // of the plane
+  for (std::size_t n = 1; n < heights.size() && is_sound; ++n) {
+    if (planes[n] != planes[first]) first = n;
+    for (std::size_t m = first; heights[n] - heights[m] > kLeastMm && is_sound; ++m)
+      is_sound = !is_alike(n, m);
+  }
+  if (is_sound) return planes;
+  return grouped(heights, std::clamp(kOfSpacing * spacing, kLeastMm, kMostUnevenMm));
+}
+
 bool has_area(std::span<const std::vector<Vec3>> contours) {
   // A point that is not finite is for stack_contours to refuse.
   return std::ranges::any_of(contours,
                              [](const auto& c) { return !(area_vector(c).norm() <= kLeastDoubleArea); });
 }
 
-ContourStack stack_contours(std::span<const std::vector<Vec3>> contours, const std::string& name) {
+ContourStack stack_contours(std::span<const std::vector<Vec3>> contours, const std::string& name,
+                            const ImageSlices& images) {
   Vec3 largest = Vec3::Zero();
   for (const auto& contour : contours) {
     if (contour.size() > kMostContourPoints)
@@ -181,30 +199,38 @@ ContourStack stack_contours(std::span<const std::vector<Vec3>> contours, const s
   if (!(largest.norm() > kLeastDoubleArea))
     throw UserError(name + ": has no closed contour with an area; export it as CLOSED_PLANAR contours");
   ContourStack stack;
-  stack.axes = axes_along(largest);
+  stack.axes = axes_along(common_normal(contours, largest));
   std::vector<FlatContour> all;
   for (std::size_t c = 0; c < contours.size(); ++c)
     if (contours[c].size() >= 3) all.push_back(flatten(contours[c], stack.axes, name, c + 1));
+  std::erase_if(all, [](const FlatContour& contour) { return contour.polygon.size() < 3; });
   std::ranges::stable_sort(all, {}, &FlatContour::height_mm);
-  for (FlatContour& contour : all) {
-    if (contour.polygon.size() < 3) continue;
-    if (stack.planes.empty() || contour.height_mm - stack.planes.back().height_mm > kSamePlaneMm)
-      stack.planes.push_back({contour.height_mm, {}});
-    auto& polygons = stack.planes.back().polygons;
-    if (std::ranges::any_of(polygons, [&](const Polygon& p) { return is_same(p, contour.polygon); }))
-      ++stack.repeated;
-    else
-      polygons.push_back(std::move(contour.polygon));
-  }
-  for (ContourPlane& plane : stack.planes) {
+  std::vector<double> heights;
+  for (const FlatContour& contour : all) heights.push_back(contour.height_mm);
+  const bool is_of_images = std::abs(images.normal.dot(stack.axes.col(2))) > 0.999;
+  const std::vector<std::size_t> planes =
+      planes_of_heights(heights, is_of_images ? images.spacing_mm : 0,
+                        [&](std::size_t n, std::size_t m) { return are_alike(all[n].box, all[m].box); });
+  std::size_t pairs = 0;
+  for (std::size_t n = 0; n < all.size();) {
     std::vector<Polygon> polygons;
-    for (Polygon& polygon : plane.polygons) add_without_channels(std::move(polygon), polygons);
-    plane.polygons = std::move(polygons);
+    double sum = 0;
+    std::size_t end = n;
+    for (; end < all.size() && planes[end] == planes[n]; ++end) {
+      sum += all[end].height_mm;
+      std::ranges::move(simple_loops(all[end].polygon), std::back_inserter(polygons));
+    }
+    stack.most_apart_mm = std::max(stack.most_apart_mm, all[end - 1].height_mm - all[n].height_mm);
+    stack.repeated += drop_repeated(polygons);
+    const std::vector<PlaneShape> shapes = plane_shapes(polygons, name, pairs);
+    if (std::ranges::any_of(shapes, [](const PlaneShape& s) { return s.polygons.size() > 1; }))
+      ++stack.crossing_planes;
+    if (!polygons.empty()) stack.planes.push_back({sum / static_cast<double>(end - n), std::move(polygons)});
+    n = end;
   }
-  std::erase_if(stack.planes, [](const ContourPlane& plane) { return plane.polygons.empty(); });
   if (stack.planes.empty()) throw UserError(name + ": has no contour with an area; export it again");
-  stack.crossing_planes = static_cast<std::size_t>(std::ranges::count_if(stack.planes, has_crossing));
   measure_spacing(stack);
+  if (stack.planes.size() == 1 && is_of_images) stack.spacing_mm = images.spacing_mm;
   return stack;
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <unordered_map>
 
 namespace brachy {
@@ -9,6 +10,41 @@ namespace {
 
 std::uint64_t edge_key(std::uint32_t a, std::uint32_t b) {
   return std::uint64_t{std::min(a, b)} << 32 | std::max(a, b);
+}
+
+/// Counter-clockwise or clockwise.
+Polygon wound(Polygon polygon, bool counter_clockwise) {
+  double twice = 0;
+  for (std::size_t i = 0; i < polygon.size(); ++i) {
+    const Vec2 &p = polygon[i], &q = polygon[(i + 1) % polygon.size()];
+    twice += p.x() * q.y() - p.y() * q.x();
+  }
+  if ((twice > 0) != counter_clockwise) std::ranges::reverse(polygon);
+  return polygon;
+}
+
+/// The outer contour with a channel to each hole, the nearest one first, so that channels do not cross.
+Polygon joined(Polygon outer, std::vector<Polygon> holes) {
+  while (!holes.empty()) {
+    std::size_t nearest = 0, from = 0, to = 0;
+    double least = std::numeric_limits<double>::max();
+    for (std::size_t h = 0; h < holes.size(); ++h)
+      for (std::size_t i = 0; i < outer.size(); ++i)
+        for (std::size_t j = 0; j < holes[h].size(); ++j)
+          if (const double away = (outer[i] - holes[h][j]).squaredNorm(); away < least) {
+            least = away;
+            nearest = h;
+            from = i;
+            to = j;
+          }
+    Polygon& hole = holes[nearest];
+    std::rotate(hole.begin(), hole.begin() + static_cast<std::ptrdiff_t>(to), hole.end());
+    hole.push_back(hole.front());
+    hole.push_back(outer[from]);
+    outer.insert(outer.begin() + static_cast<std::ptrdiff_t>(from) + 1, hole.begin(), hole.end());
+    holes.erase(holes.begin() + static_cast<std::ptrdiff_t>(nearest));
+  }
+  return outer;
 }
 
 }  // namespace
@@ -50,6 +86,25 @@ std::vector<Polygon> mesh_contours(const SurfaceMesh& mesh, double height_mm) {
     if (polygon.size() >= 3) polygons.push_back(std::move(polygon));
   }
   return polygons;
+}
+
+std::vector<Polygon> with_keyholes(const std::vector<Polygon>& polygons) {
+  std::size_t pairs = 0;
+  const std::vector<PlaneShape> shapes = plane_shapes(polygons, "contours", pairs);
+  std::vector<Polygon> result;
+  for (const PlaneShape& outer : shapes) {
+    if (outer.is_hole()) continue;
+    if (outer.polygons.size() > 1) {
+      result.insert(result.end(), outer.polygons.begin(), outer.polygons.end());
+      continue;
+    }
+    std::vector<Polygon> holes;
+    for (const PlaneShape& hole : shapes)
+      if (hole.depth == outer.depth + 1 && outer.contains(hole.polygons.front().front()))
+        for (const Polygon& polygon : hole.polygons) holes.push_back(wound(polygon, false));
+    result.push_back(joined(wound(outer.polygons.front(), true), std::move(holes)));
+  }
+  return result;
 }
 
 std::vector<double> contour_heights(double min_mm, double max_mm, double spacing_mm) {

@@ -23,6 +23,7 @@ struct LabelMap {
   std::vector<std::vector<std::uint16_t>> layers;  ///< each of grid.count() values; 0 belongs to none
   std::vector<Segment> segments;
   std::vector<std::string> notes;  ///< what in the file was not taken, one line each
+  bool is_declared = false;        ///< the file itself says that its values are labels
 };
 
 /// One segment for each value but 0 that occurs, layer by layer, by increasing value.

@@ -86,7 +86,10 @@ class SegmentKeys {
 }  // namespace
 
 LabelMap parse_label_nrrd(std::string_view bytes, const std::string& name, const NrrdLimits& limits) {
-  const NrrdHeader header = parse_nrrd_header(bytes, name, limits);
+  return read_label_volume(parse_nrrd_header(bytes, name, limits), bytes, name);
+}
+
+LabelMap read_label_volume(const NrrdHeader& header, std::string_view bytes, const std::string& name) {
   if (const std::string fault = place_fault(header.grid, kLabelIndependence); !fault.empty())
     throw UserError(name + ": \"space directions\": " + fault);
   LabelMap map;
@@ -97,6 +100,7 @@ LabelMap parse_label_nrrd(std::string_view bytes, const std::string& name, const
     map.segments.push_back(std::move(*segment));
     if (map.segments.size() > kMostSegments) throw UserError(name + ": has over 4096 segments; export fewer");
   }
+  map.is_declared = !map.segments.empty();
   std::vector<std::uint16_t> all = parse_nrrd_labels(header, bytes, name);
   if (header.layers == 1) {
     map.layers.push_back(std::move(all));

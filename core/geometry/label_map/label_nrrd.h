@@ -20,4 +20,7 @@ inline constexpr NrrdLimits kLabelLimits{std::size_t{1} << 29, std::size_t{2} <<
 LabelMap parse_label_nrrd(std::string_view bytes, const std::string& name,
                           const NrrdLimits& limits = kLabelLimits);
 
+/// The same for a header that is read already, of whatever file it is. Errors: NoLabels where the values are no labels.
+LabelMap read_label_volume(const NrrdHeader& header, std::string_view bytes, const std::string& name);
+
 }  // namespace brachy

@@ -56,6 +56,21 @@ struct NetNeighbours {
   }
 };
 
+constexpr double kMostOff = 0.25;  // voxels: beyond, the mesh is not what its voxels are
+
+/// The mean place of the label's voxels, in voxels from the box's first one.
+Vec3 middle_of(const VoxelGrid& grid, std::span<const std::uint16_t> labels, std::uint16_t value,
+               const LabelBox& box) {
+  Vec3 sum = Vec3::Zero();
+  for (std::size_t k = box.min[2]; k <= box.max[2]; ++k)
+    for (std::size_t j = box.min[1]; j <= box.max[1]; ++j)
+      for (std::size_t i = box.min[0]; i <= box.max[0]; ++i)
+        if (labels[grid.index(i, j, k)] == value)
+          sum += Vec3(static_cast<double>(i - box.min[0]), static_cast<double>(j - box.min[1]),
+                      static_cast<double>(k - box.min[2]));
+  return sum / static_cast<double>(box.voxels);
+}
+
 void smooth(NetSurface& net, int steps) {
   const NetNeighbours neighbours(net.mesh.triangles, net.mesh.vertices.size());
   std::vector<Vec3>& vertices = net.mesh.vertices;
@@ -95,6 +110,10 @@ LabelSurface label_surface(const VoxelGrid& grid, std::span<const std::uint16_t>
   // In voxels, so that long ones grow along their length. Along a corner's normal a whole step is 0.58 along each axis:
   // a voxel by itself gets its volume back.
   move_to_volume(net.mesh, static_cast<double>(box.voxels), 1);
+  // Smoothing moves what is thin and uneven.
+  const Vec3 off = middle_of(grid, labels, value, box) - enclosed_centroid(net.mesh);
+  if (off.norm() <= kMostOff)
+    for (Vec3& v : net.mesh.vertices) v += off;
   LabelSurface result{std::move(net.mesh), 1e-3 * grid.voxel_mm3() * static_cast<double>(box.voxels), 0,
                       box.voxels};
   const auto first =

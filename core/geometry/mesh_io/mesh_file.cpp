@@ -12,12 +12,14 @@
 #include <fstream>
 #include <memory>
 #include <new>
+#include <optional>
 #include <string>
 #include <system_error>
 #include <vector>
 
 #include "core/base/denied_folder.h"
 #include "core/base/error.h"
+#include "core/base/file_kind.h"
 #include "core/base/one_line.h"
 #include "core/geometry/mesh_io/mesh_precheck.h"
 #include "core/geometry/mesh_io/polygon.h"
@@ -62,6 +64,9 @@ MeshFormat format_of(const std::filesystem::path& path, const std::string& name)
   if (extension == ".stl") return MeshFormat::kStl;
   if (extension == ".obj") return MeshFormat::kObj;
   if (extension == ".ply") return MeshFormat::kPly;
+  std::error_code error;
+  if (!std::filesystem::exists(path, error)) throw UserError(name + ": no such file; check the path");
+  if (const std::string other = other_kind(path, FileKind::kMesh); !other.empty()) throw UserError(other);
   throw UserError(name + ": unsupported mesh format; convert it to .stl, .obj or .ply");
 }
 
@@ -91,6 +96,16 @@ std::string read_bytes(const std::filesystem::path& path, const std::string& nam
     throw UserError(name + ": cannot be read to its end; check the disk, or that nothing is writing it");
   }
   return bytes;
+}
+
+/// The frame that the header of an STL, or the first comments of the others, state.
+std::optional<MeshFrame> stated_frame(std::string_view bytes, MeshFormat format) {
+  constexpr std::size_t kStlHeader = 80, kComments = 4096;
+  std::string_view head = bytes.substr(0, format == MeshFormat::kStl ? kStlHeader : kComments);
+  if (format == MeshFormat::kPly) head = head.substr(0, head.find("end_header"));
+  if (head.find("SPACE=LPS") != std::string_view::npos) return MeshFrame::kLps;
+  if (head.find("SPACE=RAS") != std::string_view::npos) return MeshFrame::kRas;
+  return std::nullopt;
 }
 
 /// Leaves only the importer of `extension`, so that no content can reach another of assimp's forty parsers.
@@ -181,13 +196,19 @@ SurfaceMesh read_mesh_file(const std::filesystem::path& path, const MeshFileOpti
   const MeshFormat format = format_of(path, name);
   try {
     std::string bytes = read_bytes(path, name, options.max_bytes);
-    if (format == MeshFormat::kStl) check_stl_bytes(bytes, name);
+    if (bytes.starts_with("\xEF\xBB\xBF")) bytes.erase(0, 3);
+    MeshFileOptions stated = options;
+    stated.frame = stated_frame(bytes, format).value_or(options.frame);
+    if (format == MeshFormat::kStl) {
+      make_stl_plain(bytes);
+      check_stl_bytes(bytes, name);
+    }
     if (format == MeshFormat::kObj) {
       check_obj_bytes(bytes, name);
       keep_surface_lines(bytes);
     }
     if (format == MeshFormat::kPly) check_ply_bytes(bytes, name);
-    SurfaceMesh surface = parse(bytes, format, options, name);
+    SurfaceMesh surface = parse(bytes, format, stated, name);
     if (surface.triangles.empty()) throw UserError(name + ": has no triangles; export a surface mesh");
     return surface;
   } catch (const UserError&) {

@@ -20,13 +20,15 @@ struct MeshFileOptions {
   std::uintmax_t max_bytes = std::uintmax_t{512} << 20;  ///< larger files are refused without reading them
 };
 
-/// Reads the triangles of an .stl, .obj or .ply file (any case) into mm, RAS. Polygons are triangulated, points
-/// and lines dropped. Neither welded nor oriented: see prepare_surface. The order of vertices is unspecified (the
-/// reader may merge, split or reorder them), and coordinates have single precision. Two kinds of truncation cannot be
-/// detected: an .obj cut off within its faces (the surface is then open, which require_closed refuses), and a last
-/// text number cut short. Opens no other file: an .obj's mtllib is ignored.
-/// Errors: UserError, one line, for anything missing, empty, oversized, truncated, malformed or not finite.
-/// Threads: any, independent calls. Not real-time.
+/// Reads the triangles of an .stl, .obj or .ply file (any case) into mm, RAS. A file whose header or comments say
+/// "SPACE=LPS" or "SPACE=RAS", as 3D Slicer writes them, is in that frame, whatever `options` say. A byte order mark, a
+/// text STL in capitals and filling bytes behind an STL's last triangle are as without them. Polygons are
+/// triangulated, points and lines dropped. Neither welded nor oriented: see prepare_surface. The order of vertices is
+/// unspecified (the reader may merge, split or reorder them), and coordinates have single precision. Two kinds of
+/// truncation cannot be detected: an .obj cut off within its faces (the surface is then open, which require_closed
+/// refuses), and a last text number cut short. Opens no other file: an .obj's mtllib is ignored. Errors: UserError,
+/// one line, for anything missing, empty, oversized, truncated, malformed or not finite. Threads: any, independent
+/// calls. Not real-time.
 SurfaceMesh read_mesh_file(const std::filesystem::path& path, const MeshFileOptions& options = {});
 
 }  // namespace brachy

@@ -9,6 +9,10 @@ namespace brachy {
 // parser never reads a truncated, malformed or inconsistent file. `name` is the file's, for the message.
 // Errors: UserError, one line, also where there are no faces.
 
+/// Takes filling bytes (blanks, line ends, zeros, Ctrl-Z, or less than a triangle) from behind the last triangle of an
+/// STL, and writes the words of a text STL in small letters.
+void make_stl_plain(std::string& bytes);
+
 /// Binary: the triangle count against the size. Text: every token of every facet.
 void check_stl_bytes(std::string_view bytes, const std::string& name);
 

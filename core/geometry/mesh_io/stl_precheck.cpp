@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cstdint>
+#include <optional>
 
 #include "core/base/error.h"
 #include "core/geometry/mesh_io/mesh_precheck.h"
@@ -9,6 +10,24 @@ namespace brachy {
 namespace {
 
 constexpr std::size_t kMaxSolids = 1000;  // each becomes a mesh of its own
+constexpr std::uint64_t kHeaderBytes = 84, kTriangleBytes = 50;
+
+/// Bytes of a binary STL by its count of triangles; nothing where there is no whole header.
+std::optional<std::uint64_t> binary_size(std::string_view bytes) {
+  if (bytes.size() < kHeaderBytes) return std::nullopt;
+  std::uint64_t count = 0;
+  for (std::size_t k = 4; k-- > 0;) count = count << 8 | static_cast<unsigned char>(bytes[80 + k]);
+  return kHeaderBytes + kTriangleBytes * count;
+}
+
+/// Text has none before its end.
+bool has_zeros(std::string_view bytes) {
+  return bytes.substr(0, bytes.find_last_not_of('\0') + 1).find('\0') != std::string_view::npos;
+}
+
+char to_small(char c) {
+  return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+}
 
 /// Whether `text` continues with these tokens; "#" stands for a number, on the same line as assimp requires.
 bool reads(std::string_view& text, std::string_view words) {
@@ -47,25 +66,39 @@ void check_text(std::string_view text, const std::string& name) {
 
 }  // namespace
 
+void make_stl_plain(std::string& bytes) {
+  constexpr std::string_view kFilling("\0 \t\r\n\x1a", 6);
+  if (const auto whole = binary_size(bytes); whole && *whole <= bytes.size() && has_zeros(bytes)) {
+    const std::string_view behind = std::string_view(bytes).substr(*whole);
+    if (behind.size() < kTriangleBytes || behind.find_first_not_of(kFilling) == std::string_view::npos)
+      bytes.resize(*whole);
+    return;
+  }
+  std::string_view text = bytes;
+  std::string word(next_word(text));
+  std::ranges::transform(word, word.begin(), to_small);
+  if (word != "solid") return;
+  bytes.erase(0, bytes.find_first_not_of(" \t\r\n"));
+  while (!bytes.empty() && kFilling.find(bytes.back()) != std::string_view::npos) bytes.pop_back();
+  bytes += '\n';
+  std::ranges::transform(bytes, bytes.begin(), to_small);
+}
+
 void check_stl_bytes(std::string_view bytes, const std::string& name) {
-  constexpr std::uint64_t kHeader = 84, kTriangle = 50;
-  std::uint64_t count = 0;
-  if (bytes.size() >= kHeader) {
-    for (std::size_t k = 4; k-- > 0;) count = count << 8 | static_cast<unsigned char>(bytes[80 + k]);
-    if (bytes.size() == kHeader + kTriangle * count) {
-      if (count == 0) throw UserError(name + ": declares 0 triangles; export a surface mesh");
-      return;
-    }
+  const std::optional<std::uint64_t> whole = binary_size(bytes);
+  if (whole == bytes.size()) {
+    if (*whole == kHeaderBytes) throw UserError(name + ": declares 0 triangles; export a surface mesh");
+    return;
   }
   std::string_view text = bytes;
   const bool is_text = bytes.find('\0') == std::string_view::npos;
   if (is_text && next_word(text) == "solid") return check_text(bytes, name);
-  if (is_text || bytes.size() < kHeader) {
+  if (is_text || !whole) {
     throw UserError(name +
                     ": is neither a text STL ('solid …') nor a binary one; export the mesh again as STL");
   }
-  throw UserError(name + ": binary STL declares " + std::to_string(count) + " triangles, i.e. " +
-                  std::to_string(kHeader + kTriangle * count) + " bytes, but has " +
+  throw UserError(name + ": binary STL declares " + std::to_string((*whole - kHeaderBytes) / kTriangleBytes) +
+                  " triangles, i.e. " + std::to_string(*whole) + " bytes, but has " +
                   std::to_string(bytes.size()) + "; it is truncated or damaged, export the mesh again");
 }
 

@@ -35,6 +35,20 @@ double enclosed_mm3(const SurfaceMesh& mesh) {
   return six / 6;
 }
 
+Vec3 enclosed_centroid(const SurfaceMesh& mesh) {
+  if (mesh.vertices.empty()) return Vec3::Zero();
+  const Vec3 from = mesh.vertices.front();
+  double six = 0;
+  Vec3 sum = Vec3::Zero();
+  for (const auto& [ia, ib, ic] : mesh.triangles) {
+    const Vec3 a = mesh.vertices[ia] - from, b = mesh.vertices[ib] - from, c = mesh.vertices[ic] - from;
+    const double volume = a.dot(b.cross(c));
+    six += volume;
+    sum += volume * 0.25 * (a + b + c);
+  }
+  return std::abs(six) > 0 ? Vec3(from + sum / six) : from;
+}
+
 void move_to_volume(SurfaceMesh& mesh, double volume_mm3, double most_mm) {
   // The volume grows by nearly distance × area; what is left of the difference shrinks with each round.
   const std::vector<Vec3> normals = unit_normals(mesh);

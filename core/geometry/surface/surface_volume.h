@@ -7,6 +7,9 @@ namespace brachy {
 /// Enclosed by a closed surface that is wound outward, mm³.
 double enclosed_mm3(const SurfaceMesh& mesh);
 
+/// The middle of what a closed surface encloses, mm; its first vertex where that is nothing.
+Vec3 enclosed_centroid(const SurfaceMesh& mesh);
+
 /// Moves a closed surface along its vertices' normals, all by one distance of at most `most_mm`, until it encloses
 /// volume_mm3 to 0.1 %, or the distance is used up.
 void move_to_volume(SurfaceMesh& mesh, double volume_mm3, double most_mm);

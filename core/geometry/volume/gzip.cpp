@@ -9,6 +9,7 @@
 namespace brachy {
 namespace {
 
+constexpr int kGzipOrZlib = 32;  // as inflateInit2 documents it: either header
 // A byte of deflate's stream makes at most 1032 (zlib's technical notes), and its headers take 20.
 constexpr std::size_t kMostInflation = 1032, kGzipOverhead = 20;
 constexpr std::size_t kMostIn = std::size_t{1} << 16, kMostOut = std::size_t{1} << 30;  // of a call of zlib's
@@ -17,7 +18,7 @@ constexpr std::size_t kMostIn = std::size_t{1} << 16, kMostOut = std::size_t{1} 
 
 GzipReader::GzipReader(std::string_view data, Format format)
     : stream_(std::make_unique<z_stream>()), format_(format), left_(data) {
-  if (inflateInit2(stream_.get(), format == Format::kGzip ? 16 + MAX_WBITS : -MAX_WBITS) != Z_OK)
+  if (inflateInit2(stream_.get(), format == Format::kGzip ? kGzipOrZlib + MAX_WBITS : -MAX_WBITS) != Z_OK)
     throw UserError("zlib cannot be started; free some memory");
 }
 

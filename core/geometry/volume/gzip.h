@@ -10,8 +10,8 @@ struct z_stream_s;
 
 namespace brachy {
 
-/// Decompresses a gzip file, or zlib's raw deflate stream, piece by piece, so that its reader takes no more memory than
-/// its header asks for. Threads: one.
+/// Decompresses a gzip file or zlib's stream, or a raw deflate stream, piece by piece, so that its reader takes no more
+/// memory than its header asks for. Threads: one.
 class GzipReader {
  public:
   enum class Format { kGzip, kRawDeflate };

@@ -166,9 +166,8 @@ auto values_of(const NrrdHeader& header, std::string_view bytes, const std::stri
 
 std::uint16_t label_of(double value, const std::string& name) {
   if (!(value >= 0 && value <= 65535) || value != std::floor(value))
-    refuse_data(name,
-                "has the voxel value " + text_of(value) +
-                    ", so it is an image, not a label map; give a segmentation with whole labels 0 … 65535");
+    throw NoLabels(name + ": has the voxel value " + text_of(value) +
+                   ", so it is an image, not a label map; give a segmentation with whole labels 0 … 65535");
   return static_cast<std::uint16_t>(value);
 }
 

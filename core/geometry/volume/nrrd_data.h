@@ -5,6 +5,7 @@
 #include <string_view>
 #include <vector>
 
+#include "core/base/error.h"
 #include "core/geometry/volume/nrrd_header.h"
 
 namespace brachy {
@@ -17,8 +18,13 @@ std::vector<float> parse_nrrd_data(const NrrdHeader& header, std::string_view by
 std::vector<std::uint16_t> parse_nrrd_labels(const NrrdHeader& header, std::string_view bytes,
                                              const std::string& name);
 
-/// A voxel's value as a label. Errors: UserError "name: …" where it is negative, above 65535 or not whole: the file is
-/// an image, not a label map.
+/// The file is an image: a value, or its scale, cannot be a label's.
+class NoLabels : public UserError {
+ public:
+  using UserError::UserError;
+};
+
+/// A voxel's value as a label. Errors: NoLabels "name: …" where it is negative, above 65535 or not whole.
 std::uint16_t label_of(double value, const std::string& name);
 
 /// label_of for each whole voxel in `bytes`.

@@ -4,6 +4,7 @@
 #include "core/base/number_text.h"
 #include "core/brachytherapy/dose/source.h"
 #include "core/brachytherapy/plan/request/source_limits.h"
+#include "core/brachytherapy/structures/structure_role.h"
 #include "core/scene/file/scene_keys.h"
 
 namespace brachy {
@@ -113,12 +114,23 @@ void check_dose(const TomlTable& t, Scene& scene) {
     scene.dose.prescription_gy = limits->customary_gy;
 }
 
+Key<StructureSettings> role_key() {
+  std::vector<std::string> words = {""};
+  for (std::string& word : role_words()) words.push_back(std::move(word));
+  return text(
+      "role", &StructureSettings::role, words, kRestart,
+      "what it is to plans, dose and viewers; empty: by its name, TG-263's or a clinic's in some twenty "
+      "languages, such as Urethra_Prostatc or Rektum");
+}
+
 std::vector<Key<StructureSettings>> structure_keys() {
   using S = StructureSettings;
   return {
       text("name", &S::name, {}, kRestart, "1 to 32 letters, digits, _ and -"),
-      text("file", &S::file, {}, kRestart, "a closed surface: STL, OBJ or PLY, mm, relative to this file"),
+      text("file", &S::file, {}, kRestart,
+           "a closed surface: STL, OBJ or PLY, in tissue.units and tissue.frame, relative to this file"),
       text("colour", &S::colour, {}, kRestart, "#rrggbb, in viewers; empty: theirs"),
+      role_key(),
   };
 }
 
@@ -191,10 +203,11 @@ std::vector<SceneSection> implant_sections() {
            dose_keys(), [](auto& s) -> auto& { return s.dose; }),
        check_dose},
       {"structure",
-       "A structure that dose is reported for. One named prostate is the gland, for plans, dose and score; "
-       "without "
-       "it the whole tissue is. The phantom has a urethra and a rectum; a structure of the same name "
-       "replaces them.",
+       "A structure that dose is reported for. Plans, dose and score know it by its role. One with the role "
+       "prostate "
+       "is the gland; without it the whole tissue is. The phantom has a urethra and a rectum; a structure of "
+       "the "
+       "same role replaces them.",
        within<Scene>(
            structure_keys(), [](auto& s) -> auto& { return s.structures.back(); }),
        check_structure,

@@ -5,9 +5,11 @@
 
 #include "core/base/denied_folder.h"
 #include "core/base/error.h"
+#include "core/base/file_kind.h"
 #include "core/base/toml_table.h"
 #include "core/scene/choose_source.h"
 #include "core/scene/file/scene_keys.h"
+#include "core/scene/structure_roles.h"
 
 namespace brachy {
 namespace {
@@ -26,6 +28,17 @@ void read_section(TomlTable& top, const SceneSection& section, Scene& scene) {
     section.list->append(table, scene);
     read_table(table, section, scene);
   }
+}
+
+/// Goals name structures as the scene does, or by their roles: afterwards as dose reports do.
+void call_by_roles(Scene& scene) {
+  const std::vector<std::string> names = structure_names(scene);
+  for (DoseGoal& goal : scene.goals)
+    for (std::size_t n = 0; n < names.size(); ++n)
+      if (goal.structure == scene.structures[n].name) {
+        goal.structure = names[n];
+        break;
+      }
 }
 
 /// "table.key" of each key below the top.
@@ -48,6 +61,7 @@ Scene parse_scene(std::string_view text, const std::string& name) {
     else
       read_section(top, section, scene);
   top.refuse_unknown(keys_of_tables());
+  call_by_roles(scene);
   return scene;
 }
 
@@ -67,7 +81,7 @@ Scene load_scene(const std::filesystem::path& file) {
   std::ostringstream text;
   text << in.rdbuf();
   if (!in) throw UserError(name + ": cannot be read; check its permissions");
-  Scene scene = parse_scene(text.str(), name);
+  Scene scene = reading(file, FileKind::kScene, [&] { return parse_scene(text.str(), name); });
   scene.directory = file.parent_path();
   choose_source(scene);
   return scene;

@@ -8,6 +8,7 @@
 #include "core/geometry/surface/surface_check.h"
 #include "core/geometry/tissue/phantom.h"
 #include "core/scene/file/scene_file.h"
+#include "core/scene/load_body.h"
 #include "core/scene/load_structures.h"
 #include "tests/core/geometry/tissue/mesh_fixtures.h"
 
@@ -125,6 +126,80 @@ TEST(LoadStructures, AStructureThatIsNotClosedIsRefusedWithTheScenesLine) {
   EXPECT_EQ(message.find("scene.toml:2: structure \"urethra\": " + file.path().string()), 0u) << message;
   const Scene missing = parse_scene("[[structure]]\nname = \"u\"\nfile = \"none.stl\"\n", "scene.toml");
   EXPECT_EQ(user_error([&] { load_structures(missing); }).find("scene.toml:1: structure \"u\": "), 0u);
+}
+
+std::string structure_text(const std::string& name, const std::filesystem::path& file,
+                           const std::string& more = "") {
+  return "[[structure]]\nname = \"" + name + "\"\nfile = \"" + file.string() + "\"\n" + more;
+}
+
+TEST(LoadStructures, FrameAndUnitsAreThoseOfEveryMeshOfTheScene) {
+  // A gland and what lies left, behind and above it, in metres and LPS: x to the left, y backwards.
+  const TempFile gland("gland.stl", binary_stl(make_box({-0.02, -0.02, -0.02}, {0.02, 0.02, 0.02})));
+  const TempFile organ("organ.stl", binary_stl(make_box({0.03, 0.04, 0.05}, {0.04, 0.06, 0.08})));
+  const std::string region =
+      "[[region]]\nshape = \"mesh\"\nfile = \"" + gland.path().string() + "\"\nshear_modulus_kpa = 9\n";
+  const Scene scene =
+      parse_scene("[tissue]\nmesh = \"" + gland.path().string() + "\"\nframe = \"LPS\"\nunits = \"m\"\n" +
+                      region + structure_text("rectum", organ.path()),
+                  "scene.toml");
+  const auto all = load_structures(scene);
+  ASSERT_EQ(all.size(), 2u);
+  const SurfaceBvh rectum(all[1].mesh);
+  EXPECT_LT((rectum.min() - Vec3(-40, -60, 50)).norm(), 1e-4);
+  EXPECT_LT((rectum.max() - Vec3(-30, -40, 80)).norm(), 1e-4);
+  EXPECT_NEAR(SurfaceBvh(all[0].mesh).max().x(), 20, 1e-4);
+  EXPECT_NEAR(SurfaceBvh(load_region_mesh(scene, scene.regions.front())).max().x(), 20, 1e-4);
+}
+
+TEST(LoadStructures, AMeshThatStatesItsFrameIsInThatWhateverTheSceneSays) {
+  const SurfaceMesh box = make_box({30, 40, 50}, {40, 60, 80});
+  std::string lps = binary_stl(box), ras = lps;
+  lps.replace(0, 31, "3D Slicer output. SPACE=LPS    ");
+  ras.replace(0, 31, "3D Slicer output. SPACE=RAS    ");
+  const TempFile as_lps("lps.stl", lps), as_ras("ras.stl", ras);
+  for (const char* frame : {"LPS", "RAS"}) {
+    const auto all = load_structures(parse_scene(std::string("[tissue]\nframe = \"") + frame + "\"\n" +
+                                                     structure_text("bladder", as_lps.path()) +
+                                                     structure_text("bowel", as_ras.path()),
+                                                 "scene.toml"));
+    EXPECT_LT((SurfaceBvh(find_structure(all, "bladder")->mesh).min() - Vec3(-40, -60, 50)).norm(), 1e-4);
+    EXPECT_LT((SurfaceBvh(find_structure(all, "bowel")->mesh).min() - Vec3(30, 40, 50)).norm(), 1e-4);
+  }
+}
+
+TEST(LoadStructures, AStructureIsKnownByTheRoleOfItsName) {
+  const TempFile box("box.stl", binary_stl(make_box({-1, -1, -1}, {1, 1, 1})));
+  const Scene scene =
+      parse_scene(structure_text("Rectum_PRV", box.path()) + structure_text("Urethra_Prostatc", box.path()) +
+                      structure_text("Ampulle", box.path(), "role = \"rectum\"\n") +
+                      structure_text("Bladder_Wall", box.path()) + structure_text("Harnblase", box.path()) +
+                      structure_text("urethra", box.path(), "role = \"other\"\n") +
+                      "[[goal]]\nstructure = \"Ampulle\"\nfigure = \"D2cc\"\nlimit = 90\n",
+                  "scene.toml");
+  const auto all = load_structures(scene);
+  std::string names;
+  for (const Structure& s : all) names += s.name + "=" + s.label + " ";
+  EXPECT_EQ(names,
+            "prostate= Rectum_PRV= urethra=Urethra_Prostatc rectum=Ampulle Bladder_Wall= bladder=Harnblase "
+            "urethra_other=urethra ");
+  EXPECT_EQ(find_structure(all, "Harnblase"), find_structure(all, "bladder"));
+  EXPECT_EQ(find_structure(all, "rectum")->role, StructureRole::kRectum);
+  EXPECT_EQ(scene.goals.front().structure, "rectum");
+}
+
+TEST(LoadStructures, TwoStructuresThatMayBeOneOrganAreRefusedWithBoth) {
+  const std::string two = structure_text("Rektum", "a.stl") + structure_text("Enddarm", "b.stl");
+  const std::string message = user_error([&] { parse_scene(two, "scene.toml"); });
+  EXPECT_EQ(message,
+            "scene.toml:4: \"Rektum\", \"Enddarm\" may each be the rectum; give one role = \"rectum\", and "
+            "the other "
+            "role = \"other\"");
+  EXPECT_NO_THROW(parse_scene(two + "role = \"rectum\"\n", "scene.toml"));
+  EXPECT_NO_THROW(parse_scene(two + "role = \"other\"\n", "scene.toml"));
+  // Parts are no organ, and so no contradiction.
+  EXPECT_NO_THROW(parse_scene(structure_text("Rectum_Ant", "a.stl") + structure_text("Rectum_Post", "b.stl"),
+                              "scene.toml"));
 }
 
 }  // namespace

@@ -156,5 +156,47 @@ TEST(MeshFile, ALineBreakInTheNameStaysOutOfTheMessage) {
   EXPECT_NE(user_error([&] { read_mesh_file(file.path()); }).find("two lines.stl"), std::string::npos);
 }
 
+TEST(MeshFile, FillingBytesMarksAndCapitalsOfAnStlChangeNothing) {
+  const std::string binary = binary_stl(kBox), text = text_stl(kBox);
+  std::string named = binary, capitals = text;
+  named.replace(0, 5, "solid");
+  for (char& c : capitals) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
+  const std::pair<const char*, std::string> files[] = {{"a.stl", named},
+                                                       {"b.STL", named + std::string(7, '\0')},
+                                                       {"c.stl", binary + "\r\n"},
+                                                       {"d.stl", binary + std::string(428, '\0')},
+                                                       {"e.stl", binary + "made by a scanner"},
+                                                       {"f.stl", capitals},
+                                                       {"g.stl", "\xEF\xBB\xBF" + text},
+                                                       {"h.stl", text + std::string(100, '\0')},
+                                                       {"i.stl", text + "\x1a"},
+                                                       {"j.stl", "\n\n" + text},
+                                                       {"k.obj", "\xEF\xBB\xBF" + text_obj(kBox)},
+                                                       {"l.ply", "\xEF\xBB\xBF" + ply(kBox, "ascii")}};
+  for (const auto& [name, bytes] : files) {
+    const SurfaceReport report = read_report(TempFile(name, bytes));
+    EXPECT_TRUE(report.watertight) << name;
+    EXPECT_NEAR(report.volume_cc, 0.192, 1e-6) << name;
+    EXPECT_LT((report.min_mm - Vec3(1, 2, 3)).norm(), 1e-5) << name;
+  }
+  // More triangles than declared are no filling.
+  EXPECT_NE(read_error("m.stl", binary + binary.substr(84, 100)).find("binary STL declares 12 triangles"),
+            std::string::npos);
+}
+
+TEST(MeshFile, AFileThatStatesItsFrameIsInThat) {
+  std::string stl = binary_stl(kBox), text = text_stl(kBox), points = ply(kBox, "ascii");
+  stl.replace(0, 31, "3D Slicer output. SPACE=LPS    ");
+  text.insert(text.find('\n'), " 3D Slicer output. SPACE=LPS");
+  points.insert(points.find("element"), "comment 3D Slicer output. SPACE=LPS\n");
+  const std::pair<const char*, std::string> files[] = {
+      {"a.stl", stl}, {"b.stl", text}, {"c.ply", points}, {"d.obj", "# SPACE=LPS\n" + text_obj(kBox)}};
+  for (const auto& [name, bytes] : files)
+    for (const MeshFrame frame : {MeshFrame::kRas, MeshFrame::kLps}) {
+      const SurfaceReport report = read_report(TempFile(name, bytes), {.frame = frame});
+      EXPECT_LT((report.min_mm - Vec3(-5, -8, 3)).norm(), 1e-5) << name;
+    }
+}
+
 }  // namespace
 }  // namespace brachy
