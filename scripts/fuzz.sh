@@ -45,6 +45,7 @@ dictionary() {  # TARGET
     mesh) echo mesh ;;
     nrrd | label_nrrd) echo nrrd ;;
     label_nifti) echo nifti ;;
+    label_meta) echo meta ;;
     rt_*) echo dicom ;;
     *) echo wire ;;
   esac

@@ -32,6 +32,7 @@ for target in "${targets[@]}"; do
     mesh) dictionary=mesh ;;
     nrrd | label_nrrd) dictionary=nrrd ;;
     label_nifti) dictionary=nifti ;;
+    label_meta) dictionary=meta ;;
     rt_*) dictionary=dicom ;;
     *) dictionary=wire ;;
   esac

@@ -12,7 +12,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       EXPECT_EQ(dose.values.size(), dose.grid.count());
     });
     reads("file: ", [&] {
-      const VoxelVolume image = read_image_series({&file});
+      std::vector<std::string> left;
+      const VoxelVolume image = read_image_series({&file}, left);
       EXPECT_EQ(image.values.size(), image.grid.count());
     });
   });

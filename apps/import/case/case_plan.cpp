@@ -168,4 +168,52 @@ CasePlan fit_plan(const RtBrachyPlan& file, const TemplateGrid& proposed, const 
   return result;
 }
 
+std::string hdr_text(const HdrPlan& plan) {
+  return ", dwells every " + exact_text(plan.step_mm) + " mm from " + exact_text(plan.tip_offset_mm) +
+         " mm behind the tip";
+}
+
+CasePlan fit_hdr_plan(const RtBrachyPlan& file, const std::string& name) {
+  const auto described = parse_template_text(file.description);
+  const auto at = file.description.find(", dwells every ");
+  CasePlan result;
+  HdrPlan& plan = result.hdr.emplace();
+  if (!described || at == std::string::npos ||
+      std::sscanf(file.description.c_str() + at, ", dwells every %lf mm from %lf mm behind the tip",
+                  &plan.step_mm, &plan.tip_offset_mm) != 2 ||
+      !(plan.step_mm >= 0.1 && plan.tip_offset_mm >= 0))
+    throw UserError(name +
+                    ": RT Plan Description (300a,0004): does not name the template of an HDR plan of `brachy "
+                    "export --dicom`; other systems' HDR plans are not read");
+  result.grid = described->grid;
+  plan.name = "imported";
+  plan.source_strength_u = file.sources.front().air_kerma_strength_u;
+  if (file.prescription_gy) plan.prescription_gy = *file.prescription_gy;
+  // Decimal strings of 16 characters carry a nanometre and a nanosecond.
+  const auto rounded = [](double value) { return std::round(1e9 * value) / 1e9; };
+  for (const RtChannel& channel : file.channels) {
+    const Vec3 tip = channel.points.front().position + Vec3(0, 0, channel.points.front().relative_mm);
+    const auto hole = result.grid.nearest(tip, Vec3::UnitZ());
+    if (!hole || (result.grid.position(*hole)->head<2>() - tip.head<2>()).norm() > 0.01)
+      throw UserError(name + ": Control Point 3D Position (300a,02d4): channel " +
+                      std::to_string(channel.number) + " lies beside the template's holes; export it again");
+    PlanCatheter catheter{*hole, std::round(1e6 * (tip.z() - result.grid.origin_mm.z())) / 1e6, {}};
+    const double all = channel.points.back().time_weight;
+    const double seconds = all > 0 && channel.total_time_s > 0 ? channel.total_time_s / all : 1;
+    for (std::size_t p = 0; p + 1 < channel.points.size(); p += 2) {
+      const double index = std::round((channel.points[p].relative_mm - plan.tip_offset_mm) / plan.step_mm);
+      if (!(index >= 0 && index < 60))
+        throw UserError(name + ": Control Point Relative Position (300a,02d2): channel " +
+                        std::to_string(channel.number) +
+                        " has a dwell that is none of its steps; export it again");
+      const auto dwell = static_cast<std::size_t>(index);
+      if (catheter.dwell_s.size() <= dwell) catheter.dwell_s.resize(dwell + 1, 0.0);
+      catheter.dwell_s[dwell] +=
+          rounded(seconds * (channel.points[p + 1].time_weight - channel.points[p].time_weight));
+    }
+    plan.catheters.push_back(std::move(catheter));
+  }
+  return result;
+}
+
 }  // namespace brachy

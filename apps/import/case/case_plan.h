@@ -1,16 +1,19 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "apps/import/dicom/rt_plan.h"
+#include "core/brachytherapy/hdr/hdr_plan.h"
 #include "core/brachytherapy/plan/plan.h"
 
 namespace brachy {
 
-/// A permanent implant as a plan of this program, on a template.
+/// A permanent implant as a plan of this program, on a template, or a fraction of high-dose-rate brachytherapy.
 struct CasePlan {
   Plan plan;
+  std::optional<HdrPlan> hdr;  ///< in place of `plan`
   TemplateGrid grid;
   double most_moved_mm = 0;  ///< how far a seed lies from where the file has it: trains come in whole steps
   std::vector<std::string> notes;  ///< one line each
@@ -25,6 +28,13 @@ TemplateGrid template_before(const Vec3& min_mm, const Vec3& max_mm);
 /// Errors: UserError "name: …; fix" where needles do not run along the patient's axis, do not fit one template, or the
 /// source is not one of those that are known.
 CasePlan fit_plan(const RtBrachyPlan& file, const TemplateGrid& proposed, const std::string& name);
+
+/// The fraction of an HDR plan that `brachy export --dicom` wrote: its description names template, step and offset.
+/// Errors: UserError "name: …; fix" where it is another's, or dwells lie beside the template's holes.
+CasePlan fit_hdr_plan(const RtBrachyPlan& file, const std::string& name);
+
+/// What an exported HDR plan's description says behind its template.
+std::string hdr_text(const HdrPlan& plan);
 
 /// The template and base plane as text of an RT Plan Description, and back; nothing where it is another text.
 std::string template_text(const TemplateGrid& grid, double base_plane_mm);

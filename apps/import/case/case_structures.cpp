@@ -4,8 +4,10 @@
 #include <cctype>
 #include <cmath>
 
+#include "apps/import/case/case_roles.h"
 #include "core/base/error.h"
 #include "core/base/number_text.h"
+#include "core/brachytherapy/structures/name_words.h"
 #include "core/geometry/contours/contour_surface.h"
 #include "core/geometry/label_map/label_surface.h"
 #include "core/geometry/simplify/simplify.h"
@@ -13,6 +15,11 @@
 #include "core/geometry/surface/surface_volume.h"
 
 namespace brachy {
+namespace {
+
+constexpr double kNotedMm = 0.05;  // decimal strings are rounded
+
+}  // namespace
 
 std::string CaseStructures::unique(const std::string& name) const {
   const auto is_used = [&](const std::string& n) {
@@ -47,41 +54,87 @@ void CaseStructures::add(ImportedStructure structure, const std::string& file) {
   imported_.structures.push_back(std::move(structure));
 }
 
-void CaseStructures::add_rois(const RtStructureSet& set, const std::string& file) {
+bool CaseStructures::is_wanted(const std::string& file_name, const std::string& name,
+                               const std::string& place) {
+  seen_.insert(file_name);
+  seen_.insert(name);
+  const auto has = [&](const std::vector<std::string>& list) {
+    return std::ranges::any_of(list, [&](const std::string& n) { return n == file_name || n == name; });
+  };
+  if (has(options_.leave))
+    imported_.left.push_back(place + ": " + name + ": by --leave");
+  else if (!options_.only.empty() && !has(options_.only))
+    imported_.left.push_back(place + ": " + name + ": is not named by --only");
+  else
+    return true;
+  return false;
+}
+
+void CaseStructures::read_contours(const RtRoi& roi, const std::string& file, const ImageSlices& images,
+                                   ImportedStructure& structure) {
+  const std::string where = file + ": Contour Data (3006,0050): " + structure.from;
+  const ContourStack stack = stack_contours(roi.contours, where, images);
+  if (stack.missing_planes > 0)
+    structure.notes.push_back(std::to_string(stack.missing_planes) + " missing slices were interpolated");
+  if (stack.repeated > 0)
+    structure.notes.push_back(std::to_string(stack.repeated) + " contours occurred twice");
+  if (stack.most_apart_mm > kNotedMm)
+    structure.notes.push_back("contours of one slice lie up to " + text_of(stack.most_apart_mm) +
+                              " mm apart");
+  if (stack.crossing_planes > 0)
+    structure.notes.push_back("contours cross in " + std::to_string(stack.crossing_planes) +
+                              " planes: what lies in two of them is taken to be outside");
+  ContourSurface surface = contour_surface(stack, where);
+  structure.mesh = std::move(surface.mesh);
+  structure.source_cc = stack.crossing_planes > 0 ? surface.surface_cc : surface.slabs_cc;
+}
+
+void CaseStructures::add_rois(const RtStructureSet& set, const std::string& file, std::size_t number,
+                              const std::string& place, const ImageSlices& images) {
+  for (const std::string& what : set.left) imported_.left.push_back(place + ": " + what);
   for (const RtRoi& roi : set.rois) {
     const std::string from = "ROI " + std::to_string(roi.number);
-    ImportedStructure structure{
-        plain_name(roi.name, "roi_" + std::to_string(roi.number)), from, roi.colour, {}, 0, 0, {}};
+    ImportedStructure structure;
+    structure.name = plain_name(roi.name, "roi_" + std::to_string(roi.number));
+    structure.file_name = roi.name;
+    structure.from = from;
+    structure.colour = roi.colour;
+    structure.notes = roi.notes;
+    structure.fault = roi.fault;
+    structure.file = number;
+    if (!is_wanted(roi.name, structure.name, place + ": " + from)) continue;
     progress_(structure.name);
+    const std::string what = place + ": " + from + ": " + structure.name + ": ";
     if (roi.other_contours > 0)
-      imported_.left.push_back(from + ": " + std::to_string(roi.other_contours) + " points or open contours");
-    if (!has_area(roi.contours)) {
-      imported_.left.push_back(from + ": has no closed contour with an area");
+      imported_.left.push_back(what + std::to_string(roi.other_contours) + " points or open contours");
+    if (structure.fault.empty() && !has_area(roi.contours)) {
+      imported_.left.push_back(what + "has no closed contour with an area");
       continue;
     }
-    const std::string place = file + ": Contour Data (3006,0050): " + from;
-    const ContourStack stack = stack_contours(roi.contours, place);
-    if (stack.missing_planes > 0)
-      structure.notes.push_back(std::to_string(stack.missing_planes) + " missing slices were interpolated");
-    if (stack.repeated > 0)
-      structure.notes.push_back(std::to_string(stack.repeated) + " contours occurred twice");
-    if (stack.crossing_planes > 0)
-      structure.notes.push_back("contours cross in " + std::to_string(stack.crossing_planes) +
-                                " planes: what lies in two of them is taken to be outside");
-    ContourSurface surface = contour_surface(stack, place);
-    structure.mesh = std::move(surface.mesh);
-    structure.source_cc = stack.crossing_planes > 0 ? surface.surface_cc : surface.slabs_cc;
-    add(std::move(structure), file);
+    ImportedStructure unread = structure;
+    try {
+      if (!structure.fault.empty()) throw UserError(structure.fault);
+      read_contours(roi, file, images, structure);
+      add(std::move(structure), file);
+    } catch (const UserError& e) {
+      unread.fault = e.what();
+      unread.name = unique(unread.name);
+      imported_.structures.push_back(std::move(unread));
+    }
   }
 }
 
-void CaseStructures::add_segments(const LabelMap& map, const std::string& file) {
+void CaseStructures::add_segments(const LabelMap& map, const std::string& file, std::size_t number,
+                                  const std::string& place) {
   imported_.left.insert(imported_.left.end(), map.notes.begin(), map.notes.end());
+  if (map.segments.empty()) imported_.left.emplace_back("a label map without a label");
   for (const LabelMap::Segment& segment : map.segments) {
     const std::string from = "label " + std::to_string(segment.value) +
                              (map.layers.size() > 1 ? " of layer " + std::to_string(segment.layer) : "");
-    const std::string fallback = "label_" + std::to_string(segment.value);
-    const std::string name = plain_name(segment.name, fallback);
+    std::string called = segment.name;
+    if (called.empty() && map.segments.size() == 1) called = organ_in_file_name(file);
+    const std::string name = plain_name(called, "label_" + std::to_string(segment.value));
+    if (!is_wanted(called, name, place + ": " + from)) continue;
     progress_(name);
     const auto& labels = map.layers[segment.layer];
     if (std::ranges::find(labels, segment.value) == labels.end()) {
@@ -89,42 +142,63 @@ void CaseStructures::add_segments(const LabelMap& map, const std::string& file) 
       continue;
     }
     LabelSurface surface = label_surface(map.grid, labels, segment.value);
-    add({name, from, segment.colour, std::move(surface.mesh), surface.voxels_cc, 0, {}}, file);
+    ImportedStructure structure;
+    structure.name = name;
+    structure.file_name = called;
+    structure.from = from;
+    structure.colour = segment.colour;
+    structure.mesh = std::move(surface.mesh);
+    structure.source_cc = surface.voxels_cc;
+    structure.file = number;
+    add(std::move(structure), file);
   }
 }
 
-void CaseStructures::put_gland_first() {
+void CaseStructures::leave_repeated() {
+  for (const auto* names : {&options_.leave, &options_.only})
+    for (const std::string& name : *names)
+      if (!seen_.contains(name)) {
+        std::string all;
+        for (const std::string& seen : seen_)
+          if (!seen.empty()) all.append(all.empty() ? "" : ", ").append(seen);
+        throw UserError((names == &options_.leave ? "--leave " : "--only ") + name +
+                        ": no file has a structure of that name; there are " + all);
+      }
+  const auto middle = [](const ImportedStructure& s) {
+    Vec3 sum = Vec3::Zero();
+    for (const Vec3& v : s.mesh.vertices) sum += v;
+    return Vec3(sum / static_cast<double>(std::max<std::size_t>(1, s.mesh.vertices.size())));
+  };
+  // A voxel's width is in between.
+  const auto is_again = [&](const ImportedStructure& map, const ImportedStructure& contours) {
+    return map.from.starts_with("label") && contours.from.starts_with("ROI") && contours.file != map.file &&
+           contours.fault.empty() && plain_name(contours.file_name, "") == plain_name(map.file_name, "") &&
+           std::abs(contours.surface_cc - map.surface_cc) <= 0.1 * contours.surface_cc + 0.2 &&
+           (middle(contours) - middle(map)).norm() <= 2;
+  };
+  std::vector<ImportedStructure> kept;
+  for (const ImportedStructure& s : imported_.structures) {
+    const auto other = std::ranges::find_if(imported_.structures,
+                                            [&](const ImportedStructure& o) { return is_again(s, o); });
+    if (other == imported_.structures.end())
+      kept.push_back(s);
+    else
+      imported_.left.push_back("file " + std::to_string(s.file) + " of " +
+                               std::to_string(imported_.files.size()) + ": " + s.from + ": " + s.name +
+                               ": is " + other->from + " of file " + std::to_string(other->file) + " again");
+  }
+  imported_.structures = std::move(kept);
+  // Names that are free now.
+  for (ImportedStructure& s : imported_.structures)
+    if (const std::string own = plain_name(s.file_name, s.name); unique(own) == own) s.name = own;
+}
+
+void CaseStructures::leave_faulty() {
   auto& all = imported_.structures;
-  auto gland = all.end();
-  if (!options_.gland.empty()) {
-    gland = std::ranges::find(all, options_.gland, &ImportedStructure::name);
-    if (gland == all.end()) {
-      std::string names;
-      for (const auto& s : all) names.append(names.empty() ? "" : ", ").append(s.name);
-      throw UserError("--gland: there is no structure \"" + options_.gland + "\"; choose from " + names);
-    }
-  } else {
-    for (const char* word : {"prostate", "gland", "ctv", "target", "ptv", "tumor", "tumour"})
-      if (gland == all.end())
-        gland = std::ranges::find_if(
-            all, [&](const auto& s) { return lower_case(s.name).find(word) != std::string::npos; });
-    if (gland == all.end()) {
-      gland = all.begin();
-      if (all.size() > 1)
-        imported_.left.push_back("no structure is called prostate, gland, ctv, target or ptv: \"" +
-                                 gland->name +
-                                 "\", the first, is taken for the gland; --gland NAME chooses another");
-    }
-  }
-  std::rotate(all.begin(), gland, gland + 1);
-  // The scene's own word, for plans and the score.
-  if (all.front().name != "prostate") {
-    all.front().notes.push_back("is the gland, called \"prostate\" in the scene; in the file \"" +
-                                all.front().name + "\"");
-    for (std::size_t s = 1; s < all.size(); ++s)
-      if (all[s].name == "prostate") all[s].name = unique("prostate_other");
-    all.front().name = "prostate";
-  }
+  if (!all.front().fault.empty()) throw UserError(all.front().fault);
+  for (const ImportedStructure& s : all)
+    if (!s.fault.empty()) imported_.left.push_back(s.from + ": " + s.name + ": " + s.fault);
+  std::erase_if(all, [](const ImportedStructure& s) { return !s.fault.empty(); });
 }
 
 std::string lower_case(std::string text) {
@@ -134,7 +208,7 @@ std::string lower_case(std::string text) {
 
 std::string plain_name(const std::string& name, const std::string& otherwise) {
   std::string plain;
-  for (const char c : name) {
+  for (const char c : without_accents(name)) {
     const bool is_plain = std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_' || c == '-';
     if (is_plain && static_cast<unsigned char>(c) < 128)
       plain += c;

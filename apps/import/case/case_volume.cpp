@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 #include "apps/import/dicom/dicom_tags.h"
 #include "apps/import/voxels/image_series.h"
+#include "core/base/error.h"
 #include "core/geometry/volume/volume.h"
 
 namespace brachy {
@@ -35,32 +37,40 @@ std::string ImageSeries::frame() const {
   return images.front()->data().text(tag::kFrameOfReference);
 }
 
-const ImageSeries* longest_series(const SeriesByUid& series, const std::string& frame,
-                                  std::vector<std::string>& left) {
-  const ImageSeries* longest = nullptr;
-  bool is_longest_near = false;
+const ImageSeries* add_volume(const SeriesByUid& series, const std::string& frame, ImportedCase& imported) {
+  std::vector<const ImageSeries*> near;
   std::size_t elsewhere = 0;
   for (const auto& [uid, one] : series) {
     const std::string own = one.frame();
-    const bool is_near = own.empty() || frame.empty() || own == frame;
-    if (!is_near) ++elsewhere;
-    if (longest && (is_near == is_longest_near ? one.images.size() <= longest->images.size() : !is_near))
-      continue;
-    longest = &one;
-    is_longest_near = is_near;
+    if (own.empty() || frame.empty() || own == frame)
+      near.push_back(&one);
+    else
+      ++elsewhere;
   }
-  if (!longest || !is_longest_near) return longest;
   if (elsewhere > 0)
-    left.push_back(std::to_string(elsewhere) + " series of images in another frame of reference");
-  if (series.size() - elsewhere > 1)
-    left.push_back(std::to_string(series.size() - elsewhere - 1) + " shorter series of images");
-  return longest;
+    imported.left.push_back(std::to_string(elsewhere) + " series of images in another frame of reference");
+  std::ranges::stable_sort(near, std::greater<>(), [](const ImageSeries* s) { return s->images.size(); });
+  for (std::size_t n = 0; n < near.size(); ++n) {
+    std::vector<const DicomFile*> images;
+    for (const auto& image : near[n]->images) images.push_back(image.get());
+    std::vector<std::string> left;
+    try {
+      imported.volume = read_image_series(images, left);
+    } catch (const UserError& e) {
+      imported.left.push_back("a series of " + std::to_string(images.size()) + " images: " + e.what());
+      continue;
+    }
+    for (const std::string& what : left) imported.left.push_back(what);
+    if (n + 1 < near.size())
+      imported.left.push_back(std::to_string(near.size() - n - 1) + " shorter series of images");
+    return near[n];
+  }
+  return nullptr;
 }
 
-void add_volume(const ImageSeries& series, ImportedCase& imported) {
+void add_echoes(const ImageSeries& series, ImportedCase& imported) {
   std::vector<const DicomFile*> slices;
   for (const auto& image : series.images) slices.push_back(image.get());
-  imported.volume = read_image_series(slices);
   imported.volume_modality = slices.front()->modality();
   imported.taken.push_back("volume from a series of " + std::to_string(slices.size()) + " images");
   if (imported.volume_modality != "US") {

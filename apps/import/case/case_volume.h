@@ -20,13 +20,11 @@ struct ImageSeries {
 /// By their Series Instance UID.
 using SeriesByUid = std::map<std::string, ImageSeries>;
 
-/// The longest series in the frame of reference of the structures, else the longest of all; null where there is none.
-/// Says of the others that they are `left`.
-const ImageSeries* longest_series(const SeriesByUid& series, const std::string& frame,
-                                  std::vector<std::string>& left);
+/// Reads the longest series in the structures' frame of reference that makes a volume as the case's, and says of the
+/// others why they are left. Returns the series that was taken; null where there is none.
+const ImageSeries* add_volume(const SeriesByUid& series, const std::string& frame, ImportedCase& imported);
 
-/// Reads the images as the case's volume, and of ultrasound that meets the gland the scale of its echoes. Errors:
-/// read_image_series'.
-void add_volume(const ImageSeries& series, ImportedCase& imported);
+/// Of ultrasound that meets the gland, the scale of its echoes. There is a volume, of this series.
+void add_echoes(const ImageSeries& series, ImportedCase& imported);
 
 }  // namespace brachy

@@ -9,18 +9,23 @@
 
 #include "apps/import/case/case_plan.h"
 #include "apps/import/voxels/voxel_volume.h"
-#include "core/geometry/surface/surface_mesh.h"
+#include "core/brachytherapy/structures/structure.h"
 
 namespace brachy {
 
 struct ImportedStructure {
-  std::string name;  ///< 1 to 32 letters, digits, _ and -; once
-  std::string from;  ///< "ROI 3", "label 2": without a name, which could be a person's
+  std::string name;       ///< 1 to 32 letters, digits, _ and -; once
+  std::string file_name;  ///< as the file has it; may be empty
+  std::string from;       ///< "ROI 3", "label 2": without a name, which could be a person's
   std::optional<std::array<double, 3>> colour;
   SurfaceMesh mesh;       ///< closed, outward; mm, RAS
   double source_cc = 0;   ///< volume of the voxels or slabs
   double surface_cc = 0;  ///< volume of the mesh
   std::vector<std::string> notes;
+  StructureRole role = StructureRole::kOther;
+  /// Why it could not be read, as an error's text: stops the import where it is the gland, and is left else.
+  std::string fault;
+  std::size_t file = 0;  ///< its number, from 1 on
 };
 
 /// What was read from the files.
@@ -32,17 +37,31 @@ struct ImportedCase {
   std::string volume_modality;  ///< CT, MR, US, PT
   /// Of the volume's values, where they are the echoes that the scene's ultrasound shows.
   std::optional<double> echo_db_per_value;
-  std::vector<std::string> taken, left, dropped;                 ///< one line each; dropped: tags
+  std::vector<std::string> warnings;              ///< what contradicts anatomy, or may be lost; one line each
+  std::vector<std::string> taken, left, dropped;  ///< one line each; dropped: tags
+  std::vector<std::string> files;  ///< their paths: "file 3 of 12" is files[2]; for the terminal alone
   std::vector<std::pair<std::string, std::string>> identifiers;  ///< empty unless asked for
 };
 
 struct ImportOptions {
-  std::vector<std::string> inputs;   ///< files and folders
-  std::string gland;                 ///< name of the structure that is the gland; empty: by its name
-  double tolerance_mm = 0.02;        ///< of the simplified surfaces
-  std::size_t most_vertices = 6000;  ///< of a surface: beyond, the tolerance grows
+  std::vector<std::string> inputs;  ///< files and folders
+  std::string gland;                ///< name of the structure that is the gland; empty: by its name
+  std::vector<std::string>
+      roles;  ///< "rectum=NAME": names of structures by their roles; others by their names
+  std::vector<std::string> leave, only;  ///< names of structures, as in the file or as in the scene
+  double tolerance_mm = 0.02;            ///< of the simplified surfaces
+  std::size_t most_vertices = 6000;      ///< of a surface: beyond, the tolerance grows
   bool keep_identifiers = false;
 };
+
+/// The structures as plans and scores will know them: those of unique roles by role_word.
+std::vector<Structure> as_structures(const ImportedCase& imported);
+
+/// Of each structure volume here and in the file, centroid, extent and side, as lines of a table.
+std::string places_text(const ImportedCase& imported);
+
+/// The text of import.json.
+std::string report_text(const ImportedCase& imported);
 
 /// Reads everything. `progress(share, what)`. Errors: UserError, one line with file, tag and fix.
 ImportedCase read_case(const ImportOptions& options,

@@ -1,18 +1,24 @@
 #include <algorithm>
+#include <functional>
 #include <memory>
 #include <set>
 
+#include "apps/import/case/case_roles.h"
 #include "apps/import/case/case_structures.h"
 #include "apps/import/case/case_volume.h"
 #include "apps/import/case/imported_case.h"
+#include "apps/import/dicom/dicom_precheck.h"
 #include "apps/import/dicom/dicom_tags.h"
 #include "apps/import/dicom/identifiers.h"
 #include "apps/import/dicom/rt_structure.h"
+#include "apps/import/labels/image_or_labels.h"
 #include "apps/import/labels/import_limits.h"
-#include "apps/import/labels/label_nifti.h"
+#include "apps/import/labels/voxel_file.h"
 #include "apps/import/voxels/rt_dose.h"
 #include "core/base/error.h"
+#include "core/brachytherapy/structures/anatomy.h"
 #include "core/geometry/volume/file_bytes.h"
+#include "core/geometry/volume/nrrd_data.h"
 
 namespace brachy {
 namespace {
@@ -40,6 +46,13 @@ std::vector<std::string> files_of(const std::vector<std::string>& inputs) {
   return files;
 }
 
+/// A file of DICOM RT that waits until all are there.
+struct RtFile {
+  std::string path;
+  std::size_t number;  ///< from 1 on
+  std::unique_ptr<DicomFile> dicom;
+};
+
 class CaseReader {
  public:
   CaseReader(const ImportOptions& options, const std::function<void(double, const std::string&)>& progress)
@@ -50,9 +63,22 @@ class CaseReader {
   ImportedCase read();
 
  private:
-  void read_file(const std::string& file, const std::string& place);
-  void read_dicom(const std::string& bytes, const std::string& file, const std::string& place);
-  void check_frame(const std::string& frame, const std::string& file);
+  void read_file(const std::string& file, std::size_t number);
+  void read_dicom(const std::string& bytes, const std::string& file, std::size_t number);
+  void read_voxels(const VoxelFile& file, const std::string& bytes, std::size_t number);
+  void read_structure_sets();
+  void take_image();
+  bool is_only_file() const;
+  void read_plan();
+  void read_dose();
+  bool is_in_frame(const std::string& frame, const RtFile& file, const char* what);
+  std::string place(std::size_t number) const {
+    return "file " + std::to_string(number) + " of " + std::to_string(case_.files.size());
+  }
+  std::string without_paths(std::string text) const;
+  void leave(const RtFile& file, const std::string& why) {
+    case_.left.push_back(place(file.number) + ": " + why);
+  }
   std::string first_left() const;
 
   const ImportOptions& options_;
@@ -60,25 +86,39 @@ class CaseReader {
   ImportedCase case_;
   CaseStructures structures_;
   double share_ = 0;
-  std::string frame_, frame_file_;
+  std::optional<std::string> frame_;  // of the structures
   std::set<std::string> dropped_;
   SeriesByUid series_;
-  std::optional<RtBrachyPlan> plan_;
-  std::string plan_file_;
+  std::vector<RtFile> structure_sets_, plans_, doses_;
+  std::string plan_instance_;  // SOP instance UID of the plan that was taken
+  struct KeptImage {
+    VoxelFile file;
+    std::string reason;  ///< why it is no label map
+  };
+  std::vector<KeptImage> images_;
+  std::string voxel_fault_;  ///< why the first file of voxels gave no structure
 };
 
-void CaseReader::check_frame(const std::string& frame, const std::string& file) {
+/// A text with "file 3 of 12" for each path, which could name a person.
+std::string CaseReader::without_paths(std::string text) const {
+  for (std::size_t n = 0; n < case_.files.size(); ++n)
+    for (auto at = text.find(case_.files[n] + ": "); at != std::string::npos;
+         at = text.find(case_.files[n] + ": "))
+      text.replace(at, case_.files[n].size(), place(n + 1));
+  return text;
+}
+
+/// Whether what is in `frame` lies as the structures do; else it is left.
+bool CaseReader::is_in_frame(const std::string& frame, const RtFile& file, const char* what) {
   if (frame.empty()) {
-    case_.left.push_back(
-        "a file without Frame of Reference UID (0020,0052): taken to be in the others' frame");
-    return;
+    leave(file, "has no Frame of Reference UID (0020,0052): taken to be in the others' frame");
+    return true;
   }
-  if (!frame_.empty() && frame != frame_)
-    throw UserError(
-        file + ": " + tag::kFrameOfReference.text() + ": is not that of " + frame_file_ +
-        ", so nothing says how the two lie; register them first, or import the files of one frame");
-  frame_ = frame;
-  frame_file_ = file;
+  if (!frame_ || frame_->empty()) frame_ = frame;
+  if (*frame_ == frame) return true;
+  leave(file, std::string(what) + ": " + tag::kFrameOfReference.text() +
+                  ": is not that of the structures, so nothing says how the two lie; register them first");
+  return false;
 }
 
 /// " (what was left; …)", for a case without a structure.
@@ -91,7 +131,7 @@ std::string CaseReader::first_left() const {
   return text.empty() ? text : text + ")";
 }
 
-void CaseReader::read_dicom(const std::string& bytes, const std::string& file, const std::string& place) {
+void CaseReader::read_dicom(const std::string& bytes, const std::string& file, std::size_t number) {
   auto dicom = std::make_unique<DicomFile>(bytes, file);
   for (const Identifier& identifier : identifiers_of(*dicom)) {
     if (options_.keep_identifiers)
@@ -101,82 +141,204 @@ void CaseReader::read_dicom(const std::string& bytes, const std::string& file, c
   }
   const std::string modality = dicom->modality();
   if (modality == "RTSTRUCT") {
-    const RtStructureSet set = read_rt_structure(*dicom);
-    check_frame(set.frame, file);
-    structures_.add_rois(set, file);
-    case_.taken.push_back("structures from an RTSTRUCT, " + place);
+    structure_sets_.push_back({file, number, std::move(dicom)});
   } else if (modality == "RTPLAN") {
-    if (plan_) throw UserError(file + ": is a second RTPLAN beside " + plan_file_ + "; import one of them");
-    plan_ = read_rt_plan(*dicom);
-    plan_file_ = file;
-    check_frame(plan_->frame, file);
-    case_.taken.push_back("plan from an RTPLAN, " + place);
+    plans_.push_back({file, number, std::move(dicom)});
   } else if (modality == "RTDOSE") {
-    if (case_.dose) throw UserError(file + ": is a second RTDOSE; import one of them");
-    case_.dose = read_rt_dose(*dicom);
-    check_frame(case_.dose->frame, file);
-    case_.taken.push_back("dose from an RTDOSE, " + place);
+    doses_.push_back({file, number, std::move(dicom)});
   } else if (modality == "CT" || modality == "MR" || modality == "US" || modality == "PT") {
     ImageSeries& series = series_[dicom->data().text(tag::kSeriesInstance)];
     if (series.images.empty()) series.first_file = file;
     series.images.push_back(std::move(dicom));
   } else {
-    case_.left.push_back("a file of modality " + plain_name(modality, "none") + ", " + place);
+    case_.left.push_back(place(number) + ": is of modality " + plain_name(modality, "none"));
   }
 }
 
-void CaseReader::read_file(const std::string& file, const std::string& place) {
-  const std::string name = lower_case(std::filesystem::path(file).filename().string());
-  const std::string bytes = file_bytes(file, kMostFileBytes);
-  const std::string_view header =
-      std::string_view(bytes).substr(0, std::min<std::size_t>(bytes.find("\n\n"), 65536));
-  if (bytes.starts_with("NRRD") &&
-      (header.find("\ntype: float") != header.npos || header.find("\ntype: double") != header.npos)) {
-    case_.left.push_back("an NRRD image of type float or double, which has no labels, " + place);
-  } else if (bytes.starts_with("NRRD")) {
-    structures_.add_segments(parse_label_nrrd(bytes, file), file);
-    case_.taken.push_back("structures from an NRRD label map, " + place);
-  } else if (name.ends_with(".nii") || name.ends_with(".nii.gz")) {
-    structures_.add_segments(parse_label_nifti(bytes, file), file);
-    case_.taken.push_back("structures from a NIfTI label map, " + place);
-  } else if (is_dicom(bytes) || name.ends_with(".dcm") || options_.inputs.size() == 1) {
-    if (!is_dicom(bytes) && std::filesystem::is_directory(options_.inputs.front()) && !name.ends_with(".dcm"))
-      case_.left.push_back("a file that is no DICOM, NRRD or NIfTI, " + place);
-    else
-      read_dicom(bytes, file, place);
-  } else {
-    case_.left.push_back("a file that is no DICOM, NRRD or NIfTI, " + place);
+/// Beside the images in the frame of the structures, which are read before them.
+void CaseReader::read_structure_sets() {
+  std::vector<std::pair<RtFile*, RtStructureSet>> sets;
+  std::string fault;
+  for (RtFile& file : structure_sets_) try {
+      RtStructureSet set = read_rt_structure(*file.dicom);
+      if (is_in_frame(set.frame, file, "structures")) sets.emplace_back(&file, std::move(set));
+    } catch (const UserError& e) {
+      if (fault.empty()) fault = e.what();
+      leave(file, e.what());
+    }
+  if (sets.empty() && case_.structures.empty() && !fault.empty()) throw UserError(fault);
+  const ImageSeries* images = add_volume(series_, frame_.value_or(""), case_);
+  ImageSlices slices;
+  if (images) {
+    const VoxelGrid& grid = case_.volume->grid;
+    slices.normal = grid.steps.col(0).cross(grid.steps.col(1)).normalized();
+    slices.spacing_mm = std::abs(slices.normal.dot(grid.steps.col(2)));
   }
-}
-
-ImportedCase CaseReader::read() {
-  const std::vector<std::string> files = files_of(options_.inputs);
-  for (std::size_t n = 0; n < files.size(); ++n) {
-    share_ = static_cast<double>(n) / static_cast<double>(files.size());
-    progress_(share_, "file " + std::to_string(n + 1) + " of " + std::to_string(files.size()));
-    read_file(files[n], "file " + std::to_string(n + 1) + " of " + std::to_string(files.size()));
+  for (const auto& [file, set] : sets) {
+    structures_.add_rois(set, file->path, file->number, place(file->number), slices);
+    case_.taken.push_back("structures from an RTSTRUCT, " + place(file->number));
   }
-  if (case_.structures.empty())
+  structures_.leave_repeated();
+  if (case_.structures.empty()) {
+    if (!voxel_fault_.empty()) throw UserError(voxel_fault_);
     throw UserError(options_.inputs.front() + ": no structure with a volume" + first_left() +
                     "; add an RTSTRUCT or a label map to the files");
-  structures_.put_gland_first();
-  if (const ImageSeries* images = longest_series(series_, frame_, case_.left)) {
-    check_frame(images->frame(), images->first_file);
-    add_volume(*images, case_);
   }
+  assign_roles(options_, case_);
+  structures_.leave_faulty();
+  if (images) add_echoes(*images, case_);
+}
+
+/// The first permanent implant, or else a fraction of our own export; others are left.
+void CaseReader::read_plan() {
   Vec3 min = Vec3::Constant(1e9), max = -min;
   for (const Vec3& v : case_.structures.front().mesh.vertices) {
     min = min.cwiseMin(v);
     max = max.cwiseMax(v);
   }
   case_.grid = template_before(min, max);
-  if (plan_ && plan_->is_permanent()) {
-    case_.plan = fit_plan(*plan_, case_.grid, plan_file_);
-    case_.grid = case_.plan->grid;
-  } else if (plan_) {
-    case_.left.push_back("the plan is " + plain_name(plan_->treatment_type, "of no type") + " with " +
-                         std::to_string(plan_->channels.size()) + " channels, not a permanent implant");
+  std::string fault;
+  for (const RtFile& file : plans_) try {
+      const DicomItem data = file.dicom->data();
+      const bool is_permanent = data.text(tag::kTechnique) == "PERMANENT";
+      if (case_.plan && is_permanent) {
+        leave(file, "is another plan; to take this one, name it without the other");
+        continue;
+      }
+      const RtBrachyPlan plan = read_rt_plan(*file.dicom);
+      const bool is_own = parse_template_text(plan.description).has_value();
+      if (!plan.is_permanent() && !is_own)
+        leave(file, "the plan is " + plain_name(plan.treatment_type, "of no type") + " with " +
+                        std::to_string(plan.channels.size()) + " channels, not a permanent implant");
+      else if (case_.plan)
+        leave(file, "is another plan; to take this one, name it without the other");
+      else if (is_in_frame(plan.frame, file, "plan")) {
+        case_.plan =
+            plan.is_permanent() ? fit_plan(plan, case_.grid, file.path) : fit_hdr_plan(plan, file.path);
+        case_.grid = case_.plan->grid;
+        plan_instance_ = data.text(tag::kSopInstance);
+        case_.taken.push_back("plan from an RTPLAN, " + place(file.number));
+      }
+    } catch (const UserError& e) {
+      if (fault.empty() && file.dicom->data().text(tag::kTechnique) == "PERMANENT") fault = e.what();
+      leave(file, e.what());
+    }
+  if (!case_.plan && !fault.empty()) throw UserError(fault);
+}
+
+/// Of the plan that was taken, else of any plan, else the first.
+void CaseReader::read_dose() {
+  const auto rank = [&](const RtFile& file) {
+    const DicomItem data = file.dicom->data();
+    const auto plans = data.sequence(tag::kReferencedPlan);
+    const bool is_of_plan = !plan_instance_.empty() && std::ranges::any_of(plans, [&](const DicomItem& item) {
+      return item.text(tag::kReferencedInstance) == plan_instance_;
+    });
+    return (is_of_plan ? 2 : 0) + (data.text(tag::kDoseSummation) == "PLAN" ? 1 : 0);
+  };
+  std::vector<const RtFile*> near;
+  for (const RtFile& file : doses_)
+    if (is_in_frame(file.dicom->data().text(tag::kFrameOfReference), file, "dose")) near.push_back(&file);
+  std::ranges::stable_sort(near, std::greater<>(), [&](const RtFile* file) { return rank(*file); });
+  for (std::size_t n = 0; n < near.size(); ++n) {
+    if (n > 0) {
+      leave(*near[n], "is another dose; to take this one, name it without the other");
+      continue;
+    }
+    case_.dose = read_rt_dose(*near[n]->dicom);
+    case_.taken.push_back("dose from an RTDOSE, " + place(near[n]->number));
   }
+}
+
+/// Label maps become structures; images are kept for the end, when the gland is known.
+void CaseReader::read_voxels(const VoxelFile& file, const std::string& bytes, std::size_t number) {
+  std::string reason;
+  try {
+    const LabelMap map = file.read_labels(bytes);
+    reason = image_reason(map, file.path);
+    if (reason.empty()) {
+      structures_.add_segments(map, file.path, number, file.place);
+      case_.taken.push_back("structures from " + std::string(file.label_map()) + ", " + file.place);
+      return;
+    }
+    if (voxel_fault_.empty())
+      voxel_fault_ = file.path + ": is an image (" + reason + "), not a label map; add a segmentation";
+  } catch (const NoLabels& e) {
+    reason = "values that are no labels";
+    if (voxel_fault_.empty()) voxel_fault_ = e.what();
+  } catch (const UserError& e) {
+    if (is_only_file()) throw;
+    if (voxel_fault_.empty()) voxel_fault_ = e.what();
+    const std::string what = std::string(e.what()).starts_with(file.path + ": ")
+                                 ? std::string(e.what()).substr(file.path.size() + 2)
+                                 : std::string(e.what());
+    case_.left.push_back(file.place + ": " + what);
+    return;
+  }
+  images_.push_back({file, reason});
+}
+
+bool CaseReader::is_only_file() const {
+  std::error_code ignored;
+  return options_.inputs.size() == 1 && !std::filesystem::is_directory(options_.inputs.front(), ignored);
+}
+
+bool holds(const VoxelGrid& grid, const Vec3& X) {
+  const Vec3 at = grid.steps.inverse() * (X - grid.origin);
+  const Vec3 size(static_cast<double>(grid.size[0]), static_cast<double>(grid.size[1]),
+                  static_cast<double>(grid.size[2]));
+  return (at.array() >= -0.5).all() && ((size - at).array() >= 0.5).all();
+}
+
+/// The first image in which the middle of the gland lies, or else the last, is the case's; unless a series of DICOM is.
+void CaseReader::take_image() {
+  const Vec3 middle = structure_places(as_structures(case_)).front().centroid;
+  const std::size_t taken = images_.size();
+  std::optional<std::size_t> best;
+  for (std::size_t n = 0; n < images_.size() && !case_.volume; ++n) try {
+      const VoxelFile& file = images_[n].file;
+      ImageVoxels image = file.read_image(file_bytes(file.path, kMostFileBytes));
+      if (!holds(image.grid, middle) && n + 1 < images_.size()) continue;
+      case_.volume = VoxelVolume{image.grid, {}, std::move(image.values)};
+      best = n;
+    } catch (const UserError& e) {
+      case_.left.push_back("an image, " + images_[n].file.place + ": " +
+                           std::string(e.what()).substr(
+                               std::min(std::string(e.what()).size(), images_[n].file.path.size() + 2)));
+    }
+  for (std::size_t n = 0; n < taken; ++n)
+    if (n == best)
+      case_.taken.push_back("volume from an image (" + images_[n].reason + "), " + images_[n].file.place);
+    else
+      case_.left.push_back("an image (" + images_[n].reason + "), " + images_[n].file.place);
+}
+
+void CaseReader::read_file(const std::string& file, std::size_t number) {
+  const std::string name = lower_case(std::filesystem::path(file).filename().string());
+  const std::string bytes = file_bytes(file, kMostFileBytes);
+  if (const auto format = voxel_format(bytes, name))
+    read_voxels({*format, file, place(number)}, bytes, number);
+  else if (begins_as_dicom(bytes) || name.ends_with(".dcm") || is_only_file())
+    read_dicom(bytes, file, number);
+  else
+    case_.left.push_back(place(number) + ": is no DICOM, NRRD, NIfTI or MetaImage");
+}
+
+ImportedCase CaseReader::read() {
+  case_.files = files_of(options_.inputs);
+  for (std::size_t n = 0; n < case_.files.size(); ++n) {
+    share_ = static_cast<double>(n) / static_cast<double>(case_.files.size());
+    progress_(share_, place(n + 1));
+    read_file(case_.files[n], n + 1);
+  }
+  read_structure_sets();
+  take_image();
+  const std::vector<std::string> warnings =
+      anatomy_warnings(as_structures(case_), case_.volume ? &case_.volume->grid : nullptr);
+  case_.warnings.insert(case_.warnings.end(), warnings.begin(), warnings.end());
+  read_plan();
+  read_dose();
+  for (std::string& line : case_.left) line = without_paths(std::move(line));
   case_.dropped.assign(dropped_.begin(), dropped_.end());
   return std::move(case_);
 }

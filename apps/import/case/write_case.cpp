@@ -12,7 +12,9 @@
 #include "core/base/error.h"
 #include "core/base/number_text.h"
 #include "core/base/version.h"
+#include "core/brachytherapy/hdr/hdr_plan_file.h"
 #include "core/brachytherapy/plan/plan_file.h"
+#include "core/brachytherapy/structures/anatomy.h"
 #include "core/geometry/mesh_io/ply_writer.h"
 #include "core/scene/file/scene_file.h"
 #include "core/scene/load_structures.h"
@@ -43,6 +45,13 @@ std::string hex_text(const std::array<double, 3>& colour) {
   return colour_text(Rgb{byte(0), byte(1), byte(2)});
 }
 
+/// The role, where the scene would find another by the name.
+std::string role_line(const ImportedStructure& structure) {
+  const StructureRole named = role_of_name(structure.name).role;
+  if (structure.role == named && !is_unique(named)) return {};
+  return std::string("role = \"") + role_word(structure.role) + "\"\n";
+}
+
 std::string colour_line(const ImportedStructure& structure) {
   return structure.colour ? "colour = \"" + hex_text(*structure.colour) + "\"\n" : std::string();
 }
@@ -63,10 +72,16 @@ std::string scene_text(const ImportedCase& imported, bool has_plan) {
   const TemplateGrid& grid = imported.grid;
   text += fmt::format("\n[template]\ncolumns = {}\nrows = {}\nspacing_mm = {}\norigin_mm = {}\n",
                       grid.columns, grid.rows, exact_text(grid.spacing_mm), list_text(grid.origin_mm));
-  if (has_plan) text += "\n[plan]\nfile = \"plan.toml\"\n\n[seeds]\napplicator = \"train\"\n";
+  if (has_plan) text += "\n[plan]\nfile = \"plan.toml\"\n";
+  if (imported.plan && imported.plan->hdr)
+    text += fmt::format("\n[needle]\ncount = {}\n\n[implant]\nkind = \"hdr\"\n",
+                        imported.plan->hdr->catheters.size());
+  else if (has_plan)
+    text += "\n[seeds]\napplicator = \"train\"\n";
   for (std::size_t s = 1; s < imported.structures.size(); ++s)
     text += "\n[[structure]]\nname = \"" + imported.structures[s].name + "\"\nfile = \"" +
-            imported.structures[s].name + ".ply\"\n" + colour_line(imported.structures[s]);
+            imported.structures[s].name + ".ply\"\n" + role_line(imported.structures[s]) +
+            colour_line(imported.structures[s]);
   if (imported.echo_db_per_value)
     text += "\n[ultrasound]\non = true\nvolume = \"volume.nrrd\"\nvolume_db_per_value = " +
             exact_text(*imported.echo_db_per_value) + "\n";
@@ -75,18 +90,34 @@ std::string scene_text(const ImportedCase& imported, bool has_plan) {
 }
 
 nlohmann::ordered_json report_of(const ImportedCase& imported) {
-  nlohmann::ordered_json json = {
-      {"brachy", version()}, {"frame", "patient RAS, mm"}, {"taken", imported.taken}};
-  for (const ImportedStructure& s : imported.structures)
+  nlohmann::ordered_json json = {{"brachy", version()},
+                                 {"warnings", imported.warnings},
+                                 {"frame", "patient RAS, mm"},
+                                 {"taken", imported.taken}};
+  const std::vector<StructurePlace> places = structure_places(as_structures(imported));
+  const auto point = [](const Vec3& p) { return nlohmann::ordered_json{p.x(), p.y(), p.z()}; };
+  for (std::size_t n = 0; n < imported.structures.size(); ++n) {
+    const ImportedStructure& s = imported.structures[n];
     json["structures"].push_back(
         {{"name", s.name},
+         {"name_in_file", s.file_name},
+         {"role", role_word(s.role)},
          {"from", s.from},
          {"colour", s.colour ? nlohmann::ordered_json(hex_text(*s.colour)) : nlohmann::ordered_json()},
          {"source_cc", s.source_cc},
          {"surface_cc", s.surface_cc},
+         {"centroid_mm", point(places[n].centroid)},
+         {"min_mm", point(places[n].min)},
+         {"max_mm", point(places[n].max)},
+         {"side", places[n].side},
          {"vertices", s.mesh.vertices.size()},
          {"notes", s.notes}});
-  if (imported.plan)
+  }
+  if (imported.plan && imported.plan->hdr)
+    json["plan"] = {{"catheters", imported.plan->hdr->catheters.size()},
+                    {"dwells", imported.plan->hdr->dwell_count()},
+                    {"source_strength_u", imported.plan->hdr->source_strength_u}};
+  else if (imported.plan)
     json["plan"] = {{"needles", imported.plan->plan.needles.size()},
                     {"seeds", imported.plan->plan.seed_count()},
                     {"air_kerma_strength_u", imported.plan->plan.air_kerma_strength_u},
@@ -107,6 +138,26 @@ nlohmann::ordered_json report_of(const ImportedCase& imported) {
 
 }  // namespace
 
+std::string report_text(const ImportedCase& imported) {
+  return report_of(imported).dump(1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
+}
+
+std::string places_text(const ImportedCase& imported) {
+  const std::vector<StructurePlace> places = structure_places(as_structures(imported));
+  std::string text = fmt::format("  {:<18} {:<16} {:>9} {:>9}  {:<24} {:<18} {}\n", "structure", "role", "cc",
+                                 "in file", "centroid, RAS mm", "extent, mm", "lies");
+  for (std::size_t n = 0; n < places.size(); ++n) {
+    const ImportedStructure& s = imported.structures[n];
+    const Vec3 &c = places[n].centroid, size = places[n].max - places[n].min;
+    text +=
+        fmt::format("  {:<18} {:<16} {:>9.2f} {:>9.2f}  {:<24} {:<18} {}\n", s.name, role_word(s.role),
+                    s.surface_cc, s.source_cc, fmt::format("{:.1f} {:.1f} {:.1f}", c.x(), c.y(), c.z()),
+                    fmt::format("{:.0f} × {:.0f} × {:.0f}", size.x(), size.y(), size.z()), places[n].side);
+    for (const std::string& note : s.notes) text += "    " + note + "\n";
+  }
+  return text;
+}
+
 void write_case(const ImportedCase& imported, const std::filesystem::path& folder, bool force) {
   std::error_code none;
   if (!force && std::filesystem::is_directory(folder, none) && !std::filesystem::is_empty(folder))
@@ -115,18 +166,23 @@ void write_case(const ImportedCase& imported, const std::filesystem::path& folde
   const std::filesystem::path& stage = staged.stage();
   for (const ImportedStructure& structure : imported.structures)
     write_ply(stage / (structure.name + ".ply"), structure.mesh);
-  if (imported.plan) write_text(stage / "plan.toml", to_toml(imported.plan->plan));
+  if (imported.plan)
+    write_text(stage / "plan.toml",
+               imported.plan->hdr ? to_toml(*imported.plan->hdr) : to_toml(imported.plan->plan));
   if (imported.dose) write_text(stage / "dose.nrrd", to_nrrd(*imported.dose, "dose", "Gy"));
   if (imported.volume) write_text(stage / "volume.nrrd", to_nrrd(*imported.volume, "image", ""));
   write_text(stage / "scene.toml", scene_text(imported, imported.plan.has_value()));
   // The same with the plan that `brachy plan --generate` will write.
   if (!imported.plan) write_text(stage / "session.toml", scene_text(imported, true));
-  write_text(stage / "import.json", report_of(imported).dump(1) + "\n");
+  write_text(stage / "import.json", report_text(imported));
   // What was written is what the other programs will read.
   const Scene scene = load_scene(stage / "scene.toml");
   const std::vector<Structure> structures = load_structures(scene);
   if (imported.echo_db_per_value) (void)load_echo_map(scene, structures);
-  if (imported.plan) (void)load_plan(stage / "plan.toml", scene.template_grid, scene.needle.length_mm);
+  if (imported.plan && imported.plan->hdr)
+    (void)load_hdr_plan(stage / "plan.toml", scene.template_grid, scene.needle.length_mm);
+  else if (imported.plan)
+    (void)load_plan(stage / "plan.toml", scene.template_grid, scene.needle.length_mm);
   staged.publish();
 }
 

@@ -10,11 +10,13 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <cstring>
 
 #include "apps/import/dicom/dicom_precheck.h"
 #include "apps/import/dicom/dicom_tags.h"
 #include "apps/import/labels/import_limits.h"
 #include "core/base/error.h"
+#include "core/base/number_text.h"
 #include "core/base/one_line.h"
 
 namespace brachy {
@@ -31,6 +33,7 @@ DcmTagKey key_of(const DicomTag& tag) {
 void prepare_dcmtk() {
   static const bool is_ready = [] {
     OFLog::configure(OFLogger::OFF_LOG_LEVEL);
+    dcmEnableUnknownVRConversion.set(OFTrue);  // UN of a known tag is what the tag says, sequences too
     DcmRLEDecoderRegistration::registerCodecs();
     DJDecoderRegistration::registerCodecs();
     DJLSDecoderRegistration::registerCodecs();
@@ -45,6 +48,18 @@ std::string_view without_blanks(std::string_view text) {
   return text.substr(first, text.find_last_not_of(std::string_view(" \t\r\n\0", 5)) - first + 1);
 }
 
+/// Little-endian numbers as a decimal string with backslashes.
+template <class Number>
+std::string numbers_text(const std::string& raw) {
+  std::string text;
+  for (std::size_t at = 0; at + sizeof(Number) <= raw.size(); at += sizeof(Number)) {
+    Number value{};
+    std::memcpy(&value, raw.data() + at, sizeof value);
+    text.append(text.empty() ? "" : "\\").append(exact_text(static_cast<double>(value)));
+  }
+  return text;
+}
+
 /// The bits of a word that are the value; those above may hold an overlay (PS3.5 before 2004, 8.1).
 struct StoredValue {
   unsigned shift;
@@ -55,6 +70,15 @@ struct StoredValue {
     return std::int64_t{value} - 2 * std::int64_t{value & sign};
   }
 };
+
+/// Preamble and meta header of a file of part 10, with nothing but the transfer syntax (PS3.10, 7.1).
+std::string header_of(std::string syntax) {
+  if (syntax.size() % 2 != 0) syntax += '\0';
+  const auto length = static_cast<char>(syntax.size());
+  std::string header(128, '\0');
+  header.append("DICM").append("\2\0\0\0UL\4\0", 8).append({static_cast<char>(8 + length), 0, 0, 0});
+  return header.append("\2\0\x10\0UI", 6).append({length, 0}).append(syntax);
+}
 
 StoredValue stored_value(const DicomItem& data, std::size_t bits) {
   const std::size_t stored = data.has(tag::kBitsStored) ? data.count(tag::kBitsStored, 1, bits) : bits;
@@ -81,18 +105,28 @@ bool DicomItem::has(const DicomTag& tag) const {
   return item_->tagExistsWithValue(key_of(tag));
 }
 
-// A long value of a short kind is written as UN in explicit VR (PS3.5, 6.2.2), which DCMTK gives as bytes in hex.
-std::optional<std::string> DicomItem::unknown_value(const DicomTag& tag) const {
+// Values that are written as UN, OB or "??", which DCMTK gives as bytes in hex: a long value of a short kind (PS3.5,
+// 6.2.2), or what a program on the way did not know. As the text of their numbers where the tag has binary ones.
+std::optional<std::string> DicomItem::raw_value(const DicomTag& tag) const {
   DcmElement* element = nullptr;
-  if (item_->findAndGetElement(key_of(tag), element).bad() || !element || element->getVR() != EVR_UN)
-    return std::nullopt;
+  if (item_->findAndGetElement(key_of(tag), element).bad() || !element) return std::nullopt;
+  const DcmEVR vr = element->getTag().getVR().getEVR();
+  if (vr != EVR_UN && vr != EVR_OB && vr != EVR_UNKNOWN && vr != EVR_UNKNOWN2B) return std::nullopt;
   Uint8* bytes = nullptr;
   if (element->getUint8Array(bytes).bad() || !bytes) return std::string();
-  return std::string(bytes, bytes + element->getLength());
+  const std::string raw(bytes, bytes + element->getLength());
+  const DcmEVR meant = DcmTag(key_of(tag)).getEVR();
+  if (meant == EVR_US || meant == EVR_xs) return numbers_text<std::uint16_t>(raw);
+  if (meant == EVR_SS) return numbers_text<std::int16_t>(raw);
+  if (meant == EVR_UL) return numbers_text<std::uint32_t>(raw);
+  if (meant == EVR_SL) return numbers_text<std::int32_t>(raw);
+  if (meant == EVR_FL) return numbers_text<float>(raw);
+  if (meant == EVR_FD) return numbers_text<double>(raw);
+  return raw;
 }
 
 std::string DicomItem::text(const DicomTag& tag) const {
-  if (const auto unknown = unknown_value(tag))
+  if (const auto unknown = raw_value(tag))
     return std::string(without_blanks(std::string_view(*unknown).substr(0, unknown->find('\\'))));
   OFString value;
   if (item_->findAndGetOFString(key_of(tag), value).bad()) return {};
@@ -101,7 +135,7 @@ std::string DicomItem::text(const DicomTag& tag) const {
 
 std::vector<double> DicomItem::numbers(const DicomTag& tag) const {
   OFString of_binary;
-  const std::optional<std::string> unknown = unknown_value(tag);
+  const std::optional<std::string> unknown = raw_value(tag);
   std::string_view rest;
   DcmElement* element = nullptr;
   char* text = nullptr;
@@ -170,17 +204,21 @@ std::vector<DicomItem> DicomItem::sequence(const DicomTag& tag) const {
   return items;
 }
 
-bool is_dicom(std::string_view bytes) {
-  return bytes.size() > 132 && bytes.substr(128, 4) == "DICM";
-}
-
 DicomFile::DicomFile(std::string_view bytes, const std::string& name)
     : file_(std::make_unique<DcmFileFormat>()), name_(name), file_bytes_(bytes.size()) {
   prepare_dcmtk();
-  if (!is_dicom(bytes))
+  if (!begins_as_dicom(bytes))
     throw UserError(name + ": is no DICOM file: it has no DICM at byte 128; export it as DICOM part 10");
   if (bytes.size() > kMostFileBytes) throw UserError(name + ": is over 2 GB; export fewer frames");
-  check_dicom_structure(bytes.substr(132), name);
+  const DicomLayout layout = dicom_layout(bytes, name);
+  std::string rewritten;
+  if (layout.is_plain) {
+    bytes = bytes.substr(0, layout.end);
+  } else {
+    rewritten = header_of(layout.transfer_syntax);
+    rewritten.append(bytes.substr(layout.begin, layout.end - layout.begin));
+    bytes = rewritten;
+  }
   DcmInputBufferStream stream;
   stream.setBuffer(bytes.data(), static_cast<offile_off_t>(bytes.size()));
   stream.setEos();

@@ -45,13 +45,14 @@ class DicomItem {
   DcmItem* item() const { return item_; }
 
  private:
-  std::optional<std::string> unknown_value(const DicomTag& tag) const;
+  std::optional<std::string> raw_value(const DicomTag& tag) const;
 
   DcmItem* item_;
   std::string name_;
 };
 
-/// A file of DICOM part 10, of any transfer syntax but compressed video. Threads: one.
+/// A file of DICOM part 10, of any transfer syntax but compressed video; also without its preamble or meta header, as
+/// dicom_layout finds it. Threads: one.
 class DicomFile {
  public:
   /// `name` stands for the file in errors. Errors: UserError where the bytes are no whole DICOM file.
@@ -76,9 +77,6 @@ class DicomFile {
   std::string name_;
   std::size_t file_bytes_;
 };
-
-/// Whether the bytes begin as a DICOM file: "DICM" behind a preamble of 128 bytes.
-bool is_dicom(std::string_view bytes);
 
 /// x and y are reversed between LPS (DICOM) and RAS.
 inline Vec3 ras_of_lps(const Vec3& p) {

@@ -34,9 +34,13 @@ struct Level {
 class StructureWalk {
  public:
   StructureWalk(std::string_view bytes, const std::string& name) : bytes_(bytes), name_(name) {}
-  /// The elements of group 2, in explicit little endian; where they end. `syntax`: (0002,0010).
-  std::size_t walk_meta(std::string& syntax);
-  void walk(std::size_t from, Encoding encoding);
+  /// The elements of group 2 from `at` on, in explicit little endian; where they end. `syntax`: (0002,0010).
+  /// `is_length_right`: whether the header states its own length, if at all.
+  std::size_t walk_meta(std::size_t at, std::string& syntax, bool& is_length_right);
+  /// The data set; where it ends.
+  std::size_t walk(std::size_t from, Encoding encoding);
+  /// How the element at `at` is written; nothing where neither makes sense.
+  std::optional<Encoding> guess(std::size_t at) const;
 
  private:
   struct Element {
@@ -79,7 +83,10 @@ StructureWalk::Element StructureWalk::element(std::size_t at, std::size_t end, E
   e.vr[0] = bytes_[at + 4];
   e.vr[1] = bytes_[at + 5];
   const DcmVR vr(e.vr);
-  if (!vr.isStandard()) refuse(e, "has no value representation of the standard");
+  // "??" is what DCMTK wrote for a value that it did not know; letters may be those of a later standard.
+  const auto is_capital = [](char c) { return c >= 'A' && c <= 'Z'; };
+  if (!vr.isStandard() && !(is_capital(e.vr[0]) && is_capital(e.vr[1])) && std::string_view(e.vr) != "??")
+    refuse(e, "has no value representation of the standard");
   if (!vr.usesExtendedLengthEncoding()) {
     e.length = number(at + 6, 2, encoding.is_big_endian);
     e.value = at + 8;
@@ -91,9 +98,7 @@ StructureWalk::Element StructureWalk::element(std::size_t at, std::size_t end, E
   return e;
 }
 
-std::size_t StructureWalk::walk_meta(std::string& syntax) {
-  std::size_t at = 0;
-  Element length;
+std::size_t StructureWalk::walk_meta(std::size_t at, std::string& syntax, bool& is_length_right) {
   std::optional<std::size_t> stated_end;
   bool has_syntax = false;
   while (bytes_.size() - at >= 8 && number(at, 2, false) == 2) {
@@ -113,11 +118,19 @@ std::size_t StructureWalk::walk_meta(std::string& syntax) {
     if (e.number != 0) continue;
     if (e.length != 4 || stated_end) refuse(e, "is not the length of the meta header");
     stated_end = at + number(e.value, 4, false);
-    length = e;
   }
-  // DCMTK takes the meta header to be as long as it says: else it reads another data set than is walked here.
-  if (stated_end && *stated_end != at) refuse(length, "is not the length of the meta header");
+  is_length_right = !stated_end || *stated_end == at;
   return at;
+}
+
+std::optional<Encoding> StructureWalk::guess(std::size_t at) const {
+  if (bytes_.size() < at + 8) return std::nullopt;
+  const bool is_big_endian = number(at, 2, false) > 0xff && number(at, 2, true) <= 0xff;
+  const char vr[3] = {bytes_[at + 4], bytes_[at + 5], 0};
+  if (DcmVR(vr).isStandard()) return Encoding{false, is_big_endian};
+  if (number(at + 4, 4, is_big_endian) <= bytes_.size() - at - 8 && !is_big_endian)
+    return Encoding{true, false};
+  return std::nullopt;
 }
 
 void StructureWalk::enter(std::vector<Level>& levels, Level::Kind kind, const Element& e,
@@ -157,7 +170,7 @@ void StructureWalk::step_into(std::vector<Level>& levels, std::size_t& at) const
       vr.empty() ? DcmTag(e.group, e.number).getEVR() == EVR_SQ || is_undefined : vr == "SQ";
   if (is_sequence) {
     enter(levels, Level::Kind::kSequence, e, level.encoding);
-  } else if (is_undefined && vr == "UN") {
+  } else if (vr == "UN" && (is_undefined || DcmTag(e.group, e.number).getEVR() == EVR_SQ)) {
     enter(levels, Level::Kind::kSequence, e, {true, false});  // PS3.5, 6.2.2
   } else if (is_undefined) {
     if (e.group != 0x7fe0 || (vr != "OB" && vr != "OW")) refuse(e, "has no length");
@@ -167,12 +180,13 @@ void StructureWalk::step_into(std::vector<Level>& levels, std::size_t& at) const
   }
 }
 
-void StructureWalk::walk(std::size_t from, Encoding encoding) {
+std::size_t StructureWalk::walk(std::size_t from, Encoding encoding) {
   std::vector<Level> levels = {{Level::Kind::kItem, bytes_.size(), true, encoding}};
   std::size_t at = from;
   while (true) {
     while (!levels.empty() && levels.back().has_length && at == levels.back().end) levels.pop_back();
-    if (levels.empty()) return;
+    if (levels.empty()) return at;
+    if (levels.size() == 1 && bytes_.find_first_not_of('\0', at) == std::string_view::npos) return at;
     if (at == levels.back().end)
       throw UserError(name_ + ": a sequence has no end; it is cut off, export it again");
     step_into(levels, at);
@@ -194,14 +208,43 @@ std::string unpacked(std::string_view bytes, const std::string& name) {
 
 }  // namespace
 
-void check_dicom_structure(std::string_view bytes, const std::string& name) {
-  std::string syntax;
+bool begins_as_dicom(std::string_view bytes) {
+  if (bytes.size() > 132 && bytes.substr(128, 4) == "DICM") return true;
+  if (bytes.size() < 16) return false;
+  if (bytes.starts_with("DICM")) return true;
+  const std::string name;
+  const StructureWalk walk(bytes, name);
+  const auto first = walk.guess(0);
+  const auto byte = [&](std::size_t n) { return static_cast<unsigned char>(bytes[n]); };
+  const unsigned group = byte(0) | byte(1) << 8U, element = byte(2) | byte(3) << 8U;
+  if (group == 2) return first && !first->is_implicit && element < 0x0200;
+  return group == 8 && first && element <= 0x0070 && (!first->is_implicit || (byte(6) == 0 && byte(7) == 0));
+}
+
+DicomLayout dicom_layout(std::string_view bytes, const std::string& name) {
   StructureWalk walk(bytes, name);
-  const std::size_t begin = walk.walk_meta(syntax);
+  const bool has_preamble = bytes.size() > 132 && bytes.substr(128, 4) == "DICM";
+  DicomLayout layout;
+  bool is_length_right = true;
+  layout.begin = walk.walk_meta(has_preamble ? 132 : (bytes.starts_with("DICM") ? 4 : 0),
+                                layout.transfer_syntax, is_length_right);
+  layout.end = bytes.size();
+  layout.is_plain = has_preamble && is_length_right;
+  std::string& syntax = layout.transfer_syntax;
   if (syntax == UID_DeflatedExplicitVRLittleEndianTransferSyntax) {
-    const std::string data = unpacked(bytes.substr(begin), name);
+    const std::string data = unpacked(bytes.substr(layout.begin), name);
     StructureWalk(data, name).walk(0, {});
-    return;
+    return layout;
+  }
+  const bool is_little =
+      syntax == UID_LittleEndianImplicitTransferSyntax || syntax == UID_LittleEndianExplicitTransferSyntax;
+  if (const auto own = walk.guess(layout.begin);
+      own && (syntax.empty() || (is_little && !own->is_big_endian))) {
+    const std::string found = own->is_big_endian ? UID_BigEndianExplicitTransferSyntax
+                              : own->is_implicit ? UID_LittleEndianImplicitTransferSyntax
+                                                 : UID_LittleEndianExplicitTransferSyntax;
+    layout.is_plain = layout.is_plain && syntax == found;
+    syntax = found;
   }
   const DcmXfer xfer(syntax.c_str());
   // Its table has entries beside the standard's, one without a UID.
@@ -209,7 +252,9 @@ void check_dicom_structure(std::string_view bytes, const std::string& name) {
     throw UserError(name +
                     ": Transfer Syntax UID (0002,0010): is missing or not known; export it as explicit VR "
                     "little endian");
-  walk.walk(begin, {xfer.isImplicitVR() != OFFalse, xfer.getByteOrder() == EBO_BigEndian});
+  layout.end =
+      walk.walk(layout.begin, {xfer.isImplicitVR() != OFFalse, xfer.getByteOrder() == EBO_BigEndian});
+  return layout;
 }
 
 }  // namespace brachy

@@ -5,8 +5,9 @@
 // The tags that are read and written, as PS3.6 of the DICOM standard names them.
 namespace brachy::tag {
 
-inline constexpr DicomTag kSopClass{0x0008, 0x0016}, kSopInstance{0x0008, 0x0018}, kModality{0x0008, 0x0060},
-    kStudyInstance{0x0020, 0x000d}, kSeriesInstance{0x0020, 0x000e}, kFrameOfReference{0x0020, 0x0052};
+inline constexpr DicomTag kSopClass{0x0008, 0x0016}, kSopInstance{0x0008, 0x0018},
+    kReferencedInstance{0x0008, 0x1155}, kModality{0x0008, 0x0060}, kStudyInstance{0x0020, 0x000d},
+    kSeriesInstance{0x0020, 0x000e}, kFrameOfReference{0x0020, 0x0052};
 
 // Images and dose grids.
 inline constexpr DicomTag kImagePosition{0x0020, 0x0032}, kImageOrientation{0x0020, 0x0037},
@@ -15,7 +16,8 @@ inline constexpr DicomTag kImagePosition{0x0020, 0x0032}, kImageOrientation{0x00
     kBitsStored{0x0028, 0x0101}, kHighBit{0x0028, 0x0102}, kPixelRepresentation{0x0028, 0x0103},
     kRescaleIntercept{0x0028, 0x1052}, kRescaleSlope{0x0028, 0x1053}, kPixelData{0x7fe0, 0x0010},
     kSliceThickness{0x0018, 0x0050}, kDoseUnits{0x3004, 0x0002}, kDoseType{0x3004, 0x0004},
-    kGridFrameOffsets{0x3004, 0x000c}, kDoseGridScaling{0x3004, 0x000e};
+    kGridFrameOffsets{0x3004, 0x000c}, kDoseGridScaling{0x3004, 0x000e}, kDoseSummation{0x3004, 0x000a},
+    kReferencedPlan{0x300c, 0x0002};
 
 // Structure sets.
 inline constexpr DicomTag kStructureSetRois{0x3006, 0x0020}, kRoiNumber{0x3006, 0x0022},

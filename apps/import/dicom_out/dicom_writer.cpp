@@ -8,9 +8,12 @@
 #include <stdexcept>
 
 #include "apps/import/dicom/dicom_tags.h"
+#include "apps/import/dicom/rt_structure.h"
+#include "apps/import/labels/import_limits.h"
 #include "core/base/error.h"
 #include "core/base/number_text.h"
 #include "core/base/version.h"
+#include "core/geometry/volume/file_bytes.h"
 
 namespace brachy {
 namespace {
@@ -47,7 +50,33 @@ ExportIds make_ids(std::string_view content, const std::string& patient, const s
           uid_of(base + "plan"),
           uid_of(base + "dose"),
           patient,
-          date};
+          date,
+          {}};
+}
+
+void take_study(const std::filesystem::path& file, ExportIds& ids) {
+  const DicomFile dicom(file_bytes(file, kMostFileBytes), file.string());
+  const DicomItem data = dicom.data();
+  ids.study = data.text(tag::kStudyInstance);
+  ids.frame =
+      dicom.modality() == "RTSTRUCT" ? read_rt_structure(dicom).frame : data.text(tag::kFrameOfReference);
+  if (ids.study.empty())
+    data.refuse(tag::kStudyInstance, "is missing; give another file of the patient's study");
+  if (ids.frame.empty())
+    data.refuse(tag::kFrameOfReference, "is missing; give the RTSTRUCT or an image of the planning study");
+  // Character set, study's date and time, accession number, referring physician, description; the patient; study ID.
+  for (const DicomTag kept : {DicomTag{0x0008, 0x0005},
+                              {0x0008, 0x0020},
+                              {0x0008, 0x0030},
+                              {0x0008, 0x0050},
+                              {0x0008, 0x0090},
+                              {0x0008, 0x1030},
+                              {0x0010, 0x0010},
+                              {0x0010, 0x0020},
+                              {0x0010, 0x0030},
+                              {0x0010, 0x0040},
+                              {0x0020, 0x0010}})
+    if (data.has(kept)) ids.own.emplace_back(kept, data.text(kept));
 }
 
 std::string decimal_string(double value) {
@@ -113,6 +142,7 @@ DicomObject::DicomObject(const ExportIds& ids, const std::string& sop_class, con
   out.put(tag::kStudyInstance, ids.study).put(tag::kSeriesInstance, uid_of(sop_instance + "series"));
   out.put({0x0020, 0x0010}, "").put({0x0020, 0x0011}, "1");
   out.put(tag::kFrameOfReference, ids.frame).put({0x0020, 0x1040}, "");
+  for (const auto& [kept, value] : ids.own) out.put(kept, value);
 }
 
 DicomObject::~DicomObject() = default;

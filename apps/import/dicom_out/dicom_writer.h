@@ -4,6 +4,7 @@
 #include <memory>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "apps/import/dicom/dicom_file.h"
@@ -18,8 +19,14 @@ struct ExportIds {
   std::string structure_set, plan, dose;  ///< SOP instance UIDs
   std::string patient;                    ///< the scene's name: no person's
   std::string date;                       ///< YYYYMMDD of the sources' strength
+  /// What the objects have of the patient's own study, in place of the defaults: a tag and its value.
+  std::vector<std::pair<DicomTag, std::string>> own;
 };
 ExportIds make_ids(std::string_view content, const std::string& patient, const std::string& date);
+
+/// Takes the patient, the study and the frame of reference of one of their files, so that the export belongs to them.
+/// Errors: UserError "FILE: …" where it is no DICOM file or has no study or frame of reference.
+void take_study(const std::filesystem::path& file, ExportIds& ids);
 
 /// A UID below 2.25 (PS3.5, B.2) from a text.
 std::string uid_of(std::string_view text);

@@ -14,10 +14,12 @@
 
 namespace brachy {
 
-/// An RTSTRUCT: contours of each structure in transverse planes `slice_mm` apart (contour_heights).
+/// An RTSTRUCT: contours of each structure in transverse planes `slice_mm` apart (contour_heights), holes by keyholes.
+/// `colours`: red, green, blue of each, 0 … 255.
 void write_rt_structure(const std::filesystem::path& file, const ExportIds& ids,
-                        const std::vector<Structure>& structures, double slice_mm);
-/// Red, green, blue of the n-th structure, 0 … 255.
+                        const std::vector<Structure>& structures,
+                        const std::vector<std::array<int, 3>>& colours, double slice_mm);
+/// A colour for the n-th structure, where it has none of its own.
 std::array<int, 3> structure_colour(std::size_t n);
 
 /// An RTPLAN of a permanent implant: an application setup for each needle, in it a channel for each seed, with its

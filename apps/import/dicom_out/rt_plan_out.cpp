@@ -141,6 +141,8 @@ void write_rt_plan(const std::filesystem::path& file, const ExportIds& ids, cons
   DicomObject object(ids, kRtPlanStorage, ids.plan, "RTPLAN");
   DicomWriter data = object.data();
   put_general(data, ids, plan.prescription_gy, "INTERSTITIAL", "HDR");
+  constexpr double kAnyBasePlaneMm = 100;  // an HDR plan has none
+  data.put(tag::kPlanDescription, template_text(grid, kAnyBasePlaneMm) + hdr_text(plan));
   put_source(data.item(tag::kSources), tg43_source(plan.source), "", "Ir-192", plan.source_strength_u, ids);
   put_fractions(data, 1);
   DicomWriter setup = data.item(tag::kSetups);

@@ -33,7 +33,8 @@ std::array<int, 3> structure_colour(std::size_t n) {
 }
 
 void write_rt_structure(const std::filesystem::path& file, const ExportIds& ids,
-                        const std::vector<Structure>& structures, double slice_mm) {
+                        const std::vector<Structure>& structures,
+                        const std::vector<std::array<int, 3>>& colours, double slice_mm) {
   DicomObject object(ids, kRtStructureSetStorage, ids.structure_set, "RTSTRUCT");
   DicomWriter data = object.data();
   data.put({0x3006, 0x0002}, "brachyd").put({0x3006, 0x0008}, "").put({0x3006, 0x0009}, "");
@@ -42,10 +43,12 @@ void write_rt_structure(const std::filesystem::path& file, const ExportIds& ids,
     const Structure& structure = structures[n];
     const std::string number = std::to_string(n + 1);
     DicomWriter roi = data.item(tag::kStructureSetRois);
-    roi.put(tag::kRoiNumber, number).put(tag::kRoiFrame, ids.frame).put(tag::kRoiName, structure.name);
+    roi.put(tag::kRoiNumber, number)
+        .put(tag::kRoiFrame, ids.frame)
+        .put(tag::kRoiName, structure.shown_name());
     roi.put({0x3006, 0x0036}, "");  // generation algorithm
     DicomWriter contours = data.item(tag::kRoiContours);
-    const auto [red, green, blue] = structure_colour(n);
+    const auto [red, green, blue] = colours[n];
     contours.put(tag::kRoiColour,
                  std::to_string(red) + "\\" + std::to_string(green) + "\\" + std::to_string(blue));
     contours.put(tag::kReferencedRoi, number);
@@ -55,7 +58,8 @@ void write_rt_structure(const std::filesystem::path& file, const ExportIds& ids,
       most = std::max(most, v.z());
     }
     for (const double z : contour_heights(least, most, slice_mm))
-      for (const Polygon& polygon : mesh_contours(structure.mesh, z)) put_contour(contours, polygon, z);
+      for (const Polygon& polygon : with_keyholes(mesh_contours(structure.mesh, z)))
+        put_contour(contours, polygon, z);
     DicomWriter observation = data.item({0x3006, 0x0080});
     observation.put({0x3006, 0x0082}, number).put(tag::kReferencedRoi, number);
     observation.put({0x3006, 0x00a4}, n == 0 ? "CTV" : "ORGAN").put({0x3006, 0x00a6}, "");

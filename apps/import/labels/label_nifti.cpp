@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <charconv>
 #include <cmath>
 #include <optional>
 #include <span>
@@ -19,11 +20,12 @@ namespace {
 /// Where the fields of a header lie; https://nifti.nimh.nih.gov/pub/dist/src/niftilib/nifti1.h, …/nifti2.h.
 struct NiftiLayout {
   std::size_t size, dim, dim_bytes, datatype, pixdim, real_bytes, vox_offset, scl_slope, units, units_bytes,
-      qform_code, code_bytes, quatern, srow;
+      qform_code, code_bytes, quatern, srow, intent_code;
 };
+constexpr double kIntentLabel = 1002;      // NIFTI_INTENT_LABEL
 constexpr double kFarthestData = 1 << 24;  // its extensions are some kilobytes
-constexpr NiftiLayout kNifti1{348, 40, 2, 70, 76, 4, 108, 112, 123, 1, 252, 2, 256, 280};
-constexpr NiftiLayout kNifti2{540, 16, 8, 12, 104, 8, 168, 176, 500, 4, 344, 4, 352, 400};
+constexpr NiftiLayout kNifti1{348, 40, 2, 70, 76, 4, 108, 112, 123, 1, 252, 2, 256, 280, 68};
+constexpr NiftiLayout kNifti2{540, 16, 8, 12, 104, 8, 168, 176, 500, 4, 344, 4, 352, 400, 504};
 
 class NiftiReader {
  public:
@@ -34,6 +36,7 @@ class NiftiReader {
   std::size_t read_header();
   /// `file`: all of its bytes.
   LabelMap read_labels(std::string_view file);
+  ImageVoxels read_image(std::string_view file);
 
  private:
   [[noreturn]] void refuse(const std::string& field, const std::string& what) const {
@@ -47,6 +50,8 @@ class NiftiReader {
     return voxel_value(bytes_, at, {layout_.real_bytes, true, true, is_big_endian_});
   }
   VoxelType type() const;
+  std::string_view voxels(std::string_view file) const;
+  void name_segments(std::string_view extensions);
   void read_geometry();
   double mm_per_unit() const;
   VoxelGrid sform() const;
@@ -56,6 +61,7 @@ class NiftiReader {
   const std::string& name_;
   std::size_t most_voxels_;
   VoxelType voxel_;
+  double slope_ = 1, intercept_ = 0;
   std::size_t data_begin_ = 0;
   NiftiLayout layout_ = kNifti1;
   bool is_big_endian_ = false;
@@ -189,8 +195,10 @@ std::size_t NiftiReader::read_header() {
   read_geometry();
   voxel_ = type();
   const double slope = real(layout_.scl_slope), intercept = real(layout_.scl_slope + layout_.real_bytes);
-  if (std::isfinite(slope) && slope != 0 && (slope != 1 || (std::isfinite(intercept) && intercept != 0)))
-    refuse("scl_slope", "labels are not scaled; save it as whole numbers");
+  if (std::isfinite(slope) && slope != 0) {
+    slope_ = slope;
+    intercept_ = std::isfinite(intercept) ? intercept : 0;
+  }
   const double offset =
       layout_.size == kNifti2.size ? whole(layout_.vox_offset, 8) : real(layout_.vox_offset);
   if (!(offset >= static_cast<double>(layout_.size) && offset <= kFarthestData))
@@ -199,25 +207,64 @@ std::size_t NiftiReader::read_header() {
   return data_begin_ + map_.grid.count() * voxel_.bytes;
 }
 
-LabelMap NiftiReader::read_labels(std::string_view file) {
+std::string_view NiftiReader::voxels(std::string_view file) const {
   const std::size_t end = data_begin_ + map_.grid.count() * voxel_.bytes;
   if (file.size() < end)
     refuse("dim", "with vox_offset are of " + std::to_string(end) + " bytes, but the file has " +
                       std::to_string(file.size()) + "; it is cut off, copy it again");
+  return file.substr(data_begin_, end - data_begin_);
+}
+
+/// The label table of Connectome Workbench, which TotalSegmentator writes too, in an extension of the header:
+/// <Label Key="1" …><![CDATA[prostate]]></Label>.
+void NiftiReader::name_segments(std::string_view extensions) {
+  constexpr std::string_view kLabel = "<Label Key=\"", kName = "<![CDATA[";
+  for (std::size_t at = extensions.find(kLabel); at != extensions.npos; at = extensions.find(kLabel, at)) {
+    at += kLabel.size();
+    const std::string_view label = extensions.substr(at, extensions.substr(at).find("</Label>"));
+    unsigned value = 0;
+    const auto [end, error] = std::from_chars(label.data(), label.data() + label.size(), value);
+    const std::size_t name = label.find(kName);
+    if (error != std::errc() || name == label.npos) continue;
+    const std::string_view text = label.substr(name + kName.size());
+    const auto segment = std::ranges::find(map_.segments, value, &LabelMap::Segment::value);
+    if (segment != map_.segments.end()) segment->name = text.substr(0, text.find("]]>"));
+    map_.is_declared = true;
+  }
+}
+
+LabelMap NiftiReader::read_labels(std::string_view file) {
+  const std::string_view data = voxels(file);
+  if (slope_ != 1 || intercept_ != 0)
+    throw NoLabels(name_ + ": scl_slope: labels are not scaled; save it as whole numbers");
   auto& labels = map_.layers.emplace_back();
   labels.reserve(map_.grid.count());
-  append_labels(labels, file.substr(data_begin_, end - data_begin_), voxel_, name_);
+  append_labels(labels, data, voxel_, name_);
   add_segments_by_value(map_);
+  map_.is_declared = whole(layout_.intent_code, layout_.size == kNifti2.size ? 4 : 2) == kIntentLabel;
+  name_segments(file.substr(layout_.size, data_begin_ - layout_.size));
   return std::move(map_);
 }
 
-}  // namespace
+ImageVoxels NiftiReader::read_image(std::string_view file) {
+  const std::string_view data = voxels(file);
+  ImageVoxels volume{map_.grid, {}};
+  volume.values.reserve(map_.grid.count());
+  for (std::size_t at = 0; at + voxel_.bytes <= data.size(); at += voxel_.bytes) {
+    const auto value = static_cast<float>(slope_ * voxel_value(data, at, voxel_) + intercept_);
+    // Outside of what was measured some programs write NaN.
+    volume.values.push_back(std::isfinite(value) ? value : 0.0F);
+  }
+  return volume;
+}
 
-LabelMap parse_label_nifti(std::string_view bytes, const std::string& name, std::size_t most_voxels) {
+/// Calls read(reader, content) with the header read and all of the file's content.
+template <class Read>
+auto read_nifti(std::string_view bytes, const std::string& name, std::size_t most_voxels, const Read& read) {
   if (!bytes.starts_with("\x1f\x8b")) {
     NiftiReader reader(bytes, name, most_voxels);
     reader.read_header();
-    return reader.read_labels(bytes);
+    return read(reader, bytes);
   }
   GzipReader gzip(bytes);
   const auto read_to = [&](std::string& content, std::size_t size) {
@@ -236,7 +283,19 @@ LabelMap parse_label_nifti(std::string_view bytes, const std::string& name, std:
                     std::to_string(bytes.size()) + " compressed ones; it is cut off, copy it again");
   std::string file = content;
   if (size > file.size()) read_to(file, size);
-  return reader.read_labels(file);
+  return read(reader, std::string_view(file));
+}
+
+}  // namespace
+
+LabelMap parse_label_nifti(std::string_view bytes, const std::string& name, std::size_t most_voxels) {
+  return read_nifti(bytes, name, most_voxels,
+                    [](NiftiReader& reader, std::string_view file) { return reader.read_labels(file); });
+}
+
+ImageVoxels parse_image_nifti(std::string_view bytes, const std::string& name, std::size_t most_voxels) {
+  return read_nifti(bytes, name, most_voxels,
+                    [](NiftiReader& reader, std::string_view file) { return reader.read_image(file); });
 }
 
 }  // namespace brachy

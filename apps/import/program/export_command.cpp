@@ -9,6 +9,7 @@
 #include "apps/import/case/volume_nrrd.h"
 #include "apps/import/dicom_out/rt_objects.h"
 #include "apps/terminal/progress.h"
+#include "core/base/colour_text.h"
 #include "core/base/error.h"
 #include "core/brachytherapy/dose/dose_nrrd.h"
 #include "core/brachytherapy/dose/dose_seed_file.h"
@@ -27,7 +28,7 @@ namespace {
 
 struct ExportLine {
   std::filesystem::path dicom, scene;
-  std::optional<std::filesystem::path> plan, seeds;
+  std::optional<std::filesystem::path> plan, seeds, study;
   std::vector<std::string> surfaces;
   double slice_mm = 0.25;
   std::string dose_bits = "16";
@@ -36,7 +37,8 @@ struct ExportLine {
 };
 
 /// All structures on the dose grid's points, a layer each.
-LabelMap label_map_of(const std::vector<Structure>& structures, double spacing_mm) {
+LabelMap label_map_of(const std::vector<Structure>& structures,
+                      const std::vector<std::array<int, 3>>& colours, double spacing_mm) {
   Vec3 min = Vec3::Constant(1e9), max = -min;
   for (const Structure& s : structures)
     for (const Vec3& v : s.mesh.vertices) {
@@ -52,10 +54,23 @@ LabelMap label_map_of(const std::vector<Structure>& structures, double spacing_m
   for (std::size_t n = 0; n < structures.size(); ++n) {
     auto& labels = map.layers.emplace_back(map.grid.count(), std::uint16_t{0});
     rasterise(SurfaceBvh(structures[n].mesh), map.grid, 1, labels);
-    const auto [r, g, b] = structure_colour(n);
-    map.segments.push_back({structures[n].name, 1, n, {{r / 255.0, g / 255.0, b / 255.0}}});
+    const auto [r, g, b] = colours[n];
+    map.segments.push_back({structures[n].shown_name(), 1, n, {{r / 255.0, g / 255.0, b / 255.0}}});
   }
   return map;
+}
+
+/// The scene's, or where a structure has none one of its own.
+std::vector<std::array<int, 3>> colours_of(const std::vector<Structure>& structures, const Scene& scene) {
+  std::vector<std::array<int, 3>> colours;
+  for (std::size_t n = 0; n < structures.size(); ++n) {
+    const auto own = std::ranges::find(scene.structures, structures[n].name, &StructureSettings::name);
+    const auto rgb = colour_from(n == 0                          ? scene.tissue.colour
+                                 : own == scene.structures.end() ? std::string()
+                                                                 : own->colour);
+    colours.push_back(rgb ? std::array<int, 3>{(*rgb)[0], (*rgb)[1], (*rgb)[2]} : structure_colour(n));
+  }
+  return colours;
 }
 
 /// "prostate=deformed.ply": a surface in place of the one at rest.
@@ -63,12 +78,11 @@ void replace_surface(std::vector<Structure>& structures, const std::string& text
   const auto equals = text.find('=');
   if (equals == std::string::npos) throw UsageError("--surface " + text + ": must be NAME=FILE");
   const std::string name = text.substr(0, equals), file = text.substr(equals + 1);
-  const auto structure = std::ranges::find(structures, name, &Structure::name);
-  if (structure == structures.end())
-    throw UserError("--surface " + text + ": the scene has no structure \"" + name + "\"");
+  const Structure* found = find_structure(structures, name);
+  if (!found) throw UserError("--surface " + text + ": the scene has no structure \"" + name + "\"");
   PreparedSurface prepared = prepare_surface(read_mesh_file(file), {}, file);
   require_closed(prepared.report, file);
-  structure->mesh = std::move(prepared.mesh);
+  structures[static_cast<std::size_t>(found - structures.data())].mesh = std::move(prepared.mesh);
 }
 
 /// The scene's plan or the one that was named, of either kind, and its sources for the dose.
@@ -120,12 +134,14 @@ int run(const ExportLine& line) {
   }
   for (const DoseSeed& s : seeds)
     content.append(reinterpret_cast<const char*>(s.position.data()), 3 * sizeof(double));
-  const ExportIds ids = make_ids(content, plain_name(scene.name, "scene"), line.date);
+  ExportIds ids = make_ids(content, plain_name(scene.name, "scene"), line.date);
+  if (line.study) take_study(*line.study, ids);
+  const std::vector<std::array<int, 3>> colours = colours_of(structures, scene);
   Progress progress("export");
   progress.show(0, "structures");
-  write_rt_structure(line.dicom / "rtstruct.dcm", ids, structures, line.slice_mm);
+  write_rt_structure(line.dicom / "rtstruct.dcm", ids, structures, colours, line.slice_mm);
   write_text(line.dicom / "structures.seg.nrrd",
-             to_seg_nrrd(label_map_of(structures, scene.dose.spacing_mm)));
+             to_seg_nrrd(label_map_of(structures, colours, scene.dose.spacing_mm)), line.force);
   std::string written = "rtstruct.dcm, structures.seg.nrrd";
   if (!plan.is_empty()) {
     if (plan.hdr)
@@ -139,7 +155,7 @@ int run(const ExportLine& line) {
     ImplantDose dose(structures, scene.dose);
     for (const DoseSeed& seed : seeds) dose.add(seed);
     write_rt_dose(line.dicom / "rtdose.dcm", ids, dose.grid(), !plan.is_empty(), std::stoi(line.dose_bits));
-    write_text(line.dicom / "dose.nrrd", to_nrrd(dose.grid()));
+    write_text(line.dicom / "dose.nrrd", to_nrrd(dose.grid()), line.force);
     written += ", rtdose.dcm, dose.nrrd";
   }
   progress.finish();
@@ -148,12 +164,17 @@ int run(const ExportLine& line) {
 }
 
 void declare(OptionList& list, ExportLine& line) {
-  list.add("--dicom", line.dicom, "folder to write; created if missing, must be empty").required();
+  list.add_output_folder("--dicom", line.dicom, "folder to write; created if missing, must be empty")
+      .required();
   list.add("--config", line.scene, "scene file (TOML)").required();
   list.add("--plan", line.plan, "plan (TOML or CSV) in place of the scene's");
   list.add("--seeds", line.seeds, "CSV of seeds as they lie, for the dose in place of the plan's");
   list.add("--surface", line.surfaces,
            "NAME=FILE: a deformed surface (PLY, STL) of a structure; may be repeated");
+  list.add("--study", line.study,
+           "a DICOM file of the patient, as the imported RTSTRUCT: the export belongs to its patient, study "
+           "and frame "
+           "of reference");
   list.add("--slice-mm", line.slice_mm, "between contours").range(0.1, 20.0).show_default();
   list.add("--dose-bits", line.dose_bits, "of a voxel of rtdose.dcm: 16, which every reader takes, or 32")
       .one_of({"16", "32"})
@@ -169,11 +190,13 @@ Tool export_dicom_tool() {
                                R"(Examples:
   brachy export --dicom out/dicom --config config/session.toml
   brachy export --dicom out/dicom --config patient/scene.toml --plan patient/plan.toml --slice-mm 1
+  brachy export --dicom out/dicom --config patient/session.toml --study export_of_planning_system/RS.dcm
   brachy export --dicom out/dicom --config config/session.toml --surface prostate=deformed.ply --seeds seeds.csv
 Writes rtstruct.dcm, and structures.seg.nrrd for 3D Slicer; with a plan rtplan.dcm (an application setup for each
 needle, a channel for each seed; of an HDR plan a channel for each catheter, with its dwells); with seeds or dwells
 rtdose.dcm and dose.nrrd, the total dose on the grid of [dose]. UIDs come from the content: the same export has the
-same bytes. The patient is called as the scene is.
+same bytes. The patient is called as the scene is; with --study FILE all objects belong to that file's patient, study
+and frame of reference, so that a planning system shows them on the patient's images. Structures keep their colours.
 Exit codes: 0 done, 1 the disk failed, 2 bad input.)",
                                declare, run);
 }

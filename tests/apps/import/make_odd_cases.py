@@ -17,7 +17,7 @@ import sys
 import numpy as np
 import pydicom
 from pydicom.dataset import Dataset, FileMetaDataset
-from pydicom.uid import ExplicitVRLittleEndian, generate_uid
+from pydicom.uid import ExplicitVRLittleEndian, ImplicitVRLittleEndian, generate_uid
 
 CLASSES = {"US": "1.2.840.10008.5.1.4.1.1.6.1", "CT": "1.2.840.10008.5.1.4.1.1.2", "MR": "1.2.840.10008.5.1.4.1.1.4",
            "RTSTRUCT": "1.2.840.10008.5.1.4.1.1.481.3", "RTDOSE": "1.2.840.10008.5.1.4.1.1.481.2"}
@@ -184,7 +184,7 @@ def main():
                cc={"prostate": slab_cc(HEIGHTS, 2 * (np.pi * 100 - 2 * half))}, out=["contours cross in 12 planes"])
     structures("two_of_one_name", gland(), (2, "Urethra", [contour(ring(3, 3, z)) for z in HEIGHTS]),
                (3, "Urethra", [contour(ring(5, 5, z, (40, 0))) for z in HEIGHTS]),
-               cc=whole | {"urethra": slab_cc(HEIGHTS, area(3, 3)), "urethra_2": slab_cc(HEIGHTS, area(5, 5))})
+               refused=["which structure is the urethra?", "--role urethra="])
     structures("number_gaps", gland(number=907), (12, "Bladder", [contour(ring(9, 9, z, (0, 40))) for z in HEIGHTS]),
                cc=whole | {"bladder": slab_cc(HEIGHTS, area(9, 9))})
     structures("point_and_empty", gland(), (2, "Marker", [contour([[1, 2, 3]], "POINT")]), (3, "Empty", []),
@@ -195,7 +195,7 @@ def main():
                says=["ROI 2: ", "ROI 3: "])
     structures("latin_1", gland(name="Pr\u00f3stata"), (2, "V\u00e9sicule", [contour(ring(5, 5, z, (40, 0)))
                                                                           for z in HEIGHTS]),
-               charset="ISO_IR 100", cc={"prostate": GLAND_CC, "V_sicule": slab_cc(HEIGHTS, area(5, 5))})
+               charset="ISO_IR 100", cc={"prostate": GLAND_CC, "Vesicule": slab_cc(HEIGHTS, area(5, 5))})
     structures("utf_8", gland(name="\u524d\u7acb\u817a prostate"),
                (2, "\u8180\u80f1", [contour(ring(5, 5, z, (40, 0))) for z in HEIGHTS]),
                charset="ISO_IR 192", cc={"prostate": GLAND_CC, "roi_2": slab_cc(HEIGHTS, area(5, 5))})
@@ -209,12 +209,57 @@ def main():
     one_type = contour(ring(9, 9, 0), "CLOSED_SPHERE")
     structures("unknown_type", (1, "Prostate", [one_type]), refused=["rtstruct.dcm", "(3006,0042)", "CLOSED_SPHERE"])
     structures("only_points", (1, "Prostate", [contour([[1, 2, 3]], "POINT")]), refused=["no structure", "ROI 1"])
-    structures("roi_without_number", gland(), refused=["rtstruct.dcm", "(3006,0084)"],
+    structures("roi_without_number", gland(), refused=["no structure", "(3006,0084)"],
                change=lambda d: delattr(d.ROIContourSequence[0], "ReferencedROINumber"))
     structures("not_finite", (1, "Prostate", [contour(ring(9, 9, z)) for z in HEIGHTS]),
                refused=["rtstruct.dcm", "(3006,0050)"],
                change=lambda d: setattr(d.ROIContourSequence[0].ContourSequence[2], "ContourData",
                                         ["1e300"] * 216))
+
+    # Contours of a slice at slightly different heights, drawn again from another start, and structures that are wrong.
+    jittered = (1, "Prostate", [contour(ring(20, 15, z)) for z in HEIGHTS] +
+                [contour(ring(8, 6, z + 0.011)) for z in HEIGHTS])
+    structures("hole_a_little_higher", jittered, cc={"prostate": hollow_cc})
+
+    def again(points):
+        return np.roll(points, 17, axis=0)[::-1]
+    structures("drawn_twice", (1, "Prostate", [contour(c) for z in HEIGHTS
+                                               for c in (ring(20, 15, z), again(ring(20, 15, z)))]),
+               cc=whole, out=["12 contours occurred twice"])
+    bent = ring(5, 5, 6, (40, 0))
+    bent[3, 2] += 9
+    structures("one_is_not_planar", gland(), (2, "Marker", [contour(bent)]), cc=whole, says=["ROI 2: Marker", "plane"])
+    structures("no_points_in_one", gland(), (2, "Line", [contour(ring(9, 9, z, (0, 40))) for z in HEIGHTS]),
+               cc=whole | {"Line": slab_cc(HEIGHTS[1:], area(9, 9))},
+               change=lambda d: setattr(d.ROIContourSequence[1].ContourSequence[0], "ContourData", None))
+    structures("count_off_by_one", gland(), cc=whole, out=["Number"],
+               change=lambda d: setattr(d.ROIContourSequence[0].ContourSequence[2], "NumberOfContourPoints", 71))
+    structures("unknown_number", gland(), (2, "X", [contour(ring(9, 9, 3))]), cc=whole, says=["is 77"],
+               change=lambda d: setattr(d.ROIContourSequence[1], "ReferencedROINumber", 77))
+    structures("roi_of_another_frame", gland(), (2, "MR", [contour(ring(9, 9, 3))]), cc=whole, says=["ROI 2: MR"],
+               change=lambda d: setattr(d.StructureSetROISequence[1], "ReferencedFrameOfReferenceUID", OTHER))
+    structures("gland_is_wrong", (1, "Prostate", [contour(bent)]), (2, "Bladder", gland()[2]),
+               refused=["rtstruct.dcm", "(3006,0050)", "plane"])
+
+    # The same data set as files that are no part 10.
+    def bytes_of(name, change, syntax=ExplicitVRLittleEndian, **expected):
+        data = rois(gland())
+        data.file_meta.TransferSyntaxUID = syntax
+        data.is_implicit_VR = syntax == ImplicitVRLittleEndian
+        into = case(name, **(expected or {"cc": whole})) / "RS"
+        save(data, into)
+        into.write_bytes(change(into.read_bytes()))
+
+    def without_meta(raw):
+        return raw[132 + 12 + int.from_bytes(raw[140:144], "little"):]
+    for syntax, kind in ((ExplicitVRLittleEndian, "explicit"), (ImplicitVRLittleEndian, "implicit")):
+        bytes_of("no_preamble_" + kind, lambda raw: raw[132:], syntax)
+        bytes_of("no_meta_" + kind, without_meta, syntax)
+        bytes_of("no_syntax_" + kind, lambda raw: raw[:132] + without_meta(raw), syntax)
+        bytes_of("wrong_meta_length_" + kind, lambda raw: raw[:140] + b"\x04\0\0\0" + raw[144:], syntax)
+        bytes_of("zeros_behind_" + kind, lambda raw: raw + bytes(1001), syntax)
+    bytes_of("another_syntax_than_said", lambda raw: raw.replace(b"1.2.840.10008.1.2.1\0", b"1.2.840.10008.1.2\0\0\0"))
+    bytes_of("kind_is_unknown", lambda raw: raw.replace(b"\x06\x30\x26\0LO", b"\x06\x30\x26\0??"))
 
     # Image series.
     def ct(name, **more):
@@ -254,12 +299,12 @@ def main():
     ct("ct_gantry_tilt", orientation=(1, 0, 0, 0, c, s), place=lambda z: (-30, -24 * c, -24 * s + z),
        volume=[0, -((20 - 24) * c), (20 - 24) * s + 12, value])
     ct("ct_shifted_slice", place=lambda z: (-30 + (4 if z == 12 else 0), -24, z),
-       refused=["image_04.dcm", "(0020,0032)"])
+       says=["image_04.dcm", "(0020,0032)"])
     ct("ct_missing_slice", change=lambda n, d: None if n == 5 else d,
-       refused=["image_06.dcm", "(0020,0032)", "one is missing"])
-    ct("ct_slice_twice", heights=[*HEIGHTS, 12.0], refused=["image_", "(0020,0032)", "one place"])
-    ct("ct_all_in_one_place", heights=[6.0, 6.0, 6.0], refused=["image_", "(0020,0032)", "one place"])
-    ct("ct_uneven", heights=[0, 3, 6, 9, 13, 16, 19.0], refused=["image_04.dcm", "(0020,0032)", "4 mm from"])
+       says=["1 slices are missing"], volume=[0, 4, 15, value + 7])
+    ct("ct_slice_twice", heights=[*HEIGHTS, 12.0], says=["image_", "(0020,0032)", "one place"])
+    ct("ct_all_in_one_place", heights=[6.0, 6.0, 6.0], says=["image_", "(0020,0032)", "one place"])
+    ct("ct_uneven", heights=[0, 3, 6, 9, 13, 16, 19.0], says=["image_04.dcm", "(0020,0032)", "4 mm from"])
 
     def set_in_4(attribute, content):
         def change(n, data):
@@ -267,35 +312,64 @@ def main():
                 setattr(data, attribute, content)
             return data
         return change
-    ct("ct_spacing_differs", change=set_in_4("PixelSpacing", [2, 1.5]), refused=["image_04.dcm", "(0028,0030)"])
-    ct("ct_frame_differs", change=set_in_4("FrameOfReferenceUID", OTHER), refused=["image_04.dcm", "(0020,0052)"])
-    ct("ct_slope_no_number", change=set_in_4("RescaleSlope", "1e300"), refused=["image_04.dcm", "(0028,1053)"])
+    ct("ct_spacing_differs", change=set_in_4("PixelSpacing", [2, 1.5]), volume=[*at, value],
+       says=["1 images of another", "1 slices are"])
+    ct("ct_frame_differs", change=set_in_4("FrameOfReferenceUID", OTHER), volume=[*at, value],
+       says=["1 images of another", "1 slices are"])
+    ct("ct_slope_no_number", change=set_in_4("RescaleSlope", "1e300"), says=["image_04.dcm", "(0028,1053)"])
 
     def palette(n, data):
         data.PhotometricInterpretation = "PALETTE COLOR"
         return data
-    ct("us_palette", change=palette, refused=["image_00.dcm", "(0028,0004)", "PALETTE COLOR"])
+    ct("us_palette", change=palette, says=["image_00.dcm", "(0028,0004)", "PALETTE COLOR"])
 
     def many(n, data):
         data.NumberOfFrames, data.PixelData = 3, data.PixelData * 3
         return data
-    ct("us_multi_frame", change=many, refused=["image_00.dcm", "(0028,0008)"])
+    ct("us_multi_frame", change=many, says=["image_00.dcm", "(0028,0008)"])
     ct("ct_high_bit", change=lambda n, d: (setattr(d, "BitsStored", 12), setattr(d, "HighBit", 20), d)[-1],
-       refused=["image_00.dcm", "(0028,0102)"])
+       says=["image_00.dcm", "(0028,0102)"])
 
     # A longer series of another examination, in another frame: the structures' one is taken.
     into = case("other_series", cc=whole, volume=[*at, value], says=["frame"])
     series(into)
     for n in range(20):
         save(image(n, RAMP, (0, 0, n), modality="MR", series="other", frame=OTHER), into / f"other_{n:02}.dcm")
-    ct("only_another_frame", frame=OTHER, refused=["image_00.dcm", "(0020,0052)"])
+    ct("only_another_frame", frame=OTHER, says=["another frame of reference"])
+
+    # A dose of 20 × 8 × 10 voxels of 2, 3 and 5 mm whose value is 1 + its frame's place along the patient's axis.
+    for name, orientation, axis, sign in (("z", (1, 0, 0, 0, 1, 0), 2, 1), ("z_flipped", (1, 0, 0, 0, -1, 0), 2, -1),
+                                          ("y", (1, 0, 0, 0, 0, -1), 1, 1), ("y_flipped", (1, 0, 0, 0, 0, 1), 1, -1),
+                                          ("x", (0, 1, 0, 0, 0, 1), 0, 1), ("x_flipped", (0, 1, 0, 0, 0, -1), 0, -1)):
+        for absolute in (False, True):
+            for down in (1, -1):
+                data = new_set("RTDOSE", name, absolute, down)
+                position = np.array([-20.0, -15, 7])
+                offsets = 5.0 * down * np.arange(10)
+                frames = position[axis] + (offsets if absolute else sign * offsets)
+                data.FrameOfReferenceUID, data.DoseUnits, data.DoseGridScaling = FRAME, "GY", "0.01"
+                data.ImagePositionPatient, data.ImageOrientationPatient = list(position), list(orientation)
+                data.PixelSpacing, data.Rows, data.Columns, data.NumberOfFrames = [3, 2], 8, 20, 10
+                data.GridFrameOffsetVector = list(position[axis] + offsets if absolute else offsets)
+                data.SamplesPerPixel, data.PhotometricInterpretation = 1, "MONOCHROME2"
+                data.BitsAllocated, data.BitsStored, data.HighBit, data.PixelRepresentation = 16, 16, 15, 0
+                data.PixelData = np.repeat(np.round(100 * (frames + 100)), 160).astype("<u2").tobytes()
+                way = np.cross(orientation[:3], orientation[3:])
+                u, v = np.array(orientation[:3]), np.array(orientation[3:])
+                assert way[axis] == sign
+                at = position + 2 * 4 * u + 3 * 2 * v
+                at[axis] = frames[3]
+                into = case(f"dose_{name}_{'absolute' if absolute else 'relative'}_{'up' if down > 0 else 'down'}",
+                            cc=whole, dose=[-at[0], -at[1], at[2], frames[3] + 100])
+                save(data, into / "rtdose.dcm")
+                save(rois(gland()), into / "rtstruct.dcm")
 
     # Label maps.
     labels = np.zeros((30, 40, 50), np.uint8)
     labels[5:25, 5:35, 5:45] = 1  # 40 × 30 × 20 mm
     one = labels.copy()
     one[2, 2, 2] = 2
-    nrrd(case("one_voxel", cc={"prostate": 24.0, "label_2": 0.001}) / "map.nrrd", one)
+    nrrd(case("one_voxel", refused=["no structure is called", "label_1", "label_2", "--gland"]) / "map.nrrd", one)
     place = ((-10, -20, 0), (1, 1, 1))
     far = ((-10, -20, 53), (1, 1, 1))
     nifti(case("nifti_qform", cc={"prostate": 24.0}) / "m.nii.gz", labels, qform=place)
@@ -317,7 +391,7 @@ def main():
     nrrd(case("nrrd_cut_gzip", refused=["map.nrrd", "cut"]) / "map.nrrd", labels, encoding="gzip",
          data=gzip.compress(labels.tobytes())[:-30])
     nrrd(case("nrrd_bzip2", refused=["map.nrrd", "encoding"]) / "map.nrrd", labels, encoding="bzip2")
-    nrrd(case("nrrd_float_labels", refused=["no structure", "float"]) / "map.nrrd", labels.astype("<f4"),
+    nrrd(case("nrrd_float_labels", cc={"prostate": 24.0}) / "map.nrrd", labels.astype("<f4"),
          kind="float")
     (out / "cases.json").write_text(json.dumps(cases))
 

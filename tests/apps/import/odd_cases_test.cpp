@@ -67,13 +67,15 @@ TEST_F(ImportOddCases, AreReadAsTheyAreMeantOrRefusedInALine) {
     expect_volumes(json_file(scene / "import.json"), expected.at("cc"));
     expect_words(ended.err, expected.value("says", nlohmann::json::array()));
     expect_words(ended.out, expected.value("out", nlohmann::json::array()));
-    if (!expected.contains("volume")) continue;
-    const std::vector<double> place = expected.at("volume");
-    const Volume volume = read_nrrd_file(scene / "volume.nrrd").volume;
-    const Vec3 at(place[0], place[1], place[2]);
-    const Vec3 index = volume.index_of(at);
-    EXPECT_LT((index - index.array().round().matrix()).norm(), 1e-3) << index.transpose();
-    EXPECT_NEAR(volume.at(at), place[3], 1e-2);
+    for (const char* kind : {"volume", "dose"}) {
+      if (!expected.contains(kind)) continue;
+      const std::vector<double> place = expected.at(kind);
+      const Volume volume = read_nrrd_file(scene / (std::string(kind) + ".nrrd")).volume;
+      const Vec3 at(place[0], place[1], place[2]);
+      const Vec3 index = volume.index_of(at);
+      EXPECT_LT((index - index.array().round().matrix()).norm(), 1e-3) << index.transpose();
+      EXPECT_NEAR(volume.at(at), place[3], 1e-2);
+    }
   }
 }
 
