@@ -1,5 +1,7 @@
 #include "apps/score/consequences.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -97,6 +99,23 @@ double DoseChange::harm_percent(double prescription_gy) const {
          100 / prescription_gy * (too_much(-d90_gy) + too_much(urethra_d30_gy) + too_much(rectum_d2cc_gy));
 }
 
+DoseChange dose_change(const std::vector<StructureDose>& from, const std::vector<StructureDose>& to) {
+  return change(figures_of(from), figures_of(to));
+}
+
+std::string cost_text(const DoseChange& cost) {
+  std::string told;
+  const auto tell = [&](const char* what, double by, const char* unit, double least) {
+    if (std::abs(by) >= least)
+      told += fmt::format("{}{} {:+.1f} {}", told.empty() ? "" : ", ", what, by, unit);
+  };
+  tell("V100", cost.v100_percent, "points", 0.1);
+  tell("D90", cost.d90_gy, "Gy", 0.5);
+  tell("urethra D30", cost.urethra_d30_gy, "Gy", 1);
+  tell("rectum D2cc", cost.rectum_d2cc_gy, "Gy", 1);
+  return told.empty() ? "" : " (" + told + ")";
+}
+
 NeedleCosts::NeedleCosts(const Plan& plan, const TemplateGrid& grid, const ImplantDose& at_rest,
                          const std::vector<Seed>& seeds)
     : at_rest_(at_rest),
@@ -110,20 +129,24 @@ NeedleCosts::NeedleCosts(const Plan& plan, const TemplateGrid& grid, const Impla
         .push_back(seed.at_rest());
 }
 
-DoseChange NeedleCosts::of(std::span<const std::size_t> needles) const {
+DoseChange NeedleCosts::against(std::span<const DoseSeed> taken, std::span<const DoseSeed> given) const {
   ImplantDose dose = at_rest_;
-  for (const std::size_t n : needles) {
-    for (const DoseSeed& seed : fallen_[n]) dose.add(taken_out(seed));
-    for (const DoseSeed& seed : wanted_[n]) dose.add(seed);
-  }
+  for (const DoseSeed& seed : taken) dose.add(taken_out(seed));
+  for (const DoseSeed& seed : given) dose.add(seed);
   return change(figures_of(dose.evaluate()), figures_of(as_is_));
 }
 
+DoseChange NeedleCosts::of(std::span<const std::size_t> needles) const {
+  std::vector<DoseSeed> taken, given;
+  for (const std::size_t n : needles) {
+    taken.insert(taken.end(), fallen_[n].begin(), fallen_[n].end());
+    given.insert(given.end(), wanted_[n].begin(), wanted_[n].end());
+  }
+  return against(taken, given);
+}
+
 DoseChange NeedleCosts::of_unplanned() const {
-  if (unplanned_.empty()) return {};
-  ImplantDose dose = at_rest_;
-  for (const DoseSeed& seed : unplanned_) dose.add(taken_out(seed));
-  return change(figures_of(dose.evaluate()), figures_of(as_is_));
+  return unplanned_.empty() ? DoseChange{} : against(unplanned_, {});
 }
 
 DoseChange NeedleCosts::of_all(const std::vector<StructureDose>& planned) const {

@@ -22,6 +22,12 @@ struct DoseChange {
   double harm_percent(double prescription_gy) const;
 };
 
+/// Of doses to the same structures.
+DoseChange dose_change(const std::vector<StructureDose>& from, const std::vector<StructureDose>& to);
+/// " (V100 -6.9 points, D90 -20.1 Gy)": what is worth telling of a change, the V100 in points of a percentage; empty:
+/// nothing is.
+std::string cost_text(const DoseChange& cost);
+
 /// What a needle's errors cost: the implant as it is, against the same with this needle's seeds where the plan has
 /// them.
 struct NeedleCost {
@@ -65,6 +71,8 @@ class NeedleCosts {
   /// The implant as it is, against the same with the seeds of these needles (indices in Plan::needles) where the plan
   /// has them.
   DoseChange of(std::span<const std::size_t> needles) const;
+  /// The implant as it is, against the same without the seeds `taken`, which it has, and with those `given`.
+  DoseChange against(std::span<const DoseSeed> taken, std::span<const DoseSeed> given) const;
   /// Of all seeds that are not in the plan: with them against without.
   DoseChange of_unplanned() const;
   /// The implant against a dose of the plan to the same structures.

@@ -1,16 +1,20 @@
 #include "apps/score/exercise.h"
 
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <fstream>
-#include <sstream>
+#include <optional>
 #include <string_view>
 
+#include "apps/forces/open_file.h"
 #include "apps/score/spread.h"
 #include "core/base/error.h"
+#include "core/base/file_kind.h"
 #include "core/base/toml_table.h"
 
 namespace brachy {
@@ -82,6 +86,12 @@ constexpr std::array kMeasures = {
             [](const Score& s) { return motion_of(s, &NeedleMetrics::elapsed_time_s); }},
     Measure{"speed_p95_mm_s_at_most", "tip speed, 95 %", " mm/s", true,
             [](const Score& s) { return motion_of(s, &NeedleMetrics::speed_p95_mm_s); }},
+    Measure{"train_speed_mm_s_at_most", "drawn back over a train", " mm/s", true,
+            [](const Score& s) {
+              double fastest = s.trains.empty() ? kNoNumber : 0;
+              for (const TrainDrop& train : s.trains) fastest = std::max(fastest, train.at_least_mm_s);
+              return fastest;
+            }},
     Measure{"d90_gy_at_least", "prostate D90", " Gy", false,
             [](const Score& s) { return dose_of(s, "prostate", &StructureDose::d90_gy); }},
     Measure{"v100_percent_at_least", "prostate V100", " %", false,
@@ -91,7 +101,9 @@ constexpr std::array kMeasures = {
     Measure{"rectum_d2cc_gy_at_most", "rectum D2cc", " Gy", true,
             [](const Score& s) { return dose_of(s, "rectum", &StructureDose::d2cc_gy); }},
     Measure{"study_dice_at_least", "volume study, Dice", "", false,
-            [](const Score& s) { return study_of(s, [](const ContourScore& c) { return c.dice; }); }},
+            [](const Score& s) {
+              return study_of(s, [](const ContourScore& c) { return c.step_mm > 0 ? c.dice : kNoNumber; });
+            }},
     Measure{"study_volume_error_percent_at_most", "volume study, error of the volume", " %", true,
             [](const Score& s) {
               return study_of(s, [](const ContourScore& c) {
@@ -102,7 +114,10 @@ constexpr std::array kMeasures = {
         "study_hausdorff_95_mm_at_most", "volume study, 95 % Hausdorff distance", " mm", true,
         [](const Score& s) { return study_of(s, [](const ContourScore& c) { return c.hausdorff_95_mm; }); }},
     Measure{"study_missed_at_most", "volume study, planes missed", "", true, [](const Score& s) {
-              return study_of(s, [](const ContourScore& c) { return static_cast<double>(c.missed); });
+              // One slice alone has no step: which planes were to be outlined is not known.
+              return study_of(s, [](const ContourScore& c) {
+                return c.step_mm > 0 ? static_cast<double>(c.missed) : kNoNumber;
+              });
             }}};
 
 constexpr double kMostLimit = 1e6;
@@ -116,21 +131,52 @@ bool has_passes(const std::string& text) {
   return text.starts_with("[passes]") || text.find("\n[passes]") != std::string::npos;
 }
 
-std::string read_text(const std::filesystem::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  if (!std::filesystem::is_regular_file(file) || !in)
-    throw UserError(file.string() +
-                    ": cannot be read; give an exercise, such as config/exercises/01_one_needle.toml");
-  std::ostringstream text;
-  text << in.rdbuf();
-  return std::move(text).str();
+constexpr const char* kSuchAs = "; give an exercise, such as config/exercises/01_one_needle.toml";
+
+/// A file's text, by one open: links in the way are followed only where the user gave the name. Its owner; not there:
+/// errno says why.
+struct ExerciseText {
+  std::string text;
+  uid_t owner = 0;
+};
+
+std::optional<ExerciseText> read_text(const std::filesystem::path& file, int flags) {
+  const OpenFile opened(::open(file.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC | flags));
+  struct stat about {};
+  if (!opened.is_open() || ::fstat(opened.get(), &about) != 0) return std::nullopt;
+  if (!S_ISREG(about.st_mode)) throw UserError(file.string() + ": is not a file" + kSuchAs);
+  if (static_cast<std::uint64_t>(about.st_size) > kMostExerciseBytes)
+    throw UserError(fmt::format("{}: has more than {} bytes, which is no exercise{}", file.string(),
+                                kMostExerciseBytes, kSuchAs));
+  ExerciseText read{std::string(kMostExerciseBytes, '\0'), about.st_uid};
+  const ssize_t n = ::read(opened.get(), read.text.data(), read.text.size());
+  if (n < 0) return std::nullopt;
+  read.text.resize(static_cast<std::size_t>(n));
+  return read;
 }
+
+Exercise parse_exercise(const std::string& text, const std::filesystem::path& file);
 
 }  // namespace
 
 Exercise load_exercise(const std::filesystem::path& file) {
-  TomlTable t = parse_toml(read_text(file), file.string());
+  const std::optional<ExerciseText> read = read_text(file, 0);
+  if (!read) throw UserError(file.string() + ": cannot be read" + kSuchAs);
+  return reading(file, FileKind::kExercise, [&] { return parse_exercise(read->text, file); });
+}
+
+std::string exercise_name_in(const std::string& text) {
+  std::string name;
+  parse_toml(text, "exercise").text("name", name);
+  return name;
+}
+
+namespace {
+
+Exercise parse_exercise(const std::string& text, const std::filesystem::path& file) {
+  TomlTable t = parse_toml(text, file.string());
   Exercise exercise;
+  exercise.text = text;
   std::string scene;
   t.text("name", exercise.name);
   t.text("asks", exercise.asks);
@@ -160,19 +206,40 @@ Exercise load_exercise(const std::filesystem::path& file) {
   return exercise;
 }
 
+/// Names of TOML files in a directory, in their order, at most kMostExerciseFiles.
+std::vector<std::filesystem::path> toml_files(const std::filesystem::path& folder,
+                                              std::vector<std::string>& refusals) {
+  std::vector<std::filesystem::path> files;
+  std::error_code unreadable;
+  for (const auto& entry : std::filesystem::directory_iterator(folder, unreadable))
+    if (entry.path().extension() == ".toml") files.push_back(entry.path());
+  std::ranges::sort(files);
+  if (files.size() > kMostExerciseFiles) {
+    refusals.push_back(fmt::format("{}: has {} TOML files; the first {} are looked at", folder.string(),
+                                   files.size(), kMostExerciseFiles));
+    files.resize(kMostExerciseFiles);
+  }
+  return files;
+}
+
+}  // namespace
+
 std::vector<ExerciseFile> exercises_beside(const std::filesystem::path& scene,
                                            std::vector<std::string>& refusals) {
   const std::filesystem::path folder = std::filesystem::absolute(scene).parent_path();
   std::vector<ExerciseFile> found;
-  std::error_code unreadable;
+  struct stat about {};
+  const uid_t owner = ::stat(scene.c_str(), &about) == 0 ? about.st_uid : ::geteuid();
   for (const std::filesystem::path& place : {folder, folder.parent_path(), folder / "exercises"})
-    for (const auto& entry : std::filesystem::directory_iterator(place, unreadable)) {
-      const std::filesystem::path& file = entry.path();
-      std::error_code ignored;
-      if (file.extension() != ".toml" || !entry.is_regular_file(ignored)) continue;
+    for (const std::filesystem::path& file : toml_files(place, refusals)) {
       try {
-        if (!has_passes(read_text(file))) continue;
-        ExerciseFile exercise{file, load_exercise(file)};
+        const std::optional<ExerciseText> read = read_text(file, O_NOFOLLOW);
+        if (!read || !has_passes(read->text)) continue;
+        if (read->owner != ::geteuid() && read->owner != 0 && read->owner != owner)
+          throw UserError(file.string() +
+                          ": belongs to another user; copy it, or have its owner change (chown)");
+        ExerciseFile exercise{file, parse_exercise(read->text, file)};
+        std::error_code ignored;
         exercise.is_of_scene = std::filesystem::equivalent(exercise.exercise.scene, scene, ignored);
         found.push_back(std::move(exercise));
       } catch (const UserError& e) {
@@ -209,6 +276,9 @@ ExerciseResult judge(const Exercise& exercise, const Score& score) {
                                          measure.is_most ? "at most" : "at least", bound.limit),
                              is_kept});
   }
+  if (exercise.needs_implant_goals &&
+      std::ranges::all_of(score.goals, [](const GoalResult& goal) { return goal.goal.is_of_plan(); }))
+    result.bounds.push_back({"the goals of the implant are not known", false});
   if (exercise.needs_implant_goals)
     for (const GoalResult& goal : score.goals) {
       if (goal.goal.is_of_plan()) continue;

@@ -20,11 +20,17 @@ struct Exercise {
   std::filesystem::path scene;        ///< its plan.file is the exercise's plan
   std::vector<ExerciseBound> bounds;  ///< in the file's terms, at least one
   bool needs_implant_goals = false;   ///< all goals of the implant must be met
+  std::string text = {};              ///< the whole file
 };
 
 /// Reads a TOML file: name, asks, scene (relative to the file), and [passes] with bounds and `implant_goals`. Unknown
-/// keys are refused. Throws UserError "file:line: what; fix", also where the scene is not there.
+/// keys are refused. Throws UserError "file:line: what; fix", also where the scene is not there, or the file has more
+/// than kMostExerciseBytes.
+inline constexpr std::size_t kMostExerciseBytes = 65536;
 Exercise load_exercise(const std::filesystem::path& file);
+
+/// The name in an exercise's text; empty: it has none.
+std::string exercise_name_in(const std::string& text);
 
 /// An exercise of a directory of them.
 struct ExerciseFile {
@@ -34,7 +40,10 @@ struct ExerciseFile {
 };
 
 /// The exercises that lie with a scene file: in its directory, in the one above, and in "exercises" below; by name. A
-/// file counts as one where it has a table [passes]. Files with mistakes are left out; `refusals` gets the reasons.
+/// file counts as one where it has a table [passes], and belongs to this user, to root or to the scene's owner: what
+/// others put beside it is no exercise. Files with mistakes, and all beyond the first kMostExerciseFiles TOML files of
+/// a directory, are left out; `refusals` gets the reasons.
+inline constexpr std::size_t kMostExerciseFiles = 1000;
 std::vector<ExerciseFile> exercises_beside(const std::filesystem::path& scene,
                                            std::vector<std::string>& refusals);
 

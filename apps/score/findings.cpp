@@ -6,101 +6,68 @@
 #include <array>
 #include <cmath>
 #include <map>
+#include <set>
 #include <tuple>
 
-#include "apps/score/consequences.h"
+#include "apps/score/cause_text.h"
+#include "apps/score/explanation/explanation.h"
 #include "apps/score/score.h"
+#include "core/brachytherapy/plan/entry_doubts.h"
 #include "core/brachytherapy/structures/tested_organs.h"
+#include "core/geometry/surface/surface_bvh.h"
 
 namespace brachy {
 namespace {
 
-// A session as planned is off by 0.4 mm on the whole, 1.2 mm at most (core/README.md).
-constexpr double kShiftAlongMm = 2, kShiftAcrossMm = 1;  // median of all seeds
-constexpr double kScatterMm = 2;                         // standard deviation along the needle
-constexpr std::size_t kLeastSeeds = 5;                   // for what is said of all seeds
-constexpr double kMostOfDepth = 1.0 / 3;  // of the needles: more of another depth are no exception
 constexpr double kFastMmS =
-    120;  // tip speed that 5 % of the segments exceed: a needle's in a clinic (core/DESIGN.md)
+    120;  // a needle's in a clinic (core/DESIGN.md): of the tip for 5 % of the session, of a train
 constexpr double kLeastHarmPercent = 0.5;  // less is what a session as planned varies by
 constexpr double kStructureWeight = 1e6, kPunctureWeight = 0.5 * SeedAssignment::kFarthestMm;
+constexpr double kOutsideMm = 2;  // beyond the gland, and beyond where it was planned
 
-std::string joined(const std::vector<std::string>& names) {
-  std::string text;
-  for (const std::string& name : names) text += (text.empty() ? "" : ", ") + name;
-  return text;
-}
-
-std::string counted(std::size_t count, const char* what) {
-  return fmt::format("{} {}{}", count, what, count == 1 ? "" : "s");
-}
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::ranges::nth_element(values, middle);
-  return *middle;
-}
-
-Vec3 across_the_needle(const SeedScore& seed) {
-  const Vec3 error = seed.seed.dropped - seed.planned.position;
-  return error - seed.dropped.axial_mm * seed.planned.axis;
+/// "D4", "d4" of the plan as the grid writes it; beside the template: said so.
+std::string hole_text(const std::string& hole) {
+  return hole.empty() ? "beside the template" : hole;
 }
 
 class Mistakes {
  public:
-  Mistakes(const Score& score, const Plan& plan, const TemplateGrid& grid, const NeedleCosts* costs)
-      : score_(score),
-        costs_(costs),
-        plan_(plan),
-        grid_(grid),
-        seeds_(plan.seeds(grid)),
-        is_elsewhere_(plan.needles.size()),
-        is_at_other_depth_(plan.needles.size()) {}
+  Mistakes(const Score& score, const Plan& plan, const TemplateGrid& grid, const NeedleCosts* costs,
+           const SurfaceBvh& gland)
+      : score_(score), costs_(costs), plan_(plan), grid_(grid), gland_(gland), seeds_(plan.seeds(grid)) {}
 
-  std::vector<Finding> find() && {
+  Findings find() && {
     structures();
     if (score_.seeds) {
-      shifts();
-      needles_elsewhere();
-      needles_at_other_depths();
-      scatter();
+      assign_seeds();
+      explanation_ = explain(deviations_);
+      for (const Cause& cause : explanation_.causes) tell(cause);
       missing();
+      unplanned();
+      unexplained();
     }
     lost();
     punctures();
     speed();
     rank();
     tell_missed_goals();
+    tell_entry_doubts();
     return std::move(found_);
   }
 
  private:
-  void add(double weight, std::string text) { found_.push_back({.text = std::move(text), .weight = weight}); }
-
-  // With what it did to the dose.
-  void add_costly(double weight, std::string text, const DoseChange& cost) {
-    const double prescription = score_.dose.prescription_gy;
-    Finding finding{
-        .text = std::move(text), .weight = weight, .harm_percent = cost.harm_percent(prescription)};
-    if (!(finding.harm_percent > kLeastHarmPercent)) {
-      finding.harm_percent = 0;
-    } else {
-      std::string costs;
-      const auto tell = [&](const char* what, double change, const char* unit, double least) {
-        if (std::abs(change) >= least)
-          costs += fmt::format("{}{} {:+.1f} {}", costs.empty() ? "" : ", ", what, change, unit);
-      };
-      tell("V100", cost.v100_percent, "%", 0.1);
-      tell("D90", cost.d90_gy, "Gy", 0.5);
-      tell("urethra D30", cost.urethra_d30_gy, "Gy", 1);
-      tell("rectum D2cc", cost.rectum_d2cc_gy, "Gy", 1);
-      if (!costs.empty()) finding.text += " (" + costs + ")";
-    }
-    found_.push_back(std::move(finding));
+  Finding& add(const char* cause, double weight, std::string text) {
+    return found_.all.emplace_back(Finding{.text = std::move(text), .cause = cause, .weight = weight});
   }
-  DoseChange cost_of_all() const { return score_.consequences ? score_.consequences->whole : DoseChange{}; }
-  DoseChange cost_of(const std::vector<std::size_t>& needles) const {
-    return costs_ ? costs_->of(needles) : DoseChange{};
+
+  // With what it did to the dose: V100 in points of a percentage.
+  Finding& add_costly(const char* cause, double weight, std::string text, const DoseChange& cost) {
+    Finding& finding = add(cause, weight, std::move(text));
+    finding.cost = cost;
+    finding.text += cost_text(cost);
+    const double harm = cost.harm_percent(score_.dose.prescription_gy);
+    if (harm > kLeastHarmPercent) finding.harm_percent = harm;
+    return finding;
   }
 
   void rank() {
@@ -108,10 +75,198 @@ class Mistakes {
       // In steps, so that rounding decides nothing.
       return std::tuple(f.is_of_organ, f.is_of_organ ? f.weight : std::round(10 * f.harm_percent), f.weight);
     };
-    std::ranges::stable_sort(found_, std::greater(), order);
+    std::ranges::stable_sort(found_.all, std::greater(), order);
   }
 
-  // To the most harmful mistake, or by themselves.
+  // By the number in the plan, which tells the needle that a seed came from; a seed without one, by where it lies.
+  void assign_seeds() {
+    std::vector<const Seed*> fallen(seeds_.size(), nullptr);
+    for (const SeedScore& seed : score_.seeds->planned) fallen[seed.planned_index] = &seed.seed;
+    std::size_t without = score_.seeds->unplanned.size();
+    for (const SeedScore& seed : score_.seeds->by_position.placed)
+      if (seed.seed.planned < 0 && !fallen[seed.planned_index]) {
+        fallen[seed.planned_index] = &seed.seed;
+        --without;
+      }
+    unplanned_ = without;
+    deviations_.hole_spacing_mm = grid_.spacing_mm;
+    deviations_.gland_centre = 0.5 * (gland_.min() + gland_.max());
+    deviations_.is_unpunctured.assign(plan_.needles.size(), 0);
+    for (const std::size_t n : score_.unpunctured) deviations_.is_unpunctured[n] = 1;
+    for (std::size_t n = 0; n < plan_.needles.size(); ++n)
+      deviations_.tips.push_back(plan_.planned_tip(grid_, n));
+    for (std::size_t i = 0; i < seeds_.size(); ++i) {
+      if (!fallen[i]) {
+        missing_.push_back(i);
+        continue;
+      }
+      deviations_.seeds.push_back({.index = i,
+                                   .needle = seeds_[i].needle,
+                                   .offset_mm = seeds_[i].offset_mm,
+                                   .planned = seeds_[i].position,
+                                   .dropped = fallen[i]->dropped - seeds_[i].position,
+                                   .moved = fallen[i]->rest - fallen[i]->dropped});
+      at_rest_.push_back(fallen[i]->at_rest());
+      dropped_axis_.push_back(fallen[i]->dropped_axis);
+    }
+  }
+
+  bool is_outside(const Vec3& at, const Vec3& planned) const {
+    const double mm = gland_.closest_point(at).signed_distance;
+    return mm > kOutsideMm && mm > gland_.closest_point(planned).signed_distance + kOutsideMm;
+  }
+
+  /// A gland that turns as it moves turns the seeds in it, too.
+  static bool turns_seeds(const Cause& cause) {
+    return cause.kind == Cause::Kind::kGland || cause.kind == Cause::Kind::kUnpunctured;
+  }
+
+  void tell(const Cause& cause) {
+    std::vector<DoseSeed> taken, given;
+    double weight = 0;
+    std::size_t outside = 0;
+    Finding members;
+    for (const std::size_t i : cause.seeds) {
+      taken.push_back(at_rest_[i]);
+      given.push_back(at_rest_[i]);
+      // What the hand did elsewhere, a swollen gland carried along when it shrank.
+      given.back().position -= (cause.is_of_tissue() ? 1 : 1 - explanation_.shrinks_by) * cause.part[i];
+      if (turns_seeds(cause)) given.back().axis = dropped_axis_[i];
+      weight += cause.part[i].norm();
+      outside += is_outside(at_rest_[i].position, deviations_.seeds[i].planned) &&
+                 !is_outside(given.back().position, deviations_.seeds[i].planned);
+      members.seeds.push_back(deviations_.seeds[i].index);
+    }
+    Finding& finding = add_costly(name_of(cause.kind), weight,
+                                  text_of(cause, explanation_, deviations_, plan_, grid_, outside),
+                                  costs_ ? costs_->against(taken, given) : DoseChange{});
+    finding.seeds = std::move(members.seeds);
+    if (!cause.is_of_all) finding.needles = cause.needles;
+  }
+
+  /// Where a seed that did not fall would rest if its own needle's and the template's causes had acted on it.
+  DoseSeed as_expected(std::size_t index) const {
+    const SeedDeviation* near = nullptr;
+    std::size_t at = 0;
+    for (std::size_t i = 0; i < deviations_.seeds.size(); ++i) {
+      const SeedDeviation& seed = deviations_.seeds[i];
+      if (seed.needle != seeds_[index].needle) continue;
+      if (near && std::abs(seed.offset_mm - seeds_[index].offset_mm) >=
+                      std::abs(near->offset_mm - seeds_[index].offset_mm))
+        continue;
+      near = &seed;
+      at = i;
+    }
+    DoseSeed seed = seeds_[index];
+    seed.position += explanation_.expected_of(seed.position, near, at);
+    if (!near)
+      for (const Cause& cause : explanation_.causes)
+        seed.position += usual_part(cause, seeds_[index].offset_mm);
+    return seed;
+  }
+
+  /// What the gland's motion, or the way of drawing back, did to seeds as far behind their needles' tips, on the mean.
+  Vec3 usual_part(const Cause& cause, double offset_mm) const {
+    if (cause.kind != Cause::Kind::kGland && !(cause.kind == Cause::Kind::kSpacing && cause.is_of_all))
+      return Vec3::Zero();
+    Vec3 sum = Vec3::Zero();
+    double count = 0;
+    for (std::size_t i = 0; i < deviations_.seeds.size(); ++i)
+      if (std::abs(deviations_.seeds[i].offset_mm - offset_mm) < 0.5 * PlanNeedle::kSpacerMm) {
+        sum += cause.part[i];
+        ++count;
+      }
+    return count > 0 ? Vec3(sum / count) : sum;
+  }
+
+  void add_missing(const std::vector<std::size_t>& seeds, std::vector<std::size_t> needles,
+                   const std::string& text) {
+    std::vector<DoseSeed> given;
+    for (const std::size_t i : seeds) given.push_back(as_expected(i));
+    Finding& finding =
+        add_costly("missing", SeedAssignment::kFarthestMm * static_cast<double>(seeds.size()),
+                   text + lost_among(seeds), costs_ ? costs_->against({}, given) : DoseChange{});
+    finding.seeds = seeds;
+    finding.needles = std::move(needles);
+  }
+
+  std::string lost_among(const std::vector<std::size_t>& seeds) {
+    std::size_t count = 0;
+    if (score_.failed_drops)
+      for (const FailedDrop& drop : *score_.failed_drops)
+        count += drop.why == DropRefusal::kLost && drop.planned >= 0 &&
+                 std::ranges::find(seeds, static_cast<std::size_t>(drop.planned)) != seeds.end();
+    told_lost_ += count;
+    return count == 0 ? "" : fmt::format(", {} of them lost outside the body", count);
+  }
+
+  void missing() {
+    std::vector<std::vector<std::size_t>> of_needle(plan_.needles.size());
+    std::vector<std::size_t> planned(plan_.needles.size(), 0);
+    for (const PlannedSeed& seed : seeds_) ++planned[seed.needle];
+    for (const std::size_t i : missing_) of_needle[seeds_[i].needle].push_back(i);
+    std::vector<std::string> left_out;
+    std::vector<std::size_t> needles_left_out, seeds_left_out;
+    for (std::size_t n = 0; n < of_needle.size(); ++n) {
+      if (of_needle[n].empty()) continue;
+      if (of_needle[n].size() == planned[n]) {
+        left_out.push_back(plan_.needles[n].hole);
+        needles_left_out.push_back(n);
+        seeds_left_out.insert(seeds_left_out.end(), of_needle[n].begin(), of_needle[n].end());
+      } else {
+        add_missing(
+            of_needle[n], {n},
+            fmt::format("needle {}: {} of its {} {} missing", plan_.needles[n].hole, of_needle[n].size(),
+                        counted(planned[n], "seed"), of_needle[n].size() == 1 ? "is" : "are"));
+      }
+    }
+    if (left_out.empty()) return;
+    const bool is_all = left_out.size() == plan_.needles.size();
+    add_missing(seeds_left_out, is_all ? std::vector<std::size_t>() : needles_left_out,
+                fmt::format("{} left no seed in place: {}; {} missing", counted(left_out.size(), "needle"),
+                            joined(left_out), counted(seeds_left_out.size(), "seed")));
+  }
+
+  void unplanned() {
+    if (unplanned_ == 0) return;
+    add_costly("unplanned", SeedAssignment::kFarthestMm * static_cast<double>(unplanned_),
+               fmt::format("{} fell that the plan does not have", counted(unplanned_, "seed")),
+               costs_ ? costs_->of_unplanned() : DoseChange{});
+  }
+
+  void unexplained() {
+    if (!costs_ || !score_.consequences || deviations_.seeds.empty()) return;
+    std::vector<Vec3> parts(at_rest_.size(), Vec3::Zero());
+    std::vector<char> is_turned(at_rest_.size(), 0);
+    for (const Cause& cause : explanation_.causes)
+      for (const std::size_t i : cause.seeds) {
+        parts[i] += cause.part[i];
+        is_turned[i] |= turns_seeds(cause);
+      }
+    std::vector<DoseSeed> taken, given;
+    Unexplained left;
+    for (std::size_t i = 0; i < parts.size(); ++i) {
+      const double mm = (deviations_.seeds[i].dropped + deviations_.seeds[i].moved - parts[i]).norm();
+      left.mean_mm += mm / static_cast<double>(parts.size());
+      left.largest_mm = std::max(left.largest_mm, mm);
+      if (parts[i].isZero()) continue;
+      taken.push_back(at_rest_[i]);
+      given.push_back(at_rest_[i]);
+      given.back().position -= parts[i];
+      if (is_turned[i]) given.back().axis = dropped_axis_[i];
+    }
+    for (const std::size_t i : missing_) given.push_back(seeds_[i]);
+    const DoseChange& whole = score_.consequences->whole;
+    const DoseChange explained = costs_->against(taken, given),
+                     extra = unplanned_ > 0 ? costs_->of_unplanned() : DoseChange{};
+    left.change = {whole.d90_gy - explained.d90_gy - extra.d90_gy,
+                   whole.v100_percent - explained.v100_percent - extra.v100_percent,
+                   whole.urethra_d30_gy - explained.urethra_d30_gy - extra.urethra_d30_gy,
+                   whole.rectum_d2cc_gy - explained.rectum_d2cc_gy - extra.rectum_d2cc_gy};
+    found_.unexplained = left;
+  }
+
+  // By themselves: they are no mistake, and no single mistake's.
   void tell_missed_goals() {
     std::string missed;
     for (const GoalResult& result : score_.goals) {
@@ -124,22 +279,27 @@ class Mistakes {
         continue;
       missed += (missed.empty() ? "" : "; ") + missed_text(result);
     }
-    if (missed.empty()) return;
-    const auto worst = std::ranges::find_if(found_, [](const Finding& f) { return f.harm_percent > 0; });
-    if (worst != found_.end())
-      worst->text += ": " + missed;
-    else
-      add(0, "the implant misses what the plan met: " + missed);
+    if (!missed.empty()) add("goals", 0, "the implant misses what the plan met: " + missed);
   }
 
+  // First of all: every figure of the page depends on them.
+  void tell_entry_doubts() {
+    std::vector<Finding> doubts;
+    for (std::string& doubt : entry_doubts(plan_))
+      doubts.push_back({.text = std::move(doubt), .cause = "entry"});
+    found_.all.insert(found_.all.begin(), doubts.begin(), doubts.end());
+  }
+
+  // Those of no needle that is told of already.
   void lost() {
     if (!score_.failed_drops) return;
     std::size_t count = 0;
     for (const FailedDrop& drop : *score_.failed_drops) count += drop.why == DropRefusal::kLost;
-    if (count > 0)
-      add(SeedAssignment::kFarthestMm * static_cast<double>(count),
-          fmt::format("{} lost outside the body",
-                      count == 1 ? "1 seed was" : fmt::format("{} seeds were", count)));
+    if (count <= told_lost_) return;
+    count -= told_lost_;
+    add("lost", SeedAssignment::kFarthestMm * static_cast<double>(count),
+        fmt::format("{} lost outside the body",
+                    count == 1 ? "1 seed was" : fmt::format("{} seeds were", count)));
   }
 
   void structures() {
@@ -150,207 +310,33 @@ class Mistakes {
       all.passes += contact.passes;
       all.depth_mm = std::max(all.depth_mm, contact.depth_mm);
       all.time_s += contact.time_s;
-      holes[contact.structure].push_back(contact.hole.empty() ? "beside the template" : contact.hole);
+      holes[contact.structure].push_back(hole_text(contact.hole));
     }
     for (const auto& [name, all] : by_name) {
       if (all.passes == 0) continue;
-      if (name == TestedOrgan::kBone)
-        add(all.passes, fmt::format("the pubic arch stopped a needle {} (hole {})",
-                                    counted(all.passes, "time"), joined(holes[name])));
-      else
-        add(kStructureWeight * all.passes,
-            fmt::format("the {} was entered {} (hole {}), {:.1f} mm deep, for {:.1f} s", name,
-                        counted(all.passes, "time"), joined(holes[name]), all.depth_mm, all.time_s));
-      found_.back().is_of_organ = name != TestedOrgan::kBone;
-    }
-  }
-
-  // By the number in the plan, where it is known: by position a seed of a shifted train may be its neighbour's.
-  // Medians, as the seeds of one needle in another's place are not everybody's.
-  void shifts() {
-    const std::vector<SeedScore>& seeds = seeds_of_all();
-    if (seeds.size() < kLeastSeeds) return;
-    const auto n = static_cast<double>(seeds.size());
-    std::vector<double> axial;
-    std::array<std::vector<double>, 3> lateral;
-    for (const SeedScore& seed : seeds) {
-      axial.push_back(seed.dropped.axial_mm);
-      const Vec3 off = across_the_needle(seed);
-      for (int k = 0; k < 3; ++k) lateral[static_cast<std::size_t>(k)].push_back(off[k]);
-    }
-    const double along = median(axial);
-    const Vec3 across(median(lateral[0]), median(lateral[1]), median(lateral[2]));
-    along_ = along;
-    has_shift_along_ = std::abs(along) > kShiftAlongMm;
-    if (has_shift_along_)
-      add_costly(n * std::abs(along),
-                 fmt::format("all needles too {}: the seeds fell {:.1f} mm {} on the whole",
-                             along < 0 ? "shallow" : "deep", std::abs(along),
-                             along < 0 ? "short of the plan" : "beyond the plan"),
-                 cost_of_all());
-    if (across.norm() > kShiftAcrossMm) {
-      add_costly(n * across.norm(),
-                 fmt::format("all needles to one side: the seeds fell {:.1f} mm off on the whole "
-                             "(x {:+.1f}, y {:+.1f})",
-                             across.norm(), across.x(), across.y()),
-                 cost_of_all());
-      across_ = across;
-    }
-  }
-
-  const std::vector<SeedScore>& seeds_of_all() const {
-    const SeedsScore& all = *score_.seeds;
-    return all.planned.size() >= kLeastSeeds ? all.planned : all.by_position.placed;
-  }
-
-  // Of what is not told of single needles.
-  void scatter() {
-    double squares = 0, near = 0;
-    for (const SeedScore& seed : seeds_of_all()) {
-      if ((across_the_needle(seed) - across_).norm() > grid_.spacing_mm) continue;
-      const double off = seed.dropped.axial_mm - along_;
-      if (is_at_other_depth_[seed.planned.needle] || std::abs(off) > SeedAssignment::kFarthestMm) continue;
-      squares += off * off;
-      ++near;
-    }
-    const double deviation = near >= kLeastSeeds ? std::sqrt(squares / near) : 0;
-    has_scatter_ = deviation > kScatterMm;
-    if (has_scatter_)
-      add_costly(
-          near * deviation,
-          fmt::format("depths scatter: the seeds' errors along the needle have a standard deviation of "
-                      "{:.1f} mm",
-                      deviation),
-          cost_of_all());
-  }
-
-  // By the number in the plan. Where it is more than a few needles, their depths scatter, and none is to be named.
-  void needles_at_other_depths() {
-    struct Depth {
-      double count = 0, sum = 0, least = 0, most = 0;  // mm beyond the others' seeds
-    };
-    std::map<std::size_t, Depth> depths;  // by needle
-    for (const SeedScore& seed : score_.seeds->planned) {
-      const double off = seed.dropped.axial_mm - along_;
-      const auto [depth, is_first] = depths.try_emplace(seed.planned.needle, Depth{0, 0, off, off});
-      Depth& needle = depth->second;
-      ++needle.count;
-      needle.sum += off;
-      needle.least = std::min(needle.least, off);
-      needle.most = std::max(needle.most, off);
-    }
-    std::map<bool, std::vector<std::size_t>> found;  // by whether they are too deep
-    std::size_t count = 0;
-    for (const auto& [n, depth] : depths)
-      if (!is_elsewhere_[n] && (depth.least > kShiftAlongMm || depth.most < -kShiftAlongMm)) {
-        found[depth.least > 0].push_back(n);
-        ++count;
+      if (name == TestedOrgan::kBone) {
+        add("bone", all.passes,
+            fmt::format("the pubic arch stopped a needle {} (hole {})", counted(all.passes, "time"),
+                        joined(holes[name])));
+        continue;
       }
-    if (static_cast<double>(count) > kMostOfDepth * static_cast<double>(depths.size())) return;
-    for (const auto& [is_deep, needles] : found) {
-      std::vector<std::string> names;
-      double weight = 0;
-      for (const std::size_t n : needles) {
-        const Depth& depth = depths[n];
-        is_at_other_depth_[n] = true;
-        names.push_back(
-            fmt::format("{} by {:.1f} mm", plan_.needles[n].hole, std::abs(depth.sum / depth.count)));
-        weight += std::abs(depth.sum);
-      }
-      add_costly(
-          weight,
-          fmt::format("{} too {}{}: {}", counted(needles.size(), "needle"), is_deep ? "deep" : "shallow",
-                      has_shift_along_ ? " beside the others" : "", joined(names)),
-          cost_of(needles));
+      add("organ", kStructureWeight * all.passes,
+          fmt::format("the {} was entered {} (hole {}), {:.1f} mm deep, for {:.1f} s", name,
+                      counted(all.passes, "time"), joined(holes[name]), all.depth_mm, all.time_s))
+          .is_of_organ = true;
     }
-  }
-
-  // By the number in the plan, which tells the needle that a seed came from.
-  void needles_elsewhere() {
-    struct Fallen {
-      std::size_t count = 0;
-      Vec3 position = Vec3::Zero(), off = Vec3::Zero();  // sums
-    };
-    std::vector<Fallen> fallen(plan_.needles.size());
-    for (const SeedScore& seed : score_.seeds->planned) {
-      Fallen& needle = fallen[seed.planned.needle];
-      ++needle.count;
-      needle.position += seed.seed.dropped;
-      needle.off += across_the_needle(seed) - across_;
-    }
-    std::map<std::size_t, std::string> elsewhere;  // by needle: the hole that it went through
-    for (std::size_t n = 0; n < fallen.size(); ++n) {
-      if (fallen[n].count == 0) continue;
-      const auto count = static_cast<double>(fallen[n].count);
-      if (fallen[n].off.norm() / count < 0.5 * grid_.spacing_mm) continue;
-      is_elsewhere_[n] = true;
-      elsewhere[n] =
-          grid_.nearest(fallen[n].position / count - across_, Vec3::UnitZ()).value_or("beside the template");
-    }
-    for (const auto& [n, hole] : elsewhere) {
-      const auto other = std::ranges::find_if(
-          elsewhere, [&, &at = hole](const auto& o) { return plan_.needles[o.first].hole == at; });
-      const bool is_swapped = other != elsewhere.end() && other->second == plan_.needles[n].hole;
-      if (is_swapped && other->first < n) continue;  // said already
-      const double weight = fallen[n].off.norm();
-      if (is_swapped)
-        add_costly(weight + fallen[other->first].off.norm(),
-                   fmt::format("needles {} and {} were swapped: each went through the other's hole",
-                               plan_.needles[n].hole, hole),
-                   cost_of({n, other->first}));
-      else
-        add_costly(
-            weight,
-            fmt::format("needle {} went through {}: its {} lie {:.1f} mm aside", plan_.needles[n].hole, hole,
-                        counted(fallen[n].count, "seed"), weight / static_cast<double>(fallen[n].count)),
-            cost_of({n}));
-    }
-  }
-
-  void missing() {
-    // A seed that fell elsewhere is not missing: by position alone, each train that is shifted by a seed's distance or
-    // more would lack one.
-    std::vector<char> fell(seeds_.size(), 0);
-    for (const SeedScore& seed : score_.seeds->planned) fell[seed.planned_index] = 1;
-    std::vector<std::size_t> lacking(plan_.needles.size(), 0), planned = lacking, astray = lacking;
-    for (const PlannedSeed& seed : seeds_) ++planned[seed.needle];
-    for (const std::size_t i : score_.seeds->by_position.missing)
-      ++(fell[i] ? astray : lacking)[seeds_[i].needle];
-    std::vector<std::string> left_out;
-    std::vector<std::size_t> needles_left_out;
-    std::size_t seeds_left_out = 0;
-    for (std::size_t n = 0; n < lacking.size(); ++n) {
-      if (is_elsewhere_[n]) continue;
-      if (astray[n] > 0 && !has_shift_along_ && !has_scatter_ && !is_at_other_depth_[n])
-        add_costly(
-            SeedAssignment::kFarthestMm * static_cast<double>(astray[n]),
-            fmt::format("needle {}: {} of its {} fell away from where {} planned", plan_.needles[n].hole,
-                        astray[n], counted(planned[n], "seed"), astray[n] == 1 ? "it was" : "they were"),
-            cost_of({n}));
-      if (lacking[n] == 0) continue;
-      if (lacking[n] == planned[n]) {
-        left_out.push_back(plan_.needles[n].hole);
-        needles_left_out.push_back(n);
-        seeds_left_out += lacking[n];
-      } else {
-        add_costly(SeedAssignment::kFarthestMm * static_cast<double>(lacking[n]),
-                   fmt::format("needle {}: {} of its {} {} missing", plan_.needles[n].hole, lacking[n],
-                               counted(planned[n], "seed"), lacking[n] == 1 ? "is" : "are"),
-                   cost_of({n}));
-      }
-    }
-    if (!left_out.empty())
-      add_costly(SeedAssignment::kFarthestMm * static_cast<double>(seeds_left_out),
-                 fmt::format("{} left no seed in place: {}; {} missing", counted(left_out.size(), "needle"),
-                             joined(left_out), counted(seeds_left_out, "seed")),
-                 cost_of(needles_left_out));
   }
 
   void punctures() {
-    std::map<std::string, std::size_t> fallen;  // by hole
+    // By hole, the needles whose seeds fell through it: one that was aside went through a neighbour's, once more than
+    // the neighbour itself.
+    std::map<std::string, std::set<std::int64_t>> fallen;
     if (score_.seeds) {
       const auto count = [&](const Seed& seed) {
-        if (const auto hole = grid_.nearest(seed.dropped, seed.dropped_axis)) ++fallen[*hole];
+        if (const auto hole = grid_.nearest(seed.dropped, seed.dropped_axis))
+          fallen[*hole].insert(seed.planned < 0 ? -1
+                                                : static_cast<std::int64_t>(
+                                                      seeds_[static_cast<std::size_t>(seed.planned)].needle));
       };
       for (const SeedScore& seed : score_.seeds->by_position.placed) count(seed.seed);
       for (const Seed& seed : score_.seeds->by_position.extra) count(seed);
@@ -359,27 +345,48 @@ class Mistakes {
     std::size_t in_vain = 0, too_many = 0;
     for (const NeedleScore& needle : score_.needles.needles) {
       const std::size_t times = needle.insertions.value_or(0);
-      const std::string name = needle.hole.empty() ? "beside the template" : needle.hole;
-      if (times > 0 && !needle.planned && fallen[needle.hole] == 0) {
+      const std::size_t usual = std::max<std::size_t>(1, fallen[needle.hole].size());
+      const std::string name = hole_text(needle.hole);
+      if (times > 0 && !needle.planned && fallen[needle.hole].empty()) {
         empty.push_back(name);
         in_vain += times;
-      } else if (times > 1) {
+      } else if (times > usual) {
         again.push_back(fmt::format("{} {} times", name, times));
-        too_many += times - 1;
+        too_many += times - usual;
       }
     }
     if (in_vain > 0 && score_.seeds)
-      add(kPunctureWeight * static_cast<double>(in_vain),
+      add("empty_punctures", kPunctureWeight * static_cast<double>(in_vain),
           fmt::format("{} without a seed, through {}", counted(in_vain, "puncture"), joined(empty)));
     if (too_many > 0)
-      add(kPunctureWeight * static_cast<double>(too_many),
+      add("punctured_again", kPunctureWeight * static_cast<double>(too_many),
           fmt::format("the gland was entered again through the same hole: {}", joined(again)));
   }
 
   void speed() {
+    std::vector<std::string> names;
+    std::vector<std::size_t> needles;
+    double fastest = 0;
+    for (const TrainDrop& train : score_.trains) {
+      if (!(train.at_least_mm_s > kFastMmS)) continue;
+      names.push_back(plan_.needles[train.needle].hole);
+      needles.push_back(train.needle);
+      fastest = std::max(fastest, train.at_least_mm_s);
+    }
+    if (!names.empty()) {
+      const bool is_all = names.size() == score_.trains.size() && names.size() > 1;
+      add("train_speed", kPunctureWeight * fastest / kFastMmS,
+          fmt::format(
+              "too fast: {} drawn back at up to {:.0f} mm/s while the seeds fell{}; up to {:.0f} is usual",
+              is_all              ? "every needle was"
+              : names.size() == 1 ? "needle " + names[0] + " was"
+                                  : counted(names.size(), "needle") + " were",
+              fastest, is_all || names.size() == 1 ? "" : " (" + joined(names) + ")", kFastMmS))
+          .needles = is_all ? std::vector<std::size_t>() : needles;
+    }
     const auto& motion = score_.needles.motion;
     if (!motion || !(motion->speed_p95_mm_s > kFastMmS)) return;
-    add(kPunctureWeight * motion->speed_p95_mm_s / kFastMmS,
+    add("speed", kPunctureWeight * motion->speed_p95_mm_s / kFastMmS,
         fmt::format(
             "too fast: the tip moved at {:.0f} mm/s or more for one pose in twenty; up to {:.0f} is usual",
             motion->speed_p95_mm_s, kFastMmS));
@@ -389,20 +396,22 @@ class Mistakes {
   const NeedleCosts* costs_;
   const Plan& plan_;
   const TemplateGrid& grid_;
+  const SurfaceBvh& gland_;
   std::vector<PlannedSeed> seeds_;
-  std::vector<bool> is_elsewhere_;       // by the plan's needle
-  std::vector<bool> is_at_other_depth_;  // the same
-  double along_ = 0;                     // median of all seeds
-  bool has_shift_along_ = false, has_scatter_ = false;
-  Vec3 across_ = Vec3::Zero();  // common to all seeds, if found
-  std::vector<Finding> found_;
+  Deviations deviations_;
+  std::vector<DoseSeed> at_rest_;   // of each of its seeds
+  std::vector<Vec3> dropped_axis_;  // the same
+  Explanation explanation_;
+  std::vector<std::size_t> missing_;  // in seeds_
+  std::size_t unplanned_ = 0, told_lost_ = 0;
+  Findings found_;
 };
 
 }  // namespace
 
-std::vector<Finding> find_mistakes(const Score& score, const Plan& plan, const TemplateGrid& grid,
-                                   const NeedleCosts* costs) {
-  return Mistakes(score, plan, grid, costs).find();
+Findings find_mistakes(const Score& score, const Plan& plan, const TemplateGrid& grid,
+                       const NeedleCosts* costs, const SurfaceBvh& gland) {
+  return Mistakes(score, plan, grid, costs, gland).find();
 }
 
 }  // namespace brachy

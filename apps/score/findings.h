@@ -1,30 +1,51 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "apps/score/consequences.h"
 #include "core/brachytherapy/plan/plan.h"
 
 namespace brachy {
 
 struct Score;
-class NeedleCosts;
+class SurfaceBvh;
 
-/// A mistake in a session.
+/// A mistake in a session, or what the tissue did to it.
 struct Finding {
-  std::string text;          ///< one sentence for the instructor, with what the mistake cost
-  double weight = 0;         ///< how much it matters beside its dose: misplaced seeds times mm, or the like
-  double harm_percent = 0;   ///< DoseChange::harm_percent of the needles or seeds that it is about
-  bool is_of_organ = false;  ///< a needle was where it should not be: first, whatever the dose
+  std::string text;   ///< one sentence for the instructor, with what the mistake cost
+  std::string cause;  ///< "depth"; the list is in cause_text.cpp and findings.cpp
+  double weight = 0;  ///< how much it matters beside its dose: misplaced seeds times mm, or the like
+  double harm_percent =
+      0;  ///< DoseChange::harm_percent of `cost`; 0: less than what an implant as planned varies by
+  bool is_of_organ = false;               ///< a needle was where it should not be: first, whatever the dose
+  std::vector<std::size_t> needles = {};  ///< members, in Plan::needles; empty: none, or all
+  std::vector<std::size_t> seeds = {};    ///< the seeds that it moved or kept back, in Plan::seeds
+  /// The implant as it is, against the same without this cause: seeds are where they would be if the other causes alone
+  /// had acted. None: it did nothing to the dose.
+  std::optional<DoseChange> cost = std::nullopt;
 };
 
-/// What went wrong; none of a session as planned. Organs entered come first, then what harmed the dose, the most
-/// harmful first, then the rest by weight: a needle's seeds off their hole or at another depth, seeds that are
-/// missing or lost, and what all seeds have in common (a shift along or across, a scatter) by seeds times mm, a
-/// missing seed by SeedAssignment::kFarthestMm, a puncture too many like half a seed. The limits stand in
-/// findings.cpp. Goals that the plan meets and the implant misses are told with the most harmful mistake. `costs`:
-/// of the score's implant; null where its seeds are not known.
-std::vector<Finding> find_mistakes(const Score& score, const Plan& plan, const TemplateGrid& grid,
-                                   const NeedleCosts* costs);
+/// What no cause explains.
+struct Unexplained {
+  DoseChange change;                   ///< the implant without all causes, against the plan
+  double mean_mm = 0, largest_mm = 0;  ///< distance of its seeds from the planned ones
+};
+
+struct Findings {
+  std::vector<Finding> all;
+  std::optional<Unexplained> unexplained;  ///< none: the dropped seeds are not known
+};
+
+/// What went wrong; nothing of a session as planned. The seeds' deviation is taken apart into causes (explanation.h),
+/// as they fell and from there to where they rest; seeds that are missing, lost or in no plan are causes, too. Organs
+/// entered come first, then what harmed the dose, the most harmful first, then the rest by weight: seeds times mm, a
+/// missing seed by SeedAssignment::kFarthestMm, a puncture too many like half a seed. Goals that the plan meets and
+/// the implant misses stand by themselves at the end; doubts about the plan's source, strength and prescription
+/// (entry_doubts) before everything. `costs`: of the score's implant; null where its seeds are not known. `gland`:
+/// the prostate at rest.
+Findings find_mistakes(const Score& score, const Plan& plan, const TemplateGrid& grid,
+                       const NeedleCosts* costs, const SurfaceBvh& gland);
 
 }  // namespace brachy

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <fstream>
 #include <iostream>
 #include <nlohmann/json.hpp>
 
@@ -84,8 +83,8 @@ std::vector<CatheterCourse> catheters_of_poses(const Recording& recording, const
 
 std::vector<CatheterCourse> catheters_in(const std::filesystem::path& folder, const Scene& scene) {
   const std::filesystem::path file = folder / kCatheterFile;
-  std::error_code error;
-  if (std::filesystem::exists(file, error)) return load_catheters(file);
+  if (const auto text = SessionFolder::open(folder).read(kCatheterFile))
+    return parse_catheters(*text, file.string());
   const Recording recording = load_recording(folder);
   if (!recording.poses)
     throw UserError(folder.string() + ": has neither " + kCatheterFile +
@@ -131,6 +130,8 @@ std::string to_text(const HdrScore& score, const HdrPlan& plan) {
                      : fmt::format("  {:<6}{:>8}\n", plan.catheters[c.planned].hole, "none");
   for (const std::uint32_t needle : score.unplanned)
     text += fmt::format("  needle {} is in no planned hole\n", needle);
+  for (std::size_t i = 0; i < score.findings.size(); ++i)
+    text += fmt::format("{}. {}\n", i + 1, score.findings[i].text);
   text += fmt::format("dose of the fraction, {:g} Gy:\n", score.prescription_gy);
   return text +
          hdr_dose_text(
@@ -153,24 +154,52 @@ std::string to_json(const HdrScore& score, const HdrPlan& plan) {
     json["catheters"].push_back(std::move(one));
   }
   json["unplanned_needles"] = score.unplanned;
+  json["findings"] = nlohmann::ordered_json::array();
+  for (const Finding& f : score.findings) {
+    nlohmann::ordered_json one = {{"text", f.text}, {"cause", f.cause}, {"catheters", f.needles}};
+    one["cost"] = nullptr;
+    if (f.cost)
+      one["cost"] = {{"v100_percent", f.cost->v100_percent},
+                     {"d90_gy", f.cost->d90_gy},
+                     {"urethra_d30_gy", f.cost->urethra_d30_gy},
+                     {"rectum_d2cc_gy", f.cost->rectum_d2cc_gy}};
+    json["findings"].push_back(std::move(one));
+  }
   json["dose"] = {{"plan", figures_json(score.plan, score.prescription_gy)},
                   {"delivered", figures_json(score.delivered, score.prescription_gy)},
                   {"reoptimised", figures_json(score.reoptimised, score.prescription_gy)}};
   return json.dump();
 }
 
+Score as_score(const HdrScore& hdr) {
+  Score score;
+  score.dose.prescription_gy = hdr.prescription_gy;
+  score.dose.plan.structures = hdr.plan;
+  score.dose.rest.structures = hdr.delivered;
+  score.findings = hdr.findings;
+  std::vector<DoseGoal> goals;
+  for (const HdrFigure& f : kHdrFigures)
+    if (f.goal != 0)
+      goals.push_back({.structure = f.structure,
+                       .figure = f.name,
+                       .stage = "implant",
+                       .side = f.is_least ? "above" : "below",
+                       .limit = f.goal});
+  score.goals = judge(goals, score.dose);
+  return score;
+}
+
 std::string score_catheters(const std::filesystem::path& folder, const Scene& scene, bool json,
-                            const HdrPlan* plan) {
+                            const HdrPlan* plan, EarlierReport earlier, HdrScore* scored) {
   const std::optional<HdrPlan> of_scene = plan ? std::nullopt : load_hdr_plan(scene);
   if (!plan && !of_scene) return {};
   const HdrPlan& against = plan ? *plan : *of_scene;
   const HdrScore score = score_hdr(against, scene.template_grid, load_structures(scene), scene.dose,
                                    catheters_in(folder, scene));
-  const std::filesystem::path file = folder / "hdr_report.json";
-  std::ofstream out(file, std::ios::binary);
-  out << to_json(score, against) << "\n";
-  out.close();
-  if (!out) throw UserError(file.string() + ": cannot be written; check the folder and the free space");
+  if (scored) *scored = score;
+  const SessionFolder session = SessionFolder::make(folder);
+  keep_report(session, kHdrReportFile, to_json(score, against) + "\n", earlier);
+  const std::filesystem::path file = session.path_of(kHdrReportFile);
   return json ? to_json(score, against) + "\n" : to_text(score, against) + file.string() + "\n";
 }
 

@@ -5,12 +5,11 @@
 #include <vector>
 
 #include "apps/score/hdr_score.h"
+#include "apps/score/report.h"
+#include "apps/score/score.h"
 #include "core/scene/scene.h"
 
 namespace brachy {
-
-/// Of a session's directory: where its catheters lie at its end (core/brachytherapy/hdr/catheter_course.h).
-inline constexpr const char* kCatheterFile = "catheters.csv";
 
 /// The figures of a fraction against their goals (HdrGoals), structure by structure; percent of the prescription where
 /// a dose. Structures that the scene has not are left out. `columns`: a heading and the doses of each.
@@ -25,11 +24,16 @@ std::string hdr_dose_json(const std::vector<StructureDose>& doses, double prescr
 std::string to_text(const HdrScore& score, const HdrPlan& plan);
 std::string to_json(const HdrScore& score, const HdrPlan& plan);  ///< one line
 
-/// Scores the session in `folder` against `plan`, or the scene's, writes hdr_report.json there, and returns the
-/// report, or its JSON; empty where there is no plan of HDR. Without kCatheterFile the catheters lie straight along
-/// the last poses of poses.csv, in tissue at rest, and standard error says so. Errors: UserError, also where the
-/// folder has neither file.
+/// An HDR score as exercises judge one: doses of the plan and as delivered, and findings; what only seeds have is not
+/// known, and keeps no bound.
+Score as_score(const HdrScore& score);
+
+/// Scores the session in `folder` against `plan`, or the scene's, writes hdr_report.json there (keep_report), and
+/// returns the report, or its JSON; empty where there is no plan of HDR. Without kCatheterFile the catheters lie
+/// straight along the last poses of poses.csv, in tissue at rest, and standard error says so. Errors: UserError, also
+/// where the folder has neither file. `scored`, if any, gets the score.
 std::string score_catheters(const std::filesystem::path& folder, const Scene& scene, bool json,
-                            const HdrPlan* plan = nullptr);
+                            const HdrPlan* plan = nullptr, EarlierReport earlier = EarlierReport::kRefused,
+                            HdrScore* scored = nullptr);
 
 }  // namespace brachy

@@ -2,35 +2,30 @@
 
 #include <algorithm>
 
+#include "apps/score/hdr_findings.h"
+#include "apps/score/seed_assignment.h"
 #include "core/brachytherapy/dose/implant_dose.h"
 #include "core/brachytherapy/hdr/dwell_optimiser.h"
 
 namespace brachy {
 namespace {
 
-// Each planned catheter's course; null: none. Nearest pairs first.
+// Each planned catheter's course; null: none. Squared distances, so that a template that is off by a hole shifts every
+// catheter and does not hand each to its neighbour.
 std::vector<const CatheterCourse*> assigned(const HdrPlan& plan, const TemplateGrid& grid,
                                             const std::vector<CatheterCourse>& catheters) {
-  struct Pair {
-    double mm;
-    std::size_t planned, delivered;
-  };
-  std::vector<Pair> pairs;
-  for (std::size_t p = 0; p < plan.catheters.size(); ++p)
-    for (std::size_t d = 0; d < catheters.size(); ++d) {
-      const Vec3 hole = *grid.position(plan.catheters[p].hole);
-      // Where the catheter passes the template: it may have bent since.
-      const double mm = (catheters[d].now.back() - hole).head<2>().norm();
-      if (mm <= 0.5 * grid.spacing_mm) pairs.push_back({mm, p, d});
-    }
-  std::ranges::stable_sort(pairs, {}, &Pair::mm);
+  const double farthest = HdrScore::kFarthestHoles * grid.spacing_mm;
+  const auto columns = cheapest_assignment(
+      catheters.size(), plan.catheters.size(), farthest * farthest,
+      [&](std::size_t delivered, std::size_t planned) {
+        // Where the catheter passes the template: it may have bent since.
+        return (catheters[delivered].now.back() - *grid.position(plan.catheters[planned].hole))
+            .head<2>()
+            .squaredNorm();
+      });
   std::vector<const CatheterCourse*> of(plan.catheters.size(), nullptr);
-  std::vector<bool> taken(catheters.size());
-  for (const Pair& pair : pairs)
-    if (!of[pair.planned] && !taken[pair.delivered]) {
-      of[pair.planned] = &catheters[pair.delivered];
-      taken[pair.delivered] = true;
-    }
+  for (std::size_t d = 0; d < catheters.size(); ++d)
+    if (columns[d]) of[*columns[d]] = &catheters[d];
   return of;
 }
 
@@ -85,6 +80,7 @@ HdrScore score_hdr(const HdrPlan& plan, const TemplateGrid& grid, const std::vec
   for (const CatheterCourse& c : catheters)
     if (std::ranges::find(courses, &c) == courses.end()) score.unplanned.push_back(c.needle);
   score.plan = dose_of(plan.dwells(grid), plan, structures, settings);
+  score.findings = find_hdr_mistakes(plan, grid, courses, score.unplanned, structures, settings);
   if (delivered.empty()) return score;
   score.delivered = dose_of(delivered, plan, structures, settings);
   const std::vector<double> times = optimise_dwell_times(DwellDoses(

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "apps/score/findings.h"
 #include "core/brachytherapy/dose/dose_settings.h"
 #include "core/brachytherapy/dose/dvh.h"
 #include "core/brachytherapy/hdr/catheter_course.h"
@@ -25,6 +26,9 @@ struct CatheterScore {
 
 /// A session of HDR against its plan.
 struct HdrScore {
+  /// A needle farther from a planned catheter than so many holes of the template is not it.
+  static constexpr double kFarthestHoles = 3;
+
   std::vector<CatheterScore> catheters;  ///< of each planned one
   std::vector<std::uint32_t> unplanned;  ///< needles that belong to no planned catheter
   double prescription_gy = 0;
@@ -32,11 +36,13 @@ struct HdrScore {
   std::vector<StructureDose> delivered;    ///< delivered positions, planned times
   std::vector<StructureDose> reoptimised;  ///< delivered positions, times optimised for them
   HdrPlan reoptimised_plan;                ///< its times; catheters that were not delivered have none
+  std::vector<Finding> findings;           ///< what went wrong, the most harmful first
 };
 
-/// A needle belongs to the planned catheter whose tip is nearest to its own across the needles, each to one, no
-/// farther than half the template's spacing. Dose is that of the structures at rest, with dwell positions where their
-/// tissue is at rest: that is what each piece of tissue gets. Deterministic; some seconds.
+/// Needles belong to planned catheters by position, whatever their numbers: each to one, so that the sum of squared
+/// distances at the template is least, no farther than HdrScore::kFarthestHoles. A channel gives its planned times
+/// where its catheter lies. Dose is that of the structures at rest, with dwell positions where their tissue is at
+/// rest: that is what each piece of tissue gets. Deterministic; some seconds.
 HdrScore score_hdr(const HdrPlan& plan, const TemplateGrid& grid, const std::vector<Structure>& structures,
                    DoseSettings dose, const std::vector<CatheterCourse>& catheters);
 

@@ -5,10 +5,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <fstream>
 #include <nlohmann/json.hpp>
+#include <string_view>
 
+#include "apps/score/exercise.h"
 #include "apps/score/spread.h"
+#include "apps/session/session_manifest.h"
 #include "core/base/error.h"
 
 namespace brachy {
@@ -100,6 +102,50 @@ double slope_of(const History& history, double HistoryRow::*value) {
   return spread > 0 ? (n * xy - x * y) / spread : kNoNumber;
 }
 
+/// Numbers within names count as numbers: "2" before "10".
+bool is_before(std::string_view a, std::string_view b) {
+  const auto is_digit = [](char c) { return c >= '0' && c <= '9'; };
+  while (!a.empty() && !b.empty()) {
+    if (!is_digit(a.front()) || !is_digit(b.front())) {
+      if (a.front() != b.front()) return a.front() < b.front();
+      a.remove_prefix(1);
+      b.remove_prefix(1);
+      continue;
+    }
+    const auto number = [&](std::string_view& text) {
+      text.remove_prefix(std::min(text.find_first_not_of('0'), text.size()));
+      const std::size_t count =
+          static_cast<std::size_t>(std::ranges::find_if_not(text, is_digit) - text.begin());
+      const std::string_view digits = text.substr(0, count);
+      text.remove_prefix(count);
+      return digits;
+    };
+    const std::string_view m = number(a), n = number(b);
+    if (m.size() != n.size()) return m.size() < n.size();
+    if (m != n) return m < n;
+  }
+  return a.size() < b.size();
+}
+
+/// From a session's manifest, where it has one.
+void add_task(const SessionFolder& folder, HistoryRow& row) {
+  const std::optional<SessionManifest> manifest = load_manifest(folder);
+  if (!manifest) return;
+  if (!manifest->runs.empty()) row.began = manifest->runs.front().began;
+  if (manifest->exercise) row.task = exercise_name_in(manifest->exercise->text);
+  if (row.task.empty())
+    row.task = manifest->scene.file.empty() ? "the built-in phantom"
+                                            : std::filesystem::path(manifest->scene.file).filename().string();
+}
+
+/// A cell of a CSV: with a comma or a quote it is quoted, as RFC 4180 has it.
+std::string csv_cell(const std::string& text) {
+  if (text.find_first_of(",\"\n\r") == std::string::npos) return text;
+  std::string quoted;
+  for (const char c : text) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
+  return "\"" + quoted + "\"";
+}
+
 std::string figure_or(double value, int digits, const char* unknown) {
   return std::isfinite(value) ? fmt::format("{:.{}f}", value, digits) : unknown;
 }
@@ -113,21 +159,35 @@ History load_history(const std::filesystem::path& folder) {
   std::vector<std::filesystem::path> sessions;
   for (const auto& entry : std::filesystem::directory_iterator(folder, ignored))
     if (entry.is_directory(ignored)) sessions.push_back(entry.path());
-  std::ranges::sort(sessions);
   History history;
+  std::ranges::sort(sessions);
   for (const std::filesystem::path& session : sessions) {
-    const std::filesystem::path file = session / "report.json";
-    if (!std::filesystem::is_regular_file(file, ignored)) {
-      history.remarks.push_back(session.string() + ": not scored; run `brachy score` on it");
-      continue;
+    try {
+      const SessionFolder files = SessionFolder::open(session);
+      const std::optional<std::string> text = files.read(kReportJson);
+      if (!text) {
+        history.remarks.push_back(session.string() + ": not scored; run `brachy score` on it");
+        continue;
+      }
+      const ReportJson json = ReportJson::parse(*text, nullptr, false);
+      if (!json.is_object()) {
+        history.remarks.push_back(files.path_of(kReportJson).string() +
+                                  ": is no report; run `brachy score` again");
+        continue;
+      }
+      HistoryRow row = row_of(session.filename().string(), json);
+      add_task(files, row);
+      history.rows.push_back(std::move(row));
+    } catch (const UserError& e) {
+      history.remarks.push_back(std::string(e.what()) + "; it was left out");
     }
-    std::ifstream in(file, std::ios::binary);
-    const ReportJson json = ReportJson::parse(in, nullptr, false);
-    if (!json.is_object())
-      history.remarks.push_back(file.string() + ": is no report; run `brachy score` again");
-    else
-      history.rows.push_back(row_of(session.filename().string(), json));
   }
+  std::ranges::stable_sort(history.rows, [](const HistoryRow& a, const HistoryRow& b) {
+    if (a.task != b.task) return a.task < b.task;
+    if (!a.began.empty() && !b.began.empty() && a.began != b.began) return a.began < b.began;
+    if (a.began.empty() != b.began.empty()) return a.began.empty();
+    return is_before(a.session, b.session);
+  });
   if (history.rows.empty())
     throw UserError(folder.string() + ": holds no scored session; run `brachy score` on each first");
   return history;
@@ -144,28 +204,42 @@ std::vector<Trend> trends_of(const History& trainee, const History* instructor) 
   return trends;
 }
 
+std::vector<History> by_task(const History& history) {
+  std::vector<History> tasks;
+  for (const HistoryRow& row : history.rows) {
+    if (tasks.empty() || tasks.back().rows.back().task != row.task) tasks.emplace_back();
+    tasks.back().rows.push_back(row);
+  }
+  return tasks;
+}
+
 std::string to_text(const History& trainee, const History* instructor) {
-  std::string text = fmt::format("{} sessions\n  {:<18}{:>10}{:>10}{:>14}{:>12}\n", trainee.rows.size(), "",
-                                 "first", "last", "per session", "instructor");
-  for (const Trend& trend : trends_of(trainee, instructor))
-    text += fmt::format("  {:<18}{:>10}{:>10}{:>14}{:>12}\n", trend.name, figure_or(trend.first, 2, "–"),
-                        figure_or(trend.last, 2, "–"),
-                        std::isfinite(trend.per_session) ? fmt::format("{:+.3f}", trend.per_session) : "–",
-                        figure_or(trend.instructor, 2, "–"));
+  std::vector<History> of_instructor;
+  if (instructor) of_instructor = by_task(*instructor);
+  std::string text;
+  for (const History& task : by_task(trainee)) {
+    const std::string& name = task.rows.front().task;
+    const auto same =
+        std::ranges::find(of_instructor, name, [](const History& h) { return h.rows.front().task; });
+    text += fmt::format("{}{} sessions\n  {:<18}{:>10}{:>10}{:>14}{:>12}\n", name.empty() ? "" : name + ": ",
+                        task.rows.size(), "", "first", "last", "per session", "instructor");
+    for (const Trend& trend : trends_of(task, same == of_instructor.end() ? nullptr : &*same))
+      text += fmt::format("  {:<18}{:>10}{:>10}{:>14}{:>12}\n", trend.name, figure_or(trend.first, 2, "–"),
+                          figure_or(trend.last, 2, "–"),
+                          std::isfinite(trend.per_session) ? fmt::format("{:+.3f}", trend.per_session) : "–",
+                          figure_or(trend.instructor, 2, "–"));
+  }
   return text;
 }
 
 std::string to_csv(const History& history) {
   std::string text = "session";
   for (const Column& column : kColumns) text += fmt::format(",{}", column.name);
-  text += "\n";
+  text += ",task,began\n";
   for (const HistoryRow& row : history.rows) {
-    // A name with a comma or a quote is quoted, as RFC 4180 has it.
-    std::string name;
-    for (const char c : row.session) name += c == '"' ? std::string("\"\"") : std::string(1, c);
-    text += row.session.find_first_of(",\"\n\r") == std::string::npos ? row.session : "\"" + name + "\"";
+    text += csv_cell(row.session);
     for (const Column& column : kColumns) text += "," + figure_or(row.*column.value, column.digits + 2, "");
-    text += "\n";
+    text += "," + csv_cell(row.task) + "," + row.began + "\n";
   }
   return text;
 }

@@ -2,18 +2,13 @@
 
 #include <utility>
 
-#include "apps/session/whole_lines.h"
+#include "apps/session/session_folder.h"
 #include "core/base/error.h"
 #include "core/brachytherapy/seeds/failed_drop_file.h"
 #include "core/brachytherapy/seeds/seed_file.h"
 
 namespace brachy {
 namespace {
-
-/// Up to the last whole line.
-std::string_view whole_lines(std::string_view text) {
-  return text.substr(0, text.rfind('\n') + 1);
-}
 
 /// What a file holds, and what is to be said about it.
 template <class Content>
@@ -24,16 +19,14 @@ struct FileRead {
 
 /// What `parse` makes of a file's text. Nothing, and a remark that ends with `without`, where that is impossible.
 template <class Parse>
-auto read(const std::filesystem::path& folder, const std::string& name, const char* without, Parse&& parse)
+auto read(const SessionFolder& folder, const std::string& name, const char* without, Parse&& parse)
     -> FileRead<decltype(parse(std::string_view(), name))> {
-  const std::filesystem::path file = folder / name;
-  std::error_code ignored;
-  if (!std::filesystem::is_regular_file(file, ignored)) return {{}, name + " is missing: " + without};
-  const std::string text = text_of_file(file);
-  const std::string_view whole = whole_lines(text);
+  const std::optional<std::string> text = folder.read(name);
+  if (!text) return {{}, name + " is missing: " + without};
+  const std::string_view whole = whole_lines(*text);
   try {
     auto parsed = parse(whole, name);
-    const bool is_cut = whole.size() < text.size();
+    const bool is_cut = whole.size() < text->size();
     return {std::move(parsed),
             is_cut ? name + " ends within a line, which was left out: what came after is not known." : ""};
   } catch (const UserError& error) {
@@ -49,21 +42,17 @@ std::string name_of(const std::filesystem::path& folder) {
 
 }  // namespace
 
-Recording load_recording(const std::filesystem::path& folder) {
-  std::error_code ignored;
-  if (!std::filesystem::is_directory(folder, ignored))
-    throw UserError(folder.string() +
-                    ": no such directory; give a recording made by `brachy record`, or a session");
+Recording load_recording(const std::filesystem::path& path) {
+  const SessionFolder folder = SessionFolder::open(path);
   Recording recording;
-  recording.name = name_of(folder);
+  recording.name = name_of(path);
   const auto take = [&](auto&& file) {
     if (!file.remark.empty()) recording.remarks.push_back(std::move(file.remark));
     return std::move(file.content);
   };
   const auto take_if_there = [&](const char* name, const char* without, auto&& parse) {
     using Content = decltype(parse(std::string_view(), std::string()));
-    return std::filesystem::exists(folder / name, ignored) ? take(read(folder, name, without, parse))
-                                                           : std::optional<Content>();
+    return folder.has(name) ? take(read(folder, name, without, parse)) : std::optional<Content>();
   };
   recording.poses = take(
       read(folder, "poses.csv", "needle paths, times and passes are not known.",
@@ -78,7 +67,7 @@ Recording load_recording(const std::filesystem::path& folder) {
   if (auto studies = take_if_there(kStudiesFile, "volume studies are not known.", parse_studies))
     recording.studies = std::move(*studies);
   if (!recording.poses && !forces && !recording.seeds)
-    throw UserError(folder.string() +
+    throw UserError(path.string() +
                     ": has no readable recording; it should contain poses.csv, forces.csv "
                     "and seeds.csv (" +
                     recording.remarks.front() + ")");

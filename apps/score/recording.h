@@ -30,7 +30,7 @@ struct Recording {
 /// Reads a recording's directory: poses.csv, forces.csv and seeds.csv; drops.csv, contacts.csv and
 /// volume_studies.jsonl where they are there. A file that is missing or unreadable is left
 /// out, as is an incomplete last line (the writer was killed), with a remark. Throws UserError where there is no such
-/// directory, or none of the files can be read.
+/// directory, none of the files can be read, or one is no regular file (session_folder.h).
 Recording load_recording(const std::filesystem::path& folder);
 
 }  // namespace brachy

@@ -1,7 +1,6 @@
 #include "apps/score/report.h"
 
 #include <algorithm>
-#include <fstream>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -14,13 +13,6 @@
 
 namespace brachy {
 namespace {
-
-void write(const std::filesystem::path& file, const std::string& text) {
-  std::ofstream out(file, std::ios::binary);
-  out << text;
-  out.close();
-  if (!out) throw UserError(file.string() + ": cannot be written; check the folder and the free space");
-}
 
 // The probe is no needle: it is in the rectum all the time.
 void leave_out(Recording& recording, std::uint32_t probe) {
@@ -54,19 +46,42 @@ Score score_recording(const std::filesystem::path& folder, const Plan& plan, con
                       const std::vector<Structure>& structures,
                       const std::function<void(double share)>& progress) {
   Recording recording = load_recording(folder);
-  note_plan_changes(recording, load_plan_changes(folder), plan.seed_count());
+  note_plan_changes(recording, load_plan_changes(SessionFolder::open(folder)), plan.seed_count());
   if (scene.probe.on) leave_out(recording, static_cast<std::uint32_t>(scene.needle.count));
   return score_session(plan, scene.template_grid, structures, scene.dose, recording, progress,
                        scene.goals.empty() ? default_dose_goals() : scene.goals);
 }
 
-Score write_report(const std::filesystem::path& folder, const Plan& plan, const Scene& scene,
-                   const std::filesystem::path& html, const std::function<void(double share)>& progress) {
+Report make_report(const std::filesystem::path& folder, const Plan& plan, const Scene& scene,
+                   const std::function<void(double share)>& progress,
+                   const std::vector<std::string>& remarks) {
   const std::vector<Structure> structures = load_structures(scene);
-  Score score = score_recording(folder, plan, scene, structures, progress);
-  write(html, to_html(score, plan, scene.template_grid, structures));
-  write(std::filesystem::path(html).replace_extension(".json"), to_json(score) + "\n");
-  return score;
+  Report report{score_recording(folder, plan, scene, structures, progress), {}, {}};
+  report.score.remarks.insert(report.score.remarks.begin(), remarks.begin(), remarks.end());
+  report.html = to_html(report.score, plan, scene.template_grid, structures);
+  report.json = to_json(report.score) + "\n";
+  return report;
+}
+
+void keep_report(const SessionFolder& folder, const char* name, const std::string& text,
+                 EarlierReport earlier) {
+  const std::optional<std::string> before = folder.read(name);
+  if (before == text) return;
+  if (before && earlier == EarlierReport::kRefused)
+    throw UserError(
+        folder.path_of(name).string() +
+        ": exists already, and says something else; --out writes elsewhere, --force overwrites it");
+  folder.replace(name, text);
+}
+
+void keep_report(const SessionFolder& folder, const Report& report, EarlierReport earlier) {
+  // Both are judged before one is written.
+  for (const auto& [name, text] :
+       {std::pair(kReportPage, &report.html), std::pair(kReportJson, &report.json)})
+    if (earlier == EarlierReport::kRefused && folder.read(name).value_or(*text) != *text)
+      keep_report(folder, name, *text, earlier);
+  keep_report(folder, kReportPage, report.html, earlier);
+  keep_report(folder, kReportJson, report.json, earlier);
 }
 
 }  // namespace brachy

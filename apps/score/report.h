@@ -3,8 +3,10 @@
 #include <filesystem>
 #include <functional>
 #include <string>
+#include <vector>
 
 #include "apps/score/score.h"
+#include "apps/session/session_folder.h"
 #include "core/scene/scene.h"
 
 namespace brachy {
@@ -30,9 +32,24 @@ Score score_recording(const std::filesystem::path& folder, const Plan& plan, con
                       const std::vector<Structure>& structures,
                       const std::function<void(double share)>& progress = {});
 
-/// The same, with the scene's structures, and writes `html` and, beside it with the ending .json,
-/// the JSON; an existing file is replaced. Throws UserError also where the files cannot be written.
-Score write_report(const std::filesystem::path& folder, const Plan& plan, const Scene& scene,
-                   const std::filesystem::path& html, const std::function<void(double share)>& progress = {});
+/// A score, and its page and JSON as files.
+struct Report {
+  Score score;
+  std::string html, json;
+};
+
+/// The same, with the scene's structures, as a report. `remarks` stand before the score's own.
+Report make_report(const std::filesystem::path& folder, const Plan& plan, const Scene& scene,
+                   const std::function<void(double share)>& progress = {},
+                   const std::vector<std::string>& remarks = {});
+
+/// What becomes of another report that a session's directory has already: it is refused, or replaced.
+enum class EarlierReport { kRefused, kReplaced };
+
+/// Writes a file of a report into a session's directory. Throws UserError where that cannot be done.
+void keep_report(const SessionFolder& folder, const char* name, const std::string& text,
+                 EarlierReport earlier);
+/// report.html and report.json.
+void keep_report(const SessionFolder& folder, const Report& report, EarlierReport earlier);
 
 }  // namespace brachy

@@ -125,7 +125,9 @@ std::string findings_list(const Score& score) {
   std::string out;
   for (std::size_t i = 0; i < std::min(score.findings.size(), kTopFindings); ++i)
     out += "<li>" + xml_escaped(score.findings[i].text) + "</li>\n";
-  return out.empty() ? "" : "<h2>What went wrong</h2>\n<ol>\n" + out + "</ol>\n";
+  if (!out.empty()) out = "<h2>What went wrong</h2>\n<ol>\n" + out + "</ol>\n";
+  return out +
+         (score.unexplained ? "<p class=\"small\">" + xml_escaped(unexplained_text(score)) + "</p>\n" : "");
 }
 
 std::string dose_section(const DoseScore& dose) {

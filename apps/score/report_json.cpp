@@ -82,16 +82,6 @@ OrderedJson to_json_seeds(const SeedsScore& score) {
           {"by_position", to_json_assignment(score.by_position)}};
 }
 
-OrderedJson to_json_findings(const std::vector<Finding>& findings) {
-  OrderedJson all = OrderedJson::array();
-  for (const Finding& finding : findings)
-    all.push_back({{"text", finding.text},
-                   {"weight", finding.weight},
-                   {"harm_percent", finding.harm_percent},
-                   {"is_of_organ", finding.is_of_organ}});
-  return all;
-}
-
 OrderedJson to_json_contacts(const std::vector<StructureContact>& contacts) {
   OrderedJson all = OrderedJson::array();
   for (const StructureContact& contact : contacts)
@@ -120,6 +110,28 @@ OrderedJson to_json_change(const DoseChange& change) {
           {"d90_gy", change.d90_gy},
           {"urethra_d30_gy", change.urethra_d30_gy},
           {"rectum_d2cc_gy", change.rectum_d2cc_gy}};
+}
+
+OrderedJson to_json_findings(const std::vector<Finding>& findings) {
+  OrderedJson all = OrderedJson::array();
+  for (const Finding& finding : findings)
+    all.push_back({{"text", finding.text},
+                   {"cause", finding.cause},
+                   {"needles", finding.needles},
+                   {"seeds", finding.seeds},
+                   {"cost", finding.cost ? to_json_change(*finding.cost) : OrderedJson(nullptr)},
+                   {"weight", finding.weight},
+                   {"harm_percent", finding.harm_percent},
+                   {"is_of_organ", finding.is_of_organ}});
+  return all;
+}
+
+OrderedJson to_json_unexplained(const std::optional<Unexplained>& left) {
+  if (!left) return nullptr;
+  OrderedJson json = to_json_change(left->change);
+  json["mean_mm"] = left->mean_mm;
+  json["largest_mm"] = left->largest_mm;
+  return json;
 }
 
 OrderedJson to_json_consequences(const Consequences& c) {
@@ -276,6 +288,7 @@ std::string to_json(const Score& score) {
       {"remarks", score.remarks},
       {"planned_seeds", score.planned_seeds},
       {"findings", to_json_findings(score.findings)},
+      {"unexplained", to_json_unexplained(score.unexplained)},
       {"structures_entered", to_json_contacts(score.contacts)},
       {"failed_drops", score.failed_drops ? to_json_failed_drops(*score.failed_drops) : OrderedJson(nullptr)},
       {"verdict", to_json_verdict(score.goals)},

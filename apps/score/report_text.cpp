@@ -31,7 +31,7 @@ std::string finding_lines(const Score& score) {
   std::string text;
   for (std::size_t i = 0; i < std::min(score.findings.size(), kTopFindings); ++i)
     text += fmt::format("{}. {}\n", i + 1, score.findings[i].text);
-  return text;
+  return score.unexplained ? text + unexplained_text(score) + "\n" : text;
 }
 
 std::string needle_line(const NeedlesScore& n) {

@@ -2,6 +2,7 @@
 
 #include <cassert>
 #include <optional>
+#include <utility>
 
 #include "core/geometry/surface/surface_bvh.h"
 
@@ -21,7 +22,11 @@ Score score_session(const Plan& plan, const TemplateGrid& grid, const std::vecto
   score.plan = plan.name;
   score.remarks = recording.remarks;
   score.planned_seeds = plan.seed_count();
-  if (recording.seeds) score.seeds = score_seeds(plan, grid, *recording.seeds);
+  if (recording.seeds) {
+    score.seeds = score_seeds(plan, grid, *recording.seeds);
+    score.trains = train_drops(*score.seeds, plan.needles.size());
+    score.unpunctured = unpunctured_needles(*score.seeds, recording.forces);
+  }
   const SurfaceBvh tissue(structures.front().mesh);
   std::size_t poses = 1, looked_at = 0;
   if (recording.poses)
@@ -53,8 +58,11 @@ Score score_session(const Plan& plan, const TemplateGrid& grid, const std::vecto
   for (const RecordedStudy& study : recording.studies)
     score.studies.push_back({study.t_s, score_study(study.study)});
   // A session of outlining alone has no implant to find fault with.
-  if (score.studies.empty() || !recording.seeds || !recording.seeds->empty())
-    score.findings = find_mistakes(score, plan, grid, costs ? &*costs : nullptr);
+  if (score.studies.empty() || !recording.seeds || !recording.seeds->empty()) {
+    Findings found = find_mistakes(score, plan, grid, costs ? &*costs : nullptr, tissue);
+    score.findings = std::move(found.all);
+    score.unexplained = found.unexplained;
+  }
   return score;
 }
 

@@ -13,6 +13,7 @@
 #include "apps/score/recording.h"
 #include "apps/score/seed_score.h"
 #include "apps/score/structure_contact.h"
+#include "apps/score/train_drop.h"
 #include "core/brachytherapy/contours/contour_score.h"
 #include "core/brachytherapy/structures/structure.h"
 
@@ -38,7 +39,12 @@ struct Score {
     ContourScore score;
   };
   std::vector<Study> studies;
+  std::vector<TrainDrop> trains;  ///< of needles that left two seeds or more
+  std::vector<std::size_t>
+      unpunctured;                ///< needles of the plan whose seeds fell and that only indented the capsule
   std::vector<Finding> findings;  ///< what went wrong, the heaviest first
+  std::optional<Unexplained>
+      unexplained;  ///< what no finding explains; none: the dropped seeds are not known
 };
 
 /// Scores a recording; the implant is judged by `goals`. `structures`: the scene's at rest, the tissue's own

@@ -5,6 +5,7 @@
 
 #include "core/base/denied_folder.h"
 #include "core/base/error.h"
+#include "core/base/file_kind.h"
 
 namespace brachy {
 namespace {
@@ -31,11 +32,13 @@ std::string read_file(const std::filesystem::path& file) {
 Plan load_plan(const std::filesystem::path& file, const TemplateGrid& grid, double needle_length_mm) {
   std::string extension = file.extension().string();
   for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  if (extension != ".toml" && extension != ".csv")
-    throw UserError(file.string() + ": unknown plan format; the name must end in .toml or .csv");
-  const std::string text = read_file(file);
-  return (extension == ".csv" ? parse_plan_csv : parse_plan_toml)(text, file.string(), grid,
-                                                                  needle_length_mm);
+  return reading(file, FileKind::kPlan, [&] {
+    if (extension != ".toml" && extension != ".csv")
+      throw UserError(file.string() + ": unknown plan format; the name must end in .toml or .csv");
+    const std::string text = read_file(file);
+    return (extension == ".csv" ? parse_plan_csv : parse_plan_toml)(text, file.string(), grid,
+                                                                    needle_length_mm);
+  });
 }
 
 }  // namespace brachy

@@ -1,6 +1,8 @@
 #include "apps/score/exercise.h"
 
 #include <gtest/gtest.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include <filesystem>
 #include <set>
@@ -130,6 +132,47 @@ TEST(Exercises, OneWithAMistakeIsLeftOutAndTheReasonSaid) {
   EXPECT_TRUE(found[0].is_of_scene);
   ASSERT_EQ(refusals.size(), 1u);
   EXPECT_NE(refusals[0].find("bad.toml:5"), std::string::npos) << refusals[0];
+}
+
+// What somebody else put beside a scene is no exercise, and costs no memory and no time.
+TEST(Exercises, TrapsBesideASceneAreLeftOut) {
+  const test::TempFolder folder;
+  const std::string good =
+      "name = \"x\"\nasks = \"y\"\nscene = \"s/scene.toml\"\n[passes]\nplaced_at_least = 1\n";
+  fs::create_directory(folder / "s");
+  folder.write("s/scene.toml", "");
+  folder.write("good.toml", good);
+  folder.write("huge.toml", good);
+  fs::resize_file(folder / "huge.toml", std::uintmax_t{3} << 30);  // sparse
+  folder.write("64k.toml", good + std::string(kMostExerciseBytes, '#'));
+  ASSERT_EQ(::mkfifo((folder / "fifo.toml").c_str(), 0600), 0);
+  fs::create_symlink("good.toml", folder / "link.toml");
+  fs::create_symlink("/dev/zero", folder / "zero.toml");
+  fs::create_directory(folder / "folder.toml");
+  std::size_t others = 0;
+  if (::geteuid() == 0) {
+    folder.write("theirs.toml", good);
+    ASSERT_EQ(::chown((folder / "theirs.toml").c_str(), 65534, 65534), 0);
+    others = 1;
+  }
+  std::vector<std::string> refusals;
+  const std::vector<ExerciseFile> found = exercises_beside(folder / "s/scene.toml", refusals);
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_EQ(found[0].file.filename(), "good.toml");
+  EXPECT_EQ(found[0].exercise.text, good);
+  EXPECT_EQ(refusals.size(), 4 + others);  // huge, 64k, fifo, folder
+  if (others == 0) return;
+  // The scene's owner may have put one there.
+  ASSERT_EQ(::chown((folder / "s/scene.toml").c_str(), 65534, 65534), 0);
+  EXPECT_EQ(exercises_beside(folder / "s/scene.toml", refusals).size(), 2u);
+}
+
+TEST(Exercises, OneThatIsNoFileIsRefusedAndNotWaitedFor) {
+  const test::TempFolder folder;
+  ASSERT_EQ(::mkfifo((folder / "fifo.toml").c_str(), 0600), 0);
+  for (const fs::path& file :
+       {folder / "fifo.toml", fs::path("/dev/zero"), folder / "", folder / "none.toml"})
+    EXPECT_THROW(load_exercise(file), UserError) << file;
 }
 
 TEST(Exercises, WhatPassesIsALineForEachBound) {

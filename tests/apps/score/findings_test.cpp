@@ -217,6 +217,79 @@ TEST_F(Sessions, TheUrethraPiercedThreeTimesComesFirst) {
       << found[0].text;
 }
 
+// Off by half a hole in x and in y: it went nowhere else, and certainly not through its own hole.
+TEST_F(Sessions, ANeedleBetweenHolesIsNotSwappedWithItself) {
+  implant_all_but(4);
+  implant(4, {2.4, 2.4, 0});
+  EXPECT_TRUE(says("needle G9 went aside: its 3 seeds lie 3.4 mm aside (x +2.4, y +2.4)"));
+  EXPECT_EQ(findings().size(), 1u);
+}
+
+TEST_F(Sessions, ATurnedTemplateIsOneMistake) {
+  for (std::size_t n = 0; n < plan.needles.size(); ++n) {
+    const Vec3 tip = plan.planned_tip(kGrid, n);
+    const double angle = 8 / 57.29578;
+    implant(n, Vec3(std::cos(angle) * tip.x() - std::sin(angle) * tip.y() - tip.x(),
+                    std::sin(angle) * tip.x() + std::cos(angle) * tip.y() - tip.y(), 0));
+  }
+  EXPECT_TRUE(says("the template was turned by 8.0° from x to y"));
+  EXPECT_EQ(findings().size(), 1u);
+}
+
+TEST_F(Sessions, AMirroredImplantIsSaidToBeMirrored) {
+  for (std::size_t n = 0; n < plan.needles.size(); ++n)
+    implant(n, Vec3(-2 * plan.planned_tip(kGrid, n).x(), 0, 0));
+  EXPECT_TRUE(says("left and right were exchanged: the whole implant is mirrored"));
+  EXPECT_EQ(findings().size(), 1u);
+}
+
+TEST_F(Sessions, OfAGroupThatIsAsideNobodyElseIsNamed) {
+  for (std::size_t n = 0; n < plan.needles.size(); ++n) implant(n, n < 4 ? Vec3(4, 0, 0) : Vec3::Zero());
+  const auto found = findings();
+  ASSERT_FALSE(found.empty());
+  for (std::size_t i = 1; i < found.size(); ++i) EXPECT_EQ(found[i].cause, "goals") << found[i].text;
+  EXPECT_TRUE(found[0].text.starts_with("4 needles lie 4.0 mm aside (x +4.0, y +0.0): E5, G5, I5, E8"))
+      << found[0].text;
+  EXPECT_EQ(found[0].needles, (std::vector<std::size_t>{0, 1, 2, 3}));
+}
+
+TEST_F(Sessions, ATrainDroppedAtHighSpeedIsNoticed) {
+  implant_all_but(kNone);
+  for (Seed& seed : seeds) seed.t_s = 10 * (seed.planned / 3) + (seed.planned % 3) * 0.03;  // 10 mm each
+  EXPECT_TRUE(says("too fast: every needle was drawn back at up to 308 mm/s while the seeds fell"));
+  EXPECT_EQ(findings().size(), 1u);
+}
+
+TEST_F(Sessions, SeedsOutsideTheGlandAreSaidToBeOutside) {
+  for (std::size_t n = 0; n < plan.needles.size(); ++n) implant(n, Vec3(0, 0, n == 4 ? -60 : 0));
+  EXPECT_TRUE(says("1 needle too shallow: G9 by 60.0 mm; all 3 seeds lie outside the gland"));
+}
+
+// The hand is on plan, and the tissue was elsewhere.
+TEST_F(Sessions, WhatTheGlandDidIsItsOwnCause) {
+  implant_all_but(kNone);
+  for (Seed& seed : seeds) seed.rest.z() -= seed.planned % 3 == 0 ? 6 : 0.5;
+  const auto found = findings();
+  ASSERT_FALSE(found.empty());
+  EXPECT_EQ(found[0].cause, "gland_motion");
+  EXPECT_TRUE(found[0].text.starts_with("the needles pushed the gland 6.0 mm towards the base"))
+      << found[0].text;
+}
+
+TEST_F(Sessions, AnotherNuclidesStrengthIsTheFirstSentence) {
+  plan.source = SourceModel::kTheraSeed200;
+  plan.air_kerma_strength_u = 0.502;
+  implant_all_but(kNone);
+  const auto found = findings();
+  ASSERT_EQ(found.size(), 2u);
+  EXPECT_EQ(found[0].text,
+            "the plan's seeds 200 (Pd-103) have 0.502 U, and 1 to 3.6 U are customary: is it I-125's?");
+  EXPECT_EQ(found[1].text,
+            "the plan prescribes 145 Gy with 200 (Pd-103), and 125 Gy, or 100 with external beam, are "
+            "customary: is it "
+            "I-125's?");
+}
+
 // A ball-like structure: an octahedron of 6 mm, whose axis is 6/√3 mm from its faces.
 TEST(StructureContact, HasPassesDepthAndTimeOfEachHole) {
   const std::vector<Structure> structures = {{"bulb", octahedron(6)}, {"far", octahedron(1)}};

@@ -61,6 +61,50 @@ TEST(HdrScore, ShallowCathetersCostCoverageAndNewTimesBringSomeOfItBack) {
   EXPECT_GT(score.reoptimised[0].v100_percent, score.delivered[0].v100_percent);
 }
 
+TEST(HdrScore, ATemplateThatIsOffByAHoleShiftsEveryCatheter) {
+  const ShippedHdr shipped;
+  std::vector<CatheterCourse> shifted = shipped.as_planned();
+  ImplantDose lies(shipped.structures, [&] {
+    DoseSettings settings = shipped.scene.dose;
+    settings.prescription_gy = shipped.plan.prescription_gy;
+    return settings;
+  }());
+  for (CatheterCourse& c : shifted)
+    for (auto* course : {&c.now, &c.rest})
+      for (Vec3& p : *course) p.x() += shipped.scene.template_grid.spacing_mm;
+  for (Dwell dwell : shipped.plan.dwells(shipped.scene.template_grid)) {
+    dwell.position.x() += shipped.scene.template_grid.spacing_mm;
+    lies.add(as_seed(dwell, shipped.plan.source, shipped.plan.source_strength_u));
+  }
+  const HdrScore score = shipped.score(shifted);
+  for (const CatheterScore& c : score.catheters) EXPECT_EQ(c.needle, c.planned);
+  EXPECT_NEAR(score.delivered[0].v100_percent, lies.evaluate()[0].v100_percent, 0.01);
+  ASSERT_EQ(score.findings.size(), 1u);
+  EXPECT_TRUE(score.findings[0].text.starts_with("all catheters lie 5.0 mm aside (x +5.0, y +0.0)"))
+      << score.findings[0].text;
+  EXPECT_NEAR(score.findings[0].cost->v100_percent,
+              score.delivered[0].v100_percent - score.plan[0].v100_percent, 0.01);
+}
+
+TEST(HdrScore, OneCatheterAsideShallowOrMissingIsNamedAlone) {
+  const ShippedHdr shipped;
+  std::vector<CatheterCourse> catheters = shipped.as_planned();
+  for (auto* course : {&catheters[2].now, &catheters[2].rest})
+    for (Vec3& p : *course) p.x() += 5;
+  for (auto* course : {&catheters[5].now, &catheters[5].rest})
+    for (Vec3& p : *course) p.z() -= 8;
+  catheters.erase(catheters.begin() + 9);
+  const HdrScore score = shipped.score(catheters);
+  const auto hole = [&](std::size_t c) { return shipped.plan.catheters[c].hole; };
+  ASSERT_EQ(score.findings.size(), 3u);
+  for (const std::string& text :
+       {"1 catheter lies 5.0 mm aside (x +5.0, y +0.0): " + hole(2),
+        "1 catheter 8.0 mm too shallow: " + hole(5), "1 catheter is missing: " + hole(9)})
+    EXPECT_TRUE(std::ranges::any_of(score.findings, [&](const Finding& f) {
+      return f.text.starts_with(text);
+    })) << text;
+}
+
 TEST(HdrScore, ACatheterThatIsMissingAndOneThatNobodyPlannedAreSaid) {
   const ShippedHdr shipped;
   std::vector<CatheterCourse> catheters = shipped.as_planned();

@@ -1,10 +1,12 @@
 #include "apps/score/history.h"
 
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <cmath>
 #include <filesystem>
 
+#include "apps/session/session_manifest.h"
 #include "core/base/error.h"
 #include "tests/apps/apps_testing.h"
 
@@ -43,6 +45,70 @@ TEST(History, SessionsInTheOrderOfTheirNamesWithTheirCourse) {
   EXPECT_NEAR(trend(trends, "d90_gy").per_session, 10, 1e-9);
   EXPECT_EQ(trend(trends, "d90_gy").last, 150);
   EXPECT_TRUE(std::isnan(trend(trends, "d90_gy").instructor));
+}
+
+/// A session of an exercise, which began at a time; "": computed offline.
+void write_manifest(const test::TempFolder& folder, const std::string& name, const std::string& exercise,
+                    const std::string& began) {
+  SessionManifest manifest;
+  if (!exercise.empty()) manifest.exercise = ManifestText{"e.toml", "name = \"" + exercise + "\"\n"};
+  if (!began.empty()) manifest.runs = {{"1", began, "", 0}};
+  folder.write(name + "/session.json", to_json(manifest));
+}
+
+TEST(History, NumbersInNamesCountAsNumbers) {
+  const test::TempFolder folder;
+  for (const char* name : {"1", "10", "11", "2", "run 9b", "run 09a", "run 100"})
+    write_session(folder, name, 1, 150);
+  std::vector<std::string> names;
+  for (const HistoryRow& row : load_history(folder / ".").rows) names.push_back(row.session);
+  EXPECT_EQ(names, (std::vector<std::string>{"1", "2", "10", "11", "run 09a", "run 9b", "run 100"}));
+}
+
+TEST(History, ExercisesAreToldApartAndSortedByTheirTimes) {
+  const test::TempFolder folder;
+  const auto add = [&](const std::string& name, const std::string& exercise, const std::string& began,
+                       double d90_gy) {
+    write_session(folder, name, 1, d90_gy);
+    write_manifest(folder, name, exercise, began);
+  };
+  add("a", "the apex", "2026-11-03T10:00:00Z", 150);
+  add("b", "the apex", "2026-11-01T10:00:00Z", 130);
+  add("c", "swelling", "2026-11-02T10:00:00Z", 100);
+  add("d", "the apex", "2026-11-02T10:00:00Z", 140);
+  add("e", "swelling", "2026-11-04T10:00:00Z", 90);
+  const History history = load_history(folder / ".");
+  const std::vector<History> tasks = by_task(history);
+  ASSERT_EQ(tasks.size(), 2u);
+  EXPECT_EQ(tasks[0].rows[0].task, "swelling");
+  EXPECT_NEAR(trend(trends_of(tasks[0], nullptr), "d90_gy").per_session, -10, 1e-9);
+  EXPECT_NEAR(trend(trends_of(tasks[1], nullptr), "d90_gy").per_session, 10, 1e-9);
+  EXPECT_EQ(tasks[1].rows[0].session, "b");
+  const std::string text = to_text(history, nullptr);
+  EXPECT_NE(text.find("the apex: 3 sessions"), std::string::npos) << text;
+  EXPECT_NE(to_csv(history).find(",the apex,2026-11-01T10:00:00Z\n"), std::string::npos) << to_csv(history);
+  // Of an instructor only the same exercise counts.
+  const test::TempFolder instructor;
+  write_session(instructor, "1", 1, 160);
+  write_manifest(instructor, "1", "the apex", "");
+  const History of_instructor = load_history(instructor / ".");
+  const std::string compared = to_text(history, &of_instructor);
+  EXPECT_EQ(compared.find("160.00"), compared.rfind("160.00")) << compared;
+  EXPECT_NE(compared.find("160.00"), std::string::npos) << compared;
+}
+
+TEST(History, ATrapIsLeftOutWithTheReason) {
+  const test::TempFolder folder;
+  write_session(folder, "1", 1, 150);
+  std::filesystem::create_directories(folder / "2");
+  ASSERT_EQ(::mkfifo((folder / "2/report.json").c_str(), 0600), 0);
+  write_session(folder, "3", 1, 150);
+  std::filesystem::create_symlink("/dev/zero", folder / "3/session.json");
+  const History history = load_history(folder / ".");
+  EXPECT_EQ(history.rows.size(), 1u);
+  ASSERT_EQ(history.remarks.size(), 2u);
+  EXPECT_NE(history.remarks[0].find("a FIFO"), std::string::npos) << history.remarks[0];
+  EXPECT_NE(history.remarks[1].find("a link"), std::string::npos) << history.remarks[1];
 }
 
 TEST(History, IsComparedWithTheInstructorsMean) {

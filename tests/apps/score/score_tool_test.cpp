@@ -63,7 +63,7 @@ TEST_F(ScoreTool, LeavesTheProbeOutOfTheNeedlesScore) {
   folder.write("poses.csv", poses);
   const auto of_scene = [&](const std::string& more) {
     const std::string scene = folder.write("s.toml", small_scene("[plan]\nfile = \"plan.toml\"\n" + more));
-    const Ended ended = run_brachy({"score", recording, "--config", scene, "--json"});
+    const Ended ended = run_brachy({"score", recording, "--config", scene, "--json", "--force"});
     EXPECT_TRUE(exited(ended, 0));
     return json_of(ended);
   };

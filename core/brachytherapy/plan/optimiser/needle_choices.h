@@ -24,10 +24,11 @@ struct NeedleClearances {
 /// A hole that a needle may go through, and where its seeds may lie.
 struct NeedleChoice {
   std::string hole;
-  Vec3 position;                    ///< of the hole, mm, world
-  int first_row = 0, last_row = 0;  ///< of DoseRows: seeds' centres, within the gland's ends and beyond_ends_mm
-  int most_tip_mm = 0;              ///< beyond the template
-  int least_tail_mm = 0;            ///< beyond the template: the train ends here or farther
+  Vec3 position;  ///< of the hole, mm, world
+  int first_row = 0,
+      last_row = 0;       ///< of DoseRows: seeds' centres, within the gland's ends and beyond_ends_mm
+  int most_tip_mm = 0;    ///< beyond the template
+  int least_tail_mm = 0;  ///< beyond the template: the train ends here or farther
 
   /// Whether the train lies between the ends; a needle that is not used does.
   bool holds(const NeedleLoad& load) const;

@@ -12,7 +12,8 @@ constexpr double kSameHalfLife = 0.01;
 constexpr double kIodineGy = 145;
 
 constexpr SourceLimits kNuclides[] = {
-    {"I-125", 59.40, 0.25, 0.76, 0.5, kIodineGy, "as ordered for permanent prostate implants: 0.2 to 0.6 mCi of 1.27 U"},
+    {"I-125", 59.40, 0.25, 0.76, 0.5, kIodineGy,
+     "as ordered for permanent prostate implants: 0.2 to 0.6 mCi of 1.27 U"},
     {"Pd-103", 16.991, 1.1, 3.2, 2.0, 125,
      "about 0.9 to 2.5 mCi of 1.293 U each; 226 implants had 2 U in the mean (J. Appl. Clin. Med. Phys. 19, "
      "2018)"},
