@@ -30,6 +30,6 @@ scripts/build.sh release brachy-study
 mkdir -p "$charts" out
 kept=${json:-out/compare.json}
 mkdir -p "$(dirname "$kept")"
-build/release/bin/brachy-study compare "${options[@]}" --json "$kept" --markdown "$charts/compare.md"
+build/release/bin/brachy-study compare --force "${options[@]}" --json "$kept" --markdown "$charts/compare.md"
 /usr/bin/python3 scripts/charts/compare_charts.py "$kept" "$charts"
 echo "compare: figures in $kept, table and charts in $charts"

@@ -48,7 +48,7 @@ class Engine:
     def phantom(self):
         """Vertices (n×3) and triangles (m×3) of the scene's gland."""
         ply = self.folder / "gland.ply"
-        self.run("inspect", "config/prostate.toml", "--out", ply)
+        self.run("inspect", "config/prostate.toml", "--force", "--out", ply)
         head, body = ply.read_text().split("end_header\n")
         counts = [int(line.split()[2]) for line in head.splitlines() if line.startswith("element")]
         lines = body.splitlines()

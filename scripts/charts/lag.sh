@@ -17,7 +17,7 @@ done
 scripts/build.sh release brachy-study brachyd
 out=out/lag
 mkdir -p "$out"
-options=(--daemon-files "$out" --json "$out/lag.json" --markdown "$out/lag.md")
+options=(--force --daemon-files "$out" --json "$out/lag.json" --markdown "$out/lag.md")
 if ((${#scenarios[@]})); then options+=(--scenarios "$(IFS=,; echo "${scenarios[*]}")"); fi
 build/release/bin/brachy-study lag "${options[@]}"
 rm -f "$out"/*.daemon.json

@@ -80,7 +80,7 @@ def noisy_v100(brachy, scene, seeds_file, folder, draws, random):
     """V100 under each draw of the noise: the exact sum at random points of the gland."""
     rows = [line.split(",") for line in seeds_file.read_text().splitlines()[1:]]
     places = np.array([[float(v) for v in row[:3]] for row in rows])
-    subprocess.run([brachy, "plan", "--generate", "--method", "rule", "--config", scene, "--structures",
+    subprocess.run([brachy, "plan", "--generate", "--method", "rule", "--config", scene, "--force", "--structures",
                     folder / "structures"], check=True, capture_output=True)
     points = folder / "points.csv"
     np.savetxt(points, gland_points(folder / "structures" / "prostate.vtp", random), "%.4f", ",", header="x,y,z",
@@ -91,8 +91,7 @@ def noisy_v100(brachy, scene, seeds_file, folder, draws, random):
         noisy, out = folder / "noisy.csv", folder / "doses.csv"
         noisy.write_text("x,y,z,ax,ay,az,source,strength_u\n" + "".join(
             ",".join([f"{v:.4f}" for v in p] + row[3:]) + "\n" for p, row in zip(moved, rows)))
-        out.unlink(missing_ok=True)
-        subprocess.run([brachy, "dose", "--seeds", noisy, "--points", points, "--out", out], check=True,
+        subprocess.run([brachy, "dose", "--seeds", noisy, "--points", points, "--force", "--out", out], check=True,
                        capture_output=True)
         doses = np.loadtxt(out, delimiter=",", skiprows=1, usecols=4)
         shares.append(100 * np.mean(doses >= PRESCRIPTION_GY))

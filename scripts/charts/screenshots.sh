@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # Takes the pictures of the browser viewer from the running system: a needle goes in, the plan's seeds fall, a recording
 # plays, and a probe lifts a gland that a bending needle enters; and of the score of a session with mistakes. Installs
-# and builds what is missing; needs a browser (scripts/setup.sh --all). Two minutes.
+# and builds what is missing; needs a browser (scripts/setup.sh --all). Two minutes. A picture that was taken while
+# ticks were missed is not stored, and the script ends with an error: the machine is to be idle.
 #   scripts/charts/screenshots.sh [FOLDER]     default: apps/viewer/pictures, apps/score/pictures
 set -euo pipefail
 cd "$(dirname "$0")/../.."

@@ -36,7 +36,7 @@ scripts/build.sh release brachy-study
 mkdir -p "$charts" out
 kept=${json:-out/stability.json}
 mkdir -p "$(dirname "$kept")"
-build/release/bin/brachy-study stability "${options[@]}" --json "$kept" --out out/stability
+build/release/bin/brachy-study stability --force "${options[@]}" --json "$kept" --out out/stability
 cp out/stability/stability.md "$charts/"
 /usr/bin/python3 scripts/charts/stability_charts.py "$kept" "$charts"
 echo "stability: figures in $kept, table and charts in $charts"

@@ -57,7 +57,7 @@ play() {  # MODEL TRAJECTORY RUN ROUND
       "$(tail -n 1 "$out/daemon.out")" >>"$out/runs.json"
 }
 
-$bin/brachy-study ticks "${options[@]}" --json "$out/errors.json" --markdown "$out/errors.md" >"$out/errors.out"
+$bin/brachy-study ticks --force "${options[@]}" --json "$out/errors.json" --markdown "$out/errors.md" >"$out/errors.out"
 for radius in 2 4 6 8; do write_circles $radius >"$out/circles_$radius.csv"; done
 for model in "${models[@]}"; do printf '[model]\nkernel = "%s"\n' "$model" >"$out/$model.toml"; done
 for ((round = 1; round <= rounds; ++round)); do
@@ -70,7 +70,7 @@ done
 /usr/bin/python3 scripts/charts/ticks_chart.py "$out/errors.json" "$out/runs.json" "$kept" "$charts"
 if [[ $store ]]; then
   echo "ticks: every setting that auto chooses among" >&2
-  $bin/brachy-study ticks --choices --json "$out/choices.json" >"$out/choices.out"
+  $bin/brachy-study ticks --force --choices --json "$out/choices.json" >"$out/choices.out"
   /usr/bin/python3 scripts/charts/ticks_store.py "$out/choices.json" tests/reference/large_motion \
       core/scene/choice/comparison.csv
 fi

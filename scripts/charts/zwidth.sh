@@ -10,6 +10,6 @@ usage() { sed -n '2,/^[^#]/s/^# \?//p' "$0" >&2; exit 2; }
 . scripts/charts/chart_options.sh
 
 scripts/build.sh release brachy-study
-build/release/bin/brachy-study zwidth "${options[@]}" --json "$kept" --markdown "$charts/zwidth.md"
+build/release/bin/brachy-study zwidth --force "${options[@]}" --json "$kept" --markdown "$charts/zwidth.md"
 /usr/bin/python3 scripts/charts/zwidth_chart.py "$kept" "$charts"
 echo "zwidth: figures in $kept, table and chart in $charts"

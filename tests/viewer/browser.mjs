@@ -27,7 +27,7 @@ export async function newQuickPage(browser, options = {}) {
   return page;
 }
 
-const PATIENCE_MS = 180000;  // only ends a test that would hang
+const PATIENCE_MS = Number(process.env.BRACHY_PATIENCE_MS ?? 180000);  // only ends a test that would hang
 const WHERE = 'JSON.stringify([brachy.connection, brachy.frames, brachy.tick, brachy.needle, brachy.recording])';
 
 /** Asks again and again until `condition()` holds; `what` describes it where it never does. */

@@ -77,6 +77,24 @@ const pixelsLike = (png, rgb) => blank.evaluate(async ([data, rgb]) => {
   return count;
 }, [png.toString('base64'), rgb]);
 
+test('the volume is fetched once, however often the page asks for other messages', async () => {
+  const asked = [];
+  const note = (request) => new URL(request.url()).pathname === '/volume' && asked.push(request.url());
+  page.on('request', note);
+  for (const tab of ['#tab-ultrasound', '#tab-needle', '#tab-ultrasound', '#tab-needle']) {
+    await page.locator(tab).click();
+    await comesTrue(page, `brachy.connection.phase === "open" && brachy.subscribesToUltrasound === ${tab.includes('ultrasound')}`);
+  }
+  await page.locator('#points').check();
+  await comesTrue(page, 'brachy.connection.phase === "open"');
+  await page.locator('#points').uncheck();
+  const frames = await page.evaluate('brachy.frames');
+  await comesTrue(page, `brachy.frames > ${frames + 10}`);
+  page.off('request', note);
+  assert.deepEqual(asked, []);
+  assert.notEqual(await page.evaluate('brachy.volume'), null);
+});
+
 test('the daemon serves the volume about the box as words of 16 bits, where it lies', async () => {
   const answer = await fetch(new URL('volume', daemon.url));
   assert.equal(answer.headers.get('Content-Type'), 'application/octet-stream');

@@ -4,6 +4,7 @@ import {readFileSync} from 'node:fs';
 import {join, resolve} from 'node:path';
 import {pathToFileURL} from 'node:url';
 import {comesTrue, launch} from './browser.mjs';
+import {storePicture} from './picture.mjs';
 
 const [, , http, address, work, pictures] = process.argv;
 const browser = await launch();
@@ -17,7 +18,7 @@ const brachy = (...words) => {
 const until = (expression) => comesTrue(page, expression);
 async function take(name) {
   await page.evaluate('document.activeElement?.blur()');  // no ring of the keyboard's focus
-  await page.screenshot({path: join(pictures, `${name}.png`)});
+  await storePicture(page, join(pictures, `${name}.png`));
 }
 const settled = async () => until(`brachy.pictures > ${await page.evaluate('brachy.pictures')} + 2`);
 

@@ -2,6 +2,7 @@
 // config/insertion_probe.csv: node theatre_screenshot.mjs HTTP_ADDRESS PICTURES_FOLDER
 import {join} from 'node:path';
 import {comesTrue, launch} from './browser.mjs';
+import {storePicture} from './picture.mjs';
 
 const [, , http, pictures] = process.argv;
 const browser = await launch();
@@ -17,5 +18,5 @@ await page.keyboard.press('x');
 await until('brachy.needle !== null && brachy.needle[11] > 12');
 await page.evaluate('document.activeElement?.blur()');
 await until(`brachy.pictures > ${await page.evaluate('brachy.pictures')} + 2`);
-await page.screenshot({path: join(pictures, 'theatre.png')});
+await storePicture(page, join(pictures, 'theatre.png'));
 await browser.close();

@@ -2,6 +2,7 @@
 // node ultrasound_screenshot.mjs HTTP_ADDRESS PICTURES_FOLDER
 import {join} from 'node:path';
 import {comesTrue, launch} from './browser.mjs';
+import {storePicture} from './picture.mjs';
 
 const [, , http, pictures] = process.argv;
 const browser = await launch();
@@ -29,5 +30,5 @@ await page.mouse.move(scene.x + scene.width / 2, scene.y + scene.height / 2);
 for (let i = 0; i < 5; ++i) await page.mouse.wheel(0, 150);
 await page.evaluate('document.activeElement?.blur()');
 await until(`brachy.pictures > ${await page.evaluate('brachy.pictures')} + 1 || brachy.pictures > 5`);
-await page.screenshot({path: join(pictures, 'ultrasound.png')});
+await storePicture(page, join(pictures, 'ultrasound.png'));
 await browser.close();

@@ -76,6 +76,46 @@ test('each plane has its own outline, which another depth shows in its place, an
   assert.ok(Math.abs(areaOf(slices[1].points) / (Math.PI * 400) - 1) < 0.01);
 });
 
+test('a click far outside makes no spike, and one beside the image nothing, wherever the outline is', () => {
+  for (const radius of [25, 40, 60])
+    for (let turn = 0; turn < 8; ++turn) {
+      const study = new viewer.VolumeStudy();
+      const points = circle(10, radius);
+      for (let i = 0; i < 10; ++i) assert.ok(study.press(image(0), points[(i + turn) % 10], 3, 0), `point ${i} of a circle of ${radius} pixels`);
+      study.release();
+      const area = areaOf(study.outlines()[0].points);
+      const angle = turn * 0.8 + 0.1;
+      const far = {25: 80, 40: 95, 60: 75}[radius];
+      assert.equal(study.press(image(0), {x: 100 + far * Math.cos(angle), y: 100 + far * Math.sin(angle)}, 3, 0), radius === 60, `${radius}, ${angle}`);
+      if (radius !== 60) assert.equal(areaOf(study.outlines()[0].points), area);
+      for (const beside of [{x: -20, y: 100}, {x: 100, y: 230}]) assert.equal(study.press(image(0), beside, 3, 0), false);
+    }
+});
+
+test('points clicked in turn around a slender gland stay in their order', () => {
+  const slender = Array.from({length: 14}, (_, i) => ({x: 100 + 60 * Math.cos((2 * Math.PI * i) / 14), y: 100 + 25 * Math.sin((2 * Math.PI * i) / 14)}));
+  const study = new viewer.VolumeStudy();
+  for (const point of slender) {
+    assert.ok(study.press(image(0), point, 3, 0));
+    study.release();
+  }
+  study.handles(image(0)).points.forEach(({x, y}, i) => assert.ok(Math.hypot(x - slender[i].x, y - slender[i].y) < 1e-9, `point ${i}`));
+});
+
+test('outlines come back as they were kept, and what was not kept so does nothing', () => {
+  const study = new viewer.VolumeStudy();
+  for (const z of [0, 5]) for (const point of circle(8)) study.press(image(z), point, 2, z);
+  const again = new viewer.VolumeStudy();
+  again.restore(study.kept());
+  assert.deepEqual(again.outlines(), study.outlines().map((slice) => ({...slice, pose: Array.from(slice.pose)})));
+  for (const point of circle(8)) again.press(image(10), point, 2, 10);
+  assert.deepEqual(again.slices.map(({number}) => number), [0, 1, 2]);
+  for (const text of ['', '{}', '[{}]', '[{"pose": [1]}]', 'null']) {
+    again.restore(text);
+    assert.equal(again.slices.length, 3, text);
+  }
+});
+
 test('three keys make an outline, and further ones go between', () => {
   const study = new viewer.VolumeStudy();
   for (let i = 0; i < 5; ++i) study.insert(image(0), 0);
@@ -106,7 +146,7 @@ test('an operator outlines two slices by mouse and keys, and gets the score that
   await page.locator('#tab-ultrasound').click();
   await until('brachy.images.length === 1');
   await page.keyboard.press('v');
-  await until('brachy.study.on && brachy.images[0].frozen && brachy.frozenOnScreen === brachy.images[0].tick');
+  await until('brachy.study.on && brachy.images[0]?.frozen && brachy.frozenOnScreen === brachy.images[0].tick');
   await page.locator('#us-first').waitFor();
   const box = await page.locator('#us-first').boundingBox();
   const scale = Math.min(box.width, box.height) / 512;
@@ -127,11 +167,17 @@ test('an operator outlines two slices by mouse and keys, and gets the score that
   await until('brachy.study.slices[0].points === 8');
   const at = (await page.evaluate('brachy.images'))[0].pose[11];
   await page.keyboard.press('+');
-  await until(`brachy.scanner.probeDepthMm === 5 && !brachy.images[0].frozen && Math.abs(brachy.images[0].pose[11] - ${at} - 5) < 0.01`);
+  await until(`brachy.scanner.probeDepthMm === 5 && brachy.images[0]?.frozen === false && Math.abs(brachy.images[0].pose[11] - ${at} - 5) < 0.01`);
   await page.keyboard.press('f');
-  await until('brachy.images[0].frozen && brachy.frozenOnScreen === brachy.images[0].tick');
+  await until('brachy.images[0]?.frozen && brachy.frozenOnScreen === brachy.images[0].tick');
   await outline(8, 120);
   await until('brachy.study.slices.length === 2 && brachy.study.slices[1].points === 8');
+  // The page is loaded again, as a hand does by mistake: the outlines are still there.
+  await page.reload();
+  await until('brachy.frames > 3');
+  await page.locator('#tab-ultrasound').click();
+  await until('brachy.images.length === 1 && brachy.study.slices.length === 2');
+  assert.deepEqual(await page.evaluate('brachy.study.slices.map((slice) => slice.points)'), [8, 8]);
   await page.locator('#us-finish').click();
   await until('brachy.study.score !== null');
   const {score, truth} = await page.evaluate('brachy.study');

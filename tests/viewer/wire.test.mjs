@@ -159,7 +159,7 @@ test('FRAME has needle, forces, seeds, certificate and lag', () => {
   const [needle] = frame.needles;
   assert.deepEqual([needle.id, needle.contact, needle.present, needle.landmarkCount, needle.insertionDepthMm], [0, 2, true, 11, 12.5]);
   assert.deepEqual([needle.pose[1], needle.pose[3], needle.pose[7], needle.pose[11]], [-1, 1.5, -2, 30.25]);
-  assert.deepEqual(needle.forces, {forceN: [0.5, -0.25, 2], tipTorqueNmm: [8, -4, 1], hubTorqueNmm: [-128, 64, 16], axialN: 2, lateralN: 0.5,
+  assert.deepEqual(needle.forces, {inputSequence: 17, forceN: [0.5, -0.25, 2], tipTorqueNmm: [8, -4, 1], hubTorqueNmm: [-128, 64, 16], axialN: 2, lateralN: 0.5,
                                    cuttingN: 1.25, frictionN: 0.75, tipDepthMm: 14.5});
   assert.deepEqual([needle.shape.tipAxis, needle.shape.tipDeflection], [[0.0625, 0, 0.998046875], [2, 0, 0]]);
   assert.equal(needle.shape.points.length, 3 * 17);

@@ -19,12 +19,15 @@ import {HandPanel} from './ui/hand.js';
 import {Keyboard} from './ui/keyboard.js';
 import {Legend} from './ui/legend.js';
 import {setUpDrawers, setUpTabs} from './ui/layout.js';
+import {nextStep} from './ui/next_step.js';
+import {Roles} from './ui/roles.js';
 import {STEP_DEG, STEP_MM, UltrasoundConsole} from './ultrasound/console.js';
 import {PlanPanel} from './ui/plan.js';
 import {Playback} from './ui/playback.js';
 import {SimulationPanel} from './ui/simulation.js';
 import {VolumePanel} from './ui/volume_panel.js';
-import {showConnection, showCounters, showEvents, showReadouts, showVerdict} from './ui/status.js';
+import {ageOfPicture} from './ui/age.js';
+import {showAge, showConnection, showCounters, showEvents, showReadouts, showVerdict} from './ui/status.js';
 
 const CHARTS_MS = 100;
 const COUNTERS_MS = 500;
@@ -46,11 +49,11 @@ const dvh = new DvhPanel(byId('c-dvh'), byId('dvh-legend'), byId<HTMLTableElemen
 const display = new DisplayPanel(settings, () => live.wantVolume(wantsVolume(settings)));
 const legend = new Legend(settings, (some) => display.change(some));
 const volume = new VolumePanel(endpoint, settings, (some) => display.change(some), (shown) => viewport.setVolume(shown));
-const simulation = new SimulationPanel(live, session);
 const scanner = new UltrasoundConsole(live, session);
 const plan = new PlanPanel(live, session);
 const exercise = new ExercisePanel(endpoint);
-const hand = new HandPanel(endpoint, session, live, settings, () => simulation.plays, () => shownNeedle, (hole) => display.change({hole}));
+const simulation = new SimulationPanel(live, session, () => exercise.list.recorded);
+const hand = new HandPanel(endpoint, session, live, settings, () => simulation.plays, () => shownNeedle, (needle) => showNeedle(needle), (hole) => display.change({hole}));
 new NeedleDrag(byId<HTMLCanvasElement>('scene'), viewport, hand);
 const playback: Playback = new Playback(session, () => {
   hand.release();
@@ -59,11 +62,14 @@ const playback: Playback = new Playback(session, () => {
   volume.clear();
   scanner.outlining.forget();
   if (!byId('panel-plan').hidden) selectTab('needle');
-  if (!byId('panel-exercise').hidden) selectTab('needle');
-}, () => {
-  if (playback.player || playback.state === 'none') return;
-  if (served) backToLive();
+  if (!byId('panel-exercise').hidden && roles.person !== 'trainee') selectTab('needle');
 });
+
+/** Whose forces and depth are shown. */
+function showNeedle(needle: number): void {
+  shownNeedle = needle;
+  byId<HTMLSelectElement>('needle').value = String(needle);
+}
 
 function backToLive(): void {
   session.recordsHistory = true;
@@ -83,15 +89,20 @@ live.onOpen = () => {
 };
 live.onError = (error) => {
   scanner.outlining.onError();
+  plan.onError();
   toast(error.text, true);
 };
 live.onContour = (answer) => scanner.outlining.onAnswer(answer);
 
-byId<HTMLSelectElement>('needle').addEventListener('change', (event) => (shownNeedle = Number((event.target as HTMLSelectElement).value)));
+byId<HTMLSelectElement>('needle').addEventListener('change', (event) => showNeedle(Number((event.target as HTMLSelectElement).value)));
 setUpDrawers();
 const selectTab = setUpTabs((tab) => {
   chartsDueMs = 0;
   live.wantUltrasound(tab === 'ultrasound');
+});
+const roles = new Roles(() => {
+  scanner.showsPlan = !roles.isExamination;
+  selectTab(({trainee: 'ultrasound', teacher: byId('tab-exercise').hidden ? 'dose' : 'exercise', research: 'needle'} as const)[roles.person]);
 });
 let chartsDueMs = 0;
 let countersDueMs = 0;
@@ -141,12 +152,16 @@ let shownDose: unknown;
 let shownScene: unknown;
 
 function updateCharts(): void {
-  showConnection(live, playback.player, session);
-  showVerdict(session);
-  showEvents(session);
+  const ageS = ageOfPicture(live, playback.player, session, performance.now());
+  showConnection(live, playback.player, session, ageS);
+  showVerdict(session, settings.terms, ageS);
+  showAge(ageS);
+  showEvents(session, settings.terms);
   simulation.update();
+  scanner.chosenHole = settings.hole;
   if (scanner.isOpen) scanner.update();
   hand.update();
+  setText(byId('exercise-next'), roles.isExamination ? '' : nextStep(session, hand.state));
   legend.update(session.scene);
   plan.update();
   display.update(viewport.sliceBox, viewport.scales, session.dose?.surfaceGy != null);
@@ -157,12 +172,19 @@ function updateCharts(): void {
   const ids = session.frame?.needles.map((needle) => needle.id) ?? [];
   byId('needle-row').hidden = ids.length < 2;
   const select = byId<HTMLSelectElement>('needle');
-  if (select.options.length !== ids.length) select.replaceChildren(...ids.map((id) => new Option(String(id), String(id))));
+  if (select.options.length !== ids.length) {
+    select.replaceChildren(...ids.map((id) => new Option(String(id), String(id))));
+    select.value = String(shownNeedle);
+  }
   showReadouts(session, shownNeedle);
   const fallen = session.assembler.seeds.length;
   const planned = session.plannedSeeds().size;
   setText(byId('seed-count'), fallen || planned ? `${fallen}${planned ? `/${planned}` : ''}` : '');
-  if (!byId('panel-needle').hidden) charts.update(session.history, shownNeedle);
+  const isHdr = session.isHdr;
+  setText(byId('dose-none'), isHdr ? `High dose rate: nothing stays in the tissue. ${session.cathetersIn} of ${session.plannedHoles().length} catheters are in. The dose of the dwell times is in the report at the end (brachy score).`
+    : 'No seed has been dropped yet.');
+  if (!byId('panel-needle').hidden) charts.update(session.history, shownNeedle, session.scene?.template.origin[2] ?? null);
+  setText(byId('depth-from'), session.scene ? 'beyond the template' : 'in the tissue');
   if (!byId('panel-dose').hidden && (shownDose !== session.dose || shownScene !== session.scene)) {
     shownDose = session.dose;
     shownScene = session.scene;
@@ -171,6 +193,7 @@ function updateCharts(): void {
   }
 }
 dvh.show(null, []);
+roles.start();
 
 const toggles = (key: 'wireframe' | 'points' | 'structures' | 'template' | 'plan' | 'clip' | 'field') => () => display.change({[key]: !settings[key]});
 const nudge = (dx: number, dy: number, dz: number, seek: number) => () => {
@@ -223,13 +246,13 @@ const keyboard = new Keyboard([
 
 document.addEventListener('visibilitychange', () => {
   if (document.visibilityState === 'visible') live.wake();
-  else hand.release();
+  else hand.rest();
 });
 addEventListener('hashchange', () => {
   if (served && endpoint.takeToken()) live.connect();
 });
 addEventListener('online', () => live.wake());
 
-expose(session, live, playback, viewport, uploads, scanner, exercise, volume);
+expose(session, live, playback, viewport, uploads, scanner, exercise, volume, hand);
 if (served) live.connect();
 requestAnimationFrame(animate);

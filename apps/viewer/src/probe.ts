@@ -1,11 +1,14 @@
 // window.brachy: read-only state of this page, for tests and the browser console.
 import {Vector3} from 'three';
 import type {Session} from './model/session.js';
+import {Subscription} from './protocol/server_messages.js';
 import type {LiveConnection} from './transport/live.js';
 import type {UltrasoundConsole} from './ultrasound/console.js';
 import type {ExercisePanel} from './ui/exercise.js';
+import type {HandPanel} from './ui/hand.js';
 import type {Playback} from './ui/playback.js';
 import type {VolumePanel} from './ui/volume_panel.js';
+import {outline} from './scene/outline.js';
 import type {Viewport} from './scene/viewport.js';
 
 /** Counts uploads to the graphics card's buffers, per picture. */
@@ -39,7 +42,7 @@ export class UploadCount {
   }
 }
 
-export function expose(session: Session, live: LiveConnection, playback: Playback, viewport: Viewport, uploads: UploadCount, scanner: UltrasoundConsole, exercise: ExercisePanel, volume: VolumePanel): void {
+export function expose(session: Session, live: LiveConnection, playback: Playback, viewport: Viewport, uploads: UploadCount, scanner: UltrasoundConsole, exercise: ExercisePanel, volume: VolumePanel, hand: HandPanel): void {
   const brachy = {
     get connection() {  // 'connecting', 'open', 'waiting', 'refused' or 'off', with the problem in words
       return {phase: live.status.phase, problem: 'problem' in live.status ? live.status.problem : '', reconnects: live.reconnects};
@@ -47,6 +50,11 @@ export function expose(session: Session, live: LiveConnection, playback: Playbac
     get frames() { return session.frames; },
     get sequenceGaps() { return live.sequenceGaps; },
     get refusedFrames() { return session.refusedFrames; },
+    get ticks() {  // deadlines missed until this page's first frame, and until now; ticks simulated a second, and how many there should be
+      const {frame} = session;
+      const perS = frame && frame.tick > 0 ? Math.round(frame.tick / frame.simTimeS) : 0;
+      return {missedBefore: session.missedBefore, missed: frame?.overruns ?? 0, perSecond: session.tickRate.perSecond(performance.now()), nominalPerSecond: playback.player ? 0 : perS};
+    },
     get tick() { return session.frame?.tick ?? 0; },
     get points() { return session.topology?.pointCount ?? 0; },
     positions: () => session.assembler.positions.slice(),  // 3N, mm, as of `tick`
@@ -62,12 +70,34 @@ export function expose(session: Session, live: LiveConnection, playback: Playbac
     get plannedSeeds() { return session.plannedSeeds().size; },
     get plan() { return structuredClone(session.plan); },
     get depthMm() { return session.frame?.needles[0]?.forces?.tipDepthMm ?? NaN; },
+    get plannedPositions() { return Object.fromEntries(session.plannedSeeds()); },
+    get template() { return structuredClone(session.scene?.template ?? null); },
+    get planSectionMm() { return Number((document.getElementById('plan-section') as HTMLInputElement).value); },
+    glandBoxAt: (depthMm: number) => {  // of the surface's cut at a depth beyond the template, by the lines that are drawn
+      const {topology, scene} = session;
+      const box = {low: [Infinity, Infinity], high: [-Infinity, -Infinity]};
+      if (!topology || !scene) return box;
+      const cut = outline(topology, 2, scene.template.origin[2] + depthMm);
+      cut.forEach((value, i) => {
+        box.low[i % 2] = Math.min(box.low[i % 2]!, value);
+        box.high[i % 2] = Math.max(box.high[i % 2]!, value);
+      });
+      return box;
+    },
+    get glandDepths() { return [session.surfaceBox().low, session.surfaceBox().high].map((place) => session.depthBeyondTemplate(place)); },
+    get depthBeyondTemplateMm() {  // of needle 0's tip
+      const needle = session.frame?.needles[0];
+      return (needle?.present ? session.depthBeyondTemplate([needle.pose[3]!, needle.pose[7]!, needle.pose[11]!]) : null) ?? NaN;
+    },
+    get handDepthMm() { return session.depthBeyondTemplate(hand.target) ?? NaN; },  // where the needle by hand is to go
+    get heldNeedle() { return hand.held ? hand.state.needle : -1; },
     get device() { return session.state?.deviceHolder ?? ''; },
     get model() { return session.state?.controls?.kernel ?? ''; },
     get supportRadiusMm() { return session.state?.controls?.supportRadiusMm ?? NaN; },
     get dose() { return session.dose ? {seeds: session.dose.seeds, atSurface: session.dose.surfaceGy !== null, structures: structuredClone(session.dose.structures), withPlanned: structuredClone(session.dose.withPlanned)} : null; },
     get exercise() { return {offered: structuredClone(exercise.list.exercises), result: structuredClone(exercise.result)}; },
     get structures() { return (session.scene?.structures ?? []).map(({name}) => ({name, colour: session.scene?.colours.get(name) ?? ''})); },
+    get subscribesToUltrasound() { return ((session.welcome?.subscription ?? 0) & Subscription.Ultrasound) !== 0; },
     get volume() { return volume.volume ? {...volume.volume, words: volume.volume.words.length} : null; },
     get goals() { return structuredClone(session.scene?.goals ?? []); },
     onScreen: (place: number[]) => viewport.toScreen(new Vector3().fromArray(place)),  // CSS pixels of a place in mm

@@ -66,12 +66,30 @@ export class DvhPanel {
       scales: {x: {time: false, range: [0, 2.5 * dose.prescriptionGy]}, y: {range: [0, 102]}},
       axes: [axis('dose, Gy', 'x'), axis('volume, %', 'y')],
       series: [{}, ...curves.map(({colour, dash}): uPlot.Series => ({stroke: colour, width: dash.length ? 1.25 : 2, dash, points: {show: false}}))],
-      hooks: {draw: [(chart) => drawPrescription(chart, dose.prescriptionGy)]},
+      hooks: {draw: [(chart) => drawPrescription(chart, dose.prescriptionGy), (chart) => drawNames(chart, curves.slice(0, dose.structures.length).map(({structure, colour}) => ({name: structure.name, colour})))]},
     }, data);
     this.legend.replaceChildren(
       ...dose.structures.map((structure, i) => legendItem(structure.name, colourOf(structure.name, i))),
       ...(dose.withPlanned ? [legendItem('with plan', 'dashed')] : []));
   }
+}
+
+/** Each structure's name beside its own curve, so that no colour is needed to tell them. */
+function drawNames(chart: uPlot, curves: readonly {name: string; colour: string}[]): void {
+  const context = chart.ctx;
+  context.save();
+  context.font = `600 ${10 * devicePixelRatio}px system-ui, sans-serif`;
+  context.textAlign = 'left';
+  curves.forEach(({name, colour}, i) => {
+    const shares = chart.data[i + 1] as number[];
+    const doses = chart.data[0] as number[];
+    const level = 88 - 17 * (i % 5);  // % of the volume
+    const at = shares.findIndex((share) => share < level);
+    if (at < 1) return;
+    context.fillStyle = colour;
+    context.fillText(name, chart.valToPos(doses[at]!, 'x', true) + 5 * devicePixelRatio, chart.valToPos(level, 'y', true));
+  });
+  context.restore();
 }
 
 function legendItem(text: string, line: string): HTMLElement {

@@ -7,7 +7,10 @@ const WINDOW_S = 30;
 const PASS_S = 90;  // of force against depth: nearly the whole history
 
 interface Pass {
+  /** In the tissue, mm; 0 outside. */
   depth: number[];
+  /** As shown, mm: beyond the template where there is one. */
+  shown: number[];
   axial: number[];
   /** Index from which the newest pass of the needle runs. */
   newest: number;
@@ -18,12 +21,12 @@ export class NeedleCharts {
   private readonly forceTime: uPlot;
   private readonly det: uPlot;
   private readonly ticks: uPlot;
-  private pass: Pass = {depth: [], axial: [], newest: 0};
+  private pass: Pass = {depth: [], shown: [], axial: [], newest: 0};
 
   constructor(hosts: {forceDepth: HTMLElement; forceTime: HTMLElement; det: HTMLElement; ticks: HTMLElement}) {
     // Depth is not monotonic, and uPlot needs a sorted x: it draws the axes, and drawPass the curve.
     this.forceDepth = makeChart(hosts.forceDepth, {
-      scales: {x: {time: false, range: holding(0, 40)}, y: {range: holding(-1, 6)}},
+      scales: {x: {time: false, range: (_, low, high) => [low ?? 0, Math.max(high ?? 0, (low ?? 0) + 40)]}, y: {range: holding(-1, 6)}},
       axes: [axis('depth, mm', 'x'), axis('force, N', 'y')],
       series: [{}, {show: true, stroke: 'transparent', points: {show: false}}],
       hooks: {draw: [(chart) => this.drawPass(chart)]},
@@ -48,29 +51,32 @@ export class NeedleCharts {
     }, [[], [], []]);
   }
 
-  update(history: History, needle: number): void {
+  /** `templateZ`: of the holes, from which depths are counted; null: from where the tip met the tissue. */
+  update(history: History, needle: number, templateZ: number | null): void {
     const to = history.nowS;
-    const from = Math.max(0, to - WINDOW_S);
+    const since = Math.max(0, to - WINDOW_S);
     const series = history.needle(needle);
-    this.pass = newestPass(series.slice(to - PASS_S, to));
+    this.pass = newestPass(series.slice(to - PASS_S, to), templateZ);
     const bounds = (values: number[], least: number, most: number): number[] =>
-      values.reduce((range, value) => [Math.min(range[0]!, value || 0), Math.max(range[1]!, value || 0)], [least, most]);
-    this.forceDepth.setData([bounds(this.pass.depth, 0, 1), bounds(this.pass.axial, 0, 1)] as uPlot.AlignedData);
+      values.reduce((range, value) => [Math.min(range[0]!, value || least), Math.max(range[1]!, value || least)], [least, most]);
+    const inTissue = this.pass.shown.filter((_, i) => this.pass.depth[i]! > 0);
+    const from = inTissue.length ? Math.floor(Math.min(...inTissue) / 5) * 5 : 0;
+    this.forceDepth.setData([bounds(inTissue, from, from + 1), bounds(this.pass.axial, 0, 1)] as uPlot.AlignedData);
 
     const set = (chart: uPlot, columns: (number | null)[][]): void => {
       chart.batch(() => {
         chart.setData(columns as unknown as uPlot.AlignedData, false);
-        chart.setScale('x', {min: from, max: Math.max(to, from + 5)});
+        chart.setScale('x', {min: since, max: Math.max(to, since + 5)});
       });
     };
-    const [times, , axial, lateral] = series.slice(from, to) as [number[], number[], number[], number[]];
+    const [times, , axial, lateral] = series.slice(since, to) as [number[], number[], number[], number[]];
     set(this.forceTime, [times, gaps(axial), gaps(lateral)]);
-    set(this.det, history.det.slice(from, to).map((column, i) => (i === 0 ? column : gaps(column))));
-    set(this.ticks, history.ticks.slice(from, to));
+    set(this.det, history.det.slice(since, to).map((column, i) => (i === 0 ? column : gaps(column))));
+    set(this.ticks, history.ticks.slice(since, to));
   }
 
   private drawPass(chart: uPlot): void {
-    const {depth, axial, newest} = this.pass;
+    const {depth, shown, axial, newest} = this.pass;
     const context = chart.ctx;
     context.save();
     context.beginPath();
@@ -85,7 +91,7 @@ export class NeedleCharts {
           on = false;
           continue;
         }
-        const x = chart.valToPos(depth[i]!, 'x', true);
+        const x = chart.valToPos(shown[i]!, 'x', true);
         const y = chart.valToPos(axial[i]!, 'y', true);
         if (on) context.lineTo(x, y);
         else context.moveTo(x, y);
@@ -97,7 +103,7 @@ export class NeedleCharts {
     const last = depth.length - 1;
     if (depth[last]! > 0) {
       context.beginPath();
-      context.arc(chart.valToPos(depth[last]!, 'x', true), chart.valToPos(axial[last]!, 'y', true), 3.5 * devicePixelRatio, 0, 2 * Math.PI);
+      context.arc(chart.valToPos(shown[last]!, 'x', true), chart.valToPos(axial[last]!, 'y', true), 3.5 * devicePixelRatio, 0, 2 * Math.PI);
       context.fillStyle = '#fff';
       context.fill();
     }
@@ -106,12 +112,12 @@ export class NeedleCharts {
 }
 
 /** A pass runs from one time outside the tissue to the next. */
-function newestPass([, depth, axial]: number[][]): Pass {
+function newestPass([, depth, axial, , tipZ]: number[][], templateZ: number | null): Pass {
   let newest = 0;
   let end = depth!.length;
   while (end > 0 && !(depth![end - 1]! > 0)) --end;  // it may be over already
   for (let i = end - 1; i >= 0 && newest === 0; --i) if (!(depth![i]! > 0)) newest = i + 1;
-  return {depth: depth!, axial: axial!, newest};
+  return {depth: depth!, shown: templateZ === null ? depth! : tipZ!.map((z) => z - templateZ), axial: axial!, newest};
 }
 
 /** uPlot leaves a gap at null. */

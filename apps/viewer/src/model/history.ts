@@ -49,7 +49,7 @@ export class Series {
 }
 
 export class History {
-  /** Per needle: time, depth mm, axial N, lateral N. */
+  /** Per needle: time, depth in the tissue mm (0: outside), axial N, lateral N, z of the tip mm. */
   private readonly needles = new Map<number, Series>();
   /** Time, least det J at the points, certified bound. */
   readonly det = new Series(3);
@@ -60,7 +60,7 @@ export class History {
 
   needle(id: number): Series {
     let series = this.needles.get(id);
-    if (!series) this.needles.set(id, (series = new Series(4)));
+    if (!series) this.needles.set(id, (series = new Series(5)));
     return series;
   }
 

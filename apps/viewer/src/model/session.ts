@@ -40,6 +40,8 @@ export class Session {
   private changedEnd = 0;
 
   frames = 0;
+  /** Deadlines that the daemon had missed by the first frame. */
+  missedBefore = 0;
   refusedFrames = 0;
   readonly snapshotRate = new Rate();
   readonly tickRate = new Rate();
@@ -54,6 +56,11 @@ export class Session {
   recordsHistory = true;
 
   private firstStampNs = NaN;
+  /** When the newest image came. */
+  imagesMs = 0;
+  private arrivedMs = 0;
+  /** Of the newest frame, from its publishing to its arrival, ms; 0: not known. */
+  transitMs = 0;
 
   /** Clears all but the mesh, which the next TOPOLOGY replaces if it differs. */
   forget(): void {
@@ -107,7 +114,8 @@ export class Session {
       case 'image':
         if (!this.isShown(message.body.array)) return '';
         this.images.set(message.body.array, message.body);
-        this.imageRate.add(performance.now());
+        this.imagesMs = performance.now();
+        this.imageRate.add(this.imagesMs);
         this.versions.images += 1;
         return '';
       case 'scanner':
@@ -125,10 +133,44 @@ export class Session {
     return (this.plan?.needles ?? this.scene?.plannedNeedles ?? []).map((needle) => needle.hole);
   }
 
+  /** Whether the plan has catheters and no seeds. */
+  get isHdr(): boolean {
+    return this.scene !== null && this.scene.plannedNeedles.length > 0 && this.scene.plannedSeeds.length === 0 && this.plan === null;
+  }
+  /** Needles in the tissue. */
+  get cathetersIn(): number {
+    return (this.frame?.needles ?? []).filter(({present, contact}) => present && (contact === 2 || contact === 3)).length;
+  }
+
   /** The planned seeds in use, by their numbers. */
   plannedSeeds(): Map<number, PlannedSeed> {
     if (this.plan && this.scene) return plannedSeeds(this.plan, this.scene.template);
     return new Map((this.scene?.plannedSeeds ?? []).entries());
+  }
+
+  /** How far a place is beyond the template along the needles, mm: the depth of everything that is shown. Null: there is no template. */
+  depthBeyondTemplate(place: ArrayLike<number>): number | null {
+    return this.scene ? place[2]! - this.scene.template.origin[2] : null;
+  }
+
+  /** The box of the surface at rest, mm. */
+  surfaceBox(): {low: number[]; high: number[]} {
+    if (this.box?.of === this.topology) return this.box;
+    const low = [Infinity, Infinity, Infinity];
+    const high = [-Infinity, -Infinity, -Infinity];
+    const {topology} = this;
+    for (let i = 0; i < 3 * (topology?.surfaceVertexCount ?? 0); ++i) {
+      low[i % 3] = Math.min(low[i % 3]!, topology!.restPositions[i]!);
+      high[i % 3] = Math.max(high[i % 3]!, topology!.restPositions[i]!);
+    }
+    this.box = {low, high, of: topology};
+    return this.box;
+  }
+  private box: {low: number[]; high: number[]; of: Topology | null} | null = null;
+
+  /** How old the frame shown is, ms: from its publishing by the server, as far as that is known, else from its arrival. */
+  ageMs(nowMs: number): number {
+    return nowMs - this.arrivedMs + Math.max(0, this.transitMs);
   }
 
   forgetImages(): void {
@@ -198,10 +240,12 @@ export class Session {
       this.dose = null;
       this.versions.dose += 1;
     }
+    if (this.frames === 0) this.missedBefore = frame.overruns;
     this.frame = frame;
     this.frames += 1;
     this.versions.frame += 1;
     const nowMs = performance.now();
+    this.arrivedMs = nowMs;
     this.snapshotRate.add(nowMs);
     if (before && frame.tick > before.tick) this.tickRate.add(nowMs, frame.tick - before.tick);
     if (this.recordsHistory) {
@@ -227,7 +271,7 @@ export function recordFrame(history: History, frame: Frame, timeS: number): void
   history.nowS = timeS;
   for (const needle of frame.needles) {
     const forces = needle.present ? needle.forces : null;
-    history.needle(needle.id).push(timeS, forces?.tipDepthMm ?? NaN, forces?.axialN ?? NaN, forces?.lateralN ?? NaN);
+    history.needle(needle.id).push(timeS, forces?.tipDepthMm ?? NaN, forces?.axialN ?? NaN, forces?.lateralN ?? NaN, needle.pose[11] ?? NaN);
   }
   const certificate = frame.certificate;
   history.det.push(timeS, certificate?.vertexDet ?? NaN, certificate?.detBound ?? NaN);

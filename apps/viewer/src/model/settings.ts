@@ -29,6 +29,8 @@ export interface Settings {
   /** False: the lower side is shown; true: the upper one. */
   clipFlipped: boolean;
   field: boolean;
+  /** Events and the verdict as the daemon words them. */
+  terms: boolean;
   /** Template hole of the manually moved needle; '' is none. */
   hole: string;
 }
@@ -36,7 +38,7 @@ export interface Settings {
 export const defaultSettings = (): Settings => ({
   version: 0, opacity: 0.6, colour: 'displacement', wireframe: false, points: false, structures: true, hidden: new Set<string>(),
   volume: {planes: [false, false, false], shares: [0.5, 0.5, 0.5], level: 0, width: 1}, template: true,
-  plan: true, clip: false, clipAxis: 1, clipShare: 0.5, clipFlipped: false, field: true, hole: '',
+  plan: true, clip: false, clipAxis: 1, clipShare: 0.5, clipFlipped: false, field: true, terms: false, hole: '',
 });
 
 /** Points inside the tissue are requested only where they are shown. */

@@ -9,6 +9,8 @@ export const ContactState = ['free', 'touching', 'inserted', 'through', 'withdra
 export const StepFlag = {Late: 1 << 10, Steep: 1 << 11} as const;
 
 export interface NeedleForces extends Forces {
+  /** Header sequence of the POSE that the tick used. */
+  inputSequence: number;
   tipDepthMm: number;
 }
 
@@ -76,7 +78,7 @@ export function decodeFrame(body: Uint8Array): Frame {
   for (const entry of force?.entries ?? []) {
     const needle = frame.needles.find(({id}) => id === entry.needle);
     if (!needle) throw new ProtocolError('a force names a needle that is not there');
-    needle.forces = {...entry.forces, tipDepthMm: entry.tipDepthMm};
+    needle.forces = {...entry.forces, inputSequence: entry.inputSequence, tipDepthMm: entry.tipDepthMm};
   }
   for (const shape of needleShapes?.entries ?? []) {
     const needle = frame.needles.find(({id}) => id === shape.needle);

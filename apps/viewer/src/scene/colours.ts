@@ -7,8 +7,9 @@ const hex = (colour: string): Rgb => [1, 3, 5].map((i) => parseInt(colour.slice(
 
 /** Displacement: uniform steps of lightness, from visible against the background to bright. */
 const DISPLACEMENT = ['#4a6cae', '#4389bb', '#43a9b8', '#62c4a0', '#a3da86', '#e8e67c', '#fff7c8'].map(hex);
-/** Dose, 0 … 200 % of the prescription: cold below it, warm above. */
-const DOSE = ['#33457f', '#2f68b5', '#3aa0b5', '#57b96d', '#d9cf5a', '#ee9a3a', '#e2552f', '#b71f3c', '#7a1450'].map(hex);
+/** Dose, 0 … 200 % of the prescription: blue below it, yellow above, ever lighter, so that with any colour blindness each dose has a
+ * lightness of its own. */
+const DOSE = ['#2a3a86', '#33569f', '#4674ac', '#6891ab', '#93a993', '#bdb271', '#e0b855', '#f8cf6a', '#fff3c4'].map(hex);
 
 export type Quantity = 'displacement' | 'dose';
 

@@ -9,7 +9,7 @@ const SHAFT_MM = 120;  // length of the shaft that can be dragged
 export interface Held {
   held: boolean;
   locked: boolean;
-  readonly target: number[];
+  readonly target: readonly number[];
   move(dx: number, dy: number, dz: number): void;
 }
 
@@ -48,7 +48,7 @@ export class NeedleDrag {
 
   /** The plane in which the tip follows the pointer. */
   private grab(event: PointerEvent): void {
-    const tip = new Vector3().fromArray(this.hand.target);
+    const tip = new Vector3(...(this.hand.target as [number, number, number]));
     const look = this.camera.getWorldDirection(new Vector3());
     const along = Math.abs(look.dot(AXIS)) > 0.6;
     // Looking along the needle, across it; else the plane that holds the needle and faces the viewer.
@@ -89,13 +89,13 @@ export class NeedleDrag {
   }
 
   private millimetresPerPixel(): number {
-    const tip = new Vector3().fromArray(this.hand.target);
+    const tip = new Vector3(...(this.hand.target as [number, number, number]));
     const right = new Vector3(1, 0, 0).applyQuaternion(this.camera.quaternion);
     return 1 / Math.max(this.toScreen(tip).distanceTo(this.toScreen(tip.clone().add(right))), 0.5);
   }
 
   private near(event: PointerEvent): boolean {
-    const tip = new Vector3().fromArray(this.hand.target);
+    const tip = new Vector3(...(this.hand.target as [number, number, number]));
     const a = this.toScreen(tip);
     const b = this.toScreen(tip.addScaledVector(AXIS, -SHAFT_MM));
     const pointer = new Vector2(event.clientX, event.clientY);

@@ -1,9 +1,8 @@
 // The cut of a plane with the surface at rest, and the signed distance of a point in the plane from it.
-import type {Topology} from '../protocol/topology.js';
 
 /** Segments u0, v0, u1, v1 of the cut with x, y or z = offset; u and v are the axes that follow. */
-export function outline(topology: Topology, axis: 0 | 1 | 2, offset: number): Float32Array {
-  const {restPositions: p, triangles} = topology;
+export function outline(mesh: {restPositions: ArrayLike<number>; triangles: ArrayLike<number>}, axis: 0 | 1 | 2, offset: number): Float32Array {
+  const {restPositions: p, triangles} = mesh;
   const [u, v] = [(axis + 1) % 3, (axis + 2) % 3];
   const segments: number[] = [];
   for (let t = 0; t < triangles.length; t += 3) {

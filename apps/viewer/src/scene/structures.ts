@@ -5,8 +5,9 @@ import type {SceneMessage} from '../protocol/scene_message.js';
 /** The tissue's name among structures. */
 export const TISSUE = 'prostate';
 
-const COLOURS: Record<string, string> = {[TISSUE]: '#ff8f7d', urethra: '#f2c94c', rectum: '#b07a5a'};
-const OTHERS = ['#7aa6ff', '#b58cff', '#74d99f', '#ff9eb1'];
+/** Told apart with any kind of colour blindness: by lightness as well as by hue (tests/viewer/colours.test.mjs simulates three). */
+const COLOURS: Record<string, string> = {[TISSUE]: '#ff9a85', urethra: '#fbe98a', rectum: '#a5694c'};
+const OTHERS = ['#2fb39a', '#d6c2ff', '#b0708f', '#e8f3ff'];
 
 /** The colour of the scene's file, else this page's: by name, or by `index` among the structures. */
 export function structureColour(name: string, index: number, given?: ReadonlyMap<string, string>): string {

@@ -76,7 +76,7 @@ export class Viewport {
     this.takeMesh();
     this.takeSeedsAndDose();
     this.takeImages();
-    if (!this.dirty) return false;
+    if (!this.dirty || this.canvas.clientWidth === 0) return false;
     this.dirty = false;
     this.renderer.render(this.scene, this.camera);
     this.pictures += 1;

@@ -14,8 +14,9 @@ export class Device {
   private readonly socket: Socket;
   private timer: ReturnType<typeof setInterval> | undefined;
 
-  /** `pose` returns the next pose to send, `elapsedS` after the previous one. `ended` is called once, with the reason. */
-  constructor(endpoint: Endpoint, wanted: number, pose: (elapsedS: number) => Float64Array, ended: (reason: string) => void,
+  /** `pose` returns the next pose to send, `elapsedS` after the previous one. `ended` is called once, with the reason and the code of
+   * the daemon's ERROR (0: none). */
+  constructor(endpoint: Endpoint, wanted: number, pose: (elapsedS: number) => Float64Array, ended: (reason: string, code: number) => void,
               granted: () => void) {
     this.socket = new Socket(endpoint.url, {
       opened: () => this.socket.send(MessageType.Hello, encodeHello({
@@ -35,14 +36,14 @@ export class Device {
       },
       closed: (reason, wasOpen) => {
         clearInterval(this.timer);
-        ended(reason || (wasOpen ? 'The daemon ended the connection of the needle.' : 'No daemon answers.'));
+        ended(reason || (wasOpen ? 'The daemon ended the connection of the needle.' : 'No daemon answers.'), this.socket.fatalCode);
       },
     });
   }
 
-  /** The device's button went down or up. */
-  press(pressed: boolean): void {
-    this.socket.send(MessageType.Drop, encodeDrop(this.needle, pressed));
+  /** The device's button went down or up. Returns the message's sequence number. */
+  press(pressed: boolean): number {
+    return this.socket.send(MessageType.Drop, encodeDrop(this.needle, pressed));
   }
 
   end(): void {

@@ -28,7 +28,7 @@ export class LiveConnection {
   /** Called with every ERROR: requests of this viewer that were refused. */
   onError: (error: ServerError) => void = () => {};
   onContour: (answer: Contour) => void = () => {};
-  /** Called whenever a connection has been accepted. */
+  /** Called whenever a connection has been accepted that may be to another daemon than the last. */
   onOpen: () => void = () => {};
   reconnects = 0;
 
@@ -39,6 +39,8 @@ export class LiveConnection {
   private ultrasound = false;
   private gapsBefore = 0;
   private asked: Control[] = [];
+  /** The connection is made again for other messages of the same daemon. */
+  private resubscribes = false;
 
   constructor(private readonly endpoint: Endpoint, private readonly role: number, private readonly session: Session) {}
 
@@ -74,6 +76,7 @@ export class LiveConnection {
   end(): void {
     clearTimeout(this.timer);
     this.drop();
+    this.resubscribes = false;
     this.status = {phase: 'off'};
     this.onChange();
   }
@@ -82,14 +85,20 @@ export class LiveConnection {
   wantVolume(volume: boolean): void {
     if (this.volume === volume) return;
     this.volume = volume;
-    if (this.status.phase === 'open') this.connect();
+    this.resubscribe();
   }
 
   /** Whether ultrasound images are requested too. */
   wantUltrasound(ultrasound: boolean): void {
     if (this.ultrasound === ultrasound) return;
     this.ultrasound = ultrasound;
-    if (this.status.phase === 'open') this.connect();
+    this.resubscribe();
+  }
+
+  private resubscribe(): void {
+    if (this.status.phase !== 'open') return;
+    this.resubscribes = true;
+    this.connect();
   }
 
   setScanner(request: ScannerRequest): void {
@@ -129,11 +138,13 @@ export class LiveConnection {
     if (refusal) return socket.close(`The daemon sent what does not fit: ${refusal}.`);
     if (message.kind === 'welcome') {
       if (this.status.phase !== 'open') this.status = {phase: 'open'};
-      this.onOpen();
+      if (!this.resubscribes) this.onOpen();
+      this.resubscribes = false;
       this.waitMs = FIRST_WAIT_MS;
       this.asked.splice(0).forEach((control) => this.control(control));
     } else if (message.kind === 'frame') {
       const ageMs = (Number(nowNs()) - socket.clock.toLocalNs(message.body.publishNs)) / 1e6;
+      this.session.transitMs = Number.isNaN(ageMs) ? 0 : ageMs;
       if (!Number.isNaN(ageMs)) this.session.meshAge.add(ageMs);
     } else if (message.kind === 'contour') {
       this.onContour(message.body);
@@ -155,6 +166,7 @@ export class LiveConnection {
     const isRefused = this.socket?.fatalCode === ErrorCode.Unauthorised;
     this.gapsBefore += this.socket?.sequenceGaps ?? 0;
     this.socket = null;
+    this.resubscribes = false;
     this.reconnects += 1;
     this.asked = [];
     if (isRefused) {  // retrying with the same token would fail again

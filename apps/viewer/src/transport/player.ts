@@ -34,7 +34,6 @@ export class Player {
     private readonly keyframes: Keyframe[], private readonly history: History, private readonly events: LoggedEvent[],
     readonly damage: string) {
     this.frames = entries.flatMap((entry, i) => (entry.type === MessageType.Frame ? [i] : []));
-    if (this.frames.length === 0) throw new NoRecording(`${name} holds no snapshot. ${damage}`);
     this.startNs = entries[this.frames[0]!]!.stampNs;
     this.durationS = (entries[this.frames.at(-1)!]!.stampNs - this.startNs) / 1e9;
     session.recordsHistory = false;
@@ -43,8 +42,9 @@ export class Player {
     this.seek(0);
   }
 
-  /** Reads the whole file once, in slices that keep the page responsive; `progress` gets 0 … 1. */
-  static async open(name: string, file: Uint8Array, session: Session, progress: (share: number) => void): Promise<Player> {
+  /** Reads the whole file once, in slices that keep the page responsive; `progress` gets 0 … 1. Throws NoRecording where there is nothing
+   * to play, and leaves the session as it is; `before` is called when it is about to be the recording's. */
+  static async open(name: string, file: Uint8Array, session: Session, progress: (share: number) => void, before: () => void = () => {}): Promise<Player> {
     const pause = slices(progress);
     const reader = new RecordingReader(file);
     const entries: Entry[] = [];
@@ -72,6 +72,8 @@ export class Player {
       }
       await pause(0.5 + (0.5 * i) / entries.length);
     }
+    if (!entries.some((entry) => entry.type === MessageType.Frame)) throw new NoRecording(`${name} holds no snapshot. ${damage}`);
+    before();
     return new Player(session, name, entries, keyframes, history, events, damage);
 
     function take(index: number): string {

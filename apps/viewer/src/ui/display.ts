@@ -5,7 +5,7 @@ import {byId, setText} from './dom.js';
 
 const CHECKS = {
   wireframe: 'wireframe', points: 'points', structures: 'structures', template: 'template', plan: 'plan', clip: 'clip', field: 'field',
-  'clip-flipped': 'clipFlipped',
+  'clip-flipped': 'clipFlipped', terms: 'terms',
 } as const;
 
 export class DisplayPanel {

@@ -1,37 +1,43 @@
-// The panel "Manual needle": takes the lease, moves the needle, presses the device's button.
+// The needle by hand: takes the lease, moves the needle, presses the device's button.
 import type {Session} from '../model/session.js';
 import type {Settings} from '../model/settings.js';
 import {holeOf} from '../protocol/scene_message.js';
+import {ErrorCode} from '../protocol/server_messages.js';
 import {Device} from '../transport/device.js';
 import type {Endpoint} from '../transport/endpoint.js';
 import type {LiveConnection} from '../transport/live.js';
 import {byId, setDisabled, setText, toast} from './dom.js';
+import type {HandState} from './next_step.js';
+import {NeedleCourse} from './needle_course.js';
+import {SeedDrop} from './seed_drop.js';
 
-const FASTEST_MM_S = 120;  // a jump of the mouse moves the needle at the speed of a hand
 const CLEAR_MM = 12;       // in front of the gland, where the needle starts
+const BUTTON_MM_S = 20;    // of Advance and Withdraw while they are held
+const TAP_MM = 1;
 
 export class HandPanel {
-  /** Target of the tip, and the position sent last; mm, the shaft along +z. */
-  readonly target = [0, 0, 0];
-  private readonly tip = [0, 0, 0];
+  readonly drop: SeedDrop;
+  private readonly course = new NeedleCourse();
   private device: Device | null = null;
-  private pressed = false;
+  /** Needles to ask for where the one before has a device. */
+  private others: number[] = [];
+  private pushing = 0;  // −1: out, 1: deeper
   private holes = '';
 
   constructor(private readonly endpoint: Endpoint, private readonly session: Session, private readonly live: LiveConnection,
               private readonly settings: Settings, private readonly scriptPlays: () => boolean,
-              private readonly shownNeedle: () => number,
+              private readonly shownNeedle: () => number, private readonly showNeedle: (needle: number) => void,
               private readonly chooseHole: (hole: string) => void) {
+    this.drop = new SeedDrop(session, (text, bad) => toast(text, bad));
     byId('take').addEventListener('click', () => this.toggle());
     byId<HTMLSelectElement>('hole').addEventListener('change', (event) => this.goToHole((event.target as HTMLSelectElement).value));
-    const drop = byId('drop');
-    drop.addEventListener('pointerdown', () => this.press(true));
-    for (const end of ['pointerup', 'pointercancel', 'pointerleave']) drop.addEventListener(end, () => this.press(false));
-    drop.addEventListener('keydown', (event) => {
-      if (event.key === 'Enter' || event.key === ' ') this.press(true);
+    whileHeld('drop', () => this.press(true), () => this.press(false));
+    whileHeld('advance', () => this.push(1), () => this.push(0));
+    whileHeld('withdraw', () => this.push(-1), () => this.push(0));
+    addEventListener('blur', () => {  // a release would not be delivered to this page
+      this.press(false);
+      this.push(0);
     });
-    drop.addEventListener('keyup', () => this.press(false));
-    addEventListener('blur', () => this.press(false));  // the key release would not be delivered to this page
   }
 
   /** Whether the mouse is the needle's device. */
@@ -41,73 +47,129 @@ export class HandPanel {
   get locked(): boolean {
     return this.hole !== null;
   }
+  /** Target of the tip, mm. */
+  get target(): readonly number[] {
+    return this.course.target;
+  }
+
+  /** What the next step depends on. */
+  get state(): HandState {
+    const tip = this.held ? [...this.course.tip] : null;
+    return {held: this.held, needle: this.device?.needle ?? 0, hole: this.settings.hole, tip};
+  }
 
   private get hole(): {column: number; row: number} | null {
     return this.session.scene ? holeOf(this.settings.hole, this.session.scene.template) : null;
   }
 
+  /** Whether this page may act as a needle's device: one that only looks on may not. */
+  private get mayTake(): boolean {
+    return this.live.mayControl && this.session.topology !== null;
+  }
+
   toggle(): void {
     if (this.device) return this.device.end();
-    if (byId<HTMLButtonElement>('take').disabled) return;
-    this.start();
-    this.device = new Device(this.endpoint, -1, (elapsedS) => this.pose(elapsedS), (reason) => this.ended(reason), () => this.show());
+    if (!this.mayTake) return;
+    // The probe is no needle: it is never asked for.
+    const probe = this.session.scene?.probe?.needle;
+    const all = (this.session.frame?.needles ?? []).map(({id}) => id).filter((id) => id !== probe);
+    const first = this.shownNeedle() === probe ? all[0] ?? 0 : this.shownNeedle();
+    this.others = all.filter((id) => id !== first);
+    this.ask(first);
+  }
+
+  private ask(needle: number): void {
+    this.device = new Device(this.endpoint, needle, (elapsedS) => this.pose(elapsedS), (reason, code) => this.ended(reason, code), () => this.granted());
     this.show();
   }
 
   press(pressed: boolean): void {
-    if (pressed === this.pressed || (pressed && byId<HTMLButtonElement>('drop').disabled)) return;
-    this.pressed = pressed;
-    if (this.held) this.device!.press(pressed);
-    else this.live.press(this.shownNeedle(), pressed);
+    if (!pressed) return this.drop.end();
+    if (byId<HTMLButtonElement>('drop').disabled) return;
+    if (this.held) {
+      const device = this.device!;
+      const isOut = (): boolean => this.course.tip[2]! <= this.outsideMm;
+      this.drop.begin({press: (down) => device.press(down), canDraw: true, get isOut() { return isOut(); }}, device.needle);
+    } else {
+      const needle = this.shownNeedle();
+      this.drop.begin({press: (down) => (this.live.press(needle, down), 0), canDraw: false, isOut: false}, needle);
+    }
+    this.showDrop();
+  }
+
+  private push(way: number): void {
+    if (way !== 0 && this.pushing === 0) this.move(0, 0, way * TAP_MM);
+    this.pushing = way;
   }
 
   move(dx: number, dy: number, dz: number): void {
-    if (!this.locked) {
-      this.target[0]! += dx;
-      this.target[1]! += dy;
-    }
-    this.target[2]! += dz;
+    if (!this.held) return;
+    if (dz > 0 && this.drop.holds) this.drop.letGo('The needle goes deeper: the stylet was let go.');
+    this.course.move(this.locked ? 0 : dx, this.locked ? 0 : dy, dz);
   }
 
-  /** Releases the needle: the page is hidden, or shows a recording. */
+  /** Releases the needle: the page shows a recording. */
   release(): void {
     this.device?.end();
   }
 
-  private goToHole(hole: string): void {
-    this.chooseHole(hole);
-    if (this.held && this.hole) this.start();
+  /** Another window is in front: the needle stays where it is, in the hand. */
+  rest(): void {
+    this.push(0);
+    this.press(false);
+    this.course.stop();
   }
 
-  /** In front of the gland, in line with the hole or with the gland's middle. */
-  private start(): void {
-    const rest = this.session.topology!.restPositions;
-    const surface = this.session.topology!.surfaceVertexCount;
-    const low = [Infinity, Infinity, Infinity];
-    const high = [-Infinity, -Infinity, -Infinity];
-    for (let i = 0; i < 3 * surface; ++i) {
-      low[i % 3] = Math.min(low[i % 3]!, rest[i]!);
-      high[i % 3] = Math.max(high[i % 3]!, rest[i]!);
-    }
+  private goToHole(hole: string): void {
+    this.chooseHole(hole);
+    if (!this.held || !this.hole) return;
+    this.drop.letGo();
+    this.course.goTo(...this.place(), this.outsideMm);
+  }
+
+  /** x and y of the hole, or of the gland's middle. */
+  private place(): [number, number] {
     const grid = this.session.scene?.template;
-    const hole = this.hole;
-    this.target[0] = hole && grid ? grid.origin[0] + hole.column * grid.spacingMm : (low[0]! + high[0]!) / 2;
-    this.target[1] = hole && grid ? grid.origin[1] + hole.row * grid.spacingMm : (low[1]! + high[1]!) / 2;
-    this.target[2] = low[2]! - CLEAR_MM;
-    this.tip.splice(0, 3, ...this.target);
+    const {hole} = this;
+    if (hole && grid) return [grid.origin[0] + hole.column * grid.spacingMm, grid.origin[1] + hole.row * grid.spacingMm];
+    const {low, high} = this.session.surfaceBox();
+    return [(low[0]! + high[0]!) / 2, (low[1]! + high[1]!) / 2];
+  }
+
+  /** z in front of the gland, where a needle may go from hole to hole. */
+  private get outsideMm(): number {
+    return this.session.surfaceBox().low[2]! - CLEAR_MM;
+  }
+
+  /** A needle that is in the world goes on from where it is; another starts in front of the gland. */
+  private granted(): void {
+    const {needle} = this.device!;
+    this.showNeedle(needle);
+    const there = this.session.frame?.needles.find(({id}) => id === needle);
+    if (there?.present) {
+      this.course.startFrom(there.pose);
+      if (this.hole) this.course.goTo(...this.place(), this.outsideMm);
+    } else {
+      this.course.startAt(...this.place(), this.outsideMm);
+    }
+    this.show();
   }
 
   private pose(elapsedS: number): Float64Array {
-    const way = this.target.map((value, axis) => value - this.tip[axis]!);
-    const length = Math.hypot(...way);
-    const share = Math.min(1, (FASTEST_MM_S * Math.min(elapsedS, 0.05)) / (length || 1));
-    way.forEach((value, axis) => (this.tip[axis]! += share * value));
-    return Float64Array.of(1, 0, 0, this.tip[0]!, 0, 1, 0, this.tip[1]!, 0, 0, 1, this.tip[2]!);
+    const s = Math.min(elapsedS, 0.05);  // a page that slept goes on at the pace of a hand
+    this.drop.update();
+    const back = this.drop.draw(s);
+    if (back > 0) this.course.move(0, 0, -back);
+    if (this.pushing) this.move(0, 0, this.pushing * BUTTON_MM_S * s);
+    return this.course.next(s);
   }
 
-  private ended(reason: string): void {
+  private ended(reason: string, code: number): void {
+    const wasHeld = this.held;
     this.device = null;
-    this.pressed = false;
+    this.drop.stop();
+    const next = this.others.shift();
+    if (!wasHeld && code === ErrorCode.DeviceBusy && next !== undefined) return this.ask(next);
     if (reason !== 'released') toast(`The needle was not granted or was lost: ${reason}`, true);
     this.show();
   }
@@ -116,12 +178,26 @@ export class HandPanel {
     byId('view').classList.toggle('by-hand', this.held);
     byId('take').setAttribute('aria-pressed', String(this.device !== null));
     setText(byId('take'), this.device ? (this.held ? 'Release the needle' : 'Requesting…') : 'Take the needle');
+    this.showDrop();
+  }
+
+  private showDrop(): void {
+    byId('drop').setAttribute('aria-pressed', String(this.drop.holds));
+    setText(byId('hand-note'), this.drop.said || (this.held ? '' : 'Take the needle to move it.'));
   }
 
   update(): void {
-    const open = this.live.status.phase === 'open';
-    setDisabled('take', !this.device && (!open || !this.session.topology));
-    setDisabled('drop', !this.held && !(this.live.mayControl && this.scriptPlays()));
+    if (!this.held) this.drop.update();  // the pose's clock does it else
+    const scripted = this.live.mayControl && this.scriptPlays();
+    setDisabled('take', !this.device && !this.mayTake);
+    setDisabled('drop', !this.held && !scripted);
+    for (const id of ['advance', 'withdraw']) setDisabled(id, !this.held);
+    byId('hand-bar').hidden = !this.live.mayControl;
+    this.showDrop();
+    this.listHoles();
+  }
+
+  private listHoles(): void {
     const scene = this.session.scene;
     const names = scene ? holeNames(scene.template, this.session.plannedHoles()) : [];
     const key = names.join();
@@ -132,6 +208,25 @@ export class HandPanel {
       new Option('free', ''), ...names.map((name) => new Option(planned.has(name) ? `${name} · planned` : name, name)));
     byId<HTMLSelectElement>('hole').value = this.settings.hole;
   }
+}
+
+/** A button that acts from its press to its release, by pointer or key; a finger that slides off it still holds it. */
+function whileHeld(id: string, down: () => void, up: () => void): void {
+  const button = byId<HTMLButtonElement>(id);
+  const acts = (event: KeyboardEvent): boolean => event.key === 'Enter' || event.key === ' ';
+  button.addEventListener('pointerdown', (event) => {
+    if (event.button !== 0 || button.disabled) return;
+    button.setPointerCapture(event.pointerId);
+    down();
+  });
+  for (const end of ['pointerup', 'pointercancel', 'blur']) button.addEventListener(end, up);
+  button.addEventListener('keydown', (event) => {
+    if (!acts(event)) return;
+    event.preventDefault();
+    if (!event.repeat) down();
+  });
+  button.addEventListener('keyup', (event) => acts(event) && up());
+  button.addEventListener('contextmenu', (event) => event.preventDefault());  // a long touch is a press
 }
 
 /** The holes, those of the plan first. */

@@ -11,6 +11,9 @@ const NOTES = [
   'For research and training. Not a medical device.',
 ];
 
+/** What is typed in these is their own. */
+const FIELDS = 'textarea, select, [contenteditable], input:not([type="range"], [type="checkbox"], [type="radio"], [type="button"])';
+
 export class Keyboard {
   private readonly byKey: Map<string, Shortcut>;
 
@@ -39,9 +42,10 @@ export class Keyboard {
   private down(event: KeyboardEvent): void {
     if (event.ctrlKey || event.metaKey || event.altKey || document.querySelector('dialog[open]')) return;
     const target = event.target as HTMLElement;
-    const own = target.matches('select, input[type="range"], [role="tab"]') && /^(Arrow|Page|Home|End)/.test(event.key);
-    const presses = target.matches('button, summary, input[type="checkbox"], select') && (event.key === ' ' || event.key === 'Enter');
-    if (own || presses || (target.matches('select') && event.key.length === 1)) return;
+    if (target.matches(FIELDS)) return;
+    const own = target.matches('input[type="range"], [role="tab"]') && /^(Arrow|Page|Home|End)/.test(event.key);
+    const presses = target.matches('button, summary, input[type="checkbox"]') && (event.key === ' ' || event.key === 'Enter');
+    if (own || presses) return;
     const shortcut = this.byKey.get(event.key.toLowerCase());
     if (!shortcut || (event.repeat && !/^(arrow|page|\[|\])/.test(shortcut.key))) return;
     event.preventDefault();

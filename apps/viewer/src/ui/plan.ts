@@ -3,9 +3,12 @@ import type {Session} from '../model/session.js';
 import {PlanKind, SEED_MM, SPACER_MM, type Plan, type PlanNeedle} from '../protocol/plan_message.js';
 import {holeOf, type TemplateGrid} from '../protocol/scene_message.js';
 import type {LiveConnection} from '../transport/live.js';
-import {byId, figure, setDisabled, setText} from './dom.js';
+import {byId, figure, setDisabled, setText, toast} from './dom.js';
+import {PlanBoard} from './plan_board.js';
+import {PlanHistory} from './plan_history.js';
 import {hasSeedAt, moveSeed, removeSeed} from './train.js';
 
+const DEEPER_MM = 20;  // than the gland: a tip there still leaves seeds in it
 const STEP_PX = 16;  // of a drag, for a seed to move on by a spacer
 
 export class PlanPanel {
@@ -14,16 +17,36 @@ export class PlanPanel {
   /** The chosen needle's train while a seed is dragged. */
   private draft: string | null = null;
   private shown: unknown[] = [];
+  private readonly history = new PlanHistory();
+  private readonly board: PlanBoard;
 
   constructor(private readonly live: LiveConnection, private readonly session: Session) {
-    byId('plan-optimise').addEventListener('click', () => this.plan && live.changePlan(this.plan.change, null));
-    byId('plan-remove').addEventListener('click', () => this.request((needle) => (needle.hole === this.chosen ? null : needle)));
+    byId('plan-optimise').addEventListener('click', () => {
+      if (!this.plan || !this.mayChange) return;
+      this.history.asked(this.rest);
+      live.changePlan(this.plan.change, null);
+    });
+    this.board = new PlanBoard(session, (hole) => this.choose(hole), () => {
+      this.shown = [];
+      this.update();
+    });
+    byId('plan-undo').addEventListener('click', () => this.step(this.history.undo));
+    byId('plan-redo').addEventListener('click', () => this.step(this.history.redo));
+    byId('plan-remove').addEventListener('click', () => this.remove());
     byId('plan-add-seed').addEventListener('click', () => this.setTrain(`${this.needle?.train ?? ''}-s`));
-    byId('plan-depth').addEventListener('change', (event) => {
-      const depthMm = Number((event.target as HTMLInputElement).value);
-      this.request((needle) => (needle.hole === this.chosen ? {...needle, depthMm} : needle));
+    const depth = byId<HTMLInputElement>('plan-depth');
+    depth.addEventListener('change', () => this.setDepth(depth));
+    depth.addEventListener('keydown', (event) => {
+      if (event.key === 'Enter') depth.blur();  // which is a change
+      if (event.key === 'Escape') this.showDepth(depth);
     });
     byId('plan-grid').addEventListener('keydown', (event) => this.walk(event));
+    byId('panel-plan').addEventListener('keydown', (event) => {
+      const key = event.key.toLowerCase();
+      if (!(event.ctrlKey || event.metaKey) || !['z', 'y'].includes(key) || event.target === depth) return;
+      event.preventDefault();
+      this.step(key === 'y' || event.shiftKey ? this.history.redo : this.history.undo);
+    });
   }
 
   private get plan(): Plan | null {
@@ -39,8 +62,57 @@ export class PlanPanel {
   /** Sends the rest with each needle changed or, where `change` gives null, left out. */
   private request(change: (needle: PlanNeedle) => PlanNeedle | null, more: PlanNeedle[] = []): void {
     if (!this.plan || !this.mayChange) return;
-    const rest = this.plan.needles.filter((needle) => !needle.begun).map(change).filter((needle) => needle !== null);
-    this.live.changePlan(this.plan.change, [...rest, ...more]);
+    this.history.asked(this.rest);
+    this.live.changePlan(this.plan.change, [...this.rest.map(change).filter((needle) => needle !== null), ...more]);
+  }
+
+  /** The needles that no seed has left. */
+  private get rest(): PlanNeedle[] {
+    return this.plan?.needles.filter((needle) => !needle.begun) ?? [];
+  }
+
+  /** Takes a change back, or makes it again. */
+  private step(from: PlanNeedle[][]): void {
+    if (!this.plan || !this.mayChange || from.length === 0) return;
+    const begun = new Set(this.plan.needles.filter((needle) => needle.begun).map(({hole}) => hole));
+    const needles = from.at(-1)!.filter(({hole}) => !begun.has(hole));
+    this.history.stepped(from, this.rest);
+    this.live.changePlan(this.plan.change, needles);
+  }
+
+  /** The daemon has refused the last request. */
+  onError(): void {
+    this.history.refused();
+  }
+
+  private remove(): void {
+    const {needle} = this;
+    if (!needle || needle.begun || !this.mayChange) return;
+    this.request((other) => (other.hole === needle.hole ? null : other));
+    toast(`Needle ${needle.hole} is removed; Undo (Ctrl+Z) brings it back.`);
+  }
+
+  private setDepth(field: HTMLInputElement): void {
+    const {needle} = this;
+    const text = field.value.trim().replace(',', '.');
+    const depthMm = text === '' ? NaN : Number(text);
+    const [least, most] = this.depthRange();
+    if (!needle || depthMm === needle.depthMm) return;
+    if (!(depthMm >= least && depthMm <= most)) {
+      toast(`${field.value || 'Nothing'} is no depth for ${needle.hole}: ${Math.ceil(least)} to ${Math.floor(most)} mm beyond the template. It stays at ${figure(needle.depthMm)} mm.`, true);
+      return this.showDepth(field);
+    }
+    this.request((other) => (other.hole === needle.hole ? {...other, depthMm} : other));
+  }
+
+  private showDepth(field: HTMLInputElement): void {
+    if (this.needle) field.value = String(Math.round(10 * this.needle.depthMm) / 10);
+  }
+
+  /** Depths of a tip that can leave a seed in the gland, mm beyond the template. */
+  private depthRange(): [number, number] {
+    const [low, high] = this.board.glandDepths();
+    return [low, high + DEEPER_MM];
   }
 
   private setTrain(train: string): void {
@@ -55,13 +127,16 @@ export class PlanPanel {
 
   update(): void {
     byId('tab-plan').hidden = !this.plan;
+    if (this.plan) this.history.update(this.plan.change);
     if (byId('panel-plan').hidden) return;
-    const now = [this.plan, this.session.scene, this.chosen, this.draft, this.mayChange, this.session.dose];
+    const now = [this.plan, this.session.scene, this.session.topology, this.chosen, this.draft, this.mayChange, this.session.dose];
     if (now.every((value, i) => value === this.shown[i])) return;
     this.shown = now;
     const {plan} = this;
     const grid = this.session.scene?.template;
-    const left = plan?.needles.filter((needle) => !needle.begun) ?? [];
+    const left = this.rest;
+    setDisabled('plan-undo', !this.mayChange || this.history.undo.length === 0);
+    setDisabled('plan-redo', !this.mayChange || this.history.redo.length === 0);
     setText(byId('plan-by'), !plan ? '' : `${plan.kind === PlanKind.File ? 'From the file ' : ''}${plan.by}${plan.change ? `, change ${plan.change}` : ''}: ` +
       `${plan.needles.length} needles, ${left.length} left`);
     setText(byId('plan-note'), plan?.optimising ? 'The rest is being optimised…' : this.live.mayControl ? '' : 'Only an operator can change it.');
@@ -73,7 +148,7 @@ export class PlanPanel {
 
   private showGrid(grid: TemplateGrid): void {
     const host = byId('plan-grid');
-    if (host.childElementCount !== grid.columns * grid.rows) this.makeGrid(host, grid);
+    this.board.show(grid);
     const needles = new Map(this.plan?.needles.map((needle) => [needle.hole, needle]));
     const first = needles.has(this.chosen) || holeOf(this.chosen, grid) ? this.chosen : `A${grid.rows}`;
     for (const button of host.querySelectorAll('button')) {
@@ -89,24 +164,11 @@ export class PlanPanel {
     }
   }
 
-  // Seen from the feet column A is on the right, row 1 below.
-  private makeGrid(host: HTMLElement, grid: TemplateGrid): void {
-    host.style.gridTemplateColumns = `repeat(${grid.columns}, 1fr)`;
-    host.replaceChildren();
-    for (let row = grid.rows; row >= 1; --row)
-      for (let column = grid.columns - 1; column >= 0; --column) {
-        const button = document.createElement('button');
-        button.dataset['hole'] = `${String.fromCharCode(65 + column)}${row}`;
-        button.addEventListener('click', () => this.choose(button.dataset['hole']!));
-        host.append(button);
-      }
-  }
-
   private walk(event: KeyboardEvent): void {
     const grid = this.session.scene?.template;
     const from = grid && holeOf((event.target as HTMLElement).dataset['hole'] ?? '', grid);
     const step = ({ArrowLeft: [1, 0], ArrowRight: [-1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1]} as Record<string, [number, number]>)[event.key];
-    if (event.key === 'Delete' && this.needle && !this.needle.begun) byId('plan-remove').click();
+    if (event.key === 'Delete') this.remove();
     if (!from || !step) return;
     event.preventDefault();
     event.stopPropagation();
@@ -123,7 +185,9 @@ export class PlanPanel {
     setText(byId('plan-hole'), `${needle.hole}${needle.begun ? ', begun: it stays' : ''}`);
     for (const id of ['plan-remove', 'plan-add-seed', 'plan-depth']) setDisabled(id, !may);
     const depth = byId<HTMLInputElement>('plan-depth');
-    if (document.activeElement !== depth) depth.value = String(Math.round(10 * needle.depthMm) / 10);
+    if (document.activeElement !== depth) this.showDepth(depth);
+    const [low, high] = this.board.glandDepths();
+    setText(byId('plan-depth-note'), Number.isFinite(low) ? `The gland lies ${figure(low, 0)} to ${figure(high, 0)} mm beyond the template.` : '');
     const host = byId('plan-train');
     const focused = [...host.children].indexOf(document.activeElement!);
     host.replaceChildren(...[...train].map((element, i) => {

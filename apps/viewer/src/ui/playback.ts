@@ -9,7 +9,8 @@ export class Playback {
   /** 'none', 'reading', 'ready' or an error message. */
   state = 'none';
 
-  constructor(private readonly session: Session, private readonly before: () => void, private readonly after: () => void) {
+  /** `before` is called when a recording was read whole and is to be shown; a file that is none changes nothing. */
+  constructor(private readonly session: Session, private readonly before: () => void) {
     const file = byId<HTMLInputElement>('file');
     for (const id of ['open', 'empty-open']) byId(id).addEventListener('click', () => file.click());
     file.addEventListener('change', () => {
@@ -41,8 +42,7 @@ export class Playback {
     toast(`Reading ${file.name}…`);
     try {
       const bytes = new Uint8Array(await file.arrayBuffer());
-      this.before();
-      this.player = await Player.open(file.name, bytes, this.session, (share) => setText(byId('pb-time'), `reading ${Math.round(100 * share)} %`));
+      this.player = await Player.open(file.name, bytes, this.session, (share) => setText(byId('pb-time'), `reading ${Math.round(100 * share)} %`), this.before);
       this.player.speed = Number(byId<HTMLSelectElement>('pb-speed').value);
       const seek = byId<HTMLInputElement>('pb-seek');
       seek.max = String(this.player.durationS);
@@ -54,13 +54,11 @@ export class Playback {
       this.state = error instanceof NoRecording ? error.message : `${file.name} cannot be read: ${(error as Error).message}`;
       toast(this.state, true);
     }
-    this.after();
   }
 
   close(): void {
     this.player = null;
     this.state = 'none';
-    this.after();
   }
 
   toggle(): void {

@@ -12,7 +12,7 @@ export class SimulationPanel {
   /** Requested support radius, not confirmed yet; NaN: none. */
   private asked = NaN;
 
-  constructor(private readonly live: LiveConnection, private readonly session: Session) {
+  constructor(private readonly live: LiveConnection, private readonly session: Session, private readonly isRecorded: () => boolean) {
     byId('play').addEventListener('click', () => this.togglePlay());
     byId('loop').addEventListener('click', () => this.toggleLoop());
     byId('reset').addEventListener('click', () => this.askReset());
@@ -60,7 +60,10 @@ export class SimulationPanel {
     setText(byId('role-note'), may ? '' : this.live.status.phase === 'open' ? '· only an operator can change it' : '');
     setDisabled('play', !may || !controls?.scriptIsThere);
     setDisabled('loop', !may || !controls?.scriptIsThere);
-    setDisabled('reset', !may || !controls);
+    const recorded = this.isRecorded();
+    setDisabled('reset', !may || !controls || recorded || controls.preparesModel);
+    byId('reset').title = recorded ? 'A session is being recorded: it cannot be taken back. End it, and start the next one'
+      : 'Restart with tissue, needles and seeds reset (R)';
     setText(byId('play'), this.plays ? '■ Stop' : '▶ Start');
     byId('play').title = controls && !controls.scriptIsThere ? 'The scene has no scripted needle: [device] trajectory' : 'Start or stop the scripted needle (Space)';
 
@@ -71,15 +74,15 @@ export class SimulationPanel {
       this.kernels = listed.join();
       select.replaceChildren(...listed.map((kernel) => new Option(kernel, kernel)));
     }
-    setDisabled('kernel', !may || !controls || kernels.length === 0);
+    setDisabled('kernel', !may || !controls || kernels.length === 0 || recorded);
     if (controls && document.activeElement !== select) select.value = controls.kernel;
 
     const support = byId<HTMLInputElement>('support');
     const usesSupport = controls !== null && /^(psi|buhmann)/.test(controls.kernel);
-    setDisabled('support', !may || !usesSupport);
+    setDisabled('support', !may || !usesSupport || recorded);
     const radius = Number.isNaN(this.asked) ? controls?.supportRadiusMm ?? NaN : this.asked;
     if (Number.isNaN(this.asked) && Number.isFinite(radius)) support.value = String(radius);
     setText(byId('support-value'), usesSupport && Number.isFinite(radius) ? `${radius.toFixed(1)} mm` : '—');
-    setText(byId('model-note'), controls?.preparesModel ? 'A model is being prepared; the current one stays active until then.' : '');
+    setText(byId('model-note'), recorded && may ? 'A session is being recorded: no reset, no other model.' : controls?.preparesModel ? 'A model is being prepared; the current one stays active until then.' : '');
   }
 }

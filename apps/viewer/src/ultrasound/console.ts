@@ -1,9 +1,10 @@
 // The ultrasound panel, as a scanner's console: images, freeze, arrays, knobs, calipers, and the probe's stepper.
 import type {Session} from '../model/session.js';
-import {ScannerArray, type Scanner, type ScannerRequest} from '../protocol/image.js';
+import {ScannerArray, type Scanner, type ScannerRequest, type UltrasoundImage} from '../protocol/image.js';
 import {Subscription} from '../protocol/server_messages.js';
 import type {LiveConnection} from '../transport/live.js';
 import {byId, setDisabled, setText} from '../ui/dom.js';
+import {toPixel, type Pixel} from './geometry.js';
 import {Screen} from './screen.js';
 import {StudyPanel} from './study_panel.js';
 
@@ -12,6 +13,8 @@ const KNOBS = {
 } as const;
 const UNITS = {'us-depth': 'mm', 'us-gain': 'dB', 'us-range': 'dB', 'us-tgc': 'dB/cm', 'us-focus': 'mm'} as const;
 const ARRAYS = [ScannerArray.Transverse, ScannerArray.Sagittal, ScannerArray.Biplane];
+const OLD_S = 0.5;
+const SEED_REACH_MM = 2.5;  // of a seed's middle from the plane in which it is shown
 const SETTLE_MS = 600;  // a knob shows what was asked until the daemon has it
 
 export const STEP_MM = 5;  // of a stepper's click
@@ -21,6 +24,9 @@ export class UltrasoundConsole {
   readonly screens: ReadonlyMap<number, Screen>;
   readonly outlining: StudyPanel;
   grid = true;
+  /** Whether planned seeds and the chosen hole are shown over the images. */
+  showsPlan = true;
+  chosenHole = '';
   private shown = {images: -1, overlays: 0};
   private overlays = 1;
   private askedMs = -Infinity;
@@ -93,7 +99,16 @@ export class UltrasoundConsole {
     if (!this.isOpen || (this.shown.images === versions.images && this.shown.overlays === overlays)) return;
     this.shown = {images: versions.images, overlays};
     for (const image of images.values())
-      this.screens.get(image.array)?.show(image, {grid: this.grid, template: scene?.template ?? null, outline: this.outlining.outlineOn(image)});
+      this.screens.get(image.array)?.show(image, {grid: this.grid, template: scene?.template ?? null, hole: this.chosenHole, seeds: this.showsPlan ? this.seedsOn(image) : [], outline: this.outlining.outlineOn(image)});
+  }
+
+  /** Planned seeds in the image's plane that have not fallen. */
+  private seedsOn(image: UltrasoundImage): Pixel[] {
+    const fallen = new Set(this.session.assembler.seeds.map(({planned}) => planned));
+    return [...this.session.plannedSeeds()].flatMap(([number, {position}]) => {
+      const at = toPixel(image, position);
+      return !fallen.has(number) && Math.abs(at.aside) <= SEED_REACH_MM ? [at] : [];
+    });
   }
 
   /** Some times a second: buttons, knobs and texts. */
@@ -106,6 +121,7 @@ export class UltrasoundConsole {
     byId('us-second').hidden = !present.includes(ScannerArray.Sagittal);
     byId('us-screens').classList.toggle('biplane', present.length > 1);
     byId('us-screens').hidden = present.length === 0;
+    byId('us-screens').classList.toggle('old', performance.now() - this.session.imagesMs > 1000 * OLD_S && ![...images.values()].some(({frozen}) => frozen));
     setText(byId('us-note'), this.note(isGranted, present.length > 0));
     for (const id of ['us-freeze', ...Object.keys(KNOBS)]) setDisabled(id, !may);
     for (const button of byId('us-array').querySelectorAll('button')) button.disabled = !may;
@@ -123,6 +139,8 @@ export class UltrasoundConsole {
     if (!isGranted) return this.session.welcome ? 'This daemon makes no ultrasound images: [ultrasound] on is false.' : '';
     if (!hasImage) return 'The first image is being made…';
     const image = [...this.session.images.values()][0]!;
+    const silentS = (performance.now() - this.session.imagesMs) / 1000;
+    if (silentS > OLD_S && !image.frozen) return `This image is ${silentS.toFixed(1)} s old.`;
     return `${this.session.imageRate.perSecond(performance.now()).toFixed(0)} images/s, tick ${image.tick}, ${image.spacingMm.toFixed(3)} mm a pixel.${this.outlining.isOn ? '' : ' Drag on an image to measure.'}`;
   }
 

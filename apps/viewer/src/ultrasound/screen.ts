@@ -1,6 +1,6 @@
 // One array's image on a canvas, with the template's holes, calipers and an outline over it.
 import type {UltrasoundImage} from '../protocol/image.js';
-import type {TemplateGrid} from '../protocol/scene_message.js';
+import {holeOf, type TemplateGrid} from '../protocol/scene_message.js';
 import {distanceMm, templateMarks, type Outline, type Pixel} from './geometry.js';
 
 const CALIPER = '#ffd166';
@@ -21,6 +21,10 @@ export interface Caliper {
 export interface Overlay {
   grid: boolean;
   template: TemplateGrid | null;
+  /** The chosen one; '': none. */
+  hole: string;
+  /** Planned seeds in the plane. */
+  seeds: readonly Pixel[];
   outline: Outline;
 }
 
@@ -43,7 +47,7 @@ export class Screen {
   private data: ImageData | null = null;
   private readonly source = document.createElement('canvas');
   private image: UltrasoundImage | null = null;
-  private overlay: Overlay = {grid: true, template: null, outline: NO_OUTLINE};
+  private overlay: Overlay = {grid: true, template: null, hole: '', seeds: [], outline: NO_OUTLINE};
   private isEditing = false;
   private moving: Caliper | null = null;
 
@@ -127,6 +131,7 @@ export class Screen {
     context.shadowColor = '#000';  // legible on bright tissue
     context.shadowBlur = 2 * unit;
     if (this.overlay.grid && this.overlay.template) this.drawGrid(image, this.overlay.template, unit);
+    this.drawSeeds(unit);
     this.drawOutline(unit);
     this.drawCalipers(image, unit);
     this.drawScale(image, unit);
@@ -147,9 +152,12 @@ export class Screen {
     context.lineWidth = unit;
     context.font = `${11 * unit}px system-ui, sans-serif`;
     context.textAlign = 'center';
+    const chosen = holeOf(this.overlay.hole, template);
     for (const mark of templateMarks(image, template)) {
+      const isChosen = chosen !== null && mark.column === chosen.column && mark.row === chosen.row;
+      context.fillStyle = context.strokeStyle = isChosen ? '#ffb454' : 'rgba(150, 215, 255, 0.75)';
       if (mark.kind === 'line') {
-        context.globalAlpha = 0.45;
+        context.globalAlpha = isChosen ? 0.9 : 0.45;
         context.beginPath();
         context.moveTo(mark.from.x, mark.from.y);
         context.lineTo(mark.to.x, mark.to.y);
@@ -163,10 +171,22 @@ export class Screen {
       }
       const {x, y} = mark.at;
       context.beginPath();
-      context.arc(x, y, 1.6 * unit, 0, 2 * Math.PI);
-      context.fill();
+      context.arc(x, y, (isChosen ? 6 : 1.6) * unit, 0, 2 * Math.PI);
+      if (isChosen) context.stroke();
+      else context.fill();
       if (mark.row === 0) context.fillText(String.fromCharCode(65 + mark.column), x, y + 11 * unit);
       if (mark.column === 0) context.fillText(String(mark.row + 1), x + 12 * unit * Math.sign(x - image.width / 2), y);
+    }
+  }
+
+  private drawSeeds(unit: number): void {
+    const {context} = this;
+    context.strokeStyle = '#ffd166';
+    context.lineWidth = 1.5 * unit;
+    for (const {x, y} of this.overlay.seeds) {
+      context.beginPath();
+      context.arc(x, y, 5 * unit, 0, 2 * Math.PI);
+      context.stroke();
     }
   }
 
@@ -218,17 +238,23 @@ export class Screen {
     }
   }
 
-  /** Centimetres along the left side, from the bottom. */
+  /** Centimetres along the left side, from the array's edge below, with a number at each. */
   private drawScale(image: UltrasoundImage, unit: number): void {
     const {context} = this;
     context.strokeStyle = 'rgba(185, 199, 217, 0.8)';
+    context.fillStyle = '#cfdaea';
     context.lineWidth = unit;
+    context.font = `${11 * unit}px system-ui, sans-serif`;
+    context.textAlign = 'left';
+    const last = Math.floor((image.height * image.spacingMm) / 10);
+    const y = (mm: number): number => image.height - 1 - mm / image.spacingMm;
     context.beginPath();
     for (let mm = 0; mm < image.height * image.spacingMm; mm += 5) {
-      const y = image.height - 1 - mm / image.spacingMm;
-      context.moveTo(0, y);
-      context.lineTo((mm % 10 === 0 ? 8 : 4) * unit, y);
+      context.moveTo(0, y(mm));
+      context.lineTo((mm % 10 === 0 ? 8 : 4) * unit, y(mm));
     }
     context.stroke();
+    for (let cm = 1; cm <= last; ++cm)
+      if (y(10 * cm) > 26 * unit) context.fillText(cm === 1 ? '1 cm' : String(cm), 11 * unit, y(10 * cm));
   }
 }

@@ -19,6 +19,9 @@ export class StudyPanel {
   result: Contour | null = null;
   private isWaiting = false;
   private changes = 0;
+  /** The topology whose outlines were looked for, and the version that was kept. */
+  private restoredFor = 0n;
+  private keptVersion = 0;
 
   constructor(private readonly live: LiveConnection, private readonly session: Session, screens: Iterable<Screen>,
               private readonly freeze: (frozen: boolean) => void) {
@@ -27,6 +30,7 @@ export class StudyPanel {
     byId('us-delete').addEventListener('click', () => this.onImage((image) => this.study.remove(image, this.depthMm)));
     byId('us-discard').addEventListener('click', () => this.onImage((image) => this.study.discard(image, this.depthMm)));
     byId('us-finish').addEventListener('click', () => this.finish());
+    addEventListener('pagehide', () => this.keep());  // what was drawn since the last update
     for (const screen of new Set(screens)) {
       screen.editor = {
         press: (image, at, reach) => this.press(image, at, reach),
@@ -78,7 +82,9 @@ export class StudyPanel {
 
   /** A recording has no study. */
   forget(): void {
+    this.restoredFor = 0n;  // those of the daemon come back with it
     this.study.clear();
+    this.keptVersion = this.study.version;
     this.result = null;
     this.isWaiting = false;
     this.changes += 1;
@@ -86,6 +92,7 @@ export class StudyPanel {
   }
 
   update(): void {
+    this.keep();
     const may = this.live.mayControl;
     const image = this.frozenImage;
     const slice = image && this.study.sliceOf(image);
@@ -97,6 +104,29 @@ export class StudyPanel {
     const count = this.study.slices.length;
     setText(byId('us-slices'), count ? `${count} slice${count > 1 ? 's' : ''}` : '');
     setText(byId('us-study-note'), this.isWaiting ? 'Scoring…' : this.isOn ? this.hint(image) : '');
+  }
+
+  /** Outlines stay when the page is loaded again: in this tab, for this tissue, as long as the daemon's ticks go on. */
+  private keep(): void {
+    const {topology, frame} = this.session;
+    if (!topology || !frame) return;
+    const key = `brachy-outlines ${topology.hash.toString(16)}`;
+    if (this.restoredFor !== topology.hash) {
+      this.restoredFor = topology.hash;
+      if (this.study.slices.length === 0) this.study.restore(sessionStorage.getItem(key) ?? '[]');
+      this.keptVersion = this.study.version;
+    }
+    if (this.study.slices.some(({tick}) => tick > frame.tick)) {  // the daemon was reset, or started again, since
+      this.study.clear();
+      toast('The outlines of an earlier run were let go: the tissue starts again.');
+    }
+    if (this.keptVersion === this.study.version) return;
+    this.keptVersion = this.study.version;
+    try {
+      sessionStorage.setItem(key, this.study.kept());
+    } catch {
+      // The tab's storage is full or off: a reload loses them.
+    }
   }
 
   private get depthMm(): number {
@@ -115,8 +145,9 @@ export class StudyPanel {
 
   private press(image: UltrasoundImage, at: Pixel, reach: number): boolean {
     if (!this.isOn) return false;
-    if (image.frozen && !image.held) this.study.press(image, at, reach, this.depthMm);
-    else toast('Freeze the image to outline it (F).');
+    if (image.frozen && !image.held) {
+      if (!this.study.press(image, at, reach, this.depthMm)) toast('No point there: it would be a spike. Click nearer to the outline, or drag one of its points.');
+    } else toast('Freeze the image to outline it (F).');
     return true;
   }
 

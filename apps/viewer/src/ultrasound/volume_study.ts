@@ -9,6 +9,9 @@ const PARALLEL = 0.999;
 const PIECES = 8;  // of the curve between two points
 const MOST_UNDONE = 200;
 const FREEHAND_MM = 3;  // between points of a drag
+const WHOLE = 6;        // points of an outline that may be closed
+const SPIKE_RAD = Math.PI / 3;
+const SPIKE_MM = 8;
 
 export interface StudySlice {
   number: number;
@@ -59,12 +62,66 @@ function isInPlane(image: UltrasoundImage, slice: StudySlice): boolean {
   return a[0] * b[0] + a[1] * b[1] + a[2] * b[2] > PARALLEL && Math.abs(toPixel(image, origin).aside) < SAME_PLANE_MM;
 }
 
+/** Before which point of the outline one more belongs. */
+function placeIn(points: readonly Pixel[], at: Pixel, reach: number): number {
+  let into = points.length;
+  if (points.length < 3) return into;
+  const curve = closedCurve(points);
+  let least = reach;
+  curve.forEach((point, i) => {
+    const distance = distanceToSegment(at, point, curve[(i + 1) % curve.length]!);
+    if (distance <= least) [least, into] = [distance, Math.floor(i / PIECES) + 1];
+  });
+  if (least < reach) return into;
+  const far = (a: Pixel, b: Pixel): number => Math.hypot(b.x - a.x, b.y - a.y);
+  const longer = points.map((point, i) => {
+    const next = points[(i + 1) % points.length]!;
+    return far(point, at) + far(at, next) - far(point, next);
+  });
+  return longer.indexOf(Math.min(...longer)) + 1;
+}
+
+/** Whether a point there would stand out of an outline like a needle. */
+function isSpike(points: readonly Pixel[], at: Pixel, spacingMm: number, reach: number): boolean {
+  if (points.length < WHOLE || points.some((point) => Math.hypot(point.x - at.x, point.y - at.y) <= reach)) return false;
+  const into = placeIn(points, at, reach);
+  const gaps = points.map((point, i) => Math.hypot(points[(i + 1) % points.length]!.x - point.x, points[(i + 1) % points.length]!.y - point.y));
+  const closing = gaps.pop()!;
+  const usual = gaps.sort((one, other) => one - other)[gaps.length >> 1]!;
+  if (into === points.length && closing > 2 * usual) return false;  // it is still being drawn
+  const [a, b] = [points[into - 1]!, points[into % points.length]!];
+  const [toA, toB] = [Math.hypot(a.x - at.x, a.y - at.y), Math.hypot(b.x - at.x, b.y - at.y)];
+  const angle = Math.acos(Math.max(-1, Math.min(1, ((a.x - at.x) * (b.x - at.x) + (a.y - at.y) * (b.y - at.y)) / (toA * toB))));
+  return angle < SPIKE_RAD && Math.min(toA, toB) * spacingMm > SPIKE_MM;
+}
+
+/** An outline as it is kept while the page is loaded again. */
+type KeptSlice = Omit<StudySlice, 'pose'> & {pose: number[]};
+
 export class VolumeStudy {
   slices: StudySlice[] = [];
   version = 0;
   private undone: {number: number; points: Vec3[]; selected: number}[] = [];
   private dragged: 'point' | 'freehand' | null = null;
   private nextNumber = 0;
+
+  /** The outlines as text, for restore(). */
+  kept(): string {
+    return JSON.stringify(this.slices.map((slice): KeptSlice => ({...slice, pose: Array.from(slice.pose)})));
+  }
+
+  /** The outlines that kept() gave; does nothing where the text is none of its. */
+  restore(text: string): void {
+    try {
+      const slices = JSON.parse(text) as KeptSlice[];
+      if (!Array.isArray(slices) || !slices.every((slice) => slice.pose.length === 12 && slice.points.every((point) => point.length === 3))) return;
+      this.slices = slices;
+      this.nextNumber = Math.max(-1, ...slices.map(({number}) => number)) + 1;
+      this.version += 1;
+    } catch {
+      // of an earlier page, or damaged
+    }
+  }
 
   clear(): void {
     this.slices = [];
@@ -83,28 +140,25 @@ export class VolumeStudy {
     return {points: slice?.points.map((point) => toPixel(image, point)) ?? [], selected: slice?.selected ?? -1};
   }
 
-  /** Takes the point within `reach` pixels; else inserts one into the curve where it passes within reach, or adds one at its end. */
-  press(image: UltrasoundImage, at: Pixel, reach: number, probeDepthMm: number): void {
+  /** Takes the point within `reach` pixels; else inserts one into the curve where it passes within reach, or where it makes the way
+   * around least longer. False: nothing was done, as the press is beside the image, or its point would be a spike. */
+  press(image: UltrasoundImage, at: Pixel, reach: number, probeDepthMm: number): boolean {
+    if (at.x < -0.5 || at.y < -0.5 || at.x > image.width - 0.5 || at.y > image.height - 0.5) return false;
+    const before = this.sliceOf(image)?.points.map((point) => toPixel(image, point)) ?? [];
+    if (isSpike(before, at, image.spacingMm, reach)) return false;
     const slice = this.edit(image, probeDepthMm);
     const points = slice.points.map((point) => toPixel(image, point));
     const near = points.findIndex((point) => Math.hypot(point.x - at.x, point.y - at.y) <= reach);
     this.dragged = 'point';
     if (near >= 0) {
       slice.selected = near;
-      return;
+      return true;
     }
-    let into = points.length;
-    if (points.length > 2) {
-      const curve = closedCurve(points);
-      let least = reach;
-      curve.forEach((point, i) => {
-        const distance = distanceToSegment(at, point, curve[(i + 1) % curve.length]!);
-        if (distance <= least) [least, into] = [distance, Math.floor(i / PIECES) + 1];
-      });
-    }
+    const into = placeIn(points, at, reach);
     slice.points.splice(into, 0, toWorld(image, at));
     slice.selected = into;
     if (into === slice.points.length - 1) this.dragged = 'freehand';
+    return true;
   }
 
   /** Moves the selected point; from a press beside everything adds points along the way. */
@@ -178,7 +232,7 @@ export class VolumeStudy {
     if (at < 0) return;
     const [change] = this.undone.splice(at, 1);
     if (slice) Object.assign(slice, {points: change!.points, selected: change!.selected});
-    else this.restore(image, change!);
+    else this.bringBack(image, change!);
     this.dropEmpty();
     this.version += 1;
   }
@@ -210,7 +264,7 @@ export class VolumeStudy {
   }
 
   /** A slice that is gone comes back where its points lie in the image's plane. */
-  private restore(image: UltrasoundImage, change: {number: number; points: Vec3[]; selected: number}): void {
+  private bringBack(image: UltrasoundImage, change: {number: number; points: Vec3[]; selected: number}): void {
     const [first] = change.points;
     if (!first || Math.abs(toPixel(image, first).aside) > SAME_PLANE_MM) return void this.undone.push(change);
     this.slices.push({number: change.number, tick: image.tick, probeDepthMm: NaN, pose: image.pose, spacingMm: image.spacingMm, points: change.points, selected: change.selected});
