@@ -57,6 +57,23 @@ std::size_t edits(const std::string& a, const std::string& b) {
   return row.back();
 }
 
+/// "; did you mean '--port'?" where an argument that was not expected looks like an option that there is; else "".
+std::string suggestion(const CLI::App& app) {
+  const CLI::App* used = &app;  // the command on the line
+  while (!used->get_subcommands().empty()) used = used->get_subcommands().front();
+  for (const std::string& given : app.remaining(true)) {
+    if (!given.starts_with("--")) continue;
+    const std::string name = given.substr(2, given.find('=') - 2);
+    std::string nearest;
+    for (const CLI::Option* option : used->get_options())
+      for (const std::string& known : option->get_lnames())
+        if (nearest.empty() || edits(name, known) < edits(name, nearest)) nearest = known;
+    if (!nearest.empty() && edits(name, nearest) <= std::max<std::size_t>(2, name.size() / 3))
+      return "; did you mean '--" + nearest + "'?";
+  }
+  return "";
+}
+
 /// What is wrong with a first argument that is neither an option nor a command; "": nothing.
 std::string first_argument_fault(const CLI::App& app, int argc, char** argv) {
   if (argc < 2 || *argv[1] == '-' || *argv[1] == 0) return "";
@@ -92,7 +109,11 @@ std::optional<int> parse_arguments(CLI::App& app, int argc, char** argv) {
     app.parse(argc, argv);
     return std::nullopt;
   } catch (const CLI::ParseError& e) {
-    return app.exit(e) == 0 ? kExitOk : kExitBadInput;
+    // A mistyped option is also why one that is required is missing.
+    const std::string hint = e.get_exit_code() == 0 ? "" : suggestion(app);
+    if (hint.empty()) return app.exit(e) == 0 ? kExitOk : kExitBadInput;
+    std::cerr << app.get_name() << ": " << escaped(e.what() + hint) << "\nTry --help.\n";
+    return kExitBadInput;
   }
 }
 

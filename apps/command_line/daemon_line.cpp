@@ -1,6 +1,7 @@
 #include "apps/command_line/daemon_line.h"
 
 #include "apps/command_line/command_line_parts.h"
+#include "apps/command_line/option_groups.h"
 
 namespace brachy {
 
@@ -11,6 +12,8 @@ DaemonOptions parse_daemon_line(int argc, char** argv, std::optional<int>& exit_
                "brachyd");
   app.footer(
       "Examples:\n"
+      "  brachyd                                            the default scene, with the viewer; it prints "
+      "the link\n"
       "  brachyd --config config/prostate.toml              until Ctrl-C, on the scene's port\n"
       "  brachyd --config my.toml --port 0 --duration 60    a free port, printed on the first line\n"
       "  brachyd --config config/prostate.toml --http-port 18951     the viewer: open "
@@ -47,6 +50,9 @@ DaemonOptions parse_daemon_line(int argc, char** argv, std::optional<int>& exit_
       "--session", options.session,
       "directory to record poses, forces and seeds in, and the report at the end; a session that it holds\n"
       "(also one that was killed) is resumed, with its seeds in the tissue");
+  as_short_name(
+      Option(app.add_option("--trainee", options.trainee, "who practises; stands in the session's files")
+                 ->needs("--session")));
   app.add_option("--simd", options.simd, "instruction set of the field evaluation; default: the scene's")
       ->check(simd_choices());
   app.add_flag(
@@ -70,7 +76,8 @@ DaemonOptions parse_daemon_line(int argc, char** argv, std::optional<int>& exit_
       "scene\n"
       "  brachyd doctor --config my.toml --seconds 60 --json    longer, as JSON\n"
       "The scene runs as in brachyd, with needles that go in and out, on a separate port.\n"
-      "Exit codes: 0 the scene fits, 1 it does not, 2 bad scene or usage.");
+      "Exit codes: 0 the scene fits, 1 it does not, or the machine is too busy to tell, 2 bad scene or "
+      "usage.");
   doctor->add_option("--config", options.config, "scene file (TOML); default: the built-in phantom");
   doctor->add_option("--seconds", doctor_s, "of each measurement (default 10)")->check(durations());
   doctor->add_option("--simd", options.simd, "instruction set of the field evaluation; default: the scene's")

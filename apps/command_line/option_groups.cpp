@@ -2,6 +2,8 @@
 
 #include <charconv>
 
+#include "core/base/escaped.h"
+
 namespace brachy {
 namespace {
 
@@ -66,6 +68,16 @@ void add_mesh_options(OptionList& list, MeshFileFormat& format) {
 
 Option as_duration(Option option) {
   return option.range(0.001, 1e7);
+}
+
+Option as_short_name(Option option) {
+  return option.check(
+      [](const std::string& text) -> std::string {
+        constexpr std::size_t kLongest = 100;
+        if (!text.empty() && text.size() <= kLongest && escaped(text) == text) return "";
+        return "needs a name of 1 to 100 letters on one line";
+      },
+      "NAME");
 }
 
 Option as_simd(Option option) {

@@ -33,6 +33,9 @@ void add_mesh_options(OptionList& list, MeshFileFormat& format);
 /// Seconds that a run or a measurement takes: 0.001 to 10⁷.
 Option as_duration(Option option);
 
+/// A name that is written into files: 1 to 100 bytes on one line.
+Option as_short_name(Option option);
+
 /// Instruction sets of the field evaluation.
 Option as_simd(Option option);
 

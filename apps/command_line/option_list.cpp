@@ -1,9 +1,13 @@
 #include <cmath>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <optional>
+#include <type_traits>
+#include <vector>
 
 #include "apps/command_line/command_line_parts.h"
+#include "apps/command_line/output_file.h"
 #include "apps/command_line/tool.h"
 
 namespace brachy {
@@ -62,9 +66,84 @@ bool Option::is_given() const {
   return option_->count() > 0;
 }
 
+struct OptionList::Files {
+  struct Named {
+    CLI::Option* option;
+    std::function<std::vector<std::filesystem::path>()> paths;  // after parsing
+  };
+  std::vector<Named> inputs, outputs, folders;
+  const bool* force = nullptr;
+};
+
+namespace {
+
+std::vector<std::filesystem::path> paths_in(const std::filesystem::path& value) {
+  return {value};
+}
+std::vector<std::filesystem::path> paths_in(const std::optional<std::filesystem::path>& value) {
+  return value ? paths_in(*value) : std::vector<std::filesystem::path>();
+}
+std::vector<std::filesystem::path> paths_in(const std::vector<std::filesystem::path>& value) {
+  return value;
+}
+std::vector<std::filesystem::path> paths_in(const auto&) {
+  return {};
+}
+
+template <class Value>
+constexpr bool kNamesFiles = std::is_same_v<Value, std::filesystem::path> ||
+                             std::is_same_v<Value, std::optional<std::filesystem::path>> ||
+                             std::is_same_v<Value, std::vector<std::filesystem::path>>;
+
+}  // namespace
+
+OptionList::OptionList(CLI::App& command) : command_(command), files_(std::make_shared<Files>()) {}
+
 template <class T>
 Option OptionList::add(const std::string& name, T& value, const std::string& help) {
-  return Option(command_.add_option(name, value, help));
+  CLI::Option* const option = command_.add_option(name, value, help);
+  if constexpr (kNamesFiles<T>) files_->inputs.push_back({option, [&value] { return paths_in(value); }});
+  return Option(option);
+}
+
+template <class T>
+Option OptionList::add_output(const std::string& name, T& value, const std::string& help) {
+  CLI::Option* const option = command_.add_option(name, value, help)->type_name("NEW FILE");
+  files_->outputs.push_back({option, [&value] { return paths_in(value); }});
+  return Option(option);
+}
+
+template <class T>
+Option OptionList::add_output_folder(const std::string& name, T& value, const std::string& help) {
+  CLI::Option* const option = command_.add_option(name, value, help)->type_name("NEW FOLDER");
+  files_->folders.push_back({option, [&value] { return paths_in(value); }});
+  return Option(option);
+}
+
+Option OptionList::add_force(bool& value) {
+  files_->force = &value;
+  return add_flag("--force", value, "overwrite what exists, but never an input");
+}
+
+void OptionList::check_outputs() const {
+  const auto given = [](const std::vector<Files::Named>& named) {
+    std::vector<std::optional<std::filesystem::path>> paths;
+    for (const Files::Named& one : named)
+      if (one.option->count() > 0)
+        for (const std::filesystem::path& path : one.paths()) paths.emplace_back(path);
+    return paths;
+  };
+  const auto inputs = given(files_->inputs), outputs = given(files_->outputs),
+             folders = given(files_->folders);
+  for (const auto& folder : folders) check_is_no_input(*folder, inputs);
+  for (std::size_t i = 0; i < outputs.size(); ++i) {
+    check_is_no_input(*outputs[i], inputs);
+    for (std::size_t k = 0; k < i; ++k)
+      if (std::filesystem::absolute(*outputs[i]).lexically_normal() ==
+          std::filesystem::absolute(*outputs[k]).lexically_normal())
+        throw UserError(outputs[i]->string() + ": is named for two outputs; give each a name of its own");
+    check_output(outputs[i], files_->force != nullptr && *files_->force);
+  }
 }
 
 using Path = std::filesystem::path;
@@ -80,6 +159,11 @@ template Option OptionList::add(const std::string&, std::optional<Path>&, const 
 template Option OptionList::add(const std::string&, std::vector<double>&, const std::string&);
 template Option OptionList::add(const std::string&, std::vector<std::string>&, const std::string&);
 template Option OptionList::add(const std::string&, std::vector<Path>&, const std::string&);
+
+template Option OptionList::add_output(const std::string&, Path&, const std::string&);
+template Option OptionList::add_output(const std::string&, std::optional<Path>&, const std::string&);
+template Option OptionList::add_output_folder(const std::string&, Path&, const std::string&);
+template Option OptionList::add_output_folder(const std::string&, std::optional<Path>&, const std::string&);
 
 Option OptionList::add_flag(const std::string& name, bool& value, const std::string& help) {
   return Option(command_.add_flag(name, value, help));

@@ -24,7 +24,8 @@ struct DaemonOptions {
   bool play = false;                                ///< start it at once, in a loop
   /// directory to record into, or to resume; none: nothing is recorded
   std::optional<std::filesystem::path> session;
-  std::string simd;  ///< empty: the scene's
+  std::string trainee;  ///< whose session it is, as it is to stand in its files; empty: nobody's
+  std::string simd;     ///< empty: the scene's
   bool control_thread = false;
   bool insecure_allow_remote = false;
   std::optional<double> report_every_s;  ///< none: only the closing summary

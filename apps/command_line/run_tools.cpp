@@ -1,4 +1,5 @@
 #include <iostream>
+#include <utility>
 
 #include "apps/command_line/command_line_parts.h"
 #include "apps/command_line/tool.h"
@@ -11,19 +12,23 @@ namespace {
 struct Command {
   CLI::App* line;
   std::function<int()> run;
+  OptionList list;
 };
 
 Command declare(CLI::App& app, const Tool& tool) {
   CLI::App* line = app.add_subcommand(tool.name, tool.summary);
   if (!tool.declare)
-    return {line->prefix_command(), []() -> int { throw UsageError("the command must come first"); }};
+    return {line->prefix_command(), []() -> int { throw UsageError("the command must come first"); },
+            OptionList(*line)};
   line->footer(tool.details);
   OptionList list(*line);
-  return {line, tool.declare(list)};
+  std::function<int()> run = tool.declare(list);
+  return {line, std::move(run), std::move(list)};
 }
 
 int run(const std::string& program, const Command& command) {
   try {
+    command.list.check_outputs();
     return command.run();
   } catch (const UsageError& e) {
     std::cerr << program << " " << command.line->get_name() << ": " << escaped(e.what()) << "\nTry --help.\n";

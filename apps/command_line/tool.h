@@ -54,19 +54,35 @@ class Option {
 /// keep their value where the option is not given.
 class OptionList {
  public:
-  explicit OptionList(CLI::App& command) : command_(command) {}
+  explicit OptionList(CLI::App& command);
 
   /// T: std::string, int, std::uint64_t, double, std::filesystem::path, std::optional of int, std::uint32_t, double
   /// or a path, std::vector of double, std::string or paths.
   template <class T>
   Option add(const std::string& name, T& value, const std::string& help);
+  /// A file that the tool writes; the help calls it NEW FILE. Before the tool runs, one that exists is refused unless
+  /// add_force()'s flag is given, as is one that another option names, to be read or written, whatever its name there.
+  /// T: a path or an optional one.
+  template <class T>
+  Option add_output(const std::string& name, T& value, const std::string& help);
+  /// A folder that the tool writes into, NEW FOLDER in the help, which is never an input. What may be in it the tool
+  /// says and checks.
+  template <class T>
+  Option add_output_folder(const std::string& name, T& value, const std::string& help);
+  /// --force, for a tool whose outputs may be overwritten.
+  Option add_force(bool& value);
   Option add_flag(const std::string& name, bool& value, const std::string& help);
   /// An option whose text `take` converts; called once, after its checks.
   Option add_text(const std::string& name, std::function<void(const std::string&)> take,
                   const std::string& help);
 
+  /// The check that add_output() speaks of, with what was parsed. Throws UserError.
+  void check_outputs() const;
+
  private:
+  struct Files;  // what options name
   CLI::App& command_;
+  std::shared_ptr<Files> files_;
 };
 
 /// A command of a program.

@@ -69,7 +69,7 @@ struct LoadedScene {
         structures(load_structures(of)),
         echoes(of.ultrasound.on && !of.ultrasound.volume.empty() ? load_echo_map(of, structures) : nullptr),
         session(open_session(of, options, plan, structures)),
-        ledger(plan_ledger(of, plan, options.session)) {}
+        ledger(plan_ledger(of, plan, session ? std::optional(session->folder()) : std::nullopt)) {}
 
   std::vector<std::int32_t> lost_seeds() const {
     return session ? session->restored_lost() : std::vector<std::int32_t>();
@@ -180,6 +180,8 @@ class Daemon::Impl {
                  scene.engine.threads == 1 ? "" : "s");
     server_.set_scene(make_scene_message(scene, loaded_.plan, loaded_.structures));
     wire();
+    // Last: a start that is refused changes nothing in the session's directory.
+    if (loaded_.session && !options.check_config) begin_session();
   }
 
   ~Impl() {
@@ -348,7 +350,7 @@ class Daemon::Impl {
 
   void add_plan() {
     changes_.emplace(scene(), loaded_.structures, loaded_.ledger,
-                     loaded_.session ? options_.session : std::nullopt,
+                     loaded_.session ? std::optional(loaded_.session->folder()) : std::nullopt,
                      loaded_.session ? loaded_.session->start_s() : 0, loaded_.lost_seeds(), loop_, runs_,
                      server_, as_background_thread("plan"), log_);
     on_request<net::PlanMessage>(
@@ -454,6 +456,14 @@ class Daemon::Impl {
     return h;
   }
 
+  void begin_session() {
+    SessionManifest manifest = make_manifest(scene(), options_.config);
+    manifest.trainee = options_.trainee;
+    if (const Exercise* exercise = exercises_->running())
+      manifest.exercise = ManifestText{exercises_->running_file().string(), exercise->text};
+    loaded_.session->begin(std::move(manifest), loop_.clock().utc_ns());
+  }
+
   // --- the end ---
 
   /// Ends whatever the event loop waits for, so that run() returns. On the io thread.
@@ -484,7 +494,8 @@ class Daemon::Impl {
     summary.drops_refused = events_.drops_refused();
     safety_.end();
     network_log_.end();
-    if (loaded_.session) summary.session = loaded_.session->end(exercises_->running());
+    if (loaded_.session)
+      summary.session = loaded_.session->end(exercises_->running(), loop_.clock().utc_ns());
   }
 
   // --- on the io thread ---

@@ -2,37 +2,66 @@
 
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
-#include <sys/stat.h>
-#include <unistd.h>
+
+#include <array>
+#include <ctime>
 
 #include "apps/score/report.h"
 #include "core/base/error.h"
+#include "core/base/version.h"
 #include "core/scene/load_structures.h"
 
 namespace brachy {
 namespace {
 
-/// An existing directory must stay writable after root's rights over other users' files have been dropped.
-const std::filesystem::path& checked(const std::filesystem::path& folder) {
-  struct stat about {};
-  if (::stat(folder.c_str(), &about) == 0 && ::geteuid() == 0 && about.st_uid != 0 &&
-      (about.st_mode & S_IWOTH) == 0)
-    throw UserError(
-        folder.string() +
-        ": belongs to another user, and brachyd drops root's rights over other users' files once it runs; "
-        "start it as that user, or give a directory that root owns");
-  return folder;
+/// "2026-11-28T09:30:00Z".
+std::string utc_text(std::int64_t utc_ns) {
+  const std::time_t seconds = utc_ns / 1'000'000'000;
+  std::tm parts{};
+  ::gmtime_r(&seconds, &parts);
+  std::array<char, 32> text{};
+  return {text.data(), std::strftime(text.data(), text.size(), "%Y-%m-%dT%H:%M:%SZ", &parts)};
+}
+
+std::string plan_text(const std::optional<ManifestText>& plan) {
+  return plan ? plan->text : std::string();
 }
 
 }  // namespace
 
 RecordedSession::RecordedSession(const std::filesystem::path& folder, const Scene& scene,
                                  std::optional<Plan> plan, std::vector<std::string> organs)
-    : folder_(checked(folder)),
-      scene_(scene),
+    : scene_(scene),
       plan_(std::move(plan)),
-      log_(folder, scene.instrument_count(), scene.period_s(), std::move(organs)) {
+      log_(folder, scene.instrument_count(), scene.period_s(), std::move(organs), SessionLog::Start::kLater) {
   if (!log_.restored_text().empty()) spdlog::info("session {}: {}", folder.string(), log_.restored_text());
+}
+
+void RecordedSession::begin(SessionManifest manifest, std::int64_t utc_ns) {
+  const SessionFolder& folder = log_.folder();
+  const auto refuse = [&](const std::string& why) {
+    throw UserError(folder.path().string() + ": holds a session " + why +
+                    "; give another directory, or what it was begun with");
+  };
+  if (std::optional<SessionManifest> earlier = load_manifest(folder)) {
+    // A scene that is in no file has no text to compare, but a plan.
+    if (manifest.scene.file.empty() && earlier->scene.file.empty()) {
+      if (plan_text(manifest.plan) != plan_text(earlier->plan)) refuse("of another plan");
+    } else {
+      const auto differences =
+          differences_from(*earlier, scene_of(manifest, folder.path().string()), ManifestScope::kRecorded);
+      if (!differences.empty()) refuse("of another scene: " + listed_differences(differences));
+    }
+    if (earlier->kernel != manifest.kernel)
+      refuse("of model " + earlier->kernel + ", and \"auto\" chooses " + manifest.kernel + " now");
+    if (!manifest.trainee.empty() && manifest.trainee != earlier->trainee)
+      refuse(earlier->trainee.empty() ? "of no named trainee" : "of trainee " + earlier->trainee);
+    manifest = std::move(*earlier);
+  }
+  manifest.runs.push_back({version(), utc_text(utc_ns), {}, start_s()});
+  manifest_ = std::move(manifest);
+  folder.replace(kManifestFile, to_json(manifest_));
+  log_.begin();
 }
 
 std::optional<std::string> RecordedSession::record(const MeshState& state, const SavedTick* saved) {
@@ -52,7 +81,7 @@ std::optional<std::string> RecordedSession::record(const MeshState& state, const
 std::string RecordedSession::store(RecordedStudy study) const {
   study.t_s += log_.offset_s();
   try {
-    append_study(folder_, study);
+    append_study(log_.folder(), study);
   } catch (const std::exception& e) {
     return std::string("session: ") + e.what();
   }
@@ -61,29 +90,27 @@ std::string RecordedSession::store(RecordedStudy study) const {
 
 Score RecordedSession::score() const {
   if (!plan_) throw UserError("the scene has no plan to score against: give it plan.file");
-  return score_recording(folder_, *plan_, scene_, load_structures(scene_));
+  return score_recording(log_.folder().path(), *plan_, scene_, load_structures(scene_));
 }
 
-std::string RecordedSession::end(const Exercise* exercise) {
+std::string RecordedSession::end(const Exercise* exercise, std::int64_t utc_ns) {
+  const SessionFolder& folder = log_.folder();
   try {
     log_.close();
+    manifest_.runs.at(manifest_.runs.size() - 1).ended = utc_text(utc_ns);
+    folder.replace(kManifestFile, to_json(manifest_));
   } catch (const std::runtime_error& e) {
     failure_ = e.what();
   }
   if (!failure_.empty()) spdlog::error("session: {}", failure_);
-  std::string kept = fmt::format("{}: {} seeds, {} poses", folder_.string(), log_.seeds(), log_.poses());
+  std::string kept =
+      fmt::format("{}: {} seeds, {} poses", folder.path().string(), log_.seeds(), log_.poses());
   if (!plan_) return kept;
-  const std::filesystem::path page = folder_ / "report.html";
   try {
-    const Score score = write_report(folder_, *plan_, scene_, page);
-    const std::string text = (exercise ? to_text(*exercise, judge(*exercise, score)) : "") + to_text(score);
-    for (const char* extension : {".html", ".json"}) {
-      std::error_code ignored;
-      const std::filesystem::path file = std::filesystem::path(page).replace_extension(extension);
-      std::filesystem::permissions(
-          file, std::filesystem::perms::owner_read | std::filesystem::perms::owner_write, ignored);
-    }
-    return kept + "\n" + text + page.string();
+    const Report report = make_report(folder.path(), *plan_, scene_);
+    keep_report(folder, report, EarlierReport::kReplaced);
+    const std::string result = exercise ? to_text(*exercise, judge(*exercise, report.score)) : "";
+    return kept + "\n" + result + to_text(report.score) + folder.path_of(kReportPage).string();
   } catch (const std::exception& e) {  // the recording is complete all the same, for `brachy score`
     spdlog::error("session: no report: {}", e.what());
     return kept;

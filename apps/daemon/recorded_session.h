@@ -6,6 +6,7 @@
 #include "apps/daemon/loops/saved_tick.h"
 #include "apps/score/exercise.h"
 #include "apps/session/session_log.h"
+#include "apps/session/session_manifest.h"
 #include "apps/session/volume_study_file.h"
 #include "core/brachytherapy/plan/plan.h"
 #include "core/scene/scene.h"
@@ -17,7 +18,7 @@ namespace brachy {
 /// Threads: one at a time; sync() any other.
 class RecordedSession {
  public:
-  /// Throws UserError as SessionLog does.
+  /// Examines the directory, as SessionLog does with Start::kLater.
   /// `organs`: names of SimulationModel::organs.
   RecordedSession(const std::filesystem::path& folder, const Scene& scene, std::optional<Plan> plan,
                   std::vector<std::string> organs);
@@ -25,6 +26,10 @@ class RecordedSession {
   const std::vector<Seed>& restored() const { return log_.restored(); }
   const std::vector<std::int32_t>& restored_lost() const { return log_.restored_lost(); }
 
+  const SessionFolder& folder() const { return log_.folder(); }
+  /// Begins to record: nothing in the directory has changed before. `manifest`: of the scene, without its runs. Throws
+  /// UserError where the directory holds a session of another scene or trainee: then nothing has changed either.
+  void begin(SessionManifest manifest, std::int64_t utc_ns);
   double start_s() const { return log_.offset_s(); }  ///< session time of tick 0
 
   /// Writes what is new in `state`, and keeps `saved` unless it is null. Returns and logs the text of a failure, once;
@@ -42,13 +47,13 @@ class RecordedSession {
 
   /// Closes the files and, with a plan, writes report.html and report.json. Returns a summary for the
   /// operator, with the result of `exercise` unless it is null.
-  std::string end(const Exercise* exercise);
+  std::string end(const Exercise* exercise, std::int64_t utc_ns);
 
  private:
-  const std::filesystem::path folder_;
   const Scene scene_;
   const std::optional<Plan> plan_;
   SessionLog log_;
+  SessionManifest manifest_;
   std::string failure_;
 };
 

@@ -5,19 +5,25 @@
 #include "core/base/colour_text.h"
 #include "core/brachytherapy/dose/source.h"
 #include "core/models/matrix_kernel/matrix_models.h"
+#include "core/scene/load_plan.h"
+#include "core/scene/structure_roles.h"
 
 namespace brachy {
 namespace {
+
+/// Tissue that is more than the gland is no structure.
+bool is_tissue_gland(const Scene& scene) {
+  return std::ranges::count(structure_roles(scene), StructureRole::kGland) == 0;
+}
 
 std::vector<net::SceneColour> colours_of(const Scene& scene) {
   std::vector<net::SceneColour> colours;
   const auto add = [&](const std::string& name, const std::string& text) {
     if (const auto rgb = colour_from(text)) colours.push_back({name, (*rgb)[0], (*rgb)[1], (*rgb)[2]});
   };
-  for (const StructureSettings& structure : scene.structures) add(structure.name, structure.colour);
-  // Tissue that is more than the gland is no structure.
-  if (std::ranges::find(scene.structures, "prostate", &StructureSettings::name) == scene.structures.end())
-    add("prostate", scene.tissue.colour);
+  const std::vector<std::string> names = structure_names(scene);
+  for (std::size_t n = 0; n < names.size(); ++n) add(names[n], scene.structures[n].colour);
+  if (is_tissue_gland(scene)) add(role_word(StructureRole::kGland), scene.tissue.colour);
   return colours;
 }
 
@@ -38,11 +44,13 @@ net::SceneMessage make_scene_message(const Scene& scene, const std::optional<Pla
     for (const PlannedSeed& seed : plan->seeds(scene.template_grid))
       message.planned_seeds.push_back({seed.position, seed.axis, static_cast<std::uint32_t>(seed.needle)});
   }
+  // Of HDR the catheters, which leave no seed.
+  if (const auto hdr = load_hdr_plan(scene))
+    for (std::size_t c = 0; c < hdr->catheters.size(); ++c)
+      message.planned_needles.push_back({hdr->planned_tip(scene.template_grid, c), hdr->catheters[c].hole});
   for (const Structure& structure : structures) {
     // The tissue itself is shown anyway.
-    if (structure.name == "prostate" && std::ranges::find(scene.structures, structure.name,
-                                                          &StructureSettings::name) == scene.structures.end())
-      continue;
+    if (structure.name == role_word(StructureRole::kGland) && is_tissue_gland(scene)) continue;
     net::SceneStructure shown{structure.name, {}, structure.mesh.triangles};
     for (const Vec3& vertex : structure.mesh.vertices)
       for (int k = 0; k < 3; ++k) shown.vertices.push_back(static_cast<float>(vertex[k]));

@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "apps/forces/row_file.h"
@@ -66,6 +67,9 @@ class ForceLogWriter {
   explicit ForceLogWriter(const std::filesystem::path& file, RowFile::Start start = RowFile::Start::kAnew,
                           ForceColumns columns = ForceColumns::kAll)
       : columns_(columns), file_(file, start, force_log_header(columns)) {}
+  /// Appends to an open log, whose name in errors is `name`.
+  ForceLogWriter(OpenFile file, std::string name, ForceColumns columns)
+      : columns_(columns), file_(std::move(file), std::move(name), force_log_header(columns)) {}
 
   void add(const ForceSample& sample) { file_.add(force_row(sample, columns_)); }
   void flush() { file_.flush(); }

@@ -7,8 +7,8 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <utility>
 
-#include "apps/forces/session_file.h"
 #include "core/base/error.h"
 
 namespace brachy {
@@ -16,23 +16,36 @@ namespace {
 
 constexpr std::size_t kMostWaiting = std::size_t{1} << 20;  // bytes
 
+OpenFile open_rows(const std::filesystem::path& file, RowFile::Start start) {
+  std::error_code ignored;
+  const bool is_device =
+      std::filesystem::is_character_file(file, ignored) || std::filesystem::is_fifo(file, ignored);
+  const int how = start == RowFile::Start::kAnew   ? O_TRUNC
+                  : start == RowFile::Start::kGoOn ? O_APPEND
+                  : is_device                      ? 0
+                                                   : O_EXCL;
+  OpenFile opened(::open(file.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC | how, 0644));
+  if (opened.is_open()) return opened;
+  if (errno == EEXIST) throw UserError(file.string() + ": exists already; give another name");
+  throw UserError(file.string() + ": cannot be created: " + std::strerror(errno) +
+                  "; give a file in a directory that you can write to");
+}
+
 }  // namespace
 
 RowFile::RowFile(const std::filesystem::path& file, Start start, std::string_view header)
-    : name_(file.string()) {
-  const int how = O_WRONLY | O_CREAT | O_CLOEXEC | (start == Start::kAnew ? O_TRUNC : O_APPEND);
-  file_ = start == Start::kSession ? open_session_file(file) : ::open(name_.c_str(), how, 0644);
+    : RowFile(open_rows(file, start), file.string(), header) {}
+
+RowFile::RowFile(OpenFile file, std::string name, std::string_view header)
+    : name_(std::move(name)), file_(std::move(file)) {
   struct stat status {};
-  if (file_ < 0 || ::fstat(file_, &status) != 0)
-    throw UserError(name_ + ": cannot be created: " + std::strerror(errno) +
-                    "; give a file in a directory that you can write to");
-  if (S_ISREG(status.st_mode)) size_ = static_cast<std::uint64_t>(status.st_size);
+  if (::fstat(file_.get(), &status) == 0 && S_ISREG(status.st_mode))
+    size_ = static_cast<std::uint64_t>(status.st_size);
   if (size_ == 0) (waiting_ = header) += '\n';
 }
 
 RowFile::~RowFile() {
   flush();
-  ::close(file_);
 }
 
 void RowFile::add(std::string_view row) {
@@ -45,7 +58,7 @@ void RowFile::add(std::string_view row) {
 void RowFile::flush() {
   std::size_t written = 0;
   while (written < waiting_.size() && !failure_) {
-    const ssize_t bytes = ::write(file_, waiting_.data() + written, waiting_.size() - written);
+    const ssize_t bytes = ::write(file_.get(), waiting_.data() + written, waiting_.size() - written);
     if (bytes > 0)
       written += static_cast<std::size_t>(bytes);
     else if (bytes == 0 || errno != EINTR)
@@ -59,7 +72,7 @@ void RowFile::flush() {
     rows_ -= std::min(rows_, lost);  // the header may be among them
     written = kept;
     // A pipe or a device cannot be truncated and need not be.
-    [[maybe_unused]] const int is_cut = ::ftruncate(file_, static_cast<off_t>(size_ + kept));
+    [[maybe_unused]] const int is_cut = ::ftruncate(file_.get(), static_cast<off_t>(size_ + kept));
   }
   size_ += written;
   waiting_.clear();

@@ -5,6 +5,8 @@
 #include <string>
 #include <string_view>
 
+#include "apps/forces/open_file.h"
+
 namespace brachy {
 
 /// A text file to which rows are added. They are buffered until flush(), or up to a megabyte, and then written by one
@@ -13,11 +15,13 @@ namespace brachy {
 /// continue. Threads: one.
 class RowFile {
  public:
-  /// Whether an existing file is replaced or appended to; kSession: appended to, a regular file of mode 0600.
-  enum class Start { kAnew, kGoOn, kSession };
+  /// What becomes of an existing file: it is refused, replaced, or appended to. A device or a FIFO is written to.
+  enum class Start { kNew, kAnew, kGoOn };
 
   /// An empty file begins with the line `header`. Throws UserError where the file cannot be created.
   RowFile(const std::filesystem::path& file, Start start, std::string_view header);
+  /// Appends to an open file, whose name in errors is `name`.
+  RowFile(OpenFile file, std::string name, std::string_view header);
   ~RowFile();  ///< flushes
   RowFile(const RowFile&) = delete;
   RowFile& operator=(const RowFile&) = delete;
@@ -33,7 +37,7 @@ class RowFile {
 
  private:
   std::string name_;
-  int file_ = -1;
+  OpenFile file_;
   std::uint64_t size_ = 0;  // bytes of whole rows in the file
   std::string waiting_;
   std::uint64_t rows_ = 0;

@@ -1,20 +1,13 @@
 #include "apps/session/plan_change_log.h"
 
-#include <fcntl.h>
-#include <unistd.h>
-
 #include <algorithm>
-#include <cerrno>
 #include <charconv>
-#include <cstring>
-#include <fstream>
 #include <optional>
 #include <sstream>
 #include <string_view>
 #include <utility>
 
 #include "apps/forces/row_file.h"
-#include "apps/session/whole_lines.h"
 #include "core/base/error.h"
 #include "core/base/one_line.h"
 #include "core/brachytherapy/plan/plan_file.h"
@@ -65,18 +58,17 @@ struct ChangeTable {
   std::vector<PlanChange> changes;
 };
 
-ChangeTable load_table(const std::filesystem::path& folder) {
-  const std::filesystem::path file = folder / kPlanChangesFile;
+ChangeTable load_table(const SessionFolder& folder) {
+  const std::string file = folder.path_of(kPlanChangesFile).string();
   ChangeTable table;
-  std::error_code none;
-  if (!std::filesystem::exists(file, none)) return table;
-  std::ifstream in(file, std::ios::binary);
-  std::ostringstream content;
-  if (!(content << in.rdbuf())) throw UserError(file.string() + ": cannot be read");
-  std::istringstream lines(content.str().substr(0, content.str().rfind('\n') + 1));
+  const std::optional<std::string> text = folder.read(kPlanChangesFile);
+  if (!text) return table;
+  if (whole_lines(*text).empty() && !std::string_view(kPlanChangesHeader).starts_with(*text))
+    throw UserError(file + ":1: expected " + kPlanChangesHeader);
+  std::istringstream lines{std::string(whole_lines(*text))};
   std::string line;
   for (std::size_t n = 1; std::getline(lines, line); ++n) {
-    const std::string place = file.string() + ":" + std::to_string(n);
+    const std::string place = file + ":" + std::to_string(n);
     if (n > 1)
       table.changes.push_back(parse_plan_change(line, table.has_kinds, place));
     else if (line == kPlanChangesWithoutKindHeader)
@@ -87,29 +79,17 @@ ChangeTable load_table(const std::filesystem::path& folder) {
   return table;
 }
 
-/// A new file of the owner's, never an existing one.
-void write_new(const std::filesystem::path& file, const std::string& text) {
-  const auto refuse = [&] { throw UserError(file.string() + ": " + std::strerror(errno)); };
-  const int to = ::open(file.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0600);
-  if (to < 0) refuse();
-  const bool is_whole = ::write(to, text.data(), text.size()) == static_cast<ssize_t>(text.size());
-  const int error = errno;
-  if (::close(to) == 0 && is_whole) return;
-  errno = is_whole ? errno : error;
-  refuse();
-}
-
 }  // namespace
 
 const char* to_string(PlanChangeKind kind) {
   return kind == PlanChangeKind::kOptimised ? "optimised" : "edited";
 }
 
-std::vector<PlanChange> load_plan_changes(const std::filesystem::path& folder) {
+std::vector<PlanChange> load_plan_changes(const SessionFolder& folder) {
   return load_table(folder).changes;
 }
 
-PlanChangeLog::PlanChangeLog(std::filesystem::path folder) : folder_(std::move(folder)) {
+PlanChangeLog::PlanChangeLog(SessionFolder folder) : folder_(std::move(folder)) {
   ChangeTable table = load_table(folder_);
   changes_ = std::move(table.changes);
   has_kinds_ = table.has_kinds;
@@ -117,20 +97,16 @@ PlanChangeLog::PlanChangeLog(std::filesystem::path folder) : folder_(std::move(f
 
 void PlanChangeLog::add(double t_s, const Plan& whole, PlanChangeKind kind, const std::string& what) {
   PlanChange change{t_s, {}, kind, one_line(what)};
-  std::error_code none;
   for (std::size_t n = changes_.size() + 1;; ++n) {  // one that no row names stays
-    change.file = "plan_change_" + std::to_string(n) + ".toml";
-    if (!std::filesystem::exists(folder_ / change.file, none)) break;
+    change.file = kPlanChange.name + std::to_string(n) + ".toml";
+    if (!folder_.has(change.file)) break;
   }
   std::ostringstream time;
   time.setf(std::ios::fixed);
   time.precision(1);
   time << t_s;
-  write_new(folder_ / change.file,
-            to_toml(whole, {change.what + ", at " + time.str() + " s of the session"}));
-  if (std::filesystem::exists(folder_ / kPlanChangesFile, none))
-    truncate_partial_line(folder_ / kPlanChangesFile);
-  RowFile rows(folder_ / kPlanChangesFile, RowFile::Start::kSession,
+  folder_.write_new(change.file, to_toml(whole, {change.what + ", at " + time.str() + " s of the session"}));
+  RowFile rows(folder_.append_to(kPlanChangesFile), folder_.path_of(kPlanChangesFile).string(),
                has_kinds_ ? kPlanChangesHeader : kPlanChangesWithoutKindHeader);
   rows.add(time.str() + "," + change.file + "," + (has_kinds_ ? to_string(kind) + std::string(",") : "") +
            change.what);

@@ -1,15 +1,14 @@
 #pragma once
 
-#include <filesystem>
 #include <string>
 #include <vector>
 
+#include "apps/session/session_folder.h"
 #include "core/brachytherapy/plan/plan.h"
 
 namespace brachy {
 
-/// The table of changes in a session's directory, and the plan of change n.
-inline constexpr const char* kPlanChangesFile = "plan_changes.csv";
+/// The table of changes in a session's directory.
 inline constexpr const char* kPlanChangesHeader = "t_s,file,kind,what";
 /// Of sessions from before a change's kind was kept; the text tells it ("optimised by …").
 inline constexpr const char* kPlanChangesWithoutKindHeader = "t_s,file,what";
@@ -27,7 +26,7 @@ struct PlanChange {
 
 /// The changes in a session's directory, in their order; empty where there are none. An unfinished last line is left
 /// out. Throws UserError for a file that cannot be read or is not such a table.
-std::vector<PlanChange> load_plan_changes(const std::filesystem::path& folder);
+std::vector<PlanChange> load_plan_changes(const SessionFolder& folder);
 
 /// Records changes of the plan in a session's directory, which exists: first the plan under a name of its own, then
 /// the row of the table, each by one write(2) before add() returns: kill −9 loses no change that a client was told
@@ -36,7 +35,7 @@ std::vector<PlanChange> load_plan_changes(const std::filesystem::path& folder);
 class PlanChangeLog {
  public:
   /// Continues the changes of an earlier run. Throws UserError as load_plan_changes.
-  explicit PlanChangeLog(std::filesystem::path folder);
+  explicit PlanChangeLog(SessionFolder folder);
 
   const std::vector<PlanChange>& changes() const { return changes_; }
 
@@ -44,7 +43,7 @@ class PlanChangeLog {
   void add(double t_s, const Plan& whole, PlanChangeKind kind, const std::string& what);
 
  private:
-  std::filesystem::path folder_;
+  SessionFolder folder_;
   std::vector<PlanChange> changes_;
   bool has_kinds_ = true;  // the table
 };

@@ -1,11 +1,11 @@
 #pragma once
 
 #include <cstdint>
-#include <filesystem>
 #include <span>
 #include <string>
 #include <vector>
 
+#include "apps/session/session_folder.h"
 #include "core/brachytherapy/seeds/seed.h"
 
 namespace brachy {
@@ -15,9 +15,9 @@ namespace brachy {
 /// Threads: one; sync() any other.
 class SeedLedger {
  public:
-  /// Creates the file, or continues an existing one: reads its seeds, and truncates an unfinished last row.
-  /// Throws UserError if it cannot be read or written, or is not a ledger.
-  explicit SeedLedger(const std::filesystem::path& file);
+  /// Creates the session's seeds.csv, or continues an existing one: reads its seeds, and truncates an unfinished last
+  /// row. Throws UserError if it cannot be read or written, or is not a ledger: then it is as it was.
+  explicit SeedLedger(const SessionFolder& folder);
   ~SeedLedger();
   SeedLedger(const SeedLedger&) = delete;
   SeedLedger& operator=(const SeedLedger&) = delete;
@@ -34,10 +34,10 @@ class SeedLedger {
 
  private:
   std::string name_;
-  int file_ = -1;
-  std::int64_t size_ = 0;  // bytes of whole rows
   std::vector<Seed> restored_;
   bool had_partial_row_ = false;
+  OpenFile file_;
+  std::int64_t size_ = 0;  // bytes of whole rows
   std::size_t count_ = 0;
 };
 

@@ -1,10 +1,8 @@
 #include "apps/session/session_log.h"
 
 #include <algorithm>
-#include <array>
 #include <stdexcept>
 
-#include "apps/session/whole_lines.h"
 #include "core/base/denied_folder.h"
 #include "core/base/error.h"
 #include "core/brachytherapy/seeds/failed_drop_file.h"
@@ -12,56 +10,44 @@
 #include "core/simulation/new_failed_drops.h"
 
 namespace brachy {
+
 bool SessionLog::is_recording(const std::filesystem::path& folder) {
   refuse_denied_folder(folder / kPosesFile);
-  return std::ranges::any_of(std::array{kPosesFile, kForcesFile, kSeedsFile}, [&](const char* file) {
+  return std::ranges::any_of(kSessionFiles, [&](const SessionFile& file) {
     std::error_code ignored;
-    return std::filesystem::exists(folder / file, ignored);
+    return std::filesystem::exists(std::filesystem::symlink_status(folder / file.name, ignored));
   });
 }
 
-namespace {
-
-std::vector<std::int32_t> lost_in(const std::filesystem::path& file) {
-  std::error_code none;
-  if (!std::filesystem::is_regular_file(file, none)) return {};
-  truncate_partial_line(file);
-  if (std::filesystem::file_size(file) == 0) return {};
-  std::vector<std::int32_t> lost;
-  for (const FailedDrop& drop : parse_failed_drops(text_of_file(file), file.string()))
-    if (drop.why == DropRefusal::kLost && drop.planned >= 0) lost.push_back(drop.planned);
-  return lost;
-}
-
-}  // namespace
-
 SessionLog::SessionLog(const std::filesystem::path& folder, std::size_t needle_count, double period_s,
-                       std::optional<std::vector<std::string>> organs)
-    : folder_(folder),
+                       std::optional<std::vector<std::string>> organs, Start start)
+    : folder_(SessionFolder::make(folder)),
       period_s_(period_s),
       columns_{needle_count > 1, true},
-      earlier_(examine_earlier_session(folder, trajectory_header(columns_), needle_count)),
-      ledger_(folder_ / kSeedsFile),
-      forces_(folder_ / kForcesFile, RowFile::Start::kSession, earlier_.force_columns),
-      poses_(folder_ / kPosesFile, RowFile::Start::kSession, trajectory_header(columns_)),
-      restored_lost_(lost_in(folder_ / kDropsFile)) {
-  if (organs) {
-    organs_ = std::move(*organs);
-    std::error_code none;
-    if (std::filesystem::is_regular_file(folder_ / kContactsFile, none))
-      truncate_partial_line(folder_ / kContactsFile);
-    drops_.emplace(folder_ / kDropsFile, RowFile::Start::kSession, kFailedDropHeader);
-    contacts_.emplace(folder_ / kContactsFile, RowFile::Start::kSession, kOrganPassHeader);
-  }
-  // After the latest of the three: a run may have been killed between writing one and the other.
-  offset_s_ = std::max(earlier_.end_s, latest_seed_s(ledger_.restored(), folder_ / kSeedsFile));
-  poses_.flush();
-  if (poses_.has_failed()) throw UserError(poses_.failure());
-  if (!ledger_.restored().empty())
-    tell(std::to_string(ledger_.restored().size()) + " seeds of an earlier run are in the tissue");
-  if (ledger_.had_partial_row()) tell("an unfinished row was removed");
+      organs_(std::move(organs)) {
+  folder_.lock();
+  earlier_ = examine_earlier_session(folder_, trajectory_header(columns_), needle_count);
+  if (!restored().empty())
+    tell(std::to_string(restored().size()) + " seeds of an earlier run are in the tissue");
+  if (earlier_.has_unfinished_seed) tell("an unfinished row was removed");
   if (!earlier_.missing_text.empty())
     tell("of the earlier run " + earlier_.missing_text + ": begun again, what it held is not known");
+  if (start == Start::kAtOnce) begin();
+}
+
+void SessionLog::begin() {
+  const auto rows_of = [&](std::optional<RowFile>& rows, const char* name, std::string_view header) {
+    rows.emplace(folder_.append_to(name), folder_.path_of(name).string(), header);
+    rows->flush();
+    if (rows->has_failed()) throw UserError(rows->failure());
+  };
+  ledger_.emplace(folder_);
+  forces_.emplace(folder_.append_to(kForcesFile), folder_.path_of(kForcesFile).string(),
+                  earlier_.force_columns);
+  rows_of(poses_, kPosesFile, trajectory_header(columns_));
+  if (!organs_) return;
+  rows_of(drops_, kDropsFile, kFailedDropHeader);
+  rows_of(contacts_, kContactsFile, kOrganPassHeader);
 }
 
 void SessionLog::tell(const std::string& what) {
@@ -95,31 +81,31 @@ void SessionLog::add_poses(std::vector<UsedPose> poses) {
   if (poses.empty()) return;
   std::ranges::stable_sort(poses, {}, [](const UsedPose& used) { return used.pose.tick; });
   for (const auto& [needle, pose] : poses)
-    poses_.add(trajectory_row({time_of(pose.tick), pose.X_WN, pose.button}, needle, columns_));
+    poses_->add(trajectory_row({time_of(pose.tick), pose.X_WN, pose.button}, needle, columns_));
   if (last_tick_ != 0) ticks_missed_ += poses.front().pose.tick - last_tick_ - 1;
   last_tick_ = poses.back().pose.tick;
 }
 
 void SessionLog::add_forces(std::uint64_t tick, std::uint32_t needle, const NeedleState& state,
                             double min_det) {
-  forces_.add(force_sample(time_of(tick), needle, state, min_det));
+  forces_->add(force_sample(time_of(tick), needle, state, min_det));
 }
 
 void SessionLog::add_failed_drops(const FailedDrops& drops) {
   if (!drops_) return;
   visit_new(drops, drops_written_, [&](FailedDrop drop) {
-    drop.t_s += offset_s_;
+    drop.t_s += offset_s();
     drops_->add(failed_drop_row(drop));
   });
 }
 
 void SessionLog::add_contacts(const MeshState& state) {
   const std::vector<OrganContact>& now = state.needles.organ_contacts;
-  if (!contacts_ || organs_.empty() || now.empty()) return;
+  if (!contacts_ || organs_->empty() || now.empty()) return;
   last_contacts_.resize(now.size());
   for (std::size_t i = 0; i < now.size(); ++i) {
-    const auto needle = static_cast<std::uint32_t>(i / organs_.size());
-    const std::string& organ = organs_[i % organs_.size()];
+    const auto needle = static_cast<std::uint32_t>(i / organs_->size());
+    const std::string& organ = (*organs_)[i % organs_->size()];
     OrganContact& last = last_contacts_[i];
     const auto add_row = [&](const OrganContact& contact, bool is_ended, std::uint64_t tick) {
       contacts_->add(organ_pass_row(pass_of(contact, organ, needle, time_of(tick), is_ended)));
@@ -133,14 +119,14 @@ void SessionLog::add_contacts(const MeshState& state) {
 }
 
 std::string SessionLog::failure() const {
-  for (const RowFile* file : {&poses_, drops_ ? &*drops_ : nullptr, contacts_ ? &*contacts_ : nullptr})
+  for (const RowFile* file : {&*poses_, drops_ ? &*drops_ : nullptr, contacts_ ? &*contacts_ : nullptr})
     if (file && file->has_failed()) return file->failure();
-  return forces_.failure();
+  return forces_->failure();
 }
 
 void SessionLog::flush() {
-  poses_.flush();
-  forces_.flush();
+  poses_->flush();
+  forces_->flush();
   if (drops_) drops_->flush();
   if (contacts_) contacts_->flush();
   if (has_reported_ || failure().empty()) return;
@@ -149,17 +135,18 @@ void SessionLog::flush() {
 }
 
 void SessionLog::close() {
+  if (!ledger_) return;
   for (std::size_t i = 0; i < last_contacts_.size(); ++i) {
     OrganContact& contact = last_contacts_[i];
     if (!contact.is_in) continue;
     contact.is_in = false;
     contact.left_tick = last_tick_;
     contacts_->add(
-        organ_pass_row(pass_of(contact, organs_[i % organs_.size()],
-                               static_cast<std::uint32_t>(i / organs_.size()), time_of(last_tick_), true)));
+        organ_pass_row(pass_of(contact, (*organs_)[i % organs_->size()],
+                               static_cast<std::uint32_t>(i / organs_->size()), time_of(last_tick_), true)));
   }
-  poses_.flush();
-  forces_.flush();
+  poses_->flush();
+  forces_->flush();
   if (drops_) drops_->flush();
   if (contacts_) contacts_->flush();
   if (const std::string what = failure(); !what.empty()) throw std::runtime_error(what);

@@ -26,25 +26,32 @@ struct UsedPose {
 /// replays), forces.csv (apps/forces), seeds.csv (the ledger), drops.csv (seeds that were lost or refused) and
 /// contacts.csv (passes through organs). `brachy score` reads it. An existing
 /// recording is continued: its seeds are `restored()`, rows that a killed process left unfinished are
-/// truncated, and times continue from the latest in the three files, whose last rows are checked. The files are the
-/// owner's alone (mode 0600).
+/// truncated, and times continue from the latest in the three files, whose last rows are checked. Files and directory
+/// are treated as untrusted (session_folder.h).
 /// Threads: one; sync_seeds() any other.
 class SessionLog {
  public:
+  /// kLater: the directory is created, locked and examined; nothing in it is changed before begin().
+  enum class Start { kAtOnce, kLater };
+
   /// Creates the directory. Throws UserError if it cannot be written or holds a recording of a different
-  /// scene.
+  /// scene: then nothing in it has changed.
   /// `organs`: names of SimulationModel::organs; none: the data come over the wire, and drops.csv and contacts.csv are
   /// not written.
   SessionLog(const std::filesystem::path& folder, std::size_t needle_count, double period_s,
-             std::optional<std::vector<std::string>> organs = {});
+             std::optional<std::vector<std::string>> organs = {}, Start start = Start::kAtOnce);
+
+  /// Creates and repairs the files. Once, before anything is added. Throws UserError where they cannot be written.
+  void begin();
 
   /// Whether a directory holds (part of) a recording.
   static bool is_recording(const std::filesystem::path& folder);
 
-  const std::vector<Seed>& restored() const { return ledger_.restored(); }
+  const SessionFolder& folder() const { return folder_; }
+  const std::vector<Seed>& restored() const { return earlier_.seeds; }
   /// Planned seeds that an earlier run lost: they are no longer in their needles.
-  const std::vector<std::int32_t>& restored_lost() const { return restored_lost_; }
-  double offset_s() const { return offset_s_; }  ///< time of this run's start in the files, s
+  const std::vector<std::int32_t>& restored_lost() const { return earlier_.lost; }
+  double offset_s() const { return earlier_.end_s; }  ///< time of this run's start in the files, s
   /// What was found and repaired; empty: nothing.
   const std::string& restored_text() const { return restored_text_; }
 
@@ -53,28 +60,30 @@ class SessionLog {
   /// cannot be written; the
   /// next call retries them.
   void add(const MeshState& state);
-  /// Keeps the state of the simulator after tick `tick` (session_states.h). Errors: as write_session_state.
+  /// Keeps the state of the simulator after tick `tick` (session_states.h). Throws std::runtime_error.
   void add_state(std::uint64_t tick, std::span<const std::byte> bytes) const {
     write_session_state(folder_, time_of(tick), bytes);
   }
 
   // The same in parts, for data received over the wire.
-  void add_seeds(std::span<const Seed> seeds) { ledger_.append(seeds, offset_s_); }
+  void add_seeds(std::span<const Seed> seeds) { ledger_->append(seeds, offset_s()); }
   /// In any order; poses of ticks already written are ignored.
   void add_poses(std::vector<UsedPose> poses);
   void add_forces(std::uint64_t tick, std::uint32_t needle, const NeedleState& state, double min_det);
   /// Throws std::runtime_error with the file, once, if poses or forces can no longer be written: complete
   /// rows stay, later ones are dropped.
   void flush();
-  void sync_seeds() const noexcept { ledger_.sync(); }
+  void sync_seeds() const noexcept {
+    if (ledger_) ledger_->sync();
+  }
 
   /// Of passes under way what is known so far is written. Closes the files. Throws std::runtime_error with the file
   /// if poses or forces could not all be written.
   void close();
 
-  std::uint64_t poses() const { return poses_.rows(); }
-  std::uint64_t forces() const { return forces_.rows(); }
-  std::size_t seeds() const { return ledger_.count(); }
+  std::uint64_t poses() const { return poses_ ? poses_->rows() : 0; }
+  std::uint64_t forces() const { return forces_ ? forces_->rows() : 0; }
+  std::size_t seeds() const { return ledger_ ? ledger_->count() : earlier_.seeds.size(); }
   std::uint64_t ticks_missed() const {
     return ticks_missed_;
   }  ///< ticks whose poses are missing: they were no longer in the history
@@ -82,21 +91,19 @@ class SessionLog {
  private:
   void add_failed_drops(const FailedDrops& drops);
   void add_contacts(const MeshState& state);
-  double time_of(std::uint64_t tick) const { return offset_s_ + static_cast<double>(tick) * period_s_; }
+  double time_of(std::uint64_t tick) const { return offset_s() + static_cast<double>(tick) * period_s_; }
   void tell(const std::string& what);
   std::string failure() const;  // of poses or forces; empty: none
 
-  std::filesystem::path folder_;
+  SessionFolder folder_;
   double period_s_;
   TrajectoryColumns columns_;
   EarlierSession earlier_;
-  double offset_s_ = 0;
-  SeedLedger ledger_;
-  ForceLogWriter forces_;
-  RowFile poses_;
-  std::vector<std::string> organs_;
-  std::vector<std::int32_t> restored_lost_;
-  std::optional<RowFile> drops_, contacts_;
+  std::optional<std::vector<std::string>> organs_;
+  // From begin() on:
+  std::optional<SeedLedger> ledger_;
+  std::optional<ForceLogWriter> forces_;
+  std::optional<RowFile> poses_, drops_, contacts_;
   std::uint64_t drops_written_ = 0;
   std::vector<OrganContact> last_contacts_;  // as MeshState's
   std::uint64_t run_ = 0;                    // TickSummary::run of the last state

@@ -3,9 +3,10 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <filesystem>
 #include <span>
 #include <vector>
+
+#include "apps/session/session_folder.h"
 
 namespace brachy {
 
@@ -22,10 +23,10 @@ struct SessionState {
   std::vector<std::byte> bytes;
 };
 
-/// Errors: std::runtime_error with the file where it cannot be written.
-void write_session_state(const std::filesystem::path& session, double t_s, std::span<const std::byte> bytes);
+/// Errors: UserError with the file where it cannot be written.
+void write_session_state(const SessionFolder& session, double t_s, std::span<const std::byte> bytes);
 
 /// The newest that is not later than `t_s`. Errors: UserError where the session has none, or the file is damaged.
-SessionState load_session_state(const std::filesystem::path& session, double t_s);
+SessionState load_session_state(const SessionFolder& session, double t_s);
 
 }  // namespace brachy

@@ -1,11 +1,11 @@
 #include "apps/session/volume_study_file.h"
 
+#include <unistd.h>
+
 #include <cmath>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
-#include "apps/session/whole_lines.h"
 #include "core/base/error.h"
 
 namespace brachy {
@@ -105,22 +105,13 @@ std::vector<RecordedStudy> parse_studies(std::string_view text, const std::strin
   return studies;
 }
 
-void append_study(const std::filesystem::path& folder, const RecordedStudy& study) {
-  const std::filesystem::path file = folder / kStudiesFile;
-  std::error_code error;
-  if (std::filesystem::exists(file, error)) {
-    const std::string before = text_of_file(file);
-    const std::size_t whole = before.rfind('\n') + 1;  // 0 of none
-    if (whole < before.size()) std::filesystem::resize_file(file, whole, error);
-  }
-  {
-    std::ofstream out(file, std::ios::binary | std::ios::app);
-    std::filesystem::permissions(
-        file, std::filesystem::perms::owner_read | std::filesystem::perms::owner_write, error);
-    out << study_line(study) << std::flush;
-    if (out) return;
-  }
-  throw std::runtime_error(file.string() + ": a volume study could not be written; free some space");
+void append_study(const SessionFolder& folder, const RecordedStudy& study) {
+  const OpenFile file = folder.append_to(kStudiesFile);
+  const std::string line = study_line(study);
+  // A line that is not whole is cut off by the next study.
+  if (::write(file.get(), line.data(), line.size()) == static_cast<ssize_t>(line.size())) return;
+  throw std::runtime_error(folder.path_of(kStudiesFile).string() +
+                           ": a volume study could not be written; free some space");
 }
 
 }  // namespace brachy

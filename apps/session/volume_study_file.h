@@ -1,17 +1,15 @@
 #pragma once
 
 #include <cstdint>
-#include <filesystem>
 #include <limits>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "apps/session/session_folder.h"
 #include "core/brachytherapy/contours/contour_score.h"
 
 namespace brachy {
-
-inline constexpr const char* kStudiesFile = "volume_studies.jsonl";
 
 /// A volume study that was outlined in a session, with the truth it was scored against.
 struct RecordedStudy {
@@ -32,8 +30,8 @@ std::string study_line(const RecordedStudy& study);
 /// All of a file's studies. Errors: UserError "name:line: what; fix".
 std::vector<RecordedStudy> parse_studies(std::string_view text, const std::string& name);
 
-/// Appends a study to the file in `folder`, mode 0600, after what a killed process may have left of a line is cut off.
+/// Appends a study to the file in `folder`, after what a killed process may have left of a line is cut off.
 /// Threads: one at a time. Throws std::runtime_error with the file and the reason.
-void append_study(const std::filesystem::path& folder, const RecordedStudy& study);
+void append_study(const SessionFolder& folder, const RecordedStudy& study);
 
 }  // namespace brachy

@@ -35,6 +35,30 @@ std::string_view cut(std::string_view& text, char separator) {
   return head;
 }
 
+/// Whether tabs separate the cells of a file with this header.
+bool has_tabs(std::string_view header) {
+  return header.find('\t') != header.npos && header.find(',') == header.npos;
+}
+
+/// A line with commas, its cells without quotes and blanks.
+std::string plain_line(std::string_view line, char separator) {
+  std::string plain;
+  bool is_last = false;
+  while (!is_last) {
+    is_last = line.find(separator) == line.npos;
+    std::string_view cell = trimmed(cut(line, separator));
+    if (cell.size() >= 2 && cell.front() == '"' && cell.back() == '"')
+      cell = trimmed(cell.substr(1, cell.size() - 2));
+    plain.append(cell).append(is_last ? "" : ",");
+  }
+  return plain;
+}
+
+std::string small_letters(std::string text) {
+  for (char& c : text) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  return text;
+}
+
 std::size_t count_columns(std::string_view line) {
   return 1 + static_cast<std::size_t>(std::count(line.begin(), line.end(), ','));
 }
@@ -145,16 +169,22 @@ NumberTable parse_number_csv(std::string_view text, const std::string& name, std
   table.columns = count_columns(header);
   std::string whole_header(header);
   bool header_seen = false;
+  char separator = ',';
   std::size_t line_number = 0;
   while (!text.empty()) {
     const std::string_view line = trimmed(cut(text, '\n'));
     const Place place{name, ++line_number};
     if (line.empty() || line.front() == '#') continue;
     if (!header_seen) {
-      table.optional_columns = find_optional(line, header, limits.optional_columns);
+      if (has_tabs(line)) separator = '\t';
+      const std::string names = plain_line(line, separator);
+      const bool is_same =
+          small_letters(names.substr(0, header.size())) == small_letters(std::string(header));
+      const std::string found = is_same ? whole_header + small_letters(names.substr(header.size())) : names;
+      table.optional_columns = find_optional(found, header, limits.optional_columns);
       table.columns += table.optional_columns.size();
       for (const std::string& column : table.optional_columns) whole_header += "," + column;
-      check_header(line, whole_header, place);
+      check_header(found, whole_header, place);
       header_seen = true;
       const std::size_t rows = std::min(most_rows(text, table.columns), limits.max_rows);
       table.lines.reserve(rows);
@@ -163,7 +193,10 @@ NumberTable parse_number_csv(std::string_view text, const std::string& name, std
     }
     if (table.rows() == limits.max_rows)
       place.refuse("more than " + std::to_string(limits.max_rows) + " rows; split the file");
-    parse_row(line, table, whole_header, place);
+    if (separator == ',' && line.find('"') == line.npos)
+      parse_row(line, table, whole_header, place);
+    else
+      parse_row(plain_line(line, separator), table, whole_header, place);
   }
   if (!header_seen)
     throw UserError(name + ":1: the file is empty; its first line must be " + std::string(header));
@@ -172,8 +205,22 @@ NumberTable parse_number_csv(std::string_view text, const std::string& name, std
   return table;
 }
 
+std::string csv_header(std::string_view text) {
+  if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);
+  while (!text.empty()) {
+    const std::string_view line = trimmed(cut(text, '\n'));
+    if (!line.empty() && line.front() != '#')
+      return small_letters(plain_line(line, has_tabs(line) ? '\t' : ','));
+  }
+  return {};
+}
+
 NumberTable load_number_csv(const std::filesystem::path& file, std::string_view header,
                             const NumberCsvLimits& limits) {
+  return parse_number_csv(load_csv_text(file, header, limits.max_bytes), file.string(), header, limits);
+}
+
+std::string load_csv_text(const std::filesystem::path& file, std::string_view header, std::size_t max_bytes) {
   const std::string name = file.string();
   std::error_code error;
   const auto status = std::filesystem::status(file, error);
@@ -183,13 +230,13 @@ NumberTable load_number_csv(const std::filesystem::path& file, std::string_view 
   if (!std::filesystem::is_regular_file(status))
     throw UserError(name + ": not a file; give a CSV of " + std::string(header));
   const std::uintmax_t size = std::filesystem::file_size(file, error);
-  if (!error && size > limits.max_bytes)
-    throw UserError(name + ": larger than " + std::to_string(limits.max_bytes >> 20) + " MiB; split it");
+  if (!error && size > max_bytes)
+    throw UserError(name + ": larger than " + std::to_string(max_bytes >> 20) + " MiB; split it");
   std::ifstream in(file, std::ios::binary);
   std::string text(error ? 0 : static_cast<std::size_t>(size), '\0');
   in.read(text.data(), static_cast<std::streamsize>(text.size()));
   if (error || !in) throw UserError(name + ": cannot be read; check its permissions");
-  return parse_number_csv(text, name, header, limits);
+  return text;
 }
 
 void append_csv_row(std::string& out, std::span<const double> row) {

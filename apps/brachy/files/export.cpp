@@ -53,7 +53,7 @@ int run(const ExportOptions& options) {
 
 void declare(OptionList& list, ExportOptions& options) {
   list.add("recording", options.recording, "file of `brachy record --out NAME.brachy`").required();
-  list.add("--out", options.out, "directory to write; created if missing, must not hold a recording")
+  list.add_output_folder("--out", options.out, "directory to write; created if missing, must be empty")
       .required();
   list.add_flag("--surface", options.surface, "write the surface only: a tenth of the space");
   list.add_flag("--json", options.json, "print the result as JSON");

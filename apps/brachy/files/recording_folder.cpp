@@ -18,6 +18,8 @@ std::filesystem::path made(const std::filesystem::path& folder) {
   if (SessionLog::is_recording(folder) || std::filesystem::exists(folder / "recording.pvd"))
     throw UserError(folder.string() +
                     ": already holds a recording; give another directory, nothing is overwritten");
+  if (!std::filesystem::is_empty(folder, error))
+    throw UserError(folder.string() + ": is not empty; give another directory, nothing is overwritten");
   return folder;
 }
 

@@ -26,18 +26,19 @@ std::string vtp_of(const SurfaceMesh& mesh) {
 
 }  // namespace
 
-void write_structures(const std::filesystem::path& folder, const std::vector<Structure>& structures) {
+void write_structures(const std::filesystem::path& folder, const std::vector<Structure>& structures,
+                      bool force) {
   std::error_code error;
   std::filesystem::create_directories(folder, error);
   if (error) throw UserError(folder.string() + ": cannot be created: " + error.message());
   std::string index(kPvdHead);
   for (std::size_t s = 0; s < structures.size(); ++s) {
     const std::string& name = structures[s].name;
-    write_text(folder / (name + ".vtp"), vtp_of(structures[s].mesh));
+    write_text(folder / (name + ".vtp"), vtp_of(structures[s].mesh), force);
     index +=
         fmt::format("    <DataSet timestep=\"0\" part=\"{}\" name=\"{}\" file=\"{}.vtp\"/>\n", s, name, name);
   }
-  write_text(folder / "structures.pvd", index + std::string(kPvdTail));
+  write_text(folder / "structures.pvd", index + std::string(kPvdTail), force);
 }
 
 }  // namespace brachy

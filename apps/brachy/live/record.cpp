@@ -34,7 +34,7 @@ class Recorder {
       folder_.emplace(options.out, options.surface);
       return;
     }
-    check_folder_of(options.out);
+    check_output(options.out, true);
     if (std::filesystem::exists(options.out))
       throw UserError(options.out.string() + ": exists already; give another name, nothing is overwritten");
   }
@@ -147,7 +147,8 @@ int run(const RecordOptions& options) {
 
 void declare(OptionList& list, RecordOptions& options) {
   add_connect_options(list, options.connect, "the daemon").required();
-  list.add("--out", options.out, "file NAME.brachy, or directory to write; nothing is overwritten")
+  list.add_output_folder("--out", options.out,
+                         "file NAME.brachy, or directory to write; nothing is overwritten")
       .required();
   as_duration(list.add("--duration", options.duration_s, "seconds; default: until the daemon ends"));
   list.add_flag("--surface", options.surface, "request the surface only: a tenth of the space");

@@ -132,8 +132,6 @@ int deform_points(const DeformOptions& options) {
 
 int run(const DeformOptions& options) {
   if (!options.points && !options.mesh) throw UsageError("needs --points FILE or --mesh FILE");
-  check_is_no_input(options.out, {options.points, options.mesh, options.landmarks, options.scene});
-  check_is_new(options.out, options.force);
   try {
     return deform_points(options);
   } catch (const Refused& e) {
@@ -157,10 +155,10 @@ void declare(OptionList& list, DeformOptions& options) {
       .range(1e-3, 1e6);
   list.add("--core-radius", options.core_radius_mm, "of every landmark without a core_mm, mm")
       .range(1e-3, 1e3);
-  list.add("--out", options.out, "file to write").required();
+  list.add_output("--out", options.out, "file to write").required();
   list.add_flag("--jacobian", options.jacobian, "also write det(I + ∇u)");
   list.add_flag("--strict", options.strict, "refuse a field that folds at a point");
-  list.add_flag("--force", options.force, "overwrite a file that exists");
+  list.add_force(options.force);
   list.add_flag("--json", options.json, "print the result as JSON");
 }
 

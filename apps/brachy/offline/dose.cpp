@@ -9,6 +9,7 @@
 #include "apps/brachy/offline/hdr_plan_tool.h"
 #include "apps/command_line/output_file.h"
 #include "apps/command_line/tool.h"
+#include "apps/session/session_manifest.h"
 #include "core/base/number_csv.h"
 #include "core/brachytherapy/dose/dose_nrrd.h"
 #include "core/brachytherapy/dose/dose_rate.h"
@@ -29,7 +30,8 @@ struct DoseOptions {
   std::optional<std::filesystem::path> scene;        ///< its structures' DVH
   std::optional<std::filesystem::path> grid;         ///< .nrrd to write; only with a scene
   bool swelling = false;                             ///< of the gland resolves meanwhile; only with a scene
-  bool json = false;
+  bool what_if = false;                              ///< a session's seeds in another scene
+  bool json = false, force = false;
 };
 
 struct PointDoses {
@@ -76,7 +78,7 @@ PointDoses write_point_doses(const DoseSources& sources, const DoseOptions& opti
     result.least_gy = i == 0 ? total : std::min(result.least_gy, total);
     result.largest_gy = std::max(result.largest_gy, total);
   }
-  write_text(*options.out, text);
+  write_text(*options.out, text, options.force);
   return result;
 }
 
@@ -111,9 +113,10 @@ void print_table(const std::vector<StructureDose>& doses, double prescription_gy
 int run(const DoseOptions& options) {
   if (options.seeds.has_value() == options.plan.has_value()) throw UsageError("needs --seeds or --plan");
   if (!options.points && !options.scene) throw UsageError("needs --points with --out, or --config, or both");
-  check_folder_of(options.out);
-  check_folder_of(options.grid);
-  const Scene scene = options.scene ? load_scene(*options.scene) : Scene();
+  // Seeds that lie beside a session's manifest are of its scene.
+  const Scene scene = !options.scene  ? Scene()
+                      : options.seeds ? load_scene_for(*options.seeds, options.scene, options.what_if).scene
+                                      : load_scene(*options.scene);
   const DoseSources sources = load_sources(options, scene);
   const std::vector<DoseSeed>& seeds = sources.seeds;
   double strength_u = 0;
@@ -140,7 +143,7 @@ int run(const DoseOptions& options) {
         implant.add(seed);
     }
     if (options.swelling) json["swelling_resolved_days"] = SwellingSettings::kResolvedDays;
-    if (options.grid) write_text(*options.grid, to_nrrd(implant.grid()));
+    if (options.grid) write_text(*options.grid, to_nrrd(implant.grid()), options.force);
     const std::vector<StructureDose> doses = implant.evaluate();
     json["prescription_gy"] = settings.prescription_gy;
     for (const StructureDose& dose : doses) json["structures"].push_back(to_json(dose));
@@ -156,12 +159,15 @@ void declare(OptionList& list, DoseOptions& options) {
            "plan of seeds (.toml, .csv) or of catheters (.toml), for --config's template")
       .excludes(seeds);
   const Option points = list.add("--points", options.points, "CSV x,y,z");
-  points.needs(list.add("--out", options.out, "CSV to write, a row for each point").needs(points));
+  points.needs(list.add_output("--out", options.out, "CSV to write, a row for each point").needs(points));
   const Option config = list.add("--config", options.scene, "scene file (TOML) whose structures get a DVH");
-  list.add("--grid", options.grid, "NRRD file to write, total dose in Gy").needs(config);
+  list.add_output("--grid", options.grid, "NRRD file to write, total dose in Gy").needs(config);
   list.add_flag("--swelling", options.swelling,
                 "the gland is swollen on the day of the implant, and healed 30 days later")
       .needs(config);
+  list.add_flag("--what-if", options.what_if, "a session's seeds may be put into another scene than its own")
+      .needs(seeds);
+  list.add_force(options.force);
   list.add_flag("--json", options.json, "print the summary as JSON");
 }
 

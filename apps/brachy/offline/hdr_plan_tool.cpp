@@ -111,10 +111,11 @@ int run_hdr_plan(const HdrPlanRequest& request, const Scene& scene) {
   const std::vector<Structure> structures = load_structures(scene);
   const TemplateGrid& grid = scene.template_grid;
   const HdrPlan plan = get_hdr_plan(request, scene, structures);
-  if (request.out) write_text(*request.out, to_toml(plan));
-  if (request.seeds) write_text(*request.seeds, dwells_csv(plan, grid));
-  if (request.structures) write_structures(*request.structures, structures);
-  if (request.trajectory) write_text(*request.trajectory, hdr_session_csv(plan, grid, request.speed_mm_s));
+  if (request.out) write_text(*request.out, to_toml(plan), request.force);
+  if (request.seeds) write_text(*request.seeds, dwells_csv(plan, grid), request.force);
+  if (request.structures) write_structures(*request.structures, structures, request.force);
+  if (request.trajectory)
+    write_text(*request.trajectory, hdr_session_csv(plan, grid, request.speed_mm_s), request.force);
   DoseSettings settings = scene.dose;
   settings.prescription_gy = plan.prescription_gy;
   ImplantDose dose(structures, settings);

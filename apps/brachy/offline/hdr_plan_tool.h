@@ -13,7 +13,7 @@ struct HdrPlanRequest {
   bool generate = false;
   std::optional<std::filesystem::path> out, seeds, structures, trajectory;
   double speed_mm_s = 50;
-  bool json = false;
+  bool json = false, force = false;
 };
 
 /// Makes the scene one of HDR, with its source and the prescription of a fraction where it had LDR's default.

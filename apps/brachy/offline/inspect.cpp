@@ -8,11 +8,13 @@
 #include "apps/command_line/tool.h"
 #include "apps/recording/recording_tally.h"
 #include "apps/terminal/progress.h"
+#include "core/brachytherapy/structures/anatomy.h"
 #include "core/geometry/mesh_io/mesh_file.h"
 #include "core/geometry/mesh_io/ply_writer.h"
 #include "core/scene/choice/choice.h"
 #include "core/scene/file/scene_file.h"
 #include "core/scene/load_simulation_model.h"
+#include "core/scene/load_structures.h"
 #include "core/scene/load_tissue.h"
 
 namespace brachy {
@@ -24,7 +26,7 @@ struct InspectOptions {
   double weld_tolerance_mm = 1e-4;
   double min_island_share = 0.01;
   std::optional<std::filesystem::path> out;  ///< PLY of the surface
-  bool json = false;
+  bool json = false, force = false;
 };
 
 struct Inspected {
@@ -32,6 +34,8 @@ struct Inspected {
   SurfaceMesh mesh;
   std::size_t points = 0;
   std::optional<std::vector<Vec3>> anchors;  // of a scene with a closed surface: where they stand at rest
+  std::vector<StructurePlace> structures;    // of such a scene
+  std::vector<std::string> warnings;
 };
 
 Inspected inspect_scene(const std::filesystem::path& file) {
@@ -39,11 +43,16 @@ Inspected inspect_scene(const std::filesystem::path& file) {
   PreparedSurface surface = load_surface(scene);
   // A surface that is not closed has no inside to fill; the report says so.
   const SurfaceReport& report = surface.report;
-  if (!report.watertight) return {report, std::move(surface.mesh), report.vertices, {}};
+  if (!report.watertight) return {report, std::move(surface.mesh), report.vertices, {}, {}, {}};
   const Tissue tissue = load_tissue(scene).tissue;
   const Anchors anchors = load_anchors(with_choice(scene), tissue);
-  return {report, std::move(surface.mesh), tissue.size(),
-          std::vector(anchors.positions().begin(), anchors.positions().end())};
+  const std::vector<Structure> structures = load_structures(scene);
+  return {report,
+          std::move(surface.mesh),
+          tissue.size(),
+          std::vector(anchors.positions().begin(), anchors.positions().end()),
+          structure_places(structures),
+          has_own_geometry(scene) ? anatomy_warnings(structures) : std::vector<std::string>()};
 }
 
 Inspected inspect_mesh(const InspectOptions& options) {
@@ -54,7 +63,7 @@ Inspected inspect_mesh(const InspectOptions& options) {
       prepare_surface(read_mesh_file(options.file, file),
                       {options.weld_tolerance_mm, options.min_island_share}, options.file.string());
   const std::size_t vertices = surface.report.vertices;
-  return {surface.report, std::move(surface.mesh), vertices, {}};
+  return {surface.report, std::move(surface.mesh), vertices, {}, {}, {}};
 }
 
 nlohmann::ordered_json to_json(const Inspected& i) {
@@ -81,6 +90,14 @@ nlohmann::ordered_json to_json(const Inspected& i) {
     for (const Vec3& anchor : *i.anchors) anchors.push_back(point(anchor));
     json["anchors_mm"] = anchors;
   }
+  for (const StructurePlace& place : i.structures)
+    json["structures"].push_back({{"name", place.name},
+                                  {"role", role_word(place.role)},
+                                  {"volume_cc", place.volume_cc},
+                                  {"centroid_mm", point(place.centroid)},
+                                  {"bbox_mm", nlohmann::json::array({point(place.min), point(place.max)})},
+                                  {"side", place.side}});
+  if (i.anchors) json["warnings"] = i.warnings;
   return json;
 }
 
@@ -103,6 +120,14 @@ std::string to_text(const Inspected& i, const std::string& name) {
   if (r.welded_vertices || r.flipped_triangles)
     text += fmt::format("  repaired: {} vertices welded, {} triangles turned\n", r.welded_vertices,
                         r.flipped_triangles);
+  for (const StructurePlace& place : i.structures) {
+    const Vec3 &c = place.centroid, extent = place.max - place.min;
+    text += fmt::format(
+        "  {:<16} {:<12} {:>8.2f} cc; centroid {:.1f} {:.1f} {:.1f}; {:.0f} × {:.0f} × {:.0f} mm{}{}\n",
+        place.name, role_word(place.role), place.volume_cc, c.x(), c.y(), c.z(), extent.x(), extent.y(),
+        extent.z(), place.side.empty() ? "" : "; ", place.side);
+  }
+  for (const std::string& warning : i.warnings) text.insert(0, "WARNING: " + warning + "\n");
   return text;
 }
 
@@ -142,7 +167,8 @@ void declare(OptionList& list, InspectOptions& options) {
   list.add("--min-island-share", options.min_island_share, "smaller islands are dropped")
       .range(0.0, 0.5)
       .show_default();
-  list.add("--out", options.out, "also write the surface, welded and outward, as PLY");
+  list.add_output("--out", options.out, "also write the surface, welded and outward, as PLY");
+  list.add_force(options.force);
   list.add_flag("--json", options.json, "print the report as JSON");
 }
 

@@ -9,6 +9,7 @@
 #include "apps/brachy/offline/plan_session.h"
 #include "apps/command_line/output_file.h"
 #include "apps/command_line/tool.h"
+#include "apps/session/session_manifest.h"
 #include "apps/terminal/progress.h"
 #include "core/base/error.h"
 #include "core/base/number_text.h"
@@ -39,7 +40,7 @@ struct PlanOptions {
   std::uint64_t seed = 1;
   double seconds = 60;                          ///< of the integer programme's solver
   std::optional<std::filesystem::path> placed;  ///< seeds in place
-  bool json = false, force = false;
+  bool json = false, force = false, what_if = false;
 };
 
 /// Seeds that are in place: a session's ledger, or a table for `brachy dose`, whichever the header says.
@@ -153,16 +154,13 @@ int run_plan(const PlanOptions& options) {
     throw UsageError("--generate makes a plan; leave out " + options.plan->string() + ", or give --placed");
   if (options.out && options.out->extension() != ".toml" && options.out->extension() != ".csv")
     throw UsageError("--out writes a plan: name it .toml or .csv");
-  for (const auto& file : {options.out, options.csv, options.seeds, options.trajectory}) {
-    check_folder_of(file);
-    if (file) check_is_no_input(*file, {options.plan, options.config, options.placed});
-    check_is_new(file, options.force);
-  }
-  Scene scene = options.config ? load_scene(*options.config) : Scene();
+  Scene scene = options.placed   ? load_scene_for(*options.placed, options.config, options.what_if).scene
+                : options.config ? load_scene(*options.config)
+                                 : Scene();
   if (options.hdr && !scene.implant.is_hdr()) make_hdr(scene);
   if (scene.implant.is_hdr() || (options.plan && is_hdr_plan_file(*options.plan)))
     return run_hdr_plan({options.plan, options.generate, options.out, options.seeds, options.structures,
-                         options.trajectory, options.speed_mm_s, options.json},
+                         options.trajectory, options.speed_mm_s, options.json, options.force},
                         scene);
   const std::vector<Structure> structures = load_structures(scene);
   const PlacedSeeds placed = options.placed ? load_placed(*options.placed) : PlacedSeeds();
@@ -172,11 +170,12 @@ int run_plan(const PlanOptions& options) {
 
   if (options.out)
     write_text(*options.out,
-               options.out->extension() == ".csv" ? to_csv(plan, made.notes) : to_toml(plan, made.notes));
-  if (options.csv) write_text(*options.csv, to_csv(plan, made.notes));
-  if (options.seeds) write_text(*options.seeds, seeds_csv(plan, grid));
-  if (options.structures) write_structures(*options.structures, made.structures);
-  if (options.trajectory) write_text(*options.trajectory, session_csv(plan, grid, options));
+               options.out->extension() == ".csv" ? to_csv(plan, made.notes) : to_toml(plan, made.notes),
+               options.force);
+  if (options.csv) write_text(*options.csv, to_csv(plan, made.notes), options.force);
+  if (options.seeds) write_text(*options.seeds, seeds_csv(plan, grid), options.force);
+  if (options.structures) write_structures(*options.structures, made.structures, options.force);
+  if (options.trajectory) write_text(*options.trajectory, session_csv(plan, grid, options), options.force);
 
   const PlanReport report{plan,
                           grid,
@@ -217,18 +216,21 @@ void declare(OptionList& list, PlanOptions& options) {
       .needs(generate);
   list.add("--random-seed", options.seed, "of the annealing").show_default().needs(generate);
   list.add("--seconds", options.seconds, "of cbc").range(1.0, 86400.0).show_default().needs(generate);
-  list.add("--placed", options.placed,
-           "seeds in place (a session's seeds.csv, or a table as for `brachy dose`): plan the needles that "
-           "are left")
-      .needs(generate);
+  const Option placed = list.add("--placed", options.placed,
+                                 "seeds in place (a session's seeds.csv, or a table as for `brachy dose`): "
+                                 "plan the needles that "
+                                 "are left")
+                            .needs(generate);
   list.add_flag("--hdr", options.hdr, "of catheters for an afterloader, as with implant.kind = \"hdr\"");
   list.add("--config", options.config, "scene file (TOML); default: the built-in phantom");
-  list.add("--out", options.out, "plan to write, .toml or .csv");
-  list.add("--csv", options.csv, "plan to write as CSV");
-  list.add("--seeds", options.seeds, "CSV to write, for `brachy dose`: x,y,z,ax,ay,az,source,strength_u");
-  list.add("--structures", options.structures, "directory to write the structures to (.vtp, .pvd)");
+  list.add_output("--out", options.out, "plan to write, .toml or .csv");
+  list.add_output("--csv", options.csv, "plan to write as CSV");
+  list.add_output("--seeds", options.seeds,
+                  "CSV to write, for `brachy dose`: x,y,z,ax,ay,az,source,strength_u");
+  list.add_output_folder("--structures", options.structures,
+                         "directory to write the structures to (.vtp, .pvd)");
   const Option trajectory =
-      list.add("--trajectory", options.trajectory, "CSV to write: a session by the plan");
+      list.add_output("--trajectory", options.trajectory, "CSV to write: a session by the plan");
   list.add("--speed-mm-s", options.speed_mm_s, "of the session's tip")
       .range(0.1, 1000.0)
       .show_default()
@@ -237,7 +239,8 @@ void declare(OptionList& list, PlanOptions& options) {
       .range(0.1, 1000.0)
       .show_default()
       .needs(trajectory);
-  list.add_flag("--force", options.force, "overwrite files that exist");
+  list.add_flag("--what-if", options.what_if, "--placed may be a session's of another scene").needs(placed);
+  list.add_force(options.force);
   list.add_flag("--json", options.json, "print the report as JSON");
 }
 

@@ -38,8 +38,7 @@ std::filesystem::path chart_file(const PlotForceOptions& options) {
 
 int run(const PlotForceOptions& options) {
   const std::filesystem::path out = chart_file(options);
-  check_folder_of(out);
-  check_is_new(out, options.force);
+  check_output(out, options.force);
   const std::vector<ForceSample> log = load_force_log(options.log);
   std::set<std::uint32_t> needles;
   for (const ForceSample& sample : log) needles.insert(sample.needle);
@@ -57,7 +56,8 @@ int run(const PlotForceOptions& options) {
   }
   const std::string name = options.log.filename().string();
   write_text(out,
-             force_chart(samples, needles.size() == 1 ? name : fmt::format("{}, needle {}", name, needle)));
+             force_chart(samples, needles.size() == 1 ? name : fmt::format("{}, needle {}", name, needle)),
+             options.force);
 
   const double duration_s = samples.back().t_s - samples.front().t_s;
   if (options.json) {
@@ -88,9 +88,9 @@ int run(const PlotForceOptions& options) {
 
 void declare(OptionList& list, PlotForceOptions& options) {
   list.add("log", options.log, "CSV of `brachy replay --offline --log` or `brachy record`").required();
-  list.add("--out", options.out, "SVG to write; default: the log's name with .svg");
+  list.add_output("--out", options.out, "SVG to write; default: the log's name with .svg");
   list.add("--needle", options.needle, "default: the first one in the log").range(0, 15);
-  list.add_flag("--force", options.force, "overwrite an SVG that exists");
+  list.add_force(options.force);
   list.add_flag("--json", options.json, "print the log's extent and its peaks as JSON");
 }
 

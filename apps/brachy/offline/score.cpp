@@ -1,4 +1,3 @@
-#include <fstream>
 #include <iostream>
 
 #include "apps/command_line/output_file.h"
@@ -8,6 +7,7 @@
 #include "apps/score/hdr_report.h"
 #include "apps/score/history.h"
 #include "apps/score/report.h"
+#include "apps/session/session_manifest.h"
 #include "apps/terminal/progress.h"
 #include "core/base/error.h"
 #include "core/brachytherapy/hdr/hdr_plan_file.h"
@@ -22,37 +22,135 @@ struct ScoreOptions {
   std::optional<std::filesystem::path> recording;  ///< directory
   std::optional<std::filesystem::path> exercise;   ///< none: nothing is to be passed
   std::optional<std::filesystem::path> history, instructor, csv;
-  std::optional<std::filesystem::path> plan, config;  ///< none: the scene's plan; the built-in phantom
+  std::optional<std::filesystem::path> plan, config;  ///< none: the session's own
   std::optional<std::filesystem::path> out;           ///< none: report.html in the recording
-  bool json = false, force = false;
+  bool json = false, force = false, what_if = false;
 };
 
-Plan plan_of(const ScoreOptions& options, const Scene& scene) {
-  if (options.plan) return load_plan(*options.plan, scene.template_grid, scene.needle.length_mm);
-  if (const auto plan = load_plan(scene)) return *plan;
-  throw UserError(options.recording->string() +
-                  ": has no plan to score against; give it with --plan, or a scene that "
-                  "has plan.file with --config");
+/// What a session is scored in and against.
+struct Scoring {
+  Scene scene;
+  std::optional<SessionManifest> manifest;  ///< the session's; nullopt: of before there were any
+  std::vector<std::string> remarks;         ///< for the report
+  std::string note;                         ///< for standard error alone; empty: none
+};
+
+std::string name_of(const std::optional<std::filesystem::path>& scene) {
+  return scene ? scene->string() : "the built-in phantom";
 }
 
-std::filesystem::path page_of(const ScoreOptions& options) {
-  const std::filesystem::path page = options.out.value_or(*options.recording / "report.html");
-  if (page.extension() == ".json")
-    throw UserError(page.string() +
+/// Refuses a session that is none of the exercise, which only its own scene, plan and goals are.
+void require_exercise(const Scoring& scoring, const Exercise& exercise, const ScoreOptions& options) {
+  const auto differences =
+      differences_from(*scoring.manifest, load_scene(exercise.scene), ManifestScope::kJudged);
+  if (differences.empty()) return;
+  const std::string own =
+      scoring.manifest->exercise
+          ? "exercise \"" + exercise_name_in(scoring.manifest->exercise->text) + "\""
+          : "the scene " + name_of(scoring.manifest->scene.file.empty()
+                                       ? std::nullopt
+                                       : std::optional<std::filesystem::path>(scoring.manifest->scene.file));
+  throw UserError(options.recording->string() + ": is a session of " + own + ", not of exercise \"" +
+                  exercise.name + "\": " + listed_differences(differences) +
+                  "; give its own exercise, or none");
+}
+
+Scoring load_scoring(const ScoreOptions& options, const std::optional<Exercise>& exercise) {
+  Scoring scoring;
+  const std::string session = options.recording->string();
+  scoring.manifest = load_manifest(SessionFolder::open(*options.recording));
+  const std::optional<std::filesystem::path> config = options.config ? options.config
+                                                      : exercise     ? std::optional(exercise->scene)
+                                                                     : std::nullopt;
+  if (!scoring.manifest) {
+    if (config) scoring.scene = load_scene(*config);
+    scoring.note =
+        session +
+        ": has no session.json, as recordings and sessions of earlier versions: it is taken as one of " +
+        name_of(config);
+    return scoring;
+  }
+  if (exercise) require_exercise(scoring, *exercise, options);
+  if (!options.config) {
+    scoring.scene = exercise ? load_scene(exercise->scene) : scene_of(*scoring.manifest, session);
+    return scoring;
+  }
+  scoring.scene = load_scene(*options.config);
+  const auto differences = differences_from(*scoring.manifest, scoring.scene,
+                                            exercise ? ManifestScope::kJudged : ManifestScope::kRecorded);
+  if (differences.empty()) return scoring;
+  if (!options.what_if)
+    throw UserError(session + ": is a session of another scene than " + options.config->string() + ": " +
+                    listed_differences(differences) +
+                    "; leave out --config for its own, or add --what-if and --out");
+  scoring.remarks.push_back(
+      "What if: scored in another scene than the session's own: " + listed_differences(differences) + ".");
+  scoring.manifest.reset();
+  return scoring;
+}
+
+std::string no_plan(const ScoreOptions& options) {
+  return options.recording->string() +
+         ": has no plan to score against; give it with --plan, or a scene that has plan.file with --config";
+}
+
+/// The needles of two plans are the same, whatever file they come from.
+bool is_same_plan(Plan a, const Plan& b) {
+  a.name = b.name;
+  return to_csv(a) == to_csv(b);
+}
+
+Plan plan_of(const ScoreOptions& options, Scoring& scoring) {
+  const Scene& scene = scoring.scene;
+  std::optional<Plan> own;
+  if (scoring.manifest) own = plan_of(*scoring.manifest, scene);
+  if (options.plan) {
+    Plan given = load_plan(*options.plan, scene.template_grid, scene.needle.length_mm);
+    if (!own || is_same_plan(given, *own)) return given;
+    if (!options.what_if)
+      throw UserError(options.plan->string() + ": is not the plan of the session " +
+                      options.recording->string() +
+                      "; leave out --plan for its own, or add --what-if and --out");
+    scoring.remarks.push_back("What if: scored against another plan than the session's own.");
+    return given;
+  }
+  if (own) return *own;
+  if (!scoring.manifest)
+    if (const auto plan = load_plan(scene)) return *plan;
+  throw UserError(no_plan(options));
+}
+
+/// The JSON beside --out.
+std::optional<std::filesystem::path> json_beside(const ScoreOptions& options) {
+  if (!options.out) return std::nullopt;
+  if (options.out->extension() == ".json")
+    throw UserError(options.out->string() +
                     ": is the name of the JSON file; give the page another name, such as report.html");
-  return page;
+  return std::filesystem::path(*options.out).replace_extension(".json");
 }
 
-int run_hdr(const ScoreOptions& options, const Scene& scene) {
+int run_hdr(const ScoreOptions& options, const Scoring& scoring, const std::optional<Exercise>& exercise) {
+  const Scene& scene = scoring.scene;
   std::optional<HdrPlan> plan;
-  if (options.plan) plan = load_hdr_plan(*options.plan, scene.template_grid, scene.needle.length_mm);
+  if (scoring.manifest) plan = hdr_plan_of(*scoring.manifest, scene);
+  if (options.plan) {
+    HdrPlan given = load_hdr_plan(*options.plan, scene.template_grid, scene.needle.length_mm);
+    if (plan && to_toml(*plan) != to_toml(given) && !options.what_if)
+      throw UserError(options.plan->string() + ": is not the plan of the session " +
+                      options.recording->string() + "; leave out --plan for its own");
+    plan = std::move(given);
+  }
+  HdrScore score;
   const std::string report =
-      score_catheters(*options.recording, scene, options.json, plan ? &*plan : nullptr);
-  if (report.empty())
-    throw UserError(options.recording->string() +
-                    ": has no plan to score against; give it with --plan, or a scene that has plan.file");
+      score_catheters(*options.recording, scene, options.json, plan ? &*plan : nullptr,
+                      options.force ? EarlierReport::kReplaced : EarlierReport::kRefused, &score);
+  if (report.empty()) throw UserError(no_plan(options));
+  if (!scoring.note.empty()) std::cerr << "brachy: " << scoring.note << "\n";
   std::cout << report;
-  return kExitOk;
+  if (!exercise) return kExitOk;
+  const ExerciseResult result = judge(*exercise, as_score(score));
+  (options.json ? std::cerr : std::cout) << to_text(*exercise, result);
+  return result.has_passed() ? kExitOk : kExitFailed;
 }
 
 int show_history(const ScoreOptions& options) {
@@ -60,16 +158,17 @@ int show_history(const ScoreOptions& options) {
   std::optional<History> instructor;
   if (options.instructor) instructor = load_history(*options.instructor);
   for (const std::string& remark : trainee.remarks) std::cerr << "brachy: " << remark << "\n";
-  if (options.csv) {
-    check_folder_of(*options.csv);
-    check_is_new(options.csv, options.force);
-    std::ofstream out(*options.csv, std::ios::binary);
-    out << to_csv(trainee);
-    out.close();
-    if (!out) throw UserError(options.csv->string() + ": cannot be written; check the free space");
-  }
+  if (options.csv) write_text(*options.csv, to_csv(trainee), options.force);
   std::cout << to_text(trainee, instructor ? &*instructor : nullptr);
   return kExitOk;
+}
+
+SessionFolder folder_to_write(const std::filesystem::path& recording) {
+  try {
+    return SessionFolder::make(recording);
+  } catch (const UserError& e) {
+    throw UserError(std::string(e.what()) + ", or write the page elsewhere with --out");
+  }
 }
 
 int run(const ScoreOptions& options) {
@@ -81,23 +180,38 @@ int run(const ScoreOptions& options) {
     throw UserError(recording.string() +
                     ": is a recording in one file; write it into a folder with `brachy export " +
                     recording.string() + " --out DIR` and score that");
-  const std::filesystem::path page = page_of(options);
-  if (options.out) check_folder_of(page);
+  const std::optional<std::filesystem::path> page = options.out, page_json = json_beside(options);
+  check_output(page_json, options.force);
+  if (options.what_if && !page)
+    throw UsageError(
+        "--what-if scores against something else than the session's own: give the page a place with --out");
   std::optional<Exercise> exercise;
   if (options.exercise) exercise = load_exercise(*options.exercise);
-  const Scene scene = options.config ? load_scene(*options.config)
-                      : exercise     ? load_scene(exercise->scene)
-                                     : Scene{};
-  if (scene.implant.is_hdr()) return run_hdr(options, scene);
+  if (exercise && options.what_if)
+    throw UsageError("an exercise is passed in its own scene: leave out --what-if");
+  Scoring scoring = load_scoring(options, exercise);
+  if (scoring.scene.implant.is_hdr()) return run_hdr(options, scoring, exercise);
+  const Plan plan = plan_of(options, scoring);
   Progress progress("score");
-  const Score score = write_report(recording, plan_of(options, scene), scene, page,
-                                   [&](double share) { progress.show(share); });
+  const Report report = make_report(
+      recording, plan, scoring.scene, [&](double share) { progress.show(share); }, scoring.remarks);
   progress.finish();
+  const Score& score = report.score;
+  if (!scoring.note.empty()) std::cerr << "brachy: " << scoring.note << "\n";
   for (const std::string& remark : score.remarks) std::cerr << "brachy: " << remark << "\n";
+  if (page) {
+    write_text(*page, report.html, options.force);
+    write_text(*page_json, report.json, options.force);
+  } else if (const SessionFolder folder = SessionFolder::open(recording);
+             folder.read(kReportPage) != report.html || folder.read(kReportJson) != report.json) {
+    // Who may only read it can still score it where the report is there already.
+    keep_report(folder_to_write(recording), report,
+                options.force ? EarlierReport::kReplaced : EarlierReport::kRefused);
+  }
   if (options.json)
-    std::cout << to_json(score) << "\n";
+    std::cout << report.json;
   else
-    std::cout << to_text(score) << page.string() << "\n";
+    std::cout << to_text(score) << page.value_or(recording / kReportPage).string() << "\n";
   if (!exercise) return kExitOk;
   const ExerciseResult result = judge(*exercise, score);
   (options.json ? std::cerr : std::cout) << to_text(*exercise, result);
@@ -106,17 +220,22 @@ int run(const ScoreOptions& options) {
 
 void declare(OptionList& list, ScoreOptions& options) {
   list.add("recording", options.recording, "directory of a session or of `brachy record`");
-  list.add("--plan", options.plan, "TOML or CSV; default: the scene's");
-  list.add("--config", options.config, "the session's scene; default: the built-in phantom");
-  list.add("--out", options.out, "page to write, the JSON beside it; default: report.html in the recording");
+  list.add("--plan", options.plan, "TOML or CSV; default: the session's own, else the scene's");
+  list.add(
+      "--config", options.config,
+      "the session's scene; default: its own, and of a recording that does not know it the built-in phantom");
+  list.add_output("--out", options.out,
+                  "page to write, the JSON beside it; default: report.html in the recording");
   list.add(
       "--exercise", options.exercise,
       "config/exercises/….toml: whether the session passes, and why not; its scene is the default --config");
   list.add("--history", options.history,
            "instead of a recording: the trend of all scored sessions in this directory");
   list.add("--instructor", options.instructor, "with --history: an instructor's sessions, to compare with");
-  list.add("--csv", options.csv, "with --history: file to write, a row for each session");
-  list.add_flag("--force", options.force, "overwrite an existing --csv file");
+  list.add_output("--csv", options.csv, "with --history: file to write, a row for each session");
+  list.add_flag("--what-if", options.what_if,
+                "score against another scene or plan than the session's own, with --out");
+  list.add_force(options.force);
   list.add_flag("--json", options.json, "print the whole report as JSON");
 }
 
@@ -130,6 +249,8 @@ Tool score_tool() {
   brachy score out/run1 --plan plan.csv --config patient.toml --out run1.html --json
   brachy score out/run1 --exercise config/exercises/01_one_needle.toml
   brachy score --history out/anna --instructor out/instructor --csv anna.csv
+A session is scored in its own scene and against its own plan, which its session.json keeps; others are refused. A
+report that is there already is kept: where it would change, --out or --force says what to do.
 A recording is a directory with poses.csv, forces.csv and seeds.csv; missing or truncated files are reported,
 and the rest is scored. Per seed: error against plan, its part along the needle apart, where it was dropped
 and after relaxation. Per needle: path and time in the prostate, passes, punctures, largest force. Dose of

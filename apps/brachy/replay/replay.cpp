@@ -62,20 +62,26 @@ void declare(OptionList& list, GivenOptions& options) {
   const Option offline =
       list.add_flag("--offline", options.offline, "no clock, no network: step and print a hash");
   offline.excludes(connect);
-  list.add("--config", options.config, "scene for --offline; default: the built-in phantom").needs(offline);
+  list.add("--config", options.config,
+           "scene for --offline; default: the session's own beside the trajectory, else the built-in phantom")
+      .needs(offline);
+  list.add_flag("--what-if", options.what_if,
+                "for --offline: a session's poses may go into another scene than its own")
+      .needs(offline);
   list.add("--threads", options.threads, "OpenMP threads for --offline; default: the scene's")
       .needs(offline)
       .range(1, 64);
   as_simd(
       list.add("--simd", options.simd, "instruction set for --offline; default: the scene's").needs(offline));
-  list.add("--log", options.log,
-           "for --offline: the force on every needle in every tick, as CSV; must not exist yet")
+  list.add_output("--log", options.log, "for --offline: the force on every needle in every tick, as CSV")
       .needs(offline);
-  list.add_flag("--force", options.force, "overwrite a log that exists");
-  const Option session =
-      list.add("--session", options.session,
-               "for --offline: directory for poses, forces and seeds, as brachyd --session records them")
-          .needs(offline);
+  list.add_force(options.force);
+  const Option session = list.add_output_folder("--session", options.session,
+                                                "for --offline: directory to write poses, forces and seeds "
+                                                "to, as brachyd --session records them")
+                             .needs(offline);
+  as_short_name(
+      list.add("--trainee", options.trainee, "whose session it is; stands in its files").needs(session));
   list.add("--from", options.from_s,
            "for --offline: start at the newest state before that time, s, that the session beside the "
            "trajectory kept")

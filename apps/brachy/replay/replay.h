@@ -26,7 +26,9 @@ struct ReplayOptions {
   std::optional<SimulatedDeviceOptions> device;  ///< none: the trajectory is the needle's
   std::optional<double> from_s;                  ///< offline: start from a state that the session kept before
   bool json = false;
-  bool force = false;  ///< overwrite a log that exists
+  bool what_if = false;  ///< offline: a session's poses in another scene than its own
+  std::string trainee;   ///< offline, of `session`; empty: nobody's
+  bool force = false;    ///< overwrite a log that exists
 };
 
 /// Steps the simulation through the trajectory without clock or network and prints a hash of every tick's state.

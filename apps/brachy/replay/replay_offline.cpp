@@ -3,6 +3,7 @@
 #include <cmath>
 #include <iostream>
 #include <optional>
+#include <utility>
 
 #include "apps/brachy/replay/load_motion.h"
 #include "apps/brachy/replay/place_trajectory.h"
@@ -10,18 +11,17 @@
 #include "apps/brachy/replay/replay_report.h"
 #include "apps/brachy/replay/simulated_device.h"
 #include "apps/command_line/exit_code.h"
-#include "apps/command_line/output_file.h"
 #include "apps/reports/tissue_box.h"
 #include "apps/score/hdr_report.h"
 #include "apps/score/report.h"
 #include "apps/session/session_log.h"
+#include "apps/session/session_manifest.h"
 #include "apps/session/session_states.h"
 #include "apps/terminal/progress.h"
 #include "apps/terminal/set_up_progress.h"
 #include "core/base/error.h"
 #include "core/brachytherapy/plan/plan_file.h"
 #include "core/scene/choice/choice.h"
-#include "core/scene/file/scene_file.h"
 #include "core/scene/load_plan.h"
 #include "core/scene/load_simulation_model.h"
 #include "core/scene/load_tissue.h"
@@ -31,8 +31,8 @@
 namespace brachy {
 namespace {
 
-Scene scene_of(const ReplayOptions& options) {
-  Scene scene = options.config ? load_scene(*options.config) : Scene{};
+/// As it is simulated.
+Scene prepared(Scene scene, const ReplayOptions& options) {
   if (options.threads) scene.engine.threads = options.threads;
   if (!options.simd.empty()) scene.engine.simd = options.simd;
   std::string choice;
@@ -54,15 +54,32 @@ void add_to_log(ForceLogWriter& log, double t_s, const MeshState& state) {
       log.add(force_sample(t_s, id, needles[id], state.summary.certificate.vertex_det));
 }
 
+/// Of the session that is computed: without times, so that the same bytes come twice.
+SessionManifest manifest_for(const ReplayOptions& options, const SessionScene& of_session,
+                             const Scene& scene) {
+  SessionManifest manifest;
+  if (of_session.manifest) manifest = *of_session.manifest;
+  if (!of_session.manifest || options.config) {
+    const SessionManifest played = std::exchange(manifest, make_manifest(scene, options.config));
+    manifest.trainee = played.trainee;
+    manifest.exercise = played.exercise;
+  }
+  manifest.runs.clear();
+  if (!options.trainee.empty()) manifest.trainee = options.trainee;
+  return manifest;
+}
+
 /// Restores what the trajectory's session kept before `from_s`; returns the first tick after it.
 std::uint64_t restore_before(double from_s, const ReplayOptions& options, double start_s,
                              Simulator& simulator) {
-  const SessionState state = load_session_state(options.trajectory.parent_path(), from_s);
+  const std::filesystem::path folder =
+      options.trajectory.has_parent_path() ? options.trajectory.parent_path() : std::filesystem::path(".");
+  const SessionState state = load_session_state(SessionFolder::open(folder), from_s);
   try {
     simulator.restore(state.bytes);
   } catch (const UserError& e) {
-    throw UserError(fmt::format("{}: the state at {} s: {}; give the session's own --config",
-                                options.trajectory.parent_path().string(), state.t_s, e.what()));
+    throw UserError(fmt::format("{}: the state at {} s: {}; give the session's own --config", folder.string(),
+                                state.t_s, e.what()));
   }
   std::cerr << fmt::format("brachy: goes on from {} s\n", state.t_s);
   return static_cast<std::uint64_t>(
@@ -72,22 +89,22 @@ std::uint64_t restore_before(double from_s, const ReplayOptions& options, double
 }  // namespace
 
 int replay_offline(const ReplayOptions& options) {
-  if (options.log) check_is_no_input(*options.log, {options.trajectory, options.config});
-  check_is_new(options.log, options.force);
-  const Scene scene = scene_of(options);
+  const SessionScene of_session = load_scene_for(options.trajectory, options.config, options.what_if);
+  const Scene scene = prepared(of_session.scene, options);
   NeedleTrajectories trajectories =
       load_motion(options.trajectory, ReplayedModel::kRecorded, scene.instrument_count());
   Simulator simulator(load_simulation_model(scene, load_tissue(scene).tissue, announced_set_up()));
   trajectories = place(trajectories, options, options.centre_on_tissue || scene.device.centre_on_tissue,
                        centre_of(simulator.tissue()));
   std::optional<ForceLogWriter> log;
-  if (options.log) log.emplace(*options.log);
+  if (options.log) log.emplace(*options.log, options.force ? RowFile::Start::kAnew : RowFile::Start::kNew);
   std::optional<SessionLog> session;
   if (options.session) {
     if (SessionLog::is_recording(*options.session))
       throw UserError(options.session->string() + ": already holds a recording; give another directory");
     session.emplace(*options.session, scene.instrument_count(), simulator.period_s(),
                     names_of(simulator.model()->organs));
+    session->folder().replace(kManifestFile, to_json(manifest_for(options, of_session, scene)));
   }
 
   // One tick for each period from the first sample to the last, as the recorder's pose log counts them.
@@ -154,16 +171,17 @@ int replay_offline(const ReplayOptions& options) {
   if (log) log->close();
   if (session) session->close();
   if (session && scene.implant.is_hdr()) {
-    write_text(*options.session / kCatheterFile, to_csv(delivered_catheters(simulator, state)));
+    session->folder().replace(kCatheterFile, to_csv(delivered_catheters(simulator, state)));
     const std::string report = score_catheters(*options.session, scene, options.json);
     if (!options.json) std::cout << report;
     return kExitOk;
   }
   const std::optional<Plan> plan = session ? load_plan(scene) : std::nullopt;
   if (!plan) return kExitOk;
-  const std::filesystem::path page = *options.session / "report.html";
-  const std::string report = to_text(write_report(*options.session, *plan, scene, page));
-  if (!options.json) std::cout << report << page.string() << "\n";
+  const Report report = make_report(*options.session, *plan, scene);
+  keep_report(session->folder(), report, EarlierReport::kRefused);
+  if (!options.json)
+    std::cout << to_text(report.score) << session->folder().path_of(kReportPage).string() << "\n";
   return kExitOk;
 }
 

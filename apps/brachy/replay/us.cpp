@@ -236,7 +236,8 @@ void declare(OptionList& list, UsOptions& options) {
   list.add("--config", options.config, "scene; default: the built-in phantom");
   list.add("--trajectory", options.trajectory,
            "CSV or recording of the needles (and the probe after them); default: one image at rest");
-  list.add("--out", options.out, "directory to write; must not exist yet, or be empty").required();
+  list.add_output_folder("--out", options.out, "directory to write; must not exist yet, or be empty")
+      .required();
   list.add("--arrays", options.arrays, "transverse, sagittal, end_fire; default: the scene's")
       .comma_separated();
   list.add("--offsets-mm", options.offsets_mm,

@@ -9,7 +9,7 @@
 
 #include "apps/daemon/loops/simulation_runs.h"
 #include "core/scene/scene.h"
-#include "net/wire/messages.h"
+#include "net/requests/request.h"
 
 namespace brachy::net {
 class Server;

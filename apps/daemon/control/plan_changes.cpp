@@ -48,17 +48,19 @@ std::string refusal_of_drawn(const net::PlanMessage& request, const TemplateGrid
 }  // namespace
 
 std::optional<PlanLedger> plan_ledger(const Scene& scene, const std::optional<Plan>& plan,
-                                      const std::optional<std::filesystem::path>& session) {
+                                      const std::optional<SessionFolder>& session) {
   if (!plan) return std::nullopt;
   PlanLedger ledger(*plan, scene.template_grid, scene.needle.length_mm);
   if (!session) return ledger;
   for (const PlanChange& change : load_plan_changes(*session))
-    ledger.change_to(load_plan(*session / change.file, scene.template_grid, scene.needle.length_mm));
+    ledger.change_to(parse_plan_toml(session->read(change.file).value_or(""),
+                                     session->path_of(change.file).string(), scene.template_grid,
+                                     scene.needle.length_mm));
   return ledger;
 }
 
 PlanChanges::PlanChanges(const Scene& scene, const std::vector<Structure>& structures,
-                         std::optional<PlanLedger> ledger, std::optional<std::filesystem::path> session,
+                         std::optional<PlanLedger> ledger, std::optional<SessionFolder> session,
                          double session_start_s, std::vector<std::int32_t> lost, EventLoop& loop,
                          SimulationRuns& runs, net::Server& server, const std::function<void()>& start,
                          std::function<void(const std::string&)> log)

@@ -29,7 +29,7 @@ namespace brachy {
 /// The plan at a start with the changes of an earlier run of the session; none: there is no plan.
 /// Throws UserError for changes that cannot be read.
 std::optional<PlanLedger> plan_ledger(const Scene& scene, const std::optional<Plan>& plan,
-                                      const std::optional<std::filesystem::path>& session);
+                                      const std::optional<SessionFolder>& session);
 
 /// Changes of the plan while it is carried out, as operators ask for them (PLAN in net/PROTOCOL.md): the needles that
 /// are left are optimised for what lies in the body, on a thread of their own, or are those that an operator drew. A
@@ -44,9 +44,9 @@ class PlanChanges {
   /// none: nothing is recorded. `lost`: seeds that an earlier run of the session lost. All references outlive this;
   /// `start` is the first work of its two threads. Throws UserError as PlanChangeLog.
   PlanChanges(const Scene& scene, const std::vector<Structure>& structures, std::optional<PlanLedger> ledger,
-              std::optional<std::filesystem::path> session, double session_start_s,
-              std::vector<std::int32_t> lost, EventLoop& loop, SimulationRuns& runs, net::Server& server,
-              const std::function<void()>& start, std::function<void(const std::string&)> log);
+              std::optional<SessionFolder> session, double session_start_s, std::vector<std::int32_t> lost,
+              EventLoop& loop, SimulationRuns& runs, net::Server& server, const std::function<void()>& start,
+              std::function<void(const std::string&)> log);
 
   Readers& for_simulator() { return to_simulator_.reader; }  ///< deformation thread
   Readers& for_dose() { return to_dose_.reader; }            ///< dose thread

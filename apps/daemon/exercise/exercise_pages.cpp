@@ -43,6 +43,7 @@ ExercisePages::ExercisePages(EventLoop& loop, const std::optional<std::filesyste
   const auto own = std::ranges::find(exercises_, true, &ExerciseFile::is_of_scene);
   if (own == exercises_.end()) return;
   running_ = &own->exercise;
+  running_file_ = own->file.filename();
   if (!score_) return;
   worker_ = std::make_unique<Worker>();
   worker_->post(std::move(name_thread));

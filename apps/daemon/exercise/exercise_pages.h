@@ -29,6 +29,7 @@ class ExercisePages {
   net::DynamicPages pages();
 
   const Exercise* running() const { return running_; }  ///< null: the scene is no exercise's
+  const std::filesystem::path& running_file() const { return running_file_; }  ///< its name; empty: none
   bool is_scoring() const { return is_scoring_; }
   void stop();  ///< what is being scored is not waited for; nothing more is started
 
@@ -41,6 +42,7 @@ class ExercisePages {
   const std::function<Score()> score_;  // null: nothing is recorded
   std::vector<ExerciseFile> exercises_;
   const Exercise* running_ = nullptr;
+  std::filesystem::path running_file_;
   std::string last_;  // JSON of the last result; empty: none
   std::int64_t scored_ns_ = 0;
   bool is_scoring_ = false, is_stopped_ = false;

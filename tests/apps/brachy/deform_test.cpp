@@ -271,7 +271,7 @@ TEST_F(Deform, RefusesAnOutputItCannotWrite) {
   out = folder.write("file", "");
   std::filesystem::remove(out);
   std::filesystem::create_directory(out);
-  EXPECT_TRUE(refused_in_one_line(deform(l, p), {"cannot be written"}));
+  EXPECT_TRUE(refused_in_one_line(deform(l, p), {"is a folder"}));
   EXPECT_TRUE(std::filesystem::is_directory(out));
   if (std::filesystem::exists("/dev/full")) {
     out = "/dev/full";

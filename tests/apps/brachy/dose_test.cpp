@@ -29,7 +29,8 @@ struct Dose : ::testing::Test {
     return run_brachy(line);
   }
   NumberTable doses_at(const std::string& seed_rows, const std::string& point_rows) {
-    EXPECT_TRUE(exited(dose({"--seeds", seeds(seed_rows), "--points", points(point_rows), "--out", out}), 0));
+    EXPECT_TRUE(exited(
+        dose({"--seeds", seeds(seed_rows), "--points", points(point_rows), "--out", out, "--force"}), 0));
     return load_number_csv(out, kOutHeader);
   }
   // Twelve seeds through the small phantom.

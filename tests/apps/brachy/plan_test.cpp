@@ -95,7 +95,7 @@ TEST(PlanTool, SaysWhatMissesItsGoal) {
   const TempFolder folder;
   const Ended ended = run_brachy({"plan", folder.write("weak.toml", weak)});
   ASSERT_TRUE(exited(ended, 0));
-  EXPECT_NE(ended.out.find("> 95  MISSED"), std::string::npos) << ended.out;
+  EXPECT_NE(ended.out.find("≥ 95  MISSED"), std::string::npos) << ended.out;
   EXPECT_EQ(ended.out.find("< 60  MISSED"), std::string::npos) << ended.out;
 }
 

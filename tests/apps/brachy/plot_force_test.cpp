@@ -68,7 +68,8 @@ TEST_F(PlotForce, DrawsTheNeedleAndTheFileAskedFor) {
 TEST_F(PlotForce, RefusesWhatItCannotReadOrWrite) {
   EXPECT_TRUE(refused_in_one_line(run_brachy({"plot-force", log, "--needle", "1"}),
                                   {"force.csv", "needle 1", "0, 3"}));
-  EXPECT_TRUE(refused_in_one_line(run_brachy({"plot-force", log, "--out", log}), {"force.csv", "--out"}));
+  EXPECT_TRUE(
+      refused_in_one_line(run_brachy({"plot-force", log, "--out", log}), {"force.csv", "is an input"}));
   EXPECT_TRUE(refused_in_one_line(run_brachy({"plot-force", log, "--out", (folder / "no/f.svg").string()}),
                                   {"no folder"}));
   EXPECT_TRUE(refused_in_one_line(run_brachy({"plot-force", (folder / "none.csv").string()}),

@@ -407,6 +407,49 @@ TEST_F(Tools, SayWhatIsWrongWithAnAddressOrACommand) {
   EXPECT_TRUE(said(run_brachyd({"--config", "/tmp"}), "is a folder; name the scene file in it"));
 }
 
+TEST_F(Tools, AMistypedOptionGetsASuggestion) {
+  const auto says = [](const Ended& ended, const std::string& what) {
+    EXPECT_TRUE(exited(ended, 2));
+    EXPECT_NE(ended.err.find(what), std::string::npos) << ended.err;
+  };
+  says(run_brachyd({"--prot", "0"}), "did you mean '--port'?");
+  says(run_brachyd({"--htpp-port=0"}), "did you mean '--http-port'?");
+  says(run_brachyd({"doctor", "--secnds", "1"}), "did you mean '--seconds'?");
+  says(run_brachy({"watch", "--conect", "127.0.0.1:1"}), "did you mean '--connect'?");
+  const Ended nothing_near = run_brachyd({"--completely-other"});
+  EXPECT_TRUE(exited(nothing_near, 2));
+  EXPECT_EQ(nothing_near.err.find("did you mean"), std::string::npos) << nothing_near.err;
+}
+
+TEST_F(Tools, AFileOfAnotherKindIsNamedWithWhatToGive) {
+  const std::string config = kConfigFolder.string() + "/", exercise = config + "exercises/01_one_needle.toml";
+  const auto says = [](const Ended& ended, const std::string& what) {
+    EXPECT_TRUE(refused_in_one_line(ended, {what}));
+  };
+  says(run_brachyd({"--check-config", exercise}),
+       "01_one_needle.toml is an exercise; a scene is asked for here: " + config +
+           "exercises/scenes/01_one_needle.toml");
+  says(run_brachyd({"--check-config", config + "plan.toml"}),
+       "plan.toml is a plan of seeds; a scene is asked for here");
+  says(run_brachyd({"--check-config", config + "hdr_plan.toml"}),
+       "is a plan of HDR catheters; a scene is asked for");
+  says(run_brachyd({"--check-config", config + "sources/6711.toml"}), "6711.toml is a seed source; a scene");
+  says(run_brachyd({"--check-config", config + "insertion.csv"}),
+       "insertion.csv is a trajectory; a scene is asked for");
+  says(run_brachy({"score", folder.write("session.txt", ""), "--exercise",
+                   config + "exercises/scenes/01_one_needle.toml"}),
+       "is a scene; an exercise is asked for here");
+  says(run_brachy({"replay", config + "plan.toml", "--offline"}),
+       "plan.toml is a plan of seeds; a trajectory is asked for");
+  says(run_brachy({"inspect", config + "plan.toml"}),
+       "plan.toml is a plan of seeds; a scene is asked for here");
+  says(run_brachy({"inspect", folder.write("there.txt", "") + ".nosuch"}), "there.txt.nosuch: no such file");
+  const std::string with_exercise =
+      folder.write("with_exercise.toml", "[plan]\nfile = \"" + exercise + "\"\n");
+  says(run_brachyd({"--check-config", with_exercise}),
+       "01_one_needle.toml is an exercise; a plan of seeds is asked for here");
+}
+
 TEST_F(Tools, AFileInAnotherDialectIsNamed) {
   const std::string semicolons = folder.write("s.csv", "t_s;m00;m01\n0;1;0\n");
   EXPECT_TRUE(

@@ -345,7 +345,7 @@ TEST(DaemonImplant, ASessionKeepsItsChangesGoesOnWithThemAndIsScoredAgainstThePl
   change(0, "G9");
   change(1, "E7");  // the first needle was begun: it stays
 
-  const std::vector<PlanChange> changes = load_plan_changes(folder);
+  const std::vector<PlanChange> changes = load_plan_changes(SessionFolder::open(folder));
   ASSERT_EQ(changes.size(), 2u);
   EXPECT_EQ(changes[0].file, "plan_change_1.toml");
   EXPECT_TRUE(changes[1].what.starts_with("edited by desk"));

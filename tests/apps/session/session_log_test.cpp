@@ -32,6 +32,10 @@ std::vector<Seed> seeds(std::size_t count) {
   return all;
 }
 
+SessionFolder session_in(const TempFolder& folder) {
+  return SessionFolder::make(folder / "");
+}
+
 void append_text(const std::filesystem::path& file, const std::string& text) {
   std::ofstream(file, std::ios::app | std::ios::binary) << text;
 }
@@ -39,14 +43,14 @@ void append_text(const std::filesystem::path& file, const std::string& text) {
 TEST(SeedLedger, KeepsWhatWasAppendedAndOnlyWhatIsNew) {
   const TempFolder folder;
   {
-    SeedLedger ledger(folder / "seeds.csv");
+    SeedLedger ledger(session_in(folder));
     ledger.append(seeds(2));
     ledger.append(seeds(2));
     EXPECT_EQ(load_seeds(folder / "seeds.csv"), seeds(2));  // before it is closed
     ledger.append(seeds(5));
     EXPECT_EQ(ledger.count(), 5u);
   }
-  SeedLedger again(folder / "seeds.csv");
+  SeedLedger again(session_in(folder));
   EXPECT_EQ(again.restored(), seeds(5));
   again.append(seeds(6), 100);
   const std::vector<Seed> all = load_seeds(folder / "seeds.csv");
@@ -62,14 +66,14 @@ TEST(SeedLedger, CutsOffARowThatWasNotFinishedWhereverItEnds) {
   const std::string row = seed_row(seeds(2)[1]);
   for (const std::size_t torn : {std::size_t{1}, std::size_t{2}, row.size() / 2, row.size()}) {
     const std::string file = folder.write("seeds.csv", whole + row.substr(0, torn));
-    SeedLedger ledger(file);
+    SeedLedger ledger(session_in(folder));
     EXPECT_TRUE(ledger.had_partial_row());
     EXPECT_EQ(ledger.restored(), seeds(1));
     ledger.append(seeds(2));
     EXPECT_EQ(load_seeds(file), seeds(2));
   }
   folder.write("seeds.csv", std::string(kSeedHeader).substr(0, 10));
-  EXPECT_TRUE(SeedLedger(folder / "seeds.csv").restored().empty());
+  EXPECT_TRUE(SeedLedger(session_in(folder)).restored().empty());
 }
 
 TEST(SeedLedger, OfWhichARowInTheMiddleIsWrongIsRefused) {
@@ -77,7 +81,7 @@ TEST(SeedLedger, OfWhichARowInTheMiddleIsWrongIsRefused) {
   const std::string file =
       folder.write("seeds.csv", std::string(kSeedHeader) + "\nnonsense\n" + seed_row(seeds(1)[0]) + "\n");
   try {
-    SeedLedger ledger(file);
+    SeedLedger ledger(session_in(folder));
     FAIL() << "taken";
   } catch (const UserError& e) {
     EXPECT_NE(std::string(e.what()).find("seeds.csv:2"), std::string::npos) << e.what();
@@ -86,14 +90,14 @@ TEST(SeedLedger, OfWhichARowInTheMiddleIsWrongIsRefused) {
 
 TEST(SeedLedger, BelongsToOneProcessAtATime) {
   const TempFolder folder;
-  const SeedLedger ledger(folder / "seeds.csv");
-  EXPECT_THROW(SeedLedger(folder / "seeds.csv"), UserError);
+  const SeedLedger ledger(session_in(folder));
+  EXPECT_THROW(SeedLedger(session_in(folder)), UserError);
 }
 
 // RLIMIT_FSIZE ends within the third row.
 TEST(SeedLedger, WithoutSpaceNothingIsHalfWrittenAndTheNextCallTriesAgain) {
   const TempFolder folder;
-  SeedLedger ledger(folder / "seeds.csv");
+  SeedLedger ledger(session_in(folder));
   ledger.append(seeds(2));
   rlimit before{};
   ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &before), 0);

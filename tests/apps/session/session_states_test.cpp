@@ -12,8 +12,8 @@ namespace {
 
 using namespace test;
 
-std::filesystem::path path_of(const TempFolder& folder) {
-  return (folder / "states").parent_path();
+SessionFolder states_in(const TempFolder& folder) {
+  return SessionFolder::make(folder / "");
 }
 
 std::vector<std::byte> some_bytes(std::size_t count, unsigned seed) {
@@ -26,20 +26,20 @@ std::vector<std::byte> some_bytes(std::size_t count, unsigned seed) {
 TEST(SessionStates, TheNewestThatIsNotLaterIsFound) {
   const TempFolder folder;
   for (const double t_s : {10.0, 20.005, 100.0})
-    write_session_state(path_of(folder), t_s, some_bytes(50'000, static_cast<unsigned>(t_s)));
+    write_session_state(states_in(folder), t_s, some_bytes(50'000, static_cast<unsigned>(t_s)));
   folder.write("states/notes.txt", "no state");
   folder.write("states/000000015.bin.part", "a state that was not finished");
-  EXPECT_EQ(load_session_state(path_of(folder), 10).t_s, 10);
-  EXPECT_EQ(load_session_state(path_of(folder), 20).t_s, 10);
-  EXPECT_EQ(load_session_state(path_of(folder), 99).t_s, 20.005);
-  EXPECT_EQ(load_session_state(path_of(folder), 1e6).bytes, some_bytes(50'000, 100));
-  EXPECT_THROW(load_session_state(path_of(folder), 9), UserError);
+  EXPECT_EQ(load_session_state(states_in(folder), 10).t_s, 10);
+  EXPECT_EQ(load_session_state(states_in(folder), 20).t_s, 10);
+  EXPECT_EQ(load_session_state(states_in(folder), 99).t_s, 20.005);
+  EXPECT_EQ(load_session_state(states_in(folder), 1e6).bytes, some_bytes(50'000, 100));
+  EXPECT_THROW(load_session_state(states_in(folder), 9), UserError);
 }
 
 TEST(SessionStates, WithoutAnyTheFolderIsNamed) {
   const TempFolder folder;
   try {
-    load_session_state(path_of(folder), 30);
+    load_session_state(states_in(folder), 30);
     FAIL();
   } catch (const UserError& e) {
     EXPECT_NE(std::string(e.what()).find((folder / "states").string()), std::string::npos) << e.what();
@@ -51,7 +51,7 @@ TEST(SessionStates, WithoutAnyTheFolderIsNamed) {
 TEST(SessionStates, ADamagedOneIsRefused) {
   const TempFolder folder;
   const auto bytes = some_bytes(3000, 1);
-  write_session_state(path_of(folder), 10, bytes);
+  write_session_state(states_in(folder), 10, bytes);
   const std::string file = (folder / "states" / "00010.000.bin").string(), whole = read_file(file);
   ASSERT_GT(whole.size(), 100u);
   int taken = 0;
@@ -60,13 +60,13 @@ TEST(SessionStates, ADamagedOneIsRefused) {
     changed[i] = static_cast<char>(changed[i] ^ 0x20);
     folder.write("states/00010.000.bin", changed);
     try {
-      EXPECT_EQ(load_session_state(path_of(folder), 10).bytes, bytes) << i;
+      EXPECT_EQ(load_session_state(states_in(folder), 10).bytes, bytes) << i;
       ++taken;
     } catch (const UserError& e) {
       EXPECT_NE(std::string(e.what()).find("00010.000.bin"), std::string::npos) << e.what();
     }
     folder.write("states/00010.000.bin", whole.substr(0, i));
-    EXPECT_THROW(load_session_state(path_of(folder), 10), UserError) << i;
+    EXPECT_THROW(load_session_state(states_in(folder), 10), UserError) << i;
   }
   EXPECT_LE(taken, 1);
 }
@@ -74,7 +74,7 @@ TEST(SessionStates, ADamagedOneIsRefused) {
 TEST(SessionStates, WhatCannotBeWrittenIsSaidAndLeavesNothingHalf) {
   const TempFolder folder;
   folder.write("states", "a file where the folder should be");
-  EXPECT_THROW(write_session_state(path_of(folder), 10, some_bytes(100, 1)), std::runtime_error);
+  EXPECT_THROW(write_session_state(states_in(folder), 10, some_bytes(100, 1)), std::runtime_error);
   EXPECT_EQ(read_file(folder / "states"), "a file where the folder should be");
 }
 

@@ -45,11 +45,11 @@ TEST(VolumeStudyFile, ScoresAfterReadingAsItDidBefore) {
 
 TEST(VolumeStudyFile, IsAppendedToAndHealsFromALineThatWasCutOff) {
   const test::TempFolder folder;
-  append_study(folder / "", made_up());
+  append_study(SessionFolder::make(folder / ""), made_up());
   const std::string one = all_of(folder / kStudiesFile);
   EXPECT_EQ(one, study_line(made_up()));
   std::ofstream(folder / kStudiesFile, std::ios::app) << one.substr(0, one.size() / 2);
-  append_study(folder / "", made_up());
+  append_study(SessionFolder::make(folder / ""), made_up());
   EXPECT_EQ(all_of(folder / kStudiesFile), one + one);
 }
 

@@ -2,8 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include <functional>
-#include <optional>
 #include <stop_token>
 #include <string>
 #include <utility>
@@ -15,14 +16,15 @@
 namespace brachy {
 namespace {
 
-/// Stands still, and tells when it is looked at.
+/// Goes on only while it is waited for, and tells when it is looked at.
 struct WatchedClock final : Clock {
   std::int64_t now_ns() override {
     if (on_look) on_look();
-    return 1'000'000'000;
+    return now;
   }
-  void sleep_until_ns(std::int64_t) override {}
+  void sleep_until_ns(std::int64_t then_ns) override { now = std::max(now, then_ns); }
   std::function<void()> on_look;
+  std::int64_t now = 1'000'000'000;
 };
 
 /// Needles through all holes of the template, with 15 seeds each.
@@ -36,21 +38,25 @@ Plan largest_plan(const TemplateGrid& grid) {
   return plan;
 }
 
+/// One seed, which fell just now.
+DroppedSeeds one_seed() {
+  MeshState state;
+  state.seeds.slots.resize(8);
+  DroppedSeeds seeds(state);
+  seeds.slots[0].air_kerma_strength_u = 0.5;
+  seeds.count = 1;
+  seeds.publish_ns = 1;
+  return seeds;
+}
+
 struct DoseLoop : ::testing::Test {
   DoseLoop() {
-    MeshState state;
-    state.seeds.slots.resize(8);
-    fallen.emplace(DroppedSeeds(state));
-    DroppedSeeds& next = fallen->writer.slot();
-    next = DroppedSeeds(state);
-    next.slots[0].air_kerma_strength_u = 0.5;
-    next.count = 1;
-    next.publish_ns = 1;
-    fallen->writer.publish();
+    fallen.writer.slot() = one_seed();
+    fallen.writer.publish();
   }
   void run() {
     run_dose_loop(stop.get_token(), clock, {{"prostate", prostate_phantom(400)}}, DoseSettings(), {},
-                  {plan.reader, {}}, fallen->reader, [&](net::DoseMessage message) {
+                  {plan.reader, {}}, fallen.reader, [&](net::DoseMessage message) {
                     delivered.push_back(std::move(message));
                     stop.request_stop();
                   });
@@ -59,7 +65,7 @@ struct DoseLoop : ::testing::Test {
   const TemplateGrid grid;
   WatchedClock clock;
   std::stop_source stop;
-  std::optional<HandOver<DroppedSeeds>> fallen;
+  HandOver<DroppedSeeds> fallen{DroppedSeeds(MeshState())};
   HandOver<LoadingPlan> plan{LoadingPlan(largest_plan(grid), grid)};
   std::vector<net::DoseMessage> delivered;
 };
