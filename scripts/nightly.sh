@@ -32,7 +32,10 @@ parts=(
   'soak        scripts/campaigns/soak.sh --short'
   'latency     scripts/campaigns/latency.sh'
   'seeds       scripts/campaigns/dose_latency.sh'
+  'findings    scripts/campaigns/findings.sh'
+  'anatomy     tests/apps/import/anatomy_cases.py build/release/bin/brachy-import 2000'
   'timed       scripts/campaigns/timed.sh'
+  'contours    tests/apps/import/contour_shapes.py build/release/bin/brachy-import out/nightly/shapes --cases 2000'
 )
 name_of() { echo "${1%% *}"; }
 command_of() { echo "${1#"${1%% *}"}" | sed 's/^ *//'; }

@@ -1,5 +1,8 @@
+#include <arpa/inet.h>
+#include <netinet/in.h>
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
+#include <sys/socket.h>
 #include <unistd.h>
 
 #include <csignal>
@@ -17,10 +20,38 @@
 #include "apps/terminal/set_up_progress.h"
 #include "core/base/error.h"
 #include "core/base/escaped.h"
+#include "core/brachytherapy/plan/entry_doubts.h"
+#include "core/brachytherapy/structures/anatomy.h"
+#include "core/scene/load_plan.h"
+#include "core/scene/load_structures.h"
 
 namespace {
 
 using namespace brachy;
+
+constexpr std::uint16_t kUsualHttpPort = 18951;
+
+/// Whether a server could listen on this port of the loopback now.
+bool is_free(std::uint16_t port) {
+  const int socket = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  const int on = 1;
+  ::setsockopt(socket, SOL_SOCKET, SO_REUSEADDR, &on, sizeof on);
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_port = htons(port);
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  const bool is_bound = ::bind(socket, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0;
+  ::close(socket);
+  return is_bound;
+}
+
+/// The page's address as a link, or how to get it.
+std::string viewer_text(const Daemon& daemon, bool has_tls) {
+  const auto port = daemon.http_port();
+  if (!port) return "no viewer for browsers: start with --http-port 18951 to have it";
+  return "viewer: " + std::string(has_tls ? "https" : "http") + "://" + daemon.address() + ":" +
+         std::to_string(*port) + "/";
+}
 
 int run(DaemonOptions options) {
   options.set_up = announced_set_up([](const std::string& line) { spdlog::info(line); });
@@ -31,6 +62,11 @@ int run(DaemonOptions options) {
     if (scene.server.http_port > 0) any_port.http_port = 0;
     if (scene.server.igtl_port > 0) any_port.igtl_port = 0;
     const Daemon daemon(scene, any_port);
+    if (const auto plan = load_plan(scene))
+      for (const std::string& doubt : entry_doubts(*plan)) spdlog::warn("{}", doubt);
+    if (has_own_geometry(scene))
+      for (const std::string& warning : anatomy_warnings(load_structures(scene)))
+        std::cerr << escaped(options.config->string()) << ": WARNING: " << escaped(warning) << "\n";
     std::cout << escaped(options.config->string()) << ": ok\n";
     return kExitOk;
   }
@@ -45,6 +81,7 @@ int run(DaemonOptions options) {
   const bool has_tls = scene.server.has_tls();
   if (const auto port = daemon.http_port())
     print(has_tls ? "https on" : "http on", has_tls ? "https_on" : "http_on", daemon.address(), *port);
+  spdlog::info("{}", viewer_text(daemon, has_tls));
   if (const auto port = daemon.igtl_port()) print("igtl on", "igtl_on", daemon.igtl_address(), *port);
   const DaemonSummary summary = daemon.run();
   std::cerr << to_text(summary);
@@ -71,8 +108,10 @@ int main(int argc, char** argv) {
   }
   spdlog::set_formatter(std::make_unique<EscapingFormatter>("%H:%M:%S.%e %^%l%$ %v"));
   std::optional<int> exit_code;
-  const DaemonOptions options = parse_daemon_line(argc, argv, exit_code);
+  DaemonOptions options = parse_daemon_line(argc, argv, exit_code);
   if (exit_code) return *exit_code;
+  // Somebody who starts it with nothing wants to see something.
+  if (argc == 1) options.http_port = is_free(kUsualHttpPort) ? kUsualHttpPort : 0;
   try {
     return options.doctor_s ? doctor(options) : run(options);
   } catch (const UserError& e) {

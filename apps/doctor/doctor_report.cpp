@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "apps/doctor/work_scale.h"
@@ -34,8 +35,22 @@ std::string blame(const Machine& m) {
                          : "free it of other work, or set [realtime] fifo_priority");
 }
 
+/// A trial without which the answer would be another, and that says nothing; null: there is none.
+const Trial* busy_trial(const Diagnosis& d) {
+  if (d.fit) return nullptr;
+  const auto busy = std::ranges::find_if(d.tried, [](const Trial& t) { return is_busy(t.result); });
+  return busy == d.tried.end() ? nullptr : &*busy;
+}
+
 std::string answer(const Machine& m, const Diagnosis& d) {
   const Trial& own = d.tried.front();
+  if (const Trial* busy = busy_trial(d))
+    return fmt::format(
+        "This machine is busy: cannot judge. Even an idle thread missed {} of {} deadlines: end other work, "
+        "and ask "
+        "again. {}.{}",
+        busy->result.control_missed, busy->result.control_ticks + busy->result.control_missed,
+        trial_text(*busy), blame(m));
   if (d.fit == std::size_t{0}) return fmt::format("The scene fits. {}.", trial_text(own));
   const std::string heavy =
       fmt::format("The scene is too heavy for this machine. {}.{}", trial_text(own), blame(m));
@@ -71,7 +86,7 @@ nlohmann::ordered_json json_of(const Trial& t) {
   json["control_ticks"] = r.control_ticks;
   json["control_missed"] = r.control_missed;
   if (t.charted_error_mm) json["charted_error_mm"] = *t.charted_error_mm;
-  json["fits"] = fits(t);
+  json["fits"] = fits(t) && !is_busy(t.result);
   return json;
 }
 
@@ -105,7 +120,7 @@ std::string to_text(const Machine& machine, const Scene& scene, const Diagnosis&
   for (const Trial& t : d.tried) {
     text += "  " + trial_text(t);
     if (t.charted_error_mm) text += fmt::format("; charted error {:.2f} mm", *t.charted_error_mm);
-    text += fits(t) ? "; fits\n" : "\n";
+    text += is_busy(t.result) ? "; busy\n" : fits(t) ? "; fits\n" : "\n";
   }
   text += fmt::format("a tick's work costs {:.2f} times what is stored; for scenes of this machine alone:\n",
                       machine.work_scale);
@@ -116,7 +131,8 @@ std::string to_json(const Machine& m, const Scene& scene, const Diagnosis& d) {
   const auto refusal = [](const std::string& why) -> nlohmann::ordered_json {
     return {{"granted", why.empty()}, {"refusal", why}};
   };
-  nlohmann::ordered_json json = {{"fits", d.fit == std::size_t{0}}, {"answer", answer(m, d)}};
+  nlohmann::ordered_json json = {
+      {"fits", d.fit == std::size_t{0}}, {"busy", busy_trial(d) != nullptr}, {"answer", answer(m, d)}};
   json["take"] = d.fit ? json_of(d.tried[*d.fit]) : nlohmann::ordered_json();
   nlohmann::ordered_json& machine = json["machine"];
   machine["cores"] = m.cores;

@@ -50,7 +50,7 @@ class Search {
     tried.rates.deformation_hz = hz;
     found.tried.push_back({kernel, is_matrix_model(kernel) ? 0 : support_radius_mm, hz,
                            charted_error_mm(tried, body_, stored_comparison()), run_trial_(tried)});
-    if (!fits(found.tried.back())) return false;
+    if (is_busy(found.tried.back().result) || !fits(found.tried.back())) return false;
     found.fit = found.tried.size() - 1;
     return true;
   }
@@ -101,6 +101,11 @@ bool fits(const Trial& trial) {
          missed_share(r.missed, r.ticks) <= allowed;
 }
 
+bool is_busy(const TrialResult& r) {
+  return r.control_ticks + r.control_missed > 0 &&
+         missed_share(r.control_missed, r.control_ticks) > kMostIdleMissedShare;
+}
+
 std::vector<ChartedModel> cheaper_models(const Scene& scene, const ElasticBody& body,
                                          const std::vector<ChartedRow>& rows) {
   std::vector<Candidate> all = charted(scene, body, rows);
@@ -133,7 +138,8 @@ std::optional<double> lower_rate(const Trial& trial) {
 Diagnosis diagnose(const Scene& scene, const std::function<TrialResult(const Scene&)>& run_trial) {
   Search search(scene, run_trial);
   const double half = 0.5 * scene.rates.deformation_hz;
-  search.try_own() || search.slow_down(half) || search.try_cheaper() || search.slow_down(0);
+  if (search.try_own() || is_busy(search.found.tried.front().result)) return std::move(search.found);
+  search.slow_down(half) || search.try_cheaper() || search.slow_down(0);
   return std::move(search.found);
 }
 

@@ -30,6 +30,12 @@ inline constexpr double kMostMissedShare = 0.001;
 
 bool fits(const Trial& trial);
 
+/// An idle thread that misses more than this share of its deadlines is on a machine that does other work: how a scene's
+/// ticks do there says nothing of the scene.
+inline constexpr double kMostIdleMissedShare = 0.01;
+
+bool is_busy(const TrialResult& result);
+
 /// A deformation model as charted by the stored comparison.
 struct ChartedModel {
   std::string kernel;
@@ -54,8 +60,9 @@ struct Diagnosis {
   std::optional<std::size_t> fit;  ///< the recommended one; 0: the scene as it is
 };
 
-/// Tries the scene; if it does not fit, its model down to half the rate, then cheaper models at the full rate, then its
-/// model at ever lower rates. `run_trial` runs a scene, and throws as try_scene.
+/// Tries the scene; on a busy machine nothing else, as that says nothing of it. If it does not fit, its model down to
+/// half the rate, then cheaper models at the full rate, then its model at ever lower rates. `run_trial` runs a scene,
+/// and throws as try_scene.
 Diagnosis diagnose(const Scene& scene, const std::function<TrialResult(const Scene&)>& run_trial);
 
 }  // namespace brachy

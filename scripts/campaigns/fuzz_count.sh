@@ -21,7 +21,7 @@ while (($#)); do
   shift
 done
 [[ $executions =~ ^[1-9][0-9]*$ && $slice =~ ^[1-9][0-9]*$ && $most =~ ^[0-9]+$ ]] || usage
-((${#targets[@]})) || targets=(label_nrrd label_nifti rt_structure rt_plan rt_dose)
+((${#targets[@]})) || targets=(label_nrrd label_nifti label_meta rt_structure rt_plan rt_dose)
 
 counts=build/asan/fuzz/executions
 mkdir -p "${counts%/*}"

@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
 """Plans generated glands with `brachy plan --generate` and judges the plans by their exact dose.
 
-Each of COUNT cases has a gland of 17 to 75 cc, flat behind and wide at its base by chance, a bent urethra, a rectum, and
-seeds of 0.35 to 0.6 U. A case is planned as it is, with --robust, and with too few seeds: that is refused, and what the
-refusal advises is planned. Exits with 0 if at least four fifths of the plans have V100 >= 98 %, V150 <= 45 % and urethra
-D30 <= 120 %, no robust one has urethra D10 > 135 %, and every advice reaches the same goals.
+Each of COUNT cases has a gland of 17 to 75 cc, flat behind and wide at its base by chance, a bent urethra, a rectum,
+and seeds of 0.35 to 0.6 U. A case is planned as it is, with --robust, and with too few seeds: that is refused, and what
+the refusal advises is planned. Exits with 0 if at least four fifths of the plans have V100 >= 98 %, V150 <= 45 % and
+urethra D30 <= 120 %, no robust one has urethra D10 > 135 %, and every advice reaches the same goals.
 
 usage: scripts/campaigns/planner.py [COUNT=20] [FIRST_SEED=1] [--brachy PROGRAM]      3 min of two idle cores
 """
@@ -117,14 +117,15 @@ def meets(made):
 
 
 def advised(brachy, folder, strength, seeds):
-    """With six tenths of the seeds that a plan had: what the refusal advises, and whether each of it reaches the goals."""
-    few = plan(brachy, folder, ["--strength-u", strength, "--max-seeds", str(int(0.6 * seeds))])
+    """With six tenths of the seeds that a plan had: the refusal's advice, and whether each of it reaches the goals."""
+    few_seeds = str(int(0.6 * seeds))
+    few = plan(brachy, folder, ["--strength-u", strength, "--max-seeds", few_seeds])
     if "refused" not in few:
         return "not refused", False
     words, reached = [], []
     if found := re.search(r"--strength-u ([\d.]+)", few["refused"]):
         words.append(f"{found[1]} U")
-        reached.append(meets(plan(brachy, folder, ["--strength-u", found[1], "--max-seeds", str(int(0.6 * seeds))])))
+        reached.append(meets(plan(brachy, folder, ["--strength-u", found[1], "--max-seeds", few_seeds])))
     if found := re.search(r"max_count of ([\d,]+)", few["refused"]):
         words.append(f"{found[1]} seeds")
         reached.append(meets(plan(brachy, folder, ["--strength-u", strength, "--max-seeds", found[1]])))
@@ -163,8 +164,8 @@ def main():
                  *[f"{made[name]:.1f}" for name in ("V100", "V150", "UD30", "UD10", "s")],
                  *[f"{robust[name]:.1f}" if name in robust else "refused" for name in ("V100", "UD10")], advice,
                  "yes" if is_reached else "NO"])
-    print(f"planner: {met} of {asked.count} meet V100 >= 98 %, V150 <= 45 %, UD30 <= 120 %; {short} fall short in their "
-          "robust plan or advice")
+    print(f"planner: {met} of {asked.count} meet V100 >= 98 %, V150 <= 45 %, UD30 <= 120 %; {short} fall short in "
+          "their robust plan or advice")
     sys.exit(met < 0.8 * asked.count or short > 0)
 
 

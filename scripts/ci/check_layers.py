@@ -36,7 +36,7 @@ ONE_PLACE = [
     (r'#include "net/http/websocket_connection\.h"', r"net/http/http_listener\.cpp", "Boost.Beast's header"),
     (r"#include <nats", r"net/broker/nats_link\.cpp", "libnats"),
     (r"#include <pybind11/", r"apps/python/engine/module\.cpp", "pybind11"),
-    (r"#include <(openssl/|boost/asio/ssl)", r"net/(transport/tls|access)/.*", "OpenSSL"),
+    (r"#include <(openssl/|boost/asio/ssl)", r"net/(transport/tls|access)/.*|apps/session/sha256\.cpp", "OpenSSL"),
     (r"#include <(stdatomic\.h|atomic)>|\bstd::atomic|\b_Atomic\b|\b__(atomic|sync)_",
      r"core/(realtime/triple_buffer\.h|models/landmark_set\.cpp)", "atomics"),
     # `std::thread::hardware_concurrency` creates none.

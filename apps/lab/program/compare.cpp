@@ -4,7 +4,6 @@
 #include <iostream>
 
 #include "apps/command_line/options.h"
-#include "apps/command_line/output_file.h"
 #include "apps/lab/compare/compare_beads.h"
 #include "apps/lab/compare/compare_slices.h"
 #include "apps/lab/compare/report.h"
@@ -70,8 +69,6 @@ int report(const CompareOptions& options, const std::vector<CompareRow>& rows, c
 
 int compare(const CompareOptions& options) {
   if (options.beads) return compare_beads(*options.beads, options.json, std::cout);
-  check_folder_of(options.json);
-  check_folder_of(options.markdown);
   if (!options.merge.empty()) {
     const MergedComparison merged = merge_comparison(options.merge);
     return report(options, merged.rows, merged.json, "\n" + merged.times);

@@ -6,7 +6,6 @@
 #include <numeric>
 
 #include "apps/command_line/options.h"
-#include "apps/command_line/output_file.h"
 #include "apps/lab/deflection/deflection_fit.h"
 #include "apps/lab/program/report_files.h"
 #include "apps/lab/program/study.h"
@@ -45,8 +44,6 @@ nlohmann::json errors_json(const char* model, double calibrate_mm, const Predict
 }  // namespace
 
 int deflection(const DeflectionOptions& options) {
-  check_folder_of(options.json);
-  check_folder_of(options.markdown);
   std::string text = fmt::format(
       "Fitted on three insertions, the others predicted; each told its own poses up to the depth that is "
       "given, from\nwhich its entry angle and origin follow. A choice of three passes if every other ends "

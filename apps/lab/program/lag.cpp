@@ -3,7 +3,6 @@
 #include <functional>
 
 #include "apps/command_line/options.h"
-#include "apps/command_line/output_file.h"
 #include "apps/lab/program/report_files.h"
 #include "apps/lab/program/study.h"
 #include "apps/lab/program/wanted.h"
@@ -12,8 +11,6 @@
 namespace brachy {
 
 int lag(const LagOptions& options) {
-  check_folder_of(options.json);
-  check_folder_of(options.markdown);
   std::vector<LagScenario> scenarios = lag_scenarios();
   keep_wanted(scenarios, std::mem_fn(&LagScenario::name), options.scenarios, "--scenarios");
   std::vector<LagRow> rows;

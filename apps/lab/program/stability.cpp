@@ -69,7 +69,6 @@ std::string text_of(const std::optional<std::filesystem::path>& file) {
 
 int stability(const StabilityOptions& options) {
   const std::vector<Sweep> sweeps = choose_sweeps(options.sweeps);
-  check_folder_of(options.json);
   if (options.out) {
     std::error_code failed;
     std::filesystem::create_directories(*options.out, failed);
@@ -82,16 +81,17 @@ int stability(const StabilityOptions& options) {
     const std::vector<Sweep> ours = options.slice ? sweeps_of(*options.slice, sweeps) : sweeps;
     const std::vector<StabilityReport> parts = run(ours, options);
     report = joined(parts, options.quick);
+    // Files that exist were refused before the run (study_line.cpp).
     if (options.slice)
       write_text(*options.json,
-                 to_json(*options.slice, sweeps, text_of(options.scene), options.quick, ours, parts));
+                 to_json(*options.slice, sweeps, text_of(options.scene), options.quick, ours, parts), true);
   }
   const std::string table = to_markdown(report.rows);
-  if (options.json && !options.slice) write_text(*options.json, to_json(report));
+  if (options.json && !options.slice) write_text(*options.json, to_json(report), true);
   if (options.out) {
-    write_text(*options.out / "stability.md", table);
-    write_text(*options.out / "curves.csv", to_csv(report.curves));
-    write_text(*options.out / "plane.csv", to_csv(report.plane));
+    write_text(*options.out / "stability.md", table, true);
+    write_text(*options.out / "curves.csv", to_csv(report.curves), true);
+    write_text(*options.out / "plane.csv", to_csv(report.plane), true);
   }
   std::cout << table;
   return kExitOk;

@@ -4,8 +4,11 @@
 #include <memory>
 
 #include "apps/command_line/command_line_parts.h"
+#include "apps/command_line/output_file.h"
 #include "apps/command_line/study_commands.h"
 #include "apps/lab/program/study.h"
+#include "core/base/error.h"
+#include "core/base/escaped.h"
 
 namespace brachy {
 namespace {
@@ -220,6 +223,18 @@ StudyLine add_deflection(CLI::App& app) {
   return {command, [options]() -> StudyOptions { return *options; }};
 }
 
+/// Refuses files that exist, before hours of computing, unless --force is given.
+void check_outputs(const CLI::App& command) {
+  const bool force = command.count("--force") > 0;
+  for (const char* name : {"--json", "--markdown"})
+    if (command.get_option_no_throw(name) != nullptr && command.count(name) > 0)
+      check_output(command.get_option(name)->as<std::string>(), force);
+  if (command.get_option_no_throw("--out") == nullptr || command.count("--out") == 0) return;
+  const std::filesystem::path folder = command.get_option("--out")->as<std::string>();
+  for (const char* name : {"stability.md", "curves.csv", "plane.csv"})
+    if (std::filesystem::is_directory(folder)) check_output(folder / name, force);
+}
+
 }  // namespace
 
 StudyOptions parse_study_line(int argc, char** argv, std::optional<int>& exit_code) {
@@ -230,6 +245,7 @@ StudyOptions parse_study_line(int argc, char** argv, std::optional<int>& exit_co
   app.footer(app.get_name() + " COMMAND --help describes a command, with examples.");
   const StudyLine lines[] = {add_compare(app), add_stability(app), add_ticks(app),
                              add_lag(app),     add_zwidth(app),    add_deflection(app)};
+  for (const StudyLine& line : lines) line.command->add_flag("--force")->description("overwrite what exists");
   const auto* json = app.add_flag("--json")->description("with --version: print it as JSON");
   exit_code = parse_arguments(app, argc, argv);
   if (!exit_code && *json) {
@@ -238,7 +254,16 @@ StudyOptions parse_study_line(int argc, char** argv, std::optional<int>& exit_co
   }
   if (exit_code) return {};
   for (const StudyLine& line : lines)
-    if (*line.command) return line.take();
+    if (*line.command) {
+      try {
+        check_outputs(*line.command);
+      } catch (const UserError& e) {
+        std::cerr << "brachy: " << escaped(e.what()) << "\n";
+        exit_code = kExitBadInput;
+        return {};
+      }
+      return line.take();
+    }
   return {};
 }
 

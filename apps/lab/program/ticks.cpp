@@ -4,7 +4,6 @@
 #include <optional>
 
 #include "apps/command_line/options.h"
-#include "apps/command_line/output_file.h"
 #include "apps/lab/compare/reference_scene.h"
 #include "apps/lab/program/report_files.h"
 #include "apps/lab/program/study.h"
@@ -45,8 +44,6 @@ std::vector<LargeMotion> load_motions(const TicksOptions& options) {
 }  // namespace
 
 int ticks(const TicksOptions& options) {
-  check_folder_of(options.json);
-  check_folder_of(options.markdown);
   const std::vector<ModelEntry> others = all_models(true);
   std::vector<Measured> models;
   for (const ShownModel& model : options.choices ? models_to_choose_from() : default_models())

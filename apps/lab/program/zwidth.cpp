@@ -5,7 +5,6 @@
 #include <algorithm>
 
 #include "apps/command_line/options.h"
-#include "apps/command_line/output_file.h"
 #include "apps/lab/program/report_files.h"
 #include "apps/lab/program/study.h"
 #include "apps/terminal/progress.h"
@@ -13,8 +12,6 @@
 namespace brachy {
 
 int zwidth(const ZWidthOptions& options) {
-  check_folder_of(options.json);
-  check_folder_of(options.markdown);
   DeviceDynamicsSettings device;
   device.mass_kg = options.mass_kg;
   device.damping_n_s_per_mm = options.damping_n_s_per_mm;

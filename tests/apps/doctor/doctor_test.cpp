@@ -161,6 +161,29 @@ TEST(Doctor, SaysWhereTheMachineIsToBlame) {
       std::string::npos);
 }
 
+TEST(Doctor, DoesNotJudgeASceneOnABusyMachine) {
+  // 237 of 2,008 ticks missed, and an idle thread missed nearly as many: neither "fits" nor "too heavy" follows.
+  for (const double cost_ms : {1., 6.}) {
+    int trials = 0;
+    const Diagnosis busy = diagnose(psi_scene(), [&](const Scene&) {
+      ++trials;
+      return ticks_of(cost_ms, 118, 112);
+    });
+    EXPECT_EQ(trials, 1) << "another model or rate would not be judged either";
+    EXPECT_FALSE(busy.fit.has_value());
+    const std::string text = to_text(Machine(), psi_scene(), busy);
+    EXPECT_TRUE(
+        text.starts_with("This machine is busy: cannot judge. Even an idle thread missed 112 of 1000"))
+        << text;
+    EXPECT_EQ(text.find("fits"), std::string::npos) << text;
+    const auto json = nlohmann::json::parse(to_json(Machine(), psi_scene(), busy));
+    EXPECT_EQ(json.at("fits"), false);
+    EXPECT_EQ(json.at("busy"), true);
+    EXPECT_TRUE(json.at("take").is_null());
+  }
+  EXPECT_FALSE(is_busy(ticks_of(1, 12, 10))) << "one in a hundred";
+}
+
 TEST(Doctor, OfTheRealDaemonSaysWhatItMeasured) {
   TempFolder folder;
   const std::string scene = folder.write("scene.toml", small_scene());

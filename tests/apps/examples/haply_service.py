@@ -65,14 +65,13 @@ class Service:
                 return
             self.connections += 1
             try:
-                with peer:
+                with peer, peer.makefile("rb") as self.stream:
                     self.talk(peer)
             except OSError:
                 pass
 
     def talk(self, peer):
         peer.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-        self.stream = peer.makefile("rb")
         request = b""
         while not request.endswith(b"\r\n\r\n"):
             line = self.stream.readline()
@@ -249,7 +248,7 @@ class Haply(unittest.TestCase):
 
         other = {"device_id": "OTHER", "state": {"cursor_position": {"x": 9, "y": 9, "z": 9}}}
         foreign = [{"session": {"id": 7}}, {"inverse3": 5}, {"inverse3": [5, None, {}, {"device_id": None}]}, [], "x",
-                   3, b"\xff\x00{", {"inverse3": [other]},
+                   3, b"{ no JSON", {"inverse3": [other]},
                    {"inverse3": [{"device_id": 1180, "state": {"cursor_position": {"x": "a", "y": None}}}]},
                    {"inverse3": [{"device_id": 1180, "state": {"cursor_position": 3}}], "verse_grip": 3},
                    {"inverse3": {"device_id": {"a": 1}}}]
@@ -277,6 +276,8 @@ class Haply(unittest.TestCase):
             self.assertGreater(len(service.cycles), seen)
             service.at_m = [0.3, -0.2, 0.5]  # elsewhere meanwhile: no jump
             service.disturb = lambda answer: [answer]
+            # The needle is still where it was: the adapter must have seen the hand where it is now.
+            self.wait_for(lambda seen=len(service.cycles): len(service.cycles) > seen + 50)
             self.wait_for_tip(tip)
             service.at_m[1] += 0.002
             tip = tip + [0, 0, 2]

@@ -70,8 +70,8 @@ def main():
             seed = [*middle, *axis, source["number"], strength]
             np.savetxt(folder / "s.csv", [seed], "%.17g", ",", header="x,y,z,ax,ay,az,source,strength_u", comments="")
             np.savetxt(folder / "p.csv", middle + points, "%.17g", ",", header="x,y,z", comments="")
-            subprocess.run([options.brachy, "dose", "--seeds", folder / "s.csv", "--points", folder / "p.csv", "--out",
-                            folder / "o.csv"], check=True, stdout=subprocess.DEVNULL)
+            subprocess.run([options.brachy, "dose", "--force", "--seeds", folder / "s.csv", "--points",
+                            folder / "p.csv", "--out", folder / "o.csv"], check=True, stdout=subprocess.DEVNULL)
             seen = np.loadtxt(folder / "o.csv", delimiter=",", skiprows=1)
             way = seen[:, :3] - middle
             along, away = way @ axis, np.linalg.norm(np.cross(axis, way), axis=1)
