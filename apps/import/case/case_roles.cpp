@@ -15,7 +15,7 @@ namespace brachy {
 namespace {
 
 using Structures = std::vector<ImportedStructure>;
-using enum StructureRole;
+using Role = StructureRole;
 
 const std::string& file_name(const ImportedStructure& s) {
   return s.file_name.empty() ? s.name : s.file_name;
@@ -56,7 +56,7 @@ std::size_t named(const Structures& all, const std::string& name, const std::str
 }
 
 std::string option_for(StructureRole role) {
-  return role == kGland ? "--gland \"NAME\"" : "--role " + std::string(role_word(role)) + "=\"NAME\"";
+  return role == Role::kGland ? "--gland \"NAME\"" : "--role " + std::string(role_word(role)) + "=\"NAME\"";
 }
 
 /// The structures of these that fit `role` best by their names; a role that is given does not count.
@@ -104,7 +104,7 @@ void take_given(const ImportOptions& options, Structures& all, std::vector<bool>
     all[n].role = role;
     is_given[n] = true;
   };
-  if (!options.gland.empty()) give(kGland, options.gland, "--gland");
+  if (!options.gland.empty()) give(Role::kGland, options.gland, "--gland");
   for (const std::string& text : options.roles) {
     const std::size_t equals = text.find('=');
     const auto role = role_of_word(text.substr(0, equals));
@@ -120,15 +120,15 @@ void take_given(const ImportOptions& options, Structures& all, std::vector<bool>
 std::size_t find_gland(const ImportedCase& imported, const std::vector<bool>& is_given) {
   const Structures& all = imported.structures;
   for (std::size_t n = 0; n < all.size(); ++n)
-    if (all[n].role == kGland) return n;
-  const std::vector<std::size_t> best = best_for(all, is_given, kGland);
+    if (all[n].role == Role::kGland) return n;
+  const std::vector<std::size_t> best = best_for(all, is_given, Role::kGland);
   if (best.size() == 1) return best.front();
   if (best.size() > 1)
     throw UserError("which structure is the prostate? " + listed(all, best) + "; choose with " +
-                    option_for(kGland));
+                    option_for(Role::kGland));
   if (all.size() == 1) return 0;
   throw UserError("no structure is called as a prostate or a target is; the file has " +
-                  listed(all, all_of(all)) + "; choose with " + option_for(kGland));
+                  listed(all, all_of(all)) + "; choose with " + option_for(Role::kGland));
 }
 
 void find_organ(ImportedCase& imported, const std::vector<bool>& is_given, StructureRole role) {
@@ -183,14 +183,15 @@ void assign_roles(const ImportOptions& options, ImportedCase& imported) {
   std::vector<bool> is_given(all.size(), false);
   take_given(options, all, is_given);
   const std::size_t gland = find_gland(imported, is_given);
-  if (const NamedRole role = role_of_name(file_name(all[gland])); !is_given[gland] && role.role == kTarget)
+  if (const NamedRole role = role_of_name(file_name(all[gland]));
+      !is_given[gland] && role.role == Role::kTarget)
     imported.warnings.push_back(
         "\"" + file_name(all[gland]) +
         "\" is a target, not an organ, and is taken for the prostate as there is no other; " +
-        option_for(kGland) + " chooses another");
-  all[gland].role = kGland;
+        option_for(Role::kGland) + " chooses another");
+  all[gland].role = Role::kGland;
   is_given[gland] = true;
-  for (const StructureRole role : {kUrethra, kRectum, kBladder, kPubicArch})
+  for (const StructureRole role : {Role::kUrethra, Role::kRectum, Role::kBladder, Role::kPubicArch})
     find_organ(imported, is_given, role);
   for (std::size_t n = 0; n < all.size(); ++n)
     if (const StructureRole role = role_of_name(file_name(all[n])).role; !is_given[n] && !is_unique(role))
@@ -198,19 +199,19 @@ void assign_roles(const ImportOptions& options, ImportedCase& imported) {
   std::rotate(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(gland),
               all.begin() + static_cast<std::ptrdiff_t>(gland) + 1);
   ImportedStructure& first = all.front();
-  if (first.name == role_word(kGland)) return;
+  if (first.name == role_word(Role::kGland)) return;
   // The scene's own word, which names the file of the tissue's surface.
   first.notes.push_back("is the gland, called \"prostate\" in the scene; in the file \"" + first.name + "\"");
   const auto is_used = [&](const std::string& name) {
     return std::ranges::any_of(all, [&](const ImportedStructure& s) { return s.name == name; });
   };
   for (ImportedStructure& other : all)
-    if (other.name == role_word(kGland)) {
+    if (other.name == role_word(Role::kGland)) {
       other.name = "prostate_other";
       for (int number = 2; std::ranges::count(all, other.name, &ImportedStructure::name) > 1; ++number)
         other.name = "prostate_other_" + std::to_string(number);
     }
-  if (!is_used(role_word(kGland))) first.name = role_word(kGland);
+  if (!is_used(role_word(Role::kGland))) first.name = role_word(Role::kGland);
 }
 
 std::string organ_in_file_name(const std::string& file) {
@@ -219,10 +220,11 @@ std::string organ_in_file_name(const std::string& file) {
   const NamedRole role = role_of_name(stem);
   std::vector<std::string> words = name_words(stem);
   const bool is_of_body = std::ranges::all_of(words, [](const std::string& word) {
-    return is_body_word(word) || (word[0] >= '0' && word[0] <= '9') || role_of_name(word).role != kOther;
+    return is_body_word(word) || (word[0] >= '0' && word[0] <= '9') ||
+           role_of_name(word).role != Role::kOther;
   });
   if (is_of_body && !words.empty()) return stem;
-  if (role.role == kOther || role.role == kTarget || role.fit == NamedRole::kPart) return {};
+  if (role.role == Role::kOther || role.role == Role::kTarget || role.fit == NamedRole::kPart) return {};
   // The rest may be a person's name.
   const BodySide side = side_of_name(stem);
   return std::string(role_word(role.role)) + (side == BodySide::kLeft    ? "_left"
