@@ -23,6 +23,7 @@ constexpr std::uint16_t kNeedles = 2;
 class World {
  public:
   void play(Script& script) {
+    take_commands(server_.requests());
     session_->start();
     while (!script.is_over()) step(script);
     session_->fail({igtl::StatusCode::kShutdown, 0, "Shutdown", "the server stops"});
@@ -48,13 +49,11 @@ class World {
     return handlers;
   }
 
-  static RequestHandlers commands() {
-    RequestHandlers commands;
+  static void take_commands(RequestHandlers& commands) {
     commands.set<ControlMessage>([](const ControlMessage&, const Sender&) {});
     commands.set<ArmMessage>([](const ArmMessage& arm, const Sender&) { EXPECT_LT(arm.needle, kNeedles); });
     commands.set<DropMessage>(
         [](const DropMessage& drop, const Sender&) { EXPECT_LT(drop.needle, kNeedles); });
-    return commands;
   }
 
   void step(Script& script) {
@@ -105,14 +104,13 @@ class World {
   igtl::SnapshotMessages messages_{tissue_, "gland"};
   igtl::ImageMessages images_;
   igtl::TrackingFeed tracking_;
-  const RequestHandlers commands_ = commands();
   Bytes heard_;  // the beginning of a message
   bool is_closed_ = false;
   const std::shared_ptr<FuzzedConnection> connection_ =
       std::make_shared<FuzzedConnection>([this](std::span<const std::byte> bytes) { hear(bytes); });
   const std::shared_ptr<igtl::IgtlSession> session_ = std::make_shared<igtl::IgtlSession>(
       1, connection_, server_.gate().acquire_slot("127.0.0.1"),
-      igtl::IgtlSession::Environment{server_, messages_, images_, tracking_, &commands_,
+      igtl::IgtlSession::Environment{server_, messages_, images_, tracking_, &server_.request_server(),
                                      std::chrono::milliseconds(1000),
                                      [this](const igtl::IgtlSession&, const std::string& reason) {
                                        EXPECT_FALSE(reason.empty());
