@@ -31,7 +31,7 @@ struct Page {
 };
 
 void expect_answer(const net::test::HttpReply& reply) {
-  constexpr std::array kAnswers = {101, 200, 304, 400, 403, 404, 405, 413, 426, 431};
+  constexpr std::array kAnswers = {101, 200, 304, 400, 403, 404, 405, 413, 426, 431, 501};
   EXPECT_TRUE(std::ranges::count(kAnswers, reply.status)) << reply.status;
   if (reply.status == 200)
     EXPECT_TRUE(reply.headers.contains("etag") || reply.headers.contains("cache-control"));

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <charconv>
 #include <cmath>
 #include <fstream>
@@ -35,7 +36,11 @@ std::map<std::string, std::size_t> columns_of(const std::string& header, const s
   std::map<std::string, std::size_t> columns;
   for (std::size_t from = 0, index = 0; from <= header.size(); ++index) {
     const std::size_t end = std::min(header.find(',', from), header.size());
-    if (const std::string column = header.substr(from, end - from); !columns.emplace(column, index).second)
+    const std::string column = header.substr(from, end - from);
+    if (!std::ranges::all_of(column, [](unsigned char c) { return std::isalnum(c) != 0 || c == '_'; }))
+      throw UserError(name + ":1: column '" + one_short_line(column) +
+                      "' has other characters than letters, digits and _; give a header like " + kExpected);
+    if (!columns.emplace(column, index).second)
       throw UserError(name + ":1: column '" + one_short_line(column) + "' appears twice; remove one");
     from = end + 1;
   }
