@@ -22,4 +22,15 @@ std::optional<Rgb> colour_from(std::string_view text) {
   return colour;
 }
 
+Rgb distinct_colour(std::size_t n) {
+  static constexpr std::array<Rgb, 7> kColours = {{{213, 94, 0},
+                                                   {240, 228, 66},
+                                                   {0, 158, 115},
+                                                   {86, 180, 233},
+                                                   {204, 121, 167},
+                                                   {230, 159, 0},
+                                                   {0, 114, 178}}};
+  return kColours[n % kColours.size()];
+}
+
 }  // namespace brachy

@@ -1,19 +1,11 @@
 #pragma once
 
-#include <cstddef>
-#include <cstdint>
 #include <filesystem>
-#include <span>
 
+#include "apps/charts/gray_png.h"
 #include "core/base/rigid_transform.h"
 
 namespace brachy {
-
-/// A gray image: rows from the top, height × width values.
-struct GrayImage {
-  std::size_t width = 0, height = 0;
-  std::span<const std::uint8_t> pixels;
-};
 
 /// Writes an 8-bit gray PNG (ISO/IEC 15948), compressed by zlib. Errors: UserError where it cannot be written.
 void write_png(const std::filesystem::path& file, const GrayImage& image);

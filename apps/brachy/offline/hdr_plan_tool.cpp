@@ -43,17 +43,6 @@ HdrPlan get_hdr_plan(const HdrPlanRequest& request, const Scene& scene,
       "no plan of catheters: name one, or a scene with plan.file, or generate one with --generate");
 }
 
-std::string dwells_csv(const HdrPlan& plan, const TemplateGrid& grid) {
-  std::string text = std::string(kDoseSeedHeader) + "\n";
-  for (const DoseSeed& seed : as_seeds(plan.dwells(grid), plan.source, plan.source_strength_u)) {
-    for (const Vec3* v : {&seed.position, &seed.axis})
-      for (int k = 0; k < 3; ++k) text += exact_text((*v)[k]) + ",";
-    text +=
-        std::to_string(tg43_source(seed.source).number) + "," + exact_text(seed.air_kerma_strength_u) + "\n";
-  }
-  return text;
-}
-
 std::string plan_text(const HdrPlan& plan) {
   std::string text = fmt::format("plan \"{}\": {} catheters, {} dwells of {} in {:.1f} s, {:g} U; {:g} Gy\n",
                                  plan.name, plan.catheters.size(), plan.dwell_count(), to_string(plan.source),
@@ -112,7 +101,9 @@ int run_hdr_plan(const HdrPlanRequest& request, const Scene& scene) {
   const TemplateGrid& grid = scene.template_grid;
   const HdrPlan plan = get_hdr_plan(request, scene, structures);
   if (request.out) write_text(*request.out, to_toml(plan), request.force);
-  if (request.seeds) write_text(*request.seeds, dwells_csv(plan, grid), request.force);
+  if (request.seeds)
+    write_text(*request.seeds, to_csv(as_seeds(plan.dwells(grid), plan.source, plan.source_strength_u)),
+               request.force);
   if (request.structures) write_structures(*request.structures, structures, request.force);
   if (request.trajectory)
     write_text(*request.trajectory, hdr_session_csv(plan, grid, request.speed_mm_s), request.force);

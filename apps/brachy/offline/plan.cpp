@@ -126,16 +126,6 @@ DoseStage dose_of(const MadePlan& made, const Scene& scene, const PlacedSeeds& p
   return {implant.seed_count(), implant.evaluate()};
 }
 
-std::string seeds_csv(const Plan& plan, const TemplateGrid& grid) {
-  std::string text = std::string(kDoseSeedHeader) + "\n";
-  for (const PlannedSeed& seed : plan.seeds(grid)) {
-    for (const Vec3* v : {&seed.position, &seed.axis})
-      for (int k = 0; k < 3; ++k) text += exact_text((*v)[k]) + ",";
-    text += std::string(to_string(seed.source)) + "," + exact_text(seed.air_kerma_strength_u) + "\n";
-  }
-  return text;
-}
-
 std::string session_csv(const Plan& plan, const TemplateGrid& grid, const PlanOptions& options) {
   std::ostringstream text;
   write_trajectory(text, session_of(plan, grid, {options.speed_mm_s, options.drop_speed_mm_s}));
@@ -173,7 +163,8 @@ int run_plan(const PlanOptions& options) {
                options.out->extension() == ".csv" ? to_csv(plan, made.notes) : to_toml(plan, made.notes),
                options.force);
   if (options.csv) write_text(*options.csv, to_csv(plan, made.notes), options.force);
-  if (options.seeds) write_text(*options.seeds, seeds_csv(plan, grid), options.force);
+  const std::vector<PlannedSeed> seeds = plan.seeds(grid);
+  if (options.seeds) write_text(*options.seeds, to_csv({seeds.begin(), seeds.end()}), options.force);
   if (options.structures) write_structures(*options.structures, made.structures, options.force);
   if (options.trajectory) write_text(*options.trajectory, session_csv(plan, grid, options), options.force);
 

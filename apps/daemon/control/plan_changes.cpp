@@ -265,7 +265,9 @@ WorkTurns::Work PlanChanges::change(MakePlan make, PlanChangeKind kind, const ne
         throw UserError(fmt::format("the needles that are new have {} seeds, and one change adds at most {}",
                                     added, most_added(had)));
       const auto changed = std::make_shared<const Version>(std::move(ledger));
-      const Plan rest = changed->ledger.rest(is_begun);
+      std::vector<char> begun_of_all = is_begun;
+      begun_of_all.resize(changed->ledger.all().needles.size(), 0);  // those that are new are not
+      const Plan rest = changed->ledger.rest(begun_of_all);
       auto loading = std::make_shared<std::array<LoadingPlan, 3>>();
       loading->fill(changed->loading);
       if (changes_)

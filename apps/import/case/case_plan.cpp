@@ -27,14 +27,30 @@ std::string train_of(const std::vector<double>& offsets, double& most_moved_mm) 
 }
 
 SourceModel source_of(const RtSource& source, const std::string& name) {
-  for (const SourceModel model : {SourceModel::kAmersham6711, SourceModel::kTheraSeed200})
+  for (const SourceModel model :
+       {SourceModel::kAmersham6711, SourceModel::kTheraSeed200, SourceModel::kIsoRayCs1})
     if (source.model.find(to_string(model)) != std::string::npos) return model;
   // Without a known model the nuclide's.
   if (source.isotope.find("125") != std::string::npos) return SourceModel::kAmersham6711;
   if (source.isotope.find("103") != std::string::npos) return SourceModel::kTheraSeed200;
+  if (source.isotope.find("131") != std::string::npos) return SourceModel::kIsoRayCs1;
   throw UserError(name + ": Source Sequence (300a,0210): no TG-43 data for model \"" +
                   one_short_line(source.model) + "\", isotope \"" + one_short_line(source.isotope) +
-                  "\"; plan with I-125 (6711) or Pd-103 (200)");
+                  "\"; plan with I-125 (6711), Pd-103 (200) or Cs-131 (cs1-rev2)");
+}
+
+/// That of the channel; the first where its number is none's.
+const RtSource& source_of(const RtBrachyPlan& file, const RtChannel& channel) {
+  const auto found = std::ranges::find(file.sources, channel.source, &RtSource::number);
+  return found == file.sources.end() ? file.sources.front() : *found;
+}
+
+/// Each dwell position once: there are two control points at it.
+std::vector<RtControlPoint> positions_of(const RtChannel& channel) {
+  std::vector<RtControlPoint> points;
+  for (const RtControlPoint& point : channel.points)
+    if (points.empty() || (points.back().position - point.position).norm() > 1e-6) points.push_back(point);
+  return points;
 }
 
 /// A needle as the file has it: its sources from the tip backwards.
@@ -45,17 +61,15 @@ struct FileNeedle {
 };
 
 FileNeedle needle_of(const RtChannel& channel, const std::string& name) {
-  std::vector<RtControlPoint> points;
-  for (const RtControlPoint& point : channel.points)  // two control points a dwell position
-    if (points.empty() || (points.back().position - point.position).norm() > 1e-6) points.push_back(point);
+  std::vector<RtControlPoint> points = positions_of(channel);
   std::ranges::stable_sort(points, std::greater<>(), [](const RtControlPoint& p) { return p.position.z(); });
   const RtControlPoint& first = points.front();
   for (const RtControlPoint& p : points)
     if ((p.position - first.position).head<2>().norm() >
         0.05 * std::abs(p.position.z() - first.position.z()) + 0.2)
-      throw UserError(name + ": Control Point Sequence (300a,02d0): channel " +
-                      std::to_string(channel.number) +
-                      " does not run along the patient's axis; plan straight needles through a template");
+      throw NoTemplatePlan(
+          name + ": Control Point Sequence (300a,02d0): channel " + std::to_string(channel.number) +
+          " does not run along the patient's axis; plan straight needles through a template");
   FileNeedle needle{
       first.position + Vec3(0, 0, first.relative_mm > 0 ? first.relative_mm : 0.5 * kSeed), {}, &channel};
   for (const RtControlPoint& p : points) needle.offsets.push_back(needle.tip.z() - p.position.z());
@@ -133,14 +147,13 @@ CasePlan fit_plan(const RtBrachyPlan& file, const TemplateGrid& proposed, const 
   }
   Plan& plan = result.plan;
   plan.name = "imported";
-  const auto source = std::ranges::find(file.sources, file.channels.front().source, &RtSource::number);
-  const RtSource& used = source == file.sources.end() ? file.sources.front() : *source;
+  const RtSource& used = source_of(file, file.channels.front());
   plan.source = source_of(used, name);
   plan.air_kerma_strength_u = used.air_kerma_strength_u;
   for (const RtChannel& channel : file.channels)
     for (const RtSource& other : file.sources)
       if (other.number == channel.source && other.air_kerma_strength_u != used.air_kerma_strength_u)
-        throw UserError(
+        throw NoTemplatePlan(
             name + ": Source Sequence (300a,0210): seeds of different strengths; plan with one strength");
   if (file.prescription_gy) plan.prescription_gy = *file.prescription_gy;
   double deepest = 0;
@@ -151,9 +164,10 @@ CasePlan fit_plan(const RtBrachyPlan& file, const TemplateGrid& proposed, const 
   for (const FileNeedle& needle : needles) {
     const auto hole = result.grid.nearest(needle.tip, Vec3::UnitZ());
     if (!hole)
-      throw UserError(name + ": Control Point 3D Position (300a,02d4): channel " +
-                      std::to_string(needle.channel->number) +
-                      " lies beside a template of 13 × 13 holes about the gland; is it this patient's plan?");
+      throw NoTemplatePlan(
+          name + ": Control Point 3D Position (300a,02d4): channel " +
+          std::to_string(needle.channel->number) +
+          " lies beside a template of 13 × 13 holes about the gland; is it this patient's plan?");
     most_beside = std::max(most_beside, (*result.grid.position(*hole) - needle.tip).head<2>().norm());
     // To a nanometre: what decimal strings carry.
     const double retraction =
@@ -161,11 +175,28 @@ CasePlan fit_plan(const RtBrachyPlan& file, const TemplateGrid& proposed, const 
     plan.needles.push_back(
         {*hole, retraction == 0 ? 0.0 : retraction, train_of(needle.offsets, result.most_moved_mm)});
   }
+  if (most_beside > kMostBesideMm)
+    throw NoTemplatePlan(name + ": Control Point 3D Position (300a,02d4): needles lie up to " +
+                         text_of(most_beside) + " mm beside the holes of a template 5 mm apart");
   result.most_moved_mm = std::hypot(result.most_moved_mm, most_beside);
   if (result.most_moved_mm > 1e-3)
     result.notes.push_back("seeds were moved by up to " + text_of(result.most_moved_mm) +
                            " mm onto the template's holes and whole spacers");
   return result;
+}
+
+std::vector<DoseSeed> seeds_of(const RtBrachyPlan& file, const std::string& name) {
+  std::vector<DoseSeed> seeds;
+  for (const RtChannel& channel : file.channels) {
+    const RtSource& source = source_of(file, channel);
+    const SourceModel model = source_of(source, name);
+    const std::vector<RtControlPoint> points = positions_of(channel);
+    const Vec3 along = points.back().position - points.front().position;
+    const Vec3 of_channel = along.norm() > 0 ? along.normalized() : Vec3(Vec3::UnitZ());
+    for (const RtControlPoint& point : points)
+      seeds.push_back({point.position, point.axis.value_or(of_channel), model, source.air_kerma_strength_u});
+  }
+  return seeds;
 }
 
 std::string hdr_text(const HdrPlan& plan) {

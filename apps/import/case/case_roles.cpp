@@ -68,30 +68,6 @@ std::vector<std::size_t> best_for(const Structures& all, const std::vector<bool>
   return best_named(names, role);
 }
 
-/// Of two files, as an RTSTRUCT and the label map that was exported with it.
-bool is_copy(const ImportedStructure& a, const StructurePlace& at_a, const ImportedStructure& b,
-             const StructurePlace& at_b) {
-  const std::string words = joined_words(name_words(file_name(a)));
-  return !words.empty() && words == joined_words(name_words(file_name(b))) &&
-         std::abs(a.surface_cc - b.surface_cc) <= 0.05 * a.surface_cc &&
-         (at_a.centroid - at_b.centroid).norm() <= 1 &&
-         (at_a.min - at_b.min).norm() + (at_a.max - at_b.max).norm() <= 6;
-}
-
-void leave_copies(ImportedCase& imported) {
-  Structures& all = imported.structures;
-  const std::vector<StructurePlace> places = structure_places(as_structures(imported));
-  std::vector<bool> is_left(all.size(), false);
-  for (std::size_t b = 1; b < all.size(); ++b)
-    for (std::size_t a = 0; a < b && !is_left[b]; ++a)
-      if (!is_left[a] && is_copy(all[a], places[a], all[b], places[b])) {
-        imported.left.push_back(all[b].from + ": is a copy of \"" + file_name(all[a]) + "\", " + all[a].from);
-        is_left[b] = true;
-      }
-  std::size_t n = 0;
-  std::erase_if(all, [&](const ImportedStructure&) { return is_left[n++]; });
-}
-
 void take_given(const ImportOptions& options, Structures& all, std::vector<bool>& is_given) {
   const auto give = [&](StructureRole role, const std::string& name, const std::string& option) {
     const std::size_t n = named(all, name, option);
@@ -178,7 +154,6 @@ std::vector<Structure> as_structures(const ImportedCase& imported) {
 }
 
 void assign_roles(const ImportOptions& options, ImportedCase& imported) {
-  leave_copies(imported);
   Structures& all = imported.structures;
   std::vector<bool> is_given(all.size(), false);
   take_given(options, all, is_given);

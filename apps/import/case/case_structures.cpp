@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <numeric>
 
 #include "apps/import/case/case_roles.h"
 #include "core/base/error.h"
@@ -18,6 +19,39 @@ namespace brachy {
 namespace {
 
 constexpr double kNotedMm = 0.05;  // decimal strings are rounded
+
+bool is_label(const ImportedStructure& s) {
+  return s.from.starts_with("label");
+}
+
+/// Where a structure lies.
+struct Place {
+  Vec3 middle = Vec3::Zero();  // of its vertices
+  Eigen::AlignedBox3d box;
+};
+
+Place place_of(const ImportedStructure& s) {
+  Place place;
+  for (const Vec3& v : s.mesh.vertices) {
+    place.middle += v / static_cast<double>(s.mesh.vertices.size());
+    place.box.extend(v);
+  }
+  return place;
+}
+
+/// Whether two of one name are one structure, as an RTSTRUCT has it and the label map that was exported with it. Between
+/// contours and labels is a voxel's width.
+bool is_again(const ImportedStructure& a, const Place& at_a, const ImportedStructure& b, const Place& at_b) {
+  const std::string words = joined_words(name_words(a.file_name.empty() ? a.name : a.file_name));
+  if (words.empty() || words != joined_words(name_words(b.file_name.empty() ? b.name : b.file_name)) ||
+      !a.fault.empty() || !b.fault.empty() || at_a.box.isEmpty() || at_b.box.isEmpty())
+    return false;
+  const bool is_of_both = is_label(a) != is_label(b);
+  const double most_cc = is_of_both ? 0.1 * b.surface_cc + 0.2 : 0.05 * b.surface_cc;
+  return std::abs(a.surface_cc - b.surface_cc) <= most_cc &&
+         (at_a.middle - at_b.middle).norm() <= (is_of_both ? 2 : 1) &&
+         (at_a.box.min() - at_b.box.min()).norm() + (at_a.box.max() - at_b.box.max()).norm() <= 6;
+}
 
 }  // namespace
 
@@ -164,30 +198,28 @@ void CaseStructures::leave_repeated() {
         throw UserError((names == &options_.leave ? "--leave " : "--only ") + name +
                         ": no file has a structure of that name; there are " + all);
       }
-  const auto middle = [](const ImportedStructure& s) {
-    Vec3 sum = Vec3::Zero();
-    for (const Vec3& v : s.mesh.vertices) sum += v;
-    return Vec3(sum / static_cast<double>(std::max<std::size_t>(1, s.mesh.vertices.size())));
-  };
-  // A voxel's width is in between.
-  const auto is_again = [&](const ImportedStructure& map, const ImportedStructure& contours) {
-    return map.from.starts_with("label") && contours.from.starts_with("ROI") && contours.file != map.file &&
-           contours.fault.empty() && plain_name(contours.file_name, "") == plain_name(map.file_name, "") &&
-           std::abs(contours.surface_cc - map.surface_cc) <= 0.1 * contours.surface_cc + 0.2 &&
-           (middle(contours) - middle(map)).norm() <= 2;
-  };
-  std::vector<ImportedStructure> kept;
-  for (const ImportedStructure& s : imported_.structures) {
-    const auto other = std::ranges::find_if(imported_.structures,
-                                            [&](const ImportedStructure& o) { return is_again(s, o); });
-    if (other == imported_.structures.end())
-      kept.push_back(s);
+  // Contours tell more than voxels: they go first.
+  auto& all = imported_.structures;
+  std::vector<Place> places;
+  for (const ImportedStructure& s : all) places.push_back(place_of(s));
+  std::vector<std::size_t> order(all.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::ranges::stable_partition(order, [&](std::size_t n) { return !is_label(all[n]); });
+  std::vector<std::size_t> kept;
+  for (const std::size_t n : order) {
+    const auto other = std::ranges::find_if(
+        kept, [&](std::size_t k) { return is_again(all[n], places[n], all[k], places[k]); });
+    if (other == kept.end())
+      kept.push_back(n);
     else
-      imported_.left.push_back("file " + std::to_string(s.file) + " of " +
-                               std::to_string(imported_.files.size()) + ": " + s.from + ": " + s.name +
-                               ": is " + other->from + " of file " + std::to_string(other->file) + " again");
+      imported_.left.push_back("file " + std::to_string(all[n].file) + " of " +
+                               std::to_string(imported_.files.size()) + ": " + all[n].from + ": " +
+                               all[n].name + ": is " + all[*other].from + " of file " +
+                               std::to_string(all[*other].file) + " again");
   }
-  imported_.structures = std::move(kept);
+  std::size_t number = 0;
+  std::erase_if(all,
+                [&](const ImportedStructure&) { return std::ranges::find(kept, number++) == kept.end(); });
   // Names that are free now.
   for (ImportedStructure& s : imported_.structures)
     if (const std::string own = plain_name(s.file_name, s.name); unique(own) == own) s.name = own;

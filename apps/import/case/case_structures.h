@@ -28,7 +28,7 @@ class CaseStructures {
   /// A file with one segment and no name for it is called as its file, as far as that tells an organ and nothing else.
   void add_segments(const LabelMap& map, const std::string& file, std::size_t number,
                     const std::string& place);
-  /// Leaves those of label maps that are also among the contours of another file. Errors: UserError where a name of
+  /// Leaves those that are there twice, of contours and labels the labels. Errors: UserError where a name of
   /// `options.leave` or `options.only` is no structure's.
   void leave_repeated();
   /// Leaves those with a fault. Errors: the fault of the first one, which is the gland.

@@ -33,6 +33,7 @@ struct ImportedCase {
   std::vector<ImportedStructure> structures;  ///< the gland first
   TemplateGrid grid;
   std::optional<CasePlan> plan;
+  std::vector<DoseSeed> seeds;  ///< of the permanent implant, where the file has them; with or without a plan
   std::optional<VoxelVolume> dose, volume;
   std::string volume_modality;  ///< CT, MR, US, PT
   /// Of the volume's values, where they are the echoes that the scene's ultrasound shows.
@@ -54,6 +55,9 @@ struct ImportOptions {
   bool keep_identifiers = false;
 };
 
+/// A structure's colour as "#rrggbb".
+std::string hex_text(const std::array<double, 3>& colour);
+
 /// The structures as plans and scores will know them: those of unique roles by role_word.
 std::vector<Structure> as_structures(const ImportedCase& imported);
 
@@ -67,7 +71,8 @@ std::string report_text(const ImportedCase& imported);
 ImportedCase read_case(const ImportOptions& options,
                        const std::function<void(double, const std::string&)>& progress);
 
-/// Writes scene.toml, a PLY for each structure, plan.toml, dose.nrrd, volume.nrrd and import.json, and loads the scene
+/// Writes scene.toml, a PLY for each structure, plan.toml, seeds.csv, dose.nrrd, volume.nrrd, import.json and
+/// import.svg, and loads the scene
 /// again as brachyd would. The files appear together, or none does. The same case gives the same bytes. Errors:
 /// UserError where a file cannot be written, or one is there already, unless `force`.
 void write_case(const ImportedCase& imported, const std::filesystem::path& folder, bool force);

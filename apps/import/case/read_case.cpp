@@ -69,6 +69,7 @@ class CaseReader {
   void read_structure_sets();
   void take_image();
   bool is_only_file() const;
+  void take_implant(const RtBrachyPlan& plan, const RtFile& file);
   void read_plan();
   void read_dose();
   bool is_in_frame(const std::string& frame, const RtFile& file, const char* what);
@@ -77,7 +78,9 @@ class CaseReader {
   }
   std::string without_paths(std::string text) const;
   void leave(const RtFile& file, const std::string& why) {
-    case_.left.push_back(place(file.number) + ": " + why);
+    const std::string named = file.path + ": ";  // as errors begin
+    case_.left.push_back(place(file.number) + ": " +
+                         (why.starts_with(named) ? why.substr(named.size()) : why));
   }
   std::string first_left() const;
 
@@ -189,6 +192,18 @@ void CaseReader::read_structure_sets() {
   if (images) add_echoes(*images, case_);
 }
 
+/// A permanent implant's seeds where the file has them, and its needles, if it has any.
+void CaseReader::take_implant(const RtBrachyPlan& plan, const RtFile& file) {
+  case_.seeds = seeds_of(plan, file.path);
+  try {
+    case_.plan = fit_plan(plan, case_.grid, file.path);
+  } catch (const NoTemplatePlan& e) {
+    case_.taken.push_back(std::to_string(case_.seeds.size()) + " seeds from an RTPLAN, " +
+                          place(file.number));
+    leave(file, std::string(e.what()) + "; its seeds are in seeds.csv");
+  }
+}
+
 /// The first permanent implant, or else a fraction of our own export; others are left.
 void CaseReader::read_plan() {
   Vec3 min = Vec3::Constant(1e9), max = -min;
@@ -201,7 +216,8 @@ void CaseReader::read_plan() {
   for (const RtFile& file : plans_) try {
       const DicomItem data = file.dicom->data();
       const bool is_permanent = data.text(tag::kTechnique) == "PERMANENT";
-      if (case_.plan && is_permanent) {
+      const bool is_taken = case_.plan || !case_.seeds.empty();
+      if (is_taken && is_permanent) {
         leave(file, "is another plan; to take this one, name it without the other");
         continue;
       }
@@ -210,20 +226,23 @@ void CaseReader::read_plan() {
       if (!plan.is_permanent() && !is_own)
         leave(file, "the plan is " + plain_name(plan.treatment_type, "of no type") + " with " +
                         std::to_string(plan.channels.size()) + " channels, not a permanent implant");
-      else if (case_.plan)
+      else if (is_taken)
         leave(file, "is another plan; to take this one, name it without the other");
       else if (is_in_frame(plan.frame, file, "plan")) {
-        case_.plan =
-            plan.is_permanent() ? fit_plan(plan, case_.grid, file.path) : fit_hdr_plan(plan, file.path);
-        case_.grid = case_.plan->grid;
+        if (plan.is_permanent())
+          take_implant(plan, file);
+        else
+          case_.plan = fit_hdr_plan(plan, file.path);
         plan_instance_ = data.text(tag::kSopInstance);
+        if (!case_.plan) continue;
+        case_.grid = case_.plan->grid;
         case_.taken.push_back("plan from an RTPLAN, " + place(file.number));
       }
     } catch (const UserError& e) {
       if (fault.empty() && file.dicom->data().text(tag::kTechnique) == "PERMANENT") fault = e.what();
       leave(file, e.what());
     }
-  if (!case_.plan && !fault.empty()) throw UserError(fault);
+  if (!case_.plan && case_.seeds.empty() && !fault.empty()) throw UserError(fault);
 }
 
 /// Of the plan that was taken, else of any plan, else the first.

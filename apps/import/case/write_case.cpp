@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/command_line/output_file.h"
+#include "apps/import/case/case_picture.h"
 #include "apps/import/case/imported_case.h"
 #include "apps/import/case/staged_folder.h"
 #include "apps/import/case/volume_nrrd.h"
@@ -12,6 +13,7 @@
 #include "core/base/error.h"
 #include "core/base/number_text.h"
 #include "core/base/version.h"
+#include "core/brachytherapy/dose/dose_seed_file.h"
 #include "core/brachytherapy/hdr/hdr_plan_file.h"
 #include "core/brachytherapy/plan/plan_file.h"
 #include "core/brachytherapy/structures/anatomy.h"
@@ -38,11 +40,6 @@ CaseBox box_of(const SurfaceMesh& mesh) {
 
 std::string list_text(const Vec3& v) {
   return "[" + exact_text(v.x()) + ", " + exact_text(v.y()) + ", " + exact_text(v.z()) + "]";
-}
-
-std::string hex_text(const std::array<double, 3>& colour) {
-  const auto byte = [&](std::size_t n) { return static_cast<std::uint8_t>(std::lround(255 * colour[n])); };
-  return colour_text(Rgb{byte(0), byte(1), byte(2)});
 }
 
 /// The role, where the scene would find another by the name.
@@ -123,6 +120,7 @@ nlohmann::ordered_json report_of(const ImportedCase& imported) {
                     {"air_kerma_strength_u", imported.plan->plan.air_kerma_strength_u},
                     {"seeds_moved_mm", imported.plan->most_moved_mm},
                     {"notes", imported.plan->notes}};
+  if (!imported.seeds.empty()) json["seeds"] = imported.seeds.size();
   json["dose"] = imported.dose ? nlohmann::ordered_json("dose.nrrd") : nlohmann::ordered_json();
   json["volume"] = imported.volume ? nlohmann::ordered_json("volume.nrrd") : nlohmann::ordered_json();
   if (imported.volume) {
@@ -137,6 +135,11 @@ nlohmann::ordered_json report_of(const ImportedCase& imported) {
 }
 
 }  // namespace
+
+std::string hex_text(const std::array<double, 3>& colour) {
+  const auto byte = [&](std::size_t n) { return static_cast<std::uint8_t>(std::lround(255 * colour[n])); };
+  return colour_text(Rgb{byte(0), byte(1), byte(2)});
+}
 
 std::string report_text(const ImportedCase& imported) {
   return report_of(imported).dump(1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
@@ -169,12 +172,14 @@ void write_case(const ImportedCase& imported, const std::filesystem::path& folde
   if (imported.plan)
     write_text(stage / "plan.toml",
                imported.plan->hdr ? to_toml(*imported.plan->hdr) : to_toml(imported.plan->plan));
+  if (!imported.seeds.empty()) write_text(stage / "seeds.csv", to_csv(imported.seeds));
   if (imported.dose) write_text(stage / "dose.nrrd", to_nrrd(*imported.dose, "dose", "Gy"));
   if (imported.volume) write_text(stage / "volume.nrrd", to_nrrd(*imported.volume, "image", ""));
   write_text(stage / "scene.toml", scene_text(imported, imported.plan.has_value()));
   // The same with the plan that `brachy plan --generate` will write.
   if (!imported.plan) write_text(stage / "session.toml", scene_text(imported, true));
   write_text(stage / "import.json", report_text(imported));
+  write_text(stage / "import.svg", picture_svg(imported));
   // What was written is what the other programs will read.
   const Scene scene = load_scene(stage / "scene.toml");
   const std::vector<Structure> structures = load_structures(scene);

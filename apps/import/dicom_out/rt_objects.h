@@ -1,12 +1,12 @@
 #pragma once
 
-#include <array>
 #include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "apps/import/dicom_out/dicom_writer.h"
+#include "core/base/colour_text.h"
 #include "core/brachytherapy/dose/dose_grid.h"
 #include "core/brachytherapy/hdr/hdr_plan.h"
 #include "core/brachytherapy/plan/plan.h"
@@ -15,12 +15,9 @@
 namespace brachy {
 
 /// An RTSTRUCT: contours of each structure in transverse planes `slice_mm` apart (contour_heights), holes by keyholes.
-/// `colours`: red, green, blue of each, 0 … 255.
 void write_rt_structure(const std::filesystem::path& file, const ExportIds& ids,
-                        const std::vector<Structure>& structures,
-                        const std::vector<std::array<int, 3>>& colours, double slice_mm);
-/// A colour for the n-th structure, where it has none of its own.
-std::array<int, 3> structure_colour(std::size_t n);
+                        const std::vector<Structure>& structures, const std::vector<Rgb>& colours,
+                        double slice_mm);
 
 /// An RTPLAN of a permanent implant: an application setup for each needle, in it a channel for each seed, with its
 /// position, axis, distance behind the tip, and the source's air-kerma strength.

@@ -20,21 +20,9 @@ void put_contour(DicomWriter roi, const Polygon& polygon, double z) {
 
 }  // namespace
 
-std::array<int, 3> structure_colour(std::size_t n) {
-  // Okabe and Ito's palette, which colour-blind people can tell apart.
-  static constexpr std::array<std::array<int, 3>, 7> kColours = {{{213, 94, 0},
-                                                                  {240, 228, 66},
-                                                                  {0, 158, 115},
-                                                                  {86, 180, 233},
-                                                                  {204, 121, 167},
-                                                                  {230, 159, 0},
-                                                                  {0, 114, 178}}};
-  return kColours[n % kColours.size()];
-}
-
 void write_rt_structure(const std::filesystem::path& file, const ExportIds& ids,
-                        const std::vector<Structure>& structures,
-                        const std::vector<std::array<int, 3>>& colours, double slice_mm) {
+                        const std::vector<Structure>& structures, const std::vector<Rgb>& colours,
+                        double slice_mm) {
   DicomObject object(ids, kRtStructureSetStorage, ids.structure_set, "RTSTRUCT");
   DicomWriter data = object.data();
   data.put({0x3006, 0x0002}, "brachyd").put({0x3006, 0x0008}, "").put({0x3006, 0x0009}, "");

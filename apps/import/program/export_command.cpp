@@ -37,8 +37,8 @@ struct ExportLine {
 };
 
 /// All structures on the dose grid's points, a layer each.
-LabelMap label_map_of(const std::vector<Structure>& structures,
-                      const std::vector<std::array<int, 3>>& colours, double spacing_mm) {
+LabelMap label_map_of(const std::vector<Structure>& structures, const std::vector<Rgb>& colours,
+                      double spacing_mm) {
   Vec3 min = Vec3::Constant(1e9), max = -min;
   for (const Structure& s : structures)
     for (const Vec3& v : s.mesh.vertices) {
@@ -61,14 +61,14 @@ LabelMap label_map_of(const std::vector<Structure>& structures,
 }
 
 /// The scene's, or where a structure has none one of its own.
-std::vector<std::array<int, 3>> colours_of(const std::vector<Structure>& structures, const Scene& scene) {
-  std::vector<std::array<int, 3>> colours;
+std::vector<Rgb> colours_of(const std::vector<Structure>& structures, const Scene& scene) {
+  std::vector<Rgb> colours;
   for (std::size_t n = 0; n < structures.size(); ++n) {
     const auto own = std::ranges::find(scene.structures, structures[n].name, &StructureSettings::name);
     const auto rgb = colour_from(n == 0                          ? scene.tissue.colour
                                  : own == scene.structures.end() ? std::string()
                                                                  : own->colour);
-    colours.push_back(rgb ? std::array<int, 3>{(*rgb)[0], (*rgb)[1], (*rgb)[2]} : structure_colour(n));
+    colours.push_back(rgb ? *rgb : distinct_colour(n));
   }
   return colours;
 }
@@ -136,7 +136,7 @@ int run(const ExportLine& line) {
     content.append(reinterpret_cast<const char*>(s.position.data()), 3 * sizeof(double));
   ExportIds ids = make_ids(content, plain_name(scene.name, "scene"), line.date);
   if (line.study) take_study(*line.study, ids);
-  const std::vector<std::array<int, 3>> colours = colours_of(structures, scene);
+  const std::vector<Rgb> colours = colours_of(structures, scene);
   Progress progress("export");
   progress.show(0, "structures");
   write_rt_structure(line.dicom / "rtstruct.dcm", ids, structures, colours, line.slice_mm);

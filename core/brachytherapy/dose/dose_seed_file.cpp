@@ -45,4 +45,15 @@ std::vector<DoseSeed> load_dose_seeds(const std::filesystem::path& file) {
   return read_seeds(load_number_csv(file, kDoseSeedHeader), file.string());
 }
 
+std::string to_csv(const std::vector<DoseSeed>& seeds) {
+  std::string text = std::string(kDoseSeedHeader) + "\n";
+  for (const DoseSeed& seed : seeds) {
+    for (const Vec3* v : {&seed.position, &seed.axis})
+      for (int k = 0; k < 3; ++k) text += exact_text((*v)[k]) + ",";
+    text +=
+        std::to_string(tg43_source(seed.source).number) + "," + exact_text(seed.air_kerma_strength_u) + "\n";
+  }
+  return text;
+}
+
 }  // namespace brachy

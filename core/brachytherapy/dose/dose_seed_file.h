@@ -21,4 +21,7 @@ std::vector<DoseSeed> parse_dose_seeds(std::string_view text, const std::string&
 /// parse_dose_seeds of a file; UserError also where it is not a readable regular file.
 std::vector<DoseSeed> load_dose_seeds(const std::filesystem::path& file);
 
+/// The seeds as such a text, to the last bit.
+std::string to_csv(const std::vector<DoseSeed>& seeds);
+
 }  // namespace brachy

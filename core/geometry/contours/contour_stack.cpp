@@ -120,14 +120,23 @@ std::vector<double> means_of(const std::vector<double>& heights, const std::vect
   return sums;
 }
 
-/// Whether all distances are whole multiples of the usual one.
+/// Whether the planes lie at whole multiples of a distance, each near its own: the line through them by number, least
+/// squares.
 bool are_even(const std::vector<double>& means) {
+  constexpr double kOffShare = 0.15;
   const double usual = usual_gap(means);
+  std::vector<double> numbers = {0};
   for (std::size_t p = 1; p < means.size(); ++p) {
-    const double steps = (means[p] - means[p - 1]) / usual;
-    if (std::abs(steps - std::round(steps)) > 0.15 || steps < 0.5) return false;
+    const double steps = std::round((means[p] - means[p - 1]) / usual);
+    if (steps < 1) return false;
+    numbers.push_back(numbers.back() + steps);
   }
-  return true;
+  if (means.size() < 3) return true;
+  const auto n = static_cast<Eigen::Index>(means.size());
+  const Eigen::Map<const Eigen::ArrayXd> at(numbers.data(), n), height(means.data(), n);
+  const Eigen::ArrayXd from_middle = at - at.mean();
+  const double step = (from_middle * (height - height.mean())).sum() / from_middle.square().sum();
+  return ((height - height.mean()) - step * from_middle).abs().maxCoeff() < kOffShare * step;
 }
 
 void measure_spacing(ContourStack& stack) {
@@ -162,10 +171,14 @@ bool ContourStack::is_piece_end(std::size_t plane) const {
 std::vector<std::size_t> planes_of_heights(const std::vector<double>& heights, double image_spacing_mm,
                                            const std::function<bool(std::size_t, std::size_t)>& is_alike) {
   constexpr double kOfSpacing = 0.25, kLeastMm = 0.05, kMostUnevenMm = 0.1;
+  // Slices of their own, however much finer than the images.
+  std::vector<std::size_t> planes = grouped(heights, kLeastMm);
+  constexpr std::size_t kLeastEven = 4;  // two contours of one slice say nothing
+  if (planes.empty() || (planes.back() + 1 >= kLeastEven && are_even(means_of(heights, planes)))) return planes;
   double spacing = usual_gap(heights);
   if (spacing < 0.2 * image_spacing_mm) spacing = image_spacing_mm;
-  std::vector<std::size_t> planes = grouped(heights, std::max(kLeastMm, kOfSpacing * spacing));
-  bool is_sound = planes.empty() || are_even(means_of(heights, planes));
+  planes = grouped(heights, std::max(kLeastMm, kOfSpacing * spacing));
+  bool is_sound = are_even(means_of(heights, planes));
   std::size_t first = 0;  // of the plane
   for (std::size_t n = 1; n < heights.size() && is_sound; ++n) {
     if (planes[n] != planes[first]) first = n;
@@ -222,10 +235,10 @@ ContourStack stack_contours(std::span<const std::vector<Vec3>> contours, const s
     }
     stack.most_apart_mm = std::max(stack.most_apart_mm, all[end - 1].height_mm - all[n].height_mm);
     stack.repeated += drop_repeated(polygons);
-    const std::vector<PlaneShape> shapes = plane_shapes(polygons, name, pairs);
+    std::vector<PlaneShape> shapes = plane_shapes(std::move(polygons), name, pairs);
     if (std::ranges::any_of(shapes, [](const PlaneShape& s) { return s.polygons.size() > 1; }))
       ++stack.crossing_planes;
-    if (!polygons.empty()) stack.planes.push_back({sum / static_cast<double>(end - n), std::move(polygons)});
+    if (!shapes.empty()) stack.planes.push_back({sum / static_cast<double>(end - n), std::move(shapes)});
     n = end;
   }
   if (stack.planes.empty()) throw UserError(name + ": has no contour with an area; export it again");

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/base/error.h"
+#include "core/geometry/contours/contour_pieces.h"
 #include "core/geometry/contours/slice_distance.h"
 #include "core/geometry/label_map/surface_nets.h"
 #include "core/geometry/surface/surface_volume.h"
@@ -14,80 +15,78 @@ namespace {
 /// A layer of the grid: between two planes, or in a slab's end.
 struct GridLayer {
   double height_mm;
-  std::size_t plane;  ///< the plane below, or at it
+  std::size_t plane;  ///< of the piece: the one below, or at it
   double share;       ///< of the plane above, 0 … 1
   bool is_end;        ///< one of the two about the flat end of a slab
   bool is_outside;    ///< the one beyond it
 };
 
+constexpr double kMostMovedMm = 0.2;
 constexpr double kEndMm = 0.02;  // half the distance of the two layers about the flat end of a slab
 
-/// How far the slab of a piece's first or last plane reaches beyond it.
-double half_slab(const ContourStack& stack, std::size_t plane, bool towards_next) {
-  const double spacing = stack.spacing_mm > 0 ? stack.spacing_mm : 1;
-  const bool has_neighbour =
-      towards_next ? plane > 0 && !stack.is_piece_end(plane - 1) : !stack.is_piece_end(plane);
-  if (!has_neighbour) return 0.5 * spacing;
-  const std::size_t low = towards_next ? plane - 1 : plane;
-  return 0.5 * std::min(spacing, stack.gap_mm(low));
+double gap_mm(const ContourPiece& piece, std::size_t below) {
+  return piece.planes[below + 1].height_mm - piece.planes[below].height_mm;
 }
 
-void add_end(std::vector<GridLayer>& layers, const ContourStack& stack, std::size_t plane,
-             bool towards_next) {
-  const double reach = half_slab(stack, plane, towards_next), sign = towards_next ? 1 : -1;
-  const double from = stack.planes[plane].height_mm;
+/// How far the slab of a piece's first or last plane reaches beyond it.
+double half_slab(const ContourPiece& piece, double spacing_mm, bool is_last) {
+  if (piece.planes.size() == 1) return 0.5 * spacing_mm;
+  return 0.5 * std::min(spacing_mm, gap_mm(piece, is_last ? piece.planes.size() - 2 : 0));
+}
+
+void add_end(std::vector<GridLayer>& layers, const ContourPiece& piece, double spacing_mm, bool is_last) {
+  const double reach = half_slab(piece, spacing_mm, is_last), sign = is_last ? 1 : -1;
+  const std::size_t plane = is_last ? piece.planes.size() - 1 : 0;
+  const double from = piece.planes[plane].height_mm;
   for (const double beyond : {-kEndMm, kEndMm}) {
     // A slab that is thinner than the two layers apart keeps the order.
     const double at = std::max(reach + beyond, 0.25 * reach * (beyond < 0 ? 1 : 2));
     layers.push_back({from + sign * at, plane, 0, true, beyond > 0});
   }
-  if (!towards_next) std::swap(layers[layers.size() - 1], layers[layers.size() - 2]);
+  if (!is_last) std::swap(layers[0], layers[1]);
 }
 
-std::vector<GridLayer> layers_of(const ContourStack& stack, double pitch_mm) {
+std::vector<GridLayer> layers_of(const ContourPiece& piece, double spacing_mm, double pitch_mm) {
   std::vector<GridLayer> layers;
-  for (std::size_t p = 0; p < stack.planes.size(); ++p) {
-    if (p == 0 || stack.is_piece_end(p - 1)) add_end(layers, stack, p, false);
-    layers.push_back({stack.planes[p].height_mm, p, 0, false, false});
-    if (stack.is_piece_end(p)) {
-      add_end(layers, stack, p, true);
-      continue;
-    }
-    const double gap = stack.gap_mm(p);
+  add_end(layers, piece, spacing_mm, false);
+  for (std::size_t p = 0; p < piece.planes.size(); ++p) {
+    layers.push_back({piece.planes[p].height_mm, p, 0, false, false});
+    if (p + 1 == piece.planes.size()) break;
+    const double gap = gap_mm(piece, p);
     const auto steps = static_cast<std::size_t>(std::ceil(gap / pitch_mm - 1e-6));
     for (std::size_t s = 1; s < steps; ++s) {
       const double share = static_cast<double>(s) / static_cast<double>(steps);
-      layers.push_back({stack.planes[p].height_mm + share * gap, p, share, false, false});
+      layers.push_back({piece.planes[p].height_mm + share * gap, p, share, false, false});
     }
   }
+  add_end(layers, piece, spacing_mm, true);
   return layers;
 }
 
-struct PlaneBox {
-  Vec2 min = Vec2::Constant(1e300), max = Vec2::Constant(-1e300);
-};
+Vec2 offset_of(const ContourPiece& piece, const GridLayer& layer) {
+  const Vec2& below = piece.planes[layer.plane].offset;
+  if (layer.share == 0) return below;
+  return (1 - layer.share) * below + layer.share * piece.planes[layer.plane + 1].offset;
+}
 
-PlaneBox box_of(const ContourStack& stack) {
-  PlaneBox box;
-  for (const ContourPlane& plane : stack.planes)
+Eigen::AlignedBox2d box_of(const ContourPiece& piece) {
+  Eigen::AlignedBox2d box;
+  for (const PiecePlane& plane : piece.planes)
     for (const Polygon& polygon : plane.polygons)
-      for (const Vec2& p : polygon) {
-        box.min = box.min.cwiseMin(p);
-        box.max = box.max.cwiseMax(p);
-      }
+      for (const Vec2& p : polygon) box.extend(p);
   return box;
 }
 
 /// Distances of the planes, computed as the layers come to them.
 class PlaneDistances {
  public:
-  PlaneDistances(const ContourStack& stack, const SliceGrid& grid) : stack_(stack), grid_(grid) {}
+  PlaneDistances(const ContourPiece& piece, const SliceGrid& grid) : piece_(piece), grid_(grid) {}
 
   const std::vector<float>& of(std::size_t plane) {
     for (Slot& slot : slots_)
       if (slot.plane == plane + 1) return slot.distance;
     Slot& oldest = slots_[0].plane < slots_[1].plane ? slots_[0] : slots_[1];
-    oldest = {plane + 1, slice_distance(stack_.planes[plane].polygons, grid_)};
+    oldest = {plane + 1, slice_distance(piece_.planes[plane].polygons, grid_)};
     return oldest.distance;
   }
 
@@ -96,42 +95,37 @@ class PlaneDistances {
     std::size_t plane = 0;  // + 1
     std::vector<float> distance;
   };
-  const ContourStack& stack_;
+  const ContourPiece& piece_;
   const SliceGrid& grid_;
   std::array<Slot, 2> slots_;
 };
 
-double slabs_mm3(const ContourStack& stack) {
+double slabs_mm3(const ContourPiece& piece, double spacing_mm) {
   double sum = 0;
-  for (std::size_t p = 0; p < stack.planes.size(); ++p) {
-    const double below =
-        p == 0 || stack.is_piece_end(p - 1) ? half_slab(stack, p, false) : 0.5 * stack.gap_mm(p - 1);
-    const double above = stack.is_piece_end(p) ? half_slab(stack, p, true) : 0.5 * stack.gap_mm(p);
-    sum += (below + above) * area_mm2(stack.planes[p].polygons);
+  for (std::size_t p = 0; p < piece.planes.size(); ++p) {
+    const bool is_last = p + 1 == piece.planes.size();
+    const double below = p == 0 ? half_slab(piece, spacing_mm, false) : 0.5 * gap_mm(piece, p - 1);
+    const double above = is_last ? half_slab(piece, spacing_mm, true) : 0.5 * gap_mm(piece, p);
+    sum += (below + above) * piece.planes[p].area_mm2;
   }
   return sum;
 }
 
-}  // namespace
+/// A fortieth of the piece across, and a tenth of what it is thick.
+double fitting_pitch(const ContourPiece& piece, const Vec2& extent) {
+  constexpr double kLeastMm = 0.25, kMostMm = 1, kOfRadius = 0.2;
+  double area = 0, perimeter = 0;
+  for (const PiecePlane& plane : piece.planes) {
+    area += plane.area_mm2;
+    perimeter += plane.perimeter_mm;
+  }
+  return std::clamp(std::min(extent.minCoeff() / 40, kOfRadius * 2 * area / perimeter), kLeastMm, kMostMm);
+}
 
-ContourSurface contour_surface(const ContourStack& stack, const std::string& name,
-                               const ContourSurfaceOptions& options) {
-  const PlaneBox box = box_of(stack);
-  const Vec2 extent = box.max - box.min;
-  ContourSurface result;
-  result.pitch_mm = options.pitch_mm > 0 ? options.pitch_mm : std::clamp(extent.minCoeff() / 40, 0.15, 1.0);
-  const std::vector<GridLayer> layers = layers_of(stack, result.pitch_mm);
-  SliceGrid grid{box.min - Vec2::Constant(1.37 * result.pitch_mm), result.pitch_mm, {}};
-  const Vec2 steps = extent / result.pitch_mm + Vec2::Constant(3.74);
-  if (!(steps.x() * steps.y() * static_cast<double>(layers.size()) <=
-        static_cast<double>(options.most_nodes)))
-    throw UserError(name + ": the contours span " + std::to_string(static_cast<long long>(extent.x())) +
-                    " × " + std::to_string(static_cast<long long>(extent.y())) +
-                    " mm in too many planes; crop them, or leave the structure out");
-  grid.size = {static_cast<std::size_t>(std::ceil(steps.x())),
-               static_cast<std::size_t>(std::ceil(steps.y()))};
-
-  PlaneDistances distances(stack, grid);
+/// Appends the closed surface of a piece.
+void add_surface(const ContourPiece& piece, const SliceGrid& grid, const std::vector<GridLayer>& layers,
+                 const ContourStack& stack, double spacing_mm, SurfaceMesh& mesh) {
+  PlaneDistances distances(piece, grid);
   NetSurface net = surface_nets(
       {grid.size[0], grid.size[1], layers.size()},
       [&](std::size_t k, std::span<float> values) {
@@ -158,10 +152,46 @@ ContourSurface contour_surface(const ContourStack& stack, const std::string& nam
     const auto low = std::min(static_cast<std::size_t>(k), layers.size() - 2);
     const double share = k - static_cast<double>(low);
     const double height = (1 - share) * layers[low].height_mm + share * layers[low + 1].height_mm;
-    v = stack.position(grid.origin + result.pitch_mm * v.head<2>(), height);
+    const Vec2 offset =
+        (1 - share) * offset_of(piece, layers[low]) + share * offset_of(piece, layers[low + 1]);
+    v = stack.position(grid.origin + grid.pitch_mm * v.head<2>() + offset, height);
   }
-  result.mesh = std::move(net.mesh);
-  result.slabs_cc = 1e-3 * slabs_mm3(stack);
+  // What is linear between planes lacks a little of what swells there, and chords of what is thin.
+  move_to_volume(net.mesh, slabs_mm3(piece, spacing_mm), kMostMovedMm);
+  const auto begin = static_cast<std::uint32_t>(mesh.vertices.size());
+  mesh.vertices.insert(mesh.vertices.end(), net.mesh.vertices.begin(), net.mesh.vertices.end());
+  for (const Triangle& t : net.mesh.triangles) {
+    mesh.triangles.push_back({t[0] + begin, t[1] + begin, t[2] + begin});
+    if (piece.is_cavity) std::swap(mesh.triangles.back()[1], mesh.triangles.back()[2]);
+  }
+}
+
+}  // namespace
+
+ContourSurface contour_surface(const ContourStack& stack, const std::string& name,
+                               const ContourSurfaceOptions& options) {
+  const double spacing = stack.spacing_mm > 0 ? stack.spacing_mm : 1;
+  ContourSurface result;
+  double nodes = 0;
+  for (const ContourPiece& piece : contour_pieces(stack, name)) {
+    const Eigen::AlignedBox2d box = box_of(piece);
+    const double pitch = options.pitch_mm > 0 ? options.pitch_mm : fitting_pitch(piece, box.sizes());
+    const std::vector<GridLayer> layers = layers_of(piece, spacing, pitch);
+    const Vec2 steps = box.sizes() / pitch + Vec2::Constant(3.74);
+    nodes += steps.x() * steps.y() * static_cast<double>(layers.size());
+    if (!(nodes <= static_cast<double>(options.most_nodes)))
+      throw UserError(name + ": the contours span " +
+                      std::to_string(static_cast<long long>(box.sizes().x())) + " × " +
+                      std::to_string(static_cast<long long>(box.sizes().y())) +
+                      " mm in too many planes; crop them, or leave the structure out");
+    const SliceGrid grid{
+        box.min() - Vec2::Constant(1.37 * pitch),
+        pitch,
+        {static_cast<std::size_t>(std::ceil(steps.x())), static_cast<std::size_t>(std::ceil(steps.y()))}};
+    add_surface(piece, grid, layers, stack, spacing, result.mesh);
+    result.pitch_mm = std::max(result.pitch_mm, pitch);
+    result.slabs_cc += (piece.is_cavity ? -1e-3 : 1e-3) * slabs_mm3(piece, spacing);
+  }
   result.surface_cc = 1e-3 * enclosed_mm3(result.mesh);
   return result;
 }

@@ -121,31 +121,4 @@ std::vector<float> slice_distance(std::span<const Polygon> polygons, const Slice
   return distance;
 }
 
-double area_mm2(std::span<const Polygon> polygons) {
-  // Even-odd: a polygon adds where it lies within an even number of others, by one of its points. Polygons of a plane
-  // do not cross.
-  double sum = 0;
-  for (std::size_t n = 0; n < polygons.size(); ++n) {
-    double twice = 0;
-    const Polygon& polygon = polygons[n];
-    for (std::size_t i = 0; i < polygon.size(); ++i) {
-      const Vec2 p = polygon[i] - polygon[0], q = polygon[(i + 1) % polygon.size()] - polygon[0];
-      twice += p.x() * q.y() - p.y() * q.x();
-    }
-    bool is_hole = false;
-    const Vec2 at = 0.5 * (polygon[0] + polygon[1]);
-    for (std::size_t m = 0; m < polygons.size(); ++m) {
-      if (m == n) continue;
-      for (std::size_t i = 0; i < polygons[m].size(); ++i) {
-        const Vec2 &a = polygons[m][i], &b = polygons[m][(i + 1) % polygons[m].size()];
-        if ((a.y() <= at.y()) != (b.y() <= at.y()) &&
-            a.x() + (at.y() - a.y()) / (b.y() - a.y()) * (b.x() - a.x()) > at.x())
-          is_hole = !is_hole;
-      }
-    }
-    sum += is_hole ? -0.5 * std::abs(twice) : 0.5 * std::abs(twice);
-  }
-  return sum;
-}
-
 }  // namespace brachy

@@ -25,7 +25,4 @@ struct SliceGrid {
 /// small part of the pitch. The grid must contain all of the contours.
 std::vector<float> slice_distance(std::span<const Polygon> polygons, const SliceGrid& grid);
 
-/// Area of the plane's inside, mm².
-double area_mm2(std::span<const Polygon> polygons);
-
 }  // namespace brachy

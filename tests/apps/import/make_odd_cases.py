@@ -6,6 +6,7 @@ usage: make_odd_cases.py OUT     writes OUT/NAME/… and OUT/cases.json: {"NAME"
   "cc": {structure: volume}      what must be read
   "says", "out": [words]         of stderr, of stdout
   "volume": [x, y, z, value]     the image's value at a point in RAS, mm
+  "seeds": [[x, y, z, ax, ay, az, number, strength]]    RAS, in the order of seeds.csv
   "refused": [words]             of the one line that refuses it
 """
 import gzip
@@ -20,7 +21,8 @@ from pydicom.dataset import Dataset, FileMetaDataset
 from pydicom.uid import ExplicitVRLittleEndian, ImplicitVRLittleEndian, generate_uid
 
 CLASSES = {"US": "1.2.840.10008.5.1.4.1.1.6.1", "CT": "1.2.840.10008.5.1.4.1.1.2", "MR": "1.2.840.10008.5.1.4.1.1.4",
-           "RTSTRUCT": "1.2.840.10008.5.1.4.1.1.481.3", "RTDOSE": "1.2.840.10008.5.1.4.1.1.481.2"}
+           "RTSTRUCT": "1.2.840.10008.5.1.4.1.1.481.3", "RTDOSE": "1.2.840.10008.5.1.4.1.1.481.2",
+           "RTPLAN": "1.2.840.10008.5.1.4.1.1.481.5"}
 FRAME, OTHER = generate_uid(entropy_srcs=["frame"]), generate_uid(entropy_srcs=["other frame"])
 HEIGHTS = np.arange(12) * 3.0
 
@@ -152,6 +154,35 @@ def nrrd(path, labels, fields="", encoding="raw", data=None, kind="uint8"):
             f"endian: little\nencoding: {encoding}\nspace origin: (0,0,0)\n{fields}\n")
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_bytes(head.encode() + (labels.tobytes() if data is None else data))
+
+
+def item(**elements):
+    data = Dataset()
+    for keyword, value in elements.items():
+        setattr(data, keyword, value)
+    return data
+
+
+def implant(seeds, sources):
+    """An RTPLAN of seeds as they lie after an implant: a channel each, of any direction. Each: number of its source,
+    position and, where it is known, direction; LPS."""
+    data = new_set("RTPLAN", "implant", len(seeds), *sources)
+    data.RTPlanLabel, data.FrameOfReferenceUID = "POST", FRAME
+    data.BrachyTreatmentTechnique, data.BrachyTreatmentType = "PERMANENT", "MANUAL"
+    data.SourceSequence = pydicom.Sequence(
+        [item(SourceNumber=n, SourceIsotopeName=name, ReferenceAirKermaRate=str(strength), SourceIsotopeHalfLife="1")
+         for n, (name, strength) in enumerate(sources, 1)])
+    setups = []
+    for n, (source, at, axis) in enumerate(seeds, 1):
+        points = [item(ControlPointIndex=k, ControlPoint3DPosition=[f"{v:.4f}" for v in at]) for k in range(2)]
+        if axis is not None:
+            for point in points:
+                point.ControlPointOrientation = [float(v) for v in axis]
+        channel = item(ChannelNumber=1, ReferencedSourceNumber=source, NumberOfControlPoints=2,
+                       BrachyControlPointSequence=pydicom.Sequence(points))
+        setups.append(item(ApplicationSetupNumber=n, ChannelSequence=pydicom.Sequence([channel])))
+    data.ApplicationSetupSequence = pydicom.Sequence(setups)
+    return data
 
 
 def main():
@@ -363,6 +394,19 @@ def main():
                             cc=whole, dose=[-at[0], -at[1], at[2], frames[3] + 100])
                 save(data, into / "rtdose.dcm")
                 save(rois(gland()), into / "rtstruct.dcm")
+
+    # Seeds after an implant, on no template, of two strengths, some with their directions.
+    random = np.random.default_rng(4)
+    for name, isotope, number, tilted in (("seeds_day_30", "I-125", 6711, True), ("seeds_day_0", "Cs-131", 131, False)):
+        sources = [(isotope, 0.5), (isotope, 0.625)]
+        seeds = [(int(random.integers(1, 3)), np.append(random.uniform(-12, 12, 2), random.uniform(2, 30)).round(4),
+                  random.normal(size=3) if tilted and n % 3 else None) for n in range(50)]
+        axes = [(0, 0, 1) if axis is None else axis / np.linalg.norm(axis) for _, _, axis in seeds]
+        folder = case(name, cc=whole, says=["its seeds are in seeds.csv"],
+                      seeds=[[-at[0], -at[1], at[2], -u[0], -u[1], u[2], number, sources[source - 1][1]]
+                             for (source, at, _), u in zip(seeds, axes)])
+        save(rois(gland()), folder / "rtstruct.dcm")
+        save(implant(seeds, sources), folder / "rtplan.dcm")
 
     # Label maps.
     labels = np.zeros((30, 40, 50), np.uint8)

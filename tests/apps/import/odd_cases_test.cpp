@@ -6,6 +6,8 @@
 #include <csignal>
 #include <map>
 
+#include "core/brachytherapy/dose/dose_seed_file.h"
+#include "core/brachytherapy/dose/source.h"
 #include "core/geometry/volume/nrrd_file.h"
 #include "tests/apps/import/import_testing.h"
 #include "tests/apps/peer.h"
@@ -26,6 +28,25 @@ void expect_volumes(const nlohmann::json& report, const nlohmann::json& expected
 void expect_words(const std::string& text, const std::vector<std::string>& words) {
   for (const std::string& word : words)
     EXPECT_NE(text.find(word), std::string::npos) << word << " in: " << text;
+}
+
+/// Rows of seeds.csv; and that `brachy dose` takes them.
+void expect_seeds(const std::filesystem::path& scene, const nlohmann::json& expected) {
+  const std::vector<DoseSeed> seeds = load_dose_seeds(scene / "seeds.csv");
+  ASSERT_EQ(seeds.size(), expected.size());
+  for (std::size_t n = 0; n < seeds.size(); ++n) {
+    const std::vector<double> row = expected[n];
+    EXPECT_LT((seeds[n].position - Vec3(row[0], row[1], row[2])).norm(), 1e-6);
+    EXPECT_LT(seeds[n].axis.cross(Vec3(row[3], row[4], row[5])).norm(), 1e-6);
+    EXPECT_EQ(tg43_source(seeds[n].source).number, row[6]);
+    EXPECT_EQ(seeds[n].air_kerma_strength_u, row[7]);
+  }
+  const Ended dose = run_brachy({"dose", "--seeds", (scene / "seeds.csv").string(), "--config",
+                                 (scene / "scene.toml").string(), "--json"});
+  ASSERT_TRUE(exited(dose, 0)) << dose.err;
+  const auto table = nlohmann::json::parse(dose.out);
+  EXPECT_EQ(table.at("seeds"), expected.size());
+  EXPECT_GT(table.at("structures").at(0).at("d90_gy"), 10);
 }
 
 struct ImportOddCases : ::testing::Test {
@@ -67,6 +88,7 @@ TEST_F(ImportOddCases, AreReadAsTheyAreMeantOrRefusedInALine) {
     expect_volumes(json_file(scene / "import.json"), expected.at("cc"));
     expect_words(ended.err, expected.value("says", nlohmann::json::array()));
     expect_words(ended.out, expected.value("out", nlohmann::json::array()));
+    if (expected.contains("seeds")) expect_seeds(scene, expected.at("seeds"));
     for (const char* kind : {"volume", "dose"}) {
       if (!expected.contains(kind)) continue;
       const std::vector<double> place = expected.at(kind);

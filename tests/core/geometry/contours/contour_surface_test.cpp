@@ -158,6 +158,72 @@ TEST(ContourSurface, JoinsBranches) {
   EXPECT_NEAR(trousers.surface_cc / trousers.slabs_cc, 1, 0.03);
 }
 
+// Of 60 corners.
+double circle_mm2(double radius) {
+  return 30 * std::sin(2 * std::numbers::pi / 60) * radius * radius;
+}
+
+Contours tube(double radius, double spacing, int planes, const Vec2& shift) {
+  Contours contours;
+  for (int k = 0; k < planes; ++k) contours.push_back(circle(radius, k * spacing, k * shift));
+  return contours;
+}
+
+TEST(ContourSurface, FollowsATubeHoweverThinAndObliqueItRuns) {
+  for (const double radius : {1.5, 3.0})
+    for (const double spacing : {1.0, 3.0, 5.0})
+      for (const double per_mm : {0.0, 0.4, 1.0, 2.4}) {
+        const Vec2 shift = per_mm * spacing * Vec2(0.8, -0.6);
+        const ContourSurface surface = surface_of(tube(radius, spacing, 9, shift));
+        EXPECT_TRUE(is_closed_manifold(surface.mesh));
+        EXPECT_NEAR(1e3 * surface.surface_cc / (9 * spacing * circle_mm2(radius)), 1, 0.01)
+            << radius << " mm, " << spacing << " mm, " << per_mm;
+        const Vec2 between = 4.5 * shift;
+        EXPECT_TRUE(SurfaceBvh(surface.mesh).inside(Vec3(between.x(), between.y(), 4.5 * spacing)));
+      }
+}
+
+TEST(ContourSurface, FollowsTwoTubesThatPartAndOneThatBranches) {
+  Contours contours = tube(2, 3, 10, {2, 0});
+  for (const auto& contour : tube(2, 3, 10, {-2, 0})) contours.push_back(contour);
+  contours.erase(contours.begin());  // the first plane has one outline, which both go on from
+  const ContourSurface trousers = surface_of(contours);
+  EXPECT_TRUE(is_closed_manifold(trousers.mesh));
+  EXPECT_NEAR(trousers.surface_cc / trousers.slabs_cc, 1, 0.01);
+  const SurfaceBvh bvh(trousers.mesh);
+  for (const double k : {5.5, 8.5}) {
+    EXPECT_TRUE(bvh.inside(Vec3(2 * k, 0, 3 * k)));
+    EXPECT_TRUE(bvh.inside(Vec3(-2 * k, 0, 3 * k)));
+    EXPECT_FALSE(bvh.inside(Vec3(0, 0, 3 * k)));
+  }
+}
+
+TEST(ContourSurface, DoesNotJoinWhatLiesFarApart) {
+  Contours contours = tube(4, 2, 5, {0, 0});
+  for (auto contour : tube(4, 2, 5, {0, 0})) {
+    for (Vec3& p : contour) p += Vec3(30, 0, 10);
+    contours.push_back(contour);
+  }
+  const ContourSurface two = surface_of(contours);
+  EXPECT_NEAR(1e3 * two.surface_cc / (20 * circle_mm2(4)), 1, 0.01);
+  EXPECT_FALSE(SurfaceBvh(two.mesh).inside(Vec3(15, 0, 9)));
+}
+
+TEST(ContourStack, FindsTheSlicesOfContoursThatLieATenthOfTheSpacingApart) {
+  std::mt19937 random(5);
+  for (const double spacing : {0.5, 1.0, 3.0}) {
+    std::uniform_real_distribution<double> jitter(-0.1 * spacing, 0.1 * spacing);
+    Contours contours;
+    for (int k = 0; k < 12; ++k) {
+      contours.push_back(circle(12, k * spacing + jitter(random)));
+      contours.push_back(circle(7, k * spacing + jitter(random)));
+    }
+    EXPECT_EQ(stack_contours(contours, "test").planes.size(), 12u) << spacing;
+    EXPECT_NEAR(1e3 * surface_of(contours).surface_cc / (12 * spacing * (circle_mm2(12) - circle_mm2(7))), 1,
+                0.02);
+  }
+}
+
 TEST(ContourSurface, MakesASlabOfOnePlane) {
   const ContourSurface slab = surface_of({circle(10, 3)});
   EXPECT_TRUE(is_closed_manifold(slab.mesh));
@@ -181,6 +247,14 @@ TEST(ContourStack, CountsPlanesInWhichContoursCross) {
                              {{0, 0, 3}, {-4, 0, 3}, {0, -4, 3}},
                              {{0, 4, 3}, {4, 0, 3}, {4, 4, 3}}};
   EXPECT_EQ(stack_contours(contours, "test").crossing_planes, 1u);
+}
+
+TEST(ContourStack, KeepsSlicesOfTheirOwnThatAreFinerThanTheImages) {
+  Contours contours;
+  for (int k = 0; k < 60; ++k) contours.push_back(circle(10, 0.25 * k));
+  const ContourStack stack = stack_contours(contours, "test", {Vec3::UnitZ(), 5});
+  EXPECT_EQ(stack.planes.size(), 60u);
+  EXPECT_EQ(stack.repeated, 0u);
 }
 
 TEST(ContourStack, RefusesAContourOfMorePointsThanItCanLookThrough) {
