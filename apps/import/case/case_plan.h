@@ -34,8 +34,8 @@ inline constexpr double kMostBesideMm = 1.5;
 /// The needles of a permanent implant: each channel's sources, along +z through a hole of the template. A plan that
 /// `brachy export --dicom` wrote names its template in its description and comes back exactly; for others the holes are
 /// laid through the first needle, and trains are the nearest ones of seeds (4.5 mm) and spacers (5.5 mm).
-/// Errors: UserError "name: …; fix" where the source is not one of those that are known; NoTemplatePlan where needles do
-/// not run along the patient's axis, are not of one strength, or lie farther than kMostBesideMm beside the holes.
+/// Errors: UserError "name: …; fix" where the source is not one of those that are known; NoTemplatePlan where needles
+/// do not run along the patient's axis, are not of one strength, or lie farther than kMostBesideMm beside the holes.
 CasePlan fit_plan(const RtBrachyPlan& file, const TemplateGrid& proposed, const std::string& name);
 
 /// The sources of a permanent implant where the file has them, each once, however their needles run: after the implant

@@ -39,8 +39,8 @@ Place place_of(const ImportedStructure& s) {
   return place;
 }
 
-/// Whether two of one name are one structure, as an RTSTRUCT has it and the label map that was exported with it. Between
-/// contours and labels is a voxel's width.
+/// Whether two of one name are one structure, as an RTSTRUCT has it and the label map that was exported with it.
+/// Between contours and labels is a voxel's width.
 bool is_again(const ImportedStructure& a, const Place& at_a, const ImportedStructure& b, const Place& at_b) {
   const std::string words = joined_words(name_words(a.file_name.empty() ? a.name : a.file_name));
   if (words.empty() || words != joined_words(name_words(b.file_name.empty() ? b.name : b.file_name)) ||
@@ -139,12 +139,16 @@ void CaseStructures::add_rois(const RtStructureSet& set, const std::string& file
     if (!is_wanted(roi.name, structure.name, place + ": " + from)) continue;
     progress_(structure.name);
     const std::string what = place + ": " + from + ": " + structure.name + ": ";
-    if (roi.other_contours > 0)
-      imported_.left.push_back(what + std::to_string(roi.other_contours) + " points or open contours");
+    const std::string others = roi.other_contours == 0 ? ""
+                               : roi.other_contours == 1
+                                   ? "a point or open contour"
+                                   : std::to_string(roi.other_contours) + " points or open contours";
     if (structure.fault.empty() && !has_area(roi.contours)) {
-      imported_.left.push_back(what + "has no closed contour with an area");
+      imported_.left.push_back(what + "has no closed contour with an area" +
+                               (others.empty() ? "" : ", but " + others));
       continue;
     }
+    if (!others.empty()) imported_.left.push_back(what + others);
     ImportedStructure unread = structure;
     try {
       if (!structure.fault.empty()) throw UserError(structure.fault);

@@ -107,10 +107,10 @@ Tool import_tool() {
 Writes scene.toml, a closed surface (PLY, RAS) for each structure, plan.toml of a permanent implant, seeds.csv of its
 seeds, also where they lie on no template (after an implant: `brachy dose --seeds`), dose.nrrd, volume.nrrd of the
 longest image series or of an image beside the label maps, import.svg: three planes with all outlines, and import.json:
-what was taken from where, where it lies, what was left, and warnings where it contradicts anatomy. Names of structures are known in some
-twenty languages (TG-263's first); where two fit one organ the import asks for --gland or --role. What is not used
-stops nothing: each thing that is left has a line with its file, its name and why. Asks nothing else;
-the same files give the same bytes. Nothing that identifies the patient is written without --keep-identifiers; the
+what was taken from where, where it lies, what was left, and warnings where it contradicts anatomy. Names of structures
+are known in some twenty languages (TG-263's first); where two fit one organ the import asks for --gland or --role. What
+is not used stops nothing: each thing that is left has a line with its file, its name and why. Asks nothing else; the
+same files give the same bytes. Nothing that identifies the patient is written without --keep-identifiers; the
 tags that were dropped are listed on standard error.
 Exit codes: 0 done, 1 the disk failed, 2 bad input: one line with the file, the tag and the fix.)",
                                declare, run);

@@ -48,8 +48,8 @@ bool has_area(std::span<const std::vector<Vec3>> contours);
 /// Sorts closed planar contours (mm, RAS; any order, either winding, any first point) into planes. The normal is the
 /// mean of the contours', turned so that its largest component is positive.
 ///
-/// Contours of one slice may lie somewhat apart. Where those within 0.05 mm make four or more evenly spaced planes, it is
-/// these; else those within a quarter of the slices' distance are one plane where the planes are then evenly spaced,
+/// Contours of one slice may lie somewhat apart. Where those within 0.05 mm make four or more evenly spaced planes, it
+/// is these; else those within a quarter of the slices' distance are one plane where the planes are then evenly spaced,
 /// and else those within 0.05 … 0.1 mm. The distance is the one at which most of the structure's length is drawn, or
 /// the images' where contours lie far closer than their slices. Contours of alike outline that lie apart are never one
 /// plane.
