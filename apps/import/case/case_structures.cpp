@@ -208,7 +208,7 @@ void CaseStructures::leave_repeated() {
   for (const ImportedStructure& s : all) places.push_back(place_of(s));
   std::vector<std::size_t> order(all.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
-  std::ranges::stable_partition(order, [&](std::size_t n) { return !is_label(all[n]); });
+  std::stable_partition(order.begin(), order.end(), [&](std::size_t n) { return !is_label(all[n]); });
   std::vector<std::size_t> kept;
   for (const std::size_t n : order) {
     const auto other = std::ranges::find_if(

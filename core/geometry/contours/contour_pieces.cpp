@@ -187,7 +187,8 @@ void Bodies::find_nearest(std::size_t plane) {
 /// Whether the way to the nearest body above is the way that is taken before or after it.
 bool Bodies::is_steady(std::size_t body, const std::vector<std::optional<std::size_t>>& below) const {
   constexpr double kOfWay = 0.25, kOfDiameter = 0.5;
-  const auto& [above, way] = *nearest_[body];
+  const std::size_t above = nearest_[body]->above;
+  const Vec2 way = nearest_[body]->shift_per_mm;
   const double gap = stack_.gap_mm(bodies_[body].plane);
   const auto is_alike = [&](const std::optional<Nearest>& other) {
     return other && gap * (other->shift_per_mm - way).norm() <

@@ -72,10 +72,9 @@ TEST_F(IgtlImages, AnImageLiesInTheScenesFrame) {
   ASSERT_TRUE(until_of(peer, [&] { return peer.count("IMAGE") == 1; }));
   const ImageMessage image = net::test::sample_image();
   const auto X_FI = decode_transform(std::span<const std::byte>(peer.last("IMAGE").content).subspan(12, 48));
-  const Vec3 middle_I(0.5 * image.spacing_mm * (image.width - 1), 0.5 * image.spacing_mm * (image.height - 1),
-                      0);
+  const Vec3 p_I(0.5 * image.spacing_mm * (image.width - 1), 0.5 * image.spacing_mm * (image.height - 1), 0);
   const Mat3& R_WF = options.naming.X_WF.R;
-  EXPECT_LT((X_FI->p - R_WF.transpose() * (image.X_WI * middle_I - options.naming.X_WF.p)).norm(), 1e-4);
+  EXPECT_LT((X_FI->p - R_WF.transpose() * (image.X_WI * p_I - options.naming.X_WF.p)).norm(), 1e-4);
   EXPECT_LT((X_FI->R - image.spacing_mm * R_WF.transpose() * image.X_WI.R).norm(), 1e-6);
 }
 
