@@ -216,7 +216,7 @@ TEST(DaemonPlan, WhatCannotBeDoneIsRefusedWithTheReason) {
   EXPECT_EQ(desk->plans.back().change, 0u);
 }
 
-net::PlanMessageNeedle drawn_needle(const std::string& hole, double depth_mm, const char* train) {
+net::PlanMessageNeedle drawn_needle(const std::string& hole, double depth_mm, const std::string& train) {
   return {0, false, 0, depth_mm, hole, train};
 }
 
