@@ -1,7 +1,10 @@
 #include "apps/score/recording.h"
 
+#include <fmt/format.h>
+
 #include <utility>
 
+#include "apps/session/session_clock.h"
 #include "apps/session/session_folder.h"
 #include "core/base/error.h"
 #include "core/brachytherapy/seeds/failed_drop_file.h"
@@ -32,6 +35,24 @@ auto read(const SessionFolder& folder, const std::string& name, const char* with
   } catch (const UserError& error) {
     return {{}, std::string(error.what()) + ". It cannot be read: " + without};
   }
+}
+
+/// All times by the trainee's clock.
+void retime(Recording& recording, const SessionClock& clock) {
+  const auto retime = [&](double& t_s) { t_s = clock.wall_s(t_s); };
+  if (recording.poses)
+    recording.poses = recording.poses->retimed([&](double t_s) { return clock.wall_s(t_s); });
+  for (ForceSample& sample : recording.forces) retime(sample.t_s);
+  if (recording.seeds)
+    for (Seed& seed : *recording.seeds) retime(seed.t_s);
+  if (recording.failed_drops)
+    for (FailedDrop& drop : *recording.failed_drops) retime(drop.t_s);
+  if (recording.passes)
+    for (OrganPass& pass : *recording.passes) {
+      pass.time_s = clock.wall_s(pass.t_s) - clock.wall_s(pass.t_s - pass.time_s);
+      retime(pass.t_s);
+    }
+  for (RecordedStudy& study : recording.studies) retime(study.t_s);
 }
 
 /// A directory's own name, however the path is written.
@@ -72,6 +93,16 @@ Recording load_recording(const std::filesystem::path& path) {
                     "and seeds.csv (" +
                     recording.remarks.front() + ")");
   if (forces) recording.forces = std::move(*forces);
+  if (const auto clock =
+          take_if_there(kClockFile, "times are those of the simulation's ticks.", SessionClock::parse)) {
+    constexpr double kLateShare = 0.02;
+    if (clock->missed_share() > kLateShare)
+      recording.remarks.push_back(fmt::format(
+          "The machine was late: {:.0f} % of the simulation's ticks were missed, and the tissue moved more "
+          "slowly than the hand. Times and speeds are by the clock.",
+          100 * clock->missed_share()));
+    retime(recording, *clock);
+  }
   return recording;
 }
 

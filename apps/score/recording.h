@@ -14,10 +14,11 @@
 
 namespace brachy {
 
-/// The files of a session, as far as they can be read.
+/// The files of a session, as far as they can be read. All times are the trainee's clock's where the session has one
+/// (clock.csv), else session time.
 struct Recording {
   std::string name;                         ///< of the directory
-  std::optional<NeedleTrajectories> poses;  ///< poses.csv: every tick's, of the device's needles
+  std::optional<NeedleTrajectories> poses;  ///< poses.csv, of the device's needles
   std::vector<ForceSample> forces;          ///< forces.csv; empty: none
   std::optional<std::vector<Seed>> seeds;   ///< seeds.csv, in the order of dropping
   std::optional<std::vector<FailedDrop>>
@@ -27,7 +28,7 @@ struct Recording {
   std::vector<std::string> remarks;  ///< what is missing or truncated and its consequence, a sentence each
 };
 
-/// Reads a recording's directory: poses.csv, forces.csv and seeds.csv; drops.csv, contacts.csv and
+/// Reads a recording's directory: poses.csv, forces.csv and seeds.csv; drops.csv, contacts.csv, clock.csv and
 /// volume_studies.jsonl where they are there. A file that is missing or unreadable is left
 /// out, as is an incomplete last line (the writer was killed), with a remark. Throws UserError where there is no such
 /// directory, none of the files can be read, or one is no regular file (session_folder.h).

@@ -143,6 +143,8 @@ EarlierSession examine_earlier_session(const SessionFolder& folder, const std::s
       lost_in(table(folder, kDropsFile, std::string(kFailedDropHeader)), place_of(folder, kDropsFile));
   const std::string passes = table(folder, kContactsFile, std::string(kOrganPassHeader));
   if (!passes.empty()) parse_organ_passes(passes, place_of(folder, kContactsFile));
+  const std::string clock = table(folder, kClockFile, std::string(kSessionClockHeader));
+  if (!clock.empty()) earlier.clock = SessionClock::parse(clock, place_of(folder, kClockFile));
   const std::string studies = table(folder, kStudiesFile, "{");
   parse_studies(studies, place_of(folder, kStudiesFile));
   for (const PlanChange& change : load_plan_changes(folder))

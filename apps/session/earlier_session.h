@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "apps/forces/force_log.h"
+#include "apps/session/session_clock.h"
 #include "apps/session/session_folder.h"
 #include "core/brachytherapy/seeds/seed.h"
 
@@ -17,6 +18,7 @@ struct EarlierSession {
   std::vector<Seed> seeds;                          ///< of the ledger
   std::vector<std::int32_t> lost;    ///< planned seeds that were lost: no longer in their needles
   bool has_unfinished_seed = false;  ///< the ledger ends within a row
+  SessionClock clock;                ///< of the runs so far
   std::string missing_text;          ///< which files are missing or blank beside others; empty: none
 };
 

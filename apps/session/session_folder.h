@@ -15,10 +15,11 @@ namespace brachy {
 
 inline constexpr const char *kPosesFile = "poses.csv", *kForcesFile = "forces.csv", *kSeedsFile = "seeds.csv",
                             *kDropsFile = "drops.csv", *kContactsFile = "contacts.csv",
-                            *kStudiesFile = "volume_studies.jsonl", *kPlanChangesFile = "plan_changes.csv",
-                            *kManifestFile = "session.json", *kReportPage = "report.html",
-                            *kReportJson = "report.json", *kCatheterFile = "catheters.csv",
-                            *kHdrReportFile = "hdr_report.json", *kStatesFolder = "states";
+                            *kClockFile = "clock.csv", *kStudiesFile = "volume_studies.jsonl",
+                            *kPlanChangesFile = "plan_changes.csv", *kManifestFile = "session.json",
+                            *kReportPage = "report.html", *kReportJson = "report.json",
+                            *kCatheterFile = "catheters.csv", *kHdrReportFile = "hdr_report.json",
+                            *kStatesFolder = "states";
 
 /// A file that a session's directory may hold, and the most that it may have.
 struct SessionFile {
@@ -29,10 +30,11 @@ struct SessionFile {
 /// All of them, but for plan_change_1.toml, … (kPlanChange) and what lies in states/ (kSessionState).
 inline constexpr std::uint64_t kMegabyte = 1'000'000, kMostTable = 100'000 * kMegabyte;
 inline constexpr SessionFile kSessionFiles[] = {
-    {kPosesFile, kMostTable},      {kForcesFile, kMostTable},       {kSeedsFile, 16 * kMegabyte},
-    {kDropsFile, 64 * kMegabyte},  {kContactsFile, 64 * kMegabyte}, {kStudiesFile, 32 * kMegabyte},
-    {kPlanChangesFile, kMegabyte}, {kManifestFile, 6 * kMegabyte},  {kReportPage, 64 * kMegabyte},
-    {kReportJson, 64 * kMegabyte}, {kCatheterFile, 16 * kMegabyte}, {kHdrReportFile, 64 * kMegabyte},
+    {kPosesFile, kMostTable},         {kForcesFile, kMostTable},       {kSeedsFile, 16 * kMegabyte},
+    {kDropsFile, 64 * kMegabyte},     {kContactsFile, 64 * kMegabyte}, {kClockFile, 64 * kMegabyte},
+    {kStudiesFile, 32 * kMegabyte},   {kPlanChangesFile, kMegabyte},   {kManifestFile, 6 * kMegabyte},
+    {kReportPage, 64 * kMegabyte},    {kReportJson, 64 * kMegabyte},   {kCatheterFile, 16 * kMegabyte},
+    {kHdrReportFile, 64 * kMegabyte},
 };
 inline constexpr SessionFile kPlanChange = {"plan_change_", kMegabyte};
 inline constexpr SessionFile kSessionState = {kStatesFolder, 5000 * kMegabyte};

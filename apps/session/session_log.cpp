@@ -1,10 +1,14 @@
 #include "apps/session/session_log.h"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <stdexcept>
+#include <utility>
 
 #include "core/base/denied_folder.h"
 #include "core/base/error.h"
+#include "core/base/number_csv.h"
 #include "core/brachytherapy/seeds/failed_drop_file.h"
 #include "core/brachytherapy/structures/organ_pass_file.h"
 #include "core/simulation/new_failed_drops.h"
@@ -46,6 +50,7 @@ void SessionLog::begin() {
                   earlier_.force_columns);
   rows_of(poses_, kPosesFile, trajectory_header(columns_));
   if (!organs_) return;
+  rows_of(clock_, kClockFile, kSessionClockHeader);
   rows_of(drops_, kDropsFile, kFailedDropHeader);
   rows_of(contacts_, kContactsFile, kOrganPassHeader);
 }
@@ -55,6 +60,7 @@ void SessionLog::tell(const std::string& what) {
 }
 
 void SessionLog::add(const MeshState& state) {
+  add_clock(state.summary);
   add_seeds(state.seeds.in_tissue());
   if (run_ != state.summary.run) last_contacts_.clear();
   run_ = state.summary.run;
@@ -74,16 +80,76 @@ void SessionLog::add(const MeshState& state) {
   add_poses(std::move(used));
 }
 
+// A row where the machine fell behind, and now and then.
+void SessionLog::add_clock(const TickSummary& summary) {
+  constexpr double kLateS = 0.05, kEveryS = 10;
+  if (!clock_ || summary.publish_ns == 0) return;
+  const double t_s = time_of(summary.tick);
+  const bool is_first = first_publish_ns_ == 0;
+  if (is_first) {
+    first_publish_ns_ = summary.publish_ns;
+    wall_start_s_ = earlier_.clock.wall_s(t_s);
+  }
+  newest_s_ = t_s;
+  newest_wall_s_ = wall_start_s_ + 1e-9 * static_cast<double>(summary.publish_ns - first_publish_ns_);
+  const double late_s = newest_wall_s_ - newest_s_;
+  if (!is_first &&
+      (t_s <= last_clock_s_ || (std::abs(late_s - last_late_s_) < kLateS && t_s < last_clock_s_ + kEveryS)))
+    return;
+  write_clock();
+}
+
+void SessionLog::write_clock() {
+  std::string row;
+  append_csv_row(row, std::array{newest_s_, newest_wall_s_});
+  clock_->add(row);
+  last_clock_s_ = newest_s_;
+  last_late_s_ = newest_wall_s_ - newest_s_;
+}
+
 // By tick, as a trajectory is sorted. A frame has all ticks since the last one, of all needles, unless that
 // is too long ago.
 void SessionLog::add_poses(std::vector<UsedPose> poses) {
   std::erase_if(poses, [&](const UsedPose& used) { return used.pose.tick <= last_tick_; });
   if (poses.empty()) return;
   std::ranges::stable_sort(poses, {}, [](const UsedPose& used) { return used.pose.tick; });
-  for (const auto& [needle, pose] : poses)
-    poses_->add(trajectory_row({time_of(pose.tick), pose.X_WN, pose.button}, needle, columns_));
-  if (last_tick_ != 0) ticks_missed_ += poses.front().pose.tick - last_tick_ - 1;
-  last_tick_ = poses.back().pose.tick;
+  const std::uint64_t first = poses.front().pose.tick, last = poses.back().pose.tick;
+  write_poses(std::move(poses));
+  if (last_tick_ != 0) ticks_missed_ += first - last_tick_ - 1;
+  last_tick_ = last;
+}
+
+void SessionLog::add_row(const UsedPose& used) {
+  poses_->add(
+      trajectory_row({time_of(used.pose.tick), used.pose.X_WN, used.pose.button}, used.needle, columns_));
+}
+
+// Of a needle at rest the first row, and the last one before it moves or is gone.
+void SessionLog::write_poses(std::vector<UsedPose> poses) {
+  const std::uint64_t last = poses.back().pose.tick;
+  std::vector<UsedPose> rows;
+  const auto end_rest = [&](std::uint32_t needle) {
+    LastPose& of_needle = last_poses_[needle];
+    if (of_needle.resting) rows.push_back({needle, *of_needle.resting});
+    of_needle.resting.reset();
+  };
+  for (const UsedPose& used : poses) {
+    if (used.needle >= last_poses_.size()) last_poses_.resize(used.needle + std::size_t{1});
+    LastPose& of_needle = last_poses_[used.needle];
+    const std::optional<TickPose>& before = of_needle.resting ? of_needle.resting : of_needle.written;
+    if (before && before->tick + 1 == used.pose.tick && before->button == used.pose.button &&
+        before->X_WN.R == used.pose.X_WN.R && before->X_WN.p == used.pose.X_WN.p) {
+      of_needle.resting = used.pose;
+      continue;
+    }
+    end_rest(used.needle);
+    of_needle.written = used.pose;
+    rows.push_back(used);
+  }
+  for (std::uint32_t needle = 0; needle < last_poses_.size(); ++needle)
+    if (last_poses_[needle].resting && last_poses_[needle].resting->tick != last) end_rest(needle);
+  std::ranges::stable_sort(rows, {}, [](const UsedPose& used) { return used.pose.tick; });
+  for (const UsedPose& row : rows) add_row(row);
 }
 
 void SessionLog::add_forces(std::uint64_t tick, std::uint32_t needle, const NeedleState& state,
@@ -119,7 +185,8 @@ void SessionLog::add_contacts(const MeshState& state) {
 }
 
 std::string SessionLog::failure() const {
-  for (const RowFile* file : {&*poses_, drops_ ? &*drops_ : nullptr, contacts_ ? &*contacts_ : nullptr})
+  for (const RowFile* file : {&*poses_, drops_ ? &*drops_ : nullptr, contacts_ ? &*contacts_ : nullptr,
+                              clock_ ? &*clock_ : nullptr})
     if (file && file->has_failed()) return file->failure();
   return forces_->failure();
 }
@@ -129,6 +196,7 @@ void SessionLog::flush() {
   forces_->flush();
   if (drops_) drops_->flush();
   if (contacts_) contacts_->flush();
+  if (clock_) clock_->flush();
   if (has_reported_ || failure().empty()) return;
   has_reported_ = true;
   throw std::runtime_error(failure());
@@ -145,10 +213,14 @@ void SessionLog::close() {
         organ_pass_row(pass_of(contact, (*organs_)[i % organs_->size()],
                                static_cast<std::uint32_t>(i / organs_->size()), time_of(last_tick_), true)));
   }
+  for (std::uint32_t needle = 0; needle < last_poses_.size(); ++needle)  // of one tick: the last
+    if (const auto pose = std::exchange(last_poses_[needle].resting, {})) add_row({needle, *pose});
+  if (first_publish_ns_ != 0 && newest_s_ > last_clock_s_) write_clock();
   poses_->flush();
   forces_->flush();
   if (drops_) drops_->flush();
   if (contacts_) contacts_->flush();
+  if (clock_) clock_->flush();
   if (const std::string what = failure(); !what.empty()) throw std::runtime_error(what);
 }
 

@@ -23,12 +23,12 @@ struct UsedPose {
 };
 
 /// A recording while it is being written: a directory with poses.csv (every tick's poses, a trajectory that
-/// replays), forces.csv (apps/forces), seeds.csv (the ledger), drops.csv (seeds that were lost or refused) and
-/// contacts.csv (passes through organs). `brachy score` reads it. An existing
-/// recording is continued: its seeds are `restored()`, rows that a killed process left unfinished are
-/// truncated, and times continue from the latest in the three files, whose last rows are checked. Files and directory
-/// are treated as untrusted (session_folder.h).
-/// Threads: one; sync_seeds() any other.
+/// replays; of a needle at rest the first and the last row), forces.csv (apps/forces), seeds.csv (the ledger),
+/// drops.csv (seeds that were lost or refused), contacts.csv (passes through organs) and, of states that a loop
+/// published, clock.csv (SessionClock). `brachy score` reads it. An existing recording is continued: its seeds are
+/// `restored()`, rows that a killed process left unfinished are truncated, and times continue from the latest in the
+/// three files, whose last rows are checked. Files and directory are treated as untrusted (session_folder.h). Threads:
+/// one; sync_seeds() any other.
 class SessionLog {
  public:
   /// kLater: the directory is created, locked and examined; nothing in it is changed before begin().
@@ -89,6 +89,10 @@ class SessionLog {
   }  ///< ticks whose poses are missing: they were no longer in the history
 
  private:
+  void add_clock(const TickSummary& summary);
+  void write_clock();
+  void write_poses(std::vector<UsedPose> poses);
+  void add_row(const UsedPose& used);
   void add_failed_drops(const FailedDrops& drops);
   void add_contacts(const MeshState& state);
   double time_of(std::uint64_t tick) const { return offset_s() + static_cast<double>(tick) * period_s_; }
@@ -103,13 +107,22 @@ class SessionLog {
   // From begin() on:
   std::optional<SeedLedger> ledger_;
   std::optional<ForceLogWriter> forces_;
-  std::optional<RowFile> poses_, drops_, contacts_;
+  std::optional<RowFile> poses_, drops_, contacts_, clock_;
   std::uint64_t drops_written_ = 0;
   std::vector<OrganContact> last_contacts_;  // as MeshState's
   std::uint64_t run_ = 0;                    // TickSummary::run of the last state
   bool has_reported_ = false;                // that poses or forces cannot be written
   std::string restored_text_;
   std::uint64_t last_tick_ = 0, ticks_missed_ = 0;
+  // Of each needle: the last pose that was written, and the same one at rest since, which is not.
+  struct LastPose {
+    std::optional<TickPose> written, resting;
+  };
+  std::vector<LastPose> last_poses_;
+  double wall_start_s_ = 0;                    // at first_publish_ns_
+  double newest_s_ = 0, newest_wall_s_ = 0;    // of the last state
+  double last_clock_s_ = 0, last_late_s_ = 0;  // of the last row
+  std::int64_t first_publish_ns_ = 0;
 };
 
 }  // namespace brachy

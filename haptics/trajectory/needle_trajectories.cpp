@@ -66,13 +66,17 @@ NeedleTrajectories NeedleTrajectories::centred_on(const Vec3& p_W) const {
   return each(needles_, [&](const Trajectory& motion) { return shifted(motion, p_W - mean); });
 }
 
-NeedleTrajectories NeedleTrajectories::sped_up(double factor) const {
-  assert(factor > 0);
+NeedleTrajectories NeedleTrajectories::retimed(const std::function<double(double)>& time_of) const {
   return each(needles_, [&](const Trajectory& motion) {
     std::vector<TrajectorySample> samples = motion.samples();
-    for (TrajectorySample& sample : samples) sample.t_s /= factor;
+    for (TrajectorySample& sample : samples) sample.t_s = time_of(sample.t_s);
     return Trajectory(std::move(samples));
   });
+}
+
+NeedleTrajectories NeedleTrajectories::sped_up(double factor) const {
+  assert(factor > 0);
+  return retimed([&](double t_s) { return t_s / factor; });
 }
 
 std::vector<std::string> doubts_about(const NeedleTrajectories& trajectories) {

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <iosfwd>
 #include <optional>
 #include <string>
@@ -50,6 +51,8 @@ class NeedleTrajectories {
   NeedleTrajectories transformed(const RigidTransform& X_VW) const;
   /// All motions with the same shift, which moves the mean of their dwelling points to p_W (mm).
   NeedleTrajectories centred_on(const Vec3& p_W) const;
+  /// The same motions at other times: `time_of` maps each, and increases.
+  NeedleTrajectories retimed(const std::function<double(double)>& time_of) const;
   /// The same motions `factor` (> 0) times as fast.
   NeedleTrajectories sped_up(double factor) const;
 

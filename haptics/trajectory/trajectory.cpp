@@ -34,6 +34,8 @@ RigidTransform Trajectory::sample(double t_s) const {
   const double since_a = t_s - a.t_s;
   const double until_b = b.t_s - t_s;
   if (std::min(since_a, until_b) <= kSameTime) return since_a < until_b ? a.X_WN : b.X_WN;
+  // Of a needle at rest a file may have the ends alone.
+  if (a.X_WN.R == b.X_WN.R && a.X_WN.p == b.X_WN.p) return a.X_WN;
   return interpolate(a.X_WN, b.X_WN, since_a / (b.t_s - a.t_s));
 }
 

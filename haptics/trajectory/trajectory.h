@@ -35,7 +35,8 @@ class Trajectory {
   double duration_s() const { return end_s() - start_s(); }
 
   /// The pose X_WN at t_s: position linear, rotation by slerp between the neighbours; before the first sample
-  /// and after the last one these are held. Within 1e-9 s of a sample it is that sample, bit for bit.
+  /// and after the last one these are held. Within 1e-9 s of a sample, and between two of one pose, it is that pose,
+  /// bit for bit.
   ///
   /// Real-time: yes, O(log samples).
   RigidTransform sample(double t_s) const;
@@ -76,9 +77,9 @@ inline constexpr std::string_view kTrajectoryHeader = "t_s,m00,m01,m02,m03,m10,m
 /// The last column of a trajectory file with a button: 0 or 1.
 inline constexpr std::string_view kButtonColumn = "button";
 
-/// Limits of a file; an hour at 200 Hz has 720,000 samples and about 180 MB.
-inline constexpr std::size_t kMaxTrajectorySamples = 1'000'000;
-inline constexpr std::size_t kMaxTrajectoryBytes = std::size_t{320} << 20;
+/// Limits of a file; an hour of motion at 200 Hz has 720,000 samples and about 180 MB.
+inline constexpr std::size_t kMaxTrajectorySamples = 4'000'000;
+inline constexpr std::size_t kMaxTrajectoryBytes = std::size_t{1100} << 20;
 
 /// Reads a trajectory from the text of a CSV file, with or without kButtonColumn; `name` names it in errors.
 ///

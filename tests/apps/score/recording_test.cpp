@@ -50,6 +50,21 @@ TEST_F(RecordingFolder, IsReadWhole) {
   EXPECT_TRUE(recording.name.starts_with("brachy_test_")) << recording.name;
 }
 
+TEST_F(RecordingFolder, OfALateMachineHasTheTimesOfTheClock) {
+  write_all();
+  folder.write("clock.csv", "t_s,wall_s\n0,0\n0.5,0.5\n1,2\n");
+  const Recording recording = load();
+  ASSERT_TRUE(recording.poses);
+  EXPECT_DOUBLE_EQ(recording.poses->duration_s(), 2);
+  ASSERT_EQ(recording.remarks.size(), 1u);
+  EXPECT_NE(recording.remarks[0].find("50 % of the simulation's ticks were missed"), std::string::npos)
+      << recording.remarks[0];
+  for (std::size_t n = 0; n < small_seeds().size(); ++n) {
+    const double t_s = small_seeds()[n].t_s;
+    EXPECT_DOUBLE_EQ(recording.seeds->at(n).t_s, t_s <= 0.5 ? t_s : t_s <= 1 ? 3 * t_s - 1 : t_s + 1);
+  }
+}
+
 TEST_F(RecordingFolder, WithoutAFileSaysWhichAndReadsTheRest) {
   write_all();
   std::filesystem::remove(folder / "forces.csv");

@@ -152,6 +152,81 @@ TEST(SessionLog, HasEveryTicksPoseOfSnapshotsThatSkipTicks) {
   EXPECT_EQ(load_seeds(folder / "s/seeds.csv").size(), 4u);
 }
 
+/// Where a needle is that rests, moves, rests with its button pressed, is away for a while, and rests again.
+std::optional<TickPose> pose_of(std::uint32_t needle, std::uint64_t tick) {
+  const std::uint64_t t = tick + 37 * needle;
+  if (t % 500 >= 400 && t % 500 < 430) return std::nullopt;
+  TickPose pose;
+  pose.tick = tick;
+  pose.button = t % 200 > 150;
+  pose.X_WN.R =
+      Eigen::AngleAxisd(0.1 + 0.01 * static_cast<double>(needle), Vec3(1, 2, 2) / 3).toRotationMatrix();
+  pose.X_WN.p = Vec3(needle, 1.0 / 3,
+                     static_cast<double>(t / 500) + (t % 500 > 450 ? 0.01 * static_cast<double>(t) : 0));
+  return pose;
+}
+
+// In pieces of every length: each tick's pose is what a replay samples, bit for bit.
+TEST(SessionLog, OfNeedlesAtRestTheEndsAreEnough) {
+  constexpr std::uint64_t kTicks = 2'000;
+  constexpr std::uint32_t kNeedles = 5;
+  for (const std::uint64_t piece : {1U, 7U, 64U, 500U}) {
+    const TempFolder folder;
+    SessionLog log(folder / "s", kNeedles, 0.005);
+    for (std::uint64_t begin = 1; begin <= kTicks; begin += piece) {
+      std::vector<UsedPose> poses;
+      for (std::uint32_t needle = kNeedles; needle-- > 0;)
+        for (std::uint64_t tick = begin; tick < std::min(begin + piece, kTicks + 1); ++tick)
+          if (const auto pose = pose_of(needle, tick)) poses.push_back({needle, *pose});
+      log.add_poses(std::move(poses));
+    }
+    log.close();
+    EXPECT_LT(log.poses(), kTicks * kNeedles / 5);
+    const NeedleTrajectories read = load_trajectories(folder / "s/poses.csv");  // refuses what is not sorted
+    for (std::uint32_t needle = 0; needle < kNeedles; ++needle)
+      for (std::uint64_t tick = 1; tick <= kTicks; ++tick) {
+        const auto pose = pose_of(needle, tick);
+        if (!pose) continue;
+        const double t_s = 0.005 * static_cast<double>(tick);
+        const auto found = read.sample(needle, t_s);
+        ASSERT_TRUE(found) << needle << ", " << tick;
+        ASSERT_TRUE(found->p == pose->X_WN.p && found->R == pose->X_WN.R) << needle << ", " << tick;
+        ASSERT_EQ(read.button(needle, t_s), pose->button) << needle << ", " << tick;
+      }
+  }
+}
+
+// Half of the ticks are missed for a while; a second run goes on.
+TEST(SessionLog, HasTheClockOfAMachineThatIsLate) {
+  const TempFolder folder;
+  for (int run = 0; run < 2; ++run) {
+    SessionLog log(folder / "s", 1, 0.005, std::vector<std::string>());
+    for (std::uint64_t tick = 7; tick <= 1400; tick += 7) {
+      MeshState state = state_at(tick);
+      state.seeds.count = 0;
+      const std::uint64_t late_ticks = tick < 400 ? 0 : std::min<std::uint64_t>(tick - 400, 600);
+      state.summary.publish_ns = 77'000'000'000 + static_cast<std::int64_t>(5'000'000 * (tick + late_ticks));
+      log.add(state);
+    }
+    log.close();
+  }
+  const SessionClock clock = SessionClock::parse(read_file(folder / "s/clock.csv"), "clock.csv");
+  EXPECT_NEAR(clock.wall_s(1.5), 1.5, 0.06);
+  EXPECT_NEAR(clock.wall_s(4.0), 6.0, 0.06);  // 400 ticks late
+  EXPECT_NEAR(clock.wall_s(6.5), 9.5, 0.06);
+  EXPECT_NEAR(clock.wall_s(7.0 + 1.5), 10.0 + 1.5, 0.06);
+  EXPECT_NEAR(clock.wall_s(7.0 + 6.5), 10.0 + 9.5, 0.06);
+  EXPECT_NEAR(clock.missed_share(), 0.3, 0.01);
+}
+
+TEST(SessionLog, OfStatesThatNoLoopPublishedHasNoClock) {
+  const TempFolder folder;
+  SessionLog log(folder / "s", 1, 0.005, std::vector<std::string>());
+  for (const std::uint64_t tick : {1, 100, 200}) log.add(state_at(tick));
+  log.close();
+  EXPECT_EQ(read_file(folder / "s/clock.csv"), std::string(kSessionClockHeader) + "\n");
+}
+
 TEST(SessionLog, ItsForcesHaveTheTipsDeflection) {
   const TempFolder folder;
   SessionLog log(folder / "s", 1, 0.005);

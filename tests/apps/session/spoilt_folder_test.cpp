@@ -208,8 +208,8 @@ TEST_F(SpoiltFolder, ItselfMayBeNoLinkAndNobodyElses) {
 // The file that is named is kept to its last byte: nothing is cut before all has been judged.
 TEST_F(SpoiltFolder, ARefusedStartCutsNothing) {
   const std::string text = "a foreign line\nand another, whose end is missing";
-  for (const char* name :
-       {kPosesFile, kForcesFile, kSeedsFile, kDropsFile, kContactsFile, kStudiesFile, kPlanChangesFile})
+  for (const char* name : {kPosesFile, kForcesFile, kSeedsFile, kDropsFile, kContactsFile, kStudiesFile,
+                           kPlanChangesFile, kClockFile})
     for (const std::string& foreign : {text, std::string("one line without an end"),
                                        "x" + std::string(50'000, 'y'), std::string(100'000, '\0')}) {
       SCOPED_TRACE(std::string(name) + ": " + foreign.substr(0, 30));
