@@ -3,7 +3,6 @@
 #include <array>
 #include <charconv>
 #include <fstream>
-#include <map>
 #include <optional>
 #include <sstream>
 
@@ -153,38 +152,45 @@ std::string force_row(const ForceSample& sample, ForceColumns columns) {
   return row;
 }
 
-std::vector<ForceSample> parse_force_log(std::string_view text, const std::string& name) {
-  std::vector<ForceSample> samples;
-  std::map<std::uint32_t, double> last_s;
-  std::optional<ForceColumns> columns;
-  std::size_t line_number = 0;
-  while (!text.empty()) {
-    std::string_view line = cut(text, '\n');
-    ++line_number;
+void ForceLogReader::read(std::string_view lines, const std::function<void(const ForceSample&)>& visit) {
+  while (!lines.empty()) {
+    std::string_view line = cut(lines, '\n');
+    ++lines_;
     if (line.ends_with('\r')) line.remove_suffix(1);
     if (line.empty() || line.front() == '#') continue;
-    if (!columns) {
-      columns = force_columns(line);
-      if (!columns)
-        refuse_line(name, line_number,
+    if (!columns_) {
+      columns_ = force_columns(line);
+      if (!columns_)
+        refuse_line(name_, lines_,
                     "is not a force log: expected the header " + std::string(kForceLogHeader) +
                         "; `brachy replay --offline --log` and `brachy record` write them");
-      const auto lines = static_cast<std::size_t>(std::count(text.begin(), text.end(), '\n'));
-      samples.reserve(std::min(lines, 1 + text.size() / kShortestRow));
       continue;
     }
-    samples.push_back(parse_row(*columns, line, name, line_number));
-    const ForceSample& sample = samples.back();
-    const auto [last, first] = last_s.try_emplace(sample.needle, sample.t_s);
+    const ForceSample sample = parse_row(*columns_, line, name_, lines_);
+    const auto [last, first] = last_s_.try_emplace(sample.needle, sample.t_s);
     if (!first && !(sample.t_s > last->second))
       refuse_line(
-          name, line_number,
+          name_, lines_,
           "t_s does not increase for needle " + std::to_string(sample.needle) + "; was the log sorted?");
     last->second = sample.t_s;
+    ++rows_;
+    visit(sample);
   }
-  if (samples.empty())
-    throw UserError(name + ":" + std::to_string(std::max<std::size_t>(line_number, 1)) +
+}
+
+void ForceLogReader::end() const {
+  if (rows_ == 0)
+    throw UserError(name_ + ":" + std::to_string(std::max<std::size_t>(lines_, 1)) +
                     ": has no rows; was there a needle?");
+}
+
+std::vector<ForceSample> parse_force_log(std::string_view text, const std::string& name) {
+  std::vector<ForceSample> samples;
+  const auto lines = static_cast<std::size_t>(std::count(text.begin(), text.end(), '\n'));
+  samples.reserve(std::min(lines, 1 + text.size() / kShortestRow));
+  ForceLogReader reader(name);
+  reader.read(text, [&](const ForceSample& sample) { samples.push_back(sample); });
+  reader.end();
   return samples;
 }
 

@@ -2,6 +2,8 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
+#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -85,9 +87,26 @@ class ForceLogWriter {
   RowFile file_;
 };
 
-/// Parses a force log; `name` stands for the file in errors. Blank lines and lines that start with '#' are skipped. At
-/// least one row; each needle's times increase. In a log without the last column no needle is bent. Throws UserError
-/// "name:line: what; fix".
+/// Reads a force log piece by piece, as one that is larger than the memory. Blank lines and lines that start with '#'
+/// are skipped. At least one row; each needle's times increase. In a log without the last column no needle is bent.
+/// Errors of all functions: UserError "name:line: what; fix". Threads: one.
+class ForceLogReader {
+ public:
+  /// `name` stands for the file in errors.
+  explicit ForceLogReader(std::string name) : name_(std::move(name)) {}
+  /// Calls visit(sample) for each row of the next lines; `lines` ends with a line end, or is the last piece.
+  void read(std::string_view lines, const std::function<void(const ForceSample&)>& visit);
+  /// There are no more lines.
+  void end() const;
+
+ private:
+  std::string name_;
+  std::optional<ForceColumns> columns_;
+  std::map<std::uint32_t, double> last_s_;  // by needle
+  std::size_t lines_ = 0, rows_ = 0;
+};
+
+/// A force log's text, whole, as ForceLogReader.
 std::vector<ForceSample> parse_force_log(std::string_view text, const std::string& name);
 
 /// parse_force_log of a file. Throws UserError, also where it is not a readable regular file.

@@ -79,7 +79,7 @@ class HoleScores {
 }  // namespace
 
 NeedlesScore score_needles(const Plan& plan, const TemplateGrid& grid, const NeedleTrajectories* poses,
-                           std::span<const ForceSample> forces, const InsideTest& inside) {
+                           std::span<const RecordedForce> forces, const InsideTest& inside) {
   HoleScores holes(plan, grid, poses != nullptr, !forces.empty());
   NeedlesScore score;
   std::map<std::uint32_t, std::vector<Stay>> stays;  // by device needle
@@ -110,11 +110,11 @@ NeedlesScore score_needles(const Plan& plan, const TemplateGrid& grid, const Nee
   };
   if (!forces.empty()) score.punctures = 0;
   std::map<std::uint32_t, ContactState> last;
-  for (const ForceSample& sample : forces) {
+  for (const RecordedForce& sample : forces) {
     const bool punctured =
         last[sample.needle] == ContactState::kTouching && sample.state == ContactState::kInserted;
     last[sample.needle] = sample.state;
-    const double force_n = sample.forces.force_n.norm();
+    const double force_n = sample.force_n;
     *score.punctures += punctured;
     score.largest_force_n = std::fmax(score.largest_force_n, force_n);
     if (!punctured && !(force_n > 0)) continue;

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "apps/forces/force_log.h"
+#include "apps/score/recording.h"
 #include "apps/score/spread.h"
 #include "core/brachytherapy/plan/plan.h"
 #include "haptics/trajectory/needle_metrics.h"
@@ -37,6 +37,6 @@ struct NeedlesScore {
 /// time of each stay in it). Punctures are those of the outer capsule that the force log shows: touching in one row,
 /// inserted in the next. `poses` null, `forces` empty: not known.
 NeedlesScore score_needles(const Plan& plan, const TemplateGrid& grid, const NeedleTrajectories* poses,
-                           std::span<const ForceSample> forces, const InsideTest& inside);
+                           std::span<const RecordedForce> forces, const InsideTest& inside);
 
 }  // namespace brachy

@@ -20,6 +20,10 @@ struct FileRead {
   std::string remark;  ///< empty: none
 };
 
+std::string cut_remark(const std::string& name) {
+  return name + " ends within a line, which was left out: what came after is not known.";
+}
+
 /// What `parse` makes of a file's text. Nothing, and a remark that ends with `without`, where that is impossible.
 template <class Parse>
 auto read(const SessionFolder& folder, const std::string& name, const char* without, Parse&& parse)
@@ -30,11 +34,28 @@ auto read(const SessionFolder& folder, const std::string& name, const char* with
   try {
     auto parsed = parse(whole, name);
     const bool is_cut = whole.size() < text->size();
-    return {std::move(parsed),
-            is_cut ? name + " ends within a line, which was left out: what came after is not known." : ""};
+    return {std::move(parsed), is_cut ? cut_remark(name) : ""};
   } catch (const UserError& error) {
     return {{}, std::string(error.what()) + ". It cannot be read: " + without};
   }
+}
+
+/// As read(), in pieces.
+FileRead<std::vector<RecordedForce>> read_forces(const SessionFolder& folder) {
+  const std::string without = "punctures and forces are not known.";
+  if (!folder.size_of(kForcesFile)) return {{}, std::string(kForcesFile) + " is missing: " + without};
+  std::vector<RecordedForce> forces;
+  bool is_cut = false;
+  try {
+    ForceLogReader reader(kForcesFile);
+    is_cut = folder.read_lines(kForcesFile, [&](std::string_view lines) {
+      reader.read(lines, [&](const ForceSample& sample) { forces.emplace_back(sample); });
+    });
+    reader.end();
+  } catch (const UserError& error) {
+    return {{}, std::string(error.what()) + ". It cannot be read: " + without};
+  }
+  return {std::move(forces), is_cut ? cut_remark(kForcesFile) : ""};
 }
 
 /// All times by the trainee's clock.
@@ -42,7 +63,7 @@ void retime(Recording& recording, const SessionClock& clock) {
   const auto retime = [&](double& t_s) { t_s = clock.wall_s(t_s); };
   if (recording.poses)
     recording.poses = recording.poses->retimed([&](double t_s) { return clock.wall_s(t_s); });
-  for (ForceSample& sample : recording.forces) retime(sample.t_s);
+  for (RecordedForce& sample : recording.forces) retime(sample.t_s);
   if (recording.seeds)
     for (Seed& seed : *recording.seeds) retime(seed.t_s);
   if (recording.failed_drops)
@@ -78,7 +99,7 @@ Recording load_recording(const std::filesystem::path& path) {
   recording.poses = take(
       read(folder, "poses.csv", "needle paths, times and passes are not known.",
            [](std::string_view text, const std::string& name) { return parse_trajectories(text, name); }));
-  auto forces = take(read(folder, "forces.csv", "punctures and forces are not known.", parse_force_log));
+  const auto forces = take(read_forces(folder));
   recording.seeds = take(
       read(folder, "seeds.csv", "what was implanted, its errors and its dose are not known.", parse_seeds));
   recording.failed_drops =
@@ -92,7 +113,7 @@ Recording load_recording(const std::filesystem::path& path) {
                     ": has no readable recording; it should contain poses.csv, forces.csv "
                     "and seeds.csv (" +
                     recording.remarks.front() + ")");
-  if (forces) recording.forces = std::move(*forces);
+  if (forces) recording.forces = *forces;
   if (const auto clock =
           take_if_there(kClockFile, "times are those of the simulation's ticks.", SessionClock::parse)) {
     constexpr double kLateShare = 0.02;

@@ -14,12 +14,23 @@
 
 namespace brachy {
 
+/// What is used of a row of a force log: of a long session there are millions.
+struct RecordedForce {
+  double t_s = 0;
+  std::uint32_t needle = 0;
+  ContactState state = ContactState::kFree;
+  double force_n = 0;  ///< the size of NeedleForces::force_n
+
+  RecordedForce(const ForceSample& sample)  // implicit: it is a part of it
+      : t_s(sample.t_s), needle(sample.needle), state(sample.state), force_n(sample.forces.force_n.norm()) {}
+};
+
 /// The files of a session, as far as they can be read. All times are the trainee's clock's where the session has one
 /// (clock.csv), else session time.
 struct Recording {
   std::string name;                         ///< of the directory
   std::optional<NeedleTrajectories> poses;  ///< poses.csv, of the device's needles
-  std::vector<ForceSample> forces;          ///< forces.csv; empty: none
+  std::vector<RecordedForce> forces;        ///< forces.csv; empty: none
   std::optional<std::vector<Seed>> seeds;   ///< seeds.csv, in the order of dropping
   std::optional<std::vector<FailedDrop>>
       failed_drops;  ///< drops.csv; none: only the daemon and offline replays write it

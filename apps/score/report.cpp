@@ -16,7 +16,7 @@ namespace {
 
 // The probe is no needle: it is in the rectum all the time.
 void leave_out(Recording& recording, std::uint32_t probe) {
-  std::erase_if(recording.forces, [&](const ForceSample& row) { return row.needle == probe; });
+  std::erase_if(recording.forces, [&](const RecordedForce& row) { return row.needle == probe; });
   if (!recording.poses) return;
   std::vector<NeedleTrajectories::Needle> needles = recording.poses->needles();
   std::erase_if(needles, [&](const auto& needle) { return needle.id == probe; });

@@ -26,13 +26,13 @@ std::vector<TrainDrop> train_drops(const SeedsScore& seeds, std::size_t plan_nee
   return drops;
 }
 
-std::vector<std::size_t> unpunctured_needles(const SeedsScore& seeds, std::span<const ForceSample> forces) {
+std::vector<std::size_t> unpunctured_needles(const SeedsScore& seeds, std::span<const RecordedForce> forces) {
   std::map<std::size_t, const Seed*> first;  // by the plan's needle
   for (const SeedScore& seed : seeds.planned) first.try_emplace(seed.planned.needle, &seed.seed);
   std::vector<std::size_t> needles;
   for (const auto& [needle, seed] : first) {
     // Rows are in order of time.
-    auto row = std::ranges::upper_bound(forces, seed->t_s + 1e-6, {}, &ForceSample::t_s);
+    auto row = std::ranges::upper_bound(forces, seed->t_s + 1e-6, {}, &RecordedForce::t_s);
     while (row != forces.begin() && std::prev(row)->needle != seed->needle) --row;
     if (row != forces.begin() && std::prev(row)->state == ContactState::kTouching) needles.push_back(needle);
   }

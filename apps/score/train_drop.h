@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-#include "apps/forces/force_log.h"
+#include "apps/score/recording.h"
 #include "apps/score/seed_score.h"
 
 namespace brachy {
@@ -24,6 +24,6 @@ std::vector<TrainDrop> train_drops(const SeedsScore& seeds, std::size_t plan_nee
 
 /// Needles of the plan whose first seed fell while the force log has the device's needle touching the capsule and not
 /// in the tissue; none where there are no forces.
-std::vector<std::size_t> unpunctured_needles(const SeedsScore& seeds, std::span<const ForceSample> forces);
+std::vector<std::size_t> unpunctured_needles(const SeedsScore& seeds, std::span<const RecordedForce> forces);
 
 }  // namespace brachy

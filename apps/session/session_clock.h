@@ -1,5 +1,6 @@
 #pragma once
 
+#include <limits>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -18,6 +19,10 @@ class SessionClock {
 
   /// Linear between rows, as fast as session time before and after them.
   double wall_s(double t_s) const;
+  /// The session time of the last row; −∞: there is none.
+  double end_s() const {
+    return session_s_.empty() ? -std::numeric_limits<double>::infinity() : session_s_.back();
+  }
   /// The share of the wall's time that session time is short of, from the first row to the last; 0: none.
   double missed_share() const;
 

@@ -221,6 +221,24 @@ std::optional<std::string> SessionFolder::read(std::string_view name) const {
   return first_bytes(name, static_cast<std::size_t>(*size));
 }
 
+bool SessionFolder::read_lines(std::string_view name,
+                               const std::function<void(std::string_view)>& visit) const {
+  constexpr std::size_t kPieceBytes = std::size_t{16} << 20;
+  const OpenFile file = open_to_read(name);
+  if (!file.is_open()) return false;
+  std::string rest;
+  for (std::uint64_t from = 0;;) {
+    const std::string piece = bytes_at(file.get(), from, kPieceBytes);
+    if (piece.empty()) break;
+    from += piece.size();
+    rest += piece;
+    const std::size_t whole = whole_lines(rest).size();
+    visit(std::string_view(rest).substr(0, whole));
+    rest.erase(0, whole);
+  }
+  return !rest.empty();
+}
+
 std::optional<std::string> SessionFolder::first_bytes(std::string_view name, std::size_t count) const {
   const OpenFile file = open_to_read(name);
   if (!file.is_open()) return std::nullopt;

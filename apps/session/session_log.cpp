@@ -84,18 +84,17 @@ void SessionLog::add(const MeshState& state) {
 void SessionLog::add_clock(const TickSummary& summary) {
   constexpr double kLateS = 0.05, kEveryS = 10;
   if (!clock_ || summary.publish_ns == 0) return;
-  const double t_s = time_of(summary.tick);
-  const bool is_first = first_publish_ns_ == 0;
-  if (is_first) {
+  newest_s_ = time_of(summary.tick);
+  if (first_publish_ns_ == 0) {
     first_publish_ns_ = summary.publish_ns;
-    wall_start_s_ = earlier_.clock.wall_s(t_s);
+    wall_start_s_ = earlier_.clock.wall_s(newest_s_);
+    last_clock_s_ = earlier_.clock.end_s();
+    last_late_s_ = wall_start_s_ - newest_s_;
   }
-  newest_s_ = t_s;
   newest_wall_s_ = wall_start_s_ + 1e-9 * static_cast<double>(summary.publish_ns - first_publish_ns_);
   const double late_s = newest_wall_s_ - newest_s_;
-  if (!is_first &&
-      (t_s <= last_clock_s_ || (std::abs(late_s - last_late_s_) < kLateS && t_s < last_clock_s_ + kEveryS)))
-    return;
+  if (std::abs(late_s - last_late_s_) < kLateS && newest_s_ < last_clock_s_ + kEveryS) return;
+  if (newest_s_ <= last_clock_s_) return;
   write_clock();
 }
 

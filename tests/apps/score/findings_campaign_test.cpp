@@ -102,7 +102,7 @@ class RandomSession {
       ForceSample force;
       force.t_s = t_s;
       force.state = is_unpunctured ? ContactState::kTouching : ContactState::kInserted;
-      all.forces.push_back(force);
+      all.forces.emplace_back(force);
     }
     return all;
   }

@@ -54,7 +54,7 @@ TEST(NeedleScore, WithoutAForceLogForcesAreNotKnown) {
 
 TEST(NeedleScore, ForcesAndPuncturesGoToTheHoleTheNeedleIsIn) {
   const NeedleTrajectories poses = session();
-  const std::vector<ForceSample> forces = {
+  const std::vector<RecordedForce> forces = {
       force_at(0.5, 0, kTouching, Vec3(0, 3, -4)), force_at(1, 0, kInserted, Vec3(0, 0, -2)),
       force_at(2.5, 2, kTouching, Vec3(0, 0, -1)), force_at(3, 2, kTouching, Vec3(0, 0, -1.5)),
       force_at(5, 0, kWithdrawn, Vec3::Zero()),    force_at(6.5, 0, kTouching, Vec3(0, 0, -6)),
@@ -72,9 +72,9 @@ TEST(NeedleScore, ForcesAndPuncturesGoToTheHoleTheNeedleIsIn) {
 }
 
 TEST(NeedleScore, WithoutPosesForcesAreKnownInAllOnly) {
-  const std::vector<ForceSample> forces = {force_at(0, 0, kFree, Vec3::Zero()),
-                                           force_at(1, 0, kTouching, Vec3(0, 0, -5)),
-                                           force_at(2, 0, kInserted, Vec3(0, 0, -2))};
+  const std::vector<RecordedForce> forces = {force_at(0, 0, kFree, Vec3::Zero()),
+                                             force_at(1, 0, kTouching, Vec3(0, 0, -5)),
+                                             force_at(2, 0, kInserted, Vec3(0, 0, -2))};
   const NeedlesScore score = score_needles(kPlan, kGrid, nullptr, forces, kAbove);
   ASSERT_EQ(score.needles.size(), 2u);
   EXPECT_FALSE(score.needles[0].passes);

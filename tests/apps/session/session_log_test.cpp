@@ -201,9 +201,10 @@ TEST(SessionLog, HasTheClockOfAMachineThatIsLate) {
   const TempFolder folder;
   for (int run = 0; run < 2; ++run) {
     SessionLog log(folder / "s", 1, 0.005, std::vector<std::string>());
-    for (std::uint64_t tick = 7; tick <= 1400; tick += 7) {
+    for (std::uint64_t tick = 0; tick <= 1400; tick += 7) {
       MeshState state = state_at(tick);
       state.seeds.count = 0;
+      state.needles.states[0].present = tick > 0;  // the run before ended at this time
       const std::uint64_t late_ticks = tick < 400 ? 0 : std::min<std::uint64_t>(tick - 400, 600);
       state.summary.publish_ns = 77'000'000'000 + static_cast<std::int64_t>(5'000'000 * (tick + late_ticks));
       log.add(state);
