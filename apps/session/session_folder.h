@@ -71,8 +71,8 @@ class SessionFolder {
   /// A file to read, whole, or its first or last bytes; nullopt: it is missing. read() refuses more than kMostInMemory.
   static constexpr std::uint64_t kMostInMemory = 4000 * kMegabyte;
   std::optional<std::string> read(std::string_view name) const;
-  /// Calls visit(lines) with the whole lines of a file, if it is there, piece by piece. Returns whether it ends within a
-  /// line, which was left out.
+  /// Calls visit(lines) with the whole lines of a file, if it is there, piece by piece. Returns whether it ends within
+  /// a line, which was left out.
   bool read_lines(std::string_view name, const std::function<void(std::string_view)>& visit) const;
   std::optional<std::string> first_bytes(std::string_view name, std::size_t count) const;
   std::optional<std::string> last_bytes(std::string_view name, std::size_t count) const;
