@@ -3,7 +3,6 @@
 #include <cctype>
 #include <charconv>
 #include <cmath>
-#include <fstream>
 #include <map>
 
 #include "apps/lab/compare/compare_beads.h"
@@ -16,21 +15,6 @@ namespace {
 
 constexpr const char* kExpected = "i,j,k,x0,y0,z0,x1,y1,z1";
 constexpr std::size_t kMostBeads = 1500;  // the models decompose dense matrices
-
-// The first line that is neither blank nor a comment, as number_csv.h reads it; kExpected where there is none.
-std::string header_of(const std::filesystem::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  std::string line;
-  bool is_first = true;
-  while (std::getline(in, line)) {
-    if (is_first && line.starts_with("\xEF\xBB\xBF")) line.erase(0, 3);
-    is_first = false;
-    const auto from = line.find_first_not_of(" \t\r");
-    if (from == line.npos || line[from] == '#') continue;
-    return line.substr(from, line.find_last_not_of(" \t\r") - from + 1);
-  }
-  return kExpected;
-}
 
 std::map<std::string, std::size_t> columns_of(const std::string& header, const std::string& name) {
   std::map<std::string, std::size_t> columns;
@@ -104,9 +88,12 @@ void check_rest(const Beads& beads, const NumberTable& table, const std::string&
 }  // namespace
 
 Beads load_beads(const std::filesystem::path& file) {
-  const std::string name = file.string(), header = header_of(file);
-  const NumberTable table = load_number_csv(file, header, {.max_rows = kMostBeads});
+  const NumberCsvLimits limits{.max_rows = kMostBeads};
+  const std::string name = file.string(), text = load_csv_text(file, kExpected, limits.max_bytes);
+  std::string header = csv_header(text);
+  if (header.empty()) header = kExpected;
   const auto columns = columns_of(header, name);
+  const NumberTable table = parse_number_csv(text, name, header, limits);
   const auto index = triple(columns, {"i", "j", "k"}, name), rest = triple(columns, {"x0", "y0", "z0"}, name);
   const std::vector<int> numbers = loads_of(columns);
   if (numbers.empty())
