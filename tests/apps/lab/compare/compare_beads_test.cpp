@@ -84,7 +84,7 @@ TEST(CompareBeads, RefusesWhatItCannotUseInOneLine) {
   EXPECT_TRUE(refused("i,j,k,x0,y0,z0,x1,y1,zz" + rows, {"no column 'z1'"}));
   EXPECT_TRUE(refused("i,j,k,x0,y0,z0,a,b,c" + rows, {"no columns of a load"}));
   EXPECT_TRUE(refused("i,j,k,x0,y0,x0,x1,y1,z1" + rows, {"'x0' appears twice"}));
-  EXPECT_TRUE(refused("i,j,k,\x1B[2J,\x1B[2J,x0,x1,y1,z1" + rows, {"' [2J' has other characters"}));
+  EXPECT_TRUE(refused("i,j,k,\x1B[2J,\x1B[2J,x0,x1,y1,z1" + rows, {" [2j' has other characters"}));
   EXPECT_TRUE(refused(good + "1,1,1.5,0,0,0,0,0,0\n", {"beads.csv:66", "whole numbers"}));
   EXPECT_TRUE(refused(good + "0,0,0,3,-7,11,0,0,0\n", {"beads.csv:66", "line 2"}));
   EXPECT_TRUE(refused(good + "0,0,0,3,-7,,0,0,0\n", {"beads.csv:66", "column 6"}));
