@@ -174,7 +174,8 @@ std::vector<std::size_t> planes_of_heights(const std::vector<double>& heights, d
   // Slices of their own, however much finer than the images.
   std::vector<std::size_t> planes = grouped(heights, kLeastMm);
   constexpr std::size_t kLeastEven = 4;  // two contours of one slice say nothing
-  if (planes.empty() || (planes.back() + 1 >= kLeastEven && are_even(means_of(heights, planes)))) return planes;
+  if (planes.empty() || (planes.back() + 1 >= kLeastEven && are_even(means_of(heights, planes))))
+    return planes;
   double spacing = usual_gap(heights);
   if (spacing < 0.2 * image_spacing_mm) spacing = image_spacing_mm;
   planes = grouped(heights, std::max(kLeastMm, kOfSpacing * spacing));

@@ -168,18 +168,18 @@ void add_surface(const ContourPiece& piece, const SliceGrid& grid, const std::ve
 
 }  // namespace
 
-ContourSurface contour_surface(const ContourStack& stack, const std::string& name,
-                               const ContourSurfaceOptions& options) {
+ContourSurface contour_surface(const ContourStack& stack, const std::string& name) {
+  constexpr double kMostNodes = 64e6;
   const double spacing = stack.spacing_mm > 0 ? stack.spacing_mm : 1;
   ContourSurface result;
   double nodes = 0;
   for (const ContourPiece& piece : contour_pieces(stack, name)) {
     const Eigen::AlignedBox2d box = box_of(piece);
-    const double pitch = options.pitch_mm > 0 ? options.pitch_mm : fitting_pitch(piece, box.sizes());
+    const double pitch = fitting_pitch(piece, box.sizes());
     const std::vector<GridLayer> layers = layers_of(piece, spacing, pitch);
     const Vec2 steps = box.sizes() / pitch + Vec2::Constant(3.74);
     nodes += steps.x() * steps.y() * static_cast<double>(layers.size());
-    if (!(nodes <= static_cast<double>(options.most_nodes)))
+    if (!(nodes <= kMostNodes))
       throw UserError(name + ": the contours span " +
                       std::to_string(static_cast<long long>(box.sizes().x())) + " × " +
                       std::to_string(static_cast<long long>(box.sizes().y())) +
@@ -189,7 +189,6 @@ ContourSurface contour_surface(const ContourStack& stack, const std::string& nam
         pitch,
         {static_cast<std::size_t>(std::ceil(steps.x())), static_cast<std::size_t>(std::ceil(steps.y()))}};
     add_surface(piece, grid, layers, stack, spacing, result.mesh);
-    result.pitch_mm = std::max(result.pitch_mm, pitch);
     result.slabs_cc += (piece.is_cavity ? -1e-3 : 1e-3) * slabs_mm3(piece, spacing);
   }
   result.surface_cc = 1e-3 * enclosed_mm3(result.mesh);

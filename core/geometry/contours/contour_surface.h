@@ -7,17 +7,11 @@
 
 namespace brachy {
 
-struct ContourSurfaceOptions {
-  double pitch_mm = 0;  ///< in the planes; 0: fitting each piece, 0.25 … 1 mm
-  std::size_t most_nodes = 64'000'000;
-};
-
 struct ContourSurface {
   SurfaceMesh mesh;  ///< closed, outward, every edge with two triangles; mm, RAS
   /// Volume of the contours: areas times the distance between the planes' midplanes. Not of contours that cross.
   double slabs_cc = 0;
   double surface_cc = 0;
-  double pitch_mm = 0;  ///< the coarsest that was used
 };
 
 /// The closed surface of contours in parallel planes: of each piece (contour_pieces) the signed distance to the
@@ -31,8 +25,8 @@ struct ContourSurface {
 /// of pieces may lie within each other, and do not cross where contours do not. Each is moved along its normals, by at
 /// most 0.2 mm, to the volume of the contours' slabs.
 ///
-/// Errors: UserError "name: …" where the grid would be too large. Threads: any. Not real-time.
-ContourSurface contour_surface(const ContourStack& stack, const std::string& name,
-                               const ContourSurfaceOptions& options = {});
+/// The grid fits each piece: 0.25 … 1 mm. Errors: UserError "name: …" where it would have over 64 million nodes.
+/// Threads: any. Not real-time.
+ContourSurface contour_surface(const ContourStack& stack, const std::string& name);
 
 }  // namespace brachy
