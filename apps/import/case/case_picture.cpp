@@ -10,6 +10,7 @@
 #include "core/base/colour_text.h"
 #include "core/brachytherapy/structures/anatomy.h"
 #include "core/geometry/contours/mesh_contours.h"
+#include "core/geometry/volume/volume.h"
 
 namespace brachy {
 namespace {
@@ -42,48 +43,19 @@ struct Window {
   }
 };
 
-/// The image's value between voxels; nullopt beyond its border.
-std::optional<float> value_at(const VoxelVolume& volume, const Mat3& to_voxels, const Vec3& p) {
-  const Vec3 at = to_voxels * (p - volume.grid.origin);
-  std::array<std::size_t, 3> low{};
-  Vec3 share = Vec3::Zero();
-  for (std::size_t k = 0; k < 3; ++k) {
-    const auto axis = static_cast<Eigen::Index>(k);
-    const double last = static_cast<double>(volume.grid.size[k] - 1);
-    if (!(at[axis] >= -0.5) || at[axis] > last + 0.5) return std::nullopt;
-    const double inside = std::clamp(at[axis], 0.0, last);
-    low[k] = std::min(static_cast<std::size_t>(inside),
-                      volume.grid.size[k] - std::min<std::size_t>(2, volume.grid.size[k]));
-    share[axis] = inside - static_cast<double>(low[k]);
-  }
-  double sum = 0;
-  for (std::size_t corner = 0; corner < 8; ++corner) {
-    double weight = 1;
-    std::array<std::size_t, 3> voxel = low;
-    for (std::size_t k = 0; k < 3; ++k) {
-      const bool is_next = (corner >> k & 1U) != 0;
-      const double s = share[static_cast<Eigen::Index>(k)];
-      weight *= is_next ? s : 1 - s;
-      voxel[k] = std::min(low[k] + (is_next ? 1 : 0), volume.grid.size[k] - 1);
-    }
-    if (weight > 0) sum += weight * volume.values[volume.grid.index(voxel[0], voxel[1], voxel[2])];
-  }
-  return static_cast<float>(sum);
-}
-
 /// The image in a panel, from its second to its ninety-eighth percentile.
-std::string background(const VoxelVolume& volume, const View& view, const Window& window) {
+std::string background(const Volume& image, const View& view, const Window& window) {
   constexpr std::size_t kPixels = 240;
-  const Mat3 to_voxels = volume.grid.steps.inverse();
   std::vector<float> values(kPixels * kPixels, NAN), present;
   for (std::size_t row = 0; row < kPixels; ++row)
     for (std::size_t column = 0; column < kPixels; ++column) {
       const double u = (static_cast<double>(column) + 0.5) / kPixels * 2 - 1,
                    v = 1 - (static_cast<double>(row) + 0.5) / kPixels * 2;
       const Vec3 p = window.middle + window.half_mm * (u * view.right + v * view.up);
-      if (const auto value = value_at(volume, to_voxels, p); value && std::isfinite(*value)) {
-        values[row * kPixels + column] = *value;
-        present.push_back(*value);
+      if (!image.contains(p)) continue;
+      if (const float value = image.at(p); std::isfinite(value)) {
+        values[row * kPixels + column] = value;
+        present.push_back(value);
       }
     }
   if (present.empty()) return {};
@@ -128,10 +100,10 @@ std::string text_of_picture(double x, double y, const std::string& text, const s
       more, xml_escaped(text));
 }
 
-std::string panel(const ImportedCase& imported, const View& view, const Window& window,
-                  const std::vector<std::string>& colours, std::vector<bool>& is_cut) {
+std::string panel(const ImportedCase& imported, const std::optional<Volume>& image, const View& view,
+                  const Window& window, const std::vector<std::string>& colours, std::vector<bool>& is_cut) {
   std::string text = fmt::format("<rect width=\"{0}\" height=\"{0}\" fill=\"#000\"/>\n", kPanelPx);
-  if (imported.volume) text += background(*imported.volume, view, window);
+  if (image) text += background(*image, view, window);
   for (std::size_t n = imported.structures.size(); n-- > 0;)
     for (const auto& outline :
          outlines(imported.structures[n].mesh, view.across, window.middle[view.across])) {
@@ -178,6 +150,8 @@ std::string picture_svg(const ImportedCase& imported) {
   const Window window{places.front().centroid, 0.5 * size.maxCoeff() + kAroundGlandMm};
   const std::vector<std::string> colours = colours_of(imported);
   std::vector<bool> is_cut(imported.structures.size(), false);
+  std::optional<Volume> image;
+  if (imported.volume) image.emplace(imported.volume->grid, imported.volume->values);
 
   std::string body;
   double y = kGapPx;
@@ -187,7 +161,7 @@ std::string picture_svg(const ImportedCase& imported) {
   for (std::size_t n = 0; n < kViews.size(); ++n) {
     const double x = kGapPx + static_cast<double>(n) * (kPanelPx + kGapPx);
     body += fmt::format("<svg x=\"{0:.1f}\" y=\"{1:.1f}\" width=\"{2}\" height=\"{2}\">\n", x, y, kPanelPx);
-    body += panel(imported, kViews.at(n), window, colours, is_cut) + "</svg>\n";
+    body += panel(imported, image, kViews.at(n), window, colours, is_cut) + "</svg>\n";
   }
   y += kPanelPx + kGapPx;
   for (std::size_t n = 0; n < imported.structures.size(); ++n) {
