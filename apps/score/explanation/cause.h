@@ -34,6 +34,9 @@ struct Cause {
     kDragged,   ///< seeds of these needles moved along them after they fell, unlike the others'; `shift`, z
     kUnpunctured,  ///< needles that indented the gland and never went into it; `shift`: mean motion of their seeds
   };
+  /// Of so many seeds, none of which has a part yet.
+  Cause(Kind of_kind, std::size_t seed_count) : kind(of_kind), part(seed_count, Vec3::Zero()) {}
+
   Kind kind;
   std::vector<std::size_t> needles;  ///< indices in Plan::needles, rising
   std::vector<double> mm;            ///< how far each of `needles` is off, where it differs; signed along z

@@ -55,6 +55,12 @@ TrainLine line_of(const std::vector<double>& at, const std::vector<double>& off)
   return line;
 }
 
+Kind kind_of(const PlaneMotion& motion) {
+  return motion.kind == PlaneMotion::Kind::kShift  ? Kind::kAside
+         : motion.kind == PlaneMotion::Kind::kTurn ? Kind::kTurned
+                                                   : Kind::kMirrored;
+}
+
 }  // namespace
 
 HandCauses::HandCauses(const Deviations& deviations, Explanation& to) : deviations_(deviations), to_(to) {
@@ -73,13 +79,6 @@ void HandCauses::find() {
   groups_along();
   single_seeds();
   scatter();
-}
-
-Cause HandCauses::of(Kind kind) const {
-  Cause cause;
-  cause.kind = kind;
-  cause.part.assign(rest_.size(), Vec3::Zero());
-  return cause;
 }
 
 void HandCauses::take(Cause cause) {
@@ -124,7 +123,7 @@ void HandCauses::spacing_of_all() {
     }
   }
   const double slope = cluster.mean + (squares > 0 ? products / squares : 0);
-  Cause cause = of(Kind::kSpacing);
+  Cause cause(Kind::kSpacing, rest_.size());
   cause.is_of_all = true;
   cause.slope = -slope;
   for (const NeedlePlace& place : places_) {
@@ -150,7 +149,7 @@ void HandCauses::spacing_of_needles() {
         std::abs(line.slope) * (at.back() - at.front()) < 2 * kLeastSpacingMm || line.largest_mm > 1.5 ||
         line.constant_mm < 2 * line.largest_mm)
       continue;
-    Cause cause = of(Kind::kSpacing);
+    Cause cause(Kind::kSpacing, rest_.size());
     cause.needles = {place.needle};
     cause.slope = -line.slope;
     for (std::size_t k = 0; k < at.size(); ++k)
@@ -190,9 +189,7 @@ void HandCauses::template_motion() {
   }
   if (!best) return;
   const PlaneMotion& motion = best->motion;
-  Cause cause = of(motion.kind == PlaneMotion::Kind::kShift  ? Kind::kAside
-                   : motion.kind == PlaneMotion::Kind::kTurn ? Kind::kTurned
-                                                             : Kind::kMirrored);
+  Cause cause(kind_of(motion), rest_.size());
   cause.is_of_all = true;
   cause.shift.head<2>() = motion.shift;
   cause.angle = motion.angle;
@@ -219,7 +216,7 @@ void HandCauses::depth_of_all() {
   if (std::abs(cluster.mean) < kLeastDepthMm || share_of(contradict, along.size()) > kMostRight ||
       share_of(cluster.members.size(), along.size()) < kLeastShare)
     return;
-  Cause cause = of(Kind::kDepth);
+  Cause cause(Kind::kDepth, rest_.size());
   cause.is_of_all = true;
   cause.shift.z() = to_.depth_of_all_mm = cluster.mean;
   for (const NeedlePlace& place : places_) {
@@ -331,7 +328,7 @@ void HandCauses::exchanged() {
       q = next[q];
     }
     if (q != p || ring.size() < 2 || is_done[p]) continue;
-    Cause cause = of(Kind::kExchanged);
+    Cause cause(Kind::kExchanged, rest_.size());
     for (const std::size_t r : ring) {
       is_done[r] = 1;
       cause.needles.push_back(places_[r].needle);
@@ -344,9 +341,7 @@ void HandCauses::exchanged() {
 }
 
 void HandCauses::add_group(const PlaneMotion& motion, const std::vector<std::size_t>& members) {
-  Cause cause = of(motion.kind == PlaneMotion::Kind::kShift  ? Kind::kAside
-                   : motion.kind == PlaneMotion::Kind::kTurn ? Kind::kTurned
-                                                             : Kind::kMirrored);
+  Cause cause(kind_of(motion), rest_.size());
   cause.shift.head<2>() = motion.shift;
   cause.angle = motion.angle;
   cause.centre = motion.centre;
@@ -360,7 +355,7 @@ void HandCauses::add_group(const PlaneMotion& motion, const std::vector<std::siz
 }
 
 void HandCauses::add_elsewhere(const NeedlePlace& place) {
-  Cause cause = of(Kind::kElsewhere);
+  Cause cause(Kind::kElsewhere, rest_.size());
   cause.needles = {place.needle};
   cause.shift.head<2>() = place.across;
   const double spacing = deviations_.hole_spacing_mm;
@@ -427,7 +422,7 @@ void HandCauses::groups_along() {
     if (off.empty()) break;
     const auto cluster = largest_cluster<double>(along, reach);
     if (cluster.members.empty()) break;
-    Cause cause = of(Kind::kDepth);
+    Cause cause(Kind::kDepth, rest_.size());
     cause.shift.z() = cluster.mean;
     std::vector<std::size_t> members;
     for (const std::size_t m : cluster.members) members.push_back(off[m]);
@@ -474,7 +469,7 @@ void HandCauses::name_role(Kind kind, std::vector<char>& is_off) {
   if (seeds.size() < 3) return;
   const auto cluster = largest_cluster<double>(along, std::max(2.5, seed_mm_ - 0.5));
   if (cluster.members.size() < 3) return;
-  Cause cause = of(kind);
+  Cause cause(kind, rest_.size());
   cause.shift.z() = cluster.mean;
   for (const std::size_t m : cluster.members) {
     cause.needles.push_back(deviations_.seeds[seeds[m]].needle);
@@ -494,7 +489,7 @@ void HandCauses::single_seeds() {
   name_role(Kind::kBack, is_off);
   std::vector<Cause> found;
   for (const NeedlePlace& place : places_) {
-    Cause cause = of(Kind::kSeeds);
+    Cause cause(Kind::kSeeds, rest_.size());
     std::size_t count = 0;
     for (const std::size_t i : place.seeds)
       if (is_off[i]) {
@@ -518,7 +513,7 @@ void HandCauses::single_seeds() {
 
 void HandCauses::scatter() {
   const auto say = [&](Kind kind, int first, int count, double least) {
-    Cause cause = of(kind);
+    Cause cause(kind, rest_.size());
     double squares = 0;
     for (std::size_t i = 0; i < rest_.size(); ++i) {
       cause.part[i].segment(first, count) = rest_[i].segment(first, count);

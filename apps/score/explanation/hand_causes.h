@@ -26,7 +26,6 @@ class HandCauses {
   void single_seeds();
   void scatter();
 
-  Cause of(Cause::Kind kind) const;
   void take(Cause cause);
   void add_group(const PlaneMotion& motion, const std::vector<std::size_t>& places);
   void add_elsewhere(const NeedlePlace& place);

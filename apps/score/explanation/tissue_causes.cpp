@@ -40,13 +40,6 @@ void TissueCauses::find() {
   gland();
 }
 
-Cause TissueCauses::of(Kind kind) const {
-  Cause cause;
-  cause.kind = kind;
-  cause.part.assign(rest_.size(), Vec3::Zero());
-  return cause;
-}
-
 void TissueCauses::take(Cause cause) {
   for (std::size_t i = 0; i < rest_.size(); ++i) rest_[i] -= cause.part[i];
   to_.causes.push_back(std::move(cause));
@@ -79,7 +72,7 @@ void TissueCauses::set_apart() {
 
 // Without it, their seeds would have moved as the others' did.
 void TissueCauses::unpunctured() {
-  Cause cause = of(Kind::kUnpunctured);
+  Cause cause(Kind::kUnpunctured, rest_.size());
   const std::vector<double> usual = usual_along();
   std::map<std::size_t, double> most;  // by needle
   double seeds = 0;
@@ -140,7 +133,7 @@ void TissueCauses::dragged() {
   if (static_cast<double>(off.size()) > kMostUnlike * static_cast<double>(all.size())) return;
   while (!off.empty()) {
     const auto cluster = largest_cluster<double>(by, kAlikeMm);
-    Cause cause = of(Kind::kDragged);
+    Cause cause(Kind::kDragged, rest_.size());
     cause.shift.z() = cluster.mean;
     for (const std::size_t m : cluster.members) {
       const auto& seeds = all[off[m]];
@@ -191,7 +184,7 @@ void TissueCauses::swelling() {
       best = share;
     }
   if (best == 0 || least > (1 - kLeastExplained) * without) return;
-  Cause cause = of(Kind::kSwelling);
+  Cause cause(Kind::kSwelling, rest_.size());
   cause.is_of_all = true;
   cause.slope = best / (1 - best);
   to_.shrinks_by = best;
@@ -225,7 +218,7 @@ void TissueCauses::pushed() {
   if (off.size() < 2 || off.size() == all.size()) return;
   const auto cluster = largest_cluster<Vec2>(off, kAlikeMm);
   if (cluster.members.size() < 2) return;
-  Cause cause = of(Kind::kPushed);
+  Cause cause(Kind::kPushed, rest_.size());
   cause.shift.head<2>() = cluster.mean;
   for (const std::size_t m : cluster.members) {
     cause.needles.push_back(deviations_.seeds[all[which[m]].front()].needle);
@@ -238,7 +231,7 @@ void TissueCauses::pushed() {
 void TissueCauses::gland() {
   double sum = 0, beyond = 0, front = 0;
   std::map<std::size_t, std::size_t> foremost;
-  Cause cause = of(Kind::kGland);
+  Cause cause(Kind::kGland, rest_.size());
   for (std::size_t i = 0; i < rest_.size(); ++i) {
     cause.part[i] = rest_[i];
     sum += rest_[i].norm();

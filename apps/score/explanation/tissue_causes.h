@@ -23,7 +23,6 @@ class TissueCauses {
   void gland();
   std::vector<double> usual_along() const;
   std::vector<std::vector<std::size_t>> needles(bool with_apart) const;
-  Cause of(Cause::Kind kind) const;
   void take(Cause cause);
   bool is_right(std::size_t seed) const;
 
