@@ -43,6 +43,15 @@ export async function waitFor(condition, what) {
 export const comesTrue = (page, expression) =>
   waitFor(() => page.evaluate(`typeof brachy !== 'undefined' && (${expression})`), async () => `${expression}; ${await page.evaluate(WHERE)}`);
 
+/** A quick page whose scene takes no time in software, because it is not drawn: for tests of all else in the page. */
+export async function newPanelsPage(browser, options = {}) {
+  const page = await newQuickPage(browser, options);
+  await page.addInitScript(() => {
+    for (const name of ['drawElements', 'drawArrays']) WebGL2RenderingContext.prototype[name] = () => {};
+  });
+  return page;
+}
+
 /** How many pixels of two PNGs clearly differ; `blank` is an empty page, whose browser decodes them. */
 export const differingPixels = (blank, ...pngs) => blank.evaluate(async (sources) => {
   const [a, b] = await Promise.all(sources.map(async (data) => {

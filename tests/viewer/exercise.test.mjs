@@ -5,7 +5,7 @@ import {mkdirSync, rmSync} from 'node:fs';
 import {join, resolve} from 'node:path';
 import {after, before, test} from 'node:test';
 import {fileURLToPath} from 'node:url';
-import {comesTrue, launch, newQuickPage, waitFor} from './browser.mjs';
+import {comesTrue, launch, newPanelsPage, waitFor} from './browser.mjs';
 import {Daemon} from './daemon.mjs';
 import './viewer_module.mjs';
 
@@ -25,7 +25,7 @@ before(async () => {
   execFileSync(brachy, ['plan', '--force', '--config', scene, '--trajectory', trajectory]);
   daemon = await Daemon.start(scene, join(artefacts, 'brachyd.log'), undefined, ['--session', session, '--trajectory', trajectory]);
   browser = await launch();
-  page = await newQuickPage(browser, {viewport: {width: 1100, height: 600}});
+  page = await newPanelsPage(browser, {viewport: {width: 1100, height: 600}});
   page.on('pageerror', (error) => errors.push(error.message));
   page.on('console', (message) => message.type() === 'error' && errors.push(message.text()));
   await page.goto(daemon.url);

@@ -4,7 +4,7 @@ import {mkdirSync, readFileSync, rmSync, writeFileSync} from 'node:fs';
 import {join, resolve} from 'node:path';
 import {after, afterEach, before, test} from 'node:test';
 import {fileURLToPath} from 'node:url';
-import {comesTrue, launch, newQuickPage, waitFor} from './browser.mjs';
+import {comesTrue, launch, newPanelsPage, waitFor} from './browser.mjs';
 import {Daemon} from './daemon.mjs';
 import './viewer_module.mjs';
 
@@ -36,7 +36,7 @@ function scene(name, text = '') {
 }
 
 async function open(daemon, query = '') {
-  page = await newQuickPage(browser, {viewport: {width: 1280, height: 640}});
+  page = await newPanelsPage(browser, {viewport: {width: 1280, height: 640}});
   page.on('pageerror', (error) => errors.push(error.message));
   await page.goto(`${daemon.url}${query}`);
   await comesTrue(page, 'brachy.frames > 3');

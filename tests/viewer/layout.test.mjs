@@ -5,7 +5,7 @@ import {createRequire} from 'node:module';
 import {join, resolve} from 'node:path';
 import {after, afterEach, before, beforeEach, test} from 'node:test';
 import {fileURLToPath} from 'node:url';
-import {comesTrue, launch, newQuickPage} from './browser.mjs';
+import {comesTrue, launch, newPanelsPage} from './browser.mjs';
 import {Daemon} from './daemon.mjs';
 import './viewer_module.mjs';
 
@@ -30,10 +30,7 @@ before(async () => {
 });
 beforeEach(async () => {  // a page that has drawn in software for minutes takes much memory
   const context = await browser.newContext({bypassCSP: true});  // axe is a script that the page's policy does not know
-  page = await newQuickPage(context, {});
-  await page.addInitScript(() => {  // boxes are measured, not the scene: what is not drawn takes no time in software
-    for (const name of ['drawElements', 'drawArrays']) WebGL2RenderingContext.prototype[name] = () => {};
-  });
+  page = await newPanelsPage(context, {});
   page.on('pageerror', (error) => errors.push(error.message));
 });
 afterEach(() => page.context().close());

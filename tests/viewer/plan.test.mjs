@@ -4,7 +4,7 @@ import {mkdirSync, rmSync, writeFileSync} from 'node:fs';
 import {join, resolve} from 'node:path';
 import {after, before, test} from 'node:test';
 import {fileURLToPath} from 'node:url';
-import {comesTrue, launch, newQuickPage} from './browser.mjs';
+import {comesTrue, launch, newPanelsPage} from './browser.mjs';
 import {Daemon} from './daemon.mjs';
 import './viewer_module.mjs';
 
@@ -21,7 +21,7 @@ before(async () => {
   writeFileSync(scene, `name = "plan"\n[tissue]\npoints = 3000\nphantom_surface_vertices = 400\n[model]\nkernel = "psi31"\n[plan]\nfile = "${join(config, 'plan.toml')}"\n`);
   daemon = await Daemon.start(scene, join(artefacts, 'brachyd.log'));
   browser = await launch();
-  page = await newQuickPage(browser, {viewport: {width: 1200, height: 860}});
+  page = await newPanelsPage(browser, {viewport: {width: 1200, height: 860}});
   page.on('pageerror', (error) => errors.push(error.message));
   page.on('console', (message) => message.type() === 'error' && errors.push(message.text()));
   await page.goto(daemon.url);

@@ -4,7 +4,7 @@ import {mkdirSync, rmSync, writeFileSync} from 'node:fs';
 import {join, resolve} from 'node:path';
 import {after, afterEach, before, test} from 'node:test';
 import {fileURLToPath} from 'node:url';
-import {comesTrue, launch, newQuickPage, waitFor} from './browser.mjs';
+import {comesTrue, launch, newPanelsPage, waitFor} from './browser.mjs';
 import {Daemon} from './daemon.mjs';
 import {viewer} from './viewer_module.mjs';
 
@@ -40,7 +40,7 @@ function scene(name, text, kernel = 'psi31') {
 const train = (plan) => scene(plan, `[plan]\nfile = "${config}exercises/plans/${plan}.toml"\n[seeds]\napplicator = "train"\n`);
 
 async function open(daemon, query = '', more = {}) {
-  const page = await newQuickPage(browser, {viewport: {width: 1100, height: 560}, ...more});
+  const page = await newPanelsPage(browser, {viewport: {width: 1100, height: 560}, ...more});
   pages.push(page);
   page.on('pageerror', (error) => errors.push(error.message));
   page.on('console', (message) => message.type() === 'error' && !/WebSocket|ERR_CONNECTION/.test(message.text()) && errors.push(message.text()));

@@ -5,7 +5,7 @@ import {mkdirSync, readFileSync, rmSync} from 'node:fs';
 import {join, resolve} from 'node:path';
 import {after, test} from 'node:test';
 import {fileURLToPath} from 'node:url';
-import {comesTrue, launch, newQuickPage} from './browser.mjs';
+import {comesTrue, launch, newPanelsPage} from './browser.mjs';
 import {Daemon} from './daemon.mjs';
 import {viewer} from './viewer_module.mjs';
 
@@ -138,7 +138,7 @@ test('an operator outlines two slices by mouse and keys, and gets the score that
   daemon = await Daemon.start(join(exercises, 'scenes/11_volume_study.toml'), join(artefacts, 'brachyd.log'), undefined, ['--session', session]);
   browser = await launch();
   const errors = [];
-  const page = await newQuickPage(browser, {viewport: {width: 1280, height: 900}});
+  const page = await newPanelsPage(browser, {viewport: {width: 1280, height: 900}});
   page.on('pageerror', (error) => errors.push(error.message));
   const until = (expression) => comesTrue(page, expression);
   await page.goto(daemon.url);

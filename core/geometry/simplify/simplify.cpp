@@ -27,11 +27,17 @@ struct PlaneQuadric {
   double at(const Vec3& x) const { return std::max(0.0, x.dot(A * x) + 2 * b.dot(x) + c); }
 };
 
+/// Where two vertices go together, and the mean squared distance there to the planes that they stand for.
+struct Target {
+  Vec3 to;
+  double cost_mm2;
+};
+
+/// Small, because the queue moves it often: its target is found again when its turn has come.
 struct Contraction {
-  double cost;  ///< mean squared distance, mm²
+  double cost;  ///< mean squared distance, mm², and a little for the length
   std::uint32_t a, b;
   std::uint32_t stamp_a, stamp_b;
-  Vec3 to;
   bool operator<(const Contraction& o) const {  // the queue's top is the largest
     if (cost != o.cost) return cost > o.cost;
     return a != o.a ? a > o.a : b > o.b;
@@ -44,9 +50,10 @@ class Simplifier {
   SurfaceMesh run();
 
  private:
+  Target target_of(std::uint32_t a, std::uint32_t b) const;
   void propose(std::uint32_t a, std::uint32_t b);
-  bool is_allowed(const Contraction& contraction);
-  void contract(const Contraction& contraction);
+  bool is_allowed(std::uint32_t a, std::uint32_t b, const Vec3& to);
+  void contract(std::uint32_t a, std::uint32_t b, const Vec3& to);
   void neighbours(std::uint32_t v, std::vector<std::uint32_t>& out) const;
   bool turns_over(std::uint32_t v, std::uint32_t other, const Vec3& to) const;
 
@@ -84,8 +91,7 @@ Simplifier::Simplifier(const SurfaceMesh& mesh, const SimplifyOptions& options)
       if (t[n] < t[(n + 1) % 3]) propose(t[n], t[(n + 1) % 3]);
 }
 
-void Simplifier::propose(std::uint32_t a, std::uint32_t b) {
-  if (a > b) std::swap(a, b);
+Target Simplifier::target_of(std::uint32_t a, std::uint32_t b) const {
   const PlaneQuadric q = quadrics_[a] + quadrics_[b];
   const Vec3 middle = 0.5 * (mesh_.vertices[a] + mesh_.vertices[b]);
   // A little pull towards the middle makes the point unique on planes and ridges.
@@ -94,10 +100,16 @@ void Simplifier::propose(std::uint32_t a, std::uint32_t b) {
   Vec3 to = A.ldlt().solve(pull * middle - q.b);
   const double length = (mesh_.vertices[a] - mesh_.vertices[b]).norm();
   if (!to.allFinite() || (to - middle).norm() > 2 * length) to = middle;
-  const double cost = q.weight > 0 ? q.at(to) / q.weight : 0;
+  return {to, q.weight > 0 ? q.at(to) / q.weight : 0};
+}
+
+void Simplifier::propose(std::uint32_t a, std::uint32_t b) {
+  if (a > b) std::swap(a, b);
+  const double cost = target_of(a, b).cost_mm2;
   if (cost > options_.tolerance_mm * options_.tolerance_mm) return;
+  const double length = (mesh_.vertices[a] - mesh_.vertices[b]).norm();
   // Where it costs nothing, short edges first.
-  queue_.push({cost + 1e-9 * length * length, a, b, stamps_[a], stamps_[b], to});
+  queue_.push({cost + 1e-9 * length * length, a, b, stamps_[a], stamps_[b]});
 }
 
 void Simplifier::neighbours(std::uint32_t v, std::vector<std::uint32_t>& out) const {
@@ -129,20 +141,18 @@ bool Simplifier::turns_over(std::uint32_t v, std::uint32_t other, const Vec3& to
   return false;
 }
 
-bool Simplifier::is_allowed(const Contraction& contraction) {
-  neighbours(contraction.a, near_a_);
-  neighbours(contraction.b, near_b_);
+bool Simplifier::is_allowed(std::uint32_t a, std::uint32_t b, const Vec3& to) {
+  neighbours(a, near_a_);
+  neighbours(b, near_b_);
   std::size_t common = 0;
   for (const std::uint32_t v : near_a_) common += std::ranges::binary_search(near_b_, v) ? 1 : 0;
   if (common != 2 || near_a_.size() + near_b_.size() > 40) return false;
   // A vertex with three neighbours would leave two triangles on the same corners.
   if (near_a_.size() + near_b_.size() - 4 < 3) return false;
-  return !turns_over(contraction.a, contraction.b, contraction.to) &&
-         !turns_over(contraction.b, contraction.a, contraction.to);
+  return !turns_over(a, b, to) && !turns_over(b, a, to);
 }
 
-void Simplifier::contract(const Contraction& contraction) {
-  const auto [cost, a, b, stamp_a, stamp_b, to] = contraction;
+void Simplifier::contract(std::uint32_t a, std::uint32_t b, const Vec3& to) {
   mesh_.vertices[a] = to;
   quadrics_[a] = quadrics_[a] + quadrics_[b];
   is_gone_[b] = true;
@@ -172,7 +182,8 @@ SurfaceMesh Simplifier::run() {
     if (is_gone_[next.a] || is_gone_[next.b] || stamps_[next.a] != next.stamp_a ||
         stamps_[next.b] != next.stamp_b)
       continue;
-    if (is_allowed(next)) contract(next);
+    const Vec3 to = target_of(next.a, next.b).to;
+    if (is_allowed(next.a, next.b, to)) contract(next.a, next.b, to);
   }
   SurfaceMesh result;
   std::vector<std::uint32_t> index(mesh_.vertices.size(), 0);
