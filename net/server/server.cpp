@@ -125,6 +125,7 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
 
   ImageDemand image_demand() const {
     ImageDemand demand;
+    demand.joined = image_subscribers_;
     for (const auto& [id, session] : sessions_) {
       if (!session->is_open() || !session->wants_images()) continue;
       demand.any = true;
@@ -133,10 +134,12 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
     return demand;
   }
 
-  void publish_image(ScannerArray array, std::shared_ptr<const Bytes> plain,
-                     std::shared_ptr<const Bytes> packed) {
-    images_[array] = {std::move(plain), std::move(packed)};
-    for (const auto& session : sessions()) offer_image(*session, array);
+  void publish_image(ScannerArray array, const std::shared_ptr<const Bytes>& plain,
+                     const std::shared_ptr<const Bytes>& packed) {
+    for (const auto& session : sessions())
+      if (const auto& body = packed && session->takes_packed_images() ? packed : plain;
+          body && session->wants_images())
+        session->offer_image(array, body);
   }
 
   std::uint64_t images_dropped() const {
@@ -242,7 +245,7 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
       session.send(MessageType::kTopology, is_surface ? surface_body_ : topology_body_);
     for (const MessageType type : {MessageType::kScene, MessageType::kPlan, MessageType::kScanner})
       send_kept(session, type);
-    for (const auto& [array, image] : images_) offer_image(session, array);
+    if (session.wants_images()) ++image_subscribers_;
     send_kept(session, MessageType::kDose);
     if (frames_.has_snapshot()) session.offer_snapshot();
   }
@@ -343,14 +346,6 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
       session.send(type, found->second);
   }
 
-  /// The array's newest image, in the form that the client takes; nothing where it was not made.
-  void offer_image(Session& session, ScannerArray array) {
-    const auto& [plain, packed] = images_[array];
-    if (const auto& body = packed && session.takes_packed_images() ? packed : plain;
-        body && session.wants_images())
-      session.offer_image(array, body);
-  }
-
   /// Null: the needle has no network device.
   std::shared_ptr<Session> device_of(std::uint16_t needle) const {
     assert(needle < leases_.size());
@@ -431,8 +426,6 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
   const std::shared_ptr<const Bytes> topology_body_, surface_body_;
   std::map<MessageType, std::shared_ptr<const Bytes>>
       kept_;  // SCENE, DOSE, PLAN, SCANNER, where there is one
-  std::map<ScannerArray, std::pair<std::shared_ptr<const Bytes>, std::shared_ptr<const Bytes>>>
-      images_;  // the newest: plain, packed
   FrameCache frames_;
   Gate gate_;
   const std::shared_ptr<HandshakeTurns> handshakes_;
@@ -448,6 +441,7 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
   std::uint64_t dropped_of_left_ = 0;  // snapshots, for sessions that ended
   std::uint64_t events_dropped_of_left_ = 0;
   std::uint64_t images_dropped_of_left_ = 0;
+  std::uint64_t image_subscribers_ = 0;  // so far
   NoticeQueue device_notices_{
       kDeviceNoticesPerS, kDeviceNoticesBurst, [this](EventMessage event, std::uint64_t count) {
         if (count > 1) event.text += "; " + std::to_string(count - 1) + " notices before it left out";
@@ -522,9 +516,9 @@ void Server::publish(MessageType type, const std::shared_ptr<const Bytes>& body)
 ImageDemand Server::image_demand() const {
   return impl_->image_demand();
 }
-void Server::publish_image(ScannerArray array, std::shared_ptr<const Bytes> plain,
-                           std::shared_ptr<const Bytes> packed) {
-  impl_->publish_image(array, std::move(plain), std::move(packed));
+void Server::publish_image(ScannerArray array, const std::shared_ptr<const Bytes>& plain,
+                           const std::shared_ptr<const Bytes>& packed) {
+  impl_->publish_image(array, plain, packed);
 }
 std::uint64_t Server::images_dropped() const {
   return impl_->images_dropped();

@@ -84,11 +84,11 @@ class Server {
 
   /// What the clients subscribed to ultrasound are to get.
   ImageDemand image_demand() const;
-  /// A newer image of its array, to every client subscribed to ultrasound, now or when it connects. `packed`: the same
-  /// with compressed pixels, for those that take them. Either may be null where image_demand() says that nobody wants
-  /// it.
-  void publish_image(ScannerArray array, std::shared_ptr<const Bytes> plain,
-                     std::shared_ptr<const Bytes> packed);
+  /// A newer image of its array, to every client that is subscribed to ultrasound: it is not kept, since who connects
+  /// later would get one of long ago, or of an array that is no longer in use. `packed`: the same with compressed
+  /// pixels, for those that take them. Either may be null where image_demand() says that nobody wants it.
+  void publish_image(ScannerArray array, const std::shared_ptr<const Bytes>& plain,
+                     const std::shared_ptr<const Bytes>& packed);
   std::uint64_t images_dropped() const;  ///< replaced by newer ones, over all clients since start
 
   /// Sends a STATE to every client, now.

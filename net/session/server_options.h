@@ -56,6 +56,8 @@ struct ImageDemand {
   bool any = false;     ///< somebody subscribed
   bool packed = false;  ///< somebody of them takes compressed pixels
   bool plain = false;   ///< somebody does not
+  std::uint64_t joined =
+      0;  ///< so many have subscribed so far: who is new is to get an image, also a frozen one
 
   bool operator==(const ImageDemand&) const = default;
 };

@@ -54,7 +54,7 @@ struct ImagesTest : ServerFixture {
   }
 };
 
-TEST_F(ImagesTest, GoToSubscribersAloneAndAlsoToThoseThatComeLater) {
+TEST_F(ImagesTest, GoToSubscribersAloneAndToThoseThatComeLaterTheNextOne) {
   start_scanner();
   const auto viewer = join_as(Role::kViewer, "older");
   const auto subscriber = join_as_subscriber();
@@ -67,9 +67,14 @@ TEST_F(ImagesTest, GoToSubscribersAloneAndAlsoToThoseThatComeLater) {
   ASSERT_EQ(subscriber->scanners.size(), 1u);
   EXPECT_EQ(subscriber->scanners[0].depth_mm, 60);
 
+  const ImageDemand before = server->image_demand();
   const auto later = join_as_subscriber();
-  ASSERT_TRUE(until([&] { return later->images.size() == 1; }));
-  EXPECT_EQ(later->images[0].sequence, 1u);
+  ASSERT_TRUE(until([&] { return later->scanners.size() == 1; }));
+  EXPECT_NE(server->image_demand(), before) << "the scanner sees that somebody waits for an image";
+  send_image(ScannerArray::kSagittal, 2);
+  ASSERT_TRUE(until([&] { return later->images.size() == 1 && subscriber->images.size() == 2; }));
+  EXPECT_EQ(later->images[0].array, ScannerArray::kSagittal)
+      << "the first is of an array that may be in use no longer";
   EXPECT_EQ(later->scanners.size(), 1u);
   ASSERT_TRUE(until([&] { return !viewer->states.empty(); }));
   EXPECT_TRUE(viewer->images.empty() && viewer->scanners.empty());
@@ -83,8 +88,8 @@ TEST_F(ImagesTest, ARecorderMayTakeTheSettingsAlone) {
   const auto recorder = join_with(options);
   EXPECT_FALSE(server->image_demand().any) << "no image is made for it";
   server->publish(sample_scanner());
-  send_image(ScannerArray::kTransverse, 1);
   const auto viewer = join_as_subscriber();
+  send_image(ScannerArray::kTransverse, 1);
   ASSERT_TRUE(until([&] { return viewer->images.size() == 1 && recorder->scanners.size() == 1; }));
   recorder->client.request_state();
   ASSERT_TRUE(until([&] { return !recorder->states.empty(); }));
@@ -101,7 +106,7 @@ TEST_F(ImagesTest, AreNotGrantedByAServerWithoutUltrasound) {
 TEST_F(ImagesTest, ComeCompressedToThoseThatTakeThatWithTheSamePixels) {
   start_scanner();
   const auto plain = join_as_subscriber(), compressed = join_as_subscriber(true);
-  EXPECT_EQ(server->image_demand(), (ImageDemand{true, true, true}));
+  EXPECT_EQ(server->image_demand(), (ImageDemand{true, true, true, 2}));
   send_image(ScannerArray::kSagittal, 5);
   ASSERT_TRUE(until([&] { return plain->images.size() == 1 && compressed->images.size() == 1; }));
   EXPECT_EQ(plain->images[0].flags & kImageZlib, 0);
@@ -120,7 +125,7 @@ TEST_F(ImagesTest, OfEachArrayASlowClientGetsTheNewestAndDelaysNobody) {
   const auto good = join_as_subscriber();
   RawPeer slow(io, server->port(), 4096);
   slow.hello(Role::kViewer, kSubscribeUltrasound | kSubscribeNoMesh);
-  ASSERT_TRUE(until([&] { return server->client_count() == 2; }));
+  ASSERT_TRUE(until([&] { return server->image_demand().joined == 2; }));
   constexpr std::uint64_t kImages = 20;
   for (std::uint64_t i = 1; i <= kImages; ++i)
     for (const ScannerArray array : {ScannerArray::kTransverse, ScannerArray::kSagittal}) {

@@ -100,13 +100,26 @@ class Viewing(WithDaemon):
         for depth in np.arange(-40.0, 0.0, 0.5):
             device.send_pose(unit_pose([5, 0, depth]))
             device.poll(0.005)
+        meshes = {}
+
+        def hold():
+            device.send_pose(unit_pose([5, 0, 0]))
+            device.poll(0.02)
+            viewer.poll()
+            frame = viewer.protocol.frame
+            if frame is not None and frame.max_displacement_mm > 0:
+                meshes[frame.tick] = viewer.protocol.positions.copy()
+
+        def is_at_rest():
+            newest = [meshes[tick] for tick in sorted(meshes)[-3:]]
+            return len(newest) == 3 and all(np.array_equal(mesh, newest[0]) for mesh in newest)
+
+        wait_until(is_at_rest, hold)  # then it does not matter which frame either of the two has seen last
         out = pathlib.Path(self.folder.name) / "series"
         line = [BRACHY, "record", "--connect", self.daemon.address, "--out", str(out), "--duration", "1.5"]
         record = subprocess.Popen(line, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
         while record.poll() is None:
-            device.send_pose(unit_pose([5, 0, 0]))
-            device.poll(0.02)
-            viewer.poll()
+            hold()
         self.assertEqual(record.returncode, 0, record.stderr.read())
         record.stderr.close()
         self.assertGreater(viewer.protocol.frame.max_displacement_mm, 0)

@@ -74,6 +74,31 @@ test('a daemon that is killed leaves no green verdict behind', async () => {
   await daemon.ended;
 });
 
+test('a tab that is chosen while the page connects shows what it is for', async () => {
+  const daemon = await Daemon.start(scene('tabs'), log);
+  page = await newPanelsPage(browser, {viewport: {width: 1280, height: 640}});
+  page.on('pageerror', (error) => errors.push(error.message));
+  await page.addInitScript(() => {  // `press` is pressed once, behind the next HELLO, before its answer can have come
+    const send = WebSocket.prototype.send;
+    WebSocket.prototype.send = function (data) {
+      send.call(this, data);
+      const view = new DataView(data.buffer ?? data, data.byteOffset ?? 0, data.byteLength);
+      const press = window.press;
+      if (view.getUint16(6, true) !== 1 || !press) return;
+      window.press = null;
+      document.querySelector(press).click();
+    };
+  });
+  await page.goto(`${daemon.url}?as=research`);
+  await comesTrue(page, 'brachy.frames > 3');
+  for (const [first, second, isWanted] of [['ultrasound', 'needle', false], ['ultrasound', 'dose', false], ['ultrasound', null, true], ['needle', 'ultrasound', true]]) {
+    await page.evaluate((press) => { window.press = press; }, second && `#tab-${second}`);
+    await page.locator(`#tab-${first}`).click();
+    await comesTrue(page, `!window.press && brachy.subscribesToUltrasound === ${isWanted} && brachy.connection.phase === 'open'`);
+    if (isWanted) await comesTrue(page, 'brachy.images.length > 0');
+  }
+});
+
 test('a file that is no recording leaves connection and needle as they are', async () => {
   await open(await Daemon.start(scene('wrong'), log));
   await page.locator('#take').click();

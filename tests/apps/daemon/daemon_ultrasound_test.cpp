@@ -115,6 +115,36 @@ TEST_F(DaemonUltrasound, AFrozenScannerSendsItsLastImageOnceAndToWhoComesLater) 
   ASSERT_TRUE(until_image([&](const auto& image) { return image.flags == 0 && image.tick > frozen.tick; }));
 }
 
+TEST_F(DaemonUltrasound, WhoComesLaterGetsNoImageOfAnotherArrayOrOfLongAgo) {
+  ASSERT_TRUE(boss.join(daemon.port()));
+  ASSERT_TRUE(until_image([](const auto& image) { return image.array == ScannerArray::kTransverse; }));
+  ScannerMessage request;
+  request.array = ScannerArray::kSagittal;
+  ASSERT_TRUE(ask(request));
+  ASSERT_TRUE(until_image([](const auto& image) { return image.array == ScannerArray::kSagittal; }));
+  Peer later{net::Role::kViewer, net::kSubscribeUltrasound};
+  later.stand_beside(boss);
+  ASSERT_TRUE(later.join(daemon.port()));
+  ASSERT_TRUE(later.until([&] { return later.images.size() >= 3; }));
+  for (const net::ImageMessage& image : later.images) EXPECT_EQ(image.array, ScannerArray::kSagittal);
+
+  boss.client.close();
+  later.client.close();
+  Peer watcher;
+  watcher.stand_beside(boss);
+  ASSERT_TRUE(watcher.join(daemon.port()));
+  do {
+    ASSERT_TRUE(watcher.refresh_state());
+  } while (watcher.states.back().clients > 1);
+  const std::size_t seen = watcher.frames.size();
+  ASSERT_TRUE(watcher.until([&] { return watcher.frames.size() > seen + 20; }));
+  const std::uint64_t tick = watcher.last().message.tick;
+  Peer last{net::Role::kViewer, net::kSubscribeUltrasound};
+  ASSERT_TRUE(last.join(daemon.port()));
+  ASSERT_TRUE(last.until([&] { return !last.images.empty(); }));
+  EXPECT_GE(last.images[0].tick, tick) << "not of the time when somebody looked before";
+}
+
 TEST_F(DaemonUltrasound, GoesOnAfterAResetAndWithAnotherModel) {
   ASSERT_TRUE(boss.join(daemon.port()));
   ASSERT_TRUE(until_image([](const auto& image) { return image.tick > 20; }));

@@ -37,6 +37,7 @@ export class LiveConnection {
   private timer: ReturnType<typeof setTimeout> | undefined;
   private volume = false;
   private ultrasound = false;
+  private requested = 0;  // the subscription of the last HELLO
   private gapsBefore = 0;
   private asked: Control[] = [];
   /** The connection is made again for other messages of the same daemon. */
@@ -60,8 +61,7 @@ export class LiveConnection {
     this.status = {phase: 'connecting', problem};
     const socket: Socket = new Socket(this.endpoint.url, {
       opened: () => socket.send(MessageType.Hello, encodeHello({
-        role: this.role, name: 'viewer', device: null, token: this.endpoint.token, software: SOFTWARE,
-        subscription: Subscription.Scene | Subscription.Plan | (this.volume ? 0 : Subscription.Surface) | (this.ultrasound ? Subscription.Ultrasound : 0),
+        role: this.role, name: 'viewer', device: null, token: this.endpoint.token, software: SOFTWARE, subscription: this.requested = this.wanted,
       })),
       message: (message, size) => this.receive(socket, message, size),
       closed: (reason, wasOpen) => {
@@ -95,8 +95,12 @@ export class LiveConnection {
     this.resubscribe();
   }
 
+  private get wanted(): number {
+    return Subscription.Scene | Subscription.Plan | (this.volume ? 0 : Subscription.Surface) | (this.ultrasound ? Subscription.Ultrasound : 0);
+  }
+
   private resubscribe(): void {
-    if (this.status.phase !== 'open') return;
+    if (this.status.phase !== 'open') return;  // as soon as it is
     this.resubscribes = true;
     this.connect();
   }
@@ -142,6 +146,7 @@ export class LiveConnection {
       this.resubscribes = false;
       this.waitMs = FIRST_WAIT_MS;
       this.asked.splice(0).forEach((control) => this.control(control));
+      if (this.requested !== this.wanted) return this.resubscribe();  // something else was wanted since HELLO
     } else if (message.kind === 'frame') {
       const ageMs = (Number(nowNs()) - socket.clock.toLocalNs(message.body.publishNs)) / 1e6;
       this.session.transitMs = Number.isNaN(ageMs) ? 0 : ageMs;
