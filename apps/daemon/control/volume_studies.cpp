@@ -13,7 +13,7 @@
 namespace brachy {
 namespace {
 
-constexpr double kFarthestMm = 300, kLongestMm = 1000, kOffRigid = 1e-3;
+constexpr double kFarthestMm = 300, kLongestMm = 1000;
 
 /// A study that can be scored.
 struct CheckedStudy {
@@ -22,14 +22,15 @@ struct CheckedStudy {
   std::vector<std::shared_ptr<const FrozenGland>> glands;  // of each of `contours`
 };
 
-bool is_rigid(const RigidTransform& X) {
-  return X.p.allFinite() && X.R.allFinite() && X.p.norm() < 1e4 &&
-         (X.R * X.R.transpose() - Mat3::Identity()).cwiseAbs().maxCoeff() < kOffRigid &&
-         X.R.determinant() > 0;
+/// Whether one of its images is in this plane, but for what rounding does.
+bool shows(const FrozenGland& gland, const RigidTransform& X_WI) {
+  constexpr double kMostMm = 1e-6, kMostOfAxis = 1e-9;
+  return std::ranges::any_of(gland.X_WI, [&](const RigidTransform& own) {
+    return (own.p - X_WI.p).norm() <= kMostMm && (own.R - X_WI.R).norm() <= kMostOfAxis;
+  });
 }
 
 std::string refusal_of(const net::ContourSlice& slice) {
-  if (!is_rigid(slice.X_WI)) return "its plane is no rigid transform";
   double length = 0;
   for (std::size_t k = 0; k < slice.points.size(); ++k) {
     const auto [x, y] = slice.points[k];
@@ -109,8 +110,14 @@ net::ContourMessage answer_of(const CheckedStudy& checked, const ContourStudy& s
 }  // namespace
 
 void VolumeStudies::keep(std::shared_ptr<const FrozenGland> gland) {
-  // Frozen again in the same tick: the same shape.
-  if (!frozen_.empty() && frozen_.back()->tick == gland->tick) frozen_.pop_back();
+  // Frozen again in the same tick: the same shape, maybe in other planes.
+  if (!frozen_.empty() && frozen_.back()->tick == gland->tick) {
+    auto both = std::make_shared<FrozenGland>(*gland);
+    for (const RigidTransform& X_WI : frozen_.back()->X_WI)
+      if (both->X_WI.size() < kMostFreezes && !shows(*gland, X_WI)) both->X_WI.push_back(X_WI);
+    gland = std::move(both);
+    frozen_.pop_back();
+  }
   if (frozen_.size() == kMostFreezes) frozen_.pop_front();
   frozen_.push_back(std::move(gland));
 }
@@ -125,6 +132,10 @@ std::string VolumeStudies::find_glands(const net::ContourMessage& study, Glands&
           "slice {}: no image of tick {} was frozen, or its field was not certified, or {} later ones were: "
           "freeze the image, and outline it again",
           slice.slice, slice.tick, kMostFreezes);
+    // An outline in another plane would be scored against what nobody saw.
+    if (!shows(**gland, slice.X_WI))
+      return fmt::format("slice {}: no image of tick {} was frozen in its plane: give the X_WI of the IMAGE",
+                         slice.slice, slice.tick);
     glands.push_back(*gland);
   }
   return {};

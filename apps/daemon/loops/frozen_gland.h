@@ -7,10 +7,11 @@
 
 namespace brachy {
 
-/// The gland's surface in the tick of a frozen ultrasound image, as its field has deformed it.
+/// The gland's surface in the tick of frozen ultrasound images, as its field has deformed it.
 struct FrozenGland {
   std::uint64_t tick = 0;
-  std::vector<Vec3> vertices;  ///< mm, W; of the first of load_structures()
+  std::vector<Vec3> vertices;        ///< mm, W; of the first of load_structures()
+  std::vector<RigidTransform> X_WI;  ///< of the images
 };
 
 }  // namespace brachy

@@ -80,10 +80,12 @@ bool UltrasoundScanner::repeat(const ImagedTick& newest, std::size_t view, Scann
 
 std::shared_ptr<const FrozenGland> UltrasoundScanner::deformed(const std::vector<Vec3>& rest) {
   if (!is_taken_ || result_ != ImageResult::kNew || views_[0].tick != taken_tick_) return nullptr;
-  auto gland = std::make_shared<FrozenGland>(FrozenGland{taken_tick_, rest});
+  auto gland = std::make_shared<FrozenGland>(FrozenGland{taken_tick_, rest, {}});
   std::vector<Vec3> u(rest.size());
   field_->displacements_at(rest, u);
   for (std::size_t i = 0; i < rest.size(); ++i) gland->vertices[i] = taken_frame_.to_world(rest[i] + u[i]);
+  for (const View& view : views_)
+    if (view.has_image && view.tick == taken_tick_) gland->X_WI.push_back(view.imager->image_pose());
   return gland;
 }
 

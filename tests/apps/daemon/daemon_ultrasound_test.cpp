@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <limits>
 
 #include "net/wire/image_pixels.h"
 #include "tests/apps/peer.h"
@@ -238,6 +239,25 @@ TEST_F(DaemonUltrasound, AnOutlinedGlandIsScoredAgainstWhereTheFieldHadIt) {
   EXPECT_NEAR(score.true_cm3, first.score->true_cm3, 1e-12);
   EXPECT_GT(score.true_cm3, 10);
 }
+
+struct ForeignPlane : DaemonUltrasound, ::testing::WithParamInterface<const char*> {};
+TEST_P(ForeignPlane, OfAnOutlineIsRefused) {  // one a daemon, which takes one CONTOUR a second
+  ASSERT_NO_FATAL_FAILURE(join_and_freeze());
+  net::ContourMessage study;
+  study.slices.push_back(square_on(boss.images.back(), 7, 5));
+  RigidTransform& X_WI = study.slices[0].X_WI;
+  const std::string what = GetParam();
+  if (what == "Aside") X_WI.p += 0.01 * X_WI.R.col(2);
+  if (what == "Turned") X_WI.R = X_WI.R * Eigen::AngleAxisd(1e-3, Vec3::UnitX());
+  if (what == "NoNumber") X_WI.R(1, 1) = std::numeric_limits<double>::quiet_NaN();
+  boss.client.send(study);
+  ASSERT_TRUE(boss.until([&] { return !boss.errors.empty() || !boss.contours.empty(); }));
+  ASSERT_TRUE(boss.contours.empty());
+  EXPECT_EQ(boss.errors[0].code, net::ErrorCode::kContourRefused);
+  EXPECT_NE(boss.errors[0].text.find("frozen in its plane"), std::string::npos) << boss.errors[0].text;
+}
+INSTANTIATE_TEST_SUITE_P(Each, ForeignPlane, ::testing::Values("Aside", "Turned", "NoNumber"),
+                         [](const auto& value) { return std::string(value.param); });
 
 TEST_F(DaemonUltrasound, AStudyOfAnImageThatWasNotFrozenIsRefused) {
   ASSERT_TRUE(boss.join(daemon.port()));
