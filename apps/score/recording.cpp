@@ -4,7 +4,6 @@
 
 #include <utility>
 
-#include "apps/session/session_clock.h"
 #include "apps/session/session_folder.h"
 #include "core/base/error.h"
 #include "core/brachytherapy/seeds/failed_drop_file.h"
@@ -59,7 +58,8 @@ FileRead<std::vector<RecordedForce>> read_forces(const SessionFolder& folder) {
 }
 
 /// All times by the trainee's clock.
-void retime(Recording& recording, const SessionClock& clock) {
+void retime(Recording& recording) {
+  const SessionClock& clock = recording.clock;
   const auto retime = [&](double& t_s) { t_s = clock.wall_s(t_s); };
   if (recording.poses)
     recording.poses = recording.poses->retimed([&](double t_s) { return clock.wall_s(t_s); });
@@ -114,7 +114,7 @@ Recording load_recording(const std::filesystem::path& path) {
                     "and seeds.csv (" +
                     recording.remarks.front() + ")");
   if (forces) recording.forces = *forces;
-  if (const auto clock =
+  if (auto clock =
           take_if_there(kClockFile, "times are those of the simulation's ticks.", SessionClock::parse)) {
     constexpr double kLateShare = 0.02;
     if (clock->missed_share() > kLateShare)
@@ -122,7 +122,8 @@ Recording load_recording(const std::filesystem::path& path) {
           "The machine was late: {:.0f} % of the simulation's ticks were missed, and the tissue moved more "
           "slowly than the hand. Times and speeds are by the clock.",
           100 * clock->missed_share()));
-    retime(recording, *clock);
+    recording.clock = *std::move(clock);
+    retime(recording);
   }
   return recording;
 }

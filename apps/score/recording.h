@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "apps/forces/force_log.h"
+#include "apps/session/session_clock.h"
 #include "apps/session/volume_study_file.h"
 #include "core/brachytherapy/seeds/seed.h"
 #include "core/brachytherapy/seeds/seed_drop.h"
@@ -36,6 +37,7 @@ struct Recording {
       failed_drops;  ///< drops.csv; none: only the daemon and offline replays write it
   std::optional<std::vector<OrganPass>> passes;  ///< contacts.csv; the same
   std::vector<RecordedStudy> studies;            ///< volume_studies.jsonl; empty: none
+  SessionClock clock;                ///< that all times above are of; for those that come from elsewhere
   std::vector<std::string> remarks;  ///< what is missing or truncated and its consequence, a sentence each
 };
 

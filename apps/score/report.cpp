@@ -1,5 +1,7 @@
 #include "apps/score/report.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <optional>
 #include <utility>
@@ -8,7 +10,6 @@
 #include "apps/score/recording.h"
 #include "apps/session/plan_change_log.h"
 #include "core/base/error.h"
-#include "core/base/number_text.h"
 #include "core/scene/load_structures.h"
 
 namespace brachy {
@@ -35,9 +36,10 @@ void note_plan_changes(Recording& recording, const std::vector<PlanChange>& chan
                             : changes.size() == 2 ? "twice"
                                                   : std::to_string(changes.size()) + " times";
   const PlanChange& last = changes.back();
-  recording.remarks.push_back(
-      "The plan was changed " + times + " while the session ran, last at " + text_of(last.t_s) + " s (" +
-      last.what + "); the score is against the one at its start, " + last.file + " is the last one.");
+  recording.remarks.push_back(fmt::format(
+      "The plan was changed {} while the session ran, last at {:.2f} s ({}); the score is against "
+      "the one at its start, {} is the last one.",
+      times, recording.clock.wall_s(last.t_s), last.what, last.file));
 }
 
 }  // namespace

@@ -85,9 +85,10 @@ class Viewing(WithDaemon):
             device.send_pose(unit_pose([5, 0, depth]))
             device.poll()
             for client, kept in zip((changes, whole), meshes):
-                for message in client.poll(0.01):
-                    if isinstance(message, brachyd.Frame) and message.max_displacement_mm > 0:
-                        kept[message.tick] = client.protocol.positions.copy()
+                # The positions are those of the last frame, of however many have come.
+                frames = [message for message in client.poll(0.01) if isinstance(message, brachyd.Frame)]
+                if frames and frames[-1].max_displacement_mm > 0:
+                    kept[frames[-1].tick] = client.protocol.positions.copy()
             for tick in meshes[0].keys() & meshes[1].keys():
                 self.assertTrue(np.array_equal(meshes[0].pop(tick), meshes[1].pop(tick)))
                 compared += 1

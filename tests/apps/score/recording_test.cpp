@@ -56,6 +56,8 @@ TEST_F(RecordingFolder, OfALateMachineHasTheTimesOfTheClock) {
   const Recording recording = load();
   ASSERT_TRUE(recording.poses);
   EXPECT_DOUBLE_EQ(recording.poses->duration_s(), 2);
+  EXPECT_DOUBLE_EQ(recording.clock.wall_s(0.75), 1.25)
+      << "for what is not in the recording: changes of the plan";
   ASSERT_EQ(recording.remarks.size(), 1u);
   EXPECT_NE(recording.remarks[0].find("50 % of the simulation's ticks were missed"), std::string::npos)
       << recording.remarks[0];
