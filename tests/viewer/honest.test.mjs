@@ -35,9 +35,10 @@ function scene(name, text = '') {
   return file;
 }
 
-async function open(daemon, query = '') {
+async function open(daemon, query = '', script = () => {}) {
   page = await newPanelsPage(browser, {viewport: {width: 1280, height: 640}});
   page.on('pageerror', (error) => errors.push(error.message));
+  await page.addInitScript(script);
   await page.goto(`${daemon.url}${query}`);
   await comesTrue(page, 'brachy.frames > 3');
 }
@@ -76,9 +77,7 @@ test('a daemon that is killed leaves no green verdict behind', async () => {
 
 test('a tab that is chosen while the page connects shows what it is for', async () => {
   const daemon = await Daemon.start(scene('tabs'), log);
-  page = await newPanelsPage(browser, {viewport: {width: 1280, height: 640}});
-  page.on('pageerror', (error) => errors.push(error.message));
-  await page.addInitScript(() => {  // `press` is pressed once, behind the next HELLO, before its answer can have come
+  await open(daemon, '?as=research', () => {  // `press` is pressed once, behind the next HELLO, before its answer can have come
     const send = WebSocket.prototype.send;
     WebSocket.prototype.send = function (data) {
       send.call(this, data);
@@ -89,8 +88,6 @@ test('a tab that is chosen while the page connects shows what it is for', async 
       document.querySelector(press).click();
     };
   });
-  await page.goto(`${daemon.url}?as=research`);
-  await comesTrue(page, 'brachy.frames > 3');
   for (const [first, second, isWanted] of [['ultrasound', 'needle', false], ['ultrasound', 'dose', false], ['ultrasound', null, true], ['needle', 'ultrasound', true]]) {
     await page.evaluate((press) => { window.press = press; }, second && `#tab-${second}`);
     await page.locator(`#tab-${first}`).click();

@@ -11,7 +11,7 @@ namespace brachy {
 struct FrozenGland {
   std::uint64_t tick = 0;
   std::vector<Vec3> vertices;        ///< mm, W; of the first of load_structures()
-  std::vector<RigidTransform> X_WI;  ///< of the images
+  std::vector<RigidTransform> X_WI;  ///< of the images: image to world
 };
 
 }  // namespace brachy

@@ -145,8 +145,8 @@ export class LiveConnection {
       if (!this.resubscribes) this.onOpen();
       this.resubscribes = false;
       this.waitMs = FIRST_WAIT_MS;
-      this.asked.splice(0).forEach((control) => this.control(control));
       if (this.requested !== this.wanted) return this.resubscribe();  // something else was wanted since HELLO
+      this.asked.splice(0).forEach((control) => this.control(control));
     } else if (message.kind === 'frame') {
       const ageMs = (Number(nowNs()) - socket.clock.toLocalNs(message.body.publishNs)) / 1e6;
       this.session.transitMs = Number.isNaN(ageMs) ? 0 : ageMs;
