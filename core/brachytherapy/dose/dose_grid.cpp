@@ -9,6 +9,51 @@
 #include "core/brachytherapy/dose/dose_loops.h"
 
 namespace brachy {
+namespace {
+
+/// Adds a seed's dose along rows of one direction.
+class SeedRows {
+ public:
+  /// `axis` in place of the seed's own; `step` from one point to the next, mm.
+  SeedRows(const DoseSeed& seed, const Vec3& axis, const Vec3& step, SimdTarget target)
+      : tables_(dose_tables(seed.source)),
+        loops_(dose_loops(target)),
+        axis_(axis),
+        strength_u_(static_cast<float>(seed.air_kerma_strength_u)) {
+    const Vec3 away_step = axis.cross(step);
+    row_.along_step = static_cast<float>(axis.dot(step));
+    for (int c = 0; c < 3; ++c) row_.away_step[c] = static_cast<float>(away_step[c]);
+  }
+  /// `first`: from the seed to the row's first point, mm.
+  void add(const Vec3& first, std::size_t count, float* dose) {
+    const Vec3 away = axis_.cross(first);
+    row_.along = static_cast<float>(axis_.dot(first));
+    for (int c = 0; c < 3; ++c) row_.away[c] = static_cast<float>(away[c]);
+    loops_.add_row(tables_, row_, strength_u_, count, dose);
+  }
+
+ private:
+  const DoseTables& tables_;
+  const DoseLoops& loops_;
+  Vec3 axis_;
+  float strength_u_;
+  DoseRow row_{};
+};
+
+}  // namespace
+
+std::vector<float> dose_at_voxels(std::span<const DoseSeed> seeds, const VoxelGrid& grid) {
+  std::vector<float> dose(grid.count(), 0.0F);
+  for (const DoseSeed& seed : seeds) {
+    SeedRows rows(seed, seed.axis, grid.steps.col(0), best_simd_target());
+    for (std::size_t k = 0; k < grid.size[2]; ++k)
+      for (std::size_t j = 0; j < grid.size[1]; ++j) {
+        const Vec3 first = grid.position(Vec3(0, static_cast<double>(j), static_cast<double>(k)));
+        rows.add(first - seed.position, grid.size[0], &dose[grid.index(0, j, k)]);
+      }
+  }
+  return dose;
+}
 
 DoseGrid::DoseGrid(const Vec3& min, const Vec3& max, double spacing_mm, SimdTarget target)
     : origin_(min), spacing_(spacing_mm), size_{}, target_(target) {
@@ -33,20 +78,10 @@ Vec3 DoseGrid::position(std::size_t i, std::size_t j, std::size_t k) const {
 void DoseGrid::add(const DoseSeed& seed, const Vec3& stretch) {
   assert(seed.position.allFinite() && std::abs(seed.axis.norm() - 1) < 1e-6 && stretch.minCoeff() > 0);
   const Vec3 axis = stretch == Vec3::Ones() ? seed.axis : Vec3(stretch.cwiseProduct(seed.axis).normalized());
-  const DoseTables& tables = dose_tables(seed.source);
-  const DoseLoops& loops = dose_loops(target_);
-  const double step = stretch.x() * spacing_;
-  const Vec3 away_step = step * axis.cross(Vec3::UnitX());
-  DoseRow row{.along = 0, .along_step = static_cast<float>(step * axis.x()), .away = {}, .away_step = {}};
-  for (int c = 0; c < 3; ++c) row.away_step[c] = static_cast<float>(away_step[c]);
+  SeedRows rows(seed, axis, stretch.x() * spacing_ * Vec3::UnitX(), target_);
   for (std::size_t k = 0; k < size_[2]; ++k)
-    for (std::size_t j = 0; j < size_[1]; ++j) {
-      const Vec3 d = stretch.cwiseProduct(position(0, j, k) - seed.position), away = axis.cross(d);
-      row.along = static_cast<float>(axis.dot(d));
-      for (int c = 0; c < 3; ++c) row.away[c] = static_cast<float>(away[c]);
-      loops.add_row(tables, row, static_cast<float>(seed.air_kerma_strength_u), size_[0],
-                    &dose_[index(0, j, k)]);
-    }
+    for (std::size_t j = 0; j < size_[1]; ++j)
+      rows.add(stretch.cwiseProduct(position(0, j, k) - seed.position), size_[0], &dose_[index(0, j, k)]);
 }
 
 void DoseGrid::clear() {

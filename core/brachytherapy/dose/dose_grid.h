@@ -2,10 +2,12 @@
 
 #include <array>
 #include <cstddef>
+#include <span>
 #include <vector>
 
 #include "core/base/simd/simd_target.h"
 #include "core/brachytherapy/dose/dose_seed.h"
+#include "core/geometry/volume/voxel_grid.h"
 
 namespace brachy {
 
@@ -46,5 +48,8 @@ class DoseGrid {
   SimdTarget target_;
   std::vector<float> dose_;
 };
+
+/// Total dose of seeds (finite; axes of unit length) at the middles of voxels that lie anywhere, as DoseGrid has it.
+std::vector<float> dose_at_voxels(std::span<const DoseSeed> seeds, const VoxelGrid& grid);
 
 }  // namespace brachy

@@ -148,9 +148,9 @@ const DoseTables& dose_tables(SourceModel model) {
   static const DoseTables palladium = make_dose_tables(tg43_source(SourceModel::kTheraSeed200));
   if (model == SourceModel::kAmersham6711) return iodine;
   if (model == SourceModel::kTheraSeed200) return palladium;
-  const LoadedSource* loaded = find_loaded(model);
-  assert(loaded && "unknown source model");
-  return loaded ? loaded->dose_tables() : iodine;
+  const bool is_loaded = find_loaded(model) != nullptr;
+  assert(is_loaded && "unknown source model");
+  return is_loaded ? loaded_dose_tables(model) : iodine;
 }
 
 const DoseLoops& dose_loops(SimdTarget target) {

@@ -143,4 +143,11 @@ std::string source_names(bool permanent) {
   return names;
 }
 
+std::vector<SourceModel> temporary_sources() {
+  std::vector<SourceModel> models;
+  for (const LoadedSource* loaded : loaded_sources())
+    if (!loaded->data().is_permanent) models.push_back(loaded->data().model);
+  return models;
+}
+
 }  // namespace brachy

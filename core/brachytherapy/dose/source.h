@@ -4,6 +4,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "core/brachytherapy/dose/dose_seed.h"
 
@@ -46,7 +47,7 @@ struct Tg43Source {
 /// The data of `model`; asserts for an unknown value. Threads: any.
 const Tg43Source& tg43_source(SourceModel model);
 
-/// "6711", "200", "cs1-rev2", "mhdr-v2", or the name in its file
+/// "6711", "200", "cs1-rev2", "mhdr-v2", …, or the name in its file
 std::string_view to_string(SourceModel model);
 /// The model of that name or number: of those that are shipped, then of the files read so far. Nothing for any other.
 /// Threads: not while a source file is read.
@@ -55,5 +56,7 @@ std::optional<SourceModel> find_source(std::string_view name_or_number);
 std::optional<SourceModel> find_seed_source(std::string_view name_or_number);
 /// "6711, 200, cs1-rev2 …", or those of temporary sources, for messages. Threads: as find_source.
 std::string source_names(bool permanent = true);
+/// All that are withdrawn again. Threads: as find_source.
+std::vector<SourceModel> temporary_sources();
 
 }  // namespace brachy

@@ -37,7 +37,9 @@ TEST(ChooseSource, RefusesASourceOfTheOtherKind) {
             "one of: 6711, "
             "200, cs1-rev2");
   EXPECT_EQ(refusal("[implant]\nkind = \"hdr\"\n[dose]\nsource = \"6711\"\n"),
-            "dose.source is \"6711\", a seed that stays, and implant.kind is \"hdr\"; use one of: mhdr-v2");
+            "dose.source is \"6711\", a seed that stays, and implant.kind is \"hdr\"; use one of: "
+            "mhdr-v2, gammamed-hdr, flexisource, spec-m-19"
+            ", vs2000, varisource, gammamed-pdr");
   EXPECT_NE(refusal("[dose]\nsource = \"none.toml\"\n").find("none.toml: no such source file"),
             std::string::npos);
 }

@@ -54,7 +54,13 @@ TEST(SourceFile, TheShippedFilesAreTheSourcesOfTheirNames) {
   const std::pair<const char*, SourceModel> all[] = {{"6711", SourceModel::kAmersham6711},
                                                      {"theraseed-200", SourceModel::kTheraSeed200},
                                                      {"cs1-rev2", SourceModel::kIsoRayCs1},
-                                                     {"mhdr-v2", SourceModel::kMicroSelectronV2}};
+                                                     {"mhdr-v2", SourceModel::kMicroSelectronV2},
+                                                     {"gammamed-hdr", SourceModel::kGammaMedPlusHdr},
+                                                     {"flexisource", SourceModel::kFlexisource},
+                                                     {"spec-m-19", SourceModel::kSpecM19},
+                                                     {"vs2000", SourceModel::kVs2000},
+                                                     {"varisource", SourceModel::kVariSourceClassic},
+                                                     {"gammamed-pdr", SourceModel::kGammaMedPlusPdr}};
   for (const auto& [file, model] : all) {
     EXPECT_EQ(load_source(kSourceFolder / (std::string(file) + ".toml")), model) << file;
     EXPECT_EQ(find_source(std::to_string(tg43_source(model).number)), model) << file;
@@ -62,7 +68,10 @@ TEST(SourceFile, TheShippedFilesAreTheSourcesOfTheirNames) {
     EXPECT_FALSE(parse_source(text_of_file(kSourceFolder / (std::string(file) + ".toml")), file).doi.empty());
   }
   EXPECT_EQ(source_names(), "6711, 200, cs1-rev2");
-  EXPECT_EQ(source_names(false), "mhdr-v2");
+  EXPECT_EQ(source_names(false),
+            "mhdr-v2, gammamed-hdr, flexisource, spec-m-19, vs2000, "
+            "varisource, gammamed-pdr");
+  EXPECT_EQ(temporary_sources().size(), 7u);
   EXPECT_EQ(find_seed_source("mhdr-v2"), std::nullopt);
 }
 
@@ -83,22 +92,47 @@ TEST(SourceFile, TheShippedTablesHaveTheirPublishedValues) {
   EXPECT_FALSE(ir.is_permanent);
 }
 
-// The QA table that the consensus report prints, outside the source: 2 % at most.
-TEST(SourceFile, Mhdrv2GivesItsPublishedAlongAwayTable) {
-  const NumberTable table = load_number_csv(BRACHY_SOURCE_DIR "/tests/reference/dose/mhdr_v2_along_away.csv",
-                                            "along_cm,away_cm,dose_rate");
-  const Tg43Source& source = tg43_source(SourceModel::kMicroSelectronV2);
-  double worst = 0;
+// The tables of dose along and away from the source that are published with its data: 1 % in the mean, 2 % at most.
+// That of the classic VariSource is a Monte Carlo table of its own, not of its F: within 1 mm of its axis the two
+// differ by up to 12 %.
+struct AlongAway {
+  const char* file;
+  SourceModel model;
+  double least_cm, from_axis_cm;
+  std::size_t points;
+};
+class SourceTable : public testing::TestWithParam<AlongAway> {};
+TEST_P(SourceTable, IsThePublishedDoseAlongAndAwayFromTheSource) {
+  const NumberTable table = load_number_csv(
+      std::string(BRACHY_SOURCE_DIR "/tests/reference/dose/") + GetParam().file + "_along_away.csv",
+      "along_cm,away_cm,dose_rate");
+  const Tg43Source& source = tg43_source(GetParam().model);
+  double worst = 0, sum = 0;
   std::size_t compared = 0;
   for (std::size_t i = 0; i < table.rows(); ++i) {
     const auto row = table.row(i);
-    if (row[0] == 0 && row[1] == 0) continue;  // the source's middle
-    worst = std::max(worst, std::abs(dose_rate_per_u(source, 10 * row[0], 10 * row[1]) / row[2] - 1));
+    if (std::hypot(row[0], row[1]) < GetParam().least_cm || row[1] < GetParam().from_axis_cm || row[2] <= 0)
+      continue;
+    if (std::hypot(row[0], row[1]) > source.g_r_cm.back()) continue;
+    const double off = std::abs(dose_rate_per_u(source, 10 * row[0], 10 * row[1]) / row[2] - 1);
+    worst = std::max(worst, off);
+    sum += off;
     ++compared;
   }
-  EXPECT_EQ(compared, 19u * 12u - 1);
+  EXPECT_EQ(compared, GetParam().points);
   EXPECT_LT(worst, 0.02);
+  EXPECT_LT(sum / static_cast<double>(compared), 0.01);
 }
+INSTANTIATE_TEST_SUITE_P(
+    Each, SourceTable,
+    testing::Values(AlongAway{"mhdr_v2", SourceModel::kMicroSelectronV2, 0.2, 0, 227},
+                    AlongAway{"gammamed_hdr", SourceModel::kGammaMedPlusHdr, 0.2, 0, 227},
+                    AlongAway{"flexisource", SourceModel::kFlexisource, 0.2, 0, 227},
+                    AlongAway{"spec_m_19", SourceModel::kSpecM19, 0.2, 0, 227},
+                    AlongAway{"vs2000", SourceModel::kVs2000, 0.2, 0, 227},
+                    AlongAway{"gammamed_pdr", SourceModel::kGammaMedPlusPdr, 0.2, 0, 227},
+                    AlongAway{"varisource", SourceModel::kVariSourceClassic, 0.5, 0.25, 370}),
+    [](const auto& each) { return std::string(each.param.file); });
 
 TEST(SourceFile, ASourceOnACableKnowsItsEnds) {
   const Tg43Source& source = tg43_source(SourceModel::kMicroSelectronV2);

@@ -53,7 +53,8 @@ TEST(HdrPlanFile, WhatMakesNoSenseIsRefusedWithItsLineAndTheFix) {
             "plan.toml:8: 'catheter' has no dwell time above 0; give one");
   // Sources that other tests of this process have loaded are named too.
   const std::string refusal = refusal_of_hdr("kind = \"hdr\"\nsource = \"6711\"\n");
-  EXPECT_TRUE(refusal.starts_with("plan.toml:2: 'source' is \"6711\"; it must be one of: mhdr-v2"))
+  EXPECT_TRUE(
+      refusal.starts_with("plan.toml:2: 'source' is \"6711\"; it must be one of: mhdr-v2, gammamed-hdr"))
       << refusal;
   EXPECT_TRUE(refusal.ends_with("; a scene's dose.source adds one")) << refusal;
 }
