@@ -39,6 +39,7 @@ std::vector<Tool> all_tools() {
                              export_tool(), deform_tool(), dose_tool(),   inspect_tool()};
   // Its arguments are parsed by brachy-import.
   tools.push_back({"import", "Make a scene of a patient's DICOM RT files or of a label map.", "", {}});
+  tools.push_back({"check-dose", "Recompute an HDR plan's dose and compare it with its RTDOSE.", "", {}});
   // Their arguments are parsed by brachy-study, of the laboratory.
   for (const StudyCommand& command : kStudyCommands) tools.push_back({command.name, command.summary, "", {}});
   for (const auto tool :
@@ -47,11 +48,11 @@ std::vector<Tool> all_tools() {
   return tools;
 }
 
-/// Whether a command line is one of brachy-import: `import …`, or `export` with the option --dicom.
+/// Whether a command line is one of brachy-import: `import …`, `check-dose …`, or `export` with the option --dicom.
 bool is_import_command(int argc, char** argv) {
   if (argc < 2) return false;
   const std::string_view command = argv[1];
-  return command == "import" ||
+  return command == "import" || command == "check-dose" ||
          (command == "export" && std::any_of(argv + 2, argv + argc, [](std::string_view word) {
             return word == "--dicom" || word.starts_with("--dicom=");
           }));

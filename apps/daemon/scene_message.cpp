@@ -47,7 +47,8 @@ net::SceneMessage make_scene_message(const Scene& scene, const std::optional<Pla
   // Of HDR the catheters, which leave no seed.
   if (const auto hdr = load_hdr_plan(scene))
     for (std::size_t c = 0; c < hdr->catheters.size(); ++c)
-      message.planned_needles.push_back({hdr->planned_tip(scene.template_grid, c), hdr->catheters[c].hole});
+      message.planned_needles.push_back(
+          {hdr->planned_tip(scene.template_grid, c), hdr->catheters[c].label()});
   for (const Structure& structure : structures) {
     // The tissue itself is shown anyway.
     if (structure.name == role_word(StructureRole::kGland) && is_tissue_gland(scene)) continue;

@@ -30,7 +30,7 @@ class HdrMistakes {
       const Dwell& dwell = planned_[i];
       const CatheterCourse* course = courses[dwell.catheter];
       if (!course) continue;
-      const double offset = plan.offset_mm(dwell.index);
+      const double offset = plan.offset_mm(dwell.catheter, dwell.index);
       const Vec3 now = dwell_at(course->now, offset).position;
       Dwell rest = dwell_at(course->rest, offset);
       rest.seconds = dwell.seconds;
@@ -151,7 +151,7 @@ class HdrMistakes {
 
   std::string names(const std::vector<std::size_t>& catheters) const {
     std::vector<std::string> all;
-    for (const std::size_t c : catheters) all.push_back(plan_.catheters[c].hole);
+    for (const std::size_t c : catheters) all.push_back(plan_.catheters[c].label());
     return joined(all);
   }
 

@@ -125,9 +125,9 @@ std::string to_text(const HdrScore& score, const HdrPlan& plan) {
                   "needle", "tip along", "tip across", "dwells, mean", "largest");
   for (const CatheterScore& c : score.catheters)
     text += c.needle ? fmt::format("  {:<6}{:>8}{:>12.2f}{:>13.2f}{:>14.2f}{:>10.2f}\n",
-                                   plan.catheters[c.planned].hole, *c.needle, c.along_mm, c.across_mm,
+                                   plan.catheters[c.planned].label(), *c.needle, c.along_mm, c.across_mm,
                                    c.mean_mm, c.largest_mm)
-                     : fmt::format("  {:<6}{:>8}\n", plan.catheters[c.planned].hole, "none");
+                     : fmt::format("  {:<6}{:>8}\n", plan.catheters[c.planned].label(), "none");
   for (const std::uint32_t needle : score.unplanned)
     text += fmt::format("  needle {} is in no planned hole\n", needle);
   for (std::size_t i = 0; i < score.findings.size(); ++i)
@@ -143,7 +143,7 @@ std::string to_json(const HdrScore& score, const HdrPlan& plan) {
   nlohmann::ordered_json json = {{"plan", plan.name}, {"prescription_gy", score.prescription_gy}};
   json["catheters"] = nlohmann::ordered_json::array();
   for (const CatheterScore& c : score.catheters) {
-    nlohmann::ordered_json one = {{"hole", plan.catheters[c.planned].hole}};
+    nlohmann::ordered_json one = {{"hole", plan.catheters[c.planned].label()}};
     one["needle"] = c.needle ? nlohmann::ordered_json(*c.needle) : nlohmann::ordered_json(nullptr);
     if (c.needle) {
       one["tip_error_mm"] = {c.tip_error.x(), c.tip_error.y(), c.tip_error.z()};

@@ -19,9 +19,7 @@ std::vector<const CatheterCourse*> assigned(const HdrPlan& plan, const TemplateG
       catheters.size(), plan.catheters.size(), farthest * farthest,
       [&](std::size_t delivered, std::size_t planned) {
         // Where the catheter passes the template: it may have bent since.
-        return (catheters[delivered].now.back() - *grid.position(plan.catheters[planned].hole))
-            .head<2>()
-            .squaredNorm();
+        return (catheters[delivered].now.back() - plan.planned_entry(grid, planned)).head<2>().squaredNorm();
       });
   std::vector<const CatheterCourse*> of(plan.catheters.size(), nullptr);
   for (std::size_t d = 0; d < catheters.size(); ++d)
@@ -39,9 +37,10 @@ CatheterScore compare(const HdrPlan& plan, const TemplateGrid& grid, std::size_t
   score.along_mm = score.tip_error.z();
   score.across_mm = score.tip_error.head<2>().norm();
   const std::size_t count = plan.catheters[planned].dwell_s.size();
-  for (std::size_t i = 0; i < count; ++i) {
-    const Vec3 aimed_at = tip - plan.offset_mm(i) * Vec3::UnitZ();
-    const double mm = (dwell_at(course->rest, plan.offset_mm(i)).position - aimed_at).norm();
+  for (const Dwell& aimed : plan.dwells(grid)) {
+    if (aimed.catheter != planned) continue;
+    const double offset_mm = plan.offset_mm(planned, aimed.index);
+    const double mm = (dwell_at(course->rest, offset_mm).position - aimed.position).norm();
     score.mean_mm += mm / static_cast<double>(count);
     score.largest_mm = std::max(score.largest_mm, mm);
   }
@@ -70,7 +69,7 @@ HdrScore score_hdr(const HdrPlan& plan, const TemplateGrid& grid, const std::vec
     std::ranges::fill(score.reoptimised_plan.catheters[p].dwell_s, 0);
     if (!courses[p]) continue;
     for (std::size_t i = 0; i < plan.catheters[p].dwell_s.size(); ++i) {
-      Dwell dwell = dwell_at(courses[p]->rest, plan.offset_mm(i));
+      Dwell dwell = dwell_at(courses[p]->rest, plan.offset_mm(p, i));
       dwell.catheter = p;
       dwell.index = i;
       dwell.seconds = plan.catheters[p].dwell_s[i];

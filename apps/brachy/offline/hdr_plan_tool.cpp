@@ -50,7 +50,8 @@ std::string plan_text(const HdrPlan& plan) {
   text += fmt::format("  {:<6}{:>9}   seconds every {:g} mm, the first {:g} mm behind the tip\n", "hole",
                       "tip, mm", plan.step_mm, plan.tip_offset_mm);
   for (const PlanCatheter& c : plan.catheters) {
-    text += fmt::format("  {:<6}{:>9g}  ", c.hole, c.tip_mm);
+    text += c.has_course() ? fmt::format("  {:<6}{:>9}  ", c.name, "course")
+                           : fmt::format("  {:<6}{:>9g}  ", c.hole, c.tip_mm);
     for (const double s : c.dwell_s) text += fmt::format(" {:g}", s);
     text += "\n";
   }
@@ -69,7 +70,7 @@ std::string plan_json(const HdrPlan& plan, const TemplateGrid& grid,
                                  {"total_s", plan.total_s()}};
   for (std::size_t c = 0; c < plan.catheters.size(); ++c) {
     const Vec3 tip = plan.planned_tip(grid, c);
-    json["catheters"].push_back({{"hole", plan.catheters[c].hole},
+    json["catheters"].push_back({{"hole", plan.catheters[c].label()},
                                  {"tip_mm", {tip.x(), tip.y(), tip.z()}},
                                  {"dwell_s", plan.catheters[c].dwell_s}});
   }

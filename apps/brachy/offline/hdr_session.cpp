@@ -9,14 +9,17 @@ std::string hdr_session_csv(const HdrPlan& plan, const TemplateGrid& grid, doubl
   const TrajectoryColumns columns{.needle = true};
   std::string text = trajectory_header(columns) + "\n";
   double t_s = 0;
+  Mat3 R = Mat3::Identity();
   const auto add = [&](std::size_t needle, const Vec3& tip) {
-    text +=
-        trajectory_row({t_s, {Mat3::Identity(), tip}, false}, static_cast<std::uint32_t>(needle), columns) +
-        "\n";
+    text += trajectory_row({t_s, {R, tip}, false}, static_cast<std::uint32_t>(needle), columns) + "\n";
   };
   for (std::size_t n = 0; n < plan.catheters.size(); ++n) {
-    const Vec3 tip = plan.planned_tip(grid, n);
-    const Vec3 start = tip - (plan.catheters[n].tip_mm + kOutsideMm) * Vec3::UnitZ();
+    const Vec3 tip = plan.planned_tip(grid, n), entry = plan.planned_entry(grid, n);
+    const Vec3 along = (tip - entry).normalized();
+    R = plan.catheters[n].has_course()
+            ? Mat3(Eigen::Quaterniond::FromTwoVectors(Vec3::UnitZ(), along).toRotationMatrix())
+            : Mat3(Mat3::Identity());
+    const Vec3 start = entry - kOutsideMm * along;
     add(n, start);
     t_s += (tip - start).norm() / speed_mm_s;
     add(n, tip);

@@ -17,6 +17,7 @@ struct CasePlan {
   Plan plan;
   std::optional<HdrPlan> hdr;  ///< in place of `plan`
   TemplateGrid grid;
+  bool has_assumed_source = false;  ///< of `hdr`: the file does not name it
   double most_moved_mm = 0;  ///< how far a seed lies from where the file has it: trains come in whole steps
   std::vector<std::string> notes;  ///< one line each
 };

@@ -144,8 +144,12 @@ void CaseStructures::add_rois(const RtStructureSet& set, const std::string& file
                                    ? "a point or open contour"
                                    : std::to_string(roi.other_contours) + " points or open contours";
     if (structure.fault.empty() && !has_area(roi.contours)) {
-      imported_.left.push_back(what + "has no closed contour with an area" +
-                               (others.empty() ? "" : ", but " + others));
+      const std::string left =
+          what + "has no closed contour with an area" + (others.empty() ? "" : ", but " + others);
+      if (roi.course.size() >= 2)
+        imported_.courses.push_back({roi.number, roi.name, roi.course, left});
+      else
+        imported_.left.push_back(left);
       continue;
     }
     if (!others.empty()) imported_.left.push_back(what + others);

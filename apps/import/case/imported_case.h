@@ -28,11 +28,23 @@ struct ImportedStructure {
   std::size_t file = 0;  ///< its number, from 1 on
 };
 
+/// A structure of points or open contours: a catheter.
+struct ImportedCourse {
+  int roi = 0;               ///< its number in the structure set
+  std::string name;          ///< as the file has it
+  std::vector<Vec3> points;  ///< at least two, in the file's order; mm, RAS
+  std::string left;          ///< what to say where no plan has it
+};
+
 /// What was read from the files.
 struct ImportedCase {
   std::vector<ImportedStructure> structures;  ///< the gland first
+  std::vector<ImportedCourse> courses;        ///< those that the plan does not have, once it is read
   TemplateGrid grid;
   std::optional<CasePlan> plan;
+  std::string plan_fault;                ///< why the first plan was not taken, as an error's text
+  std::vector<RtPointDose> plan_points;  ///< doses that the plan states
+  std::string plan_date, strength_date;  ///< YYYYMMDD, of the plan and its source's strength; empty: not said
   std::vector<DoseSeed> seeds;  ///< of the permanent implant, where the file has them; with or without a plan
   std::optional<VoxelVolume> dose, volume;
   std::string volume_modality;  ///< CT, MR, US, PT
@@ -50,6 +62,8 @@ struct ImportOptions {
   std::vector<std::string>
       roles;  ///< "rectum=NAME": names of structures by their roles; others by their names
   std::vector<std::string> leave, only;  ///< names of structures, as in the file or as in the scene
+  bool needs_structure = true;           ///< a case without one is an error
+  std::string source;                    ///< name of the temporary source of a plan; empty: by the file
   double tolerance_mm = 0.02;            ///< of the simplified surfaces
   std::size_t most_vertices = 6000;      ///< of a surface: beyond, the tolerance grows
   bool keep_identifiers = false;

@@ -3,6 +3,7 @@
 #include <memory>
 #include <set>
 
+#include "apps/import/case/case_catheters.h"
 #include "apps/import/case/case_roles.h"
 #include "apps/import/case/case_structures.h"
 #include "apps/import/case/case_volume.h"
@@ -183,6 +184,7 @@ void CaseReader::read_structure_sets() {
   }
   structures_.leave_repeated();
   if (case_.structures.empty()) {
+    if (!options_.needs_structure) return;
     if (!voxel_fault_.empty()) throw UserError(voxel_fault_);
     throw UserError(options_.inputs.front() + ": no structure with a volume" + first_left() +
                     "; add an RTSTRUCT or a label map to the files");
@@ -206,12 +208,15 @@ void CaseReader::take_implant(const RtBrachyPlan& plan, const RtFile& file) {
 
 /// The first permanent implant, or else a fraction of our own export; others are left.
 void CaseReader::read_plan() {
-  Vec3 min = Vec3::Constant(1e9), max = -min;
-  for (const Vec3& v : case_.structures.front().mesh.vertices) {
-    min = min.cwiseMin(v);
-    max = max.cwiseMax(v);
+  if (!case_.structures.empty()) {
+    Eigen::AlignedBox3d box;
+    for (const Vec3& v : case_.structures.front().mesh.vertices) box.extend(v);
+    case_.grid = template_before(box.min(), box.max());
   }
-  case_.grid = template_before(min, max);
+  // Permanent implants first: a session with both is of that.
+  std::ranges::stable_sort(plans_, std::greater(), [](const RtFile& file) {
+    return file.dicom->data().text(tag::kTechnique) == "PERMANENT";
+  });
   std::string fault;
   for (const RtFile& file : plans_) try {
       const DicomItem data = file.dicom->data();
@@ -223,26 +228,29 @@ void CaseReader::read_plan() {
       }
       const RtBrachyPlan plan = read_rt_plan(*file.dicom);
       const bool is_own = parse_template_text(plan.description).has_value();
-      if (!plan.is_permanent() && !is_own)
-        leave(file, "the plan is " + plain_name(plan.treatment_type, "of no type") + " with " +
-                        std::to_string(plan.channels.size()) + " channels, not a permanent implant");
-      else if (is_taken)
+      if (is_taken)
         leave(file, "is another plan; to take this one, name it without the other");
       else if (is_in_frame(plan.frame, file, "plan")) {
         if (plan.is_permanent())
           take_implant(plan, file);
         else
-          case_.plan = fit_hdr_plan(plan, file.path);
+          case_.plan = is_own ? fit_hdr_plan(plan, file.path)
+                              : catheters_of(plan, case_.courses, options_.source, file.path);
         plan_instance_ = data.text(tag::kSopInstance);
+        case_.plan_points = plan.point_doses;
+        case_.plan_date = plan.date;
+        case_.strength_date = plan.sources.front().strength_date;
         if (!case_.plan) continue;
-        case_.grid = case_.plan->grid;
+        if (is_own || plan.is_permanent()) case_.grid = case_.plan->grid;
         case_.taken.push_back("plan from an RTPLAN, " + place(file.number));
       }
     } catch (const UserError& e) {
+      if (case_.plan_fault.empty()) case_.plan_fault = e.what();
       if (fault.empty() && file.dicom->data().text(tag::kTechnique) == "PERMANENT") fault = e.what();
       leave(file, e.what());
     }
   if (!case_.plan && case_.seeds.empty() && !fault.empty()) throw UserError(fault);
+  for (const ImportedCourse& course : case_.courses) case_.left.push_back(course.left);
 }
 
 /// Of the plan that was taken, else of any plan, else the first.
@@ -351,10 +359,12 @@ ImportedCase CaseReader::read() {
     read_file(case_.files[n], n + 1);
   }
   read_structure_sets();
-  take_image();
-  const std::vector<std::string> warnings =
-      anatomy_warnings(as_structures(case_), case_.volume ? &case_.volume->grid : nullptr);
-  case_.warnings.insert(case_.warnings.end(), warnings.begin(), warnings.end());
+  if (!case_.structures.empty()) {
+    take_image();
+    const std::vector<std::string> warnings =
+        anatomy_warnings(as_structures(case_), case_.volume ? &case_.volume->grid : nullptr);
+    case_.warnings.insert(case_.warnings.end(), warnings.begin(), warnings.end());
+  }
   read_plan();
   read_dose();
   for (std::string& line : case_.left) line = without_paths(std::move(line));

@@ -113,7 +113,12 @@ nlohmann::ordered_json report_of(const ImportedCase& imported) {
   if (imported.plan && imported.plan->hdr)
     json["plan"] = {{"catheters", imported.plan->hdr->catheters.size()},
                     {"dwells", imported.plan->hdr->dwell_count()},
-                    {"source_strength_u", imported.plan->hdr->source_strength_u}};
+                    {"dwell_positions", imported.plan->hdr->dwells(imported.grid).size()},
+                    {"source", to_string(imported.plan->hdr->source)},
+                    {"source_strength_u", imported.plan->hdr->source_strength_u},
+                    {"total_reference_air_kerma_ugy",
+                     imported.plan->hdr->source_strength_u * imported.plan->hdr->total_s() / 3600},
+                    {"notes", imported.plan->notes}};
   else if (imported.plan)
     json["plan"] = {{"needles", imported.plan->plan.needles.size()},
                     {"seeds", imported.plan->plan.seed_count()},

@@ -43,21 +43,31 @@ void read_contours(const DicomItem& item, RtRoi& roi, std::size_t& points) {
     roi.colour.emplace();
     for (std::size_t c = 0; c < 3; ++c) (*roi.colour)[c] = std::clamp(rgb[c] / 255, 0.0, 1.0);
   }
-  std::size_t miscounted = 0, empty = 0;
+  std::size_t miscounted = 0, empty = 0, unread = 0;
   for (const DicomItem& contour : item.sequence(tag::kContours)) {
-    if (!is_closed(contour)) {
-      ++roi.other_contours;
-      continue;
+    const bool has_inside = is_closed(contour);
+    std::vector<Vec3> read;
+    try {
+      read = read_contour(contour, miscounted);
+    } catch (const UserError&) {
+      if (has_inside) throw;
+      ++unread;
     }
-    std::vector<Vec3> read = read_contour(contour, miscounted);
     points += read.size();
     if (points > kMostPoints)
       contour.refuse(tag::kContourData, "the file has over 20 million points; export fewer structures");
+    if (!has_inside) {
+      ++roi.other_contours;
+      roi.course.insert(roi.course.end(), read.begin(), read.end());
+      continue;
+    }
     if (read.empty())
       ++empty;
     else
       roi.contours.push_back(std::move(read));
   }
+  if (unread > 0)
+    roi.notes.push_back(std::to_string(unread) + " open contours have no points that can be read");
   if (empty > 0) roi.notes.push_back(std::to_string(empty) + " contours have no points");
   if (miscounted > 0)
     roi.notes.push_back(tag::kContourPointCount.text() + " is not the number of points in " +

@@ -17,8 +17,9 @@ struct RtRoi {
   std::string frame;                            ///< UID of its frame of reference; may be empty
   std::vector<std::vector<Vec3>> contours;      ///< CLOSED_PLANAR and CLOSEDPLANAR_XOR; mm, RAS
   std::size_t other_contours = 0;               ///< points and open ones, which have no inside
-  std::vector<std::string> notes;               ///< what was wrong and does not matter
-  std::string fault;  ///< why it cannot be read, as an error's text; empty where it can
+  std::vector<Vec3> course;        ///< the points of those, in the file's order: a catheter; mm, RAS
+  std::vector<std::string> notes;  ///< what was wrong and does not matter
+  std::string fault;               ///< why it cannot be read, as an error's text; empty where it can
 };
 
 struct RtStructureSet {

@@ -15,10 +15,14 @@ constexpr const char* kRtPlanStorage = "1.2.840.10008.5.1.4.1.1.481.5";
 constexpr const char* kRtStructureSet = "1.2.840.10008.5.1.4.1.1.481.3";
 
 /// The source's decay and strength (µGy/h at 1 m) on the export's date.
-void put_source(DicomWriter source, const Tg43Source& tg43, const char* manufacturer, const char* isotope,
-                double strength_u, const ExportIds& ids) {
+void put_source(DicomWriter source, const Tg43Source& tg43, double strength_u, const ExportIds& ids) {
+  // "Cs-131, IsoRay CS-1 Rev2": nuclide and use, and who makes which.
+  const std::string description(tg43.description);
+  const std::string isotope = description.substr(0, description.find_first_of(" ,"));
+  const auto comma = description.find(", ");
+  const std::string manufacturer = comma == std::string::npos ? "" : description.substr(comma + 2);
   source.put(tag::kSourceNumber, "1").put({0x300a, 0x0214}, "LINE");
-  source.put({0x300a, 0x0216}, manufacturer).put(tag::kSourceModel, std::string(tg43.name));
+  source.put({0x300a, 0x0216}, manufacturer.substr(0, 64)).put(tag::kSourceModel, std::string(tg43.name));
   source.put({0x300a, 0x0218}, tg43.capsule_diameter_mm).put({0x300a, 0x021a}, 10 * tg43.active_length_cm);
   source.put(tag::kIsotope, isotope).put({0x300a, 0x0228}, tg43.half_life_days);
   source.put({0x300a, 0x0229}, "AIR_KERMA_RATE").put(tag::kAirKermaRate, strength_u);
@@ -52,8 +56,11 @@ void put_channel(DicomWriter out, std::size_t number, double total_s, const char
                  const std::string& hole) {
   out.put_count(tag::kChannelNumber, number).put({0x300a, 0x0284}, "").put(tag::kChannelTotalTime, total_s);
   out.put({0x300a, 0x0288}, movement).put_count({0x300a, 0x0290}, number);
-  out.put(tag::kApplicatorId, hole).put({0x300a, 0x0292}, "RIGID");
-  out.put({0x300a, 0x0294}, hole).put({0x300a, 0x0296}, NeedleSettings().length_mm).put({0x300a, 0x02a2}, "");
+  constexpr std::size_t kMostOfId = 16;  // SH
+  out.put(tag::kApplicatorId, hole.substr(0, kMostOfId)).put({0x300a, 0x0292}, "RIGID");
+  out.put(tag::kApplicatorName, hole)
+      .put({0x300a, 0x0296}, NeedleSettings().length_mm)
+      .put({0x300a, 0x02a2}, "");
   out.put(tag::kReferencedRoi, "");  // of the applicator, which is drawn nowhere
   out.put(tag::kReferencedSource, "1");
 }
@@ -81,14 +88,16 @@ void put_seed(DicomWriter setup, std::size_t channel, const PlannedSeed& seed, c
 
 /// The source steps through a catheter: two control points a dwell, at its begin and end. Weights are seconds.
 void put_catheter(DicomWriter setup, std::size_t number, const HdrPlan& plan,
-                  const std::vector<Dwell>& dwells) {
+                  const std::vector<Dwell>& dwells, std::size_t structures) {
   const std::size_t catheter = dwells.front().catheter;
   double total_s = 0;
   for (const Dwell& dwell : dwells) total_s += dwell.seconds;
   DicomWriter out = setup.item(tag::kChannels);
-  put_channel(out, number, total_s, "STEPWISE", plan.catheters[catheter].hole);
+  put_channel(out, number, total_s, "STEPWISE", plan.catheters[catheter].label());
   out.put({0x300a, 0x02a0}, plan.step_mm).put_count({0x300a, 0x0110}, 2 * dwells.size());
   out.put({0x300a, 0x02c8}, total_s);
+  if (plan.catheters[catheter].has_course())
+    out.put(tag::kReferencedRoi, std::to_string(catheter_roi(structures, catheter)));
   double before_s = 0;
   std::size_t index = 0;
   for (const Dwell& dwell : dwells) {
@@ -96,7 +105,7 @@ void put_catheter(DicomWriter setup, std::size_t number, const HdrPlan& plan,
     for (const double weight : {before_s, after_s}) {
       DicomWriter point = out.item(tag::kControlPoints);
       point.put_count({0x300a, 0x0112}, index++).put(tag::kCumulativeTimeWeight, weight);
-      point.put(tag::kRelativePosition, plan.offset_mm(dwell.index))
+      point.put(tag::kRelativePosition, plan.offset_mm(catheter, dwell.index))
           .put(tag::kPosition3D, decimal_string(dwell.position));
       put_axis(point, dwell.axis);
     }
@@ -113,10 +122,8 @@ void write_rt_plan(const std::filesystem::path& file, const ExportIds& ids, cons
   const Tg43Source& tg43 = tg43_source(plan.source);
   put_general(data, ids, plan.prescription_gy, "PERMANENT", "LDR");
   data.put(tag::kPlanDescription, template_text(grid, plan.base_plane_mm));
-  const bool is_iodine = plan.source == SourceModel::kAmersham6711;
   DicomWriter source = data.item(tag::kSources);
-  put_source(source, tg43, is_iodine ? "Amersham" : "Theragenics", is_iodine ? "I-125" : "Pd-103",
-             plan.air_kerma_strength_u, ids);
+  put_source(source, tg43, plan.air_kerma_strength_u, ids);
   source.put({0x300a, 0x022b}, plan.air_kerma_strength_u);
   // A source that decays gives the dose of its mean life at the first rate.
   const double mean_life_h = tg43.half_life_h() / std::numbers::ln2;
@@ -137,13 +144,15 @@ void write_rt_plan(const std::filesystem::path& file, const ExportIds& ids, cons
 }
 
 void write_rt_plan(const std::filesystem::path& file, const ExportIds& ids, const HdrPlan& plan,
-                   const TemplateGrid& grid) {
+                   const TemplateGrid& grid, std::size_t structures) {
   DicomObject object(ids, kRtPlanStorage, ids.plan, "RTPLAN");
   DicomWriter data = object.data();
   put_general(data, ids, plan.prescription_gy, "INTERSTITIAL", "HDR");
   constexpr double kAnyBasePlaneMm = 100;  // an HDR plan has none
-  data.put(tag::kPlanDescription, template_text(grid, kAnyBasePlaneMm) + hdr_text(plan));
-  put_source(data.item(tag::kSources), tg43_source(plan.source), "", "Ir-192", plan.source_strength_u, ids);
+  // Courses come back as another system's do: from dwells and structures.
+  if (std::ranges::none_of(plan.catheters, &PlanCatheter::has_course))
+    data.put(tag::kPlanDescription, template_text(grid, kAnyBasePlaneMm) + hdr_text(plan));
+  put_source(data.item(tag::kSources), tg43_source(plan.source), plan.source_strength_u, ids);
   put_fractions(data, 1);
   DicomWriter setup = data.item(tag::kSetups);
   setup.put({0x300a, 0x0232}, "PERINEAL").put(tag::kSetupNumber, "1").put(tag::kSetupName, "catheters");
@@ -153,8 +162,9 @@ void write_rt_plan(const std::filesystem::path& file, const ExportIds& ids, cons
   for (std::size_t c = 0; c < plan.catheters.size(); ++c) {
     of_catheter.clear();
     for (const Dwell& dwell : dwells)
-      if (dwell.catheter == c && dwell.seconds > 0) of_catheter.push_back(dwell);
-    if (!of_catheter.empty()) put_catheter(setup, ++number, plan, of_catheter);
+      if (dwell.catheter == c && (dwell.seconds > 0 || plan.catheters[c].has_course()))
+        of_catheter.push_back(dwell);
+    if (!of_catheter.empty()) put_catheter(setup, ++number, plan, of_catheter, structures);
   }
   // µGy at 1 m.
   setup.put({0x300a, 0x0250}, plan.source_strength_u * plan.total_s() / 3600);

@@ -139,13 +139,14 @@ int run(const ExportLine& line) {
   const std::vector<Rgb> colours = colours_of(structures, scene);
   Progress progress("export");
   progress.show(0, "structures");
-  write_rt_structure(line.dicom / "rtstruct.dcm", ids, structures, colours, line.slice_mm);
+  write_rt_structure(line.dicom / "rtstruct.dcm", ids, structures, colours, line.slice_mm,
+                     plan.hdr ? &*plan.hdr : nullptr);
   write_text(line.dicom / "structures.seg.nrrd",
              to_seg_nrrd(label_map_of(structures, colours, scene.dose.spacing_mm)), line.force);
   std::string written = "rtstruct.dcm, structures.seg.nrrd";
   if (!plan.is_empty()) {
     if (plan.hdr)
-      write_rt_plan(line.dicom / "rtplan.dcm", ids, *plan.hdr, scene.template_grid);
+      write_rt_plan(line.dicom / "rtplan.dcm", ids, *plan.hdr, scene.template_grid, structures.size());
     else
       write_rt_plan(line.dicom / "rtplan.dcm", ids, *plan.permanent, scene.template_grid);
     written += ", rtplan.dcm";

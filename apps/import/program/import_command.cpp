@@ -4,6 +4,7 @@
 
 #include "apps/command_line/tool.h"
 #include "apps/import/case/imported_case.h"
+#include "apps/import/check/dose_check.h"
 #include "apps/terminal/progress.h"
 #include "core/base/escaped.h"
 
@@ -13,7 +14,7 @@ namespace {
 struct ImportLine {
   std::vector<std::filesystem::path> inputs;
   std::filesystem::path out;
-  std::string gland;
+  std::string gland, source;
   std::vector<std::string> roles, leave, only;
   bool keep_identifiers = false, force = false, json = false;
 };
@@ -33,6 +34,7 @@ int run(const ImportLine& line) {
   ImportOptions options;
   for (const auto& input : line.inputs) options.inputs.push_back(input.string());
   options.gland = line.gland;
+  options.source = line.source;
   options.roles = line.roles;
   options.leave = line.leave;
   options.only = line.only;
@@ -42,8 +44,9 @@ int run(const ImportLine& line) {
       !std::filesystem::is_empty(line.out, ignored))
     throw UserError(line.out.string() + ": is not empty; choose another --out, or give --force");
   Progress progress("import");
-  const ImportedCase imported =
+  ImportedCase imported =
       read_case(options, [&](double share, const std::string& what) { progress.show(share, what); });
+  take_fitting_source(imported);
   progress.show(1, "writing");
   write_case(imported, line.out, line.force);
   progress.finish();
@@ -56,8 +59,10 @@ int run(const ImportLine& line) {
   std::cout << "import: " << (line.out / "scene.toml").string() << "\n" << places_text(imported);
   if (imported.plan && imported.plan->hdr) {
     const HdrPlan& plan = *imported.plan->hdr;
-    std::cout << fmt::format("  plan: {} catheters, {} dwells, source of {:g} U\n", plan.catheters.size(),
-                             plan.dwell_count(), plan.source_strength_u);
+    std::cout << fmt::format("  plan: {} catheters, {} dwells in {:.1f} s, {} of {:g} U, {:g} Gy\n",
+                             plan.catheters.size(), plan.dwell_count(), plan.total_s(),
+                             to_string(plan.source), plan.source_strength_u, plan.prescription_gy);
+    for (const std::string& note : imported.plan->notes) std::cout << "    " << note << "\n";
   } else if (imported.plan) {
     std::cout << fmt::format("  plan: {} needles, {} seeds of {:g} U\n", imported.plan->plan.needles.size(),
                              imported.plan->plan.seed_count(), imported.plan->plan.air_kerma_strength_u);
@@ -84,6 +89,8 @@ void declare(OptionList& list, ImportLine& line) {
   list.add("--role", line.roles,
            "ROLE=NAME: the structure that is the urethra, rectum, bladder, pubic_arch, …; may be repeated");
   list.add("--leave", line.leave, "a structure that is not wanted, by its name; may be repeated");
+  list.add("--source", line.source,
+           "the source of an HDR or PDR plan whose file does not name a known one: mhdr-v2, flexisource, …");
   list.add("--only", line.only, "a structure that is wanted, and no other; may be repeated");
   list.add_flag("--json", line.json, "print import.json in place of the table");
   list.add_flag("--keep-identifiers", line.keep_identifiers,

@@ -24,7 +24,7 @@ constexpr int kChoiceIterations = 60;
 PlanCatheter catheter_in(const GlandHole& hole, const HdrPlan& plan) {
   PlanCatheter catheter{hole.name, std::floor(hole.far_mm - kFirstDwellMm + plan.tip_offset_mm), {}};
   for (std::size_t i = 0; i < HdrPlanLimits::kMostDwells; ++i) {
-    const double at = catheter.tip_mm - plan.offset_mm(i);
+    const double at = catheter.tip_mm - plan.straight_offset_mm(i);
     if (at < std::max(hole.near_mm - kBeforeMm, 0.0)) break;
     catheter.dwell_s.push_back(0);
   }

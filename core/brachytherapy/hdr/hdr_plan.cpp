@@ -1,5 +1,6 @@
 #include "core/brachytherapy/hdr/hdr_plan.h"
 
+#include <cassert>
 #include <numbers>
 
 #include "core/base/error.h"
@@ -7,20 +8,38 @@
 
 namespace brachy {
 
+double HdrPlan::offset_mm(std::size_t catheter, std::size_t dwell) const {
+  const PlanCatheter& c = catheters.at(catheter);
+  return c.has_course() ? c.dwell_mm.at(dwell) : straight_offset_mm(dwell);
+}
+
 Vec3 HdrPlan::planned_tip(const TemplateGrid& grid, std::size_t catheter) const {
   const PlanCatheter& c = catheters.at(catheter);
+  if (c.has_course()) return c.course.front();
+  return planned_entry(grid, catheter) + c.tip_mm * Vec3::UnitZ();
+}
+
+Vec3 HdrPlan::planned_entry(const TemplateGrid& grid, std::size_t catheter) const {
+  const PlanCatheter& c = catheters.at(catheter);
+  if (c.has_course()) return c.course.back();
   const auto hole = grid.position(c.hole);
   if (!hole)
     throw UserError("the plan's hole \"" + c.hole + "\" is not in the template, which has " + grid.extent());
-  return *hole + c.tip_mm * Vec3::UnitZ();
+  return *hole;
 }
 
 std::vector<Dwell> HdrPlan::dwells(const TemplateGrid& grid) const {
   std::vector<Dwell> all;
   for (std::size_t c = 0; c < catheters.size(); ++c) {
     const Vec3 tip = planned_tip(grid, c);
-    for (std::size_t i = 0; i < catheters[c].dwell_s.size(); ++i)
-      all.push_back({c, i, tip - offset_mm(i) * Vec3::UnitZ(), Vec3::UnitZ(), catheters[c].dwell_s[i]});
+    for (std::size_t i = 0; i < catheters[c].dwell_s.size(); ++i) {
+      Dwell dwell{.position = tip - offset_mm(c, i) * Vec3::UnitZ()};
+      if (catheters[c].has_course()) dwell = point_along(catheters[c].course, offset_mm(c, i));
+      dwell.catheter = c;
+      dwell.index = i;
+      dwell.seconds = catheters[c].dwell_s[i];
+      all.push_back(dwell);
+    }
   }
   return all;
 }
@@ -37,6 +56,28 @@ double HdrPlan::total_s() const {
   for (const PlanCatheter& c : catheters)
     for (const double s : c.dwell_s) sum += s;
   return sum;
+}
+
+Dwell point_along(const std::vector<Vec3>& course, double offset_mm) {
+  assert(course.size() >= 2);
+  Dwell dwell;
+  for (std::size_t i = 1;; ++i) {
+    const Vec3 back = course[i] - course[i - 1];
+    const double length = back.norm();
+    if (offset_mm > length && i + 1 < course.size()) {
+      offset_mm -= length;
+      continue;
+    }
+    dwell.axis = -back / length;
+    dwell.position = course[i - 1] - offset_mm * dwell.axis;
+    // At a point of the course: the mean of the directions before and behind it.
+    constexpr double kAtPointMm = 1e-6;
+    if (i + 1 < course.size() && length - offset_mm < kAtPointMm)
+      dwell.axis = (dwell.axis + (course[i] - course[i + 1]).normalized()).normalized();
+    else if (i > 1 && offset_mm < kAtPointMm)
+      dwell.axis = (dwell.axis + (course[i - 2] - course[i - 1]).normalized()).normalized();
+    return dwell;
+  }
 }
 
 DoseSeed as_seed(const Dwell& dwell, SourceModel source, double source_strength_u) {

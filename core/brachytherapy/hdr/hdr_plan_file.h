@@ -14,6 +14,8 @@ struct HdrPlanLimits {
   static constexpr double kLeastPrescriptionGy = 1, kMostPrescriptionGy = 100;
   static constexpr double kMostTipMm = 500, kMostTipOffsetMm = 50;
   static constexpr double kMostDwellS = 3600;
+  static constexpr double kMostCourseMm = 1e5;  ///< a coordinate, or a length
+  static constexpr std::size_t kMostCoursePoints = 200;
   static constexpr std::size_t kMostDwells = 60;  ///< of a catheter
 };
 
@@ -21,7 +23,8 @@ struct HdrPlanLimits {
 bool is_hdr_plan(std::string_view text);
 
 /// Parses a plan: kind = "hdr", name, source, source_strength_u, prescription_gy, step_mm, tip_offset_mm, and for each
-/// catheter a [[catheter]] with hole, tip_mm and dwell_s. `name` stands for the file in errors.
+/// catheter a [[catheter]] with hole, tip_mm and dwell_s, or with name, course_mm, dwell_mm and dwell_s. `name` stands
+/// for the file in errors.
 /// Errors: UserError "file:line: what; fix": not TOML, an unknown or missing key, a value out of range, a seed for a
 /// source, a hole that is not in the template or is used twice, more than 24 catheters, a dwell position in front of
 /// the template, a tip that the needle does not reach, no dwell time at all.

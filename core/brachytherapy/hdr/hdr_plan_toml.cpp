@@ -20,8 +20,53 @@ void require_keys(const TomlTable& t, std::initializer_list<const char*> keys, c
     if (!t.has(key)) t.missing(key, what);
 }
 
+void check_dwell_count(const TomlTable& t, const PlanCatheter& catheter) {
+  const std::size_t count = catheter.dwell_s.size();
+  if (count == 0 || count > HdrPlanLimits::kMostDwells)
+    t.contradiction("dwell_s", "has " + std::to_string(count) + " times; give 1 to " +
+                                   std::to_string(HdrPlanLimits::kMostDwells));
+}
+
+/// A catheter with a course of its own.
+void read_course(TomlTable& t, PlanCatheter& catheter, double needle_length_mm) {
+  using L = HdrPlanLimits;
+  std::vector<std::vector<double>> points;
+  t.text("name", catheter.name);
+  t.rows("course_mm", points, -L::kMostCourseMm, L::kMostCourseMm);
+  t.list("dwell_mm", catheter.dwell_mm, 0, L::kMostCourseMm);
+  t.list("dwell_s", catheter.dwell_s, 0, L::kMostDwellS);
+  t.refuse_unknown();
+  require_keys(t, {"name", "course_mm", "dwell_mm", "dwell_s"},
+               "a [[catheter]] with a course has a name, the course from the tip backwards, and place and "
+               "time of each dwell position");
+  check_name(catheter.name, [&](const char* key, const std::string& what) { t.contradiction(key, what); });
+  if (points.size() < 2 || points.size() > L::kMostCoursePoints)
+    t.contradiction("course_mm", "has " + std::to_string(points.size()) + " points; give 2 to " +
+                                     std::to_string(L::kMostCoursePoints));
+  double length = 0;
+  for (const std::vector<double>& p : points) {
+    if (p.size() != 3) t.contradiction("course_mm", "has a point that is no x, y, z");
+    catheter.course.emplace_back(p[0], p[1], p[2]);
+    if (!catheter.course.back().allFinite()) t.contradiction("course_mm", "has a point that is no number");
+    if (catheter.course.size() < 2) continue;
+    const double step = (catheter.course.back() - catheter.course.end()[-2]).norm();
+    if (step < 1e-3) t.contradiction("course_mm", "has the same point twice in a row; give it once");
+    length += step;
+  }
+  if (length > needle_length_mm)
+    t.contradiction("course_mm", "is " + text_of(length) + " mm long and the needle " +
+                                     text_of(needle_length_mm) + " mm; raise needle.length_mm");
+  check_dwell_count(t, catheter);
+  if (catheter.dwell_mm.size() != catheter.dwell_s.size())
+    t.contradiction("dwell_mm", "has " + std::to_string(catheter.dwell_mm.size()) + " places for " +
+                                    std::to_string(catheter.dwell_s.size()) + " times; give one for each");
+  if (!std::ranges::is_sorted(catheter.dwell_mm) || catheter.dwell_mm.back() > length + 1e-6)
+    t.contradiction("dwell_mm", "must increase from the tip to the course's end, " + text_of(length) + " mm");
+}
+
 void read_catheter(TomlTable t, HdrPlan& plan, const TemplateGrid& grid, double needle_length_mm) {
   PlanCatheter& catheter = plan.catheters.emplace_back();
+  if (t.has("course_mm")) return read_course(t, catheter, needle_length_mm);
   t.text("hole", catheter.hole);
   t.number("tip_mm", catheter.tip_mm, 0, HdrPlanLimits::kMostTipMm);
   t.list("dwell_s", catheter.dwell_s, 0, HdrPlanLimits::kMostDwellS);
@@ -39,14 +84,11 @@ void read_catheter(TomlTable t, HdrPlan& plan, const TemplateGrid& grid, double 
   if (catheter.tip_mm > needle_length_mm)
     t.contradiction("tip_mm", "is " + text_of(catheter.tip_mm) + " and the needle is " +
                                   text_of(needle_length_mm) + " mm long; lower it");
-  const std::size_t count = catheter.dwell_s.size();
-  if (count == 0 || count > HdrPlanLimits::kMostDwells)
-    t.contradiction("dwell_s", "has " + std::to_string(count) + " times; give 1 to " +
-                                   std::to_string(HdrPlanLimits::kMostDwells));
-  if (plan.offset_mm(count - 1) > catheter.tip_mm)
-    t.contradiction("dwell_s", "reaches " + text_of(plan.offset_mm(count - 1)) +
-                                   " mm behind the tip, which is " + text_of(catheter.tip_mm) +
-                                   " mm beyond the template; give fewer times");
+  check_dwell_count(t, catheter);
+  const double last = plan.straight_offset_mm(catheter.dwell_s.size() - 1);
+  if (last > catheter.tip_mm)
+    t.contradiction("dwell_s", "reaches " + text_of(last) + " mm behind the tip, which is " +
+                                   text_of(catheter.tip_mm) + " mm beyond the template; give fewer times");
 }
 
 SourceModel read_source(TomlTable& t) {
@@ -135,13 +177,24 @@ std::string to_toml(const HdrPlan& plan) {
   out += "tip_offset_mm = " + exact_text(plan.tip_offset_mm) + "  # of the first one behind the tip\n";
   out +=
       "# tip_mm: beyond the template's plane. dwell_s: seconds at each dwell position, from the tip "
-      "backwards.\n";
+      "backwards.\n# course_mm: x, y, z from the tip backwards; dwell_mm: of each dwell position behind the "
+      "tip, "
+      "along it.\n";
+  const auto list = [](const std::vector<double>& values) {
+    std::string text = "[";
+    for (std::size_t i = 0; i < values.size(); ++i) text += (i ? ", " : "") + exact_text(values[i]);
+    return text + "]\n";
+  };
   for (const PlanCatheter& catheter : plan.catheters) {
+    if (catheter.has_course()) {
+      out += "\n[[catheter]]\nname = " + quoted(catheter.name) + "\ncourse_mm = [";
+      for (const Vec3& p : catheter.course)
+        out += "\n  [" + exact_text(p.x()) + ", " + exact_text(p.y()) + ", " + exact_text(p.z()) + "],";
+      out += "\n]\ndwell_mm = " + list(catheter.dwell_mm) + "dwell_s = " + list(catheter.dwell_s);
+      continue;
+    }
     out += "\n[[catheter]]\nhole = \"" + catheter.hole + "\"\ntip_mm = " + exact_text(catheter.tip_mm) +
-           "\ndwell_s = [";
-    for (std::size_t i = 0; i < catheter.dwell_s.size(); ++i)
-      out += (i ? ", " : "") + exact_text(catheter.dwell_s[i]);
-    out += "]\n";
+           "\ndwell_s = " + list(catheter.dwell_s);
   }
   return out;
 }

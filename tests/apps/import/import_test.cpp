@@ -461,7 +461,12 @@ RtChannel channel_at(double x, double y, const std::vector<double>& heights) {
 TEST(CasePlan, FitsAForeignPlanToTheNearestTrainsAndSaysHowFarSeedsMoved) {
   RtBrachyPlan file;
   file.technique = "PERMANENT";
-  file.sources = {{1, "STM1251", "I-125", 0.4}};
+  RtSource source;
+  source.number = 1;
+  source.model = "STM1251";
+  source.isotope = "I-125";
+  source.air_kerma_strength_u = 0.4;
+  file.sources = {source};
   file.channels = {channel_at(1.3, 2.1, {20, 10, 0}), channel_at(6.3, 2.1, {15, 10.5}),
                    channel_at(6.3, -2.9, {8})};
   const CasePlan plan = fit_plan(file, TemplateGrid(), "plan");
