@@ -28,6 +28,7 @@ parts=(
   'stress      scripts/campaigns/stress.sh'
   'poses       scripts/campaigns/hostile_poses.sh'
   'faults      scripts/campaigns/faults.sh'
+  'sanitized   scripts/campaigns/faults.sh --short --sanitized lies flood attack requests load kills sigterm'
   'live_fuzz   scripts/campaigns/live_fuzz.sh 100000'
   'soak        scripts/campaigns/soak.sh --short'
   'latency     scripts/campaigns/latency.sh'
@@ -35,6 +36,7 @@ parts=(
   'findings    scripts/campaigns/findings.sh'
   'anatomy     tests/apps/import/anatomy_cases.py build/release/bin/brachy-import 2000'
   'timed       scripts/campaigns/timed.sh'
+  'hdr_plans   tests/apps/import/hdr_plans.py build/release/bin/brachy-import config/sources 400'
   'contours    tests/apps/import/contour_shapes.py build/release/bin/brachy-import out/nightly/shapes --cases 2000'
 )
 name_of() { echo "${1%% *}"; }

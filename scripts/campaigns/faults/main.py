@@ -10,8 +10,10 @@ import tempfile
 
 import attack
 import endings
+import kills
 import peers
-from programs import Row
+import request_kinds
+from programs import IS_SANITIZED, Row, findings
 
 CASES = {
     "viewers": peers.viewers,
@@ -21,10 +23,13 @@ CASES = {
     "flood": peers.flood,
     "attack": attack.attack,
     "hand": attack.hand,
+    "requests": request_kinds.requests,
     "stop": peers.stop,
     "descriptors": peers.descriptors,
     "disk": endings.disk,
+    "load": peers.load,
     "kill": endings.kill,
+    "kills": kills.kills,
     "sigterm": endings.sigterm,
     "start-stop": endings.start_stop,
 }
@@ -33,6 +38,7 @@ CASES = {
 def main():
     parser = argparse.ArgumentParser(prog="scripts/campaigns/faults.sh")
     parser.add_argument("--short", action="store_true")
+    parser.add_argument("--sanitized", action="store_true")
     parser.add_argument("--json")
     parser.add_argument("cases", nargs="*", metavar="CASE", help=" ".join(CASES))
     options = parser.parse_args()
@@ -49,6 +55,11 @@ def main():
             rows += CASES[name](folder, options.short)
         except (RuntimeError, OSError, KeyError, subprocess.SubprocessError) as error:
             rows.append(Row(name, f"{type(error).__name__}: {error}", "", False))
+        if IS_SANITIZED:
+            found = findings(folder)
+            rows = [row for row in rows if hasattr(row, "shown")] + [
+                Row(name, f"{len(found)} findings of the sanitizers " + "; ".join(found[:2]), "0", not found)
+            ]
         for row in rows:
             if not hasattr(row, "shown"):
                 print(f"  {'ok    ' if row.is_good else 'MISSED'}  {row.case:<32} {row.figure}", flush=True)

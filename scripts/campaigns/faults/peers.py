@@ -348,3 +348,46 @@ def descriptors(folder, short):
         ),
         gap_row("  those who were there", result, alone),
     ]
+
+
+def load(folder, short):
+    """32 viewers with meshes, images and dose, five devices in the tissue, 200 connections that say nothing."""
+    seconds = 20 if short else 300
+    path = f"{folder}/scene.toml"
+    with open(path, "w") as file:
+        file.write(
+            f'name = "load"\n[plan]\nfile = "{os.getcwd()}/config/plan.toml"\n[needle]\ncount = 5\n'
+            "[probe]\non = true\n[realtime]\ncontrol_thread = true\n[server]\nmax_clients = 64\n"
+        )
+    with contextlib.ExitStack() as stack:
+        daemon = stack.enter_context(running(Daemon(folder, scene=path)))
+        for _ in range(5):
+            stack.enter_context(running(player(daemon, folder, INSERTION, "--loop")))
+        crowd = Crowd(folder, daemon, "--images", viewers=32, seconds=seconds)
+        stack.enter_context(running(crowd.process))
+        crowd.ready()
+        silent = []
+        for i in range(200):
+            with contextlib.suppress(OSError):
+                silent.append(socket.create_connection(("127.0.0.1", daemon.port), 2, ("127.0.0.%d" % (2 + i % 8), 0)))
+        time.sleep(seconds / 2)
+        half_kb = daemon.memory_kb("VmRSS")
+        seen = crowd.result(seconds + 60)
+        grown_mb = (daemon.memory_kb("VmRSS") - half_kb) / 1024
+        for peer in silent:
+            peer.close()
+        code, ended = daemon.end()
+    more = missed_percent(seen) - 100.0 * seen["control_overruns"] / max(1, seen["ticks"] + seen["overruns"])
+    gap = seen["gap_ms"]
+    return [
+        Row(
+            "32 viewers, 5 devices, 200 silent",
+            f"{seen['served']} viewers served for {seconds} s, {seen['images']} images, frame gap p50 "
+            f"{gap['p50']:.1f}, p99 {gap['p99']:.1f} ms",
+            "32 served, with images",
+            seen["served"] == 32 and seen["images"] > 0,
+        ),
+        Row("  ticks missed", f"{more:+.2f} % against the control thread", "+0.5 %", more <= 0.5),
+        Row("  memory", f"{grown_mb:+.1f} MB in the second half", "8 MB", grown_mb <= 8),
+        Row("  SIGTERM after it", f"exit {code} after {ended:.2f} s", "0 within 2 s", code == 0 and ended <= 2),
+    ]

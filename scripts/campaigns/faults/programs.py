@@ -7,7 +7,8 @@ import signal
 import subprocess
 import time
 
-BIN = "build/release/bin/"
+IS_SANITIZED = "BRACHY_SANITIZED" in os.environ  # then findings count, and figures do not
+BIN = "build/asan/bin/" if IS_SANITIZED else "build/release/bin/"
 SCENE, INSERTION = "config/prostate.toml", "config/insertion.csv"
 WITNESSES = 20  # good viewers
 MB = 1 << 20
@@ -41,6 +42,16 @@ def wait_for(what, condition, seconds=20.0, period=0.005):
         if time.monotonic() > end:
             raise RuntimeError(f"{what}: not within {seconds} s")
         time.sleep(period)
+
+
+def findings(folder):
+    """Lines of the programs' logs below a folder in which AddressSanitizer or UBSan reports."""
+    found = []
+    for path, _, names in os.walk(folder):
+        for name in (n for n in names if n.endswith(".err")):
+            reports = r".*(?:ERROR: \w*Sanitizer|runtime error:|SUMMARY: \w*Sanitizer).*"
+            found += re.findall(reports, read(f"{path}/{name}"))
+    return found
 
 
 class Daemon:

@@ -28,6 +28,7 @@ struct CrowdOptions {
   std::size_t viewers = 20;
   double seconds = 10;
   bool surface = false;
+  bool images = false;
   std::vector<std::string> bad;  // slow, half-open-viewer, half-open-device, flood
 };
 
@@ -48,6 +49,7 @@ class GoodViewer {
   const net::FrameMessage& frame() const { return frame_; }
   const net::StateMessage& state() const { return state_; }
   std::size_t seeds() const { return client_.mesh().seeds().size(); }
+  std::uint64_t images() const { return images_; }
   std::uint64_t snapshots_missed() const { return client_.snapshots_missed(); }
 
  private:
@@ -55,6 +57,7 @@ class GoodViewer {
     net::ClientOptions c;
     c.name = "good";
     if (options.surface) c.subscription = net::kSubscribeSurface;
+    if (options.images) c.subscription |= net::kSubscribeUltrasound;
     return c;
   }
   net::ClientHandlers handlers() {
@@ -68,6 +71,7 @@ class GoodViewer {
       frame_.sim_time_s = frame.sim_time_s;
     };
     h.on_state = [this](const net::StateMessage& state) { state_ = state; };
+    h.on_image = [this](const net::ImageMessage&) { ++images_; };
     h.on_error = [this](const net::ErrorMessage& e) { was_told_busy_ |= e.code == net::ErrorCode::kBusy; };
     h.on_closed = [this](const std::string& reason) { closed_ = reason; };
     return h;
@@ -75,7 +79,8 @@ class GoodViewer {
 
   std::vector<double> gaps_ms_;
   std::int64_t last_frame_ns_ = 0;  // 0: none yet
-  net::FrameMessage frame_;         // tick and overruns of the newest
+  std::uint64_t images_ = 0;
+  net::FrameMessage frame_;  // tick and overruns of the newest
   net::StateMessage state_;
   std::string closed_;
   bool was_told_busy_ = false;
@@ -186,7 +191,10 @@ class Crowd {
   void begin() {
     for (const auto& viewer : good_) viewer->begin();
     for (const auto& peer : bad_) peer->begin();
-    if (!good_.empty()) first_ = good_[0]->frame();
+    if (!good_.empty()) {
+      first_ = good_[0]->frame();
+      first_control_overruns_ = good_[0]->state().control_overruns;
+    }
     std::cout << "ready" << std::endl;
     end_.expires_after(std::chrono::nanoseconds(static_cast<std::int64_t>(1e9 * options_.seconds)));
     end_.async_wait([this](const auto& error) {
@@ -199,12 +207,13 @@ class Crowd {
     std::vector<double> gaps;
     std::map<std::string, int> closed;
     std::size_t served = 0, busy = 0;
-    std::uint64_t missed = 0;
+    std::uint64_t missed = 0, images = 0;
     for (const auto& viewer : good_) {
       gaps.insert(gaps.end(), viewer->gaps_ms().begin(), viewer->gaps_ms().end());
       served += viewer->is_served();
       busy += viewer->was_told_busy();
       missed += viewer->snapshots_missed();
+      images += viewer->images();
       if (!viewer->closed().empty()) ++closed[viewer->closed()];
     }
     json["served"] = served;
@@ -212,6 +221,7 @@ class Crowd {
     json["closed"] = closed;
     json["frames"] = gaps.size();
     json["snapshots_missed"] = missed;
+    json["images"] = images;
     json["gap_ms"] = {
         {"p50", quantile(gaps, 0.5)}, {"p99", quantile(gaps, 0.99)}, {"max", quantile(gaps, 1)}};
     if (!good_.empty()) {
@@ -222,6 +232,7 @@ class Crowd {
       for (const auto& r : witness.state().refusals) refused += r.count;
       json["ticks"] = ticks;
       json["overruns"] = overruns;
+      json["control_overruns"] = witness.state().control_overruns - first_control_overruns_;
       json["last_tick"] = witness.frame().tick;
       json["seeds"] = witness.seeds();
       json["poses_accepted"] = witness.state().poses_accepted;
@@ -239,6 +250,7 @@ class Crowd {
   std::vector<std::unique_ptr<GoodViewer>> good_;
   std::vector<std::unique_ptr<BadPeer>> bad_;
   net::FrameMessage first_;
+  std::uint64_t first_control_overruns_ = 0;
 };
 
 }  // namespace
@@ -251,6 +263,7 @@ int main(int argc, char** argv) {
   app.add_option("--viewers", options.viewers, "good ones");
   app.add_option("--seconds", options.seconds, "to measure, once all are there; SIGINT ends it sooner");
   app.add_flag("--surface", options.surface, "viewers of the surface alone");
+  app.add_flag("--images", options.images, "viewers take ultrasound images, too");
   app.add_option("--bad", options.bad, "peers beside them")
       ->check(CLI::IsMember({"slow", "half-open-viewer", "half-open-device", "flood"}));
   CLI11_PARSE(app, argc, argv);
