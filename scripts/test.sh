@@ -18,7 +18,7 @@ esac
 # Runs a command, and notes what it took: seconds of the wall and of processor.
 table=
 spent=$(mktemp)
-trap 'rm -f "$spent"' EXIT
+trap 'rm -f "$spent"; end_beside' EXIT
 processor_s() {  # of all that has ended, to $processor
   times >"$spent"
   processor=$(awk -F'[ms ]+' 'NR == 2 { printf "%d", 60 * $1 + $2 + 60 * $3 + $4 }' "$spent")
@@ -40,9 +40,25 @@ run_tests() {  # PRESET [ctest options]
   scripts/ci/list_skipped.py "build/$preset/tests.xml" "build/$preset/test-results"
 }
 check_format() { git ls-files '*.h' '*.cpp' | xargs clang-format-14 --dry-run --Werror; }
-finish_names() {
-  wait "$names" || { cat out/names.log >&2; exit 1; }
-  tail -n 1 out/names.log
+# NAME COMMAND… on the time that other stages leave, after what began so before it; finish NAME waits for it.
+declare -A beside
+last_beside=
+begin_beside() {
+  local name=$1 before=$last_beside; shift
+  (
+    if [[ $before ]]; then while kill -0 "$before" 2>/dev/null; do sleep 0.5; done; fi
+    exec setsid nice -n 19 "$@"
+  ) >"out/$name.log" 2>&1 &
+  beside[$name]=$!
+  last_beside=$!
+}
+finish() {
+  wait "${beside[$1]}" || { cat "out/$1.log" >&2; exit 1; }
+  tail -n 1 "out/$1.log"
+}
+end_beside() {  # of a run that failed: the process, and the group that it became
+  local pid
+  for pid in "${beside[@]}"; do kill -- "$pid" "-$pid" 2>/dev/null || true; done
 }
 set_up() {
   if ((all)); then scripts/setup.sh --all; else scripts/setup.sh --tests; fi
@@ -64,25 +80,25 @@ fi
 stage 'release, build' build_product
 if ((all)); then
   mkdir -p out
-  nice -n 19 scripts/ci/check_names.py --jobs 1 >out/names.log 2>&1 &
-  names=$!
+  # What only computes, most of the build, is under AddressSanitizer in nightly, and daemon and tools with it: what
+  # comes from outside is read in these. Threads meet in the buffer and in the daemon, which has all of them: these
+  # under ThreadSanitizer; server and devices by themselves, and long sums, in nightly.
+  asan=(input_tests realtime_tests haptics_tests net_tests)
+  begin_beside names scripts/ci/check_names.py --jobs 1
+  begin_beside asan scripts/build.sh asan "${asan[@]}" fuzz_targets
+  begin_beside tsan scripts/build.sh tsan realtime_tests daemon_tests
 fi
 # Most tests wait for sockets half of their time.
 stage 'release, tests' run_tests release -j "$((2 * $(nproc)))"
 if ((all)); then
-  # What only computes, most of the build, is under AddressSanitizer in nightly, and daemon and tools with it: what
-  # comes from outside is read in these.
-  asan=(input_tests realtime_tests haptics_tests net_tests)
-  stage 'AddressSanitizer, build' scripts/build.sh asan "${asan[@]}" fuzz_targets
+  stage 'names, beside the tests' finish names
+  stage 'AddressSanitizer, build' finish asan
   stage 'live fuzz' scripts/campaigns/live_fuzz.sh 5000
   stage 'AddressSanitizer, tests' run_tests asan -j 3 -E 'NOT_BUILT|Package|Python|Documents|Layers'
   stage fuzz scripts/fuzz.sh
-  # Threads meet in the buffer and in the daemon, which has all of them: these under ThreadSanitizer; server and
-  # devices by themselves, and long sums, in nightly.
-  stage 'ThreadSanitizer, build' scripts/build.sh tsan realtime_tests daemon_tests
+  stage 'ThreadSanitizer, build' finish tsan
   stage 'ThreadSanitizer, tests' run_tests tsan -j 2 \
     -R 'TripleBuffer|Device|Server|Daemon|Deadline|ForceLink|Histogram|MonotonicClock' -E DaemonImplant
-  stage 'names, beside the others' finish_names
 fi
 printf '%-32s %6s %10s\n%s' stage 'wall s' 'processor s' "$table"
 echo "test: all passed"
