@@ -318,7 +318,7 @@ class Daemon::Impl {
   template <class Message, class Execute>
   void on_request(Execute execute) {
     server_.requests().set<Message>(
-        [this, execute = std::move(execute)](const Message& message, const net::Sender& from) -> std::string {
+        [this, execute = std::move(execute)](Message& message, const net::Sender& from) -> std::string {
           return is_ending_ ? "the daemon is ending" : execute(message, from);
         });
   }
@@ -354,7 +354,7 @@ class Daemon::Impl {
                      loaded_.session ? loaded_.session->start_s() : 0, loaded_.lost_seeds(), loop_, runs_,
                      server_, as_background_thread("plan"), log_);
     on_request<net::PlanMessage>(
-        [this](const auto& message, const auto& from) { return changes_->execute(message, from); });
+        [this](auto& message, const auto& from) { return changes_->execute(std::move(message), from); });
     on_request<net::LoadMessage>(
         [this](const auto& message, const auto& from) { return load(message, from.name); });
     on_snapshot_.push_back([this](const auto& state) { changes_->on_snapshot(state); });
@@ -379,7 +379,7 @@ class Daemon::Impl {
     on_request<net::ScannerMessage>(
         [this](const auto& message, const auto&) { return console_->execute(message); });
     on_request<net::ContourMessage>(
-        [this](const auto& message, const auto& from) { return studies_->execute(message, from); });
+        [this](auto& message, const auto& from) { return studies_->execute(std::move(message), from); });
     on_snapshot_.push_back(
         [this](const auto& state) { console_->update(image_demand(), state->summary.tick); });
     runs_.on_model = [this](std::uint64_t run, const auto& model) { publish_model(run, model); };

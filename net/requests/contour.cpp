@@ -1,11 +1,13 @@
 // CONTOUR: an operator's volume study, and the answer with its score.
+#include <utility>
+
 #include "net/requests/request.h"
 #include "net/wire/fields.h"
 
 namespace brachy::net {
 namespace {
 
-constexpr std::size_t kSliceBytes = 120, kPointBytes = 16, kPlaneScoreBytes = 48;
+constexpr std::size_t kSliceBytes = 120, kPlaneScoreBytes = 48;
 constexpr std::uint16_t kScoreSection = 1;
 
 void slice_fields(auto& archive, auto& slice) {
@@ -15,10 +17,7 @@ void slice_fields(auto& archive, auto& slice) {
   archive.u64(slice.tick);
   archive.f64(slice.probe_depth_mm);
   archive.pose(slice.X_WI);
-  archive.items(slice.points, points, kPointBytes, [&](auto& point) {
-    archive.f64(point[0]);
-    archive.f64(point[1]);
-  });
+  archive.points(slice.points, points);
 }
 
 void score_fields(auto& archive, auto& score) {
@@ -51,14 +50,15 @@ void fields(Archive& archive, MaybeConst<ContourMessage> auto& message) {
 BRACHY_CODEC(ContourMessage);
 
 Refusal handle_contour(const IncomingRequest& request) {
+  // A body of up to 2 MB is read last: what is refused anyway costs the server nothing.
+  if (auto refusal = request.refuse_others("CONTOUR")) return refusal;
+  if (!request.pass({"CONTOUR", 1, 2}))
+    return request.refuse(ErrorCode::kContourRefused, "more than one CONTOUR a second");
   ContourMessage contour;
   if (auto refusal = request.decode(contour)) return refusal;
   contour.about_sequence = request.header.sequence;
   contour.score.reset();
-  if (auto refusal = request.refuse_others("CONTOUR")) return refusal;
-  if (!request.pass({"CONTOUR", 1, 2}))
-    return request.refuse(ErrorCode::kContourRefused, "more than one CONTOUR a second");
-  return request.call(contour, ErrorCode::kContourRefused, "this server scores no volume studies");
+  return request.call(std::move(contour), ErrorCode::kContourRefused, "this server scores no volume studies");
 }
 
 }  // namespace brachy::net

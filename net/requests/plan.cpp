@@ -36,7 +36,7 @@ Refusal handle_plan(const IncomingRequest& request) {
   if (auto refusal = request.refuse_others("PLAN")) return refusal;
   if (!request.pass(kChangesRate))
     return request.refuse(ErrorCode::kPlanRefused, "more than 10 PLANs, LOADs or CONTROLs a second");
-  return request.call(plan, ErrorCode::kPlanRefused, "this server has no plan");
+  return request.call(std::move(plan), ErrorCode::kPlanRefused, "this server has no plan");
 }
 
 }  // namespace brachy::net

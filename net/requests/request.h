@@ -40,9 +40,9 @@ struct Sender {
 
 /// Carries out a request that its sender may send. Returns "" where it is or will be done, else the reason why not,
 /// which the sender gets in an ERROR; where that takes more than 1 ms to say, it returns "" and another thread works on
-/// it (Sender::answer, Sender::refuse). Must not throw.
+/// it (Sender::answer, Sender::refuse). May move from the message, which nobody reads after it. Must not throw.
 template <WireMessage Message>
-using RequestHandler = std::function<std::string(const Message&, const Sender&)>;
+using RequestHandler = std::function<std::string(Message&, const Sender&)>;
 
 /// The handlers of the requests that a server's owner carries out, one for each message. Threads: the io thread.
 class RequestHandlers {
@@ -50,9 +50,9 @@ class RequestHandlers {
   /// `handler`: as RequestHandler, or without a result where nothing can be refused.
   template <WireMessage Message, class Handler>
   void set(Handler handler) {
-    using Result = std::invoke_result_t<Handler&, const Message&, const Sender&>;
+    using Result = std::invoke_result_t<Handler&, Message&, const Sender&>;
     handlers_[Message::kType] = RequestHandler<Message>(
-        [handler = std::move(handler)](const Message& message, const Sender& sender) -> std::string {
+        [handler = std::move(handler)](Message& message, const Sender& sender) -> std::string {
           if constexpr (std::is_void_v<Result>) {
             handler(message, sender);
             return {};
@@ -63,7 +63,7 @@ class RequestHandlers {
   }
   /// As the handler, or `if_none` where there is none.
   template <WireMessage Message>
-  std::string call(const Message& message, const Sender& sender, const char* if_none = "") const {
+  std::string call(Message message, const Sender& sender, const char* if_none = "") const {
     const auto found = handlers_.find(Message::kType);
     if (found == handlers_.end()) return if_none;
     return std::any_cast<const RequestHandler<Message>&>(found->second)(message, sender);
@@ -121,13 +121,13 @@ struct IncomingRequest {
   Refusal refuse_others(const std::string& what) const;
   /// Calls the handler. A reason that it gives is sent with `code`, as is `if_none`.
   template <WireMessage Message>
-  Refusal call(const Message& message, ErrorCode code, const char* if_none) const {
+  Refusal call(Message message, ErrorCode code, const char* if_none) const {
     Sender from = sender;
     if (sender.send_error)
       from.refuse = [send = sender.send_error, code, about = header.sequence](std::string reason) {
         send({code, false, 0, about, std::move(reason)});
       };
-    std::string why = server.handlers.call(message, from, if_none);
+    std::string why = server.handlers.call(std::move(message), from, if_none);
     return why.empty() ? std::nullopt : refuse(code, std::move(why));
   }
 };

@@ -56,6 +56,11 @@ class ByteWriter {
     static_assert(std::endian::native == std::endian::little && sizeof(float) == 4);
     raw(v.data(), v.size_bytes());
   }
+  /// Pairs of f64.
+  void points(std::span<const std::array<double, 2>> v) {
+    static_assert(std::endian::native == std::endian::little && sizeof(std::array<double, 2>) == 16);
+    raw(v.data(), v.size_bytes());
+  }
 
  private:
   template <std::unsigned_integral T>
@@ -141,13 +146,8 @@ class ByteReader {
     return ok();
   }
 
-  void floats(std::size_t count, std::vector<float>& out) {
-    out.clear();
-    if (!fits(count, sizeof(float))) return;
-    const auto data = take(count * sizeof(float));
-    out.resize(count);
-    if (count > 0) std::memcpy(out.data(), data.data(), data.size());
-  }
+  void floats(std::size_t count, std::vector<float>& out) { plain(count, out); }
+  void points(std::size_t count, std::vector<std::array<double, 2>>& out) { plain(count, out); }
 
   std::span<const std::byte> take(std::size_t size) {
     if (size > left()) {
@@ -160,6 +160,16 @@ class ByteReader {
   }
 
  private:
+  /// Values whose bytes in memory are those of the wire.
+  template <class T>
+  void plain(std::size_t count, std::vector<T>& out) {
+    out.clear();
+    if (!fits(count, sizeof(T))) return;
+    const auto data = take(count * sizeof(T));
+    out.resize(count);
+    if (count > 0) std::memcpy(out.data(), data.data(), data.size());
+  }
+
   template <std::unsigned_integral T>
   T get() {
     const auto data = take(sizeof(T));

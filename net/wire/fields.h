@@ -108,6 +108,7 @@ class FieldWriter {
     items(list, u32_count(list), min_bytes, item);
   }
   void floats(const std::vector<float>& v, std::uint64_t /*count*/) { writer_.floats(v); }
+  void points(const std::vector<std::array<double, 2>>& v, std::uint64_t /*count*/) { writer_.points(v); }
 
   /// The list of optional sections that ends a body, in the order given: count u16, reserved u16, then {id u16,
   /// reserved u16, length u32, payload}. A reader takes them in any order, skips those that are not listed, which later
@@ -225,9 +226,10 @@ class FieldReader {
     const std::uint32_t count = reader_.u32();
     items(list, count, min_bytes, item);
   }
-  /// ByteReader::fits(); items() and floats() ask it themselves.
+  /// ByteReader::fits(); items(), floats() and points() ask it themselves.
   bool fits(std::uint64_t count, std::size_t min_bytes) { return reader_.fits(count, min_bytes); }
   void floats(std::vector<float>& v, std::uint64_t count) { reader_.floats(count, v); }
+  void points(std::vector<std::array<double, 2>>& v, std::uint64_t count) { reader_.points(count, v); }
 
   template <class... Fields>
   void sections(const Section<Fields>&... section) {

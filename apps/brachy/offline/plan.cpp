@@ -164,7 +164,8 @@ int run_plan(const PlanOptions& options) {
                options.force);
   if (options.csv) write_text(*options.csv, to_csv(plan, made.notes), options.force);
   const std::vector<PlannedSeed> seeds = plan.seeds(grid);
-  if (options.seeds) write_text(*options.seeds, to_csv({seeds.begin(), seeds.end()}), options.force);
+  if (options.seeds)
+    write_text(*options.seeds, to_csv(std::vector<DoseSeed>(seeds.begin(), seeds.end())), options.force);
   if (options.structures) write_structures(*options.structures, made.structures, options.force);
   if (options.trajectory) write_text(*options.trajectory, session_csv(plan, grid, options), options.force);
 

@@ -97,13 +97,13 @@ void PlanChanges::stop() {
   editor_.stop();
 }
 
-std::string PlanChanges::execute(const net::PlanMessage& request, const net::Sender& from) {
+std::string PlanChanges::execute(net::PlanMessage request, const net::Sender& from) {
   const bool is_edit = request.kind == net::PlanKind::kEdited;
   if (!is_edit && request.kind != net::PlanKind::kOptimised)
     return fmt::format("there is no request {}: 2 optimise the rest, 3 the rest is to be these needles",
                        static_cast<unsigned>(request.kind));
   if (std::string why = refusal(request, from.id); !why.empty()) return why;
-  return is_edit ? edit(request, from) : optimise(from);
+  return is_edit ? edit(std::make_shared<const net::PlanMessage>(std::move(request)), from) : optimise(from);
 }
 
 /// Why no plan may be changed now, whoever asks; "": it may.
@@ -141,16 +141,17 @@ std::vector<char> PlanChanges::begun() const {
   return plan_->ledger.begun(state_ ? state_->seeds.in_tissue() : std::span<const Seed>(), lost_);
 }
 
-std::string PlanChanges::edit(const net::PlanMessage& request, const net::Sender& from) {
-  if (std::string why = refusal_of_drawn(request, scene_.template_grid); !why.empty()) return why;
+std::string PlanChanges::edit(const std::shared_ptr<const net::PlanMessage>& request,
+                              const net::Sender& from) {
+  if (std::string why = refusal_of_drawn(*request, scene_.template_grid); !why.empty()) return why;
   const bool is_taken = turns_.add(from.id, [this, request, from]() -> WorkTurns::Work {
-    if (const std::string why = refusal(request, from.id); !why.empty()) {
+    if (const std::string why = refusal(*request, from.id); !why.empty()) {
       from.refuse(why);
       return nullptr;
     }
     return change(
         [this, request, is_begun = begun()](const PlanLedger& ledger) {
-          return ledger.with_rest(is_begun, drawn_plan(request, ledger.all()));
+          return ledger.with_rest(is_begun, drawn_plan(*request, ledger.all()));
         },
         PlanChangeKind::kEdited, from, from.refuse);
   });

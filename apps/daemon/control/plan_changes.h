@@ -54,7 +54,7 @@ class PlanChanges {
 
   /// Carries out a request. Returns "" if it is done, or will be done or refused (net::Sender::refuse), else the reason
   /// why not.
-  std::string execute(const net::PlanMessage& request, const net::Sender& from);
+  std::string execute(net::PlanMessage request, const net::Sender& from);
   /// LOAD's needle by its number; null: it is not in the plan in use.
   const PlanNeedle* needle(std::uint16_t number) const;
   std::string no_needle(std::uint16_t number) const;  ///< what to say then
@@ -80,7 +80,7 @@ class PlanChanges {
   void restart();
   std::string refusal() const;
   std::string refusal(const net::PlanMessage& request, std::uint64_t client) const;
-  std::string edit(const net::PlanMessage& request, const net::Sender& from);
+  std::string edit(const std::shared_ptr<const net::PlanMessage>& request, const net::Sender& from);
   std::string optimise(const net::Sender& from);
   void take(std::uint64_t optimisation, std::optional<Plan> found, std::string failure,
             const net::Sender& from);

@@ -141,14 +141,14 @@ std::string VolumeStudies::find_glands(const net::ContourMessage& study, Glands&
   return {};
 }
 
-std::string VolumeStudies::execute(const net::ContourMessage& study, const net::Sender& from) {
+std::string VolumeStudies::execute(net::ContourMessage study, const net::Sender& from) {
   if (study.slices.empty()) return "there is no outline: outline a slice";
   if (study.slices.size() > net::ContourMessage::kMostSlices)
     return fmt::format("more than {} slices", net::ContourMessage::kMostSlices);
   Glands glands;
   if (std::string why = find_glands(study, glands); !why.empty()) return why;
-  const bool is_taken =
-      turns_.add(from.id, [this, own = std::make_shared<const net::ContourMessage>(study), glands, from] {
+  const bool is_taken = turns_.add(
+      from.id, [this, own = std::make_shared<const net::ContourMessage>(std::move(study)), glands, from] {
         return WorkTurns::Work([this, own, glands, from] { return score(*own, glands, from); });
       });
   return is_taken ? "" : "your last study is still being scored: wait for its result";

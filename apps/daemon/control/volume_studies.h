@@ -36,7 +36,7 @@ class VolumeStudies {
   void keep(std::shared_ptr<const FrozenGland> gland);
 
   /// Returns "" where `from` will get the score, or the reason why there is none; else why the study is not scored.
-  std::string execute(const net::ContourMessage& study, const net::Sender& from);
+  std::string execute(net::ContourMessage study, const net::Sender& from);
 
  private:
   using Glands = std::vector<std::shared_ptr<const FrozenGland>>;

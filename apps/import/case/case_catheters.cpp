@@ -9,9 +9,11 @@
 #include "apps/import/case/case_structures.h"
 #include "apps/import/dicom/dicom_tags.h"
 #include "core/base/error.h"
+#include "core/base/number_text.h"
 #include "core/base/one_line.h"
 #include "core/brachytherapy/dose/source.h"
 #include "core/brachytherapy/hdr/hdr_plan_file.h"
+#include "core/needle/contact_settings.h"
 
 namespace brachy {
 namespace {
@@ -145,6 +147,28 @@ PlanCatheter catheter_along(const std::vector<RtDwell>& dwells,
   return catheter;
 }
 
+/// Cuts what stands out of the patient off a course that is longer than a needle.
+void cut_to_needle(PlanCatheter& catheter, const std::string& name) {
+  const double most = NeedleSettings().length_mm;
+  if (catheter.dwell_mm.back() > most)
+    throw UserError(name + ": Control Point Sequence (300a,02d0): catheter " + catheter.name +
+                    " has a dwell " + text_of(catheter.dwell_mm.back()) +
+                    " mm behind its tip, and a needle is " + text_of(most) +
+                    " mm long; is it this plan's structure?");
+  double along = 0;
+  for (std::size_t i = 1; i < catheter.course.size(); ++i) {
+    const Vec3 step = catheter.course[i] - catheter.course[i - 1];
+    if (along + step.norm() > most) {
+      // The last dwell stays on the course, whatever rounding does.
+      const double left = std::max(most - along, catheter.dwell_mm.back() - along);
+      catheter.course[i] = catheter.course[i - 1] + left / step.norm() * step;
+      catheter.course.resize(left > 1e-3 ? i + 1 : i);
+      return;
+    }
+    along += step.norm();
+  }
+}
+
 std::string catheter_name(const RtChannel& channel, const std::optional<ImportedCourse>& structure) {
   std::string name = one_short_line(channel.applicator);
   if (name.empty() && structure) name = one_short_line(structure->name);
@@ -227,6 +251,7 @@ CasePlan catheters_of(const RtBrachyPlan& file, std::vector<ImportedCourse>& cou
       ++without;
     PlanCatheter catheter = catheter_along(dwells, structure);
     catheter.name = catheter_name(channel, structure);
+    cut_to_needle(catheter, name);
     const auto is_taken = [&](const std::string& called) {
       return std::ranges::any_of(plan.catheters, [&](const PlanCatheter& c) { return c.name == called; });
     };
@@ -237,14 +262,6 @@ CasePlan catheters_of(const RtBrachyPlan& file, std::vector<ImportedCourse>& cou
     throw UserError(name +
                     ": Control Point Sequence (300a,02d0): no channel has a dwell with a time; export the "
                     "plan with its times");
-  for (const PlanCatheter& c : plan.catheters)
-    if (c.dwell_s.size() > HdrPlanLimits::kMostDwells)
-      throw UserError(name + ": Control Point Sequence (300a,02d0): catheter " + c.name + " has " +
-                      std::to_string(c.dwell_s.size()) + " dwell positions; at most " +
-                      std::to_string(HdrPlanLimits::kMostDwells) + " are taken");
-  if (plan.catheters.size() > ImplantSettings::kMaxCatheters)
-    throw UserError(name + ": Channel Sequence (300a,0280): " + std::to_string(plan.catheters.size()) +
-                    " catheters; at most " + std::to_string(ImplantSettings::kMaxCatheters) + " are taken");
   if (most_beside > 0)
     result.notes.push_back(fmt::format(
         "dwells lie up to {:.2f} mm beside the straight pieces of the structures that are their catheters",
@@ -257,6 +274,12 @@ CasePlan catheters_of(const RtBrachyPlan& file, std::vector<ImportedCourse>& cou
         std::to_string(turned) +
         " catheters count relative positions from their other end; the deeper end is the tip");
   check_kerma(file, plan, result.notes);
+  try {
+    (void)parse_hdr_plan(to_toml(plan), "plan", TemplateGrid(), NeedleSettings().length_mm);
+  } catch (const UserError& e) {
+    throw UserError(name +
+                    ": Application Setup Sequence (300a,0230): is beyond what a plan may have: " + e.what());
+  }
   return result;
 }
 

@@ -23,8 +23,8 @@ TemporarySource temporary_source_of(const RtSource& source, const std::string& w
 /// where it lies; those are taken out), else straight. The tip is the end that lies deeper in the patient (+z, as
 /// needles through the perineum go); of a catheter across the patient the end from which relative positions count.
 /// Notes say how far dwells lie beside their structures, and what was assumed. `wanted`: as above.
-/// Errors: UserError as dwells_of and temporary_source_of; where no dwell has a time, there are more catheters or
-/// dwells than a plan may have, or the stated total reference air kerma is another one.
+/// Errors: UserError as dwells_of and temporary_source_of; where no dwell has a time, or strength, times, catheters
+/// or dwells are more than a plan may have.
 CasePlan catheters_of(const RtBrachyPlan& file, std::vector<ImportedCourse>& courses,
                       const std::string& wanted, const std::string& name);
 

@@ -231,11 +231,13 @@ void CaseReader::read_plan() {
       if (is_taken)
         leave(file, "is another plan; to take this one, name it without the other");
       else if (is_in_frame(plan.frame, file, "plan")) {
+        std::vector<ImportedCourse> courses = case_.courses;
         if (plan.is_permanent())
           take_implant(plan, file);
         else
           case_.plan = is_own ? fit_hdr_plan(plan, file.path)
-                              : catheters_of(plan, case_.courses, options_.source, file.path);
+                              : catheters_of(plan, courses, options_.source, file.path);
+        case_.courses = std::move(courses);
         plan_instance_ = data.text(tag::kSopInstance);
         case_.plan_points = plan.point_doses;
         case_.plan_date = plan.date;

@@ -5,6 +5,7 @@ import contextlib
 import os
 import random
 import re
+import shutil
 import struct
 import subprocess
 import threading
@@ -15,8 +16,8 @@ from attack import HELLO, NO_MESH, OPERATOR, connected, message
 from programs import BIN, Crowd, Daemon, Row, player, read, running
 from request_kinds import CONTOUR, IMAGE, IMAGES, PLAN, PLANS, SCANNER, circle, hello_body, image_plane, text_field
 
-SCENE = "config/exercises/scenes/09_whole_implant.toml"
-FROZEN, EDITED = 2, 3
+EXERCISE = "exercises/scenes/09_whole_implant.toml"
+LIVE, FROZEN, EDITED = 1, 2, 3
 
 
 class Instructor(threading.Thread):
@@ -27,7 +28,7 @@ class Instructor(threading.Thread):
         super().__init__(daemon=True)
         self.peer = connected(port, "127.0.0.1")
         self.sequence, self.change, self.studies, self.begun = 0, 0, 0, []
-        self.rest, self.frozen, self.due, self.left = [], None, 0.0, b""
+        self.rest, self.frozen, self.due, self.left, self.asked = [], None, 0.0, b"", 0
         self.start()
 
     def send(self, kind, body):
@@ -49,8 +50,9 @@ class Instructor(threading.Thread):
                     self.take(data)
 
     def ask(self):
-        nan = [float("nan")] * 7
-        self.send(SCANNER, struct.pack("<HHIQ7dHH", 1, FROZEN, 0, 0, *nan, 0, 0))
+        nan, self.asked = [float("nan")] * 7, self.asked + 1
+        freeze = LIVE if self.asked < 10 or self.asked % 8 == 0 else FROZEN  # the scanner takes a while to start
+        self.send(SCANNER, struct.pack("<HHIQ7dHH", 1, freeze, 0, 0, *nan, 0, 0))
         if self.rest:
             needles = b"".join(
                 struct.pack("<HHId", 0, 0, 0, depth + 0.1) + text_field(hole) + text_field(train)
@@ -119,9 +121,11 @@ def kept(session):
 
 def kills(folder, short):
     """kill -9 in the middle of plan changes, volume studies, scores and seeds."""
-    needles = f"{folder}/needles.csv"
+    # A copy: what lies beside a scene is read, too.
+    shutil.copytree("config", f"{folder}/config")
+    scene, needles = f"{folder}/config/{EXERCISE}", f"{folder}/needles.csv"
     subprocess.run(
-        [BIN + "brachy", "plan", "--force", "--config", SCENE, "--trajectory", needles],
+        [BIN + "brachy", "plan", "--force", "--config", scene, "--trajectory", needles],
         check=True,
         stdout=subprocess.DEVNULL,
     )
@@ -132,7 +136,7 @@ def kills(folder, short):
         session = f"{work}/session"
         os.makedirs(work)
         stop = threading.Event()
-        with running(Daemon(work, "--session", session, "--http-port", "0", scene=SCENE)) as daemon, running(
+        with running(Daemon(work, "--session", session, "--http-port", "0", scene=scene)) as daemon, running(
             player(daemon, work, needles, "--speed", "4")
         ):
             crowd = Crowd(work, daemon, "--surface", viewers=1, seconds=100)
@@ -146,7 +150,7 @@ def kills(folder, short):
                 told = (crowd.stop()["seeds"], instructor.change, instructor.studies)
             stop.set()
         found = kept(session)
-        with running(Daemon(work, "--session", session, "--http-port", "0", scene=SCENE, name="again")) as daemon:
+        with running(Daemon(work, "--session", session, "--http-port", "0", scene=scene, name="again")) as daemon:
             again = Instructor(daemon.port)
             time.sleep(1)
             resumed = again.change

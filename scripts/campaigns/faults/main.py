@@ -13,6 +13,7 @@ import endings
 import kills
 import peers
 import request_kinds
+import spoilt
 from programs import IS_SANITIZED, Row, findings
 
 CASES = {
@@ -30,6 +31,7 @@ CASES = {
     "load": peers.load,
     "kill": endings.kill,
     "kills": kills.kills,
+    "spoilt": spoilt.spoilt,
     "sigterm": endings.sigterm,
     "start-stop": endings.start_stop,
 }

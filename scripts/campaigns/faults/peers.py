@@ -361,8 +361,9 @@ def load(folder, short):
         )
     with contextlib.ExitStack() as stack:
         daemon = stack.enter_context(running(Daemon(folder, scene=path)))
-        for _ in range(5):
-            stack.enter_context(running(player(daemon, folder, INSERTION, "--loop")))
+        for n in range(5):
+            aside = ("--translate-mm", str(8 * n - 16), "0", "0")
+            stack.enter_context(running(player(daemon, folder, INSERTION, "--loop", *aside)))
         crowd = Crowd(folder, daemon, "--images", viewers=32, seconds=seconds)
         stack.enter_context(running(crowd.process))
         crowd.ready()
