@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <boost/asio/post.hpp>
 #include <cassert>
+#include <deque>
 #include <map>
 #include <utility>
 #include <vector>
@@ -249,6 +250,10 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
     send_kept(session, MessageType::kDose);
     if (frames_.has_snapshot()) session.offer_snapshot();
   }
+  void await_turn(Session& session) override {
+    turns_.push_back(session.id());
+    if (turns_.size() == 1) begin_turn();
+  }
   std::pair<std::shared_ptr<const Bytes>, std::uint64_t> frame_body(const FrameRequest& request) override {
     return {frames_.body(request), frames_.tick()};
   }
@@ -275,6 +280,19 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
     log("client " + std::to_string(session.id()) + " '" + session.name() + "' from " + session.address() +
         " left: " + reason + (dropped ? "; " + std::to_string(dropped) + " snapshots dropped" : ""));
     release_needle_of(session, reason);
+  }
+
+  // The first of `turns_` is taken off once it is through: until then none begins beside it.
+  void begin_turn() {
+    asio::post(io_, [self = shared_from_this()] {
+      const auto found = self->sessions_.find(self->turns_.front());
+      if (found != self->sessions_.end()) {
+        const std::shared_ptr<Session> session = found->second;
+        session->take_turn();
+      }
+      self->turns_.pop_front();
+      if (!self->turns_.empty()) self->begin_turn();
+    });
   }
 
   void on_closed(const Session& session) override {
@@ -433,6 +451,7 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
   const std::unique_ptr<Timer> timer_;
   std::map<std::uint64_t, std::shared_ptr<Session>> sessions_;
   std::uint64_t last_session_ = kOwnDevice;
+  std::deque<std::uint64_t> turns_;  // sessions that wait to write what they were offered
   DeviceLeases leases_;
   RequestServer requests_;
   std::map<std::uint16_t, std::pair<std::uint64_t, DeviceInfo>>

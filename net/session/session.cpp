@@ -229,7 +229,7 @@ void Session::offer_snapshot() {
   if (!is_open() || !wants_mesh()) return;
   if (snapshot_pending_) ++snapshots_dropped_;
   snapshot_pending_ = true;
-  write_next();
+  await_turn();
 }
 
 void Session::offer_image(ScannerArray array, std::shared_ptr<const Bytes> body) {
@@ -237,6 +237,15 @@ void Session::offer_image(ScannerArray array, std::shared_ptr<const Bytes> body)
   if (!is_open() || !wants_images() || index >= kArrays) return;
   if (waiting_images_[index]) ++images_dropped_;
   waiting_images_[index] = std::move(body);
+  await_turn();
+}
+
+void Session::await_turn() {
+  if (!std::exchange(awaits_turn_, true)) host_.await_turn(*this);
+}
+
+void Session::take_turn() {
+  awaits_turn_ = false;
   write_next();
 }
 

@@ -28,6 +28,9 @@ class SessionHost {
                                             WelcomeMessage& welcome) = 0;
   /// The client has been welcomed: sends it what it subscribed to and is there already.
   virtual void on_open(Session& session) = 0;
+  /// Calls take_turn() soon, in a turn of the io thread by itself: what all sessions are offered at once takes each
+  /// some tenths of a millisecond to write, and forces go between them.
+  virtual void await_turn(Session& session) = 0;
   /// The newest snapshot as asked for, and the tick it holds.
   virtual std::pair<std::shared_ptr<const Bytes>, std::uint64_t> frame_body(const FrameRequest& request) = 0;
   virtual StateMessage common_state() = 0;
@@ -60,6 +63,8 @@ class Session final : public ConnectionListener, public std::enable_shared_from_
   void offer_snapshot();
   /// The newest IMAGE of an array: one of it that still waits is dropped and counted.
   void offer_image(ScannerArray array, std::shared_ptr<const Bytes> body);
+  /// Writes what was offered, as SessionHost::await_turn() says.
+  void take_turn();
   /// The simulation was reset: the client's mesh is outdated, and the next FRAME is full.
   void forget_mesh() { sent_tick_.reset(); }
   void send_state(const StateMessage& common);
@@ -118,6 +123,7 @@ class Session final : public ConnectionListener, public std::enable_shared_from_
   bool has_image() const;
   void write_image();
   void write_frame();
+  void await_turn();
   void write_next();
   void write(MessageType type, std::shared_ptr<const Bytes> body);
 
@@ -146,6 +152,7 @@ class Session final : public ConnectionListener, public std::enable_shared_from_
   std::size_t next_image_ = 0;                                        // whose turn it is
   MessageType last_written_{};
   bool writing_ = false;
+  bool awaits_turn_ = false;
   bool snapshot_pending_ = false;
   std::optional<std::uint64_t> sent_tick_;  // of the last frame written
   std::uint64_t sent_sequence_ = 0;

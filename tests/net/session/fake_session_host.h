@@ -22,6 +22,7 @@ class FakeSessionHost final : public SessionHost {
     calls.push_back("open");
     session.send(MessageType::kScene, std::make_shared<const Bytes>());
   }
+  void await_turn(Session&) override { calls.push_back("await turn"); }
   std::pair<std::shared_ptr<const Bytes>, std::uint64_t> frame_body(const FrameRequest&) override {
     calls.push_back("frame");
     return {std::make_shared<const Bytes>(), 1};

@@ -357,6 +357,31 @@ TEST_F(SessionTest, AContourIsAnsweredLaterUnderItsOwnNumberAndNotOnceItsSenderH
   EXPECT_EQ(connection->types.size(), before);
 }
 
+// With 32 viewers a turn of the io thread that wrote to all of them would keep a force waiting for 6 ms.
+TEST_F(SessionTest, WhatAllAreOfferedIsWrittenInATurnOfItsOwn) {
+  options.has_ultrasound = true;
+  connect();
+  HelloMessage hello;
+  hello.name = "rosa";
+  hello.subscription = kSubscribeUltrasound | kSubscribeNoMesh;
+  send(hello);
+  host.calls.clear();
+  const std::size_t before = connection->types.size();
+  const ImageMessage image = sample_image();
+  const auto body = encoded_body(image);
+  session->offer_image(image.array, body);
+  session->offer_image(image.array, body);
+  connection->read_all();
+  EXPECT_EQ(connection->types.size(), before) << "nothing is written yet";
+  EXPECT_EQ(host.calls, std::vector<std::string>{"await turn"});
+  EXPECT_EQ(session->images_dropped(), 1u);
+  session->take_turn();
+  connection->read_all();
+  EXPECT_EQ(connection->types.size(), before + 1);
+  session->offer_image(image.array, body);
+  EXPECT_EQ(host.calls, (std::vector<std::string>{"await turn", "await turn"}));
+}
+
 TEST_F(SessionTest, WhatWasAcceptedMayBeRefusedLaterUnderItsOwnNumberAndCode) {
   join(Role::kOperator);
   const auto refuse_later = [&](const auto& message, ErrorCode code) {
