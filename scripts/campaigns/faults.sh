@@ -5,8 +5,8 @@
 #   scripts/campaigns/faults.sh [--short] [--sanitized] [--json FILE] [CASE…]      all cases; leave both cores alone
 #       for half an hour, --short four minutes
 #     --sanitized: the programs are those of AddressSanitizer and UBSan; only what they find is judged, no figure
-#     cases: viewers limit half-open lies flood attack hand requests stop descriptors disk load kill kills spoilt sigterm
-#       start-stop
+#     cases: viewers limit half-open lies flood attack hand requests stop descriptors disk load kill kills spoilt
+#       sigterm start-stop
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 [[ ${1:-} != -h && ${1:-} != --help ]] || { sed -n '2,/^[^#]/s/^# \?//p' "$0"; exit 0; }

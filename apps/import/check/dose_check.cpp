@@ -360,9 +360,10 @@ void find_all(DoseCheck& check, const HdrPlan& plan, const VoxelVolume& dose, co
         std::ranges::all_of(check.wrong_frames, [&](std::size_t f) { return f < 3 || f + 3 >= frames; });
     std::string list;
     for (const std::size_t f : check.wrong_frames) list += (list.empty() ? "" : ", ") + std::to_string(f + 1);
-    check.findings.push_back(fmt::format(
-        "{} are wrong: {} of {}, the worst has {:.0f} % of the recomputed dose; they count in no figure",
-        at_ends ? "end frames" : "frames", list, frames, 100 * check.wrong_frames_ratio));
+    check.findings.push_back(
+        fmt::format("{} are wrong: number {} (there are {}); the worst has {:.0f} % of the recomputed dose; "
+                    "they count in no figure",
+                    at_ends ? "end frames" : "frames", list, frames, 100 * check.wrong_frames_ratio));
   }
   if (check.shift_mm.norm() >= kNotedShiftMm && check.shifted.rms_percent < 0.8 * check.as_stored.rms_percent)
     check.findings.push_back(

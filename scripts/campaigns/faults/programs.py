@@ -6,6 +6,7 @@ import re
 import signal
 import subprocess
 import time
+import urllib.request
 
 IS_SANITIZED = "BRACHY_SANITIZED" in os.environ  # then findings count, and figures do not
 BIN = "build/asan/bin/" if IS_SANITIZED else "build/release/bin/"
@@ -94,6 +95,12 @@ class Daemon:
 
     def memory_kb(self, key):
         return int(re.search(rf"^{key}:\s+(\d+)", read(f"/proc/{self.pid}/status"), re.M)[1])
+
+
+def metric(daemon, name):
+    """A number of /metrics."""
+    with urllib.request.urlopen(f"http://127.0.0.1:{daemon.http_port}/metrics", timeout=10) as answer:
+        return float(re.search(rf"(?m)^{name} (\S+)$", answer.read().decode())[1])
 
 
 class Relay:

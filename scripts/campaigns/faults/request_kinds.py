@@ -14,7 +14,7 @@ import urllib.request
 
 from attack import DEVICE, NO_MESH, OPERATOR, VIEWER, Client, attackers, connected, message, p99_ms
 from attack import prefer_rightful_clients
-from programs import Daemon, Row, read, running
+from programs import Daemon, Row, metric, read, running
 
 HELLO, POSE, PING, ARM, DROP, CONTROL, IMAGE, SCANNER, LOAD, PLAN, CONTOUR = 1, 5, 9, 12, 13, 15, 17, 18, 19, 20, 21
 KINDS = ["HELLO", "POSE", "PING", "ARM", "DROP", "CONTROL", "SCANNER", "LOAD", "PLAN", "CONTOUR", "unknown"]
@@ -345,11 +345,6 @@ class Watchdog(threading.Thread):
 
     def longest_s(self):
         return max((b - a for a, b in zip(self.times, self.times[1:])), default=float("inf"))
-
-
-def metric(daemon, name):
-    with urllib.request.urlopen(f"http://127.0.0.1:{daemon.http_port}/metrics", timeout=10) as answer:
-        return float(re.search(rf"(?m)^{name} (\S+)$", answer.read().decode())[1])
 
 
 def turns_above_ms(daemon, ms):
