@@ -76,6 +76,7 @@ struct Outputs : ::testing::Test {
         {"dose", "--grid", {"dose", "--seeds", seeds, "--config", scene, "--grid", "OUT"}},
         {"inspect", "--out", {"inspect", mesh, "--out", "OUT"}},
         {"import", "--out", {"import", mesh, "--out", "OUT"}, false},
+        {"check-dose", "--html", {"check-dose", mesh, "--html", "OUT"}, false},
         {"plot-force", "--out", {"plot-force", forces, "--out", "OUT"}},
         {"score", "--out", {"score", in("r"), "--plan", plan, "--config", scene, "--out", "OUT"}, false},
         {"score", "--csv", {"score", "--history", in("history"), "--csv", "OUT"}},

@@ -92,7 +92,10 @@ TEST_F(RecordingTools, ALiveRunIsRecordedAndReplayedBitForBit) {
   const RecordedMeshes whole(path("r.brachy")), cut(path("killed.brachy")), outside(path("s.brachy"));
   std::size_t shared = 0;
   for (const RecordedMeshes* mine : {&whole, &cut, &outside}) {
-    EXPECT_EQ(mine->damage, "");
+    // SIGKILL may end a write at a page: then the last message is not whole, and all before it are.
+    const bool is_cut_short =
+        mine == &cut && cut.damage.ends_with("it is damaged: the file ends within a message");
+    EXPECT_TRUE(mine->damage.empty() || is_cut_short) << mine->damage;
     for (const Peer::Frame& frame : peer.frames) {
       const auto found = mine->by_tick.find(frame.message.tick);
       if (found == mine->by_tick.end()) continue;
