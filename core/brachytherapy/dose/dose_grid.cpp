@@ -111,7 +111,10 @@ double DoseGrid::at(const Vec3& p) const {
     gy[corner] =
         dose[((corner & 1) ? step[0] : 0) + ((corner & 2) ? step[1] : 0) + ((corner & 4) ? step[2] : 0)];
   }
-  for (std::size_t corner = 0; corner < 8; ++corner) part[corner] = weight[corner] / std::sqrt(gy[corner]);
+  // Where a seed was taken out again rounding may leave less than nothing.
+  constexpr float kLeastGy = 1e-12F;
+  for (std::size_t corner = 0; corner < 8; ++corner)
+    part[corner] = weight[corner] / std::sqrt(std::max(gy[corner], kLeastGy));
   const double sum = static_cast<double>(((part[0] + part[1]) + (part[2] + part[3])) +
                                          ((part[4] + part[5]) + (part[6] + part[7])));
   return 1 / (sum * sum);

@@ -19,8 +19,10 @@ class DoseHistogram {
   DoseHistogram(double prescription_gy)
       : bin_gy_(prescription_gy / (100 * kBinsPerPercent)), volume_(kBins + 1) {}
 
+  // Where seeds were taken out again (a negative strength) rounding may leave a dose below 0.
   void add(double gy, double volume) {
-    volume_[std::min(static_cast<std::size_t>(gy / bin_gy_), kBins)] += volume;
+    const double bin = gy > 0 ? gy / bin_gy_ : 0;
+    volume_[bin < static_cast<double>(kBins) ? static_cast<std::size_t>(bin) : kBins] += volume;
   }
 
   // To be called once, after the last add.
