@@ -55,6 +55,7 @@ begin_beside() {
 finish() {
   wait "${beside[$1]}" || { cat "out/$1.log" >&2; exit 1; }
   tail -n 1 "out/$1.log"
+  unset "beside[$1]"
 }
 end_beside() {  # of a run that failed: the process, and the group that it became
   local pid

@@ -37,8 +37,7 @@ CatheterScore compare(const HdrPlan& plan, const TemplateGrid& grid, std::size_t
   score.along_mm = score.tip_error.z();
   score.across_mm = score.tip_error.head<2>().norm();
   const std::size_t count = plan.catheters[planned].dwell_s.size();
-  for (const Dwell& aimed : plan.dwells(grid)) {
-    if (aimed.catheter != planned) continue;
+  for (const Dwell& aimed : plan.dwells_in(grid, planned)) {
     const double offset_mm = plan.offset_mm(planned, aimed.index);
     const double mm = (dwell_at(course->rest, offset_mm).position - aimed.position).norm();
     score.mean_mm += mm / static_cast<double>(count);

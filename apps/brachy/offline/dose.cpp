@@ -51,8 +51,7 @@ DoseSources load_sources(const DoseOptions& options, const Scene& scene) {
   const TemplateGrid& grid = scene.template_grid;
   if (is_hdr_plan_file(*options.plan)) {
     const HdrPlan plan = load_hdr_plan(*options.plan, grid, scene.needle.length_mm);
-    return {as_seeds(plan.dwells(grid), plan.source, plan.source_strength_u), plan.total_s(),
-            plan.prescription_gy};
+    return {plan.seeds(grid), plan.total_s(), plan.prescription_gy};
   }
   const Plan plan = load_plan(*options.plan, grid, scene.needle.length_mm);
   const std::vector<PlannedSeed> planned = plan.seeds(grid);

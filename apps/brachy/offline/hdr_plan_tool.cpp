@@ -102,17 +102,14 @@ int run_hdr_plan(const HdrPlanRequest& request, const Scene& scene) {
   const TemplateGrid& grid = scene.template_grid;
   const HdrPlan plan = get_hdr_plan(request, scene, structures);
   if (request.out) write_text(*request.out, to_toml(plan), request.force);
-  if (request.seeds)
-    write_text(*request.seeds, to_csv(as_seeds(plan.dwells(grid), plan.source, plan.source_strength_u)),
-               request.force);
+  if (request.seeds) write_text(*request.seeds, to_csv(plan.seeds(grid)), request.force);
   if (request.structures) write_structures(*request.structures, structures, request.force);
   if (request.trajectory)
     write_text(*request.trajectory, hdr_session_csv(plan, grid, request.speed_mm_s), request.force);
   DoseSettings settings = scene.dose;
   settings.prescription_gy = plan.prescription_gy;
   ImplantDose dose(structures, settings);
-  for (const DoseSeed& seed : as_seeds(plan.dwells(grid), plan.source, plan.source_strength_u))
-    dose.add(seed);
+  for (const DoseSeed& seed : plan.seeds(grid)) dose.add(seed);
   const std::vector<StructureDose> doses = dose.evaluate();
   if (request.json)
     std::cout << plan_json(plan, grid, doses) << "\n";

@@ -15,10 +15,9 @@ std::string hdr_session_csv(const HdrPlan& plan, const TemplateGrid& grid, doubl
   };
   for (std::size_t n = 0; n < plan.catheters.size(); ++n) {
     const Vec3 tip = plan.planned_tip(grid, n), entry = plan.planned_entry(grid, n);
-    const Vec3 along = (tip - entry).normalized();
-    R = plan.catheters[n].has_course()
-            ? Mat3(Eigen::Quaterniond::FromTwoVectors(Vec3::UnitZ(), along).toRotationMatrix())
-            : Mat3(Mat3::Identity());
+    const Vec3 along =
+        plan.catheters[n].has_course() ? Vec3((tip - entry).normalized()) : Vec3(Vec3::UnitZ());
+    R = Eigen::Quaterniond::FromTwoVectors(Vec3::UnitZ(), along).toRotationMatrix();
     const Vec3 start = entry - kOutsideMm * along;
     add(n, start);
     t_s += (tip - start).norm() / speed_mm_s;

@@ -405,8 +405,7 @@ void find_all(DoseCheck& check, const HdrPlan& plan, const VoxelVolume& dose, co
 void take_fitting_source(ImportedCase& imported) {
   if (!imported.plan || !imported.plan->has_assumed_source || !imported.dose) return;
   HdrPlan& plan = *imported.plan->hdr;
-  const std::vector<DoseSeed> seeds =
-      as_seeds(plan.dwells(imported.grid), plan.source, plan.source_strength_u);
+  const std::vector<DoseSeed> seeds = plan.seeds(imported.grid);
   Comparison comparison(*imported.dose, seeds, {});
   if (comparison.points().empty()) return;
   const Vec3 shift = comparison.fit_shift(seeds).mm;
@@ -432,7 +431,7 @@ DoseCheck check_dose(const HdrPlan& plan, const TemplateGrid& grid, const std::v
   DoseCheck check;
   check.settings = settings;
   check.prescription_gy = plan.prescription_gy;
-  const std::vector<DoseSeed> seeds = as_seeds(plan.dwells(grid), plan.source, plan.source_strength_u);
+  const std::vector<DoseSeed> seeds = plan.seeds(grid);
   Comparison comparison(dose, seeds, settings);
   if (comparison.points().empty())
     throw UserError(

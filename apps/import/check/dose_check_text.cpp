@@ -136,7 +136,7 @@ class Plane {
 
 std::string pictures(const HdrPlan& plan, const TemplateGrid& grid, const std::vector<Structure>& structures,
                      const VoxelVolume& dose) {
-  const std::vector<DoseSeed> seeds = as_seeds(plan.dwells(grid), plan.source, plan.source_strength_u);
+  const std::vector<DoseSeed> seeds = plan.seeds(grid);
   Eigen::AlignedBox3d box;
   for (const DoseSeed& seed : seeds) box.extend(seed.position);
   const double half_mm = std::max(25.0, 0.5 * box.sizes().head<2>().maxCoeff() + 15);

@@ -157,14 +157,11 @@ void write_rt_plan(const std::filesystem::path& file, const ExportIds& ids, cons
   DicomWriter setup = data.item(tag::kSetups);
   setup.put({0x300a, 0x0232}, "PERINEAL").put(tag::kSetupNumber, "1").put(tag::kSetupName, "catheters");
   std::size_t number = 0;
-  std::vector<Dwell> of_catheter;
-  const std::vector<Dwell> dwells = plan.dwells(grid);
   for (std::size_t c = 0; c < plan.catheters.size(); ++c) {
-    of_catheter.clear();
-    for (const Dwell& dwell : dwells)
-      if (dwell.catheter == c && (dwell.seconds > 0 || plan.catheters[c].has_course()))
-        of_catheter.push_back(dwell);
-    if (!of_catheter.empty()) put_catheter(setup, ++number, plan, of_catheter, structures);
+    std::vector<Dwell> dwells = plan.dwells_in(grid, c);
+    if (!plan.catheters[c].has_course())
+      std::erase_if(dwells, [](const Dwell& dwell) { return dwell.seconds <= 0; });
+    if (!dwells.empty()) put_catheter(setup, ++number, plan, dwells, structures);
   }
   // µGy at 1 m.
   setup.put({0x300a, 0x0250}, plan.source_strength_u * plan.total_s() / 3600);

@@ -103,7 +103,7 @@ ExportedPlan plan_of(const ExportLine& line, const Scene& scene) {
   if (scene.implant.is_hdr() || is_hdr_plan(file_bytes(file, kMostPlanBytes))) {
     plan.hdr = load_hdr_plan(file, grid, scene.needle.length_mm);
     plan.text = to_toml(*plan.hdr);
-    plan.seeds = as_seeds(plan.hdr->dwells(grid), plan.hdr->source, plan.hdr->source_strength_u);
+    plan.seeds = plan.hdr->seeds(grid);
   } else {
     plan.permanent = load_plan(file, grid, scene.needle.length_mm);
     plan.text = to_toml(*plan.permanent);

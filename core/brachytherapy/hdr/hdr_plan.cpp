@@ -28,20 +28,30 @@ Vec3 HdrPlan::planned_entry(const TemplateGrid& grid, std::size_t catheter) cons
   return *hole;
 }
 
-std::vector<Dwell> HdrPlan::dwells(const TemplateGrid& grid) const {
+std::vector<Dwell> HdrPlan::dwells_in(const TemplateGrid& grid, std::size_t catheter) const {
+  const PlanCatheter& c = catheters.at(catheter);
+  const Vec3 tip = planned_tip(grid, catheter);
   std::vector<Dwell> all;
-  for (std::size_t c = 0; c < catheters.size(); ++c) {
-    const Vec3 tip = planned_tip(grid, c);
-    for (std::size_t i = 0; i < catheters[c].dwell_s.size(); ++i) {
-      Dwell dwell{.position = tip - offset_mm(c, i) * Vec3::UnitZ()};
-      if (catheters[c].has_course()) dwell = point_along(catheters[c].course, offset_mm(c, i));
-      dwell.catheter = c;
-      dwell.index = i;
-      dwell.seconds = catheters[c].dwell_s[i];
-      all.push_back(dwell);
-    }
+  for (std::size_t i = 0; i < c.dwell_s.size(); ++i) {
+    const double offset = offset_mm(catheter, i);
+    Dwell& dwell = all.emplace_back(c.has_course() ? point_along(c.course, offset)
+                                                   : Dwell{.position = tip - offset * Vec3::UnitZ()});
+    dwell.catheter = catheter;
+    dwell.index = i;
+    dwell.seconds = c.dwell_s[i];
   }
   return all;
+}
+
+std::vector<Dwell> HdrPlan::dwells(const TemplateGrid& grid) const {
+  std::vector<Dwell> all;
+  for (std::size_t c = 0; c < catheters.size(); ++c)
+    for (const Dwell& dwell : dwells_in(grid, c)) all.push_back(dwell);
+  return all;
+}
+
+std::vector<DoseSeed> HdrPlan::seeds(const TemplateGrid& grid) const {
+  return as_seeds(dwells(grid), source, source_strength_u);
 }
 
 std::size_t HdrPlan::dwell_count() const {

@@ -58,6 +58,8 @@ struct HdrPlan {
   Vec3 planned_entry(const TemplateGrid& grid, std::size_t catheter) const;
   /// All of them, catheter by catheter, in each from the tip backwards. Throws as planned_tip.
   std::vector<Dwell> dwells(const TemplateGrid& grid) const;
+  std::vector<Dwell> dwells_in(const TemplateGrid& grid, std::size_t catheter) const;  ///< those of one
+  std::vector<DoseSeed> seeds(const TemplateGrid& grid) const;                         ///< as_seeds of all
   std::size_t dwell_count() const;  ///< those of more than 0 s
   double total_s() const;
 

@@ -177,9 +177,8 @@ std::string to_toml(const HdrPlan& plan) {
   out += "tip_offset_mm = " + exact_text(plan.tip_offset_mm) + "  # of the first one behind the tip\n";
   out +=
       "# tip_mm: beyond the template's plane. dwell_s: seconds at each dwell position, from the tip "
-      "backwards.\n# course_mm: x, y, z from the tip backwards; dwell_mm: of each dwell position behind the "
-      "tip, "
-      "along it.\n";
+      "backwards.\n"
+      "# course_mm: x, y, z from the tip backwards; dwell_mm: of each dwell position behind it.\n";
   const auto list = [](const std::vector<double>& values) {
     std::string text = "[";
     for (std::size_t i = 0; i < values.size(); ++i) text += (i ? ", " : "") + exact_text(values[i]);

@@ -44,6 +44,18 @@ def connected(port, address, tls=None):
     return tls.wrap_socket(peer, server_hostname="127.0.0.1") if tls else peer
 
 
+def split_messages(data):
+    """The whole messages that a stream's bytes begin with, kind and body of each, and what is left."""
+    found = []
+    while len(data) >= 32:
+        kind, length = struct.unpack_from("<6xH4xI", data)
+        if len(data) < 32 + length:
+            break
+        found.append((kind, data[32 : 32 + length]))
+        data = data[32 + length :]
+    return found, data
+
+
 class ReceivedForce:
     """The time to live of a FORCE, as net/PROTOCOL.md obliges a device; haptics/force/received_force.h in Python."""
 
@@ -106,13 +118,9 @@ class Client(threading.Thread):
                     continue
                 if not data:
                     break
-                self.left += data
-                while len(self.left) >= 32:
-                    kind, length = struct.unpack_from("<6xH4xI", self.left)
-                    if len(self.left) < 32 + length:
-                        break
-                    self.take(kind, self.left[32 : 32 + length])
-                    self.left = self.left[32 + length :]
+                found, self.left = split_messages(self.left + data)
+                for kind, body in found:
+                    self.take(kind, body)
         except (OSError, ValueError) as error:
             self.closed = str(error)
         if not self.is_ending:

@@ -12,9 +12,10 @@ import threading
 import time
 import urllib.request
 
-from attack import HELLO, NO_MESH, OPERATOR, connected, message
+from attack import OPERATOR, connected, message, split_messages
 from programs import BIN, Crowd, Daemon, Row, player, read, running
-from request_kinds import CONTOUR, IMAGE, IMAGES, PLAN, PLANS, SCANNER, circle, hello_body, image_plane, text_field
+from request_kinds import CONTOUR, HELLO, IMAGE, PLAN, SCANNER
+from request_kinds import circle, hello_body, image_plane, text_field
 
 EXERCISE = "exercises/scenes/09_whole_implant.toml"
 LIVE, FROZEN, EDITED = 1, 2, 3
@@ -67,12 +68,8 @@ class Instructor(threading.Thread):
             self.send(CONTOUR, struct.pack("<QHH", 0, 1, 0) + outline + bytes(4))
 
     def take(self, data):
-        self.left += data
-        while len(self.left) >= 32:
-            kind, length = struct.unpack_from("<6xH4xI", self.left)
-            if len(self.left) < 32 + length:
-                return
-            body, self.left = self.left[32 : 32 + length], self.left[32 + length :]
+        found, self.left = split_messages(self.left + data)
+        for kind, body in found:
             if kind == PLAN:
                 self.take_plan(body)
             elif kind == CONTOUR:

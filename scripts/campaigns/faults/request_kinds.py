@@ -13,7 +13,7 @@ import time
 import urllib.request
 
 from attack import DEVICE, NO_MESH, OPERATOR, VIEWER, Client, attackers, connected, message, p99_ms
-from attack import prefer_rightful_clients
+from attack import prefer_rightful_clients, split_messages
 from programs import Daemon, Row, metric, read, running
 
 HELLO, POSE, PING, ARM, DROP, CONTROL, IMAGE, SCANNER, LOAD, PLAN, CONTOUR = 1, 5, 9, 12, 13, 15, 17, 18, 19, 20, 21
@@ -214,17 +214,12 @@ class NativePeer:
             if not data:
                 self.close()
                 return
-            self.left += data
-            while len(self.left) >= 32:
-                kind, length = struct.unpack_from("<6xH4xI", self.left)
-                if len(self.left) < 32 + length:
-                    break
-                body = self.left[32 : 32 + length]
+            found, self.left = split_messages(self.left + data)
+            for kind, body in found:
                 if kind == PLAN:
                     self.generator.change = struct.unpack_from("<4xI", body)[0]
                 if kind == IMAGE:
                     self.generator.frozen = image_plane(body)
-                self.left = self.left[32 + length :]
 
     def close(self):
         if self.peer:
