@@ -22,7 +22,7 @@ class UltrasoundRounds {
   void round(const ScannerSettings& settings, double period_s, std::uint64_t overruns) {
     const bool was_frozen = is_frozen_, is_other_demand = !(settings.demand == demand_);
     const bool is_changed = settings.version != version_;
-    is_frozen_ = settings.is_frozen;
+    is_frozen_ = settings.is_frozen && has_published_;  // what is frozen is an image
     demand_ = settings.demand;
     version_ = settings.version;
     if (is_frozen_)
@@ -47,6 +47,7 @@ class UltrasoundRounds {
       is_published = scan();
     }
     if (is_published) ports_.on_images();
+    has_published_ |= is_published;
     ports_.statistics.slot() = statistics_;
     ports_.statistics.publish();
   }
@@ -80,7 +81,7 @@ class UltrasoundRounds {
   const UltrasoundPorts& ports_;
   const SurfaceMesh& gland_;  // at rest
   UltrasoundStatistics statistics_;
-  bool is_frozen_ = false;
+  bool is_frozen_ = false, has_published_ = false;
   net::ImageDemand demand_;
   std::uint64_t version_ = ~std::uint64_t{0};
 };

@@ -116,6 +116,20 @@ TEST_F(DaemonUltrasound, AFrozenScannerSendsItsLastImageOnceAndToWhoComesLater) 
   ASSERT_TRUE(until_image([&](const auto& image) { return image.flags == 0 && image.tick > frozen.tick; }));
 }
 
+TEST_F(DaemonUltrasound, AScannerFrozenBeforeItsFirstImageFreezesThatOne) {
+  Peer early{net::Role::kOperator};
+  ASSERT_TRUE(early.join(daemon.port()));
+  ScannerMessage request;
+  request.freeze = net::ScannerFreeze::kFrozen;
+  early.client.send(request);
+  ASSERT_TRUE(early.refresh_state());
+  Peer later{net::Role::kViewer, net::kSubscribeUltrasound};
+  later.stand_beside(early);
+  ASSERT_TRUE(later.join(daemon.port()));
+  ASSERT_TRUE(later.until(
+      [&] { return !later.images.empty() && (later.images.back().flags & net::kImageFrozen) != 0; }));
+}
+
 TEST_F(DaemonUltrasound, WhoComesLaterGetsNoImageOfAnotherArrayOrOfLongAgo) {
   ASSERT_TRUE(boss.join(daemon.port()));
   ASSERT_TRUE(until_image([](const auto& image) { return image.array == ScannerArray::kTransverse; }));
