@@ -37,6 +37,7 @@ parts=(
   'anatomy     tests/apps/import/anatomy_cases.py build/release/bin/brachy-import 2000'
   'timed       scripts/campaigns/timed.sh'
   'hdr_plans   tests/apps/import/hdr_plans.py build/release/bin/brachy-import config/sources 400'
+  'robust      tests/apps/brachy/robust_draws.py build/release/bin/brachy 60'
   'contours    tests/apps/import/contour_shapes.py build/release/bin/brachy-import out/nightly/shapes --cases 2000'
 )
 name_of() { echo "${1%% *}"; }

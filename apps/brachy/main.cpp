@@ -24,6 +24,7 @@ Tool plot_force_tool();
 Tool metrics_tool();
 Tool score_tool();
 Tool plan_tool();
+Tool robust_tool();
 Tool token_tool();
 Tool us_tool();
 Tool contour_tool();
@@ -42,8 +43,8 @@ std::vector<Tool> all_tools() {
   tools.push_back({"check-dose", "Recompute an HDR plan's dose and compare it with its RTDOSE.", "", {}});
   // Their arguments are parsed by brachy-study, of the laboratory.
   for (const StudyCommand& command : kStudyCommands) tools.push_back({command.name, command.summary, "", {}});
-  for (const auto tool :
-       {advise_tool, plot_force_tool, metrics_tool, score_tool, plan_tool, token_tool, us_tool, contour_tool})
+  for (const auto tool : {advise_tool, plot_force_tool, metrics_tool, score_tool, plan_tool, robust_tool,
+                          token_tool, us_tool, contour_tool})
     tools.push_back(tool());
   return tools;
 }

@@ -28,4 +28,9 @@ std::optional<HdrPlan> load_hdr_plan(const Scene& scene) {
   return plan;
 }
 
+SeedMisplacement seed_misplacement(const Scene& scene) {
+  const NoiseSettings& noise = scene.noise;
+  return {noise.template_play_mm, noise.drop_along_mm, noise.drop_across_mm, noise.migration_along_mm};
+}
+
 }  // namespace brachy

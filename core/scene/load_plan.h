@@ -4,6 +4,7 @@
 
 #include "core/brachytherapy/hdr/hdr_plan.h"
 #include "core/brachytherapy/plan/plan.h"
+#include "core/brachytherapy/robust/uncertainty.h"
 #include "core/scene/scene.h"
 
 namespace brachy {
@@ -14,5 +15,8 @@ std::optional<Plan> load_plan(const Scene& scene);
 /// The scene's plan of catheters, if it has one and implant.kind is "hdr". Errors: UserError; also where needle.count
 /// is less than its catheters.
 std::optional<HdrPlan> load_hdr_plan(const Scene& scene);
+
+/// How seeds are misplaced by the scene's [noise], whether it is on or not.
+SeedMisplacement seed_misplacement(const Scene& scene);
 
 }  // namespace brachy

@@ -13,6 +13,7 @@
 #include "core/brachytherapy/dose/dose_settings.h"
 #include "core/brachytherapy/hdr/implant_settings.h"
 #include "core/brachytherapy/plan/template_grid.h"
+#include "core/brachytherapy/robust/uncertainty.h"
 #include "core/brachytherapy/seeds/seed_settings.h"
 #include "core/geometry/tissue/phantom.h"
 #include "core/injectivity/guard_settings.h"
@@ -206,6 +207,7 @@ struct Scene {
   ProbeSettings probe;
   UltrasoundSettings ultrasound;
   NoiseSettings noise;
+  UncertaintySettings uncertainty;
   TemplateGrid template_grid;
   ImplantSettings implant;
   SeedSettings seeds;

@@ -5,20 +5,14 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/base/repeatable_random.h"
+
 namespace brachy {
 namespace {
 
 // What a number is drawn for.
 enum : std::uint64_t { kPlay = 1, kStop, kTremor, kDrop, kMigration };
 constexpr std::array kTremorHz = {8.3, 9.7, 11.6};  // of physiological tremor, 8 to 12 Hz; no common period
-
-// G. Steele, D. Lea, C. Flood, Fast splittable pseudorandom number generators, OOPSLA 2014: SplitMix64's mixing.
-std::uint64_t mixed(std::uint64_t z) {
-  z += 0x9e3779b97f4a7c15ull;
-  z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9ull;
-  z = (z ^ (z >> 27)) * 0x94d049bb133111ebull;
-  return z ^ (z >> 31);
-}
 
 // In (0, 1).
 double uniform_of(std::uint64_t bits) {

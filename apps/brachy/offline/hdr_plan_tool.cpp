@@ -19,8 +19,10 @@
 #include "core/brachytherapy/dose/dose_seed_file.h"
 #include "core/brachytherapy/dose/implant_dose.h"
 #include "core/brachytherapy/dose/source.h"
+#include "core/brachytherapy/hdr/dwell_doses.h"
 #include "core/brachytherapy/hdr/hdr_generator.h"
 #include "core/brachytherapy/hdr/hdr_plan_file.h"
+#include "core/brachytherapy/robust/robust_planning.h"
 #include "core/scene/choose_source.h"
 #include "core/scene/load_plan.h"
 #include "core/scene/load_structures.h"
@@ -32,10 +34,14 @@ HdrPlan get_hdr_plan(const HdrPlanRequest& request, const Scene& scene,
                      const std::vector<Structure>& structures) {
   if (request.generate) {
     Progress progress("plan");
-    return generate_hdr_plan(
+    const HdrPlan plan = generate_hdr_plan(
         structures, scene.template_grid,
         {scene.name, scene.seeds.source, scene.implant, scene.dose.prescription_gy, scene.needle.length_mm},
         [&](double share) { progress.show(share, "of the catheters' choice and times"); });
+    if (!request.robust) return plan;
+    return with_robust_times(plan, structures, scene.template_grid, scene.dose,
+                             scene.goals.empty() ? hdr_dose_goals() : scene.goals, scene.uncertainty,
+                             [&](double share) { progress.show(share, "of times for drawn treatments"); });
   }
   if (request.plan) return load_hdr_plan(*request.plan, scene.template_grid, scene.needle.length_mm);
   if (auto plan = load_hdr_plan(scene)) return *plan;

@@ -10,7 +10,7 @@ namespace brachy {
 /// What `brachy plan` is asked for; as its options.
 struct HdrPlanRequest {
   std::optional<std::filesystem::path> plan;
-  bool generate = false;
+  bool generate = false, robust = false;
   std::optional<std::filesystem::path> out, seeds, structures, trajectory;
   double speed_mm_s = 50;
   bool json = false, force = false;

@@ -17,6 +17,7 @@
 #include "core/brachytherapy/plan/plan_file.h"
 #include "core/brachytherapy/plan/request/make_plan.h"
 #include "core/brachytherapy/plan/request/source_limits.h"
+#include "core/brachytherapy/robust/robust_planning.h"
 #include "core/brachytherapy/seeds/seed_file.h"
 #include "core/geometry/surface/surface_bvh.h"
 #include "core/scene/file/scene_file.h"
@@ -81,7 +82,10 @@ PlanRequest request_of(const PlanOptions& options, const Scene& scene) {
   request.how.seed = options.seed;
   request.how.most_needles = static_cast<std::size_t>(options.max_needles.value_or(0));
   request.how.most_seeds = static_cast<std::size_t>(options.max_seeds.value_or(0));
-  if (options.robust) request.how.make_robust();
+  if (options.robust) {
+    request.how.make_robust();
+    request.how.noise = placement_noise(scene.uncertainty, seed_misplacement(scene));
+  }
   request.solve = [&options](const std::string& programme) {
     return solve_with_cbc(programme, options.seconds);
   };
@@ -149,9 +153,10 @@ int run_plan(const PlanOptions& options) {
                                  : Scene();
   if (options.hdr && !scene.implant.is_hdr()) make_hdr(scene);
   if (scene.implant.is_hdr() || (options.plan && is_hdr_plan_file(*options.plan)))
-    return run_hdr_plan({options.plan, options.generate, options.out, options.seeds, options.structures,
-                         options.trajectory, options.speed_mm_s, options.json, options.force},
-                        scene);
+    return run_hdr_plan(
+        {options.plan, options.generate, options.robust, options.out, options.seeds, options.structures,
+         options.trajectory, options.speed_mm_s, options.json, options.force},
+        scene);
   const std::vector<Structure> structures = load_structures(scene);
   const PlacedSeeds placed = options.placed ? load_placed(*options.placed) : PlacedSeeds();
   const MadePlan made = get_plan(options, scene, structures, placed);
@@ -197,7 +202,10 @@ void declare(OptionList& list, PlanOptions& options) {
       .one_of({"annealing", "integer", "rule"})
       .show_default()
       .needs(generate);
-  list.add_flag("--robust", options.robust, "annealing also over clinical placement noise").needs(generate);
+  list.add_flag("--robust", options.robust,
+                "that meets its goals in most treatments drawn from the scene's [uncertainty] and [noise]: "
+                "`brachy robust`")
+      .needs(generate);
   list.add("--strength-u", options.strength_u,
            "of each seed; default: the scene's, where its source has such seeds")
       .needs(generate);

@@ -244,42 +244,6 @@ std::vector<GammaPass> gamma_of(const Comparison& comparison, const DoseGrid& re
   return all;
 }
 
-FiguresOfBoth::Figures figures_of(std::vector<std::pair<double, double>> dose_and_cc, double prescription_gy,
-                                  std::vector<double>& dvh) {
-  FiguresOfBoth::Figures f;
-  std::ranges::sort(dose_and_cc, std::greater<>(), &std::pair<double, double>::first);
-  double all = 0, sum = 0;
-  for (const auto& [gy, cc] : dose_and_cc) {
-    all += cc;
-    sum += gy * cc;
-  }
-  if (all <= 0) return f;
-  const auto least_of_hottest = [&](double cc) {
-    double before = 0;
-    for (const auto& [gy, volume] : dose_and_cc)
-      if ((before += volume) >= cc) return gy;
-    return dose_and_cc.back().first;
-  };
-  const auto volume_with = [&](double gy) {
-    double with = 0;
-    for (const auto& [dose, cc] : dose_and_cc) {
-      if (dose < gy) break;
-      with += cc;
-    }
-    return 100 * with / all;
-  };
-  f.mean_gy = sum / all;
-  f.d90_gy = least_of_hottest(0.9 * all);
-  f.d10_gy = least_of_hottest(0.1 * all);
-  f.d2cc_gy = all < 2 ? NAN : least_of_hottest(2);
-  f.d0_1cc_gy = all < 0.1 ? NAN : least_of_hottest(0.1);
-  f.v100_percent = volume_with(prescription_gy);
-  f.v150_percent = volume_with(1.5 * prescription_gy);
-  for (int percent = 0; percent <= 300; percent += 2)
-    dvh.push_back(volume_with(0.01 * percent * prescription_gy));
-  return f;
-}
-
 /// Between the file's voxels as between a DoseGrid's points: 1/√dose is linear in the distance from a source.
 Volume roots_of(const VoxelVolume& dose) {
   std::vector<float> roots;
@@ -296,22 +260,22 @@ FiguresOfBoth compare_structure(const Structure& structure, const DoseGrid& reco
   both.outside_percent =
       100.0 * static_cast<double>(outside) / static_cast<double>(structure.mesh.vertices.size());
   const StructureVoxels voxels = structure_voxels(SurfaceBvh(structure.mesh), recomputed);
-  std::vector<std::pair<double, double>> file, own;
-  const auto add = [&](const Vec3& p, double cc) {
+  std::vector<DoseSample> file, own;
+  const auto add = [&](const Vec3& p, double mm3) {
     if (!roots.contains(p)) return;
     const double root = static_cast<double>(roots.at(p)), dose = recomputed.at(p);
     if (!std::isfinite(dose)) return;
-    file.emplace_back(1 / (root * root), cc);
-    own.emplace_back(dose, cc);
-    both.volume_cc += cc;
+    file.push_back({1 / (root * root), mm3});
+    own.push_back({dose, mm3});
+    both.volume_cc += 1e-3 * mm3;
   };
-  const double whole_cc = 1e-3 * std::pow(recomputed.spacing_mm(), 3);
+  const double whole_mm3 = std::pow(recomputed.spacing_mm(), 3);
   const auto& size = recomputed.size();
   for (const std::uint32_t n : voxels.whole)
-    add(recomputed.position(n % size[0], n / size[0] % size[1], n / size[0] / size[1]), whole_cc);
-  for (const StructureVoxels::Part& part : voxels.parts) add(part.centre, 1e-3 * part.volume_mm3);
-  both.file = figures_of(std::move(file), prescription_gy, both.file_dvh);
-  both.recomputed = figures_of(std::move(own), prescription_gy, both.recomputed_dvh);
+    add(recomputed.position(n % size[0], n / size[0] % size[1], n / size[0] / size[1]), whole_mm3);
+  for (const StructureVoxels::Part& part : voxels.parts) add(part.centre, part.volume_mm3);
+  both.file = structure_dose(structure.name, both.volume_cc, file, prescription_gy);
+  both.recomputed = structure_dose(structure.name, both.volume_cc, own, prescription_gy);
   return both;
 }
 

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "apps/import/case/imported_case.h"
+#include "core/brachytherapy/dose/dvh.h"
 #include "core/brachytherapy/hdr/hdr_plan.h"
 #include "core/geometry/volume/volume.h"
 
@@ -31,15 +32,9 @@ struct GammaPass {
 
 /// Figures of a structure, by the file's dose and by the recomputed one, of the part of it that lies in the grid.
 struct FiguresOfBoth {
-  struct Figures {
-    double mean_gy = 0, d90_gy = 0, d10_gy = 0, d2cc_gy = 0, d0_1cc_gy = 0, v100_percent = 0,
-           v150_percent = 0;
-  };
   std::string name;
   double volume_cc = 0, outside_percent = 0;  ///< outside_percent: of its surface's points, outside the grid
-  Figures file, recomputed;
-  std::vector<double> file_dvh,
-      recomputed_dvh;  ///< percent of the volume with k % of the prescription, k = 0, 2 … 300
+  StructureDose file, recomputed;
 };
 
 struct SourceFit {

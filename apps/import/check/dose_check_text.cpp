@@ -26,13 +26,10 @@ Json json_of(const DoseDifference& d) {
           {"largest_percent", d.largest_percent}};
 }
 
-Json json_of(const FiguresOfBoth::Figures& f) {
-  return {{"mean_gy", f.mean_gy},
-          {"D90_gy", f.d90_gy},
-          {"D10_gy", f.d10_gy},
-          {"D2cc_gy", number(f.d2cc_gy)},
-          {"D0.1cc_gy", number(f.d0_1cc_gy)},
-          {"V100_percent", f.v100_percent},
+Json json_of(const StructureDose& f) {
+  return {{"mean_gy", number(f.mean_gy)},     {"D90_gy", number(f.d90_gy)},
+          {"D10_gy", number(f.d10_gy)},       {"D2cc_gy", number(f.d2cc_gy)},
+          {"D0.1cc_gy", number(f.d0_1cc_gy)}, {"V100_percent", f.v100_percent},
           {"V150_percent", f.v150_percent}};
 }
 
@@ -55,13 +52,13 @@ std::string of_both(double file, double recomputed) {
 
 struct FigureColumn {
   const char* title;
-  double FiguresOfBoth::Figures::*value;
+  double StructureDose::*value;
 };
 constexpr FigureColumn kFigures[] = {
-    {"mean, Gy", &FiguresOfBoth::Figures::mean_gy},     {"D90, Gy", &FiguresOfBoth::Figures::d90_gy},
-    {"D10, Gy", &FiguresOfBoth::Figures::d10_gy},       {"D2cc, Gy", &FiguresOfBoth::Figures::d2cc_gy},
-    {"D0.1cc, Gy", &FiguresOfBoth::Figures::d0_1cc_gy}, {"V100, %", &FiguresOfBoth::Figures::v100_percent},
-    {"V150, %", &FiguresOfBoth::Figures::v150_percent}};
+    {"mean, Gy", &StructureDose::mean_gy},     {"D90, Gy", &StructureDose::d90_gy},
+    {"D10, Gy", &StructureDose::d10_gy},       {"D2cc, Gy", &StructureDose::d2cc_gy},
+    {"D0.1cc, Gy", &StructureDose::d0_1cc_gy}, {"V100, %", &StructureDose::v100_percent},
+    {"V150, %", &StructureDose::v150_percent}};
 
 constexpr const char* kHead = R"(<!DOCTYPE html>
 <html lang="en">
@@ -173,15 +170,14 @@ Chart dvh_chart_of(const DoseCheck& check) {
   std::size_t n = 0;
   for (const FiguresOfBoth& s : check.structures) {
     const std::string colour = kColours[n++ % std::size(kColours)];
-    for (const auto* dvh : {&s.file_dvh, &s.recomputed_dvh}) {
-      ChartLine line{.name = dvh == &s.file_dvh ? s.name : "",
-                     .colour = colour,
-                     .dashes = dvh == &s.file_dvh ? "" : "5 3"};
-      for (std::size_t k = 0; k < dvh->size(); ++k) {
-        line.x.push_back(2 * static_cast<double>(k));
-        line.y.push_back((*dvh)[k]);
+    for (const StructureDose* dose : {&s.file, &s.recomputed}) {
+      ChartLine line{
+          .name = dose == &s.file ? s.name : "", .colour = colour, .dashes = dose == &s.file ? "" : "5 3"};
+      for (std::size_t percent = 0; percent < dose->volume_share.size(); percent += 2) {
+        line.x.push_back(static_cast<double>(percent));
+        line.y.push_back(100 * static_cast<double>(dose->volume_share[percent]));
       }
-      if (!line.x.empty()) chart.lines.push_back(std::move(line));
+      if (s.volume_cc > 0) chart.lines.push_back(std::move(line));
     }
   }
   return chart;

@@ -14,8 +14,8 @@
 namespace brachy {
 namespace {
 
-constexpr int kRun = 64;    // points for each pass: the data between its two loops stay in the L1 cache
-constexpr int kLanes = 16;  // of the widest vector; rows are rounded up to it
+constexpr int kRun = 64;  // points for each pass: the data between its two loops stay in the L1 cache
+constexpr int kLanes = DoseScatter::kLanes;  // counts are rounded up to it
 constexpr float kPi = std::numbers::pi_v<float>;
 // Points nearer to the axis, mm, are moved there: outside the capsule G then changes by less than rounding.
 constexpr float kOnAxis = 1e-4f;
@@ -47,10 +47,29 @@ BRACHY_INLINE void locate(float v, int count, std::int32_t& interval, float& sha
   share = inside - static_cast<float>(interval);
 }
 
+// Where a point is: along the seed's axis, and away from it.
+struct DosePlace {
+  float along, away[3];
+};
+
+BRACHY_INLINE DosePlace place_of(const DoseRow& row, int number) {
+  const float i = static_cast<float>(number);
+  return {row.along + i * row.along_step,
+          {row.away[0] + i * row.away_step[0], row.away[1] + i * row.away_step[1],
+           row.away[2] + i * row.away_step[2]}};
+}
+
+BRACHY_INLINE DosePlace place_of(const DoseScatter& points, int i) {
+  const float x = points.x[i] - points.seed[0], y = points.y[i] - points.seed[1],
+              z = points.z[i] - points.seed[2];
+  const float a = points.axis[0], b = points.axis[1], c = points.axis[2];
+  return {a * x + b * y + c * z, {b * z - c * y, c * x - a * z, a * y - b * x}};
+}
+
 // `kIsFolded`: the grid of F is kFolded, and a point behind the seed's middle is as one before it.
-template <bool kIsFolded>
-BRACHY_INLINE void add_row(const DoseTables& tables, const DoseRow& row, float strength_u, std::size_t count,
-                           float* __restrict dose) {
+template <bool kIsFolded, class Places>
+BRACHY_INLINE void add_dose(const DoseTables& tables, const Places& places, float strength_u,
+                            std::size_t count, float* __restrict dose) {
   constexpr AnisotropyGrid kGrid = kIsFolded ? DoseTables::kFolded : DoseTables::kFull;
   constexpr int kColumns = static_cast<int>(kGrid.radii);
   const float half_length = tables.half_length_mm, radius = tables.radius_mm;
@@ -61,10 +80,8 @@ BRACHY_INLINE void add_row(const DoseTables& tables, const DoseRow& row, float s
   for (int first = 0; first < total; first += kRun) {
     const int n = std::min(kRun, total - first), padded = (n + kLanes - 1) / kLanes * kLanes;
     for (int k = 0; k < padded; ++k) {
-      const float i = static_cast<float>(first + k);
-      const float x = row.away[0] + i * row.away_step[0], y = row.away[1] + i * row.away_step[1],
-                  w = row.away[2] + i * row.away_step[2];
-      const float along = row.along + i * row.along_step;
+      const DosePlace place = place_of(places, first + k);
+      const float x = place.away[0], y = place.away[1], w = place.away[2], along = place.along;
       float z = std::abs(along), rho = std::sqrt(x * x + y * y + w * w);
       const float outwards = std::max(std::min(radius - rho, half_length - z), 0.0f);  // dose_rate.h
       z += outwards;
@@ -91,16 +108,17 @@ BRACHY_INLINE void add_row(const DoseTables& tables, const DoseRow& row, float s
 }
 
 // NOLINTBEGIN(bugprone-macro-parentheses): an attribute cannot stand in parentheses.
-#define BRACHY_TARGET(name, attribute)                                                        \
-  struct name {                                                                               \
-    attribute static void run(const DoseTables& tables, const DoseRow& row, float strength_u, \
-                              std::size_t count, float* dose) {                               \
-      if (tables.is_folded)                                                                   \
-        add_row<true>(tables, row, strength_u, count, dose);                                  \
-      else                                                                                    \
-        add_row<false>(tables, row, strength_u, count, dose);                                 \
-    }                                                                                         \
-    static constexpr DoseLoops kLoops{run};                                                   \
+#define BRACHY_TARGET(name, attribute)                                                          \
+  struct name {                                                                                 \
+    template <class Places>                                                                     \
+    attribute static void run(const DoseTables& tables, const Places& places, float strength_u, \
+                              std::size_t count, float* dose) {                                 \
+      if (tables.is_folded)                                                                     \
+        add_dose<true>(tables, places, strength_u, count, dose);                                \
+      else                                                                                      \
+        add_dose<false>(tables, places, strength_u, count, dose);                               \
+    }                                                                                           \
+    static constexpr DoseLoops kLoops{run<DoseRow>, run<DoseScatter>};                          \
   }
 // NOLINTEND(bugprone-macro-parentheses)
 

@@ -49,11 +49,20 @@ struct DoseRow {
   float away[3], away_step[3];
 };
 
-/// The inner loop of the dose grid, for one instruction set. Threads: any. Real-time: no allocation.
+/// Points that lie anywhere, and a seed, mm. After the points x, y and z have kLanes more floats, of any value.
+struct DoseScatter {
+  static constexpr std::size_t kLanes = 16;  ///< of the widest vector
+  const float *x, *y, *z;
+  float seed[3], axis[3];  ///< its centre, and its direction, of unit length
+};
+
+/// The inner loops of dose sums, for one instruction set. Threads: any. Real-time: no allocation.
 struct DoseLoops {
   /// dose[i] += strength_u × the total dose of 1 U at point i, Gy, i < count: TG-43U1 as in dose_rate.h, in float.
   void (*add_row)(const DoseTables& tables, const DoseRow& row, float strength_u, std::size_t count,
                   float* dose);
+  void (*add_points)(const DoseTables& tables, const DoseScatter& points, float strength_u, std::size_t count,
+                     float* dose);  ///< the same
 };
 
 /// The loops for `target`, which this processor must support.

@@ -53,23 +53,20 @@ class DoseHistogram {
 
 }  // namespace
 
-StructureDose structure_dose(std::string name, const StructureVoxels& voxels, const DoseGrid& grid,
+StructureDose structure_dose(std::string name, double volume_cc, std::span<const DoseSample> samples,
                              double prescription_gy) {
   StructureDose result;
   result.name = std::move(name);
-  result.volume_cc = voxels.volume_cc;
+  result.volume_cc = volume_cc;
   result.volume_share.assign(kDvhPercents, 0);
   DoseHistogram histogram(prescription_gy);
   double sum = 0, max = 0, min = std::numeric_limits<double>::infinity();
-  const auto take = [&](double gy, double volume) {
+  for (const auto& [gy, volume] : samples) {
     histogram.add(gy, volume);
     sum += volume * gy;
     max = std::max(max, gy);
     min = std::min(min, gy);
-  };
-  const double voxel_mm3 = std::pow(grid.spacing_mm(), 3);
-  for (const std::uint32_t voxel : voxels.whole) take(static_cast<double>(grid.dose_gy()[voxel]), voxel_mm3);
-  for (const StructureVoxels::Part& part : voxels.parts) take(grid.at(part.centre), part.volume_mm3);
+  }
   histogram.sum_up(max);
   const double total = histogram.total();
   if (!(total > 0)) {
@@ -96,6 +93,18 @@ StructureDose structure_dose(std::string name, const StructureVoxels& voxels, co
   result.d0_1cc_gy = hottest(0.1);
   result.d5_gy = histogram.dose_of(0.05 * total);
   return result;
+}
+
+StructureDose structure_dose(std::string name, const StructureVoxels& voxels, const DoseGrid& grid,
+                             double prescription_gy) {
+  std::vector<DoseSample> samples;
+  samples.reserve(voxels.whole.size() + voxels.parts.size());
+  const double voxel_mm3 = std::pow(grid.spacing_mm(), 3);
+  for (const std::uint32_t voxel : voxels.whole)
+    samples.push_back({static_cast<double>(grid.dose_gy()[voxel]), voxel_mm3});
+  for (const StructureVoxels::Part& part : voxels.parts)
+    samples.push_back({grid.at(part.centre), part.volume_mm3});
+  return structure_dose(std::move(name), voxels.volume_cc, samples, prescription_gy);
 }
 
 }  // namespace brachy

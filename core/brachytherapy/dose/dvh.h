@@ -1,5 +1,6 @@
 #pragma once
 
+#include <span>
 #include <string>
 #include <vector>
 
@@ -24,11 +25,20 @@ struct StructureDose {
   std::vector<float> volume_share;
 };
 
-/// Each whole voxel has the dose at its centre, each partial voxel the interpolated dose at the centre of its part. The
-/// histogram has bins of 0.1 % of the prescription and is linear within a bin; above kHistogramEnd × the prescription
-/// one bin extends to the largest dose. A structure without a voxel has zeros, and NaN for doses.
-StructureDose structure_dose(std::string name, const StructureVoxels& voxels, const DoseGrid& grid,
+/// A piece of a structure that has one dose.
+struct DoseSample {
+  double gy, volume_mm3;
+};
+
+/// The figures of a structure of `volume_cc` whose dose is that of the samples. Their histogram has bins of 0.1 % of
+/// the prescription and is linear within a bin; above kHistogramEnd × the prescription one bin extends to the largest
+/// dose. Without a sample there are zeros, and NaN for doses.
+StructureDose structure_dose(std::string name, double volume_cc, std::span<const DoseSample> samples,
                              double prescription_gy);
 inline constexpr double kHistogramEnd = 10;
+
+/// Each whole voxel has the dose at its centre, each partial voxel the interpolated dose at the centre of its part.
+StructureDose structure_dose(std::string name, const StructureVoxels& voxels, const DoseGrid& grid,
+                             double prescription_gy);
 
 }  // namespace brachy

@@ -28,6 +28,15 @@ double dose_of(const std::vector<double>& decreasing, double share) {
 
 }  // namespace
 
+std::vector<DoseGoal> hdr_dose_goals() {
+  const char* source = "GEC/ESTRO 2013 and stricter";
+  return {{"prostate", "V100", "plan", "above", HdrGoals::kLeastV100, source},
+          {"prostate", "V150", "plan", "below", HdrGoals::kMostV150, source},
+          {"urethra", "D10", "plan", "below", HdrGoals::kMostUrethraD10, source},
+          {"rectum", "D2cc", "plan", "below", HdrGoals::kMostD2cc, source},
+          {"bladder", "D2cc", "plan", "below", HdrGoals::kMostD2cc, source}};
+}
+
 DosePoints::Role DosePoints::role_of(std::string_view name) {
   if (name == "urethra") return Role::kUrethra;
   if (name == "rectum") return Role::kRectum;

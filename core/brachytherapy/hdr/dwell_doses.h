@@ -5,6 +5,7 @@
 #include <string_view>
 #include <vector>
 
+#include "core/brachytherapy/dose/dose_goal.h"
 #include "core/brachytherapy/hdr/hdr_plan.h"
 #include "core/brachytherapy/structures/structure.h"
 
@@ -16,6 +17,9 @@ namespace brachy {
 struct HdrGoals {
   static constexpr double kLeastV100 = 97, kMostV150 = 35, kMostUrethraD10 = 115, kMostD2cc = 70;
 };
+
+/// The same as goals of a plan, for reports that are of any goals.
+std::vector<DoseGoal> hdr_dose_goals();
 
 /// Points spread evenly over a structure: its dose at them stands for its dose-volume histogram.
 struct DosePoints {

@@ -15,10 +15,12 @@ constexpr double kRaise = 1.5;        // of a weight whose goal is missed
 /// The penalties' value at times, and their gradient.
 class PenaltySum {
  public:
-  PenaltySum(const DwellDoses& doses, const std::vector<DwellPenalty>& penalties) : doses_(doses) {
-    for (const DwellDoses::Rows& rows : doses.structures())
-      for (const DwellPenalty& p : penalties)
-        if (p.role == rows.role) parts_.push_back({rows, p});
+  PenaltySum(std::span<const DwellDoses> all, const std::vector<DwellPenalty>& penalties)
+      : dwells_(all.front().dwells()) {
+    for (const DwellDoses& doses : all)
+      for (const DwellDoses::Rows& rows : doses.structures())
+        for (const DwellPenalty& p : penalties)
+          if (p.role == rows.role) parts_.push_back({&doses, rows, p});
   }
 
   double evaluate(const std::vector<double>& t, std::vector<double>& gradient) const {
@@ -26,7 +28,7 @@ class PenaltySum {
     double sum = 0;
     for (const Part& part : parts_)
       for (std::size_t i = 0; i < part.rows.count; ++i) {
-        const double* row = doses_.row(part.rows.first + i);
+        const double* row = part.doses->row(part.rows.first + i);
         double dose = 0;
         for (std::size_t j = 0; j < t.size(); ++j) dose += row[j] * t[j];
         const double share = 1 / static_cast<double>(part.rows.count);
@@ -45,10 +47,10 @@ class PenaltySum {
   /// A diagonal that is at least as curved as the sum in every direction: the row sums of 2 AᵀWA, whose entries are
   /// positive.
   std::vector<double> curvature() const {
-    std::vector<double> bound(doses_.dwells(), 0);
+    std::vector<double> bound(dwells_, 0);
     for (const Part& part : parts_)
       for (std::size_t i = 0; i < part.rows.count; ++i) {
-        const double* row = doses_.row(part.rows.first + i);
+        const double* row = part.doses->row(part.rows.first + i);
         double sum = 0;
         for (std::size_t j = 0; j < bound.size(); ++j) sum += row[j];
         const double weight = 2 * std::max(part.penalty.least_weight, part.penalty.most_weight) * sum /
@@ -60,28 +62,13 @@ class PenaltySum {
 
  private:
   struct Part {
+    const DwellDoses* doses;
     DwellDoses::Rows rows;
     DwellPenalty penalty;
   };
-  const DwellDoses& doses_;
+  std::size_t dwells_;
   std::vector<Part> parts_;
 };
-
-// The same time everywhere, such that the target's mean dose is a little above the prescription.
-std::vector<double> even_times(const DwellDoses& doses) {
-  constexpr double kMeanDose = 1.3;
-  std::vector<double> t(doses.dwells(), 1);
-  const DwellDoses::Rows& target = doses.structures().front();
-  double mean = 0;
-  for (const double dose : doses.doses(target, t)) mean += dose / static_cast<double>(target.count);
-  for (double& v : t) v = kMeanDose / mean;
-  return t;
-}
-
-std::vector<double> rounded(std::vector<double> t) {
-  for (double& v : t) v = std::round(v / kDwellStepS) / std::round(1 / kDwellStepS);
-  return t;
-}
 
 void raise_weights(std::vector<DwellPenalty>& penalties, const HdrFigures& figures) {
   const auto is_above = [](double value, double most) { return value > most * (1 - kGoalMargin); };
@@ -107,8 +94,24 @@ std::vector<DwellPenalty> default_penalties() {
           {Role::kBladder, 0, 0, 0.6, 20}};
 }
 
-std::vector<double> minimise_penalties(const DwellDoses& doses, const std::vector<DwellPenalty>& penalties,
-                                       std::vector<double> start, int iterations) {
+std::vector<double> even_times(const DwellDoses& doses) {
+  constexpr double kMeanDose = 1.3;
+  std::vector<double> t(doses.dwells(), 1);
+  const DwellDoses::Rows& target = doses.structures().front();
+  double mean = 0;
+  for (const double dose : doses.doses(target, t)) mean += dose / static_cast<double>(target.count);
+  for (double& v : t) v = kMeanDose / mean;
+  return t;
+}
+
+std::vector<double> rounded_times(std::vector<double> t) {
+  for (double& v : t) v = std::round(v / kDwellStepS) / std::round(1 / kDwellStepS);
+  return t;
+}
+
+std::vector<double> minimise_penalties(std::span<const DwellDoses> doses,
+                                       const std::vector<DwellPenalty>& penalties, std::vector<double> start,
+                                       int iterations) {
   const PenaltySum sum(doses, penalties);
   const std::vector<double> curvature = sum.curvature();
   std::vector<double> t = std::move(start), ahead = t, gradient, next(t.size());
@@ -135,8 +138,8 @@ std::vector<double> optimise_dwell_times(const DwellDoses& doses) {
   std::vector<double> t = even_times(doses), best;
   double least = 0;
   for (int round = 0; round < kRounds; ++round) {
-    t = minimise_penalties(doses, penalties, std::move(t), kIterations);
-    const std::vector<double> times = rounded(t);
+    t = minimise_penalties({&doses, 1}, penalties, std::move(t), kIterations);
+    const std::vector<double> times = rounded_times(t);
     const HdrFigures figures = hdr_figures(doses, times);
     const double missed = figures.missed(kGoalMargin);
     if (best.empty() || missed < least) {

@@ -79,7 +79,7 @@ void leave_out_catheters(HdrPlan& plan, DwellDoses doses, std::size_t most, Prog
   const std::size_t first = plan.catheters.size();
   while (plan.catheters.size() > most) {
     progress(static_cast<double>(first - plan.catheters.size()) / static_cast<double>(first - most));
-    times = minimise_penalties(doses, default_penalties(), std::move(times), kChoiceIterations);
+    times = minimise_penalties({&doses, 1}, default_penalties(), std::move(times), kChoiceIterations);
     set_times(plan, times);
     std::vector<std::size_t> order(plan.catheters.size());
     std::iota(order.begin(), order.end(), std::size_t{0});

@@ -114,6 +114,44 @@ void check_dose(const TomlTable& t, Scene& scene) {
     scene.dose.prescription_gy = limits->customary_gy;
 }
 
+std::vector<Key<UncertaintySettings>> uncertainty_keys() {
+  using S = UncertaintySettings;
+  constexpr Range kPercent = {0, 30}, kLength = {0, 20};
+  return {
+      number("strength_percent", &S::strength_percent, kPercent, kRestart,
+             "SD of the air-kerma strength, of all sources together (Kennedy 2023)"),
+      number("calculation_percent", &S::calculation_percent, kPercent, kRestart,
+             "of the dose that a planning system computes (Kirisits 2014)"),
+      number("medium_percent", &S::medium_percent, kPercent, kRestart,
+             "of tissue in place of water (Kirisits 2014)"),
+      number("dwell_s", &S::dwell_s, {0, 10}, kRestart, "hdr: of each dwell's time (Kennedy 2023)"),
+      number("source_along_mm", &S::source_along_mm, kLength, kRestart,
+             "hdr: of the source in each catheter (Kennedy 2023)"),
+      number("reconstruction_along_mm", &S::reconstruction_along_mm, kLength, kRestart,
+             "hdr: of each catheter's tip as it is seen in the images (Kennedy 2023)"),
+      number("reconstruction_across_mm", &S::reconstruction_across_mm, kLength, kRestart,
+             "hdr: of each catheter across, in a random direction (Kennedy 2023)"),
+      number("movement_along_mm", &S::movement_along_mm, kLength, kRestart,
+             "hdr: of each catheter in the gland until the treatment (Kennedy 2023)"),
+      number("movement_across_mm", &S::movement_across_mm, kLength, kRestart,
+             "hdr: the same across, in a random direction (Kennedy 2023)"),
+      number(
+          "drift_mm", &S::drift_mm, kLength, kRestart,
+          "hdr: of all catheters along themselves; 1.8 between fractions, 0 for one that is given at once"),
+      number("gland_outline_mm", &S::gland_outline_mm, kLength, kRestart,
+             "of the gland's surface, outwards everywhere (Kennedy 2023)"),
+      number("urethra_outline_mm", &S::urethra_outline_mm, kLength, kRestart,
+             "of the urethra's surface (Kennedy 2023)"),
+      number("organ_outline_mm", &S::organ_outline_mm, kLength, kRestart,
+             "of the surface of rectum, bladder and others (Kennedy 2023, rectum)"),
+      numbers("gland_movement_mm", &S::gland_movement_mm, {0, 20}, kRestart,
+              "of gland, urethra and implant against other organs: left-right, front-back, along (Kennedy "
+              "2023)"),
+      number("swelling_percent", &S::swelling_percent, kPercent, kRestart,
+             "of the gland's volume after the plan; no published value for a single fraction, so 0"),
+  };
+}
+
 Key<StructureSettings> role_key() {
   std::vector<std::string> words = {""};
   for (std::string& word : role_words()) words.push_back(std::move(word));
@@ -202,6 +240,12 @@ std::vector<SceneSection> implant_sections() {
        within<Scene>(
            dose_keys(), [](auto& s) -> auto& { return s.dose; }),
        check_dose},
+      {"uncertainty",
+       "What a plan cannot know of its treatment, as standard deviations: for `brachy robust` and "
+       "`brachy plan --robust`. Kennedy 2023: Phys. Eng. Sci. Med. 46, 1115–1130; Kirisits 2014: Radiother. "
+       "Oncol. 110, 199–212.",
+       within<Scene>(
+           uncertainty_keys(), [](auto& s) -> auto& { return s.uncertainty; })},
       {"structure",
        "A structure that dose is reported for. Plans, dose and score know it by its role. One with the role "
        "prostate "

@@ -53,15 +53,15 @@ def main():
         folder = f"{work}/{name}"
         os.makedirs(folder)
         print(f"faults: {name}: {CASES[name].__doc__}", flush=True)
+        failed = []
         try:
-            rows += CASES[name](folder, options.short)
+            of_case = CASES[name](folder, options.short)
         except (RuntimeError, OSError, KeyError, subprocess.SubprocessError) as error:
-            rows.append(Row(name, f"{type(error).__name__}: {error}", "", False))
+            of_case, failed = [], [Row(name, f"{type(error).__name__}: {error}", "", False)]
         if IS_SANITIZED:
             found = findings(folder)
-            rows = [row for row in rows if hasattr(row, "shown")] + [
-                Row(name, f"{len(found)} findings of the sanitizers " + "; ".join(found[:2]), "0", not found)
-            ]
+            of_case = [Row(name, f"{len(found)} findings of the sanitizers " + "; ".join(found[:2]), "0", not found)]
+        rows += of_case + failed
         for row in rows:
             if not hasattr(row, "shown"):
                 print(f"  {'ok    ' if row.is_good else 'MISSED'}  {row.case:<32} {row.figure}", flush=True)

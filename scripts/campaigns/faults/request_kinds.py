@@ -305,18 +305,14 @@ def asks(peer_class, port, number, seed, per_s, counts):
 
 
 class ControlThread(threading.Thread):
-    """Wakes as often as FORCE comes, and sends itself a byte: what the machine alone adds to a gap and to a turn. The
-    kernel works on what others have sent where it is called next, in whoever's time that is."""
+    """Wakes as often as FORCE comes: what the machine alone adds to a gap."""
 
     def __init__(self):
         super().__init__(daemon=True)
-        self.gaps, self.turn_ms, self.stop = [], 0.0, threading.Event()
+        self.gaps, self.stop = [], threading.Event()
         self.start()
 
     def run(self):
-        with socket.create_server(("127.0.0.1", 0)) as server:
-            here = socket.create_connection(server.getsockname())
-            there, _ = server.accept()
         last = due = time.monotonic()
         while not self.stop.is_set():
             due += 0.005
@@ -324,12 +320,34 @@ class ControlThread(threading.Thread):
             now = time.monotonic()
             self.gaps.append(now - last)
             last = now
-            begin = time.thread_time_ns()
-            here.send(b"x")
-            there.recv(1)
-            self.turn_ms = max(self.turn_ms, 1e-6 * (time.thread_time_ns() - begin))
-        here.close()
-        there.close()
+
+
+def calculates(task, longest_ns, above, is_over):
+    """As much processor time as another thread takes, in turns of some 100 us of arithmetic without a system call: what
+    the machine alone adds to a turn. The kernel works on what others have sent in the time of whoever runs."""
+    ticks_per_s = os.sysconf("SC_CLK_TCK")
+    while not is_over.is_set():
+        fields = read(f"/proc/{task}/stat").rpartition(")")[2].split()
+        theirs_s = (int(fields[11]) + int(fields[12])) / ticks_per_s
+        if time.process_time() >= theirs_s:
+            time.sleep(0.005)
+            continue
+        begin = time.thread_time_ns()
+        sum(range(2000))
+        took = time.thread_time_ns() - begin
+        longest_ns.value = max(longest_ns.value, took)
+        above.value += took > 1e6
+
+
+@contextlib.contextmanager
+def calculating(task):
+    """What `calculates` found meanwhile: the longest turn, ns, and how many took more than 1 ms."""
+    longest_ns, above, is_over = multiprocessing.Value("q"), multiprocessing.Value("q"), multiprocessing.Event()
+    process = multiprocessing.Process(target=calculates, args=(task, longest_ns, above, is_over), daemon=True)
+    process.start()
+    yield longest_ns, above
+    is_over.set()
+    process.join()
 
 
 class Watchdog(threading.Thread):
@@ -390,7 +408,10 @@ def requests(folder, short):
     """100,000 requests of every kind and size by six peers at once; SIGTERM in the middle of them."""
     count, per_s = (3000, 300) if short else (100_000, 400)
     rows = []
-    with attacked(folder, "long", per_s, 1) as (daemon, begins, counts, watchdog):
+    with (
+        attacked(folder, "long", per_s, 1) as (daemon, begins, counts, watchdog),
+        calculating(f"{daemon.pid}/task/{daemon.pid}") as (longest_ns, slow_turns),
+    ):
         clients = {role: Client(daemon.port, role, None) for role in (VIEWER, OPERATOR, DEVICE)}
         prefer_rightful_clients()
         for client in clients.values():
@@ -421,7 +442,7 @@ def requests(folder, short):
             client.end()
         code, seconds = daemon.end()
     told = ", ".join(f"{kind} {n}" for kind, n in sent.items())
-    p99, machine = p99_ms(gaps), p99_ms(control.gaps)
+    p99, machine, machine_ms = p99_ms(gaps), p99_ms(control.gaps), 1e-6 * longest_ns.value
     ran = later[0] - ticks[0] + later[1] - ticks[1]
     more = 100.0 * ((later[1] - ticks[1]) - (later[2] - ticks[2])) / max(1, ran)
     rows += [
@@ -429,10 +450,10 @@ def requests(folder, short):
         Row("  operator, viewer, device", f"{3 - len(reasons)} of 3 stay {'; '.join(reasons)}", "3", not reasons),
         Row(
             "  longest turn of the io thread",
-            f"{turn_ms:.2f} ms of processor time, {quiet_turn_ms:.2f} before; {above:.0f} over 1 ms; a byte sent and "
-            f"received by another thread: {control.turn_ms:.2f}",
-            "2 ms",
-            turn_ms <= 2,
+            f"{turn_ms:.2f} ms of processor time, {quiet_turn_ms:.2f} before; {above:.0f} over 1 ms; another's, of "
+            f"arithmetic alone: {machine_ms:.2f} ms, {slow_turns.value} over 1 ms",
+            f"{machine_ms + 2:.2f} ms",
+            turn_ms <= machine_ms + 2,
         ),
         Row(
             "  FORCE gap p99",

@@ -28,6 +28,9 @@ try:
 except ImportError as missing:
     print(f"hdr_plans: {missing}; install python3-pydicom", file=sys.stderr)
     sys.exit(77)
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "reference/dose"))
+from tg43_numpy import Source  # noqa: E402
+
 pydicom.config.settings.writing_validation_mode = pydicom.config.IGNORE
 
 MODELS = {"mhdr-v2": ("Nucletron", "microSelectron-v2"), "gammamed-hdr": ("Varian", "GammaMed Plus"),
@@ -35,39 +38,6 @@ MODELS = {"mhdr-v2": ("Nucletron", "microSelectron-v2"), "gammamed-hdr": ("Varia
 WRONG = ["shift", "ends", "decay", "source", "fractions", "outside"]
 MALFORMED = ["odd", "falling", "no time", "no dwell", "cobalt", "no positions", "far"]
 DESCENDING = -1
-
-
-class Source:
-    """TG-43U1 of a file of config/sources, in numpy."""
-
-    def __init__(self, file):
-        t = tomllib.loads(file.read_text())
-        self.L, self.Lambda, self.half_life = t["active_length_cm"], t["dose_rate_constant"], t["half_life_days"]
-        self.gr, self.g = np.array(t["g"]["r_cm"]), np.array(t["g"]["values"])
-        self.Fr, self.Ft, self.F = (np.array(t["F"][k], float) for k in ("r_cm", "theta_deg", "values"))
-        for row in self.F:
-            for j in range(len(row) - 2, -1, -1):
-                if np.isnan(row[j]):
-                    row[j] = row[j + 1]
-
-    def geometry(self, y, z):
-        return (np.arctan2(z + self.L / 2, y) - np.arctan2(z - self.L / 2, y)) / (self.L * y)
-
-    def rate(self, p_mm, centre, axis):
-        """cGy/h/U at points (n × 3)."""
-        d = (p_mm - centre) / 10
-        z = d @ axis
-        y = np.maximum(np.linalg.norm(d - z[:, None] * axis, axis=1), 1e-6)
-        r = np.hypot(z, y)
-        theta = np.degrees(np.arctan2(y, z))
-        j = np.clip(np.searchsorted(self.Fr, r) - 1, 0, len(self.Fr) - 2)
-        i = np.clip(np.searchsorted(self.Ft, theta) - 1, 0, len(self.Ft) - 2)
-        u = np.clip((r - self.Fr[j]) / (self.Fr[j + 1] - self.Fr[j]), 0, 1)
-        v = np.clip((theta - self.Ft[i]) / (self.Ft[i + 1] - self.Ft[i]), 0, 1)
-        F = ((1 - v) * ((1 - u) * self.F[i, j] + u * self.F[i, j + 1])
-             + v * ((1 - u) * self.F[i + 1, j] + u * self.F[i + 1, j + 1]))
-        g = np.exp(np.interp(r, self.gr, np.log(self.g)))
-        return self.Lambda * self.geometry(y, z) / self.geometry(np.array([1.0]), np.array([0.0])) * g * F
 
 
 def lps(p):

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
 
 namespace brachy {
 namespace {
@@ -29,11 +28,6 @@ void erase_element(NeedleLoad& load, int e) {
 }
 
 }  // namespace
-
-double PlanRandom::normal() {
-  const double u = 1 - share(), v = share();
-  return std::sqrt(-2 * std::log(u)) * std::cos(2 * std::numbers::pi * v);
-}
 
 LoadMoves::LoadMoves(const std::vector<NeedleChoice>& choices, std::vector<NeedleLoad> loads,
                      std::size_t most_needles, std::size_t most_seeds, std::uint64_t seed)

@@ -2,26 +2,13 @@
 
 #include <cstdint>
 #include <optional>
-#include <random>
 #include <vector>
 
+#include "core/base/repeatable_random.h"
 #include "core/brachytherapy/plan/optimiser/needle_choices.h"
 #include "core/brachytherapy/plan/optimiser/plan_dose.h"
 
 namespace brachy {
-
-/// Random numbers that are the same everywhere; std's distributions are not.
-class PlanRandom {
- public:
-  explicit PlanRandom(std::uint64_t seed) : engine_(seed) {}
-  double share() { return static_cast<double>(engine_() >> 11) * 0x1p-53; }  ///< [0, 1)
-  int below(int count) { return static_cast<int>(share() * count); }         ///< 0 … count − 1
-  int between(int least, int most) { return least + below(most - least + 1); }
-  double normal();  ///< mean 0, SD 1, by Box and Muller
-
- private:
-  std::mt19937_64 engine_;
-};
 
 /// The loads that an annealer moves among, and its proposals.
 class LoadMoves {
@@ -32,7 +19,7 @@ class LoadMoves {
   const std::vector<NeedleLoad>& loads() const { return loads_; }
   std::size_t needles() const { return used_.size(); }
   std::size_t seeds() const { return seeds_; }
-  PlanRandom& random() { return random_; }
+  RepeatableRandom& random() { return random_; }
 
   /// One or two needles changed at random; nothing where the draw is not allowed.
   const std::vector<LoadChange>* propose();
@@ -52,7 +39,7 @@ class LoadMoves {
   std::vector<std::size_t> used_;
   std::vector<std::vector<std::size_t>> near_;  // holes near each
   std::size_t seeds_ = 0, most_needles_, most_seeds_;
-  PlanRandom random_;
+  RepeatableRandom random_;
   std::vector<LoadChange> proposal_;
 };
 

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/base/repeatable_random.h"
 #include "core/brachytherapy/dose/dose_rate.h"
-#include "core/brachytherapy/plan/optimiser/load_moves.h"
 
 namespace brachy {
 namespace {
@@ -37,10 +37,12 @@ MisplacedDose::MisplacedDose(PlanDose& planned, const std::vector<NeedleChoice>&
       table_[static_cast<std::size_t>(i * kAlong + j)] = static_cast<float>(
           scale * dose_rate_per_u(tg43_source(source), static_cast<double>(kTableStepMm) * j,
                                   static_cast<double>(kTableStepMm) * i));
-  PlanRandom random(noise.seed);
+  RepeatableRandom random(noise.seed);
   offsets_.resize(draws_ * choices_.size() * NeedleLoad::kMostElements);
   for (Vec3& offset : offsets_)
-    for (int k = 0; k < 3; ++k) offset[k] = noise.sd_mm[k] * random.normal();
+    for (int k = 0; k < 3; ++k) offset[k] = (k == 2 ? noise.along_mm : 0) + noise.sd_mm[k] * random.normal();
+  for (std::size_t draw = 0; draw < draws_; ++draw)
+    strengths_.push_back(static_cast<float>(1 + noise.strength_percent / 100 * random.normal()));
   dose_.assign(draws_, std::vector<float>(x_.size()));
   changed_ = dose_;
 }
@@ -52,13 +54,14 @@ void MisplacedDose::add_seed(std::size_t draw, std::size_t choice, int ordinal, 
   const auto sx = static_cast<float>(seed.x()), sy = static_cast<float>(seed.y()),
              sz = static_cast<float>(seed.z());
   const float* table = table_.data();
+  const float strength = sign * strengths_[draw];
   for (std::size_t i = 0; i < x_.size(); ++i) {
     const float dx = x_[i] - sx, dy = y_[i] - sy;
     const float away = std::sqrt(dx * dx + dy * dy) * (1 / kTableStepMm) + 0.5f,
                 along = std::abs(z_[i] - sz) * (1 / kTableStepMm) + 0.5f;
     const int a = std::min(static_cast<int>(away), kAway - 1),
               b = std::min(static_cast<int>(along), kAlong - 1);
-    dose[i] += sign * table[a * kAlong + b];
+    dose[i] += strength * table[a * kAlong + b];
   }
 }
 

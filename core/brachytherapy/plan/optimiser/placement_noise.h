@@ -13,7 +13,9 @@ namespace brachy {
 struct PlacementNoise {
   std::uint64_t seed = 1;
   Vec3 sd_mm{1.3, 1.5, 3.8};
-  std::size_t draws = 16;  ///< whose mean stands for the expectation
+  double along_mm = 0;          ///< mean along the needle: what all seeds are off by
+  double strength_percent = 0;  ///< SD of the dose of all seeds together
+  std::size_t draws = 16;       ///< whose mean stands for the expectation
 };
 
 /// A plan's penalties where it is followed exactly, plus the mean of other ones over draws of the noise. The draws are
@@ -48,6 +50,7 @@ class MisplacedDose final : public PlanDose {
   std::vector<float> x_, y_, z_;  // of the points
   std::vector<float> table_;      // by distance from the axis, then along it
   std::vector<Vec3> offsets_;
+  std::vector<float> strengths_;  // of each draw, 1 as planned
   std::vector<float> placed_;
   std::vector<std::vector<float>> dose_, changed_;  // of each draw
 };

@@ -131,6 +131,30 @@ TEST(DoseGrid, IsZeroBeforeTheFirstSeedAndAfterClear) {
   EXPECT_EQ(grid.dose_gy(), once);
 }
 
+// Scattered points have the dose that a row has there.
+TEST(DoseGrid, ScatteredPointsHaveTheDoseOfARow) {
+  const DoseSeed seed{Vec3(1, 2, 3), Vec3(0.6, 0, 0.8), SourceModel::kMicroSelectronV2, 1};
+  constexpr std::size_t kCount = 37;
+  std::vector<float> x, y, z;
+  DoseGrid grid(Vec3(-5, 4, 1), Vec3(-5, 4, 1) + Vec3(kCount - 1, 0, 0), 1);
+  grid.add(seed);
+  for (std::size_t i = 0; i < kCount + DoseScatter::kLanes; ++i) {
+    x.push_back(-5 + static_cast<float>(i));
+    y.push_back(4);
+    z.push_back(1);
+  }
+  for (const SimdTarget target : kTargets) {
+    if (!is_supported(target)) continue;
+    std::vector<float> dose(kCount + 1, 0.0f);
+    dose_loops(target).add_points(dose_tables(seed.source),
+                                  {x.data(), y.data(), z.data(), {1, 2, 3}, {0.6f, 0, 0.8f}}, 1, kCount,
+                                  dose.data());
+    for (std::size_t i = 0; i < kCount; ++i)
+      EXPECT_NEAR(dose[i] / grid.dose_gy()[grid.index(i, 0, 0)], 1, 2e-5) << i << " " << to_string(target);
+    EXPECT_EQ(dose[kCount], 0) << "nothing is written beyond the last";
+  }
+}
+
 // Rows of every length near the loop's block sizes: nothing is written beyond a row's end.
 TEST(DoseGrid, WritesItsRowAndNothingElse) {
   for (const SimdTarget target : kTargets) {

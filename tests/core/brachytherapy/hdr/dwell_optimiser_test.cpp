@@ -48,7 +48,7 @@ TEST(DwellOptimiser, NoSmallChangeOfATimeIsBetterThanTheMinimum) {
   const SmallProblem small;
   const std::vector<DwellPenalty> penalties = default_penalties();
   const std::vector<double> t =
-      minimise_penalties(small.doses, penalties, std::vector<double>(small.dwells.size(), 5), 3000);
+      minimise_penalties({&small.doses, 1}, penalties, std::vector<double>(small.dwells.size(), 5), 3000);
   const double least = value_of(small.doses, penalties, t);
   for (std::size_t j = 0; j < t.size(); ++j)
     for (const double change : {-0.2, 0.2}) {

@@ -177,7 +177,7 @@ TEST(RobustPlan, CoversMoreThanAPlainOneWhereSeedsAreMisplaced) {
   how.robust_proposals = 600;
   const Plan robust = optimise_plan(structures, grid, kIodine, how).plan;
   const auto mean_v100 = [&](const Plan& plan) {
-    PlanRandom random(77);
+    RepeatableRandom random(77);
     double sum = 0;
     for (int draw = 0; draw < 20; ++draw) {
       auto seeds = plan.seeds(grid);

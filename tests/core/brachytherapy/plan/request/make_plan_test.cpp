@@ -176,7 +176,7 @@ TEST(MakePlan, WhatIsAssumedIsNotedInThePlansFile) {
 }
 
 TEST(MakePlan, NeverMakesWhatTheLoaderRefuses) {
-  PlanRandom random(26);
+  RepeatableRandom random(26);
   const auto within = [&](double least, double most) { return least + (most - least) * random.share(); };
   SurfaceMesh unit = phantom_for("[tissue]\nphantom_surface_vertices = 200\npoints = 400").front().mesh;
   for (Vec3& v : unit.vertices) v = v.cwiseQuotient(0.5 * phantom_size());
