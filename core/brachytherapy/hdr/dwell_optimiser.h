@@ -20,8 +20,8 @@ std::vector<DwellPenalty> default_penalties();
 
 /// Dwell times t ≥ 0, s, that minimise the sum of the penalties over all of `doses`, which are of the same dwells: a
 /// convex piecewise quadratic function. By Nesterov's projected gradient with restarts (Beck, Teboulle, SIAM J. Imaging
-/// Sci. 2, 2009, 183–202; O'Donoghue, Candès, Found. Comput. Math. 15, 2015, 715–732), from `start`. The penalty form is
-/// that of inverse planning (Lessard, Pouliot, Med. Phys. 28, 2001, 773–779), with squares in place of lines.
+/// Sci. 2, 2009, 183–202; O'Donoghue, Candès, Found. Comput. Math. 15, 2015, 715–732), from `start`. The penalty form
+/// is that of inverse planning (Lessard, Pouliot, Med. Phys. 28, 2001, 773–779), with squares in place of lines.
 /// Deterministic.
 std::vector<double> minimise_penalties(std::span<const DwellDoses> doses,
                                        const std::vector<DwellPenalty>& penalties, std::vector<double> start,
