@@ -27,6 +27,7 @@
 #include "apps/daemon/forces/safety_notices.h"
 #include "apps/daemon/io/event_loop.h"
 #include "apps/daemon/loops/deformation_loop.h"
+#include "apps/daemon/loops/fraction_loop.h"
 #include "apps/daemon/loops/simulation_runs.h"
 #include "apps/daemon/loops/snapshot_loop.h"
 #include "apps/daemon/loops/ultrasound_loop.h"
@@ -66,6 +67,7 @@ struct LoadedScene {
   LoadedScene(const Scene& of, const DaemonOptions& options)
       : scene(of),
         plan(load_plan(of)),
+        hdr_plan(load_hdr_plan(of)),
         structures(load_structures(of)),
         echoes(of.ultrasound.on && !of.ultrasound.volume.empty() ? load_echo_map(of, structures) : nullptr),
         session(open_session(of, options, plan, structures)),
@@ -82,6 +84,7 @@ struct LoadedScene {
 
   const Scene scene;
   const std::optional<Plan> plan;
+  const std::optional<HdrPlan> hdr_plan;
   const std::vector<Structure> structures;
   /// A volume that cannot be used is reported at once. Null: it is made at the first demand.
   const std::shared_ptr<const EchoMap> echoes;
@@ -103,23 +106,26 @@ std::shared_ptr<SimulationRun> first_run(const LoadedScene& loaded, const Daemon
 
 /// What the threads hand each other.
 struct HandOvers {
-  HandOvers(const Simulator& simulator, std::size_t needles, bool keeps_states)
+  HandOvers(const Simulator& simulator, std::size_t needles, bool keeps_states, bool doses_catheters)
       : states(simulator.initial_state()),
         seeds(DroppedSeeds(simulator.initial_state())),
         forces(TickForces(needles)),
         imaged_ticks(ImagedTick(simulator, simulator.initial_state())) {
     if (keeps_states) saves.emplace(SavedTick(simulator));
+    if (doses_catheters) dosed_ticks.emplace(ImagedTick(simulator, simulator.initial_state()));
   }
 
   // From the deformation thread:
-  HandOver<MeshState> states;                // to the snapshot thread
-  std::optional<HandOver<SavedTick>> saves;  // to the snapshot thread, where a session keeps them
-  HandOver<DroppedSeeds> seeds;              // to the dose thread
-  HandOver<TickForces> forces;               // to the io thread
-  HandOver<LoopStatistics> loop;             // to the io thread
-  HandOver<ImagedTick> imaged_ticks;         // to the ultrasound thread
-  HandOver<LoopStatistics> control;          // from the control thread to the io thread
-  HandOver<ScannedModel> models;             // from the io thread to the ultrasound thread
+  HandOver<MeshState> states;                       // to the snapshot thread
+  std::optional<HandOver<SavedTick>> saves;         // to the snapshot thread, where a session keeps them
+  HandOver<DroppedSeeds> seeds;                     // to the dose thread
+  HandOver<TickForces> forces;                      // to the io thread
+  HandOver<LoopStatistics> loop;                    // to the io thread
+  HandOver<ImagedTick> imaged_ticks;                // to the ultrasound thread
+  HandOver<LoopStatistics> control;                 // from the control thread to the io thread
+  HandOver<RunModel> models;                        // from the io thread to the ultrasound thread
+  std::optional<HandOver<ImagedTick>> dosed_ticks;  // to the dose thread of HDR
+  HandOver<RunModel> dosed_models;                  // from the io thread to it
   std::array<HandOver<ScannedImage>, UltrasoundScanner::kMostViews> images;  // back
   HandOver<UltrasoundStatistics> ultrasound;                                 // likewise
 };
@@ -169,7 +175,7 @@ class Daemon::Impl {
         runs_(first_run(loaded_, options), loop_, worker_),
         devices_(make_devices(scene, simulator().tissue(), scene.instrument_count())),
         X_WR_(resting_probe(scene, simulator().tissue())),
-        hand_overs_(simulator(), devices_.size(), loaded_.session != nullptr),
+        hand_overs_(simulator(), devices_.size(), loaded_.session != nullptr, loaded_.hdr_plan.has_value()),
         events_(
             simulator().initial_state(),
             loaded_.ledger ? loaded_.ledger->all().seeds(scene.template_grid) : std::vector<PlannedSeed>(),
@@ -210,12 +216,18 @@ class Daemon::Impl {
       granted.set_value(to_string(grant));
       std::vector<Device*> devices;
       for (const auto& device : devices_) devices.push_back(device.get());
-      run_deformation_loop(
-          stop, loop_.clock(), runs_.in_use(),
-          {runs_.reader(), devices, hand_overs_.states.writer, hand_overs_.forces.writer,
-           hand_overs_.seeds.writer, hand_overs_.loop.writer, &changes_->for_simulator(),
-           has_ultrasound() ? &hand_overs_.imaged_ticks.writer : nullptr,
-           hand_overs_.saves ? &hand_overs_.saves->writer : nullptr, ticks_per_state(scene().period_s())});
+      run_deformation_loop(stop, loop_.clock(), runs_.in_use(),
+                           {runs_.reader(),
+                            devices,
+                            hand_overs_.states.writer,
+                            hand_overs_.forces.writer,
+                            hand_overs_.seeds.writer,
+                            hand_overs_.loop.writer,
+                            &changes_->for_simulator(),
+                            {has_ultrasound() ? &hand_overs_.imaged_ticks.writer : nullptr,
+                             hand_overs_.dosed_ticks ? &hand_overs_.dosed_ticks->writer : nullptr},
+                            hand_overs_.saves ? &hand_overs_.saves->writer : nullptr,
+                            ticks_per_state(scene().period_s())});
     });
     std::jthread control;
     if (options_.control_thread || scene().realtime.control_thread)
@@ -240,10 +252,16 @@ class Daemon::Impl {
     });
     std::jthread dose([&](const std::stop_token& stop) {
       name_thread("dose");
+      const auto deliver = [&](net::DoseMessage message) { deliver_dose(std::move(message)); };
+      if (loaded_.hdr_plan) {
+        stand_back();
+        run_fraction_loop(stop, loop_.clock(), scene(), *loaded_.hdr_plan, loaded_.structures, surface,
+                          {hand_overs_.dosed_ticks->reader, hand_overs_.dosed_models.reader, deliver});
+        return;
+      }
       summary.dose =
           run_dose_loop(stop, loop_.clock(), loaded_.structures, loaded_.dose_settings(), std::move(surface),
-                        {changes_->for_dose(), loaded_.lost_seeds()}, hand_overs_.seeds.reader,
-                        [&](net::DoseMessage message) { deliver_dose(std::move(message)); });
+                        {changes_->for_dose(), loaded_.lost_seeds()}, hand_overs_.seeds.reader, deliver);
     });
     std::jthread ultrasound;
     if (has_ultrasound())
@@ -306,6 +324,8 @@ class Daemon::Impl {
     add_plan();
     add_probe();
     if (has_ultrasound()) add_ultrasound();
+    runs_.on_model = [this](std::uint64_t run, const auto& model) { publish_model(run, model); };
+    publish_model(0, simulator().model());
     add_service();
     add_telemetry();
     add_exercises();
@@ -382,8 +402,6 @@ class Daemon::Impl {
         [this](auto& message, const auto& from) { return studies_->execute(std::move(message), from); });
     on_snapshot_.push_back(
         [this](const auto& state) { console_->update(image_demand(), state->summary.tick); });
-    runs_.on_model = [this](std::uint64_t run, const auto& model) { publish_model(run, model); };
-    publish_model(0, simulator().model());
   }
 
   /// What the service manager watches, and asks for.
@@ -561,8 +579,10 @@ class Daemon::Impl {
     return demand;
   }
   void publish_model(std::uint64_t run, const std::shared_ptr<const SimulationModel>& model) {
-    hand_overs_.models.writer.slot() = {run, model};
-    hand_overs_.models.writer.publish();
+    for (auto* models : {&hand_overs_.models, &hand_overs_.dosed_models}) {
+      models->writer.slot() = {run, model};
+      models->writer.publish();
+    }
   }
   void deliver_images() {
     for (auto& images : hand_overs_.images) {

@@ -4,6 +4,7 @@
 
 #include "core/base/colour_text.h"
 #include "core/brachytherapy/dose/source.h"
+#include "core/brachytherapy/hdr/dwell_doses.h"
 #include "core/models/matrix_kernel/matrix_models.h"
 #include "core/scene/load_plan.h"
 #include "core/scene/structure_roles.h"
@@ -63,7 +64,8 @@ net::SceneMessage make_scene_message(const Scene& scene, const std::optional<Pla
                      .diameter_mm = scene.probe.diameter_mm,
                      .length_mm = scene.probe.length_mm,
                      .rectal_wall_mm = scene.probe.rectal_wall_mm};
-  for (const DoseGoal& goal : scene.goals.empty() ? default_dose_goals() : scene.goals)
+  const std::vector<DoseGoal> customary = scene.implant.is_hdr() ? hdr_dose_goals() : default_dose_goals();
+  for (const DoseGoal& goal : scene.goals.empty() ? customary : scene.goals)
     message.goals.push_back({goal.structure, goal.figure, goal.limit_for(message.prescription_gy),
                              goal.is_above(), goal.is_of_plan(), goal.source});
   message.colours = colours_of(scene);

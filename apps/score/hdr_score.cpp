@@ -10,23 +10,6 @@
 namespace brachy {
 namespace {
 
-// Each planned catheter's course; null: none. Squared distances, so that a template that is off by a hole shifts every
-// catheter and does not hand each to its neighbour.
-std::vector<const CatheterCourse*> assigned(const HdrPlan& plan, const TemplateGrid& grid,
-                                            const std::vector<CatheterCourse>& catheters) {
-  const double farthest = HdrScore::kFarthestHoles * grid.spacing_mm;
-  const auto columns = cheapest_assignment(
-      catheters.size(), plan.catheters.size(), farthest * farthest,
-      [&](std::size_t delivered, std::size_t planned) {
-        // Where the catheter passes the template: it may have bent since.
-        return (catheters[delivered].now.back() - plan.planned_entry(grid, planned)).head<2>().squaredNorm();
-      });
-  std::vector<const CatheterCourse*> of(plan.catheters.size(), nullptr);
-  for (std::size_t d = 0; d < catheters.size(); ++d)
-    if (columns[d]) of[*columns[d]] = &catheters[d];
-  return of;
-}
-
 CatheterScore compare(const HdrPlan& plan, const TemplateGrid& grid, std::size_t planned,
                       const CatheterCourse* course) {
   CatheterScore score{.planned = planned};
@@ -55,17 +38,26 @@ std::vector<StructureDose> dose_of(const std::vector<Dwell>& dwells, const HdrPl
 
 }  // namespace
 
-HdrScore score_hdr(const HdrPlan& plan, const TemplateGrid& grid, const std::vector<Structure>& structures,
-                   DoseSettings settings, const std::vector<CatheterCourse>& catheters) {
-  settings.prescription_gy = plan.prescription_gy;
-  HdrScore score;
-  score.prescription_gy = plan.prescription_gy;
-  score.reoptimised_plan = plan;
-  const auto courses = assigned(plan, grid, catheters);
+// Squared distances, so that a template that is off by a hole shifts every
+// catheter and does not hand each to its neighbour.
+std::vector<const CatheterCourse*> assign_catheters(const HdrPlan& plan, const TemplateGrid& grid,
+                                                    const std::vector<CatheterCourse>& catheters) {
+  const double farthest = HdrScore::kFarthestHoles * grid.spacing_mm;
+  const auto columns = cheapest_assignment(
+      catheters.size(), plan.catheters.size(), farthest * farthest,
+      [&](std::size_t delivered, std::size_t planned) {
+        // Where the catheter passes the template: it may have bent since.
+        return (catheters[delivered].now.back() - plan.planned_entry(grid, planned)).head<2>().squaredNorm();
+      });
+  std::vector<const CatheterCourse*> of(plan.catheters.size(), nullptr);
+  for (std::size_t d = 0; d < catheters.size(); ++d)
+    if (columns[d]) of[*columns[d]] = &catheters[d];
+  return of;
+}
+
+std::vector<Dwell> delivered_dwells(const HdrPlan& plan, const std::vector<const CatheterCourse*>& courses) {
   std::vector<Dwell> delivered;
   for (std::size_t p = 0; p < plan.catheters.size(); ++p) {
-    score.catheters.push_back(compare(plan, grid, p, courses[p]));
-    std::ranges::fill(score.reoptimised_plan.catheters[p].dwell_s, 0);
     if (!courses[p]) continue;
     for (std::size_t i = 0; i < plan.catheters[p].dwell_s.size(); ++i) {
       Dwell dwell = dwell_at(courses[p]->rest, plan.offset_mm(p, i));
@@ -74,6 +66,21 @@ HdrScore score_hdr(const HdrPlan& plan, const TemplateGrid& grid, const std::vec
       dwell.seconds = plan.catheters[p].dwell_s[i];
       delivered.push_back(dwell);
     }
+  }
+  return delivered;
+}
+
+HdrScore score_hdr(const HdrPlan& plan, const TemplateGrid& grid, const std::vector<Structure>& structures,
+                   DoseSettings settings, const std::vector<CatheterCourse>& catheters) {
+  settings.prescription_gy = plan.prescription_gy;
+  HdrScore score;
+  score.prescription_gy = plan.prescription_gy;
+  score.reoptimised_plan = plan;
+  const auto courses = assign_catheters(plan, grid, catheters);
+  std::vector<Dwell> delivered = delivered_dwells(plan, courses);
+  for (std::size_t p = 0; p < plan.catheters.size(); ++p) {
+    score.catheters.push_back(compare(plan, grid, p, courses[p]));
+    std::ranges::fill(score.reoptimised_plan.catheters[p].dwell_s, 0);
   }
   for (const CatheterCourse& c : catheters)
     if (std::ranges::find(courses, &c) == courses.end()) score.unplanned.push_back(c.needle);

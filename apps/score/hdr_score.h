@@ -39,6 +39,12 @@ struct HdrScore {
   std::vector<Finding> findings;           ///< what went wrong, the most harmful first
 };
 
+/// Each planned catheter's course of `catheters`, as score_hdr says; null: none.
+std::vector<const CatheterCourse*> assign_catheters(const HdrPlan& plan, const TemplateGrid& grid,
+                                                    const std::vector<CatheterCourse>& catheters);
+/// The planned times where the catheters' tissue is at rest, planned catheter by catheter.
+std::vector<Dwell> delivered_dwells(const HdrPlan& plan, const std::vector<const CatheterCourse*>& courses);
+
 /// Needles belong to planned catheters by position, whatever their numbers: each to one, so that the sum of squared
 /// distances at the template is least, no farther than HdrScore::kFarthestHoles. A channel gives its planned times
 /// where its catheter lies. Dose is that of the structures at rest, with dwell positions where their tissue is at

@@ -6,6 +6,29 @@
 #include "core/brachytherapy/seeds/material_point.h"
 
 namespace brachy {
+namespace {
+
+/// Where needles that are in the tissue lie now, from the tip to the template's plane; `rest` the same.
+std::vector<CatheterCourse> lying_needles(const SimulationModel& model,
+                                          std::span<const NeedleState> needles) {
+  const double length = model.settings.needle.length_mm, plane = model.settings.template_grid.origin_mm.z();
+  std::vector<CatheterCourse> all;
+  for (std::size_t n = 0; n < std::min(needles.size(), model.settings.needle.count); ++n) {
+    const NeedleState& needle = needles[n];
+    if (!needle.present || needle.insertion_depth_mm <= 0) continue;
+    CatheterCourse course{static_cast<std::uint32_t>(n), {}, {}};
+    for (double s = 0; s <= length; s += CatheterCourse::kStepMm) {
+      const Vec3 now = point_behind_tip(needle, length, s);
+      if (now.z() < plane && course.now.size() >= 2) break;
+      course.now.push_back(now);
+    }
+    course.rest = course.now;
+    all.push_back(std::move(course));
+  }
+  return all;
+}
+
+}  // namespace
 
 Vec3 point_behind_tip(const NeedleState& needle, double length_mm, double s_mm) {
   if (!needle.shape.is_bent) return needle.X_WN.p - s_mm * needle.X_WN.R.col(2);
@@ -24,27 +47,34 @@ Vec3 point_behind_tip(const NeedleState& needle, double length_mm, double s_mm) 
 std::vector<CatheterCourse> delivered_catheters(Simulator& simulator, const MeshState& state) {
   const SimulationModel& model = *simulator.model();
   const BodyFrame& frame = simulator.body_frame();
-  const double length = model.settings.needle.length_mm, plane = model.settings.template_grid.origin_mm.z();
-  const auto at_rest = [&](const Vec3& now) {
-    const Vec3 in_body = frame.from_world(now);
-    const MaterialPoint point =
-        find_material_point(simulator.field(), state.summary.certificate.verdict, in_body, in_body);
-    const bool is_found = point.result == Inversion::kFound || point.result == Inversion::kAmbiguous;
-    return is_found && model.surface.inside(point.X) ? point.X : now;
-  };
-  std::vector<CatheterCourse> all;
-  for (std::size_t n = 0; n < std::min(state.needles.states.size(), model.settings.needle.count); ++n) {
-    const NeedleState& needle = state.needles.states[n];
-    if (!needle.present || needle.insertion_depth_mm <= 0) continue;
-    CatheterCourse course{static_cast<std::uint32_t>(n), {}, {}};
-    for (double s = 0; s <= length; s += CatheterCourse::kStepMm) {
-      const Vec3 now = point_behind_tip(needle, length, s);
-      if (now.z() < plane && course.now.size() >= 2) break;
-      course.now.push_back(now);
-      course.rest.push_back(at_rest(now));
+  std::vector<CatheterCourse> all = lying_needles(model, state.needles.states);
+  for (CatheterCourse& course : all)
+    for (Vec3& p : course.rest) {
+      const Vec3 in_body = frame.from_world(p);
+      const MaterialPoint point =
+          find_material_point(simulator.field(), state.summary.certificate.verdict, in_body, in_body);
+      const bool is_found = point.result == Inversion::kFound || point.result == Inversion::kAmbiguous;
+      if (is_found && model.surface.inside(point.X)) p = point.X;
     }
-    all.push_back(std::move(course));
-  }
+  return all;
+}
+
+std::vector<CatheterCourse> catheter_courses(const SimulationModel& model, DisplacementField& field,
+                                             Verdict verdict, const BodyFrame& frame,
+                                             std::span<const NeedleState> needles, double rest_mm) {
+  std::vector<CatheterCourse> all = lying_needles(model, needles);
+  std::vector<Vec3*> points;  // dwells between two points have both
+  std::vector<Vec3> now;
+  for (CatheterCourse& course : all)
+    for (std::size_t i = 0; i < course.rest.size(); ++i) {
+      if (CatheterCourse::kStepMm * static_cast<double>(i) >= rest_mm + CatheterCourse::kStepMm) break;
+      points.push_back(&course.rest[i]);
+      now.push_back(frame.from_world(course.rest[i]));
+    }
+  std::vector<Vec3> rest(now.size());
+  find_material_points(field, verdict, now, rest);
+  for (std::size_t i = 0; i < points.size(); ++i)
+    if (model.surface.inside(rest[i])) *points[i] = rest[i];
   return all;
 }
 

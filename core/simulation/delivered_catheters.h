@@ -1,5 +1,6 @@
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include "core/brachytherapy/hdr/catheter_course.h"
@@ -13,6 +14,12 @@ namespace brachy {
 /// there is none in the tissue, the point itself. So dwell positions ride with needles and tissue. Not real-time.
 /// Threads: the simulator's.
 std::vector<CatheterCourse> delivered_catheters(Simulator& simulator, const MeshState& state);
+/// The same, quickly: of needles in a field that is another's, to some 0.001 mm (find_material_points); the probe
+/// behind them is none. Points farther than `rest_mm` behind the tip have no place at rest, but where they are now.
+/// Threads: the field's.
+std::vector<CatheterCourse> catheter_courses(const SimulationModel& model, DisplacementField& field,
+                                             Verdict verdict, const BodyFrame& frame,
+                                             std::span<const NeedleState> needles, double rest_mm);
 
 /// The point of a needle of `length_mm` at arc length `s_mm` behind its tip.
 Vec3 point_behind_tip(const NeedleState& needle, double length_mm, double s_mm);

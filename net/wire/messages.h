@@ -342,7 +342,16 @@ struct PlanMessage {
   std::vector<PlanMessageNeedle> needles;
 };
 
-/// The dose of all seeds in the tissue at rest, by structure.
+/// Catheters of an afterloader that are in the tissue: what a fraction would give that is given now.
+struct DosedFraction {
+  std::uint32_t catheters = 0, planned_catheters = 0;  ///< that are in the dose; of the plan
+  std::uint32_t dwells = 0;                            ///< of those catheters, with a time
+  double seconds = 0;                                  ///< of these dwells
+  bool operator==(const DosedFraction&) const = default;
+};
+
+/// The dose of all seeds in the tissue at rest, by structure; or, with a fraction, of the source's dwells in the
+/// catheters in place.
 struct DoseMessage {
   static constexpr MessageType kType = MessageType::kDose;
   std::uint32_t seeds = 0;  ///< that are in it
@@ -352,6 +361,7 @@ struct DoseMessage {
   std::vector<float> surface_gy;  ///< at each surface vertex at rest; NaN = not known; empty: none of it is
   /// With the planned seeds that have not left their needles where the plan has them; empty: there is no plan.
   std::vector<StructureDose> with_planned;
+  std::optional<DosedFraction> fraction = std::nullopt;  ///< then there are no seeds
 };
 
 enum class ControlAction : std::uint16_t {

@@ -6,7 +6,7 @@ namespace {
 
 constexpr std::size_t kStructureDoseBytes = 2 + 12 * 8 + 2;
 constexpr std::uint16_t kMaxBins = 4096;
-constexpr std::uint16_t kAtSurfaceSection = 1, kWithPlannedSection = 2;  // of DOSE
+constexpr std::uint16_t kAtSurfaceSection = 1, kWithPlannedSection = 2, kFractionSection = 3;  // of DOSE
 
 /// The ticks of one needle's history in which its button was held, as runs.
 void add_held(std::uint16_t needle, const std::vector<TickPose>& poses, std::vector<HeldTicks>& held) {
@@ -68,11 +68,22 @@ void fields(auto& archive, MaybeConst<DoseMessage> auto& message) {
                              section.reserved(4);
                              section.floats(message.surface_gy, vertices);
                            }},
-                   Section{kWithPlannedSection, !message.with_planned.empty(), [&](auto& section) {
+                   Section{kWithPlannedSection, !message.with_planned.empty(),
+                           [&](auto& section) {
                              const std::uint16_t planned = section.u16_count(message.with_planned);
                              section.reserved(6);
                              section.items(message.with_planned, planned, kStructureDoseBytes,
                                            [&](auto& dose) { structure_dose_fields(section, dose); });
+                           }},
+                   Section{kFractionSection, message.fraction.has_value(), [&](auto& section) {
+                             if constexpr (std::decay_t<decltype(section)>::kReads)
+                               message.fraction.emplace();
+                             auto& fraction = *message.fraction;
+                             section.u32(fraction.catheters);
+                             section.u32(fraction.planned_catheters);
+                             section.u32(fraction.dwells);
+                             section.reserved(4);
+                             section.f64(fraction.seconds);
                            }});
 }
 BRACHY_CODEC(DoseMessage);

@@ -111,6 +111,8 @@ class Golden(unittest.TestCase):
         self.assertTrue(math.isnan(surface[1]))
         self.assertIsNone(decoded("DOSE").sections.with_planned)
         self.assertEqual(decoded("DOSE_PLANNED").sections.with_planned.structures[0].d90_gy, 145)
+        fraction = decoded("DOSE_PLANNED").sections.fraction
+        self.assertEqual((fraction.catheters, fraction.planned_catheters, fraction.seconds), (4, 18, 140.5))
         self.assertEqual(decoded("TOPOLOGY").rest[4].tolist(), [2.5, 2.5, 2.5])
         scene = decoded("SCENE")
         self.assertEqual((scene.planned_needles[0].hole, scene.planned_seeds[0].needle), ("G5", 0))

@@ -54,11 +54,14 @@ void run_deformation_loop(const std::stop_token& stop, Clock& clock, SimulationR
     ports.forces.publish();
     summary.overruns = measured.overruns;
     measured.certificates.add(summary, changes_are_finite(state, run->simulator.tissue().blocks));
-    const bool is_imaged = ports.images && ports.images->slot().copy_from(run->simulator, state);
+    std::array<bool, 2> is_imaged{};
+    for (std::size_t i = 0; i < is_imaged.size(); ++i)
+      is_imaged[i] = ports.images[i] && ports.images[i]->slot().copy_from(run->simulator, state);
     summary.publish_ns = clock.now_ns();
-    if (is_imaged) {
-      ports.images->slot().publish_ns = summary.publish_ns;
-      ports.images->publish();
+    for (std::size_t i = 0; i < is_imaged.size(); ++i) {
+      if (!is_imaged[i]) continue;
+      ports.images[i]->slot().publish_ns = summary.publish_ns;
+      ports.images[i]->publish();
     }
     if (state.seeds.count != seeds_published || state.failed_drops.count != failed_published ||
         summary.run != run_published) {

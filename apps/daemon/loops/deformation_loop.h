@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <span>
 #include <stop_token>
 
@@ -24,8 +25,9 @@ struct DeformationPorts {
   HandOver<DroppedSeeds>::Writer& seeds;  ///< whenever their number or the run changes
   HandOver<LoopStatistics>::Writer& statistics;    ///< ten times a second, and at the end
   HandOver<LoadingPlan>::Reader* plans = nullptr;  ///< changes of the plan; null: there are none
-  HandOver<ImagedTick>::Writer* images =
-      nullptr;  ///< every tick whose field is its landmarks'; null: no ultrasound
+  /// Every tick whose field is its landmarks', for who computes it again: the ultrasound thread, and the dose thread
+  /// of HDR; null: there is none.
+  std::array<HandOver<ImagedTick>::Writer*, 2> images = {};
   HandOver<SavedTick>::Writer* saves = nullptr;  ///< a tick every so often; null: no session keeps them
   std::uint64_t ticks_per_save = 0;
 };

@@ -27,7 +27,7 @@ struct UltrasoundStatistics {
 /// Inputs and outputs of the ultrasound loop, for its thread only. All outlive the loop.
 struct UltrasoundPorts {
   HandOver<ImagedTick>::Reader& ticks;
-  HandOver<ScannedModel>::Reader& models;
+  HandOver<RunModel>::Reader& models;
   HandOver<ScannerSettings>::Reader& settings;
   std::array<HandOver<ScannedImage>::Writer*, UltrasoundScanner::kMostViews> images;
   HandOver<UltrasoundStatistics>::Writer& statistics;

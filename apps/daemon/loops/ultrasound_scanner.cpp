@@ -3,7 +3,6 @@
 #include <utility>
 
 #include "core/scene/load_ultrasound.h"
-#include "core/simulation/make_guarded_field.h"
 
 namespace brachy {
 
@@ -37,29 +36,19 @@ UltrasoundScanner::View UltrasoundScanner::make_view(const std::string& array) c
   return {scanner_array(array), std::make_unique<UltrasoundImager>(options, echoes_), false, 0, 0};
 }
 
-bool UltrasoundScanner::take(const ImagedTick& tick, const ScannedModel& model) {
-  is_taken_ = false;
-  if (!model_ || run_ != tick.run) {
-    if (model.run != tick.run) return false;
-    std::shared_ptr<const SimulationModel> next = model.model.lock();
-    if (!next) return false;
-    if (next != model_) field_ = make_guarded_field(*next);
-    model_ = std::move(next);
-    run_ = tick.run;
-  }
+bool UltrasoundScanner::take(const ImagedTick& tick, const RunModel& model) {
   taken_tick_ = tick.tick;
   taken_frame_ = tick.frame;
-  is_taken_ = static_cast<bool>(field_->update(tick.landmarks));
-  return is_taken_;
+  return field_.take(tick, model);
 }
 
 bool UltrasoundScanner::scan(const ImagedTick& tick, std::size_t view, ScannedImage& out) noexcept {
   View& v = views_[view];
   const std::span<const NeedleState> instruments = tick.instruments;
   result_ = ImageResult::kNotSolved;
-  const Verdict verdict = is_taken_ ? field_->certificate().verdict : Verdict::kUnknown;
-  if (is_taken_)
-    result_ = v.imager->render({*field_, tick.frame, verdict, tick.tick,
+  const Verdict verdict = field_.verdict();
+  if (field_.is_taken())
+    result_ = v.imager->render({field_.field(), tick.frame, verdict, tick.tick,
                                 instruments.first(scene_.needle.count), tick.seeds(), probe_pose(tick)});
   if (result_ == ImageResult::kNew) {
     v.has_image = true;
@@ -79,10 +68,10 @@ bool UltrasoundScanner::repeat(const ImagedTick& newest, std::size_t view, Scann
 }
 
 std::shared_ptr<const FrozenGland> UltrasoundScanner::deformed(const std::vector<Vec3>& rest) {
-  if (!is_taken_ || result_ != ImageResult::kNew || views_[0].tick != taken_tick_) return nullptr;
+  if (!field_.is_taken() || result_ != ImageResult::kNew || views_[0].tick != taken_tick_) return nullptr;
   auto gland = std::make_shared<FrozenGland>(FrozenGland{taken_tick_, rest, {}});
   std::vector<Vec3> u(rest.size());
-  field_->displacements_at(rest, u);
+  field_.field().displacements_at(rest, u);
   for (std::size_t i = 0; i < rest.size(); ++i) gland->vertices[i] = taken_frame_.to_world(rest[i] + u[i]);
   for (const View& view : views_)
     if (view.has_image && view.tick == taken_tick_) gland->X_WI.push_back(view.imager->image_pose());

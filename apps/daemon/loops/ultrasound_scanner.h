@@ -8,8 +8,7 @@
 #include <vector>
 
 #include "apps/daemon/loops/frozen_gland.h"
-#include "apps/daemon/loops/imaged_tick.h"
-#include "core/models/guard/guarded_field.h"
+#include "apps/daemon/loops/tick_field.h"
 #include "core/scene/scene.h"
 #include "core/ultrasound/ultrasound_imager.h"
 #include "haptics/devices/stepper.h"
@@ -27,12 +26,6 @@ struct ScannerSettings {
   StepperPlace place;         ///< of a probe that no pose moves
   std::uint64_t version = 0;  ///< of `settings` and is_biplane
   net::ImageDemand demand;
-};
-
-/// The model of a run. The ultrasound thread keeps it only while it uses it.
-struct ScannedModel {
-  std::uint64_t run = 0;
-  std::weak_ptr<const SimulationModel> model;
 };
 
 /// An image on its way to the io thread.
@@ -58,7 +51,7 @@ class UltrasoundScanner {
   void move(double dt_s) noexcept { stepper_.move(settings_.place, dt_s); }
 
   /// Computes the tick's field. `model`: of the newest run. False where that of the tick's run is not there: no image.
-  bool take(const ImagedTick& tick, const ScannedModel& model);
+  bool take(const ImagedTick& tick, const RunModel& model);
   /// The view's image of the tick taken last; where there is none the last one, marked as held. False: it has no image
   /// at all yet. Sets the message but for `frozen`.
   bool scan(const ImagedTick& tick, std::size_t view, ScannedImage& out) noexcept;
@@ -93,11 +86,8 @@ class UltrasoundScanner {
   net::PixelPacker packer_;
   ImageResult result_ = ImageResult::kNew;
 
-  std::uint64_t run_ = 0;
-  std::shared_ptr<const SimulationModel> model_;  // null: none yet
-  std::unique_ptr<GuardedField> field_;           // of it
-  bool is_taken_ = false;                         // the field is the last tick's
-  std::uint64_t taken_tick_ = 0;                  // that tick, and where the body was
+  TickField field_;
+  std::uint64_t taken_tick_ = 0;  // the field's tick, and where the body was
   BodyFrame taken_frame_;
 };
 

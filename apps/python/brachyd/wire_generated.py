@@ -1274,9 +1274,26 @@ class DoseWithPlanned:
 
 
 @dataclass
+class DoseFraction:
+    catheters: int = 0
+    planned_catheters: int = 0
+    dwells: int = 0
+    seconds: float = 0.0
+
+    @classmethod
+    def read(cls, r: Reader) -> DoseFraction:
+        catheters, planned_catheters, dwells, seconds = r.get("3I4xd")
+        return cls(catheters, planned_catheters, dwells, seconds)
+
+    def write(self, w: Writer) -> None:
+        w.put("3I4xd", self.catheters, self.planned_catheters, self.dwells, self.seconds)
+
+
+@dataclass
 class DoseSections:
     at_surface: Optional[DoseAtSurface] = None
     with_planned: Optional[DoseWithPlanned] = None
+    fraction: Optional[DoseFraction] = None
 
     @classmethod
     def read(cls, r: Reader) -> DoseSections:
@@ -1286,13 +1303,15 @@ class DoseSections:
                 made.at_surface = DoseAtSurface.read(s)
             elif number == 2:
                 made.with_planned = DoseWithPlanned.read(s)
+            elif number == 3:
+                made.fraction = DoseFraction.read(s)
             else:
                 continue
             s.finish()
         return made
 
     def write(self, w: Writer) -> None:
-        w.sections([(1, self.at_surface), (2, self.with_planned)])
+        w.sections([(1, self.at_surface), (2, self.with_planned), (3, self.fraction)])
 
 
 @dataclass

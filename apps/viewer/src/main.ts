@@ -1,6 +1,6 @@
 // The page: a daemon or a recording feeds a Session; pictures, charts and panels show it.
 import 'uplot/dist/uPlot.min.css';
-import {DvhPanel} from './charts/dvh.js';
+import {DvhPanel, doseNote} from './charts/dvh.js';
 import {NeedleCharts} from './charts/needle_charts.js';
 import {Session} from './model/session.js';
 import {defaultSettings, wantsVolume} from './model/settings.js';
@@ -181,7 +181,7 @@ function updateCharts(): void {
   const planned = session.plannedSeeds().size;
   setText(byId('seed-count'), fallen || planned ? `${fallen}${planned ? `/${planned}` : ''}` : '');
   const isHdr = session.isHdr;
-  setText(byId('dose-none'), isHdr ? `High dose rate: nothing stays in the tissue. ${session.cathetersIn} of ${session.plannedHoles().length} catheters are in. The dose of the dwell times is in the report at the end (brachy score).`
+  setText(byId('dose-none'), isHdr ? `High dose rate: nothing stays in the tissue. ${session.cathetersIn} of ${session.plannedHoles().length} catheters are in. The dose of its dwell times comes with the first catheter, and is in the report at the end (brachy score).`
     : 'No seed has been dropped yet.');
   if (!byId('panel-needle').hidden) charts.update(session.history, shownNeedle, session.scene?.template.origin[2] ?? null);
   setText(byId('depth-from'), session.scene ? 'beyond the template' : 'in the tissue');
@@ -189,7 +189,7 @@ function updateCharts(): void {
     shownDose = session.dose;
     shownScene = session.scene;
     dvh.show(session.dose, session.scene?.goals ?? [], session.scene?.colours);
-    setText(byId('dose-note'), session.dose ? `${session.dose.seeds} seeds, ${session.dose.airKermaStrengthU.toFixed(1)} U, prescription ${session.dose.prescriptionGy} Gy; at their positions once all needles are out.${session.dose.withPlanned ? ' With plan: the planned seeds that are still to come lie where the plan has them.' : ''}` : '');
+    setText(byId('dose-note'), session.dose ? doseNote(session.dose) : '');
   }
 }
 dvh.show(null, []);

@@ -29,12 +29,18 @@ double dose_of(const std::vector<double>& decreasing, double share) {
 }  // namespace
 
 std::vector<DoseGoal> hdr_dose_goals() {
-  const char* source = "GEC/ESTRO 2013 and stricter";
-  return {{"prostate", "V100", "plan", "above", HdrGoals::kLeastV100, source},
-          {"prostate", "V150", "plan", "below", HdrGoals::kMostV150, source},
-          {"urethra", "D10", "plan", "below", HdrGoals::kMostUrethraD10, source},
-          {"rectum", "D2cc", "plan", "below", HdrGoals::kMostD2cc, source},
-          {"bladder", "D2cc", "plan", "below", HdrGoals::kMostD2cc, source}};
+  std::vector<DoseGoal> goals;
+  for (const char* stage : {"plan", "implant"}) {
+    const auto add = [&](const char* structure, const char* figure, const char* side, double limit) {
+      goals.push_back({structure, figure, stage, side, limit, "GEC/ESTRO 2013 and stricter"});
+    };
+    add("prostate", "V100", "above", HdrGoals::kLeastV100);
+    add("prostate", "V150", "below", HdrGoals::kMostV150);
+    add("urethra", "D10", "below", HdrGoals::kMostUrethraD10);
+    add("rectum", "D2cc", "below", HdrGoals::kMostD2cc);
+    add("bladder", "D2cc", "below", HdrGoals::kMostD2cc);
+  }
+  return goals;
 }
 
 DosePoints::Role DosePoints::role_of(std::string_view name) {

@@ -18,7 +18,7 @@ struct HdrGoals {
   static constexpr double kLeastV100 = 97, kMostV150 = 35, kMostUrethraD10 = 115, kMostD2cc = 70;
 };
 
-/// The same as goals of a plan, for reports that are of any goals.
+/// The same as goals of a plan and of what is delivered, where a scene has none of its own.
 std::vector<DoseGoal> hdr_dose_goals();
 
 /// Points spread evenly over a structure: its dose at them stands for its dose-volume histogram.

@@ -1,6 +1,8 @@
 #include "core/brachytherapy/seeds/material_point.h"
 
+#include <algorithm>
 #include <Eigen/LU>
+#include <vector>
 
 namespace brachy {
 namespace {
@@ -66,6 +68,32 @@ MaterialPoint find_material_point(const DisplacementField& field, Verdict verdic
   }
   if (verdict == Verdict::kFolded && found.result == Inversion::kFound) found.result = Inversion::kAmbiguous;
   return found;
+}
+
+void find_material_points(DisplacementField& field, Verdict verdict, std::span<const Vec3> x,
+                          std::span<Vec3> X) {
+  constexpr int kSteps = 40;
+  constexpr double kAtRestMm = 1e-3;
+  std::ranges::copy(x, X.begin());
+  std::vector<Vec3> u(x.size());
+  std::vector<double> step(x.size(), 0);
+  for (int k = 0; k < kSteps; ++k) {
+    field.displacements_at(X, u);
+    double largest = 0;
+    for (std::size_t i = 0; i < x.size(); ++i) {
+      const Vec3 next = x[i] - u[i];
+      step[i] = (next - X[i]).norm();
+      largest = std::max(largest, step[i]);
+      X[i] = next;
+    }
+    if (largest < kAtRestMm) return;
+  }
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    if (step[i] < kAtRestMm) continue;
+    const MaterialPoint point = find_material_point(field, verdict, x[i], x[i]);
+    const bool is_found = point.result == Inversion::kFound || point.result == Inversion::kAmbiguous;
+    X[i] = is_found ? point.X : x[i];
+  }
 }
 
 }  // namespace brachy

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 
 #include "core/injectivity/certificate.h"
 #include "core/models/displacement_field.h"
@@ -31,5 +32,12 @@ struct MaterialPoint {
 /// Threads: the field's. Real-time: no allocation; at most some 2,000 evaluations of u, two dozen usually.
 MaterialPoint find_material_point(const DisplacementField& field, Verdict verdict, const Vec3& x,
                                   const Vec3& guess) noexcept;
+
+/// The material points of many positions at once, quickly, into `X` (as many): by X ← x − u(X), which converges where
+/// strains are below 1, with displacements_at, so to some 0.001 mm; those that do not come to rest, by
+/// find_material_point. One that has none is where its position is. In a field that is not certified another may be as
+/// good. Threads: the field's, which is used as displacements_at says. Not real-time: allocates.
+void find_material_points(DisplacementField& field, Verdict verdict, std::span<const Vec3> x,
+                          std::span<Vec3> X);
 
 }  // namespace brachy

@@ -387,6 +387,7 @@ DoseMessage sample_dose_with_planned() {
   DoseMessage message = sample_dose();
   message.with_planned = message.structures;
   message.with_planned[0].d90_gy = 145;
+  message.fraction = DosedFraction{4, 18, 30, 140.5};
   return message;
 }
 

@@ -5,6 +5,16 @@ import type {Dose, StructureDose} from '../protocol/server_messages.js';
 import {structureColour} from '../scene/structures.js';
 import {COLOUR, axis, makeChart} from './chart.js';
 
+/** What a dose is of, in words. */
+export function doseNote(dose: Dose): string {
+  const prescription = `prescription ${dose.prescriptionGy} Gy`;
+  if (dose.fraction) {
+    const {catheters, plannedCatheters, dwells, seconds} = dose.fraction;
+    return `${catheters} of ${plannedCatheters} catheters, ${dwells} dwells in ${seconds.toFixed(1)} s of ${dose.airKermaStrengthU.toFixed(0)} U, ${prescription}; if the fraction were given now, where the catheters lie.${dose.withPlanned ? ' With plan: the other catheters lie where the plan has them.' : ''}`;
+  }
+  return `${dose.seeds} seeds, ${dose.airKermaStrengthU.toFixed(1)} U, ${prescription}; at their positions once all needles are out.${dose.withPlanned ? ' With plan: the planned seeds that are still to come lie where the plan has them.' : ''}`;
+}
+
 interface Figure {
   structure: string;
   name: string;

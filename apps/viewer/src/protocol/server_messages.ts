@@ -1,7 +1,7 @@
 // Messages of a server other than the mesh: WELCOME, STATE, EVENT, ERROR, PING, FORCE, DOSE.
 import {ByteReader} from './bytes.js';
 import {ANY_NEEDLE, ControlFlag, readDose, readError, readEvent, readForce, readPing, readState, readWelcome} from './wire_generated.js';
-import type {Dose as WireDose, Error as ServerError, Event as ServerEvent, Force as HandForce, Ping, State as WireState, StateControls,
+import type {Dose as WireDose, DoseFraction, Error as ServerError, Event as ServerEvent, Force as HandForce, Ping, State as WireState, StateControls,
              StructureDose, Welcome as WireWelcome, WelcomeLimits} from './wire_generated.js';
 
 export {ANY_NEEDLE, ErrorCode, EventKind, Role, Subscription} from './wire_generated.js';
@@ -56,9 +56,11 @@ export interface Dose extends Omit<WireDose, 'sections'> {
   surfaceGy: Float32Array | null;
   /** The same structures once the planned seeds still in their needles lie where the plan has them; null: not sent. */
   withPlanned: StructureDose[] | null;
+  /** Of a source's dwells in catheters, in place of seeds; null: of seeds. */
+  fraction: DoseFraction | null;
 }
 
 export function decodeDose(body: Uint8Array): Dose {
   const {sections, ...dose} = readDose(new ByteReader(body));
-  return {...dose, surfaceGy: sections.atSurface?.surfaceGy ?? null, withPlanned: sections.withPlanned?.structures ?? null};
+  return {...dose, surfaceGy: sections.atSurface?.surfaceGy ?? null, withPlanned: sections.withPlanned?.structures ?? null, fraction: sections.fraction};
 }

@@ -1517,9 +1517,34 @@ export function writeDoseWithPlanned(w: ByteWriter, v: DoseWithPlanned): void {
   for (const one of v.structures) writeStructureDose(w, one);
 }
 
+export interface DoseFraction {
+  catheters: number;
+  plannedCatheters: number;
+  dwells: number;
+  seconds: number;
+}
+
+export function readDoseFraction(r: ByteReader): DoseFraction {
+  const catheters = r.u32();
+  const plannedCatheters = r.u32();
+  const dwells = r.u32();
+  r.skip(4);
+  const seconds = r.f64();
+  return {catheters, plannedCatheters, dwells, seconds};
+}
+
+export function writeDoseFraction(w: ByteWriter, v: DoseFraction): void {
+  w.u32(v.catheters);
+  w.u32(v.plannedCatheters);
+  w.u32(v.dwells);
+  w.zeros(4);
+  w.f64(v.seconds);
+}
+
 export interface DoseSections {
   atSurface: DoseAtSurface | null;
   withPlanned: DoseWithPlanned | null;
+  fraction: DoseFraction | null;
 }
 
 export interface Dose {
@@ -1537,10 +1562,11 @@ export function readDose(r: ByteReader): Dose {
   const prescriptionGy = r.f64();
   const airKermaStrengthU = r.f64();
   const structures = r.list(structureCount, 100, () => readStructureDose(r));
-  const sections: DoseSections = {atSurface: null, withPlanned: null};
+  const sections: DoseSections = {atSurface: null, withPlanned: null, fraction: null};
   r.sections((id, s) => {
     if (id === 1) sections.atSurface = readDoseAtSurface(s);
     else if (id === 2) sections.withPlanned = readDoseWithPlanned(s);
+    else if (id === 3) sections.fraction = readDoseFraction(s);
     else return false;
     return true;
   });
@@ -1555,7 +1581,7 @@ export function writeDose(w: ByteWriter, v: Dose): void {
   w.f64(v.prescriptionGy);
   w.f64(v.airKermaStrengthU);
   for (const one of v.structures) writeStructureDose(w, one);
-  w.sections([section(1, v.sections.atSurface, writeDoseAtSurface), section(2, v.sections.withPlanned, writeDoseWithPlanned)]);
+  w.sections([section(1, v.sections.atSurface, writeDoseAtSurface), section(2, v.sections.withPlanned, writeDoseWithPlanned), section(3, v.sections.fraction, writeDoseFraction)]);
 }
 
 export interface Control {

@@ -54,7 +54,7 @@ struct UltrasoundScannerTest : ::testing::Test {
   std::shared_ptr<const EchoMap> echoes = load_echo_map(scene, load_structures(scene));
   RigidTransform X_WR = resting_probe(scene, simulator.tissue());
   ScannerSettings settings;
-  ScannedModel model{0, simulator.model()};
+  RunModel model{0, simulator.model()};
   UltrasoundScanner scanner{scene, echoes, X_WR};
   ScannedImage image;
 };
