@@ -106,26 +106,26 @@ std::shared_ptr<SimulationRun> first_run(const LoadedScene& loaded, const Daemon
 
 /// What the threads hand each other.
 struct HandOvers {
-  HandOvers(const Simulator& simulator, std::size_t needles, bool keeps_states, bool doses_catheters)
+  HandOvers(const Simulator& simulator, std::size_t needles, bool keeps_states)
       : states(simulator.initial_state()),
         seeds(DroppedSeeds(simulator.initial_state())),
         forces(TickForces(needles)),
-        imaged_ticks(ImagedTick(simulator, simulator.initial_state())) {
+        imaged_ticks(ImagedTick(simulator, simulator.initial_state())),
+        dosed_ticks(ImagedTick(simulator, simulator.initial_state())) {
     if (keeps_states) saves.emplace(SavedTick(simulator));
-    if (doses_catheters) dosed_ticks.emplace(ImagedTick(simulator, simulator.initial_state()));
   }
 
   // From the deformation thread:
-  HandOver<MeshState> states;                       // to the snapshot thread
-  std::optional<HandOver<SavedTick>> saves;         // to the snapshot thread, where a session keeps them
-  HandOver<DroppedSeeds> seeds;                     // to the dose thread
-  HandOver<TickForces> forces;                      // to the io thread
-  HandOver<LoopStatistics> loop;                    // to the io thread
-  HandOver<ImagedTick> imaged_ticks;                // to the ultrasound thread
-  HandOver<LoopStatistics> control;                 // from the control thread to the io thread
-  HandOver<RunModel> models;                        // from the io thread to the ultrasound thread
-  std::optional<HandOver<ImagedTick>> dosed_ticks;  // to the dose thread of HDR
-  HandOver<RunModel> dosed_models;                  // from the io thread to it
+  HandOver<MeshState> states;                // to the snapshot thread
+  std::optional<HandOver<SavedTick>> saves;  // to the snapshot thread, where a session keeps them
+  HandOver<DroppedSeeds> seeds;              // to the dose thread
+  HandOver<TickForces> forces;               // to the io thread
+  HandOver<LoopStatistics> loop;             // to the io thread
+  HandOver<ImagedTick> imaged_ticks;         // to the ultrasound thread
+  HandOver<ImagedTick> dosed_ticks;          // to the dose thread of HDR
+  HandOver<LoopStatistics> control;          // from the control thread to the io thread
+  HandOver<RunModel> models;                 // from the io thread to the ultrasound thread
+  HandOver<RunModel> dosed_models;           // from the io thread to it
   std::array<HandOver<ScannedImage>, UltrasoundScanner::kMostViews> images;  // back
   HandOver<UltrasoundStatistics> ultrasound;                                 // likewise
 };
@@ -175,7 +175,7 @@ class Daemon::Impl {
         runs_(first_run(loaded_, options), loop_, worker_),
         devices_(make_devices(scene, simulator().tissue(), scene.instrument_count())),
         X_WR_(resting_probe(scene, simulator().tissue())),
-        hand_overs_(simulator(), devices_.size(), loaded_.session != nullptr, loaded_.hdr_plan.has_value()),
+        hand_overs_(simulator(), devices_.size(), loaded_.session != nullptr),
         events_(
             simulator().initial_state(),
             loaded_.ledger ? loaded_.ledger->all().seeds(scene.template_grid) : std::vector<PlannedSeed>(),
@@ -225,7 +225,7 @@ class Daemon::Impl {
                             hand_overs_.loop.writer,
                             &changes_->for_simulator(),
                             {has_ultrasound() ? &hand_overs_.imaged_ticks.writer : nullptr,
-                             hand_overs_.dosed_ticks ? &hand_overs_.dosed_ticks->writer : nullptr},
+                             loaded_.hdr_plan ? &hand_overs_.dosed_ticks.writer : nullptr},
                             hand_overs_.saves ? &hand_overs_.saves->writer : nullptr,
                             ticks_per_state(scene().period_s())});
     });
@@ -256,7 +256,7 @@ class Daemon::Impl {
       if (loaded_.hdr_plan) {
         stand_back();
         run_fraction_loop(stop, loop_.clock(), scene(), *loaded_.hdr_plan, loaded_.structures, surface,
-                          {hand_overs_.dosed_ticks->reader, hand_overs_.dosed_models.reader, deliver});
+                          {hand_overs_.dosed_ticks.reader, hand_overs_.dosed_models.reader, deliver});
         return;
       }
       summary.dose =
