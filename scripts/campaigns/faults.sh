@@ -5,7 +5,7 @@
 #   scripts/campaigns/faults.sh [--short] [--sanitized] [--json FILE] [CASE…]      all cases; leave both cores alone
 #       for half an hour, --short four minutes
 #     --sanitized: the programs are those of AddressSanitizer and UBSan; only what they find is judged, no figure
-#     cases: viewers limit half-open lies flood attack hand requests stop descriptors disk load kill kills spoilt
+#     cases: viewers limit half-open lies flood attack hand requests stop descriptors disk load relay kill kills spoilt
 #       sigterm start-stop
 set -euo pipefail
 cd "$(dirname "$0")/../.."

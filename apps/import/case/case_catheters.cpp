@@ -268,7 +268,10 @@ CasePlan catheters_of(const RtBrachyPlan& file, std::vector<ImportedCourse>& cou
         most_beside));
   if (without > 0)
     result.notes.push_back(std::to_string(without) +
-                           " catheters have no structure: they go on straight beyond their dwells");
+                           " catheters have no structure: they go on straight beyond their dwells" +
+                           (file.private_data.empty() ? ""
+                                                      : "; private data of the plan, " + file.private_data +
+                                                            ", may have their courses and is not read"));
   if (turned > 0)
     result.notes.push_back(
         std::to_string(turned) +

@@ -97,6 +97,41 @@ std::string DicomTag::text() const {
   return std::string(DcmTag(key_of(*this)).getTagName()) + number;
 }
 
+std::string DicomItem::private_data() const {
+  struct Found {
+    std::uint32_t bytes;
+    std::string text;
+  };
+  std::vector<Found> found;
+  // A creator (gggg,0010 … gggg,00ff) names the elements of its block, (gggg,bb00 … gggg,bbff).
+  const auto visit = [&](const auto& self, DcmItem& item) -> void {
+    for (unsigned long n = 0; n < item.card(); ++n) {
+      DcmElement* element = item.getElement(n);
+      const std::uint16_t group = element->getGTag(), number = element->getETag();
+      if (group % 2 == 1 && number > 0xff) {
+        OFString creator;
+        (void)item.findAndGetOFString(DcmTagKey(group, static_cast<std::uint16_t>(number >> 8)), creator);
+        std::string text = DicomTag{group, number}.text();
+        text = text.substr(text.rfind('('));
+        if (!creator.empty()) text += " of " + one_short_line(std::string(creator.c_str()));
+        found.push_back({element->getLength(), std::move(text)});
+      } else if (auto* sequence = dynamic_cast<DcmSequenceOfItems*>(element); sequence && group % 2 == 0) {
+        for (unsigned long k = 0; k < sequence->card(); ++k) self(self, *sequence->getItem(k));
+      }
+    }
+  };
+  visit(visit, *item_);
+  std::ranges::stable_sort(found, std::greater<>(), &Found::bytes);
+  std::string all;
+  constexpr std::size_t kMost = 3;
+  for (std::size_t n = 0, shown = 0; n < found.size() && shown < kMost; ++n) {
+    if (all.find(found[n].text) != std::string::npos) continue;
+    all += (all.empty() ? "" : ", ") + found[n].text;
+    ++shown;
+  }
+  return all;
+}
+
 void DicomItem::refuse(const DicomTag& tag, const std::string& what) const {
   throw UserError(name_ + ": " + tag.text() + ": " + what);
 }

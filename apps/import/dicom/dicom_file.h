@@ -40,6 +40,10 @@ class DicomItem {
   Vec3 point(const DicomTag& tag) const;
   std::vector<DicomItem> sequence(const DicomTag& tag) const;
 
+  /// The largest private elements of the item and of the items in it, three at most: "(300b,1040) of VENDOR"; empty:
+  /// there are none.
+  std::string private_data() const;
+
   [[noreturn]] void refuse(const DicomTag& tag, const std::string& what) const;
   const std::string& name() const { return name_; }
   DcmItem* item() const { return item_; }

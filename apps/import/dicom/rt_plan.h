@@ -52,6 +52,7 @@ struct RtBrachyPlan {
   std::optional<double> prescription_gy;  ///< of the dose reference, else of the fraction's setups
   std::vector<RtPointDose> point_doses;
   std::optional<double> total_air_kerma_ugy;  ///< at 1 m, of all setups, as the file states it
+  std::string private_data;                   ///< DicomItem::private_data
 
   bool is_permanent() const { return technique == "PERMANENT"; }
 };

@@ -7,7 +7,6 @@ import multiprocessing
 import os
 import re
 import select
-import shutil
 import signal
 import socket
 import ssl
@@ -16,7 +15,7 @@ import subprocess
 import threading
 import time
 
-from programs import BIN, Daemon, Relay, Row, read, running, scene_with, start
+from programs import BIN, Daemon, Relay, Row, broker, read, running, scene_with
 
 ADDRESSES = ["127.0.0.2", "127.0.0.3", "127.0.0.4", "127.0.0.5"]
 HELLO, WELCOME, POSE, STATE, EVENT, PING, FORCE = 1, 2, 5, 6, 7, 9, 10
@@ -401,13 +400,9 @@ def attack(folder, short):
 
 def relayed(folder, scene, seconds):
     """The viewer behind a relay, which is attacked as the daemon is. Without a token, as the relay's is another's."""
-    nats = shutil.which("nats-server", path=os.environ["PATH"] + ":/usr/sbin")
-    if not nats:
-        return [Row("relay", "skipped: no nats-server", "", True)]
-    with socket.socket() as free:
-        free.bind(("127.0.0.1", 0))
-        port = free.getsockname()[1]
-    with running(start([nats, "-a", "127.0.0.1", "-p", str(port)], folder, "nats")):
+    with broker(folder) as nats:
+        if not nats:
+            return [Row("relay", "skipped: no nats-server", "", True)]
         return stand(
             folder,
             "relay",
@@ -421,7 +416,7 @@ def relayed(folder, scene, seconds):
                 (silence, d.port),
             ],
             seconds,
-            nats=f"nats://127.0.0.1:{port}",
+            nats=nats,
         )
 
 

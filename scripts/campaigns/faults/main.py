@@ -29,6 +29,7 @@ CASES = {
     "descriptors": peers.descriptors,
     "disk": endings.disk,
     "load": peers.load,
+    "relay": peers.relay,
     "kill": endings.kill,
     "kills": kills.kills,
     "spoilt": spoilt.spoilt,

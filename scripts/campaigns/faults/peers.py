@@ -15,8 +15,10 @@ from programs import (
     Crowd,
     Daemon,
     INSERTION,
+    Relay,
     Row,
     WITNESSES,
+    broker,
     gap_row,
     log_seconds,
     measure,
@@ -394,4 +396,37 @@ def load(folder, short):
         Row("  longest turn of the io thread", f"{turn_ms:.2f} ms of processor time", "2 ms", turn_ms <= 2),
         Row("  memory", f"{grown_mb:+.1f} MB in the second half", "8 MB", grown_mb <= 8),
         Row("  SIGTERM after it", f"exit {code} after {ended:.2f} s", "0 within 2 s", code == 0 and ended <= 2),
+    ]
+
+
+def relay(folder, short):
+    """64 viewers behind a relay of one session that two daemons publish at once, one of them begun again and again."""
+    seconds, viewers_of_relay = (10 if short else 60), 64
+    with contextlib.ExitStack() as stack:
+        nats = stack.enter_context(broker(folder))
+        if not nats:
+            return [Row("relay", "skipped: no nats-server", "", True)]
+        behind = stack.enter_context(running(Relay(folder, nats)))
+        publish = ("--nats", nats, "--play", "--trajectory", INSERTION)
+        stack.enter_context(running(Daemon(folder, *publish, name="first")))
+        most_kb, rounds, served, end = 0, 0, 0, time.monotonic() + seconds
+        while time.monotonic() < end:
+            rounds += 1
+            with running(Daemon(folder, *publish, name=f"second{rounds}")):
+                crowd = Crowd(folder, behind, viewers=viewers_of_relay, seconds=4.0)
+                with running(crowd.process):
+                    while crowd.process.poll() is None:
+                        most_kb = max(most_kb, behind.memory_kb("VmRSS"))
+                        time.sleep(0.1)
+                served += crowd.process.returncode == 0
+        peak_mb, left_mb = most_kb / 1024, behind.memory_kb("VmRSS") / 1024
+        is_there = behind.process.poll() is None
+    return [
+        Row(
+            "relay of two publishers",
+            f"{peak_mb:.0f} MB at most, {left_mb:.0f} MB at the end, {rounds} times {viewers_of_relay} viewers, "
+            f"of which {served} crowds were served; it {'runs' if is_there else 'has ended'}",
+            "64 MB",
+            peak_mb <= 64 and is_there,
+        )
     ]

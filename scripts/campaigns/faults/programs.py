@@ -3,7 +3,9 @@ import contextlib
 import json
 import os
 import re
+import shutil
 import signal
+import socket
 import subprocess
 import time
 import urllib.request
@@ -111,7 +113,25 @@ class Relay:
         found, _ = wait_for(
             "the relay", lambda: re.search(r"(?m)^brachy relay listening on .*:(\d+)$", read(f"{folder}/relay.out"))
         )
-        self.port = int(found[1])
+        self.port, self.pid = int(found[1]), self.process.pid
+        self.address = f"127.0.0.1:{self.port}"
+
+    def memory_kb(self, key):
+        return int(re.search(rf"^{key}:\s+(\d+)", read(f"/proc/{self.pid}/status"), re.M)[1])
+
+
+@contextlib.contextmanager
+def broker(folder):
+    """The URL of a NATS server; None where there is none."""
+    nats = shutil.which("nats-server", path=os.environ["PATH"] + ":/usr/sbin")
+    if not nats:
+        yield None
+        return
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        port = free.getsockname()[1]
+    with running(start([nats, "-a", "127.0.0.1", "-p", str(port)], folder, "nats")):
+        yield f"nats://127.0.0.1:{port}"
 
 
 @contextlib.contextmanager

@@ -36,7 +36,7 @@ pydicom.config.settings.writing_validation_mode = pydicom.config.IGNORE
 MODELS = {"mhdr-v2": ("Nucletron", "microSelectron-v2"), "gammamed-hdr": ("Varian", "GammaMed Plus"),
           "flexisource": ("Elekta", "Flexisource"), "vs2000": ("Varian", "VS2000")}
 WRONG = ["shift", "ends", "decay", "source", "fractions", "outside"]
-MALFORMED = ["odd", "falling", "no time", "no dwell", "cobalt", "no positions", "far"]
+MALFORMED = ["odd", "falling", "private", "no time", "no dwell", "cobalt", "no positions", "far"]
 DESCENDING = -1
 
 
@@ -173,6 +173,13 @@ class Case:
             for channel in channels:
                 for point in channel.BrachyControlPointSequence:
                     point.CumulativeTimeWeight = "0"
+        elif self.malformed == "private":  # the catheters stand where only their system reads them
+            for channel in channels:
+                del channel.BrachyControlPointSequence
+            courses = [Dataset() for _ in channels]
+            for item in courses:
+                item.add_new(0x0012, "LO", "a catheter as its system has it")
+            data.private_block(0x300B, "VENDOR HDR", create=True).add_new(0x40, "SQ", Sequence(courses))
         elif self.malformed == "no positions":
             del first[0].ControlPoint3DPosition
         elif self.malformed == "far":
@@ -390,6 +397,8 @@ def run(program, sources, number, work):
         words = imported.stderr + checked.stderr
         if checked.returncode != 2 or "300a" not in words or checked.stderr.count("\n") > 6:
             faults.append(f"exit {checked.returncode}: {words!r}")
+        if case.malformed == "private" and "(300b,1040) of VENDOR HDR" not in checked.stderr:
+            faults.append(f"the private data is not named: {checked.stderr!r}")
         if imported.returncode != 0 or (out / "plan.toml").exists():
             faults.append(f"the structures do not come in without the plan: {imported.returncode} {imported.stderr!r}")
     elif imported.returncode != 0 or checked.returncode != (0 if case.wrong is None else 3):
