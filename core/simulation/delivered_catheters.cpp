@@ -8,20 +8,38 @@
 namespace brachy {
 namespace {
 
-/// Where needles that are in the tissue lie now, from the tip to the template's plane; `rest` the same.
-std::vector<CatheterCourse> lying_needles(const SimulationModel& model,
-                                          std::span<const NeedleState> needles) {
+constexpr double kOnCourseMm = 15;  // three holes: a needle farther from its course does not follow it
+
+/// The course of the plan that needle n follows, if there is one.
+const std::vector<Vec3>* course_of(const HdrPlan* plan, std::size_t n, const RigidTransform& X_WN) {
+  if (!plan || n >= plan->catheters.size() || !plan->catheters[n].has_course()) return nullptr;
+  const std::vector<Vec3>& course = plan->catheters[n].course;
+  return nearest_place(course, X_WN.p).distance_mm <= kOnCourseMm ? &course : nullptr;
+}
+
+/// From the tip to the template's plane.
+std::vector<Vec3> straight_or_bent(const NeedleState& needle, double length, double plane) {
+  std::vector<Vec3> points;
+  for (double s = 0; s <= length; s += CatheterCourse::kStepMm) {
+    const Vec3 now = point_behind_tip(needle, length, s);
+    if (now.z() < plane && points.size() >= 2) break;
+    points.push_back(now);
+  }
+  return points;
+}
+
+/// Where needles that are in the tissue lie now; `rest` the same.
+std::vector<CatheterCourse> lying_needles(const SimulationModel& model, std::span<const NeedleState> needles,
+                                          const HdrPlan* plan) {
   const double length = model.settings.needle.length_mm, plane = model.settings.template_grid.origin_mm.z();
   std::vector<CatheterCourse> all;
   for (std::size_t n = 0; n < std::min(needles.size(), model.settings.needle.count); ++n) {
     const NeedleState& needle = needles[n];
     if (!needle.present || needle.insertion_depth_mm <= 0) continue;
     CatheterCourse course{static_cast<std::uint32_t>(n), {}, {}};
-    for (double s = 0; s <= length; s += CatheterCourse::kStepMm) {
-      const Vec3 now = point_behind_tip(needle, length, s);
-      if (now.z() < plane && course.now.size() >= 2) break;
-      course.now.push_back(now);
-    }
+    if (const std::vector<Vec3>* planned = course_of(plan, n, needle.X_WN))
+      course.now = follow_course(*planned, needle.X_WN);
+    if (course.now.size() < 2) course.now = straight_or_bent(needle, length, plane);
     course.rest = course.now;
     all.push_back(std::move(course));
   }
@@ -44,10 +62,11 @@ Vec3 point_behind_tip(const NeedleState& needle, double length_mm, double s_mm) 
          (2 * b + t * (c - a) + t * t * (2 * a - 5 * b + 4 * c - d) + t * t * t * (3 * b - a - 3 * c + d));
 }
 
-std::vector<CatheterCourse> delivered_catheters(Simulator& simulator, const MeshState& state) {
+std::vector<CatheterCourse> delivered_catheters(Simulator& simulator, const MeshState& state,
+                                                const HdrPlan* plan) {
   const SimulationModel& model = *simulator.model();
   const BodyFrame& frame = simulator.body_frame();
-  std::vector<CatheterCourse> all = lying_needles(model, state.needles.states);
+  std::vector<CatheterCourse> all = lying_needles(model, state.needles.states, plan);
   for (CatheterCourse& course : all)
     for (Vec3& p : course.rest) {
       const Vec3 in_body = frame.from_world(p);
@@ -61,8 +80,9 @@ std::vector<CatheterCourse> delivered_catheters(Simulator& simulator, const Mesh
 
 std::vector<CatheterCourse> catheter_courses(const SimulationModel& model, DisplacementField& field,
                                              Verdict verdict, const BodyFrame& frame,
-                                             std::span<const NeedleState> needles, double rest_mm) {
-  std::vector<CatheterCourse> all = lying_needles(model, needles);
+                                             std::span<const NeedleState> needles, const HdrPlan& plan,
+                                             double rest_mm) {
+  std::vector<CatheterCourse> all = lying_needles(model, needles, &plan);
   std::vector<Vec3*> points;  // dwells between two points have both
   std::vector<Vec3> now;
   for (CatheterCourse& course : all)

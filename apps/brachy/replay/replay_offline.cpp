@@ -171,7 +171,9 @@ int replay_offline(const ReplayOptions& options) {
   if (log) log->close();
   if (session) session->close();
   if (session && scene.implant.is_hdr()) {
-    session->folder().replace(kCatheterFile, to_csv(delivered_catheters(simulator, state)));
+    const std::optional<HdrPlan> plan = load_hdr_plan(scene);
+    session->folder().replace(kCatheterFile,
+                              to_csv(delivered_catheters(simulator, state, plan ? &*plan : nullptr)));
     const std::string report = score_catheters(*options.session, scene, options.json);
     if (!options.json) std::cout << report;
     return kExitOk;

@@ -104,7 +104,7 @@ void run_fraction_loop(const std::stop_token& stop, Clock& clock, const Scene& s
     const ImagedTick& tick = ports.ticks.value();
     if (!field.take(tick, ports.models.value())) continue;
     const auto courses = catheter_courses(field.model(), field.field(), field.verdict(), tick.frame,
-                                          tick.instruments, deepest_mm);
+                                          tick.instruments, plan, deepest_mm);
     std::vector<Dwell> dwells = delivered_dwells(plan, assign_catheters(plan, scene.template_grid, courses));
     if (last && !has_moved(*last, dwells)) continue;
     auto message = dose.of(dwells, stop);

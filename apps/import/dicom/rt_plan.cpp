@@ -127,12 +127,11 @@ RtBrachyPlan read_rt_plan(const DicomFile& file) {
   }
   plan.private_data = data.private_data();
   if (plan.channels.empty())
-    data.refuse(tag::kChannels,
-                "no application setup has a channel with positions" +
-                    (plan.private_data.empty() ? "; export the plan again"
-                                               : "; its catheters may stand in private data, " +
-                                                     plan.private_data +
-                                                     ", which is not read: export them in standard tags"));
+    data.refuse(tag::kChannels, "no application setup has a channel with positions" +
+                                    (plan.private_data.empty()
+                                         ? "; export the plan again"
+                                         : "; its catheters may stand in private data, " + plan.private_data +
+                                               ", which is not read: export them in standard tags"));
   return plan;
 }
 

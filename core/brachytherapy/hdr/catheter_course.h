@@ -26,6 +26,20 @@ struct CatheterCourse {
 /// Beyond its end it goes on straight. At least two points.
 Dwell dwell_at(const std::vector<Vec3>& course, double offset_mm);
 
+/// How far behind its first point a course (HdrPlan's, straight between its points) is nearest to p, and from there.
+struct CoursePlace {
+  double offset_mm = 0, distance_mm = 0;
+};
+CoursePlace nearest_place(const std::vector<Vec3>& course, const Vec3& p);
+
+/// The unit direction of a course towards its first point, of a piece of 4 mm: without the kinks at its points.
+Vec3 course_direction(const std::vector<Vec3>& course, double offset_mm);
+
+/// A catheter that follows its course: behind the tip it lies as the course does behind the place nearest to the tip,
+/// moved and turned so that tip and direction are those of X_WN. CatheterCourse's points, to the course's end; fewer
+/// than two where the tip is in front of it. A catheter whose tip goes along the course lies on it.
+std::vector<Vec3> follow_course(const std::vector<Vec3>& course, const RigidTransform& X_WN);
+
 /// The first line of a file of catheters (catheters.csv of a session): a row for each point, catheter by catheter, in
 /// each from the tip backwards.
 inline constexpr std::string_view kCatheterHeader = "needle,offset_mm,x,y,z,rest_x,rest_y,rest_z";

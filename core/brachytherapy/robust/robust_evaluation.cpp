@@ -95,12 +95,6 @@ DrawnDose::Part DrawnDose::part_of(const Structure& structure, Kind kind, double
   return part;
 }
 
-std::size_t DrawnDose::points() const {
-  std::size_t sum = 0;
-  for (const Part& part : parts_) sum += part.outside_mm.size();
-  return sum;
-}
-
 double DrawnDose::outline_mm(Kind kind, const ImplantDraw& draw) {
   return kind == Kind::kGland     ? draw.gland_outline_mm
          : kind == Kind::kUrethra ? draw.urethra_outline_mm

@@ -28,7 +28,6 @@ class DrawnDose {
   DrawnDose(const std::vector<Structure>& structures, const DoseGrid& grid, double prescription_gy,
             const UncertaintySettings& uncertainty);
 
-  std::size_t points() const;
   /// The figures of all structures, in their order.
   std::vector<StructureDose> evaluate(const ImplantDraw& draw) const;
 

@@ -406,9 +406,9 @@ def relay(folder, short):
         nats = stack.enter_context(broker(folder))
         if not nats:
             return [Row("relay", "skipped: no nats-server", "", True)]
-        behind = stack.enter_context(running(Relay(folder, nats)))
         publish = ("--nats", nats, "--play", "--trajectory", INSERTION)
         stack.enter_context(running(Daemon(folder, *publish, name="first")))
+        behind = stack.enter_context(running(Relay(folder, nats)))
         most_kb, rounds, served, end = 0, 0, 0, time.monotonic() + seconds
         while time.monotonic() < end:
             rounds += 1

@@ -3,6 +3,7 @@
 
 #include "apps/daemon/scene_message.h"
 #include "core/brachytherapy/dose/implant_dose.h"
+#include "core/brachytherapy/hdr/catheter_course.h"
 #include "core/brachytherapy/hdr/hdr_plan_file.h"
 #include "core/scene/load_structures.h"
 #include "tests/apps/applicator.h"
@@ -89,6 +90,37 @@ TEST_F(DaemonHdr, TheDoseOfCathetersIsThePlansOnceTheyLieAsPlanned) {
   ASSERT_TRUE(device.go(back));
   ASSERT_TRUE(device.peer.until([&] { return device.peer.doses.back().fraction->catheters == 0; }));
   EXPECT_EQ(device.peer.doses.back().structures[0].mean_gy, 0);
+}
+
+// Oblique and curved, as another planning system has it.
+TEST_F(DaemonHdr, ACatheterThatFollowsItsCourseGivesThePlansDose) {
+  PlanCatheter curved{.hole = {}, .tip_mm = 0, .dwell_s = {}, .name = "a3.5"};
+  for (double z = 20; z >= -64; z -= 4)
+    curved.course.emplace_back(6 + 0.002 * (z + 60) * (z + 60) / 2, -5 + 0.05 * z, z);
+  for (double along = 3.1; along < 45; along += 4.7) {
+    curved.dwell_mm.push_back(along);
+    curved.dwell_s.push_back(5 + along / 10);
+  }
+  plan.catheters = {curved};
+  scene.needle.count = 1;
+  scene.contact.max_displacement_mm = 1e-3;  // contact's straight needle sweeps the tissue aside otherwise
+  scene.plan_file = folder.write("curved.toml", to_toml(plan));
+  RunningDaemon daemon(scene);
+  Applicator device;
+  ASSERT_TRUE(device.join(daemon.port()));
+  std::vector<RigidTransform> along;
+  for (double offset = 60; offset >= 0; offset -= 3) {
+    const Vec3 axis = course_direction(curved.course, offset);
+    along.push_back({Eigen::Quaterniond::FromTwoVectors(Vec3::UnitZ(), axis).toRotationMatrix(),
+                     point_along(curved.course, offset).position});
+  }
+  ASSERT_TRUE(device.go(along));
+  const std::vector<StructureDose> want = dose_of(plan);
+  ASSERT_TRUE(device.peer.until([&] {
+    return !device.peer.doses.empty() && device.peer.doses.back().fraction->catheters == 1 &&
+           std::abs(device.peer.doses.back().structures[0].mean_gy / want[0].mean_gy - 1) < 3e-4;
+  }));
+  expect_same(device.peer.doses.back().structures, want);
 }
 
 TEST_F(DaemonHdr, ItsGoalsAreThoseOfAFraction) {
