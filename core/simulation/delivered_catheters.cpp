@@ -8,13 +8,11 @@
 namespace brachy {
 namespace {
 
-constexpr double kOnCourseMm = 15;  // three holes: a needle farther from its course does not follow it
-
 /// The course of the plan that needle n follows, if there is one.
 const std::vector<Vec3>* course_of(const HdrPlan* plan, std::size_t n, const RigidTransform& X_WN) {
   if (!plan || n >= plan->catheters.size() || !plan->catheters[n].has_course()) return nullptr;
   const std::vector<Vec3>& course = plan->catheters[n].course;
-  return nearest_place(course, X_WN.p).distance_mm <= kOnCourseMm ? &course : nullptr;
+  return nearest_place(course, X_WN.p).distance_mm <= CatheterCourse::kOnCourseMm ? &course : nullptr;
 }
 
 /// From the tip to the template's plane.
