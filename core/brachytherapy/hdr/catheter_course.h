@@ -14,7 +14,8 @@ namespace brachy {
 /// where their tissue is at rest (of a point outside the tissue the same). mm, world frame W.
 struct CatheterCourse {
   static constexpr double kStepMm = 2.5;
-  static constexpr double kOnCourseMm = 15;  ///< three holes: a needle farther from its course does not follow it
+  static constexpr double kOnCourseMm =
+      15;  ///< three holes: a needle farther from its course does not follow it
 
   std::uint32_t needle = 0;  ///< the needle's id
   std::vector<Vec3> now, rest;
