@@ -7,6 +7,7 @@
 
 #include "core/base/error.h"
 #include "core/base/even_places.h"
+#include "core/base/number_text.h"
 #include "core/base/set_up.h"
 #include "core/base/share_out.h"
 #include "core/brachytherapy/dose/dose_loops.h"
@@ -87,6 +88,12 @@ DrawnDose::Part DrawnDose::part_of(const Structure& structure, Kind kind, double
   part.point_mm3 = (to - from).prod() / static_cast<double>(tried);
   part.step_mm = std::min(std::cbrt(part.point_mm3), kMostStepMm);
   std::ranges::sort(found, {}, &Found::outside_mm);
+  const double depth_mm = found.empty() ? 0 : -found.front().outside_mm;
+  if (depth_mm > 0 && most_outward_mm >= depth_mm)
+    throw UserError("[uncertainty]: three standard deviations of the surface of " + structure.shown_name() +
+                    ", " + text_of(most_outward_mm) + " mm, leave nothing of it: it is " +
+                    text_of(std::round(10 * depth_mm) / 10) +
+                    " mm deep at most; give gland_outline_mm, urethra_outline_mm or organ_outline_mm less");
   for (const Found& at : found) {
     for (std::size_t k = 0; k < 3; ++k)
       part.places[k].push_back(static_cast<float>(at.p[static_cast<Eigen::Index>(k)]));

@@ -216,6 +216,16 @@ TEST_F(RobustEvaluation, ADrawIsTheSameWhateverOthersAreMade) {
       EXPECT_EQ(some.goals[g].drawn[n], more.goals[g].drawn[n]);
 }
 
+TEST_F(RobustEvaluation, OutlinesThatMayLeaveNothingOfAStructureAreRefused) {
+  settings.uncertainty.urethra_outline_mm = 2;  // the urethra is 3 mm thick
+  try {
+    evaluate_robustness(plan, structures, dose, default_dose_goals(), settings);
+    ADD_FAILURE() << "not refused";
+  } catch (const UserError& e) {
+    EXPECT_NE(std::string(e.what()).find("urethra"), std::string::npos) << e.what();
+  }
+}
+
 TEST_F(RobustEvaluation, GoalsOfWhatThereIsNotAreLeftOutAndNoneIsRefused) {
   const std::vector<DoseGoal> goals = {{"spleen", "D90", "plan", "below", 10, ""},
                                        {"prostate", "V100", "implant", "above", 90, ""}};
