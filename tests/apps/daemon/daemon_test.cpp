@@ -246,7 +246,7 @@ TEST(DaemonDevice, ASecondOneIsToldWhoHoldsTheLeaseAndGetsItAfterwards) {
   ASSERT_TRUE(
       viewer.until([&] { return viewer.refresh_state() && viewer.states.back().device_holder.empty(); }));
   // The needle stays where it was last seen until the next device sends a pose.
-  EXPECT_TRUE(viewer.needle().present);
+  ASSERT_TRUE(viewer.until([&] { return !viewer.frames.empty() && viewer.needle().present; }));
   EXPECT_EQ(viewer.needle().X_WN.p, Vec3(8, -4, -40));
   Peer third(net::Role::kDevice, 0, false, "third");
   ASSERT_TRUE(third.join(daemon.port()));
