@@ -54,7 +54,8 @@ void apply_buttons(const std::vector<HeldTicks>& held, FrameMessage& message) {
   }
 }
 
-void fields(auto& archive, MaybeConst<DoseMessage> auto& message) {
+template <class Archive>
+void fields(Archive& archive, MaybeConst<DoseMessage> auto& message) {
   archive.u32(message.seeds);
   const std::uint16_t count = archive.u16_count(message.structures);
   archive.reserved(2);
@@ -76,8 +77,7 @@ void fields(auto& archive, MaybeConst<DoseMessage> auto& message) {
                                            [&](auto& dose) { structure_dose_fields(section, dose); });
                            }},
                    Section{kFractionSection, message.fraction.has_value(), [&](auto& section) {
-                             if constexpr (std::decay_t<decltype(section)>::kReads)
-                               message.fraction.emplace();
+                             if constexpr (Archive::kReads) message.fraction.emplace();
                              auto& fraction = *message.fraction;
                              section.u32(fraction.catheters);
                              section.u32(fraction.planned_catheters);

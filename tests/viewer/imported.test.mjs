@@ -64,6 +64,8 @@ async function pictureAfter(act) {
   const before = await page.evaluate('brachy.pictures');
   await act();
   await comesTrue(page, `brachy.pictures > ${before}`);
+  // That picture may have been under way already: the one with the change is drawn within the next two.
+  await page.evaluate(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done))));
   return page.locator('#view').screenshot({mask: [page.locator('#legend'), page.locator('#views')]});
 }
 /** Red, green, blue and how many pixels are nearly so. */
