@@ -149,8 +149,9 @@ int run_robust(const RobustOptions& options) {
                                 static_cast<std::size_t>(options.draws), options.seed};
   Progress progress("robust");
   const RobustResult result =
-      evaluate_robustness(plan.sources, structures, dose, goals, settings,
-                          [&](double share) { progress.show(share, "of the treatments"); });
+      RobustJudge(structures, dose, goals, settings).judge(plan.sources, [&](double share) {
+        progress.show(share, "of the treatments");
+      });
   progress.finish();
   if (options.csv) write_text(*options.csv, to_csv(result), options.force);
   nlohmann::ordered_json json = json_of(plan, result, settings);

@@ -104,6 +104,12 @@ std::vector<double> even_times(const DwellDoses& doses) {
   return t;
 }
 
+void set_times(HdrPlan& plan, const std::vector<double>& seconds) {
+  std::size_t next = 0;
+  for (PlanCatheter& catheter : plan.catheters)
+    for (double& s : catheter.dwell_s) s = seconds[next++];
+}
+
 std::vector<double> rounded_times(std::vector<double> t) {
   for (double& v : t) v = std::round(v / kDwellStepS) / std::round(1 / kDwellStepS);
   return t;

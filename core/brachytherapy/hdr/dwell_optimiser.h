@@ -29,6 +29,8 @@ std::vector<double> minimise_penalties(std::span<const DwellDoses> doses,
 
 /// The same time everywhere, such that the target's mean dose is a little above the prescription.
 std::vector<double> even_times(const DwellDoses& doses);
+/// Gives a plan's dwell positions these times, catheter by catheter, in each from the tip backwards.
+void set_times(HdrPlan& plan, const std::vector<double>& seconds);
 /// In steps of 0.1 s, as afterloaders have.
 std::vector<double> rounded_times(std::vector<double> seconds);
 

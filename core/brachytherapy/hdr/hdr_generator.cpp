@@ -57,12 +57,6 @@ HdrPlan all_catheters(const std::vector<GlandHole>& holes, const HdrPlanSettings
   return plan;
 }
 
-void set_times(HdrPlan& plan, const std::vector<double>& seconds) {
-  std::size_t next = 0;
-  for (PlanCatheter& catheter : plan.catheters)
-    for (double& s : catheter.dwell_s) s = seconds[next++];
-}
-
 /// Which dwells belong to the catheters kept, of those of `plan`.
 std::vector<std::size_t> dwells_of(const HdrPlan& plan, const std::vector<bool>& kept) {
   std::vector<std::size_t> dwells;

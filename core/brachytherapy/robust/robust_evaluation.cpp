@@ -39,8 +39,12 @@ double missed_by(const DoseGoal& goal, double value, double prescription_gy) {
 }  // namespace
 
 Vec3 middle_of(const Structure& structure) {
-  const SurfaceBvh surface(structure.mesh);
-  return 0.5 * (surface.min() + surface.max());
+  Vec3 least = structure.mesh.vertices.front(), most = least;
+  for (const Vec3& v : structure.mesh.vertices) {
+    least = least.cwiseMin(v);
+    most = most.cwiseMax(v);
+  }
+  return 0.5 * (least + most);
 }
 
 DrawnDose::DrawnDose(const std::vector<Structure>& structures, const DoseGrid& grid, double prescription_gy,
@@ -161,47 +165,62 @@ double RobustGoal::quantile(double share) const {
   return *at;
 }
 
-RobustResult evaluate_robustness(const PlannedSources& plan, const std::vector<Structure>& structures,
-                                 const DoseSettings& dose, const std::vector<DoseGoal>& goals,
-                                 const RobustSettings& settings,
-                                 const std::function<void(double share)>& progress) {
+namespace {
+
+/// The structures that goals are of, the gland first.
+std::vector<Structure> judged_structures(const std::vector<Structure>& structures,
+                                         const std::vector<DoseGoal>& goals) {
   std::vector<Structure> judged = {structures.front()};
   for (std::size_t s = 1; s < structures.size(); ++s)
     if (std::ranges::count(goals, structures[s].name, &DoseGoal::structure) > 0)
       judged.push_back(structures[s]);
-  ImplantDose planned(judged, dose);
-  for (const PlannedSources::Source& source : plan.sources) planned.add(source.seed);
-  const std::vector<StructureDose> planned_doses = planned.evaluate();
+  return judged;
+}
+
+}  // namespace
+
+RobustJudge::RobustJudge(const std::vector<Structure>& structures, const DoseSettings& dose,
+                         const std::vector<DoseGoal>& goals, const RobustSettings& settings)
+    : goals_(goals),
+      settings_(settings),
+      middle_(middle_of(structures.front())),
+      planned_(judged_structures(structures, goals), dose),
+      drawn_(planned_.structures(), planned_.grid(), dose.prescription_gy, settings.uncertainty) {}
+
+RobustResult RobustJudge::judge(const PlannedSources& plan,
+                                const std::function<void(double share)>& progress) {
+  const double prescription_gy = planned_.settings().prescription_gy;
+  planned_.clear();
+  for (const PlannedSources::Source& source : plan.sources) planned_.add(source.seed);
+  const std::vector<StructureDose> planned_doses = planned_.evaluate();
   RobustResult result;
-  for (const DoseGoal& goal : goals) {
+  for (const DoseGoal& goal : goals_) {
     const double value = value_of(goal, planned_doses);
     if (goal.is_of_plan() && std::isfinite(value))
-      result.goals.push_back({goal, value, std::vector<double>(settings.draws), 0});
+      result.goals.push_back({goal, value, std::vector<double>(settings_.draws), 0});
   }
   if (result.goals.empty())
     throw UserError("no [[goal]] of stage \"plan\" is of a structure that the scene has; add one");
 
-  const Vec3 middle = middle_of(structures.front());
-  const DrawnDose drawn(judged, planned.grid(), dose.prescription_gy, settings.uncertainty);
   const std::size_t threads = SetUp().threads;
-  for (std::size_t first = 0; first < settings.draws; first += kDrawsAtOnce) {
-    if (progress) progress(static_cast<double>(first) / static_cast<double>(settings.draws));
-    share_out(std::min(kDrawsAtOnce, settings.draws - first), threads, [&](std::size_t i, std::size_t) {
+  for (std::size_t first = 0; first < settings_.draws; first += kDrawsAtOnce) {
+    if (progress) progress(static_cast<double>(first) / static_cast<double>(settings_.draws));
+    share_out(std::min(kDrawsAtOnce, settings_.draws - first), threads, [&](std::size_t i, std::size_t) {
       const std::size_t n = first + i;
-      const std::vector<StructureDose> doses = drawn.evaluate(
-          draw_implant(plan, middle, settings.uncertainty, settings.misplacement, settings.random_seed, n));
+      const std::vector<StructureDose> doses = drawn_.evaluate(draw_implant(
+          plan, middle_, settings_.uncertainty, settings_.misplacement, settings_.random_seed, n));
       for (RobustGoal& goal : result.goals) goal.drawn[n] = value_of(goal.goal, doses);
     });
   }
   double most_missed = -1;
-  for (std::size_t n = 0; n < settings.draws; ++n) {
+  for (std::size_t n = 0; n < settings_.draws; ++n) {
     std::size_t met = 0;
     double missed = 0;
     for (RobustGoal& goal : result.goals) {
-      const bool is_met = goal.goal.is_met_by(goal.drawn[n], dose.prescription_gy);
+      const bool is_met = goal.goal.is_met_by(goal.drawn[n], prescription_gy);
       goal.met += is_met;
       met += is_met;
-      missed += missed_by(goal.goal, goal.drawn[n], dose.prescription_gy);
+      missed += missed_by(goal.goal, goal.drawn[n], prescription_gy);
     }
     result.all_met += met == result.goals.size();
     if (missed > most_missed) {

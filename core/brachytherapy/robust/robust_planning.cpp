@@ -20,9 +20,7 @@ constexpr double kRaiseMissed = 1.35;
 constexpr std::uint64_t kSeeking = 11, kJudging = 12;  // random seeds
 
 HdrPlan with_times(HdrPlan plan, const std::vector<double>& seconds) {
-  std::size_t next = 0;
-  for (PlanCatheter& catheter : plan.catheters)
-    for (double& s : catheter.dwell_s) s = seconds[next++];
+  set_times(plan, seconds);
   return plan;
 }
 
@@ -134,9 +132,9 @@ HdrPlan with_robust_times(const HdrPlan& plan, const std::vector<Structure>& str
                           const TemplateGrid& grid, const DoseSettings& dose,
                           const std::vector<DoseGoal>& goals, const UncertaintySettings& uncertainty,
                           const std::function<void(double share)>& progress) {
-  const RobustSettings judging{uncertainty, {}, kJudgingDraws, kJudging};
+  RobustJudge judge(structures, dose, goals, {uncertainty, {}, kJudgingDraws, kJudging});
   const auto met_by = [&](const HdrPlan& candidate) {
-    return evaluate_robustness(PlannedSources::of(candidate, grid), structures, dose, goals, judging).all_met;
+    return judge.judge(PlannedSources::of(candidate, grid)).all_met;
   };
   const std::vector<DwellDoses> doses = drawn_doses(plan, structures, grid, uncertainty);
   const Limits limits(goals);

@@ -14,8 +14,8 @@ PlacementNoise placement_noise(const UncertaintySettings& settings, const SeedMi
 /// The plan with the dwell times that most of the drawn treatments meet all of `goals` with: times that minimise the
 /// penalties of optimise_dwell_times over draws, with the weights of the goals that most of them miss raised by and by
 /// (those that HdrGoals has, with the limits of `goals`);
-/// those are used that meet the goals in most of 192 other draws. `structures` and `dose` as of evaluate_robustness.
-/// Deterministic. Some 20 s on two cores. Errors: UserError as evaluate_robustness.
+/// those are used that meet the goals in most of 192 other draws. `structures` and `dose` as of RobustJudge.
+/// Deterministic. Some 20 s on two cores. Errors: UserError as RobustJudge.
 HdrPlan with_robust_times(const HdrPlan& plan, const std::vector<Structure>& structures,
                           const TemplateGrid& grid, const DoseSettings& dose,
                           const std::vector<DoseGoal>& goals, const UncertaintySettings& uncertainty,

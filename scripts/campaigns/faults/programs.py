@@ -57,8 +57,15 @@ def findings(folder):
     return found
 
 
-class Daemon:
-    """brachyd, listening."""
+class Listening:
+    """A program that listens, by its `pid`."""
+
+    def memory_kb(self, key):
+        return int(re.search(rf"^{key}:\s+(\d+)", read(f"/proc/{self.pid}/status"), re.M)[1])
+
+
+class Daemon(Listening):
+    """brachyd."""
 
     def __init__(self, folder, *options, scene=SCENE, port=0, before=(), name="brachyd"):
         self.log = f"{folder}/{name}.err"
@@ -95,9 +102,6 @@ class Daemon:
     def descriptors(self):
         return len(os.listdir(f"/proc/{self.pid}/fd"))
 
-    def memory_kb(self, key):
-        return int(re.search(rf"^{key}:\s+(\d+)", read(f"/proc/{self.pid}/status"), re.M)[1])
-
 
 def metric(daemon, name):
     """A number of /metrics."""
@@ -105,8 +109,8 @@ def metric(daemon, name):
         return float(re.search(rf"(?m)^{name} (\S+)$", answer.read().decode())[1])
 
 
-class Relay:
-    """brachy relay, listening, of what a daemon publishes to `nats`."""
+class Relay(Listening):
+    """brachy relay, of what a daemon publishes to `nats`."""
 
     def __init__(self, folder, nats):
         self.process = start([BIN + "brachy", "relay", "--nats", nats, "--port", "0"], folder, "relay")
@@ -115,9 +119,6 @@ class Relay:
         )
         self.port, self.pid = int(found[1]), self.process.pid
         self.address = f"127.0.0.1:{self.port}"
-
-    def memory_kb(self, key):
-        return int(re.search(rf"^{key}:\s+(\d+)", read(f"/proc/{self.pid}/status"), re.M)[1])
 
 
 @contextlib.contextmanager

@@ -458,8 +458,8 @@ def requests(folder, short):
             "  longest turn of the io thread",
             f"{turn_ms:.2f} ms of processor time, {quiet_turn_ms:.2f} before; {above:.0f} over 1 ms; another's, "
             f"which sends itself bytes as long: {machine_ms:.2f} ms, {slow_turns.value} over 1 ms",
-            f"{machine_ms + 2:.2f} ms",
-            turn_ms <= machine_ms + 2,
+            "2 ms",
+            turn_ms <= 2,
         ),
         Row(
             "  FORCE gap p99",

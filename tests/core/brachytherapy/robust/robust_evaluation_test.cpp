@@ -178,7 +178,7 @@ struct RobustEvaluation : ::testing::Test {
 TEST_F(RobustEvaluation, WithNothingUnknownItIsTheDoseOfThePlan) {
   settings.uncertainty = nothing_unknown();
   settings.misplacement = {0, 0, 0, 0};
-  const RobustResult result = evaluate_robustness(plan, structures, dose, default_dose_goals(), settings);
+  const RobustResult result = RobustJudge(structures, dose, default_dose_goals(), settings).judge(plan);
   ASSERT_EQ(result.goals.size(), 9u);
   for (const RobustGoal& goal : result.goals) {
     SCOPED_TRACE(goal.goal.structure + " " + goal.goal.figure);
@@ -190,7 +190,7 @@ TEST_F(RobustEvaluation, WithNothingUnknownItIsTheDoseOfThePlan) {
 }
 
 TEST_F(RobustEvaluation, CountsWhatItsDrawsMeetAndNamesTheWorst) {
-  const RobustResult result = evaluate_robustness(plan, structures, dose, default_dose_goals(), settings);
+  const RobustResult result = RobustJudge(structures, dose, default_dose_goals(), settings).judge(plan);
   std::size_t all = 0;
   for (std::size_t n = 0; n < settings.draws; ++n) {
     bool meets_all = true;
@@ -208,9 +208,9 @@ TEST_F(RobustEvaluation, CountsWhatItsDrawsMeetAndNamesTheWorst) {
 }
 
 TEST_F(RobustEvaluation, ADrawIsTheSameWhateverOthersAreMade) {
-  const RobustResult some = evaluate_robustness(plan, structures, dose, default_dose_goals(), settings);
+  const RobustResult some = RobustJudge(structures, dose, default_dose_goals(), settings).judge(plan);
   settings.draws = 70;  // beyond those that are made at once
-  const RobustResult more = evaluate_robustness(plan, structures, dose, default_dose_goals(), settings);
+  const RobustResult more = RobustJudge(structures, dose, default_dose_goals(), settings).judge(plan);
   for (std::size_t g = 0; g < some.goals.size(); ++g)
     for (std::size_t n = 0; n < some.goals[g].drawn.size(); ++n)
       EXPECT_EQ(some.goals[g].drawn[n], more.goals[g].drawn[n]);
@@ -219,7 +219,7 @@ TEST_F(RobustEvaluation, ADrawIsTheSameWhateverOthersAreMade) {
 TEST_F(RobustEvaluation, OutlinesThatMayLeaveNothingOfAStructureAreRefused) {
   settings.uncertainty.urethra_outline_mm = 2;  // the urethra is 3 mm thick
   try {
-    evaluate_robustness(plan, structures, dose, default_dose_goals(), settings);
+    RobustJudge(structures, dose, default_dose_goals(), settings).judge(plan);
     ADD_FAILURE() << "not refused";
   } catch (const UserError& e) {
     EXPECT_NE(std::string(e.what()).find("urethra"), std::string::npos) << e.what();
@@ -229,7 +229,7 @@ TEST_F(RobustEvaluation, OutlinesThatMayLeaveNothingOfAStructureAreRefused) {
 TEST_F(RobustEvaluation, GoalsOfWhatThereIsNotAreLeftOutAndNoneIsRefused) {
   const std::vector<DoseGoal> goals = {{"spleen", "D90", "plan", "below", 10, ""},
                                        {"prostate", "V100", "implant", "above", 90, ""}};
-  EXPECT_THROW(evaluate_robustness(plan, structures, dose, goals, settings), UserError);
+  EXPECT_THROW(RobustJudge(structures, dose, goals, settings).judge(plan), UserError);
 }
 
 TEST(RobustPlanning, TheNoiseOfAPlanOfSeedsIsThatOfItsDraws) {
@@ -255,7 +255,7 @@ TEST(RobustPlanning, RobustTimesMeetTheGoalsInMoreTreatments) {
   const HdrPlan robust = with_robust_times(plan, structures, grid, dose, goals, {});
   const RobustSettings judging{{}, {}, 300, 99};
   const auto met = [&](const HdrPlan& p) {
-    return evaluate_robustness(PlannedSources::of(p, grid), structures, dose, goals, judging).all_met;
+    return RobustJudge(structures, dose, goals, judging).judge(PlannedSources::of(p, grid)).all_met;
   };
   EXPECT_GT(met(robust), met(plan) + 15) << "of 300: twice the standard error";
   EXPECT_EQ(robust.catheters.size(), plan.catheters.size());
