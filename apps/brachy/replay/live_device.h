@@ -35,11 +35,7 @@ class LiveDevice {
   /// Runs the cycles up to now and gives the newest pose that has passed the added delay.
   std::optional<Pose> advance(std::int64_t now_ns);
 
-  std::int64_t next_cycle_ns() const { return next_ns_; }
-  /// A force was past its time to live: none is rendered any more.
-  bool is_latched() const { return received_.is_latched(); }
   const HandReport& report() const { return report_; }
-  std::uint64_t poses_lost() const { return poses_.lost(); }
 
  private:
   struct StampedModel {

@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <boost/asio/steady_timer.hpp>
 #include <chrono>
@@ -83,18 +84,24 @@ class LiveReplay {
   double rate_hz() const { return options_.device ? options_.device->rate_hz : options_.rate_hz; }
 
   // Clears a fault latched before this client; a later fault stays latched, so that it is reported.
-  void arm_if_latched_before_us(std::size_t i, std::uint16_t flags) {
-    if (!heard_of_force_[i] && (flags & net::kForceLatched) != 0) client_of(i).arm();
-    heard_of_force_[i] = true;
+  void note_latch(std::size_t i, std::uint16_t flags) {
+    Felt& felt = felt_[i];
+    const bool is_latched = (flags & net::kForceLatched) != 0;
+    if (!felt.is_heard_of && is_latched) client_of(i).arm();
+    felt.is_removed |= felt.is_free && is_latched;
+    felt.is_free |= !is_latched;
+    felt.is_heard_of = true;
   }
+
+  std::ptrdiff_t forces_removed() const { return std::ranges::count(felt_, true, &Felt::is_removed); }
 
   void feel(net::ClientHandlers& h, std::size_t i) {
     h.on_force = [this, i](const net::ForceMessage& force) {
-      arm_if_latched_before_us(i, force.flags);
+      note_latch(i, force.flags);
       if (i == 0 && device_) device_->take(force, monotonic_ns());
     };
     h.on_local_model = [this, i](const net::LocalModelMessage& local) {
-      arm_if_latched_before_us(i, local.flags);
+      note_latch(i, local.flags);
       if (i == 0 && device_) device_->take(local.model, local.input_stamp_ns, monotonic_ns());
     };
   }
@@ -152,7 +159,15 @@ class LiveReplay {
         deepest_ = std::max(deepest_, needle.state.insertion_depth_mm);
     };
     h.on_error = [this](const net::ErrorMessage& error) { show_refusal(error); };
+    h.on_event = [this](const net::EventMessage& event) { show_safety(event); };
     return h;
+  }
+
+  // What the daemon does to the force of one of our needles, and what to do about it.
+  void show_safety(const net::EventMessage& event) {
+    const auto is_its = [&](const auto& needle) { return needle.id == event.needle; };
+    if (event.kind == net::EventKind::kSafety && std::ranges::any_of(trajectories_.needles(), is_its))
+      std::cerr << fmt::format("brachy replay: tick {}: {}\n", event.tick, event.text);
   }
 
   void start(const net::TopologyMessage& topology) {
@@ -273,7 +288,8 @@ class LiveReplay {
                                            {"round_trip_ms", to_json_ms(round_trip_)},
                                            {"max_disp_mm", max_displacement_},
                                            {"max_depth_mm", deepest_},
-                                           {"seeds", seeds()}};
+                                           {"seeds", seeds()},
+                                           {"forces_removed", forces_removed()}};
       std::cout << with_hand(json.dump() + "\n", options_.device, hand());
       return;
     }
@@ -286,6 +302,10 @@ class LiveReplay {
                sent, trajectories_.duration_s(), accepted, turned_down, ms(to_vertices_, 0.5),
                ms(to_vertices_, 0.99), ms(round_trip_, 0.5), ms(round_trip_, 0.99), deepest_,
                max_displacement_, seeds() ? fmt::format("; {} seeds in the tissue", seeds()) : "")
+        << (forces_removed()
+                ? fmt::format("  the daemon removed the force of {} needles: see its messages above\n",
+                              forces_removed())
+                : "")
         << to_text(options_.device, hand());
   }
 
@@ -307,7 +327,11 @@ class LiveReplay {
   std::deque<std::int64_t> unseen_ns_;  // stamps of the first needle's poses that no snapshot has shown
   Histogram to_vertices_;               // of every pose: until the first vertices that know it or a later one
   Histogram round_trip_;                // of those poses that a snapshot used
-  std::array<bool, kMaxTrajectoryNeedles> heard_of_force_{};
+  /// What the daemon has said of a needle's force: at all, that it is not latched, that it was latched after that.
+  struct Felt {
+    bool is_heard_of = false, is_free = false, is_removed = false;
+  };
+  std::array<Felt, kMaxTrajectoryNeedles> felt_{};
   struct Button {
     bool is_down = false;
     double last_s = -INFINITY;  // time up to which presses were sent

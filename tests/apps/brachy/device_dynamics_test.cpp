@@ -64,7 +64,11 @@ TEST(DeviceDynamicsReplay, PlaysIntoADaemonAtItsOwnRate) {
   EXPECT_GT(result.at("max_depth_mm").get<double>(), 5);
   const auto& hand = result.at("hand");
   EXPECT_FALSE(hand.at("oscillated")) << hand;
-  EXPECT_GT(hand.at("peak_force_n").get<double>(), 0.5);
+  // A machine that lets this device wait for 50 ms makes the daemon remove its force, which is told then.
+  if (result.at("forces_removed") == 0)
+    EXPECT_GT(hand.at("peak_force_n").get<double>(), 0.5);
+  else
+    EXPECT_NE(ended.err.find("force removed"), std::string::npos) << ended.err;
   EXPECT_LE(hand.at("peak_force_n").get<double>(), 3.3 + 1e-9);
   EXPECT_LE(hand.at("largest_jump_n_per_ms").get<double>(), 0.5 + 1e-9);
 }
