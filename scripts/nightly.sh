@@ -14,6 +14,7 @@ parts=(
   'nodules     scripts/campaigns/campaign.sh nodules'
   'implants    scripts/campaigns/campaign.sh implants'
   'planner     /usr/bin/python3 scripts/campaigns/planner.py'
+  'saved       scripts/campaigns/campaign.sh saved'
   'inputs      scripts/campaigns/campaign.sh inputs'
   'laboratory  scripts/campaigns/campaign.sh laboratory'
   'asan        scripts/campaigns/campaign.sh asan'

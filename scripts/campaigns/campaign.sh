@@ -2,7 +2,8 @@
 # The long form of the property tests: many random scenes through every model, verdicts against brute force;
 # whole generators of needles' ways; the laboratory's tests; and those under AddressSanitizer and ThreadSanitizer that
 # scripts/test.sh --all has no time for.
-#   scripts/campaigns/campaign.sh [fields [SCENES] | contact | nodules | implants | inputs | laboratory | asan | tsan]
+#   scripts/campaigns/campaign.sh [fields [SCENES] | contact | nodules | implants | saved | inputs | laboratory | asan |
+#                                  tsan]
 #       default: all
 #       fields: 100000 scenes through the fields, a tenth of them against a grid of 0.25 mm
 set -euo pipefail
@@ -10,7 +11,7 @@ cd "$(dirname "$0")/../.."
 part=${1:-all} scenes=${2:-100000}
 usage() { sed -n '2,/^[^#]/s/^# \?//p' "$0" >&2; exit 2; }
 [[ $# -le 2 && $scenes =~ ^[1-9][0-9]*$ ]] || usage
-[[ $part =~ ^(all|fields|contact|nodules|implants|inputs|laboratory|asan|tsan)$ ]] || usage
+[[ $part =~ ^(all|fields|contact|nodules|implants|saved|inputs|laboratory|asan|tsan)$ ]] || usage
 [[ $# -lt 2 || $part == fields ]] || usage
 is_part() { [[ $part == all || $part == "$1" ]]; }
 
@@ -42,6 +43,11 @@ if is_part implants; then
   scripts/build.sh release core_tests
   echo "campaign: 200 implants of up to 20 needles come to rest: decided within a second, against determinants"
   run release core_tests 'RestingImplant.*' 200
+fi
+if is_part saved; then
+  scripts/build.sh release core_tests
+  echo "campaign: every shipped scene is saved in 50 random ticks and goes on from each with the same bits"
+  run release core_tests 'Saved/*' 50
 fi
 if is_part inputs; then
   scripts/build.sh release core_tests input_tests
