@@ -55,7 +55,7 @@ namespace brachy {
 namespace {
 
 std::unique_ptr<RecordedSession> open_session(const Scene& scene, const DaemonOptions& options,
-                                              const std::optional<Plan>& plan,
+                                              const SessionPlan& plan,
                                               const std::vector<Structure>& structures) {
   if (!options.session) return nullptr;
   return std::make_unique<RecordedSession>(*options.session, scene, plan,
@@ -70,7 +70,7 @@ struct LoadedScene {
         hdr_plan(load_hdr_plan(of)),
         structures(load_structures(of)),
         echoes(of.ultrasound.on && !of.ultrasound.volume.empty() ? load_echo_map(of, structures) : nullptr),
-        session(open_session(of, options, plan, structures)),
+        session(open_session(of, options, {plan, hdr_plan}, structures)),
         ledger(plan_ledger(of, plan, session ? std::optional(session->folder()) : std::nullopt)) {}
 
   std::vector<std::int32_t> lost_seeds() const {
@@ -256,7 +256,10 @@ class Daemon::Impl {
       if (loaded_.hdr_plan) {
         stand_back();
         run_fraction_loop(stop, loop_.clock(), scene(), *loaded_.hdr_plan, loaded_.structures, surface,
-                          {hand_overs_.dosed_ticks.reader, hand_overs_.dosed_models.reader, deliver});
+                          {hand_overs_.dosed_ticks.reader, hand_overs_.dosed_models.reader, deliver,
+                           [this](const std::vector<CatheterCourse>& catheters) {
+                             if (loaded_.session) loaded_.session->keep(catheters);
+                           }});
         return;
       }
       summary.dose =

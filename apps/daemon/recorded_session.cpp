@@ -6,6 +6,7 @@
 #include <array>
 #include <ctime>
 
+#include "apps/score/hdr_report.h"
 #include "apps/score/report.h"
 #include "core/base/error.h"
 #include "core/base/version.h"
@@ -29,8 +30,8 @@ std::string plan_text(const std::optional<ManifestText>& plan) {
 
 }  // namespace
 
-RecordedSession::RecordedSession(const std::filesystem::path& folder, const Scene& scene,
-                                 std::optional<Plan> plan, std::vector<std::string> organs)
+RecordedSession::RecordedSession(const std::filesystem::path& folder, const Scene& scene, SessionPlan plan,
+                                 std::vector<std::string> organs)
     : scene_(scene),
       plan_(std::move(plan)),
       log_(folder, scene.instrument_count(), scene.period_s(), std::move(organs), SessionLog::Start::kLater) {
@@ -88,9 +89,25 @@ std::string RecordedSession::store(RecordedStudy study) const {
   return {};
 }
 
+void RecordedSession::keep(std::vector<CatheterCourse> catheters) {
+  catheters_.writer.slot() = std::move(catheters);
+  catheters_.writer.publish();
+}
+
+void RecordedSession::write_catheters() const {
+  catheters_.reader.update();
+  if (const auto& catheters = catheters_.reader.value())
+    log_.folder().replace(kCatheterFile, to_csv(*catheters));
+}
+
 Score RecordedSession::score() const {
-  if (!plan_) throw UserError("the scene has no plan to score against: give it plan.file");
-  return score_recording(log_.folder().path(), *plan_, scene_, load_structures(scene_));
+  const std::filesystem::path& folder = log_.folder().path();
+  if (plan_.fraction) {
+    write_catheters();
+    return make_fraction_report(folder, *plan_.fraction, scene_).score;
+  }
+  if (!plan_.seeds) throw UserError("the scene has no plan to score against: give it plan.file");
+  return score_recording(folder, *plan_.seeds, scene_, load_structures(scene_));
 }
 
 std::string RecordedSession::end(const Exercise* exercise, std::int64_t utc_ns) {
@@ -105,12 +122,20 @@ std::string RecordedSession::end(const Exercise* exercise, std::int64_t utc_ns) 
   if (!failure_.empty()) spdlog::error("session: {}", failure_);
   std::string kept =
       fmt::format("{}: {} seeds, {} poses", folder.path().string(), log_.seeds(), log_.poses());
-  if (!plan_) return kept;
-  try {
-    const Report report = make_report(folder.path(), *plan_, scene_);
+  const auto told = [&](const auto& report, const std::string& text) {
     keep_report(folder, report, EarlierReport::kReplaced);
     const std::string result = exercise ? to_text(*exercise, judge(*exercise, report.score)) : "";
-    return kept + "\n" + result + to_text(report.score) + folder.path_of(kReportPage).string();
+    return kept + "\n" + result + text + folder.path_of(kReportPage).string();
+  };
+  try {
+    if (plan_.fraction) {
+      write_catheters();
+      const FractionReport report = make_fraction_report(folder.path(), *plan_.fraction, scene_);
+      return told(report, to_text(report));
+    }
+    if (!plan_.seeds) return kept;
+    const Report report = make_report(folder.path(), *plan_.seeds, scene_);
+    return told(report, to_text(report.score));
   } catch (const std::exception& e) {  // the recording is complete all the same, for `brachy score`
     spdlog::error("session: no report: {}", e.what());
     return kept;

@@ -47,6 +47,14 @@ double study_of(const Score& score, double (*value)(const ContourScore&)) {
   return score.studies.empty() ? kNoNumber : value(score.studies.back().score);
 }
 
+double catheters_of(const Score& score, std::size_t CathetersScore::*count) {
+  return score.catheters ? static_cast<double>((*score.catheters).*count) : kNoNumber;
+}
+
+double catheters_of(const Score& score, double CathetersScore::*mm) {
+  return score.catheters ? (*score.catheters).*mm : kNoNumber;
+}
+
 /// What an exercise can bound.
 struct Measure {
   const char* key;
@@ -100,6 +108,18 @@ constexpr std::array kMeasures = {
             [](const Score& s) { return dose_of(s, "urethra", &StructureDose::d30_gy); }},
     Measure{"rectum_d2cc_gy_at_most", "rectum D2cc", " Gy", true,
             [](const Score& s) { return dose_of(s, "rectum", &StructureDose::d2cc_gy); }},
+    Measure{"catheters_placed_at_least", "catheters placed", "", false,
+            [](const Score& s) { return catheters_of(s, &CathetersScore::placed); }},
+    Measure{"catheters_missing_at_most", "catheters missing", "", true,
+            [](const Score& s) { return catheters_of(s, &CathetersScore::missing); }},
+    Measure{"catheters_extra_at_most", "catheters extra", "", true,
+            [](const Score& s) { return catheters_of(s, &CathetersScore::unplanned); }},
+    Measure{"dwell_mean_error_mm_at_most", "mean error of the dwell positions", " mm", true,
+            [](const Score& s) { return catheters_of(s, &CathetersScore::mean_mm); }},
+    Measure{"dwell_largest_error_mm_at_most", "largest error of a dwell position", " mm", true,
+            [](const Score& s) { return catheters_of(s, &CathetersScore::largest_mm); }},
+    Measure{"tip_depth_error_mm_at_most", "largest error of a tip's depth", " mm", true,
+            [](const Score& s) { return catheters_of(s, &CathetersScore::depth_mm); }},
     Measure{"study_dice_at_least", "volume study, Dice", "", false,
             [](const Score& s) {
               return study_of(s, [](const ContourScore& c) { return c.step_mm > 0 ? c.dice : kNoNumber; });

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 #include <map>
 #include <set>
 #include <tuple>
@@ -37,7 +38,7 @@ class Mistakes {
       : score_(score), costs_(costs), plan_(plan), grid_(grid), gland_(gland), seeds_(plan.seeds(grid)) {}
 
   Findings find() && {
-    structures();
+    add_all(organ_findings(score_.contacts));
     if (score_.seeds) {
       assign_seeds();
       explanation_ = explain(deviations_);
@@ -50,7 +51,7 @@ class Mistakes {
     punctures();
     speed();
     rank();
-    tell_missed_goals();
+    add_all(missed_goal_findings(score_.goals, score_.dose));
     tell_entry_doubts();
     return std::move(found_);
   }
@@ -59,6 +60,8 @@ class Mistakes {
   Finding& add(const char* cause, double weight, std::string text) {
     return found_.all.emplace_back(Finding{.text = std::move(text), .cause = cause, .weight = weight});
   }
+
+  void add_all(std::vector<Finding> findings) { std::ranges::move(findings, std::back_inserter(found_.all)); }
 
   // With what it did to the dose: V100 in points of a percentage.
   Finding& add_costly(const char* cause, double weight, std::string text, const DoseChange& cost) {
@@ -266,22 +269,6 @@ class Mistakes {
     found_.unexplained = left;
   }
 
-  // By themselves: they are no mistake, and no single mistake's.
-  void tell_missed_goals() {
-    std::string missed;
-    for (const GoalResult& result : score_.goals) {
-      if (result.goal.is_of_plan() || result.is_met.value_or(true)) continue;
-      const auto found =
-          std::ranges::find(score_.dose.plan.structures, result.goal.structure, &StructureDose::name);
-      const DoseIndex* index = find_dose_index(result.goal.figure);
-      if (found == score_.dose.plan.structures.end() || !index ||
-          !result.goal.is_met_by((*found).*index->value, score_.dose.prescription_gy))
-        continue;
-      missed += (missed.empty() ? "" : "; ") + missed_text(result);
-    }
-    if (!missed.empty()) add("goals", 0, "the implant misses what the plan met: " + missed);
-  }
-
   // First of all: every figure of the page depends on them.
   void tell_entry_doubts() {
     std::vector<Finding> doubts;
@@ -300,31 +287,6 @@ class Mistakes {
     add("lost", SeedAssignment::kFarthestMm * static_cast<double>(count),
         fmt::format("{} lost outside the body",
                     count == 1 ? "1 seed was" : fmt::format("{} seeds were", count)));
-  }
-
-  void structures() {
-    std::map<std::string, StructureContact> by_name;
-    std::map<std::string, std::vector<std::string>> holes;
-    for (const StructureContact& contact : score_.contacts) {
-      StructureContact& all = by_name[contact.structure];
-      all.passes += contact.passes;
-      all.depth_mm = std::max(all.depth_mm, contact.depth_mm);
-      all.time_s += contact.time_s;
-      holes[contact.structure].push_back(hole_text(contact.hole));
-    }
-    for (const auto& [name, all] : by_name) {
-      if (all.passes == 0) continue;
-      if (name == TestedOrgan::kBone) {
-        add("bone", all.passes,
-            fmt::format("the pubic arch stopped a needle {} (hole {})", counted(all.passes, "time"),
-                        joined(holes[name])));
-        continue;
-      }
-      add("organ", kStructureWeight * all.passes,
-          fmt::format("the {} was entered {} (hole {}), {:.1f} mm deep, for {:.1f} s", name,
-                      counted(all.passes, "time"), joined(holes[name]), all.depth_mm, all.time_s))
-          .is_of_organ = true;
-    }
   }
 
   void punctures() {
@@ -384,12 +346,7 @@ class Mistakes {
               fastest, is_all || names.size() == 1 ? "" : " (" + joined(names) + ")", kFastMmS))
           .needles = is_all ? std::vector<std::size_t>() : needles;
     }
-    const auto& motion = score_.needles.motion;
-    if (!motion || !(motion->speed_p95_mm_s > kFastMmS)) return;
-    add("speed", kPunctureWeight * motion->speed_p95_mm_s / kFastMmS,
-        fmt::format(
-            "too fast: the tip moved at {:.0f} mm/s or more for one pose in twenty; up to {:.0f} is usual",
-            motion->speed_p95_mm_s, kFastMmS));
+    add_all(hasty_findings(score_.needles));
   }
 
   const Score& score_;
@@ -408,6 +365,61 @@ class Mistakes {
 };
 
 }  // namespace
+
+std::vector<Finding> organ_findings(const std::vector<StructureContact>& contacts) {
+  std::map<std::string, StructureContact> by_name;
+  std::map<std::string, std::vector<std::string>> holes;
+  for (const StructureContact& contact : contacts) {
+    StructureContact& all = by_name[contact.structure];
+    all.passes += contact.passes;
+    all.depth_mm = std::max(all.depth_mm, contact.depth_mm);
+    all.time_s += contact.time_s;
+    holes[contact.structure].push_back(hole_text(contact.hole));
+  }
+  std::vector<Finding> found;
+  for (const auto& [name, all] : by_name) {
+    if (all.passes == 0) continue;
+    if (name == TestedOrgan::kBone) {
+      found.push_back({.text = fmt::format("the pubic arch stopped a needle {} (hole {})",
+                                           counted(all.passes, "time"), joined(holes[name])),
+                       .cause = "bone",
+                       .weight = static_cast<double>(all.passes)});
+      continue;
+    }
+    found.push_back(
+        {.text = fmt::format("the {} was entered {} (hole {}), {:.1f} mm deep, for {:.1f} s", name,
+                             counted(all.passes, "time"), joined(holes[name]), all.depth_mm, all.time_s),
+         .cause = "organ",
+         .weight = kStructureWeight * all.passes,
+         .is_of_organ = true});
+  }
+  return found;
+}
+
+std::vector<Finding> hasty_findings(const NeedlesScore& needles) {
+  const auto& motion = needles.motion;
+  if (!motion || !(motion->speed_p95_mm_s > kFastMmS)) return {};
+  return {{.text = fmt::format(
+               "too fast: the tip moved at {:.0f} mm/s or more for one pose in twenty; up to {:.0f} is usual",
+               motion->speed_p95_mm_s, kFastMmS),
+           .cause = "speed",
+           .weight = kPunctureWeight * motion->speed_p95_mm_s / kFastMmS}};
+}
+
+std::vector<Finding> missed_goal_findings(const std::vector<GoalResult>& goals, const DoseScore& dose) {
+  std::string missed;
+  for (const GoalResult& result : goals) {
+    if (result.goal.is_of_plan() || result.is_met.value_or(true)) continue;
+    const auto found = std::ranges::find(dose.plan.structures, result.goal.structure, &StructureDose::name);
+    const DoseIndex* index = find_dose_index(result.goal.figure);
+    if (found == dose.plan.structures.end() || !index ||
+        !result.goal.is_met_by((*found).*index->value, dose.prescription_gy))
+      continue;
+    missed += (missed.empty() ? "" : "; ") + missed_text(result);
+  }
+  if (missed.empty()) return {};
+  return {{.text = "the implant misses what the plan met: " + missed, .cause = "goals"}};
+}
 
 Findings find_mistakes(const Score& score, const Plan& plan, const TemplateGrid& grid,
                        const NeedleCosts* costs, const SurfaceBvh& gland) {

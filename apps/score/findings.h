@@ -5,6 +5,9 @@
 #include <vector>
 
 #include "apps/score/consequences.h"
+#include "apps/score/goal_results.h"
+#include "apps/score/needle_score.h"
+#include "apps/score/structure_contact.h"
 #include "core/brachytherapy/plan/plan.h"
 
 namespace brachy {
@@ -37,6 +40,15 @@ struct Findings {
   std::vector<Finding> all;
   std::optional<Unexplained> unexplained;  ///< none: the dropped seeds are not known
 };
+
+// What went wrong whatever was implanted.
+
+/// Organs that a tip entered, each once, and bone that stopped one.
+std::vector<Finding> organ_findings(const std::vector<StructureContact>& contacts);
+/// Tips that moved too fast.
+std::vector<Finding> hasty_findings(const NeedlesScore& needles);
+/// Goals that the plan meets and the implant misses, in one: they are no mistake, and no single mistake's.
+std::vector<Finding> missed_goal_findings(const std::vector<GoalResult>& goals, const DoseScore& dose);
 
 /// What went wrong; nothing of a session as planned. The seeds' deviation is taken apart into causes (explanation.h),
 /// as they fell and from there to where they rest; seeds that are missing, lost or in no plan are causes, too. Organs

@@ -2,28 +2,22 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
-#include <iostream>
+#include <iterator>
 #include <nlohmann/json.hpp>
+#include <optional>
+#include <utility>
 
 #include "apps/score/recording.h"
 #include "core/base/error.h"
 #include "core/brachytherapy/dose/source.h"
 #include "core/brachytherapy/hdr/dwell_doses.h"
-#include "core/scene/load_plan.h"
+#include "core/geometry/surface/surface_bvh.h"
 #include "core/scene/load_structures.h"
 
 namespace brachy {
 namespace {
-
-/// One figure of a fraction: percent of the volume, or of the prescription where `is_dose`.
-struct HdrFigure {
-  const char *structure, *name, *key;
-  double StructureDose::*value;
-  bool is_dose;
-  double goal;  ///< 0: none
-  bool is_least = false;
-};
 
 constexpr HdrFigure kHdrFigures[] = {
     {"prostate", "V100", "v100_percent", &StructureDose::v100_percent, false, HdrGoals::kLeastV100, true},
@@ -36,27 +30,16 @@ constexpr HdrFigure kHdrFigures[] = {
     {"bladder", "D2cc", "d2cc_percent", &StructureDose::d2cc_gy, true, HdrGoals::kMostD2cc},
 };
 
-// NaN where there is no such structure.
-double value_of(const std::vector<StructureDose>& doses, const HdrFigure& f, double prescription_gy) {
-  for (const StructureDose& d : doses)
-    if (d.name == f.structure) return d.*f.value * (f.is_dose ? 100 / prescription_gy : 1);
-  return NAN;
-}
-
-bool is_met(const HdrFigure& f, double value) {
-  return f.goal == 0 || (f.is_least ? value >= f.goal : value <= f.goal);
-}
-
 nlohmann::ordered_json figures_json(const std::vector<StructureDose>& doses, double prescription_gy) {
   nlohmann::ordered_json json = nlohmann::ordered_json::object();
   for (const HdrFigure& f : kHdrFigures) {
-    const double value = value_of(doses, f, prescription_gy);
+    const double value = f.of(doses, prescription_gy);
     if (!std::isfinite(value)) continue;
     nlohmann::ordered_json& figure = json[f.structure][f.key];
     figure = {{"value", value}};
     if (f.goal != 0) {
       figure[f.is_least ? "least" : "most"] = f.goal;
-      figure["met"] = is_met(f, value);
+      figure["met"] = f.is_met_by(value);
     }
   }
   return json;
@@ -81,19 +64,97 @@ std::vector<CatheterCourse> catheters_of_poses(const Recording& recording, const
   return all;
 }
 
-std::vector<CatheterCourse> catheters_in(const std::filesystem::path& folder, const Scene& scene) {
-  const std::filesystem::path file = folder / kCatheterFile;
-  if (const auto text = SessionFolder::open(folder).read(kCatheterFile))
-    return parse_catheters(*text, file.string());
-  const Recording recording = load_recording(folder);
-  if (!recording.poses)
-    throw UserError(folder.string() + ": has neither " + kCatheterFile +
+/// What lies in the patient; a remark says where it is not known how.
+std::vector<CatheterCourse> catheters_in(const SessionFolder& folder, const Scene& scene,
+                                         const std::optional<Recording>& recording,
+                                         std::vector<std::string>& remarks) {
+  const std::filesystem::path file = folder.path_of(kCatheterFile);
+  if (const auto text = folder.read(kCatheterFile)) return parse_catheters(*text, file.string());
+  if (!recording || !recording->poses)
+    throw UserError(folder.path().string() + ": has neither " + kCatheterFile +
                     " nor poses.csv; score another session");
-  std::cerr << "brachy: " << file.string()
-            << " is missing; catheters are taken as straight, and the tissue as at rest: "
-            << "`brachy replay " << (folder / "poses.csv").string()
-            << " --offline --session DIR` computes both\n";
-  return catheters_of_poses(recording, scene);
+  remarks.push_back(
+      fmt::format("{} is missing: catheters are taken as straight, and the tissue as at rest. `brachy replay "
+                  "{} --offline "
+                  "--session DIR` computes both.",
+                  kCatheterFile, folder.path_of(kPosesFile).string()));
+  return catheters_of_poses(*recording, scene);
+}
+
+CathetersScore summed(const HdrScore& fraction) {
+  CathetersScore all{.unplanned = fraction.unplanned.size()};
+  double sum_mm = 0;
+  for (const CatheterScore& c : fraction.catheters) {
+    if (!c.needle) {
+      ++all.missing;
+      continue;
+    }
+    ++all.placed;
+    sum_mm += c.mean_mm;
+    all.largest_mm = std::fmax(all.largest_mm, c.largest_mm);
+    all.depth_mm = std::fmax(all.depth_mm, std::abs(c.along_mm));
+  }
+  if (all.placed > 0) all.mean_mm = sum_mm / static_cast<double>(all.placed);
+  return all;
+}
+
+/// Holes of the catheters that go through one.
+std::vector<std::string> straight_holes(const HdrPlan& plan) {
+  std::vector<std::string> holes = holes_of(plan.catheters);
+  std::erase(holes, std::string());
+  return holes;
+}
+
+/// What `recording` tells of needles and organs, which a fraction has like an implant.
+void score_motion(const Recording& recording, const HdrPlan& plan, const Scene& scene,
+                  const std::vector<Structure>& structures, Score& score) {
+  const NeedleTrajectories* poses = recording.poses ? &*recording.poses : nullptr;
+  const SurfaceBvh gland(structures.front().mesh);
+  score.needles = score_needles(straight_holes(plan), scene.template_grid, poses, recording.forces,
+                                [&](const Vec3& p) { return gland.inside(p); });
+  const auto organs = std::span(structures).subspan(1);
+  if (recording.passes)
+    score.contacts = structure_contacts(organs, scene.template_grid, *recording.passes, poses);
+  else if (poses)
+    score.contacts = structure_contacts(organs, scene.template_grid, *poses);
+}
+
+std::string to_json(const FractionReport& report) {
+  const HdrScore& fraction = report.fraction;
+  nlohmann::ordered_json json = {{"plan", report.plan.name}, {"prescription_gy", fraction.prescription_gy}};
+  json["catheters"] = nlohmann::ordered_json::array();
+  for (const CatheterScore& c : fraction.catheters) {
+    nlohmann::ordered_json one = {{"hole", report.plan.catheters[c.planned].label()}};
+    one["needle"] = c.needle ? nlohmann::ordered_json(*c.needle) : nlohmann::ordered_json(nullptr);
+    if (c.needle) {
+      one["tip_error_mm"] = {c.tip_error.x(), c.tip_error.y(), c.tip_error.z()};
+      one["dwells_mean_mm"] = c.mean_mm;
+      one["dwells_largest_mm"] = c.largest_mm;
+    }
+    one["reoptimised_s"] = fraction.reoptimised_plan.catheters[c.planned].dwell_s;
+    json["catheters"].push_back(std::move(one));
+  }
+  json["unplanned_needles"] = fraction.unplanned;
+  json["findings"] = nlohmann::ordered_json::array();
+  for (const Finding& f : report.score.findings) {
+    nlohmann::ordered_json one = {{"text", f.text}, {"cause", f.cause}, {"catheters", f.needles}};
+    one["cost"] = nullptr;
+    if (f.cost)
+      one["cost"] = {{"v100_percent", f.cost->v100_percent},
+                     {"d90_gy", f.cost->d90_gy},
+                     {"urethra_d30_gy", f.cost->urethra_d30_gy},
+                     {"rectum_d2cc_gy", f.cost->rectum_d2cc_gy}};
+    json["findings"].push_back(std::move(one));
+  }
+  json["dose"] = {{"plan", figures_json(fraction.plan, fraction.prescription_gy)},
+                  {"delivered", figures_json(fraction.delivered, fraction.prescription_gy)},
+                  {"reoptimised", figures_json(fraction.reoptimised, fraction.prescription_gy)}};
+  // What an implant's report has, too, is written as there.
+  const auto shared = nlohmann::ordered_json::parse(to_json(report.score));
+  for (const char* key :
+       {"notice", "recording", "about", "remarks", "verdict", "structures_entered", "needles"})
+    json[key] = shared.at(key);
+  return json.dump();
 }
 
 }  // namespace
@@ -103,11 +164,11 @@ std::string hdr_dose_text(const std::vector<HdrDoseColumn>& columns, double pres
   for (const HdrDoseColumn& c : columns) text += fmt::format("{:>14}", c.heading);
   text += "   goal\n";
   for (const HdrFigure& f : kHdrFigures) {
-    if (!std::isfinite(value_of(*columns.front().doses, f, prescription_gy))) continue;
+    if (!std::isfinite(f.of(*columns.front().doses, prescription_gy))) continue;
     text += fmt::format("  {:<22}", fmt::format("{} {}", f.structure, f.name));
     for (const HdrDoseColumn& c : columns) {
-      const double value = value_of(*c.doses, f, prescription_gy);
-      text += std::isfinite(value) ? fmt::format("{:>13.1f}{}", value, is_met(f, value) ? ' ' : '!')
+      const double value = f.of(*c.doses, prescription_gy);
+      text += std::isfinite(value) ? fmt::format("{:>13.1f}{}", value, f.is_met_by(value) ? ' ' : '!')
                                    : fmt::format("{:>13} ", "-");
     }
     text += f.goal == 0 ? "\n" : fmt::format("   {} {:g}\n", f.is_least ? "≥" : "≤", f.goal);
@@ -119,88 +180,79 @@ std::string hdr_dose_json(const std::vector<StructureDose>& doses, double prescr
   return figures_json(doses, prescription_gy).dump();
 }
 
-std::string to_text(const HdrScore& score, const HdrPlan& plan) {
+std::span<const HdrFigure> hdr_figures() {
+  return kHdrFigures;
+}
+
+double HdrFigure::of(const std::vector<StructureDose>& doses, double prescription_gy) const {
+  for (const StructureDose& d : doses)
+    if (d.name == structure) return d.*value * (is_dose ? 100 / prescription_gy : 1);
+  return NAN;
+}
+
+std::string to_text(const FractionReport& report) {
+  const HdrScore& fraction = report.fraction;
+  const Score& score = report.score;
   std::string text =
-      fmt::format("catheters of plan \"{}\", mm:\n  {:<6}{:>8}{:>12}{:>13}{:>14}{:>10}\n", plan.name, "hole",
-                  "needle", "tip along", "tip across", "dwells, mean", "largest");
-  for (const CatheterScore& c : score.catheters)
-    text += c.needle ? fmt::format("  {:<6}{:>8}{:>12.2f}{:>13.2f}{:>14.2f}{:>10.2f}\n",
-                                   plan.catheters[c.planned].label(), *c.needle, c.along_mm, c.across_mm,
-                                   c.mean_mm, c.largest_mm)
-                     : fmt::format("  {:<6}{:>8}\n", plan.catheters[c.planned].label(), "none");
-  for (const std::uint32_t needle : score.unplanned)
+      fmt::format("catheters of plan \"{}\", mm:\n  {:<6}{:>8}{:>12}{:>13}{:>14}{:>10}\n", report.plan.name,
+                  "hole", "needle", "tip along", "tip across", "dwells, mean", "largest");
+  for (const CatheterScore& c : fraction.catheters) {
+    const std::string& label = report.plan.catheters[c.planned].label();
+    text += c.needle ? fmt::format("  {:<6}{:>8}{:>12.2f}{:>13.2f}{:>14.2f}{:>10.2f}\n", label, *c.needle,
+                                   c.along_mm, c.across_mm, c.mean_mm, c.largest_mm)
+                     : fmt::format("  {:<6}{:>8}\n", label, "none");
+  }
+  for (const std::uint32_t needle : fraction.unplanned)
     text += fmt::format("  needle {} is in no planned hole\n", needle);
   for (std::size_t i = 0; i < score.findings.size(); ++i)
     text += fmt::format("{}. {}\n", i + 1, score.findings[i].text);
-  text += fmt::format("dose of the fraction, {:g} Gy:\n", score.prescription_gy);
+  text += fmt::format("dose of the fraction, {:g} Gy:\n", fraction.prescription_gy);
   return text +
-         hdr_dose_text(
-             {{"plan", &score.plan}, {"delivered", &score.delivered}, {"reoptimised", &score.reoptimised}},
-             score.prescription_gy);
+         hdr_dose_text({{"plan", &fraction.plan},
+                        {"delivered", &fraction.delivered},
+                        {"reoptimised", &fraction.reoptimised}},
+                       fraction.prescription_gy) +
+         "verdict: " + verdict(score.goals) + "\n";
 }
 
-std::string to_json(const HdrScore& score, const HdrPlan& plan) {
-  nlohmann::ordered_json json = {{"plan", plan.name}, {"prescription_gy", score.prescription_gy}};
-  json["catheters"] = nlohmann::ordered_json::array();
-  for (const CatheterScore& c : score.catheters) {
-    nlohmann::ordered_json one = {{"hole", plan.catheters[c.planned].label()}};
-    one["needle"] = c.needle ? nlohmann::ordered_json(*c.needle) : nlohmann::ordered_json(nullptr);
-    if (c.needle) {
-      one["tip_error_mm"] = {c.tip_error.x(), c.tip_error.y(), c.tip_error.z()};
-      one["dwells_mean_mm"] = c.mean_mm;
-      one["dwells_largest_mm"] = c.largest_mm;
-    }
-    one["reoptimised_s"] = score.reoptimised_plan.catheters[c.planned].dwell_s;
-    json["catheters"].push_back(std::move(one));
-  }
-  json["unplanned_needles"] = score.unplanned;
-  json["findings"] = nlohmann::ordered_json::array();
-  for (const Finding& f : score.findings) {
-    nlohmann::ordered_json one = {{"text", f.text}, {"cause", f.cause}, {"catheters", f.needles}};
-    one["cost"] = nullptr;
-    if (f.cost)
-      one["cost"] = {{"v100_percent", f.cost->v100_percent},
-                     {"d90_gy", f.cost->d90_gy},
-                     {"urethra_d30_gy", f.cost->urethra_d30_gy},
-                     {"rectum_d2cc_gy", f.cost->rectum_d2cc_gy}};
-    json["findings"].push_back(std::move(one));
-  }
-  json["dose"] = {{"plan", figures_json(score.plan, score.prescription_gy)},
-                  {"delivered", figures_json(score.delivered, score.prescription_gy)},
-                  {"reoptimised", figures_json(score.reoptimised, score.prescription_gy)}};
-  return json.dump();
+FractionReport make_fraction_report(const std::filesystem::path& folder, const HdrPlan& plan,
+                                    const Scene& scene, const std::vector<std::string>& remarks) {
+  const SessionFolder session = SessionFolder::open(folder);
+  std::optional<Recording> recording;
+  // catheters.csv alone is enough for the dose.
+  if (session.has(kPosesFile) || !session.has(kCatheterFile)) recording = load_recording(folder);
+  if (recording && scene.probe.on) leave_out(*recording, static_cast<std::uint32_t>(scene.needle.count));
+  const std::vector<Structure> structures = load_structures(scene);
+
+  FractionReport report{.plan = plan, .fraction = {}, .score = {}, .html = {}, .json = {}};
+  Score& score = report.score;
+  score.recording = recording ? recording->name : folder.filename().string();
+  score.plan = plan.name;
+  score.about = about_session(session);
+  score.remarks = remarks;
+  if (recording) std::ranges::copy(recording->remarks, std::back_inserter(score.remarks));
+  report.fraction = score_hdr(plan, scene.template_grid, structures, scene.dose,
+                              catheters_in(session, scene, recording, score.remarks));
+  const HdrScore& fraction = report.fraction;
+  score.dose.prescription_gy = fraction.prescription_gy;
+  score.dose.margin_mm = scene.dose.margin_mm;
+  score.dose.plan.structures = fraction.plan;
+  score.dose.rest.structures = fraction.delivered;
+  score.goals = judge(scene.goals.empty() ? hdr_dose_goals() : scene.goals, score.dose);
+  score.catheters = summed(fraction);
+  score.slices = fraction.slices;
+  if (recording) score_motion(*recording, plan, scene, structures, score);
+  score.findings = organ_findings(score.contacts);
+  for (const auto& more :
+       {fraction.findings, hasty_findings(score.needles), missed_goal_findings(score.goals, score.dose)})
+    score.findings.insert(score.findings.end(), more.begin(), more.end());
+  report.html = to_html(report, scene.template_grid);
+  report.json = to_json(report) + "\n";
+  return report;
 }
 
-Score as_score(const HdrScore& hdr) {
-  Score score;
-  score.dose.prescription_gy = hdr.prescription_gy;
-  score.dose.plan.structures = hdr.plan;
-  score.dose.rest.structures = hdr.delivered;
-  score.findings = hdr.findings;
-  std::vector<DoseGoal> goals;
-  for (const HdrFigure& f : kHdrFigures)
-    if (f.goal != 0)
-      goals.push_back({.structure = f.structure,
-                       .figure = f.name,
-                       .stage = "implant",
-                       .side = f.is_least ? "above" : "below",
-                       .limit = f.goal});
-  score.goals = judge(goals, score.dose);
-  return score;
-}
-
-std::string score_catheters(const std::filesystem::path& folder, const Scene& scene, bool json,
-                            const HdrPlan* plan, EarlierReport earlier, HdrScore* scored) {
-  const std::optional<HdrPlan> of_scene = plan ? std::nullopt : load_hdr_plan(scene);
-  if (!plan && !of_scene) return {};
-  const HdrPlan& against = plan ? *plan : *of_scene;
-  const HdrScore score = score_hdr(against, scene.template_grid, load_structures(scene), scene.dose,
-                                   catheters_in(folder, scene));
-  if (scored) *scored = score;
-  const SessionFolder session = SessionFolder::make(folder);
-  keep_report(session, kHdrReportFile, to_json(score, against) + "\n", earlier);
-  const std::filesystem::path file = session.path_of(kHdrReportFile);
-  return json ? to_json(score, against) + "\n" : to_text(score, against) + file.string() + "\n";
+void keep_report(const SessionFolder& folder, const FractionReport& report, EarlierReport earlier) {
+  keep_report(folder, {{kReportPage, report.html}, {kHdrReportFile, report.json}}, earlier);
 }
 
 }  // namespace brachy

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -21,19 +22,44 @@ std::string hdr_dose_text(const std::vector<HdrDoseColumn>& columns, double pres
 /// The same as a JSON object {"prostate": {"v100_percent": …}, …}.
 std::string hdr_dose_json(const std::vector<StructureDose>& doses, double prescription_gy);
 
-std::string to_text(const HdrScore& score, const HdrPlan& plan);
-std::string to_json(const HdrScore& score, const HdrPlan& plan);  ///< one line
+/// A fraction's session against its plan, and its page and JSON as files.
+struct FractionReport {
+  HdrPlan plan;
+  HdrScore fraction;
+  /// The same as pages, exercises and histories of implants have it: doses of the plan and as delivered, goals,
+  /// findings, catheters, needles, organs.
+  Score score;
+  std::string html, json;  ///< report.html, hdr_report.json
+};
 
-/// An HDR score as exercises judge one: doses of the plan and as delivered, and findings; what only seeds have is not
-/// known, and keeps no bound.
-Score as_score(const HdrScore& score);
+/// Scores the session in `folder` against `plan` in `scene`. Without kCatheterFile the catheters lie straight along the
+/// last poses of poses.csv, in tissue at rest, and a remark says so. `remarks` stand before the score's own. Throws
+/// UserError, also where the folder has neither file. Some seconds.
+FractionReport make_fraction_report(const std::filesystem::path& folder, const HdrPlan& plan,
+                                    const Scene& scene, const std::vector<std::string>& remarks = {});
 
-/// Scores the session in `folder` against `plan`, or the scene's, writes hdr_report.json there (keep_report), and
-/// returns the report, or its JSON; empty where there is no plan of HDR. Without kCatheterFile the catheters lie
-/// straight along the last poses of poses.csv, in tissue at rest, and standard error says so. Errors: UserError, also
-/// where the folder has neither file. `scored`, if any, gets the score.
-std::string score_catheters(const std::filesystem::path& folder, const Scene& scene, bool json,
-                            const HdrPlan* plan = nullptr, EarlierReport earlier = EarlierReport::kRefused,
-                            HdrScore* scored = nullptr);
+/// A few lines for a terminal.
+std::string to_text(const FractionReport& report);
+
+/// The page of a fraction, as to_html(Score): of the same style, and it prints on A4.
+std::string to_html(const FractionReport& report, const TemplateGrid& grid);
+
+/// report.html and hdr_report.json.
+void keep_report(const SessionFolder& folder, const FractionReport& report, EarlierReport earlier);
+
+/// One figure of a fraction: percent of the volume, or of the prescription where `is_dose`.
+struct HdrFigure {
+  const char *structure, *name, *key;
+  double StructureDose::*value;
+  bool is_dose;
+  double goal;  ///< 0: none
+  bool is_least = false;
+
+  bool is_met_by(double percent) const { return goal == 0 || (is_least ? percent >= goal : percent <= goal); }
+  /// NaN where there is no such structure.
+  double of(const std::vector<StructureDose>& doses, double prescription_gy) const;
+};
+/// In the order of reports.
+std::span<const HdrFigure> hdr_figures();
 
 }  // namespace brachy

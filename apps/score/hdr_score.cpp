@@ -29,9 +29,9 @@ CatheterScore compare(const HdrPlan& plan, const TemplateGrid& grid, std::size_t
   return score;
 }
 
-std::vector<StructureDose> dose_of(const std::vector<Dwell>& dwells, const HdrPlan& plan,
-                                   const std::vector<Structure>& structures, const DoseSettings& settings) {
-  ImplantDose dose(structures, settings);
+std::vector<StructureDose> evaluated(ImplantDose& dose, const std::vector<Dwell>& dwells,
+                                     const HdrPlan& plan) {
+  dose.clear();
   for (const DoseSeed& seed : as_seeds(dwells, plan.source, plan.source_strength_u)) dose.add(seed);
   return dose.evaluate();
 }
@@ -84,17 +84,20 @@ HdrScore score_hdr(const HdrPlan& plan, const TemplateGrid& grid, const std::vec
   }
   for (const CatheterCourse& c : catheters)
     if (std::ranges::find(courses, &c) == courses.end()) score.unplanned.push_back(c.needle);
-  score.plan = dose_of(plan.dwells(grid), plan, structures, settings);
+  ImplantDose dose(structures, settings);
+  score.plan = evaluated(dose, plan.dwells(grid), plan);
   score.findings = find_hdr_mistakes(plan, grid, courses, score.unplanned, structures, settings);
   if (delivered.empty()) return score;
-  score.delivered = dose_of(delivered, plan, structures, settings);
+  for (const Dwell& dwell : delivered) score.dwells.push_back(dwell.position);
+  score.delivered = evaluated(dose, delivered, plan);
+  score.slices = axial_slices(structures, dose.grid(), plan.prescription_gy);
   const std::vector<double> times = optimise_dwell_times(DwellDoses(
       delivered, dose_points(structures), plan.source, plan.source_strength_u, plan.prescription_gy));
   for (std::size_t k = 0; k < delivered.size(); ++k) {
     delivered[k].seconds = times[k];
     score.reoptimised_plan.catheters[delivered[k].catheter].dwell_s[delivered[k].index] = times[k];
   }
-  score.reoptimised = dose_of(delivered, plan, structures, settings);
+  score.reoptimised = evaluated(dose, delivered, plan);
   return score;
 }
 

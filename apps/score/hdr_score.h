@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "apps/score/axial_slices.h"
 #include "apps/score/findings.h"
 #include "core/brachytherapy/dose/dose_settings.h"
 #include "core/brachytherapy/dose/dvh.h"
@@ -36,6 +37,8 @@ struct HdrScore {
   std::vector<StructureDose> delivered;    ///< delivered positions, planned times
   std::vector<StructureDose> reoptimised;  ///< delivered positions, times optimised for them
   HdrPlan reoptimised_plan;                ///< its times; catheters that were not delivered have none
+  std::vector<Vec3> dwells;                ///< delivered positions, where the tissue is at rest, mm
+  std::vector<AxialSlice> slices;          ///< with the dose as delivered; empty: nothing was
   std::vector<Finding> findings;           ///< what went wrong, the most harmful first
 };
 

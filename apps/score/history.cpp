@@ -79,6 +79,33 @@ HistoryRow row_of(const std::string& session, const ReportJson& json) {
   return row;
 }
 
+/// A fraction of HDR: dwell positions for seeds, catheters for what is placed.
+HistoryRow row_of_fraction(const std::string& session, const ReportJson& json) {
+  HistoryRow row = row_of(session, json);
+  double mean_mm = 0, along_mm = 0;
+  row.placed = row.missing = 0;
+  for (const ReportJson& catheter : json.value("catheters", ReportJson::array())) {
+    const double mm = number_at(catheter, {"dwells_mean_mm"});
+    ++(std::isfinite(mm) ? row.placed : row.missing);
+    if (!std::isfinite(mm)) continue;
+    mean_mm += mm;
+    if (const auto error = catheter.find("tip_error_mm");
+        error != catheter.end() && error->is_array() && error->size() == 3 && error->back().is_number())
+      along_mm += std::abs(error->back().get<double>());
+  }
+  if (row.placed > 0) {
+    row.mean_error_mm = mean_mm / row.placed;
+    row.axial_error_mm = along_mm / row.placed;
+  }
+  row.extra = number_at(json, {"unplanned_needles"});
+  const double gy_for_percent = number_at(json, {"prescription_gy"}) / 100;
+  row.v100_percent = number_at(json, {"dose", "delivered", "prostate", "v100_percent", "value"});
+  row.d90_gy = gy_for_percent * number_at(json, {"dose", "delivered", "prostate", "d90_percent", "value"});
+  row.rectum_d2cc_gy =
+      gy_for_percent * number_at(json, {"dose", "delivered", "rectum", "d2cc_percent", "value"});
+  return row;
+}
+
 std::vector<double> known_of(const History& history, double HistoryRow::*value) {
   std::vector<double> known;
   for (const HistoryRow& row : history.rows)
@@ -164,18 +191,20 @@ History load_history(const std::filesystem::path& folder) {
   for (const std::filesystem::path& session : sessions) {
     try {
       const SessionFolder files = SessionFolder::open(session);
-      const std::optional<std::string> text = files.read(kReportJson);
+      const bool is_fraction = files.has(kHdrReportFile);
+      const char* file = is_fraction ? kHdrReportFile : kReportJson;
+      const std::optional<std::string> text = files.read(file);
       if (!text) {
         history.remarks.push_back(session.string() + ": not scored; run `brachy score` on it");
         continue;
       }
       const ReportJson json = ReportJson::parse(*text, nullptr, false);
       if (!json.is_object()) {
-        history.remarks.push_back(files.path_of(kReportJson).string() +
-                                  ": is no report; run `brachy score` again");
+        history.remarks.push_back(files.path_of(file).string() + ": is no report; run `brachy score` again");
         continue;
       }
-      HistoryRow row = row_of(session.filename().string(), json);
+      const std::string name = session.filename().string();
+      HistoryRow row = is_fraction ? row_of_fraction(name, json) : row_of(name, json);
       add_task(files, row);
       history.rows.push_back(std::move(row));
     } catch (const UserError& e) {

@@ -7,7 +7,8 @@
 
 namespace brachy {
 
-/// A scored session in a row of figures; kNoNumber where one is not known.
+/// A scored session in a row of figures; kNoNumber where one is not known. Of a fraction of HDR, errors are those of
+/// dwell positions, along the needle of tips, and catheters are counted.
 struct HistoryRow {
   std::string session;  ///< of its directory
   std::string task;     ///< its exercise's name, else its scene's file; empty: not known (no session.json)
@@ -25,8 +26,8 @@ struct History {
   std::vector<std::string> remarks;
 };
 
-/// Reads report.json of every directory in `folder`. Throws UserError where it is no directory or has no scored
-/// session.
+/// Reads hdr_report.json, else report.json, of every directory in `folder`. Throws UserError where it is no directory
+/// or has no scored session.
 History load_history(const std::filesystem::path& folder);
 
 /// The sessions of each task apart, in their order: figures of one say nothing about another.

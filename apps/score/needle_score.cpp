@@ -41,10 +41,9 @@ std::string as_grid_names(const TemplateGrid& grid, const std::string& hole) {
 
 class HoleScores {
  public:
-  HoleScores(const Plan& plan, const TemplateGrid& grid, bool has_poses, bool has_forces)
+  HoleScores(std::span<const std::string> holes, const TemplateGrid& grid, bool has_poses, bool has_forces)
       : has_poses_(has_poses), has_forces_(has_forces) {
-    for (std::size_t i = 0; i < plan.needles.size(); ++i)
-      add(as_grid_names(grid, plan.needles[i].hole)).planned = i;
+    for (std::size_t i = 0; i < holes.size(); ++i) add(as_grid_names(grid, holes[i])).planned = i;
   }
 
   NeedleScore& at(const std::string& hole) {
@@ -78,9 +77,10 @@ class HoleScores {
 
 }  // namespace
 
-NeedlesScore score_needles(const Plan& plan, const TemplateGrid& grid, const NeedleTrajectories* poses,
-                           std::span<const RecordedForce> forces, const InsideTest& inside) {
-  HoleScores holes(plan, grid, poses != nullptr, !forces.empty());
+NeedlesScore score_needles(std::span<const std::string> planned, const TemplateGrid& grid,
+                           const NeedleTrajectories* poses, std::span<const RecordedForce> forces,
+                           const InsideTest& inside) {
+  HoleScores holes(planned, grid, poses != nullptr, !forces.empty());
   NeedlesScore score;
   std::map<std::uint32_t, std::vector<Stay>> stays;  // by device needle
   if (poses) {

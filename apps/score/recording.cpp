@@ -128,4 +128,14 @@ Recording load_recording(const std::filesystem::path& path) {
   return recording;
 }
 
+void leave_out(Recording& recording, std::uint32_t probe) {
+  std::erase_if(recording.forces, [&](const RecordedForce& row) { return row.needle == probe; });
+  if (!recording.poses) return;
+  std::vector<NeedleTrajectories::Needle> needles = recording.poses->needles();
+  std::erase_if(needles, [&](const auto& needle) { return needle.id == probe; });
+  std::optional<NeedleTrajectories> rest;
+  if (!needles.empty()) rest = NeedleTrajectories(std::move(needles));
+  recording.poses = std::move(rest);
+}
+
 }  // namespace brachy

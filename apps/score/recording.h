@@ -47,4 +47,7 @@ struct Recording {
 /// directory, none of the files can be read, or one is no regular file (session_folder.h).
 Recording load_recording(const std::filesystem::path& folder);
 
+/// Without the probe, which is no needle: it is in the rectum all the time.
+void leave_out(Recording& recording, std::uint32_t probe);
+
 }  // namespace brachy

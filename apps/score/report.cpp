@@ -7,24 +7,15 @@
 #include <utility>
 #include <vector>
 
+#include "apps/score/exercise.h"
 #include "apps/score/recording.h"
 #include "apps/session/plan_change_log.h"
+#include "apps/session/session_manifest.h"
 #include "core/base/error.h"
 #include "core/scene/load_structures.h"
 
 namespace brachy {
 namespace {
-
-// The probe is no needle: it is in the rectum all the time.
-void leave_out(Recording& recording, std::uint32_t probe) {
-  std::erase_if(recording.forces, [&](const RecordedForce& row) { return row.needle == probe; });
-  if (!recording.poses) return;
-  std::vector<NeedleTrajectories::Needle> needles = recording.poses->needles();
-  std::erase_if(needles, [&](const auto& needle) { return needle.id == probe; });
-  std::optional<NeedleTrajectories> rest;
-  if (!needles.empty()) rest = NeedleTrajectories(std::move(needles));
-  recording.poses = std::move(rest);
-}
 
 /// Seeds of needles that changes of the plan added have numbers after those of the plan at the start.
 void note_plan_changes(Recording& recording, const std::vector<PlanChange>& changes, std::size_t planned) {
@@ -54,36 +45,44 @@ Score score_recording(const std::filesystem::path& folder, const Plan& plan, con
                        scene.goals.empty() ? default_dose_goals() : scene.goals);
 }
 
+SessionAbout about_session(const SessionFolder& folder) {
+  const std::optional<SessionManifest> manifest = load_manifest(folder);
+  if (!manifest) return {};
+  return {manifest->trainee, manifest->exercise ? exercise_name_in(manifest->exercise->text) : "",
+          manifest->runs.empty() ? "" : manifest->runs.front().began};
+}
+
 Report make_report(const std::filesystem::path& folder, const Plan& plan, const Scene& scene,
                    const std::function<void(double share)>& progress,
                    const std::vector<std::string>& remarks) {
   const std::vector<Structure> structures = load_structures(scene);
   Report report{score_recording(folder, plan, scene, structures, progress), {}, {}};
+  report.score.about = about_session(SessionFolder::open(folder));
   report.score.remarks.insert(report.score.remarks.begin(), remarks.begin(), remarks.end());
   report.html = to_html(report.score, plan, scene.template_grid, structures);
   report.json = to_json(report.score) + "\n";
   return report;
 }
 
-void keep_report(const SessionFolder& folder, const char* name, const std::string& text,
+void keep_report(const SessionFolder& folder,
+                 const std::vector<std::pair<const char*, const std::string&>>& files,
                  EarlierReport earlier) {
-  const std::optional<std::string> before = folder.read(name);
-  if (before == text) return;
-  if (before && earlier == EarlierReport::kRefused)
-    throw UserError(
-        folder.path_of(name).string() +
-        ": exists already, and says something else; --out writes elsewhere, --force overwrites it");
-  folder.replace(name, text);
+  // All are judged before one is written.
+  std::vector<std::pair<const char*, const std::string&>> changed;
+  for (const auto& [name, text] : files) {
+    const std::optional<std::string> before = folder.read(name);
+    if (before == text) continue;
+    if (before && earlier == EarlierReport::kRefused)
+      throw UserError(
+          folder.path_of(name).string() +
+          ": exists already, and says something else; --out writes elsewhere, --force overwrites it");
+    changed.emplace_back(name, text);
+  }
+  for (const auto& [name, text] : changed) folder.replace(name, text);
 }
 
 void keep_report(const SessionFolder& folder, const Report& report, EarlierReport earlier) {
-  // Both are judged before one is written.
-  for (const auto& [name, text] :
-       {std::pair(kReportPage, &report.html), std::pair(kReportJson, &report.json)})
-    if (earlier == EarlierReport::kRefused && folder.read(name).value_or(*text) != *text)
-      keep_report(folder, name, *text, earlier);
-  keep_report(folder, kReportPage, report.html, earlier);
-  keep_report(folder, kReportJson, report.json, earlier);
+  keep_report(folder, {{kReportPage, report.html}, {kReportJson, report.json}}, earlier);
 }
 
 }  // namespace brachy

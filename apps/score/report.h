@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <functional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "apps/score/score.h"
@@ -32,6 +33,8 @@ Score score_recording(const std::filesystem::path& folder, const Plan& plan, con
                       const std::vector<Structure>& structures,
                       const std::function<void(double share)>& progress = {});
 
+SessionAbout about_session(const SessionFolder& folder);
+
 /// A score, and its page and JSON as files.
 struct Report {
   Score score;
@@ -46,9 +49,10 @@ Report make_report(const std::filesystem::path& folder, const Plan& plan, const 
 /// What becomes of another report that a session's directory has already: it is refused, or replaced.
 enum class EarlierReport { kRefused, kReplaced };
 
-/// Writes a file of a report into a session's directory. Throws UserError where that cannot be done.
-void keep_report(const SessionFolder& folder, const char* name, const std::string& text,
-                 EarlierReport earlier);
+/// Writes the files of a report, by their names, into a session's directory: all of them, or none where one is refused.
+/// Throws UserError where that cannot be done.
+void keep_report(const SessionFolder& folder,
+                 const std::vector<std::pair<const char*, const std::string&>>& files, EarlierReport earlier);
 /// report.html and report.json.
 void keep_report(const SessionFolder& folder, const Report& report, EarlierReport earlier);
 

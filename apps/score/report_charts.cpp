@@ -42,7 +42,7 @@ std::vector<Point> convex_hull(std::vector<Point> points) {
 
 }  // namespace
 
-Chart dvh_chart(const DoseScore& dose) {
+Chart dvh_chart(const DoseScore& dose, const char* at_rest) {
   struct Style {
     const DoseStage* stage;
     const char* name;
@@ -51,7 +51,7 @@ Chart dvh_chart(const DoseScore& dose) {
   };
   const Style styles[] = {{&dose.plan, "planned", "7 4", 1.3},
                           {&dose.dropped, "as dropped", "1.5 3", 1.5},
-                          {&dose.rest, "after relaxation", "", 1.8}};
+                          {&dose.rest, at_rest, "", 1.8}};
   Chart chart{.title = "Dose-volume histograms",
               .x_label = "dose, % of the prescription",
               .y_label = "volume with at least that dose, %",

@@ -5,8 +5,9 @@
 
 namespace brachy {
 
-/// Cumulative dose-volume histograms of all structures: dashed as planned, dotted as dropped, solid after relaxation.
-Chart dvh_chart(const DoseScore& dose);
+/// Cumulative dose-volume histograms of all structures: dashed as planned, dotted as dropped, solid at rest, which the
+/// legend calls `at_rest`.
+Chart dvh_chart(const DoseScore& dose, const char* at_rest = "after relaxation");
 
 /// Each planned seed seen along `away` (0: x, 1: y), arrows from where it was planned to where it fell to where it
 /// lies at rest; grey: the convex hull of the prostate. z upwards.

@@ -284,6 +284,8 @@ std::string to_json(const Score& score) {
   const OrderedJson json = {
       {"notice", kNotice},
       {"recording", score.recording},
+      {"about",
+       {{"trainee", score.about.trainee}, {"exercise", score.about.exercise}, {"began", score.about.began}}},
       {"plan", score.plan},
       {"remarks", score.remarks},
       {"planned_seeds", score.planned_seeds},

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <span>
 #include <string>
+#include <vector>
 
 #include "apps/score/score.h"
 
@@ -8,9 +10,10 @@ namespace brachy {
 
 // Parts of the page, as HTML; empty where nothing is known.
 
-/// Axial slices side by side: outlines of the structures, isodoses, seeds as planned and as delivered, each with those
-/// within half a slice's spacing.
-std::string slices_section(const Score& score, const Plan& plan, const TemplateGrid& grid);
+/// Axial slices side by side: outlines of the structures, isodoses, sources as planned and as delivered (mm, at rest),
+/// each with those within half a slice's spacing. `sources`: "seeds" or "dwell positions".
+std::string slices_section(const std::vector<AxialSlice>& slices, const char* sources,
+                           std::span<const Vec3> planned, std::span<const Vec3> delivered);
 
 /// The goals of the plan and of the implant, and whether they are met.
 std::string goals_section(const Score& score);

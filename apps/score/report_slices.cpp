@@ -51,8 +51,8 @@ const char* colour_of(const std::string& structure) {
   return structure == "prostate" ? kProstateColour : structure == "urethra" ? kUrethraColour : kOrganColour;
 }
 
-std::string picture(const AxialSlice& slice, const Window& w, const std::vector<PlannedSeed>& planned,
-                    const SeedsScore* seeds) {
+std::string picture(const AxialSlice& slice, const Window& w, std::span<const Vec3> planned,
+                    std::span<const Vec3> delivered) {
   std::string out =
       fmt::format("<svg viewBox=\"0 0 {:.1f} {:.1f}\" role=\"img\" aria-label=\"slice at z = {:.0f} mm\">\n",
                   w.right - w.left, w.top - w.bottom, slice.z_mm);
@@ -61,25 +61,20 @@ std::string picture(const AxialSlice& slice, const Window& w, const std::vector<
   for (const AxialSlice::Outline& structure : slice.structures)
     out += outline(structure.pieces, w, colour_of(structure.name), 0.6);
   const auto is_here = [&](const Vec3& p) { return std::abs(p.z() - slice.z_mm) <= 0.5 * kSliceSpacingMm; };
-  for (const PlannedSeed& seed : planned)
-    if (is_here(seed.position))
+  for (const Vec3& p : planned)
+    if (is_here(p))
       out += fmt::format(
           "<circle cx=\"{:.2f}\" cy=\"{:.2f}\" r=\"{}\" fill=\"none\" stroke=\"#555\" "
           "stroke-width=\".3\"/>\n",
-          w.x(seed.position.x()), w.y(seed.position.y()), kSeedMm);
-  const auto mark = [&](const Seed& seed) {
-    if (is_here(seed.rest))
-      out += fmt::format("<circle cx=\"{:.2f}\" cy=\"{:.2f}\" r=\"{}\" fill=\"#111\"/>\n", w.x(seed.rest.x()),
-                         w.y(seed.rest.y()), 0.6 * kSeedMm);
-  };
-  if (seeds) {
-    for (const SeedScore& seed : seeds->by_position.placed) mark(seed.seed);
-    for (const Seed& seed : seeds->by_position.extra) mark(seed);
-  }
+          w.x(p.x()), w.y(p.y()), kSeedMm);
+  for (const Vec3& p : delivered)
+    if (is_here(p))
+      out += fmt::format("<circle cx=\"{:.2f}\" cy=\"{:.2f}\" r=\"{}\" fill=\"#111\"/>\n", w.x(p.x()),
+                         w.y(p.y()), 0.6 * kSeedMm);
   return out + fmt::format("<text x=\"1\" y=\"4\" font-size=\"3.4\">z = {:.0f}</text>\n</svg>\n", slice.z_mm);
 }
 
-std::string legend() {
+std::string legend(const char* sources) {
   std::string out =
       "<p class=\"small\">Axial slices, base first, seen from the feet: the patient&rsquo;s right on the "
       "left. Outlines: prostate black, urethra pink, other organs brown. Isodoses ";
@@ -87,20 +82,22 @@ std::string legend() {
     out += fmt::format("{}<b style=\"color:{}\">{} %</b>", level ? ", " : "", kIsodoseColours[level],
                        kIsodosePercent[level]);
   return out +
-         " of the prescription, of the seeds where they are at rest. Rings: planned seeds; dots: delivered "
-         "ones, within half a slice&rsquo;s distance.</p>\n";
+         fmt::format(
+             " of the prescription, of the {0} where they are at rest. Rings: planned {0}; dots: delivered "
+             "ones, within half a slice&rsquo;s distance.</p>\n",
+             sources);
 }
 
 }  // namespace
 
-std::string slices_section(const Score& score, const Plan& plan, const TemplateGrid& grid) {
-  if (score.slices.empty()) return "";
-  const Window w = window_of(score.slices);
-  const std::vector<PlannedSeed> planned = plan.seeds(grid);
+std::string slices_section(const std::vector<AxialSlice>& slices, const char* sources,
+                           std::span<const Vec3> planned, std::span<const Vec3> delivered) {
+  if (slices.empty()) return "";
+  const Window w = window_of(slices);
   std::string out = "<h2>Slices</h2>\n<div class=\"slices\">\n";
-  for (auto slice = score.slices.rbegin(); slice != score.slices.rend(); ++slice)
-    out += picture(*slice, w, planned, score.seeds ? &*score.seeds : nullptr);
-  return out + "</div>\n" + legend();
+  for (auto slice = slices.rbegin(); slice != slices.rend(); ++slice)
+    out += picture(*slice, w, planned, delivered);
+  return out + "</div>\n" + legend(sources);
 }
 
 }  // namespace brachy

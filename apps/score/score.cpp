@@ -31,11 +31,13 @@ Score score_session(const Plan& plan, const TemplateGrid& grid, const std::vecto
   std::size_t poses = 1, looked_at = 0;
   if (recording.poses)
     for (const auto& needle : recording.poses->needles()) poses += needle.motion.samples().size();
-  score.needles = score_needles(
-      plan, grid, recording.poses ? &*recording.poses : nullptr, recording.forces, [&](const Vec3& p) {
-        if (progress) progress(kSharePoses * static_cast<double>(looked_at++) / static_cast<double>(poses));
-        return tissue.inside(p);
-      });
+  score.needles =
+      score_needles(holes_of(plan.needles), grid, recording.poses ? &*recording.poses : nullptr,
+                    recording.forces, [&](const Vec3& p) {
+                      if (progress)
+                        progress(kSharePoses * static_cast<double>(looked_at++) / static_cast<double>(poses));
+                      return tissue.inside(p);
+                    });
   if (progress) progress(kSharePoses);
   DoseSettings of_plan = dose;
   of_plan.prescription_gy = plan.prescription_gy;

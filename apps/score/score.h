@@ -19,12 +19,29 @@
 
 namespace brachy {
 
+/// Catheters of a fraction against their plan. mm.
+struct CathetersScore {
+  std::size_t placed = 0, missing = 0;  ///< planned ones
+  std::size_t unplanned = 0;
+  /// Of their dwell positions from the planned ones, where the tissue is at rest; kNoNumber: none is placed.
+  double mean_mm = kNoNumber, largest_mm = kNoNumber;
+  double depth_mm = kNoNumber;  ///< the largest size of a tip's error along its catheter
+};
+
+/// Whose session it was, when and of what, as session.json has it; empty: not known.
+struct SessionAbout {
+  std::string trainee, exercise;
+  std::string began;  ///< UTC
+};
+
 /// The score of a session against its plan.
 struct Score {
-  std::string recording, plan;       ///< names
+  std::string recording, plan;  ///< names
+  SessionAbout about;
   std::vector<std::string> remarks;  ///< what could not be scored and the reason, a sentence each
   std::size_t planned_seeds = 0;
-  std::optional<SeedsScore> seeds;  ///< none: the dropped seeds are not known
+  std::optional<SeedsScore> seeds;          ///< none: the dropped seeds are not known
+  std::optional<CathetersScore> catheters;  ///< of a fraction of HDR, which has no seeds
   NeedlesScore needles;
   DoseScore dose;
   /// Of all structures but the prostate; empty where no needle entered one, or the poses are not known.

@@ -230,7 +230,10 @@ Scene scene_of(const SessionManifest& manifest, const std::string& session) {
 std::vector<std::string> differences_from(const SessionManifest& manifest, const Scene& scene,
                                           ManifestScope scope) {
   std::vector<std::string> differences;
-  const Scene own = parse_own_scene(manifest);
+  Scene own = parse_own_scene(manifest);
+  // Where another key names the source (choose_source), that one is compared, and the source's file with the files.
+  const auto is_named = [](const Scene& s) { return s.implant.is_hdr() || !s.dose.source.empty(); };
+  if (is_named(own) && is_named(scene)) own.seeds.source = scene.seeds.source;
   for (const SceneSection& section : scene_sections()) {
     const std::string_view name = section.name;
     if (is_among(kService, name) || (scope == ManifestScope::kRecorded && is_among(kJudgement, name)))

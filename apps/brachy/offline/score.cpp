@@ -100,6 +100,13 @@ bool is_same_plan(Plan a, const Plan& b) {
   return to_csv(a) == to_csv(b);
 }
 
+constexpr const char* kAnotherPlan = "What if: scored against another plan than the session's own.";
+
+[[noreturn]] void refuse_plan(const ScoreOptions& options) {
+  throw UserError(options.plan->string() + ": is not the plan of the session " + options.recording->string() +
+                  "; leave out --plan for its own, or add --what-if and --out");
+}
+
 Plan plan_of(const ScoreOptions& options, Scoring& scoring) {
   const Scene& scene = scoring.scene;
   std::optional<Plan> own;
@@ -107,16 +114,30 @@ Plan plan_of(const ScoreOptions& options, Scoring& scoring) {
   if (options.plan) {
     Plan given = load_plan(*options.plan, scene.template_grid, scene.needle.length_mm);
     if (!own || is_same_plan(given, *own)) return given;
-    if (!options.what_if)
-      throw UserError(options.plan->string() + ": is not the plan of the session " +
-                      options.recording->string() +
-                      "; leave out --plan for its own, or add --what-if and --out");
-    scoring.remarks.push_back("What if: scored against another plan than the session's own.");
+    if (!options.what_if) refuse_plan(options);
+    scoring.remarks.push_back(kAnotherPlan);
     return given;
   }
   if (own) return *own;
   if (!scoring.manifest)
     if (const auto plan = load_plan(scene)) return *plan;
+  throw UserError(no_plan(options));
+}
+
+HdrPlan hdr_plan_of(const ScoreOptions& options, Scoring& scoring) {
+  const Scene& scene = scoring.scene;
+  std::optional<HdrPlan> own;
+  if (scoring.manifest) own = hdr_plan_of(*scoring.manifest, scene);
+  if (options.plan) {
+    HdrPlan given = load_hdr_plan(*options.plan, scene.template_grid, scene.needle.length_mm);
+    if (!own || to_toml(*own) == to_toml(given)) return given;
+    if (!options.what_if) refuse_plan(options);
+    scoring.remarks.push_back(kAnotherPlan);
+    return given;
+  }
+  if (own) return *own;
+  if (!scoring.manifest)
+    if (auto plan = load_hdr_plan(scene)) return *plan;
   throw UserError(no_plan(options));
 }
 
@@ -127,30 +148,6 @@ std::optional<std::filesystem::path> json_beside(const ScoreOptions& options) {
     throw UserError(options.out->string() +
                     ": is the name of the JSON file; give the page another name, such as report.html");
   return std::filesystem::path(*options.out).replace_extension(".json");
-}
-
-int run_hdr(const ScoreOptions& options, const Scoring& scoring, const std::optional<Exercise>& exercise) {
-  const Scene& scene = scoring.scene;
-  std::optional<HdrPlan> plan;
-  if (scoring.manifest) plan = hdr_plan_of(*scoring.manifest, scene);
-  if (options.plan) {
-    HdrPlan given = load_hdr_plan(*options.plan, scene.template_grid, scene.needle.length_mm);
-    if (plan && to_toml(*plan) != to_toml(given) && !options.what_if)
-      throw UserError(options.plan->string() + ": is not the plan of the session " +
-                      options.recording->string() + "; leave out --plan for its own");
-    plan = std::move(given);
-  }
-  HdrScore score;
-  const std::string report =
-      score_catheters(*options.recording, scene, options.json, plan ? &*plan : nullptr,
-                      options.force ? EarlierReport::kReplaced : EarlierReport::kRefused, &score);
-  if (report.empty()) throw UserError(no_plan(options));
-  if (!scoring.note.empty()) std::cerr << "brachy: " << scoring.note << "\n";
-  std::cout << report;
-  if (!exercise) return kExitOk;
-  const ExerciseResult result = judge(*exercise, as_score(score));
-  (options.json ? std::cerr : std::cout) << to_text(*exercise, result);
-  return result.has_passed() ? kExitOk : kExitFailed;
 }
 
 int show_history(const ScoreOptions& options) {
@@ -171,6 +168,38 @@ SessionFolder folder_to_write(const std::filesystem::path& recording) {
   }
 }
 
+/// A report as the tool writes and prints it.
+struct Written {
+  const Score& score;
+  std::string text;
+  const std::string &html, &json;
+  const char* json_file;    ///< in the session's directory
+  const std::string& note;  ///< Scoring::note
+};
+
+int finish(const ScoreOptions& options, const std::optional<Exercise>& exercise, const Written& report) {
+  const std::filesystem::path& recording = *options.recording;
+  if (!report.note.empty()) std::cerr << "brachy: " << report.note << "\n";
+  for (const std::string& remark : report.score.remarks) std::cerr << "brachy: " << remark << "\n";
+  if (options.out) {
+    write_text(*options.out, report.html, options.force);
+    write_text(*json_beside(options), report.json, options.force);
+  } else if (const SessionFolder folder = SessionFolder::open(recording);
+             folder.read(kReportPage) != report.html || folder.read(report.json_file) != report.json) {
+    // Who may only read it can still score it where the report is there already.
+    keep_report(folder_to_write(recording), {{kReportPage, report.html}, {report.json_file, report.json}},
+                options.force ? EarlierReport::kReplaced : EarlierReport::kRefused);
+  }
+  if (options.json)
+    std::cout << report.json;
+  else
+    std::cout << report.text << options.out.value_or(recording / kReportPage).string() << "\n";
+  if (!exercise) return kExitOk;
+  const ExerciseResult result = judge(*exercise, report.score);
+  (options.json ? std::cerr : std::cout) << to_text(*exercise, result);
+  return result.has_passed() ? kExitOk : kExitFailed;
+}
+
 int run(const ScoreOptions& options) {
   if (options.history) return show_history(options);
   if (!options.recording)
@@ -180,9 +209,8 @@ int run(const ScoreOptions& options) {
     throw UserError(recording.string() +
                     ": is a recording in one file; write it into a folder with `brachy export " +
                     recording.string() + " --out DIR` and score that");
-  const std::optional<std::filesystem::path> page = options.out, page_json = json_beside(options);
-  check_output(page_json, options.force);
-  if (options.what_if && !page)
+  check_output(json_beside(options), options.force);
+  if (options.what_if && !options.out)
     throw UsageError(
         "--what-if scores against something else than the session's own: give the page a place with --out");
   std::optional<Exercise> exercise;
@@ -190,32 +218,19 @@ int run(const ScoreOptions& options) {
   if (exercise && options.what_if)
     throw UsageError("an exercise is passed in its own scene: leave out --what-if");
   Scoring scoring = load_scoring(options, exercise);
-  if (scoring.scene.implant.is_hdr()) return run_hdr(options, scoring, exercise);
+  if (scoring.scene.implant.is_hdr()) {
+    const HdrPlan plan = hdr_plan_of(options, scoring);
+    const FractionReport report = make_fraction_report(recording, plan, scoring.scene, scoring.remarks);
+    return finish(options, exercise,
+                  {report.score, to_text(report), report.html, report.json, kHdrReportFile, scoring.note});
+  }
   const Plan plan = plan_of(options, scoring);
   Progress progress("score");
   const Report report = make_report(
       recording, plan, scoring.scene, [&](double share) { progress.show(share); }, scoring.remarks);
   progress.finish();
-  const Score& score = report.score;
-  if (!scoring.note.empty()) std::cerr << "brachy: " << scoring.note << "\n";
-  for (const std::string& remark : score.remarks) std::cerr << "brachy: " << remark << "\n";
-  if (page) {
-    write_text(*page, report.html, options.force);
-    write_text(*page_json, report.json, options.force);
-  } else if (const SessionFolder folder = SessionFolder::open(recording);
-             folder.read(kReportPage) != report.html || folder.read(kReportJson) != report.json) {
-    // Who may only read it can still score it where the report is there already.
-    keep_report(folder_to_write(recording), report,
-                options.force ? EarlierReport::kReplaced : EarlierReport::kRefused);
-  }
-  if (options.json)
-    std::cout << report.json;
-  else
-    std::cout << to_text(score) << page.value_or(recording / kReportPage).string() << "\n";
-  if (!exercise) return kExitOk;
-  const ExerciseResult result = judge(*exercise, score);
-  (options.json ? std::cerr : std::cout) << to_text(*exercise, result);
-  return result.has_passed() ? kExitOk : kExitFailed;
+  return finish(options, exercise,
+                {report.score, to_text(report.score), report.html, report.json, kReportJson, scoring.note});
 }
 
 void declare(OptionList& list, ScoreOptions& options) {
@@ -255,8 +270,8 @@ A recording is a directory with poses.csv, forces.csv and seeds.csv; missing or 
 and the rest is scored. Per seed: error against plan, its part along the needle apart, where it was dropped
 and after relaxation. Per needle: path and time in the prostate, passes, punctures, largest force. Dose of
 plan, of seeds as dropped and after relaxation. A scene of implant.kind = "hdr": catheters.csv of the session
-against its plan, and the dose as planned, as delivered and with times optimised again (hdr_report.json). For
-training and research. Not a medical device.
+against its plan, and the dose as planned, as delivered and with times optimised again (hdr_report.json beside
+the page). For training and research. Not a medical device.
 Exit codes: 0 done, 1 the exercise is not passed, 2 bad input.)",
                                  declare, run);
 }

@@ -174,8 +174,11 @@ int replay_offline(const ReplayOptions& options) {
     const std::optional<HdrPlan> plan = load_hdr_plan(scene);
     session->folder().replace(kCatheterFile,
                               to_csv(delivered_catheters(simulator, state, plan ? &*plan : nullptr)));
-    const std::string report = score_catheters(*options.session, scene, options.json);
-    if (!options.json) std::cout << report;
+    if (!plan) return kExitOk;
+    const FractionReport report = make_fraction_report(*options.session, *plan, scene);
+    keep_report(session->folder(), report, EarlierReport::kRefused);
+    if (!options.json)
+      std::cout << to_text(report) << session->folder().path_of(kReportPage).string() << "\n";
     return kExitOk;
   }
   const std::optional<Plan> plan = session ? load_plan(scene) : std::nullopt;

@@ -95,24 +95,31 @@ void run_fraction_loop(const std::stop_token& stop, Clock& clock, const Scene& s
   TickField field;
   std::optional<std::vector<Dwell>> last;  // that were delivered; none: nothing was
   std::int64_t next_ns = 0;
+  // Of the newest tick that has come since the last call; none: there was none that its model is known for.
+  const auto courses_now = [&]() -> std::optional<std::vector<CatheterCourse>> {
+    ports.models.update();
+    if (!ports.ticks.update()) return std::nullopt;
+    const ImagedTick& tick = ports.ticks.value();
+    if (!field.take(tick, ports.models.value())) return std::nullopt;
+    return catheter_courses(field.model(), field.field(), field.verdict(), tick.frame, tick.instruments, plan,
+                            deepest_mm);
+  };
   DeadlineTimer timer(kFractionPeriodNs, clock.now_ns() + kFractionPeriodNs, clock);
   for (; !stop.stop_requested(); timer.wait()) {
     const std::int64_t start_ns = clock.now_ns();
     if (start_ns < next_ns) continue;
-    ports.models.update();
-    if (!ports.ticks.update()) continue;
-    const ImagedTick& tick = ports.ticks.value();
-    if (!field.take(tick, ports.models.value())) continue;
-    const auto courses = catheter_courses(field.model(), field.field(), field.verdict(), tick.frame,
-                                          tick.instruments, plan, deepest_mm);
-    std::vector<Dwell> dwells = delivered_dwells(plan, assign_catheters(plan, scene.template_grid, courses));
+    const auto courses = courses_now();
+    if (!courses) continue;
+    std::vector<Dwell> dwells = delivered_dwells(plan, assign_catheters(plan, scene.template_grid, *courses));
     if (last && !has_moved(*last, dwells)) continue;
     auto message = dose.of(dwells, stop);
-    if (!message) return;
+    if (!message) break;
+    ports.keep(*courses);
     last = std::move(dwells);
     ports.deliver(std::move(*message));
     next_ns = clock.now_ns() + kRestOfTime * (clock.now_ns() - start_ns);
   }
+  if (const auto courses = courses_now()) ports.keep(*courses);
 }
 
 }  // namespace brachy

@@ -152,5 +152,30 @@ TEST_F(DaemonHdr, ACatheterThatIsShortGivesItsDoseWhereItLies) {
   expect_same(device.peer.doses.back().structures, want);
 }
 
+TEST_F(DaemonHdr, ASessionIsScoredByTheCathetersThatLayAtItsEnd) {
+  DaemonOptions options;
+  options.session = folder / "session";
+  std::string summary;
+  {
+    RunningDaemon daemon(scene, options);
+    Applicator device;
+    ASSERT_TRUE(device.join(daemon.port()));
+    ASSERT_TRUE(device.go(way(0)));
+    summary = daemon.stop().session;
+  }
+  const auto catheters = load_catheters(folder / "session/catheters.csv");
+  ASSERT_EQ(catheters.size(), 1u);
+  EXPECT_LT((catheters[0].now.front() - plan.planned_tip(scene.template_grid, 0)).norm(), 1e-3);
+  const auto report = nlohmann::json::parse(read_file(folder / "session/hdr_report.json"));
+  EXPECT_EQ(report["catheters"][0]["needle"], 0);
+  EXPECT_TRUE(report["catheters"][1]["needle"].is_null());
+  HdrPlan one = plan;
+  one.catheters.resize(1);
+  EXPECT_NEAR(report["dose"]["delivered"]["prostate"]["v100_percent"]["value"].get<double>(),
+              dose_of(one)[0].v100_percent, 0.1);
+  EXPECT_NE(summary.find("2 catheters are missing"), std::string::npos) << summary;
+  EXPECT_NE(read_file(folder / "session/report.html").find("Fraction score"), std::string::npos);
+}
+
 }  // namespace
 }  // namespace brachy

@@ -48,14 +48,19 @@ Exercise bounded() {
           false};
 }
 
-TEST(Exercises, ElevenAreShippedAndEachHasItsSceneAndItsPlan) {
+TEST(Exercises, ThirteenAreShippedAndEachHasItsSceneAndItsPlan) {
   const std::vector<fs::path> files = shipped();
-  EXPECT_EQ(files.size(), 11u);
+  EXPECT_EQ(files.size(), 13u);
   std::set<std::string> names;
   for (const fs::path& file : files) {
     const Exercise exercise = load_exercise(file);
     names.insert(exercise.name);
     const Scene scene = load_scene(exercise.scene);
+    if (scene.implant.is_hdr()) {
+      ASSERT_TRUE(load_hdr_plan(scene)) << file;
+      EXPECT_EQ(load_hdr_plan(scene)->catheters.size(), scene.needle.count) << file;
+      continue;
+    }
     EXPECT_TRUE(load_plan(scene)) << file;
     EXPECT_EQ(scene.seeds.applicator, "train") << file;
   }
@@ -108,14 +113,14 @@ TEST(Exercises, OnesThatLieWithASceneAreFoundAndItsOwnIsMarked) {
   std::vector<std::string> refusals;
   const std::vector<ExerciseFile> found = exercises_beside(kExercises / "scenes/05_apex.toml", refusals);
   EXPECT_EQ(refusals, std::vector<std::string>());
-  ASSERT_EQ(found.size(), 11u);
+  ASSERT_EQ(found.size(), 13u);
   for (const ExerciseFile& file : found)
     EXPECT_EQ(file.is_of_scene, file.file.filename() == "05_apex.toml") << file.file;
   EXPECT_EQ(found[4].exercise.name, "the apex");
 
   const std::vector<ExerciseFile> others =
       exercises_beside(fs::path(BRACHY_CONFIG_DIR) / "prostate.toml", refusals);
-  EXPECT_EQ(others.size(), 11u) << "offered to a daemon with another scene, too";
+  EXPECT_EQ(others.size(), 13u) << "offered to a daemon with another scene, too";
   for (const ExerciseFile& file : others) EXPECT_FALSE(file.is_of_scene);
 }
 

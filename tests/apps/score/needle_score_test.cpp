@@ -25,7 +25,7 @@ NeedleTrajectories session() {
 
 TEST(NeedleScore, APlansNeedleIsTheOneThroughItsHole) {
   const NeedleTrajectories poses = session();
-  const NeedlesScore score = score_needles(kPlan, kGrid, &poses, {}, kAbove);
+  const NeedlesScore score = score_needles(holes_of(kPlan.needles), kGrid, &poses, {}, kAbove);
   ASSERT_EQ(score.needles.size(), 3u);
   EXPECT_EQ(score.needles[0].hole, "D4");
   EXPECT_EQ(score.needles[0].planned, 0u);
@@ -45,7 +45,7 @@ TEST(NeedleScore, APlansNeedleIsTheOneThroughItsHole) {
 
 TEST(NeedleScore, WithoutAForceLogForcesAreNotKnown) {
   const NeedleTrajectories poses = session();
-  const NeedlesScore score = score_needles(kPlan, kGrid, &poses, {}, kAbove);
+  const NeedlesScore score = score_needles(holes_of(kPlan.needles), kGrid, &poses, {}, kAbove);
   EXPECT_FALSE(score.punctures);
   EXPECT_FALSE(score.needles[0].punctures);
   EXPECT_TRUE(std::isnan(score.largest_force_n));
@@ -60,7 +60,7 @@ TEST(NeedleScore, ForcesAndPuncturesGoToTheHoleTheNeedleIsIn) {
       force_at(5, 0, kWithdrawn, Vec3::Zero()),    force_at(6.5, 0, kTouching, Vec3(0, 0, -6)),
       force_at(7.5, 0, kInserted, Vec3(0, 0, 1)),  force_at(7.6, 0, kTouching, Vec3(0, 0, -1)),
       force_at(7.7, 0, kInserted, Vec3(0, 0, 1))};
-  const NeedlesScore score = score_needles(kPlan, kGrid, &poses, forces, kAbove);
+  const NeedlesScore score = score_needles(holes_of(kPlan.needles), kGrid, &poses, forces, kAbove);
   EXPECT_EQ(score.needles[0].punctures, 1u);
   EXPECT_EQ(score.needles[0].largest_force_n, 5);
   EXPECT_EQ(score.needles[1].punctures, 2u);
@@ -75,7 +75,7 @@ TEST(NeedleScore, WithoutPosesForcesAreKnownInAllOnly) {
   const std::vector<RecordedForce> forces = {force_at(0, 0, kFree, Vec3::Zero()),
                                              force_at(1, 0, kTouching, Vec3(0, 0, -5)),
                                              force_at(2, 0, kInserted, Vec3(0, 0, -2))};
-  const NeedlesScore score = score_needles(kPlan, kGrid, nullptr, forces, kAbove);
+  const NeedlesScore score = score_needles(holes_of(kPlan.needles), kGrid, nullptr, forces, kAbove);
   ASSERT_EQ(score.needles.size(), 2u);
   EXPECT_FALSE(score.needles[0].passes);
   EXPECT_FALSE(score.needles[0].punctures);
@@ -87,7 +87,7 @@ TEST(NeedleScore, WithoutPosesForcesAreKnownInAllOnly) {
 
 TEST(NeedleScore, ANeedleBesideTheTemplateHasNoHole) {
   const NeedleTrajectories poses({{0, Trajectory({straight(0, 200, 0, -40), straight(1, 200, 0, 0)})}});
-  const NeedlesScore score = score_needles(kPlan, kGrid, &poses, {}, kAbove);
+  const NeedlesScore score = score_needles(holes_of(kPlan.needles), kGrid, &poses, {}, kAbove);
   ASSERT_EQ(score.needles.size(), 3u);
   EXPECT_EQ(score.needles[2].hole, "");
   EXPECT_FALSE(score.needles[2].planned);
@@ -100,7 +100,7 @@ TEST(NeedleScore, AStayIsTheHolesThatItIsInForMostPoses) {
   // A hand that wavers into the next column and back.
   const NeedleTrajectories poses({{0, Trajectory({straight(0, -15, -15, -40), straight(1, -15, -15, -10),
                                                   straight(2, -12, -15, 0), straight(3, -15, -15, 5)})}});
-  const NeedlesScore score = score_needles(kPlan, kGrid, &poses, {}, kAbove);
+  const NeedlesScore score = score_needles(holes_of(kPlan.needles), kGrid, &poses, {}, kAbove);
   ASSERT_EQ(score.needles.size(), 2u);
   EXPECT_NEAR(score.needles[0].path_in_tissue_mm, 30 + std::hypot(3, 10) + std::hypot(3, 5), 1e-12);
 }
@@ -109,7 +109,7 @@ TEST(NeedleScore, APlanMayWriteItsHolesSmall) {
   Plan plan = kPlan;
   plan.needles[0].hole = "d4";
   const NeedleTrajectories poses = session();
-  const NeedlesScore score = score_needles(plan, kGrid, &poses, {}, kAbove);
+  const NeedlesScore score = score_needles(holes_of(plan.needles), kGrid, &poses, {}, kAbove);
   ASSERT_EQ(score.needles.size(), 3u);
   EXPECT_EQ(score.needles[0].path_in_tissue_mm, 55);
 }

@@ -61,6 +61,21 @@ TEST_F(Manifest, IsReadBackAsItWasWritten) {
   EXPECT_EQ(written.plan->text, read_file(plan));
 }
 
+// The source that dose.source names, or HDR implies, is found when the scene is read.
+TEST_F(Manifest, ASceneWhoseSourceAnotherKeyNamesIsItself) {
+  for (const char* more : {"[dose]\nsource = \"200\"\n", "[implant]\nkind = \"hdr\"\n"}) {
+    const std::string file = write_scene("scene.toml", small_scene(more));
+    const Scene scene = load_scene(file);
+    ASSERT_NE(scene.seeds.source, Scene().seeds.source);
+    EXPECT_EQ(differences_from(make_manifest(scene, file), scene, ManifestScope::kJudged),
+              std::vector<std::string>());
+  }
+  const std::string file = write_scene("scene.toml", small_scene("[dose]\nsource = \"200\"\n"));
+  const SessionManifest pd = make_manifest(load_scene(file), file);
+  const Scene cs = load_scene(write_scene("cs.toml", small_scene("[dose]\nsource = \"cs1-rev2\"\n")));
+  EXPECT_EQ(differences_from(pd, cs, ManifestScope::kJudged).size(), 1u);
+}
+
 TEST_F(Manifest, DamagedOrEditedIsRefusedByName) {
   const std::string whole = to_json(manifest());
   const auto refusal = [](const std::string& text) -> std::string {
