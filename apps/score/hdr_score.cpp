@@ -1,6 +1,7 @@
 #include "apps/score/hdr_score.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "apps/score/hdr_findings.h"
 #include "apps/score/seed_assignment.h"
@@ -29,6 +30,28 @@ CatheterScore compare(const HdrPlan& plan, const TemplateGrid& grid, std::size_t
   return score;
 }
 
+/// How far beside its place a catheter is that is neither aside nor shifted with all others, mm.
+constexpr double kEntryScatterMm = 1.5;
+
+struct Match {
+  std::vector<std::optional<std::size_t>> planned_of;  // each delivered one's
+  double cost_mm2 = 0;
+};
+
+// Squared distances, so that catheters that are all shifted alike stay each its own planned one's, and none becomes its
+// neighbour's. One that is none, or is missing, costs what the farthest would.
+Match match(const std::vector<Eigen::Vector2d>& planned, const std::vector<Eigen::Vector2d>& delivered,
+            const Eigen::Vector2d& shift, double farthest_mm) {
+  const double none_mm2 = farthest_mm * farthest_mm;
+  const auto cost = [&](std::size_t d, std::size_t p) {
+    return (delivered[d] - planned[p] - shift).squaredNorm();
+  };
+  Match result{cheapest_assignment(delivered.size(), planned.size(), none_mm2, cost)};
+  for (std::size_t d = 0; d < delivered.size(); ++d)
+    result.cost_mm2 += result.planned_of[d] ? cost(d, *result.planned_of[d]) : none_mm2;
+  return result;
+}
+
 std::vector<StructureDose> evaluated(ImplantDose& dose, const std::vector<Dwell>& dwells,
                                      const HdrPlan& plan) {
   dose.clear();
@@ -38,20 +61,28 @@ std::vector<StructureDose> evaluated(ImplantDose& dose, const std::vector<Dwell>
 
 }  // namespace
 
-// Squared distances, so that a template that is off by a hole shifts every
-// catheter and does not hand each to its neighbour.
 std::vector<const CatheterCourse*> assign_catheters(const HdrPlan& plan, const TemplateGrid& grid,
                                                     const std::vector<CatheterCourse>& catheters) {
-  const double farthest = HdrScore::kFarthestHoles * grid.spacing_mm;
-  const auto columns = cheapest_assignment(
-      catheters.size(), plan.catheters.size(), farthest * farthest,
-      [&](std::size_t delivered, std::size_t planned) {
-        // Where the catheter passes the template: it may have bent since.
-        return (catheters[delivered].now.back() - plan.planned_entry(grid, planned)).head<2>().squaredNorm();
-      });
-  std::vector<const CatheterCourse*> of(plan.catheters.size(), nullptr);
+  std::vector<Eigen::Vector2d> planned, delivered;
+  for (std::size_t p = 0; p < plan.catheters.size(); ++p)
+    planned.push_back(plan.planned_entry(grid, p).head<2>());
+  // Where the catheter passes the template: it may have bent since.
+  for (const CatheterCourse& course : catheters) delivered.push_back(course.now.back().head<2>());
+  const double farthest_mm = HdrScore::kFarthestHoles * grid.spacing_mm;
+
+  Match best = match(planned, delivered, Eigen::Vector2d::Zero(), farthest_mm);
+  const double least_gain_mm2 =
+      2 * kEntryScatterMm * kEntryScatterMm * std::log(2.0 + static_cast<double>(planned.size()));
+  best.cost_mm2 -= least_gain_mm2;
+  for (const Eigen::Vector2d& from : planned)
+    for (const Eigen::Vector2d& to : delivered) {
+      if ((to - from).norm() > farthest_mm) continue;
+      Match shifted = match(planned, delivered, to - from, farthest_mm);
+      if (shifted.cost_mm2 < best.cost_mm2) best = std::move(shifted);
+    }
+  std::vector<const CatheterCourse*> of(planned.size(), nullptr);
   for (std::size_t d = 0; d < catheters.size(); ++d)
-    if (columns[d]) of[*columns[d]] = &catheters[d];
+    if (best.planned_of[d]) of[*best.planned_of[d]] = &catheters[d];
   return of;
 }
 

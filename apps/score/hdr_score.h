@@ -49,7 +49,9 @@ std::vector<const CatheterCourse*> assign_catheters(const HdrPlan& plan, const T
 std::vector<Dwell> delivered_dwells(const HdrPlan& plan, const std::vector<const CatheterCourse*>& courses);
 
 /// Needles belong to planned catheters by position, whatever their numbers: each to one, so that the sum of squared
-/// distances at the template is least, no farther than HdrScore::kFarthestHoles. A channel gives its planned times
+/// distances at the template is least, no farther than HdrScore::kFarthestHoles; where all are shifted alike by up to
+/// as much, the distances without that shift, if they are less by more than it would win by chance (the Bayesian
+/// information criterion, for two parameters and a scatter of 1.5 mm). A channel gives its planned times
 /// where its catheter lies. Dose is that of the structures at rest, with dwell positions where their tissue is at
 /// rest: that is what each piece of tissue gets. Deterministic; some seconds.
 HdrScore score_hdr(const HdrPlan& plan, const TemplateGrid& grid, const std::vector<Structure>& structures,
