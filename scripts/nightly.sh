@@ -38,6 +38,7 @@ parts=(
   'anatomy     tests/apps/import/anatomy_cases.py build/release/bin/brachy-import 2000'
   'timed       scripts/campaigns/timed.sh'
   'hdr_plans   tests/apps/import/hdr_plans.py build/release/bin/brachy-import config/sources 400'
+  'fractions   tests/apps/score/fraction_sessions.py build/release/bin/brachy 50'
   'robust      tests/apps/brachy/robust_draws.py build/release/bin/brachy 60'
   'contours    tests/apps/import/contour_shapes.py build/release/bin/brachy-import out/nightly/shapes --cases 2000'
 )

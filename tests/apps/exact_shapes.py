@@ -3,7 +3,7 @@ import numpy as np
 
 
 def ball(radius, middle):
-    """Triangles of a sphere, from an icosahedron divided four times."""
+    """Triangles of a sphere, from an icosahedron divided four times; with the sphere's volume, which corners on it lack."""
     g = (1 + 5**0.5) / 2
     corners = np.array([(-1, g, 0), (1, g, 0), (-1, -g, 0), (1, -g, 0), (0, -1, g), (0, 1, g), (0, -1, -g), (0, 1, -g),
                         (g, 0, -1), (g, 0, 1), (-g, 0, -1), (-g, 0, 1)], float)
@@ -15,7 +15,9 @@ def ball(radius, middle):
         a, b, c = t[:, 0], t[:, 1], t[:, 2]
         ab, bc, ca = (a + b) / 2, (b + c) / 2, (c + a) / 2
         t = np.concatenate([np.stack(s, 1) for s in ((a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca))])
-    return middle + radius * t / np.linalg.norm(t, axis=2, keepdims=True)
+    t /= np.linalg.norm(t, axis=2, keepdims=True)
+    volume = np.sum(t[:, 0] * np.cross(t[:, 1], t[:, 2])) / 6
+    return middle + radius * (4 / 3 * np.pi / abs(volume)) ** (1 / 3) * t
 
 
 def rod(radius, middle, half_length):

@@ -97,6 +97,8 @@ class Session:
     def plant(self, kind):
         r = self.random
         if kind.endswith("aside"):
+            if kind != "all aside" and any(k == "missing" for k, _, _ in self.causes):
+                return  # one that lies where a missing one was planned is that one to anybody who looks at it
             members = {"all aside": sorted(self.now), "group aside": self.some(3, 5), "one aside": self.some(1, 1)}[kind]
             angle, size = r.uniform(0, 2 * np.pi), r.uniform(4, 8) if kind != "all aside" else r.uniform(3, 6)
             for c in members:
@@ -107,6 +109,8 @@ class Session:
             for c in members:
                 self.now[c][2] += size
         elif kind == "missing":
+            if any(k in ("group aside", "one aside") for k, _, _ in self.causes):
+                return
             members, size = self.some(1, 3), 10.0
             for c in members:
                 del self.now[c]
