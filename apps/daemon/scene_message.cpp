@@ -39,17 +39,21 @@ net::SceneMessage make_scene_message(const Scene& scene, const std::optional<Pla
   message.seed_diameter_mm = kSeedDiameterMm;
   message.prescription_gy = plan ? plan->prescription_gy : scene.dose.prescription_gy;
   message.template_grid = scene.template_grid;
+  const TemplateGrid on_wire = scene.template_grid.named_as_on_wire();
   if (plan) {
     for (std::size_t n = 0; n < plan->needles.size(); ++n)
-      message.planned_needles.push_back({plan->planned_tip(scene.template_grid, n), plan->needles[n].hole});
+      message.planned_needles.push_back({plan->planned_tip(scene.template_grid, n),
+                                         on_wire.renamed(plan->needles[n].hole, scene.template_grid)});
     for (const PlannedSeed& seed : plan->seeds(scene.template_grid))
       message.planned_seeds.push_back({seed.position, seed.axis, static_cast<std::uint32_t>(seed.needle)});
   }
   // Of HDR the catheters, which leave no seed.
   if (const auto hdr = load_hdr_plan(scene))
     for (std::size_t c = 0; c < hdr->catheters.size(); ++c)
-      message.planned_needles.push_back(
-          {hdr->planned_tip(scene.template_grid, c), hdr->catheters[c].label()});
+      message.planned_needles.push_back({hdr->planned_tip(scene.template_grid, c),
+                                         hdr->catheters[c].has_course()
+                                             ? hdr->catheters[c].name
+                                             : on_wire.renamed(hdr->catheters[c].hole, scene.template_grid)});
   for (const Structure& structure : structures) {
     // The tissue itself is shown anyway.
     if (structure.name == role_word(StructureRole::kGland) && is_tissue_gland(scene)) continue;

@@ -26,7 +26,7 @@ constexpr double kLeastHarmPercent = 0.5;  // less is what a session as planned 
 constexpr double kStructureWeight = 1e6, kPunctureWeight = 0.5 * SeedAssignment::kFarthestMm;
 constexpr double kOutsideMm = 2;  // beyond the gland, and beyond where it was planned
 
-/// "D4", "d4" of the plan as the grid writes it; beside the template: said so.
+/// Beside the template: said so.
 std::string hole_text(const std::string& hole) {
   return hole.empty() ? "beside the template" : hole;
 }

@@ -33,17 +33,11 @@ bool goes_forwards(std::span<const TrajectorySample> samples, std::size_t first)
   return (X_WN.p - samples[first - 1].X_WN.p).dot(X_WN.R.col(2)) > 0;
 }
 
-/// A plan may write "d4" for "D4".
-std::string as_grid_names(const TemplateGrid& grid, const std::string& hole) {
-  const auto place = grid.position(hole);
-  return place ? grid.nearest(*place, Vec3::UnitZ()).value_or(hole) : hole;
-}
-
 class HoleScores {
  public:
-  HoleScores(std::span<const std::string> holes, const TemplateGrid& grid, bool has_poses, bool has_forces)
+  HoleScores(std::span<const std::string> holes, bool has_poses, bool has_forces)
       : has_poses_(has_poses), has_forces_(has_forces) {
-    for (std::size_t i = 0; i < holes.size(); ++i) add(as_grid_names(grid, holes[i])).planned = i;
+    for (std::size_t i = 0; i < holes.size(); ++i) add(holes[i]).planned = i;
   }
 
   NeedleScore& at(const std::string& hole) {
@@ -80,7 +74,7 @@ class HoleScores {
 NeedlesScore score_needles(std::span<const std::string> planned, const TemplateGrid& grid,
                            const NeedleTrajectories* poses, std::span<const RecordedForce> forces,
                            const InsideTest& inside) {
-  HoleScores holes(planned, grid, poses != nullptr, !forces.empty());
+  HoleScores holes(planned, poses != nullptr, !forces.empty());
   NeedlesScore score;
   std::map<std::uint32_t, std::vector<Stay>> stays;  // by device needle
   if (poses) {

@@ -95,7 +95,8 @@ PlanChangeLog::PlanChangeLog(SessionFolder folder) : folder_(std::move(folder)) 
   has_kinds_ = table.has_kinds;
 }
 
-void PlanChangeLog::add(double t_s, const Plan& whole, PlanChangeKind kind, const std::string& what) {
+void PlanChangeLog::add(double t_s, const Plan& whole, const TemplateGrid& grid, PlanChangeKind kind,
+                        const std::string& what) {
   PlanChange change{t_s, {}, kind, one_line(what)};
   for (std::size_t n = changes_.size() + 1;; ++n) {  // one that no row names stays
     change.file = kPlanChange.name + std::to_string(n) + ".toml";
@@ -105,7 +106,8 @@ void PlanChangeLog::add(double t_s, const Plan& whole, PlanChangeKind kind, cons
   time.setf(std::ios::fixed);
   time.precision(1);
   time << t_s;
-  folder_.write_new(change.file, to_toml(whole, {change.what + ", at " + time.str() + " s of the session"}));
+  folder_.write_new(change.file,
+                    to_toml(whole, grid, {change.what + ", at " + time.str() + " s of the session"}));
   RowFile rows(folder_.append_to(kPlanChangesFile), folder_.path_of(kPlanChangesFile).string(),
                has_kinds_ ? kPlanChangesHeader : kPlanChangesWithoutKindHeader);
   rows.add(time.str() + "," + change.file + "," + (has_kinds_ ? to_string(kind) + std::string(",") : "") +

@@ -39,8 +39,10 @@ class PlanChangeLog {
 
   const std::vector<PlanChange>& changes() const { return changes_; }
 
-  /// Throws UserError where it cannot be written: then nothing has changed but perhaps a plan that no row names.
-  void add(double t_s, const Plan& whole, PlanChangeKind kind, const std::string& what);
+  /// `grid`: the plan's. Throws UserError where it cannot be written: then nothing has changed but perhaps a plan that
+  /// no row names.
+  void add(double t_s, const Plan& whole, const TemplateGrid& grid, PlanChangeKind kind,
+           const std::string& what);
 
  private:
   SessionFolder folder_;

@@ -76,7 +76,8 @@ void list_state(Archive& archive, const ProbeSettings& probe) {
 
 template <class Archive>
 void list_state(Archive& archive, const TemplateGrid& grid) {
-  const auto& [columns, rows, spacing_mm, origin_mm] = grid;
+  // What holes are called changes no run.
+  const auto& [columns, rows, spacing_mm, origin_mm, letters_from, half_steps] = grid;
   archive(columns, rows, spacing_mm, origin_mm);
 }
 

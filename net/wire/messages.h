@@ -423,6 +423,7 @@ struct SceneMessage {
   double needle_length_mm = 0, needle_diameter_mm = 0;
   double seed_length_mm = 0, seed_diameter_mm = 0;
   double prescription_gy = 0;
+  /// By what names its holes are to be shown; in the messages they are named_as_on_wire.
   TemplateGrid template_grid;
   std::vector<ScenePlannedNeedle> planned_needles;
   std::vector<ScenePlannedSeed> planned_seeds;  ///< in the plan's order

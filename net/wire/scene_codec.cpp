@@ -6,7 +6,7 @@ namespace {
 
 constexpr std::size_t kPlannedNeedleBytes = 26, kPlannedSeedBytes = 56, kStructureBytes = 10,
                       kKernelBytes = 2, kGoalBytes = 16, kColourBytes = 6;  // at least
-constexpr std::uint16_t kProbeSection = 1, kGoalsSection = 2, kColoursSection = 3;
+constexpr std::uint16_t kProbeSection = 1, kGoalsSection = 2, kColoursSection = 3, kHolesSection = 4;
 
 void structure_fields(auto& archive, auto& structure) {
   archive.text(structure.name, kMaxNameBytes);
@@ -26,6 +26,7 @@ void structure_fields(auto& archive, auto& structure) {
 
 template <class Archive>
 void fields(Archive& archive, MaybeConst<SceneMessage> auto& message) {
+  const TemplateGrid& grid = message.template_grid;
   archive.f64(message.needle_length_mm);
   archive.f64(message.needle_diameter_mm);
   archive.f64(message.seed_length_mm);
@@ -74,7 +75,8 @@ void fields(Archive& archive, MaybeConst<SceneMessage> auto& message) {
                                section.text(goal.source, kMaxTextBytes);
                              });
                            }},
-                   Section{kColoursSection, !message.colours.empty(), [&](auto& section) {
+                   Section{kColoursSection, !message.colours.empty(),
+                           [&](auto& section) {
                              section.u16_list(message.colours, kColourBytes, [&](auto& colour) {
                                section.text(colour.name, kMaxNameBytes);
                                section.u8(colour.red);
@@ -82,6 +84,13 @@ void fields(Archive& archive, MaybeConst<SceneMessage> auto& message) {
                                section.u8(colour.blue);
                                section.reserved(1);
                              });
+                           }},
+                   Section{kHolesSection, !grid.is_named_as(grid.named_as_on_wire()), [&](auto& section) {
+                             bool from_right = grid.letters_from == "right", half_steps = grid.half_steps;
+                             section.u16_bits(from_right, half_steps);
+                             section.reserved(6);
+                             if constexpr (Archive::kReads)
+                               message.template_grid = grid.named(from_right ? "right" : "left", half_steps);
                            }});
 }
 BRACHY_CODEC(SceneMessage);

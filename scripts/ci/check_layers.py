@@ -29,7 +29,8 @@ ONE_PLACE = [
     (r"#include <toml\+\+/", r"core/base/toml_table\.cpp", "tomlplusplus"),
     (r'#include "core/base/toml_table\.h"',
      r"core/(base/toml_table\.cpp|scene/file/.*|"
-     r"brachytherapy/(plan/plan_toml|dose/source_toml|hdr/hdr_plan_toml)\.cpp)|apps/score/exercise\.cpp",
+     r"brachytherapy/(plan/plan_toml|dose/source_toml|hdr/hdr_plan_toml)\.cpp|brachytherapy/plan/hole_names\.h)|"
+     r"apps/score/exercise\.cpp",
      "reading TOML"),
     (r"#include <boost/beast",
      r"net/http/(http_listener\.cpp|websocket_connection\.h)|apps/examples/haply_device\.cpp", "Boost.Beast"),

@@ -3,7 +3,7 @@ import numpy as np
 
 
 def ball(radius, middle):
-    """Triangles of a sphere, from an icosahedron divided four times; with the sphere's volume, which corners on it lack."""
+    """Triangles of a sphere, from an icosahedron divided four times, of the volume that corners on it would lack."""
     g = (1 + 5**0.5) / 2
     corners = np.array([(-1, g, 0), (1, g, 0), (-1, -g, 0), (1, -g, 0), (0, -1, g), (0, 1, g), (0, -1, -g), (0, 1, -g),
                         (g, 0, -1), (g, 0, 1), (-g, 0, -1), (-g, 0, 1)], float)

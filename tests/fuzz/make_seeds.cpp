@@ -264,7 +264,7 @@ void add_files(const Corpus& corpus) {
     corpus.add("source", entry.path().stem(), std::string(1, '\0') + read(entry.path()));
   Plan plan = load_plan(kConfig / "plan.toml", {});
   plan.needles.resize(2);
-  corpus.add("plan", "csv", "\x01" + to_csv(plan));
+  corpus.add("plan", "csv", "\x01" + to_csv(plan, {}));
 }
 
 std::string table_of(std::string_view header, const std::string& row) {

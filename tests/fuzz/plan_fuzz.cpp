@@ -6,9 +6,10 @@ namespace brachy::fuzz {
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   Script script(data, size);
-  const bool is_csv = script.u8() % 2 != 0;
+  const unsigned choice = script.u8();
+  const bool is_csv = choice % 2 != 0;
   const std::string text = text_of(script.rest());
-  const TemplateGrid grid;
+  const TemplateGrid grid = TemplateGrid().named(choice & 2 ? "right" : "left", (choice & 4) != 0);
   const double needle_length_mm = NeedleSettings().length_mm;
   Plan plan;
   const bool is_read = reads_lines("plan", [&] {
@@ -17,8 +18,10 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   if (!is_read) return 0;
   EXPECT_FALSE(plan.needles.empty());
   EXPECT_EQ(plan.seeds(grid).size(), plan.seed_count());
-  EXPECT_TRUE(parse_plan_toml(to_toml(plan), "again", grid, needle_length_mm) == plan) << to_toml(plan);
-  EXPECT_TRUE(parse_plan_csv(to_csv(plan), "again", grid, needle_length_mm) == plan) << to_csv(plan);
+  EXPECT_TRUE(parse_plan_toml(to_toml(plan, grid), "again", grid, needle_length_mm) == plan)
+      << to_toml(plan, grid);
+  EXPECT_TRUE(parse_plan_csv(to_csv(plan, grid), "again", grid, needle_length_mm) == plan)
+      << to_csv(plan, grid);
   return 0;
 }
 

@@ -18,14 +18,15 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
         const HdrPlan catheters = *catheters_of(plan, courses, "", "file").hdr;
         EXPECT_GT(catheters.dwell_count(), 0u);
         constexpr double kNeedleMm = 200;
-        EXPECT_TRUE(parse_hdr_plan(to_toml(catheters), "written", TemplateGrid(), kNeedleMm) == catheters);
+        EXPECT_TRUE(parse_hdr_plan(to_toml(catheters, {}), "written", TemplateGrid(), kNeedleMm) ==
+                    catheters);
       });
       return;
     }
     reads("file: ", [&] {
       const CasePlan fitted = fit_plan(plan, TemplateGrid(), "file");
       EXPECT_FALSE(fitted.plan.needles.empty());
-      (void)to_toml(fitted.plan);
+      (void)to_toml(fitted.plan, fitted.grid);
     });
   });
   return 0;

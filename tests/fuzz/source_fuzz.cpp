@@ -27,7 +27,7 @@ void check_plan(const std::string& text) {
   if (!reads_lines("plan", [&] { plan = parse_hdr_plan(text, "plan", grid, 200); })) return;
   EXPECT_TRUE(plan.dwell_count() > 0 && plan.catheters.size() <= ImplantSettings::kMaxCatheters);
   EXPECT_TRUE(is_hdr_plan(text));
-  EXPECT_TRUE(parse_hdr_plan(to_toml(plan), "again", grid, 200) == plan) << to_toml(plan);
+  EXPECT_TRUE(parse_hdr_plan(to_toml(plan, grid), "again", grid, 200) == plan) << to_toml(plan, grid);
 }
 
 }  // namespace

@@ -113,6 +113,27 @@ test('PLAN has the needles in use and where their seeds go, and a request is wri
   assert.deepEqual(asked(plan.needles).needles, plan.needles.map((needle) => ({...needle, begun: false})));
 });
 
+test('holes are shown and typed as the scene names them, and sent as messages do', () => {
+  const wire = {origin: [-30, -30, -60], spacingMm: 5, columns: 13, rows: 13, fromRight: false, halfSteps: false};
+  const clinic = {...wire, fromRight: true, halfSteps: true};
+  for (const grid of [wire, {...wire, fromRight: true}, {...wire, halfSteps: true}, clinic])
+    for (let column = 0; column < grid.columns; ++column)
+      for (let row = 0; row < grid.rows; ++row) {
+        const name = viewer.holeName({column, row}, grid);
+        assert.deepEqual(viewer.holeOf(name, grid), {column, row}, name);
+        assert.equal(viewer.shownHole(viewer.wireHole(name, grid), grid), name);
+      }
+  // The same as tests/core/brachytherapy/plan/template_grid_test.cpp has.
+  assert.deepEqual(viewer.holeOf('D4', {...wire, fromRight: true}), {column: 9, row: 3});
+  assert.deepEqual(viewer.holeOf('d4.5', clinic), {column: 5, row: 7});
+  assert.equal(viewer.wireHole('d4.5', clinic), 'F8');
+  assert.equal(viewer.shownHole('A1', clinic), 'G1');
+  for (const name of ['d4', 'D4.5', 'N1', 'A14', 'A0', 'A01']) assert.equal(viewer.holeOf(name, wire), null, name);
+  for (const name of ['g7', 'G7.5', 'H1', 'A1.0', 'A0.5']) assert.equal(viewer.holeOf(name, clinic), null, name);
+  const plan = viewer.shownPlan(decode('PLAN'), clinic);
+  assert.deepEqual(plan.needles.map(({hole}) => hole), ['E4', 'D3']);
+});
+
 test('a seed moves along its needle by a spacer where nothing is in the way, and its removal leaves the others', () => {
   assert.deepEqual(viewer.moveSeed('s-s', 0, 1), {train: '-ss', at: 1});
   assert.deepEqual(viewer.moveSeed('s-s', 2, -1), {train: 'ss', at: 1});

@@ -107,7 +107,7 @@ int run_hdr_plan(const HdrPlanRequest& request, const Scene& scene) {
   const std::vector<Structure> structures = load_structures(scene);
   const TemplateGrid& grid = scene.template_grid;
   const HdrPlan plan = get_hdr_plan(request, scene, structures);
-  if (request.out) write_text(*request.out, to_toml(plan), request.force);
+  if (request.out) write_text(*request.out, to_toml(plan, grid), request.force);
   if (request.seeds) write_text(*request.seeds, to_csv(plan.seeds(grid)), request.force);
   if (request.structures) write_structures(*request.structures, structures, request.force);
   if (request.trajectory)

@@ -164,10 +164,11 @@ int run_plan(const PlanOptions& options) {
   const TemplateGrid& grid = scene.template_grid;
 
   if (options.out)
-    write_text(*options.out,
-               options.out->extension() == ".csv" ? to_csv(plan, made.notes) : to_toml(plan, made.notes),
-               options.force);
-  if (options.csv) write_text(*options.csv, to_csv(plan, made.notes), options.force);
+    write_text(
+        *options.out,
+        options.out->extension() == ".csv" ? to_csv(plan, grid, made.notes) : to_toml(plan, grid, made.notes),
+        options.force);
+  if (options.csv) write_text(*options.csv, to_csv(plan, grid, made.notes), options.force);
   const std::vector<PlannedSeed> seeds = plan.seeds(grid);
   if (options.seeds)
     write_text(*options.seeds, to_csv(std::vector<DoseSeed>(seeds.begin(), seeds.end())), options.force);

@@ -95,9 +95,9 @@ std::string no_plan(const ScoreOptions& options) {
 }
 
 /// The needles of two plans are the same, whatever file they come from.
-bool is_same_plan(Plan a, const Plan& b) {
+bool is_same_plan(Plan a, const Plan& b, const TemplateGrid& grid) {
   a.name = b.name;
-  return to_csv(a) == to_csv(b);
+  return to_csv(a, grid) == to_csv(b, grid);
 }
 
 constexpr const char* kAnotherPlan = "What if: scored against another plan than the session's own.";
@@ -113,7 +113,7 @@ Plan plan_of(const ScoreOptions& options, Scoring& scoring) {
   if (scoring.manifest) own = plan_of(*scoring.manifest, scene);
   if (options.plan) {
     Plan given = load_plan(*options.plan, scene.template_grid, scene.needle.length_mm);
-    if (!own || is_same_plan(given, *own)) return given;
+    if (!own || is_same_plan(given, *own, scene.template_grid)) return given;
     if (!options.what_if) refuse_plan(options);
     scoring.remarks.push_back(kAnotherPlan);
     return given;
@@ -130,7 +130,7 @@ HdrPlan hdr_plan_of(const ScoreOptions& options, Scoring& scoring) {
   if (scoring.manifest) own = hdr_plan_of(*scoring.manifest, scene);
   if (options.plan) {
     HdrPlan given = load_hdr_plan(*options.plan, scene.template_grid, scene.needle.length_mm);
-    if (!own || to_toml(*own) == to_toml(given)) return given;
+    if (!own || to_toml(*own, scene.template_grid) == to_toml(given, scene.template_grid)) return given;
     if (!options.what_if) refuse_plan(options);
     scoring.remarks.push_back(kAnotherPlan);
     return given;

@@ -10,6 +10,7 @@
 #include "core/base/error.h"
 #include "core/base/one_line.h"
 #include "core/brachytherapy/plan/change/hole_loading.h"
+#include "core/brachytherapy/plan/hole_names.h"
 #include "core/brachytherapy/plan/optimiser/optimise_plan.h"
 #include "core/brachytherapy/plan/plan_file.h"
 #include "core/simulation/new_failed_drops.h"
@@ -36,7 +37,7 @@ std::string refusal_of_drawn(const net::PlanMessage& request, const TemplateGrid
   for (const net::PlanMessageNeedle& drawn : request.needles) {
     const std::string where = "hole " + one_short_line(drawn.hole) + ": ";
     const std::optional<Vec3> position = grid.position(drawn.hole);
-    if (!position) return where + "the template has " + grid.extent();
+    if (!position) return where + grid.lacks(drawn.hole);
     if (!taken.emplace(position->x(), position->y()).second)
       return where + "it is there for the second time; use each hole once";
     if (!std::isnan(drawn.depth_mm) && !std::isfinite(drawn.depth_mm))
@@ -103,7 +104,11 @@ std::string PlanChanges::execute(net::PlanMessage request, const net::Sender& fr
     return fmt::format("there is no request {}: 2 optimise the rest, 3 the rest is to be these needles",
                        static_cast<unsigned>(request.kind));
   if (std::string why = refusal(request, from.id); !why.empty()) return why;
-  return is_edit ? edit(std::make_shared<const net::PlanMessage>(std::move(request)), from) : optimise(from);
+  if (!is_edit) return optimise(from);
+  const TemplateGrid on_wire = scene_.template_grid.named_as_on_wire();
+  if (std::string why = refusal_of_drawn(request, on_wire); !why.empty()) return why;
+  rename_holes(request.needles, on_wire, scene_.template_grid);
+  return edit(std::make_shared<const net::PlanMessage>(std::move(request)), from);
 }
 
 /// Why no plan may be changed now, whoever asks; "": it may.
@@ -143,7 +148,6 @@ std::vector<char> PlanChanges::begun() const {
 
 std::string PlanChanges::edit(const std::shared_ptr<const net::PlanMessage>& request,
                               const net::Sender& from) {
-  if (std::string why = refusal_of_drawn(*request, scene_.template_grid); !why.empty()) return why;
   const bool is_taken = turns_.add(from.id, [this, request, from]() -> WorkTurns::Work {
     if (const std::string why = refusal(*request, from.id); !why.empty()) {
       from.refuse(why);
@@ -272,7 +276,8 @@ WorkTurns::Work PlanChanges::change(MakePlan make, PlanChangeKind kind, const ne
       auto loading = std::make_shared<std::array<LoadingPlan, 3>>();
       loading->fill(changed->loading);
       if (changes_)
-        changes_->add(t_s, changed->ledger.in_use(), kind, std::string(to_string(kind)) + " by " + from.name);
+        changes_->add(t_s, changed->ledger.in_use(), scene_.template_grid, kind,
+                      std::string(to_string(kind)) + " by " + from.name);
       return [=, this] {
         if (plan_ != before) return refuse("the simulation was started again meanwhile");
         hand_over(std::move(*loading));
@@ -324,6 +329,7 @@ void PlanChanges::publish() {
                                  static_cast<std::uint32_t>(plan_->loading.first_of_needle[n]),
                                  ledger.depth_mm(n), needle.hole, needle.train});
   }
+  rename_holes(message.needles, scene_.template_grid, scene_.template_grid.named_as_on_wire());
   server_.publish(message);
 }
 

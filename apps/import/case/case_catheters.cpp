@@ -278,7 +278,7 @@ CasePlan catheters_of(const RtBrachyPlan& file, std::vector<ImportedCourse>& cou
         " catheters count relative positions from their other end; the deeper end is the tip");
   check_kerma(file, plan, result.notes);
   try {
-    (void)parse_hdr_plan(to_toml(plan), "plan", TemplateGrid(), NeedleSettings().length_mm);
+    (void)parse_hdr_plan(to_toml(plan, TemplateGrid()), "plan", TemplateGrid(), NeedleSettings().length_mm);
   } catch (const UserError& e) {
     throw UserError(name +
                     ": Application Setup Sequence (300a,0230): is beyond what a plan may have: " + e.what());

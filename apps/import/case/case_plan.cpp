@@ -107,14 +107,19 @@ TemplateGrid template_before(const Vec3& min_mm, const Vec3& max_mm) {
   const Vec3 middle = 0.5 * (min_mm + max_mm);
   const auto tenths = [](double v) { return std::round(10 * v) / 10; };
   grid.origin_mm = {tenths(middle.x()) - 30, tenths(middle.y()) - 30, tenths(min_mm.z()) - 37.5};
+  grid.letters_from = "right";  // as clinics have it
   return grid;
 }
+
+// Behind a description: "A1" in it is the hole of the least x and y, by whatever name.
+constexpr const char *kFromRight = ", letters from the right", *kHalfSteps = ", half steps";
 
 std::string template_text(const TemplateGrid& grid, double base_plane_mm) {
   return "brachyd template " + std::to_string(grid.columns) + " x " + std::to_string(grid.rows) + ", pitch " +
          exact_text(grid.spacing_mm) + " mm, A1 at " + exact_text(grid.origin_mm.x()) + " " +
          exact_text(grid.origin_mm.y()) + " " + exact_text(grid.origin_mm.z()) + " mm RAS, base plane " +
-         exact_text(base_plane_mm) + " mm";
+         exact_text(base_plane_mm) + " mm" + (grid.letters_from == "right" ? kFromRight : "") +
+         (grid.half_steps ? kHalfSteps : "");
 }
 
 std::optional<DescribedTemplate> parse_template_text(const std::string& text) {
@@ -125,6 +130,8 @@ std::optional<DescribedTemplate> parse_template_text(const std::string& text) {
                   &t.grid.columns, &t.grid.rows, &t.grid.spacing_mm, &x, &y, &z, &t.base_plane_mm) != 7)
     return std::nullopt;
   t.grid.origin_mm = {x, y, z};
+  if (text.find(kFromRight) != std::string::npos) t.grid.letters_from = "right";
+  t.grid.half_steps = text.find(kHalfSteps) != std::string::npos;
   const bool is_sound = t.grid.columns >= 1 && t.grid.columns <= TemplateGrid::kMaxColumns &&
                         t.grid.rows >= 1 && t.grid.rows <= TemplateGrid::kMaxRows && t.grid.spacing_mm >= 1 &&
                         t.grid.spacing_mm <= 50 && t.grid.origin_mm.allFinite() &&

@@ -67,8 +67,12 @@ std::string scene_text(const ImportedCase& imported, bool has_plan) {
   text += colour_line(gland);
   text += "\n[box]\nsize_mm = " + list_text(size) + "\ncentre_mm = " + list_text(centre) + "\n";
   const TemplateGrid& grid = imported.grid;
-  text += fmt::format("\n[template]\ncolumns = {}\nrows = {}\nspacing_mm = {}\norigin_mm = {}\n",
-                      grid.columns, grid.rows, exact_text(grid.spacing_mm), list_text(grid.origin_mm));
+  text += fmt::format(
+      "\n[template]\ncolumns = {}\nrows = {}\nspacing_mm = {}\norigin_mm = {}\nletters_from = \"{}\"  # of "
+      "the "
+      "patient, as clinical templates have it\nhalf_steps = {}\n",
+      grid.columns, grid.rows, exact_text(grid.spacing_mm), list_text(grid.origin_mm), grid.letters_from,
+      grid.half_steps);
   if (has_plan) text += "\n[plan]\nfile = \"plan.toml\"\n";
   if (imported.plan && imported.plan->hdr)
     text += fmt::format("\n[needle]\ncount = {}\n\n[implant]\nkind = \"hdr\"\n",
@@ -175,8 +179,8 @@ void write_case(const ImportedCase& imported, const std::filesystem::path& folde
   for (const ImportedStructure& structure : imported.structures)
     write_ply(stage / (structure.name + ".ply"), structure.mesh);
   if (imported.plan)
-    write_text(stage / "plan.toml",
-               imported.plan->hdr ? to_toml(*imported.plan->hdr) : to_toml(imported.plan->plan));
+    write_text(stage / "plan.toml", imported.plan->hdr ? to_toml(*imported.plan->hdr, imported.grid)
+                                                       : to_toml(imported.plan->plan, imported.grid));
   if (!imported.seeds.empty()) write_text(stage / "seeds.csv", to_csv(imported.seeds));
   if (imported.dose) write_text(stage / "dose.nrrd", to_nrrd(*imported.dose, "dose", "Gy"));
   if (imported.volume) write_text(stage / "volume.nrrd", to_nrrd(*imported.volume, "image", ""));

@@ -102,11 +102,11 @@ ExportedPlan plan_of(const ExportLine& line, const Scene& scene) {
   const TemplateGrid& grid = scene.template_grid;
   if (scene.implant.is_hdr() || is_hdr_plan(file_bytes(file, kMostPlanBytes))) {
     plan.hdr = load_hdr_plan(file, grid, scene.needle.length_mm);
-    plan.text = to_toml(*plan.hdr);
+    plan.text = to_toml(*plan.hdr, grid);
     plan.seeds = plan.hdr->seeds(grid);
   } else {
     plan.permanent = load_plan(file, grid, scene.needle.length_mm);
-    plan.text = to_toml(*plan.permanent);
+    plan.text = to_toml(*plan.permanent, grid);
     for (const PlannedSeed& seed : plan.permanent->seeds(grid)) plan.seeds.push_back(seed);
   }
   return plan;

@@ -179,6 +179,11 @@ class GoalFlag(IntFlag):
     OF_PLAN = 2
 
 
+class HoleFlag(IntFlag):
+    FROM_RIGHT = 1
+    HALF_STEPS = 2
+
+
 class PlanFlag(IntFlag):
     OPTIMISING = 1
 

@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import wire_views as views
-from .constants import (MessageType, ControlFlag, DeviceFlag, ForceFlag, FrameFlag, GoalFlag, ImageFlag,
+from .constants import (MessageType, ControlFlag, DeviceFlag, ForceFlag, FrameFlag, GoalFlag, HoleFlag, ImageFlag,
                         ImageRequestFlag, ImplausibleLimit, PlanFlag, PlanNeedleFlag, PlayFlag, ScannerFlag, SeedFlag,
                         Subscription)
 from .wire_bytes import Array, FloatArray, IndexArray, Reader, Writer, boolean, checked, eye, zeros
@@ -1414,10 +1414,24 @@ class SceneColours:
 
 
 @dataclass
+class SceneHoles:
+    flags: HoleFlag = HoleFlag(0)
+
+    @classmethod
+    def read(cls, r: Reader) -> SceneHoles:
+        flags, = r.get("H6x")
+        return cls(HoleFlag(flags))
+
+    def write(self, w: Writer) -> None:
+        w.put("H6x", self.flags)
+
+
+@dataclass
 class SceneSections:
     probe: Optional[SceneProbe] = None
     goals: Optional[SceneGoals] = None
     colours: Optional[SceneColours] = None
+    holes: Optional[SceneHoles] = None
 
     @classmethod
     def read(cls, r: Reader) -> SceneSections:
@@ -1429,13 +1443,15 @@ class SceneSections:
                 made.goals = SceneGoals.read(s)
             elif number == 3:
                 made.colours = SceneColours.read(s)
+            elif number == 4:
+                made.holes = SceneHoles.read(s)
             else:
                 continue
             s.finish()
         return made
 
     def write(self, w: Writer) -> None:
-        w.sections([(1, self.probe), (2, self.goals), (3, self.colours)])
+        w.sections([(1, self.probe), (2, self.goals), (3, self.colours), (4, self.holes)])
 
 
 @dataclass

@@ -7,6 +7,7 @@ export * from './protocol/client_messages.js';
 export * from './protocol/contour.js';
 export * from './protocol/image.js';
 export * from './protocol/plan_message.js';
+export {columnName, holeName, holeOf, rowName, shownHole, wireHole} from './protocol/scene_message.js';
 export * from './ui/train.js';
 export {shortcutsByKey} from './ui/shortcuts.js';
 export {lateText, verdictOf} from './ui/status.js';

@@ -23,8 +23,7 @@ Vec3 HdrPlan::planned_entry(const TemplateGrid& grid, std::size_t catheter) cons
   const PlanCatheter& c = catheters.at(catheter);
   if (c.has_course()) return c.course.back();
   const auto hole = grid.position(c.hole);
-  if (!hole)
-    throw UserError("the plan's hole \"" + c.hole + "\" is not in the template, which has " + grid.extent());
+  if (!hole) throw UserError("the plan's hole is \"" + c.hole + "\"; " + grid.lacks(c.hole));
   return *hole;
 }
 

@@ -23,8 +23,8 @@ struct HdrPlanLimits {
 bool is_hdr_plan(std::string_view text);
 
 /// Parses a plan: kind = "hdr", name, source, source_strength_u, prescription_gy, step_mm, tip_offset_mm, and for each
-/// catheter a [[catheter]] with hole, tip_mm and dwell_s, or with name, course_mm, dwell_mm and dwell_s. `name` stands
-/// for the file in errors.
+/// catheter a [[catheter]] with hole, tip_mm and dwell_s, or with name, course_mm, dwell_mm and dwell_s. It may say
+/// letters_from and half_steps (hole_names.h); holes then become those of `grid`. `name` stands for the file in errors.
 /// Errors: UserError "file:line: what; fix": not TOML, an unknown or missing key, a value out of range, a seed for a
 /// source, a hole that is not in the template or is used twice, more than 24 catheters, a dwell position in front of
 /// the template, a tip that the needle does not reach, no dwell time at all.
@@ -33,7 +33,8 @@ HdrPlan parse_hdr_plan(std::string_view text, const std::string& name, const Tem
 /// parse_hdr_plan of a file of at most 1 MiB.
 HdrPlan load_hdr_plan(const std::filesystem::path& file, const TemplateGrid& grid, double needle_length_mm);
 
-/// The plan as a file's text; parse_hdr_plan reads the same plan back, bit for bit.
-std::string to_toml(const HdrPlan& plan);
+/// The plan as a file's text; parse_hdr_plan reads the same plan back, bit for bit. `grid`: by whose names its
+/// holes are.
+std::string to_toml(const HdrPlan& plan, const TemplateGrid& grid);
 
 }  // namespace brachy

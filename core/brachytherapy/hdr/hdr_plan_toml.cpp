@@ -10,6 +10,7 @@
 #include "core/base/toml_table.h"
 #include "core/brachytherapy/dose/source.h"
 #include "core/brachytherapy/hdr/hdr_plan_file.h"
+#include "core/brachytherapy/plan/hole_names.h"
 #include "core/brachytherapy/plan/plan_check.h"
 
 namespace brachy {
@@ -75,9 +76,7 @@ void read_catheter(TomlTable t, HdrPlan& plan, const TemplateGrid& grid, double 
       t, {"hole", "tip_mm", "dwell_s"},
       "a [[catheter]] has a hole, the tip's mm beyond the template, and the time of each dwell position");
   if (!grid.position(catheter.hole))
-    t.contradiction("hole",
-                    "is \"" + one_short_line(catheter.hole) + "\"; the template has " + grid.extent());
-  if (catheter.hole[0] >= 'a') catheter.hole[0] = static_cast<char>(catheter.hole[0] - 'a' + 'A');
+    t.contradiction("hole", "is \"" + one_short_line(catheter.hole) + "\"; " + grid.lacks(catheter.hole));
   for (std::size_t before = 0; before + 1 < plan.catheters.size(); ++before)
     if (plan.catheters[before].hole == catheter.hole)
       t.contradiction("hole", "is \"" + catheter.hole + "\" for the second time; use each hole once");
@@ -138,6 +137,7 @@ HdrPlan parse_hdr_plan(std::string_view text, const std::string& name, const Tem
   t.number("prescription_gy", plan.prescription_gy, L::kLeastPrescriptionGy, L::kMostPrescriptionGy);
   t.number("step_mm", plan.step_mm, 1, 10);
   t.number("tip_offset_mm", plan.tip_offset_mm, 0, L::kMostTipOffsetMm);
+  const TemplateGrid named = read_hole_names(t, grid);
   std::vector<TomlTable> catheters = t.tables("catheter");
   t.refuse_unknown();
   check_name(plan.name, [&](const char* key, const std::string& what) { t.contradiction(key, what); });
@@ -147,7 +147,8 @@ HdrPlan parse_hdr_plan(std::string_view text, const std::string& name, const Tem
   if (catheters.size() > ImplantSettings::kMaxCatheters)
     t.contradiction("catheter", "stands there " + std::to_string(catheters.size()) + " times; give at most " +
                                     std::to_string(ImplantSettings::kMaxCatheters));
-  for (TomlTable& catheter : catheters) read_catheter(catheter, plan, grid, needle_length_mm);
+  for (TomlTable& catheter : catheters) read_catheter(catheter, plan, named, needle_length_mm);
+  rename_holes(plan.catheters, named, grid);
   if (plan.dwell_count() == 0) t.contradiction("catheter", "has no dwell time above 0; give one");
   return plan;
 }
@@ -167,7 +168,7 @@ HdrPlan load_hdr_plan(const std::filesystem::path& file, const TemplateGrid& gri
   return parse_hdr_plan(text.str(), name, grid, needle_length_mm);
 }
 
-std::string to_toml(const HdrPlan& plan) {
+std::string to_toml(const HdrPlan& plan, const TemplateGrid& grid) {
   std::string out = "# Catheters through a template, and how long the source dwells in them; mm, U, Gy, s.\n";
   out += "kind = \"hdr\"\nname = " + quoted(plan.name) + "\n";
   out += "source = \"" + std::string(to_string(plan.source)) + "\"\n";
@@ -175,6 +176,7 @@ std::string to_toml(const HdrPlan& plan) {
   out += "prescription_gy = " + exact_text(plan.prescription_gy) + "  # of this fraction\n";
   out += "step_mm = " + exact_text(plan.step_mm) + "  # between dwell positions\n";
   out += "tip_offset_mm = " + exact_text(plan.tip_offset_mm) + "  # of the first one behind the tip\n";
+  out += hole_names_toml(grid);
   out +=
       "# tip_mm: beyond the template's plane. dwell_s: seconds at each dwell position, from the tip "
       "backwards.\n"

@@ -25,8 +25,7 @@ double PlanNeedle::train_length_mm() const {
 Vec3 Plan::planned_tip(const TemplateGrid& grid, std::size_t needle) const {
   const PlanNeedle& n = needles.at(needle);
   const auto hole = grid.position(n.hole);
-  if (!hole)
-    throw UserError("the plan's hole \"" + n.hole + "\" is not in the template, which has " + grid.extent());
+  if (!hole) throw UserError("the plan's hole is \"" + n.hole + "\"; " + grid.lacks(n.hole));
   return *hole + (base_plane_mm - n.retraction_mm) * Vec3::UnitZ();
 }
 

@@ -8,11 +8,10 @@
 
 namespace brachy {
 
-void check_needle(Plan& plan, std::size_t n, const PlanLimits& limits, const RefuseKey& refuse) {
-  PlanNeedle& needle = plan.needles[n];
+void check_needle(const Plan& plan, std::size_t n, const PlanLimits& limits, const RefuseKey& refuse) {
+  const PlanNeedle& needle = plan.needles[n];
   if (!limits.grid.position(needle.hole))
-    refuse("hole", "is \"" + one_short_line(needle.hole) + "\"; the template has " + limits.grid.extent());
-  if (needle.hole[0] >= 'a') needle.hole[0] = static_cast<char>(needle.hole[0] - 'a' + 'A');
+    refuse("hole", "is \"" + one_short_line(needle.hole) + "\"; " + limits.grid.lacks(needle.hole));
   for (std::size_t before = 0; before < n; ++before)
     if (plan.needles[before].hole == needle.hole)
       refuse("hole", "is \"" + needle.hole + "\" for the second time (needles " + std::to_string(before + 1) +

@@ -22,9 +22,8 @@ struct PlanLimits {
 /// Refuses a file's value of `key` (without the table's name): throws UserError with its line.
 using RefuseKey = std::function<void(const char* key, const std::string& what)>;
 
-/// Checks needle n, the last one read, against the plan, the needles before it and the template, and normalises the
-/// name of its hole ("d4": "D4").
-void check_needle(Plan& plan, std::size_t n, const PlanLimits& limits, const RefuseKey& refuse);
+/// Checks needle n, the last one read, against the plan, the needles before it and the template.
+void check_needle(const Plan& plan, std::size_t n, const PlanLimits& limits, const RefuseKey& refuse);
 
 /// Checks the plan's name: one line of text.
 void check_name(const std::string& name, const RefuseKey& refuse);

@@ -1,11 +1,13 @@
 #include <algorithm>
 #include <charconv>
+#include <optional>
 #include <vector>
 
 #include "core/base/number_csv.h"
 #include "core/base/number_text.h"
 #include "core/base/one_line.h"
 #include "core/brachytherapy/dose/source.h"
+#include "core/brachytherapy/plan/hole_names.h"
 #include "core/brachytherapy/plan/plan_check.h"
 #include "core/brachytherapy/plan/plan_file.h"
 
@@ -13,6 +15,8 @@ namespace brachy {
 namespace {
 
 constexpr std::size_t kColumns = 8;  // of kPlanCsvHeader
+constexpr std::string_view kHoleColumns =
+    ",letters_from,half_steps";  // where holes are not named as on the wire
 
 struct Line {
   const std::string& file;
@@ -86,10 +90,21 @@ Plan plan_of(const std::vector<std::string>& cells, const Line& line) {
   return plan;
 }
 
+/// The grid by the names that a row states.
+TemplateGrid names_in(const std::vector<std::string>& cells, const TemplateGrid& grid, const Line& line) {
+  const auto is_one_of = [](const std::string& cell, const char* a, const char* b) {
+    return cell == a || cell == b;
+  };
+  if (!is_one_of(cells[kColumns], "left", "right"))
+    line.refuse_key()("letters_from",
+                      "is \"" + one_short_line(cells[kColumns]) + "\"; it must be left or right");
+  if (!is_one_of(cells[kColumns + 1], "true", "false"))
+    line.refuse_key()("half_steps",
+                      "is \"" + one_short_line(cells[kColumns + 1]) + "\"; it must be true or false");
+  return grid.named(cells[kColumns], cells[kColumns + 1] == "true");
+}
+
 void read_row(const std::vector<std::string>& cells, Plan& plan, const PlanLimits& limits, const Line& line) {
-  if (cells.size() != kColumns)
-    line.refuse("found " + std::to_string(cells.size()) + " columns, expected " + std::to_string(kColumns) +
-                " (" + kPlanCsvHeader + ")");
   Plan said = plan_of(cells, line);
   said.needles = plan.needles;
   if (plan.needles.empty()) plan = said;
@@ -118,31 +133,50 @@ Plan parse_plan_csv(std::string_view text, const std::string& name, const Templa
                     double needle_length_mm) {
   if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);  // the byte order mark that spreadsheets write
   Plan plan;
-  bool header_seen = false;
+  bool header_seen = false, names_holes = false;
+  std::optional<TemplateGrid> named;
   std::size_t number = 0;
   while (!text.empty()) {
     const std::string_view content = cut_line(text);
     const Line line{name, ++number};
     if (content.find_first_not_of(" \t") == content.npos || content.front() == '#') continue;
-    if (!header_seen && content != kPlanCsvHeader)
-      line.refuse(
-          std::string("expected the header ").append(kPlanCsvHeader).append("; add it as the first line"));
-    if (header_seen) read_row(split(content, line), plan, {grid, needle_length_mm}, line);
-    header_seen = true;
+    if (!header_seen) {
+      names_holes = content == std::string(kPlanCsvHeader).append(kHoleColumns);
+      if (!names_holes && content != kPlanCsvHeader)
+        line.refuse(
+            std::string("expected the header ").append(kPlanCsvHeader).append("; add it as the first line"));
+      header_seen = true;
+      continue;
+    }
+    const std::vector<std::string> cells = split(content, line);
+    const std::size_t columns = kColumns + (names_holes ? 2 : 0);
+    if (cells.size() != columns)
+      line.refuse("found " + std::to_string(cells.size()) + " columns, expected " + std::to_string(columns) +
+                  " (" + kPlanCsvHeader + std::string(names_holes ? kHoleColumns : "") + ")");
+    const TemplateGrid names = names_holes ? names_in(cells, grid, line) : grid.named_as_on_wire();
+    if (!named) named = names;
+    if (*named != names)
+      line.refuse("names its hole in another way than the first row; make all rows the same");
+    read_row(cells, plan, {*named, needle_length_mm}, line);
   }
   if (plan.needles.empty())
     refuse_line(name, std::max<std::size_t>(number, 1),
                 "no needle; give the header " + std::string(kPlanCsvHeader) + " and a row for each needle");
+  rename_holes(plan.needles, *named, grid);
   return plan;
 }
 
-std::string to_csv(const Plan& plan, const std::vector<std::string>& notes) {
-  const std::string of_plan = exact_text(plan.base_plane_mm) + "," + std::string(to_string(plan.source)) +
-                              "," + exact_text(plan.air_kerma_strength_u) + "," +
-                              exact_text(plan.prescription_gy) + ",\"" + csv_escaped(plan.name) + "\"\n";
+std::string to_csv(const Plan& plan, const TemplateGrid& grid, const std::vector<std::string>& notes) {
+  const bool names_holes = !grid.is_named_as(grid.named_as_on_wire());
+  const std::string of_plan =
+      exact_text(plan.base_plane_mm) + "," + std::string(to_string(plan.source)) + "," +
+      exact_text(plan.air_kerma_strength_u) + "," + exact_text(plan.prescription_gy) + ",\"" +
+      csv_escaped(plan.name) + "\"" +
+      (names_holes ? "," + grid.letters_from + (grid.half_steps ? ",true" : ",false") : "") + "\n";
   std::string out;
   for (const std::string& note : notes) out += "# Note: " + note + "\n";
   out += kPlanCsvHeader;
+  if (names_holes) out += kHoleColumns;
   out += '\n';
   for (const PlanNeedle& needle : plan.needles)
     out += needle.hole + "," + exact_text(needle.retraction_mm) + "," + needle.train + "," + of_plan;

@@ -2,6 +2,7 @@
 #include "core/base/one_line.h"
 #include "core/base/toml_table.h"
 #include "core/brachytherapy/dose/source.h"
+#include "core/brachytherapy/plan/hole_names.h"
 #include "core/brachytherapy/plan/plan_check.h"
 #include "core/brachytherapy/plan/plan_file.h"
 
@@ -48,6 +49,7 @@ Plan parse_plan_toml(std::string_view text, const std::string& name, const Templ
   t.number("prescription_gy", plan.prescription_gy, PlanLimits::kLeastPrescriptionGy,
            PlanLimits::kMostPrescriptionGy);
   t.number("base_plane_mm", plan.base_plane_mm, PlanLimits::kLeastBasePlaneMm, PlanLimits::kMostBasePlaneMm);
+  const TemplateGrid named = read_hole_names(t, grid);
   std::vector<TomlTable> needles = t.tables("needle");
   t.refuse_unknown();
   const auto model = find_seed_source(source);
@@ -60,11 +62,12 @@ Plan parse_plan_toml(std::string_view text, const std::string& name, const Templ
           "a plan has the seeds' source and strength, the dose and the base plane; `brachy plan "
           "--generate` writes one");
   require(t, {"needle"}, "a plan has at least one [[needle]]");
-  for (TomlTable& needle : needles) read_needle(needle, plan, {grid, needle_length_mm});
+  for (TomlTable& needle : needles) read_needle(needle, plan, {named, needle_length_mm});
+  rename_holes(plan.needles, named, grid);
   return plan;
 }
 
-std::string to_toml(const Plan& plan, const std::vector<std::string>& notes) {
+std::string to_toml(const Plan& plan, const TemplateGrid& grid, const std::vector<std::string>& notes) {
   std::string out = "# Needles through a template and the seeds they leave; mm, U, Gy.\n";
   for (const std::string& note : notes) out += "# Note: " + note + "\n";
   out += "name = \"" + toml_escaped(plan.name) + "\"\n";
@@ -73,6 +76,7 @@ std::string to_toml(const Plan& plan, const std::vector<std::string>& notes) {
   out += "prescription_gy = " + exact_text(plan.prescription_gy) + "\n";
   out += "base_plane_mm = " + exact_text(plan.base_plane_mm) +
          "  # from the template's plane along the needles\n";
+  out += hole_names_toml(grid);
   out +=
       "# retraction_mm: how far short of the base plane the tip stops. train: from the tip backwards, s a "
       "seed of\n";

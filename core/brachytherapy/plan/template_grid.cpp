@@ -5,17 +5,27 @@
 
 namespace brachy {
 
-std::optional<Vec3> TemplateGrid::position(std::string_view hole) const {
+std::optional<TemplateGrid::Hole> TemplateGrid::find(std::string_view hole) const {
   if (hole.size() < 2) return {};
-  const char letter = hole[0];
-  const int column = letter >= 'a' ? letter - 'a' : letter - 'A';
+  const bool is_between = half_steps && hole[0] >= 'a';  // two lettered columns
+  int column = hole[0] - (is_between ? 'a' : 'A');
+  if (half_steps) column = 2 * column + is_between;
+  std::string_view number = hole.substr(1);
+  const bool is_half = half_steps && number.ends_with(".5");
+  if (is_half) number.remove_suffix(2);
   int row = 0;
-  const char* end = hole.data() + hole.size();
-  const auto read = std::from_chars(hole.data() + 1, end, row);
+  const auto read = std::from_chars(number.data(), number.data() + number.size(), row);
   // "D04" is not accepted: each hole has one name.
-  if (read.ec != std::errc() || read.ptr != end || hole[1] == '0') return {};
-  if (column < 0 || column >= columns || row < 1 || row > rows) return {};
-  return position(column, row - 1);
+  if (read.ec != std::errc() || read.ptr != number.data() + number.size() || number[0] == '0') return {};
+  if (row < 1 || row > kMaxRows) return {};
+  row = half_steps ? 2 * (row - 1) + is_half : row - 1;
+  if (column < 0 || column >= columns || row >= rows) return {};
+  return Hole{letters_from == "right" ? columns - 1 - column : column, row};
+}
+
+std::optional<Vec3> TemplateGrid::position(std::string_view hole) const {
+  const auto found = find(hole);
+  return found ? std::optional(position(found->column, found->row)) : std::nullopt;
 }
 
 Vec3 TemplateGrid::position(int column, int row) const {
@@ -23,7 +33,10 @@ Vec3 TemplateGrid::position(int column, int row) const {
 }
 
 std::string TemplateGrid::name(int column, int row) const {
-  return static_cast<char>('A' + column) + std::to_string(row + 1);
+  const int letter = letters_from == "right" ? columns - 1 - column : column;
+  if (!half_steps) return static_cast<char>('A' + letter) + std::to_string(row + 1);
+  const char first = letter % 2 == 0 ? 'A' : 'a';
+  return static_cast<char>(first + letter / 2) + std::to_string(row / 2 + 1) + (row % 2 == 0 ? "" : ".5");
 }
 
 std::optional<std::string> TemplateGrid::nearest(const Vec3& p, const Vec3& axis) const {
@@ -35,8 +48,26 @@ std::optional<std::string> TemplateGrid::nearest(const Vec3& p, const Vec3& axis
   return name(static_cast<int>(column), static_cast<int>(row));
 }
 
-std::string TemplateGrid::extent() const {
-  return name(0, 0) + " … " + name(columns - 1, rows - 1);
+std::string TemplateGrid::lacks(std::string_view hole) const {
+  const int first = letters_from == "right" ? columns - 1 : 0;
+  const std::string extent =
+      "the template has " + name(first, 0) + " … " + name(columns - 1 - first, rows - 1);
+  const bool is_half_step = !half_steps && named(letters_from, true).find(hole);
+  return extent + (is_half_step
+                       ? "; lower case and .5 are half steps, for which half_steps = true has to be said"
+                       : "");
+}
+
+TemplateGrid TemplateGrid::named(std::string_view from, bool with_half_steps) const {
+  TemplateGrid other = *this;
+  other.letters_from = from;
+  other.half_steps = with_half_steps;
+  return other;
+}
+
+std::string TemplateGrid::renamed(const std::string& hole, const TemplateGrid& other) const {
+  const auto found = other.find(hole);
+  return found ? name(found->column, found->row) : hole;
 }
 
 }  // namespace brachy

@@ -15,11 +15,18 @@ using enum Reload;
 std::vector<Key<TemplateGrid>> template_keys() {
   using S = TemplateGrid;
   return {
-      integer("columns", &S::columns, {1, TemplateGrid::kMaxColumns}, kRestart, "A, B, … along +x"),
-      integer("rows", &S::rows, {1, TemplateGrid::kMaxRows}, kRestart, "1, 2, … along +y"),
+      integer("columns", &S::columns, {1, TemplateGrid::kMaxColumns}, kRestart, "along +x"),
+      integer("rows", &S::rows, {1, TemplateGrid::kMaxRows}, kRestart, "along +y"),
       number("spacing_mm", &S::spacing_mm, {1, 50}, kRestart, "between neighbouring holes"),
       numbers("origin_mm", &S::origin_mm, {-1e5, 1e5}, kRestart,
-              "hole A1: G7 is on the phantom's axis, 37.5 mm in front of its apex"),
+              "the hole of the least x and y, 37.5 mm in front of the phantom's apex; the middle one is on "
+              "its axis"),
+      text("letters_from", &S::letters_from, {"left", "right"}, kRestart,
+           "where column A is: at the patient's left, as before there was this key, or at his right, as "
+           "clinical "
+           "templates have it: on the left of who looks at it. Rows are numbered from below"),
+      flag("half_steps", &S::half_steps, kRestart,
+           "columns A, a, B, b, … and rows 1, 1.5, 2, 2.5, …; else A, B, … and 1, 2, …"),
   };
 }
 
@@ -221,7 +228,9 @@ void check_structure(const TomlTable& t, Scene& scene) {
 std::vector<SceneSection> implant_sections() {
   return {
       {"template",
-       "The template's grid of holes: columns A, B, … along +x, rows 1, 2, … along +y, needles along +z.",
+       "The template's grid of holes: columns along +x, rows along +y, needles along +z. A plan's file says "
+       "itself how its holes are named (letters_from, half_steps; without them A, B, … from the left) and is "
+       "read as that.",
        within<Scene>(
            template_keys(), [](auto& s) -> auto& { return s.template_grid; })},
       {"plan",

@@ -26,7 +26,7 @@ struct DaemonHdr : ::testing::Test {
         scene.tissue.contact.friction_n_per_mm = 0;
     plan = load_hdr_plan(kConfigFolder / "hdr_plan.toml", scene.template_grid, scene.needle.length_mm);
     plan.catheters.resize(3);
-    scene.plan_file = folder.write("plan.toml", to_toml(plan));
+    scene.plan_file = folder.write("plan.toml", to_toml(plan, scene.template_grid));
   }
   /// Poses along a catheter, from in front of the tissue.
   std::vector<RigidTransform> way(std::size_t catheter) const {
@@ -104,7 +104,7 @@ TEST_F(DaemonHdr, ACatheterThatFollowsItsCourseGivesThePlansDose) {
   plan.catheters = {curved};
   scene.needle.count = 1;
   scene.contact.max_displacement_mm = 1e-3;  // contact's straight needle sweeps the tissue aside otherwise
-  scene.plan_file = folder.write("curved.toml", to_toml(plan));
+  scene.plan_file = folder.write("curved.toml", to_toml(plan, scene.template_grid));
   RunningDaemon daemon(scene);
   Applicator device;
   ASSERT_TRUE(device.join(daemon.port()));

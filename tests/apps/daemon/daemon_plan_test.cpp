@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "apps/daemon/scene_message.h"
 #include "apps/score/report.h"
 #include "apps/session/plan_change_log.h"
 #include "core/brachytherapy/plan/plan_file.h"
@@ -310,6 +311,42 @@ TEST(DaemonPlan, AnEmptyOneCannotBeOptimisedAndSaysWhy) {
   EXPECT_TRUE(desk->plans.back().needles.empty());
   EXPECT_EQ(next_refusal(*desk, request_of(net::PlanKind::kOptimised, 1)),
             "the plan has no needle: draw those that are to be optimised");
+}
+
+TEST(DaemonPlan, MessagesNameHolesAlikeWhateverTheSceneCallsThem) {
+  const TempFolder temporary;
+  Scene clinical = planned();
+  clinical.template_grid = clinical.template_grid.named("right", true);
+  const net::SceneMessage plain = make_scene_message(planned(), load_plan(planned()), {}),
+                          shown = make_scene_message(clinical, load_plan(clinical), {});
+  EXPECT_EQ(shown.template_grid, clinical.template_grid);
+  ASSERT_EQ(shown.planned_needles.size(), plain.planned_needles.size());
+  for (std::size_t n = 0; n < plain.planned_needles.size(); ++n) {
+    EXPECT_EQ(shown.planned_needles[n].hole, plain.planned_needles[n].hole);
+    EXPECT_EQ(shown.planned_needles[n].tip, plain.planned_needles[n].tip);
+  }
+  DaemonOptions options;
+  options.session = temporary / "session";
+  RunningDaemon daemon(clinical, options);
+  const auto desk = operator_of(daemon);
+  const Plan file = *load_plan(planned());
+  ASSERT_EQ(desk->plans.back().needles.size(), file.needles.size());
+  EXPECT_EQ(desk->plans.back().needles[0].hole, file.needles[0].hole);
+  const auto ask = [&](const char* hole) {
+    net::PlanMessage request = request_of(net::PlanKind::kEdited, 0);
+    request.needles = {{0, false, 0, kByRule, hole, ""}};
+    desk->client.send(request);
+  };
+  ask("g9");  // no name of the wire
+  ASSERT_TRUE(desk->until([&] { return !desk->errors.empty(); }));
+  EXPECT_TRUE(desk->errors.back().text.starts_with("hole g9: the template has A1 … M13"))
+      << desk->errors.back().text;
+  ask("G9");
+  ASSERT_TRUE(desk->until([&] { return desk->plans.back().change == 1; }));
+  EXPECT_EQ(holes_of(desk->plans.back()), std::vector<std::string>{"G9"});
+  const std::filesystem::path change = *options.session / "plan_change_1.toml";
+  EXPECT_NE(read_file(change).find("hole = \"D5\""), std::string::npos) << read_file(change);
+  EXPECT_EQ(load_plan(change, TemplateGrid()).needles[0].hole, "G9");
 }
 
 TEST(DaemonPlan, WithoutOneThereIsNothingToChange) {

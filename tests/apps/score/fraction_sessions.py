@@ -99,7 +99,8 @@ class Session:
         if kind.endswith("aside"):
             if kind != "all aside" and any(k == "missing" for k, _, _ in self.causes):
                 return  # one that lies where a missing one was planned is that one to anybody who looks at it
-            members = {"all aside": sorted(self.now), "group aside": self.some(3, 5), "one aside": self.some(1, 1)}[kind]
+            members = {"all aside": sorted(self.now), "group aside": self.some(3, 5),
+                       "one aside": self.some(1, 1)}[kind]
             angle, size = r.uniform(0, 2 * np.pi), r.uniform(4, 8) if kind != "all aside" else r.uniform(3, 6)
             for c in members:
                 self.now[c] += size * np.array([np.cos(angle), np.sin(angle), 0])

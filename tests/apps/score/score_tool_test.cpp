@@ -13,7 +13,7 @@ using namespace test;
 
 struct ScoreTool : ::testing::Test {
   TempFolder folder;
-  std::string plan = folder.write("plan.toml", to_toml(small_plan()));
+  std::string plan = folder.write("plan.toml", to_toml(small_plan(), {}));
   std::string recording = (folder / "").string();
 
   ScoreTool() {
@@ -89,9 +89,9 @@ TEST_F(ScoreTool, RefusesWhatItCannotScore) {
       {"r.json", "page"}));
   Plan one = small_plan();
   one.needles.resize(1);
-  EXPECT_TRUE(
-      refused_in_one_line(run_brachy({"score", recording, "--plan", folder.write("one.toml", to_toml(one))}),
-                          {"seed 3", "give the plan"}));
+  EXPECT_TRUE(refused_in_one_line(
+      run_brachy({"score", recording, "--plan", folder.write("one.toml", to_toml(one, {}))}),
+      {"seed 3", "give the plan"}));
 }
 
 }  // namespace

@@ -19,8 +19,8 @@ Plan one_needle() {
 TEST(PlanChangeLog, KeepsTheKindApartFromTheWords) {
   const TempFolder folder;
   PlanChangeLog log(SessionFolder::make(folder / ""));
-  log.add(1.25, one_needle(), PlanChangeKind::kEdited, "optimised by hand, said the desk");
-  log.add(3, one_needle(), PlanChangeKind::kOptimised, "by desk");
+  log.add(1.25, one_needle(), {}, PlanChangeKind::kEdited, "optimised by hand, said the desk");
+  log.add(3, one_needle(), {}, PlanChangeKind::kOptimised, "by desk");
   // The log is still open, as where its process is killed.
   const std::vector<PlanChange> changes = load_plan_changes(SessionFolder::open(folder / ""));
   ASSERT_EQ(changes.size(), 2u);
@@ -42,7 +42,7 @@ TEST(PlanChangeLog, GoesOnWithATableWithoutKinds) {
   EXPECT_EQ(log.changes()[0].kind, PlanChangeKind::kOptimised);
   EXPECT_EQ(log.changes()[0].what, "optimised by a, b");
   EXPECT_EQ(log.changes()[1].kind, PlanChangeKind::kEdited);
-  log.add(3, one_needle(), PlanChangeKind::kOptimised, "optimised by d");
+  log.add(3, one_needle(), {}, PlanChangeKind::kOptimised, "optimised by d");
   EXPECT_TRUE(read_file(folder / kPlanChangesFile).ends_with("\n3.0,plan_change_3.toml,optimised by d\n"));
   ASSERT_EQ(load_plan_changes(SessionFolder::open(folder / "")).size(), 3u);
   EXPECT_EQ(load_plan_changes(SessionFolder::open(folder / ""))[2].kind, PlanChangeKind::kOptimised);
@@ -51,12 +51,12 @@ TEST(PlanChangeLog, GoesOnWithATableWithoutKinds) {
 TEST(PlanChangeLog, LeavesOutALineThatAKilledProcessDidNotFinish) {
   const TempFolder folder;
   PlanChangeLog(SessionFolder::make(folder / ""))
-      .add(1, one_needle(), PlanChangeKind::kEdited, "edited by a");
+      .add(1, one_needle(), {}, PlanChangeKind::kEdited, "edited by a");
   const std::string whole = read_file(folder / kPlanChangesFile);
   folder.write(kPlanChangesFile, whole + "2.0,plan_change_2.toml,edi");
   PlanChangeLog log(SessionFolder::make(folder / ""));
   ASSERT_EQ(log.changes().size(), 1u);
-  log.add(2, one_needle(), PlanChangeKind::kOptimised, "optimised by b");
+  log.add(2, one_needle(), {}, PlanChangeKind::kOptimised, "optimised by b");
   EXPECT_EQ(read_file(folder / kPlanChangesFile),
             whole + "2.0,plan_change_2.toml,optimised,optimised by b\n");
 }

@@ -73,7 +73,7 @@ struct SpoiltFolder : ::testing::Test {
     log.add_state(2000, std::vector<std::byte>(100));
     Plan plan;
     plan.needles = {{"D4", 0, "s-s"}};
-    PlanChangeLog(log.folder()).add(0.01, plan, PlanChangeKind::kEdited, "edited by a");
+    PlanChangeLog(log.folder()).add(0.01, plan, {}, PlanChangeKind::kEdited, "edited by a");
     for (const char* name :
          {kStudiesFile, kManifestFile, kReportPage, kReportJson, kCatheterFile, kHdrReportFile})
       log.folder().replace(name, std::string_view());

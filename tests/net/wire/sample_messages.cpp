@@ -410,6 +410,7 @@ SceneMessage sample_scene() {
   scene.probe = SceneProbe{.needle = 3, .diameter_mm = 20, .length_mm = 150, .rectal_wall_mm = 4};
   scene.goals = {{"prostate", "D90", 130.5, true, false, "ABS"}};
   scene.colours = {{"urethra", 242, 201, 76}};
+  scene.template_grid = scene.template_grid.named("right", true);
   return scene;
 }
 

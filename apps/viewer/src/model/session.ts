@@ -4,7 +4,7 @@ import type {Frame} from '../protocol/frame.js';
 import type {Scanner, UltrasoundImage} from '../protocol/image.js';
 import {ScannerArray} from '../protocol/image.js';
 import type {Message} from '../protocol/message.js';
-import {plannedSeeds, type Plan} from '../protocol/plan_message.js';
+import {plannedSeeds, shownPlan, type Plan} from '../protocol/plan_message.js';
 import type {PlannedSeed, SceneMessage} from '../protocol/scene_message.js';
 import {EventKind, type Dose, type ServerError, type ServerEvent, type State, type Welcome} from '../protocol/server_messages.js';
 import type {Topology} from '../protocol/topology.js';
@@ -91,7 +91,7 @@ export class Session {
         this.versions.scene += 1;
         return '';
       case 'plan':
-        this.plan = message.body;
+        this.plan = this.scene ? shownPlan(message.body, this.scene.template) : message.body;
         this.versions.plan += 1;
         this.versions.seeds += 1;
         return '';

@@ -1,6 +1,6 @@
 // PLAN: the plan in use, and an operator's request to change what is left of it.
 import {ByteReader, encoded, type Vec3} from './bytes.js';
-import {holeOf, type PlannedSeed, type TemplateGrid} from './scene_message.js';
+import {holeOf, shownHole, type PlannedSeed, type TemplateGrid} from './scene_message.js';
 import {PlanFlag, PlanKind, PlanNeedleFlag, readPlan, writePlan} from './wire_generated.js';
 import type {Plan as WirePlan, PlanNeedle as WireNeedle} from './wire_generated.js';
 
@@ -35,6 +35,10 @@ export function encodePlanRequest(change: number, needles: readonly PlanNeedle[]
     needles: (needles ?? []).map((needle) => ({...needle, flags: 0})),
   });
 }
+
+/** With its holes as the scene, which comes before it, names them. */
+export const shownPlan = (plan: Plan, grid: TemplateGrid): Plan =>
+  ({...plan, needles: plan.needles.map((needle) => ({...needle, hole: shownHole(needle.hole, grid)}))});
 
 /** Each seed's centre behind the tip, mm. */
 export function seedOffsets(train: string): number[] {

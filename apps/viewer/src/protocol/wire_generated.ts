@@ -58,6 +58,9 @@ export const SeedFlag = {
 export const GoalFlag = {
   Above: 1, OfPlan: 2,
 } as const;
+export const HoleFlag = {
+  FromRight: 1, HalfSteps: 2,
+} as const;
 export const PlanFlag = {
   Optimising: 1,
 } as const;
@@ -1669,10 +1672,26 @@ export function writeSceneColours(w: ByteWriter, v: SceneColours): void {
   for (const one of v.colours) writeStructureColour(w, one);
 }
 
+export interface SceneHoles {
+  flags: number;
+}
+
+export function readSceneHoles(r: ByteReader): SceneHoles {
+  const flags = r.u16();
+  r.skip(6);
+  return {flags};
+}
+
+export function writeSceneHoles(w: ByteWriter, v: SceneHoles): void {
+  w.u16(v.flags);
+  w.zeros(6);
+}
+
 export interface SceneSections {
   probe: SceneProbe | null;
   goals: SceneGoals | null;
   colours: SceneColours | null;
+  holes: SceneHoles | null;
 }
 
 export interface Scene {
@@ -1713,11 +1732,12 @@ export function readScene(r: ByteReader): Scene {
   const kernelCount = r.u16();
   r.skip(2);
   const kernels = r.list(kernelCount, 2, () => r.text());
-  const sections: SceneSections = {probe: null, goals: null, colours: null};
+  const sections: SceneSections = {probe: null, goals: null, colours: null, holes: null};
   r.sections((id, s) => {
     if (id === 1) sections.probe = readSceneProbe(s);
     else if (id === 2) sections.goals = readSceneGoals(s);
     else if (id === 3) sections.colours = readSceneColours(s);
+    else if (id === 4) sections.holes = readSceneHoles(s);
     else return false;
     return true;
   });
@@ -1748,7 +1768,7 @@ export function writeScene(w: ByteWriter, v: Scene): void {
   w.u16(v.kernels.length);
   w.zeros(2);
   for (const one of v.kernels) w.text(one);
-  w.sections([section(1, v.sections.probe, writeSceneProbe), section(2, v.sections.goals, writeSceneGoals), section(3, v.sections.colours, writeSceneColours)]);
+  w.sections([section(1, v.sections.probe, writeSceneProbe), section(2, v.sections.goals, writeSceneGoals), section(3, v.sections.colours, writeSceneColours), section(4, v.sections.holes, writeSceneHoles)]);
 }
 
 export interface Image {

@@ -1,7 +1,7 @@
 // The template: a plate with its holes, columns' letters and rows' numbers, drawn once as a picture. It is legible from the
 // feet, as a surgeon sees it. Holes of the plan are filled; the chosen one has a ring.
 import {CanvasTexture, DoubleSide, LinearMipmapLinearFilter, Mesh, MeshBasicMaterial, PlaneGeometry, SRGBColorSpace} from 'three';
-import {holeOf, type SceneMessage} from '../protocol/scene_message.js';
+import {columnName, holeOf, rowName, type SceneMessage} from '../protocol/scene_message.js';
 
 const PIXELS = 1024;
 
@@ -47,8 +47,8 @@ export class TemplatePlate {
     context.textAlign = 'center';
     context.textBaseline = 'middle';
     context.fillStyle = 'rgba(205, 220, 240, 0.85)';
-    for (let column = 0; column < columns; ++column) context.fillText(String.fromCharCode(65 + column), x(column), y(-0.9));
-    for (let row = 0; row < rows; ++row) context.fillText(String(row + 1), x(columns - 0.1), y(row));
+    for (let column = 0; column < columns; ++column) context.fillText(columnName(column, scene.template), x(column), y(-0.9));
+    for (let row = 0; row < rows; ++row) context.fillText(rowName(row, scene.template), x(columns - 0.1), y(row));
 
     context.lineWidth = 2;
     for (let column = 0; column < columns; ++column)

@@ -1,7 +1,7 @@
 // The needle by hand: takes the lease, moves the needle, presses the device's button.
 import type {Session} from '../model/session.js';
 import type {Settings} from '../model/settings.js';
-import {holeOf} from '../protocol/scene_message.js';
+import {holeName, holeOf, type TemplateGrid} from '../protocol/scene_message.js';
 import {ErrorCode} from '../protocol/server_messages.js';
 import {Device} from '../transport/device.js';
 import type {Endpoint} from '../transport/endpoint.js';
@@ -230,11 +230,11 @@ function whileHeld(id: string, down: () => void, up: () => void): void {
 }
 
 /** The holes, those of the plan first. */
-function holeNames(grid: {columns: number; rows: number}, planned: string[]): string[] {
+function holeNames(grid: TemplateGrid, planned: string[]): string[] {
   const names = [...new Set(planned)];
   for (let column = 0; column < grid.columns; ++column)
-    for (let row = 1; row <= grid.rows; ++row) {
-      const name = `${String.fromCharCode(65 + column)}${row}`;
+    for (let row = 0; row < grid.rows; ++row) {
+      const name = holeName({column, row}, grid);
       if (!names.includes(name)) names.push(name);
     }
   return names;

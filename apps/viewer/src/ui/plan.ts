@@ -1,7 +1,7 @@
 // The plan, for operators: the template's holes as seen from the feet, the chosen needle's seeds, and what is left optimised.
 import type {Session} from '../model/session.js';
 import {PlanKind, SEED_MM, SPACER_MM, type Plan, type PlanNeedle} from '../protocol/plan_message.js';
-import {holeOf, type TemplateGrid} from '../protocol/scene_message.js';
+import {holeName, holeOf, wireHole, type TemplateGrid} from '../protocol/scene_message.js';
 import type {LiveConnection} from '../transport/live.js';
 import {byId, figure, setDisabled, setText, toast} from './dom.js';
 import {PlanBoard} from './plan_board.js';
@@ -63,7 +63,12 @@ export class PlanPanel {
   private request(change: (needle: PlanNeedle) => PlanNeedle | null, more: PlanNeedle[] = []): void {
     if (!this.plan || !this.mayChange) return;
     this.history.asked(this.rest);
-    this.live.changePlan(this.plan.change, [...this.rest.map(change).filter((needle) => needle !== null), ...more]);
+    this.send([...this.rest.map(change).filter((needle) => needle !== null), ...more]);
+  }
+
+  private send(needles: PlanNeedle[]): void {
+    const grid = this.session.scene?.template;
+    this.live.changePlan(this.plan!.change, needles.map((needle) => (grid ? {...needle, hole: wireHole(needle.hole, grid)} : needle)));
   }
 
   /** The needles that no seed has left. */
@@ -77,7 +82,7 @@ export class PlanPanel {
     const begun = new Set(this.plan.needles.filter((needle) => needle.begun).map(({hole}) => hole));
     const needles = from.at(-1)!.filter(({hole}) => !begun.has(hole));
     this.history.stepped(from, this.rest);
-    this.live.changePlan(this.plan.change, needles);
+    this.send(needles);
   }
 
   /** The daemon has refused the last request. */
@@ -150,7 +155,7 @@ export class PlanPanel {
     const host = byId('plan-grid');
     this.board.show(grid);
     const needles = new Map(this.plan?.needles.map((needle) => [needle.hole, needle]));
-    const first = needles.has(this.chosen) || holeOf(this.chosen, grid) ? this.chosen : `A${grid.rows}`;
+    const first = needles.has(this.chosen) || holeOf(this.chosen, grid) ? this.chosen : holeName({column: 0, row: grid.rows - 1}, grid);
     for (const button of host.querySelectorAll('button')) {
       const hole = button.dataset['hole']!;
       const needle = needles.get(hole);
@@ -172,7 +177,7 @@ export class PlanPanel {
     if (!from || !step) return;
     event.preventDefault();
     event.stopPropagation();
-    const to = `${String.fromCharCode(65 + from.column + step[0])}${from.row + 1 + step[1]}`;
+    const to = holeName({column: from.column + step[0], row: from.row + step[1]}, grid);
     byId('plan-grid').querySelector<HTMLButtonElement>(`[data-hole="${to}"]`)?.focus();
   }
 

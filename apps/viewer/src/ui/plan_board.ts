@@ -1,6 +1,6 @@
 // The template's holes as buttons, with letters and numbers, and behind them gland, organs and seeds at a chosen depth.
 import type {Session} from '../model/session.js';
-import type {TemplateGrid} from '../protocol/scene_message.js';
+import {columnName, holeName, rowName, type TemplateGrid} from '../protocol/scene_message.js';
 import {outline} from '../scene/outline.js';
 import {TISSUE, structureColour} from '../scene/structures.js';
 import {byId, setText} from './dom.js';
@@ -27,24 +27,24 @@ export class PlanBoard {
   }
 
   show(grid: TemplateGrid): void {
-    const key = `${grid.columns} ${grid.rows}`;
+    const key = `${grid.columns} ${grid.rows} ${grid.fromRight} ${grid.halfSteps}`;
     if (this.grid !== key) this.makeGrid(grid);
     this.grid = key;
     this.showCut(grid);
   }
 
-  // Seen from the feet column A is on the right, row 1 below.
+  // Seen from the feet: the first column is on the right, the first row below.
   private makeGrid(grid: TemplateGrid): void {
     const host = byId('plan-grid');
     host.style.gridTemplateColumns = `var(--label) repeat(${grid.columns}, 1fr)`;
     const label = (text: string): HTMLElement => Object.assign(document.createElement('span'), {textContent: text, ariaHidden: 'true'});
-    const letters = Array.from({length: grid.columns}, (_, i) => label(letterOf(grid.columns - 1 - i)));
+    const letters = Array.from({length: grid.columns}, (_, i) => label(columnName(grid.columns - 1 - i, grid)));
     host.replaceChildren();
-    for (let row = grid.rows; row >= 1; --row) {
-      host.append(label(String(row)));
+    for (let row = grid.rows - 1; row >= 0; --row) {
+      host.append(label(rowName(row, grid)));
       for (let column = grid.columns - 1; column >= 0; --column) {
         const button = document.createElement('button');
-        button.dataset['hole'] = `${letterOf(column)}${row}`;
+        button.dataset['hole'] = holeName({column, row}, grid);
         button.addEventListener('click', () => this.choose(button.dataset['hole']!));
         host.append(button);
       }
@@ -92,5 +92,3 @@ export class PlanBoard {
     svg.replaceChildren(...lines, ...seeds);
   }
 }
-
-const letterOf = (column: number): string => String.fromCharCode(65 + column);

@@ -1,6 +1,6 @@
 // One array's image on a canvas, with the template's holes, calipers and an outline over it.
 import type {UltrasoundImage} from '../protocol/image.js';
-import {holeOf, type TemplateGrid} from '../protocol/scene_message.js';
+import {columnName, holeOf, rowName, type TemplateGrid} from '../protocol/scene_message.js';
 import {distanceMm, templateMarks, type Outline, type Pixel} from './geometry.js';
 
 const CALIPER = '#ffd166';
@@ -166,7 +166,7 @@ export class Screen {
         // Its row's number at the right side of the image.
         const [dx, dy] = [mark.to.x - mark.from.x, mark.to.y - mark.from.y];
         if (Math.abs(dx) > Math.abs(dy))
-          context.fillText(String(mark.row + 1), image.width - 10 * unit, mark.from.y + (dy * (image.width - 10 * unit - mark.from.x)) / dx);
+          context.fillText(rowName(mark.row, template), image.width - 10 * unit, mark.from.y + (dy * (image.width - 10 * unit - mark.from.x)) / dx);
         continue;
       }
       const {x, y} = mark.at;
@@ -174,8 +174,8 @@ export class Screen {
       context.arc(x, y, (isChosen ? 6 : 1.6) * unit, 0, 2 * Math.PI);
       if (isChosen) context.stroke();
       else context.fill();
-      if (mark.row === 0) context.fillText(String.fromCharCode(65 + mark.column), x, y + 11 * unit);
-      if (mark.column === 0) context.fillText(String(mark.row + 1), x + 12 * unit * Math.sign(x - image.width / 2), y);
+      if (mark.row === 0) context.fillText(columnName(mark.column, template), x, y + 11 * unit);
+      if (mark.column === 0) context.fillText(rowName(mark.row, template), x + 12 * unit * Math.sign(x - image.width / 2), y);
     }
   }
 

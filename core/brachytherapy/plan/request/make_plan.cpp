@@ -155,7 +155,7 @@ void refuse_uncovered(const Plan& plan, double v100, double least, const PlanReq
 
 void refuse_what_the_loader_refuses(const Plan& plan, const TemplateGrid& grid, double needle_length_mm) {
   try {
-    if (parse_plan_toml(to_toml(plan), "the plan", grid, needle_length_mm) == plan) return;
+    if (parse_plan_toml(to_toml(plan, grid), "the plan", grid, needle_length_mm) == plan) return;
   } catch (const UserError& e) {
     throw PlanRefused(std::string("the plan that was found is not valid: ") + e.what());
   }

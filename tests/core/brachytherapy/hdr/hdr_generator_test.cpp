@@ -77,7 +77,7 @@ TEST(HdrGenerator, KeepsWithinTheNumberOfCathetersItIsGiven) {
 
 TEST(HdrGenerator, WritesWhatTheLoaderReads) {
   const PhantomPlan& p = PhantomPlan::get();
-  EXPECT_EQ(parse_hdr_plan(to_toml(p.plan), "again", p.grid, 200), p.plan);
+  EXPECT_EQ(parse_hdr_plan(to_toml(p.plan, p.grid), "again", p.grid, 200), p.plan);
 }
 
 TEST(HdrGenerator, RefusesANeedleThatDoesNotReachTheBase) {

@@ -24,7 +24,7 @@ std::string refusal_of_hdr(const std::string& text) {
 
 TEST(HdrPlanFile, IsReadAsItSaysAndWrittenAsItIsRead) {
   const HdrPlan plan = parse_hdr_plan(
-      kHead + "[[catheter]]\nhole = \"d4\"\ntip_mm = 80\ndwell_s = [1, 0, 2.5]\n", "p", {}, 200);
+      kHead + "[[catheter]]\nhole = \"D4\"\ntip_mm = 80\ndwell_s = [1, 0, 2.5]\n", "p", {}, 200);
   EXPECT_EQ(plan.catheters, (std::vector<PlanCatheter>{{"D4", 80, {1, 0, 2.5}}}));
   EXPECT_EQ(plan.source, SourceModel::kMicroSelectronV2);
   EXPECT_EQ(plan.dwell_count(), 2u);
@@ -32,8 +32,8 @@ TEST(HdrPlanFile, IsReadAsItSaysAndWrittenAsItIsRead) {
   const std::vector<Dwell> dwells = plan.dwells({});
   ASSERT_EQ(dwells.size(), 3u);
   EXPECT_EQ(dwells[2].position, Vec3(-15, -15, -60 + 80 - 11));
-  EXPECT_EQ(parse_hdr_plan(to_toml(plan), "p", {}, 200), plan);
-  EXPECT_TRUE(is_hdr_plan(to_toml(plan)));
+  EXPECT_EQ(parse_hdr_plan(to_toml(plan, {}), "p", {}, 200), plan);
+  EXPECT_TRUE(is_hdr_plan(to_toml(plan, {})));
   EXPECT_FALSE(is_hdr_plan("name = \"p\""));
 }
 

@@ -50,14 +50,60 @@ Plan awkward_plan(unsigned seed) {
 TEST(PlanFile, TomlAndCsvReadBackBitForBit) {
   for (unsigned seed = 0; seed < 100; ++seed) {
     const Plan plan = awkward_plan(seed);
-    EXPECT_EQ(parse_plan_toml(to_toml(plan), "plan.toml", {}, kNeedle), plan);
-    EXPECT_EQ(parse_plan_csv(to_csv(plan), "plan.csv", {}, kNeedle), plan);
+    EXPECT_EQ(parse_plan_toml(to_toml(plan, {}), "plan.toml", {}, kNeedle), plan);
+    EXPECT_EQ(parse_plan_csv(to_csv(plan, {}), "plan.csv", {}, kNeedle), plan);
   }
+}
+
+// Whatever a file and a scene call the holes, the needles go where they were planned.
+TEST(PlanFile, HolesAreThoseOfTheFileInEveryScene) {
+  const TemplateGrid plain;
+  const std::vector<TemplateGrid> grids = {plain, plain.named("right", false), plain.named("left", true),
+                                           plain.named("right", true)};
+  for (const TemplateGrid& from : grids)
+    for (const TemplateGrid& to : grids) {
+      Plan plan = awkward_plan(3);
+      for (PlanNeedle& n : plan.needles) n.hole = from.renamed(n.hole, plain);
+      for (const Plan& read : {parse_plan_toml(to_toml(plan, from), "plan.toml", to, kNeedle),
+                               parse_plan_csv(to_csv(plan, from), "plan.csv", to, kNeedle)})
+        for (std::size_t n = 0; n < plan.needles.size(); ++n) {
+          EXPECT_EQ(read.planned_tip(to, n), plan.planned_tip(from, n)) << plan.needles[n].hole;
+          EXPECT_EQ(to.renamed(plan.needles[n].hole, from), read.needles[n].hole);
+        }
+    }
+}
+
+TEST(PlanFile, WithoutSayingSoAFileHasTheHolesOfTheFirstVersions) {
+  const TemplateGrid clinic = TemplateGrid().named("right", true);
+  EXPECT_EQ(parse_plan_toml(kHead + needle("A1", "s"), "plan.toml", clinic, kNeedle).needles[0].hole, "G1");
+  EXPECT_EQ(
+      parse_plan_toml("letters_from = \"right\"\n" + kHead + needle("A1", "s"), "plan.toml", clinic, kNeedle)
+          .needles[0]
+          .hole,
+      "A1");
+  EXPECT_NE(toml_refusal(kHead + needle("d4", "s")).find("half_steps"), std::string::npos);
+  EXPECT_NE(toml_refusal("letters_from = \"top\"\n" + kHead + needle("D4", "s")).find("letters_from"),
+            std::string::npos);
+  const std::string head = std::string(kPlanCsvHeader) + ",letters_from,half_steps\n";
+  EXPECT_EQ(parse_plan_csv(head + "d4.5,0,s,80,6711,0.5,145,p,right,true\n", "plan.csv", {}, kNeedle)
+                .needles[0]
+                .hole,
+            "F8");
+  EXPECT_NE(csv_refusal(head + "D4,0,s,80,6711,0.5,145,p,up,true\n").find("left or right"),
+            std::string::npos);
+  EXPECT_NE(csv_refusal(head + "D4,0,s,80,6711,0.5,145,p,right,maybe\n").find("true or false"),
+            std::string::npos);
+  EXPECT_NE(csv_refusal(head + "D4,0,s,80,6711,0.5,145,p\n").find("found 8 columns, expected 10"),
+            std::string::npos);
+  EXPECT_NE(csv_refusal(head + "D4,0,s,80,6711,0.5,145,p,right,true\nD5,0,s,80,6711,0.5,145,p,left,true\n")
+                .find("names its hole in another way"),
+            std::string::npos);
 }
 
 TEST(PlanFile, TheExtensionSaysWhatItIs) {
   const Plan plan = awkward_plan(1);
-  const TempFile toml("plan.toml", to_toml(plan)), csv("plan.CSV", to_csv(plan)), text("plan.txt", "");
+  const TempFile toml("plan.toml", to_toml(plan, {})), csv("plan.CSV", to_csv(plan, {})),
+      text("plan.txt", "");
   EXPECT_EQ(load_plan(toml.path(), {}), plan);
   EXPECT_EQ(load_plan(csv.path(), {}), plan);
   EXPECT_NE(user_error([&] {
@@ -68,8 +114,8 @@ TEST(PlanFile, TheExtensionSaysWhatItIs) {
       user_error([] { load_plan("/nonexistent/p.toml", {}); }).find("/nonexistent/p.toml: no such plan"), 0u);
 }
 
-TEST(PlanFile, RetractionIsNoneWhereItIsNotSaidAndHolesGetTheirNames) {
-  const Plan plan = parse_plan_toml(kHead + needle("d4", "s"), "plan.toml", {}, kNeedle);
+TEST(PlanFile, RetractionIsNoneWhereItIsNotSaidAndTheRestIsAsItSays) {
+  const Plan plan = parse_plan_toml(kHead + needle("D4", "s"), "plan.toml", {}, kNeedle);
   ASSERT_EQ(plan.needles.size(), 1u);
   EXPECT_EQ(plan.needles[0], (PlanNeedle{"D4", 0, "s"}));
   EXPECT_EQ(plan.source, SourceModel::kAmersham6711);
@@ -87,7 +133,7 @@ TEST(PlanFile, NeedlesThatMakeNoSenseAreRefusedWithLineAndFix) {
   EXPECT_EQ(toml_refusal(kHead + needle("N4", "s")),
             "plan.toml:6: 'needle.hole' is \"N4\"; the template has A1 … M13");
   EXPECT_EQ(
-      toml_refusal(kHead + needle("D4", "s") + needle("E4", "s") + needle("d4", "s")),
+      toml_refusal(kHead + needle("D4", "s") + needle("E4", "s") + needle("D4", "s")),
       "plan.toml:12: 'needle.hole' is \"D4\" for the second time (needles 1 and 3); use each hole once");
   EXPECT_EQ(toml_refusal(kHead + needle("D4", "s-x")),
             "plan.toml:7: 'needle.train' is \"s-x\"; it is s for a seed and - for a spacer, from the tip "
@@ -160,7 +206,7 @@ TEST(PlanFile, CsvRowsAreCheckedAsTomlIs) {
 
 TEST(PlanFile, AnyTruncationIsAcceptedOrRefusedInOneLine) {
   const Plan plan = awkward_plan(3);
-  for (const std::string& text : {to_toml(plan), to_csv(plan)})
+  for (const std::string& text : {to_toml(plan, {}), to_csv(plan, {})})
     for (std::size_t n = 0; n < text.size(); ++n)
       for (const auto parse : {parse_plan_toml, parse_plan_csv}) try {
           parse(text.substr(0, n), "plan", {}, kNeedle);
@@ -170,7 +216,7 @@ TEST(PlanFile, AnyTruncationIsAcceptedOrRefusedInOneLine) {
 }
 
 TEST(PlanFile, AScenesPlanHasItsTemplateItsNeedleAndNoMoreSeedsThanItTakes) {
-  const TempFile file("plan.toml", to_toml(awkward_plan(2)));
+  const TempFile file("plan.toml", to_toml(awkward_plan(2), {}));
   const std::string plan = "[plan]\nfile = \"" + file.path().string() + "\"\n";
   EXPECT_FALSE(load_plan(parse_scene("", "scene.toml")));
   EXPECT_EQ(load_plan(parse_scene(plan, "scene.toml")), awkward_plan(2));

@@ -149,7 +149,8 @@ TEST(PlanGenerator, PalladiumNeedsStrongerSeeds) {
 TEST(PlanGenerator, GivesTheSamePlanAgainAndOneThatLoads) {
   const Planned& p = for_the_phantom();
   EXPECT_EQ(plan_for("").plan, p.plan);
-  EXPECT_EQ(parse_plan_toml(to_toml(p.plan), "plan.toml", p.scene.template_grid, 200), p.plan);
+  EXPECT_EQ(parse_plan_toml(to_toml(p.plan, p.scene.template_grid), "plan.toml", p.scene.template_grid, 200),
+            p.plan);
 }
 
 TEST(PlanGenerator, SmallAndLargePhantomsReachTheGoalsToo) {

@@ -89,11 +89,11 @@ TEST(PlanLedger, IsTheSameWhenItIsMadeAgainFromTheFilesOfItsChanges) {
   for (const char* train : {"s", "s-s", "s"}) {
     rest.needles[0].train = train;
     ledger.change_to(ledger.with_rest({1, 0, 0, 0, 0}, rest));
-    const std::string file = to_toml(ledger.in_use());
+    const std::string file = to_toml(ledger.in_use(), {});
     again.change_to(parse_plan_toml(file, "change", TemplateGrid(), kNeedleMm));
   }
   EXPECT_EQ(ledger.all().needles.size(), 5u);  // the third is the first one again
-  EXPECT_EQ(to_toml(again.in_use()), to_toml(ledger.in_use()));
+  EXPECT_EQ(to_toml(again.in_use(), {}), to_toml(ledger.in_use(), {}));
   for (std::size_t n = 0; n < 5; ++n) EXPECT_EQ(again.is_withdrawn(n), ledger.is_withdrawn(n)) << n;
 }
 
@@ -111,7 +111,7 @@ TEST(PlanLedger, RefusesWhatCannotBeDoneInAnOperatorsWords) {
   EXPECT_NE(
       refusal_of(ledger, begun, {"Z9", 0, "s"}).find("hole Z9: its hole is \"Z9\"; the template has A1"),
       std::string::npos);
-  EXPECT_NE(refusal_of(ledger, begun, {"e7", 0, "s"}).find("hole e7: a needle went through it"),
+  EXPECT_NE(refusal_of(ledger, begun, {"E7", 0, "s"}).find("hole E7: a needle went through it"),
             std::string::npos);
   EXPECT_NE(refusal_of(ledger, begun, {"C6", -130, "s"}).find("210 mm beyond the template"),
             std::string::npos);

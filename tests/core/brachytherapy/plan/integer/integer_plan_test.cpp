@@ -44,7 +44,7 @@ TEST(IntegerProgramme, ASolutionBecomesAPlanThatLoads) {
       "     12 x3          1.000000001                        0\n");
   EXPECT_GE(plan.seed_count(), 3u);
   EXPECT_LE(plan.needles.size(), 2u);
-  EXPECT_EQ(parse_plan_toml(to_toml(plan), "plan", TemplateGrid(), 200), plan);
+  EXPECT_EQ(parse_plan_toml(to_toml(plan, {}), "plan", TemplateGrid(), 200), plan);
   EXPECT_NE(user_error([&] { programme.plan_of("Infeasible\n"); }).find("has no seed"), std::string::npos);
 }
 

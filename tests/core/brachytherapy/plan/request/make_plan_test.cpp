@@ -169,10 +169,10 @@ TEST(MakePlan, WhatIsAssumedIsNotedInThePlansFile) {
   EXPECT_EQ(made.notes[1].find("strength assumed: the scene's 0.5 U is none of Pd-103 seeds"), 0u);
   EXPECT_EQ(made.plan.air_kerma_strength_u, 2.0);
   EXPECT_NE(find_structure(made.structures, "urethra"), nullptr);
-  for (const std::string& text : {to_toml(made.plan, made.notes), to_csv(made.plan, made.notes)})
+  for (const std::string& text : {to_toml(made.plan, {}, made.notes), to_csv(made.plan, {}, made.notes)})
     EXPECT_NE(text.find("# Note: urethra assumed"), std::string::npos);
-  EXPECT_EQ(parse_plan_toml(to_toml(made.plan, made.notes), "plan", TemplateGrid(), 200), made.plan);
-  EXPECT_EQ(parse_plan_csv(to_csv(made.plan, made.notes), "plan", TemplateGrid(), 200), made.plan);
+  EXPECT_EQ(parse_plan_toml(to_toml(made.plan, {}, made.notes), "plan", TemplateGrid(), 200), made.plan);
+  EXPECT_EQ(parse_plan_csv(to_csv(made.plan, {}, made.notes), "plan", TemplateGrid(), 200), made.plan);
 }
 
 TEST(MakePlan, NeverMakesWhatTheLoaderRefuses) {
@@ -207,8 +207,8 @@ TEST(MakePlan, NeverMakesWhatTheLoaderRefuses) {
     try {
       const MadePlan plan = make_plan({{"prostate", gland}}, grid, request);
       const double length = request.settings.needle_length_mm;
-      ASSERT_EQ(parse_plan_toml(to_toml(plan.plan, plan.notes), "plan", grid, length), plan.plan) << k;
-      ASSERT_EQ(parse_plan_csv(to_csv(plan.plan, plan.notes), "plan", grid, length), plan.plan) << k;
+      ASSERT_EQ(parse_plan_toml(to_toml(plan.plan, grid, plan.notes), "plan", grid, length), plan.plan) << k;
+      ASSERT_EQ(parse_plan_csv(to_csv(plan.plan, grid, plan.notes), "plan", grid, length), plan.plan) << k;
       ASSERT_LE(plan.plan.seed_count(), request.settings.max_seeds) << k;
       ++made;
     } catch (const PlanRefused& e) {
