@@ -100,7 +100,7 @@ TEST(DaemonPlan, AnOperatorGetsThePlanAndChangesTheRest) {
   request.needles = before.needles;
   request.needles.pop_back();
   request.needles[0].train = "s";
-  request.needles.push_back({0, false, 0, kByRule, "g7", ""});
+  request.needles.push_back({0, false, 0, kByRule, "G7", ""});
   desk->client.send(request);
   ASSERT_TRUE(desk->until([&] { return desk->plans.back().change == 1; }));
   const net::PlanMessage& after = desk->plans.back();
@@ -249,8 +249,8 @@ TEST(DaemonPlan, WhatIsThereTwiceIsRefusedBeforeTheGlandIsLookedAt) {
   EXPECT_EQ(next_refusal(*desk, request), "2300 needles are more than the template has holes, 169");
   // The first does not pass through the gland, which only the gland tells.
   request.needles = {drawn_needle("A1", kByRule, ""), drawn_needle("G7", kByRule, ""),
-                     drawn_needle("g7", 80, "s")};
-  EXPECT_EQ(next_refusal(*desk, request), "hole g7: it is there for the second time; use each hole once");
+                     drawn_needle("G7", 80, "s")};
+  EXPECT_EQ(next_refusal(*desk, request), "hole G7: it is there for the second time; use each hole once");
   EXPECT_NE(next_refusal(*desk, every_hole(0, kByRule, "")).find("does not pass through the gland"),
             std::string::npos);
   EXPECT_EQ(desk->plans.back().change, 0u);

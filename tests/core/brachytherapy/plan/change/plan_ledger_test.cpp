@@ -170,7 +170,7 @@ TEST(HoleLoading, LoadsAHoleFromTheFarEndOfItsWayThroughTheGlandToTheNearOne) {
   const std::vector<Structure> structures = {{"prostate", prostate_phantom(400)}};
   const TemplateGrid grid;
   const std::vector<GlandHole> holes = find_gland_holes(structures, grid);
-  const HoleLoading middle = load_hole(holes, grid, "g7"), rim = load_hole(holes, grid, "D7");
+  const HoleLoading middle = load_hole(holes, grid, "G7"), rim = load_hole(holes, grid, "D7");
   EXPECT_EQ(middle.depth_mm, std::floor(middle.depth_mm));
   EXPECT_GT(middle.train.size(), rim.train.size());
   EXPECT_EQ(middle.train.substr(0, 3), "s-s");
