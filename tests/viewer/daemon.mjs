@@ -37,6 +37,7 @@ export class Daemon {
 
   async stop() {
     this.child.kill('SIGTERM');
+    this.child.kill('SIGCONT');  // where a test has stopped it, and failed
     await this.ended;
     Daemon.running.delete(this);
   }

@@ -287,7 +287,7 @@ test('DOSE may say what comes with the planned rest', () => {
 test('SCENE has template, plan, structures and kernels', () => {
   const scene = decode('SCENE');
   assert.deepEqual([scene.needleLengthMm, scene.needleDiameterMm, scene.seedLengthMm, scene.prescriptionGy], [200, 1.25, 4.5, 145]);
-  assert.deepEqual(scene.template, {origin: [-30, -30, -60], spacingMm: 5, columns: 13, rows: 12});
+  assert.deepEqual(scene.template, {origin: [-30, -30, -60], spacingMm: 5, columns: 13, rows: 12, fromRight: true, halfSteps: true});
   assert.deepEqual(scene.plannedNeedles, [{tip: [5, -10, 20.5], hole: 'G5'}]);
   assert.deepEqual(scene.plannedSeeds, [{position: [5, -10, 18.25], axis: [0, 0, 1], needle: 0}]);
   assert.deepEqual(scene.structures.map((structure) => structure.name), ['urethra']);

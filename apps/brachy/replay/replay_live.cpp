@@ -163,10 +163,11 @@ class LiveReplay {
     return h;
   }
 
-  // What the daemon does to the force of one of our needles, and what to do about it.
+  // Why the daemon took the force of one of our needles away, and what to do about it; not what it only limits.
   void show_safety(const net::EventMessage& event) {
     const auto is_its = [&](const auto& needle) { return needle.id == event.needle; };
-    if (event.kind == net::EventKind::kSafety && std::ranges::any_of(trajectories_.needles(), is_its))
+    if (event.kind == net::EventKind::kSafety && event.text.find("force removed") != std::string::npos &&
+        std::ranges::any_of(trajectories_.needles(), is_its))
       std::cerr << fmt::format("brachy replay: tick {}: {}\n", event.tick, event.text);
   }
 

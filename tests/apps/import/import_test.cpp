@@ -442,10 +442,13 @@ TEST_F(Import, TakesARealProstateAllTheWayToAPlan) {
 TEST(CasePlan, DescribesItsTemplateAndReadsItBack) {
   TemplateGrid grid;
   grid.origin_mm = {-30.1, 1.0 / 3, 1e4};
-  const auto back = parse_template_text(template_text(grid, 82.5));
-  ASSERT_TRUE(back);
-  EXPECT_EQ(back->grid, grid);
-  EXPECT_EQ(back->base_plane_mm, 82.5);
+  for (const char* from : {"left", "right"})
+    for (const bool half_steps : {false, true}) {
+      const auto back = parse_template_text(template_text(grid.named(from, half_steps), 82.5));
+      ASSERT_TRUE(back);
+      EXPECT_EQ(back->grid, grid.named(from, half_steps));
+      EXPECT_EQ(back->base_plane_mm, 82.5);
+    }
   EXPECT_FALSE(parse_template_text("another plan"));
   EXPECT_FALSE(parse_template_text(template_text(grid, 1e9)));
 }

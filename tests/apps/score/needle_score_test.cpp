@@ -105,14 +105,5 @@ TEST(NeedleScore, AStayIsTheHolesThatItIsInForMostPoses) {
   EXPECT_NEAR(score.needles[0].path_in_tissue_mm, 30 + std::hypot(3, 10) + std::hypot(3, 5), 1e-12);
 }
 
-TEST(NeedleScore, APlanMayWriteItsHolesSmall) {
-  Plan plan = kPlan;
-  plan.needles[0].hole = "d4";
-  const NeedleTrajectories poses = session();
-  const NeedlesScore score = score_needles(holes_of(plan.needles), kGrid, &poses, {}, kAbove);
-  ASSERT_EQ(score.needles.size(), 3u);
-  EXPECT_EQ(score.needles[0].path_in_tissue_mm, 55);
-}
-
 }  // namespace
 }  // namespace brachy
