@@ -17,6 +17,7 @@ namespace {
 
 constexpr std::size_t kDeepest = 32, kMostUnpacked = std::size_t{512} << 20, kPiece = std::size_t{1} << 16;
 constexpr std::uint32_t kUndefined = 0xffffffff;
+constexpr std::size_t kLongestIdentifier = 64;  // PS3.5, 9.1
 
 /// How elements are written: PS3.5, chapter 7 and annex A.
 struct Encoding {
@@ -113,6 +114,7 @@ std::size_t StructureWalk::walk_meta(std::size_t at, std::string& syntax, bool& 
       has_syntax = true;
       syntax = bytes_.substr(e.value, e.length);
       while (!syntax.empty() && (syntax.back() == '\0' || syntax.back() == ' ')) syntax.pop_back();
+      if (syntax.size() > kLongestIdentifier) refuse(e, "is longer than an identifier, 64 characters");
     }
     at = e.value + e.length;
     if (e.number != 0) continue;

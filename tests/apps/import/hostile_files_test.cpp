@@ -98,6 +98,13 @@ TEST(HostileDicom, RefusesAMetaHeaderWithoutOneTransferSyntaxOfItsKind) {
   }
 }
 
+// Found by the fuzzer: a header with 530 characters of it stated 18, and DCMTK asked for 1.2 GB.
+TEST(HostileDicom, RefusesATransferSyntaxThatIsTooLongForAnIdentifier) {
+  const std::string data = DicomBytes().element(0x0008, 0x0060, "CS", "RTDOSE").text;
+  for (const std::size_t size : {66, 256, 530})
+    expect_dicom_refusal(file_with(data, std::string(size, '1')), {"(0002,0010)", "64 characters"});
+}
+
 TEST(HostileDicom, RefusesSequencesThatLieDeepInEachOther) {
   DicomBytes deep;
   for (int n = 0; n < 200'000; ++n) deep.longer(0x3006, 0x20, "SQ", 0xFFFFFFFF, "").item(0xFFFFFFFF);
